@@ -1,0 +1,2 @@
+//! The hardware-free half of the firmware.
+#![no_std]

@@ -1,0 +1,1 @@
+//! A cycle-counting MSP430G2553.

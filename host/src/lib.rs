@@ -1,0 +1,1 @@
+//! The `pasapas` tool as a library, for the tests.

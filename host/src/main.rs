@@ -1,0 +1,2 @@
+//! The `pasapas` command.
+fn main() {}
