@@ -1,2 +1,3 @@
-//! The hardware-free half of the firmware.
-#![no_std]
+//! The hardware-free half of the firmware: everything that host tests can run.
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]

@@ -1,0 +1,235 @@
+//! The compiler's run-time helpers, in assembly: there is no libgcc in the link.
+//!
+//! Names and registers are those of TI's EABI (SLAA534, section 6): 16-bit operands in r12 and
+//! r13, 32-bit operands in r13:r12 and r15:r14, result in r12 or r13:r12; r11 to r15 are free to
+//! use, r4 to r10 are kept. Division by zero yields all ones, the caller tests before.
+
+use core::arch::global_asm;
+
+global_asm!(
+    r#"
+    .section .text.mspabi_mul,"ax",@progbits
+    .global __mspabi_mpyi
+__mspabi_mpyi:
+    mov r12, r14
+    clr r12
+    jmp 3f
+1:  add r14, r12
+2:  rla r14
+3:  clrc
+    rrc r13
+    jc 1b
+    jne 2b
+    ret
+
+    .section .text.mspabi_mull,"ax",@progbits
+    .global __mspabi_mpyl
+__mspabi_mpyl:
+    push r10
+    mov r12, r10
+    mov r13, r11
+    clr r12
+    clr r13
+    jmp 3f
+1:  add r10, r12
+    addc r11, r13
+2:  rla r10
+    rlc r11
+3:  clrc
+    rrc r15
+    rrc r14
+    jc 1b
+    jne 2b
+    tst r15
+    jne 2b
+    pop r10
+    ret
+
+    .section .text.mspabi_div,"ax",@progbits
+    .global __mspabi_remu
+__mspabi_remu:
+    call #__mspabi_divu
+    mov r14, r12
+    ret
+    .global __mspabi_divu
+__mspabi_divu:
+    clr r14
+    mov #16, r15
+1:  rla r12
+    rlc r14
+    jc 2f
+    cmp r13, r14
+    jlo 3f
+2:  sub r13, r14
+    bis #1, r12
+3:  dec r15
+    jne 1b
+    ret
+
+    .section .text.mspabi_divl,"ax",@progbits
+    /* r13:r12 over r15:r14: quotient in r13:r12, remainder in r11:r10; uses r9 */
+pasapas_udivmod:
+    clr r10
+    clr r11
+    mov #32, r9
+1:  rla r12
+    rlc r13
+    rlc r10
+    rlc r11
+    jc 2f
+    cmp r15, r11
+    jlo 3f
+    jne 2f
+    cmp r14, r10
+    jlo 3f
+2:  sub r14, r10
+    subc r15, r11
+    bis #1, r12
+3:  dec r9
+    jne 1b
+    ret
+
+    .global __mspabi_divul
+__mspabi_divul:
+    push r9
+    push r10
+    call #pasapas_udivmod
+    pop r10
+    pop r9
+    ret
+
+    .global __mspabi_remul
+__mspabi_remul:
+    push r9
+    push r10
+    call #pasapas_udivmod
+    mov r10, r12
+    mov r11, r13
+    pop r10
+    pop r9
+    ret
+
+    .section .text.mspabi_divls,"ax",@progbits
+    .global __mspabi_divli
+__mspabi_divli:
+    push r8
+    mov r13, r8
+    xor r15, r8
+    call #pasapas_abs2
+    call #__mspabi_divul
+pasapas_sign:
+    rla r8
+    pop r8
+    jnc 1f
+pasapas_neg:
+    inv r12
+    inv r13
+    inc r12
+    adc r13
+1:  ret
+
+    .global __mspabi_remli
+__mspabi_remli:
+    push r8
+    mov r13, r8
+    call #pasapas_abs2
+    call #__mspabi_remul
+    jmp pasapas_sign
+
+pasapas_abs2:
+    tst r15
+    jge 1f
+    inv r14
+    inv r15
+    inc r14
+    adc r15
+1:  tst r13
+    jl pasapas_neg
+    ret
+
+    .section .text.mspabi_sll,"ax",@progbits
+    .global __mspabi_slll
+1:  rla r12
+    rlc r13
+    dec r14
+__mspabi_slll:
+    tst r14
+    jne 1b
+    ret
+
+    .section .text.mspabi_srl,"ax",@progbits
+    .global __mspabi_srll
+1:  clrc
+    rrc r13
+    rrc r12
+    dec r14
+__mspabi_srll:
+    tst r14
+    jne 1b
+    ret
+
+    .section .text.mspabi_sra,"ax",@progbits
+    .global __mspabi_sral
+1:  rra r13
+    rrc r12
+    dec r14
+__mspabi_sral:
+    tst r14
+    jne 1b
+    ret
+
+    .section .text.mspabi_sli,"ax",@progbits
+    .global __mspabi_slli
+1:  rla r12
+    dec r13
+__mspabi_slli:
+    tst r13
+    jne 1b
+    ret
+
+    .section .text.mspabi_sri,"ax",@progbits
+    .global __mspabi_srli
+1:  clrc
+    rrc r12
+    dec r13
+__mspabi_srli:
+    tst r13
+    jne 1b
+    ret
+
+    .section .text.mspabi_srai,"ax",@progbits
+    .global __mspabi_srai
+1:  rra r12
+    dec r13
+__mspabi_srai:
+    tst r13
+    jne 1b
+    ret
+
+    .section .text.memcpy,"ax",@progbits
+    .global memcpy
+    /* r12 to, r13 from, r14 bytes; returns r12 */
+memcpy:
+    mov r12, r15
+    jmp 2f
+1:  mov.b @r13+, r11
+    mov.b r11, 0(r15)
+    inc r15
+    dec r14
+2:  tst r14
+    jne 1b
+    ret
+
+    .section .text.memset,"ax",@progbits
+    .global memset
+memset:
+    mov r12, r15
+    jmp 2f
+1:  mov.b r13, 0(r15)
+    inc r15
+    dec r14
+2:  tst r14
+    jne 1b
+    ret
+    "#
+);
