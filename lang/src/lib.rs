@@ -1,3 +1,18 @@
-//! The Pasapas language.
+//! The Pasapas language: what a script may say, and everything that host and device must agree on.
+//!
+//! Shared by host and device (no allocation, no hardware): [`axis`], [`fault`], [`effect`], the
+//! opcode table, the image, the verifier, the VM, the wire registers and the profile record.
+//! Behind feature `compiler` (host only): the front end, from text to the checked program
+//! [`hir`], and the back end, from there to an image.
 #![cfg_attr(not(any(test, feature = "compiler")), no_std)]
 #![forbid(unsafe_code)]
+
+pub mod axis;
+pub mod effect;
+pub mod fault;
+#[cfg(feature = "compiler")]
+pub mod hir;
+#[cfg(feature = "compiler")]
+pub mod kind;
+#[cfg(feature = "compiler")]
+pub mod profile;

@@ -1,0 +1,338 @@
+//! What a script can do to a machine: the vocabulary between an engine that runs the language
+//! and the machine that it drives.
+//!
+//! Engines evaluate expressions and follow control flow; at a machine statement they hand over one
+//! [`Effect`], wait until the machine says that it is done, and go on with its result. The Rhai
+//! engine, the VM on the host and the decoder of the board's trace all speak these values, so a
+//! difference between engines is a difference between two lists of effects.
+
+use crate::axis::Axis;
+
+/// A length in um or a count of motor steps, as the script wrote it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dist {
+    /// Micrometres.
+    Um(i32),
+    /// Motor steps.
+    Steps(i32),
+}
+
+/// A speed in um/s or steps/s, or an acceleration in um/s2 or steps/s2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rate {
+    /// um/s (um/s2).
+    Um(i32),
+    /// steps/s (steps/s2).
+    Steps(i32),
+}
+
+/// Where a coordinate counts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frame {
+    /// Work coordinates: machine position less the axis's work offset. A Steps value in this frame
+    /// is a machine position (language.md, Machine).
+    Work,
+    /// Machine coordinates (G53, G28's second leg).
+    Machine,
+    /// Relative to the commanded position.
+    Relative,
+}
+
+/// One axis word of a move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Coord {
+    /// The value.
+    pub value: Dist,
+    /// What it counts from.
+    pub frame: Frame,
+}
+
+/// Interpolation plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Plane {
+    /// G17; the helix axis is Z.
+    #[default]
+    Xy = 0,
+    /// G18; the helix axis is Y. First axis Z, second X, as RS274/NGC 3.5.3 has it.
+    Zx = 1,
+    /// G19; the helix axis is X.
+    Yz = 2,
+}
+
+/// How an arc's centre is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Center {
+    /// I J K: offsets from the start point per axis; those outside the plane are 0.
+    Offsets([Dist; 3]),
+    /// R: positive takes the arc up to 180 degrees, negative the longer one.
+    Radius(Dist),
+}
+
+/// State for which WaitIn, Probe and ON IN watch an input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Want {
+    /// Level off.
+    Off = 0,
+    /// Level on.
+    On = 1,
+    /// Edge from off to on.
+    Rise = 2,
+    /// Edge from on to off.
+    Fall = 3,
+}
+
+/// What ends a probe move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sensor {
+    /// The profile's probe input goes on.
+    Default,
+    /// Input `n` (from 1) takes state `on`.
+    Input {
+        /// Input number, from 1.
+        n: i32,
+        /// Wanted state.
+        on: bool,
+    },
+    /// `((INPORT() AND and) XOR xor) <> 0`.
+    Mask {
+        /// Bits that count.
+        and: i32,
+        /// Bits to invert.
+        xor: i32,
+    },
+}
+
+/// One statement's action on the machine, with its arguments evaluated.
+///
+/// Numbers are the script's own and unchecked: the machine answers a value outside its range with
+/// a [`Fault`](crate::fault::Fault).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// `MoveAxe`, `MoveRel`, with `START` when `wait` is false. `None` is the profile's value.
+    MoveAxe {
+        /// The axis.
+        axis: Axis,
+        /// Target or distance.
+        to: Coord,
+        /// Top speed.
+        speed: Option<Rate>,
+        /// Ramp up.
+        accel: Option<Rate>,
+        /// Ramp down; `None`: as `accel`, or the profile's when that is `None` too.
+        decel: Option<Rate>,
+        /// Return when done, not at once.
+        wait: bool,
+    },
+    /// `MoveSpeed`: run until stopped; the sign is the direction.
+    MoveSpeed {
+        /// The axis.
+        axis: Axis,
+        /// Signed speed.
+        speed: Rate,
+    },
+    /// `StopAxe`: ramped stop, returns at rest.
+    StopAxe(Axis),
+    /// `StopAll`.
+    StopAll,
+    /// `WaitMove`; `None` is all axes.
+    WaitMove(Option<Axis>),
+    /// G0 and G1 and the moves of canned cycles. Words that are absent keep the commanded place.
+    Linear {
+        /// G0: each axis may use its top speed; otherwise the feed holds.
+        rapid: bool,
+        /// Axis words.
+        to: [Option<Coord>; 3],
+        /// G61: come to rest at the end.
+        exact: bool,
+    },
+    /// G2 and G3.
+    Arc {
+        /// G2 (seen from the positive end of the helix axis).
+        clockwise: bool,
+        /// Plane.
+        plane: Plane,
+        /// Axis words.
+        to: [Option<Coord>; 3],
+        /// Centre.
+        center: Center,
+        /// G61.
+        exact: bool,
+    },
+    /// `F`: the feed of following G1, G2, G3.
+    SetFeed(Rate),
+    /// `S`: kept; PWM where the profile has it.
+    SetSpindle(i32),
+    /// `Home axis`, one effect for each axis. `query` is `Home?`.
+    Home {
+        /// The axis.
+        axis: Axis,
+        /// Return plainly when the switch is not found.
+        query: bool,
+    },
+    /// `Probe`, `ProbeMask`, G38.2 and G38.3.
+    Probe {
+        /// The axis.
+        axis: Axis,
+        /// How far to go.
+        limit: Coord,
+        /// Speed; `None`: the feed.
+        speed: Option<Rate>,
+        /// What ends it.
+        sensor: Sensor,
+        /// Return plainly on a miss.
+        query: bool,
+    },
+    /// `SetPos` and G92: the present place becomes `value` (um, work coordinates).
+    SetPos {
+        /// The axis.
+        axis: Axis,
+        /// um.
+        value: i32,
+    },
+    /// `SetOut`.
+    SetOut {
+        /// Output number, from 1.
+        n: i32,
+        /// New state.
+        on: bool,
+    },
+    /// `Pulse`: on, `ms` later off; returns when over.
+    Pulse {
+        /// Output number, from 1.
+        n: i32,
+        /// Milliseconds.
+        ms: i32,
+    },
+    /// `SetPort`: outputs 1..8 from bits 0..7.
+    SetPort(i32),
+    /// `Motors`; `None` is all axes.
+    Motors {
+        /// Drivers on or off.
+        on: bool,
+        /// One axis or all.
+        axis: Option<Axis>,
+    },
+    /// `Wait`, `G4`: milliseconds.
+    Wait(i32),
+    /// `WaitIn`; `query` is `WaitIn?`.
+    WaitIn {
+        /// Input number, from 1.
+        n: i32,
+        /// State or edge.
+        want: Want,
+        /// Milliseconds.
+        timeout: Option<i32>,
+        /// Return plainly and set TIMEDOUT.
+        query: bool,
+    },
+    /// `WaitStart`, M0, M6.
+    WaitStart,
+    /// `Send`.
+    Send(i32),
+    /// `WaitChar`.
+    WaitChar {
+        /// Character, 33..=125.
+        c: i32,
+        /// Milliseconds.
+        timeout: Option<i32>,
+        /// Return plainly and set TIMEDOUT.
+        query: bool,
+    },
+    /// A text of a PRINT; its parts come one by one, then [`Effect::PrintEnd`].
+    PrintText(
+        /// Index of the text in the image's or the program's list of texts.
+        u16,
+    ),
+    /// A value of a PRINT, with the unit that it is written in.
+    PrintValue(i32, Unit),
+    /// The PRINT's line is complete.
+    PrintEnd,
+    /// `ON IN n RISE|FALL GOSUB`: slot 0..=3; edges are remembered once from now on.
+    OnInput {
+        /// Event slot in order of the ON lines.
+        slot: u8,
+        /// Input number, from 1.
+        n: i32,
+        /// Rise or Fall.
+        want: Want,
+    },
+    /// `ON IN n OFF`: forget the slots that watch input `n`.
+    OffInput(i32),
+    /// `ON EVERY t GOSUB`.
+    OnEvery {
+        /// Event slot.
+        slot: u8,
+        /// Milliseconds.
+        ms: i32,
+    },
+    /// `ON EVERY OFF`.
+    OffEvery,
+    /// A handler begins: the feed of what it interrupts is put aside, none holds.
+    EnterHandler,
+    /// A handler ended: the feed that was put aside holds again.
+    LeaveHandler,
+    /// A KEEP variable has a new value.
+    Keep {
+        /// Which KEEP, 0..=7, in order of declaration.
+        index: u8,
+        /// Its value.
+        value: i32,
+    },
+    /// A value is asked of the machine; its answer is the effect's result.
+    Read(Read),
+}
+
+/// Unit suffix of a printed value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Unit {
+    /// Plain decimal.
+    None = 0,
+    /// `um`
+    Um = 1,
+    /// `st`
+    Steps = 2,
+    /// `ms`
+    Ms = 3,
+    /// `um/s`
+    UmPerS = 4,
+    /// `st/s`
+    StepsPerS = 5,
+    /// `um/s2`
+    UmPerS2 = 6,
+    /// `st/s2`
+    StepsPerS2 = 7,
+}
+
+/// Built-in functions that look at the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Read {
+    /// `IN(n)`
+    In(i32),
+    /// `INPORT()`
+    InPort,
+    /// `OUT(n)`
+    Out(i32),
+    /// `POS(axis)`: work position, um.
+    Pos(Axis),
+    /// `POSST(axis)`: machine position, steps.
+    PosSteps(Axis),
+    /// `PROBED(axis)`: work position, um.
+    Probed(Axis),
+    /// `PROBEDST(axis)`: machine position, steps.
+    ProbedSteps(Axis),
+    /// `PROBEOK(axis)`
+    ProbeOk(Axis),
+    /// `MOVING(axis)`
+    Moving(Axis),
+    /// `HOMED(axis)`
+    Homed(Axis),
+    /// `TIMER()`: ms since the run began, pauses left out.
+    Timer,
+    /// `TIMEDOUT`
+    TimedOut,
+    /// `CHARIN()`: takes the last character received, 0 for none.
+    CharIn,
+}

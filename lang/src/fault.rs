@@ -1,0 +1,136 @@
+//! The fault codes: one table for the VM, the firmware, the host and the manual.
+
+macro_rules! faults {
+    ($($name:ident = $n:literal, $handled:literal, $text:literal, $cause:literal, $remedy:literal;)*) => {
+        /// Why a run stopped. The discriminant is the number that `ERR` gives and the link reports.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        pub enum Fault { $(#[doc = $text] $name = $n,)* }
+
+        impl Fault {
+            /// Every fault in numeric order.
+            pub const ALL: &'static [Fault] = &[$(Fault::$name),*];
+
+            /// The fault with this number, if there is one.
+            pub const fn from_number(n: u8) -> Option<Fault> {
+                match n { $($n => Some(Fault::$name),)* _ => None }
+            }
+
+            /// Whether `ON ERROR GOTO` can handle it (language.md, Errors and events).
+            pub const fn can_be_handled(self) -> bool {
+                match self { $(Fault::$name => $handled,)* }
+            }
+        }
+
+        #[cfg(feature = "compiler")]
+        impl Fault {
+            /// What happened, a few words.
+            pub const fn text(self) -> &'static str {
+                match self { $(Fault::$name => $text,)* }
+            }
+
+            /// Where it usually comes from.
+            pub const fn cause(self) -> &'static str {
+                match self { $(Fault::$name => $cause,)* }
+            }
+
+            /// What to do about it.
+            pub const fn remedy(self) -> &'static str {
+                match self { $(Fault::$name => $remedy,)* }
+            }
+        }
+    };
+}
+
+faults! {
+    Overflow = 1, true, "overflow",
+        "A result does not fit into 32 bits.",
+        "Divide before you multiply, or work in a larger unit.";
+    DivisionByZero = 2, true, "division by zero",
+        "The right side of / or MOD was 0.",
+        "Test the divisor first.";
+    ArrayIndex = 3, true, "array index out of range",
+        "An index was below 0 or not below the size of the array or table.",
+        "Loop to COUNT(table) - 1, or to the size that DIM names less one.";
+    BadShift = 4, true, "bad shift",
+        "A shift count was below 0 or above 31.",
+        "Keep the count within 0..31.";
+    SoftLimit = 5, true, "soft limit",
+        "The target lies outside the travel of a homed axis.",
+        "Check the target and the work offset against the profile's travel.";
+    LimitSwitch = 6, false, "limit switch",
+        "A reference switch closed outside homing.",
+        "Move the axis off its switch and home it again.";
+    NotHomed = 7, true, "not homed",
+        "The profile demands homing before an absolute move.",
+        "Write Home before the first move, or set the place with SetPos.";
+    SpeedRange = 8, true, "speed or acceleration out of range",
+        "A speed or an acceleration was zero or negative.",
+        "Give a positive speed; a negative one only to MoveSpeed.";
+    Arc = 9, true, "arc cannot be drawn",
+        "The end misses the circle by more than 0.005 mm and 0.1 % of the radius, or no circle fits.",
+        "Check I, J, K or R against the end point.";
+    HomeNotFound = 10, true, "homing: switch not found",
+        "The reference switch did not close within the stroke.",
+        "Check the switch, its wiring and the homing direction of the profile.";
+    HomeStaysClosed = 11, true, "homing: switch stays closed",
+        "The reference switch did not open again.",
+        "Check the switch and its polarity in the profile.";
+    ProbeMissed = 12, true, "probe missed",
+        "The probe input did not answer before the limit.",
+        "Check the limit and the probe, or write Probe? and test PROBEOK.";
+    TimedOut = 13, true, "wait timed out",
+        "The input or character did not come in time.",
+        "Raise the timeout, or write WaitIn? and test TIMEDOUT.";
+    EmergencyStop = 14, false, "emergency stop",
+        "The emergency stop was pressed or sent.",
+        "Release it, press Start to acknowledge, and home again.";
+    ImageRefused = 15, false, "image refused",
+        "The stored program failed its check.",
+        "Upload it again with a matching version of the tool.";
+    Stack = 16, false, "stack",
+        "RETURN without GOSUB, RESUME NEXT without a fault, or too many calls left open by GOTO.",
+        "Leave subroutines by RETURN.";
+    Watchdog = 17, false, "watchdog",
+        "The controller did not come round in time and was reset.",
+        "Report it with the program that showed it.";
+    LinkLost = 18, false, "link lost while streaming",
+        "The host stopped feeding the job.",
+        "Check the cable and stream again from the last line.";
+    InputActive = 19, true, "input already active before probing",
+        "The probe input had the wanted state before the move began.",
+        "Move away from the work before probing.";
+    ValueRange = 20, true, "value out of range",
+        "An argument lies outside what the statement accepts.",
+        "Check the value against the manual.";
+}
+
+impl Fault {
+    /// The number, 1..=20.
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+}
+
+#[cfg(feature = "compiler")]
+impl core::fmt::Display for Fault {
+    /// `F05`.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "F{:02}", self.number())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Fault;
+
+    #[test]
+    fn numbers_are_dense_and_round_trip() {
+        for (i, &fault) in Fault::ALL.iter().enumerate() {
+            assert_eq!(usize::from(fault.number()), i + 1);
+            assert_eq!(Fault::from_number(fault.number()), Some(fault));
+        }
+        assert_eq!(Fault::from_number(0), None);
+        assert_eq!(Fault::from_number(21), None);
+    }
+}

@@ -1,0 +1,708 @@
+//! The checked program: what the front end hands to the back end, to the Rhai translator and to
+//! the language server.
+//!
+//! Names are resolved, kinds are checked and gone except where they change what happens (a Length
+//! or a Steps target), units are applied, constants are folded, and G-code blocks are taken apart
+//! into statements with their modal state (plane, units, distance mode, motion mode, exact stop)
+//! already applied. Control flow is still structured, so each engine lowers it in its own way.
+
+use crate::axis::Axis;
+use crate::effect::{Frame, Plane, Want};
+use crate::kind::Kind;
+use crate::profile::Profile;
+
+/// Byte range in the source.
+pub type Span = core::ops::Range<usize>;
+
+/// Index into [`Program::vars`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct VarId(pub u32);
+
+/// Index into [`Program::tables`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TableId(pub u32);
+
+/// Index into [`Program::routines`]; 0 is the main program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct RoutineId(pub u32);
+
+/// Index into [`Program::labels`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LabelId(pub u32);
+
+/// A whole checked script.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// The machine that it was checked for.
+    pub profile: Profile,
+    /// Every variable, parameter, local and hidden variable.
+    pub vars: Vec<Var>,
+    /// Tables, in order of declaration.
+    pub tables: Vec<Table>,
+    /// Main program first, then SUBs and FUNCTIONs in text order.
+    pub routines: Vec<Routine>,
+    /// Labels of all routines.
+    pub labels: Vec<Label>,
+    /// Statements of the source that count for bytes per statement: every executable statement,
+    /// that is neither a declaration nor a label nor a line that only closes a block.
+    pub statements: u32,
+    /// The last line of the source, from 1: where a run that falls off the end ends.
+    pub last_line: u32,
+}
+
+/// A variable.
+#[derive(Clone, Debug)]
+pub struct Var {
+    /// As written at its declaration; hidden ones have a name with a blank in it.
+    pub name: String,
+    /// Its kind.
+    pub kind: Kind,
+    /// Cells: 1, or the size of an array.
+    pub len: u32,
+    /// Whether it was declared with a size.
+    pub array: bool,
+    /// Where it lives.
+    pub storage: Storage,
+    /// Its declaration.
+    pub span: Span,
+}
+
+/// Where a variable lives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storage {
+    /// Visible everywhere, 0 at the start of a run.
+    Global,
+    /// `DIM name AT register`: a global that the link sees at this register.
+    At(u16),
+    /// KEEP number 0..=7: a global with a life after power loss.
+    Keep(u8),
+    /// Local of a routine, parameters included; locals are 0 at each call.
+    Local(RoutineId),
+}
+
+/// A TABLE.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Its name.
+    pub name: String,
+    /// Columns; 1 for a plain list.
+    pub columns: u32,
+    /// Kind of each column.
+    pub kinds: Vec<Kind>,
+    /// Row by row.
+    pub values: Vec<i32>,
+    /// Its declaration.
+    pub span: Span,
+}
+
+/// The main program, a SUB or a FUNCTION.
+#[derive(Clone, Debug)]
+pub struct Routine {
+    /// Its name; empty for the main program.
+    pub name: String,
+    /// Parameters in order.
+    pub params: Vec<VarId>,
+    /// Locals that are not parameters.
+    pub locals: Vec<VarId>,
+    /// Result of a FUNCTION.
+    pub result: Option<Kind>,
+    /// Statements. Event handlers that are labels are reached by their label.
+    pub body: Block,
+    /// Its head.
+    pub span: Span,
+    /// Whether anything can reach it.
+    pub reachable: bool,
+}
+
+/// A label.
+#[derive(Clone, Debug)]
+pub struct Label {
+    /// Its name.
+    pub name: String,
+    /// The routine that it stands in.
+    pub routine: RoutineId,
+    /// Its place.
+    pub span: Span,
+}
+
+/// Statements in order.
+pub type Block = Vec<Stmt>;
+
+/// One statement. A G-code block may become several, all with the block's line.
+#[derive(Clone, Debug)]
+pub struct Stmt {
+    /// Line of its first word, from 1: the `line` of traces, faults and ERL.
+    pub line: u32,
+    /// Its text.
+    pub span: Span,
+    /// What it does.
+    pub kind: StmtKind,
+}
+
+/// What a variable or an array element is assigned through.
+#[derive(Clone, Debug)]
+pub enum Place {
+    /// A scalar.
+    Var(VarId),
+    /// An element of an array; F03 outside.
+    Elem(VarId, Box<Expr>),
+}
+
+/// Kinds of loops, for EXIT and CONTINUE.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoopKind {
+    /// FOR
+    For,
+    /// WHILE
+    While,
+    /// DO
+    Do,
+    /// REPEAT
+    Repeat,
+}
+
+/// Target of GOSUB, ON IN and ON EVERY.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GosubTarget {
+    /// A label of the same routine (of the main program for events).
+    Label(LabelId),
+    /// A SUB without parameters.
+    Sub(RoutineId),
+}
+
+/// One CASE test.
+#[derive(Clone, Debug)]
+pub enum CaseTest {
+    /// `CASE 3`
+    Equal(Expr),
+    /// `CASE 5 TO 9`
+    Range(Expr, Expr),
+    /// `CASE IS < 0`; the operator is a comparison.
+    Is(BinOp, Expr),
+}
+
+/// One arm of an IF.
+#[derive(Clone, Debug)]
+pub struct Arm {
+    /// Line of the IF or ELSEIF.
+    pub line: u32,
+    /// A Truth or a Number.
+    pub condition: Expr,
+    /// What runs when it is not 0.
+    pub body: Block,
+}
+
+/// One CASE of a SELECT.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Line of the CASE.
+    pub line: u32,
+    /// Tests in order.
+    pub tests: Vec<CaseTest>,
+    /// What runs when one holds.
+    pub body: Block,
+}
+
+/// Pre- or post-condition of DO.
+#[derive(Clone, Debug)]
+pub struct DoTest {
+    /// Line of the DO or LOOP that carries it.
+    pub line: u32,
+    /// UNTIL, not WHILE.
+    pub until: bool,
+    /// The condition.
+    pub condition: Expr,
+}
+
+/// What a probe move watches.
+#[derive(Clone, Debug)]
+pub enum ProbeSensor {
+    /// The profile's probe input, ON.
+    Default,
+    /// `input [, state]`; state is a Truth or a Number.
+    Input(Expr, Expr),
+    /// ProbeMask.
+    Mask(Expr, Expr),
+}
+
+/// What WaitIn watches.
+#[derive(Clone, Debug)]
+pub enum InWant {
+    /// A level given by a Truth or a Number.
+    Level(Expr),
+    /// `RISE` or `FALL`.
+    Edge(Want),
+}
+
+/// An axis word; the kind of `value` (Length or Steps) says its unit.
+#[derive(Clone, Debug)]
+pub struct Word {
+    /// Length in um or Steps.
+    pub value: Expr,
+    /// What it counts from.
+    pub frame: Frame,
+}
+
+/// Centre words of an arc; kinds Length or Steps.
+#[derive(Clone, Debug)]
+pub enum ArcCenter {
+    /// I, J, K as far as given.
+    Offsets([Option<Expr>; 3]),
+    /// R.
+    Radius(Expr),
+}
+
+/// A part of a PRINT.
+#[derive(Clone, Debug)]
+pub enum PrintPart {
+    /// A text.
+    Text(String),
+    /// A value; its kind says the unit.
+    Value(Expr),
+}
+
+/// Which canned cycle.
+#[derive(Clone, Debug)]
+pub enum CycleKind {
+    /// G81
+    Drill,
+    /// G82 with its dwell in ms.
+    Dwell(Expr),
+    /// G83 with its peck depth (Length or Steps, positive).
+    Peck(Expr),
+}
+
+/// One block that runs a canned cycle. Words that stay from an earlier block were filled in by the
+/// checker: a constant as such, anything else through a hidden variable.
+#[derive(Clone, Debug)]
+pub struct Cycle {
+    /// Which.
+    pub kind: CycleKind,
+    /// X and Y words; each repeat moves by them again when they are relative.
+    pub xy: [Option<Word>; 2],
+    /// R plane; relative to the Z before the cycle when its frame is Relative.
+    pub r: Word,
+    /// Bottom; relative to R when its frame is Relative.
+    pub z: Word,
+    /// L: runs in all, a Number; `None` is 1.
+    pub repeats: Option<Expr>,
+    /// G98: retract to the Z before the first cycle if that lies above R. `None` is G99.
+    /// The variable holds that Z (work position, um).
+    pub old_z: Option<VarId>,
+    /// Take the present Z into `old_z` first (no earlier cycle holds one).
+    pub takes_z: bool,
+    /// G61.
+    pub exact: bool,
+}
+
+/// What a statement does.
+#[derive(Clone, Debug)]
+pub enum StmtKind {
+    /// `place = value`
+    Assign(Place, Expr),
+    /// IF, in both forms.
+    If {
+        /// IF and ELSEIF in order.
+        arms: Vec<Arm>,
+        /// ELSE.
+        otherwise: Block,
+        /// Written on one line: a fault in its condition goes on with the next line.
+        one_line: bool,
+    },
+    /// SELECT CASE; `value` goes into `temp` once.
+    Select {
+        /// The value.
+        value: Expr,
+        /// Hidden variable that holds it.
+        temp: VarId,
+        /// Cases in order.
+        cases: Vec<Case>,
+        /// CASE ELSE.
+        otherwise: Block,
+    },
+    /// FOR. `limit` and `step` that are not constants go into hidden variables once.
+    For {
+        /// The variable, a scalar.
+        var: VarId,
+        /// Start.
+        from: Expr,
+        /// Limit.
+        to: Expr,
+        /// Step.
+        step: Expr,
+        /// Hidden variable for a limit that is not constant.
+        to_temp: Option<VarId>,
+        /// Hidden variable for a step that is not constant.
+        step_temp: Option<VarId>,
+        /// Body.
+        body: Block,
+        /// Line of the NEXT: a fault there is its.
+        next_line: u32,
+    },
+    /// WHILE
+    While {
+        /// The condition.
+        condition: Expr,
+        /// Body.
+        body: Block,
+    },
+    /// DO ... LOOP
+    Do {
+        /// Test before each pass.
+        before: Option<DoTest>,
+        /// Body.
+        body: Block,
+        /// Test after each pass.
+        after: Option<DoTest>,
+    },
+    /// REPEAT
+    Repeat {
+        /// Runs in all.
+        count: Expr,
+        /// Hidden variable that counts down.
+        temp: VarId,
+        /// Body.
+        body: Block,
+    },
+    /// EXIT of the innermost enclosing loop of that kind.
+    Exit(LoopKind),
+    /// CONTINUE of the innermost enclosing loop of that kind.
+    Continue(LoopKind),
+    /// A label stands here.
+    Label(LabelId),
+    /// GOTO
+    Goto(LabelId),
+    /// GOSUB
+    Gosub(GosubTarget),
+    /// RETURN without a value: of an open GOSUB of this routine, else of the SUB.
+    Return,
+    /// `RETURN e` of a FUNCTION.
+    ReturnValue(Expr),
+    /// EXIT SUB, EXIT FUNCTION: leaves the routine; a FUNCTION's result is 0.
+    ExitRoutine,
+    /// Call of a SUB, or of a FUNCTION whose result is dropped.
+    Call(RoutineId, Vec<Expr>),
+    /// END, M2, M30.
+    End,
+    /// ON ERROR GOTO, or STOP for `None`.
+    OnError(Option<LabelId>),
+    /// RESUME NEXT
+    ResumeNext,
+    /// ON IN n RISE|FALL GOSUB; `slot` in text order of the ON lines, 0..=3.
+    OnInput {
+        /// Event slot.
+        slot: u8,
+        /// Input number.
+        n: Expr,
+        /// Rise or Fall.
+        want: Want,
+        /// Handler.
+        target: GosubTarget,
+    },
+    /// ON IN n OFF
+    OffInput(Expr),
+    /// ON EVERY t GOSUB
+    OnEvery {
+        /// Event slot.
+        slot: u8,
+        /// Time.
+        every: Expr,
+        /// Handler.
+        target: GosubTarget,
+    },
+    /// ON EVERY OFF
+    OffEvery,
+    /// MoveAxe and MoveRel.
+    MoveAxe {
+        /// The axis.
+        axis: Axis,
+        /// Target or distance: Length or Steps.
+        target: Expr,
+        /// MoveRel.
+        relative: bool,
+        /// START.
+        start: bool,
+        /// Speed or StepRate.
+        speed: Option<Expr>,
+        /// Accel or StepAccel.
+        accel: Option<Expr>,
+        /// Accel or StepAccel.
+        decel: Option<Expr>,
+    },
+    /// MoveSpeed
+    MoveSpeed {
+        /// The axis.
+        axis: Axis,
+        /// Speed or StepRate, signed.
+        speed: Expr,
+    },
+    /// StopAxe
+    StopAxe(Axis),
+    /// StopAll
+    StopAll,
+    /// WaitMove
+    WaitMove(Option<Axis>),
+    /// Home; a bare `Home` has the profile's order here.
+    Home {
+        /// In the order of execution.
+        axes: Vec<Axis>,
+        /// `Home?`
+        query: bool,
+    },
+    /// Probe, ProbeMask, G38.2, G38.3.
+    Probe {
+        /// The axis.
+        axis: Axis,
+        /// Limit.
+        limit: Word,
+        /// Speed or StepRate; `None` is the feed.
+        speed: Option<Expr>,
+        /// What ends it.
+        sensor: ProbeSensor,
+        /// `Probe?`, G38.3.
+        query: bool,
+    },
+    /// SetPos and one word of G92.
+    SetPos {
+        /// The axis.
+        axis: Axis,
+        /// Length.
+        value: Expr,
+    },
+    /// SetOut, M3 to M9.
+    SetOut {
+        /// Output number.
+        n: Expr,
+        /// Truth or Number.
+        on: Expr,
+    },
+    /// Pulse
+    Pulse {
+        /// Output number.
+        n: Expr,
+        /// Time.
+        time: Expr,
+    },
+    /// SetPort
+    SetPort(Expr),
+    /// Motors
+    Motors {
+        /// Truth or Number.
+        on: Expr,
+        /// One axis or all.
+        axis: Option<Axis>,
+    },
+    /// Wait, G4.
+    Wait(Expr),
+    /// WaitIn
+    WaitIn {
+        /// Input number.
+        n: Expr,
+        /// State or edge.
+        want: InWant,
+        /// Time.
+        timeout: Option<Expr>,
+        /// `WaitIn?`
+        query: bool,
+    },
+    /// WaitStart, M0, M6, M1 where the profile says so.
+    WaitStart,
+    /// Send
+    Send(Expr),
+    /// WaitChar
+    WaitChar {
+        /// Character.
+        c: Expr,
+        /// Time.
+        timeout: Option<Expr>,
+        /// `WaitChar?`
+        query: bool,
+    },
+    /// PRINT
+    Print(Vec<PrintPart>),
+    /// F: Speed or StepRate.
+    SetFeed(Expr),
+    /// S
+    SetSpindle(Expr),
+    /// G0 and G1. A block that moves by G28 is two of these.
+    Linear {
+        /// G0
+        rapid: bool,
+        /// Axis words.
+        to: [Option<Word>; 3],
+        /// G61
+        exact: bool,
+    },
+    /// G2 and G3.
+    Arc {
+        /// G2
+        clockwise: bool,
+        /// Plane.
+        plane: Plane,
+        /// Axis words.
+        to: [Option<Word>; 3],
+        /// Centre.
+        center: ArcCenter,
+        /// G61
+        exact: bool,
+    },
+    /// G81, G82, G83.
+    Cycle(Box<Cycle>),
+}
+
+/// An expression with its kind.
+#[derive(Clone, Debug)]
+pub struct Expr {
+    /// Kind of the result.
+    pub kind: Kind,
+    /// Its text.
+    pub span: Span,
+    /// What it is.
+    pub node: ExprKind,
+}
+
+/// Nodes of expressions. Operands are evaluated left to right.
+#[derive(Clone, Debug)]
+pub enum ExprKind {
+    /// A literal, a CONST or the folded result of such.
+    Const(i32),
+    /// A scalar variable.
+    Var(VarId),
+    /// An array element; F03 outside.
+    Elem(VarId, Box<Expr>),
+    /// A table value; F03 when row or column lie outside.
+    Table {
+        /// The table.
+        table: TableId,
+        /// Row, from 0.
+        row: Box<Expr>,
+        /// Column, from 0.
+        column: Box<Expr>,
+    },
+    /// One operand.
+    Unary(UnOp, Box<Expr>),
+    /// Two operands, both evaluated.
+    Binary(BinOp, Box<Expr>, Box<Expr>),
+    /// ANDALSO; gives 1 or 0.
+    AndAlso(Box<Expr>, Box<Expr>),
+    /// ORELSE; gives 1 or 0.
+    OrElse(Box<Expr>, Box<Expr>),
+    /// A FUNCTION.
+    Call(RoutineId, Vec<Expr>),
+    /// `STEPS(axis, length)`: um to steps by the profile, half away from zero; F01.
+    ToSteps(Axis, Box<Expr>),
+    /// `LENGTH(axis, steps)`: steps to um by the profile, half away from zero; F01.
+    ToLength(Axis, Box<Expr>),
+    /// A look at the machine.
+    Read(ReadKind),
+    /// ERR: number of the last fault, 0 before one.
+    Err,
+    /// ERL: its line.
+    Erl,
+}
+
+/// Functions that look at the machine, with their argument.
+#[derive(Clone, Debug)]
+pub enum ReadKind {
+    /// `IN(n)`
+    In(Box<Expr>),
+    /// `INPORT()`
+    InPort,
+    /// `OUT(n)`
+    Out(Box<Expr>),
+    /// `POS(axis)`
+    Pos(Axis),
+    /// `POSST(axis)`
+    PosSteps(Axis),
+    /// `PROBED(axis)`
+    Probed(Axis),
+    /// `PROBEDST(axis)`
+    ProbedSteps(Axis),
+    /// `PROBEOK(axis)`
+    ProbeOk(Axis),
+    /// `MOVING(axis)`
+    Moving(Axis),
+    /// `HOMED(axis)`
+    Homed(Axis),
+    /// `TIMER()`
+    Timer,
+    /// `TIMEDOUT`
+    TimedOut,
+    /// `CHARIN()`
+    CharIn,
+}
+
+/// Operators and functions of one operand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnOp {
+    /// `-`; F01 for the least number.
+    Neg,
+    /// NOT of a Number: bitwise.
+    BitNot,
+    /// NOT of a Truth: 1 or 0.
+    LogNot,
+    /// ABS; F01 for the least number.
+    Abs,
+    /// SGN: -1, 0, 1.
+    Sgn,
+    /// SQR: integer root; negative F20.
+    Sqr,
+}
+
+/// Operators and functions of two operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BinOp {
+    /// `+`; F01.
+    Add,
+    /// `-`; F01.
+    Sub,
+    /// `*`; F01.
+    Mul,
+    /// `/` toward zero; F02, F01.
+    Div,
+    /// MOD with the dividend's sign; F02.
+    Mod,
+    /// AND, bitwise.
+    And,
+    /// OR, bitwise.
+    Or,
+    /// XOR, bitwise.
+    Xor,
+    /// `<<` drops bits; F04 for a count outside 0..31.
+    Shl,
+    /// `>>` arithmetic; F04.
+    Shr,
+    /// `=`
+    Eq,
+    /// `<>`
+    Ne,
+    /// `<`
+    Lt,
+    /// `<=`
+    Le,
+    /// `>`
+    Gt,
+    /// `>=`
+    Ge,
+    /// MIN
+    Min,
+    /// MAX
+    Max,
+}
+
+impl Program {
+    /// The variable `id`.
+    pub fn var(&self, id: VarId) -> &Var {
+        &self.vars[id.0 as usize]
+    }
+
+    /// The table `id`.
+    pub fn table(&self, id: TableId) -> &Table {
+        &self.tables[id.0 as usize]
+    }
+
+    /// The routine `id`.
+    pub fn routine(&self, id: RoutineId) -> &Routine {
+        &self.routines[id.0 as usize]
+    }
+}
