@@ -11,6 +11,8 @@ pub mod axis;
 pub mod effect;
 pub mod fault;
 #[cfg(feature = "compiler")]
+pub mod front;
+#[cfg(feature = "compiler")]
 pub mod hir;
 #[cfg(feature = "compiler")]
 pub mod kind;

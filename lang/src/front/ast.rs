@@ -1,0 +1,578 @@
+//! The syntax tree: what the parser found, before names and kinds are settled.
+//!
+//! Every tree is bounded: expressions are at most [`MAX_EXPR_DEPTH`] nodes high and blocks at most
+//! [`MAX_BLOCK_DEPTH`] deep, so a walk may recurse.
+
+use super::literal::Decimal;
+use super::span::Span;
+use super::words::Func;
+use crate::axis::Axis;
+use crate::effect::{Plane, Want};
+use crate::kind::Kind;
+
+/// Height of the highest expression tree that the parser lets through.
+pub const MAX_EXPR_DEPTH: usize = 100;
+/// Depth to which blocks (and one-line IFs) may nest.
+pub const MAX_BLOCK_DEPTH: usize = 64;
+
+/// A script.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Script {
+    /// The machine that the script names with PROFILE.
+    pub profile: Option<Text>,
+    /// The statements outside subs, in text order.
+    pub body: Block,
+    /// SUBs and FUNCTIONs, in text order.
+    pub routines: Vec<Routine>,
+    /// Line of the last token, from 1.
+    pub last_line: u32,
+}
+
+/// Statements in text order.
+pub type Block = Vec<Stmt>;
+
+/// A name as written; names are equal when their keys are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Name {
+    /// As it stands in the script.
+    pub text: String,
+    /// Folded to lower case.
+    pub key: String,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A quoted text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Text {
+    /// Without the quotes.
+    pub text: String,
+    /// With the quotes.
+    pub span: Span,
+}
+
+/// A kind behind AS.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KindRef {
+    /// The kind.
+    pub kind: Kind,
+    /// Where its word stands.
+    pub span: Span,
+}
+
+/// An axis letter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AxisRef {
+    /// Which.
+    pub axis: Axis,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A SUB or FUNCTION.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Routine {
+    /// Its name.
+    pub name: Name,
+    /// FUNCTION, not SUB.
+    pub is_function: bool,
+    /// In order.
+    pub params: Vec<Param>,
+    /// The AS behind a FUNCTION's parameters.
+    pub result: Option<KindRef>,
+    /// The statements between its lines.
+    pub body: Block,
+    /// The opening line's words.
+    pub span: Span,
+    /// Line of SUB or FUNCTION.
+    pub line: u32,
+    /// Line of END SUB or END FUNCTION.
+    pub end_line: u32,
+}
+
+/// A parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Param {
+    /// Its name.
+    pub name: Name,
+    /// Its AS.
+    pub kind: Option<KindRef>,
+}
+
+/// A statement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stmt {
+    /// What it is.
+    pub kind: StmtKind,
+    /// Its words; of a block, those of its opening line.
+    pub span: Span,
+    /// Line of its first word, from 1: what ERL and traces show.
+    pub line: u32,
+}
+
+/// The statements.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StmtKind {
+    /// `name:`
+    Label(Name),
+    /// `CONST a = e, ...`
+    Const(Vec<(Name, Expr)>),
+    /// `INPUT part = 3` or `OUTPUT pump = 1`
+    Port {
+        /// OUTPUT, not INPUT.
+        output: bool,
+        /// Names and their numbers.
+        ports: Vec<(Name, Expr)>,
+    },
+    /// `DIM a, b(8) AS LENGTH, c AT 3000`
+    Dim(Vec<Variable>),
+    /// `KEEP a AS TIME`; neither size nor AT is refused here.
+    Keep(Vec<Variable>),
+    /// `TABLE t(2) = 1, 2; 3, 4`
+    Table {
+        /// Its name.
+        name: Name,
+        /// Columns.
+        width: Option<Expr>,
+        /// Values by `;`.
+        rows: Vec<Vec<Expr>>,
+    },
+    /// `a = e`, `a(i) = e`
+    Assign {
+        /// What is written.
+        target: Name,
+        /// What stands in the parentheses; empty without.
+        index: Vec<Expr>,
+        /// The value.
+        value: Expr,
+    },
+    /// `name 1, 2`, `name(1, 2)`, `CALL name(1, 2)`
+    Call {
+        /// The SUB.
+        name: Name,
+        /// In order.
+        args: Vec<Expr>,
+    },
+    /// IF in both forms.
+    If {
+        /// IF, then ELSEIFs.
+        arms: Vec<Arm>,
+        /// ELSE.
+        otherwise: Option<Block>,
+        /// The one-line form.
+        one_line: bool,
+    },
+    /// SELECT CASE
+    Select {
+        /// What is compared.
+        value: Expr,
+        /// In order.
+        cases: Vec<Case>,
+        /// CASE ELSE.
+        otherwise: Option<Block>,
+    },
+    /// FOR
+    For {
+        /// The variable.
+        var: Name,
+        /// First value.
+        from: Expr,
+        /// Limit.
+        to: Expr,
+        /// STEP.
+        step: Option<Expr>,
+        /// The body.
+        body: Block,
+        /// Line of NEXT.
+        next_line: u32,
+    },
+    /// WHILE
+    While {
+        /// The condition.
+        cond: Expr,
+        /// The body.
+        body: Block,
+        /// Line of WEND.
+        end_line: u32,
+    },
+    /// DO
+    Do {
+        /// The test behind DO.
+        before: Option<Test>,
+        /// The body.
+        body: Block,
+        /// The test behind LOOP.
+        after: Option<Test>,
+        /// Line of LOOP.
+        loop_line: u32,
+    },
+    /// REPEAT
+    Repeat {
+        /// How often.
+        count: Expr,
+        /// The body.
+        body: Block,
+        /// Line of END REPEAT.
+        end_line: u32,
+    },
+    /// EXIT
+    Exit(Enclosing),
+    /// CONTINUE; never SUB or FUNCTION.
+    Continue(Enclosing),
+    /// GOTO
+    Goto(Name),
+    /// GOSUB
+    Gosub(Name),
+    /// RETURN, in a FUNCTION with its value.
+    Return(Option<Expr>),
+    /// END
+    End,
+    /// `ON ERROR GOTO label`; None is `ON ERROR STOP`.
+    OnError(Option<Name>),
+    /// `RESUME NEXT`
+    ResumeNext,
+    /// `ON IN n RISE|FALL GOSUB sub`, `ON IN n OFF`
+    OnIn {
+        /// The input.
+        input: Expr,
+        /// Edge (never a level) and target; None is OFF.
+        handler: Option<(Want, Name)>,
+    },
+    /// `ON EVERY t GOSUB sub`; None is `ON EVERY OFF`.
+    OnEvery(Option<(Expr, Name)>),
+    /// A statement of the machine.
+    Machine(Machine),
+    /// A G-code block.
+    Gcode(Vec<GWord>),
+}
+
+/// A variable of DIM or KEEP.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Its name.
+    pub name: Name,
+    /// What stands in its parentheses.
+    pub size: Option<Expr>,
+    /// Its AS.
+    pub kind: Option<KindRef>,
+    /// Its AT.
+    pub at: Option<Expr>,
+}
+
+/// A branch of an IF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arm {
+    /// The condition.
+    pub cond: Expr,
+    /// What runs.
+    pub body: Block,
+    /// Line of IF or ELSEIF.
+    pub line: u32,
+}
+
+/// A CASE.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Any of them.
+    pub tests: Vec<CaseTest>,
+    /// What runs.
+    pub body: Block,
+    /// Line of CASE.
+    pub line: u32,
+}
+
+/// One test of a CASE.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CaseTest {
+    /// `CASE 1`
+    Value(Expr),
+    /// `CASE 5 TO 9`, both ends included
+    Range(Expr, Expr),
+    /// `CASE IS < 0`
+    Is(BinaryOp, Expr),
+}
+
+/// A test of DO or LOOP.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Test {
+    /// UNTIL, not WHILE.
+    pub until: bool,
+    /// The condition.
+    pub cond: Expr,
+}
+
+/// What EXIT and CONTINUE name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Enclosing {
+    /// FOR
+    For,
+    /// WHILE
+    While,
+    /// DO
+    Do,
+    /// REPEAT
+    Repeat,
+    /// SUB
+    Sub,
+    /// FUNCTION
+    Function,
+}
+
+/// The machine's statements; optional arguments that were left out are None.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Machine {
+    /// MoveAxe, MoveRel
+    Move {
+        /// START stands before it.
+        start: bool,
+        /// MoveRel.
+        relative: bool,
+        /// Which axis.
+        axis: AxisRef,
+        /// Target or distance.
+        target: Expr,
+        /// Top speed.
+        speed: Option<Expr>,
+        /// Acceleration.
+        accel: Option<Expr>,
+        /// Deceleration.
+        decel: Option<Expr>,
+    },
+    /// WaitMove
+    WaitMove(Option<AxisRef>),
+    /// MoveSpeed
+    MoveSpeed(AxisRef, Expr),
+    /// StopAxe
+    StopAxe(AxisRef),
+    /// StopAll
+    StopAll,
+    /// Home, Home?
+    Home {
+        /// Written with `?`.
+        quiet: bool,
+        /// In order; empty is the profile's order.
+        axes: Vec<AxisRef>,
+    },
+    /// Probe, Probe?
+    Probe {
+        /// Written with `?`.
+        quiet: bool,
+        /// Which axis.
+        axis: AxisRef,
+        /// Absolute limit.
+        limit: Expr,
+        /// Speed.
+        speed: Expr,
+        /// Input.
+        input: Option<Expr>,
+        /// State.
+        state: Option<Expr>,
+    },
+    /// ProbeMask, ProbeMask?
+    ProbeMask {
+        /// Written with `?`.
+        quiet: bool,
+        /// Which axis.
+        axis: AxisRef,
+        /// Absolute limit.
+        limit: Expr,
+        /// Speed.
+        speed: Expr,
+        /// AND mask.
+        and: Expr,
+        /// XOR mask.
+        xor: Expr,
+    },
+    /// SetPos
+    SetPos(AxisRef, Expr),
+    /// SetOut
+    SetOut(Expr, Expr),
+    /// Pulse
+    Pulse(Expr, Expr),
+    /// SetPort
+    SetPort(Expr),
+    /// Motors
+    Motors(Expr, Option<AxisRef>),
+    /// Wait
+    Wait(Expr),
+    /// WaitIn, WaitIn?
+    WaitIn {
+        /// Written with `?`.
+        quiet: bool,
+        /// Input.
+        input: Expr,
+        /// What it waits for.
+        state: InputState,
+        /// Timeout.
+        timeout: Option<Expr>,
+    },
+    /// WaitStart
+    WaitStart,
+    /// Send
+    Send(Expr),
+    /// WaitChar, WaitChar?
+    WaitChar {
+        /// Written with `?`.
+        quiet: bool,
+        /// Character.
+        code: Expr,
+        /// Timeout.
+        timeout: Option<Expr>,
+    },
+    /// PRINT
+    Print(Vec<PrintPart>),
+    /// PLANE
+    Plane(Plane),
+}
+
+/// What WaitIn waits for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InputState {
+    /// RISE or FALL.
+    Edge(Want),
+    /// ON, OFF or an expression of them.
+    Level(Expr),
+}
+
+/// A part of a PRINT.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PrintPart {
+    /// A quoted text.
+    Text(Text),
+    /// A value.
+    Value(Expr),
+}
+
+/// A word of a G-code block.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GWord {
+    /// An upper-case ASCII letter.
+    pub letter: char,
+    /// Its value.
+    pub value: GValue,
+    /// Letter and value.
+    pub span: Span,
+}
+
+/// The value of a G-code word.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GValue {
+    /// `X-12.5`: exact, with its sign.
+    Number(Decimal),
+    /// `X[e]`
+    Expr(Expr),
+}
+
+/// An expression.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expr {
+    /// What it is.
+    pub kind: ExprKind,
+    /// Where it stands, its parentheses included.
+    pub span: Span,
+}
+
+/// The expressions.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExprKind {
+    /// A number with its unit; TRUE FALSE ON OFF.
+    Literal {
+        /// Its kind.
+        kind: Kind,
+        /// In the unit in which the kind is stored.
+        value: i32,
+    },
+    /// A variable, constant, port or table; a FUNCTION without parameters.
+    Name(Name),
+    /// `name(a, b)`: an array, a table or a FUNCTION.
+    Apply(Name, Vec<Expr>),
+    /// A built-in function; the number of arguments was checked against the table of functions.
+    Builtin(Func, Vec<Expr>),
+    /// An axis letter: argument of a built-in function only.
+    Axis(AxisRef),
+    /// `-e`, `NOT e`
+    Unary(UnaryOp, Box<Expr>),
+    /// `a + b`
+    Binary(BinaryOp, Box<Expr>, Box<Expr>),
+}
+
+/// Operators with one operand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum UnaryOp {
+    /// `-`
+    Neg,
+    /// NOT
+    Not,
+}
+
+/// Operators with two operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BinaryOp {
+    /// OR
+    Or,
+    /// XOR
+    Xor,
+    /// ORELSE
+    OrElse,
+    /// AND
+    And,
+    /// ANDALSO
+    AndAlso,
+    /// `=`
+    Eq,
+    /// `<>`
+    Ne,
+    /// `<`
+    Lt,
+    /// `<=`
+    Le,
+    /// `>`
+    Gt,
+    /// `>=`
+    Ge,
+    /// `<<`
+    Shl,
+    /// `>>`
+    Shr,
+    /// `+`
+    Add,
+    /// `-`
+    Sub,
+    /// `*`
+    Mul,
+    /// `/`
+    Div,
+    /// MOD
+    Mod,
+}
+
+impl BinaryOp {
+    /// As it is written.
+    pub const fn symbol(self) -> &'static str {
+        match self {
+            Self::Or => "OR",
+            Self::Xor => "XOR",
+            Self::OrElse => "ORELSE",
+            Self::And => "AND",
+            Self::AndAlso => "ANDALSO",
+            Self::Eq => "=",
+            Self::Ne => "<>",
+            Self::Lt => "<",
+            Self::Le => "<=",
+            Self::Gt => ">",
+            Self::Ge => ">=",
+            Self::Shl => "<<",
+            Self::Shr => ">>",
+            Self::Add => "+",
+            Self::Sub => "-",
+            Self::Mul => "*",
+            Self::Div => "/",
+            Self::Mod => "MOD",
+        }
+    }
+
+    /// Gives a Truth.
+    pub const fn is_comparison(self) -> bool {
+        matches!(self, Self::Eq | Self::Ne | Self::Lt | Self::Le | Self::Gt | Self::Ge)
+    }
+}

@@ -1,0 +1,150 @@
+//! Diagnostics as data, and their plain rendering.
+
+use super::codes::{Code, Severity};
+use super::source::Source;
+use super::span::Span;
+use core::fmt::Write;
+
+/// Diagnostics shown in one run; what goes beyond is counted only.
+pub const MAX_DIAGS: usize = 50;
+
+/// Something that is wrong, or suspicious, at a place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diag {
+    /// Which, of the table of diagnostics.
+    pub code: Code,
+    /// Error or warning.
+    pub severity: Severity,
+    /// The words that it is about.
+    pub span: Span,
+    /// What is wrong, in one line, without a full stop.
+    pub message: String,
+    /// Further places that belong to it.
+    pub labels: Vec<Label>,
+    /// What to write instead, in one line.
+    pub hint: Option<String>,
+}
+
+/// A further place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// Where.
+    pub span: Span,
+    /// What is there.
+    pub text: String,
+}
+
+impl Diag {
+    /// A diagnostic with the severity that the table gives its code.
+    pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
+        Self {
+            code,
+            severity: code.severity(),
+            span,
+            message: message.into(),
+            labels: Vec::new(),
+            hint: None,
+        }
+    }
+
+    /// Adds the remedy.
+    #[must_use]
+    pub fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+
+    /// Adds a further place.
+    #[must_use]
+    pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.labels.push(Label { span, text: text.into() });
+        self
+    }
+
+    /// Whether it keeps the script from running.
+    pub fn is_error(&self) -> bool {
+        self.severity == Severity::Error
+    }
+
+    /// `FILE:LINE:COL: error[CODE]: text`, then one indented line for each label and the hint.
+    pub fn render(&self, source: &Source) -> String {
+        let (line, column) = source.place(self.span.start);
+        let name = source.name();
+        let severity = self.severity.word();
+        let code = self.code.id();
+        let mut out = format!("{name}:{line}:{column}: {severity}[{code}]: {}\n", self.message);
+        for label in &self.labels {
+            let (line, column) = source.place(label.span.start);
+            let _ = writeln!(out, "  {name}:{line}:{column}: {}", label.text);
+        }
+        if let Some(hint) = &self.hint {
+            let _ = writeln!(out, "  hint: {hint}");
+        }
+        out
+    }
+}
+
+/// Collects diagnostics: at most [`MAX_DIAGS`], none twice at one place.
+#[derive(Clone, Debug, Default)]
+pub struct Diags {
+    list: Vec<Diag>,
+    dropped: usize,
+}
+
+impl Diags {
+    /// None yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds one, unless the list is full or has the same code at the same place. An error takes
+    /// the place of a warning in a full list.
+    pub fn push(&mut self, diag: Diag) {
+        if self.list.iter().any(|d| d.code == diag.code && d.span.start == diag.span.start) {
+            return;
+        }
+        if self.list.len() < MAX_DIAGS {
+            self.list.push(diag);
+            return;
+        }
+        self.dropped += 1;
+        if diag.is_error()
+            && let Some(warning) = self.list.iter_mut().rev().find(|d| !d.is_error())
+        {
+            *warning = diag;
+        }
+    }
+
+    /// Adds all of another list.
+    pub fn extend(&mut self, other: Self) {
+        self.dropped += other.dropped;
+        for diag in other.list {
+            self.push(diag);
+        }
+    }
+
+    /// Whether one of them is an error.
+    pub fn has_errors(&self) -> bool {
+        self.list.iter().any(Diag::is_error)
+    }
+
+    /// How many were not kept.
+    pub fn dropped(&self) -> usize {
+        self.dropped
+    }
+
+    /// In text order.
+    pub fn into_sorted(mut self) -> Vec<Diag> {
+        self.list.sort_by_key(|d| (d.span.start, d.code.id()));
+        self.list
+    }
+
+    /// All of them, rendered in text order, with a last line where some were dropped.
+    pub fn render(&self, source: &Source) -> String {
+        let mut out: String = self.clone().into_sorted().iter().map(|d| d.render(source)).collect();
+        if self.dropped > 0 {
+            let _ = writeln!(out, "{} further diagnostics are not shown", self.dropped);
+        }
+        out
+    }
+}

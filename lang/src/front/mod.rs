@@ -1,0 +1,9 @@
+//! The front end: from bytes to a checked program.
+
+pub mod ast;
+pub mod codes;
+pub mod diag;
+pub mod literal;
+pub mod source;
+pub mod span;
+pub mod words;

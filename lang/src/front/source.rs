@@ -1,0 +1,110 @@
+//! The text of a script: decoding from bytes, lines and columns.
+
+use super::codes::Code;
+use super::diag::Diag;
+use super::span::Span;
+
+/// Longest script that the tools read. Ten thousand lines have about half a megabyte.
+pub const MAX_SOURCE_BYTES: usize = 16 << 20;
+
+/// A script's text with its name and its lines.
+#[derive(Clone, Debug)]
+pub struct Source {
+    name: String,
+    text: String,
+    line_starts: Vec<u32>,
+}
+
+impl Source {
+    /// Decodes a file. UTF-8 is the rule, a byte order mark is skipped; anything else is read as
+    /// Latin-1 with a warning, as scripts from old editors are. Files that hold no text or too
+    /// much of it become empty, with an error.
+    pub fn decode(name: &str, bytes: &[u8]) -> (Self, Vec<Diag>) {
+        if bytes.len() > MAX_SOURCE_BYTES {
+            let diag = Diag::new(
+                Code::FileTooLarge,
+                Span::default(),
+                format!(
+                    "the file has {} bytes; a script has at most {MAX_SOURCE_BYTES}",
+                    bytes.len()
+                ),
+            )
+            .hint("`pasapas stream` runs long jobs; `pasapas import` turns them into scripts");
+            return (Self::new(name, String::new()), vec![diag]);
+        }
+        if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
+            let diag = Diag::new(Code::NotText, Span::default(), "the file is UTF-16 text")
+                .hint("save it as UTF-8");
+            return (Self::new(name, String::new()), vec![diag]);
+        }
+        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        if let Some(at) = bytes.iter().position(|&b| b == 0) {
+            let diag = Diag::new(
+                Code::NotText,
+                Span::default(),
+                format!("the file is not text: byte {at} is 0"),
+            )
+            .hint("is it an image? `pasapas disasm` and `pasapas upload` read those");
+            return (Self::new(name, String::new()), vec![diag]);
+        }
+        match core::str::from_utf8(bytes) {
+            Ok(text) => (Self::new(name, text.to_owned()), Vec::new()),
+            Err(error) => {
+                let text = bytes.iter().map(|&b| char::from(b)).collect();
+                let source = Self::new(name, text);
+                let at = error.valid_up_to() as u32;
+                let diag = Diag::new(
+                    Code::Latin1,
+                    Span::new(at, at + 1),
+                    "the file is not UTF-8; it was read as Latin-1",
+                )
+                .hint("save it as UTF-8");
+                (source, vec![diag])
+            }
+        }
+    }
+
+    /// A text that is at hand, at most [`MAX_SOURCE_BYTES`] long.
+    pub fn new(name: &str, text: String) -> Self {
+        let mut line_starts = vec![0];
+        let bytes = text.as_bytes();
+        for (i, &b) in bytes.iter().enumerate() {
+            // CR alone ends a line too: old Macintosh editors wrote it.
+            if b == b'\n' || (b == b'\r' && bytes.get(i + 1) != Some(&b'\n')) {
+                line_starts.push(i as u32 + 1);
+            }
+        }
+        Self { name: name.to_owned(), text, line_starts }
+    }
+
+    /// The file's name, as diagnostics show it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The decoded text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Line of an offset, from 1.
+    pub fn line(&self, offset: u32) -> u32 {
+        self.line_starts.partition_point(|&s| s <= offset) as u32
+    }
+
+    /// Line and column (in characters) of an offset, both from 1.
+    pub fn place(&self, offset: u32) -> (u32, u32) {
+        let line = self.line(offset);
+        let start = self.line_starts[line as usize - 1] as usize;
+        let end = (offset as usize).min(self.text.len());
+        let column = self.text.get(start..end).map_or(0, |s| s.chars().count());
+        (line, column as u32 + 1)
+    }
+
+    /// The text of a line, from 1, without its end.
+    pub fn line_text(&self, line: u32) -> &str {
+        let at = |i: usize| self.line_starts.get(i).map_or(self.text.len(), |&s| s as usize);
+        let index = (line as usize).saturating_sub(1);
+        self.text.get(at(index)..at(index + 1)).unwrap_or("").trim_end_matches(['\n', '\r'])
+    }
+}
