@@ -18,3 +18,5 @@ pub mod hir;
 pub mod kind;
 #[cfg(feature = "compiler")]
 pub mod profile;
+pub mod record;
+pub mod wire;

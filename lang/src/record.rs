@@ -1,0 +1,214 @@
+//! The two records in which a profile reaches the device: the axes' part in every program image,
+//! the board's part in the information memory.
+//!
+//! Both are little endian and laid out as the `repr(C)` structures below, which the device reads in
+//! place. The host writes them with `encode` (feature `compiler`).
+
+/// Version of both layouts.
+pub const RECORD_VERSION: u16 = 1;
+
+/// Image features: what a program uses, so that the device can lay out its RAM.
+pub mod feature {
+    /// G0 to G3: interpolated motion.
+    pub const INTERPOLATE: u16 = 1 << 0;
+    /// `START`, `MoveSpeed`: axes on their own.
+    pub const START: u16 = 1 << 1;
+    /// G2, G3.
+    pub const ARC: u16 = 1 << 2;
+    /// `ON IN`, `ON EVERY`.
+    pub const EVENTS: u16 = 1 << 3;
+    /// KEEP variables.
+    pub const KEEP: u16 = 1 << 4;
+    /// The image holds a line table (`ERL`).
+    pub const LINES: u16 = 1 << 5;
+}
+
+/// One axis in an image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct AxisRecord {
+    /// [`AxisRecord::PRESENT`] and others.
+    pub flags: u16,
+    /// `steps` motor steps move the axis by `um`.
+    pub steps: u16,
+    /// See `steps`.
+    pub um: u16,
+    /// Start and stop rate, steps/s.
+    pub start_rate: u16,
+    /// Homing rate toward the switch, steps/s.
+    pub home_fast: u16,
+    /// Homing rate off the switch, steps/s.
+    pub home_slow: u16,
+    /// Rest between the two, ms.
+    pub home_pause: u16,
+    /// Top rate, steps/s.
+    pub top_rate: u32,
+    /// Ramp up, steps/s2.
+    pub accel: u32,
+    /// Ramp down, steps/s2.
+    pub decel: u32,
+    /// Lowest machine position, um.
+    pub min: i32,
+    /// Highest machine position, um.
+    pub max: i32,
+    /// How far to look for the switch, um.
+    pub home_stroke: i32,
+    /// Machine position where the switch opens, um.
+    pub home_position: i32,
+    /// Clearance move, um, away from the switch when positive.
+    pub home_clearance: i32,
+}
+
+impl AxisRecord {
+    /// [`AxisRecord::flags`]: the machine has the axis.
+    pub const PRESENT: u16 = 1 << 0;
+    /// [`AxisRecord::flags`]: DIR is low for the positive direction.
+    pub const INVERT: u16 = 1 << 1;
+    /// [`AxisRecord::flags`]: the reference switch is at the positive end.
+    pub const HOME_POSITIVE: u16 = 1 << 2;
+    /// Bytes of a record.
+    pub const SIZE: usize = 46;
+}
+
+/// The axes' part of a profile, in an image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct MachineRecord {
+    /// [`MachineRecord::REQUIRE_HOMING`] and others.
+    pub flags: u16,
+    /// Junction deviation, um.
+    pub corner: u16,
+    /// Feed of a G1 that no F reaches, um/s; 0 for none.
+    pub default_feed: u32,
+    /// X, Y, Z.
+    pub axes: [AxisRecord; 3],
+}
+
+impl MachineRecord {
+    /// [`MachineRecord::flags`]: an absolute move of an unhomed axis is F07.
+    pub const REQUIRE_HOMING: u16 = 1 << 0;
+    /// [`MachineRecord::flags`]: G0 lifts Z first and lowers it last.
+    pub const RAPID_Z_APART: u16 = 1 << 1;
+    /// Bytes of the record.
+    pub const SIZE: usize = 8 + 3 * AxisRecord::SIZE;
+}
+
+/// Output masks for one occasion, bit n-1 for output n.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct OutputStates {
+    /// These keep their state; the others take that of `on`.
+    pub keep: u16,
+    /// These go on.
+    pub on: u16,
+}
+
+/// The board's part of a profile: 64 bytes of information memory, 32 registers of the link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct BoardRecord {
+    /// One more at each change, modulo 65536: of two valid copies the later one holds.
+    pub sequence: u16,
+    /// [`RECORD_VERSION`]
+    pub version: u16,
+    /// [`BoardRecord::CHAIN`] and others.
+    pub flags: u16,
+    /// Modbus address, 1..=247.
+    pub address: u8,
+    /// Rate in the low nibble (0: 9600, 1: 19200, 2: 57600, 3: 115200), parity in the high one (0
+    /// none, 1 even, 2 odd).
+    pub rate: u8,
+    /// STEP pulse width, us.
+    pub pulse: u8,
+    /// DIR set-up time, us.
+    pub setup: u8,
+    /// Filter time of inputs, ms: the longest that the profile names.
+    pub filter: u8,
+    /// Input number of the probe.
+    pub probe: u8,
+    /// Inputs that are on when open: bit n-1 for input n.
+    pub input_invert: u16,
+    /// Bit 0 for input 17.
+    pub input_invert_high: u16,
+    /// Input numbers of the reference switches X, Y, Z.
+    pub reference: [u8; 3],
+    /// Input number of the emergency stop, 0 for none.
+    pub emergency: u8,
+    /// Input number of a second Start, 0 for none.
+    pub start: u8,
+    /// Input number of a second Stop, 0 for none.
+    pub stop: u8,
+    /// Input number of feed hold, 0 for none.
+    pub hold: u8,
+    /// Input number of the door, 0 for none.
+    pub door: u8,
+    /// Outputs whose on is a low level.
+    pub output_invert: u16,
+    /// Outputs that are on after reset.
+    pub reset_on: u16,
+    /// In a pause.
+    pub pause: OutputStates,
+    /// At a fault that ends the run.
+    pub fault: OutputStates,
+    /// At any other end.
+    pub end: OutputStates,
+    /// Output number with role laser, 0 for none.
+    pub laser: u8,
+    /// Output number with role lamp, 0 for none.
+    pub lamp: u8,
+    /// Output number with role enable, 0 for none.
+    pub enable: u8,
+    /// Output number with role spindle, 0 for none.
+    pub spindle: u8,
+    /// Spin-up time after a pause, ms.
+    pub spin_up: u16,
+    /// Zero.
+    pub reserved: [u16; 8],
+    /// CRC of the 62 bytes before.
+    pub crc: u16,
+}
+
+impl BoardRecord {
+    /// [`BoardRecord::flags`]: chain wiring, otherwise direct.
+    pub const CHAIN: u16 = 1 << 0;
+    /// [`BoardRecord::flags`]: run the stored program at power-up.
+    pub const AUTORUN: u16 = 1 << 1;
+    /// Bytes of the record.
+    pub const SIZE: usize = 64;
+
+    /// What a board that was never given a profile assumes: that of the built-in `mill`.
+    pub const DEFAULT: BoardRecord = BoardRecord {
+        sequence: 0,
+        version: RECORD_VERSION,
+        flags: BoardRecord::CHAIN,
+        address: 1,
+        rate: 3,
+        pulse: 3,
+        setup: 2,
+        filter: 5,
+        probe: 17,
+        input_invert: 0,
+        input_invert_high: 0,
+        reference: [9, 10, 11],
+        emergency: 0,
+        start: 0,
+        stop: 0,
+        hold: 0,
+        door: 0,
+        output_invert: 0,
+        reset_on: 0,
+        pause: OutputStates { keep: 0xFFFF, on: 0 },
+        fault: OutputStates { keep: 0, on: 0 },
+        end: OutputStates { keep: 0, on: 0 },
+        laser: 0,
+        lamp: 0,
+        enable: 0,
+        spindle: 1,
+        spin_up: 0,
+        reserved: [0; 8],
+        crc: 0,
+    };
+}
+
+#[cfg(feature = "compiler")]
+mod encode;

@@ -1,0 +1,235 @@
+//! From a profile to its records, and to bytes.
+
+use super::{AxisRecord, BoardRecord, MachineRecord, OutputStates, RECORD_VERSION};
+use crate::axis::Axis;
+use crate::profile::{
+    AxisProfile, Direction, InputRole, Output, OutputRole, Parity, Profile, SafeState, Wiring,
+};
+use crate::wire::{CRC_START, crc16};
+
+fn rate16(rate: i32) -> u16 {
+    u16::try_from(rate).unwrap_or(u16::MAX)
+}
+
+fn number(n: i32) -> u8 {
+    u8::try_from(n).unwrap_or(0)
+}
+
+fn bit(n: i32) -> u16 {
+    u32::try_from(n - 1).ok().and_then(|shift| 1u16.checked_shl(shift)).unwrap_or(0)
+}
+
+impl AxisRecord {
+    fn of(profile: &AxisProfile) -> AxisRecord {
+        let home = &profile.home;
+        let mut flags = AxisRecord::PRESENT;
+        if profile.invert {
+            flags |= AxisRecord::INVERT;
+        }
+        if home.direction == Direction::Positive {
+            flags |= AxisRecord::HOME_POSITIVE;
+        }
+        AxisRecord {
+            flags,
+            steps: profile.scale.steps,
+            um: profile.scale.um,
+            start_rate: rate16(profile.start_rate),
+            home_fast: rate16(home.fast_rate),
+            home_slow: rate16(home.slow_rate),
+            home_pause: home.pause_ms,
+            top_rate: profile.top_rate.unsigned_abs(),
+            accel: profile.accel.unsigned_abs(),
+            decel: profile.decel.unwrap_or(profile.accel).unsigned_abs(),
+            min: profile.min_um,
+            max: profile.max_um,
+            home_stroke: home.stroke_um,
+            home_position: home.position_um,
+            home_clearance: home.clearance_um,
+        }
+    }
+
+    fn write(&self, out: &mut Vec<u8>) {
+        for word in [
+            self.flags,
+            self.steps,
+            self.um,
+            self.start_rate,
+            self.home_fast,
+            self.home_slow,
+            self.home_pause,
+        ] {
+            out.extend(word.to_le_bytes());
+        }
+        for rate in [self.top_rate, self.accel, self.decel] {
+            out.extend(rate.to_le_bytes());
+        }
+        for place in [self.min, self.max, self.home_stroke, self.home_position, self.home_clearance]
+        {
+            out.extend(place.to_le_bytes());
+        }
+    }
+}
+
+impl MachineRecord {
+    /// The axes' part of `profile`.
+    pub fn of(profile: &Profile) -> MachineRecord {
+        let mut flags = 0;
+        if profile.require_homing {
+            flags |= MachineRecord::REQUIRE_HOMING;
+        }
+        if profile.rapid_z_apart {
+            flags |= MachineRecord::RAPID_Z_APART;
+        }
+        MachineRecord {
+            flags,
+            corner: rate16(profile.corner_um),
+            default_feed: profile.default_feed_um_s.unwrap_or(0).unsigned_abs(),
+            axes: Axis::ALL.map(|axis| profile.axis(axis).map(AxisRecord::of).unwrap_or_default()),
+        }
+    }
+
+    /// The record as the image holds it, [`MachineRecord::SIZE`] bytes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut out = Vec::with_capacity(MachineRecord::SIZE);
+        out.extend(self.flags.to_le_bytes());
+        out.extend(self.corner.to_le_bytes());
+        out.extend(self.default_feed.to_le_bytes());
+        for axis in &self.axes {
+            axis.write(&mut out);
+        }
+        out
+    }
+}
+
+impl BoardRecord {
+    /// The board's part of `profile`, with this sequence number and a valid CRC.
+    pub fn of(profile: &Profile, sequence: u16) -> BoardRecord {
+        let input = |role| number(profile.input_with(role).map_or(0, |input| input.n));
+        let output = |role| number(profile.output_with(role).map_or(0, |output| output.n));
+        let mut flags = 0;
+        if profile.wiring == Wiring::Chain {
+            flags |= BoardRecord::CHAIN;
+        }
+        if profile.run.autorun {
+            flags |= BoardRecord::AUTORUN;
+        }
+        let rate = match profile.link.rate {
+            9_600 => 0,
+            19_200 => 1,
+            57_600 => 2,
+            _ => 3,
+        };
+        let parity = match profile.link.parity {
+            Parity::None => 0,
+            Parity::Even => 1,
+            Parity::Odd => 2,
+        };
+        let inverted = |n: i32| profile.inputs.iter().any(|input| input.n == n && input.invert);
+        // A laser never stays on in a pause.
+        let pause = |output: &Output| match output.role {
+            Some(OutputRole::Laser) => SafeState::Off,
+            _ => output.pause,
+        };
+        let mut record = BoardRecord {
+            sequence,
+            version: RECORD_VERSION,
+            flags,
+            address: profile.link.address,
+            rate: rate | parity << 4,
+            pulse: profile.pulse_us,
+            setup: profile.dir_setup_us,
+            filter: profile.inputs.iter().map(|input| input.filter_ms).max().unwrap_or(5),
+            probe: number(profile.probe_input()),
+            input_invert: (1..=16).filter(|&n| inverted(n)).map(bit).sum(),
+            input_invert_high: inverted(17).into(),
+            reference: Axis::ALL.map(|axis| number(profile.reference_input(axis))),
+            emergency: input(InputRole::EmergencyStop),
+            start: input(InputRole::Start),
+            stop: input(InputRole::Stop),
+            hold: input(InputRole::Hold),
+            door: input(InputRole::Door),
+            output_invert: profile.outputs.iter().filter(|o| o.invert).map(|o| bit(o.n)).sum(),
+            reset_on: states(profile, |output| output.reset, SafeState::Off).on,
+            pause: states(profile, pause, SafeState::Keep),
+            fault: states(profile, |output| output.fault, SafeState::Off),
+            end: states(profile, |output| output.end, SafeState::Off),
+            laser: output(OutputRole::Laser),
+            lamp: output(OutputRole::Lamp),
+            enable: output(OutputRole::Enable),
+            spindle: output(OutputRole::Spindle),
+            spin_up: profile.run.spin_up_ms,
+            reserved: [0; 8],
+            crc: 0,
+        };
+        let bytes = record.to_bytes();
+        record.crc = bytes[..62].iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
+        record
+    }
+
+    /// The record as the information memory holds it.
+    pub fn to_bytes(&self) -> [u8; BoardRecord::SIZE] {
+        let mut out = Vec::with_capacity(BoardRecord::SIZE);
+        let mut words = |words: &[u16]| {
+            for word in words {
+                out.extend(word.to_le_bytes());
+            }
+        };
+        let pair = |low: u8, high: u8| u16::from_le_bytes([low, high]);
+        words(&[self.sequence, self.version, self.flags]);
+        words(&[
+            pair(self.address, self.rate),
+            pair(self.pulse, self.setup),
+            pair(self.filter, self.probe),
+            self.input_invert,
+            self.input_invert_high,
+            pair(self.reference[0], self.reference[1]),
+            pair(self.reference[2], self.emergency),
+            pair(self.start, self.stop),
+            pair(self.hold, self.door),
+            self.output_invert,
+            self.reset_on,
+        ]);
+        for states in [self.pause, self.fault, self.end] {
+            words(&[states.keep, states.on]);
+        }
+        words(&[pair(self.laser, self.lamp), pair(self.enable, self.spindle), self.spin_up]);
+        words(&self.reserved);
+        words(&[self.crc]);
+        let mut bytes = [0; BoardRecord::SIZE];
+        bytes.copy_from_slice(&out);
+        bytes
+    }
+}
+
+/// The masks of one occasion; outputs that the profile does not name do as `others`.
+fn states(profile: &Profile, of: impl Fn(&Output) -> SafeState, others: SafeState) -> OutputStates {
+    let mut states = OutputStates { keep: 0, on: 0 };
+    for n in 1..=16 {
+        let state = profile.outputs.iter().find(|output| output.n == n).map_or(others, &of);
+        match state {
+            SafeState::Off => {}
+            SafeState::On => states.on |= bit(n),
+            SafeState::Keep => states.keep |= bit(n),
+        }
+    }
+    states
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BoardRecord, MachineRecord, Profile};
+
+    #[test]
+    fn a_board_without_a_profile_is_a_mill() {
+        let mill = Profile::built_in("mill").unwrap();
+        let record = BoardRecord::of(&mill, 0);
+        assert_eq!(BoardRecord { crc: 0, ..record }, BoardRecord::DEFAULT);
+    }
+
+    #[test]
+    fn encoded_sizes_are_those_of_the_structures() {
+        let mill = Profile::built_in("mill").unwrap();
+        assert_eq!(MachineRecord::of(&mill).to_bytes().len(), MachineRecord::SIZE);
+        assert_eq!(size_of::<BoardRecord>(), BoardRecord::SIZE);
+    }
+}

@@ -1,0 +1,503 @@
+//! The Modbus link: registers, bits, codes and the protocols made of them.
+//!
+//! The board is a Modbus RTU slave (functions 1 to 6, 15, 16, broadcast). Where InterpCNC V3 has a
+//! number for a thing that this board has, that number does the same here; what is our own stands
+//! in one block, [`OWN`], that functions 3 and 4 read alike. 32-bit values take two registers, low
+//! word first, and are of one instant when read in one request. Texts and images are bytes: a
+//! register holds two, and the one that comes first on the line (the high byte of a register as
+//! Modbus sends it) is the earlier byte of a text; an image word is little endian, so its *low*
+//! byte is the earlier byte of the image.
+//!
+//! A whole block that does not exist is exception 2, a gap inside a block reads 0. A value outside
+//! its range is exception 3, a thing that cannot be done now is exception 6 (busy: try after the
+//! state has changed), a refused image or profile or a missing program is exception 4.
+//!
+//! # Run control
+//! Write one [`Control`] code to [`RUN_CONTROL`]; poll [`RUN_STATE`] ([`RunState`]). `Start` runs
+//! the stored program from its beginning, releases `WaitStart`, resumes a paused run or
+//! acknowledges a latched fault, as the button does. After an end [`LAST_END`] says how
+//! ([`End`]) and [`FAULT`], [`FAULT_PC`], [`FAULT_LINE`], [`FAULT_INPUT`] why. [`RUN_COUNT`]
+//! counts the runs begun, so a host that polls slowly misses none.
+//!
+//! # Upload
+//! 1. Write the image's length in bytes to [`UPLOAD_LENGTH`].
+//! 2. Write [`Upload::Begin`] to [`UPLOAD_CONTROL`]: erases room beside the old program; exception
+//!    4 when both do not fit ([`FREE_BYTES`]). [`Upload::Replace`] gives the old one up. Exception 6
+//!    while a program runs or is paused, or while an axis moves. Allow 200 ms for the reply.
+//! 3. Write the image in ascending order to [`UPLOAD_WINDOW`]: image byte 2n is the low byte of
+//!    register `UPLOAD_WINDOW + n`. An odd image is padded with FF. The same request may be
+//!    repeated: a word that already has its value stays; a different value is exception 4.
+//! 4. Write [`Upload::Commit`]: checks length, CRC, header and code, then makes the new program the
+//!    stored one by its last word. Allow 300 ms. Exception 4: refused, [`UPLOAD_RESULT`] holds the
+//!    [`Refusal`], and the old program is still there after `Begin`.
+//!
+//! # Trace
+//! Write 1 to [`TRACE_MODE`]. The program then waits for room instead of losing an event. Event
+//! number n (1, 2, ... from each start, modulo 65536) appears in [`TRACE_EVEN`] or [`TRACE_ODD`] by
+//! n's parity, [`TRACE_LENGTH`] registers: number, [`TraceKind`] in the low byte and argument in the
+//! high byte, pc, value low, value high. Reading a slot says that every event before the one that
+//! belongs there was received: so read the odd slot until its number is 1, then the even one until
+//! its number is 2, and so on. One request for each event, and a lost reply harms nothing.
+//! `pc` is the offset of the statement's effect in the image's code. Move events carry no targets:
+//! read [`COMMANDED`] in the same poll; it does not change before the next slot is free.
+//!
+//! # Print
+//! [`PRINT_COUNT`] bytes wait, the first is number [`PRINT_TAIL`] modulo 65536, up to 32 of them
+//! stand in [`PRINT_TEXT`] on. Write `PRINT_TAIL + n` to [`PRINT_TAIL`] to take n. A line ends with
+//! LF. Without trace mode a line that finds no room is dropped whole; with it the program waits.
+//!
+//! # Characters
+//! [`CHAR_OUT`]: the last `Send`, low byte the character, high byte a count modulo 256. Write a
+//! character 33..=125 to [`CHAR_IN`] for `WaitChar` and `CHARIN`; it reads back until it is taken.
+//!
+//! # Board profile
+//! 32 registers at [`PROFILE_WINDOW`] hold the record of [`record`](crate::record). Read them; write
+//! all 32 in ascending order, register 0 one more than it was, register 31 the CRC of the 62 bytes
+//! before. The last one makes the record valid (exception 4 if the CRC differs: the old record
+//! holds); it takes effect at the next reset ([`Control::Restart`]). Exception 6 while a program
+//! runs.
+
+/// Version of this page; the host compares it first.
+pub const WIRE_VERSION: u16 = 1;
+
+/// CRC-16 of Modbus (polynomial A001 reflected, start FFFF), one byte more. Also the CRC of images,
+/// profiles and KEEP records.
+pub const fn crc16(crc: u16, byte: u8) -> u16 {
+    let mut crc = crc ^ byte as u16;
+    let mut bit = 0;
+    while bit < 8 {
+        crc = if crc & 1 != 0 { crc >> 1 ^ 0xA001 } else { crc >> 1 };
+        bit += 1;
+    }
+    crc
+}
+
+/// Start value of [`crc16`].
+pub const CRC_START: u16 = 0xFFFF;
+
+/// Which of Modbus' four tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Table {
+    /// Coils, functions 1, 5, 15.
+    Coils = 1,
+    /// Discrete inputs, function 2.
+    Inputs = 2,
+    /// Holding registers, functions 3, 6, 16.
+    Holding = 3,
+    /// Input registers, function 4.
+    InputRegisters = 4,
+}
+
+/// A range of addresses that a request may lie in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// The table as its reading function's number ([`Table`]).
+    pub table: u8,
+    /// Bit 0: writable. Bit 1: pairs of registers are 32-bit values when written.
+    pub flags: u8,
+    /// First address.
+    pub first: u16,
+    /// How many.
+    pub count: u16,
+}
+
+/// [`Block::flags`]: functions 5, 6, 15, 16 may write it.
+pub const WRITABLE: u8 = 1;
+/// [`Block::flags`]: pairs are 32-bit values; function 6 on a low register writes its value
+/// sign-extended, on a high one is exception 3, function 16 brings both halves.
+pub const LONG: u8 = 2;
+
+macro_rules! map {
+    (
+        blocks { $($block:ident: $table:ident $first:literal + $count:literal, $flags:expr;)* }
+        registers { $($(#[doc = $doc:literal])+ $name:ident: $in:ident + $offset:literal;)* }
+    ) => {
+        $(
+            #[doc = concat!("First address of its block in table ", stringify!($table), ".")]
+            pub const $block: u16 = $first;
+        )*
+        /// Every block of addresses.
+        pub const BLOCKS: &[Block] = &[$(
+            Block { table: Table::$table as u8, flags: $flags, first: $first, count: $count },
+        )*];
+        $($(#[doc = $doc])+ pub const $name: u16 = $in + $offset;)*
+        /// Name, address and meaning of every register and bit group, for documents.
+        #[cfg(any(test, feature = "compiler"))]
+        pub const NAMES: &[(&str, u16, &str)] = &[$((stringify!($name), $name, concat!($($doc),+)),)*];
+    };
+}
+
+map! {
+    blocks {
+        COILS: Coils 0 + 16, WRITABLE;
+        INPUT_BITS: Inputs 0 + 32, 0;
+        STATUS_BITS: Inputs 256 + 128, 0;
+        STATUS: InputRegisters 1000 + 100, 0;
+        PROBE_RESULT_TEXT: InputRegisters 1330 + 12, 0;
+        PROBE_RESULT: InputRegisters 1350 + 12, 0;
+        CNC_STATUS: InputRegisters 3000 + 5, 0;
+        OWN_INPUT: InputRegisters 5000 + 200, 0;
+        COMMAND: Holding 2000 + 21, WRITABLE;
+        OUTPUTS: Holding 2160 + 6, WRITABLE;
+        POSITIONS: Holding 2400 + 12, WRITABLE | LONG;
+        SPEEDS: Holding 2412 + 12, 0;
+        OVERRIDES: Holding 2430 + 2, WRITABLE;
+        CELLS: Holding 3000 + 72, WRITABLE | LONG;
+        KEEPS: Holding 4000 + 16, WRITABLE | LONG;
+        OWN: Holding 5000 + 200, WRITABLE;
+        PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
+        UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;
+    }
+    registers {
+        /// Inputs 1..16, bit n-1; input 17 is bit 0 of the next register. Also input bits 0...
+        INPUTS: STATUS + 0;
+        /// Low byte: moving, bit per axis; high byte: direction, 1 positive. Also bits 256.., 264...
+        MOVING: STATUS + 16;
+        /// Low byte: homing; high byte: homing error. Also bits 272.., 280...
+        HOMING: STATUS + 17;
+        /// Low byte: limit at the negative end; high byte: at the positive end. Also bits 288.., 296...
+        LIMITS: STATUS + 18;
+        /// Bit 13: override is not 100 %. Also bit 333.
+        MISC_STATUS: STATUS + 20;
+        /// Bit 10: program running. Also bit 346.
+        PLC_STATUS: STATUS + 21;
+        /// High byte: probing, bit per axis. Also bits 360...
+        PROBING: STATUS + 22;
+        /// Low byte: probe error, bit per axis. Also bits 368...
+        PROBE_ERROR: STATUS + 23;
+        /// Work positions in steps, 32 bits for each axis; the same as holding 2400.
+        WORK_POSITIONS: STATUS + 30;
+        /// Present speeds in steps/s, signed, 32 bits for each axis; the same as holding 2412.
+        ACTUAL_SPEEDS: STATUS + 42;
+        /// Targets last commanded, work positions in steps, 32 bits for each axis.
+        TARGETS: STATUS + 60;
+        /// Free registers of the command buffer: 21 when it takes a command, else 0.
+        COMMAND_ROOM: CNC_STATUS + 0;
+        /// Bit 0 alarm, 2 homing, 3 program running, 4 paused, 5 jog, 6 door, 8 emergency stop.
+        CNC_STATE: CNC_STATUS + 3;
+        /// InterpCNC's alarm code of the latched fault, 0 for none.
+        CNC_ALARM: CNC_STATUS + 4;
+        /// [`WIRE_VERSION`]
+        VERSION: OWN + 0;
+        /// Firmware version, major in the high byte.
+        FIRMWARE_VERSION: OWN + 1;
+        /// Fingerprint of the instruction set.
+        ISA_FINGERPRINT: OWN + 2;
+        /// CRC of the board profile in use.
+        PROFILE_HASH: OWN + 3;
+        /// Image features ([`crate::record`]) that this firmware runs.
+        FEATURES: OWN + 4;
+        /// Bytes that the program area has in all.
+        AREA_BYTES: OWN + 5;
+        /// Largest image that fits beside the stored program.
+        FREE_BYTES: OWN + 6;
+        /// Length of the stored program in bytes, 0 for none.
+        PROGRAM_LENGTH: OWN + 7;
+        /// CRC of the stored program.
+        PROGRAM_CRC: OWN + 8;
+        /// Hash of the axes' profile in the stored program.
+        PROGRAM_PROFILE: OWN + 9;
+        /// Cells of the stored program.
+        PROGRAM_CELLS: OWN + 10;
+        /// Why the board came up: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI (IFG1).
+        RESET_CAUSE: OWN + 11;
+        /// Bytes of stack never used since reset.
+        STACK_FREE: OWN + 12;
+        /// Milliseconds that were served late since reset.
+        MISSED_DEADLINES: OWN + 13;
+        /// Free RAM words of the largest pool, in 16-bit words.
+        POOL_WORDS: OWN + 14;
+        /// [`RunState`]
+        RUN_STATE: OWN + 20;
+        /// Number of the last fault, 0 for none since the last start.
+        FAULT: OWN + 21;
+        /// Offset in the image's code of the failing effect.
+        FAULT_PC: OWN + 22;
+        /// Line of the fault when the image tells lines, else 0.
+        FAULT_LINE: OWN + 23;
+        /// Input that caused it, from 1, or 0.
+        FAULT_INPUT: OWN + 24;
+        /// Offset in the image's code of the statement that runs.
+        PROGRAM_COUNTER: OWN + 25;
+        /// [`End`] of the last run.
+        LAST_END: OWN + 26;
+        /// Runs begun since reset.
+        RUN_COUNT: OWN + 27;
+        /// Homed axes, bit per axis.
+        HOMED: OWN + 28;
+        /// Input that keeps Start or a move from working, from 1, or 0.
+        BLOCKING_INPUT: OWN + 29;
+        /// Machine positions in steps, 32 bits for each axis.
+        MACHINE_POSITIONS: OWN + 30;
+        /// Commanded machine positions in steps (trace lines' `to`), 32 bits for each axis.
+        COMMANDED: OWN + 36;
+        /// Write one [`Control`] code.
+        RUN_CONTROL: OWN + 50;
+        /// 1: trace mode.
+        TRACE_MODE: OWN + 51;
+        /// Write one [`Upload`] code.
+        UPLOAD_CONTROL: OWN + 60;
+        /// Length of the image to come, bytes.
+        UPLOAD_LENGTH: OWN + 61;
+        /// [`Refusal`] of the last upload, or of the stored program at power-up.
+        UPLOAD_RESULT: OWN + 62;
+        /// Trace slot of events with an even number.
+        TRACE_EVEN: OWN + 100;
+        /// Trace slot of events with an odd number.
+        TRACE_ODD: OWN + 108;
+        /// Bytes of print that wait.
+        PRINT_COUNT: OWN + 120;
+        /// Number of the first of them; write to take some.
+        PRINT_TAIL: OWN + 121;
+        /// 16 registers of text.
+        PRINT_TEXT: OWN + 122;
+        /// Last `Send`.
+        CHAR_OUT: OWN + 140;
+        /// Character for `WaitChar` and `CHARIN`.
+        CHAR_IN: OWN + 141;
+    }
+}
+
+/// Registers of a trace slot.
+pub const TRACE_LENGTH: u16 = 5;
+
+macro_rules! codes {
+    ($(#[$meta:meta])* $name:ident { $($(#[$code_meta:meta])* $code:ident = $value:literal,)* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum $name { $($(#[$code_meta])* $code = $value,)* }
+
+        impl $name {
+            /// Every code.
+            pub const ALL: &'static [$name] = &[$($name::$code),*];
+
+            /// The code with this number, if there is one.
+            pub const fn from_number(n: u16) -> Option<$name> {
+                match n { $($value => Some($name::$code),)* _ => None }
+            }
+        }
+    };
+}
+
+codes! {
+    /// What [`RUN_CONTROL`] takes.
+    Control {
+        /// As the Start button.
+        Start = 1,
+        /// End the run on a ramp.
+        Stop = 2,
+        /// As the Stop button: ramp down and pause.
+        Pause = 3,
+        /// Go on after a pause.
+        Resume = 4,
+        /// Steps cease at once, F14 is latched.
+        EmergencyStop = 5,
+        /// Acknowledge a latched fault without starting.
+        Acknowledge = 6,
+        /// Reset the chip; exception 6 while a program runs or an axis moves.
+        Restart = 7,
+        /// Step: one statement of a paused run (trace mode).
+        Step = 8,
+    }
+}
+
+codes! {
+    /// What [`RUN_STATE`] shows.
+    RunState {
+        /// No program is stored.
+        Empty = 0,
+        /// A program is stored.
+        Ready = 1,
+        /// The program runs.
+        Running = 2,
+        /// The program is paused and every axis rests.
+        Paused = 3,
+        /// A fault is latched; Start acknowledges.
+        Fault = 4,
+        /// The program runs and waits for Start.
+        WaitStart = 5,
+        /// Ramping down to a pause or to the end.
+        Stopping = 6,
+    }
+}
+
+codes! {
+    /// How the last run ended ([`LAST_END`]).
+    End {
+        /// None has ended since reset.
+        None = 0,
+        /// By END.
+        Done = 1,
+        /// By a stop.
+        Stopped = 2,
+        /// By a fault.
+        Fault = 3,
+    }
+}
+
+codes! {
+    /// What [`UPLOAD_CONTROL`] takes.
+    Upload {
+        /// Take an image beside the stored program.
+        Begin = 1,
+        /// Take an image in place of the stored program.
+        Replace = 2,
+        /// Check it and make it the stored program.
+        Commit = 3,
+        /// Erase the stored program.
+        Erase = 4,
+    }
+}
+
+codes! {
+    /// Why an image is not accepted ([`UPLOAD_RESULT`]); 0 is accepted.
+    Refusal {
+        /// It was accepted.
+        None = 0,
+        /// No upload was begun, or the length is none.
+        NotBegun = 1,
+        /// It does not fit.
+        TooLong = 2,
+        /// The words that arrived are not the length that was announced.
+        Incomplete = 3,
+        /// Its CRC is wrong.
+        Crc = 4,
+        /// Its format or instruction set is not this firmware's.
+        Version = 5,
+        /// It uses a feature that this firmware lacks.
+        Feature = 6,
+        /// It wants more cells, stack or calls than there are.
+        Memory = 7,
+        /// The code does not pass the check.
+        Code = 8,
+        /// The flash does not hold what was written.
+        Flash = 9,
+    }
+}
+
+codes! {
+    /// What a trace event is; its argument and value are named with each.
+    TraceKind {
+        /// No event.
+        None = 0,
+        /// Argument: axis, bit 7 ok. Value: position in steps.
+        Home = 1,
+        /// MoveAxe, MoveRel. Targets are in [`COMMANDED`].
+        Axe = 2,
+        /// G0.
+        Rapid = 3,
+        /// G1.
+        Line = 4,
+        /// G2, G3.
+        Arc = 5,
+        /// Argument: output. Value: 0 or 1.
+        Out = 6,
+        /// Value: ms.
+        Wait = 7,
+        /// Argument: input, bit 7 ok. Value: wanted state or edge's new state.
+        WaitIn = 8,
+        /// Argument: axis, bit 7 ok. Value: position in steps.
+        Probe = 9,
+        /// The line stands in the print ring up to its LF.
+        Print = 10,
+        /// Value: character.
+        Send = 11,
+        /// Argument: bit 7 ok. Value: character.
+        WaitChar = 12,
+        /// Argument: bit 7 ok.
+        WaitStart = 13,
+        /// MoveSpeed. Argument: axis. Value: steps/s, signed.
+        Speed = 14,
+        /// StopAxe. Argument: axis.
+        Stop = 15,
+        /// Argument: [`End`]. Value: fault number; positions are in [`COMMANDED`].
+        End = 16,
+    }
+}
+
+/// [`TraceKind`] arguments: the outcome was good.
+pub const TRACE_OK: u8 = 0x80;
+
+/// Modbus exception codes that the board answers with (Modbus Application Protocol V1.1b3, 7).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exception {
+    /// The function is not one of 1 to 6, 15, 16.
+    IllegalFunction = 1,
+    /// No such block, or the request leaves it.
+    IllegalAddress = 2,
+    /// A value or count outside its range.
+    IllegalValue = 3,
+    /// Refused: no program, or an image or a profile that failed its check.
+    DeviceFailure = 4,
+    /// Not now.
+    Busy = 6,
+}
+
+/// InterpCNC commands, written to holding register 2000 with their arguments behind it.
+pub mod command {
+    /// Stop one axis on its ramp: axis 1..3.
+    pub const STOP_AXIS: u16 = 100;
+    /// Stop axes: bits.
+    pub const STOP_AXES: u16 = 101;
+    /// Run at a speed: axis, ramp (32 bits), signed steps/s (32 bits).
+    pub const MOVE_SPEED: u16 = 102;
+    /// Move to a work position: axis, ramp up, speed, ramp down, target (32 bits each).
+    pub const MOVE_TO: u16 = 103;
+    /// Move by a distance: as 103.
+    pub const MOVE_BY: u16 = 104;
+    /// Set the work position of a resting axis: axis, value (32 bits).
+    pub const SET_POSITION: u16 = 105;
+    /// Home with parameters.
+    pub const HOME: u16 = 106;
+    /// Probe on one input.
+    pub const PROBE: u16 = 107;
+    /// Probe on a mask of inputs.
+    pub const PROBE_MASK: u16 = 108;
+    /// Force an input: number from 0, -1 free, 0 or 1.
+    pub const FORCE_INPUT: u16 = 110;
+    /// Home by the stored program's profile: 0 all in its order, 1..3 one.
+    pub const HOME_PROFILE: u16 = 1110;
+    /// Bounded jog: axes and bit 6 for relative, speed in mm/min and positions in mm as floats.
+    pub const JOG: u16 = 1111;
+    /// Direct function: 88 acknowledge, 129 resume, 130 pause, 133 stop the jog, 255 stop.
+    pub const DIRECT: u16 = 1200;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BLOCKS, CRC_START, NAMES, crc16};
+
+    #[test]
+    fn crc_matches_the_modbus_standards_example() {
+        // Modbus over serial line V1.02, 6.2.2: frame 02 07 has CRC 41 12, low byte first.
+        let crc = [0x02, 0x07].into_iter().fold(CRC_START, crc16);
+        assert_eq!(crc, 0x1241);
+    }
+
+    #[test]
+    fn blocks_of_one_table_do_not_overlap() {
+        for (i, a) in BLOCKS.iter().enumerate() {
+            for b in &BLOCKS[i + 1..] {
+                assert!(
+                    a.table != b.table
+                        || a.first + a.count <= b.first
+                        || b.first + b.count <= a.first,
+                    "{a:?} and {b:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn every_named_register_lies_in_a_block() {
+        for (name, address, _) in NAMES {
+            assert!(
+                BLOCKS.iter().any(|b| (b.first..b.first + b.count).contains(address)),
+                "{name} at {address}"
+            );
+        }
+    }
+}
