@@ -1,7 +1,7 @@
 //! From reset to `main`: stack, watchdog, RAM, clock, ports.
 
 use crate::pins::*;
-use crate::reg::{self, bis, set};
+use crate::reg::{self, set};
 use core::arch::global_asm;
 
 // `msp430-rt`'s own start-up object uses a relocation that LLD does not know, so `Reset` is
@@ -83,14 +83,4 @@ pub fn hardware() {
     set!(timer.taccr0, 2000);
     set!(timer.tacctl0, 1 << 4);
     set!(timer.tactl, 0b10 << 8 | 0b11 << 6 | 0b10 << 4 | 1 << 2);
-
-    // USCI_A0: SMCLK, 16 MHz / 115200 = 138.89: divider 138, modulation 7/8 (SLAU144, table 15-4).
-    let uart = reg::uart();
-    set!(uart.uca0ctl1, 0b10 << 6 | 1);
-    set!(uart.uca0ctl0, 0);
-    set!(uart.uca0br0, 138);
-    set!(uart.uca0br1, 0);
-    set!(uart.uca0mctl, 7 << 1);
-    set!(uart.uca0ctl1, 0b10 << 6);
-    bis!(reg::special().ie2, 1);
 }

@@ -8,6 +8,7 @@
 use msp430_rt as _;
 
 mod boot;
+mod link;
 mod math;
 mod pins;
 mod reg;
@@ -21,11 +22,47 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     }
 }
 
+use firmware::modbus::{Map, Slave};
+use lang::wire::{Exception, Table};
+static mut CELLS: [u16; 16] = [0; 16];
+struct M;
+impl Map for M {
+    fn begin(&mut self) {}
+    fn read(&mut self, _: Table, address: u16) -> u16 {
+        unsafe { CELLS[usize::from(address & 15)] }
+    }
+    fn read_bit(&mut self, _: Table, address: u16) -> bool {
+        address & 1 != 0
+    }
+    fn write(&mut self, address: u16, value: u16) -> Result<(), Exception> {
+        unsafe { CELLS[usize::from(address & 15)] = value };
+        Ok(())
+    }
+    fn write_long(&mut self, _: u16, _: i32) -> Result<(), Exception> {
+        Ok(())
+    }
+    fn write_bit(&mut self, _: u16, _: bool) -> Result<(), Exception> {
+        Ok(())
+    }
+    fn written(&mut self, _: u16) -> Result<(), Exception> {
+        Ok(())
+    }
+}
+
 /// Called by `Reset` once RAM is ready.
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
     boot::hardware();
+    let mut line = link::Uart;
+    link::Uart::open(3);
+    let mut slave = Slave::new();
+    // SAFETY: nothing of the set-up is shared with an interrupt any more.
+    unsafe { msp430::interrupt::enable() };
     loop {
         boot::kick();
+        if let Some(length) = line.frame() {
+            slave.request(&mut line, &mut M, 1, length);
+        }
+        slave.poll(&mut line, &mut M);
     }
 }

@@ -206,6 +206,20 @@ __mspabi_srai:
     jne 1b
     ret
 
+    .section .text.crc16,"ax",@progbits
+    .global pasapas_crc16
+    /* r12 CRC, r13 byte (high byte 0); 8 rounds of 9 cycles at most */
+pasapas_crc16:
+    xor r13, r12
+    mov #8, r14
+1:  clrc
+    rrc r12
+    jnc 2f
+    xor #0xa001, r12
+2:  dec r14
+    jne 1b
+    ret
+
     .section .text.memcpy,"ax",@progbits
     .global memcpy
     /* r12 to, r13 from, r14 bytes; returns r12 */
@@ -233,3 +247,14 @@ memset:
     ret
     "#
 );
+
+unsafe extern "C" {
+    fn pasapas_crc16(crc: u16, byte: u16) -> u16;
+}
+
+/// The assembly twin of [`lang::wire::crc16`].
+#[inline(always)]
+pub fn crc16(crc: u16, byte: u8) -> u16 {
+    // SAFETY: a pure function of its register arguments.
+    unsafe { pasapas_crc16(crc, u16::from(byte)) }
+}

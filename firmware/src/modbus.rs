@@ -1,0 +1,303 @@
+//! The Modbus RTU slave: one request, checked whole, then its reply made while it is sent.
+//!
+//! There is one buffer of [`FRAME`] bytes. A request is received into it; once it is understood,
+//! only an address and a count are kept and the buffer becomes the ring from which the reply is
+//! sent, so a reply may be longer than RAM is wide (64 registers are 133 bytes).
+//! Source: Modbus Application Protocol V1.1b3 (functions, exceptions), Modbus over Serial Line
+//! V1.02 (address, CRC, broadcast).
+
+use lang::wire::{BLOCKS, Block, CRC_START, Exception, LONG, Table, WRITABLE, crc16};
+
+/// Bytes of the frame buffer: function 16 with 21 registers takes 51.
+pub const FRAME: usize = 56;
+
+/// Longest read: what a reply's byte count can tell.
+const MAX_REGISTERS: u16 = 125;
+const MAX_BITS: u16 = 2000;
+
+/// The serial line below the slave.
+pub trait Line {
+    /// Byte `index` of the request.
+    fn byte(&self, index: u8) -> u8;
+    /// Room for reply bytes.
+    fn room(&self) -> u8;
+    /// Appends a byte to the reply; only called when there is room.
+    fn put(&mut self, byte: u8);
+    /// Nothing more will be put; the line listens again once all is sent.
+    fn finish(&mut self);
+    /// One byte more into a CRC.
+    fn crc(crc: u16, byte: u8) -> u16 {
+        crc16(crc, byte)
+    }
+}
+
+/// What the addresses mean.
+pub trait Map {
+    /// A read request begins: forget what was held for the second half of a 32-bit value.
+    fn begin(&mut self);
+    /// The register at an address that lies in a block.
+    fn read(&mut self, table: Table, address: u16) -> u16;
+    /// The bit at an address that lies in a block.
+    fn read_bit(&mut self, table: Table, address: u16) -> bool;
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// The exception to answer with.
+    fn write(&mut self, address: u16, value: u16) -> Result<(), Exception>;
+    /// Writes a 32-bit value at its low register.
+    ///
+    /// # Errors
+    /// The exception to answer with.
+    fn write_long(&mut self, address: u16, value: i32) -> Result<(), Exception>;
+    /// Writes a coil.
+    ///
+    /// # Errors
+    /// The exception to answer with.
+    fn write_bit(&mut self, address: u16, on: bool) -> Result<(), Exception>;
+    /// All registers of a request were written, the first of them this one.
+    ///
+    /// # Errors
+    /// The exception to answer with.
+    fn written(&mut self, address: u16) -> Result<(), Exception>;
+}
+
+/// The slave: what is left to send of a reply.
+#[derive(Debug, Default)]
+pub struct Slave {
+    /// Reading function whose data is being sent, 0 for none.
+    function: u8,
+    next: u16,
+    left: u16,
+    crc: u16,
+}
+
+fn block(table: Table, address: u16, count: u16) -> Result<&'static Block, Exception> {
+    for block in BLOCKS {
+        let offset = address.wrapping_sub(block.first);
+        if block.table == table as u8 && offset < block.count {
+            return if block.count - offset >= count {
+                Ok(block)
+            } else {
+                Err(Exception::IllegalAddress)
+            };
+        }
+    }
+    Err(Exception::IllegalAddress)
+}
+
+fn word<L: Line>(line: &L, index: u8) -> u16 {
+    u16::from_be_bytes([line.byte(index), line.byte(index + 1)])
+}
+
+impl Slave {
+    /// Nothing to send.
+    pub const fn new() -> Slave {
+        Slave { function: 0, next: 0, left: 0, crc: 0 }
+    }
+
+    /// Takes a frame of `length` bytes from the line. Returns whether it was a sound request for
+    /// this slave (a host is there).
+    pub fn request<L: Line, M: Map>(
+        &mut self,
+        line: &mut L,
+        map: &mut M,
+        own_address: u8,
+        length: u8,
+    ) -> bool {
+        let address = line.byte(0);
+        let mut crc = CRC_START;
+        let mut index = 0;
+        while index < length {
+            crc = L::crc(crc, line.byte(index));
+            index += 1;
+        }
+        if length < 4 || crc != 0 || (address != own_address && address != 0) {
+            line.finish();
+            return false;
+        }
+        let function = line.byte(1);
+        let result = self.perform(line, map, function, length);
+        if address == 0 {
+            self.left = 0;
+            self.function = 0;
+            line.finish();
+            return true;
+        }
+        self.crc = CRC_START;
+        // The echo of a write lies in the buffer that the reply is put into, so it is read first.
+        let (place, value) = (word(line, 2), word(line, 4));
+        self.put(line, address);
+        match result {
+            Ok(()) if self.function != 0 => {
+                self.put(line, function);
+                let bytes = if function <= 2 { self.left.div_ceil(8) } else { self.left * 2 };
+                self.put(line, bytes as u8);
+            }
+            Ok(()) => {
+                self.put(line, function);
+                self.put_word(line, place);
+                self.put_word(line, value);
+                self.end(line);
+            }
+            Err(exception) => {
+                self.function = 0;
+                self.put(line, function | 0x80);
+                self.put(line, exception as u8);
+                self.end(line);
+            }
+        }
+        true
+    }
+
+    /// Puts more of the reply into the line while there is room.
+    pub fn poll<L: Line, M: Map>(&mut self, line: &mut L, map: &mut M) {
+        while self.function != 0 && line.room() >= 4 {
+            let table = self.table();
+            if self.function <= 2 {
+                let mut byte = 0;
+                let mut bit = 1u8;
+                while bit != 0 && self.left != 0 {
+                    if map.read_bit(table, self.next) {
+                        byte |= bit;
+                    }
+                    self.next += 1;
+                    self.left -= 1;
+                    bit <<= 1;
+                }
+                self.put(line, byte);
+            } else {
+                let value = map.read(table, self.next);
+                self.put_word(line, value);
+                self.next += 1;
+                self.left -= 1;
+            }
+            if self.left == 0 {
+                self.function = 0;
+                self.end(line);
+            }
+        }
+    }
+
+    fn table(&self) -> Table {
+        match self.function {
+            1 => Table::Coils,
+            2 => Table::Inputs,
+            3 => Table::Holding,
+            _ => Table::InputRegisters,
+        }
+    }
+
+    fn perform<L: Line, M: Map>(
+        &mut self,
+        line: &L,
+        map: &mut M,
+        function: u8,
+        length: u8,
+    ) -> Result<(), Exception> {
+        self.function = 0;
+        if length < 8 {
+            return Err(if matches!(function, 1..=6 | 15 | 16) {
+                Exception::IllegalValue
+            } else {
+                Exception::IllegalFunction
+            });
+        }
+        let address = word(line, 2);
+        let value = word(line, 4);
+        match function {
+            1..=4 => {
+                let limit = if function <= 2 { MAX_BITS } else { MAX_REGISTERS };
+                if length != 8 || value == 0 || value > limit {
+                    return Err(Exception::IllegalValue);
+                }
+                self.function = function;
+                if let Err(exception) = block(self.table(), address, value) {
+                    self.function = 0;
+                    return Err(exception);
+                }
+                self.next = address;
+                self.left = value;
+                map.begin();
+                Ok(())
+            }
+            5 | 6 => {
+                if length != 8 || (function == 5 && value != 0 && value != 0xFF00) {
+                    return Err(Exception::IllegalValue);
+                }
+                let table = if function == 5 { Table::Coils } else { Table::Holding };
+                let block = block(table, address, 1)?;
+                if block.flags & WRITABLE == 0 {
+                    return Err(Exception::IllegalAddress);
+                }
+                if function == 5 {
+                    return map.write_bit(address, value != 0);
+                }
+                if block.flags & LONG != 0 {
+                    if address & 1 != 0 {
+                        return Err(Exception::IllegalValue);
+                    }
+                    return map.write_long(address, i32::from(value as i16));
+                }
+                map.write(address, value)?;
+                map.written(address)
+            }
+            15 | 16 => {
+                let bytes = u16::from(line.byte(6));
+                let wanted = if function == 15 { value.div_ceil(8) } else { value.wrapping_mul(2) };
+                // A frame longer than the buffer never arrives here, so `value` is small.
+                if value == 0 || bytes != wanted || u16::from(length) != bytes + 9 || value > 1968 {
+                    return Err(Exception::IllegalValue);
+                }
+                let table = if function == 15 { Table::Coils } else { Table::Holding };
+                let block = block(table, address, value)?;
+                if block.flags & WRITABLE == 0 {
+                    return Err(Exception::IllegalAddress);
+                }
+                let long = block.flags & LONG != 0;
+                if long && (address | value) & 1 != 0 {
+                    return Err(Exception::IllegalValue);
+                }
+                let mut index = 0;
+                while index < value {
+                    if function == 15 {
+                        let byte = line.byte(7 + (index >> 3) as u8);
+                        map.write_bit(address + index, byte >> (index & 7) & 1 != 0)?;
+                    } else {
+                        let low = word(line, 7 + (index as u8) * 2);
+                        if long {
+                            let high = word(line, 9 + (index as u8) * 2);
+                            let value = u32::from(high) << 16 | u32::from(low);
+                            map.write_long(address + index, value as i32)?;
+                            index += 1;
+                        } else {
+                            map.write(address + index, low)?;
+                        }
+                    }
+                    index += 1;
+                }
+                if function == 15 { Ok(()) } else { map.written(address) }
+            }
+            _ => Err(Exception::IllegalFunction),
+        }
+    }
+
+    fn put<L: Line>(&mut self, line: &mut L, byte: u8) {
+        self.crc = L::crc(self.crc, byte);
+        line.put(byte);
+    }
+
+    fn put_word<L: Line>(&mut self, line: &mut L, word: u16) {
+        self.put(line, (word >> 8) as u8);
+        self.put(line, word as u8);
+    }
+
+    fn end<L: Line>(&mut self, line: &mut L) {
+        let crc = self.crc;
+        line.put(crc as u8);
+        line.put((crc >> 8) as u8);
+        line.finish();
+    }
+}
+
+#[cfg(test)]
+mod tests;
