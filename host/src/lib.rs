@@ -1,1 +1,3 @@
 //! The `pasapas` tool as a library, for the tests.
+
+pub mod sim;

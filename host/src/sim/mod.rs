@@ -1,0 +1,141 @@
+//! Runs a checked script on a simulated machine.
+//!
+//! An engine follows the program; the machine carries out its effects in simulated
+//! microseconds; the [`world`] is everything around the controller.
+
+pub mod record;
+pub mod trace;
+pub mod world;
+
+use lang::fault::Fault;
+use lang::hir::Program;
+
+use record::{Record, Summary};
+use trace::{Event, Status};
+use world::{World, WorldError};
+
+/// Simulated time that a run may take unless told otherwise: 24 h, in us.
+pub const DEFAULT_LIMIT_US: u64 = 24 * 3600 * 1_000_000;
+
+/// Who executes the statements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// Translated to Rhai.
+    Rhai,
+    /// The device's VM on the host.
+    Vm,
+}
+
+/// How a run is to be made.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// End after this simulated time, us.
+    pub limit_us: u64,
+    /// Write `us` into the trace.
+    pub times: bool,
+    /// Keep path and edges.
+    pub record: bool,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options { limit_us: DEFAULT_LIMIT_US, times: true, record: true }
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct End {
+    /// How.
+    pub status: Status,
+    /// The fault, with [`Status::Fault`].
+    pub fault: Option<Fault>,
+    /// END's line or the last, the failing statement's, or that of the one interrupted.
+    pub line: u32,
+}
+
+/// Final values of a variable of the script.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VarValue {
+    /// Name as declared; variables that the compiler adds are left out.
+    pub name: String,
+    /// One value, or those of an array.
+    pub values: Vec<i32>,
+}
+
+/// What a run gives.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// How it ended.
+    pub end: End,
+    /// The run in numbers.
+    pub summary: Summary,
+    /// For plots.
+    pub record: Record,
+    /// Globals and KEEPs in order of declaration.
+    pub vars: Vec<VarValue>,
+    /// `expect_` lines of the world that did not hold, each with its line and what was there.
+    pub failures: Vec<String>,
+}
+
+/// Why a run could not be made, or not to its end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SimError {
+    /// The world's script is wrong.
+    World(WorldError),
+    /// The engine refuses the program; the text says why.
+    Engine(String),
+}
+
+impl std::fmt::Display for SimError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            SimError::World(error) => error.fmt(f),
+            SimError::Engine(text) => f.write_str(text),
+        }
+    }
+}
+
+impl std::error::Error for SimError {}
+
+impl From<WorldError> for SimError {
+    fn from(error: WorldError) -> SimError {
+        SimError::World(error)
+    }
+}
+
+/// Runs `program` from its first statement to its end; `sink` gets each line of the trace as it
+/// is written, `end` included.
+///
+/// # Errors
+/// The world's script fails, or the engine cannot take the program. A fault of the script is no
+/// error: it is the outcome's end.
+pub fn run(
+    program: &Program,
+    engine: Engine,
+    world: &World,
+    options: &Options,
+    sink: &mut dyn FnMut(&Event),
+) -> Result<Outcome, SimError> {
+    let _ = (world, options, sink);
+    let name = match engine {
+        Engine::Rhai => "rhai",
+        Engine::Vm => "vm",
+    };
+    Err(SimError::Engine(format!("the {name} engine is not linked ({} lines)", program.last_line)))
+}
+
+/// As [`run`], with the whole trace in memory.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_traced(
+    program: &Program,
+    engine: Engine,
+    world: &World,
+    options: &Options,
+) -> Result<(Outcome, Vec<Event>), SimError> {
+    let mut events = Vec::new();
+    let outcome = run(program, engine, world, options, &mut |event| events.push(event.clone()))?;
+    Ok((outcome, events))
+}

@@ -1,0 +1,115 @@
+//! What a run leaves for plots and for the summary: the path, the edges of inputs and outputs.
+
+use lang::axis::Axis;
+use serde::Serialize;
+
+use super::trace::{MoveKind, Status};
+
+/// Segments and edges kept of one run; a longer run goes on, its record does not.
+pub const RECORD_LIMIT: usize = 1_000_000;
+
+/// What a segment of the path was for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SegmentKind {
+    /// A statement that moves.
+    Move(MoveKind),
+    /// MoveSpeed, until it rests.
+    Speed,
+    /// A reference run.
+    Home,
+    /// A probe move.
+    Probe,
+}
+
+/// An arc's geometry, machine coordinates, um.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArcShape {
+    /// Centre; the helix axis has the start's value.
+    pub center: [f64; 3],
+    /// The plane's first and second axis.
+    pub plane: [Axis; 2],
+    /// Start angle from the first axis toward the second, radians.
+    pub start: f64,
+    /// Swept angle, radians; negative is clockwise.
+    pub sweep: f64,
+}
+
+/// One piece of the path. Positions are machine steps; axes that stand have equal ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// What it was for.
+    pub kind: SegmentKind,
+    /// Line of the statement.
+    pub line: u32,
+    /// Where it begins, steps.
+    pub from: [i32; 3],
+    /// Where it ends, steps.
+    pub to: [i32; 3],
+    /// The axes that it moves, by index.
+    pub axes: [bool; 3],
+    /// Geometry of an arc.
+    pub arc: Option<ArcShape>,
+    /// When it begins, us.
+    pub start_us: u64,
+    /// When it ends, us.
+    pub end_us: u64,
+    /// Highest speed reached, steps/s of the fastest axis.
+    pub peak_rate: f64,
+}
+
+/// A change of an input or an output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// When, us.
+    pub us: u64,
+    /// Number, from 1.
+    pub n: i32,
+    /// New state.
+    pub on: bool,
+}
+
+/// What an output did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct OutputUse {
+    /// Number, from 1.
+    pub n: i32,
+    /// Times that it went on.
+    pub switched_on: u32,
+    /// Time that it was on, us.
+    pub on_us: u64,
+}
+
+/// The run in a few numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// How it ended.
+    pub status: Status,
+    /// Fault code such as `F07`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
+    /// Line of the end.
+    pub line: u32,
+    /// Simulated time from the first statement to the end, us, pauses included.
+    pub us: u64,
+    /// Statements executed.
+    pub statements: u64,
+    /// Steps that each axis made, both directions added.
+    pub steps: [u64; 3],
+    /// Travel of each axis, um.
+    pub travel_um: [u64; 3],
+    /// Outputs that ever went on, ascending.
+    pub outputs: Vec<OutputUse>,
+}
+
+/// Path and edges of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Record {
+    /// Pieces of the path, in order of their beginning.
+    pub path: Vec<Segment>,
+    /// Edges of inputs as the controller sees them (after polarity and filter).
+    pub inputs: Vec<Edge>,
+    /// Edges of outputs.
+    pub outputs: Vec<Edge>,
+    /// Something was left out because [`RECORD_LIMIT`] was reached.
+    pub truncated: bool,
+}

@@ -1,0 +1,186 @@
+//! The functions that a world's script may call.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use lang::axis::Axis;
+use rhai::{Dynamic, Engine, EvalAltResult, FnPtr, NativeCallContext};
+
+use super::plan::{Expectation, Job, Plan};
+use super::{Action, Button, PRESS_US};
+
+/// The names, for diagnostics.
+pub const NAMES: &str = "at(ms, || ...), after(ms, || ...), after_out(n, on, ms, || ...), \
+    set_in(n, on), probe_at(\"Z\", steps[, side]), switch_at(\"X\", steps), press_start(), \
+    press_stop(), press_estop(), hold_stop(ms, for_ms), send_char(c), \
+    fault_at(ms, \"stall\", \"Y\", steps), expect_out(n, on), expect_pos(\"X\", steps)";
+
+/// Highest input and output number of any wiring.
+const LINES: i32 = 17;
+
+type Done = Result<(), Box<EvalAltResult>>;
+
+fn fail<T>(context: &NativeCallContext<'_>, text: String) -> Result<T, Box<EvalAltResult>> {
+    Err(EvalAltResult::ErrorRuntime(text.into(), context.call_position()).into())
+}
+
+fn us(context: &NativeCallContext<'_>, ms: i32) -> Result<u64, Box<EvalAltResult>> {
+    match u64::try_from(ms) {
+        Ok(ms) => Ok(ms * 1_000),
+        Err(_) => fail(context, format!("a time of {ms} ms; times are 0 or more")),
+    }
+}
+
+fn axis(context: &NativeCallContext<'_>, name: &str) -> Result<Axis, Box<EvalAltResult>> {
+    let mut letters = name.chars();
+    match (letters.next().and_then(Axis::from_letter), letters.next()) {
+        (Some(axis), None) => Ok(axis),
+        _ => fail(context, format!("`{name}` is no axis; write \"X\", \"Y\" or \"Z\"")),
+    }
+}
+
+fn line(context: &NativeCallContext<'_>, n: i32) -> Result<i32, Box<EvalAltResult>> {
+    if (1..=LINES).contains(&n) {
+        return Ok(n);
+    }
+    fail(context, format!("number {n}; inputs and outputs are 1..{LINES}"))
+}
+
+/// A state as scripts write it: `true`, `false` or a number.
+fn state(context: &NativeCallContext<'_>, value: &Dynamic) -> Result<bool, Box<EvalAltResult>> {
+    match (value.as_bool(), value.as_int()) {
+        (Ok(on), _) => Ok(on),
+        (_, Ok(number)) => Ok(number != 0),
+        _ => fail(context, "a state is true or false".to_owned()),
+    }
+}
+
+/// Adds the functions to `engine`; they write into `plan`.
+pub fn register(engine: &mut Engine, plan: &Rc<RefCell<Plan>>) {
+    time(engine, plan);
+    stimuli(engine, plan);
+    expectations(engine, plan);
+}
+
+fn time(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
+    let plan = shared.clone();
+    engine.register_fn("at", move |c: NativeCallContext<'_>, ms: i32, f: FnPtr| -> Done {
+        let at = us(&c, ms)?;
+        let planned = plan.borrow_mut().schedule(at, Job::Call(f));
+        planned.or_else(|text| fail(&c, text))
+    });
+    let plan = shared.clone();
+    engine.register_fn("after", move |c: NativeCallContext<'_>, ms: i32, f: FnPtr| -> Done {
+        let delay = us(&c, ms)?;
+        let mut plan = plan.borrow_mut();
+        let at = plan.now_us + delay;
+        plan.schedule(at, Job::Call(f)).or_else(|text| fail(&c, text))
+    });
+    let plan = shared.clone();
+    engine.register_fn(
+        "after_out",
+        move |c: NativeCallContext<'_>, n: i32, on: Dynamic, ms: i32, f: FnPtr| -> Done {
+            let (n, on, delay) = (line(&c, n)?, state(&c, &on)?, us(&c, ms)?);
+            plan.borrow_mut().hook(n, on, delay, f).or_else(|text| fail(&c, text))
+        },
+    );
+    let plan = shared.clone();
+    engine.register_fn(
+        "fault_at",
+        move |c: NativeCallContext<'_>, ms: i32, kind: &str, name: &str, steps: i32| -> Done {
+            let (at, axis) = (us(&c, ms)?, axis(&c, name)?);
+            if kind != "stall" {
+                return fail(&c, format!("`{kind}` is no fault of a world; \"stall\" is"));
+            }
+            let job = Job::Act(Action::Stall { axis, steps });
+            plan.borrow_mut().schedule(at, job).or_else(|text| fail(&c, text))
+        },
+    );
+    let plan = shared.clone();
+    engine.register_fn(
+        "hold_stop",
+        move |c: NativeCallContext<'_>, ms: i32, hold_ms: i32| -> Done {
+            let (at, hold) = (us(&c, ms)?, us(&c, hold_ms)?);
+            let job = Job::Press(Button::Stop, hold);
+            plan.borrow_mut().schedule(at, job).or_else(|text| fail(&c, text))
+        },
+    );
+}
+
+fn stimuli(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
+    let plan = shared.clone();
+    engine.register_fn("set_in", move |c: NativeCallContext<'_>, n: i32, on: Dynamic| -> Done {
+        let (n, on) = (line(&c, n)?, state(&c, &on)?);
+        plan.borrow_mut().act(Action::Input { n, on });
+        Ok(())
+    });
+    for (name, button) in [("press_start", Button::Start), ("press_stop", Button::Stop)] {
+        let plan = shared.clone();
+        engine.register_fn(name, move || plan.borrow_mut().press(button, PRESS_US));
+    }
+    let plan = shared.clone();
+    engine.register_fn("press_estop", move || plan.borrow_mut().act(Action::EmergencyStop));
+    let plan = shared.clone();
+    engine.register_fn("send_char", move |c: NativeCallContext<'_>, code: i32| -> Done {
+        if !(33..=125).contains(&code) {
+            return fail(&c, format!("character {code}; synchronisation characters are 33..125"));
+        }
+        plan.borrow_mut().act(Action::Char(code));
+        Ok(())
+    });
+    let plan = shared.clone();
+    engine.register_fn(
+        "switch_at",
+        move |c: NativeCallContext<'_>, name: &str, steps: i32| -> Done {
+            let axis = axis(&c, name)?;
+            plan.borrow_mut().switches[axis.index()] = Some(steps);
+            Ok(())
+        },
+    );
+    let plan = shared.clone();
+    engine.register_fn(
+        "probe_at",
+        move |c: NativeCallContext<'_>, name: &str, steps: i32| -> Done {
+            let axis = axis(&c, name)?;
+            if steps == 0 {
+                let text = "a plate at 0 has no side seen from 0; add 1 (on above) or -1 (below)";
+                return fail(&c, text.to_owned());
+            }
+            plan.borrow_mut().plates[axis.index()] = Some((steps, steps.signum()));
+            Ok(())
+        },
+    );
+    let plan = shared.clone();
+    engine.register_fn(
+        "probe_at",
+        move |c: NativeCallContext<'_>, name: &str, steps: i32, side: i32| -> Done {
+            let axis = axis(&c, name)?;
+            if side != 1 && side != -1 {
+                return fail(&c, format!("side {side}; write 1 (on above) or -1 (on below)"));
+            }
+            plan.borrow_mut().plates[axis.index()] = Some((steps, side));
+            Ok(())
+        },
+    );
+}
+
+fn expectations(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
+    let plan = shared.clone();
+    engine.register_fn(
+        "expect_out",
+        move |c: NativeCallContext<'_>, n: i32, on: Dynamic| -> Done {
+            let what = Expectation::Out(line(&c, n)?, state(&c, &on)?);
+            let at = c.call_position().line().unwrap_or(1);
+            plan.borrow_mut().expect(at, what).or_else(|text| fail(&c, text))
+        },
+    );
+    let plan = shared.clone();
+    engine.register_fn(
+        "expect_pos",
+        move |c: NativeCallContext<'_>, name: &str, steps: i32| -> Done {
+            let what = Expectation::Pos(axis(&c, name)?, steps);
+            let at = c.call_position().line().unwrap_or(1);
+            plan.borrow_mut().expect(at, what).or_else(|text| fail(&c, text))
+        },
+    );
+}
