@@ -1,3 +1,11 @@
-//! The `pasapas` tool as a library, for the tests.
+//! The `pasapas` tool as a library, so that tests and the bench run the same code.
+//!
+//! [`cmd`] is the command line, one file for each command; the rest knows nothing of it.
 
+pub mod client;
+pub mod cmd;
+pub mod failure;
+pub mod input;
+pub mod link;
+pub mod render;
 pub mod sim;

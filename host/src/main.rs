@@ -1,2 +1,7 @@
 //! The `pasapas` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    pasapas::cmd::main()
+}

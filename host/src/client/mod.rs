@@ -1,0 +1,272 @@
+//! A Modbus RTU master for our own registers: what `upload`, `status`, `jog` and the engine
+//! `board` talk through.
+//!
+//! Every exchange ends: a reply is waited for at most [`Patience::reply`] on the link's own clock,
+//! a lost one is asked for again, and noise is read past until the time is over.
+
+pub mod frame;
+
+use std::fmt;
+use std::io;
+use std::time::Duration;
+
+use crate::link::{Link, Mode};
+use frame::{Bits, MAX_FRAME, Registers, Reply, Request, Scan};
+
+/// How long to wait and how often to ask.
+#[derive(Clone, Copy, Debug)]
+pub struct Patience {
+    /// Longest wait for the end of a reply, beside the time that its bytes take.
+    pub reply: Duration,
+    /// Attempts in all.
+    pub attempts: u32,
+}
+
+impl Default for Patience {
+    /// A board answers within some ms; an erase of flash keeps it for 200 ms (wire.rs, Upload).
+    fn default() -> Patience {
+        Patience { reply: Duration::from_millis(500), attempts: 4 }
+    }
+}
+
+/// Why an exchange failed.
+#[derive(Debug)]
+pub enum ClientError {
+    /// No reply came in time, in all attempts.
+    Silent,
+    /// Bytes came, but no reply was among them.
+    Noise(usize),
+    /// The board refused with this exception code.
+    Exception(u8),
+    /// The port failed.
+    Port(io::Error),
+}
+
+impl ClientError {
+    /// Whether the board answered with this exception.
+    pub fn is_exception(&self, exception: lang::wire::Exception) -> bool {
+        matches!(self, ClientError::Exception(code) if *code == exception as u8)
+    }
+}
+
+impl fmt::Display for ClientError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ClientError::Silent => f.write_str(
+                "the board does not answer; check cable, power, --address and the TX/RX jumpers",
+            ),
+            ClientError::Noise(bytes) => write!(
+                f,
+                "{bytes} bytes came, but no answer; another rate, parity or device is on the line"
+            ),
+            ClientError::Exception(code) => {
+                let meaning = match code {
+                    1 => "it does not know the function",
+                    2 => "it has no such register",
+                    3 => "a value is out of range",
+                    4 => "the program or profile is missing or was refused",
+                    6 => "not now: a program runs or an axis moves; `pasapas stop` first",
+                    _ => "unknown reason",
+                };
+                write!(f, "the board refused (exception {code}): {meaning}")
+            }
+            ClientError::Port(error) => write!(f, "the port failed: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for ClientError {}
+
+/// A master on a link, for the board with one address.
+pub struct Client<L> {
+    link: L,
+    address: u8,
+    mode: Mode,
+    patience: Patience,
+}
+
+impl<L: Link> Client<L> {
+    /// A master that assumes the link's mode to be right.
+    pub fn new(link: L, address: u8) -> Client<L> {
+        Client { link, address, mode: Mode::DEFAULT, patience: Patience::default() }
+    }
+
+    /// The link, for its clock.
+    pub fn link(&mut self) -> &mut L {
+        &mut self.link
+    }
+
+    /// Ends the master and gives the link back.
+    pub fn into_link(self) -> L {
+        self.link
+    }
+
+    /// Rate and parity that the board answered at.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Tries every rate and parity until the board answers. A link without a rate is asked once.
+    ///
+    /// # Errors
+    /// The board answered at none, or the port failed.
+    pub fn find(&mut self) -> Result<(), ClientError> {
+        let usual = self.patience;
+        let mut heard = 0;
+        for mode in Mode::all() {
+            let has_modes = self.link.set_mode(mode).map_err(ClientError::Port)?;
+            if !has_modes && mode != Mode::DEFAULT {
+                break;
+            }
+            self.mode = mode;
+            self.patience = Patience { reply: Duration::from_millis(150), attempts: 2 };
+            let answer = self.holding(lang::wire::VERSION, 1);
+            self.patience = usual;
+            match answer {
+                // Any answer with a right CRC says that the mode is right.
+                Ok(_) | Err(ClientError::Exception(_)) => return Ok(()),
+                Err(ClientError::Noise(bytes)) => heard += bytes,
+                Err(ClientError::Silent) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(if heard > 0 { ClientError::Noise(heard) } else { ClientError::Silent })
+    }
+
+    /// Reads holding registers.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn holding(&mut self, first: u16, count: u16) -> Result<Vec<u16>, ClientError> {
+        self.registers(Registers::Holding, first, count)
+    }
+
+    /// Reads input registers.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn input(&mut self, first: u16, count: u16) -> Result<Vec<u16>, ClientError> {
+        self.registers(Registers::Input, first, count)
+    }
+
+    /// Reads coils: the outputs.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn coils(&mut self, first: u16, count: u16) -> Result<Vec<bool>, ClientError> {
+        self.bits(Bits::Coils, first, count)
+    }
+
+    /// Reads discrete inputs: inputs and status bits.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn inputs(&mut self, first: u16, count: u16) -> Result<Vec<bool>, ClientError> {
+        self.bits(Bits::Inputs, first, count)
+    }
+
+    /// Writes one coil.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn set_coil(&mut self, address: u16, on: bool) -> Result<(), ClientError> {
+        self.exchange(&Request::WriteCoil { address, on }).map(drop)
+    }
+
+    /// Writes one register.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn write(&mut self, address: u16, value: u16) -> Result<(), ClientError> {
+        self.exchange(&Request::WriteRegister { address, value }).map(drop)
+    }
+
+    /// Writes registers in one request.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn write_all(&mut self, first: u16, values: &[u16]) -> Result<(), ClientError> {
+        self.exchange(&Request::WriteRegisters { first, values }).map(drop)
+    }
+
+    fn registers(
+        &mut self,
+        table: Registers,
+        first: u16,
+        count: u16,
+    ) -> Result<Vec<u16>, ClientError> {
+        match self.exchange(&Request::ReadRegisters { table, first, count })? {
+            Reply::Registers(values) => Ok(values),
+            _ => Err(ClientError::Silent),
+        }
+    }
+
+    fn bits(&mut self, table: Bits, first: u16, count: u16) -> Result<Vec<bool>, ClientError> {
+        match self.exchange(&Request::ReadBits { table, first, count })? {
+            Reply::Bits(values) => Ok(values),
+            _ => Err(ClientError::Silent),
+        }
+    }
+
+    /// Sends a request until its reply comes. Our writes may all be repeated: they set values, and
+    /// run control and uploads are made so that a second write of the same changes nothing
+    /// (wire.rs).
+    fn exchange(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {
+        let frame = request.frame(self.address);
+        let mut noise = 0;
+        for _ in 0..self.patience.attempts.max(1) {
+            match self.attempt(request, &frame)? {
+                Ok(Reply::Exception(code)) => return Err(ClientError::Exception(code)),
+                Ok(reply) => return Ok(reply),
+                Err(heard) => noise += heard,
+            }
+        }
+        Err(if noise > 0 { ClientError::Noise(noise) } else { ClientError::Silent })
+    }
+
+    /// One attempt: the reply, or the number of bytes that came and were none.
+    fn attempt(
+        &mut self,
+        request: &Request<'_>,
+        frame: &[u8],
+    ) -> Result<Result<Reply, usize>, ClientError> {
+        self.drain()?;
+        self.link.send(frame).map_err(ClientError::Port)?;
+        let on_the_line = self.mode.time_of(frame.len() + request.reply_length());
+        let deadline = self.link.now() + on_the_line + self.patience.reply;
+        let mut received: Vec<u8> = Vec::with_capacity(MAX_FRAME);
+        let mut heard = 0;
+        let mut buffer = [0; MAX_FRAME];
+        loop {
+            let left = deadline.saturating_sub(self.link.now());
+            if left.is_zero() {
+                return Ok(Err(heard));
+            }
+            let count = self.link.receive(&mut buffer, left).map_err(ClientError::Port)?;
+            heard += count;
+            received.extend(&buffer[..count]);
+            if let Scan::Found(reply) = request.scan(self.address, &received) {
+                return Ok(Ok(reply));
+            }
+            // A reply cannot begin further back than its longest length: noise is forgotten.
+            let excess = received.len().saturating_sub(MAX_FRAME);
+            received.drain(..excess);
+        }
+    }
+
+    /// Drops what came unasked, such as the late reply to an earlier attempt; a line that never
+    /// rests is drained for 20 ms only.
+    fn drain(&mut self) -> Result<(), ClientError> {
+        let end = self.link.now() + Duration::from_millis(20);
+        let mut buffer = [0; MAX_FRAME];
+        while self.link.receive(&mut buffer, Duration::ZERO).map_err(ClientError::Port)? > 0 {
+            if self.link.now() >= end {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

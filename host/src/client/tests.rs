@@ -1,0 +1,111 @@
+//! The master against links that misbehave.
+
+use std::collections::VecDeque;
+use std::io;
+use std::time::Duration;
+
+use super::{Client, ClientError};
+use crate::link::{Link, Mode};
+use lang::wire::{CRC_START, crc16};
+
+/// A link whose other end answers the n-th request with the n-th script entry; time passes only
+/// while nothing comes.
+struct Scripted {
+    now: Duration,
+    answers: VecDeque<Vec<u8>>,
+    pending: VecDeque<u8>,
+    sent: Vec<Vec<u8>>,
+    only_at: Option<Mode>,
+    mode: Mode,
+}
+
+impl Scripted {
+    fn new(answers: impl IntoIterator<Item = Vec<u8>>) -> Scripted {
+        Scripted {
+            now: Duration::ZERO,
+            answers: answers.into_iter().collect(),
+            pending: VecDeque::new(),
+            sent: Vec::new(),
+            only_at: None,
+            mode: Mode::DEFAULT,
+        }
+    }
+}
+
+impl Link for Scripted {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.sent.push(bytes.to_vec());
+        if self.only_at.is_none_or(|mode| mode == self.mode) {
+            self.pending.extend(self.answers.pop_front().unwrap_or_default());
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize> {
+        // Bytes trickle in three at a time, as a slow line gives them.
+        let count = self.pending.len().min(3);
+        for (place, byte) in buffer.iter_mut().zip(self.pending.drain(..count)) {
+            *place = byte;
+        }
+        self.now += if count == 0 { patience } else { Duration::from_micros(100) };
+        Ok(count)
+    }
+
+    fn now(&self) -> Duration {
+        self.now
+    }
+
+    fn pause(&mut self, time: Duration) {
+        self.now += time;
+    }
+
+    fn set_mode(&mut self, mode: Mode) -> io::Result<bool> {
+        self.mode = mode;
+        Ok(true)
+    }
+}
+
+fn framed(bytes: &[u8]) -> Vec<u8> {
+    let mut frame = bytes.to_vec();
+    let crc = bytes.iter().fold(CRC_START, |crc, byte| crc16(crc, *byte));
+    frame.extend(crc.to_le_bytes());
+    frame
+}
+
+#[test]
+fn a_lost_reply_is_asked_for_again() {
+    let reply = framed(&[1, 3, 2, 0x12, 0x34]);
+    let mut client = Client::new(Scripted::new([vec![], vec![0xFF; 9], reply]), 1);
+    assert_eq!(client.holding(5, 1).ok(), Some(vec![0x1234]));
+    assert_eq!(client.link().sent.len(), 3);
+}
+
+#[test]
+fn silence_and_noise_end_in_bounded_time_and_are_told_apart() {
+    let mut silent = Client::new(Scripted::new([]), 1);
+    assert!(matches!(silent.holding(5, 1), Err(ClientError::Silent)));
+    assert!(silent.link().now() < Duration::from_secs(3));
+    let mut noisy = Client::new(Scripted::new([vec![0xA5; 100_000]]), 1);
+    assert!(matches!(noisy.holding(5, 1), Err(ClientError::Noise(_))));
+    assert!(noisy.link().now() < Duration::from_secs(6));
+}
+
+#[test]
+fn an_exception_is_not_asked_for_again() {
+    let mut client = Client::new(Scripted::new([framed(&[1, 0x86, 6])]), 1);
+    let error = client.write(5, 1).unwrap_err();
+    assert!(error.is_exception(lang::wire::Exception::Busy));
+    assert_eq!(client.link().sent.len(), 1);
+}
+
+#[test]
+fn rate_and_parity_are_found() {
+    for mode in Mode::all() {
+        let answers = std::iter::repeat_with(|| framed(&[1, 3, 2, 0, 1])).take(40);
+        let mut link = Scripted::new(answers);
+        link.only_at = Some(mode);
+        let mut client = Client::new(link, 1);
+        assert!(client.find().is_ok());
+        assert_eq!(client.mode(), mode);
+    }
+}

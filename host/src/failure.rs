@@ -1,0 +1,52 @@
+//! What makes a command end with an exit code other than 0.
+
+use std::io;
+
+/// Why a command did not do what was asked. The exit codes are a contract with scripts and tools.
+#[derive(Debug)]
+pub enum Failure {
+    /// The script or another input is wrong; its diagnostics were written already. Exit code 1.
+    Input,
+    /// The command line is wrong. Exit code 2.
+    Usage(String),
+    /// The run ended in a fault, was stopped, or an expectation failed. Exit code 3.
+    Run(String),
+    /// The board or the port failed. Exit code 4.
+    Board(String),
+    /// A result could not be written. Exit code 4: the input was right and nothing ran wrong.
+    Output(String),
+    /// The reader of our output went away: no failure of ours.
+    ClosedPipe,
+}
+
+impl Failure {
+    /// The process's exit code.
+    pub const fn exit_code(&self) -> u8 {
+        match self {
+            Failure::ClosedPipe => 0,
+            Failure::Input => 1,
+            Failure::Usage(_) => 2,
+            Failure::Run(_) => 3,
+            Failure::Board(_) | Failure::Output(_) => 4,
+        }
+    }
+
+    /// What to tell the user, if the command has not told it already.
+    pub fn message(&self) -> Option<&str> {
+        match self {
+            Failure::Input | Failure::ClosedPipe => None,
+            Failure::Usage(text)
+            | Failure::Run(text)
+            | Failure::Board(text)
+            | Failure::Output(text) => Some(text),
+        }
+    }
+
+    /// Writing to `what` (a path or `standard output`) failed.
+    pub fn writing(what: &str, error: &io::Error) -> Failure {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Failure::ClosedPipe,
+            _ => Failure::Output(format!("{what} cannot be written: {error}")),
+        }
+    }
+}

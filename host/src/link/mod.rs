@@ -1,0 +1,140 @@
+//! Ways to a board: a serial port or a pseudo-terminal, a TCP port, or an emulator in this process.
+//!
+//! A link moves bytes and has a clock of its own, so that the same client code talks to a real
+//! port in real time and to an emulated board in its simulated time.
+
+mod serial;
+mod tcp;
+
+use std::fmt;
+use std::io;
+use std::time::Duration;
+
+use lang::profile::Parity;
+
+pub use serial::Serial;
+pub use tcp::Tcp;
+
+/// Bits per second and parity of a serial line; 8 data bits, 1 stop bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mode {
+    /// Bits per second.
+    pub rate: u32,
+    /// Parity bit.
+    pub parity: Parity,
+}
+
+impl Mode {
+    /// What a board has when nobody changed it.
+    pub const DEFAULT: Mode = Mode { rate: 115_200, parity: Parity::None };
+
+    /// Every mode that a board can have, in the order in which to try them: the default, the one
+    /// that Stop at reset gives, and what the Modbus standard asks for come first.
+    pub fn all() -> impl Iterator<Item = Mode> {
+        let parities = [Parity::None, Parity::Even, Parity::Odd];
+        let rates = [115_200, 9_600, 19_200, 57_600];
+        parities.into_iter().flat_map(move |parity| rates.map(|rate| Mode { rate, parity }))
+    }
+
+    /// Time on the line of `bytes` characters: start bit, 8 data bits, parity, stop bit.
+    pub fn time_of(self, bytes: usize) -> Duration {
+        let bits = if self.parity == Parity::None { 10 } else { 11 };
+        Duration::from_micros((bytes as u64 * bits * 1_000_000).div_ceil(u64::from(self.rate)))
+    }
+}
+
+impl fmt::Display for Mode {
+    /// `115200 8N1`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parity = match self.parity {
+            Parity::None => 'N',
+            Parity::Even => 'E',
+            Parity::Odd => 'O',
+        };
+        write!(f, "{} 8{parity}1", self.rate)
+    }
+}
+
+/// A way to a board.
+pub trait Link {
+    /// Sends all of `bytes`.
+    ///
+    /// # Errors
+    /// The port is gone.
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
+
+    /// Receives what has come, waiting at most `patience` for the first byte. 0: nothing came.
+    ///
+    /// # Errors
+    /// The port is gone.
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize>;
+
+    /// Time on the link's own clock: simulated for an emulated board.
+    fn now(&self) -> Duration;
+
+    /// Lets `time` pass on the link's clock.
+    fn pause(&mut self, time: Duration);
+
+    /// Changes rate and parity. `false`: the link has none (TCP, a pseudo-terminal ignores it).
+    ///
+    /// # Errors
+    /// The port does not know the rate.
+    fn set_mode(&mut self, mode: Mode) -> io::Result<bool>;
+}
+
+impl<L: Link + ?Sized> Link for Box<L> {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        (**self).send(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize> {
+        (**self).receive(buffer, patience)
+    }
+
+    fn now(&self) -> Duration {
+        (**self).now()
+    }
+
+    fn pause(&mut self, time: Duration) {
+        (**self).pause(time);
+    }
+
+    fn set_mode(&mut self, mode: Mode) -> io::Result<bool> {
+        (**self).set_mode(mode)
+    }
+}
+
+/// Opens `tcp:PORT`, `tcp:HOST:PORT` or the path of a serial device or pseudo-terminal.
+///
+/// # Errors
+/// The text says what could not be opened, why, and what to do.
+pub fn open(port: &str) -> Result<Box<dyn Link>, String> {
+    if let Some(address) = port.strip_prefix("tcp:") {
+        return Ok(Box::new(Tcp::connect(address)?));
+    }
+    Ok(Box::new(Serial::open(port)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Mode;
+    use lang::profile::Parity;
+    use std::time::Duration;
+
+    #[test]
+    fn all_modes_are_tried_once_and_the_default_first() {
+        let modes: Vec<Mode> = Mode::all().collect();
+        assert_eq!(modes[0], Mode::DEFAULT);
+        assert_eq!(modes.len(), 12);
+        for (i, mode) in modes.iter().enumerate() {
+            assert!(!modes[..i].contains(mode), "{mode} twice");
+        }
+    }
+
+    #[test]
+    fn a_parity_bit_takes_its_time() {
+        let mode = Mode { rate: 9_600, parity: Parity::Even };
+        assert_eq!(mode.time_of(96), Duration::from_micros(110_000));
+        assert_eq!(mode.to_string(), "9600 8E1");
+    }
+}
