@@ -117,7 +117,8 @@ impl Request<'_> {
         let mut frame = vec![address, self.function()];
         let mut word = |value: u16| frame.extend(value.to_be_bytes());
         match *self {
-            Request::ReadBits { first, count, .. } | Request::ReadRegisters { first, count, .. } => {
+            Request::ReadBits { first, count, .. }
+            | Request::ReadRegisters { first, count, .. } => {
                 word(first);
                 word(count);
             }
@@ -185,9 +186,7 @@ impl Request<'_> {
                 let words = data.chunks_exact(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]]));
                 Ok((rest, Reply::Registers(words.collect())))
             }
-            Request::WriteCoil { address, on } => {
-                echo(input, address, if on { 0xFF00 } else { 0 })
-            }
+            Request::WriteCoil { address, on } => echo(input, address, if on { 0xFF00 } else { 0 }),
             Request::WriteRegister { address, value } => echo(input, address, value),
             Request::WriteRegisters { first, values } => echo(input, first, values.len() as u16),
         }
@@ -235,10 +234,7 @@ mod tests {
         line.extend(request.frame(1));
         let noise = line.clone();
         line.extend(framed(&[1, 3, 4, 0x12, 0x34, 0xAB, 0xCD]));
-        assert_eq!(
-            request.scan(1, &line),
-            Scan::Found(Reply::Registers(vec![0x1234, 0xABCD]))
-        );
+        assert_eq!(request.scan(1, &line), Scan::Found(Reply::Registers(vec![0x1234, 0xABCD])));
         assert_eq!(request.scan(1, &noise), Scan::Incomplete);
     }
 
@@ -268,9 +264,6 @@ mod tests {
         let mut broken = good;
         broken[3] ^= 4;
         assert_eq!(request.scan(1, &broken), Scan::Incomplete);
-        assert_eq!(
-            request.scan(1, &framed(&[1, 0x86, 6])),
-            Scan::Found(Reply::Exception(6))
-        );
+        assert_eq!(request.scan(1, &framed(&[1, 0x86, 6])), Scan::Found(Reply::Exception(6)));
     }
 }

@@ -1,0 +1,181 @@
+//! The command line: what is common to all commands; each command has a file of its own.
+//!
+//! Names, exit codes and formats are a contract with other tools (see [`Failure`]).
+
+mod profile;
+
+use std::io::{IsTerminal, Write};
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use lang::front::diag::Diag;
+use lang::front::source::Source;
+use lang::profile::Profile;
+
+use crate::failure::Failure;
+use crate::input;
+use crate::render::{self, Note};
+
+/// A small BASIC for machines that step: check, simulate, upload and watch its scripts.
+#[derive(Debug, Parser)]
+#[command(name = "pasapas", version, infer_subcommands = false)]
+struct Cli {
+    #[command(flatten)]
+    options: Options,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Options that every command takes.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// How to write diagnostics, status and summaries
+    #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+    /// The machine: a file, or one of the built-in mill, charly, thesis, laser. Without it the
+    /// script's PROFILE line decides, else mill
+    #[arg(long, global = true, value_name = "P.toml|NAME")]
+    pub profile: Option<String>,
+}
+
+/// Form of what is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people
+    Text,
+    /// One JSON object a line
+    Json,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Show the machine descriptions that the tool knows, or those of a board
+    Profile(profile::Profile),
+}
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // clap writes help to standard output (0) and mistakes to standard error (2).
+            let code = error.exit_code();
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(code).unwrap_or(2));
+        }
+    };
+    let console = Console { format: cli.options.format };
+    let result = match cli.command {
+        Command::Profile(command) => command.run(&cli.options, &console),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if let Some(message) = failure.message() {
+                console.complain(&format!("pasapas: {message}"));
+            }
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+/// Where results, diagnostics and remarks go.
+#[derive(Clone, Copy, Debug)]
+pub struct Console {
+    format: Format,
+}
+
+impl Console {
+    /// Whether results are JSON lines.
+    pub fn json(&self) -> bool {
+        self.format == Format::Json
+    }
+
+    /// Whether a progress bar would be seen.
+    pub fn shows_progress(&self) -> bool {
+        !self.json() && std::io::stderr().is_terminal()
+    }
+
+    /// Writes a result to standard output, as it is.
+    ///
+    /// # Errors
+    /// Standard output is full or gone.
+    pub fn result(&self, text: &str) -> Result<(), Failure> {
+        self.bytes(text.as_bytes())
+    }
+
+    /// Writes bytes to standard output.
+    ///
+    /// # Errors
+    /// Standard output is full or gone.
+    pub fn bytes(&self, bytes: &[u8]) -> Result<(), Failure> {
+        let mut out = std::io::stdout().lock();
+        out.write_all(bytes)
+            .and_then(|()| out.flush())
+            .map_err(|error| Failure::writing("standard output", &error))
+    }
+
+    /// Writes one JSON line to standard output.
+    ///
+    /// # Errors
+    /// Standard output is full or gone.
+    pub fn json_line(&self, value: &impl serde::Serialize) -> Result<(), Failure> {
+        let mut line = serde_json::to_string(value)
+            .map_err(|error| Failure::Output(format!("no JSON can be made of it: {error}")))?;
+        line.push('\n');
+        self.result(&line)
+    }
+
+    /// Writes a line to standard error. There is nobody to tell when that fails.
+    pub fn complain(&self, text: &str) {
+        let _ = writeln!(std::io::stderr().lock(), "{text}");
+    }
+
+    /// Writes a diagnostic: a JSON line on standard output or text on standard error.
+    ///
+    /// # Errors
+    /// Standard output is full or gone.
+    pub fn note(&self, note: &Note) -> Result<(), Failure> {
+        if self.json() {
+            return self.result(&format!("{}\n", note.json()));
+        }
+        let _ = std::io::stderr().lock().write_all(note.plain().as_bytes());
+        Ok(())
+    }
+
+    /// Writes a diagnostic of a script, with its excerpt on a terminal.
+    ///
+    /// # Errors
+    /// Standard output is full or gone.
+    pub fn diag(&self, diag: &Diag, source: &Source) -> Result<(), Failure> {
+        if self.json() || !render::stderr_is_rich() {
+            return self.note(&Note::of(diag, source));
+        }
+        let _ = std::io::stderr().lock().write_all(render::excerpt(diag, source).as_bytes());
+        Ok(())
+    }
+
+    /// Writes a note that ends the command.
+    pub fn refuse(&self, note: &Note) -> Failure {
+        match self.note(note) {
+            Ok(()) => Failure::Input,
+            Err(failure) => failure,
+        }
+    }
+}
+
+impl Options {
+    /// The profile that `--profile` names, if it is there.
+    ///
+    /// # Errors
+    /// It does not exist or is wrong; that was written.
+    pub fn profile(&self, console: &Console) -> Result<Option<Profile>, Failure> {
+        match &self.profile {
+            None => Ok(None),
+            Some(name) => input::profile(name).map(Some).map_err(|note| match note.file.as_str() {
+                "--profile" => Failure::Usage(note.text),
+                _ => console.refuse(&note),
+            }),
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! Diagnostics for people and for tools: `FILE:LINE:COL: error[CODE]: text` with the source excerpt
+//! on a terminal, or one JSON line each.
+
+use std::io::IsTerminal;
+use std::ops::Range;
+
+use ariadne::{CharSet, Color, Config, Label, Report, ReportKind, Source as Excerpt};
+use lang::front::codes::Severity as LangSeverity;
+use lang::front::diag::Diag;
+use lang::front::source::Source;
+use serde::Serialize;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// It cannot run.
+    Error,
+    /// It can run.
+    Warning,
+}
+
+impl Severity {
+    const fn word(self) -> &'static str {
+        match self {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        }
+    }
+}
+
+/// A diagnostic with its place resolved.
+#[derive(Clone, Debug, Serialize)]
+pub struct Note {
+    /// The file, as it was named.
+    pub file: String,
+    /// Line and column, from 1.
+    #[serde(skip)]
+    pub place: (u32, u32),
+    /// How bad.
+    pub severity: Severity,
+    /// A capital letter and three digits.
+    pub code: &'static str,
+    /// What is wrong.
+    pub text: String,
+    /// What to write instead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hint: Option<String>,
+    /// Further places.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub labels: Vec<Further>,
+}
+
+/// A further place of a diagnostic.
+#[derive(Clone, Debug, Serialize)]
+pub struct Further {
+    /// Line, from 1.
+    pub line: u32,
+    /// Column, from 1.
+    pub col: u32,
+    /// What is there.
+    pub text: String,
+}
+
+impl Note {
+    /// An error of a file as a whole: at its first character.
+    pub fn error(file: &str, code: &'static str, text: String) -> Note {
+        Note {
+            file: file.to_owned(),
+            place: (1, 1),
+            severity: Severity::Error,
+            code,
+            text,
+            hint: None,
+            labels: Vec::new(),
+        }
+    }
+
+    /// The same at a line and a column, from 1.
+    #[must_use]
+    pub fn at(mut self, place: (u32, u32)) -> Note {
+        self.place = place;
+        self
+    }
+
+    /// The same with a remedy.
+    #[must_use]
+    pub fn hint(mut self, hint: impl Into<String>) -> Note {
+        self.hint = Some(hint.into());
+        self
+    }
+
+    /// A diagnostic of the language.
+    pub fn of(diag: &Diag, source: &Source) -> Note {
+        let further = diag.labels.iter().map(|label| {
+            let (line, col) = source.place(label.span.start);
+            Further { line, col, text: label.text.clone() }
+        });
+        Note {
+            file: source.name().to_owned(),
+            place: source.place(diag.span.start),
+            severity: match diag.severity {
+                LangSeverity::Error => Severity::Error,
+                LangSeverity::Warning => Severity::Warning,
+            },
+            code: diag.code.id(),
+            text: diag.message.clone(),
+            hint: diag.hint.clone(),
+            labels: further.collect(),
+        }
+    }
+
+    /// `FILE:LINE:COL: error[CODE]: text`
+    pub fn line(&self) -> String {
+        let (line, col) = self.place;
+        let Note { file, severity, code, text, .. } = self;
+        format!("{file}:{line}:{col}: {}[{code}]: {text}", severity.word())
+    }
+
+    /// The line, then an indented one for each further place and for the hint.
+    pub fn plain(&self) -> String {
+        let mut out = self.line();
+        out.push('\n');
+        for further in &self.labels {
+            let Further { line, col, text } = further;
+            out += &format!("  {}:{line}:{col}: {text}\n", self.file);
+        }
+        if let Some(hint) = &self.hint {
+            out += &format!("  hint: {hint}\n");
+        }
+        out
+    }
+
+    /// One JSON object, without a line end.
+    pub fn json(&self) -> String {
+        #[derive(Serialize)]
+        struct Line<'a> {
+            line: u32,
+            col: u32,
+            #[serde(flatten)]
+            note: &'a Note,
+        }
+        let (line, col) = self.place;
+        serde_json::to_string(&Line { line, col, note: self }).unwrap_or_default()
+    }
+}
+
+/// Whether the excerpt and colours are wanted on standard error.
+pub fn stderr_is_rich() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+}
+
+/// The first line of [`Note::plain`], then the source with the places marked.
+pub fn excerpt(diag: &Diag, source: &Source) -> String {
+    let note = Note::of(diag, source);
+    let range = |start: u32, end: u32| -> Range<usize> {
+        let length = source.text().len();
+        let start = (start as usize).min(length);
+        // A point gets one character's width, or nothing would be underlined.
+        start..(end as usize).clamp(start, length).max((start + 1).min(length))
+    };
+    let (kind, color) = match note.severity {
+        Severity::Error => (ReportKind::Error, Color::Red),
+        Severity::Warning => (ReportKind::Warning, Color::Yellow),
+    };
+    let file = source.name();
+    let span = range(diag.span.start, diag.span.end);
+    let config =
+        Config::default().with_index_type(ariadne::IndexType::Byte).with_char_set(CharSet::Unicode);
+    let mut report = Report::build(kind, (file, span.clone()))
+        .with_config(config)
+        .with_label(Label::new((file, span)).with_color(color).with_message(&note.text));
+    for label in &diag.labels {
+        let span = range(label.span.start, label.span.end);
+        report = report
+            .with_label(Label::new((file, span)).with_color(Color::Cyan).with_message(&label.text));
+    }
+    if let Some(hint) = &diag.hint {
+        report = report.with_help(hint);
+    }
+    let mut drawn = Vec::new();
+    let written = report.finish().write((file, Excerpt::from(source.text())), &mut drawn);
+    let drawn = String::from_utf8_lossy(&drawn);
+    match (written, drawn.split_once('\n')) {
+        // The report's own head line says less than ours.
+        (Ok(()), Some((_head, body))) => format!("{}\n{body}", note.line()),
+        _ => note.plain(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Note, excerpt};
+    use lang::front::codes::Code;
+    use lang::front::diag::Diag;
+    use lang::front::source::Source;
+    use lang::front::span::Span;
+
+    fn sample() -> (Diag, Source) {
+        let source = Source::new("a.bas", "DIM n\nWait 5\n".to_owned());
+        let diag = Diag::new(Code::Expected, Span::new(11, 12), "`Wait 5` needs a time")
+            .hint("write `5ms` or `5s`")
+            .label(Span::new(4, 5), "declared here");
+        (diag, source)
+    }
+
+    #[test]
+    fn the_plain_form_is_the_contract() {
+        let (diag, source) = sample();
+        assert_eq!(
+            Note::of(&diag, &source).plain(),
+            "a.bas:2:6: error[P002]: `Wait 5` needs a time\n  \
+             a.bas:1:5: declared here\n  hint: write `5ms` or `5s`\n"
+        );
+    }
+
+    #[test]
+    fn the_json_form_is_one_line() {
+        let (diag, source) = sample();
+        assert_eq!(
+            Note::of(&diag, &source).json(),
+            r#"{"line":2,"col":6,"file":"a.bas","severity":"error","code":"P002","text":"`Wait 5` needs a time","hint":"write `5ms` or `5s`","labels":[{"line":1,"col":5,"text":"declared here"}]}"#
+        );
+    }
+
+    #[test]
+    fn the_excerpt_begins_with_the_contract_and_shows_the_source() {
+        let (diag, source) = sample();
+        let text = excerpt(&diag, &source);
+        assert!(text.starts_with("a.bas:2:6: error[P002]: `Wait 5` needs a time\n"), "{text}");
+        assert!(text.contains("Wait 5") && text.contains("declared here"), "{text}");
+    }
+
+    #[test]
+    fn a_place_at_the_end_of_an_empty_file_can_be_shown() {
+        let source = Source::new("a.bas", String::new());
+        let diag = Diag::new(Code::Expected, Span::point(0), "nothing");
+        assert!(excerpt(&diag, &source).starts_with("a.bas:1:1: error[P002]: nothing"));
+    }
+}
