@@ -1,6 +1,6 @@
 //! The hardware-free half of the firmware: everything that host tests can run.
 #![cfg_attr(not(test), no_std)]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
-pub mod motion;
 pub mod modbus;
+pub mod motion;

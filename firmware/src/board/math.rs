@@ -206,6 +206,72 @@ __mspabi_srai:
     jne 1b
     ret
 
+    .section .text.mul_div,"ax",@progbits
+    .global pasapas_mul_div
+    /* r13:r12 times r15:r14 over the long on the stack, rounded down, all ones if it does not
+       fit; 450 cycles for the product, 500 for the quotient */
+pasapas_mul_div:
+    push r10
+    push r9
+    clr r10
+    clr r11
+    mov #32, r9
+1:  bit #1, r14
+    jeq 2f
+    add r12, r10
+    addc r13, r11
+2:  rrc r11
+    rrc r10
+    rrc r15
+    rrc r14
+    dec r9
+    jne 1b
+    mov 6(r1), r12
+    mov 8(r1), r13
+    jmp pasapas_quotient
+
+    .global pasapas_fraction
+    /* r13:r12 times 2^32 over r15:r14 */
+pasapas_fraction:
+    push r10
+    push r9
+    mov r12, r10
+    mov r13, r11
+    mov r14, r12
+    mov r15, r13
+    clr r14
+    clr r15
+pasapas_quotient:
+    mov #32, r9
+    cmp r13, r11
+    jlo 1f
+    jne 5f
+    cmp r12, r10
+    jhs 5f
+1:  rla r14
+    rlc r15
+    rlc r10
+    rlc r11
+    jc 2f
+    cmp r13, r11
+    jlo 3f
+    jne 2f
+    cmp r12, r10
+    jlo 3f
+2:  sub r12, r10
+    subc r13, r11
+    bis #1, r14
+3:  dec r9
+    jne 1b
+    mov r14, r12
+    mov r15, r13
+4:  pop r9
+    pop r10
+    ret
+5:  mov #-1, r12
+    mov #-1, r13
+    jmp 4b
+
     .section .text.crc16,"ax",@progbits
     .global pasapas_crc16
     /* r12 CRC, r13 byte (high byte 0); 8 rounds of 9 cycles at most */

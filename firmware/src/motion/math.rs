@@ -5,12 +5,46 @@ pub fn mul_sat(a: u32, b: u32) -> u32 {
     a.saturating_mul(b)
 }
 
+// On the chip the 64-bit product and quotient are assembly (board/math.rs): the compiler's own
+// 64-bit division is 600 bytes.
+// SAFETY: both are pure functions of their arguments by the compiler's own calling convention.
+#[cfg(target_arch = "msp430")]
+#[allow(unsafe_code)]
+unsafe extern "C" {
+    safe fn pasapas_mul_div(a: u32, b: u32, c: u32) -> u32;
+    safe fn pasapas_fraction(a: u32, c: u32) -> u32;
+}
+
 /// `a * b / c`, rounded down, with a 64-bit product; `u32::MAX` when it does not fit or `c` is 0.
+#[cfg(target_arch = "msp430")]
+#[inline(always)]
+pub fn mul_div(a: u32, b: u32, c: u32) -> u32 {
+    pasapas_mul_div(a, b, c)
+}
+
+/// `a * b / c`, rounded down, with a 64-bit product; `u32::MAX` when it does not fit or `c` is 0.
+#[cfg(not(target_arch = "msp430"))]
 pub fn mul_div(a: u32, b: u32, c: u32) -> u32 {
     if c == 0 {
         return u32::MAX;
     }
     u32::try_from(u64::from(a) * u64::from(b) / u64::from(c)).unwrap_or(u32::MAX)
+}
+
+/// `a * 2^32 / c`, rounded down; `u32::MAX` unless `a` is below `c`.
+#[cfg(target_arch = "msp430")]
+#[inline(always)]
+pub fn fraction(a: u32, c: u32) -> u32 {
+    pasapas_fraction(a, c)
+}
+
+/// `a * 2^32 / c`, rounded down; `u32::MAX` unless `a` is below `c`.
+#[cfg(not(target_arch = "msp430"))]
+pub fn fraction(a: u32, c: u32) -> u32 {
+    if a >= c {
+        return u32::MAX;
+    }
+    ((u64::from(a) << 32) / u64::from(c)) as u32
 }
 
 /// `value * 2^by`, rounded down for a negative `by`; `u32::MAX` when it does not fit.

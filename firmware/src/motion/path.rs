@@ -11,7 +11,7 @@
 //! neither block's feed forbids.
 
 use super::limits::AxisLimits;
-use super::math::{isqrt, length, mul_div, root_of_product};
+use super::math::{fraction, isqrt, length, mul_div, root_of_product};
 use super::ramp::{Ramp, Segment, Stretch};
 
 /// How fast a block may go.
@@ -270,10 +270,7 @@ const ONE: u32 = 1 << 15;
 
 /// `steps * 2^32 / events`, at most 2^32 - 1.
 pub fn increment(steps: u32, events: u32) -> u32 {
-    if steps >= events {
-        return u32::MAX;
-    }
-    ((u64::from(steps) << 32) / u64::from(events)) as u32
+    fraction(steps, events)
 }
 
 /// Events, length, direction and limits along the path of a block with at least one step.
