@@ -14,9 +14,12 @@ pub mod fault;
 pub mod front;
 #[cfg(feature = "compiler")]
 pub mod hir;
+pub mod image;
+pub mod isa;
 #[cfg(feature = "compiler")]
 pub mod kind;
 #[cfg(feature = "compiler")]
 pub mod profile;
 pub mod record;
+pub mod vm;
 pub mod wire;

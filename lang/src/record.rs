@@ -19,8 +19,10 @@ pub mod feature {
     pub const EVENTS: u16 = 1 << 3;
     /// KEEP variables.
     pub const KEEP: u16 = 1 << 4;
-    /// The image holds a line table (`ERL`).
+    /// `ON ERROR`: the image holds a statement table (ERL, RESUME NEXT).
     pub const LINES: u16 = 1 << 5;
+    /// Addresses of three bytes; only the host runs such images.
+    pub const WIDE: u16 = 1 << 6;
 }
 
 /// One axis in an image.

@@ -1,0 +1,377 @@
+//! The program image: what the compiler writes, the link carries, flash holds and the VM runs.
+//!
+//! | part | bytes |
+//! |---|---|
+//! | header | 20 |
+//! | axes' part of the profile: [`MachineRecord`] | [`MachineRecord::SIZE`] |
+//! | code | `code_len` |
+//! | data: table of handlers, texts, table columns, statement table | the rest |
+//!
+//! With feature `EVENTS` the data begins with the number of ON lines in one byte and the targets of
+//! their handlers; with feature `LINES` the data offset of the statement table follows.
+//!
+//! Numbers stand least byte first. Addresses count from the start of the code, data offsets from
+//! the start of the data; both have two bytes, in a wide image three. Only the host runs wide
+//! images: they exist so that a simulation is not bound by the device's flash.
+//!
+//! | header byte | holds |
+//! |---|---|
+//! | 0 | [`FORMAT`] |
+//! | 1 | [`feature`] bits |
+//! | 2, 3 | [`FINGERPRINT`](crate::isa::FINGERPRINT) of the opcode table |
+//! | 4, 5 | CRC-16 of all other bytes |
+//! | 6..=8 | length of the image |
+//! | 9..=11 | length of the code |
+//! | 12, 13 | address of the main program |
+//! | 14 | cells |
+//! | 15 | low half: deepest expression of one routine; high half: of all that are open at once |
+//! | 16 | low half: KEEP values; high half: depth of the call stack |
+//! | 17 | first KEEP cell; the others follow it |
+//! | 18, 19 | hash of the profile |
+
+pub mod statements;
+
+use crate::isa;
+use crate::record::{MachineRecord, feature};
+use crate::wire::{self, CRC_START, crc16};
+
+/// Version of the container.
+pub const FORMAT: u8 = 1;
+/// Bytes of the header.
+pub const HEADER: usize = 20;
+/// ON lines that a program may have.
+pub const MAX_EVENTS: usize = 4;
+/// Offset of the CRC.
+const CRC_AT: usize = 4;
+
+/// Bytes of the device's RAM that cells, expression stack and call stack share.
+///
+/// 192 hold 36 cells, depth 8 and 8 calls; 108 hold 18, 6 and 6 (device.md, Program store).
+pub const fn pool_limit(features: u8) -> usize {
+    if features as u16 & (feature::INTERPOLATE | feature::START) == 0 { 192 } else { 108 }
+}
+
+/// Why an image is refused, in detail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Flaw {
+    /// Shorter than its header or than its length says.
+    Truncated = 1,
+    /// Another version of the container.
+    Format = 2,
+    /// Another instruction set.
+    Fingerprint = 3,
+    /// Damaged.
+    Crc = 4,
+    /// Parts of the image do not fit into it.
+    Layout = 5,
+    /// More cells, stack or calls than the VM has.
+    Memory = 6,
+    /// A feature that this VM does not have.
+    Feature = 7,
+    /// A code that is no instruction.
+    Opcode = 8,
+    /// An operand that lies outside.
+    Operand = 9,
+    /// A jump that does not lead to the start of an instruction.
+    Target = 10,
+    /// Stack depth that does not agree.
+    Depth = 11,
+    /// The code does not end.
+    End = 12,
+}
+
+impl Flaw {
+    /// As the link reports it.
+    pub const fn refusal(self) -> wire::Refusal {
+        match self {
+            Flaw::Truncated => wire::Refusal::Incomplete,
+            Flaw::Format | Flaw::Fingerprint => wire::Refusal::Version,
+            Flaw::Crc => wire::Refusal::Crc,
+            Flaw::Memory => wire::Refusal::Memory,
+            Flaw::Feature => wire::Refusal::Feature,
+            Flaw::Layout
+            | Flaw::Opcode
+            | Flaw::Operand
+            | Flaw::Target
+            | Flaw::Depth
+            | Flaw::End => wire::Refusal::Code,
+        }
+    }
+}
+
+/// What the header says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Header {
+    /// [`feature`] bits, those below 256.
+    pub features: u8,
+    /// Length of the image.
+    pub len: usize,
+    /// Length of the code.
+    pub code_len: usize,
+    /// Address of the main program.
+    pub entry: usize,
+    /// Cells.
+    pub cells: u8,
+    /// Values on the expression stack at most.
+    pub stack: u8,
+    /// Values that one routine has on it at most.
+    pub frame: u8,
+    /// Entries of the call stack.
+    pub calls: u8,
+    /// KEEP values.
+    pub keeps: u8,
+    /// First KEEP cell.
+    pub keep_base: u8,
+    /// Hash of the profile.
+    pub profile_hash: u16,
+}
+
+impl Header {
+    /// Whether addresses have three bytes.
+    pub const fn wide(&self) -> bool {
+        self.has(feature::WIDE)
+    }
+
+    /// Whether the program uses a [`feature`].
+    pub const fn has(&self, feature: u16) -> bool {
+        self.features as u16 & feature != 0
+    }
+
+    /// Bytes of an entry of the call stack: 12 bits of address and 4 of kind on the device.
+    pub const fn call_bytes(&self) -> usize {
+        if self.wide() { 4 } else { 2 }
+    }
+
+    /// Bytes of memory that the VM needs.
+    pub const fn pool_bytes(&self) -> usize {
+        4 * (self.cells as usize + self.stack as usize) + self.call_bytes() * self.calls as usize
+    }
+
+    /// The header of an image.
+    ///
+    /// # Errors
+    /// The bytes are too few or of another format or instruction set.
+    pub fn read(bytes: &[u8]) -> Result<Header, Flaw> {
+        let Some(h) = bytes.first_chunk::<HEADER>() else { return Err(Flaw::Truncated) };
+        if h[0] != FORMAT {
+            return Err(Flaw::Format);
+        }
+        if u16::from_le_bytes([h[2], h[3]]) != isa::FINGERPRINT {
+            return Err(Flaw::Fingerprint);
+        }
+        Ok(Header {
+            features: h[1],
+            len: triple(h[6], h[7], h[8])?,
+            code_len: triple(h[9], h[10], h[11])?,
+            entry: usize::from(u16::from_le_bytes([h[12], h[13]])),
+            cells: h[14],
+            stack: h[15] >> 4,
+            frame: h[15] & 15,
+            calls: h[16] >> 4,
+            keeps: h[16] & 15,
+            keep_base: h[17],
+            profile_hash: u16::from_le_bytes([h[18], h[19]]),
+        })
+    }
+
+    /// The header's bytes, with a CRC of 0.
+    #[cfg(feature = "compiler")]
+    pub fn bytes(&self) -> [u8; HEADER] {
+        let mut h = [0; HEADER];
+        h[0] = FORMAT;
+        h[1] = self.features;
+        h[2..4].copy_from_slice(&isa::FINGERPRINT.to_le_bytes());
+        h[6..9].copy_from_slice(&(self.len as u32).to_le_bytes()[..3]);
+        h[9..12].copy_from_slice(&(self.code_len as u32).to_le_bytes()[..3]);
+        h[12..14].copy_from_slice(&(self.entry as u16).to_le_bytes());
+        h[14] = self.cells;
+        h[15] = self.stack << 4 | self.frame;
+        h[16] = self.calls << 4 | self.keeps;
+        h[17] = self.keep_base;
+        h[18..20].copy_from_slice(&self.profile_hash.to_le_bytes());
+        h
+    }
+}
+
+fn triple(low: u8, middle: u8, high: u8) -> Result<usize, Flaw> {
+    let value = u32::from_le_bytes([low, middle, high, 0]);
+    usize::try_from(value).map_err(|_| Flaw::Layout)
+}
+
+/// CRC that an image ought to carry: of all bytes but the two of the CRC.
+pub fn crc_of(bytes: &[u8]) -> u16 {
+    let head = bytes.get(..CRC_AT).unwrap_or_default();
+    let rest = bytes.get(CRC_AT + 2..).unwrap_or_default();
+    head.iter().chain(rest).fold(CRC_START, |crc, &byte| crc16(crc, byte))
+}
+
+/// CRC that an image carries.
+pub fn crc_in(bytes: &[u8]) -> u16 {
+    match bytes.get(CRC_AT..CRC_AT + 2) {
+        Some(&[low, high]) => u16::from_le_bytes([low, high]),
+        _ => 0,
+    }
+}
+
+/// Writes the CRC into an image.
+#[cfg(feature = "compiler")]
+pub fn seal(bytes: &mut [u8]) {
+    let crc = crc_of(bytes).to_le_bytes();
+    if let Some(place) = bytes.get_mut(CRC_AT..CRC_AT + 2) {
+        place.copy_from_slice(&crc);
+    }
+}
+
+/// An image taken apart. Its layout holds together; its code is not verified yet.
+#[derive(Clone, Copy, Debug)]
+pub struct Image<'a> {
+    /// The header.
+    pub header: Header,
+    /// The axes' part of the profile, a [`MachineRecord`].
+    pub machine: &'a [u8],
+    /// The code.
+    pub code: &'a [u8],
+    /// The data.
+    pub data: &'a [u8],
+}
+
+impl<'a> Image<'a> {
+    /// Takes an image apart. `bytes` may be longer than the image.
+    ///
+    /// The CRC is not looked at: see [`crc_of`].
+    ///
+    /// # Errors
+    /// The header is of another format or its lengths do not fit.
+    pub fn new(bytes: &'a [u8]) -> Result<Image<'a>, Flaw> {
+        let header = Header::read(bytes)?;
+        let bytes = bytes.get(..header.len).ok_or(Flaw::Truncated)?;
+        let body = bytes.get(HEADER..).ok_or(Flaw::Layout)?;
+        let (machine, rest) = body.split_at_checked(MachineRecord::SIZE).ok_or(Flaw::Layout)?;
+        let (code, data) = rest.split_at_checked(header.code_len).ok_or(Flaw::Layout)?;
+        Ok(Image { header, machine, code, data })
+    }
+
+    /// Bytes of an address or a data offset.
+    pub const fn address_bytes(&self) -> usize {
+        2 + self.header.wide() as usize
+    }
+
+    fn address_at(&self, offset: usize) -> Option<usize> {
+        address(self.data, offset, self.header.wide())
+    }
+
+    /// Number of ON lines.
+    pub fn events(&self) -> u8 {
+        match self.data.first() {
+            Some(&count) if self.header.has(feature::EVENTS) => count,
+            _ => 0,
+        }
+    }
+
+    /// Address of the handler of the ON line in event slot `slot`.
+    pub fn event_target(&self, slot: u8) -> Option<usize> {
+        if slot >= self.events() {
+            return None;
+        }
+        self.address_at(1 + usize::from(slot) * self.address_bytes())
+    }
+
+    /// The statement table of a program with ON ERROR.
+    pub fn statements(&self) -> Option<statements::Statements<'a>> {
+        if !self.header.has(feature::LINES) {
+            return None;
+        }
+        let handlers = match self.header.has(feature::EVENTS) {
+            true => 1 + usize::from(self.events()) * self.address_bytes(),
+            false => 0,
+        };
+        let offset = self.address_at(handlers)?;
+        Some(statements::Statements::new(self.data.get(offset..)?, self.header.wide()))
+    }
+
+    /// The text at a data offset: its length in one byte, then its bytes.
+    pub fn text(&self, offset: usize) -> Option<&'a [u8]> {
+        let (&len, rest) = self.data.get(offset..)?.split_first()?;
+        rest.get(..usize::from(len))
+    }
+
+    /// The table column at a data offset.
+    pub fn column(&self, offset: usize) -> Option<Column<'a>> {
+        Column::new(self.data.get(offset..)?)
+    }
+}
+
+/// The address in `bytes` at `at`.
+pub fn address(bytes: &[u8], at: usize, wide: bool) -> Option<usize> {
+    let low = *bytes.get(at)?;
+    let middle = *bytes.get(at + 1)?;
+    let high = if wide { *bytes.get(at + 2)? } else { 0 };
+    triple(low, middle, high).ok()
+}
+
+/// A column of a table.
+///
+/// | byte | holds |
+/// |---|---|
+/// | 0 | bits 0, 1: bytes of a value less one; bit 2: two bytes of row count; bit 3: scaled |
+/// | 1.. | row count, one byte or two |
+/// | .. | if scaled, what each value is multiplied by: 1..=65535, two bytes |
+/// | .. | values, signed |
+#[derive(Clone, Copy, Debug)]
+pub struct Column<'a> {
+    scale: u16,
+    width: u8,
+    rows: u16,
+    values: &'a [u8],
+    /// Bytes of the whole column.
+    pub len: usize,
+}
+
+/// Bit of a column's first byte: the row count has two bytes.
+pub const COLUMN_LONG: u8 = 1 << 2;
+/// Bit of a column's first byte: the values are scaled.
+pub const COLUMN_SCALED: u8 = 1 << 3;
+
+impl<'a> Column<'a> {
+    fn new(bytes: &'a [u8]) -> Option<Column<'a>> {
+        let format = *bytes.first()?;
+        if format > 15 {
+            return None;
+        }
+        let mut at = 2;
+        let mut rows = u16::from(*bytes.get(1)?);
+        if format & COLUMN_LONG != 0 {
+            rows |= u16::from(*bytes.get(2)?) << 8;
+            at = 3;
+        }
+        let mut scale = 1;
+        if format & COLUMN_SCALED != 0 {
+            scale = u16::from_le_bytes([*bytes.get(at)?, *bytes.get(at + 1)?]);
+            at += 2;
+        }
+        let width = (format & 3) + 1;
+        let size = usize::from(rows).checked_mul(usize::from(width))?;
+        let values = bytes.get(at..)?.get(..size)?;
+        Some(Column { scale, width, rows, values, len: at + size })
+    }
+
+    /// Number of rows.
+    pub const fn rows(&self) -> u16 {
+        self.rows
+    }
+
+    /// The value of a row, `None` outside.
+    pub fn get(&self, row: i32) -> Option<i32> {
+        let row = u16::try_from(row).ok().filter(|&row| row < self.rows)?;
+        let width = usize::from(self.width);
+        let bytes = self.values.get(usize::from(row) * width..)?.get(..width)?;
+        let mut value: i32 = 0;
+        for &byte in bytes.iter().rev() {
+            value = value << 8 | i32::from(byte);
+        }
+        let unused = 32 - 8 * u32::from(self.width);
+        let value = value << unused >> unused;
+        Some(value.wrapping_mul(i32::from(self.scale)))
+    }
+}

@@ -1,0 +1,539 @@
+//! The instruction set of the VM.
+//!
+//! One byte selects the instruction, operand bytes follow, numbers least byte first. Nothing is
+//! aligned: the MSP430 reads operands byte by byte. The top bits of the first byte split the codes
+//! so that a hand-written core decodes them by shifts alone:
+//!
+//! | codes | meaning |
+//! |---|---|
+//! | `0nnn_nnnn` | an entry of the handler table: `2 * code` is its index |
+//! | `0110_nnnn` | push n |
+//! | `0111_nnnn` | short forward jump if zero |
+//! | `100n_nnnn` | push cell n: `4 * n` is left after two shifts |
+//! | `101n_nnnn` | store into cell n |
+//! | `11nn_nnnn` | effect: the VM leaves with the arguments on the stack |
+//!
+//! [`Op`], [`ROWS`], the encoder, the decoder, the disassembler, the verifier's stack effects and
+//! the reference manual's table all come from `isa/table.rs`.
+
+mod table;
+
+use crate::axis::AxisSet;
+use crate::wire::{CRC_START, crc16};
+
+/// What stands behind the first byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Operands {
+    /// Nothing.
+    None = 0,
+    /// Number 0..=255.
+    U8,
+    /// Number -128..=127.
+    I8,
+    /// 16-bit number.
+    I16,
+    /// 24-bit number.
+    I24,
+    /// 32-bit number.
+    I32,
+    /// Cell number.
+    Cell,
+    /// First cell and length of an array.
+    Array,
+    /// Signed distance of a jump from the instruction's end.
+    Rel,
+    /// Jump target, counted from the start of the code.
+    Addr,
+    /// Cell, then signed distance.
+    CellRel,
+    /// Cell, limit 0..=255, signed distance.
+    CellU8Rel,
+    /// Routine that starts below 256.
+    Sub8,
+    /// Routine.
+    Sub,
+    /// Table column whose data offset is below 256.
+    Column8,
+    /// Table column.
+    Column,
+    /// Two table columns, one behind the other, the first below 256.
+    Pair8,
+    /// Text whose data offset is below 256.
+    Text8,
+    /// Text.
+    Text,
+    /// Axis 0..=2.
+    Axis,
+    /// One byte of flags.
+    Flags,
+    /// Two bytes of flags.
+    Flags2,
+    /// Three bytes of flags.
+    Flags3,
+}
+
+impl Operands {
+    const ALL: [Operands; 23] = [
+        Operands::None,
+        Operands::U8,
+        Operands::I8,
+        Operands::I16,
+        Operands::I24,
+        Operands::I32,
+        Operands::Cell,
+        Operands::Array,
+        Operands::Rel,
+        Operands::Addr,
+        Operands::CellRel,
+        Operands::CellU8Rel,
+        Operands::Sub8,
+        Operands::Sub,
+        Operands::Column8,
+        Operands::Column,
+        Operands::Pair8,
+        Operands::Text8,
+        Operands::Text,
+        Operands::Axis,
+        Operands::Flags,
+        Operands::Flags2,
+        Operands::Flags3,
+    ];
+
+    /// Bytes behind the first one. Addresses have two, in a wide image three.
+    pub const fn len(self, wide: bool) -> usize {
+        match self {
+            Operands::None => 0,
+            Operands::I16 | Operands::Array | Operands::CellRel | Operands::Flags2 => 2,
+            Operands::I24 | Operands::CellU8Rel | Operands::Flags3 => 3,
+            Operands::I32 => 4,
+            Operands::Addr | Operands::Sub | Operands::Column | Operands::Text => 2 + wide as usize,
+            _ => 1,
+        }
+    }
+}
+
+/// Who executes an instruction, and whether the next one follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Class {
+    /// The VM; the next instruction may follow.
+    Pure = 0,
+    /// The VM; never falls through. The next instruction begins a statement.
+    Ends = 1,
+    /// The machine: the VM leaves and is resumed with the result.
+    Effect = 2,
+}
+
+/// A row of the opcode table.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The instruction.
+    pub op: Op,
+    /// Its first code.
+    pub code: u8,
+    /// Number of its codes; above 1 the code carries a small operand.
+    pub count: u8,
+    /// Mnemonic.
+    pub name: &'static str,
+    /// Operand bytes.
+    pub operands: Operands,
+    /// Values taken from the stack, but for what [`arguments`] adds.
+    pub pops: u8,
+    /// Values left.
+    pub pushes: u8,
+    /// Who executes it.
+    pub class: Class,
+    /// What it does.
+    pub doc: &'static str,
+}
+
+macro_rules! opcodes {
+    ($($code:literal x $count:literal $name:ident $text:literal
+       $operands:ident $pops:literal $pushes:literal $class:ident $doc:literal;)*) => {
+        /// An instruction; the discriminant is its first code.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        pub enum Op { $(#[doc = $doc] $name = $code,)* }
+
+        /// The opcode table in ascending order of codes.
+        pub const ROWS: &[Row] = &[$(Row {
+            op: Op::$name,
+            code: $code,
+            count: $count,
+            name: $text,
+            operands: Operands::$operands,
+            pops: $pops,
+            pushes: $pushes,
+            class: Class::$class,
+            doc: $doc,
+        },)*];
+
+        impl Op {
+            /// The instruction of a code and the small operand that the code carries.
+            pub const fn decode(code: u8) -> Option<(Op, u8)> {
+                $(if code.wrapping_sub($code) < $count { return Some((Op::$name, code - $code)); })*
+                None
+            }
+        }
+    };
+}
+
+table::rows!(opcodes);
+
+/// First code of the short `push cell`.
+pub const LOAD: u8 = Op::Load as u8;
+/// First code of the effects.
+pub const EFFECTS: u8 = 0xC0;
+/// Cells that have short forms of load and store.
+pub const SHORT_CELLS: u8 = 32;
+/// Axes of the short forms of G0 and G1.
+pub const SHORT_AXES: [AxisSet; 5] =
+    [AxisSet(0b001), AxisSet(0b010), AxisSet(0b011), AxisSet(0b100), AxisSet(0b111)];
+
+/// What the verifier needs to know of a code, in two bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape(u16);
+
+impl Shape {
+    const INVALID: Shape = Shape(0xFFFF);
+
+    const fn of(row: &Row) -> Shape {
+        Shape(
+            row.operands as u16
+                | (row.pops as u16) << 5
+                | (row.pushes as u16) << 8
+                | (row.class as u16) << 10,
+        )
+    }
+
+    /// Operand bytes.
+    pub const fn operands(self) -> Operands {
+        Operands::ALL[(self.0 & 31) as usize]
+    }
+
+    /// Values taken from the stack, but for what [`arguments`] adds.
+    pub const fn pops(self) -> u8 {
+        (self.0 >> 5 & 7) as u8
+    }
+
+    /// Values left.
+    pub const fn pushes(self) -> u8 {
+        (self.0 >> 8 & 3) as u8
+    }
+
+    /// Who executes it.
+    pub const fn class(self) -> Class {
+        match self.0 >> 10 {
+            0 => Class::Pure,
+            1 => Class::Ends,
+            _ => Class::Effect,
+        }
+    }
+}
+
+const LOW: usize = 0x60;
+
+const fn shapes<const N: usize>(first: u8) -> [Shape; N] {
+    let mut table = [Shape::INVALID; N];
+    let mut i = 0;
+    while i < N {
+        let code = first + i as u8;
+        let mut r = 0;
+        while r < ROWS.len() {
+            if code.wrapping_sub(ROWS[r].code) < ROWS[r].count {
+                table[i] = Shape::of(&ROWS[r]);
+            }
+            r += 1;
+        }
+        i += 1;
+    }
+    table
+}
+
+static LOW_SHAPES: [Shape; LOW] = shapes(0);
+static SHORT_SHAPES: [Shape; 10] = [
+    shapes::<1>(0x60)[0],
+    shapes::<1>(0x70)[0],
+    shapes::<1>(0x80)[0],
+    shapes::<1>(0x90)[0],
+    shapes::<1>(0xA0)[0],
+    shapes::<1>(0xB0)[0],
+    Shape::INVALID,
+    Shape::INVALID,
+    Shape::INVALID,
+    Shape::INVALID,
+];
+static EFFECT_SHAPES: [Shape; 64] = shapes(EFFECTS);
+
+/// The shape of a code; `None` when no instruction has it.
+pub fn shape(code: u8) -> Option<Shape> {
+    let shape = match usize::from(code) {
+        code @ 0..LOW => LOW_SHAPES.get(code),
+        code @ LOW..0xC0 => SHORT_SHAPES.get((code - LOW) >> 4),
+        code => EFFECT_SHAPES.get(code - 0xC0),
+    };
+    shape.copied().filter(|&shape| shape != Shape::INVALID)
+}
+
+/// Bits of the first and the second byte of flags that each bring one more argument.
+pub const fn argument_masks(code: u8) -> (u8, u8) {
+    const MOVE: u8 = Op::Move as u8;
+    const MOVE_RAMP: u8 = Op::MoveRamp as u8;
+    const LINEAR: u8 = Op::Linear as u8;
+    const LINEAR_MIXED: u8 = Op::LinearMixed as u8;
+    const ARC: u8 = Op::Arc as u8;
+    const ARC_MIXED: u8 = Op::ArcMixed as u8;
+    const PROBE: u8 = Op::Probe as u8;
+    const WAIT_IN: u8 = Op::WaitIn as u8;
+    const WAIT_CHAR: u8 = Op::WaitChar as u8;
+    const EVENT: u8 = Op::Event as u8;
+    match code {
+        MOVE => (flags::SPEED, 0),
+        MOVE_RAMP => (flags::SPEED, flags::ACCEL | flags::DECEL),
+        LINEAR | LINEAR_MIXED => (flags::AXES, 0),
+        ARC | ARC_MIXED => (flags::AXES | flags::OFFSETS, 0),
+        PROBE => (flags::SPEED, flags::SENSOR),
+        WAIT_IN => (flags::LEVEL | flags::TIMEOUT, 0),
+        WAIT_CHAR => (flags::TIMEOUT, 0),
+        EVENT => (flags::EVENT_ARGUMENT, 0),
+        _ => (0, 0),
+    }
+}
+
+/// Values that an instruction takes beyond its row's `pops`, from its code and flags.
+pub fn arguments(code: u8, flags: u8, flags2: u8) -> u8 {
+    let rapid = code.wrapping_sub(Op::Rapid as u8);
+    if rapid < 10 {
+        let axes = SHORT_AXES.get(usize::from(rapid % 5)).copied().unwrap_or_default();
+        return axes.0.count_ones() as u8;
+    }
+    let (first, second) = argument_masks(code);
+    ((flags & first).count_ones() + (flags2 & second).count_ones()) as u8
+}
+
+/// Bits of the flag bytes of effects.
+///
+/// | instruction | first byte | second | third |
+/// |---|---|---|---|
+/// | `move` | axis, STEPS, RELATIVE, START, SPEED, SPEED_STEPS | | |
+/// | `moveramp` | as `move` | ACCEL, ACCEL_STEPS, DECEL, DECEL_STEPS | |
+/// | `linear` | AXES, RAPID, EXACT, COMMON_STEPS, frame at COMMON_FRAME | | |
+/// | `linearmixed` | AXES, RAPID, EXACT, bits 5..7 steps of X, Y, Z | frames, two bits each | |
+/// | `arc` | AXES, CLOCKWISE, EXACT, OFFSETS, plane at PLANE | | |
+/// | `arcmixed` | as `arc` | frames, two bits each | bits 0..2 steps of X, Y, Z; 3..5 of I, J, K, 3 of R |
+/// | `probe` | axis, STEPS, frame at PROBE_FRAME, QUERY, SPEED, SPEED_STEPS | SENSOR 0 default, 3 input; MASK | |
+/// | `movespeed` | axis, STEPS | | |
+/// | `waitin` | want, LEVEL, TIMEOUT, WAIT_QUERY | | |
+/// | `waitchar` | TIMEOUT, WAIT_QUERY | | |
+/// | `event` | slot, EVENT_KIND | | |
+/// | `read` | axis, the rest [`super::Look`] | | |
+pub mod flags {
+    /// Axis index.
+    pub const AXIS: u8 = 0b11;
+    /// The target, limit or speed is in steps.
+    pub const STEPS: u8 = 1 << 2;
+    /// MoveRel.
+    pub const RELATIVE: u8 = 1 << 3;
+    /// START.
+    pub const START: u8 = 1 << 4;
+    /// A speed is on the stack. The same bit in all instructions that have one.
+    pub const SPEED: u8 = 1 << 6;
+    /// The speed is in steps/s.
+    pub const SPEED_STEPS: u8 = 1 << 7;
+    /// An acceleration is on the stack.
+    pub const ACCEL: u8 = 1;
+    /// It is in steps/s2.
+    pub const ACCEL_STEPS: u8 = 1 << 1;
+    /// A deceleration is on the stack.
+    pub const DECEL: u8 = 1 << 2;
+    /// It is in steps/s2.
+    pub const DECEL_STEPS: u8 = 1 << 3;
+    /// Bit n: a word for axis n.
+    pub const AXES: u8 = 0b111;
+    /// G0.
+    pub const RAPID: u8 = 1 << 3;
+    /// G2.
+    pub const CLOCKWISE: u8 = 1 << 3;
+    /// G61.
+    pub const EXACT: u8 = 1 << 4;
+    /// All words in steps.
+    pub const COMMON_STEPS: u8 = 1 << 5;
+    /// The two offsets of the plane, in axis order, instead of R.
+    pub const OFFSETS: u8 = 1 << 5;
+    /// Shift of the frame that all words share: 0 work, 1 machine, 2 relative.
+    pub const COMMON_FRAME: u8 = 6;
+    /// Shift of the plane.
+    pub const PLANE: u8 = 6;
+    /// Shift of the frame of a probe's limit.
+    pub const PROBE_FRAME: u8 = 3;
+    /// `Probe?`
+    pub const QUERY: u8 = 1 << 5;
+    /// Both bits: input and state, or the two masks, are on the stack.
+    pub const SENSOR: u8 = 0b11;
+    /// ProbeMask.
+    pub const MASK: u8 = 1 << 2;
+    /// The level is on the stack.
+    pub const LEVEL: u8 = 1 << 2;
+    /// A timeout is on the stack.
+    pub const TIMEOUT: u8 = 1 << 3;
+    /// `WaitIn?`, `WaitChar?`
+    pub const WAIT_QUERY: u8 = 1 << 4;
+    /// The event's input or time is on the stack.
+    pub const EVENT_ARGUMENT: u8 = 1 << 4;
+    /// Mask of what an event instruction does.
+    pub const EVENT_KIND: u8 = 0b1_1100;
+    /// ON IN RISE
+    pub const ON_RISE: u8 = EVENT_ARGUMENT;
+    /// ON IN FALL
+    pub const ON_FALL: u8 = EVENT_ARGUMENT | 1 << 2;
+    /// ON EVERY
+    pub const ON_EVERY: u8 = EVENT_ARGUMENT | 2 << 2;
+    /// ON IN OFF
+    pub const OFF_INPUT: u8 = EVENT_ARGUMENT | 3 << 2;
+    /// ON EVERY OFF
+    pub const OFF_EVERY: u8 = 0;
+    /// Axis value that means all axes.
+    pub const ALL_AXES: u8 = 3;
+}
+
+/// What the instruction `read` looks at; its flags are `look << 2 | axis`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Look {
+    /// `POS`
+    Pos = 0,
+    /// `POSST`
+    PosSteps = 1,
+    /// `PROBED`
+    Probed = 2,
+    /// `PROBEDST`
+    ProbedSteps = 3,
+    /// `PROBEOK`
+    ProbeOk = 4,
+    /// `MOVING`
+    Moving = 5,
+    /// `HOMED`
+    Homed = 6,
+    /// `INPORT`
+    InPort = 7,
+    /// `TIMER`
+    Timer = 8,
+    /// `TIMEDOUT`
+    TimedOut = 9,
+    /// `CHARIN`
+    CharIn = 10,
+}
+
+const fn sum_over(mut sum: u16, bytes: &[u8]) -> u16 {
+    let mut i = 0;
+    while i < bytes.len() {
+        sum = crc16(sum, bytes[i]);
+        i += 1;
+    }
+    sum
+}
+
+const fn fingerprint() -> u16 {
+    let mut sum = CRC_START;
+    let mut r = 0;
+    while r < ROWS.len() {
+        let row = &ROWS[r];
+        let shape = Shape::of(row).0;
+        sum = sum_over(sum, &[row.code, row.count, shape as u8, (shape >> 8) as u8]);
+        sum = sum_over(sum, row.name.as_bytes());
+        sum = sum_over(sum, row.doc.as_bytes());
+        r += 1;
+    }
+    sum
+}
+
+/// CRC of the opcode table: an image runs only on a VM with the same one.
+pub const FINGERPRINT: u16 = fingerprint();
+
+impl Op {
+    /// The instruction's row.
+    #[cfg(feature = "compiler")]
+    pub fn row(self) -> &'static Row {
+        ROWS.iter().find(|row| row.op == self).expect("every Op comes from a row")
+    }
+
+    /// The first code.
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+}
+
+/// The opcode table as a Markdown table for the reference manual.
+#[cfg(feature = "compiler")]
+pub fn markdown() -> String {
+    use core::fmt::Write as _;
+    let mut text = String::from(
+        "| code | mnemonic | operands | takes | leaves | does |\n|---|---|---|---|---|---|\n",
+    );
+    for row in ROWS {
+        let codes = match row.count {
+            1 => format!("{:02X}", row.code),
+            count => format!("{:02X}..{:02X}", row.code, row.code + count - 1),
+        };
+        let operands = match row.operands {
+            Operands::None => String::new(),
+            other => format!("{other:?}"),
+        };
+        let (first, second) = argument_masks(row.code);
+        let more = first | second != 0 || matches!(row.op, Op::Rapid | Op::Line);
+        let _ = writeln!(
+            text,
+            "| {codes} | `{}` | {operands} | {}{} | {} | {} |",
+            row.name,
+            row.pops,
+            if more { "+" } else { "" },
+            row.pushes,
+            row.doc.replace('|', "\\|"),
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LOW, Op, Operands, ROWS, Shape, shape};
+
+    #[test]
+    fn codes_ascend_without_overlap_and_decode_to_their_row() {
+        let mut free = 0u16;
+        for row in ROWS {
+            assert!(u16::from(row.code) >= free, "{} overlaps", row.name);
+            free = u16::from(row.code) + u16::from(row.count);
+            for n in 0..row.count {
+                assert_eq!(Op::decode(row.code + n), Some((row.op, n)));
+                assert_eq!(shape(row.code + n), Some(Shape::of(row)), "{}", row.name);
+            }
+        }
+        let known = ROWS.iter().map(|row| usize::from(row.count)).sum::<usize>();
+        assert_eq!((0..=255).filter(|&code| shape(code).is_some()).count(), known);
+        assert_eq!(shape(0xFF), None, "erased flash must not be an instruction");
+    }
+
+    #[test]
+    fn a_shape_gives_back_what_its_row_says() {
+        for (i, operands) in Operands::ALL.into_iter().enumerate() {
+            assert_eq!(operands as usize, i);
+        }
+        for row in ROWS {
+            let shape = Shape::of(row);
+            assert_eq!(shape.operands(), row.operands);
+            assert_eq!((shape.pops(), shape.pushes()), (row.pops, row.pushes));
+            assert_eq!(shape.class(), row.class);
+        }
+        assert!(ROWS.iter().filter(|row| row.code < 0x60).all(|row| usize::from(row.code) < LOW));
+    }
+
+    #[test]
+    fn mnemonics_are_unique() {
+        let mut names: Vec<&str> = ROWS.iter().map(|row| row.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), ROWS.len());
+    }
+}
