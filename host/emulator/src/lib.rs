@@ -1,1 +1,61 @@
-//! A cycle-counting MSP430G2553.
+//! A cycle-counting MSP430G2553 with the plant around its pins.
+//!
+//! The firmware image that goes into the chip runs here unchanged: CPU with the documented cycle
+//! counts, basic clock, both Timer_A3, ports, USCI_A0 as UART, USCI_B0 as SPI, flash controller,
+//! watchdog and ADC10, and outside of the pins motors, switches, probe, buttons and shift registers.
+//!
+//! Time is counted in *ticks* of 62.5 ns, the cycles of a 16 MHz clock, whatever the chip's clocks
+//! are set to.
+//!
+//! ```
+//! use emulator::{Board, Image, Part, Stop};
+//!
+//! // P2DIR = 1; loop: P2OUT ^= 1; jmp loop - with the reset vector at its place.
+//! let text = "@C000\nF2 43 2A 00 D2 E3 29 00 FD 3F\n@FFFE\n00 C0\nq\n";
+//! let mut board = Board::new(Part::G2553, &Image::parse(text.as_bytes()).unwrap());
+//! board.record(true);
+//! assert_eq!(board.run_us(1000), Stop::Time);
+//! assert!(board.plant().motors[0].pulses > 0);
+//! assert!(board.take_edges().len() > 100);
+//! assert!(board.warnings().is_empty());
+//! ```
+//!
+//! - [`Board`]: power, reset, running by time, memory, serial line, measurements, warnings.
+//! - [`plant::Plant`] by [`Board::plant`] and [`Board::plant_mut`]: motors, contacts, inputs, outputs.
+//!   The order of bits in the shift registers is written down in [`plant::chain`].
+//! - [`Image`]: ELF, Intel HEX, TI-TXT.
+//! - [`VcdWriter`]: what [`Board::record`] kept, as a Value Change Dump.
+//!
+//! What it leaves out: comparator, capacitive touch, I2C, IrDA and multiprocessor modes of the
+//! USCI, SPI slave mode, ADC sequences and data transfer, crystals, the boot loader in ROM.
+//! A register access takes effect at the end of its instruction.
+
+mod board;
+mod bus;
+mod cpu;
+mod line;
+mod load;
+mod part;
+mod periph;
+pub mod plant;
+mod record;
+mod rng;
+mod stats;
+mod vcd;
+mod warn;
+
+/// Ticks in a second: everything is timed in cycles of 16 MHz.
+pub const TICKS_PER_SECOND: u64 = 16_000_000;
+
+pub use crate::vcd::VcdWriter;
+pub use board::{Board, Config, FlashSize, Stop};
+pub use bus::Reset;
+pub use line::{Format, Parity};
+pub use load::{Image, LoadError, Segment};
+pub use part::{INFO_SEGMENT, MAIN_SEGMENT, Part};
+pub use periph::flash::Wear;
+pub use plant::{Plant, Wiring};
+pub use record::{Edge, EdgeSink, Signal};
+pub use rng::Rng;
+pub use stats::{InterruptStats, Stats};
+pub use warn::{Kind as WarningKind, Warning};

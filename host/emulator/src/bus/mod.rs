@@ -1,0 +1,362 @@
+//! Memory map, peripheral dispatch and events: everything of the chip except its CPU.
+
+mod events;
+mod flash;
+mod pins;
+mod registers;
+
+use crate::line::HostLine;
+use crate::part::{Part, VECTORS};
+use crate::periph::adc10::Adc10;
+use crate::periph::clock::{CALIBRATION, Clock};
+use crate::periph::flash::Flash;
+use crate::periph::port::Port;
+use crate::periph::sfr;
+use crate::periph::timer_a::TimerA;
+use crate::periph::usci_spi::Spi;
+use crate::periph::usci_uart::Uart;
+use crate::periph::watchdog::Watchdog;
+use crate::plant::Plant;
+use crate::warn::{Kind, Warning, Warnings};
+
+/// How a block of 64 bytes answers.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Block {
+    /// Peripherals, mirrors or nothing: the slow way.
+    Slow,
+    Flash,
+    Ram,
+}
+
+/// Why the chip resets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reset {
+    /// Supply came up or fell below the brown-out level.
+    Power,
+    /// The RST pin.
+    Pin,
+    /// The watchdog ran out.
+    Watchdog,
+    /// A wrong key was written to the watchdog.
+    WatchdogKey,
+    /// A wrong key was written to the flash controller.
+    FlashKey,
+    /// An instruction fetch from the peripherals.
+    Fetch,
+}
+
+/// What reads of vacant addresses give: the code of `JMP $`.
+const VACANT: u16 = 0x3FFF;
+
+/// Everything at the other end of the CPU's buses.
+pub struct Bus {
+    /// Time in ticks of 62.5 ns since power-up.
+    pub now: u64,
+    /// Address of the instruction being executed.
+    pub pc: u16,
+    /// Ticks of one CPU cycle.
+    pub cycle: u64,
+    /// The CPU must come back to its caller.
+    pub attention: bool,
+    /// When the next event is due.
+    pub next_event: u64,
+    /// Pending and enabled interrupts: bit n for the vector at 0xFFE0 + 2 n.
+    pub irq: u16,
+    /// Since when each of them has been pending.
+    pub irq_since: [u64; 16],
+    /// A reset that was asked for.
+    pub reset: Option<Reset>,
+    /// Power failed during a flash operation.
+    pub power_lost: bool,
+    /// Code in this range changed.
+    pub code_changed: Option<(u16, u16)>,
+    /// Lowest address that the stack may reach.
+    pub stack_limit: u16,
+    /// Supply voltage in millivolts.
+    pub vcc: u32,
+    /// Broken rules.
+    pub warnings: Warnings,
+    /// World around the pins.
+    pub plant: Plant,
+    /// Host's end of the serial line.
+    pub line: HostLine,
+    /// Flash controller.
+    pub flash: Flash,
+    part: Part,
+    mem: Box<[u8; 0x1_0000]>,
+    map: [Block; 1024],
+    ie: [u8; 2],
+    ifg: [u8; 2],
+    clock: Clock,
+    ports: [Port; 4],
+    timers: [TimerA; 2],
+    uart: Uart,
+    spi: Spi,
+    wdt: Watchdog,
+    adc: Adc10,
+    comparator: [u8; 3],
+    i2c: [u16; 2],
+}
+
+impl Bus {
+    /// A chip with erased flash and TI's calibration values in segment A.
+    pub fn new(part: Part, plant: Plant, vlo_hz: u64, vcc: u32) -> Bus {
+        let mut map = [Block::Slow; 1024];
+        for (n, block) in map.iter_mut().enumerate() {
+            let addr = (n * 64) as u16;
+            if part.ram.contains(&addr) {
+                *block = Block::Ram;
+            } else if part.info.contains(&addr) || part.flash.contains(&addr) {
+                *block = Block::Flash;
+            }
+        }
+        let clock = Clock::new(vlo_hz);
+        let mut bus = Bus {
+            now: 0,
+            pc: 0,
+            cycle: 1,
+            attention: false,
+            next_event: 0,
+            irq: 0,
+            irq_since: [0; 16],
+            reset: None,
+            power_lost: false,
+            code_changed: None,
+            stack_limit: 0,
+            vcc,
+            warnings: Warnings::default(),
+            plant,
+            line: HostLine::default(),
+            flash: Flash::default(),
+            mem: vec![0xFF; 0x1_0000]
+                .into_boxed_slice()
+                .try_into()
+                .unwrap_or_else(|_| Box::new([0xFF; 0x1_0000])),
+            map,
+            ie: [0; 2],
+            ifg: [0, 0],
+            wdt: Watchdog::new(0, &clock),
+            clock,
+            ports: Default::default(),
+            timers: Default::default(),
+            uart: Uart::default(),
+            spi: Spi::default(),
+            adc: Adc10::default(),
+            comparator: [0; 3],
+            i2c: [0; 2],
+            part,
+        };
+        bus.calibrate();
+        bus
+    }
+
+    /// Writes the TLV structure of segment A (SLAU144, chapter 24).
+    fn calibrate(&mut self) {
+        let base = usize::from(*self.part.info.end() - 63);
+        // TAG_ADC10_1 at 0xDA and TAG_DCO_30 at 0xF6, each followed by its length.
+        self.mem[base + 0x1A..base + 0x1C].copy_from_slice(&[0x08, 0x10]);
+        self.mem[base + 0x36..base + 0x38].copy_from_slice(&[0x01, 0x08]);
+        for (dco_at, bc1_at, _, dco, bc1) in CALIBRATION {
+            self.mem[usize::from(dco_at)] = dco;
+            self.mem[usize::from(bc1_at)] = bc1;
+        }
+        let sum = self.mem[base + 2..base + 64]
+            .chunks(2)
+            .fold(0, |sum, pair| sum ^ u16::from_le_bytes([pair[0], pair[1]]));
+        self.mem[base..base + 2].copy_from_slice(&sum.wrapping_neg().to_le_bytes());
+    }
+
+    /// The part.
+    pub fn part(&self) -> &Part {
+        &self.part
+    }
+
+    /// Whether `addr` is in flash or information memory.
+    #[inline]
+    pub fn is_flash(&self, addr: u16) -> bool {
+        self.map[usize::from(addr >> 6)] == Block::Flash
+    }
+
+    /// Remembers a broken rule.
+    #[cold]
+    pub fn warn(&mut self, kind: Kind, addr: u16) {
+        self.warnings.add(Warning { cycle: self.now, pc: self.pc, addr, kind });
+    }
+
+    /// Reads a code word.
+    pub fn fetch(&mut self, addr: u16) -> u16 {
+        if self.map[usize::from(addr >> 6)] == Block::Slow {
+            return self.ram_mirror(addr).map_or(VACANT, |a| self.word(a));
+        }
+        self.word(addr)
+    }
+
+    /// An instruction at `pc`: true when the part resets instead of executing it.
+    #[inline]
+    pub fn fetch_fault(&mut self, pc: u16) -> bool {
+        if self.map[usize::from(pc >> 6)] != Block::Slow || self.ram_mirror(pc).is_some() {
+            return false;
+        }
+        self.pc = pc;
+        if pc < 0x200 {
+            self.warn(Kind::FetchFault, pc);
+            self.now += self.cycle;
+            self.ask_reset(Reset::Fetch);
+            return true;
+        }
+        self.warn(Kind::Unmapped, pc);
+        false
+    }
+
+    /// Asks for a reset at the end of the instruction.
+    pub fn ask_reset(&mut self, reset: Reset) {
+        self.reset = Some(reset);
+        self.attention = true;
+    }
+
+    /// A word of RAM or flash as it is.
+    pub fn word(&self, addr: u16) -> u16 {
+        let at = usize::from(addr & !1);
+        u16::from_le_bytes([self.mem[at], self.mem[at | 1]])
+    }
+
+    /// All of memory as it is; peripherals are not in it.
+    pub fn memory(&self) -> &[u8; 0x1_0000] {
+        &self.mem
+    }
+
+    /// Memory for loaders and tests. Code may have changed afterwards.
+    pub fn memory_mut(&mut self) -> &mut [u8; 0x1_0000] {
+        self.code_changed = Some((0, 0xFFFF));
+        self.attention = true;
+        &mut self.mem
+    }
+
+    fn ram_mirror(&self, addr: u16) -> Option<u16> {
+        let window = self.part.ram_mirror.as_ref().filter(|w| w.contains(&addr))?;
+        Some(addr - window.start() + self.part.ram.start())
+    }
+
+    /// Reads a byte as an instruction does.
+    #[inline(always)]
+    pub fn read8(&mut self, addr: u16) -> u8 {
+        if self.map[usize::from(addr >> 6)] == Block::Slow {
+            return self.slow_read8(addr);
+        }
+        self.mem[usize::from(addr)]
+    }
+
+    /// Reads a word as an instruction does.
+    #[inline(always)]
+    pub fn read16(&mut self, addr: u16) -> u16 {
+        if addr & 1 != 0 {
+            self.warn(Kind::Unaligned, addr);
+        }
+        if self.map[usize::from(addr >> 6)] == Block::Slow {
+            return self.slow_read16(addr & !1);
+        }
+        self.word(addr)
+    }
+
+    /// Writes a byte as an instruction does.
+    #[inline(always)]
+    pub fn write8(&mut self, addr: u16, value: u8) {
+        if self.map[usize::from(addr >> 6)] == Block::Ram {
+            self.mem[usize::from(addr)] = value;
+        } else {
+            self.slow_write8(addr, value);
+        }
+    }
+
+    /// Writes a word as an instruction does.
+    #[inline(always)]
+    pub fn write16(&mut self, addr: u16, value: u16) {
+        if addr & 1 != 0 {
+            self.warn(Kind::Unaligned, addr);
+        }
+        let addr = addr & !1;
+        if self.map[usize::from(addr >> 6)] == Block::Ram {
+            let at = usize::from(addr);
+            self.mem[at] = value as u8;
+            self.mem[at | 1] = (value >> 8) as u8;
+        } else {
+            self.slow_write16(addr, value);
+        }
+    }
+
+    /// The stack pointer went down to `sp`.
+    #[inline(always)]
+    pub fn check_stack(&mut self, sp: u16) {
+        if sp < self.stack_limit {
+            self.warn(Kind::Stack, sp);
+        }
+    }
+
+    /// The low-power bits of the status register changed.
+    pub fn set_clock_gates(&mut self, sr: u16) {
+        self.clock.gates = sr;
+        self.reclock();
+    }
+
+    /// Resets the peripherals: a PUC, and a POR when the reset is one.
+    pub fn apply_reset(&mut self, reset: Reset) {
+        use Reset::{FlashKey, Pin, Power, Watchdog as Dog, WatchdogKey};
+        let por = matches!(reset, Power | Pin);
+        match reset {
+            Power => self.ifg[0] = sfr::POR | sfr::OF,
+            Pin => self.ifg[0] |= sfr::RST,
+            Dog | WatchdogKey => self.ifg[0] |= sfr::WDT,
+            FlashKey | Reset::Fetch => {}
+        }
+        self.ie = [0; 2];
+        self.ifg[1] = sfr::UCA0TX | sfr::UCB0TX;
+        let vlo = self.clock.vlo_hz;
+        self.clock = Clock::new(vlo);
+        self.cycle = self.clock.mclk;
+        for (n, port) in self.ports.iter_mut().enumerate() {
+            port.reset(if n == 1 { 0xC0 } else { 0 });
+        }
+        if por {
+            self.timers = Default::default();
+            self.adc = Adc10::default();
+        }
+        self.uart = Uart::default();
+        self.spi = Spi::default();
+        if reset == Power {
+            self.flash.power_up();
+        } else {
+            self.flash.reset();
+        }
+        self.wdt = Watchdog::new(self.now, &self.clock);
+        self.comparator = [0; 3];
+        self.i2c = [0; 2];
+        self.reclock();
+        self.irq = 0;
+        self.update_pins(self.now);
+        self.update();
+    }
+
+    /// Vector address of the highest pending interrupt that may be served.
+    #[inline]
+    pub fn pending(&self, maskable: bool) -> Option<(u16, u64)> {
+        const NMI: u16 = 1 << 14;
+        let irq = if maskable { self.irq } else { self.irq & NMI };
+        if irq == 0 {
+            return None;
+        }
+        let n = 15 - irq.leading_zeros();
+        Some((VECTORS + 2 * n as u16, self.irq_since[n as usize]))
+    }
+
+    /// The interrupt at `vector` was accepted: single-source flags reset themselves.
+    pub fn accepted(&mut self, vector: u16) {
+        match vector {
+            0xFFFC => self.ie[0] &= !(sfr::OF | sfr::ACCV | 0x10),
+            0xFFFA => self.timers[1].accepted0(),
+            0xFFF4 => self.ifg[0] &= !sfr::WDT,
+            0xFFF2 => self.timers[0].accepted0(),
+            _ => {}
+        }
+        self.update();
+    }
+}

@@ -1,0 +1,42 @@
+//! ELF32 little endian: loadable segments at their physical addresses, and symbols.
+
+use object::elf::{FileHeader32, PT_LOAD};
+use object::read::elf::{ElfFile, ProgramHeader};
+use object::{Endianness, Object, ObjectSymbol};
+
+use super::{Image, LoadError};
+
+impl Image {
+    /// Reads an ELF file: each `PT_LOAD` segment goes to its physical address, so that initial
+    /// values of `.data` land in flash where the startup code copies them from.
+    ///
+    /// # Errors
+    /// When the file is no 32-bit ELF, is damaged, or loads beyond 0xFFFF.
+    pub fn from_elf(bytes: &[u8]) -> Result<Image, LoadError> {
+        let bad = |e: object::Error| LoadError::new(0, format!("damaged ELF file: {e}"));
+        let file = ElfFile::<FileHeader32<Endianness>>::parse(bytes).map_err(bad)?;
+        let endian = file.endian();
+        let mut image = Image::default();
+        for header in file.elf_program_headers() {
+            if header.p_type(endian) != PT_LOAD {
+                continue;
+            }
+            let data = header
+                .data(endian, bytes)
+                .map_err(|()| LoadError::new(0, "an ELF segment reaches beyond the file"))?;
+            image.push(0, header.p_paddr(endian), data)?;
+        }
+        if image.segments.is_empty() {
+            return Err(LoadError::new(0, "the ELF file has nothing to load: link it first"));
+        }
+        for symbol in file.symbols() {
+            if let (Ok(name), Ok(addr)) = (symbol.name(), u16::try_from(symbol.address()))
+                && !name.is_empty()
+                && symbol.is_definition()
+            {
+                image.symbols.insert(name.to_owned(), addr);
+            }
+        }
+        Ok(image)
+    }
+}

@@ -1,0 +1,144 @@
+//! Basic Clock Module+ (SLAU144, chapter 5): DCO, VLO, dividers, clock selection.
+
+use crate::TICKS_PER_SECOND;
+use crate::cpu::flags::{OSCOFF, SCG1};
+
+/// Calibration words of information memory: address of CALDCO, address of CALBC1, hertz, and
+/// typical values. Only a DCO set to the pair of a row runs at exactly that rate.
+pub const CALIBRATION: [(u16, u16, u64, u8, u8); 4] = [
+    (0x10FE, 0x10FF, 1_000_000, 0xBC, 0x86),
+    (0x10FC, 0x10FD, 8_000_000, 0x92, 0x8D),
+    (0x10FA, 0x10FB, 12_000_000, 0x9E, 0x8E),
+    (0x10F8, 0x10F9, 16_000_000, 0x95, 0x8F),
+];
+
+/// Typical DCO rate in kHz at DCOx = 3 for each RSELx (SLAS735, "DCO frequency").
+const RSEL_KHZ: [u64; 16] =
+    [100, 120, 150, 210, 300, 410, 580, 1100, 1300, 1600, 2300, 3400, 4250, 5800, 9000, 15250];
+
+/// Clock module registers and the periods that follow from them.
+#[derive(Debug, Clone)]
+pub struct Clock {
+    /// DCOCTL
+    pub dcoctl: u8,
+    /// BCSCTL1
+    pub bcsctl1: u8,
+    /// BCSCTL2
+    pub bcsctl2: u8,
+    /// BCSCTL3
+    pub bcsctl3: u8,
+    /// Rate of the very-low-power oscillator in hertz, 4000 to 20 000 (SLAS735).
+    pub vlo_hz: u64,
+    /// Low-power bits of the status register that stop clocks.
+    pub gates: u16,
+    /// Ticks of one MCLK cycle.
+    pub mclk: u64,
+    /// Ticks of one SMCLK cycle, 0 when stopped.
+    pub smclk: u64,
+    /// Ticks of one ACLK cycle, 0 when stopped.
+    pub aclk: u64,
+    /// Whether the DCO setting could not be represented exactly or is above 16 MHz.
+    pub rounded: bool,
+}
+
+impl Clock {
+    /// Registers as after a reset.
+    pub fn new(vlo_hz: u64) -> Clock {
+        let mut clock = Clock {
+            dcoctl: 0x60,
+            bcsctl1: 0x87,
+            bcsctl2: 0,
+            bcsctl3: 0x05,
+            vlo_hz,
+            gates: 0,
+            mclk: 1,
+            smclk: 1,
+            aclk: 0,
+            rounded: false,
+        };
+        clock.update();
+        clock
+    }
+
+    /// Rate of the DCO in hertz.
+    pub fn dco_hz(&self) -> u64 {
+        let rsel = self.bcsctl1 & 15;
+        for (_, _, hz, dco, bc1) in CALIBRATION {
+            if self.dcoctl == dco && rsel == bc1 & 15 {
+                return hz;
+            }
+        }
+        // About 8 % a step of DCOx, and MODx/32 of a step between two of them.
+        let base = RSEL_KHZ[usize::from(rsel)] * 1000;
+        let steps = i64::from(self.dcoctl) - (3 << 5);
+        let mut hz = base as i64;
+        hz += hz * steps * 8 / 3200;
+        hz.max(50_000) as u64
+    }
+
+    /// Whether ACLK comes from the VLO; there is no crystal on the board.
+    pub fn vlo_selected(&self) -> bool {
+        self.bcsctl3 & 0x30 == 0x20
+    }
+
+    /// Recomputes the periods after a register changed.
+    pub fn update(&mut self) {
+        let hz = self.dco_hz();
+        let dco = ((TICKS_PER_SECOND + hz / 2) / hz).max(1);
+        let exact = TICKS_PER_SECOND.is_multiple_of(hz);
+        // The rate after reset is 1.1 MHz give or take a quarter: rounding it loses nothing.
+        self.rounded = hz > TICKS_PER_SECOND || (hz > 8_000_000 && !exact);
+        let low = if self.vlo_selected() { TICKS_PER_SECOND / self.vlo_hz.max(1) } else { 0 };
+        let pick = |use_low: bool| if use_low { low } else { dco };
+        // Without XT2, SELM = 2 and SELS = 1 select LFXT1CLK or VLO, SELM = 3 too.
+        let m = pick(self.bcsctl2 & 0x80 != 0) << (self.bcsctl2 >> 4 & 3);
+        // A failed LFXT1 makes MCLK fall back to the DCO.
+        self.mclk = if m == 0 { dco } else { m };
+        let s = pick(self.bcsctl2 & 0x08 != 0) << (self.bcsctl2 >> 1 & 3);
+        self.smclk = if self.gates & SCG1 != 0 { 0 } else { s };
+        let a = low << (self.bcsctl1 >> 4 & 3);
+        self.aclk = if self.gates & OSCOFF != 0 { 0 } else { a };
+    }
+
+    /// Reads a register by address.
+    pub fn read(&self, addr: u16) -> u8 {
+        match addr {
+            0x53 => self.bcsctl3 & !1 | u8::from(!self.vlo_selected()),
+            0x56 => self.dcoctl,
+            0x57 => self.bcsctl1,
+            _ => self.bcsctl2,
+        }
+    }
+
+    /// Writes a register by address.
+    pub fn write(&mut self, addr: u16, value: u8) {
+        match addr {
+            0x53 => self.bcsctl3 = value & 0xFC,
+            0x56 => self.dcoctl = value,
+            0x57 => self.bcsctl1 = value,
+            _ => self.bcsctl2 = value,
+        }
+        self.update();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn calibrated_rates_are_exact_and_the_reset_rate_is_near_1_1_mhz() {
+        let mut clock = Clock::new(12_000);
+        assert!((900_000..1_400_000).contains(&clock.dco_hz()));
+        clock.write(0x57, 0x8F);
+        clock.write(0x56, 0x95);
+        assert_eq!((clock.mclk, clock.smclk, clock.aclk), (1, 1, 0));
+        clock.write(0x53, 0x20);
+        assert_eq!(clock.aclk, 1333);
+        clock.write(0x58, 0x04);
+        assert_eq!((clock.mclk, clock.smclk), (1, 4));
+        clock.gates = SCG1;
+        clock.update();
+        assert_eq!(clock.smclk, 0);
+    }
+}

@@ -1,0 +1,38 @@
+//! Peripherals. Each is a state machine that knows when its next event is due, so that nothing
+//! needs to be ticked; `bus` brings them up to date before the CPU looks at them.
+//!
+//! Times are in ticks of 62.5 ns: one cycle at 16 MHz.
+
+pub mod adc10;
+pub mod clock;
+pub mod flash;
+pub mod port;
+pub mod timer_a;
+pub mod usci_spi;
+pub mod usci_uart;
+pub mod watchdog;
+
+/// A time that never comes.
+pub const NEVER: u64 = u64::MAX;
+
+/// Special function registers and their bits (SLAU144, section 2.2 and data sheet).
+pub mod sfr {
+    /// IE1, IFG1: watchdog.
+    pub const WDT: u8 = 0x01;
+    /// IE1, IFG1: oscillator fault.
+    pub const OF: u8 = 0x02;
+    /// IFG1: power-on reset.
+    pub const POR: u8 = 0x04;
+    /// IFG1: reset by the RST pin.
+    pub const RST: u8 = 0x08;
+    /// IE1: flash access violation.
+    pub const ACCV: u8 = 0x20;
+    /// IE2, IFG2: USCI_A0 receive.
+    pub const UCA0RX: u8 = 0x01;
+    /// IE2, IFG2: USCI_A0 transmit.
+    pub const UCA0TX: u8 = 0x02;
+    /// IE2, IFG2: USCI_B0 receive.
+    pub const UCB0RX: u8 = 0x04;
+    /// IE2, IFG2: USCI_B0 transmit.
+    pub const UCB0TX: u8 = 0x08;
+}

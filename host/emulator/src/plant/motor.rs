@@ -1,0 +1,103 @@
+//! Stepper drivers and motors: pulses to positions, and the drivers' timing limits.
+
+/// What a driver asks of its signals, in ticks of 62.5 ns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DriverLimits {
+    /// Shortest high and shortest low time of STEP.
+    pub pulse: u64,
+    /// Shortest time from a change of DIR to the rising edge of STEP.
+    pub setup: u64,
+}
+
+impl Default for DriverLimits {
+    fn default() -> Self {
+        // 1.9 us and 0.65 us: DRV8825, the slower of the usual modules.
+        DriverLimits { pulse: 31, setup: 11 }
+    }
+}
+
+/// Which limit was broken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ViolationKind {
+    /// STEP was high for too short a time.
+    PulseHigh,
+    /// STEP was low for too short a time.
+    PulseLow,
+    /// DIR changed too shortly before STEP rose.
+    DirSetup,
+}
+
+/// A broken limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Violation {
+    /// When, in ticks.
+    pub cycle: u64,
+    /// Axis number, 0 for X.
+    pub axis: usize,
+    /// Which limit.
+    pub kind: ViolationKind,
+    /// Ticks that there were.
+    pub ticks: u64,
+}
+
+/// One axis: driver, motor and what it moves.
+#[derive(Debug, Clone, Default)]
+pub struct Motor {
+    /// Full position in steps from where it stood at power-up.
+    pub position: i64,
+    /// Rising edges of STEP, stalled ones included.
+    pub pulses: u64,
+    /// DIR low means positive.
+    pub inverted: bool,
+    /// Steps that will be lost.
+    pub stalled: u64,
+    step: bool,
+    dir: bool,
+    rose: Option<u64>,
+    fell: Option<u64>,
+    dir_changed: Option<u64>,
+}
+
+impl Motor {
+    /// DIR is `level` from `now` on.
+    pub fn dir(&mut self, level: bool, now: u64) {
+        if level != self.dir {
+            self.dir = level;
+            self.dir_changed = Some(now);
+        }
+    }
+
+    /// STEP is `level` from `now` on. Returns whether the motor moved; broken limits go to `report`.
+    pub fn step(
+        &mut self,
+        level: bool,
+        now: u64,
+        limits: DriverLimits,
+        mut report: impl FnMut(ViolationKind, u64),
+    ) -> bool {
+        if level == self.step {
+            return false;
+        }
+        self.step = level;
+        let mut check = |since: Option<u64>, least: u64, kind| {
+            if let Some(ticks) = since.map(|t| now - t).filter(|t| *t < least) {
+                report(kind, ticks);
+            }
+        };
+        if !level {
+            check(self.rose, limits.pulse, ViolationKind::PulseHigh);
+            self.fell = Some(now);
+            return false;
+        }
+        check(self.fell, limits.pulse, ViolationKind::PulseLow);
+        check(self.dir_changed, limits.setup, ViolationKind::DirSetup);
+        self.rose = Some(now);
+        self.pulses += 1;
+        if self.stalled > 0 {
+            self.stalled -= 1;
+            return false;
+        }
+        self.position += if self.dir != self.inverted { 1 } else { -1 };
+        true
+    }
+}

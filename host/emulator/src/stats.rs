@@ -1,0 +1,88 @@
+//! Measurements that a debugger could not make: interrupt times, stack depth, cycles by address.
+
+use std::collections::BTreeMap;
+
+/// What is known of one interrupt vector. Times in cycles of 16 MHz.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct InterruptStats {
+    /// How often it was accepted.
+    pub count: u64,
+    /// Longest time from acceptance to the end of RETI, interrupts nested in it included.
+    pub worst: u64,
+    /// Sum of those times.
+    pub total: u64,
+    /// Longest time from the flag to the acceptance.
+    pub worst_latency: u64,
+}
+
+/// Nested handlers that are remembered; deeper ones are not measured.
+const NESTING: usize = 64;
+
+/// Counters of the CPU.
+#[derive(Debug, Default)]
+pub struct Stats {
+    /// By vector address.
+    pub interrupts: BTreeMap<u16, InterruptStats>,
+    /// Handlers being executed: vector and time of acceptance.
+    pub(crate) nesting: Vec<(u16, u64)>,
+    /// Lowest stack pointer seen since the last reset of the measurement.
+    pub lowest_sp: Option<u16>,
+    /// Whether cycles are counted by address.
+    pub(crate) profiling: bool,
+    profile: Vec<u64>,
+}
+
+impl Stats {
+    #[inline]
+    pub(crate) fn stack(&mut self, sp: u16) {
+        if self.lowest_sp.is_none_or(|low| sp < low) {
+            self.lowest_sp = Some(sp);
+        }
+    }
+
+    pub(crate) fn enter(&mut self, vector: u16, since: u64, now: u64) {
+        let stats = self.interrupts.entry(vector).or_default();
+        stats.count += 1;
+        stats.worst_latency = stats.worst_latency.max(now.saturating_sub(since));
+        if self.nesting.len() < NESTING {
+            self.nesting.push((vector, now));
+        }
+    }
+
+    pub(crate) fn leave(&mut self, now: u64) {
+        if let Some((vector, start)) = self.nesting.pop() {
+            let stats = self.interrupts.entry(vector).or_default();
+            let time = now - start;
+            stats.worst = stats.worst.max(time);
+            stats.total += time;
+        }
+    }
+
+    pub(crate) fn enable_profile(&mut self, on: bool) {
+        self.profiling = on;
+        if on && self.profile.is_empty() {
+            self.profile = vec![0; 0x8000];
+        }
+    }
+
+    #[inline]
+    pub(crate) fn count(&mut self, pc: u16, cycles: u8) {
+        if let Some(counter) = self.profile.get_mut(usize::from(pc >> 1)) {
+            *counter += u64::from(cycles);
+        }
+    }
+
+    /// Instruction cycles spent at each word address (index: address / 2), empty when never
+    /// enabled. Flash stalls and interrupt entries are not in it.
+    #[must_use]
+    pub fn profile(&self) -> &[u64] {
+        &self.profile
+    }
+
+    /// Forgets interrupt times, stack depth and the profile.
+    pub fn clear(&mut self) {
+        self.interrupts.clear();
+        self.lowest_sp = None;
+        self.profile.fill(0);
+    }
+}

@@ -1,0 +1,102 @@
+//! Things that the real part forbids, leaves undefined or does silently.
+
+use std::fmt;
+
+/// What kind of rule was broken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Read or write where the part has nothing.
+    Unmapped,
+    /// Word access at an odd address; the hardware rounds it down.
+    Unaligned,
+    /// Instruction fetch from the peripherals: the part resets.
+    FetchFault,
+    /// An encoding that is no instruction.
+    IllegalInstruction,
+    /// Byte access to a word register, or the reverse.
+    RegisterWidth,
+    /// Write to flash while LOCK is set, or without WRT or ERASE.
+    FlashLocked,
+    /// Flash timing generator outside 257 to 476 kHz.
+    FlashClock,
+    /// A flash word written more than twice between erases.
+    FlashRewritten,
+    /// A wrong key in a flash or watchdog register: the part resets.
+    Key,
+    /// The stack grew below its limit, into data.
+    Stack,
+    /// An open contact was read on a pin without pull resistor.
+    FloatingInput,
+    /// The DCO runs faster than the part allows, or at a rate that is emulated rounded.
+    Clock,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Kind::Unmapped => "access to unmapped memory",
+            Kind::Unaligned => "word access at an odd address",
+            Kind::FetchFault => "instruction fetch from peripheral addresses",
+            Kind::IllegalInstruction => "illegal instruction",
+            Kind::RegisterWidth => "access of the wrong width to a register",
+            Kind::FlashLocked => "write to locked flash",
+            Kind::FlashClock => "flash clock outside 257 to 476 kHz",
+            Kind::FlashRewritten => "flash word written more than twice without erase",
+            Kind::Key => "wrong key in a protected register",
+            Kind::Stack => "stack grew into data",
+            Kind::FloatingInput => "open contact read without a pull resistor",
+            Kind::Clock => "clock setting outside what the part or the emulator can do",
+        })
+    }
+}
+
+/// One broken rule, reported once for each place in the program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Warning {
+    /// When, in cycles of 16 MHz since power-up.
+    pub cycle: u64,
+    /// Address of the instruction.
+    pub pc: u16,
+    /// Address that was accessed.
+    pub addr: u16,
+    /// Which rule.
+    pub kind: Kind,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Warning { cycle, pc, addr, kind } = self;
+        write!(f, "{kind}: {addr:#06x} by the instruction at {pc:#06x}, cycle {cycle}")
+    }
+}
+
+/// A bounded list of warnings, one for each kind and instruction.
+#[derive(Debug, Default)]
+pub struct Warnings {
+    list: Vec<Warning>,
+    seen: std::collections::HashSet<(Kind, u16)>,
+}
+
+/// More places than this are not remembered.
+const LIMIT: usize = 1000;
+
+impl Warnings {
+    /// Adds a warning unless the same instruction broke the same rule before.
+    pub fn add(&mut self, warning: Warning) {
+        if self.list.len() < LIMIT && self.seen.insert((warning.kind, warning.pc)) {
+            self.list.push(warning);
+        }
+    }
+
+    /// All warnings in order of their first occurrence.
+    #[must_use]
+    pub fn list(&self) -> &[Warning] {
+        &self.list
+    }
+
+    /// Forgets them.
+    pub fn clear(&mut self) {
+        self.list.clear();
+        self.seen.clear();
+    }
+}
