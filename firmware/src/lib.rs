@@ -1,5 +1,5 @@
 //! The hardware-free half of the firmware: everything that host tests can run.
-#![cfg_attr(not(test), no_std)]
+#![cfg_attr(not(any(test, feature = "physics")), no_std)]
 #![deny(unsafe_code)]
 
 pub mod modbus;

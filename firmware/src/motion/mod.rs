@@ -4,10 +4,12 @@
 //! simulator links it, so both get the same segments and therefore the same times.
 //!
 //! # Layers
-//! - [`AxisLimits`]: what an axis can do.
+//! - [`AxisRecord`](lang::record::AxisRecord): what an axis can do, from the program image.
 //! - [`ramp`]: one stretch of equal events, as [`Segment`]s of 4 to 8 ms.
 //! - [`path`]: interpolated moves (G0 to G3) with look-ahead, as [`PathSegment`]s.
 //! - [`single`]: an axis on its own ramp (MoveAxe, MoveRel, START, MoveSpeed), retargeted on the fly.
+//!
+//! - `physics` (feature `physics`): checks a record of steps against ramps, for tests.
 //!
 //! # In the firmware
 //! The step engine holds two segments, the playing one and the next. The main loop asks for
@@ -25,16 +27,19 @@
 //! [`PathSegment::played`] or [`Segment::steps`] move the positions. A simulator may take a
 //! segment as a whole or stop inside it at any event.
 
-pub mod limits;
 pub mod math;
 pub mod path;
+#[cfg(any(test, feature = "physics"))]
+pub mod physics;
 pub mod ramp;
 pub mod single;
 
-pub use limits::AxisLimits;
 pub use path::{Block, Feed, Path, PathSegment};
 pub use ramp::{Ramp, Segment, Stretch};
 pub use single::Single;
 
 /// Rate of the step timer: SMCLK without divider.
 pub const TICKS_PER_SECOND: u32 = 16_000_000;
+
+#[cfg(test)]
+mod tests;

@@ -10,9 +10,9 @@
 //! tolerance (junction deviation), with which the next block can still come to rest, and that
 //! neither block's feed forbids.
 
-use super::limits::AxisLimits;
 use super::math::{fraction, isqrt, length, mul_div, root_of_product};
 use super::ramp::{Ramp, Segment, Stretch};
+use lang::record::AxisRecord;
 
 /// How fast a block may go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,7 +125,7 @@ impl Path {
 
     /// Takes a block; `false` when one is waiting already: offer it again later. A block without
     /// any step is taken and forgotten.
-    pub fn push(&mut self, axes: &[AxisLimits; 3], block: &Block) -> bool {
+    pub fn push(&mut self, axes: &[AxisRecord; 3], block: &Block) -> bool {
         if self.next.is_some() {
             return false;
         }
@@ -183,7 +183,7 @@ impl Path {
     }
 
     /// The next segment; `None` when idle or in a pause.
-    pub fn next_segment(&mut self, axes: &[AxisLimits; 3]) -> Option<PathSegment> {
+    pub fn next_segment(&mut self, axes: &[AxisRecord; 3]) -> Option<PathSegment> {
         if !self.active {
             let block = self.next.take()?;
             self.activate(axes, &block, 0);
@@ -203,7 +203,7 @@ impl Path {
     }
 
     /// Makes `block` the playing one, entered at `entry` um/s or from rest.
-    fn activate(&mut self, axes: &[AxisLimits; 3], block: &Block, entry: u32) {
+    fn activate(&mut self, axes: &[AxisRecord; 3], block: &Block, entry: u32) {
         let g = geometry(axes, block);
         for axis in 0..3 {
             self.inc[axis] = increment(block.steps[axis].unsigned_abs(), g.events);
@@ -265,6 +265,11 @@ impl Path {
     }
 }
 
+/// A number of steps of an axis as um, rounded down.
+fn um_of(axis: &AxisRecord, steps: u32) -> u32 {
+    mul_div(steps, u32::from(axis.um), u32::from(axis.steps))
+}
+
 /// 1 in unit vectors.
 const ONE: u32 = 1 << 15;
 
@@ -274,10 +279,10 @@ pub fn increment(steps: u32, events: u32) -> u32 {
 }
 
 /// Events, length, direction and limits along the path of a block with at least one step.
-fn geometry(axes: &[AxisLimits; 3], block: &Block) -> Geometry {
+fn geometry(axes: &[AxisRecord; 3], block: &Block) -> Geometry {
     let steps = block.steps.map(i32::unsigned_abs);
     let events = steps[0].max(steps[1]).max(steps[2]);
-    let um = [0, 1, 2].map(|a: usize| axes[a].to_um(steps[a]));
+    let um = [0, 1, 2].map(|a: usize| um_of(&axes[a], steps[a]));
     let length_um = length(um).max(1);
     let mut g = Geometry {
         events,
@@ -294,8 +299,8 @@ fn geometry(axes: &[AxisLimits; 3], block: &Block) -> Geometry {
             continue;
         }
         let along = |rate| mul_div(rate, length_um, steps[a]);
-        g.start = g.start.min(along(axes[a].start));
-        g.top = g.top.min(along(axes[a].top));
+        g.start = g.start.min(along(u32::from(axes[a].start_rate)));
+        g.top = g.top.min(along(axes[a].top_rate));
         g.accel = g.accel.min(along(axes[a].accel));
         g.decel = g.decel.min(along(axes[a].decel));
         let unit = mul_div(um[a], ONE, length_um).min(ONE) as i32;

@@ -73,7 +73,7 @@ pub struct Stretch {
 /// The state of a ramp over one stretch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ramp {
-    /// Events that no segment has taken yet; `u32::MAX` is endless.
+    /// Events that no segment has taken yet.
     left: u32,
     /// Square of the present speed.
     v2: u32,
@@ -87,8 +87,10 @@ pub struct Ramp {
     tick: u32,
     /// Present interval, 1/65536 ticks, of sub-events of `shift`.
     interval: u32,
-    /// Present speed.
-    v: u16,
+    /// Present speed, normalized: the root of `v2` is `root / 2^root_exp`.
+    root: u16,
+    /// See `root`.
+    root_exp: i8,
     /// Speed to run at.
     nominal: u16,
     /// Speed at which to come to rest.
@@ -108,22 +110,26 @@ const TIMER_HZ_8: u32 = 2_000_000;
 
 /// Longest interval that the engine takes, in bits of 1/65536 ticks: 32 767 ticks, for its signed
 /// lateness test.
-const INTERVAL_BITS: u8 = 31;
+const INTERVAL_BITS: i8 = 31;
+
+/// The ramps are planned lower by 1 / 2^5, which leaves room for what a linear interval exceeds
+/// constant acceleration by within a segment.
+const MARGIN: u32 = 5;
 
 impl Ramp {
     /// A ramp at the beginning of a stretch.
     pub fn new(s: &Stretch) -> Ramp {
-        let mut ramp = Ramp::default();
         // The top speed in 16 bits; it may be below 1/s.
-        ramp.exp = bits(s.top.max(s.nominal).max(1)) as i8 - 16;
+        let mut ramp =
+            Ramp { exp: bits(s.top.max(s.nominal).max(1)) as i8 - 16, ..Ramp::default() };
         ramp.pitch(s.length, s.per, s.accel, s.decel);
         ramp.left = s.events;
         ramp.start = ramp.speed(s.start.min(s.nominal));
         ramp.nominal = ramp.speed(s.nominal);
         ramp.exit(s.exit);
-        ramp.v = ramp.speed(s.entry);
-        ramp.v2 = square(ramp.v);
-        (ramp.interval, ramp.shift) = ramp.interval_at(ramp.v);
+        ramp.v2 = square(ramp.speed(s.entry));
+        (ramp.root, ramp.root_exp) = root(ramp.v2);
+        (ramp.interval, ramp.shift) = ramp.interval_at(ramp.root, ramp.root_exp);
         ramp
     }
 
@@ -142,7 +148,8 @@ impl Ramp {
     fn energy(&self, accel: u32, length: u32, events: u32) -> u32 {
         let by = self.exp.max(0);
         let half = mul_div(accel, length, scale(events, by));
-        scale(half, 1 + by - 2 * self.exp).max(1)
+        let energy = scale(half, 1 + by - 2 * self.exp);
+        (energy - (energy >> MARGIN)).max(1)
     }
 
     /// A speed in units/s as a mantissa, 1..=65535.
@@ -150,12 +157,52 @@ impl Ramp {
         scale(units, -self.exp).clamp(1, 0xFFFF) as u16
     }
 
-    /// The interval at a speed and the sub-events that it needs.
-    fn interval_at(&self, v: u16) -> (u32, u8) {
-        let q = self.tick / u32::from(v.max(1));
-        let shift = (bits(q) as i8 + self.tick_exp - INTERVAL_BITS as i8).clamp(0, 15);
-        let interval = scale(q, self.tick_exp - shift).min((1 << INTERVAL_BITS) - 1);
-        (interval, shift as u8)
+    /// The interval at the speed `root / 2^exp` and the sub-events that it needs.
+    fn interval_at(&self, root: u16, exp: i8) -> (u32, u8) {
+        let q = self.tick / u32::from(root);
+        let by = self.tick_exp + exp;
+        let shift = (bits(q) as i8 + by - INTERVAL_BITS).clamp(0, 15);
+        (self.interval_of(q, by - shift), shift as u8)
+    }
+
+    /// `q * 2^by` within the engine's range.
+    fn interval_of(&self, q: u32, by: i8) -> u32 {
+        scale(q, by).min((1 << INTERVAL_BITS) - 1)
+    }
+
+    /// A segment of `n` events from the present speed to the root of `v2`, now the present one.
+    ///
+    /// The mean interval is that of constant acceleration, `2 / (v0 + v)`, and the line through
+    /// it begins or ends at the shorter of `1 / v0` and `1 / v`: there, where the same change of
+    /// interval is the most acceleration, it exceeds the ramp by no more than `(v - v0) / v0`.
+    fn segment(&mut self, n: u16, v2: u32) -> Segment {
+        if v2 == self.v2 {
+            return Segment {
+                events: n << self.shift,
+                shift: self.shift,
+                interval: self.interval,
+                dif: 0,
+            };
+        }
+        let (root, exp) = root(v2);
+        let (end, end_shift) = self.interval_at(root, exp);
+        let shift = self.shift.max(end_shift);
+        let shortest = (self.interval >> (shift - self.shift)).min(end >> (shift - end_shift));
+        let common = exp.min(self.root_exp);
+        let sum = (u32::from(root) >> (exp - common))
+            + (u32::from(self.root) >> (self.root_exp - common));
+        let q = self.tick / sum;
+        let middle = self.interval_of(q, self.tick_exp + 1 + common - shift as i8);
+        let events = n << shift;
+        let change = 2 * middle.saturating_sub(shortest) / u32::from(events);
+        let half = change * u32::from(events - 1) / 2;
+        let faster = v2 > self.v2;
+        (self.interval, self.shift) = (end, end_shift);
+        (self.root, self.root_exp) = (root, exp);
+        self.v2 = v2;
+        let (interval, dif) =
+            if faster { (middle + half, -(change as i32)) } else { (middle - half, change as i32) };
+        Segment { events, shift, interval, dif }
     }
 
     /// Asks for another speed, units/s, not above the stretch's top.
@@ -176,7 +223,17 @@ impl Ramp {
     /// Whether a braking ramp has come to the speed from which it may stand still, or the stretch
     /// is over.
     pub fn at_rest(&self) -> bool {
-        self.left == 0 || self.braking && self.v <= self.start
+        self.left == 0 || self.braking && self.is_slow()
+    }
+
+    /// Whether what is left suffices to come down to the exit speed.
+    pub fn can_stop(&self) -> bool {
+        self.v2 <= self.exit2.saturating_add(mul_sat(self.decel2, self.left))
+    }
+
+    /// Whether the present speed is one from which the machine may stand still at once.
+    pub fn is_slow(&self) -> bool {
+        self.v2 <= square(self.start)
     }
 
     /// Events that no segment has taken yet.
@@ -186,7 +243,7 @@ impl Ramp {
 
     /// Present speed, units/s.
     pub fn velocity(&self) -> u32 {
-        scale(u32::from(self.v), self.exp)
+        scale(u32::from(self.root), self.exp - self.root_exp)
     }
 
     /// The next segment of at most `most` events; `None` at rest.
@@ -195,8 +252,7 @@ impl Ramp {
             return None;
         }
         let n = self.slice();
-        let endless = self.left == u32::MAX;
-        let left = if endless { self.left } else { self.left - u32::from(n) };
+        let left = self.left - u32::from(n);
         let target = if self.braking { self.start } else { self.nominal };
         let target2 = square(target);
         let n32 = u32::from(n);
@@ -205,34 +261,33 @@ impl Ramp {
         } else {
             target2.max(self.v2.saturating_sub(mul_sat(self.decel2, n32)))
         };
-        if !endless {
-            v2 = v2.min(self.exit2.saturating_add(mul_sat(self.decel2, left)));
-        }
-        let v = isqrt(v2).max(1);
-        let (mut end, end_shift) = self.interval_at(v);
-        let shift = self.shift.max(end_shift);
-        let begin = self.interval >> (shift - self.shift);
-        end >>= shift - end_shift;
-        let events = n << shift;
-        let dif = (end as i32 - begin as i32) / i32::from(events).max(1);
-        let segment = Segment { events, shift, interval: begin.wrapping_add_signed(dif / 2), dif };
-        self.interval = begin.wrapping_add_signed(dif * i32::from(events)) << (shift - end_shift);
-        self.shift = end_shift;
-        self.v2 = v2;
-        self.v = v;
+        v2 = v2.min(self.exit2.saturating_add(mul_sat(self.decel2, left)));
         self.left = left;
+        let segment = self.segment(n, v2.max(1));
         Some(segment)
     }
 
     /// Events of the next segment: a power of two that takes 4 to 8 ms at a constant speed and
     /// half of that on a ramp, where the shorter time keeps the linear interval within 5 % of
-    /// constant acceleration; a remainder below one and a half of it is taken at once.
+    /// constant acceleration, and no more than changes the speed by 1/32, but not below 8 events.
+    /// A remainder below one and a half of it is taken at once.
     fn slice(&self) -> u16 {
         let ticks = bits(self.interval >> 16) + self.shift;
-        let cruising = u8::from(self.v == self.nominal && !self.braking);
-        let n = 1u16 << (16 + cruising).saturating_sub(ticks).min(14);
+        let cruising = u8::from(self.v2 == square(self.nominal) && !self.braking);
+        let mut n = 1u16 << (16 + cruising).saturating_sub(ticks).min(14);
+        let steep = self.accel2.max(self.decel2);
+        while n > 8 && mul_sat(steep, u32::from(n)) > self.v2 >> 4 {
+            n >>= 1;
+        }
         if self.left <= u32::from(n + n / 2) { self.left as u16 } else { n }
     }
+}
+
+/// The square root of `v2`, at least 1, as a 16-bit mantissa with its top bit set and the power of
+/// two by which it is too large: slow speeds keep their precision.
+fn root(v2: u32) -> (u16, i8) {
+    let exp = v2.leading_zeros() as i8 / 2;
+    (isqrt(v2 << (2 * exp)), exp)
 }
 
 /// A square in 32 bits.
