@@ -12,6 +12,8 @@ mod link;
 mod math;
 mod pins;
 mod reg;
+mod vm;
+mod vm_core;
 
 /// Nothing panics on purpose: an unexpected one hangs with interrupts off until the watchdog
 /// resets the chip (25 to 128 ms), which reports F17.
@@ -62,6 +64,10 @@ extern "C" fn main() -> ! {
         boot::kick();
         if let Some(length) = line.frame() {
             slave.request(&mut line, &mut M, 1, length);
+        }
+        let x = vm_core::run();
+        unsafe {
+            CELLS[0] = x;
         }
         slave.poll(&mut line, &mut M);
     }

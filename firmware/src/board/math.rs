@@ -213,6 +213,13 @@ __mspabi_srai:
 pasapas_mul_div:
     push r10
     push r9
+    call #pasapas_product
+    mov 6(r1), r12
+    mov 8(r1), r13
+    jmp pasapas_quotient
+
+    /* r13:r12 times r15:r14: high half in r11:r10, low half in r15:r14; uses r9 */
+pasapas_product:
     clr r10
     clr r11
     mov #32, r9
@@ -226,9 +233,7 @@ pasapas_mul_div:
     rrc r14
     dec r9
     jne 1b
-    mov 6(r1), r12
-    mov 8(r1), r13
-    jmp pasapas_quotient
+    ret
 
     .global pasapas_fraction
     /* r13:r12 times 2^32 over r15:r14 */
