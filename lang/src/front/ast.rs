@@ -9,6 +9,7 @@ use super::words::Func;
 use crate::axis::Axis;
 use crate::effect::{Plane, Want};
 use crate::kind::Kind;
+use core::fmt;
 
 /// Height of the highest expression tree that the parser lets through.
 pub const MAX_EXPR_DEPTH: usize = 100;
@@ -32,7 +33,7 @@ pub struct Script {
 pub type Block = Vec<Stmt>;
 
 /// A name as written; names are equal when their keys are.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct Name {
     /// As it stands in the script.
     pub text: String,
@@ -464,7 +465,7 @@ pub enum GValue {
 }
 
 /// An expression.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Expr {
     /// What it is.
     pub kind: ExprKind,
@@ -574,5 +575,42 @@ impl BinaryOp {
     /// Gives a Truth.
     pub const fn is_comparison(self) -> bool {
         matches!(self, Self::Eq | Self::Ne | Self::Lt | Self::Le | Self::Gt | Self::Ge)
+    }
+}
+
+impl fmt::Debug for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+/// One line, every operator with its parentheses.
+impl fmt::Debug for Expr {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let list = |f: &mut fmt::Formatter<'_>, args: &[Self]| {
+            f.write_str("(")?;
+            for (n, arg) in args.iter().enumerate() {
+                write!(f, "{}{arg:?}", if n > 0 { ", " } else { "" })?;
+            }
+            f.write_str(")")
+        };
+        match &self.kind {
+            ExprKind::Literal { kind: Kind::Truth, value: 0 } => f.write_str("FALSE"),
+            ExprKind::Literal { kind: Kind::Truth, .. } => f.write_str("TRUE"),
+            ExprKind::Literal { kind, value } => write!(f, "{value}{}", kind.unit().suffix()),
+            ExprKind::Name(name) => write!(f, "{name:?}"),
+            ExprKind::Apply(name, args) => {
+                write!(f, "{name:?}")?;
+                list(f, args)
+            }
+            ExprKind::Builtin(func, args) => {
+                f.write_str(func.text())?;
+                list(f, args)
+            }
+            ExprKind::Axis(axis) => write!(f, "{}", axis.axis.letter()),
+            ExprKind::Unary(UnaryOp::Neg, e) => write!(f, "(-{e:?})"),
+            ExprKind::Unary(UnaryOp::Not, e) => write!(f, "(NOT {e:?})"),
+            ExprKind::Binary(op, a, b) => write!(f, "({a:?} {} {b:?})", op.symbol()),
+        }
     }
 }

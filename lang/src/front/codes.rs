@@ -64,7 +64,7 @@ codes! {
     DecimalWithoutUnit "L006" Error "a decimal without a unit" "Plain Numbers are whole; only quantities have decimals."
     InexactNumber "L007" Error "a quantity finer than its stored unit" "Lengths in mm and um are whole micrometres, Times whole milliseconds, Steps whole steps."
     NumberRange "L008" Error "a number beyond 32 bits" "Values are whole numbers from -2147483648 to 2147483647 in their stored unit."
-    FileTooLarge "L009" Error "a file too large for a script" "A script has at most 16 MB."
+    FileTooLarge "L009" Error "a file too large for a script" "A script has at most 8 MB."
     NotText "L010" Error "a file that is not text" "Scripts are UTF-8 text."
     Latin1 "L011" Warning "a file that is not UTF-8" "It was read as Latin-1; only comments and texts may show it."
     LoneQuestion "L012" Error "`?` alone" "`?` belongs to Probe? ProbeMask? Home? WaitIn? WaitChar?; printing is PRINT."
@@ -89,6 +89,7 @@ codes! {
     ForeignBrackets "P015" Error "brackets of another language" "Parentheses in expressions and calls, [ ] in G-code words, no braces."
     LineNumber "P016" Error "a line number" "Lines have no numbers; a label is name: at the start of a line."
     BlankLabel "P017" Error "a label apart from its colon" "A label's colon follows its name directly."
+    LabelIsSub "P018" Error "a label with a SUB's name" "A statement that begins with a SUB's name calls it."
 }
 
 #[cfg(test)]

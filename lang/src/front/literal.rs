@@ -5,7 +5,7 @@ use super::words::{self, Reserved};
 use crate::kind::Kind;
 
 /// An exact decimal fraction: `mantissa / 10^scale`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Decimal {
     mantissa: i128,
     scale: u32,
@@ -57,6 +57,12 @@ impl Decimal {
         Some((i64::try_from(rounded).ok()?, remainder == 0))
     }
 
+    /// The value times `num / den`, for a positive value the whole number below it.
+    fn floor(self, num: u32, den: u32) -> Option<i64> {
+        let divisor = 10i128.checked_pow(self.scale)?.checked_mul(i128::from(den))?;
+        i64::try_from(self.mantissa.checked_mul(i128::from(num))? / divisor).ok()
+    }
+
     /// The value in units of `1/n` where that is exact: `tenths(38.2) = 382` with `n` = 10.
     pub fn exact(self, n: u32) -> Option<i64> {
         self.scaled(n, 1).and_then(|(value, exact)| exact.then_some(value))
@@ -65,6 +71,12 @@ impl Decimal {
     /// -1, 0 or 1.
     pub fn sign(self) -> i32 {
         self.mantissa.signum() as i32
+    }
+}
+
+impl core::fmt::Debug for Decimal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{}e-{}", self.mantissa, self.scale)
     }
 }
 
@@ -239,10 +251,11 @@ pub fn settle(text: &str) -> Result<Literal, LiteralError> {
             _ => "micrometres",
         };
         let message = format!("`{text}` is not a whole number of {name}");
-        let (least, next) = (value, value + 1);
+        let least = decimal.floor(unit.num, unit.den).unwrap_or(value);
+        let next = least + 1;
         let stored = unit.kind.unit().suffix();
         let hint = format!("the nearest are `{least}{stored}` and `{next}{stored}`");
-        let hint = if value == 0 { format!("the least is `1{stored}`") } else { hint };
+        let hint = if least == 0 { format!("the least is `1{stored}`") } else { hint };
         return Err(wrong(Code::InexactNumber, message, hint));
     }
     if value == 0 && decimal.sign() != 0 {

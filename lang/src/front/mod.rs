@@ -3,7 +3,10 @@
 pub mod ast;
 pub mod codes;
 pub mod diag;
+pub mod lexer;
 pub mod literal;
+pub mod parser;
 pub mod source;
 pub mod span;
+pub mod token;
 pub mod words;

@@ -5,7 +5,7 @@ use super::diag::Diag;
 use super::span::Span;
 
 /// Longest script that the tools read. Ten thousand lines have about half a megabyte.
-pub const MAX_SOURCE_BYTES: usize = 16 << 20;
+pub const MAX_SOURCE_BYTES: usize = 8 << 20;
 
 /// A script's text with its name and its lines.
 #[derive(Clone, Debug)]

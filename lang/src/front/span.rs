@@ -1,7 +1,9 @@
 //! Places in a script.
 
+use core::fmt;
+
 /// A half-open range of byte offsets in the decoded text of one script.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Span {
     /// Offset of the first byte.
     pub start: u32,
@@ -34,5 +36,11 @@ impl Span {
 impl From<Span> for core::ops::Range<usize> {
     fn from(span: Span) -> Self {
         span.start as usize..span.end as usize
+    }
+}
+
+impl fmt::Debug for Span {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}..{}", self.start, self.end)
     }
 }

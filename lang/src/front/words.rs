@@ -159,6 +159,11 @@ impl Kw {
         matches!(self, Self::Probe | Self::ProbeMask | Self::Home | Self::WaitIn | Self::WaitChar)
     }
 
+    /// Is an ordinary name outside of its statement.
+    pub fn is_soft(self) -> bool {
+        self.entry().class == Class::Soft
+    }
+
     /// May begin a statement.
     pub const fn begins_statement(self) -> bool {
         matches!(self.entry().class, Class::Declaration | Class::Control | Class::Machine)

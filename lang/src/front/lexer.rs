@@ -1,0 +1,484 @@
+//! From text to tokens. Two logos lexers take turns: one for BASIC, one for G-code blocks; which
+//! one reads is decided at the start of each statement.
+
+use super::codes::Code;
+use super::diag::{Diag, Diags};
+use super::literal;
+use super::span::Span;
+use super::token::{Basic, Foreign, Gcode, Sign, Tok, Token};
+use super::words::{self, Kw, Reserved};
+use logos::{Lexer, Logos};
+
+/// Splits a text into tokens, comments included. The last one is always a [`Tok::LineEnd`].
+pub fn lex(text: &str, diags: &mut Diags) -> Vec<Token> {
+    let mut state = State {
+        text,
+        tokens: Vec::with_capacity(text.len() / 4 + 1),
+        diags,
+        line: 1,
+        line_start: true,
+        statement_start: true,
+        brackets: 0,
+        gcode: false,
+        block_reported: false,
+    };
+    let mut at = 0;
+    while at < text.len() {
+        at = if state.gcode && state.brackets == 0 { state.gcode(at) } else { state.basic(at) };
+    }
+    if state.tokens.last().is_none_or(|t| t.tok != Tok::LineEnd) {
+        state.push(Tok::LineEnd, Span::point(text.len() as u32));
+    }
+    state.tokens
+}
+
+struct State<'a> {
+    text: &'a str,
+    tokens: Vec<Token>,
+    diags: &'a mut Diags,
+    line: u32,
+    /// No token of this line yet.
+    line_start: bool,
+    /// A statement may begin here.
+    statement_start: bool,
+    /// Open brackets inside a G-code block; its expressions are BASIC.
+    brackets: u32,
+    /// Inside a G-code block.
+    gcode: bool,
+    /// Its first wrong word was reported; what follows is often a consequence.
+    block_reported: bool,
+}
+
+impl<'a> State<'a> {
+    fn push(&mut self, tok: Tok, span: Span) {
+        self.tokens.push(Token { tok, span, line: self.line });
+        match tok {
+            Tok::LineEnd => {
+                self.line += 1;
+                self.line_start = true;
+                self.statement_start = true;
+                self.gcode = false;
+                self.brackets = 0;
+            }
+            Tok::Continuation => self.line += 1,
+            Tok::Comment => {}
+            Tok::Label | Tok::Sign(Sign::Colon) | Tok::Kw(Kw::Then | Kw::Else) => {
+                self.line_start = false;
+                self.statement_start = true;
+                self.gcode = false;
+                self.brackets = 0;
+            }
+            _ => {
+                self.line_start = false;
+                self.statement_start = false;
+            }
+        }
+    }
+
+    fn report(&mut self, code: Code, span: Span, message: impl Into<String>, hint: &str) {
+        self.diags.push(Diag::new(code, span, message).hint(hint));
+    }
+
+    /// Reads on from `at` with the BASIC lexer until a G-code block begins or goes on; gives the
+    /// offset where reading goes on.
+    fn basic(&mut self, at: usize) -> usize {
+        let text = self.text;
+        let mut lexer = Basic::lexer(text.get(at..).unwrap_or(""));
+        loop {
+            let rest = lexer.remainder();
+            let next = text.len() - rest.len();
+            if self.statement_start && begins_gcode(rest) {
+                self.gcode = true;
+                self.block_reported = false;
+                self.statement_start = false;
+                return next;
+            }
+            let Some(piece) = lexer.next() else { return text.len() };
+            let range = lexer.span();
+            let span = Span::new((at + range.start) as u32, (at + range.end) as u32);
+            match piece {
+                Ok(Basic::Word) => self.word(&mut lexer, at, span),
+                Ok(Basic::Number) => self.number(&mut lexer, span),
+                Ok(Basic::Text) => self.push(Tok::Text, span),
+                Ok(Basic::UnclosedText) => {
+                    let message = "the text has no closing `\"`";
+                    self.report(Code::UnclosedText, span, message, "a text ends on its line");
+                    self.push(Tok::Bad, span);
+                }
+                Ok(Basic::Comment) => self.push(Tok::Comment, span),
+                Ok(Basic::LineEnd) => self.push(Tok::LineEnd, span),
+                Ok(Basic::Continuation) if self.blank_before(span) => {
+                    self.push(Tok::Continuation, span);
+                }
+                Ok(Basic::Continuation) => {
+                    let underscore = Span::new(span.start, span.start + 1);
+                    self.stray_underscore(underscore);
+                    lexer = Basic::lexer(text.get(underscore.end as usize..).unwrap_or(""));
+                    return self.resume(lexer);
+                }
+                Ok(Basic::Question) => {
+                    let hint = "printing is `PRINT`; `?` belongs to Probe? ProbeMask? Home? WaitIn? WaitChar?";
+                    self.report(Code::LoneQuestion, span, "`?` stands alone", hint);
+                    self.push(Tok::Bad, span);
+                }
+                Ok(Basic::Sign(sign)) => {
+                    self.push(Tok::Sign(sign), span);
+                    if self.gcode && self.track_brackets(sign) {
+                        return span.end as usize;
+                    }
+                }
+                Ok(Basic::Foreign(foreign)) => self.foreign(foreign, span, lexer.remainder()),
+                Ok(Basic::ForeignComment) => {
+                    let hint = "write `'` for a comment";
+                    self.report(Code::ForeignComment, span, "this is no comment here", hint);
+                    self.push(Tok::Comment, span);
+                }
+                Err(()) if span.of(text).starts_with('_') => {
+                    self.stray_underscore(Span::new(span.start, span.start + 1));
+                }
+                Err(()) => self.stray(&mut lexer, span),
+            }
+        }
+    }
+
+    /// Leaves the current lexer; the rest is read by a new one.
+    fn resume(&self, lexer: Lexer<'a, Basic>) -> usize {
+        self.text.len() - lexer.remainder().len()
+    }
+
+    /// Whether the bracket that was opened by a G-code word closed.
+    fn track_brackets(&mut self, sign: Sign) -> bool {
+        match sign {
+            Sign::OpenBracket => self.brackets += 1,
+            Sign::CloseBracket => {
+                self.brackets = self.brackets.saturating_sub(1);
+                return self.brackets == 0;
+            }
+            _ => {}
+        }
+        false
+    }
+
+    fn blank_before(&self, span: Span) -> bool {
+        let before = self.text.as_bytes().get(..span.start as usize).and_then(<[u8]>::last);
+        before.is_none_or(|b| matches!(b, b' ' | b'\t'))
+    }
+
+    fn stray_underscore(&mut self, span: Span) {
+        let hint = "` _` continues a line where a blank stands before it and nothing behind it";
+        self.report(Code::BadContinuation, span, "`_` stands alone", hint);
+        self.push(Tok::Bad, span);
+    }
+
+    fn word(&mut self, lexer: &mut Lexer<'a, Basic>, base: usize, span: Span) {
+        let word = lexer.slice();
+        let rest = lexer.remainder();
+        let reserved = words::lookup(word);
+        if let Some(Reserved::Kw(Kw::Rem)) = reserved {
+            let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
+            lexer.bump(length);
+            self.push(Tok::Comment, Span::new(span.start, span.end + length as u32));
+            return;
+        }
+        if let Some(Reserved::Kw(kw)) = reserved
+            && kw.has_quiet_form()
+            && rest.starts_with('?')
+        {
+            lexer.bump(1);
+            self.push(Tok::Quiet(kw), Span::new(span.start, span.end + 1));
+            return;
+        }
+        let is_name = reserved.is_none_or(is_soft);
+        if is_name && self.line_start && rest.starts_with(':') && !rest.starts_with(":=") {
+            lexer.bump(1);
+            self.push(Tok::Label, Span::new(span.start, span.end + 1));
+            return;
+        }
+        let tok = match reserved {
+            Some(Reserved::Kw(kw)) => Tok::Kw(kw),
+            Some(Reserved::Func(func)) => Tok::Func(func),
+            None => Tok::Name,
+        };
+        self.push(tok, span);
+        if is_name {
+            self.type_suffix(lexer, base);
+        }
+    }
+
+    /// `x%`, `a$`, `f!`, `d#` of other BASICs: reported, then read as the name without it.
+    fn type_suffix(&mut self, lexer: &mut Lexer<'a, Basic>, base: usize) {
+        let rest = lexer.remainder();
+        let Some(suffix) = rest.chars().next().filter(|c| "%$!#".contains(*c)) else { return };
+        let behind = rest[1..].trim_start_matches([' ', '\t']);
+        let operand = behind.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '(');
+        let compares = suffix == '!' && behind.starts_with('=');
+        if (suffix == '%' && operand && !rest[1..].starts_with([' ', '\t'])) || compares {
+            return;
+        }
+        let at = (base + lexer.span().end) as u32;
+        let hint = "names have no type suffix; a kind is written `AS LENGTH`";
+        let message = format!("`{suffix}` can not end a name");
+        self.report(Code::UnknownCharacter, Span::new(at, at + 1), message, hint);
+        lexer.bump(1);
+    }
+
+    /// Takes the unit, or the letters that are none, to the digits.
+    fn number(&mut self, lexer: &mut Lexer<'a, Basic>, span: Span) {
+        let rest = lexer.remainder();
+        let word = rest.bytes().take_while(|&b| literal::is_name_byte(b)).count();
+        let length = literal::unit_length(rest).unwrap_or(word);
+        lexer.bump(length);
+        let span = Span::new(span.start, span.end + length as u32);
+        match literal::settle(span.of(self.text)) {
+            Ok(_) => self.push(Tok::Number, span),
+            Err(error) => {
+                let mut diag = Diag::new(error.code, span, error.message);
+                diag.hint = error.hint;
+                self.diags.push(diag);
+                self.push(Tok::Bad, span);
+            }
+        }
+    }
+
+    fn foreign(&mut self, foreign: Foreign, span: Span, rest: &str) {
+        let text = span.of(self.text);
+        let (tok, hint) = match foreign {
+            Foreign::Equal => (Tok::Sign(Sign::Eq), "equal is `=`"),
+            Foreign::LessEqual => (Tok::Sign(Sign::Le), "less or equal is `<=`"),
+            Foreign::GreaterEqual => (Tok::Sign(Sign::Ge), "greater or equal is `>=`"),
+            Foreign::NotEqual => (Tok::Sign(Sign::Ne), "not equal is `<>`"),
+            Foreign::And => (Tok::Kw(Kw::AndAlso), "write `ANDALSO`"),
+            Foreign::Or => (Tok::Kw(Kw::OrElse), "write `ORELSE`"),
+            Foreign::Assign => (Tok::Sign(Sign::Eq), "assignment is `=`"),
+            Foreign::Increment => (Tok::Bad, "write `x = x + 1`"),
+            Foreign::AddAssign => (Tok::Bad, "write `x = x + 1`"),
+            Foreign::SubAssign => (Tok::Bad, "write `x = x - 1`"),
+            Foreign::OtherAssign => (Tok::Bad, "write `x = x * 2`"),
+            Foreign::Power => {
+                (Tok::Bad, "there is no power operator: multiply, or shift with `<<`")
+            }
+            Foreign::Backslash => (Tok::Sign(Sign::Slash), "`/` divides whole numbers"),
+            Foreign::Bang | Foreign::Tilde => (Tok::Kw(Kw::Not), "write `NOT`"),
+            Foreign::Ampersand => (Tok::Kw(Kw::And), "write `AND`; hexadecimal is `&H1F`"),
+            Foreign::Bar => (Tok::Kw(Kw::Or), "write `OR`"),
+            Foreign::Percent => (Tok::Kw(Kw::Mod), "the remainder is `MOD`"),
+            Foreign::Brace => {
+                let hint = "blocks end with their own word: END IF, NEXT, WEND, LOOP";
+                self.report(Code::ForeignBrackets, span, format!("`{text}` has no meaning"), hint);
+                return self.push(Tok::Bad, span);
+            }
+        };
+        let adjacent = foreign == Foreign::Increment && rest.starts_with(['+', '-']);
+        let hint = if adjacent { "there is no unary `+`" } else { hint };
+        self.report(Code::ForeignOperator, span, format!("`{text}` is no operator here"), hint);
+        self.push(tok, span);
+    }
+
+    /// A character that begins nothing; neighbours of its sort are taken with it.
+    fn stray(&mut self, lexer: &mut Lexer<'a, Basic>, span: Span) {
+        let same = |c: char| !c.is_ascii() && !c.is_whitespace();
+        let rest = lexer.remainder();
+        let first = span.of(self.text).chars().next().unwrap_or(' ');
+        let more = if same(first) { rest.len() - rest.trim_start_matches(same).len() } else { 0 };
+        lexer.bump(more);
+        let span = Span::new(span.start, span.end + more as u32);
+        let shown: String = span.of(self.text).chars().take(20).collect();
+        let (message, hint) = match first {
+            '\u{201C}' | '\u{201D}' | '\u{AB}' | '\u{BB}' => (
+                format!("`{first}` is a typographic quote"),
+                "texts stand in plain quotes: \"text\"",
+            ),
+            '\u{2018}' | '\u{2019}' => {
+                (format!("`{first}` is a typographic quote"), "comments begin with a plain `'`")
+            }
+            '\u{2212}' | '\u{2013}' | '\u{2014}' => {
+                (format!("`{first}` is a dash"), "minus is the plain `-`")
+            }
+            '\u{B5}' | '\u{3BC}' => {
+                ("`\u{B5}` has no meaning here".to_owned(), "micrometres are `um`")
+            }
+            c if c.is_alphabetic() => (
+                format!("`{shown}` can not stand in a name"),
+                "names have letters a to z, digits and `_`",
+            ),
+            c if c.is_control() => (
+                format!("the control character {:#04x} has no meaning", c as u32),
+                "delete it; is this a script?",
+            ),
+            _ => (
+                format!("`{shown}` has no meaning"),
+                "outside comments and texts stand words, numbers and the signs of the language",
+            ),
+        };
+        self.report(Code::UnknownCharacter, span, message, hint);
+        self.push(Tok::Bad, span);
+    }
+
+    /// Reads G-code until the block ends or a bracket opens.
+    fn gcode(&mut self, at: usize) -> usize {
+        let text = self.text;
+        let mut lexer = Gcode::lexer(text.get(at..).unwrap_or(""));
+        while let Some(piece) = lexer.next() {
+            let range = lexer.span();
+            let span = Span::new((at + range.start) as u32, (at + range.end) as u32);
+            match piece {
+                Ok(Gcode::Word) => self.push(Tok::GWord, span),
+                Ok(Gcode::Bracket) => {
+                    self.push(Tok::GLetter, Span::new(span.start, span.start + 1));
+                    self.push(Tok::Sign(Sign::OpenBracket), Span::new(span.start + 1, span.end));
+                    self.brackets = 1;
+                    return span.end as usize;
+                }
+                Ok(Gcode::Parenthesis) => {
+                    let letter = &span.of(text)[..1];
+                    let message = format!("`{letter}(` is no G-code word");
+                    let hint = format!("expressions stand in brackets: `{letter}[...]`");
+                    self.bad_word(span, message, &hint);
+                    let rest = lexer.remainder();
+                    let line = rest.find(['\r', '\n']).unwrap_or(rest.len());
+                    lexer.bump(rest[..line].find(')').map_or(0, |close| close + 1));
+                }
+                Ok(Gcode::Remark) => self.push(Tok::GComment, span),
+                Ok(Gcode::UnclosedRemark) => {
+                    let hint = "a comment in a G-code block ends with `)` on its line";
+                    self.report(Code::UnclosedComment, span, "the comment has no `)`", hint);
+                    self.push(Tok::GComment, span);
+                }
+                Ok(Gcode::Comment) => self.push(Tok::Comment, span),
+                Ok(Gcode::Letters) => {
+                    let word = lexer.slice();
+                    if ends_block(word, lexer.remainder()) {
+                        self.gcode = false;
+                        return span.start as usize;
+                    }
+                    self.gcode_letters(&mut lexer, span);
+                }
+                Ok(Gcode::Colon) => {
+                    self.push(Tok::Sign(Sign::Colon), span);
+                    return span.end as usize;
+                }
+                Ok(Gcode::LineEnd) => {
+                    self.push(Tok::LineEnd, span);
+                    return span.end as usize;
+                }
+                Ok(Gcode::Continuation) if self.blank_before(span) => {
+                    self.push(Tok::Continuation, span);
+                }
+                Ok(Gcode::Continuation) => {
+                    let underscore = Span::new(span.start, span.start + 1);
+                    self.stray_underscore(underscore);
+                    return underscore.end as usize;
+                }
+                Err(()) => self.gcode_stray(&mut lexer, span),
+            }
+        }
+        text.len()
+    }
+
+    /// Letters without a number.
+    fn gcode_letters(&mut self, lexer: &mut Lexer<'a, Gcode>, span: Span) {
+        let rest = lexer.remainder();
+        let number = rest.bytes().take_while(|&b| b.is_ascii_digit() || b == b'.').count();
+        lexer.bump(number);
+        let span = Span::new(span.start, span.end + number as u32);
+        let word = span.of(self.text);
+        let message = format!("`{word}` is no G-code word");
+        let apart = rest.trim_start_matches([' ', '\t']);
+        let hint = if word.len() == 1 && apart.starts_with(|c: char| "+-.0123456789[".contains(c)) {
+            format!("the number follows its letter directly: `{word}{}`", value_start(apart))
+        } else if words::lookup(word).is_some() {
+            "a `:` separates statements".to_owned()
+        } else {
+            "a word is a letter directly followed by a number or `[expression]`".to_owned()
+        };
+        self.bad_word(span, message, &hint);
+    }
+
+    /// Reports the first wrong word of a block.
+    fn bad_word(&mut self, span: Span, message: String, hint: &str) {
+        if !self.block_reported {
+            self.report(Code::GcodeWord, span, message, hint);
+        }
+        self.block_reported = true;
+        self.push(Tok::Bad, span);
+    }
+
+    fn gcode_stray(&mut self, lexer: &mut Lexer<'a, Gcode>, span: Span) {
+        let first = span.of(self.text).chars().next().unwrap_or(' ');
+        let hint = match first {
+            '#' => "parameters of G-code are not known here: use a variable, as in `X[a]`",
+            '/' => "there is no block delete: use IF",
+            '*' => "checksums are not used here: delete it",
+            ',' => "words stand side by side: `G1 X10 Y5`",
+            '=' => "a name that begins like a G-code word needs an underscore: `x_1 = 5`",
+            _ => "a word is a letter directly followed by a number or `[expression]`",
+        };
+        let apart = |c: char| c.is_ascii_digit() || "+-.".contains(c);
+        let rest = lexer.remainder();
+        let more = rest.len() - rest.trim_start_matches(apart).len();
+        lexer.bump(if apart(first) { more } else { 0 });
+        let span = Span::new(span.start, (self.text.len() - lexer.remainder().len()) as u32);
+        let shown: String = span.of(self.text).chars().take(20).collect();
+        let message = format!("`{shown}` is no G-code word");
+        self.bad_word(span, message, hint);
+    }
+}
+
+fn is_soft(reserved: Reserved) -> bool {
+    matches!(reserved, Reserved::Kw(kw) if kw.is_soft())
+}
+
+fn ends_block(word: &str, rest: &str) -> bool {
+    let whole = !rest.bytes().next().is_some_and(literal::is_name_byte);
+    whole && (word.eq_ignore_ascii_case("ELSE") || word.eq_ignore_ascii_case("REM"))
+}
+
+/// The characters of a number, for a hint.
+fn value_start(text: &str) -> &str {
+    let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.[".contains(c)));
+    text.get(..end.unwrap_or(text.len()).min(12)).unwrap_or("")
+}
+
+/// Whether the statement that begins `rest` (blanks first) is a G-code block or a G-code comment.
+///
+/// It begins with one of G M F S T N X Y Z and a number or `[`. A run of name characters counts
+/// only where it falls apart into such words (`G1X10F300`, `G1X[a]`): `t2max` is a name.
+pub fn begins_gcode(rest: &str) -> bool {
+    let rest = rest.trim_start_matches([' ', '\t', '\x0B', '\x0C', '\u{A0}']).as_bytes();
+    let Some(&first) = rest.first() else { return false };
+    if matches!(first, b'(' | b';' | b'%') {
+        return true;
+    }
+    if !b"GMFSTNXYZ".contains(&first.to_ascii_uppercase()) {
+        return false;
+    }
+    let mut at = 0;
+    while let Some(letter) = rest.get(at).filter(|b| b.is_ascii_alphabetic()) {
+        let value = rest.get(at + 1).copied().unwrap_or(b' ');
+        if matches!(value, b'[' | b'+' | b'-' | b'.') {
+            return value == b'[' || is_number(&rest[at + 1..]);
+        }
+        if !value.is_ascii_digit() {
+            // The run ends in a letter without a number: X10 and ELSE may still touch.
+            return at > 0 && touches_else(*letter, &rest[at..]);
+        }
+        at += 1;
+        at += rest[at..].iter().take_while(|b| b.is_ascii_digit()).count();
+        if rest.get(at) == Some(&b'.') {
+            return true;
+        }
+    }
+    !rest.get(at).is_some_and(|&b| literal::is_name_byte(b))
+}
+
+fn is_number(rest: &[u8]) -> bool {
+    let unsigned = rest.strip_prefix(b"-").or_else(|| rest.strip_prefix(b"+")).unwrap_or(rest);
+    let digits = unsigned.strip_prefix(b".").unwrap_or(unsigned);
+    digits.first().is_some_and(u8::is_ascii_digit)
+}
+
+fn touches_else(letter: u8, rest: &[u8]) -> bool {
+    letter.eq_ignore_ascii_case(&b'E')
+        && rest.get(..4).is_some_and(|w| w.eq_ignore_ascii_case(b"ELSE"))
+        && !rest.get(4).is_some_and(|&b| literal::is_name_byte(b))
+}

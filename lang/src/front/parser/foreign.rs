@@ -1,0 +1,353 @@
+//! What people write who come from other BASICs and controllers, and what to write here.
+
+use super::input::{In, is_unit};
+use super::piece::{Closer, Opener, Piece, closing_words};
+use super::stmt::behind_parentheses;
+use crate::front::codes::Code;
+use crate::front::diag::Diag;
+use crate::front::span::Span;
+use crate::front::token::{Sign, Tok};
+use crate::front::words::{Class, Func, Kw, nearest};
+use crate::kind::Kind;
+
+/// Statement words of other systems, folded to upper case, and what is written here.
+const STATEMENTS: &[(&str, &str)] = &[
+    ("DELAY", "write `Wait 500ms`"),
+    ("PAUSE", "write `Wait 500ms`; to wait for a person write `WaitStart`"),
+    ("SLEEP", "write `Wait 500ms`"),
+    ("DWELL", "write `Wait 500ms`"),
+    ("WAITMS", "write `Wait 500ms`"),
+    ("LET", "leave LET out: `x = 1`"),
+    ("VAR", "declare with DIM: `DIM x`"),
+    ("INT", "declare with DIM: `DIM x`"),
+    ("INTEGER", "declare with DIM: `DIM x`"),
+    ("LONG", "declare with DIM: `DIM x`"),
+    ("LOCAL", "declare with DIM: inside a SUB it is local"),
+    ("STATIC", "declare with DIM outside of the SUB"),
+    ("GLOBAL", "declare with DIM outside of SUBs"),
+    ("FLOAT", "values are whole numbers with a kind: `DIM x AS LENGTH`"),
+    ("DATA", "constant values stand in a TABLE: `TABLE t = 1, 2, 3`"),
+    ("READ", "read a TABLE by its index: `x = t(i)`"),
+    ("RESTORE", "a TABLE is read by its index: `x = t(i)`"),
+    ("ENDIF", "write `END IF`"),
+    ("ENDSUB", "write `END SUB`"),
+    ("ENDFUNCTION", "write `END FUNCTION`"),
+    ("ENDSELECT", "write `END SELECT`"),
+    ("ENDREPEAT", "write `END REPEAT`"),
+    ("ENDWHILE", "write `WEND`"),
+    ("FOREVER", "`LOOP` closes a DO that repeats for ever"),
+    ("ELSIF", "write `ELSEIF`"),
+    ("ELIF", "write `ELSEIF`"),
+    ("SWITCH", "write `SELECT CASE`"),
+    ("BREAK", "write `EXIT FOR`, or what else it is in"),
+    ("LEAVE", "write `EXIT FOR`, or what else it is in"),
+    ("HALT", "write `END`"),
+    ("STOP", "write `END` to end the run, `StopAll` to stop the axes"),
+    ("QUIT", "write `END`"),
+    ("PROC", "write `SUB name` ... `END SUB`"),
+    ("PROCEDURE", "write `SUB name` ... `END SUB`"),
+    ("DEF", "write `SUB name` ... `END SUB` or `FUNCTION name()`"),
+    ("FUNC", "write `FUNCTION name()` ... `END FUNCTION`"),
+    ("DEFINE", "write `CONST name = value`"),
+    ("ECHO", "write `PRINT`"),
+    ("PRINTF", "write `PRINT \"text\"; value`"),
+    ("PRINTLN", "write `PRINT`"),
+    ("WRITE", "write `PRINT`"),
+    ("SETPIN", "write `SetOut n, ON`"),
+    ("PIN", "write `SetOut n, ON`, and `IN(n)` to read"),
+    ("DIGITALWRITE", "write `SetOut n, ON`"),
+    ("SETIO", "write `SetOut n, ON`"),
+    ("CLRIO", "write `SetOut n, OFF`"),
+    ("OUTON", "write `SetOut n, ON`"),
+    ("OUTOFF", "write `SetOut n, OFF`"),
+    ("MOVE", "write `MoveAxe X, 10mm` for one axis, `G0 X10 Y5` for several"),
+    ("MOVEABS", "write `MoveAxe X, 10mm`"),
+    ("MOVEA", "write `MoveAxe X, 10mm`"),
+    ("MOVEAXIS", "write `MoveAxe X, 10mm`"),
+    ("MOVER", "write `MoveRel X, 10mm`"),
+    ("MOVETO", "write `G0 X10 Y5`"),
+    ("MOVEINC", "write `MoveRel X, 10mm`"),
+    ("WAITIDLE", "write `WaitMove`"),
+    ("REFERENCE", "write `Home X`"),
+    ("REF", "write `Home X`"),
+    ("DATUM", "write `Home X`"),
+    ("HOMING", "write `Home X`"),
+    ("INC", "write `x = x + 1`"),
+    ("DEC", "write `x = x - 1`"),
+    ("INCR", "write `x = x + 1`"),
+    ("DECR", "write `x = x - 1`"),
+    ("OPTION", "leave it out: every name is declared"),
+    ("SUBEND", "write `END SUB`"),
+    ("RETI", "write `RETURN`"),
+    ("BEGIN", "leave it out: blocks end with their own word"),
+    ("THENELSE", "write `THEN` and `ELSE` apart"),
+];
+
+/// Kinds that other languages have.
+const KINDS: &[(&str, &str)] = &[
+    ("INTEGER", "write `AS NUMBER`, or leave it out"),
+    ("INT", "write `AS NUMBER`, or leave it out"),
+    ("LONG", "write `AS NUMBER`, or leave it out"),
+    ("SINGLE", "there are no fractions: lengths in `AS LENGTH` are whole micrometres"),
+    ("DOUBLE", "there are no fractions: lengths in `AS LENGTH` are whole micrometres"),
+    ("FLOAT", "there are no fractions: lengths in `AS LENGTH` are whole micrometres"),
+    ("STRING", "there are no text variables: texts stand in PRINT"),
+    ("BOOL", "write `AS TRUTH`"),
+    ("BOOLEAN", "write `AS TRUTH`"),
+    ("BYTE", "write `AS NUMBER`"),
+    ("POSITION", "write `AS LENGTH` or `AS STEPS`"),
+    ("DISTANCE", "write `AS LENGTH`"),
+];
+
+/// The hint of a table for a word.
+fn look_up(table: &[(&'static str, &'static str)], word: &str) -> Option<&'static str> {
+    table.iter().find(|(w, _)| w.eq_ignore_ascii_case(word)).map(|(_, hint)| *hint)
+}
+
+/// A block's line that another BASIC writes in another way, read as what it means.
+pub fn block_word(i: In<'_>) -> Option<(Piece, usize)> {
+    let word = i.word();
+    let close = |closer, count| Some((Piece::Close(closer), count));
+    match (i.tok(), i.second().tok) {
+        (Tok::Kw(Kw::End), Tok::Kw(Kw::While | Kw::Wend)) => close(Closer::While, 2),
+        (Tok::Kw(Kw::End), Tok::Kw(Kw::For | Kw::Next)) => close(Closer::For(None), 2),
+        (Tok::Kw(Kw::End), Tok::Kw(Kw::Do | Kw::Loop)) => close(Closer::Do(None), 2),
+        (Tok::Name, _) => match word.to_ascii_uppercase().as_str() {
+            "ENDIF" => close(Closer::If, 1),
+            "ENDSUB" | "SUBEND" => close(Closer::Sub, 1),
+            "ENDFUNCTION" => close(Closer::Function, 1),
+            "ENDSELECT" => close(Closer::Select, 1),
+            "ENDREPEAT" => close(Closer::Repeat, 1),
+            "ENDWHILE" => close(Closer::While, 1),
+            "FOREVER" => close(Closer::Do(None), 1),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// The diagnostic for what [`block_word`] found.
+pub fn block_word_diag(i: In<'_>, piece: &Piece, span: Span) -> Diag {
+    let shown = span.of(i.context.text).to_ascii_uppercase();
+    let closing = match piece {
+        Piece::Close(closer) => closing_words(closer.opener()),
+        _ => "ELSEIF",
+    };
+    Diag::new(Code::ForeignStatement, span, format!("`{shown}` does not exist here"))
+        .hint(format!("write `{closing}`"))
+}
+
+/// A statement that begins with a name that is no SUB and is not assigned to.
+pub fn unknown_statement(i: In<'_>) -> Diag {
+    let word = i.word();
+    let span = i.first().span;
+    if let Some(hint) = look_up(STATEMENTS, word) {
+        let message = format!("there is no statement `{word}`");
+        return Diag::new(Code::ForeignStatement, span, message).hint(hint);
+    }
+    if let Tok::Sign(Sign::Colon) = i.second().tok
+        && i.second().span.start > span.end
+    {
+        let message = format!("`{word}` is no statement");
+        return Diag::new(Code::BlankLabel, span, message)
+            .hint(format!("a label's colon follows directly: `{word}:`"));
+    }
+    let message = format!("there is no statement or SUB `{word}`");
+    let diag = Diag::new(Code::UnknownStatement, span, message);
+    let words = Kw::ALL.iter().filter(|kw| kw.begins_statement()).map(|kw| kw.text());
+    let near = nearest(word, words.chain(i.context.routines.iter().map(String::as_str)));
+    match (near, i.second().tok) {
+        (Some(near), _) => diag.hint(format!("did you mean `{near}`?")),
+        (None, Tok::Sign(Sign::Open)) => diag.hint(format!(
+            "a SUB is declared with `SUB {word}`; an assignment has `=` behind the parentheses"
+        )),
+        (None, Tok::LineEnd | Tok::Sign(Sign::Colon)) => {
+            diag.hint(format!("a label is written `{word}:`, an assignment `{word} = 1`"))
+        }
+        (None, _) => diag.hint(format!("a SUB is declared with `SUB {word}`")),
+    }
+}
+
+/// Something that can not begin a statement.
+pub fn no_statement(i: In<'_>) -> Diag {
+    let span = i.first().span;
+    let word = i.word();
+    match i.tok() {
+        Tok::Number if !word.contains(|c: char| c.is_ascii_alphabetic()) => {
+            Diag::new(Code::LineNumber, span, "lines have no numbers")
+                .hint("delete it; a label is written `name:`")
+        }
+        Tok::Func(Func::Out) => {
+            Diag::new(Code::ForeignStatement, span, "OUT is a function that reads an output")
+                .hint("write `SetOut n, ON`")
+        }
+        Tok::Func(Func::In) => {
+            Diag::new(Code::ForeignStatement, span, "IN is a function that reads an input")
+                .hint("write `WaitIn n, ON` or `IF IN(n) THEN`")
+        }
+        Tok::Func(func) => {
+            let message = format!("`{}` is a function and no statement", func.text());
+            Diag::new(Code::UnknownStatement, span, message)
+                .hint(format!("use its value: `x = {}`", func.usage()))
+        }
+        Tok::Kw(Kw::Until) => Diag::new(Code::UnopenedBlock, span, "UNTIL closes no block")
+            .hint("write `DO` ... `LOOP UNTIL condition`"),
+        Tok::Kw(kw) if kw.entry().class == Class::Part => {
+            let message = format!("`{}` can not begin a statement", kw.text());
+            Diag::new(Code::UnknownStatement, span, message)
+                .hint(format!("it belongs to `{}`", kw.entry().usage))
+        }
+        _ => {
+            let message = format!("`{}` can not begin a statement", short(word));
+            Diag::new(Code::UnknownStatement, span, message)
+                .hint("a statement begins with a statement word, a name or a G-code word")
+        }
+    }
+}
+
+fn short(word: &str) -> String {
+    word.chars().take(30).collect()
+}
+
+/// What stands behind a complete statement.
+pub fn surplus(i: In<'_>) -> Option<Diag> {
+    let span = i.first().span;
+    let word = short(i.word());
+    if i.tok() == Tok::Bad {
+        return None;
+    }
+    if is_unit(i) {
+        return Some(
+            Diag::new(Code::UnitApart, span, format!("the unit `{word}` stands apart"))
+                .hint("a unit follows its digits without a blank: `5mm`"),
+        );
+    }
+    let diag = match i.tok() {
+        Tok::Sign(Sign::Comma) => {
+            Diag::new(Code::WrongArguments, span, "there are too many arguments")
+        }
+        Tok::Sign(Sign::Close) => Diag::new(Code::Expected, span, "this `)` closes nothing"),
+        Tok::Sign(Sign::CloseBracket) => Diag::new(Code::Expected, span, "this `]` closes nothing"),
+        Tok::Sign(Sign::Semicolon) => {
+            Diag::new(Code::ForeignComment, span, "`;` has no meaning here")
+                .hint("comments begin with `'`; `;` begins one in G-code only")
+        }
+        Tok::Kw(Kw::Then) => Diag::new(Code::Expected, span, "`THEN` has no IF"),
+        Tok::Kw(kw) if kw.begins_statement() => {
+            let message = format!("the statement before `{word}` does not end");
+            Diag::new(Code::Expected, span, message).hint("a `:` separates statements")
+        }
+        _ => {
+            let message = format!("the statement should end before `{word}`");
+            Diag::new(Code::Expected, span, message)
+        }
+    };
+    Some(diag)
+}
+
+/// END IF behind a statement of a one-line IF.
+pub fn one_line_end(i: In<'_>) -> Option<Diag> {
+    let (Tok::Kw(Kw::End), Tok::Kw(Kw::If)) = (i.tok(), i.second().tok) else { return None };
+    let span = i.first().span.to(i.second().span);
+    let diag = Diag::new(Code::BlockInOneLine, span, "a one-line IF has no END IF");
+    Some(diag.hint("leave it out, or end the line behind THEN"))
+}
+
+/// A block's line inside a one-line IF.
+pub fn in_one_line(i: In<'_>, span: Span, piece: &Piece) -> Diag {
+    let word = i.word().to_ascii_uppercase();
+    match piece {
+        Piece::Close(Closer::If) => {
+            Diag::new(Code::BlockInOneLine, span, "a one-line IF has no END IF")
+                .hint("leave it out")
+        }
+        Piece::ElseIf(_) => Diag::new(Code::BlockInOneLine, span, "a one-line IF has no ELSEIF")
+            .hint("write `ELSE IF ... THEN`, or the block form with THEN at the line's end"),
+        _ => Diag::new(
+            Code::BlockInOneLine,
+            span,
+            format!("`{word}` can not stand in a one-line IF"),
+        )
+        .hint("end the line behind THEN and close with `END IF`"),
+    }
+}
+
+/// A reserved word with a colon, where the statement of that word needs more.
+pub fn reserved_label(i: In<'_>) -> Option<Diag> {
+    let (Tok::Kw(_) | Tok::Func(_), Tok::Sign(Sign::Colon)) = (i.tok(), i.second().tok) else {
+        return None;
+    };
+    let word = i.word();
+    let message = format!("`{word}` is a reserved word and can not be a label");
+    let hint = format!("choose another name, as `my_{}:`", word.to_ascii_lowercase());
+    Some(Diag::new(Code::BadName, i.first().span, message).hint(hint))
+}
+
+/// A word behind AS that is no kind.
+pub fn kind(i: In<'_>) -> Diag {
+    let word = i.word();
+    let names = || Kind::ALL.iter().map(|k| k.name());
+    let diag = Diag::new(Code::Expected, i.first().span, format!("`{word}` is not a kind"));
+    if let Some(hint) = look_up(KINDS, word) {
+        return diag.hint(hint);
+    }
+    match nearest(word, names()) {
+        Some(near) => diag.hint(format!("did you mean `{near}`?")),
+        None => diag.hint(format!("kinds are {}", names().collect::<Vec<_>>().join(", "))),
+    }
+}
+
+/// A comma between the parts of a PRINT.
+pub fn print_comma(i: In<'_>) -> Diag {
+    Diag::new(Code::Expected, i.first().span, "`,` can not stand between the parts of a PRINT")
+        .hint("write `;`; the parts are joined without blanks: PRINT a; \" \"; b")
+}
+
+/// `MoveAxe(1, 2000, ...)`, `SetOut(1, 1)`: parentheses round a statement's arguments.
+pub fn parenthesised_list(word: Kw, i: In<'_>) -> Option<Diag> {
+    if i.tok() != Tok::Sign(Sign::Open) || word == Kw::Print {
+        return None;
+    }
+    let takes_axis = word.entry().usage.contains("axis,") || word.entry().usage.ends_with("axis");
+    let takes_axis = takes_axis && word != Kw::Motors;
+    let mut rest = i.rest();
+    let mut open = 1usize;
+    let mut list = false;
+    while open > 0 && !rest.at_end() {
+        match rest.tok() {
+            Tok::Sign(Sign::Open) => open += 1,
+            Tok::Sign(Sign::Close) => open -= 1,
+            Tok::Sign(Sign::Comma) => list |= open == 1,
+            _ => {}
+        }
+        rest = rest.rest();
+    }
+    let whole = behind_parentheses(i).is_some_and(In::at_end);
+    if !(takes_axis || (list && whole)) {
+        return None;
+    }
+    let message = format!("the arguments of `{}` stand without parentheses", word.text());
+    let diag = Diag::new(Code::ForeignBrackets, i.first().span.to(i.span_to(rest)), message);
+    let example = matches!(word, Kw::MoveAxe).then_some("MoveAxe X, 2000st");
+    Some(diag.hint(match example {
+        Some(example) => format!("write `{example}`; the form is `{}`", word.entry().usage),
+        None => format!("the form is `{}`", word.entry().usage),
+    }))
+}
+
+/// The opener that a line which could not be read stands for, so that its end finds it.
+pub fn broken_opener(i: In<'_>, line: In<'_>) -> Option<Opener> {
+    let Tok::Kw(kw) = i.tok() else { return None };
+    match kw {
+        Kw::For | Kw::While | Kw::Do | Kw::Repeat | Kw::Select | Kw::Sub | Kw::Function => {
+            Some(Opener::Broken(kw))
+        }
+        Kw::If => {
+            let tokens = line.tokens.iter().take_while(|t| t.tok != Tok::LineEnd);
+            let then = tokens.clone().position(|t| t.tok == Tok::Kw(Kw::Then));
+            let block = then.is_none_or(|n| n + 1 == tokens.count());
+            block.then_some(Opener::Broken(Kw::If))
+        }
+        _ => None,
+    }
+}

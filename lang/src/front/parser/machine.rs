@@ -1,0 +1,160 @@
+//! Statements of the machine.
+
+use super::expr::{expr, optional_expr};
+use super::foreign;
+use super::input::{In, Parsed, axis, comma, kw, text};
+use crate::effect::{Plane, Want};
+use crate::front::ast::{AxisRef, Expr, InputState, Machine, PrintPart};
+use crate::front::token::{Sign, Tok};
+use crate::front::words::Kw;
+use nom::Parser;
+use nom::branch::alt;
+use nom::combinator::{cut, map, opt, value};
+use nom::multi::separated_list1;
+use nom::sequence::preceded;
+
+/// The machine statement of this word; `i` stands behind it. `quiet` is the form with `?`.
+pub fn machine<'a>(word: Kw, quiet: bool, i: In<'a>) -> Parsed<'a, Machine> {
+    if let Some(diag) = foreign::parenthesised_list(word, i) {
+        return Err(i.fail(diag));
+    }
+    match word {
+        Kw::Start => start(i),
+        Kw::MoveAxe => movement(false, false, i),
+        Kw::MoveRel => movement(false, true, i),
+        Kw::WaitMove => map(optional_axis, Machine::WaitMove).parse(i),
+        Kw::MoveSpeed => map((axis, next_expr), |(a, v)| Machine::MoveSpeed(a, v)).parse(i),
+        Kw::StopAxe => map(axis, Machine::StopAxe).parse(i),
+        Kw::StopAll => Ok((i, Machine::StopAll)),
+        Kw::Home if i.at_end() => Ok((i, Machine::Home { quiet, axes: Vec::new() })),
+        Kw::Home => {
+            map(separated_list1(comma, axis), |axes| Machine::Home { quiet, axes }).parse(i)
+        }
+        Kw::Probe => probe(quiet, i),
+        Kw::ProbeMask => probe_mask(quiet, i),
+        Kw::SetPos => map((axis, next_expr), |(a, v)| Machine::SetPos(a, v)).parse(i),
+        Kw::SetOut => map((expr, next_expr), |(n, on)| Machine::SetOut(n, on)).parse(i),
+        Kw::Pulse => map((expr, next_expr), |(n, t)| Machine::Pulse(n, t)).parse(i),
+        Kw::SetPort => map(expr, Machine::SetPort).parse(i),
+        Kw::Motors => {
+            let axis = opt(preceded(comma, axis));
+            map((expr, axis), |(on, axis)| Machine::Motors(on, axis)).parse(i)
+        }
+        Kw::Wait => map(expr, Machine::Wait).parse(i),
+        Kw::WaitIn => wait_in(quiet, i),
+        Kw::WaitStart => Ok((i, Machine::WaitStart)),
+        Kw::Send => map(expr, Machine::Send).parse(i),
+        Kw::WaitChar => {
+            map((expr, optional_expr), |(code, timeout)| Machine::WaitChar { quiet, code, timeout })
+                .parse(i)
+        }
+        Kw::Print => print(i),
+        Kw::Plane => plane(i),
+        _ => Err(i.expected("a statement")),
+    }
+}
+
+fn next_expr(i: In<'_>) -> Parsed<'_, Expr> {
+    preceded(cut(comma), cut(expr)).parse(i)
+}
+
+fn optional_axis(i: In<'_>) -> Parsed<'_, Option<AxisRef>> {
+    if i.at_end() { Ok((i, None)) } else { map(axis, Some).parse(i) }
+}
+
+fn start(i: In<'_>) -> Parsed<'_, Machine> {
+    let relative = match i.tok() {
+        Tok::Kw(Kw::MoveAxe) => false,
+        Tok::Kw(Kw::MoveRel) => true,
+        _ => return Err(i.expected("MoveAxe or MoveRel")),
+    };
+    movement(true, relative, i.rest())
+}
+
+fn movement(start: bool, relative: bool, i: In<'_>) -> Parsed<'_, Machine> {
+    map(
+        (axis, next_expr, optional_expr, optional_expr, optional_expr),
+        move |(axis, target, speed, accel, decel)| Machine::Move {
+            start,
+            relative,
+            axis,
+            target,
+            speed,
+            accel,
+            decel,
+        },
+    )
+    .parse(i)
+}
+
+fn probe(quiet: bool, i: In<'_>) -> Parsed<'_, Machine> {
+    map(
+        (axis, next_expr, next_expr, optional_expr, optional_expr),
+        move |(axis, limit, speed, input, state)| Machine::Probe {
+            quiet,
+            axis,
+            limit,
+            speed,
+            input,
+            state,
+        },
+    )
+    .parse(i)
+}
+
+fn probe_mask(quiet: bool, i: In<'_>) -> Parsed<'_, Machine> {
+    map(
+        (axis, next_expr, next_expr, next_expr, next_expr),
+        move |(axis, limit, speed, and, xor)| Machine::ProbeMask {
+            quiet,
+            axis,
+            limit,
+            speed,
+            and,
+            xor,
+        },
+    )
+    .parse(i)
+}
+
+fn wait_in(quiet: bool, i: In<'_>) -> Parsed<'_, Machine> {
+    let state = alt((
+        value(InputState::Edge(Want::Rise), kw(Kw::Rise)),
+        value(InputState::Edge(Want::Fall), kw(Kw::Fall)),
+        map(expr, InputState::Level),
+    ));
+    map((expr, preceded(cut(comma), cut(state)), optional_expr), move |(input, state, timeout)| {
+        Machine::WaitIn { quiet, input, state, timeout }
+    })
+    .parse(i)
+}
+
+fn print(i: In<'_>) -> Parsed<'_, Machine> {
+    let mut parts = Vec::new();
+    let mut rest = i;
+    while !rest.at_end() {
+        let part = alt((map(text, PrintPart::Text), map(expr, PrintPart::Value)));
+        let (after, part) = cut(part).parse(rest)?;
+        parts.push(part);
+        rest = after;
+        match rest.tok() {
+            Tok::Sign(Sign::Semicolon) => rest = rest.rest(),
+            Tok::Sign(Sign::Comma) => return Err(rest.fail(foreign::print_comma(rest))),
+            _ if rest.at_end() => {}
+            _ => return Err(rest.expected("`;`")),
+        }
+    }
+    Ok((rest, Machine::Print(parts)))
+}
+
+fn plane(i: In<'_>) -> Parsed<'_, Machine> {
+    map(
+        alt((
+            value(Plane::Xy, kw(Kw::Xy)),
+            value(Plane::Zx, kw(Kw::Xz)),
+            value(Plane::Yz, kw(Kw::Yz)),
+        )),
+        Machine::Plane,
+    )
+    .parse(i)
+}

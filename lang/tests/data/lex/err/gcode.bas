@@ -1,0 +1,11 @@
+G1 X(5 + 3) Y2
+G1 X 10
+G1 XY5
+G1 X10 (open
+G1 X#5
+/ G1 X5
+G1 X5, Y6
+x1 = 5
+G1 X5 PRINT 3
+G1 X--5
+G1 X10 *71

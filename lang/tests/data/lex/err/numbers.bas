@@ -1,0 +1,15 @@
+a = 1.5
+a = 0.0001mm
+a = 0xFF
+a = 0b101
+a = 1e5
+a = 5sec
+a = 5foo
+a = 1TO
+a = 99999999999
+a = 3000000mm
+a = &HFFFFFFFFF
+a = &B12
+a = 1_
+a = 0.5st
+a = 3cm
