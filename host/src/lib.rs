@@ -7,5 +7,6 @@ pub mod cmd;
 pub mod failure;
 pub mod input;
 pub mod link;
+pub mod plot;
 pub mod render;
 pub mod sim;

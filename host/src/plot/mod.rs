@@ -1,0 +1,193 @@
+//! Pictures of a run: an SVG to print, and one HTML page to explore it in.
+
+mod chart;
+mod curve;
+mod html;
+mod scale;
+mod svg_page;
+#[cfg(test)]
+mod tests;
+
+use lang::axis::Axis;
+use lang::hir::Program;
+
+use crate::sim::Outcome;
+use crate::sim::record::{Edge, SegmentKind};
+use crate::sim::trace::{MoveKind, Status};
+use curve::{Curve, curves};
+
+/// Segments beyond this are drawn by their ends alone, without the ramps of their speed.
+const DETAILED_SEGMENTS: usize = 20_000;
+
+/// A run to draw.
+pub struct Plot<'a> {
+    /// Name of the script.
+    pub title: &'a str,
+    /// Its text.
+    pub source: &'a str,
+    /// The checked script, for its machine.
+    pub program: &'a Program,
+    /// What happened.
+    pub outcome: &'a Outcome,
+}
+
+/// Form of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Scalable Vector Graphics.
+    Svg,
+    /// A page that needs nothing beside it.
+    Html,
+}
+
+impl Form {
+    /// The form that a file's name asks for.
+    pub fn of(path: &str) -> Option<Form> {
+        let name = path.to_ascii_lowercase();
+        if name.ends_with(".svg") {
+            Some(Form::Svg)
+        } else if name.ends_with(".html") || name.ends_with(".htm") {
+            Some(Form::Html)
+        } else {
+            None
+        }
+    }
+}
+
+/// What a piece of the path is drawn as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Style {
+    /// Travel: G0, homing.
+    Rapid,
+    /// An axis on its own: MoveAxe, MoveRel, MoveSpeed.
+    Axis,
+    /// Work: G1, G2, G3.
+    Cut,
+    /// A probe move.
+    Probe,
+}
+
+impl Style {
+    /// Every style, in the order in which they are drawn over one another.
+    const ALL: [Style; 4] = [Style::Rapid, Style::Axis, Style::Cut, Style::Probe];
+
+    const fn of(kind: SegmentKind) -> Style {
+        match kind {
+            SegmentKind::Move(MoveKind::Rapid) | SegmentKind::Home => Style::Rapid,
+            SegmentKind::Move(MoveKind::Line | MoveKind::Arc) => Style::Cut,
+            SegmentKind::Move(MoveKind::Axe) | SegmentKind::Speed => Style::Axis,
+            SegmentKind::Probe => Style::Probe,
+        }
+    }
+
+    /// Name in classes and legends.
+    const fn name(self) -> &'static str {
+        match self {
+            Style::Rapid => "rapid",
+            Style::Axis => "axis",
+            Style::Cut => "cut",
+            Style::Probe => "probe",
+        }
+    }
+
+    /// What the legend says.
+    const fn legend(self) -> &'static str {
+        match self {
+            Style::Rapid => "rapid, homing",
+            Style::Axis => "single axis",
+            Style::Cut => "line, arc",
+            Style::Probe => "probe",
+        }
+    }
+}
+
+/// One row of the timeline: an input or an output with the spans in which it was on.
+struct Row {
+    name: String,
+    output: bool,
+    /// Start and end, us.
+    on: Vec<(u64, u64)>,
+}
+
+impl Plot<'_> {
+    /// The picture as a file's text.
+    pub fn render(&self, form: Form) -> String {
+        match form {
+            Form::Svg => svg_page::render(self),
+            Form::Html => html::render(self),
+        }
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        curves(&self.outcome.record.path, &self.program.profile, DETAILED_SEGMENTS)
+    }
+
+    fn has_z(&self) -> bool {
+        self.program.profile.axis(Axis::Z).is_some()
+    }
+
+    /// How the run ended, in words.
+    fn ending(&self) -> String {
+        let end = self.outcome.end;
+        match (end.status, end.fault) {
+            (Status::Fault, Some(fault)) => {
+                format!("{fault} {} in line {}", fault.text(), end.line)
+            }
+            (Status::Stopped, _) => format!("stopped in line {}", end.line),
+            _ => "done".to_owned(),
+        }
+    }
+
+    /// Outputs and inputs that changed in the run, outputs first.
+    fn rows(&self) -> Vec<Row> {
+        let record = &self.outcome.record;
+        let profile = &self.program.profile;
+        let outputs =
+            edge_rows(&record.outputs, self.outcome.summary.us).into_iter().map(|(n, on)| {
+                let named = profile.outputs.iter().find(|output| output.n == n);
+                let role = named.and_then(|output| output.role).map(|role| format!("{role:?}"));
+                let name = named.and_then(|output| output.name.clone()).or(role);
+                Row { name: label("out", n, name), output: true, on }
+            });
+        let inputs =
+            edge_rows(&record.inputs, self.outcome.summary.us).into_iter().map(|(n, on)| {
+                let named = profile.inputs.iter().find(|input| input.n == n);
+                let role = Axis::ALL
+                    .into_iter()
+                    .find(|axis| {
+                        profile.axis(*axis).is_some() && profile.reference_input(*axis) == n
+                    })
+                    .map(|axis| format!("ref {}", axis.letter()))
+                    .or_else(|| (profile.probe_input() == n).then(|| "probe".to_owned()));
+                let name = named.and_then(|input| input.name.clone()).or(role);
+                Row { name: label("in", n, name), output: false, on }
+            });
+        outputs.chain(inputs).collect()
+    }
+}
+
+fn label(what: &str, n: i32, name: Option<String>) -> String {
+    match name {
+        Some(name) => format!("{what} {n} {}", name.to_lowercase()),
+        None => format!("{what} {n}"),
+    }
+}
+
+/// Spans in which each number was on, by ascending number.
+fn edge_rows(edges: &[Edge], end_us: u64) -> Vec<(i32, Vec<(u64, u64)>)> {
+    let mut rows: std::collections::BTreeMap<i32, Vec<(u64, u64)>> =
+        std::collections::BTreeMap::new();
+    let mut on_since: std::collections::BTreeMap<i32, u64> = std::collections::BTreeMap::new();
+    for edge in edges {
+        let row = rows.entry(edge.n).or_default();
+        if edge.on {
+            on_since.entry(edge.n).or_insert(edge.us);
+        } else if let Some(start) = on_since.remove(&edge.n) {
+            row.push((start, edge.us));
+        }
+    }
+    for (n, start) in on_since {
+        rows.entry(n).or_default().push((start, end_us.max(start)));
+    }
+    rows.into_iter().collect()
+}

@@ -1,0 +1,471 @@
+"use strict";
+// The viewer of a run. RUN is the data that the page carries (plot/html.rs); times are
+// microseconds, places millimetres, rates steps per second.
+
+const POINT = 5; // numbers of a point: time, x, y, z, rate
+const AXES = ["x", "y", "z"];
+const byId = (id) => document.getElementById(id);
+const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+
+const state = { now: RUN.end, zoom: null, bySpeed: false, hover: null, playing: null };
+
+// ---- the run -----------------------------------------------------------------------------
+
+const curves = RUN.curves.map(([style, line, arc, data]) => ({
+  style, line, arc: arc === 1, data, count: data.length / POINT,
+  from: data[0], to: data[data.length - POINT],
+}));
+const topRate = curves.reduce((top, curve) => {
+  for (let i = 4; i < curve.data.length; i += POINT) top = Math.max(top, curve.data[i]);
+  return top;
+}, 1);
+
+// The machine's place at a time: each axis where the last curve that moves it has brought it.
+function placeAt(time) {
+  let last = null;
+  for (const curve of curves) {
+    if (curve.from > time) break;
+    last = curve;
+  }
+  if (!last) return curves.length ? curves[0].data.slice(1, 4) : [0, 0, 0];
+  return interpolate(last, Math.min(time, last.to)).slice(1, 4);
+}
+
+function interpolate(curve, time) {
+  const d = curve.data;
+  let i = 0;
+  while (i + 2 < curve.count && d[(i + 1) * POINT] < time) i++;
+  const a = i * POINT, b = Math.min(i + 1, curve.count - 1) * POINT;
+  const part = d[b] > d[a] ? Math.min(1, Math.max(0, (time - d[a]) / (d[b] - d[a]))) : 1;
+  return [0, 1, 2, 3, 4].map((k) => d[a + k] + (d[b + k] - d[a + k]) * part);
+}
+
+function lineAt(time) {
+  let line = null;
+  for (const curve of curves) {
+    if (curve.from > time) break;
+    line = curve.line;
+  }
+  return line;
+}
+
+// Steps per second of each axis between two points of a curve, with the sign of its direction.
+function axisRates(curve, i) {
+  const d = curve.data, a = i * POINT, b = a + POINT;
+  const steps = AXES.map((_, k) => (d[b + 1 + k] - d[a + 1 + k]) * RUN.scale[k]);
+  const whole = curve.arc ? Math.hypot(...steps) : Math.max(...steps.map(Math.abs));
+  const at = (rate) => steps.map((s) => (whole > 0 ? (rate * s) / whole : 0));
+  return [at(d[a + 4]), at(d[b + 4])];
+}
+
+// ---- canvases ----------------------------------------------------------------------------
+
+function canvas(id) {
+  const element = byId(id), context = element.getContext("2d");
+  return {
+    element, context,
+    begin() {
+      const box = element.getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
+      if (element.width !== Math.round(box.width * ratio) || element.height !== Math.round(box.height * ratio)) {
+        element.width = Math.round(box.width * ratio);
+        element.height = Math.round(box.height * ratio);
+      }
+      context.setTransform(ratio, 0, 0, ratio, 0, 0);
+      context.clearRect(0, 0, box.width, box.height);
+      context.font = "11px " + getComputedStyle(document.body).fontFamily;
+      return [box.width, box.height];
+    },
+  };
+}
+
+const top_ = canvas("top"), side = canvas("side"), rate = canvas("rate"), rows = canvas("rows");
+const PAD = { left: 52, right: 14, top: 8, bottom: 22 };
+
+function extent(k, least) {
+  let low = Infinity, high = -Infinity;
+  for (const curve of curves)
+    for (let i = 1 + k; i < curve.data.length; i += POINT) {
+      low = Math.min(low, curve.data[i]);
+      high = Math.max(high, curve.data[i]);
+    }
+  if (low > high) low = high = 0;
+  const room = Math.max((least - (high - low)) / 2, 0) + (high - low) * 0.06;
+  return [low - room, high + room];
+}
+const range = [extent(0, 1), extent(1, 1), extent(2, 0.5)];
+
+function ticks([low, high], most) {
+  const rough = (high - low) / Math.max(most, 1);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((f) => f * power).find((s) => s >= rough) || rough;
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const list = [];
+  for (let n = Math.ceil(low / step); n * step <= high; n++) list.push(n * step);
+  return list.map((value) => [value, (value || 0).toFixed(digits)]);
+}
+
+// A plotting area with grid; gives the functions from values to pixels.
+function frame(c, size, xRange, yRange, yTicks) {
+  const [width, height] = size, g = c.context;
+  const box = [PAD.left, PAD.top, width - PAD.right, height - PAD.bottom];
+  const x = (v) => box[0] + ((v - xRange[0]) / (xRange[1] - xRange[0])) * (box[2] - box[0]);
+  const y = (v) => box[3] - ((v - yRange[0]) / (yRange[1] - yRange[0])) * (box[3] - box[1]);
+  g.lineWidth = 1;
+  g.fillStyle = color("soft");
+  const rule = (value, x1, y1, x2, y2) => {
+    g.strokeStyle = Math.abs(value) < 1e-9 ? color("zero") : color("grid");
+    g.beginPath(); g.moveTo(x1, y1); g.lineTo(x2, y2); g.stroke();
+  };
+  g.textAlign = "center"; g.textBaseline = "top";
+  for (const [value, text] of ticks(xRange, (box[2] - box[0]) / 80)) {
+    rule(value, x(value), box[1], x(value), box[3]);
+    g.fillText(text, x(value), box[3] + 6);
+  }
+  g.textAlign = "right"; g.textBaseline = "middle";
+  for (const [value, text] of ticks(yRange, yTicks || (box[3] - box[1]) / 44)) {
+    rule(value, box[0], y(value), box[2], y(value));
+    g.fillText(text, box[0] - 7, y(value));
+  }
+  return { x, y, box };
+}
+
+// Perceptually even blue to yellow, for the speed.
+const RAMP = [[68, 57, 131], [49, 104, 142], [33, 145, 140], [83, 197, 104], [246, 211, 45]];
+function speedColor(value) {
+  const at = Math.min(0.9999, Math.max(0, value / topRate)) * (RAMP.length - 1), i = Math.floor(at);
+  const mix = RAMP[i].map((c, k) => Math.round(c + (RAMP[i + 1][k] - c) * (at - i)));
+  return `rgb(${mix.join(",")})`;
+}
+
+// Draws the path up to the present time strongly and what is still to come faintly.
+function drawPath(g, x, y, kx, ky) {
+  const names = RUN.styles.map((style) => style[0]);
+  for (let style = 0; style < names.length; style++) {
+    g.lineJoin = g.lineCap = "round";
+    g.setLineDash(names[style] === "rapid" ? [5, 4] : []);
+    g.lineWidth = names[style] === "rapid" ? 1.1 : 2;
+    for (const done of [false, true]) {
+      g.globalAlpha = done ? 1 : 0.16;
+      g.strokeStyle = color(names[style]);
+      g.beginPath();
+      for (const curve of curves) {
+        if (curve.style !== style || (done ? curve.from > state.now : curve.to <= state.now)) continue;
+        if (done && state.bySpeed) drawBySpeed(g, curve, x, y, kx, ky);
+        else trace(g, curve, x, y, kx, ky, done ? state.now : Infinity);
+      }
+      g.stroke();
+    }
+  }
+  g.globalAlpha = 1;
+  g.setLineDash([]);
+}
+
+function trace(g, curve, x, y, kx, ky, until) {
+  const d = curve.data;
+  g.moveTo(x(d[1 + kx]), y(d[1 + ky]));
+  for (let i = 1; i < curve.count; i++) {
+    if (d[i * POINT] > until) {
+      const at = interpolate(curve, until);
+      g.lineTo(x(at[1 + kx]), y(at[1 + ky]));
+      return;
+    }
+    g.lineTo(x(d[i * POINT + 1 + kx]), y(d[i * POINT + 1 + ky]));
+  }
+}
+
+function drawBySpeed(g, curve, x, y, kx, ky) {
+  const d = curve.data;
+  for (let i = 0; i + 1 < curve.count && d[i * POINT] <= state.now; i++) {
+    const a = i * POINT, end = Math.min(d[a + POINT], state.now);
+    const to = end < d[a + POINT] ? interpolate(curve, end) : d.slice(a + POINT, a + 2 * POINT);
+    g.stroke();
+    g.beginPath();
+    g.strokeStyle = speedColor((d[a + 4] + to[4]) / 2);
+    g.moveTo(x(d[a + 1 + kx]), y(d[a + 1 + ky]));
+    g.lineTo(x(to[1 + kx]), y(to[1 + ky]));
+    g.stroke();
+    g.beginPath();
+  }
+}
+
+// Strokes of Z alone are points from above: a ring, filled once it is done.
+function drawHoles(g, x, y) {
+  for (const curve of curves) {
+    if (!isVertical(curve)) continue;
+    const style = RUN.styles[curve.style][0];
+    if (style === "rapid") continue;
+    g.beginPath();
+    g.arc(x(curve.data[1]), y(curve.data[2]), 4.5, 0, 2 * Math.PI);
+    g.strokeStyle = g.fillStyle = color(style);
+    g.lineWidth = 1.5;
+    g.globalAlpha = curve.from <= state.now ? 0.22 : 0.06;
+    g.fill();
+    g.globalAlpha = curve.from <= state.now ? 1 : 0.3;
+    g.stroke();
+  }
+  g.globalAlpha = 1;
+}
+
+function isVertical(curve) {
+  const d = curve.data, e = d.length - POINT;
+  return d[1] === d[e + 1] && d[2] === d[e + 2] && d[3] !== d[e + 3];
+}
+
+function dot(g, x, y, radius, fill) {
+  g.beginPath();
+  g.arc(x, y, radius, 0, 2 * Math.PI);
+  g.fillStyle = fill; g.fill();
+  g.strokeStyle = color("card"); g.lineWidth = 2; g.stroke();
+}
+
+let topMap = null;
+function drawTop() {
+  const size = top_.begin();
+  const area = [size[0] - PAD.left - PAD.right, size[1] - PAD.top - PAD.bottom];
+  if (!state.zoom) {
+    const per = Math.max((range[0][1] - range[0][0]) / area[0], (range[1][1] - range[1][0]) / area[1]);
+    state.zoom = { x: (range[0][0] + range[0][1]) / 2, y: (range[1][0] + range[1][1]) / 2, per, fitted: true };
+  }
+  const z = state.zoom, half = [(area[0] * z.per) / 2, (area[1] * z.per) / 2];
+  const f = frame(top_, size, [z.x - half[0], z.x + half[0]], [z.y - half[1], z.y + half[1]]);
+  topMap = f;
+  const g = top_.context;
+  g.save();
+  g.beginPath(); g.rect(f.box[0], f.box[1], f.box[2] - f.box[0], f.box[3] - f.box[1]); g.clip();
+  drawPath(g, f.x, f.y, 0, 1);
+  drawHoles(g, f.x, f.y);
+  if (state.hover) {
+    g.strokeStyle = color("on"); g.lineWidth = 4; g.beginPath();
+    trace(g, state.hover, f.x, f.y, 0, 1, Infinity);
+    g.stroke();
+  }
+  const at = placeAt(state.now);
+  dot(g, f.x(at[0]), f.y(at[1]), 6, color("x"));
+  g.restore();
+  return [z.x - half[0], z.x + half[0]];
+}
+
+function drawSide(xRange) {
+  const f = frame(side, side.begin(), xRange, range[2], 4);
+  const g = side.context;
+  g.save();
+  g.beginPath(); g.rect(f.box[0], f.box[1], f.box[2] - f.box[0], f.box[3] - f.box[1]); g.clip();
+  drawPath(g, f.x, f.y, 0, 2);
+  const at = placeAt(state.now);
+  dot(g, f.x(at[0]), f.y(at[2]), 5, color("x"));
+  g.restore();
+}
+
+const timeRange = [0, Math.max(RUN.end, 1) / 1e6];
+let timeMap = null;
+function drawRate() {
+  const f = frame(rate, rate.begin(), timeRange, [-topRate * 1.08, topRate * 1.08], 4);
+  timeMap = f;
+  const g = rate.context;
+  AXES.forEach((axis, k) => {
+    if (!RUN.scale[k]) return;
+    g.strokeStyle = color(axis);
+    g.lineWidth = 1.3;
+    g.beginPath();
+    for (const curve of curves) {
+      let begun = false;
+      for (let i = 0; i + 1 < curve.count; i++) {
+        const [a, b] = axisRates(curve, i).map((rates) => rates[k]);
+        if (!a && !b) continue;
+        const ta = f.x(curve.data[i * POINT] / 1e6), tb = f.x(curve.data[(i + 1) * POINT] / 1e6);
+        if (!begun) { g.moveTo(ta, f.y(0)); begun = true; }
+        g.lineTo(ta, f.y(a));
+        g.lineTo(tb, f.y(b));
+      }
+      if (begun) g.lineTo(f.x(curve.to / 1e6), f.y(0));
+    }
+    g.stroke();
+    g.fillStyle = color(axis);
+    g.textAlign = "left";
+    g.fillText(axis.toUpperCase(), f.box[0] + 8 + 16 * k, f.box[1] + 8);
+  });
+  cursor(g, f);
+}
+
+const ROW = 20;
+function drawRows() {
+  const f = frame(rows, rows.begin(), timeRange, [0, 1], 0.1);
+  const g = rows.context;
+  RUN.rows.forEach(([name, output, spans], i) => {
+    const y = f.box[1] + i * ROW;
+    g.fillStyle = color(output ? "on" : "in");
+    for (const [from, to] of spans)
+      g.fillRect(f.x(from / 1e6), y + 3, Math.max(1, f.x(to / 1e6) - f.x(from / 1e6)), ROW - 6);
+    g.fillStyle = color("text");
+    g.textAlign = "left"; g.textBaseline = "middle";
+    g.fillText(name, f.box[0] + 6, y + ROW / 2);
+  });
+  cursor(g, f);
+}
+
+function cursor(g, f) {
+  g.strokeStyle = color("x"); g.lineWidth = 1;
+  g.beginPath();
+  g.moveTo(f.x(state.now / 1e6), f.box[1]);
+  g.lineTo(f.x(state.now / 1e6), f.box[3]);
+  g.stroke();
+}
+
+let marked = null;
+function draw() {
+  drawSide(drawTop());
+  drawRate();
+  if (RUN.rows.length) drawRows();
+  const at = placeAt(state.now);
+  const places = AXES.map((axis, k) => (RUN.scale[k] ? `${axis.toUpperCase()} ${at[k].toFixed(3)}` : ""));
+  byId("readout").textContent = `${(state.now / 1e6).toFixed(3)} s   ${places.filter(Boolean).join("  ")}`;
+  byId("time").value = RUN.end ? Math.round((state.now / RUN.end) * 10000) : 10000;
+  const line = state.hover ? state.hover.line : lineAt(state.now);
+  if (line !== marked) {
+    byId("source").querySelectorAll(".now").forEach((old) => old.classList.remove("now"));
+    const row = byId("source").children[line - 1];
+    if (row) { row.classList.add("now"); row.scrollIntoView({ block: "nearest" }); }
+    marked = line;
+  }
+}
+let asked = false;
+function redraw() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(() => { asked = false; draw(); });
+}
+
+// ---- what the user does ------------------------------------------------------------------
+
+function nearest(px, py) {
+  const f = topMap;
+  let best = null, least = 10;
+  for (const curve of curves) {
+    const d = curve.data;
+    for (let i = 0; i + 1 < curve.count; i++) {
+      const a = i * POINT, b = a + POINT;
+      const x1 = f.x(d[a + 1]), y1 = f.y(d[a + 2]), x2 = f.x(d[b + 1]), y2 = f.y(d[b + 2]);
+      const l2 = (x2 - x1) ** 2 + (y2 - y1) ** 2;
+      const t = l2 ? Math.min(1, Math.max(0, ((px - x1) * (x2 - x1) + (py - y1) * (y2 - y1)) / l2)) : 0;
+      const far = Math.hypot(px - x1 - t * (x2 - x1), py - y1 - t * (y2 - y1));
+      // Work lies over travel: at the same place it is the one that is meant.
+      const score = far - (RUN.styles[curve.style][0] === "rapid" ? 0 : 2);
+      if (score < least) { least = score; best = curve; }
+    }
+  }
+  return best;
+}
+
+function tip(event, text) {
+  const box = byId("tip");
+  box.hidden = !text;
+  if (!text) return;
+  box.textContent = text;
+  box.style.left = Math.min(event.clientX + 14, window.innerWidth - box.offsetWidth - 8) + "px";
+  box.style.top = Math.min(event.clientY + 16, window.innerHeight - box.offsetHeight - 8) + "px";
+}
+
+let drag = null;
+top_.element.addEventListener("pointermove", (event) => {
+  if (drag) {
+    const z = state.zoom;
+    z.x = drag.x - (event.offsetX - drag.px) * z.per;
+    z.y = drag.y + (event.offsetY - drag.py) * z.per;
+    z.fitted = false;
+    return redraw();
+  }
+  const curve = nearest(event.offsetX, event.offsetY);
+  if (curve !== state.hover) { state.hover = curve; redraw(); }
+  const d = curve && curve.data, e = curve && d.length - POINT;
+  tip(event, curve && `line ${curve.line}: ${(RUN.source[curve.line - 1] || "").trim()}\n` +
+    `to X ${d[e + 1].toFixed(3)}  Y ${d[e + 2].toFixed(3)}  Z ${d[e + 3].toFixed(3)} mm, ` +
+    `${((curve.to - curve.from) / 1e6).toFixed(3)} s from ${(curve.from / 1e6).toFixed(3)} s`);
+});
+top_.element.addEventListener("pointerleave", (event) => { state.hover = null; tip(event, ""); redraw(); });
+top_.element.addEventListener("pointerdown", (event) => {
+  drag = { x: state.zoom.x, y: state.zoom.y, px: event.offsetX, py: event.offsetY };
+  top_.element.setPointerCapture(event.pointerId);
+});
+top_.element.addEventListener("pointerup", (event) => {
+  const still = drag && Math.hypot(event.offsetX - drag.px, event.offsetY - drag.py) < 3;
+  drag = null;
+  if (still && state.hover) { state.now = state.hover.to; redraw(); }
+});
+top_.element.addEventListener("dblclick", () => { state.zoom = null; redraw(); });
+top_.element.addEventListener("wheel", (event) => {
+  event.preventDefault();
+  const z = state.zoom, factor = 1.0015 ** event.deltaY, f = topMap;
+  const dx = (event.offsetX - (f.box[0] + f.box[2]) / 2) * z.per;
+  const dy = -(event.offsetY - (f.box[1] + f.box[3]) / 2) * z.per;
+  z.x += dx * (1 - factor); z.y += dy * (1 - factor); z.per *= factor; z.fitted = false;
+  redraw();
+}, { passive: false });
+byId("fit").onclick = () => { state.zoom = null; redraw(); };
+byId("by-speed").onchange = (event) => { state.bySpeed = event.target.checked; redraw(); };
+byId("time").oninput = (event) => { state.now = (event.target.value / 10000) * RUN.end; redraw(); };
+for (const c of [rate, rows])
+  c.element.addEventListener("pointerdown", (event) => {
+    const seek = (e) => {
+      const part = (e.offsetX - timeMap.box[0]) / (timeMap.box[2] - timeMap.box[0]);
+      state.now = Math.min(1, Math.max(0, part)) * RUN.end;
+      redraw();
+    };
+    seek(event);
+    c.element.setPointerCapture(event.pointerId);
+    c.element.onpointermove = seek;
+    c.element.onpointerup = () => { c.element.onpointermove = null; };
+  });
+
+function play() {
+  if (state.playing) { cancelAnimationFrame(state.playing); state.playing = null; }
+  else {
+    if (state.now >= RUN.end) state.now = 0;
+    let before = performance.now();
+    const step = (time) => {
+      state.now = Math.min(RUN.end, state.now + (time - before) * 1000 * Number(byId("pace").value));
+      before = time;
+      draw();
+      state.playing = state.now < RUN.end ? requestAnimationFrame(step) : null;
+      byId("play").textContent = state.playing ? "\u23f8" : "\u25b6";
+    };
+    state.playing = requestAnimationFrame(step);
+  }
+  byId("play").textContent = state.playing ? "\u23f8" : "\u25b6";
+}
+byId("play").onclick = play;
+window.addEventListener("keydown", (event) => {
+  if (event.code === "Space" && event.target === document.body) { event.preventDefault(); play(); }
+});
+window.addEventListener("resize", () => { if (state.zoom && state.zoom.fitted) state.zoom = null; redraw(); });
+window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+
+// ---- the page ----------------------------------------------------------------------------
+
+byId("title").textContent = RUN.title;
+byId("subtitle").textContent = RUN.subtitle;
+const used = new Set(curves.map((curve) => curve.style));
+RUN.styles.forEach(([name, text], i) => {
+  if (!used.has(i)) return;
+  const item = document.createElement("span");
+  item.className = name;
+  item.textContent = text;
+  item.style.setProperty("--swatch", `var(--${name})`);
+  byId("legend").append(item);
+});
+const firstCurve = new Map();
+for (const curve of curves) if (!firstCurve.has(curve.line)) firstCurve.set(curve.line, curve);
+RUN.source.forEach((text, i) => {
+  const row = document.createElement("div");
+  row.dataset.n = i + 1;
+  row.textContent = text;
+  const curve = firstCurve.get(i + 1);
+  if (curve) {
+    row.className = "moves";
+    row.onclick = () => { state.now = curve.to; redraw(); };
+  }
+  byId("source").append(row);
+});
+byId("rows-card").style.display = RUN.rows.length ? "" : "none";
+byId("rows-card").style.height = `${RUN.rows.length * ROW + 64}px`;
+byId("side-card").style.display = RUN.scale[2] ? "" : "none";
+draw();

@@ -1,0 +1,375 @@
+//! The picture as one SVG: the path from above, its side view, inputs and outputs over time.
+
+use std::collections::HashSet;
+
+use svg::node::element::path::Data;
+use svg::node::element::{Circle, Group, Line, Path, Rectangle, Style as Css, Text, Title};
+use svg::{Document, Node};
+
+use super::curve::Curve;
+use super::scale::{Scale, Span};
+use super::{Plot, Row, Style, chart};
+
+/// Width of the page, px.
+const WIDTH: f64 = 1180.0;
+/// Left edge of every panel.
+const LEFT: f64 = 96.0;
+/// Right edge of every panel.
+const RIGHT: f64 = WIDTH - 32.0;
+/// Height that the view from above may take.
+const TOP_VIEW: f64 = 560.0;
+/// Height of the side view.
+const SIDE_VIEW: f64 = 150.0;
+/// Height of a row of the timeline.
+const ROW: f64 = 24.0;
+/// Line numbers that are written beside the path.
+const MOST_LABELS: usize = 80;
+
+const CSS: &str = "
+svg { background: #fbfcfe; font: 12px 'Segoe UI', Roboto, 'DejaVu Sans', Helvetica, sans-serif; }
+text { fill: #46536b; }
+.title { font-size: 21px; font-weight: 600; fill: #17202e; }
+.caption { font-size: 12px; font-weight: 600; fill: #17202e; }
+.panel { fill: #ffffff; stroke: #d8dfea; }
+.grid { stroke: #e9edf4; stroke-width: 1; }
+.zero { stroke: #b9c4d6; stroke-width: 1; }
+.tick { font-size: 11px; fill: #7a879d; }
+.path { fill: none; stroke-linejoin: round; stroke-linecap: round; }
+.rapid { stroke: #9fadc2; stroke-width: 1.1; stroke-dasharray: 5 4; }
+.axis { stroke: #12967f; stroke-width: 1.6; }
+.cut { stroke: #1f62e0; stroke-width: 2; }
+.probe { stroke: #e07b12; stroke-width: 2; }
+circle.cut { fill: #1f62e0; fill-opacity: .18; stroke-width: 1.6; }
+circle.axis { fill: #12967f; fill-opacity: .18; }
+circle.probe { fill: #e07b12; fill-opacity: .2; }
+circle.rapid { display: none; }
+.start { fill: #12967f; stroke: #ffffff; stroke-width: 1.5; }
+.end { fill: #c8324b; stroke: #ffffff; stroke-width: 1.5; }
+.label { font-size: 10px; fill: #7a879d; paint-order: stroke; stroke: #ffffff; stroke-width: 3px; }
+.on { fill: #f0a52b; }
+.in { fill: #6d8fd8; }
+.statement { fill: #c9d4e6; }
+";
+
+/// Draws the page.
+pub fn render(plot: &Plot<'_>) -> String {
+    let curves = plot.curves();
+    let mut page = Document::new().add(Css::new(CSS));
+    page.append(text(LEFT, 40.0, "title", plot.title));
+    let subtitle = chart::subtitle(plot.outcome, &plot.ending());
+    page.append(text(LEFT, 62.0, "subtitle", &subtitle));
+    page.append(legend(&curves));
+    let mut y = 84.0;
+    let (view, x_scale) = top_view(plot, &curves, y);
+    y = view.bottom + 40.0;
+    page.append(view.group);
+    if plot.has_z() && moves_z(&curves) {
+        let view = side_view(plot, &curves, x_scale, y);
+        y = view.bottom + 40.0;
+        page.append(view.group);
+    }
+    let timeline = timeline(plot, &curves, y);
+    y = timeline.bottom + 24.0;
+    page.append(timeline.group);
+    page.set("viewBox", (0, 0, WIDTH as i64, y.ceil() as i64))
+        .set("width", WIDTH)
+        .set("height", y.ceil())
+        .to_string()
+}
+
+/// A panel that was drawn, and where it ends.
+struct Panel {
+    group: Group,
+    bottom: f64,
+}
+
+fn text(x: f64, y: f64, class: &str, content: &str) -> Text {
+    Text::new(content).set("x", round(x)).set("y", round(y)).set("class", class)
+}
+
+/// Two decimals are a hundredth of a pixel: enough, and a third of the file.
+fn round(value: f64) -> f64 {
+    (value * 100.0).round() / 100.0
+}
+
+fn moves_z(curves: &[Curve]) -> bool {
+    let mut heights = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.at[2]));
+    let first = heights.next();
+    heights.any(|z| Some(z) != first)
+}
+
+/// Samples of the styles that occur, right-aligned above the panels.
+fn legend(curves: &[Curve]) -> Group {
+    let mut group = Group::new();
+    let used: Vec<Style> = Style::ALL
+        .into_iter()
+        .filter(|style| curves.iter().any(|curve| curve.style == *style))
+        .collect();
+    let mut x = RIGHT - 128.0 * used.len() as f64;
+    for style in used {
+        group.append(line(x, 36.0, x + 26.0, 36.0, &format!("path {}", style.name())));
+        group.append(text(x + 32.0, 40.0, "legend", style.legend()));
+        x += 128.0;
+    }
+    group
+}
+
+fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
+    Line::new()
+        .set("x1", round(x1))
+        .set("y1", round(y1))
+        .set("x2", round(x2))
+        .set("y2", round(y2))
+        .set("class", class)
+}
+
+/// X to the right, Y up, both in the same scale.
+fn top_view(plot: &Plot<'_>, curves: &[Curve], top: f64) -> (Panel, Scale) {
+    let values = |axis: usize| {
+        curves.iter().flat_map(move |curve| curve.points.iter().map(move |point| point.at[axis]))
+    };
+    let (mut x, mut y) = (Span::of(values(0), 1.0, 0.06), Span::of(values(1), 1.0, 0.06));
+    let height = (y.width() / x.width() * (RIGHT - LEFT)).clamp(180.0, TOP_VIEW);
+    // One scale for both: the axis with room to spare gets a wider span.
+    let per_mm = ((RIGHT - LEFT) / x.width()).min(height / y.width());
+    x = widen(x, (RIGHT - LEFT) / per_mm);
+    y = widen(y, height / per_mm);
+    let x = Scale { span: x, from: LEFT, to: RIGHT };
+    let y = Scale { span: y, from: top + height, to: top };
+    let mut group = frame(&x, &y, "X / Y from above, mm", (12, (height / 60.0) as usize));
+    group.append(drawing(plot, curves, &x, &y, [0, 1]));
+    group.append(holes(plot, curves, &x, &y));
+    group.append(marks(curves, &x, &y));
+    group.append(labels(curves, &x, &y));
+    (Panel { group, bottom: top + height }, x)
+}
+
+fn widen(span: Span, width: f64) -> Span {
+    let room = (width - span.width()).max(0.0) / 2.0;
+    Span { low: span.low - room, high: span.high + room }
+}
+
+/// Z over X, below the view from above and in line with it.
+fn side_view(plot: &Plot<'_>, curves: &[Curve], x: Scale, top: f64) -> Panel {
+    let values = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.at[2]));
+    let span = Span::of(values, 0.5, 0.08);
+    let z = Scale { span, from: top + SIDE_VIEW, to: top };
+    let mut group = frame(&x, &z, "X / Z from the front, mm (Z has its own scale)", (12, 5));
+    group.append(drawing(plot, curves, &x, &z, [0, 2]));
+    Panel { group, bottom: top + SIDE_VIEW }
+}
+
+/// Panel, grid and tick values.
+fn frame(x: &Scale, y: &Scale, caption: &str, ticks: (usize, usize)) -> Group {
+    let mut group = Group::new().add(
+        Rectangle::new()
+            .set("x", round(x.from))
+            .set("y", round(y.to))
+            .set("width", round(x.to - x.from))
+            .set("height", round(y.from - y.to))
+            .set("rx", 4)
+            .set("class", "panel"),
+    );
+    let class = |value: f64| if value.abs() < 1e-9 { "zero" } else { "grid" };
+    let (values, digits) = x.span.ticks(ticks.0);
+    for value in values {
+        let at = x.at(value);
+        group.append(line(at, y.from, at, y.to, class(value)));
+        group.append(
+            text(at, y.from + 15.0, "tick", &format!("{:.digits$}", value + 0.0))
+                .set("text-anchor", "middle"),
+        );
+    }
+    let (values, digits) = y.span.ticks(ticks.1.max(3));
+    for value in values {
+        let at = y.at(value);
+        group.append(line(x.from, at, x.to, at, class(value)));
+        group.append(
+            text(x.from - 8.0, at + 4.0, "tick", &format!("{:.digits$}", value + 0.0))
+                .set("text-anchor", "end"),
+        );
+    }
+    group.add(text(x.from + 8.0, y.to + 16.0, "caption", caption))
+}
+
+/// The path in two axes. Pieces of one statement and style that follow one another are one element,
+/// whose title names line and text.
+fn drawing(plot: &Plot<'_>, curves: &[Curve], x: &Scale, y: &Scale, axes: [usize; 2]) -> Group {
+    let mut group = Group::new();
+    for style in Style::ALL {
+        let own: Vec<&Curve> = curves.iter().filter(|curve| curve.style == style).collect();
+        for run in own.chunk_by(|a, b| a.line == b.line) {
+            let mut data = Data::new();
+            let mut pen = None;
+            for curve in run {
+                for (i, point) in curve.points.iter().enumerate() {
+                    let place = (round(x.at(point.at[axes[0]])), round(y.at(point.at[axes[1]])));
+                    if pen == Some(place) {
+                        continue;
+                    }
+                    data = if i == 0 { data.move_to(place) } else { data.line_to(place) };
+                    pen = Some(place);
+                }
+            }
+            let title =
+                format!("line {}: {}", run[0].line, chart::source_line(plot.source, run[0].line));
+            group.append(
+                Path::new()
+                    .set("class", format!("path {}", style.name()))
+                    .set("d", data)
+                    .add(Title::new(title)),
+            );
+        }
+    }
+    group
+}
+
+/// Straight strokes of Z are points from above: they get a ring.
+fn holes(plot: &Plot<'_>, curves: &[Curve], x: &Scale, y: &Scale) -> Group {
+    let mut group = Group::new();
+    let mut seen = HashSet::new();
+    for curve in curves.iter().filter(|curve| curve.style != Style::Rapid && curve.is_vertical()) {
+        let [px, py, _] = curve.points[0].at;
+        let (cx, cy) = (round(x.at(px)), round(y.at(py)));
+        if !seen.insert(((cx * 4.0) as i64, (cy * 4.0) as i64)) {
+            continue;
+        }
+        let title = format!(
+            "line {}: {} at X {px:.3} Y {py:.3}",
+            curve.line,
+            chart::source_line(plot.source, curve.line)
+        );
+        group.append(
+            Circle::new()
+                .set("cx", cx)
+                .set("cy", cy)
+                .set("r", 4.5)
+                .set("class", curve.style.name())
+                .add(Title::new(title)),
+        );
+    }
+    group
+}
+
+/// Where the run begins and ends.
+fn marks(curves: &[Curve], x: &Scale, y: &Scale) -> Group {
+    let mut group = Group::new();
+    let first = curves.first().and_then(|curve| curve.points.first());
+    let last = curves.last().and_then(|curve| curve.points.last());
+    for (point, class, name) in [(last, "end", "end"), (first, "start", "start")] {
+        if let Some(point) = point {
+            group.append(
+                Circle::new()
+                    .set("cx", round(x.at(point.at[0])))
+                    .set("cy", round(y.at(point.at[1])))
+                    .set("r", 4)
+                    .set("class", class)
+                    .add(Title::new(name)),
+            );
+        }
+    }
+    group
+}
+
+/// Each statement's line number where it moved the machine to, as far as there is room.
+fn labels(curves: &[Curve], x: &Scale, y: &Scale) -> Group {
+    let mut group = Group::new();
+    let mut taken: HashSet<(i64, i64)> = HashSet::new();
+    let mut told = HashSet::new();
+    for curve in curves {
+        let Some(end) = curve.points.last() else { continue };
+        let (px, py) = (x.at(end.at[0]), y.at(end.at[1]));
+        // One label in each field of 26 by 14 px.
+        let field = ((px / 26.0) as i64, (py / 14.0) as i64);
+        if told.contains(&curve.line) || taken.contains(&field) || told.len() >= MOST_LABELS {
+            continue;
+        }
+        taken.insert(field);
+        told.insert(curve.line);
+        group.append(text(px + 7.0, py - 6.0, "label", &curve.line.to_string()));
+    }
+    group
+}
+
+/// Rows over time: what moves (by statement), outputs, inputs.
+fn timeline(plot: &Plot<'_>, curves: &[Curve], top: f64) -> Panel {
+    let rows = plot.rows();
+    let end = plot.outcome.summary.us.max(1) as f64 / 1e6;
+    let x = Scale { span: Span { low: 0.0, high: end * 1.01 }, from: LEFT, to: RIGHT };
+    let height = ROW * (rows.len() + 1) as f64 + 30.0;
+    let mut group = Group::new().add(
+        Rectangle::new()
+            .set("x", LEFT)
+            .set("y", round(top))
+            .set("width", RIGHT - LEFT)
+            .set("height", height)
+            .set("rx", 4)
+            .set("class", "panel"),
+    );
+    group.append(text(LEFT + 8.0, top + 16.0, "caption", "Time, s"));
+    let (ticks, digits) = x.span.ticks(14);
+    for value in ticks {
+        let at = x.at(value);
+        group.append(line(at, top + 24.0, at, top + height, "grid"));
+        group.append(
+            text(at, top + height + 15.0, "tick", &format!("{value:.digits$}"))
+                .set("text-anchor", "middle"),
+        );
+    }
+    let row_top = |row: usize| top + 26.0 + ROW * row as f64;
+    group.append(statements(plot, curves, &x, row_top(0)));
+    for (i, row) in rows.iter().enumerate() {
+        group.append(bars(row, &x, row_top(i + 1)));
+    }
+    Panel { group, bottom: top + height + 16.0 }
+}
+
+fn bar(x: &Scale, top: f64, from_us: f64, to_us: f64, class: &str, title: &str) -> Rectangle {
+    let (from, to) = (x.at(from_us / 1e6), x.at(to_us / 1e6));
+    Rectangle::new()
+        .set("x", round(from))
+        .set("y", round(top + 4.0))
+        .set("width", round((to - from).max(1.0)))
+        .set("height", ROW - 8.0)
+        .set("rx", 2)
+        .set("class", class)
+        .add(Title::new(title))
+}
+
+/// The row of moves: one bar for each statement's stretch, with its line number where it fits.
+fn statements(plot: &Plot<'_>, curves: &[Curve], x: &Scale, top: f64) -> Group {
+    let mut group = Group::new();
+    group.append(row_name(top, "line"));
+    for run in curves.chunk_by(|a, b| a.line == b.line) {
+        let (Some(first), Some(last)) = (run[0].points.first(), run[run.len() - 1].points.last())
+        else {
+            continue;
+        };
+        let source = chart::source_line(plot.source, run[0].line);
+        let title = format!("line {}: {source}", run[0].line);
+        group.append(bar(x, top, first.us, last.us, "statement", &title));
+        let (from, to) = (x.at(first.us / 1e6), x.at(last.us / 1e6));
+        if to - from > 20.0 {
+            group.append(
+                text((from + to) / 2.0, top + ROW / 2.0 + 4.0, "tick", &run[0].line.to_string())
+                    .set("text-anchor", "middle"),
+            );
+        }
+    }
+    group
+}
+
+fn row_name(top: f64, name: &str) -> Text {
+    text(LEFT - 8.0, top + ROW / 2.0 + 4.0, "row", name).set("text-anchor", "end")
+}
+
+fn bars(row: &Row, x: &Scale, top: f64) -> Group {
+    let mut group = Group::new();
+    group.append(row_name(top, &row.name));
+    let class = if row.output { "on" } else { "in" };
+    for &(from, to) in &row.on {
+        let title = format!("{} on for {}", row.name, chart::time(to - from));
+        group.append(bar(x, top, from as f64, to as f64, class, &title));
+    }
+    group
+}
