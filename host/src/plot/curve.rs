@@ -6,8 +6,8 @@ use lang::profile::Profile;
 use super::Style;
 use crate::sim::record::{ArcShape, Segment};
 
-/// Largest angle between two points of a drawn arc, radians: 0.4 % of the radius off the circle.
-const ARC_STEP: f64 = 0.18;
+/// Largest angle between two points of a drawn arc, radians: 0.05 % of the radius off the circle.
+const ARC_STEP: f64 = 0.06;
 /// Points that a ramp of the speed is drawn with.
 const RAMP_POINTS: usize = 5;
 

@@ -105,7 +105,7 @@ fn legend(curves: &[Curve]) -> Group {
         .into_iter()
         .filter(|style| curves.iter().any(|curve| curve.style == *style))
         .collect();
-    let mut x = RIGHT - 128.0 * used.len() as f64;
+    let mut x = RIGHT - 128.0 * used.len() as f64 + 12.0;
     for style in used {
         group.append(line(x, 36.0, x + 26.0, 36.0, &format!("path {}", style.name())));
         group.append(text(x + 32.0, 40.0, "legend", style.legend()));
@@ -152,7 +152,9 @@ fn widen(span: Span, width: f64) -> Span {
 /// Z over X, below the view from above and in line with it.
 fn side_view(plot: &Plot<'_>, curves: &[Curve], x: Scale, top: f64) -> Panel {
     let values = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.at[2]));
-    let span = Span::of(values, 0.5, 0.08);
+    let mut span = Span::of(values, 0.5, 0.08);
+    // The caption stands above the path.
+    span.high += span.width() * 0.16;
     let z = Scale { span, from: top + SIDE_VIEW, to: top };
     let mut group = frame(&x, &z, "X / Z from the front, mm (Z has its own scale)", (12, 5));
     group.append(drawing(plot, curves, &x, &z, [0, 2]));
@@ -337,14 +339,20 @@ fn bar(x: &Scale, top: f64, from_us: f64, to_us: f64, class: &str, title: &str) 
 }
 
 /// The row of moves: one bar for each statement's stretch, with its line number where it fits.
+/// Stretches of less than half a pixel that touch are one bar: a long job has thousands.
 fn statements(plot: &Plot<'_>, curves: &[Curve], x: &Scale, top: f64) -> Group {
     let mut group = Group::new();
     group.append(row_name(top, "line"));
+    let mut drawn_to = f64::NEG_INFINITY;
     for run in curves.chunk_by(|a, b| a.line == b.line) {
         let (Some(first), Some(last)) = (run[0].points.first(), run[run.len() - 1].points.last())
         else {
             continue;
         };
+        if x.at(last.us / 1e6) < drawn_to + 0.5 {
+            continue;
+        }
+        drawn_to = x.at(last.us / 1e6);
         let source = chart::source_line(plot.source, run[0].line);
         let title = format!("line {}: {source}", run[0].line);
         group.append(bar(x, top, first.us, last.us, "statement", &title));

@@ -122,7 +122,7 @@ function frame(c, size, xRange, yRange, yTicks) {
     g.fillText(text, x(value), box[3] + 6);
   }
   g.textAlign = "right"; g.textBaseline = "middle";
-  for (const [value, text] of ticks(yRange, yTicks || (box[3] - box[1]) / 44)) {
+  for (const [value, text] of yTicks === 0 ? [] : ticks(yRange, yTicks || (box[3] - box[1]) / 44)) {
     rule(value, box[0], y(value), box[2], y(value));
     g.fillText(text, box[0] - 7, y(value));
   }
@@ -259,7 +259,7 @@ function drawSide(xRange) {
 const timeRange = [0, Math.max(RUN.end, 1) / 1e6];
 let timeMap = null;
 function drawRate() {
-  const f = frame(rate, rate.begin(), timeRange, [-topRate * 1.08, topRate * 1.08], 4);
+  const f = frame(rate, rate.begin(), timeRange, [-topRate * 1.08, topRate * 1.08], 6);
   timeMap = f;
   const g = rate.context;
   AXES.forEach((axis, k) => {
@@ -289,7 +289,7 @@ function drawRate() {
 
 const ROW = 20;
 function drawRows() {
-  const f = frame(rows, rows.begin(), timeRange, [0, 1], 0.1);
+  const f = frame(rows, rows.begin(), timeRange, [0, 1], 0);
   const g = rows.context;
   RUN.rows.forEach(([name, output, spans], i) => {
     const y = f.box[1] + i * ROW;
@@ -466,6 +466,6 @@ RUN.source.forEach((text, i) => {
   byId("source").append(row);
 });
 byId("rows-card").style.display = RUN.rows.length ? "" : "none";
-byId("rows-card").style.height = `${RUN.rows.length * ROW + 64}px`;
+byId("rows-card").style.height = `${RUN.rows.length * ROW + 60}px`;
 byId("side-card").style.display = RUN.scale[2] ? "" : "none";
 draw();
