@@ -32,7 +32,7 @@
 pub mod statements;
 
 use crate::isa;
-use crate::record::{MachineRecord, feature};
+use crate::record::{AxisRecord, MachineRecord, feature};
 use crate::wire::{self, CRC_START, crc16};
 
 /// Version of the container.
@@ -259,6 +259,16 @@ impl<'a> Image<'a> {
 
     fn address_at(&self, offset: usize) -> Option<usize> {
         address(self.data, offset, self.header.wide())
+    }
+
+    /// Steps and micrometres of an axis's scale; `None` when the machine lacks the axis.
+    pub fn scale(&self, axis: u8) -> Option<(u16, u16)> {
+        let record = self.machine.get(8 + usize::from(axis) * AxisRecord::SIZE..)?;
+        let &[present, _, steps, steps_high, um, um_high] = record.first_chunk::<6>()?;
+        if u16::from(present) & AxisRecord::PRESENT == 0 {
+            return None;
+        }
+        Some((u16::from_le_bytes([steps, steps_high]), u16::from_le_bytes([um, um_high])))
     }
 
     /// Number of ON lines.

@@ -21,5 +21,6 @@ pub mod kind;
 #[cfg(feature = "compiler")]
 pub mod profile;
 pub mod record;
+pub mod verify;
 pub mod vm;
 pub mod wire;

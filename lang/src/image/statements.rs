@@ -22,6 +22,8 @@ pub struct Place {
     pub line: usize,
     /// Where RESUME NEXT goes on.
     pub resume: usize,
+    /// Address of the statement's code.
+    pub start: usize,
     /// Address of the first byte behind the statement's code.
     pub end: usize,
 }
@@ -37,7 +39,7 @@ pub struct Statements<'a> {
 impl<'a> Statements<'a> {
     /// The table whose first entry stands at the start of `bytes`.
     pub const fn new(bytes: &'a [u8], wide: bool) -> Statements<'a> {
-        Statements { bytes, wide, place: Place { line: 0, resume: 0, end: 0 } }
+        Statements { bytes, wide, place: Place { line: 0, resume: 0, start: 0, end: 0 } }
     }
 
     /// The statement whose code holds `pc`.
@@ -76,7 +78,7 @@ impl Iterator for Statements<'_> {
             resume = address(self.bytes, 0, self.wide)?;
             self.bytes = self.bytes.get(2 + usize::from(self.wide)..)?;
         }
-        self.place = Place { line, resume, end };
+        self.place = Place { line, resume, start: self.place.end, end };
         Some(self.place)
     }
 }
@@ -140,8 +142,9 @@ mod tests {
             let places: Vec<Place> = statements
                 .iter()
                 .map(|&(len, line, jump)| {
+                    let start = end;
                     end += len;
-                    Place { line, resume: if jump { line } else { end }, end }
+                    Place { line, resume: if jump { line } else { end }, start, end }
                 })
                 .collect();
             let bytes = write(&places, wide);
