@@ -1,0 +1,160 @@
+use super::{Denied, Flash, SEGMENT, SEGMENTS, SLOT_HEAD, Store};
+
+/// Flash that can lose power in the middle of an operation: that one leaves some of its bits
+/// undone, the later ones do nothing.
+#[derive(Clone)]
+struct Chip {
+    words: Vec<u16>,
+    operations: u32,
+    cut_at: u32,
+    noise: u16,
+}
+
+const WORDS: usize = SEGMENTS as usize * SEGMENT as usize / 2;
+
+impl Chip {
+    fn new() -> Chip {
+        Chip { words: vec![0xFFFF; WORDS], operations: 0, cut_at: u32::MAX, noise: 0x5A3C }
+    }
+
+    fn partial(&mut self) -> u16 {
+        self.noise = self.noise.rotate_left(3).wrapping_mul(0x9E37).wrapping_add(0x79B9);
+        self.noise
+    }
+}
+
+impl Flash for Chip {
+    fn read(&self, offset: u16) -> u16 {
+        self.words[usize::from(offset) / 2]
+    }
+    fn write(&mut self, offset: u16, word: u16) {
+        self.operations += 1;
+        let mask = if self.operations == self.cut_at { self.partial() } else { 0 };
+        if self.operations <= self.cut_at {
+            self.words[usize::from(offset) / 2] &= word | mask;
+        }
+    }
+    fn erase(&mut self, offset: u16) {
+        self.operations += 1;
+        let first = usize::from(offset / SEGMENT * SEGMENT) / 2;
+        for at in first..first + usize::from(SEGMENT) / 2 {
+            let mask = if self.operations == self.cut_at { self.partial() } else { 0xFFFF };
+            if self.operations <= self.cut_at {
+                self.words[at] |= mask;
+            }
+        }
+    }
+    /// A test image: length in words, then words that sum up to 0.
+    fn image(&self, offset: u16) -> Option<u16> {
+        let first = usize::from(offset) / 2;
+        let length = usize::from(*self.words.get(first)?);
+        let body = self.words.get(first..first.checked_add(length)?)?;
+        (length > 1 && body.iter().fold(0u16, |sum, word| sum.wrapping_add(*word)) == 0)
+            .then_some(2 * length as u16)
+    }
+}
+
+fn image(words: u16, seed: u16) -> Vec<u16> {
+    let mut image = vec![words];
+    image.extend((2..words).map(|at| at.wrapping_mul(seed)));
+    let sum = image.iter().fold(0u16, |sum, word| sum.wrapping_add(*word));
+    image.push(sum.wrapping_neg());
+    image
+}
+
+fn upload(store: &mut Store, chip: &mut Chip, image: &[u16], replace: bool) -> Result<(), Denied> {
+    store.begin(chip, 2 * image.len() as u16, false, replace)?;
+    for (at, &word) in image.iter().enumerate() {
+        store.write(chip, 2 * at as u16, word)?;
+    }
+    store.commit(chip)
+}
+
+fn stored(store: &Store, chip: &Chip) -> Option<Vec<u16>> {
+    let first = usize::from(store.image()?) / 2;
+    Some(chip.words[first..first + usize::from(store.length()) / 2].to_vec())
+}
+
+#[test]
+fn a_program_survives_a_reset() {
+    let (mut store, mut chip) = (Store::new(), Chip::new());
+    let first = image(300, 7);
+    upload(&mut store, &mut chip, &first, false).unwrap();
+    store.mount(&mut chip);
+    assert_eq!(stored(&store, &chip), Some(first));
+}
+
+#[test]
+fn what_does_not_fit_beside_the_old_program_is_refused() {
+    let (mut store, mut chip) = (Store::new(), Chip::new());
+    let large = image((Store::area() / 2).into(), 3);
+    upload(&mut store, &mut chip, &large, false).unwrap();
+    assert_eq!(store.free(), 0);
+    assert_eq!(upload(&mut store, &mut chip, &image(10, 5), false), Err(Denied::TooLong));
+    assert_eq!(stored(&store, &chip), Some(large));
+    upload(&mut store, &mut chip, &image(10, 5), true).unwrap();
+    assert_eq!(stored(&store, &chip), Some(image(10, 5)));
+    assert_eq!(store.begin(&mut chip, Store::area() + 2, false, true), Err(Denied::TooLong));
+}
+
+#[test]
+fn a_damaged_upload_leaves_the_old_program() {
+    let (mut store, mut chip) = (Store::new(), Chip::new());
+    upload(&mut store, &mut chip, &image(200, 9), false).unwrap();
+    let mut damaged = image(200, 11);
+    damaged[17] ^= 4;
+    assert_eq!(upload(&mut store, &mut chip, &damaged, false), Err(Denied::Image));
+    assert_eq!(stored(&store, &chip), Some(image(200, 9)));
+    assert_eq!(store.write(&mut chip, 6, 0x1234), Err(Denied::Flash), "a word is written once");
+}
+
+#[test]
+fn a_cut_at_every_operation_leaves_old_or_new() {
+    let old = image(700, 13);
+    let new = image(600, 17);
+    let mut before = Chip::new();
+    let mut store = Store::new();
+    upload(&mut store, &mut before, &old, false).unwrap();
+    before.operations = 0;
+    let mut whole = before.clone();
+    upload(&mut store.clone(), &mut whole, &new, false).unwrap();
+    for cut_at in 1..=whole.operations {
+        let mut chip = Chip { cut_at, noise: cut_at as u16, ..before.clone() };
+        let _ = upload(&mut store.clone(), &mut chip, &new, false);
+        chip.cut_at = u32::MAX;
+        let mut after = Store::new();
+        after.mount(&mut chip);
+        let found = stored(&after, &chip);
+        assert!(found == Some(old.clone()) || found == Some(new.clone()), "cut at {cut_at}");
+        // And the board takes the next upload.
+        upload(&mut after, &mut chip, &image(20, 3), false).unwrap();
+        after.mount(&mut chip);
+        assert_eq!(stored(&after, &chip), Some(image(20, 3)), "after a cut at {cut_at}");
+    }
+}
+
+#[test]
+fn a_cut_while_replacing_leaves_new_or_none() {
+    let old = image((Store::area() / 2).into(), 13);
+    let new = image(1400, 17);
+    let mut before = Chip::new();
+    let mut store = Store::new();
+    upload(&mut store, &mut before, &old, false).unwrap();
+    before.operations = 0;
+    let mut whole = before.clone();
+    upload(&mut store.clone(), &mut whole, &new, true).unwrap();
+    for cut_at in 1..=whole.operations {
+        let mut chip = Chip { cut_at, noise: cut_at as u16, ..before.clone() };
+        let _ = upload(&mut store.clone(), &mut chip, &new, true);
+        chip.cut_at = u32::MAX;
+        let mut after = Store::new();
+        after.mount(&mut chip);
+        let found = stored(&after, &chip);
+        let erased_nothing_yet = cut_at == 1 && found == Some(old.clone());
+        assert!(
+            found.is_none() || found == Some(new.clone()) || erased_nothing_yet,
+            "cut at {cut_at}"
+        );
+    }
+    assert_eq!(SLOT_HEAD % 2, 0);
+}
