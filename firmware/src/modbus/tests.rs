@@ -42,7 +42,7 @@ impl Map for TestMap {
         address ^ (table as u16) << 12
     }
     fn read_bit(&mut self, _: Table, address: u16) -> bool {
-        address % 3 == 0
+        address.is_multiple_of(3)
     }
     fn write(&mut self, address: u16, value: u16) -> Result<(), Exception> {
         self.note(address, value.into())

@@ -87,7 +87,7 @@ fn a_program_survives_a_reset() {
 #[test]
 fn what_does_not_fit_beside_the_old_program_is_refused() {
     let (mut store, mut chip) = (Store::new(), Chip::new());
-    let large = image((Store::area() / 2).into(), 3);
+    let large = image(Store::area() / 2, 3);
     upload(&mut store, &mut chip, &large, false).unwrap();
     assert_eq!(store.free(), 0);
     assert_eq!(upload(&mut store, &mut chip, &image(10, 5), false), Err(Denied::TooLong));
@@ -135,7 +135,7 @@ fn a_cut_at_every_operation_leaves_old_or_new() {
 
 #[test]
 fn a_cut_while_replacing_leaves_new_or_none() {
-    let old = image((Store::area() / 2).into(), 13);
+    let old = image(Store::area() / 2, 13);
     let new = image(1400, 17);
     let mut before = Chip::new();
     let mut store = Store::new();
