@@ -128,6 +128,11 @@ impl Diags {
         self.list.iter().any(Diag::is_error)
     }
 
+    /// Whether so many were dropped that reading on helps nobody.
+    pub fn hopeless(&self) -> bool {
+        self.dropped > 20 * MAX_DIAGS
+    }
+
     /// How many were not kept.
     pub fn dropped(&self) -> usize {
         self.dropped

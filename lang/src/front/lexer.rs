@@ -9,7 +9,8 @@ use super::token::{Basic, Foreign, Gcode, Sign, Tok, Token};
 use super::words::{self, Kw, Reserved};
 use logos::{Lexer, Logos};
 
-/// Splits a text into tokens, comments included. The last one is always a [`Tok::LineEnd`].
+/// Splits a text into tokens, comments included. The last one is always a [`Tok::LineEnd`]. A text
+/// that is hopelessly wrong is not read to its end.
 pub fn lex(text: &str, diags: &mut Diags) -> Vec<Token> {
     let mut state = State {
         text,
@@ -23,7 +24,7 @@ pub fn lex(text: &str, diags: &mut Diags) -> Vec<Token> {
         block_reported: false,
     };
     let mut at = 0;
-    while at < text.len() {
+    while at < text.len() && !state.diags.hopeless() {
         at = if state.gcode && state.brackets == 0 { state.gcode(at) } else { state.basic(at) };
     }
     if state.tokens.last().is_none_or(|t| t.tok != Tok::LineEnd) {
@@ -91,6 +92,9 @@ impl<'a> State<'a> {
                 self.gcode = true;
                 self.block_reported = false;
                 self.statement_start = false;
+                return next;
+            }
+            if self.diags.hopeless() {
                 return next;
             }
             let Some(piece) = lexer.next() else { return text.len() };
@@ -318,7 +322,9 @@ impl<'a> State<'a> {
     fn gcode(&mut self, at: usize) -> usize {
         let text = self.text;
         let mut lexer = Gcode::lexer(text.get(at..).unwrap_or(""));
-        while let Some(piece) = lexer.next() {
+        while !self.diags.hopeless()
+            && let Some(piece) = lexer.next()
+        {
             let range = lexer.span();
             let span = Span::new((at + range.start) as u32, (at + range.end) as u32);
             match piece {

@@ -3,6 +3,7 @@
 pub mod ast;
 pub mod codes;
 pub mod diag;
+pub mod fmt;
 pub mod lexer;
 pub mod literal;
 pub mod parser;

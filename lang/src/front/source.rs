@@ -16,8 +16,8 @@ pub struct Source {
 }
 
 impl Source {
-    /// Decodes a file. UTF-8 is the rule, a byte order mark is skipped; anything else is read as
-    /// Latin-1 with a warning, as scripts from old editors are. Files that hold no text or too
+    /// Decodes a file. UTF-8 is the rule, a byte order mark is skipped; bytes that are
+    /// none are read as Latin-1 with a warning, as scripts from old editors are. Files that hold no text or too
     /// much of it become empty, with an error.
     pub fn decode(name: &str, bytes: &[u8]) -> (Self, Vec<Diag>) {
         if bytes.len() > MAX_SOURCE_BYTES {
@@ -50,12 +50,17 @@ impl Source {
         match core::str::from_utf8(bytes) {
             Ok(text) => (Self::new(name, text.to_owned()), Vec::new()),
             Err(error) => {
-                let text = bytes.iter().map(|&b| char::from(b)).collect();
-                let source = Self::new(name, text);
+                let mut text = String::with_capacity(bytes.len() + bytes.len() / 8);
+                for chunk in bytes.utf8_chunks() {
+                    text.push_str(chunk.valid());
+                    text.extend(chunk.invalid().iter().map(|&b| char::from(b)));
+                }
                 let at = error.valid_up_to() as u32;
+                let first = text.get(at as usize..).and_then(|t| t.chars().next());
+                let source = Self::new(name, text);
                 let diag = Diag::new(
                     Code::Latin1,
-                    Span::new(at, at + 1),
+                    Span::new(at, at + first.map_or(0, char::len_utf8) as u32),
                     "the file is not UTF-8; it was read as Latin-1",
                 )
                 .hint("save it as UTF-8");

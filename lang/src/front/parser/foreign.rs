@@ -4,7 +4,7 @@ use super::input::{In, is_unit};
 use super::piece::{Closer, Opener, Piece, closing_words};
 use super::stmt::behind_parentheses;
 use crate::front::codes::Code;
-use crate::front::diag::Diag;
+use crate::front::diag::{Diag, MAX_DIAGS};
 use crate::front::span::Span;
 use crate::front::token::{Sign, Tok};
 use crate::front::words::{Class, Func, Kw, nearest};
@@ -155,7 +155,10 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
     let message = format!("there is no statement or SUB `{word}`");
     let diag = Diag::new(Code::UnknownStatement, span, message);
     let words = Kw::ALL.iter().filter(|kw| kw.begins_statement()).map(|kw| kw.text());
-    let near = nearest(word, words.chain(i.context.routines.iter().map(String::as_str)));
+    let guesses = i.context.guesses.get();
+    i.context.guesses.set(guesses + 1);
+    let subs = i.context.routines.iter().map(String::as_str).take(1000);
+    let near = if guesses < MAX_DIAGS { nearest(word, words.chain(subs)) } else { None };
     match (near, i.second().tok) {
         (Some(near), _) => diag.hint(format!("did you mean `{near}`?")),
         (None, Tok::Sign(Sign::Open)) => diag.hint(format!(

@@ -8,6 +8,7 @@ use crate::front::literal;
 use crate::front::span::Span;
 use crate::front::token::{Sign, Tok, Token};
 use crate::front::words::Kw;
+use core::cell::Cell;
 use core::iter::{Copied, Enumerate};
 use core::slice::Iter;
 use nom::error::{ErrorKind, ParseError};
@@ -20,6 +21,8 @@ pub struct Context<'a> {
     pub text: &'a str,
     /// Keys of the names of SUBs and FUNCTIONs anywhere in the script.
     pub routines: HashSet<String>,
+    /// How often a near word was looked for; each time costs a walk over all SUBs.
+    pub guesses: Cell<usize>,
 }
 
 /// The tokens that are still to be read, without trivia. The last one is a line end.

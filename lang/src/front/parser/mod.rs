@@ -19,6 +19,7 @@ use super::lexer::lex;
 use super::token::{Sign, Tok, Token};
 use super::words::Kw;
 use blocks::Builder;
+use core::cell::Cell;
 use input::{Context, In};
 use piece::{Opener, Piece, Placed};
 use std::collections::HashSet;
@@ -28,10 +29,10 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
     let mut tokens = lex(text, diags);
     tokens.retain(|t| !t.tok.is_trivia());
     let last_line = last_line(&tokens);
-    let context = Context { text, routines: routine_names(text, &tokens) };
+    let context = Context { text, routines: routine_names(text, &tokens), guesses: Cell::new(0) };
     let mut builder = Builder::new(diags);
     let mut i = In { tokens: &tokens, context: &context, depth: 0 };
-    while !i.tokens.is_empty() {
+    while !i.tokens.is_empty() && !builder.diags().hopeless() {
         i = match i.tok() {
             Tok::LineEnd | Tok::Sign(Sign::Colon) => i.rest(),
             _ => statement(i, &mut builder),

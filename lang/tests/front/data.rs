@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// The scripts of one folder under `tests/data`, sorted.
-fn scripts(folder: &str) -> Vec<PathBuf> {
+pub fn scripts(folder: &str) -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(folder);
     let entries = std::fs::read_dir(&root).unwrap();
     let mut files: Vec<_> = entries.map(|e| e.unwrap().path()).collect();
@@ -24,7 +24,7 @@ fn check(folder: &str, wrong: bool, stage: fn(&Source, &mut Diags) -> String) {
     let mut settings = insta::Settings::clone_current();
     settings.set_prepend_module_to_snapshot(false);
     settings.set_omit_expression(true);
-    settings.set_snapshot_path(format!("data/{folder}"));
+    settings.set_snapshot_path(format!("../data/{folder}"));
     settings.bind(|| {
         for file in scripts(folder) {
             let stem = file.file_stem().unwrap().to_str().unwrap().to_owned();
