@@ -213,4 +213,6 @@ impl BoardRecord {
 }
 
 #[cfg(feature = "compiler")]
+mod decode;
+#[cfg(feature = "compiler")]
 mod encode;

@@ -5,6 +5,9 @@
 //! a lost one is asked for again, and noise is read past until the time is over.
 
 pub mod frame;
+pub mod identity;
+pub mod status;
+pub mod upload;
 
 use std::fmt;
 use std::io;
@@ -104,6 +107,17 @@ impl<L: Link> Client<L> {
     /// Rate and parity that the board answered at.
     pub fn mode(&self) -> Mode {
         self.mode
+    }
+
+    /// Runs `action` with one attempt for each request, for requests that must not be repeated.
+    pub(crate) fn once<T>(
+        &mut self,
+        action: impl FnOnce(&mut Self) -> Result<T, ClientError>,
+    ) -> Result<T, ClientError> {
+        let attempts = std::mem::replace(&mut self.patience.attempts, 1);
+        let result = action(self);
+        self.patience.attempts = attempts;
+        result
     }
 
     /// Tries every rate and parity until the board answers. A link without a rate is asked once.

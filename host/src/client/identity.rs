@@ -1,0 +1,149 @@
+//! Who the board is: versions, fingerprints, program store.
+
+use lang::isa::FINGERPRINT;
+use lang::record::{BoardRecord, RECORD_VERSION};
+use lang::wire;
+use serde::Serialize;
+
+use super::{Client, ClientError};
+use crate::link::Link;
+
+/// What a board says of itself.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Identity {
+    /// Version of the register map.
+    pub wire_version: u16,
+    /// Version of the firmware, `major.minor`.
+    pub firmware: String,
+    /// Fingerprint of the instruction set.
+    pub instruction_set: u16,
+    /// Bytes for programs in all.
+    pub area_bytes: u16,
+    /// Largest image that fits beside the stored program.
+    pub free_bytes: u16,
+    /// Length of the stored program, 0 for none.
+    pub program_bytes: u16,
+    /// CRC of the stored program.
+    pub program_crc: u16,
+    /// Why the board came up, as IFG1 had it: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI.
+    pub reset_cause: u16,
+    /// Bytes of stack never used since reset.
+    pub stack_free: u16,
+    /// Milliseconds that were served late since reset.
+    pub missed_deadlines: u16,
+}
+
+impl<L: Link> Client<L> {
+    /// Asks who the board is.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn identity(&mut self) -> Result<Identity, ClientError> {
+        let words = self.holding(wire::OWN, wire::MISSED_DEADLINES - wire::OWN + 1)?;
+        let at = |register: u16| words[usize::from(register - wire::OWN)];
+        let firmware = at(wire::FIRMWARE_VERSION);
+        Ok(Identity {
+            wire_version: at(wire::VERSION),
+            firmware: format!("{}.{}", firmware >> 8, firmware & 0xFF),
+            instruction_set: at(wire::ISA_FINGERPRINT),
+            area_bytes: at(wire::AREA_BYTES),
+            free_bytes: at(wire::FREE_BYTES),
+            program_bytes: at(wire::PROGRAM_LENGTH),
+            program_crc: at(wire::PROGRAM_CRC),
+            reset_cause: at(wire::RESET_CAUSE),
+            stack_free: at(wire::STACK_FREE),
+            missed_deadlines: at(wire::MISSED_DEADLINES),
+        })
+    }
+
+    /// The board's part of its profile.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn board_record(&mut self) -> Result<BoardRecord, ClientError> {
+        let words = self.holding(wire::PROFILE_WINDOW, BoardRecord::SIZE as u16 / 2)?;
+        let mut bytes = [0; BoardRecord::SIZE];
+        for (pair, word) in bytes.chunks_exact_mut(2).zip(words) {
+            pair.copy_from_slice(&word.to_le_bytes());
+        }
+        Ok(BoardRecord::from_bytes(&bytes))
+    }
+}
+
+impl Identity {
+    /// Whether this tool can talk to the board; otherwise what differs and what to do.
+    ///
+    /// # Errors
+    /// The text names the difference and the remedy.
+    pub fn check(&self) -> Result<(), String> {
+        if self.wire_version != wire::WIRE_VERSION {
+            return Err(format!(
+                "the board's register map has version {}, this tool's has {}: `pasapas flash` \
+                 brings the board this tool's firmware",
+                self.wire_version,
+                wire::WIRE_VERSION
+            ));
+        }
+        if self.instruction_set != FINGERPRINT {
+            return Err(format!(
+                "the board's instruction set is {:04X}, this tool's is {FINGERPRINT:04X}: \
+                 `pasapas flash` brings the board this tool's firmware",
+                self.instruction_set
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Names of what differs between the board's part of a profile and what the board holds.
+pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static str> {
+    let mut names = Vec::new();
+    let mut compare = |name, same: bool| {
+        if !same {
+            names.push(name);
+        }
+    };
+    compare("version", board.version == RECORD_VERSION);
+    compare("wiring or autorun", board.flags == wanted.flags);
+    compare("link", (board.address, board.rate) == (wanted.address, wanted.rate));
+    compare("pulse width", (board.pulse, board.setup) == (wanted.pulse, wanted.setup));
+    compare("filter time", board.filter == wanted.filter);
+    compare(
+        "polarity of inputs",
+        (board.input_invert, board.input_invert_high)
+            == (wanted.input_invert, wanted.input_invert_high),
+    );
+    let roles = |record: &BoardRecord| {
+        let BoardRecord { probe, reference, emergency, start, stop, hold, door, .. } = *record;
+        (probe, reference, emergency, start, stop, hold, door)
+    };
+    compare("roles of inputs", roles(board) == roles(wanted));
+    compare("polarity of outputs", board.output_invert == wanted.output_invert);
+    let states = |record: &BoardRecord| {
+        let BoardRecord { reset_on, pause, fault, end, spin_up, .. } = *record;
+        (reset_on, pause, fault, end, spin_up)
+    };
+    compare("states of outputs", states(board) == states(wanted));
+    let roles = |record: &BoardRecord| {
+        let BoardRecord { laser, lamp, enable, spindle, .. } = *record;
+        (laser, lamp, enable, spindle)
+    };
+    compare("roles of outputs", roles(board) == roles(wanted));
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::differences;
+    use lang::profile::Profile;
+    use lang::record::BoardRecord;
+
+    #[test]
+    fn a_record_differs_from_another_machines_in_what_the_machines_differ_in() {
+        let record = |name| BoardRecord::of(&Profile::built_in(name).expect("built in"), 3);
+        let mill = record("mill");
+        assert!(differences(&mill, &BoardRecord { sequence: 9, crc: 1, ..mill }).is_empty());
+        assert_eq!(differences(&mill, &record("laser")), ["states of outputs", "roles of outputs"]);
+        assert_eq!(differences(&mill, &record("charly")), ["pulse width"]);
+    }
+}

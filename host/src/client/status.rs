@@ -1,0 +1,167 @@
+//! What the board does at the moment, and making it do something else.
+
+use std::time::Duration;
+
+use lang::axis::Axis;
+use lang::fault::Fault;
+use lang::wire::{self, Control, End, RunState};
+use serde::Serialize;
+
+use super::{Client, ClientError};
+use crate::link::Link;
+use crate::sim::trace::PerAxis;
+
+/// How long a run control may take to show in the state: a ramp down from the top rate.
+const CONTROL_PATIENCE: Duration = Duration::from_secs(5);
+
+/// A board's state at one instant.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Status {
+    /// What it does.
+    pub state: &'static str,
+    /// Fault code such as `F07`, of a latched fault or the last run's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
+    /// The fault's text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub text: Option<&'static str>,
+    /// Its line, where the program tells lines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<u16>,
+    /// The input that caused it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input: Option<u16>,
+    /// How the last run ended: `done`, `stopped`, `fault`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub last_end: Option<&'static str>,
+    /// Runs begun since reset.
+    pub runs: u16,
+    /// Offset in the code of the statement that runs.
+    pub program_counter: u16,
+    /// Machine positions, steps.
+    pub pos: PerAxis,
+    /// Axes that are homed.
+    pub homed: Vec<char>,
+    /// Axes that move.
+    pub moving: Vec<char>,
+    /// Inputs that are on.
+    pub inputs: Vec<u16>,
+    /// Outputs that are on.
+    pub outputs: Vec<u16>,
+    /// Input that keeps Start or a move from working.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub blocked_by: Option<u16>,
+    /// What the number of the state means.
+    #[serde(skip)]
+    pub run_state: Option<RunState>,
+}
+
+/// The word for a state in `status`.
+pub const fn state_name(state: RunState) -> &'static str {
+    match state {
+        RunState::Empty => "empty",
+        RunState::Ready => "ready",
+        RunState::Running => "running",
+        RunState::Paused => "paused",
+        RunState::Fault => "fault",
+        RunState::WaitStart => "waitstart",
+        RunState::Stopping => "stopping",
+    }
+}
+
+impl<L: Link> Client<L> {
+    /// Reads the board's state.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn status(&mut self) -> Result<Status, ClientError> {
+        let first = wire::RUN_STATE;
+        let words = self.holding(first, wire::COMMANDED - first)?;
+        let at = |register: u16| words[usize::from(register - first)];
+        let moving = self.input(wire::MOVING, 1)?[0];
+        let inputs = self.inputs(wire::INPUT_BITS, 17)?;
+        let outputs = self.coils(wire::COILS, 16)?;
+        let run_state = RunState::from_number(at(wire::RUN_STATE));
+        let fault = u8::try_from(at(wire::FAULT)).ok().and_then(Fault::from_number);
+        let letters = |bits: u16| {
+            let on = Axis::ALL.into_iter().filter(|axis| bits >> axis.index() & 1 != 0);
+            on.map(Axis::letter).collect()
+        };
+        let last_end = match End::from_number(at(wire::LAST_END)) {
+            Some(End::Done) => Some("done"),
+            Some(End::Stopped) => Some("stopped"),
+            Some(End::Fault) => Some("fault"),
+            Some(End::None) | None => None,
+        };
+        let position = |axis: Axis| {
+            let register = wire::MACHINE_POSITIONS + 2 * axis.index() as u16;
+            Some(long(at(register), at(register + 1)))
+        };
+        let some = |register: u16| Some(at(register)).filter(|n| *n != 0);
+        Ok(Status {
+            state: run_state.map_or("unknown", state_name),
+            fault: fault.map(|fault| fault.to_string()),
+            text: fault.map(Fault::text),
+            line: some(wire::FAULT_LINE),
+            input: some(wire::FAULT_INPUT),
+            last_end,
+            runs: at(wire::RUN_COUNT),
+            program_counter: at(wire::PROGRAM_COUNTER),
+            pos: PerAxis::new(Axis::ALL.map(position)),
+            homed: letters(at(wire::HOMED)),
+            moving: letters(moving & 0xFF),
+            inputs: on(&inputs),
+            outputs: on(&outputs),
+            blocked_by: some(wire::BLOCKING_INPUT),
+            run_state,
+        })
+    }
+
+    /// The run state alone, with the number of runs begun.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn run_state(&mut self) -> Result<(Option<RunState>, u16), ClientError> {
+        let words = self.holding(wire::RUN_STATE, wire::RUN_COUNT - wire::RUN_STATE + 1)?;
+        Ok((RunState::from_number(words[0]), words[words.len() - 1]))
+    }
+
+    /// Writes a run control once: `Start` means several things, so it must not be repeated when
+    /// only its reply was lost.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn control(&mut self, control: Control) -> Result<(), ClientError> {
+        self.once(|client| client.write(wire::RUN_CONTROL, control as u16))
+    }
+
+    /// Waits until the state is one of `wanted`, or says which it stayed in.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn wait_for(
+        &mut self,
+        wanted: &[RunState],
+    ) -> Result<Result<RunState, Option<RunState>>, ClientError> {
+        let end = self.link().now() + CONTROL_PATIENCE;
+        loop {
+            let (state, _) = self.run_state()?;
+            if let Some(state) = state.filter(|state| wanted.contains(state)) {
+                return Ok(Ok(state));
+            }
+            if self.link().now() >= end {
+                return Ok(Err(state));
+            }
+            self.link().pause(Duration::from_millis(20));
+        }
+    }
+}
+
+/// A 32-bit value, low word first.
+pub fn long(low: u16, high: u16) -> i32 {
+    (u32::from(high) << 16 | u32::from(low)).cast_signed()
+}
+
+fn on(bits: &[bool]) -> Vec<u16> {
+    (1..).zip(bits).filter(|(_, on)| **on).map(|(n, _)| n).collect()
+}

@@ -1,0 +1,142 @@
+//! Bringing a program to the board (lang's `wire` module, Upload).
+
+use std::fmt;
+
+use lang::wire::{self, Exception, Refusal, Upload};
+
+use super::{Client, ClientError};
+use crate::link::Link;
+
+/// Registers in one request: what every board takes at least (device.md, Link).
+const REGISTERS: usize = 21;
+
+/// Why a program did not get to the board.
+#[derive(Debug)]
+pub enum UploadError {
+    /// The link or the board failed.
+    Client(ClientError),
+    /// It does not fit beside the stored program, which would be lost.
+    NoRoomBeside {
+        /// Bytes of the image.
+        image: usize,
+        /// Bytes that are free.
+        free: u16,
+    },
+    /// It does not fit at all.
+    TooLong {
+        /// Bytes of the image.
+        image: usize,
+        /// Bytes of the whole area.
+        area: u16,
+    },
+    /// A program runs or an axis moves.
+    Busy,
+    /// The board checked the image and refused it.
+    Refused(Option<Refusal>),
+    /// It was not made for this board.
+    Mismatch(String),
+}
+
+impl From<ClientError> for UploadError {
+    fn from(error: ClientError) -> UploadError {
+        UploadError::Client(error)
+    }
+}
+
+impl fmt::Display for UploadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            UploadError::Client(error) => error.fmt(f),
+            UploadError::NoRoomBeside { image, free } => write!(
+                f,
+                "the program has {image} bytes and {free} are free beside the stored one; \
+                 --replace gives that up first (a cut cable then leaves the board without one)"
+            ),
+            UploadError::TooLong { image, area } => {
+                write!(f, "the program has {image} bytes; the board holds {area}")
+            }
+            UploadError::Busy => {
+                f.write_str("a program runs or an axis moves; `pasapas stop` ends that")
+            }
+            UploadError::Refused(refusal) => {
+                let reason = match refusal {
+                    Some(Refusal::TooLong) => "it does not fit",
+                    Some(Refusal::NotBegun | Refusal::Incomplete) => "parts of it did not arrive",
+                    Some(Refusal::Crc) => "it arrived damaged",
+                    Some(Refusal::Version) => "its format or instruction set is another version's",
+                    Some(Refusal::Feature) => "it uses what this firmware does not have",
+                    Some(Refusal::Memory) => "it needs more cells, stack or calls than there are",
+                    Some(Refusal::Code) => "its code does not pass the board's check",
+                    Some(Refusal::Flash) => "the flash does not hold what was written",
+                    Some(Refusal::None) | None => "no reason was given",
+                };
+                write!(f, "the board refused the program: {reason}")
+            }
+            UploadError::Mismatch(text) => f.write_str(text),
+        }
+    }
+}
+
+impl std::error::Error for UploadError {}
+
+impl<L: Link> Client<L> {
+    /// Brings `image` to the board and makes it the stored program. `progress` hears how many bytes
+    /// have arrived. The old program stays until the last step, unless `replace` gives it up.
+    ///
+    /// # Errors
+    /// See [`UploadError`].
+    pub fn upload(
+        &mut self,
+        image: &[u8],
+        replace: bool,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<(), UploadError> {
+        let identity = self.identity()?;
+        identity.check().map_err(UploadError::Mismatch)?;
+        let area = identity.area_bytes;
+        let length = match u16::try_from(image.len()) {
+            Ok(length) if length <= area => length,
+            _ => return Err(UploadError::TooLong { image: image.len(), area }),
+        };
+        let begin = if identity.program_bytes == 0 || length <= identity.free_bytes {
+            Upload::Begin
+        } else if replace {
+            Upload::Replace
+        } else {
+            let free = identity.free_bytes;
+            return Err(UploadError::NoRoomBeside { image: image.len(), free });
+        };
+        self.write(wire::UPLOAD_LENGTH, length)?;
+        self.step(begin)?;
+        let mut sent = 0;
+        for (i, chunk) in image.chunks(2 * REGISTERS).enumerate() {
+            let values: Vec<u16> = chunk
+                .chunks(2)
+                .map(|pair| u16::from_le_bytes([pair[0], *pair.get(1).unwrap_or(&0xFF)]))
+                .collect();
+            self.write_all(wire::UPLOAD_WINDOW + (i * REGISTERS) as u16, &values)?;
+            sent += chunk.len();
+            progress(sent);
+        }
+        self.step(Upload::Commit)
+    }
+
+    /// Erases the stored program.
+    ///
+    /// # Errors
+    /// See [`UploadError`].
+    pub fn erase(&mut self) -> Result<(), UploadError> {
+        self.step(Upload::Erase)
+    }
+
+    fn step(&mut self, step: Upload) -> Result<(), UploadError> {
+        match self.write(wire::UPLOAD_CONTROL, step as u16) {
+            Err(error) if error.is_exception(Exception::Busy) => Err(UploadError::Busy),
+            Err(error) if error.is_exception(Exception::DeviceFailure) => {
+                let result = self.holding(wire::UPLOAD_RESULT, 1)?[0];
+                Err(UploadError::Refused(Refusal::from_number(result)))
+            }
+            other => Ok(other?),
+        }
+    }
+}

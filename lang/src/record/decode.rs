@@ -1,0 +1,163 @@
+//! From the bytes of a board's record to its fields, and back into a profile.
+
+use super::{BoardRecord, OutputStates};
+use crate::profile::{
+    Input, InputRole, Link, Output, OutputRole, Parity, Profile, SafeState, Wiring,
+};
+
+impl BoardRecord {
+    /// Reads what the information memory or the link gives. Neither version nor CRC is
+    /// checked.
+    pub fn from_bytes(bytes: &[u8; BoardRecord::SIZE]) -> BoardRecord {
+        let byte = |at: usize| bytes[at];
+        let word = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+        let states = |at: usize| OutputStates { keep: word(at), on: word(at + 2) };
+        BoardRecord {
+            sequence: word(0),
+            version: word(2),
+            flags: word(4),
+            address: byte(6),
+            rate: byte(7),
+            pulse: byte(8),
+            setup: byte(9),
+            filter: byte(10),
+            probe: byte(11),
+            input_invert: word(12),
+            input_invert_high: word(14),
+            reference: [byte(16), byte(17), byte(18)],
+            emergency: byte(19),
+            start: byte(20),
+            stop: byte(21),
+            hold: byte(22),
+            door: byte(23),
+            output_invert: word(24),
+            reset_on: word(26),
+            pause: states(28),
+            fault: states(32),
+            end: states(36),
+            laser: byte(40),
+            lamp: byte(41),
+            enable: byte(42),
+            spindle: byte(43),
+            spin_up: word(44),
+            reserved: [0, 1, 2, 3, 4, 5, 6, 7].map(|i| word(46 + 2 * i)),
+            crc: word(62),
+        }
+    }
+
+    /// `base` with the board's part taken from this record. Names of inputs and outputs stay those
+    /// of `base`, and roles that the record does not keep (coolant) too.
+    pub fn into_profile(&self, base: &Profile) -> Profile {
+        let mut profile = base.clone();
+        profile.wiring =
+            if self.flags & BoardRecord::CHAIN != 0 { Wiring::Chain } else { Wiring::Direct };
+        profile.run.autorun = self.flags & BoardRecord::AUTORUN != 0;
+        profile.run.spin_up_ms = self.spin_up;
+        profile.link = Link {
+            address: self.address,
+            rate: [9_600, 19_200, 57_600, 115_200][usize::from(self.rate & 3)],
+            parity: match self.rate >> 4 {
+                1 => Parity::Even,
+                2 => Parity::Odd,
+                _ => Parity::None,
+            },
+        };
+        profile.pulse_us = self.pulse;
+        profile.dir_setup_us = self.setup;
+        profile.inputs = self.inputs(&base.inputs, profile.wiring);
+        profile.outputs = self.outputs(&base.outputs, profile.wiring);
+        profile
+    }
+
+    /// The inputs that are not just what the wiring gives.
+    fn inputs(&self, base: &[Input], wiring: Wiring) -> Vec<Input> {
+        let roles = [
+            (self.emergency, InputRole::EmergencyStop),
+            (self.start, InputRole::Start),
+            (self.stop, InputRole::Stop),
+            (self.hold, InputRole::Hold),
+            (self.door, InputRole::Door),
+            (self.probe, InputRole::Probe),
+            (self.reference[0], InputRole::ReferenceX),
+            (self.reference[1], InputRole::ReferenceY),
+            (self.reference[2], InputRole::ReferenceZ),
+        ];
+        let inverted = |n: i32| match n {
+            17 => self.input_invert_high & 1 != 0,
+            _ => self.input_invert >> (n - 1) & 1 != 0,
+        };
+        let input = |n: i32| {
+            let role = roles.iter().find(|(number, _)| i32::from(*number) == n);
+            let named = base.iter().find(|input| input.n == n);
+            let usual = n == wiring.probe() || (9..=11).contains(&n) || wiring == Wiring::Direct;
+            let role = role.map(|(_, role)| *role).filter(|_| !usual);
+            let plain = role.is_none() && !inverted(n) && named.is_none();
+            (!plain).then(|| Input {
+                n,
+                name: named.and_then(|input| input.name.clone()),
+                role: role.or_else(|| named.and_then(|input| input.role)),
+                invert: inverted(n),
+                filter_ms: self.filter,
+            })
+        };
+        (1..=wiring.inputs()).filter_map(input).collect()
+    }
+
+    /// The outputs that have a role, a polarity or states of their own.
+    fn outputs(&self, base: &[Output], wiring: Wiring) -> Vec<Output> {
+        let roles = [
+            (self.laser, OutputRole::Laser),
+            (self.lamp, OutputRole::Lamp),
+            (self.enable, OutputRole::Enable),
+            (self.spindle, OutputRole::Spindle),
+        ];
+        let output = |n: i32| {
+            let bit = |mask: u16| mask >> (n - 1) & 1 != 0;
+            let state = |states: OutputStates| match (bit(states.keep), bit(states.on)) {
+                (true, _) => SafeState::Keep,
+                (_, true) => SafeState::On,
+                _ => SafeState::Off,
+            };
+            let named = base.iter().find(|output| output.n == n);
+            let role = roles.iter().find(|(number, _)| i32::from(*number) == n);
+            let role = role
+                .map(|(_, role)| *role)
+                .or_else(|| named.and_then(|o| o.role).filter(|r| *r == OutputRole::Coolant));
+            let own = Output {
+                n,
+                name: named.and_then(|output| output.name.clone()),
+                role,
+                invert: bit(self.output_invert),
+                reset: if bit(self.reset_on) { SafeState::On } else { SafeState::Off },
+                pause: state(self.pause),
+                fault: state(self.fault),
+                end: state(self.end),
+            };
+            let plain = own.role.is_none()
+                && named.is_none()
+                && !own.invert
+                && own.reset == SafeState::Off
+                && own.pause == SafeState::Keep
+                && own.fault == SafeState::Off
+                && own.end == SafeState::Off;
+            (!plain).then_some(own)
+        };
+        (1..=wiring.outputs()).filter_map(output).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BoardRecord, Profile};
+    use crate::profile::BUILT_IN;
+
+    #[test]
+    fn bytes_come_back_as_the_record_and_the_record_as_the_profile() {
+        for (name, _) in BUILT_IN {
+            let profile = Profile::built_in(name).unwrap();
+            let record = BoardRecord::of(&profile, 7);
+            assert_eq!(BoardRecord::from_bytes(&record.to_bytes()), record);
+            assert_eq!(BoardRecord::of(&record.into_profile(&profile), 7), record);
+        }
+    }
+}
