@@ -37,7 +37,7 @@ pub struct Clock {
     pub smclk: u64,
     /// Ticks of one ACLK cycle, 0 when stopped.
     pub aclk: u64,
-    /// Whether the DCO setting could not be represented exactly or is above 16 MHz.
+    /// Whether the DCO is above 16 MHz, or is emulated at a rate more than 10 % off.
     pub rounded: bool,
 }
 
@@ -85,9 +85,9 @@ impl Clock {
     pub fn update(&mut self) {
         let hz = self.dco_hz();
         let dco = ((TICKS_PER_SECOND + hz / 2) / hz).max(1);
-        let exact = TICKS_PER_SECOND.is_multiple_of(hz);
-        // The rate after reset is 1.1 MHz give or take a quarter: rounding it loses nothing.
-        self.rounded = hz > TICKS_PER_SECOND || (hz > 8_000_000 && !exact);
+        // Slow settings are only give-or-take a quarter on a real part: rounding loses nothing.
+        let got = TICKS_PER_SECOND / dco;
+        self.rounded = hz > TICKS_PER_SECOND || (hz > 8_000_000 && got.abs_diff(hz) > hz / 10);
         let low = if self.vlo_selected() { TICKS_PER_SECOND / self.vlo_hz.max(1) } else { 0 };
         let pick = |use_low: bool| if use_low { low } else { dco };
         // Without XT2, SELM = 2 and SELS = 1 select LFXT1CLK or VLO, SELM = 3 too.
