@@ -12,6 +12,7 @@ mod link;
 mod math;
 mod pins;
 mod reg;
+mod scaled;
 mod vm;
 mod vm_core;
 

@@ -32,11 +32,12 @@ pub mod path;
 #[cfg(any(test, feature = "physics"))]
 pub mod physics;
 pub mod ramp;
+pub mod scaled;
 pub mod single;
 
 pub use path::{Block, Feed, Path, PathSegment};
-pub use ramp::{Ramp, Segment, Stretch};
-pub use single::Single;
+pub use ramp::Segment;
+pub use single::{Pace, Single};
 
 /// Rate of the step timer: SMCLK without divider.
 pub const TICKS_PER_SECOND: u32 = 16_000_000;

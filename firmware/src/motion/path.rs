@@ -10,8 +10,9 @@
 //! tolerance (junction deviation), with which the next block can still come to rest, and that
 //! neither block's feed forbids.
 
-use super::math::{fraction, isqrt, length, mul_div, root_of_product};
-use super::ramp::{Ramp, Segment, Stretch};
+use super::math::fraction;
+use super::ramp::{Limits, Run, Segment};
+use super::scaled::Scaled;
 use lang::record::AxisRecord;
 
 /// How fast a block may go.
@@ -37,7 +38,8 @@ pub struct Block {
 }
 
 /// A segment with what the engine's three accumulators need.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
 pub struct PathSegment {
     /// Events and intervals.
     pub ramp: Segment,
@@ -66,39 +68,40 @@ impl PathSegment {
     }
 }
 
-/// What follows from a block's distances.
+/// What follows from a block's distances, in um, um/s, um/s2.
 struct Geometry {
     events: u32,
-    length: u32,
-    start: u32,
-    top: u32,
-    accel: u32,
-    decel: u32,
-    nominal: u32,
+    length: Scaled,
+    start: Scaled,
+    top: Scaled,
+    accel: Scaled,
+    decel: Scaled,
+    feed: Scaled,
     /// Direction, 32768 is 1.
-    unit: [i32; 3],
+    unit: [i16; 3],
 }
 
 /// The planner of interpolated motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Path {
-    ramp: Ramp,
-    inc: [u32; 3],
-    negative: u8,
-    begin: bool,
+    run: Run,
+    limits: Limits,
+    /// Direction at the end of the playing block.
+    unit: [i16; 3],
+    /// Programmed speed of the playing block, um/s.
+    feed: Scaled,
+    /// Its axes' top, um/s.
+    top: Scaled,
     active: bool,
+    begin: bool,
+    exact: bool,
     paused: bool,
     /// Percent of the programmed speed, 10..=200.
     percent: u8,
     /// Corner tolerance, um.
     corner: u16,
-    /// Direction at the end of the playing block.
-    unit: [i32; 3],
-    /// Programmed speed of the playing block, um/s.
-    feed: u32,
-    top: u32,
-    accel: u32,
-    exact: bool,
+    /// Distances of the playing block.
+    steps: [i32; 3],
     next: Option<Block>,
 }
 
@@ -106,19 +109,18 @@ impl Path {
     /// An idle path that may leave a corner by `corner` um.
     pub fn new(corner: u16) -> Path {
         Path {
-            ramp: Ramp::default(),
-            inc: [0; 3],
-            negative: 0,
-            begin: false,
+            run: Run::default(),
+            limits: Limits::default(),
+            unit: [0; 3],
+            feed: Scaled::ZERO,
+            top: Scaled::ZERO,
             active: false,
+            begin: false,
+            exact: true,
             paused: false,
             percent: 100,
             corner,
-            unit: [0; 3],
-            feed: 0,
-            top: 0,
-            accel: 0,
-            exact: true,
+            steps: [0; 3],
             next: None,
         }
     }
@@ -134,9 +136,7 @@ impl Path {
         }
         self.next = Some(*block);
         if self.active && !self.exact {
-            let next = geometry(axes, block);
-            let exit = self.corner_speed(&next);
-            self.ramp.exit(exit);
+            self.join(&geometry(axes, block));
         }
         true
     }
@@ -154,163 +154,170 @@ impl Path {
     /// Ramps down to a pause (`true`), or goes on with the rest.
     pub fn pause(&mut self, on: bool) {
         self.paused = on;
-        self.ramp.brake(on);
     }
 
     /// Whether a pause has been reached.
     pub fn is_paused(&self) -> bool {
-        self.paused && (!self.active || self.ramp.at_rest())
+        self.paused && (!self.active || self.run.v2 <= self.limits.start2)
     }
 
     /// Forgets the rest of the path; for a stop, when [`Path::is_paused`].
     pub fn clear(&mut self) {
         self.active = false;
         self.next = None;
-        self.pause(false);
+        self.paused = false;
     }
 
     /// Speed override, 10 to 200 percent of each block's speed, never above what the axes can.
     pub fn set_override(&mut self, percent: u8) {
         self.percent = percent.clamp(10, 200);
-        if self.active {
-            self.ramp.nominal(self.nominal());
-        }
+        self.set_nominal();
     }
 
-    /// Present speed along the path, um/s, at the end of the last segment handed out.
+    /// Speed along the path at the end of the last segment handed out, um/s.
     pub fn velocity(&self) -> u32 {
-        if self.active { self.ramp.velocity() } else { 0 }
+        if self.active { self.run.v2.root().floor() } else { 0 }
     }
 
-    /// The next segment; `None` when idle or in a pause.
-    pub fn next_segment(&mut self, axes: &[AxisRecord; 3]) -> Option<PathSegment> {
+    /// Puts the next segment into `segment`, which must hold the one before: increments and
+    /// directions are those of a block and only written when one begins. `false` when idle or in a
+    /// pause.
+    pub fn next_segment(&mut self, axes: &[AxisRecord; 3], segment: &mut PathSegment) -> bool {
         if !self.active {
-            let block = self.next.take()?;
-            self.activate(axes, &block, 0);
+            let Some(block) = self.next.take() else { return false };
+            self.run.v2 = Scaled::ZERO;
+            self.activate(axes, &block);
         }
-        let ramp = self.ramp.next_segment()?;
-        let segment =
-            PathSegment { ramp, inc: self.inc, negative: self.negative, begin: self.begin };
-        self.begin = false;
-        if self.ramp.left() == 0 {
+        if !self.run.segment(&self.limits, self.paused, &mut segment.ramp) {
+            return false;
+        }
+        segment.begin = self.begin;
+        if self.begin {
+            self.begin = false;
+            segment.negative = 0;
+            let events = largest(&self.steps);
+            for axis in 0..3 {
+                let steps = self.steps[axis];
+                segment.inc[axis] = fraction(steps.unsigned_abs(), events);
+                segment.negative |= u8::from(steps < 0) << axis;
+            }
+        }
+        if self.run.left == 0 {
             self.active = false;
             if let Some(block) = self.next.take() {
-                let entry = if self.exact { 0 } else { self.ramp.velocity() };
-                self.activate(axes, &block, entry);
+                if self.exact {
+                    self.run.v2 = Scaled::ZERO;
+                }
+                self.activate(axes, &block);
             }
         }
-        Some(segment)
+        true
     }
 
-    /// Makes `block` the playing one, entered at `entry` um/s or from rest.
-    fn activate(&mut self, axes: &[AxisRecord; 3], block: &Block, entry: u32) {
+    /// Makes `block` the playing one, entered at the present speed but at least its start rate.
+    fn activate(&mut self, axes: &[AxisRecord; 3], block: &Block) {
         let g = geometry(axes, block);
-        for axis in 0..3 {
-            self.inc[axis] = increment(block.steps[axis].unsigned_abs(), g.events);
-        }
-        self.negative = 0;
-        for axis in 0..3 {
-            if block.steps[axis] < 0 {
-                self.negative |= 1 << axis;
-            }
-        }
-        self.begin = true;
         self.active = true;
-        self.unit = g.unit;
-        self.feed = g.nominal;
-        self.top = g.top;
-        self.accel = g.accel.min(g.decel);
+        self.begin = true;
         self.exact = block.exact;
-        let start = g.start.min(self.nominal());
-        self.ramp = Ramp::new(&Stretch {
-            events: g.events,
-            length: g.length,
-            per: g.events,
-            entry: entry.max(start),
-            start,
-            nominal: self.nominal(),
-            top: g.top.min(g.nominal.saturating_mul(2)),
-            exit: start,
-            accel: g.accel,
-            decel: g.decel,
-        });
-        self.ramp.brake(self.paused);
+        self.steps = block.steps;
+        self.unit = g.unit;
+        self.feed = g.feed;
+        self.top = g.top;
+        self.run.left = g.events;
+        self.limits.start2 = g.start.times(g.start);
+        self.limits.exit2 = self.limits.start2;
+        let pitch = g.length.over(Scaled::new(g.events));
+        self.limits.set_pitch(pitch, g.accel, g.decel);
+        self.set_nominal();
+        self.run.v2 = self.run.v2.most(self.limits.start2.least(self.limits.nominal2));
     }
 
-    /// The playing block's speed under the override, um/s.
-    fn nominal(&self) -> u32 {
-        mul_div(self.feed, u32::from(self.percent), 100).clamp(1, self.top)
+    /// The playing block's speed under the override.
+    fn set_nominal(&mut self) {
+        let percent = Scaled::new(self.percent.into()).over(HUNDRED);
+        let nominal = self.feed.times(percent).least(self.top);
+        self.limits.nominal2 = nominal.times(nominal);
     }
 
-    /// The speed at the corner from the playing block into `next`, um/s.
-    fn corner_speed(&self, next: &Geometry) -> u32 {
-        let turn = length([
-            self.unit[0].abs_diff(next.unit[0]),
-            self.unit[1].abs_diff(next.unit[1]),
-            self.unit[2].abs_diff(next.unit[2]),
-        ]);
-        // Half the difference of the unit vectors is the sine q of half the deflection, its
-        // cosine c; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
-        let q = (turn / 2).min(ONE);
-        let c = u32::from(isqrt(ONE * ONE - q * q));
-        let k = u32::from(isqrt(c * (ONE + c)));
-        let smooth = root_of_product(self.accel.min(next.accel), u32::from(self.corner));
-        // What an axis may jump by anyway: its start rate.
-        let jump = mul_div(next.start, ONE, turn.max(1));
-        let corner = mul_div(smooth, k, q.max(1)).max(jump);
+    /// Raises the speed at the end of the playing block to that of the corner into `next`.
+    fn join(&mut self, next: &Geometry) {
+        // Half the difference of the unit vectors is the sine q of half the deflection, c its
+        // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
+        let mut turn = Scaled::ZERO;
+        for axis in 0..3 {
+            let d = Scaled::new(self.unit[axis].abs_diff(next.unit[axis]).into());
+            turn = turn.plus(d.times(d));
+        }
+        let q2 = turn.shifted(-32);
+        let c = ONE.minus(q2).root();
+        let smooth = next.accel.least(next.decel).times(Scaled::new(self.corner.into()));
+        let smooth = smooth.times(c).times(ONE.plus(c));
+        // What the axes may jump by anyway: their start rate.
+        let start2 = next.start.times(next.start);
+        let corner = smooth.most(start2.shifted(-2)).over(q2);
         // What the next block can brake from.
-        let reach =
-            length([next.start, root_of_product(next.decel.saturating_mul(2), next.length), 0]);
-        corner.min(reach).min(self.feed).min(next.nominal).max(1)
+        let reach = start2.plus(next.decel.times(next.length).shifted(1));
+        let feed = self.feed.least(next.feed);
+        self.limits.exit2 = corner.least(reach).least(feed.times(feed));
     }
 }
 
-/// A number of steps of an axis as um, rounded down.
-fn um_of(axis: &AxisRecord, steps: u32) -> u32 {
-    mul_div(steps, u32::from(axis.um), u32::from(axis.steps))
-}
+/// 1
+const ONE: Scaled = Scaled::constant(1);
+/// 100
+const HUNDRED: Scaled = Scaled::constant(100);
 
-/// 1 in unit vectors.
-const ONE: u32 = 1 << 15;
-
-/// `steps * 2^32 / events`, at most 2^32 - 1.
-pub fn increment(steps: u32, events: u32) -> u32 {
-    fraction(steps, events)
+/// The largest distance.
+fn largest(steps: &[i32; 3]) -> u32 {
+    let mut most = 0;
+    for s in steps {
+        most = s.unsigned_abs().max(most);
+    }
+    most
 }
 
 /// Events, length, direction and limits along the path of a block with at least one step.
 fn geometry(axes: &[AxisRecord; 3], block: &Block) -> Geometry {
-    let steps = block.steps.map(i32::unsigned_abs);
-    let events = steps[0].max(steps[1]).max(steps[2]);
-    let um = [0, 1, 2].map(|a: usize| um_of(&axes[a], steps[a]));
-    let length_um = length(um).max(1);
+    let mut um = [Scaled::ZERO; 3];
+    let mut sum = Scaled::ZERO;
+    let mut in_steps = Scaled::ZERO;
+    for a in 0..3 {
+        let steps = Scaled::new(block.steps[a].unsigned_abs());
+        um[a] = steps.times(Scaled::new(axes[a].um.into())).over(Scaled::new(axes[a].steps.into()));
+        sum = sum.plus(um[a].times(um[a]));
+        in_steps = in_steps.plus(steps.times(steps));
+    }
+    let length = sum.root();
     let mut g = Geometry {
-        events,
-        length: length_um,
-        start: u32::MAX,
-        top: u32::MAX,
-        accel: u32::MAX,
-        decel: u32::MAX,
-        nominal: 0,
+        events: largest(&block.steps),
+        length,
+        start: Scaled::MAX,
+        top: Scaled::MAX,
+        accel: Scaled::MAX,
+        decel: Scaled::MAX,
+        feed: Scaled::MAX,
         unit: [0; 3],
     };
     for a in 0..3 {
-        if steps[a] == 0 {
+        let steps = block.steps[a];
+        if steps == 0 {
             continue;
         }
-        let along = |rate| mul_div(rate, length_um, steps[a]);
-        g.start = g.start.min(along(u32::from(axes[a].start_rate)));
-        g.top = g.top.min(along(axes[a].top_rate));
-        g.accel = g.accel.min(along(axes[a].accel));
-        g.decel = g.decel.min(along(axes[a].decel));
-        let unit = mul_div(um[a], ONE, length_um).min(ONE) as i32;
-        g.unit[a] = if block.steps[a] < 0 { -unit } else { unit };
+        let axis = &axes[a];
+        let along = length.over(Scaled::new(steps.unsigned_abs()));
+        g.start = g.start.least(along.times(Scaled::new(axis.start_rate.into())));
+        g.top = g.top.least(along.times(Scaled::new(axis.top_rate)));
+        g.accel = g.accel.least(along.times(Scaled::new(axis.accel)));
+        g.decel = g.decel.least(along.times(Scaled::new(axis.decel)));
+        let unit = um[a].over(length).shifted(15).floor().min(0x7FFF) as i16;
+        g.unit[a] = if steps < 0 { -unit } else { unit };
     }
     let feed = match block.feed {
         Feed::Rapid => g.top,
-        Feed::Um(feed) => feed,
-        Feed::Steps(feed) => mul_div(feed, length_um, length(steps)),
+        Feed::Um(feed) => Scaled::new(feed.max(1)),
+        Feed::Steps(feed) => Scaled::new(feed.max(1)).times(length).over(in_steps.root()),
     };
-    g.nominal = feed.clamp(1, g.top);
+    g.feed = feed.least(g.top);
     g
 }

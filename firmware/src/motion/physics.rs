@@ -100,7 +100,7 @@ pub fn instants<'a>(segments: impl IntoIterator<Item = &'a super::Segment>, from
         for event in 1..=u32::from(s.events) {
             time += interval as u64;
             interval += i64::from(s.dif);
-            if event & ((1 << s.shift) - 1) == 0 {
+            if event & u32::from(s.mask) == 0 {
                 out.push(time >> 16);
             }
         }

@@ -1,52 +1,67 @@
 //! An axis on its own ramp: MoveAxe, MoveRel, START, MoveSpeed, homing and probing.
 //!
-//! Units are 1/256 step, so that slow speeds keep their precision. The target may change at any
-//! time: the axis passes it and turns round on its ramp if it must.
+//! The unit is the step. The target may change at any time: the axis passes it and turns round
+//! on its ramp if it must.
 
-use super::math::mul_div;
-use super::ramp::{Ramp, Segment, Stretch};
+use super::ramp::{Limits, Run, Segment};
+use super::scaled::Scaled;
 use lang::record::AxisRecord;
 
-/// 1/256 step is the unit of length.
-const UNITS: u32 = 256;
-
-/// Time from a hit to the earliest change of speed: what the engine holds may play 24 ms.
+/// Time from a hit to the earliest change of speed, ms: what the engine holds and the main loop's
+/// round.
 const LATENCY_MS: u32 = 24;
 
 /// Far enough for MoveSpeed without a limit: 2^29 steps are an hour and a half at 100 000/s.
-const FAR: u32 = 1 << 29;
+const FAR: i32 = 1 << 29;
 
 /// A speed and the ramps to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pace {
-    /// Speed, 1/256 step/s.
-    pub speed: u32,
+    /// Speed, steps/s.
+    pub speed: Scaled,
     /// Ramp up, steps/s2.
-    pub accel: u32,
+    pub accel: Scaled,
     /// Ramp down, steps/s2.
-    pub decel: u32,
+    pub decel: Scaled,
 }
 
 impl Pace {
     /// The axis's top rate and its ramps.
     pub fn of(axis: &AxisRecord) -> Pace {
-        Pace { speed: axis.top_rate.saturating_mul(UNITS), accel: axis.accel, decel: axis.decel }
-    }
-
-    /// With another speed, um/s, not above the axis's top.
-    #[must_use]
-    pub fn with_um(mut self, axis: &AxisRecord, um: u32) -> Pace {
-        let units = mul_div(um, u32::from(axis.steps) * UNITS, u32::from(axis.um));
-        self.speed = self.speed.min(units.max(1));
-        self
+        Pace {
+            speed: Scaled::new(axis.top_rate),
+            accel: Scaled::new(axis.accel),
+            decel: Scaled::new(axis.decel),
+        }
     }
 
     /// With another speed, steps/s, not above the axis's top.
     #[must_use]
     pub fn with_steps(mut self, steps: u32) -> Pace {
-        self.speed = self.speed.min(steps.max(1).saturating_mul(UNITS));
+        self.speed = self.speed.least(Scaled::new(steps.max(1)));
         self
     }
+
+    /// With another speed, um/s, not above the axis's top.
+    #[must_use]
+    pub fn with_um(mut self, axis: &AxisRecord, um: u32) -> Pace {
+        self.speed = self.speed.least(steps_of(axis, um));
+        self
+    }
+
+    /// With other ramps, steps/s2, not above the axis's.
+    #[must_use]
+    pub fn with_ramps(mut self, accel: Scaled, decel: Scaled) -> Pace {
+        self.accel = self.accel.least(accel);
+        self.decel = self.decel.least(decel);
+        self
+    }
+}
+
+/// um (um/s, um/s2), at least 1, as steps (steps/s, steps/s2), with fractions.
+pub fn steps_of(axis: &AxisRecord, um: u32) -> Scaled {
+    let um = Scaled::new(um.max(1)).times(Scaled::new(axis.steps.into()));
+    um.over(Scaled::new(axis.um.into()))
 }
 
 /// What an axis is about.
@@ -66,7 +81,7 @@ enum State {
 /// The planner of one independent axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Single {
-    ramp: Ramp,
+    run: Run,
     position: i32,
     target: i32,
     pace: Pace,
@@ -99,8 +114,8 @@ impl Single {
     }
 
     /// Whether a pause has been reached.
-    pub fn is_paused(&self) -> bool {
-        self.paused && (self.state == State::Idle || self.ramp.at_rest())
+    pub fn is_paused(&self, axis: &AxisRecord) -> bool {
+        self.paused && (self.is_idle() || self.run.v2 <= self.limits(axis).start2)
     }
 
     /// Direction of the segment handed out last.
@@ -110,52 +125,44 @@ impl Single {
 
     /// Speed at the end of the segment handed out last, steps/s with sign.
     pub fn velocity(&self) -> i32 {
-        let speed = match self.state {
-            State::Idle => 0,
-            _ => (self.ramp.velocity() / UNITS) as i32,
-        };
+        if self.is_idle() {
+            return 0;
+        }
+        let speed = self.run.v2.root().floor() as i32;
         if self.negative { -speed } else { speed }
     }
 
     /// Goes to `target` steps, also from a motion under way.
     pub fn go(&mut self, axis: &AxisRecord, target: i32, pace: Pace) {
-        let moving = match self.state {
-            State::Idle => None,
-            _ => Some(self.ramp.velocity()),
-        };
         self.target = target;
         self.pace = pace;
-        let distance = target.wrapping_sub(self.position);
-        let Some(speed) = moving else {
-            self.begin(axis, distance);
+        if self.is_idle() {
+            self.begin(axis);
             return;
-        };
-        if distance != 0 && (distance < 0) == self.negative {
-            self.ramp = self.stretch(axis, distance.unsigned_abs(), speed);
-            if self.ramp.can_stop() {
-                self.state = State::Going;
-                self.brake();
-                return;
-            }
         }
-        // Too near, or behind: away from here on a ramp, then back.
-        self.ramp = self.stretch(axis, FAR, speed);
-        self.state = State::Turning;
-        self.brake();
+        let distance = target.wrapping_sub(self.position);
+        self.run.left = distance.unsigned_abs();
+        self.state = State::Going;
+        let away = distance == 0 || (distance < 0) != self.negative;
+        if away || !self.run.can_stop(&self.limits(axis)) {
+            // Too near, or behind: away from here on a ramp, then back.
+            self.run.left = FAR as u32;
+            self.state = State::Turning;
+        }
     }
 
     /// Runs at a speed (MoveSpeed) until stopped, at the furthest to `limit` steps, where the axis
     /// comes to rest.
     pub fn run(&mut self, axis: &AxisRecord, negative: bool, limit: Option<i32>, pace: Pace) {
-        let far = if negative { -(FAR as i32) } else { FAR as i32 };
+        let far = if negative { -FAR } else { FAR };
         self.go(axis, limit.unwrap_or(self.position.wrapping_add(far)), pace);
     }
 
     /// Ramps down to rest and forgets the target.
     pub fn stop(&mut self) {
-        if self.state != State::Idle {
+        if !self.is_idle() {
+            self.run.left = FAR as u32;
             self.state = State::Stopping;
-            self.brake();
         }
     }
 
@@ -164,18 +171,18 @@ impl Single {
     /// what it holds; a faster one stops on its ramp. Where it rests depends on `caught` and the
     /// pace alone, not on how far ahead the engine was fed.
     pub fn hit(&mut self, axis: &AxisRecord, caught: i32) -> bool {
-        let start = u32::from(axis.start_rate) * UNITS;
-        if self.pace.speed <= start {
-            *self = Single::new(caught);
+        let speed = self.pace.speed;
+        if speed <= Scaled::new(axis.start_rate.into()) {
+            self.halt(caught);
             return true;
         }
-        let steps = self.pace.speed / UNITS;
-        let ramp = mul_div(steps, steps, self.pace.decel.saturating_mul(2).max(1));
-        let rest = ramp.saturating_add(mul_div(steps, LATENCY_MS, 1000)) as i32 + 1;
-        let rest = if self.negative { caught - rest } else { caught + rest };
-        let beyond = if self.negative { rest < self.target } else { rest > self.target };
-        if !beyond {
-            self.go(axis, rest, self.pace);
+        let ramp = speed.times(speed).over(self.pace.decel).shifted(-1);
+        let latency = speed.times(Scaled::new(LATENCY_MS)).shifted(-10);
+        let rest = ramp.plus(latency).floor() as i32 + 1;
+        let room = self.target.abs_diff(caught);
+        if (rest as u32) < room {
+            let rest = if self.negative { -rest } else { rest };
+            self.go(axis, caught.wrapping_add(rest), self.pace);
         }
         false
     }
@@ -183,47 +190,46 @@ impl Single {
     /// Stands still at `position` at once (emergency stop, limit switch): the engine has dropped
     /// everything.
     pub fn halt(&mut self, position: i32) {
-        *self = Single::new(position);
+        self.position = position;
+        self.rest();
     }
 
     /// Ramps down to a pause (`true`), or goes on with the rest.
     pub fn pause(&mut self, on: bool) {
         self.paused = on;
-        self.brake();
     }
 
     /// Speed override, 10 to 200 percent of the commanded speed, never above the axis's top.
-    pub fn set_override(&mut self, axis: &AxisRecord, percent: u8) {
+    pub fn set_override(&mut self, percent: u8) {
         self.percent = percent.clamp(10, 200);
-        if self.state != State::Idle {
-            self.ramp.nominal(self.nominal(axis));
-        }
     }
 
-    /// The next segment; `None` when idle or in a pause.
-    pub fn next_segment(&mut self, axis: &AxisRecord) -> Option<Segment> {
-        if self.state == State::Idle {
-            return None;
+    /// The next segment; `false` when idle or in a pause.
+    pub fn next_segment(&mut self, axis: &AxisRecord, out: &mut Segment) -> bool {
+        if self.is_idle() {
+            return false;
         }
-        if self.state == State::Turning && self.ramp.at_rest() && !self.paused {
-            self.begin(axis, self.target.wrapping_sub(self.position));
-        }
-        let Some(segment) = self.ramp.next_segment() else {
-            if self.state == State::Stopping {
-                self.rest();
+        let braking = self.paused || self.state != State::Going;
+        let left = self.run.left;
+        let limits = self.limits(axis);
+        if !self.run.segment(&limits, braking, out) {
+            match self.state {
+                State::Turning if !self.paused => {
+                    self.begin(axis);
+                    return self.next_segment(axis, out);
+                }
+                State::Stopping => self.rest(),
+                _ => {}
             }
-            return None;
-        };
-        let steps = i32::from(segment.steps());
+            return false;
+        }
+        let steps = left.wrapping_sub(self.run.left) as i32;
         let steps = if self.negative { -steps } else { steps };
         self.position = self.position.wrapping_add(steps);
-        if self.state == State::Going && self.ramp.left() == 0 {
-            self.state = State::Idle;
-        }
-        if self.state == State::Stopping && self.ramp.at_rest() {
+        if self.run.left == 0 || self.state == State::Stopping && self.run.v2 <= limits.start2 {
             self.rest();
         }
-        Some(segment)
+        true
     }
 
     /// Comes to rest where the axis is.
@@ -232,46 +238,37 @@ impl Single {
         self.target = self.position;
     }
 
-    /// Starts from rest.
-    fn begin(&mut self, axis: &AxisRecord, distance: i32) {
+    /// Starts from rest toward the target.
+    fn begin(&mut self, axis: &AxisRecord) {
+        let distance = self.target.wrapping_sub(self.position);
         if distance == 0 {
             self.state = State::Idle;
             return;
         }
         self.negative = distance < 0;
-        self.ramp = self.stretch(axis, distance.unsigned_abs(), 0);
+        self.run.left = distance.unsigned_abs();
+        self.run.v2 = self.limits(axis).start2;
         self.state = State::Going;
-        self.brake();
     }
 
-    /// Tells the ramp whether to brake.
-    fn brake(&mut self) {
-        let braking = self.paused || matches!(self.state, State::Turning | State::Stopping);
-        self.ramp.brake(braking);
-    }
-
-    /// The commanded speed under the override, 1/256 step/s.
-    fn nominal(&self, axis: &AxisRecord) -> u32 {
-        let percent = if self.percent == 0 { 100 } else { self.percent };
-        let speed = mul_div(self.pace.speed, u32::from(percent), 100);
-        speed.clamp(1, axis.top_rate.saturating_mul(UNITS))
-    }
-
-    /// A ramp over `events` steps, entered at `speed` or from rest.
-    fn stretch(&self, axis: &AxisRecord, events: u32, speed: u32) -> Ramp {
-        let nominal = self.nominal(axis);
-        let start = (u32::from(axis.start_rate) * UNITS).min(nominal);
-        Ramp::new(&Stretch {
-            events,
-            length: UNITS,
-            per: 1,
-            entry: speed.max(start),
-            start,
-            nominal,
-            top: self.pace.speed.saturating_mul(2).max(speed),
-            exit: start,
-            accel: self.pace.accel.saturating_mul(UNITS),
-            decel: self.pace.decel.saturating_mul(UNITS),
-        })
+    /// What the pace and the override allow.
+    fn limits(&self, axis: &AxisRecord) -> Limits {
+        let mut speed = self.pace.speed;
+        if self.percent != 0 {
+            let percent = Scaled::new(self.percent.into()).over(HUNDRED);
+            speed = speed.times(percent).least(Scaled::new(axis.top_rate));
+        }
+        let start = Scaled::new(axis.start_rate.into()).least(speed);
+        let mut limits = Limits::default();
+        limits.set_pitch(ONE, self.pace.accel, self.pace.decel);
+        limits.nominal2 = speed.times(speed);
+        limits.start2 = start.times(start);
+        limits.exit2 = limits.start2;
+        limits
     }
 }
+
+/// 1
+const ONE: Scaled = Scaled::constant(1);
+/// 100
+const HUNDRED: Scaled = Scaled::constant(100);
