@@ -1,8 +1,9 @@
 //! Runs a checked script on a simulated machine.
 //!
-//! An engine follows the program; the machine carries out its effects in simulated
+//! An engine follows the program; the [`machine`] carries out its effects in simulated
 //! microseconds; the [`world`] is everything around the controller.
 
+pub mod machine;
 pub mod record;
 pub mod trace;
 pub mod world;

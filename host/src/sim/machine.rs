@@ -1,0 +1,506 @@
+//! The simulated machine: carries out [`Effect`]s in simulated microseconds against a world.
+//!
+//! An engine calls [`Machine::statement`] before each statement and [`Machine::begin`] for each
+//! effect; both come back with a [`Step`]. The machine decides when an event handler is due, when
+//! a pause holds everything, and when the run is over; the engine owns the control flow.
+
+mod axes;
+mod clock;
+mod inputs;
+mod log;
+mod motion;
+mod moves;
+mod outputs;
+mod path;
+mod seek;
+mod waits;
+
+#[cfg(test)]
+mod tests;
+
+use lang::axis::Axis;
+use lang::effect::{Effect, Rate, Read};
+use lang::fault::Fault;
+use lang::profile::Profile;
+use lang::record::MachineRecord;
+
+use self::axes::Axes;
+use self::inputs::{Inputs, Plant};
+use self::log::Log;
+use self::motion::Motion;
+use self::moves::Pieces;
+use self::outputs::Outputs;
+use self::seek::Seek;
+use self::waits::{Slot, Wait};
+use super::trace::{Event, PerAxis, Status, What};
+use super::world::{Scenario, World, WorldError};
+use super::{End, Options, SimError};
+
+/// Simulated time that a statement takes, us (language.md, One meaning in time).
+pub const STATEMENT_US: u64 = 20;
+
+/// What an engine does next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Go on; the value of a [`Effect::Read`], else 0.
+    Done(i32),
+    /// Serve the handler of this event slot, then the statement that was about to run, or
+    /// [`Machine::resume`] when it came from a wait.
+    Event(u8),
+    /// The statement failed.
+    Fault(Fault),
+    /// A fault that came by itself (MoveSpeed at a soft limit): ERL is the statement about to run
+    /// or waiting, and RESUME NEXT goes on with it.
+    Late(Fault),
+    /// The run is over; call [`Machine::finish`].
+    Stop,
+}
+
+/// Why the run is over although the program has not ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Halt {
+    /// Stop held, the limit, or nothing can happen any more.
+    Stopped,
+    /// A fault that no handler may take.
+    Fault(Fault),
+}
+
+/// See the module.
+pub struct Machine<'a> {
+    profile: Profile,
+    scenario: Scenario,
+    log: Log<'a>,
+    motion: Motion,
+    axes: Axes,
+    plant: Plant,
+    inputs: Inputs,
+    outputs: Outputs,
+    /// Simulated time, us.
+    now: u64,
+    /// When something happens next; 0 when that must be found out.
+    next: u64,
+    limit: u64,
+    statements: u64,
+    line: u32,
+    feed: Option<Rate>,
+    feeds_aside: Vec<Option<Rate>>,
+    handler: bool,
+    slots: [Option<Slot>; 4],
+    waits: Vec<Wait>,
+    timed_out: bool,
+    char_in: i32,
+    print: String,
+    texts: Vec<String>,
+    late: Option<Fault>,
+    halt: Option<Halt>,
+    /// Something but the clock must be looked at before the next statement.
+    attention: bool,
+    paused_since: Option<u64>,
+    paused_us: u64,
+    outputs_paused: bool,
+    resume_at: Option<u64>,
+    stop_held_since: Option<u64>,
+    start_presses: u64,
+    started: bool,
+    world_error: Option<WorldError>,
+    pieces: Pieces,
+    seek: Option<Seek>,
+    homing_axis: Option<Axis>,
+}
+
+impl<'a> Machine<'a> {
+    /// A machine at power-up; `texts` are those of PRINT, by index.
+    ///
+    /// # Errors
+    /// The world's script fails at its start.
+    pub fn new(
+        profile: &Profile,
+        world: &World,
+        options: &Options,
+        texts: Vec<String>,
+        sink: &'a mut dyn FnMut(&Event),
+    ) -> Result<Machine<'a>, SimError> {
+        let scenario = world.start()?;
+        let record = MachineRecord::of(profile);
+        let mut machine = Machine {
+            plant: Plant::new(profile, &record),
+            motion: Motion::new(record.axes, record.corner),
+            axes: Axes::new(profile, &record),
+            inputs: Inputs::new(profile),
+            outputs: Outputs::new(profile),
+            log: Log::new(options, record.axes, sink),
+            profile: profile.clone(),
+            scenario,
+            now: 0,
+            next: 0,
+            limit: options.limit_us,
+            statements: 0,
+            line: 1,
+            feed: None,
+            feeds_aside: Vec::new(),
+            handler: false,
+            slots: [None; 4],
+            waits: Vec::new(),
+            timed_out: false,
+            char_in: 0,
+            print: String::new(),
+            texts,
+            late: None,
+            halt: None,
+            attention: false,
+            paused_since: None,
+            paused_us: 0,
+            outputs_paused: false,
+            resume_at: None,
+            stop_held_since: None,
+            start_presses: 0,
+            started: false,
+            world_error: None,
+            pieces: Pieces::default(),
+            seek: None,
+            homing_axis: None,
+        };
+        machine.process();
+        machine.inputs.settle();
+        Ok(machine)
+    }
+
+    /// A statement of `line` is about to run.
+    pub fn statement(&mut self, line: u32) -> Step {
+        self.line = line;
+        self.pass(1);
+        if self.attention || self.next == 0 { self.attend() } else { Step::Done(0) }
+    }
+
+    /// `count` statements without effects are about to run.
+    pub fn pass(&mut self, count: u32) {
+        self.statements += u64::from(count);
+        if !self.started {
+            self.started = true;
+            return;
+        }
+        let to = self.now + STATEMENT_US * u64::from(count);
+        if to < self.next {
+            self.now = to;
+        } else {
+            self.advance_to(to);
+        }
+    }
+
+    /// Whether [`Machine::statement`] has more to do than to count.
+    pub fn needs_attention(&self) -> bool {
+        self.attention || self.next == 0
+    }
+
+    /// Line of the statement that runs: what follows is its doing.
+    pub fn set_line(&mut self, line: u32) {
+        self.line = line;
+    }
+
+    /// Line of the statement that runs.
+    pub fn line(&self) -> u32 {
+        self.line
+    }
+
+    /// Looks at everything that may come between two statements.
+    fn attend(&mut self) -> Step {
+        loop {
+            self.find_next();
+            if self.halt.is_some() {
+                return Step::Stop;
+            }
+            if self.paused_since.is_some() {
+                self.tick(None);
+                continue;
+            }
+            if self.handler {
+                break;
+            }
+            let Some(step) = self.interruption() else { break };
+            // A handler acts on the machine: the path's end comes first.
+            if self.motion.is_path_idle() {
+                if let Step::Event(slot) = step {
+                    self.take_event(slot);
+                }
+                if let Step::Late(_) = step {
+                    self.late = None;
+                }
+                return step;
+            }
+            self.tick(None);
+        }
+        self.attention = self.halt.is_some()
+            || self.paused_since.is_some()
+            || self.late.is_some()
+            || self.pending_slot().is_some();
+        Step::Done(0)
+    }
+
+    /// What asks for a handler.
+    fn interruption(&self) -> Option<Step> {
+        self.late.map(Step::Late).or_else(|| self.pending_slot().map(Step::Event))
+    }
+
+    /// Carries out an effect to its end or to the first event during its wait.
+    pub fn begin(&mut self, effect: &Effect) -> Step {
+        let result = self.execute(effect);
+        self.next = 0;
+        match (self.halt, result) {
+            (Some(_), _) => Step::Stop,
+            (None, Ok(step)) => step,
+            (None, Err(fault)) => Step::Fault(fault),
+        }
+    }
+
+    fn execute(&mut self, effect: &Effect) -> Result<Step, Fault> {
+        match *effect {
+            Effect::SetFeed(rate) => self.feed = Some(positive(rate)?),
+            Effect::SetSpindle(_) | Effect::Keep { .. } => {}
+            Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
+            Effect::Arc { clockwise, plane, to, center, exact } => {
+                self.arc(clockwise, plane, &to, &center, exact)?;
+            }
+            _ => {
+                self.sync_path();
+                if self.halt.is_some() {
+                    return Ok(Step::Stop);
+                }
+                return self.execute_at_rest(effect);
+            }
+        }
+        Ok(Step::Done(0))
+    }
+
+    fn execute_at_rest(&mut self, effect: &Effect) -> Result<Step, Fault> {
+        match *effect {
+            Effect::MoveAxe { axis, to, speed, accel, decel, wait } => {
+                self.move_axe(axis, to, [speed, accel, decel], wait)?;
+            }
+            Effect::MoveSpeed { axis, speed } => self.move_speed(axis, speed)?,
+            Effect::StopAxe(axis) => {
+                self.stop_axes(&[axis]);
+            }
+            Effect::StopAll => {
+                let axes: Vec<Axis> = self.profile.axes().map(|(axis, _)| axis).collect();
+                self.stop_axes(&axes);
+            }
+            Effect::Home { axis, query } => self.home(axis, query)?,
+            Effect::Probe { axis, limit, speed, sensor, query } => {
+                self.probe(axis, limit, speed, sensor, query)?;
+            }
+            Effect::SetPos { axis, value } => {
+                if self.motion.is_moving(axis) {
+                    return Err(Fault::ValueRange);
+                }
+                self.axes.set_work(axis, value)?;
+            }
+            Effect::SetOut { n, on } => self.set_out(n, on)?,
+            Effect::SetPort(value) => self.set_port(value),
+            Effect::Motors { on, axis } => {
+                let axes = axis.map_or(Axis::ALL.to_vec(), |axis| vec![axis]);
+                if !on {
+                    axes.iter().for_each(|axis| self.axes.set_homed(*axis, false));
+                }
+                self.outputs.enable(on);
+                self.outputs_changed();
+            }
+            Effect::WaitMove(_)
+            | Effect::Wait(_)
+            | Effect::WaitIn { .. }
+            | Effect::WaitStart
+            | Effect::WaitChar { .. }
+            | Effect::Pulse { .. } => return self.begin_wait(effect),
+            Effect::Send(c) => {
+                if !(33..=125).contains(&c) {
+                    return Err(Fault::ValueRange);
+                }
+                self.write(What::Send { line: self.line, c });
+            }
+            Effect::PrintText(index) => {
+                if let Some(text) = self.texts.get(usize::from(index)) {
+                    self.print.push_str(text);
+                }
+            }
+            Effect::PrintValue(value, unit) => {
+                self.print.push_str(&format!("{value}{}", unit.suffix()));
+            }
+            Effect::PrintEnd => {
+                let text = std::mem::take(&mut self.print);
+                self.write(What::Print { line: self.line, text });
+            }
+            Effect::OnInput { slot, n, want } => self.on_input(slot, n, want)?,
+            Effect::OffInput(n) => self.off_input(n),
+            Effect::OnEvery { slot, ms } => self.on_every(slot, ms)?,
+            Effect::OffEvery => self.off_every(),
+            Effect::EnterHandler => self.feeds_aside.push(self.feed.take()),
+            Effect::LeaveHandler => {
+                if let Some(feed) = self.feeds_aside.pop() {
+                    self.feed = feed;
+                }
+            }
+            Effect::Read(read) => return self.read(read).map(Step::Done),
+            Effect::SetFeed(_)
+            | Effect::SetSpindle(_)
+            | Effect::Keep { .. }
+            | Effect::Linear { .. }
+            | Effect::Arc { .. } => {}
+        }
+        Ok(Step::Done(0))
+    }
+
+    fn read(&mut self, read: Read) -> Result<i32, Fault> {
+        Ok(match read {
+            Read::In(n) => self.inputs.read(n)?.into(),
+            Read::InPort => self.inputs.port(),
+            Read::Out(n) => self.outputs.read(n)?.into(),
+            Read::Pos(axis) => self.axes.work_at(axis, self.resting_or_now(axis))?,
+            Read::PosSteps(axis) => self.motion.positions(self.now)[axis.index()],
+            Read::Probed(axis) => self.axes.probed_work(axis)?,
+            Read::ProbedSteps(axis) => self.axes.probed_steps(axis),
+            Read::ProbeOk(axis) => self.axes.probe_ok(axis).into(),
+            Read::Moving(axis) => self.motion.is_moving(axis).into(),
+            Read::Homed(axis) => self.axes.is_homed(axis).into(),
+            Read::Timer => i32::try_from(self.run_clock() / 1_000).unwrap_or(i32::MAX),
+            Read::TimedOut => self.timed_out.into(),
+            Read::CharIn => std::mem::take(&mut self.char_in),
+        })
+    }
+
+    /// The axis's position of the instant while it moves; at rest its commanded one counts.
+    fn resting_or_now(&self, axis: Axis) -> Option<i32> {
+        self.motion.is_moving(axis).then(|| self.motion.positions(self.now)[axis.index()])
+    }
+
+    /// A handler, of an event or of errors, begins.
+    pub fn enter_handler(&mut self) {
+        self.handler = true;
+        self.feeds_aside.push(self.feed.take());
+    }
+
+    /// A handler has ended; `open` says whether another one is still open below it.
+    pub fn leave_handler(&mut self, open: bool) {
+        if let Some(feed) = self.feeds_aside.pop() {
+            self.feed = feed;
+        }
+        self.handler = open;
+        self.attention = true;
+    }
+
+    /// A GOTO left every handler: what they interrupted is dropped.
+    pub fn leave_all(&mut self) {
+        self.feeds_aside.clear();
+        self.waits.clear();
+        self.handler = false;
+        self.attention = true;
+    }
+
+    /// A fault is about to be handled, or to end the run: the path comes to its end and every
+    /// other axis ramps down. Gives the fault to report: an emergency stop on the way comes first.
+    pub fn ramp_down(&mut self, fault: Fault) -> Fault {
+        self.print.clear();
+        self.sync_path();
+        for axis in Axis::ALL {
+            self.motion.stop(axis);
+        }
+        self.next = 0;
+        while self.halt.is_none() && !self.all_rest() && self.tick(None) {}
+        for axis in Axis::ALL {
+            self.adopt(axis);
+        }
+        self.next = 0;
+        match self.halt {
+            Some(Halt::Fault(fault)) => fault,
+            _ => fault,
+        }
+    }
+
+    /// Whether the run is over whatever the program wants.
+    pub fn is_halted(&self) -> bool {
+        self.halt.is_some()
+    }
+
+    /// END: STARTed moves come to their ends, MoveSpeed axes ramp down.
+    pub fn end(&mut self) -> Step {
+        self.sync_path();
+        for axis in Axis::ALL {
+            if self.axes.is_running(axis) {
+                self.motion.stop(axis);
+            }
+        }
+        self.next = 0;
+        while self.halt.is_none() && !self.all_rest() && self.tick(None) {}
+        if self.halt.is_some() { Step::Stop } else { Step::Done(0) }
+    }
+
+    /// Ends the run: `fault` is the program's, `None` its END or whatever stopped it.
+    ///
+    /// # Errors
+    /// The world's script failed on the way.
+    pub fn finish(&mut self, fault: Option<Fault>, line: u32) -> Result<End, SimError> {
+        if let Some(error) = self.world_error.take() {
+            return Err(error.into());
+        }
+        let (status, fault) = match (self.halt, fault) {
+            (Some(Halt::Fault(fault)), _) | (None, Some(fault)) => (Status::Fault, Some(fault)),
+            (Some(Halt::Stopped), _) => (Status::Stopped, None),
+            (None, None) => (Status::Done, None),
+        };
+        // What still moves after a stop ramps down before the outputs take their end states.
+        if !self.motion.stands() {
+            self.halt = None;
+            self.limit = u64::MAX;
+            self.motion.pause(true, self.now);
+            while !self.motion.stands() {
+                let Some(at) = self.motion.next_us() else { break };
+                self.now = self.now.max(at);
+                self.motion.advance(self.now);
+            }
+        }
+        self.motion.forget(self.now);
+        self.log_milestones();
+        self.outputs.safe(status == Status::Fault);
+        self.outputs_changed();
+        let pos = self.steps();
+        self.write(What::end(status, fault, line, pos));
+        self.log.close(self.now, &self.outputs);
+        Ok(End { status, fault, line })
+    }
+
+    /// Where the axes are, steps.
+    fn steps(&self) -> PerAxis {
+        self.axes.named(self.motion.positions(self.now))
+    }
+
+    /// Commanded targets of all axes, steps.
+    fn targets(&self) -> PerAxis {
+        let at = self.motion.positions(self.now);
+        let mut to = [0; 3];
+        for axis in Axis::ALL {
+            to[axis.index()] =
+                if self.axes.is_running(axis) { at[axis.index()] } else { self.axes.steps(axis) };
+        }
+        self.axes.named(to)
+    }
+
+    fn write(&mut self, what: What) {
+        self.log.write(self.now, what);
+    }
+
+    /// Closes the books: the numbers of the run, the record, and what the world expected in vain.
+    pub fn results(
+        self,
+        end: &End,
+    ) -> (super::record::Summary, super::record::Record, Vec<String>) {
+        let pos = self.steps();
+        let failures = self.scenario.failures(&|n| self.outputs.read(n).unwrap_or(false), &pos);
+        let travelled = self.motion.travelled;
+        let (summary, record) = self.log.results(end, self.now, self.statements, travelled);
+        (summary, record, failures)
+    }
+}
+
+/// The rate, if it is above 0.
+fn positive(rate: Rate) -> Result<Rate, Fault> {
+    let (Rate::Um(value) | Rate::Steps(value)) = rate;
+    if value > 0 { Ok(rate) } else { Err(Fault::SpeedRange) }
+}

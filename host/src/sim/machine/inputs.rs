@@ -1,0 +1,217 @@
+//! Inputs with their filters, and the plant behind reference switches and probe.
+
+use lang::axis::Axis;
+use lang::fault::Fault;
+use lang::profile::{Profile, Wiring};
+use lang::record::MachineRecord;
+
+use crate::sim::world::Scenario;
+
+/// Filter time of an input that the profile does not name, us.
+const FILTER_US: u64 = 5_000;
+/// Where a reference switch is unless the world says: so far from power-up, um.
+const SWITCH_UM: i64 = 20_000;
+/// Highest input number and one more.
+const LINES: usize = 18;
+
+/// One input.
+#[derive(Clone, Copy, Debug, Default)]
+struct Input {
+    /// What the world drives.
+    driven: bool,
+    /// What the plant does: a switch, the plate.
+    sensed: bool,
+    /// After the filter.
+    state: bool,
+    /// When the filter follows, us.
+    due: Option<u64>,
+    filter_us: u64,
+}
+
+impl Input {
+    fn raw(&self) -> bool {
+        self.driven || self.sensed
+    }
+
+    fn change(&mut self, now: u64) {
+        if self.raw() == self.state {
+            self.due = None;
+        } else if self.due.is_none() {
+            self.due = Some(now + self.filter_us);
+        }
+    }
+}
+
+/// All inputs.
+#[derive(Debug)]
+pub struct Inputs {
+    lines: [Input; LINES],
+    count: i32,
+}
+
+impl Inputs {
+    /// Every input off.
+    pub fn new(profile: &Profile) -> Inputs {
+        let mut lines = [Input { filter_us: FILTER_US, ..Input::default() }; LINES];
+        for input in &profile.inputs {
+            if let Some(line) = usize::try_from(input.n).ok().and_then(|n| lines.get_mut(n)) {
+                line.filter_us = u64::from(input.filter_ms) * 1_000;
+            }
+        }
+        Inputs { lines, count: profile.wiring.inputs() }
+    }
+
+    /// What was there before power-up needs no filter.
+    pub fn settle(&mut self) {
+        for line in &mut self.lines {
+            line.state = line.raw();
+            line.due = None;
+        }
+    }
+
+    fn line(&mut self, n: i32) -> Option<&mut Input> {
+        usize::try_from(n).ok().and_then(|n| self.lines.get_mut(n))
+    }
+
+    /// The world drives an input.
+    pub fn drive(&mut self, n: i32, on: bool, now: u64) {
+        if let Some(line) = self.line(n) {
+            line.driven = on;
+            line.change(now);
+        }
+    }
+
+    /// The plant drives an input.
+    pub fn sense(&mut self, n: i32, on: bool, now: u64) {
+        if let Some(line) = self.line(n)
+            && line.sensed != on
+        {
+            line.sensed = on;
+            line.change(now);
+        }
+    }
+
+    /// Unfiltered state.
+    pub fn raw(&self, n: i32) -> bool {
+        usize::try_from(n).ok().and_then(|n| self.lines.get(n)).is_some_and(Input::raw)
+    }
+
+    /// When a filter follows next, us.
+    pub fn next_us(&self) -> Option<u64> {
+        self.lines.iter().filter_map(|line| line.due).min()
+    }
+
+    /// An input whose filter follows at `now`, with its new state.
+    pub fn take_filtered(&mut self, now: u64) -> Option<(i32, bool)> {
+        let (n, line) = self
+            .lines
+            .iter_mut()
+            .enumerate()
+            .find(|(_, line)| line.due.is_some_and(|due| due <= now))?;
+        line.due = None;
+        line.state = line.raw();
+        Some((n as i32, line.state))
+    }
+
+    /// `IN(n)`.
+    ///
+    /// # Errors
+    /// F20 for a number that the wiring lacks.
+    pub fn read(&self, n: i32) -> Result<bool, Fault> {
+        if !(1..=self.count).contains(&n) {
+            return Err(Fault::ValueRange);
+        }
+        Ok(self.lines[n as usize].state)
+    }
+
+    /// `INPORT()`: input n is bit n - 1.
+    pub fn port(&self) -> i32 {
+        self.bits(|line| line.state)
+    }
+
+    /// All inputs without their filters, as a probe sees them.
+    pub fn raw_port(&self) -> i32 {
+        self.bits(Input::raw)
+    }
+
+    fn bits(&self, of: impl Fn(&Input) -> bool) -> i32 {
+        (1..=self.count).fold(0, |bits, n| bits | i32::from(of(&self.lines[n as usize])) << (n - 1))
+    }
+}
+
+/// What stands behind switches and probe: true places and where they change.
+#[derive(Debug)]
+pub struct Plant {
+    /// Steps from power-up = machine position + origin - lost.
+    origin: [i32; 3],
+    lost: [i32; 3],
+    places: [i32; 3],
+    direction: [i32; 3],
+    present: [bool; 3],
+}
+
+impl Plant {
+    /// Every motor at 0, switches 20 mm away in homing direction.
+    pub fn new(profile: &Profile, record: &MachineRecord) -> Plant {
+        let mut plant = Plant {
+            origin: [0; 3],
+            lost: [0; 3],
+            places: [0; 3],
+            direction: [-1; 3],
+            present: [false; 3],
+        };
+        for (axis, part) in profile.axes() {
+            let index = axis.index();
+            let scale = &record.axes[index];
+            let steps = SWITCH_UM * i64::from(scale.steps) / i64::from(scale.um.max(1));
+            plant.direction[index] = part.home.direction.sign();
+            plant.places[index] = plant.direction[index] * steps as i32;
+            plant.present[index] = true;
+        }
+        debug_assert!(matches!(profile.wiring, Wiring::Direct | Wiring::Chain));
+        plant
+    }
+
+    /// A motor loses steps in the direction of their sign.
+    pub fn lose(&mut self, axis: Axis, steps: i32) {
+        self.lost[axis.index()] = self.lost[axis.index()].saturating_add(steps);
+    }
+
+    /// The machine position changes from `before` to `after` without motion; steps lost before
+    /// are found again.
+    pub fn rename(&mut self, axis: Axis, before: i32, after: i32) {
+        let index = axis.index();
+        self.origin[index] += before - after - self.lost[index];
+        self.lost[index] = 0;
+    }
+
+    /// True machine positions of commanded ones.
+    pub fn true_positions(&self, at: [i32; 3]) -> [i32; 3] {
+        [0, 1, 2].map(|index: usize| at[index].saturating_sub(self.lost[index]))
+    }
+
+    fn switch_place(&self, axis: Axis, scenario: &Scenario) -> i32 {
+        scenario.switch_place(axis).unwrap_or(self.places[axis.index()])
+    }
+
+    /// Whether the reference switch is closed with the axis commanded to `at`.
+    pub fn switch_closed(&self, axis: Axis, at: i32, scenario: &Scenario) -> bool {
+        let index = axis.index();
+        let place = i64::from(self.switch_place(axis, scenario));
+        let at = i64::from(at) + i64::from(self.origin[index]) - i64::from(self.lost[index]);
+        self.present[index] && if self.direction[index] < 0 { at <= place } else { at >= place }
+    }
+
+    /// Commanded places at which the axis's switch or plate changes.
+    pub fn thresholds(&self, axis: Axis, scenario: &Scenario) -> impl Iterator<Item = i32> {
+        let index = axis.index();
+        let lost = self.lost[index];
+        let switch = self.switch_place(axis, scenario).saturating_sub(self.origin[index]);
+        let plate = scenario.probe_plate(axis).map(|(place, _)| place);
+        [Some(switch), plate]
+            .into_iter()
+            .flatten()
+            .map(move |place| place.saturating_add(lost))
+            .flat_map(|place| [place.saturating_sub(1), place, place.saturating_add(1)])
+    }
+}

@@ -1,0 +1,133 @@
+//! The books of a run: trace, record for plots, summary.
+
+use lang::record::AxisRecord;
+
+use crate::sim::record::{Edge, OutputUse, RECORD_LIMIT, Record, Segment, Summary};
+use crate::sim::trace::{Event, What};
+use crate::sim::{End, Options};
+
+use super::outputs::Outputs;
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Use {
+    since: Option<u64>,
+    switched_on: u32,
+    on_us: u64,
+}
+
+/// See the module.
+pub struct Log<'a> {
+    sink: &'a mut dyn FnMut(&Event),
+    times: bool,
+    keep: bool,
+    axes: [AxisRecord; 3],
+    record: Record,
+    uses: [Use; 17],
+}
+
+impl<'a> Log<'a> {
+    /// Empty books.
+    pub fn new(
+        options: &Options,
+        axes: [AxisRecord; 3],
+        sink: &'a mut dyn FnMut(&Event),
+    ) -> Log<'a> {
+        Log {
+            sink,
+            times: options.times,
+            keep: options.record,
+            axes,
+            record: Record::default(),
+            uses: [Use::default(); 17],
+        }
+    }
+
+    /// A line of the trace.
+    pub fn write(&mut self, now: u64, what: What) {
+        (self.sink)(&Event { what, us: self.times.then_some(now) });
+    }
+
+    /// An input changed behind its filter.
+    pub fn input(&mut self, us: u64, n: i32, on: bool) {
+        if self.room() {
+            self.record.inputs.push(Edge { us, n, on });
+        }
+    }
+
+    /// An output changed at its terminal.
+    pub fn output(&mut self, us: u64, n: i32, on: bool) {
+        if self.room() {
+            self.record.outputs.push(Edge { us, n, on });
+        }
+        let Some(line) = usize::try_from(n).ok().and_then(|n| self.uses.get_mut(n)) else { return };
+        if on {
+            line.since = Some(us);
+            line.switched_on += 1;
+        } else if let Some(since) = line.since.take() {
+            line.on_us += us - since;
+        }
+    }
+
+    fn room(&mut self) -> bool {
+        let record = &mut self.record;
+        let used = record.path.len() + record.inputs.len() + record.outputs.len();
+        record.truncated |= self.keep && used >= RECORD_LIMIT;
+        self.keep && used < RECORD_LIMIT
+    }
+
+    /// A piece of the path begins; gives its number for [`Log::segment`].
+    pub fn begin_segment(&mut self, segment: Segment) -> Option<usize> {
+        self.room().then(|| {
+            self.record.path.push(segment);
+            self.record.path.len() - 1
+        })
+    }
+
+    /// A piece of the path, to complete it.
+    pub fn segment(&mut self, number: Option<usize>) -> Option<&mut Segment> {
+        number.and_then(|number| self.record.path.get_mut(number))
+    }
+
+    /// The run is over: outputs that stay on count until now.
+    pub fn close(&mut self, now: u64, outputs: &Outputs) {
+        for n in outputs.on() {
+            if let Some(line) = self.uses.get_mut(n as usize)
+                && let Some(since) = line.since.take()
+            {
+                line.on_us += now - since;
+            }
+        }
+    }
+
+    /// The numbers and the record.
+    pub fn results(
+        self,
+        end: &End,
+        now: u64,
+        statements: u64,
+        steps: [u64; 3],
+    ) -> (Summary, Record) {
+        let used = |(n, line): (usize, &Use)| {
+            (line.switched_on > 0).then_some(OutputUse {
+                n: n as i32,
+                switched_on: line.switched_on,
+                on_us: line.on_us,
+            })
+        };
+        let travel_um = [0, 1, 2].map(|index: usize| {
+            let axis = &self.axes[index];
+            steps[index] * u64::from(axis.um) / u64::from(axis.steps.max(1))
+        });
+        let summary = Summary {
+            status: end.status,
+            fault: end.fault.map(|fault| fault.to_string()),
+            line: end.line,
+            us: now,
+            statements,
+            steps,
+            travel_um,
+            outputs: self.uses.iter().enumerate().filter_map(used).collect(),
+        };
+        (summary, self.record)
+    }
+}

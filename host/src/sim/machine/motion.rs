@@ -1,0 +1,399 @@
+//! The motors: plays the planner's segments in simulated time.
+//!
+//! The planner is the firmware's own, so ramps, corners and times are the board's. A segment is
+//! taken when the one before it has been played.
+
+use firmware::motion::path::{Block, Path, PathSegment};
+use firmware::motion::ramp::Segment;
+use firmware::motion::single::{Pace, Single};
+use lang::axis::Axis;
+use lang::record::AxisRecord;
+
+/// Units of [`Segment::duration`] in a microsecond: 1/65536 of a tick of 1/16 us.
+const FINE_PER_US: u64 = 16 * 65_536;
+
+/// A segment and when it began.
+#[derive(Clone, Copy, Debug)]
+struct Play {
+    begin: u64,
+    segment: Segment,
+}
+
+impl Play {
+    /// Time of the `n`th sub-event after the beginning, fine units.
+    fn offset(&self, n: u32) -> u64 {
+        let n = i64::from(n);
+        let s = &self.segment;
+        (n * i64::from(s.interval) + n * (n - 1) / 2 * i64::from(s.dif)).unsigned_abs()
+    }
+
+    /// When it ends, us, rounded up.
+    fn end_us(&self) -> u64 {
+        (self.begin + self.segment.duration()).div_ceil(FINE_PER_US)
+    }
+
+    /// When its `step`th step comes, us, rounded up.
+    fn step_us(&self, step: u16) -> u64 {
+        (self.begin + self.offset(u32::from(step) << self.segment.shift)).div_ceil(FINE_PER_US)
+    }
+
+    /// Steps made until `us`.
+    fn steps_at(&self, us: u64) -> u16 {
+        let gone = (us * FINE_PER_US).saturating_sub(self.begin);
+        let (mut low, mut high) = (0_u32, u32::from(self.segment.events));
+        while low < high {
+            let middle = (low + high).div_ceil(2);
+            if self.offset(middle) <= gone {
+                low = middle;
+            } else {
+                high = middle - 1;
+            }
+        }
+        (low >> self.segment.shift) as u16
+    }
+
+    /// Speed at its end, events/s.
+    fn rate(&self) -> f64 {
+        let s = &self.segment;
+        let events = i64::from(s.events);
+        let last = i64::from(s.interval) + (events - 1).max(0) * i64::from(s.dif);
+        let ticks = last.max(1) as f64 * f64::from(1_u32 << s.shift) / 65_536.0;
+        16_000_000.0 / ticks
+    }
+}
+
+/// An axis on its own.
+#[derive(Debug)]
+struct Solo {
+    single: Single,
+    play: Option<Play>,
+}
+
+/// What began or ended while motion went on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Milestone {
+    /// A block of the path begins.
+    BlockBegins,
+    /// The path's speed, events/s of its fastest axis, at the end of a segment.
+    PathRate(f64),
+    /// The path has come to its end.
+    PathEnds,
+    /// An axis of its own runs at so many steps/s.
+    AxisRate(Axis, f64),
+    /// An axis of its own has come to rest.
+    AxisRests(Axis),
+}
+
+/// See the module.
+#[derive(Debug)]
+pub struct Motion {
+    records: [AxisRecord; 3],
+    path: Path,
+    path_play: Option<(Play, PathSegment)>,
+    acc: [u32; 3],
+    solo: [Solo; 3],
+    /// Positions at the beginning of the segments that play, steps.
+    base: [i32; 3],
+    /// Steps made by each axis.
+    pub travelled: [u64; 3],
+    /// What happened since the caller looked, with its time.
+    pub milestones: Vec<(u64, Milestone)>,
+}
+
+impl Motion {
+    /// All axes at 0 and at rest.
+    pub fn new(records: [AxisRecord; 3], corner_um: u16) -> Motion {
+        let solo = || Solo { single: Single::new(0), play: None };
+        Motion {
+            records,
+            path: Path::new(corner_um),
+            path_play: None,
+            acc: [0; 3],
+            solo: [solo(), solo(), solo()],
+            base: [0; 3],
+            travelled: [0; 3],
+            milestones: Vec::new(),
+        }
+    }
+
+    /// Limits of an axis.
+    pub fn record(&self, axis: Axis) -> &AxisRecord {
+        &self.records[axis.index()]
+    }
+
+    /// Positions at `us`, steps.
+    pub fn positions(&self, us: u64) -> [i32; 3] {
+        let mut at = self.base;
+        if let Some((play, segment)) = &self.path_play {
+            segment.played(play.steps_at(us), &mut self.acc.clone(), &mut at);
+        }
+        for (at, solo) in at.iter_mut().zip(&self.solo) {
+            if let Some(play) = &solo.play {
+                *at += signed(&solo.single, play.steps_at(us));
+            }
+        }
+        at
+    }
+
+    /// Whether the axis moves or is about to, on its own or on a path; also while it is paused.
+    pub fn is_moving(&self, axis: Axis) -> bool {
+        !self.is_path_idle() || !self.is_solo_idle(axis)
+    }
+
+    /// Whether the axis is not moving on its own.
+    pub fn is_solo_idle(&self, axis: Axis) -> bool {
+        let solo = &self.solo[axis.index()];
+        solo.play.is_none() && solo.single.is_idle()
+    }
+
+    /// Whether no path is under way.
+    pub fn is_path_idle(&self) -> bool {
+        self.path_play.is_none() && self.path.is_idle()
+    }
+
+    /// Whether everything rests, which in a pause includes what has come to a stand.
+    pub fn stands(&self) -> bool {
+        self.path_play.is_none() && self.solo.iter().all(|solo| solo.play.is_none())
+    }
+
+    /// Whether the axis turns at this moment.
+    pub fn turns(&self, axis: Axis) -> bool {
+        self.solo[axis.index()].play.is_some()
+            || self.path_play.is_some_and(|(_, segment)| segment.inc[axis.index()] != 0)
+    }
+
+    /// Direction in which the axis turns: -1, 0 or 1.
+    pub fn direction(&self, axis: Axis) -> i32 {
+        let solo = &self.solo[axis.index()];
+        if solo.play.is_some() {
+            return if solo.single.negative() { -1 } else { 1 };
+        }
+        match &self.path_play {
+            Some((_, segment)) if segment.inc[axis.index()] != 0 => {
+                if segment.negative >> axis.index() & 1 != 0 { -1 } else { 1 }
+            }
+            _ => 0,
+        }
+    }
+
+    /// When the next segment ends, us.
+    pub fn next_us(&self) -> Option<u64> {
+        let path = self.path_play.as_ref().map(|(play, _)| play.end_us());
+        let solos = self.solo.iter().filter_map(|solo| solo.play.as_ref().map(Play::end_us));
+        solos.chain(path).min()
+    }
+
+    /// When the axis comes to `place` within the segment that plays, us; `None` when it does not
+    /// or was there at `us` already.
+    pub fn reaches(&self, axis: Axis, place: i32, us: u64) -> Option<u64> {
+        let index = axis.index();
+        let forward = self.direction(axis);
+        if forward == 0 {
+            return None;
+        }
+        let solo = &self.solo[index];
+        let want = (i64::from(place) - i64::from(self.base[index])) * i64::from(forward);
+        if want <= 0 {
+            return None;
+        }
+        let (play, step) = if let Some(play) = &solo.play {
+            (play, u16::try_from(want).ok().filter(|step| *step <= play.segment.steps())?)
+        } else {
+            let (play, segment) = self.path_play.as_ref()?;
+            let made = |events: u16| {
+                let mut at = [0; 3];
+                segment.played(events, &mut self.acc.clone(), &mut at);
+                i64::from(at[index]) * i64::from(forward)
+            };
+            let (mut low, mut high) = (1_u16, play.segment.steps());
+            if made(high) < want {
+                return None;
+            }
+            while low < high {
+                let middle = low + (high - low) / 2;
+                if made(middle) >= want {
+                    high = middle;
+                } else {
+                    low = middle + 1;
+                }
+            }
+            (play, low)
+        };
+        Some(play.step_us(step)).filter(|at| *at > us)
+    }
+
+    /// Ends the segments that are over at `us` and takes the next ones.
+    pub fn advance(&mut self, us: u64) {
+        while let Some((play, segment)) = self.path_play.filter(|(play, _)| play.end_us() <= us) {
+            let before = self.base;
+            segment.played(play.segment.steps(), &mut self.acc, &mut self.base);
+            self.count(&before);
+            self.path_play = None;
+            self.milestones.push((play.end_us(), Milestone::PathRate(play.rate())));
+            self.take_path(play.begin + play.segment.duration());
+        }
+        for axis in Axis::ALL {
+            let index = axis.index();
+            while let Some(play) = self.solo[index].play.filter(|play| play.end_us() <= us) {
+                let made = signed(&self.solo[index].single, play.segment.steps());
+                self.base[index] += made;
+                self.travelled[index] += u64::from(made.unsigned_abs());
+                self.solo[index].play = None;
+                self.milestones.push((play.end_us(), Milestone::AxisRate(axis, play.rate())));
+                self.take_solo(axis, play.begin + play.segment.duration());
+            }
+        }
+    }
+
+    fn count(&mut self, before: &[i32; 3]) {
+        for (sum, (now, before)) in self.travelled.iter_mut().zip(self.base.iter().zip(before)) {
+            *sum += u64::from(now.abs_diff(*before));
+        }
+    }
+
+    fn take_path(&mut self, begin: u64) {
+        match self.path.next_segment(&self.records) {
+            Some(segment) => {
+                if segment.begin {
+                    let at = begin.div_ceil(FINE_PER_US);
+                    self.milestones.push((at, Milestone::BlockBegins));
+                }
+                self.path_play = Some((Play { begin, segment: segment.ramp }, segment));
+            }
+            None if self.path.is_idle() => {
+                self.milestones.push((begin.div_ceil(FINE_PER_US), Milestone::PathEnds));
+            }
+            None => {}
+        }
+    }
+
+    fn take_solo(&mut self, axis: Axis, begin: u64) {
+        let index = axis.index();
+        let solo = &mut self.solo[index];
+        match solo.single.next_segment(&self.records[index]) {
+            Some(segment) => solo.play = Some(Play { begin, segment }),
+            None if solo.single.is_idle() => {
+                let at = begin.div_ceil(FINE_PER_US);
+                self.milestones.push((at, Milestone::AxisRests(axis)));
+            }
+            None => {}
+        }
+    }
+
+    /// Whether a further block would be taken.
+    pub fn has_room(&self) -> bool {
+        self.path.has_room()
+    }
+
+    /// Gives the path a block; see [`Motion::has_room`].
+    pub fn push(&mut self, block: &Block, us: u64) {
+        self.path.push(&self.records, block);
+        self.kick(us);
+    }
+
+    /// Moves an axis on its own to `target` steps.
+    pub fn go(&mut self, axis: Axis, target: i32, pace: Pace, us: u64) {
+        self.settle(axis);
+        let index = axis.index();
+        self.solo[index].single.go(&self.records[index], target, pace);
+        self.kick(us);
+    }
+
+    /// Runs an axis until stopped, or to `limit` steps at most.
+    pub fn run(&mut self, axis: Axis, negative: bool, limit: Option<i32>, pace: Pace, us: u64) {
+        self.settle(axis);
+        let index = axis.index();
+        self.solo[index].single.run(&self.records[index], negative, limit, pace);
+        self.kick(us);
+    }
+
+    /// A path may have moved the axis since it last went on its own.
+    fn settle(&mut self, axis: Axis) {
+        let solo = &mut self.solo[axis.index()];
+        if solo.single.is_idle() && solo.play.is_none() {
+            solo.single.halt(self.base[axis.index()]);
+        }
+    }
+
+    /// Ramps an axis of its own down to rest.
+    pub fn stop(&mut self, axis: Axis) {
+        self.solo[axis.index()].single.stop();
+    }
+
+    /// A sensor answered at `us`: the axis stands still there or stops on its ramp.
+    pub fn hit(&mut self, axis: Axis, us: u64) {
+        let index = axis.index();
+        let caught = self.positions(us)[index];
+        if self.solo[index].single.hit(&self.records[index], caught) {
+            self.travelled[index] += u64::from(caught.abs_diff(self.base[index]));
+            self.base[index] = caught;
+            self.solo[index].play = None;
+            self.milestones.push((us, Milestone::AxisRests(axis)));
+        }
+    }
+
+    /// Everything stands still at `us` at once.
+    pub fn halt(&mut self, us: u64) {
+        let before = self.base;
+        self.base = self.positions(us);
+        self.count(&before);
+        if !self.is_path_idle() {
+            self.path.clear();
+            self.path_play = None;
+            self.milestones.push((us, Milestone::PathEnds));
+        }
+        for axis in Axis::ALL {
+            let index = axis.index();
+            if !self.is_solo_idle(axis) {
+                self.milestones.push((us, Milestone::AxisRests(axis)));
+            }
+            self.solo[index].play = None;
+            self.solo[index].single.halt(self.base[index]);
+        }
+    }
+
+    /// The resting axis is at `steps` from now on.
+    pub fn set_position(&mut self, axis: Axis, steps: i32) {
+        self.base[axis.index()] = steps;
+        self.solo[axis.index()].single.halt(steps);
+    }
+
+    /// Ramps everything down, or goes on with the rest.
+    pub fn pause(&mut self, on: bool, us: u64) {
+        self.path.pause(on);
+        for solo in &mut self.solo {
+            solo.single.pause(on);
+        }
+        if !on {
+            self.kick(us);
+        }
+    }
+
+    /// Gives up what a pause has left of every move.
+    pub fn forget(&mut self, us: u64) {
+        self.halt(us);
+        self.path.pause(false);
+        for solo in &mut self.solo {
+            solo.single.pause(false);
+        }
+    }
+
+    /// Takes first segments where nothing plays.
+    fn kick(&mut self, us: u64) {
+        let begin = us * FINE_PER_US;
+        if self.path_play.is_none() && !self.path.is_idle() {
+            self.take_path(begin);
+        }
+        for axis in Axis::ALL {
+            let solo = &self.solo[axis.index()];
+            if solo.play.is_none() && !solo.single.is_idle() {
+                self.take_solo(axis, begin);
+            }
+        }
+    }
+}
+
+/// Steps with the sign of the axis's direction.
+fn signed(single: &Single, steps: u16) -> i32 {
+    if single.negative() { -i32::from(steps) } else { i32::from(steps) }
+}
