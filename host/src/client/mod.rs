@@ -6,6 +6,7 @@
 
 pub mod frame;
 pub mod identity;
+pub mod print;
 pub mod status;
 pub mod upload;
 

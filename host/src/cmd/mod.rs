@@ -2,7 +2,11 @@
 //!
 //! Names, exit codes and formats are a contract with other tools (see [`Failure`]).
 
+mod control;
+mod fmt;
+mod port;
 mod profile;
+mod status;
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -49,8 +53,38 @@ pub enum Format {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Put scripts into one style
+    Fmt(fmt::Fmt),
+    /// Run a board's stored program, release its WaitStart, or acknowledge its fault
+    Start(control::Control),
+    /// End a board's run on a ramp
+    Stop(control::Control),
+    /// Pause a board's run on a ramp
+    Pause(control::Control),
+    /// Go on with a board's paused run
+    Resume(control::Control),
+    /// Show what a board does
+    Status(status::Status),
+    /// Show what a board prints and does, as it changes
+    Watch(status::Watch),
     /// Show the machine descriptions that the tool knows, or those of a board
     Profile(profile::Profile),
+}
+
+impl Command {
+    fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        use control::Action;
+        match self {
+            Command::Fmt(command) => command.run(options, console),
+            Command::Start(command) => command.run(Action::Start, options, console),
+            Command::Stop(command) => command.run(Action::Stop, options, console),
+            Command::Pause(command) => command.run(Action::Pause, options, console),
+            Command::Resume(command) => command.run(Action::Resume, options, console),
+            Command::Status(command) => command.run(options, console),
+            Command::Watch(command) => command.run(options, console),
+            Command::Profile(command) => command.run(options, console),
+        }
+    }
 }
 
 /// Runs the command line of this process.
@@ -65,10 +99,7 @@ pub fn main() -> ExitCode {
         }
     };
     let console = Console { format: cli.options.format };
-    let result = match cli.command {
-        Command::Profile(command) => command.run(&cli.options, &console),
-    };
-    match result {
+    match cli.command.run(&cli.options, &console) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if let Some(message) = failure.message() {

@@ -1,0 +1,31 @@
+//! What a program prints, as it comes over the link (lang's `wire` module, Print).
+
+use lang::wire;
+
+use super::{Client, ClientError};
+use crate::link::Link;
+
+/// Bytes of the window.
+const WINDOW: u16 = 32;
+
+/// Ends a printed line.
+pub const LINE_END: u8 = b'\n';
+
+impl<L: Link> Client<L> {
+    /// Takes the bytes that wait, at most 32 of them.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn take_print(&mut self) -> Result<Vec<u8>, ClientError> {
+        let words = self.holding(wire::PRINT_COUNT, 2 + WINDOW / 2)?;
+        let (count, tail) = (words[0].min(WINDOW), words[1]);
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let bytes = words[2..].iter().flat_map(|word| word.to_be_bytes());
+        let bytes: Vec<u8> = bytes.take(usize::from(count)).collect();
+        // Writing the same number again takes nothing more, so a lost reply does no harm.
+        self.write(wire::PRINT_TAIL, tail.wrapping_add(count))?;
+        Ok(bytes)
+    }
+}

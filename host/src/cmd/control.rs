@@ -1,0 +1,112 @@
+//! `pasapas start`, `stop`, `pause` and `resume`: run control of a board.
+
+use clap::Args;
+use lang::wire::{Control as Code, Exception, RunState};
+
+use super::port::{Board, Port};
+use super::{Console, Options};
+use crate::client::ClientError;
+use crate::client::status::state_name;
+use crate::failure::Failure;
+
+/// One of the run controls.
+#[derive(Debug, Args)]
+pub struct Control {
+    #[command(flatten)]
+    port: Port,
+}
+
+/// What to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Run the stored program, release WaitStart, or acknowledge a fault.
+    Start,
+    /// End the run on a ramp.
+    Stop,
+    /// Ramp down and pause.
+    Pause,
+    /// Go on with a paused run.
+    Resume,
+}
+
+impl Control {
+    /// Does it and waits until it shows in the board's state.
+    ///
+    /// # Errors
+    /// The board does not answer, refuses, or stays in another state.
+    pub fn run(&self, action: Action, options: &Options, console: &Console) -> Result<(), Failure> {
+        let mut board = self.port.connect(options, console)?;
+        let (before, runs) = board.run_state()?;
+        let (code, wanted): (Code, &[RunState]) = match (action, before) {
+            (Action::Start, Some(RunState::Fault)) => (Code::Acknowledge, &IDLE),
+            (Action::Start, _) => (Code::Start, &STARTED),
+            (Action::Stop, _) => (Code::Stop, &IDLE),
+            (Action::Pause, _) => (Code::Pause, &[RunState::Paused]),
+            (Action::Resume, _) => (Code::Resume, &STARTED),
+        };
+        refuse_impossible(action, before)?;
+        send(&mut board, code)?;
+        match board.wait_for(wanted)? {
+            Ok(state) => {
+                if code == Code::Acknowledge {
+                    console.complain("the fault is acknowledged; `pasapas start` again runs");
+                }
+                tell(state, console)
+            }
+            // A short program is over before its state is seen.
+            Err(Some(state)) if board.run_state()?.1 != runs => tell(state, console),
+            Err(state) => Err(Failure::Board(format!(
+                "the board took the command but is {}{}",
+                state.map_or("in an unknown state", state_name),
+                blocked(&mut board)?
+            ))),
+        }
+    }
+}
+
+/// States in which nothing runs.
+const IDLE: [RunState; 3] = [RunState::Ready, RunState::Empty, RunState::Fault];
+/// States after a start.
+const STARTED: [RunState; 2] = [RunState::Running, RunState::WaitStart];
+
+fn refuse_impossible(action: Action, state: Option<RunState>) -> Result<(), Failure> {
+    let text = match (action, state) {
+        (Action::Start | Action::Resume, Some(RunState::Empty)) => {
+            "the board holds no program; `pasapas upload` brings one"
+        }
+        (Action::Resume, Some(state)) if state != RunState::Paused => {
+            "nothing is paused; `pasapas start` runs the stored program"
+        }
+        (Action::Pause, Some(state)) if IDLE.contains(&state) => "no program runs",
+        _ => return Ok(()),
+    };
+    Err(Failure::Board(text.to_owned()))
+}
+
+fn send(board: &mut Board, code: Code) -> Result<(), Failure> {
+    match board.control(code) {
+        // The reply may have been lost after the board took it: the state tells.
+        Ok(()) | Err(ClientError::Silent | ClientError::Noise(_)) => Ok(()),
+        Err(error) if error.is_exception(Exception::Busy) => {
+            Err(Failure::Board(format!("the board cannot do that now{}", blocked(board)?)))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// The input that keeps it from happening, in words.
+fn blocked(board: &mut Board) -> Result<String, Failure> {
+    let status = board.status()?;
+    Ok(match (status.blocked_by, status.fault) {
+        (Some(input), _) => format!(": input {input} holds it"),
+        (None, Some(fault)) => format!(": {fault} {}", status.text.unwrap_or_default()),
+        (None, None) => String::new(),
+    })
+}
+
+fn tell(state: RunState, console: &Console) -> Result<(), Failure> {
+    if console.json() {
+        return console.json_line(&serde_json::json!({ "state": state_name(state) }));
+    }
+    console.result(&format!("{}\n", state_name(state)))
+}

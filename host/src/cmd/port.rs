@@ -1,0 +1,45 @@
+//! `--port` and `--address`: the way to a board, for every command that talks to one.
+
+use clap::Args;
+
+use super::{Console, Options};
+use crate::client::{Client, ClientError};
+use crate::failure::Failure;
+use crate::link::{self, Link};
+
+/// Which board.
+#[derive(Clone, Debug, Args)]
+pub struct Port {
+    /// Serial port, pseudo-terminal or `tcp:PORT` of the board
+    #[arg(long, value_name = "PORT")]
+    port: String,
+    /// Modbus address of the board; without it the profile's, else 1
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=247))]
+    address: Option<u8>,
+}
+
+/// A master on whatever link the user named.
+pub type Board = Client<Box<dyn Link>>;
+
+impl Port {
+    /// Opens the port and finds the board's rate and parity.
+    ///
+    /// # Errors
+    /// The port cannot be opened or no board answers.
+    pub fn connect(&self, options: &Options, console: &Console) -> Result<Board, Failure> {
+        let from_profile = options.profile(console)?.map(|profile| profile.link.address);
+        let address = self.address.or(from_profile).unwrap_or(1);
+        let link = link::open(&self.port).map_err(Failure::Board)?;
+        let mut client = Client::new(link, address);
+        client.find().map_err(|error| {
+            Failure::Board(format!("board {address} on {}: {error}", self.port))
+        })?;
+        Ok(client)
+    }
+}
+
+impl From<ClientError> for Failure {
+    fn from(error: ClientError) -> Failure {
+        Failure::Board(error.to_string())
+    }
+}

@@ -1,0 +1,184 @@
+//! `pasapas status` and `pasapas watch`: what a board does.
+
+use std::time::Duration;
+
+use crate::client::print::LINE_END;
+use clap::Args;
+use lang::axis::Axis;
+
+use super::port::{Board, Port};
+use super::{Console, Options};
+use crate::client::status::Status as State;
+use crate::failure::Failure;
+
+/// `pasapas status`
+#[derive(Debug, Args)]
+pub struct Status {
+    #[command(flatten)]
+    port: Port,
+}
+
+impl Status {
+    /// Prints the state once.
+    ///
+    /// # Errors
+    /// The board does not answer.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let mut board = self.port.connect(options, console)?;
+        let identity = board.identity()?;
+        let state = board.status()?;
+        if console.json() {
+            let mut line = serde_json::to_value(&state).unwrap_or_default();
+            if let Some(object) = line.as_object_mut() {
+                object.insert(
+                    "board".to_owned(),
+                    serde_json::to_value(&identity).unwrap_or_default(),
+                );
+            }
+            return console.json_line(&line);
+        }
+        let mut text = describe(&state);
+        text += &format!(
+            "program   {}\nboard     firmware {}, register map {}, instruction set {:04X}\n\
+             health    {} bytes of stack never used, {} deadlines missed, reset cause {}\n",
+            match identity.program_bytes {
+                0 => format!("none, {} bytes free", identity.free_bytes),
+                bytes => format!("{bytes} bytes, {} more fit beside it", identity.free_bytes),
+            },
+            identity.firmware,
+            identity.wire_version,
+            identity.instruction_set,
+            identity.stack_free,
+            identity.missed_deadlines,
+            reset_cause(identity.reset_cause),
+        );
+        console.result(&text)
+    }
+}
+
+/// The bits of IFG1 in words.
+fn reset_cause(bits: u16) -> String {
+    let names = [(2, "power on"), (3, "RST pin"), (0, "watchdog"), (4, "NMI")];
+    let set: Vec<&str> =
+        names.iter().filter(|(bit, _)| bits >> bit & 1 != 0).map(|(_, name)| *name).collect();
+    if set.is_empty() { "software".to_owned() } else { set.join(", ") }
+}
+
+/// The state for people.
+fn describe(state: &State) -> String {
+    let mut text = format!("state     {}", state.state);
+    if let Some(fault) = &state.fault {
+        text += &format!(", {fault} {}", state.text.unwrap_or_default());
+        if let Some(line) = state.line {
+            text += &format!(" in line {line}");
+        }
+        if let Some(input) = state.input {
+            text += &format!(", input {input}");
+        }
+    }
+    if let Some(end) = state.last_end {
+        text += &format!(" (last run: {end})");
+    }
+    text += "\nposition ";
+    for (axis, place) in Axis::ALL.into_iter().zip(state.pos.values()) {
+        let homed = if state.homed.contains(&axis.letter()) { "" } else { " (not homed)" };
+        text += &format!(" {} {} st{homed}", axis.letter(), place.unwrap_or(0));
+    }
+    let list = |numbers: &[u16]| {
+        let words: Vec<String> = numbers.iter().map(u16::to_string).collect();
+        if words.is_empty() { "none".to_owned() } else { words.join(" ") }
+    };
+    text += &format!("\ninputs    on: {}", list(&state.inputs));
+    text += &format!("\noutputs   on: {}\n", list(&state.outputs));
+    if let Some(input) = state.blocked_by {
+        text += &format!("blocked   by input {input}\n");
+    }
+    text
+}
+
+/// `pasapas watch`
+#[derive(Debug, Args)]
+pub struct Watch {
+    #[command(flatten)]
+    port: Port,
+    /// Time between two looks
+    #[arg(long, value_name = "MS", default_value_t = 200)]
+    every: u64,
+    /// End after this many looks
+    #[arg(long, value_name = "N")]
+    count: Option<u64>,
+}
+
+impl Watch {
+    /// Prints what PRINT writes and every change of state, until the board is gone.
+    ///
+    /// # Errors
+    /// The board does not answer any more.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let mut board = self.port.connect(options, console)?;
+        let mut before = None;
+        let mut looks = 0;
+        let mut line = Vec::new();
+        loop {
+            for text in printed(&mut board, &mut line)? {
+                if console.json() {
+                    console.json_line(&serde_json::json!({ "print": text }))?;
+                } else {
+                    console.result(&format!("> {text}\n"))?;
+                }
+            }
+            // Of what changes all the time only the place is told, in JSON.
+            let state = board.status()?;
+            let calm = State { program_counter: 0, ..state.clone() };
+            if before.as_ref() != Some(&calm) {
+                if console.json() {
+                    console.json_line(&state)?;
+                } else {
+                    console.result(&brief(&state))?;
+                }
+                before = Some(calm);
+            }
+            looks += 1;
+            if self.count.is_some_and(|count| looks >= count) {
+                return Ok(());
+            }
+            std::thread::sleep(Duration::from_millis(self.every));
+        }
+    }
+}
+
+/// One line for people.
+fn brief(state: &State) -> String {
+    let [x, y, z] = state.pos.values().map(|place| place.unwrap_or(0));
+    let join = |numbers: &[u16]| numbers.iter().map(u16::to_string).collect::<Vec<_>>().join(",");
+    let fault =
+        state.fault.as_ref().map(|fault| format!(" {fault} {}", state.text.unwrap_or_default()));
+    format!(
+        "{}{}  X {x} Y {y} Z {z} st  in [{}]  out [{}]\n",
+        state.state,
+        fault.unwrap_or_default(),
+        join(&state.inputs),
+        join(&state.outputs)
+    )
+}
+
+/// Takes what the board has printed; complete lines come back, the rest stays in `partial`.
+fn printed(board: &mut Board, partial: &mut Vec<u8>) -> Result<Vec<String>, Failure> {
+    let mut lines = Vec::new();
+    // Some looks at a time: a program that prints without end must not keep the state from showing.
+    for _ in 0..32 {
+        let bytes = board.take_print()?;
+        if bytes.is_empty() {
+            break;
+        }
+        for byte in bytes {
+            if byte == LINE_END {
+                lines.push(String::from_utf8_lossy(partial).into_owned());
+                partial.clear();
+            } else {
+                partial.push(byte);
+            }
+        }
+    }
+    Ok(lines)
+}
