@@ -27,6 +27,11 @@ impl Play {
         (n * i64::from(s.interval) + n * (n - 1) / 2 * i64::from(s.dif)).unsigned_abs()
     }
 
+    /// Sub-events of a step.
+    fn per_step(&self) -> u32 {
+        u32::from(self.segment.mask) + 1
+    }
+
     /// When it ends, us, rounded up.
     fn end_us(&self) -> u64 {
         (self.begin + self.segment.duration()).div_ceil(FINE_PER_US)
@@ -34,7 +39,7 @@ impl Play {
 
     /// When its `step`th step comes, us, rounded up.
     fn step_us(&self, step: u16) -> u64 {
-        (self.begin + self.offset(u32::from(step) << self.segment.shift)).div_ceil(FINE_PER_US)
+        (self.begin + self.offset(u32::from(step) * self.per_step())).div_ceil(FINE_PER_US)
     }
 
     /// Steps made until `us`.
@@ -49,7 +54,7 @@ impl Play {
                 high = middle - 1;
             }
         }
-        (low >> self.segment.shift) as u16
+        (low / self.per_step()) as u16
     }
 
     /// Speed at its end, events/s.
@@ -57,7 +62,7 @@ impl Play {
         let s = &self.segment;
         let events = i64::from(s.events);
         let last = i64::from(s.interval) + (events - 1).max(0) * i64::from(s.dif);
-        let ticks = last.max(1) as f64 * f64::from(1_u32 << s.shift) / 65_536.0;
+        let ticks = last.max(1) as f64 * f64::from(self.per_step()) / 65_536.0;
         16_000_000.0 / ticks
     }
 }
@@ -252,31 +257,27 @@ impl Motion {
     }
 
     fn take_path(&mut self, begin: u64) {
-        match self.path.next_segment(&self.records) {
-            Some(segment) => {
-                if segment.begin {
-                    let at = begin.div_ceil(FINE_PER_US);
-                    self.milestones.push((at, Milestone::BlockBegins));
-                }
-                self.path_play = Some((Play { begin, segment: segment.ramp }, segment));
+        let at = begin.div_ceil(FINE_PER_US);
+        let mut segment = PathSegment::default();
+        if self.path.next_segment(&self.records, &mut segment) {
+            if segment.begin {
+                self.milestones.push((at, Milestone::BlockBegins));
             }
-            None if self.path.is_idle() => {
-                self.milestones.push((begin.div_ceil(FINE_PER_US), Milestone::PathEnds));
-            }
-            None => {}
+            self.path_play = Some((Play { begin, segment: segment.ramp }, segment));
+        } else if self.path.is_idle() {
+            self.milestones.push((at, Milestone::PathEnds));
         }
     }
 
     fn take_solo(&mut self, axis: Axis, begin: u64) {
         let index = axis.index();
         let solo = &mut self.solo[index];
-        match solo.single.next_segment(&self.records[index]) {
-            Some(segment) => solo.play = Some(Play { begin, segment }),
-            None if solo.single.is_idle() => {
-                let at = begin.div_ceil(FINE_PER_US);
-                self.milestones.push((at, Milestone::AxisRests(axis)));
-            }
-            None => {}
+        let mut segment = Segment::default();
+        if solo.single.next_segment(&self.records[index], &mut segment) {
+            solo.play = Some(Play { begin, segment });
+        } else if solo.single.is_idle() {
+            let at = begin.div_ceil(FINE_PER_US);
+            self.milestones.push((at, Milestone::AxisRests(axis)));
         }
     }
 

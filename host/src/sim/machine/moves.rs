@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use firmware::motion::single::Pace;
+use firmware::motion::scaled::Scaled;
+use firmware::motion::single::{Pace, steps_of};
 use lang::axis::Axis;
 use lang::effect::{Coord, Rate};
 use lang::fault::Fault;
@@ -38,18 +39,12 @@ impl Machine<'_> {
             Some(Rate::Steps(steps)) => pace.with_steps(steps.unsigned_abs()),
             None => pace,
         };
-        let ramp = |rate: Rate| match rate {
-            Rate::Um(um) => {
-                scaled(um, record.steps, record.um).unwrap_or(i32::MAX).unsigned_abs().max(1)
-            }
-            Rate::Steps(steps) => steps.unsigned_abs(),
+        let ramp = |rate: Option<Rate>, own: u32| match rate {
+            Some(Rate::Um(um)) => steps_of(record, um.unsigned_abs()),
+            Some(Rate::Steps(steps)) => Scaled::new(steps.unsigned_abs()),
+            None => Scaled::new(own),
         };
-        if let Some(accel) = accel {
-            pace.accel = pace.accel.min(ramp(accel));
-        }
-        if let Some(decel) = decel.or(accel) {
-            pace.decel = pace.decel.min(ramp(decel));
-        }
+        pace = pace.with_ramps(ramp(accel, record.accel), ramp(decel.or(accel), record.decel));
         Ok(pace)
     }
 
@@ -126,7 +121,12 @@ impl Machine<'_> {
         if limit.is_some_and(|end| if negative { here <= end } else { here >= end }) {
             return Err(Fault::SoftLimit);
         }
-        let rate = (pace.speed / 256).max(1) as i32;
+        let record = self.motion.record(axis);
+        let rate = match size {
+            Rate::Um(um) => scaled(um, record.steps, record.um).unwrap_or(i32::MAX),
+            Rate::Steps(steps) => steps,
+        };
+        let rate = rate.clamp(1, i32::try_from(record.top_rate).unwrap_or(i32::MAX));
         let v = if negative { -rate } else { rate };
         self.write(What::Speed { line: self.line, axis: AxisLetter(axis), v });
         self.axes.set_running(axis, true);
