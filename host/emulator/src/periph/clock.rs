@@ -37,7 +37,7 @@ pub struct Clock {
     pub smclk: u64,
     /// Ticks of one ACLK cycle, 0 when stopped.
     pub aclk: u64,
-    /// Whether the DCO is above 16 MHz, or is emulated at a rate more than 10 % off.
+    /// Whether the DCO is above 16 MHz, or set to a calibrated rate that no tick divides.
     pub rounded: bool,
 }
 
@@ -85,9 +85,10 @@ impl Clock {
     pub fn update(&mut self) {
         let hz = self.dco_hz();
         let dco = ((TICKS_PER_SECOND + hz / 2) / hz).max(1);
-        // Slow settings are only give-or-take a quarter on a real part: rounding loses nothing.
-        let got = TICKS_PER_SECOND / dco;
-        self.rounded = hz > TICKS_PER_SECOND || (hz > 8_000_000 && got.abs_diff(hz) > hz / 10);
+        // Settings between the calibrated ones are give-or-take a quarter on a real part anyway.
+        let calibrated = CALIBRATION.iter().any(|row| row.2 == hz);
+        self.rounded =
+            hz > TICKS_PER_SECOND || (calibrated && !TICKS_PER_SECOND.is_multiple_of(hz));
         let low = if self.vlo_selected() { TICKS_PER_SECOND / self.vlo_hz.max(1) } else { 0 };
         let pick = |use_low: bool| if use_low { low } else { dco };
         // Without XT2, SELM = 2 and SELS = 1 select LFXT1CLK or VLO, SELM = 3 too.

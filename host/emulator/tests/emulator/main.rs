@@ -5,6 +5,7 @@ mod cycles;
 mod lockstep;
 mod peripherals;
 mod power;
+mod published;
 mod serial;
 mod vectors;
 mod world;

@@ -18,7 +18,8 @@ struct Vector {
     after: u16,
 }
 
-fn flags(letters: &str) -> u16 {
+/// Status register bits by their letters.
+pub fn flags(letters: &str) -> u16 {
     letters.chars().fold(0, |all, letter| {
         all | match letter {
             'C' => 0x0001,
