@@ -91,8 +91,8 @@ pub struct Plant {
     pub motors: [Motor; 3],
     /// Reference switches X, Y, Z.
     pub switches: [Option<Contact>; 3],
-    /// What the probe meets.
-    pub probe: Option<Contact>,
+    /// What the probe meets, moved by X, Y and Z.
+    pub probes: [Option<Contact>; 3],
     /// Limits of the drivers that pulses are checked against.
     pub limits: DriverLimits,
     /// The registers of the `chain` wiring.
@@ -122,7 +122,7 @@ impl Plant {
             wiring,
             motors: Default::default(),
             switches: [None; 3],
-            probe: None,
+            probes: [None; 3],
             limits: DriverLimits::default(),
             chain: Chain::default(),
             inputs: 0,
@@ -242,7 +242,7 @@ impl Plant {
                 on |= 1 << (self.reference_input(axis) - 1);
             }
         }
-        if self.probe.is_some_and(|p| p.closed(&self.motors)) {
+        if self.probes.iter().flatten().any(|p| p.closed(&self.motors)) {
             on |= 1 << (self.probe_input() - 1);
         }
         on

@@ -75,7 +75,7 @@ fn switches_close_at_their_place_and_beyond() {
     b.bus_write8(0x21, 0xF9);
     b.bus_write8(0x27, 0xF9);
     b.plant_mut().switches[0] = Some(Contact { axis: 0, position: -3, above: false });
-    b.plant_mut().probe = Some(Contact { axis: 0, position: -5, above: false });
+    b.plant_mut().probes[0] = Some(Contact { axis: 0, position: -5, above: false });
     b.run_for(10);
     let mut levels = Vec::new();
     for _ in 0..6 {

@@ -1,0 +1,17 @@
+//! The virtual board: the shipped firmware image in the emulator, with a world around it.
+
+pub mod link;
+pub mod rig;
+
+use emulator::{Image, LoadError};
+
+/// The shipped image, with its symbols.
+const FIRMWARE: &[u8] = include_bytes!("../../../firmware/image/pasapas-g2553.elf");
+
+/// The shipped firmware image.
+///
+/// # Errors
+/// The image is no ELF file: the build that made this tool was damaged.
+pub fn firmware() -> Result<Image, LoadError> {
+    Image::parse(FIRMWARE)
+}

@@ -1,0 +1,311 @@
+//! An emulated board with its machine, and a scenario that acts on both.
+
+use emulator::plant::Contact;
+use emulator::{Board, Config, Format, Parity, Stop, TICKS_PER_SECOND, Wiring as PlantWiring};
+use lang::axis::Axis;
+use lang::profile::{Direction, Profile, Wiring};
+
+use crate::sim::world::{Action, Button, Scenario, World, WorldError};
+
+/// Ticks in a microsecond.
+pub const TICKS_PER_US: u64 = TICKS_PER_SECOND / 1_000_000;
+/// Where a reference switch stands when the world does not say: this far away, um.
+const SWITCH_AWAY_UM: i64 = 20_000;
+
+/// What the scenario does that only a host on the link can do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HostAction {
+    /// Send a synchronisation character.
+    Char(i32),
+    /// Send the emergency stop: no input has that role.
+    EmergencyStop,
+}
+
+/// The emulated board, its machine and its world.
+pub struct Rig {
+    board: Board,
+    profile: Profile,
+    scenario: Scenario,
+    /// Tick of the scenario's time 0; `None` while it waits for the run.
+    zero: Option<u64>,
+    /// Machine position less motor position: homing counts anew.
+    offset: [i64; 3],
+    /// Steps that motors lost to stalls, signed by direction of the loss in machine steps.
+    lost: [i64; 3],
+    host_actions: Vec<HostAction>,
+    failed: Option<WorldError>,
+    /// Output edges since the last look: tick, number, state.
+    outputs: Vec<(u64, i32, bool)>,
+    /// Input edges made by the scenario: tick, number, state.
+    inputs: Vec<(u64, i32, bool)>,
+}
+
+impl Rig {
+    /// A board with `image` in its flash, the machine of `profile` and a world, powered up.
+    ///
+    /// # Errors
+    /// The world's script fails.
+    pub fn new(
+        image: &emulator::Image,
+        profile: &Profile,
+        world: &World,
+    ) -> Result<Rig, WorldError> {
+        let wiring = match profile.wiring {
+            Wiring::Direct => PlantWiring::Direct,
+            Wiring::Chain => PlantWiring::Chain,
+        };
+        let board = Board::with_config(&Config { wiring, ..Config::default() }, image);
+        let scenario = world.start()?;
+        let mut rig = Rig {
+            board,
+            profile: profile.clone(),
+            scenario,
+            zero: None,
+            offset: [0; 3],
+            lost: [0; 3],
+            host_actions: Vec::new(),
+            failed: None,
+            outputs: Vec::new(),
+            inputs: Vec::new(),
+        };
+        rig.build_machine();
+        Ok(rig)
+    }
+
+    /// Motors, switches and polarities as the profile and the world say.
+    fn build_machine(&mut self) {
+        let profile = self.profile.clone();
+        let places = Axis::ALL.map(|axis| self.scenario.switch_place(axis));
+        let plant = self.board.plant_mut();
+        plant.stop_at_output = true;
+        for (axis, own) in profile.axes() {
+            let i = axis.index();
+            plant.motors[i].inverted = own.invert;
+            let above = own.home.direction == Direction::Positive;
+            let away = SWITCH_AWAY_UM * i64::from(own.scale.steps) / i64::from(own.scale.um);
+            let usual = i64::from(own.home.direction.sign()) * away;
+            let position = places[i].map_or(usual, i64::from);
+            plant.switches[i] = Some(Contact { axis: i, position, above });
+        }
+        for input in profile.inputs.iter().filter(|input| input.invert) {
+            if let Ok(n) = u8::try_from(input.n) {
+                let usual = profile.wiring == Wiring::Direct || n == plant.probe_input();
+                plant.set_active_low(n, !usual);
+            }
+        }
+        self.place_probe();
+    }
+
+    /// The plate counts from the machine's zero, the motor from power-up.
+    fn place_probe(&mut self) {
+        for axis in Axis::ALL {
+            let i = axis.index();
+            let plate = self.scenario.probe_plate(axis).map(|(place, side)| Contact {
+                axis: i,
+                position: i64::from(place) - self.offset[i],
+                above: side > 0,
+            });
+            self.board.plant_mut().probes[i] = plate;
+        }
+    }
+
+    /// The board.
+    pub fn board(&mut self) -> &mut Board {
+        &mut self.board
+    }
+
+    /// Present time in ticks since power-up.
+    pub fn now(&self) -> u64 {
+        self.board.cycles()
+    }
+
+    /// Time of the scenario, us; 0 before it began.
+    pub fn us(&self) -> u64 {
+        self.zero.map_or(0, |zero| self.now().saturating_sub(zero) / TICKS_PER_US)
+    }
+
+    /// The scenario's time begins now.
+    pub fn begin(&mut self) {
+        self.zero = Some(self.now());
+    }
+
+    /// When the scenario acts next, in ticks.
+    fn next_action(&self) -> Option<u64> {
+        let zero = self.zero?;
+        self.scenario.next_us().map(|us| zero.saturating_add(us.saturating_mul(TICKS_PER_US)))
+    }
+
+    /// Whether nothing is planned any more.
+    pub fn world_is_over(&self) -> bool {
+        self.scenario.next_us().is_none()
+    }
+
+    /// Runs to a tick, letting the world act at its times.
+    ///
+    /// # Errors
+    /// A callback of the world fails.
+    pub fn run_until(&mut self, limit: u64) -> Result<(), WorldError> {
+        loop {
+            self.act()?;
+            let until = self.next_action().map_or(limit, |next| next.min(limit));
+            let stop = self.board.run_until(until.max(self.now()));
+            self.look_at_outputs();
+            match stop {
+                Stop::NoPower => return Ok(()),
+                Stop::Time if self.now() >= limit => return Ok(()),
+                _ => {}
+            }
+        }
+    }
+
+    fn act(&mut self) -> Result<(), WorldError> {
+        if let Some(error) = self.failed.clone() {
+            return Err(error);
+        }
+        if self.zero.is_none() {
+            return Ok(());
+        }
+        let us = self.us();
+        if self.scenario.next_us().is_none_or(|next| next > us) {
+            return Ok(());
+        }
+        let actions = self.scenario.advance(us).inspect_err(|error| {
+            self.failed = Some(error.clone());
+        })?;
+        for action in actions {
+            self.apply(action);
+        }
+        self.place_probe();
+        Ok(())
+    }
+
+    fn apply(&mut self, action: Action) {
+        let now = self.now();
+        let emergency =
+            self.profile.input_with(lang::profile::InputRole::EmergencyStop).map(|i| i.n);
+        match action {
+            Action::Input { n, on } => self.set_input(n, on, now),
+            Action::Button { button: Button::Start, down } => {
+                self.board.plant_mut().press_start(down);
+            }
+            Action::Button { button: Button::Stop, down } => {
+                self.board.plant_mut().press_stop(down);
+            }
+            Action::EmergencyStop => match emergency {
+                Some(n) => self.set_input(n, true, now),
+                None => self.host_actions.push(HostAction::EmergencyStop),
+            },
+            Action::Char(c) => self.host_actions.push(HostAction::Char(c)),
+            Action::Stall { axis, steps } => {
+                let steps = u64::from(steps.unsigned_abs());
+                self.board.plant_mut().stall(axis.index(), steps);
+                self.lost[axis.index()] += steps.cast_signed();
+            }
+        }
+    }
+
+    fn set_input(&mut self, n: i32, on: bool, now: u64) {
+        if let Ok(number) = u8::try_from(n) {
+            self.board.plant_mut().set_input(number, on);
+            self.inputs.push((now, n, on));
+        }
+    }
+
+    fn look_at_outputs(&mut self) {
+        let zero = self.zero;
+        for change in self.board.plant_mut().take_output_changes() {
+            let n = i32::from(change.output);
+            // A low-active output's level is the other way round.
+            let inverted = self.profile.outputs.iter().any(|o| o.n == n && o.invert);
+            let on = change.on != inverted;
+            self.outputs.push((change.cycle, n, on));
+            if let Some(zero) = zero {
+                let us = change.cycle.saturating_sub(zero) / TICKS_PER_US;
+                self.scenario.output_changed(n, on, us);
+            }
+        }
+    }
+
+    /// What only the host can do for the scenario, since the last call.
+    pub fn take_host_actions(&mut self) -> Vec<HostAction> {
+        std::mem::take(&mut self.host_actions)
+    }
+
+    /// Edges of outputs since the last call.
+    pub fn take_output_edges(&mut self) -> Vec<(u64, i32, bool)> {
+        std::mem::take(&mut self.outputs)
+    }
+
+    /// Edges of inputs that the scenario made since the last call.
+    pub fn take_input_edges(&mut self) -> Vec<(u64, i32, bool)> {
+        std::mem::take(&mut self.inputs)
+    }
+
+    /// Where the motors are, in steps from power-up.
+    pub fn motors(&self) -> [i64; 3] {
+        Axis::ALL.map(|axis| self.board.plant().motors[axis.index()].position)
+    }
+
+    /// Rising STEP edges of each axis since power-up.
+    pub fn pulses(&self) -> [u64; 3] {
+        Axis::ALL.map(|axis| self.board.plant().motors[axis.index()].pulses)
+    }
+
+    /// Steps that stalls took from each axis.
+    pub fn lost(&self) -> [i64; 3] {
+        self.lost
+    }
+
+    /// Machine position less motor position of each axis.
+    pub fn offset(&self) -> [i64; 3] {
+        self.offset
+    }
+
+    /// The axis was homed: it rests at this machine position.
+    pub fn homed(&mut self, axis: Axis, position: i32) {
+        let i = axis.index();
+        self.offset[i] = i64::from(position) - self.motors()[i];
+        self.lost[i] = 0;
+        self.place_probe();
+    }
+
+    /// The expectations of the world that do not hold, with the outputs as they are.
+    pub fn failures(&self, pos: &crate::sim::trace::PerAxis) -> Vec<String> {
+        let plant = self.board.plant();
+        let output = |n: i32| {
+            let inverted = self.profile.outputs.iter().any(|o| o.n == n && o.invert);
+            u8::try_from(n).is_ok_and(|n| plant.output(n)) != inverted
+        };
+        self.scenario.failures(&output, pos)
+    }
+
+    /// Sets the host's end of the line to whatever rate and parity the chip's UART has, as a
+    /// connection without a rate of its own needs.
+    pub fn follow_uart(&mut self) {
+        let format = uart_format(&mut self.board);
+        self.board.set_uart_format(format);
+    }
+}
+
+/// What the registers of USCI_A0 say (user's guide SLAU144, chapter 15): the nearest of our rates
+/// to the divider's, and the parity bits.
+fn uart_format(board: &mut Board) -> Format {
+    const UCA0CTL0: u16 = 0x60;
+    const UCA0BR0: u16 = 0x62;
+    const UCA0MCTL: u16 = 0x64;
+    let divider =
+        u64::from(board.bus_read8(UCA0BR0)) | u64::from(board.bus_read8(UCA0BR0 + 1)) << 8;
+    let oversampling = if board.bus_read8(UCA0MCTL) & 1 != 0 { 16 } else { 1 };
+    let divider = (divider * oversampling).max(1);
+    let rates = [9_600u32, 19_200, 57_600, 115_200];
+    let baud = rates
+        .into_iter()
+        .min_by_key(|rate| (TICKS_PER_SECOND / divider).abs_diff(u64::from(*rate)))
+        .unwrap_or(115_200);
+    let parity = match board.bus_read8(UCA0CTL0) >> 6 {
+        0b10 => Parity::Odd,
+        0b11 => Parity::Even,
+        _ => Parity::None,
+    };
+    Format { baud, parity }
+}
