@@ -32,9 +32,9 @@ use self::moves::Pieces;
 use self::outputs::Outputs;
 use self::seek::Seek;
 use self::waits::{Slot, Wait};
-use super::trace::{Event, PerAxis, Status, What};
+use super::trace::{PerAxis, Status, What};
 use super::world::{Scenario, World, WorldError};
-use super::{End, Options, SimError};
+use super::{End, Options, SimError, Sink};
 
 /// Simulated time that a statement takes, us (language.md, One meaning in time).
 pub const STATEMENT_US: u64 = 20;
@@ -66,10 +66,10 @@ enum Halt {
 }
 
 /// See the module.
-pub struct Machine<'a> {
+pub struct Machine {
     profile: Profile,
     scenario: Scenario,
-    log: Log<'a>,
+    log: Log,
     motion: Motion,
     axes: Axes,
     plant: Plant,
@@ -108,7 +108,7 @@ pub struct Machine<'a> {
     homing_axis: Option<Axis>,
 }
 
-impl<'a> Machine<'a> {
+impl Machine {
     /// A machine at power-up; `texts` are those of PRINT, by index.
     ///
     /// # Errors
@@ -118,8 +118,8 @@ impl<'a> Machine<'a> {
         world: &World,
         options: &Options,
         texts: Vec<String>,
-        sink: &'a mut dyn FnMut(&Event),
-    ) -> Result<Machine<'a>, SimError> {
+        sink: Sink,
+    ) -> Result<Machine, SimError> {
         let scenario = world.start()?;
         let record = MachineRecord::of(profile);
         let mut machine = Machine {

@@ -8,6 +8,9 @@ pub mod record;
 pub mod trace;
 pub mod world;
 
+use std::cell::RefCell;
+use std::rc::Rc;
+
 use lang::fault::Fault;
 use lang::hir::Program;
 
@@ -105,6 +108,9 @@ impl From<WorldError> for SimError {
     }
 }
 
+/// Takes each line of a trace as it is written.
+pub type Sink = Box<dyn FnMut(&Event)>;
+
 /// Runs `program` from its first statement to its end; `sink` gets each line of the trace as it
 /// is written, `end` included.
 ///
@@ -116,7 +122,7 @@ pub fn run(
     engine: Engine,
     world: &World,
     options: &Options,
-    sink: &mut dyn FnMut(&Event),
+    sink: Sink,
 ) -> Result<Outcome, SimError> {
     let _ = (world, options, sink);
     let name = match engine {
@@ -136,7 +142,9 @@ pub fn run_traced(
     world: &World,
     options: &Options,
 ) -> Result<(Outcome, Vec<Event>), SimError> {
-    let mut events = Vec::new();
-    let outcome = run(program, engine, world, options, &mut |event| events.push(event.clone()))?;
-    Ok((outcome, events))
+    let events = Rc::new(RefCell::new(Vec::new()));
+    let sink = events.clone();
+    let sink = Box::new(move |event: &Event| sink.borrow_mut().push(event.clone()));
+    let outcome = run(program, engine, world, options, sink)?;
+    Ok((outcome, events.take()))
 }

@@ -11,7 +11,7 @@ use crate::sim::world::{Action, Button};
 /// Stop held that long ends the run, us.
 const HOLD_US: u64 = 2_000_000;
 
-impl Machine<'_> {
+impl Machine {
     /// Time of the clocks that a pause holds: TIMER, waits, ON EVERY; us.
     pub(super) fn run_clock(&self) -> u64 {
         self.paused_since.unwrap_or(self.now) - self.paused_us

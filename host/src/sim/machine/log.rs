@@ -4,7 +4,7 @@ use lang::record::AxisRecord;
 
 use crate::sim::record::{Edge, OutputUse, RECORD_LIMIT, Record, Segment, Summary};
 use crate::sim::trace::{Event, What};
-use crate::sim::{End, Options};
+use crate::sim::{End, Options, Sink};
 
 use super::outputs::Outputs;
 
@@ -16,8 +16,8 @@ struct Use {
 }
 
 /// See the module.
-pub struct Log<'a> {
-    sink: &'a mut dyn FnMut(&Event),
+pub struct Log {
+    sink: Sink,
     times: bool,
     keep: bool,
     axes: [AxisRecord; 3],
@@ -25,13 +25,9 @@ pub struct Log<'a> {
     uses: [Use; 17],
 }
 
-impl<'a> Log<'a> {
+impl Log {
     /// Empty books.
-    pub fn new(
-        options: &Options,
-        axes: [AxisRecord; 3],
-        sink: &'a mut dyn FnMut(&Event),
-    ) -> Log<'a> {
+    pub fn new(options: &Options, axes: [AxisRecord; 3], sink: Sink) -> Log {
         Log {
             sink,
             times: options.times,

@@ -25,7 +25,7 @@ pub struct Pieces {
     solo: [Option<usize>; 3],
 }
 
-impl Machine<'_> {
+impl Machine {
     /// Speed and ramps of a move, within what the axis can.
     pub(super) fn pace(&self, axis: Axis, asked: [Option<Rate>; 3]) -> Result<Pace, Fault> {
         let [speed, accel, decel] = asked;

@@ -13,7 +13,7 @@ use crate::sim::trace::{MoveKind, What};
 /// How far a chord may leave its arc, um.
 const CHORD_UM: f64 = 5.0;
 
-impl Machine<'_> {
+impl Machine {
     /// Waits for the path's end.
     pub(super) fn sync_path(&mut self) {
         if self.motion.is_path_idle() {

@@ -25,7 +25,7 @@ enum Target {
     Sensor(Sensor),
 }
 
-impl Machine<'_> {
+impl Machine {
     /// The axis that is homing: its switch is no limit switch.
     pub(super) fn homing(&self) -> Option<Axis> {
         self.homing_axis

@@ -1,10 +1,13 @@
+use std::cell::RefCell;
+use std::rc::Rc;
+
 use lang::axis::Axis;
 use lang::effect::{Center, Coord, Dist, Effect, Frame, Plane, Rate, Read, Sensor, Want};
 use lang::fault::Fault;
 use lang::profile::Profile;
 
 use super::{Machine, Step};
-use crate::sim::trace::{Status, to_text};
+use crate::sim::trace::{Event, Status, to_text};
 use crate::sim::world::World;
 use crate::sim::{End, Options};
 
@@ -26,10 +29,11 @@ const HOME_X: Effect = Effect::Home { axis: Axis::X, query: false };
 fn run_on(profile: &str, world: &str, effects: &[Effect]) -> (String, End, u64) {
     let profile = Profile::built_in(profile).unwrap();
     let world = World::parse("w.rhai", world).unwrap();
-    let mut events = Vec::new();
-    let mut sink = |event: &crate::sim::trace::Event| events.push(event.clone());
+    let events = Rc::new(RefCell::new(Vec::new()));
+    let log = events.clone();
+    let sink = Box::new(move |event: &Event| log.borrow_mut().push(event.clone()));
     let options = Options { times: false, ..Options::default() };
-    let mut machine = Machine::new(&profile, &world, &options, Vec::new(), &mut sink).unwrap();
+    let mut machine = Machine::new(&profile, &world, &options, Vec::new(), sink).unwrap();
     let mut fault = None;
     let mut last = 0;
     for (index, effect) in effects.iter().enumerate() {
@@ -56,7 +60,7 @@ fn run_on(profile: &str, world: &str, effects: &[Effect]) -> (String, End, u64) 
     for segment in &record.path {
         assert!(segment.end_us >= segment.start_us, "{segment:?}");
     }
-    (to_text(&events), end, summary.us)
+    (to_text(&events.borrow()), end, summary.us)
 }
 
 fn run(world: &str, effects: &[Effect]) -> (String, End, u64) {
@@ -175,10 +179,10 @@ fn a_speed_move_rests_at_its_soft_limit() {
         Effect::Wait(10_000),
     ];
     let profile = Profile::built_in("mill").unwrap();
-    let mut sink = |_: &crate::sim::trace::Event| {};
+    let sink = Box::new(|_: &Event| {});
     let options = Options::default();
     let world = World::empty();
-    let mut machine = Machine::new(&profile, &world, &options, Vec::new(), &mut sink).unwrap();
+    let mut machine = Machine::new(&profile, &world, &options, Vec::new(), sink).unwrap();
     assert_eq!(machine.begin(&effects[0]), Step::Done(0));
     assert_eq!(machine.begin(&effects[1]), Step::Done(0));
     assert_eq!(machine.begin(&effects[2]), Step::Late(Fault::SoftLimit));

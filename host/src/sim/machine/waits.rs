@@ -56,7 +56,7 @@ enum Ended {
     TimedOut,
 }
 
-impl Machine<'_> {
+impl Machine {
     /// Begins a wait and goes on with it.
     pub(super) fn begin_wait(&mut self, effect: &Effect) -> Result<Step, Fault> {
         let line = self.line;
