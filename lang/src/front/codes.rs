@@ -88,7 +88,7 @@ codes! {
     GcodeWord "P014" Error "a G-code word that can not be read" "A word is a letter directly followed by a number or [expression]."
     ForeignBrackets "P015" Error "brackets of another language" "Parentheses in expressions and calls, [ ] in G-code words, no braces."
     LineNumber "P016" Error "a line number" "Lines have no numbers; a label is name: at the start of a line."
-    BlankLabel "P017" Error "a label apart from its colon" "A label's colon follows its name directly."
+    BlankLabel "P017" Error "a label that is not at the start of a line, or apart from its colon" "A label is name: at the start of a line, the colon directly behind the name."
     LabelIsSub "P018" Error "a label with a SUB's name" "A statement that begins with a SUB's name calls it."
 }
 

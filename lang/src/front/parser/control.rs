@@ -20,9 +20,9 @@ use nom::combinator::{cut, map, opt, value};
 use nom::multi::separated_list1;
 use nom::sequence::{delimited, preceded};
 
-/// IF in both forms; `i` stands behind the word.
+/// IF in both forms.
 pub fn if_(i: In<'_>) -> Parsed<'_, Piece> {
-    let (rest, cond) = cut(expr).parse(i)?;
+    let (rest, cond) = cut(expr).parse(i.rest())?;
     let (rest, _) = cut(kw(Kw::Then)).parse(rest)?;
     if rest.tok() == Tok::LineEnd {
         return Ok((rest, Piece::Open(Opener::If(cond))));

@@ -145,12 +145,14 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
         let message = format!("there is no statement `{word}`");
         return Diag::new(Code::ForeignStatement, span, message).hint(hint);
     }
-    if let Tok::Sign(Sign::Colon) = i.second().tok
-        && i.second().span.start > span.end
-    {
+    if let Tok::Sign(Sign::Colon) = i.second().tok {
         let message = format!("`{word}` is no statement");
-        return Diag::new(Code::BlankLabel, span, message)
-            .hint(format!("a label's colon follows directly: `{word}:`"));
+        let hint = if i.second().span.start > span.end {
+            format!("a label's colon follows directly: `{word}:`")
+        } else {
+            "a label stands at the start of its line".to_owned()
+        };
+        return Diag::new(Code::BlankLabel, span, message).hint(hint);
     }
     let message = format!("there is no statement or SUB `{word}`");
     let diag = Diag::new(Code::UnknownStatement, span, message);
@@ -164,7 +166,7 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
         (None, Tok::Sign(Sign::Open)) => diag.hint(format!(
             "a SUB is declared with `SUB {word}`; an assignment has `=` behind the parentheses"
         )),
-        (None, Tok::LineEnd | Tok::Sign(Sign::Colon)) => {
+        (None, Tok::LineEnd) => {
             diag.hint(format!("a label is written `{word}:`, an assignment `{word} = 1`"))
         }
         (None, _) => diag.hint(format!("a SUB is declared with `SUB {word}`")),

@@ -88,7 +88,7 @@ fn keyword(kw_: Kw, i: In<'_>) -> Parsed<'_, Piece> {
         Kw::Table => stmt(declare::table(rest)?),
         Kw::Sub => control::routine(false)(rest),
         Kw::Function => control::routine(true)(rest),
-        Kw::If => control::if_(rest),
+        Kw::If => control::if_(i),
         Kw::ElseIf => control::else_if(rest),
         Kw::Else => Ok((rest, Piece::Else)),
         Kw::Select => control::select(rest),

@@ -37,3 +37,5 @@ EXIT
 CONTINUE SUB
 UNTIL a
 THEN
+a = 1 : foo: b = 2
+start: a = 1

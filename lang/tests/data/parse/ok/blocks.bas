@@ -32,3 +32,5 @@ LOOP
 REPEAT 5
   MoveRel X, 0.1mm
 END REPEAT
+IF _
+  a THEN b = 1
