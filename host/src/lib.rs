@@ -8,6 +8,7 @@ pub mod cmd;
 pub mod failure;
 pub mod input;
 pub mod link;
+pub mod lsp;
 pub mod plot;
 pub mod render;
 pub mod sim;

@@ -4,6 +4,7 @@
 
 mod control;
 mod fmt;
+mod lsp;
 mod port;
 mod profile;
 mod status;
@@ -67,6 +68,8 @@ enum Command {
     Status(status::Status),
     /// Show what a board prints and does, as it changes
     Watch(status::Watch),
+    /// Serve an editor: the language server on standard input and output
+    Lsp(lsp::Lsp),
     /// Show the machine descriptions that the tool knows, or those of a board
     Profile(profile::Profile),
 }
@@ -76,6 +79,7 @@ impl Command {
         use control::Action;
         match self {
             Command::Fmt(command) => command.run(options, console),
+            Command::Lsp(command) => command.run(options, console),
             Command::Start(command) => command.run(Action::Start, options, console),
             Command::Stop(command) => command.run(Action::Stop, options, console),
             Command::Pause(command) => command.run(Action::Pause, options, console),

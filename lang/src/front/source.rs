@@ -106,10 +106,16 @@ impl Source {
         (line, column as u32 + 1)
     }
 
+    /// The offset at which a line, from 1, begins; behind the last line the text's end.
+    pub fn line_start(&self, line: u32) -> u32 {
+        let index = (line as usize).saturating_sub(1);
+        self.line_starts.get(index).copied().unwrap_or(self.text.len() as u32)
+    }
+
     /// The text of a line, from 1, without its end.
     pub fn line_text(&self, line: u32) -> &str {
-        let at = |i: usize| self.line_starts.get(i).map_or(self.text.len(), |&s| s as usize);
-        let index = (line as usize).saturating_sub(1);
-        self.text.get(at(index)..at(index + 1)).unwrap_or("").trim_end_matches(['\n', '\r'])
+        let range =
+            self.line_start(line) as usize..self.line_start(line.saturating_add(1)) as usize;
+        self.text.get(range).unwrap_or("").trim_end_matches(['\n', '\r'])
     }
 }

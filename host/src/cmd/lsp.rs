@@ -1,0 +1,28 @@
+//! `pasapas lsp`: the language server on standard input and output.
+
+use clap::Args;
+use lsp_server::Connection;
+
+use super::{Console, Options};
+use crate::failure::Failure;
+use crate::lsp;
+
+/// `pasapas lsp`
+#[derive(Debug, Args)]
+pub struct Lsp {}
+
+impl Lsp {
+    /// Serves one editor until it says good-bye.
+    ///
+    /// # Errors
+    /// The connection breaks, or the profile is wrong.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let profile = options.profile(console)?;
+        let (connection, threads) = Connection::stdio();
+        let result = lsp::serve(&connection, profile.as_ref());
+        // The writer's thread ends when its channel closes.
+        drop(connection);
+        result.map_err(|error| Failure::Output(error.to_string()))?;
+        threads.join().map_err(|error| Failure::Output(error.to_string()))
+    }
+}
