@@ -102,8 +102,9 @@ pub enum Condition {
     Always,
 }
 
-/// One decoded instruction.
+/// One decoded instruction, of a size that makes the cache's index a shift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(align(16))]
 pub struct Op {
     /// What it does.
     pub kind: Kind,

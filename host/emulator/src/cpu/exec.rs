@@ -22,7 +22,7 @@ fn load(bus: &mut Bus, addr: u16, byte: bool) -> u16 {
 
 impl Cpu {
     #[inline(always)]
-    pub(super) fn execute(&mut self, bus: &mut Bus, op: Op) {
+    pub(super) fn execute(&mut self, bus: &mut Bus, op: &Op) {
         let w = Width::of(op.byte);
         match op.kind {
             Kind::Jump => {
@@ -79,7 +79,7 @@ impl Cpu {
         }
     }
 
-    fn single(&mut self, bus: &mut Bus, op: Op, w: Width) {
+    fn single(&mut self, bus: &mut Bus, op: &Op, w: Width) {
         match op.kind {
             Kind::Rra | Kind::Rrc => {
                 let (value, place) = self.operand(bus, op);
@@ -135,7 +135,7 @@ impl Cpu {
 
     /// `dst + (src ^ invert) + carry` with flags and store: ADD, ADDC, SUB, SUBC.
     #[inline(always)]
-    fn arithmetic(&mut self, bus: &mut Bus, op: Op, w: Width, invert: u16, carry: u16) {
+    fn arithmetic(&mut self, bus: &mut Bus, op: &Op, w: Width, invert: u16, carry: u16) {
         let (src, dst, place) = self.operands(bus, op);
         let (result, sr) = flags::add(dst, src ^ invert, carry, w, self.r[SR]);
         self.r[SR] = sr;
@@ -159,7 +159,7 @@ impl Cpu {
     }
 
     #[inline(always)]
-    fn source(&mut self, bus: &mut Bus, op: Op) -> u16 {
+    fn source(&mut self, bus: &mut Bus, op: &Op) -> u16 {
         match op.src {
             Src::Reg(reg) => self.r[usize::from(reg & 15)],
             Src::Constant(value) | Src::Immediate(value) => value,
@@ -172,7 +172,7 @@ impl Cpu {
 
     /// Address of a memory source; autoincrement happens here, before the destination is formed.
     #[inline(always)]
-    fn address(&mut self, op: Op) -> u16 {
+    fn address(&mut self, op: &Op) -> u16 {
         match op.src {
             Src::Indexed(reg, x) => self.r[usize::from(reg & 15)].wrapping_add(x),
             Src::Absolute(addr) | Src::NextWord(addr) => addr,
@@ -199,7 +199,7 @@ impl Cpu {
 
     /// Source, destination and the place of the destination.
     #[inline(always)]
-    fn operands(&mut self, bus: &mut Bus, op: Op) -> (u16, u16, Place) {
+    fn operands(&mut self, bus: &mut Bus, op: &Op) -> (u16, u16, Place) {
         let src = self.source(bus, op);
         let place = self.place(op.dst);
         let dst = match place {
@@ -211,7 +211,7 @@ impl Cpu {
     }
 
     /// The operand of a one-operand instruction and its place.
-    fn operand(&mut self, bus: &mut Bus, op: Op) -> (u16, Place) {
+    fn operand(&mut self, bus: &mut Bus, op: &Op) -> (u16, Place) {
         match op.src {
             Src::Reg(reg) => (self.r[usize::from(reg & 15)], Place::Reg(reg)),
             Src::Constant(value) | Src::Immediate(value) => (value, Place::None),

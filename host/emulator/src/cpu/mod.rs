@@ -17,12 +17,23 @@ pub const SP: usize = 1;
 /// Status register's number.
 pub const SR: usize = 2;
 
+/// Words of the address space.
+const WORDS: usize = 0x8000;
+
+/// An array on the heap that never was on the stack.
+fn boxed(op: Op) -> Box<[Op; WORDS]> {
+    match vec![op; WORDS].into_boxed_slice().try_into() {
+        Ok(array) => array,
+        Err(_) => unreachable!("the vector has that length"),
+    }
+}
+
 /// Registers and instruction cache.
 pub struct Cpu {
     /// R0 to R15.
     pub r: [u16; 16],
     /// One entry for each word address; entries with `words` 0 are not decoded yet.
-    cache: Box<[Op]>,
+    cache: Option<Box<[Op; WORDS]>>,
     /// The instruction after one that sets GIE runs before an interrupt is accepted.
     shadow: bool,
     /// Stack, interrupt and profile measurements.
@@ -32,12 +43,7 @@ pub struct Cpu {
 impl Cpu {
     /// A CPU with all registers 0.
     pub fn new() -> Cpu {
-        Cpu {
-            r: [0; 16],
-            cache: vec![Op::NONE; 0x8000].into_boxed_slice(),
-            shadow: false,
-            stats: Stats::default(),
-        }
+        Cpu { r: [0; 16], cache: Some(boxed(Op::NONE)), shadow: false, stats: Stats::default() }
     }
 
     /// Forgets decoded instructions that touch `start..=end`.
@@ -45,8 +51,10 @@ impl Cpu {
         // An instruction reaches at most four bytes beyond its first word.
         let first = usize::from(start.saturating_sub(4) >> 1);
         let last = usize::from(end >> 1);
-        for entry in &mut self.cache[first..=last] {
-            entry.words = 0;
+        if let Some(cache) = &mut self.cache {
+            for entry in &mut cache[first..=last] {
+                entry.words = 0;
+            }
         }
     }
 
@@ -73,42 +81,54 @@ impl Cpu {
     /// Runs until `bus.now` reaches `stop`, or something asks for attention. At least one
     /// instruction is executed.
     pub fn burst(&mut self, bus: &mut Bus, stop: u64) {
+        // Taken out for the burst, so that an operation can be borrowed while it is executed.
+        let Some(mut cache) = self.cache.take() else { return };
         if self.shadow {
             // One instruction, then the caller looks at interrupts again.
             self.shadow = false;
-            self.step(bus);
+            self.step(bus, &mut cache);
             bus.attention = true;
-            return;
-        }
-        loop {
-            self.step(bus);
-            if bus.now >= stop || bus.attention {
-                return;
+        } else {
+            loop {
+                self.step(bus, &mut cache);
+                if bus.now >= stop || bus.attention {
+                    break;
+                }
             }
         }
+        self.cache = Some(cache);
     }
 
     #[inline(always)]
-    fn step(&mut self, bus: &mut Bus) {
+    fn step(&mut self, bus: &mut Bus, cache: &mut [Op; WORDS]) {
         let pc = self.r[PC];
         let slot = usize::from(pc >> 1);
-        let mut op = self.cache[slot];
-        if op.words == 0 {
-            op = decode(pc, |at| bus.fetch(at));
-            if bus.is_flash(pc) {
-                self.cache[slot] = op;
-            }
+        if cache[slot].words == 0 {
+            let op = decode(pc, |at| bus.fetch(at));
             if bus.fetch_fault(pc) {
                 return;
             }
+            if !bus.is_flash(pc) {
+                // Code outside flash may change at any time: it is decoded each time.
+                self.begin(bus, pc, &op);
+                self.execute(bus, &op);
+                return;
+            }
+            cache[slot] = op;
         }
+        let op = &cache[slot];
+        self.begin(bus, pc, op);
+        self.execute(bus, op);
+    }
+
+    #[inline(always)]
+    fn begin(&mut self, bus: &mut Bus, pc: u16, op: &Op) {
         bus.pc = pc;
         self.r[PC] = pc.wrapping_add(2 * u16::from(op.words));
         bus.now += bus.cycle * u64::from(op.cycles);
         if self.stats.profiling {
             self.stats.count(pc, op.cycles);
         }
-        self.execute(bus, op);
     }
 
     /// Accepts the interrupt whose vector stands at `vector`.

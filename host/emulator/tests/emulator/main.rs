@@ -2,6 +2,7 @@
 
 mod asm;
 mod cycles;
+mod hostile;
 mod lockstep;
 mod peripherals;
 mod power;
