@@ -123,6 +123,14 @@ impl Diags {
         }
     }
 
+    /// Adds those of another list for which `leave_out` does not hold.
+    pub fn extend_unless(&mut self, other: Self, leave_out: impl Fn(&Diag) -> bool) {
+        self.dropped += other.dropped;
+        for diag in other.list.into_iter().filter(|diag| !leave_out(diag)) {
+            self.push(diag);
+        }
+    }
+
     /// Whether one of them is an error.
     pub fn has_errors(&self) -> bool {
         self.list.iter().any(Diag::is_error)

@@ -1,0 +1,265 @@
+//! What the profile's machine can do: axes, inputs and outputs, speeds, travel.
+
+use super::{Checker, expr::value_of, fold};
+use crate::axis::Axis;
+use crate::fault::Fault;
+use crate::front::ast::{AxisRef, Expr};
+use crate::front::codes::Code;
+use crate::front::span::Span;
+use crate::hir;
+use crate::kind::Kind;
+use crate::profile::OutputRole;
+
+/// A constant target, kept until it is known which axes the script homes.
+#[derive(Debug)]
+struct Target {
+    axis: Axis,
+    /// Machine position for Steps, work position for a Length.
+    value: i32,
+    kind: Kind,
+    span: Span,
+}
+
+/// What the whole script does to the axes.
+#[derive(Debug, Default)]
+pub(super) struct Limits {
+    homed: [bool; 3],
+    offset: [bool; 3],
+    targets: Vec<Target>,
+}
+
+/// Constant targets that are remembered: a drilled board has thousands, the list of diagnostics 50.
+const MAX_TARGETS: usize = 100_000;
+
+impl<'a> Checker<'a> {
+    /// An axis that the machine has.
+    pub(super) fn axis(&mut self, axis: AxisRef) -> Option<Axis> {
+        self.has_axis(axis.axis, axis.span).then_some(axis.axis)
+    }
+
+    pub(super) fn has_axis(&mut self, axis: Axis, span: Span) -> bool {
+        if self.profile.axis(axis).is_some() {
+            return true;
+        }
+        let axes: Vec<String> = self.profile.axes().map(|(a, _)| a.letter().to_string()).collect();
+        let message = format!("the machine `{}` has no axis {}", self.profile.name, axis.letter());
+        let hint =
+            format!("it has {}; another profile is chosen by PROFILE or --profile", axes.join(" "));
+        self.error(Code::NoAxis, span, message, hint);
+        false
+    }
+
+    /// A number of an input or output, which the wiring must have.
+    pub(super) fn port(&mut self, expr: &'a Expr, output: bool) -> Option<hir::Expr> {
+        let what = if output { "an output's number" } else { "an input's number" };
+        let n = self.plain(expr, what)?;
+        match value_of(&n) {
+            Some(value) => self.check_port(output, value, expr.span).then_some(n),
+            None => Some(n),
+        }
+    }
+
+    pub(super) fn check_port(&mut self, output: bool, n: i32, span: Span) -> bool {
+        let wiring = self.profile.wiring;
+        let (what, last) =
+            if output { ("output", wiring.outputs()) } else { ("input", wiring.inputs()) };
+        if (1..=last).contains(&n) {
+            return true;
+        }
+        let message = format!("the machine `{}` has no {what} {n}", self.profile.name);
+        self.error(Code::NoPort, span, message, format!("its {what}s are 1 to {last}"));
+        false
+    }
+
+    /// An output that a script may set.
+    pub(super) fn settable(&mut self, n: &hir::Expr, span: Span) -> bool {
+        let Some(n) = value_of(n) else { return true };
+        let role = self.profile.outputs.iter().find(|o| o.n == n).and_then(|o| o.role);
+        let (what, hint) = match role {
+            Some(OutputRole::Lamp) => ("is the status lamp", "use a free output"),
+            Some(OutputRole::Enable) => {
+                ("enables the drivers", "write `Motors ON` or `Motors OFF`")
+            }
+            _ => return true,
+        };
+        self.error(Code::ReservedOutput, span, format!("output {n} {what}"), hint);
+        false
+    }
+
+    /// Warns of a statement that always ends in a fault.
+    pub(super) fn run_time_fault(&mut self, fault: Fault, span: Span, what: &str) {
+        let message = format!("{what}: the run ends here with {fault}");
+        self.error(Code::AlwaysFaults, span, message, fault.remedy());
+    }
+
+    /// A Time that is constant must not be below `least` ms.
+    pub(super) fn check_time(&mut self, time: &hir::Expr, span: Span, least: i32) {
+        if value_of(time).is_some_and(|ms| ms < least) {
+            self.run_time_fault(Fault::ValueRange, span, "this time is too short");
+        }
+    }
+
+    /// A constant speed of an axis; `signed` for MoveSpeed.
+    pub(super) fn check_speed(&mut self, axis: Axis, speed: &hir::Expr, span: Span, signed: bool) {
+        let Some(value) = value_of(speed) else { return };
+        if value == 0 || (value < 0 && !signed) {
+            let what = if value == 0 { "a speed of 0" } else { "a negative speed" };
+            self.run_time_fault(Fault::SpeedRange, span, what);
+            return;
+        }
+        let Some(part) = self.profile.axis(axis) else { return };
+        let Some(top) = in_unit_of(speed.kind, part.scale, part.top_rate) else { return };
+        self.warn_above(value, top, speed.kind, axis, "speed", "top", span);
+    }
+
+    /// A constant acceleration of an axis.
+    pub(super) fn check_accel(&mut self, axis: Axis, accel: &hir::Expr, span: Span, down: bool) {
+        let Some(value) = value_of(accel) else { return };
+        if value <= 0 {
+            self.run_time_fault(Fault::SpeedRange, span, "an acceleration that is not positive");
+            return;
+        }
+        let Some(part) = self.profile.axis(axis) else { return };
+        let ramp = if down { part.decel.unwrap_or(part.accel) } else { part.accel };
+        let Some(top) = in_unit_of(accel.kind, part.scale, ramp) else { return };
+        self.warn_above(value, top, accel.kind, axis, "acceleration", "ramp", span);
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "the parts of one sentence")]
+    fn warn_above(
+        &mut self,
+        value: i32,
+        top: i64,
+        kind: Kind,
+        axis: Axis,
+        what: &str,
+        limit: &str,
+        span: Span,
+    ) {
+        if i64::from(value.unsigned_abs()) <= top {
+            return;
+        }
+        let unit = kind.unit().suffix();
+        let message = format!("this {what} is above the {limit} of {}, {top}{unit}", axis.letter());
+        self.error(
+            Code::AboveTop,
+            span,
+            message,
+            format!("the axis runs at its {limit}; leave it out to say so"),
+        );
+    }
+
+    /// A constant feed along a path.
+    pub(super) fn check_feed(&mut self, feed: &hir::Expr, span: Span) {
+        let Some(value) = value_of(feed) else { return };
+        if value <= 0 {
+            self.run_time_fault(Fault::SpeedRange, span, "a feed that is not positive");
+            return;
+        }
+        let tops = self.profile.axes();
+        let tops = tops.filter_map(|(axis, part)| {
+            Some((in_unit_of(feed.kind, part.scale, part.top_rate)?, axis))
+        });
+        if let Some((top, axis)) = tops.max() {
+            self.warn_above(value, top, feed.kind, axis, "feed", "top", span);
+        }
+    }
+
+    /// A probe speed that a shift register can not follow (language.md, Probe).
+    pub(super) fn check_probe(
+        &mut self,
+        axis: Axis,
+        speed: &hir::Expr,
+        input: Option<i32>,
+        span: Span,
+    ) {
+        const EXACT: i64 = 1000;
+        let wiring = self.profile.wiring;
+        let input = input.unwrap_or_else(|| self.profile.probe_input());
+        // On the chain only the probe pin itself is no shift register's.
+        if wiring == crate::profile::Wiring::Direct || input == wiring.probe() {
+            return;
+        }
+        let (Some(value), Some(part)) = (value_of(speed), self.profile.axis(axis)) else { return };
+        let rate = match speed.kind {
+            Kind::Speed => fold::to_steps(part.scale, value).map_or(i64::MAX, i64::from),
+            _ => i64::from(value),
+        };
+        if rate > EXACT {
+            let message =
+                format!("input {input} is read each ms: at {rate}st/s the contact is caught late");
+            let hint = format!("probe at {EXACT}st/s at most, or use the probe input");
+            self.error(Code::ProbeTooFast, span, message, hint);
+        }
+    }
+
+    /// Remembers a constant absolute target.
+    pub(super) fn note_target(&mut self, axis: Axis, target: &hir::Expr, span: Span) {
+        if let Some(value) = value_of(target)
+            && self.limits.targets.len() < MAX_TARGETS
+        {
+            self.limits.targets.push(Target { axis, value, kind: target.kind, span });
+        }
+    }
+
+    pub(super) fn note_homed(&mut self, axis: Axis) {
+        self.limits.homed[axis.index()] = true;
+    }
+
+    pub(super) fn note_offset(&mut self, axis: Axis) {
+        self.limits.offset[axis.index()] = true;
+    }
+
+    /// Warns of targets outside the travel, of axes that the script homes and whose work zero is
+    /// the machine's.
+    pub(super) fn check_targets(&mut self) {
+        for target in core::mem::take(&mut self.limits.targets) {
+            let axis = target.axis;
+            let Some(part) = self.profile.axis(axis) else { continue };
+            let um = match target.kind {
+                Kind::Steps => fold::to_length(part.scale, target.value).unwrap_or(i32::MAX),
+                _ if self.limits.offset[axis.index()] => continue,
+                _ => target.value,
+            };
+            if !self.limits.homed[axis.index()] || (part.min_um..=part.max_um).contains(&um) {
+                continue;
+            }
+            let message = format!(
+                "{} to {} lies outside its travel of {} to {}",
+                axis.letter(),
+                mm(um),
+                mm(part.min_um),
+                mm(part.max_um)
+            );
+            self.error(
+                Code::OutsideTravel,
+                target.span,
+                message,
+                "once the axis is homed this is F05",
+            );
+        }
+    }
+}
+
+/// um as `12.54mm`.
+fn mm(um: i32) -> String {
+    let sign = if um < 0 { "-" } else { "" };
+    let text = format!("{}.{:03}", um.unsigned_abs() / 1000, um.unsigned_abs() % 1000);
+    format!("{sign}{}mm", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// A profile's rate in steps in the unit of `kind`; um are rounded up, so that the top itself is
+/// not above the top.
+fn in_unit_of(kind: Kind, scale: crate::profile::Scale, rate: i32) -> Option<i64> {
+    match kind {
+        Kind::Speed | Kind::Accel => {
+            let product = i64::from(rate) * i64::from(scale.um);
+            Some(
+                product.div_euclid(i64::from(scale.steps.max(1)))
+                    + i64::from(product % i64::from(scale.steps.max(1)) != 0),
+            )
+        }
+        Kind::StepRate | Kind::StepAccel => Some(i64::from(rate)),
+        _ => None,
+    }
+}

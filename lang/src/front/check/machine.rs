@@ -1,0 +1,244 @@
+//! Statements of the machine, other than G-code blocks.
+
+use super::argument::{ACCEL, PLACE, SPEED, TIME};
+use super::expr::{number, value_of};
+use super::{Checker, kinds};
+use crate::axis::Axis;
+use crate::effect::Frame;
+use crate::fault::Fault;
+use crate::front::ast::{self, AxisRef, Expr, InputState, Machine};
+use crate::front::codes::Code;
+use crate::front::span::Span;
+use crate::hir::{self, InWant, ProbeSensor, StmtKind, Word};
+use crate::kind::Kind;
+
+/// Synchronisation characters (language.md, Send).
+const CHARACTERS: core::ops::RangeInclusive<i32> = 33..=125;
+
+impl<'a> Checker<'a> {
+    /// Lowers one statement; every argument is checked even where another was wrong.
+    pub(super) fn machine(&mut self, machine: &'a Machine, span: Span) -> Option<Vec<StmtKind>> {
+        let one = |kind| Some(vec![kind]);
+        match machine {
+            Machine::Move { start, relative, axis, target, speed, accel, decel } => {
+                let word = if *relative { "MoveRel" } else { "MoveAxe" };
+                let target_value = self.quantity(target, PLACE, word);
+                let axis = self.axis(*axis);
+                let speed = self.speed(speed.as_ref(), axis, word);
+                let accel = self.ramp(accel.as_ref(), axis, word, false);
+                let decel = self.ramp(decel.as_ref(), axis, word, true);
+                let (axis, target_value) = (axis?, target_value?);
+                if !*relative {
+                    self.note_target(axis, &target_value, target.span);
+                }
+                one(StmtKind::MoveAxe {
+                    axis,
+                    target: target_value,
+                    relative: *relative,
+                    start: *start,
+                    speed: speed?,
+                    accel: accel?,
+                    decel: decel?,
+                })
+            }
+            Machine::WaitMove(None) => one(StmtKind::WaitMove(None)),
+            Machine::WaitMove(Some(axis)) => one(StmtKind::WaitMove(Some(self.axis(*axis)?))),
+            Machine::MoveSpeed(axis, speed) => {
+                let value = self.quantity(speed, SPEED, "MoveSpeed");
+                let axis = self.axis(*axis)?;
+                let value = value?;
+                self.check_speed(axis, &value, speed.span, true);
+                one(StmtKind::MoveSpeed { axis, speed: value })
+            }
+            Machine::StopAxe(axis) => one(StmtKind::StopAxe(self.axis(*axis)?)),
+            Machine::StopAll => one(StmtKind::StopAll),
+            Machine::Home { quiet, axes } => one(self.home(*quiet, axes, span)?),
+            Machine::Probe { quiet, axis, limit, speed, input, state } => {
+                let input_number = input.as_ref().map(|input| self.port(input, false));
+                let state =
+                    state.as_ref().map(|state| self.condition(state, "the state of an input"));
+                let sensor = match (input_number, state) {
+                    (None, _) => Some(ProbeSensor::Default),
+                    (Some(n), None) => {
+                        n.map(|n| ProbeSensor::Input(n, number(1, Kind::Truth, span)))
+                    }
+                    (Some(n), Some(state)) => n.and_then(|n| Some(ProbeSensor::Input(n, state?))),
+                };
+                one(self.probe(*axis, limit, speed, sensor, *quiet)?)
+            }
+            Machine::ProbeMask { quiet, axis, limit, speed, and, xor } => {
+                let and = self.plain(and, "the AND mask");
+                let xor = self.plain(xor, "the XOR mask");
+                let sensor = and.and_then(|and| Some(ProbeSensor::Mask(and, xor?)));
+                one(self.probe(*axis, limit, speed, sensor, *quiet)?)
+            }
+            Machine::SetPos(axis, value) => {
+                let value = self.quantity(value, &[Kind::Length], "SetPos");
+                let axis = self.axis(*axis)?;
+                self.note_offset(axis);
+                one(StmtKind::SetPos { axis, value: value? })
+            }
+            Machine::SetOut(n, on) => {
+                let number = self.port(n, true);
+                let on = self.condition(on, "the state of an output");
+                let number = number?;
+                if !self.settable(&number, n.span) {
+                    return None;
+                }
+                one(StmtKind::SetOut { n: number, on: on? })
+            }
+            Machine::Pulse(n, time) => {
+                let number = self.port(n, true);
+                let length = self.quantity(time, TIME, "Pulse");
+                let (number, length) = (number?, length?);
+                if !self.settable(&number, n.span) {
+                    return None;
+                }
+                self.check_time(&length, time.span, 0);
+                one(StmtKind::Pulse { n: number, time: length })
+            }
+            Machine::SetPort(value) => one(StmtKind::SetPort(self.plain(value, "SetPort")?)),
+            Machine::Motors(on, axis) => {
+                let on = self.condition(on, "the state of the drivers");
+                let axis = match axis {
+                    Some(axis) => Some(self.axis(*axis)?),
+                    None => None,
+                };
+                one(StmtKind::Motors { on: on?, axis })
+            }
+            Machine::Wait(time) => {
+                let value = self.quantity(time, TIME, "Wait")?;
+                self.check_time(&value, time.span, 0);
+                one(StmtKind::Wait(value))
+            }
+            Machine::WaitIn { quiet, input, state, timeout } => {
+                let n = self.port(input, false);
+                let want = match state {
+                    InputState::Edge(want) => Some(InWant::Edge(*want)),
+                    InputState::Level(level) => {
+                        self.condition(level, "the state of an input").map(InWant::Level)
+                    }
+                };
+                let timeout = self.timeout(timeout.as_ref(), "the timeout of WaitIn");
+                one(StmtKind::WaitIn { n: n?, want: want?, timeout: timeout?, query: *quiet })
+            }
+            Machine::WaitStart => one(StmtKind::WaitStart),
+            Machine::Send(code) => one(StmtKind::Send(self.character(code, "Send")?)),
+            Machine::WaitChar { quiet, code, timeout } => {
+                let c = self.character(code, "WaitChar");
+                let timeout = self.timeout(timeout.as_ref(), "the timeout of WaitChar");
+                one(StmtKind::WaitChar { c: c?, timeout: timeout?, query: *quiet })
+            }
+            Machine::Print(parts) => {
+                let mut list = Vec::with_capacity(parts.len());
+                let mut wrong = false;
+                for part in parts {
+                    match part {
+                        ast::PrintPart::Text(text) => {
+                            list.push(hir::PrintPart::Text(text.text.clone()))
+                        }
+                        ast::PrintPart::Value(value) => match self.expr(value) {
+                            Some(value) => list.push(hir::PrintPart::Value(value)),
+                            None => wrong = true,
+                        },
+                    }
+                }
+                (!wrong).then_some(vec![StmtKind::Print(list)])
+            }
+            // Modal state only: it costs the device nothing.
+            Machine::Plane(_) => Some(Vec::new()),
+        }
+    }
+
+    fn home(&mut self, query: bool, axes: &'a [AxisRef], span: Span) -> Option<StmtKind> {
+        let mut order: Vec<Axis> = Vec::new();
+        for axis in axes {
+            let known = self.axis(*axis)?;
+            if order.contains(&known) {
+                let message = format!("{} is homed twice here", axis.axis.letter());
+                self.error(Code::DeclaredTwice, axis.span, message, "name each axis once");
+            }
+            order.push(known);
+        }
+        if axes.is_empty() {
+            order = self.profile.home_order.iter().map(|&name| name.into()).collect();
+        }
+        if order.is_empty() {
+            let message = format!("the profile `{}` has no order of homing", self.profile.name);
+            self.error(Code::NoAxis, span, message, "name the axes: `Home Z, X`");
+            return None;
+        }
+        order.iter().for_each(|&axis| self.note_homed(axis));
+        Some(StmtKind::Home { axes: order, query })
+    }
+
+    fn probe(
+        &mut self,
+        axis: AxisRef,
+        limit: &'a Expr,
+        speed: &'a Expr,
+        sensor: Option<ProbeSensor>,
+        query: bool,
+    ) -> Option<StmtKind> {
+        let value = self.quantity(limit, PLACE, "the limit of Probe");
+        let rate = self.quantity(speed, SPEED, "the speed of Probe");
+        let axis = self.axis(axis)?;
+        let (value, rate, sensor) = (value?, rate?, sensor?);
+        self.check_speed(axis, &rate, speed.span, false);
+        let input = match &sensor {
+            ProbeSensor::Input(n, _) => value_of(n),
+            // A mask reads the shift registers.
+            ProbeSensor::Mask(..) => Some(1),
+            ProbeSensor::Default => None,
+        };
+        self.check_probe(axis, &rate, input, speed.span);
+        self.note_target(axis, &value, limit.span);
+        let limit = Word { value, frame: Frame::Work };
+        Some(StmtKind::Probe { axis, limit, speed: Some(rate), sensor, query })
+    }
+
+    /// An optional speed; the outer None after an error.
+    fn speed(
+        &mut self,
+        speed: Option<&'a Expr>,
+        axis: Option<Axis>,
+        what: &str,
+    ) -> Option<Option<hir::Expr>> {
+        let Some(speed) = speed else { return Some(None) };
+        let value = self.quantity(speed, SPEED, &format!("the speed of {what}"))?;
+        self.check_speed(axis?, &value, speed.span, false);
+        Some(Some(value))
+    }
+
+    fn ramp(
+        &mut self,
+        ramp: Option<&'a Expr>,
+        axis: Option<Axis>,
+        what: &str,
+        down: bool,
+    ) -> Option<Option<hir::Expr>> {
+        let Some(ramp) = ramp else { return Some(None) };
+        let value = self.quantity(ramp, ACCEL, &format!("the acceleration of {what}"))?;
+        self.check_accel(axis?, &value, ramp.span, down);
+        Some(Some(value))
+    }
+
+    fn timeout(&mut self, timeout: Option<&'a Expr>, what: &str) -> Option<Option<hir::Expr>> {
+        let Some(timeout) = timeout else { return Some(None) };
+        let value = self.quantity(timeout, TIME, what)?;
+        self.check_time(&value, timeout.span, 0);
+        Some(Some(value))
+    }
+
+    fn character(&mut self, code: &'a Expr, what: &str) -> Option<hir::Expr> {
+        let value = self.expr(code)?;
+        if !kinds::is_plain(value.kind) {
+            self.wrong_kind(what, &[Kind::Number], code, value.kind);
+            return None;
+        }
+        if value_of(&value).is_some_and(|c| !CHARACTERS.contains(&c)) {
+            self.run_time_fault(Fault::ValueRange, code.span, "a character outside 33 to 125");
+        }
+        Some(value)
+    }
+}

@@ -1,0 +1,238 @@
+//! The checker: from the syntax tree to the checked program.
+//!
+//! Names are declared first, kinds are inferred over the whole text, then every statement is
+//! checked and lowered. G-code blocks are taken apart before that, and their modal state is
+//! followed over a graph of the control flow ([`gcode`]).
+
+mod argument;
+mod calls;
+mod control;
+mod declare;
+mod expr;
+mod fold;
+mod gcode;
+mod graph;
+mod infer;
+mod kinds;
+mod labels;
+mod limits;
+mod machine;
+mod names;
+mod stmt;
+
+use super::ast::{Name, Script};
+use super::codes::Code;
+use super::diag::{Diag, Diags};
+use super::span::Span;
+use super::words::nearest;
+use crate::hir::{self, Program, RoutineId, Storage, Var, VarId};
+use crate::kind::Kind;
+use crate::profile::Profile;
+use names::{Names, Symbol};
+
+/// The main program's scope.
+const MAIN: RoutineId = RoutineId(0);
+
+/// Checks a script for a machine. The program is there when no error was found.
+pub fn check(script: &Script, text: &str, profile: &Profile) -> (Option<Program>, Diags) {
+    let mut checker = Checker::new(script, text, profile);
+    checker.declare_all();
+    checker.infer_all();
+    checker.find_labels();
+    let graph = graph::build(&mut checker);
+    let calls = calls::check(&mut checker, &graph);
+    gcode::analyse(&mut checker, &graph, &calls);
+    checker.handler_routines = (0..script.routines.len() as u32 + 1)
+        .map(|id| calls.only_handlers(RoutineId(id)))
+        .collect();
+    let bodies = checker.lower_all();
+    checker.report_unused();
+    checker.check_targets();
+    checker.finish(bodies, &calls)
+}
+
+/// The byte range that the checked program keeps of a span.
+fn range(span: Span) -> hir::Span {
+    span.start as usize..span.end as usize
+}
+
+/// What is known of a SUB or FUNCTION, or of the main program.
+#[derive(Debug, Default)]
+struct Info {
+    params: Vec<VarId>,
+    locals: Vec<VarId>,
+    result: Option<Kind>,
+}
+
+struct Checker<'a> {
+    script: &'a Script,
+    text: &'a str,
+    profile: &'a Profile,
+    diags: Diags,
+    names: Names<'a>,
+    vars: Vec<Var>,
+    /// Variables whose kind the script leaves to be inferred.
+    open: Vec<VarId>,
+    tables: Vec<hir::Table>,
+    /// By [`RoutineId`]; the main program first.
+    infos: Vec<Info>,
+    labels: labels::Labels<'a>,
+    /// The routine that is being looked at.
+    scope: RoutineId,
+    /// Loops and blocks around the statement that is being lowered.
+    around: stmt::Around,
+    /// G-code blocks with their modal state.
+    gcode: gcode::Blocks<'a>,
+    /// Routines that only handlers reach.
+    handler_routines: Vec<bool>,
+    /// Next event slot.
+    events: u8,
+    keeps: u8,
+    statements: u32,
+    limits: limits::Limits,
+}
+
+impl<'a> Checker<'a> {
+    fn new(script: &'a Script, text: &'a str, profile: &'a Profile) -> Checker<'a> {
+        let routines = script.routines.len() + 1;
+        Checker {
+            script,
+            text,
+            profile,
+            diags: Diags::new(),
+            names: Names::new(routines),
+            vars: Vec::new(),
+            open: Vec::new(),
+            tables: Vec::new(),
+            infos: (0..routines).map(|_| Info::default()).collect(),
+            labels: labels::Labels::new(routines),
+            scope: MAIN,
+            around: stmt::Around::default(),
+            gcode: gcode::Blocks::default(),
+            handler_routines: Vec::new(),
+            events: 0,
+            keeps: 0,
+            statements: 0,
+            limits: limits::Limits::default(),
+        }
+    }
+
+    fn error(
+        &mut self,
+        code: Code,
+        span: Span,
+        message: impl Into<String>,
+        hint: impl Into<String>,
+    ) {
+        self.diags.push(Diag::new(code, span, message).hint(hint));
+    }
+
+    /// The routine of an id; None for the main program.
+    fn routine(&self, id: RoutineId) -> Option<&'a super::ast::Routine> {
+        self.script.routines.get((id.0 as usize).checked_sub(1)?)
+    }
+
+    /// How messages call a routine.
+    fn routine_name(&self, id: RoutineId) -> &'a str {
+        self.routine(id).map_or("the main program", |r| &r.name.text)
+    }
+
+    /// Ids of all routines with their bodies, the main program first.
+    fn bodies(&self) -> impl Iterator<Item = (RoutineId, &'a super::ast::Block)> + use<'a> {
+        let script = self.script;
+        let subs = script.routines.iter().map(|r| &r.body);
+        (0..).map(RoutineId).zip(core::iter::once(&script.body).chain(subs))
+    }
+
+    /// Whether only handlers reach a routine.
+    fn handler_only(&self, id: RoutineId) -> bool {
+        self.handler_routines.get(id.0 as usize).copied().unwrap_or(false)
+    }
+
+    /// A new variable.
+    fn add_var(&mut self, name: &str, kind: Kind, span: Span, storage: Storage) -> VarId {
+        let id = VarId(self.vars.len() as u32);
+        let name = name.to_owned();
+        self.vars.push(Var { name, kind, len: 1, array: false, storage, span: range(span) });
+        if let Storage::Local(routine) = storage {
+            self.infos[routine.0 as usize].locals.push(id);
+        }
+        id
+    }
+
+    /// A variable that the script does not see, of the routine that is being looked at.
+    fn hidden(&mut self, what: &str, kind: Kind, span: Span) -> VarId {
+        let storage = if self.scope == MAIN { Storage::Global } else { Storage::Local(self.scope) };
+        self.add_var(what, kind, span, storage)
+    }
+
+    /// What a name stands for; an error that proposes the nearest where there is none.
+    fn resolve(&mut self, name: &'a Name) -> Option<Symbol<'a>> {
+        if let Some(symbol) = self.names.take(self.scope, &name.key) {
+            return Some(symbol);
+        }
+        let near = if self.diags.dropped() == 0 {
+            nearest(&name.text, self.names.visible(self.scope))
+        } else {
+            None
+        };
+        let hint = near.map_or_else(
+            || format!("declare it first: `DIM {}`", name.text),
+            |near| format!("did you mean `{near}`?"),
+        );
+        self.error(
+            Code::UnknownName,
+            name.span,
+            format!("nothing is called `{}`", name.text),
+            hint,
+        );
+        None
+    }
+
+    fn report_unused(&mut self) {
+        let unused: Vec<(Span, String)> =
+            self.names.unused().filter_map(|s| Some((s.span?, s.text.to_owned()))).collect();
+        for (span, text) in unused {
+            let message = format!("`{text}` is never used");
+            self.error(Code::Unused, span, message, "remove it, or use it");
+        }
+        for (span, text) in self.labels.unused() {
+            let message = format!("nothing goes to the label `{text}`");
+            self.error(Code::Unused, span, message, "remove it");
+        }
+    }
+
+    fn finish(mut self, bodies: Vec<hir::Block>, calls: &calls::Calls) -> (Option<Program>, Diags) {
+        if self.diags.has_errors() {
+            return (None, self.diags);
+        }
+        let routines = bodies
+            .into_iter()
+            .zip(core::mem::take(&mut self.infos))
+            .enumerate()
+            .map(|(i, (body, info))| {
+                let id = RoutineId(i as u32);
+                let routine = self.routine(id);
+                hir::Routine {
+                    name: routine.map_or_else(String::new, |r| r.name.text.clone()),
+                    params: info.params,
+                    locals: info.locals,
+                    result: info.result,
+                    body,
+                    span: routine.map_or(0..0, |r| range(r.span)),
+                    reachable: calls.reachable(id),
+                }
+            })
+            .collect();
+        let program = Program {
+            profile: self.profile.clone(),
+            vars: self.vars,
+            tables: self.tables,
+            routines,
+            labels: self.labels.into_hir(),
+            statements: self.statements,
+            last_line: self.script.last_line.max(1),
+        };
+        (Some(program), self.diags)
+    }
+}

@@ -1,0 +1,64 @@
+//! The whole front end in one call.
+
+use super::check::check;
+use super::codes::Code;
+use super::diag::{Diag, Diags};
+use super::parser::parse;
+use super::source::Source;
+use super::span::Span;
+use crate::hir::Program;
+use crate::profile::{DEFAULT_NAME, Profile, ProfileError};
+
+/// Where the machine comes from.
+pub enum ProfileChoice<'p> {
+    /// `--profile`: the script's own PROFILE line does not count.
+    Given(Box<Profile>),
+    /// The script's PROFILE line, looked up by this function, else the built-in `mill`.
+    Script(&'p dyn Fn(&str) -> Result<Profile, ProfileError>),
+}
+
+impl ProfileChoice<'static> {
+    /// The script's PROFILE line among the built-in profiles.
+    pub fn built_in() -> ProfileChoice<'static> {
+        ProfileChoice::Script(&Profile::built_in)
+    }
+}
+
+/// Reads and checks a script. The program is there when no diagnostic is an error.
+pub fn compile(source: &Source, profile: ProfileChoice<'_>) -> (Option<Program>, Diags) {
+    let mut diags = Diags::new();
+    let script = parse(source.text(), &mut diags);
+    let profile = match profile {
+        ProfileChoice::Given(profile) => Ok((*profile, None)),
+        ProfileChoice::Script(find) => {
+            let named = script.profile.as_ref();
+            let name = named.map_or(DEFAULT_NAME, |text| text.text.as_str());
+            find(name).map(|profile| (profile, None)).or_else(|error| {
+                let span = named.map_or(Span::default(), |text| text.span);
+                // The rest is checked all the same, for the default machine.
+                let fallback = Profile::built_in(DEFAULT_NAME)?;
+                Ok::<_, ProfileError>((fallback, Some((span, error))))
+            })
+        }
+    };
+    let profile = match profile {
+        Ok((profile, wrong)) => {
+            if let Some((span, error)) = wrong {
+                diags.push(
+                    Diag::new(Code::UnknownProfile, span, error.to_string())
+                        .hint("a profile of your own is given by `--profile FILE.toml`"),
+                );
+            }
+            profile
+        }
+        Err(error) => {
+            diags.push(Diag::new(Code::UnknownProfile, Span::default(), error.to_string()));
+            return (None, diags);
+        }
+    };
+    let broken = diags.has_errors();
+    let (program, found) = check(&script, source.text(), &profile);
+    // Names that a broken statement would have used are not unused.
+    diags.extend_unless(found, |diag| broken && diag.code == Code::Unused);
+    (program.filter(|_| !broken), diags)
+}
