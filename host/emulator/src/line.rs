@@ -156,6 +156,15 @@ impl HostLine {
         self.free
     }
 
+    /// The chip had no power until `now`: what was on the line meanwhile is gone.
+    pub(crate) fn skip(&mut self, now: u64) {
+        while self.next <= now {
+            self.event();
+        }
+        self.start = None;
+        self.tx_level = true;
+    }
+
     /// The level change due at `next` happens.
     pub(crate) fn event(&mut self) {
         if let Some((_, level)) = self.edges.pop_front() {

@@ -9,7 +9,7 @@ use crate::line::HostLine;
 use crate::part::{Part, VECTORS};
 use crate::periph::adc10::Adc10;
 use crate::periph::clock::{CALIBRATION, Clock};
-use crate::periph::flash::Flash;
+use crate::periph::flash::{self as flash_memory, Flash};
 use crate::periph::port::Port;
 use crate::periph::sfr;
 use crate::periph::timer_a::TimerA;
@@ -17,6 +17,7 @@ use crate::periph::usci_spi::Spi;
 use crate::periph::usci_uart::Uart;
 use crate::periph::watchdog::Watchdog;
 use crate::plant::Plant;
+use crate::rng::Rng;
 use crate::warn::{Kind, Warning, Warnings};
 
 /// How a block of 64 bytes answers.
@@ -334,6 +335,27 @@ impl Bus {
         self.irq = 0;
         self.update_pins(self.now);
         self.update();
+    }
+
+    /// The supply is gone: the chip drives no pin any more.
+    pub fn power_off(&mut self) {
+        for port in &mut self.ports {
+            port.reset(0);
+        }
+        self.update_pins(self.now);
+        self.irq = 0;
+    }
+
+    /// Power comes up after `power_off`; unstable flash bits settle when `rng` is given.
+    pub fn power_up(&mut self, rng: Option<&mut Rng>) {
+        self.power_lost = false;
+        self.reset = None;
+        self.line.skip(self.now);
+        self.plant.power_up();
+        if let Some(rng) = rng {
+            flash_memory::settle(&self.flash.wear, &mut self.mem, rng);
+            self.code_changed = Some((0, 0xFFFF));
+        }
     }
 
     /// Vector address of the highest pending interrupt that may be served.

@@ -57,6 +57,8 @@ pub struct Wear {
     pub erases: HashMap<u16, u32>,
     /// Program operations since the last erase, by word address.
     programs: HashMap<u16, u8>,
+    /// Bits that an interrupted operation left between 0 and 1, by word address.
+    unstable: HashMap<u16, u16>,
     /// Flash operations (writes and erases) in all.
     pub operations: u64,
 }
@@ -210,9 +212,14 @@ pub fn program(
 ) -> u8 {
     let at = usize::from(addr & !1);
     let old = u16::from_le_bytes([mem[at], mem[at + 1]]);
-    let mut clear = !value & mask & old;
+    let wanted = !value & mask;
+    let mut clear = wanted & old;
+    let unstable = wear.unstable.remove(&(addr & !1)).unwrap_or(0);
     if let Some(rng) = cut {
+        wear.unstable.insert(addr & !1, unstable | clear);
         clear &= rng.bits() as u16;
+    } else if unstable & !wanted != 0 {
+        wear.unstable.insert(addr & !1, unstable & !wanted);
     }
     mem[at..at + 2].copy_from_slice(&(old & !clear).to_le_bytes());
     let count = wear.programs.entry(addr & !1).or_insert(0);
@@ -233,25 +240,43 @@ pub fn erase(
     match cut {
         None => {
             mem[range].fill(0xFF);
-            wear.programs.retain(|addr, _| *addr < start || *addr - start >= len);
+            let outside = |addr: u16| addr < start || addr - start >= len;
+            wear.programs.retain(|addr, _| outside(*addr));
+            wear.unstable.retain(|addr, _| outside(*addr));
         }
         Some(rng) => {
             let share = rng.below(256);
             let half = rng.below(2) == 0;
             let done = rng.below(u64::from(len)) as usize;
-            for (i, byte) in mem[range].iter_mut().enumerate() {
+            for (i, at) in range.enumerate() {
+                let before = mem[at];
                 if half {
                     if i < done {
-                        *byte = 0xFF;
+                        mem[at] = 0xFF;
                     }
-                } else {
-                    for bit in 0..8 {
-                        if rng.below(256) < share {
-                            *byte |= 1 << bit;
-                        }
+                    continue;
+                }
+                for bit in 0..8 {
+                    if rng.below(256) < share {
+                        mem[at] |= 1 << bit;
                     }
                 }
+                let word = wear.unstable.entry(at as u16 & !1).or_insert(0);
+                *word |= u16::from(!before) << (8 * (at & 1));
             }
         }
+    }
+}
+
+/// Power comes up: every unstable bit reads as one or the other this time.
+pub fn settle(wear: &Wear, mem: &mut [u8; 0x1_0000], rng: &mut Rng) {
+    let mut words: Vec<(u16, u16)> = wear.unstable.iter().map(|(a, m)| (*a, *m)).collect();
+    // The map's order is not the same in every run.
+    words.sort_unstable();
+    for (addr, mask) in words {
+        let at = usize::from(addr);
+        let old = u16::from_le_bytes([mem[at], mem[at + 1]]);
+        let new = old & !mask | rng.bits() as u16 & mask;
+        mem[at..at + 2].copy_from_slice(&new.to_le_bytes());
     }
 }

@@ -177,3 +177,77 @@ fn flash_survives_and_ram_does_not() {
     assert_eq!(other.peek16(SEGMENT), 0x4711);
     assert!(other.set_flash_contents(&content[1..]).is_err());
 }
+
+#[test]
+fn bits_caught_in_a_write_read_differently_until_they_are_written_again() {
+    let config = emulator::Config { unstable_bits: true, ..emulator::Config::default() };
+    let code = op2("mov", false, S::Imm(0x00FF), D::Abs(SEGMENT), CODE);
+    let mut b = crate::board_with(&config, &code);
+    let unlock = |b: &mut Board| {
+        crate::set_up(b);
+        b.bus_write16(FCTL2, DIVIDER);
+        b.bus_write16(FCTL3, 0xA500);
+        b.bus_write16(FCTL1, 0xA540);
+    };
+    unlock(&mut b);
+    b.cut_at_flash_operation(1, 7);
+    assert_eq!(b.run_for(10_000), Stop::NoPower);
+    let mut seen = std::collections::BTreeSet::new();
+    for _ in 0..20 {
+        b.power_up();
+        seen.insert(b.peek16(SEGMENT));
+    }
+    assert!(seen.len() > 10);
+    assert!(seen.iter().all(|word| word & 0x00FF == 0x00FF), "the others were not touched");
+    // Writing the same word once more settles it.
+    unlock(&mut b);
+    b.step();
+    for _ in 0..5 {
+        b.power_up();
+        assert_eq!(b.peek16(SEGMENT), 0x00FF);
+    }
+}
+
+#[test]
+fn without_power_no_pin_is_driven() {
+    let config = emulator::Config { wiring: emulator::Wiring::Direct, ..Default::default() };
+    let mut b = crate::board_with(&config, &IDLE);
+    b.bus_write8(0x29, 0x25);
+    b.bus_write8(0x2A, 0xFF);
+    assert!(b.plant().output(1) && b.plant().output(2));
+    b.record(true);
+    b.power_cut();
+    assert!(!b.plant().output(1) && !b.plant().output(2));
+    assert!(b.take_edges().iter().all(|e| !e.level));
+    b.uart_send(&[0x55; 4]);
+    b.run_us(170);
+    b.power_up();
+    b.run_us(1000);
+    assert!(b.take_edges().windows(2).all(|w| w[0].cycle <= w[1].cycle));
+}
+
+#[test]
+fn a_cut_stops_the_time_at_its_instant() {
+    let mut b = write_board(0x40, SEGMENT, 0);
+    b.cut_at_flash_operation(1, 1);
+    let start = b.cycles();
+    assert_eq!(b.run_for(10_000), Stop::NoPower);
+    assert!(b.cycles() - start < 10);
+    assert_eq!(b.run_until(start + 10_000), Stop::NoPower);
+    assert_eq!(b.cycles(), start + 10_000);
+}
+
+#[test]
+fn the_stack_limit_is_the_end_of_the_data_that_the_image_names() {
+    let push = crate::asm::op1("push", false, S::R(4), CODE);
+    let bytes: Vec<u8> = push.iter().flat_map(|w| w.to_le_bytes()).collect();
+    for (end, warned) in [(0x02FE, false), (0x0300, true)] {
+        let mut image = emulator::Image::from_bytes(CODE, &bytes).expect("code");
+        image.symbols.insert("_ebss".into(), end);
+        let mut b = Board::new(emulator::Part::G2553, &image);
+        crate::set_up(&mut b);
+        b.set_reg(1, 0x0300);
+        b.step();
+        assert_eq!(b.warnings().iter().any(|w| w.kind == WarningKind::Stack), warned);
+    }
+}
