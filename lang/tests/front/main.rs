@@ -3,3 +3,4 @@
 mod data;
 mod format;
 mod hostile;
+mod manual;
