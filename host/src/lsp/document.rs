@@ -7,6 +7,7 @@ use lang::front::fmt;
 use lang::front::parser::parse;
 use lang::front::source::Source;
 use lang::front::span::Span;
+use lang::front::{ProfileChoice, compile};
 use lang::profile::Profile;
 use lsp_types::{
     Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString,
@@ -17,7 +18,7 @@ use lsp_types::{
 pub struct Document {
     source: Source,
     script: Script,
-    diags: Diags,
+    decoding: Diags,
 }
 
 impl Document {
@@ -26,8 +27,8 @@ impl Document {
         let (source, decoding) = Source::decode(name, text.as_bytes());
         let mut diags = Diags::new();
         decoding.into_iter().for_each(|diag| diags.push(diag));
-        let script = parse(source.text(), &mut diags);
-        Document { source, script, diags }
+        let script = parse(source.text(), &mut Diags::new());
+        Document { source, script, decoding: diags }
     }
 
     /// Its text with its lines.
@@ -41,8 +42,13 @@ impl Document {
     }
 
     /// What is wrong with it.
-    pub fn diagnostics(&self, uri: &Uri, _profile: Option<&Profile>) -> Vec<Diagnostic> {
-        let diags = self.diags.clone();
+    pub fn diagnostics(&self, uri: &Uri, profile: Option<&Profile>) -> Vec<Diagnostic> {
+        let choice = match profile {
+            Some(profile) => ProfileChoice::Given(Box::new(profile.clone())),
+            None => ProfileChoice::built_in(),
+        };
+        let mut diags = self.decoding.clone();
+        diags.extend(compile(&self.source, choice).1);
         diags.into_sorted().iter().map(|diag| self.diagnostic(uri, diag)).collect()
     }
 

@@ -72,8 +72,17 @@ fn diagnostics_have_places_in_utf16() {
     let editor = Editor::new();
     let shown = editor.open("' \u{1F600}\nPRINT \"\u{1F600}\" : DELAY 5\n");
     assert_eq!(shown[0]["code"], "P010");
+    assert_eq!(shown.as_array().map(Vec::len), Some(1));
     assert_eq!(shown[0]["range"]["start"], json!({ "line": 1, "character": 13 }));
     assert!(shown[0]["message"].as_str().is_some_and(|m| m.contains("Wait 500ms")));
+    editor.close();
+}
+
+#[test]
+fn the_checker_speaks_too() {
+    let editor = Editor::new();
+    let shown = editor.open("DIM n\nn = 3mm + 2s\n");
+    assert_eq!(shown[0]["code"], "K001");
     editor.close();
 }
 

@@ -11,6 +11,8 @@ use super::words::Kw;
 const INDENT: usize = 2;
 /// Levels that a continued line stands further in.
 const CONTINUED: usize = 2;
+/// Longest distance, in columns, of a comment from the code before it.
+const MAX_DISTANCE: usize = 60;
 /// Deepest indentation, in levels; beyond it lines stay below each other.
 const MAX_LEVEL: usize = 40;
 
@@ -52,6 +54,11 @@ fn write_line(text: &str, line: &[Token], level: usize, out: &mut String) -> usi
                 out.extend(core::iter::repeat_n(' ', column));
             }
             Some(_) if before_unary => {}
+            Some(b) if token.tok == Tok::Comment => {
+                // Comments may stand below each other: their distance is kept.
+                let distance = token.span.start.saturating_sub(b.span.end) as usize;
+                out.extend(core::iter::repeat_n(' ', distance.clamp(1, MAX_DISTANCE)));
+            }
             Some(b) => {
                 let called = n == 1 && b.tok == Tok::Name;
                 out.push_str(gap(b, *token, called));
@@ -161,7 +168,6 @@ fn gap(before: Token, token: Token, called: bool) -> &'static str {
             Tok::Kw(kw) if kw.is_soft() && !called => "",
             _ => " ",
         },
-        _ if token.tok == Tok::Comment => "  ",
         _ => " ",
     }
 }

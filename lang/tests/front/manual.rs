@@ -1,14 +1,11 @@
 //! The reference manual: its tables are those of the code, its programs are good.
 
 use lang::fault::Fault;
-use lang::front::check::check;
 use lang::front::codes::Code;
-use lang::front::diag::Diags;
 use lang::front::fmt::format;
-use lang::front::parser::parse;
 use lang::front::source::Source;
 use lang::front::words::{Func, Kw};
-use lang::profile::Profile;
+use lang::front::{ProfileChoice, compile};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -88,13 +85,9 @@ fn programs_are_good() {
     let programs: Vec<&str> =
         manual.split("```basic\n").skip(1).filter_map(|p| p.split("```").next()).collect();
     assert!(programs.len() >= 8);
-    let profile = Profile::built_in("mill").unwrap();
     for program in programs {
         let source = Source::new("README.md", program.to_owned());
-        let mut diags = Diags::new();
-        let script = parse(program, &mut diags);
-        let (checked, found) = check(&script, program, &profile);
-        diags.extend(found);
+        let (checked, diags) = compile(&source, ProfileChoice::built_in());
         let shown = diags.render(&source);
         assert!(checked.is_some() && shown.is_empty(), "{program}\n{shown}");
         assert_eq!(format(program).as_deref(), Ok(program), "not in the formatter's style");
