@@ -123,12 +123,9 @@ impl Diags {
         }
     }
 
-    /// Adds those of another list for which `leave_out` does not hold.
-    pub fn extend_unless(&mut self, other: Self, leave_out: impl Fn(&Diag) -> bool) {
-        self.dropped += other.dropped;
-        for diag in other.list.into_iter().filter(|diag| !leave_out(diag)) {
-            self.push(diag);
-        }
+    /// How many errors there were, those that were not kept included.
+    pub fn errors(&self) -> usize {
+        self.list.iter().filter(|d| d.is_error()).count() + self.dropped
     }
 
     /// Whether one of them is an error.

@@ -56,9 +56,6 @@ pub fn compile(source: &Source, profile: ProfileChoice<'_>) -> (Option<Program>,
             return (None, diags);
         }
     };
-    let broken = diags.has_errors();
-    let (program, found) = check(&script, source.text(), &profile);
-    // Names that a broken statement would have used are not unused.
-    diags.extend_unless(found, |diag| broken && diag.code == Code::Unused);
-    (program.filter(|_| !broken), diags)
+    let program = check(&script, source.text(), &profile, &mut diags);
+    (program, diags)
 }

@@ -71,3 +71,81 @@ fn thousands_of_errors() {
     }
     assert!(!compiles_in_time(text));
 }
+
+/// Words from which scripts are strung together that parse often enough to be checked.
+const WORDS: [&str; 60] = [
+    "a",
+    "b(2)",
+    "s",
+    "h(1)",
+    "5",
+    "3mm",
+    "2s",
+    "10st",
+    "5mm/s",
+    "ON",
+    "IN(3)",
+    "POS(X)",
+    " + ",
+    " * ",
+    " = ",
+    " < ",
+    " AND ",
+    "NOT ",
+    "(",
+    ")",
+    ", ",
+    ":",
+    "\n",
+    "\n",
+    "\nDIM a, b(3)\n",
+    "\nSUB s\n",
+    "\nEND SUB\n",
+    "\nFUNCTION h(p)\n",
+    "\nEND FUNCTION\n",
+    "\nRETURN ",
+    "\nIF IN(1) THEN\n",
+    "\nEND IF\n",
+    "\nELSE\n",
+    "\nFOR a = 1 TO 3\n",
+    "\nNEXT\n",
+    "\nDO\n",
+    "\nLOOP\n",
+    "\nEXIT DO\n",
+    "\nl:\n",
+    "\nGOTO l\n",
+    "\nGOSUB l\n",
+    "\nON IN 3 RISE GOSUB l\n",
+    "\nON ERROR GOTO l\n",
+    "\nRESUME NEXT\n",
+    "\nG1 X5 F100",
+    " Y[a]",
+    "\nG91",
+    "\nG20",
+    "\nG81 X1 Z-3 R1",
+    "\nG99 X3",
+    "\nG2 X5 I2",
+    "\nG80",
+    "\nMoveAxe X, ",
+    "\nHome",
+    "\nWait ",
+    "\na = ",
+    "\nSELECT CASE a\nCASE 1\n",
+    "\nEND SELECT\n",
+    "\nREPEAT 3\n",
+    "\nEND REPEAT\n",
+];
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(2000))]
+
+    /// No script makes the checker panic, and an error and a program never come together.
+    #[test]
+    fn any_script_is_checked(picks in proptest::collection::vec(0..WORDS.len(), 0..60)) {
+        let text: String = picks.into_iter().map(|i| WORDS[i]).collect();
+        let source = Source::new("any.bas", text);
+        let (program, diags) = compile(&source, ProfileChoice::built_in());
+        proptest::prop_assert_eq!(program.is_none(), diags.has_errors());
+        diags.render(&source);
+    }
+}

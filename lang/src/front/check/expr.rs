@@ -294,7 +294,7 @@ impl<'a> Checker<'a> {
             Ok(value) => Some(number(value, kind, span)),
             Err(fault) => {
                 let message = format!("this is always {fault}: {}", fault.text());
-                self.error(Code::ConstantFault, span, message, fault.remedy());
+                self.error(Code::ConstantFault, span, message, remedy(fault));
                 None
             }
         }
@@ -471,6 +471,13 @@ impl<'a> Checker<'a> {
         };
         Some(hir::Expr { kind, span: range(span), node })
     }
+}
+
+/// A fault's remedy as a hint: without capital letter and full stop.
+pub(super) fn remedy(fault: Fault) -> String {
+    let text = fault.remedy().trim_end_matches('.');
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 
 /// ANDALSO and ORELSE; a constant left side settles them.

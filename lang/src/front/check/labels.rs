@@ -81,13 +81,13 @@ impl<'a> Labels<'a> {
         unused.map(|label| (label.name.span, label.name.text.as_str())).collect()
     }
 
-    pub fn into_hir(self) -> Vec<hir::Label> {
-        let label = |label: Label<'a>| hir::Label {
+    pub fn to_hir(&self) -> Vec<hir::Label> {
+        let label = |label: &Label<'a>| hir::Label {
             name: label.name.text.clone(),
             routine: label.routine,
             span: range(label.name.span),
         };
-        self.list.into_iter().map(label).collect()
+        self.list.iter().map(label).collect()
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the profile's machine can do: axes, inputs and outputs, speeds, travel.
 
-use super::{Checker, expr::value_of, fold};
+use super::expr::{remedy, value_of};
+use super::{Checker, fold};
 use crate::axis::Axis;
 use crate::fault::Fault;
 use crate::front::ast::{AxisRef, Expr};
@@ -89,7 +90,7 @@ impl<'a> Checker<'a> {
     /// Warns of a statement that always ends in a fault.
     pub(super) fn run_time_fault(&mut self, fault: Fault, span: Span, what: &str) {
         let message = format!("{what}: the run ends here with {fault}");
-        self.error(Code::AlwaysFaults, span, message, fault.remedy());
+        self.error(Code::AlwaysFaults, span, message, remedy(fault));
     }
 
     /// A Time that is constant must not be below `least` ms.

@@ -33,9 +33,10 @@ use names::{Names, Symbol};
 /// The main program's scope.
 const MAIN: RoutineId = RoutineId(0);
 
-/// Checks a script for a machine. The program is there when no error was found.
-pub fn check(script: &Script, text: &str, profile: &Profile) -> (Option<Program>, Diags) {
-    let mut checker = Checker::new(script, text, profile);
+/// Checks a script for a machine, adding to what the parser found. The program is there when
+/// `diags` has no error afterwards.
+pub fn check(script: &Script, text: &str, profile: &Profile, diags: &mut Diags) -> Option<Program> {
+    let mut checker = Checker::new(script, text, profile, core::mem::take(diags));
     checker.declare_all();
     checker.infer_all();
     checker.find_labels();
@@ -48,7 +49,9 @@ pub fn check(script: &Script, text: &str, profile: &Profile) -> (Option<Program>
     let bodies = checker.lower_all();
     checker.report_unused();
     checker.check_targets();
-    checker.finish(bodies, &calls)
+    let program = checker.program(bodies, &calls);
+    *diags = checker.diags;
+    program
 }
 
 /// The byte range that the checked program keeps of a span.
@@ -93,13 +96,13 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    fn new(script: &'a Script, text: &'a str, profile: &'a Profile) -> Checker<'a> {
+    fn new(script: &'a Script, text: &'a str, profile: &'a Profile, diags: Diags) -> Checker<'a> {
         let routines = script.routines.len() + 1;
         Checker {
             script,
             text,
             profile,
-            diags: Diags::new(),
+            diags,
             names: Names::new(routines),
             vars: Vec::new(),
             open: Vec::new(),
@@ -189,7 +192,11 @@ impl<'a> Checker<'a> {
         None
     }
 
+    /// Warns of names that nothing mentions; where something is wrong, that may be why.
     fn report_unused(&mut self) {
+        if self.diags.has_errors() {
+            return;
+        }
         let unused: Vec<(Span, String)> =
             self.names.unused().filter_map(|s| Some((s.span?, s.text.to_owned()))).collect();
         for (span, text) in unused {
@@ -202,9 +209,9 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn finish(mut self, bodies: Vec<hir::Block>, calls: &calls::Calls) -> (Option<Program>, Diags) {
+    fn program(&mut self, bodies: Vec<hir::Block>, calls: &calls::Calls) -> Option<Program> {
         if self.diags.has_errors() {
-            return (None, self.diags);
+            return None;
         }
         let routines = bodies
             .into_iter()
@@ -224,15 +231,14 @@ impl<'a> Checker<'a> {
                 }
             })
             .collect();
-        let program = Program {
+        Some(Program {
             profile: self.profile.clone(),
-            vars: self.vars,
-            tables: self.tables,
+            vars: core::mem::take(&mut self.vars),
+            tables: core::mem::take(&mut self.tables),
             routines,
-            labels: self.labels.into_hir(),
+            labels: self.labels.to_hir(),
             statements: self.statements,
             last_line: self.script.last_line.max(1),
-        };
-        (Some(program), self.diags)
+        })
     }
 }

@@ -79,6 +79,8 @@ pub(super) enum Special {
 #[derive(Debug)]
 pub(super) struct Block<'a> {
     pub span: Span,
+    /// A word of it was wrong: what the others mean is not told.
+    pub broken: bool,
     pub motion: Option<Motion>,
     pub plane: Option<Plane>,
     pub inches: Option<bool>,
@@ -110,6 +112,7 @@ impl<'a> Block<'a> {
     pub fn new(span: Span) -> Block<'a> {
         Block {
             span,
+            broken: false,
             motion: None,
             plane: None,
             inches: None,
@@ -171,6 +174,7 @@ pub(super) fn take_apart<'a>(
     span: Span,
 ) -> Block<'a> {
     let mut block = Block::new(span);
+    let errors = checker.diags.errors();
     for word in words {
         match word.letter {
             'G' => g_word(checker, &mut block, word),
@@ -208,6 +212,7 @@ pub(super) fn take_apart<'a>(
         checker.error(Code::GcodeTwice, span, message, "write them as two blocks, parted by `:`");
     }
     block.m.sort_by_key(|(m, _)| m_order(*m));
+    block.broken = checker.diags.errors() > errors;
     block
 }
 

@@ -29,7 +29,7 @@ impl<'a> Checker<'a> {
         }
         let index = *self.gcode.by_place.get(&stmt.span.start)?;
         let block = self.gcode.take(index)?;
-        let lowered = self.lower_block(index, &block, stmt.line);
+        let lowered = if block.broken { None } else { self.lower_block(index, &block, stmt.line) };
         let then = if block.ends() { Then::Never } else { Then::GoesOn };
         self.gcode.put_back(index, block);
         Some((lowered?, then))

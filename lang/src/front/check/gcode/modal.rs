@@ -184,7 +184,7 @@ pub(super) fn describe(group: Group) -> (&'static str, &'static str) {
     match group {
         Group::Plane => ("the plane", "G17, G18 or G19"),
         Group::Units => ("the unit", "G21 or G20"),
-        Group::Distance => ("absolute or relative", "G90 or G91"),
+        Group::Distance => ("the distance mode", "G90 or G91"),
         Group::Retract => ("the retract level", "G98 or G99"),
         Group::Motion => ("the motion mode", "G0, G1, G2 or G3"),
         Group::Exact => ("exact stop", "G61 or G64"),

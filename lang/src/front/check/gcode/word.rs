@@ -45,7 +45,8 @@ impl<'a> Checker<'a> {
             Diag::new(Code::GcodeConflict, context.span, message)
                 .hint(format!("write {words} here"))
         };
-        for (value, place) in [low, high] {
+        let places = if low == high { &[low][..] } else { &[low, high] };
+        for &(value, place) in places {
             let word = modal::word(group, value);
             if place == Span::default() {
                 diag = diag.label(Span::point(0), format!("{word} from the start of the script"));
