@@ -73,6 +73,14 @@ pub struct Recorder {
     pub dropped: u64,
 }
 
+impl Clone for Recorder {
+    /// A copy without the sink, which belongs to one board.
+    fn clone(&self) -> Self {
+        let Recorder { on, ref edges, dropped, .. } = *self;
+        Recorder { on, sink: None, edges: edges.clone(), dropped }
+    }
+}
+
 impl Recorder {
     #[inline]
     pub(crate) fn active(&self) -> bool {

@@ -19,7 +19,7 @@ pub struct InterruptStats {
 const NESTING: usize = 64;
 
 /// Counters of the CPU.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Stats {
     /// By vector address.
     pub interrupts: BTreeMap<u16, InterruptStats>,

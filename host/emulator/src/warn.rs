@@ -71,7 +71,7 @@ impl fmt::Display for Warning {
 }
 
 /// A bounded list of warnings, one for each kind and instruction.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Warnings {
     list: Vec<Warning>,
     seen: std::collections::HashSet<(Kind, u16)>,

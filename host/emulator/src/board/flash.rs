@@ -10,6 +10,13 @@ impl Board {
         self.bus.flash.cut = Some((self.bus.flash.wear.operations + number, seed));
     }
 
+    /// Asks `run_until` to return after each flash operation. With a clone of the board between two
+    /// of them, every cut of a long run can be tried without repeating what led to it.
+    pub fn stop_at_flash(&mut self, on: bool) {
+        self.stop_at_flash = on;
+        self.bus.flash_written = false;
+    }
+
     /// Erase counts of the segments and the number of flash operations so far.
     #[must_use]
     pub fn wear(&self) -> &Wear {

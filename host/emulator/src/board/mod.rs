@@ -56,11 +56,18 @@ pub enum Stop {
     Breakpoint(u16),
     /// An output changed while `Plant::stop_at_output` is set.
     Output,
+    /// A flash operation was completed, and `stop_at_flash` is set.
+    Flash,
     /// Power failed during a flash operation, or the board is switched off.
     NoPower,
 }
 
 /// A board under power, or without.
+///
+/// A clone is a board of its own in the very same state, with what is still on the serial line, so
+/// that one run can be tried out in many ways from the same instant. Only the edge sink is not
+/// copied.
+#[derive(Clone)]
 pub struct Board {
     cpu: Cpu,
     bus: Bus,
@@ -69,6 +76,7 @@ pub struct Board {
     symbols: BTreeMap<String, u16>,
     noise: Rng,
     unstable_bits: bool,
+    stop_at_flash: bool,
     world_changed: bool,
     last_reset: Reset,
 }
@@ -92,6 +100,7 @@ impl Board {
             symbols: BTreeMap::new(),
             noise: Rng::new(config.seed),
             unstable_bits: config.unstable_bits,
+            stop_at_flash: false,
             world_changed: false,
             last_reset: Reset::Power,
         };
@@ -211,6 +220,9 @@ impl Board {
             if bus.next_event <= bus.now {
                 bus.service();
                 continue;
+            }
+            if std::mem::take(&mut bus.flash_written) && self.stop_at_flash {
+                return Some(Stop::Flash);
             }
             if std::mem::take(&mut bus.plant.output_changed) && bus.plant.stop_at_output {
                 return Some(Stop::Output);

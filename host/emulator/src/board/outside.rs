@@ -26,7 +26,12 @@ impl Board {
     /// Queues characters on the line to the chip, at the host's rate and behind what is queued
     /// already. Returns the time when the last of them has left.
     pub fn uart_send(&mut self, bytes: &[u8]) -> u64 {
-        let end = self.bus.line.send(bytes, self.bus.now);
+        self.uart_send_at(self.bus.now, bytes)
+    }
+
+    /// Queues characters that begin to leave at `cycle`, or behind what is queued already.
+    pub fn uart_send_at(&mut self, cycle: u64, bytes: &[u8]) -> u64 {
+        let end = self.bus.line.send(bytes, cycle.max(self.bus.now));
         self.world_changed = true;
         end
     }

@@ -57,6 +57,7 @@ impl Bus {
             self.attention = true;
             return;
         }
+        self.flash_written = true;
         if self.is_flash(self.pc) {
             // Code in flash stands still; the peripherals go on.
             self.now += time;

@@ -50,6 +50,7 @@ pub enum Reset {
 const VACANT: u16 = 0x3FFF;
 
 /// Everything at the other end of the CPU's buses.
+#[derive(Clone)]
 pub struct Bus {
     /// Time in ticks of 62.5 ns since power-up.
     pub now: u64,
@@ -69,6 +70,8 @@ pub struct Bus {
     pub reset: Option<Reset>,
     /// Power failed during a flash operation.
     pub power_lost: bool,
+    /// A flash operation was done.
+    pub flash_written: bool,
     /// Code in this range changed.
     pub code_changed: Option<(u16, u16)>,
     /// Lowest address that the stack may reach.
@@ -122,6 +125,7 @@ impl Bus {
             irq_since: [0; 16],
             reset: None,
             power_lost: false,
+            flash_written: false,
             code_changed: None,
             stack_limit: 0,
             vcc,

@@ -29,6 +29,7 @@ fn boxed(op: Op) -> Box<[Op; WORDS]> {
 }
 
 /// Registers and instruction cache.
+#[derive(Clone)]
 pub struct Cpu {
     /// R0 to R15.
     pub r: [u16; 16],

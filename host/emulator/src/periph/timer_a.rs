@@ -37,6 +37,8 @@ pub struct TimerA {
     down: bool,
     /// Output signals of the three units.
     pub out: [bool; 3],
+    /// Captured values that were not read yet.
+    unread: [bool; 3],
     /// Levels at the selected capture inputs.
     inputs: [bool; 3],
     /// When something next happens.
@@ -54,6 +56,7 @@ impl Default for TimerA {
             period: 0,
             down: false,
             out: [false; 3],
+            unread: [false; 3],
             inputs: [false; 3],
             next: NEVER,
         }
@@ -230,9 +233,11 @@ impl TimerA {
         let edge = if level { 1 } else { 2 };
         if self.cctl[n] & CAP != 0 && self.cctl[n] >> 14 & edge != 0 {
             self.sync(now);
-            if self.cctl[n] & CCIFG != 0 {
+            // COV: captured again before the first value was read (section 12.2.4.1).
+            if self.unread[n] {
                 self.cctl[n] |= COV;
             }
+            self.unread[n] = true;
             self.ccr[n] = self.count;
             self.cctl[n] |= CCIFG;
             self.schedule();
@@ -251,7 +256,11 @@ impl TimerA {
                 self.sync(now);
                 self.count
             }
-            0x12 | 0x14 | 0x16 => self.ccr[usize::from(offset / 2 - 9)],
+            0x12 | 0x14 | 0x16 => {
+                let n = usize::from(offset / 2 - 9);
+                self.unread[n] = false;
+                self.ccr[n]
+            }
             _ => 0,
         }
     }

@@ -85,6 +85,7 @@ const ENABLE_BIT: u8 = 5;
 const KEPT: usize = 10_000;
 
 /// The world around the pins.
+#[derive(Clone)]
 pub struct Plant {
     wiring: Wiring,
     /// Axes X, Y, Z.

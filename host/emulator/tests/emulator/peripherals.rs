@@ -195,8 +195,10 @@ fn capture_takes_the_count_at_the_edge_and_reports_overflow() {
     assert_eq!(b.bus_read16(cctl(1)) & 0x0B, 0x09, "CCI and CCIFG, no overflow");
     let armed = b.bus_read16(cctl(1));
     b.run_for(50);
-    b.bus_write16(cctl(1), armed & !0x1000);
-    assert_eq!(b.bus_read16(cctl(1)) & 0x03, 0x03, "COV");
+    b.bus_write16(cctl(1), armed & !0x1001);
+    assert_eq!(b.bus_read16(cctl(1)) & 0x03, 0x01, "the first value was read");
+    b.bus_write16(cctl(1), armed & !0x0001);
+    assert_eq!(b.bus_read16(cctl(1)) & 0x03, 0x03, "the second was not");
 }
 
 #[test]

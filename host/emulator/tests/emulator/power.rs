@@ -251,3 +251,51 @@ fn the_stack_limit_is_the_end_of_the_data_that_the_image_names() {
         assert_eq!(b.warnings().iter().any(|w| w.kind == WarningKind::Stack), warned);
     }
 }
+
+#[test]
+fn every_cut_of_a_run_can_be_tried_from_clones() {
+    // Writes 0 to eight words, then idles.
+    let mut code = Vec::new();
+    for n in 0..8 {
+        let at = CODE + 2 * code.len() as u16;
+        code.extend(op2("mov", false, S::Imm(0), D::Abs(SEGMENT + 2 * n), at));
+    }
+    code.extend(IDLE);
+    let mut b = board(&code);
+    b.bus_write16(FCTL2, DIVIDER);
+    b.bus_write16(FCTL3, 0xA500);
+    b.bus_write16(FCTL1, 0xA540);
+    b.stop_at_flash(true);
+    let mut cuts = 0;
+    loop {
+        let mut other = b.clone();
+        other.cut_at_flash_operation(1, cuts);
+        if other.run_for(2000) == Stop::NoPower {
+            let zeros = (0..8).filter(|n| other.peek16(SEGMENT + 2 * n) == 0).count();
+            assert!(zeros as u64 == cuts || zeros as u64 == cuts + 1);
+            cuts += 1;
+        }
+        if b.run_for(2000) != Stop::Flash {
+            break;
+        }
+    }
+    assert_eq!(cuts, 8);
+    assert_eq!(b.wear().operations, 8);
+}
+
+#[test]
+fn a_clone_goes_on_as_the_original_does() {
+    let mut b = board(&IDLE);
+    b.record(true);
+    b.uart_send(&[0x12, 0x34]);
+    b.uart_send_at(b.cycles() + 10_000, &[0x56]);
+    b.run_us(50);
+    let mut twin = b.clone();
+    for board in [&mut b, &mut twin] {
+        board.run_us(2000);
+    }
+    assert_eq!(b.cycles(), twin.cycles());
+    let edges = b.take_edges();
+    assert!(edges.len() > 10);
+    assert_eq!(edges, twin.take_edges());
+}
