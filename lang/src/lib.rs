@@ -8,6 +8,8 @@
 #![forbid(unsafe_code)]
 
 pub mod axis;
+#[cfg(feature = "compiler")]
+pub mod back;
 pub mod effect;
 pub mod fault;
 #[cfg(feature = "compiler")]

@@ -283,6 +283,18 @@ impl<'a, 'm> Vm<'a, 'm> {
             Op::Drop => {
                 self.pop()?;
             }
+            Op::Dup => {
+                let value = self.pop()?;
+                self.push(value)?;
+                self.push(value)?;
+            }
+            Op::Over => {
+                let top = self.pop()?;
+                let below = self.pop()?;
+                self.push(below)?;
+                self.push(top)?;
+                self.push(below)?;
+            }
             Op::Neg | Op::Abs | Op::Sgn | Op::Sqr | Op::Not | Op::IsZero => {
                 let value = self.pop()?;
                 self.push(math::unary(op, value)?)?;

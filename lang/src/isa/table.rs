@@ -98,6 +98,8 @@ macro_rules! rows {
             0x4F x 1 ToSteps "tosteps" Axis 1 1 Pure "um to steps by the profile, half away from zero; F01";
             0x50 x 1 ToLength "tolength" Axis 1 1 Pure "steps to um by the profile, half away from zero; F01";
             0x51 x 1 More "more" None 0 0 Pure "the next effect does not end its statement: serve no event behind it";
+            0x52 x 1 Dup "dup" None 1 2 Pure "push top";
+            0x53 x 1 Over "over" None 2 3 Pure "push the value below top";
             // Short forms.
             0x60 x 16 Small "small" None 0 1 Pure "push n";
             0x70 x 16 Skip "skip" None 1 0 Pure "pc += n + 1 if pop = 0";

@@ -1,0 +1,42 @@
+//! The back end: from the checked program to an image.
+//!
+//! [`lower`] turns statements into [`ir`], instructions on variables and labels; [`opt`] shortens
+//! them; [`graph`] follows calls to find depths, contexts and dead code; [`cells`] gives variables
+//! their cells; [`emit`] chooses the shortest forms, lays out code and data and writes the image.
+
+pub mod cells;
+mod data;
+pub mod disasm;
+mod emit;
+mod graph;
+pub mod ir;
+mod lower;
+mod opt;
+mod report;
+
+#[cfg(test)]
+mod tests;
+
+pub use report::{Compiled, Excess, Mark, MarkKind, Resource, Sidecar, VarPlace};
+
+use crate::hir::Program;
+
+/// Compiles a checked program.
+///
+/// # Errors
+/// The program wants more cells, KEEP values, stack or calls than the device has; each with a
+/// place in the source. The size of code and tables is no reason: compare
+/// [`Compiled::image`]'s length with what a board offers.
+pub fn compile(program: &Program) -> Result<Compiled, Vec<Excess>> {
+    let mut unit = lower::lower(program);
+    for routine in &mut unit.routines {
+        opt::peephole(&mut routine.items);
+    }
+    let graph = graph::analyse(program, &mut unit);
+    let cells = cells::allocate(program, &unit, &graph);
+    let excesses = report::excesses(program, &unit, &graph, &cells);
+    if !excesses.is_empty() {
+        return Err(excesses);
+    }
+    Ok(emit::emit(program, unit, &graph, &cells))
+}

@@ -1,0 +1,238 @@
+//! Expressions, conditions, assignments and calls.
+
+use super::Lower;
+use crate::back::ir::{Cond, Item, Label};
+use crate::hir::{BinOp, Expr, ExprKind, Place, ReadKind, RoutineId, TableId, UnOp, VarId};
+use crate::isa::{Look, Op};
+use crate::kind::Kind;
+
+const fn unary(op: UnOp) -> Op {
+    match op {
+        UnOp::Neg => Op::Neg,
+        UnOp::BitNot => Op::Not,
+        UnOp::LogNot => Op::IsZero,
+        UnOp::Abs => Op::Abs,
+        UnOp::Sgn => Op::Sgn,
+        UnOp::Sqr => Op::Sqr,
+    }
+}
+
+const fn binary(op: BinOp) -> Op {
+    match op {
+        BinOp::Add => Op::Add,
+        BinOp::Sub => Op::Sub,
+        BinOp::Mul => Op::Mul,
+        BinOp::Div => Op::Div,
+        BinOp::Mod => Op::Mod,
+        BinOp::And => Op::And,
+        BinOp::Or => Op::Or,
+        BinOp::Xor => Op::Xor,
+        BinOp::Shl => Op::Shl,
+        BinOp::Shr => Op::Shr,
+        BinOp::Eq => Op::Eq,
+        BinOp::Ne => Op::Ne,
+        BinOp::Lt => Op::Lt,
+        BinOp::Le => Op::Le,
+        BinOp::Gt => Op::Gt,
+        BinOp::Ge => Op::Ge,
+        BinOp::Min => Op::Min,
+        BinOp::Max => Op::Max,
+    }
+}
+
+/// The branch that a comparison becomes.
+pub(super) const fn cond(op: BinOp) -> Option<Cond> {
+    Cond::of(binary(op))
+}
+
+impl Lower<'_> {
+    pub(super) fn expr(&mut self, expr: &Expr) {
+        match &expr.node {
+            ExprKind::Const(value) => self.push(Item::Const(*value)),
+            ExprKind::Var(var) => self.push(Item::Load(*var)),
+            ExprKind::Elem(var, index) => {
+                self.expr(index);
+                self.push(Item::LoadElem(*var));
+            }
+            ExprKind::Table { table, row, column } => self.table(*table, row, column),
+            ExprKind::Unary(op, value) => {
+                self.expr(value);
+                self.plain(unary(*op));
+            }
+            ExprKind::Binary(op, left, right) => {
+                self.expr(left);
+                self.expr(right);
+                self.plain(binary(*op));
+            }
+            ExprKind::AndAlso(left, right) => self.short_circuit(Op::AndAlso, left, right),
+            ExprKind::OrElse(left, right) => self.short_circuit(Op::OrElse, left, right),
+            ExprKind::Call(routine, arguments) => self.call(*routine, arguments),
+            ExprKind::ToSteps(axis, value) => {
+                self.expr(value);
+                self.push(Item::Flags(Op::ToSteps, [*axis as u8, 0, 0]));
+            }
+            ExprKind::ToLength(axis, value) => {
+                self.expr(value);
+                self.push(Item::Flags(Op::ToLength, [*axis as u8, 0, 0]));
+            }
+            ExprKind::Read(read) => self.read(read),
+            ExprKind::Err => self.plain(Op::Err),
+            ExprKind::Erl => self.plain(Op::Erl),
+        }
+    }
+
+    fn read(&mut self, read: &ReadKind) {
+        let (look, axis) = match read {
+            ReadKind::In(n) => {
+                self.expr(n);
+                return self.plain(Op::In);
+            }
+            ReadKind::Out(n) => {
+                self.expr(n);
+                return self.plain(Op::Out);
+            }
+            ReadKind::InPort => (Look::InPort, 0),
+            ReadKind::Pos(axis) => (Look::Pos, *axis as u8),
+            ReadKind::PosSteps(axis) => (Look::PosSteps, *axis as u8),
+            ReadKind::Probed(axis) => (Look::Probed, *axis as u8),
+            ReadKind::ProbedSteps(axis) => (Look::ProbedSteps, *axis as u8),
+            ReadKind::ProbeOk(axis) => (Look::ProbeOk, *axis as u8),
+            ReadKind::Moving(axis) => (Look::Moving, *axis as u8),
+            ReadKind::Homed(axis) => (Look::Homed, *axis as u8),
+            ReadKind::Timer => (Look::Timer, 0),
+            ReadKind::TimedOut => (Look::TimedOut, 0),
+            ReadKind::CharIn => (Look::CharIn, 0),
+        };
+        self.look(look, axis);
+    }
+
+    pub(super) fn look(&mut self, look: Look, axis: u8) {
+        self.push(Item::Flags(Op::Read, [(look as u8) << 2 | axis, 0, 0]));
+    }
+
+    fn table(&mut self, id: TableId, row: &Expr, column: &Expr) {
+        let table = self.program.table(id);
+        let columns = table.columns.max(1);
+        let rows = table.values.len() as u32 / columns;
+        let inside = |expr: &Expr, count: u32| match expr.node {
+            ExprKind::Const(value) => u32::try_from(value).ok().filter(|&value| value < count),
+            _ => None,
+        };
+        match (inside(row, rows), inside(column, columns)) {
+            (Some(row), Some(column)) => {
+                let value = table.values.get((row * columns + column) as usize).copied();
+                self.push(Item::Const(value.unwrap_or(0)));
+            }
+            (_, Some(column)) => {
+                self.expr(row);
+                self.push(Item::Table(id, Some(column)));
+            }
+            _ => {
+                // Row by row in one column: row * columns + column, each tested by itself.
+                self.expr(row);
+                self.push(Item::Const(rows as i32));
+                self.plain(Op::Check);
+                self.push(Item::Const(columns as i32));
+                self.plain(Op::Mul);
+                self.expr(column);
+                self.push(Item::Const(columns as i32));
+                self.plain(Op::Check);
+                self.plain(Op::Add);
+                self.push(Item::Table(id, None));
+            }
+        }
+    }
+
+    fn short_circuit(&mut self, op: Op, left: &Expr, right: &Expr) {
+        let end = self.fresh();
+        self.expr(left);
+        self.push(Item::ShortCircuit(op, end));
+        self.expr(right);
+        if right.kind != Kind::Truth {
+            self.push(Item::Const(0));
+            self.plain(Op::Ne);
+        }
+        self.push(Item::Label(end));
+    }
+
+    /// Arguments onto the stack, from there into the parameters, then the call.
+    pub(super) fn call(&mut self, id: RoutineId, arguments: &[Expr]) {
+        let routine = self.program.routine(id);
+        for argument in arguments {
+            self.expr(argument);
+        }
+        for &parameter in routine.params.iter().rev() {
+            self.push(Item::Store(parameter));
+        }
+        let op = if routine.result.is_some() { Op::Func } else { Op::Call };
+        self.push(Item::Call(op, id));
+    }
+
+    pub(super) fn assign(&mut self, place: &Place, value: &Expr) {
+        match place {
+            Place::Var(var) => {
+                self.expr(value);
+                self.push(Item::Store(*var));
+            }
+            Place::Elem(var, index) => match self.constant_cell(*var, index) {
+                Some(cell) => {
+                    self.expr(value);
+                    self.push(Item::StoreAt(*var, cell));
+                }
+                None => {
+                    self.expr(index);
+                    self.expr(value);
+                    self.push(Item::StoreElem(*var));
+                }
+            },
+        }
+    }
+
+    fn constant_cell(&self, var: VarId, index: &Expr) -> Option<u32> {
+        match index.node {
+            ExprKind::Const(index) => {
+                u32::try_from(index).ok().filter(|&index| index < self.program.var(var).len)
+            }
+            _ => None,
+        }
+    }
+
+    /// Goes to `target` if the condition's truth is `wanted`, else falls through.
+    pub(super) fn branch(&mut self, condition: &Expr, wanted: bool, target: Label) {
+        match &condition.node {
+            ExprKind::Const(value) => {
+                if (*value != 0) == wanted {
+                    self.push(Item::Jump(target));
+                }
+            }
+            ExprKind::Unary(UnOp::LogNot, inner) => self.branch(inner, !wanted, target),
+            ExprKind::AndAlso(left, right) if wanted => {
+                let skip = self.fresh();
+                self.branch(left, false, skip);
+                self.branch(right, true, target);
+                self.push(Item::Label(skip));
+            }
+            ExprKind::OrElse(left, right) if !wanted => {
+                let skip = self.fresh();
+                self.branch(left, true, skip);
+                self.branch(right, false, target);
+                self.push(Item::Label(skip));
+            }
+            ExprKind::AndAlso(left, right) | ExprKind::OrElse(left, right) => {
+                self.branch(left, wanted, target);
+                self.branch(right, wanted, target);
+            }
+            ExprKind::Binary(op, left, right) if cond(*op).is_some() => {
+                let cond = cond(*op).unwrap_or(Cond::Nonzero);
+                self.expr(left);
+                self.expr(right);
+                self.push(Item::Branch(if wanted { cond } else { cond.inverse() }, target));
+            }
+            _ => {
+                self.expr(condition);
+                let cond = if wanted { Cond::Nonzero } else { Cond::Zero };
+                self.push(Item::Branch(cond, target));
+            }
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! Machine statements.
+
+use super::Lower;
+use crate::axis::{Axis, AxisSet};
+use crate::back::ir::Item;
+use crate::effect::{Frame, Plane, Unit, Want};
+use crate::hir::{ArcCenter, Expr, ExprKind, InWant, PrintPart, ProbeSensor, StmtKind, Word};
+use crate::isa::{Op, SHORT_AXES, flags};
+use crate::kind::Kind;
+use crate::record::feature;
+use crate::vm::effects::plane_axes;
+
+/// Whether a value is in steps, steps/s or steps/s2.
+pub(super) fn steps(expr: &Expr) -> bool {
+    matches!(expr.kind, Kind::Steps | Kind::StepRate | Kind::StepAccel)
+}
+
+const fn bit(set: bool, flag: u8) -> u8 {
+    if set { flag } else { 0 }
+}
+
+const fn frame_bits(frame: Frame) -> u8 {
+    match frame {
+        Frame::Work => 0,
+        Frame::Machine => 1,
+        Frame::Relative => 2,
+    }
+}
+
+fn constant(expr: &Expr) -> Option<i32> {
+    match expr.node {
+        ExprKind::Const(value) => Some(value),
+        _ => None,
+    }
+}
+
+impl Lower<'_> {
+    pub(super) fn flags(&mut self, op: Op, bytes: [u8; 3]) {
+        self.push(Item::Flags(op, bytes));
+    }
+
+    pub(super) fn machine(&mut self, kind: &StmtKind) {
+        match kind {
+            StmtKind::OnInput { slot, n, want, target } => {
+                self.handler(*slot, *target);
+                self.expr(n);
+                let kind = if *want == Want::Fall { flags::ON_FALL } else { flags::ON_RISE };
+                self.flags(Op::Event, [kind | slot & 3, 0, 0]);
+            }
+            StmtKind::OffInput(n) => {
+                self.expr(n);
+                self.flags(Op::Event, [flags::OFF_INPUT, 0, 0]);
+            }
+            StmtKind::OnEvery { slot, every, target } => {
+                self.handler(*slot, *target);
+                self.expr(every);
+                self.flags(Op::Event, [flags::ON_EVERY | slot & 3, 0, 0]);
+            }
+            StmtKind::OffEvery => self.flags(Op::Event, [flags::OFF_EVERY, 0, 0]),
+            StmtKind::MoveAxe { axis, target, relative, start, speed, accel, decel } => {
+                let parts = [speed.as_ref(), accel.as_ref(), decel.as_ref()];
+                self.move_axe(*axis, target, *relative, *start, parts);
+            }
+            StmtKind::MoveSpeed { axis, speed } => {
+                self.features |= feature::START;
+                self.expr(speed);
+                let bits = *axis as u8 | bit(steps(speed), flags::STEPS);
+                self.flags(Op::MoveSpeed, [bits, 0, 0]);
+            }
+            StmtKind::StopAxe(axis) => self.flags(Op::StopAxe, [*axis as u8, 0, 0]),
+            StmtKind::StopAll => self.plain(Op::StopAll),
+            StmtKind::WaitMove(axis) => self.flags(Op::WaitMove, [axis_or_all(*axis), 0, 0]),
+            StmtKind::Home { axes, query } => self.home(axes, *query),
+            StmtKind::Probe { axis, limit, speed, sensor, query } => {
+                self.probe(*axis, limit, speed.as_ref(), sensor, *query);
+            }
+            StmtKind::SetPos { axis, value } => {
+                self.expr(value);
+                self.flags(Op::SetPos, [*axis as u8, 0, 0]);
+            }
+            StmtKind::SetOut { n, on } => match (constant(n), constant(on)) {
+                (Some(n @ 1..=4), Some(on)) => {
+                    let code = 2 * (n as u8 - 1) + u8::from(on != 0);
+                    self.push(Item::Short(Op::OutShort, code));
+                }
+                _ => self.with(&[n, on], Op::SetOut),
+            },
+            StmtKind::Pulse { n, time } => self.with(&[n, time], Op::Pulse),
+            StmtKind::SetPort(value) => self.with(&[value], Op::SetPort),
+            StmtKind::Motors { on, axis } => {
+                self.expr(on);
+                self.flags(Op::Motors, [axis_or_all(*axis), 0, 0]);
+            }
+            StmtKind::Wait(time) => self.with(&[time], Op::Wait),
+            StmtKind::WaitIn { n, want, timeout, query } => {
+                self.wait_in(n, want, timeout.as_ref(), *query);
+            }
+            StmtKind::WaitStart => self.plain(Op::WaitStart),
+            StmtKind::Send(value) => self.with(&[value], Op::Send),
+            StmtKind::WaitChar { c, timeout, query } => {
+                self.expr(c);
+                let mut bits = bit(*query, flags::WAIT_QUERY);
+                if let Some(timeout) = timeout {
+                    self.expr(timeout);
+                    bits |= flags::TIMEOUT;
+                }
+                self.flags(Op::WaitChar, [bits, 0, 0]);
+            }
+            StmtKind::Print(parts) => self.print(parts),
+            StmtKind::SetFeed(feed) => {
+                self.with(&[feed], if steps(feed) { Op::FeedSteps } else { Op::Feed });
+            }
+            StmtKind::SetSpindle(value) => self.with(&[value], Op::Spindle),
+            StmtKind::Linear { rapid, to, exact } => {
+                let words = [to[0].as_ref(), to[1].as_ref(), to[2].as_ref()];
+                self.linear(*rapid, words, *exact);
+            }
+            StmtKind::Arc { clockwise, plane, to, center, exact } => {
+                let head = bit(*clockwise, flags::CLOCKWISE) | bit(*exact, flags::EXACT);
+                self.arc(head, *plane, to, center);
+            }
+            StmtKind::Cycle(cycle) => self.cycle(cycle),
+            // Everything else was lowered before.
+            _ => {}
+        }
+    }
+
+    fn with(&mut self, arguments: &[&Expr], op: Op) {
+        for argument in arguments {
+            self.expr(argument);
+        }
+        self.plain(op);
+    }
+
+    fn move_axe(
+        &mut self,
+        axis: Axis,
+        target: &Expr,
+        relative: bool,
+        start: bool,
+        [speed, accel, decel]: [Option<&Expr>; 3],
+    ) {
+        if start {
+            self.features |= feature::START;
+        }
+        self.expr(target);
+        for part in [speed, accel, decel].into_iter().flatten() {
+            self.expr(part);
+        }
+        let b = axis as u8
+            | bit(steps(target), flags::STEPS)
+            | bit(relative, flags::RELATIVE)
+            | bit(start, flags::START)
+            | bit(speed.is_some(), flags::SPEED)
+            | bit(speed.is_some_and(steps), flags::SPEED_STEPS);
+        let b2 = bit(accel.is_some(), flags::ACCEL)
+            | bit(accel.is_some_and(steps), flags::ACCEL_STEPS)
+            | bit(decel.is_some(), flags::DECEL)
+            | bit(decel.is_some_and(steps), flags::DECEL_STEPS);
+        if b2 != 0 {
+            self.flags(Op::MoveRamp, [b, b2, 0]);
+        } else if b & !(flags::AXIS | flags::RELATIVE) != 0 {
+            self.flags(Op::Move, [b, 0, 0]);
+        } else {
+            let op = if relative { Op::MoveBy } else { Op::MoveTo };
+            self.push(Item::Short(op, axis as u8));
+        }
+    }
+
+    fn home(&mut self, axes: &[Axis], query: bool) {
+        for (i, &axis) in axes.iter().enumerate() {
+            if i + 1 < axes.len() {
+                self.plain(Op::More);
+            }
+            if query {
+                self.flags(Op::HomeQuery, [axis as u8, 0, 0]);
+            } else {
+                self.push(Item::Short(Op::Home, axis as u8));
+            }
+        }
+    }
+
+    fn probe(
+        &mut self,
+        axis: Axis,
+        limit: &Word,
+        speed: Option<&Expr>,
+        sensor: &ProbeSensor,
+        query: bool,
+    ) {
+        self.expr(&limit.value);
+        if let Some(speed) = speed {
+            self.expr(speed);
+        }
+        let sensor_bits = match sensor {
+            ProbeSensor::Default => 0,
+            ProbeSensor::Input(n, state) => {
+                self.expr(n);
+                self.expr(state);
+                flags::SENSOR
+            }
+            ProbeSensor::Mask(and, xor) => {
+                self.expr(and);
+                self.expr(xor);
+                flags::SENSOR | flags::MASK
+            }
+        };
+        let b = axis as u8
+            | bit(steps(&limit.value), flags::STEPS)
+            | frame_bits(limit.frame) << flags::PROBE_FRAME
+            | bit(query, flags::QUERY)
+            | bit(speed.is_some(), flags::SPEED)
+            | bit(speed.is_some_and(steps), flags::SPEED_STEPS);
+        self.flags(Op::Probe, [b, sensor_bits, 0]);
+    }
+
+    fn wait_in(&mut self, n: &Expr, want: &InWant, timeout: Option<&Expr>, query: bool) {
+        self.expr(n);
+        let mut bits = bit(query, flags::WAIT_QUERY);
+        match want {
+            InWant::Edge(want) => bits |= *want as u8,
+            InWant::Level(level) => match constant(level) {
+                Some(level) => bits |= u8::from(level != 0),
+                None => {
+                    self.expr(level);
+                    bits |= flags::LEVEL;
+                }
+            },
+        }
+        if let Some(timeout) = timeout {
+            self.expr(timeout);
+            bits |= flags::TIMEOUT;
+        }
+        self.flags(Op::WaitIn, [bits, 0, 0]);
+    }
+
+    fn print(&mut self, parts: &[PrintPart]) {
+        for part in parts {
+            match part {
+                PrintPart::Text(text) => {
+                    for piece in text.as_bytes().chunks(super::MAX_TEXT) {
+                        let id = self.text(piece);
+                        self.push(Item::Text(id));
+                    }
+                }
+                PrintPart::Value(value) => {
+                    self.expr(value);
+                    match value.kind.unit() {
+                        Unit::None => self.plain(Op::PrintNumber),
+                        unit => self.flags(Op::PrintValue, [unit as u8, 0, 0]),
+                    }
+                }
+            }
+        }
+        self.plain(Op::PrintEnd);
+    }
+
+    /// G0 and G1 in the shortest form that says it.
+    pub(super) fn linear(&mut self, rapid: bool, words: [Option<&Word>; 3], exact: bool) {
+        for word in words.into_iter().flatten() {
+            self.expr(&word.value);
+        }
+        let words = words.map(|word| word.map(|word| (steps(&word.value), word.frame)));
+        self.linear_on_stack(rapid, words, exact);
+    }
+
+    /// The same with the values on the stack; a word is whether it is in steps, and its frame.
+    pub(super) fn linear_on_stack(
+        &mut self,
+        rapid: bool,
+        words: [Option<(bool, Frame)>; 3],
+        exact: bool,
+    ) {
+        self.features |= feature::INTERPOLATE;
+        let axes = axes_of(|i| words[i].is_some());
+        let mut common = words.iter().flatten();
+        let first = common.next().copied().unwrap_or((false, Frame::Work));
+        let same = common.all(|word| *word == first);
+        let head = axes.0 | bit(rapid, flags::RAPID) | bit(exact, flags::EXACT);
+        let short = SHORT_AXES.iter().position(|&short| short == axes);
+        match short {
+            Some(n) if same && !exact && first == (false, Frame::Work) => {
+                self.push(Item::Short(if rapid { Op::Rapid } else { Op::Line }, n as u8));
+            }
+            _ if same => {
+                let bits =
+                    bit(first.0, flags::COMMON_STEPS) | frame_bits(first.1) << flags::COMMON_FRAME;
+                self.flags(Op::Linear, [head | bits, 0, 0]);
+            }
+            _ => {
+                let (mut in_steps, mut frames) = (0, 0);
+                for (i, word) in words.iter().enumerate() {
+                    if let Some((steps, frame)) = word {
+                        in_steps |= bit(*steps, 1 << (5 + i));
+                        frames |= frame_bits(*frame) << (2 * i);
+                    }
+                }
+                self.flags(Op::LinearMixed, [head | in_steps, frames, 0]);
+            }
+        }
+    }
+
+    fn arc(&mut self, head: u8, plane: Plane, to: &[Option<Word>; 3], center: &ArcCenter) {
+        self.features |= feature::INTERPOLATE | feature::ARC;
+        let (mut frames, mut in_steps) = (0, 0);
+        for (i, word) in to.iter().enumerate() {
+            if let Some(word) = word {
+                self.expr(&word.value);
+                frames |= frame_bits(word.frame) << (2 * i);
+                in_steps |= bit(steps(&word.value), 1 << i);
+            }
+        }
+        let mut b = head | axes_of(|i| to[i].is_some()).0 | (plane as u8) << flags::PLANE;
+        match center {
+            ArcCenter::Radius(radius) => {
+                self.expr(radius);
+                in_steps |= bit(steps(radius), 1 << 3);
+            }
+            ArcCenter::Offsets(offsets) => {
+                b |= flags::OFFSETS;
+                for axis in plane_axes(plane) {
+                    match &offsets[axis.index()] {
+                        Some(offset) => {
+                            self.expr(offset);
+                            in_steps |= bit(steps(offset), 1 << (3 + axis.index()));
+                        }
+                        None => self.push(Item::Const(0)),
+                    }
+                }
+            }
+        }
+        if frames == 0 && in_steps == 0 {
+            self.flags(Op::Arc, [b, 0, 0]);
+        } else {
+            self.flags(Op::ArcMixed, [b, frames, in_steps]);
+        }
+    }
+}
+
+fn axes_of(has: impl Fn(usize) -> bool) -> AxisSet {
+    Axis::ALL.into_iter().filter(|axis| has(axis.index())).fold(AxisSet(0), AxisSet::with)
+}
+
+const fn axis_or_all(axis: Option<Axis>) -> u8 {
+    match axis {
+        Some(axis) => axis as u8,
+        None => flags::ALL_AXES,
+    }
+}

@@ -1,0 +1,178 @@
+//! What a compilation gives besides code: places, amounts, excesses.
+
+use crate::back::cells::Cells;
+use crate::back::graph::Graph;
+use crate::back::ir::Unit;
+use crate::hir::{Program, Span, VarId};
+use crate::image::pool_limit;
+
+/// What begins at a mark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MarkKind {
+    /// A statement of the source.
+    Statement,
+    /// The end of a pass of a loop: NEXT, WEND, LOOP, END REPEAT.
+    LoopEnd,
+    /// A later test of a block: ELSEIF, CASE, the condition of a WHILE after its first pass.
+    Test,
+    /// Code that no statement asked for; its place is that of the block around it.
+    Glue,
+}
+
+/// Code from `pc` to the next mark belongs to one place in the source.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mark {
+    /// Address of the first instruction.
+    pub pc: usize,
+    /// Line, from 1.
+    pub line: u32,
+    /// Text.
+    pub span: Span,
+    /// What begins here.
+    pub kind: MarkKind,
+}
+
+/// From code to source; stays on the host.
+#[derive(Clone, Debug, Default)]
+pub struct Sidecar {
+    /// In ascending order of addresses, the first at 0.
+    pub marks: Vec<Mark>,
+}
+
+impl Sidecar {
+    /// The mark whose code holds `pc`.
+    pub fn at(&self, pc: usize) -> Option<&Mark> {
+        let after = self.marks.partition_point(|mark| mark.pc <= pc);
+        self.marks.get(after.checked_sub(1)?)
+    }
+
+    /// The mark that begins at exactly `pc`.
+    pub fn starting_at(&self, pc: usize) -> Option<&Mark> {
+        self.marks.binary_search_by_key(&pc, |mark| mark.pc).ok().map(|i| &self.marks[i])
+    }
+}
+
+/// Where a variable lives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VarPlace {
+    /// Which.
+    pub var: VarId,
+    /// First cell.
+    pub cell: u32,
+    /// Number of cells.
+    pub len: u32,
+}
+
+/// A compiled program.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    /// The image.
+    pub image: Vec<u8>,
+    /// From code to source.
+    pub sidecar: Sidecar,
+    /// Cells of every variable that is alive.
+    pub vars: Vec<VarPlace>,
+    /// Statements that count.
+    pub statements: u32,
+    /// Bytes of code.
+    pub code_bytes: usize,
+    /// Bytes of tables, texts and of the statement table.
+    pub table_bytes: usize,
+    /// Cells used.
+    pub cells: usize,
+    /// Cells that there are beside this stack and these calls.
+    pub cells_available: usize,
+    /// Expression depth used.
+    pub stack: usize,
+    /// Call depth used.
+    pub calls: usize,
+    /// KEEP values used.
+    pub keeps: usize,
+}
+
+/// What a program can have too much of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resource {
+    /// Cells of variables.
+    Cells,
+    /// Values on the expression stack.
+    Stack,
+    /// Calls open at once.
+    Calls,
+    /// KEEP values.
+    Keeps,
+    /// Rows of a table: at most 65535.
+    Rows,
+}
+
+/// A program wants more than the device has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Excess {
+    /// Of what.
+    pub resource: Resource,
+    /// How much it wants.
+    pub used: usize,
+    /// How much there is.
+    pub available: usize,
+    /// The declaration, statement or call that goes too far.
+    pub span: Span,
+}
+
+/// KEEP values of a program at most.
+const MAX_KEEPS: usize = 8;
+/// Largest number that the header's half bytes hold.
+const MAX_DEPTH: usize = 15;
+
+/// Expression depth and call depth that are promised with these features.
+const fn promised_depth(features: u16) -> usize {
+    if pool_limit(features as u8) >= 192 { 8 } else { 6 }
+}
+
+/// Everything that the program has too much of.
+pub fn excesses(program: &Program, unit: &Unit, graph: &Graph, cells: &Cells) -> Vec<Excess> {
+    let mut found = Vec::new();
+    let mut check = |resource, used: usize, available: usize, span: &Span| {
+        if used > available {
+            found.push(Excess { resource, used, available, span: span.clone() });
+        }
+    };
+    let depth = promised_depth(unit.features);
+    let pool = pool_limit(unit.features as u8);
+    let (stack, calls) = (graph.stack(), graph.calls);
+    let cells_available = pool.saturating_sub(4 * stack + 2 * calls) / 4;
+    if cells.count > cells_available {
+        // Depths within the promise leave the cells that were promised: then the variables are
+        // too many, otherwise the depths are.
+        let rest = pool.saturating_sub(4 * cells.count);
+        if stack > depth {
+            check(
+                Resource::Stack,
+                stack,
+                (rest.saturating_sub(2 * calls) / 4).max(depth),
+                &graph.stack_span,
+            );
+        }
+        if calls > depth {
+            check(
+                Resource::Calls,
+                calls,
+                (rest.saturating_sub(4 * stack) / 2).max(depth),
+                &graph.calls_span,
+            );
+        }
+        if stack <= depth && calls <= depth {
+            let span = cells.beyond(program, cells_available);
+            check(Resource::Cells, cells.count, cells_available, &span);
+        }
+    }
+    check(Resource::Stack, stack, MAX_DEPTH, &graph.stack_span);
+    check(Resource::Calls, calls, MAX_DEPTH, &graph.calls_span);
+    if let Some(keep) = cells.keeps.get(MAX_KEEPS) {
+        check(Resource::Keeps, cells.keeps.len(), MAX_KEEPS, &program.var(*keep).span);
+    }
+    for table in &program.tables {
+        let rows = table.values.len() / (table.columns.max(1) as usize);
+        check(Resource::Rows, rows, usize::from(u16::MAX), &table.span);
+    }
+    found
+}
