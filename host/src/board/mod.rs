@@ -1,7 +1,10 @@
 //! The virtual board: the shipped firmware image in the emulator, with a world around it.
 
+pub mod engine;
 pub mod link;
+mod path;
 pub mod rig;
+mod stuck;
 
 use emulator::{Image, LoadError};
 

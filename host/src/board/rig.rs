@@ -226,6 +226,16 @@ impl Rig {
         }
     }
 
+    /// The machine around the pins.
+    pub fn plant(&self) -> &emulator::Plant {
+        self.board.plant()
+    }
+
+    /// What the emulator noticed that the real part forbids.
+    pub fn warnings(&self) -> &[emulator::Warning] {
+        self.board.warnings()
+    }
+
     /// What only the host can do for the scenario, since the last call.
     pub fn take_host_actions(&mut self) -> Vec<HostAction> {
         std::mem::take(&mut self.host_actions)

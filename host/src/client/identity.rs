@@ -1,5 +1,7 @@
 //! Who the board is: versions, fingerprints, program store.
 
+use std::time::Duration;
+
 use lang::isa::FINGERPRINT;
 use lang::record::{BoardRecord, RECORD_VERSION};
 use lang::wire;
@@ -67,6 +69,36 @@ impl<L: Link> Client<L> {
             pair.copy_from_slice(&word.to_le_bytes());
         }
         Ok(BoardRecord::from_bytes(&bytes))
+    }
+
+    /// Writes the board's part of a profile; it holds from the next reset on.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn set_board_record(&mut self, record: &BoardRecord) -> Result<(), ClientError> {
+        let bytes = record.to_bytes();
+        let words: Vec<u16> =
+            bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
+        // In ascending order, as many at a time as every board takes.
+        for (i, part) in words.chunks(16).enumerate() {
+            self.write_all(wire::PROFILE_WINDOW + 16 * i as u16, part)?;
+        }
+        Ok(())
+    }
+
+    /// Resets the board; it answers again after some 100 ms, by its new profile.
+    ///
+    /// # Errors
+    /// The board refuses: a program runs or an axis moves.
+    pub fn restart(&mut self) -> Result<(), ClientError> {
+        match self.control(wire::Control::Restart) {
+            // It may reset before its reply is out.
+            Ok(()) | Err(ClientError::Silent | ClientError::Noise(_)) => {
+                self.link().pause(Duration::from_millis(300));
+                Ok(())
+            }
+            Err(error) => Err(error),
+        }
     }
 }
 

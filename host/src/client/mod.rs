@@ -8,6 +8,7 @@ pub mod frame;
 pub mod identity;
 pub mod print;
 pub mod status;
+pub mod trace;
 pub mod upload;
 
 use std::fmt;
@@ -98,6 +99,11 @@ impl<L: Link> Client<L> {
     /// The link, for its clock.
     pub fn link(&mut self) -> &mut L {
         &mut self.link
+    }
+
+    /// Talks to another board from now on.
+    pub fn set_address(&mut self, address: u8) {
+        self.address = address;
     }
 
     /// Ends the master and gives the link back.

@@ -17,15 +17,31 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// See [`ClientError`].
     pub fn take_print(&mut self) -> Result<Vec<u8>, ClientError> {
+        self.take(false)
+    }
+
+    /// Takes the bytes that wait up to the first line's end, at most 32 of them: in trace mode the
+    /// next line belongs to the next event.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn take_print_line(&mut self) -> Result<Vec<u8>, ClientError> {
+        self.take(true)
+    }
+
+    fn take(&mut self, one_line: bool) -> Result<Vec<u8>, ClientError> {
         let words = self.holding(wire::PRINT_COUNT, 2 + WINDOW / 2)?;
         let (count, tail) = (words[0].min(WINDOW), words[1]);
         if count == 0 {
             return Ok(Vec::new());
         }
         let bytes = words[2..].iter().flat_map(|word| word.to_be_bytes());
-        let bytes: Vec<u8> = bytes.take(usize::from(count)).collect();
+        let mut bytes: Vec<u8> = bytes.take(usize::from(count)).collect();
+        if one_line && let Some(end) = bytes.iter().position(|byte| *byte == LINE_END) {
+            bytes.truncate(end + 1);
+        }
         // Writing the same number again takes nothing more, so a lost reply does no harm.
-        self.write(wire::PRINT_TAIL, tail.wrapping_add(count))?;
+        self.write(wire::PRINT_TAIL, tail.wrapping_add(bytes.len() as u16))?;
         Ok(bytes)
     }
 }

@@ -1,0 +1,150 @@
+//! The path that the step pulses make, sampled while the board runs.
+
+use lang::axis::Axis;
+
+use super::rig::Rig;
+use crate::sim::record::{Edge, RECORD_LIMIT, Record, Segment, SegmentKind};
+use crate::sim::trace::{MoveKind, What};
+
+/// Two samples are one segment while their speeds differ by less than this part.
+const SAME_SPEED: f64 = 0.03;
+
+/// Collects samples of the motors' positions into segments.
+#[derive(Debug)]
+pub struct PathRecorder {
+    path: Vec<Segment>,
+    last: [i64; 3],
+    last_us: u64,
+    first_pulses: [u64; 3],
+    kind: SegmentKind,
+    line: u32,
+    /// Where the path stood when the machine first rested after the last event: what moves from
+    /// there on belongs to a statement that reports at its end.
+    rested: Option<usize>,
+    truncated: bool,
+    /// Tick at which the finger leaves Start.
+    pub release_start_at: Option<u64>,
+}
+
+impl Default for PathRecorder {
+    fn default() -> PathRecorder {
+        PathRecorder {
+            path: Vec::new(),
+            last: [0; 3],
+            last_us: 0,
+            first_pulses: [0; 3],
+            kind: SegmentKind::Move(MoveKind::Axe),
+            line: 1,
+            rested: None,
+            truncated: false,
+            release_start_at: None,
+        }
+    }
+}
+
+impl PathRecorder {
+    /// The run begins with the machine where it is.
+    pub fn start(&mut self, rig: &Rig) {
+        self.last = places(rig);
+        self.last_us = rig.us();
+        self.first_pulses = rig.pulses();
+    }
+
+    /// An event came: what it says of the motion before or after it.
+    pub fn event(&mut self, what: &What) {
+        match *what {
+            What::Move { line, kind, .. } => self.begin(SegmentKind::Move(kind), line),
+            What::Speed { line, .. } => self.begin(SegmentKind::Speed, line),
+            What::Home { line, .. } => self.relabel(SegmentKind::Home, line),
+            What::Probe { line, .. } => self.relabel(SegmentKind::Probe, line),
+            _ => {}
+        }
+    }
+
+    fn begin(&mut self, kind: SegmentKind, line: u32) {
+        self.kind = kind;
+        self.line = line;
+        self.rested = None;
+    }
+
+    /// The statement that reports now made the moves since the last rest.
+    fn relabel(&mut self, kind: SegmentKind, line: u32) {
+        let from = self.rested.unwrap_or(self.path.len()).min(self.path.len());
+        for segment in &mut self.path[from..] {
+            segment.kind = kind;
+            segment.line = line;
+        }
+        self.rested = Some(self.path.len());
+    }
+
+    /// Takes the motors' positions.
+    pub fn sample(&mut self, rig: &Rig) {
+        let (now, us) = (places(rig), rig.us());
+        let before = std::mem::replace(&mut self.last, now);
+        let before_us = std::mem::replace(&mut self.last_us, us);
+        if us == before_us {
+            return;
+        }
+        if now == before {
+            self.rested = self.rested.or(Some(self.path.len()));
+            return;
+        }
+        // Homing sets the position: a jump that no step made.
+        let most = (0..3).map(|i| now[i].abs_diff(before[i])).max().unwrap_or(0);
+        if most > (us - before_us) {
+            return;
+        }
+        let to_i32 =
+            |places: [i64; 3]| places.map(|place| i32::try_from(place).unwrap_or(i32::MAX));
+        let segment = Segment {
+            kind: self.kind,
+            line: self.line,
+            from: to_i32(before),
+            to: to_i32(now),
+            axes: [0, 1, 2].map(|i| now[i] != before[i]),
+            arc: None,
+            start_us: before_us,
+            end_us: us,
+            peak_rate: most as f64 * 1e6 / (us - before_us) as f64,
+        };
+        let full = self.path.len() >= RECORD_LIMIT;
+        match self.path.last_mut() {
+            Some(last) if continues(last, &segment) => {
+                last.to = segment.to;
+                last.end_us = segment.end_us;
+            }
+            _ if full => self.truncated = true,
+            _ => self.path.push(segment),
+        }
+    }
+
+    /// Step pulses of each axis in this run.
+    pub fn pulses(&self, rig: &Rig) -> [u64; 3] {
+        let now = rig.pulses();
+        [0, 1, 2].map(|i| now[i] - self.first_pulses[i])
+    }
+
+    /// The record of the run.
+    pub fn record(self, inputs: Vec<Edge>, outputs: Vec<Edge>) -> Record {
+        Record { path: self.path, inputs, outputs, truncated: self.truncated }
+    }
+}
+
+/// Machine positions, steps.
+fn places(rig: &Rig) -> [i64; 3] {
+    let (motors, offset) = (rig.motors(), rig.offset());
+    Axis::ALL.map(|axis| motors[axis.index()] + offset[axis.index()])
+}
+
+/// Whether `next` goes on like `last`: same statement, same direction and speed.
+fn continues(last: &Segment, next: &Segment) -> bool {
+    if last.kind != next.kind || last.line != next.line || last.end_us != next.start_us {
+        return false;
+    }
+    let speed = |segment: &Segment, i: usize| {
+        let time = (segment.end_us - segment.start_us).max(1) as f64;
+        f64::from(segment.to[i] - segment.from[i]) * 1e6 / time
+    };
+    let fastest = last.peak_rate.max(next.peak_rate);
+    (0..3).all(|i| (speed(last, i) - speed(next, i)).abs() <= SAME_SPEED * fastest)
+}
