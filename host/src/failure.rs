@@ -9,8 +9,9 @@ pub enum Failure {
     Input,
     /// The command line is wrong. Exit code 2.
     Usage(String),
-    /// The run ended in a fault, was stopped, or an expectation failed. Exit code 3.
-    Run(String),
+    /// The run ended in a fault, was stopped, or an expectation failed; that was written already.
+    /// Exit code 3.
+    Run,
     /// The board or the port failed. Exit code 4.
     Board(String),
     /// A result could not be written. Exit code 4: the input was right and nothing ran wrong.
@@ -26,7 +27,7 @@ impl Failure {
             Failure::ClosedPipe => 0,
             Failure::Input => 1,
             Failure::Usage(_) => 2,
-            Failure::Run(_) => 3,
+            Failure::Run => 3,
             Failure::Board(_) | Failure::Output(_) => 4,
         }
     }
@@ -34,11 +35,8 @@ impl Failure {
     /// What to tell the user, if the command has not told it already.
     pub fn message(&self) -> Option<&str> {
         match self {
-            Failure::Input | Failure::ClosedPipe => None,
-            Failure::Usage(text)
-            | Failure::Run(text)
-            | Failure::Board(text)
-            | Failure::Output(text) => Some(text),
+            Failure::Input | Failure::Run | Failure::ClosedPipe => None,
+            Failure::Usage(text) | Failure::Board(text) | Failure::Output(text) => Some(text),
         }
     }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use lang::profile::{Profile, ProfileError};
 
-use crate::render::{Note, Severity};
+use crate::render::Note;
 
 /// Longest profile, scenario or image that is read.
 const MAX_BYTES: usize = 16 << 20;
@@ -20,10 +20,8 @@ pub mod code {
     pub const TOO_LARGE: &str = "I002";
     /// A profile is wrong.
     pub const PROFILE: &str = "I003";
-    /// A scenario is wrong.
-    pub const WORLD: &str = "I004";
-    /// An image is wrong.
-    pub const IMAGE: &str = "I005";
+    /// An engine does not take the program.
+    pub const ENGINE: &str = "I004";
 }
 
 /// Reads a file of at most `limit` bytes, `-` being standard input. One byte more than that is read
@@ -118,11 +116,6 @@ pub fn place(text: &str, offset: usize) -> (u32, u32) {
     let line = before.matches('\n').count() + 1;
     let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
     (line as u32, column as u32)
-}
-
-/// A warning about an input as a whole.
-pub fn warning(name: &str, code: &'static str, text: String) -> Note {
-    Note { severity: Severity::Warning, ..Note::error(name, code, text) }
 }
 
 #[cfg(test)]

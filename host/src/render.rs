@@ -8,6 +8,7 @@ use ariadne::{CharSet, Color, Config, Label, Report, ReportKind, Source as Excer
 use lang::front::codes::Severity as LangSeverity;
 use lang::front::diag::Diag;
 use lang::front::source::Source;
+use lang::front::span::Span;
 use serde::Serialize;
 
 /// How bad it is.
@@ -49,6 +50,9 @@ pub struct Note {
     /// Further places.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub labels: Vec<Further>,
+    /// Bytes of the source that it is about.
+    #[serde(skip)]
+    pub span: Range<usize>,
 }
 
 /// A further place of a diagnostic.
@@ -60,6 +64,9 @@ pub struct Further {
     pub col: u32,
     /// What is there.
     pub text: String,
+    /// Bytes of the source.
+    #[serde(skip)]
+    pub span: Range<usize>,
 }
 
 impl Note {
@@ -73,7 +80,19 @@ impl Note {
             text,
             hint: None,
             labels: Vec::new(),
+            span: 0..0,
         }
+    }
+
+    /// An error of a stretch of a source.
+    pub fn in_source(
+        source: &Source,
+        span: Range<usize>,
+        code: &'static str,
+        text: String,
+    ) -> Note {
+        let place = source.place(u32::try_from(span.start).unwrap_or(u32::MAX));
+        Note { span, ..Note::error(source.name(), code, text).at(place) }
     }
 
     /// The same at a line and a column, from 1.
@@ -92,21 +111,19 @@ impl Note {
 
     /// A diagnostic of the language.
     pub fn of(diag: &Diag, source: &Source) -> Note {
+        let range = |span: Span| span.start as usize..span.end as usize;
         let further = diag.labels.iter().map(|label| {
             let (line, col) = source.place(label.span.start);
-            Further { line, col, text: label.text.clone() }
+            Further { line, col, text: label.text.clone(), span: range(label.span) }
         });
         Note {
-            file: source.name().to_owned(),
-            place: source.place(diag.span.start),
             severity: match diag.severity {
                 LangSeverity::Error => Severity::Error,
                 LangSeverity::Warning => Severity::Warning,
             },
-            code: diag.code.id(),
-            text: diag.message.clone(),
             hint: diag.hint.clone(),
             labels: further.collect(),
+            ..Note::in_source(source, range(diag.span), diag.code.id(), diag.message.clone())
         }
     }
 
@@ -122,7 +139,7 @@ impl Note {
         let mut out = self.line();
         out.push('\n');
         for further in &self.labels {
-            let Further { line, col, text } = further;
+            let Further { line, col, text, .. } = further;
             out += &format!("  {}:{line}:{col}: {text}\n", self.file);
         }
         if let Some(hint) = &self.hint {
@@ -151,31 +168,29 @@ pub fn stderr_is_rich() -> bool {
 }
 
 /// The first line of [`Note::plain`], then the source with the places marked.
-pub fn excerpt(diag: &Diag, source: &Source) -> String {
-    let note = Note::of(diag, source);
-    let range = |start: u32, end: u32| -> Range<usize> {
-        let length = source.text().len();
-        let start = (start as usize).min(length);
+pub fn excerpt(note: &Note, source: &Source) -> String {
+    let length = source.text().len();
+    let range = |span: &Range<usize>| {
+        let start = span.start.min(length);
         // A point gets one character's width, or nothing would be underlined.
-        start..(end as usize).clamp(start, length).max((start + 1).min(length))
+        start..span.end.clamp(start, length).max((start + 1).min(length))
     };
     let (kind, color) = match note.severity {
         Severity::Error => (ReportKind::Error, Color::Red),
         Severity::Warning => (ReportKind::Warning, Color::Yellow),
     };
     let file = source.name();
-    let span = range(diag.span.start, diag.span.end);
+    let span = range(&note.span);
     let config =
         Config::default().with_index_type(ariadne::IndexType::Byte).with_char_set(CharSet::Unicode);
     let mut report = Report::build(kind, (file, span.clone()))
         .with_config(config)
         .with_label(Label::new((file, span)).with_color(color).with_message(&note.text));
-    for label in &diag.labels {
-        let span = range(label.span.start, label.span.end);
-        report = report
-            .with_label(Label::new((file, span)).with_color(Color::Cyan).with_message(&label.text));
+    for further in &note.labels {
+        let label = Label::new((file, range(&further.span))).with_color(Color::Cyan);
+        report = report.with_label(label.with_message(&further.text));
     }
-    if let Some(hint) = &diag.hint {
+    if let Some(hint) = &note.hint {
         report = report.with_help(hint);
     }
     let mut drawn = Vec::new();
@@ -226,7 +241,7 @@ mod tests {
     #[test]
     fn the_excerpt_begins_with_the_contract_and_shows_the_source() {
         let (diag, source) = sample();
-        let text = excerpt(&diag, &source);
+        let text = excerpt(&Note::of(&diag, &source), &source);
         assert!(text.starts_with("a.bas:2:6: error[P002]: `Wait 5` needs a time\n"), "{text}");
         assert!(text.contains("Wait 5") && text.contains("declared here"), "{text}");
     }
@@ -235,6 +250,9 @@ mod tests {
     fn a_place_at_the_end_of_an_empty_file_can_be_shown() {
         let source = Source::new("a.bas", String::new());
         let diag = Diag::new(Code::Expected, Span::point(0), "nothing");
-        assert!(excerpt(&diag, &source).starts_with("a.bas:1:1: error[P002]: nothing"));
+        assert!(
+            excerpt(&Note::of(&diag, &source), &source)
+                .starts_with("a.bas:1:1: error[P002]: nothing")
+        );
     }
 }

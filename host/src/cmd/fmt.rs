@@ -4,6 +4,7 @@ use clap::Args;
 use lang::front::fmt::format;
 use lang::front::source::{MAX_SOURCE_BYTES, Source};
 
+use super::check::each;
 use super::{Console, Options};
 use crate::failure::Failure;
 use crate::input;
@@ -25,15 +26,7 @@ impl Fmt {
     /// # Errors
     /// A file does not parse or cannot be written; with `--check`, one would change.
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
-        let mut failed = false;
-        for file in &self.files {
-            match self.one(file, console) {
-                Ok(()) => {}
-                Err(Failure::Input) => failed = true,
-                Err(failure) => return Err(failure),
-            }
-        }
-        if failed { Err(Failure::Input) } else { Ok(()) }
+        each(&self.files, |file| self.one(file, console))
     }
 
     fn one(&self, file: &str, console: &Console) -> Result<(), Failure> {

@@ -2,12 +2,16 @@
 //!
 //! Names, exit codes and formats are a contract with other tools (see [`Failure`]).
 
+mod check;
 mod control;
 mod fmt;
 mod lsp;
 mod port;
 mod profile;
+mod script;
+mod sim;
 mod status;
+mod summary;
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -54,6 +58,10 @@ pub enum Format {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Show what is wrong with scripts
+    Check(check::Check),
+    /// Run a script on a simulated machine
+    Sim(sim::Sim),
     /// Put scripts into one style
     Fmt(fmt::Fmt),
     /// Run a board's stored program, release its WaitStart, or acknowledge its fault
@@ -78,6 +86,8 @@ impl Command {
     fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         use control::Action;
         match self {
+            Command::Check(command) => command.run(options, console),
+            Command::Sim(command) => command.run(options, console),
             Command::Fmt(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
             Command::Start(command) => command.run(Action::Start, options, console),
@@ -182,12 +192,20 @@ impl Console {
     ///
     /// # Errors
     /// Standard output is full or gone.
-    pub fn diag(&self, diag: &Diag, source: &Source) -> Result<(), Failure> {
+    pub fn note_in(&self, note: &Note, source: &Source) -> Result<(), Failure> {
         if self.json() || !render::stderr_is_rich() {
-            return self.note(&Note::of(diag, source));
+            return self.note(note);
         }
-        let _ = std::io::stderr().lock().write_all(render::excerpt(diag, source).as_bytes());
+        let _ = std::io::stderr().lock().write_all(render::excerpt(note, source).as_bytes());
         Ok(())
+    }
+
+    /// Writes a diagnostic of the language.
+    ///
+    /// # Errors
+    /// Standard output is full or gone.
+    pub fn diag(&self, diag: &Diag, source: &Source) -> Result<(), Failure> {
+        self.note_in(&Note::of(diag, source), source)
     }
 
     /// Writes a note that ends the command.

@@ -14,6 +14,7 @@ use lang::hir::Program;
 use crate::sim::Outcome;
 use crate::sim::record::{Edge, SegmentKind};
 use crate::sim::trace::{MoveKind, Status};
+pub use chart::time;
 use curve::{Curve, curves};
 
 /// Segments beyond this are drawn by their ends alone, without the ramps of their speed.

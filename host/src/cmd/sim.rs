@@ -1,0 +1,240 @@
+//! `pasapas sim`: runs a script on a simulated machine.
+
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::rc::Rc;
+
+use clap::{Args, ValueEnum};
+
+use super::script::{self, Script};
+use super::{Console, Options, summary};
+use crate::failure::Failure;
+use crate::input;
+use crate::plot::{Form, Plot};
+use crate::render::Note;
+use crate::sim::trace::{Event, Status, What, write_line};
+use crate::sim::world::{World, WorldError};
+use crate::sim::{self, DEFAULT_LIMIT_US, Outcome, SimError};
+
+/// `pasapas sim`
+#[derive(Debug, Args)]
+pub struct Sim {
+    /// The script
+    file: String,
+    /// Who runs it
+    #[arg(long, value_enum, default_value_t = Engine::Rhai)]
+    engine: Engine,
+    /// Scenario: switches, sensors and people around the machine
+    #[arg(long, value_name = "W.rhai")]
+    world: Option<String>,
+    /// Write one JSON line for each effect; `-` is standard output
+    #[arg(long, value_name = "T")]
+    trace: Option<String>,
+    /// Draw the path, inputs and outputs
+    #[arg(long, value_name = "P.svg|P.html", value_parser = plot_file)]
+    plot: Option<String>,
+    /// End after this simulated time: 90s, 500ms, 10min, 24h
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    limit: Option<u64>,
+}
+
+/// Engines of `--engine`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    /// Translated to Rhai: fast
+    Rhai,
+    /// The device's own VM on this computer
+    Vm,
+}
+
+impl Engine {
+    const fn name(self) -> &'static str {
+        match self {
+            Engine::Rhai => "rhai",
+            Engine::Vm => "vm",
+        }
+    }
+}
+
+fn plot_file(name: &str) -> Result<String, String> {
+    match Form::of(name) {
+        Some(_) => Ok(name.to_owned()),
+        None => Err("a plot's name ends in .svg or .html".to_owned()),
+    }
+}
+
+/// A time in us; a plain number is seconds.
+fn time(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match &text[digits.len()..] {
+        "us" => 1.0,
+        "ms" => 1e3,
+        "s" | "" => 1e6,
+        "min" => 6e7,
+        "h" => 3.6e9,
+        _ => return Err("a time is a number with ms, s, min or h".to_owned()),
+    };
+    let value: f64 = digits.parse().map_err(|_| format!("`{digits}` is no number"))?;
+    let us = value * unit;
+    if us.is_finite() && (1.0..1e15).contains(&us) {
+        Ok(us as u64)
+    } else {
+        Err("a limit lies between 1us and 30 years".to_owned())
+    }
+}
+
+impl Sim {
+    /// Runs the script and writes what was asked for.
+    ///
+    /// # Errors
+    /// The script or the world is wrong, the run ends in a fault, is stopped, or an expectation
+    /// does not hold.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let script = script::load(&self.file, options, console)?;
+        let world = self.world(console)?;
+        let prints = !console.json() && self.trace.as_deref() != Some("-");
+        let listener = Listener::open(self.trace.as_deref(), prints.then_some(*console))?;
+        let listener = Rc::new(RefCell::new(listener));
+        let sink = Rc::clone(&listener);
+        let sink = Box::new(move |event: &Event| sink.borrow_mut().hear(event));
+        let outcome = self.simulate(&script, &world, console, sink)?;
+        listener.borrow_mut().finish()?;
+        self.plot(&script, &outcome)?;
+        let to_stderr = self.trace.as_deref() == Some("-");
+        summary::write(&self.file, self.engine.name(), &outcome, to_stderr, console)?;
+        verdict(&self.file, &outcome, console)
+    }
+
+    fn world(&self, console: &Console) -> Result<World, Failure> {
+        let Some(file) = &self.world else { return Ok(World::empty()) };
+        let text = input::read_text(file).map_err(|note| console.refuse(&note))?;
+        World::parse(file, &text).map_err(|error| wrong_world(&error, console))
+    }
+
+    fn simulate(
+        &self,
+        script: &Script,
+        world: &World,
+        console: &Console,
+        sink: sim::Sink,
+    ) -> Result<Outcome, Failure> {
+        let options = sim::Options {
+            limit_us: self.limit.unwrap_or(DEFAULT_LIMIT_US),
+            times: true,
+            record: self.plot.is_some(),
+        };
+        let engine = match self.engine {
+            Engine::Rhai => sim::Engine::Rhai,
+            Engine::Vm => sim::Engine::Vm,
+        };
+        sim::run(&script.program, engine, world, &options, sink).map_err(|error| match error {
+            SimError::World(error) => wrong_world(&error, console),
+            SimError::Engine(text) => {
+                console.refuse(&Note::error(&self.file, input::code::ENGINE, text))
+            }
+        })
+    }
+
+    fn plot(&self, script: &Script, outcome: &Outcome) -> Result<(), Failure> {
+        let Some(path) = &self.plot else { return Ok(()) };
+        let Some(form) = Form::of(path) else { return Ok(()) };
+        let title = std::path::Path::new(&self.file).file_name();
+        let title = title.map_or_else(|| self.file.clone(), |name| name.display().to_string());
+        let plot =
+            Plot { title: &title, source: script.source.text(), program: &script.program, outcome };
+        std::fs::write(path, plot.render(form)).map_err(|error| Failure::writing(path, &error))
+    }
+}
+
+fn wrong_world(error: &WorldError, console: &Console) -> Failure {
+    let place = (
+        u32::try_from(error.line).unwrap_or(1).max(1),
+        u32::try_from(error.column).unwrap_or(1).max(1),
+    );
+    console.refuse(&Note::error(&error.file, error.code, error.text.clone()).at(place))
+}
+
+/// Exit code 3 for everything but a run that was done and met its expectations.
+fn verdict(file: &str, outcome: &Outcome, console: &Console) -> Result<(), Failure> {
+    let end = &outcome.end;
+    let line = end.line;
+    match (end.status, end.fault) {
+        (Status::Done, _) => {}
+        (Status::Stopped, _) => console.complain(&format!("{file}:{line}:1: stopped here")),
+        (Status::Fault, None) => console.complain(&format!("{file}:{line}:1: fault")),
+        (Status::Fault, Some(fault)) => {
+            console.complain(&format!("{file}:{line}:1: fault {fault}: {}", fault.text()));
+            console.complain(&format!("  {}\n  hint: {}", fault.cause(), fault.remedy()));
+        }
+    }
+    for failure in &outcome.failures {
+        console.complain(&format!("expectation failed: {failure}"));
+    }
+    let good = end.status == Status::Done && outcome.failures.is_empty();
+    if good { Ok(()) } else { Err(Failure::Run) }
+}
+
+/// Hears the trace: writes it where `--trace` says and shows what PRINT prints.
+struct Listener {
+    name: String,
+    to: Option<Box<dyn Write>>,
+    prints: Option<Console>,
+    failed: Option<Failure>,
+}
+
+impl Listener {
+    fn open(name: Option<&str>, prints: Option<Console>) -> Result<Listener, Failure> {
+        let to: Option<Box<dyn Write>> = match name {
+            None => None,
+            Some("-") => Some(Box::new(BufWriter::new(io::stdout()))),
+            Some(path) => {
+                let file = File::create(path).map_err(|error| Failure::writing(path, &error))?;
+                Some(Box::new(BufWriter::new(file)))
+            }
+        };
+        Ok(Listener { name: name.unwrap_or_default().to_owned(), to, prints, failed: None })
+    }
+
+    fn hear(&mut self, event: &Event) {
+        if let Err(failure) = self.try_hear(event) {
+            self.failed.get_or_insert(failure);
+        }
+    }
+
+    fn try_hear(&mut self, event: &Event) -> Result<(), Failure> {
+        if let (Some(console), What::Print { text, .. }) = (&self.prints, &event.what) {
+            console.result(&format!("{text}\n"))?;
+        }
+        match &mut self.to {
+            None => Ok(()),
+            Some(to) => write_line(to, event).map_err(|error| Failure::writing(&self.name, &error)),
+        }
+    }
+
+    fn finish(&mut self) -> Result<(), Failure> {
+        if let Some(failure) = self.failed.take() {
+            return Err(failure);
+        }
+        match &mut self.to {
+            None => Ok(()),
+            Some(to) => to.flush().map_err(|error| Failure::writing(&self.name, &error)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::time;
+
+    #[test]
+    fn times_have_units_and_bounds() {
+        assert_eq!(time("90s"), Ok(90_000_000));
+        assert_eq!(time("1.5"), Ok(1_500_000));
+        assert_eq!(time("24h"), Ok(86_400_000_000));
+        assert_eq!(time("250ms"), Ok(250_000));
+        for wrong in ["", "s", "5 m", "-1s", "1e99h", "0s", "NaNs"] {
+            assert!(time(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The summary of a run: time, travel, what each output did.
+
+use serde::Serialize;
+
+use super::Console;
+use crate::failure::Failure;
+use crate::plot::time;
+use crate::sim::Outcome;
+use crate::sim::record::Summary;
+
+/// Writes it to standard output, or to standard error when that has the trace.
+///
+/// # Errors
+/// Standard output is full or gone.
+pub fn write(
+    file: &str,
+    engine: &str,
+    outcome: &Outcome,
+    to_stderr: bool,
+    console: &Console,
+) -> Result<(), Failure> {
+    #[derive(Serialize)]
+    struct Line<'a> {
+        file: &'a str,
+        engine: &'a str,
+        #[serde(flatten)]
+        summary: &'a Summary,
+        failures: &'a [String],
+    }
+    let text = if console.json() {
+        let line = Line { file, engine, summary: &outcome.summary, failures: &outcome.failures };
+        serde_json::to_string(&line).unwrap_or_default()
+    } else {
+        describe(file, &outcome.summary)
+    };
+    if to_stderr {
+        console.complain(&text);
+        Ok(())
+    } else {
+        console.result(&format!("{text}\n"))
+    }
+}
+
+fn describe(file: &str, summary: &Summary) -> String {
+    let status = match summary.status {
+        crate::sim::trace::Status::Done => "done",
+        crate::sim::trace::Status::Stopped => "stopped",
+        crate::sim::trace::Status::Fault => "fault",
+    };
+    let mut text = format!("{file}: {status} in line {} after {}", summary.line, time(summary.us));
+    if summary.statements > 0 {
+        text += &format!(", {} statements", summary.statements);
+    }
+    for (i, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
+        if summary.steps[i] > 0 {
+            let travel = summary.travel_um[i] as f64 / 1000.0;
+            text += &format!("\n  {letter}      {travel:9.3} mm {:9} steps", summary.steps[i]);
+        }
+    }
+    for used in &summary.outputs {
+        let times = if used.switched_on == 1 { "once" } else { "times" };
+        let count = match used.switched_on {
+            1 => String::new(),
+            n => format!("{n} "),
+        };
+        text += &format!("\n  out {:<2} on {count}{times}, {} in all", used.n, time(used.on_us));
+    }
+    text
+}
