@@ -24,3 +24,31 @@ fn damage_is_named_with_its_line() {
     assert!(Image::parse(&[0xFF, 0xFE]).is_err());
     assert!(Image::parse(b"\x7fELF\x01\x01").is_err());
 }
+
+/// A linked ELF file with one segment that runs at `vaddr` and is stored at `paddr`.
+fn elf(vaddr: u32, paddr: u32, data: &[u8]) -> Vec<u8> {
+    let mut file = b"\x7fELF\x01\x01\x01".to_vec();
+    file.resize(16, 0);
+    // ET_EXEC, EM_MSP430, version, entry, program header offset, no sections, flags.
+    file.extend([2, 0, 105, 0, 1, 0, 0, 0]);
+    file.extend([vaddr, 52, 0, 0].iter().flat_map(|word| word.to_le_bytes()));
+    // Header sizes and counts.
+    file.extend([52u16, 32, 1, 40, 0, 0].iter().flat_map(|half| half.to_le_bytes()));
+    let len = data.len() as u32;
+    // PT_LOAD, offset, addresses, sizes, flags, alignment.
+    let header = [1, 84, vaddr, paddr, len, len, 5, 2];
+    file.extend(header.iter().flat_map(|word| word.to_le_bytes()));
+    file.extend(data);
+    file
+}
+
+#[test]
+fn elf_segments_go_to_their_physical_addresses() {
+    let image = Image::parse(&elf(0x0200, 0xC000, &[1, 2, 3])).expect("a linked file");
+    assert_eq!(image.segments, [Segment { addr: 0xC000, data: vec![1, 2, 3] }]);
+    assert!(Image::parse(&elf(0x0200, 0xFFFE, &[1, 2, 3])).is_err(), "beyond 0xFFFF");
+    let whole = elf(0xC000, 0xC000, &[1, 2, 3]);
+    for len in 4..whole.len() {
+        assert!(Image::parse(&whole[..len]).is_err(), "cut to {len} bytes");
+    }
+}
