@@ -2,6 +2,10 @@
 #![cfg_attr(not(any(test, feature = "physics")), no_std)]
 #![deny(unsafe_code)]
 
+pub mod inputs;
 pub mod modbus;
 pub mod motion;
+pub mod print;
+pub mod session;
 pub mod store;
+pub mod verify;

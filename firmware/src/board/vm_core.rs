@@ -548,7 +548,7 @@ vm_next_one:
     add #1, 0(r13)
     adc 2(r13)
     bit #0x100, r2
-    jne vm_loop_overflow
+    jne vm_undo_inc
     call #vm_cell_against_top
     POP
     jge vm_take
@@ -560,7 +560,7 @@ vm_nextbyte:
     add #1, 0(r13)
     adc 2(r13)
     bit #0x100, r2
-    jne vm_loop_overflow
+    jne vm_undo_inc
     mov @r13+, r15
     mov @r13, r13
     sub r15, r14
@@ -568,8 +568,19 @@ vm_nextbyte:
     subc r13, r15
     jge vm_take
     jmp vm_next
-vm_loop_overflow:
-    br #vm_f01
+    /* F01 leaves the cell as it was */
+vm_undo_inc:
+    sub #1, 0(r13)
+    sbc 2(r13)
+    jmp 1f
+vm_undo_dec:
+    add #1, 0(r13)
+    adc 2(r13)
+    jmp 1f
+vm_undo_add:
+    sub r10, 0(r13)
+    subc r11, 2(r13)
+1:  br #vm_f01
     /* flags as of top less cell: less means that the cell lies above */
 vm_cell_against_top:
     mov r10, r14
@@ -595,7 +606,7 @@ vm_nextstep:
     add r10, 0(r13)
     addc r11, 2(r13)
     bit #0x100, r2
-    jne vm_loop_overflow
+    jne vm_undo_add
     call #vm_beyond
     jge vm_take
     jmp vm_next
@@ -638,22 +649,24 @@ vm_inc:
     CELL
     add #1, 0(r13)
     adc 2(r13)
-    jmp 1f
+    bit #0x100, r2
+    jne vm_undo_inc
+    br #vm_next
 vm_dec:
     CELL
     sub #1, 0(r13)
     sbc 2(r13)
-    jmp 1f
+    bit #0x100, r2
+    jne vm_undo_dec
+    br #vm_next
 vm_addto:
     CELL
     add r10, 0(r13)
     addc r11, 2(r13)
-    mov @r6+, r10
-    mov @r6+, r11
-1:  bit #0x100, r2
-    jne 2f
+    bit #0x100, r2
+    jne vm_undo_add
+    POP
     br #vm_next
-2:  br #vm_f01
 vm_more:
     bis.b #{more}, &{vm}+{flags}
     br #vm_next

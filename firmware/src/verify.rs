@@ -1,0 +1,415 @@
+//! The device's check of an image: the rules of `lang::verify` in 16-bit arithmetic, over memory
+//! that is read byte by byte, so that it fits into the chip. The tests hold it against that one.
+//!
+//! What it takes on trust are the meanings of flag bits, which [`lang::vm::effects`] tells apart:
+//! the effects test what they use of them.
+
+use lang::image::{COLUMN_LONG, COLUMN_SCALED, FORMAT, HEADER};
+use lang::isa::{self, Class, FINGERPRINT, Op, Operands, SHORT_CELLS, flags, shape};
+use lang::record::{AxisRecord, MachineRecord, feature};
+use lang::wire::{CRC_START, Refusal, crc16};
+
+/// Scratch: one anchor for each block of code.
+pub const ANCHORS: usize = 48;
+/// Code that one anchor stands for: 48 of them cover 3 KB.
+const BLOCK: u16 = 64;
+const NO_ANCHOR: u8 = 0xFF;
+/// Offset of the code in an image.
+pub const CODE: u16 = (HEADER + MachineRecord::SIZE) as u16;
+/// Offset of the axes' part of the profile in an image.
+pub const MACHINE: u16 = HEADER as u16;
+
+/// Memory that holds an image.
+pub trait Bytes {
+    /// The byte at an offset from the image's start.
+    fn byte(&self, offset: u16) -> u8;
+    /// One byte more into a CRC.
+    fn crc(crc: u16, byte: u8) -> u16 {
+        crc16(crc, byte)
+    }
+    /// The number at an offset, least byte first.
+    fn word(&self, offset: u16) -> u16 {
+        u16::from_le_bytes([self.byte(offset), self.byte(offset + 1)])
+    }
+}
+
+/// What the firmware has.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// The longest image.
+    pub bytes: u16,
+    /// Features.
+    pub features: u8,
+    /// Bytes for cells, expression stack and calls: for programs that move one axis at a time,
+    /// and for those that interpolate or use START.
+    pub pool: [u16; 2],
+}
+
+/// Length of the image, if its CRC is right.
+pub fn sound<B: Bytes>(image: &B, limit: u16) -> Option<u16> {
+    let length = image.word(6);
+    if length < CODE || length > limit || image.byte(8) != 0 {
+        return None;
+    }
+    let mut crc = CRC_START;
+    let mut at = 0;
+    while at < length {
+        if at & 0xFFFE != 4 {
+            crc = B::crc(crc, image.byte(at));
+        }
+        at += 1;
+    }
+    (crc == image.word(4)).then_some(length)
+}
+
+/// Checks header and code of an image that is [`sound`].
+///
+/// # Errors
+/// Why it must not run.
+pub fn verify<B: Bytes>(
+    image: &B,
+    limits: &Limits,
+    anchors: &mut [u8; ANCHORS],
+) -> Result<(), Refusal> {
+    if image.byte(0) != FORMAT || image.word(2) != FINGERPRINT {
+        return Err(Refusal::Version);
+    }
+    let features = image.byte(1);
+    if features & !limits.features != 0 {
+        return Err(Refusal::Feature);
+    }
+    let many = features & (feature::INTERPOLATE | feature::START) as u8 != 0;
+    let cells = image.byte(14);
+    let stack = image.byte(15) >> 4;
+    let calls = image.byte(16) >> 4;
+    let keeps = image.byte(16) & 15;
+    let frame = image.byte(15) & 15;
+    let pool = (u16::from(cells) + u16::from(stack)) * 4 + u16::from(calls) * 2;
+    if pool > limits.pool[usize::from(many)]
+        || frame > stack
+        || keeps > 8
+        || u16::from(image.byte(17)) + u16::from(keeps) > u16::from(cells)
+    {
+        return Err(Refusal::Memory);
+    }
+    let code_len = image.word(9);
+    let length = image.word(6);
+    if code_len == 0 || image.byte(11) != 0 || code_len > length - CODE {
+        return Err(Refusal::Code);
+    }
+    let mut at = MACHINE + 8;
+    while at < CODE {
+        let present = image.byte(at) & AxisRecord::PRESENT as u8 != 0;
+        if present && (image.word(at + 2) == 0 || image.word(at + 4) == 0) {
+            return Err(Refusal::Code);
+        }
+        at += AxisRecord::SIZE as u16;
+    }
+    let data = CODE + code_len;
+    let mut check = Check { image, anchors, code_len, data, data_len: length - data, cells, frame };
+    if check.code() { Ok(()) } else { Err(Refusal::Code) }
+}
+
+/// An instruction.
+struct Insn {
+    code: u8,
+    operands: Operands,
+    class: Class,
+    pops: u8,
+    pushes: u8,
+    /// Address behind it.
+    next: u16,
+}
+
+struct Check<'a, B> {
+    image: &'a B,
+    anchors: &'a mut [u8; ANCHORS],
+    code_len: u16,
+    data: u16,
+    data_len: u16,
+    cells: u8,
+    frame: u8,
+}
+
+impl<B: Bytes> Check<'_, B> {
+    fn byte(&self, address: u16) -> u8 {
+        self.image.byte(CODE + address)
+    }
+
+    fn word(&self, address: u16) -> u16 {
+        self.image.word(CODE + address)
+    }
+
+    fn code(&mut self) -> bool {
+        *self.anchors = [NO_ANCHOR; ANCHORS];
+        let mut pc = 0;
+        let mut depth = 0;
+        let mut ends = false;
+        while pc < self.code_len {
+            if depth == 0
+                && let Some(anchor) = self.anchors.get_mut(usize::from(pc / BLOCK))
+                && *anchor == NO_ANCHOR
+            {
+                *anchor = (pc % BLOCK) as u8;
+            }
+            let Some(insn) = self.insn(pc) else { return false };
+            if insn.next > self.code_len || !self.operands(pc, &insn) || !room(&insn, depth) {
+                return false;
+            }
+            let Some(left) = after(&insn, depth) else { return false };
+            if left > self.frame {
+                return false;
+            }
+            depth = left;
+            ends = insn.class as u8 == Class::Ends as u8;
+            pc = insn.next;
+        }
+        ends && self.targets()
+    }
+
+    fn targets(&self) -> bool {
+        let mut pc = 0;
+        let mut depth = 0;
+        while pc < self.code_len {
+            let Some(insn) = self.insn(pc) else { return false };
+            if let Some(target) = self.target(pc, &insn) {
+                let wanted = match insn.operands {
+                    Operands::Sub8 | Operands::Sub => 0,
+                    // ANDALSO and ORELSE leave their value when they jump.
+                    Operands::Addr => depth,
+                    _ => depth - insn.pops,
+                };
+                if !self.lands(target, wanted) {
+                    return false;
+                }
+            }
+            let Some(left) = after(&insn, depth) else { return false };
+            depth = left;
+            pc = insn.next;
+        }
+        self.lands(self.image.word(12), 0) && self.handlers()
+    }
+
+    /// Targets that stand in the data: ON lines, statement table.
+    fn handlers(&self) -> bool {
+        let features = u16::from(self.image.byte(1));
+        let mut at = 0;
+        if features & feature::EVENTS != 0 {
+            let count = u16::from(self.events());
+            at = 1 + 2 * count;
+            if at > self.data_len {
+                return false;
+            }
+            let mut event = 0;
+            while event < count {
+                if !self.lands(self.image.word(self.data + 1 + 2 * event), 0) {
+                    return false;
+                }
+                event += 1;
+            }
+        }
+        if features & feature::LINES == 0 {
+            return true;
+        }
+        if at + 2 > self.data_len {
+            return false;
+        }
+        let mut at = self.image.word(self.data + at);
+        let mut start = 0;
+        while at < self.data_len {
+            let head = self.image.byte(self.data + at);
+            at += 1;
+            let mut len = u16::from(head & 31);
+            if len == 31 {
+                len += u16::from(self.image.byte(self.data + at));
+                at += 1;
+            }
+            at += [0, 0, 1, 2][usize::from(head >> 6)];
+            if !self.lands(start, 0) {
+                return false;
+            }
+            start += len;
+            if head & 32 != 0 {
+                if at + 2 > self.data_len || !self.lands(self.image.word(self.data + at), 0) {
+                    return false;
+                }
+                at += 2;
+            } else if start < self.code_len && !self.lands(start, 0) {
+                return false;
+            }
+            if start >= self.code_len {
+                break;
+            }
+        }
+        true
+    }
+
+    fn events(&self) -> u8 {
+        let events = u16::from(self.image.byte(1)) & feature::EVENTS != 0;
+        if events && self.data_len != 0 { self.image.byte(self.data) } else { 0 }
+    }
+
+    fn insn(&self, pc: u16) -> Option<Insn> {
+        let code = self.byte(pc);
+        let shape = shape(code)?;
+        let operands = shape.operands();
+        let more = isa::arguments(code, self.byte(pc + 1), self.byte(pc + 2));
+        Some(Insn {
+            code,
+            operands,
+            class: shape.class(),
+            pops: shape.pops() + more,
+            pushes: shape.pushes(),
+            next: pc + 1 + operands.len(false) as u16,
+        })
+    }
+
+    fn target(&self, pc: u16, insn: &Insn) -> Option<u16> {
+        const SKIP: u8 = Op::Skip as u8;
+        if insn.code & 0xF0 == SKIP {
+            return Some(insn.next + u16::from(insn.code - SKIP) + 1);
+        }
+        match insn.operands {
+            Operands::Rel | Operands::CellRel | Operands::CellU8Rel => {
+                let distance = self.byte(insn.next - 1) as i8;
+                Some(insn.next.wrapping_add(i16::from(distance) as u16))
+            }
+            Operands::Sub8 => Some(u16::from(self.byte(pc + 1))),
+            Operands::Addr | Operands::Sub => Some(self.word(pc + 1)),
+            _ => None,
+        }
+    }
+
+    /// Length of the table column at a data offset, 0 if it does not lie in the data.
+    fn column(&self, at: u16) -> u16 {
+        if at >= self.data_len {
+            return 0;
+        }
+        let format = self.image.byte(self.data + at);
+        let mut rows = u16::from(self.image.byte(self.data + at + 1));
+        let mut length = 2;
+        if format & COLUMN_LONG != 0 {
+            rows |= u16::from(self.image.byte(self.data + at + 2)) << 8;
+            length = 3;
+        }
+        if format & COLUMN_SCALED != 0 {
+            length += 2;
+        }
+        if format > 15 || rows > self.data_len {
+            return 0;
+        }
+        let mut width = (format & 3) + 1;
+        while width != 0 {
+            length += rows;
+            width -= 1;
+        }
+        if length > self.data_len - at { 0 } else { length }
+    }
+
+    fn text(&self, at: u16) -> bool {
+        at < self.data_len && u16::from(self.image.byte(self.data + at)) < self.data_len - at
+    }
+
+    /// Cells, data, axes and event slots.
+    fn operands(&self, pc: u16, insn: &Insn) -> bool {
+        let b = self.byte(pc + 1);
+        let low = u16::from(b);
+        match insn.operands {
+            Operands::Cell | Operands::CellRel | Operands::CellU8Rel => b < self.cells,
+            Operands::Array => low + u16::from(self.byte(pc + 2)) <= u16::from(self.cells),
+            Operands::Column8 => self.column(low) != 0,
+            Operands::Column => self.column(self.word(pc + 1)) != 0,
+            Operands::Pair8 => {
+                let first = self.column(low);
+                first != 0 && self.column(low + first) != 0
+            }
+            Operands::Text8 => self.text(low),
+            Operands::Text => self.text(self.word(pc + 1)),
+            Operands::Axis => {
+                let record = MACHINE + 8 + low * AxisRecord::SIZE as u16;
+                // The axis of a conversion must be there.
+                b < 3
+                    && (insn.class as u8 == Class::Effect as u8
+                        || self.image.byte(record) & AxisRecord::PRESENT as u8 != 0)
+            }
+            Operands::Flags | Operands::Flags2 | Operands::Flags3 => {
+                const EVENT: u8 = Op::Event as u8;
+                if insn.code == EVENT {
+                    let registers = matches!(
+                        b & flags::EVENT_KIND,
+                        flags::ON_RISE | flags::ON_FALL | flags::ON_EVERY
+                    );
+                    return !registers || b & 3 < self.events();
+                }
+                true
+            }
+            _ => {
+                let cell = insn.code.wrapping_sub(isa::LOAD);
+                cell >= 2 * SHORT_CELLS || cell % SHORT_CELLS < self.cells
+            }
+        }
+    }
+
+    /// An instruction begins at `target`, with depth `depth` before it.
+    fn lands(&self, target: u16, depth: u8) -> bool {
+        if target >= self.code_len {
+            return false;
+        }
+        let mut block = target / BLOCK;
+        let mut pc;
+        loop {
+            let anchor = self.anchors.get(usize::from(block)).copied().unwrap_or(NO_ANCHOR);
+            pc = block * BLOCK + u16::from(anchor);
+            if anchor != NO_ANCHOR && pc <= target {
+                break;
+            }
+            if block == 0 {
+                pc = 0;
+                break;
+            }
+            block -= 1;
+        }
+        let mut here = 0;
+        while pc < target {
+            let Some(insn) = self.insn(pc) else { return false };
+            let Some(left) = after(&insn, here) else { return false };
+            here = left;
+            pc = insn.next;
+        }
+        pc == target && here == depth
+    }
+}
+
+/// Depths that calls and returns demand, beyond the values that they take.
+fn room(insn: &Insn, depth: u8) -> bool {
+    const CALL: u8 = Op::Call as u8;
+    const CALL_FAR: u8 = Op::CallFar as u8;
+    const GOSUB: u8 = Op::Gosub as u8;
+    const GOSUB_FAR: u8 = Op::GosubFar as u8;
+    const RETURN: u8 = Op::Return as u8;
+    const EXIT_SUB: u8 = Op::ExitSub as u8;
+    const LEAVE: u8 = Op::Leave as u8;
+    const GIVE: u8 = Op::Give as u8;
+    const FUNC: u8 = Op::Func as u8;
+    const FUNC_FAR: u8 = Op::FuncFar as u8;
+    match insn.code {
+        CALL | CALL_FAR | GOSUB | GOSUB_FAR | RETURN | EXIT_SUB | LEAVE => depth == 0,
+        GIVE => depth == 1,
+        FUNC | FUNC_FAR => depth < 8,
+        _ => true,
+    }
+}
+
+/// Depth behind an instruction; `None` when it takes more than there is.
+fn after(insn: &Insn, depth: u8) -> Option<u8> {
+    if depth < insn.pops {
+        return None;
+    }
+    if insn.class as u8 == Class::Ends as u8 {
+        return Some(0);
+    }
+    Some(depth - insn.pops + insn.pushes)
+}
+
+#[cfg(test)]
+mod tests;
