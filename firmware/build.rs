@@ -1,10 +1,18 @@
-//! Puts `memory.x` where the linker finds it; `link.x` comes from `msp430-rt`.
+//! Puts the part's memory map where the linker finds it; `link.x` comes from `msp430-rt`.
+
+use std::path::Path;
 
 fn main() {
-    println!("cargo:rerun-if-changed=memory.x");
+    println!("cargo:rerun-if-changed=memory");
     println!("cargo:rerun-if-changed=build.rs");
-    if std::env::var_os("CARGO_FEATURE_G2553").is_some() {
-        let here = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
-        println!("cargo:rustc-link-search={here}");
+    let large = std::env::var_os("CARGO_FEATURE_G2955").is_some();
+    if !large && std::env::var_os("CARGO_FEATURE_G2553").is_none() {
+        return;
     }
+    let part = if large { "memory/g2955.x" } else { "memory/g2553.x" };
+    let out = std::env::var("OUT_DIR").unwrap_or_default();
+    if let Err(error) = std::fs::copy(part, Path::new(&out).join("memory.x")) {
+        println!("cargo:error=cannot copy {part}: {error}");
+    }
+    println!("cargo:rustc-link-search={out}");
 }

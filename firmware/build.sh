@@ -1,6 +1,7 @@
 #!/bin/sh
-# Builds the MSP430G2553 image into firmware/image/: pasapas-g2553.elf (symbols kept, no debug
-# information) and pasapas-g2553.hex (Intel HEX). Byte for byte the same from any checkout.
+# Builds the images into firmware/image/: pasapas-PART.elf (symbols kept, no debug information) and
+# pasapas-PART.hex (Intel HEX) for each part named, g2955 without any. Byte for byte the
+# same from any checkout.
 #
 # Needs a rustc with the MSP430 back end and the library source of the same version: Debian's
 # rustc-web, cargo-web, rust-web-src, lld-22 and llvm-22, or a rustup nightly with rust-src and
@@ -17,9 +18,14 @@ export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$MSP430_LD"
 # A rustup override in the caller's environment must not pick another toolchain.
 unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS || true
 export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust"
-"$CARGO" build --quiet --locked -Zbuild-std=core --target msp430-none-elf --profile firmware \
-    -p firmware --bin pasapas-g2553 --features g2553 --target-dir "$root/target/msp430"
-out=$root/target/msp430/msp430-none-elf/firmware/pasapas-g2553
 mkdir -p firmware/image
-"$OBJCOPY" --strip-debug --discard-all "$out" firmware/image/pasapas-g2553.elf
-"$OBJCOPY" -O ihex "$out" firmware/image/pasapas-g2553.hex
+for part in "${@:-g2955}"; do
+    for part in $part; do
+        "$CARGO" build --quiet --locked -Zbuild-std=core --target msp430-none-elf \
+            --profile firmware -p firmware --bin pasapas-g2553 --features "$part" \
+            --target-dir "$root/target/msp430"
+        out=$root/target/msp430/msp430-none-elf/firmware/pasapas-g2553
+        "$OBJCOPY" --strip-debug "$out" "firmware/image/pasapas-$part.elf"
+        "$OBJCOPY" -O ihex "$out" "firmware/image/pasapas-$part.hex"
+    done
+done

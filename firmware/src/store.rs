@@ -110,6 +110,11 @@ impl Store {
         (self.current != Store::NONE).then(|| self.current + SLOT_HEAD)
     }
 
+    /// Offset of the image that an upload fills.
+    pub fn open_image(&self) -> Option<u16> {
+        (self.open != Store::NONE).then(|| self.open + SLOT_HEAD)
+    }
+
     /// Length of the current image, 0 without one.
     pub fn length(&self) -> u16 {
         self.length

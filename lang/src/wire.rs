@@ -20,7 +20,8 @@
 //! counts the runs begun, so a host that polls slowly misses none.
 //!
 //! # Upload
-//! 1. Write the image's length in bytes to [`UPLOAD_LENGTH`].
+//! 1. Write the image's length in bytes to [`UPLOAD_LENGTH`], plus 8000 hexadecimal when it uses
+//!    KEEP: then it must leave room for their values.
 //! 2. Write [`Upload::Begin`] to [`UPLOAD_CONTROL`]: erases room beside the old program; exception
 //!    4 when both do not fit ([`FREE_BYTES`]). [`Upload::Replace`] gives the old one up. Exception 6
 //!    while a program runs or is paused, or while an axis moves. Allow 200 ms for the reply.
@@ -152,6 +153,8 @@ map! {
     registers {
         /// Inputs 1..16, bit n-1; input 17 is bit 0 of the next register. Also input bits 0...
         INPUTS: STATUS + 0;
+        /// Bit 0: input 17, the probe of the chain wiring.
+        INPUTS_HIGH: STATUS + 1;
         /// Low byte: moving, bit per axis; high byte: direction, 1 positive. Also bits 256.., 264...
         MOVING: STATUS + 16;
         /// Low byte: homing; high byte: homing error. Also bits 272.., 280...
@@ -207,7 +210,7 @@ map! {
         /// Milliseconds that were served late since reset.
         MISSED_DEADLINES: OWN + 13;
         /// Free RAM words of the largest pool, in 16-bit words.
-        POOL_WORDS: OWN + 14;
+        POOL_WORDS_REGISTER: OWN + 14;
         /// [`RunState`]
         RUN_STATE: OWN + 20;
         /// Number of the last fault, 0 for none since the last start.
@@ -238,7 +241,7 @@ map! {
         TRACE_MODE: OWN + 51;
         /// Write one [`Upload`] code.
         UPLOAD_CONTROL: OWN + 60;
-        /// Length of the image to come, bytes.
+        /// Length of the image to come, bytes; bit 15: it uses KEEP.
         UPLOAD_LENGTH: OWN + 61;
         /// [`Refusal`] of the last upload, or of the stored program at power-up.
         UPLOAD_RESULT: OWN + 62;

@@ -1,8 +1,13 @@
 //! From reset to `main`: stack, watchdog, RAM, clock, ports.
 
+use crate::flash::Image;
+use crate::map::PROFILES;
 use crate::pins::*;
 use crate::reg::{self, set};
-use core::arch::global_asm;
+use ::core::arch::global_asm;
+use firmware::verify::Bytes;
+use lang::record::{BoardRecord, RECORD_VERSION};
+use lang::wire::CRC_START;
 
 // `msp430-rt`'s own start-up object uses a relocation that LLD does not know, so `Reset` is
 // defined here: stack pointer, watchdog held until RAM is ready, .bss cleared, .data copied.
@@ -83,4 +88,51 @@ pub fn hardware() {
     set!(timer.taccr0, 2000);
     set!(timer.tacctl0, 1 << 4);
     set!(timer.tactl, 0b10 << 8 | 0b11 << 6 | 0b10 << 4 | 1 << 2);
+}
+
+unsafe extern "C" {
+    static _edata: u8;
+}
+
+/// Bytes between the statics and the deepest that the stack has reached since reset.
+pub fn stack_free() -> u16 {
+    // SAFETY: only the address of the linker's symbol is taken.
+    let first = core::ptr::addr_of!(_edata) as u16;
+    let memory = Image(first);
+    let mut free = 0;
+    while memory.byte(free) == 0xA5 {
+        free += 1;
+    }
+    free
+}
+
+/// The profile at an address of the information memory, if it is whole.
+pub fn profile(address: u16) -> Option<&'static BoardRecord> {
+    let bytes = Image(address);
+    let mut crc = CRC_START;
+    let mut at = 0;
+    while at < BoardRecord::SIZE as u16 {
+        crc = Image::crc(crc, bytes.byte(at));
+        at += 1;
+    }
+    if crc != 0 || bytes.word(2) != RECORD_VERSION {
+        return None;
+    }
+    // SAFETY: a whole record at an even address of flash; it is only erased when it is not in use.
+    Some(unsafe { &*(address as *const BoardRecord) })
+}
+
+/// The profile in use: the later of two whole copies, else that of a board never given one.
+pub fn newest_profile() -> &'static BoardRecord {
+    match (profile(PROFILES[0]), profile(PROFILES[1])) {
+        (Some(a), Some(b)) => {
+            if b.sequence.wrapping_sub(a.sequence) as i16 > 0 {
+                b
+            } else {
+                a
+            }
+        }
+        (Some(one), None) | (None, Some(one)) => one,
+        _ => &BoardRecord::DEFAULT,
+    }
 }

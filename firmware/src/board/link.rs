@@ -5,9 +5,9 @@
 //! Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
 use crate::reg::{self, bis, set};
-use core::arch::global_asm;
-use core::mem::offset_of;
-use core::ptr::{addr_of, addr_of_mut};
+use ::core::arch::global_asm;
+use ::core::mem::offset_of;
+use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::{FRAME, Line};
 
 /// What the interrupts share with the main loop.

@@ -8,68 +8,59 @@
 use msp430_rt as _;
 
 mod boot;
+mod chain;
+mod core;
+mod effects;
+mod flash;
 mod link;
+mod map;
 mod math;
+mod motor;
 mod pins;
 mod reg;
 mod scaled;
 mod vm;
 mod vm_core;
 
+use crate::core::Core;
+use crate::link::Uart;
+use ::core::ptr::addr_of_mut;
+use firmware::modbus::Slave;
+
 /// Nothing panics on purpose: an unexpected one hangs with interrupts off until the watchdog
 /// resets the chip (25 to 128 ms), which reports F17.
 #[panic_handler]
-fn panic(_: &core::panic::PanicInfo) -> ! {
+fn panic(_: &::core::panic::PanicInfo) -> ! {
     loop {
         msp430::interrupt::disable();
     }
 }
 
-use firmware::modbus::{Map, Slave};
-use lang::wire::{Exception, Table};
-static mut CELLS: [u16; 16] = [0; 16];
-struct M;
-impl Map for M {
-    fn begin(&mut self) {}
-    fn read(&mut self, _: Table, address: u16) -> u16 {
-        unsafe { CELLS[usize::from(address & 15)] }
-    }
-    fn read_bit(&mut self, _: Table, address: u16) -> bool {
-        address & 1 != 0
-    }
-    fn write(&mut self, address: u16, value: u16) -> Result<(), Exception> {
-        unsafe { CELLS[usize::from(address & 15)] = value };
-        Ok(())
-    }
-    fn write_long(&mut self, _: u16, _: i32) -> Result<(), Exception> {
-        Ok(())
-    }
-    fn write_bit(&mut self, _: u16, _: bool) -> Result<(), Exception> {
-        Ok(())
-    }
-    fn written(&mut self, _: u16) -> Result<(), Exception> {
-        Ok(())
-    }
-}
+static mut CORE: Core = Core::new();
+static mut SLAVE: Slave = Slave::new();
 
 /// Called by `Reset` once RAM is ready.
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
     boot::hardware();
-    let mut line = link::Uart;
-    link::Uart::open(3);
-    let mut slave = Slave::new();
-    // SAFETY: nothing of the set-up is shared with an interrupt any more.
+    // SAFETY: `main` is the only code that knows these statics, and never returns.
+    let (core, slave) = unsafe { (&mut *addr_of_mut!(CORE), &mut *addr_of_mut!(SLAVE)) };
+    core.record = boot::newest_profile();
+    chain::open();
+    Uart::open(core.record.rate);
+    // SAFETY: the set-up shares nothing with an interrupt any more.
     unsafe { msp430::interrupt::enable() };
+    core.mount();
+    let mut line = Uart;
     loop {
         boot::kick();
-        if let Some(length) = line.frame() {
-            slave.request(&mut line, &mut M, 1, length);
+        if let Some(length) = line.frame()
+            && slave.request(&mut line, core, core.record.address, length)
+        {
+            core.host = true;
         }
-        let x = vm_core::run();
-        unsafe {
-            CELLS[0] = x;
-        }
-        slave.poll(&mut line, &mut M);
+        slave.poll(&mut line, core);
+        core.ticks();
+        core.run();
     }
 }

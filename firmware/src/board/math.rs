@@ -4,7 +4,7 @@
 //! r13, 32-bit operands in r13:r12 and r15:r14, result in r12 or r13:r12; r11 to r15 are free to
 //! use, r4 to r10 are kept. Division by zero yields all ones, the caller tests before.
 
-use core::arch::global_asm;
+use ::core::arch::global_asm;
 
 global_asm!(
     r#"
@@ -321,6 +321,14 @@ memset:
 
 unsafe extern "C" {
     fn pasapas_crc16(crc: u16, byte: u16) -> u16;
+    fn pasapas_mul_div(a: u32, b: u32, c: u32) -> u32;
+}
+
+/// `a * b / c`, rounded down, all ones if it does not fit; twin of `firmware::motion::math::mul_div`.
+#[inline(always)]
+pub fn mul_div(a: u32, b: u32, c: u32) -> u32 {
+    // SAFETY: a pure function of its arguments.
+    unsafe { pasapas_mul_div(a, b, c) }
 }
 
 /// The assembly twin of [`lang::wire::crc16`].

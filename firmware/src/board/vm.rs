@@ -1,7 +1,14 @@
-//! The VM's memory and the instructions that its assembly core leaves to Rust.
+//! The VM's memory, its layout for a program, and the instructions that the assembly core leaves.
 
-use core::ptr::{addr_of, addr_of_mut};
-use lang::vm::flag;
+use crate::flash::Image;
+use crate::math::mul_div;
+use ::core::ptr::{addr_of, addr_of_mut};
+use firmware::verify::{Bytes, CODE, MACHINE};
+use lang::fault::Fault;
+use lang::image::HEADER;
+use lang::isa::Op;
+use lang::record::{AxisRecord, MachineRecord, feature};
+use lang::vm::{entry, flag};
 
 /// Words of RAM for cells, expression stack and call stack; see the RAM map in `main.rs`.
 pub const POOL_WORDS: usize = 96;
@@ -18,7 +25,7 @@ pub struct State {
     /// Address of the value below the top.
     pub sp: u16,
     /// Top of the expression stack, low word first.
-    pub top: [u16; 2],
+    pub top: i32,
     /// Address of the code.
     pub code: u16,
     /// Address of the cells.
@@ -33,17 +40,25 @@ pub struct State {
     pub base: u16,
     /// Address of the program's data.
     pub data: u16,
+    /// Address of the error handler, 0 for none.
+    pub handler: u16,
+    /// Address of the failing instruction of the last fault.
+    pub fault_pc: u16,
+    /// Number of the last fault.
+    pub fault: u8,
     /// Come back at the next backward jump or call.
     pub poll: u8,
     /// [`flag`] bits.
     pub flags: u8,
+    /// Number of cells.
+    pub cell_count: u8,
 }
 
 /// The VM.
 pub static mut VM: State = State {
     pc: 0,
     sp: 0,
-    top: [0; 2],
+    top: 0,
     code: 0,
     cells: 0,
     frame: 0,
@@ -51,8 +66,344 @@ pub static mut VM: State = State {
     calls_end: 0,
     base: 0,
     data: 0,
+    handler: 0,
+    fault_pc: 0,
+    fault: 0,
     poll: 0,
     flags: 0,
+    cell_count: 0,
 };
 
-const _: u8 = flag::MORE;
+/// The one VM.
+#[inline(always)]
+pub fn vm() -> &'static mut State {
+    // SAFETY: only the main loop calls this and keeps no reference over another call; interrupts
+    // write nothing but `poll`, by one instruction.
+    unsafe { &mut *addr_of_mut!(VM) }
+}
+
+fn pool() -> u16 {
+    addr_of!(CALLS) as u16
+}
+
+fn load(address: u16) -> i32 {
+    // SAFETY: called for slots of the pool only; they are aligned to words as i32 is here.
+    unsafe { (address as *const i32).read() }
+}
+
+fn store(address: u16, value: i32) {
+    // SAFETY: as for `load`.
+    unsafe { (address as *mut i32).write(value) }
+}
+
+fn byte(address: u16) -> u8 {
+    Image(address).byte(0)
+}
+
+/// The statement table's word on a place in the code.
+struct Place {
+    line: u16,
+    start: u16,
+    resume: u16,
+}
+
+impl State {
+    /// Lays the pool out for the verified image at `image` and stands at its beginning; cells are 0.
+    pub fn begin(&mut self, image: u16) {
+        let head = Image(image);
+        // SAFETY: nothing of the pool is in use between runs.
+        unsafe { CALLS = [0; POOL_WORDS] };
+        let calls = u16::from(head.byte(16) >> 4);
+        self.code = image + CODE;
+        self.data = self.code + head.word(9);
+        self.pc = self.code + head.word(12);
+        self.calls = pool();
+        self.calls_end = pool() + 2 * calls;
+        self.cells = self.calls_end;
+        self.cell_count = head.byte(14);
+        self.sp = pool() + 2 * POOL_WORDS as u16;
+        self.base = self.sp;
+        self.handler = 0;
+        self.fault = 0;
+        self.flags = 0;
+    }
+
+    /// Address of a cell; `None` when the program does not have it.
+    fn cell_address(&self, n: u16) -> Option<u16> {
+        (n < u16::from(self.cell_count)).then(|| self.cells + 4 * n)
+    }
+
+    /// The value of a cell, 0 for one that the program does not have.
+    pub fn cell(&self, n: u16) -> i32 {
+        self.cell_address(n).map_or(0, load)
+    }
+
+    /// Changes a cell; `false` when the program does not have it.
+    pub fn set_cell(&mut self, n: u16, value: i32) -> bool {
+        let address = self.cell_address(n);
+        if let Some(address) = address {
+            store(address, value);
+        }
+        address.is_some()
+    }
+
+    /// The top of the expression stack, taken from it.
+    #[inline(never)]
+    pub fn pop(&mut self) -> i32 {
+        let value = self.top;
+        self.top = load(self.sp);
+        self.sp += 4;
+        value
+    }
+
+    /// The top, which must lie in 0..=`most`; anything else gives `most + 1`.
+    #[inline(never)]
+    pub fn pop_small(&mut self, most: u16) -> u16 {
+        let value = self.pop();
+        if (value >> 16) as u16 != 0 || value as u16 > most { most + 1 } else { value as u16 }
+    }
+
+    /// Puts a value on the expression stack.
+    #[inline(never)]
+    pub fn push(&mut self, value: i32) {
+        self.sp -= 4;
+        store(self.sp, self.top);
+        self.top = value;
+    }
+
+    /// The next operand byte.
+    #[inline(never)]
+    pub fn operand(&mut self) -> u8 {
+        self.pc += 1;
+        byte(self.pc - 1)
+    }
+
+    /// The next operand word.
+    pub fn operand_word(&mut self) -> u16 {
+        let low = self.operand();
+        u16::from_le_bytes([low, self.operand()])
+    }
+
+    /// Whether an event handler may begin: between statements, and none is open.
+    pub fn can_interrupt(&self) -> bool {
+        let busy = flag::EVENT | flag::ERROR | flag::MORE | flag::WITHIN;
+        self.flags & busy == 0 && self.sp == self.base
+    }
+
+    fn open(&mut self, kind: u8, address: u16) -> bool {
+        if self.calls == self.calls_end {
+            return false;
+        }
+        let entry = address - self.code | u16::from(kind) << 12;
+        // SAFETY: `calls` lies below `calls_end` in the pool.
+        unsafe { (self.calls as *mut u16).write(entry) };
+        self.calls += 2;
+        true
+    }
+
+    /// Begins the handler of an event slot; `false` when the call stack is full.
+    pub fn interrupt(&mut self, slot: u8) -> bool {
+        let target = Image(self.data).word(1 + 2 * u16::from(slot));
+        if !self.open(entry::EVENT, self.pc) {
+            return false;
+        }
+        self.flags |= flag::EVENT;
+        self.pc = self.code + target;
+        true
+    }
+
+    /// A fault of the instruction behind `pc` (the address is inside its statement): the error
+    /// handler begins, or `false` when none may take it.
+    pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) -> bool {
+        self.fault = fault.number();
+        self.fault_pc = pc;
+        self.flags &= !(flag::MORE | flag::WITHIN);
+        if !fault.can_be_handled() || self.handler == 0 || self.flags & flag::ERROR != 0 {
+            return false;
+        }
+        let mut address = pc;
+        let mut kind = entry::ERROR;
+        if between {
+            kind = entry::ERROR_BETWEEN;
+            address = self.statement(pc).start;
+        }
+        if !self.open(kind, address) {
+            return false;
+        }
+        if self.sp != self.base {
+            self.top = load(self.base - 4);
+            self.sp = self.base;
+        }
+        self.flags |= flag::ERROR;
+        self.pc = self.handler;
+        true
+    }
+
+    /// Line of the statement at `pc`, 0 when the image tells none.
+    pub fn line(&self, pc: u16) -> u16 {
+        self.statement(pc).line
+    }
+
+    fn statement(&self, pc: u16) -> Place {
+        let mut place = Place { line: 0, start: pc, resume: pc };
+        let features = u16::from(byte(self.code - CODE + 1));
+        if features & feature::LINES == 0 {
+            return place;
+        }
+        let mut at = self.data;
+        if features & feature::EVENTS != 0 {
+            at += 1 + 2 * u16::from(byte(at));
+        }
+        at = self.data + Image(at).word(0);
+        let mut next = self.code;
+        while next <= pc {
+            place.start = next;
+            let head = byte(at);
+            at += 1;
+            let mut len = head & 31;
+            if len == 31 {
+                next += u16::from(byte(at));
+                at += 1;
+            }
+            next += u16::from(len);
+            len = head >> 6;
+            match len {
+                3 => {
+                    place.line = Image(at).word(0);
+                    at += 2;
+                }
+                2 => {
+                    place.line += u16::from(byte(at));
+                    at += 1;
+                }
+                _ => place.line += u16::from(len),
+            }
+            place.resume = next;
+            if head & 32 != 0 {
+                place.resume = self.code + Image(at).word(0);
+                at += 2;
+            }
+        }
+        place
+    }
+
+    /// Executes a pure instruction that the core left. `Some(true)`: a handler was left.
+    ///
+    /// # Errors
+    /// The fault of the instruction.
+    pub fn soft(&mut self, code: u8) -> Result<bool, Fault> {
+        const SQR: u8 = Op::Sqr as u8;
+        const LEAVE: u8 = Op::Leave as u8;
+        const ON_ERROR: u8 = Op::OnError as u8;
+        const ON_ERROR_STOP: u8 = Op::OnErrorStop as u8;
+        const RESUME_NEXT: u8 = Op::ResumeNext as u8;
+        const ERR: u8 = Op::Err as u8;
+        const ERL: u8 = Op::Erl as u8;
+        const TO_STEPS: u8 = Op::ToSteps as u8;
+        match code {
+            SQR => {
+                if self.top < 0 {
+                    return Err(Fault::ValueRange);
+                }
+                self.top = i32::from(firmware::motion::math::isqrt(self.top as u32));
+            }
+            LEAVE => {
+                if self.newest_kind() | 1 == entry::ERROR | 1 {
+                    self.calls = pool();
+                    self.sp = pool() + 2 * POOL_WORDS as u16;
+                    self.base = self.sp;
+                    self.flags &= !(flag::EVENT | flag::ERROR);
+                    return Ok(true);
+                }
+            }
+            ON_ERROR => self.handler = self.code + self.operand_word(),
+            ON_ERROR_STOP => self.handler = 0,
+            RESUME_NEXT => return self.resume_next(),
+            ERR => self.push(i32::from(self.fault)),
+            ERL => {
+                let line = if self.fault == 0 { 0 } else { self.line(self.fault_pc) };
+                self.push(i32::from(line));
+            }
+            _ => {
+                let axis = self.operand();
+                let value = self.top;
+                self.top = convert(axis, value, code == TO_STEPS)?;
+            }
+        }
+        Ok(false)
+    }
+
+    fn newest(&self) -> u16 {
+        if self.calls == pool() {
+            return 0;
+        }
+        // SAFETY: an entry of the call stack in the pool.
+        unsafe { ((self.calls - 2) as *const u16).read() }
+    }
+
+    fn newest_kind(&self) -> u8 {
+        (self.newest() >> 12) as u8
+    }
+
+    fn resume_next(&mut self) -> Result<bool, Fault> {
+        if self.flags & flag::ERROR == 0 {
+            return Err(Fault::Stack);
+        }
+        loop {
+            let entry = self.newest();
+            let kind = (entry >> 12) as u8;
+            self.calls -= 2;
+            let address = self.code + (entry & 0x0FFF);
+            match kind {
+                entry::ERROR => self.pc = self.statement(address).resume,
+                entry::ERROR_BETWEEN => self.pc = address,
+                entry::FUNC.. => {
+                    self.base += 4 * u16::from(kind & 7);
+                    continue;
+                }
+                _ => continue,
+            }
+            self.flags &= !flag::ERROR;
+            return Ok(true);
+        }
+    }
+}
+
+/// The axes' part of the profile of the program that was begun last.
+pub fn machine() -> &'static MachineRecord {
+    let code = vm().code;
+    // SAFETY: a record in flash, at an even address, in front of the code of a verified image. The
+    // store never erases the image of a running program.
+    unsafe { &*((code - CODE + MACHINE) as *const MachineRecord) }
+}
+
+/// An axis's part of it.
+pub fn axis(n: u8) -> &'static AxisRecord {
+    // Axis numbers come from verified code or were tested; the third stands in for all others.
+    match n {
+        0 => &machine().axes[0],
+        1 => &machine().axes[1],
+        _ => &machine().axes[2],
+    }
+}
+
+/// um to steps of an axis or back, half away from zero.
+///
+/// # Errors
+/// F01.
+#[inline(never)]
+pub fn convert(n: u8, value: i32, to_steps: bool) -> Result<i32, Fault> {
+    let axis = axis(n);
+    let (times, over) = if to_steps { (axis.steps, axis.um) } else { (axis.um, axis.steps) };
+    let twice = mul_div(value.unsigned_abs(), u32::from(times) << 1, u32::from(over));
+    if twice == u32::MAX {
+        return Err(Fault::Overflow);
+    }
+    let half = ((twice + 1) >> 1) as i32;
+    if half < 0 {
+        return Err(Fault::Overflow);
+    }
+    Ok(if value < 0 { -half } else { half })
+}
+
+const _: () = assert!(HEADER == 20);

@@ -19,8 +19,8 @@
 //! Cycles (with the dispatch of 10): add 18, load 24, store 27, small constant 27, `nextbyte` 44.
 
 use crate::vm::{CALLS, State, VM};
-use core::arch::global_asm;
-use core::mem::offset_of;
+use ::core::arch::global_asm;
+use ::core::mem::offset_of;
 use lang::isa::Op;
 
 /// What [`run`] returns when the slice is used up.

@@ -1,0 +1,541 @@
+//! What the board is between two passes of the main loop.
+
+use crate::flash::{Area, Image};
+use crate::motor::Motor;
+use crate::vm::vm;
+use crate::{chain, link, vm_core};
+use firmware::inputs::Inputs;
+use firmware::print::Print;
+use firmware::session::{Order, Session};
+use firmware::store::Store;
+use firmware::verify::{self, ANCHORS, Limits};
+use lang::fault::Fault;
+use lang::record::{BoardRecord, feature};
+use lang::vm::flag;
+use lang::wire::{Control, End, Refusal, RunState, TRACE_OK, TraceKind};
+
+/// Image features of this firmware.
+pub const FEATURES: u16 =
+    feature::INTERPOLATE | feature::START | feature::EVENTS | feature::KEEP | feature::LINES;
+
+/// What the chip can run.
+pub const LIMITS: Limits =
+    Limits { bytes: Store::area(), features: FEATURES as u8, pool: [192, 108] };
+
+/// An effect under way.
+#[derive(Clone, Copy)]
+pub struct Effect {
+    /// Its code, 0 for none.
+    pub code: u8,
+    /// What it has come to.
+    pub phase: u8,
+    /// Input or output number, character, axis.
+    pub n: u8,
+    /// Flags of the instruction.
+    pub bits: u8,
+    /// Milliseconds to go; negative is for ever.
+    pub left: i32,
+}
+
+impl Effect {
+    /// None.
+    pub const NONE: Effect = Effect { code: 0, phase: 0, n: 0, bits: 0, left: 0 };
+}
+
+/// The event that a host in trace mode has not received yet.
+pub struct Trace {
+    /// Trace mode.
+    pub on: bool,
+    /// The slot holds an event that was not received.
+    pub full: bool,
+    /// Number of the last event.
+    pub number: u16,
+    /// [`TraceKind`] and argument.
+    pub kind: u8,
+    /// See `kind`.
+    pub argument: u8,
+    /// Where the effect stands in the code.
+    pub pc: u16,
+    /// Its value.
+    pub value: i32,
+}
+
+/// An ON line.
+#[derive(Clone, Copy)]
+pub struct Event {
+    /// 0 none, 1 rise, 2 fall, 3 every; bit 7: it has come and was not served.
+    pub kind: u8,
+    /// Input number.
+    pub n: u8,
+    /// Period, ms.
+    pub period: i32,
+    /// Milliseconds to the next tick.
+    pub left: i32,
+}
+
+/// [`Event::kind`]: it has come and was not served.
+pub const PENDING: u8 = 0x80;
+
+/// The board.
+pub struct Core {
+    /// Run state.
+    pub session: Session,
+    /// Program store.
+    pub store: Store,
+    /// Filtered inputs 1..16.
+    pub inputs: Inputs,
+    /// Start and Stop as they were accepted: bit 0 Stop, bit 1 Start.
+    pub buttons: Inputs,
+    /// Outputs 1..16.
+    pub outputs: u16,
+    /// Outputs as they were before a pause.
+    pub resume_outputs: u16,
+    /// Positions.
+    pub motor: Motor,
+    /// Print ring.
+    pub print: Print,
+    /// Trace slot.
+    pub trace: Trace,
+    /// The effect that runs and the one that an event handler interrupted.
+    pub effect: Effect,
+    /// See `effect`.
+    pub outer: Effect,
+    /// ON lines.
+    pub events: [Event; 4],
+    /// Address of the effect's instruction.
+    pub effect_pc: u16,
+    /// Milliseconds of the run.
+    pub timer: i32,
+    /// Milliseconds handled.
+    pub tick: u16,
+    /// Milliseconds for which Stop has been held; then until autorun.
+    pub held: u16,
+    /// Millisecond phase of the input filter.
+    pub phase: u8,
+    /// TIMEDOUT.
+    pub timed_out: bool,
+    /// Input that caused the last fault.
+    pub fault_input: u8,
+    /// Last Send: character and count.
+    pub char_out: u16,
+    /// Character from the host.
+    pub char_in: u8,
+    /// Upload: announced length, bit 15 KEEP.
+    pub upload_length: u16,
+    /// [`Refusal`]
+    pub refusal: u8,
+    /// High half of a 32-bit value being read.
+    pub latch: u16,
+    /// Address after the one whose value is latched.
+    pub latched: u16,
+    /// Milliseconds served late.
+    pub missed: u16,
+    /// IFG1 at reset.
+    pub cause: u8,
+    /// A host has spoken since reset.
+    pub host: bool,
+    /// The profile.
+    pub record: &'static BoardRecord,
+}
+
+impl Core {
+    /// At reset.
+    pub const fn new() -> Core {
+        Core {
+            session: Session::new(),
+            store: Store::new(),
+            inputs: Inputs::new(),
+            buttons: Inputs::new(),
+            outputs: 0,
+            resume_outputs: 0,
+            motor: Motor::new(),
+            print: Print::new(),
+            trace: Trace {
+                on: false,
+                full: false,
+                number: 0,
+                kind: 0,
+                argument: 0,
+                pc: 0,
+                value: 0,
+            },
+            effect: Effect::NONE,
+            outer: Effect::NONE,
+            events: [Event { kind: 0, n: 0, period: 0, left: 0 }; 4],
+            effect_pc: 0,
+            timer: 0,
+            tick: 0,
+            held: 0,
+            phase: 0,
+            timed_out: false,
+            fault_input: 0,
+            char_out: 0,
+            char_in: 0,
+            upload_length: 0,
+            refusal: 0,
+            latch: 0,
+            latched: 0,
+            missed: 0,
+            cause: 0,
+            host: false,
+            record: &BoardRecord::DEFAULT,
+        }
+    }
+
+    /// After a reset: profile, outputs, program.
+    pub fn mount(&mut self) {
+        self.outputs = self.record.reset_on;
+        self.store.mount(&mut Area);
+        self.session.stored(self.store.image().is_some());
+    }
+
+    /// Address of the stored image.
+    pub fn image(&self) -> Option<u16> {
+        self.store.image().map(|offset| crate::flash::AREA + offset)
+    }
+
+    /// Checks the image at an address; the pool must be free.
+    pub fn check(&mut self, image: u16) -> bool {
+        // SAFETY: no program runs, so the pool is free for the check's anchors.
+        let anchors =
+            unsafe { &mut *core::ptr::addr_of_mut!(crate::vm::CALLS).cast::<[u8; ANCHORS]>() };
+        let verdict = verify::verify(&Image(image), &LIMITS, anchors);
+        self.refusal = verdict.err().map_or(0, |refusal| refusal as u8);
+        self.refusal == 0
+    }
+
+    /// Does what the session decided.
+    pub fn obey(&mut self, order: Order) {
+        match order {
+            Order::None => {}
+            Order::Begin => self.begin(),
+            Order::Brake => {
+                self.motor.pause(true);
+            }
+            Order::Resume => {
+                self.outputs = self.resume_outputs;
+                self.motor.pause(false);
+            }
+            Order::Finish => self.motor.stop(0b111),
+        }
+    }
+
+    fn begin(&mut self) {
+        let Some(image) = self.image() else { return };
+        if verify::sound(&Image(image), LIMITS.bytes).is_none() || !self.check(image) {
+            self.fail(Fault::ImageRefused);
+            return;
+        }
+        vm().begin(image);
+        self.session.begun();
+        self.motor.begin();
+        self.effect = Effect::NONE;
+        self.outer = Effect::NONE;
+        self.events = [Event { kind: 0, n: 0, period: 0, left: 0 }; 4];
+        self.trace.number = 0;
+        self.trace.full = false;
+        self.timer = 0;
+        self.timed_out = false;
+        self.fault_input = 0;
+    }
+
+    /// A control code from the link.
+    pub fn control(&mut self, control: Control) {
+        let program = self.store.image().is_some();
+        let blocked = self.blocked();
+        let order = match control {
+            Control::Start => self.session.start(blocked, program),
+            Control::Stop => self.session.stop(),
+            Control::Pause => self.session.pause(),
+            Control::Resume if !blocked => self.session.resume(),
+            Control::EmergencyStop => {
+                self.emergency(0);
+                Order::None
+            }
+            Control::Acknowledge if self.session.state() as u8 == RunState::Fault as u8 => {
+                self.session.start(blocked, program)
+            }
+            _ => Order::None,
+        };
+        self.obey(order);
+    }
+
+    /// Steps cease at once, outputs go to their safe states, F14 is latched.
+    pub fn emergency(&mut self, input: u8) {
+        self.motor.halt();
+        self.fault_input = input;
+        self.fail(Fault::EmergencyStop);
+    }
+
+    /// A fault that ends the run.
+    pub fn fail(&mut self, fault: Fault) {
+        let order = self.session.end(Some(fault));
+        self.obey(order);
+    }
+
+    /// A fault of the program: its handler, or the end of the run.
+    pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) {
+        self.motor.stop(0b111);
+        self.effect = Effect::NONE;
+        if !vm().raise(fault, pc, between) {
+            self.fail(fault);
+        }
+    }
+
+    /// Whether Stop is held or a hold, door or emergency stop input is active.
+    pub fn blocked(&self) -> bool {
+        self.buttons.accepted() & 1 != 0 || self.blocking() != 0
+    }
+
+    /// The input that blocks, 0 for none.
+    pub fn blocking(&self) -> u8 {
+        for n in [self.record.stop, self.record.hold, self.record.door, self.record.emergency] {
+            if n != 0 && self.input(n) {
+                return n;
+            }
+        }
+        0
+    }
+
+    /// Input `n` from 1; false beyond those there are.
+    pub fn input(&self, n: u8) -> bool {
+        match n {
+            1..=16 => self.inputs.levels() >> (n - 1) & 1 != 0,
+            17 => chain::probe() != (self.record.input_invert_high != 0),
+            _ => false,
+        }
+    }
+
+    /// Sets an output, numbered from 1; `false` beyond those there are.
+    pub fn set_output(&mut self, n: u16, on: bool) -> bool {
+        let most = if self.record.flags & BoardRecord::CHAIN != 0 { 16 } else { 2 };
+        if n == 0 || n > most {
+            return false;
+        }
+        let bit = 1 << (n - 1);
+        self.outputs &= !bit;
+        if on {
+            self.outputs |= bit;
+        }
+        true
+    }
+
+    /// One event for the host; the slot is free when this is called.
+    pub fn emit(&mut self, kind: TraceKind, argument: u8, value: i32) {
+        if !self.trace.on {
+            return;
+        }
+        self.trace.number = self.trace.number.wrapping_add(1);
+        self.trace.full = true;
+        self.trace.kind = kind as u8;
+        self.trace.argument = argument;
+        self.trace.pc = self.effect_pc.wrapping_sub(vm().code);
+        self.trace.value = value;
+    }
+
+    /// An event with an outcome.
+    pub fn emit_outcome(&mut self, kind: TraceKind, argument: u8, ok: bool, value: i32) {
+        self.emit(kind, argument | if ok { TRACE_OK } else { 0 }, value);
+    }
+
+    /// The host has received every event before number `number`.
+    pub fn received(&mut self, odd: bool) {
+        // Reading the slot of the other parity says that the event in this one was received.
+        if self.trace.full && (self.trace.number & 1 != 0) != odd {
+            self.trace.full = false;
+        }
+    }
+
+    /// One pass of the program.
+    pub fn run(&mut self) {
+        if self.session.is_paused() {
+            if self.motor.moving() == 0 && !self.trace.full {
+                self.rested();
+            }
+            return;
+        }
+        if !self.session.executes() {
+            return;
+        }
+        if self.effect.code == 0 {
+            self.step();
+        }
+        if self.effect.code != 0 && !self.trace.full {
+            match self.perform() {
+                Ok(true) => {
+                    self.effect = Effect::NONE;
+                    self.serve();
+                }
+                Ok(false) => self.serve(),
+                Err(fault) => {
+                    let pc = self.effect_pc;
+                    self.raise(fault, pc, false);
+                }
+            }
+        }
+    }
+
+    fn rested(&mut self) {
+        let stopped = self.session.rested();
+        let states = match stopped {
+            None => self.record.pause,
+            Some(End::Fault) => self.record.fault,
+            Some(_) => self.record.end,
+        };
+        self.resume_outputs = self.outputs;
+        self.outputs = self.outputs & states.keep | states.on;
+        if let Some(end) = stopped {
+            if end as u8 != End::Done as u8 && self.effect.code == 0 {
+                self.effect_pc = vm().pc;
+            }
+            self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
+        }
+    }
+
+    /// Lets the VM run to its next effect, or for a slice.
+    fn step(&mut self) {
+        vm().poll = 0;
+        let exit = vm_core::run();
+        let vm = vm();
+        self.effect_pc = vm.pc.wrapping_sub(1);
+        match exit {
+            vm_core::YIELD => self.serve(),
+            vm_core::HANDLER_END => {
+                vm.flags &= !flag::EVENT;
+                self.handler_left();
+            }
+            0 => {
+                let order = self.session.end(None);
+                self.obey(order);
+            }
+            0xC0..=0xFF => {
+                let more = vm.flags & flag::MORE != 0;
+                vm.flags &= !(flag::MORE | flag::WITHIN);
+                if more {
+                    vm.flags |= flag::WITHIN;
+                }
+                self.effect.code = exit as u8;
+            }
+            0x01..0xC0 => match vm.soft(exit as u8) {
+                Ok(false) => {}
+                Ok(true) => self.handler_left(),
+                Err(fault) => self.raise(fault, vm.pc.wrapping_sub(1), false),
+            },
+            _ => {
+                let fault = Fault::from_number(exit as u8).unwrap_or(Fault::ImageRefused);
+                self.raise(fault, vm.pc.wrapping_sub(1), false);
+            }
+        }
+    }
+
+    fn handler_left(&mut self) {
+        if vm().flags & flag::EVENT == 0 {
+            self.effect = self.outer;
+            self.outer = Effect::NONE;
+        }
+    }
+
+    /// Begins the handler of the first event that has come, between statements and in waits.
+    fn serve(&mut self) {
+        let vm = vm();
+        if !vm.can_interrupt() || (self.effect.code != 0 && self.effect.phase == 0) {
+            return;
+        }
+        let mut slot = 0;
+        while slot < self.events.len() {
+            let event = &mut self.events[slot];
+            if event.kind & PENDING != 0 {
+                event.kind &= !PENDING;
+                self.outer = self.effect;
+                self.effect = Effect::NONE;
+                if !vm.interrupt(slot as u8) {
+                    self.raise(Fault::Stack, vm.pc, true);
+                }
+                return;
+            }
+            slot += 1;
+        }
+    }
+
+    /// Milliseconds that have passed since the last call, one by one.
+    pub fn ticks(&mut self) {
+        let late = link::millis().wrapping_sub(self.tick);
+        if late == 0 {
+            return;
+        }
+        if late > 2 {
+            self.missed = self.missed.wrapping_add(late - 2);
+        }
+        self.tick = self.tick.wrapping_add(1);
+        self.millisecond();
+    }
+
+    fn millisecond(&mut self) {
+        let before = self.inputs.levels();
+        let raw = chain::exchange(self.outputs ^ self.record.output_invert);
+        self.phase += 1;
+        if self.phase * 4 >= self.record.filter {
+            self.phase = 0;
+            self.inputs.sample(raw ^ self.record.input_invert);
+            let pressed = self.buttons.accepted();
+            self.buttons.sample(chain::buttons());
+            self.pressed(self.buttons.accepted() & !pressed);
+        }
+        let now = self.inputs.levels();
+        let emergency = self.record.emergency;
+        if emergency != 0
+            && self.input(emergency)
+            && self.session.fault() != Fault::EmergencyStop.number()
+        {
+            self.emergency(emergency);
+        }
+        if self.buttons.accepted() & 1 != 0 {
+            self.held = self.held.saturating_add(1);
+            if self.held == 2000 {
+                let order = self.session.stop();
+                self.obey(order);
+            }
+        } else {
+            self.held = 0;
+        }
+        if self.session.executes() {
+            self.timer = self.timer.wrapping_add(1);
+            if self.effect.left > 0 {
+                self.effect.left -= 1;
+            }
+            if self.outer.left > 0 {
+                self.outer.left -= 1;
+            }
+            let rose = now & !before;
+            let fell = before & !now;
+            for event in &mut self.events {
+                let edges = match event.kind & !PENDING {
+                    1 => rose,
+                    2 => fell,
+                    3 => {
+                        event.left -= 1;
+                        if event.left > 0 {
+                            continue;
+                        }
+                        event.left = event.period;
+                        event.kind |= PENDING;
+                        continue;
+                    }
+                    _ => continue,
+                };
+                if edges >> ((event.n - 1) & 15) & 1 != 0 {
+                    event.kind |= PENDING;
+                }
+            }
+        }
+    }
+
+    fn pressed(&mut self, keys: u16) {
+        if keys & 1 != 0 {
+            self.control(Control::Pause);
+        }
+        if keys & 2 != 0 {
+            self.control(Control::Start);
+        }
+    }
+}

@@ -1,0 +1,518 @@
+//! Effects: what the VM leaves with, polled from the main loop until it is done.
+//!
+//! In phase 0 the operands and arguments are taken; later phases wait. Trace events are written
+//! one for each call at most: the caller sees to it that the slot is free.
+
+use crate::core::{Core, Event, PENDING};
+use crate::flash::Image;
+use crate::motor::{AXES, Target};
+use crate::vm::{convert, vm};
+use firmware::verify::Bytes;
+use lang::fault::Fault;
+use lang::isa::{Look, Op, SHORT_AXES, flags};
+use lang::wire::TraceKind;
+
+/// Wants of WaitIn: level off, level on, rise, fall.
+const WANT_RISE: u8 = 2;
+
+/// Suffixes of PRINT, by `lang::effect::Unit`.
+static UNITS: [&str; 8] = ["", "um", "st", "ms", "um/s", "st/s", "um/s2", "st/s2"];
+
+impl Core {
+    /// Goes on with the effect; `true` when it is done.
+    ///
+    /// # Errors
+    /// The fault that the statement ends with.
+    pub fn perform(&mut self) -> Result<bool, Fault> {
+        const OUT: u8 = Op::OutShort as u8;
+        const OUT_LAST: u8 = OUT + 7;
+        const MOVE_TO: u8 = Op::MoveTo as u8;
+        const MOVE_RAMP: u8 = Op::MoveRamp as u8;
+        const RAPID: u8 = Op::Rapid as u8;
+        const LINEAR_MIXED: u8 = Op::LinearMixed as u8;
+        const FEED: u8 = Op::Feed as u8;
+        const SPINDLE: u8 = Op::Spindle as u8;
+        const HOME: u8 = Op::Home as u8;
+        const HOME_QUERY: u8 = Op::HomeQuery as u8;
+        const SET_POS: u8 = Op::SetPos as u8;
+        const STOP_AXE: u8 = Op::StopAxe as u8;
+        const STOP_ALL: u8 = Op::StopAll as u8;
+        const WAIT_MOVE: u8 = Op::WaitMove as u8;
+        const SET_OUT: u8 = Op::SetOut as u8;
+        const PULSE: u8 = Op::Pulse as u8;
+        const SET_PORT: u8 = Op::SetPort as u8;
+        const MOTORS: u8 = Op::Motors as u8;
+        const WAIT: u8 = Op::Wait as u8;
+        const WAIT_IN: u8 = Op::WaitIn as u8;
+        const WAIT_START: u8 = Op::WaitStart as u8;
+        const SEND: u8 = Op::Send as u8;
+        const WAIT_CHAR: u8 = Op::WaitChar as u8;
+        const PRINT_TEXT: u8 = Op::PrintText as u8;
+        const PRINT_TEXT_FAR: u8 = Op::PrintTextFar as u8;
+        const PRINT_NUMBER: u8 = Op::PrintNumber as u8;
+        const PRINT_VALUE: u8 = Op::PrintValue as u8;
+        const PRINT_END: u8 = Op::PrintEnd as u8;
+        const EVENT: u8 = Op::Event as u8;
+        const IN: u8 = Op::In as u8;
+        const OUT_STATE: u8 = Op::Out as u8;
+        const READ: u8 = Op::Read as u8;
+        let code = self.effect.code;
+        match code {
+            OUT..=OUT_LAST => {
+                let n = (code - OUT) >> 1;
+                self.out(u16::from(n) + 1, code & 1 != 0)?;
+            }
+            MOVE_TO..=MOVE_RAMP => return self.move_axe(code),
+            RAPID..=LINEAR_MIXED => return self.linear(code),
+            FEED..=SPINDLE => {
+                vm().pop();
+            }
+            HOME..=HOME_QUERY => return self.home(code),
+            SET_POS => {
+                let n = vm().operand();
+                let i = usize::from(n);
+                let value = vm().pop();
+                self.motor.offset[i] =
+                    self.motor.um[i].checked_sub(value).ok_or(Fault::Overflow)?;
+            }
+            STOP_AXE => {
+                if self.first() {
+                    self.effect.n = vm().operand();
+                    self.motor.stop(1 << self.effect.n);
+                    self.emit(TraceKind::Stop, self.effect.n, 0);
+                }
+                return Ok(self.motor.moving() >> self.effect.n & 1 == 0);
+            }
+            STOP_ALL => {
+                if self.first() {
+                    self.motor.stop(0b111);
+                }
+                return Ok(self.motor.moving() == 0);
+            }
+            WAIT_MOVE => {
+                if self.first() {
+                    let n = vm().operand();
+                    self.effect.n = if n < AXES { 1 << n } else { 0b111 };
+                }
+                return Ok(self.motor.moving() & self.effect.n == 0);
+            }
+            SET_OUT => {
+                let on = vm().pop() != 0;
+                let n = vm().pop_small(16);
+                self.out(n, on)?;
+            }
+            PULSE => return self.pulse(),
+            SET_PORT => return self.set_port(),
+            MOTORS => return self.motors(),
+            WAIT => {
+                if self.first() {
+                    self.effect.left = vm().pop();
+                    if self.effect.left < 0 {
+                        return Err(Fault::ValueRange);
+                    }
+                    self.emit(TraceKind::Wait, 0, self.effect.left);
+                }
+                return Ok(self.effect.left == 0);
+            }
+            WAIT_IN => return self.wait_in(),
+            WAIT_START => {
+                if self.first() {
+                    self.session.wait_start();
+                }
+                if !self.session.take_start() {
+                    return Ok(false);
+                }
+                self.emit_outcome(TraceKind::WaitStart, 0, true, 0);
+            }
+            SEND => {
+                let c = vm().pop_small(125);
+                if !(33..=125).contains(&c) {
+                    return Err(Fault::ValueRange);
+                }
+                self.char_out = (self.char_out & 0xFF00).wrapping_add(0x100) | c;
+                self.emit(TraceKind::Send, 0, i32::from(c));
+            }
+            WAIT_CHAR => return self.wait_char(),
+            PRINT_TEXT | PRINT_TEXT_FAR => return Ok(self.print_text(code == PRINT_TEXT_FAR)),
+            PRINT_NUMBER => return Ok(self.print_value(0)),
+            PRINT_VALUE => return Ok(self.print_value(1)),
+            PRINT_END => return Ok(self.print_end()),
+            EVENT => self.event()?,
+            IN => {
+                let n = vm().pop_small(17);
+                if n == 0 || n > 17 {
+                    return Err(Fault::ValueRange);
+                }
+                vm().push(i32::from(self.input(n as u8)));
+            }
+            OUT_STATE => {
+                let n = vm().pop_small(16);
+                if n == 0 || n > 16 {
+                    return Err(Fault::ValueRange);
+                }
+                vm().push(i32::from(self.outputs >> (n - 1) & 1));
+            }
+            READ => self.read(),
+            _ => return Err(Fault::ValueRange),
+        }
+        Ok(true)
+    }
+
+    /// Whether this is the effect's first call.
+    fn first(&mut self) -> bool {
+        let first = self.effect.phase == 0;
+        self.effect.phase |= 1;
+        first
+    }
+
+    fn out(&mut self, n: u16, on: bool) -> Result<(), Fault> {
+        if !self.set_output(n, on) {
+            return Err(Fault::ValueRange);
+        }
+        self.emit(TraceKind::Out, n as u8, i32::from(on));
+        Ok(())
+    }
+
+    fn move_axe(&mut self, code: u8) -> Result<bool, Fault> {
+        if self.first() {
+            let bits = match code.wrapping_sub(Op::MoveTo as u8) {
+                n @ 0..=2 => n,
+                n @ 3..=5 => n - 3 | flags::RELATIVE,
+                _ => vm().operand(),
+            };
+            let mut ramps = 0;
+            if code == Op::MoveRamp as u8 {
+                ramps = vm().operand();
+            }
+            if ramps & flags::DECEL != 0 {
+                vm().pop();
+            }
+            if ramps & flags::ACCEL != 0 {
+                vm().pop();
+            }
+            if bits & flags::SPEED != 0 && vm().pop() <= 0 {
+                return Err(Fault::SpeedRange);
+            }
+            let target = Target {
+                value: vm().pop(),
+                in_steps: bits & flags::STEPS != 0,
+                frame: if bits & flags::RELATIVE != 0 { 2 } else { 0 },
+            };
+            self.effect.n = bits & flags::AXIS;
+            self.effect.bits = bits;
+            if self.motor.command(self.effect.n, target)? != 0 {
+                self.emit(TraceKind::Axe, 0, 0);
+            }
+        }
+        Ok(self.effect.bits & flags::START != 0 || self.motor.moving() == 0)
+    }
+
+    fn linear(&mut self, code: u8) -> Result<bool, Fault> {
+        if self.first() {
+            const RAPID: u8 = Op::Rapid as u8;
+            const LINE: u8 = Op::Line as u8;
+            const MIXED: u8 = Op::LinearMixed as u8;
+            let mut frames = 0;
+            let bits = match code {
+                RAPID..LINE => SHORT_AXES[usize::from(code - RAPID)].0 | flags::RAPID,
+                LINE..0xDA => SHORT_AXES[usize::from(code - LINE)].0,
+                _ => vm().operand(),
+            };
+            let mut steps = if bits & flags::COMMON_STEPS != 0 { 0xFF } else { 0 };
+            if code == MIXED {
+                frames = vm().operand();
+                steps = bits >> 5;
+            } else if code == Op::Linear as u8 {
+                frames = (bits >> flags::COMMON_FRAME) * 0b01_0101;
+            }
+            let mut moved = 0;
+            let mut n = AXES;
+            while n != 0 {
+                n -= 1;
+                if bits >> n & 1 == 0 {
+                    continue;
+                }
+                let target = Target {
+                    value: vm().pop(),
+                    in_steps: steps >> n & 1 != 0,
+                    frame: frames >> (2 * n) & 3,
+                };
+                moved |= self.motor.command(n, target)?;
+            }
+            if moved != 0 {
+                let rapid = bits & flags::RAPID != 0;
+                self.emit(if rapid { TraceKind::Rapid } else { TraceKind::Line }, 0, 0);
+            }
+        }
+        Ok(self.motor.moving() == 0)
+    }
+
+    fn home(&mut self, code: u8) -> Result<bool, Fault> {
+        let n = if code == Op::HomeQuery as u8 { vm().operand() } else { code - Op::Home as u8 };
+        let i = usize::from(n);
+        let record = crate::vm::axis(n);
+        self.motor.offset[i] = 0;
+        self.motor.um[i] = record.home_position;
+        self.motor.steps[i] = convert(n, record.home_position, true)?;
+        self.motor.homed |= 1 << n;
+        self.emit_outcome(TraceKind::Home, n, true, self.motor.steps[i]);
+        Ok(true)
+    }
+
+    fn pulse(&mut self) -> Result<bool, Fault> {
+        if self.effect.phase == 0 {
+            self.effect.left = vm().pop();
+            let n = vm().pop_small(16);
+            if self.effect.left < 0 {
+                return Err(Fault::ValueRange);
+            }
+            self.effect.n = n as u8;
+            self.effect.phase = 1;
+            self.out(n, true)?;
+            return Ok(false);
+        }
+        if self.effect.left != 0 {
+            return Ok(false);
+        }
+        self.out(u16::from(self.effect.n), false)?;
+        Ok(true)
+    }
+
+    fn set_port(&mut self) -> Result<bool, Fault> {
+        if self.first() {
+            self.effect.bits = vm().pop() as u8;
+        }
+        loop {
+            self.effect.n += 1;
+            let n = self.effect.n;
+            if n > 8 || !self.is_script_output(n) {
+                if n >= 8 {
+                    return Ok(true);
+                }
+                continue;
+            }
+            self.out(u16::from(n), self.effect.bits >> (n - 1) & 1 != 0)?;
+            return Ok(n == 8);
+        }
+    }
+
+    fn is_script_output(&self, n: u8) -> bool {
+        let chain = self.record.flags & lang::record::BoardRecord::CHAIN != 0;
+        (chain || n <= 2) && n != self.record.enable && n != self.record.lamp
+    }
+
+    fn motors(&mut self) -> Result<bool, Fault> {
+        let n = vm().operand();
+        let on = vm().pop() != 0;
+        if !on {
+            self.motor.homed &= if n < AXES { !(1 << n) } else { 0 };
+        }
+        if self.record.enable != 0 {
+            self.set_output(u16::from(self.record.enable), on);
+        }
+        Ok(true)
+    }
+
+    fn wait_in(&mut self) -> Result<bool, Fault> {
+        if self.first() {
+            let bits = vm().operand();
+            self.effect.left = if bits & flags::TIMEOUT != 0 { vm().pop() } else { -1 };
+            if bits & flags::TIMEOUT != 0 && self.effect.left < 0 {
+                return Err(Fault::ValueRange);
+            }
+            let mut want = bits & 3;
+            if bits & flags::LEVEL != 0 {
+                want = u8::from(vm().pop() != 0);
+            }
+            let n = vm().pop_small(17);
+            if n == 0 || n > 17 {
+                return Err(Fault::ValueRange);
+            }
+            self.effect.n = n as u8;
+            self.effect.bits = bits & flags::WAIT_QUERY | want;
+            // Bit 1 of the phase: the level before.
+            self.effect.phase = 1 | u8::from(self.input(n as u8)) << 1;
+        }
+        let now = self.input(self.effect.n);
+        let before = self.effect.phase & 2 != 0;
+        let want = self.effect.bits & 3;
+        let met = if want < WANT_RISE {
+            now == (want != 0)
+        } else {
+            now != before && now == (want == WANT_RISE)
+        };
+        self.effect.phase = 1 | u8::from(now) << 1;
+        let level = i32::from(want & 1 ^ (want >> 1));
+        self.outcome(TraceKind::WaitIn, met, level)
+    }
+
+    fn wait_char(&mut self) -> Result<bool, Fault> {
+        if self.first() {
+            let bits = vm().operand();
+            self.effect.left = if bits & flags::TIMEOUT != 0 { vm().pop() } else { -1 };
+            self.effect.n = 0;
+            self.effect.bits = bits & flags::WAIT_QUERY;
+            self.effect.phase = vm().pop_small(125) as u8;
+            if !(33..=125).contains(&self.effect.phase) {
+                return Err(Fault::ValueRange);
+            }
+        }
+        let met = self.char_in == self.effect.phase;
+        if met {
+            self.char_in = 0;
+        }
+        self.outcome(TraceKind::WaitChar, met, i32::from(self.effect.phase))
+    }
+
+    /// The end of a wait: met, timed out, or not yet.
+    fn outcome(&mut self, kind: TraceKind, met: bool, value: i32) -> Result<bool, Fault> {
+        if !met && self.effect.left != 0 {
+            return Ok(false);
+        }
+        self.timed_out = !met;
+        self.emit_outcome(kind, self.effect.n, met, value);
+        if !met && self.effect.bits & flags::WAIT_QUERY == 0 {
+            return Err(Fault::TimedOut);
+        }
+        Ok(true)
+    }
+
+    /// Puts text into the ring; in trace mode it waits for room, without it drops the line.
+    fn put(&mut self, byte: u8) -> bool {
+        if !self.trace.on {
+            self.print.put_or_drop(byte);
+            return true;
+        }
+        let put = self.print.put(byte);
+        self.print.flush();
+        put
+    }
+
+    fn print_text(&mut self, far: bool) -> bool {
+        if self.first() {
+            let offset = if far { vm().operand_word() } else { u16::from(vm().operand()) };
+            self.effect.left = i32::from(vm().data + offset + 1);
+        }
+        let at = self.effect.left as u16;
+        let text = Image(at - 1);
+        while self.effect.n < text.byte(0) {
+            if !self.put(Image(at).byte(u16::from(self.effect.n))) {
+                return false;
+            }
+            self.effect.n += 1;
+        }
+        true
+    }
+
+    fn print_value(&mut self, unit: u8) -> bool {
+        if self.first() {
+            if unit != 0 {
+                self.effect.bits = vm().operand() & 7;
+            }
+            self.effect.left = vm().pop();
+        }
+        // The longest is 11 characters and a unit of 5.
+        let mut text: heapless::String<16> = heapless::String::new();
+        let _ = ufmt::uwrite!(
+            Text(&mut text),
+            "{}{}",
+            self.effect.left,
+            UNITS[usize::from(self.effect.bits)]
+        );
+        let bytes = text.as_bytes();
+        while usize::from(self.effect.n) < bytes.len() {
+            if !self.put(bytes[usize::from(self.effect.n)]) {
+                return false;
+            }
+            self.effect.n += 1;
+        }
+        true
+    }
+
+    fn print_end(&mut self) -> bool {
+        if !self.put(b'\n') {
+            return false;
+        }
+        self.print.end();
+        self.emit(TraceKind::Print, 0, 0);
+        true
+    }
+
+    fn event(&mut self) -> Result<(), Fault> {
+        let bits = vm().operand();
+        let slot = usize::from(bits & 3);
+        let kind = bits & flags::EVENT_KIND;
+        let value = if bits & flags::EVENT_ARGUMENT != 0 { vm().pop() } else { 0 };
+        match kind {
+            flags::ON_EVERY => {
+                if value <= 0 {
+                    return Err(Fault::ValueRange);
+                }
+                self.events[slot] = Event { kind: 3, n: 1, period: value, left: value };
+            }
+            flags::ON_RISE | flags::ON_FALL => {
+                if !(1..=17).contains(&value) {
+                    return Err(Fault::ValueRange);
+                }
+                let kind = if kind == flags::ON_RISE { 1 } else { 2 };
+                self.events[slot] = Event { kind, n: value as u8, period: 0, left: 0 };
+            }
+            _ => {
+                let every = kind != flags::OFF_INPUT;
+                for event in &mut self.events {
+                    let is_every = event.kind & !PENDING == 3;
+                    if is_every == every && (every || i32::from(event.n) == value) {
+                        event.kind = 0;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self) {
+        const POS: u8 = Look::Pos as u8;
+        const POS_STEPS: u8 = Look::PosSteps as u8;
+        const PROBED: u8 = Look::Probed as u8;
+        const PROBED_STEPS: u8 = Look::ProbedSteps as u8;
+        const PROBE_OK: u8 = Look::ProbeOk as u8;
+        const MOVING: u8 = Look::Moving as u8;
+        const HOMED: u8 = Look::Homed as u8;
+        const IN_PORT: u8 = Look::InPort as u8;
+        const TIMER: u8 = Look::Timer as u8;
+        const TIMED_OUT: u8 = Look::TimedOut as u8;
+        let bits = vm().operand();
+        let n = bits & flags::AXIS;
+        let i = usize::from(n % AXES);
+        let bit = |set: u8| i32::from(set >> n & 1);
+        let work =
+            |steps: i32, offset: i32| convert(n, steps, false).unwrap_or(0).wrapping_sub(offset);
+        let value = match bits >> 2 {
+            POS => work(self.motor.position(i as u8), self.motor.offset[i]),
+            POS_STEPS => self.motor.position(i as u8),
+            PROBED => work(self.motor.probed[i], self.motor.offset[i]),
+            PROBED_STEPS => self.motor.probed[i],
+            PROBE_OK => bit(self.motor.probe_ok),
+            MOVING => bit(self.motor.moving()),
+            HOMED => bit(self.motor.homed),
+            IN_PORT => i32::from(self.inputs.levels()) | i32::from(self.input(17)) << 16,
+            TIMER => self.timer,
+            TIMED_OUT => i32::from(self.timed_out),
+            _ => {
+                let c = self.char_in;
+                self.char_in = 0;
+                i32::from(c)
+            }
+        };
+        vm().push(value);
+    }
+}
+
+struct Text<'a>(&'a mut heapless::String<16>);
+
+impl ufmt::uWrite for Text<'_> {
+    type Error = ();
+    fn write_str(&mut self, text: &str) -> Result<(), ()> {
+        self.0.push_str(text).map_err(|_| ())
+    }
+}

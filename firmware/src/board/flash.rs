@@ -1,0 +1,106 @@
+//! The flash controller, the program area behind the store, and images in it.
+
+use crate::reg::{self, set};
+use crate::{boot, link};
+use firmware::store::{Flash, SEGMENT, SEGMENTS};
+use firmware::verify::{self, Bytes};
+
+/// Start of the program area.
+pub const AREA: u16 = 0xF200;
+/// End of the program area.
+pub const AREA_END: u16 = AREA + SEGMENT * SEGMENTS as u16;
+
+/// FCTL keys (SLAU144, 7.4): A5 in the high byte. It is the caller's part of every write, so a
+/// program counter that has gone astray into this code finds no key on the stack.
+#[derive(Clone, Copy)]
+pub struct Key(u16);
+
+impl Key {
+    /// For code that means to write flash.
+    #[inline(always)]
+    pub const fn new() -> Key {
+        Key(0xA500)
+    }
+}
+
+const WRITE: u16 = 1 << 6;
+const ERASE: u16 = 1 << 1;
+const LOCK: u16 = 1 << 4;
+
+/// One flash operation: unlocked, triggered by a write of `word`, locked again. The processor
+/// stands still meanwhile: 66 us for a word, 10.5 ms for a segment; interrupts wait.
+#[inline(never)]
+fn operate(key: Key, mode: u16, address: u16, word: u16) {
+    // Only the program area and the profile's and journal's segments of the information memory.
+    if !(AREA..AREA_END).contains(&address) && !(0x1000..0x10C0).contains(&address) {
+        return;
+    }
+    let flash = reg::flash();
+    boot::kick();
+    msp430::interrupt::disable();
+    // MCLK / 35 = 457 kHz.
+    set!(flash.fctl2, key.0 | 0b01 << 6 | 34);
+    set!(flash.fctl3, key.0);
+    set!(flash.fctl1, key.0 | mode);
+    // SAFETY: the address lies in flash that no code runs from and was tested above.
+    unsafe { (address as *mut u16).write_volatile(word) };
+    set!(flash.fctl1, key.0);
+    set!(flash.fctl3, key.0 | LOCK);
+    link::catch_up();
+    // SAFETY: interrupts were on, no critical section is open in the main loop.
+    unsafe { msp430::interrupt::enable() };
+    boot::kick();
+}
+
+/// Clears bits of a word.
+pub fn write(key: Key, address: u16, word: u16) {
+    operate(key, WRITE, address, word);
+}
+
+/// Erases a segment.
+pub fn erase(key: Key, address: u16) {
+    operate(key, ERASE, address, 0);
+}
+
+/// The word at an even address.
+#[inline(always)]
+pub fn read(address: u16) -> u16 {
+    // SAFETY: any address can be read.
+    unsafe { (address as *const u16).read_volatile() }
+}
+
+/// Bytes from an address on.
+#[derive(Clone, Copy)]
+pub struct Image(pub u16);
+
+impl Bytes for Image {
+    #[inline(always)]
+    fn byte(&self, offset: u16) -> u8 {
+        // SAFETY: any address can be read.
+        unsafe { (self.0.wrapping_add(offset) as *const u8).read_volatile() }
+    }
+
+    #[inline(always)]
+    fn crc(crc: u16, byte: u8) -> u16 {
+        crate::math::crc16(crc, byte)
+    }
+}
+
+/// The program area.
+pub struct Area;
+
+impl Flash for Area {
+    fn read(&self, offset: u16) -> u16 {
+        read(AREA + offset)
+    }
+    fn write(&mut self, offset: u16, word: u16) {
+        write(Key::new(), AREA + offset, word);
+    }
+    fn erase(&mut self, offset: u16) {
+        erase(Key::new(), AREA + offset);
+    }
+    fn image(&self, offset: u16) -> Option<u16> {
+        let start = AREA + offset;
+        verify::sound(&Image(start), AREA_END - start)
+    }
+}
