@@ -6,10 +6,13 @@ mod path;
 pub mod rig;
 mod stuck;
 
-use emulator::{Image, LoadError};
+use emulator::{Image, LoadError, Part};
 
 /// The shipped image, with its symbols.
-const FIRMWARE: &[u8] = include_bytes!("../../../firmware/image/pasapas-g2553.elf");
+const FIRMWARE: &[u8] = include_bytes!("../../../firmware/image/pasapas-g2955.elf");
+
+/// The part that the shipped image is for.
+pub const PART: Part = Part::G2955;
 
 /// The shipped firmware image.
 ///
