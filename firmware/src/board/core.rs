@@ -12,7 +12,7 @@ use firmware::verify::{self, ANCHORS, Limits};
 use lang::fault::Fault;
 use lang::record::{BoardRecord, feature};
 use lang::vm::flag;
-use lang::wire::{Control, End, Refusal, RunState, TRACE_OK, TraceKind};
+use lang::wire::{Control, End, RunState, TRACE_OK, TraceKind};
 
 /// Image features of this firmware.
 pub const FEATURES: u16 =
@@ -122,7 +122,7 @@ pub struct Core {
     pub char_in: u8,
     /// Upload: announced length, bit 15 KEEP.
     pub upload_length: u16,
-    /// [`Refusal`]
+    /// [`lang::wire::Refusal`]
     pub refusal: u8,
     /// High half of a 32-bit value being read.
     pub latch: u16,

@@ -15,6 +15,8 @@ use lang::wire::*;
 /// Firmware version, major in the high byte.
 const RELEASE: u16 = 0x0001;
 
+const COMMANDED_END: u16 = COMMANDED + 6;
+
 /// The two copies of the board's profile.
 pub const PROFILES: [u16; 2] = [0x1080, 0x1040];
 
@@ -73,7 +75,7 @@ impl Core {
             MACHINE_POSITIONS..COMMANDED => {
                 self.axis_value(address, MACHINE_POSITIONS, |core, n| core.motor.position(n))
             }
-            COMMANDED..RUN_CONTROL => {
+            COMMANDED..COMMANDED_END => {
                 self.axis_value(address, COMMANDED, |core, n| core.motor.steps[usize::from(n)])
             }
             TRACE_MODE => u16::from(self.trace.on),

@@ -292,7 +292,6 @@ impl State {
     /// # Errors
     /// The fault of the instruction.
     pub fn soft(&mut self, code: u8) -> Result<bool, Fault> {
-        const SQR: u8 = Op::Sqr as u8;
         const LEAVE: u8 = Op::Leave as u8;
         const ON_ERROR: u8 = Op::OnError as u8;
         const ON_ERROR_STOP: u8 = Op::OnErrorStop as u8;
@@ -301,12 +300,6 @@ impl State {
         const ERL: u8 = Op::Erl as u8;
         const TO_STEPS: u8 = Op::ToSteps as u8;
         match code {
-            SQR => {
-                if self.top < 0 {
-                    return Err(Fault::ValueRange);
-                }
-                self.top = i32::from(firmware::motion::math::isqrt(self.top as u32));
-            }
             LEAVE => {
                 if self.newest_kind() | 1 == entry::ERROR | 1 {
                     self.calls = pool();

@@ -186,6 +186,41 @@ vm_divide:
     xor r15, r9
     ret
 
+    /* digit by digit: root in r13:r12, its next bit in r15:r14, the rest in r11:r10 */
+vm_sqr:
+    tst r11
+    jl vm_f20
+    clr r12
+    clr r13
+    clr r14
+    mov #0x4000, r15
+1:  mov r12, r8
+    mov r13, r9
+    add r14, r8
+    addc r15, r9
+    clrc
+    rrc r13
+    rrc r12
+    cmp r9, r11
+    jlo 3f
+    jne 2f
+    cmp r8, r10
+    jlo 3f
+2:  sub r8, r10
+    subc r9, r11
+    add r14, r12
+    addc r15, r13
+3:  clrc
+    rrc r15
+    rrc r14
+    rra r15
+    rrc r14
+    mov r14, r8
+    bis r15, r8
+    tst r8
+    jne 1b
+    jmp vm_set
+
 vm_shl:
     call #vm_count
     call #__mspabi_slll
@@ -874,7 +909,7 @@ vm_table:
     .short vm_soft, vm_byte, vm_minus, vm_tens, vm_hundreds, vm_thousands, vm_word, vm_wordtens
     .short vm_triple, vm_long, vm_loadfar, vm_storefar, vm_loadelem, vm_storeelem, vm_inc, vm_dec
     .short vm_addto, vm_drop, vm_add, vm_sub, vm_mul, vm_div, vm_mod, vm_neg
-    .short vm_abs, vm_sgn, vm_min, vm_max, vm_soft, vm_and, vm_or, vm_xor
+    .short vm_abs, vm_sgn, vm_min, vm_max, vm_sqr, vm_and, vm_or, vm_xor
     .short vm_not, vm_iszero, vm_shl, vm_shr
     .short vm_compare_value, vm_compare_value, vm_compare_value
     .short vm_compare_value, vm_compare_value, vm_compare_value

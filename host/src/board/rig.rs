@@ -54,7 +54,8 @@ impl Rig {
             Wiring::Direct => PlantWiring::Direct,
             Wiring::Chain => PlantWiring::Chain,
         };
-        let board = Board::with_config(&Config { part: super::PART, wiring, ..Config::default() }, image);
+        let board =
+            Board::with_config(&Config { part: super::PART, wiring, ..Config::default() }, image);
         let scenario = world.start()?;
         let mut rig = Rig {
             board,
