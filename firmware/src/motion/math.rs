@@ -42,9 +42,35 @@ pub fn fraction(a: u32, c: u32) -> u32 {
     ((u64::from(a) << 32) / u64::from(c)) as u32
 }
 
+/// Square root, rounded down.
+pub fn isqrt(value: u32) -> u16 {
+    let mut rest = value;
+    let mut root: u32 = 0;
+    let mut bit: u32 = 1 << 30;
+    while bit != 0 {
+        let trial = root + bit;
+        root >>= 1;
+        if rest >= trial {
+            rest -= trial;
+            root += bit;
+        }
+        bit >>= 2;
+    }
+    root as u16
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn isqrt_is_the_floor_of_the_root(v: u32) {
+            prop_assert_eq!(u32::from(isqrt(v)), v.isqrt());
+        }
+    }
+
     #[test]
     fn mul_div_saturates() {
         assert_eq!(mul_div(3_000_000_000, 3_000_000_000, 3_000_000_000), 3_000_000_000);

@@ -1,0 +1,603 @@
+//! The step engine: Timer1_A raises the STEP edges, its interrupts play segments.
+//!
+//! Timer1_A runs freely at 16 MHz and its three outputs are the STEP pins. When an event is due
+//! the hardware raises the pins that were armed for it and the interrupt begins: it schedules the
+//! next event, drops the pins, looks at the inputs, and arms the axes that step next. Interrupt
+//! latency is therefore no jitter as long as the next event is armed in time; a late one is
+//! counted and postponed, never lost.
+//!
+//! Two handlers share Timer1_A's vectors through a word in RAM (3 cycles):
+//! - *path*: all axes on one event stream, CCR0's; each axis adds its increment to an accumulator
+//!   and steps on the carry;
+//! - *single*: each axis has an event stream of its own on its own compare register.
+//!
+//! Pulses longer than the interrupt's latency (a board profile with `pulse` above 3 us) take a
+//! second interrupt: the first one lets the hardware drop the pins `width` ticks after the edge.
+//!
+//! Cycles of the path handler, all axes stepping (entry to RETI): see `host/emulator` based test
+//! `tests/motion`. Its Rust twin is `motion::engine`.
+
+use core::arch::global_asm;
+use core::mem::MaybeUninit;
+use firmware::motion::{PathSegment, Segment};
+
+use crate::pins::{P2_DIR, P2_STEP};
+use crate::reg::{self, bic, bis};
+
+/// A segment of all axes in the engine's memory.
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct PathSlot {
+    ramp: Segment,
+    inc: [u32; 3],
+    /// Levels of the DIR pins.
+    dirs: u8,
+    /// Bit n: axis n counts down; bit 7: a new block begins.
+    flags: u8,
+}
+
+/// The path handler's memory.
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct PathState {
+    slots: [PathSlot; 2],
+    acc: [u32; 3],
+}
+
+/// One axis of the single handler: the segment that plays, the next one, and the fraction of the
+/// compare register. Bit 15 of a mask says negative direction.
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct SingleState {
+    playing: Segment,
+    next: Segment,
+    frac: u16,
+}
+
+/// Only one handler works at a time.
+#[repr(C)]
+union State {
+    path: PathState,
+    single: [SingleState; 3],
+}
+
+/// What both handlers share; the assembly knows its layout.
+#[repr(C)]
+struct Shared {
+    /// Handler of CCR0.
+    vector: u16,
+    /// Path: the slot being played.
+    current: u16,
+    /// Path: fraction of the compare registers.
+    frac: u16,
+    /// Steps made, modulo 65536; the main loop folds them into positions.
+    count: [u16; 3],
+    /// 1 or -1 for each axis: what a step adds to its count.
+    sense: [i16; 3],
+    /// Events that were not armed in time.
+    late: u16,
+    /// Ticks of a long pulse, 0 for a short one.
+    width: u16,
+    /// Inputs of port 1 that stop or catch, and their levels when at rest.
+    watch: u8,
+    /// See `watch`.
+    idle: u8,
+    /// What answered, 0 for nothing yet.
+    hit: u8,
+    /// Whether an answer stops all axes at once.
+    halt: u8,
+    /// Counts at the moment of the answer.
+    caught: [u16; 3],
+    /// Path: the slot to fill next, 0 or 1.
+    fill: u8,
+    /// Exclusive-or of the DIR pins: axes whose positive direction is low.
+    invert: u8,
+}
+
+#[unsafe(no_mangle)]
+static mut PASAPAS_STEP: MaybeUninit<Shared> = MaybeUninit::zeroed();
+
+#[unsafe(no_mangle)]
+static mut PASAPAS_PLAY: MaybeUninit<State> = MaybeUninit::zeroed();
+
+global_asm!(
+    r#"
+    .set TA1CCTL0, 0x0182
+    .set TA1CCTL1, 0x0184
+    .set TA1CCTL2, 0x0186
+    .set TA1R,     0x0190
+    .set TA1CCR0,  0x0192
+    .set TA1CCR1,  0x0194
+    .set TA1CCR2,  0x0196
+    .set TA1IV,    0x011e
+    .set P1IN,     0x0020
+    .set P2OUT,    0x0029
+
+    /* offsets in Shared */
+    .set VECTOR, PASAPAS_STEP
+    .set CURRENT, PASAPAS_STEP+2
+    .set FRAC, PASAPAS_STEP+4
+    .set COUNT, PASAPAS_STEP+6
+    .set SENSE, PASAPAS_STEP+12
+    .set LATE, PASAPAS_STEP+18
+    .set WIDTH, PASAPAS_STEP+20
+    .set WATCH, PASAPAS_STEP+22
+    .set IDLE, PASAPAS_STEP+23
+    .set HIT, PASAPAS_STEP+24
+    .set HALT, PASAPAS_STEP+25
+    .set CAUGHT, PASAPAS_STEP+26
+
+    /* slots and accumulators of a path; a slot is 26 bytes */
+    .set SLOT0, PASAPAS_PLAY
+    .set SLOT1, PASAPAS_PLAY+26
+    .set ACC, PASAPAS_PLAY+52
+
+    .section .text.step,"ax",@progbits
+    .global TIMER1_A0
+TIMER1_A0:
+    br &VECTOR
+
+    /* long pulse, first half: the pins have just risen, let them fall in WIDTH ticks */
+    .global pasapas_path_long
+pasapas_path_long:
+    add &WIDTH, &TA1CCR0
+    mov &TA1CCR0, &TA1CCR1
+    mov &TA1CCR0, &TA1CCR2
+    mov #0x00b0, &TA1CCTL0
+    mov #0x00a0, &TA1CCTL1
+    mov #0x00a0, &TA1CCTL2
+    mov #pasapas_path_fallen, &VECTOR
+    reti
+pasapas_path_fallen:
+    mov #pasapas_path_long, &VECTOR
+    sub &WIDTH, &TA1CCR0
+
+    /* an event of a path: the pins have just risen (or fallen again) */
+    .global pasapas_path_event
+pasapas_path_event:
+    push r15
+    push r14
+    mov &CURRENT, r15
+    dec 8(r15)
+    jnc path_switch
+path_schedule:
+    add @r15, &FRAC
+    addc 2(r15), &TA1CCR0
+    mov &TA1CCR0, &TA1CCR1
+    mov &TA1CCR0, &TA1CCR2
+    add 4(r15), 0(r15)
+    addc 6(r15), 2(r15)
+    mov #0x0010, &TA1CCTL0
+    clr &TA1CCTL1
+    clr &TA1CCTL2
+    mov.b &P1IN, r14
+    xor.b &IDLE, r14
+    and.b &WATCH, r14
+    jne path_hit
+path_arm:
+    bit 10(r15), 8(r15)
+    jne path_armed
+    add 12(r15), &ACC
+    addc 14(r15), &ACC+2
+    jnc 1f
+    mov #0x0030, &TA1CCTL0
+    add &SENSE, &COUNT
+1:  add 16(r15), &ACC+4
+    addc 18(r15), &ACC+6
+    jnc 2f
+    mov #0x0020, &TA1CCTL1
+    add &SENSE+2, &COUNT+2
+2:  add 20(r15), &ACC+8
+    addc 22(r15), &ACC+10
+    jnc path_armed
+    mov #0x0020, &TA1CCTL2
+    add &SENSE+4, &COUNT+4
+path_armed:
+    mov &TA1CCR0, r14
+    sub &TA1R, r14
+    cmp #4, r14
+    jl path_late
+    pop r14
+    pop r15
+    reti
+
+    /* the next event is due already: 64 ticks from now */
+path_late:
+    inc &LATE
+    mov &TA1R, r14
+    add #64, r14
+    mov r14, &TA1CCR0
+    mov r14, &TA1CCR1
+    mov r14, &TA1CCR2
+    pop r14
+    pop r15
+    reti
+
+    /* an input answered at the step just made */
+path_hit:
+    mov.b r14, &HIT
+    clr.b &WATCH
+    mov &COUNT, &CAUGHT
+    mov &COUNT+2, &CAUGHT+2
+    mov &COUNT+4, &CAUGHT+4
+    tst.b &HALT
+    jeq path_arm
+    clr &SLOT0+8
+    clr &SLOT1+8
+    jmp path_stop
+
+    /* the slot is played: the other one, or rest */
+path_switch:
+    clr 8(r15)
+    mov #SLOT0, r14
+    cmp r14, r15
+    jne 1f
+    mov #SLOT1, r14
+1:  mov r14, r15
+    mov r15, &CURRENT
+    dec 8(r15)
+    jnc path_empty
+    tst.b 25(r15)
+    jge path_schedule
+    mov.b &P2OUT, r14
+    and.b #0x37, r14
+    bis.b 24(r15), r14
+    mov.b r14, &P2OUT
+    mov #0x8000, r14
+    clr &ACC
+    mov r14, &ACC+2
+    clr &ACC+4
+    mov r14, &ACC+6
+    clr &ACC+8
+    mov r14, &ACC+10
+    mov.b 25(r15), r14
+    mov #1, &SENSE
+    mov #1, &SENSE+2
+    mov #1, &SENSE+4
+    rra r14
+    jnc 2f
+    mov #-1, &SENSE
+2:  rra r14
+    jnc 3f
+    mov #-1, &SENSE+2
+3:  rra r14
+    jnc path_schedule
+    mov #-1, &SENSE+4
+    jmp path_schedule
+path_empty:
+    clr 8(r15)
+path_stop:
+    clr &TA1CCTL0
+    clr &TA1CCTL1
+    clr &TA1CCTL2
+    pop r14
+    pop r15
+    reti
+
+    /* an event of one axis; r13 is twice its number, as TA1IV has it */
+    .global TIMER1_A1
+TIMER1_A1:
+    push r15
+    push r13
+    mov &TA1IV, r13
+    jmp single_event
+    .global pasapas_single_event
+pasapas_single_event:
+    push r15
+    push r13
+    clr r13
+single_event:
+    push r14
+    mov single_states(r13), r15
+    tst &WIDTH
+    jne single_long
+single_fallen:
+    dec 8(r15)
+    jnc single_switch
+single_schedule:
+    add @r15, 24(r15)
+    addc 2(r15), TA1CCR0(r13)
+    add 4(r15), 0(r15)
+    addc 6(r15), 2(r15)
+    mov #0x0010, TA1CCTL0(r13)
+    mov.b &P1IN, r14
+    xor.b &IDLE, r14
+    and.b &WATCH, r14
+    jne single_hit
+single_arm:
+    bit 10(r15), 8(r15)
+    jne single_armed
+    mov #0x0030, TA1CCTL0(r13)
+    add SENSE(r13), COUNT(r13)
+single_armed:
+    mov TA1CCR0(r13), r14
+    sub &TA1R, r14
+    cmp #4, r14
+    jl single_late
+single_exit:
+    pop r14
+    pop r13
+    pop r15
+    reti
+
+single_late:
+    inc &LATE
+    mov &TA1R, r14
+    add #64, r14
+    mov r14, TA1CCR0(r13)
+    jmp single_exit
+
+    /* output mode 5 is on: the long pulse is over; else it has just begun */
+single_long:
+    bit #0x0080, TA1CCTL0(r13)
+    jne 1f
+    add &WIDTH, TA1CCR0(r13)
+    mov #0x00b0, TA1CCTL0(r13)
+    jmp single_exit
+1:  sub &WIDTH, TA1CCR0(r13)
+    jmp single_fallen
+
+single_hit:
+    mov.b r14, &HIT
+    clr.b &WATCH
+    mov &COUNT, &CAUGHT
+    mov &COUNT+2, &CAUGHT+2
+    mov &COUNT+4, &CAUGHT+4
+    tst.b &HALT
+    jeq single_arm
+    clr &PASAPAS_PLAY+8
+    clr &PASAPAS_PLAY+20
+    clr &PASAPAS_PLAY+34
+    clr &PASAPAS_PLAY+46
+    clr &PASAPAS_PLAY+60
+    clr &PASAPAS_PLAY+72
+    jmp single_stop
+
+    /* the segment is played: take the next one, or rest */
+single_switch:
+    clr 8(r15)
+    tst 20(r15)
+    jeq single_stop
+    mov 12(r15), 0(r15)
+    mov 14(r15), 2(r15)
+    mov 16(r15), 4(r15)
+    mov 18(r15), 6(r15)
+    mov 20(r15), 8(r15)
+    mov 22(r15), 10(r15)
+    clr 20(r15)
+    mov 10(r15), r14
+    xor SENSE(r13), r14
+    jge 1f
+    xor.b single_dir(r13), &P2OUT
+    inv SENSE(r13)
+    inc SENSE(r13)
+1:  dec 8(r15)
+    jmp single_schedule
+single_stop:
+    clr TA1CCTL0(r13)
+    jmp single_exit
+
+single_states:
+    .short PASAPAS_PLAY, PASAPAS_PLAY+26, PASAPAS_PLAY+52
+single_dir:
+    .short 0x08, 0x40, 0x80
+    "#
+);
+
+unsafe extern "C" {
+    fn pasapas_path_event();
+    fn pasapas_path_long();
+    fn pasapas_single_event();
+}
+
+/// CCIE of a capture/compare control register.
+const CCIE: u16 = 1 << 4;
+
+/// Timer1_A's registers (SLAS735, peripheral file map). The PAC derives them from Timer0_A's and
+/// gets all but TA1IV wrong.
+const TA1CTL: *mut u16 = 0x0180 as *mut u16;
+/// Control of channels 0, 1, 2.
+const TA1CCTL: *mut [u16; 3] = 0x0182 as *mut [u16; 3];
+/// The counter.
+const TA1R: *mut u16 = 0x0190 as *mut u16;
+/// Compare registers of channels 0, 1, 2.
+const TA1CCR: *mut [u16; 3] = 0x0192 as *mut [u16; 3];
+
+/// The interrupt enable bit of a channel.
+fn enabled(axis: usize) -> bool {
+    // SAFETY: a peripheral register.
+    unsafe { (&raw const (*TA1CCTL)[axis]).read_volatile() & CCIE != 0 }
+}
+
+/// Ticks from now to the event that starts a motion.
+const LEAD: u16 = 160;
+
+// SAFETY of both: the chip has one core; what an interrupt also touches is read and written through
+// these pointers in single words.
+fn shared() -> *mut Shared {
+    (&raw mut PASAPAS_STEP).cast()
+}
+
+fn state() -> *mut State {
+    (&raw mut PASAPAS_PLAY).cast()
+}
+
+/// Starts the timer and gives it the STEP pins. `width_us` is the pulse width of the board's
+/// profile, `invert` the DIR pins that are low for the positive direction.
+pub fn init(width_us: u8, invert: u8) {
+    bis!(reg::ports().p2sel, P2_STEP);
+    // A short pulse lasts until the interrupt drops it, 51 cycles (3.2 us) at least.
+    let width = if width_us <= 3 { 0 } else { u16::from(width_us) * 16 };
+    // SAFETY: interrupts of the timer are still off.
+    unsafe {
+        // SMCLK, continuous, cleared.
+        TA1CTL.write_volatile(0b10 << 8 | 0b10 << 4 | 1 << 2);
+        (*shared()).width = width;
+        (*shared()).invert = invert;
+        (*shared()).sense = [1; 3];
+    }
+    set_dirs(0);
+}
+
+/// Whether any axis has an event ahead.
+pub fn is_running() -> bool {
+    enabled(0) || enabled(1) || enabled(2)
+}
+
+/// Whether a segment of a path would be taken.
+pub fn has_room() -> bool {
+    let slot = free_slot();
+    // SAFETY: single words.
+    unsafe {
+        (&raw const (*slot).ramp.events).read_volatile() == 0
+            && ((&raw const (*shared()).current).read_volatile() != slot as u16 || !is_running())
+    }
+}
+
+/// The slot to fill next: not the playing one.
+fn free_slot() -> *mut PathSlot {
+    // SAFETY: both places are inside the path's state.
+    unsafe {
+        if (*shared()).fill == 0 {
+            &raw mut (*state()).path.slots[0]
+        } else {
+            &raw mut (*state()).path.slots[1]
+        }
+    }
+}
+
+/// Hands a segment of a path to the engine; there must be room. A resting engine starts.
+pub fn put_path(segment: &PathSegment) {
+    let slot = free_slot();
+    let mut dirs = 0;
+    for (axis, pin) in P2_DIR.iter().enumerate() {
+        if segment.negative >> axis & 1 == 0 {
+            dirs |= pin;
+        }
+    }
+    // SAFETY: the slot is free, the interrupt looks at it once its `events` are not 0.
+    unsafe {
+        (*slot).inc = segment.inc;
+        (*slot).dirs = dirs ^ (*shared()).invert;
+        (*slot).flags = segment.negative | u8::from(segment.begin) << 7;
+        (*slot).ramp.interval = segment.ramp.interval;
+        (*slot).ramp.dif = segment.ramp.dif;
+        (*slot).ramp.mask = segment.ramp.mask;
+        (&raw mut (*slot).ramp.events).write_volatile(segment.ramp.events);
+        (*shared()).fill ^= 1;
+        if !is_running() {
+            // The empty slot: the first interrupt leaves it and begins this one.
+            (*shared()).current = free_slot() as u16;
+            let long = (*shared()).width != 0;
+            let handler = if long { pasapas_path_long } else { pasapas_path_event };
+            start(0, handler as usize as u16);
+        }
+    }
+}
+
+/// Whether a segment of an axis of its own would be taken.
+pub fn axis_has_room(axis: usize) -> bool {
+    // SAFETY: a single word.
+    unsafe { (&raw const (*state()).single[axis].next.events).read_volatile() == 0 }
+}
+
+/// Hands a segment of one axis to the engine; there must be room. A resting axis starts.
+pub fn put_axis(axis: usize, segment: &Segment, negative: bool) {
+    // SAFETY: `next` is free, the interrupt looks at it once its `events` are not 0.
+    unsafe {
+        let next = &raw mut (*state()).single[axis].next;
+        (*next).interval = segment.interval;
+        (*next).dif = segment.dif;
+        (*next).mask = segment.mask | if negative { 1 << 15 } else { 0 };
+        (&raw mut (*next).events).write_volatile(segment.events);
+        if !enabled(axis) {
+            start(axis, pasapas_single_event as usize as u16);
+        }
+    }
+}
+
+/// Lets an axis's first event come in [`LEAD`] ticks; the path's runs on channel 0.
+fn start(axis: usize, handler: u16) {
+    // SAFETY: the channel is off, so its handler does not run.
+    unsafe {
+        if axis == 0 {
+            (*shared()).vector = handler;
+        }
+        let at = TA1R.read_volatile().wrapping_add(LEAD);
+        (&raw mut (*TA1CCR)[axis]).write_volatile(at);
+        (&raw mut (*TA1CCTL)[axis]).write_volatile(CCIE);
+    }
+}
+
+/// Drops everything that is planned: no step after the next event, which is armed already.
+pub fn halt() {
+    // SAFETY: single words of both handlers' slots, at offsets 8, 20 and 34 of the shared memory;
+    // an engine that finds no events rests.
+    unsafe {
+        for axis in 0..3 {
+            (&raw mut (*state()).single[axis].next.events).write_volatile(0);
+            (&raw mut (*state()).single[axis].playing.events).write_volatile(0);
+        }
+    }
+}
+
+/// Adds the steps made since the last call to a position; at least every 32 767 steps.
+pub fn fold(axis: usize, position: &mut i32) {
+    // SAFETY: a single word.
+    let count = unsafe { (&raw const (*shared()).count[axis]).read_volatile() };
+    let moved = count.wrapping_sub(*position as u16) as i16;
+    *position = position.wrapping_add(i32::from(moved));
+}
+
+/// Makes an axis's position known to the engine, which counts its low half.
+pub fn set_count(axis: usize, position: i32) {
+    // SAFETY: a single word of a resting axis.
+    unsafe { (&raw mut (*shared()).count[axis]).write_volatile(position as u16) };
+}
+
+/// Watches pins of port 1 at every event: `pins` answer when they differ from `idle`. With `halt`
+/// the engine drops everything at that step, else it only notes the counts. No pins: not at all.
+pub fn watch(pins: u8, idle: u8, halt: bool) {
+    // SAFETY: bytes that the interrupt reads only after `watch` is set.
+    unsafe {
+        (&raw mut (*shared()).watch).write_volatile(0);
+        (*shared()).hit = 0;
+        (*shared()).idle = idle;
+        (*shared()).halt = u8::from(halt);
+        (&raw mut (*shared()).watch).write_volatile(pins);
+    }
+}
+
+/// The pins that answered, 0 for none.
+pub fn hit() -> u8 {
+    // SAFETY: a byte.
+    unsafe { (&raw const (*shared()).hit).read_volatile() }
+}
+
+/// Where an axis was when the pins answered, given its present position.
+pub fn caught(axis: usize, position: i32) -> i32 {
+    // SAFETY: written before `hit`, and not again before `watch`.
+    let count = unsafe { (*shared()).caught[axis] };
+    position.wrapping_add(i32::from(count.wrapping_sub(position as u16) as i16))
+}
+
+/// Events that could not be armed in time since reset.
+pub fn late() -> u16 {
+    // SAFETY: a single word.
+    unsafe { (&raw const (*shared()).late).read_volatile() }
+}
+
+/// Sets the DIR pins of resting axes; bit n: axis n moves in negative direction.
+fn set_dirs(negative: u8) {
+    let mut dirs = 0;
+    for (axis, pin) in P2_DIR.iter().enumerate() {
+        if negative >> axis & 1 == 0 {
+            dirs |= pin;
+        }
+    }
+    // SAFETY: resting axes.
+    let dirs = unsafe { dirs ^ (*shared()).invert };
+    let all = P2_DIR[0] | P2_DIR[1] | P2_DIR[2];
+    bic!(reg::ports().p2out, all);
+    bis!(reg::ports().p2out, dirs);
+}
