@@ -25,6 +25,7 @@ use lang::profile::Profile;
 use lang::record::MachineRecord;
 
 use self::axes::Axes;
+pub use self::axes::scaled;
 use self::inputs::{Inputs, Plant};
 use self::log::Log;
 use self::motion::Motion;
@@ -169,7 +170,7 @@ impl Machine {
     pub fn statement(&mut self, line: u32) -> Step {
         self.line = line;
         self.pass(1);
-        if self.attention || self.next == 0 { self.attend() } else { Step::Done(0) }
+        if self.needs_attention() { self.look() } else { Step::Done(0) }
     }
 
     /// `count` statements without effects are about to run.
@@ -187,7 +188,7 @@ impl Machine {
         }
     }
 
-    /// Whether [`Machine::statement`] has more to do than to count.
+    /// Whether there is something for [`Machine::look`].
     pub fn needs_attention(&self) -> bool {
         self.attention || self.next == 0
     }
@@ -202,8 +203,14 @@ impl Machine {
         self.line
     }
 
+    /// The engine has executed as many statements as it may.
+    pub fn give_up(&mut self) {
+        self.halt = Some(Halt::Stopped);
+        self.attention = true;
+    }
+
     /// Looks at everything that may come between two statements.
-    fn attend(&mut self) -> Step {
+    pub fn look(&mut self) -> Step {
         loop {
             self.find_next();
             if self.halt.is_some() {
@@ -488,7 +495,7 @@ impl Machine {
 
     /// Closes the books: the numbers of the run, the record, and what the world expected in vain.
     pub fn results(
-        self,
+        &mut self,
         end: &End,
     ) -> (super::record::Summary, super::record::Record, Vec<String>) {
         let pos = self.steps();

@@ -5,6 +5,7 @@
 
 pub mod machine;
 pub mod record;
+pub mod rhai_engine;
 pub mod trace;
 pub mod world;
 
@@ -20,6 +21,9 @@ use world::{World, WorldError};
 
 /// Simulated time that a run may take unless told otherwise: 24 h, in us.
 pub const DEFAULT_LIMIT_US: u64 = 24 * 3600 * 1_000_000;
+
+/// Calls that may be open at once.
+const CALL_DEPTH: usize = 8;
 
 /// Who executes the statements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,11 +43,22 @@ pub struct Options {
     pub times: bool,
     /// Keep path and edges.
     pub record: bool,
+    /// End after so many statements: a loop that never does anything would otherwise take hours
+    /// to reach the limit of simulated time.
+    pub statements: u64,
 }
+
+/// Statements that a run may execute unless told otherwise: minutes of a desktop.
+pub const DEFAULT_STATEMENTS: u64 = 200_000_000;
 
 impl Default for Options {
     fn default() -> Options {
-        Options { limit_us: DEFAULT_LIMIT_US, times: true, record: true }
+        Options {
+            limit_us: DEFAULT_LIMIT_US,
+            times: true,
+            record: true,
+            statements: DEFAULT_STATEMENTS,
+        }
     }
 }
 
@@ -124,12 +139,10 @@ pub fn run(
     options: &Options,
     sink: Sink,
 ) -> Result<Outcome, SimError> {
-    let _ = (world, options, sink);
-    let name = match engine {
-        Engine::Rhai => "rhai",
-        Engine::Vm => "vm",
-    };
-    Err(SimError::Engine(format!("the {name} engine is not linked ({} lines)", program.last_line)))
+    match engine {
+        Engine::Rhai => rhai_engine::run(program, world, options, CALL_DEPTH, sink),
+        Engine::Vm => Err(SimError::Engine("the vm engine is not linked".to_owned())),
+    }
 }
 
 /// As [`run`], with the whole trace in memory.

@@ -97,7 +97,7 @@ impl Log {
 
     /// The numbers and the record.
     pub fn results(
-        self,
+        &mut self,
         end: &End,
         now: u64,
         statements: u64,
@@ -124,6 +124,6 @@ impl Log {
             travel_um,
             outputs: self.uses.iter().enumerate().filter_map(used).collect(),
         };
-        (summary, self.record)
+        (summary, std::mem::take(&mut self.record))
     }
 }

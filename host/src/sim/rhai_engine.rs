@@ -1,0 +1,131 @@
+//! The Rhai engine: a second implementation of the language.
+//!
+//! The checked program becomes a Rhai script: variables are Rhai variables, expressions are Rhai
+//! expressions over functions of our own, and control flow is one `loop { switch pc { ... } }`
+//! over basic blocks, since Rhai has no GOTO and its functions see no outer variables. Nothing of
+//! the VM is used.
+
+mod control;
+mod cycle;
+mod effects;
+mod emit;
+mod expr;
+mod natives;
+mod runtime;
+mod translate;
+
+#[cfg(test)]
+mod tests;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use lang::hir::{Program, Storage};
+use rhai::{Array, Engine, EvalAltResult, OptimizationLevel, Scope};
+
+use self::runtime::{Final, Runtime};
+use super::machine::Machine;
+use super::world::World;
+use super::{End, Options, Outcome, SimError, Sink, VarValue};
+
+/// Deepest expression that Rhai is given.
+const EXPRESSION_DEPTH: usize = 400;
+
+/// The Rhai source of a program, for inspection.
+pub fn source(program: &Program) -> String {
+    translate::translate(program).script.source
+}
+
+/// Runs a program; `depth` calls may be open at once.
+///
+/// # Errors
+/// As [`super::run`].
+pub fn run(
+    program: &Program,
+    world: &World,
+    options: &Options,
+    depth: usize,
+    sink: Sink,
+) -> Result<Outcome, SimError> {
+    let translation = translate::translate(program);
+    let texts = translation.texts.clone();
+    let machine = Machine::new(&program.profile, world, options, texts, sink)?;
+    let runtime = Runtime::new(machine, &translation, depth, options.statements);
+    let runtime = Rc::new(RefCell::new(runtime));
+    let mut engine = Engine::new();
+    engine
+        .set_optimization_level(OptimizationLevel::None)
+        .set_max_expr_depths(EXPRESSION_DEPTH, EXPRESSION_DEPTH)
+        .set_max_variables(usize::MAX)
+        .set_max_operations(0);
+    let mut scales = [(1, 1); 3];
+    for (axis, part) in program.profile.axes() {
+        scales[axis.index()] = (part.scale.steps, part.scale.um);
+    }
+    natives::register(&mut engine, &runtime, scales);
+    let refused = |error: &dyn std::fmt::Display| SimError::Engine(format!("rhai: {error}"));
+    let ast = engine.compile(&translation.script.source).map_err(|error| refused(&error))?;
+    let mut scope = Scope::new();
+    let ended = engine.run_ast_with_scope(&mut scope, &ast);
+    let mut runtime = runtime.borrow_mut();
+    match ended {
+        Ok(()) => {}
+        Err(error) => match innermost(&error) {
+            EvalAltResult::ErrorTerminated(..)
+            | EvalAltResult::ErrorRuntime(..)
+            | EvalAltResult::ErrorArithmetic(..) => {
+                if let Some(line) = error.position().line()
+                    && !translation.precise
+                    && let Some(id) = translation.script.ids.get(line - 1)
+                {
+                    runtime.set_current(*id);
+                }
+            }
+            _ => return Err(refused(&error)),
+        },
+    }
+    let (fault, line) = match runtime.ended() {
+        Final::End(line) | Final::Stopped(line) => (None, line),
+        Final::Fault(fault, line) => (Some(fault), line),
+    };
+    let vars = variables(program, &scope);
+    outcome(&mut runtime.machine, fault, line, vars)
+}
+
+fn innermost(error: &EvalAltResult) -> &EvalAltResult {
+    match error {
+        EvalAltResult::ErrorInFunctionCall(_, _, inner, _) => innermost(inner),
+        _ => error,
+    }
+}
+
+/// Ends the run on the machine and collects what it leaves.
+fn outcome(
+    machine: &mut Machine,
+    fault: Option<lang::fault::Fault>,
+    line: u32,
+    vars: Vec<VarValue>,
+) -> Result<Outcome, SimError> {
+    let end: End = machine.finish(fault, line)?;
+    let (summary, record, failures) = machine.results(&end);
+    Ok(Outcome { end, summary, record, vars, failures })
+}
+
+/// Final values of globals and KEEPs.
+fn variables(program: &Program, scope: &Scope<'_>) -> Vec<VarValue> {
+    let mut values = Vec::new();
+    for (index, var) in program.vars.iter().enumerate() {
+        if matches!(var.storage, Storage::Local(_)) || var.name.contains(' ') {
+            continue;
+        }
+        let name = format!("v{index}");
+        let list = if var.array {
+            let cells = scope.get_value::<Array>(&name).unwrap_or_default();
+            cells.iter().map(|cell| cell.as_int().unwrap_or(0)).collect()
+        } else {
+            vec![scope.get_value::<i32>(&name).unwrap_or(0)]
+        };
+        values.push(VarValue { name: var.name.clone(), values: list });
+    }
+    values
+}

@@ -1,0 +1,380 @@
+//! Statements as basic blocks.
+
+use lang::effect::{Effect, Read};
+use lang::hir::{
+    Block, CaseTest, Expr, ExprKind, GosubTarget, LabelId, Place, PrintPart, Program, RoutineId,
+    Stmt, StmtKind,
+};
+
+use super::control::Loop;
+use super::cycle::Plan;
+use super::effects::{self, Template};
+use super::emit::{Emitter, Script};
+
+/// More lines than Rhai can number: each statement then announces itself.
+const LINES: usize = 20_000;
+
+/// A translated program.
+#[derive(Debug)]
+pub struct Translation {
+    /// The script.
+    pub script: Script,
+    /// Its effects, by number.
+    pub templates: Vec<Template>,
+    /// Texts of PRINT, by number.
+    pub texts: Vec<String>,
+    /// Values of the tables, with their columns.
+    pub tables: Vec<(i32, Vec<i32>)>,
+    /// Canned cycles, by number.
+    pub cycles: Vec<Plan>,
+    /// Each statement announces itself; otherwise the source's lines tell them apart.
+    pub precise: bool,
+}
+
+/// See the module.
+pub struct Translator<'p> {
+    pub(super) program: &'p Program,
+    pub(super) out: Emitter,
+    pub(super) loops: Vec<Loop>,
+    templates: Vec<Template>,
+    texts: Vec<String>,
+    pub(super) cycles: Vec<Plan>,
+    entries: Vec<usize>,
+    labels: Vec<usize>,
+    routine: RoutineId,
+    handles_errors: bool,
+}
+
+/// What the whole program uses.
+#[derive(Default)]
+struct Uses {
+    interruptions: bool,
+    errors: bool,
+    statements: usize,
+}
+
+fn survey(block: &Block, uses: &mut Uses) {
+    for stmt in block {
+        uses.statements += 1;
+        match &stmt.kind {
+            StmtKind::OnInput { .. } | StmtKind::OnEvery { .. } | StmtKind::MoveSpeed { .. } => {
+                uses.interruptions = true;
+            }
+            StmtKind::OnError(_) | StmtKind::ResumeNext => uses.errors = true,
+            StmtKind::If { arms, otherwise, .. } => {
+                arms.iter().for_each(|arm| survey(&arm.body, uses));
+                survey(otherwise, uses);
+            }
+            StmtKind::Select { cases, otherwise, .. } => {
+                cases.iter().for_each(|case| survey(&case.body, uses));
+                survey(otherwise, uses);
+            }
+            StmtKind::For { body, .. }
+            | StmtKind::While { body, .. }
+            | StmtKind::Do { body, .. }
+            | StmtKind::Repeat { body, .. } => survey(body, uses),
+            _ => {}
+        }
+    }
+}
+
+/// Translates a whole program.
+pub fn translate(program: &Program) -> Translation {
+    let mut uses = Uses::default();
+    program.routines.iter().for_each(|routine| survey(&routine.body, &mut uses));
+    let precise = uses.interruptions || uses.errors || uses.statements > LINES;
+    let mut out = Emitter::new(precise);
+    let entries = program.routines.iter().skip(1).map(|_| out.block()).collect();
+    let labels = program.labels.iter().map(|_| out.block()).collect();
+    let mut translator = Translator {
+        program,
+        out,
+        loops: Vec::new(),
+        templates: Vec::new(),
+        texts: Vec::new(),
+        cycles: Vec::new(),
+        entries,
+        labels,
+        routine: RoutineId(0),
+        handles_errors: uses.errors,
+    };
+    translator.routines();
+    let mut declarations = Vec::new();
+    for (index, var) in program.vars.iter().enumerate() {
+        declarations.push(if var.array {
+            format!("let v{index} = cells({});", var.len)
+        } else {
+            format!("let v{index} = 0;")
+        });
+    }
+    let tables = program
+        .tables
+        .iter()
+        .map(|table| (i32::try_from(table.columns).unwrap_or(i32::MAX), table.values.clone()))
+        .collect();
+    Translation {
+        script: translator.out.finish(&declarations),
+        templates: translator.templates,
+        texts: translator.texts,
+        tables,
+        cycles: translator.cycles,
+        precise,
+    }
+}
+
+impl Translator<'_> {
+    fn routines(&mut self) {
+        let program = self.program;
+        for (index, routine) in program.routines.iter().enumerate() {
+            self.routine = RoutineId(index as u32);
+            if index > 0 {
+                let entry = self.entries[index - 1];
+                self.out.open(entry);
+                for local in &routine.locals {
+                    let var = program.var(*local);
+                    self.out.line(if var.array {
+                        format!("v{} = cells({});", local.0, var.len)
+                    } else {
+                        format!("v{} = 0;", local.0)
+                    });
+                }
+            }
+            self.block(&routine.body);
+            if index == 0 {
+                self.out.part(program.last_line, 0);
+                self.out.close(format!("fin({});", program.last_line));
+            } else {
+                if routine.result.is_some() {
+                    self.out.line("rv = 0;".to_owned());
+                }
+                self.out.close("pc = xt();".to_owned());
+            }
+        }
+    }
+
+    /// The block with which a routine begins.
+    pub(super) fn entry(&self, routine: RoutineId) -> usize {
+        match routine.0 {
+            0 => 0,
+            n => self.entries[n as usize - 1],
+        }
+    }
+
+    fn label(&self, label: LabelId) -> usize {
+        self.labels[label.0 as usize]
+    }
+
+    fn target(&self, target: GosubTarget) -> usize {
+        match target {
+            GosubTarget::Label(label) => self.label(label),
+            GosubTarget::Sub(routine) => self.entry(routine),
+        }
+    }
+
+    /// A number for an effect.
+    pub(super) fn template(&mut self, template: Template) -> usize {
+        self.templates.push(template);
+        self.templates.len() - 1
+    }
+
+    pub(super) fn block(&mut self, block: &Block) {
+        for stmt in block {
+            self.statement(stmt);
+        }
+    }
+
+    fn statement(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            StmtKind::Label(label) => {
+                let block = self.label(*label);
+                self.out.open(block);
+            }
+            StmtKind::If { arms, otherwise, .. } => self.choice(stmt, arms, otherwise),
+            StmtKind::Select { value, temp, cases, otherwise } => {
+                self.select(stmt, value, *temp, cases, otherwise);
+            }
+            StmtKind::For { .. } => self.count(stmt),
+            StmtKind::While { condition, body } => self.while_loop(stmt, condition, body),
+            StmtKind::Do { before, body, after } => {
+                self.do_loop(stmt, before.as_ref(), body, after.as_ref());
+            }
+            StmtKind::Repeat { count, temp, body } => self.repeat(stmt, count, *temp, body),
+            _ => self.simple(stmt),
+        }
+    }
+
+    /// A statement without blocks in it.
+    fn simple(&mut self, stmt: &Stmt) {
+        let next = self.out.block();
+        self.out.begin(stmt.line, next);
+        match &stmt.kind {
+            StmtKind::Assign(place, value) => self.assign(place, value),
+            StmtKind::Exit(kind) => {
+                let to = self.loop_of(*kind).map_or(next, |inner| inner.exit);
+                self.out.jump(to);
+            }
+            StmtKind::Continue(kind) => {
+                let to = self.loop_of(*kind).map_or(next, |inner| inner.again);
+                self.out.jump(to);
+            }
+            StmtKind::Goto(label) => {
+                let to = self.label(*label);
+                if self.handles_errors && self.routine.0 == 0 {
+                    self.out.close(format!("pc = gt({to});"));
+                } else {
+                    self.out.jump(to);
+                }
+            }
+            StmtKind::Gosub(target) => {
+                let to = self.target(*target);
+                let call = match target {
+                    GosubTarget::Label(_) => "gs",
+                    GosubTarget::Sub(_) => "cl",
+                };
+                self.out.close(format!("pc = {call}({next}, {to});"));
+            }
+            StmtKind::Return => self.out.close("pc = rt();".to_owned()),
+            StmtKind::ReturnValue(value) => {
+                let value = self.value(value);
+                self.out.line(format!("rv = {value};"));
+                self.out.close("pc = xt();".to_owned());
+            }
+            StmtKind::ExitRoutine => {
+                self.out.line("rv = 0;".to_owned());
+                self.out.close("pc = xt();".to_owned());
+            }
+            StmtKind::Call(routine, arguments) => self.call(*routine, arguments),
+            StmtKind::End => self.out.close(format!("fin({});", stmt.line)),
+            StmtKind::OnError(label) => {
+                let to = label.map_or(-1, |label| self.label(label) as i32);
+                self.out.line(format!("oe({to});"));
+            }
+            StmtKind::ResumeNext => self.out.close("pc = rn();".to_owned()),
+            StmtKind::Print(parts) => self.print(stmt.line, parts),
+            StmtKind::Home { axes, query } => {
+                for &axis in axes {
+                    self.effect(stmt, Effect::Home { axis, query: *query }, &[]);
+                }
+            }
+            StmtKind::Cycle(cycle) => self.cycle(stmt, cycle),
+            kind => {
+                if let Some((effect, values)) = effects::shape(kind) {
+                    self.effect(stmt, effect, &values);
+                }
+                if let StmtKind::OnInput { slot, target, .. }
+                | StmtKind::OnEvery { slot, target, .. } = kind
+                {
+                    let to = self.target(*target);
+                    self.out.line(format!("ev({slot}, {to});"));
+                }
+            }
+        }
+        if self.out.precise || self.out.is_closed() {
+            self.out.open(next);
+        }
+    }
+
+    fn assign(&mut self, place: &Place, value: &Expr) {
+        match place {
+            Place::Var(var) => {
+                let value = self.value(value);
+                self.out.line(format!("v{} = {value};", var.0));
+            }
+            Place::Elem(var, index) => {
+                let both = self.values(&[index, value]);
+                self.out.line(format!("st(v{}, {}, {});", var.0, both[0], both[1]));
+            }
+        }
+    }
+
+    fn print(&mut self, line: u32, parts: &[PrintPart]) {
+        for part in parts {
+            match part {
+                PrintPart::Text(text) => {
+                    let index = self.texts.iter().position(|known| known == text);
+                    let index = index.unwrap_or_else(|| {
+                        self.texts.push(text.clone());
+                        self.texts.len() - 1
+                    });
+                    let index = u16::try_from(index).unwrap_or(u16::MAX);
+                    self.plain(line, Effect::PrintText(index), &[]);
+                }
+                PrintPart::Value(value) => {
+                    self.plain(line, Effect::PrintValue(0, value.kind.unit()), &[value]);
+                }
+            }
+        }
+        self.plain(line, Effect::PrintEnd, &[]);
+    }
+
+    /// An effect whose values are plain numbers.
+    pub(super) fn plain(&mut self, line: u32, effect: Effect, values: &[&Expr]) {
+        let template = Template { effect, line, given: [true; 3], level: false, resume: 0 };
+        let id = self.template(template);
+        self.emit_effect(id, values);
+    }
+
+    fn emit_effect(&mut self, id: usize, values: &[&Expr]) {
+        let count = values.len();
+        let mut arguments = self.values(values);
+        arguments.insert(0, id.to_string());
+        self.out.flush();
+        self.out.line(format!("f{count}({});", arguments.join(", ")));
+    }
+
+    /// A statement's effect; one that waits can be gone on with.
+    fn effect(&mut self, stmt: &Stmt, effect: Effect, values: &[&Expr]) {
+        let resume =
+            if self.out.precise && effects::waits(&effect) { self.out.block() as i32 } else { 0 };
+        let id = self.template(Template {
+            effect,
+            line: stmt.line,
+            given: effects::given(&stmt.kind),
+            level: effects::has_level(&stmt.kind),
+            resume,
+        });
+        self.emit_effect(id, values);
+        if resume != 0 {
+            let statement = self.out.id();
+            let on = self.out.block();
+            self.out.open(on);
+            let after = self.out.block();
+            self.out.jump(after);
+            self.out.open(resume as usize);
+            self.out.line(format!("r({statement}, {id});"));
+            self.out.open(after);
+        }
+    }
+
+    /// Whether `expr` is known before the run.
+    pub(super) fn constant(expr: &Expr) -> Option<i32> {
+        match expr.node {
+            ExprKind::Const(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    pub(super) fn case_test(&mut self, temp: u32, test: &CaseTest) -> String {
+        match test {
+            CaseTest::Equal(value) => format!("v{temp} == {}", self.value(value)),
+            CaseTest::Range(low, high) => {
+                let both = self.values(&[low, high]);
+                format!("v{temp} >= {} && v{temp} <= {}", both[0], both[1])
+            }
+            CaseTest::Is(op, value) => {
+                let value = self.value(value);
+                self.compare(*op, &format!("v{temp}"), &value)
+            }
+        }
+    }
+
+    /// A look at the machine as a Rhai expression.
+    pub(super) fn look_at(&mut self, read: Read) -> String {
+        self.out.flush();
+        let line = self.out.script_line();
+        let effect = Effect::Read(read);
+        let id =
+            self.template(Template { effect, line, given: [true; 3], level: false, resume: 0 });
+        format!("g0({id})")
+    }
+}
