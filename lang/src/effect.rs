@@ -284,6 +284,22 @@ pub enum Effect {
     Read(Read),
 }
 
+impl Effect {
+    /// Whether an event handler may run before the effect is done (language.md, Errors and
+    /// events: during waits, never inside a move).
+    pub const fn waits(&self) -> bool {
+        matches!(
+            self,
+            Effect::Wait(_)
+                | Effect::WaitIn { .. }
+                | Effect::WaitStart
+                | Effect::WaitChar { .. }
+                | Effect::WaitMove(_)
+                | Effect::Pulse { .. }
+        )
+    }
+}
+
 /// Unit suffix of a printed value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]

@@ -121,8 +121,8 @@ impl Sim {
     ) -> Result<Outcome, Failure> {
         let options = sim::Options {
             limit_us: self.limit.unwrap_or(DEFAULT_LIMIT_US),
-            times: true,
             record: self.plot.is_some(),
+            ..sim::Options::default()
         };
         let engine = match self.engine {
             Engine::Rhai => sim::Engine::Rhai,

@@ -86,6 +86,7 @@ pub struct Machine {
     feed: Option<Rate>,
     feeds_aside: Vec<Option<Rate>>,
     handler: bool,
+    held: bool,
     slots: [Option<Slot>; 4],
     waits: Vec<Wait>,
     timed_out: bool,
@@ -140,6 +141,7 @@ impl Machine {
             feed: None,
             feeds_aside: Vec::new(),
             handler: false,
+            held: false,
             slots: [None; 4],
             waits: Vec::new(),
             timed_out: false,
@@ -220,7 +222,7 @@ impl Machine {
                 self.tick(None);
                 continue;
             }
-            if self.handler {
+            if self.handler || self.held {
                 break;
             }
             let Some(step) = self.interruption() else { break };
@@ -376,6 +378,18 @@ impl Machine {
     /// The axis's position of the instant while it moves; at rest its commanded one counts.
     fn resting_or_now(&self, axis: Axis) -> Option<i32> {
         self.motion.is_moving(axis).then(|| self.motion.positions(self.now)[axis.index()])
+    }
+
+    /// A text of PRINT that is in no list.
+    pub fn print_text(&mut self, text: &str) {
+        self.print.push_str(text);
+    }
+
+    /// Whether the wait that begins now lets no handler come between: it is a part of a larger
+    /// statement.
+    pub fn hold_events(&mut self, hold: bool) {
+        self.held = hold;
+        self.attention = true;
     }
 
     /// A handler, of an event or of errors, begins.

@@ -7,6 +7,7 @@ pub mod machine;
 pub mod record;
 pub mod rhai_engine;
 pub mod trace;
+pub mod vm_engine;
 pub mod world;
 
 use std::cell::RefCell;
@@ -22,8 +23,8 @@ use world::{World, WorldError};
 /// Simulated time that a run may take unless told otherwise: 24 h, in us.
 pub const DEFAULT_LIMIT_US: u64 = 24 * 3600 * 1_000_000;
 
-/// Calls that may be open at once.
-const CALL_DEPTH: usize = 8;
+/// Calls that any image may have open at once.
+const MAX_CALLS: usize = 15;
 
 /// Who executes the statements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,10 +140,36 @@ pub fn run(
     options: &Options,
     sink: Sink,
 ) -> Result<Outcome, SimError> {
-    match engine {
-        Engine::Rhai => rhai_engine::run(program, world, options, CALL_DEPTH, sink),
-        Engine::Vm => Err(SimError::Engine("the vm engine is not linked".to_owned())),
+    let compiled = lang::back::compile(program);
+    match (engine, compiled) {
+        (Engine::Rhai, compiled) => {
+            let depth = compiled.map_or(MAX_CALLS, |compiled| compiled.calls);
+            rhai_engine::run(program, world, options, depth, sink)
+        }
+        (Engine::Vm, Ok(compiled)) => vm_engine::run(program, &compiled, world, options, sink),
+        (Engine::Vm, Err(excesses)) => {
+            let list: Vec<String> = excesses
+                .iter()
+                .map(|excess| {
+                    let lang::back::Excess { resource, used, available, .. } = excess;
+                    format!("{resource:?}: {used} used, {available} available")
+                })
+                .collect();
+            Err(SimError::Engine(format!("the VM has too little memory: {}", list.join("; "))))
+        }
     }
+}
+
+/// Ends a run on the machine and collects what it leaves.
+fn outcome(
+    machine: &mut machine::Machine,
+    fault: Option<Fault>,
+    line: u32,
+    vars: Vec<VarValue>,
+) -> Result<Outcome, SimError> {
+    let end = machine.finish(fault, line)?;
+    let (summary, record, failures) = machine.results(&end);
+    Ok(Outcome { end, summary, record, vars, failures })
 }
 
 /// As [`run`], with the whole trace in memory.

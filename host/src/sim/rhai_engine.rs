@@ -26,7 +26,7 @@ use rhai::{Array, Engine, EvalAltResult, OptimizationLevel, Scope};
 use self::runtime::{Final, Runtime};
 use super::machine::Machine;
 use super::world::World;
-use super::{End, Options, Outcome, SimError, Sink, VarValue};
+use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
 
 /// Deepest expression that Rhai is given.
 const EXPRESSION_DEPTH: usize = 400;
@@ -97,18 +97,6 @@ fn innermost(error: &EvalAltResult) -> &EvalAltResult {
         EvalAltResult::ErrorInFunctionCall(_, _, inner, _) => innermost(inner),
         _ => error,
     }
-}
-
-/// Ends the run on the machine and collects what it leaves.
-fn outcome(
-    machine: &mut Machine,
-    fault: Option<lang::fault::Fault>,
-    line: u32,
-    vars: Vec<VarValue>,
-) -> Result<Outcome, SimError> {
-    let end: End = machine.finish(fault, line)?;
-    let (summary, record, failures) = machine.results(&end);
-    Ok(Outcome { end, summary, record, vars, failures })
 }
 
 /// Final values of globals and KEEPs.

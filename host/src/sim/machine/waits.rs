@@ -127,6 +127,7 @@ impl Machine {
                     return self.report(&wait, &ended);
                 }
                 if !self.handler
+                    && !self.held
                     && let Some(step) = self.interruption()
                 {
                     match step {

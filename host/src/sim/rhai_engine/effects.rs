@@ -296,16 +296,3 @@ fn set_rate(rate: &mut Rate, to: i32) {
     let (Rate::Um(value) | Rate::Steps(value)) = rate;
     *value = to;
 }
-
-/// Whether a handler may be served before the statement is done.
-pub fn waits(effect: &Effect) -> bool {
-    matches!(
-        effect,
-        Effect::Wait(_)
-            | Effect::WaitIn { .. }
-            | Effect::WaitStart
-            | Effect::WaitChar { .. }
-            | Effect::WaitMove(_)
-            | Effect::Pulse { .. }
-    )
-}

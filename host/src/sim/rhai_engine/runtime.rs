@@ -195,7 +195,10 @@ impl Runtime {
     /// # Errors
     /// A move failed, or the run is over.
     pub fn cycle(&mut self, id: usize, values: &[i32]) -> Result<(), Break> {
-        match cycle::run(&mut self.machine, &self.cycles[id], values) {
+        self.machine.hold_events(true);
+        let done = cycle::run(&mut self.machine, &self.cycles[id], values);
+        self.machine.hold_events(false);
+        match done {
             Ok(()) => Ok(()),
             Err(Broken::Fault(fault)) => Err(fault.into()),
             Err(Broken::Stop) => Err(self.stop()),

@@ -1,1 +1,146 @@
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use lang::hir::Program;
 
+use crate::sim::trace::{Event, to_text};
+use crate::sim::world::World;
+use crate::sim::{Engine, Options, Outcome, run_traced};
+
+fn program(text: &str) -> Program {
+    let source = Source::new("t.bas", text.to_owned());
+    let (program, diags) = compile(&source, ProfileChoice::built_in());
+    program.unwrap_or_else(|| panic!("{text}\n{diags:?}"))
+}
+
+fn both(text: &str, world: &str) -> (Outcome, Vec<Event>) {
+    let program = program(text);
+    let world = World::parse("w.rhai", world).unwrap();
+    let options = Options { limit_us: 100_000_000, ..Options::default() };
+    let rhai = run_traced(&program, Engine::Rhai, &world, &options).unwrap();
+    let vm = run_traced(&program, Engine::Vm, &world, &options).unwrap();
+    assert_eq!(to_text(&rhai.1), to_text(&vm.1), "{text}\n{}", super::source(&program));
+    assert_eq!(rhai.0.end, vm.0.end);
+    rhai
+}
+
+/// Lines that PRINT wrote.
+fn prints(text: &str) -> Vec<String> {
+    prints_in(text, "")
+}
+
+fn prints_in(text: &str, world: &str) -> Vec<String> {
+    both(text, world)
+        .1
+        .into_iter()
+        .filter_map(|event| match event.what {
+            crate::sim::trace::What::Print { text, .. } => Some(text),
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn expressions_and_calls() {
+    let text = "\
+DIM a, b(3)
+a = 7
+b(1) = f(a) + f(f(2)) * 3
+PRINT b(1); \" \"; a MOD 4; \" \"; -a / 2; \" \"; 1 << 5
+PRINT a > 3 ANDALSO f(1) = 2; \" \"; a < 3 ORELSE f(1) = 3
+PRINT 2540um; \" \"; NOT 0; \" \"; ABS(-5)
+FUNCTION f(p)
+  DIM q
+  q = p + 1
+  RETURN q
+END FUNCTION
+";
+    assert_eq!(prints(text), ["20 3 -3 32", "1 0", "2540um -1 5"]);
+}
+
+#[test]
+fn control_flow() {
+    let text = "\
+DIM i, n
+FOR i = 1 TO 10 STEP 3
+  IF i = 4 THEN CONTINUE FOR
+  n = n + i
+NEXT
+PRINT i; \" \"; n
+WHILE n > 0
+  n = n - 5
+  IF n < 5 THEN EXIT WHILE
+WEND
+DO
+  n = n + 1
+LOOP UNTIL n > 9
+REPEAT 3
+  n = n * 2
+END REPEAT
+SELECT CASE n
+CASE 1, 2
+  PRINT \"low\"
+CASE 70 TO 90
+  PRINT \"right \"; n
+CASE ELSE
+  PRINT \"else\"
+END SELECT
+GOSUB there
+PRINT \"back\"
+END
+there:
+PRINT \"there\"
+RETURN
+";
+    assert_eq!(prints(text), ["13 18", "right 80", "there", "back"]);
+}
+
+#[test]
+fn faults_are_handled_and_gone_on_with() {
+    let text = "\
+DIM a, b(2)
+ON ERROR GOTO oops
+a = 1 / a
+PRINT \"behind\"
+b(2 + a) = 5
+a = 2147483647
+a = a + 1
+helper
+END
+oops:
+PRINT ERR; \" in \"; ERL
+RESUME NEXT
+SUB helper
+  DIM c
+  c = 5 MOD c
+  PRINT \"in helper\"
+END SUB
+";
+    let lines = prints(text);
+    assert_eq!(lines, ["2 in 3", "behind", "3 in 5", "1 in 7", "2 in 15", "in helper"]);
+}
+
+#[test]
+fn events_are_served_between_statements_and_during_waits() {
+    let text = "\
+DIM n
+ON IN 3 RISE GOSUB edge
+ON EVERY 100ms GOSUB tick
+Wait 350ms
+ON EVERY OFF
+PRINT n
+WaitIn? 5, ON, 200ms
+PRINT TIMEDOUT
+END
+edge:
+PRINT \"edge\"
+RETURN
+SUB tick
+  n = n + 1
+END SUB
+";
+    let lines = prints_in(
+        text,
+        "at(50, || set_in(3, true)); at(400, || set_in(3, false)); at(450, || set_in(3, true));",
+    );
+    assert_eq!(lines, ["edge", "3", "edge", "1"]);
+}

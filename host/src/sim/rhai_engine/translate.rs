@@ -324,8 +324,7 @@ impl Translator<'_> {
 
     /// A statement's effect; one that waits can be gone on with.
     fn effect(&mut self, stmt: &Stmt, effect: Effect, values: &[&Expr]) {
-        let resume =
-            if self.out.precise && effects::waits(&effect) { self.out.block() as i32 } else { 0 };
+        let resume = if self.out.precise && effect.waits() { self.out.block() as i32 } else { 0 };
         let id = self.template(Template {
             effect,
             line: stmt.line,

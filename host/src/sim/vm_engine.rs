@@ -1,0 +1,291 @@
+//! The `vm` engine: the device's own VM on the simulated machine.
+//!
+//! The VM knows no time: it leaves at each effect, and this driver counts its statements by the
+//! marks that the compiler puts beside the code.
+
+use lang::back::{Compiled, MarkKind};
+use lang::effect::Effect;
+use lang::fault::Fault;
+use lang::hir::{Program, Storage};
+use lang::image::Image;
+use lang::isa::Op;
+use lang::vm::{Exit, State, Vm, flag};
+
+use super::machine::{Machine, Step};
+use super::world::World;
+use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
+
+/// What a handler came between.
+#[derive(Clone, Copy, Debug)]
+enum Before {
+    /// A statement that waits: the address of its effect, and the one behind.
+    Wait(usize, usize),
+    /// Two statements; the second has been counted.
+    Statement,
+    /// Nothing: the statement failed.
+    Fault,
+}
+
+/// How a run ended, as the engine sees it.
+enum Final {
+    End(u32),
+    Fault(Fault, u32),
+    Stopped(u32),
+}
+
+/// Lines and beginnings of statements, by address.
+struct Places {
+    lines: Vec<u32>,
+    begins: Vec<bool>,
+}
+
+impl Places {
+    fn new(compiled: &Compiled, code: usize) -> Places {
+        let mut places = Places { lines: vec![1; code + 1], begins: vec![false; code + 1] };
+        let marks = &compiled.sidecar.marks;
+        for (index, mark) in marks.iter().enumerate() {
+            let end = marks.get(index + 1).map_or(code + 1, |next| next.pc).min(code + 1);
+            if let Some(lines) = places.lines.get_mut(mark.pc..end) {
+                lines.fill(mark.line);
+            }
+            if let Some(begins) = places.begins.get_mut(mark.pc) {
+                *begins |= matches!(mark.kind, MarkKind::Statement | MarkKind::LoopEnd);
+            }
+        }
+        places
+    }
+}
+
+struct Driver<'a, 'm> {
+    vm: Vm<'a, 'm>,
+    image: Image<'a>,
+    machine: Machine,
+    places: Places,
+    handlers: Vec<Before>,
+    again: bool,
+    left: u64,
+}
+
+/// Runs a program.
+///
+/// # Errors
+/// As [`super::run`].
+pub fn run(
+    program: &Program,
+    compiled: &Compiled,
+    world: &World,
+    options: &Options,
+    sink: Sink,
+) -> Result<Outcome, SimError> {
+    let refused = |flaw: &dyn std::fmt::Debug| SimError::Engine(format!("vm: {flaw:?}"));
+    let image = Image::new(&compiled.image).map_err(|flaw| refused(&flaw))?;
+    let machine = Machine::new(&program.profile, world, options, Vec::new(), sink)?;
+    let mut state = State::new(&image.header);
+    let mut pool = vec![0; image.header.pool_bytes()];
+    let mut driver = Driver {
+        vm: Vm::new(image, &mut state, &mut pool),
+        image,
+        machine,
+        places: Places::new(compiled, image.code.len()),
+        handlers: Vec::new(),
+        again: false,
+        left: options.statements,
+    };
+    let (fault, line) = match driver.execute() {
+        Final::End(line) | Final::Stopped(line) => (None, line),
+        Final::Fault(fault, line) => (Some(fault), line),
+    };
+    let vars = variables(program, compiled, &driver.vm);
+    outcome(&mut driver.machine, fault, line, vars)
+}
+
+impl Driver<'_, '_> {
+    fn line(&self) -> u32 {
+        self.places.lines.get(self.vm.state.pc).copied().unwrap_or(1)
+    }
+
+    fn execute(&mut self) -> Final {
+        loop {
+            let pc = self.vm.state.pc;
+            if self.places.begins.get(pc).copied().unwrap_or(false)
+                && let Err(end) = self.statement(pc)
+            {
+                return end;
+            }
+            let pc = self.vm.state.pc;
+            let exit = self.vm.step();
+            let done = match exit {
+                None | Some(Exit::Budget) => Ok(()),
+                Some(Exit::Effect) => self.effect(),
+                Some(Exit::HandlerEnd) => self.handler_end(pc),
+                Some(Exit::Fault(fault)) => self.fault(fault, Before::Fault),
+                Some(Exit::End) => return self.end(),
+            };
+            if let Err(end) = done {
+                return end;
+            }
+        }
+    }
+
+    /// Counts the statement at `pc` and serves what comes before it.
+    fn statement(&mut self, pc: usize) -> Result<(), Final> {
+        self.machine.set_line(self.line());
+        if !std::mem::take(&mut self.again) {
+            self.machine.pass(1);
+            self.left = self.left.saturating_sub(1);
+            if self.left == 0 {
+                self.machine.give_up();
+            }
+        }
+        while self.machine.needs_attention() {
+            match self.machine.look() {
+                Step::Done(_) => break,
+                Step::Stop => return Err(Final::Stopped(self.line())),
+                Step::Event(slot) => self.interrupt(slot, Before::Statement)?,
+                Step::Fault(fault) | Step::Late(fault) => {
+                    self.fault(fault, Before::Statement)?;
+                }
+            }
+            if self.vm.state.pc != pc {
+                // The handler begins with a statement of its own.
+                let pc = self.vm.state.pc;
+                return if self.places.begins.get(pc).copied().unwrap_or(false) {
+                    self.statement(pc)
+                } else {
+                    Ok(())
+                };
+            }
+        }
+        Ok(())
+    }
+
+    fn interrupt(&mut self, slot: u8, before: Before) -> Result<(), Final> {
+        let line = self.line();
+        if let Err(fault) = self.vm.interrupt(slot) {
+            let fault = self.machine.ramp_down(fault);
+            return Err(self.over(fault, line));
+        }
+        self.handlers.push(before);
+        self.machine.enter_handler();
+        Ok(())
+    }
+
+    fn over(&self, fault: Fault, line: u32) -> Final {
+        if self.machine.is_halted() { Final::Stopped(line) } else { Final::Fault(fault, line) }
+    }
+
+    /// The statement at `pc` failed, or a fault came before it or in its wait.
+    fn fault(&mut self, fault: Fault, before: Before) -> Result<(), Final> {
+        let line = self.line();
+        let fault = self.machine.ramp_down(fault);
+        if self.machine.is_halted() {
+            return Err(Final::Stopped(line));
+        }
+        let raised = match before {
+            Before::Fault => self.vm.fault(fault),
+            Before::Wait(..) | Before::Statement => self.vm.fault_between(fault),
+        };
+        raised.map_err(|fault| Final::Fault(fault, line))?;
+        self.handlers.push(before);
+        self.machine.enter_handler();
+        Ok(())
+    }
+
+    fn effect(&mut self) -> Result<(), Final> {
+        let pc = self.vm.state.pc;
+        let line = self.line();
+        self.machine.set_line(line);
+        let Some(effect) = self.vm.effect() else {
+            return Err(Final::Fault(Fault::ImageRefused, line));
+        };
+        let waits = effect.waits();
+        if waits {
+            // Its arguments are in the effect: the stack is clear for a handler.
+            self.vm.complete(0);
+            self.machine.hold_events(!self.vm.can_interrupt());
+        }
+        let next = self.vm.state.pc;
+        let step = self.machine.begin(&effect);
+        if let (Effect::PrintText(offset), Step::Done(_)) = (effect, step) {
+            let text = self.image.text(usize::from(offset)).unwrap_or_default();
+            self.machine.print_text(&String::from_utf8_lossy(text));
+        }
+        if !waits && let Step::Done(value) = step {
+            self.vm.complete(value);
+            return Ok(());
+        }
+        self.waited(step, pc, next)
+    }
+
+    /// What came of an effect at `pc` that goes on at `next`.
+    fn waited(&mut self, step: Step, pc: usize, next: usize) -> Result<(), Final> {
+        self.machine.hold_events(false);
+        match step {
+            Step::Done(_) => {
+                self.vm.state.pc = next;
+                Ok(())
+            }
+            Step::Event(slot) => {
+                self.vm.state.pc = next;
+                self.interrupt(slot, Before::Wait(pc, next))
+            }
+            Step::Fault(fault) => {
+                self.vm.state.pc = pc;
+                self.fault(fault, Before::Fault)
+            }
+            Step::Late(fault) => {
+                self.vm.state.pc = pc;
+                self.fault(fault, Before::Wait(pc, next))
+            }
+            Step::Stop => {
+                self.vm.state.pc = pc;
+                Err(Final::Stopped(self.line()))
+            }
+        }
+    }
+
+    /// The instruction at `pc` left a handler, or all of them.
+    fn handler_end(&mut self, pc: usize) -> Result<(), Final> {
+        if self.image.code.get(pc) == Some(&(Op::Leave as u8)) {
+            self.handlers.clear();
+            self.machine.leave_all();
+            return Ok(());
+        }
+        self.machine.leave_handler(self.vm.state.flags & flag::EVENT != 0);
+        match self.handlers.pop() {
+            Some(Before::Wait(effect, next)) => {
+                let step = self.machine.resume();
+                self.waited(step, effect, next)
+            }
+            Some(Before::Statement) => {
+                self.again = true;
+                Ok(())
+            }
+            Some(Before::Fault) | None => Ok(()),
+        }
+    }
+
+    fn end(&mut self) -> Final {
+        let line = self.line();
+        self.machine.set_line(line);
+        match self.machine.end() {
+            Step::Stop => Final::Stopped(line),
+            _ => Final::End(line),
+        }
+    }
+}
+
+/// Final values of the globals and KEEPs that have cells.
+fn variables(program: &Program, compiled: &Compiled, vm: &Vm<'_, '_>) -> Vec<VarValue> {
+    let mut values = Vec::new();
+    for place in &compiled.vars {
+        let var = program.var(place.var);
+        if matches!(var.storage, Storage::Local(_)) || var.name.contains(' ') {
+            continue;
+        }
+        let cells = (place.cell..place.cell + place.len).filter_map(|n| u8::try_from(n).ok());
+        values
+            .push(VarValue { name: var.name.clone(), values: cells.map(|n| vm.cell(n)).collect() });
+    }
+    values
+}
