@@ -69,6 +69,26 @@ fn good_scripts() {
     check("ok", false);
 }
 
+/// The examples are what people start from: nothing to be warned of.
+#[test]
+fn examples_check_clean() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let file = entry.unwrap().path();
+        if file.extension().is_none_or(|e| e != "bas") {
+            continue;
+        }
+        let source =
+            Source::new(&file.display().to_string(), std::fs::read_to_string(&file).unwrap());
+        let (program, diags) = compile(&source, ProfileChoice::built_in());
+        assert!(program.is_some() && diags.errors() == 0, "{}", diags.render(&source));
+        assert_eq!(diags.render(&source), "");
+        count += 1;
+    }
+    assert!(count >= 16);
+}
+
 #[test]
 fn wrong_scripts() {
     assert!(check("err", true) >= 60);
