@@ -22,6 +22,8 @@ pub mod code {
     pub const PROFILE: &str = "I003";
     /// An engine does not take the program.
     pub const ENGINE: &str = "I004";
+    /// A program image is wrong.
+    pub const IMAGE: &str = "I005";
 }
 
 /// Reads a file of at most `limit` bytes, `-` being standard input. One byte more than that is read

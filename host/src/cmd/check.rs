@@ -19,7 +19,10 @@ impl Check {
     /// # Errors
     /// A script has errors or cannot be read.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        each(&self.files, |file| script::load(file, options, console).map(drop))
+        each(&self.files, |file| {
+            let script = script::load(file, options, console)?;
+            script::compile_any(&script, console).map(drop)
+        })
     }
 }
 

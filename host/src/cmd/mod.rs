@@ -2,8 +2,11 @@
 //!
 //! Names, exit codes and formats are a contract with other tools (see [`Failure`]).
 
+mod axes;
+mod build;
 mod check;
 mod control;
+mod disasm;
 mod fmt;
 mod lsp;
 mod port;
@@ -12,6 +15,7 @@ mod script;
 mod sim;
 mod status;
 mod summary;
+mod upload;
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -60,10 +64,16 @@ pub enum Format {
 enum Command {
     /// Show what is wrong with scripts
     Check(check::Check),
+    /// Compile scripts and show what they use of the device
+    Build(build::Build),
     /// Run a script on a simulated machine
     Sim(sim::Sim),
+    /// Show the instructions of a script or of an image
+    Disasm(disasm::Disasm),
     /// Put scripts into one style
     Fmt(fmt::Fmt),
+    /// Bring a program to a board
+    Upload(upload::Upload),
     /// Run a board's stored program, release its WaitStart, or acknowledge its fault
     Start(control::Control),
     /// End a board's run on a ramp
@@ -76,6 +86,12 @@ enum Command {
     Status(status::Status),
     /// Show what a board prints and does, as it changes
     Watch(status::Watch),
+    /// Reference a board's axes
+    Home(axes::Home),
+    /// Move one axis of a board by a bounded distance
+    Jog(axes::Jog),
+    /// Show a board's inputs and outputs, set outputs
+    Io(axes::Io),
     /// Serve an editor: the language server on standard input and output
     Lsp(lsp::Lsp),
     /// Show the machine descriptions that the tool knows, or those of a board
@@ -87,9 +103,15 @@ impl Command {
         use control::Action;
         match self {
             Command::Check(command) => command.run(options, console),
+            Command::Build(command) => command.run(options, console),
+            Command::Disasm(command) => command.run(options, console),
             Command::Sim(command) => command.run(options, console),
             Command::Fmt(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
+            Command::Upload(command) => command.run(options, console),
+            Command::Home(command) => command.run(options, console),
+            Command::Jog(command) => command.run(options, console),
+            Command::Io(command) => command.run(options, console),
             Command::Start(command) => command.run(Action::Start, options, console),
             Command::Stop(command) => command.run(Action::Stop, options, console),
             Command::Pause(command) => command.run(Action::Pause, options, console),

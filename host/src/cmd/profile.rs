@@ -2,8 +2,13 @@
 
 use clap::{Args, Subcommand};
 use lang::profile::{BUILT_IN, Profile as Machine};
+use lang::record::BoardRecord;
+use lang::wire::Exception;
+use serde_json::json;
 
+use super::port::Port;
 use super::{Console, Options};
+use crate::client::identity::differences;
 use crate::failure::Failure;
 use crate::input;
 
@@ -23,6 +28,18 @@ enum Action {
         /// A name or a file
         name: String,
     },
+    /// Print the profile that a board holds, as TOML; its axes are those of --profile
+    Get {
+        #[command(flatten)]
+        port: Port,
+    },
+    /// Bring the board's part of a profile to a board: link, wiring, polarity, roles, safe states
+    Set {
+        /// A file or the name of a built-in profile
+        name: String,
+        #[command(flatten)]
+        port: Port,
+    },
 }
 
 impl Profile {
@@ -30,10 +47,12 @@ impl Profile {
     ///
     /// # Errors
     /// A profile does not exist or is wrong.
-    pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         match &self.action {
             Action::List => list(console),
             Action::Show { name } => show(name, console),
+            Action::Get { port } => get(port, options, console),
+            Action::Set { name, port } => set(name, port, options, console),
         }
     }
 }
@@ -66,4 +85,47 @@ fn show(name: &str, console: &Console) -> Result<(), Failure> {
 fn to_toml(profile: &Machine) -> Result<String, Failure> {
     toml::to_string(profile)
         .map_err(|error| Failure::Output(format!("the profile cannot be written: {error}")))
+}
+
+fn get(port: &Port, options: &Options, console: &Console) -> Result<(), Failure> {
+    let base = options.machine(console)?;
+    let mut board = port.connect(options, console)?;
+    let held = board.board_record()?.into_profile(&base);
+    if console.json() {
+        return console.json_line(&held);
+    }
+    console.result(&to_toml(&held)?)
+}
+
+fn set(name: &str, port: &Port, options: &Options, console: &Console) -> Result<(), Failure> {
+    let profile = input::profile(name).map_err(|note| console.refuse(&note))?;
+    let mut board = port.connect(options, console)?;
+    let held = board.board_record()?;
+    let wanted = BoardRecord::of(&profile, held.sequence.wrapping_add(1));
+    let changes = differences(&held, &wanted);
+    if !changes.is_empty() {
+        let written = board.set_board_record(&wanted).and_then(|()| board.restart());
+        written.map_err(|error| match error {
+            error if error.is_exception(Exception::Busy) => Failure::Board(
+                "the board refuses while a program runs or an axis moves; `pasapas stop` first"
+                    .to_owned(),
+            ),
+            error => error.into(),
+        })?;
+        board.set_address(wanted.address);
+        board.find()?;
+        let now = board.board_record()?;
+        let left = differences(&now, &wanted);
+        if !left.is_empty() {
+            let text = format!("the board came back with another {}", left.join(", "));
+            return Err(Failure::Board(text));
+        }
+    }
+    if console.json() {
+        return console.json_line(&json!({ "profile": profile.name, "changed": changes }));
+    }
+    console.result(&match changes.as_slice() {
+        [] => format!("the board held the profile `{}` already\n", profile.name),
+        changes => format!("the board holds `{}` now: {}\n", profile.name, changes.join(", ")),
+    })
 }

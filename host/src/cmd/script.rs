@@ -2,14 +2,18 @@
 
 use std::path::Path;
 
+use firmware::store;
+use lang::back::{self, Compiled, Excess, Resource};
 use lang::front::source::{MAX_SOURCE_BYTES, Source};
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
+use lang::image::{FORMAT, Image, crc_in, crc_of};
 use lang::profile::{Profile, ProfileError};
 
 use super::{Console, Options};
 use crate::failure::Failure;
 use crate::input;
+use crate::render::Note;
 
 /// A script that can run.
 pub struct Script {
@@ -66,4 +70,112 @@ fn named_profile(name: &str, script: &str) -> Result<Profile, ProfileError> {
     let path = beside.display().to_string();
     let text = input::read_text(&path).map_err(|note| ProfileError(note.line()))?;
     Profile::parse(&text).map_err(|error| ProfileError(format!("{path}: {error}")))
+}
+
+/// Compiles a checked script; code of any size.
+///
+/// # Errors
+/// It wants more cells, KEEP values, stack or calls than the device has; that was written.
+pub fn compile_any(script: &Script, console: &Console) -> Result<Compiled, Failure> {
+    back::compile(&script.program).map_err(|excesses| {
+        for excess in excesses {
+            if let Err(failure) = console.note_in(&excess_note(&excess, script), &script.source) {
+                return failure;
+            }
+        }
+        Failure::Input
+    })
+}
+
+/// Compiles a checked script that must fit into the device's flash.
+///
+/// # Errors
+/// As [`compile_any`], or the code is too long; that was written.
+pub fn compile_for_device(script: &Script, console: &Console) -> Result<Compiled, Failure> {
+    let compiled = compile_any(script, console)?;
+    must_fit(script, &compiled, console)?;
+    Ok(compiled)
+}
+
+/// Refuses a program that is longer than the device's flash.
+///
+/// # Errors
+/// It is; that was written.
+pub fn must_fit(script: &Script, compiled: &Compiled, console: &Console) -> Result<(), Failure> {
+    let room = room_for(compiled.keeps > 0);
+    if compiled.image.len() <= room {
+        return Ok(());
+    }
+    let text = format!(
+        "the program has {} bytes ({} of code, {} of tables and texts); the device holds {room}{}",
+        compiled.image.len(),
+        compiled.code_bytes,
+        compiled.table_bytes,
+        if compiled.keeps > 0 { " beside KEEP values" } else { "" }
+    );
+    let note = Note::error(script.source.name(), "B006", text)
+        .hint("put repeated places into a TABLE, or run it with `pasapas stream`");
+    Err(console.refuse(&note))
+}
+
+/// Bytes of an image that the device holds.
+pub fn room_for(keeps: bool) -> usize {
+    let segments = if keeps { store::KEEP_FREE } else { store::SEGMENTS };
+    usize::from(u16::from(segments) * store::SEGMENT - store::SLOT_HEAD)
+}
+
+fn excess_note(excess: &Excess, script: &Script) -> Note {
+    let Excess { resource, used, available, span } = excess;
+    let (code, what, hint) = match resource {
+        Resource::Cells => (
+            "B001",
+            "cells for variables",
+            "arrays that never change can be a TABLE; locals of SUBs share cells",
+        ),
+        Resource::Stack => {
+            ("B002", "values open at once in expressions", "put a part into a variable first")
+        }
+        Resource::Calls => ("B003", "calls open at once", "call fewer SUBs from within SUBs"),
+        Resource::Keeps => ("B004", "KEEP values", "put several small values into one"),
+        Resource::Rows => ("B005", "rows in a TABLE", "split the TABLE"),
+    };
+    let text = format!("the script needs {used} {what}; the device has {available}");
+    Note::in_source(&script.source, span.clone(), code, text).hint(hint)
+}
+
+/// An image, and what made it if that was a script.
+pub struct Code {
+    /// The image.
+    pub image: Vec<u8>,
+    /// The script's compilation.
+    pub compiled: Option<Compiled>,
+    /// The script.
+    pub script: Option<Script>,
+}
+
+/// Reads an image, or reads and compiles a script.
+///
+/// # Errors
+/// It cannot be read, the script is wrong, or the image is damaged.
+pub fn load_code(file: &str, options: &Options, console: &Console) -> Result<Code, Failure> {
+    let bytes = input::read_bytes(file, MAX_SOURCE_BYTES).map_err(|note| console.refuse(&note))?;
+    // No script begins with this byte: it is a control character.
+    if bytes.first() != Some(&FORMAT) {
+        let script = load(file, options, console)?;
+        let compiled = compile_any(&script, console)?;
+        let image = compiled.image.clone();
+        return Ok(Code { image, compiled: Some(compiled), script: Some(script) });
+    }
+    let refuse = |text: String| Err(console.refuse(&Note::error(file, input::code::IMAGE, text)));
+    match Image::new(&bytes) {
+        Err(flaw) => refuse(format!("the file is no program image of this version: {flaw:?}")),
+        Ok(image) => {
+            let length = image.header.len;
+            let bytes = bytes.get(..length).unwrap_or(&bytes).to_vec();
+            if crc_in(&bytes) != crc_of(&bytes) {
+                return refuse("the image is damaged: its CRC is wrong".to_owned());
+            }
+            Ok(Code { image: bytes, compiled: None, script: None })
+        }
+    }
 }
