@@ -38,15 +38,16 @@ impl Lower<'_> {
             Some(repeats) if !matches!(repeats.node, ExprKind::Const(1)) => {
                 let (top, exit) = (self.fresh(), self.fresh());
                 self.expr(repeats);
-                self.push(Item::Label(top));
                 self.plain(Op::Dup);
                 self.push(Item::Const(0));
                 self.push(Item::Branch(Cond::Le, exit));
+                self.push(Item::Label(top));
                 self.plain(Op::Over);
                 self.hole(cycle, in_steps);
                 self.push(Item::Const(1));
                 self.plain(Op::Sub);
-                self.push(Item::Jump(top));
+                self.plain(Op::Dup);
+                self.push(Item::Branch(Cond::Nonzero, top));
                 self.push(Item::Label(exit));
                 self.plain(Op::Drop);
                 self.plain(Op::Drop);
@@ -129,7 +130,9 @@ impl Lower<'_> {
         }
         self.plain(Op::Add);
         self.linear_on_stack(true, z_word(in_steps), false);
-        self.push(Item::Jump(top));
+        // Behind an unconditional jump the stack is empty by rule, and here it is not.
+        self.push(Item::Const(0));
+        self.push(Item::Branch(Cond::Zero, top));
         self.push(Item::Label(done));
         self.plain(Op::Drop);
     }
