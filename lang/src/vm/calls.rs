@@ -151,8 +151,9 @@ impl Vm<'_, '_> {
             self.close(kind);
             let next = match kind {
                 entry::ERROR => {
-                    let table = self.image.statements().ok_or(BROKEN)?;
-                    table.at(address).ok_or(BROKEN)?.resume
+                    // Code that no statement owns cannot fail, but an image may claim so.
+                    let place = self.image.statements().and_then(|table| table.at(address));
+                    place.ok_or(Fault::Stack)?.resume
                 }
                 entry::ERROR_BETWEEN => address,
                 _ => continue,
