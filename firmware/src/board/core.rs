@@ -5,6 +5,7 @@ use crate::motor::Motor;
 use crate::vm::vm;
 use crate::{chain, link, vm_core};
 use firmware::inputs::Inputs;
+use firmware::motion::Feed;
 use firmware::print::Print;
 use firmware::session::{Order, Session};
 use firmware::store::Store;
@@ -100,6 +101,16 @@ pub struct Core {
     pub effect: Effect,
     /// See `effect`.
     pub outer: Effect,
+    /// F, and what it was where an event handler interrupted.
+    pub feed: Feed,
+    /// See `feed`.
+    pub outer_feed: Feed,
+    /// What ends a probe move.
+    pub probe_and: u32,
+    /// See `probe_and`.
+    pub probe_xor: u32,
+    /// Levels of the inputs before the filter.
+    pub raw: u16,
     /// ON lines.
     pub events: [Event; 4],
     /// Address of the effect's instruction.
@@ -140,7 +151,7 @@ pub struct Core {
 
 impl Core {
     /// At reset.
-    pub const fn new() -> Core {
+    pub fn new() -> Core {
         Core {
             session: Session::new(),
             store: Store::new(),
@@ -161,6 +172,11 @@ impl Core {
             },
             effect: Effect::NONE,
             outer: Effect::NONE,
+            feed: Feed::Rapid,
+            outer_feed: Feed::Rapid,
+            probe_and: 0,
+            probe_xor: 0,
+            raw: 0,
             events: [Event { kind: 0, n: 0, period: 0, left: 0 }; 4],
             effect_pc: 0,
             timer: 0,
@@ -231,6 +247,7 @@ impl Core {
         self.motor.begin();
         self.effect = Effect::NONE;
         self.outer = Effect::NONE;
+        self.feed = self.default_feed();
         self.events = [Event { kind: 0, n: 0, period: 0, left: 0 }; 4];
         self.trace.number = 0;
         self.trace.full = false;
@@ -349,7 +366,7 @@ impl Core {
     /// One pass of the program.
     pub fn run(&mut self) {
         if self.session.is_paused() {
-            if self.motor.moving() == 0 && !self.trace.full {
+            if self.motor.rests() && !self.trace.full {
                 self.rested();
             }
             return;
@@ -432,6 +449,7 @@ impl Core {
         if vm().flags & flag::EVENT == 0 {
             self.effect = self.outer;
             self.outer = Effect::NONE;
+            self.feed = self.outer_feed;
         }
     }
 
@@ -448,6 +466,8 @@ impl Core {
                 event.kind &= !PENDING;
                 self.outer = self.effect;
                 self.effect = Effect::NONE;
+                self.outer_feed = self.feed;
+                self.feed = Feed::Rapid;
                 if !vm.interrupt(slot as u8) {
                     self.raise(Fault::Stack, vm.pc, true);
                 }
@@ -472,11 +492,14 @@ impl Core {
 
     fn millisecond(&mut self) {
         let before = self.inputs.levels();
-        let raw = chain::exchange(self.outputs ^ self.record.output_invert);
+        let raw =
+            chain::exchange(self.outputs ^ self.record.output_invert) ^ self.record.input_invert;
+        self.raw = raw;
+        self.limits();
         self.phase += 1;
         if self.phase * 4 >= self.record.filter {
             self.phase = 0;
-            self.inputs.sample(raw ^ self.record.input_invert);
+            self.inputs.sample(raw);
             let pressed = self.buttons.accepted();
             self.buttons.sample(chain::buttons());
             self.pressed(self.buttons.accepted() & !pressed);

@@ -5,11 +5,11 @@
 
 use crate::core::{Core, Event, PENDING};
 use crate::flash::Image;
-use crate::motor::{AXES, Target};
+use crate::motor::AXES;
 use crate::vm::{convert, vm};
 use firmware::verify::Bytes;
 use lang::fault::Fault;
-use lang::isa::{Look, Op, SHORT_AXES, flags};
+use lang::isa::{Look, Op, flags};
 use lang::wire::TraceKind;
 
 /// Wants of WaitIn: level off, level on, rise, fall.
@@ -31,9 +31,12 @@ impl Core {
         const RAPID: u8 = Op::Rapid as u8;
         const LINEAR_MIXED: u8 = Op::LinearMixed as u8;
         const FEED: u8 = Op::Feed as u8;
+        const FEED_STEPS: u8 = Op::FeedSteps as u8;
         const SPINDLE: u8 = Op::Spindle as u8;
         const HOME: u8 = Op::Home as u8;
         const HOME_QUERY: u8 = Op::HomeQuery as u8;
+        const PROBE: u8 = Op::Probe as u8;
+        const MOVE_SPEED: u8 = Op::MoveSpeed as u8;
         const SET_POS: u8 = Op::SetPos as u8;
         const STOP_AXE: u8 = Op::StopAxe as u8;
         const STOP_ALL: u8 = Op::StopAll as u8;
@@ -57,6 +60,13 @@ impl Core {
         const OUT_STATE: u8 = Op::Out as u8;
         const READ: u8 = Op::Read as u8;
         let code = self.effect.code;
+        // Whatever looks at or acts on the machine waits for the path's end first.
+        if !(RAPID..=FEED_STEPS).contains(&code)
+            && self.effect.phase == 0
+            && !self.motor.path_rests()
+        {
+            return Ok(false);
+        }
         match code {
             OUT..=OUT_LAST => {
                 let n = (code - OUT) >> 1;
@@ -65,9 +75,12 @@ impl Core {
             MOVE_TO..=MOVE_RAMP => return self.move_axe(code),
             RAPID..=LINEAR_MIXED => return self.linear(code),
             FEED..=SPINDLE => {
-                vm().pop();
+                let value = vm().pop();
+                self.set_feed(code, value)?;
             }
             HOME..=HOME_QUERY => return self.home(code),
+            PROBE => return self.probe(),
+            MOVE_SPEED => return self.move_speed(),
             SET_POS => {
                 let n = vm().operand();
                 let i = usize::from(n);
@@ -159,7 +172,7 @@ impl Core {
     }
 
     /// Whether this is the effect's first call.
-    fn first(&mut self) -> bool {
+    pub fn first(&mut self) -> bool {
         let first = self.effect.phase == 0;
         self.effect.phase |= 1;
         first
@@ -171,92 +184,6 @@ impl Core {
         }
         self.emit(TraceKind::Out, n as u8, i32::from(on));
         Ok(())
-    }
-
-    fn move_axe(&mut self, code: u8) -> Result<bool, Fault> {
-        if self.first() {
-            let bits = match code.wrapping_sub(Op::MoveTo as u8) {
-                n @ 0..=2 => n,
-                n @ 3..=5 => n - 3 | flags::RELATIVE,
-                _ => vm().operand(),
-            };
-            let mut ramps = 0;
-            if code == Op::MoveRamp as u8 {
-                ramps = vm().operand();
-            }
-            if ramps & flags::DECEL != 0 {
-                vm().pop();
-            }
-            if ramps & flags::ACCEL != 0 {
-                vm().pop();
-            }
-            if bits & flags::SPEED != 0 && vm().pop() <= 0 {
-                return Err(Fault::SpeedRange);
-            }
-            let target = Target {
-                value: vm().pop(),
-                in_steps: bits & flags::STEPS != 0,
-                frame: if bits & flags::RELATIVE != 0 { 2 } else { 0 },
-            };
-            self.effect.n = bits & flags::AXIS;
-            self.effect.bits = bits;
-            if self.motor.command(self.effect.n, target)? != 0 {
-                self.emit(TraceKind::Axe, 0, 0);
-            }
-        }
-        Ok(self.effect.bits & flags::START != 0 || self.motor.moving() == 0)
-    }
-
-    fn linear(&mut self, code: u8) -> Result<bool, Fault> {
-        if self.first() {
-            const RAPID: u8 = Op::Rapid as u8;
-            const LINE: u8 = Op::Line as u8;
-            const MIXED: u8 = Op::LinearMixed as u8;
-            let mut frames = 0;
-            let bits = match code {
-                RAPID..LINE => SHORT_AXES[usize::from(code - RAPID)].0 | flags::RAPID,
-                LINE..0xDA => SHORT_AXES[usize::from(code - LINE)].0,
-                _ => vm().operand(),
-            };
-            let mut steps = if bits & flags::COMMON_STEPS != 0 { 0xFF } else { 0 };
-            if code == MIXED {
-                frames = vm().operand();
-                steps = bits >> 5;
-            } else if code == Op::Linear as u8 {
-                frames = (bits >> flags::COMMON_FRAME) * 0b01_0101;
-            }
-            let mut moved = 0;
-            let mut n = AXES;
-            while n != 0 {
-                n -= 1;
-                if bits >> n & 1 == 0 {
-                    continue;
-                }
-                let target = Target {
-                    value: vm().pop(),
-                    in_steps: steps >> n & 1 != 0,
-                    frame: frames >> (2 * n) & 3,
-                };
-                moved |= self.motor.command(n, target)?;
-            }
-            if moved != 0 {
-                let rapid = bits & flags::RAPID != 0;
-                self.emit(if rapid { TraceKind::Rapid } else { TraceKind::Line }, 0, 0);
-            }
-        }
-        Ok(self.motor.moving() == 0)
-    }
-
-    fn home(&mut self, code: u8) -> Result<bool, Fault> {
-        let n = if code == Op::HomeQuery as u8 { vm().operand() } else { code - Op::Home as u8 };
-        let i = usize::from(n);
-        let record = crate::vm::axis(n);
-        self.motor.offset[i] = 0;
-        self.motor.um[i] = record.home_position;
-        self.motor.steps[i] = convert(n, record.home_position, true)?;
-        self.motor.homed |= 1 << n;
-        self.emit_outcome(TraceKind::Home, n, true, self.motor.steps[i]);
-        Ok(true)
     }
 
     fn pulse(&mut self) -> Result<bool, Fault> {

@@ -16,14 +16,17 @@ mod link;
 mod map;
 mod math;
 mod motor;
+mod moves;
 mod pins;
 mod reg;
 mod scaled;
+mod step;
 mod vm;
 mod vm_core;
 
 use crate::core::Core;
 use crate::link::Uart;
+use ::core::mem::MaybeUninit;
 use ::core::ptr::addr_of_mut;
 use firmware::modbus::Slave;
 
@@ -36,7 +39,7 @@ fn panic(_: &::core::panic::PanicInfo) -> ! {
     }
 }
 
-static mut CORE: Core = Core::new();
+static mut CORE: MaybeUninit<Core> = MaybeUninit::uninit();
 static mut SLAVE: Slave = Slave::new();
 
 /// Called by `Reset` once RAM is ready.
@@ -44,8 +47,10 @@ static mut SLAVE: Slave = Slave::new();
 extern "C" fn main() -> ! {
     boot::hardware();
     // SAFETY: `main` is the only code that knows these statics, and never returns.
-    let (core, slave) = unsafe { (&mut *addr_of_mut!(CORE), &mut *addr_of_mut!(SLAVE)) };
+    let (core, slave) =
+        unsafe { ((*addr_of_mut!(CORE)).write(Core::new()), &mut *addr_of_mut!(SLAVE)) };
     core.record = boot::newest_profile();
+    step::init(core.record.pulse, 0);
     chain::open();
     Uart::open(core.record.rate);
     // SAFETY: the set-up shares nothing with an interrupt any more.
@@ -61,6 +66,7 @@ extern "C" fn main() -> ! {
         }
         slave.poll(&mut line, core);
         core.ticks();
+        core.motor.poll();
         core.run();
     }
 }

@@ -1,27 +1,13 @@
-//! Positions of the axes and the seam to the step engine.
+//! The axes: commanded places, planners, and the step engine that plays their segments.
 
+use crate::step;
 use crate::vm::{axis, convert, machine};
+use firmware::motion::{Block, Feed, Pace, Path, PathSegment, Segment, Single};
 use lang::fault::Fault;
 use lang::record::{AxisRecord, MachineRecord};
 
 /// Axes.
 pub const AXES: u8 = 3;
-
-/// Where the axes are and what they do.
-pub struct Motor {
-    /// Commanded machine positions, um.
-    pub um: [i32; 3],
-    /// Commanded machine positions, steps.
-    pub steps: [i32; 3],
-    /// Work offsets: machine position less work position, um.
-    pub offset: [i32; 3],
-    /// Machine positions where the probe answered, steps.
-    pub probed: [i32; 3],
-    /// Bit per axis: homed.
-    pub homed: u8,
-    /// Bit per axis: the last probe answered.
-    pub probe_ok: u8,
-}
 
 /// A target as a statement gives it.
 #[derive(Clone, Copy)]
@@ -34,40 +20,97 @@ pub struct Target {
     pub frame: u8,
 }
 
+/// Where the axes are and what they do.
+pub struct Motor {
+    /// Commanded machine positions, um.
+    pub um: [i32; 3],
+    /// Commanded machine positions, steps.
+    pub steps: [i32; 3],
+    /// Work offsets: machine position less work position, um.
+    pub offset: [i32; 3],
+    /// Machine positions where the probe answered, steps.
+    pub probed: [i32; 3],
+    /// Machine positions at this instant, steps.
+    actual: [i32; 3],
+    /// Bit per axis: homed.
+    pub homed: u8,
+    /// Bit per axis: the last probe answered.
+    pub probe_ok: u8,
+    /// Bit per axis: was stopped, so its commanded place follows when it rests.
+    stopped: u8,
+    /// Bit per axis: the path moves it.
+    path_axes: u8,
+    /// Bit per axis: last moved in negative direction.
+    pub negative: u8,
+    path: Path,
+    segment: PathSegment,
+    single: [Single; 3],
+}
+
 impl Motor {
     /// Everything at 0.
-    pub const fn new() -> Motor {
-        Motor { um: [0; 3], steps: [0; 3], offset: [0; 3], probed: [0; 3], homed: 0, probe_ok: 0 }
+    pub fn new() -> Motor {
+        Motor {
+            um: [0; 3],
+            steps: [0; 3],
+            offset: [0; 3],
+            probed: [0; 3],
+            actual: [0; 3],
+            homed: 0,
+            probe_ok: 0,
+            stopped: 0,
+            path_axes: 0,
+            negative: 0,
+            path: Path::new(0),
+            segment: PathSegment::default(),
+            single: [Single::new(0), Single::new(0), Single::new(0)],
+        }
     }
 
     /// A new run: work offsets are 0, commanded places are where the axes stand.
     pub fn begin(&mut self) {
         self.offset = [0; 3];
+        self.path = Path::new(machine().corner);
+        let mut invert = 0;
         let mut n = 0;
         while n < AXES {
-            self.settle(n);
+            if axis(n).flags & AxisRecord::INVERT != 0 {
+                invert |= crate::pins::P2_DIR[usize::from(n)];
+            }
+            self.place(n, self.actual[usize::from(n)]);
             n += 1;
         }
+        step::set_invert(invert);
     }
 
-    /// The commanded place in um follows from that in steps.
-    pub fn settle(&mut self, n: u8) {
-        if axis(n).um != 0 {
-            self.um[usize::from(n)] = convert(n, self.steps[usize::from(n)], false).unwrap_or(0);
+    /// The resting axis stands at `steps`.
+    pub fn place(&mut self, n: u8, steps: i32) {
+        let i = usize::from(n);
+        self.actual[i] = steps;
+        step::set_count(i, steps);
+        self.single[i] = Single::new(steps);
+        self.settle(n, steps);
+    }
+
+    /// The commanded place is that of `steps`.
+    pub fn settle(&mut self, n: u8, steps: i32) {
+        let i = usize::from(n);
+        self.steps[i] = steps;
+        if axis(n).steps != 0 {
+            self.um[i] = convert(n, steps, false).unwrap_or(0);
         }
     }
 
-    /// Takes a target: tests it and makes it the commanded place. Returns the steps to go.
+    /// Where a target lies: um and steps of the machine.
     ///
     /// # Errors
     /// F01, F05, F07, F20 for an axis that the machine lacks.
-    pub fn command(&mut self, n: u8, target: Target) -> Result<i32, Fault> {
+    pub fn aim(&self, n: u8, target: Target) -> Result<(i32, i32), Fault> {
         let i = usize::from(n);
         let record = axis(n);
         if n >= AXES || record.flags & AxisRecord::PRESENT == 0 {
             return Err(Fault::ValueRange);
         }
-        let bit = 1 << n;
         let steps;
         let um;
         if target.in_steps {
@@ -86,37 +129,220 @@ impl Motor {
             um = base.checked_add(target.value).ok_or(Fault::Overflow)?;
             steps = convert(n, um, true)?;
         }
-        if self.homed & bit != 0 {
+        if self.homed >> n & 1 != 0 {
             if um < record.min || um > record.max {
                 return Err(Fault::SoftLimit);
             }
         } else if target.frame != 2 && machine().flags & MachineRecord::REQUIRE_HOMING != 0 {
             return Err(Fault::NotHomed);
         }
+        Ok((um, steps))
+    }
+
+    /// Makes a place the commanded one. Returns the steps to go.
+    pub fn command(&mut self, n: u8, (um, steps): (i32, i32)) -> i32 {
+        let i = usize::from(n);
         let before = self.steps[i];
         self.um[i] = um;
         self.steps[i] = steps;
-        Ok(steps.wrapping_sub(before))
+        steps.wrapping_sub(before)
     }
 
-    /// Bit per axis that moves.
+    /// Sends an axis to a place on its own ramp.
+    pub fn go(&mut self, n: u8, steps: i32, pace: Pace) {
+        let i = usize::from(n);
+        self.single[i].go(axis(n), steps, pace);
+    }
+
+    /// Runs an axis at a speed.
+    pub fn run(&mut self, n: u8, negative: bool, limit: Option<i32>, pace: Pace) {
+        self.single[usize::from(n)].run(axis(n), negative, limit, pace);
+    }
+
+    /// Whether the path would take another block.
+    pub fn path_has_room(&self) -> bool {
+        self.path.has_room()
+    }
+
+    /// Whether nothing is left of the path.
+    pub fn path_rests(&self) -> bool {
+        self.path_axes == 0
+    }
+
+    /// Appends a line to the path, which has room.
+    pub fn line(&mut self, steps: [i32; 3], feed: Feed, exact: bool) {
+        if self.path_axes == 0 {
+            step::clear();
+        }
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            if steps[usize::from(n)] != 0 {
+                self.path_axes |= 1 << n;
+            }
+        }
+        self.path.push(&machine().axes, &Block { steps, feed, exact });
+    }
+
+    /// Hands segments to the engine and takes its counts.
+    pub fn poll(&mut self) {
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            let i = usize::from(n);
+            let before = self.actual[i];
+            step::fold(i, &mut self.actual[i]);
+            if self.actual[i] != before {
+                self.negative &= !(1 << n);
+                if self.actual[i] < before {
+                    self.negative |= 1 << n;
+                }
+            }
+        }
+        if self.path_axes != 0 {
+            self.poll_path();
+        } else {
+            self.poll_singles();
+        }
+    }
+
+    fn poll_path(&mut self) {
+        if self.stopped & self.path_axes != 0 && self.path.is_paused() && !step::is_running() {
+            self.path.clear();
+        }
+        if step::has_room() && self.path.next_segment(&machine().axes, &mut self.segment) {
+            step::put_path(&self.segment);
+        }
+        if self.path.is_idle() && !step::is_running() {
+            let mut n = AXES;
+            while n != 0 {
+                n -= 1;
+                let i = usize::from(n);
+                if self.path_axes >> n & 1 != 0 {
+                    self.single[i] = Single::new(self.actual[i]);
+                }
+                if self.stopped >> n & 1 != 0 {
+                    self.settle(n, self.actual[i]);
+                }
+            }
+            self.path_axes = 0;
+            self.stopped = 0;
+            step::clear();
+        }
+    }
+
+    fn poll_singles(&mut self) {
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            let i = usize::from(n);
+            if self.single[i].is_idle() {
+                if self.stopped >> n & 1 != 0 && !step::axis_is_running(i) {
+                    self.stopped &= !(1 << n);
+                    self.settle(n, self.actual[i]);
+                }
+            } else if step::axis_has_room(i) {
+                let mut segment = Segment::default();
+                if self.single[i].next_segment(axis(n), &mut segment) {
+                    step::put_axis(i, &segment, self.single[i].negative());
+                }
+            }
+        }
+    }
+
+    /// Bit per axis that moves or has something left to do.
     pub fn moving(&self) -> u8 {
-        0
+        if self.path_axes != 0 {
+            return self.path_axes;
+        }
+        let mut moving = 0;
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            let i = usize::from(n);
+            if !self.single[i].is_idle() || step::axis_is_running(i) || self.stopped >> n & 1 != 0 {
+                moving |= 1 << n;
+            }
+        }
+        moving
+    }
+
+    /// Whether no step comes any more: everything has ended, or rests in a pause.
+    pub fn rests(&self) -> bool {
+        if step::is_running() {
+            return false;
+        }
+        if self.path_axes != 0 {
+            return self.path.is_idle() || self.path.is_paused();
+        }
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            let single = &self.single[usize::from(n)];
+            if !single.is_idle() && !single.is_paused(axis(n)) {
+                return false;
+            }
+        }
+        true
     }
 
     /// Where an axis is at this instant, steps.
     pub fn position(&self, n: u8) -> i32 {
-        self.steps[usize::from(n)]
+        self.actual[usize::from(n)]
+    }
+
+    /// Speed of an axis of its own, steps/s with sign.
+    pub fn velocity(&self, n: u8) -> i32 {
+        self.single[usize::from(n)].velocity()
     }
 
     /// Brakes everything to a pause, or goes on.
-    pub fn pause(&mut self, _on: bool) {}
+    pub fn pause(&mut self, on: bool) {
+        self.path.pause(on);
+        for single in &mut self.single {
+            single.pause(on);
+        }
+    }
 
-    /// Ramps everything down and forgets the rest.
-    pub fn stop(&mut self, _axes: u8) {}
+    /// Ramps axes down and forgets the rest.
+    pub fn stop(&mut self, axes: u8) {
+        let moving = self.moving() & axes;
+        self.stopped |= moving;
+        if self.path_axes & axes != 0 {
+            self.path.pause(true);
+            return;
+        }
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            if moving >> n & 1 != 0 {
+                self.single[usize::from(n)].stop();
+            }
+        }
+    }
 
-    /// Steps cease at once; positions are unknown.
+    /// Steps cease at once.
     pub fn halt(&mut self) {
-        self.homed = 0;
+        step::halt();
+        self.path.clear();
+        self.path_axes = 0;
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            step::fold(usize::from(n), &mut self.actual[usize::from(n)]);
+            self.single[usize::from(n)].halt(self.actual[usize::from(n)]);
+        }
+        self.stopped = 0b111;
+    }
+
+    /// The probe or switch answered when the axis was at `caught`.
+    pub fn hit(&mut self, n: u8, caught: i32) {
+        let i = usize::from(n);
+        if self.single[i].hit(axis(n), caught) {
+            step::halt();
+            step::fold(i, &mut self.actual[i]);
+            self.single[i].halt(self.actual[i]);
+        }
+        self.stopped |= 1 << n;
     }
 }

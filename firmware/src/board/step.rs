@@ -403,6 +403,28 @@ const TA1R: *mut u16 = 0x0190 as *mut u16;
 /// Compare registers of channels 0, 1, 2.
 const TA1CCR: *mut [u16; 3] = 0x0192 as *mut [u16; 3];
 
+/// Whether an axis has an event ahead; the path's run on channel 0.
+pub fn axis_is_running(axis: usize) -> bool {
+    enabled(axis)
+}
+
+/// Empties the memory of both handlers, for the next motion of either kind. Nothing runs.
+pub fn clear() {
+    // SAFETY: no channel is enabled, so no interrupt looks at it.
+    unsafe {
+        state().write(core::mem::zeroed());
+        (*shared()).fill = 0;
+        (*shared()).current = 0;
+    }
+}
+
+/// Sets the DIR pins that are low for the positive direction. Nothing runs.
+pub fn set_invert(invert: u8) {
+    // SAFETY: no channel is enabled, so no interrupt looks at it.
+    unsafe { (*shared()).invert = invert };
+    set_dirs(0);
+}
+
 /// The interrupt enable bit of a channel.
 fn enabled(axis: usize) -> bool {
     // SAFETY: a peripheral register.

@@ -1,0 +1,436 @@
+//! Effects that move axes.
+
+use crate::core::Core;
+use crate::motor::{AXES, Target};
+use crate::step;
+use crate::vm::{axis, convert, machine, vm};
+use firmware::motion::scaled::Scaled;
+use firmware::motion::single::steps_of;
+use firmware::motion::{Feed, Pace};
+use lang::fault::Fault;
+use lang::isa::{Op, SHORT_AXES, flags};
+use lang::record::AxisRecord;
+use lang::wire::TraceKind;
+
+/// Phases of homing.
+const FAST: u8 = 1;
+const REST: u8 = 2;
+const PAUSE: u8 = 3;
+const SLOW: u8 = 4;
+const OPEN: u8 = 5;
+const CLEAR: u8 = 6;
+
+/// A speed or ramp that must be above 0, in steps.
+fn rate(n: u8, value: i32, in_steps: bool) -> Result<Scaled, Fault> {
+    if value <= 0 {
+        return Err(Fault::SpeedRange);
+    }
+    Ok(if in_steps { Scaled::new(value as u32) } else { steps_of(axis(n), value as u32) })
+}
+
+impl Core {
+    /// The feed that holds when no F was written.
+    pub fn default_feed(&self) -> Feed {
+        match machine().default_feed {
+            0 => Feed::Rapid,
+            feed => Feed::Um(feed),
+        }
+    }
+
+    /// F and S.
+    ///
+    /// # Errors
+    /// F08.
+    pub fn set_feed(&mut self, code: u8, value: i32) -> Result<(), Fault> {
+        if code == Op::Spindle as u8 {
+            return Ok(());
+        }
+        if value <= 0 {
+            return Err(Fault::SpeedRange);
+        }
+        self.feed =
+            if code == Op::Feed as u8 { Feed::Um(value as u32) } else { Feed::Steps(value as u32) };
+        Ok(())
+    }
+
+    /// MoveAxe and MoveRel.
+    ///
+    /// # Errors
+    /// Those of the target and of the speed.
+    pub fn move_axe(&mut self, code: u8) -> Result<bool, Fault> {
+        if self.first() {
+            let bits = match code.wrapping_sub(Op::MoveTo as u8) {
+                n @ 0..=2 => n,
+                n @ 3..=5 => n - 3 | flags::RELATIVE,
+                _ => vm().operand(),
+            };
+            let n = bits & flags::AXIS;
+            let mut ramps = 0;
+            if code == Op::MoveRamp as u8 {
+                ramps = vm().operand();
+            }
+            let mut pace = Pace::of(axis(n));
+            let (mut accel, mut decel) = (None, None);
+            if ramps & flags::DECEL != 0 {
+                decel = Some(rate(n, vm().pop(), ramps & flags::DECEL_STEPS != 0)?);
+            }
+            if ramps & flags::ACCEL != 0 {
+                accel = Some(rate(n, vm().pop(), ramps & flags::ACCEL_STEPS != 0)?);
+            }
+            if let Some(accel) = accel {
+                pace.accel = pace.accel.least(accel);
+            }
+            if let Some(decel) = decel.or(accel) {
+                pace.decel = pace.decel.least(decel);
+            }
+            if bits & flags::SPEED != 0 {
+                let speed = rate(n, vm().pop(), bits & flags::SPEED_STEPS != 0)?;
+                pace.speed = pace.speed.least(speed);
+            }
+            let target = Target {
+                value: vm().pop(),
+                in_steps: bits & flags::STEPS != 0,
+                frame: if bits & flags::RELATIVE != 0 { 2 } else { 0 },
+            };
+            self.effect.n = n;
+            self.effect.bits = bits;
+            let place = self.motor.aim(n, target)?;
+            let distance = self.motor.command(n, place);
+            if distance != 0 {
+                self.emit(TraceKind::Axe, n, 0);
+            }
+            if distance != 0 || self.motor.moving() >> n & 1 != 0 {
+                self.motor.go(n, place.1, pace);
+            }
+        }
+        let busy = self.motor.moving() >> self.effect.n & 1 != 0;
+        Ok(self.effect.bits & flags::START != 0 || !busy)
+    }
+
+    /// MoveSpeed.
+    ///
+    /// # Errors
+    /// F08.
+    pub fn move_speed(&mut self) -> Result<bool, Fault> {
+        let bits = vm().operand();
+        let n = bits & flags::AXIS;
+        let value = vm().pop();
+        let speed = rate(n, value.wrapping_abs(), bits & flags::STEPS != 0)?;
+        let mut pace = Pace::of(axis(n));
+        pace.speed = pace.speed.least(speed);
+        let shown = pace.speed.floor() as i32;
+        self.emit(TraceKind::Speed, n, if value < 0 { -shown } else { shown });
+        let mut limit = None;
+        if self.motor.homed >> n & 1 != 0 {
+            let um = if value < 0 { axis(n).min } else { axis(n).max };
+            limit = Some(convert(n, um, true)?);
+        }
+        self.motor.run(n, value < 0, limit, pace);
+        Ok(true)
+    }
+
+    /// G0 and G1.
+    ///
+    /// # Errors
+    /// Those of the targets.
+    pub fn linear(&mut self, code: u8) -> Result<bool, Fault> {
+        const RAPID: u8 = Op::Rapid as u8;
+        const LINE: u8 = Op::Line as u8;
+        const LINEAR: u8 = Op::Linear as u8;
+        const MIXED: u8 = Op::LinearMixed as u8;
+        // A block joins the path when there is room; axes of their own must rest first.
+        if self.effect.phase == 0 {
+            let alone = self.motor.path_rests() && self.motor.moving() != 0;
+            if alone || !self.motor.path_has_room() {
+                return Ok(false);
+            }
+            self.effect.phase = 1;
+            let mut frames = 0;
+            let bits = match code {
+                RAPID..LINE => SHORT_AXES[usize::from(code - RAPID)].0 | flags::RAPID,
+                LINE..LINEAR => SHORT_AXES[usize::from(code - LINE)].0,
+                _ => vm().operand(),
+            };
+            let mut in_steps = if bits & flags::COMMON_STEPS != 0 { 0xFF } else { 0 };
+            if code == MIXED {
+                frames = vm().operand();
+                in_steps = bits >> 5;
+            } else if code == LINEAR {
+                frames = (bits >> flags::COMMON_FRAME) * 0b01_0101;
+            }
+            let mut places = [(0, 0); 3];
+            let mut n = AXES;
+            while n != 0 {
+                n -= 1;
+                if bits >> n & 1 == 0 {
+                    continue;
+                }
+                let target = Target {
+                    value: vm().pop(),
+                    in_steps: in_steps >> n & 1 != 0,
+                    frame: frames >> (2 * n) & 3,
+                };
+                places[usize::from(n)] = self.motor.aim(n, target)?;
+            }
+            let mut steps = [0; 3];
+            let mut moved = 0;
+            n = AXES;
+            while n != 0 {
+                n -= 1;
+                if bits >> n & 1 != 0 {
+                    let distance = self.motor.command(n, places[usize::from(n)]);
+                    steps[usize::from(n)] = distance;
+                    moved |= distance;
+                }
+            }
+            let rapid = bits & flags::RAPID != 0;
+            // A rapid move rests at its end, as the trace of what follows it promises.
+            self.effect.bits = u8::from(rapid || bits & flags::EXACT != 0);
+            if moved == 0 {
+                return Ok(true);
+            }
+            self.emit(if rapid { TraceKind::Rapid } else { TraceKind::Line }, 0, 0);
+            let feed = if rapid { Feed::Rapid } else { self.feed };
+            self.motor.line(steps, feed, self.effect.bits != 0);
+        }
+        Ok(self.effect.bits == 0 || self.motor.path_rests())
+    }
+
+    fn switch(&self, n: u8) -> bool {
+        let number = self.record.reference[usize::from(n)];
+        match number {
+            1..=16 => self.raw >> (number - 1) & 1 != 0,
+            _ => self.input(number),
+        }
+    }
+
+    /// Home: fast to the switch, rest, slowly off it, clearance.
+    ///
+    /// # Errors
+    /// F10, F11.
+    pub fn home(&mut self, code: u8) -> Result<bool, Fault> {
+        let phase = self.effect.phase;
+        let mut n = self.effect.n;
+        let record = axis(n);
+        let positive = record.flags & AxisRecord::HOME_POSITIVE != 0;
+        match phase {
+            0 => {
+                n = code.wrapping_sub(Op::Home as u8);
+                if code == Op::HomeQuery as u8 {
+                    n = vm().operand();
+                }
+                self.effect.n = n;
+                let record = axis(n);
+                let positive = record.flags & AxisRecord::HOME_POSITIVE != 0;
+                self.motor.homed &= !(1 << n);
+                self.motor.offset[usize::from(n)] = 0;
+                self.effect.phase = REST;
+                if !self.switch(n) {
+                    self.effect.phase = FAST;
+                    self.seek(n, positive, u32::from(record.home_fast))?;
+                }
+            }
+            FAST => {
+                if self.switch(n) {
+                    self.motor.stop(1 << n);
+                    self.effect.phase = REST;
+                } else if self.motor.moving() == 0 {
+                    let position = self.motor.position(n);
+                    self.emit_outcome(TraceKind::Home, n, false, position);
+                    if code == Op::HomeQuery as u8 {
+                        return Ok(true);
+                    }
+                    return Err(Fault::HomeNotFound);
+                }
+            }
+            REST => {
+                if self.motor.moving() == 0 {
+                    self.effect.left = i32::from(record.home_pause);
+                    self.effect.phase = PAUSE;
+                }
+            }
+            PAUSE => {
+                if self.effect.left == 0 {
+                    self.seek(n, !positive, u32::from(record.home_slow))?;
+                    self.effect.phase = SLOW;
+                }
+            }
+            SLOW => {
+                if !self.switch(n) {
+                    self.motor.hit(n, self.motor.position(n));
+                    self.effect.phase = OPEN;
+                } else if self.motor.moving() == 0 {
+                    let position = self.motor.position(n);
+                    self.emit_outcome(TraceKind::Home, n, false, position);
+                    return Err(Fault::HomeStaysClosed);
+                }
+            }
+            OPEN => {
+                if self.motor.moving() == 0 {
+                    let home = convert(n, record.home_position, true)?;
+                    self.motor.place(n, home);
+                    self.motor.homed |= 1 << n;
+                    let away =
+                        if positive { -record.home_clearance } else { record.home_clearance };
+                    let um = record.home_position.wrapping_add(away);
+                    let steps = convert(n, um, true)?;
+                    self.motor.command(n, (um, steps));
+                    self.motor.go(n, steps, Pace::of(record));
+                    self.effect.phase = CLEAR;
+                }
+            }
+            _ => {
+                if self.motor.moving() == 0 {
+                    let position = self.motor.position(n);
+                    self.emit_outcome(TraceKind::Home, n, true, position);
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// Sends an axis toward or off its reference switch, by the stroke at most.
+    fn seek(&mut self, n: u8, positive: bool, speed: u32) -> Result<(), Fault> {
+        let stroke = convert(n, axis(n).home_stroke, true)?;
+        let position = self.motor.position(n);
+        let target =
+            if positive { position.wrapping_add(stroke) } else { position.wrapping_sub(stroke) };
+        self.motor.go(n, target, Pace::of(axis(n)).with_steps(speed));
+        Ok(())
+    }
+
+    /// Probe, ProbeMask.
+    ///
+    /// # Errors
+    /// F19, F12, those of the limit and of the speed.
+    pub fn probe(&mut self) -> Result<bool, Fault> {
+        if self.effect.phase == 0 {
+            let bits = vm().operand();
+            let n = bits & flags::AXIS;
+            if self.motor.moving() >> n & 1 != 0 {
+                self.vm_back();
+                return Ok(false);
+            }
+            let sensor = vm().operand();
+            let and;
+            let mut xor = 0u32;
+            if sensor & flags::MASK != 0 {
+                xor = vm().pop() as u32;
+                and = vm().pop() as u32;
+            } else {
+                let mut number = u16::from(self.record.probe);
+                let mut on = true;
+                if sensor & flags::SENSOR != 0 {
+                    on = vm().pop() != 0;
+                    number = vm().pop_small(17);
+                }
+                if number == 0 || number > 17 {
+                    return Err(Fault::ValueRange);
+                }
+                and = 1 << (number - 1);
+                if !on {
+                    xor = and;
+                }
+            }
+            let mut pace = Pace::of(axis(n));
+            if bits & flags::SPEED != 0 {
+                pace.speed = pace.speed.least(rate(n, vm().pop(), bits & flags::SPEED_STEPS != 0)?);
+            } else {
+                pace.speed = match self.feed {
+                    Feed::Rapid => return Err(Fault::SpeedRange),
+                    Feed::Um(feed) => pace.speed.least(steps_of(axis(n), feed)),
+                    Feed::Steps(feed) => pace.speed.least(Scaled::new(feed)),
+                };
+            }
+            let limit = Target {
+                value: vm().pop(),
+                in_steps: bits & flags::STEPS != 0,
+                frame: bits >> flags::PROBE_FRAME & 3,
+            };
+            let place = self.motor.aim(n, limit)?;
+            self.effect.n = n;
+            self.effect.bits = bits;
+            self.effect.phase = 1;
+            self.effect.left = 0;
+            self.probe_and = and;
+            self.probe_xor = xor;
+            self.motor.probe_ok &= !(1 << n);
+            if self.probed() {
+                return Err(Fault::InputActive);
+            }
+            // The probe pin stops the counting at its very step.
+            if and == 1 << 16 {
+                let pin = crate::pins::P1_REF_X_OR_PROBE;
+                let idle = if xor == 0 { pin } else { 0 };
+                step::watch(pin, idle, false);
+            }
+            self.motor.command(n, place);
+            self.motor.go(n, place.1, pace);
+            return Ok(false);
+        }
+        let n = self.effect.n;
+        let i = usize::from(n);
+        if self.effect.phase == 1 {
+            let position = self.motor.position(n);
+            let pin = step::hit() != 0;
+            if pin || self.probed() {
+                let caught = if pin { step::caught(i, position) } else { position };
+                self.motor.probed[i] = caught;
+                self.motor.probe_ok |= 1 << n;
+                self.motor.hit(n, caught);
+                self.effect.phase = 2;
+            } else if self.motor.moving() >> n & 1 == 0 {
+                self.effect.phase = 3;
+            }
+            return Ok(false);
+        }
+        if self.motor.moving() >> n & 1 != 0 {
+            return Ok(false);
+        }
+        step::watch(0, 0, false);
+        let ok = self.effect.phase == 2;
+        let place = if ok { self.motor.probed[i] } else { self.motor.position(n) };
+        self.emit_outcome(TraceKind::Probe, n, ok, place);
+        if !ok && self.effect.bits & flags::QUERY == 0 {
+            return Err(Fault::ProbeMissed);
+        }
+        Ok(true)
+    }
+
+    /// Takes back the first operand: the effect begins again later.
+    fn vm_back(&mut self) {
+        vm().pc -= 1;
+    }
+
+    fn probed(&self) -> bool {
+        let mut inputs = u32::from(self.raw);
+        if self.input(17) {
+            inputs |= 1 << 16;
+        }
+        (inputs & self.probe_and) ^ self.probe_xor != 0
+    }
+
+    /// Reference switches outside homing: an axis that moves toward its closed switch stops (F06).
+    pub fn limits(&mut self) {
+        let moving = self.motor.moving();
+        if moving == 0 {
+            return;
+        }
+        let homing = (Op::Home as u8..=Op::HomeQuery as u8).contains(&self.effect.code);
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            if moving >> n & 1 == 0 || (homing && self.effect.n == n) || !self.switch(n) {
+                continue;
+            }
+            let toward = axis(n).flags & AxisRecord::HOME_POSITIVE != 0;
+            if toward == (self.motor.negative >> n & 1 == 0) {
+                self.motor.halt();
+                self.motor.homed &= !(1 << n);
+                self.fault_input = self.record.reference[usize::from(n)];
+                self.fail(Fault::LimitSwitch);
+            }
+        }
+    }
+}
