@@ -254,10 +254,10 @@ impl<'a> State<'a> {
             Foreign::And => (Tok::Kw(Kw::AndAlso), "write `ANDALSO`"),
             Foreign::Or => (Tok::Kw(Kw::OrElse), "write `ORELSE`"),
             Foreign::Assign => (Tok::Sign(Sign::Eq), "assignment is `=`"),
-            Foreign::Increment => (Tok::Bad, "write `x = x + 1`"),
-            Foreign::AddAssign => (Tok::Bad, "write `x = x + 1`"),
-            Foreign::SubAssign => (Tok::Bad, "write `x = x - 1`"),
-            Foreign::OtherAssign => (Tok::Bad, "write `x = x * 2`"),
+            Foreign::Increment => (Tok::Bad, "write `n = n + 1`"),
+            Foreign::AddAssign => (Tok::Bad, "write `n = n + 1`"),
+            Foreign::SubAssign => (Tok::Bad, "write `n = n - 1`"),
+            Foreign::OtherAssign => (Tok::Bad, "write `n = n * 2`"),
             Foreign::Power => {
                 (Tok::Bad, "there is no power operator: multiply, or shift with `<<`")
             }
@@ -392,6 +392,8 @@ impl<'a> State<'a> {
         let apart = rest.trim_start_matches([' ', '\t']);
         let hint = if word.len() == 1 && apart.starts_with(|c: char| "+-.0123456789[".contains(c)) {
             format!("the number follows its letter directly: `{word}{}`", value_start(apart))
+        } else if apart.starts_with('#') {
+            PARAMETERS.to_owned()
         } else if words::lookup(word).is_some() {
             "a `:` separates statements".to_owned()
         } else {
@@ -412,7 +414,7 @@ impl<'a> State<'a> {
     fn gcode_stray(&mut self, lexer: &mut Lexer<'a, Gcode>, span: Span) {
         let first = span.of(self.text).chars().next().unwrap_or(' ');
         let hint = match first {
-            '#' => "parameters of G-code are not known here: use a variable, as in `X[a]`",
+            '#' => PARAMETERS,
             '/' => "there is no block delete: use IF",
             '*' => "checksums are not used here: delete it",
             ',' => "words stand side by side: `G1 X10 Y5`",
@@ -429,6 +431,9 @@ impl<'a> State<'a> {
         self.bad_word(span, message, hint);
     }
 }
+
+/// The hint for `#5`.
+const PARAMETERS: &str = "parameters of G-code are not known here: use a variable, as in `X[a]`";
 
 fn is_soft(reserved: Reserved) -> bool {
     matches!(reserved, Reserved::Kw(kw) if kw.is_soft())

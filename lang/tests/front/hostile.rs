@@ -5,6 +5,7 @@ use lang::front::fmt::format;
 use lang::front::parser::parse;
 use lang::front::source::{MAX_SOURCE_BYTES, Source};
 use lang::front::words::{Func, Kw};
+use lang::front::{ProfileChoice, compile};
 use proptest::prelude::*;
 use std::time::{Duration, Instant};
 
@@ -15,6 +16,11 @@ fn survive(bytes: &[u8]) -> Diags {
     decoding.into_iter().for_each(|d| diags.push(d));
     let script = parse(source.text(), &mut diags);
     let _ = format(source.text());
+    let (_, found) = compile(&source, ProfileChoice::built_in());
+    for diag in found.into_sorted() {
+        assert!(!diag.render(&source).is_empty());
+        assert!(diag.span.end as usize <= source.text().len(), "{diag:?}");
+    }
     for diag in diags.clone().into_sorted() {
         let span = diag.span;
         assert!(span.start <= span.end && span.end as usize <= source.text().len(), "{diag:?}");

@@ -4,3 +4,4 @@ mod data;
 mod format;
 mod hostile;
 mod manual;
+mod wrong;

@@ -17,6 +17,8 @@ pub struct Builder<'a> {
     diags: &'a mut Diags,
     /// An opening line was lost, so a closing line without block is its consequence.
     lost: bool,
+    /// Blocks that were closed for want of their closing line, which may still come.
+    forced: Vec<Kw>,
 }
 
 /// A block that is open.
@@ -50,7 +52,13 @@ struct Section {
 impl<'a> Builder<'a> {
     /// An empty script.
     pub fn new(diags: &'a mut Diags) -> Self {
-        Self { script: Script::default(), frames: Vec::new(), diags, lost: false }
+        Self {
+            script: Script::default(),
+            frames: Vec::new(),
+            diags,
+            lost: false,
+            forced: Vec::new(),
+        }
     }
 
     /// Where complaints go.
@@ -200,6 +208,7 @@ impl<'a> Builder<'a> {
 
     fn unclosed(&mut self, frame: &Frame, by: Option<(Span, &str)>) {
         let word = frame.opener.word();
+        self.forced.push(word);
         let closing = closing_words(word);
         let message = format!("the {} of line {} has no {closing}", word.text(), frame.line);
         let mut diag = Diag::new(Code::UnclosedBlock, frame.span, message);
@@ -213,6 +222,10 @@ impl<'a> Builder<'a> {
         if self.lost {
             return;
         }
+        if let Some(n) = self.forced.iter().rposition(|&kw| kw == opener) {
+            self.forced.remove(n);
+            return;
+        }
         let message = format!("`{word}` has no {}", opener.text());
         let diag = Diag::new(Code::UnopenedBlock, span, message);
         let diag = match self.frames.last() {
@@ -224,7 +237,17 @@ impl<'a> Builder<'a> {
                     closing_words(open)
                 ))
             }
-            None => diag.hint("no block is open here: delete it"),
+            None => match self.script.body.last() {
+                Some(Stmt { kind: StmtKind::If { one_line: true, .. }, line, .. })
+                    if opener == Kw::If =>
+                {
+                    diag.hint(format!(
+                        "the IF of line {line} ends with its line: delete this, or begin a new line \
+                         behind its THEN"
+                    ))
+                }
+                _ => diag.hint("no block is open here: delete it"),
+            },
         };
         self.diags.push(diag);
     }

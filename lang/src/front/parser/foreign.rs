@@ -17,18 +17,18 @@ const STATEMENTS: &[(&str, &str)] = &[
     ("SLEEP", "write `Wait 500ms`"),
     ("DWELL", "write `Wait 500ms`"),
     ("WAITMS", "write `Wait 500ms`"),
-    ("LET", "leave LET out: `x = 1`"),
-    ("VAR", "declare with DIM: `DIM x`"),
-    ("INT", "declare with DIM: `DIM x`"),
-    ("INTEGER", "declare with DIM: `DIM x`"),
-    ("LONG", "declare with DIM: `DIM x`"),
+    ("LET", "leave LET out: `n = 1`"),
+    ("VAR", "declare with DIM: `DIM n`"),
+    ("INT", "declare with DIM: `DIM n`"),
+    ("INTEGER", "declare with DIM: `DIM n`"),
+    ("LONG", "declare with DIM: `DIM n`"),
     ("LOCAL", "declare with DIM: inside a SUB it is local"),
     ("STATIC", "declare with DIM outside of the SUB"),
     ("GLOBAL", "declare with DIM outside of SUBs"),
     ("FLOAT", "values are whole numbers with a kind: `DIM x AS LENGTH`"),
     ("DATA", "constant values stand in a TABLE: `TABLE t = 1, 2, 3`"),
-    ("READ", "read a TABLE by its index: `x = t(i)`"),
-    ("RESTORE", "a TABLE is read by its index: `x = t(i)`"),
+    ("READ", "read a TABLE by its index: `n = t(i)`"),
+    ("RESTORE", "a TABLE is read by its index: `n = t(i)`"),
     ("ENDIF", "write `END IF`"),
     ("ENDSUB", "write `END SUB`"),
     ("ENDFUNCTION", "write `END FUNCTION`"),
@@ -72,10 +72,10 @@ const STATEMENTS: &[(&str, &str)] = &[
     ("REF", "write `Home X`"),
     ("DATUM", "write `Home X`"),
     ("HOMING", "write `Home X`"),
-    ("INC", "write `x = x + 1`"),
-    ("DEC", "write `x = x - 1`"),
-    ("INCR", "write `x = x + 1`"),
-    ("DECR", "write `x = x - 1`"),
+    ("INC", "write `n = n + 1`"),
+    ("DEC", "write `n = n - 1`"),
+    ("INCR", "write `n = n + 1`"),
+    ("DECR", "write `n = n - 1`"),
     ("OPTION", "leave it out: every name is declared"),
     ("SUBEND", "write `END SUB`"),
     ("RETI", "write `RETURN`"),
@@ -193,7 +193,7 @@ pub fn no_statement(i: In<'_>) -> Diag {
         Tok::Func(func) => {
             let message = format!("`{}` is a function and no statement", func.text());
             Diag::new(Code::UnknownStatement, span, message)
-                .hint(format!("use its value: `x = {}`", func.usage()))
+                .hint(format!("use its value: `n = {}`", func.usage()))
         }
         Tok::Kw(Kw::Until) => Diag::new(Code::UnopenedBlock, span, "UNTIL closes no block")
             .hint("write `DO` ... `LOOP UNTIL condition`"),
@@ -274,6 +274,16 @@ pub fn in_one_line(i: In<'_>, span: Span, piece: &Piece) -> Diag {
             format!("`{word}` can not stand in a one-line IF"),
         )
         .hint("end the line behind THEN and close with `END IF`"),
+    }
+}
+
+/// The form of an ON statement with this second word.
+pub fn on_usage(second: Tok) -> &'static str {
+    match second {
+        Tok::Kw(Kw::Error) => "ON ERROR GOTO label` or `ON ERROR STOP",
+        Tok::Func(Func::In) => "ON IN n RISE|FALL GOSUB sub` or `ON IN n OFF",
+        Tok::Kw(Kw::Every) => "ON EVERY time GOSUB sub` or `ON EVERY OFF",
+        _ => "ON ERROR ...`, `ON IN ...` or `ON EVERY ...",
     }
 }
 

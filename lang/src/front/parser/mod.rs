@@ -90,6 +90,7 @@ fn statement<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
         }
         Err(nom::Err::Error(failure) | nom::Err::Failure(failure)) => {
             let usage = match i.tok() {
+                Tok::Kw(Kw::On) => Some(foreign::on_usage(i.second().tok)),
                 Tok::Kw(kw) | Tok::Quiet(kw) if !kw.is_soft() => Some(kw.entry().usage),
                 _ => None,
             };
