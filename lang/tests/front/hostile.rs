@@ -1,7 +1,9 @@
 //! No input crashes, hangs or piles up diagnostics.
 
+use crate::data::scripts;
 use lang::front::diag::{Diags, MAX_DIAGS};
 use lang::front::fmt::format;
+use lang::front::lexer::lex;
 use lang::front::parser::parse;
 use lang::front::source::{MAX_SOURCE_BYTES, Source};
 use lang::front::words::{Func, Kw};
@@ -128,7 +130,42 @@ fn soup() -> impl Strategy<Value = String> {
         .prop_map(|list| list.into_iter().map(|(w, s)| w + &s).collect())
 }
 
+/// Good programs with tokens taken away, doubled or exchanged: close to what people type.
+fn slips() -> impl Strategy<Value = String> {
+    let mut programs = crate::manual::programs();
+    for folder in ["parse/ok", "check/ok", "fmt"] {
+        programs.extend(scripts(folder).iter().map(|f| std::fs::read_to_string(f).unwrap()));
+    }
+    let slips = prop::collection::vec((any::<prop::sample::Index>(), 0..4, any::<u8>()), 0..6);
+    (prop::sample::select(programs), slips).prop_map(|(text, slips)| {
+        let tokens = lex(&text, &mut Diags::new());
+        let mut pieces: Vec<&str> = Vec::new();
+        let mut end = 0;
+        for token in &tokens {
+            pieces.push(&text[end..token.span.start as usize]);
+            pieces.push(token.span.of(&text));
+            end = token.span.end as usize;
+        }
+        for (place, slip, other) in slips {
+            let at = place.index(pieces.len());
+            let from = (at + usize::from(other)) % pieces.len();
+            match slip {
+                0 => pieces[at] = "",
+                1 => pieces[at] = pieces[from],
+                2 => pieces.swap(at, from),
+                _ => pieces.insert(at, pieces[from]),
+            }
+        }
+        pieces.concat()
+    })
+}
+
 proptest! {
+    #[test]
+    fn slips_of_the_fingers(text in slips()) {
+        survive(text.as_bytes());
+    }
+
     #[test]
     fn any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         survive(&bytes);

@@ -79,17 +79,26 @@ fn tables_are_those_of_the_code() {
     assert!(text == manual(), "run the tests of lang once with UPDATE_MANUAL=1");
 }
 
+/// The programs between its fences.
+pub fn programs() -> Vec<String> {
+    let manual = manual();
+    let fenced = manual.split("```basic\n").skip(1).filter_map(|p| p.split("```").next());
+    fenced.map(str::to_owned).collect()
+}
+
 #[test]
 fn programs_are_good() {
-    let manual = manual();
-    let programs: Vec<&str> =
-        manual.split("```basic\n").skip(1).filter_map(|p| p.split("```").next()).collect();
+    let programs = programs();
     assert!(programs.len() >= 8);
     for program in programs {
-        let source = Source::new("README.md", program.to_owned());
+        let source = Source::new("README.md", program.clone());
         let (checked, diags) = compile(&source, ProfileChoice::built_in());
         let shown = diags.render(&source);
         assert!(checked.is_some() && shown.is_empty(), "{program}\n{shown}");
-        assert_eq!(format(program).as_deref(), Ok(program), "not in the formatter's style");
+        assert_eq!(
+            format(&program).as_deref(),
+            Ok(program.as_str()),
+            "not in the formatter's style"
+        );
     }
 }
