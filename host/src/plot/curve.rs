@@ -4,7 +4,7 @@ use lang::axis::Axis;
 use lang::profile::Profile;
 
 use super::Style;
-use crate::sim::record::{ArcShape, Segment};
+use crate::sim::record::{ArcShape, Segment, SegmentKind};
 
 /// Largest angle between two points of a drawn arc, radians: 0.05 % of the radius off the circle.
 const ARC_STEP: f64 = 0.06;
@@ -33,6 +33,8 @@ pub struct Curve {
     pub points: Vec<Point>,
     /// Axes that it moves.
     pub axes: [bool; 3],
+    /// It is part of a reference run.
+    pub home: bool,
     /// Its rate is that along the path, not that of the axis that steps most.
     pub arc: bool,
 }
@@ -169,6 +171,7 @@ fn curve(segment: &Segment, entry: f64, exit: f64, profile: &Profile, detail: bo
         line: segment.line,
         points: points.collect(),
         axes: segment.axes,
+        home: segment.kind == SegmentKind::Home,
         arc: segment.arc.is_some(),
     }
 }

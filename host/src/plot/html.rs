@@ -27,8 +27,8 @@ struct Data<'a> {
     rows: Vec<FlatRow>,
 }
 
-/// A curve: style, line, whether its rate is that along an arc, then us, x, y, z, rate of each
-/// point one after the other.
+/// A curve: style, line, flags (1: its rate is that along an arc, 2: reference run), then us, x, y,
+/// z, rate of each point one after the other.
 #[derive(Serialize)]
 struct Flat(usize, u32, u8, Vec<f64>);
 
@@ -75,5 +75,6 @@ fn flat(curve: &Curve) -> Flat {
         let [x, y, z] = point.at.map(|value| round(value, 10_000.0));
         [point.us.round(), x, y, z, point.rate.round()]
     });
-    Flat(style, curve.line, curve.arc.into(), points.collect())
+    let flags = u8::from(curve.arc) | u8::from(curve.home) << 1;
+    Flat(style, curve.line, flags, points.collect())
 }

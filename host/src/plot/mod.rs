@@ -123,6 +123,13 @@ impl Plot<'_> {
         curves(&self.outcome.record.path, &self.program.profile, DETAILED_SEGMENTS)
     }
 
+    /// Curves that decide what part of the plane is shown: reference runs begin at an unknown place,
+    /// so they count only when there is nothing else.
+    fn shown<'c>(curves: &'c [Curve]) -> impl Iterator<Item = &'c Curve> + Clone {
+        let only_home = curves.iter().all(|curve| curve.home);
+        curves.iter().filter(move |curve| only_home || !curve.home)
+    }
+
     fn has_z(&self) -> bool {
         self.program.profile.axis(Axis::Z).is_some()
     }

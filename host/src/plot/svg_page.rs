@@ -3,7 +3,9 @@
 use std::collections::HashSet;
 
 use svg::node::element::path::Data;
-use svg::node::element::{Circle, Group, Line, Path, Rectangle, Style as Css, Text, Title};
+use svg::node::element::{
+    Circle, ClipPath, Group, Line, Path, Rectangle, Style as Css, Text, Title,
+};
 use svg::{Document, Node};
 
 use super::curve::Curve;
@@ -126,7 +128,8 @@ fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
 /// X to the right, Y up, both in the same scale.
 fn top_view(plot: &Plot<'_>, curves: &[Curve], top: f64) -> (Panel, Scale) {
     let values = |axis: usize| {
-        curves.iter().flat_map(move |curve| curve.points.iter().map(move |point| point.at[axis]))
+        Plot::shown(curves)
+            .flat_map(move |curve| curve.points.iter().map(move |point| point.at[axis]))
     };
     let (mut x, mut y) = (Span::of(values(0), 1.0, 0.06), Span::of(values(1), 1.0, 0.06));
     let height = (y.width() / x.width() * (RIGHT - LEFT)).clamp(180.0, TOP_VIEW);
@@ -137,10 +140,15 @@ fn top_view(plot: &Plot<'_>, curves: &[Curve], top: f64) -> (Panel, Scale) {
     let x = Scale { span: x, from: LEFT, to: RIGHT };
     let y = Scale { span: y, from: top + height, to: top };
     let mut group = frame(&x, &y, "X / Y from above, mm", (12, (height / 60.0) as usize));
-    group.append(drawing(plot, curves, &x, &y, [0, 1]));
-    group.append(holes(plot, curves, &x, &y));
-    group.append(marks(curves, &x, &y));
-    group.append(labels(curves, &x, &y));
+    let inside = clip("above", &x, &y);
+    let path = Group::new()
+        .set("clip-path", "url(#above)")
+        .add(drawing(plot, curves, &x, &y, [0, 1]))
+        .add(holes(plot, curves, &x, &y))
+        .add(marks(curves, &x, &y))
+        .add(labels(curves, &x, &y));
+    group.append(inside);
+    group.append(path);
     (Panel { group, bottom: top + height }, x)
 }
 
@@ -151,27 +159,40 @@ fn widen(span: Span, width: f64) -> Span {
 
 /// Z over X, below the view from above and in line with it.
 fn side_view(plot: &Plot<'_>, curves: &[Curve], x: Scale, top: f64) -> Panel {
-    let values = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.at[2]));
+    let values = Plot::shown(curves).flat_map(|curve| curve.points.iter().map(|point| point.at[2]));
     let mut span = Span::of(values, 0.5, 0.08);
     // The caption stands above the path.
     span.high += span.width() * 0.16;
     let z = Scale { span, from: top + SIDE_VIEW, to: top };
     let mut group = frame(&x, &z, "X / Z from the front, mm (Z has its own scale)", (12, 5));
-    group.append(drawing(plot, curves, &x, &z, [0, 2]));
+    group.append(clip("front", &x, &z));
+    group.append(Group::new().set("clip-path", "url(#front)").add(drawing(
+        plot,
+        curves,
+        &x,
+        &z,
+        [0, 2],
+    )));
     Panel { group, bottom: top + SIDE_VIEW }
+}
+
+/// Nothing is drawn outside a panel.
+fn clip(name: &str, x: &Scale, y: &Scale) -> ClipPath {
+    ClipPath::new().set("id", name).add(rectangle(x, y))
+}
+
+fn rectangle(x: &Scale, y: &Scale) -> Rectangle {
+    Rectangle::new()
+        .set("x", round(x.from))
+        .set("y", round(y.to))
+        .set("width", round(x.to - x.from))
+        .set("height", round(y.from - y.to))
+        .set("rx", 4)
 }
 
 /// Panel, grid and tick values.
 fn frame(x: &Scale, y: &Scale, caption: &str, ticks: (usize, usize)) -> Group {
-    let mut group = Group::new().add(
-        Rectangle::new()
-            .set("x", round(x.from))
-            .set("y", round(y.to))
-            .set("width", round(x.to - x.from))
-            .set("height", round(y.from - y.to))
-            .set("rx", 4)
-            .set("class", "panel"),
-    );
+    let mut group = Group::new().add(rectangle(x, y).set("class", "panel"));
     let class = |value: f64| if value.abs() < 1e-9 { "zero" } else { "grid" };
     let (values, digits) = x.span.ticks(ticks.0);
     for value in values {

@@ -11,8 +11,8 @@ const state = { now: RUN.end, zoom: null, bySpeed: false, hover: null, playing: 
 
 // ---- the run -----------------------------------------------------------------------------
 
-const curves = RUN.curves.map(([style, line, arc, data]) => ({
-  style, line, arc: arc === 1, data, count: data.length / POINT,
+const curves = RUN.curves.map(([style, line, flags, data]) => ({
+  style, line, arc: (flags & 1) !== 0, home: (flags & 2) !== 0, data, count: data.length / POINT,
   from: data[0], to: data[data.length - POINT],
 }));
 const topRate = curves.reduce((top, curve) => {
@@ -80,10 +80,13 @@ function canvas(id) {
 
 const top_ = canvas("top"), side = canvas("side"), rate = canvas("rate"), rows = canvas("rows");
 const PAD = { left: 52, right: 14, top: 8, bottom: 22 };
+const NAMES = 120; // left edge of the charts over time: the rows have names
 
+// Reference runs begin at an unknown place: they count only when there is nothing else.
+const shown = curves.some((curve) => !curve.home) ? curves.filter((curve) => !curve.home) : curves;
 function extent(k, least) {
   let low = Infinity, high = -Infinity;
-  for (const curve of curves)
+  for (const curve of shown)
     for (let i = 1 + k; i < curve.data.length; i += POINT) {
       low = Math.min(low, curve.data[i]);
       high = Math.max(high, curve.data[i]);
@@ -105,9 +108,9 @@ function ticks([low, high], most) {
 }
 
 // A plotting area with grid; gives the functions from values to pixels.
-function frame(c, size, xRange, yRange, yTicks) {
+function frame(c, size, xRange, yRange, yTicks, left = PAD.left) {
   const [width, height] = size, g = c.context;
-  const box = [PAD.left, PAD.top, width - PAD.right, height - PAD.bottom];
+  const box = [left, PAD.top, width - PAD.right, height - PAD.bottom];
   const x = (v) => box[0] + ((v - xRange[0]) / (xRange[1] - xRange[0])) * (box[2] - box[0]);
   const y = (v) => box[3] - ((v - yRange[0]) / (yRange[1] - yRange[0])) * (box[3] - box[1]);
   g.lineWidth = 1;
@@ -259,7 +262,7 @@ function drawSide(xRange) {
 const timeRange = [0, Math.max(RUN.end, 1) / 1e6];
 let timeMap = null;
 function drawRate() {
-  const f = frame(rate, rate.begin(), timeRange, [-topRate * 1.08, topRate * 1.08], 6);
+  const f = frame(rate, rate.begin(), timeRange, [-topRate * 1.08, topRate * 1.08], 6, NAMES);
   timeMap = f;
   const g = rate.context;
   AXES.forEach((axis, k) => {
@@ -289,7 +292,7 @@ function drawRate() {
 
 const ROW = 20;
 function drawRows() {
-  const f = frame(rows, rows.begin(), timeRange, [0, 1], 0);
+  const f = frame(rows, rows.begin(), timeRange, [0, 1], 0, NAMES);
   const g = rows.context;
   RUN.rows.forEach(([name, output, spans], i) => {
     const y = f.box[1] + i * ROW;
@@ -297,8 +300,8 @@ function drawRows() {
     for (const [from, to] of spans)
       g.fillRect(f.x(from / 1e6), y + 3, Math.max(1, f.x(to / 1e6) - f.x(from / 1e6)), ROW - 6);
     g.fillStyle = color("text");
-    g.textAlign = "left"; g.textBaseline = "middle";
-    g.fillText(name, f.box[0] + 6, y + ROW / 2);
+    g.textAlign = "right"; g.textBaseline = "middle";
+    g.fillText(name, f.box[0] - 8, y + ROW / 2);
   });
   cursor(g, f);
 }
