@@ -3,6 +3,7 @@
 //! Names, exit codes and formats are a contract with other tools (see [`Failure`]).
 
 mod axes;
+mod board_run;
 mod build;
 mod check;
 mod control;
@@ -16,6 +17,7 @@ mod sim;
 mod status;
 mod summary;
 mod upload;
+mod world;
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;

@@ -8,13 +8,13 @@ use std::rc::Rc;
 use clap::{Args, ValueEnum};
 
 use super::script::{self, Script};
-use super::{Console, Options, summary};
+use super::{Console, Options, board_run, summary, world};
 use crate::failure::Failure;
-use crate::input;
+use crate::input::code;
 use crate::plot::{Form, Plot};
 use crate::render::Note;
 use crate::sim::trace::{Event, Status, What, write_line};
-use crate::sim::world::{World, WorldError};
+use crate::sim::world::World;
 use crate::sim::{self, DEFAULT_LIMIT_US, Outcome, SimError};
 
 /// `pasapas sim`
@@ -34,6 +34,9 @@ pub struct Sim {
     /// Draw the path, inputs and outputs
     #[arg(long, value_name = "P.svg|P.html", value_parser = plot_file)]
     plot: Option<String>,
+    /// Write every edge at the board's pins as a Value Change Dump (engine board)
+    #[arg(long, value_name = "P.vcd")]
+    vcd: Option<String>,
     /// End after this simulated time: 90s, 500ms, 10min, 24h
     #[arg(long, value_name = "TIME", value_parser = time)]
     limit: Option<u64>,
@@ -46,6 +49,8 @@ enum Engine {
     Rhai,
     /// The device's own VM on this computer
     Vm,
+    /// The real firmware image in the emulator, cycle by cycle
+    Board,
 }
 
 impl Engine {
@@ -53,6 +58,7 @@ impl Engine {
         match self {
             Engine::Rhai => "rhai",
             Engine::Vm => "vm",
+            Engine::Board => "board",
         }
     }
 }
@@ -91,8 +97,13 @@ impl Sim {
     /// The script or the world is wrong, the run ends in a fault, is stopped, or an expectation
     /// does not hold.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        if self.vcd.is_some() && self.engine != Engine::Board {
+            return Err(Failure::Usage(
+                "--vcd needs --engine board: only that has pins".to_owned(),
+            ));
+        }
         let script = script::load(&self.file, options, console)?;
-        let world = self.world(console)?;
+        let world = world::load(self.world.as_deref(), console)?;
         let prints = !console.json() && self.trace.as_deref() != Some("-");
         let listener = Listener::open(self.trace.as_deref(), prints.then_some(*console))?;
         let listener = Rc::new(RefCell::new(listener));
@@ -104,12 +115,6 @@ impl Sim {
         let to_stderr = self.trace.as_deref() == Some("-");
         summary::write(&self.file, self.engine.name(), &outcome, to_stderr, console)?;
         verdict(&self.file, &outcome, console)
-    }
-
-    fn world(&self, console: &Console) -> Result<World, Failure> {
-        let Some(file) = &self.world else { return Ok(World::empty()) };
-        let text = input::read_text(file).map_err(|note| console.refuse(&note))?;
-        World::parse(file, &text).map_err(|error| wrong_world(&error, console))
     }
 
     fn simulate(
@@ -127,12 +132,14 @@ impl Sim {
         let engine = match self.engine {
             Engine::Rhai => sim::Engine::Rhai,
             Engine::Vm => sim::Engine::Vm,
+            Engine::Board => {
+                let vcd = self.vcd.as_deref();
+                return board_run::run(script, world, &options, vcd, sink, console);
+            }
         };
         sim::run(&script.program, engine, world, &options, sink).map_err(|error| match error {
-            SimError::World(error) => wrong_world(&error, console),
-            SimError::Engine(text) => {
-                console.refuse(&Note::error(&self.file, input::code::ENGINE, text))
-            }
+            SimError::World(error) => world::wrong(&error, console),
+            SimError::Engine(text) => console.refuse(&Note::error(&self.file, code::ENGINE, text)),
         })
     }
 
@@ -145,14 +152,6 @@ impl Sim {
             Plot { title: &title, source: script.source.text(), program: &script.program, outcome };
         std::fs::write(path, plot.render(form)).map_err(|error| Failure::writing(path, &error))
     }
-}
-
-fn wrong_world(error: &WorldError, console: &Console) -> Failure {
-    let place = (
-        u32::try_from(error.line).unwrap_or(1).max(1),
-        u32::try_from(error.column).unwrap_or(1).max(1),
-    );
-    console.refuse(&Note::error(&error.file, error.code, error.text.clone()).at(place))
 }
 
 /// Exit code 3 for everything but a run that was done and met its expectations.

@@ -125,7 +125,7 @@ impl Plot<'_> {
 
     /// Curves that decide what part of the plane is shown: reference runs begin at an unknown place,
     /// so they count only when there is nothing else.
-    fn shown<'c>(curves: &'c [Curve]) -> impl Iterator<Item = &'c Curve> + Clone {
+    fn shown(curves: &[Curve]) -> impl Iterator<Item = &Curve> + Clone {
         let only_home = curves.iter().all(|curve| curve.home);
         curves.iter().filter(move |curve| only_home || !curve.home)
     }

@@ -1,0 +1,77 @@
+//! `pasapas sim --engine board`: the engine's run with a progress bar and a VCD.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::script::{self, Script};
+use super::{Console, world};
+use crate::board::engine::{self, BoardError, Job, Sinks};
+use crate::failure::Failure;
+use crate::plot::time;
+use crate::sim::world::World;
+use crate::sim::{Options, Outcome, Sink};
+
+/// Runs a script on the emulated board; what the emulator noticed is written.
+///
+/// # Errors
+/// The script does not fit, the world is wrong, the board fails, or the VCD cannot be written.
+pub fn run(
+    script: &Script,
+    world: &World,
+    options: &Options,
+    vcd: Option<&str>,
+    mut sink: Sink,
+    console: &Console,
+) -> Result<Outcome, Failure> {
+    let compiled = script::compile_for_device(script, console)?;
+    let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
+    let job =
+        Job { program: &script.program, image: &compiled.image, line_of: &line_of, world, options };
+    let mut vcd_file = match vcd {
+        None => None,
+        Some(path) => {
+            let file = File::create(path).map_err(|error| Failure::writing(path, &error))?;
+            Some(BufWriter::new(file))
+        }
+    };
+    let bar = bar(console);
+    let mut shown = Instant::now();
+    let mut progress = |us: u64| {
+        if shown.elapsed() > Duration::from_millis(100) {
+            shown = Instant::now();
+            bar.set_message(time(us));
+            bar.tick();
+        }
+    };
+    let sinks = Sinks {
+        trace: &mut *sink,
+        vcd: vcd_file.as_mut().map(|file| file as &mut dyn Write),
+        progress: &mut progress,
+    };
+    let result = engine::run(&job, sinks);
+    bar.finish_and_clear();
+    let run = result.map_err(|error| match error {
+        BoardError::World(error) => world::wrong(&error, console),
+        BoardError::Vcd(error) => Failure::writing(vcd.unwrap_or_default(), &error),
+        error => Failure::Board(error.to_string()),
+    })?;
+    for remark in &run.remarks {
+        console.complain(remark);
+    }
+    Ok(run.outcome)
+}
+
+/// Shown on a terminal only.
+fn bar(console: &Console) -> ProgressBar {
+    if !console.shows_progress() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} board: {msg} of simulated time") {
+        bar.set_style(style);
+    }
+    bar
+}

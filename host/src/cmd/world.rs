@@ -1,0 +1,24 @@
+//! `--world`: the scenario around a simulated machine.
+
+use super::Console;
+use crate::failure::Failure;
+use crate::input;
+use crate::render::Note;
+use crate::sim::world::{World, WorldError};
+
+/// Reads the scenario, or gives the empty one.
+///
+/// # Errors
+/// It cannot be read or is no script; that was written.
+pub fn load(file: Option<&str>, console: &Console) -> Result<World, Failure> {
+    let Some(file) = file else { return Ok(World::empty()) };
+    let text = input::read_text(file).map_err(|note| console.refuse(&note))?;
+    World::parse(file, &text).map_err(|error| wrong(&error, console))
+}
+
+/// Writes what is wrong with a scenario.
+pub fn wrong(error: &WorldError, console: &Console) -> Failure {
+    let at = |n: usize| u32::try_from(n).unwrap_or(1).max(1);
+    let place = (at(error.line), at(error.column));
+    console.refuse(&Note::error(&error.file, error.code, error.text.clone()).at(place))
+}
