@@ -94,7 +94,11 @@ pub fn verify<B: Bytes>(
     }
     let code_len = image.word(9);
     let length = image.word(6);
-    if code_len == 0 || image.byte(11) != 0 || code_len > length - CODE {
+    if code_len == 0
+        || image.byte(11) != 0
+        || code_len > length - CODE
+        || code_len > BLOCK * ANCHORS as u16
+    {
         return Err(Refusal::Code);
     }
     let mut at = MACHINE + 8;
@@ -215,6 +219,9 @@ impl<B: Bytes> Check<'_, B> {
             return false;
         }
         let mut at = self.image.word(self.data + at);
+        if at > self.data_len {
+            return false;
+        }
         let mut start = 0;
         while at < self.data_len {
             let head = self.image.byte(self.data + at);

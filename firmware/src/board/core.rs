@@ -1,5 +1,6 @@
 //! What the board is between two passes of the main loop.
 
+use crate::check;
 use crate::flash::{Area, Image};
 use crate::motor::Motor;
 use crate::vm::vm;
@@ -9,7 +10,7 @@ use firmware::motion::Feed;
 use firmware::print::Print;
 use firmware::session::{Order, Session};
 use firmware::store::Store;
-use firmware::verify::{self, ANCHORS, Limits};
+use firmware::verify::{self, Limits};
 use lang::fault::Fault;
 use lang::record::{BoardRecord, feature};
 use lang::vm::flag;
@@ -213,10 +214,10 @@ impl Core {
     /// Checks the image at an address; the pool must be free.
     pub fn check(&mut self, image: u16) -> bool {
         // SAFETY: no program runs, so the pool is free for the check's anchors.
-        let anchors =
-            unsafe { &mut *core::ptr::addr_of_mut!(crate::vm::CALLS).cast::<[u8; ANCHORS]>() };
-        let verdict = verify::verify(&Image(image), &LIMITS, anchors);
-        self.refusal = verdict.err().map_or(0, |refusal| refusal as u8);
+        let scratch = unsafe {
+            &mut *core::ptr::addr_of_mut!(crate::vm::CALLS).cast::<[u8; check::SCRATCH]>()
+        };
+        self.refusal = check::verify(image, LIMITS.features, scratch).err().unwrap_or(0);
         self.refusal == 0
     }
 

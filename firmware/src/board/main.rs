@@ -9,6 +9,7 @@ use msp430_rt as _;
 
 mod boot;
 mod chain;
+mod check;
 mod core;
 mod effects;
 mod flash;

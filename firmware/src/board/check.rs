@@ -1,0 +1,809 @@
+//! The check of an image in assembly: the twin of [`firmware::verify::verify`], a quarter of what
+//! the compiler makes of that. `tests/tests/image_check.rs` holds the two together.
+//!
+//! | register | holds |
+//! |---|---|
+//! | r4 | instruction |
+//! | r5 | its code |
+//! | r6 | its entry of [`SHAPES`] |
+//! | r7 | the instruction behind it |
+//! | r8 | values that it takes |
+//! | r9 | depth of the expression stack |
+//! | r10 | scratch memory: [`CODE_START`] to [`ANCHOR_TABLE`] |
+//! | r11 to r15 | free |
+//!
+//! Addresses are absolute. 1 KB of code takes about 20 ms.
+
+use ::core::arch::global_asm;
+use firmware::verify::{ANCHORS, CODE, MACHINE};
+use lang::image::FORMAT;
+use lang::isa::{self, Class, FINGERPRINT, Op, Operands, ROWS, SHORT_CELLS, flags};
+use lang::record::{AxisRecord, feature};
+use lang::wire::Refusal;
+
+/// Offset in the scratch memory of the code's address.
+const CODE_START: u8 = 0;
+/// Of the address behind the code, where the data begins.
+const CODE_END: u8 = 2;
+/// Of the address behind the image.
+const IMAGE_END: u8 = 4;
+/// Of the image's address.
+const IMAGE: u8 = 6;
+/// Of the machine stack on entry, for the way out of any depth.
+const FRAME: u8 = 8;
+/// Of the anchors.
+const ANCHOR_TABLE: u8 = 10;
+/// Scratch memory of the check, bytes.
+pub const SCRATCH: usize = ANCHOR_TABLE as usize + ANCHORS;
+
+/// No instruction.
+const INVALID: u16 = 0xFFFF;
+/// Bit of a shape: the instruction never falls through.
+const ENDS: u16 = 1 << 13;
+/// Bit of a shape: an effect.
+const EFFECT: u16 = 1 << 14;
+/// Bit of a shape: nothing may lie below the values that the instruction takes.
+const EXACT: u16 = 1 << 15;
+/// Codes with a row of their own below [`isa::LOAD`], groups of 16, effects.
+const LOW: u8 = 0x60;
+const GROUPS: u8 = 6;
+const INDICES: usize = LOW as usize + GROUPS as usize + 64;
+const FIRST_EFFECT: u8 = isa::EFFECTS;
+
+/// Bits 0..2 operand bytes, 3..7 [`Operands`], 8..10 values taken, 11, 12 values left, then
+/// [`ENDS`], [`EFFECT`], [`EXACT`].
+const fn shape(code: u8) -> u16 {
+    let mut r = 0;
+    while r < ROWS.len() {
+        let row = &ROWS[r];
+        if code.wrapping_sub(row.code) < row.count {
+            let short = code.wrapping_sub(Op::Rapid as u8);
+            let pops = match short {
+                0..10 => isa::SHORT_AXES[short as usize % 5].0.count_ones() as u8,
+                _ => row.pops,
+            };
+            let class = match row.class {
+                Class::Pure => 0,
+                Class::Ends => ENDS,
+                Class::Effect => EFFECT,
+            };
+            let exact = match row.op {
+                Op::Call
+                | Op::CallFar
+                | Op::Gosub
+                | Op::GosubFar
+                | Op::Return
+                | Op::ExitSub
+                | Op::Leave
+                | Op::Give => EXACT,
+                _ => 0,
+            };
+            return row.operands.len(false) as u16
+                | (row.operands as u16) << 3
+                | (pops as u16) << 8
+                | (row.pushes as u16) << 11
+                | class
+                | exact;
+        }
+        r += 1;
+    }
+    INVALID
+}
+
+const fn code_of(index: usize) -> u8 {
+    match index as u8 {
+        index @ 0..LOW => index,
+        index if index < LOW + GROUPS => LOW + (index - LOW) * 16,
+        index => FIRST_EFFECT + (index - LOW - GROUPS),
+    }
+}
+
+const fn position(shapes: &[u16], count: usize, wanted: u16) -> usize {
+    let mut i = 0;
+    while i < count && shapes[i] != wanted {
+        i += 1;
+    }
+    i
+}
+
+const fn dictionary() -> ([u16; INDICES], usize) {
+    let mut shapes = [0; INDICES];
+    let mut count = 0;
+    let mut index = 0;
+    while index < INDICES {
+        let wanted = shape(code_of(index));
+        if position(&shapes, count, wanted) == count {
+            shapes[count] = wanted;
+            count += 1;
+        }
+        index += 1;
+    }
+    (shapes, count)
+}
+
+const KINDS: usize = dictionary().1;
+
+/// The shapes that occur.
+static SHAPES: [u16; KINDS] = {
+    let all = dictionary().0;
+    let mut shapes = [0; KINDS];
+    let mut i = 0;
+    while i < KINDS {
+        shapes[i] = all[i];
+        i += 1;
+    }
+    shapes
+};
+
+/// Which of them an instruction has, twice its number in [`SHAPES`].
+static INDEX: [u8; INDICES] = {
+    let shapes = dictionary().0;
+    let mut indices = [0; INDICES];
+    let mut index = 0;
+    while index < INDICES {
+        indices[index] = 2 * position(&shapes, KINDS, shape(code_of(index))) as u8;
+        index += 1;
+    }
+    indices
+};
+
+const fn counted(code: u8) -> bool {
+    let (first, second) = isa::argument_masks(code);
+    first | second != 0
+}
+
+const fn counted_codes() -> usize {
+    let mut count = 0;
+    let mut code = FIRST_EFFECT;
+    while code != 0 {
+        count += counted(code) as usize;
+        code = code.wrapping_add(1);
+    }
+    count
+}
+
+const MASKS_LEN: usize = 3 * counted_codes();
+
+/// Codes whose flag bytes bring arguments, each with the masks of [`isa::argument_masks`].
+static MASKS: [u8; MASKS_LEN] = {
+    let mut masks = [0; MASKS_LEN];
+    let mut at = 0;
+    let mut code = FIRST_EFFECT;
+    while code != 0 {
+        if counted(code) {
+            let (first, second) = isa::argument_masks(code);
+            (masks[at], masks[at + 1], masks[at + 2]) = (code, first, second);
+            at += 3;
+        }
+        code = code.wrapping_add(1);
+    }
+    masks
+};
+
+unsafe extern "C" {
+    fn pasapas_verify(image: u16, features: u16, scratch: *mut u8) -> u16;
+}
+
+/// Checks the image at an address, of which [`firmware::verify::sound`] has found length and CRC
+/// good. `features` are those of this firmware.
+///
+/// # Errors
+/// A [`Refusal`] as its number.
+pub fn verify(image: u16, features: u8, scratch: &mut [u8; SCRATCH]) -> Result<(), u8> {
+    // SAFETY: the routine reads the image and writes nothing but the scratch memory.
+    match unsafe { pasapas_verify(image, features.into(), scratch.as_mut_ptr()) } {
+        0 => Ok(()),
+        refusal => Err(refusal as u8),
+    }
+}
+
+global_asm!(
+    r#"
+    .section .text.verify,"ax",@progbits
+    .global pasapas_verify
+pasapas_verify:
+    push r4
+    push r5
+    push r6
+    push r7
+    push r8
+    push r9
+    push r10
+    mov r14, r10
+    mov r12, {image}(r10)
+    mov r1, {frame}(r10)
+    mov r12, r4
+
+    /* header */
+    mov #{version}, r15
+    cmp.b #{format}, 0(r4)
+    jne 9f
+    cmp #{fingerprint}, 2(r4)
+    jne 9f
+    mov #{feature}, r15
+    mov.b 1(r4), r11
+    bic.b r13, r11
+    tst.b r11
+    jne 9f
+    mov #{memory}, r15
+    mov.b 15(r4), r12
+    mov.b 16(r4), r13
+    mov.b 14(r4), r11
+    mov.b r12, r14
+    and #15, r14
+    rra r12
+    rra r12
+    rra r12
+    rra r12
+    cmp r14, r12
+    jlo 9f
+    /* 4 (cells + stack) + 2 calls = 2 (2 (cells + stack) + calls) */
+    add r11, r12
+    rla r12
+    mov.b r13, r14
+    rra r14
+    rra r14
+    rra r14
+    rra r14
+    add r14, r12
+    rla r12
+    mov #{pool_many}, r14
+    bit.b #{many}, 1(r4)
+    jne 1f
+    mov #{pool_one}, r14
+1:  cmp r12, r14
+    jlo 9f
+    and #15, r13
+    cmp #9, r13
+    jhs 9f
+    mov.b 17(r4), r12
+    add r13, r12
+    cmp r12, r11
+    jlo 9f
+    mov #{code_refusal}, r15
+    tst.b 11(r4)
+    jne 9f
+    mov 6(r4), r12
+    add r4, r12
+    mov r12, {image_end}(r10)
+    mov r4, r12
+    add #{code}, r12
+    mov r12, {code_start}(r10)
+    mov.b 9(r4), r13
+    mov.b 10(r4), r14
+    swpb r14
+    bis r14, r13
+    tst r13
+    jeq 9f
+    cmp #{max_code}, r13
+    jhs 9f
+    add r13, r12
+    mov r12, {code_end}(r10)
+    cmp r12, {image_end}(r10)
+    jlo 9f
+    /* axes that are there have a scale */
+    add #{axes}, r4
+    mov #3, r13
+2:  bit #{present}, 0(r4)
+    jeq 3f
+    tst 2(r4)
+    jeq 9f
+    tst 4(r4)
+    jeq 9f
+3:  add #{axis_size}, r4
+    dec r13
+    jne 2b
+    jmp pasapas_verify_code
+
+pasapas_verify_fail:
+    mov #{code_refusal}, r15
+9:  mov {frame}(r10), r1
+    mov r15, r12
+    pop r10
+    pop r9
+    pop r8
+    pop r7
+    pop r6
+    pop r5
+    pop r4
+    ret
+
+    /* first pass: instructions, operands, depths; leaves the anchors */
+pasapas_verify_code:
+    mov r10, r11
+    mov #{anchors}, r12
+1:  mov.b #-1, {anchor}(r11)
+    inc r11
+    dec r12
+    jne 1b
+    mov @r10, r4
+    clr r9
+2:  tst r9
+    jne 3f
+    mov r4, r12
+    sub @r10, r12
+    mov r12, r11
+    rla r11
+    rla r11
+    swpb r11
+    mov.b r11, r11
+    and #63, r12
+    add r10, r11
+    cmp.b #-1, {anchor}(r11)
+    jne 3f
+    mov.b r12, {anchor}(r11)
+3:  call #pasapas_verify_insn
+    cmp r7, {code_end}(r10)
+    jlo pasapas_verify_fail
+    tst r6
+    jge 4f
+    cmp r8, r9
+    jne pasapas_verify_fail
+4:  mov r5, r11
+    bic #1, r11
+    cmp #{func}, r11
+    jne 5f
+    cmp #8, r9
+    jhs pasapas_verify_fail
+5:  call #pasapas_verify_operands
+    call #pasapas_verify_after
+    mov {image}(r10), r11
+    mov.b 15(r11), r11
+    and #15, r11
+    cmp r9, r11
+    jlo pasapas_verify_fail
+    mov r7, r4
+    cmp {code_end}(r10), r4
+    jlo 2b
+    bit #{ends}, r6
+    jeq pasapas_verify_fail
+
+    /* second pass: jumps */
+    mov @r10, r4
+    clr r9
+1:  call #pasapas_verify_insn
+    /* r13 = target, r14 = depth there; unsigned shapes are compared by their type */
+    mov.b r6, r11
+    bic #7, r11
+    clr r14
+    mov.b 1(r4), r13
+    cmp #{sub8}, r11
+    jeq 3f
+    mov.b 2(r4), r15
+    swpb r15
+    bis r15, r13
+    cmp #{sub}, r11
+    jeq 3f
+    mov r9, r14
+    cmp #{addr}, r11
+    jeq 3f
+    sub r8, r14
+    mov.b -1(r7), r13
+    sxt r13
+    cmp #{rel}, r11
+    jeq 2f
+    cmp #{cell_rel}, r11
+    jeq 2f
+    cmp #{cell_u8_rel}, r11
+    jeq 2f
+    mov r5, r13
+    sub #{skip_less_one}, r13
+    mov r5, r12
+    bic #15, r12
+    cmp #{skip}, r12
+    jne 5f
+2:  add r7, r13
+    jmp 4f
+3:  add @r10, r13
+4:  push r4
+    push r9
+    call #pasapas_verify_lands
+    pop r9
+    pop r4
+    call #pasapas_verify_insn
+5:  call #pasapas_verify_after
+    mov r7, r4
+    cmp {code_end}(r10), r4
+    jlo 1b
+
+    /* targets that stand elsewhere: main program, ON lines, statement table */
+    mov {image}(r10), r6
+    mov 12(r6), r13
+    call #pasapas_verify_start
+    mov {code_end}(r10), r5
+    mov {image}(r10), r6
+    mov.b 1(r6), r6
+    bit #{events}, r6
+    jeq 2f
+    cmp {image_end}(r10), r5
+    jhs pasapas_verify_broken
+    mov.b @r5+, r4
+    jmp 6f
+1:  push r4
+    push r6
+    call #pasapas_verify_word
+    push r5
+    call #pasapas_verify_start
+    pop r5
+    pop r6
+    pop r4
+    dec r4
+6:  tst r4
+    jne 1b
+2:  bit #{lines}, r6
+    jeq pasapas_verify_good
+    call #pasapas_verify_word
+    mov r13, r5
+    add {code_end}(r10), r5
+    jc pasapas_verify_broken
+    cmp r5, {image_end}(r10)
+    jlo pasapas_verify_broken
+    mov @r10, r14
+    /* r5 = entry, r14 = address of its statement */
+3:  cmp {image_end}(r10), r5
+    jhs pasapas_verify_good
+    mov.b @r5+, r11
+    mov r11, r12
+    and #31, r12
+    cmp #31, r12
+    jne 4f
+    mov.b @r5+, r13
+    add r13, r12
+4:  bit #0x80, r11
+    jeq 5f
+    inc r5
+    bit #0x40, r11
+    jeq 5f
+    inc r5
+5:  push r5
+    push r11
+    push r12
+    push r14
+    mov r14, r13
+    call #pasapas_verify_place
+    pop r14
+    pop r12
+    pop r11
+    pop r5
+    add r12, r14
+    bit #32, r11
+    jeq 7f
+    call #pasapas_verify_word
+    push r5
+    push r14
+    call #pasapas_verify_start
+    pop r14
+    pop r5
+    jmp 8f
+7:  cmp {code_end}(r10), r14
+    jhs 8f
+    push r5
+    push r14
+    mov r14, r13
+    call #pasapas_verify_place
+    pop r14
+    pop r5
+8:  cmp {code_end}(r10), r14
+    jlo 3b
+pasapas_verify_good:
+    clr r15
+    jmp 9b
+pasapas_verify_broken:
+    br #pasapas_verify_fail
+
+    /* r13 = number at r5, which lies in the image; r5 behind it */
+pasapas_verify_word:
+    mov r5, r13
+    incd r13
+    cmp r13, {image_end}(r10)
+    jlo pasapas_verify_broken
+    mov.b @r5+, r13
+    mov.b @r5+, r15
+    swpb r15
+    bis r15, r13
+    ret
+
+    /* a statement begins at address r13 of the code; uses r4 to r9 */
+pasapas_verify_start:
+    add @r10, r13
+pasapas_verify_place:
+    clr r14
+    /* an instruction begins at r13 with depth r14 before it */
+pasapas_verify_lands:
+    cmp {code_end}(r10), r13
+    jhs pasapas_verify_broken
+    mov r13, r11
+    sub @r10, r11
+    jlo pasapas_verify_broken
+    rla r11
+    rla r11
+    swpb r11
+    mov.b r11, r11
+1:  mov r10, r12
+    add r11, r12
+    mov.b {anchor}(r12), r4
+    cmp.b #-1, r4
+    jeq 2f
+    mov r11, r15
+    swpb r15
+    rra r15
+    rra r15
+    add r15, r4
+    add @r10, r4
+    cmp r4, r13
+    jhs 3f
+2:  dec r11
+    jge 1b
+    mov @r10, r4
+3:  clr r9
+4:  cmp r13, r4
+    jhs 5f
+    push r13
+    call #pasapas_verify_insn
+    pop r13
+    call #pasapas_verify_after
+    mov r7, r4
+    jmp 4b
+5:  jne pasapas_verify_broken
+    cmp r14, r9
+    jne pasapas_verify_broken
+    ret
+
+    /* reads the instruction at r4; uses r11, r12 */
+pasapas_verify_insn:
+    mov.b @r4, r5
+    mov r5, r6
+    sub #{effect_shift}, r6
+    cmp #{first_effect}, r5
+    jhs 1f
+    mov r5, r6
+    cmp #{low}, r5
+    jlo 1f
+    sub #{low}, r6
+    rra r6
+    rra r6
+    rra r6
+    rra r6
+    add #{low}, r6
+1:  mov.b {index}(r6), r6
+    mov {shapes}(r6), r6
+    cmp #-1, r6
+    jeq pasapas_verify_broken
+    mov r6, r7
+    and #7, r7
+    inc r7
+    add r4, r7
+    mov r6, r8
+    swpb r8
+    and #7, r8
+    cmp #{first_effect}, r5
+    jlo 4f
+    mov #{masks}, r11
+2:  cmp.b @r11+, r5
+    jeq 3f
+    incd r11
+    cmp #{masks}+{masks_len}, r11
+    jlo 2b
+    ret
+3:  mov.b 1(r4), r12
+    and.b @r11+, r12
+    call #pasapas_verify_count
+    mov.b 2(r4), r12
+    and.b @r11, r12
+    /* adds the bits of r12 to r8 */
+pasapas_verify_count:
+    clrc
+    rrc r12
+    adc r8
+    tst r12
+    jne pasapas_verify_count
+4:  ret
+
+    /* depth behind the instruction */
+pasapas_verify_after:
+    sub r8, r9
+    jn pasapas_verify_broken
+    mov r6, r11
+    swpb r11
+    rra r11
+    rra r11
+    rra r11
+    and #3, r11
+    add r11, r9
+    bit #{ends}, r6
+    jeq 1f
+    clr r9
+1:  ret
+
+    /* cells, data, axes and event slots that the instruction names */
+pasapas_verify_operands:
+    mov {image}(r10), r15
+    mov.b 14(r15), r14
+    mov.b 1(r4), r12
+    cmp.b #{event}, r5
+    jeq 6f
+    mov.b r6, r11
+    rra r11
+    rra r11
+    bic #1, r11
+    mov pasapas_verify_table(r11), r0
+pasapas_verify_none:
+    mov r5, r12
+    sub #{load}, r12
+    jlo 1f
+    cmp #2*{short_cells}, r12
+    jhs 1f
+    and #{short_cells}-1, r12
+pasapas_verify_cell:
+    cmp r14, r12
+    jhs 7f
+1:  ret
+pasapas_verify_array:
+    mov.b 2(r4), r13
+    add r13, r12
+    cmp r12, r14
+    jlo 7f
+    ret
+pasapas_verify_axis:
+    cmp #3, r12
+    jhs 7f
+    bit #{effect}, r6
+    jne 1b
+    mov #{axes_in_image}, r13
+2:  tst r12
+    jeq 3f
+    add #{axis_size}, r13
+    dec r12
+    jmp 2b
+3:  add r15, r13
+    bit #{present}, 0(r13)
+    jeq 7f
+    ret
+6:  /* ON IN and ON EVERY name a slot that has a handler */
+    mov r12, r13
+    and #{event_kind}, r13
+    cmp #{on_rise}, r13
+    jeq 8f
+    cmp #{on_fall}, r13
+    jeq 8f
+    cmp #{on_every}, r13
+    jne 1b
+8:  bit.b #{events}, 1(r15)
+    jeq 7f
+    mov {code_end}(r10), r13
+    cmp {image_end}(r10), r13
+    jhs 7f
+    mov.b @r13, r13
+    and #3, r12
+    cmp r13, r12
+    jhs 7f
+    ret
+pasapas_verify_text_far:
+    mov.b 2(r4), r13
+    swpb r13
+    bis r13, r12
+pasapas_verify_text:
+    call #pasapas_verify_inside
+    mov.b @r12+, r11
+    add r11, r12
+    jmp pasapas_verify_ends_inside
+pasapas_verify_pair:
+    call #pasapas_verify_column
+    sub {code_end}(r10), r12
+    jmp pasapas_verify_column
+pasapas_verify_column_far:
+    mov.b 2(r4), r13
+    swpb r13
+    bis r13, r12
+pasapas_verify_column:
+    call #pasapas_verify_inside
+    mov.b @r12+, r11
+    cmp #16, r11
+    jhs 7f
+    mov.b @r12+, r15
+    bit #{column_long}, r11
+    jeq 4f
+    mov.b @r12+, r13
+    swpb r13
+    bis r13, r15
+4:  bit #{column_scaled}, r11
+    jeq 5f
+    incd r12
+5:  and #3, r11
+6:  add r15, r12
+    jc 7f
+    dec r11
+    jge 6b
+pasapas_verify_ends_inside:
+    cmp r12, {image_end}(r10)
+    jlo 7f
+    ret
+    /* r12 = address of the data offset r12 */
+pasapas_verify_inside:
+    add {code_end}(r10), r12
+    jc 7f
+    cmp {image_end}(r10), r12
+    jhs 7f
+    ret
+7:  br #pasapas_verify_fail
+
+    .section .rodata.verify,"a",@progbits
+    .p2align 1
+    /* one for each of lang::isa::Operands, in its order */
+pasapas_verify_table:
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_cell
+    .short pasapas_verify_array
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_cell
+    .short pasapas_verify_cell
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_column
+    .short pasapas_verify_column_far
+    .short pasapas_verify_pair
+    .short pasapas_verify_text
+    .short pasapas_verify_text_far
+    .short pasapas_verify_axis
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+"#,
+    image = const IMAGE,
+    frame = const FRAME,
+    code_start = const CODE_START,
+    code_end = const CODE_END,
+    image_end = const IMAGE_END,
+    anchor = const ANCHOR_TABLE,
+    anchors = const ANCHORS,
+    version = const Refusal::Version as u8,
+    feature = const Refusal::Feature as u8,
+    memory = const Refusal::Memory as u8,
+    code_refusal = const Refusal::Code as u8,
+    format = const FORMAT,
+    fingerprint = const FINGERPRINT,
+    many = const feature::INTERPOLATE | feature::START,
+    events = const feature::EVENTS,
+    lines = const feature::LINES,
+    pool_one = const crate::core::LIMITS.pool[0],
+    pool_many = const crate::core::LIMITS.pool[1],
+    code = const CODE,
+    max_code = const 64 * ANCHORS + 1,
+    axes = const MACHINE + 8,
+    axes_in_image = const MACHINE + 8,
+    axis_size = const AxisRecord::SIZE,
+    present = const AxisRecord::PRESENT,
+    func = const Op::Func as u8,
+    ends = const ENDS,
+    effect = const EFFECT,
+    sub8 = const (Operands::Sub8 as u8) << 3,
+    sub = const (Operands::Sub as u8) << 3,
+    addr = const (Operands::Addr as u8) << 3,
+    rel = const (Operands::Rel as u8) << 3,
+    cell_rel = const (Operands::CellRel as u8) << 3,
+    cell_u8_rel = const (Operands::CellU8Rel as u8) << 3,
+    skip = const Op::Skip as u8,
+    skip_less_one = const Op::Skip as u8 - 1,
+    load = const isa::LOAD,
+    short_cells = const SHORT_CELLS,
+    first_effect = const FIRST_EFFECT,
+    effect_shift = const FIRST_EFFECT - LOW - GROUPS,
+    low = const LOW,
+    index = sym INDEX,
+    shapes = sym SHAPES,
+    masks = sym MASKS,
+    masks_len = const MASKS_LEN,
+    event = const Op::Event as u8,
+    event_kind = const flags::EVENT_KIND,
+    on_rise = const flags::ON_RISE,
+    on_fall = const flags::ON_FALL,
+    on_every = const flags::ON_EVERY,
+    column_long = const lang::image::COLUMN_LONG,
+    column_scaled = const lang::image::COLUMN_SCALED,
+);

@@ -1,0 +1,134 @@
+//! The chip's check of an image, in assembly, against its twin in Rust and against `lang`'s.
+
+use std::cell::{Cell, RefCell};
+use std::path::Path;
+
+use emulator::{Board, Stop};
+use firmware::verify::{ANCHORS, Bytes, Limits, verify};
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use lang::image::{Image, seal};
+use lang::record::feature;
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+/// Where the test puts the image: the chip's program area.
+const PLACE: u16 = 0xF200;
+/// Where the routine returns to: nothing runs there.
+const BACK: u16 = 0xFE00;
+/// Scratch memory, away from the machine stack.
+const SCRATCH: u16 = 0x1100;
+const STACK: u16 = 0x1400;
+const FEATURES: u8 = !(feature::WIDE as u8);
+/// Accepted.
+const GOOD: u16 = 0;
+
+struct Flat<'a>(&'a [u8]);
+
+impl Bytes for Flat<'_> {
+    fn byte(&self, offset: u16) -> u8 {
+        self.0.get(usize::from(offset)).copied().unwrap_or(0xFF)
+    }
+}
+
+fn twin(image: &[u8]) -> u16 {
+    let limits = Limits { bytes: 3072, features: FEATURES, pool: [192, 108] };
+    verify(&Flat(image), &limits, &mut [0; ANCHORS]).err().map_or(GOOD, |refusal| refusal as u16)
+}
+
+struct Chip(Board);
+
+impl Chip {
+    fn new() -> Chip {
+        let firmware = pasapas::board::firmware().expect("the shipped image is an ELF file");
+        let mut board = Board::new(pasapas::board::PART, &firmware);
+        board.set_breakpoint(BACK);
+        // Watchdog off (SLAU144, 10.3.1).
+        board.bus_write16(0x0120, 0x5A80);
+        Chip(board)
+    }
+
+    fn verify(&mut self, image: &[u8]) -> u16 {
+        let board = &mut self.0;
+        for offset in 0..3072u16 {
+            let byte = image.get(usize::from(offset)).copied().unwrap_or(0xFF);
+            board.poke8(PLACE + offset, byte);
+        }
+        board.poke16(STACK, BACK);
+        let routine = board.symbol("pasapas_verify").expect("the image has the routine");
+        for (register, value) in
+            [(0, routine), (1, STACK), (2, 0), (12, PLACE), (13, FEATURES.into()), (14, SCRATCH)]
+        {
+            board.set_reg(register, value);
+        }
+        let limit = board.cycles() + 3 * emulator::TICKS_PER_SECOND;
+        assert_eq!(board.run_until(limit), Stop::Breakpoint(BACK), "it hangs");
+        assert_eq!(board.reg(1), STACK + 2, "the machine stack is not what it was");
+        board.reg(12)
+    }
+}
+
+fn examples() -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let mut images = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("examples are there") {
+        let path = entry.expect("readable").path();
+        if path.extension().is_none_or(|extension| extension != "bas") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).expect("readable");
+        let source = Source::new(&path.to_string_lossy(), text);
+        let (program, _) = compile(&source, ProfileChoice::built_in());
+        let program = program.unwrap_or_else(|| panic!("{} does not compile", path.display()));
+        let image = lang::back::compile(&program).expect("fits").image;
+        if image.len() <= 3072 {
+            images.push(image);
+        }
+    }
+    assert!(images.len() >= 16, "only {} examples fit", images.len());
+    images
+}
+
+#[test]
+fn the_chip_accepts_every_example() {
+    let mut chip = Chip::new();
+    for image in examples() {
+        assert_eq!((twin(&image), chip.verify(&image)), (GOOD, GOOD));
+    }
+}
+
+#[test]
+fn the_chip_refuses_what_its_twin_refuses() {
+    let images = examples();
+    let chip = RefCell::new(Chip::new());
+    let (good, bad) = (Cell::new(0), Cell::new(0));
+    let slip = (any::<prop::sample::Index>(), any::<u8>());
+    let change = (0..images.len(), prop::collection::vec(slip, 1..4));
+    let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let mut runner = TestRunner::new_with_rng(Config::with_cases(3000), rng);
+    runner
+        .run(&change, |(which, changes)| {
+            let mut image = images[which].clone();
+            for (index, byte) in changes {
+                let at = index.index(image.len());
+                // Length and CRC are another routine's.
+                if !(4..9).contains(&at) {
+                    image[at] = byte;
+                }
+            }
+            seal(&mut image);
+            let wanted = twin(&image);
+            prop_assert_eq!(chip.borrow_mut().verify(&image), wanted);
+            if wanted == GOOD {
+                good.set(good.get() + 1);
+                // What the chip accepts, the host's verifier may refuse for flags only.
+                prop_assert!(Image::new(&image).is_ok());
+            } else {
+                bad.set(bad.get() + 1);
+            }
+            Ok(())
+        })
+        .unwrap_or_else(|error| panic!("{error}"));
+    let (good, bad) = (good.get(), bad.get());
+    assert!(good > 100 && bad > 100, "{good} accepted, {bad} refused: the mix tests nothing");
+}
