@@ -3,6 +3,7 @@
 #![deny(unsafe_code)]
 
 pub mod inputs;
+pub mod keep;
 pub mod modbus;
 pub mod motion;
 pub mod print;

@@ -3,17 +3,17 @@ use super::{Denied, Flash, SEGMENT, SEGMENTS, SLOT_HEAD, Store};
 /// Flash that can lose power in the middle of an operation: that one leaves some of its bits
 /// undone, the later ones do nothing.
 #[derive(Clone)]
-struct Chip {
-    words: Vec<u16>,
-    operations: u32,
-    cut_at: u32,
-    noise: u16,
+pub(crate) struct Chip {
+    pub words: Vec<u16>,
+    pub operations: u32,
+    pub cut_at: u32,
+    pub noise: u16,
 }
 
 const WORDS: usize = SEGMENTS as usize * SEGMENT as usize / 2;
 
 impl Chip {
-    fn new() -> Chip {
+    pub fn new() -> Chip {
         Chip { words: vec![0xFFFF; WORDS], operations: 0, cut_at: u32::MAX, noise: 0x5A3C }
     }
 
