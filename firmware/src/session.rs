@@ -79,6 +79,11 @@ impl Session {
         self.fault
     }
 
+    /// The last fault from before a power-off.
+    pub fn remember(&mut self, fault: u8) {
+        self.fault = fault;
+    }
+
     /// How the last run ended.
     pub fn last(&self) -> End {
         self.last

@@ -1,11 +1,12 @@
 //! From reset to `main`: stack, watchdog, RAM, clock, ports.
 
-use crate::flash::Image;
+use crate::flash::{self, Image, Key};
 use crate::map::PROFILES;
 use crate::pins::*;
 use crate::reg::{self, set};
 use ::core::arch::global_asm;
 use firmware::verify::Bytes;
+use lang::fault::Fault;
 use lang::record::{BoardRecord, RECORD_VERSION};
 use lang::wire::CRC_START;
 
@@ -134,5 +135,77 @@ pub fn newest_profile() -> &'static BoardRecord {
         }
         (Some(one), None) | (None, Some(one)) => one,
         _ => &BoardRecord::DEFAULT,
+    }
+}
+
+/// Says that a program runs, over any reset but power-up.
+#[unsafe(link_section = ".noinit")]
+static mut RUNNING: u16 = 0;
+
+const RUNS: u16 = 0x52A1;
+
+/// Marks that a program runs.
+pub fn mark(runs: bool) {
+    // SAFETY: one word that only this module touches.
+    unsafe { ::core::ptr::addr_of_mut!(RUNNING).write_volatile(if runs { RUNS } else { 0 }) };
+}
+
+/// Why the chip was reset, from IFG1, which is cleared: bit 0 watchdog, 2 power on, 3 RST pin.
+pub fn cause() -> u8 {
+    let cause = reg::special().ifg1.read().bits() & 0b1_1101;
+    set!(reg::special().ifg1, 0);
+    cause
+}
+
+/// The fault that a reset in the middle of a run is: F17 by the watchdog, F14 by the RST pin.
+pub fn interrupted(cause: u8) -> Option<Fault> {
+    // SAFETY: one word that only this module touches.
+    let runs = unsafe { ::core::ptr::addr_of!(RUNNING).read_volatile() } == RUNS;
+    mark(false);
+    if !runs || cause & 1 << 2 != 0 {
+        return None;
+    }
+    Some(if cause & 1 != 0 { Fault::Watchdog } else { Fault::EmergencyStop })
+}
+
+/// Segment D: the last faults, records of three words and their exclusive or.
+const LOG: u16 = 0x1000;
+
+/// Appends a fault: number and input, place in the code, line.
+pub fn log(words: [u16; 3]) {
+    let mut at = LOG;
+    while at < LOG + 64 && flash::read(at) != 0xFFFF {
+        at += 8;
+    }
+    if at == LOG + 64 {
+        at = LOG;
+        flash::erase(Key::new(), LOG);
+    }
+    for word in words {
+        flash::write(Key::new(), at, word);
+        at += 2;
+    }
+    flash::write(Key::new(), at, words[0] ^ words[1] ^ words[2]);
+}
+
+/// The last fault, if one was ever logged.
+pub fn logged() -> Option<[u16; 3]> {
+    let mut found = None;
+    let mut at = LOG;
+    while at < LOG + 64 {
+        let words = [flash::read(at), flash::read(at + 2), flash::read(at + 4)];
+        if words[0] != 0xFFFF && flash::read(at + 6) == words[0] ^ words[1] ^ words[2] {
+            found = Some(words);
+        }
+        at += 8;
+    }
+    found
+}
+
+/// Resets the chip: a write to the watchdog without its password.
+pub fn restart() -> ! {
+    msp430::interrupt::disable();
+    loop {
+        set!(reg::watchdog().wdtctl, 0);
     }
 }

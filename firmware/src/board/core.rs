@@ -1,16 +1,19 @@
 //! What the board is between two passes of the main loop.
 
 use crate::check;
+use crate::commands::{BUFFER, SILENCE};
 use crate::flash::{Area, Image};
 use crate::motor::Motor;
+use crate::moves::Plan;
 use crate::vm::vm;
 use crate::{chain, link, vm_core};
 use firmware::inputs::Inputs;
+use firmware::keep::{KEEPS, Keep};
 use firmware::motion::Feed;
 use firmware::print::Print;
 use firmware::session::{Order, Session};
 use firmware::store::Store;
-use firmware::verify::{self, Limits};
+use firmware::verify::{self, Bytes, Limits};
 use lang::fault::Fault;
 use lang::record::{BoardRecord, feature};
 use lang::vm::flag;
@@ -75,6 +78,11 @@ pub struct Event {
     pub left: i32,
 }
 
+const PULSE: u8 = lang::isa::Op::Pulse as u8;
+
+/// Code of the pseudo-effect that ends a run.
+pub const END: u8 = 0xFF;
+
 /// [`Event::kind`]: it has come and was not served.
 pub const PENDING: u8 = 0x80;
 
@@ -106,6 +114,26 @@ pub struct Core {
     pub feed: Feed,
     /// See `feed`.
     pub outer_feed: Feed,
+    /// Reference run under way.
+    pub plan: Plan,
+    /// Bit per axis: homing by command failed.
+    pub homing_error: u8,
+    /// Bit per axis: probing by command failed.
+    pub probe_error: u8,
+    /// Reset the chip once the reply is out.
+    pub restart: bool,
+    /// A motion by 102 or 1111 is under way.
+    pub jog: bool,
+    /// Milliseconds since the last sound request.
+    pub silence: u16,
+    /// Command buffer.
+    pub command: [u16; BUFFER],
+    /// KEEP journal.
+    pub keep: Keep,
+    /// Milliseconds until motion goes on after a pause.
+    pub spin: u16,
+    /// Millisecond of the status lamp.
+    pub blink: u16,
     /// What ends a probe move.
     pub probe_and: u32,
     /// See `probe_and`.
@@ -144,6 +172,8 @@ pub struct Core {
     pub missed: u16,
     /// IFG1 at reset.
     pub cause: u8,
+    /// Half a second has passed since reset.
+    pub booted: bool,
     /// A host has spoken since reset.
     pub host: bool,
     /// The profile.
@@ -175,6 +205,16 @@ impl Core {
             outer: Effect::NONE,
             feed: Feed::Rapid,
             outer_feed: Feed::Rapid,
+            plan: Plan::none(),
+            homing_error: 0,
+            probe_error: 0,
+            restart: false,
+            jog: false,
+            silence: 0,
+            command: [0; BUFFER],
+            keep: Keep::default(),
+            spin: 0,
+            blink: 0,
             probe_and: 0,
             probe_xor: 0,
             raw: 0,
@@ -194,16 +234,73 @@ impl Core {
             latched: 0,
             missed: 0,
             cause: 0,
+            booted: false,
             host: false,
             record: &BoardRecord::DEFAULT,
         }
     }
 
-    /// After a reset: profile, outputs, program.
+    /// After a reset: outputs, program, what was going on.
     pub fn mount(&mut self) {
         self.outputs = self.record.reset_on;
         self.store.mount(&mut Area);
-        self.session.stored(self.store.image().is_some());
+        self.stored();
+        if let Some([number, pc, _]) = crate::boot::logged() {
+            self.session.remember(number as u8);
+            self.fault_input = (number >> 8) as u8;
+            vm().fault = number as u8;
+            vm().fault_pc = vm().code.wrapping_add(pc);
+        }
+        if let Some(fault) = crate::boot::interrupted(self.cause) {
+            let order = self.session.end(Some(fault));
+            self.obey(order);
+        }
+    }
+
+    /// The stored program has changed: it is checked and its profile holds.
+    pub fn stored(&mut self) {
+        let image = self.image().filter(|&image| self.check(image));
+        vm().attach(image.unwrap_or(0));
+        self.session.stored(image.is_some());
+    }
+
+    fn keep_count(&self) -> u16 {
+        if vm().code == 0 { 0 } else { u16::from(Image(self.image().unwrap_or(0)).byte(16) & 15) }
+    }
+
+    /// KEEP value `index`: of the running program its cell.
+    pub fn kept(&self, index: u16) -> i32 {
+        if self.session.is_active() && index < self.keep_count() {
+            return vm().cell(self.keep_base() + index);
+        }
+        self.keep.read(&Area, index)
+    }
+
+    /// Changes a KEEP value.
+    pub fn set_kept(&mut self, index: u16, value: i32) -> bool {
+        if index >= self.keep_count() {
+            return false;
+        }
+        if self.session.is_active() {
+            return vm().set_cell(self.keep_base() + index, value);
+        }
+        self.keep.claim(&mut Area, self.keep_count());
+        self.keep.write(&mut Area, index, value);
+        true
+    }
+
+    fn keep_base(&self) -> u16 {
+        u16::from(Image(self.image().unwrap_or(0)).byte(17))
+    }
+
+    /// Writes changed KEEP values to flash; nothing may move.
+    fn save(&mut self) {
+        let mut index = self.keep_count();
+        while index != 0 {
+            index -= 1;
+            let value = vm().cell(self.keep_base() + index);
+            self.keep.write(&mut Area, index, value);
+        }
     }
 
     /// Address of the stored image.
@@ -230,8 +327,14 @@ impl Core {
                 self.motor.pause(true);
             }
             Order::Resume => {
+                let before = self.outputs;
                 self.outputs = self.resume_outputs;
-                self.motor.pause(false);
+                let spindle = self.record.spindle;
+                let bit = if spindle == 0 { 0 } else { 1 << ((spindle - 1) & 15) };
+                self.spin = 1;
+                if self.outputs & !before & bit != 0 {
+                    self.spin += self.record.spin_up;
+                }
             }
             Order::Finish => self.motor.stop(0b111),
         }
@@ -244,6 +347,17 @@ impl Core {
             return;
         }
         vm().begin(image);
+        let keeps = self.keep_count();
+        if keeps != 0 {
+            self.keep.claim(&mut Area, keeps);
+            let mut index = 0;
+            while index < keeps.min(KEEPS) {
+                vm().set_cell(self.keep_base() + index, self.keep.read(&Area, index));
+                index += 1;
+            }
+        }
+        crate::boot::mark(true);
+        self.jog = false;
         self.session.begun();
         self.motor.begin();
         self.effect = Effect::NONE;
@@ -270,6 +384,10 @@ impl Core {
                 self.emergency(0);
                 Order::None
             }
+            Control::Restart if !self.session.is_active() && self.motor.moving() == 0 => {
+                self.restart = true;
+                Order::None
+            }
             Control::Acknowledge if self.session.state() as u8 == RunState::Fault as u8 => {
                 self.session.start(blocked, program)
             }
@@ -281,12 +399,21 @@ impl Core {
     /// Steps cease at once, outputs go to their safe states, F14 is latched.
     pub fn emergency(&mut self, input: u8) {
         self.motor.halt();
+        self.motor.homed = 0;
         self.fault_input = input;
+        self.effect.code = if self.session.is_active() { self.effect.code } else { 0 };
         self.fail(Fault::EmergencyStop);
+        if !self.session.is_active() {
+            self.outputs = self.outputs & self.record.fault.keep | self.record.fault.on;
+        }
     }
 
     /// A fault that ends the run.
     pub fn fail(&mut self, fault: Fault) {
+        if vm().fault != fault.number() {
+            vm().fault = fault.number();
+            vm().fault_pc = self.effect_pc;
+        }
         let order = self.session.end(Some(fault));
         self.obey(order);
     }
@@ -373,6 +500,14 @@ impl Core {
             return;
         }
         if !self.session.executes() {
+            if !self.session.is_active() && self.effect.code != 0 {
+                self.direct_effect();
+            }
+            return;
+        }
+        if self.motor.take_limited() != 0 {
+            let pc = if self.effect.code != 0 { self.effect_pc } else { vm().pc };
+            self.raise(Fault::SoftLimit, pc, true);
             return;
         }
         if self.effect.code == 0 {
@@ -393,7 +528,25 @@ impl Core {
         }
     }
 
+    /// Goes on with a homing or probing command.
+    fn direct_effect(&mut self) {
+        let result = self.perform();
+        if let Ok(false) = result {
+            return;
+        }
+        if result.is_err() {
+            let bit = 1 << self.effect.n;
+            if self.effect.code == lang::isa::Op::Probe as u8 {
+                self.probe_error |= bit;
+            } else {
+                self.homing_error |= bit;
+            }
+        }
+        self.effect = Effect::NONE;
+    }
+
     fn rested(&mut self) {
+        self.save();
         let stopped = self.session.rested();
         let states = match stopped {
             None => self.record.pause,
@@ -403,11 +556,23 @@ impl Core {
         self.resume_outputs = self.outputs;
         self.outputs = self.outputs & states.keep | states.on;
         if let Some(end) = stopped {
+            crate::boot::mark(false);
+            if let End::Fault = end {
+                self.log();
+            }
             if end as u8 != End::Done as u8 && self.effect.code == 0 {
                 self.effect_pc = vm().pc;
             }
             self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
+            self.effect = Effect::NONE;
         }
+    }
+
+    /// The last fault with its place and input survives power-off.
+    fn log(&mut self) {
+        let pc = vm().fault_pc.wrapping_sub(vm().code);
+        let number = u16::from(self.session.fault());
+        crate::boot::log([number | u16::from(self.fault_input) << 8, pc, vm().line(vm().fault_pc)]);
     }
 
     /// Lets the VM run to its next effect, or for a slice.
@@ -422,10 +587,7 @@ impl Core {
                 vm.flags &= !flag::EVENT;
                 self.handler_left();
             }
-            0 => {
-                let order = self.session.end(None);
-                self.obey(order);
-            }
+            0 => self.effect.code = END,
             0xC0..=0xFF => {
                 let more = vm.flags & flag::MORE != 0;
                 vm.flags &= !(flag::MORE | flag::WITHIN);
@@ -491,10 +653,19 @@ impl Core {
         self.millisecond();
     }
 
+    /// Outputs as they go out: a laser is off whenever nothing moves.
+    fn levels(&self) -> u16 {
+        let laser = self.record.laser;
+        if laser != 0 && !crate::step::is_running() {
+            return self.outputs & !(1 << ((laser - 1) & 15));
+        }
+        self.outputs
+    }
+
     fn millisecond(&mut self) {
         let before = self.inputs.levels();
         let raw =
-            chain::exchange(self.outputs ^ self.record.output_invert) ^ self.record.input_invert;
+            chain::exchange(self.levels() ^ self.record.output_invert) ^ self.record.input_invert;
         self.raw = raw;
         self.limits();
         self.phase += 1;
@@ -522,13 +693,32 @@ impl Core {
         } else {
             self.held = 0;
         }
+        self.silence = self.silence.saturating_add(1);
+        if self.jog && self.silence > SILENCE {
+            self.jog = false;
+            self.motor.stop(0b111);
+        }
+        if self.spin != 0 {
+            self.spin -= 1;
+            if self.spin == 0 {
+                self.motor.pause(false);
+            }
+        }
+        self.lamp();
+        self.autorun();
+        self.pulse_tick();
+        if !self.session.is_active() && self.effect.left > 0 {
+            self.effect.left -= 1;
+        }
         if self.session.executes() {
             self.timer = self.timer.wrapping_add(1);
-            if self.effect.left > 0 {
-                self.effect.left -= 1;
+            for effect in [&mut self.effect, &mut self.outer] {
+                if effect.left > 0 && effect.code != PULSE {
+                    effect.left -= 1;
+                }
             }
-            if self.outer.left > 0 {
-                self.outer.left -= 1;
+            if self.timer as u16 % 1024 == 0 && self.motor.rests() {
+                self.save();
             }
             let rose = now & !before;
             let fell = before & !now;
@@ -551,6 +741,55 @@ impl Core {
                     event.kind |= PENDING;
                 }
             }
+        }
+    }
+
+    /// A pulse ends in time even in a pause or while a handler runs.
+    fn pulse_tick(&mut self) {
+        for effect in [&mut self.effect, &mut self.outer] {
+            if effect.code == PULSE && effect.phase == 1 && effect.left > 0 {
+                effect.left -= 1;
+                if effect.left == 0 {
+                    let bit = 1 << ((effect.n - 1) & 15);
+                    self.outputs &= !bit;
+                    self.resume_outputs &= !bit;
+                }
+            }
+        }
+    }
+
+    /// The status lamp: off without a program, lit when ready, blinking slowly in a run and fast in
+    /// a pause, a fault's number in blinks.
+    fn lamp(&mut self) {
+        let n = self.record.lamp;
+        if n == 0 {
+            return;
+        }
+        self.blink = self.blink.wrapping_add(1);
+        let on = match self.session.state() {
+            RunState::Empty => false,
+            RunState::Ready => true,
+            RunState::Running | RunState::WaitStart => self.blink & 512 != 0,
+            RunState::Paused | RunState::Stopping => self.blink & 128 != 0,
+            RunState::Fault => {
+                let blinks = u16::from(self.session.fault());
+                if self.blink >= (blinks + 4) * 256 {
+                    self.blink = 0;
+                }
+                self.blink < blinks * 256 && self.blink & 128 != 0
+            }
+        };
+        self.set_output(u16::from(n), on);
+    }
+
+    /// Auto-run half a second after power-up, unless a host has spoken or Stop is held.
+    fn autorun(&mut self) {
+        if self.tick != 500 || self.booted {
+            return;
+        }
+        self.booted = true;
+        if self.record.flags & BoardRecord::AUTORUN != 0 && !self.host && !self.blocked() {
+            self.control(Control::Start);
         }
     }
 

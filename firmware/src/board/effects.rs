@@ -3,7 +3,7 @@
 //! In phase 0 the operands and arguments are taken; later phases wait. Trace events are written
 //! one for each call at most: the caller sees to it that the slot is free.
 
-use crate::core::{Core, Event, PENDING};
+use crate::core::{Core, END, Event, PENDING};
 use crate::flash::Image;
 use crate::motor::AXES;
 use crate::vm::{convert, vm};
@@ -106,6 +106,9 @@ impl Core {
                 if self.first() {
                     let n = vm().operand();
                     self.effect.n = if n < AXES { 1 << n } else { 0b111 };
+                    if self.motor.running() & self.effect.n != 0 {
+                        return Err(Fault::ValueRange);
+                    }
                 }
                 return Ok(self.motor.moving() & self.effect.n == 0);
             }
@@ -150,6 +153,19 @@ impl Core {
             PRINT_NUMBER => return Ok(self.print_value(0)),
             PRINT_VALUE => return Ok(self.print_value(1)),
             PRINT_END => return Ok(self.print_end()),
+            END => {
+                // STARTed moves finish, MoveSpeed axes ramp down.
+                let running = self.motor.running();
+                if running != 0 {
+                    self.motor.stop(running);
+                }
+                if self.motor.moving() != 0 {
+                    return Ok(false);
+                }
+                let order = self.session.end(None);
+                self.obey(order);
+                return Ok(false);
+            }
             EVENT => self.event()?,
             IN => {
                 let n = vm().pop_small(17);

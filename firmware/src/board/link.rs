@@ -226,6 +226,13 @@ impl Uart {
     }
 }
 
+impl Uart {
+    /// Whether no reply is being sent.
+    pub fn rests(&self) -> bool {
+        get!(state) == LISTEN
+    }
+}
+
 impl Line for Uart {
     #[inline(always)]
     fn byte(&self, index: u8) -> u8 {

@@ -10,6 +10,7 @@ use msp430_rt as _;
 mod boot;
 mod chain;
 mod check;
+mod commands;
 mod core;
 mod effects;
 mod flash;
@@ -53,7 +54,15 @@ extern "C" fn main() -> ! {
     core.record = boot::newest_profile();
     step::init(core.record.pulse, 0);
     chain::open();
-    Uart::open(core.record.rate);
+    core.cause = boot::cause();
+    // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
+    let mut address = core.record.address;
+    if chain::buttons() & 1 != 0 {
+        address = 1;
+        Uart::open(0);
+    } else {
+        Uart::open(core.record.rate);
+    }
     // SAFETY: the set-up shares nothing with an interrupt any more.
     unsafe { msp430::interrupt::enable() };
     core.mount();
@@ -61,13 +70,17 @@ extern "C" fn main() -> ! {
     loop {
         boot::kick();
         if let Some(length) = line.frame()
-            && slave.request(&mut line, core, core.record.address, length)
+            && slave.request(&mut line, core, address, length)
         {
             core.host = true;
+            core.silence = 0;
         }
         slave.poll(&mut line, core);
         core.ticks();
         core.motor.poll();
         core.run();
+        if core.restart && line.rests() {
+            boot::restart();
+        }
     }
 }

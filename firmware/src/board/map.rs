@@ -8,14 +8,19 @@ use firmware::modbus::Map;
 use firmware::print::RING;
 use firmware::store::{Denied, Store};
 use firmware::verify::Bytes;
-use lang::isa::FINGERPRINT;
-use lang::record::BoardRecord;
+use lang::isa::{FINGERPRINT, Op};
+use lang::record::{AxisRecord, BoardRecord};
 use lang::wire::*;
 
 /// Firmware version, major in the high byte.
 const RELEASE: u16 = 0x0001;
 
 const COMMANDED_END: u16 = COMMANDED + 6;
+const COMMAND_END: u16 = COMMAND + 21;
+const RAPID_OVERRIDE: u16 = OVERRIDES + 1;
+const ACTUAL_SPEEDS_END: u16 = ACTUAL_SPEEDS + 6;
+const TARGETS_END: u16 = TARGETS + 6;
+const KEEPS_END: u16 = KEEPS + 16;
 
 /// The two copies of the board's profile.
 pub const PROFILES: [u16; 2] = [0x1080, 0x1040];
@@ -41,8 +46,7 @@ impl Core {
     }
 
     fn work_position(&self, n: u8) -> i32 {
-        let offset = crate::vm::convert(n, self.motor.offset[usize::from(n)], true).unwrap_or(0);
-        self.motor.position(n).wrapping_sub(offset)
+        self.motor.position(n).wrapping_sub(self.offset_steps(n))
     }
 
     fn own(&mut self, address: u16) -> u16 {
@@ -133,6 +137,7 @@ impl Core {
             Upload::Begin => self.store.begin(&mut Area, length, keep, false),
             Upload::Replace => self.store.begin(&mut Area, length, keep, true),
             Upload::Erase => {
+                vm().attach(0);
                 self.store.discard(&mut Area);
                 Ok(())
             }
@@ -140,13 +145,15 @@ impl Core {
                 if let Some(open) = self.store.open_image()
                     && !self.check(flash::AREA + open)
                 {
-                    self.session.stored(self.store.image().is_some());
+                    let refusal = self.refusal;
+                    self.stored();
+                    self.refusal = refusal;
                     return Err(Exception::DeviceFailure);
                 }
                 self.store.commit(&mut Area)
             }
         };
-        self.session.stored(self.store.image().is_some());
+        self.stored();
         self.refusal = match result {
             Ok(()) => Refusal::None,
             Err(Denied::NotBegun) => Refusal::NotBegun,
@@ -176,29 +183,64 @@ impl Core {
         Ok(())
     }
 
-    fn mask(&self, of: fn(&Core, u8) -> bool) -> u16 {
-        let mut mask = 0;
-        let mut n = AXES;
-        while n != 0 {
-            n -= 1;
-            mask = mask << 1 | u16::from(of(self, n));
-        }
-        mask
+    /// The axis that homes or probes, as a bit.
+    fn under_way(&self, probe: bool) -> u8 {
+        let code = self.effect.code;
+        let homes = (Op::Home as u8..=Op::HomeQuery as u8).contains(&code);
+        let wanted = if probe { code == Op::Probe as u8 } else { homes };
+        u8::from(wanted) << self.effect.n
+    }
+
+    fn cnc_state(&self) -> u16 {
+        let state = self.session.state();
+        let record = self.record;
+        let on = |n: u8| n != 0 && self.input(n);
+        u16::from(state == RunState::Fault)
+            | u16::from(self.under_way(false) != 0) << 2
+            | u16::from(self.session.is_active()) << 3
+            | u16::from(state == RunState::Paused) << 4
+            | u16::from(self.jog && self.motor.moving() != 0) << 5
+            | u16::from(on(record.door)) << 6
+            | u16::from(on(record.emergency)) << 8
     }
 
     fn status(&mut self, address: u16) -> u16 {
         match address {
             INPUTS => self.inputs.levels(),
             INPUTS_HIGH => u16::from(self.input(17)),
-            MOVING => u16::from(self.motor.moving()),
+            MOVING => {
+                let direction = !self.motor.negative & 0b111;
+                u16::from_le_bytes([self.motor.moving(), direction])
+            }
+            HOMING => u16::from_le_bytes([self.under_way(false), self.homing_error]),
+            MISC_STATUS => u16::from(self.motor.percent != 100) << 13,
+            PROBING => u16::from(self.under_way(true)) << 8,
+            PROBE_ERROR => u16::from(self.probe_error),
             PLC_STATUS => u16::from(self.session.is_active()) << 10,
             LIMITS => {
-                let limit = self.mask(|core, n| core.input(core.record.reference[usize::from(n)]));
-                limit
+                let at = |core: &Core, n: u8, positive: bool| {
+                    let home = crate::vm::axis(n).flags & AxisRecord::HOME_POSITIVE != 0;
+                    home == positive && core.input(core.record.reference[usize::from(n)])
+                };
+                let mut limits = 0;
+                for n in 0..AXES {
+                    limits |= u16::from(at(self, n, false)) << n;
+                    limits |= u16::from(at(self, n, true)) << (n + 8);
+                }
+                limits
             }
             WORK_POSITIONS..ACTUAL_SPEEDS => {
                 self.axis_value(address, WORK_POSITIONS, Core::work_position)
             }
+            ACTUAL_SPEEDS..ACTUAL_SPEEDS_END => {
+                self.axis_value(address, ACTUAL_SPEEDS, |core, n| core.motor.velocity(n))
+            }
+            TARGETS..TARGETS_END => self.axis_value(address, TARGETS, |core, n| {
+                core.motor.steps[usize::from(n)].wrapping_sub(core.offset_steps(n))
+            }),
+            COMMAND_ROOM => u16::from(self.idle().is_ok()) * 21,
+            CNC_STATE => self.cnc_state(),
+            CNC_ALARM => alarm(self.session.fault(), self.session.state()),
             PROBE_RESULT_TEXT..PROBE_RESULT => {
                 self.axis_value(address, PROBE_RESULT_TEXT, |core, n| {
                     core.motor.probed[usize::from(n)]
@@ -209,6 +251,25 @@ impl Core {
             }
             _ => 0,
         }
+    }
+}
+
+/// InterpCNC's alarm code of a latched fault (its input register 3004).
+fn alarm(fault: u8, state: RunState) -> u16 {
+    if state != RunState::Fault {
+        return 0;
+    }
+    match fault {
+        6 => 1,
+        5 => 2,
+        19 => 4,
+        12 => 5,
+        11 => 8,
+        10 => 9,
+        14 => 10,
+        7 => 11,
+        13 => 18,
+        _ => 3,
     }
 }
 
@@ -226,6 +287,16 @@ impl Map for Core {
             }
             _ if table as u8 == Table::InputRegisters as u8 => self.status(address),
             OUTPUTS => self.outputs,
+            COMMAND..COMMAND_END => {
+                self.command.get(usize::from(address - COMMAND)).copied().unwrap_or(0)
+            }
+            OVERRIDES => u16::from(self.motor.percent),
+            RAPID_OVERRIDE => 100,
+            SPEEDS..OVERRIDES => self.axis_value(address, SPEEDS, |core, n| core.motor.velocity(n)),
+            KEEPS.. if address < KEEPS_END => {
+                let value = self.kept((address - KEEPS) >> 1);
+                self.half(address, value)
+            }
             POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Core::work_position),
             CELLS..KEEPS => {
                 if !self.session.is_active() {
@@ -251,6 +322,13 @@ impl Map for Core {
         match address {
             RUN_CONTROL => {
                 let control = Control::from_number(value).ok_or(Exception::IllegalValue)?;
+                match control {
+                    Control::Restart => self.idle()?,
+                    Control::Start if self.store.image().is_none() => {
+                        return Err(Exception::DeviceFailure);
+                    }
+                    _ => {}
+                }
                 self.control(control);
                 Ok(())
             }
@@ -279,9 +357,28 @@ impl Map for Core {
                 Ok(())
             }
             OUTPUTS => {
+                let wired = if self.record.flags & BoardRecord::CHAIN != 0 { 0xFFFF } else { 0b11 };
+                if value & !wired != 0 {
+                    return Err(Exception::IllegalValue);
+                }
                 self.outputs = value;
                 Ok(())
             }
+            COMMAND..COMMAND_END => {
+                if let Some(place) = self.command.get_mut(usize::from(address - COMMAND)) {
+                    *place = value;
+                }
+                Ok(())
+            }
+            OVERRIDES => {
+                if !(10..=200).contains(&value) {
+                    return Err(Exception::IllegalValue);
+                }
+                self.motor.set_override(value as u8);
+                Ok(())
+            }
+            RAPID_OVERRIDE if value == 100 => Ok(()),
+            RAPID_OVERRIDE => Err(Exception::IllegalValue),
             PROFILE_WINDOW..UPLOAD_WINDOW => self.write_profile(address - PROFILE_WINDOW, value),
             UPLOAD_WINDOW.. => {
                 self.idle()?;
@@ -306,6 +403,25 @@ impl Map for Core {
                     Err(Exception::IllegalValue)
                 }
             }
+            KEEPS.. if address < KEEPS_END => {
+                if self.session.is_active() || self.motor.moving() == 0 {
+                    if self.set_kept((address - KEEPS) >> 1, value) {
+                        return Ok(());
+                    }
+                    return Err(Exception::IllegalValue);
+                }
+                Err(Exception::Busy)
+            }
+            POSITIONS..SPEEDS => {
+                let n = ((address - POSITIONS) >> 1) as u8;
+                if n >= AXES {
+                    return Err(Exception::IllegalValue);
+                }
+                if self.session.is_active() {
+                    return Err(Exception::Busy);
+                }
+                self.set_work_position(n, value)
+            }
             _ => Err(Exception::IllegalAddress),
         }
     }
@@ -314,7 +430,8 @@ impl Map for Core {
         if self.set_output(address + 1, on) { Ok(()) } else { Err(Exception::IllegalAddress) }
     }
 
-    fn written(&mut self, _address: u16) -> Result<(), Exception> {
-        Ok(())
+    fn written(&mut self, address: u16) -> Result<(), Exception> {
+        // The command's number starts it; its arguments may have come before.
+        if address == COMMAND { self.execute() } else { Ok(()) }
     }
 }

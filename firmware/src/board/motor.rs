@@ -38,6 +38,10 @@ pub struct Motor {
     pub probe_ok: u8,
     /// Bit per axis: was stopped, so its commanded place follows when it rests.
     stopped: u8,
+    /// Bit per axis: MoveSpeed runs it.
+    running: u8,
+    /// Speed override, percent.
+    pub percent: u8,
     /// Bit per axis: the path moves it.
     path_axes: u8,
     /// Bit per axis: last moved in negative direction.
@@ -59,6 +63,8 @@ impl Motor {
             homed: 0,
             probe_ok: 0,
             stopped: 0,
+            running: 0,
+            percent: 100,
             path_axes: 0,
             negative: 0,
             path: Path::new(0),
@@ -71,6 +77,8 @@ impl Motor {
     pub fn begin(&mut self) {
         self.offset = [0; 3];
         self.path = Path::new(machine().corner);
+        self.running = 0;
+        self.stopped = 0;
         let mut invert = 0;
         let mut n = 0;
         while n < AXES {
@@ -80,6 +88,7 @@ impl Motor {
             self.place(n, self.actual[usize::from(n)]);
             n += 1;
         }
+        self.set_override(self.percent);
         step::set_invert(invert);
     }
 
@@ -151,11 +160,49 @@ impl Motor {
     /// Sends an axis to a place on its own ramp.
     pub fn go(&mut self, n: u8, steps: i32, pace: Pace) {
         let i = usize::from(n);
+        self.running &= !(1 << n);
         self.single[i].go(axis(n), steps, pace);
+    }
+
+    /// Where a homed axis must stop in a direction, steps.
+    pub fn limit(&self, n: u8, negative: bool) -> Option<i32> {
+        if self.homed >> n & 1 == 0 {
+            return None;
+        }
+        let um = if negative { axis(n).min } else { axis(n).max };
+        convert(n, um, true).ok()
+    }
+
+    /// Whether a place lies within the travel of a homed axis.
+    pub fn within(&self, n: u8, steps: i32) -> bool {
+        let (low, high) = (self.limit(n, true), self.limit(n, false));
+        low.is_none_or(|low| steps >= low) && high.is_none_or(|high| steps <= high)
+    }
+
+    /// Axes that MoveSpeed runs.
+    pub fn running(&self) -> u8 {
+        self.running & self.moving()
+    }
+
+    /// Axes that MoveSpeed has run to the end of their travel, told once.
+    pub fn take_limited(&mut self) -> u8 {
+        let limited = self.running & !self.moving() & !self.stopped;
+        self.running &= self.moving();
+        limited
+    }
+
+    /// Speed override, percent.
+    pub fn set_override(&mut self, percent: u8) {
+        self.percent = percent;
+        self.path.set_override(percent);
+        for single in &mut self.single {
+            single.set_override(percent);
+        }
     }
 
     /// Runs an axis at a speed.
     pub fn run(&mut self, n: u8, negative: bool, limit: Option<i32>, pace: Pace) {
+        self.running |= 1 << n;
         self.single[usize::from(n)].run(axis(n), negative, limit, pace);
     }
 
@@ -308,6 +355,7 @@ impl Motor {
     pub fn stop(&mut self, axes: u8) {
         let moving = self.moving() & axes;
         self.stopped |= moving;
+        self.running &= !axes;
         if self.path_axes & axes != 0 {
             self.path.pause(true);
             return;

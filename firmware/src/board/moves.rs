@@ -19,6 +19,47 @@ const PAUSE: u8 = 3;
 const SLOW: u8 = 4;
 const OPEN: u8 = 5;
 const CLEAR: u8 = 6;
+/// The plan is made.
+pub const BEGIN: u8 = 7;
+
+/// A reference run, in steps.
+pub struct Plan {
+    /// Input number of the switch.
+    pub input: u8,
+    /// Its level when closed.
+    pub closed: bool,
+    /// It lies in positive direction.
+    pub positive: bool,
+    /// Speed toward it and ramps.
+    pub pace: Pace,
+    /// Speed off it, steps/s.
+    pub slow: u32,
+    /// How far to look for it.
+    pub stroke: i32,
+    /// Rest between the two, ms.
+    pub pause: u16,
+    /// Position where it opens.
+    pub position: i32,
+    /// Clearance move, signed.
+    pub clearance: i32,
+}
+
+impl Plan {
+    /// None.
+    pub fn none() -> Plan {
+        Plan {
+            input: 0,
+            closed: true,
+            positive: false,
+            pace: Pace::default(),
+            slow: 1,
+            stroke: 0,
+            pause: 0,
+            position: 0,
+            clearance: 0,
+        }
+    }
+}
 
 /// A speed or ramp that must be above 0, in steps.
 fn rate(n: u8, value: i32, in_steps: bool) -> Result<Scaled, Fault> {
@@ -120,12 +161,7 @@ impl Core {
         pace.speed = pace.speed.least(speed);
         let shown = pace.speed.floor() as i32;
         self.emit(TraceKind::Speed, n, if value < 0 { -shown } else { shown });
-        let mut limit = None;
-        if self.motor.homed >> n & 1 != 0 {
-            let um = if value < 0 { axis(n).min } else { axis(n).max };
-            limit = Some(convert(n, um, true)?);
-        }
-        self.motor.run(n, value < 0, limit, pace);
+        self.motor.run(n, value < 0, self.motor.limit(n, value < 0), pace);
         Ok(true)
     }
 
@@ -196,12 +232,40 @@ impl Core {
         Ok(self.effect.bits == 0 || self.motor.path_rests())
     }
 
-    fn switch(&self, n: u8) -> bool {
-        let number = self.record.reference[usize::from(n)];
+    /// An input before its filter: switches and probes are watched step by step.
+    fn unfiltered(&self, number: u8) -> bool {
         match number {
             1..=16 => self.raw >> (number - 1) & 1 != 0,
             _ => self.input(number),
         }
+    }
+
+    /// Plans a reference run by the profile.
+    ///
+    /// # Errors
+    /// F01.
+    pub fn plan_home(&mut self, n: u8) -> Result<(), Fault> {
+        let record = axis(n);
+        let positive = record.flags & AxisRecord::HOME_POSITIVE != 0;
+        let position = convert(n, record.home_position, true)?;
+        let away = if positive { -record.home_clearance } else { record.home_clearance };
+        let rest = convert(n, record.home_position.wrapping_add(away), true)?;
+        self.plan = Plan {
+            input: self.record.reference[usize::from(n)],
+            closed: true,
+            positive,
+            pace: Pace::of(record).with_steps(u32::from(record.home_fast)),
+            slow: u32::from(record.home_slow),
+            stroke: convert(n, record.home_stroke, true)?,
+            pause: record.home_pause,
+            position,
+            clearance: rest.wrapping_sub(position),
+        };
+        Ok(())
+    }
+
+    fn closed(&self) -> bool {
+        self.unfiltered(self.plan.input) == self.plan.closed
     }
 
     /// Home: fast to the switch, rest, slowly off it, clearance.
@@ -209,78 +273,70 @@ impl Core {
     /// # Errors
     /// F10, F11.
     pub fn home(&mut self, code: u8) -> Result<bool, Fault> {
-        let phase = self.effect.phase;
-        let mut n = self.effect.n;
-        let record = axis(n);
-        let positive = record.flags & AxisRecord::HOME_POSITIVE != 0;
-        match phase {
-            0 => {
-                n = code.wrapping_sub(Op::Home as u8);
-                if code == Op::HomeQuery as u8 {
-                    n = vm().operand();
-                }
-                self.effect.n = n;
-                let record = axis(n);
-                let positive = record.flags & AxisRecord::HOME_POSITIVE != 0;
+        if self.effect.phase == 0 {
+            self.effect.n = code.wrapping_sub(Op::Home as u8);
+            if code == Op::HomeQuery as u8 {
+                self.effect.n = vm().operand();
+            }
+            if axis(self.effect.n).flags & AxisRecord::PRESENT == 0 {
+                return Err(Fault::ValueRange);
+            }
+            self.plan_home(self.effect.n)?;
+            self.effect.phase = BEGIN;
+        }
+        let n = self.effect.n;
+        let rests = self.motor.moving() >> n & 1 == 0;
+        match self.effect.phase {
+            BEGIN => {
                 self.motor.homed &= !(1 << n);
                 self.motor.offset[usize::from(n)] = 0;
                 self.effect.phase = REST;
-                if !self.switch(n) {
+                if !self.closed() {
                     self.effect.phase = FAST;
-                    self.seek(n, positive, u32::from(record.home_fast))?;
+                    self.seek(n, self.plan.positive, self.plan.pace);
                 }
             }
             FAST => {
-                if self.switch(n) {
+                if self.closed() {
                     self.motor.stop(1 << n);
                     self.effect.phase = REST;
-                } else if self.motor.moving() == 0 {
-                    let position = self.motor.position(n);
-                    self.emit_outcome(TraceKind::Home, n, false, position);
-                    if code == Op::HomeQuery as u8 {
-                        return Ok(true);
-                    }
-                    return Err(Fault::HomeNotFound);
+                } else if rests {
+                    return self.not_homed(n, Fault::HomeNotFound);
                 }
             }
             REST => {
-                if self.motor.moving() == 0 {
-                    self.effect.left = i32::from(record.home_pause);
+                if rests {
+                    self.effect.left = i32::from(self.plan.pause);
                     self.effect.phase = PAUSE;
                 }
             }
             PAUSE => {
                 if self.effect.left == 0 {
-                    self.seek(n, !positive, u32::from(record.home_slow))?;
+                    let pace = self.plan.pace.with_steps(self.plan.slow);
+                    self.seek(n, !self.plan.positive, pace);
                     self.effect.phase = SLOW;
                 }
             }
             SLOW => {
-                if !self.switch(n) {
+                if !self.closed() {
                     self.motor.hit(n, self.motor.position(n));
                     self.effect.phase = OPEN;
-                } else if self.motor.moving() == 0 {
-                    let position = self.motor.position(n);
-                    self.emit_outcome(TraceKind::Home, n, false, position);
-                    return Err(Fault::HomeStaysClosed);
+                } else if rests {
+                    return self.not_homed(n, Fault::HomeStaysClosed);
                 }
             }
             OPEN => {
-                if self.motor.moving() == 0 {
-                    let home = convert(n, record.home_position, true)?;
-                    self.motor.place(n, home);
+                if rests {
+                    self.motor.place(n, self.plan.position);
                     self.motor.homed |= 1 << n;
-                    let away =
-                        if positive { -record.home_clearance } else { record.home_clearance };
-                    let um = record.home_position.wrapping_add(away);
-                    let steps = convert(n, um, true)?;
-                    self.motor.command(n, (um, steps));
-                    self.motor.go(n, steps, Pace::of(record));
+                    let steps = self.plan.position.wrapping_add(self.plan.clearance);
+                    self.motor.settle(n, steps);
+                    self.motor.go(n, steps, self.plan.pace);
                     self.effect.phase = CLEAR;
                 }
             }
             _ => {
-                if self.motor.moving() == 0 {
+                if rests {
                     let position = self.motor.position(n);
                     self.emit_outcome(TraceKind::Home, n, true, position);
                     return Ok(true);
@@ -290,14 +346,21 @@ impl Core {
         Ok(false)
     }
 
-    /// Sends an axis toward or off its reference switch, by the stroke at most.
-    fn seek(&mut self, n: u8, positive: bool, speed: u32) -> Result<(), Fault> {
-        let stroke = convert(n, axis(n).home_stroke, true)?;
+    fn not_homed(&mut self, n: u8, fault: Fault) -> Result<bool, Fault> {
         let position = self.motor.position(n);
+        self.motor.settle(n, position);
+        self.emit_outcome(TraceKind::Home, n, false, position);
+        let query = self.effect.code == Op::HomeQuery as u8;
+        if query && fault as u8 == Fault::HomeNotFound as u8 { Ok(true) } else { Err(fault) }
+    }
+
+    /// Sends an axis toward or off its reference switch, by the stroke at most.
+    fn seek(&mut self, n: u8, positive: bool, pace: Pace) {
+        let position = self.motor.position(n);
+        let stroke = self.plan.stroke;
         let target =
             if positive { position.wrapping_add(stroke) } else { position.wrapping_sub(stroke) };
-        self.motor.go(n, target, Pace::of(axis(n)).with_steps(speed));
-        Ok(())
+        self.motor.go(n, target, pace);
     }
 
     /// Probe, ProbeMask.
@@ -352,21 +415,7 @@ impl Core {
             self.effect.n = n;
             self.effect.bits = bits;
             self.effect.phase = 1;
-            self.effect.left = 0;
-            self.probe_and = and;
-            self.probe_xor = xor;
-            self.motor.probe_ok &= !(1 << n);
-            if self.probed() {
-                return Err(Fault::InputActive);
-            }
-            // The probe pin stops the counting at its very step.
-            if and == 1 << 16 {
-                let pin = crate::pins::P1_REF_X_OR_PROBE;
-                let idle = if xor == 0 { pin } else { 0 };
-                step::watch(pin, idle, false);
-            }
-            self.motor.command(n, place);
-            self.motor.go(n, place.1, pace);
+            self.begin_probe(and, xor, place.1, pace)?;
             return Ok(false);
         }
         let n = self.effect.n;
@@ -398,6 +447,35 @@ impl Core {
         Ok(true)
     }
 
+    /// Begins a probe move to `target` steps until `(inputs & and) ^ xor` is not 0.
+    ///
+    /// # Errors
+    /// F19.
+    pub fn begin_probe(
+        &mut self,
+        and: u32,
+        xor: u32,
+        target: i32,
+        pace: Pace,
+    ) -> Result<(), Fault> {
+        let n = self.effect.n;
+        self.probe_and = and;
+        self.probe_xor = xor;
+        self.motor.probe_ok &= !(1 << n);
+        if self.probed() {
+            return Err(Fault::InputActive);
+        }
+        // The probe pin stops the counting at its very step.
+        if and == 1 << 16 {
+            let pin = crate::pins::P1_REF_X_OR_PROBE;
+            let idle = if xor == 0 { pin } else { 0 };
+            step::watch(pin, idle, false);
+        }
+        self.motor.settle(n, target);
+        self.motor.go(n, target, pace);
+        Ok(())
+    }
+
     /// Takes back the first operand: the effect begins again later.
     fn vm_back(&mut self) {
         vm().pc -= 1;
@@ -421,7 +499,10 @@ impl Core {
         let mut n = AXES;
         while n != 0 {
             n -= 1;
-            if moving >> n & 1 == 0 || (homing && self.effect.n == n) || !self.switch(n) {
+            if moving >> n & 1 == 0
+                || (homing && self.effect.n == n)
+                || !self.unfiltered(self.record.reference[usize::from(n)])
+            {
                 continue;
             }
             let toward = axis(n).flags & AxisRecord::HOME_POSITIVE != 0;

@@ -114,8 +114,7 @@ impl State {
         // SAFETY: nothing of the pool is in use between runs.
         unsafe { CALLS = [0; POOL_WORDS] };
         let calls = u16::from(head.byte(16) >> 4);
-        self.code = image + CODE;
-        self.data = self.code + head.word(9);
+        self.attach(image);
         self.pc = self.code + head.word(12);
         self.calls = pool();
         self.calls_end = pool() + 2 * calls;
@@ -126,6 +125,16 @@ impl State {
         self.handler = 0;
         self.fault = 0;
         self.flags = 0;
+    }
+
+    /// The verified program at `image` is the stored one, or none is (0).
+    pub fn attach(&mut self, image: u16) {
+        self.code = 0;
+        if image != 0 {
+            self.code = image + CODE;
+            self.data = self.code + Image(image).word(9);
+        }
+        self.pc = self.code;
     }
 
     /// Address of a cell; `None` when the program does not have it.
@@ -362,11 +371,36 @@ impl State {
     }
 }
 
-/// The axes' part of the profile of the program that was begun last.
+/// Without a program a command's own parameters decide.
+static FREE: MachineRecord =
+    MachineRecord { flags: 0, corner: 20, default_feed: 0, axes: [FREE_AXIS; 3] };
+
+const FREE_AXIS: AxisRecord = AxisRecord {
+    flags: AxisRecord::PRESENT,
+    steps: 1,
+    um: 1,
+    start_rate: 400,
+    home_fast: 1,
+    home_slow: 1,
+    home_pause: 0,
+    top_rate: 100_000,
+    accel: 10_000_000,
+    decel: 10_000_000,
+    min: i32::MIN,
+    max: i32::MAX,
+    home_stroke: 0,
+    home_position: 0,
+    home_clearance: 0,
+};
+
+/// The axes' part of the stored program's profile.
 pub fn machine() -> &'static MachineRecord {
     let code = vm().code;
-    // SAFETY: a record in flash, at an even address, in front of the code of a verified image. The
-    // store never erases the image of a running program.
+    if code == 0 {
+        return &FREE;
+    }
+    // SAFETY: a record in flash, at an even address, in front of the code of a verified image; the
+    // store tells the VM when it gives that image up.
     unsafe { &*((code - CODE + MACHINE) as *const MachineRecord) }
 }
 

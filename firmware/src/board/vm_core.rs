@@ -25,8 +25,6 @@ use lang::isa::Op;
 
 /// What [`run`] returns when the slice is used up.
 pub const YIELD: u16 = 0x200;
-/// What [`run`] adds to a fault's number.
-pub const FAULT: u16 = 0x100;
 /// What [`run`] returns when an event handler was left.
 pub const HANDLER_END: u16 = 0x300;
 
@@ -35,7 +33,8 @@ unsafe extern "C" {
 }
 
 /// Runs until an instruction that the core leaves to its caller (its code is returned), a fault,
-/// or the poll flag at a backward jump or a call.
+/// whose number is returned plus 100
+/// hexadecimal, or the poll flag at a backward jump or a call.
 pub fn run() -> u16 {
     // SAFETY: the state in `VM` was made by `vm.rs` for a verified program, so every address that
     // the core forms lies in the pool or in the program.

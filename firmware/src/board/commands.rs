@@ -1,0 +1,331 @@
+//! InterpCNC commands in holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands).
+
+use crate::core::{Core, Effect};
+use crate::motor::AXES;
+use crate::moves::{BEGIN, Plan};
+use crate::vm::{axis, convert};
+use firmware::motion::scaled::Scaled;
+use firmware::motion::{Feed, Pace};
+use lang::isa::Op;
+use lang::record::AxisRecord;
+use lang::wire::{Control, Exception, command};
+
+/// Registers of the command buffer.
+pub const BUFFER: usize = 21;
+
+/// Milliseconds without a valid request after which 102 and 1111 ramp down.
+pub const SILENCE: u16 = 2000;
+
+/// A 32-bit float as thousandths, rounded half up; saturates.
+fn thousandths(low: u16, high: u16) -> i32 {
+    let exponent = (high >> 7 & 0xFF) as i16;
+    if exponent == 0 {
+        return 0;
+    }
+    let mantissa = u32::from(high & 0x7F | 0x80) << 16 | u32::from(low);
+    // value = mantissa * 2^(exponent - 150); 1000 = 125 * 2^3.
+    let mut value = mantissa * 125;
+    let mut shift = exponent - 147;
+    while shift < 0 && value != 0 {
+        value = if shift == -1 { (value + 1) >> 1 } else { value >> 1 };
+        shift += 1;
+    }
+    while shift > 0 && value < 1 << 30 {
+        value <<= 1;
+        shift -= 1;
+    }
+    let value = if shift > 0 { i32::MAX } else { value as i32 };
+    if high & 0x8000 != 0 { -value } else { value }
+}
+
+impl Core {
+    fn word(&self, n: usize) -> u16 {
+        self.command.get(n).copied().unwrap_or(0)
+    }
+
+    fn long(&self, n: usize) -> i32 {
+        (u32::from(self.word(n + 1)) << 16 | u32::from(self.word(n))) as i32
+    }
+
+    /// Argument 1 as an axis.
+    fn axis_argument(&self) -> Result<u8, Exception> {
+        let n = self.word(1).wrapping_sub(1);
+        if n >= u16::from(AXES) || axis(n as u8).flags & AxisRecord::PRESENT == 0 {
+            return Err(Exception::IllegalValue);
+        }
+        Ok(n as u8)
+    }
+
+    /// A speed or ramp, not above the machine's; 0 or less is refused.
+    fn rate_argument(&self, at: usize) -> Result<Scaled, Exception> {
+        let value = self.long(at);
+        if value <= 0 { Err(Exception::IllegalValue) } else { Ok(Scaled::new(value as u32)) }
+    }
+
+    fn pace(&self, n: u8, accel: usize, speed: usize, decel: usize) -> Result<Pace, Exception> {
+        let mut pace = Pace::of(axis(n));
+        pace.accel = pace.accel.least(self.rate_argument(accel)?);
+        pace.speed = pace.speed.least(self.rate_argument(speed)?);
+        pace.decel = pace.decel.least(self.rate_argument(decel)?);
+        Ok(pace)
+    }
+
+    /// Executes the command in the buffer.
+    ///
+    /// # Errors
+    /// Illegal value, busy, or no program whose profile 1110 and 1111 need.
+    pub fn execute(&mut self) -> Result<(), Exception> {
+        let code = self.word(0);
+        match code {
+            command::STOP_AXIS | command::STOP_AXES => {
+                let axes = if code == command::STOP_AXIS {
+                    1 << self.axis_argument()?
+                } else {
+                    (self.word(1) & 0b111) as u8
+                };
+                if self.session.is_active() {
+                    self.control(Control::Stop);
+                } else {
+                    self.abandon();
+                    self.motor.stop(axes);
+                }
+                return Ok(());
+            }
+            command::FORCE_INPUT => return self.force(),
+            command::DIRECT => return self.direct(),
+            _ => {}
+        }
+        if self.session.is_active() || self.effect.code != 0 {
+            return Err(Exception::Busy);
+        }
+        let emergency = self.record.emergency;
+        if emergency != 0 && self.input(emergency) {
+            return Err(Exception::Busy);
+        }
+        match code {
+            command::MOVE_SPEED => {
+                let n = self.free_axis()?;
+                let speed = self.long(4);
+                if speed == 0 {
+                    self.motor.stop(1 << n);
+                    return Ok(());
+                }
+                let mut pace = Pace::of(axis(n));
+                let ramp = self.rate_argument(2)?;
+                pace.accel = pace.accel.least(ramp);
+                pace.decel = pace.decel.least(ramp);
+                pace.speed = pace.speed.least(Scaled::new(speed.unsigned_abs()));
+                self.jog = true;
+                self.motor.run(n, speed < 0, self.motor.limit(n, speed < 0), pace);
+            }
+            command::MOVE_TO | command::MOVE_BY => {
+                let n = self.free_axis()?;
+                let pace = self.pace(n, 2, 4, 6)?;
+                let value = self.long(8);
+                let from = if code == command::MOVE_BY {
+                    self.motor.position(n)
+                } else {
+                    self.offset_steps(n)
+                };
+                let target = from.checked_add(value).ok_or(Exception::IllegalValue)?;
+                if !self.motor.within(n, target) {
+                    return Err(Exception::IllegalValue);
+                }
+                self.motor.settle(n, target);
+                self.motor.go(n, target, pace);
+            }
+            command::SET_POSITION => {
+                let n = self.axis_argument()?;
+                return self.set_work_position(n, self.long(2));
+            }
+            command::HOME => {
+                let n = self.resting_axis()?;
+                let input = self.word(3);
+                if self.word(2) != 0 || input > 16 || self.word(4) > 1 || self.word(5) > 1 {
+                    return Err(Exception::IllegalValue);
+                }
+                let pace = self.pace(n, 10, 6, 12)?;
+                self.rate_argument(8)?;
+                self.plan = Plan {
+                    input: input as u8 + 1,
+                    closed: self.word(4) != 0,
+                    positive: self.word(5) != 0,
+                    pace,
+                    slow: self.long(8) as u32,
+                    stroke: self.long(14).wrapping_abs(),
+                    pause: self.word(16),
+                    position: self.long(17),
+                    clearance: self.long(19),
+                };
+                self.homing_error &= !(1 << n);
+                self.effect =
+                    Effect { code: Op::Home as u8 + n, phase: BEGIN, n, bits: 0, left: 0 };
+            }
+            command::HOME_PROFILE => {
+                if self.store.image().is_none() {
+                    return Err(Exception::DeviceFailure);
+                }
+                let n = self.resting_axis()?;
+                self.homing_error &= !(1 << n);
+                self.plan_home(n).map_err(|_| Exception::IllegalValue)?;
+                self.effect =
+                    Effect { code: Op::Home as u8 + n, phase: BEGIN, n, bits: 0, left: 0 };
+            }
+            command::PROBE | command::PROBE_MASK => {
+                let n = self.resting_axis()?;
+                let mask = code == command::PROBE_MASK;
+                let at = if mask { 6 } else { 4 };
+                let pace = self.pace(n, at, at + 2, at + 4)?;
+                let (and, xor);
+                if mask {
+                    and = self.long(2) as u32;
+                    xor = self.long(4) as u32;
+                } else {
+                    let input = self.word(2);
+                    if input > 16 || self.word(3) > 1 {
+                        return Err(Exception::IllegalValue);
+                    }
+                    and = 1 << input;
+                    xor = if self.word(3) == 0 { and } else { 0 };
+                }
+                let target = self.motor.position(n).checked_add(self.long(at + 6));
+                let target = target.ok_or(Exception::IllegalValue)?;
+                if !self.motor.within(n, target) {
+                    return Err(Exception::IllegalValue);
+                }
+                self.probe_error &= !(1 << n);
+                self.effect = Effect { code: Op::Probe as u8, phase: 1, n, bits: 0, left: 0 };
+                if self.begin_probe(and, xor, target, pace).is_err() {
+                    self.effect = Effect::NONE;
+                    self.probe_error |= 1 << n;
+                }
+            }
+            command::JOG => {
+                if self.store.image().is_none() {
+                    return Err(Exception::DeviceFailure);
+                }
+                return self.jog();
+            }
+            _ => return Err(Exception::IllegalValue),
+        }
+        Ok(())
+    }
+
+    /// An axis that a position or speed command may take: no path moves it.
+    fn free_axis(&self) -> Result<u8, Exception> {
+        let n = self.axis_argument()?;
+        if self.motor.path_rests() { Ok(n) } else { Err(Exception::Busy) }
+    }
+
+    /// An axis at rest.
+    fn resting_axis(&self) -> Result<u8, Exception> {
+        let n = self.axis_argument()?;
+        if self.motor.moving() == 0 { Ok(n) } else { Err(Exception::Busy) }
+    }
+
+    /// The axis's work offset in steps.
+    pub fn offset_steps(&self, n: u8) -> i32 {
+        convert(n, self.motor.offset[usize::from(n)], true).unwrap_or(0)
+    }
+
+    /// SetPos on a resting axis: its work position becomes `value` steps.
+    ///
+    /// # Errors
+    /// Busy while it moves.
+    pub fn set_work_position(&mut self, n: u8, value: i32) -> Result<(), Exception> {
+        if self.motor.moving() >> n & 1 != 0 {
+            return Err(Exception::Busy);
+        }
+        let offset = self.motor.position(n).wrapping_sub(value);
+        self.motor.offset[usize::from(n)] =
+            convert(n, offset, false).map_err(|_| Exception::IllegalValue)?;
+        Ok(())
+    }
+
+    fn force(&mut self) -> Result<(), Exception> {
+        let n = self.word(1);
+        let level = match self.word(2) {
+            0 => Some(false),
+            1 => Some(true),
+            0xFFFF => None,
+            _ => return Err(Exception::IllegalValue),
+        };
+        let number = n as u8 + 1;
+        let record = self.record;
+        let roles = [record.stop, record.hold, record.door, record.emergency];
+        if n >= 16 || roles.contains(&number) || record.reference.contains(&number) {
+            return Err(Exception::IllegalValue);
+        }
+        self.inputs.force(1 << n, level);
+        Ok(())
+    }
+
+    fn direct(&mut self) -> Result<(), Exception> {
+        match self.word(1) {
+            88 => self.control(Control::Acknowledge),
+            129 => self.control(Control::Resume),
+            130 => self.control(Control::Pause),
+            133 if self.jog => self.motor.stop(0b111),
+            133 => {}
+            255 if self.session.is_active() => self.control(Control::Stop),
+            255 => {
+                self.abandon();
+                self.motor.stop(0b111);
+            }
+            _ => return Err(Exception::IllegalValue),
+        }
+        Ok(())
+    }
+
+    /// A homing or probing command that was stopped counts as failed.
+    fn abandon(&mut self) {
+        let bit = 1 << self.effect.n;
+        match self.effect.code {
+            0 => return,
+            code if code == Op::Probe as u8 => self.probe_error |= bit,
+            _ => self.homing_error |= bit,
+        }
+        crate::step::watch(0, 0, false);
+        self.effect = Effect::NONE;
+    }
+
+    fn jog(&mut self) -> Result<(), Exception> {
+        if self.motor.moving() != 0 {
+            return Err(Exception::Busy);
+        }
+        let axes = self.word(1);
+        if axes & 0b111 == 0 || axes & !0b100_0111 != 0 {
+            return Err(Exception::IllegalValue);
+        }
+        // um/min, so a sixtieth of it is um/s.
+        let feed = thousandths(self.word(2), self.word(3)) / 60;
+        if feed <= 0 {
+            return Err(Exception::IllegalValue);
+        }
+        let mut steps = [0; 3];
+        let mut targets = [0; 3];
+        let mut at = 4;
+        for n in 0..AXES {
+            let i = usize::from(n);
+            targets[i] = self.motor.position(n);
+            if axes >> n & 1 == 0 {
+                continue;
+            }
+            let um = thousandths(self.word(at), self.word(at + 1));
+            at += 2;
+            let value = convert(n, um, true).map_err(|_| Exception::IllegalValue)?;
+            let from = if axes & 0x40 != 0 { targets[i] } else { self.offset_steps(n) };
+            targets[i] = from.checked_add(value).ok_or(Exception::IllegalValue)?;
+            if !self.motor.within(n, targets[i]) {
+                return Err(Exception::IllegalValue);
+            }
+            steps[i] = targets[i].wrapping_sub(self.motor.position(n));
+        }
+        for n in 0..AXES {
+            self.motor.settle(n, targets[usize::from(n)]);
+        }
+        self.jog = true;
+        self.motor.line(steps, Feed::Um(feed as u32), true);
+        Ok(())
+    }
+}
