@@ -19,7 +19,7 @@ use super::rig::{HostAction, Rig, TICKS_PER_US};
 use super::stuck;
 use crate::client::trace::Tracer;
 use crate::client::upload::UploadError;
-use crate::client::{Client, ClientError};
+use crate::client::{Client, ClientError, Patience};
 use crate::link::Link;
 use crate::sim::record::{Edge, OutputUse, Record, Summary};
 use crate::sim::trace::{Event, Status, What};
@@ -28,6 +28,8 @@ use crate::sim::{End, Options, Outcome};
 
 /// Simulated time between two looks for an event.
 const LOOK: Duration = Duration::from_millis(1);
+/// A request that the board loses while it erases flash is asked again soon.
+const RUN_PATIENCE: Patience = Patience { reply: Duration::from_millis(50), attempts: 20 };
 /// How long Start is held.
 const PRESS: Duration = Duration::from_millis(100);
 /// Longest time from the press to the first statement: filter and image check.
@@ -151,6 +153,7 @@ fn prepare(
     }
     client.upload(job.image, false, &mut |_| {})?;
     client.write(wire::TRACE_MODE, 1)?;
+    client.set_patience(RUN_PATIENCE);
     Ok(())
 }
 

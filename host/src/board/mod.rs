@@ -3,7 +3,9 @@
 pub mod engine;
 pub mod link;
 mod path;
+mod pty;
 pub mod rig;
+pub mod serve;
 mod stuck;
 
 use emulator::{Image, LoadError, Part};

@@ -115,6 +115,20 @@ impl Rig {
         &mut self.board
     }
 
+    /// Puts back what [`Board::flash_contents`] gave, and starts the board anew from it. Firmware
+    /// that is older than this tool's is taken over too: it is what the board holds.
+    ///
+    /// # Errors
+    /// The length is not that of the part's flash.
+    pub fn restore_flash(&mut self, content: &[u8]) -> Result<(), String> {
+        self.board
+            .set_flash_contents(content)
+            .map_err(|error| format!("it is no flash of this board: {error:?}"))?;
+        self.board.power_cut();
+        self.board.power_up();
+        Ok(())
+    }
+
     /// Present time in ticks since power-up.
     pub fn now(&self) -> u64 {
         self.board.cycles()

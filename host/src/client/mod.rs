@@ -106,6 +106,11 @@ impl<L: Link> Client<L> {
         self.address = address;
     }
 
+    /// Waits otherwise from now on.
+    pub fn set_patience(&mut self, patience: Patience) {
+        self.patience = patience;
+    }
+
     /// Ends the master and gives the link back.
     pub fn into_link(self) -> L {
         self.link

@@ -3,6 +3,7 @@
 //! Names, exit codes and formats are a contract with other tools (see [`Failure`]).
 
 mod axes;
+mod board;
 mod board_run;
 mod build;
 mod check;
@@ -74,6 +75,8 @@ enum Command {
     Disasm(disasm::Disasm),
     /// Put scripts into one style
     Fmt(fmt::Fmt),
+    /// Keep a virtual board up: the real firmware behind a serial device or a TCP port
+    Board(board::Board),
     /// Bring a program to a board
     Upload(upload::Upload),
     /// Run a board's stored program, release its WaitStart, or acknowledge its fault
@@ -110,6 +113,7 @@ impl Command {
             Command::Sim(command) => command.run(options, console),
             Command::Fmt(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
+            Command::Board(command) => command.run(options, console),
             Command::Upload(command) => command.run(options, console),
             Command::Home(command) => command.run(options, console),
             Command::Jog(command) => command.run(options, console),

@@ -1,0 +1,212 @@
+//! A virtual board that stays up: the emulated board in real time behind a pseudo-terminal, a TCP
+//! port, or both.
+
+use std::fs;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::pty::Pty;
+use super::rig::{HostAction, Rig, TICKS_PER_US};
+use crate::sim::world::WorldError;
+
+/// Longest stretch of simulated time between two looks at the connections.
+const SLICE_US: u64 = 1_000;
+/// The host's end of the line follows the chip's rate this often.
+const FOLLOW_US: u64 = 50_000;
+/// Flash goes to its file when no operation changed it for this long.
+const SETTLE: Duration = Duration::from_millis(300);
+/// Clients at the TCP port at a time.
+const MOST_CLIENTS: usize = 8;
+
+/// Pace of the board's time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// So many seconds in a second.
+    Times(f64),
+    /// As fast as it goes.
+    Max,
+}
+
+/// The connections of a board.
+#[derive(Default)]
+pub struct Server {
+    pty: Option<Pty>,
+    listener: Option<TcpListener>,
+    clients: Vec<TcpStream>,
+    flash_file: Option<PathBuf>,
+    saved_operations: u64,
+    changed_at: Option<Instant>,
+}
+
+impl Server {
+    /// Opens a pseudo-terminal, with `link` pointing to it if that is given. Its device's path
+    /// comes back.
+    ///
+    /// # Errors
+    /// The system has none, or `link` exists and is no link.
+    pub fn open_pty(&mut self, link: Option<&Path>) -> io::Result<String> {
+        let pty = Pty::open(link)?;
+        let device = pty.device().to_owned();
+        self.pty = Some(pty);
+        Ok(device)
+    }
+
+    /// Listens on a TCP port of this machine only; 0 takes a free one. The port comes back.
+    ///
+    /// # Errors
+    /// The port is taken.
+    pub fn open_tcp(&mut self, port: u16) -> io::Result<u16> {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
+        listener.set_nonblocking(true)?;
+        let port = listener.local_addr()?.port();
+        self.listener = Some(listener);
+        Ok(port)
+    }
+
+    /// Keeps the board's flash in a file: takes over what it holds, and saves what changes.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no flash of this board.
+    pub fn keep_flash(&mut self, rig: &mut Rig, file: &Path) -> io::Result<()> {
+        match fs::read(file) {
+            Ok(content) => rig.restore_flash(&content).map_err(io::Error::other)?,
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(error),
+        }
+        self.flash_file = Some(file.to_owned());
+        self.saved_operations = rig.board().wear().operations;
+        Ok(())
+    }
+
+    /// Runs the board until `ended` says so.
+    ///
+    /// # Errors
+    /// The world fails or a file cannot be written; a client that goes is no error.
+    pub fn run(
+        &mut self,
+        rig: &mut Rig,
+        speed: Speed,
+        ended: &mut dyn FnMut() -> bool,
+    ) -> Result<(), ServeError> {
+        let began = Instant::now();
+        let first = rig.now();
+        let mut follow_at = first;
+        while !ended() {
+            let mut bytes = Vec::new();
+            self.accept();
+            self.read(&mut bytes, speed);
+            if !bytes.is_empty() {
+                rig.board().uart_send(&bytes);
+            }
+            let slice = rig.now() + SLICE_US * TICKS_PER_US;
+            let target = match speed {
+                Speed::Max => slice,
+                Speed::Times(times) => {
+                    let us = began.elapsed().as_secs_f64() * times * 1e6;
+                    first + us as u64 * TICKS_PER_US
+                }
+            };
+            // A host that fell behind catches up slice by slice, so that replies do not wait.
+            rig.run_until(target.min(slice).max(rig.now()))?;
+            let sent: Vec<u8> = rig.board().uart_take().into_iter().map(|(_, byte)| byte).collect();
+            if !sent.is_empty() {
+                self.write(&sent);
+            }
+            if rig.now() >= follow_at {
+                rig.follow_uart();
+                follow_at = rig.now() + FOLLOW_US * TICKS_PER_US;
+            }
+            for action in rig.take_host_actions() {
+                press(rig, action);
+            }
+            self.save_flash(rig, false)?;
+        }
+        self.save_flash(rig, true)?;
+        Ok(())
+    }
+
+    fn accept(&mut self) {
+        let Some(listener) = &self.listener else { return };
+        while let Ok((client, _)) = listener.accept() {
+            let ready = client.set_nonblocking(true).and_then(|()| client.set_nodelay(true));
+            if ready.is_ok() && self.clients.len() < MOST_CLIENTS {
+                self.clients.push(client);
+            }
+        }
+    }
+
+    /// Takes what has come; waits up to a millisecond for it, but not when time runs freely.
+    fn read(&mut self, bytes: &mut Vec<u8>, speed: Speed) {
+        let wait = if speed == Speed::Max { Duration::ZERO } else { Duration::from_millis(1) };
+        match &mut self.pty {
+            Some(pty) => pty.read(bytes, wait),
+            None => std::thread::sleep(wait),
+        }
+        let mut buffer = [0; 512];
+        self.clients.retain_mut(|client| match client.read(&mut buffer) {
+            Ok(0) => false,
+            Ok(count) => {
+                bytes.extend(&buffer[..count]);
+                true
+            }
+            Err(error) => matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted),
+        });
+    }
+
+    /// What the board sends goes to everybody on the line.
+    fn write(&mut self, bytes: &[u8]) {
+        if let Some(pty) = &mut self.pty {
+            pty.write(bytes);
+        }
+        self.clients.retain_mut(|client| client.write_all(bytes).is_ok());
+    }
+
+    fn save_flash(&mut self, rig: &mut Rig, at_once: bool) -> Result<(), ServeError> {
+        let Some(file) = &self.flash_file else { return Ok(()) };
+        let operations = rig.board().wear().operations;
+        if operations != self.saved_operations {
+            self.saved_operations = operations;
+            self.changed_at = Some(Instant::now());
+        }
+        let settled = self.changed_at.is_some_and(|at| at_once || at.elapsed() >= SETTLE);
+        if !settled {
+            return Ok(());
+        }
+        self.changed_at = None;
+        save(file, &rig.board().flash_contents())
+            .map_err(|error| ServeError::Flash(file.clone(), error))
+    }
+}
+
+/// A file that is replaced in one step: a power cut leaves the old content or the new.
+fn save(file: &Path, content: &[u8]) -> io::Result<()> {
+    let mut beside = file.as_os_str().to_owned();
+    beside.push(".new");
+    let beside = PathBuf::from(beside);
+    fs::write(&beside, content)?;
+    fs::rename(&beside, file)
+}
+
+/// What a scenario does through the host has no host here; the emergency stop is the RST pin.
+fn press(rig: &mut Rig, action: HostAction) {
+    if action == HostAction::EmergencyStop {
+        rig.board().reset_pin();
+    }
+}
+
+/// Why a board does not stay up.
+#[derive(Debug)]
+pub enum ServeError {
+    /// The world's script fails.
+    World(WorldError),
+    /// The flash's file cannot be written.
+    Flash(PathBuf, io::Error),
+}
+
+impl From<WorldError> for ServeError {
+    fn from(error: WorldError) -> ServeError {
+        ServeError::World(error)
+    }
+}

@@ -1,0 +1,107 @@
+//! `pasapas board`: a virtual board that stays up.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use lang::profile::Profile;
+use serde_json::json;
+
+use super::{Console, Options, world};
+use crate::board;
+use crate::board::rig::Rig;
+use crate::board::serve::{ServeError, Server, Speed};
+use crate::failure::Failure;
+
+/// `pasapas board`
+#[derive(Debug, Args)]
+pub struct Board {
+    /// Make this a link to the pseudo-terminal that the board hangs on
+    #[arg(long, value_name = "LINK")]
+    pty: Option<PathBuf>,
+    /// Listen on this TCP port of this machine; 0 takes a free one
+    #[arg(long, value_name = "PORT")]
+    tcp: Option<u16>,
+    /// Scenario around the board; its time begins at power-up
+    #[arg(long, value_name = "W.rhai")]
+    world: Option<String>,
+    /// Pace of the board's time: 1 is real time
+    #[arg(long, value_name = "N|max", default_value = "1", value_parser = speed)]
+    speed: Speed,
+    /// Keep the board's flash in this file between runs
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+}
+
+fn speed(text: &str) -> Result<Speed, String> {
+    if text.eq_ignore_ascii_case("max") {
+        return Ok(Speed::Max);
+    }
+    match text.parse() {
+        Ok(times) if (0.001..=1000.0).contains(&times) => Ok(Speed::Times(times)),
+        _ => Err("a pace is a number from 0.001 to 1000, or max".to_owned()),
+    }
+}
+
+impl Board {
+    /// Runs the board until the process is ended.
+    ///
+    /// # Errors
+    /// A connection cannot be opened, the world is wrong, or the flash's file fails.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let profile = match options.profile(console)? {
+            Some(profile) => profile,
+            None => Profile::built_in(lang::profile::DEFAULT_NAME)
+                .map_err(|error| Failure::Usage(error.to_string()))?,
+        };
+        let world = world::load(self.world.as_deref(), console)?;
+        let firmware =
+            board::firmware().map_err(|error| Failure::Board(format!("firmware: {error}")))?;
+        let mut rig =
+            Rig::new(&firmware, &profile, &world).map_err(|error| world::wrong(&error, console))?;
+        let mut server = Server::default();
+        if let Some(file) = &self.flash {
+            server
+                .keep_flash(&mut rig, file)
+                .map_err(|error| Failure::Board(format!("{}: {error}", file.display())))?;
+        }
+        self.open(&mut server, console)?;
+        rig.begin();
+        match server.run(&mut rig, self.speed, &mut || false) {
+            Ok(()) => Ok(()),
+            Err(ServeError::World(error)) => Err(world::wrong(&error, console)),
+            Err(ServeError::Flash(file, error)) => {
+                Err(Failure::Board(format!("{} cannot be written: {error}", file.display())))
+            }
+        }
+    }
+
+    /// Opens what was asked for, a pseudo-terminal without a link if nothing was, and says where.
+    fn open(&self, server: &mut Server, console: &Console) -> Result<(), Failure> {
+        let mut places = Vec::new();
+        if self.pty.is_some() || self.tcp.is_none() {
+            let device = server.open_pty(self.pty.as_deref()).map_err(|error| {
+                let link = self.pty.as_ref().map(|link| format!(" {}", link.display()));
+                Failure::Board(format!("pseudo-terminal{}: {error}", link.unwrap_or_default()))
+            })?;
+            places.push(match &self.pty {
+                Some(link) => json!({ "port": link.display().to_string(), "device": device }),
+                None => json!({ "port": device }),
+            });
+        }
+        if let Some(port) = self.tcp {
+            let port = server
+                .open_tcp(port)
+                .map_err(|error| Failure::Board(format!("TCP port {port}: {error}")))?;
+            places.push(json!({ "port": format!("tcp:{port}") }));
+        }
+        for place in places {
+            if console.json() {
+                console.json_line(&place)?;
+            } else {
+                let port = place["port"].as_str().unwrap_or_default();
+                console.result(&format!("the board answers Modbus RTU at {port}\n"))?;
+            }
+        }
+        Ok(())
+    }
+}
