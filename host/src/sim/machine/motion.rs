@@ -95,6 +95,9 @@ pub struct Motion {
     records: [AxisRecord; 3],
     path: Path,
     path_play: Option<(Play, PathSegment)>,
+    /// The path's last segment: the planner writes increments and directions only when a block
+    /// begins.
+    segment: PathSegment,
     acc: [u32; 3],
     solo: [Solo; 3],
     /// Positions at the beginning of the segments that play, steps.
@@ -113,6 +116,7 @@ impl Motion {
             records,
             path: Path::new(corner_um),
             path_play: None,
+            segment: PathSegment::default(),
             acc: [0; 3],
             solo: [solo(), solo(), solo()],
             base: [0; 3],
@@ -258,8 +262,8 @@ impl Motion {
 
     fn take_path(&mut self, begin: u64) {
         let at = begin.div_ceil(FINE_PER_US);
-        let mut segment = PathSegment::default();
-        if self.path.next_segment(&self.records, &mut segment) {
+        if self.path.next_segment(&self.records, &mut self.segment) {
+            let segment = self.segment;
             if segment.begin {
                 self.milestones.push((at, Milestone::BlockBegins));
             }

@@ -87,6 +87,18 @@ fn a_move_takes_the_time_of_its_ramps() {
 }
 
 #[test]
+fn a_path_arrives_where_it_was_sent() {
+    let feed = Effect::SetFeed(Rate::Um(20_000));
+    let moves = [feed, line(10_000, -2_500, true), line(20_000, 0, false), line(0, 0, false)];
+    for n in 2..=moves.len() {
+        let (trace, _, _) = run("", &moves[..n]);
+        let commanded = trace.lines().rev().nth(1).and_then(|l| l.split("\"to\":").nth(1));
+        let reached = trace.lines().next_back().and_then(|l| l.split("\"pos\":").nth(1));
+        assert_eq!(commanded, reached, "{trace}");
+    }
+}
+
+#[test]
 fn homing_sets_the_zero_where_the_switch_opens() {
     let result = run("switch_at(\"X\", -500);", &[HOME_X, go(Axis::X, 1_000)]);
     assert!(
