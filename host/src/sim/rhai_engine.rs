@@ -68,6 +68,7 @@ pub fn run(
     let mut scope = Scope::new();
     let ended = engine.run_ast_with_scope(&mut scope, &ast);
     let mut runtime = runtime.borrow_mut();
+    let mut place = None;
     match ended {
         Ok(()) => {}
         Err(error) => match innermost(&error) {
@@ -79,14 +80,17 @@ pub fn run(
                     && let Some(id) = translation.script.ids.get(line - 1)
                 {
                     runtime.set_current(*id);
+                    place = Some(runtime.line());
                 }
             }
             _ => return Err(refused(&error)),
         },
     }
     let (fault, line) = match runtime.ended() {
-        Final::End(line) | Final::Stopped(line) => (None, line),
-        Final::Fault(fault, line) => (Some(fault), line),
+        Final::End(line) => (None, line),
+        // Without precise statements only the place in the Rhai source tells the line.
+        Final::Stopped(line) => (None, place.unwrap_or(line)),
+        Final::Fault(fault, line) => (Some(fault), place.unwrap_or(line)),
     };
     let vars = variables(program, &scope);
     outcome(&mut runtime.machine, fault, line, vars)

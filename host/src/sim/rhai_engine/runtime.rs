@@ -103,7 +103,8 @@ impl Runtime {
         }
     }
 
-    fn line(&self) -> u32 {
+    /// Line of the current statement.
+    pub fn line(&self) -> u32 {
         self.infos.get(self.current).map_or(1, |info| info.line)
     }
 
