@@ -245,8 +245,11 @@ impl<'a> Checker<'a> {
                 Some(hir::DoTest { line, until: test.until, condition })
             })
         };
+        // A LOOP with a condition does more than close its block.
+        let conditions = u32::from(after.is_some());
         let before = test(before, line);
         let after = test(after, loop_line);
+        self.statements += conditions;
         let (body, left) = self.loop_body(LoopKind::Do, body);
         let before = before.map_or(Some(None), |test| test.map(Some))?;
         let after = after.map_or(Some(None), |test| test.map(Some))?;

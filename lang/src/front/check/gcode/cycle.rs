@@ -1,7 +1,7 @@
 //! G81, G82, G83: words that stay, and the Z that G98 goes back to.
 
 use super::block::{Block, Motion};
-use super::modal::{Group, State, Value};
+use super::modal::{DEFAULT_FEED, Group, State, Value};
 use super::word::Context;
 use crate::axis::Axis;
 use crate::effect::Frame;
@@ -27,6 +27,8 @@ pub(super) struct Plan {
     classes: [Class; 2],
     /// Labels and SUBs where handlers begin.
     handlers: Vec<Target>,
+    /// Some block goes at the profile's default feed.
+    default_feed: bool,
 }
 
 #[derive(Debug, Default)]
@@ -59,6 +61,11 @@ pub(super) fn plan(checker: &mut Checker<'_>, graph: &Graph) {
     let mut needed = Vec::new();
     for (index, block) in checker.gcode.list.iter().enumerate() {
         let Some(Some(before)) = checker.gcode.states.get(index) else { continue };
+        let feed = before.get(Group::Feed).written;
+        let moves = block.special.is_some() || block.has_axis();
+        plan.default_feed |= moves
+            && block.f.is_none()
+            && feed.is_some_and(|both| both.iter().any(|(feed, _)| *feed == DEFAULT_FEED));
         let mut state = *before;
         checker.gcode.apply(index as u32, block, &mut state);
         let cycle = state.motion().is_some_and(Motion::is_cycle);
@@ -129,7 +136,7 @@ impl<'a> Checker<'a> {
     pub(in crate::front::check) fn gcode_prologue(&mut self) -> hir::Block {
         let mut out = Vec::new();
         if let Some(feed) = self.profile.default_feed_um_s
-            && !self.gcode.list.is_empty()
+            && self.gcode.plan.default_feed
         {
             out.push(StmtKind::SetFeed(number(feed, Kind::Speed, Span::default())));
         }

@@ -194,6 +194,7 @@ impl<'a> Checker<'a> {
                 let mut out = if rapid { Vec::new() } else { self.need_feed(context)? };
                 let exact = !rapid && self.modal(context, Group::Exact)? == 1;
                 self.gcode.follow(&to);
+                let to = without_idle_words(to);
                 out.push(StmtKind::Linear { rapid, to, exact });
                 Some(out)
             }
@@ -382,6 +383,18 @@ impl<'a> Checker<'a> {
             _ => Plane::Yz,
         })
     }
+}
+
+/// Leaves out relative words that are 0, as long as another word remains: they move nothing and
+/// would cost the device an argument each.
+fn without_idle_words(mut to: [Option<Word>; 3]) -> [Option<Word>; 3] {
+    let idle = |word: &Word| word.frame == Frame::Relative && value_of(&word.value) == Some(0);
+    for axis in 0..to.len() {
+        if to.iter().flatten().count() > 1 && to[axis].as_ref().is_some_and(idle) {
+            to[axis] = None;
+        }
+    }
+    to
 }
 
 impl<'a> super::Blocks<'a> {
