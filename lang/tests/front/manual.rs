@@ -67,6 +67,7 @@ fn tables_are_those_of_the_code() {
         ("functions", functions()),
         ("faults", faults()),
         ("diagnostics", diagnostics()),
+        ("instructions", lang::isa::markdown()),
     ] {
         let start = format!("<!-- table: {name} -->\n");
         let (before, rest) = text.split_once(&start).unwrap_or_else(|| panic!("no table {name}"));

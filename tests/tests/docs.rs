@@ -1,0 +1,29 @@
+//! The programs of the language reference run to their end, with one trace on both host engines.
+
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use pasapas::sim::trace::{Status, to_text};
+use pasapas::sim::world::World;
+use pasapas::sim::{Engine, Options, run_traced};
+
+const REFERENCE: &str = include_str!("../../lang/README.md");
+
+#[test]
+fn programs_of_the_reference_run_alike_on_both_engines() {
+    let programs = REFERENCE.split("```basic\n").skip(1);
+    let programs: Vec<&str> = programs.filter_map(|p| p.split("```").next()).collect();
+    assert!(programs.len() >= 8, "{} programs", programs.len());
+    let options = Options { times: false, ..Options::default() };
+    for text in programs {
+        let source = Source::new("README.md", text.to_owned());
+        let (program, diags) = compile(&source, ProfileChoice::built_in());
+        let program = program.unwrap_or_else(|| panic!("{text}\n{}", diags.render(&source)));
+        let traces = [Engine::Rhai, Engine::Vm].map(|engine| {
+            let run = run_traced(&program, engine, &World::empty(), &options);
+            let (outcome, events) = run.unwrap_or_else(|error| panic!("{text}\n{error}"));
+            assert_eq!(outcome.end.status, Status::Done, "{engine:?}:\n{text}");
+            to_text(&events)
+        });
+        assert_eq!(traces[0], traces[1], "{text}");
+    }
+}
