@@ -9,9 +9,10 @@
 //! | `0nnn_nnnn` | an entry of the handler table: `2 * code` is its index |
 //! | `0110_nnnn` | push n |
 //! | `0111_nnnn` | short forward jump if zero |
-//! | `100n_nnnn` | push cell n: `4 * n` is left after two shifts |
-//! | `101n_nnnn` | store into cell n |
-//! | `11nn_nnnn` | effect: the VM leaves with the arguments on the stack |
+//! | `1000_nnnn` | push cell n: `4 * n` is left after two shifts |
+//! | `1001_nnnn` | store into cell n |
+//! | `1010_nnnn` | effect whose values, whole thousands, stand in the code |
+//! | `1011_nnnn`, `11nn_nnnn` | effect: the VM leaves with the arguments on the stack |
 //!
 //! [`Op`], [`ROWS`], the encoder, the decoder, the disassembler, the verifier's stack effects and
 //! the reference manual's table all come from `isa/table.rs`.
@@ -71,10 +72,26 @@ pub enum Operands {
     Flags2,
     /// Three bytes of flags.
     Flags3,
+    /// Millimetres, -128..=127.
+    Mm,
+    /// Two of them.
+    Mm2,
+    /// Three of them.
+    Mm3,
+    /// Millimetres, then a byte of flags.
+    MmFlags,
+    /// Twice millimetres, then a byte of flags.
+    Mm2Flags,
+    /// Three times millimetres, then a byte of flags.
+    Mm3Flags,
+    /// Twice millimetres, then two bytes of flags.
+    Mm2Flags2,
+    /// Cell and limit in the halves of a byte, then signed distance.
+    NibblesRel,
 }
 
 impl Operands {
-    const ALL: [Operands; 23] = [
+    const ALL: [Operands; 31] = [
         Operands::None,
         Operands::U8,
         Operands::I8,
@@ -98,15 +115,33 @@ impl Operands {
         Operands::Flags,
         Operands::Flags2,
         Operands::Flags3,
+        Operands::Mm,
+        Operands::Mm2,
+        Operands::Mm3,
+        Operands::MmFlags,
+        Operands::Mm2Flags,
+        Operands::Mm3Flags,
+        Operands::Mm2Flags2,
+        Operands::NibblesRel,
     ];
 
     /// Bytes behind the first one. Addresses have two, in a wide image three.
     pub const fn len(self, wide: bool) -> usize {
         match self {
             Operands::None => 0,
-            Operands::I16 | Operands::Array | Operands::CellRel | Operands::Flags2 => 2,
-            Operands::I24 | Operands::CellU8Rel | Operands::Flags3 => 3,
-            Operands::I32 => 4,
+            Operands::I16
+            | Operands::Array
+            | Operands::CellRel
+            | Operands::Flags2
+            | Operands::Mm2
+            | Operands::MmFlags
+            | Operands::NibblesRel => 2,
+            Operands::I24
+            | Operands::CellU8Rel
+            | Operands::Flags3
+            | Operands::Mm3
+            | Operands::Mm2Flags => 3,
+            Operands::I32 | Operands::Mm3Flags | Operands::Mm2Flags2 => 4,
             Operands::Addr | Operands::Sub | Operands::Column | Operands::Text => 2 + wide as usize,
             _ => 1,
         }
@@ -184,9 +219,13 @@ table::rows!(opcodes);
 /// First code of the short `push cell`.
 pub const LOAD: u8 = Op::Load as u8;
 /// First code of the effects.
-pub const EFFECTS: u8 = 0xC0;
+pub const EFFECTS: u8 = 0xA0;
 /// Cells that have short forms of load and store.
-pub const SHORT_CELLS: u8 = 32;
+pub const SHORT_CELLS: u8 = 16;
+/// Constants that have an instruction of one byte.
+pub const SMALL: i32 = 16;
+/// Cells that one byte sets to 0 or counts up.
+pub const LOW_CELLS: u8 = 4;
 /// Axes of the short forms of G0 and G1.
 pub const SHORT_AXES: [AxisSet; 5] =
     [AxisSet(0b001), AxisSet(0b010), AxisSet(0b011), AxisSet(0b100), AxisSet(0b111)];
@@ -252,28 +291,62 @@ const fn shapes<const N: usize>(first: u8) -> [Shape; N] {
 }
 
 static LOW_SHAPES: [Shape; LOW] = shapes(0);
-static SHORT_SHAPES: [Shape; 10] = [
+/// One for each sixteen codes: small, skip, load, store.
+static SHORT_SHAPES: [Shape; 4] = [
     shapes::<1>(0x60)[0],
     shapes::<1>(0x70)[0],
-    shapes::<1>(0x80)[0],
-    shapes::<1>(0x90)[0],
-    shapes::<1>(0xA0)[0],
-    shapes::<1>(0xB0)[0],
-    Shape::INVALID,
-    Shape::INVALID,
-    Shape::INVALID,
-    Shape::INVALID,
+    shapes::<1>(LOAD)[0],
+    shapes::<1>(LOAD + SHORT_CELLS)[0],
 ];
-static EFFECT_SHAPES: [Shape; 64] = shapes(EFFECTS);
+const EFFECTS_AT: usize = EFFECTS as usize;
+static EFFECT_SHAPES: [Shape; 0x100 - EFFECTS_AT] = shapes(EFFECTS);
 
 /// The shape of a code; `None` when no instruction has it.
 pub fn shape(code: u8) -> Option<Shape> {
     let shape = match usize::from(code) {
         code @ 0..LOW => LOW_SHAPES.get(code),
-        code @ LOW..0xC0 => SHORT_SHAPES.get((code - LOW) >> 4),
-        code => EFFECT_SHAPES.get(code - 0xC0),
+        code @ LOW..EFFECTS_AT => SHORT_SHAPES.get((code - LOW) >> 4),
+        code => EFFECT_SHAPES.get(code - EFFECTS_AT),
     };
     shape.copied().filter(|&shape| shape != Shape::INVALID)
+}
+
+/// What an instruction with whole thousands stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Inline {
+    /// Code of the effect that takes its values from the stack.
+    pub code: u8,
+    /// Values in the code, one byte each.
+    pub values: u8,
+}
+
+/// The effect behind an instruction that brings whole thousands in its first operand bytes; the
+/// effect's own operands follow them.
+pub const fn inline(code: u8) -> Option<Inline> {
+    const fn entry(effect: Op, n: u8, values: u8) -> Inline {
+        Inline { code: effect as u8 + n, values }
+    }
+    /// In the order of the codes; the small operands of rapid and line are 0 X, 1 Y, 2 XY, 3 Z.
+    const TABLE: [Inline; 16] = [
+        entry(Op::MoveTo, 0, 1),
+        entry(Op::MoveTo, 1, 1),
+        entry(Op::MoveTo, 2, 1),
+        entry(Op::Rapid, 2, 2),
+        entry(Op::Rapid, 3, 1),
+        entry(Op::Line, 0, 1),
+        entry(Op::Line, 1, 1),
+        entry(Op::Line, 2, 2),
+        entry(Op::Line, 3, 1),
+        entry(Op::Linear, 0, 1),
+        entry(Op::Linear, 0, 2),
+        entry(Op::Linear, 0, 3),
+        entry(Op::Move, 0, 2),
+        entry(Op::Probe, 0, 2),
+        entry(Op::Feed, 0, 1),
+        entry(Op::Wait, 0, 1),
+    ];
+    let n = code.wrapping_sub(Op::MoveToMm as u8) as usize;
+    if n < TABLE.len() { Some(TABLE[n]) } else { None }
 }
 
 /// Bits of the first and the second byte of flags that each bring one more argument.
@@ -288,11 +361,12 @@ pub const fn argument_masks(code: u8) -> (u8, u8) {
     const WAIT_IN: u8 = Op::WaitIn as u8;
     const WAIT_CHAR: u8 = Op::WaitChar as u8;
     const EVENT: u8 = Op::Event as u8;
+    const ARC_BY: u8 = Op::ArcBy as u8;
     match code {
         MOVE => (flags::SPEED, 0),
         MOVE_RAMP => (flags::SPEED, flags::ACCEL | flags::DECEL),
         LINEAR | LINEAR_MIXED => (flags::AXES, 0),
-        ARC | ARC_MIXED => (flags::AXES | flags::OFFSETS, 0),
+        ARC | ARC_MIXED | ARC_BY => (flags::AXES | flags::OFFSETS, 0),
         PROBE => (flags::SPEED, flags::SENSOR),
         WAIT_IN => (flags::LEVEL | flags::TIMEOUT, 0),
         WAIT_CHAR => (flags::TIMEOUT, 0),
@@ -309,6 +383,9 @@ pub fn arguments(code: u8, flags: u8, flags2: u8) -> u8 {
         return axes.0.count_ones() as u8;
     }
     let (first, second) = argument_masks(code);
+    if code == Op::WaitIn as u8 && flags >> flags::INPUT == 0 {
+        return 1 + (flags & first).count_ones() as u8;
+    }
     ((flags & first).count_ones() + (flags2 & second).count_ones()) as u8
 }
 
@@ -321,10 +398,11 @@ pub fn arguments(code: u8, flags: u8, flags2: u8) -> u8 {
 /// | `linear` | AXES, RAPID, EXACT, COMMON_STEPS, frame at COMMON_FRAME | | |
 /// | `linearmixed` | AXES, RAPID, EXACT, bits 5..7 steps of X, Y, Z | frames, two bits each | |
 /// | `arc` | AXES, CLOCKWISE, EXACT, OFFSETS, plane at PLANE | | |
+/// | `arcby` | as `arc` | | |
 /// | `arcmixed` | as `arc` | frames, two bits each | bits 0..2 steps of X, Y, Z; 3..5 of I, J, K, 3 of R |
 /// | `probe` | axis, STEPS, frame at PROBE_FRAME, QUERY, SPEED, SPEED_STEPS | SENSOR 0 default, 3 input; MASK | |
 /// | `movespeed` | axis, STEPS | | |
-/// | `waitin` | want, LEVEL, TIMEOUT, WAIT_QUERY | | |
+/// | `waitin` | want, LEVEL, TIMEOUT, WAIT_QUERY, input number at INPUT | | |
 /// | `waitchar` | TIMEOUT, WAIT_QUERY | | |
 /// | `event` | slot, EVENT_KIND | | |
 /// | `read` | axis, the rest [`super::Look`] | | |
@@ -379,6 +457,8 @@ pub mod flags {
     pub const TIMEOUT: u8 = 1 << 3;
     /// `WaitIn?`, `WaitChar?`
     pub const WAIT_QUERY: u8 = 1 << 4;
+    /// Shift of WaitIn's input number; 0: it is on the stack.
+    pub const INPUT: u8 = 5;
     /// The event's input or time is on the stack.
     pub const EVENT_ARGUMENT: u8 = 1 << 4;
     /// Mask of what an event instruction does.
@@ -497,7 +577,7 @@ pub fn markdown() -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{LOW, Op, Operands, ROWS, Shape, shape};
+    use super::{Op, Operands, ROWS, Shape, arguments, inline, shape};
 
     #[test]
     fn codes_ascend_without_overlap_and_decode_to_their_row() {
@@ -526,7 +606,27 @@ mod tests {
             assert_eq!((shape.pops(), shape.pushes()), (row.pops, row.pushes));
             assert_eq!(shape.class(), row.class);
         }
-        assert!(ROWS.iter().filter(|row| row.code < 0x60).all(|row| usize::from(row.code) < LOW));
+    }
+
+    #[test]
+    fn inline_millimetres_are_what_the_effect_would_pop() {
+        for row in ROWS {
+            for n in 0..row.count {
+                let Some(inline) = inline(row.code + n) else { continue };
+                let effect = shape(inline.code).unwrap();
+                let flags = match row.op {
+                    Op::LinearMm => 0b010,
+                    Op::LinearMm2 => 0b101,
+                    Op::LinearMm3 => 0b111,
+                    Op::MoveMm | Op::ProbeMm => super::flags::SPEED,
+                    _ => 0,
+                };
+                let pops = effect.pops() + arguments(inline.code, flags, 0);
+                assert_eq!(pops, inline.values, "{}", row.name);
+                let behind = row.operands.len(false) - usize::from(inline.values);
+                assert_eq!(behind, effect.operands().len(false), "{}", row.name);
+            }
+        }
     }
 
     #[test]

@@ -189,7 +189,7 @@ impl Verifier<'_, '_> {
             return Some(insn.next + usize::from(insn.code - SKIP) + 1);
         }
         match insn.operands {
-            Operands::Rel | Operands::CellRel | Operands::CellU8Rel => {
+            Operands::Rel | Operands::CellRel | Operands::CellU8Rel | Operands::NibblesRel => {
                 let distance = self.byte(insn.next - 1).cast_signed();
                 // A target before the code wraps to one far behind it.
                 Some(insn.next.wrapping_add_signed(distance.into()))
@@ -224,17 +224,35 @@ impl Verifier<'_, '_> {
                 self.image.scale(self.byte(pc + 1)).is_some()
             }
             Operands::Axis => first < 3,
+            Operands::NibblesRel => first & 15 < cells,
+            Operands::MmFlags | Operands::Mm2Flags | Operands::Mm3Flags | Operands::Mm2Flags2 => {
+                self.inline_fits(pc, insn.code)
+            }
             Operands::Flags | Operands::Flags2 | Operands::Flags3 => {
                 let operands = [self.byte(pc + 1), self.byte(pc + 2), self.byte(pc + 3)];
                 let known = effects::decode(insn.code, operands, Default::default()).is_some();
                 known && (insn.code != Op::Event as u8 || self.slot_exists(operands[0]))
             }
             _ => {
-                let cell = insn.code.wrapping_sub(isa::LOAD);
-                cell >= 2 * isa::SHORT_CELLS || usize::from(cell % isa::SHORT_CELLS) < cells
+                // Increments and zeros stand side by side, as loads and stores do.
+                const LOW: u8 = Op::IncShort as u8;
+                let short = insn.code.wrapping_sub(isa::LOAD);
+                let low = insn.code.wrapping_sub(LOW);
+                (short >= 2 * isa::SHORT_CELLS || usize::from(short % isa::SHORT_CELLS) < cells)
+                    && (low >= 2 * isa::LOW_CELLS || usize::from(low % isa::LOW_CELLS) < cells)
             }
         };
         if good { Ok(()) } else { Err(Flaw::Operand) }
+    }
+
+    /// The flags ask for as many values as stand before them.
+    fn inline_fits(&self, pc: usize, code: u8) -> bool {
+        let Some(inline) = isa::inline(code) else { return false };
+        let at = pc + 1 + usize::from(inline.values);
+        let flags = [self.byte(at), self.byte(at + 1), 0];
+        let Some(shape) = isa::shape(inline.code) else { return false };
+        shape.pops() + isa::arguments(inline.code, flags[0], flags[1]) == inline.values
+            && effects::decode(inline.code, flags, Default::default()).is_some()
     }
 
     fn slot_exists(&self, bits: u8) -> bool {

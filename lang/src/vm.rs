@@ -15,7 +15,7 @@ pub mod math;
 use crate::effect::Effect;
 use crate::fault::Fault;
 use crate::image::{self, Header, Image};
-use crate::isa::{self, Op};
+use crate::isa::{self, Class, Op};
 
 /// Why the VM came back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,30 +206,37 @@ impl<'a, 'm> Vm<'a, 'm> {
         }
     }
 
-    /// The effect at [`Exit::Effect`], its arguments taken from the stack but left there.
+    /// The effect at [`Exit::Effect`]. Its arguments stay on the stack until it is complete.
     pub fn effect(&self) -> Option<Effect> {
         let pc = self.state.pc;
-        let (code, operands) = self.effect_bytes();
+        let code = self.byte(pc);
+        let mut arguments = [0; effects::MAX_ARGUMENTS];
+        if let Some(inline) = isa::inline(code) {
+            let values = usize::from(inline.values);
+            for (i, argument) in arguments.iter_mut().enumerate().take(values) {
+                *argument = i32::from(self.byte(pc + 1 + i).cast_signed()) * 1000;
+            }
+            return effects::decode(inline.code, self.operands(pc + 1 + values), arguments);
+        }
+        let operands = self.operands(pc + 1);
         let count = isa::shape(code)?.pops() + isa::arguments(code, operands[0], operands[1]);
         let first = self.state.sp.checked_sub(count)?;
         let bottom = usize::from(self.image.header.cells) + usize::from(first);
-        let mut arguments = [0; effects::MAX_ARGUMENTS];
         for (i, argument) in arguments.iter_mut().enumerate().take(usize::from(count)) {
             *argument = self.slot(bottom + i).ok()?;
         }
-        debug_assert!(pc < self.image.code.len());
         effects::decode(code, operands, arguments)
     }
 
-    fn effect_bytes(&self) -> (u8, [u8; 3]) {
-        let pc = self.state.pc;
-        (self.byte(pc), [self.byte(pc + 1), self.byte(pc + 2), self.byte(pc + 3)])
+    fn operands(&self, at: usize) -> [u8; 3] {
+        [self.byte(at), self.byte(at + 1), self.byte(at + 2)]
     }
 
     /// Goes on behind the effect at `pc`: its arguments leave the stack, and `result` comes on it
     /// if the effect has one.
     pub fn complete(&mut self, result: i32) {
-        let (code, operands) = self.effect_bytes();
+        let code = self.byte(self.state.pc);
+        let operands = self.operands(self.state.pc + 1);
         let Some(shape) = isa::shape(code) else { return };
         let count = shape.pops() + isa::arguments(code, operands[0], operands[1]);
         self.state.sp = self.state.sp.saturating_sub(count);
@@ -246,7 +253,9 @@ impl<'a, 'm> Vm<'a, 'm> {
         let (op, n) = Op::decode(code).ok_or(BROKEN)?;
         let wide = self.image.header.wide();
         let b = self.byte(pc + 1);
-        let next = pc + 1 + isa::shape(code).ok_or(BROKEN)?.operands().len(wide);
+        let shape = isa::shape(code).ok_or(BROKEN)?;
+        let class = shape.class();
+        let next = pc + 1 + shape.operands().len(wide);
         let jump = |distance: u8| next.wrapping_add_signed(isize::from(distance.cast_signed()));
         match op {
             Op::Small => self.push(i32::from(n))?,
@@ -274,6 +283,7 @@ impl<'a, 'm> Vm<'a, 'm> {
                 let cell = self.element(b, self.byte(pc + 2))?;
                 self.set_slot(cell, value)?;
             }
+            Op::IncShort => self.add_to(n, 1)?,
             Op::Inc => self.add_to(b, 1)?,
             Op::Dec => self.add_to(b, -1)?,
             Op::AddTo => {
@@ -330,6 +340,12 @@ impl<'a, 'm> Vm<'a, 'm> {
                     return Ok(self.address(pc + 1)?);
                 }
             }
+            Op::Zero => self.set_slot(usize::from(n), 0)?,
+            Op::NextShort => {
+                if self.turn(Op::NextByte, b & 15, b >> 4)? {
+                    return Ok(jump(self.byte(next - 1)));
+                }
+            }
             Op::For | Op::Next | Op::ForStep | Op::NextStep | Op::NextByte | Op::Repeat => {
                 if self.turn(op, b, self.byte(pc + 2))? {
                     return Ok(jump(self.byte(next - 1)));
@@ -376,7 +392,7 @@ impl<'a, 'm> Vm<'a, 'm> {
             }
             Op::More => self.state.flags |= flag::MORE,
             Op::End => return Err(Stop::Exit(Exit::End)),
-            _ if code >= isa::EFFECTS => {
+            _ if class == Class::Effect => {
                 let more = self.state.flags & flag::MORE != 0;
                 self.state.flags &= !(flag::MORE | flag::WITHIN);
                 if more {

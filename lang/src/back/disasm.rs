@@ -83,6 +83,18 @@ fn text(image: &Image<'_>, pc: usize, op: Op, n: u8, bytes: &[u8]) -> String {
         Operands::Rel => format!(" {:04X}", jump(byte(1))),
         Operands::Addr | Operands::Sub => format!(" {:04X}", address()),
         Operands::CellRel => format!(" {} {:04X}", byte(1), jump(byte(2))),
+        Operands::NibblesRel => {
+            format!(" {} {} {:04X}", byte(1) & 15, byte(1) >> 4, jump(byte(2)))
+        }
+        Operands::Mm
+        | Operands::Mm2
+        | Operands::Mm3
+        | Operands::MmFlags
+        | Operands::Mm2Flags
+        | Operands::Mm3Flags
+        | Operands::Mm2Flags2 => {
+            return inline_text(bytes, row.name);
+        }
         Operands::CellU8Rel => format!(" {} {} {:04X}", byte(1), byte(2), jump(byte(3))),
         Operands::Sub8 => format!(" {:04X}", byte(1)),
         Operands::Column8 | Operands::Pair8 => format!(" data {:04X}", byte(1)),
@@ -116,6 +128,22 @@ fn number(op: Op, bytes: &[u8]) -> i64 {
         Op::Thousands => signed * 1000,
         Op::Byte => value,
         _ => signed,
+    }
+}
+
+/// An instruction with millimetres: the effect that it is.
+fn inline_text(bytes: &[u8], name: &str) -> String {
+    let Some(inline) = isa::inline(bytes[0]) else { return name.to_owned() };
+    let (values, flags) = bytes[1..].split_at(usize::from(inline.values));
+    let mut arguments = [0; effects::MAX_ARGUMENTS];
+    for (argument, value) in arguments.iter_mut().zip(values) {
+        *argument = i32::from(value.cast_signed()) * 1000;
+    }
+    let flag = |i: usize| flags.get(i).copied().unwrap_or(0);
+    let flags = [flag(0), flag(1), 0];
+    match effects::decode(inline.code, flags, arguments) {
+        Some(effect) => format!("{name} ; {effect:?}"),
+        None => name.to_owned(),
     }
 }
 

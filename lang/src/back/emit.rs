@@ -10,7 +10,7 @@ use crate::back::report::{Compiled, Mark, MarkKind, Sidecar, VarPlace};
 use crate::hir::{Program, RoutineId, VarId};
 use crate::image::statements::{self, Place};
 use crate::image::{self, HEADER, Header, pool_limit};
-use crate::isa::{Op, SHORT_CELLS};
+use crate::isa::{LOW_CELLS, Op, SHORT_CELLS, SMALL};
 use crate::record::{MachineRecord, feature};
 use crate::wire::{CRC_START, crc16};
 
@@ -78,7 +78,7 @@ pub fn constant(value: i32) -> Vec<u8> {
     let with = |op: Op, bytes: &[u8]| [&[op.code()], bytes].concat();
     let quotient = |by: i32| (value % by == 0).then(|| value / by);
     let signed = |by| quotient(by).and_then(|quotient| i8::try_from(quotient).ok());
-    if let 0..=15 = value {
+    if let 0..SMALL = value {
         return vec![Op::Small.code() + value as u8];
     }
     if let Ok(byte) = u8::try_from(value) {
@@ -279,12 +279,29 @@ impl<'a> Emitter<'a> {
     fn bytes(&self, i: usize) -> Vec<u8> {
         match self.items[i] {
             Item::Const(value) => constant(*value),
+            Item::Zero(var) => match self.cell(*var) {
+                cell @ 0..LOW_CELLS => vec![Op::Zero.code() + cell],
+                cell => {
+                    let mut bytes = constant(0);
+                    bytes.extend(Self::on_cell(Op::Store, Op::StoreFar, cell));
+                    bytes
+                }
+            },
+            Item::Inline(op, values, flags) => {
+                let mut bytes = vec![op.code()];
+                bytes.extend(values.iter().map(|value| *value as u8));
+                bytes.extend(flags);
+                bytes
+            }
             Item::Load(var) => Self::on_cell(Op::Load, Op::LoadFar, self.cell(*var)),
             Item::Store(var) => Self::on_cell(Op::Store, Op::StoreFar, self.cell(*var)),
             Item::StoreAt(var, index) => {
                 Self::on_cell(Op::Store, Op::StoreFar, self.cell(*var) + *index as u8)
             }
-            Item::Change(op, var) => vec![op.code(), self.cell(*var)],
+            Item::Change(op, var) => match (op, self.cell(*var)) {
+                (Op::Inc, cell @ 0..LOW_CELLS) => vec![Op::IncShort.code() + cell],
+                (op, cell) => vec![op.code(), cell],
+            },
             Item::LoadElem(var) => self.on_array(Op::LoadElem, *var),
             Item::StoreElem(var) => self.on_array(Op::StoreElem, *var),
             Item::Plain(op) => vec![op.code()],
@@ -307,7 +324,11 @@ impl<'a> Emitter<'a> {
                 self.turn(i, vec![op.code(), self.cell(*var)], self.address_of(*label))
             }
             Item::NextByte(var, limit, label) => {
-                let head = vec![Op::NextByte.code(), self.cell(*var), *limit];
+                let cell = self.cell(*var);
+                let head = match (cell, limit) {
+                    (0..16, 0..16) => vec![Op::NextShort.code(), limit << 4 | cell],
+                    _ => vec![Op::NextByte.code(), cell, *limit],
+                };
                 self.turn(i, head, self.address_of(*label))
             }
             Item::Call(op, id) => {

@@ -76,11 +76,35 @@ impl Cond {
     }
 }
 
+/// Code of an instruction with millimetres, its small operand included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InlineOp(u8);
+
+impl InlineOp {
+    /// The instruction that stands for effect code `effect` with `values` values in the code.
+    pub fn of(effect: u8, values: usize) -> Option<InlineOp> {
+        let fits = |code: &u8| {
+            crate::isa::inline(*code)
+                .is_some_and(|inline| inline.code == effect && usize::from(inline.values) == values)
+        };
+        (crate::isa::EFFECTS..=u8::MAX).find(fits).map(InlineOp)
+    }
+
+    /// Its code.
+    pub const fn code(self) -> u8 {
+        self.0
+    }
+}
+
 /// One instruction, label or mark.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
     /// Push a number, in its shortest form.
     Const(i32),
+    /// A variable becomes 0.
+    Zero(VarId),
+    /// An effect with whole millimetres, then flags in the code.
+    Inline(InlineOp, Vec<i8>, Vec<u8>),
     /// Push a variable.
     Load(VarId),
     /// Pop into a variable.
@@ -166,7 +190,9 @@ impl Item {
                 let more = crate::isa::arguments(row.code, bytes[0], bytes[1]);
                 return (row.pops + more, row.pushes);
             }
-            Item::Jump(_)
+            Item::Zero(_)
+            | Item::Inline(..)
+            | Item::Jump(_)
             | Item::Gosub(_)
             | Item::OnError(_)
             | Item::Text(_)

@@ -5,10 +5,10 @@
 
 use std::collections::HashMap;
 
-use crate::back::ir::{Cond, Item, Label};
+use crate::back::ir::{Cond, InlineOp, Item, Label};
 use crate::back::report::MarkKind;
 use crate::hir::VarId;
-use crate::isa::Op;
+use crate::isa::{self, Op};
 
 /// Applies all rules until none fits.
 pub fn peephole(items: &mut Vec<Item>) {
@@ -23,6 +23,8 @@ pub fn peephole(items: &mut Vec<Item>) {
             break;
         }
     }
+    unused_feed(items);
+    whole_millimetres(items);
     repeated_constant(items);
 }
 
@@ -60,6 +62,13 @@ fn rule(items: &[Item]) -> Option<(usize, Vec<Item>)> {
         }
         [.., Item::Const(0), Item::Plain(Op::Add | Op::Sub | Op::Or | Op::Xor)]
         | [.., Item::Const(1), Item::Plain(Op::Mul | Op::Div)] => Some((2, vec![])),
+        [.., Item::Const(n @ 1..=4), Item::Plain(Op::In)] => {
+            Some((2, vec![Item::Short(Op::InShort, *n as u8 - 1)]))
+        }
+        [.., Item::Const(0), Item::Flags(Op::SetPos, [axis, ..])] => {
+            Some((2, vec![Item::Short(Op::SetPosZero, *axis)]))
+        }
+        [.., Item::Const(0), Item::Store(var)] => Some((2, vec![Item::Zero(*var)])),
         [.., Item::Const(0), Item::Plain(Op::Eq)] => Some((2, vec![Item::Plain(Op::IsZero)])),
         [.., Item::Const(0), Item::Branch(Cond::Eq, to)] => {
             Some((2, vec![Item::Branch(Cond::Zero, *to)]))
@@ -227,6 +236,76 @@ fn unreachable(items: &mut Vec<Item>) -> bool {
     items.len() != before
 }
 
+/// A feed that the next one replaces before anything moves.
+fn unused_feed(items: &mut Vec<Item>) {
+    let is_feed = |item: &Item| matches!(item, Item::Plain(Op::Feed | Op::FeedSteps));
+    let mut dropped = vec![false; items.len()];
+    for i in 1..items.len() {
+        if !is_feed(&items[i]) || !matches!(items[i - 1], Item::Const(_)) {
+            continue;
+        }
+        let rest = items[i + 1..].iter();
+        let mut rest = rest.skip_while(|item| matches!(item, Item::Mark(_) | Item::Const(_)));
+        if rest.next().is_some_and(is_feed) {
+            dropped[i - 1] = true;
+            dropped[i] = true;
+        }
+    }
+    drop_marked(items, &dropped);
+}
+
+/// Moves whose values are constants and whole millimetres take them into the code.
+fn whole_millimetres(items: &mut Vec<Item>) {
+    let mut out: Vec<Item> = Vec::with_capacity(items.len());
+    for item in items.drain(..) {
+        let inlined = match &item {
+            Item::Short(op, n) => inlined(&out, op.code() + n, &[]),
+            Item::Plain(op) => inlined(&out, op.code(), &[]),
+            Item::Flags(op @ (Op::Linear | Op::Move), flags) => {
+                inlined(&out, op.code(), &flags[..1])
+            }
+            Item::Flags(op @ Op::Probe, flags) => inlined(&out, op.code(), &flags[..2]),
+            _ => None,
+        };
+        match inlined {
+            Some((taken, item)) => {
+                out.truncate(out.len() - taken);
+                out.push(item);
+            }
+            None => out.push(item),
+        }
+    }
+    *items = out;
+}
+
+/// The form with millimetres of an effect whose arguments end `before`, and how many those are;
+/// `None` when there is none or it would be no shorter.
+fn inlined(before: &[Item], effect: u8, flags: &[u8]) -> Option<(usize, Item)> {
+    let first = flags.first().copied().unwrap_or(0);
+    let in_steps = match Op::decode(effect)?.0 {
+        Op::Linear => first & isa::flags::COMMON_STEPS,
+        Op::Move | Op::Probe => first & (isa::flags::STEPS | isa::flags::SPEED_STEPS),
+        _ => 0,
+    };
+    if in_steps != 0 {
+        return None;
+    }
+    let second = flags.get(1).copied().unwrap_or(0);
+    let count = usize::from(isa::shape(effect)?.pops() + isa::arguments(effect, first, second));
+    let op = InlineOp::of(effect, count)?;
+    let values = before.get(before.len().checked_sub(count)?..)?;
+    let millimetres = |item: &Item| match item {
+        Item::Const(um) if um % 1000 == 0 => i8::try_from(um / 1000).ok(),
+        _ => None,
+    };
+    let values: Vec<i8> = values.iter().map(millimetres).collect::<Option<_>>()?;
+    // A 0 alone takes a byte on the stack too.
+    if values.iter().all(|&value| value == 0) {
+        return None;
+    }
+    Some((count, Item::Inline(op, values, flags.to_vec())))
+}
+
 /// A constant of two bytes or more that was just pushed is pushed again by one byte.
 fn repeated_constant(items: &mut [Item]) {
     for i in 1..items.len() {
@@ -234,7 +313,7 @@ fn repeated_constant(items: &mut [Item]) {
         let Some(Item::Const(first)) = before.last() else { continue };
         if let Item::Const(second) = rest[0]
             && *first == second
-            && !(0..16).contains(&second)
+            && !(0..isa::SMALL).contains(&second)
         {
             rest[0] = Item::Plain(Op::Dup);
         }
@@ -245,9 +324,11 @@ fn repeated_constant(items: &mut [Item]) {
 pub fn written_first(items: &[Item], var: VarId) -> bool {
     for item in items {
         match item {
-            Item::Store(stored) if *stored == var => return true,
+            Item::Store(stored) | Item::Zero(stored) if *stored == var => return true,
             Item::Load(loaded) if *loaded == var => return false,
             Item::Const(_)
+            | Item::Zero(_)
+            | Item::Inline(..)
             | Item::Load(_)
             | Item::Store(_)
             | Item::StoreAt(..)

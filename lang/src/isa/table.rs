@@ -100,13 +100,33 @@ macro_rules! rows {
             0x51 x 1 More "more" None 0 0 Pure "the next effect does not end its statement: serve no event behind it";
             0x52 x 1 Dup "dup" None 1 2 Pure "push top";
             0x53 x 1 Over "over" None 2 3 Pure "push the value below top";
+            0x54 x 4 IncShort "incshort" None 0 0 Pure "cell[n] += 1; F01";
+            0x58 x 4 Zero "zero" None 0 0 Pure "cell[n] = 0";
+            0x5C x 1 NextShort "nextshort" NibblesRel 0 0 Pure "low half of u8: cell, high half: limit; cell += 1, F01; jump if cell <= limit";
             // Short forms.
             0x60 x 16 Small "small" None 0 1 Pure "push n";
             0x70 x 16 Skip "skip" None 1 0 Pure "pc += n + 1 if pop = 0";
-            0x80 x 32 Load "load" None 0 1 Pure "push cell[n]";
-            0xA0 x 32 Store "store" None 1 0 Pure "cell[n] = pop";
+            0x80 x 16 Load "load" None 0 1 Pure "push cell[n]";
+            0x90 x 16 Store "store" None 1 0 Pure "cell[n] = pop";
+            // Effects whose values, whole thousands, stand in the code instead of on the stack.
+            0xA0 x 3 MoveToMm "movetomm" Mm 0 0 Effect "MoveAxe axis n, i8 mm";
+            0xA3 x 1 RapidXyMm "rapidxymm" Mm2 0 0 Effect "G0 XY, i8 mm each";
+            0xA4 x 1 RapidZMm "rapidzmm" Mm 0 0 Effect "G0 Z, i8 mm";
+            0xA5 x 2 LineMm "linemm" Mm 0 0 Effect "G1 X or Y, i8 mm";
+            0xA7 x 1 LineXyMm "linexymm" Mm2 0 0 Effect "G1 XY, i8 mm each";
+            0xA8 x 1 LineZMm "linezmm" Mm 0 0 Effect "G1 Z, i8 mm";
+            0xA9 x 1 LinearMm "linearmm" MmFlags 0 0 Effect "linear with one word, i8 mm";
+            0xAA x 1 LinearMm2 "linearmm2" Mm2Flags 0 0 Effect "linear with two words, i8 mm each";
+            0xAB x 1 LinearMm3 "linearmm3" Mm3Flags 0 0 Effect "linear with three words, i8 mm each";
+            0xAC x 1 MoveMm "movemm" Mm2Flags 0 0 Effect "move with target, i8 mm, and speed, i8 mm/s";
+            0xAD x 1 ProbeMm "probemm" Mm2Flags2 0 0 Effect "probe with limit, i8 mm, and speed, i8 mm/s";
+            0xAE x 1 FeedMm "feedmm" Mm 0 0 Effect "F, i8 mm/s";
+            0xAF x 1 WaitSeconds "waitseconds" Mm 0 0 Effect "Wait i8 s";
             // Effects: the VM leaves with the arguments on the stack.
-            0xC0 x 8 OutShort "out" None 0 0 Effect "SetOut n / 2 + 1, n AND 1";
+            0xB0 x 3 SetPosZero "setposzero" None 0 0 Effect "SetPos axis n, 0";
+            0xB3 x 4 InShort "inshort" None 0 1 Effect "IN(n + 1)";
+            0xB7 x 1 TimedOut "timedout" None 0 1 Effect "TIMEDOUT";
+            0xB8 x 16 OutShort "out" None 0 0 Effect "SetOut n / 2 + 1, n AND 1";
             0xC8 x 3 MoveTo "moveto" None 1 0 Effect "MoveAxe axis n, um";
             0xCB x 3 MoveBy "moveby" None 1 0 Effect "MoveRel axis n, um";
             0xCE x 1 Move "move" Flags 1 0 Effect "MoveAxe or MoveRel: target[, speed]";
@@ -133,7 +153,7 @@ macro_rules! rows {
             0xED x 1 SetPort "setport" None 1 0 Effect "SetPort";
             0xEE x 1 Motors "motors" Flags 1 0 Effect "Motors on; 3 is all axes";
             0xEF x 1 Wait "wait" None 1 0 Effect "Wait ms";
-            0xF0 x 1 WaitIn "waitin" Flags 1 0 Effect "WaitIn n[, level][, ms]";
+            0xF0 x 1 WaitIn "waitin" Flags 0 0 Effect "WaitIn [n][, level][, ms]";
             0xF1 x 1 WaitStart "waitstart" None 0 0 Effect "WaitStart";
             0xF2 x 1 Send "send" None 1 0 Effect "Send";
             0xF3 x 1 WaitChar "waitchar" Flags 1 0 Effect "WaitChar c[, ms]";
@@ -146,6 +166,7 @@ macro_rules! rows {
             0xFA x 1 In "in" None 1 1 Effect "IN(n)";
             0xFB x 1 Out "outstate" None 1 1 Effect "OUT(n)";
             0xFC x 1 Read "read" Flags 0 1 Effect "another look at the machine";
+            0xFD x 1 ArcBy "arcby" Flags 1 0 Effect "G2 or G3, relative um: axes, then I J K of the plane or R";
         }
     };
 }

@@ -8,6 +8,9 @@ use crate::isa::{Look, Op, SHORT_AXES, flags};
 /// Most arguments of an effect: an arc with three words and two offsets.
 pub const MAX_ARGUMENTS: usize = 5;
 
+/// Frames of an arc whose words are all relative.
+const ALL_RELATIVE: u8 = 0b10_10_10;
+
 /// Arguments in the order in which they were pushed.
 struct Arguments([i32; MAX_ARGUMENTS], usize);
 
@@ -173,6 +176,7 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
             exact: b & flags::EXACT != 0,
         },
         Op::Arc => arc(b, 0, 0, args)?,
+        Op::ArcBy => arc(b, ALL_RELATIVE, 0, args)?,
         Op::ArcMixed => arc(b, b2, b3, args)?,
         Op::Feed => Effect::SetFeed(Rate::Um(args.next())),
         Op::FeedSteps => Effect::SetFeed(Rate::Steps(args.next())),
@@ -194,7 +198,10 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
         Op::Motors => Effect::Motors { on: args.next() != 0, axis: axis_or_all(b)? },
         Op::Wait => Effect::Wait(args.next()),
         Op::WaitIn => {
-            let n = args.next();
+            let n = match b >> flags::INPUT {
+                0 => args.next(),
+                n => i32::from(n),
+            };
             let want = match args.next_if(b & flags::LEVEL != 0) {
                 None => want(b),
                 Some(0) => Want::Off,
@@ -216,6 +223,9 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
         Op::PrintValue => Effect::PrintValue(args.next(), unit(b)?),
         Op::PrintEnd => Effect::PrintEnd,
         Op::Event => event(b, args)?,
+        Op::SetPosZero => Effect::SetPos { axis: axis(n)?, value: 0 },
+        Op::InShort => Effect::Read(Read::In(i32::from(n) + 1)),
+        Op::TimedOut => Effect::Read(Read::TimedOut),
         Op::In => Effect::Read(Read::In(args.next())),
         Op::Out => Effect::Read(Read::Out(args.next())),
         Op::Read => Effect::Read(read(b)?),

@@ -100,7 +100,7 @@ impl Lower<'_> {
             ReadKind::Moving(axis) => (Look::Moving, *axis as u8),
             ReadKind::Homed(axis) => (Look::Homed, *axis as u8),
             ReadKind::Timer => (Look::Timer, 0),
-            ReadKind::TimedOut => (Look::TimedOut, 0),
+            ReadKind::TimedOut => return self.plain(Op::TimedOut),
             ReadKind::CharIn => (Look::CharIn, 0),
         };
         self.look(look, axis);

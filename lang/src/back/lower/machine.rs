@@ -79,7 +79,7 @@ impl Lower<'_> {
                 self.flags(Op::SetPos, [*axis as u8, 0, 0]);
             }
             StmtKind::SetOut { n, on } => match (constant(n), constant(on)) {
-                (Some(n @ 1..=4), Some(on)) => {
+                (Some(n @ 1..=8), Some(on)) => {
                     let code = 2 * (n as u8 - 1) + u8::from(on != 0);
                     self.push(Item::Short(Op::OutShort, code));
                 }
@@ -215,8 +215,11 @@ impl Lower<'_> {
     }
 
     fn wait_in(&mut self, n: &Expr, want: &InWant, timeout: Option<&Expr>, query: bool) {
-        self.expr(n);
         let mut bits = bit(query, flags::WAIT_QUERY);
+        match constant(n) {
+            Some(n @ 1..=7) => bits |= (n as u8) << flags::INPUT,
+            _ => self.expr(n),
+        }
         match want {
             InWant::Edge(want) => bits |= *want as u8,
             InWant::Level(level) => match constant(level) {
@@ -257,6 +260,7 @@ impl Lower<'_> {
 
     /// G0 and G1 in the shortest form that says it.
     pub(super) fn linear(&mut self, rapid: bool, words: [Option<&Word>; 3], exact: bool) {
+        let words = without_still(words);
         for word in words.into_iter().flatten() {
             self.expr(&word.value);
         }
@@ -303,6 +307,8 @@ impl Lower<'_> {
     fn arc(&mut self, head: u8, plane: Plane, to: &[Option<Word>; 3], center: &ArcCenter) {
         self.features |= feature::INTERPOLATE | feature::ARC;
         let (mut frames, mut in_steps) = (0, 0);
+        let to = without_still([to[0].as_ref(), to[1].as_ref(), to[2].as_ref()]);
+        let relative = to.iter().flatten().all(|word| word.frame == Frame::Relative);
         for (i, word) in to.iter().enumerate() {
             if let Some(word) = word {
                 self.expr(&word.value);
@@ -331,10 +337,23 @@ impl Lower<'_> {
         }
         if frames == 0 && in_steps == 0 {
             self.flags(Op::Arc, [b, 0, 0]);
+        } else if relative && in_steps == 0 {
+            self.flags(Op::ArcBy, [b, 0, 0]);
         } else {
             self.flags(Op::ArcMixed, [b, frames, in_steps]);
         }
     }
+}
+
+/// Leaves out words that do not move: a relative 0 is as no word. One stays.
+fn without_still(mut words: [Option<&Word>; 3]) -> [Option<&Word>; 3] {
+    let still = |word: &Word| word.frame == Frame::Relative && constant(&word.value) == Some(0);
+    for i in 0..words.len() {
+        if words.iter().flatten().count() > 1 && words[i].is_some_and(still) {
+            words[i] = None;
+        }
+    }
+    words
 }
 
 fn axes_of(has: impl Fn(usize) -> bool) -> AxisSet {
