@@ -5,7 +5,7 @@
 //! the effects test what they use of them.
 
 use lang::image::{COLUMN_LONG, COLUMN_SCALED, FORMAT, HEADER};
-use lang::isa::{self, Class, FINGERPRINT, Op, Operands, SHORT_CELLS, flags, shape};
+use lang::isa::{self, Class, FINGERPRINT, LOW_CELLS, Op, Operands, SHORT_CELLS, flags, shape};
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::wire::{CRC_START, Refusal, crc16};
 
@@ -277,7 +277,7 @@ impl<B: Bytes> Check<'_, B> {
             return Some(insn.next + u16::from(insn.code - SKIP) + 1);
         }
         match insn.operands {
-            Operands::Rel | Operands::CellRel | Operands::CellU8Rel => {
+            Operands::Rel | Operands::CellRel | Operands::CellU8Rel | Operands::NibblesRel => {
                 let distance = self.byte(insn.next - 1) as i8;
                 Some(insn.next.wrapping_add(i16::from(distance) as u16))
             }
@@ -323,6 +323,10 @@ impl<B: Bytes> Check<'_, B> {
         let low = u16::from(b);
         match insn.operands {
             Operands::Cell | Operands::CellRel | Operands::CellU8Rel => b < self.cells,
+            Operands::NibblesRel => b & 15 < self.cells,
+            Operands::MmFlags | Operands::Mm2Flags | Operands::Mm3Flags | Operands::Mm2Flags2 => {
+                self.inline_fits(pc, insn.code)
+            }
             Operands::Array => low + u16::from(self.byte(pc + 2)) <= u16::from(self.cells),
             Operands::Column8 => self.column(low) != 0,
             Operands::Column => self.column(self.word(pc + 1)) != 0,
@@ -351,10 +355,22 @@ impl<B: Bytes> Check<'_, B> {
                 true
             }
             _ => {
-                let cell = insn.code.wrapping_sub(isa::LOAD);
-                cell >= 2 * SHORT_CELLS || cell % SHORT_CELLS < self.cells
+                const LOW: u8 = Op::IncShort as u8;
+                let short = insn.code.wrapping_sub(isa::LOAD);
+                let low = insn.code.wrapping_sub(LOW);
+                (short >= 2 * SHORT_CELLS || short % SHORT_CELLS < self.cells)
+                    && (low >= 2 * LOW_CELLS || low % LOW_CELLS < self.cells)
             }
         }
+    }
+
+    /// The flags ask for as many values as stand before them.
+    fn inline_fits(&self, pc: u16, code: u8) -> bool {
+        let Some(inline) = isa::inline(code) else { return false };
+        let Some(shape) = shape(inline.code) else { return false };
+        let at = pc + 1 + u16::from(inline.values);
+        let more = isa::arguments(inline.code, self.byte(at), self.byte(at + 1));
+        shape.pops() + more == inline.values
     }
 
     /// An instruction begins at `target`, with depth `depth` before it.

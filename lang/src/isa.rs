@@ -368,7 +368,7 @@ pub const fn argument_masks(code: u8) -> (u8, u8) {
         LINEAR | LINEAR_MIXED => (flags::AXES, 0),
         ARC | ARC_MIXED | ARC_BY => (flags::AXES | flags::OFFSETS, 0),
         PROBE => (flags::SPEED, flags::SENSOR),
-        WAIT_IN => (flags::LEVEL | flags::TIMEOUT, 0),
+        WAIT_IN => (flags::LEVEL | flags::TIMEOUT | flags::INPUT_ON_STACK, 0),
         WAIT_CHAR => (flags::TIMEOUT, 0),
         EVENT => (flags::EVENT_ARGUMENT, 0),
         _ => (0, 0),
@@ -383,9 +383,6 @@ pub fn arguments(code: u8, flags: u8, flags2: u8) -> u8 {
         return axes.0.count_ones() as u8;
     }
     let (first, second) = argument_masks(code);
-    if code == Op::WaitIn as u8 && flags >> flags::INPUT == 0 {
-        return 1 + (flags & first).count_ones() as u8;
-    }
     ((flags & first).count_ones() + (flags2 & second).count_ones()) as u8
 }
 
@@ -402,7 +399,7 @@ pub fn arguments(code: u8, flags: u8, flags2: u8) -> u8 {
 /// | `arcmixed` | as `arc` | frames, two bits each | bits 0..2 steps of X, Y, Z; 3..5 of I, J, K, 3 of R |
 /// | `probe` | axis, STEPS, frame at PROBE_FRAME, QUERY, SPEED, SPEED_STEPS | SENSOR 0 default, 3 input; MASK | |
 /// | `movespeed` | axis, STEPS | | |
-/// | `waitin` | want, LEVEL, TIMEOUT, WAIT_QUERY, input number at INPUT | | |
+/// | `waitin` | want, LEVEL, TIMEOUT, WAIT_QUERY, INPUT_ON_STACK or the input at INPUT | | |
 /// | `waitchar` | TIMEOUT, WAIT_QUERY | | |
 /// | `event` | slot, EVENT_KIND | | |
 /// | `read` | axis, the rest [`super::Look`] | | |
@@ -457,8 +454,10 @@ pub mod flags {
     pub const TIMEOUT: u8 = 1 << 3;
     /// `WaitIn?`, `WaitChar?`
     pub const WAIT_QUERY: u8 = 1 << 4;
-    /// Shift of WaitIn's input number; 0: it is on the stack.
-    pub const INPUT: u8 = 5;
+    /// WaitIn's input number is on the stack.
+    pub const INPUT_ON_STACK: u8 = 1 << 5;
+    /// Shift of WaitIn's input number less one when it is not.
+    pub const INPUT: u8 = 6;
     /// The event's input or time is on the stack.
     pub const EVENT_ARGUMENT: u8 = 1 << 4;
     /// Mask of what an event instruction does.
@@ -499,10 +498,8 @@ pub enum Look {
     InPort = 7,
     /// `TIMER`
     Timer = 8,
-    /// `TIMEDOUT`
-    TimedOut = 9,
     /// `CHARIN`
-    CharIn = 10,
+    CharIn = 9,
 }
 
 const fn sum_over(mut sum: u16, bytes: &[u8]) -> u16 {

@@ -17,7 +17,7 @@
 use ::core::arch::global_asm;
 use firmware::verify::{ANCHORS, CODE, MACHINE};
 use lang::image::FORMAT;
-use lang::isa::{self, Class, FINGERPRINT, Op, Operands, ROWS, SHORT_CELLS, flags};
+use lang::isa::{self, Class, FINGERPRINT, LOW_CELLS, Op, Operands, ROWS, SHORT_CELLS, flags};
 use lang::record::{AxisRecord, feature};
 use lang::wire::Refusal;
 
@@ -46,9 +46,9 @@ const EFFECT: u16 = 1 << 14;
 const EXACT: u16 = 1 << 15;
 /// Codes with a row of their own below [`isa::LOAD`], groups of 16, effects.
 const LOW: u8 = 0x60;
-const GROUPS: u8 = 6;
-const INDICES: usize = LOW as usize + GROUPS as usize + 64;
 const FIRST_EFFECT: u8 = isa::EFFECTS;
+const GROUPS: u8 = (FIRST_EFFECT - LOW) / 16;
+const INDICES: usize = LOW as usize + GROUPS as usize + 0x100 - FIRST_EFFECT as usize;
 
 /// Bits 0..2 operand bytes, 3..7 [`Operands`], 8..10 values taken, 11, 12 values left, then
 /// [`ENDS`], [`EFFECT`], [`EXACT`].
@@ -386,6 +386,8 @@ pasapas_verify_code:
     jeq 2f
     cmp #{cell_u8_rel}, r11
     jeq 2f
+    cmp #{nibbles_rel}, r11
+    jeq 2f
     mov r5, r13
     sub #{skip_less_one}, r13
     mov r5, r12
@@ -629,10 +631,17 @@ pasapas_verify_operands:
     mov pasapas_verify_table(r11), r0
 pasapas_verify_none:
     mov r5, r12
+    sub #{low_codes}, r12
+    cmp #2*{low_cells}, r12
+    jhs 2f
+    and #{low_cells}-1, r12
+    jmp pasapas_verify_cell
+2:  mov r5, r12
     sub #{load}, r12
     jlo 1f
     cmp #2*{short_cells}, r12
     jhs 1f
+pasapas_verify_nibbles:
     and #{short_cells}-1, r12
 pasapas_verify_cell:
     cmp r14, r12
@@ -677,6 +686,30 @@ pasapas_verify_axis:
     and #3, r12
     cmp r13, r12
     jhs 7f
+    ret
+    /* whole thousands in the code: as many as the flags behind them ask for */
+pasapas_verify_inline2:
+    bit.b #{sensor}, -1(r7)
+    jne 7f
+    dec r7
+    mov.b -1(r7), r12
+    inc r7
+    jmp pasapas_verify_speed
+pasapas_verify_inline:
+    mov.b -1(r7), r12
+    cmp #{move_mm}, r5
+    jeq pasapas_verify_speed
+    and #7, r12
+    call #pasapas_verify_count
+    mov r5, r12
+    sub #{linear_mm_less_one}, r12
+    cmp r12, r8
+    jne 7f
+    clr r8
+    ret
+pasapas_verify_speed:
+    bit #{speed}, r12
+    jeq 7f
     ret
 pasapas_verify_text_far:
     mov.b 2(r4), r13
@@ -754,6 +787,14 @@ pasapas_verify_table:
     .short pasapas_verify_none
     .short pasapas_verify_none
     .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_inline
+    .short pasapas_verify_inline
+    .short pasapas_verify_inline
+    .short pasapas_verify_inline2
+    .short pasapas_verify_nibbles
 "#,
     image = const IMAGE,
     frame = const FRAME,
@@ -788,6 +829,13 @@ pasapas_verify_table:
     rel = const (Operands::Rel as u8) << 3,
     cell_rel = const (Operands::CellRel as u8) << 3,
     cell_u8_rel = const (Operands::CellU8Rel as u8) << 3,
+    nibbles_rel = const (Operands::NibblesRel as u8) << 3,
+    low_codes = const Op::IncShort as u8,
+    low_cells = const LOW_CELLS,
+    move_mm = const Op::MoveMm as u8,
+    linear_mm_less_one = const Op::LinearMm as u8 - 1,
+    speed = const flags::SPEED,
+    sensor = const flags::SENSOR,
     skip = const Op::Skip as u8,
     skip_less_one = const Op::Skip as u8 - 1,
     load = const isa::LOAD,
@@ -806,4 +854,13 @@ pasapas_verify_table:
     on_every = const flags::ON_EVERY,
     column_long = const lang::image::COLUMN_LONG,
     column_scaled = const lang::image::COLUMN_SCALED,
+);
+
+// The table of operands above is in their order, and so are the moves along lines.
+const _: () = assert!(
+    Operands::Flags3 as u8 == 22
+        && Operands::MmFlags as u8 == 26
+        && Operands::Mm2Flags2 as u8 == 29
+        && Operands::NibblesRel as u8 == 30
+        && Op::LinearMm3 as u8 == Op::LinearMm as u8 + 2
 );

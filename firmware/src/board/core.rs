@@ -80,6 +80,8 @@ pub struct Event {
 
 const PULSE: u8 = lang::isa::Op::Pulse as u8;
 
+/// Codes from here on are effects.
+const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
 /// Code of the pseudo-effect that ends a run.
 pub const END: u8 = 0xFF;
 
@@ -588,7 +590,7 @@ impl Core {
                 self.handler_left();
             }
             0 => self.effect.code = END,
-            0xC0..=0xFF => {
+            FIRST_EFFECT..=0xFF => {
                 let more = vm.flags & flag::MORE != 0;
                 vm.flags &= !(flag::MORE | flag::WITHIN);
                 if more {
@@ -596,7 +598,7 @@ impl Core {
                 }
                 self.effect.code = exit as u8;
             }
-            0x01..0xC0 => match vm.soft(exit as u8) {
+            0x01..FIRST_EFFECT => match vm.soft(exit as u8) {
                 Ok(false) => {}
                 Ok(true) => self.handler_left(),
                 Err(fault) => self.raise(fault, vm.pc.wrapping_sub(1), false),

@@ -25,7 +25,7 @@ impl Core {
     /// The fault that the statement ends with.
     pub fn perform(&mut self) -> Result<bool, Fault> {
         const OUT: u8 = Op::OutShort as u8;
-        const OUT_LAST: u8 = OUT + 7;
+        const OUT_LAST: u8 = OUT + 15;
         const MOVE_TO: u8 = Op::MoveTo as u8;
         const MOVE_RAMP: u8 = Op::MoveRamp as u8;
         const RAPID: u8 = Op::Rapid as u8;
@@ -38,6 +38,11 @@ impl Core {
         const PROBE: u8 = Op::Probe as u8;
         const MOVE_SPEED: u8 = Op::MoveSpeed as u8;
         const SET_POS: u8 = Op::SetPos as u8;
+        const SET_POS_ZERO: u8 = Op::SetPosZero as u8;
+        const SET_POS_ZERO_LAST: u8 = SET_POS_ZERO + 2;
+        const IN_SHORT: u8 = Op::InShort as u8;
+        const IN_SHORT_LAST: u8 = IN_SHORT + 3;
+        const TIMED_OUT: u8 = Op::TimedOut as u8;
         const STOP_AXE: u8 = Op::StopAxe as u8;
         const STOP_ALL: u8 = Op::StopAll as u8;
         const WAIT_MOVE: u8 = Op::WaitMove as u8;
@@ -87,6 +92,10 @@ impl Core {
                 let value = vm().pop();
                 self.motor.offset[i] =
                     self.motor.um[i].checked_sub(value).ok_or(Fault::Overflow)?;
+            }
+            SET_POS_ZERO..=SET_POS_ZERO_LAST => {
+                let i = usize::from(code - SET_POS_ZERO);
+                self.motor.offset[i] = self.motor.um[i];
             }
             STOP_AXE => {
                 if self.first() {
@@ -167,6 +176,11 @@ impl Core {
                 return Ok(false);
             }
             EVENT => self.event()?,
+            IN_SHORT..=IN_SHORT_LAST => {
+                let on = self.input(code - IN_SHORT + 1);
+                vm().push(i32::from(on));
+            }
+            TIMED_OUT => vm().push(i32::from(self.timed_out)),
             IN => {
                 let n = vm().pop_small(17);
                 if n == 0 || n > 17 {
@@ -267,7 +281,10 @@ impl Core {
             if bits & flags::LEVEL != 0 {
                 want = u8::from(vm().pop() != 0);
             }
-            let n = vm().pop_small(17);
+            let n = match bits & flags::INPUT_ON_STACK {
+                0 => u16::from(bits >> flags::INPUT) + 1,
+                _ => vm().pop_small(17),
+            };
             if n == 0 || n > 17 {
                 return Err(Fault::ValueRange);
             }
@@ -423,7 +440,6 @@ impl Core {
         const HOMED: u8 = Look::Homed as u8;
         const IN_PORT: u8 = Look::InPort as u8;
         const TIMER: u8 = Look::Timer as u8;
-        const TIMED_OUT: u8 = Look::TimedOut as u8;
         let bits = vm().operand();
         let n = bits & flags::AXIS;
         let i = usize::from(n % AXES);
@@ -440,7 +456,6 @@ impl Core {
             HOMED => bit(self.motor.homed),
             IN_PORT => i32::from(self.inputs.levels()) | i32::from(self.input(17)) << 16,
             TIMER => self.timer,
-            TIMED_OUT => i32::from(self.timed_out),
             _ => {
                 let c = self.char_in;
                 self.char_in = 0;

@@ -298,11 +298,29 @@ vm_tens:
     jmp vm_scaled
 vm_hundreds:
     mov #100, r14
-    jmp 1f
-vm_thousands:
-    mov #1000, r14
-1:  REL
+    REL
     jmp 2f
+vm_thousands:
+    call #vm_thousand
+    br #vm_next
+    /* pushes 1000 times the operand byte */
+vm_thousand:
+    REL
+    clr r13
+    tst r12
+    jge 1f
+    inv r13
+1:  mov #1000, r14
+    clr r15
+    push r11
+    call #__mspabi_mpyl
+    pop r11
+    sub #4, r6
+    mov r10, 0(r6)
+    mov r11, 2(r6)
+    mov r12, r10
+    mov r13, r11
+    ret
 vm_wordtens:
     mov #10, r14
     WORD
@@ -377,7 +395,9 @@ vm_element:
 vm_high:
     rla.b r12
     jc vm_effect
-    jn vm_store
+    jn vm_inline
+    bit #0x40, r12
+    jne vm_store
 vm_load:
     add r7, r12
     mov @r12+, r13
@@ -394,9 +414,24 @@ vm_loadfar:
     rla r12
     jmp vm_load
 vm_effect:
+    bis #0x100, r12
+1:  rra r12
     rra r12
+    bis #0x80, r12
+    jmp vm_exit_far
+    /* effects below 0xC0: the first sixteen bring whole thousands */
+vm_inline:
+    cmp #4*0x30, r12
+    jhs 1b
     rra r12
-    bis #0xc0, r12
+    mov vm_inlines-0x40(r12), r8
+    mov r8, r9
+    swpb r9
+    mov.b r9, r9
+1:  call #vm_thousand
+    dec r9
+    jne 1b
+    mov.b r8, r12
     jmp vm_exit_far
 vm_storefar:
     mov.b @r5+, r12
@@ -404,7 +439,7 @@ vm_storefar:
     rla r12
     jmp 1f
 vm_store:
-    and #0x7f, r12
+    and #0x3f, r12
 1:  add r7, r12
     mov r10, 0(r12)
     mov r11, 2(r12)
@@ -587,10 +622,22 @@ vm_next_one:
     POP
     jge vm_take
     jmp vm_next
+vm_nextshort:
+    mov.b @r5+, r13
+    mov r13, r14
+    rra r14
+    rra r14
+    rra r14
+    rra r14
+    and #15, r13
+    rla r13
+    rla r13
+    add r7, r13
+    jmp 1f
 vm_nextbyte:
     CELL
     mov.b @r5+, r14
-    REL
+1:  REL
     add #1, 0(r13)
     adc 2(r13)
     bit #0x100, r2
@@ -681,7 +728,7 @@ vm_take_far:
 
 vm_inc:
     CELL
-    add #1, 0(r13)
+1:  add #1, 0(r13)
     adc 2(r13)
     bit #0x100, r2
     jne vm_undo_inc
@@ -701,6 +748,28 @@ vm_addto:
     jne vm_undo_add
     POP
     br #vm_next
+    /* r12 is twice the code */
+vm_incshort:
+    sub #2*{incshort}, r12
+    rla r12
+    mov r12, r13
+    add r7, r13
+    jmp 1b
+vm_zero:
+    sub #2*{zero}, r12
+    rla r12
+    add r7, r12
+    clr 0(r12)
+    clr 2(r12)
+    br #vm_next
+vm_dup:
+    mov r10, r12
+    mov r11, r13
+    br #vm_push
+vm_over:
+    mov @r6, r12
+    mov 2(r6), r13
+    br #vm_push
 vm_more:
     bis.b #{more}, &{vm}+{flags}
     br #vm_next
@@ -921,6 +990,16 @@ vm_table:
     .short vm_return, vm_exitsub, vm_give
     .short vm_soft, vm_soft, vm_soft, vm_soft, vm_soft, vm_soft
     .short vm_table_op, vm_tablefar, vm_tablepair, vm_check, vm_soft, vm_soft, vm_more
+    .short vm_dup, vm_over
+    .short vm_incshort, vm_incshort, vm_incshort, vm_incshort
+    .short vm_zero, vm_zero, vm_zero, vm_zero, vm_nextshort
+    /* effect and number of values of the codes from 0xA0 on */
+vm_inlines:
+    .byte {move_to}, 1, {move_to}+1, 1, {move_to}+2, 1
+    .byte {rapid}+2, 2, {rapid}+3, 1
+    .byte {line}, 1, {line}+1, 1, {line}+2, 2, {line}+3, 1
+    .byte {linear}, 1, {linear}, 2, {linear}, 3
+    .byte {move_flags}, 2, {probe}, 2, {feed}, 1, {wait}, 1
     "#,
     vm = sym VM,
     calls_start = sym CALLS,
@@ -932,6 +1011,16 @@ vm_table:
     data = const offset_of!(State, data),
     frame = const offset_of!(State, frame),
     more = const lang::vm::flag::MORE,
+    incshort = const Op::IncShort as u8,
+    zero = const Op::Zero as u8,
+    move_to = const Op::MoveTo as u8,
+    rapid = const Op::Rapid as u8,
+    line = const Op::Line as u8,
+    linear = const Op::Linear as u8,
+    move_flags = const Op::Move as u8,
+    probe = const Op::Probe as u8,
+    feed = const Op::Feed as u8,
+    wait = const Op::Wait as u8,
     yield_code = const YIELD,
     handler_end = const HANDLER_END,
     kind_gosub = const (lang::vm::entry::GOSUB as u16) << 12,
@@ -950,4 +1039,7 @@ const _: () = assert!(
         && Op::For as u8 == 0x36
         && Op::Give as u8 == 0x44
         && Op::More as u8 == 0x51
+        && Op::NextShort as u8 == 0x5C
+        && Op::MoveToMm as u8 == 0xA0
+        && Op::WaitSeconds as u8 == 0xAF
 );

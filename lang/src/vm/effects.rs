@@ -123,7 +123,6 @@ fn read(byte: u8) -> Option<Read> {
     const HOMED: u8 = Look::Homed as u8;
     const IN_PORT: u8 = Look::InPort as u8;
     const TIMER: u8 = Look::Timer as u8;
-    const TIMED_OUT: u8 = Look::TimedOut as u8;
     const CHAR_IN: u8 = Look::CharIn as u8;
     let axis = axis(byte)?;
     Some(match byte >> 2 {
@@ -136,7 +135,6 @@ fn read(byte: u8) -> Option<Read> {
         HOMED => Read::Homed(axis),
         IN_PORT => Read::InPort,
         TIMER => Read::Timer,
-        TIMED_OUT => Read::TimedOut,
         CHAR_IN => Read::CharIn,
         _ => return None,
     })
@@ -198,9 +196,9 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
         Op::Motors => Effect::Motors { on: args.next() != 0, axis: axis_or_all(b)? },
         Op::Wait => Effect::Wait(args.next()),
         Op::WaitIn => {
-            let n = match b >> flags::INPUT {
-                0 => args.next(),
-                n => i32::from(n),
+            let n = match args.next_if(b & flags::INPUT_ON_STACK != 0) {
+                Some(n) => n,
+                None => i32::from(b >> flags::INPUT) + 1,
             };
             let want = match args.next_if(b & flags::LEVEL != 0) {
                 None => want(b),

@@ -217,8 +217,11 @@ impl Lower<'_> {
     fn wait_in(&mut self, n: &Expr, want: &InWant, timeout: Option<&Expr>, query: bool) {
         let mut bits = bit(query, flags::WAIT_QUERY);
         match constant(n) {
-            Some(n @ 1..=7) => bits |= (n as u8) << flags::INPUT,
-            _ => self.expr(n),
+            Some(n @ 1..=4) => bits |= (n as u8 - 1) << flags::INPUT,
+            _ => {
+                self.expr(n);
+                bits |= flags::INPUT_ON_STACK;
+            }
         }
         match want {
             InWant::Edge(want) => bits |= *want as u8,
