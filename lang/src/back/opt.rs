@@ -23,7 +23,6 @@ pub fn peephole(items: &mut Vec<Item>) {
             break;
         }
     }
-    unused_feed(items);
     whole_millimetres(items);
     repeated_constant(items);
 }
@@ -234,24 +233,6 @@ fn unreachable(items: &mut Vec<Item>) -> bool {
         keep
     });
     items.len() != before
-}
-
-/// A feed that the next one replaces before anything moves.
-fn unused_feed(items: &mut Vec<Item>) {
-    let is_feed = |item: &Item| matches!(item, Item::Plain(Op::Feed | Op::FeedSteps));
-    let mut dropped = vec![false; items.len()];
-    for i in 1..items.len() {
-        if !is_feed(&items[i]) || !matches!(items[i - 1], Item::Const(_)) {
-            continue;
-        }
-        let rest = items[i + 1..].iter();
-        let mut rest = rest.skip_while(|item| matches!(item, Item::Mark(_) | Item::Const(_)));
-        if rest.next().is_some_and(is_feed) {
-            dropped[i - 1] = true;
-            dropped[i] = true;
-        }
-    }
-    drop_marked(items, &dropped);
 }
 
 /// Moves whose values are constants and whole millimetres take them into the code.

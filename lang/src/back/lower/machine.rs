@@ -263,7 +263,6 @@ impl Lower<'_> {
 
     /// G0 and G1 in the shortest form that says it.
     pub(super) fn linear(&mut self, rapid: bool, words: [Option<&Word>; 3], exact: bool) {
-        let words = without_still(words);
         for word in words.into_iter().flatten() {
             self.expr(&word.value);
         }
