@@ -59,7 +59,8 @@ impl Bench {
     }
 }
 
-const GOOD: &str = "DIM i\nFOR i = 1 TO 3\n  MoveAxe X, 2mm * i\n  SetOut 1, ON\nNEXT\nSetOut 1, OFF\n";
+const GOOD: &str =
+    "DIM i\nFOR i = 1 TO 3\n  MoveAxe X, 2mm * i\n  SetOut 1, ON\nNEXT\nSetOut 1, OFF\n";
 
 /// `FILE:LINE:COL: error[CODE]: text` with a capital letter and three digits.
 fn is_diagnostic(line: &str, file: &str) -> bool {

@@ -6,12 +6,13 @@ mod path;
 mod pty;
 pub mod rig;
 pub mod serve;
+pub mod size;
 mod stuck;
 
 use emulator::{Image, LoadError, Part};
 
 /// The shipped image, with its symbols.
-const FIRMWARE: &[u8] = include_bytes!("../../../firmware/image/pasapas-g2955.elf");
+pub const FIRMWARE: &[u8] = include_bytes!("../../../firmware/image/pasapas-g2955.elf");
 
 /// The part that the shipped image is for.
 pub const PART: Part = Part::G2955;

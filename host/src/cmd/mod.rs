@@ -9,12 +9,14 @@ mod build;
 mod check;
 mod control;
 mod disasm;
+mod flash;
 mod fmt;
 mod lsp;
 mod port;
 mod profile;
 mod script;
 mod sim;
+mod size;
 mod status;
 mod summary;
 mod upload;
@@ -99,6 +101,10 @@ enum Command {
     Io(axes::Io),
     /// Serve an editor: the language server on standard input and output
     Lsp(lsp::Lsp),
+    /// Show what the firmware uses of flash and RAM, by module
+    Size(size::Size),
+    /// Write the firmware to a LaunchPad
+    Flash(flash::Flash),
     /// Show the machine descriptions that the tool knows, or those of a board
     Profile(profile::Profile),
 }
@@ -124,6 +130,8 @@ impl Command {
             Command::Resume(command) => command.run(Action::Resume, options, console),
             Command::Status(command) => command.run(options, console),
             Command::Watch(command) => command.run(options, console),
+            Command::Size(command) => command.run(options, console),
+            Command::Flash(command) => command.run(options, console),
             Command::Profile(command) => command.run(options, console),
         }
     }
