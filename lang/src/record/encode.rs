@@ -7,6 +7,25 @@ use crate::profile::{
 };
 use crate::wire::{CRC_START, crc16};
 
+/// An axis that the machine does not have. Its scale is 1, as the planner divides by it.
+const ABSENT: AxisRecord = AxisRecord {
+    flags: 0,
+    steps: 1,
+    um: 1,
+    start_rate: 0,
+    home_fast: 0,
+    home_slow: 0,
+    home_pause: 0,
+    top_rate: 0,
+    accel: 0,
+    decel: 0,
+    min: 0,
+    max: 0,
+    home_stroke: 0,
+    home_position: 0,
+    home_clearance: 0,
+};
+
 fn rate16(rate: i32) -> u16 {
     u16::try_from(rate).unwrap_or(u16::MAX)
 }
@@ -84,7 +103,7 @@ impl MachineRecord {
             flags,
             corner: rate16(profile.corner_um),
             default_feed: profile.default_feed_um_s.unwrap_or(0).unsigned_abs(),
-            axes: Axis::ALL.map(|axis| profile.axis(axis).map(AxisRecord::of).unwrap_or_default()),
+            axes: Axis::ALL.map(|axis| profile.axis(axis).map_or(ABSENT, AxisRecord::of)),
         }
     }
 

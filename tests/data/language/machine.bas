@@ -140,3 +140,12 @@ PRINT HOMED(X)
 '> 011
 '> 0
 '= done 7
+'---
+' A machine without Z moves X and Y as fast as any: 20 mm at 20 mm/s.
+PROFILE "laser"
+G1 X20 F1200
+G91 Y20
+G4 P0
+PRINT TIMER() > 1900ms; TIMER() < 2500ms
+'> 11
+'= done 6
