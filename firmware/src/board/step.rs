@@ -367,6 +367,7 @@ single_switch:
     clr 20(r15)
     mov 10(r15), r14
     xor SENSE(r13), r14
+    tst r14
     jge 1f
     xor.b single_dir(r13), &P2OUT
     inv SENSE(r13)
