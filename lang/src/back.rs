@@ -20,6 +20,7 @@ mod tests;
 pub use report::{Compiled, Excess, Mark, MarkKind, Resource, Sidecar, VarPlace};
 
 use crate::hir::Program;
+use crate::record::feature;
 
 /// Compiles a checked program.
 ///
@@ -29,8 +30,9 @@ use crate::hir::Program;
 /// [`Compiled::image`]'s length with what a board offers.
 pub fn compile(program: &Program) -> Result<Compiled, Vec<Excess>> {
     let mut unit = lower::lower(program);
+    let resumes = unit.features & feature::LINES != 0;
     for routine in &mut unit.routines {
-        opt::peephole(&mut routine.items);
+        opt::peephole(&mut routine.items, resumes);
     }
     let graph = graph::analyse(program, &mut unit);
     let cells = cells::allocate(program, &unit, &graph);

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use crate::back::ir::{Handler, Item, Label, Unit};
 use crate::hir::{Program, RoutineId, Span};
 use crate::isa::Op;
+use crate::record::feature;
 
 /// A place in the code: routine by its position in the unit, item.
 type Place = (usize, usize);
@@ -128,6 +129,23 @@ fn span_at(unit: &Unit, (r, i): Place) -> Span {
         _ => None,
     });
     mark.take(1).next().unwrap_or(0..0)
+}
+
+/// Where RESUME NEXT goes on behind the statement that begins with the mark at `i`.
+fn resumption(
+    items: &[Item],
+    r: usize,
+    i: usize,
+    resume: Option<Label>,
+    labels: &HashMap<Label, Place>,
+) -> Option<Place> {
+    match resume {
+        Some(label) => labels.get(&label).copied(),
+        None => {
+            let next = items[i + 1..].iter().position(|item| matches!(item, Item::Mark(_)))?;
+            Some((r, i + 1 + next))
+        }
+    }
 }
 
 /// Drops items that are not reached, and `leave` where no error handler can be open.
@@ -256,6 +274,7 @@ impl Walk {
             unit.routines.iter().map(|routine| vec![false; routine.items.len()]).collect();
         let mut calls = Vec::new();
         let mut todo: Vec<Place> = roots.collect();
+        let resumes = unit.features & feature::LINES != 0;
         while let Some((r, start)) = todo.pop() {
             let items = &unit.routines[r].items;
             for i in start..items.len() {
@@ -277,6 +296,9 @@ impl Walk {
                     && let Some(place) = item.target().and_then(|label| self.labels.get(&label))
                 {
                     todo.push(*place);
+                }
+                if resumes && let Item::Mark(mark) = item {
+                    todo.extend(resumption(items, r, i, mark.resume, &self.labels));
                 }
                 if item.ends() || stops && *item == Item::Plain(Op::Leave) {
                     break;

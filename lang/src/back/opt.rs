@@ -11,13 +11,13 @@ use crate::hir::VarId;
 use crate::isa::{self, Op};
 
 /// Applies all rules until none fits.
-pub fn peephole(items: &mut Vec<Item>) {
+pub fn peephole(items: &mut Vec<Item>, resumes: bool) {
     loop {
         let before = items.len();
         let mut changed = thread_jumps(items);
         changed |= branch_over_jump(items);
         changed |= jump_to_next(items);
-        changed |= unreachable(items);
+        changed |= unreachable(items, resumes);
         changed |= windows(items);
         if !changed && items.len() == before {
             break;
@@ -220,12 +220,13 @@ fn jump_to_next(items: &mut Vec<Item>) -> bool {
     drop_marked(items, &dropped)
 }
 
-/// Code behind an instruction that never falls through, up to the next label.
-fn unreachable(items: &mut Vec<Item>) -> bool {
+/// Code behind an instruction that never falls through, up to the next label, or with `resumes`
+/// up to the next statement: RESUME NEXT may go on there.
+fn unreachable(items: &mut Vec<Item>, resumes: bool) -> bool {
     let mut dead = false;
     let before = items.len();
     items.retain(|item| {
-        if matches!(item, Item::Label(_)) {
+        if matches!(item, Item::Label(_)) || resumes && matches!(item, Item::Mark(_)) {
             dead = false;
         }
         let keep = !dead;

@@ -32,7 +32,7 @@ pub enum Final {
     End(u32),
     /// A fault that nobody handles.
     Fault(Fault, u32),
-    /// The machine stopped it.
+    /// The machine stopped it, in the current statement.
     Stopped(u32),
 }
 
@@ -74,6 +74,8 @@ pub struct Runtime {
     fault: Option<Fault>,
     again: bool,
     ended: Option<Final>,
+    /// By the machine, in the current statement.
+    stopped: bool,
     /// Statements that may still be executed.
     left: u64,
 }
@@ -99,6 +101,7 @@ impl Runtime {
             fault: None,
             again: false,
             ended: None,
+            stopped: false,
             left: statements,
         }
     }
@@ -176,7 +179,7 @@ impl Runtime {
     }
 
     fn stop(&mut self) -> Break {
-        self.ended = Some(Final::Stopped(self.line()));
+        self.stopped = true;
         Break::Over
     }
 
@@ -355,11 +358,15 @@ impl Runtime {
 
     /// How the run ended; a break without an end of its own is a fault of the current statement.
     pub fn ended(&mut self) -> Final {
+        if self.stopped {
+            return Final::Stopped(self.line());
+        }
         if let Some(ended) = self.ended {
             return ended;
         }
         let fault = self.fault.take().unwrap_or(Fault::Overflow);
         match self.raise(fault, 0, false) {
+            _ if self.stopped => Final::Stopped(self.line()),
             Ok(_) | Err(_) => self.ended.unwrap_or(Final::Fault(fault, self.line())),
         }
     }

@@ -136,7 +136,13 @@ impl<'a> Inference<'_, 'a> {
 
     /// Gives an open `target` the kind of `source`, or ties two open ones.
     fn bind(&mut self, target: Ty, source: Ty) {
+        // Either may have been tied to something since it was looked at.
         let Ty::Open(slot) = target else { return };
+        let Ty::Open(slot) = self.slot(slot) else { return };
+        let source = match source {
+            Ty::Open(other) => self.slot(other),
+            other => other,
+        };
         match source {
             Ty::Known(kind) => self.slots[slot] = Slot::Known(kind),
             Ty::Open(other) if other != slot => self.slots[slot] = Slot::As(other),
