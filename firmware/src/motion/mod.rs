@@ -6,6 +6,7 @@
 //! # Layers
 //! - [`AxisRecord`](lang::record::AxisRecord): what an axis can do, from the program image.
 //! - [`ramp`]: one stretch of equal events, as [`Segment`]s of 4 to 8 ms.
+//! - [`arc`]: G2 and G3 as chords.
 //! - [`path`]: interpolated moves (G0 to G3) with look-ahead, as [`PathSegment`]s.
 //! - [`single`]: an axis on its own ramp (MoveAxe, MoveRel, START, MoveSpeed), retargeted on the fly.
 //!
@@ -27,6 +28,7 @@
 //! [`PathSegment::played`] or [`Segment::steps`] move the positions. A simulator may take a
 //! segment as a whole or stop inside it at any event.
 
+pub mod arc;
 pub mod math;
 pub mod path;
 #[cfg(any(test, feature = "physics"))]
@@ -35,6 +37,7 @@ pub mod ramp;
 pub mod scaled;
 pub mod single;
 
+pub use arc::{Arc, Ends};
 pub use path::{Block, Feed, Path, PathSegment};
 pub use ramp::Segment;
 pub use single::{Pace, Single};

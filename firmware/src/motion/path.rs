@@ -10,6 +10,7 @@
 //! tolerance (junction deviation), with which the next block can still come to rest, and that
 //! neither block's feed forbids.
 
+use super::arc::{Arc, Walk};
 use super::math::fraction;
 use super::ramp::{Limits, Run, Segment};
 use super::scaled::Scaled;
@@ -45,21 +46,20 @@ pub struct PathSegment {
     pub ramp: Segment,
     /// Added to each axis's accumulator at each event; a carry is a step.
     pub inc: [u32; 3],
+    /// Upper halves of the accumulators at the beginning of a block; the lower ones are 0.
+    pub acc: [u16; 3],
     /// Bit n: axis n moves in negative direction.
     pub negative: u8,
-    /// Set the accumulators to one half first: a new block begins.
+    /// Set the accumulators first: a new block begins.
     pub begin: bool,
 }
-
-/// One half, where the accumulators begin.
-pub const HALF: u32 = 1 << 31;
 
 impl PathSegment {
     /// Plays the segment's first `events` events (at most [`Segment::steps`]) on accumulators and
     /// positions, steps.
     pub fn played(&self, events: u16, acc: &mut [u32; 3], position: &mut [i32; 3]) {
         for axis in 0..3 {
-            let from = if self.begin { HALF } else { acc[axis] };
+            let from = if self.begin { u32::from(self.acc[axis]) << 16 } else { acc[axis] };
             let sum = u64::from(from) + u64::from(self.inc[axis]) * u64::from(events);
             acc[axis] = sum as u32;
             let steps = (sum >> 32) as i32;
@@ -68,17 +68,34 @@ impl PathSegment {
     }
 }
 
-/// What follows from a block's distances, in um, um/s, um/s2.
+/// Where the accumulators of a line begin: one half.
+const HALF: u16 = 1 << 15;
+
+/// What follows from a block's shape, in um, um/s, um/s2.
 struct Geometry {
-    events: u32,
     length: Scaled,
     start: Scaled,
     top: Scaled,
     accel: Scaled,
     decel: Scaled,
     feed: Scaled,
-    /// Direction, 32768 is 1.
+    /// Direction at its beginning, 32768 is 1.
     unit: [i16; 3],
+}
+
+/// A block that waits, or one that plays.
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    Line([i32; 3]),
+    Arc(Arc),
+}
+
+/// The block that waits.
+#[derive(Clone, Copy, Debug)]
+struct Next {
+    shape: Shape,
+    feed: Feed,
+    exact: bool,
 }
 
 /// The planner of interpolated motion.
@@ -86,12 +103,21 @@ struct Geometry {
 pub struct Path {
     run: Run,
     limits: Limits,
-    /// Direction at the end of the playing block.
-    unit: [i16; 3],
-    /// Programmed speed of the playing block, um/s.
+    /// Square of the speed at the end of the block.
+    exit2: Scaled,
+    /// Ramps of the block, um/s2.
+    accel: Scaled,
+    decel: Scaled,
+    /// Programmed speed of the block, um/s.
     feed: Scaled,
     /// Its axes' top, um/s.
     top: Scaled,
+    /// Direction at its end.
+    unit: [i16; 3],
+    /// Increments, accumulators and directions of the line or chord that plays.
+    inc: [u32; 3],
+    acc: [u16; 3],
+    negative: u8,
     active: bool,
     begin: bool,
     exact: bool,
@@ -100,44 +126,60 @@ pub struct Path {
     percent: u8,
     /// Corner tolerance, um.
     corner: u16,
-    /// Distances of the playing block.
-    steps: [i32; 3],
-    next: Option<Block>,
+    walk: Option<Walk>,
+    next: Option<Next>,
 }
 
 impl Path {
+    /// Nothing to do, no corner tolerance.
+    pub const IDLE: Path = Path {
+        run: Run::NONE,
+        limits: Limits::NONE,
+        exit2: Scaled::ZERO,
+        accel: Scaled::ZERO,
+        decel: Scaled::ZERO,
+        feed: Scaled::ZERO,
+        top: Scaled::ZERO,
+        unit: [0; 3],
+        inc: [0; 3],
+        acc: [0; 3],
+        negative: 0,
+        active: false,
+        begin: false,
+        exact: true,
+        paused: false,
+        percent: 100,
+        corner: 0,
+        walk: None,
+        next: None,
+    };
+
     /// An idle path that may leave a corner by `corner` um.
     pub fn new(corner: u16) -> Path {
-        Path {
-            run: Run::default(),
-            limits: Limits::default(),
-            unit: [0; 3],
-            feed: Scaled::ZERO,
-            top: Scaled::ZERO,
-            active: false,
-            begin: false,
-            exact: true,
-            paused: false,
-            percent: 100,
-            corner,
-            steps: [0; 3],
-            next: None,
-        }
+        Path { corner, ..Path::IDLE }
     }
 
-    /// Takes a block; `false` when one is waiting already: offer it again later. A block without
+    /// Takes a line; `false` when a block is waiting already: offer it again later. A block without
     /// any step is taken and forgotten.
     pub fn push(&mut self, axes: &[AxisRecord; 3], block: &Block) -> bool {
+        let shape = Shape::Line(block.steps);
+        block.steps == [0; 3]
+            || self.append(axes, Next { shape, feed: block.feed, exact: block.exact })
+    }
+
+    /// Takes an arc, as [`Path::push`] a line.
+    pub fn push_arc(&mut self, axes: &[AxisRecord; 3], arc: &Arc, feed: Feed, exact: bool) -> bool {
+        self.append(axes, Next { shape: Shape::Arc(*arc), feed, exact })
+    }
+
+    fn append(&mut self, axes: &[AxisRecord; 3], next: Next) -> bool {
         if self.next.is_some() {
             return false;
         }
-        if block.steps == [0; 3] {
-            return true;
-        }
-        self.next = Some(*block);
         if self.active && !self.exact {
-            self.join(&geometry(axes, block));
+            self.join(&geometry(axes, &next));
         }
+        self.next = Some(next);
         true
     }
 
@@ -180,57 +222,100 @@ impl Path {
     }
 
     /// Puts the next segment into `segment`, which must hold the one before: increments and
-    /// directions are those of a block and only written when one begins. `false` when idle or in a
-    /// pause.
+    /// directions are only written when a line or chord begins. `false` when idle or in a pause.
     pub fn next_segment(&mut self, axes: &[AxisRecord; 3], segment: &mut PathSegment) -> bool {
         if !self.active {
-            let Some(block) = self.next.take() else { return false };
             self.run.v2 = Scaled::ZERO;
-            self.activate(axes, &block);
+            self.activate(axes);
         }
-        if !self.run.segment(&self.limits, self.paused, &mut segment.ramp) {
+        if !self.active || !self.run.segment(&self.limits, self.paused, &mut segment.ramp) {
             return false;
         }
         segment.begin = self.begin;
         if self.begin {
             self.begin = false;
-            segment.negative = 0;
-            let events = largest(&self.steps);
-            for axis in 0..3 {
-                let steps = self.steps[axis];
-                segment.inc[axis] = fraction(steps.unsigned_abs(), events);
-                segment.negative |= u8::from(steps < 0) << axis;
-            }
+            segment.inc = self.inc;
+            segment.acc = self.acc;
+            segment.negative = self.negative;
         }
         if self.run.left == 0 {
-            self.active = false;
-            if let Some(block) = self.next.take() {
+            self.active = self.chord(axes);
+            if !self.active {
                 if self.exact {
                     self.run.v2 = Scaled::ZERO;
                 }
-                self.activate(axes, &block);
+                self.activate(axes);
             }
         }
         true
     }
 
-    /// Makes `block` the playing one, entered at the present speed but at least its start rate.
-    fn activate(&mut self, axes: &[AxisRecord; 3], block: &Block) {
-        let g = geometry(axes, block);
+    /// Makes the waiting block the playing one, entered at the present speed but at least its
+    /// start rate.
+    fn activate(&mut self, axes: &[AxisRecord; 3]) {
+        let Some(next) = self.next.take() else { return };
+        let g = geometry(axes, &next);
         self.active = true;
-        self.begin = true;
-        self.exact = block.exact;
-        self.steps = block.steps;
-        self.unit = g.unit;
+        self.exact = next.exact;
         self.feed = g.feed;
         self.top = g.top;
-        self.run.left = g.events;
+        self.accel = g.accel;
+        self.decel = g.decel;
+        self.unit = g.unit;
         self.limits.start2 = g.start.times(g.start);
-        self.limits.exit2 = self.limits.start2;
-        let pitch = g.length.over(Scaled::new(g.events));
-        self.limits.set_pitch(pitch, g.accel, g.decel);
+        self.exit2 = self.limits.start2;
         self.set_nominal();
         self.run.v2 = self.run.v2.most(self.limits.start2.least(self.limits.nominal2));
+        match next.shape {
+            Shape::Line(steps) => {
+                let events = largest(&steps);
+                self.negative = 0;
+                for axis in 0..3 {
+                    let steps = steps[axis];
+                    self.inc[axis] = fraction(steps.unsigned_abs(), events);
+                    self.acc[axis] = HALF;
+                    self.negative |= u8::from(steps < 0) << axis;
+                }
+                self.run.left = events;
+                self.begin = true;
+                self.limits.exit2 = self.exit2;
+                let pitch = g.length.over(Scaled::new(events));
+                self.limits.set_pitch(pitch, g.accel, g.decel);
+                self.walk = None;
+            }
+            Shape::Arc(arc) => {
+                self.unit = tangent(&arc, g.length, true);
+                self.walk = Some(Walk::new(axes, &arc));
+                self.active = self.chord(axes);
+            }
+        }
+    }
+
+    /// Begins the next chord of an arc; `false` when there is none.
+    fn chord(&mut self, axes: &[AxisRecord; 3]) -> bool {
+        let Some(walk) = &mut self.walk else { return false };
+        let Some(chord) = walk.next(axes) else {
+            self.walk = None;
+            return false;
+        };
+        let mut sum = Scaled::ZERO;
+        self.negative = 0;
+        for (axis, delta) in chord.delta.iter().enumerate() {
+            let um = to_um(&axes[axis], Scaled::new(delta.unsigned_abs()));
+            sum = sum.plus(um.times(um));
+            self.negative |= u8::from(*delta < 0) << axis;
+        }
+        let length = sum.root().shifted(-12);
+        self.inc = chord.inc;
+        self.acc = chord.acc;
+        self.begin = true;
+        self.run.left = chord.events;
+        self.limits.set_pitch(length.over(chord.span()), self.accel, self.decel);
+        self.limits.exit2 = self.exit2.plus(
+            // What can be braked over the chords that follow, all of this one's length.
+            self.limits.decel2.times(chord.span()).times(Scaled::new(chord.after.into())),
+        );
+        true
     }
 
     /// The playing block's speed under the override.
@@ -259,7 +344,10 @@ impl Path {
         // What the next block can brake from.
         let reach = start2.plus(next.decel.times(next.length).shifted(1));
         let feed = self.feed.least(next.feed);
-        self.limits.exit2 = corner.least(reach).least(feed.times(feed));
+        let exit2 = corner.least(reach).least(feed.times(feed));
+        let gain = exit2.minus(self.exit2);
+        self.limits.exit2 = self.limits.exit2.plus(gain);
+        self.exit2 = self.exit2.plus(gain);
     }
 }
 
@@ -267,6 +355,8 @@ impl Path {
 const ONE: Scaled = Scaled::constant(1);
 /// 100
 const HUNDRED: Scaled = Scaled::constant(100);
+/// 2^32 to a turn: one part in radians.
+const RADIAN: Scaled = Scaled::constant(0xC90F_DAA2).shift(-61);
 
 /// The largest distance.
 fn largest(steps: &[i32; 3]) -> u32 {
@@ -277,21 +367,32 @@ fn largest(steps: &[i32; 3]) -> u32 {
     most
 }
 
-/// Events, length, direction and limits along the path of a block with at least one step.
-fn geometry(axes: &[AxisRecord; 3], block: &Block) -> Geometry {
-    let mut um = [Scaled::ZERO; 3];
-    let mut sum = Scaled::ZERO;
-    let mut in_steps = Scaled::ZERO;
-    for a in 0..3 {
-        let steps = Scaled::new(block.steps[a].unsigned_abs());
-        um[a] = steps.times(Scaled::new(axes[a].um.into())).over(Scaled::new(axes[a].steps.into()));
-        sum = sum.plus(um[a].times(um[a]));
-        in_steps = in_steps.plus(steps.times(steps));
-    }
-    let length = sum.root();
-    let mut g = Geometry {
-        events: largest(&block.steps),
-        length,
+/// A distance or rate of an axis in steps as one in um.
+fn to_um(axis: &AxisRecord, steps: Scaled) -> Scaled {
+    steps.times(Scaled::new(axis.um.into())).over(Scaled::new(axis.steps.into()))
+}
+
+/// Direction of an arc of some length along its helix, at its beginning or end.
+fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i16; 3] {
+    let mut unit = [0; 3];
+    let plane = arc.radius().times(Scaled::new(arc.sweep())).times(RADIAN).over(length);
+    let part = |of: i16, part: Scaled| {
+        let size = part.times(Scaled::new(of.unsigned_abs().into())).floor().min(0x7FFF) as i16;
+        if of < 0 { -size } else { size }
+    };
+    let [a, b, c] = arc.axes();
+    let [x, y] = arc.tangent(at_end);
+    unit[a] = part(x, plane);
+    unit[b] = part(y, plane);
+    let rise = arc.end[c].wrapping_sub(arc.start[c]);
+    let along = ONE.minus(plane.times(plane)).root();
+    unit[c] = part(if rise < 0 { -0x7FFF } else { 0x7FFF }, along);
+    unit
+}
+
+impl Geometry {
+    const NONE: Geometry = Geometry {
+        length: Scaled::ZERO,
         start: Scaled::MAX,
         top: Scaled::MAX,
         accel: Scaled::MAX,
@@ -299,25 +400,69 @@ fn geometry(axes: &[AxisRecord; 3], block: &Block) -> Geometry {
         feed: Scaled::MAX,
         unit: [0; 3],
     };
-    for a in 0..3 {
-        let steps = block.steps[a];
-        if steps == 0 {
-            continue;
-        }
-        let axis = &axes[a];
-        let along = length.over(Scaled::new(steps.unsigned_abs()));
-        g.start = g.start.least(along.times(Scaled::new(axis.start_rate.into())));
-        g.top = g.top.least(along.times(Scaled::new(axis.top_rate)));
-        g.accel = g.accel.least(along.times(Scaled::new(axis.accel)));
-        g.decel = g.decel.least(along.times(Scaled::new(axis.decel)));
-        let unit = um[a].over(length).shifted(15).floor().min(0x7FFF) as i16;
-        g.unit[a] = if steps < 0 { -unit } else { unit };
+
+    /// Lowers the limits to those of an axis that moves by one step in `along` um of path.
+    fn limit(&mut self, axis: &AxisRecord, along: Scaled) {
+        self.start = self.start.least(along.times(Scaled::new(axis.start_rate.into())));
+        self.top = self.top.least(along.times(Scaled::new(axis.top_rate)));
+        self.accel = self.accel.least(along.times(Scaled::new(axis.accel)));
+        self.decel = self.decel.least(along.times(Scaled::new(axis.decel)));
     }
-    let feed = match block.feed {
-        Feed::Rapid => g.top,
-        Feed::Um(feed) => Scaled::new(feed.max(1)),
-        Feed::Steps(feed) => Scaled::new(feed.max(1)).times(length).over(in_steps.root()),
-    };
-    g.feed = feed.least(g.top);
+
+    /// Lowers the speed to a feed; the path is `steps` steps long.
+    fn feed(&mut self, feed: Feed, steps: Scaled) {
+        let feed = match feed {
+            Feed::Rapid => self.top,
+            Feed::Um(feed) => Scaled::new(feed.max(1)),
+            Feed::Steps(feed) => Scaled::new(feed.max(1)).times(self.length).over(steps),
+        };
+        self.feed = self.feed.least(feed).least(self.top);
+    }
+}
+
+/// Length, direction and limits along the path of a block.
+fn geometry(axes: &[AxisRecord; 3], next: &Next) -> Geometry {
+    let mut g = Geometry::NONE;
+    match &next.shape {
+        Shape::Line(steps) => {
+            let mut um = [Scaled::ZERO; 3];
+            let mut sum = Scaled::ZERO;
+            let mut in_steps = Scaled::ZERO;
+            for a in 0..3 {
+                let steps = Scaled::new(steps[a].unsigned_abs());
+                um[a] = to_um(&axes[a], steps);
+                sum = sum.plus(um[a].times(um[a]));
+                in_steps = in_steps.plus(steps.times(steps));
+            }
+            g.length = sum.root();
+            for a in 0..3 {
+                if steps[a] == 0 {
+                    continue;
+                }
+                g.limit(&axes[a], g.length.over(Scaled::new(steps[a].unsigned_abs())));
+                let unit = um[a].over(g.length).shifted(15).floor().min(0x7FFF) as i16;
+                g.unit[a] = if steps[a] < 0 { -unit } else { unit };
+            }
+            g.feed(next.feed, in_steps.root());
+        }
+        Shape::Arc(arc) => {
+            let [a, b, c] = arc.axes();
+            let plane = arc.radius().times(Scaled::new(arc.sweep())).times(RADIAN);
+            let rise = Scaled::new(arc.end[c].abs_diff(arc.start[c]));
+            let rise_um = to_um(&axes[c], rise);
+            g.length = plane.times(plane).plus(rise_um.times(rise_um)).root();
+            // Each axis of the plane carries the whole speed somewhere.
+            g.limit(&axes[a], to_um(&axes[a], ONE));
+            g.limit(&axes[b], to_um(&axes[b], ONE));
+            // The ramp must also hold the arc: v^2 / r.
+            g.feed = g.accel.least(g.decel).times(arc.radius()).root();
+            if rise.0 != 0 {
+                g.limit(&axes[c], g.length.over(rise));
+            }
+            g.unit = tangent(arc, g.length, false);
+            let per_step = to_um(&axes[a], ONE).least(to_um(&axes[b], ONE));
+            g.feed(next.feed, g.length.over(per_step));
+        }
+    }
     g
 }

@@ -32,6 +32,9 @@ pub struct Segment {
 }
 
 impl Segment {
+    /// Nothing.
+    pub const NONE: Segment = Segment { interval: 0, dif: 0, events: 0, mask: 0 };
+
     /// Time from the event before the first one to the last one, in 1/65536 timer ticks.
     pub fn duration(&self) -> u64 {
         let n = i64::from(self.events);
@@ -70,6 +73,16 @@ const TICK_RATE: Scaled = Scaled::constant(TICKS_PER_SECOND);
 const TWICE: Scaled = Scaled::constant(31);
 
 impl Limits {
+    /// Nothing allowed.
+    pub const NONE: Limits = Limits {
+        nominal2: Scaled::ZERO,
+        start2: Scaled::ZERO,
+        exit2: Scaled::ZERO,
+        accel2: Scaled::ZERO,
+        decel2: Scaled::ZERO,
+        tick: Scaled::ZERO,
+    };
+
     /// Sets what depends on the pitch, units per event: `accel` and `decel` in units/s2.
     pub fn set_pitch(&mut self, pitch: Scaled, accel: Scaled, decel: Scaled) {
         let energy = pitch.times(TWICE).shifted(-4);
@@ -89,6 +102,9 @@ pub struct Run {
 }
 
 impl Run {
+    /// At its end.
+    pub const NONE: Run = Run { left: 0, v2: Scaled::ZERO };
+
     /// Whether what is left suffices to come down to the exit speed.
     pub fn can_stop(&self, limits: &Limits) -> bool {
         self.v2 <= limits.exit2.plus(limits.decel2.times(Scaled::new(self.left)))

@@ -24,6 +24,11 @@ impl Scaled {
         Scaled((136 - up) << BITS | value << up >> 8)
     }
 
+    /// [`Scaled::shifted`] for constants other than 0.
+    pub const fn shift(self, by: i8) -> Scaled {
+        Scaled(self.0.wrapping_add_signed((by as i32) << BITS))
+    }
+
     /// `self * 2^by`.
     #[must_use]
     pub fn shifted(self, by: i8) -> Scaled {

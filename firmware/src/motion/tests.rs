@@ -93,3 +93,164 @@ proptest! {
         check_all(&segments, &limits(&axis))?;
     }
 }
+
+/// A path's steps: instants of the events, ticks, and the positions after them.
+fn play_path(path: &mut Path, axes: &[AxisRecord; 3], from: [i32; 3]) -> Vec<(u64, [i32; 3])> {
+    let mut segment = PathSegment::default();
+    let (mut acc, mut position, mut time) = ([0; 3], from, 0);
+    let mut out = vec![(0, from)];
+    while path.next_segment(axes, &mut segment) {
+        let s = segment.ramp;
+        for instant in instants([&s], 0) {
+            segment.played(1, &mut acc, &mut position);
+            segment.begin = false;
+            out.push((time + (instant << 16), position));
+        }
+        time += s.duration();
+    }
+    for p in &mut out {
+        p.0 >>= 16;
+    }
+    out
+}
+
+fn arcs() -> impl Strategy<Value = (Ends, [i32; 2])> {
+    let radius = prop_oneof![50i32..2_000, 2_000i32..60_000];
+    (radius, 0.0f64..6.283, 0.02f64..6.283, any::<bool>(), 0u8..3, -3_000i32..3_000, any::<bool>())
+        .prop_map(|(r, from, sweep, clockwise, first, rise, full)| {
+            let point =
+                |a: f64| [(f64::from(r) * a.cos()).round(), (f64::from(r) * a.sin()).round()];
+            let to = if clockwise { from - sweep } else { from + sweep };
+            let (p, mut q) = (point(from), point(to));
+            if full {
+                q = p;
+            }
+            let (a, b) = (usize::from(first), (usize::from(first) + 1) % 3);
+            let c = 3 - a - b;
+            let mut to_um = [20_000, -7_000, 3_000];
+            let from_um = to_um;
+            to_um[a] += (q[0] - p[0]) as i32;
+            to_um[b] += (q[1] - p[1]) as i32;
+            to_um[c] += rise;
+            let steps = |um: [i32; 3]| um.map(|um| (f64::from(um) / 10.0).round() as i32);
+            let ends =
+                Ends { first, clockwise, from_um, to_um, start: steps(from_um), end: steps(to_um) };
+            (ends, [-p[0] as i32, -p[1] as i32])
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn an_arc_stays_within_a_step_of_its_circle((ends, offset) in arcs(), feed in 500u32..60_000) {
+        let axes = [mill(); 3];
+        let arc = ends.around(offset).unwrap();
+        let mut path = Path::new(20);
+        prop_assert!(path.push_arc(&axes, &arc, Feed::Um(feed), true));
+        let made = play_path(&mut path, &axes, ends.start);
+        prop_assert_eq!(made.last().unwrap().1, ends.end);
+        let [a, b, _] = arc.axes();
+        let radius = f64::from(arc.from[0]).hypot(f64::from(arc.from[1])) / 10.0;
+        let mut worst = 0.0f64;
+        for (_, p) in &made {
+            let x = f64::from(p[a]) - f64::from(arc.center[0]) / 10.0;
+            let y = f64::from(p[b]) - f64::from(arc.center[1]) / 10.0;
+            worst = worst.max((x.hypot(y) - radius).abs());
+        }
+        prop_assert!(worst < 1.0, "{} steps off a circle of {}", worst, radius);
+    }
+}
+
+#[test]
+fn an_arc_keeps_its_feed() {
+    let axes = [mill(); 3];
+    for (radius, feed) in [(5_000, 20_000u32), (10_000, 45_000), (50_000, 70_000), (1_000, 2_000)] {
+        let ends = Ends {
+            first: 0,
+            clockwise: false,
+            from_um: [radius, 0, 0],
+            to_um: [radius, 0, 0],
+            start: [radius / 10, 0, 0],
+            end: [radius / 10, 0, 0],
+        };
+        let arc = ends.around([-radius, 0]).unwrap();
+        let mut path = Path::new(20);
+        assert!(path.push_arc(&axes, &arc, Feed::Um(feed), true));
+        let made = play_path(&mut path, &axes, ends.start);
+        let mut cruise = 0;
+        // Speed between points 60 steps apart, by the angle between them: a position is known to
+        // 0.7 steps at either end.
+        let angle = |p: &[i32; 3]| f64::from(p[1]).atan2(f64::from(p[0]));
+        let ramp = 2.0 * f64::from(feed) / 250_000.0 * 16e6;
+        let end = made.last().unwrap().0 as f64;
+        for pair in made.windows(101) {
+            let ((t0, p0), (t1, p1)) = (&pair[0], &pair[100]);
+            if (*t0 as f64) < ramp || (*t1 as f64) > end - ramp {
+                continue;
+            }
+            let turn = (angle(p1) - angle(p0)).rem_euclid(std::f64::consts::TAU);
+            let speed = turn * f64::from(radius) / (t1 - t0) as f64 * 16e6;
+            let share = speed / f64::from(feed);
+            assert!((share - 1.0).abs() < 0.02 + 0.01, "{share} of {feed} at radius {radius}");
+            cruise += 1;
+        }
+        assert!(cruise > 100, "{cruise}");
+        // Whole turn in the time that its length and ramps take.
+        let length = std::f64::consts::TAU * f64::from(radius);
+        let (v, v0, a) = (f64::from(feed), 4_000.0f64.min(f64::from(feed)), 250_000.0);
+        let want = 2.0 * (v - v0) / a + (length - (v * v - v0 * v0) / a) / v;
+        assert!((end / 16e6 / want - 1.0).abs() < 0.01, "{} s for {want} s", end / 16e6);
+    }
+}
+
+#[test]
+fn a_polygon_of_half_millimetres_runs_at_its_feed() {
+    let axes = [mill(); 3];
+    let mut path = Path::new(20);
+    let corner = |k: i32| {
+        let a = f64::from(k) * 0.05;
+        [(1000.0 * a.cos()).round() as i32, (1000.0 * a.sin()).round() as i32, 0]
+    };
+    let (mut k, mut segment, mut slow) = (0, PathSegment::default(), 0);
+    for round in 0..10_000 {
+        while k < 126 && path.has_room() {
+            let (a, b) = (corner(k), corner(k + 1));
+            let steps = [b[0] - a[0], b[1] - a[1], 0];
+            assert!(path.push(&axes, &Block { steps, feed: Feed::Um(15_000), exact: false }));
+            k += 1;
+        }
+        if !path.next_segment(&axes, &mut segment) {
+            break;
+        }
+        slow += u32::from(round > 30 && k < 124 && path.velocity() < 14_600);
+    }
+    assert_eq!((k, slow), (126, 0));
+}
+
+#[test]
+fn a_radius_finds_its_centre_and_a_bad_arc_is_refused() {
+    let ends = |to: [i32; 2], clockwise| Ends {
+        first: 0,
+        clockwise,
+        from_um: [0; 3],
+        to_um: [to[0], to[1], 0],
+        start: [0; 3],
+        end: [to[0] / 10, to[1] / 10, 0],
+    };
+    let centre = |to, clockwise, r| ends(to, clockwise).with_radius(r).map(|arc| arc.center);
+    assert_eq!(centre([10_000, 10_000], false, 10_000), Ok([0, 10_000]));
+    assert_eq!(centre([10_000, 10_000], true, 10_000), Ok([10_000, 0]));
+    assert_eq!(centre([10_000, 10_000], false, -10_000), Ok([10_000, 0]));
+    assert_eq!(centre([10_000, 0], false, 5_000), Ok([5_000, 0]));
+    assert_eq!(centre([10_000, 0], false, 4_998), Ok([5_000, 0]));
+    assert!(centre([10_000, 0], false, 4_900).is_err());
+    assert!(centre([0, 0], false, 5_000).is_err());
+    assert!(ends([10_000, 0], false).around([5_000, 0]).is_ok());
+    assert!(ends([10_000, 0], false).around([5_006, 0]).is_err());
+    assert!(ends([10_000, 0], false).around([0, 0]).is_err());
+    let arc = ends([10_000, 10_000], false).around([0, 10_000]).unwrap();
+    assert_eq!(arc.extremes(), [[0, 10_000], [0, 10_000]]);
+    let arc = ends([10_000, 10_000], true).around([0, 10_000]).unwrap();
+    assert_eq!(arc.extremes(), [[-10_000, 10_000], [0, 20_000]]);
+}

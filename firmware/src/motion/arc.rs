@@ -1,0 +1,475 @@
+//! Circular arcs and helices (G2, G3) as chords.
+//!
+//! An arc is known by its centre; the point on it is turned by a fixed angle for each chord, in
+//! 1/256 um, by four products with `sin` and `1 - cos` as 32-bit fractions. The angle is such that
+//! a chord leaves the arc by at most 0.1 steps. A chord runs a whole number of steps of its axis
+//! with most steps, the others are interpolated with their fractions of a step kept from chord to
+//! chord, so the path stays within 0.71 + 0.1 steps of the circle, and the last chord ends on the
+//! commanded step. Where the end misses the circle (by no more than RS274/NGC allows), the radius
+//! changes evenly along the arc.
+
+use super::math::{fraction, mul_div};
+use super::scaled::Scaled;
+use lang::fault::Fault;
+use lang::record::AxisRecord;
+
+/// An arc in machine coordinates, centre known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arc {
+    /// Index of the plane's first axis: 0 for XY, 1 for YZ, 2 for ZX. The second follows it
+    /// cyclically, the helix axis is the third.
+    pub first: u8,
+    /// Seen from the positive end of the helix axis.
+    pub clockwise: bool,
+    /// The centre in the plane, um.
+    pub center: [i32; 2],
+    /// The start less the centre, um.
+    pub from: [i32; 2],
+    /// The end less the centre, um.
+    pub to: [i32; 2],
+    /// Where all axes are, steps.
+    pub start: [i32; 3],
+    /// Where they end, steps.
+    pub end: [i32; 3],
+}
+
+/// Start and end of an arc as they were commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ends {
+    /// See [`Arc::first`].
+    pub first: u8,
+    /// See [`Arc::clockwise`].
+    pub clockwise: bool,
+    /// Machine positions of all axes, um.
+    pub from_um: [i32; 3],
+    /// See `from_um`.
+    pub to_um: [i32; 3],
+    /// Machine positions of all axes, steps.
+    pub start: [i32; 3],
+    /// See `start`.
+    pub end: [i32; 3],
+}
+
+/// The end may miss its circle by this, um (RS274/NGC interpreters: 0.005 mm).
+const MISS_UM: Scaled = Scaled::constant(5);
+
+/// Radii stay below this, um, so that 1/256 um fit into 32 bits.
+const FAR_UM: u32 = 1 << 22;
+
+/// Positions stay below this, steps, so that 1/4096 steps fit into 32 bits.
+const FAR_STEPS: u32 = 1 << 18;
+
+impl Ends {
+    /// Indices of the plane's axes.
+    fn plane(&self) -> [usize; 2] {
+        plane(self.first)
+    }
+
+    /// The arc around `offset` from the start (I, J, K of the plane), um; a full circle when it
+    /// ends where it starts.
+    ///
+    /// # Errors
+    /// F09: the end misses the circle by more than 5 um and 0.1 % of the radius, or the radius is
+    /// 0 or above 4 m, or a position beyond 262 144 steps.
+    pub fn around(&self, offset: [i32; 2]) -> Result<Arc, Fault> {
+        let axes = self.plane();
+        let mut arc = Arc {
+            first: self.first,
+            clockwise: self.clockwise,
+            center: [0; 2],
+            from: [0; 2],
+            to: [0; 2],
+            start: self.start,
+            end: self.end,
+        };
+        for i in 0..2 {
+            let from = self.from_um[axes[i]];
+            let center = from.checked_add(offset[i]).ok_or(Fault::Arc)?;
+            arc.center[i] = center;
+            arc.from[i] = from.checked_sub(center).ok_or(Fault::Arc)?;
+            arc.to[i] = self.to_um[axes[i]].checked_sub(center).ok_or(Fault::Arc)?;
+            if arc.from[i].unsigned_abs() > FAR_UM || arc.to[i].unsigned_abs() > FAR_UM {
+                return Err(Fault::Arc);
+            }
+        }
+        for n in 0..3 {
+            if self.start[n].unsigned_abs() > FAR_STEPS || self.end[n].unsigned_abs() > FAR_STEPS {
+                return Err(Fault::Arc);
+            }
+        }
+        let (r0, r1) = (distance(arc.from), distance(arc.to));
+        let miss = r0.minus(r1).plus(r1.minus(r0));
+        if r0 < ONE || miss > MISS_UM && miss.times(THOUSAND) > r0 {
+            return Err(Fault::Arc);
+        }
+        Ok(arc)
+    }
+
+    /// The arc of a radius, um: the shorter one, for a negative radius the longer one.
+    ///
+    /// # Errors
+    /// F09: start and end coincide, or lie more than two radii apart (5 um and 0.1 % are forgiven).
+    pub fn with_radius(&self, radius: i32) -> Result<Arc, Fault> {
+        let axes = self.plane();
+        let mut half = [0; 2];
+        for i in 0..2 {
+            let chord = self.to_um[axes[i]].checked_sub(self.from_um[axes[i]]).ok_or(Fault::Arc)?;
+            if chord.unsigned_abs() > 2 * FAR_UM {
+                return Err(Fault::Arc);
+            }
+            half[i] = chord;
+        }
+        // Half the chord h, the centre lies sqrt(r^2 - h^2) beside its middle.
+        let h = distance(half).shifted(-1);
+        let r = Scaled::new(radius.unsigned_abs());
+        let over = h.minus(r);
+        if h.0 == 0 || over > MISS_UM && over.times(THOUSAND) > r {
+            return Err(Fault::Arc);
+        }
+        // (r - h)(r + h) keeps what r^2 - h^2 would lose when both are nearly equal.
+        let ratio = r.minus(h).times(r.plus(h)).root().over(h);
+        // The centre is to the left of the chord for a short counterclockwise arc.
+        let left = self.clockwise == (radius < 0);
+        let side = |along: i32| {
+            let beside = ratio.times(Scaled::new(along.unsigned_abs())).floor();
+            let beside = (beside as i32 + 1) >> 1;
+            if along < 0 { -beside } else { beside }
+        };
+        let (x, y) = (side(half[0]), side(half[1]));
+        let offset = if left {
+            [half[0] / 2 - y, half[1] / 2 + x]
+        } else {
+            [half[0] / 2 + y, half[1] / 2 - x]
+        };
+        self.around(offset)
+    }
+}
+
+/// Indices of the axes of a plane.
+fn plane(first: u8) -> [usize; 2] {
+    match first {
+        0 => [0, 1],
+        1 => [1, 2],
+        _ => [2, 0],
+    }
+}
+
+/// 1
+const ONE: Scaled = Scaled::constant(1);
+/// 1000: 0.1 %
+const THOUSAND: Scaled = Scaled::constant(1000);
+
+fn distance(v: [i32; 2]) -> Scaled {
+    let x = Scaled::new(v[0].unsigned_abs());
+    let y = Scaled::new(v[1].unsigned_abs());
+    x.times(x).plus(y.times(y)).root()
+}
+
+impl Arc {
+    /// Indices of the plane's axes and of the helix axis.
+    pub fn axes(&self) -> [usize; 3] {
+        let [a, b] = plane(self.first);
+        [a, b, 3 - a - b]
+    }
+
+    /// Radius at the start, um.
+    pub fn radius(&self) -> Scaled {
+        distance(self.from)
+    }
+
+    /// The angle from start to end in the arc's direction, 2^32 to a turn; a full circle is one
+    /// part less.
+    pub fn sweep(&self) -> u32 {
+        let turn = angle(self.to).wrapping_sub(angle(self.from));
+        let turn = if self.clockwise { turn.wrapping_neg() } else { turn };
+        if turn == 0 || self.from == self.to { u32::MAX } else { turn }
+    }
+
+    /// The furthest that each plane axis gets, um: start, end, and those of the circle's four
+    /// extremes that the arc passes. Lowest and highest for each axis of [`Arc::axes`].
+    pub fn extremes(&self) -> [[i32; 2]; 2] {
+        let sweep = self.sweep();
+        let from = angle(self.from);
+        let radius = self.radius().floor() as i32;
+        let mut out = [[0; 2]; 2];
+        for (i, span) in out.iter_mut().enumerate() {
+            let (a, b) = (self.center[i] + self.from[i], self.center[i] + self.to[i]);
+            *span = [a.min(b), a.max(b)];
+        }
+        for quarter in 0..4u32 {
+            let ahead = (quarter << 30).wrapping_sub(from);
+            let ahead = if self.clockwise { ahead.wrapping_neg() } else { ahead };
+            if ahead < sweep {
+                let i = quarter as usize & 1;
+                let at =
+                    if quarter < 2 { self.center[i] + radius } else { self.center[i] - radius };
+                out[i] = [out[i][0].min(at), out[i][1].max(at)];
+            }
+        }
+        out
+    }
+
+    /// Direction of travel in the plane at the start (or at the end), 32768 is 1.
+    pub fn tangent(&self, at_end: bool) -> [i16; 2] {
+        let v = if at_end { self.to } else { self.from };
+        let r = distance(v);
+        let unit = |c: i32| {
+            let unit = Scaled::new(c.unsigned_abs()).over(r).shifted(15).floor().min(0x7FFF) as i16;
+            if c < 0 { -unit } else { unit }
+        };
+        let (x, y) = (unit(v[0]), unit(v[1]));
+        if self.clockwise { [y, -x] } else { [-y, x] }
+    }
+}
+
+/// Angle of a vector, 2^32 to a turn, to 1 part in 2^28: CORDIC, vectoring.
+fn angle(v: [i32; 2]) -> u32 {
+    // atan(2^-i) / 2 pi * 2^32; from the last one on each is half the one before.
+    const ATAN: [u32; 13] = [
+        0x2000_0000,
+        0x12E4_051E,
+        0x09FB_385B,
+        0x0511_11D4,
+        0x028B_0D43,
+        0x0145_D7E1,
+        0x00A2_F61E,
+        0x0051_7C55,
+        0x0028_BE53,
+        0x0014_5F2F,
+        0x000A_2F98,
+        0x0005_17CC,
+        0x0002_8BE6,
+    ];
+    let [mut x, mut y] = v;
+    let mut sum = 0u32;
+    if x < 0 {
+        (x, y) = (-x, -y);
+        sum = 1 << 31;
+    }
+    while (x.unsigned_abs() | y.unsigned_abs()) >> 28 == 0 {
+        if x == 0 && y == 0 {
+            return 0;
+        }
+        (x, y) = (x << 1, y << 1);
+    }
+    for i in 0..28usize {
+        let step = if i < ATAN.len() { ATAN[i] } else { ATAN[12] >> (i - 12) };
+        if y > 0 {
+            (x, y) = (x + (y >> i), y - (x >> i));
+            sum = sum.wrapping_add(step);
+        } else {
+            (x, y) = (x - (y >> i), y + (x >> i));
+            sum = sum.wrapping_sub(step);
+        }
+    }
+    sum
+}
+
+/// `a * b / 2^32` of fractions whose product is below one half.
+fn part(a: u32, b: u32) -> u32 {
+    mul_div(a, b, 1 << 31) >> 1
+}
+
+/// `value * fraction / 2^32`, signs apart.
+fn turned(value: i32, fraction: i32) -> i32 {
+    let product = part(value.unsigned_abs(), fraction.unsigned_abs()) as i32;
+    if (value < 0) != (fraction < 0) { -product } else { product }
+}
+
+/// Sine and 1 - cosine of an angle of at most 1/12 turn, as 32-bit fractions; their series to
+/// 1 part in 2^30.
+fn sine(angle: u32) -> (i32, i32) {
+    let rad = mul_div(angle, 0xC90F_DAA2, 1 << 29);
+    let z = part(rad, rad);
+    let third = 35_791_394 - part(z, 852_176);
+    let s = rad - part(rad, part(z, 715_827_883 - part(z, third)));
+    let third = 5_965_232 - part(z, 106_522);
+    let v = part(z, (1 << 31) - part(z, 178_956_971 - part(z, third)));
+    (s as i32, v as i32)
+}
+
+/// A chord as the path plays it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Chord {
+    /// Steps of the axis with most steps.
+    pub events: u32,
+    /// Distance of each axis, 1/4096 step.
+    pub delta: [i32; 3],
+    /// Increments of the engine's accumulators.
+    pub inc: [u32; 3],
+    /// Upper halves of the accumulators at its beginning.
+    pub acc: [u16; 3],
+    /// Chords that follow.
+    pub after: u16,
+}
+
+impl Chord {
+    /// Length along the axis with most steps, steps with fractions: of a last chord its events.
+    pub fn span(&self) -> Scaled {
+        if self.after == 0 {
+            return Scaled::new(self.events);
+        }
+        let mut most = 0;
+        for delta in &self.delta {
+            most = delta.unsigned_abs().max(most);
+        }
+        Scaled::new(most).shifted(-(FINE as i8))
+    }
+}
+
+/// The walk along an arc, chord by chord.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Walk {
+    arc: Arc,
+    /// The point on the arc less its centre, 1/256 um.
+    point: [i32; 2],
+    sine: i32,
+    versine: i32,
+    chord: u16,
+    chords: u16,
+    /// Where the axes are, steps from the arc's start.
+    steps: [i32; 3],
+    /// Where they should be, 1/4096 step from the arc's start.
+    exact: [i32; 3],
+}
+
+/// Bits of 1/4096 step.
+const FINE: u32 = 12;
+
+/// 8 times 0.1 steps: the square of a chord's angle is this over the radius.
+const SAGITTA: Scaled = Scaled(104 << 24 | 0xCC_CCCD);
+/// 2^32 / 2 pi
+const PER_RADIAN: Scaled = Scaled::constant(683_565_276);
+
+/// um/256 of an axis as 1/4096 steps, to the nearest.
+fn fine(axis: &AxisRecord, um_256: i32) -> i32 {
+    let fine = mul_div(um_256.unsigned_abs(), u32::from(axis.steps) << 5, u32::from(axis.um));
+    let fine = ((fine >> 1).wrapping_add(fine & 1)) as i32;
+    if um_256 < 0 { -fine } else { fine }
+}
+
+impl Walk {
+    /// At the beginning of an arc.
+    pub fn new(axes: &[AxisRecord; 3], arc: &Arc) -> Walk {
+        let sweep = arc.sweep();
+        let radius = arc.radius();
+        let [a, b, _] = arc.axes();
+        let um = |n: usize| Scaled::new(axes[n].um.into()).over(Scaled::new(axes[n].steps.into()));
+        let step = um(a).least(um(b));
+        let widest = SAGITTA.times(step).over(radius).root().times(PER_RADIAN);
+        let count = Scaled::new(sweep).over(widest.least(Scaled::constant(u32::MAX / 12)));
+        let chords = count.floor().min(0xFFFE) as u16 + 1;
+        let (sine, mut versine) = sine(sweep / u32::from(chords));
+        // The radius grows by the end's miss, in equal parts.
+        let end = distance(arc.to);
+        let per =
+            |d: Scaled| d.over(radius).over(Scaled::new(chords.into())).shifted(32).floor() as i32;
+        versine -= per(end.minus(radius)) - per(radius.minus(end));
+        Walk {
+            arc: *arc,
+            point: [arc.from[0] << 8, arc.from[1] << 8],
+            sine: if arc.clockwise { -sine } else { sine },
+            versine,
+            chord: 0,
+            chords,
+            steps: [0; 3],
+            exact: [0; 3],
+        }
+    }
+
+    /// The next chord with any steps; `None` at the end.
+    pub fn next(&mut self, axes: &[AxisRecord; 3]) -> Option<Chord> {
+        while self.chord != self.chords {
+            self.chord += 1;
+            let after = self.chords - self.chord;
+            let target = self.target(axes, after == 0);
+            let chord = self.chord_to(target, after);
+            if chord.events != 0 {
+                return Some(chord);
+            }
+        }
+        None
+    }
+
+    /// The next point, 1/4096 step from the arc's start: turned by a chord, or the end.
+    fn target(&mut self, axes: &[AxisRecord; 3], last: bool) -> [i32; 3] {
+        let [x, y] = self.point;
+        self.point = if last {
+            [self.arc.to[0] << 8, self.arc.to[1] << 8]
+        } else {
+            [
+                x - turned(x, self.versine) - turned(y, self.sine),
+                y - turned(y, self.versine) + turned(x, self.sine),
+            ]
+        };
+        let [a, b, c] = self.arc.axes();
+        let mut target = [0; 3];
+        for (i, n) in [a, b].into_iter().enumerate() {
+            // From the start's whole step, which is not quite where the arc begins.
+            let um = (self.arc.center[i] << 8).wrapping_add(self.point[i]);
+            target[n] = fine(&axes[n], um).wrapping_sub(self.arc.start[n] << FINE);
+            if last {
+                // Within half a step of the end's whole step, so that it rounds to that.
+                let end = self.arc.end[n].wrapping_sub(self.arc.start[n]) << FINE;
+                target[n] = target[n].clamp(end - 2000, end + 2000);
+            }
+        }
+        let rise = self.arc.end[c].wrapping_sub(self.arc.start[c]);
+        let part = mul_div(rise.unsigned_abs(), u32::from(self.chord) << FINE, self.chords.into());
+        target[c] = if rise < 0 { -(part as i32) } else { part as i32 };
+        target
+    }
+
+    /// A chord from where the axes are to `target`; the last one ends on its steps.
+    fn chord_to(&mut self, target: [i32; 3], after: u16) -> Chord {
+        let last = after == 0;
+        let mut chord = Chord { after, ..Chord::default() };
+        let mut longest = 0;
+        for n in 0..3 {
+            chord.delta[n] = target[n].wrapping_sub(self.exact[n]);
+            let length = if last {
+                let end = self.arc.end[n].wrapping_sub(self.arc.start[n]);
+                end.abs_diff(self.steps[n]) << FINE
+            } else {
+                chord.delta[n].unsigned_abs()
+            };
+            longest = longest.max(length);
+        }
+        chord.events = (longest + (1 << (FINE - 1))) >> FINE;
+        if chord.events == 0 {
+            return chord;
+        }
+        let whole = chord.events << FINE;
+        let over = if last { whole } else { longest };
+        for n in 0..3 {
+            let delta = chord.delta[n];
+            let length = delta.unsigned_abs();
+            let end = self.arc.end[n].wrapping_sub(self.arc.start[n]);
+            let whole_way = last && end.abs_diff(self.steps[n]) == chord.events;
+            let inc = if whole_way { u32::MAX } else { fraction(length, over) };
+            // The axis is off its whole step by this; the accumulator continues from there.
+            let off = self.exact[n].wrapping_sub(self.steps[n] << FINE);
+            let off = if delta < 0 { -off } else { off };
+            let acc = (0x8000 + (off << 4)).clamp(1, 0xFFFF) as u16;
+            let steps = carries(acc, inc, chord.events) as i32;
+            let moved = if inc == u32::MAX { whole } else { mul_div(length, whole, over) } as i32;
+            if delta < 0 {
+                self.steps[n] -= steps;
+                self.exact[n] -= moved;
+            } else {
+                self.steps[n] += steps;
+                self.exact[n] += moved;
+            }
+            chord.inc[n] = inc;
+            chord.acc[n] = acc;
+        }
+        chord
+    }
+}
+
+/// Carries of an accumulator that begins at `acc` in its upper half, over `events` increments.
+fn carries(acc: u16, inc: u32, events: u32) -> u32 {
+    let low = (inc & 0xFFFF) * events;
+    let high = (inc >> 16) * events + (low >> 16);
+    (high + u32::from(acc)) >> 16
+}
