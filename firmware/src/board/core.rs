@@ -20,8 +20,12 @@ use lang::vm::flag;
 use lang::wire::{Control, End, RunState, TRACE_OK, TraceKind};
 
 /// Image features of this firmware.
-pub const FEATURES: u16 =
-    feature::INTERPOLATE | feature::START | feature::EVENTS | feature::KEEP | feature::LINES;
+pub const FEATURES: u16 = feature::INTERPOLATE
+    | feature::START
+    | feature::ARC
+    | feature::EVENTS
+    | feature::KEEP
+    | feature::LINES;
 
 /// What the chip can run.
 pub const LIMITS: Limits =

@@ -30,6 +30,8 @@ impl Core {
         const MOVE_RAMP: u8 = Op::MoveRamp as u8;
         const RAPID: u8 = Op::Rapid as u8;
         const LINEAR_MIXED: u8 = Op::LinearMixed as u8;
+        const ARC: u8 = Op::Arc as u8;
+        const ARC_MIXED: u8 = Op::ArcMixed as u8;
         const FEED: u8 = Op::Feed as u8;
         const FEED_STEPS: u8 = Op::FeedSteps as u8;
         const SPINDLE: u8 = Op::Spindle as u8;
@@ -79,6 +81,7 @@ impl Core {
             }
             MOVE_TO..=MOVE_RAMP => return self.move_axe(code),
             RAPID..=LINEAR_MIXED => return self.linear(code),
+            ARC | ARC_MIXED => return self.arc(code),
             FEED..=SPINDLE => {
                 let value = vm().pop();
                 self.set_feed(code, value)?;

@@ -7,6 +7,7 @@
 
 use msp430_rt as _;
 
+mod arcs;
 mod boot;
 mod chain;
 mod check;

@@ -2,7 +2,7 @@
 
 use crate::step;
 use crate::vm::{axis, convert, machine};
-use firmware::motion::{Block, Feed, Pace, Path, PathSegment, Segment, Single};
+use firmware::motion::{Arc, Block, Feed, Pace, Path, PathSegment, Segment, Single};
 use lang::fault::Fault;
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -229,6 +229,15 @@ impl Motor {
             }
         }
         self.path.push(&machine().axes, &Block { steps, feed, exact });
+    }
+
+    /// Appends an arc to the path, which has room.
+    pub fn arc(&mut self, arc: &Arc, feed: Feed, exact: bool) {
+        if self.path_axes == 0 {
+            step::clear();
+        }
+        self.path_axes |= 0b111;
+        self.path.push_arc(&machine().axes, arc, feed, exact);
     }
 
     /// Hands segments to the engine and takes its counts.

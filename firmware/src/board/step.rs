@@ -30,6 +30,8 @@ use crate::reg::{self, bic, bis};
 struct PathSlot {
     ramp: Segment,
     inc: [u32; 3],
+    /// Upper halves of the accumulators at the beginning of a block.
+    acc: [u16; 3],
     /// Levels of the DIR pins.
     dirs: u8,
     /// Bit n: axis n counts down; bit 7: a new block begins.
@@ -127,10 +129,10 @@ global_asm!(
     .set HALT, PASAPAS_STEP+25
     .set CAUGHT, PASAPAS_STEP+26
 
-    /* slots and accumulators of a path; a slot is 26 bytes */
+    /* slots and accumulators of a path; a slot is 32 bytes */
     .set SLOT0, PASAPAS_PLAY
-    .set SLOT1, PASAPAS_PLAY+26
-    .set ACC, PASAPAS_PLAY+52
+    .set SLOT1, PASAPAS_PLAY+32
+    .set ACC, PASAPAS_PLAY+64
 
     .section .text.step,"ax",@progbits
     .global TIMER1_A0
@@ -237,20 +239,19 @@ path_switch:
     mov r15, &CURRENT
     dec 8(r15)
     jnc path_empty
-    tst.b 25(r15)
+    tst.b 31(r15)
     jge path_schedule
     mov.b &P2OUT, r14
     and.b #0x37, r14
-    bis.b 24(r15), r14
+    bis.b 30(r15), r14
     mov.b r14, &P2OUT
-    mov #0x8000, r14
     clr &ACC
-    mov r14, &ACC+2
+    mov 24(r15), &ACC+2
     clr &ACC+4
-    mov r14, &ACC+6
+    mov 26(r15), &ACC+6
     clr &ACC+8
-    mov r14, &ACC+10
-    mov.b 25(r15), r14
+    mov 28(r15), &ACC+10
+    mov.b 31(r15), r14
     mov #1, &SENSE
     mov #1, &SENSE+2
     mov #1, &SENSE+4
@@ -501,6 +502,7 @@ pub fn put_path(segment: &PathSegment) {
     // SAFETY: the slot is free, the interrupt looks at it once its `events` are not 0.
     unsafe {
         (*slot).inc = segment.inc;
+        (*slot).acc = segment.acc;
         (*slot).dirs = dirs ^ (*shared()).invert;
         (*slot).flags = segment.negative | u8::from(segment.begin) << 7;
         (*slot).ramp.interval = segment.ramp.interval;
@@ -552,16 +554,21 @@ fn start(axis: usize, handler: u16) {
     }
 }
 
-/// Drops everything that is planned: no step after the next event, which is armed already.
+/// Drops everything that is planned and waits for rest: no step after the next event, which is
+/// armed already and at most 2 ms away.
 pub fn halt() {
-    // SAFETY: single words of both handlers' slots, at offsets 8, 20 and 34 of the shared memory;
-    // an engine that finds no events rests.
+    // SAFETY: single words of the handlers' slots; an engine that finds no events rests. The two
+    // handlers share the memory, and what the other one keeps at these places is lost with it.
     unsafe {
+        for slot in 0..2 {
+            (&raw mut (*state()).path.slots[slot].ramp.events).write_volatile(0);
+        }
         for axis in 0..3 {
             (&raw mut (*state()).single[axis].next.events).write_volatile(0);
             (&raw mut (*state()).single[axis].playing.events).write_volatile(0);
         }
     }
+    while is_running() {}
 }
 
 /// Adds the steps made since the last call to a position; at least every 32 767 steps.
