@@ -7,9 +7,9 @@ Home
 G0 X60 Y60
 G92 X0 Y0                        ' the centre
 M3
-Wait 1s                          ' the spindle runs up
+G4 P1 F90                        ' the spindle runs up
 FOR i = 0 TO COUNT(hole) - 1
-  G98 G82 X[hole(i, 0)] Y[hole(i, 1)] Z-18 R-9 P0.2 F90
+  G98 G82 X[hole(i, 0)] Y[hole(i, 1)] Z-18 R-9 P0.2
 NEXT
 G80
 M5

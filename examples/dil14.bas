@@ -1,23 +1,23 @@
 ' A DIL-14 socket: 14 holes, 0.1 inch apart, in two rows 0.3 inch apart.
-' The drilling of the charlyrobot manual, with its speeds in steps per second.
+' The drilling of the charlyrobot manual: from hole to hole at the machine's own speed, the drill
+' comes down at 1000 steps/s.
 PROFILE "charly"
 CONST PITCH = 0.1in, ROWS = 0.3in
 CONST DEPTH = 0.1in              ' Z counts downward on this machine
-CONST FAST = 9000st/s, DRILL = 1000st/s
 
 Home
-MoveRel X, 2 * PITCH, FAST
-MoveRel Y, 2 * PITCH, FAST
+MoveRel X, 2 * PITCH
+MoveRel Y, 2 * PITCH
 row PITCH                        ' seven holes to the right
-MoveRel X, PITCH, FAST
-MoveRel Y, ROWS, FAST
+MoveRel X, PITCH
+MoveRel Y, ROWS
 row -PITCH                       ' and seven back
 END
 
-SUB row(pitch_ AS LENGTH)
+SUB row(step_ AS LENGTH)
   REPEAT 7
-    MoveRel X, pitch_, FAST
-    MoveRel Z, DEPTH, DRILL
-    MoveRel Z, -DEPTH, FAST
+    MoveRel X, step_
+    MoveRel Z, DEPTH, 1000st/s
+    MoveRel Z, -DEPTH
   END REPEAT
 END SUB

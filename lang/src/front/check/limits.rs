@@ -3,6 +3,7 @@
 use super::expr::{remedy, value_of};
 use super::{Checker, fold};
 use crate::axis::Axis;
+use crate::effect::Frame;
 use crate::fault::Fault;
 use crate::front::ast::{AxisRef, Expr};
 use crate::front::codes::Code;
@@ -15,9 +16,10 @@ use crate::profile::OutputRole;
 #[derive(Debug)]
 struct Target {
     axis: Axis,
-    /// Machine position for Steps, work position for a Length.
     value: i32,
     kind: Kind,
+    /// Counts from the machine's zero, not from the work's.
+    machine: bool,
     span: Span,
 }
 
@@ -195,11 +197,17 @@ impl<'a> Checker<'a> {
     }
 
     /// Remembers a constant absolute target.
-    pub(super) fn note_target(&mut self, axis: Axis, target: &hir::Expr, span: Span) {
+    pub(super) fn note_target(&mut self, axis: Axis, target: &hir::Expr, frame: Frame, span: Span) {
+        let machine = match frame {
+            Frame::Relative => return,
+            Frame::Machine => true,
+            // Steps are machine positions.
+            Frame::Work => target.kind == Kind::Steps,
+        };
         if let Some(value) = value_of(target)
             && self.limits.targets.len() < MAX_TARGETS
         {
-            self.limits.targets.push(Target { axis, value, kind: target.kind, span });
+            self.limits.targets.push(Target { axis, value, kind: target.kind, machine, span });
         }
     }
 
@@ -218,8 +226,8 @@ impl<'a> Checker<'a> {
             let axis = target.axis;
             let Some(part) = self.profile.axis(axis) else { continue };
             let um = match target.kind {
+                _ if !target.machine && self.limits.offset[axis.index()] => continue,
                 Kind::Steps => fold::to_length(part.scale, target.value).unwrap_or(i32::MAX),
-                _ if self.limits.offset[axis.index()] => continue,
                 _ => target.value,
             };
             if !self.limits.homed[axis.index()] || (part.min_um..=part.max_um).contains(&um) {

@@ -28,9 +28,8 @@ impl<'a> Checker<'a> {
                 let accel = self.ramp(accel.as_ref(), axis, word, false);
                 let decel = self.ramp(decel.as_ref(), axis, word, true);
                 let (axis, target_value) = (axis?, target_value?);
-                if !*relative {
-                    self.note_target(axis, &target_value, target.span);
-                }
+                let frame = if *relative { Frame::Relative } else { Frame::Work };
+                self.note_target(axis, &target_value, frame, target.span);
                 one(StmtKind::MoveAxe {
                     axis,
                     target: target_value,
@@ -192,7 +191,7 @@ impl<'a> Checker<'a> {
             ProbeSensor::Default => None,
         };
         self.check_probe(axis, &rate, input, speed.span);
-        self.note_target(axis, &value, limit.span);
+        self.note_target(axis, &value, Frame::Work, limit.span);
         let limit = Word { value, frame: Frame::Work };
         Some(StmtKind::Probe { axis, limit, speed: Some(rate), sensor, query })
     }

@@ -138,9 +138,7 @@ impl<'a> Checker<'a> {
         let frame = if machine { Some(Frame::Machine) } else { self.frame(context) };
         let value = self.distance_word(word, context, frame == Some(Frame::Relative))?;
         let frame = frame?;
-        if frame == Frame::Work {
-            self.note_target(axis, &value, word.span);
-        }
+        self.note_target(axis, &value, frame, word.span);
         Some(Word { value, frame })
     }
 
