@@ -1,8 +1,10 @@
 //! The back end and the VM: listings and runs of data files, hostile images.
 
 mod hostile;
+mod limits;
 mod listing;
 mod run;
+mod table;
 
 use lang::back::Compiled;
 use lang::front::source::Source;

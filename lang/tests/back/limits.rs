@@ -1,0 +1,118 @@
+//! Programs that want too much are refused at a place in the source.
+
+use lang::back::{self, Excess, Resource};
+use lang::front::source::Source;
+use lang::front::{self, ProfileChoice};
+use lang::image::Image;
+use lang::vm::{State, Vm};
+
+fn excesses(text: &str) -> Vec<Excess> {
+    let source = Source::new("test.bas", text.to_owned());
+    let (program, diags) = front::compile(&source, ProfileChoice::built_in());
+    let program = program.unwrap_or_else(|| panic!("{}", diags.render(&source)));
+    back::compile(&program).map(|compiled| compiled.cells).err().unwrap_or_default()
+}
+
+#[test]
+fn the_promised_cells_fit_beside_the_promised_depths() {
+    let deep = "PRINT 1 + (2 + (n + (3 + (n + (4 + (n + 5))))))\n";
+    let one = format!("DIM n, rest(34), last\nlast = n\n{deep}");
+    assert_eq!(excesses(&one), []);
+    let path = "DIM n, rest(16), last\nG0 X1\nlast = n\nPRINT 1 + (n + (3 + (n + (4 + n))))\n";
+    assert_eq!(excesses(path), []);
+}
+
+#[test]
+fn too_many_cells_are_refused_at_the_variable_that_is_too_much() {
+    let text = "DIM small(30)\nDIM large(40)\nlarge(small(1)) = 1\n";
+    let found = excesses(text);
+    let [Excess { resource: Resource::Cells, used: 70, available, span }] = &found[..] else {
+        panic!("{found:?}")
+    };
+    assert!((36..=48).contains(available));
+    assert_eq!(&text[span.clone()], "large");
+}
+
+#[test]
+fn interpolation_and_start_leave_fewer_cells() {
+    let plain = "DIM room(30)\nMoveAxe X, 1mm\nroom(room(0)) = 1\n";
+    assert_eq!(excesses(plain), []);
+    for machine in ["G0 X1", "START MoveAxe X, 1mm"] {
+        let text = plain.replace("MoveAxe X, 1mm", machine);
+        assert_eq!(excesses(&text).len(), 1, "{machine}");
+    }
+}
+
+#[test]
+fn locals_of_subs_that_never_run_together_share_cells() {
+    let text = "one 1\ntwo 2\nSUB one(a)\n  DIM u(20)\n  u(a) = a\nEND SUB\n\
+                SUB two(b)\n  DIM v(20)\n  v(b) = b\nEND SUB\n";
+    assert_eq!(super::compile(text).cells, 21);
+    let nested = "one 1\nSUB one(a)\n  DIM u(10)\n  u(a) = a\n  two a\nEND SUB\n\
+                  SUB two(b)\n  DIM v(10)\n  v(b) = b\nEND SUB\n";
+    assert_eq!(super::compile(nested).cells, 22);
+}
+
+#[test]
+fn a_handlers_locals_lie_apart_from_what_it_interrupts() {
+    let text = "ON EVERY 1s GOSUB tick\none 1\nSUB one(a)\n  DIM u(5)\n  u(a) = a\nEND SUB\n\
+                SUB tick\n  DIM v(5)\n  v(1) = 1\nEND SUB\n";
+    assert_eq!(super::compile(text).cells, 11);
+}
+
+#[test]
+fn depths_count_across_calls_and_handlers() {
+    let text = "DIM a\na = 1 + f(2 + f(3))\nFUNCTION f(n)\n  RETURN n * 2 + g(n)\nEND FUNCTION\n\
+                FUNCTION g(n)\n  RETURN n\nEND FUNCTION\n";
+    let compiled = super::compile(text);
+    // The outer call waits with one value, in it the inner with one more.
+    assert_eq!((compiled.stack, compiled.calls), (5, 2));
+    let events = "ON EVERY 1s GOSUB tick\nsubs\nEND\ntick:\n  subs2\n  RETURN\n\
+                  SUB subs\n  PRINT 1\nEND SUB\nSUB subs2\n  PRINT 2\nEND SUB\n";
+    assert_eq!(super::compile(events).calls, 3);
+}
+
+#[test]
+fn at_and_keep_variables_lie_where_they_must() {
+    let text =
+        "KEEP total, parts\nDIM quantity AT 3002, other\ntotal = 1\nparts = quantity\nother = 2\n";
+    let compiled = super::compile(text);
+    let image = Image::new(&compiled.image).unwrap();
+    assert_eq!(image.header.keeps, 2);
+    let cell = |name: usize| compiled.vars.iter().find(|var| var.var.0 as usize == name);
+    let at: Vec<u32> = compiled.vars.iter().map(|var| var.cell).collect();
+    assert!(cell(0).is_some() && at.contains(&1), "{:?}", compiled.vars);
+    let mut state = State::new(&image.header);
+    let mut pool = vec![0; image.header.pool_bytes()];
+    let mut vm = Vm::new(image, &mut state, &mut pool);
+    vm.set_cell(1, 77);
+    while vm.run(100) == lang::vm::Exit::Budget {}
+    let base = image.header.keep_base;
+    assert_eq!((vm.cell(base), vm.cell(base + 1)), (1, 77));
+}
+
+#[test]
+fn code_of_any_size_compiles_and_runs() {
+    use core::fmt::Write as _;
+    let mut text = String::from("DIM n\nGOTO start\nback:\nPRINT n\nEND\nstart:\n");
+    for i in 0..3000 {
+        let _ = writeln!(text, "n = n + {i} MOD 7\nIF n = -1 THEN GOTO back");
+    }
+    text.push_str("GOTO back\n");
+    let compiled = super::compile(&text);
+    assert!(compiled.code_bytes > 8000);
+    let image = Image::new(&compiled.image).unwrap();
+    assert!(image.header.wide());
+    let mut state = State::new(&image.header);
+    let mut pool = vec![0; image.header.pool_bytes()];
+    let mut vm = Vm::new(image, &mut state, &mut pool);
+    loop {
+        match vm.run(1000) {
+            lang::vm::Exit::Effect => vm.complete(0),
+            lang::vm::Exit::End => break,
+            lang::vm::Exit::Budget => {}
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!(vm.cell(0), (0..3000).map(|i| i % 7).sum::<i32>());
+}
