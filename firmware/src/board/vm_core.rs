@@ -487,10 +487,10 @@ vm_mid:
     cmp.b #0xc0, r12
     jhs 1f
     br vm_table(r12)
-1:  bit.b #0x20, r12
-    rra r12
+1:  rra r12
+    bit #0x10, r12
+    jne vm_skip
     and #15, r12
-    jc vm_skip
     jmp vm_push_u
 vm_byte:
     mov.b @r5+, r12
@@ -515,6 +515,7 @@ vm_drop:
 
     /* --- jumps --- */
 vm_skip:
+    and #15, r12
     inc r12
     jmp vm_jump_zero
 vm_jumpzero:
