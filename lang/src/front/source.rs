@@ -38,6 +38,8 @@ impl Source {
             return (Self::new(name, String::new()), vec![diag]);
         }
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        // Editors of DOS end a file with Ctrl-Z.
+        let bytes = bytes.strip_suffix(b"\x1A").unwrap_or(bytes);
         if let Some(at) = bytes.iter().position(|&b| b == 0) {
             let diag = Diag::new(
                 Code::NotText,

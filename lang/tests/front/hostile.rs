@@ -74,6 +74,7 @@ fn files_that_are_no_text() {
     assert_eq!(codes(survive(&[0xFF, 0xFE, b'a', 0])), ["L010"]);
     assert_eq!(codes(survive(b"' caf\xE9\r\nWaitStart\r\n")), ["L011"]);
     assert_eq!(codes(survive(b"\xEF\xBB\xBFWaitStart")), [""; 0]);
+    assert_eq!(codes(survive(b"WaitStart\r\n\x1A")), [""; 0]);
     let bytes = vec![b'a'; MAX_SOURCE_BYTES + 1];
     assert_eq!(codes(survive(&bytes)), ["L009"]);
 }

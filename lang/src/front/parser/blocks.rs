@@ -209,6 +209,9 @@ impl<'a> Builder<'a> {
     fn unclosed(&mut self, frame: &Frame, by: Option<(Span, &str)>) {
         let word = frame.opener.word();
         self.forced.push(word);
+        if matches!(frame.opener, Opener::Broken(_)) {
+            return;
+        }
         let closing = closing_words(word);
         let message = format!("the {} of line {} has no {closing}", word.text(), frame.line);
         let mut diag = Diag::new(Code::UnclosedBlock, frame.span, message);

@@ -91,6 +91,10 @@ fn case_test(i: In<'_>) -> Parsed<'_, CaseTest> {
         let (rest, op) = cut(comparison).parse(i.rest())?;
         return map(cut(expr), |e| CaseTest::Is(op, e)).parse(rest);
     }
+    if comparison(i).is_ok() {
+        let diag = Diag::new(Code::Expected, i.first().span, "a comparison in CASE needs IS");
+        return Err(i.fail(diag.hint(format!("write `CASE IS {}`", i.word()))));
+    }
     let (rest, first) = expr(i)?;
     let (rest, last) = opt(preceded(kw(Kw::To), cut(expr))).parse(rest)?;
     Ok((

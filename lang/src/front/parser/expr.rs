@@ -1,5 +1,6 @@
 //! Expressions, by precedence climbing over nom parsers.
 
+use super::foreign;
 use super::input::{In, Parsed, axis, comma, is_unit, name, tok};
 use crate::front::ast::{BinaryOp, Expr, ExprKind, MAX_EXPR_DEPTH, Name, UnaryOp};
 use crate::front::codes::Code;
@@ -158,6 +159,9 @@ fn number(i: In<'_>) -> Parsed<'_, Expr> {
         let message = format!("a blank stands between `{digits}` and its unit");
         let diag =
             Diag::new(Code::UnitApart, whole, message).hint(format!("write `{digits}{unit}`"));
+        return Err(i.fail(diag));
+    }
+    if let Some(diag) = foreign::unit_call(i) {
         return Err(i.fail(diag));
     }
     let Some(value) =

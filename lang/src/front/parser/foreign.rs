@@ -166,6 +166,9 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
         (None, Tok::Sign(Sign::Open)) => diag.hint(format!(
             "a SUB is declared with `SUB {word}`; an assignment has `=` behind the parentheses"
         )),
+        (None, Tok::LineEnd | Tok::Kw(Kw::Else)) if i.depth > 0 => {
+            diag.hint(format!("to go to a label write `GOTO {word}`"))
+        }
         (None, Tok::LineEnd) => {
             diag.hint(format!("a label is written `{word}:`, an assignment `{word} = 1`"))
         }
@@ -214,6 +217,24 @@ fn short(word: &str) -> String {
     word.chars().take(30).collect()
 }
 
+/// `10mm/MIN(a, b)`: letters behind digits are a unit, also where a function was meant.
+pub fn unit_call(i: In<'_>) -> Option<Diag> {
+    let (number, open) = (i.first().span, i.second());
+    if open.tok != Tok::Sign(Sign::Open) || open.span.start != number.end {
+        return None;
+    }
+    let word = i.word();
+    let letters = word.len() - word.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
+    let (before, unit) = word.split_at(word.len() - letters);
+    if !["in", "min"].iter().any(|name| name.eq_ignore_ascii_case(unit)) {
+        return None;
+    }
+    let before = before.strip_suffix('/').map_or(before.to_owned(), |b| format!("{b} /"));
+    let message = format!("`{unit}` is the unit of `{word}` here and no function");
+    let diag = Diag::new(Code::BadUnit, number.to(open.span), message);
+    Some(diag.hint(format!("write a blank: `{before} {}(`", unit.to_ascii_uppercase())))
+}
+
 /// What stands behind a complete statement.
 pub fn surplus(i: In<'_>) -> Option<Diag> {
     let span = i.first().span;
@@ -224,7 +245,9 @@ pub fn surplus(i: In<'_>) -> Option<Diag> {
     if is_unit(i) {
         return Some(
             Diag::new(Code::UnitApart, span, format!("the unit `{word}` stands apart"))
-                .hint("a unit follows its digits without a blank: `5mm`"),
+                .hint(format!(
+                    "a unit follows digits, as in `5{word}`; other values are multiplied: `* 1{word}`"
+                )),
         );
     }
     let diag = match i.tok() {
@@ -232,12 +255,20 @@ pub fn surplus(i: In<'_>) -> Option<Diag> {
             Diag::new(Code::WrongArguments, span, "there are too many arguments")
         }
         Tok::Sign(Sign::Close) => Diag::new(Code::Expected, span, "this `)` closes nothing"),
+        Tok::Sign(Sign::OpenBracket) => {
+            Diag::new(Code::ForeignBrackets, span, "`[` has no meaning")
+                .hint("a size or an index stands in parentheses: `a(5)`")
+        }
         Tok::Sign(Sign::CloseBracket) => Diag::new(Code::Expected, span, "this `]` closes nothing"),
         Tok::Sign(Sign::Semicolon) => {
             Diag::new(Code::ForeignComment, span, "`;` has no meaning here")
                 .hint("comments begin with `'`; `;` begins one in G-code only")
         }
         Tok::Kw(Kw::Then) => Diag::new(Code::Expected, span, "`THEN` has no IF"),
+        Tok::Kw(Kw::Do) => Diag::new(Code::Expected, span, "`DO` begins a block of its own")
+            .hint("leave it out: FOR and WHILE have no DO"),
+        Tok::Sign(Sign::Eq) => Diag::new(Code::Expected, span, "no value can be given here")
+            .hint("assign by a statement of its own: `a = 5`"),
         Tok::Kw(kw) if kw.begins_statement() => {
             let message = format!("the statement before `{word}` does not end");
             Diag::new(Code::Expected, span, message).hint("a `:` separates statements")
