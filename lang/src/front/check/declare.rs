@@ -1,5 +1,6 @@
 //! Declarations: CONST, INPUT, OUTPUT, DIM, KEEP, TABLE, parameters, SUBs and FUNCTIONs.
 
+use super::expr::value_of;
 use super::names::Entity;
 use super::{Checker, MAIN, kinds, range};
 use crate::front::ast::{Block, Expr, ExprKind, KindRef, Name, Stmt, StmtKind, Variable};
@@ -322,6 +323,14 @@ impl<'a> Checker<'a> {
             hir::ExprKind::Const(value) => Some((folded.kind, value)),
             _ => None,
         }
+    }
+
+    /// The value of an expression where it is known beforehand.
+    pub(super) fn quiet_constant(&mut self, expr: &'a Expr) -> Option<i32> {
+        if self.not_constant(expr).is_some() {
+            return None;
+        }
+        self.expr(expr).as_ref().and_then(value_of)
     }
 
     /// A constant Number.

@@ -197,12 +197,20 @@ impl<'a> Builder<'_, 'a> {
                 self.expr(from);
                 self.expr(to);
                 step.iter().for_each(|step| self.expr(step));
-                self.counted(LoopKind::For, body);
+                let step = step.as_ref().map_or(Some(1), |step| self.constant(step));
+                let sure = match (self.constant(from), self.constant(to), step) {
+                    (Some(from), Some(to), Some(step)) => {
+                        (step > 0 && from <= to) || (step < 0 && from >= to)
+                    }
+                    _ => false,
+                };
+                self.counted(LoopKind::For, body, sure);
             }
             StmtKind::Repeat { count, body, .. } => {
                 self.emit(Op::Uses("REPEAT", stmt.span));
                 self.expr(count);
-                self.counted(LoopKind::Repeat, body);
+                let sure = self.constant(count).is_some_and(|count| count > 0);
+                self.counted(LoopKind::Repeat, body, sure);
             }
             StmtKind::While { cond, body, .. } => {
                 self.do_loop(LoopKind::While, Some(cond).filter(|c| !is_true(c)), body, None);
@@ -347,15 +355,24 @@ impl<'a> Builder<'_, 'a> {
         self.at(join);
     }
 
-    /// FOR and REPEAT.
-    fn counted(&mut self, kind: LoopKind, body: &'a Block) {
-        let again = self.emit(Op::Nop);
+    /// The value of an expression that is known beforehand.
+    fn constant(&mut self, e: &'a Expr) -> Option<i32> {
+        self.checker.quiet_constant(e)
+    }
+
+    /// FOR and REPEAT; `sure` where the first pass is certain.
+    fn counted(&mut self, kind: LoopKind, body: &'a Block, sure: bool) {
+        let head = self.emit(Op::Nop);
+        let again = if sure { self.graph.add(Op::Nop) } else { head };
         let exit = self.graph.add(Op::Nop);
-        self.loops.push(Loop { kind, again, exit });
         self.graph.link(again, exit);
+        self.loops.push(Loop { kind, again, exit });
         self.block(body);
         self.flow_to(again);
         self.loops.pop();
+        if sure {
+            self.graph.link(again, head);
+        }
         self.at(exit);
     }
 
