@@ -15,6 +15,7 @@ use firmware::session::{Order, Session};
 use firmware::store::Store;
 use firmware::verify::{self, Bytes, Limits};
 use lang::fault::Fault;
+use lang::isa::Op;
 use lang::record::{BoardRecord, feature};
 use lang::vm::flag;
 use lang::wire::{Control, End, RunState, TRACE_OK, TraceKind};
@@ -49,6 +50,19 @@ pub struct Effect {
 impl Effect {
     /// None.
     pub const NONE: Effect = Effect { code: 0, phase: 0, n: 0, bits: 0, left: 0 };
+
+    /// A millisecond less for what waits; others keep something else in `left`.
+    fn count_down(&mut self) {
+        const HOME: u8 = Op::Home as u8;
+        const HOME_QUERY: u8 = Op::HomeQuery as u8;
+        const WAIT: u8 = Op::Wait as u8;
+        const WAIT_IN: u8 = Op::WaitIn as u8;
+        const WAIT_CHAR: u8 = Op::WaitChar as u8;
+        let waits = matches!(self.code, HOME..=HOME_QUERY | WAIT | WAIT_IN | WAIT_CHAR);
+        if waits && self.left > 0 {
+            self.left -= 1;
+        }
+    }
 }
 
 /// The event that a host in trace mode has not received yet.
@@ -82,7 +96,7 @@ pub struct Event {
     pub left: i32,
 }
 
-const PULSE: u8 = lang::isa::Op::Pulse as u8;
+const PULSE: u8 = Op::Pulse as u8;
 
 /// Codes from here on are effects.
 const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
@@ -542,7 +556,7 @@ impl Core {
         }
         if result.is_err() {
             let bit = 1 << self.effect.n;
-            if self.effect.code == lang::isa::Op::Probe as u8 {
+            if self.effect.code == Op::Probe as u8 {
                 self.probe_error |= bit;
             } else {
                 self.homing_error |= bit;
@@ -713,16 +727,13 @@ impl Core {
         self.lamp();
         self.autorun();
         self.pulse_tick();
-        if !self.session.is_active() && self.effect.left > 0 {
-            self.effect.left -= 1;
+        if !self.session.is_active() {
+            self.effect.count_down();
         }
         if self.session.executes() {
             self.timer = self.timer.wrapping_add(1);
-            for effect in [&mut self.effect, &mut self.outer] {
-                if effect.left > 0 && effect.code != PULSE {
-                    effect.left -= 1;
-                }
-            }
+            self.effect.count_down();
+            self.outer.count_down();
             if self.timer as u16 % 1024 == 0 && self.motor.rests() {
                 self.save();
             }
