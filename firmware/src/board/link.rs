@@ -5,6 +5,7 @@
 //! Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
 use crate::reg::{self, bis, set};
+use crate::vm::{State, VM};
 use ::core::arch::global_asm;
 use ::core::mem::offset_of;
 use ::core::ptr::{addr_of, addr_of_mut};
@@ -39,7 +40,7 @@ static mut SHARED: Shared =
 /// Milliseconds, counted by Timer0_A CCR0.
 static mut MILLIS: u16 = 0;
 
-// Receive 46 cycles, transmit 40, silence 19, millisecond 20. UCA0STAT is read before the data
+// Receive 46 cycles, transmit 40, silence 19, millisecond 24. UCA0STAT is read before the data
 // because reading UCA0RXBUF clears its error flags.
 global_asm!(
     r#"
@@ -103,6 +104,7 @@ USCIAB0TX:
 TIMER0_A0:
     add #2000, &0x0172
     inc &{millis}
+    mov.b #1, &{vm}+{poll}
     reti
     "#,
     shared = sym SHARED,
@@ -114,6 +116,8 @@ TIMER0_A0:
     silence = const offset_of!(Shared, silence),
     slack = const offset_of!(Shared, slack),
     ready = const FRAME_READY,
+    vm = sym VM,
+    poll = const offset_of!(State, poll),
 );
 
 // SAFETY (all accesses to the statics below): they are single-byte or single-word volatile
