@@ -50,8 +50,10 @@ pub struct PathSegment {
     pub acc: [u16; 3],
     /// Bit n: axis n moves in negative direction.
     pub negative: u8,
-    /// Set the accumulators first: a new block begins.
+    /// Set the accumulators first: a line or a chord begins.
     pub begin: bool,
+    /// A chord of an arc after its first one: no new block.
+    pub within: bool,
 }
 
 impl PathSegment {
@@ -120,6 +122,7 @@ pub struct Path {
     negative: u8,
     active: bool,
     begin: bool,
+    within: bool,
     exact: bool,
     paused: bool,
     /// Percent of the programmed speed, 10..=200.
@@ -146,6 +149,7 @@ impl Path {
         negative: 0,
         active: false,
         begin: false,
+        within: false,
         exact: true,
         paused: false,
         percent: 100,
@@ -234,11 +238,13 @@ impl Path {
         segment.begin = self.begin;
         if self.begin {
             self.begin = false;
+            segment.within = self.within;
             segment.inc = self.inc;
             segment.acc = self.acc;
             segment.negative = self.negative;
         }
         if self.run.left == 0 {
+            self.within = true;
             self.active = self.chord(axes);
             if !self.active {
                 if self.exact {
@@ -256,6 +262,7 @@ impl Path {
         let Some(next) = self.next.take() else { return };
         let g = geometry(axes, &next);
         self.active = true;
+        self.within = false;
         self.exact = next.exact;
         self.feed = g.feed;
         self.top = g.top;

@@ -3,7 +3,8 @@
 //! The planner is the firmware's own, so ramps, corners and times are the board's. A segment is
 //! taken when the one before it has been played.
 
-use firmware::motion::path::{Block, Path, PathSegment};
+use firmware::motion::arc::Arc;
+use firmware::motion::path::{Block, Feed, Path, PathSegment};
 use firmware::motion::ramp::Segment;
 use firmware::motion::single::{Pace, Single};
 use lang::axis::Axis;
@@ -264,7 +265,7 @@ impl Motion {
         let at = begin.div_ceil(FINE_PER_US);
         if self.path.next_segment(&self.records, &mut self.segment) {
             let segment = self.segment;
-            if segment.begin {
+            if segment.begin && !segment.within {
                 self.milestones.push((at, Milestone::BlockBegins));
             }
             self.path_play = Some((Play { begin, segment: segment.ramp }, segment));
@@ -293,6 +294,10 @@ impl Motion {
     /// Gives the path a block; see [`Motion::has_room`].
     pub fn push(&mut self, block: &Block, us: u64) {
         self.path.push(&self.records, block);
+        self.kick(us);
+    }
+    pub fn push_arc(&mut self, arc: &Arc, feed: Feed, exact: bool, us: u64) {
+        self.path.push_arc(&self.records, arc, feed, exact);
         self.kick(us);
     }
 

@@ -1,6 +1,7 @@
 //! Interpolated moves: G0 to G3.
 
 use firmware::motion::path::{Block, Feed};
+use firmware::motion::{Arc, Ends};
 use lang::axis::Axis;
 use lang::effect::{Center, Coord, Dist, Plane, Rate};
 use lang::fault::Fault;
@@ -9,9 +10,6 @@ use super::Machine;
 use super::axes::Place;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
 use crate::sim::trace::{MoveKind, What};
-
-/// How far a chord may leave its arc, um.
-const CHORD_UM: f64 = 5.0;
 
 impl Machine {
     /// Waits for the path's end.
@@ -96,7 +94,7 @@ impl Machine {
         }
         let mut at = from;
         for leg in legs {
-            self.push_block(SegmentKind::Move(kind), at, leg, feed, exact, None);
+            self.push_block(SegmentKind::Move(kind), at, leg, feed, exact);
             at = leg;
         }
         if exact {
@@ -123,8 +121,7 @@ impl Machine {
         }
     }
 
-    /// Gives the path a block as soon as it takes one; `shape` is that of a whole arc, at its
-    /// first chord.
+    /// Gives the path a line as soon as it takes one.
     fn push_block(
         &mut self,
         kind: SegmentKind,
@@ -132,15 +129,13 @@ impl Machine {
         to: [i32; 3],
         feed: Feed,
         exact: bool,
-        shape: Option<Option<Segment>>,
     ) {
-        self.next = 0;
-        while self.halt.is_none() && !self.motion.has_room() && self.tick(None) {}
+        self.await_room();
         if self.halt.is_some() || from == to {
             return;
         }
         let steps = [0, 1, 2].map(|index: usize| to[index].wrapping_sub(from[index]));
-        let piece = shape.unwrap_or(Some(Segment {
+        self.pieces.blocks.push_back(Some(Segment {
             kind,
             line: self.line,
             from,
@@ -151,10 +146,14 @@ impl Machine {
             end_us: self.now,
             peak_rate: 0.0,
         }));
-        self.pieces.blocks.push_back(piece);
         self.motion.push(&Block { steps, feed, exact }, self.now);
         self.log_milestones();
         self.next = 0;
+    }
+
+    fn await_room(&mut self) {
+        self.next = 0;
+        while self.halt.is_none() && !self.motion.has_room() && self.tick(None) {}
     }
 
     /// G2 and G3.
@@ -178,43 +177,31 @@ impl Machine {
         self.command(&goal);
         let targets = self.targets();
         self.write(What::Move { line: self.line, kind: MoveKind::Arc, to: targets });
-        let chords = arc.chords();
-        let whole = Segment {
+        self.await_room();
+        if self.halt.is_some() {
+            return Ok(());
+        }
+        self.pieces.blocks.push_back(Some(Segment {
             kind: SegmentKind::Move(MoveKind::Arc),
             line: self.line,
-            from: start.map(|place| place.steps),
-            to: goal.map(|place| place.steps),
+            from: arc.start,
+            to: arc.end,
             axes: [true; 3],
-            arc: Some(arc.shape),
+            arc: Some(shape(&arc, &start)),
             start_us: self.now,
             end_us: self.now,
             peak_rate: 0.0,
-        };
-        let mut at = whole.from;
-        let mut first = Some(whole);
-        for chord in 1..=chords {
-            let to = if chord == chords {
-                whole.to
-            } else {
-                let um = arc.at(f64::from(chord) / f64::from(chords));
-                let mut to = at;
-                for axis in Axis::ALL {
-                    to[axis.index()] = self.axes.to_steps(axis, um[axis.index()].round() as i32)?;
-                }
-                to
-            };
-            if to != at {
-                let stop = exact && chord == chords;
-                self.push_block(whole.kind, at, to, feed, stop, Some(first.take()));
-            }
-            at = to;
-        }
+        }));
+        self.motion.push_arc(&arc, feed, exact, self.now);
+        self.log_milestones();
+        self.next = 0;
         if exact {
             self.sync_path();
         }
         Ok(())
     }
 
+    /// The arc, its centre found.
     fn geometry(
         &self,
         clockwise: bool,
@@ -223,114 +210,57 @@ impl Machine {
         goal: &[Place; 3],
         center: &Center,
     ) -> Result<Arc, Fault> {
-        let axes = match plane {
-            Plane::Xy => [Axis::X, Axis::Y, Axis::Z],
-            Plane::Zx => [Axis::Z, Axis::X, Axis::Y],
-            Plane::Yz => [Axis::Y, Axis::Z, Axis::X],
+        let (first, axes) = match plane {
+            Plane::Xy => (0, [Axis::X, Axis::Y]),
+            Plane::Yz => (1, [Axis::Y, Axis::Z]),
+            Plane::Zx => (2, [Axis::Z, Axis::X]),
         };
-        let [a, b, c] = axes.map(Axis::index);
         let um = |dist: Dist, axis: Axis| match dist {
             Dist::Um(um) => Ok(um),
             Dist::Steps(steps) => self.axes.length(axis, steps),
         };
-        let p = [a, b].map(|i| f64::from(start[i].um));
-        let q = [a, b].map(|i| f64::from(goal[i].um));
-        let middle = match center {
-            Center::Offsets(offsets) => [
-                p[0] + f64::from(um(offsets[a], axes[0])?),
-                p[1] + f64::from(um(offsets[b], axes[1])?),
-            ],
-            Center::Radius(radius) => {
-                let radius = f64::from(um(*radius, axes[0])?);
-                let chord = [q[0] - p[0], q[1] - p[1]];
-                let length = chord[0].hypot(chord[1]);
-                let height2 = radius * radius - length * length / 4.0;
-                // Half the tolerance of an end that misses its circle.
-                if length == 0.0 || height2 < -5.0 * radius.abs() {
-                    return Err(Fault::Arc);
-                }
-                let side = if clockwise == (radius > 0.0) { 1.0 } else { -1.0 };
-                let height = height2.max(0.0).sqrt() / length * side;
-                [
-                    f64::midpoint(p[0], q[0]) + chord[1] * height,
-                    f64::midpoint(p[1], q[1]) - chord[0] * height,
-                ]
-            }
+        let ends = Ends {
+            first,
+            clockwise,
+            from_um: start.map(|place| place.um),
+            to_um: goal.map(|place| place.um),
+            start: start.map(|place| place.steps),
+            end: goal.map(|place| place.steps),
         };
-        let radii = [
-            (p[0] - middle[0]).hypot(p[1] - middle[1]),
-            (q[0] - middle[0]).hypot(q[1] - middle[1]),
-        ];
-        let miss = (radii[0] - radii[1]).abs();
-        if radii[0] < 0.5 || (miss > 5.0 && miss > radii[0] * 0.001) {
-            return Err(Fault::Arc);
+        match center {
+            Center::Offsets(offsets) => {
+                let [a, b] = axes.map(|axis| um(offsets[axis.index()], axis));
+                ends.around([a?, b?])
+            }
+            Center::Radius(radius) => ends.with_radius(um(*radius, axes[0])?),
         }
-        let from = (p[1] - middle[1]).atan2(p[0] - middle[0]);
-        let to = (q[1] - middle[1]).atan2(q[0] - middle[0]);
-        let turn = std::f64::consts::TAU;
-        let mut sweep = to - from;
-        if p == q {
-            sweep = 0.0;
-        }
-        if clockwise && sweep >= 0.0 {
-            sweep -= turn;
-        } else if !clockwise && sweep <= 0.0 {
-            sweep += turn;
-        }
-        let mut place = [0.0; 3];
-        place[a] = middle[0];
-        place[b] = middle[1];
-        place[c] = f64::from(start[c].um);
-        let shape = ArcShape { center: place, plane: [axes[0], axes[1]], start: from, sweep };
-        Ok(Arc { shape, radii, rise: f64::from(goal[c].um) - f64::from(start[c].um), helix: c })
     }
 
-    /// Soft limits at the end and at every extreme.
+    /// Soft limits at every extreme.
     fn check_arc(&self, arc: &Arc) -> Result<(), Fault> {
-        let quarter = std::f64::consts::FRAC_PI_2;
-        let (from, to) = if arc.shape.sweep < 0.0 {
-            (arc.shape.start + arc.shape.sweep, arc.shape.start)
-        } else {
-            (arc.shape.start, arc.shape.start + arc.shape.sweep)
-        };
-        let mut angle = (from / quarter).ceil() * quarter;
-        while angle < to {
-            let t = (angle - arc.shape.start) / arc.shape.sweep;
-            let at = arc.at(t);
-            for axis in arc.shape.plane {
-                self.axes.check_travel(axis, at[axis.index()].round() as i32)?;
+        let [a, b, _] = arc.axes();
+        for (axis, span) in [Axis::ALL[a], Axis::ALL[b]].into_iter().zip(arc.extremes()) {
+            for um in span {
+                self.axes.check_travel(axis, um)?;
             }
-            angle += quarter;
         }
         Ok(())
     }
 }
 
-/// An arc in um.
-struct Arc {
-    shape: ArcShape,
-    /// At the start and at the end.
-    radii: [f64; 2],
-    rise: f64,
-    helix: usize,
-}
-
-impl Arc {
-    /// The place at a fraction of the way.
-    fn at(&self, t: f64) -> [f64; 3] {
-        let angle = self.shape.start + self.shape.sweep * t;
-        let radius = self.radii[0] + (self.radii[1] - self.radii[0]) * t;
-        let mut at = self.shape.center;
-        at[self.shape.plane[0].index()] += radius * angle.cos();
-        at[self.shape.plane[1].index()] += radius * angle.sin();
-        at[self.helix] += self.rise * t;
-        at
-    }
-
-    /// Chords that stay within the tolerance.
-    fn chords(&self) -> u32 {
-        let radius = self.radii[0].max(CHORD_UM);
-        let step = 2.0 * (1.0 - CHORD_UM / radius).clamp(-1.0, 1.0).acos();
-        (self.shape.sweep.abs() / step.max(0.001)).ceil().clamp(4.0, 10_000.0) as u32
+/// The arc as plots show it.
+fn shape(arc: &Arc, start: &[Place; 3]) -> ArcShape {
+    let [a, b, c] = arc.axes();
+    let mut center = [0.0; 3];
+    center[a] = f64::from(arc.center[0]);
+    center[b] = f64::from(arc.center[1]);
+    center[c] = f64::from(start[c].um);
+    let angle = f64::from(arc.from[1]).atan2(f64::from(arc.from[0]));
+    let sweep = f64::from(arc.sweep()) / 4_294_967_296.0 * std::f64::consts::TAU;
+    ArcShape {
+        center,
+        plane: [Axis::ALL[a], Axis::ALL[b]],
+        start: angle,
+        sweep: if arc.clockwise { -sweep } else { sweep },
     }
 }
