@@ -2,6 +2,7 @@
 //!
 //! [`cmd`] is the command line, one file for each command; the rest knows nothing of it.
 
+pub mod bench;
 pub mod board;
 pub mod client;
 pub mod cmd;

@@ -3,6 +3,7 @@
 //! Names, exit codes and formats are a contract with other tools (see [`Failure`]).
 
 mod axes;
+mod bench;
 mod board;
 mod board_run;
 mod build;
@@ -103,6 +104,8 @@ enum Command {
     Lsp(lsp::Lsp),
     /// Show what the firmware uses of flash and RAM, by module
     Size(size::Size),
+    /// Measure step rates, cycles, bytes and times, one line each
+    Bench(bench::Bench),
     /// Write the firmware to a LaunchPad
     Flash(flash::Flash),
     /// Show the machine descriptions that the tool knows, or those of a board
@@ -131,6 +134,7 @@ impl Command {
             Command::Status(command) => command.run(options, console),
             Command::Watch(command) => command.run(options, console),
             Command::Size(command) => command.run(options, console),
+            Command::Bench(command) => command.run(options, console),
             Command::Flash(command) => command.run(options, console),
             Command::Profile(command) => command.run(options, console),
         }

@@ -1,0 +1,81 @@
+//! `pasapas bench`: the figures that the project promises, measured.
+//!
+//! Cycles and step rates are those of the emulated chip, taken at its pins; times of the desktop's
+//! own engines are this computer's.
+
+mod code;
+mod link;
+mod motion;
+mod speed;
+mod stand;
+mod vm;
+
+use serde::Serialize;
+
+/// Which way a figure is good.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Want {
+    /// The more the better.
+    #[serde(rename = ">=")]
+    AtLeast,
+    /// The less the better.
+    #[serde(rename = "<=")]
+    AtMost,
+}
+
+/// One line of the bench.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Figure {
+    /// Its stable name.
+    pub figure: &'static str,
+    /// What was measured.
+    pub value: f64,
+    /// Unit of all three values.
+    pub unit: &'static str,
+    /// Which way it is good.
+    pub want: Want,
+    /// What it must reach.
+    pub must: f64,
+    /// What it is to reach.
+    pub aim: f64,
+}
+
+impl Figure {
+    /// Whether the figure reaches what it must.
+    pub fn is_met(&self) -> bool {
+        match self.want {
+            Want::AtLeast => self.value >= self.must,
+            Want::AtMost => self.value <= self.must,
+        }
+    }
+}
+
+/// A figure that must reach at least so much.
+fn at_least(figure: &'static str, unit: &'static str, value: f64, must: f64, aim: f64) -> Figure {
+    Figure { figure, value: round(value), unit, want: Want::AtLeast, must, aim }
+}
+
+/// A figure that must stay below so much.
+fn at_most(figure: &'static str, unit: &'static str, value: f64, must: f64, aim: f64) -> Figure {
+    Figure { figure, value: round(value), unit, want: Want::AtMost, must, aim }
+}
+
+/// Three digits behind the point are more than any figure has.
+fn round(value: f64) -> f64 {
+    (value * 1000.0).round() / 1000.0
+}
+
+/// Takes each figure as it is had; the error ends the bench.
+pub type Sink<'a> = &'a mut dyn FnMut(Figure) -> Result<(), String>;
+
+/// A group of figures: its name and what measures it.
+pub type Group = (&'static str, fn(Sink<'_>) -> Result<(), String>);
+
+/// Every group, the quick ones first.
+pub const GROUPS: [Group; 5] = [
+    ("code", code::run),
+    ("link", link::run),
+    ("vm", vm::run),
+    ("motion", motion::run),
+    ("speed", speed::run),
+];

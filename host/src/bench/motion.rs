@@ -1,0 +1,105 @@
+//! Step rates and the accuracy of step edges, at the emulated pins.
+
+use std::time::Duration;
+
+use emulator::{Edge, Signal, TICKS_PER_SECOND};
+
+use super::stand::{Stand, fast_mill, image_for, rises};
+use super::{Sink, at_least, at_most};
+
+/// Rates that are asked for, highest first, until one is done without a lost step.
+const RATES: [u32; 9] = [100_000, 80_000, 60_000, 50_000, 40_000, 30_000, 20_000, 15_000, 10_000];
+/// Steps over which a rate is taken.
+const WINDOW: usize = 200;
+/// Flash and RAM of the chip that the figures are for.
+const RAM: f64 = 512.0;
+
+/// Moves of 1 s at the top rate.
+const THREE: &str = "G1 X{a} Y{b} Z{c} F6000000\n";
+const ONE: &str = "MoveAxe X, {a}st\n";
+const STARTED: &str =
+    "START MoveAxe X, {a}st\nSTART MoveAxe Y, {a}st\nSTART MoveAxe Z, {a}st\nWaitMove\n";
+
+/// Figures `steps_3axis`, `steps_1axis`, `steps_started`, `step_edge`, `ram_unused`.
+///
+/// # Errors
+/// The board does not run the moves.
+pub fn run(sink: Sink<'_>) -> Result<(), String> {
+    let (three, unused) = best(THREE, &[0])?;
+    sink(at_least("steps_3axis", "events/s", three.rate, 40_000.0, 60_000.0))?;
+    let (one, _) = best(ONE, &[0])?;
+    sink(at_least("steps_1axis", "steps/s", one.rate, 60_000.0, 100_000.0))?;
+    let (started, started_unused) = best(STARTED, &[0, 1, 2])?;
+    sink(at_least("steps_started", "steps/s", started.rate, 20_000.0, 40_000.0))?;
+    sink(at_most("step_edge", "us", one.edge_us, 1.0, 0.1))?;
+    sink(at_least("ram_unused", "bytes", unused.min(started_unused), 24.0, 64.0))
+}
+
+/// What a run at one rate gave.
+struct Measured {
+    /// The slowest axis's best rate over [`WINDOW`] steps.
+    rate: f64,
+    /// Farthest edge from a straight line through the steady part, us.
+    edge_us: f64,
+}
+
+/// The highest rate that the board reaches with every step made.
+fn best(script: &str, axes: &[u8]) -> Result<(Measured, f64), String> {
+    let mut unused = f64::INFINITY;
+    let mut why = String::new();
+    for rate in RATES {
+        match at_rate(script, axes, rate) {
+            Ok((measured, left)) => return Ok((measured, unused.min(left))),
+            Err(text) => why = format!("at {rate} st/s: {text}"),
+        }
+        unused = unused.min(RAM);
+    }
+    Err(why)
+}
+
+fn at_rate(script: &str, axes: &[u8], rate: u32) -> Result<(Measured, f64), String> {
+    let profile = fast_mill(rate, 400_000)?;
+    let steps = i64::from(rate);
+    let mm = |steps: i64| format!("{}.{:02}", steps / 100, steps % 100);
+    let text = script
+        .replace("{a}st", &format!("{steps}st"))
+        .replace("{a}", &mm(steps))
+        .replace("{b}", &mm(steps * 2 / 3))
+        .replace("{c}", &mm(steps / 3));
+    let (_, image) = image_for(&profile, &text)?;
+    let mut stand = Stand::new(&profile)?;
+    stand.upload(&image)?;
+    let edges = stand.run(Duration::from_secs(20))?;
+    for &axis in axes {
+        let there = stand.motors()[usize::from(axis)];
+        if there != steps {
+            return Err(format!("axis {axis} stands at {there}, not at {steps}"));
+        }
+    }
+    let identity = stand.identity()?;
+    let rates = axes.iter().map(|axis| top_rate(&edges, *axis));
+    let measured = Measured {
+        rate: rates.fold(f64::INFINITY, f64::min),
+        edge_us: edge_error(&edges, axes[0]),
+    };
+    let ram = f64::from(u16::try_from(crate::board::PART.ram.clone().count()).unwrap_or(u16::MAX));
+    Ok((measured, RAM - (ram - f64::from(identity.stack_free))))
+}
+
+/// Best rate over [`WINDOW`] steps.
+fn top_rate(edges: &[Edge], axis: u8) -> f64 {
+    let times = rises(edges, Signal::Step(axis));
+    let shortest = times.windows(WINDOW + 1).map(|w| w[WINDOW] - w[0]).min();
+    shortest.map_or(0.0, |ticks| (WINDOW as u64 * TICKS_PER_SECOND) as f64 / ticks as f64)
+}
+
+/// Farthest edge from the straight line through the middle of a move.
+fn edge_error(edges: &[Edge], axis: u8) -> f64 {
+    let times = rises(edges, Signal::Step(axis));
+    let steady = &times[times.len() * 2 / 5..times.len() * 3 / 5];
+    let (Some(first), Some(last)) = (steady.first(), steady.last()) else { return f64::INFINITY };
+    let step = (last - first) as f64 / (steady.len().max(2) - 1) as f64;
+    let off = |(i, time): (usize, &u64)| ((time - first) as f64 - i as f64 * step).abs();
+    let ticks = steady.iter().enumerate().map(off).fold(0.0, f64::max);
+    ticks * 1e6 / TICKS_PER_SECOND as f64
+}

@@ -1,0 +1,143 @@
+//! The test stand: an emulated board with a script on it, watched at its pins.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use emulator::{Edge, Signal};
+use lang::hir::Program;
+use lang::profile::{BUILT_IN, Profile};
+use lang::record::BoardRecord;
+use lang::wire::{Control, RunState};
+
+use super::code::program;
+use crate::board;
+use crate::board::link::InProcess;
+use crate::board::rig::Rig;
+use crate::client::Client;
+use crate::client::identity::Identity;
+use crate::link::Link;
+use crate::sim::world::World;
+
+/// A board with a program.
+pub struct Stand {
+    rig: Rc<RefCell<Rig>>,
+    client: Client<InProcess>,
+}
+
+/// The mill with another top rate and ramps, the shortest pulses and no fuss about travel.
+pub fn fast_mill(top_rate: u32, accel: u32) -> Result<Profile, String> {
+    let text = BUILT_IN[0]
+        .1
+        .replace("top_rate = 8000", &format!("top_rate = {top_rate}"))
+        .replace("accel = 25000", &format!("accel = {accel}"))
+        .replace("pulse_us = 3", "pulse_us = 2")
+        .replace("dir_setup_us = 2", "dir_setup_us = 1");
+    Profile::parse(&text).map_err(|error| error.to_string())
+}
+
+impl Stand {
+    /// A board with the profile, without a program.
+    ///
+    /// # Errors
+    /// The board does not answer.
+    pub fn new(profile: &Profile) -> Result<Stand, String> {
+        let firmware = board::firmware().map_err(|error| error.to_string())?;
+        let rig = Rig::new(&firmware, profile, &World::empty()).map_err(|e| e.to_string())?;
+        let rig = Rc::new(RefCell::new(rig));
+        let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
+        client.find().map_err(|error| error.to_string())?;
+        let text = |error: crate::client::ClientError| error.to_string();
+        let record = BoardRecord::of(profile, client.board_record().map_err(text)?.sequence + 1);
+        client.set_board_record(&record).map_err(text)?;
+        client.restart().map_err(text)?;
+        client.find().map_err(text)?;
+        Ok(Stand { rig, client })
+    }
+
+    /// Compiles a script for the profile and brings it to the board; gives the time that took.
+    ///
+    /// # Errors
+    /// The script is wrong or the board refuses it.
+    pub fn upload(&mut self, image: &[u8]) -> Result<Duration, String> {
+        let before = self.client.link().now();
+        self.client.upload(image, true, &mut |_| {}).map_err(|error| error.to_string())?;
+        Ok(self.client.link().now() - before)
+    }
+
+    /// Starts the program and follows it to its end, at most `limit` of its time; gives the edges
+    /// at the pins.
+    ///
+    /// # Errors
+    /// It does not start, or ends in a fault.
+    pub fn run(&mut self, limit: Duration) -> Result<Vec<Edge>, String> {
+        self.rig.borrow_mut().board().record(true);
+        self.client.control(Control::Start).map_err(|error| error.to_string())?;
+        let end = self.client.link().now() + limit;
+        loop {
+            // The link is alive, as the figures demand, but not what is measured.
+            self.client.link().pause(Duration::from_millis(50));
+            let status = self.client.status().map_err(|error| error.to_string())?;
+            match status.run_state {
+                Some(RunState::Ready) => break,
+                Some(RunState::Fault) => {
+                    return Err(format!("fault {}", status.fault.unwrap_or_default()));
+                }
+                _ if self.client.link().now() > end => return Err("it does not end".to_owned()),
+                _ => {}
+            }
+        }
+        let mut rig = self.rig.borrow_mut();
+        rig.board().record(false);
+        Ok(rig.board().take_edges())
+    }
+
+    /// Who the board is, and how it fared.
+    ///
+    /// # Errors
+    /// The board does not answer.
+    pub fn identity(&mut self) -> Result<Identity, String> {
+        self.client.identity().map_err(|error| error.to_string())
+    }
+
+    /// The board's time, s.
+    pub fn seconds(&mut self) -> f64 {
+        self.client.link().now().as_secs_f64()
+    }
+
+    /// Where the motors stand, in steps.
+    pub fn motors(&self) -> [i64; 3] {
+        self.rig.borrow().motors()
+    }
+}
+
+/// Compiles a script for a machine of the bench.
+///
+/// # Errors
+/// It is wrong.
+pub fn image_for(profile: &Profile, text: &str) -> Result<(Program, Vec<u8>), String> {
+    let (mut checked, _) = program("bench", text)?;
+    checked.profile = profile.clone();
+    let compiled = lang::back::compile(&checked).map_err(|excesses| format!("{excesses:?}"))?;
+    Ok((checked, compiled.image))
+}
+
+/// Ticks of the rising edges of a signal.
+pub fn rises(edges: &[Edge], signal: Signal) -> Vec<u64> {
+    let own = edges.iter().filter(|edge| edge.signal == signal && edge.level);
+    own.map(|edge| edge.cycle).collect()
+}
+
+/// Ticks from output 1 going on to output 1 going off.
+///
+/// # Errors
+/// It did not do both.
+pub fn gate(edges: &[Edge]) -> Result<u64, String> {
+    let at = |level| {
+        edges.iter().rev().find(|edge| edge.signal == Signal::Out(1) && edge.level == level)
+    };
+    match (at(true), at(false)) {
+        (Some(on), Some(off)) if off.cycle > on.cycle => Ok(off.cycle - on.cycle),
+        _ => Err("output 1 did not go on and off".to_owned()),
+    }
+}
