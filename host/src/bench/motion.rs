@@ -14,11 +14,11 @@ const WINDOW: usize = 200;
 /// Flash and RAM of the chip that the figures are for.
 const RAM: f64 = 512.0;
 
-/// Moves of 1 s at the top rate.
-const THREE: &str = "G1 X{a} Y{b} Z{c} F6000000\n";
+/// Moves of 1 s at the top rate, away from the reference switches.
+const THREE: &str = "G1 X{a} Y{b} Z-{c} F6000000\n";
 const ONE: &str = "MoveAxe X, {a}st\n";
 const STARTED: &str =
-    "START MoveAxe X, {a}st\nSTART MoveAxe Y, {a}st\nSTART MoveAxe Z, {a}st\nWaitMove\n";
+    "START MoveAxe X, {a}st\nSTART MoveAxe Y, {a}st\nSTART MoveAxe Z, -{a}st\nWaitMove\n";
 
 /// Figures `steps_3axis`, `steps_1axis`, `steps_started`, `step_edge`, `ram_unused`.
 ///
@@ -71,7 +71,7 @@ fn at_rate(script: &str, axes: &[u8], rate: u32) -> Result<(Measured, f64), Stri
     stand.upload(&image)?;
     let edges = stand.run(Duration::from_secs(20))?;
     for &axis in axes {
-        let there = stand.motors()[usize::from(axis)];
+        let there = stand.motors()[usize::from(axis)].abs();
         if there != steps {
             return Err(format!("axis {axis} stands at {there}, not at {steps}"));
         }

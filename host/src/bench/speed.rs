@@ -20,7 +20,7 @@ const LOOP: &str =
 /// An engine does not run its script.
 pub fn run(sink: Sink<'_>) -> Result<(), String> {
     let profile = fast_mill(8_000, 25_000)?;
-    let (_, image) = image_for(&profile, "G1 X300 Y200 Z100 F4000\n")?;
+    let (_, image) = image_for(&profile, "G1 X300 Y200 Z-100 F4000\n")?;
     let mut stand = Stand::new(&profile)?;
     stand.upload(&image)?;
     let (before, began) = (stand.seconds(), Instant::now());

@@ -1,0 +1,204 @@
+//! Modbus masters that are not ours, on the virtual board: mbpoll, pymodbus and tokio-modbus.
+//!
+//! mbpoll and pymodbus are packages of the system; where one is missing its test says so and
+//! passes, and CI installs both.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+/// `pasapas board`, running until it is dropped.
+struct Board {
+    child: Child,
+    folder: TempDir,
+}
+
+impl Board {
+    fn start(more: &[&str]) -> Board {
+        let folder = tempfile::tempdir().expect("a folder");
+        let link = folder.path().join("board");
+        let child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .args(["board", "--pty"])
+            .arg(&link)
+            .args(more)
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the board starts");
+        let board = Board { child, folder };
+        let begun = Instant::now();
+        while !link.exists() {
+            assert!(begun.elapsed() < Duration::from_secs(20), "no pseudo-terminal appeared");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        board
+    }
+
+    fn port(&self) -> PathBuf {
+        self.folder.path().join("board")
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Whether a program of the system can be started.
+fn has(program: &str, args: &[&str]) -> bool {
+    let found = Command::new(program)
+        .args(args)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success());
+    if !found {
+        eprintln!("{program} {args:?} does not run here: its test is left out");
+    }
+    found
+}
+
+/// Runs mbpoll once and gives what it printed.
+fn mbpoll(port: &Path, args: &[&str]) -> String {
+    let output = Command::new("mbpoll")
+        .args(["-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-0", "-1", "-q"])
+        .args(&args[..args.iter().position(|arg| *arg == "--").unwrap_or(args.len())])
+        .arg(port)
+        .args(args.iter().skip_while(|arg| **arg != "--").skip(1))
+        .output()
+        .expect("mbpoll starts");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "mbpoll {args:?}: {text}");
+    text
+}
+
+#[test]
+fn mbpoll_reads_inputs_and_positions_and_sets_an_output() {
+    if !has("mbpoll", &["-V"]) {
+        return;
+    }
+    let board = Board::start(&[]);
+    let port = board.port();
+    // Holding registers: the version of the register map, then machine positions.
+    let version = mbpoll(&port, &["-t", "4", "-r", "5000", "-c", "1"]);
+    assert!(version.contains("[5000]: \t1"), "{version}");
+    let positions = mbpoll(&port, &["-t", "4:int", "-r", "2400", "-c", "3"]);
+    assert!(positions.contains("[2400]: \t0"), "{positions}");
+    let inputs = mbpoll(&port, &["-t", "1", "-r", "0", "-c", "16"]);
+    assert!(inputs.contains("[0]: \t0"), "{inputs}");
+    mbpoll(&port, &["-t", "0", "-r", "2", "--", "1"]);
+    let coils = mbpoll(&port, &["-t", "0", "-r", "0", "-c", "4"]);
+    assert!(coils.contains("[2]: \t1") && coils.contains("[1]: \t0"), "{coils}");
+}
+
+/// What pymodbus does to the board: command 103 moves, the status bits follow, 106 homes, 107
+/// probes, outputs are set, and what does not exist is an exception.
+const PYMODBUS: &str = r#"
+import sys, time
+from pymodbus.client import ModbusSerialClient
+
+client = ModbusSerialClient(sys.argv[1], baudrate=115200, parity="N", timeout=1)
+assert client.connect()
+
+def low_high(value):
+    value &= 0xFFFFFFFF
+    return [value & 0xFFFF, value >> 16]
+
+def long(words):
+    value = words[0] | words[1] << 16
+    return value - (1 << 32) if value >> 31 else value
+
+def good(reply):
+    assert not reply.isError(), reply
+    return reply
+
+def position(axis):
+    return long(good(client.read_holding_registers(2400 + 2 * axis, count=2)).registers)
+
+def bit(address):
+    return good(client.read_discrete_inputs(address, count=1)).bits[0]
+
+def rest(address):
+    end = time.time() + 30
+    while bit(address):
+        assert time.time() < end, f"status bit {address} stays on"
+        time.sleep(0.02)
+
+# Command 103: X to 1200 steps.
+good(client.write_registers(2000, [103, 1] + low_high(25000) + low_high(4000) + low_high(25000) + low_high(1200)))
+moving = any(bit(256) for _ in range(3))
+rest(256)
+assert moving, "the bit `moving` never came on"
+assert position(0) == 1200, position(0)
+
+# Outputs: coil and register.
+good(client.write_coil(1, True))
+assert good(client.read_coils(0, count=8)).bits[:3] == [False, True, False]
+good(client.write_coil(1, False))
+
+# Command 106: X against its switch (input 9, bit 8), 20 mm away to the negative side.
+good(client.write_registers(2000, [106, 1, 0, 8, 1, 0] + low_high(2000) + low_high(400)
+    + low_high(25000) + low_high(25000) + low_high(30000) + [50] + low_high(0) + low_high(0)))
+time.sleep(0.1)
+rest(272)
+assert not bit(280), "homing error"
+assert position(0) == 0, position(0)
+
+# A register block that does not exist is an exception, not silence.
+assert client.read_holding_registers(9999, count=1).isError()
+client.close()
+print("pymodbus passed")
+"#;
+
+#[test]
+fn pymodbus_moves_homes_and_follows_the_status_bits() {
+    if !has("python3", &["-c", "import pymodbus, serial"]) {
+        return;
+    }
+    let board = Board::start(&[]);
+    let output = Command::new("python3")
+        .args(["-c", PYMODBUS])
+        .arg(board.port())
+        .output()
+        .expect("python starts");
+    assert!(
+        output.status.success(),
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
+fn tokio_modbus_reads_writes_and_gets_exceptions() {
+    use tokio_modbus::client::{Reader, Writer};
+    use tokio_modbus::{ExceptionCode, Slave};
+
+    let port = free_port();
+    let _board = Board::start(&["--tcp", &port.to_string()]);
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    runtime.expect("a runtime").block_on(async {
+        let stream = tokio::net::TcpStream::connect(("127.0.0.1", port)).await.expect("connected");
+        let mut client = tokio_modbus::client::rtu::attach_slave(stream, Slave(1));
+        let limit = Duration::from_secs(20);
+        let work = async {
+            let version = client.read_holding_registers(5000, 1).await;
+            assert_eq!(version.expect("sent").expect("no exception"), [1]);
+            client.write_single_coil(4, true).await.expect("sent").expect("no exception");
+            let coils = client.read_coils(0, 8).await.expect("sent").expect("no exception");
+            assert!(coils[4] && !coils[3]);
+            let missing = client.read_holding_registers(9999, 1).await.expect("sent");
+            assert_eq!(missing, Err(ExceptionCode::IllegalDataAddress));
+        };
+        tokio::time::timeout(limit, work).await.expect("in time");
+    });
+}
+
+/// A port that was free a moment ago.
+fn free_port() -> u16 {
+    let listener = std::net::TcpListener::bind(("127.0.0.1", 0)).expect("a port");
+    listener.local_addr().expect("its number").port()
+}
