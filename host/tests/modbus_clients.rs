@@ -64,7 +64,7 @@ fn has(program: &str, args: &[&str]) -> bool {
 /// Runs mbpoll once and gives what it printed.
 fn mbpoll(port: &Path, args: &[&str]) -> String {
     let output = Command::new("mbpoll")
-        .args(["-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-0", "-1", "-q"])
+        .args(["-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-0", "-1", "-q", "-o", "5"])
         .args(&args[..args.iter().position(|arg| *arg == "--").unwrap_or(args.len())])
         .arg(port)
         .args(args.iter().skip_while(|arg| **arg != "--").skip(1))
@@ -181,12 +181,22 @@ fn tokio_modbus_reads_writes_and_gets_exceptions() {
     let _board = Board::start(&["--tcp", &port.to_string()]);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.expect("a runtime").block_on(async {
-        let stream = tokio::net::TcpStream::connect(("127.0.0.1", port)).await.expect("connected");
+        // The pseudo-terminal is there a moment before the TCP port.
+        let mut tries = 0;
+        let stream = loop {
+            match tokio::net::TcpStream::connect(("127.0.0.1", port)).await {
+                Ok(stream) => break stream,
+                Err(error) => assert!(tries < 100, "{error}"),
+            }
+            tries += 1;
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        };
         let mut client = tokio_modbus::client::rtu::attach_slave(stream, Slave(1));
         let limit = Duration::from_secs(20);
         let work = async {
             let version = client.read_holding_registers(5000, 1).await;
             assert_eq!(version.expect("sent").expect("no exception"), [1]);
+            eprintln!("read");
             client.write_single_coil(4, true).await.expect("sent").expect("no exception");
             let coils = client.read_coils(0, 8).await.expect("sent").expect("no exception");
             assert!(coils[4] && !coils[3]);

@@ -14,8 +14,8 @@ use super::code::program;
 use crate::board;
 use crate::board::link::InProcess;
 use crate::board::rig::Rig;
-use crate::client::{Client, ClientError};
 use crate::client::identity::Identity;
+use crate::client::{Client, ClientError};
 use crate::link::Link;
 use crate::sim::world::World;
 
@@ -71,6 +71,7 @@ impl Stand {
     /// # Errors
     /// It does not start, or ends in a fault.
     pub fn run(&mut self, limit: Duration) -> Result<Vec<Edge>, String> {
+        let (_, runs) = self.client.run_state().map_err(|error| error.to_string())?;
         self.rig.borrow_mut().board().record(true);
         match self.client.control(Control::Start) {
             // The board may prepare its flash before it answers: the state tells.
@@ -83,7 +84,7 @@ impl Stand {
             self.client.link().pause(Duration::from_millis(50));
             let status = self.client.status().map_err(|error| error.to_string())?;
             match status.run_state {
-                Some(RunState::Ready) => break,
+                Some(RunState::Ready) if status.runs != runs => break,
                 Some(RunState::Fault) => {
                     return Err(format!("fault {}", status.fault.unwrap_or_default()));
                 }

@@ -15,6 +15,9 @@ use crate::sim::world::WorldError;
 const SLICE_US: u64 = 1_000;
 /// The host's end of the line follows the chip's rate this often.
 const FOLLOW_US: u64 = 50_000;
+/// Silence between a reply and the next request: 3.5 characters at 19200 bits per second and more
+/// (Modbus over Serial Line V1.02, 2.5.1.1).
+const SILENCE_US: u64 = 1_750;
 /// Flash goes to its file when no operation changed it for this long.
 const SETTLE: Duration = Duration::from_millis(300);
 /// Clients at the TCP port at a time.
@@ -92,12 +95,16 @@ impl Server {
     ) -> Result<(), ServeError> {
         let began = Instant::now();
         let first = rig.now();
-        let mut follow_at = first;
+        let (mut follow_at, mut quiet_since) = (first, 0);
         while !ended() {
             let mut bytes = Vec::new();
             self.accept();
             self.read(&mut bytes, speed);
             if !bytes.is_empty() {
+                // A pipe has no silence between frames; on a wire the driver and the standard's 3.5
+                // characters make one.
+                let silent = quiet_since + SILENCE_US * TICKS_PER_US;
+                rig.run_until(silent.max(rig.now()))?;
                 rig.board().uart_send(&bytes);
             }
             let slice = rig.now() + SLICE_US * TICKS_PER_US;
@@ -112,6 +119,7 @@ impl Server {
             rig.run_until(target.min(slice).max(rig.now()))?;
             let sent: Vec<u8> = rig.board().uart_take().into_iter().map(|(_, byte)| byte).collect();
             if !sent.is_empty() {
+                quiet_since = rig.now();
                 self.write(&sent);
             }
             if rig.now() >= follow_at {
