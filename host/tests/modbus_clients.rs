@@ -196,7 +196,6 @@ fn tokio_modbus_reads_writes_and_gets_exceptions() {
         let work = async {
             let version = client.read_holding_registers(5000, 1).await;
             assert_eq!(version.expect("sent").expect("no exception"), [1]);
-            eprintln!("read");
             client.write_single_coil(4, true).await.expect("sent").expect("no exception");
             let coils = client.read_coils(0, 8).await.expect("sent").expect("no exception");
             assert!(coils[4] && !coils[3]);

@@ -8,9 +8,12 @@ use serde_json::json;
 
 use super::{Console, Options, world};
 use crate::board;
-use crate::board::rig::Rig;
+use crate::board::rig::{Rig, TICKS_PER_US};
 use crate::board::serve::{ServeError, Server, Speed};
 use crate::failure::Failure;
+
+/// Time from power-up to the first answer, and some more.
+const BOOT_US: u64 = 200_000;
 
 /// `pasapas board`
 #[derive(Debug, Args)]
@@ -64,8 +67,10 @@ impl Board {
                 .keep_flash(&mut rig, file)
                 .map_err(|error| Failure::Board(format!("{}: {error}", file.display())))?;
         }
-        self.open(&mut server, console)?;
         rig.begin();
+        // A client that comes as soon as the port is there must not meet a chip that still boots.
+        rig.run_until(BOOT_US * TICKS_PER_US).map_err(|error| world::wrong(&error, console))?;
+        self.open(&mut server, console)?;
         match server.run(&mut rig, self.speed, &mut || false) {
             Ok(()) => Ok(()),
             Err(ServeError::World(error)) => Err(world::wrong(&error, console)),
