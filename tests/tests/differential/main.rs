@@ -1,0 +1,288 @@
+//! Differential tests of the engines: generated programs give the same trace, final variables and
+//! end on `rhai` and on the device's VM.
+
+mod expr;
+mod generate;
+mod tape;
+
+use std::collections::BTreeMap;
+
+use generate::{Case, generate};
+use lang::back::Compiled;
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use lang::hir::Program;
+use lang::image::{Image, seal};
+use lang::isa::{Op, ROWS};
+use pasapas::sim::trace::{Event, PerAxis, Status, What, to_text};
+use pasapas::sim::world::World;
+use pasapas::sim::{Options, Outcome, rhai_engine, vm_engine};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
+
+/// Generated programs of one test: four of them make 20 000 and some.
+const PROGRAMS: u32 = 5_400;
+
+/// Ends runaway programs; the engines count statements alike.
+const OPTIONS: Options =
+    Options { limit_us: 60_000_000, times: false, record: false, statements: 4_000 };
+
+fn front(script: &str) -> Result<Program, String> {
+    let source = Source::new("g.bas", script.to_owned());
+    let (program, diags) = compile(&source, ProfileChoice::built_in());
+    program.ok_or_else(|| format!("{diags:?}"))
+}
+
+struct Run {
+    trace: Vec<Event>,
+    outcome: Outcome,
+}
+
+type Log = std::rc::Rc<std::cell::RefCell<Vec<Event>>>;
+
+fn sink() -> (Log, pasapas::sim::Sink) {
+    let log = Log::default();
+    let to = log.clone();
+    (log, Box::new(move |event: &Event| to.borrow_mut().push(event.clone())))
+}
+
+fn on_rhai(program: &Program, compiled: &Compiled, world: &World) -> Run {
+    let (log, sink) = sink();
+    let run = rhai_engine::run(program, world, &OPTIONS, compiled.calls, sink);
+    Run { outcome: run.expect("rhai"), trace: log.take() }
+}
+
+fn on_vm(program: &Program, compiled: &Compiled, world: &World) -> Run {
+    let (log, sink) = sink();
+    let run = vm_engine::run(program, compiled, world, &OPTIONS, sink);
+    Run { outcome: run.expect("vm"), trace: log.take() }
+}
+
+/// How far positions of two runs may differ where they hang on the instant, steps: the engines
+/// count statements alike but for those that the compiler removes, 20 us each.
+const INSTANT: i32 = 4;
+
+/// Whether two lines are the same; positions within `steps`.
+fn alike(a: &What, b: &What, steps: i32) -> bool {
+    let near = |a: &PerAxis, b: &PerAxis| {
+        a.values().into_iter().zip(b.values()).all(|pair| match pair {
+            (Some(a), Some(b)) => a.abs_diff(b) <= steps.unsigned_abs(),
+            (a, b) => a == b,
+        })
+    };
+    match (a, b) {
+        (What::Move { line, kind, to }, What::Move { line: l, kind: k, to: t }) => {
+            (line, kind) == (l, k) && near(to, t)
+        }
+        (
+            What::End { status, fault, text: _, line, pos },
+            What::End { status: s, fault: f, text: _, line: l, pos: p },
+        ) => (status, fault, line) == (s, f, l) && near(pos, p),
+        _ => a == b,
+    }
+}
+
+/// What differs between two runs.
+fn difference(case: &Case, rhai: &Run, vm: &Run) -> Option<String> {
+    let ends = [rhai.outcome.end.status, vm.outcome.end.status];
+    let steps = if case.independent || ends != [Status::Done; 2] { INSTANT } else { 0 };
+    let mut both = rhai.trace.iter().zip(&vm.trace);
+    // Where the number of statements ends a run, the two are a few lines apart.
+    if ends.contains(&Status::Stopped) {
+        let end = |event: &Event| matches!(event.what, What::End { .. });
+        let other = both.find(|(a, b)| !alike(&a.what, &b.what, steps));
+        return other.filter(|(a, b)| !end(a) && !end(b)).map(|pair| format!("{pair:?}"));
+    }
+    if let Some(pair) = both.find(|(a, b)| !alike(&a.what, &b.what, steps)) {
+        return Some(format!("{pair:?}"));
+    }
+    if rhai.trace.len() != vm.trace.len() || rhai.outcome.end != vm.outcome.end {
+        return Some(format!("ends {:?} and {:?}", rhai.outcome.end, vm.outcome.end));
+    }
+    // The compiler gives no cell to a variable that is never read.
+    for var in &vm.outcome.vars {
+        let other = rhai.outcome.vars.iter().find(|other| other.name == var.name);
+        if other != Some(var) {
+            return Some(format!("{var:?} on the vm, {other:?}"));
+        }
+    }
+    None
+}
+
+/// Counts by outcome, and codes of the opcode table that the images hold.
+#[derive(Default)]
+struct Tally {
+    run: u32,
+    refused: u32,
+    /// Differences that hung on one instant.
+    instants: u32,
+    ends: BTreeMap<String, u32>,
+    codes: BTreeMap<u8, u32>,
+}
+
+impl Tally {
+    fn count(&mut self, compiled: &Compiled, run: &Run) {
+        self.run += 1;
+        let end = &run.outcome.summary;
+        let name = end.fault.clone().unwrap_or_else(|| format!("{:?}", end.status));
+        *self.ends.entry(name).or_default() += 1;
+        let image = Image::new(&compiled.image).expect("an image of our own");
+        let mut pc = 0;
+        while let Some((op, _)) = image.code.get(pc).and_then(|code| Op::decode(*code)) {
+            *self.codes.entry(op.code()).or_default() += 1;
+            pc += 1 + op.row().operands.len(image.header.wide());
+        }
+    }
+}
+
+/// A case in which nothing comes at the same instant: the world later, the ticks rarer.
+fn varied(case: &Case, by: u32) -> Case {
+    let world = case.world.replace("at(", &format!("at({by} + ")).replace("_at(", "_AT(");
+    let world = world.replace(&format!("_AT({by} + "), "_at(");
+    let script = case.script.replace("70ms", &format!("{}ms", 70 + by));
+    Case { script, world, independent: case.independent }
+}
+
+/// Both runs of a case; `None` when the compiler refuses it.
+fn runs(case: &Case, spoil: &dyn Fn(&mut Compiled)) -> Option<(Compiled, Run, Run)> {
+    let program = front(&case.script).ok()?;
+    let mut compiled = lang::back::compile(&program).ok()?;
+    let world = World::parse("g.rhai", &case.world).expect("a world of our own");
+    let rhai = on_rhai(&program, &compiled, &world);
+    spoil(&mut compiled);
+    let vm = on_vm(&program, &compiled, &world);
+    Some((compiled, rhai, vm))
+}
+
+/// Runs one case on both engines; `spoil` may change the VM's image.
+fn check(
+    case: &Case,
+    tally: &mut Tally,
+    spoil: &dyn Fn(&mut Compiled),
+) -> Result<(), TestCaseError> {
+    let Some((compiled, rhai, vm)) = runs(case, spoil) else {
+        tally.refused += 1;
+        return Ok(());
+    };
+    tally.count(&compiled, &rhai);
+    let Some(text) = difference(case, &rhai, &vm) else { return Ok(()) };
+    // An edge or a tick may come at the very statement: then the difference goes when it comes at
+    // another time.
+    for by in [3, 8, 17] {
+        let case = varied(case, by);
+        if runs(&case, spoil).is_none_or(|(_, a, b)| difference(&case, &a, &b).is_none()) {
+            tally.instants += 1;
+            return Ok(());
+        }
+    }
+    Err(TestCaseError::fail(format!(
+        "{text}\n{}\n// {}\nrhai:\n{}vm:\n{}",
+        case.script,
+        case.world,
+        to_text(&rhai.trace),
+        to_text(&vm.trace)
+    )))
+}
+
+fn tapes() -> impl Strategy<Value = Vec<u16>> {
+    prop::collection::vec(any::<u16>(), 20..260)
+}
+
+fn runner(seed: Option<u8>, cases: u32, max_shrink_iters: u32) -> TestRunner {
+    let config = Config { cases, failure_persistence: None, max_shrink_iters, ..Config::default() };
+    match seed {
+        Some(seed) => {
+            let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]);
+            TestRunner::new_with_rng(config, rng)
+        }
+        None => TestRunner::new(config),
+    }
+}
+
+/// Generates programs and compares; prints what they covered.
+fn compare(seed: Option<u8>, programs: u32) {
+    let tally = std::cell::RefCell::new(Tally::default());
+    let mut runner = runner(seed, programs, 3_000);
+    let result =
+        runner.run(&tapes(), |tape| check(&generate(&tape), &mut tally.borrow_mut(), &|_| {}));
+    if let Err(TestError::Fail(reason, tape)) = &result {
+        panic!("{reason}\ntape {tape:?}");
+    }
+    result.expect("the runner");
+    let tally = tally.into_inner();
+    println!(
+        "{} programs run, {} refused, {} hung on an instant, ends {:?}",
+        tally.run, tally.refused, tally.instants, tally.ends
+    );
+    let missing: Vec<&str> = ROWS
+        .iter()
+        .filter(|row| !tally.codes.contains_key(&row.code))
+        .map(|row| row.name)
+        .collect();
+    println!("{} of {} instructions, without {missing:?}", tally.codes.len(), ROWS.len());
+    assert!(tally.codes.len() * 100 >= ROWS.len() * 85, "too little covered: without {missing:?}");
+    assert!(tally.instants * 200 < tally.run, "{} hung on an instant", tally.instants);
+    assert!(tally.refused * 4 < tally.run, "{} of {} refused", tally.refused, tally.run);
+}
+
+#[test]
+fn engines_agree_on_the_first_series() {
+    compare(Some(1), PROGRAMS);
+}
+
+#[test]
+fn engines_agree_on_the_second_series() {
+    compare(Some(2), PROGRAMS);
+}
+
+#[test]
+fn engines_agree_on_the_third_series() {
+    compare(Some(3), PROGRAMS);
+}
+
+#[test]
+fn engines_agree_on_a_random_series() {
+    compare(None, PROGRAMS);
+}
+
+/// The image with every `from` replaced by `to`.
+fn replace(compiled: &mut Compiled, from: Op, to: Op) {
+    let image = Image::new(&compiled.image).expect("an image of our own");
+    let wide = image.header.wide();
+    let start = compiled.image.len() - image.code.len() - image.data.len();
+    let mut places = Vec::new();
+    let mut pc = 0;
+    while let Some((op, _)) = image.code.get(pc).and_then(|code| Op::decode(*code)) {
+        if op == from {
+            places.push(start + pc);
+        }
+        pc += 1 + op.row().operands.len(wide);
+    }
+    for place in places {
+        compiled.image[place] = to.code();
+    }
+    seal(&mut compiled.image);
+}
+
+#[test]
+fn a_broken_opcode_is_caught() {
+    let broken = [
+        (Op::Add, Op::Sub),
+        (Op::Lt, Op::Le),
+        (Op::Mod, Op::Div),
+        (Op::JumpZero, Op::JumpNonzero),
+        (Op::Shr, Op::Shl),
+        (Op::Max, Op::Min),
+        (Op::Sgn, Op::Abs),
+        (Op::Err, Op::Erl),
+    ];
+    for (from, to) in broken {
+        let tally = std::cell::RefCell::new(Tally::default());
+        let mut runner = runner(Some(9), 2_000, 0);
+        let caught = runner.run(&tapes(), |tape| {
+            let case = generate(&tape);
+            check(&case, &mut tally.borrow_mut(), &|compiled| replace(compiled, from, to))
+        });
+        assert!(caught.is_err(), "{from:?} that does as {to:?} stays unseen");
+    }
+}
