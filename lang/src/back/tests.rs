@@ -18,7 +18,7 @@ fn mark(kind: MarkKind) -> Item {
 
 fn becomes(before: &[Item], after: &[Item]) {
     let mut items = before.to_vec();
-    peephole(&mut items);
+    peephole(&mut items, false);
     assert_eq!(items, after);
 }
 
@@ -136,7 +136,7 @@ fn a_jump_to_a_jump_goes_where_that_goes() {
         Item::Label(B),
     ];
     let mut shorter = items.to_vec();
-    peephole(&mut shorter);
+    peephole(&mut shorter, false);
     assert_eq!(shorter[0], Item::Branch(Cond::Zero, B));
 }
 
@@ -144,7 +144,7 @@ fn a_jump_to_a_jump_goes_where_that_goes() {
 fn a_ring_of_jumps_stays_one() {
     let items = [Item::Label(A), Item::Jump(B), Item::Label(B), Item::Jump(A)];
     let mut shorter = items.to_vec();
-    peephole(&mut shorter);
+    peephole(&mut shorter, false);
     assert!(shorter.iter().any(|item| matches!(item, Item::Jump(_))));
 }
 
@@ -153,7 +153,7 @@ fn a_jump_to_the_end_of_a_sub_is_that_end() {
     let items = [Item::Jump(A), Item::Label(B), Item::Plain(Op::Drop), Item::Label(A)];
     let items = [&items[..], &[Item::Plain(Op::ExitSub)]].concat();
     let mut shorter = items;
-    peephole(&mut shorter);
+    peephole(&mut shorter, false);
     assert_eq!(shorter[0], Item::Plain(Op::ExitSub));
 }
 
@@ -167,7 +167,7 @@ fn a_branch_over_a_jump_is_the_opposite_branch() {
         Item::Plain(Op::Drop),
     ];
     let mut shorter = items.to_vec();
-    peephole(&mut shorter);
+    peephole(&mut shorter, false);
     assert_eq!(shorter[0], Item::Branch(Cond::Ge, B));
     assert!(!shorter.contains(&Item::Jump(B)));
 }
