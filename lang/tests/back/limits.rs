@@ -65,8 +65,9 @@ fn depths_count_across_calls_and_handlers() {
     let text = "DIM a\na = 1 + f(2 + f(3))\nFUNCTION f(n)\n  RETURN n * 2 + g(n)\nEND FUNCTION\n\
                 FUNCTION g(n)\n  RETURN n\nEND FUNCTION\n";
     let compiled = super::compile(text);
-    // The outer call waits with one value, in it the inner with one more.
-    assert_eq!((compiled.stack, compiled.calls), (5, 2));
+    // f waits below g with one value, two of the main program wait below f; every routine gets
+    // the room of the deepest, three.
+    assert_eq!((compiled.stack, compiled.calls), (6, 2));
     let events = "ON EVERY 1s GOSUB tick\nsubs\nEND\ntick:\n  subs2\n  RETURN\n\
                   SUB subs\n  PRINT 1\nEND SUB\nSUB subs2\n  PRINT 2\nEND SUB\n";
     assert_eq!(super::compile(events).calls, 3);
@@ -94,7 +95,7 @@ fn at_and_keep_variables_lie_where_they_must() {
 #[test]
 fn code_of_any_size_compiles_and_runs() {
     use core::fmt::Write as _;
-    let mut text = String::from("DIM n\nGOTO start\nback:\nPRINT n\nEND\nstart:\n");
+    let mut text = String::from("DIM n\nGOTO onward\nback:\nPRINT n\nEND\nonward:\n");
     for i in 0..3000 {
         let _ = writeln!(text, "n = n + {i} MOD 7\nIF n = -1 THEN GOTO back");
     }
