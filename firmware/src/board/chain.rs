@@ -1,4 +1,5 @@
-//! Inputs and outputs at the pins: shift registers of the chain wiring, buttons, probe.
+//! Inputs and outputs at the pins: shift registers of the chain wiring, pins of the direct wiring,
+//! buttons, probe.
 //!
 //! Bit order, as the emulator's plant has it: the first byte read holds inputs 1 to 8, the first
 //! byte sent outputs 9 to 16. While the latch is low the 74HC165 load; its rise shows what the
@@ -6,6 +7,29 @@
 
 use crate::pins::*;
 use crate::reg::{self, bic, bis, set};
+
+/// Direct wiring: pull-ups on the inputs, outputs off.
+pub fn open_direct() {
+    let ports = reg::ports();
+    bis!(ports.p1ren, INPUTS);
+    bis!(ports.p1out, INPUTS);
+}
+
+/// Pins of inputs 1 to 4 of the direct wiring.
+const INPUTS: u8 = 0xF0;
+
+/// Direct wiring: sets the outputs' levels and brings the inputs', on when closed to ground.
+pub fn pins(outputs: u16) -> u16 {
+    let ports = reg::ports();
+    for (bit, pin) in [(1, P2_OUT1_OR_LATCH), (2, P2_OUT2_OR_ENABLE)] {
+        if outputs & bit != 0 {
+            bis!(ports.p2out, pin);
+        } else {
+            bic!(ports.p2out, pin);
+        }
+    }
+    u16::from(!ports.p1in.read().bits() >> 4)
+}
 
 /// Makes port 1 the SPI master of the chain: 8 MHz, data valid at the rising edge.
 pub fn open() {

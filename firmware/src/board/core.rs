@@ -466,14 +466,19 @@ impl Core {
     pub fn input(&self, n: u8) -> bool {
         match n {
             1..=16 => self.inputs.levels() >> (n - 1) & 1 != 0,
-            17 => chain::probe() != (self.record.input_invert_high != 0),
+            17 if self.chained() => chain::probe() != (self.record.input_invert_high != 0),
             _ => false,
         }
     }
 
+    /// Chain wiring, otherwise direct.
+    pub fn chained(&self) -> bool {
+        self.record.flags & BoardRecord::CHAIN != 0
+    }
+
     /// Sets an output, numbered from 1; `false` beyond those there are.
     pub fn set_output(&mut self, n: u16, on: bool) -> bool {
-        let most = if self.record.flags & BoardRecord::CHAIN != 0 { 16 } else { 2 };
+        let most = if self.chained() { 16 } else { 2 };
         if n == 0 || n > most {
             return false;
         }
@@ -684,8 +689,9 @@ impl Core {
 
     fn millisecond(&mut self) {
         let before = self.inputs.levels();
-        let raw =
-            chain::exchange(self.levels() ^ self.record.output_invert) ^ self.record.input_invert;
+        let levels = self.levels() ^ self.record.output_invert;
+        let raw = if self.chained() { chain::exchange(levels) } else { chain::pins(levels) };
+        let raw = raw ^ self.record.input_invert;
         self.raw = raw;
         self.limits();
         self.phase += 1;

@@ -257,8 +257,7 @@ impl Core {
     }
 
     fn is_script_output(&self, n: u8) -> bool {
-        let chain = self.record.flags & lang::record::BoardRecord::CHAIN != 0;
-        (chain || n <= 2) && n != self.record.enable && n != self.record.lamp
+        (self.chained() || n <= 2) && n != self.record.enable && n != self.record.lamp
     }
 
     fn motors(&mut self) -> Result<bool, Fault> {

@@ -54,7 +54,11 @@ extern "C" fn main() -> ! {
         unsafe { ((*addr_of_mut!(CORE)).write(Core::new()), &mut *addr_of_mut!(SLAVE)) };
     core.record = boot::newest_profile();
     step::init(core.record.pulse, 0);
-    chain::open();
+    if core.chained() {
+        chain::open();
+    } else {
+        chain::open_direct();
+    }
     core.cause = boot::cause();
     // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
     let mut address = core.record.address;

@@ -357,7 +357,7 @@ impl Map for Core {
                 Ok(())
             }
             OUTPUTS => {
-                let wired = if self.record.flags & BoardRecord::CHAIN != 0 { 0xFFFF } else { 0b11 };
+                let wired = if self.chained() { 0xFFFF } else { 0b11 };
                 if value & !wired != 0 {
                     return Err(Exception::IllegalValue);
                 }

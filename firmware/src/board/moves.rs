@@ -466,9 +466,19 @@ impl Core {
             return Err(Fault::InputActive);
         }
         // The probe pin stops the counting at its very step.
-        if and == 1 << 16 {
-            let pin = crate::pins::P1_REF_X_OR_PROBE;
-            let idle = if xor == 0 { pin } else { 0 };
+        let pin = if !self.chained() {
+            ((and as u8) << 4) & 0xF0
+        } else if and == 1 << 16 {
+            crate::pins::P1_REF_X_OR_PROBE
+        } else {
+            0
+        };
+        if pin != 0 {
+            let mut inverted = self.record.input_invert_high != 0;
+            if !self.chained() {
+                inverted = self.record.input_invert & and as u16 != 0;
+            }
+            let idle = if (xor == 0) != inverted { pin } else { 0 };
             step::watch(pin, idle, false);
         }
         self.motor.settle(n, target);
