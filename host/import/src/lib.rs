@@ -1,1 +1,112 @@
-//! Importers.
+//! Programs of other systems become Pasapas scripts.
+//!
+//! [`import`] finds out what a file is, reads it with positions, and writes a script that a person
+//! would go on editing. What cannot be kept is refused by line with its reason, or kept with a
+//! warning where that is harmless; nothing is dropped in silence.
+
+mod cde;
+mod charlysoft;
+mod codes;
+mod detect;
+mod diag;
+mod excellon;
+mod gcode;
+mod isel;
+mod line;
+mod script;
+mod text;
+
+#[cfg(test)]
+mod tests;
+
+pub use codes::Code;
+pub use detect::{Format, detect, is_importable};
+pub use diag::{Diag, Severity};
+
+use diag::Diags;
+use lang::profile::{Profile, Scale};
+use text::Lines;
+
+/// Largest file that is read: a raster of a million lines has about 20 MB.
+pub const MAX_BYTES: usize = 64 << 20;
+
+/// How a file is to be read.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The format; found by content without it.
+    pub from: Option<Format>,
+    /// Warnings are errors.
+    pub strict: bool,
+    /// The machine that the script is for; without it the format's usual one.
+    pub profile: Option<Profile>,
+    /// Scale of the source's steps, where the source does not tell it.
+    pub scale: Option<Scale>,
+    /// The S word that stands for full power; without it 100, 255 or 1000, by the largest seen.
+    pub s_max: Option<u32>,
+}
+
+/// A file that became a script.
+#[derive(Clone, Debug)]
+pub struct Imported {
+    /// The script. It names its profile.
+    pub script: String,
+    /// What the file was.
+    pub format: Format,
+    /// Name of the script's profile.
+    pub profile: String,
+    /// Warnings and notes, in the source's order.
+    pub notes: Vec<Diag>,
+}
+
+/// Makes a script of a file; `name` is shown in its head only.
+///
+/// # Errors
+/// The diagnostics, errors among them, in the source's order, when the file is no program of a
+/// known system, holds what cannot be kept, or, with [`Options::strict`], gives a warning.
+pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, Vec<Diag>> {
+    let mut diags = Diags::new(options.strict);
+    let lines = match Lines::decode(bytes, &mut diags) {
+        Ok(lines) => lines,
+        Err(diag) => return Err(vec![diag]),
+    };
+    let Some(format) = options.from.or_else(|| detect(name, lines.text())) else {
+        let text = "this is no program of a system that is known here";
+        let hint = format!("name it with `--from`: {}", Format::list());
+        return Err(vec![Diag::new(Code::UnknownFormat, 1, 1, text).hint(hint)]);
+    };
+    let profile = match &options.profile {
+        Some(profile) => profile.clone(),
+        None => Profile::built_in(format.usual_profile())
+            .map_err(|error| vec![Diag::new(Code::UnknownFormat, 1, 1, error.0)])?,
+    };
+    let job = Job { name, lines: &lines, profile: &profile, options };
+    let script = match format {
+        Format::Isel => isel::import(&job, &mut diags),
+        Format::Charlysoft => charlysoft::import(&job, &mut diags),
+        Format::Cde => cde::import(&job, &mut diags),
+        Format::Laser | Format::Gcode => gcode::import(&job, format, &mut diags),
+        Format::Excellon => excellon::import(&job, &mut diags),
+    };
+    if script.len() > lang::front::source::MAX_SOURCE_BYTES {
+        let text = format!("the script would have {} bytes; a script has at most 8 MB", script.len());
+        diags.push(Diag::new(Code::TooLong, 1, 1, text).hint("cut the file in pieces"));
+    }
+    let refused = diags.has_errors();
+    let notes = diags.into_sorted();
+    if refused {
+        return Err(notes);
+    }
+    Ok(Imported { script, format, profile: profile.name, notes })
+}
+
+/// What an importer works on.
+struct Job<'a> {
+    /// The file's name, for the script's head.
+    name: &'a str,
+    /// The decoded text.
+    lines: &'a Lines,
+    /// The script's machine.
+    profile: &'a Profile,
+    /// As asked for.
+    options: &'a Options,
+}

@@ -1,0 +1,190 @@
+//! Which system a file is from, by its content; the name only settles what content leaves open.
+
+/// A format that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// charlyrobot and isel interface cards: `@0` commands and stored instructions.
+    Isel,
+    /// Source text of Charlysoft 30 and PAL-PC.
+    Charlysoft,
+    /// Command files of the JeDiV USB card.
+    Cde,
+    /// Laser G-code as LaserGRBL writes it.
+    Laser,
+    /// G-code of CAM tools and controllers.
+    Gcode,
+    /// Drill files of circuit board tools.
+    Excellon,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Format; 6] = [
+        Format::Isel,
+        Format::Charlysoft,
+        Format::Cde,
+        Format::Laser,
+        Format::Gcode,
+        Format::Excellon,
+    ];
+
+    /// The name that `--from` takes.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Format::Isel => "isel",
+            Format::Charlysoft => "charlysoft",
+            Format::Cde => "cde",
+            Format::Laser => "laser",
+            Format::Gcode => "gcode",
+            Format::Excellon => "excellon",
+        }
+    }
+
+    /// The format of that name, in any case; `charlyrobot`, `pal-pc`, `jediv`, `lasergrbl` and
+    /// `drill` are other names.
+    pub fn by_name(name: &str) -> Option<Format> {
+        let name = name.to_ascii_lowercase();
+        Some(match name.as_str() {
+            "charlyrobot" | "memory" => Format::Isel,
+            "pal-pc" | "palpc" | "pal" => Format::Charlysoft,
+            "jediv" => Format::Cde,
+            "lasergrbl" | "gco" => Format::Laser,
+            "g-code" | "nc" | "ngc" => Format::Gcode,
+            "drill" | "drl" => Format::Excellon,
+            _ => return Format::ALL.into_iter().find(|format| format.name() == name),
+        })
+    }
+
+    /// All names, for a hint.
+    pub fn list() -> String {
+        Format::ALL.map(Format::name).join(", ")
+    }
+
+    /// The built-in profile of the machines that such files are for.
+    pub const fn usual_profile(self) -> &'static str {
+        match self {
+            Format::Isel | Format::Charlysoft => "charly",
+            Format::Laser => "laser",
+            Format::Cde | Format::Gcode | Format::Excellon => "mill",
+        }
+    }
+}
+
+/// File name endings of formats that are not scripts.
+const ENDINGS: [(&str, Format); 18] = [
+    ("cde", Format::Cde),
+    ("gco", Format::Laser),
+    ("nc", Format::Gcode),
+    ("ngc", Format::Gcode),
+    ("gcode", Format::Gcode),
+    ("tap", Format::Gcode),
+    ("cnc", Format::Gcode),
+    ("drl", Format::Excellon),
+    ("xln", Format::Excellon),
+    ("exc", Format::Excellon),
+    ("isel", Format::Isel),
+    ("nci", Format::Isel),
+    ("ncp", Format::Isel),
+    ("mem", Format::Isel),
+    ("pal", Format::Charlysoft),
+    ("src", Format::Charlysoft),
+    ("ch3", Format::Charlysoft),
+    ("c30", Format::Charlysoft),
+];
+
+/// Lines that are looked at.
+const LOOK: usize = 400;
+
+fn ending(name: &str) -> Option<Format> {
+    let (_, ending) = name.rsplit_once('.')?;
+    ENDINGS.iter().find(|(known, _)| known.eq_ignore_ascii_case(ending)).map(|(_, format)| *format)
+}
+
+/// Whether a file is to be imported rather than read as a script: by its name's ending, else by
+/// content that no script has.
+pub fn is_importable(name: &str, bytes: &[u8]) -> bool {
+    let script = name.rsplit_once('.').is_some_and(|(_, end)| end.eq_ignore_ascii_case("bas"));
+    if script {
+        return false;
+    }
+    if ending(name).is_some() {
+        return true;
+    }
+    let head = &bytes[..bytes.len().min(64 << 10)];
+    let head = String::from_utf8_lossy(head);
+    matches!(
+        by_content(&head),
+        Some(Format::Isel | Format::Charlysoft | Format::Cde | Format::Excellon)
+    )
+}
+
+/// The format of a text.
+pub fn detect(name: &str, text: &str) -> Option<Format> {
+    match (by_content(text), ending(name)) {
+        // Both are G-code; what the name says about the machine counts.
+        (Some(Format::Gcode), Some(Format::Laser)) => Some(Format::Laser),
+        (Some(format), _) => Some(format),
+        (None, by_name) => by_name,
+    }
+}
+
+fn by_content(text: &str) -> Option<Format> {
+    let lines = || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK);
+    if lines().any(is_card_line) {
+        return Some(Format::Isel);
+    }
+    if lines().any(|line| line.starts_with("RAZ_CPT;") || line.starts_with("Move;")) {
+        return Some(Format::Cde);
+    }
+    if lines().take(3).any(|line| line == "M48")
+        || lines().any(|line| line.starts_with(";FORMAT=") || line.starts_with("INCH,") || line.starts_with("METRIC,"))
+    {
+        return Some(Format::Excellon);
+    }
+    if lines().any(is_charlysoft) {
+        return Some(Format::Charlysoft);
+    }
+    let coded = lines().filter(|line| looks_like_gcode(line)).count();
+    if coded == 0 || 2 * coded < lines().filter(|line| !line.starts_with([';', '(', '%'])).count() {
+        return None;
+    }
+    let z = lines().any(|line| !line.starts_with([';', '(']) && line.contains(['Z', 'z']));
+    let power = lines().any(|line| {
+        let code = line.split(';').next().unwrap_or("");
+        code.contains('S') && code.contains(['X', 'M'])
+    });
+    let title = lines().any(|line| line.to_ascii_lowercase().contains("lasergrbl"));
+    Some(if title || (power && !z) { Format::Laser } else { Format::Gcode })
+}
+
+/// `@07`, `@0i`, or a print of one of them in a BASIC listing.
+fn is_card_line(line: &str) -> bool {
+    let line = match line.find("\"@") {
+        Some(at) => &line[at + 1..],
+        None => line,
+    };
+    let mut chars = line.chars();
+    chars.next() == Some('@')
+        && chars.next().is_some_and(|c| c.is_ascii_digit())
+        && chars.next().is_none_or(|c| c.is_ascii_alphanumeric() || c == ' ' || c == '"' || c == '?')
+}
+
+fn is_charlysoft(line: &str) -> bool {
+    const WORDS: [&str; 10] = [
+        "axis", "elev", "steps", "units", "ref_speed", "reference", "define", "input", "start", "redefine",
+    ];
+    if let Some(rest) = line.strip_prefix('#') {
+        let rest = rest.trim_start().to_ascii_lowercase();
+        return WORDS.iter().any(|word| rest.starts_with(word));
+    }
+    let lower = line.to_ascii_lowercase();
+    ["moveabs ", "moverel ", "moveto "].iter().any(|word| lower.starts_with(word)) && line.contains('(')
+}
+
+/// Begins with a word of G-code: a letter with its number.
+fn looks_like_gcode(line: &str) -> bool {
+    let line = line.strip_prefix('/').unwrap_or(line);
+    let mut chars = line.chars().filter(|c| *c != ' ');
+    matches!(chars.next(), Some(c) if "GMXYZNFSTIJgmxyznfst".contains(c))
+        && chars.next().is_some_and(|c| c.is_ascii_digit() || "+-.".contains(c))
+}

@@ -1,0 +1,74 @@
+//! Importers against scripts: what they write compiles at once.
+
+use crate::{Diag, Imported, Options, import};
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+
+/// The script and what the compiler says of it; there must be no error.
+fn made(name: &str, text: &str) -> String {
+    match import(name, text.as_bytes(), &Options::default()) {
+        Ok(Imported { script, .. }) => {
+            let source = Source::new("made.bas", script.clone());
+            let (program, diags) = compile(&source, ProfileChoice::built_in());
+            assert!(program.is_some(), "{script}\n{}", diags.render(&source));
+            script
+        }
+        Err(diags) => panic!("{}", shown(name, &diags)),
+    }
+}
+
+fn shown(name: &str, diags: &[Diag]) -> String {
+    diags.iter().map(|diag| diag.render(name)).collect()
+}
+
+fn refused(name: &str, text: &str) -> String {
+    let diags = import(name, text.as_bytes(), &Options::default()).expect_err("refused");
+    shown(name, &diags)
+}
+
+#[test]
+fn the_binders_relative_example() {
+    let text = "@07\n@0i\n0 6600,2000,8200,2000,0,21,0,21\n0 5400,2000,3300,2000,100,350,-100,2000\n\
+        0 0,21,4000,2000,100,350,-100,2000\n7 3\n9\n";
+    insta::assert_snapshot!(made("a.isel", text));
+}
+
+#[test]
+fn every_stored_instruction() {
+    let text = "@07\n@0i\n77\nm12800,5000,0,5000,100,350,0,21\nn3\nm5400,2000,3300,2000,100,350,0,21\n\
+        1 90\n2 55,0\n2 50,-1\n4 1\n4 2\n4 3\n4 4\n4 5\n4 6\n550\n6 0,21,0,21,500,300,0,21\n8 0S\n8 0r1\n\
+        e1\n0 100,500,200,500,300,500,0,21\ne0\nZ1\n0 100,500,200,500,300,500,-50,21\nZ0\n\
+        F-1\ny 2000,1000,0,1000,0,-1,1\nF0\ny 8000,1000,0,1000,0,-1,-1\n\
+        p65529,5,0\np65529,0,10\np65530,4,1\no65531,2,0,2\no65531,0,10,-3\n\
+        0 1,100,0,100,0,21,0,21\n0 2,100,0,100,0,21,0,21\n35,-1\n3 10,-3\n3 0,2\n0 7,100,0,100,0,21,0,21\n9\n@0S\n";
+    insta::assert_snapshot!(made("a.isel", text));
+}
+
+#[test]
+fn wrong_lines_name_the_cards_answer() {
+    let text = "@0A 5,900\n@09\n@07\n@0R8\n@0A 5,900\n@0i\n0 1,2,3\n0 9000000,900,0,900,0,900,0,900\n\
+        0 5,900000,0,900,0,900,0,900\n3 5,0\n3 5,-9\n4 7\nq\n1 20\n3 0,99\n0 60E3,1,2,3,4,5,6,7\n9\n0 1,900\n";
+    insta::assert_snapshot!(refused("a.isel", text));
+}
+
+#[test]
+fn the_clean_pair_of_source_and_instructions() {
+    let text = "#axis x;\n#steps 800;\n#elev 2.5;\n#input;\nreference x;\nmoveabs 40(5000);\ndelay 50\n\
+        repeat moverel -10(5000); delay 20 until 3;\nstop.\n#start;\n";
+    insta::assert_snapshot!(made("a.pal", text));
+}
+
+#[test]
+fn the_binders_source_with_definitions() {
+    let text = "#axis xyz;\t(3 axes XYZ)\n#elev4,4,4;\t(pas)\n#defineR 0(21);\n#define () (2000);\n\
+        #define perçage 1(350),-1(2000);\nmove 66 (),82(),R,R;\nmove 54 (),33(),perçage;\n\
+        top: wait 50,top;\nset_port 65529,4=1;\non_port 65531,8=1,-2;\nréférence xy;\nstop.\t(fin)\n";
+    insta::assert_snapshot!(made("a.pal", text));
+}
+
+#[test]
+fn wrong_sources_are_refused_by_line() {
+    let text = "#axis xyz;\n#elev 4,4;\n#frob 1;\nmove 1(2000);\nuntil 5;\nrepeat;\nmove 1(5),1(2000),0(2000),0(2000);\n\
+        fly 3;\nwait 50,nowhere;\nsend 5;\nreference w;\nmove 99999999(2000),0(2000),0(2000),0(2000);\n";
+    insta::assert_snapshot!(refused("a.pal", text));
+}

@@ -1,0 +1,91 @@
+//! From bytes to lines.
+
+use super::MAX_BYTES;
+use super::codes::Code;
+use super::diag::{Diag, Diags};
+
+/// Longest line of a program; no controller of these systems takes more than 256 characters.
+const MAX_LINE: usize = 4096;
+
+/// A decoded text.
+#[derive(Debug)]
+pub(crate) struct Lines {
+    text: String,
+}
+
+impl Lines {
+    /// Decodes a file: UTF-8, otherwise Latin-1 with a note, as DOS and Windows wrote it.
+    pub fn decode(bytes: &[u8], diags: &mut Diags) -> Result<Lines, Diag> {
+        if bytes.len() > MAX_BYTES {
+            let text = format!("the file has {} bytes; at most {MAX_BYTES} are read", bytes.len());
+            return Err(Diag::new(Code::TooLarge, 1, 1, text).hint("cut the file in pieces"));
+        }
+        if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
+            let text = "the file is UTF-16 text";
+            return Err(Diag::new(Code::NotText, 1, 1, text).hint("save it as UTF-8"));
+        }
+        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        // The end-of-file sign of CP/M and DOS, and the zeros that fill a sector behind it.
+        let filled = bytes.iter().rposition(|b| !matches!(b, 0 | 0x1A)).map_or(0, |at| at + 1);
+        let bytes = &bytes[..filled];
+        if let Some(at) = bytes.iter().position(|&b| b == 0) {
+            let line = 1 + bytes[..at].iter().filter(|&&b| b == b'\n').count();
+            let text = format!("the file is not text: byte {at} is 0");
+            let diag = Diag::new(Code::NotText, u32::try_from(line).unwrap_or(u32::MAX), 1, text);
+            return Err(diag.hint("programs of these systems are text files"));
+        }
+        let text = match core::str::from_utf8(bytes) {
+            Ok(text) => text.to_owned(),
+            Err(error) => {
+                let before = &bytes[..error.valid_up_to()];
+                let line = 1 + before.iter().filter(|&&b| b == b'\n').count();
+                let line = u32::try_from(line).unwrap_or(u32::MAX);
+                let text = "characters here are not UTF-8; they were read as Latin-1";
+                diags.push(Diag::new(Code::Encoding, line, 1, text).note());
+                let mut text = String::with_capacity(bytes.len() + bytes.len() / 8);
+                for chunk in bytes.utf8_chunks() {
+                    text.push_str(chunk.valid());
+                    text.extend(chunk.invalid().iter().map(|&b| char::from(b)));
+                }
+                text
+            }
+        };
+        Ok(Lines { text })
+    }
+
+    /// The whole text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The lines with their numbers. They end in CR LF, LF CR, LF or CR alone. One that is too long
+    /// to be a line of a program comes out empty, with an error.
+    pub fn numbered<'a>(&'a self, diags: &mut Diags) -> Vec<(u32, &'a str)> {
+        let mut out = Vec::new();
+        let mut rest = self.text.as_str();
+        let mut number = 1;
+        while !rest.is_empty() {
+            let end = rest.find(['\n', '\r']).unwrap_or(rest.len());
+            let (line, tail) = rest.split_at(end);
+            if line.len() > MAX_LINE {
+                let text = format!("a line of {} characters", line.len());
+                let diag = Diag::new(Code::Unreadable, number, 1, text);
+                diags.push(diag.hint(format!("lines have at most {MAX_LINE}")));
+                if diags.hopeless() {
+                    break;
+                }
+            } else if !line.is_empty() {
+                out.push((number, line));
+            }
+            let sign = tail.as_bytes();
+            let skip = match (sign.first(), sign.get(1)) {
+                (Some(b'\r'), Some(b'\n')) | (Some(b'\n'), Some(b'\r')) => 2,
+                (Some(_), _) => 1,
+                (None, _) => 0,
+            };
+            rest = tail.get(skip..).unwrap_or_default();
+            number += 1;
+        }
+        out
+    }
+}
