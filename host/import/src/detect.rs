@@ -129,7 +129,8 @@ pub fn detect(name: &str, text: &str) -> Option<Format> {
 }
 
 fn by_content(text: &str) -> Option<Format> {
-    let lines = || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK);
+    let lines =
+        || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK);
     if lines().any(is_card_line) {
         return Some(Format::Isel);
     }
@@ -137,7 +138,9 @@ fn by_content(text: &str) -> Option<Format> {
         return Some(Format::Cde);
     }
     if lines().take(3).any(|line| line == "M48")
-        || lines().any(|line| line.starts_with(";FORMAT=") || line.starts_with("INCH,") || line.starts_with("METRIC,"))
+        || lines().any(|line| {
+            line.starts_with(";FORMAT=") || line.starts_with("INCH,") || line.starts_with("METRIC,")
+        })
     {
         return Some(Format::Excellon);
     }
@@ -166,19 +169,31 @@ fn is_card_line(line: &str) -> bool {
     let mut chars = line.chars();
     chars.next() == Some('@')
         && chars.next().is_some_and(|c| c.is_ascii_digit())
-        && chars.next().is_none_or(|c| c.is_ascii_alphanumeric() || c == ' ' || c == '"' || c == '?')
+        && chars
+            .next()
+            .is_none_or(|c| c.is_ascii_alphanumeric() || c == ' ' || c == '"' || c == '?')
 }
 
 fn is_charlysoft(line: &str) -> bool {
     const WORDS: [&str; 10] = [
-        "axis", "elev", "steps", "units", "ref_speed", "reference", "define", "input", "start", "redefine",
+        "axis",
+        "elev",
+        "steps",
+        "units",
+        "ref_speed",
+        "reference",
+        "define",
+        "input",
+        "start",
+        "redefine",
     ];
     if let Some(rest) = line.strip_prefix('#') {
         let rest = rest.trim_start().to_ascii_lowercase();
         return WORDS.iter().any(|word| rest.starts_with(word));
     }
     let lower = line.to_ascii_lowercase();
-    ["moveabs ", "moverel ", "moveto "].iter().any(|word| lower.starts_with(word)) && line.contains('(')
+    ["moveabs ", "moverel ", "moveto "].iter().any(|word| lower.starts_with(word))
+        && line.contains('(')
 }
 
 /// Begins with a word of G-code: a letter with its number.

@@ -88,7 +88,8 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         Format::Excellon => excellon::import(&job, &mut diags),
     };
     if script.len() > lang::front::source::MAX_SOURCE_BYTES {
-        let text = format!("the script would have {} bytes; a script has at most 8 MB", script.len());
+        let text =
+            format!("the script would have {} bytes; a script has at most 8 MB", script.len());
         diags.push(Diag::new(Code::TooLong, 1, 1, text).hint("cut the file in pieces"));
     }
     let refused = diags.has_errors();

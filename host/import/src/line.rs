@@ -1,7 +1,7 @@
 //! Pieces of nom grammars that several formats share. All of them skip blanks before what they
 //! take.
 
-use nom::bytes::complete::{tag, take_while, take_while1};
+use nom::bytes::complete::{take_while, take_while1};
 use nom::character::complete::{char, one_of};
 use nom::combinator::{map_opt, opt, recognize};
 use nom::sequence::preceded;
@@ -22,7 +22,8 @@ pub(crate) fn whole(i: &str) -> Parsed<'_, i64> {
     preceded(
         blanks,
         map_opt(number, |text: &str| {
-            let text: String = text.chars().filter(|c| !c.is_whitespace() && *c != '\u{a0}').collect();
+            let text: String =
+                text.chars().filter(|c| !c.is_whitespace() && *c != '\u{a0}').collect();
             text.parse().ok()
         }),
     )
@@ -41,7 +42,9 @@ pub(crate) fn decimal(i: &str) -> Parsed<'_, &str> {
 }
 
 /// A sign of its own.
-pub(crate) fn sign<'a>(c: char) -> impl Parser<&'a str, Output = char, Error = nom::error::Error<&'a str>> {
+pub(crate) fn sign<'a>(
+    c: char,
+) -> impl Parser<&'a str, Output = char, Error = nom::error::Error<&'a str>> {
     preceded(blanks, char(c))
 }
 
@@ -50,13 +53,6 @@ pub(crate) fn word<'a>(
     text: &'static str,
 ) -> impl Parser<&'a str, Output = &'a str, Error = nom::error::Error<&'a str>> {
     preceded(blanks, nom::bytes::complete::tag_no_case(text))
-}
-
-/// Exactly this text.
-pub(crate) fn exactly<'a>(
-    text: &'static str,
-) -> impl Parser<&'a str, Output = &'a str, Error = nom::error::Error<&'a str>> {
-    preceded(blanks, tag(text))
 }
 
 /// Column, from 1 and in characters, at which `rest` begins, a tail of `line`.

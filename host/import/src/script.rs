@@ -52,7 +52,11 @@ impl Script {
     pub fn remark(&mut self, text: &str) {
         self.pad();
         let text = clean(text);
-        let _ = writeln!(self.text, "{}", if text.is_empty() { "'".to_owned() } else { format!("' {text}") });
+        let _ = writeln!(
+            self.text,
+            "{}",
+            if text.is_empty() { "'".to_owned() } else { format!("' {text}") }
+        );
     }
 
     /// An empty line.
@@ -72,11 +76,6 @@ impl Script {
     pub fn close(&mut self, text: &str) {
         self.indent = self.indent.saturating_sub(1);
         self.line(text);
-    }
-
-    /// Bytes so far.
-    pub fn len(&self) -> usize {
-        self.text.len()
     }
 
     /// The text.

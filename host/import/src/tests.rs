@@ -72,3 +72,63 @@ fn wrong_sources_are_refused_by_line() {
         fly 3;\nwait 50,nowhere;\nsend 5;\nreference w;\nmove 99999999(2000),0(2000),0(2000),0(2000);\n";
     insta::assert_snapshot!(refused("a.pal", text));
 }
+
+#[test]
+fn commands_of_the_jediv_card() {
+    let text = "// Commande; Depl.X; Depl.Y; Depl.Z; 0; Max depl.; Vitesse; Durée pause; Message\n\
+        RAZ_CPT;0;0;0;0;0;0;0;\nMove;0;0;143;0;143;0;0;Mouve  - Z : 15\nMove;48;48;0;0;48;0;0;corner\n\
+        Move;0;0;0;0;0;0;71;Vitesse : 71 %\nMove;0;0;-143;0;143;0;0;down\nPause;0;0;0;0;0;1000;0;\n\
+        Move;1;0;0;0;1;0;0;\nMove;0;1;0;0;1;0;0;\nMove;1;0;0;0;1;0;0;\nMove;0;1;0;0;1;0;0;\n\
+        Move;1;0;0;0;1;0;0;\nMove;0;1;0;0;1;0;0;\nMove;0;0;-5;0;5;250;30;slow\n";
+    insta::assert_snapshot!(made("a.cde", text));
+    insta::assert_snapshot!(refused(
+        "a.cde",
+        "Move;1;2\nMove;0;0;0;7;7;0;0;\nMove;a;0;0;0;0;0;0;\nMove;1;0;0;0;1;0;300;\nTurn;0;0;0;0;0;0;0;\nMove;1;0;0;0;1;0;0\nMove"
+    ));
+}
+
+#[test]
+fn a_laser_picture() {
+    let text = "; title\n; 3 lines\nG90\nG0 X10 Y5\nM3S0\nF1000\nS0\nG1 X20 S50\nX30 S0\nX40 S255\nM5\nG4P0.5\nG0 X0 Y0\n";
+    insta::assert_snapshot!(made("a.gco", text));
+    insta::assert_snapshot!(refused(
+        "a.gco",
+        "G90\nG0 X-1 Y0\nF100\nG1 X310\nX20 S5E\nEO\nG1 Y1 Z2\n"
+    ));
+}
+
+#[test]
+fn holes_become_a_table() {
+    let mut text =
+        "%\n(MSG,start the pump)\nG21 G90 G64 P0.02\nG0 Z2\nM3 S10000\nG81 X1 Y1 R2 Z-1.8 F100\n"
+            .to_owned();
+    for i in 0..9 {
+        text += &format!("X{}.5 Y{}\n", i, i * 2);
+        text += &format!("Y{}\n", i * 2 + 1);
+    }
+    text += "G80\nM5\nT2 M6 (0.8 mm)\n";
+    for i in 0..5 {
+        text += &format!("G00 X{i}.25 Y3\nG01 Z-1.7 F60\nG01 Z0\nG00 Z2.\n");
+    }
+    text += "M30\n%\n";
+    insta::assert_snapshot!(made("a.ngc", &text));
+}
+
+#[test]
+fn g_code_without_meaning_is_refused_by_line() {
+    let text = "G21\n#1=5\no100 sub\nG41 D1\nG1 X#1\nX1\nG1 X5\nG55\nG2 X1 X2\nA5 G0\nG0 X[1+2]\nM98 P1\nG1 X99999999 F5\nG0 X\nG43 H1\n";
+    insta::assert_snapshot!(refused("a.nc", text));
+}
+
+#[test]
+fn a_drill_file() {
+    let text = "M48\n;FORMAT={-:-/ absolute / metric / decimal}\nMETRIC,TZ\nT1C0.800\nT2C1.0\n%\nG90\nG05\nT1\n\
+        X1.5Y2.5\nX3.0\nY4.\nT2\nX-10.25Y0.0\nM30\n";
+    insta::assert_snapshot!(made("a.drl", text));
+    let text = "M48\nINCH,LZ\nT1C0.03\n%\nT1\nX0125Y01\nX+013Y-00005\nM30\n";
+    assert!(
+        made("a.drl", text).contains("TABLE holes(2) = 31.75mm, 25.4mm; 33.02mm, -0.127mm"),
+        "{}",
+        made("a.drl", text)
+    );
+}

@@ -165,7 +165,11 @@ impl<'a, 'd> Reader<'a, 'd> {
         for (name, value) in &self.macros {
             text = replace_word(&text, name, value);
             if text.len() > MAX_LINE {
-                return Err(Refused::new(Code::TooLong, "this line grows too long by its definitions", ""));
+                return Err(Refused::new(
+                    Code::TooLong,
+                    "this line grows too long by its definitions",
+                    "",
+                ));
             }
         }
         Ok(text)
@@ -185,7 +189,10 @@ impl<'a, 'd> Reader<'a, 'd> {
         let lower = rest.to_lowercase();
         let word_end = lower.find(|c: char| !c.is_alphabetic() && c != '_').unwrap_or(lower.len());
         // `#defineR 0(21)` and `#elev4,4,4` stand in the binder without a blank.
-        let word = ["redefine", "define"].into_iter().find(|w| lower.starts_with(w)).unwrap_or(&lower[..word_end]);
+        let word = ["redefine", "define"]
+            .into_iter()
+            .find(|w| lower.starts_with(w))
+            .unwrap_or(&lower[..word_end]);
         let values = rest.get(word.len()..).unwrap_or("").trim();
         match word {
             "axis" | "axes" => {
@@ -229,7 +236,9 @@ impl<'a, 'd> Reader<'a, 'd> {
                 self.warn(Code::LeftOut, format!("`#{word}` is the profile's matter: reference speeds are `fast_rate`, travels `min_um` and `max_um`"));
                 Ok(())
             }
-            "reference" | "référence" | "ref" if values.starts_with(|c: char| c.is_ascii_digit()) => {
+            "reference" | "référence" | "ref"
+                if values.starts_with(|c: char| c.is_ascii_digit()) =>
+            {
                 self.warn(Code::LeftOut, "reference speeds are the profile's `fast_rate`");
                 Ok(())
             }
@@ -237,13 +246,22 @@ impl<'a, 'd> Reader<'a, 'd> {
                 let axes = letters(values)?;
                 self.push_direct(Op::Home(axes))
             }
-            _ => Err(Refused::new(Code::Unsupported, format!("`#{word}` is not known"),
-                "known are #axis #elev #steps #units #ref_speed #define #reference #null #input #start")),
+            _ => Err(Refused::new(
+                Code::Unsupported,
+                format!("`#{word}` is not known"),
+                "known are #axis #elev #steps #units #ref_speed #define #reference #null #input #start",
+            )),
         }
     }
 
     fn per_axis(&self, values: &str, factor: u32, top: u32) -> Read<Vec<(Axis, u32)>> {
-        let wrong = || Refused::new(Code::WrongCount, format!("`{values}` is no value for each axis"), "write as many values as `#axis` names");
+        let wrong = || {
+            Refused::new(
+                Code::WrongCount,
+                format!("`{values}` is no value for each axis"),
+                "write as many values as `#axis` names",
+            )
+        };
         let list: Vec<&str> = values.split(',').map(str::trim).collect();
         let axes: Vec<Axis> = self.axes.list().collect();
         if list.len() != axes.len() && list.len() != 1 {
@@ -252,9 +270,10 @@ impl<'a, 'd> Reader<'a, 'd> {
         let each = axes.into_iter().enumerate().map(|(i, axis)| {
             let text = list.get(i).or(list.first()).ok_or_else(wrong)?;
             let value = whole_number(text, Factor { num: factor, den: 1 }).ok_or_else(wrong)?;
-            let value = u32::try_from(value).ok().filter(|v| (1..=top).contains(v)).ok_or_else(|| {
-                Refused::new(Code::OutOfRange, format!("`{text}` is out of range"), "")
-            })?;
+            let value =
+                u32::try_from(value).ok().filter(|v| (1..=top).contains(v)).ok_or_else(|| {
+                    Refused::new(Code::OutOfRange, format!("`{text}` is out of range"), "")
+                })?;
             Ok((axis, value))
         });
         each.collect()
@@ -264,7 +283,11 @@ impl<'a, 'd> Reader<'a, 'd> {
         let end = values.find(char::is_whitespace).unwrap_or(values.len());
         let (name, value) = values.split_at(end);
         if name.is_empty() || value.trim().is_empty() || self.macros.len() >= 1000 {
-            return Err(Refused::new(Code::Unreadable, "a definition without its text", "write `#define name text;`"));
+            return Err(Refused::new(
+                Code::Unreadable,
+                "a definition without its text",
+                "write `#define name text;`",
+            ));
         }
         let value = self.expanded(value.trim())?;
         self.macros.retain(|(known, _)| known != name);
@@ -278,7 +301,11 @@ impl<'a, 'd> Reader<'a, 'd> {
 
     fn push(&mut self, op: Op) -> Read<()> {
         if self.stored.len() >= MAX_ITEMS {
-            return Err(Refused::new(Code::TooLong, format!("more than {MAX_ITEMS} statements"), ""));
+            return Err(Refused::new(
+                Code::TooLong,
+                format!("more than {MAX_ITEMS} statements"),
+                "",
+            ));
         }
         let item = self.item(op);
         self.stored.push(item);
@@ -297,7 +324,11 @@ impl<'a, 'd> Reader<'a, 'd> {
         self.started = true;
         let base = self.direct.len();
         if base + self.stored.len() > MAX_ITEMS {
-            return Err(Refused::new(Code::TooLong, format!("more than {MAX_ITEMS} statements"), ""));
+            return Err(Refused::new(
+                Code::TooLong,
+                format!("more than {MAX_ITEMS} statements"),
+                "",
+            ));
         }
         self.direct.extend(self.stored.iter().map(|item| {
             let mut item = item.clone();
@@ -325,17 +356,28 @@ impl<'a, 'd> Reader<'a, 'd> {
         let len = self.stored.len();
         let jumps = self.stored.iter().filter(|item| item.op.target().is_some());
         if jumps.clone().count() > MAX_JUMPS {
-            self.diags.push(Diag::new(Code::TooLong, self.line, 1, format!("more than {MAX_JUMPS} jumps and loops")));
+            self.diags.push(Diag::new(
+                Code::TooLong,
+                self.line,
+                1,
+                format!("more than {MAX_JUMPS} jumps and loops"),
+            ));
         }
         if let Some(item) = jumps.clone().find(|item| item.op.target().is_some_and(|to| to > len)) {
-            self.diags.push(Diag::new(Code::BadJump, item.line, item.col, "this jump leads behind the program's end"));
+            self.diags.push(Diag::new(
+                Code::BadJump,
+                item.line,
+                item.col,
+                "this jump leads behind the program's end",
+            ));
         }
     }
 
     fn finish(mut self) -> (Vec<Item>, [Option<Scale>; 3]) {
         if !self.started && !self.stored.is_empty() {
             if !self.stopped {
-                let diag = Diag::new(Code::NoProgram, self.line, 1, "the program does not end in `stop.`");
+                let diag =
+                    Diag::new(Code::NoProgram, self.line, 1, "the program does not end in `stop.`");
                 self.diags.push(diag.warning().hint("the file may be cut"));
             }
             // The card's Start button runs it.
@@ -346,7 +388,9 @@ impl<'a, 'd> Reader<'a, 'd> {
         }
         if !self.scaled && self.job.options.scale.is_none() {
             self.line = 1;
-            self.note("neither `#elev` nor `#steps`: the profile's scale is taken for the source's");
+            self.note(
+                "neither `#elev` nor `#steps`: the profile's scale is taken for the source's",
+            );
         }
         let scale = |axis: Axis| {
             let steps = u16::try_from(self.steps[axis.index()]).ok()?;
@@ -365,7 +409,11 @@ fn letters(text: &str) -> Read<Axes> {
         match Axis::from_letter(c) {
             Some(axis) => mask |= 1 << (axis as u8),
             None => {
-                return Err(Refused::new(Code::WrongAxis, format!("`{c}` is no axis"), "the axes are X, Y and Z"));
+                return Err(Refused::new(
+                    Code::WrongAxis,
+                    format!("`{c}` is no axis"),
+                    "the axes are X, Y and Z",
+                ));
             }
         }
     }
@@ -384,7 +432,11 @@ fn replace_word(text: &str, name: &str, value: &str) -> String {
     while let Some(at) = rest.find(name) {
         let (before, found) = rest.split_at(at);
         let after = &found[name.len()..];
-        let apart = !before.chars().next_back().or(out.chars().next_back().filter(|_| before.is_empty())).is_some_and(wordy)
+        let apart = !before
+            .chars()
+            .next_back()
+            .or(out.chars().next_back().filter(|_| before.is_empty()))
+            .is_some_and(wordy)
             && !after.chars().next().is_some_and(wordy);
         out.push_str(before);
         out.push_str(if named && !apart { name } else { value });

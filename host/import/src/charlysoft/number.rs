@@ -26,12 +26,20 @@ pub(super) fn unit(text: &str) -> Read<Factor> {
         "cm" => 10_000,
         "inch" | "in" | "zoll" | "pouce" => 25_400,
         _ => {
-            return Err(Refused::new(Code::Unsupported, format!("`{text}` is no unit"), "units are mm, cm, inch, and parts of them: inch/10"));
+            return Err(Refused::new(
+                Code::Unsupported,
+                format!("`{text}` is no unit"),
+                "units are mm, cm, inch, and parts of them: inch/10",
+            ));
         }
     };
     match parts.parse::<u32>() {
         Ok(den) if (1..=10_000).contains(&den) => Ok(Factor { num, den }),
-        _ => Err(Refused::new(Code::OutOfRange, format!("`{parts}` parts of a unit"), "write `inch/10`")),
+        _ => Err(Refused::new(
+            Code::OutOfRange,
+            format!("`{parts}` parts of a unit"),
+            "write `inch/10`",
+        )),
     }
 }
 

@@ -57,13 +57,21 @@ impl Reader<'_, '_> {
             let named: Parsed<'_, &str> = terminated(label_name, sign(':')).parse(rest);
             if let Ok((after, name)) = named {
                 if self.labels.insert(name.to_lowercase(), self.stored.len()).is_some() {
-                    return Err(Refused::new(Code::BadJump, format!("the label `{name}` stands twice"), ""));
+                    return Err(Refused::new(
+                        Code::BadJump,
+                        format!("the label `{name}` stands twice"),
+                        "",
+                    ));
                 }
                 rest = after;
                 continue;
             }
             let Ok((after, word)) = keyword(rest) else {
-                return Err(Refused::new(Code::Unreadable, format!("`{rest}` is no statement"), "a statement begins with a word"));
+                return Err(Refused::new(
+                    Code::Unreadable,
+                    format!("`{rest}` is no statement"),
+                    "a statement begins with a word",
+                ));
             };
             rest = self.statement(&word, after)?;
         }
@@ -116,7 +124,13 @@ impl Reader<'_, '_> {
                     3 => 0,
                     5 => 1,
                     6 => 2,
-                    _ => return Err(Refused::new(Code::OutOfRange, "a plane has two axes", "planes are xy, xz, yz")),
+                    _ => {
+                        return Err(Refused::new(
+                            Code::OutOfRange,
+                            "a plane has two axes",
+                            "planes are xy, xz, yz",
+                        ));
+                    }
                 };
                 self.push(Op::Plane(plane))?;
                 Ok(rest)
@@ -126,8 +140,11 @@ impl Reader<'_, '_> {
             "set_port" => self.set_port(rest),
             "on_port" => self.on_port(rest),
             "tell" => self.tell(rest),
-            _ => Err(Refused::new(Code::Unreadable, format!("`{word}` is not known"),
-                "known are move moverel moveto moveabs movep repeat until delay wait send reference null goto pulse line set circle set_port on_port tell stop")),
+            _ => Err(Refused::new(
+                Code::Unreadable,
+                format!("`{word}` is not known"),
+                "known are move moverel moveto moveabs movep repeat until delay wait send reference null goto pulse line set circle set_port on_port tell stop",
+            )),
         }
     }
 
@@ -136,11 +153,21 @@ impl Reader<'_, '_> {
         if self.axes.holds(axes) {
             return Ok(());
         }
-        Err(Refused::new(Code::WrongAxis, "an axis that `#axis` does not name", "the card answers 3"))
+        Err(Refused::new(
+            Code::WrongAxis,
+            "an axis that `#axis` does not name",
+            "the card answers 3",
+        ))
     }
 
     fn steps(&self, axis: Axis, text: &str) -> Read<i64> {
-        let wrong = || Refused::new(Code::OutOfRange, format!("`{text}` is out of range"), "steps lie within 8388607");
+        let wrong = || {
+            Refused::new(
+                Code::OutOfRange,
+                format!("`{text}` is out of range"),
+                "steps lie within 8388607",
+            )
+        };
         // um of a unit times steps of a turn, over um of a turn.
         let num = self.unit.num.checked_mul(self.steps[axis.index()]).ok_or_else(wrong)?;
         let den = self.unit.den.checked_mul(self.elev[axis.index()]).ok_or_else(wrong)?;
@@ -149,13 +176,17 @@ impl Reader<'_, '_> {
     }
 
     fn movement<'t>(&mut self, rest: &'t str, what: &str, make: fn(Pairs) -> Op) -> Read<&'t str> {
-        let (rest, list) = values(rest).map_err(|_| expected("distances with speeds: `move 10(2000),0(2000);`"))?;
+        let (rest, list) = values(rest)
+            .map_err(|_| expected("distances with speeds: `move 10(2000),0(2000);`"))?;
         let absolute = matches!(make(Pairs::default()), Op::Absolute(_));
         let (wanted, z) = (self.axes.pairs(), self.axes.has(Axis::Z));
         // An absolute move has no use for the second Z.
         if list.len() != wanted && !(absolute && z && list.len() + 1 == wanted) {
-            return Err(Refused::new(Code::WrongCount, format!("{} values behind `{what}`; `#axis` asks for {wanted}", list.len()),
-                "one for each of X and Y, two for Z; the card answers 7"));
+            return Err(Refused::new(
+                Code::WrongCount,
+                format!("{} values behind `{what}`; `#axis` asks for {wanted}", list.len()),
+                "one for each of X and Y, two for Z; the card answers 7",
+            ));
         }
         let order = self.axes.list().chain([Axis::Z]);
         let mut pairs = Pairs::default();
@@ -164,9 +195,19 @@ impl Reader<'_, '_> {
             let rate = match rate {
                 Some(rate) if RATES.contains(rate) => *rate,
                 None | Some(0) if steps == 0 && !absolute => *RATES.start(),
-                None => return Err(Refused::new(Code::WrongCount, format!("`{text}` has no speed"), "write it in parentheses, in steps/s: `10(2000)`")),
+                None => {
+                    return Err(Refused::new(
+                        Code::WrongCount,
+                        format!("`{text}` has no speed"),
+                        "write it in parentheses, in steps/s: `10(2000)`",
+                    ));
+                }
                 Some(rate) => {
-                    return Err(Refused::new(Code::OutOfRange, format!("a speed of {rate} steps/s"), "speeds are 21 to 20000; the card answers D"));
+                    return Err(Refused::new(
+                        Code::OutOfRange,
+                        format!("a speed of {rate} steps/s"),
+                        "speeds are 21 to 20000; the card answers D",
+                    ));
                 }
             };
             let pair = Pair { steps, rate };
@@ -177,11 +218,15 @@ impl Reader<'_, '_> {
             }
         }
         if absolute && let Some(back) = pairs.back.take().filter(|back| back.steps != 0) {
-            let repeats = pairs.axes[Axis::Z.index()].is_some_and(|first| first.steps == back.steps);
+            let repeats =
+                pairs.axes[Axis::Z.index()].is_some_and(|first| first.steps == back.steps);
             if repeats {
                 self.note("the second Z of an absolute move repeats the first: it is left out");
             } else {
-                self.warn(Code::LeftOut, "the second Z of an absolute move must be 0; it is left out");
+                self.warn(
+                    Code::LeftOut,
+                    "the second Z of an absolute move must be 0; it is left out",
+                );
             }
         }
         self.push(make(pairs))?;
@@ -202,7 +247,11 @@ impl Reader<'_, '_> {
         }
         let (rest, times) = number(rest)?;
         if !(1..=32_767).contains(&times) {
-            return Err(Refused::new(Code::OutOfRange, format!("{times} passes"), "loops run 1 to 32767 times, or `forever`"));
+            return Err(Refused::new(
+                Code::OutOfRange,
+                format!("{times} passes"),
+                "loops run 1 to 32767 times, or `forever`",
+            ));
         }
         self.push(Op::Loop { times, start })?;
         Ok(rest)
@@ -212,7 +261,11 @@ impl Reader<'_, '_> {
     fn delay<'t>(&mut self, rest: &'t str) -> Read<&'t str> {
         let (rest, tenths) = number(rest)?;
         if !(0..=32_767).contains(&tenths) {
-            return Err(Refused::new(Code::OutOfRange, format!("a delay of {tenths}"), "delays are 0 to 32767 tenths of a second"));
+            return Err(Refused::new(
+                Code::OutOfRange,
+                format!("a delay of {tenths}"),
+                "delays are 0 to 32767 tenths of a second",
+            ));
         }
         self.push(Op::Delay(tenths))?;
         Ok(rest)
@@ -239,7 +292,13 @@ impl Reader<'_, '_> {
     fn away(&self, offset: i64) -> Read<usize> {
         let here = i64::try_from(self.stored.len()).unwrap_or(i64::MAX / 2);
         let to = here.checked_add(offset).and_then(|to| usize::try_from(to).ok());
-        to.ok_or_else(|| Refused::new(Code::BadJump, format!("{offset} leads before the program's start"), "the card answers B"))
+        to.ok_or_else(|| {
+            Refused::new(
+                Code::BadJump,
+                format!("{offset} leads before the program's start"),
+                "the card answers B",
+            )
+        })
     }
 
     /// A jump to a label, which may stand further on.
@@ -253,7 +312,11 @@ impl Reader<'_, '_> {
     fn pulse<'t>(&mut self, rest: &'t str) -> Read<&'t str> {
         if let Ok((rest, option)) = whole(rest) {
             if !(1..=6).contains(&option) {
-                return Err(Refused::new(Code::OutOfRange, format!("pulse option {option}"), "options are 1 to 6; the card answers A"));
+                return Err(Refused::new(
+                    Code::OutOfRange,
+                    format!("pulse option {option}"),
+                    "options are 1 to 6; the card answers A",
+                ));
             }
             self.push(Op::Pulse(option))?;
             return Ok(rest);
@@ -283,7 +346,11 @@ impl Reader<'_, '_> {
     }
 
     /// `circle cw radius(speed), from, to`: angles in degrees from the X axis, counter-clockwise.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "steps have 24 bits")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_precision_loss,
+        reason = "steps have 24 bits"
+    )]
     fn circle<'t>(&mut self, rest: &'t str) -> Read<&'t str> {
         let rest = rest.trim_start().trim_start_matches('-');
         let (rest, sense) = keyword(rest).map_err(|_| expected("cw or ccw"))?;
@@ -299,15 +366,23 @@ impl Reader<'_, '_> {
         let radius = self.steps(Axis::X, radius)?;
         let angles = [from, to].map(|text| text.trim().parse::<f64>().unwrap_or(f64::NAN));
         let [from, to] = angles;
-        if radius <= 0 || !RATES.contains(&rate) || angles.iter().any(|a| a.is_nan() || a.abs() > 3600.0) {
-            return Err(Refused::new(Code::OutOfRange, "these values make no circle", "a radius above 0 and angles in degrees"));
+        if radius <= 0
+            || !RATES.contains(&rate)
+            || angles.iter().any(|a| a.is_nan() || a.abs() > 3600.0)
+        {
+            return Err(Refused::new(
+                Code::OutOfRange,
+                "these values make no circle",
+                "a radius above 0 and angles in degrees",
+            ));
         }
         let mut sweep = if clockwise { from - to } else { to - from };
         while sweep <= 0.0 {
             sweep += 360.0;
         }
         let steps = |x: f64| x.round() as i64;
-        let start = [from.to_radians().cos(), from.to_radians().sin()].map(|part| steps(part * radius as f64));
+        let start = [from.to_radians().cos(), from.to_radians().sin()]
+            .map(|part| steps(part * radius as f64));
         let length = steps(4.0 * radius as f64 * sweep / 180.0);
         self.push(Op::Clockwise(clockwise))?;
         self.push(Op::Arc { length, rate, from: start })?;
@@ -319,7 +394,13 @@ impl Reader<'_, '_> {
         let first = match address {
             65_529 => 1,
             65_530 => 9,
-            _ => return Err(Refused::new(Code::OutOfRange, format!("{address} is no port of outputs"), "they are 65529 and 65530")),
+            _ => {
+                return Err(Refused::new(
+                    Code::OutOfRange,
+                    format!("{address} is no port of outputs"),
+                    "they are 65529 and 65530",
+                ));
+            }
         };
         self.push(Op::Port { first, bit, value })?;
         Ok(rest)
@@ -328,7 +409,11 @@ impl Reader<'_, '_> {
     fn on_port<'t>(&mut self, rest: &'t str) -> Read<&'t str> {
         let (rest, address, bit, value) = port(rest)?;
         if address != 65_531 {
-            return Err(Refused::new(Code::OutOfRange, format!("{address} is no port of inputs"), "it is 65531"));
+            return Err(Refused::new(
+                Code::OutOfRange,
+                format!("{address} is no port of inputs"),
+                "it is 65531",
+            ));
         }
         let (rest, _): (_, char) = nom_or(sign(',').parse(rest), "a comma and where to go")?;
         let offset: Parsed<'_, i64> = whole(rest);
@@ -346,7 +431,11 @@ impl Reader<'_, '_> {
         let (rest, device) = number(rest)?;
         let (rest, what) = keyword(rest).map_err(|_| expected("start or ref with its axes"))?;
         if !(0..=9).contains(&device) {
-            return Err(Refused::new(Code::OutOfRange, format!("card {device}"), "cards are 0 to 9"));
+            return Err(Refused::new(
+                Code::OutOfRange,
+                format!("card {device}"),
+                "cards are 0 to 9",
+            ));
         }
         let text = match what.strip_prefix("ref") {
             _ if what == "start" => format!("{device}S"),
@@ -364,7 +453,11 @@ fn port(rest: &str) -> Read<(&str, i64, i64, i64)> {
     let (rest, (address, bit, value)) = nom_or(parts.parse(rest), "`65529,5=1`")?;
     let top = if bit == 0 { 255 } else { 1 };
     if !(0..=8).contains(&bit) || !(0..=top).contains(&value) {
-        return Err(Refused::new(Code::OutOfRange, format!("bit {bit} with value {value}"), "bits 1 to 8 are 0 or 1; bit 0 stands for all eight, 0 to 255"));
+        return Err(Refused::new(
+            Code::OutOfRange,
+            format!("bit {bit} with value {value}"),
+            "bits 1 to 8 are 0 or 1; bit 0 stands for all eight, 0 to 255",
+        ));
     }
     Ok((rest, address, bit, value))
 }
@@ -395,5 +488,9 @@ fn character(c: i64) -> Read<()> {
     if (33..=125).contains(&c) {
         return Ok(());
     }
-    Err(Refused::new(Code::OutOfRange, format!("synchronisation character {c}"), "they are 33 to 125; the card answers 5"))
+    Err(Refused::new(
+        Code::OutOfRange,
+        format!("synchronisation character {c}"),
+        "they are 33 to 125; the card answers 5",
+    ))
 }

@@ -1,3 +1,23 @@
-use super::{Format, Job};
+//! G-code of CAM tools, controllers and lasers.
+//!
+//! The language takes G-code itself, so most lines stay as they are. What it has no meaning for is
+//! refused or left out with a diagnostic ([`rules`]); repetition becomes tables and loops
+//! ([`fold`]).
+
+mod fold;
+mod read;
+mod rules;
+mod words;
+mod write;
+
 use super::diag::Diags;
-pub(crate) fn import(_job: &Job<'_>, _format: Format, _diags: &mut Diags) -> String { String::new() }
+use super::{Format, Job};
+
+/// Makes a script of a program.
+pub(crate) fn import(job: &Job<'_>, format: Format, diags: &mut Diags) -> String {
+    let blocks = read::read(job, format, diags);
+    if diags.has_errors() {
+        return String::new();
+    }
+    write::script(job, format, &blocks, diags)
+}

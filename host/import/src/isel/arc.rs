@@ -36,8 +36,8 @@ pub(crate) fn end(from: [i64; 2], length: i64, clockwise: bool) -> End {
     for _ in 0..5 {
         let quarter = std::f64::consts::FRAC_PI_2;
         let border = ((angle / quarter + 1e-9).floor() + 1.0) * quarter;
-        let run = radius
-            * ((angle.cos() - border.cos()).abs() + (angle.sin() - border.sin()).abs());
+        let run =
+            radius * ((angle.cos() - border.cos()).abs() + (angle.sin() - border.sin()).abs());
         if run >= left - 1e-6 {
             angle = within(angle, border, left / radius);
             break;

@@ -35,8 +35,8 @@ pub(crate) fn script(job: &Job<'_>, items: &[Item], source: &Source, diags: &mut
     }
     let mut labels = BTreeSet::new();
     for (at, item) in items.iter().enumerate() {
-        let block = matches!(item.op, Op::Loop { .. })
-            && flow.at(at).is_some_and(|part| part.structured);
+        let block =
+            matches!(item.op, Op::Loop { .. }) && flow.at(at).is_some_and(|part| part.structured);
         if let Some(to) = item.op.target().filter(|_| !block) {
             labels.insert((to, flow.depth(at, to)));
         }
@@ -92,7 +92,10 @@ impl Writer<'_, '_> {
                         pairs.axes[axis.index()].is_some_and(|pair| pair.steps != 0)
                             || *axis == Axis::Z && pairs.back.is_some_and(|pair| pair.steps != 0)
                     };
-                    Axis::ALL.iter().filter(|axis| moved(axis)).fold(0, |set, axis| set | 1 << (*axis as u8))
+                    Axis::ALL
+                        .iter()
+                        .filter(|axis| moved(axis))
+                        .fold(0, |set, axis| set | 1 << (*axis as u8))
                 }
                 Op::Home(axes) | Op::Zero(axes) => axes.0,
                 Op::Arc { .. } => 3,
@@ -100,7 +103,11 @@ impl Writer<'_, '_> {
             };
             let missing = Axes(axes).list().find(|axis| self.job.profile.axis(*axis).is_none());
             if let Some(axis) = missing {
-                let text = format!("the machine `{}` has no axis {}", self.job.profile.name, axis.letter());
+                let text = format!(
+                    "the machine `{}` has no axis {}",
+                    self.job.profile.name,
+                    axis.letter()
+                );
                 let diag = Diag::new(Code::WrongAxis, item.line, item.col, text);
                 self.diags.push(diag.hint("choose another with `--profile`"));
             }
@@ -115,8 +122,10 @@ impl Writer<'_, '_> {
         let paths = has(|op| matches!(op, Op::Relative(_) | Op::Absolute(_) | Op::Arc { .. }));
         if pulses {
             let used = |n: i64| {
-                self.items.iter().any(|item| matches!(item.op, Op::Port { first, bit, .. }
-                    if bit != 0 && first + bit - 1 == n))
+                self.items.iter().any(|item| {
+                    matches!(item.op, Op::Port { first, bit, .. }
+                    if bit != 0 && first + bit - 1 == n)
+                })
             };
             self.pulse_out = (1..=8).find(|n| !used(*n)).unwrap_or(1);
             self.script.remarked(
@@ -126,9 +135,12 @@ impl Writer<'_, '_> {
         }
         if answered {
             let used = |n: i64| {
-                self.items.iter().any(|item| matches!(item.op, Op::PortTest { bit, .. } if bit == n))
+                self.items
+                    .iter()
+                    .any(|item| matches!(item.op, Op::PortTest { bit, .. } if bit == n))
             };
-            self.pulse_in = (1..=self.job.profile.wiring.inputs().into()).find(|n| !used(*n)).unwrap_or(1);
+            self.pulse_in =
+                (1..=self.job.profile.wiring.inputs().into()).find(|n| !used(*n)).unwrap_or(1);
             self.script.remarked(
                 &format!("INPUT pulse_in = {}", self.pulse_in),
                 "the partner's answer: change the number to where it is wired",
@@ -159,7 +171,9 @@ impl Writer<'_, '_> {
             let opening: Vec<usize> = self.flow.opening(at).map(|part| part.end).collect();
             for (depth, end) in opening.iter().enumerate() {
                 match self.items[*end].op {
-                    Op::Loop { times, .. } if times > 0 => self.script.open(&format!("REPEAT {times}")),
+                    Op::Loop { times, .. } if times > 0 => {
+                        self.script.open(&format!("REPEAT {times}"))
+                    }
                     _ => self.script.open("DO"),
                 }
                 self.label(at, depth + 1);
@@ -229,7 +243,8 @@ impl Writer<'_, '_> {
             }
             Op::Home(axes) => {
                 // The highest axis first: the tool leaves the work before anything moves sideways.
-                let list: Vec<String> = axes.list().rev().map(|axis| axis.letter().to_string()).collect();
+                let list: Vec<String> =
+                    axes.list().rev().map(|axis| axis.letter().to_string()).collect();
                 self.write(item, &format!("Home {}", list.join(", ")));
             }
             Op::Tell { text, wait } => self.tell(item, text, *wait),
@@ -318,7 +333,9 @@ impl Writer<'_, '_> {
         for group in groups {
             let moving: Vec<(Axis, Pair)> = group
                 .into_iter()
-                .filter_map(|axis| Some((axis, pairs.axes[axis.index()].filter(|pair| pair.steps != 0)?)))
+                .filter_map(|axis| {
+                    Some((axis, pairs.axes[axis.index()].filter(|pair| pair.steps != 0)?))
+                })
                 .collect();
             match moving[..] {
                 [] => {}
@@ -335,7 +352,11 @@ impl Writer<'_, '_> {
         }
         if let Some(back) = pairs.back.filter(|pair| pair.steps != 0) {
             if self.settings(at).plane.is_some_and(|plane| plane != 0) {
-                self.warn(item, Code::Changed, "outside plane XY the second Z should be 0: it moves last");
+                self.warn(
+                    item,
+                    Code::Changed,
+                    "outside plane XY the second Z should be 0: it moves last",
+                );
             }
             statements.push(self.single("MoveRel", Axis::Z, back));
         }
@@ -369,12 +390,16 @@ impl Writer<'_, '_> {
                 [] => {}
                 [(axis, pair)] => {
                     let target = self.target(axis, pair.steps);
-                    statements.push(format!("MoveAxe {}, {target}, {}st/s", axis.letter(), pair.rate));
+                    statements.push(format!(
+                        "MoveAxe {}, {target}, {}st/s",
+                        axis.letter(),
+                        pair.rate
+                    ));
                 }
                 _ => {
-                    let words = named.iter().map(|(axis, pair)| {
-                        word(axis.letter(), &self.target(*axis, pair.steps))
-                    });
+                    let words = named
+                        .iter()
+                        .map(|(axis, pair)| word(axis.letter(), &self.target(*axis, pair.steps)));
                     let words: Vec<String> = words.collect();
                     let feed = together(named.iter().map(|(_, pair)| pair.rate));
                     statements.push(format!("G90 G1 {} F[{feed}st/s]", words.join(" ")));
@@ -423,7 +448,10 @@ impl Writer<'_, '_> {
                 Code::Changed,
                 item.line,
                 item.col,
-                format!("the impulse is that of the probe, input {}, not of the Stop key", self.job.profile.probe_input()),
+                format!(
+                    "the impulse is that of the probe, input {}, not of the Stop key",
+                    self.job.profile.probe_input()
+                ),
             )
             .note(),
         );
@@ -475,11 +503,19 @@ impl Writer<'_, '_> {
     fn arc(&mut self, at: usize, item: &Item, length: i64, rate: i64, from: [i64; 2]) {
         let Some(clockwise) = self.settings(at).clockwise else {
             let text = "the ways to this circle bring both senses";
-            return self.refuse(item, Code::Inconsistent, text, "write `F0` or `F-1` before the circle");
+            return self.refuse(
+                item,
+                Code::Inconsistent,
+                text,
+                "write `F0` or `F-1` before the circle",
+            );
         };
-        let scales = [Axis::X, Axis::Y].map(|axis| self.job.profile.axis(axis).map(|part| part.scale));
+        let scales =
+            [Axis::X, Axis::Y].map(|axis| self.job.profile.axis(axis).map(|part| part.scale));
         let [Some(scale), Some(other)] = scales else { return };
-        if u32::from(scale.steps) * u32::from(other.um) != u32::from(other.steps) * u32::from(scale.um) {
+        if u32::from(scale.steps) * u32::from(other.um)
+            != u32::from(other.steps) * u32::from(scale.um)
+        {
             let text = "X and Y have different scales: this is no circle in mm";
             return self.refuse(item, Code::Unsupported, text, "choose a profile with one scale");
         }
@@ -493,7 +529,12 @@ impl Writer<'_, '_> {
             End::At(to_x, to_y) => self.arc_end(scale, from, [to_x, to_y]),
             End::Beyond => {
                 let text = format!("{length} steps are more than a whole circle of this radius");
-                return self.refuse(item, Code::OutOfRange, text, "a circle of radius r has 8 r steps");
+                return self.refuse(
+                    item,
+                    Code::OutOfRange,
+                    text,
+                    "a circle of radius r has 8 r steps",
+                );
             }
         };
         let plane = match self.settings(at).plane {
@@ -511,15 +552,17 @@ impl Writer<'_, '_> {
         let [x, y] = from.map(|steps| steps as f64);
         let radius = x.hypot(y);
         let miss = (to[0].round().hypot(to[1].round()) - radius).abs();
-        let words = [(Axis::X, to[0], x, from[0]), (Axis::Y, to[1], y, from[1])].map(|(axis, to, start, steps)| {
-            #[expect(clippy::cast_possible_truncation, reason = "within 25 bits")]
-            let text = if miss * step_um <= 4.0 || miss <= 0.0009 * radius {
-                self.units.steps(axis, to.round() as i64 - steps)
-            } else {
-                mm(((to - start) * step_um).round() as i64)
-            };
-            word(axis.letter(), &text)
-        });
+        let words = [(Axis::X, to[0], x, from[0]), (Axis::Y, to[1], y, from[1])].map(
+            |(axis, to, start, steps)| {
+                #[expect(clippy::cast_possible_truncation, reason = "within 25 bits")]
+                let text = if miss * step_um <= 4.0 || miss <= 0.0009 * radius {
+                    self.units.steps(axis, to.round() as i64 - steps)
+                } else {
+                    mm(((to - start) * step_um).round() as i64)
+                };
+                word(axis.letter(), &text)
+            },
+        );
         format!("{} {} ", words[0], words[1])
     }
 
@@ -527,8 +570,14 @@ impl Writer<'_, '_> {
         let last = if bit == 0 { first + 7 } else { first + bit - 1 };
         let outputs = i64::from(self.job.profile.wiring.outputs());
         if last > outputs {
-            let text = format!("output {last}: the machine `{}` has {outputs}", self.job.profile.name);
-            return self.refuse(item, Code::OutOfRange, text, "choose a profile with `wiring = \"chain\"`");
+            let text =
+                format!("output {last}: the machine `{}` has {outputs}", self.job.profile.name);
+            return self.refuse(
+                item,
+                Code::OutOfRange,
+                text,
+                "choose a profile with `wiring = \"chain\"`",
+            );
         }
         let switch = |n: i64, on: bool| format!("SetOut {n}, {}", if on { "ON" } else { "OFF" });
         match (bit, first) {

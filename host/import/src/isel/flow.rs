@@ -100,8 +100,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    const START: Settings =
-        Settings { plane: Some(0), solid: Some(false), clockwise: Some(true) };
+    const START: Settings = Settings { plane: Some(0), solid: Some(false), clockwise: Some(true) };
 
     fn after(mut self, op: &Op) -> Settings {
         match op {

@@ -96,7 +96,8 @@ pub(crate) fn read(lines: &[(u32, &str)], diags: &mut Diags) -> Vec<Item> {
 /// lines that send nothing.
 fn listing(line: &str) -> Option<&str> {
     const WORDS: [&str; 12] = [
-        "print", "open", "close", "gosub", "goto", "if", "stop", "return", "a$", "rem", "end", "cls",
+        "print", "open", "close", "gosub", "goto", "if", "stop", "return", "a$", "rem", "end",
+        "cls",
     ];
     let rest = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start();
     let lower = rest.to_ascii_lowercase();
@@ -123,8 +124,12 @@ impl Reader<'_> {
         let read = match code.strip_prefix('@') {
             Some(command) => self.direct(command, code),
             None if self.storing => self.store(code),
-            None => Err(Refused::new('5', Code::Unreadable, "this is neither an `@` command nor between `@0i` and `9`")
-                .hint("stored instructions follow `@0i`")),
+            None => Err(Refused::new(
+                '5',
+                Code::Unreadable,
+                "this is neither an `@` command nor between `@0i` and `9`",
+            )
+            .hint("stored instructions follow `@0i`")),
         };
         if let Err(refused) = read {
             let mut text = refused.text;
@@ -149,23 +154,34 @@ impl Reader<'_> {
 
     /// What follows `@`.
     fn direct(&mut self, command: &str, code: &str) -> Read<()> {
-        let device: Parsed<'_, char> = preceded(blanks, satisfy(|c| c.is_ascii_digit())).parse(command);
+        let device: Parsed<'_, char> =
+            preceded(blanks, satisfy(|c| c.is_ascii_digit())).parse(command);
         let Ok((rest, device)) = device else {
             return Err(Refused::new('5', Code::Unreadable, "`@` without the card's number")
                 .hint("commands begin with `@0`"));
         };
         if *self.device.get_or_insert(device) != device {
-            return Err(Refused { card: None, code: Code::Unsupported, hint: None,
-                text: format!("this is for another card, number {device}") }
-                .hint("import the lines of each card by themselves"));
+            return Err(Refused {
+                card: None,
+                code: Code::Unsupported,
+                hint: None,
+                text: format!("this is for another card, number {device}"),
+            }
+            .hint("import the lines of each card by themselves"));
         }
         if self.storing {
-            self.warn(Code::Inconsistent, "a command in the middle of stored instructions: `9` is missing before it");
+            self.warn(
+                Code::Inconsistent,
+                "a command in the middle of stored instructions: `9` is missing before it",
+            );
             self.end_storing()?;
         }
         let (rest, _) = blanks(rest).unwrap_or((rest, ""));
         let Some(letter) = rest.chars().next() else {
-            self.warn(Code::Inconsistent, "`@0` alone stands for `@0i` in printed listings: instructions follow");
+            self.warn(
+                Code::Inconsistent,
+                "`@0` alone stands for `@0i` in printed listings: instructions follow",
+            );
             return self.begin_storing();
         };
         let values = &rest[letter.len_utf8()..];
@@ -193,7 +209,8 @@ impl Reader<'_> {
             }
             'd' => {
                 let rates = self.numbers(values)?;
-                let text = format!("the reference speed is the profile's (`fast_rate`), not {rates:?}");
+                let text =
+                    format!("the reference speed is the profile's (`fast_rate`), not {rates:?}");
                 self.warn(Code::LeftOut, text);
                 Ok(())
             }
@@ -205,14 +222,20 @@ impl Reader<'_> {
                 Ok(())
             }
             'P' | 'b' | 'c' | '?' | 'I' | 'V' | 'C' | 'G' | 'u' => {
-                self.note(format!("`@0{letter}` is about the card itself; it moves nothing and is left out"));
+                self.note(format!(
+                    "`@0{letter}` is about the card itself; it moves nothing and is left out"
+                ));
                 Ok(())
             }
             'Q' => {
                 self.warn(Code::LeftOut, "`@0Q` ends a run by the computer: use Stop");
                 Ok(())
             }
-            _ => Err(Refused::new('5', Code::Unreadable, format!("no command begins with `{letter}`"))),
+            _ => Err(Refused::new(
+                '5',
+                Code::Unreadable,
+                format!("no command begins with `{letter}`"),
+            )),
         }
     }
 
@@ -234,16 +257,24 @@ impl Reader<'_> {
             '4' => {
                 let [option] = self.exactly(values)?;
                 if !(1..=6).contains(&option) {
-                    return Err(Refused::new('A', Code::OutOfRange, format!("pulse option {option}"))
-                        .hint("options are 1 to 6"));
+                    return Err(Refused::new(
+                        'A',
+                        Code::OutOfRange,
+                        format!("pulse option {option}"),
+                    )
+                    .hint("options are 1 to 6"));
                 }
                 self.push(Op::Pulse(option), code)
             }
             '5' => {
                 let [tenths] = self.exactly(values)?;
                 if !(0..=32_767).contains(&tenths) {
-                    return Err(Refused::new('1', Code::OutOfRange, format!("a delay of {tenths}"))
-                        .hint("delays are 0 to 32767 tenths of a second"));
+                    return Err(Refused::new(
+                        '1',
+                        Code::OutOfRange,
+                        format!("a delay of {tenths}"),
+                    )
+                    .hint("delays are 0 to 32767 tenths of a second"));
                 }
                 self.push(Op::Delay(tenths), code)
             }
@@ -260,8 +291,12 @@ impl Reader<'_> {
             'y' | 'Y' => self.arc(values, code),
             'p' => self.port(values, code),
             'o' => self.port_test(values, code),
-            _ => Err(Refused::new('5', Code::Unreadable, format!("`{opcode}` begins no stored instruction"))
-                .hint("stored are 0 1 2 3 4 5 6 7 8 9 m n e Z F y p o")),
+            _ => Err(Refused::new(
+                '5',
+                Code::Unreadable,
+                format!("`{opcode}` begins no stored instruction"),
+            )
+            .hint("stored are 0 1 2 3 4 5 6 7 8 9 m n e Z F y p o")),
         }
     }
 
@@ -270,7 +305,11 @@ impl Reader<'_> {
         let list = if self.storing { &mut self.stored } else { &mut self.program };
         list.push(item);
         if list.len() > MAX_ITEMS {
-            return Err(Refused::new('6', Code::TooLong, format!("more than {MAX_ITEMS} instructions")));
+            return Err(Refused::new(
+                '6',
+                Code::TooLong,
+                format!("more than {MAX_ITEMS} instructions"),
+            ));
         }
         Ok(())
     }
@@ -291,11 +330,19 @@ impl Reader<'_> {
         let beyond = self.stored.iter().find(|item| item.op.target().is_some_and(|to| to > end));
         if let Some(item) = beyond {
             (self.line, self.col) = (item.line, item.col);
-            return Err(Refused::new('B', Code::BadJump, "this jump leads behind the program's end"));
+            return Err(Refused::new(
+                'B',
+                Code::BadJump,
+                "this jump leads behind the program's end",
+            ));
         }
         let jumps = self.stored.iter().filter(|item| item.op.target().is_some()).count();
         if jumps > MAX_JUMPS {
-            return Err(Refused::new('6', Code::TooLong, format!("{jumps} jumps and loops; at most {MAX_JUMPS} are read")));
+            return Err(Refused::new(
+                '6',
+                Code::TooLong,
+                format!("{jumps} jumps and loops; at most {MAX_JUMPS} are read"),
+            ));
         }
         Ok(())
     }
@@ -303,14 +350,22 @@ impl Reader<'_> {
     /// `S`: the stored program runs here.
     fn start(&mut self) -> Read<()> {
         if !self.complete {
-            return Err(Refused { card: None, code: Code::NoProgram, hint: None,
-                text: "nothing is stored that could be started".to_owned() }
-                .hint("stored instructions stand between `@0i` and `9`"));
+            return Err(Refused {
+                card: None,
+                code: Code::NoProgram,
+                hint: None,
+                text: "nothing is stored that could be started".to_owned(),
+            }
+            .hint("stored instructions stand between `@0i` and `9`"));
         }
         self.started = true;
         let base = self.program.len();
         if base + self.stored.len() > MAX_ITEMS {
-            return Err(Refused::new('6', Code::TooLong, format!("more than {MAX_ITEMS} instructions")));
+            return Err(Refused::new(
+                '6',
+                Code::TooLong,
+                format!("more than {MAX_ITEMS} instructions"),
+            ));
         }
         self.program.extend(self.stored.iter().map(|item| {
             let mut item = item.clone();
@@ -367,8 +422,12 @@ impl Reader<'_> {
         let named = u8::try_from(mask).ok().filter(|mask| (1..=7).contains(mask)).map(Axes);
         match named {
             Some(named) if axes.holds(named) => Ok(named),
-            _ => Err(Refused::new('3', Code::WrongAxis, format!("{mask} names axes that `@0{}` does not", axes.0))
-                .hint("X is 1, Y 2, Z 4, added")),
+            _ => Err(Refused::new(
+                '3',
+                Code::WrongAxis,
+                format!("{mask} names axes that `@0{}` does not", axes.0),
+            )
+            .hint("X is 1, Y 2, Z 4, added")),
         }
     }
 
@@ -377,9 +436,12 @@ impl Reader<'_> {
         let numbers = self.numbers(values)?;
         let wanted = 2 * axes.pairs();
         if numbers.len() != wanted {
-            return Err(Refused::new('7', Code::WrongCount,
-                format!("{} values; `@0{}` needs {wanted}", numbers.len(), axes.0))
-                .hint("steps and speed for each of X and Y, two such pairs for Z"));
+            return Err(Refused::new(
+                '7',
+                Code::WrongCount,
+                format!("{} values; `@0{}` needs {wanted}", numbers.len(), axes.0),
+            )
+            .hint("steps and speed for each of X and Y, two such pairs for Z"));
         }
         let mut list = Vec::with_capacity(4);
         for pair in numbers.chunks_exact(2) {
@@ -398,10 +460,13 @@ impl Reader<'_> {
         let op = make(pairs);
         self.check_rates(&op, &pairs)?;
         let pairs = self.second_z(&op, pairs);
-        self.push(match op {
-            Op::Absolute(_) => Op::Absolute(pairs),
-            op => op,
-        }, code)
+        self.push(
+            match op {
+                Op::Absolute(_) => Op::Absolute(pairs),
+                op => op,
+            },
+            code,
+        )
     }
 
     /// A pair that moves nothing needs no speed, whatever the card says.
@@ -414,8 +479,11 @@ impl Reader<'_> {
             }
             let text = format!("a speed of {} steps/s", pair.rate);
             if moves || pair.steps != 0 {
-                return Err(Refused::new('D', Code::OutOfRange, text)
-                    .hint(format!("speeds are {} to {}", RATES.start(), RATES.end())));
+                return Err(Refused::new('D', Code::OutOfRange, text).hint(format!(
+                    "speeds are {} to {}",
+                    RATES.start(),
+                    RATES.end()
+                )));
             }
             self.warn(Code::OutOfRange, format!("{text}, where nothing moves{}", answer('D')));
         }
@@ -433,7 +501,10 @@ impl Reader<'_> {
                 self.note("the second Z of an absolute move repeats the first: it is left out");
             }
             Some(back) if back.steps != 0 => {
-                self.warn(Code::LeftOut, "the second Z of an absolute move must be 0; it is left out");
+                self.warn(
+                    Code::LeftOut,
+                    "the second Z of an absolute move must be 0; it is left out",
+                );
             }
             _ => {}
         }
@@ -497,11 +568,18 @@ impl Reader<'_> {
 
     fn character(&mut self, c: i64) -> Read<()> {
         if !(33..=125).contains(&c) {
-            return Err(Refused::new('5', Code::OutOfRange, format!("synchronisation character {c}"))
-                .hint("they are 33 to 125"));
+            return Err(Refused::new(
+                '5',
+                Code::OutOfRange,
+                format!("synchronisation character {c}"),
+            )
+            .hint("they are 33 to 125"));
         }
         if c == 48 || c == 64 {
-            self.warn(Code::OutOfRange, format!("character {c} is barred by the manual: it opens the link's own traffic"));
+            self.warn(
+                Code::OutOfRange,
+                format!("character {c} is barred by the manual: it opens the link's own traffic"),
+            );
         }
         Ok(())
     }
@@ -511,7 +589,13 @@ impl Reader<'_> {
         let (c, offset) = match numbers[..] {
             [c] => (c, 0),
             [c, offset] => (c, offset),
-            _ => return Err(Refused::new('7', Code::WrongCount, "a character and an offset belong here")),
+            _ => {
+                return Err(Refused::new(
+                    '7',
+                    Code::WrongCount,
+                    "a character and an offset belong here",
+                ));
+            }
         };
         self.character(c)?;
         let jump = match offset {
@@ -548,10 +632,14 @@ impl Reader<'_> {
             None
         };
         if let Some(wrong) = wrong {
-            return Err(Refused::new('C', Code::BadJump, wrong).hint("`3 7,-2` runs the last two instructions 7 times in all"));
+            return Err(Refused::new('C', Code::BadJump, wrong)
+                .hint("`3 7,-2` runs the last two instructions 7 times in all"));
         }
         let target = self.target(offset)?;
-        self.push(if offset < 0 { Op::Loop { times, start: target } } else { Op::Jump(target) }, code)
+        self.push(
+            if offset < 0 { Op::Loop { times, start: target } } else { Op::Jump(target) },
+            code,
+        )
     }
 
     fn tell(&mut self, values: &str, code: &str) -> Read<()> {
@@ -559,8 +647,12 @@ impl Reader<'_> {
         let mut chars = text.chars();
         let device = chars.next().is_some_and(|c| c.is_ascii_digit());
         if !device || !text.is_ascii() || text.contains(['"', '\'']) {
-            return Err(Refused::new('B', Code::Unreadable, "`8` needs the other card's number and a command")
-                .hint("`8 0S` starts it, `8 0R1` homes its X"));
+            return Err(Refused::new(
+                'B',
+                Code::Unreadable,
+                "`8` needs the other card's number and a command",
+            )
+            .hint("`8 0S` starts it, `8 0R1` homes its X"));
         }
         let wait = chars.next().is_some_and(|c| c.is_ascii_uppercase());
         self.push(Op::Tell { text, wait }, code)
@@ -572,8 +664,12 @@ impl Reader<'_> {
             a if a == PORTS[0] => 1,
             a if a == PORTS[1] => 9,
             _ => {
-                return Err(Refused::new('1', Code::OutOfRange, format!("{address} is no port of outputs"))
-                    .hint(format!("they are {} and {}", PORTS[0], PORTS[1])));
+                return Err(Refused::new(
+                    '1',
+                    Code::OutOfRange,
+                    format!("{address} is no port of outputs"),
+                )
+                .hint(format!("they are {} and {}", PORTS[0], PORTS[1])));
             }
         };
         self.bits(bit, value)?;
@@ -592,8 +688,12 @@ impl Reader<'_> {
     fn port_test(&mut self, values: &str, code: &str) -> Read<()> {
         let [address, bit, value, offset] = self.exactly(values)?;
         if address != PORTS[2] {
-            return Err(Refused::new('1', Code::OutOfRange, format!("{address} is no port of inputs"))
-                .hint(format!("it is {}", PORTS[2])));
+            return Err(Refused::new(
+                '1',
+                Code::OutOfRange,
+                format!("{address} is no port of inputs"),
+            )
+            .hint(format!("it is {}", PORTS[2])));
         }
         self.bits(bit, value)?;
         let jump = self.target(offset)?;
@@ -605,9 +705,13 @@ impl Reader<'_> {
         let [address, value] = self.exactly(values)?;
         let first = PORTS[..2].iter().position(|port| *port == address);
         let Some(index) = first else {
-            return Err(Refused { card: None, code: Code::Unsupported, hint: None,
-                text: format!("address {address} belongs to the card's own memory") }
-                .hint("ports of outputs are 65529 and 65530"));
+            return Err(Refused {
+                card: None,
+                code: Code::Unsupported,
+                hint: None,
+                text: format!("address {address} belongs to the card's own memory"),
+            }
+            .hint("ports of outputs are 65529 and 65530"));
         };
         self.bits(0, value)?;
         self.push(Op::Port { first: [1, 9][index], bit: 0, value }, code)
@@ -616,7 +720,8 @@ impl Reader<'_> {
     /// Numbers with commas between; a remark may follow.
     fn numbers(&mut self, values: &str) -> Read<Vec<i64>> {
         let list: Parsed<'_, Vec<i64>> = separated_list0(sign(','), whole).parse(values);
-        let (rest, numbers) = list.map_err(|_| Refused::new('5', Code::Unreadable, "numbers belong here"))?;
+        let (rest, numbers) =
+            list.map_err(|_| Refused::new('5', Code::Unreadable, "numbers belong here"))?;
         self.end(rest)?;
         Ok(numbers)
     }

@@ -1,0 +1,90 @@
+//! What becomes of each G and M word.
+
+/// The fate of a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fate {
+    /// The language has it.
+    Keep,
+    /// It asks for what always holds.
+    Idle,
+    /// Left out with a warning, which the text explains.
+    LeaveOut(&'static str),
+    /// Written as another word, with a note.
+    As(&'static str, &'static str),
+    /// Refused: the reason, and what to do.
+    Refuse(&'static str, &'static str),
+}
+
+use Fate::{As, Idle, Keep, LeaveOut, Refuse};
+
+/// A G word by ten times its number.
+pub(super) fn g(tenths: i64) -> Fate {
+    match tenths {
+        0 | 10 | 20 | 30 | 40 | 170 | 180 | 190 | 200 | 210 | 280 | 382 | 383 | 530 | 610 | 640
+        | 800 | 810 | 820 | 830 | 900 | 910 | 920 | 980 | 990 => Keep,
+        400 | 490 | 540 | 911 | 940 | 970 => Idle,
+        611 => As("G61", "G61.1 stops as exactly as G61"),
+        410..=429 => Refuse("cutter radius compensation", "let the CAM tool offset the path"),
+        430 => {
+            LeaveOut("G43: there is no tool table; set Z by SetPos or G92 after each tool change")
+        }
+        431..=439 => Refuse("a tool length offset from the program", "set Z by SetPos or G92"),
+        50..=59 => Refuse("splines", "let the CAM tool draw arcs or short lines"),
+        100 => Refuse("G10 sets work offsets", "write SetPos or G92 at the place"),
+        300 | 281 | 301 => Refuse("stored positions", "write `G53 G0 X... Y...`"),
+        330 => Refuse("spindle-synchronised motion", "there is no spindle encoder"),
+        384 | 385 => Refuse("probing away from the work", "G38.2 and G38.3 probe towards it"),
+        550..=599 => Refuse("a second work offset", "G54 is the only one; SetPos and G92 set it"),
+        730 | 840..=899 => Refuse(
+            "this canned cycle",
+            "G81, G82 and G83 are known; let the CAM tool write the moves",
+        ),
+        901 => Refuse(
+            "absolute arc centres",
+            "let the CAM tool write I and J from the start point (G91.1)",
+        ),
+        921..=923 => Refuse("this form of G92", "write `SetPos X, ...` or home the axis"),
+        930 | 950 => Refuse("this feed mode", "feeds are per minute (G94)"),
+        960 => Refuse("constant surface speed", "there is no lathe spindle"),
+        _ => Refuse(
+            "no such word",
+            "known are G0-G4 G17-G21 G28 G38.2 G38.3 G40 G49 G53 G54 G61 G64 G80-G83 G90-G92 G94 G98 G99",
+        ),
+    }
+}
+
+/// An M word by its number.
+pub(super) fn m(number: i64) -> Fate {
+    match number {
+        0..=9 | 30 => Keep,
+        48 | 49 => LeaveOut("M48, M49: the speed override is set over the link"),
+        60 => As("M0", "M60 changes a pallet: it waits for Start"),
+        10 | 11 => LeaveOut("M10, M11: clamps; write SetOut where they are wired"),
+        19 => LeaveOut("M19: the spindle cannot be turned to an angle"),
+        62..=65 => Refuse("switched outputs of another controller", "write `SetOut n, ON` or OFF"),
+        66 => Refuse("waiting for an input of another controller", "write `WaitIn n, ON`"),
+        82 | 84 | 104..=107 | 109 | 140 | 190 => {
+            Refuse("a 3D printer's word", "there is no extruder here")
+        }
+        97..=99 => Refuse("subprograms", "unroll them, or write a SUB"),
+        _ => Refuse("no such word", "known are M0-M9 and M30"),
+    }
+}
+
+/// A word that is neither G nor M and that the language has.
+pub(super) const fn is_value(letter: char) -> bool {
+    matches!(letter, 'X' | 'Y' | 'Z' | 'I' | 'J' | 'K' | 'R' | 'P' | 'Q' | 'L' | 'F' | 'S' | 'T')
+}
+
+/// Why another letter has no meaning.
+pub(super) const fn other(letter: char) -> Fate {
+    match letter {
+        'N' => Idle,
+        'A' | 'B' | 'C' | 'U' | 'V' | 'W' => {
+            Refuse("an axis that is not there", "the axes are X, Y and Z")
+        }
+        'E' => Refuse("a 3D printer's extruder", "there is none here"),
+        'D' | 'H' => LeaveOut("D and H name a tool table, which is not here"),
+        _ => Refuse("a letter without meaning", "words are G M F S T N X Y Z I J K R P Q L"),
+    }
+}

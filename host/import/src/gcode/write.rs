@@ -1,0 +1,180 @@
+//! From blocks to a script.
+
+use core::fmt::Write;
+
+use super::fold::{self, Part};
+use super::read::Block;
+use crate::codes::Code;
+use crate::diag::{Diag, Diags};
+use crate::script::{Script, literal, mm};
+use crate::{Format, Job};
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+
+/// Longest script that is compiled here, to see that it does and how much shorter it got.
+const MAX_TRIED: usize = 1 << 20;
+/// Rows of a table on one line.
+const ROWS_A_LINE: usize = 4;
+
+/// Writes the script; repetition is kept as loops where the compiler takes them.
+pub(super) fn script(
+    job: &Job<'_>,
+    format: Format,
+    blocks: &[Block<'_>],
+    diags: &mut Diags,
+) -> String {
+    if blocks.iter().all(|block| block.words.is_empty() && block.statement.is_empty()) {
+        diags.push(Diag::new(Code::NoProgram, 1, 1, "no line of the file does anything"));
+        return String::new();
+    }
+    let plain = [Part::Plain(0, blocks.len())];
+    let parts = fold::parts(blocks);
+    if parts == plain {
+        return write(job, format, blocks, &plain, None);
+    }
+    let long = write(job, format, blocks, &plain, None);
+    if long.len() > MAX_TRIED {
+        return write(job, format, blocks, &parts, None);
+    }
+    let folded = write(job, format, blocks, &parts, None);
+    match (size(job, &long), size(job, &folded)) {
+        (Some(before), Some(after)) if after < before => {
+            let saved = format!(
+                "{} bytes instead of {before}: {} saved by the loops",
+                after,
+                before - after
+            );
+            diags.push(Diag::new(Code::Said, 1, 1, saved.clone()).note());
+            write(job, format, blocks, &parts, Some(&saved))
+        }
+        // A mode that differs between the ways into a loop: the lines stay as they are.
+        _ => long,
+    }
+}
+
+/// Bytes of code and tables that a script compiles to.
+fn size(job: &Job<'_>, script: &str) -> Option<usize> {
+    let source = Source::new("imported", script.to_owned());
+    let (program, _) = compile(&source, ProfileChoice::Given(Box::new(job.profile.clone())));
+    let compiled = lang::back::compile(&program?).ok()?;
+    Some(compiled.code_bytes + compiled.table_bytes)
+}
+
+fn write(
+    job: &Job<'_>,
+    format: Format,
+    blocks: &[Block<'_>],
+    parts: &[Part],
+    saved: Option<&str>,
+) -> String {
+    let what = match format {
+        Format::Laser => "laser G-code",
+        Format::Excellon => "a drill file",
+        _ => "G-code",
+    };
+    let mut script = Script::new(job.name, what, job.profile);
+    if let Some(saved) = saved {
+        script.remark(saved);
+    }
+    let tables = parts.iter().filter(|part| matches!(part, Part::Table { .. })).count();
+    if tables > 0 {
+        script.line("DIM i");
+    }
+    let mut number = 0;
+    for part in parts {
+        if let Part::Table { rows, .. } = part {
+            number += 1;
+            table(&mut script, &table_name(number, tables), rows);
+        }
+    }
+    script.gap();
+    number = 0;
+    for part in parts {
+        match part {
+            Part::Plain(from, to) => {
+                for block in &blocks[*from..*to] {
+                    line(&mut script, block, None);
+                }
+            }
+            Part::Same { from, len, times } => {
+                script.open(&format!("REPEAT {times}"));
+                for block in &blocks[*from..from + len] {
+                    line(&mut script, block, None);
+                }
+                script.close("END REPEAT");
+            }
+            Part::Table { from, len, rows } => {
+                number += 1;
+                let name = table_name(number, tables);
+                script.remark(&format!(
+                    "{} holes, lines {} to {}",
+                    rows.len(),
+                    blocks[*from].line,
+                    blocks[from + len * rows.len() - 1].line
+                ));
+                script.open(&format!("FOR i = 0 TO COUNT({name}) - 1"));
+                for block in &blocks[*from..from + len] {
+                    line(&mut script, block, Some(&name));
+                }
+                script.close("NEXT");
+            }
+        }
+    }
+    script.finish()
+}
+
+fn table_name(number: usize, tables: usize) -> String {
+    if tables == 1 { "holes".to_owned() } else { format!("holes_{number}") }
+}
+
+fn table(script: &mut Script, name: &str, rows: &[[i64; 2]]) {
+    let cell = |row: &[i64; 2]| format!("{}, {}", mm(row[0]), mm(row[1]));
+    let lines: Vec<String> = rows
+        .chunks(ROWS_A_LINE)
+        .map(|chunk| chunk.iter().map(cell).collect::<Vec<_>>().join("; "))
+        .collect();
+    if let [only] = &lines[..] {
+        return script.line(&format!("TABLE {name}(2) = {only}"));
+    }
+    script.line(&format!("TABLE {name}(2) = _"));
+    for (i, text) in lines.iter().enumerate() {
+        let end = if i + 1 < lines.len() { "; _" } else { "" };
+        script.line(&format!("  {text}{end}"));
+    }
+}
+
+/// One block; `table` names the table whose row X and Y come from.
+fn line(script: &mut Script, block: &Block<'_>, table: Option<&str>) {
+    if let Some(message) = &block.message {
+        script.line(&format!("PRINT \"{}\"", literal(message)));
+    }
+    if !block.statement.is_empty() {
+        return script.remarked(block.statement, &block.remark);
+    }
+    if block.words.is_empty() {
+        if !block.remark.is_empty() {
+            script.remark(&block.remark);
+        }
+        return;
+    }
+    let mut text = String::with_capacity(32);
+    // A hole in the table has both coordinates, where the source may leave out one that stays.
+    let mut placed = false;
+    for (letter, value) in &block.words {
+        let separator = if text.is_empty() { "" } else { " " };
+        let _ = match (letter, table) {
+            ('X' | 'Y', Some(name)) => {
+                if core::mem::replace(&mut placed, true) {
+                    continue;
+                }
+                write!(text, "{separator}X[{name}(i, 0)] Y[{name}(i, 1)]")
+            }
+            _ => write!(text, "{separator}{letter}{value}"),
+        };
+    }
+    let modal = !block.words.iter().any(|(letter, _)| *letter == 'G');
+    if table.is_some() && modal && placed {
+        text = format!("G{} {text}", block.motion);
+    }
+    script.remarked(&text, &block.remark);
+}
