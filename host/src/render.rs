@@ -102,6 +102,13 @@ impl Note {
         self
     }
 
+    /// The same as a warning.
+    #[must_use]
+    pub fn warning(mut self) -> Note {
+        self.severity = Severity::Warning;
+        self
+    }
+
     /// The same with a remedy.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Note {

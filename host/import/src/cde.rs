@@ -12,7 +12,7 @@ use super::Job;
 use super::codes::Code;
 use super::diag::{Diag, Diags};
 use super::line::{Parsed, column, sign, whole};
-use super::script::{Script, Units};
+use super::script::{Script, Units, time};
 use lang::axis::Axis;
 
 /// Greatest number of steps of one line; the card's counters have 24 bits.
@@ -177,7 +177,7 @@ impl Reader<'_, '_> {
                 "pauses are 0 to a day",
             );
         }
-        self.push(format!("Wait {ms}ms"), message);
+        self.push(format!("Wait {}", time(ms)), message);
     }
 
     fn movement(&mut self, number: u32, values: &[i64], message: &str) {

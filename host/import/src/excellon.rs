@@ -354,7 +354,12 @@ fn write(job: &Job<'_>, runs: &[Run], sizes: &BTreeMap<u32, String>, diags: &mut
             run.tool,
             if holes == 1 { "hole" } else { "holes" }
         ));
-        script.line(&format!("M6 T{}", run.tool));
+        // The first tool is in the spindle when Start is pressed.
+        script.line(&if index == 0 {
+            format!("T{}", run.tool)
+        } else {
+            format!("M6 T{}", run.tool)
+        });
         script.line("M3");
         script.open(&format!("FOR i = 0 TO COUNT({}) - 1", name(index)));
         let (x, y) = (format!("{}(i, 0)", name(index)), format!("{}(i, 1)", name(index)));

@@ -113,6 +113,15 @@ pub(crate) fn mm(um: i64) -> String {
     format!("{sign}{whole}.{}mm", rest.trim_end_matches('0'))
 }
 
+/// A time in ms as a literal: `1.5s`.
+pub(crate) fn time(ms: i64) -> String {
+    match (ms / 1000, ms % 1000) {
+        (0, ms) if ms > 0 => format!("{ms}ms"),
+        (s, 0) => format!("{s}s"),
+        (s, rest) => format!("{s}.{}s", format!("{rest:03}").trim_end_matches('0')),
+    }
+}
+
 /// How the steps of a source are written.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Units {
@@ -169,7 +178,7 @@ fn equal(a: Scale, b: Scale) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{clean, mm};
+    use super::{clean, mm, time};
 
     #[test]
     fn lengths_are_short_and_exact() {
@@ -177,6 +186,11 @@ mod tests {
         assert_eq!(mm(-5), "-0.005mm");
         assert_eq!(mm(-12_000), "-12mm");
         assert_eq!(mm(0), "0mm");
+    }
+
+    #[test]
+    fn times_are_short_and_exact() {
+        assert_eq!([0, 250, 1000, 1500, 90_000].map(time), ["0s", "250ms", "1s", "1.5s", "90s"]);
     }
 
     #[test]

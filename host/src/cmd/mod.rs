@@ -12,6 +12,7 @@ mod control;
 mod disasm;
 mod flash;
 mod fmt;
+mod import;
 mod lsp;
 mod port;
 mod profile;
@@ -76,6 +77,8 @@ enum Command {
     Sim(sim::Sim),
     /// Show the instructions of a script or of an image
     Disasm(disasm::Disasm),
+    /// Make a script of a program of another system
+    Import(import::Import),
     /// Put scripts into one style
     Fmt(fmt::Fmt),
     /// Keep a virtual board up: the real firmware behind a serial device or a TCP port
@@ -120,6 +123,7 @@ impl Command {
             Command::Build(command) => command.run(options, console),
             Command::Disasm(command) => command.run(options, console),
             Command::Sim(command) => command.run(options, console),
+            Command::Import(command) => command.run(options, console),
             Command::Fmt(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
             Command::Board(command) => command.run(options, console),

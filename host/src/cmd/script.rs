@@ -4,7 +4,7 @@ use std::path::Path;
 
 use firmware::store;
 use lang::back::{self, Compiled, Excess, Resource};
-use lang::front::source::{MAX_SOURCE_BYTES, Source};
+use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::{FORMAT, Image, crc_in, crc_of};
@@ -23,14 +23,21 @@ pub struct Script {
     pub program: Program,
 }
 
-/// Reads and checks a script; every diagnostic is written.
+/// Reads and checks a script, or the program of another system, which becomes one; every
+/// diagnostic is written.
 ///
 /// # Errors
 /// It cannot be read or has errors.
 pub fn load(file: &str, options: &Options, console: &Console) -> Result<Script, Failure> {
     let given = options.profile(console)?;
-    let bytes = input::read_bytes(file, MAX_SOURCE_BYTES).map_err(|note| console.refuse(&note))?;
-    let (source, mut diags) = Source::decode(file, &bytes);
+    let bytes = input::read_bytes(file, import::MAX_BYTES).map_err(|note| console.refuse(&note))?;
+    let (source, mut diags) = if import::is_importable(file, &bytes) {
+        let options = import::Options { profile: given.clone(), ..import::Options::default() };
+        let imported = super::import::read(file, &bytes, &options, console)?;
+        (Source::new(file, imported.script), Vec::new())
+    } else {
+        Source::decode(file, &bytes)
+    };
     let find = |name: &str| named_profile(name, file);
     let choice = match given {
         Some(profile) => ProfileChoice::Given(Box::new(profile)),
@@ -158,7 +165,7 @@ pub struct Code {
 /// # Errors
 /// It cannot be read, the script is wrong, or the image is damaged.
 pub fn load_code(file: &str, options: &Options, console: &Console) -> Result<Code, Failure> {
-    let bytes = input::read_bytes(file, MAX_SOURCE_BYTES).map_err(|note| console.refuse(&note))?;
+    let bytes = input::read_bytes(file, import::MAX_BYTES).map_err(|note| console.refuse(&note))?;
     // No script begins with this byte: it is a control character.
     if bytes.first() != Some(&FORMAT) {
         let script = load(file, options, console)?;

@@ -11,13 +11,9 @@ use super::number::{Factor, whole_number};
 use super::{Open, Read, Reader, Refused, letters};
 use crate::codes::Code;
 use crate::isel::instr::{Axes, Op, Pair, Pairs};
+use crate::isel::operands::{MAX_STEPS, RATES};
 use crate::line::{Parsed, blanks, decimal, sign, whole, word};
 use lang::axis::Axis;
-
-/// Slowest and fastest rate, steps/s.
-const RATES: core::ops::RangeInclusive<i64> = 21..=20_000;
-/// Greatest number of steps that the card's 24 bits hold.
-const MAX_STEPS: i64 = 8_388_607;
 
 /// `12.5(2000)`
 type Value<'a> = (&'a str, Option<i64>);

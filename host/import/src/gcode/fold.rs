@@ -102,7 +102,10 @@ fn table(blocks: &[Block<'_>], from: usize, len: usize) -> Option<(Part, usize)>
         rows.push([x, y]);
         at += len;
     }
-    (rows.len() >= MIN_ROWS).then(|| (Part::Table { from, len, rows }, at))
+    if rows.len() < MIN_ROWS {
+        return None;
+    }
+    Some((Part::Table { from, len, rows }, at))
 }
 
 /// Groups that are equal word for word.

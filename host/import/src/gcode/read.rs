@@ -215,7 +215,7 @@ impl<'a> Reader<'a, '_> {
                 "parameters have no meaning here",
                 "let the CAM tool write numbers, or declare variables in the script",
             )
-        } else if first == 'O' || first == 'o' {
+        } else if line.trim_start().starts_with(['O', 'o']) {
             (
                 "O-words have no meaning here",
                 "unroll the program, or write SUB, IF and REPEAT in the script",

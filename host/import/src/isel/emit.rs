@@ -2,13 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use super::arc::{self, End};
 use super::flow::{self, Flow, Settings};
 use super::instr::{Axes, Item, Op, Pair, Pairs};
 use crate::Job;
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
-use crate::script::{Script, Units, mm};
+use crate::script::{Script, Units, time};
 use lang::axis::Axis;
 use lang::profile::Scale;
 
@@ -65,21 +64,21 @@ pub(crate) fn script(job: &Job<'_>, items: &[Item], source: &Source, diags: &mut
     writer.script.finish()
 }
 
-struct Writer<'a, 'd> {
-    job: &'a Job<'a>,
+pub(super) struct Writer<'a, 'd> {
+    pub(super) job: &'a Job<'a>,
     items: &'a [Item],
     flow: Flow,
     /// Instruction and how many of the loops that begin there stand before the label.
     labels: BTreeSet<(usize, usize)>,
     settings: Vec<Option<Settings>>,
-    units: Units,
+    pub(super) units: Units,
     /// Axes whose work zero the program moves: their targets are work positions.
     zeroed: Axes,
-    pulse_out: i64,
-    pulse_in: i64,
+    pub(super) pulse_out: i64,
+    pub(super) pulse_in: i64,
     remarks: bool,
-    script: Script,
-    diags: &'d mut Diags,
+    pub(super) script: Script,
+    pub(super) diags: &'d mut Diags,
 }
 
 impl Writer<'_, '_> {
@@ -196,7 +195,7 @@ impl Writer<'_, '_> {
     }
 
     /// Writes a statement with the source's text behind it.
-    fn write(&mut self, item: &Item, statement: &str) {
+    pub(super) fn write(&mut self, item: &Item, statement: &str) {
         if self.remarks {
             self.script.remarked(statement, &item.text);
         } else {
@@ -204,11 +203,11 @@ impl Writer<'_, '_> {
         }
     }
 
-    fn refuse(&mut self, item: &Item, code: Code, text: impl Into<String>, hint: &str) {
+    pub(super) fn refuse(&mut self, item: &Item, code: Code, text: impl Into<String>, hint: &str) {
         self.diags.push(Diag::new(code, item.line, item.col, text).hint(hint));
     }
 
-    fn warn(&mut self, item: &Item, code: Code, text: impl Into<String>) {
+    pub(super) fn warn(&mut self, item: &Item, code: Code, text: impl Into<String>) {
         self.diags.once(Diag::new(code, item.line, item.col, text).warning());
     }
 
@@ -234,13 +233,7 @@ impl Writer<'_, '_> {
                 self.write(item, &jump);
             }
             Op::Pulse(option) => self.pulse(item, *option),
-            Op::Delay(tenths) => {
-                let wait = match tenths % 10 {
-                    0 => format!("Wait {}s", tenths / 10),
-                    rest => format!("Wait {}.{rest}s", tenths / 10),
-                };
-                self.write(item, &wait);
-            }
+            Op::Delay(tenths) => self.write(item, &format!("Wait {}", time(tenths * 100))),
             Op::Home(axes) => {
                 // The highest axis first: the tool leaves the work before anything moves sideways.
                 let list: Vec<String> =
@@ -303,7 +296,7 @@ impl Writer<'_, '_> {
     }
 
     /// The settings at an instruction; those of the start where nothing reaches it.
-    fn settings(&self, at: usize) -> Settings {
+    pub(super) fn settings(&self, at: usize) -> Settings {
         self.settings.get(at).copied().flatten().unwrap_or(Settings {
             plane: Some(0),
             solid: Some(false),
@@ -428,169 +421,6 @@ impl Writer<'_, '_> {
             self.script.line(statement);
         }
     }
-
-    /// `6`: each axis by itself is a probe; an impulse ends all of them.
-    fn until_impulse(&mut self, item: &Item, pairs: &Pairs) {
-        let mut moving: Vec<(Axis, Pair)> = Axis::ALL
-            .into_iter()
-            .filter_map(|axis| Some((axis, pairs.axes[axis.index()]?)))
-            .chain(pairs.back.map(|pair| (Axis::Z, pair)))
-            .collect();
-        moving.retain(|(_, pair)| pair.steps != 0);
-        let sideways = moving.iter().filter(|(axis, _)| *axis != Axis::Z).count();
-        if sideways > 1 {
-            let text = "a probe moves one axis; this one moves X and Y together";
-            self.refuse(item, Code::Unsupported, text, "write two moves, one for each axis");
-            return;
-        }
-        self.diags.once(
-            Diag::new(
-                Code::Changed,
-                item.line,
-                item.col,
-                format!(
-                    "the impulse is that of the probe, input {}, not of the Stop key",
-                    self.job.profile.probe_input()
-                ),
-            )
-            .note(),
-        );
-        let mut condition = String::new();
-        for (axis, pair) in moving {
-            let sign = if pair.steps < 0 { '-' } else { '+' };
-            let letter = axis.letter();
-            let text = format!(
-                "{condition}Probe? {letter}, POSST({letter}) {sign} {}st, {}st/s",
-                pair.steps.abs(),
-                pair.rate
-            );
-            self.write(item, &text);
-            condition = format!("IF NOT PROBEOK({letter}) THEN {condition}");
-        }
-    }
-
-    fn pulse(&mut self, item: &Item, option: i64) {
-        match option {
-            1 => self.write(item, "SetOut pulse_out, ON"),
-            2 => self.write(item, "SetOut pulse_out, OFF"),
-            3 => self.write(item, "Pulse pulse_out, 500ms"),
-            4 => self.write(item, "WaitStart"),
-            5 => {
-                self.script.open("DO");
-                self.write(item, "Pulse pulse_out, 500ms");
-                self.script.line("WaitIn? pulse_in, ON, 500ms");
-                self.script.close("LOOP WHILE TIMEDOUT");
-            }
-            _ => {
-                self.write(item, "WaitStart");
-                self.script.line("Pulse pulse_out, 500ms");
-            }
-        }
-    }
-
-    fn tell(&mut self, item: &Item, text: &str, wait: bool) {
-        self.warn(
-            item,
-            Code::Changed,
-            "`8` starts another card: the script prints the command, and the host must pass it on",
-        );
-        self.write(item, &format!("PRINT \"@{text}\""));
-        if wait {
-            self.script.remarked("WaitChar 48", "the other card's answer, passed on by the host");
-        }
-    }
-
-    fn arc(&mut self, at: usize, item: &Item, length: i64, rate: i64, from: [i64; 2]) {
-        let Some(clockwise) = self.settings(at).clockwise else {
-            let text = "the ways to this circle bring both senses";
-            return self.refuse(
-                item,
-                Code::Inconsistent,
-                text,
-                "write `F0` or `F-1` before the circle",
-            );
-        };
-        let scales =
-            [Axis::X, Axis::Y].map(|axis| self.job.profile.axis(axis).map(|part| part.scale));
-        let [Some(scale), Some(other)] = scales else { return };
-        if u32::from(scale.steps) * u32::from(other.um)
-            != u32::from(other.steps) * u32::from(scale.um)
-        {
-            let text = "X and Y have different scales: this is no circle in mm";
-            return self.refuse(item, Code::Unsupported, text, "choose a profile with one scale");
-        }
-        let center = format!(
-            "{} {}",
-            word('I', &self.units.steps(Axis::X, -from[0])),
-            word('J', &self.units.steps(Axis::Y, -from[1]))
-        );
-        let end = match arc::end(from, length, clockwise) {
-            End::Start => String::new(),
-            End::At(to_x, to_y) => self.arc_end(scale, from, [to_x, to_y]),
-            End::Beyond => {
-                let text = format!("{length} steps are more than a whole circle of this radius");
-                return self.refuse(
-                    item,
-                    Code::OutOfRange,
-                    text,
-                    "a circle of radius r has 8 r steps",
-                );
-            }
-        };
-        let plane = match self.settings(at).plane {
-            Some(0) => "",
-            _ => "G17 ",
-        };
-        let turn = if clockwise { "G2" } else { "G3" };
-        self.write(item, &format!("{plane}G91 {turn} {end}{center} F[{rate}st/s]"));
-    }
-
-    /// The end's words: whole steps where they lie on the circle, else what does to a micrometre.
-    fn arc_end(&self, scale: Scale, from: [i64; 2], to: [f64; 2]) -> String {
-        let step_um = f64::from(scale.um) / f64::from(scale.steps);
-        #[expect(clippy::cast_precision_loss, reason = "24-bit values are exact")]
-        let [x, y] = from.map(|steps| steps as f64);
-        let radius = x.hypot(y);
-        let miss = (to[0].round().hypot(to[1].round()) - radius).abs();
-        let words = [(Axis::X, to[0], x, from[0]), (Axis::Y, to[1], y, from[1])].map(
-            |(axis, to, start, steps)| {
-                #[expect(clippy::cast_possible_truncation, reason = "within 25 bits")]
-                let text = if miss * step_um <= 4.0 || miss <= 0.0009 * radius {
-                    self.units.steps(axis, to.round() as i64 - steps)
-                } else {
-                    mm(((to - start) * step_um).round() as i64)
-                };
-                word(axis.letter(), &text)
-            },
-        );
-        format!("{} {} ", words[0], words[1])
-    }
-
-    fn port(&mut self, item: &Item, first: i64, bit: i64, value: i64) {
-        let last = if bit == 0 { first + 7 } else { first + bit - 1 };
-        let outputs = i64::from(self.job.profile.wiring.outputs());
-        if last > outputs {
-            let text =
-                format!("output {last}: the machine `{}` has {outputs}", self.job.profile.name);
-            return self.refuse(
-                item,
-                Code::OutOfRange,
-                text,
-                "choose a profile with `wiring = \"chain\"`",
-            );
-        }
-        let switch = |n: i64, on: bool| format!("SetOut {n}, {}", if on { "ON" } else { "OFF" });
-        match (bit, first) {
-            (0, 1) => self.write(item, &format!("SetPort {value}")),
-            (0, _) => {
-                let list: Vec<String> =
-                    (0..8).map(|i| switch(first + i, value >> i & 1 != 0)).collect();
-                self.write(item, &list[..4].join(" : "));
-                self.script.line(&list[4..].join(" : "));
-            }
-            _ => self.write(item, &switch(last, value != 0)),
-        }
-    }
 }
 
 /// The speed of axes that move together: the root of the squares.
@@ -604,7 +434,7 @@ fn together(rates: impl Iterator<Item = i64>) -> i64 {
 }
 
 /// A G-code word: a length in mm as it is, anything else in brackets.
-fn word(letter: char, text: &str) -> String {
+pub(super) fn word(letter: char, text: &str) -> String {
     match text.strip_suffix("mm") {
         Some(number) => format!("{letter}{number}"),
         None => format!("{letter}[{text}]"),

@@ -6,9 +6,11 @@
 
 pub(crate) mod answer;
 mod arc;
+mod effects;
 pub(crate) mod emit;
 mod flow;
 pub(crate) mod instr;
+pub(crate) mod operands;
 mod parse;
 
 use super::Job;

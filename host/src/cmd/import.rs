@@ -1,0 +1,131 @@
+//! `pasapas import`: programs of other systems become scripts.
+
+use clap::Args;
+use import::{Imported, Severity};
+use lang::profile::Scale;
+use serde_json::json;
+
+use super::{Console, Options};
+use crate::failure::Failure;
+use crate::input;
+use crate::render::Note;
+
+/// `pasapas import`
+#[derive(Debug, Args)]
+pub struct Import {
+    /// The program; `-` is standard input
+    file: String,
+    /// What it is: isel, charlysoft, cde, laser, gcode, excellon; found by content without it
+    #[arg(long, value_name = "FORMAT", value_parser = format)]
+    from: Option<import::Format>,
+    /// Refuse what would be done otherwise than it stands there
+    #[arg(long)]
+    strict: bool,
+    /// Write the script here instead of to standard output
+    #[arg(short, value_name = "OUT.bas")]
+    output: Option<String>,
+    /// Scale of a source that counts in steps: steps per millimetre, such as 100 or 400/5
+    #[arg(long, value_name = "STEPS", value_parser = scale)]
+    steps_per_mm: Option<Scale>,
+    /// The S word of full laser power; without it 100, 255 or 1000, by the largest that stands there
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    s_max: Option<u32>,
+}
+
+fn format(name: &str) -> Result<import::Format, String> {
+    import::Format::by_name(name).ok_or_else(|| {
+        format!("no format is called `{name}`; known are {}", import::Format::list())
+    })
+}
+
+/// `100`, or steps of a turn over millimetres of a turn.
+fn scale(text: &str) -> Result<Scale, String> {
+    let (steps, mm) = text.split_once('/').unwrap_or((text, "1"));
+    let steps: u16 =
+        steps.trim().parse().map_err(|_| format!("`{steps}` is no number of steps"))?;
+    let um = mm.trim().parse::<f64>().ok().map(|mm| (mm * 1000.0).round());
+    match um.filter(|um| (1.0..=65_535.0).contains(um)) {
+        Some(um) if steps > 0 => Ok(Scale { steps, um: um as u16 }),
+        _ => Err("write steps per millimetre, 100, or steps over millimetres, 400/5".to_owned()),
+    }
+}
+
+impl Import {
+    /// Reads the program and writes the script.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no program, or holds what cannot be kept.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let options = import::Options {
+            from: self.from,
+            strict: self.strict,
+            profile: options.profile(console)?,
+            scale: self.steps_per_mm,
+            s_max: self.s_max,
+        };
+        let bytes = input::read_bytes(&self.file, import::MAX_BYTES)
+            .map_err(|note| console.refuse(&note))?;
+        let imported = read(&self.file, &bytes, &options, console)?;
+        let Some(path) = &self.output else { return console.result(&imported.script) };
+        std::fs::write(path, &imported.script).map_err(|error| Failure::writing(path, &error))?;
+        let lines = imported.script.lines().count();
+        if console.json() {
+            return console.json_line(&json!({
+                "imported": self.file, "format": imported.format.name(), "script": path,
+                "lines": lines, "profile": imported.profile,
+            }));
+        }
+        console.complain(&format!(
+            "{path}: {lines} lines from {} ({})",
+            self.file,
+            imported.format.name()
+        ));
+        Ok(())
+    }
+}
+
+/// Makes a script of a program; every diagnostic is written.
+///
+/// # Errors
+/// The program cannot be kept.
+pub fn read(
+    file: &str,
+    bytes: &[u8],
+    options: &import::Options,
+    console: &Console,
+) -> Result<Imported, Failure> {
+    let made = import::import(file, bytes, options);
+    let (Ok(Imported { notes, .. }) | Err(notes)) = &made;
+    for diag in notes {
+        if diag.severity == Severity::Note {
+            if !console.json() {
+                console.complain(diag.render(file).trim_end());
+            }
+            continue;
+        }
+        let mut note =
+            Note::error(file, diag.code.id(), diag.text.clone()).at((diag.line, diag.col));
+        if diag.severity == Severity::Warning {
+            note = note.warning();
+        }
+        if let Some(hint) = &diag.hint {
+            note = note.hint(hint.clone());
+        }
+        console.note(&note)?;
+    }
+    made.map_err(|_| Failure::Input)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Scale, scale};
+
+    #[test]
+    fn scales_are_steps_over_millimetres() {
+        assert_eq!(scale("100"), Ok(Scale { steps: 100, um: 1000 }));
+        assert_eq!(scale("400/2.5"), Ok(Scale { steps: 400, um: 2500 }));
+        for wrong in ["", "0", "5/0", "a", "100/1000"] {
+            assert!(scale(wrong).is_err(), "{wrong}");
+        }
+    }
+}
