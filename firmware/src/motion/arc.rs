@@ -82,7 +82,7 @@ impl Ends {
             start: self.start,
             end: self.end,
         };
-        for i in 0..2 {
+        for i in [0, 1] {
             let from = self.from_um[axes[i]];
             let center = from.checked_add(offset[i]).ok_or(Fault::Arc)?;
             arc.center[i] = center;
@@ -92,7 +92,7 @@ impl Ends {
                 return Err(Fault::Arc);
             }
         }
-        for n in 0..3 {
+        for n in [0, 1, 2] {
             if self.start[n].unsigned_abs() > FAR_STEPS || self.end[n].unsigned_abs() > FAR_STEPS {
                 return Err(Fault::Arc);
             }
@@ -112,7 +112,7 @@ impl Ends {
     pub fn with_radius(&self, radius: i32) -> Result<Arc, Fault> {
         let axes = self.plane();
         let mut half = [0; 2];
-        for i in 0..2 {
+        for i in [0, 1] {
             let chord = self.to_um[axes[i]].checked_sub(self.from_um[axes[i]]).ok_or(Fault::Arc)?;
             if chord.unsigned_abs() > 2 * FAR_UM {
                 return Err(Fault::Arc);
@@ -253,7 +253,7 @@ fn angle(v: [i32; 2]) -> u32 {
         (x, y) = (x << 1, y << 1);
     }
     for i in 0..28usize {
-        let step = if i < ATAN.len() { ATAN[i] } else { ATAN[12] >> (i - 12) };
+        let step = ATAN.get(i).copied().unwrap_or_else(|| ATAN[12] >> (i - 12));
         if y > 0 {
             (x, y) = (x + (y >> i), y - (x >> i));
             sum = sum.wrapping_add(step);
@@ -425,7 +425,7 @@ impl Walk {
         let last = after == 0;
         let mut chord = Chord { after, ..Chord::default() };
         let mut longest = 0;
-        for n in 0..3 {
+        for n in [0, 1, 2] {
             chord.delta[n] = target[n].wrapping_sub(self.exact[n]);
             let length = if last {
                 let end = self.arc.end[n].wrapping_sub(self.arc.start[n]);
@@ -441,7 +441,7 @@ impl Walk {
         }
         let whole = chord.events << FINE;
         let over = if last { whole } else { longest };
-        for n in 0..3 {
+        for n in [0, 1, 2] {
             let delta = chord.delta[n];
             let length = delta.unsigned_abs();
             let end = self.arc.end[n].wrapping_sub(self.arc.start[n]);

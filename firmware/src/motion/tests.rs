@@ -116,7 +116,7 @@ fn play_path(path: &mut Path, axes: &[AxisRecord; 3], from: [i32; 3]) -> Vec<(u6
 
 fn arcs() -> impl Strategy<Value = (Ends, [i32; 2])> {
     let radius = prop_oneof![50i32..2_000, 2_000i32..60_000];
-    (radius, 0.0f64..6.283, 0.02f64..6.283, any::<bool>(), 0u8..3, -3_000i32..3_000, any::<bool>())
+    (radius, 0.0f64..6.25, 0.02f64..6.25, any::<bool>(), 0u8..3, -3_000i32..3_000, any::<bool>())
         .prop_map(|(r, from, sweep, clockwise, first, rise, full)| {
             let point =
                 |a: f64| [(f64::from(r) * a.cos()).round(), (f64::from(r) * a.sin()).round()];

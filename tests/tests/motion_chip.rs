@@ -1,0 +1,351 @@
+//! The chip's half of motion in the emulator: arithmetic and step engine against their twins.
+
+use emulator::Signal;
+use emulator::{Board, Image, Part};
+use firmware::motion::scaled::Scaled;
+use firmware::motion::{Arc, Block, Ends, Feed, Path, PathSegment};
+use lang::record::AxisRecord;
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+
+/// The shipped image, symbols and all.
+fn board() -> Board {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/image/pasapas-g2955.elf");
+    let bytes = std::fs::read(path).expect("the shipped image");
+    Board::new(Part::G2955, &Image::parse(&bytes).expect("an ELF file"))
+}
+
+/// Watchdog held, 16 MHz, interrupts off, the CPU in an endless loop at the top of RAM.
+fn quiet(board: &mut Board) {
+    board.bus_write16(0x0120, 0x5A80);
+    let (bc1, dco) = (board.peek8(0x10F9), board.peek8(0x10F8));
+    board.bus_write8(0x57, bc1);
+    board.bus_write8(0x56, dco);
+    board.poke16(HOME, 0x3FFF);
+    for (register, value) in [(0, HOME), (1, STACK), (2, 0)] {
+        board.set_reg(register, value);
+    }
+}
+
+/// A chip on which single functions are called, interrupts off.
+struct Chip {
+    board: Board,
+    /// Longest call, cycles.
+    worst: u64,
+}
+
+/// Top of RAM: an endless loop, the return address of a call, and below it the stack.
+const HOME: u16 = 0x20FC;
+const STACK: u16 = 0x20F0;
+
+impl Chip {
+    fn new() -> Chip {
+        let mut board = board();
+        quiet(&mut board);
+        board.set_breakpoint(HOME);
+        Chip { board, worst: 0 }
+    }
+
+    /// Calls a function with two 32-bit arguments; its 32-bit result.
+    fn call(&mut self, name: &str, a: u32, b: u32) -> u32 {
+        let at = self.board.symbol(name).unwrap_or_else(|| panic!("no symbol {name}"));
+        let sp = STACK;
+        self.board.poke16(sp, HOME);
+        for (register, value) in [(0, at), (1, sp), (2, 0), (12, a as u16), (13, (a >> 16) as u16)]
+        {
+            self.board.set_reg(register, value);
+        }
+        self.board.set_reg(14, b as u16);
+        self.board.set_reg(15, (b >> 16) as u16);
+        let from = self.board.cycles();
+        for kept in 4..11 {
+            self.board.set_reg(kept, 0x1110 * kept as u16);
+        }
+        self.board.run_for(100_000);
+        assert_eq!(self.board.reg(0), HOME, "{name}({a:#x}, {b:#x}) did not return");
+        assert_eq!(self.board.reg(1), sp + 2, "{name} leaves the stack as it was");
+        for kept in 4..11 {
+            assert_eq!(self.board.reg(kept), 0x1110 * kept as u16, "{name} keeps r{kept}");
+        }
+        self.worst = self.worst.max(self.board.cycles() - from);
+        u32::from(self.board.reg(12)) | u32::from(self.board.reg(13)) << 16
+    }
+}
+
+/// Zero, or a number in the planner's range.
+fn scaled() -> impl Strategy<Value = Scaled> {
+    prop_oneof![
+        1 => Just(Scaled::ZERO),
+        9 => (0x80_0000u32..0x100_0000, 96u32..170).prop_map(|(m, e)| Scaled(e << 24 | m)),
+    ]
+}
+
+#[test]
+fn scaled_arithmetic_is_that_of_its_twin() {
+    let mut chip = Chip::new();
+    let mut runner = TestRunner::new(ProptestConfig::with_cases(400));
+    let chip = std::cell::RefCell::new(&mut chip);
+    let pairs = (scaled(), scaled(), 0u32..30);
+    runner
+        .run(&pairs, |(a, b, near)| {
+            let mut chip = chip.borrow_mut();
+            // Half of the cases compare neighbours, where carries and exact ties live.
+            let b = if near < 15 && a.0 != 0 { Scaled(a.0 ^ near) } else { b };
+            let two = [
+                ("times", a.times(b).0),
+                ("over", a.over(b).0),
+                ("plus", a.plus(b).0),
+                ("minus", a.minus(b).0),
+                ("min", a.least(b).0),
+                ("max", a.most(b).0),
+                ("root", a.root().0),
+                ("floor", a.floor()),
+                ("new", Scaled::new(a.0).0),
+            ];
+            for (name, twin) in two {
+                let chips = chip.call(&format!("pasapas_scaled_{name}"), a.0, b.0);
+                prop_assert_eq!(chips, twin, "{}({:x}, {:x})", name, a.0, b.0);
+            }
+            let exponent = chip.call("pasapas_scaled_exponent_over", a.0, b.0) as i8;
+            prop_assert_eq!(exponent, a.exponent_over(b));
+            Ok(())
+        })
+        .unwrap();
+    assert!(chip.borrow().worst < 1_000, "{} cycles", chip.borrow().worst);
+}
+
+/// The engine's memory, fed from outside as the firmware feeds it.
+struct Engine {
+    board: Board,
+    play: u16,
+    step: u16,
+    fill: u16,
+}
+
+/// TA1CCTL0, TA1CCR0, TA1R
+const CONTROL: u16 = 0x0182;
+const COMPARE: u16 = 0x0192;
+const COUNTER: u16 = 0x0190;
+
+impl Engine {
+    fn new(width_ticks: u16) -> Engine {
+        let mut board = board();
+        quiet(&mut board);
+        let play = board.symbol("PASAPAS_PLAY").expect("play");
+        let step = board.symbol("PASAPAS_STEP").expect("step");
+        for at in (play..play + 80).chain(step..step + 34) {
+            board.poke8(at, 0);
+        }
+        let handler = if width_ticks == 0 { "pasapas_path_event" } else { "pasapas_path_long" };
+        let handler = board.symbol(handler).expect("handler");
+        board.poke16(step, handler);
+        board.poke16(step + 2, play);
+        board.poke16(step + 20, width_ticks);
+        // P2DIR, P2SEL, P2SEL's reset value would make P2.6 and P2.7 crystal pins.
+        board.bus_write8(0x2A, 0xFF);
+        board.bus_write8(0x2E, 0x13);
+        board.bus_write16(0x0180, 0x0224);
+        board.set_reg(2, 8);
+        board.record(true);
+        Engine { board, play, step, fill: 0 }
+    }
+
+    fn room(&mut self) -> bool {
+        let slot = self.play + 32 * self.fill;
+        let free = self.board.peek16(slot + 8) == 0;
+        free && (!self.running() || self.board.peek16(self.step + 2) != slot)
+    }
+
+    fn running(&mut self) -> bool {
+        self.board.bus_read16(CONTROL) & 0x10 != 0
+    }
+
+    fn put(&mut self, s: &PathSegment) {
+        let slot = self.play + 32 * self.fill;
+        let long = |board: &mut Board, at: u16, v: u32| {
+            board.poke16(at, v as u16);
+            board.poke16(at + 2, (v >> 16) as u16);
+        };
+        long(&mut self.board, slot, s.ramp.interval);
+        long(&mut self.board, slot + 4, s.ramp.dif as u32);
+        self.board.poke16(slot + 10, s.ramp.mask);
+        for (n, inc) in s.inc.iter().enumerate() {
+            long(&mut self.board, slot + 12 + 4 * n as u16, *inc);
+        }
+        let pins = [0x08, 0x40, 0x80];
+        let dirs: u8 = (0..3).filter(|a| s.negative >> a & 1 == 0).map(|a| pins[a]).sum();
+        for (n, acc) in s.acc.iter().enumerate() {
+            self.board.poke16(slot + 24 + 2 * n as u16, *acc);
+        }
+        self.board.poke8(slot + 30, dirs);
+        self.board.poke8(slot + 31, s.negative | u8::from(s.begin) << 7);
+        self.board.poke16(slot + 8, s.ramp.events);
+        self.fill ^= 1;
+        if !self.running() {
+            // The empty one: the first interrupt then begins this one.
+            self.board.poke16(self.step + 2, self.play + 32 * self.fill);
+            let at = self.board.bus_read16(COUNTER).wrapping_add(160);
+            self.board.bus_write16(COMPARE, at);
+            self.board.bus_write16(CONTROL, 0x10);
+        }
+    }
+
+    fn count(&self, axis: u16) -> i16 {
+        self.board.peek16(self.step + 6 + 2 * axis) as i16
+    }
+
+    fn late(&self) -> u16 {
+        self.board.peek16(self.step + 18)
+    }
+}
+
+fn axes(top: u32) -> [AxisRecord; 3] {
+    let axis = AxisRecord {
+        steps: 400,
+        um: 4000,
+        start_rate: 400,
+        top_rate: top,
+        accel: 50_000,
+        decel: 50_000,
+        ..AxisRecord::default()
+    };
+    [axis, axis, axis]
+}
+
+/// Rising edges of each STEP pin, ticks, and their direction.
+fn steps(engine: &mut Engine) -> [Vec<(u64, bool)>; 3] {
+    let mut dirs = [false; 3];
+    let mut out = [const { Vec::new() }; 3];
+    for edge in engine.board.take_edges() {
+        match edge.signal {
+            Signal::Dir(a) => dirs[usize::from(a)] = edge.level,
+            Signal::Step(a) if edge.level => {
+                out[usize::from(a)].push((edge.cycle, dirs[usize::from(a)]))
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+/// Something for the path.
+enum Piece {
+    Line(Block),
+    Arc(Arc, Feed),
+}
+
+impl Piece {
+    fn offer(&self, path: &mut Path, axes: &[AxisRecord; 3]) -> bool {
+        match self {
+            Piece::Line(block) => path.push(axes, block),
+            Piece::Arc(arc, feed) => path.push_arc(axes, arc, *feed, false),
+        }
+    }
+}
+
+fn line(steps: [i32; 3], feed: Feed, exact: bool) -> Piece {
+    Piece::Line(Block { steps, feed, exact })
+}
+
+/// Plays blocks on the chip and on the twin; every edge must agree to the tick.
+fn plays_as_planned(axes: &[AxisRecord; 3], blocks: &[Piece], width: u16) -> Engine {
+    let mut engine = Engine::new(width);
+    let mut path = Path::new(20);
+    let mut segment = PathSegment::default();
+    let mut waiting = blocks.iter();
+    let mut planned: [Vec<(u64, bool)>; 3] = Default::default();
+    let (mut acc, mut time) = ([0u32; 3], 0u64);
+    let mut block = waiting.next();
+    for _ in 0..1_000_000 {
+        while let Some(b) = block {
+            if !b.offer(&mut path, axes) {
+                break;
+            }
+            block = waiting.next();
+        }
+        if engine.room() {
+            if path.next_segment(axes, &mut segment) {
+                engine.put(&segment);
+                // The twin: the engine's definition in plain Rust.
+                let mut interval = segment.ramp.interval;
+                if segment.begin {
+                    acc = segment.acc.map(|half| u32::from(half) << 16);
+                }
+                for event in 1..=segment.ramp.events {
+                    time += u64::from(interval);
+                    interval = interval.wrapping_add_signed(segment.ramp.dif);
+                    if event & segment.ramp.mask != 0 {
+                        continue;
+                    }
+                    for a in 0..3 {
+                        let (sum, carry) = acc[a].overflowing_add(segment.inc[a]);
+                        acc[a] = sum;
+                        if carry {
+                            planned[a].push((time >> 16, segment.negative >> a & 1 == 0));
+                        }
+                    }
+                }
+            } else if path.is_idle() && !engine.running() {
+                break;
+            }
+        }
+        engine.board.run_for(200);
+    }
+    assert_eq!(engine.late(), 0);
+    let made = steps(&mut engine);
+    let first = planned.iter().flatten().map(|e| e.0).min().expect("steps");
+    let begin = made.iter().flatten().map(|e| e.0).min().expect("edges");
+    for a in 0..3 {
+        for (n, (m, p)) in made[a].iter().zip(&planned[a]).enumerate() {
+            assert_eq!(m.1, p.1, "direction of axis {a} at step {n}");
+            assert_eq!(m.0 - begin, p.0 - first, "axis {a}, step {n}");
+        }
+        assert_eq!(made[a].len(), planned[a].len(), "steps of axis {a}");
+        let net: i32 = planned[a].iter().map(|e| if e.1 { 1 } else { -1 }).sum();
+        assert_eq!(engine.count(a as u16), net as i16);
+    }
+    engine
+}
+
+/// Longest Timer1_A CCR0 interrupt, cycles.
+fn worst(engine: &Engine) -> u64 {
+    engine.board.stats().interrupts.get(&0xFFFA).map_or(0, |stats| stats.worst)
+}
+
+#[test]
+fn path_engine_plays_every_edge_as_planned() {
+    let ends = Ends {
+        first: 0,
+        clockwise: true,
+        from_um: [0; 3],
+        to_um: [10_000, 10_000, 1_000],
+        start: [0; 3],
+        end: [1_000, 1_000, 100],
+    };
+    let arc = ends.around([10_000, 0]).expect("an arc");
+    let blocks = [
+        line([3000, -2000, 700], Feed::Rapid, false),
+        line([2000, 100, 0], Feed::Um(60_000), false),
+        Piece::Arc(arc, Feed::Um(30_000)),
+        line([-1, 7, -3], Feed::Um(2_000), false),
+        line([0, 0, -400], Feed::Rapid, true),
+        line([5, -5, 5], Feed::Um(300), true),
+    ];
+    let engine = plays_as_planned(&axes(8_000), &blocks, 0);
+    assert!(worst(&engine) <= 270, "{} cycles", worst(&engine));
+    // Pulses of 20 us, as optocoupled drivers want them.
+    plays_as_planned(&axes(8_000), &blocks, 20 * 16);
+}
+
+#[test]
+fn three_axes_reach_sixty_thousand_steps_a_second() {
+    let fast = [line([40_000, 40_000, -40_000], Feed::Rapid, false)];
+    let mut axes = axes(60_000);
+    for axis in &mut axes {
+        axis.accel = 200_000;
+        axis.decel = 200_000;
+    }
+    let engine = plays_as_planned(&axes, &fast, 0);
+    let stats = engine.board.stats().interrupts[&0xFFFA];
+    assert!(stats.total / stats.count <= 190, "{} cycles", stats.total / stats.count);
+}
