@@ -60,13 +60,13 @@ pub(super) fn plan(checker: &mut Checker<'_>, graph: &Graph) {
     let mut only_g98 = [true; 2];
     let mut needed = Vec::new();
     for (index, block) in checker.gcode.list.iter().enumerate() {
-        let Some(Some(before)) = checker.gcode.states.get(index) else { continue };
+        let Some(before) = checker.gcode.states.state(index as u32) else { continue };
         let feed = before.get(Group::Feed).written;
         let moves = block.special.is_some() || block.has_axis();
         plan.default_feed |= moves
             && block.f.is_none()
             && feed.is_some_and(|both| both.iter().any(|(feed, _)| *feed == DEFAULT_FEED));
-        let mut state = *before;
+        let mut state = before;
         checker.gcode.apply(index as u32, block, &mut state);
         let cycle = state.motion().is_some_and(Motion::is_cycle);
         if !cycle || !block.has_axis() || block.special.is_some() {
@@ -339,7 +339,7 @@ impl<'a> Checker<'a> {
         out: &mut Vec<StmtKind>,
     ) -> (Option<VarId>, bool) {
         let (span, line) = (context.span, context.line);
-        let before = self.gcode.states.get(index as usize).copied().flatten();
+        let before = self.gcode.states.state(index);
         let class = before.as_ref().map_or(0, class_of);
         let part = &self.gcode.plan.classes[class];
         let held = before.as_ref().map(|s| s.get(Group::Held)).and_then(Value::single);

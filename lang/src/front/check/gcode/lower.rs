@@ -36,7 +36,7 @@ impl<'a> Checker<'a> {
     }
 
     fn lower_block(&mut self, index: u32, block: &Block<'a>, line: u32) -> Option<Vec<StmtKind>> {
-        let before = self.gcode.states.get(index as usize).copied().flatten();
+        let before = self.gcode.states.state(index);
         // A block that nothing reaches is checked as if it stood at the start.
         let mut state = before.unwrap_or_else(|| modal::State::start(true));
         self.gcode.apply(index, block, &mut state);
@@ -407,7 +407,7 @@ impl<'a> super::Blocks<'a> {
 
     /// Whether a Z may be held before the block and none is behind it.
     fn lets_go(&self, index: u32, block: &Block<'_>, after: &modal::State) -> bool {
-        let before = self.states.get(index as usize).copied().flatten();
+        let before = self.states.state(index);
         let held = before.and_then(|s| s.get(Group::Held).single());
         let moves =
             block.special.is_some() || block.has_axis() || block.motion == Some(Motion::None);

@@ -17,7 +17,7 @@ use crate::front::ast::{GValue, GWord, Stmt};
 use crate::front::literal::Decimal;
 use crate::hir::VarId;
 use block::Block;
-use modal::{Group, State};
+use modal::Group;
 
 /// A word of a canned cycle that stays for the next ones.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ pub(super) struct Blocks<'a> {
     /// Held words of each block.
     words: Vec<Vec<(Group, i32)>>,
     /// The state before each block.
-    states: Vec<Option<State>>,
+    states: solve::Reached,
     plan: cycle::Plan,
     /// The commanded work position as far as the last blocks tell, um.
     position: [Option<i32>; 3],

@@ -43,7 +43,7 @@ pub(super) const DEFAULT_FEED: i32 = 1;
 pub(super) const FEED: i32 = 2;
 
 /// What one group may be, at one place.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Value {
     /// What held when the procedure was entered.
     pub entry: bool,
@@ -89,7 +89,7 @@ impl Value {
 }
 
 /// The state of all groups.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct State(pub [Value; GROUPS]);
 
 impl State {
@@ -125,8 +125,14 @@ impl State {
         &self.0[group as usize]
     }
 
+    /// Writes a group. A value that the script has written already keeps its place: programs
+    /// that repeat their words in each block then have few different states.
     pub fn set(&mut self, group: Group, value: i32, place: Span) {
-        self.0[group as usize] = Value::known(value, place);
+        let slot = &mut self.0[group as usize];
+        let same = slot.single() == Some(value);
+        if !(same && slot.written.is_some_and(|[(_, before), _]| before != Span::default())) {
+            *slot = Value::known(value, place);
+        }
     }
 
     /// The group may be either of two values.

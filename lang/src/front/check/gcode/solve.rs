@@ -8,6 +8,7 @@ use crate::effect::Plane;
 use crate::front::check::calls::Calls;
 use crate::front::check::graph::{Graph, Node, NodeId, Op, Target};
 use crate::front::span::Span;
+use std::collections::HashMap;
 
 /// What a procedure does to the state, relative to its entry; None where it never gets there.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,12 +19,53 @@ struct Effect {
     out: Option<State>,
 }
 
+/// Index of a state in a table.
+type StateId = u32;
+
+/// Different states, each once: long programs have few.
+#[derive(Debug, Default)]
+struct Table {
+    list: Vec<State>,
+    ids: HashMap<State, StateId>,
+    /// The one found last: most steps change nothing, and comparing is cheaper than hashing.
+    last: StateId,
+}
+
+impl Table {
+    fn id(&mut self, state: &State) -> StateId {
+        if self.list.get(self.last as usize) == Some(state) {
+            return self.last;
+        }
+        self.last = *self.ids.entry(*state).or_insert_with(|| {
+            self.list.push(*state);
+            self.list.len() as StateId - 1
+        });
+        self.last
+    }
+}
+
+/// The state that reaches each block.
+#[derive(Debug, Default)]
+pub(super) struct Reached {
+    table: Vec<State>,
+    blocks: Vec<Option<StateId>>,
+}
+
+impl Reached {
+    /// Before a block, by its number; None where nothing reaches it.
+    pub fn state(&self, block: u32) -> Option<State> {
+        let id = (*self.blocks.get(block as usize)?)?;
+        self.table.get(id as usize).copied()
+    }
+}
+
 struct Solver<'s> {
     graph: &'s Graph,
     calls: &'s Calls,
     blocks: &'s Blocks<'s>,
     effects: Vec<Effect>,
-    states: Vec<Option<State>>,
+    table: Table,
+    states: Vec<Option<StateId>>,
     touched: Vec<NodeId>,
     work: Vec<NodeId>,
 }
@@ -34,12 +76,13 @@ pub(super) fn solve(
     calls: &Calls,
     blocks: &Blocks<'_>,
     default_feed: bool,
-) -> Vec<Option<State>> {
+) -> Reached {
     let mut solver = Solver {
         graph,
         calls,
         blocks,
         effects: vec![Effect::default(); calls.procs.len()],
+        table: Table::default(),
         states: vec![None; graph.nodes.len()],
         touched: Vec::new(),
         work: Vec::new(),
@@ -52,18 +95,31 @@ pub(super) fn solve(
 
 impl Solver<'_> {
     fn reach(&mut self, node: NodeId, state: &State) {
-        match &mut self.states[node as usize] {
-            Some(known) => {
+        let id = match self.states[node as usize] {
+            Some(id) => {
+                let mut known = self.table.list[id as usize];
                 if !known.join(state) {
                     return;
                 }
+                self.table.id(&known)
             }
-            slot => {
-                *slot = Some(*state);
+            None => {
                 self.touched.push(node);
+                self.table.id(state)
+            }
+        };
+        self.states[node as usize] = Some(id);
+        self.work.push(node);
+    }
+
+    /// Takes the next node that must be looked at, with its state.
+    fn next(&mut self) -> Option<(NodeId, State)> {
+        while let Some(id) = self.work.pop() {
+            if let Some(state) = self.states[id as usize] {
+                return Some((id, self.table.list[state as usize]));
             }
         }
-        self.work.push(node);
+        None
     }
 
     /// What one procedure does.
@@ -78,8 +134,7 @@ impl Solver<'_> {
             }
             None => *slot = Some(*state),
         };
-        while let Some(id) = self.work.pop() {
-            let Some(state) = self.states[id as usize] else { continue };
+        while let Some((id, state)) = self.next() {
             let node = self.graph.nodes[id as usize];
             match node.op {
                 Op::Return if gosub => add(&mut effect.back, &state),
@@ -102,7 +157,7 @@ impl Solver<'_> {
     }
 
     /// What reaches each block, over the whole script at once.
-    fn whole(&mut self, default_feed: bool) -> Vec<Option<State>> {
+    fn whole(mut self, default_feed: bool) -> Reached {
         let graph = self.graph;
         if let Some(&main) = graph.entries.first() {
             self.reach(main, &State::start(default_feed));
@@ -113,8 +168,7 @@ impl Solver<'_> {
         for &(label, span) in &graph.errors {
             self.reach(graph.labels[label.0 as usize], &State::handler(span));
         }
-        while let Some(id) = self.work.pop() {
-            let Some(state) = self.states[id as usize] else { continue };
+        while let Some((id, state)) = self.next() {
             let node = graph.nodes[id as usize];
             if let Op::Call(routine, _) | Op::Gosub(Target::Routine(routine), _) = node.op {
                 self.reach(graph.entries[routine.0 as usize], &state);
@@ -124,13 +178,13 @@ impl Solver<'_> {
             let (after, _) = self.step(&node, &state);
             self.flow(&node, after);
         }
-        let mut reached = vec![None; self.blocks.list.len()];
+        let mut blocks = vec![None; self.blocks.list.len()];
         for (node, state) in graph.nodes.iter().zip(&self.states) {
             if let Op::Gcode(block) = node.op {
-                reached[block as usize] = *state;
+                blocks[block as usize] = *state;
             }
         }
-        reached
+        Reached { table: self.table.list, blocks }
     }
 
     fn flow(&mut self, node: &Node, state: Option<State>) {
