@@ -88,12 +88,20 @@ pub struct Client<L> {
     address: u8,
     mode: Mode,
     patience: Patience,
+    /// When the last character came, by the link's clock.
+    last_byte: Duration,
 }
 
 impl<L: Link> Client<L> {
     /// A master that assumes the link's mode to be right.
     pub fn new(link: L, address: u8) -> Client<L> {
-        Client { link, address, mode: Mode::DEFAULT, patience: Patience::default() }
+        Client {
+            link,
+            address,
+            mode: Mode::DEFAULT,
+            patience: Patience::default(),
+            last_byte: Duration::ZERO,
+        }
     }
 
     /// The link, for its clock.
@@ -257,6 +265,10 @@ impl<L: Link> Client<L> {
         frame: &[u8],
     ) -> Result<Result<Reply, usize>, ClientError> {
         self.drain()?;
+        // The line rests before a request (Modbus over serial line V1.02, 2.5.1.1), or a slave
+        // takes it for more of the frame before.
+        let rested = self.link.now().saturating_sub(self.last_byte);
+        self.link.pause(self.mode.silence().saturating_sub(rested));
         self.link.send(frame).map_err(ClientError::Port)?;
         let on_the_line = self.mode.time_of(frame.len() + request.reply_length());
         let deadline = self.link.now() + on_the_line + self.patience.reply;
@@ -270,6 +282,7 @@ impl<L: Link> Client<L> {
             }
             let count = self.link.receive(&mut buffer, left).map_err(ClientError::Port)?;
             heard += count;
+            self.last_byte = self.link.now();
             received.extend(&buffer[..count]);
             if let Scan::Found(reply) = request.scan(self.address, &received) {
                 return Ok(Ok(reply));

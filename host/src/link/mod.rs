@@ -41,6 +41,12 @@ impl Mode {
         let bits = if self.parity == Parity::None { 10 } else { 11 };
         Duration::from_micros((bytes as u64 * bits * 1_000_000).div_ceil(u64::from(self.rate)))
     }
+
+    /// Rest of the line between two frames: 3.5 characters, at more than 19 200 bits/s 1750 us
+    /// (Modbus over serial line V1.02, 2.5.1.1).
+    pub fn silence(self) -> Duration {
+        (self.time_of(7) / 2).max(Duration::from_micros(1750))
+    }
 }
 
 impl fmt::Display for Mode {
