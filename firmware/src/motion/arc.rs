@@ -27,6 +27,13 @@ pub struct Arc {
     pub from: [i32; 2],
     /// The end less the centre, um.
     pub to: [i32; 2],
+    /// Radius at the start, um.
+    pub radius: Scaled,
+    /// Angle of the start, 2^32 to a turn.
+    pub begin: u32,
+    /// The angle from start to end in the arc's direction, 2^32 to a turn; a full circle is one
+    /// part less.
+    pub sweep: u32,
     /// Where all axes are, steps.
     pub start: [i32; 3],
     /// Where they end, steps.
@@ -79,6 +86,9 @@ impl Ends {
             center: [0; 2],
             from: [0; 2],
             to: [0; 2],
+            radius: Scaled::ZERO,
+            begin: 0,
+            sweep: 0,
             start: self.start,
             end: self.end,
         };
@@ -102,6 +112,11 @@ impl Ends {
         if r0 < ONE || miss > MISS_UM && miss.times(THOUSAND) > r0 {
             return Err(Fault::Arc);
         }
+        arc.radius = r0;
+        arc.begin = angle(arc.from);
+        let turn = angle(arc.to).wrapping_sub(arc.begin);
+        let turn = if self.clockwise { turn.wrapping_neg() } else { turn };
+        arc.sweep = if turn == 0 || arc.from == arc.to { u32::MAX } else { turn };
         Ok(arc)
     }
 
@@ -172,34 +187,19 @@ impl Arc {
         [a, b, 3 - a - b]
     }
 
-    /// Radius at the start, um.
-    pub fn radius(&self) -> Scaled {
-        distance(self.from)
-    }
-
-    /// The angle from start to end in the arc's direction, 2^32 to a turn; a full circle is one
-    /// part less.
-    pub fn sweep(&self) -> u32 {
-        let turn = angle(self.to).wrapping_sub(angle(self.from));
-        let turn = if self.clockwise { turn.wrapping_neg() } else { turn };
-        if turn == 0 || self.from == self.to { u32::MAX } else { turn }
-    }
-
     /// The furthest that each plane axis gets, um: start, end, and those of the circle's four
     /// extremes that the arc passes. Lowest and highest for each axis of [`Arc::axes`].
     pub fn extremes(&self) -> [[i32; 2]; 2] {
-        let sweep = self.sweep();
-        let from = angle(self.from);
-        let radius = self.radius().floor() as i32;
+        let radius = self.radius.floor() as i32;
         let mut out = [[0; 2]; 2];
         for (i, span) in out.iter_mut().enumerate() {
             let (a, b) = (self.center[i] + self.from[i], self.center[i] + self.to[i]);
             *span = [a.min(b), a.max(b)];
         }
         for quarter in 0..4u32 {
-            let ahead = (quarter << 30).wrapping_sub(from);
+            let ahead = (quarter << 30).wrapping_sub(self.begin);
             let ahead = if self.clockwise { ahead.wrapping_neg() } else { ahead };
-            if ahead < sweep {
+            if ahead < self.sweep {
                 let i = quarter as usize & 1;
                 let at =
                     if quarter < 2 { self.center[i] + radius } else { self.center[i] - radius };
@@ -212,7 +212,7 @@ impl Arc {
     /// Direction of travel in the plane at the start (or at the end), 32768 is 1.
     pub fn tangent(&self, at_end: bool) -> [i16; 2] {
         let v = if at_end { self.to } else { self.from };
-        let r = distance(v);
+        let r = self.radius;
         let unit = |c: i32| {
             let unit = Scaled::new(c.unsigned_abs()).over(r).shifted(15).floor().min(0x7FFF) as i16;
             if c < 0 { -unit } else { unit }
@@ -351,8 +351,7 @@ fn fine(axis: &AxisRecord, um_256: i32) -> i32 {
 impl Walk {
     /// At the beginning of an arc.
     pub fn new(axes: &[AxisRecord; 3], arc: &Arc) -> Walk {
-        let sweep = arc.sweep();
-        let radius = arc.radius();
+        let (sweep, radius) = (arc.sweep, arc.radius);
         let [a, b, _] = arc.axes();
         let um = |n: usize| Scaled::new(axes[n].um.into()).over(Scaled::new(axes[n].steps.into()));
         let step = um(a).least(um(b));

@@ -382,7 +382,7 @@ fn to_um(axis: &AxisRecord, steps: Scaled) -> Scaled {
 /// Direction of an arc of some length along its helix, at its beginning or end.
 fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i16; 3] {
     let mut unit = [0; 3];
-    let plane = arc.radius().times(Scaled::new(arc.sweep())).times(RADIAN).over(length);
+    let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN).over(length);
     let part = |of: i16, part: Scaled| {
         let size = part.times(Scaled::new(of.unsigned_abs().into())).floor().min(0x7FFF) as i16;
         if of < 0 { -size } else { size }
@@ -454,7 +454,7 @@ fn geometry(axes: &[AxisRecord; 3], next: &Next) -> Geometry {
         }
         Shape::Arc(arc) => {
             let [a, b, c] = arc.axes();
-            let plane = arc.radius().times(Scaled::new(arc.sweep())).times(RADIAN);
+            let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN);
             let rise = Scaled::new(arc.end[c].abs_diff(arc.start[c]));
             let rise_um = to_um(&axes[c], rise);
             g.length = plane.times(plane).plus(rise_um.times(rise_um)).root();
@@ -462,7 +462,7 @@ fn geometry(axes: &[AxisRecord; 3], next: &Next) -> Geometry {
             g.limit(&axes[a], to_um(&axes[a], ONE));
             g.limit(&axes[b], to_um(&axes[b], ONE));
             // The ramp must also hold the arc: v^2 / r.
-            g.feed = g.accel.least(g.decel).times(arc.radius()).root();
+            g.feed = g.accel.least(g.decel).times(arc.radius).root();
             if rise.0 != 0 {
                 g.limit(&axes[c], g.length.over(rise));
             }

@@ -256,7 +256,7 @@ fn shape(arc: &Arc, start: &[Place; 3]) -> ArcShape {
     center[b] = f64::from(arc.center[1]);
     center[c] = f64::from(start[c].um);
     let angle = f64::from(arc.from[1]).atan2(f64::from(arc.from[0]));
-    let sweep = f64::from(arc.sweep()) / 4_294_967_296.0 * std::f64::consts::TAU;
+    let sweep = f64::from(arc.sweep) / 4_294_967_296.0 * std::f64::consts::TAU;
     ArcShape {
         center,
         plane: [Axis::ALL[a], Axis::ALL[b]],
