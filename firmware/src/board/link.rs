@@ -52,8 +52,8 @@ USCIAB0RX:
     mov.b &0x0064, r13
     mov.b &0x0066, r12
     tst.b &{shared}+{state}
-    jne 4f
-    bit.b #0x70, r13
+    jne 5f
+6:  bit.b #0x70, r13
     jne 2f
     mov.b &{shared}+{head}, r13
     cmp.b #{frame}, r13
@@ -75,6 +75,14 @@ USCIAB0RX:
 4:  pop r13
     pop r12
     reti
+    /* the last byte of the reply has left the ring: the next request begins */
+5:  cmp.b #{last}, &{shared}+{state}
+    jne 4b
+    cmp.b &{shared}+{tail}, &{shared}+{head}
+    jne 4b
+    clr.b &{shared}+{head}
+    clr.b &{shared}+{state}
+    jmp 6b
 
     .global TIMER0_A1
 TIMER0_A1:
@@ -116,6 +124,7 @@ TIMER0_A0:
     silence = const offset_of!(Shared, silence),
     slack = const offset_of!(Shared, slack),
     ready = const FRAME_READY,
+    last = const LAST,
     vm = sym VM,
     poll = const offset_of!(State, poll),
 );
@@ -209,14 +218,9 @@ impl Uart {
         bis!(reg::special().ie2, 1);
     }
 
-    /// A frame's length once its silence has passed. Listens again when a reply has gone out.
+    /// A frame's length once its silence has passed. After a reply the next character listens.
     pub fn frame(&mut self) -> Option<u8> {
         let state = get!(state);
-        if state == LAST && get!(tail) == get!(head) && reg::uart().uca0stat.read().bits() & 1 == 0
-        {
-            put!(head, 0);
-            put!(state, LISTEN);
-        }
         if state != FRAME_READY {
             return None;
         }
@@ -233,7 +237,8 @@ impl Uart {
 impl Uart {
     /// Whether no reply is being sent.
     pub fn rests(&self) -> bool {
-        get!(state) == LISTEN
+        let sent = get!(state) == LAST && get!(tail) == get!(head);
+        get!(state) == LISTEN || sent && reg::uart().uca0stat.read().bits() & 1 == 0
     }
 }
 
