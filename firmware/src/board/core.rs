@@ -585,7 +585,9 @@ impl Core {
             if let End::Fault = end {
                 self.log();
             }
-            if end as u8 != End::Done as u8 && self.effect.code == 0 {
+            if end as u8 == End::Fault as u8 {
+                self.effect_pc = vm().fault_pc;
+            } else if end as u8 != End::Done as u8 && self.effect.code == 0 {
                 self.effect_pc = vm().pc;
             }
             self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));

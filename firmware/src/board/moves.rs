@@ -415,7 +415,10 @@ impl Core {
             self.effect.n = n;
             self.effect.bits = bits;
             self.effect.phase = 1;
-            self.begin_probe(and, xor, place.1, pace)?;
+            if let Err(fault) = self.begin_probe(and, xor, place.1, pace) {
+                self.emit_outcome(TraceKind::Probe, n, false, self.motor.position(n));
+                return Err(fault);
+            }
             return Ok(false);
         }
         let n = self.effect.n;
