@@ -1,5 +1,6 @@
 //! The programs of the language reference run to their end, with one trace on both host engines.
 
+use lang::front::fmt::format;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use pasapas::sim::trace::{Status, to_text};
@@ -26,4 +27,20 @@ fn programs_of_the_reference_run_alike_on_both_engines() {
         });
         assert_eq!(traces[0], traces[1], "{text}");
     }
+}
+
+#[test]
+fn examples_are_in_the_formatters_style() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let mut scripts = 0;
+    for entry in std::fs::read_dir(folder).expect("the examples") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|extension| extension == "bas") {
+            let text = std::fs::read_to_string(&path).expect("a text");
+            let formatted = format(&text).unwrap_or_else(|_| panic!("{} is wrong", path.display()));
+            assert!(formatted == text, "`pasapas fmt {}` would change it", path.display());
+            scripts += 1;
+        }
+    }
+    assert!(scripts >= 16);
 }

@@ -9,9 +9,10 @@ use super::words::Kw;
 
 /// Blanks for one level.
 const INDENT: usize = 2;
-/// Levels that a continued line stands further in.
-const CONTINUED: usize = 2;
-/// Longest distance, in columns, of a comment from the code before it.
+/// Columns that a continued line stands further in, unless it was written still further in.
+const CONTINUED: usize = 4;
+/// Longest distance, in columns, of a comment from the code before it, and of a continued line from
+/// its statement.
 const MAX_DISTANCE: usize = 60;
 /// Deepest indentation, in levels; beyond it lines stay below each other.
 const MAX_LEVEL: usize = 40;
@@ -50,8 +51,12 @@ fn write_line(text: &str, line: &[Token], level: usize, out: &mut String) -> usi
         match before {
             None => out.extend(core::iter::repeat_n(' ', column)),
             Some(b) if b.tok == Tok::Continuation => {
-                let column = column + CONTINUED * INDENT;
-                out.extend(core::iter::repeat_n(' ', column));
+                let first = line.first().map_or(0, |first| original_column(text, *first));
+                let further = match original_column(text, *token).saturating_sub(first) {
+                    further if further >= INDENT => further.min(MAX_DISTANCE),
+                    _ => CONTINUED,
+                };
+                out.extend(core::iter::repeat_n(' ', column + further));
             }
             Some(_) if before_unary => {}
             Some(b) if token.tok == Tok::Comment => {
@@ -80,6 +85,12 @@ fn starts_statement(tok: Tok, before: bool) -> bool {
         Tok::Comment | Tok::GComment | Tok::Continuation => before,
         _ => false,
     }
+}
+
+/// The column in which a token was written, from 0, in bytes.
+fn original_column(text: &str, token: Token) -> usize {
+    let before = text.get(..token.span.start as usize).unwrap_or("");
+    before.len() - before.rfind(['\n', '\r']).map_or(0, |end| end + 1)
 }
 
 /// What a line does to the indentation.

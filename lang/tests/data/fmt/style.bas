@@ -36,3 +36,6 @@ i=a<<2 and&hff
 end sub
 ; a G-code comment
  % and one more
+TABLE long(2) = 1, 2; _
+                3, 4; _
+ 5, 6
