@@ -52,7 +52,8 @@ pub fn run(
     let machine = Machine::new(&program.profile, world, options, texts, sink)?;
     let runtime = Runtime::new(machine, &translation, depth, options.statements);
     let runtime = Rc::new(RefCell::new(runtime));
-    let mut engine = Engine::new();
+    // Without Rhai's own library: the script calls nothing but what is registered here.
+    let mut engine = Engine::new_raw();
     engine
         .set_optimization_level(OptimizationLevel::None)
         .set_max_expr_depths(EXPRESSION_DEPTH, EXPRESSION_DEPTH)

@@ -146,7 +146,7 @@ impl Machine {
             Action::Char(c) => self.char_in = c,
             Action::Stall { axis, steps } => {
                 let direction = self.motion.direction(axis);
-                self.plant.lose(axis, if direction < 0 { -steps } else { steps });
+                self.plant.lose(axis, if direction < 0 { steps.saturating_neg() } else { steps });
                 self.feel_plant();
             }
         }

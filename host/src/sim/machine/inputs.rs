@@ -181,7 +181,8 @@ impl Plant {
     /// are found again.
     pub fn rename(&mut self, axis: Axis, before: i32, after: i32) {
         let index = axis.index();
-        self.origin[index] += before - after - self.lost[index];
+        let shift = before.saturating_sub(after).saturating_sub(self.lost[index]);
+        self.origin[index] = self.origin[index].saturating_add(shift);
         self.lost[index] = 0;
     }
 

@@ -139,7 +139,7 @@ impl Motion {
         }
         for (at, solo) in at.iter_mut().zip(&self.solo) {
             if let Some(play) = &solo.play {
-                *at += signed(&solo.single, play.steps_at(us));
+                *at = at.wrapping_add(signed(&solo.single, play.steps_at(us)));
             }
         }
         at
@@ -246,7 +246,7 @@ impl Motion {
             let index = axis.index();
             while let Some(play) = self.solo[index].play.filter(|play| play.end_us() <= us) {
                 let made = signed(&self.solo[index].single, play.segment.steps());
-                self.base[index] += made;
+                self.base[index] = self.base[index].wrapping_add(made);
                 self.travelled[index] += u64::from(made.unsigned_abs());
                 self.solo[index].play = None;
                 self.milestones.push((play.end_us(), Milestone::AxisRate(axis, play.rate())));

@@ -166,7 +166,7 @@ impl Translator<'_> {
             }
             ExprKind::Unary(UnOp::LogNot, x) if !has_call(x) => {
                 let inner = self.condition(x);
-                format!("!({inner})")
+                format!("({inner}) == false")
             }
             ExprKind::AndAlso(a, b) | ExprKind::OrElse(a, b) => {
                 let and = matches!(expr.node, ExprKind::AndAlso(..));
