@@ -6,11 +6,10 @@ CONST PITCH = 0.1in, ROWS = 0.3in
 CONST DEPTH = 0.1in              ' Z counts downward on this machine
 
 Home
-MoveRel X, 2 * PITCH
-MoveRel Y, 2 * PITCH
+G91 F[10000st/s]                 ' X and Y go together, as that machine moves them
+G1 X[2 * PITCH] Y[2 * PITCH]
 row PITCH                        ' seven holes to the right
-MoveRel X, PITCH
-MoveRel Y, ROWS
+G1 X[PITCH] Y[ROWS]
 row -PITCH                       ' and seven back
 END
 

@@ -12,7 +12,7 @@ use super::Job;
 use super::codes::Code;
 use super::diag::{Diag, Diags};
 use super::line::{Parsed, column, sign, whole};
-use super::script::{Script, Units, time};
+use super::script::{Made, Script, Units, time};
 use lang::axis::Axis;
 
 /// Greatest number of steps of one line; the card's counters have 24 bits.
@@ -32,7 +32,7 @@ struct Row {
 }
 
 /// Makes a script of a command file.
-pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> String {
+pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
     let mut reader = Reader {
         job,
         diags,

@@ -15,7 +15,7 @@ use super::Job;
 use super::codes::Code;
 use super::diag::{Diag, Diags};
 use super::line::{Parsed, column, decimal};
-use super::script::{Script, mm};
+use super::script::{Made, Script, mm};
 use lang::axis::Axis;
 use lang::front::literal::Decimal;
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ const ROWS_A_LINE: usize = 4;
 const MAX_UM: i64 = 10_000_000;
 
 /// Makes a script of a drill file.
-pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> String {
+pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
     let lines = job.lines.numbered(diags);
     let mut reader = Reader::new(diags);
     for (number, line) in lines {
@@ -43,7 +43,7 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> String {
         diags.push(Diag::new(Code::WrongAxis, 1, 1, text).hint("choose another with `--profile`"));
     }
     if diags.has_errors() {
-        return String::new();
+        return Made::default();
     }
     write(job, &runs, &sizes, diags)
 }
@@ -316,7 +316,7 @@ impl<'d> Reader<'d> {
     }
 }
 
-fn write(job: &Job<'_>, runs: &[Run], sizes: &BTreeMap<u32, String>, diags: &mut Diags) -> String {
+fn write(job: &Job<'_>, runs: &[Run], sizes: &BTreeMap<u32, String>, diags: &mut Diags) -> Made {
     let mut script = Script::new(job.name, "a drill file", job.profile);
     script.remark("Set the work zero on the board's surface; these say how deep and how fast:");
     // Where Z counts downward, deeper is more.

@@ -24,11 +24,17 @@ pub use detect::{Format, detect, is_importable};
 pub use diag::{Diag, Severity};
 
 use diag::Diags;
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
 use lang::profile::{Profile, Scale};
+use script::Made;
 use text::Lines;
 
 /// Largest file that is read: a raster of a million lines has about 20 MB.
 pub const MAX_BYTES: usize = 64 << 20;
+
+/// Longest script that is compiled here, to see that the compiler takes it.
+const MAX_TRIED: usize = 1 << 20;
 
 /// How a file is to be read.
 #[derive(Clone, Debug, Default)]
@@ -80,24 +86,44 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
             .map_err(|error| vec![Diag::new(Code::UnknownFormat, 1, 1, error.0)])?,
     };
     let job = Job { name, lines: &lines, profile: &profile, options };
-    let script = match format {
+    let made = match format {
         Format::Isel => isel::import(&job, &mut diags),
         Format::Charlysoft => charlysoft::import(&job, &mut diags),
         Format::Cde => cde::import(&job, &mut diags),
         Format::Laser | Format::Gcode => gcode::import(&job, format, &mut diags),
         Format::Excellon => excellon::import(&job, &mut diags),
     };
-    if script.len() > lang::front::source::MAX_SOURCE_BYTES {
+    if made.text.len() > lang::front::source::MAX_SOURCE_BYTES {
         let text =
-            format!("the script would have {} bytes; a script has at most 8 MB", script.len());
+            format!("the script would have {} bytes; a script has at most 8 MB", made.text.len());
         diags.push(Diag::new(Code::TooLong, 1, 1, text).hint("cut the file in pieces"));
+    }
+    if !diags.has_errors() && made.text.len() <= MAX_TRIED {
+        try_out(&made, &profile, &mut diags);
     }
     let refused = diags.has_errors();
     let notes = diags.into_sorted();
     if refused {
         return Err(notes);
     }
-    Ok(Imported { script, format, profile: profile.name, notes })
+    Ok(Imported { script: made.text, format, profile: profile.name, notes })
+}
+
+/// Compiles the script: what the compiler does not take is wrong in the source.
+fn try_out(made: &Made, profile: &Profile, diags: &mut Diags) {
+    let source = Source::new("imported", made.text.clone());
+    let (_, found) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
+    for diag in found.into_sorted().into_iter().filter(lang::front::diag::Diag::is_error) {
+        let line = source.line(diag.span.start) as usize;
+        let place = made.places.get(line - 1).copied().unwrap_or(1).max(1);
+        let text =
+            format!("{} (in the script: `{}`)", diag.message, source.line_text(line as u32).trim());
+        let ours = Diag::new(Code::Unsupported, place, 1, text);
+        diags.push(match diag.hint {
+            Some(hint) => ours.hint(hint),
+            None => ours,
+        });
+    }
 }
 
 /// What an importer works on.

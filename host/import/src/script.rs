@@ -13,6 +13,18 @@ const REMARK_COLUMN: usize = 40;
 pub(crate) struct Script {
     text: String,
     indent: usize,
+    /// Line of the source that is being written.
+    place: u32,
+    places: Vec<u32>,
+}
+
+/// A finished script.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Made {
+    /// Its text.
+    pub text: String,
+    /// For each line the line of the source that it came from, 0 where there is none.
+    pub places: Vec<u32>,
 }
 
 impl Script {
@@ -25,16 +37,27 @@ impl Script {
         script
     }
 
+    /// What follows comes from this line of the source.
+    pub fn from_line(&mut self, line: u32) {
+        self.place = line;
+    }
+
     /// One line.
     pub fn line(&mut self, text: &str) {
         self.pad();
         self.text.push_str(text);
+        self.end();
+    }
+
+    fn end(&mut self) {
         self.text.push('\n');
+        self.places.push(self.place);
     }
 
     /// One line at the left margin.
     pub fn label(&mut self, name: &str) {
-        let _ = writeln!(self.text, "{name}:");
+        let _ = write!(self.text, "{name}:");
+        self.end();
     }
 
     /// A line with a remark behind it; an empty one is left out.
@@ -45,24 +68,26 @@ impl Script {
         }
         self.pad();
         let width = REMARK_COLUMN.saturating_sub(2 * self.indent);
-        let _ = writeln!(self.text, "{text:width$} ' {remark}");
+        let _ = write!(self.text, "{text:width$} ' {remark}");
+        self.end();
     }
 
     /// A line of its own for a remark.
     pub fn remark(&mut self, text: &str) {
         self.pad();
         let text = clean(text);
-        let _ = writeln!(
-            self.text,
-            "{}",
-            if text.is_empty() { "'".to_owned() } else { format!("' {text}") }
-        );
+        self.text.push('\'');
+        if !text.is_empty() {
+            self.text.push(' ');
+            self.text.push_str(&text);
+        }
+        self.end();
     }
 
     /// An empty line.
     pub fn gap(&mut self) {
         if !self.text.ends_with("\n\n") {
-            self.text.push('\n');
+            self.end();
         }
     }
 
@@ -78,9 +103,9 @@ impl Script {
         self.line(text);
     }
 
-    /// The text.
-    pub fn finish(self) -> String {
-        self.text
+    /// The script, done.
+    pub fn finish(self) -> Made {
+        Made { text: self.text, places: self.places }
     }
 
     fn pad(&mut self) {

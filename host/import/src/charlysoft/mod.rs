@@ -12,6 +12,7 @@ use super::diag::{Diag, Diags};
 use super::isel::emit;
 use super::isel::instr::{Axes, Item, Op};
 use super::line::column;
+use super::script::Made;
 use lang::axis::Axis;
 use lang::profile::Scale;
 use number::{Factor, whole_number};
@@ -25,7 +26,7 @@ const MAX_ITEMS: usize = 100_000;
 const MAX_JUMPS: usize = 2000;
 
 /// Makes a script of a source text.
-pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> String {
+pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
     let mut reader = Reader::new(job, diags);
     for (number, line) in job.lines.numbered(reader.diags) {
         reader.read_line(number, line);
@@ -35,7 +36,7 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> String {
     }
     let (items, scales) = reader.finish();
     if diags.has_errors() {
-        return String::new();
+        return Made::default();
     }
     let source = emit::Source { what: "a Charlysoft 30 or PAL-PC source", scales, remarks: true };
     emit::script(job, &items, &source, diags)

@@ -11,13 +11,14 @@ mod words;
 mod write;
 
 use super::diag::Diags;
+use super::script::Made;
 use super::{Format, Job};
 
 /// Makes a script of a program.
-pub(crate) fn import(job: &Job<'_>, format: Format, diags: &mut Diags) -> String {
+pub(crate) fn import(job: &Job<'_>, format: Format, diags: &mut Diags) -> Made {
     let blocks = read::read(job, format, diags);
     if diags.has_errors() {
-        return String::new();
+        return Made::default();
     }
     write::script(job, format, &blocks, diags)
 }

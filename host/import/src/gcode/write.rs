@@ -6,13 +6,11 @@ use super::fold::{self, Part};
 use super::read::Block;
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
-use crate::script::{Script, literal, mm};
-use crate::{Format, Job};
+use crate::script::{Made, Script, literal, mm};
+use crate::{Format, Job, MAX_TRIED};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 
-/// Longest script that is compiled here, to see that it does and how much shorter it got.
-const MAX_TRIED: usize = 1 << 20;
 /// Rows of a table on one line.
 const ROWS_A_LINE: usize = 4;
 
@@ -22,10 +20,10 @@ pub(super) fn script(
     format: Format,
     blocks: &[Block<'_>],
     diags: &mut Diags,
-) -> String {
+) -> Made {
     if blocks.iter().all(|block| block.words.is_empty() && block.statement.is_empty()) {
         diags.push(Diag::new(Code::NoProgram, 1, 1, "no line of the file does anything"));
-        return String::new();
+        return Made::default();
     }
     let plain = [Part::Plain(0, blocks.len())];
     let parts = fold::parts(blocks);
@@ -33,11 +31,11 @@ pub(super) fn script(
         return write(job, format, blocks, &plain, None);
     }
     let long = write(job, format, blocks, &plain, None);
-    if long.len() > MAX_TRIED {
+    if long.text.len() > MAX_TRIED {
         return write(job, format, blocks, &parts, None);
     }
     let folded = write(job, format, blocks, &parts, None);
-    match (size(job, &long), size(job, &folded)) {
+    match (size(job, &long.text), size(job, &folded.text)) {
         (Some(before), Some(after)) if after < before => {
             let saved = format!(
                 "{} bytes instead of {before}: {} saved by the loops",
@@ -66,7 +64,7 @@ fn write(
     blocks: &[Block<'_>],
     parts: &[Part],
     saved: Option<&str>,
-) -> String {
+) -> Made {
     let what = match format {
         Format::Laser => "laser G-code",
         Format::Excellon => "a drill file",
@@ -145,6 +143,7 @@ fn table(script: &mut Script, name: &str, rows: &[[i64; 2]]) {
 
 /// One block; `table` names the table whose row X and Y come from.
 fn line(script: &mut Script, block: &Block<'_>, table: Option<&str>) {
+    script.from_line(block.line);
     if let Some(message) = &block.message {
         script.line(&format!("PRINT \"{}\"", literal(message)));
     }

@@ -7,7 +7,7 @@ use super::instr::{Axes, Item, Op, Pair, Pairs};
 use crate::Job;
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
-use crate::script::{Script, Units, time};
+use crate::script::{Made, Script, Units, time};
 use lang::axis::Axis;
 use lang::profile::Scale;
 
@@ -25,12 +25,12 @@ pub(crate) struct Source {
 }
 
 /// Writes the script.
-pub(crate) fn script(job: &Job<'_>, items: &[Item], source: &Source, diags: &mut Diags) -> String {
+pub(crate) fn script(job: &Job<'_>, items: &[Item], source: &Source, diags: &mut Diags) -> Made {
     let flow = Flow::of(items);
     if flow.nesting() > MAX_NESTING {
         let text = format!("loops nest {} deep; the card takes 4", flow.nesting());
         diags.push(Diag::new(Code::BadJump, 1, 1, text));
-        return String::new();
+        return Made::default();
     }
     let mut labels = BTreeSet::new();
     for (at, item) in items.iter().enumerate() {
@@ -214,6 +214,7 @@ impl Writer<'_, '_> {
     fn item(&mut self, at: usize) {
         let items = self.items;
         let item = &items[at];
+        self.script.from_line(item.line);
         match &item.op {
             Op::Relative(pairs) => self.relative(at, item, pairs),
             Op::Absolute(pairs) => self.absolute(at, item, pairs),

@@ -15,12 +15,13 @@ mod parse;
 
 use super::Job;
 use super::diag::Diags;
+use super::script::Made;
 
 /// Makes a script of a recorded text or a listing.
-pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> String {
+pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
     let program = parse::read(&job.lines.numbered(diags), diags);
     if diags.has_errors() {
-        return String::new();
+        return Made::default();
     }
     let source = emit::Source {
         what: "instructions of a charlyrobot or isel interface card",

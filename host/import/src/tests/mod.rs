@@ -1,5 +1,7 @@
 //! Importers against scripts: what they write compiles at once.
 
+mod hostile;
+
 use crate::{Diag, Imported, Options, import};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
