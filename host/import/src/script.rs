@@ -38,7 +38,7 @@ impl Script {
     }
 
     /// What follows comes from this line of the source.
-    pub fn from_line(&mut self, line: u32) {
+    pub fn set_place(&mut self, line: u32) {
         self.place = line;
     }
 

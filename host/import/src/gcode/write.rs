@@ -143,7 +143,7 @@ fn table(script: &mut Script, name: &str, rows: &[[i64; 2]]) {
 
 /// One block; `table` names the table whose row X and Y come from.
 fn line(script: &mut Script, block: &Block<'_>, table: Option<&str>) {
-    script.from_line(block.line);
+    script.set_place(block.line);
     if let Some(message) = &block.message {
         script.line(&format!("PRINT \"{}\"", literal(message)));
     }

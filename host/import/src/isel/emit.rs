@@ -214,7 +214,7 @@ impl Writer<'_, '_> {
     fn item(&mut self, at: usize) {
         let items = self.items;
         let item = &items[at];
-        self.script.from_line(item.line);
+        self.script.set_place(item.line);
         match &item.op {
             Op::Relative(pairs) => self.relative(at, item, pairs),
             Op::Absolute(pairs) => self.absolute(at, item, pairs),
