@@ -23,7 +23,7 @@ fn programs_of_the_reference_run_alike_on_both_engines() {
             let run = run_traced(&program, engine, &World::empty(), &options);
             let (outcome, events) = run.unwrap_or_else(|error| panic!("{text}\n{error}"));
             assert_eq!(outcome.end.status, Status::Done, "{engine:?}:\n{text}");
-            to_text(&events)
+            (to_text(&events), outcome.vars)
         });
         assert_eq!(traces[0], traces[1], "{text}");
     }

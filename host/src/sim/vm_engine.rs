@@ -278,7 +278,10 @@ impl Driver<'_, '_> {
 /// Final values of the globals and KEEPs that have cells.
 fn variables(program: &Program, compiled: &Compiled, vm: &Vm<'_, '_>) -> Vec<VarValue> {
     let mut values = Vec::new();
-    for place in &compiled.vars {
+    // Cells are given out by storage; the outcome lists variables as they were declared.
+    let mut places: Vec<_> = compiled.vars.iter().collect();
+    places.sort_by_key(|place| place.var);
+    for place in places {
         let var = program.var(place.var);
         if matches!(var.storage, Storage::Local(_)) || var.name.contains(' ') {
             continue;
