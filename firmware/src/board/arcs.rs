@@ -7,6 +7,7 @@ use firmware::motion::{Arc, Ends};
 use lang::effect::Plane;
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
+use lang::vm::effects::ALL_RELATIVE;
 use lang::wire::TraceKind;
 
 impl Core {
@@ -26,6 +27,8 @@ impl Core {
             if code == Op::ArcMixed as u8 {
                 frames = vm().operand();
                 in_steps = vm().operand();
+            } else if code == Op::ArcBy as u8 {
+                frames = ALL_RELATIVE;
             }
             self.effect.bits = u8::from(bits & flags::EXACT != 0);
             let arc = self.pop_arc(bits, frames, in_steps)?;

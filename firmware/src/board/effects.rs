@@ -32,6 +32,7 @@ impl Core {
         const LINEAR_MIXED: u8 = Op::LinearMixed as u8;
         const ARC: u8 = Op::Arc as u8;
         const ARC_MIXED: u8 = Op::ArcMixed as u8;
+        const ARC_BY: u8 = Op::ArcBy as u8;
         const FEED: u8 = Op::Feed as u8;
         const FEED_STEPS: u8 = Op::FeedSteps as u8;
         const SPINDLE: u8 = Op::Spindle as u8;
@@ -69,6 +70,7 @@ impl Core {
         let code = self.effect.code;
         // Whatever looks at or acts on the machine waits for the path's end first.
         if !(RAPID..=FEED_STEPS).contains(&code)
+            && code != ARC_BY
             && self.effect.phase == 0
             && !self.motor.path_rests()
         {
@@ -81,7 +83,7 @@ impl Core {
             }
             MOVE_TO..=MOVE_RAMP => return self.move_axe(code),
             RAPID..=LINEAR_MIXED => return self.linear(code),
-            ARC | ARC_MIXED => return self.arc(code),
+            ARC | ARC_MIXED | ARC_BY => return self.arc(code),
             FEED..=SPINDLE => {
                 let value = vm().pop();
                 self.set_feed(code, value)?;

@@ -9,7 +9,7 @@ use crate::isa::{Look, Op, SHORT_AXES, flags};
 pub const MAX_ARGUMENTS: usize = 5;
 
 /// Frames of an arc whose words are all relative.
-const ALL_RELATIVE: u8 = 0b10_10_10;
+pub const ALL_RELATIVE: u8 = 0b10_10_10;
 
 /// Arguments in the order in which they were pushed.
 struct Arguments([i32; MAX_ARGUMENTS], usize);
