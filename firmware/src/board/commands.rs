@@ -252,8 +252,9 @@ impl Core {
         };
         let number = n as u8 + 1;
         let record = self.record;
-        let roles = [record.stop, record.hold, record.door, record.emergency];
-        if n >= 16 || roles.contains(&number) || record.reference.contains(&number) {
+        let [x, y, z] = record.reference;
+        let roles = [record.stop, record.hold, record.door, record.emergency, x, y, z];
+        if n >= 16 || roles.iter().any(|&role| role == number) {
             return Err(Exception::IllegalValue);
         }
         self.inputs.force(1 << n, level);

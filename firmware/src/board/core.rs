@@ -519,7 +519,8 @@ impl Core {
     /// One pass of the program.
     pub fn run(&mut self) {
         if self.session.is_paused() {
-            if self.motor.rests() && !self.trace.full {
+            let ramping = self.session.state() == RunState::Stopping;
+            if ramping && self.motor.rests() && !self.trace.full {
                 self.rested();
             }
             return;
