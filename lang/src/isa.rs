@@ -17,6 +17,7 @@
 //! [`Op`], [`ROWS`], the encoder, the decoder, the disassembler, the verifier's stack effects and
 //! the reference manual's table all come from `isa/table.rs`.
 
+pub mod flags;
 mod table;
 
 use crate::axis::AxisSet;
@@ -386,96 +387,6 @@ pub fn arguments(code: u8, flags: u8, flags2: u8) -> u8 {
     ((flags & first).count_ones() + (flags2 & second).count_ones()) as u8
 }
 
-/// Bits of the flag bytes of effects.
-///
-/// | instruction | first byte | second | third |
-/// |---|---|---|---|
-/// | `move` | axis, STEPS, RELATIVE, START, SPEED, SPEED_STEPS | | |
-/// | `moveramp` | as `move` | ACCEL, ACCEL_STEPS, DECEL, DECEL_STEPS | |
-/// | `linear` | AXES, RAPID, EXACT, COMMON_STEPS, frame at COMMON_FRAME | | |
-/// | `linearmixed` | AXES, RAPID, EXACT, bits 5..7 steps of X, Y, Z | frames, two bits each | |
-/// | `arc` | AXES, CLOCKWISE, EXACT, OFFSETS, plane at PLANE | | |
-/// | `arcby` | as `arc` | | |
-/// | `arcmixed` | as `arc` | frames, two bits each | bits 0..2 steps of X, Y, Z; 3..5 of I, J, K, 3 of R |
-/// | `probe` | axis, STEPS, frame at PROBE_FRAME, QUERY, SPEED, SPEED_STEPS | SENSOR 0 default, 3 input; MASK | |
-/// | `movespeed` | axis, STEPS | | |
-/// | `waitin` | want, LEVEL, TIMEOUT, WAIT_QUERY, INPUT_ON_STACK or the input at INPUT | | |
-/// | `waitchar` | TIMEOUT, WAIT_QUERY | | |
-/// | `event` | slot, EVENT_KIND | | |
-/// | `read` | axis, the rest [`super::Look`] | | |
-pub mod flags {
-    /// Axis index.
-    pub const AXIS: u8 = 0b11;
-    /// The target, limit or speed is in steps.
-    pub const STEPS: u8 = 1 << 2;
-    /// MoveRel.
-    pub const RELATIVE: u8 = 1 << 3;
-    /// START.
-    pub const START: u8 = 1 << 4;
-    /// A speed is on the stack. The same bit in all instructions that have one.
-    pub const SPEED: u8 = 1 << 6;
-    /// The speed is in steps/s.
-    pub const SPEED_STEPS: u8 = 1 << 7;
-    /// An acceleration is on the stack.
-    pub const ACCEL: u8 = 1;
-    /// It is in steps/s2.
-    pub const ACCEL_STEPS: u8 = 1 << 1;
-    /// A deceleration is on the stack.
-    pub const DECEL: u8 = 1 << 2;
-    /// It is in steps/s2.
-    pub const DECEL_STEPS: u8 = 1 << 3;
-    /// Bit n: a word for axis n.
-    pub const AXES: u8 = 0b111;
-    /// G0.
-    pub const RAPID: u8 = 1 << 3;
-    /// G2.
-    pub const CLOCKWISE: u8 = 1 << 3;
-    /// G61.
-    pub const EXACT: u8 = 1 << 4;
-    /// All words in steps.
-    pub const COMMON_STEPS: u8 = 1 << 5;
-    /// The two offsets of the plane, in axis order, instead of R.
-    pub const OFFSETS: u8 = 1 << 5;
-    /// Shift of the frame that all words share: 0 work, 1 machine, 2 relative.
-    pub const COMMON_FRAME: u8 = 6;
-    /// Shift of the plane.
-    pub const PLANE: u8 = 6;
-    /// Shift of the frame of a probe's limit.
-    pub const PROBE_FRAME: u8 = 3;
-    /// `Probe?`
-    pub const QUERY: u8 = 1 << 5;
-    /// Both bits: input and state, or the two masks, are on the stack.
-    pub const SENSOR: u8 = 0b11;
-    /// ProbeMask.
-    pub const MASK: u8 = 1 << 2;
-    /// The level is on the stack.
-    pub const LEVEL: u8 = 1 << 2;
-    /// A timeout is on the stack.
-    pub const TIMEOUT: u8 = 1 << 3;
-    /// `WaitIn?`, `WaitChar?`
-    pub const WAIT_QUERY: u8 = 1 << 4;
-    /// WaitIn's input number is on the stack.
-    pub const INPUT_ON_STACK: u8 = 1 << 5;
-    /// Shift of WaitIn's input number less one when it is not.
-    pub const INPUT: u8 = 6;
-    /// The event's input or time is on the stack.
-    pub const EVENT_ARGUMENT: u8 = 1 << 4;
-    /// Mask of what an event instruction does.
-    pub const EVENT_KIND: u8 = 0b1_1100;
-    /// ON IN RISE
-    pub const ON_RISE: u8 = EVENT_ARGUMENT;
-    /// ON IN FALL
-    pub const ON_FALL: u8 = EVENT_ARGUMENT | 1 << 2;
-    /// ON EVERY
-    pub const ON_EVERY: u8 = EVENT_ARGUMENT | 2 << 2;
-    /// ON IN OFF
-    pub const OFF_INPUT: u8 = EVENT_ARGUMENT | 3 << 2;
-    /// ON EVERY OFF
-    pub const OFF_EVERY: u8 = 0;
-    /// Axis value that means all axes.
-    pub const ALL_AXES: u8 = 3;
-}
-
 /// What the instruction `read` looks at; its flags are `look << 2 | axis`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -573,64 +484,4 @@ pub fn markdown() -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Op, Operands, ROWS, Shape, arguments, inline, shape};
-
-    #[test]
-    fn codes_ascend_without_overlap_and_decode_to_their_row() {
-        let mut free = 0u16;
-        for row in ROWS {
-            assert!(u16::from(row.code) >= free, "{} overlaps", row.name);
-            free = u16::from(row.code) + u16::from(row.count);
-            for n in 0..row.count {
-                assert_eq!(Op::decode(row.code + n), Some((row.op, n)));
-                assert_eq!(shape(row.code + n), Some(Shape::of(row)), "{}", row.name);
-            }
-        }
-        let known = ROWS.iter().map(|row| usize::from(row.count)).sum::<usize>();
-        assert_eq!((0..=255).filter(|&code| shape(code).is_some()).count(), known);
-        assert_eq!(shape(0xFF), None, "erased flash must not be an instruction");
-    }
-
-    #[test]
-    fn a_shape_gives_back_what_its_row_says() {
-        for (i, operands) in Operands::ALL.into_iter().enumerate() {
-            assert_eq!(operands as usize, i);
-        }
-        for row in ROWS {
-            let shape = Shape::of(row);
-            assert_eq!(shape.operands(), row.operands);
-            assert_eq!((shape.pops(), shape.pushes()), (row.pops, row.pushes));
-            assert_eq!(shape.class(), row.class);
-        }
-    }
-
-    #[test]
-    fn inline_millimetres_are_what_the_effect_would_pop() {
-        for row in ROWS {
-            for n in 0..row.count {
-                let Some(inline) = inline(row.code + n) else { continue };
-                let effect = shape(inline.code).unwrap();
-                let flags = match row.op {
-                    Op::LinearMm => 0b010,
-                    Op::LinearMm2 => 0b101,
-                    Op::LinearMm3 => 0b111,
-                    Op::MoveMm | Op::ProbeMm => super::flags::SPEED,
-                    _ => 0,
-                };
-                let pops = effect.pops() + arguments(inline.code, flags, 0);
-                assert_eq!(pops, inline.values, "{}", row.name);
-                let behind = row.operands.len(false) - usize::from(inline.values);
-                assert_eq!(behind, effect.operands().len(false), "{}", row.name);
-            }
-        }
-    }
-
-    #[test]
-    fn mnemonics_are_unique() {
-        let mut names: Vec<&str> = ROWS.iter().map(|row| row.name).collect();
-        names.sort_unstable();
-        names.dedup();
-        assert_eq!(names.len(), ROWS.len());
-    }
-}
+mod tests;
