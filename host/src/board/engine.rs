@@ -147,6 +147,8 @@ fn prepare(
     if !crate::client::identity::differences(&held, &wanted).is_empty() {
         client.set_board_record(&wanted)?;
         client.restart()?;
+        // The chip restarts by a wrong watchdog key, which the emulator would mention.
+        rig.borrow_mut().board().clear_warnings();
         rig.borrow_mut().follow_uart();
         client.set_address(wanted.address);
         client.find()?;
