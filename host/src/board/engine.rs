@@ -233,11 +233,13 @@ impl<'a, 'b> Run<'a, 'b> {
         let mut tracer = Tracer::new(profile, self.job.line_of);
         let mut watch = stuck::Watch::default();
         let mut stopping: Option<Duration> = None;
+        let mut idle = false;
         loop {
             let what = tracer.poll(&mut self.client)?;
             self.look()?;
             match what {
                 Some(what) => {
+                    idle = false;
                     watch.something_happened(self.rig.borrow().us());
                     if let What::Home { axis, pos, .. } = what {
                         self.rig.borrow_mut().homed(axis.0, pos);
@@ -250,6 +252,8 @@ impl<'a, 'b> Run<'a, 'b> {
                         return Ok(event.what);
                     }
                 }
+                // The first look after an event only tells the board that it was received.
+                None if !idle => idle = true,
                 None => {
                     self.client.link().pause(LOOK);
                     self.look()?;
