@@ -2,8 +2,8 @@
 
 use ufmt::uWrite;
 
-/// Bytes of the ring.
-pub const RING: usize = 32;
+/// Bytes of the ring, a power of two.
+pub const RING: usize = 128;
 
 /// The ring. Lines are put byte by byte and become visible when they are complete.
 #[derive(Debug)]

@@ -174,6 +174,8 @@ pub struct Core {
     pub phase: u8,
     /// TIMEDOUT.
     pub timed_out: bool,
+    /// The host knows of the line that is being printed.
+    pub announced: bool,
     /// Input that caused the last fault.
     pub fault_input: u8,
     /// Last Send: character and count.
@@ -245,6 +247,7 @@ impl Core {
             held: 0,
             phase: 0,
             timed_out: false,
+            announced: false,
             fault_input: 0,
             char_out: 0,
             char_in: 0,
@@ -388,6 +391,7 @@ impl Core {
         self.trace.full = false;
         self.timer = 0;
         self.timed_out = false;
+        self.announced = false;
         self.fault_input = 0;
     }
 

@@ -341,7 +341,8 @@ impl Core {
         Ok(true)
     }
 
-    /// Puts text into the ring; in trace mode it waits for room, without it drops the line.
+    /// Puts text into the ring; in trace mode it waits for room, without it drops the line. A line
+    /// longer than the ring is announced before it is complete, so that the host begins to take it.
     fn put(&mut self, byte: u8) -> bool {
         if !self.trace.on {
             self.print.put_or_drop(byte);
@@ -349,6 +350,10 @@ impl Core {
         }
         let put = self.print.put(byte);
         self.print.flush();
+        if !put && !self.announced {
+            self.announced = true;
+            self.emit(TraceKind::Print, 0, 0);
+        }
         put
     }
 
@@ -398,7 +403,10 @@ impl Core {
             return false;
         }
         self.print.end();
-        self.emit(TraceKind::Print, 0, 0);
+        if !self.announced {
+            self.emit(TraceKind::Print, 0, 0);
+        }
+        self.announced = false;
         true
     }
 
