@@ -195,8 +195,8 @@ impl Motor {
     pub fn set_override(&mut self, percent: u8) {
         self.percent = percent;
         self.path.set_override(percent);
-        for single in &mut self.single {
-            single.set_override(percent);
+        for (n, single) in self.single.iter_mut().enumerate() {
+            single.set_override(axis(n as u8), percent);
         }
     }
 
@@ -299,7 +299,7 @@ impl Motor {
                 }
             } else if step::axis_has_room(i) {
                 let mut segment = Segment::default();
-                if self.single[i].next_segment(axis(n), &mut segment) {
+                if self.single[i].next_segment(&mut segment) {
                     step::put_axis(i, &segment, self.single[i].negative());
                 }
             }
@@ -335,7 +335,7 @@ impl Motor {
         while n != 0 {
             n -= 1;
             let single = &self.single[usize::from(n)];
-            if !single.is_idle() && !single.is_paused(axis(n)) {
+            if !single.is_idle() && !single.is_paused() {
                 return false;
             }
         }

@@ -123,15 +123,19 @@ impl Run {
         let v0 = self.v2.root();
         let n = self.slice(limits, v0, braking);
         self.left -= u32::from(n);
-        let events = Scaled::new(n.into());
         let target = if braking { limits.start2 } else { limits.nominal2 };
-        let mut v2 = if target > self.v2 {
-            self.v2.plus(limits.accel2.times(events)).least(target)
-        } else {
-            self.v2.minus(limits.decel2.times(events)).most(target)
-        };
+        let mut v2 = self.v2;
+        if v2 != target {
+            let events = Scaled::new(n.into());
+            v2 = if target > v2 {
+                v2.plus(limits.accel2.times(events)).least(target)
+            } else {
+                v2.minus(limits.decel2.times(events)).most(target)
+            };
+        }
         v2 = v2.least(limits.exit2.plus(limits.decel2.times(Scaled::new(self.left))));
-        let v1 = v2.root();
+        // At a constant speed, most of the time of a long move, one root and one division do.
+        let v1 = if v2 == self.v2 { v0 } else { v2.root() };
         let (slow, fast) = if v1 < v0 { (v1, v0) } else { (v0, v1) };
         let sub = (limits.tick.exponent_over(slow) - LONGEST).clamp(0, 15);
         let shortest = limits.tick.over(fast).shifted(16 - sub).floor();

@@ -82,6 +82,8 @@ enum State {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Single {
     run: Run,
+    /// What pace and override allow.
+    limits: Limits,
     position: i32,
     target: i32,
     pace: Pace,
@@ -114,8 +116,8 @@ impl Single {
     }
 
     /// Whether a pause has been reached.
-    pub fn is_paused(&self, axis: &AxisRecord) -> bool {
-        self.paused && (self.is_idle() || self.run.v2 <= self.limits(axis).start2)
+    pub fn is_paused(&self) -> bool {
+        self.paused && (self.is_idle() || self.run.v2 <= self.limits.start2)
     }
 
     /// Direction of the segment handed out last.
@@ -136,15 +138,16 @@ impl Single {
     pub fn go(&mut self, axis: &AxisRecord, target: i32, pace: Pace) {
         self.target = target;
         self.pace = pace;
+        self.set_limits(axis);
         if self.is_idle() {
-            self.begin(axis);
+            self.begin();
             return;
         }
         let distance = target.wrapping_sub(self.position);
         self.run.left = distance.unsigned_abs();
         self.state = State::Going;
         let away = distance == 0 || (distance < 0) != self.negative;
-        if away || !self.run.can_stop(&self.limits(axis)) {
+        if away || !self.run.can_stop(&self.limits) {
             // Too near, or behind: away from here on a ramp, then back.
             self.run.left = FAR as u32;
             self.state = State::Turning;
@@ -200,23 +203,23 @@ impl Single {
     }
 
     /// Speed override, 10 to 200 percent of the commanded speed, never above the axis's top.
-    pub fn set_override(&mut self, percent: u8) {
+    pub fn set_override(&mut self, axis: &AxisRecord, percent: u8) {
         self.percent = percent.clamp(10, 200);
+        self.set_limits(axis);
     }
 
     /// The next segment; `false` when idle or in a pause.
-    pub fn next_segment(&mut self, axis: &AxisRecord, out: &mut Segment) -> bool {
+    pub fn next_segment(&mut self, out: &mut Segment) -> bool {
         if self.is_idle() {
             return false;
         }
         let braking = self.paused || self.state != State::Going;
         let left = self.run.left;
-        let limits = self.limits(axis);
-        if !self.run.segment(&limits, braking, out) {
+        if !self.run.segment(&self.limits, braking, out) {
             match self.state {
                 State::Turning if !self.paused => {
-                    self.begin(axis);
-                    return self.next_segment(axis, out);
+                    self.begin();
+                    return self.next_segment(out);
                 }
                 State::Stopping => self.rest(),
                 _ => {}
@@ -226,7 +229,8 @@ impl Single {
         let steps = left.wrapping_sub(self.run.left) as i32;
         let steps = if self.negative { -steps } else { steps };
         self.position = self.position.wrapping_add(steps);
-        if self.run.left == 0 || self.state == State::Stopping && self.run.v2 <= limits.start2 {
+        if self.run.left == 0 || self.state == State::Stopping && self.run.v2 <= self.limits.start2
+        {
             self.rest();
         }
         true
@@ -239,7 +243,7 @@ impl Single {
     }
 
     /// Starts from rest toward the target.
-    fn begin(&mut self, axis: &AxisRecord) {
+    fn begin(&mut self) {
         let distance = self.target.wrapping_sub(self.position);
         if distance == 0 {
             self.state = State::Idle;
@@ -247,24 +251,22 @@ impl Single {
         }
         self.negative = distance < 0;
         self.run.left = distance.unsigned_abs();
-        self.run.v2 = self.limits(axis).start2;
+        self.run.v2 = self.limits.start2;
         self.state = State::Going;
     }
 
-    /// What the pace and the override allow.
-    fn limits(&self, axis: &AxisRecord) -> Limits {
+    /// Finds what the pace and the override allow.
+    fn set_limits(&mut self, axis: &AxisRecord) {
         let mut speed = self.pace.speed;
         if self.percent != 0 {
             let percent = Scaled::new(self.percent.into()).over(HUNDRED);
             speed = speed.times(percent).least(Scaled::new(axis.top_rate));
         }
         let start = Scaled::new(axis.start_rate.into()).least(speed);
-        let mut limits = Limits::default();
-        limits.set_pitch(ONE, self.pace.accel, self.pace.decel);
-        limits.nominal2 = speed.times(speed);
-        limits.start2 = start.times(start);
-        limits.exit2 = limits.start2;
-        limits
+        self.limits.set_pitch(ONE, self.pace.accel, self.pace.decel);
+        self.limits.nominal2 = speed.times(speed);
+        self.limits.start2 = start.times(start);
+        self.limits.exit2 = self.limits.start2;
     }
 }
 

@@ -27,10 +27,10 @@ fn limits(axis: &AxisRecord) -> Limits {
 }
 
 /// Plays an axis to rest: its segments, each with its direction.
-fn play(single: &mut Single, axis: &AxisRecord) -> Vec<(bool, Segment)> {
+fn play(single: &mut Single) -> Vec<(bool, Segment)> {
     let mut out = Vec::new();
     let mut s = Segment::default();
-    while single.next_segment(axis, &mut s) {
+    while single.next_segment(&mut s) {
         out.push((single.negative(), s));
     }
     out
@@ -61,7 +61,7 @@ proptest! {
         let axis = AxisRecord { start_rate: start, top_rate: top, accel, decel, ..mill() };
         let mut single = Single::new(7);
         single.go(&axis, 7 + distance, Pace::of(&axis).with_steps(speed));
-        let segments = play(&mut single, &axis);
+        let segments = play(&mut single);
         prop_assert_eq!(single.position(), 7 + distance);
         check_all(&segments, &limits(&axis))?;
     }
@@ -79,7 +79,7 @@ proptest! {
         let mut segments = Vec::new();
         for _ in 0..after {
             let mut s = Segment::default();
-            if single.next_segment(&axis, &mut s) {
+            if single.next_segment(&mut s) {
                 segments.push((single.negative(), s));
             }
         }
@@ -88,7 +88,7 @@ proptest! {
             segments.clear();
         }
         single.go(&axis, second, Pace::of(&axis).with_steps(speed));
-        segments.extend(play(&mut single, &axis));
+        segments.extend(play(&mut single));
         prop_assert_eq!(single.position(), second);
         check_all(&segments, &limits(&axis))?;
     }

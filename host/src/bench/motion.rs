@@ -11,6 +11,8 @@ use super::{Sink, at_least, at_most};
 const RATES: [u32; 9] = [100_000, 80_000, 60_000, 50_000, 40_000, 30_000, 20_000, 15_000, 10_000];
 /// Rate at which the edges are compared with the ideal ones: no divisor of the clock.
 const STEADY_RATE: u32 = 17_777;
+/// How far an edge may be from its place, us.
+const EDGE_US: f64 = 1.0;
 /// Steps over which a rate is taken.
 const WINDOW: usize = 200;
 /// Flash and RAM of the chip that the figures are for.
@@ -34,7 +36,7 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     let (started, started_unused) = best(STARTED, &[0, 1, 2])?;
     sink(at_least("steps_started", "steps/s", started.rate, 20_000.0, 40_000.0))?;
     let (steady, _) = at_rate(ONE, &[0], STEADY_RATE)?;
-    sink(at_most("step_edge", "us", steady.edge_us, 1.0, 0.1))?;
+    sink(at_most("step_edge", "us", steady.edge_us, EDGE_US, 0.1))?;
     sink(at_least("ram_unused", "bytes", unused.min(started_unused), 24.0, 64.0))
 }
 
@@ -46,13 +48,19 @@ struct Measured {
     edge_us: f64,
 }
 
-/// The highest rate that the board reaches with every step made.
+/// The highest rate that the board reaches with every step made and every edge in its place: an
+/// engine that is asked for more postpones events, which its mean rate would not show.
 fn best(script: &str, axes: &[u8]) -> Result<(Measured, f64), String> {
     let mut unused = f64::INFINITY;
     let mut why = String::new();
     for rate in RATES {
         match at_rate(script, axes, rate) {
-            Ok((measured, left)) => return Ok((measured, unused.min(left))),
+            Ok((measured, left)) if measured.edge_us <= EDGE_US => {
+                return Ok((measured, unused.min(left)));
+            }
+            Ok((measured, _)) => {
+                why = format!("at {rate} st/s: an edge is {:.2} us off", measured.edge_us);
+            }
             Err(text) => why = format!("at {rate} st/s: {text}"),
         }
         unused = unused.min(RAM);
@@ -83,7 +91,7 @@ fn at_rate(script: &str, axes: &[u8], rate: u32) -> Result<(Measured, f64), Stri
     let rates = axes.iter().map(|axis| top_rate(&edges, *axis));
     let measured = Measured {
         rate: rates.fold(f64::INFINITY, f64::min),
-        edge_us: edge_error(&edges, axes[0]),
+        edge_us: axes.iter().map(|axis| edge_error(&edges, *axis)).fold(0.0, f64::max),
     };
     let ram = f64::from(u16::try_from(crate::board::PART.ram.clone().count()).unwrap_or(u16::MAX));
     Ok((measured, RAM - (ram - f64::from(identity.stack_free))))

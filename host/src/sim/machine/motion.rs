@@ -278,7 +278,7 @@ impl Motion {
         let index = axis.index();
         let solo = &mut self.solo[index];
         let mut segment = Segment::default();
-        if solo.single.next_segment(&self.records[index], &mut segment) {
+        if solo.single.next_segment(&mut segment) {
             solo.play = Some(Play { begin, segment });
         } else if solo.single.is_idle() {
             let at = begin.div_ceil(FINE_PER_US);
