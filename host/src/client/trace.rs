@@ -18,13 +18,21 @@ pub struct Tracer<'a> {
     profile: &'a Profile,
     /// Line of an address in the code.
     line_of: &'a dyn Fn(u16) -> u32,
+    /// What has come of the line that the next print event ends.
+    line: Vec<u8>,
+    /// Looks that found no event since one did.
+    idle: u32,
 }
+
+/// After so many looks without an event the ring of printed text is emptied: a program that prints
+/// a line longer than the ring waits for that.
+const IDLE_LOOKS: u32 = 8;
 
 impl<'a> Tracer<'a> {
     /// A reader for a run that is about to start. `line_of` gives the line of an address in the
     /// program's code.
     pub fn new(profile: &'a Profile, line_of: &'a dyn Fn(u16) -> u32) -> Tracer<'a> {
-        Tracer { next: 1, profile, line_of }
+        Tracer { next: 1, profile, line_of, line: Vec::new(), idle: 0 }
     }
 
     /// The next event, if it has happened.
@@ -36,8 +44,13 @@ impl<'a> Tracer<'a> {
         let words = client.holding(slot, TRACE_LENGTH)?;
         let [number, code, pc, low, high] = words[..] else { return Ok(None) };
         if number != self.next {
+            self.idle += 1;
+            if self.idle.is_multiple_of(IDLE_LOOKS) && self.line.last() != Some(&LINE_END) {
+                self.line.extend(client.take_print_line()?);
+            }
             return Ok(None);
         }
+        self.idle = 0;
         let Some(kind) = TraceKind::from_number(code & 0xFF) else { return Ok(None) };
         let event = Event { kind, argument: (code >> 8) as u8, pc, value: long(low, high) };
         let what = self.decode(client, &event)?;
@@ -46,7 +59,7 @@ impl<'a> Tracer<'a> {
     }
 
     fn decode<L: Link>(
-        &self,
+        &mut self,
         client: &mut Client<L>,
         event: &Event,
     ) -> Result<Option<What>, ClientError> {
@@ -66,7 +79,7 @@ impl<'a> Tracer<'a> {
             TraceKind::Wait => Some(What::Wait { line, ms: value }),
             TraceKind::WaitIn => Some(What::WaitIn { line, n: number, v: (value != 0).into(), ok }),
             TraceKind::Probe => axis().map(|axis| What::Probe { line, axis, ok, pos: value }),
-            TraceKind::Print => Some(What::Print { line, text: printed_line(client)? }),
+            TraceKind::Print => Some(What::Print { line, text: self.printed_line(client)? }),
             TraceKind::Send => Some(What::Send { line, c: value }),
             TraceKind::WaitChar => Some(What::WaitChar { line, c: value, ok }),
             TraceKind::WaitStart => Some(What::WaitStart { line }),
@@ -102,6 +115,21 @@ impl<'a> Tracer<'a> {
             self.profile.axis(axis).map(|_| long(words[at], words[at + 1]))
         })))
     }
+
+    /// Takes bytes of print up to the line's end. A board that never ends a line is given up after
+    /// more than any line has.
+    fn printed_line<L: Link>(&mut self, client: &mut Client<L>) -> Result<String, ClientError> {
+        const LONGEST: usize = 4096;
+        let mut line = std::mem::take(&mut self.line);
+        let mut silent = 0;
+        while line.last() != Some(&LINE_END) && line.len() < LONGEST && silent < 1000 {
+            let bytes = client.take_print_line()?;
+            silent = if bytes.is_empty() { silent + 1 } else { 0 };
+            line.extend(bytes);
+        }
+        line.pop_if(|byte| *byte == LINE_END);
+        Ok(String::from_utf8_lossy(&line).into_owned())
+    }
 }
 
 /// What a slot holds.
@@ -110,22 +138,4 @@ struct Event {
     argument: u8,
     pc: u16,
     value: i32,
-}
-
-/// Takes bytes of print up to the line's end. A board that never ends a line is given up after
-/// more than any line has.
-fn printed_line<L: Link>(client: &mut Client<L>) -> Result<String, ClientError> {
-    const LONGEST: usize = 4096;
-    let mut line = Vec::new();
-    let mut silent = 0;
-    while line.len() < LONGEST && silent < 1000 {
-        let bytes = client.take_print_line()?;
-        silent = if bytes.is_empty() { silent + 1 } else { 0 };
-        line.extend(bytes);
-        if line.last() == Some(&LINE_END) {
-            line.pop();
-            break;
-        }
-    }
-    Ok(String::from_utf8_lossy(&line).into_owned())
 }
