@@ -651,7 +651,12 @@ impl Core {
     /// Begins the handler of the first event that has come, between statements and in waits.
     fn serve(&mut self) {
         let vm = vm();
-        if !vm.can_interrupt() || (self.effect.code != 0 && self.effect.phase == 0) {
+        // Never inside a move: only waits are interrupted, once they have begun.
+        const WAITS: [u8; 5] =
+            [0, Op::Wait as u8, Op::WaitIn as u8, Op::WaitChar as u8, Op::WaitStart as u8];
+        let code = self.effect.code;
+        let waits = WAITS.iter().any(|&wait| wait == code);
+        if !vm.can_interrupt() || !waits || (code != 0 && self.effect.phase == 0) {
             return;
         }
         let mut slot = 0;
