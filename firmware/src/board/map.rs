@@ -64,7 +64,7 @@ impl Core {
             PROGRAM_CELLS => self.header(14) & 0xFF,
             RESET_CAUSE => u16::from(self.cause),
             STACK_FREE => crate::boot::stack_free(),
-            MISSED_DEADLINES => self.missed,
+            MISSED_DEADLINES => self.missed.wrapping_add(crate::step::late()),
             POOL_WORDS_REGISTER => POOL_WORDS as u16,
             RUN_STATE => self.session.state() as u16,
             FAULT => u16::from(self.session.fault()),

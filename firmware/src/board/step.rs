@@ -515,7 +515,7 @@ pub fn put_path(segment: &PathSegment) {
             (*shared()).current = free_slot() as u16;
             let long = (*shared()).width != 0;
             let handler = if long { pasapas_path_long } else { pasapas_path_event };
-            start(0, handler as usize as u16);
+            start(0, handler as *const () as usize as u16);
         }
     }
 }
@@ -536,7 +536,7 @@ pub fn put_axis(axis: usize, segment: &Segment, negative: bool) {
         (*next).mask = segment.mask | if negative { 1 << 15 } else { 0 };
         (&raw mut (*next).events).write_volatile(segment.events);
         if !enabled(axis) {
-            start(axis, pasapas_single_event as usize as u16);
+            start(axis, pasapas_single_event as *const () as usize as u16);
         }
     }
 }
