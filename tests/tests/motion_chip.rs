@@ -3,7 +3,7 @@
 use emulator::Signal;
 use emulator::{Board, Image, Part};
 use firmware::motion::scaled::Scaled;
-use firmware::motion::{Arc, Block, Ends, Feed, Path, PathSegment};
+use firmware::motion::{Arc, Block, Ends, Feed, Pace, Path, PathSegment, Segment, Single, physics};
 use lang::record::AxisRecord;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -348,4 +348,86 @@ fn three_axes_reach_sixty_thousand_steps_a_second() {
     let engine = plays_as_planned(&axes, &fast, 0);
     let stats = engine.board.stats().interrupts[&0xFFFA];
     assert!(stats.total / stats.count <= 190, "{} cycles", stats.total / stats.count);
+}
+
+/// Playing and next segment and fraction of each axis: 26 bytes.
+const SINGLE: u16 = 26;
+
+/// Hands a segment of one axis to the engine, as the firmware does.
+fn put_axis(engine: &mut Engine, axis: u16, s: &Segment, negative: bool) {
+    let next = engine.play + SINGLE * axis + 12;
+    for (at, value) in [(0, s.interval), (4, s.dif as u32)] {
+        engine.board.poke16(next + at, value as u16);
+        engine.board.poke16(next + at + 2, (value >> 16) as u16);
+    }
+    engine.board.poke16(next + 10, s.mask | u16::from(negative) << 15);
+    engine.board.poke16(next + 8, s.events);
+    let control = CONTROL + 2 * axis;
+    if engine.board.bus_read16(control) & 0x10 == 0 {
+        let at = engine.board.bus_read16(COUNTER).wrapping_add(160);
+        engine.board.bus_write16(COMPARE + 2 * axis, at);
+        engine.board.bus_write16(control, 0x10);
+    }
+}
+
+#[test]
+fn started_axes_play_as_planned_and_as_their_motors_can() {
+    let axis = axes(20_000)[0];
+    let pace = Pace::of(&axis);
+    // Targets and the time of each, ms; the later ones find the axis on its way.
+    let orders: [&[(u64, i32)]; 3] =
+        [&[(0, 9_000), (300, -4_000)], &[(5, -12_000), (250, -3_000)], &[(20, 700), (21, 6_000)]];
+    let mut engine = Engine::new(0);
+    let handler = engine.board.symbol("pasapas_single_event").expect("handler");
+    let step = engine.step;
+    engine.board.poke16(step, handler);
+    // All count up, all DIR pins high.
+    for n in 0..3 {
+        engine.board.poke16(step + 12 + 2 * n, 1);
+    }
+    engine.board.bus_write8(0x29, 0xC8);
+    let mut singles = [Single::new(0), Single::new(0), Single::new(0)];
+    let mut planned: [Vec<(bool, Segment)>; 3] = Default::default();
+    let from = engine.board.cycles();
+    for _ in 0..40_000 {
+        let ms = (engine.board.cycles() - from) / 16_000;
+        for (n, single) in singles.iter_mut().enumerate() {
+            for (due, target) in orders[n] {
+                if ms >= *due && single.target() != *target && planned[n].len() < 1_000 {
+                    let last = orders[n].last().is_some_and(|order| order.1 == single.target());
+                    if !last {
+                        single.go(&axis, *target, pace);
+                    }
+                }
+            }
+            let next = engine.play + SINGLE * n as u16 + 12;
+            let mut segment = Segment::default();
+            if engine.board.peek16(next + 8) == 0 && single.next_segment(&mut segment) {
+                planned[n].push((single.negative(), segment));
+                put_axis(&mut engine, n as u16, &segment, single.negative());
+            }
+        }
+        engine.board.run_for(800);
+    }
+    assert_eq!(engine.late(), 0);
+    let made = steps(&mut engine);
+    let bounds = physics::Limits { start: 400.0, top: 20_000.0, accel: 50_000.0, decel: 50_000.0 };
+    for n in 0..3 {
+        let target = orders[n].last().expect("an order").1;
+        assert_eq!(i32::from(engine.count(n as u16)), target, "axis {n}");
+        let mut edges = made[n].as_slice();
+        for run in planned[n].chunk_by(|a, b| a.0 == b.0) {
+            let times = physics::instants(run.iter().map(|s| &s.1), 0);
+            let (these, rest) = edges.split_at(times.len());
+            edges = rest;
+            let ticks: Vec<u64> = these.iter().map(|e| e.0).collect();
+            for (edge, time) in ticks.iter().zip(&times) {
+                let off = (edge - ticks[0]).abs_diff(time - times[0]);
+                assert!(off <= 1, "axis {n}: an edge is {off} ticks off");
+            }
+            assert!(these.iter().all(|e| e.1 != run[0].0), "direction of axis {n}");
+            assert_eq!(physics::check(&ticks, &bounds), Ok(()), "axis {n}");
+        }
+        assert!(edges.is_empty(), "axis {n} made {} steps more", edges.len());
+    }
 }
