@@ -14,8 +14,13 @@
 //! Pulses longer than the interrupt's latency (a board profile with `pulse` above 3 us) take a
 //! second interrupt: the first one lets the hardware drop the pins `width` ticks after the edge.
 //!
-//! Cycles of the path handler, all axes stepping (entry to RETI): see `host/emulator` based test
-//! `tests/motion`. Its Rust twin is `motion::engine`.
+//! Cycles from entry to RETI, measured in the emulator: path, three axes stepping, 184, at a
+//! segment change 212, when a line or chord begins 267; single 115, at a segment change 181. At
+//! 40 000 events/s the path takes 46 % of the CPU, at 60 000 events/s 69 %. Of the 184: entry and
+//! exit 21, schedule 24, ramp 12, pins down 13, inputs 11, count and sub-events 18, three axes with
+//! their step counts 75, lateness 10.
+//!
+//! `tests/tests/motion_chip.rs` holds every edge to what `firmware::motion` planned.
 
 use core::arch::global_asm;
 use core::mem::MaybeUninit;
