@@ -13,3 +13,4 @@ pub mod lsp;
 pub mod plot;
 pub mod render;
 pub mod sim;
+pub mod stream;

@@ -20,6 +20,7 @@ mod script;
 mod sim;
 mod size;
 mod status;
+mod stream;
 mod summary;
 mod upload;
 mod world;
@@ -85,6 +86,8 @@ enum Command {
     Board(board::Board),
     /// Bring a program to a board
     Upload(upload::Upload),
+    /// Run a job larger than the board's memory, piece by piece
+    Stream(stream::Stream),
     /// Run a board's stored program, release its WaitStart, or acknowledge its fault
     Start(control::Control),
     /// End a board's run on a ramp
@@ -128,6 +131,7 @@ impl Command {
             Command::Lsp(command) => command.run(options, console),
             Command::Board(command) => command.run(options, console),
             Command::Upload(command) => command.run(options, console),
+            Command::Stream(command) => command.run(options, console),
             Command::Home(command) => command.run(options, console),
             Command::Jog(command) => command.run(options, console),
             Command::Io(command) => command.run(options, console),

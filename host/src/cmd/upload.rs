@@ -64,7 +64,10 @@ impl Upload {
 }
 
 /// A program for another machine would move this one wrongly.
-fn compare(board: &mut Board, profile: &Profile) -> Result<(), Failure> {
+///
+/// # Errors
+/// The board's profile is another one; the text says in what.
+pub fn compare(board: &mut Board, profile: &Profile) -> Result<(), Failure> {
     let held = board.board_record()?;
     let mut differ = differences(&held, &BoardRecord::of(profile, held.sequence));
     // Where the board hangs on the line is no matter of the program.
@@ -74,7 +77,7 @@ fn compare(board: &mut Board, profile: &Profile) -> Result<(), Failure> {
     }
     Err(Failure::Board(format!(
         "the board's profile is not `{name}`, it differs in {}: `pasapas profile set {name}` \
-         brings it (a file's name for a profile of your own); --any-profile uploads all the same",
+         brings it (a file's name for a profile of your own); --any-profile goes on all the same",
         differ.join(", "),
         name = profile.name
     )))
