@@ -145,6 +145,7 @@ fn excess_note(excess: &Excess, script: &Script) -> Note {
         Resource::Calls => ("B003", "calls open at once", "call fewer SUBs from within SUBs"),
         Resource::Keeps => ("B004", "KEEP values", "put several small values into one"),
         Resource::Rows => ("B005", "rows in a TABLE", "split the TABLE"),
+        Resource::Texts => ("B007", "bytes of text in PRINT", "print fewer or shorter texts"),
     };
     let text = format!("the script needs {used} {what}; the device has {available}");
     Note::in_source(&script.source, span.clone(), code, text).hint(hint)

@@ -3,7 +3,7 @@
 use crate::back::cells::Cells;
 use crate::back::graph::Graph;
 use crate::back::ir::Unit;
-use crate::hir::{Program, Span, VarId};
+use crate::hir::{Program, RoutineId, Span, VarId};
 use crate::image::pool_limit;
 
 /// What begins at a mark.
@@ -103,6 +103,8 @@ pub enum Resource {
     Keeps,
     /// Rows of a table: at most 65535.
     Rows,
+    /// Bytes of all texts: their places have 16 bits.
+    Texts,
 }
 
 /// A program wants more than the device has.
@@ -120,6 +122,8 @@ pub struct Excess {
 
 /// KEEP values of a program at most.
 const MAX_KEEPS: usize = 8;
+/// Bytes of texts at most: short columns may lie before them.
+const MAX_TEXTS: usize = 0x8000;
 /// Largest number that the header's half bytes hold.
 const MAX_DEPTH: usize = 15;
 
@@ -170,6 +174,8 @@ pub fn excesses(program: &Program, unit: &Unit, graph: &Graph, cells: &Cells) ->
     if let Some(keep) = cells.keeps.get(MAX_KEEPS) {
         check(Resource::Keeps, cells.keeps.len(), MAX_KEEPS, &program.var(*keep).span);
     }
+    let texts: usize = unit.texts.iter().map(|text| text.len() + 1).sum();
+    check(Resource::Texts, texts, MAX_TEXTS, &program.routine(RoutineId(0)).span);
     for table in &program.tables {
         let rows = table.values.len() / (table.columns.max(1) as usize);
         check(Resource::Rows, rows, usize::from(u16::MAX), &table.span);

@@ -117,3 +117,11 @@ fn code_of_any_size_compiles_and_runs() {
     }
     assert_eq!(vm.cell(0), (0..3000).map(|i| i % 7).sum::<i32>());
 }
+
+#[test]
+fn texts_beyond_what_an_address_reaches_are_refused() {
+    let text: String = (0..2000).map(|i| format!("PRINT \"number {i} of many\"\n")).collect();
+    let found = excesses(&text);
+    let texts = |excess: &Excess| excess.resource == Resource::Texts;
+    assert!(matches!(&found[..], [excess] if texts(excess)), "{found:?}");
+}
