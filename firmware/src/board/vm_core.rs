@@ -306,15 +306,24 @@ vm_thousands:
     /* pushes 1000 times the operand byte */
 vm_thousand:
     REL
+    /* 125 x = 128 x - 3 x fits into 16 bits; three shifts make it 1000 x */
+    mov.b r12, r13
+    swpb r13
+    rra r13
+    sub r12, r13
+    sub r12, r13
+    sub r12, r13
+    mov r13, r12
     clr r13
     tst r12
     jge 1f
     inv r13
-1:  mov #1000, r14
-    clr r15
-    push r11
-    call #__mspabi_mpyl
-    pop r11
+1:  rla r12
+    rlc r13
+    rla r12
+    rlc r13
+    rla r12
+    rlc r13
     sub #4, r6
     mov r10, 0(r6)
     mov r11, 2(r6)
