@@ -410,7 +410,7 @@ impl Geometry {
 
     /// Lowers the limits to those of an axis that moves by one step in `along` um of path.
     fn limit(&mut self, axis: &AxisRecord, along: Scaled) {
-        self.start = self.start.least(along.times(Scaled::new(axis.start_rate.into())));
+        self.start = self.start.least(along.times(Scaled::new(axis.start_rate.max(1).into())));
         self.top = self.top.least(along.times(Scaled::new(axis.top_rate)));
         self.accel = self.accel.least(along.times(Scaled::new(axis.accel)));
         self.decel = self.decel.least(along.times(Scaled::new(axis.decel)));

@@ -69,8 +69,8 @@ pub fn check(times: &[u64], limits: &Limits) -> Result<(), Violation> {
         let ticks = (times[i + 1] - times[i]) as f64;
         bound(What::Top, i, HZ / (ticks + 1.0), limits.top * 1.02)?;
     }
-    // From rest the first interval may already be half an acceleration faster than the start rate.
-    let jump = |ramp: f64| (limits.start * limits.start + 3.0 * ramp).sqrt() * 1.05;
+    // From rest the first interval may already be an acceleration and a half faster than the start rate.
+    let jump = |ramp: f64| (limits.start * limits.start + 3.2 * ramp).sqrt() * 1.05;
     bound(What::Start, 0, rate(0, 1), jump(limits.accel))?;
     bound(What::Start, last, rate(last - 1, last), jump(limits.decel))?;
     let window = 2 * HALF_WINDOW;

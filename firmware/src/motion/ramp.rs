@@ -137,7 +137,7 @@ impl Run {
         // At a constant speed, most of the time of a long move, one root and one division do.
         let v1 = if v2 == self.v2 { v0 } else { v2.root() };
         let (slow, fast) = if v1 < v0 { (v1, v0) } else { (v0, v1) };
-        let sub = (limits.tick.exponent_over(slow) - LONGEST).clamp(0, 15);
+        let sub = limits.tick.exponent_over(slow).saturating_sub(LONGEST).clamp(0, 15);
         let shortest = limits.tick.over(fast).shifted(16 - sub).floor();
         let events = n << sub;
         out.events = events;
@@ -164,12 +164,12 @@ impl Run {
     /// allows), which keeps the linear interval within 5 % of constant acceleration. A remainder
     /// below one and a half of it is taken at once.
     fn slice(&self, limits: &Limits, v: Scaled, braking: bool) -> u16 {
-        let mut exp = 15 - limits.tick.exponent_over(v);
+        let mut exp = 15i8.saturating_sub(limits.tick.exponent_over(v));
         if self.v2 == limits.nominal2 && !braking {
-            exp += 1;
+            exp = exp.saturating_add(1);
         } else {
             let steep = limits.accel2.most(limits.decel2);
-            exp = exp.min((self.v2.exponent_over(steep) - 4).max(3));
+            exp = exp.min(self.v2.exponent_over(steep).saturating_sub(4).max(3));
         }
         let n = 1u16 << exp.clamp(0, 14);
         if self.left <= u32::from(n + n / 2) { self.left as u16 } else { n }

@@ -181,7 +181,7 @@ impl Single {
         }
         let ramp = speed.times(speed).over(self.pace.decel).shifted(-1);
         let latency = speed.times(Scaled::new(LATENCY_MS)).shifted(-10);
-        let rest = ramp.plus(latency).floor() as i32 + 1;
+        let rest = ramp.plus(latency).floor().min(FAR as u32) as i32 + 1;
         let room = self.target.abs_diff(caught);
         if (rest as u32) < room {
             let rest = if self.negative { -rest } else { rest };
@@ -262,7 +262,7 @@ impl Single {
             let percent = Scaled::new(self.percent.into()).over(HUNDRED);
             speed = speed.times(percent).least(Scaled::new(axis.top_rate));
         }
-        let start = Scaled::new(axis.start_rate.into()).least(speed);
+        let start = Scaled::new(axis.start_rate.max(1).into()).least(speed);
         self.limits.set_pitch(ONE, self.pace.accel, self.pace.decel);
         self.limits.nominal2 = speed.times(speed);
         self.limits.start2 = start.times(start);

@@ -254,3 +254,51 @@ fn a_radius_finds_its_centre_and_a_bad_arc_is_refused() {
     let arc = ends([10_000, 10_000], true).around([0, 10_000]).unwrap();
     assert_eq!(arc.extremes(), [[-10_000, 10_000], [0, 20_000]]);
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// No axis record, feed or distance may hang the planner, divide by zero or miss the target.
+    #[test]
+    fn any_axis_and_any_block_come_to_their_end(
+        start in 0u16..,
+        top in prop_oneof![0u32..2, 1u32..200_000],
+        accel in prop_oneof![0u32..2, 0u32..1_000_000],
+        scale in (1u16.., 1u16..),
+        steps in prop::array::uniform3(-300i32..300),
+        feed in prop_oneof![0u32..3, 0u32..3_000_000],
+        in_steps: bool,
+        percent: u8,
+    ) {
+        let axis = AxisRecord {
+            start_rate: start, top_rate: top, accel, decel: accel, steps: scale.0, um: scale.1,
+            ..AxisRecord::default()
+        };
+        let axes = [axis; 3];
+        let mut path = Path::new(20);
+        path.set_override(percent);
+        let feed = if in_steps { Feed::Steps(feed) } else { Feed::Um(feed) };
+        let taken = path.push(&axes, &Block { steps, feed, exact: false });
+        prop_assert!(taken);
+        let (mut segment, mut acc, mut position) = (PathSegment::default(), [0; 3], [0; 3]);
+        for _ in 0..4_000 {
+            if !path.next_segment(&axes, &mut segment) {
+                break;
+            }
+            prop_assert!(segment.ramp.interval < 1 << 31 && segment.ramp.events > 0);
+            segment.played(segment.ramp.steps(), &mut acc, &mut position);
+        }
+        prop_assert!(path.is_idle());
+        prop_assert_eq!(position, steps);
+        let mut single = Single::new(0);
+        single.go(&axis, steps[0], Pace::of(&axis).with_um(&axis, 77));
+        play(&mut single);
+        prop_assert_eq!(single.position(), steps[0]);
+        single.go(&axis, 0, Pace::of(&axis));
+        let mut s = Segment::default();
+        single.next_segment(&mut s);
+        single.hit(&axis, single.position());
+        play(&mut single);
+        prop_assert!(single.is_idle());
+    }
+}
