@@ -314,18 +314,17 @@ impl Core {
         if self.first() {
             let bits = vm().operand();
             self.effect.left = if bits & flags::TIMEOUT != 0 { vm().pop() } else { -1 };
-            self.effect.n = 0;
             self.effect.bits = bits & flags::WAIT_QUERY;
-            self.effect.phase = vm().pop_small(125) as u8;
-            if !(33..=125).contains(&self.effect.phase) {
+            self.effect.n = vm().pop_small(125) as u8;
+            if !(33..=125).contains(&self.effect.n) {
                 return Err(Fault::ValueRange);
             }
         }
-        let met = self.char_in == self.effect.phase;
+        let met = self.char_in == self.effect.n;
         if met {
             self.char_in = 0;
         }
-        self.outcome(TraceKind::WaitChar, met, i32::from(self.effect.phase))
+        self.outcome(TraceKind::WaitChar, met, i32::from(self.effect.n))
     }
 
     /// The end of a wait: met, timed out, or not yet.

@@ -241,16 +241,19 @@ impl Lower<'_> {
     }
 
     fn print(&mut self, parts: &[PrintPart]) {
+        // No handler comes between the parts: it might print a line of its own.
         for part in parts {
             match part {
                 PrintPart::Text(text) => {
                     for piece in text.as_bytes().chunks(super::MAX_TEXT) {
                         let id = self.text(piece);
+                        self.plain(Op::More);
                         self.push(Item::Text(id));
                     }
                 }
                 PrintPart::Value(value) => {
                     self.expr(value);
+                    self.plain(Op::More);
                     match value.kind.unit() {
                         Unit::None => self.plain(Op::PrintNumber),
                         unit => self.flags(Op::PrintValue, [unit as u8, 0, 0]),
