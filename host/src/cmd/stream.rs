@@ -23,6 +23,10 @@ use crate::stream::{Piece, cut};
 /// How often the board is asked while a piece runs.
 const POLL: Duration = Duration::from_millis(40);
 
+/// Longest piece, bytes: half of the board's area. What runs on when the cable is cut stays short,
+/// and the board's check of a piece takes less than its watchdog's time.
+const MAX_PIECE: usize = 1530;
+
 /// `pasapas stream`
 #[derive(Debug, Args)]
 pub struct Stream {
@@ -63,11 +67,11 @@ impl Stream {
         }
         let expected = if self.from_line > 1 { Some(self.position(&script)?) } else { None };
         let last = script.program.last_line;
-        let pieces = cut(script.program, usize::from(identity.area_bytes), self.from_line)
-            .map_err(|refused| {
-                let note = Note::error(&self.file, "B007", refused.text).at((refused.line, 1));
-                console.refuse(&note.hint(refused.hint))
-            })?;
+        let room = usize::from(identity.area_bytes).min(MAX_PIECE);
+        let pieces = cut(script.program, room, self.from_line).map_err(|refused| {
+            let note = Note::error(&self.file, "B007", refused.text).at((refused.line, 1));
+            console.refuse(&note.hint(refused.hint))
+        })?;
         let keys = keys();
         if let Some(expected) = expected {
             self.confirm(&mut board, &expected, &keys, console)?;
