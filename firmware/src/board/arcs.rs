@@ -30,10 +30,6 @@ impl Core {
             } else if code == Op::ArcBy as u8 {
                 frames = ALL_RELATIVE;
             }
-            if code == Op::ArcBy as u8 {
-                // Every word is relative.
-                frames = 0b10_1010;
-            }
             self.effect.bits = u8::from(bits & flags::EXACT != 0);
             let arc = self.pop_arc(bits, frames, in_steps)?;
             self.emit(TraceKind::Arc, 0, 0);
