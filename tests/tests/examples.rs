@@ -1,42 +1,84 @@
-//! Every example runs in its scenario with the trace that lies beside it, on every host engine.
+//! Every example runs in its scenario with the trace that lies beside it, on every engine.
 
 use std::path::{Path, PathBuf};
 
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
-use pasapas::sim::trace::to_text;
+use lang::hir::Program;
+use pasapas::board::engine::{self, Job, Sinks};
+use pasapas::sim::trace::{Event, to_text};
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, run_traced};
 
-fn scripts() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
-    files.retain(|file| file.extension().is_some_and(|extension| extension == "bas"));
-    files.sort();
-    files
+struct Example {
+    name: String,
+    program: Program,
+    world: World,
+    trace: String,
 }
 
 fn read(file: &Path) -> String {
     std::fs::read_to_string(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
 }
 
-#[test]
-fn examples_run_as_their_traces_say() {
-    let files = scripts();
-    assert!(files.len() >= 16);
-    for file in files {
+fn examples() -> Vec<Example> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.retain(|file| file.extension().is_some_and(|extension| extension == "bas"));
+    files.sort();
+    let example = |file: PathBuf| {
         let name = file.file_stem().unwrap().to_string_lossy().into_owned();
         let source = Source::new(&name, read(&file));
         let (program, diags) = compile(&source, ProfileChoice::built_in());
         let program = program.unwrap_or_else(|| panic!("{}", diags.render(&source)));
         let world = World::parse(&name, &read(&file.with_extension("rhai"))).unwrap();
-        let expected = read(&file.with_extension("trace"));
+        Example { name, program, world, trace: read(&file.with_extension("trace")) }
+    };
+    files.into_iter().map(example).collect()
+}
+
+#[test]
+fn examples_run_as_their_traces_say() {
+    let examples = examples();
+    assert!(examples.len() >= 16);
+    for Example { name, program, world, trace } in &examples {
         for engine in [Engine::Rhai, Engine::Vm] {
-            let options = Options { times: false, ..Options::default() };
-            let (outcome, events) = run_traced(&program, engine, &world, &options).unwrap();
+            let (outcome, events) =
+                run_traced(program, engine, world, &Options::default()).unwrap();
             assert_eq!(outcome.failures, Vec::<String>::new(), "{name} on {engine:?}");
-            assert_eq!(to_text(&events), expected, "{name} on {engine:?}");
+            assert_eq!(&to_text(&events), trace, "{name} on {engine:?}");
         }
     }
+}
+
+/// Longest example that the emulated board runs here, us: each simulated second takes a tenth of
+/// a second and more.
+const LONGEST_US: u64 = 16_000_000;
+
+#[test]
+fn short_examples_run_on_the_board() {
+    let mut count = 0;
+    for Example { name, program, world, trace } in &examples() {
+        let options = Options::default();
+        let (_, events) = run_traced(program, Engine::Rhai, world, &options).unwrap();
+        if events.last().and_then(|event| event.us).is_none_or(|us| us > LONGEST_US) {
+            continue;
+        }
+        let compiled = lang::back::compile(program).unwrap();
+        let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
+        let image = &compiled.image;
+        let job = Job { program, image, line_of: &line_of, world, options: &options };
+        let mut events = Vec::new();
+        let sinks = Sinks {
+            trace: &mut |event: &Event| events.push(event.clone()),
+            vcd: None,
+            progress: &mut |_| {},
+        };
+        let run = engine::run(&job, sinks).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(run.outcome.failures, Vec::<String>::new(), "{name}");
+        assert_eq!(&to_text(&events), trace, "{name}");
+        count += 1;
+    }
+    assert!(count >= 6);
 }
