@@ -72,8 +72,9 @@ impl Keep {
         let mut at = self.current + SEGMENT;
         while at > self.current + HEAD {
             at -= RECORD;
-            if let Some((of, value)) = self.record(flash, at)
-                && of == index
+            // The CRC takes 1000 cycles, so only of records that may be the one.
+            if flash.read(at) == index
+                && let Some((_, value)) = self.record(flash, at)
             {
                 return value;
             }

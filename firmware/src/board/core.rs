@@ -267,6 +267,7 @@ impl Core {
     pub fn mount(&mut self) {
         self.outputs = self.record.reset_on;
         self.store.mount(&mut Area);
+        self.keep.mount(&Area);
         self.stored();
         if let Some([number, pc, _]) = crate::boot::logged() {
             self.session.remember(number as u8);
