@@ -68,9 +68,10 @@ Probe Z, 85mm, 5mm/s
 '= fault F12 9
 '---
 ' Input already active.
+Wait 50ms
 Probe? Z, -20mm, 5mm/s, 3
 '~ set_in(3, true);
-'= fault F19 2
+'= fault F19 3
 '---
 ' START, MOVING, WaitMove; a new target replaces the old.
 START MoveAxe X, 50mm, 20mm/s
@@ -118,7 +119,7 @@ END
 ' TIMER begins with the first statement.
 PRINT TIMER() < 2ms
 Wait 1s
-PRINT TIMER() >= 1s; TIMER() < 1010ms
+PRINT TIMER() >= 1s; TIMER() < 1100ms
 '> 1
 '> 11
 '= done 4

@@ -12,7 +12,7 @@ FOR i = 1 TO 2
   G98 G81 X[i] Z-1 R[i * 2mm]
   PRINT POS(Z)
 NEXT
-MoveAxe Z, 20mm
+MoveAxe Z, 18mm
 G98 G81 X9 Z-1 R1
 PRINT POS(Z)
 '> 2000um
@@ -20,7 +20,7 @@ PRINT POS(Z)
 '> 12000um
 '> 7000um
 '> 7000um
-'> 20000um
+'> 18000um
 '= done 17
 '---
 ' Words of a cycle stay, computed ones too.
