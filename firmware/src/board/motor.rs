@@ -181,13 +181,17 @@ impl Motor {
 
     /// Axes that MoveSpeed runs.
     pub fn running(&self) -> u8 {
-        self.running & self.moving()
+        if self.running == 0 { 0 } else { self.running & self.moving() }
     }
 
     /// Axes that MoveSpeed has run to the end of their travel, told once.
     pub fn take_limited(&mut self) -> u8 {
-        let limited = self.running & !self.moving() & !self.stopped;
-        self.running &= self.moving();
+        if self.running == 0 {
+            return 0;
+        }
+        let moving = self.moving();
+        let limited = self.running & !moving & !self.stopped;
+        self.running &= moving;
         limited
     }
 
@@ -288,20 +292,25 @@ impl Motor {
     }
 
     fn poll_singles(&mut self) {
+        for (i, single) in self.single.iter_mut().enumerate() {
+            if !single.is_idle() && step::axis_has_room(i) {
+                let mut segment = Segment::default();
+                if single.next_segment(&mut segment) {
+                    step::put_axis(i, &segment, single.negative());
+                }
+            }
+        }
+        if self.stopped == 0 {
+            return;
+        }
         let mut n = AXES;
         while n != 0 {
             n -= 1;
             let i = usize::from(n);
-            if self.single[i].is_idle() {
-                if self.stopped >> n & 1 != 0 && !step::axis_is_running(i) {
-                    self.stopped &= !(1 << n);
-                    self.settle(n, self.actual[i]);
-                }
-            } else if step::axis_has_room(i) {
-                let mut segment = Segment::default();
-                if self.single[i].next_segment(&mut segment) {
-                    step::put_axis(i, &segment, self.single[i].negative());
-                }
+            let rests = self.single[i].is_idle() && !step::axis_is_running(i);
+            if self.stopped >> n & 1 != 0 && rests {
+                self.stopped &= !(1 << n);
+                self.settle(n, self.actual[i]);
             }
         }
     }
@@ -311,14 +320,14 @@ impl Motor {
         if self.path_axes != 0 {
             return self.path_axes;
         }
-        let mut moving = 0;
-        let mut n = AXES;
-        while n != 0 {
-            n -= 1;
-            let i = usize::from(n);
-            if !self.single[i].is_idle() || step::axis_is_running(i) || self.stopped >> n & 1 != 0 {
-                moving |= 1 << n;
+        // Asked several times in each pass of the main loop: no multiplication for an index.
+        let mut moving = self.stopped;
+        let mut bit = 1;
+        for (i, single) in self.single.iter().enumerate() {
+            if !single.is_idle() || step::axis_is_running(i) {
+                moving |= bit;
             }
+            bit <<= 1;
         }
         moving
     }

@@ -70,6 +70,14 @@ global_asm!(
     mov @r6+, r10
     mov @r6+, r11
     .endm
+    /* the next instruction; where it ends a frequent one it saves the jump to vm_next, 2 cycles */
+    .macro NEXT
+    mov.b @r5+, r12
+    rla.b r12
+    jc vm_high
+    jn vm_mid
+    br vm_table(r12)
+    .endm
 
     .global pasapas_vm_run
 pasapas_vm_run:
@@ -409,14 +417,12 @@ vm_high:
     jne vm_store
 vm_load:
     add r7, r12
-    mov @r12+, r13
-    mov @r12, r14
     sub #4, r6
     mov r10, 0(r6)
     mov r11, 2(r6)
-    mov r13, r10
-    mov r14, r11
-    jmp vm_next
+    mov @r12+, r10
+    mov @r12, r11
+    NEXT
 vm_loadfar:
     mov.b @r5+, r12
     rla r12
@@ -453,7 +459,7 @@ vm_store:
     mov r10, 0(r12)
     mov r11, 2(r12)
     POP
-    jmp vm_next
+    NEXT
 vm_add:
     add @r6+, r10
     addc @r6+, r11
@@ -512,11 +518,7 @@ vm_push:
     mov r12, r10
     mov r13, r11
 vm_next:
-    mov.b @r5+, r12
-    rla.b r12
-    jc vm_high
-    jn vm_mid
-    br vm_table(r12)
+    NEXT
 
 vm_drop:
     POP
