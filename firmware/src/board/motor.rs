@@ -44,6 +44,8 @@ pub struct Motor {
     pub percent: u8,
     /// Bit per axis: the path moves it.
     path_axes: u8,
+    /// Second leg of a rapid move that lifts or lowers Z apart; all 0 for none.
+    leg: [i32; 3],
     /// Bit per axis: last moved in negative direction.
     pub negative: u8,
     path: Path,
@@ -66,6 +68,7 @@ impl Motor {
             running: 0,
             percent: 100,
             path_axes: 0,
+            leg: [0; 3],
             negative: 0,
             path: Path::new(0),
             segment: PathSegment::default(),
@@ -220,6 +223,24 @@ impl Motor {
         self.path_axes == 0
     }
 
+    /// Moves rapidly from rest; with Z apart when the profile wants that: first when it lifts, that
+    /// is toward its reference switch, else last.
+    pub fn rapid(&mut self, steps: [i32; 3]) {
+        let mut first = steps;
+        let apart = machine().flags & MachineRecord::RAPID_Z_APART != 0;
+        if apart && steps[2] != 0 && (steps[0] | steps[1]) != 0 {
+            let up = axis(2).flags & AxisRecord::HOME_POSITIVE != 0;
+            if (steps[2] > 0) == up {
+                first = [0, 0, steps[2]];
+                self.leg = [steps[0], steps[1], 0];
+            } else {
+                first = [steps[0], steps[1], 0];
+                self.leg = [0, 0, steps[2]];
+            }
+        }
+        self.line(first, Feed::Rapid, true);
+    }
+
     /// Appends a line to the path, which has room.
     pub fn line(&mut self, steps: [i32; 3], feed: Feed, exact: bool) {
         if self.path_axes == 0 {
@@ -269,6 +290,11 @@ impl Motor {
     fn poll_path(&mut self) {
         if self.stopped & self.path_axes != 0 && self.path.is_paused() && !step::is_running() {
             self.path.clear();
+            self.leg = [0; 3];
+        }
+        if self.leg != [0; 3] && self.path.has_room() {
+            let leg = core::mem::take(&mut self.leg);
+            self.line(leg, Feed::Rapid, true);
         }
         if step::has_room() && self.path.next_segment(&machine().axes, &mut self.segment) {
             step::put_path(&self.segment);
@@ -391,6 +417,7 @@ impl Motor {
     pub fn halt(&mut self) {
         step::halt();
         self.path.clear();
+        self.leg = [0; 3];
         self.path_axes = 0;
         let mut n = AXES;
         while n != 0 {

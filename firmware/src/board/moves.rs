@@ -174,10 +174,20 @@ impl Core {
         const LINE: u8 = Op::Line as u8;
         const LINEAR: u8 = Op::Linear as u8;
         const MIXED: u8 = Op::LinearMixed as u8;
-        // A block joins the path when there is room; axes of their own must rest first.
+        // A feed block joins the path when there is room; axes of their own must rest first, and
+        // everything before a rapid move.
         if self.effect.phase == 0 {
-            let alone = self.motor.path_rests() && self.motor.moving() != 0;
-            if alone || !self.motor.path_has_room() {
+            let rapid = match code {
+                RAPID..LINE => true,
+                LINE..LINEAR => false,
+                _ => {
+                    let bits = vm().operand();
+                    self.vm_back();
+                    bits & flags::RAPID != 0
+                }
+            };
+            let alone = rapid || self.motor.path_rests();
+            if alone && self.motor.moving() != 0 || !self.motor.path_has_room() {
                 return Ok(false);
             }
             self.effect.phase = 1;
@@ -226,8 +236,11 @@ impl Core {
                 return Ok(true);
             }
             self.emit(if rapid { TraceKind::Rapid } else { TraceKind::Line }, 0, 0);
-            let feed = if rapid { Feed::Rapid } else { self.feed };
-            self.motor.line(steps, feed, self.effect.bits != 0);
+            if rapid {
+                self.motor.rapid(steps);
+            } else {
+                self.motor.line(steps, self.feed, self.effect.bits != 0);
+            }
         }
         Ok(self.effect.bits == 0 || self.motor.path_rests())
     }
