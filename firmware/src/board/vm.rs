@@ -10,7 +10,7 @@ use lang::isa::Op;
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::vm::{entry, flag};
 
-/// Words of RAM for cells, expression stack and call stack; see the RAM map in `main.rs`.
+/// Words of RAM for cells, expression stack and call stack: what `lang::image::pool_limit` promises.
 pub const POOL_WORDS: usize = 96;
 
 /// The pool: call stack from its start upward, cells behind it, the expression stack from its end
