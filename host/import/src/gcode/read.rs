@@ -193,7 +193,10 @@ impl<'a> Reader<'a, '_> {
                     let text = "`/` makes this line optional; it is executed";
                     self.diags.once(Diag::new(Code::Changed, number, 1, text).warning());
                 }
-                Piece::Checksum => {}
+                Piece::Checksum => {
+                    let text = "checksums behind `*` are left out";
+                    self.diags.once(Diag::new(Code::Said, number, 1, text).note());
+                }
             }
         }
         if block.words.is_empty() {
@@ -249,7 +252,10 @@ impl<'a> Reader<'a, '_> {
         };
         match fate {
             Fate::Keep => {}
-            Fate::Idle => return,
+            Fate::Idle(text) => {
+                self.diags.once(Diag::new(Code::Said, block.line, col, text).note());
+                return;
+            }
             Fate::LeaveOut(text) => {
                 self.diags.once(Diag::new(Code::LeftOut, block.line, col, text).warning());
                 return;

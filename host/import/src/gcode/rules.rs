@@ -5,8 +5,8 @@
 pub(super) enum Fate {
     /// The language has it.
     Keep,
-    /// It asks for what always holds.
-    Idle,
+    /// Left out with a note: it asks for what always holds.
+    Idle(&'static str),
     /// Left out with a warning, which the text explains.
     LeaveOut(&'static str),
     /// Written as another word, with a note.
@@ -21,8 +21,8 @@ use Fate::{As, Idle, Keep, LeaveOut, Refuse};
 pub(super) fn g(tenths: i64) -> Fate {
     match tenths {
         0 | 10 | 20 | 30 | 40 | 170 | 180 | 190 | 200 | 210 | 280 | 382 | 383 | 530 | 610 | 640
-        | 800 | 810 | 820 | 830 | 900 | 910 | 920 | 980 | 990 => Keep,
-        400 | 490 | 540 | 911 | 940 | 970 => Idle,
+        | 400 | 490 | 540 | 911 | 940 | 800 | 810 | 820 | 830 | 900 | 910 | 920 | 980 | 990 => Keep,
+        970 => Idle("G97: the spindle's speed is always in turns a minute"),
         611 => As("G61", "G61.1 stops as exactly as G61"),
         410..=429 => Refuse("cutter radius compensation", "let the CAM tool offset the path"),
         430 => {
@@ -79,7 +79,7 @@ pub(super) const fn is_value(letter: char) -> bool {
 /// Why another letter has no meaning.
 pub(super) const fn other(letter: char) -> Fate {
     match letter {
-        'N' => Idle,
+        'N' => Idle("line numbers N are left out"),
         'A' | 'B' | 'C' | 'U' | 'V' | 'W' => {
             Refuse("an axis that is not there", "the axes are X, Y and Z")
         }
