@@ -176,6 +176,8 @@ pub struct Core {
     pub timed_out: bool,
     /// The host knows of the line that is being printed.
     pub announced: bool,
+    /// A fault found while a path moved, and where: it is raised at the path's end.
+    late: Option<(Fault, u16)>,
     /// Input that caused the last fault.
     pub fault_input: u8,
     /// Last Send: character and count.
@@ -248,6 +250,7 @@ impl Core {
             phase: 0,
             timed_out: false,
             announced: false,
+            late: None,
             fault_input: 0,
             char_out: 0,
             char_in: 0,
@@ -387,6 +390,7 @@ impl Core {
         self.effect = Effect::NONE;
         self.outer = Effect::NONE;
         self.feed = self.default_feed();
+        self.late = None;
         self.events = [Event { kind: 0, n: 0, period: 0, left: 0 }; 4];
         self.trace.number = 0;
         self.trace.full = false;
@@ -449,6 +453,16 @@ impl Core {
         self.effect = Effect::NONE;
         if !vm().raise(fault, pc, between) {
             self.fail(fault);
+        }
+    }
+
+    /// A fault of the statement at `pc`: what was commanded before it ends first.
+    fn found(&mut self, fault: Fault, pc: u16) {
+        if self.motor.path_rests() {
+            self.raise(fault, pc, false);
+        } else {
+            self.effect = Effect::NONE;
+            self.late = Some((fault, pc));
         }
     }
 
@@ -541,6 +555,13 @@ impl Core {
             self.raise(Fault::SoftLimit, pc, true);
             return;
         }
+        if let Some((fault, pc)) = self.late {
+            if self.motor.path_rests() {
+                self.late = None;
+                self.raise(fault, pc, false);
+            }
+            return;
+        }
         if self.effect.code == 0 {
             self.step();
         }
@@ -553,7 +574,7 @@ impl Core {
                 Ok(false) => self.serve(),
                 Err(fault) => {
                     let pc = self.effect_pc;
-                    self.raise(fault, pc, false);
+                    self.found(fault, pc);
                 }
             }
         }
@@ -631,12 +652,14 @@ impl Core {
             }
             0x01..FIRST_EFFECT => match vm.soft(exit as u8) {
                 Ok(false) => {}
+                // A GOTO left the error handler and with it what it had interrupted.
+                Ok(true) if exit as u8 == Op::Leave as u8 => self.outer = Effect::NONE,
                 Ok(true) => self.handler_left(),
-                Err(fault) => self.raise(fault, vm.pc.wrapping_sub(1), false),
+                Err(fault) => self.found(fault, vm.pc.wrapping_sub(1)),
             },
             _ => {
                 let fault = Fault::from_number(exit as u8).unwrap_or(Fault::ImageRefused);
-                self.raise(fault, vm.pc.wrapping_sub(1), false);
+                self.found(fault, vm.pc.wrapping_sub(1));
             }
         }
     }
@@ -653,8 +676,14 @@ impl Core {
     fn serve(&mut self) {
         let vm = vm();
         // Never inside a move: only waits are interrupted, once they have begun.
-        const WAITS: [u8; 5] =
-            [0, Op::Wait as u8, Op::WaitIn as u8, Op::WaitChar as u8, Op::WaitStart as u8];
+        const WAITS: [u8; 6] = [
+            0,
+            Op::Wait as u8,
+            Op::WaitIn as u8,
+            Op::WaitChar as u8,
+            Op::WaitStart as u8,
+            Op::WaitMove as u8,
+        ];
         let code = self.effect.code;
         let waits = WAITS.iter().any(|&wait| wait == code);
         if !vm.can_interrupt() || !waits || (code != 0 && self.effect.phase == 0) {
