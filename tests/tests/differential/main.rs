@@ -202,7 +202,7 @@ fn runner(seed: Option<u8>, cases: u32, max_shrink_iters: u32) -> TestRunner {
 /// Generates programs and compares; prints what they covered.
 fn compare(seed: Option<u8>, programs: u32) {
     let tally = std::cell::RefCell::new(Tally::default());
-    let mut runner = runner(seed, programs, 3_000);
+    let mut runner = runner(seed, programs, 400);
     let result =
         runner.run(&tapes(), |tape| check(&generate(&tape), &mut tally.borrow_mut(), &|_| {}));
     if let Err(TestError::Fail(reason, tape)) = &result {
