@@ -43,7 +43,9 @@ impl Chip {
         let firmware = pasapas::board::firmware().expect("the shipped image is an ELF file");
         let mut board = Board::new(pasapas::board::PART, &firmware);
         board.set_breakpoint(BACK);
-        // Watchdog off (SLAU144, 10.3.1).
+        // ACLK from the VLO: the routine sets the watchdog to it (SLAU144, 5.3.4).
+        board.bus_write8(0x0053, 0x20);
+        // Watchdog off until then (SLAU144, 10.3.1).
         board.bus_write16(0x0120, 0x5A80);
         Chip(board)
     }

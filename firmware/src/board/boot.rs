@@ -49,7 +49,7 @@ Reset:
 static BSL_KEY: u16 = 0x0000;
 
 /// WDTCTL: password, counter clear, from ACLK (VLO), over 512: 43 ms typical, 25 to 128 ms.
-const WATCHDOG_KICK: u16 = 0x5A00 | 1 << 3 | 1 << 2 | 0b10;
+pub const WATCHDOG_KICK: u16 = 0x5A00 | 1 << 3 | 1 << 2 | 0b10;
 
 /// Restarts the watchdog's interval.
 #[inline(always)]

@@ -36,6 +36,8 @@ const ANCHOR_TABLE: u8 = 10;
 /// Scratch memory of the check, bytes.
 pub const SCRATCH: usize = ANCHOR_TABLE as usize + ANCHORS;
 
+/// Address of the watchdog's control register (SLAU144, 10.3.1).
+const WDTCTL: u16 = 0x0120;
 /// No instruction.
 const INVALID: u16 = 0xFFFF;
 /// Bit of a shape: the instruction never falls through.
@@ -553,6 +555,8 @@ pasapas_verify_lands:
 
     /* reads the instruction at r4; uses r11, r12 */
 pasapas_verify_insn:
+    /* the whole check takes longer than the watchdog's 43 ms */
+    mov #{kick}, &{watchdog}
     mov.b @r4, r5
     mov r5, r6
     sub #{effect_shift}, r6
@@ -796,6 +800,8 @@ pasapas_verify_table:
     .short pasapas_verify_inline2
     .short pasapas_verify_nibbles
 "#,
+    kick = const crate::boot::WATCHDOG_KICK,
+    watchdog = const WDTCTL,
     image = const IMAGE,
     frame = const FRAME,
     code_start = const CODE_START,
