@@ -20,8 +20,12 @@ fn image(script: &str) -> Vec<u8> {
 
 impl Rig {
     fn new() -> Rig {
+        Rig::with_config(Config { part: PART, ..Config::default() })
+    }
+
+    fn with_config(config: Config) -> Rig {
         let image = firmware().expect("the shipped image");
-        let mut rig = Rig(Board::with_config(&Config { part: PART, ..Config::default() }, &image));
+        let mut rig = Rig(Board::with_config(&config, &image));
         rig.0.run_us(60_000);
         rig
     }
@@ -162,4 +166,17 @@ fn a_keep_value_cut_anywhere_is_the_old_one_or_the_new() {
     }
     println!("{cuts} cuts");
     assert!(cuts >= 4, "{cuts} cuts");
+}
+
+#[test]
+fn a_program_that_fills_the_area_is_checked_before_the_fastest_watchdog_bites() {
+    let line = |i: u32| format!("G0 X{}.{} Y{}.3\n", i * 7 % 250, i % 10, i * 11 % 180);
+    let large = image(&(0..418).map(line).collect::<String>());
+    assert!((2900..=3068).contains(&large.len()), "{} bytes do not fill it", large.len());
+    // The VLO's upper limit (SLAS735, VLO frequency): the watchdog's interval is 25 ms.
+    let mut rig = Rig::with_config(Config { part: PART, vlo_hz: 20_000, ..Config::default() });
+    rig.upload(&large, false).expect("the program is taken");
+    assert_eq!(rig.stored(), identity(&large));
+    rig.write(RUN_CONTROL, &[Control::Start as u16]).expect("it starts");
+    assert_eq!(rig.read(RUN_STATE), Some(RunState::Running as u16));
 }
