@@ -12,7 +12,7 @@ struct Editor {
     next_id: i32,
 }
 
-const URI: &str = "file:///work/a.bas";
+const URI: &str = "file:///scripts/a.bas";
 
 impl Editor {
     fn new() -> Editor {

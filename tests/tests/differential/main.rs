@@ -21,7 +21,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 
 /// Generated programs of one test: four of them make 20 000 and some.
-const PROGRAMS: u32 = 5_400;
+const PROGRAMS: u32 = 5_600;
 
 /// Ends runaway programs; the engines count statements alike.
 const OPTIONS: Options =
@@ -188,19 +188,14 @@ fn tapes() -> impl Strategy<Value = Vec<u16>> {
     prop::collection::vec(any::<u16>(), 20..260)
 }
 
-fn runner(seed: Option<u8>, cases: u32, max_shrink_iters: u32) -> TestRunner {
+fn runner(seed: u8, cases: u32, max_shrink_iters: u32) -> TestRunner {
     let config = Config { cases, failure_persistence: None, max_shrink_iters, ..Config::default() };
-    match seed {
-        Some(seed) => {
-            let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]);
-            TestRunner::new_with_rng(config, rng)
-        }
-        None => TestRunner::new(config),
-    }
+    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]);
+    TestRunner::new_with_rng(config, rng)
 }
 
 /// Generates programs and compares; prints what they covered.
-fn compare(seed: Option<u8>, programs: u32) {
+fn compare(seed: u8, programs: u32) {
     let tally = std::cell::RefCell::new(Tally::default());
     let mut runner = runner(seed, programs, 400);
     let result =
@@ -227,22 +222,26 @@ fn compare(seed: Option<u8>, programs: u32) {
 
 #[test]
 fn engines_agree_on_the_first_series() {
-    compare(Some(1), PROGRAMS);
+    compare(1, PROGRAMS);
 }
 
 #[test]
 fn engines_agree_on_the_second_series() {
-    compare(Some(2), PROGRAMS);
+    compare(2, PROGRAMS);
 }
 
 #[test]
 fn engines_agree_on_the_third_series() {
-    compare(Some(3), PROGRAMS);
+    compare(3, PROGRAMS);
 }
 
+/// A series of one's own choice: `PASAPAS_SEED=77 cargo test -p tests --test differential`. What a
+/// check of a change says must not depend on chance, so there is a seed without it too: one that
+/// once found a pulse which ended in a pause and stopped the clock.
 #[test]
-fn engines_agree_on_a_random_series() {
-    compare(None, PROGRAMS);
+fn engines_agree_on_a_chosen_series() {
+    let seed = std::env::var("PASAPAS_SEED").ok().and_then(|seed| seed.parse().ok());
+    compare(seed.unwrap_or(5), PROGRAMS);
 }
 
 /// The image with every `from` replaced by `to`.
@@ -278,7 +277,7 @@ fn a_broken_opcode_is_caught() {
     ];
     for (from, to) in broken {
         let tally = std::cell::RefCell::new(Tally::default());
-        let mut runner = runner(Some(9), 2_000, 0);
+        let mut runner = runner(9, 2_000, 0);
         let caught = runner.run(&tapes(), |tape| {
             let case = generate(&tape);
             check(&case, &mut tally.borrow_mut(), &|compiled| replace(compiled, from, to))

@@ -139,7 +139,10 @@ impl Machine {
                 }
             }
             let deadline = match wait.until {
-                Until::Pulse(until) => Some(until.max(self.now)),
+                // A pulse that ends in a pause is over; what follows waits for the pause's end.
+                Until::Pulse(until) if until > self.now || self.paused_since.is_none() => {
+                    Some(until.max(self.now))
+                }
                 _ if self.paused_since.is_some() => None,
                 _ => wait.deadline.map(|run| self.at_run_clock(run)),
             };
