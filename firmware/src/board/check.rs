@@ -34,6 +34,7 @@ const FRAME: u8 = 8;
 /// Of the anchors.
 const ANCHOR_TABLE: u8 = 10;
 /// Scratch memory of the check, bytes.
+#[cfg(feature = "g2955")]
 pub const SCRATCH: usize = ANCHOR_TABLE as usize + ANCHORS;
 
 /// Address of the watchdog's control register (SLAU144, 10.3.1).
@@ -182,6 +183,7 @@ static MASKS: [u8; MASKS_LEN] = {
     masks
 };
 
+#[cfg(feature = "g2955")]
 unsafe extern "C" {
     fn pasapas_verify(image: u16, features: u16, scratch: *mut u8) -> u16;
 }
@@ -191,6 +193,7 @@ unsafe extern "C" {
 ///
 /// # Errors
 /// A [`Refusal`] as its number.
+#[cfg(feature = "g2955")]
 pub fn verify(image: u16, features: u8, scratch: &mut [u8; SCRATCH]) -> Result<(), u8> {
     // SAFETY: the routine reads the image and writes nothing but the scratch memory.
     match unsafe { pasapas_verify(image, features.into(), scratch.as_mut_ptr()) } {
@@ -818,8 +821,8 @@ pasapas_verify_table:
     many = const feature::INTERPOLATE | feature::START,
     events = const feature::EVENTS,
     lines = const feature::LINES,
-    pool_one = const crate::core::LIMITS.pool[0],
-    pool_many = const crate::core::LIMITS.pool[1],
+    pool_one = const crate::vm::POOL_LIMITS[0],
+    pool_many = const crate::vm::POOL_LIMITS[1],
     code = const CODE,
     max_code = const 64 * ANCHORS + 1,
     axes = const MACHINE + 8,

@@ -30,7 +30,7 @@ pub const FEATURES: u16 = feature::INTERPOLATE
 
 /// What the chip can run.
 pub const LIMITS: Limits =
-    Limits { bytes: Store::area(), features: FEATURES as u8, pool: [192, 108] };
+    Limits { bytes: Store::area(), features: FEATURES as u8, pool: crate::vm::POOL_LIMITS };
 
 /// An effect under way.
 #[derive(Clone, Copy)]

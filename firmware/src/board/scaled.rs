@@ -8,7 +8,7 @@ use core::arch::global_asm;
 
 global_asm!(
     r#"
-    .section .text.scaled,"ax",@progbits
+    .section .text.scaled,"axR",@progbits
 
     /* splits both operands: exponents to r11 and r10, mantissas stay; zero ones are sent home by
        the callers first */

@@ -2,6 +2,7 @@
 
 use crate::flash::Image;
 use crate::math::mul_div;
+use ::core::mem::offset_of;
 use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::fault::Fault;
@@ -53,6 +54,15 @@ pub struct State {
     /// Number of cells.
     pub cell_count: u8,
 }
+
+/// Offset from [`VM`] of the end of the call stack.
+pub const CALLS_END_AT: i16 = offset_of!(State, calls_end) as i16;
+/// Offset from [`VM`] of the word in which the core keeps the machine stack's address.
+pub const FRAME_AT: i16 = offset_of!(State, frame) as i16;
+/// The core keeps its caller's registers.
+pub const SAVES: u16 = 1;
+/// Bytes of the pool: for a program that moves one axis at a time, and for any other.
+pub const POOL_LIMITS: [u16; 2] = [192, 108];
 
 /// The VM.
 pub static mut VM: State = State {

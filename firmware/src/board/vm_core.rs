@@ -18,7 +18,7 @@
 //!
 //! Cycles (with the dispatch of 10): add 18, load 24, store 27, small constant 27, `nextbyte` 44.
 
-use crate::vm::{CALLS, State, VM};
+use crate::vm::{CALLS, CALLS_END_AT, FRAME_AT, SAVES, State, VM};
 use ::core::arch::global_asm;
 use ::core::mem::offset_of;
 use lang::isa::Op;
@@ -28,6 +28,7 @@ pub const YIELD: u16 = 0x200;
 /// What [`run`] returns when an event handler was left.
 pub const HANDLER_END: u16 = 0x300;
 
+#[cfg(feature = "g2955")]
 unsafe extern "C" {
     fn pasapas_vm_run() -> u16;
 }
@@ -35,6 +36,7 @@ unsafe extern "C" {
 /// Runs until an instruction that the core leaves to its caller (its code is returned), a fault,
 /// whose number is returned plus 100
 /// hexadecimal, or the poll flag at a backward jump or a call.
+#[cfg(feature = "g2955")]
 pub fn run() -> u16 {
     // SAFETY: the state in `VM` was made by `vm.rs` for a verified program, so every address that
     // the core forms lies in the pool or in the program.
@@ -81,6 +83,7 @@ global_asm!(
 
     .global pasapas_vm_run
 pasapas_vm_run:
+    .if {saves}
     push r4
     push r5
     push r6
@@ -88,6 +91,7 @@ pasapas_vm_run:
     push r8
     push r9
     push r10
+    .endif
     mov #{vm}, r12
     mov @r12+, r5
     mov @r12+, r6
@@ -128,6 +132,7 @@ vm_exit:
     mov r6, 2(r13)
     mov r10, 4(r13)
     mov r11, 6(r13)
+    .if {saves}
     pop r10
     pop r9
     pop r8
@@ -135,6 +140,7 @@ vm_exit:
     pop r6
     pop r5
     pop r4
+    .endif
     ret
 
     /* --- arithmetic that is rare or slow --- */
@@ -1019,9 +1025,10 @@ vm_inlines:
     flags = const offset_of!(State, flags),
     base = const offset_of!(State, base),
     calls = const offset_of!(State, calls),
-    calls_end = const offset_of!(State, calls_end),
+    calls_end = const CALLS_END_AT,
     data = const offset_of!(State, data),
-    frame = const offset_of!(State, frame),
+    frame = const FRAME_AT,
+    saves = const SAVES,
     more = const lang::vm::flag::MORE,
     incshort = const Op::IncShort as u8,
     zero = const Op::Zero as u8,

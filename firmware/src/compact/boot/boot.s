@@ -1,0 +1,4 @@
+    .section .text.boot,"axR",@progbits
+    .global boot
+boot:
+    ret

@@ -1,0 +1,4 @@
+    .section .text.effects,"axR",@progbits
+    .global effect_poll
+effect_poll:
+    ret

@@ -1,0 +1,4 @@
+    .section .text.modbus,"axR",@progbits
+    .global link_poll
+link_poll:
+    ret

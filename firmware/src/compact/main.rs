@@ -1,0 +1,46 @@
+//! The MSP430G2553 image: 16 KB of flash, 512 bytes of RAM, all in assembly.
+//!
+//! One file is one thing; `main.s` calls the others round and round. Each routine's header names
+//! what it takes and leaves; r11 to r15 are free to use and r4 to r10 are kept unless it says
+//! otherwise. The twin of each stands in `firmware`'s library or in `lang`.
+#![no_std]
+#![no_main]
+// All of it talks to registers, flash and fixed RAM addresses.
+#![allow(unsafe_code)]
+#![feature(asm_experimental_arch)]
+
+use msp430_rt as _;
+// Brings the interrupt vectors' names into the link.
+use msp430g2553 as _;
+
+#[path = "../board/pins.rs"]
+mod pins;
+mod vm;
+// Symbols come first, so that the assembler knows constants when it meets them.
+mod consts;
+
+#[path = "../board/check.rs"]
+mod check;
+#[path = "../board/math.rs"]
+mod math;
+#[path = "../board/scaled.rs"]
+mod scaled;
+#[path = "../board/vm_core.rs"]
+mod vm_core;
+
+mod boot;
+mod effects;
+mod io;
+mod link;
+mod motion;
+mod moves;
+mod session;
+mod store;
+
+core::arch::global_asm!(include_str!("main.s"), options(raw));
+
+/// Nothing panics: no Rust runs. The linker wants it all the same.
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    loop {}
+}

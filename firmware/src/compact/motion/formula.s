@@ -1,0 +1,4 @@
+    .section .text.formula,"axR",@progbits
+    .global formula
+formula:
+    ret

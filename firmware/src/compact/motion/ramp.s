@@ -1,0 +1,4 @@
+    .section .text.ramp,"axR",@progbits
+    .global segment
+segment:
+    ret

@@ -1,0 +1,4 @@
+    .section .text.commands,"axR",@progbits
+    .global command_execute
+command_execute:
+    ret

@@ -1,0 +1,4 @@
+    .section .text.probe,"axR",@progbits
+    .global fx_probe
+fx_probe:
+    ret

@@ -1,0 +1,176 @@
+/* The 512 bytes of RAM, byte for byte. Everything has a fixed address, so that one byte names
+   any word of RAM (formulas). */
+    .set HERE, 0x0200
+    .macro VAR name, size
+    .set \name, HERE
+    .set HERE, HERE+\size
+    .endm
+
+/* Survive a reset that is no power-up. */
+    VAR RUNNING, 2              /* RUNS while a program runs */
+    VAR WATCHDOGS, 1            /* watchdog resets in a row */
+    VAR WATCHDOGS_CHECK, 1      /* its complement */
+    .set CLEARED, HERE          /* from here on RAM is cleared at reset */
+
+/* Step engine (step.s). */
+    VAR STEP_VECTOR, 2          /* handler of Timer1_A CCR0 */
+    VAR STEP_SLOT, 2            /* address of the slot that plays */
+    VAR STEP_FRAC, 2            /* fraction of the compare registers */
+    VAR COUNT, 6                /* steps made, modulo 65536 */
+    VAR SENSE, 6                /* 1 or -1: what a step adds to its count */
+    VAR LATE, 2                 /* events that were not armed in time */
+    VAR WIDTH, 2                /* ticks of a long pulse, 0 for a short one */
+    VAR CAUGHT, 6               /* counts when a watched input answered */
+    VAR WATCH, 1                /* inputs of port 1 that catch */
+    VAR IDLE, 1                 /* their levels at rest */
+    VAR HIT, 1                  /* what answered, 0 for nothing yet */
+    VAR REFUSAL, 1              /* Refusal of the last upload */
+    .set SLOT, HERE
+    VAR SLOT0, 12               /* a segment: interval 4, change 4, events 2, mask 2 */
+    VAR SLOT1, 12
+    VAR INC, 12                 /* what an event adds to each accumulator */
+    VAR ACC, 12                 /* accumulators; a carry is a step */
+
+/* Planner (ramp.s, line.s). Scaled numbers but for LEFT. */
+    VAR V2, 4                   /* square of the present speed */
+    VAR LEFT, 4                 /* events that no segment has taken yet */
+    VAR NOMINAL2, 4             /* square of the speed to run at */
+    VAR START2, 4               /* square of the speed from and to rest */
+    VAR ACCEL2, 4               /* growth of the square over one event */
+    VAR DECEL2, 4               /* its decline while braking */
+    VAR TICK, 4                 /* interval at speed 1, ticks */
+    VAR MOVING, 1               /* bit per axis that the motion under way moves */
+    VAR NEGATIVE, 1             /* bit per axis: last moved in negative direction */
+    VAR MOTION, 1               /* M_ flags */
+    VAR HOMED, 1                /* bit per axis */
+    VAR TEMP, 12                /* scratch of one routine, never across a pass of the main loop */
+
+/* Positions, 3 x 32 bits each. */
+    VAR UM, 12                  /* commanded machine positions, um */
+    VAR STEPS, 12               /* the same in steps */
+    VAR OFFSET, 12              /* work offsets: machine less work position, um */
+    VAR ACTUAL, 12              /* machine positions at this instant, steps */
+    VAR PROBED, 12              /* where the probe answered, steps */
+    VAR PROBE_OK, 1             /* bit per axis: its last probe answered */
+    VAR HOMING_ERROR, 1         /* bit per axis: homing by command failed */
+    VAR PROBE_ERROR, 1
+    VAR CAUSE, 1                /* IFG1 at reset */
+
+/* Link (uart.s, modbus.s). */
+    VAR FRAME, 52               /* request, then ring of the reply */
+    VAR HEAD, 1                 /* receiving: bytes so far; sending: where the next byte goes */
+    VAR TAIL, 1                 /* sending: the next byte to go out */
+    VAR LINE_STATE, 1
+    VAR FUNCTION, 1             /* reading function whose data is being sent, 0 for none */
+    VAR SILENCE_TICKS, 2        /* from a character's end to the frame's end, 0.5 us */
+    VAR SLACK_TICKS, 2
+    VAR NEXT_REGISTER, 2
+    VAR REGISTERS_LEFT, 2
+    VAR REPLY_CRC, 2
+    VAR LATCH, 2                /* high half of a 32-bit value being read */
+    VAR LATCHED, 2              /* address after the one whose value is latched */
+
+/* VM (vm.rs, State). */
+    .set VM_STATE, HERE
+    VAR VM_PC, 2
+    VAR VM_SP, 2                /* address of the value below the top */
+    VAR VM_TOP, 4
+    VAR VM_CODE, 2              /* address of the code, 0 without a program */
+    VAR VM_CELLS, 2             /* also the end of the call stack, which they follow */
+    VAR VM_CALLS, 2             /* place of the next entry of the call stack */
+    VAR VM_BASE, 2
+    VAR VM_DATA, 2
+    VAR VM_HANDLER, 2
+    VAR VM_FAULT_PC, 2
+    VAR VM_FAULT, 1             /* last fault; also what the link shows */
+    VAR VM_POLL, 1
+    VAR VM_FLAGS, 1
+    VAR VM_CELL_COUNT, 1
+
+/* The effect under way (effects.s). */
+    VAR EFFECT, 1               /* its opcode, 0 for none, EFFECT_END at the end of a run */
+    VAR PHASE, 1                /* what it has come to, 0 at its beginning */
+    VAR N, 1                    /* input, output, axis, character */
+    VAR BITS, 1                 /* flags of the instruction */
+    VAR TIME, 4                 /* milliseconds to go, negative for ever; or whatever it needs */
+    VAR EFFECT_PC, 2            /* address of its instruction */
+    VAR FEED, 4                 /* F: um/s, negative steps/s, 0 none yet */
+
+/* Run state (session.s). */
+    VAR RUN, 1                  /* RunState, without WaitStart */
+    VAR RUN_FLAGS, 1            /* R_ flags */
+    VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
+    VAR LAST, 1                 /* End of the last run */
+    VAR RUNS, 2                 /* runs begun since reset */
+    VAR FAULT_IN, 1             /* input that caused the last fault */
+    VAR TICKS_DONE, 1           /* low byte of the millisecond handled last */
+    VAR MILLIS, 2               /* milliseconds since reset */
+    VAR TIMER_MS, 4             /* milliseconds of the run */
+    VAR HELD, 2                 /* milliseconds for which Stop has been held */
+    VAR SILENT, 2               /* milliseconds since the last sound request */
+    VAR SPIN, 2                 /* milliseconds until motion goes on after a pause */
+    VAR MISSED, 2               /* milliseconds served late */
+
+/* Inputs and outputs (io.s). */
+    VAR INPUT, 2                /* filtered inputs 1 to 16 */
+    VAR INPUT_LOW, 2            /* bits of their counters */
+    VAR INPUT_HIGH, 2
+    VAR RAW, 2                  /* inputs before the filter */
+    VAR BUTTON, 1               /* bit 0 Stop, bit 1 Start; filtered */
+    VAR BUTTON_LOW, 1
+    VAR BUTTON_HIGH, 1
+    VAR FILTER, 1               /* milliseconds since the last sample */
+    VAR OUTPUT, 2               /* outputs 1 to 16 */
+    VAR RESUME_OUTPUT, 2        /* outputs as they were before a pause */
+    VAR BOARD, 2                /* address of the board's profile in flash */
+
+/* Store (store.s). */
+    VAR STORED, 2               /* address of the current slot, 0 for none */
+    VAR OPEN, 2                 /* address of the slot that an upload fills, 0 for none */
+    VAR UPLOAD, 2               /* announced length, bit 15 KEEP */
+
+/* Trace and print (trace.s, print.s). */
+    VAR TRACE_NUMBER, 2         /* number of the last event */
+    VAR TRACE_KIND, 1
+    VAR TRACE_ARGUMENT, 1
+    VAR TRACE_PC, 2
+    VAR TRACE_VALUE, 4
+    VAR TRACING, 1              /* T_ flags */
+    VAR CHAR_IN, 1
+    VAR CHAR_OUT, 2             /* character, count of them */
+    VAR PRINT_TAIL, 2           /* number of the first byte that waits */
+    VAR PRINT_READY, 1          /* bytes that wait and that the host may take */
+    VAR PRINT_OPEN, 1           /* bytes of the line that is being put */
+    .set PRINT_SIZE, 16
+    VAR PRINT, PRINT_SIZE
+
+/* The program's pool: call stack upward, cells, expression stack downward from POOL_END. Without a
+   run it holds the command buffer, and while an image is checked the check's anchors. */
+    .set POOL, HERE
+    .set COMMAND, POOL          /* 21 registers */
+    .set STACK_ROOM, 72         /* the machine stack below 0x0400, with 24 bytes to spare */
+    .set POOL_END, 0x0400-STACK_ROOM
+    .global POOL, POOL_END, VM_STATE
+
+/* MOTION: how the motion under way goes on */
+    .set M_PAUSE, 1             /* brake to a pause, or rest in one */
+    .set M_STOP, 2              /* brake, then forget the rest */
+/* RUN_FLAGS */
+    .set R_WAITING, 1           /* WaitStart */
+    .set R_RELEASED, 2          /* Start was pressed while it waited */
+    .set R_TIMED_OUT, 4         /* TIMEDOUT */
+    .set R_JOG, 8               /* a motion by 102 or 1111 is under way */
+    .set R_HOST, 16             /* a host has spoken since reset */
+    .set R_BOOTED, 32           /* half a second has passed since reset */
+    .set R_RESTART, 64          /* reset the chip once the reply is out */
+/* TRACING */
+    .set T_ON, 1                /* trace mode */
+    .set T_FULL, 2              /* the slot holds an event that was not received */
+    .set T_ANNOUNCED, 4         /* the host knows of the line that is being printed */
+    .set T_DROPPED, 8           /* the line that is being put does not fit */
+/* EFFECT */
+    .set EFFECT_END, 0xff
+/* What an effect returns in r12, besides FAULTED + fault number. */
+    .set DONE, 0
+    .set NOT_YET, 1
+    .set FAULTED, 0x100

@@ -1,0 +1,7 @@
+    .section .text.soft,"axR",@progbits
+    .global soft
+soft:
+    ret
+    .global line_of
+line_of:
+    ret

@@ -1,0 +1,54 @@
+//! Where the VM's registers and memory lie; `ram.s` names the same places.
+
+/// Registers of the VM, as its core loads and stores them: `VM_STATE` in `ram.s`.
+#[repr(C)]
+pub struct State {
+    /// Address in flash of the next instruction.
+    pub pc: u16,
+    /// Address of the value below the top.
+    pub sp: u16,
+    /// Top of the expression stack, low word first.
+    pub top: i32,
+    /// Address of the code.
+    pub code: u16,
+    /// Address of the cells, where the call stack ends.
+    pub cells: u16,
+    /// Place of the next entry of the call stack.
+    pub calls: u16,
+    /// `sp` of the open FUNCTION's empty stack.
+    pub base: u16,
+    /// Address of the program's data.
+    pub data: u16,
+    /// Address of the error handler, 0 for none.
+    pub handler: u16,
+    /// Address of the failing instruction of the last fault.
+    pub fault_pc: u16,
+    /// Number of the last fault.
+    pub fault: u8,
+    /// Come back at the next backward jump or call.
+    pub poll: u8,
+    /// [`lang::vm::flag`] bits.
+    pub flags: u8,
+    /// Number of cells.
+    pub cell_count: u8,
+}
+
+unsafe extern "C" {
+    /// The VM.
+    #[link_name = "VM_STATE"]
+    pub static mut VM: State;
+    /// The pool.
+    #[link_name = "POOL"]
+    pub static mut CALLS: [u8; POOL];
+}
+
+/// Bytes of the pool: `POOL` to `POOL_END` in `ram.s`.
+pub const POOL: usize = 58;
+/// They are the same for every program.
+pub const POOL_LIMITS: [u16; 2] = [POOL as u16; 2];
+/// Offset from [`VM`] of the end of the call stack: the cells follow it.
+pub const CALLS_END_AT: i16 = core::mem::offset_of!(State, cells) as i16;
+/// Offset from [`VM`] of the word in which the core keeps the machine stack's address.
+pub const FRAME_AT: i16 = -138;
+/// Nobody needs registers over a call of the core.
+pub const SAVES: u16 = 0;

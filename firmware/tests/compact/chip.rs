@@ -1,0 +1,101 @@
+//! Calls single routines of the image: registers and RAM in, registers and RAM out.
+
+use emulator::{Board, Image, Part, Stop, TICKS_PER_SECOND};
+
+const IMAGE: &[u8] = include_bytes!("../../image/pasapas-g2553.elf");
+/// Where a routine returns to: nothing runs there.
+const BACK: u16 = 0xFDFE;
+/// The machine stack's end.
+const STACK: u16 = 0x0400;
+
+/// A chip that has just been reset and does nothing on its own.
+pub struct Chip {
+    /// The emulated board.
+    pub board: Board,
+}
+
+impl Chip {
+    /// A chip at reset, RAM all 0, watchdog off, interrupts off.
+    pub fn new() -> Chip {
+        let image = Image::parse(IMAGE).expect("the shipped image is an ELF file");
+        let mut board = Board::new(Part::G2553, &image);
+        board.set_breakpoint(BACK);
+        for address in (0x0200..STACK).step_by(2) {
+            board.poke16(address, 0);
+        }
+        // ACLK from the VLO: a routine may set the watchdog to it (SLAU144, 5.3.4).
+        board.bus_write8(0x0053, 0x20);
+        board.bus_write16(0x0120, 0x5A80);
+        Chip { board }
+    }
+
+    /// The address of a symbol of the assembly.
+    pub fn at(&self, symbol: &str) -> u16 {
+        self.board.symbol(symbol).unwrap_or_else(|| panic!("the image has no {symbol}"))
+    }
+
+    /// The 32-bit value at a symbol plus an offset.
+    pub fn long(&self, symbol: &str, offset: u16) -> u32 {
+        let at = self.at(symbol) + offset;
+        u32::from(self.board.peek16(at + 2)) << 16 | u32::from(self.board.peek16(at))
+    }
+
+    /// Writes a 32-bit value at a symbol plus an offset.
+    pub fn set_long(&mut self, symbol: &str, offset: u16, value: u32) {
+        let at = self.at(symbol) + offset;
+        self.board.poke16(at, value as u16);
+        self.board.poke16(at + 2, (value >> 16) as u16);
+    }
+
+    /// The word at a symbol.
+    pub fn word(&self, symbol: &str) -> u16 {
+        self.board.peek16(self.at(symbol))
+    }
+
+    /// Writes the word at a symbol.
+    pub fn set_word(&mut self, symbol: &str, value: u16) {
+        let at = self.at(symbol);
+        self.board.poke16(at, value);
+    }
+
+    /// The byte at a symbol.
+    pub fn byte(&self, symbol: &str) -> u8 {
+        self.board.peek8(self.at(symbol))
+    }
+
+    /// Writes the byte at a symbol.
+    pub fn set_byte(&mut self, symbol: &str, value: u8) {
+        let at = self.at(symbol);
+        self.board.poke8(at, value);
+    }
+
+    /// Calls a routine with these registers set; returns the cycles that it took.
+    ///
+    /// # Panics
+    /// It hangs, or the machine stack is not what it was.
+    pub fn call(&mut self, routine: &str, registers: &[(usize, u16)]) -> u64 {
+        let address = self.at(routine);
+        self.board.poke16(STACK - 2, BACK);
+        for &(register, value) in registers {
+            self.board.set_reg(register, value);
+        }
+        self.board.set_reg(2, 0);
+        self.board.set_reg(1, STACK - 2);
+        self.board.set_reg(0, address);
+        let start = self.board.cycles();
+        let stop = self.board.run_until(start + TICKS_PER_SECOND);
+        assert_eq!(stop, Stop::Breakpoint(BACK), "{routine} hangs");
+        assert_eq!(self.board.reg(1), STACK, "{routine} leaves the machine stack in disorder");
+        self.board.cycles() - start
+    }
+
+    /// A register.
+    pub fn reg(&self, n: usize) -> u16 {
+        self.board.reg(n)
+    }
+
+    /// r13:r12.
+    pub fn result(&self) -> u32 {
+        u32::from(self.reg(13)) << 16 | u32::from(self.reg(12))
+    }
+}

@@ -1,0 +1,7 @@
+//! The G2553's assembly, routine by routine, in the emulator against its Rust twins.
+//!
+//! The image is the shipped one: run `firmware/build.sh` after a change of its sources.
+
+mod chip;
+
+mod numbers;

@@ -1,0 +1,26 @@
+//! The scaled numbers of the planner.
+
+use std::cell::RefCell;
+
+use firmware::motion::scaled::Scaled;
+use proptest::prelude::*;
+
+use crate::chip::Chip;
+
+fn call(chip: &RefCell<Chip>, routine: &str, a: Scaled, b: Scaled) -> Scaled {
+    let (a, b) = (a.0, b.0);
+    let pair = [(12, a as u16), (13, (a >> 16) as u16), (14, b as u16), (15, (b >> 16) as u16)];
+    chip.borrow_mut().call(routine, &pair);
+    Scaled(chip.borrow().result())
+}
+
+#[test]
+fn scaled_arithmetic_is_the_twins_to_the_bit() {
+    let chip = RefCell::new(Chip::new());
+    proptest!(|(a in any::<u32>(), b in 1u32..)| {
+        let (x, y) = (Scaled::new(a), Scaled::new(b));
+        prop_assert_eq!(call(&chip, "pasapas_scaled_times", x, y), x.times(y));
+        prop_assert_eq!(call(&chip, "pasapas_scaled_over", x, y), x.over(y));
+        prop_assert_eq!(call(&chip, "pasapas_scaled_root", x, y), x.root());
+    });
+}
