@@ -66,6 +66,12 @@ impl Print {
         self.open = 0;
     }
 
+    /// The line that is being put comes to nothing: its statement failed.
+    pub fn abandon(&mut self) {
+        self.open = 0;
+        self.dropped = false;
+    }
+
     /// Bytes that wait.
     pub fn count(&self) -> u8 {
         self.ready

@@ -14,3 +14,4 @@ pub mod plot;
 pub mod render;
 pub mod sim;
 pub mod stream;
+pub mod torture;

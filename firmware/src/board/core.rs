@@ -397,6 +397,7 @@ impl Core {
         self.timer = 0;
         self.timed_out = false;
         self.announced = false;
+        self.print.abandon();
         self.fault_input = 0;
     }
 
@@ -451,6 +452,7 @@ impl Core {
     pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) {
         self.motor.stop(0b111);
         self.effect = Effect::NONE;
+        self.print.abandon();
         if !vm().raise(fault, pc, between) {
             self.fail(fault);
         }
@@ -565,7 +567,11 @@ impl Core {
         if self.effect.code == 0 {
             self.step();
         }
-        if self.effect.code != 0 && !self.trace.full {
+        // A line longer than the ring was announced by the event that fills the slot, and the host
+        // takes it before it asks for the next one.
+        const PRINTS: ::core::ops::RangeInclusive<u8> = Op::PrintText as u8..=Op::PrintEnd as u8;
+        let free = !self.trace.full || self.announced && PRINTS.contains(&self.effect.code);
+        if self.effect.code != 0 && free {
             match self.perform() {
                 Ok(true) => {
                     self.effect = Effect::NONE;

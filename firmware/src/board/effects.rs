@@ -95,11 +95,13 @@ impl Core {
                 let n = vm().operand();
                 let i = usize::from(n);
                 let value = vm().pop();
+                self.must_rest(i)?;
                 self.motor.offset[i] =
                     self.motor.um[i].checked_sub(value).ok_or(Fault::Overflow)?;
             }
             SET_POS_ZERO..=SET_POS_ZERO_LAST => {
                 let i = usize::from(code - SET_POS_ZERO);
+                self.must_rest(i)?;
                 self.motor.offset[i] = self.motor.um[i];
             }
             STOP_AXE => {
@@ -113,6 +115,12 @@ impl Core {
             STOP_ALL => {
                 if self.first() {
                     self.motor.stop(0b111);
+                }
+                // One event for each axis: the next one waits until the host has this one.
+                if self.trace.on && self.effect.n < AXES {
+                    self.emit(TraceKind::Stop, self.effect.n, 0);
+                    self.effect.n += 1;
+                    return Ok(false);
                 }
                 return Ok(self.motor.moving() == 0);
             }
@@ -327,14 +335,23 @@ impl Core {
         self.outcome(TraceKind::WaitChar, met, i32::from(self.effect.n))
     }
 
+    /// The work zero of an axis that moves cannot be set.
+    fn must_rest(&self, axis: usize) -> Result<(), Fault> {
+        if self.motor.moving() >> axis & 1 != 0 {
+            return Err(Fault::ValueRange);
+        }
+        Ok(())
+    }
+
     /// The end of a wait: met, timed out, or not yet.
     fn outcome(&mut self, kind: TraceKind, met: bool, value: i32) -> Result<bool, Fault> {
         if !met && self.effect.left != 0 {
             return Ok(false);
         }
-        self.timed_out = !met;
         self.emit_outcome(kind, self.effect.n, met, value);
-        if !met && self.effect.bits & flags::WAIT_QUERY == 0 {
+        if self.effect.bits & flags::WAIT_QUERY != 0 {
+            self.timed_out = !met;
+        } else if !met {
             return Err(Fault::TimedOut);
         }
         Ok(true)
@@ -347,13 +364,15 @@ impl Core {
             self.print.put_or_drop(byte);
             return true;
         }
-        let put = self.print.put(byte);
+        if self.print.put(byte) {
+            return true;
+        }
         self.print.flush();
-        if !put && !self.announced {
+        if !self.announced {
             self.announced = true;
             self.emit(TraceKind::Print, 0, 0);
         }
-        put
+        false
     }
 
     fn print_text(&mut self, far: bool) -> bool {

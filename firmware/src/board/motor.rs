@@ -432,7 +432,7 @@ impl Motor {
     pub fn hit(&mut self, n: u8, caught: i32) {
         let i = usize::from(n);
         if self.single[i].hit(axis(n), caught) {
-            step::halt();
+            step::halt_axis(i);
             step::fold(i, &mut self.actual[i]);
             self.single[i].halt(self.actual[i]);
         }

@@ -576,6 +576,16 @@ pub fn halt() {
     while is_running() {}
 }
 
+/// As [`halt`] for one axis that moves on its own; the others go on.
+pub fn halt_axis(axis: usize) {
+    // SAFETY: as in `halt`; no path uses the memory while an axis moves on its own.
+    unsafe {
+        (&raw mut (*state()).single[axis].next.events).write_volatile(0);
+        (&raw mut (*state()).single[axis].playing.events).write_volatile(0);
+    }
+    while axis_is_running(axis) {}
+}
+
 /// Adds the steps made since the last call to a position; at least every 32 767 steps.
 pub fn fold(axis: usize, position: &mut i32) {
     // SAFETY: a single word.

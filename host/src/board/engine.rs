@@ -13,6 +13,7 @@ use lang::hir::Program;
 use lang::record::BoardRecord;
 use lang::wire::{self, Control, RunState};
 
+use super::health::Health;
 use super::link::InProcess;
 use super::path::PathRecorder;
 use super::rig::{HostAction, Rig, TICKS_PER_US};
@@ -67,6 +68,8 @@ pub struct BoardRun {
     pub outcome: Outcome,
     /// What the emulator noticed: broken driver limits, accesses that the chip forbids.
     pub remarks: Vec<String>,
+    /// How the board fared.
+    pub health: Health,
 }
 
 /// Why there is no run.
@@ -351,7 +354,9 @@ impl<'a, 'b> Run<'a, 'b> {
         let What::End { status, fault, line, pos, .. } = end else {
             return Err(BoardError::Board("the trace has no end".to_owned()));
         };
-        let rig = self.rig.borrow();
+        let identity = self.client.identity()?;
+        let mut rig = self.rig.borrow_mut();
+        let health = Health::of(rig.board(), &identity);
         let mut failures = rig.failures(&pos);
         for axis in Axis::ALL {
             let i = axis.index();
@@ -398,7 +403,7 @@ impl<'a, 'b> Run<'a, 'b> {
             vcd.finish(tick).map_err(BoardError::Vcd)?;
         }
         let record = self.path.record(self.inputs, self.outputs);
-        Ok(BoardRun { outcome: Outcome { record, ..outcome }, remarks })
+        Ok(BoardRun { outcome: Outcome { record, ..outcome }, remarks, health })
     }
 }
 

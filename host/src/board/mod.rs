@@ -1,6 +1,7 @@
 //! The virtual board: the shipped firmware image in the emulator, with a world around it.
 
 pub mod engine;
+pub mod health;
 pub mod link;
 mod path;
 mod pty;

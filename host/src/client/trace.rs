@@ -84,7 +84,9 @@ impl<'a> Tracer<'a> {
             TraceKind::WaitChar => Some(What::WaitChar { line, c: value, ok }),
             TraceKind::WaitStart => Some(What::WaitStart { line }),
             TraceKind::Speed => axis().map(|axis| What::Speed { line, axis, v: value }),
-            TraceKind::Stop => axis().map(|axis| What::Stop { line, axis }),
+            TraceKind::Stop => axis()
+                .filter(|axis| self.profile.axis(axis.0).is_some())
+                .map(|axis| What::Stop { line, axis }),
             TraceKind::End => {
                 let status = match End::from_number(argument.into()) {
                     Some(End::Fault) => Status::Fault,

@@ -22,6 +22,7 @@ mod size;
 mod status;
 mod stream;
 mod summary;
+mod torture;
 mod upload;
 mod world;
 
@@ -112,6 +113,8 @@ enum Command {
     Size(size::Size),
     /// Measure step rates, cycles, bytes and times, one line each
     Bench(bench::Bench),
+    /// Inject faults of every kind and count what survives
+    Torture(torture::Torture),
     /// Write the firmware to a LaunchPad
     Flash(flash::Flash),
     /// Show the machine descriptions that the tool knows, or those of a board
@@ -143,6 +146,7 @@ impl Command {
             Command::Watch(command) => command.run(options, console),
             Command::Size(command) => command.run(options, console),
             Command::Bench(command) => command.run(options, console),
+            Command::Torture(command) => command.run(options, console),
             Command::Flash(command) => command.run(options, console),
             Command::Profile(command) => command.run(options, console),
         }

@@ -90,6 +90,8 @@ pub struct Machine {
     slots: [Option<Slot>; 4],
     waits: Vec<Wait>,
     timed_out: bool,
+    /// Time of a statement, us.
+    statement_us: u64,
     char_in: i32,
     print: String,
     texts: Vec<String>,
@@ -136,6 +138,7 @@ impl Machine {
             now: 0,
             next: 0,
             limit: options.limit_us,
+            statement_us: options.statement_us,
             statements: 0,
             line: 1,
             feed: None,
@@ -182,7 +185,7 @@ impl Machine {
             self.started = true;
             return;
         }
-        let to = self.now + STATEMENT_US * u64::from(count);
+        let to = self.now + self.statement_us * u64::from(count);
         if to < self.next {
             self.now = to;
         } else {

@@ -47,6 +47,8 @@ pub struct Options {
     /// End after so many statements: a loop that never does anything would otherwise take hours
     /// to reach the limit of simulated time.
     pub statements: u64,
+    /// Simulated time of a statement, us.
+    pub statement_us: u64,
 }
 
 /// Statements that a run may execute unless told otherwise: minutes of a desktop.
@@ -59,6 +61,7 @@ impl Default for Options {
             times: true,
             record: true,
             statements: DEFAULT_STATEMENTS,
+            statement_us: machine::STATEMENT_US,
         }
     }
 }

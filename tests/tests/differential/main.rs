@@ -1,22 +1,20 @@
 //! Differential tests of the engines: generated programs give the same trace, final variables and
 //! end on `rhai` and on the device's VM.
 
-mod expr;
-mod generate;
-mod tape;
-
 use std::collections::BTreeMap;
 
-use generate::{Case, generate};
 use lang::back::Compiled;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::{Image, seal};
 use lang::isa::{Op, ROWS};
-use pasapas::sim::trace::{Event, PerAxis, Status, What, to_text};
+use pasapas::sim::Options;
+use pasapas::sim::machine::STATEMENT_US;
+use pasapas::sim::trace::to_text;
 use pasapas::sim::world::World;
-use pasapas::sim::{Options, Outcome, rhai_engine, vm_engine};
+use pasapas::torture::compare::{Run, difference, on_rhai, on_vm, varied};
+use pasapas::torture::generate::{Case, generate};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 
@@ -24,89 +22,18 @@ use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, Test
 const PROGRAMS: u32 = 5_600;
 
 /// Ends runaway programs; the engines count statements alike.
-const OPTIONS: Options =
-    Options { limit_us: 60_000_000, times: false, record: false, statements: 4_000 };
+const OPTIONS: Options = Options {
+    limit_us: 60_000_000,
+    times: false,
+    record: false,
+    statements: 4_000,
+    statement_us: STATEMENT_US,
+};
 
 fn front(script: &str) -> Result<Program, String> {
     let source = Source::new("g.bas", script.to_owned());
     let (program, diags) = compile(&source, ProfileChoice::built_in());
     program.ok_or_else(|| format!("{diags:?}"))
-}
-
-struct Run {
-    trace: Vec<Event>,
-    outcome: Outcome,
-}
-
-type Log = std::rc::Rc<std::cell::RefCell<Vec<Event>>>;
-
-fn sink() -> (Log, pasapas::sim::Sink) {
-    let log = Log::default();
-    let to = log.clone();
-    (log, Box::new(move |event: &Event| to.borrow_mut().push(event.clone())))
-}
-
-fn on_rhai(program: &Program, compiled: &Compiled, world: &World) -> Run {
-    let (log, sink) = sink();
-    let run = rhai_engine::run(program, world, &OPTIONS, compiled.calls, sink);
-    Run { outcome: run.expect("rhai"), trace: log.take() }
-}
-
-fn on_vm(program: &Program, compiled: &Compiled, world: &World) -> Run {
-    let (log, sink) = sink();
-    let run = vm_engine::run(program, compiled, world, &OPTIONS, sink);
-    Run { outcome: run.expect("vm"), trace: log.take() }
-}
-
-/// How far positions of two runs may differ where they hang on the instant, steps: the engines
-/// count statements alike but for those that the compiler removes, 20 us each.
-const INSTANT: i32 = 4;
-
-/// Whether two lines are the same; positions within `steps`.
-fn alike(a: &What, b: &What, steps: i32) -> bool {
-    let near = |a: &PerAxis, b: &PerAxis| {
-        a.values().into_iter().zip(b.values()).all(|pair| match pair {
-            (Some(a), Some(b)) => a.abs_diff(b) <= steps.unsigned_abs(),
-            (a, b) => a == b,
-        })
-    };
-    match (a, b) {
-        (What::Move { line, kind, to }, What::Move { line: l, kind: k, to: t }) => {
-            (line, kind) == (l, k) && near(to, t)
-        }
-        (
-            What::End { status, fault, text: _, line, pos },
-            What::End { status: s, fault: f, text: _, line: l, pos: p },
-        ) => (status, fault, line) == (s, f, l) && near(pos, p),
-        _ => a == b,
-    }
-}
-
-/// What differs between two runs.
-fn difference(case: &Case, rhai: &Run, vm: &Run) -> Option<String> {
-    let ends = [rhai.outcome.end.status, vm.outcome.end.status];
-    let steps = if case.independent || ends != [Status::Done; 2] { INSTANT } else { 0 };
-    let mut both = rhai.trace.iter().zip(&vm.trace);
-    // Where the number of statements ends a run, the two are a few lines apart.
-    if ends.contains(&Status::Stopped) {
-        let end = |event: &Event| matches!(event.what, What::End { .. });
-        let other = both.find(|(a, b)| !alike(&a.what, &b.what, steps));
-        return other.filter(|(a, b)| !end(a) && !end(b)).map(|pair| format!("{pair:?}"));
-    }
-    if let Some(pair) = both.find(|(a, b)| !alike(&a.what, &b.what, steps)) {
-        return Some(format!("{pair:?}"));
-    }
-    if rhai.trace.len() != vm.trace.len() || rhai.outcome.end != vm.outcome.end {
-        return Some(format!("ends {:?} and {:?}", rhai.outcome.end, vm.outcome.end));
-    }
-    // The compiler gives no cell to a variable that is never read.
-    for var in &vm.outcome.vars {
-        let other = rhai.outcome.vars.iter().find(|other| other.name == var.name);
-        if other != Some(var) {
-            return Some(format!("{var:?} on the vm, {other:?}"));
-        }
-    }
-    None
 }
 
 /// Counts by outcome, and codes of the opcode table that the images hold.
@@ -135,22 +62,14 @@ impl Tally {
     }
 }
 
-/// A case in which nothing comes at the same instant: the world later, the ticks rarer.
-fn varied(case: &Case, by: u32) -> Case {
-    let world = case.world.replace("at(", &format!("at({by} + ")).replace("_at(", "_AT(");
-    let world = world.replace(&format!("_AT({by} + "), "_at(");
-    let script = case.script.replace("70ms", &format!("{}ms", 70 + by));
-    Case { script, world, independent: case.independent }
-}
-
 /// Both runs of a case; `None` when the compiler refuses it.
 fn runs(case: &Case, spoil: &dyn Fn(&mut Compiled)) -> Option<(Compiled, Run, Run)> {
     let program = front(&case.script).ok()?;
     let mut compiled = lang::back::compile(&program).ok()?;
     let world = World::parse("g.rhai", &case.world).expect("a world of our own");
-    let rhai = on_rhai(&program, &compiled, &world);
+    let rhai = on_rhai(&program, &compiled, &world, &OPTIONS).expect("rhai");
     spoil(&mut compiled);
-    let vm = on_vm(&program, &compiled, &world);
+    let vm = on_vm(&program, &compiled, &world, &OPTIONS).expect("vm");
     Some((compiled, rhai, vm))
 }
 

@@ -1,6 +1,6 @@
 //! Expressions of the generated programs, by kind.
 
-use super::generate::Writer;
+use super::Writer;
 
 /// Literals at the edges of the arithmetic.
 const NUMBERS: [&str; 14] = [
@@ -22,7 +22,7 @@ const NUMBERS: [&str; 14] = [
 
 impl Writer<'_> {
     /// A Number.
-    pub fn number(&mut self, depth: usize) -> String {
+    pub(super) fn number(&mut self, depth: usize) -> String {
         if depth == 0 {
             return self.simple_number();
         }
@@ -92,7 +92,7 @@ impl Writer<'_> {
     }
 
     /// A Number variable that is in scope.
-    pub fn number_name(&mut self) -> String {
+    pub(super) fn number_name(&mut self) -> String {
         let names: &[&str] = match (self.in_routine, self.in_handler) {
             (true, _) => &["va", "vb", "arg", "loc"],
             (_, true) => &["va", "vb", "vc"],
@@ -114,7 +114,7 @@ impl Writer<'_> {
     }
 
     /// A Length.
-    pub fn length(&mut self, depth: usize) -> String {
+    pub(super) fn length(&mut self, depth: usize) -> String {
         if depth == 0 {
             return self.tape.of(&["5mm", "0.25mm", "12.5mm", "len", "350um", "0.1in"]).to_owned();
         }
@@ -132,7 +132,7 @@ impl Writer<'_> {
     }
 
     /// Steps.
-    pub fn steps(&mut self) -> String {
+    pub(super) fn steps(&mut self) -> String {
         match self.tape.pick(6) {
             0 => "100st".to_owned(),
             1 => "725st".to_owned(),
@@ -147,12 +147,12 @@ impl Writer<'_> {
     }
 
     /// An axis letter.
-    pub fn axis(&mut self) -> &'static str {
+    pub(super) fn axis(&mut self) -> &'static str {
         self.tape.of(&["X", "Y", "Z"])
     }
 
     /// A condition.
-    pub fn truth(&mut self, depth: usize) -> String {
+    pub(super) fn truth(&mut self, depth: usize) -> String {
         let d = depth.saturating_sub(1);
         match self.tape.pick(if depth == 0 { 6 } else { 12 }) {
             0..=2 => {

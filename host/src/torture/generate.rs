@@ -1,10 +1,16 @@
 //! Generated programs with the worlds around them.
+//!
+//! A program is made of the choices of a tape, so that proptest can shrink one that differs.
+
+mod expr;
+mod tape;
 
 use std::fmt::Write as _;
 
-use super::tape::Tape;
+use tape::Tape;
 
 /// A script and its world.
+#[derive(Clone, Debug)]
 pub struct Case {
     /// BASIC.
     pub script: String,
@@ -15,27 +21,39 @@ pub struct Case {
 }
 
 /// Writes a program by the choices of a tape.
-pub struct Writer<'t> {
-    pub tape: Tape<'t>,
+struct Writer<'t> {
+    tape: Tape<'t>,
     out: String,
-    pub arrays: bool,
-    pub functions: usize,
+    arrays: bool,
+    functions: usize,
     subs: usize,
     gosubs: usize,
-    pub in_routine: bool,
-    pub in_handler: bool,
+    in_routine: bool,
+    in_handler: bool,
     /// Loops around, innermost last.
     loops: Vec<&'static str>,
     /// FORs of one routine use different variables.
     counters: usize,
     /// Moves along a path: the device then has half the cells.
     path: bool,
-    pub independent: bool,
+    independent: bool,
     events: bool,
+    /// Nothing hangs on an instant.
+    still: bool,
 }
 
 /// Makes a case of a tape.
 pub fn generate(data: &[u16]) -> Case {
+    write(data, false)
+}
+
+/// Makes a case of a tape whose world answers the program instead of acting at times of its own:
+/// an engine that takes longer for a statement sees the same.
+pub fn generate_still(data: &[u16]) -> Case {
+    write(data, true)
+}
+
+fn write(data: &[u16], still: bool) -> Case {
     let mut tape = Tape::new(data);
     let flavour = tape.pick(8);
     let mut writer = Writer {
@@ -52,6 +70,7 @@ pub fn generate(data: &[u16]) -> Case {
         path: matches!(flavour, 4 | 5 | 7),
         independent: matches!(flavour, 6 | 7),
         events: matches!(flavour, 2 | 5 | 6),
+        still,
     };
     writer.program();
     let world = writer.world();
@@ -76,7 +95,8 @@ impl Writer<'_> {
         if self.arrays {
             self.line("DIM cells(3)");
         }
-        if self.tape.chance(4) {
+        let keeps = self.tape.chance(4);
+        if keeps {
             self.line("KEEP kept");
         }
         if self.tape.chance(2) {
@@ -88,12 +108,16 @@ impl Writer<'_> {
             self.line("TABLE spots(2) = 1mm, 2mm; 3mm, 2.5mm; 0mm, 6mm");
         }
         self.line("TABLE pairs(2) = 1, 2; 3, 4; 5, 60000");
+        if self.still {
+            // What the world does at 0 has passed the inputs' filter.
+            self.line("Wait 20ms");
+        }
         if errors {
             self.line("ON ERROR GOTO oops");
         }
         if self.events {
             self.one_of(&["ON IN 3 RISE GOSUB edge", "ON IN 3 FALL GOSUB edge"]);
-            if self.tape.chance(8) {
+            if self.tape.chance(8) && !self.still {
                 self.line("ON EVERY 70ms GOSUB tick");
             }
         }
@@ -109,6 +133,16 @@ impl Writer<'_> {
         }
         self.line("fin:");
         self.line("PRINT va; \" \"; vb; \" \"; vc; \" \"; len");
+        if self.still {
+            // The board tells its variables by printing them.
+            self.line("PRINT ia; \" \"; ib");
+            if keeps {
+                self.line("PRINT kept");
+            }
+            if self.arrays {
+                self.line("PRINT cells(0); \" \"; cells(1); \" \"; cells(2)");
+            }
+        }
         self.line("END");
         self.line("gos_0:");
         self.simple();
@@ -465,6 +499,9 @@ impl Writer<'_> {
 
     fn world(&mut self) -> String {
         let mut text = String::new();
+        if self.still {
+            return self.still_world();
+        }
         let parts = [
             "at(30, || set_in(3, true)); at(140, || set_in(3, false));",
             "at(300, || set_in(4, true)); at(777, || set_in(4, false));",
@@ -485,5 +522,20 @@ impl Writer<'_> {
             }
         }
         text
+    }
+
+    /// Inputs stand from the beginning or follow an output, and Start comes again and again.
+    fn still_world(&mut self) -> String {
+        let parts = [
+            "at(0, || set_in(3, true));",
+            "at(0, || set_in(4, true));",
+            "probe_at(\"Z\", -250);",
+            "after_out(1, true, 40, || set_in(3, true)); after_out(1, false, 40, || set_in(3, false));",
+            "switch_at(\"X\", -300); switch_at(\"Y\", -150); switch_at(\"Z\", 120);",
+            "for n in 1..30 { at(n * 700, || press_start()); }",
+        ];
+        let chances = [6, 6, 9, 8, 10, 12];
+        let taken = parts.iter().zip(chances).filter(|(_, chance)| self.tape.chance(*chance));
+        taken.map(|(part, _)| *part).collect()
     }
 }

@@ -1,0 +1,43 @@
+//! How a board fared: stack, deadlines, and what the emulator noticed.
+
+use emulator::Board;
+
+use crate::client::identity::Identity;
+
+/// Start of RAM that the firmware's variables leave to the stack: the linker's symbol.
+const STACK_END: &str = "_edata";
+
+/// A board after a run.
+#[derive(Clone, Debug, Default)]
+pub struct Health {
+    /// Bytes of stack never used, as the board says.
+    pub stack_free: u16,
+    /// Bytes between the variables and the lowest stack pointer that the emulator saw since its
+    /// measurements began.
+    pub stack_left: Option<u16>,
+    /// Milliseconds that the board served late, as it says.
+    pub missed_deadlines: u16,
+    /// Broken rules of the chip.
+    pub warnings: Vec<String>,
+    /// Step pulses that broke a limit of the drivers.
+    pub violations: u64,
+}
+
+impl Health {
+    /// What is known of a board.
+    pub fn of(board: &Board, identity: &Identity) -> Health {
+        Health {
+            stack_free: identity.stack_free,
+            stack_left: stack_left(board),
+            missed_deadlines: identity.missed_deadlines,
+            warnings: board.warnings().iter().map(ToString::to_string).collect(),
+            violations: board.plant().violation_count,
+        }
+    }
+}
+
+/// Bytes between the firmware's variables and the lowest stack pointer that the emulator saw.
+pub fn stack_left(board: &Board) -> Option<u16> {
+    let end = board.symbol(STACK_END)?;
+    board.stats().lowest_sp.map(|lowest| lowest.saturating_sub(end))
+}

@@ -1,0 +1,250 @@
+//! Generated programs on `rhai`, on the device's VM and on the board: the real image, emulated.
+//! Traces, ends with fault and line, and variables must be the same.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use lang::back::Compiled;
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use lang::hir::Program;
+
+use super::compare::{Run, difference, on_rhai, on_vm, trace_difference, varied};
+use super::generate::{Case, generate, generate_still};
+use super::{Row, Settings, Sink, Verdict};
+use crate::board::engine::{self, BoardError, BoardRun, Job, Sinks};
+use crate::board::health::Health;
+use crate::sim::Options;
+use crate::sim::machine::STATEMENT_US;
+use crate::sim::trace::{Event, Status, What, to_text};
+use crate::sim::world::World;
+
+/// Ends runaway programs; the engines count statements alike.
+const OPTIONS: Options = Options {
+    limit_us: 60_000_000,
+    times: true,
+    record: false,
+    statements: 4_000,
+    statement_us: STATEMENT_US,
+};
+/// Longest program that goes to the board, us: emulated time is dear.
+const LONGEST_US: u64 = 8_000_000;
+/// How much later an effect may come on the board, ms: the promise is 10 ms, and this is what a
+/// world is moved by to see whether a trace hangs on instants.
+const LATER: u32 = 13;
+
+/// A program, ready for every engine.
+pub struct Made {
+    /// What it was made from.
+    pub case: Case,
+    /// Checked.
+    pub program: Program,
+    /// Compiled.
+    pub compiled: Compiled,
+    /// Its world.
+    pub world: World,
+}
+
+/// Compiles a case; `None` when the compiler refuses it.
+pub fn make(case: Case) -> Option<Made> {
+    let source = Source::new("g.bas", case.script.clone());
+    let (program, _) = compile(&source, ProfileChoice::built_in());
+    let program = program?;
+    let compiled = lang::back::compile(&program).ok()?;
+    let world = World::parse("g.rhai", &case.world).ok()?;
+    Some(Made { case, program, compiled, world })
+}
+
+/// The choices of case `n`.
+pub fn tape(settings: &Settings, fault: &str, n: u64) -> Vec<u16> {
+    let mut rng = settings.rng(fault, n);
+    let length = 20 + rng.below(240);
+    (0..length).map(|_| rng.bits() as u16).collect()
+}
+
+/// Runs a program on the board.
+///
+/// # Errors
+/// The board does not do what it is told.
+pub fn on_board(made: &Made, image: &[u8]) -> Result<(Run, BoardRun), BoardError> {
+    let marks = &made.compiled.sidecar;
+    let line_of = |pc: u16| marks.at(usize::from(pc)).map_or(0, |mark| mark.line);
+    let options = Options { times: false, ..OPTIONS };
+    let job = Job {
+        program: &made.program,
+        image,
+        line_of: &line_of,
+        world: &made.world,
+        options: &options,
+    };
+    let mut trace = Vec::new();
+    let sinks = Sinks {
+        trace: &mut |event: &Event| trace.push(event.clone()),
+        vcd: None,
+        progress: &mut |_| {},
+    };
+    let run = engine::run(&job, sinks)?;
+    Ok((Run { trace, outcome: run.outcome.clone() }, run))
+}
+
+fn told(case: &Case, text: &str, runs: [(&str, &Run); 2]) -> Verdict {
+    let [(a, one), (b, other)] = runs;
+    Verdict::Lost(format!(
+        "{text}\n{}\n// {}\n{a}:\n{}{b}:\n{}",
+        case.script,
+        case.world,
+        to_text(&one.trace),
+        to_text(&other.trace)
+    ))
+}
+
+/// Compares `rhai` with the VM, which runs `image`.
+pub fn on_the_host(made: &Made, spoilt: Option<&Compiled>) -> Verdict {
+    let compiled = spoilt.unwrap_or(&made.compiled);
+    let both = |made: &Made| {
+        let rhai = on_rhai(&made.program, &made.compiled, &made.world, &OPTIONS);
+        let vm = on_vm(&made.program, compiled, &made.world, &OPTIONS);
+        (rhai, vm)
+    };
+    let (rhai, vm) = match both(made) {
+        (Ok(rhai), Ok(vm)) => (rhai, vm),
+        (Err(error), _) | (_, Err(error)) => return Verdict::Lost(error.to_string()),
+    };
+    let timeless = |run: &Run| Run {
+        trace: run.trace.iter().map(|event| Event { us: None, ..event.clone() }).collect(),
+        outcome: run.outcome.clone(),
+    };
+    let (rhai, vm) = (timeless(&rhai), timeless(&vm));
+    match difference(&made.case, &rhai, &vm) {
+        None => Verdict::Survived,
+        // An edge or a tick may come at the very statement.
+        Some(_) if spoilt.is_none() && hangs_on_an_instant(made) => Verdict::Skipped,
+        Some(text) => told(&made.case, &text, [("rhai", &rhai), ("vm", &vm)]),
+    }
+}
+
+fn hangs_on_an_instant(made: &Made) -> bool {
+    [3, 8, 17].into_iter().any(|by| {
+        make(varied(&made.case, by)).is_none_or(|made| {
+            let rhai = on_rhai(&made.program, &made.compiled, &made.world, &OPTIONS);
+            let vm = on_vm(&made.program, &made.compiled, &made.world, &OPTIONS);
+            match (rhai, vm) {
+                (Ok(rhai), Ok(vm)) => difference(&made.case, &rhai, &vm).is_none(),
+                _ => true,
+            }
+        })
+    })
+}
+
+/// What `rhai` says of a program that the board can be held to: it ends in time and by itself,
+/// and its trace is the same when the world comes later and when statements take longer, as they
+/// do with a host that takes each line of the trace.
+pub fn reference(made: &Made) -> Option<Run> {
+    let run = |made: &Made, statement_us: u64| {
+        let options = Options { statement_us, ..OPTIONS };
+        let run = on_rhai(&made.program, &made.compiled, &made.world, &options).ok()?;
+        let us = run.trace.last().and_then(|event| event.us).unwrap_or(u64::MAX);
+        (run.outcome.end.status != Status::Stopped && us < LONGEST_US).then_some(run)
+    };
+    let first = run(made, STATEMENT_US)?;
+    let mut later = varied(&made.case, LATER);
+    // How far an axis runs by MoveSpeed hangs on the wait behind it.
+    later.script = later.script.replace("Wait 40ms", "Wait 50ms");
+    let later = make(later)?;
+    let same = |mut other: Run| {
+        for event in &mut other.trace {
+            if let What::Wait { ms, .. } = &mut event.what {
+                *ms = if *ms == 50 { 40 } else { *ms };
+            }
+        }
+        trace_difference(&first.trace, &other.trace, 0).is_none()
+    };
+    for statement_us in [1_000, 8_000] {
+        if !run(made, statement_us).is_some_and(&same)
+            || !run(&later, statement_us).is_some_and(&same)
+        {
+            return None;
+        }
+    }
+    Some(first)
+}
+
+/// Compares the board, which runs `image`, with what `rhai` says.
+pub fn against_the_board(made: &Made, image: &[u8], wanted: &Run) -> (Verdict, Option<Health>) {
+    let (board, run) = match on_board(made, image) {
+        Ok(both) => both,
+        Err(error) => {
+            let text = format!("{error}\n{}\n// {}", made.case.script, made.case.world);
+            return (Verdict::Lost(text), None);
+        }
+    };
+    let health = Some(run.health.clone());
+    if let Some(text) = trace_difference(&wanted.trace, &board.trace, margin(made, wanted)) {
+        return (told(&made.case, &text, [("rhai", wanted), ("board", &board)]), health);
+    }
+    let remark = run.remarks.first().or(run.outcome.failures.first());
+    if let Some(remark) = remark {
+        return (told(&made.case, remark, [("rhai", wanted), ("board", &board)]), health);
+    }
+    (Verdict::Survived, health)
+}
+
+/// How far positions may lie apart, steps, at the top rate of 8000 steps/s.
+fn margin(made: &Made, wanted: &Run) -> i32 {
+    let met_a_switch = |event: &Event| match &event.what {
+        What::End { fault, .. } => fault.as_deref() == Some(LIMIT_SWITCH),
+        What::Print { text, .. } => text.starts_with("F6 "),
+        _ => false,
+    };
+    if made.case.independent && wanted.outcome.end.status == Status::Fault {
+        // A fault at once behind START stops the axis before the host has asked for its target.
+        i32::MAX
+    } else if made.case.independent {
+        // Where an axis is that moves on its own hangs on the time that statements take: 50 ms.
+        400
+    } else if wanted.trace.iter().any(met_a_switch) {
+        // Switches on the shift registers are looked at each ms.
+        10
+    } else {
+        0
+    }
+}
+
+/// F06.
+const LIMIT_SWITCH: &str = "F06";
+
+/// Programs on `rhai` and the VM, then on the board too.
+///
+/// # Errors
+/// The table cannot be written.
+pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
+    let fault = "generated, rhai and vm";
+    let mut row = Row::new("programs", fault, settings);
+    row.run(settings, settings.count(400, 5_000, 100_000), |n| {
+        make(generate(&tape(settings, fault, n)))
+            .map_or(Verdict::Skipped, |made| on_the_host(&made, None))
+    });
+    sink(row)?;
+
+    let fault = "generated, rhai and board";
+    let mut row = Row::new("programs", fault, settings);
+    let ends = Mutex::new(BTreeMap::<String, u64>::new());
+    // Somewhat more than half of the tapes make a program that the board can be held to.
+    row.run(settings, settings.count(40, 500, 12_000), |n| {
+        let made = make(generate_still(&tape(settings, fault, n)));
+        let Some((made, wanted)) = made.and_then(|made| reference(&made).map(|run| (made, run)))
+        else {
+            return Verdict::Skipped;
+        };
+        let (verdict, _) = against_the_board(&made, &made.compiled.image, &wanted);
+        let end = wanted.outcome.summary.fault.unwrap_or_else(|| "done".to_owned());
+        if let Ok(mut ends) = ends.lock() {
+            *ends.entry(end).or_default() += 1;
+        }
+        verdict
+    });
+    let ends = ends.into_inner().unwrap_or_default();
+    row.note =
+        ends.iter().map(|(end, count)| format!("{end} {count}")).collect::<Vec<_>>().join(", ");
+    sink(row)
+}

@@ -1,0 +1,100 @@
+//! The kinds of `pasapas torture` can lose: each is shown a fault that it must find. And what they
+//! found once, as scripts.
+
+use lang::image::{Image, seal};
+use lang::isa::Op;
+use pasapas::torture::generate::{Case, generate, generate_still};
+use pasapas::torture::programs::{against_the_board, make, on_the_host, reference, tape};
+use pasapas::torture::{Length, Settings, Verdict};
+
+const SETTINGS: Settings = Settings { length: Length::Short, count: None, seed: 11, from: 0 };
+
+/// The image with every `from` replaced by `to`.
+fn replaced(image: &[u8], from: Op, to: Op) -> Vec<u8> {
+    let read = Image::new(image).expect("an image of our own");
+    let wide = read.header.wide();
+    let start = image.len() - read.code.len() - read.data.len();
+    let mut spoilt = image.to_vec();
+    let mut pc = 0;
+    while let Some((op, _)) = read.code.get(pc).and_then(|code| Op::decode(*code)) {
+        if op == from {
+            spoilt[start + pc] = to.code();
+        }
+        pc += 1 + op.row().operands.len(wide);
+    }
+    seal(&mut spoilt);
+    spoilt
+}
+
+/// Whether any of `count` cases is lost.
+fn is_found(count: u64, case: impl Fn(u64) -> Option<Verdict>) -> bool {
+    (0..count).any(|n| matches!(case(n), Some(Verdict::Lost(_))))
+}
+
+#[test]
+fn programs_find_a_fault_seeded_into_any_engine() {
+    let on_vm = is_found(300, |n| {
+        let made = make(generate(&tape(&SETTINGS, "vm", n)))?;
+        let mut spoilt = made.compiled.clone();
+        spoilt.image = replaced(&made.compiled.image, Op::Add, Op::Sub);
+        Some(on_the_host(&made, Some(&spoilt)))
+    });
+    assert!(on_vm, "an ADD that subtracts on the vm");
+    let on_board = is_found(60, |n| {
+        let made = make(generate_still(&tape(&SETTINGS, "board", n)))?;
+        let wanted = reference(&made)?;
+        let image = replaced(&made.compiled.image, Op::Add, Op::Sub);
+        Some(against_the_board(&made, &image, &wanted).0)
+    });
+    assert!(on_board, "an ADD that subtracts on the board");
+    let on_rhai = is_found(60, |n| {
+        let case = generate_still(&tape(&SETTINGS, "rhai", n));
+        let other = Case { script: case.script.replace(" + ", " - "), ..case.clone() };
+        let (made, other) = (make(case)?, make(other)?);
+        let wanted = reference(&other)?;
+        Some(against_the_board(&made, &made.compiled.image, &wanted).0)
+    });
+    assert!(on_rhai, "a + that subtracts in rhai");
+}
+
+/// Scripts on which the board once differed from the other engines.
+const ONCE_DIFFERENT: [(&str, &str, &str); 7] = [
+    ("a line longer than the ring of print", "PRINT \"LONG\"\nWait 5ms\nPRINT 7", ""),
+    (
+        "a PRINT that fails leaves nothing in the ring",
+        "DIM a\nON ERROR GOTO oops\nPRINT \"p\"; 1 / a\nEND\noops:\nPRINT ERR\nRESUME NEXT",
+        "",
+    ),
+    (
+        "only WaitIn? changes TIMEDOUT",
+        "ON ERROR GOTO oops\nWaitIn 3, ON, 20ms\nPRINT TIMEDOUT\nWaitIn? 3, ON, 20ms\n\
+         WaitIn 4, ON, 20ms\nPRINT TIMEDOUT\nEND\noops:\nRESUME NEXT",
+        "at(0, || set_in(4, true));",
+    ),
+    ("StopAll tells of each axis", "START MoveRel X, 30st\nWaitMove\nStopAll\nPRINT 1", ""),
+    (
+        "SetPos and G92 need a resting axis",
+        "ON ERROR GOTO oops\nSTART MoveRel X, 3000st\nWait 20ms\nSetPos X, 0mm\nMoveAxe X, 0mm\n\
+         START MoveRel X, 3000st\nWait 20ms\nG92 X0\nMoveAxe X, 0mm\nEND\noops:\nPRINT ERR\n\
+         RESUME NEXT",
+        "",
+    ),
+    (
+        "homing takes no step from an axis that moves on its own",
+        "Home Y\nSTART MoveRel X, 300st\nHome Y\nWaitMove",
+        "switch_at(\"Y\", -150);",
+    ),
+    ("a path may be followed by SetPos", "G1 X5 Y5 F600\nSetPos X, 0mm\nG92 Y1\nPRINT POS(X)", ""),
+];
+
+#[test]
+fn the_board_does_as_the_other_engines_where_it_once_did_not() {
+    for (what, script, world) in ONCE_DIFFERENT {
+        let script = script.replace("LONG", &"long ".repeat(50));
+        let made = make(Case { script, world: world.to_owned(), independent: false });
+        let made = made.unwrap_or_else(|| panic!("{what}: it does not compile"));
+        let wanted = reference(&made).unwrap_or_else(|| panic!("{what}: hangs on an instant"));
+        let (verdict, _) = against_the_board(&made, &made.compiled.image, &wanted);
+        assert_eq!(verdict, Verdict::Survived, "{what}");
+    }
+}
