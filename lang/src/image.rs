@@ -31,9 +31,9 @@
 
 pub mod statements;
 
-use crate::isa;
 use crate::record::{AxisRecord, MachineRecord, feature};
 use crate::wire::{self, CRC_START, crc16};
+use crate::{isa, part};
 
 /// Version of the container.
 pub const FORMAT: u8 = 1;
@@ -44,11 +44,10 @@ pub const MAX_EVENTS: usize = 4;
 /// Offset of the CRC.
 const CRC_AT: usize = 4;
 
-/// Bytes of the device's RAM that cells, expression stack and call stack share.
-///
-/// 192 hold 36 cells, depth 8 and 8 calls; 108 hold 18, 6 and 6 (device.md, Program store).
+/// Bytes of the device's RAM that cells, expression stack and call stack share, as the language
+/// promises them.
 pub const fn pool_limit(features: u8) -> usize {
-    if features as u16 & (feature::INTERPOLATE | feature::START) == 0 { 192 } else { 108 }
+    part::G2955.pool_for(features as u16) as usize
 }
 
 /// Why an image is refused, in detail.

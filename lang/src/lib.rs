@@ -20,6 +20,7 @@ pub mod image;
 pub mod isa;
 #[cfg(feature = "compiler")]
 pub mod kind;
+pub mod part;
 #[cfg(feature = "compiler")]
 pub mod profile;
 pub mod record;

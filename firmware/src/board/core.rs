@@ -16,17 +16,13 @@ use firmware::store::Store;
 use firmware::verify::{self, Bytes, Limits};
 use lang::fault::Fault;
 use lang::isa::Op;
-use lang::record::{BoardRecord, feature};
+use lang::part;
+use lang::record::BoardRecord;
 use lang::vm::flag;
 use lang::wire::{Control, End, RunState, TRACE_OK, TraceKind};
 
 /// Image features of this firmware.
-pub const FEATURES: u16 = feature::INTERPOLATE
-    | feature::START
-    | feature::ARC
-    | feature::EVENTS
-    | feature::KEEP
-    | feature::LINES;
+pub const FEATURES: u16 = part::G2955.features;
 
 /// What the chip can run.
 pub const LIMITS: Limits =

@@ -11,8 +11,8 @@ use lang::isa::Op;
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::vm::{entry, flag};
 
-/// Words of RAM for cells, expression stack and call stack: what `lang::image::pool_limit` promises.
-pub const POOL_WORDS: usize = 96;
+/// Words of RAM for cells, expression stack and call stack: the part's pool.
+pub const POOL_WORDS: usize = POOL_LIMITS[0] as usize / 2;
 
 /// The pool: call stack from its start upward, cells behind it, the expression stack from its end
 /// downward.
@@ -62,7 +62,7 @@ pub const FRAME_AT: i16 = offset_of!(State, frame) as i16;
 /// The core keeps its caller's registers.
 pub const SAVES: u16 = 1;
 /// Bytes of the pool: for a program that moves one axis at a time, and for any other.
-pub const POOL_LIMITS: [u16; 2] = [192, 108];
+pub const POOL_LIMITS: [u16; 2] = lang::part::G2955.pool;
 
 /// The VM.
 pub static mut VM: State = State {

@@ -133,6 +133,7 @@ constants! {
     P2_OUT1_OR_LATCH = pins::P2_OUT1_OR_LATCH;
     P2_OUT2_OR_ENABLE = pins::P2_OUT2_OR_ENABLE;
     VM_STATE_SIZE = core::mem::size_of::<vm::State>();
+    FEATURES_HERE = lang::part::G2553.features;
 }
 
 core::arch::global_asm!(include_str!("ram.s"), options(raw));

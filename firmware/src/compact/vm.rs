@@ -43,9 +43,9 @@ unsafe extern "C" {
 }
 
 /// Bytes of the pool: `POOL` to `POOL_END` in `ram.s`.
-pub const POOL: usize = 58;
-/// They are the same for every program.
-pub const POOL_LIMITS: [u16; 2] = [POOL as u16; 2];
+pub const POOL: usize = POOL_LIMITS[0] as usize;
+/// The same for every program.
+pub const POOL_LIMITS: [u16; 2] = lang::part::G2553.pool;
 /// Offset from [`VM`] of the end of the call stack: the cells follow it.
 pub const CALLS_END_AT: i16 = core::mem::offset_of!(State, cells) as i16;
 /// Offset from [`VM`] of the word in which the core keeps the machine stack's address.

@@ -1,0 +1,124 @@
+//! The chips that the firmware is built for, and what each build runs.
+//!
+//! The G2553 build leaves out what its 512 bytes of RAM and 16 KB of flash cannot hold; the
+//! compiler names it, and the board's verifier refuses it once more.
+
+use crate::image::Header;
+use crate::record::feature;
+
+/// A chip with the firmware made for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// As on the command line.
+    pub name: &'static str,
+    /// As on the package.
+    pub chip: &'static str,
+    /// Image features ([`crate::record::feature`]) that it runs.
+    pub features: u16,
+    /// Bytes of RAM for cells, expression stack and call stack: of a program that moves one axis at
+    /// a time, and of any other.
+    pub pool: [u16; 2],
+}
+
+/// 16 KB of flash, 512 bytes of RAM.
+pub const G2553: Part = Part {
+    name: "g2553",
+    chip: "MSP430G2553",
+    features: feature::INTERPOLATE | feature::KEEP | feature::LINES,
+    pool: [58, 58],
+};
+
+/// 56 KB of flash, 4 KB of RAM: everything, with the limits that the language promises. 192 bytes
+/// hold 36 cells, depth 8 and 8 calls; 108 hold 18, 6 and 6 (device.md, Program store).
+pub const G2955: Part = Part {
+    name: "g2955",
+    chip: "MSP430G2955",
+    features: feature::INTERPOLATE
+        | feature::START
+        | feature::ARC
+        | feature::EVENTS
+        | feature::KEEP
+        | feature::LINES,
+    pool: [192, 108],
+};
+
+/// Every part, the smallest first.
+pub const PARTS: &[Part] = &[G2553, G2955];
+
+/// What a program wants that a part does not have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lack {
+    /// A [`feature`] bit.
+    Feature(u16),
+    /// Bytes of RAM for cells and stacks.
+    Memory {
+        /// Wanted.
+        used: u16,
+        /// There.
+        available: u16,
+    },
+}
+
+impl Part {
+    /// The part with this name.
+    pub fn named(name: &str) -> Option<Part> {
+        PARTS.iter().copied().find(|part| part.name == name)
+    }
+
+    /// Bytes of RAM that a program with these features may use.
+    pub const fn pool_for(&self, features: u16) -> u16 {
+        let several = features & (feature::INTERPOLATE | feature::START) != 0;
+        self.pool[several as usize]
+    }
+
+    /// The first thing that the program of this header wants and the part lacks.
+    pub fn lacks(&self, header: &Header) -> Option<Lack> {
+        let features = u16::from(header.features);
+        let missing = features & !self.features;
+        if missing != 0 {
+            return Some(Lack::Feature(1 << missing.trailing_zeros()));
+        }
+        let (used, available) = (header.pool_bytes() as u16, self.pool_for(features));
+        (used > available).then_some(Lack::Memory { used, available })
+    }
+}
+
+#[cfg(feature = "compiler")]
+impl core::fmt::Display for Lack {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let what = match *self {
+            Lack::Memory { used, available } => {
+                return write!(
+                    f,
+                    "{used} bytes of RAM for variables and stacks, of which it has {available}"
+                );
+            }
+            Lack::Feature(feature::INTERPOLATE) => "interpolated moves (G0, G1)",
+            Lack::Feature(feature::START) => "axes on their own (START, MoveSpeed)",
+            Lack::Feature(feature::ARC) => "arcs (G2, G3)",
+            Lack::Feature(feature::EVENTS) => "events (ON IN, ON EVERY)",
+            Lack::Feature(feature::KEEP) => "KEEP variables",
+            Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",
+            Lack::Feature(_) => "more than 64 KB of program",
+        };
+        f.write_str(what)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{G2553, G2955, Lack, Part};
+    use crate::image::Header;
+    use crate::record::feature;
+
+    #[test]
+    fn a_part_names_what_it_lacks() {
+        let mut header = Header { features: feature::ARC as u8, ..Header::default() };
+        assert_eq!(G2553.lacks(&header), Some(Lack::Feature(feature::ARC)));
+        assert_eq!(G2955.lacks(&header), None);
+        header = Header { cells: 40, stack: 9, ..Header::default() };
+        assert_eq!(G2955.lacks(&header), Some(Lack::Memory { used: 196, available: 192 }));
+        assert_eq!(Part::named("g2553"), Some(G2553));
+        assert_eq!(Part::named("g2452"), None);
+    }
+}
