@@ -68,7 +68,14 @@ fn short_examples_run_on_the_board() {
         let compiled = lang::back::compile(program).unwrap();
         let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
         let image = &compiled.image;
-        let job = Job { program, image, line_of: &line_of, world, options: &options };
+        let job = Job {
+            build: pasapas::board::DEFAULT,
+            program,
+            image,
+            line_of: &line_of,
+            world,
+            options: &options,
+        };
         let mut events = Vec::new();
         let sinks = Sinks {
             trace: &mut |event: &Event| events.push(event.clone()),

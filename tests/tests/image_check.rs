@@ -40,8 +40,8 @@ struct Chip(Board);
 
 impl Chip {
     fn new() -> Chip {
-        let firmware = pasapas::board::firmware().expect("the shipped image is an ELF file");
-        let mut board = Board::new(pasapas::board::PART, &firmware);
+        let firmware = pasapas::board::DEFAULT.image().expect("the shipped image is an ELF file");
+        let mut board = Board::new(pasapas::board::DEFAULT.chip.clone(), &firmware);
         board.set_breakpoint(BACK);
         // ACLK from the VLO: the routine sets the watchdog to it (SLAU144, 5.3.4).
         board.bus_write8(0x0053, 0x20);

@@ -8,7 +8,7 @@ use lang::wire::{
     CRC_START, Control, KEEPS, PROGRAM_CRC, PROGRAM_LENGTH, RUN_CONTROL, RUN_STATE, RunState,
     UPLOAD_CONTROL, UPLOAD_LENGTH, UPLOAD_WINDOW, Upload, crc16,
 };
-use pasapas::board::{PART, firmware};
+use pasapas::board::DEFAULT;
 
 struct Rig(Board);
 
@@ -20,11 +20,11 @@ fn image(script: &str) -> Vec<u8> {
 
 impl Rig {
     fn new() -> Rig {
-        Rig::with_config(Config { part: PART, ..Config::default() })
+        Rig::with_config(Config { part: DEFAULT.chip.clone(), ..Config::default() })
     }
 
     fn with_config(config: Config) -> Rig {
-        let image = firmware().expect("the shipped image");
+        let image = DEFAULT.image().expect("the shipped image");
         let mut rig = Rig(Board::with_config(&config, &image));
         rig.0.run_us(60_000);
         rig
@@ -174,7 +174,11 @@ fn a_program_that_fills_the_area_is_checked_before_the_fastest_watchdog_bites() 
     let large = image(&(0..418).map(line).collect::<String>());
     assert!((2900..=3068).contains(&large.len()), "{} bytes do not fill it", large.len());
     // The VLO's upper limit (SLAS735, VLO frequency): the watchdog's interval is 25 ms.
-    let mut rig = Rig::with_config(Config { part: PART, vlo_hz: 20_000, ..Config::default() });
+    let mut rig = Rig::with_config(Config {
+        part: DEFAULT.chip.clone(),
+        vlo_hz: 20_000,
+        ..Config::default()
+    });
     rig.upload(&large, false).expect("the program is taken");
     assert_eq!(rig.stored(), identity(&large));
     rig.write(RUN_CONTROL, &[Control::Start as u16]).expect("it starts");

@@ -93,7 +93,9 @@ fn at_rate(script: &str, axes: &[u8], rate: u32) -> Result<(Measured, f64), Stri
         rate: rates.fold(f64::INFINITY, f64::min),
         edge_us: axes.iter().map(|axis| edge_error(&edges, *axis)).fold(0.0, f64::max),
     };
-    let ram = f64::from(u16::try_from(crate::board::PART.ram.clone().count()).unwrap_or(u16::MAX));
+    let ram = f64::from(
+        u16::try_from(crate::board::DEFAULT.chip.ram.clone().count()).unwrap_or(u16::MAX),
+    );
     Ok((measured, RAM - (ram - f64::from(identity.stack_free))))
 }
 

@@ -42,8 +42,10 @@ impl Stand {
     /// # Errors
     /// The board does not answer.
     pub fn new(profile: &Profile) -> Result<Stand, String> {
-        let firmware = board::firmware().map_err(|error| error.to_string())?;
-        let rig = Rig::new(&firmware, profile, &World::empty()).map_err(|e| e.to_string())?;
+        let build = board::DEFAULT;
+        let firmware = build.image().map_err(|error| error.to_string())?;
+        let rig =
+            Rig::new(build, &firmware, profile, &World::empty()).map_err(|e| e.to_string())?;
         let rig = Rc::new(RefCell::new(rig));
         let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
         client.find().map_err(|error| error.to_string())?;

@@ -13,6 +13,7 @@ use lang::hir::Program;
 use lang::record::BoardRecord;
 use lang::wire::{self, Control, RunState};
 
+use super::Build;
 use super::health::Health;
 use super::link::InProcess;
 use super::path::PathRecorder;
@@ -40,6 +41,8 @@ const STOP_PATIENCE: Duration = Duration::from_secs(60);
 
 /// What is to run.
 pub struct Job<'a> {
+    /// The firmware that is to run it.
+    pub build: &'a Build,
     /// The checked script, for its machine.
     pub program: &'a Program,
     /// Its image.
@@ -127,8 +130,8 @@ impl From<UploadError> for BoardError {
 /// # Errors
 /// See [`BoardError`]. A fault of the script is no error: it is the outcome's end.
 pub fn run<'a>(job: &'a Job<'_>, sinks: Sinks<'a>) -> Result<BoardRun, BoardError> {
-    let firmware = super::firmware().map_err(BoardError::Firmware)?;
-    let rig = Rig::new(&firmware, &job.program.profile, job.world)?;
+    let firmware = job.build.image().map_err(BoardError::Firmware)?;
+    let rig = Rig::new(job.build, &firmware, &job.program.profile, job.world)?;
     let rig = Rc::new(RefCell::new(rig));
     let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
     client.find()?;

@@ -11,17 +11,53 @@ pub mod size;
 mod stuck;
 
 use emulator::{Image, LoadError, Part};
+use lang::part;
 
-/// The shipped image, with its symbols.
-pub const FIRMWARE: &[u8] = include_bytes!("../../../firmware/image/pasapas-g2955.elf");
+/// A shipped image, with its symbols, and the chip that it is for.
+#[derive(Clone, Debug)]
+pub struct Build {
+    /// What it runs.
+    pub part: part::Part,
+    /// The emulated chip.
+    pub chip: Part,
+    /// An ELF file.
+    pub elf: &'static [u8],
+}
 
-/// The part that the shipped image is for.
-pub const PART: Part = Part::G2955;
+/// The build for 16 KB of flash and 512 bytes of RAM.
+pub static G2553: Build = Build {
+    part: part::G2553,
+    chip: Part::G2553,
+    elf: include_bytes!("../../../firmware/image/pasapas-g2553.elf"),
+};
 
-/// The shipped firmware image.
-///
-/// # Errors
-/// The image is no ELF file: the build that made this tool was damaged.
-pub fn firmware() -> Result<Image, LoadError> {
-    Image::parse(FIRMWARE)
+/// The build with everything.
+pub static G2955: Build = Build {
+    part: part::G2955,
+    chip: Part::G2955,
+    elf: include_bytes!("../../../firmware/image/pasapas-g2955.elf"),
+};
+
+/// Every build, the smallest first.
+pub static BUILDS: [&Build; 2] = [&G2553, &G2955];
+
+/// The builds among which a program finds its own.
+pub static AUTOMATIC: &[&Build] = &[&G2955];
+
+/// The build of a board that nobody chose: what runs every program.
+pub static DEFAULT: &Build = &G2955;
+
+impl Build {
+    /// The build for the part with this name.
+    pub fn named(name: &str) -> Option<&'static Build> {
+        BUILDS.into_iter().find(|build| build.part.name == name)
+    }
+
+    /// The shipped image.
+    ///
+    /// # Errors
+    /// The image is no ELF file: the build that made this tool was damaged.
+    pub fn image(&self) -> Result<Image, LoadError> {
+        Image::parse(self.elf)
+    }
 }

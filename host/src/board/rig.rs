@@ -5,6 +5,7 @@ use emulator::{Board, Config, Format, Parity, Stop, TICKS_PER_SECOND, Wiring as 
 use lang::axis::Axis;
 use lang::profile::{Direction, Profile, Wiring};
 
+use super::Build;
 use crate::sim::world::{Action, Button, Scenario, World, WorldError};
 
 /// Ticks in a microsecond.
@@ -41,11 +42,13 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// A board with `image` in its flash, the machine of `profile` and a world, powered up.
+    /// A board with the firmware `image` of a build in its flash, the machine of `profile` and a
+    /// world, powered up.
     ///
     /// # Errors
     /// The world's script fails.
     pub fn new(
+        build: &Build,
         image: &emulator::Image,
         profile: &Profile,
         world: &World,
@@ -54,8 +57,8 @@ impl Rig {
             Wiring::Direct => PlantWiring::Direct,
             Wiring::Chain => PlantWiring::Chain,
         };
-        let board =
-            Board::with_config(&Config { part: super::PART, wiring, ..Config::default() }, image);
+        let config = Config { part: build.chip.clone(), wiring, ..Config::default() };
+        let board = Board::with_config(&config, image);
         let scenario = world.start()?;
         let mut rig = Rig {
             board,

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use super::Build;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 use serde::{Deserialize, Serialize};
 
 /// The ceilings, as shipped with the sources.
 const BUDGET: &str = include_str!("../../../firmware/budget.toml");
 
-/// Ceilings of the shipped image (firmware/budget.toml).
+/// Ceilings of a shipped image (firmware/budget.toml).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budget {
@@ -36,12 +37,15 @@ pub struct Sizes {
     pub total: Use,
 }
 
-/// The ceilings.
+/// A build's ceilings.
 ///
 /// # Errors
 /// The file is no TOML of this form.
-pub fn budget() -> Result<Budget, String> {
-    toml::from_str(BUDGET).map_err(|error| format!("firmware/budget.toml: {error}"))
+pub fn budget(build: &Build) -> Result<Budget, String> {
+    let parts: BTreeMap<String, Budget> =
+        toml::from_str(BUDGET).map_err(|error| format!("firmware/budget.toml: {error}"))?;
+    let own = parts.get(build.part.name).copied();
+    own.ok_or_else(|| format!("firmware/budget.toml does not name {}", build.part.name))
 }
 
 /// Takes an ELF image apart.
@@ -160,6 +164,7 @@ fn rust_path(symbol: &str) -> Vec<&str> {
 #[cfg(test)]
 mod tests {
     use super::{budget, module, rust_path, sizes};
+    use crate::board::{BUILDS, G2955};
 
     #[test]
     fn mangled_names_give_their_modules() {
@@ -175,20 +180,18 @@ mod tests {
 
     #[test]
     fn the_shipped_image_keeps_its_ceilings() {
-        let budget = budget().expect("a budget");
-        let sizes = sizes(crate::board::FIRMWARE).expect("an ELF image");
-        assert!(
-            sizes.total.flash <= budget.flash,
-            "flash {} of {}",
-            sizes.total.flash,
-            budget.flash
-        );
-        assert!(sizes.total.ram <= budget.ram, "RAM {} of {}", sizes.total.ram, budget.ram);
+        for build in BUILDS {
+            let name = build.part.name;
+            let (budget, used) = (budget(build).expect("a budget"), sizes(build.elf).expect("ELF"));
+            let used = used.total;
+            assert!(used.flash <= budget.flash, "{name}: flash {} of {}", used.flash, budget.flash);
+            assert!(used.ram <= budget.ram, "{name}: RAM {} of {}", used.ram, budget.ram);
+        }
     }
 
     #[test]
     fn modules_cover_nearly_all_of_the_image() {
-        let sizes = sizes(crate::board::FIRMWARE).expect("an ELF image");
+        let sizes = sizes(G2955.elf).expect("an ELF image");
         let covered: u64 = sizes.modules.values().map(|own| own.flash).sum();
         assert!(covered <= sizes.total.flash && covered * 10 >= sizes.total.flash * 9, "{covered}");
     }

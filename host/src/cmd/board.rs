@@ -6,8 +6,8 @@ use clap::Args;
 use lang::profile::Profile;
 use serde_json::json;
 
+use super::part::Choice;
 use super::{Console, Options, world};
-use crate::board;
 use crate::board::rig::{Rig, TICKS_PER_US};
 use crate::board::serve::{ServeError, Server, Speed};
 use crate::failure::Failure;
@@ -27,6 +27,8 @@ pub struct Board {
     /// Scenario around the board; its time begins at power-up
     #[arg(long, value_name = "W.rhai")]
     world: Option<String>,
+    #[command(flatten)]
+    part: Choice,
     /// Pace of the board's time: 1 is real time
     #[arg(long, value_name = "N|max", default_value = "1", value_parser = speed)]
     speed: Speed,
@@ -57,10 +59,11 @@ impl Board {
                 .map_err(|error| Failure::Usage(error.to_string()))?,
         };
         let world = world::load(self.world.as_deref(), console)?;
+        let build = self.part.or_default();
         let firmware =
-            board::firmware().map_err(|error| Failure::Board(format!("firmware: {error}")))?;
-        let mut rig =
-            Rig::new(&firmware, &profile, &world).map_err(|error| world::wrong(&error, console))?;
+            build.image().map_err(|error| Failure::Board(format!("firmware: {error}")))?;
+        let mut rig = Rig::new(build, &firmware, &profile, &world)
+            .map_err(|error| world::wrong(&error, console))?;
         let mut server = Server::default();
         if let Some(file) = &self.flash {
             server

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::part::Choice;
 use super::script::{self, Script};
 use super::{Console, world};
 use crate::board::engine::{self, BoardError, Job, Sinks};
@@ -20,6 +21,7 @@ use crate::sim::{Options, Outcome, Sink};
 /// The script does not fit, the world is wrong, the board fails, or the VCD cannot be written.
 pub fn run(
     script: &Script,
+    part: Choice,
     world: &World,
     options: &Options,
     vcd: Option<&str>,
@@ -27,9 +29,16 @@ pub fn run(
     console: &Console,
 ) -> Result<Outcome, Failure> {
     let compiled = script::compile_for_device(script, console)?;
+    let build = part.for_program(script, &compiled, console)?;
     let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
-    let job =
-        Job { program: &script.program, image: &compiled.image, line_of: &line_of, world, options };
+    let job = Job {
+        build,
+        program: &script.program,
+        image: &compiled.image,
+        line_of: &line_of,
+        world,
+        options,
+    };
     let mut vcd_file = match vcd {
         None => None,
         Some(path) => {

@@ -8,8 +8,10 @@ use lang::record::feature;
 use serde::Serialize;
 
 use super::check::each;
+use super::part::Choice;
 use super::script::{self, Script};
 use super::{Console, Options};
+use crate::board::Build as Firmware;
 use crate::failure::Failure;
 
 /// `pasapas build`
@@ -21,12 +23,16 @@ pub struct Build {
     /// Write the program's image
     #[arg(short, value_name = "IMG")]
     output: Option<String>,
+    #[command(flatten)]
+    part: Choice,
 }
 
 /// What `build` says of one file.
 #[derive(Clone, Debug, Serialize)]
 struct Figures {
     file: String,
+    /// The smallest part on which it runs, or the one asked for.
+    part: &'static str,
     statements: u32,
     image_bytes: usize,
     image_limit: usize,
@@ -72,11 +78,12 @@ impl Build {
         let result = each(&self.files, |file| {
             let script = script::load(file, options, console)?;
             let compiled = script::compile_for_device(&script, console)?;
+            let build = self.part.for_program(&script, &compiled, console)?;
             if let Some(path) = &self.output {
                 std::fs::write(path, &compiled.image)
                     .map_err(|error| Failure::writing(path, &error))?;
             }
-            let figures = figures(file, &script, &compiled);
+            let figures = figures(file, &script, &compiled, build);
             if console.json() {
                 console.json_line(&figures)?;
             }
@@ -90,7 +97,7 @@ impl Build {
     }
 }
 
-fn figures(file: &str, script: &Script, compiled: &Compiled) -> Figures {
+fn figures(file: &str, script: &Script, compiled: &Compiled, build: &Firmware) -> Figures {
     let program = &script.program;
     let features = Image::new(&compiled.image).map_or(0, |image| image.header.features);
     // What is promised with these features (device.md, Program store).
@@ -116,6 +123,7 @@ fn figures(file: &str, script: &Script, compiled: &Compiled) -> Figures {
     }
     Figures {
         file: file.to_owned(),
+        part: build.part.name,
         statements: compiled.statements,
         image_bytes: compiled.image.len(),
         image_limit: script::room_for(u16::from(features) & feature::KEEP != 0),
@@ -142,12 +150,12 @@ fn per_statement(bytes: usize, statements: u32) -> f64 {
 fn table(all: &[Figures]) -> String {
     let width = all.iter().map(|own| own.file.chars().count()).max().unwrap_or(0).max(6);
     let mut text = format!(
-        "{:width$}  statements   code  bytes/st  tables        image     cells  stack  calls  keep\n",
+        "{:width$}  statements   code  bytes/st  tables        image     cells  stack  calls  keep  part\n",
         "script"
     );
     for own in all {
         text += &format!(
-            "{:width$}  {:10} {:6} {:9.2} {:7} {:>12} {:>9} {:>6} {:>6} {:5}\n",
+            "{:width$}  {:10} {:6} {:9.2} {:7} {:>12} {:>9} {:>6} {:>6} {:5}  {}\n",
             own.file,
             own.statements,
             own.code_bytes,
@@ -158,6 +166,7 @@ fn table(all: &[Figures]) -> String {
             format!("{}/{}", own.stack, own.stack_limit),
             format!("{}/{}", own.calls, own.calls_limit),
             own.keeps,
+            own.part,
         );
     }
     match all {

@@ -2,6 +2,7 @@
 
 use clap::Args;
 
+use super::part::Choice;
 use super::{Console, Options, script};
 use crate::failure::Failure;
 
@@ -11,6 +12,8 @@ pub struct Check {
     /// Scripts; `-` is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<String>,
+    #[command(flatten)]
+    part: Choice,
 }
 
 impl Check {
@@ -21,7 +24,8 @@ impl Check {
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         each(&self.files, |file| {
             let script = script::load(file, options, console)?;
-            script::compile_any(&script, console).map(drop)
+            let compiled = script::compile_any(&script, console)?;
+            self.part.for_program(&script, &compiled, console).map(drop)
         })
     }
 }

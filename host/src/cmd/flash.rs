@@ -6,13 +6,15 @@ use std::process::Command;
 
 use clap::Args;
 
+use super::part::Choice;
 use super::{Console, Options};
-use crate::board;
 use crate::failure::Failure;
 
 /// `pasapas flash`
 #[derive(Debug, Args)]
 pub struct Flash {
+    #[command(flatten)]
+    part: Choice,
     /// Driver of mspdebug: rf2500 for the LaunchPad's own programmer, tilib for newer ones
     #[arg(long, default_value = "rf2500")]
     driver: String,
@@ -34,12 +36,13 @@ impl Flash {
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
         if let Some(path) = &self.save {
             let name = path.display().to_string();
-            return std::fs::write(path, board::FIRMWARE)
+            return std::fs::write(path, self.part.or_default().elf)
                 .map_err(|error| Failure::writing(&name, &error));
         }
         let image = std::env::temp_dir().join(format!("pasapas-{}.elf", std::process::id()));
         let name = image.display().to_string();
-        std::fs::write(&image, board::FIRMWARE).map_err(|error| Failure::writing(&name, &error))?;
+        std::fs::write(&image, self.part.or_default().elf)
+            .map_err(|error| Failure::writing(&name, &error))?;
         let result = Command::new("mspdebug")
             .args([self.driver.as_str(), &format!("prog {name}"), &format!("verify {name}")])
             .status();

@@ -14,6 +14,7 @@ mod flash;
 mod fmt;
 mod import;
 mod lsp;
+mod part;
 mod port;
 mod profile;
 mod script;

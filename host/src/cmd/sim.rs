@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use clap::{Args, ValueEnum};
 
+use super::part::Choice;
 use super::script::{self, Script};
 use super::{Console, Options, board_run, summary, world};
 use crate::failure::Failure;
@@ -34,6 +35,8 @@ pub struct Sim {
     /// Draw the path, inputs and outputs
     #[arg(long, value_name = "P.svg|P.html", value_parser = plot_file)]
     plot: Option<String>,
+    #[command(flatten)]
+    part: Choice,
     /// Write every edge at the board's pins as a Value Change Dump (engine board)
     #[arg(long, value_name = "P.vcd")]
     vcd: Option<String>,
@@ -134,7 +137,7 @@ impl Sim {
             Engine::Vm => sim::Engine::Vm,
             Engine::Board => {
                 let vcd = self.vcd.as_deref();
-                return board_run::run(script, world, &options, vcd, sink, console);
+                return board_run::run(script, self.part, world, &options, vcd, sink, console);
             }
         };
         sim::run(&script.program, engine, world, &options, sink).map_err(|error| match error {

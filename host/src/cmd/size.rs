@@ -3,14 +3,17 @@
 use clap::Args;
 use serde_json::json;
 
+use super::part::Choice;
 use super::{Console, Options};
-use crate::board;
 use crate::board::size::{budget, sizes};
 use crate::failure::Failure;
 
 /// `pasapas size`
 #[derive(Debug, Args)]
-pub struct Size {}
+pub struct Size {
+    #[command(flatten)]
+    part: Choice,
+}
 
 impl Size {
     /// Prints the table.
@@ -18,8 +21,9 @@ impl Size {
     /// # Errors
     /// The image that this tool was built with is damaged.
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
-        let sizes = sizes(board::FIRMWARE).map_err(Failure::Output)?;
-        let budget = budget().map_err(Failure::Output)?;
+        let build = self.part.or_default();
+        let sizes = sizes(build.elf).map_err(Failure::Output)?;
+        let budget = budget(build).map_err(Failure::Output)?;
         let mut modules: Vec<_> = sizes.modules.iter().collect();
         modules.sort_by_key(|(_, own)| std::cmp::Reverse((own.flash, own.ram)));
         if console.json() {
@@ -28,7 +32,7 @@ impl Size {
                     .json_line(&json!({ "module": module, "flash": own.flash, "ram": own.ram }))?;
             }
             return console.json_line(&json!({
-                "module": "all", "part": board::PART.name,
+                "module": "all", "part": build.part.chip,
                 "flash": sizes.total.flash, "flash_limit": budget.flash,
                 "ram": sizes.total.ram, "ram_limit": budget.ram,
             }));
@@ -46,7 +50,7 @@ impl Size {
             "budget",
             budget.flash,
             budget.ram,
-            board::PART.name
+            build.part.chip
         );
         console.result(&text)
     }

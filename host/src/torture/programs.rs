@@ -71,6 +71,7 @@ pub fn on_board(made: &Made, image: &[u8]) -> Result<(Run, BoardRun), BoardError
     let line_of = |pc: u16| marks.at(usize::from(pc)).map_or(0, |mark| mark.line);
     let options = Options { times: false, ..OPTIONS };
     let job = Job {
+        build: crate::board::DEFAULT,
         program: &made.program,
         image,
         line_of: &line_of,

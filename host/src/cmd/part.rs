@@ -1,0 +1,53 @@
+//! `--part`: which chip's firmware.
+
+use clap::Args;
+use lang::back::Compiled;
+use lang::image::Image;
+
+use super::Console;
+use super::script::Script;
+use crate::board::{AUTOMATIC, Build, DEFAULT};
+use crate::failure::Failure;
+use crate::render::Note;
+
+/// The option of the commands that have to do with a board's chip.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Choice {
+    /// The board's chip: g2553 (16 KB of flash, 512 bytes of RAM) or g2955 (everything). Without it
+    /// the smallest one on which the program runs
+    #[arg(long, value_name = "g2553|g2955", value_parser = named)]
+    pub part: Option<&'static Build>,
+}
+
+fn named(name: &str) -> Result<&'static Build, String> {
+    Build::named(name).ok_or_else(|| "the parts are g2553 and g2955".to_owned())
+}
+
+impl Choice {
+    /// The part asked for, or the one of a board that nobody chose.
+    pub fn or_default(self) -> &'static Build {
+        self.part.unwrap_or(DEFAULT)
+    }
+
+    /// The part asked for, or the smallest one that runs the program.
+    ///
+    /// # Errors
+    /// The part asked for lacks something that the program wants; that was written.
+    pub fn for_program(
+        self,
+        script: &Script,
+        compiled: &Compiled,
+        console: &Console,
+    ) -> Result<&'static Build, Failure> {
+        let Ok(image) = Image::new(&compiled.image) else { return Ok(self.or_default()) };
+        let Some(build) = self.part else {
+            let runs = |build: &&&Build| build.part.lacks(&image.header).is_none();
+            return Ok(AUTOMATIC.iter().find(runs).copied().unwrap_or(DEFAULT));
+        };
+        let Some(lack) = build.part.lacks(&image.header) else { return Ok(build) };
+        let text = format!("the {} lacks what this program wants: {lack}", build.part.chip);
+        let note = Note::error(script.source.name(), "B008", text)
+            .hint("take a larger part with --part, or write the program without it");
+        Err(console.refuse(&note))
+    }
+}
