@@ -151,6 +151,16 @@ mod tests {
     }
 
     #[test]
+    fn a_line_that_is_abandoned_leaves_nothing() {
+        let mut print = Print::new();
+        ufmt::uwrite!(print, "half of").unwrap();
+        print.abandon();
+        ufmt::uwrite!(print, "whole\n").unwrap();
+        print.end();
+        assert_eq!(text(&mut print), "whole\n");
+    }
+
+    #[test]
     fn a_host_cannot_take_what_is_not_there() {
         let mut print = Print::new();
         assert!(!print.take(1));

@@ -1,14 +1,15 @@
 //! The language reference, sentence by sentence: scripts in `data/language` say in their comments
 //! what they print and how they end, and every host engine must agree.
 //!
-//! `'> text` is the next line that PRINT writes, `'= done 7` or `'= fault F05 7` the end with its
-//! line, `'~ code` a line of the scenario, `'---` begins the next script of the file.
+//! `'> text` is the next line that PRINT writes, `'@ line 100 0 -50` the next move with the steps of
+//! its axes (where a script names any), `'= done 7` or `'= fault F05 7` the end with its line,
+//! `'~ code` a line of the scenario, `'---` begins the next script of the file.
 
 use std::path::{Path, PathBuf};
 
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
-use pasapas::sim::trace::{Event, Status, What};
+use pasapas::sim::trace::{Event, MoveKind, PerAxis, Status, What, to_text};
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, run_traced};
 
@@ -27,9 +28,16 @@ fn marked<'s>(script: &'s str, mark: &'s str) -> impl Iterator<Item = &'s str> {
     script.lines().filter_map(move |line| line.trim_start().strip_prefix(mark))
 }
 
+/// A move in the form of the comments.
+fn movement(kind: &MoveKind, to: &PerAxis) -> String {
+    let places: Vec<String> = to.values().into_iter().flatten().map(|p| p.to_string()).collect();
+    format!("@ {} {}", format!("{kind:?}").to_lowercase(), places.join(" "))
+}
+
 /// What a trace says, in the form of the comments.
-fn shown(events: &[Event]) -> Vec<String> {
+fn shown(events: &[Event], moves: bool) -> Vec<String> {
     let one = |event: &Event| match &event.what {
+        What::Move { kind, to, .. } => moves.then(|| movement(kind, to)),
         What::Print { text, .. } => Some(format!("> {text}")),
         What::End { status: Status::Fault, fault, line, .. } => {
             let fault = fault.as_deref().unwrap_or("without a number");
@@ -52,9 +60,14 @@ fn every_engine_does_what_the_reference_says() {
         let text = std::fs::read_to_string(&file).unwrap();
         for (part, script) in text.split("'---\n").enumerate() {
             count += 1;
-            let mut expected: Vec<String> =
-                marked(script, "'> ").map(|t| format!("> {t}")).collect();
-            expected.extend(marked(script, "'= ").map(|t| format!("= {t}")));
+            // In the order of the text, as the marks stand behind the statements.
+            let expected: Vec<String> = script
+                .lines()
+                .filter_map(|line| line.trim_start().strip_prefix('\''))
+                .filter(|line| ["> ", "@ ", "= "].iter().any(|mark| line.starts_with(mark)))
+                .map(str::to_owned)
+                .collect();
+            let moves = expected.iter().any(|line| line.starts_with('@'));
             let source = Source::new(&name, script.to_owned());
             let (program, diags) = compile(&source, ProfileChoice::built_in());
             let Some(program) = program else {
@@ -63,12 +76,14 @@ fn every_engine_does_what_the_reference_says() {
             };
             let scenario: String = marked(script, "'~ ").map(|line| format!("{line}\n")).collect();
             let world = World::parse(&name, &scenario).unwrap();
+            let mut traces = Vec::new();
             for engine in ENGINES {
                 let options = Options { limit_us: 3_600_000_000, ..Options::default() };
                 match run_traced(&program, engine, &world, &options) {
                     Ok((outcome, events)) => {
-                        let mut got = shown(&events);
+                        let mut got = shown(&events, moves);
                         got.extend(outcome.failures);
+                        traces.push(to_text(&events));
                         if got != expected {
                             let (got, expected) = (got.join("\n"), expected.join("\n"));
                             wrong.push(format!(
@@ -80,6 +95,9 @@ fn every_engine_does_what_the_reference_says() {
                         wrong.push(format!("{name} {part} on {engine:?}: {error}\n{script}"))
                     }
                 }
+            }
+            if traces.windows(2).any(|pair| pair[0] != pair[1]) {
+                wrong.push(format!("{name} {part}: {}", traces.join("\n--- the other\n")));
             }
         }
     }

@@ -28,6 +28,14 @@ struct Loop {
     exit: Label,
 }
 
+/// Whether a block holds RESUME NEXT.
+fn resumes(block: &Block) -> bool {
+    block.iter().any(|stmt| match &stmt.kind {
+        StmtKind::ResumeNext => true,
+        kind => kind.blocks().into_iter().any(resumes),
+    })
+}
+
 struct Lower<'p> {
     program: &'p Program,
     items: Vec<Item>,
@@ -43,6 +51,10 @@ struct Lower<'p> {
     /// The statement at hand.
     line: u32,
     span: Span,
+    /// Where RESUME NEXT goes on from each part of the statement at hand.
+    behind: Option<Label>,
+    /// Some statement of the program may fail and be gone on with.
+    resumes: bool,
 }
 
 /// Lowers every routine that is reached.
@@ -60,6 +72,8 @@ pub fn lower(program: &Program) -> Unit {
         routine: RoutineId(0),
         line: 1,
         span: 0..0,
+        behind: None,
+        resumes: program.routines.iter().any(|routine| resumes(&routine.body)),
     };
     if program.vars.iter().any(|var| matches!(var.storage, crate::hir::Storage::Keep(_))) {
         lower.features |= feature::KEEP;
@@ -185,6 +199,7 @@ impl Lower<'_> {
 
     fn mark_line(&mut self, line: u32, kind: MarkKind, resume: Option<Label>) {
         let span = self.span.clone();
+        let resume = self.behind.or(resume);
         self.push(Item::Mark(SourceMark { line, span, kind, resume }));
     }
 
@@ -199,9 +214,19 @@ impl Lower<'_> {
     }
 
     fn block(&mut self, block: &Block) {
-        for stmt in block {
-            self.stmt(stmt);
+        let outer = self.behind.take();
+        for parts in block.chunk_by(Stmt::continues) {
+            if parts.len() > 1 && self.resumes {
+                self.behind = Some(self.fresh());
+            }
+            for part in parts {
+                self.stmt(part);
+            }
+            if let Some(label) = self.behind.take() {
+                self.push(Item::Label(label));
+            }
         }
+        self.behind = outer;
     }
 
     fn stmt(&mut self, stmt: &Stmt) {

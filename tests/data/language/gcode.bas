@@ -149,3 +149,63 @@ PRINT POS(X); " "; POS(Z)
 '> 4000um
 '> 40000um 4000um
 '= done 16
+'---
+' A cycle evaluates its words from left to right before it moves, each once.
+DIM zero, n
+ON ERROR GOTO oops
+G0 Z1
+G81 X[5mm / zero] Y2 Z-1 R3 F300
+PRINT POSST(Z)
+G83 X[f(1)] Y[f(2)] Z[-f(3)] R[f(4)] Q[f(5)] L[f(1)] F[f(300)]
+PRINT n
+G1 Y[f(2)] X[f(1)] F[f(300)]
+G81 X[zero] Z-1 R2 L[zero]
+PRINT POSST(X)
+G83 X5 Z-1 R2 Q[zero]
+PRINT POSST(Z)
+END
+oops:
+PRINT "F"; ERR; " "; ERL
+RESUME NEXT
+FUNCTION f(a)
+  n = n + 1
+  PRINT "f"; a
+  RETURN a
+END FUNCTION
+'> F2 5
+'> 100st
+'> f1
+'> f2
+'> f3
+'> f4
+'> f5
+'> f1
+'> f300
+'> 7
+'> f2
+'> f1
+'> f300
+'> 100st
+'> F20 12
+'> 400st
+'= done 14
+'---
+' RESUME NEXT passes by the whole block, whichever part of it failed.
+DIM zero
+ON ERROR GOTO oops
+M3 G1 X5 F[zero]
+PRINT POSST(X); OUT(1)
+G28 X[1 / zero]
+PRINT POSST(X)
+G1 X1 F600
+PRINT POSST(X)
+END
+oops:
+PRINT "F"; ERR
+RESUME NEXT
+'> F8
+'> 0st0
+'> F2
+'> 0st
+'> 100st
+'= done 10

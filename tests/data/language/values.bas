@@ -171,3 +171,85 @@ END SUB
 '> 7
 '> 5103
 '= done 11
+'---
+' FUNCTIONs of a PRINT run before its line begins, from left to right.
+DIM a
+a = 5
+PRINT "a"; f(1); "b"; a; f(2); "c"; a
+PRINT a; g(); a
+PRINT "x"; f(3)
+END
+FUNCTION f(n)
+  PRINT "f"; n
+  a = a + n
+  RETURN a
+END FUNCTION
+FUNCTION g()
+  a = 0
+  RETURN 7
+END FUNCTION
+'> f1
+'> f2
+'> a6b68c8
+'> 870
+'> f3
+'> x3
+'= done 7
+'---
+' A fault in a PRINT leaves no part of its line.
+DIM zero, i
+ON ERROR GOTO oops
+PRINT "x"; 1 / zero; "y"
+PRINT i; IN(i + 90)
+PRINT "z"
+END
+oops:
+PRINT "F"; ERR
+RESUME NEXT
+'> F2
+'> F20
+'> z
+'= done 7
+'---
+' Both indices are evaluated before they are tested; so are both limits of a CASE.
+DIM r
+TABLE t(2) = 1, 2; 3, 4
+ON ERROR GOTO oops
+r = 7
+PRINT t(r, f(0))
+PRINT t(1, f(2))
+PRINT t(f(1), f(1))
+PRINT t(f(-1), f(3))
+SELECT CASE r
+CASE f(8) TO f(9), f(7) TO f(7)
+  PRINT "seven"
+END SELECT
+SELECT CASE r
+CASE 8 TO 1 / (r - 7)
+  PRINT "never"
+END SELECT
+END
+oops:
+PRINT "F"; ERR; " "; ERL
+RESUME NEXT
+FUNCTION f(n)
+  PRINT "f"; n
+  RETURN n
+END FUNCTION
+'> f0
+'> F3 6
+'> f2
+'> F3 7
+'> f1
+'> f1
+'> 4
+'> f-1
+'> f3
+'> F3 9
+'> f8
+'> f9
+'> f7
+'> f7
+'> seven
+'> F2 15
+'= done 18

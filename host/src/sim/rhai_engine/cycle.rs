@@ -17,9 +17,8 @@ const PECK_CLEARANCE: i32 = 250;
 pub struct Plan {
     line: u32,
     kind: Kinds,
-    /// R, and every Z with it, is in steps.
-    in_steps: bool,
-    r_relative: bool,
+    /// R: in steps, relative to Z before the cycle.
+    r: (bool, bool),
     /// Bottom: in steps, relative to R.
     z: (bool, bool),
     /// X and Y words: in steps, frame.
@@ -51,10 +50,9 @@ impl Translator<'_> {
             let look = self.look_at(Read::Pos(Axis::Z));
             self.out.line(format!("v{} = {look};", old_z.0));
         }
-        let mut values = vec![&cycle.r.value];
+        let mut values = vec![&cycle.z.value, &cycle.r.value];
         values.extend(&cycle.repeats);
         values.extend(cycle.xy.iter().flatten().map(|word| &word.value));
-        values.push(&cycle.z.value);
         let (kind, depth_in_steps) = match &cycle.kind {
             CycleKind::Drill => (Kinds::Drill, false),
             CycleKind::Dwell(time) => {
@@ -74,8 +72,7 @@ impl Translator<'_> {
         let plan = Plan {
             line: stmt.line,
             kind,
-            in_steps: in_steps(&cycle.r.value),
-            r_relative: cycle.r.frame == Frame::Relative,
+            r: (in_steps(&cycle.r.value), cycle.r.frame == Frame::Relative),
             z: (in_steps(&cycle.z.value), cycle.z.frame == Frame::Relative),
             xy: cycle
                 .xy
@@ -108,11 +105,34 @@ impl From<Fault> for Broken {
     }
 }
 
+/// Places of Z and lengths along it, in one of its units.
+#[derive(Clone, Copy)]
+struct ZUnit {
+    in_steps: bool,
+    /// Steps and um.
+    scale: (u16, u16),
+}
+
+impl ZUnit {
+    fn coord(self, value: i32, frame: Frame) -> Coord {
+        let value = if self.in_steps { Dist::Steps(value) } else { Dist::Um(value) };
+        Coord { value, frame }
+    }
+
+    /// A distance that is in steps or in um.
+    fn length(self, value: i32, steps: bool) -> Result<i32, Fault> {
+        let (steps_of, um) = self.scale;
+        match (self.in_steps, steps) {
+            (true, false) => scaled(value, steps_of, um),
+            (false, true) => scaled(value, um, steps_of),
+            _ => Ok(value),
+        }
+    }
+}
+
 /// The moves of one cycle.
 struct Tool<'m> {
     machine: &'m mut Machine,
-    in_steps: bool,
-    scale: (u16, u16),
 }
 
 impl Tool<'_> {
@@ -124,25 +144,42 @@ impl Tool<'_> {
         }
     }
 
-    /// A Z move in the unit of R.
-    fn z(&mut self, rapid: bool, value: i32, exact: bool) -> Result<(), Broken> {
-        let value = if self.in_steps { Dist::Steps(value) } else { Dist::Um(value) };
-        let to = [None, None, Some(Coord { value, frame: Frame::Work })];
+    fn z(&mut self, rapid: bool, to: Coord, exact: bool) -> Result<(), Broken> {
+        let to = [None, None, Some(to)];
         self.act(&Effect::Linear { rapid, to, exact }).map(|_| ())
     }
 
-    /// Z now, in the unit of R.
-    fn present(&mut self) -> Result<i32, Broken> {
-        let read = if self.in_steps { Read::PosSteps(Axis::Z) } else { Read::Pos(Axis::Z) };
+    fn rapid(&mut self, unit: ZUnit, value: i32) -> Result<(), Broken> {
+        self.z(true, unit.coord(value, Frame::Work), false)
+    }
+
+    /// Z now.
+    fn present(&mut self, unit: ZUnit) -> Result<i32, Broken> {
+        let read = if unit.in_steps { Read::PosSteps(Axis::Z) } else { Read::Pos(Axis::Z) };
         self.act(&Effect::Read(read))
     }
 
-    fn in_unit(&self, value: i32, steps: bool) -> Result<i32, Fault> {
-        let (steps_of, um) = self.scale;
-        match (self.in_steps, steps) {
-            (true, false) => scaled(value, steps_of, um),
-            (false, true) => scaled(value, um, steps_of),
-            _ => Ok(value),
+    /// G83 from R, where Z is: `base` in the unit of the bottom. `depth` is positive.
+    fn peck(
+        &mut self,
+        plan: &Plan,
+        unit: ZUnit,
+        base: i32,
+        z: i32,
+        depth: i32,
+    ) -> Result<(), Broken> {
+        // Depths count as the bottom does.
+        let origin = if plan.z.1 { base } else { 0 };
+        let mut reached = base - origin;
+        loop {
+            reached = reached.checked_sub(depth).ok_or(Fault::Overflow)?.max(z);
+            let to = sum(reached, origin)?;
+            self.z(false, unit.coord(to, Frame::Work), plan.exact)?;
+            if reached <= z {
+                return Ok(());
+            }
+            self.rapid(unit, base)?;
+            self.rapid(unit, sum(to, unit.length(PECK_CLEARANCE, false)?)?)?;
         }
     }
 }
@@ -157,21 +194,27 @@ fn sum(a: i32, b: i32) -> Result<i32, Fault> {
 /// A move failed, or the run is over.
 pub fn run(machine: &mut Machine, plan: &Plan, values: &[i32]) -> Result<(), Broken> {
     machine.set_line(plan.line);
-    let mut tool = Tool { machine, in_steps: plan.in_steps, scale: plan.scale };
+    let mut tool = Tool { machine };
+    let unit = |in_steps| ZUnit { in_steps, scale: plan.scale };
     let mut values = values.iter().copied();
     let mut next = || values.next().unwrap_or(0);
-    let mut r = next();
+    let z = next();
+    let mut first_level = next();
     let repeats = if plan.repeats { next() } else { 1 };
     let xy = plan.xy.map(|word| word.map(|word| (word, next())));
-    let z = next();
     let parameter = if plan.kind == Kinds::Drill { 0 } else { next() };
     let old_z = plan.old_z.then(&mut next);
-    if plan.r_relative {
-        r = sum(r, tool.present()?)?;
+    let z_unit = unit(plan.z.0);
+    if plan.kind == Kinds::Peck && parameter <= 0 {
+        return Err(Fault::ValueRange.into());
+    }
+    if plan.r.1 {
+        first_level = sum(first_level, tool.present(unit(plan.r.0))?)?;
     }
     for _ in 0..repeats.max(0) {
-        let up = r.max(tool.present()?);
-        tool.z(true, up, false)?;
+        let (mut r, mut r_unit) = (first_level, unit(plan.r.0));
+        let up = r.max(tool.present(r_unit)?);
+        tool.rapid(r_unit, up)?;
         if xy.iter().any(Option::is_some) {
             let word = |word: Option<((bool, Frame), i32)>| {
                 word.map(|((steps, frame), value)| Coord {
@@ -182,46 +225,26 @@ pub fn run(machine: &mut Machine, plan: &Plan, values: &[i32]) -> Result<(), Bro
             let to = [word(xy[0]), word(xy[1]), None];
             tool.act(&Effect::Linear { rapid: true, to, exact: false })?;
         }
-        tool.z(true, r, false)?;
-        let (z_steps, z_relative) = plan.z;
+        tool.rapid(r_unit, r)?;
+        if old_z.is_some() && r_unit.in_steps {
+            // Only at R its place is known in work um, to be compared with the old Z.
+            r_unit = unit(false);
+            r = tool.present(r_unit)?;
+        }
         if plan.kind == Kinds::Peck {
-            let bottom = tool.in_unit(z, z_steps)?;
-            let depth = tool.in_unit(parameter, plan.depth_in_steps)?;
-            let base = if z_relative { r } else { 0 };
-            let mut reached = if z_relative { 0 } else { r };
-            loop {
-                reached = reached.checked_sub(depth).ok_or(Fault::Overflow)?.max(bottom);
-                tool.z(false, sum(reached, base)?, plan.exact)?;
-                if reached <= bottom {
-                    break;
-                }
-                tool.z(true, r, false)?;
-                let clear = tool.in_unit(PECK_CLEARANCE, false)?;
-                tool.z(true, sum(sum(reached, base)?, clear)?, false)?;
-            }
+            let same = z_unit.in_steps == r_unit.in_steps;
+            let base = if same { r } else { tool.present(z_unit)? };
+            let depth = z_unit.length(parameter, plan.depth_in_steps)?;
+            tool.peck(plan, z_unit, base, z, depth)?;
         } else {
-            let value = if z_steps { Dist::Steps(z) } else { Dist::Um(z) };
-            let frame = if z_relative { Frame::Relative } else { Frame::Work };
-            let to = [None, None, Some(Coord { value, frame })];
-            tool.act(&Effect::Linear { rapid: false, to, exact: plan.exact })?;
+            let frame = if plan.z.1 { Frame::Relative } else { Frame::Work };
+            tool.z(false, z_unit.coord(z, frame), plan.exact)?;
             if plan.kind == Kinds::Dwell {
                 tool.act(&Effect::Wait(parameter))?;
             }
         }
-        match old_z {
-            Some(old) if plan.in_steps => {
-                tool.z(true, r, false)?;
-                let here = tool.act(&Effect::Read(Read::Pos(Axis::Z)))?;
-                let to = Coord { value: Dist::Um(old.max(here)), frame: Frame::Work };
-                tool.act(&Effect::Linear {
-                    rapid: true,
-                    to: [None, None, Some(to)],
-                    exact: false,
-                })?;
-            }
-            Some(old) => tool.z(true, r.max(old), false)?,
-            None => tool.z(true, r, false)?,
-        }
+        let top = old_z.map_or(r, |old| old.max(r));
+        tool.rapid(r_unit, top)?;
     }
     Ok(())
 }

@@ -46,6 +46,8 @@ pub struct Emitter {
     pending: u32,
     temps: usize,
     max_temps: usize,
+    /// Where RESUME NEXT goes on from each part of the statement at hand.
+    pub behind: Option<usize>,
 }
 
 impl Emitter {
@@ -60,6 +62,7 @@ impl Emitter {
             pending: 0,
             temps: 0,
             max_temps: 0,
+            behind: None,
         }
     }
 
@@ -138,6 +141,7 @@ impl Emitter {
 
     /// A further line of a statement (ELSEIF, CASE) begins: faults are its own.
     pub fn part(&mut self, line: u32, resume: usize) -> Id {
+        let resume = self.behind.unwrap_or(resume);
         self.infos.push(Info { line, start: 0, resume: resume as i32 });
         self.id = self.infos.len() - 1;
         self.id

@@ -10,23 +10,6 @@ use lang::hir::{BinOp, Expr, ExprKind, RoutineId, UnOp};
 use super::effects::{Template, look};
 use super::translate::Translator;
 
-/// Whether a FUNCTION is called anywhere in it.
-pub fn has_call(expr: &Expr) -> bool {
-    match &expr.node {
-        ExprKind::Const(_) | ExprKind::Var(_) | ExprKind::Err | ExprKind::Erl => false,
-        ExprKind::Elem(_, x)
-        | ExprKind::Unary(_, x)
-        | ExprKind::ToSteps(_, x)
-        | ExprKind::ToLength(_, x) => has_call(x),
-        ExprKind::Table { row, column, .. } => has_call(row) || has_call(column),
-        ExprKind::Binary(_, a, b) | ExprKind::AndAlso(a, b) | ExprKind::OrElse(a, b) => {
-            has_call(a) || has_call(b)
-        }
-        ExprKind::Call(..) => true,
-        ExprKind::Read(read) => look(read).1.is_some_and(has_call),
-    }
-}
-
 /// A number as Rhai reads it.
 pub fn number(value: i32) -> String {
     match value {
@@ -131,7 +114,7 @@ impl Translator<'_> {
 
     /// Values of several expressions in their order, all valid at once.
     pub fn values(&mut self, exprs: &[&Expr]) -> Vec<String> {
-        let last_call = exprs.iter().rposition(|expr| has_call(expr)).unwrap_or(0);
+        let last_call = exprs.iter().rposition(|expr| expr.has_call()).unwrap_or(0);
         let mut values = Vec::new();
         let mut waiting = Vec::new();
         for (index, expr) in exprs.iter().enumerate() {
@@ -164,14 +147,14 @@ impl Translator<'_> {
                 let both = self.values(&[a, b]);
                 format!("{} {} {}", both[0], comparison(*op).unwrap_or("=="), both[1])
             }
-            ExprKind::Unary(UnOp::LogNot, x) if !has_call(x) => {
+            ExprKind::Unary(UnOp::LogNot, x) if !x.has_call() => {
                 let inner = self.condition(x);
                 format!("({inner}) == false")
             }
             ExprKind::AndAlso(a, b) | ExprKind::OrElse(a, b) => {
                 let and = matches!(expr.node, ExprKind::AndAlso(..));
                 let left = self.condition(a);
-                if !has_call(b) {
+                if !b.has_call() {
                     let right = self.condition(b);
                     return format!("({left}) {} ({right})", if and { "&&" } else { "||" });
                 }

@@ -61,19 +61,7 @@ fn survey(block: &Block, uses: &mut Uses) {
                 uses.interruptions = true;
             }
             StmtKind::OnError(_) | StmtKind::ResumeNext => uses.errors = true,
-            StmtKind::If { arms, otherwise, .. } => {
-                arms.iter().for_each(|arm| survey(&arm.body, uses));
-                survey(otherwise, uses);
-            }
-            StmtKind::Select { cases, otherwise, .. } => {
-                cases.iter().for_each(|case| survey(&case.body, uses));
-                survey(otherwise, uses);
-            }
-            StmtKind::For { body, .. }
-            | StmtKind::While { body, .. }
-            | StmtKind::Do { body, .. }
-            | StmtKind::Repeat { body, .. } => survey(body, uses),
-            _ => {}
+            kind => kind.blocks().into_iter().for_each(|block| survey(block, uses)),
         }
     }
 }
@@ -178,9 +166,19 @@ impl Translator<'_> {
     }
 
     pub(super) fn block(&mut self, block: &Block) {
-        for stmt in block {
-            self.statement(stmt);
+        let outer = self.out.behind.take();
+        for parts in block.chunk_by(Stmt::continues) {
+            if parts.len() > 1 && self.out.precise {
+                self.out.behind = Some(self.out.block());
+            }
+            for part in parts {
+                self.statement(part);
+            }
+            if let Some(behind) = self.out.behind.take() {
+                self.out.open(behind);
+            }
         }
+        self.out.behind = outer;
     }
 
     fn statement(&mut self, stmt: &Stmt) {
@@ -288,6 +286,17 @@ impl Translator<'_> {
     }
 
     fn print(&mut self, line: u32, parts: &[PrintPart]) {
+        // A FUNCTION may print: its value is there before the line begins.
+        let call = parts.iter().find_map(|part| match part {
+            PrintPart::Value(value) if value.has_call() => Some(value),
+            _ => None,
+        });
+        let early = call.map(|value| {
+            let value = self.value(value);
+            let temp = self.out.temp();
+            self.out.line(format!("{temp} = {value};"));
+            temp
+        });
         for part in parts {
             match part {
                 PrintPart::Text(text) => {
@@ -297,26 +306,29 @@ impl Translator<'_> {
                         self.texts.len() - 1
                     });
                     let index = u16::try_from(index).unwrap_or(u16::MAX);
-                    self.plain(line, Effect::PrintText(index), &[]);
+                    self.plain(line, Effect::PrintText(index), Vec::new());
                 }
                 PrintPart::Value(value) => {
-                    self.plain(line, Effect::PrintValue(0, value.kind.unit()), &[value]);
+                    let given = match &early {
+                        Some(temp) if value.has_call() => temp.clone(),
+                        _ => self.value(value),
+                    };
+                    self.plain(line, Effect::PrintValue(0, value.kind.unit()), vec![given]);
                 }
             }
         }
-        self.plain(line, Effect::PrintEnd, &[]);
+        self.plain(line, Effect::PrintEnd, Vec::new());
     }
 
     /// An effect whose values are plain numbers.
-    pub(super) fn plain(&mut self, line: u32, effect: Effect, values: &[&Expr]) {
+    fn plain(&mut self, line: u32, effect: Effect, values: Vec<String>) {
         let template = Template { effect, line, given: [true; 3], level: false, resume: 0 };
         let id = self.template(template);
         self.emit_effect(id, values);
     }
 
-    fn emit_effect(&mut self, id: usize, values: &[&Expr]) {
-        let count = values.len();
-        let mut arguments = self.values(values);
+    fn emit_effect(&mut self, id: usize, mut arguments: Vec<String>) {
+        let count = arguments.len();
         arguments.insert(0, id.to_string());
         self.out.flush();
         self.out.line(format!("f{count}({});", arguments.join(", ")));
@@ -332,6 +344,7 @@ impl Translator<'_> {
             level: effects::has_level(&stmt.kind),
             resume,
         });
+        let values = self.values(values);
         self.emit_effect(id, values);
         if resume != 0 {
             let statement = self.out.id();
@@ -358,7 +371,8 @@ impl Translator<'_> {
             CaseTest::Equal(value) => format!("v{temp} == {}", self.value(value)),
             CaseTest::Range(low, high) => {
                 let both = self.values(&[low, high]);
-                format!("v{temp} >= {} && v{temp} <= {}", both[0], both[1])
+                // Both limits are evaluated: there is no short circuit here.
+                format!("(v{temp} >= {}) & (v{temp} <= {})", both[0], both[1])
             }
             CaseTest::Is(op, value) => {
                 let value = self.value(value);

@@ -146,6 +146,20 @@ impl Lower<'_> {
             CaseTest::Is(op, value) => {
                 compare(self, super::expr::cond(*op).unwrap_or(Cond::Eq), value);
             }
+            CaseTest::Range(low, high) if !high.is_simple() => {
+                // Both limits are evaluated: there is no short circuit here.
+                self.push(Item::Load(temp));
+                self.expr(low);
+                self.plain(Op::Ge);
+                self.push(Item::Load(temp));
+                self.expr(high);
+                self.plain(Op::Le);
+                self.plain(Op::And);
+                self.push(match next {
+                    Some(next) => Item::Branch(Cond::Zero, next),
+                    None => Item::Branch(Cond::Nonzero, body),
+                });
+            }
             CaseTest::Range(low, high) => {
                 let outside = next.unwrap_or_else(|| self.fresh());
                 self.push(Item::Load(temp));

@@ -127,13 +127,27 @@ impl Lower<'_> {
                 self.expr(row);
                 self.push(Item::Table(id, Some(column)));
             }
-            _ => {
+            (known, _) => {
                 // Row by row in one column: row * columns + column, each tested by itself.
-                self.expr(row);
-                self.push(Item::Const(rows as i32));
-                self.plain(Op::Check);
-                self.push(Item::Const(columns as i32));
-                self.plain(Op::Mul);
+                match known {
+                    Some(row) => self.push(Item::Const((row * columns) as i32)),
+                    None => {
+                        self.expr(row);
+                        if column.is_simple() {
+                            self.push(Item::Const(rows as i32));
+                            self.plain(Op::Check);
+                        } else {
+                            // The column is evaluated before the row is tested: one that lies
+                            // outside stays so, and the column cannot bring it in again.
+                            self.push(Item::Const(-1));
+                            self.plain(Op::Max);
+                            self.push(Item::Const(rows as i32));
+                            self.plain(Op::Min);
+                        }
+                        self.push(Item::Const(columns as i32));
+                        self.plain(Op::Mul);
+                    }
+                }
                 self.expr(column);
                 self.push(Item::Const(columns as i32));
                 self.plain(Op::Check);

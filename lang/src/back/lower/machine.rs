@@ -241,6 +241,12 @@ impl Lower<'_> {
     }
 
     fn print(&mut self, parts: &[PrintPart]) {
+        // A FUNCTION may print: its value lies on the stack before the line begins. There is one
+        // at most, the checker has seen to that.
+        let early = |part: &&PrintPart| matches!(part, PrintPart::Value(e) if e.has_call());
+        if let Some(PrintPart::Value(value)) = parts.iter().find(early) {
+            self.expr(value);
+        }
         // No handler comes between the parts: it might print a line of its own.
         for part in parts {
             match part {
@@ -252,7 +258,9 @@ impl Lower<'_> {
                     }
                 }
                 PrintPart::Value(value) => {
-                    self.expr(value);
+                    if !early(&part) {
+                        self.expr(value);
+                    }
                     self.plain(Op::More);
                     match value.kind.unit() {
                         Unit::None => self.plain(Op::PrintNumber),

@@ -5,6 +5,8 @@
 //! that meet are tied together. The walk is repeated until nothing changes, as a use may stand
 //! before what decides; what is open then is a Number.
 
+use std::collections::HashSet;
+
 use super::names::Entity;
 use super::{Checker, MAIN, declare, kinds};
 use crate::front::ast::{
@@ -44,6 +46,8 @@ struct Inference<'c, 'a> {
     slots: Vec<Slot>,
     scope: RoutineId,
     changed: bool,
+    /// Variables that a SUB or FUNCTION writes.
+    written: HashSet<VarId>,
 }
 
 impl<'a> Checker<'a> {
@@ -62,7 +66,13 @@ impl<'a> Checker<'a> {
                 Slot::Known(info.result.unwrap_or(Kind::Number))
             });
         }
-        let mut inference = Inference { checker: self, slots, scope: MAIN, changed: false };
+        let mut inference = Inference {
+            checker: self,
+            slots,
+            scope: MAIN,
+            changed: false,
+            written: HashSet::new(),
+        };
         for _ in 0..MAX_WALKS {
             inference.changed = false;
             inference.walk();
@@ -71,6 +81,7 @@ impl<'a> Checker<'a> {
             }
         }
         let kinds: Vec<Kind> = (0..inference.slots.len()).map(|i| inference.settled(i)).collect();
+        self.written_by_routines = inference.written;
         for (var, &kind) in self.vars.iter_mut().zip(&kinds) {
             var.kind = kind;
         }
@@ -165,6 +176,15 @@ impl<'a> Inference<'_, 'a> {
         }
     }
 
+    /// A variable that the statement at hand writes.
+    fn written(&mut self, key: &str) -> Option<VarId> {
+        let var = self.var(self.scope, key)?;
+        if self.scope != MAIN {
+            self.written.insert(var);
+        }
+        Some(var)
+    }
+
     fn var(&self, scope: RoutineId, key: &str) -> Option<VarId> {
         match self.checker.names.look(scope, key) {
             Some(Entity::Var(var)) => Some(var),
@@ -183,7 +203,7 @@ impl<'a> Inference<'_, 'a> {
             StmtKind::Assign { target, index, value } => {
                 self.exprs(index);
                 let ty = self.expr(value);
-                if let Some(var) = self.var(self.scope, &target.key) {
+                if let Some(var) = self.written(&target.key) {
                     let slot = self.slot(var.0 as usize);
                     self.bind(slot, ty);
                 }
@@ -194,7 +214,7 @@ impl<'a> Inference<'_, 'a> {
             StmtKind::For { var, from, to, step, .. } => {
                 let tys = [self.expr(from), self.expr(to)];
                 let step = step.as_ref().map_or(Ty::Unknown, |step| self.expr(step));
-                if let Some(var) = self.var(self.scope, &var.key) {
+                if let Some(var) = self.written(&var.key) {
                     for ty in tys.into_iter().chain([step]) {
                         let slot = self.slot(var.0 as usize);
                         self.bind(slot, ty);

@@ -142,7 +142,7 @@ impl<'a> Checker<'a> {
                         },
                     }
                 }
-                (!wrong).then_some(vec![StmtKind::Print(list)])
+                (!wrong).then(|| self.print_in_order(list))
             }
             // Modal state only: it costs the device nothing.
             Machine::Plane(_) => Some(Vec::new()),

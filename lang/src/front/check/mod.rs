@@ -18,7 +18,10 @@ mod labels;
 mod limits;
 mod machine;
 mod names;
+mod order;
 mod stmt;
+
+use std::collections::HashSet;
 
 use super::ast::{Name, Script};
 use super::codes::Code;
@@ -86,6 +89,8 @@ struct Checker<'a> {
     around: stmt::Around,
     /// G-code blocks with their modal state.
     gcode: gcode::Blocks<'a>,
+    /// Variables that a SUB or FUNCTION writes: a call may change them.
+    written_by_routines: HashSet<VarId>,
     /// Routines that only handlers reach.
     handler_routines: Vec<bool>,
     /// Next event slot.
@@ -112,6 +117,7 @@ impl<'a> Checker<'a> {
             scope: MAIN,
             around: stmt::Around::default(),
             gcode: gcode::Blocks::default(),
+            written_by_routines: HashSet::new(),
             handler_routines: Vec::new(),
             events: 0,
             keeps: 0,

@@ -105,7 +105,7 @@ impl<'a> Checker<'a> {
                 _ => out.push(StmtKind::End),
             }
         }
-        ok.then_some(out)
+        ok.then(|| self.block_in_order(out))
     }
 
     /// M3 to M9.

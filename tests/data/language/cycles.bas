@@ -1,0 +1,76 @@
+' R in work um and Z in machine steps: the work offset counts for R only.
+SetPos Z, -6mm
+G0 Z5
+G99 G83 X1 Y2 Z[900st] R4 Q[50st] F600
+'@ rapid 0 0 1100
+'@ rapid 100 200 1100
+'@ rapid 100 200 1000
+'@ line 100 200 950
+'@ rapid 100 200 1000
+'@ rapid 100 200 975
+'@ line 100 200 900
+'@ rapid 100 200 1000
+'= done 4
+'---
+' R in machine steps and Z in work um.
+SetPos Z, -6mm
+G0 Z5
+G99 G83 X1 Z2 R[1000st] Q[150st] F600
+G81 X2 Z3.5 R[900st]
+'@ rapid 0 0 1100
+'@ rapid 100 0 1100
+'@ rapid 100 0 1000
+'@ line 100 0 850
+'@ rapid 100 0 1000
+'@ rapid 100 0 875
+'@ line 100 0 800
+'@ rapid 100 0 1000
+'@ rapid 200 0 1000
+'@ rapid 200 0 900
+'@ line 200 0 950
+'@ rapid 200 0 900
+'= done 5
+'---
+' Relative: Z counts from R, each in its unit.
+SetPos Z, -6mm
+G91 G99 G83 Z[-150st] R-1 Q1 F600
+G83 X0 Z-1 R[-10st] Q[70st]
+'@ rapid 0 0 -100
+'@ line 0 0 -200
+'@ rapid 0 0 -100
+'@ rapid 0 0 -175
+'@ line 0 0 -250
+'@ rapid 0 0 -100
+'@ rapid 0 0 -110
+'@ line 0 0 -180
+'@ rapid 0 0 -110
+'@ rapid 0 0 -155
+'@ line 0 0 -210
+'@ rapid 0 0 -110
+'= done 4
+'---
+' G98 compares the Z before the cycles with an R in steps as work positions, in one move.
+SetPos Z, -6mm
+G0 Z2
+G98 G81 X1 Z-3 R[700st] F600
+G80
+G0 Z0
+G81 X2 Z-3 R[700st]
+G83 X3 Z[250st] R[700st] Q4
+'@ rapid 0 0 800
+'@ rapid 100 0 800
+'@ rapid 100 0 700
+'@ line 100 0 300
+'@ rapid 100 0 800
+'@ rapid 100 0 600
+'@ rapid 100 0 700
+'@ rapid 200 0 700
+'@ line 200 0 300
+'@ rapid 200 0 700
+'@ rapid 300 0 700
+'@ line 300 0 300
+'@ rapid 300 0 700
+'@ rapid 300 0 325
+'@ line 300 0 250
+'@ rapid 300 0 700
+'= done 8
