@@ -3,6 +3,7 @@
     .set HERE, 0x0200
     .macro VAR name, size
     .set \name, HERE
+    .global \name
     .set HERE, HERE+\size
     .endm
 

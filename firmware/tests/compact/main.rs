@@ -3,5 +3,7 @@
 //! The image is the shipped one: run `firmware/build.sh` after a change of its sources.
 
 mod chip;
+mod machine;
 
+mod coords;
 mod numbers;

@@ -2,7 +2,7 @@
 
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile, ProgramHeader};
-use object::{Endianness, Object, ObjectSymbol};
+use object::{Endianness, Object, ObjectSymbol, SymbolSection};
 
 use super::{Image, LoadError};
 
@@ -32,7 +32,9 @@ impl Image {
         for symbol in file.symbols() {
             if let (Ok(name), Ok(addr)) = (symbol.name(), u16::try_from(symbol.address()))
                 && !name.is_empty()
-                && symbol.is_definition()
+                // Assembly names fixed RAM addresses by global absolute symbols.
+                && (symbol.is_definition()
+                    || symbol.is_global() && symbol.section() == SymbolSection::Absolute)
             {
                 image.symbols.insert(name.to_owned(), addr);
             }
