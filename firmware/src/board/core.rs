@@ -126,10 +126,11 @@ pub struct Core {
     pub effect: Effect,
     /// See `effect`.
     pub outer: Effect,
-    /// F, and what it was where an event handler interrupted.
+    /// F.
     pub feed: Feed,
-    /// See `feed`.
-    pub outer_feed: Feed,
+    /// What F was where a handler began: the outer one's, and that of an error handler within an
+    /// event handler.
+    pub feeds_aside: [Feed; 2],
     /// Reference run under way.
     pub plan: Plan,
     /// Bit per axis: homing by command failed.
@@ -200,6 +201,11 @@ pub struct Core {
     pub record: &'static BoardRecord,
 }
 
+/// Handlers that are open: at most one of an event and one of errors.
+fn handlers() -> usize {
+    usize::from(vm().flags & flag::EVENT != 0) + usize::from(vm().flags & flag::ERROR != 0)
+}
+
 impl Core {
     /// At reset.
     pub fn new() -> Core {
@@ -224,7 +230,7 @@ impl Core {
             effect: Effect::NONE,
             outer: Effect::NONE,
             feed: Feed::Rapid,
-            outer_feed: Feed::Rapid,
+            feeds_aside: [Feed::Rapid; 2],
             plan: Plan::none(),
             homing_error: 0,
             probe_error: 0,
@@ -449,9 +455,18 @@ impl Core {
         self.motor.stop(0b111);
         self.effect = Effect::NONE;
         self.print.abandon();
-        if !vm().raise(fault, pc, between) {
+        let open = handlers();
+        if vm().raise(fault, pc, between) {
+            self.put_feed_aside(open);
+        } else {
             self.fail(fault);
         }
+    }
+
+    /// A handler begins inside `open` others, without F.
+    fn put_feed_aside(&mut self, open: usize) {
+        self.feeds_aside[open & 1] = self.feed;
+        self.feed = Feed::Rapid;
     }
 
     /// A fault of the statement at `pc`: what was commanded before it ends first.
@@ -667,10 +682,11 @@ impl Core {
     }
 
     fn handler_left(&mut self) {
-        if vm().flags & flag::EVENT == 0 {
+        let open = handlers();
+        self.feed = self.feeds_aside[open & 1];
+        if open == 0 {
             self.effect = self.outer;
             self.outer = Effect::NONE;
-            self.feed = self.outer_feed;
         }
     }
 
@@ -698,8 +714,7 @@ impl Core {
                 event.kind &= !PENDING;
                 self.outer = self.effect;
                 self.effect = Effect::NONE;
-                self.outer_feed = self.feed;
-                self.feed = Feed::Rapid;
+                self.put_feed_aside(0);
                 if !vm.interrupt(slot as u8) {
                     self.raise(Fault::Stack, vm.pc, true);
                 }

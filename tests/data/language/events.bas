@@ -183,3 +183,40 @@ DIM c
 c = 32
 Send c
 '= fault F20 3
+'---
+' Handlers of errors have no F; the interrupted place's holds again behind them, also inside a
+' handler of an event.
+DIM zero, i, t AS TIME
+ON ERROR GOTO oops
+ON EVERY 700ms GOSUB tick
+G61 G1 X1 F600
+i = 1 / zero
+t = TIMER()
+G1 X3
+t = TIMER() - t
+PRINT t > 190ms ANDALSO t < 250ms
+Wait 800ms
+ON EVERY OFF
+t = TIMER()
+G1 X5
+t = TIMER() - t
+PRINT t > 190ms ANDALSO t < 250ms
+END
+tick:
+G21 G90 G61 G1 Y[POS(Y) + 0.1mm] F300
+i = 1 / zero
+t = TIMER()
+G1 Y[POS(Y) + 1mm]
+t = TIMER() - t
+PRINT "tick "; t > 190ms ANDALSO t < 250ms
+RETURN
+oops:
+G21 G90 G61 G1 Z[POS(Z) + 0.1mm] F60
+PRINT "F"; ERR
+RESUME NEXT
+'> F2
+'> 1
+'> F2
+'> tick 1
+'> 1
+'= done 18

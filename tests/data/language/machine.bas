@@ -105,10 +105,12 @@ MoveSpeed X, 0st/s
 '> 1
 '> 01
 '= fault F08 6
+'host
 '---
 MoveSpeed X, 20mm/s
 WaitMove X
 '= fault F20 2
+'host
 '---
 ' END lets STARTed moves finish.
 START MoveAxe X, 20mm
