@@ -277,7 +277,11 @@ impl<B: Bytes> Check<'_, B> {
             return Some(insn.next + u16::from(insn.code - SKIP) + 1);
         }
         match insn.operands {
-            Operands::Rel | Operands::CellRel | Operands::CellU8Rel | Operands::NibblesRel => {
+            Operands::Rel
+            | Operands::CellRel
+            | Operands::CellU8Rel
+            | Operands::CellWordRel
+            | Operands::NibblesRel => {
                 let distance = self.byte(insn.next - 1) as i8;
                 Some(insn.next.wrapping_add(i16::from(distance) as u16))
             }
@@ -322,7 +326,9 @@ impl<B: Bytes> Check<'_, B> {
         let b = self.byte(pc + 1);
         let low = u16::from(b);
         match insn.operands {
-            Operands::Cell | Operands::CellRel | Operands::CellU8Rel => b < self.cells,
+            Operands::Cell | Operands::CellRel | Operands::CellU8Rel | Operands::CellWordRel => {
+                b < self.cells
+            }
             Operands::NibblesRel => b & 15 < self.cells,
             Operands::MmFlags | Operands::Mm2Flags | Operands::Mm3Flags | Operands::Mm2Flags2 => {
                 self.inline_fits(pc, insn.code)

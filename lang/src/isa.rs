@@ -89,10 +89,12 @@ pub enum Operands {
     Mm2Flags2,
     /// Cell and limit in the halves of a byte, then signed distance.
     NibblesRel,
+    /// Cell, 16-bit limit, signed distance.
+    CellWordRel,
 }
 
 impl Operands {
-    const ALL: [Operands; 31] = [
+    const ALL: [Operands; 32] = [
         Operands::None,
         Operands::U8,
         Operands::I8,
@@ -124,6 +126,7 @@ impl Operands {
         Operands::Mm3Flags,
         Operands::Mm2Flags2,
         Operands::NibblesRel,
+        Operands::CellWordRel,
     ];
 
     /// Bytes behind the first one. Addresses have two, in a wide image three.
@@ -142,7 +145,7 @@ impl Operands {
             | Operands::Flags3
             | Operands::Mm3
             | Operands::Mm2Flags => 3,
-            Operands::I32 | Operands::Mm3Flags | Operands::Mm2Flags2 => 4,
+            Operands::I32 | Operands::Mm3Flags | Operands::Mm2Flags2 | Operands::CellWordRel => 4,
             Operands::Addr | Operands::Sub | Operands::Column | Operands::Text => 2 + wide as usize,
             _ => 1,
         }

@@ -189,7 +189,11 @@ impl Verifier<'_, '_> {
             return Some(insn.next + usize::from(insn.code - SKIP) + 1);
         }
         match insn.operands {
-            Operands::Rel | Operands::CellRel | Operands::CellU8Rel | Operands::NibblesRel => {
+            Operands::Rel
+            | Operands::CellRel
+            | Operands::CellU8Rel
+            | Operands::CellWordRel
+            | Operands::NibblesRel => {
                 let distance = self.byte(insn.next - 1).cast_signed();
                 // A target before the code wraps to one far behind it.
                 Some(insn.next.wrapping_add_signed(distance.into()))
@@ -210,7 +214,9 @@ impl Verifier<'_, '_> {
         let cells = usize::from(self.image.header.cells);
         let first = usize::from(self.byte(pc + 1));
         let good = match insn.operands {
-            Operands::Cell | Operands::CellRel | Operands::CellU8Rel => first < cells,
+            Operands::Cell | Operands::CellRel | Operands::CellU8Rel | Operands::CellWordRel => {
+                first < cells
+            }
             Operands::Array => first + usize::from(self.byte(pc + 2)) <= cells,
             Operands::Column8 => self.image.column(first).is_some(),
             Operands::Column => self.image.column(self.address(pc)).is_some(),

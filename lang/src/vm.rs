@@ -342,12 +342,18 @@ impl<'a, 'm> Vm<'a, 'm> {
             }
             Op::Zero => self.set_slot(usize::from(n), 0)?,
             Op::NextShort => {
-                if self.turn(Op::NextByte, b & 15, b >> 4)? {
+                if self.turn(Op::NextByte, b & 15, (b >> 4).into())? {
+                    return Ok(jump(self.byte(next - 1)));
+                }
+            }
+            Op::NextWord => {
+                let limit = i16::from_le_bytes([self.byte(pc + 2), self.byte(pc + 3)]);
+                if self.turn(op, b, limit)? {
                     return Ok(jump(self.byte(next - 1)));
                 }
             }
             Op::For | Op::Next | Op::ForStep | Op::NextStep | Op::NextByte | Op::Repeat => {
-                if self.turn(op, b, self.byte(pc + 2))? {
+                if self.turn(op, b, self.byte(pc + 2).into())? {
                     return Ok(jump(self.byte(next - 1)));
                 }
             }
@@ -433,8 +439,9 @@ impl<'a, 'm> Vm<'a, 'm> {
         self.set_slot(cell, sum)
     }
 
-    /// The instructions at the ends of a loop: whether to jump.
-    fn turn(&mut self, op: Op, cell: u8, byte: u8) -> Result<bool, Fault> {
+    /// The instructions at the ends of a loop, `own` the limit of those that have one: whether to
+    /// jump.
+    fn turn(&mut self, op: Op, cell: u8, own: i16) -> Result<bool, Fault> {
         if op == Op::Repeat {
             let left = self.slot(usize::from(cell))?;
             if left > 1 {
@@ -446,7 +453,10 @@ impl<'a, 'm> Vm<'a, 'm> {
             Op::ForStep | Op::NextStep => self.pop()?,
             _ => 1,
         };
-        let limit = if op == Op::NextByte { i32::from(byte) } else { self.pop()? };
+        let limit = match op {
+            Op::NextByte | Op::NextWord => i32::from(own),
+            _ => self.pop()?,
+        };
         if step == 0 {
             return Err(Fault::ValueRange);
         }

@@ -392,7 +392,7 @@ pasapas_verify_code:
     cmp #{cell_u8_rel}, r11
     jeq 2f
     cmp #{nibbles_rel}, r11
-    jeq 2f
+    jhs 2f
     mov r5, r13
     sub #{skip_less_one}, r13
     mov r5, r12
@@ -802,6 +802,7 @@ pasapas_verify_table:
     .short pasapas_verify_inline
     .short pasapas_verify_inline2
     .short pasapas_verify_nibbles
+    .short pasapas_verify_cell
 "#,
     kick = const crate::boot::WATCHDOG_KICK,
     watchdog = const WDTCTL,
@@ -871,5 +872,6 @@ const _: () = assert!(
         && Operands::MmFlags as u8 == 26
         && Operands::Mm2Flags2 as u8 == 29
         && Operands::NibblesRel as u8 == 30
+        && Operands::CellWordRel as u8 == 31
         && Op::LinearMm3 as u8 == Op::LinearMm as u8 + 2
 );

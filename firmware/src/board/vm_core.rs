@@ -652,21 +652,38 @@ vm_nextshort:
     rla r13
     add r7, r13
     jmp 1f
+vm_nextword:
+    CELL
+    mov.b @r5+, r14
+    mov.b @r5+, r15
+    swpb r15
+    bis r15, r14
+    clr r9
+    tst r14
+    jge 2f
+    inv r9
+    jmp 2f
 vm_nextbyte:
     CELL
     mov.b @r5+, r14
-1:  REL
+1:  clr r9
+    /* r9:r14 = the limit */
+2:  REL
     add #1, 0(r13)
     adc 2(r13)
     bit #0x100, r2
     jne vm_undo_inc
-    mov @r13+, r15
-    mov @r13, r13
-    sub r15, r14
-    clr r15
-    subc r13, r15
-    jge vm_take
-    jmp vm_next
+    sub @r13+, r14
+    subc @r13, r9
+    jl vm_loop_left
+    add r12, r5
+    tst.b &{vm}+{poll}
+    jne vm_loop_polled
+    NEXT
+vm_loop_polled:
+    br #vm_yield
+vm_loop_left:
+    br #vm_next
     /* F01 leaves the cell as it was */
 vm_undo_inc:
     sub #1, 0(r13)
@@ -1010,7 +1027,7 @@ vm_table:
     .short vm_table_op, vm_tablefar, vm_tablepair, vm_check, vm_soft, vm_soft, vm_more
     .short vm_dup, vm_over
     .short vm_incshort, vm_incshort, vm_incshort, vm_incshort
-    .short vm_zero, vm_zero, vm_zero, vm_zero, vm_nextshort
+    .short vm_zero, vm_zero, vm_zero, vm_zero, vm_nextshort, vm_nextword
     /* effect and number of values of the codes from 0xA0 on */
 vm_inlines:
     .byte {move_to}, 1, {move_to}+1, 1, {move_to}+2, 1
@@ -1058,7 +1075,7 @@ const _: () = assert!(
         && Op::For as u8 == 0x36
         && Op::Give as u8 == 0x44
         && Op::More as u8 == 0x51
-        && Op::NextShort as u8 == 0x5C
+        && Op::NextWord as u8 == 0x5D
         && Op::MoveToMm as u8 == 0xA0
         && Op::WaitSeconds as u8 == 0xAF
 );

@@ -96,6 +96,10 @@ fn text(image: &Image<'_>, pc: usize, op: Op, n: u8, bytes: &[u8]) -> String {
             return inline_text(bytes, row.name);
         }
         Operands::CellU8Rel => format!(" {} {} {:04X}", byte(1), byte(2), jump(byte(3))),
+        Operands::CellWordRel => {
+            let limit = i16::from_le_bytes([byte(2), byte(3)]);
+            format!(" {} {limit} {:04X}", byte(1), jump(byte(4)))
+        }
         Operands::Sub8 => format!(" {:04X}", byte(1)),
         Operands::Column8 | Operands::Pair8 => format!(" data {:04X}", byte(1)),
         Operands::Column => format!(" data {:04X}", address()),

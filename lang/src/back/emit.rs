@@ -323,11 +323,13 @@ impl<'a> Emitter<'a> {
             Item::Turn(op, var, label) => {
                 self.turn(i, vec![op.code(), self.cell(*var)], self.address_of(*label))
             }
-            Item::NextByte(var, limit, label) => {
+            Item::NextLimit(var, limit, label) => {
                 let cell = self.cell(*var);
+                let [low, high] = limit.to_le_bytes();
                 let head = match (cell, limit) {
-                    (0..16, 0..16) => vec![Op::NextShort.code(), limit << 4 | cell],
-                    _ => vec![Op::NextByte.code(), cell, *limit],
+                    (0..16, 0..16) => vec![Op::NextShort.code(), low << 4 | cell],
+                    (_, 0..256) => vec![Op::NextByte.code(), cell, low],
+                    _ => vec![Op::NextWord.code(), cell, low, high],
                 };
                 self.turn(i, head, self.address_of(*label))
             }

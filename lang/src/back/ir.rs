@@ -131,8 +131,8 @@ pub enum Item {
     ShortCircuit(Op, Label),
     /// `for`, `next`, `forstep`, `nextstep`, `repeat`.
     Turn(Op, VarId, Label),
-    /// `nextbyte` with its limit.
-    NextByte(VarId, u8, Label),
+    /// `nextshort`, `nextbyte` or `nextword` with its limit.
+    NextLimit(VarId, i16, Label),
     /// `call`, `func`.
     Call(Op, RoutineId),
     /// GOSUB.
@@ -174,7 +174,7 @@ impl Item {
             Item::StoreElem(_) => Op::StoreElem,
             Item::Table(..) => Op::Table,
             Item::Pair(..) => return (0, 2),
-            Item::NextByte(..) => Op::NextByte,
+            Item::NextLimit(..) => Op::NextWord,
             Item::Branch(cond, _) => cond.op(),
             Item::Change(op, _)
             | Item::Plain(op)
@@ -219,7 +219,7 @@ impl Item {
             | Item::Branch(_, label)
             | Item::ShortCircuit(_, label)
             | Item::Turn(_, _, label)
-            | Item::NextByte(_, _, label)
+            | Item::NextLimit(_, _, label)
             | Item::Gosub(label)
             | Item::OnError(label) => Some(*label),
             _ => None,
@@ -233,7 +233,7 @@ impl Item {
             | Item::Branch(_, label)
             | Item::ShortCircuit(_, label)
             | Item::Turn(_, _, label)
-            | Item::NextByte(_, _, label)
+            | Item::NextLimit(_, _, label)
             | Item::Gosub(label)
             | Item::OnError(label) => Some(label),
             _ => None,

@@ -199,8 +199,8 @@ impl Lower<'_> {
         self.loop_body(LoopKind::For, next, exit, parts.body);
         self.push(Item::Label(next));
         self.mark_line(parts.next_line, MarkKind::LoopEnd, Some(exit));
-        match constant(parts.to).and_then(|to| u8::try_from(to).ok()) {
-            Some(limit) if ones => self.push(Item::NextByte(parts.var, limit, top)),
+        match constant(parts.to).and_then(|to| i16::try_from(to).ok()) {
+            Some(limit) if ones => self.push(Item::NextLimit(parts.var, limit, top)),
             _ => {
                 self.bounds(parts);
                 let op = if ones { Op::Next } else { Op::NextStep };
