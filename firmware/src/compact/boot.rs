@@ -1,6 +1,7 @@
 //! From reset to a board that knows its profile: clock, ports, timers.
 
 use crate::consts::constants;
+use lang::fault::Fault;
 
 /// WDTCTL: password, counter clear, from ACLK (VLO), over 512: 43 ms typical, 25 to 128 ms.
 pub const WATCHDOG_KICK: u16 = 0x5A00 | 1 << 3 | 1 << 2 | 0b10;
@@ -8,6 +9,14 @@ pub const WATCHDOG_KICK: u16 = 0x5A00 | 1 << 3 | 1 << 2 | 0b10;
 constants! {
     WATCHDOG = 0x0120;
     KICK = WATCHDOG_KICK;
+    // Says that a program runs, over any reset but power-up.
+    RUNS_MARK = 0x52A1;
+    F_WATCHDOG = Fault::Watchdog.number();
 }
+
+/// The boot loader's key word: its entry by pins stays possible, a wrong password erases nothing.
+#[unsafe(link_section = ".bslkey")]
+#[used]
+static BSL_KEY: u16 = 0x0000;
 
 core::arch::global_asm!(include_str!("boot/boot.s"), options(raw));

@@ -164,6 +164,7 @@
     .set R_HOST, 16             /* a host has spoken since reset */
     .set R_BOOTED, 32           /* half a second has passed since reset */
     .set R_RESTART, 64          /* reset the chip once the reply is out */
+    .set R_ADDRESS_1, 128       /* the link answers to address 1 at 9600 8N1 until reset */
 /* TRACING */
     .set T_ON, 1                /* trace mode */
     .set T_FULL, 2              /* the slot holds an event that was not received */

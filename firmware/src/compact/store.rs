@@ -1,8 +1,52 @@
 //! Flash: the program store, the KEEP journal, the profile, the last fault.
 
 use crate::consts::constants;
+use firmware::store::{KEEP_FREE, SEGMENT, SEGMENTS, SLOT_HEAD, Store};
+use lang::record::{BoardRecord, RECORD_VERSION, feature};
+use lang::wire::{Exception, Refusal, Upload};
 
-constants! {}
+/// Start of the program area.
+const AREA: u16 = 0xF200;
+
+constants! {
+    AREA = AREA;
+    AREA_END = AREA + SEGMENT * SEGMENTS as u16;
+    AREA_BYTES = Store::area();
+    SEGMENT = SEGMENT;
+    SLOT_HEAD = SLOT_HEAD;
+    // The two segments of the KEEP journal.
+    KEEP_FIRST = AREA + SEGMENT * KEEP_FREE as u16;
+    KEEP_SECOND = AREA + SEGMENT * (KEEP_FREE as u16 + 1);
+    // High bytes of commit words: a slot of the store, a segment of the journal.
+    SLOT_COMMITTED = 0xA500;
+    KEEP_COMMITTED = 0x5A00;
+    // Information memory: D holds the faults' log, C and B the copies of the profile.
+    LOG = 0x1000;
+    PROFILE_FIRST = 0x1080;
+    PROFILE_SECOND = 0x1040;
+    RECORD_VERSION = RECORD_VERSION;
+    FEATURES = feature::INTERPOLATE | feature::KEEP | feature::LINES;
+    // FCTL1 (SLAU144, 7.4) with its password.
+    FLASH_WRITE = 0xA500 | 1 << 6;
+    FLASH_ERASE = 0xA500 | 1 << 1;
+    UPLOAD_BEGIN = Upload::Begin;
+    UPLOAD_REPLACE = Upload::Replace;
+    UPLOAD_COMMIT = Upload::Commit;
+    UPLOAD_ERASE = Upload::Erase;
+    REFUSAL_NOT_BEGUN = Refusal::NotBegun;
+    REFUSAL_TOO_LONG = Refusal::TooLong;
+    REFUSAL_CRC = Refusal::Crc;
+    REFUSAL_FLASH = Refusal::Flash;
+    EX_ILLEGAL_VALUE = Exception::IllegalValue;
+    EX_DEVICE_FAILURE = Exception::DeviceFailure;
+    EX_BUSY = Exception::Busy;
+}
+
+/// What a board that was never given a profile assumes.
+#[unsafe(no_mangle)]
+#[unsafe(link_section = ".tail.board")]
+#[used]
+static BOARD_DEFAULT: BoardRecord = BoardRecord::DEFAULT;
 
 core::arch::global_asm!(include_str!("store/flash.s"), options(raw));
 core::arch::global_asm!(include_str!("store/store.s"), options(raw));

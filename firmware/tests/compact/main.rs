@@ -2,6 +2,7 @@
 //!
 //! The image is the shipped one: run `firmware/build.sh` after a change of its sources.
 
+mod boot;
 mod chip;
 mod machine;
 

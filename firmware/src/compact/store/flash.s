@@ -1,7 +1,80 @@
+/* The flash controller (SLAU144, chapter 7) and checksums over what flash holds. */
+
     .section .text.flash,"axR",@progbits
-    .global flash_write
-flash_write:
-    ret
-    .global flash_erase
+    .global flash_erase, flash_write
+/* flash_erase: r12 = address in a segment to erase, 10.5 ms. flash_write: r12 = even address,
+   r13 = word whose 0 bits are cleared there, 66 us. Only the program area and segments D, C and B
+   of the information memory; other addresses, 0 too, do nothing. The processor stands still
+   meanwhile and interrupts wait. Keep all but r14. Interrupts are on afterwards.
+   The password comes with the mode on entry: who strays into the middle brings none. */
 flash_erase:
+    mov #FLASH_ERASE, r14
+    jmp 1f
+flash_write:
+    mov #FLASH_WRITE, r14
+1:  cmp #AREA_END, r12
+    jhs 4f
+    cmp #AREA, r12
+    jhs 2f
+    cmp #0x10c0, r12
+    jhs 4f
+    cmp #LOG, r12
+    jlo 4f
+2:  mov #KICK, &WATCHDOG
+    dint
+    mov r14, &0x0128
+    bit #FLASH_ERASE&~FLASH_WRITE, r14
+    jeq 3f
+    /* the milliseconds of an erase; their interrupt waits and adds the one that began */
+    add #10*2000, &0x0172
+    add #10, &MILLIS
+    /* FCTL2: MCLK / 35 = 457 kHz. FCTL3: unlocked, then locked. */
+3:  bis #0x62, r14
+    mov r14, &0x012a
+    bic #0x62, r14
+    mov r14, &0x012c
+    mov r13, 0(r12)
+    bis #0x10, r14
+    mov r14, &0x012c
+    eint
+4:  ret
+
+    .section .text.sound,"axR",@progbits
+    .global crc_of, crc_more
+/* r15 = address, r11 = bytes; leaves their CRC in r12, the address behind them in r15, 0 in r11;
+   uses r13, r14. crc_more goes on from the CRC in r12. The watchdog is kicked: 3 KB take 20 ms. */
+crc_of:
+    mov #-1, r12
+crc_more:
+    mov #KICK, &WATCHDOG
+    mov.b @r15+, r13
+    call #pasapas_crc16
+    dec r11
+    jne crc_more
     ret
+
+    .global image_sound
+/* r12 = address of an image; leaves Z set when its length and its CRC are right, and then the
+   address in r15; uses r11 to r14. */
+image_sound:
+    mov 6(r12), r14
+    mov #AREA_END, r15
+    sub r12, r15
+    cmp r14, r15
+    jlo 1f
+    cmp #IMAGE_CODE, r14
+    jlo 1f
+    tst.b 8(r12)
+    jne 1f
+    push r12
+    mov r12, r15
+    mov #4, r11
+    call #crc_of
+    incd r15
+    mov @r1, r13
+    mov 6(r13), r11
+    sub #6, r11
+    call #crc_more
+    pop r15
+    cmp 4(r15), r12
+1:  ret

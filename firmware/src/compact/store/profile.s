@@ -1,16 +1,102 @@
+/* Information memory: two copies of the board's profile, the log of faults. */
+
     .section .text.profile,"axR",@progbits
+    .global profile_newest
+/* BOARD = the profile in use: the later of two whole copies, else that of a board never given one.
+   Uses r11 to r15. */
+profile_newest:
+    mov #BOARD_DEFAULT, &BOARD
+    mov #PROFILE_FIRST, r12
+    call #1f
+    mov #PROFILE_SECOND, r12
+1:  push r12
+    call #profile_whole
+    pop r12
+    jne 3f
+    mov &BOARD, r13
+    cmp #BOARD_DEFAULT, r13
+    jeq 2f
+    mov @r12, r14
+    sub @r13, r14
+    dec r14
+    jl 3f
+2:  mov r12, &BOARD
+3:  ret
+
+/* r12 = address of a copy; leaves Z set when it is whole; uses r11 to r15. */
+profile_whole:
+    cmp #RECORD_VERSION, 2(r12)
+    jne 1f
+    mov r12, r15
+    mov #BOARD_SIZE, r11
+    call #crc_of
+    tst r12
+1:  ret
+
     .global profile_word
 profile_word:
     ret
-    .global profile_newest
-profile_newest:
-    ret
+
     .global fault_log
+/* Appends the last fault to the log: number and input, place in the code, line, and their exclusive
+   or. Uses r11 to r15. */
 fault_log:
+    mov &VM_FAULT_PC, r12
+    call #line_of
+    push r12
+    mov #LOG, r12
+1:  cmp #-1, 0(r12)
+    jeq 2f
+    add #8, r12
+    cmp #LOG+64, r12
+    jne 1b
+    mov #LOG, r12
+    call #flash_erase
+2:  clr r11
+    mov.b &FAULT_IN, r14
+    swpb r14
+    mov.b &VM_FAULT, r13
+    bis r14, r13
+    call #3f
+    mov &VM_FAULT_PC, r13
+    sub &VM_CODE, r13
+    call #3f
+    pop r13
+    call #3f
+    mov r11, r13
+3:  xor r13, r11
+    call #flash_write
+    incd r12
     ret
+
     .global fault_logged
+/* The last fault that the log holds, if any: VM_FAULT, FAULT_IN, VM_FAULT_PC. Uses r11 to r15. */
 fault_logged:
+    mov #LOG, r15
+1:  mov @r15+, r12
+    mov @r15+, r13
+    mov r12, r11
+    xor r13, r11
+    xor @r15+, r11
+    xor @r15+, r11
+    jne 2f
+    cmp #-1, r12
+    jeq 2f
+    mov.b r12, &VM_FAULT
+    swpb r12
+    mov.b r12, &FAULT_IN
+    add &VM_CODE, r13
+    mov r13, &VM_FAULT_PC
+2:  cmp #LOG+64, r15
+    jne 1b
     ret
+
     .global stack_free
+/* r12 = bytes of the machine stack never used since reset; uses r13. */
 stack_free:
+    mov #POOL_END, r12
+1:  mov.b @r12+, r13
+    cmp.b #0xa5, r13
+    jeq 1b
+    sub #POOL_END+1, r12
     ret
