@@ -8,8 +8,9 @@
 
 use lang::wire::{BLOCKS, Block, CRC_START, Exception, LONG, Table, WRITABLE, crc16};
 
-/// Bytes of the frame buffer: function 16 with 21 registers takes 51.
-pub const FRAME: usize = 56;
+/// Bytes of the frame buffer: function 16 with 21 registers takes 51, a streaming board takes 63
+/// registers at once, so that the line carries more pieces than gaps.
+pub const FRAME: usize = if cfg!(feature = "stream") { 9 + 2 * 63 + 1 } else { 56 };
 
 /// Longest read: what a reply's byte count can tell.
 const MAX_REGISTERS: u16 = 125;

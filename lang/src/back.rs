@@ -17,6 +17,7 @@ mod report;
 #[cfg(test)]
 mod tests;
 
+pub use emit::constant;
 pub use report::{Compiled, Excess, Mark, MarkKind, Resource, Sidecar, VarPlace};
 
 use crate::hir::Program;

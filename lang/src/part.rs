@@ -13,7 +13,7 @@ pub struct Part {
     pub name: &'static str,
     /// As on the package.
     pub chip: &'static str,
-    /// Image features ([`crate::record::feature`]) that it runs.
+    /// Features ([`crate::record::feature`]) that it has.
     pub features: u16,
     /// Bytes of RAM for cells, expression stack and call stack: of a program that moves one axis at
     /// a time, and of any other.
@@ -38,7 +38,8 @@ pub const G2955: Part = Part {
         | feature::ARC
         | feature::EVENTS
         | feature::KEEP
-        | feature::LINES,
+        | feature::LINES
+        | feature::STREAM,
     pool: [192, 108],
 };
 

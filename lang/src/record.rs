@@ -23,6 +23,8 @@ pub mod feature {
     pub const LINES: u16 = 1 << 5;
     /// Addresses of three bytes; only the host runs such images.
     pub const WIDE: u16 = 1 << 6;
+    /// The firmware runs streamed pieces ([`wire`](crate::wire), Streaming); no image has it.
+    pub const STREAM: u16 = 1 << 8;
 }
 
 /// One axis in an image.

@@ -51,6 +51,24 @@
 //! [`CHAR_OUT`]: the last `Send`, low byte the character, high byte a count modulo 256. Write a
 //! character 33..=125 to [`CHAR_IN`] for `WaitChar` and `CHARIN`; it reads back until it is taken.
 //!
+//! # Streaming
+//! A board whose [`FEATURES`] have [`feature::STREAM`](crate::record::feature::STREAM) runs a job
+//! that is larger than its memory from RAM, in pieces: images of their own without handlers, KEEP
+//! and statement table. It holds [`STREAM_SLOTS`] of them; the stored program stays untouched.
+//! 1. Write [`Stream::Open`] to [`STREAM_CONTROL`] (exception 6 while a program runs or an axis
+//!    moves), then the axes' part of the profile to [`STREAM_MACHINE`].
+//! 2. Write the pieces one after the other to [`STREAM_PIECE`], each in ascending order and at most
+//!    [`STREAM_REQUEST`] registers at a time: its header, then at once its code and data; the axes'
+//!    part of the profile stays out. The profile hash in the header is the piece's number, from 0,
+//!    modulo 65536. The piece's last word has it checked; exception 4: refused, [`STREAM_RESULT`]
+//!    says why. Exception 6: no slot is free, try again. After a lost reply [`STREAM_ACCEPTED`]
+//!    tells whether the piece is there.
+//! 3. Write [`Stream::Run`] when the first pieces are there, and [`Stream::Finish`] when the last
+//!    one is: then the run ends behind it, otherwise it waits for the next ([`STREAM_DRY`]).
+//!
+//! Run control holds as for a stored program. The cells of the piece that ended last can be read
+//! while the run waits. The run ends with F18 two seconds after the last valid request.
+//!
 //! # Board profile
 //! 32 registers at [`PROFILE_WINDOW`] hold the record of [`record`](crate::record). Read them; write
 //! all 32 in ascending order, register 0 one more than it was, register 31 the CRC of the 62 bytes
@@ -149,6 +167,8 @@ map! {
         OWN: Holding 5000 + 200, WRITABLE;
         PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
         UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;
+        STREAM_MACHINE: Holding 9600 + 73, WRITABLE;
+        STREAM_PIECE: Holding 9700 + 256, WRITABLE;
     }
     registers {
         /// Inputs 1..16, bit n-1; input 17 is bit 0 of the next register. Also input bits 0...
@@ -235,6 +255,16 @@ map! {
         MACHINE_POSITIONS: OWN + 30;
         /// Commanded machine positions in steps (trace lines' `to`), 32 bits for each axis.
         COMMANDED: OWN + 36;
+        /// Pieces accepted since [`Stream::Open`], modulo 65536.
+        STREAM_ACCEPTED: OWN + 42;
+        /// Pieces begun; [`PROGRAM_COUNTER`] and [`FAULT_PC`] lie in the newest.
+        STREAM_BEGUN: OWN + 43;
+        /// 1: the newest piece has ended and no other is there.
+        STREAM_DRY: OWN + 44;
+        /// How often the axes came to rest because no piece was there.
+        STREAM_STARVED: OWN + 45;
+        /// [`Refusal`] of the newest piece.
+        STREAM_RESULT: OWN + 46;
         /// Write one [`Control`] code.
         RUN_CONTROL: OWN + 50;
         /// 1: trace mode.
@@ -245,6 +275,14 @@ map! {
         UPLOAD_LENGTH: OWN + 61;
         /// [`Refusal`] of the last upload, or of the stored program at power-up.
         UPLOAD_RESULT: OWN + 62;
+        /// Write one [`Stream`] code.
+        STREAM_CONTROL: OWN + 64;
+        /// Pieces that the board holds.
+        STREAM_SLOTS: OWN + 65;
+        /// Bytes of code and data that a piece may have.
+        STREAM_BYTES: OWN + 66;
+        /// Registers that one request may write.
+        STREAM_REQUEST: OWN + 67;
         /// Trace slot of events with an even number.
         TRACE_EVEN: OWN + 100;
         /// Trace slot of events with an odd number.
@@ -351,6 +389,18 @@ codes! {
         Commit = 3,
         /// Erase the stored program.
         Erase = 4,
+    }
+}
+
+codes! {
+    /// What [`STREAM_CONTROL`] takes.
+    Stream {
+        /// Forget all pieces; the next one has number 0.
+        Open = 1,
+        /// Run the pieces that are there.
+        Run = 2,
+        /// The last piece is there.
+        Finish = 3,
     }
 }
 

@@ -17,12 +17,13 @@ use firmware::verify::{self, Bytes, Limits};
 use lang::fault::Fault;
 use lang::isa::Op;
 use lang::part;
-use lang::record::BoardRecord;
+use lang::record::{BoardRecord, feature};
 use lang::vm::flag;
 use lang::wire::{Control, End, RunState, TRACE_OK, TraceKind};
 
 /// Image features of this firmware.
-pub const FEATURES: u16 = part::G2955.features;
+pub const FEATURES: u16 =
+    part::G2955.features & if cfg!(feature = "stream") { !0 } else { !feature::STREAM };
 
 /// What the chip can run.
 pub const LIMITS: Limits =
@@ -294,7 +295,11 @@ impl Core {
     }
 
     fn keep_count(&self) -> u16 {
-        if vm().code == 0 { 0 } else { u16::from(Image(self.image().unwrap_or(0)).byte(16) & 15) }
+        if vm().code == 0 || crate::streams() {
+            0
+        } else {
+            u16::from(Image(self.image().unwrap_or(0)).byte(16) & 15)
+        }
     }
 
     /// KEEP value `index`: of the running program its cell.
@@ -385,6 +390,13 @@ impl Core {
                 index += 1;
             }
         }
+        #[cfg(feature = "stream")]
+        crate::stream::close();
+        self.begun();
+    }
+
+    /// The VM stands at the beginning of a run.
+    pub fn begun(&mut self) {
         crate::boot::mark(true);
         self.jog = false;
         self.session.begun();
@@ -636,6 +648,8 @@ impl Core {
             }
             self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
             self.effect = Effect::NONE;
+            // A streamed run leaves what is stored, or nothing.
+            self.session.stored(self.store.image().is_some());
         }
     }
 
@@ -658,6 +672,8 @@ impl Core {
                 vm.flags &= !flag::EVENT;
                 self.handler_left();
             }
+            #[cfg(feature = "stream")]
+            0 if crate::stream::follow(self) => {}
             0 => self.effect.code = END,
             FIRST_EFFECT..=0xFF => {
                 let more = vm.flags & flag::MORE != 0;
@@ -782,6 +798,10 @@ impl Core {
         if self.jog && self.silence > SILENCE {
             self.jog = false;
             self.motor.stop(0b111);
+        }
+        // Once: the count stays at its end.
+        if crate::streams() && self.silence == SILENCE + 1 && self.session.is_active() {
+            self.fail(Fault::LinkLost);
         }
         if self.spin != 0 {
             self.spin -= 1;

@@ -34,7 +34,6 @@ impl Core {
         const ARC_MIXED: u8 = Op::ArcMixed as u8;
         const ARC_BY: u8 = Op::ArcBy as u8;
         const FEED: u8 = Op::Feed as u8;
-        const FEED_STEPS: u8 = Op::FeedSteps as u8;
         const SPINDLE: u8 = Op::Spindle as u8;
         const HOME: u8 = Op::Home as u8;
         const HOME_QUERY: u8 = Op::HomeQuery as u8;
@@ -69,7 +68,7 @@ impl Core {
         const READ: u8 = Op::Read as u8;
         let code = self.effect.code;
         // Whatever looks at or acts on the machine waits for the path's end first.
-        if !(RAPID..=FEED_STEPS).contains(&code)
+        if !(RAPID..=SPINDLE).contains(&code)
             && code != ARC_BY
             && self.effect.phase == 0
             && !self.motor.path_rests()

@@ -24,6 +24,8 @@ mod pins;
 mod reg;
 mod scaled;
 mod step;
+#[cfg(feature = "stream")]
+mod stream;
 mod vm;
 mod vm_core;
 
@@ -40,6 +42,14 @@ fn panic(_: &::core::panic::PanicInfo) -> ! {
     loop {
         msp430::interrupt::disable();
     }
+}
+
+/// Whether the VM stands in a streamed piece.
+fn streams() -> bool {
+    #[cfg(feature = "stream")]
+    return stream::owns();
+    #[cfg(not(feature = "stream"))]
+    false
 }
 
 static mut CORE: MaybeUninit<Core> = MaybeUninit::uninit();

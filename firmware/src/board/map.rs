@@ -82,6 +82,10 @@ impl Core {
             COMMANDED..COMMANDED_END => {
                 self.axis_value(address, COMMANDED, |core, n| core.motor.steps[usize::from(n)])
             }
+            #[cfg(feature = "stream")]
+            STREAM_ACCEPTED..=STREAM_RESULT | STREAM_SLOTS..=STREAM_REQUEST => {
+                crate::stream::read(address)
+            }
             TRACE_MODE => u16::from(self.trace.on),
             UPLOAD_LENGTH => self.upload_length,
             UPLOAD_RESULT => u16::from(self.refusal),
@@ -324,7 +328,7 @@ impl Map for Core {
                 let control = Control::from_number(value).ok_or(Exception::IllegalValue)?;
                 match control {
                     Control::Restart => self.idle()?,
-                    Control::Start if self.store.image().is_none() => {
+                    Control::Start if self.store.image().is_none() && !crate::streams() => {
                         return Err(Exception::DeviceFailure);
                     }
                     _ => {}
@@ -338,6 +342,16 @@ impl Map for Core {
                 Ok(())
             }
             UPLOAD_CONTROL => self.upload(value),
+            #[cfg(feature = "stream")]
+            STREAM_CONTROL => crate::stream::control(self, value, self.idle().is_ok()),
+            #[cfg(feature = "stream")]
+            STREAM_MACHINE..STREAM_PIECE => {
+                self.idle()?;
+                crate::stream::write_machine(address - STREAM_MACHINE, value);
+                Ok(())
+            }
+            #[cfg(feature = "stream")]
+            STREAM_PIECE.. => crate::stream::write(address - STREAM_PIECE, value),
             UPLOAD_LENGTH => {
                 self.upload_length = value;
                 Ok(())

@@ -3,11 +3,12 @@
 //! Cycles and step rates are those of the emulated chip, taken at its pins; times of the desktop's
 //! own engines are this computer's.
 
-mod code;
+pub(crate) mod code;
 mod link;
 mod motion;
 mod speed;
-mod stand;
+pub(crate) mod stand;
+pub(crate) mod stream;
 mod vm;
 
 use serde::Serialize;
@@ -72,10 +73,11 @@ pub type Sink<'a> = &'a mut dyn FnMut(Figure) -> Result<(), String>;
 pub type Group = (&'static str, fn(Sink<'_>) -> Result<(), String>);
 
 /// Every group, the quick ones first.
-pub const GROUPS: [Group; 5] = [
+pub const GROUPS: [Group; 6] = [
     ("code", code::run),
     ("link", link::run),
     ("vm", vm::run),
     ("motion", motion::run),
+    ("stream", stream::run),
     ("speed", speed::run),
 ];

@@ -57,6 +57,11 @@ impl Stand {
         Ok(Stand { rig, client })
     }
 
+    /// The board's master.
+    pub fn client(&mut self) -> &mut Client<InProcess> {
+        &mut self.client
+    }
+
     /// Compiles a script for the profile and brings it to the board; gives the time that took.
     ///
     /// # Errors
@@ -110,6 +115,12 @@ impl Stand {
     /// The board's time, s.
     pub fn seconds(&mut self) -> f64 {
         self.client.link().now().as_secs_f64()
+    }
+
+    /// The board and its machine.
+    #[cfg(test)]
+    pub fn rig(&self) -> Rc<RefCell<Rig>> {
+        Rc::clone(&self.rig)
     }
 
     /// Where the motors stand, in steps.

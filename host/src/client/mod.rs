@@ -8,6 +8,7 @@ pub mod frame;
 pub mod identity;
 pub mod print;
 pub mod status;
+pub mod stream;
 pub mod trace;
 pub mod upload;
 
@@ -114,9 +115,9 @@ impl<L: Link> Client<L> {
         self.address = address;
     }
 
-    /// Waits otherwise from now on.
-    pub fn set_patience(&mut self, patience: Patience) {
-        self.patience = patience;
+    /// Waits otherwise from now on; gives how it waited.
+    pub fn set_patience(&mut self, patience: Patience) -> Patience {
+        std::mem::replace(&mut self.patience, patience)
     }
 
     /// Ends the master and gives the link back.

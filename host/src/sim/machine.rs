@@ -4,7 +4,7 @@
 //! effect; both come back with a [`Step`]. The machine decides when an event handler is due, when
 //! a pause holds everything, and when the run is over; the engine owns the control flow.
 
-mod axes;
+pub(crate) mod axes;
 mod clock;
 mod inputs;
 mod log;

@@ -1,6 +1,6 @@
 //! Jobs larger than a board's memory: cut into pieces that are programs of their own.
 //!
-//! The board has no buffer that a running program could be fed through, so each piece is stored,
+//! For a board without a buffer that a running program could be fed through: each piece is stored,
 //! started, and followed by the next when it has ended: motion stands in between. A run begins
 //! without feed and with its outputs off, so each piece brings back what the statements before it
 //! had set. Everything is cut and compiled before anything moves.
@@ -8,6 +8,8 @@
 use lang::back::{self, Sidecar};
 use lang::hir::{Block, Expr, ExprKind, Program, RoutineId, Stmt, StmtKind, Storage};
 use lang::kind::Kind;
+
+use super::feed::Refused;
 
 /// Statements that the first try of a piece has.
 const FIRST_TRY: usize = 200;
@@ -25,23 +27,6 @@ pub struct Piece {
     pub first_line: u32,
     /// Line of its last statement.
     pub last_line: u32,
-}
-
-/// Why a job cannot be cut.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refused {
-    /// Line of the source.
-    pub line: u32,
-    /// What stands in the way.
-    pub text: String,
-    /// What to do.
-    pub hint: &'static str,
-}
-
-impl Refused {
-    fn new(line: u32, text: impl Into<String>, hint: &'static str) -> Refused {
-        Refused { line, text: text.into(), hint }
-    }
 }
 
 /// What statements leave behind for those that follow.

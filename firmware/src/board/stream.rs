@@ -1,0 +1,235 @@
+//! A job larger than the program area, run from RAM in pieces (`lang::wire`, Streaming).
+//!
+//! Flash cannot be written while steps are made, so the pieces stay in RAM: [`SLOTS`] images, of
+//! which one runs and the others wait. The code is linked behind the program area, where the last
+//! segment has room. The VM, the check and the run state are those of stored
+//! programs; only where a piece ends the next one begins instead of the run's end.
+
+use crate::check;
+use crate::core::{Core, FEATURES};
+use crate::flash::Image;
+use crate::vm::vm;
+use ::core::ptr::{addr_of, addr_of_mut};
+use firmware::modbus::FRAME;
+use firmware::verify::{self, Bytes, CODE, MACHINE};
+use lang::image::HEADER;
+use lang::record::feature;
+use lang::wire::{Stream as Code, *};
+
+/// Pieces in RAM: one runs, one waits, one is being filled.
+const SLOTS: u16 = 3;
+/// Words of a piece: header, axes' part of the profile, code and data. The check of 186 bytes
+/// takes 4 ms, in which the planner stands still: less than what the step engine has ahead.
+const SLOT_WORDS: usize = 176;
+/// What a piece must not use: its data is gone when it ends.
+const FOREIGN: u16 = feature::EVENTS | feature::KEEP | feature::LINES;
+/// First word of the code.
+const CODE_WORD: u16 = CODE / 2;
+
+struct Store {
+    slots: [[u16; SLOT_WORDS]; SLOTS as usize],
+    /// Pieces accepted.
+    accepted: u16,
+    /// Pieces begun.
+    begun: u16,
+    /// Slot of the next piece to arrive.
+    filling: u8,
+    /// Slot of the next piece to run.
+    next: u8,
+    starved: u16,
+    result: u8,
+    /// A run was begun since the stream was opened.
+    running: bool,
+    /// The VM stands in a piece.
+    owns: bool,
+    /// The last piece was accepted.
+    finished: bool,
+    /// The newest piece has ended and no other is there.
+    dry: bool,
+    /// The axes rest since then.
+    rests: bool,
+}
+
+static mut STREAM: Store = Store {
+    slots: [[0; SLOT_WORDS]; SLOTS as usize],
+    accepted: 0,
+    begun: 0,
+    filling: 0,
+    next: 0,
+    starved: 0,
+    result: 0,
+    running: false,
+    owns: false,
+    finished: false,
+    dry: false,
+    rests: false,
+};
+
+fn stream() -> &'static mut Store {
+    // SAFETY: only the main loop calls this and keeps no reference over another call.
+    unsafe { &mut *addr_of_mut!(STREAM) }
+}
+
+/// Address of a slot.
+fn slot(n: u8) -> u16 {
+    // SAFETY: only an address is taken.
+    unsafe { addr_of!(STREAM.slots) as u16 + u16::from(n) * (2 * SLOT_WORDS as u16) }
+}
+
+/// The slot after one.
+fn after(n: u8) -> u8 {
+    if u16::from(n) + 1 == SLOTS { 0 } else { n + 1 }
+}
+
+/// Whether the VM stands in a piece, not in the stored program.
+pub fn owns() -> bool {
+    stream().owns
+}
+
+/// The stored program begins.
+pub fn close() {
+    stream().owns = false;
+}
+
+/// The piece has come to its end: the next one begins, or the run waits for it; `false` when it was
+/// the last.
+pub fn follow(core: &Core) -> bool {
+    let stream = stream();
+    if !stream.owns {
+        return false;
+    }
+    if stream.begun == stream.accepted {
+        if stream.finished {
+            return false;
+        }
+        // The end is executed again.
+        vm().pc -= 1;
+        stream.dry = true;
+        stream.rests |= core.motor.rests();
+        return true;
+    }
+    if stream.rests {
+        stream.starved = stream.starved.wrapping_add(1);
+    }
+    vm().begin(slot(stream.next));
+    stream.next = after(stream.next);
+    stream.begun = stream.begun.wrapping_add(1);
+    stream.dry = false;
+    stream.rests = false;
+    true
+}
+
+/// A status register.
+pub fn read(address: u16) -> u16 {
+    let stream = stream();
+    match address {
+        STREAM_ACCEPTED => stream.accepted,
+        STREAM_BEGUN => stream.begun,
+        STREAM_DRY => u16::from(stream.dry),
+        STREAM_STARVED => stream.starved,
+        STREAM_RESULT => u16::from(stream.result),
+        STREAM_SLOTS => SLOTS,
+        STREAM_BYTES => 2 * SLOT_WORDS as u16 - CODE,
+        _ => (FRAME as u16 - 9) / 2,
+    }
+}
+
+/// A word of the axes' part of the profile, for every slot.
+pub fn write_machine(index: u16, value: u16) {
+    let at = usize::from(MACHINE / 2 + index);
+    for slot in &mut stream().slots {
+        if let Some(place) = slot.get_mut(at) {
+            *place = value;
+        }
+    }
+}
+
+/// A word of the next piece; its last one has it checked.
+///
+/// # Errors
+/// No slot is free, the piece is too long or was refused.
+#[inline(never)]
+#[unsafe(link_section = ".tail.stream")]
+pub fn write(index: u16, value: u16) -> Result<(), Exception> {
+    let stream = stream();
+    // The slot of the running piece is not free, also not while the run waits for another.
+    let room = if stream.running { SLOTS - 1 } else { SLOTS };
+    if stream.accepted.wrapping_sub(stream.begun) >= room {
+        return Err(Exception::Busy);
+    }
+    let in_slot = if index < HEADER as u16 / 2 { index } else { index + (CODE - MACHINE) / 2 };
+    let slots = &mut stream.slots;
+    let Some(place) = slots
+        .get_mut(usize::from(stream.filling))
+        .and_then(|slot| slot.get_mut(usize::from(in_slot)))
+    else {
+        return Err(Exception::IllegalValue);
+    };
+    *place = value;
+    let address = slot(stream.filling);
+    let piece = Image(address);
+    // What an earlier piece left here has another number.
+    if in_slot < CODE_WORD
+        || in_slot != (piece.word(6) - 1) / 2
+        || piece.word(18) != stream.accepted
+    {
+        return Ok(());
+    }
+    let mut scratch = [0; check::SCRATCH];
+    stream.result = if verify::sound(&piece, 2 * SLOT_WORDS as u16).is_none() {
+        Refusal::Crc as u8
+    } else {
+        check::verify(address, (FEATURES & !FOREIGN) as u8, &mut scratch).err().unwrap_or(0)
+    };
+    if stream.result != 0 {
+        return Err(Exception::DeviceFailure);
+    }
+    stream.filling = after(stream.filling);
+    stream.accepted = stream.accepted.wrapping_add(1);
+    Ok(())
+}
+
+/// A code for STREAM_CONTROL; `idle` tells whether no program runs and no axis moves.
+///
+/// # Errors
+/// Busy, or a code that there is not.
+#[inline(never)]
+#[unsafe(link_section = ".tail.stream")]
+pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception> {
+    let stream = stream();
+    let code = Code::from_number(value).ok_or(Exception::IllegalValue)?;
+    if let Code::Finish = code {
+        stream.finished = true;
+        return Ok(());
+    }
+    // A repeated request finds the run begun.
+    if let Code::Run = code
+        && stream.running
+    {
+        return Ok(());
+    }
+    let fault = core.session.state() as u8 == RunState::Fault as u8;
+    if !idle || fault {
+        return Err(Exception::Busy);
+    }
+    if let Code::Open = code {
+        stream.accepted = 0;
+        stream.begun = 0;
+        stream.filling = 0;
+        stream.next = 0;
+        stream.starved = 0;
+        stream.running = false;
+        stream.finished = false;
+        stream.dry = false;
+        stream.rests = false;
+        return Ok(());
+    }
+    if stream.accepted == 0 || core.blocked() {
+        return Err(Exception::Busy);
+    }
+    stream.owns = true;
+    stream.running = true;
+    follow(core);
+    core.begun();
+    Ok(())
+}

@@ -1,0 +1,69 @@
+//! Streaming: a laser's raster fed to the board over its link.
+
+use lang::back;
+use lang::profile::Profile;
+
+use super::code::program;
+use super::stand::Stand;
+use super::{Sink, at_least, at_most};
+use crate::stream::feed::{Feed, Job};
+use crate::stream::pump;
+
+/// Lines of the raster.
+const LINES: u32 = 3000;
+/// Pixels of a row of it.
+const ROW: u32 = 100;
+
+/// A raster as LaserGRBL writes it, ten lines to the millimetre, every pixel of another grey, as a
+/// script; rows go to and fro.
+pub fn raster(lines: u32, feed: u32) -> String {
+    let mut text = format!("PROFILE \"laser\"\nG90\nF{feed}\nG0 X0 Y0\nM3\nS0\n");
+    for i in 0..lines {
+        let (row, column) = (i / ROW, i % ROW);
+        let place = if row % 2 == 0 { column + 1 } else { ROW - column };
+        let (x, grey) = (place * 100, (i * 37 + row * 11) % 1000);
+        text += &format!("S{grey}\nG1 X{}.{:03}\n", x / 1000, x % 1000);
+        if column == ROW - 1 {
+            let y = (row + 1) * 100;
+            text += &format!("S0\nG1 Y{}.{:03}\n", y / 1000, y % 1000);
+        }
+    }
+    text + "M5\n"
+}
+
+/// Figures `stream_rate`: pixels of 0.1 mm at 100 mm/s on a machine with steep ramps, so that link
+/// and planner set the pace; and `stream_starved`: how often motion stood for want of a piece on
+/// the `laser` profile, where one block of look-ahead and ramps of 25 000 st/s2 do.
+///
+/// # Errors
+/// The board does not take the job.
+pub fn run(sink: Sink<'_>) -> Result<(), String> {
+    let laser = Profile::built_in("laser").map_err(|error| error.to_string())?;
+    let mut steep = laser.clone();
+    for axis in steep.x.iter_mut().chain(&mut steep.y) {
+        axis.accel = 2_000_000;
+    }
+    let (fast, _) = stream(LINES, 6000, &steep)?;
+    sink(at_least("stream_rate", "lines/s", fast, 170.0, 500.0))?;
+    let (_, starved) = stream(LINES / 3, 1000, &laser)?;
+    sink(at_most("stream_starved", "times", starved.into(), 0.0, 0.0))
+}
+
+/// Streams a raster; gives lines a second and how often motion stood.
+fn stream(lines: u32, feed: u32, profile: &Profile) -> Result<(f64, u16), String> {
+    let (mut checked, _) = program("raster", &raster(lines, feed))?;
+    checked.profile = profile.clone();
+    let compiled = back::compile(&checked).map_err(|excesses| format!("{excesses:?}"))?;
+    let mut stand = Stand::new(profile)?;
+    let client = stand.client();
+    let slots = client.stream_slots().map_err(|error| error.to_string())?;
+    let slots = slots.ok_or("the board cannot stream")?;
+    let feed = Feed::new(&compiled).map_err(|refused| refused.text)?;
+    let mut job = Job::new(feed, slots.bytes.into());
+    let outcome = pump::run(client, &mut job, slots, &mut |_| None, &mut |_| ())
+        .map_err(|error| error.to_string())?;
+    if outcome.end != lang::wire::End::Done {
+        return Err(format!("the job ends in line {} with {:?}", outcome.line, outcome.fault));
+    }
+    Ok((f64::from(lines) / outcome.time.as_secs_f64(), outcome.starved))
+}

@@ -1,0 +1,277 @@
+//! `pasapas stream`: runs a job larger than the board's memory.
+
+mod stored;
+
+use std::io::{BufRead, IsTerminal, Write};
+use std::sync::mpsc::{self, Receiver};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use lang::axis::Axis;
+use lang::back::Compiled;
+use lang::hir::Storage;
+use lang::wire::{Control, End, RunState};
+use serde_json::json;
+
+use super::port::{Board, Port};
+use super::script::{self, Script};
+use super::upload::compare;
+use super::{Console, Options};
+use crate::client::stream::Slots;
+use crate::failure::Failure;
+use crate::render::Note;
+use crate::stream::feed::{self, Feed, Job, Refused};
+use crate::stream::place::Track;
+use crate::stream::pump::{self, Outcome, Progress, PumpError};
+
+/// `pasapas stream`
+#[derive(Debug, Args)]
+pub struct Stream {
+    /// A script, or a program of another system
+    file: String,
+    #[command(flatten)]
+    port: Port,
+    /// Begin at this line: what the lines before it set holds, but nothing moves for them
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    from_line: u32,
+    /// Run the job although the board's profile is another one
+    #[arg(long)]
+    any_profile: bool,
+    /// Do not ask whether the tool stands where the job begins
+    #[arg(long)]
+    yes: bool,
+    /// Store the job in pieces, as for a board that cannot stream
+    #[arg(long)]
+    stored: bool,
+}
+
+/// What the user may type while a job runs.
+const KEYS: &str = "p pauses, r goes on, q stops (each with Enter)";
+
+impl Stream {
+    /// Checks the whole job, then runs it.
+    ///
+    /// # Errors
+    /// The job is wrong or cannot be streamed; the board does not answer; the run faults or is
+    /// stopped.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let script = script::load(&self.file, options, console)?;
+        let compiled = script::compile_any(&script, console)?;
+        let mut board = self.port.connect(options, console)?;
+        let identity = board.identity()?;
+        identity.check().map_err(Failure::Board)?;
+        if !self.any_profile {
+            compare(&mut board, &script.program.profile)?;
+        }
+        let slots = if self.stored { None } else { board.stream_slots()? };
+        let Some(slots) = slots else {
+            if !self.stored {
+                console.complain(
+                    "this board's firmware has no feature `stream` (the MSP430G2553 has no RAM for \
+                     it): the job is stored piece by piece and motion stands between the pieces",
+                );
+            }
+            return self.run_stored(&mut board, script, identity.area_bytes, console);
+        };
+        let feed = match Feed::new(&compiled) {
+            Ok(feed) => feed,
+            Err(refused)
+                if self.from_line == 1 && compiled.image.len() <= script::room_for(true) =>
+            {
+                console.complain(&format!("{}; it fits and is stored instead", refused.text));
+                return self.run_stored(&mut board, script, identity.area_bytes, console);
+            }
+            Err(refused) => return Err(self.refuse(refused, console)),
+        };
+        self.feed(&mut board, &script, &compiled, feed, slots, console)
+    }
+
+    fn refuse(&self, refused: Refused, console: &Console) -> Failure {
+        let note = Note::error(&self.file, "B008", refused.text).at((refused.line, 1));
+        console.refuse(&note.hint(refused.hint))
+    }
+
+    /// Feeds a board that can stream.
+    fn feed(
+        &self,
+        board: &mut Board,
+        script: &Script,
+        compiled: &Compiled,
+        feed: Feed<'_>,
+        slots: Slots,
+        console: &Console,
+    ) -> Result<(), Failure> {
+        let profile = &script.program.profile;
+        let standing = board.stream_standing()?;
+        let track = Track::new(profile, standing.steps, standing.homed);
+        let whole = feed.clone();
+        let mut job = Job::new(feed, slots.bytes.into());
+        let keys = keys();
+        let checked = if self.from_line > 1 {
+            let mut track = Track::new(profile, [0; 3], 0);
+            job.skip(self.from_line, &mut track, standing.steps)
+                .map_err(|refused| self.refuse(refused, console))?;
+            self.confirm(track.steps(), standing.steps, &keys, console)?;
+            feed::Checked::default()
+        } else {
+            feed::check(whole, track).map_err(|refused| self.refuse(refused, console))?
+        };
+        if let Some(line) = checked.open {
+            console.complain(&format!(
+                "{}:{line}:1: checked up to here; what follows hangs on what the machine answers",
+                self.file
+            ));
+        }
+        if script.program.vars.iter().any(|var| matches!(var.storage, Storage::At(_))) {
+            console.complain(
+                "variables with AT live on this computer while a job is streamed: no HMI sees them",
+            );
+        }
+        let bar = bar(checked.count, compiled.statements.into(), console);
+        let mut told = None;
+        let mut watch = |progress: &Progress| {
+            bar.set_position(progress.count);
+            bar.set_message(progress.line.to_string());
+            if told != progress.state {
+                match progress.state {
+                    Some(RunState::Paused) => console.complain("paused; r and Enter goes on"),
+                    Some(RunState::WaitStart) => {
+                        console.complain("the job waits: Start, or r and Enter, goes on");
+                    }
+                    _ => {}
+                }
+            }
+            told = progress.state;
+            self.key(&keys, progress.state, console)
+        };
+        let mut print = |bytes: &[u8]| {
+            let mut out = std::io::stdout().lock();
+            // Nobody to tell when standard output is gone; the job goes on.
+            let _ = out.write_all(bytes).and_then(|()| out.flush());
+        };
+        let result = pump::run(board, &mut job, slots, &mut watch, &mut print);
+        bar.finish_and_clear();
+        match result {
+            Ok(outcome) => self.tell(&outcome, console),
+            Err(error @ (PumpError::Link(..) | PumpError::Refused(_) | PumpError::Busy)) => {
+                Err(Failure::Board(error.to_string()))
+            }
+        }
+    }
+
+    /// What the user has typed.
+    fn key(
+        &self,
+        keys: &Receiver<String>,
+        state: Option<RunState>,
+        console: &Console,
+    ) -> Option<Control> {
+        let key = keys.try_recv().ok()?;
+        let control = match key.trim() {
+            "p" => Some(Control::Pause),
+            "r" if state == Some(RunState::WaitStart) => Some(Control::Start),
+            "r" => Some(Control::Resume),
+            "q" => Some(Control::Stop),
+            _ => None,
+        };
+        if control.is_none() {
+            console.complain(KEYS);
+        }
+        control
+    }
+
+    fn confirm(
+        &self,
+        expected: [i32; 3],
+        there: [i32; 3],
+        keys: &Receiver<String>,
+        console: &Console,
+    ) -> Result<(), Failure> {
+        let list = |place: [i32; 3]| {
+            let axes = Axis::ALL.map(|axis| format!("{} {}", axis.letter(), place[axis.index()]));
+            axes.join(", ")
+        };
+        console.complain(&format!(
+            "line {} begins at {}; the board stands at {} (machine steps)",
+            self.from_line,
+            list(expected),
+            list(there)
+        ));
+        if self.yes {
+            return Ok(());
+        }
+        if !std::io::stdin().is_terminal() {
+            return Err(Failure::Usage(
+                "--from-line needs --yes where nobody can be asked".to_owned(),
+            ));
+        }
+        console.complain("Is the tool free to go on from there? yes, or anything else:");
+        match keys.recv() {
+            Ok(answer) if answer.trim() == "yes" => Ok(()),
+            _ => Err(Failure::Usage("nothing was moved".to_owned())),
+        }
+    }
+
+    /// Says how the job ended.
+    #[expect(clippy::cast_precision_loss, reason = "rates for people")]
+    fn tell(&self, outcome: &Outcome, console: &Console) -> Result<(), Failure> {
+        let seconds = outcome.time.as_millis() as f64 / 1000.0;
+        let rate = outcome.count as f64 / seconds.max(0.001);
+        let Outcome { end, fault, line, count, pieces, starved, .. } = *outcome;
+        if console.json() {
+            console.json_line(&json!({
+                "streamed": self.file, "statements": count, "pieces": pieces, "seconds": seconds,
+                "statements_per_second": rate.round(), "starved": starved, "line": line,
+                "end": match end { End::Done => "done", End::Stopped => "stopped", _ => "fault" },
+            }))?;
+        }
+        if end == End::Done {
+            if !console.json() {
+                console.result(&format!(
+                    "{}: done, {count} statements of the machine in {seconds:.1} s, {rate:.0} a \
+                     second, {pieces} pieces; motion stood {starved} times for want of one\n",
+                    self.file
+                ))?;
+            }
+            return Ok(());
+        }
+        let what = match fault {
+            Some(fault) => format!("fault {fault}: {}", fault.text()),
+            None => "stopped here".to_owned(),
+        };
+        console.complain(&format!("{}:{line}:1: {what}", self.file));
+        console.complain(&format!("  hint: --from-line {line} goes on from there"));
+        Err(Failure::Run)
+    }
+}
+
+/// Lines that the user types; none when nobody does.
+fn keys() -> Receiver<String> {
+    let (send, receive) = mpsc::channel();
+    if std::io::stdin().is_terminal() {
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lock().lines() {
+                let Ok(line) = line else { return };
+                if send.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+    }
+    receive
+}
+
+/// Progress and the time left, on a terminal only. `count` statements are known to come, otherwise
+/// `guess`.
+fn bar(count: u64, guess: u64, console: &Console) -> ProgressBar {
+    if !console.shows_progress() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(if count > 0 { count } else { guess });
+    let style = ProgressStyle::with_template("line {msg}, {percent} % {bar:40} {eta} left");
+    if let Ok(style) = style {
+        bar.set_style(style);
+    }
+    console.complain(KEYS);
+    bar
+}

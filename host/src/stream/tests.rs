@@ -1,0 +1,261 @@
+//! Jobs streamed to the real firmware in the emulator.
+
+use std::time::Duration;
+
+use lang::back::{self, Compiled};
+use lang::fault::Fault;
+use lang::front::ProfileChoice;
+use lang::front::source::Source;
+use lang::hir::Program;
+use lang::profile::Profile;
+use lang::wire::{Control, End, Exception, RunState, Stream};
+
+use super::feed::{self, Feed, Job, Refused};
+use super::place::Track;
+use super::pump::{self, Outcome, Progress};
+use crate::bench::stand::Stand;
+use crate::bench::stream::raster;
+use crate::link::Link;
+
+fn mill() -> Profile {
+    Profile::built_in("mill").expect("built in")
+}
+
+fn compile(text: &str) -> (Program, Compiled) {
+    let source = Source::new("job", text.to_owned());
+    let (program, diags) = lang::front::compile(&source, ProfileChoice::built_in());
+    let program = program.unwrap_or_else(|| panic!("{}", diags.render(&source)));
+    let compiled = back::compile(&program).expect("it fits");
+    (program, compiled)
+}
+
+/// Streams a job and gives its end and what it printed.
+fn stream(stand: &mut Stand, text: &str, watcher: pump::Watcher<'_>) -> (Outcome, String) {
+    let (_, compiled) = compile(text);
+    let slots = stand.client().stream_slots().expect("an answer").expect("it can stream");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+    let mut printed = Vec::new();
+    let outcome =
+        pump::run(stand.client(), &mut job, slots, watcher, &mut |bytes| printed.extend(bytes));
+    (outcome.expect("an end"), String::from_utf8(printed).expect("text"))
+}
+
+fn quietly(_: &Progress) -> Option<Control> {
+    None
+}
+
+#[test]
+fn a_raster_runs_through_without_a_stop_for_want_of_a_piece() {
+    let laser = Profile::built_in("laser").expect("built in");
+    let mut stand = Stand::new(&laser).expect("a board");
+    let (outcome, _) = stream(&mut stand, &raster(250, 1000), &mut quietly);
+    assert_eq!((outcome.end, outcome.starved), (End::Done, 0), "{outcome:?}");
+    assert!(outcome.pieces > 5, "{outcome:?}");
+    // Two rows and a half of 10 mm, 40 steps/mm.
+    assert_eq!(stand.motors(), [200, 8, 0]);
+    assert_eq!(outcome.line, 511, "{outcome:?}");
+}
+
+#[test]
+fn loops_jumps_subs_and_variables_become_straight_code() {
+    let text = "DIM i, n, far AS LENGTH\n\
+        TABLE steps_of = 1mm, 2mm, 4mm\n\
+        F1200\n\
+        FOR i = 0 TO 2\n  G1 X[steps_of(i)] Y[steps_of(i) * 2]\nNEXT\n\
+        again:\nn = n + 1\nup n\nIF n < 40 THEN GOTO again\n\
+        far = 7mm\nSELECT CASE n\nCASE 40\nG1 X[far]\nCASE ELSE\nG1 X0\nEND SELECT\n\
+        PRINT \"n=\"; n; \" \"; far\n\
+        SUB up(k)\n  IF k MOD 2 = 0 THEN\n    G1 Z-1\n  ELSE\n    G1 Z0\n  END IF\nEND SUB\n";
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let (outcome, printed) = stream(&mut stand, text, &mut quietly);
+    assert_eq!(outcome.end, End::Done, "{outcome:?}");
+    assert_eq!(printed, "n=40 7000um\n");
+    assert_eq!(stand.motors(), [700, 800, -100]);
+}
+
+#[test]
+fn what_the_machine_answers_steers_the_job() {
+    let text = "DIM i\n\
+        REPEAT 5\n  IF IN(3) THEN\n    MoveRel X, 1mm\n  ELSE\n    MoveRel Y, 1mm\n  END IF\nEND REPEAT\n\
+        WaitIn? 5, ON, 20ms\nIF TIMEDOUT THEN PRINT \"late\"\n\
+        PRINT POS(X); \",\"; POSST(Y)\n";
+    let mut stand = Stand::new(&mill()).expect("a board");
+    stand.rig().borrow_mut().board().plant_mut().set_input(3, true);
+    let (outcome, printed) = stream(&mut stand, text, &mut quietly);
+    assert_eq!((outcome.end, outcome.starved), (End::Done, 0), "{outcome:?}");
+    assert_eq!(printed, "late\n5000um,0st\n");
+    assert_eq!(stand.motors(), [500, 0, 0]);
+}
+
+#[test]
+fn a_text_longer_than_a_piece_arrives_whole() {
+    let long: String = ('a'..='z').cycle().take(250).collect();
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let text = format!("Wait 10ms\nPRINT \"{long}\"\n");
+    let (outcome, printed) = stream(&mut stand, &text, &mut quietly);
+    assert_eq!(outcome.end, End::Done);
+    // Nobody waits for the host in a run without trace: the ring is shorter than the line.
+    assert!(printed.is_empty() || printed == format!("{long}\n"), "{printed}");
+}
+
+#[test]
+fn it_pauses_goes_on_and_stops_cleanly() {
+    let text = "SetOut 1, ON\nF600\nG1 X10\nG1 X20\nG1 X30\nG1 X40\nSetOut 1, OFF\n";
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let mut seen = Vec::new();
+    let mut pauses = 0;
+    let (outcome, _) = stream(&mut stand, text, &mut |progress: &Progress| {
+        if seen.last() != Some(&progress.state) {
+            seen.push(progress.state);
+        }
+        match progress.state {
+            Some(RunState::Running) if pauses == 0 && progress.line >= 4 => {
+                pauses = 1;
+                Some(Control::Pause)
+            }
+            Some(RunState::Paused) if pauses < 20 => {
+                pauses += 1;
+                (pauses == 20).then_some(Control::Resume)
+            }
+            _ => None,
+        }
+    });
+    assert_eq!(outcome.end, End::Done, "{outcome:?}");
+    assert!(seen.contains(&Some(RunState::Paused)), "{seen:?}");
+    assert_eq!(stand.motors(), [4000, 0, 0], "no step is lost in a pause");
+
+    let (outcome, _) = stream(&mut stand, text, &mut |progress: &Progress| {
+        (progress.line >= 4).then_some(Control::Stop)
+    });
+    assert_eq!(outcome.end, End::Stopped, "{outcome:?}");
+    assert!((3..7).contains(&outcome.line), "{outcome:?}");
+    let status = stand.client().status().expect("an answer");
+    assert_eq!((status.state, &status.outputs[..]), ("empty", &[][..]));
+}
+
+#[test]
+fn a_lost_link_ends_the_run_with_f18_and_outputs_off() {
+    let (_, compiled) = compile("SetOut 2, ON\nF60\nG1 X100\nG1 X0\n");
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let client = stand.client();
+    let slots = client.stream_slots().expect("an answer").expect("it can stream");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+    client.stream_open(&slots, job.machine()).expect("opened");
+    let piece = job.piece().expect("a piece");
+    assert!(client.stream_piece(&slots, 0, &piece.bytes).expect("taken"));
+    client.stream_control(Stream::Run).expect("running");
+    client.link().pause(Duration::from_millis(1500));
+    let status = client.status().expect("an answer");
+    assert_eq!((status.state, &status.outputs[..]), ("running", &[2][..]));
+    client.link().pause(Duration::from_millis(2500));
+    let status = client.status().expect("an answer");
+    assert_eq!(status.state, "fault");
+    assert_eq!(status.fault, Some(Fault::LinkLost.to_string()));
+    assert!(status.outputs.is_empty(), "{status:?}");
+    let there = stand.motors();
+    assert!((50..1000).contains(&there[0]), "{there:?}");
+    stand.client().link().pause(Duration::from_millis(500));
+    assert_eq!(stand.motors(), there, "it stands");
+}
+
+#[test]
+fn damaged_and_foreign_pieces_are_refused() {
+    let (_, compiled) = compile("F60\nG1 X10\n");
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let client = stand.client();
+    let slots = client.stream_slots().expect("an answer").expect("it can stream");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+    client.stream_open(&slots, job.machine()).expect("opened");
+    assert!(
+        client.stream_control(Stream::Run).expect_err("no piece").is_exception(Exception::Busy)
+    );
+    let piece = job.piece().expect("a piece");
+    for at in 20..piece.bytes.len() {
+        let mut bad = piece.bytes.clone();
+        bad[at] ^= 0x10;
+        let error = client.stream_piece(&slots, 0, &bad).expect_err("damaged");
+        assert!(error.is_exception(Exception::DeviceFailure), "byte {at}: {error}");
+    }
+    assert_eq!(client.stream_standing().expect("an answer").accepted, 0);
+    assert!(client.stream_piece(&slots, 0, &piece.bytes).expect("the whole one"));
+}
+
+#[test]
+fn a_fault_tells_its_line_and_ends_the_run() {
+    let text = "DIM n\nF600\nG1 X5\nWait (n - 5) * 1ms\nG1 X7\n";
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let (outcome, _) = stream(&mut stand, text, &mut quietly);
+    assert_eq!((outcome.end, outcome.fault), (End::Fault, Some(Fault::ValueRange)), "{outcome:?}");
+    assert_eq!(outcome.line, 4);
+    assert_eq!(stand.motors(), [500, 0, 0], "what came before is done");
+    let _ = stand.client().control(Control::Acknowledge);
+    let (outcome, _) = stream(&mut stand, "DIM n\nF600\nG1 X6\nn = 1 / n\nG1 X7\n", &mut quietly);
+    let expected = (End::Fault, Some(Fault::DivisionByZero), 4);
+    assert_eq!((outcome.end, outcome.fault, outcome.line), expected);
+    assert_eq!(stand.motors(), [600, 0, 0]);
+}
+
+fn checked(text: &str, homed: u16) -> Result<feed::Checked, Refused> {
+    let (program, compiled) = compile(text);
+    feed::check(Feed::new(&compiled)?, Track::new(&program.profile, [0; 3], homed))
+}
+
+#[test]
+fn the_whole_job_is_checked_before_the_first_move() {
+    assert_eq!(checked("F600\nG1 X5\nG1 X9\n", 0).expect("sound").count, 3);
+    let refused = checked("F600\nG1 X5\nG1 X400\n", 7).expect_err("beyond the travel");
+    assert_eq!(refused.line, 3);
+    assert!(refused.text.contains("F05"), "{refused:?}");
+    assert!(checked("F600\nG1 X5\nG1 X400\n", 0).is_ok(), "an axis that was never homed is free");
+    let refused = checked("Home\nF600\nG1 X5\nG1 X400\n", 0).expect_err("homed by then");
+    assert_eq!(refused.line, 4);
+    let open = checked("F600\nG1 X5\nIF IN(1) THEN G1 X9\n", 0).expect("sound");
+    assert_eq!((open.count, open.open), (2, Some(3)));
+    let refused = checked("DIM i, n\nREPEAT 3\ni = i + 1\nn = 1 / (2 - i)\nEND REPEAT\n", 0);
+    assert!(refused.expect_err("a fault of its own").text.contains("F02"));
+}
+
+#[test]
+fn what_only_a_stored_program_can_do_is_refused_by_name() {
+    for (text, what, line) in [
+        (
+            "Wait 1s\nON EVERY 100ms GOSUB tick\nWait 1s\nSUB tick\nSend 65\nEND SUB\n",
+            "ON EVERY",
+            2,
+        ),
+        ("Wait 1s\nON ERROR GOTO bad\nG1 X5 F600\nbad:\nEND\n", "ON ERROR", 2),
+        ("KEEP parts\nparts = parts + 1\n", "KEEP", 1),
+    ] {
+        let (_, compiled) = compile(text);
+        let refused = Feed::new(&compiled).expect_err(what);
+        assert!(refused.text.contains(what), "{refused:?}");
+        assert_eq!(refused.line, line, "{refused:?}");
+    }
+}
+
+#[test]
+fn a_job_begins_anew_in_the_middle() {
+    let text = "G92 X10\nF600 S300\nM3\nG91\nG1 X5\nG1 X5 Y1\nG90\nG1 X30\nM5\n";
+    let (program, compiled) = compile(text);
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let client = stand.client();
+    let slots = client.stream_slots().expect("an answer").expect("it can stream");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+    let mut track = Track::new(&program.profile, [0; 3], 0);
+    let there = client.stream_standing().expect("an answer").steps;
+    job.skip(8, &mut track, there).expect("the state is known");
+    // Work 10 is machine 0; two moves of 5 mm, 100 steps/mm.
+    assert_eq!(track.steps(), [1000, 100, 0]);
+    let outcome = pump::run(client, &mut job, slots, &mut quietly, &mut |_| ()).expect("an end");
+    assert_eq!(outcome.end, End::Done);
+    // Work 30 is machine 20; Y was never moved here.
+    assert_eq!(stand.motors(), [2000, 0, 0]);
+
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
+    let refused = job.skip(99, &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
+    assert!(refused.expect_err("no such line").text.contains("over"));
+    let (program, compiled) = compile("F60\nIF IN(1) THEN G1 X1\nG1 X5\n");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
+    let refused = job.skip(3, &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
+    assert_eq!(refused.expect_err("it hangs on an input").line, 2);
+}
