@@ -1,0 +1,174 @@
+//! `pasapas stream` as a user has it: a virtual board in real time, keys through a terminal.
+#![cfg(unix)]
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Child, ChildStderr, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use serialport::{SerialPort, TTYPort};
+use tempfile::TempDir;
+
+/// A board that is killed when it is dropped.
+struct Board {
+    child: Child,
+    folder: TempDir,
+}
+
+impl Board {
+    fn start() -> Board {
+        let folder = tempfile::tempdir().expect("a folder");
+        let link = folder.path().join("board");
+        let child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .args(["board", "--pty"])
+            .arg(&link)
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the board starts");
+        let begun = Instant::now();
+        while !link.exists() {
+            assert!(begun.elapsed() < Duration::from_secs(20), "no pseudo-terminal appeared");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        Board { child, folder }
+    }
+
+    /// Streams a job with a terminal as standard input.
+    fn stream(&self, job: &str, more: &[&str]) -> Stream {
+        let file = self.folder.path().join("job.bas");
+        std::fs::write(&file, job).expect("a file");
+        let (keys, terminal) = TTYPort::pair().expect("a pseudo-terminal");
+        let device = terminal.name().expect("a name");
+        let input = File::open(Path::new(&device)).expect("its far end");
+        let mut child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .arg("stream")
+            .arg(&file)
+            .arg("--port")
+            .arg(self.folder.path().join("board"))
+            .args(more)
+            .stdin(Stdio::from(input))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let lines = lines(child.stderr.take().expect("piped"));
+        Stream { child, keys, _terminal: terminal, lines, told: String::new() }
+    }
+
+    fn status(&self) -> String {
+        let output = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .args(["status", "--format", "json", "--port"])
+            .arg(self.folder.path().join("board"))
+            .output()
+            .expect("it starts");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What a child writes to standard error, line by line.
+fn lines(from: ChildStderr) -> Receiver<String> {
+    let (send, receive) = channel();
+    std::thread::spawn(move || {
+        for line in BufReader::new(from).lines().map_while(Result::ok) {
+            if send.send(line).is_err() {
+                return;
+            }
+        }
+    });
+    receive
+}
+
+struct Stream {
+    child: Child,
+    keys: TTYPort,
+    _terminal: TTYPort,
+    lines: Receiver<String>,
+    told: String,
+}
+
+impl Stream {
+    fn press(&mut self, key: &str) {
+        self.keys.write_all(format!("{key}\n").as_bytes()).expect("typed");
+    }
+
+    /// Waits for a line with `text`.
+    fn hears(&mut self, text: &str) {
+        let end = Instant::now() + Duration::from_secs(20);
+        while let Ok(line) = self.lines.recv_timeout(end.saturating_duration_since(Instant::now()))
+        {
+            self.told += &format!("{line}\n");
+            if line.contains(text) {
+                return;
+            }
+        }
+        panic!("`{text}` was not told:\n{}", self.told);
+    }
+
+    /// Exit code and standard output.
+    fn end(mut self) -> (i32, String) {
+        let mut out = String::new();
+        self.child.stdout.take().expect("piped").read_to_string(&mut out).expect("text");
+        let status = self.child.wait().expect("an end");
+        (status.code().unwrap_or(-1), out)
+    }
+}
+
+const LONG: &str = "SetOut 2, ON\nF300\nG1 X10\nG1 X20\nG1 X30\nG1 X40\n";
+
+#[test]
+fn p_pauses_r_goes_on_and_q_stops() {
+    let board = Board::start();
+    let mut stream = board.stream(LONG, &["--any-profile"]);
+    std::thread::sleep(Duration::from_millis(700));
+    stream.press("x");
+    stream.hears("p pauses, r goes on, q stops");
+    stream.press("p");
+    stream.hears("paused");
+    stream.press("r");
+    std::thread::sleep(Duration::from_millis(300));
+    stream.press("q");
+    stream.hears("stopped here");
+    stream.hears("--from-line");
+    assert_eq!(stream.end().0, 3);
+    let status = board.status();
+    assert!(status.contains(r#""last_end":"stopped""#) && status.contains(r#""outputs":[]"#));
+}
+
+#[test]
+fn a_killed_host_leaves_a_board_that_halts_with_its_outputs_off() {
+    let board = Board::start();
+    let mut stream = board.stream(LONG, &["--any-profile"]);
+    std::thread::sleep(Duration::from_millis(900));
+    stream.child.kill().expect("killed");
+    let _ = stream.child.wait();
+    std::thread::sleep(Duration::from_millis(3000));
+    let status = board.status();
+    assert!(status.contains(r#""fault":"F18""#) && status.contains(r#""outputs":[]"#), "{status}");
+}
+
+#[test]
+fn a_restart_asks_where_the_tool_stands() {
+    let board = Board::start();
+    let job = "F6000\nG91\nG1 X1\nG1 X1\nG1 X1\n";
+    let mut stream = board.stream(job, &["--any-profile", "--from-line", "4"]);
+    stream.hears("line 4 begins at X 100, Y 0, Z 0; the board stands at X 0, Y 0, Z 0");
+    stream.hears("Is the tool free");
+    stream.press("no");
+    assert_eq!(stream.end().0, 2);
+    let mut stream = board.stream(job, &["--any-profile", "--from-line", "4"]);
+    stream.hears("Is the tool free");
+    stream.press("yes");
+    let (code, out) = stream.end();
+    assert_eq!(code, 0);
+    assert!(out.contains("done, 3 statements"), "{out}");
+    assert!(board.status().contains(r#""X":200"#));
+}
