@@ -245,10 +245,11 @@ impl<B: Bytes> Check<'_, B> {
                 return false;
             }
             if start >= self.code_len {
-                break;
+                return true;
             }
         }
-        true
+        // A fault finds its statement; the last instruction, an END, needs none.
+        start + 1 >= self.code_len
     }
 
     fn events(&self) -> u8 {

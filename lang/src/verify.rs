@@ -152,9 +152,18 @@ impl Verifier<'_, '_> {
             self.check_target(image.event_target(slot).ok_or(Flaw::Layout)?, 0)?;
         }
         if image.header.has(feature::LINES) {
+            let mut end = 0;
             for place in image.statements().ok_or(Flaw::Layout)? {
                 self.check_target(place.start, 0)?;
                 self.check_target(place.resume, 0)?;
+                end = place.end;
+                if end >= image.code.len() {
+                    break;
+                }
+            }
+            // A fault finds its statement; the last instruction, an END, needs none.
+            if end + 1 < image.code.len() {
+                return Err(Flaw::Layout);
             }
         }
         Ok(())

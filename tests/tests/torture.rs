@@ -1,10 +1,13 @@
 //! The kinds of `pasapas torture` can lose: each is shown a fault that it must find. And what they
 //! found once, as scripts.
 
+use emulator::{Config, Rng};
 use lang::image::{Image, seal};
 use lang::isa::Op;
 use pasapas::torture::generate::{Case, generate, generate_still};
+use pasapas::torture::images::{self, judge};
 use pasapas::torture::programs::{against_the_board, make, on_the_host, reference, tape};
+use pasapas::torture::stand::{Fresh, Stand};
 use pasapas::torture::{Length, Settings, Verdict};
 
 const SETTINGS: Settings = Settings { length: Length::Short, count: None, seed: 11, from: 0 };
@@ -97,4 +100,28 @@ fn the_board_does_as_the_other_engines_where_it_once_did_not() {
         let (verdict, _) = against_the_board(&made, &made.compiled.image, &wanted);
         assert_eq!(verdict, Verdict::Survived, "{what}");
     }
+}
+
+#[test]
+fn images_find_a_verifier_that_accepts_everything() {
+    let corpus = images::corpus(&SETTINGS).expect("programs compile");
+    let on_host = is_found(2_000, |n| {
+        let mut rng = Rng::new(n);
+        let image = images::damaged(&mut rng, &corpus);
+        let read = Image::new(&image).ok()?;
+        judge::judged(read, &mut rng).err().map(Verdict::Lost)
+    });
+    assert!(on_host, "the host's VM on images that nobody verified");
+    let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+    // clr r12; ret: no image has a flaw.
+    let verify = stand.board.symbol("pasapas_verify").expect("the image has the routine");
+    stand.board.poke16(verify, 0x430C);
+    stand.board.poke16(verify + 2, 0x4130);
+    let fresh = Fresh::new(stand);
+    let on_board = is_found(60, |n| {
+        let mut rng = Rng::new(n);
+        let image = images::damaged(&mut rng, &corpus);
+        images::board::try_out(&mut fresh.copy(), &image, &mut rng).err().map(Verdict::Lost)
+    });
+    assert!(on_board, "a board that accepts everything");
 }

@@ -448,7 +448,7 @@ pasapas_verify_code:
     mov @r10, r14
     /* r5 = entry, r14 = address of its statement */
 3:  cmp {image_end}(r10), r5
-    jhs pasapas_verify_good
+    jhs pasapas_verify_table_end
     mov.b @r5+, r11
     mov r11, r12
     and #31, r12
@@ -492,6 +492,12 @@ pasapas_verify_code:
     pop r5
 8:  cmp {code_end}(r10), r14
     jlo 3b
+    jmp pasapas_verify_good
+    /* a fault finds its statement; the last instruction, an END, needs none */
+pasapas_verify_table_end:
+    inc r14
+    cmp {code_end}(r10), r14
+    jlo pasapas_verify_broken
 pasapas_verify_good:
     clr r15
     jmp 9b

@@ -665,7 +665,8 @@ impl Core {
         vm().poll = 0;
         let exit = vm_core::run();
         let vm = vm();
-        self.effect_pc = vm.pc.wrapping_sub(1);
+        // Codes above a byte leave the core between two instructions.
+        self.effect_pc = vm.pc.wrapping_sub(u16::from(exit <= 0xFF));
         match exit {
             vm_core::YIELD => self.serve(),
             vm_core::HANDLER_END => {

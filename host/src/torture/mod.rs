@@ -6,7 +6,9 @@
 
 pub mod compare;
 pub mod generate;
+pub mod images;
 pub mod programs;
+pub mod stand;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
@@ -102,7 +104,7 @@ pub type Sink<'a> = &'a mut dyn FnMut(Row) -> Result<(), String>;
 pub type Kind = (&'static str, fn(&Settings, Sink<'_>) -> Result<(), String>);
 
 /// Every kind.
-pub const KINDS: [Kind; 1] = [("programs", programs::run)];
+pub const KINDS: [Kind; 2] = [("programs", programs::run), ("images", images::run)];
 
 /// Losses that a row tells of.
 const TOLD: usize = 20;

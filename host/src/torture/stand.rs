@@ -1,0 +1,231 @@
+//! A bare board: frames as bytes, power and flash in the hand, nobody repeats a request.
+
+use std::sync::{Mutex, PoisonError};
+
+use emulator::{Board, Config, Stop};
+use lang::wire::{
+    CRC_START, Control, PROGRAM_CRC, PROGRAM_LENGTH, RUN_CONTROL, RUN_STATE, UPLOAD_CONTROL,
+    UPLOAD_LENGTH, UPLOAD_RESULT, UPLOAD_WINDOW, Upload, VERSION, WIRE_VERSION, crc16,
+};
+
+use crate::board::{PART, firmware};
+
+/// Longest wait for the first byte of a reply, us: an upload's erase and check take 300 ms.
+const PATIENCE_US: u64 = 400_000;
+/// Two looks for characters, us.
+const LOOK_US: u64 = 200;
+/// Silence that ends a frame and lets the next one begin, us.
+const SILENCE_US: u64 = 2_000;
+/// A board answers so soon after power, us.
+pub const BOOT_US: u64 = 100_000;
+/// Registers of one write.
+const REGISTERS: usize = 21;
+
+/// What came back.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// A reply without its CRC.
+    Reply(Vec<u8>),
+    /// An exception.
+    Exception(u8),
+    /// Nothing.
+    Silence,
+    /// Bytes that are no frame.
+    Noise(Vec<u8>),
+    /// The board lost its power.
+    NoPower,
+}
+
+/// CRC of a frame; 0 of one that carries its own.
+pub fn crc(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte))
+}
+
+/// A request with its CRC.
+pub fn framed(body: &[u8]) -> Vec<u8> {
+    [body, &crc(body).to_le_bytes()].concat()
+}
+
+/// Body of a write of registers.
+pub fn write_body(address: u16, values: &[u16]) -> Vec<u8> {
+    let [high, low] = address.to_be_bytes();
+    let count = values.len() as u8;
+    let mut body = vec![1, 16, high, low, 0, count, count.wrapping_mul(2)];
+    body.extend(values.iter().flat_map(|value| value.to_be_bytes()));
+    body
+}
+
+/// Body of a read of holding registers.
+pub fn read_body(address: u16, count: u8) -> Vec<u8> {
+    let [high, low] = address.to_be_bytes();
+    vec![1, 3, high, low, 0, count]
+}
+
+/// Words of an image as the upload window takes them.
+pub fn words(image: &[u8]) -> Vec<u16> {
+    image
+        .chunks(2)
+        .map(|pair| u16::from_le_bytes([pair[0], *pair.get(1).unwrap_or(&0xFF)]))
+        .collect()
+}
+
+/// A board on the table.
+#[derive(Clone)]
+pub struct Stand {
+    /// The board.
+    pub board: Board,
+}
+
+impl Stand {
+    /// A board with the shipped firmware and no program, powered up.
+    ///
+    /// # Errors
+    /// The shipped firmware is damaged.
+    pub fn new(config: &Config) -> Result<Stand, String> {
+        let image = firmware().map_err(|error| error.to_string())?;
+        let config = Config { part: PART, ..config.clone() };
+        let mut stand = Stand { board: Board::with_config(&config, &image) };
+        stand.board.run_us(BOOT_US);
+        Ok(stand)
+    }
+
+    /// Sends bytes and listens until the line rests.
+    pub fn exchange(&mut self, bytes: &[u8]) -> Answer {
+        self.board.uart_take();
+        let gone = self.board.uart_send(bytes);
+        if self.board.run_until(gone) == Stop::NoPower {
+            return Answer::NoPower;
+        }
+        let mut reply = Vec::new();
+        let (mut waited, mut silent) = (0, 0);
+        while waited < PATIENCE_US && (reply.is_empty() || silent < SILENCE_US) {
+            if self.board.run_us(LOOK_US) == Stop::NoPower {
+                return Answer::NoPower;
+            }
+            let more = self.board.uart_take();
+            silent = if more.is_empty() { silent + LOOK_US } else { 0 };
+            waited += if reply.is_empty() { LOOK_US } else { 0 };
+            reply.extend(more.into_iter().map(|(_, byte)| byte));
+        }
+        if reply.is_empty() {
+            return Answer::Silence;
+        }
+        if reply.len() < 5 || crc(&reply) != 0 {
+            return Answer::Noise(reply);
+        }
+        if reply[1] & 0x80 != 0 {
+            return Answer::Exception(reply[2]);
+        }
+        reply.truncate(reply.len() - 2);
+        Answer::Reply(reply)
+    }
+
+    /// Sends a request.
+    pub fn ask(&mut self, body: &[u8]) -> Answer {
+        self.exchange(&framed(body))
+    }
+
+    /// Reads one holding register.
+    pub fn read(&mut self, address: u16) -> Option<u16> {
+        match self.ask(&read_body(address, 1)) {
+            Answer::Reply(reply) if reply.len() == 5 => {
+                Some(u16::from_be_bytes([reply[3], reply[4]]))
+            }
+            _ => None,
+        }
+    }
+
+    /// Reads a 32-bit value.
+    pub fn read_long(&mut self, address: u16) -> Option<i32> {
+        match self.ask(&read_body(address, 2)) {
+            Answer::Reply(reply) if reply.len() == 7 => {
+                let word = |at: usize| u32::from(u16::from_be_bytes([reply[at], reply[at + 1]]));
+                Some((word(5) << 16 | word(3)).cast_signed())
+            }
+            _ => None,
+        }
+    }
+
+    /// Writes registers.
+    pub fn write(&mut self, address: u16, values: &[u16]) -> Answer {
+        self.ask(&write_body(address, values))
+    }
+
+    /// Writes a run control.
+    pub fn control(&mut self, control: Control) -> Answer {
+        self.write(RUN_CONTROL, &[control as u16])
+    }
+
+    /// Number of the run state.
+    pub fn state(&mut self) -> Option<u16> {
+        self.read(RUN_STATE)
+    }
+
+    /// Whether the board answers as itself.
+    pub fn answers(&mut self) -> bool {
+        self.read(VERSION) == Some(WIRE_VERSION)
+    }
+
+    /// Brings an image to the board by the steps of an upload.
+    ///
+    /// # Errors
+    /// The answer that ended it.
+    pub fn upload(&mut self, image: &[u8], keep: bool) -> Result<(), Answer> {
+        let done = |answer| match answer {
+            Answer::Reply(_) => Ok(()),
+            other => Err(other),
+        };
+        let length = image.len() as u16 | u16::from(keep) << 15;
+        done(self.write(UPLOAD_LENGTH, &[length]))?;
+        done(self.write(UPLOAD_CONTROL, &[Upload::Begin as u16]))?;
+        for (n, words) in words(image).chunks(REGISTERS).enumerate() {
+            done(self.write(UPLOAD_WINDOW + (REGISTERS * n) as u16, words))?;
+        }
+        done(self.write(UPLOAD_CONTROL, &[Upload::Commit as u16]))
+    }
+
+    /// Erases the stored program.
+    pub fn erase(&mut self) -> Answer {
+        self.write(UPLOAD_CONTROL, &[Upload::Erase as u16])
+    }
+
+    /// Number of the last refusal of an image.
+    pub fn refusal(&mut self) -> Option<u16> {
+        self.read(UPLOAD_RESULT)
+    }
+
+    /// Length and CRC of the stored program.
+    pub fn stored(&mut self) -> Option<(u16, u16)> {
+        let length = self.read(PROGRAM_LENGTH)?;
+        Some((length, if length == 0 { 0 } else { self.read(PROGRAM_CRC)? }))
+    }
+
+    /// Switches off and on again; whether the board answers in time.
+    pub fn power_cycle(&mut self) -> bool {
+        self.board.power_cut();
+        self.board.power_up();
+        self.board.clear_stats();
+        self.board.run_us(BOOT_US);
+        self.answers()
+    }
+}
+
+/// A board of which every case gets a copy.
+pub struct Fresh(Mutex<Stand>);
+
+impl Fresh {
+    /// Keeps a board.
+    pub fn new(stand: Stand) -> Fresh {
+        Fresh(Mutex::new(stand))
+    }
+
+    /// A copy.
+    pub fn copy(&self) -> Stand {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// Length and CRC of an image.
+pub fn identity(image: &[u8]) -> (u16, u16) {
+    (image.len() as u16, lang::image::crc_in(image))
+}
