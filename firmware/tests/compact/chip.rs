@@ -74,7 +74,14 @@ impl Chip {
     /// # Panics
     /// It hangs, or the machine stack is not what it was.
     pub fn call(&mut self, routine: &str, registers: &[(usize, u16)]) -> u64 {
-        let address = self.at(routine);
+        self.call_at(self.at(routine), routine, registers)
+    }
+
+    /// As [`Chip::call`], of code at an address.
+    ///
+    /// # Panics
+    /// As [`Chip::call`].
+    pub fn call_at(&mut self, address: u16, routine: &str, registers: &[(usize, u16)]) -> u64 {
         self.board.poke16(STACK - 2, BACK);
         for &(register, value) in registers {
             self.board.set_reg(register, value);

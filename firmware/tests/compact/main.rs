@@ -7,4 +7,5 @@ mod chip;
 mod machine;
 
 mod coords;
+mod formula;
 mod numbers;
