@@ -103,8 +103,6 @@
     VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
     VAR LAST, 1                 /* End of the last run */
     VAR RUNS, 2                 /* runs begun since reset */
-    VAR FAULT_IN, 1             /* input that caused the last fault */
-    VAR TICKS_DONE, 1           /* low byte of the millisecond handled last */
     VAR MILLIS, 2               /* milliseconds since reset */
     VAR TIMER_MS, 4             /* milliseconds of the run */
     VAR HELD, 2                 /* milliseconds for which Stop has been held */
@@ -117,10 +115,12 @@
     VAR INPUT_LOW, 2            /* bits of their counters */
     VAR INPUT_HIGH, 2
     VAR RAW, 2                  /* inputs before the filter */
-    VAR BUTTON, 1               /* bit 0 Stop, bit 1 Start; filtered */
-    VAR BUTTON_LOW, 1
-    VAR BUTTON_HIGH, 1
+    VAR BUTTON, 1               /* P1_STOP, P1_START: pressed; filtered */
     VAR FILTER, 1               /* milliseconds since the last sample */
+    VAR BUTTON_LOW, 1           /* counters 2 and 4 bytes behind, as those of INPUT */
+    VAR TICKS_DONE, 1           /* low byte of the millisecond handled last */
+    VAR BUTTON_HIGH, 1
+    VAR FAULT_IN, 1             /* input that caused the last fault */
     VAR OUTPUT, 2               /* outputs 1 to 16 */
     VAR RESUME_OUTPUT, 2        /* outputs as they were before a pause */
     VAR BOARD, 2                /* address of the board's profile in flash */

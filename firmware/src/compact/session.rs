@@ -1,10 +1,76 @@
 //! Runs: Start, Stop, pauses, milliseconds, and the VM between its effects.
 
 use crate::consts::constants;
+use lang::fault::Fault;
+use lang::isa::Op;
+use lang::record::feature;
+use lang::vm::{entry, flag};
+use lang::wire::{Control, End, RunState};
 
-constants! {}
+constants! {
+    // The states with this bit set are those of a run that has not ended.
+    RUN_ACTIVE = RunState::Running;
+    OP_FIRST_EFFECT = lang::isa::EFFECTS;
+    OP_LEAVE = Op::Leave;
+    OP_TO_LENGTH = Op::ToLength;
+    OP_HOME = Op::Home;
+    OP_PROBE = Op::Probe;
+    OP_PULSE = Op::Pulse;
+    OP_WAIT_CHAR = Op::WaitChar;
+    VM_ERROR = flag::ERROR;
+    CALL_ERROR = (entry::ERROR as u16) << 12;
+    CALL_FUNC = (entry::FUNC as u16) << 12;
+    FEATURE_LINES = feature::LINES;
+    // The faults from the first to this many behind it never go to a handler, nor does F06.
+    F_FIRST_UNHANDLED = Fault::EmergencyStop.number();
+    F_UNHANDLED = Fault::LinkLost.number() - Fault::EmergencyStop.number() + 1;
+    // Where an image's header says what the pool is made of (`lang::image`).
+    IMAGE_ENTRY = 12;
+    IMAGE_CELLS = 14;
+    IMAGE_CALLS = 16;
+}
 
 core::arch::global_asm!(include_str!("session/session.s"), options(raw));
 core::arch::global_asm!(include_str!("session/ticks.s"), options(raw));
 core::arch::global_asm!(include_str!("session/run.s"), options(raw));
 core::arch::global_asm!(include_str!("session/soft.s"), options(raw));
+
+// `raise` tests for these numbers.
+const _: () = {
+    let mut n = 0;
+    while n < Fault::ALL.len() {
+        let fault = Fault::ALL[n];
+        let number = fault.number();
+        let kept = number == Fault::LimitSwitch.number()
+            || number >= Fault::EmergencyStop.number() && number <= Fault::LinkLost.number();
+        assert!(fault.can_be_handled() != kept);
+        n += 1;
+    }
+};
+
+// The jump table of `control` is in the order of the codes, that of `soft` in that of the opcodes.
+const _: () = assert!(
+    Control::Start as u8 == 1
+        && Control::Stop as u8 == 2
+        && Control::Pause as u8 == 3
+        && Control::Resume as u8 == 4
+        && Control::EmergencyStop as u8 == 5
+        && Control::Acknowledge as u8 == 6
+        && Control::Restart as u8 == 7
+        && Op::OnError as u8 == Op::Leave as u8 + 1
+        && Op::OnErrorStop as u8 == Op::Leave as u8 + 2
+        && Op::ResumeNext as u8 == Op::Leave as u8 + 3
+        && Op::Err as u8 == Op::Leave as u8 + 4
+        && Op::Erl as u8 == Op::Leave as u8 + 5
+        && Op::ToSteps as u8 == Op::Leave as u8 + 10
+        && Op::ToLength as u8 == Op::Leave as u8 + 11
+);
+
+// RUN_ACTIVE tells active states from the others, and `stopping` counts on the ends' order.
+const _: () = assert!(
+    RunState::Running as u8 == 2
+        && RunState::Paused as u8 & 2 != 0
+        && RunState::Stopping as u8 & 2 != 0
+        && (RunState::Empty as u8 | RunState::Ready as u8 | RunState::Fault as u8) & 2 == 0
+        && End::None as u8 == 0
+);

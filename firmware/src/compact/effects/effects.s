@@ -1,4 +1,336 @@
+/* Effects that move nothing. An effect is polled until it is done; in phase 0 it takes its operands
+   and arguments. Each is entered with r12 = its code, Z set in phase 0, and leaves r12 = DONE,
+   NOT_YET or FAULTED + fault. They may destroy all registers and emit one trace event a call. */
+
     .section .text.effects,"axR",@progbits
+
+/* Goes on with the effect under way. */
     .global effect_poll
 effect_poll:
+    mov.b &EFFECT, r12
+    cmp.b #EFFECT_END, r12
+    jeq fx_end
+    mov #-2, r14
+    mov #effect_ends, r13
+1:  incd r14
+    cmp.b @r13+, r12
+    jhs 1b
+    tst.b &PHASE
+    br effect_table(r14)
+
+fx_out_short:
+    mov r12, r13
+    and #1, r13
+    sub #OP_OUT_SHORT-2, r12
+    rra r12
+    jmp fx_output
+fx_set_out:
+    call #pop_value
+    bis r13, r12
+    mov r12, r10
+    mov #16, r12
+    call #pop_small
+    mov r10, r13
+/* Output r12 on (r13 not 0) or off, traced; F20 beyond those there are. */
+fx_output:
+    mov r12, r15
+    call #set_output
+    tst r12
+    jne fx_range
+    clr r14
+    tst r13
+    jeq 1f
+    inc r14
+1:  swpb r15
+    bis #TRACE_OUT, r15
+    mov r15, r12
+    clr r15
+    jmp emit
+
+fx_pulse:
+    jne 1f
+    inc.b &PHASE
+    call #pop_time
+    mov #16, r12
+    call #pop_small
+    mov.b r12, &N
+    mov #1, r13
+    call #fx_output
+    tst r12
+    jeq fx_not_yet
     ret
+1:  call #time_left
+    jne fx_not_yet
+    mov.b &N, r12
+    clr r13
+    jmp fx_output
+
+fx_set_port:
+    jne 1f
+    inc.b &PHASE
+    call #pop_value
+    mov.b r12, &BITS
+1:  inc.b &N
+    clr r13
+    rra.b &BITS
+    rlc r13
+    mov.b &N, r12
+    cmp #9, r12
+    jhs fx_done
+    /* the enable and the lamp are not the script's, nor are those that do not exist */
+    mov &BOARD, r14
+    cmp.b B_ENABLE(r14), r12
+    jeq 1b
+    cmp.b B_LAMP(r14), r12
+    jeq 1b
+    call #fx_output
+    tst r12
+    jne 1b
+    jmp fx_not_yet
+
+fx_motors:
+    call #operand_byte
+    inc r12
+    call #mask_of
+    mov r14, r10
+    cmp #8, r10
+    jne 1f
+    dec r10
+1:  call #pop_value
+    bis r12, r13
+    tst r13
+    jne 1f
+    bic.b r10, &HOMED
+1:  mov &BOARD, r12
+    mov.b B_ENABLE(r12), r12
+    call #set_output
+fx_done:
+    clr r12
+    ret
+
+fx_wait:
+    jne 1f
+    inc.b &PHASE
+    call #pop_time
+    mov r12, r14
+    mov r13, r15
+    mov #TRACE_WAIT, r12
+    call #emit
+1:  call #time_left
+    jeq fx_done
+fx_not_yet:
+    mov #NOT_YET, r12
+    ret
+
+/* Z set when no time is left. Clobbers r12. */
+time_left:
+    mov &TIME, r12
+    bis &TIME+2, r12
+    tst r12
+    ret
+
+/* TIME = the top, which is also left in r13:r12; a negative one is F20, and the caller's caller goes
+   on. Clobbers r14. */
+pop_time:
+    call #pop_value
+    mov r12, &TIME
+    mov r13, &TIME+2
+    tst r13
+    jge 1f
+    incd r1
+fx_range:
+    mov #FAULTED+F_VALUE_RANGE, r12
+1:  ret
+
+/* BITS = flags of a wait, also in r12; TIME = its timeout, or -1 for ever. As pop_time otherwise. */
+wait_begin:
+    inc.b &PHASE
+    call #operand_byte
+    mov.b r12, &BITS
+    mov #-1, &TIME
+    mov #-1, &TIME+2
+    bit #FLAG_TIMEOUT, r12
+    jeq 1b
+    jmp pop_time
+
+fx_wait_in:
+    jne 4f
+    call #wait_begin
+    mov.b &BITS, r10
+    mov r10, r9
+    bit #FLAG_LEVEL, r10
+    jeq 1f
+    call #pop_value
+    bic #3, r9
+    bis r13, r12
+    tst r12
+    jeq 1f
+    inc r9
+    /* bit 1 of the want: an edge; bit 0 becomes the level wanted or behind it */
+1:  bit #2, r9
+    jeq 2f
+    xor #1, r9
+2:  mov.b r9, &BITS
+    mov #17, r12
+    bit #FLAG_INPUT_ON_STACK, r10
+    jne 3f
+    rla.b r10
+    rlc.b r10
+    rlc.b r10
+    and #3, r10
+    mov r10, r12
+    inc r12
+    jmp 2f
+3:  call #pop_small
+2:  mov r12, r13
+    dec r13
+    cmp #17, r13
+    jhs fx_range
+    mov.b r12, &N
+    call #input
+    bis #2, r12
+    mov.b r12, &PHASE
+    /* bit 0 of the phase: the level before */
+4:  mov.b &N, r12
+    call #input
+    mov.b &PHASE, r15
+    xor r12, r15
+    mov r12, r13
+    bis #2, r13
+    mov.b r13, &PHASE
+    mov.b &BITS, r11
+    xor r11, r12
+    clr r13
+    bit #1, r12
+    jne 6f
+    bit #2, r11
+    jeq 5f
+    bit #1, r15
+    jeq 6f
+5:  mov #TRACE_OK, r13
+6:  mov r11, r14
+    and #1, r14
+    mov #TRACE_WAIT_IN, r12
+
+/* The end of a wait: met, timed out, or not yet. r12 = TraceKind, r13 = TRACE_OK when it is met, else
+   0, r14 = value to trace. */
+fx_outcome:
+    bic.b #R_TIMED_OUT, &RUN_FLAGS
+    tst r13
+    jne 1f
+    mov &TIME, r15
+    bis &TIME+2, r15
+    tst r15
+    jne fx_not_yet
+    bis.b #R_TIMED_OUT, &RUN_FLAGS
+1:  bis.b &N, r13
+    swpb r13
+    bis r13, r12
+    clr r15
+    call #emit
+    bit.b #R_TIMED_OUT, &RUN_FLAGS
+    jeq 2f
+    bit.b #FLAG_WAIT_QUERY, &BITS
+    jne 2f
+    mov #FAULTED+F_TIMED_OUT, r12
+2:  ret
+
+fx_wait_char:
+    jne 1f
+    call #wait_begin
+    call #pop_character
+    mov.b r12, &N
+1:  mov.b &N, r14
+    clr r13
+    cmp.b r14, &CHAR_IN
+    jne 2f
+    clr.b &CHAR_IN
+    mov #TRACE_OK, r13
+2:  mov #TRACE_WAIT_CHAR, r12
+    jmp fx_outcome
+
+fx_send:
+    call #pop_character
+    mov.b r12, &CHAR_OUT
+    inc.b &CHAR_OUT+1
+    mov r12, r14
+    clr r15
+    mov #TRACE_SEND, r12
+    jmp emit_far
+
+/* r12 = the top, a character from 33 to 125; any other is F20, and the caller's caller goes on.
+   Clobbers r13 to r15. */
+pop_character:
+    mov #125, r12
+    call #pop_small
+    sub #33, r12
+    cmp #93, r12
+    jhs fx_range_far
+    add #33, r12
+    ret
+fx_range_far:
+    incd r1
+    jmp fx_range
+
+fx_wait_start:
+    jne 1f
+    inc.b &PHASE
+    bis.b #R_WAITING, &RUN_FLAGS
+    bic.b #R_RELEASED, &RUN_FLAGS
+1:  bit.b #R_RELEASED, &RUN_FLAGS
+    jeq fx_not_yet
+    bic.b #R_WAITING, &RUN_FLAGS
+    mov #TRACE_OK*256+TRACE_WAIT_START, r12
+    clr r14
+    clr r15
+emit_far:
+    br #emit
+
+fx_end:
+    mov #END_DONE, r12
+    call #run_finish
+    jmp fx_not_yet
+
+fx_out_state:
+    mov #16, r12
+    call #pop_small
+    call #mask_of
+    jeq fx_range
+    and &OUTPUT, r14
+    jmp 1f
+fx_timed_out:
+    bit.b #R_TIMED_OUT, &RUN_FLAGS
+1:  clr r12
+    adc r12
+    jmp 2f
+fx_in:
+    mov #17, r12
+    call #pop_small
+    mov r12, r13
+    dec r13
+    cmp #17, r13
+    jhs fx_range
+    jmp 1f
+fx_in_short:
+    sub #OP_IN_SHORT-1, r12
+1:  call #input
+2:  clr r13
+    call #push_value
+    clr r12
+    ret
+
+/* The first code behind each effect's, and the effect; codes that this build does not have end the
+   run with F20. */
+effect_ends:
+    .byte OP_SET_POS_ZERO, OP_IN_SHORT, OP_TIMED_OUT, OP_OUT_SHORT, OP_MOVE_TO, OP_RAPID, OP_ARC
+    .byte OP_FEED, OP_HOME, OP_PROBE, OP_SET_POS, OP_MOVE_SPEED, OP_STOP_AXE, OP_WAIT_MOVE
+    .byte OP_SET_OUT, OP_PULSE, OP_SET_PORT, OP_MOTORS, OP_WAIT, OP_WAIT_IN, OP_WAIT_START
+    .byte OP_SEND, OP_WAIT_CHAR, OP_PRINT_TEXT, OP_PRINT_NUMBER, OP_PRINT_END, OP_EVENT
+    .byte OP_IN, OP_OUT_STATE, OP_READ, OP_ARC_BY, EFFECT_END
+    .balign 2
+effect_table:
+    .short fx_range, fx_set_pos_zero, fx_in_short, fx_timed_out, fx_out_short, fx_move, fx_linear
+    .short fx_range, fx_feed, fx_home, fx_probe, fx_set_pos, fx_range, fx_stop
+    .short fx_wait_move, fx_set_out, fx_pulse, fx_set_port, fx_motors, fx_wait, fx_wait_in
+    .short fx_wait_start, fx_send, fx_wait_char, fx_print_text, fx_print_value, fx_print_end
+    .short fx_range, fx_in, fx_out_state, fx_read, fx_range

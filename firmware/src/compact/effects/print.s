@@ -1,4 +1,145 @@
+/* PRINT: lines for the host in a ring. A line waits for room while a host listens or traces, else it
+   is dropped whole. */
+
     .section .text.print,"axR",@progbits
-    .global print_byte
-print_byte:
+
+/* Appends byte r12 to the line. Leaves Z set and r12 = 0 when that is done, else r12 = NOT_YET: there
+   is no room yet. Clobbers r14, r15. */
+print_put:
+    mov.b &PRINT_READY, r14
+    add.b &PRINT_OPEN, r14
+    cmp #PRINT_SIZE, r14
+    jhs 1f
+    add &PRINT_TAIL, r14
+    and #PRINT_SIZE-1, r14
+    mov.b r12, PRINT(r14)
+    inc.b &PRINT_OPEN
+    jmp 3f
+1:  bit.b #T_ON, &TRACING
+    jne 2f
+    cmp #LISTENS, &SILENT
+    jlo 2f
+    bis.b #T_DROPPED, &TRACING
+    jmp 3f
+    /* the line goes on when the host has taken some */
+2:  call #print_flush
+    mov #NOT_YET, r12
+    tst r12
     ret
+3:  clr r12
+    tst r12
+    ret
+
+/* What was put so far becomes visible, and the host is told of the line. Leaves r12 = DONE. */
+print_flush:
+    add.b &PRINT_OPEN, &PRINT_READY
+    clr.b &PRINT_OPEN
+    mov #TRACE_PRINT, r12
+    clr r14
+    clr r15
+    bit.b #T_ANNOUNCED, &TRACING
+    jne 1f
+    bis.b #T_ANNOUNCED, &TRACING
+    br #emit
+1:  clr r12
+    ret
+
+fx_print_text:
+    jne 1f
+    inc.b &PHASE
+    call #operand_byte
+    mov r12, r13
+    cmp.b #OP_PRINT_TEXT, &EFFECT
+    jeq 2f
+    call #operand_byte
+    swpb r12
+    add r12, r13
+2:  add &VM_DATA, r13
+    mov r13, &TIME
+1:  mov &TIME, r13
+    mov.b &N, r12
+    cmp.b @r13, r12
+    jhs print_done
+    add r12, r13
+    mov.b 1(r13), r12
+    call #print_put
+    jne print_wait
+    inc.b &N
+    jmp 1b
+print_done:
+    clr r12
+print_wait:
+    ret
+
+/* A number and its unit. The digits are made anew at each call and N counts what was put. */
+fx_print_value:
+    jne 2f
+    inc.b &PHASE
+    cmp.b #OP_PRINT_NUMBER, &EFFECT
+    jeq 1f
+    call #operand_byte
+    mov.b r12, &BITS
+1:  call #pop_value
+    mov r12, &TIME
+    mov r13, &TIME+2
+2:  mov #TEMP+12, r8
+    mov &TIME, r12
+    mov &TIME+2, r13
+    tst r13
+    jge 3f
+    call #pasapas_neg
+3:  mov #10, r14
+    clr r15
+    call #pasapas_udivmod
+    add #'0', r10
+    dec r8
+    mov.b r10, 0(r8)
+    mov r12, r10
+    bis r13, r10
+    tst r10
+    jne 3b
+    tst &TIME+2
+    jge 4f
+    dec r8
+    mov.b #'-', 0(r8)
+    /* r9 = the unit's text, behind as many others as its number says */
+4:  mov #print_units, r9
+    mov.b &BITS, r13
+5:  dec r13
+    jl 6f
+7:  tst.b 0(r9)
+    inc r9
+    tst.b -1(r9)
+    jne 7b
+    jmp 5b
+6:  mov.b &N, r13
+    add r8, r13
+    cmp #TEMP+12, r13
+    jhs 1f
+    mov.b @r13, r12
+    jmp 2f
+1:  sub #TEMP+12, r13
+    add r9, r13
+    mov.b @r13, r12
+    tst r12
+    jeq print_done
+2:  call #print_put
+    jne print_wait
+    inc.b &N
+    jmp 6b
+
+fx_print_end:
+    mov #'\n', r12
+    call #print_put
+    jne print_wait
+    bit.b #T_DROPPED, &TRACING
+    jeq 1f
+    clr.b &PRINT_OPEN
+1:  call #print_flush
+    bic.b #T_ANNOUNCED+T_DROPPED, &TRACING
+    ret
+
+/* Suffixes by `lang::effect::Unit`. */
+print_units:
+    .asciz "", "um", "st", "ms", "um/s", "st/s", "um/s2", "st/s2"
+    .balign 2

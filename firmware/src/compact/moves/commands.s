@@ -2,3 +2,6 @@
     .global command_execute
 command_execute:
     ret
+    .global command_done
+command_done:
+    ret

@@ -1,13 +1,178 @@
+/* The run state machine: what Start, Stop, the link and the program make of each other. */
+
     .section .text.session,"axR",@progbits
+
+/* Obeys r12 = Control code; one that is none, or not for this state, does nothing. Destroys r11 to
+   r15. */
     .global control
 control:
-    ret
-    .global fail
-fail:
-    ret
+    cmp #8, r12
+    jhs 9f
+    rla r12
+    add r12, r0
+    jmp 9f
+    jmp run_start
+    jmp run_stop
+    jmp run_pause
+    jmp run_go_on
+    jmp emergency_by_link
+    jmp run_acknowledge
+    /* restart */
+    bit.b #RUN_ACTIVE, &RUN
+    jne 9f
+    tst.b &MOVING
+    jne 9f
+    bis.b #R_RESTART, &RUN_FLAGS
+9:  ret
+
+/* Stop or hold: ramp down and pause. A spindle's time to come up begins anew. */
+run_pause:
+    cmp.b #RUN_RUNNING, &RUN
+    jne 9b
+    mov.b #RUN_STOPPING, &RUN
+    clr &SPIN
+    br #motion_pause
+
+/* Ends the run on a ramp. */
+run_stop:
+    bit.b #RUN_ACTIVE, &RUN
+    jeq 9b
+    mov.b #END_STOPPED, r12
+/* Ends the active run as r12 = End says. */
+run_finish:
+    mov.b #RUN_STOPPING, &RUN
+    mov.b r12, &ENDING
+    br #motion_stop
+
+/* Steps cease at once, outputs go to their safe states, F14 is latched. Takes r12 = input that
+   caused it, 0 for none. Destroys r11 to r15. */
+emergency_by_link:
+    clr r12
     .global emergency
 emergency:
+    mov.b r12, &FAULT_IN
+    call #motion_halt
+    clr.b &HOMED
+    mov #F_EMERGENCY_STOP, r12
+    call #fail
+    cmp.b #RUN_FAULT, &RUN
+    jne 9b
+    clr &EFFECT
+    mov #B_AT_FAULT, r12
+    br #output_states
+
+/* A fault that ends the run: r12 = its number. Destroys r11 to r15. */
+    .global fail
+fail:
+    cmp.b r12, &VM_FAULT
+    jeq 1f
+    mov.b r12, &VM_FAULT
+    mov &EFFECT_PC, &VM_FAULT_PC
+1:  mov.b #END_FAULT, r12
+    bit.b #RUN_ACTIVE, &RUN
+    jne run_finish
+    mov.b #RUN_FAULT, &RUN
     ret
+
+/* The stored program has changed: r12 = 1 for one that may run, 0 for none. */
     .global program_stored
 program_stored:
+    bit.b #RUN_ACTIVE+RUN_FAULT, &RUN
+    jne 1f
+    mov.b r12, &RUN
+1:  ret
+
+/* Z set unless Stop is held or an input keeps the machine from working. Clobbers r11 to r15. */
+run_blocked:
+    bit.b #P1_STOP, &BUTTON
+    jne 1b
+    jmp blocking_far
+run_go_on:
+    call #run_blocked
+    jne 1b
+run_resume:
+    cmp.b #RUN_PAUSED, &RUN
+    jne 1b
+    mov.b #RUN_RUNNING, &RUN
+    mov &OUTPUT, r13
+    mov &RESUME_OUTPUT, &OUTPUT
+    mov #1, &SPIN
+    mov &BOARD, r15
+    mov.b B_SPINDLE(r15), r12
+    call #mask_of
+    bic r13, r14
+    bit &OUTPUT, r14
+    jeq 1b
+    add B_SPIN_UP(r15), &SPIN
     ret
+blocking_far:
+    br #blocking
+
+run_acknowledge:
+    cmp.b #RUN_FAULT, &RUN
+    jne 1b
+/* Start: the button, the link, autorun. */
+run_start:
+    call #run_blocked
+    jne 1b
+    cmp.b #RUN_PAUSED, &RUN
+    jeq run_resume
+    cmp.b #RUN_FAULT, &RUN
+    jne 2f
+    mov.b #RUN_EMPTY, &RUN
+    tst &STORED
+    jeq 1b
+    mov.b #RUN_READY, &RUN
+    ret
+2:  bis.b #R_RELEASED, &RUN_FLAGS
+    cmp.b #RUN_READY, &RUN
+    jne 1b
+    /* not before what a command began rests */
+    tst.b &MOVING
+    jne 1b
+
+/* The stored program is checked and begins. */
+run_begin:
+    call #program_attach
+    mov #F_IMAGE_REFUSED, r12
+    mov &VM_CODE, r13
+    tst r13
+    jeq fail
+    mov #POOL, r14
+    mov r14, &VM_CALLS
+1:  clr 0(r14)
+    incd r14
+    cmp #POOL_END, r14
+    jne 1b
+    mov r14, &VM_SP
+    mov r14, &VM_BASE
+    clr &VM_HANDLER
+    clr.b &VM_FAULT
+    clr.b &VM_FLAGS
+    mov.b IMAGE_CELLS-IMAGE_CODE(r13), &VM_CELL_COUNT
+    mov IMAGE_ENTRY-IMAGE_CODE(r13), &VM_PC
+    add r13, &VM_PC
+    /* entries in the high half; an entry has two bytes */
+    mov.b IMAGE_CALLS-IMAGE_CODE(r13), r12
+    rra r12
+    rra r12
+    rra r12
+    bic #1, r12
+    add #POOL, r12
+    mov r12, &VM_CELLS
+    mov MC_FEED-MACHINE_SIZE(r13), &FEED
+    mov MC_FEED-MACHINE_SIZE+2(r13), &FEED+2
+    call #keep_load
+    mov #1, r12
+    call #mark_run
+    mov.b #RUN_RUNNING, &RUN
+    bic.b #R_WAITING+R_TIMED_OUT+R_JOG, &RUN_FLAGS
+    bic.b #T_FULL+T_ANNOUNCED, &TRACING
+    clr.b &LAST
+    clr.b &FAULT_IN
+    clr &EFFECT
+    clr &TRACE_NUMBER
+    clr &TIMER_MS
+    clr &TIMER_MS+2
+    inc &RUNS
+    br #motion_reset

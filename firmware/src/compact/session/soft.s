@@ -1,7 +1,168 @@
+/* Instructions that the VM's core leaves: error handlers, lines, lengths and steps. */
+
     .section .text.soft,"axR",@progbits
+
+/* Executes the pure instruction r12. Leaves r12 = 0 or a fault. Destroys r11 to r15. */
     .global soft
 soft:
+    sub #OP_LEAVE, r12
+    cmp #6, r12
+    jhs soft_convert
+    rla r12
+    add r12, r0
+    jmp soft_leave
+    jmp soft_on_error
+    jmp soft_on_error_stop
+    jmp soft_resume_next
+    jmp soft_err
+    /* ERL */
+    mov.b &VM_FAULT, r12
+    tst r12
+    jeq soft_push
+    mov &VM_FAULT_PC, r12
+    call #line_of
+    jmp soft_push
+soft_err:
+    mov.b &VM_FAULT, r12
+soft_push:
+    clr r13
+    call #push_value
+soft_done:
+    clr r12
     ret
+
+/* ToSteps, ToLength: the lower bit of the code tells them apart. */
+soft_convert:
+    mov #OP_TO_LENGTH-OP_LEAVE, r13
+    sub r12, r13
+    call #operand_byte
+    mov &VM_TOP, r14
+    mov &VM_TOP+2, r15
+    call #convert
+    jc 1f
+    mov r12, &VM_TOP
+    mov r13, &VM_TOP+2
+    jmp soft_done
+1:  mov #F_OVERFLOW, r12
+    ret
+
+/* A GOTO out of the error handler itself leaves everything that is open. */
+soft_leave:
+    mov &VM_CALLS, r14
+    cmp #POOL, r14
+    jeq soft_done
+    mov -2(r14), r14
+    and #0xf000, r14
+    cmp #CALL_ERROR, r14
+    jne soft_done
+    mov #POOL, &VM_CALLS
+    mov #POOL_END, r14
+    mov r14, &VM_SP
+    mov r14, &VM_BASE
+    bic.b #VM_ERROR, &VM_FLAGS
+    jmp soft_done
+
+soft_on_error:
+    call #operand_byte
+    mov r12, r13
+    call #operand_byte
+    swpb r12
+    add r13, r12
+    add &VM_CODE, r12
+    jmp 1f
+soft_on_error_stop:
+    clr r12
+1:  mov r12, &VM_HANDLER
+    jmp soft_done
+
+soft_resume_next:
+    mov #F_STACK, r12
+    bit.b #VM_ERROR, &VM_FLAGS
+    jeq 9f
+    /* what the handler left open goes with it */
+1:  decd &VM_CALLS
+    mov &VM_CALLS, r14
+    mov @r14, r12
+    mov r12, r13
+    and #0xf000, r13
+    jge 2f
+    /* depth of the FUNCTION's caller times 4 */
+    bic #CALL_FUNC, r13
+    swpb r13
+    rra r13
+    rra r13
+    add r13, &VM_BASE
+    jmp 1b
+2:  cmp #CALL_ERROR, r13
+    jne 1b
+    bic #CALL_ERROR, r12
+    add &VM_CODE, r12
+    call #line_of
+    mov r13, &VM_PC
+    bic.b #VM_ERROR, &VM_FLAGS
+    call #unwind
+    jmp soft_done
+
+/* r12 = the line of the statement whose code holds address r12, 0 when the program tells none;
+   r13 = where RESUME NEXT goes on. Clobbers r11, r14, r15. The statement table:
+   `lang::image::statements`. */
     .global line_of
 line_of:
+    push r10
+    clr r15
+    mov &VM_CODE, r13
+    tst r13
+    jeq 6f
+    cmp &VM_DATA, r12
+    jhs 6f
+    bit.b #FEATURE_LINES, 1-IMAGE_CODE(r13)
+    jeq 6f
+    mov &VM_DATA, r14
+    call #word_at
+    mov &VM_DATA, r14
+    add r11, r14
+    push r13
+1:  cmp @r1, r12
+    jlo 5f
+    /* head: bytes of code, bit 5 resume address, line */
+    mov.b @r14+, r10
+    mov r10, r11
+    and #31, r11
+    add r11, 0(r1)
+    cmp #31, r11
+    jne 2f
+    mov.b @r14+, r11
+    add r11, 0(r1)
+2:  mov @r1, r13
+    rla.b r10
+    jc 3f
+    jn 4f
+    jmp 7f
+3:  jn 8f
+    mov.b @r14+, r11
+    add r11, r15
+    jmp 7f
+8:  call #word_at
+    mov r11, r15
+    jmp 7f
+4:  inc r15
+7:  bit #64, r10
+    jeq 1b
+    call #word_at
+    mov r11, r13
+    add &VM_CODE, r13
+    jmp 1b
+5:  incd r1
+6:  mov r15, r12
+    pop r10
+9:  ret
+
+/* r11 = the word at r14, which need not be even; r14 moves behind it. */
+word_at:
+    mov.b @r14+, r11
+    swpb r11
+    push r11
+    mov.b @r14+, r11
+    bis @r1+, r11
+    swpb r11
     ret
