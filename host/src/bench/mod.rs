@@ -6,6 +6,7 @@
 pub(crate) mod code;
 mod link;
 mod motion;
+mod path;
 mod speed;
 pub(crate) mod stand;
 pub(crate) mod stream;
@@ -73,11 +74,9 @@ pub type Sink<'a> = &'a mut dyn FnMut(Figure) -> Result<(), String>;
 pub type Group = (&'static str, fn(Sink<'_>) -> Result<(), String>);
 
 /// Every group, the quick ones first.
-pub const GROUPS: [Group; 6] = [
+pub const GROUPS: [Group; 7] = [
     ("code", code::run),
     ("link", link::run),
     ("vm", vm::run),
     ("motion", motion::run),
-    ("stream", stream::run),
-    ("speed", speed::run),
-];
+    ("path", path::run),

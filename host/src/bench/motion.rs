@@ -24,7 +24,8 @@ const ONE: &str = "MoveAxe X, {a}st\n";
 const STARTED: &str =
     "START MoveAxe X, {a}st\nSTART MoveAxe Y, {a}st\nSTART MoveAxe Z, -{a}st\nWaitMove\n";
 
-/// Figures `steps_3axis`, `steps_1axis`, `steps_started`, `step_edge`, `ram_unused`.
+/// Figures `steps_3axis`, `steps_1axis`, `steps_started`, `cpu_left` (with three axes at 40 000
+/// events/s, ramps on, before planner and link), `step_interrupt`, `step_edge`, `ram_unused`.
 ///
 /// # Errors
 /// The board does not run the moves.
@@ -35,6 +36,9 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     sink(at_least("steps_1axis", "steps/s", one.rate, 60_000.0, 100_000.0))?;
     let (started, started_unused) = best(STARTED, &[0, 1, 2])?;
     sink(at_least("steps_started", "steps/s", started.rate, 20_000.0, 40_000.0))?;
+    let (must, _) = at_rate(THREE, &[0], 40_000)?;
+    sink(at_least("cpu_left", "%", must.cpu_left, 30.0, 55.0))?;
+    sink(at_most("step_interrupt", "cycles", must.interrupt as f64, 300.0, 200.0))?;
     let (steady, _) = at_rate(ONE, &[0], STEADY_RATE)?;
     sink(at_most("step_edge", "us", steady.edge_us, EDGE_US, 0.1))?;
     sink(at_least("ram_unused", "bytes", unused.min(started_unused), 24.0, 64.0))
@@ -46,6 +50,10 @@ struct Measured {
     rate: f64,
     /// Farthest edge from a straight line through the steady part, us.
     edge_us: f64,
+    /// Longest step interrupt, cycles.
+    interrupt: u64,
+    /// Part of the processor that step interrupts leave between the first and the last step, %.
+    cpu_left: f64,
 }
 
 /// The highest rate that the board reaches with every step made and every edge in its place: an
@@ -88,10 +96,16 @@ fn at_rate(script: &str, axes: &[u8], rate: u32) -> Result<(Measured, f64), Stri
         }
     }
     let identity = stand.identity()?;
+    let (interrupt, busy) = stand.step_interrupts();
+    let own = edges.iter().filter(|edge| matches!(edge.signal, Signal::Step(_)));
+    let (first, last) = own.fold((u64::MAX, 0), |(a, b), e| (a.min(e.cycle), b.max(e.cycle)));
+    let span = last.saturating_sub(first);
     let rates = axes.iter().map(|axis| top_rate(&edges, *axis));
     let measured = Measured {
         rate: rates.fold(f64::INFINITY, f64::min),
         edge_us: axes.iter().map(|axis| edge_error(&edges, *axis)).fold(0.0, f64::max),
+        interrupt,
+        cpu_left: 100.0 - 100.0 * busy as f64 / span.max(1) as f64,
     };
     let ram = f64::from(
         u16::try_from(crate::board::DEFAULT.chip.ram.clone().count()).unwrap_or(u16::MAX),

@@ -19,6 +19,9 @@ use crate::client::{Client, ClientError};
 use crate::link::Link;
 use crate::sim::world::World;
 
+/// Vectors of Timer1_A CCR1, CCR2 and CCR0 (SLAS735, interrupt vector addresses).
+const TIMER1: [u16; 2] = [0xFFF8, 0xFFFA];
+
 /// A board with a program.
 pub struct Stand {
     rig: Rc<RefCell<Rig>>,
@@ -102,6 +105,14 @@ impl Stand {
         let mut rig = self.rig.borrow_mut();
         rig.board().record(false);
         Ok(rig.board().take_edges())
+    }
+
+    /// Longest step interrupt since the board was made, and all that step interrupts took, cycles.
+    pub fn step_interrupts(&self) -> (u64, u64) {
+        let mut rig = self.rig.borrow_mut();
+        let interrupts = &rig.board().stats().interrupts;
+        let own = TIMER1.iter().filter_map(|vector| interrupts.get(vector));
+        own.fold((0, 0), |(worst, total), one| (worst.max(one.worst), total + one.total))
     }
 
     /// Who the board is, and how it fared.
