@@ -79,4 +79,7 @@ pub const GROUPS: [Group; 7] = [
     ("link", link::run),
     ("vm", vm::run),
     ("motion", motion::run),
+    ("stream", stream::run),
     ("path", path::run),
+    ("speed", speed::run),
+];
