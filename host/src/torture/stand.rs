@@ -8,7 +8,7 @@ use lang::wire::{
     UPLOAD_LENGTH, UPLOAD_RESULT, UPLOAD_WINDOW, Upload, VERSION, WIRE_VERSION, crc16,
 };
 
-use crate::board::{PART, firmware};
+use crate::board::DEFAULT;
 
 /// Longest wait for the first byte of a reply, us: an upload's erase and check take 300 ms.
 const PATIENCE_US: u64 = 400_000;
@@ -82,8 +82,8 @@ impl Stand {
     /// # Errors
     /// The shipped firmware is damaged.
     pub fn new(config: &Config) -> Result<Stand, String> {
-        let image = firmware().map_err(|error| error.to_string())?;
-        let config = Config { part: PART, ..config.clone() };
+        let image = DEFAULT.image().map_err(|error| error.to_string())?;
+        let config = Config { part: DEFAULT.chip.clone(), ..config.clone() };
         let mut stand = Stand { board: Board::with_config(&config, &image) };
         stand.board.run_us(BOOT_US);
         Ok(stand)
