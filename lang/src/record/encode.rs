@@ -149,7 +149,7 @@ impl BoardRecord {
             Some(OutputRole::Laser) => SafeState::Off,
             _ => output.pause,
         };
-        let mut record = BoardRecord {
+        let record = BoardRecord {
             sequence,
             version: RECORD_VERSION,
             flags,
@@ -180,9 +180,15 @@ impl BoardRecord {
             reserved: [0; 8],
             crc: 0,
         };
-        let bytes = record.to_bytes();
-        record.crc = bytes[..62].iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
-        record
+        record.sealed()
+    }
+
+    /// The record with the CRC that its other fields make.
+    #[must_use]
+    pub fn sealed(mut self) -> BoardRecord {
+        let bytes = self.to_bytes();
+        self.crc = bytes[..BoardRecord::SIZE - 2].iter().fold(CRC_START, |crc, &b| crc16(crc, b));
+        self
     }
 
     /// The record as the information memory holds it.
