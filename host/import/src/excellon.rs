@@ -2,7 +2,8 @@
 //!
 //! Coordinates with a point are what they say. Without one they count in the format's last
 //! decimal (IPC-NC-349): 3.3 digits for METRIC, 2.4 for INCH; `LZ` keeps leading zeros and leaves
-//! trailing ones out, `TZ` the other way round.
+//! trailing ones out, `TZ` the other way round. `R5X2.54` repeats the last hole five times, each
+//! time by so much further; `X1Y1G85X3Y1` and a route of G00, M15, G01, M16 are slots.
 
 use nom::Parser;
 use nom::bytes::complete::take_while;
@@ -48,10 +49,13 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
     write(job, &runs, &sizes, diags)
 }
 
-/// Holes that one tool drills in a row.
+/// Holes or slots that one tool makes in a row.
 struct Run {
     tool: u32,
-    holes: Vec<[i64; 2]>,
+    /// Slots, which have an end.
+    slots: bool,
+    /// From where, and for slots to where.
+    places: Vec<[[i64; 2]; 2]>,
 }
 
 struct Reader<'d> {
@@ -65,6 +69,10 @@ struct Reader<'d> {
     tool: u32,
     sizes: BTreeMap<u32, String>,
     at: [i64; 2],
+    /// A route goes on: G00 or G01 has come, drilling not again.
+    routing: bool,
+    /// The tool is down on a route.
+    down: bool,
     runs: Vec<Run>,
     holes: usize,
     ended: bool,
@@ -83,6 +91,8 @@ impl<'d> Reader<'d> {
             tool: 0,
             sizes: BTreeMap::new(),
             at: [0; 2],
+            routing: false,
+            down: false,
             runs: Vec::new(),
             holes: 0,
             ended: false,
@@ -122,8 +132,22 @@ impl<'d> Reader<'d> {
                 self.ended = true;
                 return;
             }
-            "G05" | "G81" | "FMAT,2" | "G90" | "ICI,OFF" | "ICI" if text != "ICI" => {
-                self.relative &= text != "G90";
+            "G05" | "G81" => {
+                self.routing = false;
+                self.down = false;
+                return;
+            }
+            "FMAT,2" => return,
+            "G90" | "ICI,OFF" => {
+                self.relative = false;
+                return;
+            }
+            "M15" => {
+                self.down = true;
+                return;
+            }
+            "M16" | "M17" => {
+                self.down = false;
                 return;
             }
             "M71" | "METRIC" => {
@@ -155,16 +179,20 @@ impl<'d> Reader<'d> {
             self.diags.push(Diag::new(Code::LeftOut, number, 1, text).note());
             return;
         }
-        let (why, hint) = if text.starts_with("G00")
-            || text.starts_with("G01")
-            || text.starts_with("M15")
-            || text.starts_with("G85")
-        {
-            ("a slot or routed path", "let the board tool write G-code for slots")
-        } else if text.starts_with('R') {
-            ("a repeated hole pattern", "let the board tool write each hole")
+        if let Some(rest) = text.strip_prefix("G00").or_else(|| text.strip_prefix("G01")) {
+            return self.route(number, line, text.starts_with("G01"), rest.trim_start());
+        }
+        if let Some(rest) = text.strip_prefix('R') {
+            return self.repeat(number, line, rest);
+        }
+        let (why, hint) = if text.starts_with("G02") || text.starts_with("G03") {
+            ("an arc of a routed path", "let the board tool write G-code for it")
         } else {
-            ("this is no drilling", "known are tools T, holes X Y, G05, G81, G90, M30")
+            (
+                "this is no drilling",
+                "known are tools T, holes X Y, repeats R, slots G85, routes G00 G01 M15 M16, G05, \
+                 G81, G90, M30",
+            )
         };
         self.error(number, 1, Code::Unsupported, format!("`{text}`: {why}"), hint);
     }
@@ -216,52 +244,122 @@ impl<'d> Reader<'d> {
         }
     }
 
+    /// A hole, or with G85 a slot.
     fn hole(&mut self, number: u32, line: &str, text: &str) {
-        if text.contains("G85") {
-            return self.error(
+        let (start, end) = match text.split_once("G85") {
+            Some((start, end)) => (start, Some(end)),
+            None => (text, None),
+        };
+        if !self.go(number, line, start) {
+            return;
+        }
+        let from = self.at;
+        if let Some(end) = end {
+            if self.go(number, line, end) {
+                self.add(number, true, from);
+            }
+        } else if !self.routing {
+            self.add(number, false, from);
+        } else if self.down {
+            // A bare place on a route goes on with it; its start was the place before.
+            self.error(
                 number,
                 1,
                 Code::Unsupported,
-                format!("`{text}`: a slot"),
-                "let the board tool write G-code for slots",
+                format!("`{text}`: a place on a route without G01"),
+                "write G01 on each line of a route, G05 before holes",
             );
         }
+    }
+
+    /// G00 goes somewhere above the board, G01 with the tool down mills there.
+    fn route(&mut self, number: u32, line: &str, mills: bool, text: &str) {
+        self.routing = true;
+        let from = self.at;
+        if self.go(number, line, text) && mills && self.down {
+            self.add(number, true, from);
+        }
+    }
+
+    /// `R5X2.54Y0`: the last hole five times more.
+    fn repeat(&mut self, number: u32, line: &str, rest: &str) {
+        let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        let times = rest[..digits].parse::<usize>().ok().filter(|times| *times <= MAX_HOLES);
+        let drilled = matches!(self.runs.last(), Some(run) if !run.slots && run.tool == self.tool);
+        let (Some(times), true) = (times, drilled) else {
+            return self.error(
+                number,
+                1,
+                Code::Unreadable,
+                format!("`R{rest}` repeats no hole"),
+                "write a hole, then `R5X2.54`: five more, each 2.54 further",
+            );
+        };
+        let absolute = core::mem::replace(&mut self.relative, true);
+        let first = self.at;
+        if self.go(number, line, &rest[digits..]) {
+            let step = [self.at[0] - first[0], self.at[1] - first[1]];
+            for turn in 1..=times as i64 {
+                let at = [0, 1].map(|i: usize| first[i] + turn * step[i]);
+                if at.iter().any(|um| um.abs() > MAX_UM) || self.ended {
+                    let text = format!("`R{rest}` leads out of range");
+                    self.error(number, 1, Code::OutOfRange, text, "holes lie within 10 m");
+                    break;
+                }
+                self.at = at;
+                self.add(number, false, at);
+            }
+        }
+        self.relative = absolute;
+    }
+
+    /// Goes to the place that X and Y words name; `false` when they are wrong, which was said.
+    fn go(&mut self, number: u32, line: &str, text: &str) -> bool {
         let word = pair(satisfy(|c| c == 'X' || c == 'Y'), decimal);
         let list: Parsed<'_, Vec<(char, &str)>> = many1(word).parse(text);
         let Ok((rest, words)) = list else {
-            return self.error(
+            self.error(
                 number,
                 column(line, text),
                 Code::Unreadable,
-                format!("`{text}` is no hole"),
+                format!("`{text}` is no place"),
                 "write `X1.5Y2.5`",
             );
+            return false;
         };
         if !rest.trim().is_empty() {
             let col = column(line, rest);
-            return self.error(
+            self.error(
                 number,
                 col,
                 Code::Unreadable,
                 format!("`{}` does not belong here", rest.trim()),
                 "a hole has X and Y",
             );
+            return false;
         }
         let mut seen = [false; 2];
         for (letter, value) in words {
             let index = usize::from(letter == 'Y');
-            let um = self.coordinate(value).filter(|um| um.abs() <= MAX_UM);
+            let base = if self.relative { self.at[index] } else { 0 };
+            let um = self.coordinate(value).map(|um| base + um).filter(|um| um.abs() <= MAX_UM);
             let (Some(um), false) = (um, core::mem::replace(&mut seen[index], true)) else {
-                return self.error(
+                self.error(
                     number,
                     1,
                     Code::OutOfRange,
                     format!("`{letter}{value}` is out of range"),
                     "one X and one Y within 10 m",
                 );
+                return false;
             };
-            self.at[index] = if self.relative { self.at[index] + um } else { um };
+            self.at[index] = um;
         }
+        true
+    }
+
+    /// Adds the hole at `from`, or the slot from there to the present place.
+    fn add(&mut self, number: u32, slots: bool, from: [i64; 2]) {
         if self.holes >= MAX_HOLES {
             self.ended = true;
             return self.error(
@@ -273,9 +371,10 @@ impl<'d> Reader<'d> {
             );
         }
         self.holes += 1;
+        let place = [from, self.at];
         match self.runs.last_mut() {
-            Some(run) if run.tool == self.tool => run.holes.push(self.at),
-            _ => self.runs.push(Run { tool: self.tool, holes: vec![self.at] }),
+            Some(run) if run.tool == self.tool && run.slots == slots => run.places.push(place),
+            _ => self.runs.push(Run { tool: self.tool, slots, places: vec![place] }),
         }
     }
 
@@ -324,20 +423,29 @@ fn write(job: &Job<'_>, runs: &[Run], sizes: &BTreeMap<u32, String>, diags: &mut
         if job.profile.z.as_ref().is_some_and(|z| z.max_um > 0 && z.min_um >= 0) { 1 } else { -1 };
     script.line(&format!("CONST DEPTH = {}, SAFE = {}", mm(2000 * down), mm(-2000 * down)));
     script.line("CONST PLUNGE = 120mm/min");
+    if runs.iter().any(|run| run.slots) {
+        script.line("CONST MILL = 120mm/min");
+    }
     let text = "a drill file says nothing of depth and speed: they are the script's CONST lines";
     diags.push(Diag::new(Code::Said, 1, 1, text).note());
     script.line("DIM i");
+    let alone = |slots: bool| runs.iter().filter(|run| run.slots == slots).count() == 1;
     let name = |index: usize| {
-        if runs.len() == 1 { "holes".to_owned() } else { format!("holes_{}", index + 1) }
+        let word = if runs[index].slots { "slots" } else { "holes" };
+        if alone(runs[index].slots) { word.to_owned() } else { format!("{word}_{}", index + 1) }
     };
     for (index, run) in runs.iter().enumerate() {
-        let cell = |hole: &[i64; 2]| format!("{}, {}", mm(hole[0]), mm(hole[1]));
+        let ends = if run.slots { 2 } else { 1 };
+        let cell = |place: &[[i64; 2]; 2]| {
+            place[..ends].iter().flatten().map(|um| mm(*um)).collect::<Vec<_>>().join(", ")
+        };
         let rows: Vec<String> = run
-            .holes
-            .chunks(ROWS_A_LINE)
+            .places
+            .chunks(ROWS_A_LINE / ends)
             .map(|chunk| chunk.iter().map(cell).collect::<Vec<_>>().join("; "))
             .collect();
-        let text = format!("TABLE {}(2) = {}", name(index), rows.join("; _\n  "));
+        let columns = 2 * ends;
+        let text = format!("TABLE {}({columns}) = {}", name(index), rows.join("; _\n  "));
         text.lines().for_each(|line| script.line(line));
     }
     script.gap();
@@ -348,26 +456,38 @@ fn write(job: &Job<'_>, runs: &[Run], sizes: &BTreeMap<u32, String>, diags: &mut
     }
     for (index, run) in runs.iter().enumerate() {
         let size = sizes.get(&run.tool).map_or(String::new(), |size| format!(", {size}"));
-        let holes = run.holes.len();
-        script.remark(&format!(
-            "Tool {}{size}: {holes} {}",
-            run.tool,
-            if holes == 1 { "hole" } else { "holes" }
-        ));
+        let what = match (run.slots, run.places.len()) {
+            (false, 1) => "hole",
+            (false, _) => "holes",
+            (true, 1) => "slot",
+            (true, _) => "slots",
+        };
+        script.remark(&format!("Tool {}{size}: {} {what}", run.tool, run.places.len()));
         // The first tool is in the spindle when Start is pressed.
-        script.line(&if index == 0 {
-            format!("T{}", run.tool)
-        } else {
-            format!("M6 T{}", run.tool)
-        });
-        script.line("M3");
+        match index.checked_sub(1).map(|before| runs[before].tool) {
+            None => script.line(&format!("T{}", run.tool)),
+            Some(before) if before != run.tool => script.line(&format!("M6 T{}", run.tool)),
+            Some(_) => {}
+        }
+        let other = |index: usize| runs.get(index).is_none_or(|other| other.tool != run.tool);
+        if index.checked_sub(1).is_none_or(other) {
+            script.line("M3");
+        }
         script.open(&format!("FOR i = 0 TO COUNT({}) - 1", name(index)));
-        let (x, y) = (format!("{}(i, 0)", name(index)), format!("{}(i, 1)", name(index)));
-        script.line(&format!("G0 X[{x}] Y[{y}]"));
+        let place = |first: usize| {
+            let name = name(index);
+            format!("X[{name}(i, {first})] Y[{name}(i, {})]", first + 1)
+        };
+        script.line(&format!("G0 {}", place(0)));
         script.line("G1 Z[DEPTH] F[PLUNGE]");
+        if run.slots {
+            script.line(&format!("G1 {} F[MILL]", place(2)));
+        }
         script.line("G0 Z[SAFE]");
         script.close("NEXT");
-        script.line("M5");
+        if other(index + 1) {
+            script.line("M5");
+        }
     }
     script.finish()
 }

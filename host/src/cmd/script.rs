@@ -1,9 +1,11 @@
 //! From a file's name to a checked script.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use firmware::store;
 use lang::back::{self, Compiled, Excess, Resource};
+use lang::front::diag::Diag;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
@@ -51,7 +53,7 @@ pub fn load(file: &str, options: &Options, console: &Console) -> Result<Script, 
         diags.extend(found.into_sorted());
         program = checked;
     }
-    for diag in &diags {
+    for diag in &collapsed(diags) {
         console.diag(diag, &source)?;
     }
     if dropped > 0 && !console.json() {
@@ -61,6 +63,33 @@ pub fn load(file: &str, options: &Options, console: &Console) -> Result<Script, 
         Some(program) => Ok(Script { source, program }),
         None => Err(Failure::Input),
     }
+}
+
+/// Warnings that say the same of several places become one, at the first of them, with their
+/// number: a feed above the axes' top stands in every other line of some files.
+fn collapsed(diags: Vec<Diag>) -> Vec<Diag> {
+    let mut counts: HashMap<(&str, String), usize> = HashMap::new();
+    for diag in diags.iter().filter(|diag| !diag.is_error()) {
+        *counts.entry((diag.code.id(), diag.message.clone())).or_default() += 1;
+    }
+    let mut kept = Vec::with_capacity(diags.len());
+    for mut diag in diags {
+        if !diag.is_error() {
+            match counts.remove(&(diag.code.id(), diag.message.clone())) {
+                Some(1) => {}
+                Some(count) => {
+                    diag.message += &format!(
+                        " (and {} more {})",
+                        count - 1,
+                        if count == 2 { "place" } else { "places" }
+                    );
+                }
+                None => continue,
+            }
+        }
+        kept.push(diag);
+    }
+    kept
 }
 
 /// The profile of a PROFILE line: a built-in one, or NAME.toml beside the script.

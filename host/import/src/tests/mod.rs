@@ -134,3 +134,12 @@ fn a_drill_file() {
         made("a.drl", text)
     );
 }
+
+#[test]
+fn slots_routes_and_repeated_holes() {
+    let text = "M48\nMETRIC\nT1C0.8\nT2C1.0\n%\nG90\nG05\nT1\nX1.0Y2.0\nR3X2.54\nX0.0Y0.0\nR2Y-1.5\nT2\n\
+        X5.0Y5.0G85X8.0Y5.0\nG00X1.0Y9.0\nM15\nG01X2.0Y9.0\nG01X2.0Y8.0\nM16\nG05\nX7.0Y7.0\nM30\n";
+    insta::assert_snapshot!(made("a.drl", text));
+    let text = "M48\nMETRIC\nT1C0.8\n%\nT1\nR3X2.54\nX1.0Y1.0\nR9999999X1.0\nR3X4999.0\nX1.0G85\nG02X1.0Y2.0A1\nR2\nM30\n";
+    insta::assert_snapshot!(refused("a.drl", text));
+}
