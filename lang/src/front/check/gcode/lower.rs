@@ -86,8 +86,7 @@ impl<'a> Checker<'a> {
         if block.tolerance
             && let Some(p) = block.p
         {
-            let hint = "the corner tolerance is `corner_um` of the profile";
-            self.error(Code::GcodeTolerance, p.span, "P of G64 changes nothing", hint);
+            ok &= self.tolerance(p, &context).is_some();
         }
         match self.motion_of(index, block, &context) {
             Some(motions) => out.extend(motions),
@@ -106,6 +105,19 @@ impl<'a> Checker<'a> {
             }
         }
         ok.then(|| self.block_in_order(out))
+    }
+
+    /// P of G64: the machine has one tolerance, its profile's. Another one here is told.
+    fn tolerance(&mut self, word: &'a GWord, context: &Context) -> Option<()> {
+        let value = self.distance_word(word, context, false)?;
+        let corner = self.profile.corner_um;
+        if value.kind != Kind::Length || value_of(&value) != Some(corner) {
+            let name = &self.profile.name;
+            let message = format!("P changes nothing: `{name}` rounds corners by up to {corner}um");
+            let hint = "leave P out, or set `corner_um` in the profile";
+            self.error(Code::GcodeTolerance, word.span, message, hint);
+        }
+        Some(())
     }
 
     /// M3 to M9.
