@@ -13,6 +13,7 @@ use crate::axis::Axis;
 use crate::effect::{Plane, Want};
 use crate::kind::Kind;
 use core::fmt;
+use std::collections::BTreeSet;
 
 /// Height of the highest expression tree that the parser lets through.
 pub const MAX_EXPR_DEPTH: usize = 100;
@@ -30,6 +31,8 @@ pub struct Script {
     pub routines: Vec<Routine>,
     /// Line of the last token, from 1.
     pub last_line: u32,
+    /// Keys of names in declarations that could not be read.
+    pub lost: BTreeSet<String>,
 }
 
 /// Statements in text order.

@@ -5,6 +5,9 @@ use super::source::Source;
 use super::span::Span;
 use core::fmt::Write;
 
+/// Longest line of a diagnostic, bytes: names in it may be as long as the file.
+const MAX_LINE: usize = 400;
+
 /// Diagnostics shown in one run; what goes beyond is counted only.
 pub const MAX_DIAGS: usize = 50;
 
@@ -84,6 +87,15 @@ impl Diag {
     }
 }
 
+/// Cuts a text that is longer than a line may be.
+fn shorten(text: &mut String) {
+    if text.len() > MAX_LINE {
+        let end = (0..=MAX_LINE).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0);
+        text.truncate(end);
+        text.push_str("...");
+    }
+}
+
 /// Collects diagnostics: at most [`MAX_DIAGS`], none twice at one place.
 #[derive(Clone, Debug, Default)]
 pub struct Diags {
@@ -99,7 +111,9 @@ impl Diags {
 
     /// Adds one, unless the list is full or has the same code at the same place. An error takes
     /// the place of a warning in a full list.
-    pub fn push(&mut self, diag: Diag) {
+    pub fn push(&mut self, mut diag: Diag) {
+        let texts = diag.labels.iter_mut().map(|label| &mut label.text);
+        [&mut diag.message].into_iter().chain(texts).chain(&mut diag.hint).for_each(shorten);
         if self.list.iter().any(|d| d.code == diag.code && d.span.start == diag.span.start) {
             return;
         }

@@ -278,7 +278,8 @@ fn pattern(text: &str, digits: &str) -> Result<Literal, LiteralError> {
             Ok(Literal { kind: Kind::Number, value: i64::from(bits as i32) })
         }
         _ if plain.len() > 8 && plain.bytes().all(|b| char::from(b).is_digit(radix)) => {
-            Err(wrong(Code::NumberRange, format!("`{text}` has more than 32 bits"), None))
+            let hint = "the greatest patterns are `&HFFFFFFFF` and 32 binary digits".to_owned();
+            Err(wrong(Code::NumberRange, format!("`{text}` has more than 32 bits"), hint))
         }
         _ => {
             let hint = "bit patterns are `&H1F` and `&B1010`, without unit".to_owned();

@@ -282,6 +282,37 @@ pub fn lookup(word: &str) -> Option<Reserved> {
     WORDS.get(core::str::from_utf8(upper).ok()?).copied()
 }
 
+/// Functions of other BASICs, and what does here what they do there.
+const FOREIGN_FUNCTIONS: [(&str, &str); 22] = [
+    ("asc", "a character is a number: A is 65"),
+    ("atn", "there are no fractions: put the values into a TABLE"),
+    ("chr", "a character is a number: A is 65"),
+    ("cint", "values are whole numbers: leave it out"),
+    ("cos", "there are no fractions: put the values into a TABLE, or draw arcs by G2 and G3"),
+    ("exp", "there are no fractions: put the values into a TABLE"),
+    ("fix", "values are whole numbers: leave it out"),
+    ("getpos", "write `POS(X)`"),
+    ("inkey", "write `CHARIN()`"),
+    ("input", "write `IN(n)`"),
+    ("int", "values are whole numbers: leave it out; `/` truncates toward zero"),
+    ("log", "there are no fractions: put the values into a TABLE"),
+    ("millis", "write `TIMER()`"),
+    ("now", "write `TIMER()`: the Time since the run began"),
+    ("pi", "there are no fractions: `355 / 113` of a value is near it"),
+    ("rnd", "there are no random numbers"),
+    ("round", "values are whole numbers: leave it out"),
+    ("sin", "there are no fractions: put the values into a TABLE, or draw arcs by G2 and G3"),
+    ("sqrt", "write `SQR(n)`"),
+    ("tan", "there are no fractions: put the values into a TABLE"),
+    ("time", "write `TIMER()`: the Time since the run began"),
+    ("val", "there are no text variables"),
+];
+
+/// A hint for a name, in lower case, that is a function elsewhere.
+pub fn foreign_function(key: &str) -> Option<&'static str> {
+    FOREIGN_FUNCTIONS.iter().find(|(name, _)| *name == key).map(|(_, hint)| *hint)
+}
+
 /// The candidate nearest to `word` by edit distance (a swap of neighbours counts 1), if it is near
 /// enough that a typing slip explains the difference: 1 for up to four letters, 2 beyond.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

@@ -221,7 +221,8 @@ impl<'a> Checker<'a> {
         let (from, to, by) = (from_value?, to_value?, step_value?);
         if value_of(&by) == Some(0) {
             let span = step.map_or(name.span, |s| s.span);
-            self.run_time_fault(Fault::ValueRange, span, "STEP 0 never ends");
+            let hint = "give a step that leads to the limit, or write `DO` ... `LOOP`";
+            self.ends_here(Fault::ValueRange, span, "STEP 0 never ends", hint);
         }
         let to_temp = value_of(&to).is_none().then(|| self.hidden("for limit", kind, name.span));
         let step_temp = value_of(&by).is_none().then(|| self.hidden("for step", kind, name.span));

@@ -7,7 +7,7 @@ use crate::fault::Fault;
 use crate::front::ast::{BinaryOp, Expr, ExprKind, Name, UnaryOp};
 use crate::front::codes::Code;
 use crate::front::span::Span;
-use crate::front::words::Func;
+use crate::front::words::{self, Func};
 use crate::hir::{self, BinOp, ReadKind, RoutineId, TableId, UnOp, VarId};
 use crate::kind::Kind;
 
@@ -52,7 +52,10 @@ impl<'a> Checker<'a> {
     }
 
     fn name(&mut self, name: &'a Name, span: Span) -> Option<hir::Expr> {
-        let symbol = self.resolve(name)?;
+        let symbol = self.resolve_as(name, |text| match words::foreign_function(&name.key) {
+            Some(hint) => hint.to_owned(),
+            None => format!("declare it first: `DIM {text}`"),
+        })?;
         match symbol.entity {
             Entity::Const(kind, value) => Some(number(value?, kind, span)),
             Entity::Port(_, n) => Some(number(n?, Kind::Number, span)),
@@ -75,7 +78,12 @@ impl<'a> Checker<'a> {
     }
 
     fn apply(&mut self, name: &'a Name, args: &'a [Expr], span: Span) -> Option<hir::Expr> {
-        let symbol = self.resolve(name)?;
+        let symbol = self.resolve_as(name, |text| match words::foreign_function(&name.key) {
+            Some(hint) => hint.to_owned(),
+            None => format!(
+                "an array is declared by `DIM {text}(8)`, a function by `FUNCTION {text}(n)`"
+            ),
+        })?;
         match symbol.entity {
             Entity::Var(var) => self.element(var, &symbol, args, span),
             Entity::Table(id) => self.table_value(id, &symbol, args, span),

@@ -5,7 +5,7 @@ use super::{Checker, fold};
 use crate::axis::Axis;
 use crate::effect::Frame;
 use crate::fault::Fault;
-use crate::front::ast::{AxisRef, Expr};
+use crate::front::ast::{AxisRef, Expr, ExprKind};
 use crate::front::codes::Code;
 use crate::front::span::Span;
 use crate::hir;
@@ -55,6 +55,10 @@ impl<'a> Checker<'a> {
     /// A number of an input or output, which the wiring must have.
     pub(super) fn port(&mut self, expr: &'a Expr, output: bool) -> Option<hir::Expr> {
         let what = if output { "an output's number" } else { "an input's number" };
+        if let ExprKind::Name(name) = &expr.kind {
+            let word = if output { "OUTPUT" } else { "INPUT" };
+            self.resolve_as(name, |name| format!("say which it is: `{word} {name} = 1`"))?;
+        }
         let n = self.plain(expr, what)?;
         match value_of(&n) {
             Some(value) => self.check_port(output, value, expr.span).then_some(n),
@@ -91,14 +95,26 @@ impl<'a> Checker<'a> {
 
     /// Warns of a statement that always ends in a fault.
     pub(super) fn run_time_fault(&mut self, fault: Fault, span: Span, what: &str) {
+        self.ends_here(fault, span, what, remedy(fault));
+    }
+
+    /// The same with a remedy of its own.
+    pub(super) fn ends_here(
+        &mut self,
+        fault: Fault,
+        span: Span,
+        what: &str,
+        hint: impl Into<String>,
+    ) {
         let message = format!("{what}: the run ends here with {fault}");
-        self.error(Code::AlwaysFaults, span, message, remedy(fault));
+        self.error(Code::AlwaysFaults, span, message, hint);
     }
 
     /// A Time that is constant must not be below `least` ms.
     pub(super) fn check_time(&mut self, time: &hir::Expr, span: Span, least: i32) {
         if value_of(time).is_some_and(|ms| ms < least) {
-            self.run_time_fault(Fault::ValueRange, span, "this time is too short");
+            let hint = format!("the shortest is {least}ms");
+            self.ends_here(Fault::ValueRange, span, "this time is too short", hint);
         }
     }
 

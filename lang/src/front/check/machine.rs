@@ -236,7 +236,8 @@ impl<'a> Checker<'a> {
             return None;
         }
         if value_of(&value).is_some_and(|c| !CHARACTERS.contains(&c)) {
-            self.run_time_fault(Fault::ValueRange, code.span, "a character outside 33 to 125");
+            let hint = "characters are given by their numbers: A is 65, 0 is 48";
+            self.ends_here(Fault::ValueRange, code.span, "a character outside 33 to 125", hint);
         }
         Some(value)
     }

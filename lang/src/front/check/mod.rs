@@ -177,18 +177,28 @@ impl<'a> Checker<'a> {
 
     /// What a name stands for; an error that proposes the nearest where there is none.
     fn resolve(&mut self, name: &'a Name) -> Option<Symbol<'a>> {
+        self.resolve_as(name, |name| format!("declare it first: `DIM {name}`"))
+    }
+
+    /// The same with the hint for a name that is like no other.
+    fn resolve_as(
+        &mut self,
+        name: &'a Name,
+        hint: impl FnOnce(&str) -> String,
+    ) -> Option<Symbol<'a>> {
         if let Some(symbol) = self.names.take(self.scope, &name.key) {
             return Some(symbol);
+        }
+        if self.script.lost.contains(&name.key) {
+            // Its declaration has an error.
+            return None;
         }
         let near = if self.diags.dropped() == 0 {
             nearest(&name.text, self.names.visible(self.scope))
         } else {
             None
         };
-        let hint = near.map_or_else(
-            || format!("declare it first: `DIM {}`", name.text),
-            |near| format!("did you mean `{near}`?"),
-        );
+        let hint = near.map_or_else(|| hint(&name.text), |near| format!("did you mean `{near}`?"));
         self.error(
             Code::UnknownName,
             name.span,

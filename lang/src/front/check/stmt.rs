@@ -225,7 +225,8 @@ impl<'a> Checker<'a> {
     }
 
     fn call(&mut self, name: &'a Name, args: &'a [Expr], span: Span) -> Option<hir::StmtKind> {
-        let symbol = self.resolve(name)?;
+        let declare = |name: &str| format!("declare it: `SUB {name}` ... `END SUB`");
+        let symbol = self.resolve_as(name, declare)?;
         let Entity::Routine(id) = symbol.entity else {
             let message = format!("`{}` is not a SUB", name.text);
             self.error(

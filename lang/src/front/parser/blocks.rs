@@ -71,6 +71,11 @@ impl<'a> Builder<'a> {
         self.lost = true;
     }
 
+    /// Says that a declaration was lost that may have declared this name.
+    pub fn lose_name(&mut self, key: String) {
+        self.script.lost.insert(key);
+    }
+
     /// Adds the next piece.
     pub fn add(&mut self, placed: Placed) {
         let Placed { piece, span, line } = placed;

@@ -254,12 +254,14 @@ pub fn surplus(i: In<'_>) -> Option<Diag> {
         Tok::Sign(Sign::Comma) => {
             Diag::new(Code::WrongArguments, span, "there are too many arguments")
         }
-        Tok::Sign(Sign::Close) => Diag::new(Code::Expected, span, "this `)` closes nothing"),
+        Tok::Sign(Sign::Close) => Diag::new(Code::Expected, span, "this `)` closes nothing")
+            .hint("delete it, or open it with `(`"),
         Tok::Sign(Sign::OpenBracket) => {
             Diag::new(Code::ForeignBrackets, span, "`[` has no meaning")
                 .hint("a size or an index stands in parentheses: `a(5)`")
         }
-        Tok::Sign(Sign::CloseBracket) => Diag::new(Code::Expected, span, "this `]` closes nothing"),
+        Tok::Sign(Sign::CloseBracket) => Diag::new(Code::Expected, span, "this `]` closes nothing")
+            .hint("delete it; indices stand in parentheses: `a(5)`"),
         Tok::Sign(Sign::Semicolon) => {
             Diag::new(Code::ForeignComment, span, "`;` has no meaning here")
                 .hint("comments begin with `'`; `;` begins one in G-code only")

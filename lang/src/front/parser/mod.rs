@@ -92,6 +92,7 @@ fn statement<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
             let usage = match i.tok() {
                 Tok::Kw(Kw::On) => Some(foreign::on_usage(i.second().tok)),
                 Tok::Kw(kw) | Tok::Quiet(kw) if !kw.is_soft() => Some(kw.entry().usage),
+                Tok::Name if i.second().tok == Tok::Sign(Sign::Eq) => Some("name = expression"),
                 _ => None,
             };
             let label = foreign::reserved_label(i);
@@ -129,10 +130,35 @@ fn recover<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
         None => {}
     }
     let mut rest = skip(i.rest());
+    if declares(i.tok()) {
+        // What it would have declared is not missed again at each use.
+        let count = i.tokens.len() - rest.tokens.len();
+        let names = i.tokens.iter().take(count).filter(|t| t.tok == Tok::Name);
+        for token in names {
+            builder.lose_name(token.span.of(i.context.text).to_ascii_lowercase());
+        }
+    }
     while one_line_if && rest.tok() == Tok::Sign(Sign::Colon) {
         rest = skip(rest.rest());
     }
     rest
+}
+
+/// Whether a statement that begins so declares names.
+fn declares(tok: Tok) -> bool {
+    matches!(
+        tok,
+        Tok::Kw(
+            Kw::Dim
+                | Kw::Keep
+                | Kw::Const
+                | Kw::Input
+                | Kw::Output
+                | Kw::Table
+                | Kw::Sub
+                | Kw::Function
+        )
+    )
 }
 
 /// Up to the end of the statement.
