@@ -2,7 +2,8 @@
 
 use crate::consts::constants;
 use firmware::store::{KEEP_FREE, SEGMENT, SEGMENTS, SLOT_HEAD, Store};
-use lang::record::{BoardRecord, RECORD_VERSION, feature};
+use lang::part::G2553;
+use lang::record::{BoardRecord, RECORD_VERSION};
 use lang::wire::{Exception, Refusal, Upload};
 
 /// Start of the program area.
@@ -25,7 +26,7 @@ constants! {
     PROFILE_FIRST = 0x1080;
     PROFILE_SECOND = 0x1040;
     RECORD_VERSION = RECORD_VERSION;
-    FEATURES = feature::INTERPOLATE | feature::KEEP | feature::LINES;
+    FEATURES = G2553.features;
     // FCTL1 (SLAU144, 7.4) with its password.
     FLASH_WRITE = 0xA500 | 1 << 6;
     FLASH_ERASE = 0xA500 | 1 << 1;

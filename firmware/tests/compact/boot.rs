@@ -15,7 +15,7 @@ fn an_erased_board_starts_with_the_default_profile() {
     assert_eq!(chip.word("STORED"), 0);
     assert_eq!(chip.word("VM_CODE"), 0);
     assert_eq!(chip.byte("CAUSE"), 1 << 2, "power on");
-    assert_eq!(chip.board.peek8(IFG1), 0);
+    assert_eq!(chip.board.bus_read8(IFG1), 0);
     assert_ne!(chip.board.bus_read8(P1IN) & 1, 0, "Stop is not held: the pull-up holds it");
     assert_eq!(chip.byte("VM_FAULT"), 0);
     assert_eq!(chip.byte("FAULT_IN"), 0);

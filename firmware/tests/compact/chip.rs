@@ -9,6 +9,7 @@ const BACK: u16 = 0xFDFE;
 const STACK: u16 = 0x0400;
 
 /// A chip that has just been reset and does nothing on its own.
+#[derive(Clone)]
 pub struct Chip {
     /// The emulated board.
     pub board: Board,
@@ -20,13 +21,30 @@ impl Chip {
         let image = Image::parse(IMAGE).expect("the shipped image is an ELF file");
         let mut board = Board::new(Part::G2553, &image);
         board.set_breakpoint(BACK);
+        let mut chip = Chip { board };
+        chip.quiet();
+        chip
+    }
+
+    /// Power off and on: RAM all 0, watchdog off.
+    pub fn restart(&mut self) {
+        self.board.power_cut();
+        self.board.power_up();
+        self.quiet();
+    }
+
+    fn quiet(&mut self) {
+        let board = &mut self.board;
         for address in (0x0200..STACK).step_by(2) {
             board.poke16(address, 0);
         }
+        // 16 MHz from the factory calibration, as the flash controller wants it.
+        let (range, step) = (board.peek8(0x10F9), board.peek8(0x10F8));
+        board.bus_write8(0x0057, range);
+        board.bus_write8(0x0056, step);
         // ACLK from the VLO: a routine may set the watchdog to it (SLAU144, 5.3.4).
         board.bus_write8(0x0053, 0x20);
         board.bus_write16(0x0120, 0x5A80);
-        Chip { board }
     }
 
     /// The address of a symbol of the assembly.
@@ -82,6 +100,19 @@ impl Chip {
     /// # Panics
     /// As [`Chip::call`].
     pub fn call_at(&mut self, address: u16, routine: &str, registers: &[(usize, u16)]) -> u64 {
+        self.try_at(address, routine, registers)
+            .unwrap_or_else(|| panic!("power fails in {routine}"))
+    }
+
+    /// As [`Chip::call`]; `None` when power failed on the way.
+    ///
+    /// # Panics
+    /// As [`Chip::call`].
+    pub fn try_call(&mut self, routine: &str, registers: &[(usize, u16)]) -> Option<u64> {
+        self.try_at(self.at(routine), routine, registers)
+    }
+
+    fn try_at(&mut self, address: u16, routine: &str, registers: &[(usize, u16)]) -> Option<u64> {
         self.board.poke16(STACK - 2, BACK);
         for &(register, value) in registers {
             self.board.set_reg(register, value);
@@ -91,9 +122,12 @@ impl Chip {
         self.board.set_reg(0, address);
         let start = self.board.cycles();
         let stop = self.board.run_until(start + TICKS_PER_SECOND);
+        if stop == Stop::NoPower {
+            return None;
+        }
         assert_eq!(stop, Stop::Breakpoint(BACK), "{routine} hangs");
         assert_eq!(self.board.reg(1), STACK, "{routine} leaves the machine stack in disorder");
-        self.board.cycles() - start
+        Some(self.board.cycles() - start)
     }
 
     /// A register.

@@ -2,10 +2,13 @@
 //!
 //! The image is the shipped one: run `firmware/build.sh` after a change of its sources.
 
+mod area;
 mod boot;
 mod chip;
 mod machine;
 
 mod coords;
 mod formula;
+mod keep;
 mod numbers;
+mod store;

@@ -34,8 +34,32 @@ profile_whole:
 1:  ret
 
     .global profile_word
+/* r12 = index in the record, r13 = word, for the copy that is not in use; leaves r12 = 0 or an
+   Exception: the last word makes the copy valid. Uses r11 to r15. */
 profile_word:
-    ret
+    call #only_idle
+    mov #PROFILE_FIRST, r15
+    cmp r15, &BOARD
+    jne 1f
+    mov #PROFILE_SECOND, r15
+1:  rla r12
+    add r15, r12
+    cmp r15, r12
+    jne 2f
+    call #flash_erase
+2:  mov r12, r11
+    call #word_write
+    sub r15, r11
+    cmp #BOARD_SIZE-2, r11
+    jne 3f
+    tst r12
+    jne 3f
+    mov r15, r12
+    call #profile_whole
+    mov #0, r12
+    jeq 3f
+    mov #EX_DEVICE_FAILURE, r12
+3:  ret
 
     .global fault_log
 /* Appends the last fault to the log: number and input, place in the code, line, and their exclusive

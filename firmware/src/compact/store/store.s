@@ -110,9 +110,159 @@ free_bytes:
     sub #SLOT_HEAD, r12
 2:  ret
 
+    .global idle
+/* Leaves Z set when no run is active and nothing moves; keeps all. */
+idle:
+    bit.b #2, &RUN              /* running, paused, stopping */
+    jne 1f
+    tst.b &MOVING
+1:  ret
+
+/* Called first by what needs that: otherwise its caller gets the answer Busy. */
+only_idle:
+    call #idle
+    jeq 1f
+    incd r1
+    mov #EX_BUSY, r12
+1:  ret
+
     .global upload_control
+/* r12 = Upload code; leaves r12 = 0 or an Exception; uses r11 to r15. */
 upload_control:
+    call #only_idle
+    mov r12, r15
+    dec r12
+    cmp #UPLOAD_ERASE, r12
+    mov #EX_ILLEGAL_VALUE, r12
+    jhs 2f
+    call #upload
+    push r12
+    call #program_attach
+    pop r12
+    mov.b r12, &REFUSAL
+    tst r12
+    jeq 2f
+    mov #EX_DEVICE_FAILURE, r12
+2:  ret
+
+/* r15 = Upload code; leaves r12 = 0 or a Refusal; uses r11 to r15. */
+upload:
+    cmp #UPLOAD_COMMIT, r15
+    jeq commit
+    mov #AREA_END, r11
+    cmp #UPLOAD_ERASE, r15
+    jeq upload_erase
+
+/* Begin, Replace: r11 = end of what the image may take */
+    clr &OPEN
+    mov &UPLOAD, r12
+    tst r12
+    jge 1f
+    mov #KEEP_FIRST, r11
+    add #0x8000, r12
+1:  tst r12
+    jeq upload_not_begun
+    cmp #AREA_BYTES+1, r12
+    jhs 4f
+    call #slot_bytes
+    mov r12, r13
+    cmp #UPLOAD_REPLACE, r15
+    jne 2f
+    call #discard
+    /* in front of the current slot, or behind it; without one that is 0 and leaves 3.5 KB */
+2:  mov #AREA, r12
+    mov &STORED, r14
+    sub r12, r14
+    cmp r13, r14
+    jhs 3f
+    call #stored_end
+3:  sub r12, r11
+    cmp r13, r11
+    jl 4f
+    mov r12, r15
+    add r12, r13
+5:  call #flash_erase
+    add #SEGMENT, r12
+    cmp r13, r12
+    jne 5b
+    mov r15, &OPEN
+    jmp upload_good
+4:  mov #REFUSAL_TOO_LONG, r12
     ret
+
+/* Erase */
+upload_erase:
+    call #discard
+upload_good:
+    clr r12
+    ret
+
+/* Gives the current program up; keeps all but r12, r14. */
+discard:
+    mov &STORED, r12
+    clr &STORED
+    br #flash_erase
+
+upload_not_begun:
+    mov #REFUSAL_NOT_BEGUN, r12
+    ret
+
+/* Commit */
+commit:
+    mov &OPEN, r12
+    tst r12
+    jeq upload_not_begun
+    mov &UPLOAD, r15
+    bic #0x8000, r15
+    cmp r15, SLOT_HEAD+6(r12)
+    mov #REFUSAL_CRC, r15
+    jne 1f
+    call #slot_check
+    mov r12, r15
+    tst r12
+    jne 1f
+    mov &OPEN, r12
+    mov &STORED, r11
+    mov.b #-1, r13
+    tst r11
+    jeq 2f
+    mov.b @r11, r13
+2:  inc.b r13
+    add #SLOT_COMMITTED, r13
+    mov #REFUSAL_FLASH, r15
+    call #flash_write
+    cmp @r12, r13
+    jne 1f
+    mov r12, &STORED
+    clr &OPEN
+    mov r11, r12
+    call #flash_erase
+    clr r15
+1:  mov r15, r12
+    ret
+
     .global upload_word
+/* r12 = index of a register in the window, r13 = word; leaves r12 = 0 or an Exception; uses r14. */
 upload_word:
+    call #only_idle
+    rla r12
+    mov &UPLOAD, r14
+    bic #0x8000, r14
+    cmp r14, r12
+    jhs 1f
+    mov &OPEN, r14
+    tst r14
+    jeq 1f
+    add r14, r12
+    add #SLOT_HEAD, r12
+    cmp #-1, 0(r12)
+    jne word_held
+    .global word_write
+/* Writes r13 at r12; leaves r12 = 0, or an Exception when it is not there then. */
+word_write:
+    call #flash_write
+word_held:
+    cmp r13, 0(r12)
+    jeq upload_good
+1:  mov #EX_DEVICE_FAILURE, r12
     ret
