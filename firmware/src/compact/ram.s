@@ -101,7 +101,7 @@
     VAR RUN, 1                  /* RunState, without WaitStart */
     VAR RUN_FLAGS, 1            /* R_ flags */
     VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
-    VAR LAST, 1                 /* End of the last run */
+    VAR LAST_END, 1             /* End of the last run */
     VAR RUNS, 2                 /* runs begun since reset */
     VAR MILLIS, 2               /* milliseconds since reset */
     VAR TIMER_MS, 4             /* milliseconds of the run */

@@ -6,9 +6,11 @@ mod area;
 mod boot;
 mod chip;
 mod machine;
+mod rig;
 
 mod coords;
 mod formula;
 mod keep;
 mod numbers;
+mod session;
 mod store;

@@ -190,26 +190,26 @@ stopping:
     call #output_states
     tst r11
     jeq 9b
-    mov.b r11, &LAST
+    mov.b r11, &LAST_END
     clr.b &ENDING
     bic.b #R_WAITING, &RUN_FLAGS
     clr r12
     call #mark_run
     clr r14
-    cmp.b #END_FAULT, &LAST
+    cmp.b #END_FAULT, &LAST_END
     jne 1f
     call #fault_log
     mov.b &VM_FAULT, r14
     mov &VM_FAULT_PC, &EFFECT_PC
     jmp 2f
 1:  clr.b &VM_FAULT
-    cmp.b #END_STOPPED, &LAST
+    cmp.b #END_STOPPED, &LAST_END
     jne 2f
     tst.b &EFFECT
     jne 2f
     mov &VM_PC, &EFFECT_PC
 2:  clr r15
-    mov.b &LAST, r12
+    mov.b &LAST_END, r12
     swpb r12
     bis #TRACE_END, r12
     call #emit

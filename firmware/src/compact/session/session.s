@@ -168,7 +168,7 @@ run_begin:
     mov.b #RUN_RUNNING, &RUN
     bic.b #R_WAITING+R_TIMED_OUT+R_JOG, &RUN_FLAGS
     bic.b #T_FULL+T_ANNOUNCED, &TRACING
-    clr.b &LAST
+    clr.b &LAST_END
     clr.b &FAULT_IN
     clr &EFFECT
     clr &TRACE_NUMBER

@@ -1,0 +1,173 @@
+//! A whole program on the chip: the test takes the main loop's place, millisecond by millisecond.
+
+use emulator::plant::OutputChange;
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use lang::profile::Profile;
+use lang::record::BoardRecord;
+use lang::wire::{RunState, TraceKind};
+
+use crate::chip::Chip;
+
+/// The first slot of the program area, and where its image lies.
+const SLOT: u16 = 0xF200;
+const IMAGE: u16 = SLOT + 4;
+/// A commit word.
+const COMMITTED: u16 = 0xA500;
+/// Where the board's profile lies: segment C.
+const PROFILE: u16 = 0x1040;
+const WDTCTL: u16 = 0x0120;
+const P2DIR: u16 = 0x2A;
+const P1OUT: u16 = 0x21;
+const P1REN: u16 = 0x27;
+const BUTTONS: u8 = 1 << 0 | 1 << 3;
+/// `R_` and `T_` flags of `ram.s`.
+pub const R_TIMED_OUT: u8 = 4;
+const T_ON: u8 = 1;
+const T_FULL: u8 = 2;
+
+/// One trace event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Event {
+    /// See [`TraceKind`].
+    pub kind: u8,
+    /// Its argument.
+    pub argument: u8,
+    /// Its value.
+    pub value: i32,
+}
+
+/// An event of the wanted kind.
+pub const fn event(kind: TraceKind, argument: u8, value: i32) -> Event {
+    Event { kind: kind as u8, argument, value }
+}
+
+/// The chip with a program, its milliseconds counted by the test.
+pub struct Rig {
+    /// The chip.
+    pub chip: Chip,
+    /// Trace events so far.
+    pub events: Vec<Event>,
+    /// What was printed.
+    pub printed: String,
+    /// Whether a host takes what is printed.
+    pub takes: bool,
+}
+
+impl Rig {
+    /// A board with the profile of that name, its program stored.
+    pub fn new(profile: &str, script: &str) -> Rig {
+        Rig::with(&Profile::built_in(profile).expect("a built-in profile"), script)
+    }
+
+    /// A board with this profile, its program stored.
+    pub fn with(profile: &Profile, script: &str) -> Rig {
+        let (source, _) = Source::decode("test", script.as_bytes());
+        let choice = ProfileChoice::Given(Box::new(profile.clone()));
+        let (program, diags) = compile(&source, choice);
+        let program = program.unwrap_or_else(|| panic!("{script}: {:?}", diags));
+        let image = lang::back::compile(&program).expect("it fits").image;
+        let mut chip = Chip::new();
+        let mut put = |first: u16, bytes: &[u8]| {
+            for (address, &byte) in (first..).zip(bytes) {
+                chip.board.poke8(address, byte);
+            }
+        };
+        put(SLOT, &COMMITTED.to_le_bytes());
+        put(IMAGE, &image);
+        put(PROFILE, &BoardRecord::of(profile, 1).to_bytes());
+        // As the boot table has it: all of port 2 is output, the buttons have pull-ups.
+        for (register, value) in [(P2DIR, 0xFF), (P1OUT, BUTTONS), (P1REN, BUTTONS)] {
+            chip.board.bus_write8(register, value);
+        }
+        chip.set_word("BOARD", PROFILE);
+        chip.call("io_open", &[]);
+        chip.call("store_mount", &[]);
+        let rig = Rig { chip, events: Vec::new(), printed: String::new(), takes: true };
+        assert_eq!(rig.state(), RunState::Ready, "refusal {}", rig.chip.byte("REFUSAL"));
+        rig
+    }
+
+    /// The same with a host that traces.
+    pub fn traced(profile: &str, script: &str) -> Rig {
+        let mut rig = Rig::new(profile, script);
+        rig.chip.set_byte("TRACING", T_ON);
+        rig
+    }
+
+    /// The run state, without WaitStart.
+    pub fn state(&self) -> RunState {
+        RunState::from_number(self.chip.byte("RUN").into()).expect("a run state")
+    }
+
+    /// Lets milliseconds pass; in each the program comes round a few times.
+    pub fn ms(&mut self, count: u32) {
+        for _ in 0..count {
+            let now = self.chip.word("MILLIS").wrapping_add(1);
+            self.chip.set_word("MILLIS", now);
+            // An image check starts the watchdog, which the main loop would kick.
+            self.chip.board.bus_write16(WDTCTL, 0x5A80);
+            self.chip.call("ticks", &[]);
+            for _ in 0..4 {
+                self.chip.call("run", &[]);
+                self.host();
+            }
+        }
+    }
+
+    /// What a host does between two polls: takes the event and the print.
+    fn host(&mut self) {
+        let flags = self.chip.byte("TRACING");
+        if flags & T_FULL != 0 {
+            let kind = self.chip.byte("TRACE_KIND");
+            let argument = self.chip.byte("TRACE_ARGUMENT");
+            let value = self.chip.long("TRACE_VALUE", 0).cast_signed();
+            self.events.push(Event { kind, argument, value });
+            self.chip.set_byte("TRACING", flags & !T_FULL);
+        }
+        if self.takes {
+            let ring = self.chip.at("PRINT");
+            let tail = self.chip.word("PRINT_TAIL");
+            let ready = self.chip.byte("PRINT_READY");
+            for k in 0..u16::from(ready) {
+                let byte = self.chip.board.peek8(ring + (tail.wrapping_add(k) & 15));
+                self.printed.push(byte.into());
+            }
+            self.chip.set_word("PRINT_TAIL", tail.wrapping_add(ready.into()));
+            self.chip.set_byte("PRINT_READY", 0);
+        }
+    }
+
+    /// Presses Start for as long as the filter wants.
+    pub fn start(&mut self) {
+        self.chip.board.plant_mut().press_start(true);
+        self.ms(20);
+        self.chip.board.plant_mut().press_start(false);
+        self.ms(20);
+    }
+
+    /// Presses Stop for a moment.
+    pub fn stop(&mut self) {
+        self.chip.board.plant_mut().press_stop(true);
+        self.ms(20);
+        self.chip.board.plant_mut().press_stop(false);
+        self.ms(20);
+    }
+
+    /// Sets an input of the plant and lets the filter see it.
+    pub fn input(&mut self, n: u8, on: bool) {
+        self.chip.board.plant_mut().set_input(n, on);
+        self.ms(20);
+    }
+
+    /// Whether the plant sees the output on.
+    pub fn output(&self, n: u8) -> bool {
+        self.chip.board.plant().output(n)
+    }
+
+    /// Outputs that changed at the plant: number and state.
+    pub fn changes(&mut self) -> Vec<(u8, bool)> {
+        let changes = self.chip.board.plant_mut().take_output_changes();
+        changes.iter().map(|change: &OutputChange| (change.output, change.on)).collect()
+    }
+}

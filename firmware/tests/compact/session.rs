@@ -1,0 +1,134 @@
+//! Runs: Start, Stop, pauses, faults, and what the VM leaves to the session.
+
+use lang::fault::Fault;
+use lang::wire::{End, RunState, TraceKind};
+
+use crate::rig::{Rig, event};
+
+const END: fn(u8, i32) -> crate::rig::Event = |end, fault| event(TraceKind::End, end, fault);
+
+#[test]
+fn start_runs_the_program_to_its_end() {
+    let mut rig = Rig::traced("mill", "DIM i\nFOR i = 1 TO 3\nWait i * 10ms\nNEXT\n");
+    rig.start();
+    assert_eq!(rig.state(), RunState::Running);
+    rig.ms(60);
+    let wait = |ms| event(TraceKind::Wait, 0, ms);
+    assert_eq!(rig.events, [wait(10), wait(20), wait(30), END(End::Done as u8, 0)]);
+    assert_eq!(rig.state(), RunState::Ready);
+    assert_eq!(rig.chip.byte("LAST_END"), End::Done as u8);
+    assert_eq!(rig.chip.word("RUNS"), 1);
+}
+
+#[test]
+fn a_pause_stops_the_clock_of_waits() {
+    let mut rig = Rig::new("mill", "SetOut 2, ON\nWait 100ms\nSetOut 2, OFF\n");
+    rig.start();
+    assert!(rig.output(2));
+    rig.stop();
+    assert_eq!(rig.state(), RunState::Paused);
+    let left = rig.chip.long("TIME", 0);
+    rig.ms(500);
+    assert_eq!(rig.chip.long("TIME", 0), left);
+    rig.start();
+    assert_eq!(rig.state(), RunState::Running);
+    rig.ms(left + 2);
+    assert_eq!(rig.state(), RunState::Ready);
+}
+
+#[test]
+fn stop_held_for_two_seconds_ends_the_run() {
+    let mut rig = Rig::traced("mill", "Wait 10s\n");
+    rig.start();
+    rig.chip.board.plant_mut().press_stop(true);
+    rig.ms(1990);
+    assert_eq!(rig.state(), RunState::Paused);
+    rig.ms(30);
+    assert_eq!(rig.state(), RunState::Ready);
+    assert_eq!(rig.events.last(), Some(&END(End::Stopped as u8, 0)));
+}
+
+#[test]
+fn a_fault_ends_the_run_and_start_acknowledges_it() {
+    let mut rig = Rig::traced("mill", "DIM a, b\nb = 1 / a\nSetOut 2, ON\n");
+    rig.start();
+    let fault = Fault::DivisionByZero.number();
+    assert_eq!(rig.events, [END(End::Fault as u8, fault.into())]);
+    assert_eq!(rig.state(), RunState::Fault);
+    assert_eq!(rig.chip.byte("VM_FAULT"), fault);
+    rig.start();
+    assert_eq!(rig.state(), RunState::Ready);
+    assert_eq!(rig.chip.byte("VM_FAULT"), fault, "still to be read");
+}
+
+#[test]
+fn errors_go_to_their_handler_and_back() {
+    let script = "DIM a, b\nON ERROR GOTO bad\nb = 7\nb = 1 / a\nPRINT b\nEND\nbad:\nPRINT ERR; \" at \"; ERL\nRESUME NEXT\n";
+    let mut rig = Rig::new("mill", script);
+    rig.start();
+    assert_eq!(rig.printed, "2 at 4\n7\n");
+    assert_eq!(rig.state(), RunState::Ready);
+    assert_eq!(rig.chip.byte("VM_FAULT"), 0, "the run ended well");
+}
+
+#[test]
+fn a_goto_out_of_the_handler_forgets_what_was_open() {
+    let script = "DIM n, d\nON ERROR GOTO bad\nagain:\nn = n + 1\nGOSUB work\nPRINT n\nEND\nwork:\nIF n < 9 THEN d = 1 / (n - n)\nRETURN\nbad:\nGOTO again\n";
+    let mut rig = Rig::new("mill", script);
+    rig.start();
+    assert_eq!(rig.printed, "9\n");
+}
+
+#[test]
+fn faults_that_no_handler_takes_end_the_run() {
+    let script = "ON ERROR GOTO bad\nWait 1s\nEND\nbad:\nPRINT \"handled\"\n";
+    let mut rig = Rig::traced("mill", script);
+    rig.start();
+    rig.chip.call("control", &[(12, 5)]);
+    assert_eq!(rig.chip.byte("HOMED"), 0);
+    rig.ms(2);
+    let fault = i32::from(Fault::EmergencyStop.number());
+    assert_eq!(rig.events.last(), Some(&END(End::Fault as u8, fault)));
+    assert_eq!(rig.state(), RunState::Fault);
+}
+
+#[test]
+fn a_second_run_finds_its_memory_empty() {
+    let mut rig = Rig::new("mill", "DIM a(3)\na(1) = a(1) + 1\nPRINT a(1)\n");
+    for _ in 0..3 {
+        rig.start();
+    }
+    assert_eq!(rig.printed, "1\n1\n1\n");
+    assert_eq!(rig.chip.word("RUNS"), 3);
+}
+
+#[test]
+fn functions_and_calls_share_the_stack() {
+    let script = "PRINT 1 + twice(3) * twice(one() + 4)\nEND\nFUNCTION twice(n)\nRETURN n + n\nEND FUNCTION\nFUNCTION one()\nRETURN 1\nEND FUNCTION\n";
+    let mut rig = Rig::new("mill", script);
+    rig.start();
+    rig.ms(50);
+    assert_eq!(rig.printed, "61\n");
+}
+
+#[test]
+fn the_lamp_shows_the_state() {
+    let text = include_str!("../../../examples/profiles/mill.toml").to_owned()
+        + "\n[[output]]\nn = 9\nrole = \"lamp\"\n";
+    let profile = lang::profile::Profile::parse(&text).expect("mill with a lamp");
+    let mut rig = Rig::with(&profile, "DIM a\nWait 3s\na = 1 / a\n");
+    rig.ms(20);
+    assert!(rig.output(9), "ready");
+    rig.changes();
+    rig.start();
+    rig.ms(2900);
+    let blinks = rig.changes().len();
+    assert!((5..=7).contains(&blinks), "slow: {blinks} changes");
+    rig.ms(200);
+    assert_eq!(rig.state(), RunState::Fault);
+    rig.ms(2000);
+    rig.changes();
+    // F02: two blinks in six quarters of a second, then the next two.
+    rig.ms(6 * 256);
+    assert_eq!(rig.changes().len(), 4);
+}
