@@ -14,7 +14,7 @@ boot_table:
 boot_table_end:
 
     .section .text.boot,"axR",@progbits
-    .global boot
+    .global boot, R_BOOTED
 /* Everything before the main loop; interrupts are on at its end. Destroys all. */
 boot:
     /* Erased calibration bytes (FF) would run the DCO beyond the chip's limit: then the reset value
