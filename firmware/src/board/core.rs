@@ -780,10 +780,10 @@ impl Core {
         }
         let now = self.inputs.levels();
         let emergency = self.record.emergency;
-        if emergency != 0
-            && self.input(emergency)
-            && self.session.fault() != Fault::EmergencyStop.number()
-        {
+        // An acknowledged fault can still be read: only one that is latched has been dealt with.
+        let latched = self.session.state() as u8 == RunState::Fault as u8
+            && self.session.fault() == Fault::EmergencyStop.number();
+        if emergency != 0 && self.input(emergency) && !latched {
             self.emergency(emergency);
         }
         if self.buttons.accepted() & 1 != 0 {

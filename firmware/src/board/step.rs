@@ -428,7 +428,11 @@ pub fn clear() {
 /// Sets the DIR pins that are low for the positive direction. Nothing runs.
 pub fn set_invert(invert: u8) {
     // SAFETY: no channel is enabled, so no interrupt looks at it.
-    unsafe { (*shared()).invert = invert };
+    unsafe {
+        (*shared()).invert = invert;
+        // The handlers turn a pin over when the sense changes: both say positive here.
+        (*shared()).sense = [1; 3];
+    }
     set_dirs(0);
 }
 
