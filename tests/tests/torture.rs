@@ -4,8 +4,10 @@
 use emulator::{Config, Rng};
 use lang::image::{Image, seal};
 use lang::isa::Op;
+use lang::wire::{Control, MACHINE_POSITIONS};
 use pasapas::torture::generate::{Case, generate, generate_still};
 use pasapas::torture::images::{self, judge};
+use pasapas::torture::people;
 use pasapas::torture::programs::{against_the_board, make, on_the_host, reference, tape};
 use pasapas::torture::stand::{Fresh, Stand};
 use pasapas::torture::{Length, Settings, Verdict};
@@ -124,4 +126,35 @@ fn images_find_a_verifier_that_accepts_everything() {
         images::board::try_out(&mut fresh.copy(), &image, &mut rng).err().map(Verdict::Lost)
     });
     assert!(on_board, "a board that accepts everything");
+}
+
+#[test]
+fn a_second_run_moves_the_way_it_counts() {
+    let script = "MoveRel X, -50st\nMoveAxe Z, -30st".to_owned();
+    let case = Case { script, world: String::new(), independent: false };
+    let made = make(case).expect("it compiles");
+    let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+    stand.upload(&made.compiled.image, false).expect("it is taken");
+    for run in 1..=3 {
+        stand.control(Control::Start);
+        stand.board.run_us(600_000);
+        assert_eq!(stand.read_long(MACHINE_POSITIONS), Some(-50 * run));
+        assert_eq!(stand.board.plant().motors[0].position, i64::from(-50 * run));
+        assert_eq!(stand.board.plant().motors[2].position, -30);
+    }
+}
+
+#[test]
+fn people_find_a_direction_that_is_the_wrong_way_round() {
+    let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+    for motor in &mut stand.board.plant_mut().motors {
+        motor.inverted = true;
+    }
+    let fresh = Fresh::new(stand);
+    let found = is_found(40, |n| {
+        let case = generate(&tape(&SETTINGS, "people", n));
+        let made = make(Case { world: String::new(), ..case })?;
+        people::try_out(fresh.copy(), &made, Rng::new(n)).err().map(Verdict::Lost)
+    });
+    assert!(found, "motors that turn the other way");
 }

@@ -518,7 +518,8 @@ impl Core {
     /// Reference switches outside homing: an axis that moves toward its closed switch stops (F06).
     pub fn limits(&mut self) {
         let moving = self.motor.moving();
-        if moving == 0 {
+        // What was halted at once says that it moves until it has been looked at.
+        if moving == 0 || self.motor.rests() {
             return;
         }
         let homing = (Op::Home as u8..=Op::HomeQuery as u8).contains(&self.effect.code);

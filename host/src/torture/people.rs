@@ -65,8 +65,11 @@ impl People {
     /// The board does not take them.
     pub fn new(mut stand: Stand, made: &Made, mut rng: Rng) -> Result<People, String> {
         let record = record(&mut rng);
-        let words: Vec<u16> =
-            record.to_bytes().chunks(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
+        let words: Vec<u16> = record
+            .to_bytes()
+            .chunks(2)
+            .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
+            .collect();
         for (n, part) in words.chunks(16).enumerate() {
             match stand.write(PROFILE_WINDOW + 16 * n as u16, part) {
                 Answer::Reply(_) => {}
@@ -107,7 +110,6 @@ impl People {
     }
 
     fn act(&mut self) -> Result<(), String> {
-        if std::env::var("DBG").is_ok() { let m: Vec<_> = self.stand.board.plant().motors.iter().map(|m| m.position).collect(); eprintln!("t {} state {:?} pos {m:?} told {:?} {:?} {:?} moving cmd", self.stand.board.cycles()/16, self.stand.state(), self.stand.read_long(MACHINE_POSITIONS), self.stand.read_long(MACHINE_POSITIONS+2), self.stand.read_long(MACHINE_POSITIONS+4)); }
         let rng = &mut self.rng;
         let plant = self.stand.board.plant_mut();
         match rng.below(16) {
@@ -228,9 +230,8 @@ impl People {
             let told = i64::from(told.ok_or("no answer behind the end")?);
             let plant = self.stand.board.plant();
             let truly = plant.motors[i].position;
-            let opens = plant.switches[i].map(|switch| {
-                if switch.above { switch.position - 1 } else { switch.position + 1 }
-            });
+            let opens = plant.switches[i]
+                .map(|switch| if switch.above { switch.position - 1 } else { switch.position + 1 });
             // The switch hangs on a shift register: it is seen up to a step late.
             let homed = opens.is_some_and(|opens| (truly - opens - told).abs() <= 1);
             if told != truly - offset[i] && !homed {
