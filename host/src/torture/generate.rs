@@ -3,9 +3,9 @@
 //! A program is made of the choices of a tape, so that proptest can shrink one that differs.
 
 mod expr;
+mod gcode;
 mod tape;
 
-use std::fmt::Write as _;
 
 use tape::Tape;
 
@@ -99,9 +99,15 @@ impl Writer<'_> {
         if keeps {
             self.line("KEEP kept");
         }
-        if self.tape.chance(2) {
-            // The tables come to lie beyond the reach of short operands.
-            self.line(&format!("PRINT \"{}\"", "long ".repeat(50)));
+        let far = self.tape.chance(2);
+        if far {
+            // Texts, tables and routines come to lie beyond the reach of short operands.
+            for text in ["long ", "afar "] {
+                self.line(&format!("PRINT \"{}\"", text.repeat(50)));
+            }
+            let values: Vec<String> = (0..140).map(|n| (n * 201).to_string()).collect();
+            self.line(&format!("TABLE wide = {}", values.join(", ")));
+            self.line("vb = wide(va AND 127)\npad\npad\npad\npad\npad\npad");
         }
         self.line("TABLE list = 3, 1, -4, 1000");
         if self.path {
@@ -167,6 +173,11 @@ impl Writer<'_> {
             self.in_handler = false;
         }
         self.routines();
+        if far {
+            // The most called stands first in the code.
+            let steps = "vc = vc XOR 12345\n".repeat(50);
+            self.line(&format!("SUB pad\nIF vc > -200000 THEN EXIT SUB\n{steps}END SUB"));
+        }
     }
 
     /// A statement that a handler may have.
@@ -308,7 +319,7 @@ impl Writer<'_> {
             2 => format!("FOR {var} = 0 TO (va AND 3)"),
             3 => format!("FOR {var} = 2147483645 TO 2147483647"),
             4 => format!("FOR {var} = vb TO vb + 6 STEP (va AND 3)"),
-            _ => format!("FOR {var} = 250 TO 300 STEP 40"),
+            _ => format!("FOR {var} = {}", self.tape.of(&["250 TO 300 STEP 40", "298 TO 300"])),
         };
         self.line(&head);
         self.looped("FOR", 2, depth - 1);
@@ -436,63 +447,6 @@ impl Writer<'_> {
             4 => format!("StopAxe {axis}"),
             5 => self.tape.of(&["StopAll", "WaitMove X"]).to_owned(),
             _ => "WaitMove".to_owned(),
-        };
-        self.line(&text);
-    }
-
-    /// A G-code block with every modal word that it needs.
-    fn gcode(&mut self) {
-        let mode = self.tape.of(&["G90", "G91"]);
-        let stop = self.tape.of(&["G64", "G61", "G64"]);
-        let feed = self.tape.of(&["F1200", "F600", "F[25mm/s]", "F[900st/s]"]);
-        let mut text = String::new();
-        let word = |writer: &mut Self| match writer.tape.pick(5) {
-            0 => "5".to_owned(),
-            1 => "12.5".to_owned(),
-            2 => "-1.2".to_owned(),
-            3 => format!("[{}]", writer.length(1)),
-            _ => "[va AND 7]".to_owned(),
-        };
-        let _ = match self.tape.pick(15) {
-            12 => write!(text, "{mode} G0 X[spots(ABS(va) MOD 3, 0)] Y[spots(ABS(va) MOD 3, 1)]"),
-            13 => {
-                let turn = self.tape.of(&["G2", "G3"]);
-                write!(text, "G17 G90 {stop} {turn} X{} Y3 R20 {feed}", word(self))
-            }
-            14 => write!(text, "{stop} G90 G1 X[150st] Y[len] Z-1 {feed}"),
-            0 | 1 => write!(text, "{mode} G0 X{}", word(self)),
-            2..=5 => write!(text, "{stop} {mode} G1 X{} Y{} {feed}", word(self), word(self)),
-            6 => write!(text, "{stop} G91 G1 Z-{} {feed}", self.tape.of(&["1", "0.5"])),
-            7 => {
-                let turn = self.tape.of(&["G2", "G3"]);
-                write!(
-                    text,
-                    "G17 {stop} G91 {turn} X{} Y0 I2 J0 {feed}",
-                    self.tape.of(&["4", "0", "3"])
-                )
-            }
-            8 => {
-                let plane =
-                    self.tape.of(&["G17 G91 G2 X3 Y3", "G18 G91 G3 X2 Z2", "G19 G91 G2 Y2 Z-2"]);
-                write!(text, "{plane} R{} {stop} {feed}", self.tape.of(&["5", "-5", "1"]))
-            }
-            9 => {
-                let hole = self.tape.of(&["G81 Z-2 R1", "G82 Z-2 R1 P0.03", "G83 Z-3 R0.5 Q1.1"]);
-                let back = self.tape.of(&["G98", "G99"]);
-                write!(
-                    text,
-                    "{back} G90 G61 {hole} X{} {feed}\nG80",
-                    self.tape.of(&["5", "12.5", "-1.2", "[len]"])
-                )
-            }
-            10 => write!(
-                text,
-                "{}",
-                self.tape.of(&["G92 X1 Y[len]", "M3 S900", "G4 P0.05", "M9", "G54"])
-            ),
-            _ => {
-                write!(text, "{}", self.tape.of(&["G90 G38.3 Z-4 F240", "G28 Z0", "G53 G90 G0 Y3"]))
-            }
         };
         self.line(&text);
     }

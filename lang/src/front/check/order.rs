@@ -66,7 +66,7 @@ impl Checker<'_> {
     /// Puts a value into a hidden variable, which takes its place.
     fn set_aside(&mut self, value: &mut Expr) -> StmtKind {
         let span = Span::new(value.span.start as u32, value.span.end as u32);
-        let var = self.hidden("argument", value.kind, span);
+        let var = self.hidden("value ahead", value.kind, span);
         let place = Expr { node: ExprKind::Var(var), ..value.clone() };
         StmtKind::Assign(Place::Var(var), core::mem::replace(value, place))
     }
