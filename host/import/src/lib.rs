@@ -14,6 +14,7 @@ mod gcode;
 mod isel;
 mod line;
 mod script;
+mod share;
 mod text;
 
 #[cfg(test)]
@@ -86,7 +87,7 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
             .map_err(|error| vec![Diag::new(Code::UnknownFormat, 1, 1, error.0)])?,
     };
     let job = Job { name, lines: &lines, profile: &profile, options };
-    let made = match format {
+    let mut made = match format {
         Format::Isel => isel::import(&job, &mut diags),
         Format::Charlysoft => charlysoft::import(&job, &mut diags),
         Format::Cde => cde::import(&job, &mut diags),
@@ -99,6 +100,11 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         diags.push(Diag::new(Code::TooLong, 1, 1, text).hint("cut the file in pieces"));
     }
     if !diags.has_errors() && made.text.len() <= MAX_TRIED {
+        if let Some((shorter, saved)) = shared(&made, &profile) {
+            let text = format!("{saved} bytes saved by SUBs for what repeats");
+            diags.push(Diag::new(Code::Said, 1, 1, text).note());
+            made = shorter;
+        }
         try_out(&made, &profile, &mut diags);
     }
     let refused = diags.has_errors();
@@ -107,6 +113,27 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         return Err(notes);
     }
     Ok(Imported { script: made.text, format, profile: profile.name, notes })
+}
+
+/// The script with SUBs for what repeats, and the bytes that this saves; `None` when it saves none
+/// or changes what a block means, which the compiler sees.
+fn shared(made: &Made, profile: &Profile) -> Option<(Made, usize)> {
+    // Parameters cost more than they save where the path is short.
+    let tries = [false, true].into_iter().filter_map(|shifts| {
+        let shorter = share::share(made, shifts)?;
+        Some((size(profile, &shorter.text)?, shorter))
+    });
+    let (after, shorter) = tries.min_by_key(|(size, _)| *size)?;
+    let before = size(profile, &made.text)?;
+    (after < before).then(|| (shorter, before - after))
+}
+
+/// Bytes of code and tables that a script compiles to.
+fn size(profile: &Profile, script: &str) -> Option<usize> {
+    let source = Source::new("imported", script.to_owned());
+    let (program, _) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
+    let compiled = lang::back::compile(&program?).ok()?;
+    Some(compiled.code_bytes + compiled.table_bytes)
 }
 
 /// Compiles the script: what the compiler does not take is wrong in the source.

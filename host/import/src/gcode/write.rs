@@ -7,9 +7,7 @@ use super::read::Block;
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
 use crate::script::{Made, Script, literal, mm};
-use crate::{Format, Job, MAX_TRIED};
-use lang::front::source::Source;
-use lang::front::{ProfileChoice, compile};
+use crate::{Format, Job, MAX_TRIED, size};
 
 /// Rows of a table on one line.
 const ROWS_A_LINE: usize = 4;
@@ -35,7 +33,7 @@ pub(super) fn script(
         return write(job, format, blocks, &parts, None);
     }
     let folded = write(job, format, blocks, &parts, None);
-    match (size(job, &long.text), size(job, &folded.text)) {
+    match (size(job.profile, &long.text), size(job.profile, &folded.text)) {
         (Some(before), Some(after)) if after < before => {
             let saved = format!(
                 "{} bytes instead of {before}: {} saved by the loops",
@@ -48,14 +46,6 @@ pub(super) fn script(
         // A mode that differs between the ways into a loop: the lines stay as they are.
         _ => long,
     }
-}
-
-/// Bytes of code and tables that a script compiles to.
-fn size(job: &Job<'_>, script: &str) -> Option<usize> {
-    let source = Source::new("imported", script.to_owned());
-    let (program, _) = compile(&source, ProfileChoice::Given(Box::new(job.profile.clone())));
-    let compiled = lang::back::compile(&program?).ok()?;
-    Some(compiled.code_bytes + compiled.table_bytes)
 }
 
 fn write(
