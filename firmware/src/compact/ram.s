@@ -129,6 +129,8 @@
     VAR STORED, 2               /* address of the current slot, 0 for none */
     VAR OPEN, 2                 /* address of the slot that an upload fills, 0 for none */
     VAR UPLOAD, 2               /* announced length, bit 15 KEEP */
+    /* A run gives an upload up: F while an error handler is open lies in its place. */
+    .set FEED_ASIDE, OPEN
 
 /* Trace and print (trace.s, print.s). */
     VAR TRACE_NUMBER, 2         /* number of the last event */

@@ -1,6 +1,6 @@
 //! Calls single routines of the image: registers and RAM in, registers and RAM out.
 
-use emulator::{Board, Image, Part, Stop, TICKS_PER_SECOND};
+use emulator::{Board, Config, Image, Stop, TICKS_PER_SECOND, Wiring};
 
 const IMAGE: &[u8] = include_bytes!("../../image/pasapas-g2553.elf");
 /// Where a routine returns to: nothing runs there.
@@ -18,8 +18,13 @@ pub struct Chip {
 impl Chip {
     /// A chip at reset, RAM all 0, watchdog off, interrupts off.
     pub fn new() -> Chip {
+        Chip::wired(Wiring::Chain)
+    }
+
+    /// The same with this wiring.
+    pub fn wired(wiring: Wiring) -> Chip {
         let image = Image::parse(IMAGE).expect("the shipped image is an ELF file");
-        let mut board = Board::new(Part::G2553, &image);
+        let mut board = Board::with_config(&Config { wiring, ..Config::default() }, &image);
         board.set_breakpoint(BACK);
         let mut chip = Chip { board };
         chip.quiet();

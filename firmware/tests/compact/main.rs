@@ -9,7 +9,9 @@ mod machine;
 mod rig;
 
 mod coords;
+mod effects;
 mod formula;
+mod io;
 mod keep;
 mod numbers;
 mod session;

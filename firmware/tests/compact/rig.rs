@@ -1,5 +1,6 @@
 //! A whole program on the chip: the test takes the main loop's place, millisecond by millisecond.
 
+use emulator::Wiring;
 use emulator::plant::OutputChange;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
@@ -67,7 +68,8 @@ impl Rig {
         let (program, diags) = compile(&source, choice);
         let program = program.unwrap_or_else(|| panic!("{script}: {:?}", diags));
         let image = lang::back::compile(&program).expect("it fits").image;
-        let mut chip = Chip::new();
+        let direct = profile.wiring == lang::profile::Wiring::Direct;
+        let mut chip = Chip::wired(if direct { Wiring::Direct } else { Wiring::Chain });
         let mut put = |first: u16, bytes: &[u8]| {
             for (address, &byte) in (first..).zip(bytes) {
                 chip.board.poke8(address, byte);

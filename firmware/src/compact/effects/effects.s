@@ -215,25 +215,28 @@ fx_wait_in:
 /* The end of a wait: met, timed out, or not yet. r12 = TraceKind, r13 = TRACE_OK when it is met, else
    0, r14 = value to trace. */
 fx_outcome:
+    mov #FAULTED+F_TIMED_OUT, r10
+    bit.b #FLAG_WAIT_QUERY, &BITS
+    jeq 1f
+    clr r10
     bic.b #R_TIMED_OUT, &RUN_FLAGS
-    tst r13
-    jne 1f
+1:  tst r13
+    jne 2f
     mov &TIME, r15
     bis &TIME+2, r15
     tst r15
     jne fx_not_yet
+    tst r10
+    jne 3f
     bis.b #R_TIMED_OUT, &RUN_FLAGS
-1:  bis.b &N, r13
+2:  clr r10
+3:  bis.b &N, r13
     swpb r13
     bis r13, r12
     clr r15
     call #emit
-    bit.b #R_TIMED_OUT, &RUN_FLAGS
-    jeq 2f
-    bit.b #FLAG_WAIT_QUERY, &BITS
-    jne 2f
-    mov #FAULTED+F_TIMED_OUT, r12
-2:  ret
+    mov r10, r12
+    ret
 
 fx_wait_char:
     jne 1f

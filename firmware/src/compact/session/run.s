@@ -76,22 +76,21 @@ run:
     call #command_done
     jmp effect_over
 1:  tst.b &EFFECT
-    jne perform
+    jne run_perform
     /* a ramp that a command or a fault began */
     tst.b &MOVING
     jne 9f
     clr.b &VM_POLL
     call #pasapas_vm_run
-    mov &VM_PC, r13
-    dec r13
-    mov r13, &EFFECT_PC
+    mov &VM_PC, &EFFECT_PC
+    cmp #0x200, r12
+    jhs 9f
+    dec &EFFECT_PC
     tst r12
     jne 2f
     mov #EFFECT_END, r12
 2:  cmp #OP_FIRST_EFFECT, r12
     jlo 3f
-    cmp #0x200, r12
-    jhs 9f
     cmp #0x100, r12
     jhs raise_here
     /* PHASE and what belongs to an effect begin at 0 */
@@ -99,16 +98,23 @@ run:
     clr &N
     clr &TIME
     clr &TIME+2
-    jmp perform
+    jmp run_perform
 3:  call #soft
     tst r12
     jne raise_here
 9:  ret
 
-perform:
+run_perform:
     bit.b #T_FULL, &TRACING
-    jne 9b
-    call #effect_poll
+    jeq 1f
+    /* only a line goes on whose event fills the slot: the host takes it before the next one */
+    bit.b #T_ANNOUNCED, &TRACING
+    jeq 9b
+    mov.b &EFFECT, r12
+    sub #OP_PRINT_TEXT, r12
+    cmp #OP_PRINT_END-OP_PRINT_TEXT+1, r12
+    jhs 9b
+1:  call #effect_poll
     cmp #NOT_YET, r12
     jeq 9b
     jlo effect_over
@@ -129,6 +135,8 @@ raise:
     mov.b r12, &VM_FAULT
     mov r13, &VM_FAULT_PC
     clr &EFFECT
+    clr.b &PRINT_OPEN
+    bic.b #T_DROPPED, &TRACING
     bit.b #VM_ERROR, &VM_FLAGS
     jne 2f
     tst &VM_HANDLER
@@ -149,6 +157,11 @@ raise:
     incd &VM_CALLS
     bis.b #VM_ERROR, &VM_FLAGS
     mov &VM_HANDLER, &VM_PC
+    /* a handler has no F */
+    mov &FEED, &FEED_ASIDE
+    mov &FEED+2, &FEED_ASIDE+2
+    clr &FEED
+    clr &FEED+2
     call #unwind
     jmp motion_stop_far
 2:  jmp fail_far
@@ -192,6 +205,7 @@ stopping:
     jeq 9b
     mov.b r11, &LAST_END
     clr.b &ENDING
+    clr &OPEN
     bic.b #R_WAITING, &RUN_FLAGS
     clr r12
     call #mark_run

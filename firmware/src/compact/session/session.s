@@ -167,7 +167,9 @@ run_begin:
     call #mark_run
     mov.b #RUN_RUNNING, &RUN
     bic.b #R_WAITING+R_TIMED_OUT+R_JOG, &RUN_FLAGS
-    bic.b #T_FULL+T_ANNOUNCED, &TRACING
+    bic.b #T_FULL+T_ANNOUNCED+T_DROPPED, &TRACING
+    clr.b &PRINT_OPEN
+    clr &OPEN
     clr.b &LAST_END
     clr.b &FAULT_IN
     clr &EFFECT

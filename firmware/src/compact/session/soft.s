@@ -100,6 +100,8 @@ soft_resume_next:
     call #line_of
     mov r13, &VM_PC
     bic.b #VM_ERROR, &VM_FLAGS
+    mov &FEED_ASIDE, &FEED
+    mov &FEED_ASIDE+2, &FEED+2
     call #unwind
     jmp soft_done
 

@@ -48,9 +48,12 @@ ticks:
     call #input
     tst r12
     jeq 1f
+    /* one that is latched has been dealt with */
+    cmp.b #RUN_FAULT, &RUN
+    jne 3f
     cmp.b #F_EMERGENCY_STOP, &VM_FAULT
     jeq 1f
-    mov.b B_EMERGENCY(r10), r12
+3:  mov.b B_EMERGENCY(r10), r12
     call #emergency
 
     /* Stop held for 2 s ends the run */
