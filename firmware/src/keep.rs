@@ -7,11 +7,18 @@
 //! segment lasts a minute and 10^4 erases of both last two weeks of steady change; what changes
 //! once a minute lasts two years.
 
-use crate::store::{Flash, KEEP_FREE, SEGMENT};
+use crate::store::{Flash, SEGMENT};
 use lang::wire::{CRC_START, crc16};
 
-const FIRST: u16 = KEEP_FREE as u16 * SEGMENT;
-const SECOND: u16 = FIRST + SEGMENT;
+/// The journal's two segments are the last ones.
+const fn first<F: Flash>() -> u16 {
+    (F::SEGMENTS as u16 - 2) * SEGMENT
+}
+
+const fn second<F: Flash>() -> u16 {
+    first::<F>() + SEGMENT
+}
+
 const HEAD: u16 = 8;
 const RECORD: u16 = 8;
 const COMMITTED: u16 = 0x5A00;
@@ -37,12 +44,12 @@ fn check(words: [u16; 3]) -> u16 {
 impl Keep {
     /// Finds the journal after a reset.
     pub fn mount<F: Flash>(&mut self, flash: &F) {
-        let (a, b) = (flash.read(FIRST), flash.read(SECOND));
+        let (a, b) = (flash.read(first::<F>()), flash.read(second::<F>()));
         let valid = |word: u16| word & 0xFF00 == COMMITTED;
         self.current = match (valid(a), valid(b)) {
-            (true, true) if (b as u8).wrapping_sub(a as u8) as i8 > 0 => SECOND,
-            (true, _) => FIRST,
-            (false, true) => SECOND,
+            (true, true) if (b as u8).wrapping_sub(a as u8) as i8 > 0 => second::<F>(),
+            (true, _) => first::<F>(),
+            (false, true) => second::<F>(),
             (false, false) => 0,
         };
     }
@@ -123,7 +130,7 @@ impl Keep {
 
     /// Begins the other segment with the values of `of`.
     fn turn<F: Flash>(&mut self, flash: &mut F, owner: u16, of: impl Fn(u16) -> i32) {
-        let next = if self.current == FIRST { SECOND } else { FIRST };
+        let next = if self.current == first::<F>() { second::<F>() } else { first::<F>() };
         let sequence =
             if self.current == 0 { 0 } else { (flash.read(self.current) as u8).wrapping_add(1) };
         flash.erase(next);

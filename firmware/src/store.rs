@@ -5,19 +5,14 @@
 //! is discarded once the later one's commit word has been written twice (a word that was cut
 //! short may read well once and badly later; writing it again settles it).
 //!
-//! | segments | use |
-//! |---|---|
-//! | 0 to 3 | images |
-//! | 4, 5 | images that use no KEEP, or the KEEP journal ([`crate::keep`]) |
+//! The last two segments hold images that use no KEEP, or the KEEP journal ([`crate::keep`]).
+
+use lang::part;
 
 /// Bytes of a flash segment.
-pub const SEGMENT: u16 = 512;
-/// Segments of the program area.
-pub const SEGMENTS: u8 = 6;
-/// Segments that an image may take when the other two hold KEEP values.
-pub const KEEP_FREE: u8 = 4;
+pub const SEGMENT: u16 = part::SEGMENT as u16;
 /// Bytes of a slot before its image.
-pub const SLOT_HEAD: u16 = 4;
+pub const SLOT_HEAD: u16 = part::SLOT_HEAD as u16;
 
 /// High byte of a commit word; the low byte is the sequence number.
 const COMMITTED: u16 = 0xA500;
@@ -25,6 +20,8 @@ const ERASED: u16 = 0xFFFF;
 
 /// Flash memory, addressed from the start of the program area.
 pub trait Flash {
+    /// Segments of the program area.
+    const SEGMENTS: u8;
     /// The word at an even offset.
     fn read(&self, offset: u16) -> u16;
     /// Clears bits of the word at an even offset.
@@ -81,7 +78,7 @@ impl Store {
         *self = Store::new();
         let mut sequence = 0;
         let mut segment = 0;
-        while segment < SEGMENTS {
+        while segment < F::SEGMENTS {
             let offset = u16::from(segment) * SEGMENT;
             segment += 1;
             let commit = flash.read(offset);
@@ -121,17 +118,17 @@ impl Store {
     }
 
     /// The longest image, bytes.
-    pub const fn area() -> u16 {
-        SEGMENTS as u16 * SEGMENT - SLOT_HEAD
+    pub const fn area<F: Flash>() -> u16 {
+        F::SEGMENTS as u16 * SEGMENT - SLOT_HEAD
     }
 
     /// The longest image that fits beside the current one, bytes.
-    pub fn free(&self) -> u16 {
+    pub fn free<F: Flash>(&self) -> u16 {
         if self.current == Store::NONE {
-            return Store::area();
+            return Store::area::<F>();
         }
         let before = (self.current / SEGMENT) as u8;
-        let behind = SEGMENTS - before - segments(self.length);
+        let behind = F::SEGMENTS - before - segments(self.length);
         let most = u16::from(before.max(behind)) * SEGMENT;
         most.saturating_sub(SLOT_HEAD)
     }
@@ -149,11 +146,11 @@ impl Store {
         replace: bool,
     ) -> Result<(), Denied> {
         self.open = Store::NONE;
-        let limit = if keep { KEEP_FREE } else { SEGMENTS };
+        let limit = if keep { F::SEGMENTS - 2 } else { F::SEGMENTS };
         if length == 0 {
             return Err(Denied::NotBegun);
         }
-        if length > Store::area() {
+        if length > Store::area::<F>() {
             return Err(Denied::TooLong);
         }
         let wanted = segments(length);

@@ -18,6 +18,8 @@ pub struct Part {
     /// Bytes of RAM for cells, expression stack and call stack: of a program that moves one axis at
     /// a time, and of any other.
     pub pool: [u16; 2],
+    /// Flash segments of 512 bytes that hold programs; KEEP values take the last two of them.
+    pub segments: u8,
 }
 
 /// 16 KB of flash, 512 bytes of RAM.
@@ -26,6 +28,7 @@ pub const G2553: Part = Part {
     chip: "MSP430G2553",
     features: feature::INTERPOLATE | feature::KEEP | feature::LINES,
     pool: [58, 58],
+    segments: 4,
 };
 
 /// 56 KB of flash, 4 KB of RAM: everything, with the limits that the language promises. 192 bytes
@@ -41,7 +44,13 @@ pub const G2955: Part = Part {
         | feature::LINES
         | feature::STREAM,
     pool: [192, 108],
+    segments: 6,
 };
+
+/// Bytes of a flash segment (SLAU144, 7.2).
+pub const SEGMENT: usize = 512;
+/// Bytes of a slot of the program store before its image.
+pub const SLOT_HEAD: usize = 4;
 
 /// Every part, the smallest first.
 pub const PARTS: &[Part] = &[G2553, G2955];
@@ -57,6 +66,13 @@ pub enum Lack {
         used: u16,
         /// There.
         available: u16,
+    },
+    /// Bytes of flash for the image.
+    Flash {
+        /// Wanted.
+        used: usize,
+        /// There.
+        available: usize,
     },
 }
 
@@ -80,7 +96,17 @@ impl Part {
             return Some(Lack::Feature(1 << missing.trailing_zeros()));
         }
         let (used, available) = (header.pool_bytes() as u16, self.pool_for(features));
-        (used > available).then_some(Lack::Memory { used, available })
+        if used > available {
+            return Some(Lack::Memory { used, available });
+        }
+        let (used, available) = (header.len, self.room_for(header.keeps > 0));
+        (used > available).then_some(Lack::Flash { used, available })
+    }
+
+    /// Bytes of the longest image, of a program without KEEP values or with them.
+    pub const fn room_for(&self, keeps: bool) -> usize {
+        let segments = if keeps { self.segments - 2 } else { self.segments };
+        segments as usize * SEGMENT - SLOT_HEAD
     }
 }
 
@@ -88,6 +114,12 @@ impl Part {
 impl core::fmt::Display for Lack {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let what = match *self {
+            Lack::Flash { used, available } => {
+                return write!(
+                    f,
+                    "{used} bytes of flash for the program, of which it has {available}"
+                );
+            }
             Lack::Memory { used, available } => {
                 return write!(
                     f,

@@ -27,7 +27,7 @@ pub const FEATURES: u16 =
 
 /// What the chip can run.
 pub const LIMITS: Limits =
-    Limits { bytes: Store::area(), features: FEATURES as u8, pool: crate::vm::POOL_LIMITS };
+    Limits { bytes: Store::area::<Area>(), features: FEATURES as u8, pool: crate::vm::POOL_LIMITS };
 
 /// An effect under way.
 #[derive(Clone, Copy)]

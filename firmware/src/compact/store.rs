@@ -1,23 +1,25 @@
 //! Flash: the program store, the KEEP journal, the profile, the last fault.
 
 use crate::consts::constants;
-use firmware::store::{KEEP_FREE, SEGMENT, SEGMENTS, SLOT_HEAD, Store};
+use firmware::store::{SEGMENT, SLOT_HEAD};
 use lang::part::G2553;
 use lang::record::{BoardRecord, RECORD_VERSION};
 use lang::wire::{Exception, Refusal, Upload};
 
 /// Start of the program area.
-const AREA: u16 = 0xF200;
+const AREA: u16 = AREA_END - SEGMENT * G2553.segments as u16;
+/// Its end: the linker's TAIL, with the vectors, follows.
+const AREA_END: u16 = 0xFE00;
 
 constants! {
     AREA = AREA;
-    AREA_END = AREA + SEGMENT * SEGMENTS as u16;
-    AREA_BYTES = Store::area();
+    AREA_END = AREA_END;
+    AREA_BYTES = G2553.room_for(false);
     SEGMENT = SEGMENT;
     SLOT_HEAD = SLOT_HEAD;
     // The two segments of the KEEP journal.
-    KEEP_FIRST = AREA + SEGMENT * KEEP_FREE as u16;
-    KEEP_SECOND = AREA + SEGMENT * (KEEP_FREE as u16 + 1);
+    KEEP_FIRST = AREA_END - 2 * SEGMENT;
+    KEEP_SECOND = AREA_END - SEGMENT;
     // High bytes of commit words: a slot of the store, a segment of the journal.
     SLOT_COMMITTED = 0xA500;
     KEEP_COMMITTED = 0x5A00;

@@ -1,4 +1,6 @@
-use super::{Denied, Flash, SEGMENT, SEGMENTS, SLOT_HEAD, Store};
+use super::{Denied, Flash, SEGMENT, SLOT_HEAD, Store};
+
+const SEGMENTS: u8 = lang::part::G2955.segments;
 
 /// Flash that can lose power in the middle of an operation: that one leaves some of its bits
 /// undone, the later ones do nothing.
@@ -24,6 +26,8 @@ impl Chip {
 }
 
 impl Flash for Chip {
+    const SEGMENTS: u8 = SEGMENTS;
+
     fn read(&self, offset: u16) -> u16 {
         self.words[usize::from(offset) / 2]
     }
@@ -87,14 +91,17 @@ fn a_program_survives_a_reset() {
 #[test]
 fn what_does_not_fit_beside_the_old_program_is_refused() {
     let (mut store, mut chip) = (Store::new(), Chip::new());
-    let large = image(Store::area() / 2, 3);
+    let large = image(Store::area::<Chip>() / 2, 3);
     upload(&mut store, &mut chip, &large, false).unwrap();
-    assert_eq!(store.free(), 0);
+    assert_eq!(store.free::<Chip>(), 0);
     assert_eq!(upload(&mut store, &mut chip, &image(10, 5), false), Err(Denied::TooLong));
     assert_eq!(stored(&store, &chip), Some(large));
     upload(&mut store, &mut chip, &image(10, 5), true).unwrap();
     assert_eq!(stored(&store, &chip), Some(image(10, 5)));
-    assert_eq!(store.begin(&mut chip, Store::area() + 2, false, true), Err(Denied::TooLong));
+    assert_eq!(
+        store.begin(&mut chip, Store::area::<Chip>() + 2, false, true),
+        Err(Denied::TooLong)
+    );
 }
 
 #[test]
@@ -135,7 +142,7 @@ fn a_cut_at_every_operation_leaves_old_or_new() {
 
 #[test]
 fn a_cut_while_replacing_leaves_new_or_none() {
-    let old = image(Store::area() / 2, 13);
+    let old = image(Store::area::<Chip>() / 2, 13);
     let new = image(1400, 17);
     let mut before = Chip::new();
     let mut store = Store::new();

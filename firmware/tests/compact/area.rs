@@ -1,16 +1,17 @@
 //! The program area of flash: what the Rust twins work on, and images to put there.
 
-use firmware::store::{Flash, SEGMENT, SEGMENTS};
+use firmware::store::{Flash, SEGMENT};
 use firmware::verify::{self, Bytes};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
+use lang::part::G2553;
 
 use crate::chip::Chip;
 
 /// Start of the program area.
-pub const AREA: u16 = 0xF200;
+pub const AREA: u16 = 0xFE00 - SEGMENT * G2553.segments as u16;
 /// Bytes of it.
-pub const BYTES: usize = SEGMENT as usize * SEGMENTS as usize;
+pub const BYTES: usize = SEGMENT as usize * G2553.segments as usize;
 
 /// A copy of the area.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,6 +38,8 @@ impl Area {
 }
 
 impl Flash for Area {
+    const SEGMENTS: u8 = G2553.segments;
+
     fn read(&self, offset: u16) -> u16 {
         let at = usize::from(offset);
         u16::from_le_bytes([self.0[at], self.0[at + 1]])

@@ -11,7 +11,7 @@ use lang::wire::{RunState, TraceKind};
 use crate::chip::Chip;
 
 /// The first slot of the program area, and where its image lies.
-const SLOT: u16 = 0xF200;
+const SLOT: u16 = crate::area::AREA;
 const IMAGE: u16 = SLOT + 4;
 /// A commit word.
 const COMMITTED: u16 = 0xA500;

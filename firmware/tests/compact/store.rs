@@ -113,7 +113,7 @@ fn run(steps: &[Step]) -> Result<(), TestCaseError> {
         chip.call("program_length", &[]);
         prop_assert_eq!(chip.reg(12), twin.length());
         chip.call("free_bytes", &[]);
-        prop_assert_eq!(chip.reg(12), twin.free());
+        prop_assert_eq!(chip.reg(12), twin.free::<Area>());
         let code = if slot == 0 { 0 } else { slot + 4 + firmware::verify::CODE };
         prop_assert_eq!(chip.word("VM_CODE"), code);
     }

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use firmware::store;
 use lang::back::{self, Compiled, Excess, Resource};
 use lang::front::diag::Diag;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::{FORMAT, Image, crc_in, crc_of};
+use lang::part::G2955;
 use lang::profile::{Profile, ProfileError};
 
 use super::{Console, Options};
@@ -154,10 +154,9 @@ pub fn must_fit(script: &Script, compiled: &Compiled, console: &Console) -> Resu
     Err(console.refuse(&note))
 }
 
-/// Bytes of an image that the device holds.
+/// Bytes of an image that the device holds, as the language promises them.
 pub fn room_for(keeps: bool) -> usize {
-    let segments = if keeps { store::KEEP_FREE } else { store::SEGMENTS };
-    usize::from(u16::from(segments) * store::SEGMENT - store::SLOT_HEAD)
+    G2955.room_for(keeps)
 }
 
 fn excess_note(excess: &Excess, script: &Script) -> Note {

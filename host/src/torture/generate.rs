@@ -6,7 +6,6 @@ mod expr;
 mod gcode;
 mod tape;
 
-
 use tape::Tape;
 
 /// A script and its world.

@@ -4,7 +4,6 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use emulator::{Config, Rng, WarningKind};
-use firmware::store::Store;
 use firmware::verify::{ANCHORS, Bytes, Limits, sound, verify};
 use lang::fault::Fault;
 use lang::image::Image;
@@ -13,6 +12,7 @@ use lang::wire::{Control, FAULT, FEATURES, PROGRAM_COUNTER, RUN_COUNT, Refusal, 
 use super::super::stand::{Answer, Fresh, Stand};
 use super::super::{Row, Settings, Sink, Verdict};
 use super::{damaged, judge};
+use crate::board::DEFAULT;
 
 /// Pools of the device, bytes: programs that move one axis at a time, and others.
 const POOLS: [u16; 2] = [192, 108];
@@ -44,7 +44,7 @@ pub enum Wanted {
 /// What a device with these features is to do with an image.
 pub fn wanted(image: &[u8], features: u8) -> Wanted {
     let flat = Flat(image);
-    let limits = Limits { bytes: Store::area(), features, pool: POOLS };
+    let limits = Limits { bytes: DEFAULT.part.room_for(false) as u16, features, pool: POOLS };
     if sound(&flat, limits.bytes).is_none_or(|length| usize::from(length) != image.len())
         || verify(&flat, &limits, &mut [0; ANCHORS]).is_err()
     {
