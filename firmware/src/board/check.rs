@@ -22,9 +22,9 @@ use lang::record::{AxisRecord, feature};
 use lang::wire::Refusal;
 
 /// Offset in the scratch memory of the code's address.
-const CODE_START: u8 = 0;
+pub const CODE_START: u8 = 0;
 /// Of the address behind the code, where the data begins.
-const CODE_END: u8 = 2;
+pub const CODE_END: u8 = 2;
 /// Of the address behind the image.
 const IMAGE_END: u8 = 4;
 /// Of the image's address.

@@ -11,6 +11,7 @@ constants! {
     KICK = WATCHDOG_KICK;
     // Says that a program runs, over any reset but power-up.
     RUNS_MARK = 0x52A1;
+    NO_WATCHDOGS = 0x3C50;
     F_WATCHDOG = Fault::Watchdog.number();
 }
 

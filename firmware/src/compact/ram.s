@@ -8,9 +8,8 @@
     .endm
 
 /* Survive a reset that is no power-up. */
-    VAR RUNNING, 2              /* RUNS while a program runs */
-    VAR WATCHDOGS, 1            /* watchdog resets in a row */
-    VAR WATCHDOGS_CHECK, 1      /* its complement */
+    VAR RUNNING, 2              /* RUNS_MARK while a program runs */
+    VAR WATCHDOGS, 2            /* NO_WATCHDOGS plus the watchdog resets in a row */
     .set CLEARED, HERE          /* from here on RAM is cleared at reset */
 
 /* Step engine (step.s). */

@@ -12,6 +12,9 @@ const AREA: u16 = AREA_END - SEGMENT * G2553.segments as u16;
 const AREA_END: u16 = 0xFE00;
 
 constants! {
+    // Where the check leaves the addresses of code and data in its scratch memory.
+    CHECK_CODE = crate::check::CODE_START;
+    CHECK_DATA = crate::check::CODE_END;
     AREA = AREA;
     AREA_END = AREA_END;
     AREA_BYTES = G2553.room_for(false);
@@ -52,6 +55,6 @@ constants! {
 static BOARD_DEFAULT: BoardRecord = BoardRecord::DEFAULT;
 
 core::arch::global_asm!(include_str!("store/flash.s"), options(raw));
-core::arch::global_asm!(include_str!("store/store.s"), options(raw));
 core::arch::global_asm!(include_str!("store/keep.s"), options(raw));
+core::arch::global_asm!(include_str!("store/store.s"), options(raw));
 core::arch::global_asm!(include_str!("store/profile.s"), options(raw));

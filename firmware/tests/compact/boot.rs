@@ -69,12 +69,12 @@ fn an_erased_board_starts_with_the_default_profile() {
 fn the_profile_takes_turns_between_two_copies() {
     let mut chip = Chip::new();
     reset(&mut chip, POWER);
-    for (sequence, copy) in [(0xFFFF, 0), (0, 1), (1, 0), (2, 1)] {
+    for (sequence, copy) in [(1, 0), (2, 1), (3, 0), (4, 1)] {
         assert_eq!(write_profile(&mut chip, &record(sequence, 7)), 0);
         reset(&mut chip, POWER);
         assert_eq!(chip.word("BOARD"), PROFILES[copy], "sequence {sequence}");
     }
-    let mut damaged = record(3, 9);
+    let mut damaged = record(5, 9);
     damaged[3] ^= 2;
     assert_eq!(write_profile(&mut chip, &damaged), Exception::DeviceFailure as u16);
     reset(&mut chip, POWER);
@@ -110,16 +110,17 @@ fn a_profile_cut_anywhere_leaves_the_old_one_or_the_new() {
 fn a_run_that_a_reset_broke_off_is_a_fault() {
     let broken_off = |cause, runs| {
         let mut chip = Chip::new();
-        chip.call("mark_run", &[(12, runs)]);
+        let mark = if runs { chip.at("RUNS_MARK") } else { 0 };
+        chip.set_word("RUNNING", mark);
         reset(&mut chip, cause);
         assert_eq!(chip.word("RUNNING"), 0);
         assert_eq!(chip.byte("RUN") == RunState::Fault as u8, chip.byte("VM_FAULT") != 0);
         chip.byte("VM_FAULT")
     };
-    assert_eq!(broken_off(WATCHDOG, 1), Fault::Watchdog.number());
-    assert_eq!(broken_off(PIN, 1), Fault::EmergencyStop.number());
-    assert_eq!(broken_off(POWER | PIN, 1), 0);
-    assert_eq!(broken_off(WATCHDOG, 0), 0);
+    assert_eq!(broken_off(WATCHDOG, true), Fault::Watchdog.number());
+    assert_eq!(broken_off(PIN, true), Fault::EmergencyStop.number());
+    assert_eq!(broken_off(POWER | PIN, true), 0);
+    assert_eq!(broken_off(WATCHDOG, false), 0);
 }
 
 #[test]

@@ -14,7 +14,7 @@ boot_table:
 boot_table_end:
 
     .section .text.boot,"axR",@progbits
-    .global boot, R_BOOTED
+    .global boot, R_BOOTED, RUNS_MARK
 /* Everything before the main loop; interrupts are on at its end. Destroys all. */
 boot:
     /* Erased calibration bytes (FF) would run the DCO beyond the chip's limit: then the reset value
@@ -54,27 +54,33 @@ boot:
     bis.b #R_ADDRESS_1, &RUN_FLAGS
 3:  call #uart_open
     /* watchdog resets in a row */
-    mov.b &WATCHDOGS, r12
-    mov.b &WATCHDOGS_CHECK, r13
-    xor.b r12, r13
-    inc.b r13
-    jne 4f
     bit.b #1, &CAUSE
-    jeq 4f
-    inc r12
-    cmp #3, r12
+    jne 4f
+    mov #NO_WATCHDOGS-1, &WATCHDOGS
+4:  inc &WATCHDOGS
+    cmp #NO_WATCHDOGS+3, &WATCHDOGS
     jlo 5f
-    /* the third, as all that follow it: no autorun */
-    mov #2, r12
-    bis.b #R_BOOTED, &RUN_FLAGS
-    jmp 5f
-4:  clr r12
-5:  mov.b r12, &WATCHDOGS
-    inv r12
-    mov.b r12, &WATCHDOGS_CHECK
-    eint
+    bis.b #R_BOOTED, &RUN_FLAGS /* the third and all that follow it: no autorun */
+5:  eint
     call #store_mount
-    call #fault_logged
+    /* the last fault of the log */
+    mov #LOG, r15
+8:  mov @r15+, r12
+    mov @r15+, r13
+    mov r12, r11
+    xor r13, r11
+    xor @r15+, r11
+    xor @r15+, r11
+    jne 9f
+    cmp #-1, r12
+    jeq 9f
+    mov.b r12, &VM_FAULT
+    swpb r12
+    mov.b r12, &FAULT_IN
+    add &VM_CODE, r13
+    mov r13, &VM_FAULT_PC
+9:  cmp #LOG+64, r15
+    jne 8b
     /* a run that a reset broke off */
     mov &RUNNING, r13
     clr &RUNNING
@@ -89,12 +95,3 @@ boot:
 6:  mov &VM_CODE, &EFFECT_PC
     br #fail
 7:  ret
-
-    .global mark_run
-/* r12: 1 as a program begins to run, 0 when it ends. */
-mark_run:
-    tst r12
-    jeq 1f
-    mov #RUNS_MARK, r12
-1:  mov r12, &RUNNING
-    ret

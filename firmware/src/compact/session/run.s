@@ -207,8 +207,7 @@ stopping:
     clr.b &ENDING
     clr &OPEN
     bic.b #R_WAITING, &RUN_FLAGS
-    clr r12
-    call #mark_run
+    clr &RUNNING
     clr r14
     cmp.b #END_FAULT, &LAST_END
     jne 1f

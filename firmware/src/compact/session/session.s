@@ -163,8 +163,7 @@ run_begin:
     mov MC_FEED-MACHINE_SIZE(r13), &FEED
     mov MC_FEED-MACHINE_SIZE+2(r13), &FEED+2
     call #keep_load
-    mov #1, r12
-    call #mark_run
+    mov #RUNS_MARK, &RUNNING
     mov.b #RUN_RUNNING, &RUN
     bic.b #R_WAITING+R_TIMED_OUT+R_JOG, &RUN_FLAGS
     bic.b #T_FULL+T_ANNOUNCED+T_DROPPED, &TRACING

@@ -1,7 +1,10 @@
 /* The flash controller (SLAU144, chapter 7) and checksums over what flash holds. */
 
-    .section .text.flash,"axR",@progbits
-    .global flash_erase, flash_write
+    .section .text.store,"axR",@progbits
+/* Gives the current program up; keeps all but r12, r14. */
+discard:
+    mov &STORED, r12
+    clr &STORED
 /* flash_erase: r12 = address in a segment to erase, 10.5 ms. flash_write: r12 = even address,
    r13 = word whose 0 bits are cleared there, 66 us. Only the program area and segments D, C and B
    of the information memory; other addresses, 0 too, do nothing. The processor stands still
@@ -39,7 +42,6 @@ flash_write:
     eint
 4:  ret
 
-    .section .text.sound,"axR",@progbits
     .global crc_of, crc_more
 /* r15 = address, r11 = bytes; leaves their CRC in r12, the address behind them in r15, 0 in r11;
    uses r13, r14. crc_more goes on from the CRC in r12. The watchdog is kicked: 3 KB take 20 ms. */

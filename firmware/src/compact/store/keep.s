@@ -1,7 +1,7 @@
 /* KEEP values: a journal in two segments of flash (firmware::keep). TEMP holds the record that is
    being put: index, value, CRC. */
 
-    .section .text.keep,"axR",@progbits
+    .section .text.store,"axR",@progbits
 /* Leaves r11 = the journal's current segment, 0 for none; uses r14, r15. */
 keep_current:
     clr r11
@@ -164,7 +164,7 @@ keep_turn:
     mov.b @r11, r13
 6:  inc.b r13
     add #KEEP_COMMITTED, r13
-    br #flash_write
+    jmp flash_write
 keep_done:
     ret
 
@@ -185,53 +185,48 @@ keep_cell:
     add &VM_CELLS, r15
 1:  ret
 
-    .global keep_load
-/* As a run begins: the cells of KEEP values get what the journal holds. Uses r11 to r15. */
+    .global keep_load, keep_save
+/* keep_load, as a run begins: the cells of KEEP values get what the journal holds. keep_save: of the
+   active run the values that have changed go to the journal; nothing may move. Use r11 to r15. */
 keep_load:
-    clr r12
+    push #keep_get
+    jmp 1f
+keep_save:
+    push #keep_set
+1:  push r10
+    mov #8, r10
+2:  dec r10
+    jn 3f
+    mov r10, r12
     call #keep_cell
-    jc 2f
+    jc 2b
+    call 2(r1)
+    jmp 2b
+3:  pop r10
+    incd r1
+    ret
+
+/* Of the value r12 = r10, whose cell is at r15, in a program of r14. */
+keep_get:
+    push r15
     mov r14, r13
     call #keep_claim
-    push r10
-    clr r10
-1:  mov r10, r12
-    call #keep_value
-    push r12
     mov r10, r12
-    call #keep_cell
-    pop r12
-    jc 3f
+    call #keep_value
+    pop r15
     mov r12, 0(r15)
     mov r13, 2(r15)
-    inc r10
-    jmp 1b
-3:  pop r10
-2:  ret
-
-    .global keep_save
-/* Of the active run the values that have changed go to the journal; nothing may move. Uses r11 to
-   r15. */
-keep_save:
-    push r10
-    mov #8, r10
-1:  dec r10
-    jn 2f
-    mov r10, r12
-    call #keep_cell
-    jc 1b
-    mov r12, &TEMP
-    mov 0(r15), &TEMP+2
-    mov 2(r15), &TEMP+4
-    call #keep_store
-    jmp 1b
-2:  pop r10
     ret
+keep_set:
+    mov @r15+, r14
+    mov @r15, r15
+    call #keep_record
+    jmp keep_store
 
     .global keep_read
 /* r12 = index; leaves r13:r12 = the KEEP value, of an active run its cell; uses r11, r14, r15. */
 keep_read:
-    bit.b #2, &RUN
+    bit.b #RUN_ACTIVE, &RUN
     jeq keep_value
     call #keep_cell
     jc keep_value
@@ -242,23 +237,23 @@ keep_read:
     .global keep_write
 /* r12 = index, r15:r14 = value; leaves r12 = 0 or an Exception; uses r11 to r15. */
 keep_write:
-    mov r12, &TEMP
-    mov r14, &TEMP+2
-    mov r15, &TEMP+4
-    mov #EX_ILLEGAL_VALUE, r13
+    call #keep_record
     call #keep_cell
-    jc 2f
-    bit.b #2, &RUN
+    jc illegal_value
+    bit.b #RUN_ACTIVE, &RUN
     jeq 1f
     mov &TEMP+2, 0(r15)
     mov &TEMP+4, 2(r15)
-    jmp 3f
-1:  mov #EX_BUSY, r13
-    tst.b &MOVING
-    jne 2f
+    jmp 2f
+1:  call #only_idle
     mov r14, r13
     call #keep_claim
     call #keep_store
-3:  clr r13
-2:  mov r13, r12
+2:  clr r12
+    ret
+
+keep_record:
+    mov r12, &TEMP
+    mov r14, &TEMP+2
+    mov r15, &TEMP+4
     ret

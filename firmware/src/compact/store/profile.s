@@ -1,9 +1,9 @@
 /* Information memory: two copies of the board's profile, the log of faults. */
 
-    .section .text.profile,"axR",@progbits
+    .section .text.store,"axR",@progbits
     .global profile_newest
-/* BOARD = the profile in use: the later of two whole copies, else that of a board never given one.
-   Uses r11 to r15. */
+/* BOARD = the profile in use: the latest of two whole copies and that of a board never given one,
+   whose sequence number is 0. Uses r11 to r15. */
 profile_newest:
     mov #BOARD_DEFAULT, &BOARD
     mov #PROFILE_FIRST, r12
@@ -14,13 +14,11 @@ profile_newest:
     pop r12
     jne 3f
     mov &BOARD, r13
-    cmp #BOARD_DEFAULT, r13
-    jeq 2f
     mov @r12, r14
     sub @r13, r14
     dec r14
     jl 3f
-2:  mov r12, &BOARD
+    mov r12, &BOARD
 3:  ret
 
 /* r12 = address of a copy; leaves Z set when it is whole; uses r11 to r15. */
@@ -51,8 +49,6 @@ profile_word:
     call #word_write
     sub r15, r11
     cmp #BOARD_SIZE-2, r11
-    jne 3f
-    tst r12
     jne 3f
     mov r15, r12
     call #profile_whole
@@ -91,28 +87,6 @@ fault_log:
 3:  xor r13, r11
     call #flash_write
     incd r12
-    ret
-
-    .global fault_logged
-/* The last fault that the log holds, if any: VM_FAULT, FAULT_IN, VM_FAULT_PC. Uses r11 to r15. */
-fault_logged:
-    mov #LOG, r15
-1:  mov @r15+, r12
-    mov @r15+, r13
-    mov r12, r11
-    xor r13, r11
-    xor @r15+, r11
-    xor @r15+, r11
-    jne 2f
-    cmp #-1, r12
-    jeq 2f
-    mov.b r12, &VM_FAULT
-    swpb r12
-    mov.b r12, &FAULT_IN
-    add &VM_CODE, r13
-    mov r13, &VM_FAULT_PC
-2:  cmp #LOG+64, r15
-    jne 1b
     ret
 
     .global stack_free

@@ -34,7 +34,8 @@ store_mount:
 4:  add #SEGMENT, r10
     cmp #AREA_END, r10
     jne 1b
-/* The stored program has changed: it is checked, and the VM knows where it lies. Uses r11 to r15. */
+/* The stored program has changed, or is to run: it is checked, and the VM knows where it lies. Uses
+   r11 to r15. */
 program_attach:
     clr &VM_CODE
     mov &STORED, r12
@@ -45,23 +46,14 @@ program_attach:
     tst r12
     mov #0, r12
     jne 1f
-    mov &STORED, r15
-    mov.b SLOT_HEAD+9(r15), r13
-    mov.b SLOT_HEAD+10(r15), r14
-    swpb r14
-    bis r14, r13
-    add #SLOT_HEAD+IMAGE_CODE, r15
-    mov r15, &VM_CODE
-    add r15, r13
-    mov r13, &VM_DATA
-    mov #1, r12
+    /* the check leaves the addresses of code and data */
+    mov &POOL+CHECK_CODE, &VM_CODE
+    mov &POOL+CHECK_DATA, &VM_DATA
+    inc r12
 1:  br #program_stored
 
-    .global program_check
-/* The stored program may run: leaves r12 = 0 or its Refusal; uses r11 to r15. Takes about 30 ms for
-   each KB and kicks the watchdog; the pool is scratch. slot_check: the same of the slot at r12. */
-program_check:
-    mov &STORED, r12
+/* r12 = a slot; leaves r12 = 0 when its image may run, or its Refusal; uses r11 to r15. Takes about
+   30 ms for each KB and kicks the watchdog; the pool is scratch. */
 slot_check:
     add #SLOT_HEAD, r12
     call #image_sound
@@ -113,7 +105,7 @@ free_bytes:
     .global idle
 /* Leaves Z set when no run is active and nothing moves; keeps all. */
 idle:
-    bit.b #2, &RUN              /* running, paused, stopping */
+    bit.b #RUN_ACTIVE, &RUN
     jne 1f
     tst.b &MOVING
 1:  ret
@@ -133,8 +125,7 @@ upload_control:
     mov r12, r15
     dec r12
     cmp #UPLOAD_ERASE, r12
-    mov #EX_ILLEGAL_VALUE, r12
-    jhs 2f
+    jhs illegal_value
     call #upload
     push r12
     call #program_attach
@@ -144,6 +135,9 @@ upload_control:
     jeq 2f
     mov #EX_DEVICE_FAILURE, r12
 2:  ret
+illegal_value:
+    mov #EX_ILLEGAL_VALUE, r12
+    ret
 
 /* r15 = Upload code; leaves r12 = 0 or a Refusal; uses r11 to r15. */
 upload:
@@ -156,11 +150,11 @@ upload:
 /* Begin, Replace: r11 = end of what the image may take */
     clr &OPEN
     mov &UPLOAD, r12
-    tst r12
-    jge 1f
+    rla r12
+    jnc 1f
     mov #KEEP_FIRST, r11
-    add #0x8000, r12
-1:  tst r12
+    clrc
+1:  rrc r12
     jeq upload_not_begun
     cmp #AREA_BYTES+1, r12
     jhs 4f
@@ -197,12 +191,6 @@ upload_good:
     clr r12
     ret
 
-/* Gives the current program up; keeps all but r12, r14. */
-discard:
-    mov &STORED, r12
-    clr &STORED
-    br #flash_erase
-
 upload_not_begun:
     mov #REFUSAL_NOT_BEGUN, r12
     ret
@@ -212,10 +200,11 @@ commit:
     mov &OPEN, r12
     tst r12
     jeq upload_not_begun
-    mov &UPLOAD, r15
-    bic #0x8000, r15
-    cmp r15, SLOT_HEAD+6(r12)
+    /* bit 15 apart, the length as announced */
+    mov &UPLOAD, r13
+    xor SLOT_HEAD+6(r12), r13
     mov #REFUSAL_CRC, r15
+    rla r13
     jne 1f
     call #slot_check
     mov r12, r15
