@@ -1,8 +1,164 @@
 //! The Modbus slave: serial line, frames, registers.
 
 use crate::consts::constants;
+use firmware::store::Store;
+use lang::fault::Fault;
+use lang::isa::{FINGERPRINT, Op};
+use lang::part::G2553;
+use lang::wire::{self, BLOCKS, Block, Control, Exception, LONG, RunState, Table, command};
 
-constants! {}
+/// The block of a table that begins at an address.
+const fn block(table: Table, first: u16) -> Block {
+    let mut n = 0;
+    while BLOCKS[n].first != first || BLOCKS[n].table != table as u8 {
+        n += 1;
+    }
+    BLOCKS[n]
+}
+
+/// Count of a block in one byte, 0 for the upload window.
+const fn count(block: Block) -> u16 {
+    if block.count > u8::MAX as u16 { 0 } else { block.count }
+}
+
+/// Makes of each block `BLOCK_NAME` (its first address), `COUNT_NAME` and `TABLES_NAME`: bit n-1 for
+/// function n, bit 7 for pairs that are 32-bit values.
+macro_rules! blocks {
+    ($($name:ident: $table:ident;)*) => {
+        $(core::arch::global_asm!(
+            concat!(".set BLOCK_", stringify!($name), ", {first}"),
+            concat!(".set COUNT_", stringify!($name), ", {count}"),
+            concat!(".set TABLES_", stringify!($name), ", {tables}"),
+            first = const wire::$name,
+            count = const count(block(Table::$table, wire::$name)),
+            tables = const 1 << (Table::$table as u8 - 1)
+                | (block(Table::$table, wire::$name).flags & LONG) << 6,
+        );)*
+    };
+}
+
+/// Makes of each register `AT_NAME`: its offset in the block.
+macro_rules! registers {
+    ($($block:ident: $($name:ident)*;)*) => {
+        $($(core::arch::global_asm!(
+            concat!(".set AT_", stringify!($name), ", {}"),
+            const wire::$name - wire::$block,
+        );)*)*
+    };
+}
+
+blocks! {
+    COILS: Coils;
+    INPUT_BITS: Inputs;
+    STATUS_BITS: Inputs;
+    STATUS: InputRegisters;
+    PROBE_RESULT_TEXT: InputRegisters;
+    PROBE_RESULT: InputRegisters;
+    CNC_STATUS: InputRegisters;
+    OWN_INPUT: InputRegisters;
+    COMMAND: Holding;
+    OUTPUTS: Holding;
+    POSITIONS: Holding;
+    SPEEDS: Holding;
+    OVERRIDES: Holding;
+    CELLS: Holding;
+    KEEPS: Holding;
+    OWN: Holding;
+    PROFILE_WINDOW: Holding;
+    UPLOAD_WINDOW: Holding;
+}
+
+registers! {
+    STATUS:
+        INPUTS_HIGH MOVING HOMING LIMITS PLC_STATUS PROBING PROBE_ERROR WORK_POSITIONS
+        ACTUAL_SPEEDS TARGETS;
+    CNC_STATUS:
+        COMMAND_ROOM CNC_STATE CNC_ALARM;
+    OWN:
+        VERSION FIRMWARE_VERSION ISA_FINGERPRINT PROFILE_HASH FEATURES AREA_BYTES FREE_BYTES
+        PROGRAM_LENGTH PROGRAM_CRC RESET_CAUSE STACK_FREE MISSED_DEADLINES POOL_WORDS_REGISTER
+        RUN_STATE FAULT FAULT_PC FAULT_LINE FAULT_INPUT PROGRAM_COUNTER LAST_END RUN_COUNT HOMED
+        BLOCKING_INPUT MACHINE_POSITIONS COMMANDED RUN_CONTROL TRACE_MODE UPLOAD_CONTROL
+        UPLOAD_LENGTH UPLOAD_RESULT TRACE_EVEN PRINT_COUNT PRINT_TAIL PRINT_TEXT CHAR_OUT CHAR_IN;
+}
+
+/// Firmware version, major in the high byte.
+const RELEASE: u16 = 0x0001;
+
+/// The bit of [`RunState`] that says that a run was begun and has not ended.
+const ACTIVE: u8 = 2;
+
+const _: () = {
+    assert!((RunState::Running as u8 & RunState::Paused as u8 & RunState::Stopping as u8) == ACTIVE);
+    assert!((RunState::Empty as u8 | RunState::Ready as u8 | RunState::Fault as u8) & ACTIVE == 0);
+    assert!(wire::UPLOAD_WINDOW > wire::PROFILE_WINDOW);
+};
+
+/// InterpCNC's alarm codes (its input register 3004) by fault number.
+#[unsafe(no_mangle)]
+static ALARMS: [u8; Fault::ALL.len() + 1] = {
+    let mut codes = [3; Fault::ALL.len() + 1];
+    let pairs = [
+        (Fault::LimitSwitch, 1),
+        (Fault::SoftLimit, 2),
+        (Fault::InputActive, 4),
+        (Fault::ProbeMissed, 5),
+        (Fault::HomeStaysClosed, 8),
+        (Fault::HomeNotFound, 9),
+        (Fault::EmergencyStop, 10),
+        (Fault::NotHomed, 11),
+        (Fault::TimedOut, 18),
+    ];
+    let mut n = 0;
+    while n < pairs.len() {
+        codes[pairs[n].0.number() as usize] = pairs[n].1;
+        n += 1;
+    }
+    codes
+};
+
+constants! {
+    RUN_ACTIVE = ACTIVE;
+    EX_FUNCTION = Exception::IllegalFunction;
+    EX_ADDRESS = Exception::IllegalAddress;
+    EX_VALUE = Exception::IllegalValue;
+    EX_FAILURE = Exception::DeviceFailure;
+    EX_BUSY = Exception::Busy;
+    CONTROLS = Control::ALL.len();
+    CONTROL_START = Control::Start;
+    CONTROL_RESTART = Control::Restart;
+    COMMAND_SET_POSITION = command::SET_POSITION;
+    UPLOAD_COUNT = block(Table::Holding, wire::UPLOAD_WINDOW).count;
+    WIRE_VERSION = wire::WIRE_VERSION;
+    RELEASE = RELEASE;
+    FINGERPRINT = FINGERPRINT;
+    HEADER_CRC = 4;
+    HEADER_PROFILE = 18;
+    HEADER_CELLS = 14;
+    PART_FEATURES = G2553.features;
+    STORE_AREA = Store::area();
+    POOL_WORDS = crate::vm::POOL / 2;
+    OP_HOME = Op::Home;
+    OP_HOME_QUERY = Op::HomeQuery;
+    OP_PROBE = Op::Probe;
+    // USCI_A0, special function registers and Timer0_A (SLAU144, chapters 15, 2.2 and 12).
+    UCA0CTL0 = 0x60;
+    UCA0CTL1 = 0x61;
+    UCA0BR0 = 0x62;
+    UCA0BR1 = 0x63;
+    UCA0MCTL = 0x64;
+    UCA0STAT = 0x65;
+    UCBUSY = 1;
+    UCA0RXBUF = 0x66;
+    UCA0TXBUF = 0x67;
+    IE2 = 0x01;
+    UCA0RXIE = 1;
+    UCA0TXIE = 2;
+    TA0CCTL1 = 0x0164;
+    TA0R = 0x0170;
+    TA0CCR0 = 0x0172;
+    TA0CCR1 = 0x0174;
+}
 
 core::arch::global_asm!(include_str!("link/uart.s"), options(raw));
 core::arch::global_asm!(include_str!("link/modbus.s"), options(raw));

@@ -26,3 +26,8 @@ motion_hit:
     .global motion_rests
 motion_rests:
     ret
+    .global motion_speed
+motion_speed:
+    clr r12
+    clr r13
+    ret
