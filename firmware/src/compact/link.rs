@@ -89,7 +89,9 @@ const RELEASE: u16 = 0x0001;
 const ACTIVE: u8 = 2;
 
 const _: () = {
-    assert!((RunState::Running as u8 & RunState::Paused as u8 & RunState::Stopping as u8) == ACTIVE);
+    assert!(
+        (RunState::Running as u8 & RunState::Paused as u8 & RunState::Stopping as u8) == ACTIVE
+    );
     assert!((RunState::Empty as u8 | RunState::Ready as u8 | RunState::Fault as u8) & ACTIVE == 0);
     assert!(wire::UPLOAD_WINDOW > wire::PROFILE_WINDOW);
 };

@@ -13,6 +13,7 @@ mod effects;
 mod formula;
 mod io;
 mod keep;
+mod link;
 mod numbers;
 mod session;
 mod store;

@@ -141,8 +141,9 @@ link_next:
     br #map_read
 
 /* Appends a byte to the reply and its CRC.
-   takes r13 = byte   leaves r13   clobbers r12, r14 */
+   takes r13 = byte in its low half   leaves r13 = byte   clobbers r12, r14 */
 link_put:
+    mov.b r13, r13
     mov &REPLY_CRC, r12
     call #pasapas_crc16
     mov r12, &REPLY_CRC

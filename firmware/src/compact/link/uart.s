@@ -16,7 +16,7 @@
     .set FRAME_SIZE, HEAD-FRAME
     .set SPOILED, 0xff          /* HEAD of a frame with an error */
 
-    .section .text.uart,"axR",@progbits
+    .section .tail.uart,"axR",@progbits
     .global USCIAB0RX
 USCIAB0RX:
     push r12
