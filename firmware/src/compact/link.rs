@@ -21,8 +21,14 @@ const fn count(block: Block) -> u16 {
     if block.count > u8::MAX as u16 { 0 } else { block.count }
 }
 
-/// Makes of each block `BLOCK_NAME` (its first address), `COUNT_NAME` and `TABLES_NAME`: bit n-1 for
-/// function n, bit 7 for pairs that are 32-bit values.
+/// Tables of a block: bit n-1 for function n, bit 7 for pairs that are 32-bit values. [`wire::OWN`]
+/// stands in two.
+const fn tables(block: Block) -> u16 {
+    let own = (block.first == wire::OWN) as u16;
+    1 << (block.table - 1) | own << (Table::InputRegisters as u16 - 1) | (block.flags as u16 & LONG as u16) << 6
+}
+
+/// Makes of each block `BLOCK_NAME` (its first address), `COUNT_NAME` and `TABLES_NAME`.
 macro_rules! blocks {
     ($($name:ident: $table:ident;)*) => {
         $(core::arch::global_asm!(
@@ -31,8 +37,7 @@ macro_rules! blocks {
             concat!(".set TABLES_", stringify!($name), ", {tables}"),
             first = const wire::$name,
             count = const count(block(Table::$table, wire::$name)),
-            tables = const 1 << (Table::$table as u8 - 1)
-                | (block(Table::$table, wire::$name).flags & LONG) << 6,
+            tables = const tables(block(Table::$table, wire::$name)),
         );)*
     };
 }
@@ -55,7 +60,6 @@ blocks! {
     PROBE_RESULT_TEXT: InputRegisters;
     PROBE_RESULT: InputRegisters;
     CNC_STATUS: InputRegisters;
-    OWN_INPUT: InputRegisters;
     COMMAND: Holding;
     OUTPUTS: Holding;
     POSITIONS: Holding;
@@ -93,7 +97,7 @@ const _: () = {
         (RunState::Running as u8 & RunState::Paused as u8 & RunState::Stopping as u8) == ACTIVE
     );
     assert!((RunState::Empty as u8 | RunState::Ready as u8 | RunState::Fault as u8) & ACTIVE == 0);
-    assert!(wire::UPLOAD_WINDOW > wire::PROFILE_WINDOW);
+    assert!(LONG == 2 && wire::OWN == wire::OWN_INPUT);
 };
 
 /// InterpCNC's alarm codes (its input register 3004) by fault number.
@@ -129,6 +133,7 @@ constants! {
     CONTROLS = Control::ALL.len();
     CONTROL_START = Control::Start;
     CONTROL_RESTART = Control::Restart;
+    COMMAND_WORDS = block(Table::Holding, wire::COMMAND).count;
     COMMAND_SET_POSITION = command::SET_POSITION;
     UPLOAD_COUNT = block(Table::Holding, wire::UPLOAD_WINDOW).count;
     WIRE_VERSION = wire::WIRE_VERSION;

@@ -161,8 +161,8 @@
     .set R_WAITING, 1           /* WaitStart */
     .set R_RELEASED, 2          /* Start was pressed while it waited */
     .set R_TIMED_OUT, 4         /* TIMEDOUT */
-    .set R_JOG, 8               /* a motion by 102 or 1111 is under way */
-    .set R_HOST, 16             /* a host has spoken since reset */
+    .set R_HOST, 8              /* a host has spoken since reset */
+    .set R_JOG, 16              /* a motion by 102 or 1111 is under way */
     .set R_BOOTED, 32           /* half a second has passed since reset */
     .set R_RESTART, 64          /* reset the chip once the reply is out */
     .set R_ADDRESS_1, 128       /* the link answers to address 1 at 9600 8N1 until reset */

@@ -46,7 +46,6 @@ map_blocks:
     MAP_BLOCK PROBE_RESULT_TEXT, map_list_probed
     MAP_BLOCK PROBE_RESULT, map_list_probed
     MAP_BLOCK CNC_STATUS, map_list_cnc
-    MAP_BLOCK OWN_INPUT, map_list_own
 map_command_block:
     MAP_BLOCK COMMAND, map_list_command, map_write_command
     MAP_BLOCK OUTPUTS, map_list_outputs, map_write_outputs
@@ -169,11 +168,16 @@ map_find:
     clr r13
 4:  ret
 
-/* The register at an address in a block, or the register that holds a bit.
-   takes r5 = address, r7 = function, r8 = table   leaves r12   clobbers r9, r11..r15 */
+/* The register that comes next in the reply, or that holds the next bit.
+   takes r7, r8   leaves r12 its value, r5 its address   clobbers r4, r9, r11..r15 */
+map_next:
+    mov &NEXT_REGISTER, r5
+    inc &NEXT_REGISTER
+    dec &REGISTERS_LEFT
+/* The same at address r5. */
 map_read:
     call #map_find
-    cmp #3, r7
+    cmp #2, r7
     jhs 1f
     mov r5, r12                 ; of the bits, 0 and 256 stand in registers 0 and 16
     rra r12
@@ -271,6 +275,7 @@ map_trace_mode:
 /* Two bytes of text, the earlier one in the high byte. */
 map_print_text:
     rla r12
+    add &PRINT_TAIL, r12
     call #1f
     mov r13, r14
     swpb r14
@@ -278,18 +283,14 @@ map_print_text:
     bis r14, r13
     mov r13, r12
     ret
-1:  clr r13
-    cmp.b &PRINT_READY, r12
-    jhs 2f
-    mov &PRINT_TAIL, r13
-    add r12, r13
+1:  mov r12, r13
     and #PRINT_SIZE-1, r13
     mov.b PRINT(r13), r13
-2:  inc r12
+    inc r12
     ret
 
-/* 32-bit values of axes and cells: what is read of a value is of one instant, its high half is kept
-   until the next request. */
+/* 32-bit values of axes and cells: both halves are of one instant, the high one is kept in LATCH
+   when the low one is read. */
 map_machine_positions:
     mov #ACTUAL, r13
     jmp 1f
@@ -300,11 +301,11 @@ map_probed:
     mov #PROBED, r13
 1:  mov #map_axis_long, r14
     jmp 2f
-map_targets:
-    mov #map_target, r14
-    jmp 2f
 map_speeds:
     mov #motion_speed, r14
+    jmp 2f
+map_targets:
+    mov #target_steps, r14
     jmp 2f
 map_work_positions:
     mov #work_steps, r14
@@ -318,33 +319,13 @@ map_keeps:
     mov #keep_read, r14
 /* takes r12 = offset, r14 = routine from r12 = index to r13:r12 */
 map_half:
-    push r12
+    bit #1, r12
+    jne 1f
     rra r12
     call r14
-    bit #1, 0(r1)
-    incd r1
-    jne 1f
     mov r13, &LATCH
-    mov r5, &LATCHED
     ret
-1:  dec r5
-    cmp r5, &LATCHED
-    jne 2f
-    mov &LATCH, r13
-2:  mov r13, r12
-    ret
-
-/* r12 = n: where the axis is to be as a work position. */
-map_target:
-    push r12
-    call #work_steps
-    pop r14
-    rla r14
-    rla r14
-    sub ACTUAL(r14), r12
-    subc ACTUAL+2(r14), r13
-    add STEPS(r14), r12
-    addc STEPS+2(r14), r13
+1:  mov &LATCH, r12
     ret
 
 /* r12 = n: the cell's value, 0 without a run or beyond the program's. */
@@ -371,16 +352,10 @@ map_command_word:
     ret
 
 map_command_room:
-    call #map_idle
+    call #idle
     jne map_zero
-    mov #21, r12
+    mov #COMMAND_WORDS, r12
     ret
-/* leaves Z set when no run is active and nothing moves */
-map_idle:
-    bit.b #RUN_ACTIVE, &RUN
-    jne 1f
-    tst.b &MOVING
-1:  ret
 
 map_probe_input:
     mov #17, r12
@@ -409,17 +384,16 @@ map_homing_axis:
     cmp #OP_HOME_QUERY-OP_HOME+1, r12
     jhs map_zero
 map_axis_bit:
-    mov.b &N, r13
-    mov #1, r12
-    jmp 2f
-1:  rla r12
-2:  dec r13
-    jge 1b
+    mov.b &N, r12
+    inc r12
+    call #mask_of
+    mov r14, r12
     ret
 map_plc_status:
-    bit.b #RUN_ACTIVE, &RUN
-    jeq map_zero
-    mov #1<<10, r12
+    mov.b &RUN, r12
+    and #RUN_ACTIVE, r12        ; bit 1 becomes bit 10
+    swpb r12
+    rla r12
     ret
 
 /* Low byte: reference switches closed at the negative end, high byte: at the positive one.
@@ -432,7 +406,8 @@ map_limit_switches:
     mov &BOARD, r12
     add r4, r12
     mov.b B_REFERENCE(r12), r12
-    call #map_input_on
+    call #input
+    tst r12
     jeq 3f
     mov r4, r12
     call #axis_record
@@ -446,14 +421,6 @@ map_limit_switches:
     mov r9, r12
     ret
 
-/* r12 = input or 0 for none   leaves Z clear and r12 = 1 when it is on */
-map_input_on:
-    tst r12
-    jeq 1f
-    call #input
-    tst r12
-1:  ret
-
 /* InterpCNC's state word. clobbers r4, r9 */
 map_cnc_state:
     mov.b &RUN, r12
@@ -464,11 +431,13 @@ map_cnc_state:
     bis #1<<2, r9
 1:  mov &BOARD, r4
     mov.b B_DOOR(r4), r12
-    call #map_input_on
+    call #input
+    tst r12
     jeq 2f
     bis #1<<6, r9
 2:  mov.b B_EMERGENCY(r4), r12
-    call #map_input_on
+    call #input
+    tst r12
     jeq 3f
     bis #1<<8, r9
 3:  mov r9, r12
@@ -531,13 +500,8 @@ map_write_cell:
     mov r15, 2(r12)
     jmp map_written
 
-/* A KEEP value of an active run is a cell, of any other time a word of flash. */
 map_write_keep:
-    bit.b #RUN_ACTIVE, &RUN
-    jne 1f
-    tst.b &MOVING
-    jne map_busy
-1:  rra r12
+    rra r12
     br #keep_write
 
 /* As command 105. */
@@ -588,7 +552,7 @@ map_busy:
     jeq map_no_program
 2:  cmp #CONTROL_RESTART, r12
     jne 3f
-    call #map_idle
+    call #idle
     jne map_busy
 3:  call #control
     jmp map_written

@@ -4,8 +4,9 @@
    (address, CRC, broadcast).
 
    Registers in this file and in map.s:
-   r5 address, of a write the offset in its block   r6 count   r7 function
-   r8 table: bit n-1 for reading function n   r9 row of the block   r10 next byte of data */
+   r5 address, of a write the offset in its block   r6 count
+   r7 function less 1, but 4 and 5 for 15 and 16   r8 table: bit n-1 for reading function n
+   r9 row of the block   r10 next byte of data */
 
 /* push &address and pop &address, which LLVM's assembler refuses. */
     .macro PUSH_WORD address
@@ -24,7 +25,7 @@ link_poll:
     jne link_feed
     mov.b &HEAD, r4
     cmp.b #4, r4
-    jl link_drop                     ; too short, or spoiled, which is -1
+    jl link_drop                ; too short, or spoiled, which is -1
     mov #FRAME, r10
     mov r4, r9
     mov #-1, r12
@@ -49,24 +50,23 @@ link_poll:
     call #link_perform
     tst.b &FRAME
     jeq link_drop
-    mov #6, r6                  ; a write is answered by its first bytes
+    mov #3, r6                  ; the reply's head, its data comes by FUNCTION
     tst r12
-    jeq 3f
-    bis.b #0x80, &FRAME+1
+    jne 3f
+    tst.b &FUNCTION
+    jne 4f
+    rla r6                      ; a write is answered by its first bytes
     jmp 4f
-3:  tst.b &FUNCTION
-    jeq 5f
-    mov r11, r12
-4:  mov.b r12, &FRAME+2         ; exception, or bytes of data
-    mov #3, r6
-5:  clr &HEAD                   ; and TAIL
+3:  bis.b #0x80, &FRAME+1
+    mov.b r12, &FRAME+2
+4:  clr &HEAD                   ; and TAIL
     mov.b #SENDING, &LINE_STATE
     mov #-1, &REPLY_CRC
     mov #FRAME, r10
-6:  mov.b @r10+, r13
+5:  mov.b @r10+, r13
     call #link_put
     dec r6
-    jne 6b
+    jne 5b
     tst.b &FUNCTION
     jne link_feed
 link_finish:
@@ -75,7 +75,7 @@ link_finish:
     swpb r13
     call #link_put_only
     mov #LAST, &LINE_STATE      ; and no FUNCTION
-    ret
+    jmp link_send               ; should all be out already: let its interrupt see the state
 link_drop:
     clr &HEAD                   ; and TAIL
     clr &LINE_STATE             ; LISTEN, and no FUNCTION
@@ -84,22 +84,21 @@ link_drop:
 /* Puts more of the reply into the ring while there is room for a register and the CRC. */
 link_feed:
     mov.b &FUNCTION, r7
-    tst r7
-    jeq link_restart
+    dec r7
+    jn link_restart
     mov.b &HEAD, r12
     sub.b &TAIL, r12
-    jc 1f
-    add.b #FRAME_SIZE, r12
-1:  cmp.b #FRAME_SIZE-4, r12
+    and.b #RING_SIZE-1, r12
+    cmp.b #RING_SIZE-4, r12
     jhs link_done
-    mov.b link_masks-1(r7), r8
-    cmp #3, r7
+    mov.b link_tables(r7), r8
+    cmp #2, r7
     jhs 5f
     mov #8, r6                  ; a byte of bits, filled up with 0
 2:  mov &REGISTERS_LEFT, r12
     tst r12
     jeq 4f
-    call #link_next
+    call #map_next
     and #15, r5
     jeq 4f
 3:  rra r12
@@ -110,7 +109,7 @@ link_feed:
     dec r6
     jne 2b
     jmp 6f
-5:  call #link_next
+5:  call #map_next
     mov r12, r10
     mov r12, r13
     swpb r13
@@ -124,21 +123,13 @@ link_feed:
 link_restart:
     bit.b #R_RESTART, &RUN_FLAGS
     jeq link_done
-    cmp.b &TAIL, &HEAD
+    tst &LINE_STATE             ; and FUNCTION
     jne link_done
     bit.b #UCBUSY, &UCA0STAT
     jne link_done
     clr &WATCHDOG               ; without its password: reset
 link_done:
     ret
-
-/* The register, or the one that holds the bit, that comes next in the reply.
-   takes r7, r8   leaves r12 its value, r5 its address   clobbers r9, r11..r15 */
-link_next:
-    mov &NEXT_REGISTER, r5
-    inc &NEXT_REGISTER
-    dec &REGISTERS_LEFT
-    br #map_read
 
 /* Appends a byte to the reply and its CRC.
    takes r13 = byte in its low half   leaves r13 = byte   clobbers r12, r14 */
@@ -152,82 +143,85 @@ link_put_only:
     mov.b &HEAD, r14
     mov.b r13, FRAME(r14)
     inc.b r14
-    cmp.b #FRAME_SIZE, r14
-    jne 1f
-    clr.b r14
-1:  mov.b r14, &HEAD
+    and.b #RING_SIZE-1, r14
+    mov.b r14, &HEAD
+link_send:
     bis.b #UCA0TXIE, &IE2
     ret
 
 /* Executes a request.
    takes r4 = length of the frame
-   leaves r12 = 0 or exception; FUNCTION and r11 = bytes of data when it reads
-   clobbers all but r4 */
+   leaves r12 = 0 or exception, FUNCTION when it reads   clobbers all */
 link_perform:
-    mov.b &FRAME+1, r7
+    mov #FRAME+1, r10
     mov #EX_FUNCTION, r12
-    mov r7, r13
-    dec r13
-    cmp #6, r13
+    mov.b @r10+, r7
+    dec r7
+    cmp #6, r7
     jlo 1f
-    sub #14, r13                ; 15, 16 are like 5, 6
-    cmp #2, r13
+    sub #14, r7
+    cmp #2, r7
     jhs link_refused
-    add #4, r13
-1:  mov.b link_masks(r13), r8
+    add #4, r7
+1:  mov.b link_tables(r7), r8
     mov #EX_VALUE, r12
-    mov &FRAME+2, r5
+    mov @r10+, r5
     swpb r5
-    mov &FRAME+4, r6
+    mov @r10, r6
     swpb r6
-    mov #FRAME+4, r10
-    cmp #5, r7
+    cmp #4, r7
     jlo 3f
-    cmp #7, r7
+    cmp.b #7, &FRAME+1
     jhs 3f
-    bit #3, r8
-    jeq 2f
+    /* 5 and 6: the value is the first of one */
+    cmp #4, r8
+    jhs 2f
     tst r6
     jeq 2f
     cmp #0xff00, r6
     jne link_refused
-2:  mov #1, r6                  ; 5 and 6: the value is the first of one
-    jmp 5f
-    /* bytes of data: 1 to 250 */
+2:  mov #1, r6
+    jmp 6f
+    /* r11 = bytes of data, 1 to 250 */
 3:  mov r6, r11
-    bit #3, r8
-    jeq 4f
+    cmp #4, r8
+    jhs 4f
     add #7, r11
     rra r11
     rra r11
     rra r11
-    jmp 6f
+    jmp 5f
 4:  rla r11
     jc link_refused
-6:  mov r11, r13
+5:  mov r11, r13
     dec r13
     cmp #250, r13
     jhs link_refused
-    cmp #5, r7
-    jlo 5f
-    mov #FRAME+7, r10
-    mov.b &FRAME+6, r13
+    cmp #4, r7
+    jlo 6f
+    incd r10
+    mov.b @r10+, r13
     cmp r13, r11
     jne link_refused
     sub r13, r4
     dec r4
-5:  cmp #8, r4
+6:  cmp #8, r4
     jne link_refused
     call #map_find
     cmp r6, r13
     jlo link_no_address
-    cmp #5, r7
+    cmp #4, r7
     jhs link_write
-    mov.b r7, &FUNCTION
+    mov.b r11, &FRAME+2
     mov r5, &NEXT_REGISTER
     mov r6, &REGISTERS_LEFT
-    clr &LATCHED
-link_ok:
+    /* the first register may be the high half of a value: that is in LATCH then */
+    bit #1, r5
+    jeq 7f
+    dec r5
+    call #map_read
+7:  inc r7
+    mov.b r7, &FUNCTION
     clr r12
 link_refused:
     ret
@@ -242,24 +236,26 @@ link_write:
     mov.b 5(r9), r13
     tst r13
     jeq link_no_address
-    bit #3, r8
-    jne link_write_bits
+    cmp #4, r8
+    jlo link_write_bits
     rla r13
+    add #MAP_WRITERS, r13
     mov r13, r8
-    add #MAP_WRITERS, r8
-    mov #EX_VALUE, r12
+    mov #1, r4                  ; registers of a value
     tst.b 3(r9)
     jge 2f
+    inc r4
     /* function 6 sets a 32-bit value by its low register, extending the sign */
-    cmp #6, r7
+    cmp.b #6, &FRAME+1
     jne 1f
-    mov.b &FRAME+4, r13
+    mov.b @r10, r13
     swpb r13
     sxt r13
-    mov r13, &FRAME+6
-    mov #2, r6
+    mov r13, 2(r10)
+    mov r4, r6
 1:  mov r5, r13
     bis r6, r13
+    mov #EX_VALUE, r12
     bit #1, r13
     jne link_refused
 2:  cmp #map_command_block, r9
@@ -285,20 +281,16 @@ link_write:
 link_write_words:
     call #link_take
     mov r13, r14
-    tst.b 3(r9)
-    jge 1f
+    cmp #1, r4
+    jeq 1f
     call #link_take
     mov r13, r15
-    dec r6
 1:  mov r5, r12
     call r8
     tst r12
     jne 9f
-    inc r5
-    tst.b 3(r9)
-    jge 2f
-    inc r5
-2:  dec r6
+    add r4, r5
+    sub r4, r6
     jne link_write_words
     /* the command's number starts it; its arguments may have come before */
     cmp #BLOCK_COMMAND/256+BLOCK_COMMAND%256*256, &FRAME+2
@@ -332,6 +324,6 @@ link_take:
     bis r15, r13
     ret
 
-/* Tables by function 1 to 6; 15 and 16 are like 5 and 6. */
-link_masks:
+/* r8 by r7. */
+link_tables:
     .byte 1, 2, 4, 8, 1, 4

@@ -5,16 +5,17 @@
    Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
    FRAME is the request while LINE_STATE is LISTEN or READY, HEAD its length or SPOILED; then it is
-   the ring from which the reply is sent. Receive takes 46 cycles, transmit 40, silence 19,
-   millisecond 24. */
+   the ring of RING_SIZE from which the reply is sent; TAIL is the next byte to go. Receive takes 46
+   cycles, transmit 40, silence 19, millisecond 24. */
 
 /* LINE_STATE */
     .set LISTEN, 0
     .set READY, 1               /* a frame has come */
-    .set SENDING, 2             /* the reply is being made */
-    .set LAST, 3                /* all of it is in the ring */
+    .set LAST, 2                /* all of the reply is in the ring */
+    .set SENDING, 4             /* the reply is being made */
     .set FRAME_SIZE, HEAD-FRAME
-    .set SPOILED, 0xff          /* HEAD of a frame with an error */
+    .set RING_SIZE, 32
+    .set SPOILED, -1            /* HEAD of a frame with an error */
 
     .section .tail.uart,"axR",@progbits
     .global USCIAB0RX
@@ -25,7 +26,7 @@ USCIAB0RX:
     mov.b &UCA0RXBUF, r12
     tst.b &LINE_STATE
     jne 5f
-1:  bit.b #0x70, r13
+    bit.b #0x70, r13
     jne 3f
     mov.b &HEAD, r13
     cmp.b #FRAME_SIZE, r13      ; also true of a spoiled one
@@ -44,17 +45,9 @@ USCIAB0RX:
     add &SILENCE_TICKS, r12
     mov r12, &TA0CCR1
     mov #0x0010, &TA0CCTL1
-6:  pop r13
+5:  pop r13
     pop r12
     reti
-    /* once the reply has left the ring the next request begins */
-5:  cmp.b #LAST, &LINE_STATE
-    jne 6b
-    cmp.b &TAIL, &HEAD
-    jne 6b
-    clr.b &HEAD
-    clr.b &LINE_STATE
-    jmp 1b
 
     .global TIMER0_A1
 TIMER0_A1:
@@ -67,17 +60,19 @@ USCIAB0TX:
     push r12
     mov.b &TAIL, r12
     cmp.b &HEAD, r12
-    jeq 2f
+    jeq 1f
     mov.b FRAME(r12), &UCA0TXBUF
     inc.b r12
-    cmp.b #FRAME_SIZE, r12
-    jlo 1f
-    clr.b r12
-1:  mov.b r12, &TAIL
-    pop r12
-    reti
-2:  bic.b #UCA0TXIE, &IE2
-    pop r12
+    and.b #RING_SIZE-1, r12
+    mov.b r12, &TAIL
+    jmp 2f
+1:  bic.b #UCA0TXIE, &IE2
+    /* once the reply has left the ring the next request may begin */
+    cmp.b #LAST, &LINE_STATE
+    jne 2f
+    clr &HEAD                   ; and TAIL
+    clr.b &LINE_STATE
+2:  pop r12
     reti
 
     .global TIMER0_A0
@@ -86,6 +81,14 @@ TIMER0_A0:
     inc &MILLIS
     mov.b #1, &VM_POLL
     reti
+
+/* mov @r13+, &address and its byte form, which LLVM's assembler refuses. */
+    .macro TAKE_WORD address
+    .word 0x4db2, \address
+    .endm
+    .macro TAKE_BYTE address
+    .word 0x4df2, \address
+    .endm
 
 /* Starts the line at a rate.
    takes r12 = rate code of the board's record: rate in bits 0 and 1, parity in bits 4 and 5
@@ -99,19 +102,18 @@ uart_open:
     rla r13
     rla r13
     add #rates, r13
-    mov @r13, &SILENCE_TICKS
-    mov 2(r13), &SLACK_TICKS
-    mov.b 4(r13), &UCA0BR0
-    mov.b 5(r13), &UCA0BR1
-    mov.b 6(r13), &UCA0MCTL
+    TAKE_WORD SILENCE_TICKS
+    TAKE_WORD SLACK_TICKS
+    TAKE_BYTE UCA0BR0
+    TAKE_BYTE UCA0BR1
+    TAKE_BYTE UCA0MCTL
     /* bit 4 even, bit 5 odd: become UCPAR and UCPEN, and even wants both */
-    rla r12
-    rla r12
-    bit #0x40, r12
-    jeq 1f
-    bis #0x80, r12
-1:  bic #0x3f, r12
+    rla.b r12
+    rla.b r12
+    bic.b #0x3f, r12
     mov.b r12, &UCA0CTL0
+    rla.b r12
+    bis.b r12, &UCA0CTL0
     mov.b #0x80, &UCA0CTL1
     bis.b #UCA0RXIE, &IE2
     ret

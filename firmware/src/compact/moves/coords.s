@@ -8,20 +8,27 @@
     .set NEW_UM, SLOT0
     .set NEW_STEPS, SLOT1
 
-    /* Where the axis r12 stands for the link: r13:r12 = work position in steps.
+    /* Where the axis r12 stands, or is to stand, for the link: r13:r12 = work position in steps.
        Uses r11, r14, r15. */
-    .global work_steps
+    .global target_steps, work_steps
+target_steps:
+    mov #STEPS, r13
+    jmp 1f
 work_steps:
-    push r8
+    mov #ACTUAL, r13
+1:  push r8
     push r9
     call #axis_select
+    add r8, r13
+    push r13
     call #offset_steps
-    inv r12
-    inv r13
-    add #1, r12
-    adc r13
-    add ACTUAL(r8), r12
-    addc ACTUAL+2(r8), r13
+    pop r15
+    mov @r15+, r14
+    mov @r15, r15
+    sub r12, r14
+    subc r13, r15
+    mov r14, r12
+    mov r15, r13
     jmp restore_axis
 
     /* r13:r12 = work offset of the axis in steps, 0 when it does not fit. Uses r11, r14, r15. */
