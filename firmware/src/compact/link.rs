@@ -1,7 +1,6 @@
 //! The Modbus slave: serial line, frames, registers.
 
 use crate::consts::constants;
-use firmware::store::Store;
 use lang::fault::Fault;
 use lang::isa::{FINGERPRINT, Op};
 use lang::part::G2553;
@@ -25,7 +24,9 @@ const fn count(block: Block) -> u16 {
 /// stands in two.
 const fn tables(block: Block) -> u16 {
     let own = (block.first == wire::OWN) as u16;
-    1 << (block.table - 1) | own << (Table::InputRegisters as u16 - 1) | (block.flags as u16 & LONG as u16) << 6
+    1 << (block.table - 1)
+        | own << (Table::InputRegisters as u16 - 1)
+        | (block.flags as u16 & LONG as u16) << 6
 }
 
 /// Makes of each block `BLOCK_NAME` (its first address), `COUNT_NAME` and `TABLES_NAME`.
@@ -143,7 +144,7 @@ constants! {
     HEADER_PROFILE = 18;
     HEADER_CELLS = 14;
     PART_FEATURES = G2553.features;
-    STORE_AREA = Store::area();
+    STORE_AREA = G2553.room_for(false);
     POOL_WORDS = crate::vm::POOL / 2;
     OP_HOME = Op::Home;
     OP_HOME_QUERY = Op::HomeQuery;
