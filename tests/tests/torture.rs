@@ -7,10 +7,10 @@ use lang::isa::Op;
 use lang::wire::{Control, MACHINE_POSITIONS};
 use pasapas::torture::generate::{Case, generate, generate_still};
 use pasapas::torture::images::{self, judge};
-use pasapas::torture::people;
 use pasapas::torture::programs::{against_the_board, make, on_the_host, reference, tape};
 use pasapas::torture::stand::{Fresh, Stand};
 use pasapas::torture::{Length, Settings, Verdict};
+use pasapas::torture::{people, power};
 
 const SETTINGS: Settings = Settings { length: Length::Short, count: None, seed: 11, from: 0 };
 
@@ -157,4 +157,20 @@ fn people_find_a_direction_that_is_the_wrong_way_round() {
         people::try_out(fresh.copy(), &made, Rng::new(n)).err().map(Verdict::Lost)
     });
     assert!(found, "motors that turn the other way");
+}
+
+#[test]
+fn power_finds_a_program_that_a_cut_damaged() {
+    let writes = power::writes().expect("the shipped image");
+    let upload = &writes[0];
+    // A bit of each segment of the program area, in the middle of the images.
+    let spoil = |stand: &mut Stand| {
+        for segment in 0..6 {
+            let at = 0xF200 + 512 * segment + 100;
+            let byte = stand.board.peek8(at);
+            stand.board.poke8(at, byte ^ 1);
+        }
+    };
+    assert_eq!(upload.cut(20, 1, &|_| {}), Some(Verdict::Survived));
+    assert!(matches!(upload.cut(20, 1, &spoil), Some(Verdict::Lost(_))));
 }

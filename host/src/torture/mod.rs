@@ -8,6 +8,7 @@ pub mod compare;
 pub mod generate;
 pub mod images;
 pub mod people;
+pub mod power;
 pub mod programs;
 pub mod stand;
 
@@ -105,8 +106,12 @@ pub type Sink<'a> = &'a mut dyn FnMut(Row) -> Result<(), String>;
 pub type Kind = (&'static str, fn(&Settings, Sink<'_>) -> Result<(), String>);
 
 /// Every kind.
-pub const KINDS: [Kind; 3] =
-    [("programs", programs::run), ("images", images::run), ("people", people::run)];
+pub const KINDS: [Kind; 4] = [
+    ("programs", programs::run),
+    ("images", images::run),
+    ("people", people::run),
+    ("power", power::run),
+];
 
 /// Losses that a row tells of.
 const TOLD: usize = 20;
