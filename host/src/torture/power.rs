@@ -4,7 +4,8 @@
 
 use emulator::Config;
 use firmware::keep::Keep;
-use firmware::store::{Flash, KEEP_FREE, SEGMENT, SEGMENTS};
+use firmware::store::{Flash, SEGMENT};
+use lang::part;
 use lang::record::{BoardRecord, OutputStates};
 use lang::wire::{
     Control, FAULT, HOMED, KEEPS, LAST_END, MACHINE_POSITIONS, PROFILE_WINDOW, RUN_STATE, RunState,
@@ -35,6 +36,9 @@ fn config(seed: u64) -> Config {
     Config { seed, unstable_bits: seed % 2 == 1, ..Config::default() }
 }
 
+/// Whether a board holds the old or the new.
+type Check = fn(&mut Stand, &[u8], &[u8]) -> Result<(), String>;
+
 /// What is written when the power fails.
 pub struct Write {
     name: &'static str,
@@ -45,7 +49,7 @@ pub struct Write {
     /// What it writes.
     new: Vec<u8>,
     /// Whether what the board holds is the old or the new.
-    check: fn(&mut Stand, &[u8], &[u8]) -> Result<(), String>,
+    check: Check,
     old: Vec<u8>,
 }
 
@@ -304,11 +308,14 @@ fn random_cuts(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     sink(row)
 }
 
+/// Segments of the program area of the fake flash.
+const SEGMENTS: usize = part::G2955.segments as usize;
+
 /// A flash memory that counts.
 #[derive(Clone)]
 struct Counted {
     words: Vec<u16>,
-    erases: [u64; SEGMENTS as usize],
+    erases: [u64; SEGMENTS],
     /// Operations until power fails; that one leaves some of its bits undone.
     left: u64,
     noise: u16,
@@ -316,13 +323,15 @@ struct Counted {
 
 impl Counted {
     fn new() -> Counted {
-        let words = usize::from(SEGMENTS) * usize::from(SEGMENT) / 2;
-        let erases = [0; SEGMENTS as usize];
+        let words = SEGMENTS * usize::from(SEGMENT) / 2;
+        let erases = [0; SEGMENTS];
         Counted { words: vec![0xFFFF; words], erases, left: u64::MAX, noise: 0 }
     }
 }
 
 impl Flash for Counted {
+    const SEGMENTS: u8 = SEGMENTS as u8;
+
     fn read(&self, offset: u16) -> u16 {
         self.words[usize::from(offset) / 2]
     }
@@ -381,7 +390,7 @@ fn wear(settings: &Settings, cuts: bool, sink: Sink<'_>) -> Result<(), String> {
         );
     }
     let [.., a, b] = flash.erases;
-    let others: u64 = flash.erases[..usize::from(KEEP_FREE)].iter().sum();
+    let others: u64 = flash.erases[..SEGMENTS - 2].iter().sum();
     if others > 0 || !cuts && a.abs_diff(b) > 1 {
         row.count(u64::MAX, Verdict::Lost(format!("erases by segment {:?}", flash.erases)));
     }
