@@ -1,12 +1,15 @@
 //! What the assembly takes from `lang`'s tables, by name.
 
-/// Makes assembler symbols of constants.
+/// Makes assembler symbols of constants, all of them in one piece: rustc sorts the pieces of
+/// assembly by their numbers as text, so there must be fewer than a thousand items before the last,
+/// or what needs the symbols would come before them.
 macro_rules! constants {
     ($($name:ident = $value:expr;)*) => {
-        $(core::arch::global_asm!(
-            concat!(".set ", stringify!($name), ", {}"),
-            const $value as u16,
-        );)*
+        core::arch::global_asm!(
+            "",
+            $(concat!(".set ", stringify!($name), ", {}"),)*
+            $(const $value as u16,)*
+        );
     };
 }
 pub(crate) use constants;
