@@ -70,6 +70,43 @@
     VAR LATCH, 2                /* high half of a 32-bit value being read */
     VAR LATCHED, 2              /* address after the one whose value is latched */
 
+/* Run state (session.s, ticks.s). */
+    VAR EFFECT_PC, 2            /* address of the effect's instruction, or of the next one */
+    VAR FEED, 4                 /* F: um/s, negative steps/s, 0 none yet */
+    VAR RUNS, 2                 /* runs begun since reset */
+    VAR MILLIS, 2               /* milliseconds since reset */
+    VAR HELD, 2                 /* milliseconds for which Stop has been held */
+    VAR SILENT, 2               /* milliseconds since the last sound request */
+    VAR MISSED, 2               /* milliseconds served late */
+    VAR RUN, 1                  /* RunState, without WaitStart */
+    VAR CHAR_IN, 1
+
+/* Inputs and outputs (io.s). */
+    VAR INPUT, 2                /* filtered inputs 1 to 16 */
+    VAR INPUT_LOW, 2            /* bits of their counters */
+    VAR INPUT_HIGH, 2
+    VAR RAW, 2                  /* inputs before the filter */
+    VAR BUTTON, 1               /* P1_STOP, P1_START: pressed; filtered; the other bits of P1 too */
+    VAR FILTER, 1               /* four times the milliseconds since the last sample */
+    VAR BUTTON_LOW, 1           /* counters 2 and 4 bytes behind, as those of INPUT */
+    VAR TICKS_DONE, 1           /* low byte of the millisecond handled last */
+    VAR BUTTON_HIGH, 1
+    VAR RUN_FLAGS, 1            /* R_ flags */
+    VAR OUTPUT, 2               /* outputs 1 to 16 */
+    VAR RESUME_OUTPUT, 2        /* outputs as they were before a pause */
+    VAR BOARD, 2                /* address of the board's profile in flash */
+
+/* Store (store.s). */
+    VAR STORED, 2               /* address of the current slot, 0 for none */
+
+/* Characters and print (effects.s, print.s). */
+    VAR CHAR_OUT, 2             /* character, count of them */
+    VAR PRINT_TAIL, 2           /* number of the first byte that waits */
+    VAR PRINT_READY, 1          /* bytes that wait and that the host may take */
+    VAR TRACING, 1              /* T_ flags */
+    .set PRINT_SIZE, 16
+    VAR PRINT, PRINT_SIZE
+
 /* VM (vm.rs, State). */
     .set VM_STATE, HERE
     VAR VM_PC, 2
@@ -80,6 +117,7 @@
     VAR VM_CALLS, 2             /* place of the next entry of the call stack */
     VAR VM_BASE, 2
     VAR VM_DATA, 2
+    .set RUN_CLEARED, HERE      /* from here to the pool's end RAM is cleared when a run begins */
     VAR VM_HANDLER, 2
     VAR VM_FAULT_PC, 2
     VAR VM_FAULT, 1             /* last fault; also what the link shows */
@@ -93,58 +131,24 @@
     VAR N, 1                    /* input, output, axis, character */
     VAR BITS, 1                 /* flags of the instruction */
     VAR TIME, 4                 /* milliseconds to go, negative for ever; or whatever it needs */
-    VAR EFFECT_PC, 2            /* address of its instruction */
-    VAR FEED, 4                 /* F: um/s, negative steps/s, 0 none yet */
 
-/* Run state (session.s). */
-    VAR RUN, 1                  /* RunState, without WaitStart */
-    VAR RUN_FLAGS, 1            /* R_ flags */
-    VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
-    VAR LAST_END, 1             /* End of the last run */
-    VAR RUNS, 2                 /* runs begun since reset */
-    VAR MILLIS, 2               /* milliseconds since reset */
-    VAR TIMER_MS, 4             /* milliseconds of the run */
-    VAR HELD, 2                 /* milliseconds for which Stop has been held */
-    VAR SILENT, 2               /* milliseconds since the last sound request */
-    VAR SPIN, 2                 /* milliseconds until motion goes on after a pause */
-    VAR MISSED, 2               /* milliseconds served late */
-
-/* Inputs and outputs (io.s). */
-    VAR INPUT, 2                /* filtered inputs 1 to 16 */
-    VAR INPUT_LOW, 2            /* bits of their counters */
-    VAR INPUT_HIGH, 2
-    VAR RAW, 2                  /* inputs before the filter */
-    VAR BUTTON, 1               /* P1_STOP, P1_START: pressed; filtered */
-    VAR FILTER, 1               /* milliseconds since the last sample */
-    VAR BUTTON_LOW, 1           /* counters 2 and 4 bytes behind, as those of INPUT */
-    VAR TICKS_DONE, 1           /* low byte of the millisecond handled last */
-    VAR BUTTON_HIGH, 1
-    VAR FAULT_IN, 1             /* input that caused the last fault */
-    VAR OUTPUT, 2               /* outputs 1 to 16 */
-    VAR RESUME_OUTPUT, 2        /* outputs as they were before a pause */
-    VAR BOARD, 2                /* address of the board's profile in flash */
-
-/* Store (store.s). */
-    VAR STORED, 2               /* address of the current slot, 0 for none */
-    VAR OPEN, 2                 /* address of the slot that an upload fills, 0 for none */
-    VAR UPLOAD, 2               /* announced length, bit 15 KEEP */
-    /* A run gives an upload up: F while an error handler is open lies in its place. */
-    .set FEED_ASIDE, OPEN
-
-/* Trace and print (trace.s, print.s). */
+/* Trace (trace.s), in the order of the slot's registers. */
     VAR TRACE_NUMBER, 2         /* number of the last event */
     VAR TRACE_KIND, 1
     VAR TRACE_ARGUMENT, 1
     VAR TRACE_PC, 2
     VAR TRACE_VALUE, 4
-    VAR TRACING, 1              /* T_ flags */
-    VAR CHAR_IN, 1
-    VAR CHAR_OUT, 2             /* character, count of them */
-    VAR PRINT_TAIL, 2           /* number of the first byte that waits */
-    VAR PRINT_READY, 1          /* bytes that wait and that the host may take */
+
+    VAR TIMER_MS, 4             /* milliseconds of the run; counts blinks when a fault is latched */
+    VAR SPIN, 2                 /* milliseconds until motion goes on after a pause */
+    VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
+    VAR LAST_END, 1             /* End of the last run */
+    VAR FAULT_IN, 1             /* input that caused the last fault */
     VAR PRINT_OPEN, 1           /* bytes of the line that is being put */
-    .set PRINT_SIZE, 16
-    VAR PRINT, PRINT_SIZE
+    VAR OPEN, 2                 /* address of the slot that an upload fills, 0 for none */
+    VAR UPLOAD, 2               /* announced length, bit 15 KEEP */
+    /* A run gives an upload up: F while an error handler is open lies in its place. */
+    .set FEED_ASIDE, OPEN
 
 /* The program's pool: call stack upward, cells, expression stack downward from POOL_END. Without a
    run it holds the command buffer, and while an image is checked the check's anchors. */
@@ -162,7 +166,6 @@
     .set R_RELEASED, 2          /* Start was pressed while it waited */
     .set R_TIMED_OUT, 4         /* TIMEDOUT */
     .set R_HOST, 8              /* a host has spoken since reset */
-    .set R_JOG, 16              /* a motion by 102 or 1111 is under way */
     .set R_BOOTED, 32           /* half a second has passed since reset */
     .set R_RESTART, 64          /* reset the chip once the reply is out */
     .set R_ADDRESS_1, 128       /* the link answers to address 1 at 9600 8N1 until reset */

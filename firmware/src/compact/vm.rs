@@ -49,6 +49,6 @@ pub const POOL_LIMITS: [u16; 2] = lang::part::G2553.pool;
 /// Offset from [`VM`] of the end of the call stack: the cells follow it.
 pub const CALLS_END_AT: i16 = core::mem::offset_of!(State, cells) as i16;
 /// Offset from [`VM`] of the word in which the core keeps the machine stack's address.
-pub const FRAME_AT: i16 = -138;
+pub const FRAME_AT: i16 = -200;
 /// Nobody needs registers over a call of the core.
 pub const SAVES: u16 = 0;

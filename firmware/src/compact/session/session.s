@@ -138,42 +138,32 @@ run_begin:
     mov &VM_CODE, r13
     tst r13
     jeq fail
-    mov #POOL, r14
-    mov r14, &VM_CALLS
+    mov #RUN_CLEARED, r14
 1:  clr 0(r14)
     incd r14
     cmp #POOL_END, r14
     jne 1b
     mov r14, &VM_SP
     mov r14, &VM_BASE
-    clr &VM_HANDLER
-    clr.b &VM_FAULT
-    clr.b &VM_FLAGS
-    mov.b IMAGE_CELLS-IMAGE_CODE(r13), &VM_CELL_COUNT
-    mov IMAGE_ENTRY-IMAGE_CODE(r13), &VM_PC
-    add r13, &VM_PC
+    mov #POOL, r12
+    mov r12, &VM_CALLS
     /* entries in the high half; an entry has two bytes */
-    mov.b IMAGE_CALLS-IMAGE_CODE(r13), r12
-    rra r12
-    rra r12
-    rra r12
-    bic #1, r12
-    add #POOL, r12
+    mov.b IMAGE_CALLS-IMAGE_CODE(r13), r14
+    rra r14
+    rra r14
+    rra r14
+    bic #1, r14
+    add r14, r12
     mov r12, &VM_CELLS
+    mov.b IMAGE_CELLS-IMAGE_CODE(r13), &VM_CELL_COUNT
     mov MC_FEED-MACHINE_SIZE(r13), &FEED
     mov MC_FEED-MACHINE_SIZE+2(r13), &FEED+2
+    add IMAGE_ENTRY-IMAGE_CODE(r13), r13
+    mov r13, &VM_PC
     call #keep_load
     mov #RUNS_MARK, &RUNNING
     mov.b #RUN_RUNNING, &RUN
-    bic.b #R_WAITING+R_TIMED_OUT+R_JOG, &RUN_FLAGS
-    bic.b #T_FULL+T_ANNOUNCED+T_DROPPED, &TRACING
-    clr.b &PRINT_OPEN
-    clr &OPEN
-    clr.b &LAST_END
-    clr.b &FAULT_IN
-    clr &EFFECT
-    clr &TRACE_NUMBER
-    clr &TIMER_MS
-    clr &TIMER_MS+2
+    bic.b #R_WAITING+R_TIMED_OUT, &RUN_FLAGS
+    and.b #T_ON, &TRACING
     inc &RUNS
     br #motion_reset
