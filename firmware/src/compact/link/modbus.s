@@ -21,7 +21,7 @@
    and the line rests. May destroy all registers. */
     .global link_poll
 link_poll:
-    cmp.b #READY, &LINE_STATE
+    cmp.b #LINE_READY, &LINE_STATE
     jne link_feed
     mov.b &HEAD, r4
     cmp.b #4, r4
@@ -60,7 +60,7 @@ link_poll:
 3:  bis.b #0x80, &FRAME+1
     mov.b r12, &FRAME+2
 4:  clr &HEAD                   ; and TAIL
-    mov.b #SENDING, &LINE_STATE
+    mov.b #LINE_SENDING, &LINE_STATE
     mov #-1, &REPLY_CRC
     mov #FRAME, r10
 5:  mov.b @r10+, r13
@@ -74,11 +74,11 @@ link_finish:
     call #link_put_only
     swpb r13
     call #link_put_only
-    mov #LAST, &LINE_STATE      ; and no FUNCTION
+    mov #LINE_LAST, &LINE_STATE      ; and no FUNCTION
     jmp link_send               ; should all be out already: let its interrupt see the state
 link_drop:
     clr &HEAD                   ; and TAIL
-    clr &LINE_STATE             ; LISTEN, and no FUNCTION
+    clr &LINE_STATE             ; LINE_LISTEN, and no FUNCTION
     ret
 
 /* Puts more of the reply into the ring while there is room for a register and the CRC. */
@@ -249,6 +249,7 @@ link_write:
     cmp.b #6, &FRAME+1
     jne 1f
     mov.b @r10, r13
+    sxt r13
     swpb r13
     sxt r13
     mov r13, 2(r10)

@@ -4,15 +4,15 @@
    One that comes after more than 1.5 characters of silence spoils the frame (Modbus over Serial
    Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
-   FRAME is the request while LINE_STATE is LISTEN or READY, HEAD its length or SPOILED; then it is
-   the ring of RING_SIZE from which the reply is sent; TAIL is the next byte to go. Receive takes 46
+   FRAME is the request while LINE_STATE is LINE_LISTEN or LINE_READY, HEAD its length or SPOILED;
+   then it is the ring of RING_SIZE from which the reply is sent; TAIL is the next byte to go. Receive takes 46
    cycles, transmit 40, silence 19, millisecond 24. */
 
 /* LINE_STATE */
-    .set LISTEN, 0
-    .set READY, 1               /* a frame has come */
-    .set LAST, 2                /* all of the reply is in the ring */
-    .set SENDING, 4             /* the reply is being made */
+    .set LINE_LISTEN, 0
+    .set LINE_READY, 1          /* a frame has come */
+    .set LINE_LAST, 2           /* all of the reply is in the ring */
+    .set LINE_SENDING, 4        /* the reply is being made */
     .set FRAME_SIZE, HEAD-FRAME
     .set RING_SIZE, 32
     .set SPOILED, -1            /* HEAD of a frame with an error */
@@ -52,7 +52,7 @@ USCIAB0RX:
     .global TIMER0_A1
 TIMER0_A1:
     clr &TA0CCTL1
-    mov.b #READY, &LINE_STATE
+    mov.b #LINE_READY, &LINE_STATE
     reti
 
     .global USCIAB0TX
@@ -68,7 +68,7 @@ USCIAB0TX:
     jmp 2f
 1:  bic.b #UCA0TXIE, &IE2
     /* once the reply has left the ring the next request may begin */
-    cmp.b #LAST, &LINE_STATE
+    cmp.b #LINE_LAST, &LINE_STATE
     jne 2f
     clr &HEAD                   ; and TAIL
     clr.b &LINE_STATE
@@ -122,7 +122,7 @@ uart_open:
    a character's end in 0.5 us; divider and modulation (SLAU144, table 15-4) for 16 MHz. A character
    is 11 bits. */
     .macro RATE bits_per_second, silence, gap
-    .word \silence, \silence-\gap, 16000000/\bits_per_second
+    .word \silence, \silence-(\gap), 16000000/\bits_per_second
     .word (16000000%\bits_per_second*8+\bits_per_second/2)/\bits_per_second*2
     .endm
     .macro SLOW bits_per_second
