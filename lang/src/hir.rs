@@ -48,11 +48,24 @@ pub struct Program {
     pub routines: Vec<Routine>,
     /// Labels of all routines.
     pub labels: Vec<Label>,
+    /// Names that the script gives to inputs and outputs.
+    pub ports: Vec<Port>,
     /// Statements of the source that count for bytes per statement: every executable statement,
     /// that is neither a declaration nor a label nor a line that only closes a block.
     pub statements: u32,
     /// The last line of the source, from 1: where a run that falls off the end ends.
     pub last_line: u32,
+}
+
+/// `INPUT name = n` or `OUTPUT name = n`.
+#[derive(Clone, Debug)]
+pub struct Port {
+    /// An output.
+    pub output: bool,
+    /// Its number, from 1.
+    pub n: i32,
+    /// As written.
+    pub name: String,
 }
 
 /// A variable.
@@ -559,6 +572,18 @@ pub enum StmtKind {
 }
 
 impl Program {
+    /// What the script or else the profile calls an input or output.
+    pub fn port_name(&self, output: bool, n: i32) -> Option<&str> {
+        let own = self.ports.iter().find(|port| port.output == output && port.n == n);
+        own.map(|port| port.name.as_str()).or_else(|| {
+            if output {
+                self.profile.outputs.iter().find(|port| port.n == n)?.name.as_deref()
+            } else {
+                self.profile.inputs.iter().find(|port| port.n == n)?.name.as_deref()
+            }
+        })
+    }
+
     /// The variable `id`.
     pub fn var(&self, id: VarId) -> &Var {
         &self.vars[id.0 as usize]

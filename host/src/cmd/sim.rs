@@ -116,7 +116,8 @@ impl Sim {
         listener.borrow_mut().finish()?;
         self.plot(&script, &outcome)?;
         let to_stderr = self.trace.as_deref() == Some("-");
-        summary::write(&self.file, self.engine.name(), &outcome, to_stderr, console)?;
+        let engine = self.engine.name();
+        summary::write(&self.file, engine, &script.program, &outcome, to_stderr, console)?;
         verdict(&self.file, &outcome, console)
     }
 

@@ -1,5 +1,6 @@
 //! The summary of a run: time, travel, what each output did.
 
+use lang::hir::Program;
 use serde::Serialize;
 
 use super::Console;
@@ -15,6 +16,7 @@ use crate::sim::record::Summary;
 pub fn write(
     file: &str,
     engine: &str,
+    program: &Program,
     outcome: &Outcome,
     to_stderr: bool,
     console: &Console,
@@ -31,7 +33,7 @@ pub fn write(
         let line = Line { file, engine, summary: &outcome.summary, failures: &outcome.failures };
         serde_json::to_string(&line).unwrap_or_default()
     } else {
-        describe(file, &outcome.summary)
+        describe(file, program, &outcome.summary)
     };
     if to_stderr {
         console.complain(&text);
@@ -41,7 +43,7 @@ pub fn write(
     }
 }
 
-fn describe(file: &str, summary: &Summary) -> String {
+fn describe(file: &str, program: &Program, summary: &Summary) -> String {
     let status = match summary.status {
         crate::sim::trace::Status::Done => "done",
         crate::sim::trace::Status::Stopped => "stopped",
@@ -63,7 +65,9 @@ fn describe(file: &str, summary: &Summary) -> String {
             1 => String::new(),
             n => format!("{n} "),
         };
-        text += &format!("\n  out {:<2} on {count}{times}, {} in all", used.n, time(used.on_us));
+        let name = program.port_name(true, used.n).map_or_else(String::new, |n| format!("{n} "));
+        text +=
+            &format!("\n  out {:<2} {name}on {count}{times}, {} in all", used.n, time(used.on_us));
     }
     text
 }

@@ -154,12 +154,11 @@ impl Plot<'_> {
             edge_rows(&record.outputs, self.outcome.summary.us).into_iter().map(|(n, on)| {
                 let named = profile.outputs.iter().find(|output| output.n == n);
                 let role = named.and_then(|output| output.role).map(|role| format!("{role:?}"));
-                let name = named.and_then(|output| output.name.clone()).or(role);
+                let name = self.program.port_name(true, n).map(str::to_owned).or(role);
                 Row { name: label("out", n, name), output: true, on }
             });
         let inputs =
             edge_rows(&record.inputs, self.outcome.summary.us).into_iter().map(|(n, on)| {
-                let named = profile.inputs.iter().find(|input| input.n == n);
                 let role = Axis::ALL
                     .into_iter()
                     .find(|axis| {
@@ -167,18 +166,24 @@ impl Plot<'_> {
                     })
                     .map(|axis| format!("ref {}", axis.letter()))
                     .or_else(|| (profile.probe_input() == n).then(|| "probe".to_owned()));
-                let name = named.and_then(|input| input.name.clone()).or(role);
+                let name = self.program.port_name(false, n).map(str::to_owned).or(role);
                 Row { name: label("in", n, name), output: false, on }
             });
         outputs.chain(inputs).collect()
     }
 }
 
+/// Longest label that has room beside the charts, characters.
+const LONGEST_LABEL: usize = 13;
+
 fn label(what: &str, n: i32, name: Option<String>) -> String {
-    match name {
-        Some(name) => format!("{what} {n} {}", name.to_lowercase()),
-        None => format!("{what} {n}"),
+    let Some(name) = name else { return format!("{what} {n}") };
+    let label = format!("{what} {n} {}", name.to_lowercase());
+    if label.chars().count() <= LONGEST_LABEL {
+        return label;
     }
+    let short: String = label.chars().take(LONGEST_LABEL - 1).collect();
+    format!("{short}\u{2026}")
 }
 
 /// Spans in which each number was on, by ascending number.

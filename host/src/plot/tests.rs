@@ -31,6 +31,7 @@ fn program() -> Program {
         tables: Vec::new(),
         routines: Vec::new(),
         labels: Vec::new(),
+        ports: Vec::new(),
         statements: 0,
         last_line: 9,
     }

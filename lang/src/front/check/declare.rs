@@ -98,6 +98,10 @@ impl<'a> Checker<'a> {
                     let what = if *output { "OUTPUT" } else { "INPUT" };
                     let n = self.plain_constant(value, what);
                     let n = n.filter(|&n| self.check_port(*output, n, value.span));
+                    if let Some(n) = n {
+                        let name = name.text.clone();
+                        self.ports.push(hir::Port { output: *output, n, name });
+                    }
                     self.declare(name, Entity::Port(*output, n));
                 }
             }

@@ -80,6 +80,7 @@ struct Checker<'a> {
     /// Variables whose kind the script leaves to be inferred.
     open: Vec<VarId>,
     tables: Vec<hir::Table>,
+    ports: Vec<hir::Port>,
     /// By [`RoutineId`]; the main program first.
     infos: Vec<Info>,
     labels: labels::Labels<'a>,
@@ -112,6 +113,7 @@ impl<'a> Checker<'a> {
             vars: Vec::new(),
             open: Vec::new(),
             tables: Vec::new(),
+            ports: Vec::new(),
             infos: (0..routines).map(|_| Info::default()).collect(),
             labels: labels::Labels::new(routines),
             scope: MAIN,
@@ -253,6 +255,7 @@ impl<'a> Checker<'a> {
             tables: core::mem::take(&mut self.tables),
             routines,
             labels: self.labels.to_hir(),
+            ports: core::mem::take(&mut self.ports),
             statements: self.statements,
             last_line: self.script.last_line.max(1),
         })
