@@ -1,7 +1,6 @@
 //! Runs: Start, Stop, pauses, milliseconds, and the VM between its effects.
 
 use crate::consts::constants;
-use lang::fault::Fault;
 use lang::isa::Op;
 use lang::record::feature;
 use lang::vm::{entry, flag};
@@ -23,9 +22,6 @@ constants! {
     CALL_ERROR = (entry::ERROR as u16) << 12;
     CALL_FUNC = (entry::FUNC as u16) << 12;
     FEATURE_LINES = feature::LINES;
-    // The faults from the first to this many behind it never go to a handler, nor does F06.
-    F_FIRST_UNHANDLED = Fault::EmergencyStop.number();
-    F_UNHANDLED = Fault::LinkLost.number() - Fault::EmergencyStop.number() + 1;
     // Where an image's header says what the pool is made of (`lang::image`).
     IMAGE_ENTRY = 12;
     IMAGE_CELLS = 14;
@@ -36,19 +32,6 @@ core::arch::global_asm!(include_str!("session/session.s"), options(raw));
 core::arch::global_asm!(include_str!("session/ticks.s"), options(raw));
 core::arch::global_asm!(include_str!("session/run.s"), options(raw));
 core::arch::global_asm!(include_str!("session/soft.s"), options(raw));
-
-// `raise` tests for these numbers.
-const _: () = {
-    let mut n = 0;
-    while n < Fault::ALL.len() {
-        let fault = Fault::ALL[n];
-        let number = fault.number();
-        let kept = number == Fault::LimitSwitch.number()
-            || number >= Fault::EmergencyStop.number() && number <= Fault::LinkLost.number();
-        assert!(fault.can_be_handled() != kept);
-        n += 1;
-    }
-};
 
 // The jump table of `control` is in the order of the codes, that of `soft` in that of the opcodes.
 const _: () = assert!(
@@ -74,5 +57,10 @@ const _: () = assert!(
         && RunState::Paused as u8 & 2 != 0
         && RunState::Stopping as u8 & 2 != 0
         && (RunState::Empty as u8 | RunState::Ready as u8 | RunState::Fault as u8) & 2 == 0
+        && RunState::Paused as u8 & 1 != 0
+        && RunState::Stopping as u8 & 1 == 0
         && End::None as u8 == 0
+        && End::Done as u8 == 1
+        && End::Stopped as u8 == 2
+        && End::Fault as u8 == 3
 );

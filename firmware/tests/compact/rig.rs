@@ -22,8 +22,7 @@ const P2DIR: u16 = 0x2A;
 const P1OUT: u16 = 0x21;
 const P1REN: u16 = 0x27;
 const BUTTONS: u8 = 1 << 0 | 1 << 3;
-/// `R_` and `T_` flags of `ram.s`.
-pub const R_TIMED_OUT: u8 = 4;
+/// `T_` flags of `ram.s`.
 const T_ON: u8 = 1;
 const T_FULL: u8 = 2;
 

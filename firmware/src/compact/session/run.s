@@ -61,20 +61,23 @@ operand_back:
     .global run
 run:
     mov.b &RUN, r12
-    cmp.b #RUN_RUNNING, r12
+    cmp #RUN_RUNNING, r12
     jeq 1f
-    cmp.b #RUN_STOPPING, r12
-    jeq stopping
-    cmp.b #RUN_PAUSED, r12
-    jeq 9f
+    bit #RUN_ACTIVE, r12
+    jeq 2f
+    /* RUN_PAUSED, not RUN_STOPPING */
+    bit #1, r12
+    jeq run_stopping
+    ret
     /* homing or probing by command */
-    tst.b &EFFECT
+2:  tst.b &EFFECT
     jeq 9f
     call #effect_poll
     cmp #NOT_YET, r12
     jeq 9f
     call #command_done
-    jmp effect_over
+    jmp run_no_effect
+
 1:  tst.b &EFFECT
     jne run_perform
     /* a ramp that a command or a fault began */
@@ -86,50 +89,48 @@ run:
     cmp #0x200, r12
     jhs 9f
     dec &EFFECT_PC
+    cmp #0x100, r12
+    jhs run_raise_here
+    cmp #OP_FIRST_EFFECT, r12
+    jhs 3f
     tst r12
     jne 2f
     mov #EFFECT_END, r12
-2:  cmp #OP_FIRST_EFFECT, r12
-    jlo 3f
-    cmp #0x100, r12
-    jhs raise_here
-    /* PHASE and what belongs to an effect begin at 0 */
-    mov r12, &EFFECT
+    /* PHASE is 0 then */
+3:  mov r12, &EFFECT
     clr &N
-    clr &TIME
-    clr &TIME+2
-    jmp run_perform
-3:  call #soft
-    tst r12
-    jne raise_here
-9:  ret
-
 run_perform:
     bit.b #T_FULL, &TRACING
     jeq 1f
     /* only a line goes on whose event fills the slot: the host takes it before the next one */
     bit.b #T_ANNOUNCED, &TRACING
-    jeq 9b
-    mov.b &EFFECT, r12
-    sub #OP_PRINT_TEXT, r12
-    cmp #OP_PRINT_END-OP_PRINT_TEXT+1, r12
-    jhs 9b
+    jeq 9f
+    cmp.b #OP_PRINT_TEXT, &EFFECT
+    jlo 9f
+    cmp.b #OP_PRINT_END+1, &EFFECT
+    jhs 9f
 1:  call #effect_poll
     cmp #NOT_YET, r12
-    jeq 9b
-    jlo effect_over
+    jeq 9f
     mov &EFFECT_PC, r13
+    jlo run_on
     jmp raise
-effect_over:
+2:  call #soft
+    tst r12
+    jne run_raise_here
+run_on:
+    mov &VM_PC, &EFFECT_PC
+run_no_effect:
     clr &EFFECT
-    ret
+9:  ret
 
-raise_here:
+run_raise_here:
     mov &VM_PC, r13
     dec r13
 
 /* A fault of the program: its handler begins, or the run ends. Takes r12 = fault (the high byte is
-   ignored), r13 = address in the failing statement. Clobbers r12 to r15. */
+   ignored), r13 = address in the failing statement. The other faults that no handler takes never
+   come here. Destroys r11 to r15. */
     .global raise
 raise:
     mov.b r12, &VM_FAULT
@@ -137,37 +138,35 @@ raise:
     clr &EFFECT
     clr.b &PRINT_OPEN
     bic.b #T_DROPPED, &TRACING
+    cmp.b #F_STACK, r12
+    jeq run_fails
     bit.b #VM_ERROR, &VM_FLAGS
-    jne 2f
-    tst &VM_HANDLER
-    jeq 2f
-    mov.b r12, r12
-    cmp #F_LIMIT_SWITCH, r12
-    jeq 2f
-    mov r12, r14
-    sub #F_FIRST_UNHANDLED, r14
-    cmp #F_UNHANDLED, r14
-    jlo 2f
+    jne run_fails
+    mov &VM_HANDLER, r15
+    tst r15
+    jeq run_fails
     mov &VM_CALLS, r14
     cmp &VM_CELLS, r14
-    jeq 2f
+    jeq run_fails
     sub &VM_CODE, r13
     bis #CALL_ERROR, r13
     mov r13, 0(r14)
     incd &VM_CALLS
     bis.b #VM_ERROR, &VM_FLAGS
-    mov &VM_HANDLER, &VM_PC
+    mov r15, &VM_PC
     /* a handler has no F */
-    mov &FEED, &FEED_ASIDE
-    mov &FEED+2, &FEED_ASIDE+2
+    call #formula
+    F load FEED
+    F store FEED_ASIDE, F_LAST
     clr &FEED
     clr &FEED+2
-    call #unwind
-    jmp motion_stop_far
-2:  jmp fail_far
+    call #run_unwind
+    br #motion_stop
+run_fails:
+    br #fail
 
 /* The expression stack is that of the open routine's beginning. Clobbers r14. */
-unwind:
+run_unwind:
     mov &VM_BASE, r14
     cmp &VM_SP, r14
     jeq 1f
@@ -175,55 +174,42 @@ unwind:
     mov -4(r14), &VM_TOP
     mov -2(r14), &VM_TOP+2
 1:  ret
-motion_stop_far:
-    br #motion_stop
-fail_far:
-    br #fail
 
 /* On the ramp into a pause or to the end. */
-stopping:
+run_stopping:
     call #motion_rests
     jne 9b
     bit.b #T_FULL, &TRACING
     jne 9b
     call #keep_save
     mov &OUTPUT, &RESUME_OUTPUT
-    mov #B_AT_PAUSE, r12
-    mov.b &ENDING, r11
-    mov #RUN_PAUSED, r13
-    tst r11
-    jeq 1f
-    mov #B_AT_END, r12
-    mov #RUN_READY, r13
-    cmp #END_FAULT, r11
-    jne 1f
-    mov #B_AT_FAULT, r12
-    mov #RUN_FAULT, r13
-1:  mov.b r13, &RUN
+    mov.b &ENDING, r10
+    mov.b run_states(r10), &RUN
+    mov.b run_masks(r10), r12
     call #output_states
-    tst r11
+    tst r10
     jeq 9b
-    mov.b r11, &LAST_END
+    mov.b r10, &LAST_END
     clr.b &ENDING
     clr &OPEN
-    bic.b #R_WAITING, &RUN_FLAGS
     clr &RUNNING
-    clr r14
-    cmp.b #END_FAULT, &LAST_END
+    cmp #END_FAULT, r10
     jne 1f
-    call #fault_log
-    mov.b &VM_FAULT, r14
     mov &VM_FAULT_PC, &EFFECT_PC
+    call #fault_log
     jmp 2f
+    /* a fault that was handled is past */
 1:  clr.b &VM_FAULT
-    cmp.b #END_STOPPED, &LAST_END
-    jne 2f
-    tst.b &EFFECT
-    jne 2f
-    mov &VM_PC, &EFFECT_PC
-2:  clr r15
-    mov.b &LAST_END, r12
+2:  mov.b &VM_FAULT, r14
+    clr r15
+    mov r10, r12
     swpb r12
     bis #TRACE_END, r12
     call #emit
-    jmp effect_over
+    jmp run_no_effect
+
+/* Behind each End: the run state, and the masks of the outputs in the profile. */
+run_states:
+    .byte RUN_PAUSED, RUN_READY, RUN_READY, RUN_FAULT
+run_masks:
+    .byte B_AT_PAUSE, B_AT_END, B_AT_END, B_AT_FAULT

@@ -102,7 +102,7 @@ soft_resume_next:
     bic.b #VM_ERROR, &VM_FLAGS
     mov &FEED_ASIDE, &FEED
     mov &FEED_ASIDE+2, &FEED+2
-    call #unwind
+    call #run_unwind
     jmp soft_done
 
 /* r12 = the line of the statement whose code holds address r12, 0 when the program tells none;
