@@ -178,10 +178,13 @@ blocking:
     mov r11, r12
 2:  ret
 
-/* One sample of eight inputs: a change is accepted after four samples in a row. Takes r12 = levels,
-   r13 = address of the accepted ones; the low and the high bits of the inputs' counters lie 2 and 4
-   bytes behind. Leaves r12 = the inputs that went on. Clobbers r11, r14, r15. */
+/* One sample of eight inputs: a change is accepted after four samples in a row. Takes r12 = levels
+   (filter_raw: they lie 6 bytes behind r13), r13 = address of the accepted ones; the low and the high
+   bits of the inputs' counters lie 2 and 4 bytes behind. Leaves r12 = the inputs that went on.
+   Clobbers r11, r14, r15. */
     .global filter
+filter_raw:
+    mov.b RAW-INPUT(r13), r12
 filter:
     xor.b @r13, r12
     mov.b r12, r14

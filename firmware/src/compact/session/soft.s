@@ -27,9 +27,7 @@ soft_err:
 soft_push:
     clr r13
     call #push_value
-soft_done:
-    clr r12
-    ret
+    jmp soft_done
 
 /* ToSteps, ToLength: the lower bit of the code tells them apart. */
 soft_convert:
@@ -46,22 +44,6 @@ soft_convert:
 1:  mov #F_OVERFLOW, r12
     ret
 
-/* A GOTO out of the error handler itself leaves everything that is open. */
-soft_leave:
-    mov &VM_CALLS, r14
-    cmp #POOL, r14
-    jeq soft_done
-    mov -2(r14), r14
-    and #0xf000, r14
-    cmp #CALL_ERROR, r14
-    jne soft_done
-    mov #POOL, &VM_CALLS
-    mov #POOL_END, r14
-    mov r14, &VM_SP
-    mov r14, &VM_BASE
-    bic.b #VM_ERROR, &VM_FLAGS
-    jmp soft_done
-
 soft_on_error:
     call #operand_byte
     mov r12, r13
@@ -75,6 +57,19 @@ soft_on_error_stop:
 1:  mov r12, &VM_HANDLER
     jmp soft_done
 
+/* A GOTO out of the error handler itself leaves everything that is open. */
+soft_leave:
+    mov &VM_CALLS, r14
+    cmp #POOL, r14
+    jeq soft_done
+    mov.b -1(r14), r12
+    and #0xf0, r12
+    cmp #CALL_ERROR/256, r12
+    jne soft_done
+    mov #POOL, &VM_CALLS
+    mov #POOL_END, &VM_BASE
+    jmp 3f
+
 soft_resume_next:
     mov #F_STACK, r12
     bit.b #VM_ERROR, &VM_FLAGS
@@ -87,23 +82,26 @@ soft_resume_next:
     and #0xf000, r13
     jge 2f
     /* depth of the FUNCTION's caller times 4 */
-    bic #CALL_FUNC, r13
     swpb r13
+    and #0x70, r13
     rra r13
     rra r13
     add r13, &VM_BASE
     jmp 1b
 2:  cmp #CALL_ERROR, r13
     jne 1b
-    bic #CALL_ERROR, r12
+    bic r13, r12
     add &VM_CODE, r12
     call #line_of
     mov r13, &VM_PC
-    bic.b #VM_ERROR, &VM_FLAGS
-    mov &FEED_ASIDE, &FEED
-    mov &FEED_ASIDE+2, &FEED+2
+    call #formula
+    F load FEED_ASIDE
+    F store FEED, F_LAST
+3:  bic.b #VM_ERROR, &VM_FLAGS
     call #run_unwind
-    jmp soft_done
+soft_done:
+    clr r12
+9:  ret
 
 /* r12 = the line of the statement whose code holds address r12, 0 when the program tells none;
    r13 = where RESUME NEXT goes on. Clobbers r11, r14, r15. The statement table:
@@ -111,53 +109,53 @@ soft_resume_next:
     .global line_of
 line_of:
     push r10
+    push r9
     clr r15
-    mov &VM_CODE, r13
-    tst r13
+    mov &VM_CODE, r9
+    tst r9
     jeq 6f
     cmp &VM_DATA, r12
     jhs 6f
-    bit.b #FEATURE_LINES, 1-IMAGE_CODE(r13)
+    bit.b #FEATURE_LINES, 1-IMAGE_CODE(r9)
     jeq 6f
     mov &VM_DATA, r14
     call #word_at
     mov &VM_DATA, r14
     add r11, r14
-    push r13
-1:  cmp @r1, r12
-    jlo 5f
+    /* r9 = the next entry's code */
+1:  cmp r9, r12
+    jlo 6f
     /* head: bytes of code, bit 5 resume address, line */
     mov.b @r14+, r10
     mov r10, r11
     and #31, r11
-    add r11, 0(r1)
+    add r11, r9
     cmp #31, r11
     jne 2f
     mov.b @r14+, r11
-    add r11, 0(r1)
-2:  mov @r1, r13
+    add r11, r9
+2:  mov r9, r13
     rla.b r10
-    jc 3f
-    jn 4f
-    jmp 7f
-3:  jn 8f
+    jn 3f
+    jnc 5f
     mov.b @r14+, r11
     add r11, r15
-    jmp 7f
-8:  call #word_at
+    jmp 5f
+3:  jc 4f
+    inc r15
+    jmp 5f
+4:  call #word_at
     mov r11, r15
-    jmp 7f
-4:  inc r15
-7:  bit #64, r10
+5:  bit #64, r10
     jeq 1b
     call #word_at
     mov r11, r13
     add &VM_CODE, r13
     jmp 1b
-5:  incd r1
 6:  mov r15, r12
+    pop r9
     pop r10
-9:  ret
+    ret
 
 /* r11 = the word at r14, which need not be even; r14 moves behind it. */
 word_at:

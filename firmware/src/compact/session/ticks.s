@@ -8,32 +8,25 @@ ticks:
     mov.b &MILLIS, r12
     sub.b &TICKS_DONE, r12
     jeq ticks_end
-    cmp #3, r12
-    jlo 1f
+    inc.b &TICKS_DONE
     decd r12
+    jl 1f
     add r12, &MISSED
-1:  inc.b &TICKS_DONE
-    call #io_exchange
+1:  call #io_exchange
     call #limits
     mov &BOARD, r10
 
     /* four samples within the filter's time */
-    inc.b &FILTER
-    mov.b &FILTER, r12
-    rla r12
-    rla r12
-    cmp.b B_FILTER(r10), r12
+    add.b #4, &FILTER
+    cmp.b B_FILTER(r10), &FILTER
     jlo 2f
     clr.b &FILTER
-    mov.b &RAW, r12
     mov #INPUT, r13
-    call #filter
-    mov.b &RAW+1, r12
+    call #filter_raw
     inc r13
-    call #filter
+    call #filter_raw
     mov.b &P1IN, r12
     inv r12
-    and #P1_STOP+P1_START, r12
     mov #BUTTON, r13
     call #filter
     mov r12, r9
@@ -44,16 +37,13 @@ ticks:
     jeq 2f
     call #run_start
 
-2:  mov.b B_EMERGENCY(r10), r12
+    /* as long as it is pressed: nothing else begins to move */
+2:  mov.b B_EMERGENCY(r10), r9
+    mov r9, r12
     call #input
     tst r12
     jeq 1f
-    /* one that is latched has been dealt with */
-    cmp.b #RUN_FAULT, &RUN
-    jne 3f
-    cmp.b #F_EMERGENCY_STOP, &VM_FAULT
-    jeq 1f
-3:  mov.b B_EMERGENCY(r10), r12
+    mov r9, r12
     call #emergency
 
     /* Stop held for 2 s ends the run */
@@ -90,9 +80,7 @@ ticks:
     /* the run's clock stands still, so it counts the blinks, of 256 ms each */
 2:  inc &TIMER_MS
     mov &TIMER_MS, r13
-    mov r13, r15
-    swpb r15
-    mov.b r15, r15
+    mov.b &TIMER_MS+1, r15
     mov.b &VM_FAULT, r14
     cmp r14, r15
     jlo 3f
@@ -112,29 +100,25 @@ ticks:
     cmp #500, &MILLIS
     jlo 1f
     bis.b #R_BOOTED, &RUN_FLAGS
-    bit.b #BOARD_AUTORUN, B_FLAGS(r10)
-    jeq 1f
     bit.b #R_HOST, &RUN_FLAGS
     jne 1f
+    bit.b #BOARD_AUTORUN, B_FLAGS(r10)
+    jeq 1f
     call #run_start
 
-    /* waits stand still in a pause, a pulse does not */
+    /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
 1:  mov.b &EFFECT, r12
-    cmp.b #OP_PULSE, r12
-    jeq 1f
     sub #OP_HOME, r12
     cmp #OP_WAIT_CHAR-OP_HOME+1, r12
-    jhs 4f
+    jhs 3f
     cmp #OP_PROBE-OP_HOME, r12
-    jeq 4f
-    cmp.b #RUN_RUNNING, &RUN
-    jeq 2f
-    bit.b #RUN_ACTIVE, &RUN
-    jne 4f
+    jeq 3f
+    cmp #OP_PULSE-OP_HOME, r12
+    jeq 1f
+    cmp.b #RUN_PAUSED, &RUN
+    jeq 3f
     jmp 2f
-1:  cmp #1, &TIME
-    jne 2f
-    tst &TIME+2
+1:  call #time_left
     jne 2f
     mov.b &N, r12
     call #mask_of
@@ -142,11 +126,11 @@ ticks:
     bic r14, &RESUME_OUTPUT
 2:  sub #1, &TIME
     sbc &TIME+2
-    jge 4f
+    jge 3f
     add #1, &TIME
     adc &TIME+2
 
-4:  cmp.b #RUN_RUNNING, &RUN
+3:  cmp.b #RUN_RUNNING, &RUN
     jne ticks_end
     add #1, &TIMER_MS
     adc &TIMER_MS+2
