@@ -42,8 +42,8 @@ constants! {
     FLAG_INPUT_ON_STACK = flags::INPUT_ON_STACK;
     TRACE_ODD_AT = wire::TRACE_ODD - wire::TRACE_EVEN;
     TRACE_LENGTH = wire::TRACE_LENGTH;
-    // A host listens when it has sent a sound request within this time, ms.
-    LISTENS = 500;
+    // A host listens when it has sent a sound request within this time, ms, a multiple of 256.
+    LISTENS = 512;
 }
 
 core::arch::global_asm!(include_str!("effects/effects.s"), options(raw));

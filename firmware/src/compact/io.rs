@@ -1,6 +1,7 @@
 //! Inputs, outputs and buttons at the pins.
 
 use crate::consts::constants;
+use crate::pins;
 
 constants! {
     P1IN = 0x20;
@@ -12,13 +13,12 @@ constants! {
     UCB0CTL0 = 0x68;
     UCB0CTL1 = 0x69;
     UCB0BR0 = 0x6A;
-    UCB0BR1 = 0x6B;
     UCB0STAT = 0x6D;
     UCB0RXBUF = 0x6E;
     UCB0TXBUF = 0x6F;
-    // UCB0CTL1: from SMCLK, held in reset or not. UCB0CTL0: data captured on the first edge, most
+    P1_SPI = pins::P1_REF_Y_OR_CLOCK | pins::P1_REF_Z_OR_MISO | pins::P1_PROBE_OR_MOSI;
+    // UCB0CTL1: from SMCLK, not held in reset as it is after one. UCB0CTL0: data captured on the first edge, most
     // significant bit first, master, synchronous. UCB0STAT: busy (SLAU144, 16.4).
-    UCB_RESET = 0b10 << 6 | 1;
     UCB_RUN = 0b10 << 6;
     UCB_MASTER = 1 << 7 | 1 << 5 | 1 << 3 | 1;
     UCB_BUSY = 1;

@@ -183,7 +183,7 @@ fn lines_that_nobody_takes_are_dropped_whole() {
     let script = "PRINT \"first\"\nPRINT \"the second is too long\"\nPRINT \"third\"\n";
     let mut rig = Rig::new("mill", script);
     rig.takes = false;
-    rig.chip.set_word("SILENT", 500);
+    rig.chip.set_word("SILENT", 512);
     rig.start();
     assert_eq!(rig.state(), RunState::Ready);
     rig.takes = true;

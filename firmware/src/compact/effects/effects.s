@@ -44,8 +44,7 @@ fx_output:
 1:  swpb r15
     bis #TRACE_OUT, r15
     mov r15, r12
-    clr r15
-    jmp emit
+    jmp emit_small
 
 fx_pulse:
     jne 1f
@@ -129,64 +128,73 @@ time_left:
     tst r12
     ret
 
-/* TIME = the top, which is also left in r13:r12; a negative one is F20, and the caller's caller goes
-   on. Clobbers r14. */
-pop_time:
-    call #pop_value
-    mov r12, &TIME
-    mov r13, &TIME+2
-    tst r13
-    jge 1f
-    incd r1
-fx_range:
-    mov #FAULTED+F_VALUE_RANGE, r12
-1:  ret
-
-/* BITS = flags of a wait, also in r12; TIME = its timeout, or -1 for ever. As pop_time otherwise. */
+/* Flags of a wait into r10 and BITS, its timeout into TIME, -1 for ever without one. A negative
+   timeout is F20, and the caller's caller goes on. */
 wait_begin:
     inc.b &PHASE
     call #operand_byte
+    mov r12, r10
     mov.b r12, &BITS
     mov #-1, &TIME
     mov #-1, &TIME+2
     bit #FLAG_TIMEOUT, r12
-    jeq 1b
-    jmp pop_time
+    jeq fx_return
+/* The same of a time without flags; it is also left in r13:r12. Clobbers r14. */
+pop_time:
+    call #pop_to_time
+    jge fx_return
+    jmp fx_out_of_range
+
+/* The top, 1 to r12, is taken into r12; any other is F20, and the caller's caller goes on. Clobbers
+   r13 to r15. */
+pop_number:
+    call #pop_small
+    tst r12
+    jeq fx_out_of_range
+    cmp r12, r15
+    jhs fx_return
+fx_out_of_range:
+    incd r1
+fx_range:
+    mov #FAULTED+F_VALUE_RANGE, r12
+fx_return:
+    ret
+
+/* TIME = the top, which is taken and also left in r13:r12, flags as of r13. Clobbers r14. */
+pop_to_time:
+    call #pop_value
+    mov r12, &TIME
+    mov r13, &TIME+2
+    tst r13
+    ret
 
 fx_wait_in:
     jne 4f
     call #wait_begin
-    mov.b &BITS, r10
-    mov r10, r9
     bit #FLAG_LEVEL, r10
     jeq 1f
     call #pop_value
-    bic #3, r9
+    bic #3, r10
     bis r13, r12
     tst r12
     jeq 1f
-    inc r9
+    inc r10
     /* bit 1 of the want: an edge; bit 0 becomes the level wanted or behind it */
-1:  bit #2, r9
+1:  bit #2, r10
     jeq 2f
-    xor #1, r9
-2:  mov.b r9, &BITS
-    mov #17, r12
-    bit #FLAG_INPUT_ON_STACK, r10
-    jne 3f
-    rla.b r10
-    rlc.b r10
-    rlc.b r10
-    and #3, r10
+    xor #1, r10
+2:  mov.b r10, &BITS
     mov r10, r12
+    rla.b r12
+    rlc.b r12
+    rlc.b r12
+    and #3, r12
     inc r12
-    jmp 2f
-3:  call #pop_small
-2:  mov r12, r13
-    dec r13
-    cmp #17, r13
-    jhs fx_range
-    mov.b r12, &N
+    bit #FLAG_INPUT_ON_STACK, r10
+    jeq 3f
+    mov #17, r12
+    call #pop_number
+3:  mov.b r12, &N
     call #input
     bis #2, r12
     mov.b r12, &PHASE
@@ -198,18 +206,17 @@ fx_wait_in:
     mov r12, r13
     bis #2, r13
     mov.b r13, &PHASE
-    mov.b &BITS, r11
-    xor r11, r12
+    mov.b &BITS, r14
+    xor r14, r12
     clr r13
     bit #1, r12
     jne 6f
-    bit #2, r11
+    bit #2, r14
     jeq 5f
     bit #1, r15
     jeq 6f
 5:  mov #TRACE_OK, r13
-6:  mov r11, r14
-    and #1, r14
+6:  and #1, r14
     mov #TRACE_WAIT_IN, r12
 
 /* The end of a wait: met, timed out, or not yet. r12 = TraceKind, r13 = TRACE_OK when it is met, else
@@ -233,8 +240,7 @@ fx_outcome:
 3:  bis.b &N, r13
     swpb r13
     bis r13, r12
-    clr r15
-    call #emit
+    call #emit_small
     mov r10, r12
     ret
 
@@ -257,23 +263,19 @@ fx_send:
     mov.b r12, &CHAR_OUT
     inc.b &CHAR_OUT+1
     mov r12, r14
-    clr r15
     mov #TRACE_SEND, r12
-    jmp emit_far
+    jmp emit_small
 
 /* r12 = the top, a character from 33 to 125; any other is F20, and the caller's caller goes on.
    Clobbers r13 to r15. */
 pop_character:
     mov #125, r12
     call #pop_small
-    sub #33, r12
-    cmp #93, r12
-    jhs fx_range_far
-    add #33, r12
+    cmp #33, r12
+    jlo fx_out_of_range
+    cmp #126, r12
+    jhs fx_out_of_range
     ret
-fx_range_far:
-    incd r1
-    jmp fx_range
 
 fx_wait_start:
     jne 1f
@@ -285,9 +287,7 @@ fx_wait_start:
     bic.b #R_WAITING, &RUN_FLAGS
     mov #TRACE_OK*256+TRACE_WAIT_START, r12
     clr r14
-    clr r15
-emit_far:
-    br #emit
+    jmp emit_small
 
 fx_end:
     mov #END_DONE, r12
@@ -296,9 +296,8 @@ fx_end:
 
 fx_out_state:
     mov #16, r12
-    call #pop_small
+    call #pop_number
     call #mask_of
-    jeq fx_range
     and &OUTPUT, r14
     jmp 1f
 fx_timed_out:
@@ -308,11 +307,7 @@ fx_timed_out:
     jmp 2f
 fx_in:
     mov #17, r12
-    call #pop_small
-    mov r12, r13
-    dec r13
-    cmp #17, r13
-    jhs fx_range
+    call #pop_number
     jmp 1f
 fx_in_short:
     sub #OP_IN_SHORT-1, r12

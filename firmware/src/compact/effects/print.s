@@ -3,8 +3,8 @@
 
     .section .text.print,"axR",@progbits
 
-/* Appends byte r12 to the line. Leaves Z set and r12 = 0 when that is done, else r12 = NOT_YET: there
-   is no room yet. Clobbers r14, r15. */
+/* Appends byte r12 to the line and counts it in N. When there is no room yet the caller's caller goes
+   on with NOT_YET. Clobbers r12, r14, r15. */
 print_put:
     mov.b &PRINT_READY, r14
     add.b &PRINT_OPEN, r14
@@ -17,39 +17,37 @@ print_put:
     jmp 3f
 1:  bit.b #T_ON, &TRACING
     jne 2f
-    cmp #LISTENS, &SILENT
+    cmp.b #LISTENS/256, &SILENT+1
     jlo 2f
     bis.b #T_DROPPED, &TRACING
-    jmp 3f
+3:  inc.b &N
+    ret
     /* the line goes on when the host has taken some */
-2:  call #print_flush
-    mov #NOT_YET, r12
-    tst r12
-    ret
-3:  clr r12
-    tst r12
-    ret
+2:  incd r1
+    call #print_flush
+    jmp fx_not_yet_far
 
 /* What was put so far becomes visible, and the host is told of the line. Leaves r12 = DONE. */
 print_flush:
     add.b &PRINT_OPEN, &PRINT_READY
     clr.b &PRINT_OPEN
+    bit.b #T_ANNOUNCED, &TRACING
+    jne print_done
+    bis.b #T_ANNOUNCED, &TRACING
     mov #TRACE_PRINT, r12
     clr r14
-    clr r15
-    bit.b #T_ANNOUNCED, &TRACING
-    jne 1f
-    bis.b #T_ANNOUNCED, &TRACING
-    br #emit
-1:  clr r12
-    ret
+    jmp emit_small
+
+fx_not_yet_far:
+    br #fx_not_yet
 
 fx_print_text:
     jne 1f
     inc.b &PHASE
     call #operand_byte
     mov r12, r13
-    cmp.b #OP_PRINT_TEXT, &EFFECT
+    /* PrintTextFar */
+    bit.b #1, &EFFECT
     jeq 2f
     call #operand_byte
     swpb r12
@@ -63,25 +61,21 @@ fx_print_text:
     add r12, r13
     mov.b 1(r13), r12
     call #print_put
-    jne print_wait
-    inc.b &N
     jmp 1b
 print_done:
     clr r12
-print_wait:
     ret
 
 /* A number and its unit. The digits are made anew at each call and N counts what was put. */
 fx_print_value:
     jne 2f
     inc.b &PHASE
-    cmp.b #OP_PRINT_NUMBER, &EFFECT
+    /* PrintValue */
+    bit.b #1, &EFFECT
     jeq 1f
     call #operand_byte
     mov.b r12, &BITS
-1:  call #pop_value
-    mov r12, &TIME
-    mov r13, &TIME+2
+1:  call #pop_to_time
 2:  mov #TEMP+12, r8
     mov &TIME, r12
     mov &TIME+2, r13
@@ -107,31 +101,26 @@ fx_print_value:
     mov.b &BITS, r13
 5:  dec r13
     jl 6f
-7:  tst.b 0(r9)
-    inc r9
-    tst.b -1(r9)
+7:  mov.b @r9+, r12
+    tst r12
     jne 7b
     jmp 5b
 6:  mov.b &N, r13
     add r8, r13
-    cmp #TEMP+12, r13
+    sub #TEMP+12, r13
     jhs 1f
-    mov.b @r13, r12
+    mov.b TEMP+12(r13), r12
     jmp 2f
-1:  sub #TEMP+12, r13
-    add r9, r13
+1:  add r9, r13
     mov.b @r13, r12
     tst r12
     jeq print_done
 2:  call #print_put
-    jne print_wait
-    inc.b &N
     jmp 6b
 
 fx_print_end:
     mov #'\n', r12
     call #print_put
-    jne print_wait
     bit.b #T_DROPPED, &TRACING
     jeq 1f
     clr.b &PRINT_OPEN

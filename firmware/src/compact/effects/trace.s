@@ -2,9 +2,11 @@
 
     .section .text.trace,"axR",@progbits
 
-/* Traces r12 = TraceKind | argument << 8 with value r15:r14 when the host wants it; the slot is
-   free. Leaves r12 = DONE. */
-    .global emit
+/* Traces r12 = TraceKind | argument << 8 with value r15:r14 (emit_small: r14) when the host wants it;
+   the slot is free. Leaves r12 = DONE. */
+    .global emit, emit_small
+emit_small:
+    clr r15
 emit:
     bit.b #T_ON, &TRACING
     jeq 1f

@@ -5,29 +5,37 @@
 
     .section .text.io,"axR",@progbits
 
-/* Makes the pins what the profile's wiring says, outputs off. Clobbers r12. */
+/* Makes the pins what the profile's wiring says, outputs off. Clobbers r12 to r14. */
     .global io_open
 io_open:
-    mov #P1_REF_X_OR_PROBE, r12
+    mov #io_chain, r12
     mov &BOARD, r14
     bit.b #BOARD_CHAIN, B_FLAGS(r14)
+    jne poke_table
+    mov #io_direct, r12
+
+/* Writes bytes to peripherals: r12 = table of register and value, 0 at its end. Clobbers r13, r14. */
+    .global poke_table
+poke_table:
+    mov.b @r12+, r14
+    tst r14
     jeq 1f
-    /* SPI master at 8 MHz, data valid at the rising edge */
-    mov.b #UCB_RESET, &UCB0CTL1
-    mov.b #UCB_MASTER, &UCB0CTL0
-    mov.b #2, &UCB0BR0
-    mov.b #0, &UCB0BR1
-    mov.b #UCB_RUN, &UCB0CTL1
-    mov.b #P1_REF_Y_OR_CLOCK+P1_REF_Z_OR_MISO+P1_PROBE_OR_MOSI, r14
-    bis.b r14, &P1SEL
-    bis.b r14, &P1SEL2
-    /* the registers hold what the chip sends before their outputs are enabled */
-    bis.b #P2_OUT1_OR_LATCH+P2_OUT2_OR_ENABLE, &P2OUT
-    jmp 2f
-1:  mov #P1_REF_X_OR_PROBE+P1_REF_Y_OR_CLOCK+P1_REF_Z_OR_MISO+P1_PROBE_OR_MOSI, r12
-2:  bis.b r12, &P1REN
-    bis.b r12, &P1OUT
-    ret
+    mov.b @r12+, r13
+    mov.b r13, 0(r14)
+    jmp poke_table
+1:  ret
+
+/* SPI master at 8 MHz, data valid at the rising edge; the registers hold what the chip sends before
+   their outputs are enabled. A register's other bits are those of boot.s. */
+io_chain:
+    .byte UCB0CTL0, UCB_MASTER, UCB0BR0, 2, UCB0CTL1, UCB_RUN
+    .byte P1SEL, P1_UART|P1_SPI, P1SEL2, P1_UART|P1_SPI
+    .byte P2OUT, P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE
+    .byte P1REN, P1_STOP|P1_START|P1_REF_X_OR_PROBE, P1OUT, P1_STOP|P1_START|P1_REF_X_OR_PROBE, 0
+io_direct:
+    .byte P1REN, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE
+    .byte P1OUT, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE, 0
+    .balign 2
 
 /* Sends the outputs; leaves the inputs' levels in RAW. Clobbers r11 to r15. */
     .global io_exchange
@@ -85,19 +93,17 @@ spi_byte:
     mov.b &UCB0RXBUF, r12
     ret
 
-/* r14 = bit r12-1; 0 when r12 is 0 or above 16. Leaves r12 = 0 for r12 up to 16, Z as of r14. */
+/* r14 = bit r12-1, Z as of it; 0 when r12 is 0 or above 16. Clobbers r12. */
     .global mask_of
 mask_of:
-    clr r14
-    tst r12
-    jeq 2f
-    inc r14
+    mov #1, r14
 1:  dec r12
-    jeq 2f
+    jeq 3f
+    jn 2f
     rla r14
     jne 1b
-    clr r12
-2:  tst r14
+2:  clr r14
+3:  tst r14
     ret
 
 /* r12 = level, 0 or 1, of input r12, filtered; 0 beyond those there are. Clobbers r13, r14. */
@@ -160,23 +166,22 @@ output_states:
    Clobbers r11, r13 to r15. */
     .global blocking
 blocking:
-    mov &BOARD, r15
-    mov.b B_STOP(r15), r12
-    call #1f
-    jne 2f
-    mov.b B_HOLD(r15), r12
-    call #1f
-    jne 2f
-    mov.b B_DOOR(r15), r12
-    call #1f
-    jne 2f
-    mov.b B_EMERGENCY(r15), r12
-1:  mov r12, r11
+    mov #4, r15
+1:  dec r15
+    mov.b io_roles(r15), r11
+    add &BOARD, r11
+    mov.b @r11, r11
+    mov r11, r12
     call #input
     tst r12
-    jeq 2f
-    mov r11, r12
-2:  ret
+    jne 2f
+    tst r15
+    jne 1b
+    ret
+2:  mov r11, r12
+    ret
+io_roles:
+    .byte B_EMERGENCY, B_DOOR, B_HOLD, B_STOP
 
 /* One sample of eight inputs: a change is accepted after four samples in a row. Takes r12 = levels
    (filter_raw: they lie 6 bytes behind r13), r13 = address of the accepted ones; the low and the high

@@ -86,7 +86,7 @@ program_stored:
 run_blocked:
     bit.b #P1_STOP, &BUTTON
     jne 1b
-    jmp blocking_far
+    br #blocking
 run_go_on:
     call #run_blocked
     jne 1b
@@ -105,8 +105,6 @@ run_resume:
     jeq 1b
     add B_SPIN_UP(r15), &SPIN
     ret
-blocking_far:
-    br #blocking
 
 run_acknowledge:
     cmp.b #RUN_FAULT, &RUN
@@ -115,9 +113,10 @@ run_acknowledge:
 run_start:
     call #run_blocked
     jne 1b
-    cmp.b #RUN_PAUSED, &RUN
+    mov.b &RUN, r12
+    cmp #RUN_PAUSED, r12
     jeq run_resume
-    cmp.b #RUN_FAULT, &RUN
+    cmp #RUN_FAULT, r12
     jne 2f
     mov.b #RUN_EMPTY, &RUN
     tst &STORED
@@ -125,7 +124,7 @@ run_start:
     mov.b #RUN_READY, &RUN
     ret
 2:  bis.b #R_RELEASED, &RUN_FLAGS
-    cmp.b #RUN_READY, &RUN
+    cmp #RUN_READY, r12
     jne 1b
     /* not before what a command began rests */
     tst.b &MOVING
