@@ -132,3 +132,20 @@ fn the_lamp_shows_the_state() {
     rig.ms(6 * 256);
     assert_eq!(rig.changes().len(), 4);
 }
+
+#[test]
+fn the_main_loop_runs_a_program_from_reset() {
+    let script = "DIM i\nFOR i = 1 TO 5\nSetOut 2, ON\nWait 20ms\nSetOut 2, OFF\nWait 20ms\nNEXT\n";
+    let mut rig = Rig::new("mill", script);
+    let board = &mut rig.chip.board;
+    board.reset_pin();
+    board.run_us(60_000);
+    board.plant_mut().take_output_changes();
+    board.plant_mut().press_start(true);
+    board.run_us(40_000);
+    board.plant_mut().press_start(false);
+    board.run_us(300_000);
+    assert_eq!(rig.changes(), [(2, true), (2, false)].repeat(5));
+    assert_eq!(rig.state(), RunState::Ready);
+    assert_eq!((rig.chip.word("RUNS"), rig.chip.word("MISSED")), (1, 0));
+}
