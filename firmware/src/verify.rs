@@ -19,6 +19,21 @@ pub const CODE: u16 = (HEADER + MachineRecord::SIZE) as u16;
 /// Offset of the axes' part of the profile in an image.
 pub const MACHINE: u16 = HEADER as u16;
 
+/// The image feature that an instruction belongs to, 0 for those that every part has.
+pub const fn feature_of(code: u8) -> u16 {
+    const ARC: u8 = Op::Arc as u8;
+    const ARC_MIXED: u8 = Op::ArcMixed as u8;
+    const ARC_BY: u8 = Op::ArcBy as u8;
+    const EVENT: u8 = Op::Event as u8;
+    const MOVE_SPEED: u8 = Op::MoveSpeed as u8;
+    match code {
+        ARC | ARC_MIXED | ARC_BY => feature::ARC,
+        EVENT => feature::EVENTS,
+        MOVE_SPEED => feature::START,
+        _ => 0,
+    }
+}
+
 /// Memory that holds an image.
 pub trait Bytes {
     /// The byte at an offset from the image's start.
@@ -110,7 +125,16 @@ pub fn verify<B: Bytes>(
         at += AxisRecord::SIZE as u16;
     }
     let data = CODE + code_len;
-    let mut check = Check { image, anchors, code_len, data, data_len: length - data, cells, frame };
+    let mut check = Check {
+        image,
+        anchors,
+        code_len,
+        data,
+        data_len: length - data,
+        cells,
+        frame,
+        features: limits.features,
+    };
     if check.code() { Ok(()) } else { Err(Refusal::Code) }
 }
 
@@ -133,6 +157,7 @@ struct Check<'a, B> {
     data_len: u16,
     cells: u8,
     frame: u8,
+    features: u8,
 }
 
 impl<B: Bytes> Check<'_, B> {
@@ -259,6 +284,9 @@ impl<B: Bytes> Check<'_, B> {
 
     fn insn(&self, pc: u16) -> Option<Insn> {
         let code = self.byte(pc);
+        if feature_of(code) & !u16::from(self.features) != 0 {
+            return None;
+        }
         let shape = shape(code)?;
         let operands = shape.operands();
         let more = isa::arguments(code, self.byte(pc + 1), self.byte(pc + 2));

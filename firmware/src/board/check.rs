@@ -15,9 +15,10 @@
 //! Addresses are absolute. 1 KB of code takes about 20 ms.
 
 use ::core::arch::global_asm;
-use firmware::verify::{ANCHORS, CODE, MACHINE};
+use firmware::verify::{ANCHORS, CODE, MACHINE, feature_of};
 use lang::image::FORMAT;
 use lang::isa::{self, Class, FINGERPRINT, LOW_CELLS, Op, Operands, ROWS, SHORT_CELLS, flags};
+use lang::part::Part;
 use lang::record::{AxisRecord, feature};
 use lang::wire::Refusal;
 
@@ -37,14 +38,19 @@ const ANCHOR_TABLE: u8 = 10;
 #[cfg(feature = "g2955")]
 pub const SCRATCH: usize = ANCHOR_TABLE as usize + ANCHORS;
 
+/// The part that the image is for.
+#[cfg(feature = "g2955")]
+const PART: Part = lang::part::G2955;
+/// The part that the image is for.
+#[cfg(feature = "g2553")]
+const PART: Part = lang::part::G2553;
+
 /// Address of the watchdog's control register (SLAU144, 10.3.1).
 const WDTCTL: u16 = 0x0120;
 /// No instruction.
 const INVALID: u16 = 0xFFFF;
 /// Bit of a shape: the instruction never falls through.
 const ENDS: u16 = 1 << 13;
-/// Bit of a shape: an effect.
-const EFFECT: u16 = 1 << 14;
 /// Bit of a shape: nothing may lie below the values that the instruction takes.
 const EXACT: u16 = 1 << 15;
 /// Codes with a row of their own below [`isa::LOAD`], groups of 16, effects.
@@ -53,9 +59,79 @@ const FIRST_EFFECT: u8 = isa::EFFECTS;
 const GROUPS: u8 = (FIRST_EFFECT - LOW) / 16;
 const INDICES: usize = LOW as usize + GROUPS as usize + 0x100 - FIRST_EFFECT as usize;
 
-/// Bits 0..2 operand bytes, 3..7 [`Operands`], 8..10 values taken, 11, 12 values left, then
-/// [`ENDS`], [`EFFECT`], [`EXACT`].
+/// What an instruction's operands are to the check, in the order of `pasapas_verify_table`.
+#[derive(Clone, Copy)]
+#[repr(u8)]
+enum Kind {
+    /// Nothing to look at.
+    Plain,
+    Cell,
+    /// One of the cells that IncShort and Zero have in their codes.
+    LowCell,
+    /// One of those that Load and Store have.
+    ShortCell,
+    Array,
+    ColumnNear,
+    ColumnFar,
+    Pair,
+    TextNear,
+    TextFar,
+    /// An axis, there or not.
+    AxisNumber,
+    /// An axis that is there.
+    Axis,
+    /// Whole thousands in the code: targets of a move along a line.
+    Inline,
+    /// Those of a move with speed.
+    InlineMove,
+    /// Those of a probe move.
+    InlineProbe,
+    /// From here on jumps, from `Distance` on relative ones.
+    SubNear,
+    SubFar,
+    Address,
+    Distance,
+    CellDistance,
+    NibblesDistance,
+    /// In the code itself.
+    Skip,
+}
+
+const fn kind(op: Op, operands: Operands, class: Class) -> Kind {
+    match operands {
+        Operands::Cell => Kind::Cell,
+        Operands::Array => Kind::Array,
+        Operands::Column8 => Kind::ColumnNear,
+        Operands::Column => Kind::ColumnFar,
+        Operands::Pair8 => Kind::Pair,
+        Operands::Text8 => Kind::TextNear,
+        Operands::Text => Kind::TextFar,
+        Operands::Axis if matches!(class, Class::Effect) => Kind::AxisNumber,
+        Operands::Axis => Kind::Axis,
+        Operands::Mm2Flags if matches!(op, Op::MoveMm) => Kind::InlineMove,
+        Operands::MmFlags | Operands::Mm2Flags | Operands::Mm3Flags => Kind::Inline,
+        Operands::Mm2Flags2 => Kind::InlineProbe,
+        Operands::Sub8 => Kind::SubNear,
+        Operands::Sub => Kind::SubFar,
+        Operands::Addr => Kind::Address,
+        Operands::Rel => Kind::Distance,
+        Operands::CellRel | Operands::CellU8Rel | Operands::CellWordRel => Kind::CellDistance,
+        Operands::NibblesRel => Kind::NibblesDistance,
+        _ => match op {
+            Op::IncShort | Op::Zero => Kind::LowCell,
+            Op::Load | Op::Store => Kind::ShortCell,
+            Op::Skip => Kind::Skip,
+            _ => Kind::Plain,
+        },
+    }
+}
+
+/// Bits 0..2 operand bytes, 3..7 [`Kind`], 8..10 values taken, 11, 12 values left, then [`ENDS`],
+/// [`EXACT`].
 const fn shape(code: u8) -> u16 {
+    if feature_of(code) & !PART.features != 0 {
+        return INVALID;
+    }
     let mut r = 0;
     while r < ROWS.len() {
         let row = &ROWS[r];
@@ -66,9 +142,8 @@ const fn shape(code: u8) -> u16 {
                 _ => row.pops,
             };
             let class = match row.class {
-                Class::Pure => 0,
                 Class::Ends => ENDS,
-                Class::Effect => EFFECT,
+                Class::Pure | Class::Effect => 0,
             };
             let exact = match row.op {
                 Op::Call
@@ -82,7 +157,7 @@ const fn shape(code: u8) -> u16 {
                 _ => 0,
             };
             return row.operands.len(false) as u16
-                | (row.operands as u16) << 3
+                | (kind(row.op, row.operands, row.class) as u16) << 3
                 | (pops as u16) << 8
                 | (row.pushes as u16) << 11
                 | class
@@ -152,7 +227,7 @@ static INDEX: [u8; INDICES] = {
 
 const fn counted(code: u8) -> bool {
     let (first, second) = isa::argument_masks(code);
-    first | second != 0
+    first | second != 0 && feature_of(code) & !PART.features == 0
 }
 
 const fn counted_codes() -> usize {
@@ -253,10 +328,13 @@ pasapas_verify:
     add r14, r12
     rla r12
     mov #{pool_many}, r14
+    .if {pool_many}-{pool_one}
     bit.b #{many}, 1(r4)
     jne 1f
     mov #{pool_one}, r14
-1:  cmp r12, r14
+1:
+    .endif
+    cmp r12, r14
     jlo 9f
     and #15, r13
     cmp #9, r13
@@ -367,38 +445,28 @@ pasapas_verify_code:
     mov @r10, r4
     clr r9
 1:  call #pasapas_verify_insn
-    /* r13 = target, r14 = depth there; unsigned shapes are compared by their type */
-    mov.b r6, r11
-    bic #7, r11
+    /* r13 = target, r14 = depth there */
+    cmp.b #{sub_near}, r6
+    jlo 5f
     clr r14
     mov.b 1(r4), r13
-    cmp #{sub8}, r11
-    jeq 3f
+    cmp.b #{sub_far}, r6
+    jlo 3f
     mov.b 2(r4), r15
     swpb r15
     bis r15, r13
-    cmp #{sub}, r11
-    jeq 3f
+    cmp.b #{address}, r6
+    jlo 3f
     mov r9, r14
-    cmp #{addr}, r11
-    jeq 3f
+    cmp.b #{distance}, r6
+    jlo 3f
     sub r8, r14
     mov.b -1(r7), r13
     sxt r13
-    cmp #{rel}, r11
-    jeq 2f
-    cmp #{cell_rel}, r11
-    jeq 2f
-    cmp #{cell_u8_rel}, r11
-    jeq 2f
-    cmp #{nibbles_rel}, r11
-    jhs 2f
+    cmp.b #{skip}, r6
+    jlo 2f
     mov r5, r13
     sub #{skip_less_one}, r13
-    mov r5, r12
-    bic #15, r12
-    cmp #{skip}, r12
-    jne 5f
 2:  add r7, r13
     jmp 4f
 3:  add @r10, r13
@@ -420,6 +488,7 @@ pasapas_verify_code:
     mov {code_end}(r10), r5
     mov {image}(r10), r6
     mov.b 1(r6), r6
+    .if {has_events}
     bit #{events}, r6
     jeq 2f
     cmp {image_end}(r10), r5
@@ -437,7 +506,9 @@ pasapas_verify_code:
     dec r4
 6:  tst r4
     jne 1b
-2:  bit #{lines}, r6
+2:
+    .endif
+    bit #{lines}, r6
     jeq pasapas_verify_good
     call #pasapas_verify_word
     mov r13, r5
@@ -635,42 +706,41 @@ pasapas_verify_operands:
     mov {image}(r10), r15
     mov.b 14(r15), r14
     mov.b 1(r4), r12
+    .if {has_events}
     cmp.b #{event}, r5
     jeq 6f
+    .endif
     mov.b r6, r11
     rra r11
     rra r11
     bic #1, r11
     mov pasapas_verify_table(r11), r0
-pasapas_verify_none:
+pasapas_verify_low:
     mov r5, r12
-    sub #{low_codes}, r12
-    cmp #2*{low_cells}, r12
-    jhs 2f
     and #{low_cells}-1, r12
     jmp pasapas_verify_cell
-2:  mov r5, r12
-    sub #{load}, r12
-    jlo 1f
-    cmp #2*{short_cells}, r12
-    jhs 1f
+pasapas_verify_short:
+    mov r5, r12
 pasapas_verify_nibbles:
     and #{short_cells}-1, r12
 pasapas_verify_cell:
     cmp r14, r12
     jhs 7f
-1:  ret
+pasapas_verify_none:
+    ret
 pasapas_verify_array:
     mov.b 2(r4), r13
     add r13, r12
     cmp r12, r14
     jlo 7f
     ret
+pasapas_verify_axis_number:
+    cmp #3, r12
+    jhs 7f
+    ret
 pasapas_verify_axis:
     cmp #3, r12
     jhs 7f
-    bit #{effect}, r6
-    jne 1b
     mov #{axes_in_image}, r13
 2:  tst r12
     jeq 3f
@@ -681,6 +751,7 @@ pasapas_verify_axis:
     bit #{present}, 0(r13)
     jeq 7f
     ret
+    .if {has_events}
 6:  /* ON IN and ON EVERY name a slot that has a handler */
     mov r12, r13
     and #{event_kind}, r13
@@ -689,7 +760,7 @@ pasapas_verify_axis:
     cmp #{on_fall}, r13
     jeq 8f
     cmp #{on_every}, r13
-    jne 1b
+    jne pasapas_verify_none
 8:  bit.b #{events}, 1(r15)
     jeq 7f
     mov {code_end}(r10), r13
@@ -700,18 +771,15 @@ pasapas_verify_axis:
     cmp r13, r12
     jhs 7f
     ret
+    .endif
     /* whole thousands in the code: as many as the flags behind them ask for */
-pasapas_verify_inline2:
+pasapas_verify_inline_probe:
     bit.b #{sensor}, -1(r7)
     jne 7f
-    dec r7
-    mov.b -1(r7), r12
-    inc r7
+    mov.b -2(r7), r12
     jmp pasapas_verify_speed
 pasapas_verify_inline:
     mov.b -1(r7), r12
-    cmp #{move_mm}, r5
-    jeq pasapas_verify_speed
     and #7, r12
     call #pasapas_verify_count
     mov r5, r12
@@ -720,6 +788,8 @@ pasapas_verify_inline:
     jne 7f
     clr r8
     ret
+pasapas_verify_inline_move:
+    mov.b -1(r7), r12
 pasapas_verify_speed:
     bit #{speed}, r12
     jeq 7f
@@ -775,40 +845,30 @@ pasapas_verify_inside:
 
     .section .rodata.verify,"a",@progbits
     .p2align 1
-    /* one for each of lang::isa::Operands, in its order */
+    /* one for each Kind, in their order */
 pasapas_verify_table:
     .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
     .short pasapas_verify_cell
+    .short pasapas_verify_low
+    .short pasapas_verify_short
     .short pasapas_verify_array
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_cell
-    .short pasapas_verify_cell
-    .short pasapas_verify_none
-    .short pasapas_verify_none
     .short pasapas_verify_column
     .short pasapas_verify_column_far
     .short pasapas_verify_pair
     .short pasapas_verify_text
     .short pasapas_verify_text_far
+    .short pasapas_verify_axis_number
     .short pasapas_verify_axis
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
     .short pasapas_verify_inline
-    .short pasapas_verify_inline
-    .short pasapas_verify_inline
-    .short pasapas_verify_inline2
-    .short pasapas_verify_nibbles
+    .short pasapas_verify_inline_move
+    .short pasapas_verify_inline_probe
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_none
+    .short pasapas_verify_none
     .short pasapas_verify_cell
+    .short pasapas_verify_nibbles
+    .short pasapas_verify_none
 "#,
     kick = const crate::boot::WATCHDOG_KICK,
     watchdog = const WDTCTL,
@@ -838,23 +898,16 @@ pasapas_verify_table:
     present = const AxisRecord::PRESENT,
     func = const Op::Func as u8,
     ends = const ENDS,
-    effect = const EFFECT,
-    sub8 = const (Operands::Sub8 as u8) << 3,
-    sub = const (Operands::Sub as u8) << 3,
-    addr = const (Operands::Addr as u8) << 3,
-    rel = const (Operands::Rel as u8) << 3,
-    cell_rel = const (Operands::CellRel as u8) << 3,
-    cell_u8_rel = const (Operands::CellU8Rel as u8) << 3,
-    nibbles_rel = const (Operands::NibblesRel as u8) << 3,
-    low_codes = const Op::IncShort as u8,
+    sub_near = const (Kind::SubNear as u8) << 3,
+    sub_far = const (Kind::SubFar as u8) << 3,
+    address = const (Kind::Address as u8) << 3,
+    distance = const (Kind::Distance as u8) << 3,
+    skip = const (Kind::Skip as u8) << 3,
     low_cells = const LOW_CELLS,
-    move_mm = const Op::MoveMm as u8,
     linear_mm_less_one = const Op::LinearMm as u8 - 1,
     speed = const flags::SPEED,
     sensor = const flags::SENSOR,
-    skip = const Op::Skip as u8,
     skip_less_one = const Op::Skip as u8 - 1,
-    load = const isa::LOAD,
     short_cells = const SHORT_CELLS,
     first_effect = const FIRST_EFFECT,
     effect_shift = const FIRST_EFFECT - LOW - GROUPS,
@@ -863,6 +916,7 @@ pasapas_verify_table:
     shapes = sym SHAPES,
     masks = sym MASKS,
     masks_len = const MASKS_LEN,
+    has_events = const PART.features & feature::EVENTS,
     event = const Op::Event as u8,
     event_kind = const flags::EVENT_KIND,
     on_rise = const flags::ON_RISE,
@@ -872,12 +926,9 @@ pasapas_verify_table:
     column_scaled = const lang::image::COLUMN_SCALED,
 );
 
-// The table of operands above is in their order, and so are the moves along lines.
+// Codes that hold a cell's number are aligned to it; the moves along lines are in their order.
 const _: () = assert!(
-    Operands::Flags3 as u8 == 22
-        && Operands::MmFlags as u8 == 26
-        && Operands::Mm2Flags2 as u8 == 29
-        && Operands::NibblesRel as u8 == 30
-        && Operands::CellWordRel as u8 == 31
+    (Op::IncShort as u8 | Op::Zero as u8) % LOW_CELLS == 0
+        && (Op::Load as u8 | Op::Store as u8) % SHORT_CELLS == 0
         && Op::LinearMm3 as u8 == Op::LinearMm as u8 + 2
 );
