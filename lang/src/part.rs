@@ -42,6 +42,7 @@ pub const G2955: Part = Part {
         | feature::EVENTS
         | feature::KEEP
         | feature::LINES
+        | feature::POWER
         | feature::STREAM,
     pool: [192, 108],
     segments: 6,
@@ -131,6 +132,7 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::ARC) => "arcs (G2, G3)",
             Lack::Feature(feature::EVENTS) => "events (ON IN, ON EVERY)",
             Lack::Feature(feature::KEEP) => "KEEP variables",
+            Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",
             Lack::Feature(_) => "more than 64 KB of program",
         };

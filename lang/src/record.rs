@@ -4,6 +4,9 @@
 //! Both are little endian and laid out as the `repr(C)` structures below, which the device reads in
 //! place. The host writes them with `encode` (feature `compiler`).
 
+/// The `S` of a laser's full power; 0 is dark.
+pub const FULL_POWER: i32 = 1000;
+
 /// Version of both layouts.
 pub const RECORD_VERSION: u16 = 1;
 
@@ -23,6 +26,8 @@ pub mod feature {
     pub const LINES: u16 = 1 << 5;
     /// Addresses of three bytes; only the host runs such images.
     pub const WIDE: u16 = 1 << 6;
+    /// `S` on a machine with a laser: its power, see [`FULL_POWER`](super::FULL_POWER).
+    pub const POWER: u16 = 1 << 7;
     /// The firmware runs streamed pieces ([`wire`](crate::wire), Streaming); no image has it.
     pub const STREAM: u16 = 1 << 8;
 }

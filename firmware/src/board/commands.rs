@@ -196,7 +196,7 @@ impl Core {
                 self.probe_error &= !(1 << n);
                 self.effect = Effect { code: Op::Probe as u8, phase: 1, n, bits: 0, left: 0 };
                 if self.begin_probe(and, xor, target, pace).is_err() {
-                    self.effect = Effect::NONE;
+                    self.forget();
                     self.probe_error |= 1 << n;
                 }
             }
@@ -287,7 +287,7 @@ impl Core {
             _ => self.homing_error |= bit,
         }
         crate::step::watch(0, 0, false);
-        self.effect = Effect::NONE;
+        self.forget();
     }
 
     fn jog(&mut self) -> Result<(), Exception> {

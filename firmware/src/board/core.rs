@@ -17,7 +17,7 @@ use firmware::verify::{self, Bytes, Limits};
 use lang::fault::Fault;
 use lang::isa::Op;
 use lang::part;
-use lang::record::{BoardRecord, feature};
+use lang::record::{BoardRecord, FULL_POWER, feature};
 use lang::vm::flag;
 use lang::wire::{Control, End, RunState, TRACE_OK, TraceKind};
 
@@ -132,6 +132,8 @@ pub struct Core {
     /// What F was where a handler began: the outer one's, and that of an error handler within an
     /// event handler.
     pub feeds_aside: [Feed; 2],
+    /// What was asked of a laser's power and not given yet.
+    shine: u16,
     /// Reference run under way.
     pub plan: Plan,
     /// Bit per axis: homing by command failed.
@@ -232,6 +234,7 @@ impl Core {
             outer: Effect::NONE,
             feed: Feed::Rapid,
             feeds_aside: [Feed::Rapid; 2],
+            shine: 0,
             plan: Plan::none(),
             homing_error: 0,
             probe_error: 0,
@@ -285,6 +288,12 @@ impl Core {
             let order = self.session.end(Some(fault));
             self.obey(order);
         }
+    }
+
+    /// No effect is under way any more.
+    #[inline(never)]
+    pub fn forget(&mut self) {
+        self.effect = Effect::NONE;
     }
 
     /// The stored program has changed: it is checked and its profile holds.
@@ -401,11 +410,14 @@ impl Core {
         self.jog = false;
         self.session.begun();
         self.motor.begin();
-        self.effect = Effect::NONE;
+        self.forget();
         self.outer = Effect::NONE;
         self.feed = self.default_feed();
+        self.motor.power = FULL_POWER as u16;
         self.late = None;
-        self.events = [Event { kind: 0, n: 0, period: 0, left: 0 }; 4];
+        for event in &mut self.events {
+            event.kind = 0;
+        }
         self.trace.number = 0;
         self.trace.full = false;
         self.timer = 0;
@@ -465,7 +477,7 @@ impl Core {
     /// A fault of the program: its handler, or the end of the run.
     pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) {
         self.motor.stop(0b111);
-        self.effect = Effect::NONE;
+        self.forget();
         self.print.abandon();
         let open = handlers();
         if vm().raise(fault, pc, between) {
@@ -486,7 +498,7 @@ impl Core {
         if self.motor.path_rests() {
             self.raise(fault, pc, false);
         } else {
-            self.effect = Effect::NONE;
+            self.forget();
             self.late = Some((fault, pc));
         }
     }
@@ -597,7 +609,7 @@ impl Core {
         if self.effect.code != 0 && free {
             match self.perform() {
                 Ok(true) => {
-                    self.effect = Effect::NONE;
+                    self.forget();
                     self.serve();
                 }
                 Ok(false) => self.serve(),
@@ -623,7 +635,7 @@ impl Core {
                 self.homing_error |= bit;
             }
         }
-        self.effect = Effect::NONE;
+        self.forget();
     }
 
     fn rested(&mut self) {
@@ -647,7 +659,7 @@ impl Core {
                 self.effect_pc = vm().pc;
             }
             self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
-            self.effect = Effect::NONE;
+            self.forget();
             // A streamed run leaves what is stored, or nothing.
             self.session.stored(self.store.image().is_some());
         }
@@ -730,7 +742,7 @@ impl Core {
             if event.kind & PENDING != 0 {
                 event.kind &= !PENDING;
                 self.outer = self.effect;
-                self.effect = Effect::NONE;
+                self.forget();
                 self.put_feed_aside(0);
                 if !vm.interrupt(slot as u8) {
                     self.raise(Fault::Stack, vm.pc, true);
@@ -754,13 +766,21 @@ impl Core {
         self.millisecond();
     }
 
-    /// Outputs as they go out: a laser is off whenever nothing moves.
-    fn levels(&self) -> u16 {
+    /// Outputs as they go out: a laser is off whenever nothing moves, and on for as many of the
+    /// milliseconds as its power is of the full one.
+    fn levels(&mut self) -> u16 {
         let laser = self.record.laser;
-        if laser != 0 && !crate::step::is_running() {
-            return self.outputs & !(1 << ((laser - 1) & 15));
+        if laser == 0 {
+            return self.outputs;
         }
-        self.outputs
+        if crate::step::is_running() {
+            self.shine += self.motor.shine();
+            if self.shine >= FULL_POWER as u16 {
+                self.shine -= FULL_POWER as u16;
+                return self.outputs;
+            }
+        }
+        self.outputs & !(1 << ((laser - 1) & 15))
     }
 
     fn millisecond(&mut self) {

@@ -214,6 +214,7 @@ impl Core {
     }
 
     /// Whether this is the effect's first call.
+    #[inline(never)]
     pub fn first(&mut self) -> bool {
         let first = self.effect.phase == 0;
         self.effect.phase |= 1;

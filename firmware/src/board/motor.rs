@@ -49,6 +49,15 @@ pub struct Motor {
     /// Bit per axis: last moved in negative direction.
     pub negative: u8,
     path: Path,
+    /// S: power of a laser, 0 to 1000.
+    pub power: u16,
+    /// Powers of the path's two blocks at most that have not begun.
+    powers: [u16; 2],
+    /// Blocks that the path was given, and those that have begun.
+    given: u8,
+    begun: u8,
+    /// Power of the block whose segments are handed out.
+    beam: u16,
     segment: PathSegment,
     single: [Single; 3],
 }
@@ -71,6 +80,11 @@ impl Motor {
             leg: [0; 3],
             negative: 0,
             path: Path::new(0),
+            power: 0,
+            powers: [0; 2],
+            given: 0,
+            begun: 0,
+            beam: 0,
             segment: PathSegment::default(),
             single: [Single::new(0), Single::new(0), Single::new(0)],
         }
@@ -79,7 +93,8 @@ impl Motor {
     /// A new run: work offsets are 0, commanded places are where the axes stand.
     pub fn begin(&mut self) {
         self.offset = [0; 3];
-        self.path = Path::new(machine().corner);
+        self.clear_path();
+        self.path.begin(machine().corner);
         self.running = 0;
         self.stopped = 0;
         let mut invert = 0;
@@ -253,6 +268,8 @@ impl Motor {
                 self.path_axes |= 1 << n;
             }
         }
+        // A rapid move is dark.
+        self.give_power(if let Feed::Rapid = feed { 0 } else { self.power });
         self.path.push(&machine().axes, &Block { steps, feed, exact });
     }
 
@@ -262,7 +279,26 @@ impl Motor {
             step::clear();
         }
         self.path_axes |= 0b111;
+        self.give_power(self.power);
         self.path.push_arc(&machine().axes, arc, feed, exact);
+    }
+
+    /// The block that the path is given now has this power.
+    #[inline(never)]
+    fn give_power(&mut self, power: u16) {
+        self.powers[usize::from(self.given & 1)] = power;
+        self.given = self.given.wrapping_add(1);
+    }
+
+    #[inline(never)]
+    fn clear_path(&mut self) {
+        self.path.clear();
+        self.begun = self.given;
+    }
+
+    /// Power of a laser for what moves at this instant.
+    pub fn shine(&self) -> u16 {
+        if self.path_axes != 0 { step::power() } else { self.power }
     }
 
     /// Hands segments to the engine and takes its counts.
@@ -289,7 +325,7 @@ impl Motor {
 
     fn poll_path(&mut self) {
         if self.stopped & self.path_axes != 0 && self.path.is_paused() && !step::is_running() {
-            self.path.clear();
+            self.clear_path();
             self.leg = [0; 3];
         }
         if self.leg != [0; 3] && self.path.has_room() {
@@ -297,7 +333,11 @@ impl Motor {
             self.line(leg, Feed::Rapid, true);
         }
         if step::has_room() && self.path.next_segment(&machine().axes, &mut self.segment) {
-            step::put_path(&self.segment);
+            if self.segment.begin && !self.segment.within {
+                self.beam = self.powers[usize::from(self.begun & 1)];
+                self.begun = self.begun.wrapping_add(1);
+            }
+            step::put_path(&self.segment, self.beam);
         }
         if self.path.is_idle() && !step::is_running() {
             let mut n = AXES;
@@ -416,7 +456,7 @@ impl Motor {
     /// Steps cease at once.
     pub fn halt(&mut self) {
         step::halt();
-        self.path.clear();
+        self.clear_path();
         self.leg = [0; 3];
         self.path_axes = 0;
         let mut n = AXES;

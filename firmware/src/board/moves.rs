@@ -9,7 +9,7 @@ use firmware::motion::single::steps_of;
 use firmware::motion::{Feed, Pace};
 use lang::fault::Fault;
 use lang::isa::{Op, SHORT_AXES, flags};
-use lang::record::AxisRecord;
+use lang::record::{AxisRecord, FULL_POWER};
 use lang::wire::TraceKind;
 
 /// Phases of homing.
@@ -81,9 +81,15 @@ impl Core {
     /// F and S.
     ///
     /// # Errors
-    /// F08.
+    /// F08, F20.
     pub fn set_feed(&mut self, code: u8, value: i32) -> Result<(), Fault> {
         if code == Op::Spindle as u8 {
+            if self.record.laser != 0 {
+                if value as u32 > FULL_POWER as u32 {
+                    return Err(Fault::ValueRange);
+                }
+                self.motor.power = value as u16;
+            }
             return Ok(());
         }
         if value <= 0 {

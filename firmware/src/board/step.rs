@@ -499,9 +499,25 @@ fn free_slot() -> *mut PathSlot {
     }
 }
 
-/// Hands a segment of a path to the engine; there must be room. A resting engine starts.
-pub fn put_path(segment: &PathSegment) {
+/// Power of a laser in each of the path's slots, 0 to 1000.
+static mut POWERS: [u16; 2] = [0; 2];
+
+/// Power of the segment that plays.
+pub fn power() -> u16 {
+    // SAFETY: single words; only the main loop writes the powers.
+    unsafe {
+        let first = &raw const (*state()).path.slots[0];
+        let current = (&raw const (*shared()).current).read_volatile();
+        if current == first as u16 { POWERS[0] } else { POWERS[1] }
+    }
+}
+
+/// Hands a segment of a path to the engine, with a laser's power for it; there must be room. A
+/// resting engine starts.
+pub fn put_path(segment: &PathSegment, power: u16) {
     let slot = free_slot();
+    // SAFETY: only the main loop reads and writes it.
+    unsafe { POWERS[usize::from((*shared()).fill & 1)] = power };
     let mut dirs = 0;
     for (axis, pin) in P2_DIR.iter().enumerate() {
         if segment.negative >> axis & 1 == 0 {

@@ -404,6 +404,7 @@ const FREE_AXIS: AxisRecord = AxisRecord {
 };
 
 /// The axes' part of the stored program's profile.
+#[inline(never)]
 pub fn machine() -> &'static MachineRecord {
     let code = vm().code;
     if code == 0 {
@@ -415,6 +416,7 @@ pub fn machine() -> &'static MachineRecord {
 }
 
 /// An axis's part of it.
+#[inline(never)]
 pub fn axis(n: u8) -> &'static AxisRecord {
     // Axis numbers come from verified code or were tested; the third stands in for all others.
     match n {

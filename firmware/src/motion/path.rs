@@ -163,6 +163,12 @@ impl Path {
         Path { corner, ..Path::IDLE }
     }
 
+    /// A new run begins with an empty path that may leave a corner by `corner` um.
+    pub fn begin(&mut self, corner: u16) {
+        self.clear();
+        self.corner = corner;
+    }
+
     /// Takes a line; `false` when a block is waiting already: offer it again later. A block without
     /// any step is taken and forgotten.
     pub fn push(&mut self, axes: &[AxisRecord; 3], block: &Block) -> bool {

@@ -50,6 +50,8 @@ pub struct Options {
     pub scale: Option<Scale>,
     /// The S word that stands for full power; without it 100, 255 or 1000, by the largest seen.
     pub s_max: Option<u32>,
+    /// A laser's M3 and M5 follow its S, for a board that knows its output on and off only.
+    pub on_off: bool,
 }
 
 /// A file that became a script.

@@ -2,6 +2,8 @@
 
 pub mod engine;
 pub mod health;
+#[cfg(test)]
+mod laser;
 pub mod link;
 mod path;
 mod pty;

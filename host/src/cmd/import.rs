@@ -30,6 +30,9 @@ pub struct Import {
     /// The S word of full laser power; without it 100, 255 or 1000, by the largest that stands there
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     s_max: Option<u32>,
+    /// Let M3 and M5 follow a laser's S, for a board that has no feature for its power
+    #[arg(long)]
+    on_off: bool,
 }
 
 fn format(name: &str) -> Result<import::Format, String> {
@@ -62,6 +65,7 @@ impl Import {
             profile: options.profile(console)?,
             scale: self.steps_per_mm,
             s_max: self.s_max,
+            on_off: self.on_off,
         };
         let bytes = input::read_bytes(&self.file, import::MAX_BYTES)
             .map_err(|note| console.refuse(&note))?;

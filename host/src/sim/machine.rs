@@ -21,8 +21,8 @@ mod tests;
 use lang::axis::Axis;
 use lang::effect::{Effect, Rate, Read};
 use lang::fault::Fault;
-use lang::profile::Profile;
-use lang::record::MachineRecord;
+use lang::profile::{OutputRole, Profile};
+use lang::record::{FULL_POWER, MachineRecord};
 
 use self::axes::Axes;
 pub use self::axes::scaled;
@@ -84,6 +84,8 @@ pub struct Machine {
     statements: u64,
     line: u32,
     feed: Option<Rate>,
+    /// S, a laser's power.
+    power: i32,
     feeds_aside: Vec<Option<Rate>>,
     handler: bool,
     held: bool,
@@ -142,6 +144,7 @@ impl Machine {
             statements: 0,
             line: 1,
             feed: None,
+            power: FULL_POWER,
             feeds_aside: Vec::new(),
             handler: false,
             held: false,
@@ -267,7 +270,14 @@ impl Machine {
     fn execute(&mut self, effect: &Effect) -> Result<Step, Fault> {
         match *effect {
             Effect::SetFeed(rate) => self.feed = Some(positive(rate)?),
-            Effect::SetSpindle(_) | Effect::Keep { .. } => {}
+            Effect::SetSpindle(value) => {
+                let laser = self.profile.output_with(OutputRole::Laser).is_some();
+                if laser && !(0..=FULL_POWER).contains(&value) {
+                    return Err(Fault::ValueRange);
+                }
+                self.power = value;
+            }
+            Effect::Keep { .. } => {}
             Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
             Effect::Arc { clockwise, plane, to, center, exact } => {
                 self.arc(clockwise, plane, &to, &center, exact)?;

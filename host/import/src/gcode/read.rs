@@ -8,6 +8,8 @@ use crate::line::column;
 use crate::{Format, Job};
 use lang::axis::Axis;
 use lang::front::literal::Decimal;
+use lang::profile::OutputRole;
+use lang::record::FULL_POWER;
 
 /// Longest dwell that is not doubted, s.
 const LONG_DWELL: i64 = 60;
@@ -75,15 +77,20 @@ struct State {
     beam: bool,
     /// The last S.
     power: i64,
+    /// An S came.
+    powered: bool,
 }
 
 /// Reads all lines.
 pub(super) fn read<'a>(job: &'a Job<'a>, format: Format, diags: &mut Diags) -> Vec<Block<'a>> {
     let lines = job.lines.numbered(diags);
     let laser = (format == Format::Laser).then(|| full_power(job, &lines));
+    // Elsewhere S is a spindle's speed, which no output follows.
+    let graded = !job.options.on_off && job.profile.output_with(OutputRole::Laser).is_some();
     let mut reader = Reader {
         job,
         laser,
+        graded,
         diags,
         state: State {
             inches: false,
@@ -96,6 +103,7 @@ pub(super) fn read<'a>(job: &'a Job<'a>, format: Format, diags: &mut Diags) -> V
             armed: false,
             beam: false,
             power: 0,
+            powered: false,
         },
         blocks: Vec::with_capacity(lines.len()),
     };
@@ -106,9 +114,12 @@ pub(super) fn read<'a>(job: &'a Job<'a>, format: Format, diags: &mut Diags) -> V
         }
     }
     if let Some(full) = laser {
-        let text = format!(
-            "full power is taken to be S{full}; the script's S is percent, and S0 switches the beam off"
-        );
+        let beam = match graded {
+            true => "S0 is dark",
+            false => "M3 and M5 follow it: the beam is on or off",
+        };
+        let text =
+            format!("full power is taken to be S{full}; the script's is S{FULL_POWER}, and {beam}");
         reader
             .diags
             .push(Diag::new(Code::Said, 1, 1, text).note().hint("`--s-max` says otherwise"));
@@ -136,6 +147,8 @@ struct Reader<'a, 'd> {
     job: &'a Job<'a>,
     /// The S of full power, of laser files.
     laser: Option<i64>,
+    /// S is the laser's power; otherwise M3 and M5 follow it.
+    graded: bool,
     diags: &'d mut Diags,
     state: State,
     blocks: Vec<Block<'a>>,
@@ -276,7 +289,7 @@ impl<'a> Reader<'a, '_> {
             'S' => match self.laser {
                 Some(full) => {
                     let Some((value, _)) =
-                        decimal.scaled(100, u32::try_from(full).unwrap_or(u32::MAX))
+                        decimal.scaled(FULL_POWER as u32, u32::try_from(full).unwrap_or(u32::MAX))
                     else {
                         return self.error(
                             block.line,
@@ -286,7 +299,7 @@ impl<'a> Reader<'a, '_> {
                             "",
                         );
                     };
-                    if !(0..=100).contains(&value) {
+                    if !(0..=i64::from(FULL_POWER)).contains(&value) {
                         let text = format!("a power of S{number}; full power is S{full}");
                         return self.error(
                             block.line,
@@ -460,8 +473,20 @@ impl<'a> Reader<'a, '_> {
         }
     }
 
-    /// A laser without power is off: outputs know on and off only, so M3 and M5 follow S.
+    /// A laser without power is off: where S is not its power M3 and M5 follow S.
     fn beam(&mut self, block: &mut Block<'a>) {
+        if self.graded {
+            // Before any S a laser has no power, where a script's laser has all of it.
+            let starts = block
+                .words
+                .iter()
+                .any(|(letter, value)| *letter == 'M' && matches!(value, Value::Text("3" | "4")));
+            self.state.powered |= block.words.iter().any(|(letter, _)| *letter == 'S');
+            if starts && !core::mem::replace(&mut self.state.powered, true) {
+                block.words.push(('S', Value::Whole(0)));
+            }
+            return;
+        }
         for (letter, value) in &block.words {
             match (letter, value) {
                 ('M', Value::Text("3" | "4")) => self.state.armed = true,

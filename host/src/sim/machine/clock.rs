@@ -279,9 +279,11 @@ impl Machine {
         }
     }
 
-    /// A laser shines only while an axis turns.
+    /// A laser shines only while an axis turns, and with some power. What the board makes of less
+    /// than full power, on and off each millisecond, counts as on here.
     fn laser(&mut self) {
-        let turning = Axis::ALL.into_iter().any(|axis| self.motion.turns(axis));
+        let power = self.pieces.beam.unwrap_or(self.power);
+        let turning = power > 0 && Axis::ALL.into_iter().any(|axis| self.motion.turns(axis));
         if self.outputs.shine(turning) {
             self.outputs_changed();
         }

@@ -135,6 +135,8 @@ impl Machine {
             return;
         }
         let steps = [0, 1, 2].map(|index: usize| to[index].wrapping_sub(from[index]));
+        // A rapid move is dark.
+        self.pieces.powers.push_back(if feed == Feed::Rapid { 0 } else { self.power });
         self.pieces.blocks.push_back(Some(Segment {
             kind,
             line: self.line,
@@ -181,6 +183,7 @@ impl Machine {
         if self.halt.is_some() {
             return Ok(());
         }
+        self.pieces.powers.push_back(self.power);
         self.pieces.blocks.push_back(Some(Segment {
             kind: SegmentKind::Move(MoveKind::Arc),
             line: self.line,

@@ -7,6 +7,7 @@ use crate::effect::{Frame, Plane, Unit, Want};
 use crate::hir::{ArcCenter, Expr, ExprKind, InWant, PrintPart, ProbeSensor, StmtKind, Word};
 use crate::isa::{Op, SHORT_AXES, flags};
 use crate::kind::Kind;
+use crate::profile::OutputRole;
 use crate::record::feature;
 use crate::vm::effects::plane_axes;
 
@@ -110,7 +111,12 @@ impl Lower<'_> {
             StmtKind::SetFeed(feed) => {
                 self.with(&[feed], if steps(feed) { Op::FeedSteps } else { Op::Feed });
             }
-            StmtKind::SetSpindle(value) => self.with(&[value], Op::Spindle),
+            StmtKind::SetSpindle(value) => {
+                if self.program.profile.output_with(OutputRole::Laser).is_some() {
+                    self.features |= feature::POWER;
+                }
+                self.with(&[value], Op::Spindle);
+            }
             StmtKind::Linear { rapid, to, exact } => {
                 let words = [to[0].as_ref(), to[1].as_ref(), to[2].as_ref()];
                 self.linear(*rapid, words, *exact);

@@ -11,6 +11,7 @@ use crate::front::span::Span;
 use crate::hir;
 use crate::kind::Kind;
 use crate::profile::OutputRole;
+use crate::record::FULL_POWER;
 
 /// A constant target, kept until it is known which axes the script homes.
 #[derive(Debug)]
@@ -181,6 +182,16 @@ impl<'a> Checker<'a> {
         });
         if let Some((top, axis)) = tops.max() {
             self.warn_above(value, top, feed.kind, axis, "feed", "top", span);
+        }
+    }
+
+    /// A constant S on a machine with a laser.
+    pub(super) fn check_power(&mut self, power: &hir::Expr, span: Span) {
+        let laser = self.profile.output_with(OutputRole::Laser).is_some();
+        let Some(value) = value_of(power).filter(|_| laser) else { return };
+        if !(0..=FULL_POWER).contains(&value) {
+            let hint = format!("full power is S{FULL_POWER}, S0 is dark");
+            self.ends_here(Fault::ValueRange, span, "a power that the laser does not have", hint);
         }
     }
 

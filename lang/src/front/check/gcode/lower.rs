@@ -54,7 +54,10 @@ impl<'a> Checker<'a> {
         }
         if let Some(s) = block.s {
             match self.number_word(s) {
-                Some(speed) => out.push(StmtKind::SetSpindle(speed)),
+                Some(speed) => {
+                    self.check_power(&speed, s.span);
+                    out.push(StmtKind::SetSpindle(speed));
+                }
                 None => ok = false,
             }
         }

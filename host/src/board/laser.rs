@@ -1,0 +1,62 @@
+//! A laser's output at the board's pins: its power in time, dark wherever it must be.
+
+use std::time::Duration;
+
+use emulator::{Edge, Signal};
+use lang::back;
+use lang::profile::Profile;
+use lang::record::{FULL_POWER, feature};
+
+use crate::bench::code::program;
+use crate::bench::stand::Stand;
+
+/// Runs a script on the laser's board and gives the edges of its output.
+fn beam(text: &str) -> Vec<Edge> {
+    let laser = Profile::built_in("laser").expect("built in");
+    let (_, compiled) = program("laser", &format!("PROFILE \"laser\"\n{text}")).expect("a script");
+    let mut stand = Stand::new(&laser).expect("a board");
+    stand.upload(&compiled.image).expect("stored");
+    let mut edges = stand.run(Duration::from_secs(30)).expect("it ends");
+    edges.retain(|edge| edge.signal == Signal::Out(1));
+    edges
+}
+
+/// Milliseconds of light.
+fn light(edges: &[Edge]) -> f64 {
+    let pairs = edges.windows(2).filter(|pair| pair[0].level && !pair[1].level);
+    pairs.map(|pair| (pair[1].cycle - pair[0].cycle) as f64).sum::<f64>() / 16_000.0
+}
+
+#[test]
+fn power_is_the_part_of_the_time_that_the_beam_is_on() {
+    // 20 mm at 10 mm/s: two seconds in motion, then a second of rest with M3 still on.
+    for (power, wanted) in [(0, 0.0), (1, 2.0), (300, 600.0), (999, 1998.0), (1000, 2000.0)] {
+        let edges = beam(&format!("F600 S{power}\nM3\nG1 X20\nWait 1s\nM5\n"));
+        let light = light(&edges);
+        assert!((light - wanted).abs() <= 0.02 * wanted + 8.0, "S{power}: {light} ms of light");
+    }
+    assert_eq!(FULL_POWER, 1000);
+}
+
+#[test]
+fn each_line_has_the_power_that_stood_before_it() {
+    // Lines of 200 ms that join one another: dark, full, dark; then a rapid move, dark by itself.
+    let edges = beam("F600 S0\nM3\nG1 X2\nS1000\nG1 X4\nS0\nG1 X6\nS1000\nG0 X0\nM5\n");
+    let times: Vec<u64> = edges.iter().map(|edge| edge.cycle / 16_000).collect();
+    assert_eq!(times.len(), 2, "{times:?}");
+    let long = times[1] - times[0];
+    assert!((195..=210).contains(&long), "{long} ms of light");
+}
+
+#[test]
+fn only_parts_with_the_feature_take_power() {
+    let (_, graded) = program("a", "PROFILE \"laser\"\nM3 S500\n").expect("a script");
+    let (_, plain) = program("a", "PROFILE \"laser\"\nM3\n").expect("a script");
+    let (_, mill) = program("a", "M3 S500\n").expect("a script");
+    let needs = |compiled: &back::Compiled| u16::from(compiled.image[1]) & feature::POWER != 0;
+    assert_eq!([needs(&graded), needs(&plain), needs(&mill)], [true, false, false]);
+    let header = lang::image::Header::read(&graded.image).expect("a header");
+    let lack = lang::part::G2553.lacks(&header).expect("no room for it");
+    assert!(lack.to_string().contains("laser's power"), "{lack}");
+    assert_eq!(lang::part::G2955.lacks(&header), None);
+}
