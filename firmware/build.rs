@@ -9,7 +9,12 @@ fn main() {
     if !large && std::env::var_os("CARGO_FEATURE_G2553").is_none() {
         return;
     }
-    let part = if large { "memory/g2955.x" } else { "memory/g2553.x" };
+    let whole = std::env::var_os("CARGO_FEATURE_WHOLE").is_some();
+    let part = match (large, whole) {
+        (true, _) => "memory/g2955.x",
+        (_, true) => "memory/whole.x",
+        _ => "memory/g2553.x",
+    };
     let out = std::env::var("OUT_DIR").unwrap_or_default();
     if let Err(error) = std::fs::copy(part, Path::new(&out).join("memory.x")) {
         println!("cargo:error=cannot copy {part}: {error}");

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds the images into firmware/image/: pasapas-PART.elf (symbols kept, no debug information) and
-# pasapas-PART.hex (Intel HEX) for each part named, g2553 and g2955 without any. Byte for byte the
+# pasapas-PART.hex (Intel HEX) for each part named: g2553, g2955, and whole for the tests. Byte for byte the
 # same from any checkout.
 #
 # Needs a rustc with the MSP430 back end and the library source of the same version: Debian's
@@ -19,11 +19,14 @@ export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$MSP430_LD"
 unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS || true
 export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust"
 mkdir -p firmware/image
-for part in ${*:-g2553 g2955}; do
+for part in ${*:-g2553 g2955 whole}; do
+    chip=$part features=$part
+    # All that the G2553's sources can do, on a chip of the tests.
+    [ "$part" != whole ] || chip=g2553 features=g2553,whole
     "$CARGO" build --quiet --locked -Zbuild-std=core --target msp430-none-elf \
-        --profile firmware -p firmware --bin "pasapas-$part" --features "$part" \
+        --profile firmware -p firmware --bin "pasapas-$chip" --features "$features" \
         --target-dir "$root/target/msp430"
-    out=$root/target/msp430/msp430-none-elf/firmware/pasapas-$part
+    out=$root/target/msp430/msp430-none-elf/firmware/pasapas-$chip
     "$OBJCOPY" --strip-debug "$out" "firmware/image/pasapas-$part.elf"
     "$OBJCOPY" -O ihex "$out" "firmware/image/pasapas-$part.hex"
 done

@@ -10,3 +10,16 @@ pub mod print;
 pub mod session;
 pub mod store;
 pub mod verify;
+
+use lang::part::{G2553, Part};
+use lang::record::feature;
+
+/// The G2553's assembly with all that it can do, on a chip that exists in tests alone: 32 KB of
+/// flash, the G2553's RAM. What does not fit into 16 KB is tested there.
+pub const WHOLE: Part = Part {
+    name: "whole",
+    chip: "MSP430G2553 with 32 KB",
+    features: G2553.features | feature::KEEP | feature::LINES,
+    segments: 6,
+    ..G2553
+};

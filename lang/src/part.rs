@@ -26,9 +26,9 @@ pub struct Part {
 pub const G2553: Part = Part {
     name: "g2553",
     chip: "MSP430G2553",
-    features: feature::INTERPOLATE | feature::KEEP | feature::LINES,
+    features: feature::INTERPOLATE,
     pool: [58, 58],
-    segments: 4,
+    segments: 2,
 };
 
 /// 56 KB of flash, 4 KB of RAM: everything, with the limits that the language promises. 192 bytes
@@ -106,8 +106,8 @@ impl Part {
 
     /// Bytes of the longest image, of a program without KEEP values or with them.
     pub const fn room_for(&self, keeps: bool) -> usize {
-        let segments = if keeps { self.segments - 2 } else { self.segments };
-        segments as usize * SEGMENT - SLOT_HEAD
+        let segments = if keeps { self.segments.saturating_sub(2) } else { self.segments };
+        (segments as usize * SEGMENT).saturating_sub(SLOT_HEAD)
     }
 }
 

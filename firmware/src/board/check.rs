@@ -18,9 +18,10 @@ use ::core::arch::global_asm;
 use firmware::verify::{ANCHORS, CODE, MACHINE, feature_of};
 use lang::image::FORMAT;
 use lang::isa::{self, Class, FINGERPRINT, LOW_CELLS, Op, Operands, ROWS, SHORT_CELLS, flags};
-use lang::part::Part;
 use lang::record::{AxisRecord, feature};
 use lang::wire::Refusal;
+
+use crate::vm::PART;
 
 /// Offset in the scratch memory of the code's address.
 pub const CODE_START: u8 = 0;
@@ -37,13 +38,6 @@ const ANCHOR_TABLE: u8 = 10;
 /// Scratch memory of the check, bytes.
 #[cfg(feature = "g2955")]
 pub const SCRATCH: usize = ANCHOR_TABLE as usize + ANCHORS;
-
-/// The part that the image is for.
-#[cfg(feature = "g2955")]
-const PART: Part = lang::part::G2955;
-/// The part that the image is for.
-#[cfg(feature = "g2553")]
-const PART: Part = lang::part::G2553;
 
 /// Address of the watchdog's control register (SLAU144, 10.3.1).
 const WDTCTL: u16 = 0x0120;
@@ -508,6 +502,7 @@ pasapas_verify_code:
     jne 1b
 2:
     .endif
+    .if {has_lines}
     bit #{lines}, r6
     jeq pasapas_verify_good
     call #pasapas_verify_word
@@ -569,12 +564,14 @@ pasapas_verify_table_end:
     inc r14
     cmp {code_end}(r10), r14
     jlo pasapas_verify_broken
+    .endif
 pasapas_verify_good:
     clr r15
     jmp 9b
 pasapas_verify_broken:
     br #pasapas_verify_fail
 
+    .if {has_events} | {has_lines}
     /* r13 = number at r5, which lies in the image; r5 behind it */
 pasapas_verify_word:
     mov r5, r13
@@ -586,6 +583,7 @@ pasapas_verify_word:
     swpb r15
     bis r15, r13
     ret
+    .endif
 
     /* a statement begins at address r13 of the code; uses r4 to r9 */
 pasapas_verify_start:
@@ -917,6 +915,7 @@ pasapas_verify_table:
     masks = sym MASKS,
     masks_len = const MASKS_LEN,
     has_events = const PART.features & feature::EVENTS,
+    has_lines = const PART.features & feature::LINES,
     event = const Op::Event as u8,
     event_kind = const flags::EVENT_KIND,
     on_rise = const flags::ON_RISE,

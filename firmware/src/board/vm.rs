@@ -61,8 +61,10 @@ pub const CALLS_END_AT: i16 = offset_of!(State, calls_end) as i16;
 pub const FRAME_AT: i16 = offset_of!(State, frame) as i16;
 /// The core keeps its caller's registers.
 pub const SAVES: u16 = 1;
+/// The part that this image is for.
+pub const PART: lang::part::Part = lang::part::G2955;
 /// Bytes of the pool: for a program that moves one axis at a time, and for any other.
-pub const POOL_LIMITS: [u16; 2] = lang::part::G2955.pool;
+pub const POOL_LIMITS: [u16; 2] = PART.pool;
 
 /// The VM.
 pub static mut VM: State = State {

@@ -136,7 +136,9 @@ constants! {
     P2_OUT1_OR_LATCH = pins::P2_OUT1_OR_LATCH;
     P2_OUT2_OR_ENABLE = pins::P2_OUT2_OR_ENABLE;
     VM_STATE_SIZE = core::mem::size_of::<vm::State>();
-    FEATURES_HERE = lang::part::G2553.features;
+    // What the build leaves out costs no byte: `.if HAS_...` in the sources.
+    HAS_KEEP = (vm::PART.features & lang::record::feature::KEEP != 0);
+    HAS_LINES = (vm::PART.features & lang::record::feature::LINES != 0);
 }
 
 core::arch::global_asm!(include_str!("ram.s"), options(raw));

@@ -1,9 +1,9 @@
 //! The Modbus slave: serial line, frames, registers.
 
 use crate::consts::constants;
+use crate::vm::PART;
 use lang::fault::Fault;
 use lang::isa::{FINGERPRINT, Op};
-use lang::part::G2553;
 use lang::wire::{self, BLOCKS, Block, Control, Exception, LONG, RunState, Table, command};
 
 /// The block of a table that begins at an address.
@@ -143,8 +143,8 @@ constants! {
     HEADER_CRC = 4;
     HEADER_PROFILE = 18;
     HEADER_CELLS = 14;
-    PART_FEATURES = G2553.features;
-    STORE_AREA = G2553.room_for(false);
+    PART_FEATURES = PART.features;
+    STORE_AREA = PART.room_for(false);
     POOL_WORDS = crate::vm::POOL / 2;
     OP_HOME = Op::Home;
     OP_HOME_QUERY = Op::HomeQuery;

@@ -1,13 +1,13 @@
 //! Flash: the program store, the KEEP journal, the profile, the last fault.
 
 use crate::consts::constants;
+use crate::vm::PART;
 use firmware::store::{SEGMENT, SLOT_HEAD};
-use lang::part::G2553;
 use lang::record::{BoardRecord, RECORD_VERSION};
 use lang::wire::{Exception, Refusal, Upload};
 
 /// Start of the program area.
-const AREA: u16 = AREA_END - SEGMENT * G2553.segments as u16;
+const AREA: u16 = AREA_END - SEGMENT * PART.segments as u16;
 /// Its end: the linker's TAIL, with the vectors, follows.
 const AREA_END: u16 = 0xFE00;
 
@@ -17,7 +17,7 @@ constants! {
     CHECK_DATA = crate::check::CODE_END;
     AREA = AREA;
     AREA_END = AREA_END;
-    AREA_BYTES = G2553.room_for(false);
+    AREA_BYTES = PART.room_for(false);
     SEGMENT = SEGMENT;
     SLOT_HEAD = SLOT_HEAD;
     // The two segments of the KEEP journal.
@@ -31,7 +31,7 @@ constants! {
     PROFILE_FIRST = 0x1080;
     PROFILE_SECOND = 0x1040;
     RECORD_VERSION = RECORD_VERSION;
-    FEATURES = G2553.features;
+    FEATURES = PART.features;
     // FCTL1 (SLAU144, 7.4) with its password.
     FLASH_WRITE = 0xA500 | 1 << 6;
     FLASH_ERASE = 0xA500 | 1 << 1;

@@ -1,5 +1,10 @@
 //! Where the VM's registers and memory lie; `ram.s` names the same places.
 
+use lang::part::Part;
+
+/// The part that this image is for.
+pub const PART: Part = if cfg!(feature = "whole") { firmware::WHOLE } else { lang::part::G2553 };
+
 /// Registers of the VM, as its core loads and stores them: `VM_STATE` in `ram.s`.
 #[repr(C)]
 pub struct State {
@@ -45,7 +50,7 @@ unsafe extern "C" {
 /// Bytes of the pool: `POOL` to `POOL_END` in `ram.s`.
 pub const POOL: usize = POOL_LIMITS[0] as usize;
 /// The same for every program.
-pub const POOL_LIMITS: [u16; 2] = lang::part::G2553.pool;
+pub const POOL_LIMITS: [u16; 2] = PART.pool;
 /// Offset from [`VM`] of the end of the call stack: the cells follow it.
 pub const CALLS_END_AT: i16 = core::mem::offset_of!(State, cells) as i16;
 /// Offset from [`VM`] of the word in which the core keeps the machine stack's address.

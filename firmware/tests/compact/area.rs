@@ -1,17 +1,17 @@
 //! The program area of flash: what the Rust twins work on, and images to put there.
 
+use firmware::WHOLE;
 use firmware::store::{Flash, SEGMENT};
 use firmware::verify::{self, Bytes};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
-use lang::part::G2553;
 
 use crate::chip::Chip;
 
 /// Start of the program area.
-pub const AREA: u16 = 0xFE00 - SEGMENT * G2553.segments as u16;
+pub const AREA: u16 = 0xFE00 - SEGMENT * WHOLE.segments as u16;
 /// Bytes of it.
-pub const BYTES: usize = SEGMENT as usize * G2553.segments as usize;
+pub const BYTES: usize = SEGMENT as usize * WHOLE.segments as usize;
 
 /// A copy of the area.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,7 +38,7 @@ impl Area {
 }
 
 impl Flash for Area {
-    const SEGMENTS: u8 = G2553.segments;
+    const SEGMENTS: u8 = WHOLE.segments;
 
     fn read(&self, offset: u16) -> u16 {
         let at = usize::from(offset);

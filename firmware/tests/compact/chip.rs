@@ -1,12 +1,17 @@
 //! Calls single routines of the image: registers and RAM in, registers and RAM out.
 
-use emulator::{Board, Config, Image, Stop, TICKS_PER_SECOND, Wiring};
+use emulator::{Board, Config, Image, Part, Stop, TICKS_PER_SECOND, Wiring};
 
-const IMAGE: &[u8] = include_bytes!("../../image/pasapas-g2553.elf");
+const IMAGE: &[u8] = include_bytes!("../../image/pasapas-whole.elf");
 /// Where a routine returns to: nothing runs there.
 const BACK: u16 = 0xFDFE;
 /// The machine stack's end.
 const STACK: u16 = 0x0400;
+
+/// The chip of [`firmware::WHOLE`].
+fn chip() -> Part {
+    Part { name: firmware::WHOLE.chip, flash: 0x8000..=0xFFFF, ..Part::G2553 }
+}
 
 /// A chip that has just been reset and does nothing on its own.
 #[derive(Clone)]
@@ -24,7 +29,8 @@ impl Chip {
     /// The same with this wiring.
     pub fn wired(wiring: Wiring) -> Chip {
         let image = Image::parse(IMAGE).expect("the shipped image is an ELF file");
-        let mut board = Board::with_config(&Config { wiring, ..Config::default() }, &image);
+        let mut board =
+            Board::with_config(&Config { part: chip(), wiring, ..Config::default() }, &image);
         board.set_breakpoint(BACK);
         let mut chip = Chip { board };
         chip.quiet();

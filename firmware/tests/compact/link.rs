@@ -1,9 +1,9 @@
 //! The Modbus slave, by whole frames over the emulated line: the image runs from reset.
 
 use emulator::{Board, Reset, TICKS_PER_SECOND};
+use firmware::WHOLE;
 use lang::fault::Fault;
 use lang::isa::{FINGERPRINT, Op};
-use lang::part::G2553;
 use lang::wire::{self, BLOCKS, CRC_START, Control, RunState, Table, WRITABLE, crc16};
 use proptest::prelude::*;
 
@@ -93,9 +93,9 @@ fn a_board_says_who_it_is() {
     let mut board = board();
     let own = read(&mut board, 3, wire::OWN, 64);
     assert_eq!(own[..3], [wire::WIRE_VERSION, 1, FINGERPRINT]);
-    assert_eq!(own[4..6], [G2553.features, G2553.room_for(false) as u16]);
+    assert_eq!(own[4..6], [WHOLE.features, WHOLE.room_for(false) as u16]);
     assert_eq!(own[7..11], [0; 4], "no program");
-    assert_eq!(own[14], G2553.pool[0] / 2);
+    assert_eq!(own[14], WHOLE.pool[0] / 2);
     assert_eq!(own[15..20], [0; 5], "a gap reads 0");
     assert_eq!(read(&mut board, 4, wire::OWN, 64)[..12], own[..12]);
     let record = board.symbol("BOARD_DEFAULT").unwrap();

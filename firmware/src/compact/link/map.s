@@ -19,9 +19,8 @@
     .word \value
     .subsection 0
     .endm
-    .set IN_WORD, 0x4000
-    .set IN_BYTE, 0x8000
-    .set IN_CODE, 0xc000
+    .set IN_WORD, 0x2000
+    .set IN_BYTE, 0x4000
     .macro MAP_WORD offset, address
     MAP_VALUE \offset, IN_WORD+\address
     .endm
@@ -196,14 +195,16 @@ map_read:
     sub #MAP_KEYS+1, r13
     rla r13
     mov MAP_VALUES(r13), r13
-    cmp #IN_CODE, r13
-    jhs 5f
+    /* routines lie in the upper half of memory */
+    tst r13
+    jn 5f
     tst r12
     jne map_zero
     mov r13, r14
-    bic #IN_CODE, r14
+    bic #IN_WORD+IN_BYTE, r14
     rla r13
-    jc 4f
+    jn 4f
+    rla r13
     jn 3f
     mov r14, r12
     ret

@@ -138,6 +138,7 @@ raise:
     clr &EFFECT
     clr.b &PRINT_OPEN
     bic.b #T_DROPPED, &TRACING
+    .if HAS_LINES
     cmp.b #F_STACK, r12
     jeq run_fails
     bit.b #VM_ERROR, &VM_FLAGS
@@ -162,9 +163,11 @@ raise:
     clr &FEED+2
     call #run_unwind
     br #motion_stop
+    .endif
 run_fails:
     br #fail
 
+    .if HAS_LINES
 /* The expression stack is that of the open routine's beginning. Clobbers r14. */
 run_unwind:
     mov &VM_BASE, r14
@@ -174,6 +177,7 @@ run_unwind:
     mov -4(r14), &VM_TOP
     mov -2(r14), &VM_TOP+2
 1:  ret
+    .endif
 
 /* On the ramp into a pause or to the end. */
 run_stopping:
@@ -181,7 +185,9 @@ run_stopping:
     jne 9b
     bit.b #T_FULL, &TRACING
     jne 9b
+    .if HAS_KEEP
     call #keep_save
+    .endif
     mov &OUTPUT, &RESUME_OUTPUT
     mov.b &ENDING, r10
     mov.b run_states(r10), &RUN

@@ -159,7 +159,9 @@ run_begin:
     mov MC_FEED-MACHINE_SIZE+2(r13), &FEED+2
     add IMAGE_ENTRY-IMAGE_CODE(r13), r13
     mov r13, &VM_PC
+    .if HAS_KEEP
     call #keep_load
+    .endif
     mov #RUNS_MARK, &RUNNING
     mov.b #RUN_RUNNING, &RUN
     bic.b #R_WAITING+R_TIMED_OUT, &RUN_FLAGS

@@ -8,6 +8,7 @@ soft:
     sub #OP_LEAVE, r12
     cmp #6, r12
     jhs soft_convert
+    .if HAS_LINES
     rla r12
     add r12, r0
     jmp soft_leave
@@ -23,6 +24,14 @@ soft:
     call #line_of
     jmp soft_push
 soft_err:
+    .else
+    /* without handlers a program sees no fault: ERR and ERL are 0 */
+    cmp #OP_ERR-OP_LEAVE, r12
+    jhs 1f
+    mov #F_STACK, r12
+    ret
+1:
+    .endif
     mov.b &VM_FAULT, r12
 soft_push:
     clr r13
@@ -44,6 +53,7 @@ soft_convert:
 1:  mov #F_OVERFLOW, r12
     ret
 
+    .if HAS_LINES
 soft_on_error:
     call #operand_byte
     mov r12, r13
@@ -99,9 +109,12 @@ soft_resume_next:
     F store FEED, F_LAST
 3:  bic.b #VM_ERROR, &VM_FLAGS
     call #run_unwind
+    .endif
 soft_done:
     clr r12
 9:  ret
+
+    .if HAS_LINES
 
 /* r12 = the line of the statement whose code holds address r12, 0 when the program tells none;
    r13 = where RESUME NEXT goes on. Clobbers r11, r14, r15. The statement table:
@@ -166,3 +179,9 @@ word_at:
     bis @r1+, r11
     swpb r11
     ret
+    .else
+    .global line_of
+line_of:
+    clr r12
+    ret
+    .endif

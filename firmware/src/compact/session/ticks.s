@@ -134,10 +134,12 @@ ticks:
     jne ticks_end
     add #1, &TIMER_MS
     adc &TIMER_MS+2
+    .if HAS_KEEP
     bit #1023, &TIMER_MS
     jne ticks_end
     call #motion_rests
     jne ticks_end
     br #keep_save
+    .endif
 ticks_end:
     ret

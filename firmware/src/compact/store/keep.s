@@ -2,6 +2,7 @@
    being put: index, value, CRC. */
 
     .section .text.store,"axR",@progbits
+    .if HAS_KEEP
 /* Leaves r11 = the journal's current segment, 0 for none; uses r14, r15. */
 keep_current:
     clr r11
@@ -257,3 +258,15 @@ keep_record:
     mov r14, &TEMP+2
     mov r15, &TEMP+4
     ret
+    .else
+/* No KEEP: values read 0 and none can be written. */
+    .global keep_read
+keep_read:
+    clr r12
+    clr r13
+    ret
+    .global keep_write
+keep_write:
+    mov #EX_ILLEGAL_VALUE, r12
+    ret
+    .endif
