@@ -109,12 +109,16 @@ impl Diags {
         Self::default()
     }
 
-    /// Adds one, unless the list is full or has the same code at the same place. An error takes
-    /// the place of a warning in a full list.
+    /// Adds one, unless the list is full or has the same code at the same place, or has said of the
+    /// same word that it is no name. An error takes the place of a warning in a full list.
     pub fn push(&mut self, mut diag: Diag) {
         let texts = diag.labels.iter_mut().map(|label| &mut label.text);
         [&mut diag.message].into_iter().chain(texts).chain(&mut diag.hint).for_each(shorten);
-        if self.list.iter().any(|d| d.code == diag.code && d.span.start == diag.span.start) {
+        let known = |d: &Diag| {
+            let word = diag.code == Code::BadName && d.message == diag.message;
+            d.code == diag.code && (d.span.start == diag.span.start || word)
+        };
+        if self.list.iter().any(known) {
             return;
         }
         if self.list.len() < MAX_DIAGS {

@@ -65,7 +65,9 @@ impl<'a> Checker<'a> {
             if matches!(stmt.kind, StmtKind::Label(_)) {
                 then = Then::GoesOn;
             }
-            if then == Then::Never && !warned && !is_declaration(stmt) {
+            // Where something is wrong, that may be why.
+            let sure = !self.diags.has_errors();
+            if then == Then::Never && !warned && sure && !is_declaration(stmt) {
                 let hint = "remove it, or put a label before it that something goes to";
                 self.error(Code::Unreachable, stmt.span, "nothing reaches this statement", hint);
                 warned = true;

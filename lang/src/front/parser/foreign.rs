@@ -3,6 +3,7 @@
 use super::input::{In, is_unit};
 use super::piece::{Closer, Opener, Piece, closing_words};
 use super::stmt::behind_parentheses;
+use crate::front::ast::{Expr, ExprKind};
 use crate::front::codes::Code;
 use crate::front::diag::{Diag, MAX_DIAGS};
 use crate::front::span::Span;
@@ -381,6 +382,20 @@ pub fn parenthesised_list(word: Kw, i: In<'_>) -> Option<Diag> {
         Some(example) => format!("write `{example}`; the form is `{}`", word.entry().usage),
         None => format!("the form is `{}`", word.entry().usage),
     }))
+}
+
+/// The inner or closing line of a block that a line which could not be read stands for.
+pub fn broken_line(i: In<'_>) -> Option<Piece> {
+    match i.tok() {
+        Tok::Kw(Kw::Case) => Some(Piece::Case(Vec::new())),
+        Tok::Kw(Kw::ElseIf) => Some(Piece::ElseIf(Expr {
+            kind: ExprKind::Literal { kind: Kind::Truth, value: 0 },
+            span: i.first().span,
+        })),
+        Tok::Kw(Kw::Loop) => Some(Piece::Close(Closer::Do(None))),
+        Tok::Kw(Kw::Next) => Some(Piece::Close(Closer::For(None))),
+        _ => None,
+    }
 }
 
 /// The opener that a line which could not be read stands for, so that its end finds it.

@@ -127,7 +127,12 @@ fn recover<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
             builder.add(Placed { piece: Piece::Open(opener), span, line: i.first().line });
         }
         None if matches!(i.tok(), Tok::Bad) => builder.lose(),
-        None => {}
+        None => {
+            if let Some(piece) = foreign::broken_line(i) {
+                let Token { span, line, .. } = i.first();
+                builder.add(Placed { piece, span, line });
+            }
+        }
     }
     let mut rest = skip(i.rest());
     if declares(i.tok()) {
