@@ -258,11 +258,14 @@ impl<'a> Builder<'_, 'a> {
             }
             StmtKind::Machine(machine) => self.machine(machine, stmt.span),
             StmtKind::Gcode(words) => {
-                for word in words {
-                    if let GValue::Expr(e) = &word.value {
-                        self.expr(e);
-                    }
-                }
+                let list: Vec<&Expr> = words
+                    .iter()
+                    .filter_map(|word| match &word.value {
+                        GValue::Expr(e) => Some(e),
+                        GValue::Number(_) => None,
+                    })
+                    .collect();
+                self.several(&list, "a block with FUNCTIONs", stmt.span);
                 let (block, ends) = gcode::add_block(self.checker, words, stmt);
                 self.emit(Op::Gcode(block));
                 if ends {
@@ -407,13 +410,28 @@ impl<'a> Builder<'_, 'a> {
     }
 
     fn machine(&mut self, machine: &'a Machine, span: Span) {
-        for e in arguments(machine) {
-            self.expr(e);
+        let list = arguments(machine);
+        if matches!(machine, Machine::Print(_)) {
+            self.several(&list, "a PRINT with FUNCTIONs", span);
+        } else {
+            list.into_iter().for_each(|e| self.expr(e));
         }
         if let Machine::Plane(plane) = machine {
             self.emit(Op::Plane(*plane, span));
         } else if moves(machine) {
             self.emit(Op::Moves);
+        }
+    }
+
+    /// Values of a statement that is several effects: where FUNCTIONs are called, all but one may
+    /// wait in cells ([`super::order`]).
+    fn several(&mut self, list: &[&'a Expr], what: &'static str, span: Span) {
+        let nodes = self.graph.nodes.len();
+        list.iter().for_each(|e| self.expr(e));
+        let calls = self.graph.nodes[nodes..].iter().any(|node| matches!(node.op, Op::Call(..)));
+        let values = list.iter().filter(|e| !matches!(e.kind, ExprKind::Literal { .. }));
+        if calls && values.count() > 1 {
+            self.emit(Op::Uses(what, span));
         }
     }
 
