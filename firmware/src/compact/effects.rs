@@ -5,18 +5,15 @@ use lang::isa::{Op, flags};
 use lang::wire;
 
 constants! {
-    OP_SET_POS_ZERO = Op::SetPosZero;
     OP_IN_SHORT = Op::InShort;
     OP_TIMED_OUT = Op::TimedOut;
     OP_OUT_SHORT = Op::OutShort;
     OP_MOVE_TO = Op::MoveTo;
     OP_RAPID = Op::Rapid;
-    OP_ARC = Op::Arc;
     OP_FEED = Op::Feed;
     OP_HOME = Op::Home;
     OP_PROBE = Op::Probe;
     OP_SET_POS = Op::SetPos;
-    OP_MOVE_SPEED = Op::MoveSpeed;
     OP_STOP_AXE = Op::StopAxe;
     OP_WAIT_MOVE = Op::WaitMove;
     OP_SET_OUT = Op::SetOut;
@@ -31,11 +28,9 @@ constants! {
     OP_PRINT_TEXT = Op::PrintText;
     OP_PRINT_NUMBER = Op::PrintNumber;
     OP_PRINT_END = Op::PrintEnd;
-    OP_EVENT = Op::Event;
     OP_IN = Op::In;
     OP_OUT_STATE = Op::Out;
     OP_READ = Op::Read;
-    OP_ARC_BY = Op::ArcBy;
     FLAG_LEVEL = flags::LEVEL;
     FLAG_TIMEOUT = flags::TIMEOUT;
     FLAG_WAIT_QUERY = flags::WAIT_QUERY;

@@ -139,7 +139,7 @@
     VAR TRACE_PC, 2
     VAR TRACE_VALUE, 4
 
-    VAR TIMER_MS, 4             /* milliseconds of the run; counts blinks when a fault is latched */
+    VAR TIMER_MS, 4             /* milliseconds of the run */
     VAR SPIN, 2                 /* milliseconds until motion goes on after a pause */
     VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
     VAR LAST_END, 1             /* End of the last run */

@@ -17,8 +17,6 @@ constants! {
     OP_PROBE = Op::Probe;
     OP_PULSE = Op::Pulse;
     OP_WAIT_CHAR = Op::WaitChar;
-    OP_PRINT_TEXT = Op::PrintText;
-    OP_PRINT_END = Op::PrintEnd;
     VM_ERROR = flag::ERROR;
     CALL_ERROR = (entry::ERROR as u16) << 12;
     CALL_FUNC = (entry::FUNC as u16) << 12;

@@ -1,6 +1,7 @@
 /* Effects that move nothing. An effect is polled until it is done; in phase 0 it takes its operands
    and arguments. Each is entered with r12 = its code, Z set in phase 0, and leaves r12 = DONE,
-   NOT_YET or FAULTED + fault. They may destroy all registers and emit one trace event a call. */
+   NOT_YET or FAULTED + fault. They may destroy all registers and emit one trace event a call. The
+   phase of those from SetOut on is 1 as soon as they were called. */
 
     .section .text.effects,"axR",@progbits
 
@@ -15,7 +16,11 @@ effect_poll:
 1:  incd r14
     cmp.b @r13+, r12
     jhs 1b
-    tst.b &PHASE
+    mov.b &PHASE, r13
+    cmp #OP_SET_OUT, r12
+    jlo 2f
+    mov.b #1, &PHASE
+2:  tst r13
     br effect_table(r14)
 
 fx_out_short:
@@ -48,7 +53,6 @@ fx_output:
 
 fx_pulse:
     jne 1f
-    inc.b &PHASE
     call #pop_time
     mov #16, r12
     call #pop_small
@@ -66,7 +70,6 @@ fx_pulse:
 
 fx_set_port:
     jne 1f
-    inc.b &PHASE
     call #pop_value
     mov.b r12, &BITS
 1:  inc.b &N
@@ -109,7 +112,6 @@ fx_done:
 
 fx_wait:
     jne 1f
-    inc.b &PHASE
     call #pop_time
     mov r12, r14
     mov r13, r15
@@ -131,7 +133,6 @@ time_left:
 /* Flags of a wait into r10 and BITS, its timeout into TIME, -1 for ever without one. A negative
    timeout is F20, and the caller's caller goes on. */
 wait_begin:
-    inc.b &PHASE
     call #operand_byte
     mov r12, r10
     mov.b r12, &BITS
@@ -145,12 +146,14 @@ pop_time:
     jge fx_return
     jmp fx_out_of_range
 
-/* The top, 1 to r12, is taken into r12; any other is F20, and the caller's caller goes on. Clobbers
-   r13 to r15. */
+/* The top, 1 to r12 (pop_between: r11 to r12), is taken into r12; any other is F20, and the caller's
+   caller goes on. Clobbers r11, r13 to r15. */
 pop_number:
+    mov #1, r11
+pop_between:
     call #pop_small
-    tst r12
-    jeq fx_out_of_range
+    cmp r11, r12
+    jlo fx_out_of_range
     cmp r12, r15
     jhs fx_return
 fx_out_of_range:
@@ -179,7 +182,7 @@ fx_wait_in:
     tst r12
     jeq 1f
     inc r10
-    /* bit 1 of the want: an edge; bit 0 becomes the level wanted or behind it */
+    /* bit 1 of the want: an edge, so the other level comes first; bit 0 becomes the level then */
 1:  bit #2, r10
     jeq 2f
     xor #1, r10
@@ -195,53 +198,43 @@ fx_wait_in:
     mov #17, r12
     call #pop_number
 3:  mov.b r12, &N
-    call #input
-    bis #2, r12
-    mov.b r12, &PHASE
-    /* bit 0 of the phase: the level before */
 4:  mov.b &N, r12
     call #input
-    mov.b &PHASE, r15
-    xor r12, r15
-    mov r12, r13
-    bis #2, r13
-    mov.b r13, &PHASE
     mov.b &BITS, r14
     xor r14, r12
-    clr r13
     bit #1, r12
-    jne 6f
-    bit #2, r14
     jeq 5f
-    bit #1, r15
-    jeq 6f
-5:  mov #TRACE_OK, r13
-6:  and #1, r14
+    bic.b #2, &BITS
+    bis #2, r14
+5:  mov r14, r13
+    and #1, r14
     mov #TRACE_WAIT_IN, r12
+    bit #2, r13
+    jne fx_missed
 
-/* The end of a wait: met, timed out, or not yet. r12 = TraceKind, r13 = TRACE_OK when it is met, else
-   0, r14 = value to trace. */
-fx_outcome:
-    mov #FAULTED+F_TIMED_OUT, r10
-    bit.b #FLAG_WAIT_QUERY, &BITS
-    jeq 1f
-    clr r10
-    bic.b #R_TIMED_OUT, &RUN_FLAGS
-1:  tst r13
-    jne 2f
-    mov &TIME, r15
-    bis &TIME+2, r15
-    tst r15
+/* The end of a wait, met or timed out or not yet: r12 = TraceKind, r14 = value to trace. */
+fx_met:
+    mov #TRACE_OK, r13
+    jmp 1f
+fx_missed:
+    mov &TIME, r13
+    bis &TIME+2, r13
+    tst r13
     jne fx_not_yet
-    tst r10
-    jne 3f
-    bis.b #R_TIMED_OUT, &RUN_FLAGS
-2:  clr r10
-3:  bis.b &N, r13
+1:  bis.b &N, r13
     swpb r13
     bis r13, r12
     call #emit_small
-    mov r10, r12
+    bit.b #FLAG_WAIT_QUERY, &BITS
+    jne 2f
+    tst r13
+    jn fx_return
+    mov #FAULTED+F_TIMED_OUT, r12
+    ret
+2:  bic.b #R_TIMED_OUT, &RUN_FLAGS
+    tst r13
+    jn fx_return
+    bis.b #R_TIMED_OUT, &RUN_FLAGS
     ret
 
 fx_wait_char:
@@ -250,13 +243,11 @@ fx_wait_char:
     call #pop_character
     mov.b r12, &N
 1:  mov.b &N, r14
-    clr r13
+    mov #TRACE_WAIT_CHAR, r12
     cmp.b r14, &CHAR_IN
-    jne 2f
+    jne fx_missed
     clr.b &CHAR_IN
-    mov #TRACE_OK, r13
-2:  mov #TRACE_WAIT_CHAR, r12
-    jmp fx_outcome
+    jmp fx_met
 
 fx_send:
     call #pop_character
@@ -270,16 +261,11 @@ fx_send:
    Clobbers r13 to r15. */
 pop_character:
     mov #125, r12
-    call #pop_small
-    cmp #33, r12
-    jlo fx_out_of_range
-    cmp #126, r12
-    jhs fx_out_of_range
-    ret
+    mov #33, r11
+    jmp pop_between
 
 fx_wait_start:
     jne 1f
-    inc.b &PHASE
     bis.b #R_WAITING, &RUN_FLAGS
     bic.b #R_RELEASED, &RUN_FLAGS
 1:  bit.b #R_RELEASED, &RUN_FLAGS
@@ -317,18 +303,16 @@ fx_in_short:
     clr r12
     ret
 
-/* The first code behind each effect's, and the effect; codes that this build does not have end the
-   run with F20. */
+/* The first code behind each effect's, and the effect. Codes between them are those of a larger part:
+   the image check refuses them. */
 effect_ends:
-    .byte OP_SET_POS_ZERO, OP_IN_SHORT, OP_TIMED_OUT, OP_OUT_SHORT, OP_MOVE_TO, OP_RAPID, OP_ARC
-    .byte OP_FEED, OP_HOME, OP_PROBE, OP_SET_POS, OP_MOVE_SPEED, OP_STOP_AXE, OP_WAIT_MOVE
-    .byte OP_SET_OUT, OP_PULSE, OP_SET_PORT, OP_MOTORS, OP_WAIT, OP_WAIT_IN, OP_WAIT_START
-    .byte OP_SEND, OP_WAIT_CHAR, OP_PRINT_TEXT, OP_PRINT_NUMBER, OP_PRINT_END, OP_EVENT
-    .byte OP_IN, OP_OUT_STATE, OP_READ, OP_ARC_BY, EFFECT_END
+    .byte OP_IN_SHORT, OP_TIMED_OUT, OP_OUT_SHORT, OP_MOVE_TO, OP_RAPID, OP_FEED, OP_HOME, OP_PROBE
+    .byte OP_SET_POS, OP_STOP_AXE, OP_WAIT_MOVE, OP_SET_OUT, OP_PULSE, OP_SET_PORT, OP_MOTORS
+    .byte OP_WAIT, OP_WAIT_IN, OP_WAIT_START, OP_SEND, OP_WAIT_CHAR, OP_PRINT_TEXT
+    .byte OP_PRINT_NUMBER, OP_PRINT_END, OP_IN, OP_OUT_STATE, OP_READ, EFFECT_END
     .balign 2
 effect_table:
-    .short fx_range, fx_set_pos_zero, fx_in_short, fx_timed_out, fx_out_short, fx_move, fx_linear
-    .short fx_range, fx_feed, fx_home, fx_probe, fx_set_pos, fx_range, fx_stop
-    .short fx_wait_move, fx_set_out, fx_pulse, fx_set_port, fx_motors, fx_wait, fx_wait_in
-    .short fx_wait_start, fx_send, fx_wait_char, fx_print_text, fx_print_value, fx_print_end
-    .short fx_range, fx_in, fx_out_state, fx_read, fx_range
+    .short fx_set_pos_zero, fx_in_short, fx_timed_out, fx_out_short, fx_move, fx_linear, fx_feed
+    .short fx_home, fx_probe, fx_set_pos, fx_stop, fx_wait_move, fx_set_out, fx_pulse
+    .short fx_set_port, fx_motors, fx_wait, fx_wait_in, fx_wait_start, fx_send, fx_wait_char
+    .short fx_print_text, fx_print_value, fx_print_end, fx_in, fx_out_state, fx_read

@@ -25,7 +25,7 @@ print_put:
     /* the line goes on when the host has taken some */
 2:  incd r1
     call #print_flush
-    jmp fx_not_yet_far
+    jmp fx_not_yet
 
 /* What was put so far becomes visible, and the host is told of the line. Leaves r12 = DONE. */
 print_flush:
@@ -38,12 +38,8 @@ print_flush:
     clr r14
     jmp emit_small
 
-fx_not_yet_far:
-    br #fx_not_yet
-
 fx_print_text:
     jne 1f
-    inc.b &PHASE
     call #operand_byte
     mov r12, r13
     /* PrintTextFar */
@@ -69,7 +65,6 @@ print_done:
 /* A number and its unit. The digits are made anew at each call and N counts what was put. */
 fx_print_value:
     jne 2f
-    inc.b &PHASE
     /* PrintValue */
     bit.b #1, &EFFECT
     jeq 1f

@@ -51,13 +51,15 @@ io_exchange:
 1:  xor B_OUTPUT_INVERT(r15), r13
     bit.b #BOARD_CHAIN, B_FLAGS(r15)
     jeq 2f
-    call #io_latch
+    bic.b #P2_OUT1_OR_LATCH, &P2OUT
+    bis.b #P2_OUT1_OR_LATCH, &P2OUT
     call #spi_byte
     mov r12, r14
     call #spi_byte
     swpb r12
     bis r14, r12
-    call #io_latch
+    bic.b #P2_OUT1_OR_LATCH, &P2OUT
+    bis.b #P2_OUT1_OR_LATCH, &P2OUT
     bic.b #P2_OUT2_OR_ENABLE, &P2OUT
     jmp 6f
 2:  mov #P2_OUT1_OR_LATCH, r14
@@ -77,11 +79,6 @@ io_exchange:
     rra r12
 6:  xor B_INPUT_INVERT(r15), r12
     mov r12, &RAW
-    ret
-
-io_latch:
-    bic.b #P2_OUT1_OR_LATCH, &P2OUT
-    bis.b #P2_OUT1_OR_LATCH, &P2OUT
     ret
 
 /* Sends the high byte of r13, whose halves are swapped then; the byte that came is in r12. */

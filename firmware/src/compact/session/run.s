@@ -90,7 +90,7 @@ run:
     jhs 9f
     dec &EFFECT_PC
     cmp #0x100, r12
-    jhs run_raise_here
+    jhs raise
     cmp #OP_FIRST_EFFECT, r12
     jhs 3f
     tst r12
@@ -105,50 +105,41 @@ run_perform:
     /* only a line goes on whose event fills the slot: the host takes it before the next one */
     bit.b #T_ANNOUNCED, &TRACING
     jeq 9f
-    cmp.b #OP_PRINT_TEXT, &EFFECT
-    jlo 9f
-    cmp.b #OP_PRINT_END+1, &EFFECT
-    jhs 9f
 1:  call #effect_poll
     cmp #NOT_YET, r12
     jeq 9f
-    mov &EFFECT_PC, r13
     jlo run_on
     jmp raise
 2:  call #soft
     tst r12
-    jne run_raise_here
+    jne raise
 run_on:
     mov &VM_PC, &EFFECT_PC
 run_no_effect:
     clr &EFFECT
 9:  ret
 
-run_raise_here:
-    mov &VM_PC, r13
-    dec r13
-
-/* A fault of the program: its handler begins, or the run ends. Takes r12 = fault (the high byte is
-   ignored), r13 = address in the failing statement. The other faults that no handler takes never
-   come here. Destroys r11 to r15. */
-    .global raise
+/* A fault of the instruction at EFFECT_PC: its handler begins, or the run ends. Takes r12 = fault (the
+   high byte is ignored). The other faults that no handler takes never come here. Destroys r11 to
+   r15. */
+    .if HAS_LINES
 raise:
     mov.b r12, &VM_FAULT
+    mov &EFFECT_PC, r13
     mov r13, &VM_FAULT_PC
     clr &EFFECT
     clr.b &PRINT_OPEN
-    bic.b #T_DROPPED, &TRACING
-    .if HAS_LINES
+    bic.b #T_DROPPED+T_ANNOUNCED, &TRACING
     cmp.b #F_STACK, r12
-    jeq run_fails
+    jeq fail
     bit.b #VM_ERROR, &VM_FLAGS
-    jne run_fails
+    jne fail
     mov &VM_HANDLER, r15
     tst r15
-    jeq run_fails
+    jeq fail
     mov &VM_CALLS, r14
     cmp &VM_CELLS, r14
-    jeq run_fails
+    jeq fail
     sub &VM_CODE, r13
     bis #CALL_ERROR, r13
     mov r13, 0(r14)
@@ -158,16 +149,10 @@ raise:
     /* a handler has no F */
     call #formula
     F load FEED
-    F store FEED_ASIDE, F_LAST
-    clr &FEED
-    clr &FEED+2
-    call #run_unwind
-    br #motion_stop
-    .endif
-run_fails:
-    br #fail
+    F store FEED_ASIDE
+    FN int 0
+    F store FEED, F_LAST
 
-    .if HAS_LINES
 /* The expression stack is that of the open routine's beginning. Clobbers r14. */
 run_unwind:
     mov &VM_BASE, r14
@@ -177,6 +162,8 @@ run_unwind:
     mov -4(r14), &VM_TOP
     mov -2(r14), &VM_TOP+2
 1:  ret
+    .else
+    .set raise, fail
     .endif
 
 /* On the ramp into a pause or to the end. */
@@ -201,7 +188,6 @@ run_stopping:
     clr &RUNNING
     cmp #END_FAULT, r10
     jne 1f
-    mov &VM_FAULT_PC, &EFFECT_PC
     call #fault_log
     jmp 2f
     /* a fault that was handled is past */

@@ -61,14 +61,12 @@ emergency:
     mov #B_AT_FAULT, r12
     br #output_states
 
-/* A fault that ends the run: r12 = its number. Destroys r11 to r15. */
+/* A fault at EFFECT_PC that ends the run: r12 = its number. Destroys r11 to r15. */
     .global fail
 fail:
-    cmp.b r12, &VM_FAULT
-    jeq 1f
     mov.b r12, &VM_FAULT
     mov &EFFECT_PC, &VM_FAULT_PC
-1:  mov.b #END_FAULT, r12
+    mov.b #END_FAULT, r12
     bit.b #RUN_ACTIVE, &RUN
     jne run_finish
     mov.b #RUN_FAULT, &RUN

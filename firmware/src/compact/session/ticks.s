@@ -67,6 +67,7 @@ ticks:
     /* The lamp: off without a program, lit when ready, slow blink in a run, fast in a pause, a
        fault's number in blinks. */
 1:  mov &MILLIS, r13
+    mov.b &MILLIS+1, r15
     mov.b &RUN, r14
     cmp #RUN_FAULT, r14
     jeq 2f
@@ -77,19 +78,11 @@ ticks:
     jmp 4f
 1:  and #512, r13
     jmp 4f
-    /* the run's clock stands still, so it counts the blinks, of 256 ms each */
-2:  inc &TIMER_MS
-    mov &TIMER_MS, r13
-    mov.b &TIMER_MS+1, r15
-    mov.b &VM_FAULT, r14
-    cmp r14, r15
+    /* a blink each quarter of a second, anew every 8 s */
+2:  and #31, r15
+    cmp.b &VM_FAULT, r15
     jlo 3f
     clr r13
-    add #4, r14
-    cmp r14, r15
-    jlo 4f
-    clr &TIMER_MS
-    jmp 4f
 3:  and #128, r13
 4:  mov.b B_LAMP(r10), r12
     call #set_output
