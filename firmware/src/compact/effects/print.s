@@ -126,4 +126,4 @@ fx_print_end:
 /* Suffixes by `lang::effect::Unit`. */
 print_units:
     .asciz "", "um", "st", "ms", "um/s", "st/s", "um/s2", "st/s2"
-    .balign 2
+    .balign 2, 0

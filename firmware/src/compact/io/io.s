@@ -35,7 +35,7 @@ io_chain:
 io_direct:
     .byte P1REN, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE
     .byte P1OUT, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE, 0
-    .balign 2
+    .balign 2, 0
 
 /* Sends the outputs; leaves the inputs' levels in RAW. Clobbers r11 to r15. */
     .global io_exchange
