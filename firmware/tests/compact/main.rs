@@ -4,6 +4,7 @@
 
 mod area;
 mod boot;
+mod check;
 mod chip;
 mod machine;
 mod rig;

@@ -1,0 +1,93 @@
+//! The check of an image, in the G2553's build, against [`firmware::verify`].
+
+use std::cell::RefCell;
+use std::path::Path;
+
+use firmware::verify::{ANCHORS, Bytes, Limits, feature_of, verify};
+use lang::image::seal;
+use lang::isa::Op;
+use lang::part::G2553;
+use lang::wire::Refusal;
+use proptest::prelude::*;
+
+use crate::area::{AREA, image};
+use crate::chip::Chip;
+
+/// Where the code begins in an image.
+const CODE: usize = firmware::verify::CODE as usize;
+
+struct Flat<'a>(&'a [u8]);
+
+impl Bytes for Flat<'_> {
+    fn byte(&self, offset: u16) -> u8 {
+        self.0.get(usize::from(offset)).copied().unwrap_or(0xFF)
+    }
+}
+
+fn twin(image: &[u8]) -> u16 {
+    let bytes = G2553.room_for(false) as u16;
+    let limits = Limits { bytes, features: G2553.features as u8, pool: G2553.pool };
+    verify(&Flat(image), &limits, &mut [0; ANCHORS]).err().map_or(0, |refusal| refusal as u16)
+}
+
+fn check(chip: &mut Chip, image: &[u8]) -> u16 {
+    for offset in 0..G2553.room_for(false) as u16 {
+        let byte = image.get(usize::from(offset)).copied().unwrap_or(0xFF);
+        chip.board.poke8(AREA + 4 + offset, byte);
+    }
+    let scratch = chip.at("POOL");
+    chip.call("pasapas_verify", &[(12, AREA + 4), (13, G2553.features), (14, scratch)]);
+    chip.reg(12)
+}
+
+/// The examples that fit the part, and what they do not use.
+fn programs() -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let texts = std::fs::read_dir(folder).expect("examples are there").filter_map(|entry| {
+        let path = entry.expect("readable").path();
+        let basic = path.extension().is_some_and(|extension| extension == "bas");
+        basic.then(|| std::fs::read_to_string(path).expect("readable"))
+    });
+    let mut images: Vec<_> = texts.map(|text| image(&text)).collect();
+    images.retain(|image| image.len() <= G2553.room_for(false) && twin(image) == 0);
+    images.push(image("KEEP k\nON ERROR GOTO h\nk = k + 1\nG0 X1 Y2\nEND\nh: PRINT ERR\nRESUME NEXT"));
+    images.push(image("DIM a(3), i\nFOR i = 0 TO 2: a(i) = i * 70000: NEXT\nPRINT a(1)"));
+    assert!(images.len() >= 8, "only {} programs fit", images.len());
+    images
+}
+
+#[test]
+fn what_the_twin_takes_is_taken_and_what_it_refuses_refused() {
+    let images = programs();
+    let chip = RefCell::new(Chip::new());
+    for image in &images {
+        assert_eq!((twin(image), check(&mut chip.borrow_mut(), image)), (0, 0));
+    }
+    let slip = (any::<prop::sample::Index>(), any::<u8>());
+    let change = (0..images.len(), prop::collection::vec(slip, 1..4));
+    proptest!(ProptestConfig::with_cases(400), |((which, changes) in change)| {
+        let mut image = images[which].clone();
+        for (index, byte) in changes {
+            let at = index.index(image.len());
+            // Length and CRC are another routine's.
+            if !(4..9).contains(&at) {
+                image[at] = byte;
+            }
+        }
+        prop_assert_eq!(check(&mut chip.borrow_mut(), &image), twin(&image));
+    });
+}
+
+#[test]
+fn instructions_of_a_feature_that_the_part_lacks_are_none() {
+    let mut chip = Chip::new();
+    let lacking = [Op::Arc, Op::ArcMixed, Op::ArcBy, Op::Event, Op::MoveSpeed];
+    for op in lacking {
+        assert_ne!(feature_of(op as u8), 0);
+        let mut image = image("PRINT 1\nPRINT 2");
+        image[CODE] = op as u8;
+        seal(&mut image);
+        assert_eq!(check(&mut chip, &image), Refusal::Code as u16, "{op:?}");
+        assert_eq!(twin(&image), Refusal::Code as u16, "{op:?}");
+    }
+}
