@@ -145,7 +145,7 @@ core::arch::global_asm!(include_str!("ram.s"), options(raw));
 
 // Both sides name the same RAM.
 core::arch::global_asm!(
-    ".if POOL_END-POOL != {pool} || VM_CELL_COUNT+1-VM_STATE != {state}",
+    ".if POOL_END-POOL != {pool} || ENDING+1-VM_STATE != {state}",
     ".error \"vm.rs and ram.s differ\"",
     ".endif",
     ".if TEMP+8-VM_STATE != {frame}",

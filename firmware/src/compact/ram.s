@@ -121,9 +121,11 @@
     VAR VM_HANDLER, 2
     VAR VM_FAULT_PC, 2
     VAR VM_FAULT, 1             /* last fault; also what the link shows */
+    VAR FAULT_IN, 1             /* input that caused it */
     VAR VM_POLL, 1
     VAR VM_FLAGS, 1
     VAR VM_CELL_COUNT, 1
+    VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
 
 /* The effect under way (effects.s). */
     VAR EFFECT, 1               /* its opcode, 0 for none, EFFECT_END at the end of a run */
@@ -141,9 +143,7 @@
 
     VAR TIMER_MS, 4             /* milliseconds of the run */
     VAR SPIN, 2                 /* milliseconds until motion goes on after a pause */
-    VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
     VAR LAST_END, 1             /* End of the last run */
-    VAR FAULT_IN, 1             /* input that caused the last fault */
     VAR PRINT_OPEN, 1           /* bytes of the line that is being put */
     VAR OPEN, 2                 /* address of the slot that an upload fills, 0 for none */
     VAR UPLOAD, 2               /* announced length, bit 15 KEEP */

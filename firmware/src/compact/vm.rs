@@ -30,12 +30,16 @@ pub struct State {
     pub fault_pc: u16,
     /// Number of the last fault.
     pub fault: u8,
+    /// Input that caused it, from 1, or 0.
+    pub fault_input: u8,
     /// Come back at the next backward jump or call.
     pub poll: u8,
     /// [`lang::vm::flag`] bits.
     pub flags: u8,
     /// Number of cells.
     pub cell_count: u8,
+    /// How the run is to end: not the VM's, it fills the word.
+    pub ending: u8,
 }
 
 unsafe extern "C" {

@@ -1,12 +1,12 @@
-//! The check of an image, in the G2553's build, against [`firmware::verify`].
+//! The check of an image, in the assembly's build, against [`firmware::verify`].
 
 use std::cell::RefCell;
 use std::path::Path;
 
+use firmware::WHOLE;
 use firmware::verify::{ANCHORS, Bytes, Limits, feature_of, verify};
 use lang::image::seal;
 use lang::isa::Op;
-use lang::part::G2553;
 use lang::wire::Refusal;
 use proptest::prelude::*;
 
@@ -25,18 +25,18 @@ impl Bytes for Flat<'_> {
 }
 
 fn twin(image: &[u8]) -> u16 {
-    let bytes = G2553.room_for(false) as u16;
-    let limits = Limits { bytes, features: G2553.features as u8, pool: G2553.pool };
+    let bytes = WHOLE.room_for(false) as u16;
+    let limits = Limits { bytes, features: WHOLE.features as u8, pool: WHOLE.pool };
     verify(&Flat(image), &limits, &mut [0; ANCHORS]).err().map_or(0, |refusal| refusal as u16)
 }
 
 fn check(chip: &mut Chip, image: &[u8]) -> u16 {
-    for offset in 0..G2553.room_for(false) as u16 {
+    for offset in 0..WHOLE.room_for(false) as u16 {
         let byte = image.get(usize::from(offset)).copied().unwrap_or(0xFF);
         chip.board.poke8(AREA + 4 + offset, byte);
     }
     let scratch = chip.at("POOL");
-    chip.call("pasapas_verify", &[(12, AREA + 4), (13, G2553.features), (14, scratch)]);
+    chip.call("pasapas_verify", &[(12, AREA + 4), (13, WHOLE.features), (14, scratch)]);
     chip.reg(12)
 }
 
@@ -49,9 +49,14 @@ fn programs() -> Vec<Vec<u8>> {
         basic.then(|| std::fs::read_to_string(path).expect("readable"))
     });
     let mut images: Vec<_> = texts.map(|text| image(&text)).collect();
-    images.retain(|image| image.len() <= G2553.room_for(false) && twin(image) == 0);
-    images.push(image("KEEP k\nON ERROR GOTO h\nk = k + 1\nG0 X1 Y2\nEND\nh: PRINT ERR\nRESUME NEXT"));
+    images.push(image(
+        "KEEP k\nON ERROR GOTO h\nk = k + 1\nG0 X1 Y2\nEND\nh: PRINT ERR\nRESUME NEXT",
+    ));
     images.push(image("DIM a(3), i\nFOR i = 0 TO 2: a(i) = i * 70000: NEXT\nPRINT a(1)"));
+    images
+        .push(image("TABLE t = 10mm, 22.5mm, 35mm\nDIM i\nFOR i = 0 TO 2: MoveAxe X, t(i): NEXT"));
+    images.retain(|image| image.len() <= WHOLE.room_for(false) && twin(image) == 0);
+    println!("{} programs", images.len());
     assert!(images.len() >= 8, "only {} programs fit", images.len());
     images
 }

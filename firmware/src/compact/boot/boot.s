@@ -74,9 +74,8 @@ boot:
     jne 9f
     cmp #-1, r12
     jeq 9f
-    mov.b r12, &VM_FAULT
-    swpb r12
-    mov.b r12, &FAULT_IN
+    /* FAULT_IN lies in the high half */
+    mov r12, &VM_FAULT
     add &VM_CODE, r13
     mov r13, &VM_FAULT_PC
 9:  cmp #LOG+64, r15

@@ -22,13 +22,13 @@ keep_current:
     jne 1b
     ret
 
-/* r12 = index; leaves r15 = its newest record, 0 for none, r11 = the current segment, 0 for none;
-   keeps r12; uses r13, r14. */
+/* r12 = index; leaves r15 = its newest record, or zeros for none, r11 = the current segment, 0 for
+   none; keeps r12; uses r13, r14. */
 keep_find:
     call #keep_current
     mov r11, r15
     tst r15
-    jeq 3f
+    jeq 2f
     add #SEGMENT, r15
 1:  sub #8, r15
     cmp r11, r15
@@ -37,30 +37,23 @@ keep_find:
     jne 1b
     /* its CRC takes 1000 cycles, so only of records that may be the one */
     push r11
-    push r12
-    push r15
     mov #8, r11
     call #crc_of
-    mov r12, r14
-    pop r15
-    pop r12
     pop r11
-    tst r14
+    sub #8, r15
+    tst r12
+    mov @r15, r12
     jne 1b
     ret
-2:  clr r15
-3:  ret
+2:  mov #BOARD_DEFAULT+B_RESERVED, r15
+    ret
 
 /* r12 = index; leaves r13:r12 = what the journal holds, r11 its segment; uses r14, r15. */
 keep_value:
     call #keep_find
-    clr r12
-    clr r13
-    tst r15
-    jeq 1f
     mov 2(r15), r12
     mov 4(r15), r13
-1:  ret
+    ret
 
 /* Leaves Z set when the journal holds the value of TEMP; uses r11 to r15. */
 keep_same:
@@ -142,8 +135,6 @@ keep_turn:
     jne 3f
     mov #TEMP, r15
 3:  pop r12
-    tst r15
-    jeq 4f
     mov 2(r15), r14
     bis 4(r15), r14
     tst r14
@@ -158,7 +149,6 @@ keep_turn:
     incd r12
     call #flash_write
     decd r12
-    call #keep_current
     mov.b #-1, r13
     tst r11
     jeq 6f

@@ -73,10 +73,8 @@ fault_log:
     mov #LOG, r12
     call #flash_erase
 2:  clr r11
-    mov.b &FAULT_IN, r14
-    swpb r14
-    mov.b &VM_FAULT, r13
-    bis r14, r13
+    /* FAULT_IN lies in the high half */
+    mov &VM_FAULT, r13
     call #3f
     mov &VM_FAULT_PC, r13
     sub &VM_CODE, r13
