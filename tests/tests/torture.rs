@@ -7,6 +7,7 @@ use lang::isa::Op;
 use lang::wire::{Control, MACHINE_POSITIONS};
 use pasapas::torture::generate::{Case, generate, generate_still};
 use pasapas::torture::images::{self, judge};
+use pasapas::torture::line::{self, slave};
 use pasapas::torture::programs::{against_the_board, make, on_the_host, reference, tape};
 use pasapas::torture::stand::{Fresh, Stand};
 use pasapas::torture::{Length, Settings, Verdict};
@@ -173,4 +174,15 @@ fn power_finds_a_program_that_a_cut_damaged() {
     };
     assert_eq!(upload.cut(20, 1, &|_| {}), Some(Verdict::Survived));
     assert!(matches!(upload.cut(20, 1, &spoil), Some(Verdict::Lost(_))));
+}
+
+#[test]
+fn line_finds_a_slave_that_takes_what_is_no_frame_or_leaves_one() {
+    let request = line::any_request(&mut Rng::new(1));
+    let mut damaged = request.clone();
+    damaged[3] ^= 1;
+    assert_eq!(slave::try_out(&request, line::is_sound), Ok(()));
+    assert_eq!(slave::try_out(&damaged, line::is_sound), Ok(()));
+    assert!(slave::try_out(&request, |_, _| false).is_err(), "an answer to no frame");
+    assert!(slave::try_out(&damaged, |_, _| true).is_err(), "no answer to a frame");
 }

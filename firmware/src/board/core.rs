@@ -140,6 +140,8 @@ pub struct Core {
     pub homing_error: u8,
     /// Bit per axis: probing by command failed.
     pub probe_error: u8,
+    /// No reply is being sent: flash may be written, which would tear it apart.
+    pub line_rests: bool,
     /// Reset the chip once the reply is out.
     pub restart: bool,
     /// A motion by 102 or 1111 is under way.
@@ -238,6 +240,7 @@ impl Core {
             plan: Plan::none(),
             homing_error: 0,
             probe_error: 0,
+            line_rests: true,
             restart: false,
             jog: false,
             silence: 0,
@@ -576,7 +579,7 @@ impl Core {
     pub fn run(&mut self) {
         if self.session.is_paused() {
             let ramping = self.session.state() == RunState::Stopping;
-            if ramping && self.motor.rests() && !self.trace.full {
+            if ramping && self.motor.rests() && !self.trace.full && self.line_rests {
                 self.rested();
             }
             return;
@@ -840,7 +843,7 @@ impl Core {
             self.timer = self.timer.wrapping_add(1);
             self.effect.count_down();
             self.outer.count_down();
-            if self.timer as u16 % 1024 == 0 && self.motor.rests() {
+            if self.timer as u16 % 1024 == 0 && self.motor.rests() && self.line_rests {
                 self.save();
             }
             let rose = now & !before;

@@ -82,6 +82,8 @@ USCIAB0RX:
     jne 4b
     clr.b &{shared}+{head}
     clr.b &{shared}+{state}
+    /* its interrupt, due when that byte is out, would take the request for more of the reply */
+    bic.b #2, &0x0001
     jmp 6b
 
     .global TIMER0_A1

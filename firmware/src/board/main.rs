@@ -91,10 +91,11 @@ extern "C" fn main() -> ! {
             core.silence = 0;
         }
         slave.poll(&mut line, core);
+        core.line_rests = line.rests();
         core.ticks();
         core.motor.poll();
         core.run();
-        if core.restart && line.rests() {
+        if core.restart && core.line_rests {
             boot::restart();
         }
     }

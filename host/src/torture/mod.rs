@@ -7,6 +7,7 @@
 pub mod compare;
 pub mod generate;
 pub mod images;
+pub mod line;
 pub mod people;
 pub mod power;
 pub mod programs;
@@ -106,11 +107,12 @@ pub type Sink<'a> = &'a mut dyn FnMut(Row) -> Result<(), String>;
 pub type Kind = (&'static str, fn(&Settings, Sink<'_>) -> Result<(), String>);
 
 /// Every kind.
-pub const KINDS: [Kind; 4] = [
+pub const KINDS: [Kind; 5] = [
     ("programs", programs::run),
     ("images", images::run),
     ("people", people::run),
     ("power", power::run),
+    ("line", line::run),
 ];
 
 /// Losses that a row tells of.
