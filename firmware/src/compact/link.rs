@@ -4,7 +4,7 @@ use crate::consts::constants;
 use crate::vm::PART;
 use lang::fault::Fault;
 use lang::isa::{FINGERPRINT, Op};
-use lang::wire::{self, BLOCKS, Block, Control, Exception, LONG, RunState, Table, command};
+use lang::wire::{self, BLOCKS, Block, Control, Exception, LONG, RunState, Table};
 
 /// The block of a table that begins at an address.
 const fn block(table: Table, first: u16) -> Block {
@@ -65,7 +65,6 @@ blocks! {
     OUTPUTS: Holding;
     POSITIONS: Holding;
     SPEEDS: Holding;
-    OVERRIDES: Holding;
     CELLS: Holding;
     KEEPS: Holding;
     OWN: Holding;
@@ -135,7 +134,6 @@ constants! {
     CONTROL_START = Control::Start;
     CONTROL_RESTART = Control::Restart;
     COMMAND_WORDS = block(Table::Holding, wire::COMMAND).count;
-    COMMAND_SET_POSITION = command::SET_POSITION;
     UPLOAD_COUNT = block(Table::Holding, wire::UPLOAD_WINDOW).count;
     WIRE_VERSION = wire::WIRE_VERSION;
     RELEASE = RELEASE;
@@ -147,7 +145,6 @@ constants! {
     STORE_AREA = PART.room_for(false);
     POOL_WORDS = crate::vm::POOL / 2;
     OP_HOME = Op::Home;
-    OP_HOME_QUERY = Op::HomeQuery;
     OP_PROBE = Op::Probe;
     // USCI_A0, special function registers and Timer0_A (SLAU144, chapters 15, 2.2 and 12).
     UCA0CTL0 = 0x60;

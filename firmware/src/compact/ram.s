@@ -67,8 +67,7 @@
     VAR NEXT_REGISTER, 2
     VAR REGISTERS_LEFT, 2
     VAR REPLY_CRC, 2
-    VAR LATCH, 2                /* high half of a 32-bit value being read */
-    VAR LATCHED, 2              /* address after the one whose value is latched */
+    VAR COMMAND_HEAD, 4         /* a command's number and first argument, the others in COMMAND */
 
 /* Run state (session.s, ticks.s). */
     VAR EFFECT_PC, 2            /* address of the effect's instruction, or of the next one */
@@ -153,7 +152,7 @@
 /* The program's pool: call stack upward, cells, expression stack downward from POOL_END. Without a
    run it holds the command buffer, and while an image is checked the check's anchors. */
     .set POOL, HERE
-    .set COMMAND, POOL          /* 21 registers */
+    .set COMMAND, POOL+4        /* 21 registers */
     .set STACK_ROOM, 72         /* the machine stack below 0x0400, with 24 bytes to spare */
     .set POOL_END, 0x0400-STACK_ROOM
     .global POOL, POOL_END, VM_STATE

@@ -9,9 +9,9 @@
     .endm
 
 /* Registers of a list, in ascending order. A row holds from its offset to that of the next:
-   MAP_VALUE: this number, at that offset only; MAP_WORD, MAP_BYTE: of RAM, at
-   that offset only; MAP_CODE: a routine
-   takes r12 = offset from the row's and leaves r12 = value, keeping r4..r10. */
+   MAP_VALUE, MAP_BYTE: this number, this byte of RAM, at that offset only;
+   MAP_WORD: the words of RAM from this one on;
+   MAP_CODE: a routine takes r12 = offset from the row's and leaves r12 = value, keeping r5..r8, r10. */
     .macro MAP_VALUE offset, value
     .subsection 1
     .byte (\offset-1)&0xff
@@ -45,12 +45,10 @@ map_blocks:
     MAP_BLOCK PROBE_RESULT_TEXT, map_list_probed
     MAP_BLOCK PROBE_RESULT, map_list_probed
     MAP_BLOCK CNC_STATUS, map_list_cnc
-map_command_block:
     MAP_BLOCK COMMAND, map_list_command, map_write_command
     MAP_BLOCK OUTPUTS, map_list_outputs, map_write_outputs
     MAP_BLOCK POSITIONS, map_list_positions, map_write_position
     MAP_BLOCK SPEEDS, map_list_speeds
-    MAP_BLOCK OVERRIDES, map_list_overrides, map_write_override
     MAP_BLOCK CELLS, map_list_cells, map_write_cell
     MAP_BLOCK KEEPS, map_list_keeps, map_write_keep
     MAP_BLOCK OWN, map_list_own, map_write_own
@@ -77,7 +75,7 @@ MAP_LIST map_list_own
     MAP_CODE AT_PROGRAM_CRC, map_program_header
     MAP_BYTE AT_RESET_CAUSE, CAUSE
     MAP_CODE AT_STACK_FREE, stack_free
-    MAP_CODE AT_MISSED_DEADLINES, map_missed
+    MAP_WORD AT_MISSED_DEADLINES, MISSED
     MAP_VALUE AT_POOL_WORDS_REGISTER, POOL_WORDS
     MAP_CODE AT_RUN_STATE, map_run_state
     MAP_BYTE AT_FAULT, VM_FAULT
@@ -89,8 +87,9 @@ MAP_LIST map_list_own
     MAP_WORD AT_RUN_COUNT, RUNS
     MAP_BYTE AT_HOMED, HOMED
     MAP_CODE AT_BLOCKING_INPUT, blocking
-    MAP_CODE AT_MACHINE_POSITIONS, map_machine_positions
-    MAP_CODE AT_COMMANDED, map_commanded
+    MAP_WORD AT_MACHINE_POSITIONS, ACTUAL
+    MAP_WORD AT_COMMANDED, STEPS
+    MAP_VALUE AT_COMMANDED+6, 0
     MAP_CODE AT_TRACE_MODE, map_trace_mode
     MAP_VALUE AT_TRACE_MODE+1, 0
     MAP_WORD AT_UPLOAD_LENGTH, UPLOAD
@@ -122,17 +121,17 @@ MAP_LIST map_list_cnc
     MAP_CODE AT_CNC_ALARM, map_alarm
 MAP_LIST map_list_outputs
     MAP_WORD 0, OUTPUT
+    MAP_VALUE 1, 0
 MAP_LIST map_list_command
-    MAP_CODE 0, map_command_word
+    MAP_WORD 0, COMMAND_HEAD
+    MAP_WORD 2, COMMAND+4
 MAP_LIST map_list_probed
-    MAP_CODE 0, map_probed
+    MAP_WORD 0, PROBED
+    MAP_VALUE 6, 0
 MAP_LIST map_list_positions
     MAP_CODE 0, map_work_positions
 MAP_LIST map_list_speeds
     MAP_CODE 0, map_speeds
-MAP_LIST map_list_overrides
-    MAP_VALUE 0, 100
-    MAP_VALUE 1, 100
 MAP_LIST map_list_cells
     MAP_CODE 0, map_cells
 MAP_LIST map_list_keeps
@@ -146,22 +145,22 @@ MAP_LIST map_list_upload
     .subsection 0
 
 /* The block of an address.
-   takes r5, r8   leaves r9 its row, r12 the offset in it, r13 registers from there to its end, 0
+   takes r5, r8   leaves r9 at its tables, r12 the offset in it, r13 registers from there to its end, 0
    without a block */
 map_find:
     mov #map_blocks, r9
 1:  mov r5, r12
-    sub @r9, r12
-    mov.b 2(r9), r13
+    sub @r9+, r12
+    mov.b @r9+, r13
     tst r13
     jne 2f
     mov #UPLOAD_COUNT, r13
 2:  sub r12, r13
     jeq 3f
     jlo 3f
-    bit.b r8, 3(r9)
+    bit.b r8, 0(r9)
     jne 4f
-3:  add #6, r9
+3:  add #3, r9
     cmp #map_blocks_end, r9
     jne 1b
     clr r13
@@ -183,37 +182,33 @@ map_read:
     rra r12
     rra r12
     rra r12
-1:  mov.b 4(r9), r13
-    add #MAP_KEYS, r13
-    mov.b r12, r12
+1:  mov.b 1(r9), r13
     /* the list's last row whose offset is not above; its first one and the next list have FF here */
-2:  mov.b @r13+, r15
-    cmp.b r12, 0(r13)
+2:  mov.b MAP_KEYS(r13), r15
+    inc r13
+    cmp.b r12, MAP_KEYS(r13)
     jlo 2b
     inc.b r15
     sub r15, r12
-    sub #MAP_KEYS+1, r13
     rla r13
-    mov MAP_VALUES(r13), r13
-    /* routines lie in the upper half of memory */
+    mov MAP_VALUES-2(r13), r13
     tst r13
-    jn 5f
+    jn 4f                       ; routines lie in the upper half of memory
+    bit #IN_WORD, r13
+    jne 3f
     tst r12
     jne map_zero
-    mov r13, r14
-    bic #IN_WORD+IN_BYTE, r14
+    mov r13, r12
     rla r13
-    jn 4f
-    rla r13
-    jn 3f
-    mov r14, r12
+    jn 2f
     ret
-3:  mov @r14, r12
+2:  mov.b -IN_BYTE(r12), r12
     ret
-4:  mov.b @r14, r12
+3:  rla r12
+    add r12, r13
+    mov -IN_WORD(r13), r12
     ret
-5:  br r13
-
+4:  br r13
 map_zero:
     clr r12
     ret
@@ -236,20 +231,16 @@ map_program_header:
     tst r13
     jeq map_zero
     mov.b map_header_places(r12), r14
-    add r14, r13
-    mov -IMAGE_CODE(r13), r13
+    sub r14, r13
+    mov @r13, r13
     cmp #2, r12
     mov r13, r12
     jne 1f
     mov.b r12, r12
 1:  ret
 map_header_places:
-    .byte HEADER_CRC, HEADER_PROFILE, HEADER_CELLS, 0
+    .byte IMAGE_CODE-HEADER_CRC, IMAGE_CODE-HEADER_PROFILE, IMAGE_CODE-HEADER_CELLS, 0
 
-map_missed:
-    mov &MISSED, r12
-    add &LATE, r12
-    ret
 map_run_state:
     mov.b &RUN, r12
     cmp #RUN_RUNNING, r12
@@ -275,82 +266,61 @@ map_trace_mode:
 
 /* Two bytes of text, the earlier one in the high byte. */
 map_print_text:
-    rla r12
-    add &PRINT_TAIL, r12
+    mov r12, r13
+    rla r13
+    add &PRINT_TAIL, r13
+    clr r12
     call #1f
+1:  swpb r12
     mov r13, r14
-    swpb r14
-    call #1f
-    bis r14, r13
-    mov r13, r12
-    ret
-1:  mov r12, r13
-    and #PRINT_SIZE-1, r13
-    mov.b PRINT(r13), r13
-    inc r12
+    and #PRINT_SIZE-1, r14
+    mov.b PRINT(r14), r14
+    bis r14, r12
+    inc r13
     ret
 
-/* 32-bit values of axes and cells: both halves are of one instant, the high one is kept in LATCH
-   when the low one is read. */
-map_machine_positions:
-    mov #ACTUAL, r13
-    jmp 1f
-map_commanded:
-    mov #STEPS, r13
-    jmp 1f
-map_probed:
-    mov #PROBED, r13
-1:  mov #map_axis_long, r14
-    jmp 2f
+/* Halves of 32-bit values. */
 map_speeds:
     mov #motion_speed, r14
-    jmp 2f
+    jmp 1f
 map_targets:
     mov #target_steps, r14
-    jmp 2f
+    jmp 1f
 map_work_positions:
     mov #work_steps, r14
-2:  cmp #6, r12
+1:  cmp #6, r12
     jhs map_zero
-    jmp map_half
-map_cells:
-    mov #map_cell, r14
     jmp map_half
 map_keeps:
     mov #keep_read, r14
 /* takes r12 = offset, r14 = routine from r12 = index to r13:r12 */
 map_half:
-    bit #1, r12
-    jne 1f
+    push r12
     rra r12
     call r14
-    mov r13, &LATCH
-    ret
-1:  mov &LATCH, r12
-    ret
+    pop r14
+    rra r14
+    jnc 2f
+    mov r13, r12
+2:  ret
 
-/* r12 = n: the cell's value, 0 without a run or beyond the program's. */
-map_cell:
-    clr r13
+/* Cells, 0 without a run or beyond the program's. */
+map_cells:
     bit.b #RUN_ACTIVE, &RUN
     jeq map_zero
-    mov.b &VM_CELL_COUNT, r14
-    cmp r14, r12
+    call #map_cell_at
     jhs map_zero
-    mov &VM_CELLS, r13
-/* r12 = n: the nth of the 32-bit values at r13. */
-map_axis_long:
-    rla r12
-    rla r12
-    add r12, r13
-    mov @r13+, r12
-    mov @r13, r13
+    mov @r12, r12
     ret
-
-map_command_word:
+/* r12 = word of the cells   leaves r12 = its address, or carry set   clobbers r14 */
+map_cell_at:
+    mov.b &VM_CELL_COUNT, r14
+    rla r14
+    cmp r14, r12
+    jhs 1f
     rla r12
-    mov COMMAND(r12), r12
-    ret
+    add &VM_CELLS, r12
+1:  ret
 
 map_command_room:
     call #idle
@@ -362,33 +332,31 @@ map_probe_input:
     mov #17, r12
     br #input
 map_moving:
-    mov.b &NEGATIVE, r13
-    xor #0b111, r13             ; direction: 1 is positive
-    mov.b &MOVING, r12
-    jmp map_two_bytes
+    mov &MOVING, r12            ; and NEGATIVE
+    xor #0x0700, r12            ; direction: 1 is positive
+    ret
 map_homing:
-    call #map_homing_axis
-    mov.b &HOMING_ERROR, r13
-map_two_bytes:
-    swpb r13
-    bis r13, r12
+    call #map_under_way
+    jlo 1f
+    clr r14
+1:  mov.b &HOMING_ERROR, r12
+    swpb r12
+    bis r14, r12
     ret
 map_probing:
-    cmp.b #OP_PROBE, &EFFECT
+    call #map_under_way
     jne map_zero
-    call #map_axis_bit
+    mov r14, r12
     swpb r12
     ret
-map_homing_axis:
-    mov.b &EFFECT, r12
-    sub #OP_HOME, r12
-    cmp #OP_HOME_QUERY-OP_HOME+1, r12
-    jhs map_zero
-map_axis_bit:
+/* leaves r14 = bit of the axis at work; lower while it homes, equal while it probes */
+map_under_way:
     mov.b &N, r12
     inc r12
     call #mask_of
-    mov r14, r12
+    mov.b &EFFECT, r12
+    sub #OP_HOME, r12
+    cmp #OP_PROBE-OP_HOME, r12
     ret
 map_plc_status:
     mov.b &RUN, r12
@@ -401,24 +369,21 @@ map_plc_status:
    clobbers r4, r9 */
 map_limit_switches:
     clr r9
-    mov #3, r4
+    mov #2, r4
 1:  rla r9
-    dec r4
+    mov r4, r12
+    call #axis_record
+    mov r12, r15
     mov &BOARD, r12
     add r4, r12
     mov.b B_REFERENCE(r12), r12
     call #input
-    tst r12
-    jeq 3f
-    mov r4, r12
-    call #axis_record
-    bit #AXIS_HOME_POSITIVE, A_FLAGS(r12)
+    bit #AXIS_HOME_POSITIVE, A_FLAGS(r15)
     jeq 2f
-    bis #0x0100, r9
-    jmp 3f
-2:  bis #1, r9
-3:  tst r4
-    jne 1b
+    swpb r12
+2:  bis r12, r9
+    dec r4
+    jge 1b
     mov r9, r12
     ret
 
@@ -426,9 +391,8 @@ map_limit_switches:
 map_cnc_state:
     mov.b &RUN, r12
     mov.b map_run_states(r12), r9
-    call #map_homing_axis
-    tst r12
-    jeq 1f
+    call #map_under_way
+    jhs 1f
     bis #1<<2, r9
 1:  mov &BOARD, r4
     mov.b B_DOOR(r4), r12
@@ -447,14 +411,14 @@ map_cnc_state:
 /* InterpCNC's code of the latched fault. */
 map_alarm:
     cmp.b #RUN_FAULT, &RUN
-    jne 1f
+    jne map_zero
     mov.b &VM_FAULT, r12
     mov.b ALARMS(r12), r12
     ret
-1:  jmp map_zero
 
-/* What writes a register or, of blocks of 32-bit values, a pair.
-   takes r12 = offset, r13 = word or r15:r14 = value   leaves r12 = 0 or exception; keeps r4..r10 */
+/* What writes a register.
+   takes r12 = offset, r13 = word   leaves r12 = 0 or exception; keeps r5..r10, and r4 from the low
+   half of a 32-bit value to its high one */
 MAP_WRITERS:
 map_written:
     clr r12
@@ -464,9 +428,18 @@ map_write_profile:
 map_write_upload:
     br #upload_word
 
+/* All but the command's head lies in the pool: not during a run, nor under a command's work. */
 map_write_command:
     rla r12
+    cmp #4, r12
+    jlo 1f
+    bit.b #RUN_ACTIVE, &RUN
+    jne map_busy
+    tst.b &EFFECT
+    jne map_busy
     mov r13, COMMAND(r12)
+    jmp map_written
+1:  mov r13, COMMAND_HEAD(r12)
     jmp map_written
 
 map_write_outputs:
@@ -480,9 +453,6 @@ map_write_outputs:
 1:  mov r13, &OUTPUT
     jmp map_written
 
-map_write_override:
-    cmp #100, r13
-    jeq map_written
 map_bad_value:
     mov #EX_VALUE, r12
     ret
@@ -490,34 +460,28 @@ map_bad_value:
 map_write_cell:
     bit.b #RUN_ACTIVE, &RUN
     jeq map_no_program
-    rra r12
-    mov.b &VM_CELL_COUNT, r13
-    cmp r13, r12
+    call #map_cell_at
     jhs map_bad_value
-    rla r12
-    rla r12
-    add &VM_CELLS, r12
-    mov r14, 0(r12)
-    mov r15, 2(r12)
+    mov r13, 0(r12)
     jmp map_written
 
-map_write_keep:
-    rra r12
-    br #keep_write
-
-/* As command 105. */
 map_write_position:
     cmp #6, r12
     jhs map_bad_value
     bit.b #RUN_ACTIVE, &RUN
     jne map_busy
-    rra r12
-    inc r12
-    mov #COMMAND_SET_POSITION, &COMMAND
-    mov r12, &COMMAND+2
-    mov r14, &COMMAND+4
-    mov r15, &COMMAND+6
-    br #command_execute
+    mov #set_work_position, r11
+    jmp 1f
+map_write_keep:
+    mov #keep_write, r11
+/* takes r11 = routine from r12 = index, r15:r14 = value */
+1:  rra r12
+    jc 2f
+    mov r13, r4
+    jmp map_written
+2:  mov r4, r14
+    mov r13, r15
+    br r11
 
 map_write_own:
     sub #AT_RUN_CONTROL, r12

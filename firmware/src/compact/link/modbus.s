@@ -6,15 +6,7 @@
    Registers in this file and in map.s:
    r5 address, of a write the offset in its block   r6 count
    r7 function less 1, but 4 and 5 for 15 and 16   r8 table: bit n-1 for reading function n
-   r9 row of the block   r10 next byte of data */
-
-/* push &address and pop &address, which LLVM's assembler refuses. */
-    .macro PUSH_WORD address
-    .word 0x1212, \address
-    .endm
-    .macro POP_WORD address
-    .word 0x41b2, \address
-    .endm
+   r9 tables in the row of the block   r10 next byte of data */
 
     .section .text.modbus,"axR",@progbits
 /* Answers a frame that has come and feeds a reply under way; resets the chip when that was asked for
@@ -81,7 +73,8 @@ link_drop:
     clr &LINE_STATE             ; LINE_LISTEN, and no FUNCTION
     ret
 
-/* Puts more of the reply into the ring while there is room for a register and the CRC. */
+/* Puts more of the reply into the ring while there is room for two registers and the CRC. Both
+   halves of a 32-bit value go there at once, so that they are of one instant. */
 link_feed:
     mov.b &FUNCTION, r7
     dec r7
@@ -89,10 +82,10 @@ link_feed:
     mov.b &HEAD, r12
     sub.b &TAIL, r12
     and.b #RING_SIZE-1, r12
-    cmp.b #RING_SIZE-4, r12
+    cmp.b #RING_SIZE-6, r12
     jhs link_done
     mov.b link_tables(r7), r8
-    cmp #2, r7
+1:  cmp #2, r7
     jhs 5f
     mov #8, r6                  ; a byte of bits, filled up with 0
 2:  mov &REGISTERS_LEFT, r12
@@ -117,8 +110,10 @@ link_feed:
 6:  mov r10, r13
     call #link_put
     tst &REGISTERS_LEFT
-    jne link_feed
-    jmp link_finish
+    jeq link_finish
+    bit #1, &NEXT_REGISTER
+    jne 1b
+    jmp link_feed
 
 link_restart:
     bit.b #R_RESTART, &RUN_FLAGS
@@ -215,12 +210,7 @@ link_perform:
     mov.b r11, &FRAME+2
     mov r5, &NEXT_REGISTER
     mov r6, &REGISTERS_LEFT
-    /* the first register may be the high half of a value: that is in LATCH then */
-    bit #1, r5
-    jeq 7f
-    dec r5
-    call #map_read
-7:  inc r7
+    inc r7
     mov.b r7, &FUNCTION
     clr r12
 link_refused:
@@ -233,7 +223,7 @@ link_no_address:
    leaves r12 = 0 or exception */
 link_write:
     mov r12, r5
-    mov.b 5(r9), r13
+    mov.b 2(r9), r13
     tst r13
     jeq link_no_address
     cmp #4, r8
@@ -241,10 +231,8 @@ link_write:
     rla r13
     add #MAP_WRITERS, r13
     mov r13, r8
-    mov #1, r4                  ; registers of a value
-    tst.b 3(r9)
-    jge 2f
-    inc r4
+    tst.b 0(r9)
+    jge link_write_words
     /* function 6 sets a 32-bit value by its low register, extending the sign */
     cmp.b #6, &FRAME+1
     jne 1f
@@ -253,49 +241,29 @@ link_write:
     swpb r13
     sxt r13
     mov r13, 2(r10)
-    mov r4, r6
+    mov #2, r6
 1:  mov r5, r13
     bis r6, r13
     mov #EX_VALUE, r12
     bit #1, r13
     jne link_refused
-2:  cmp #map_command_block, r9
-    jne link_write_words
-    bit.b #RUN_ACTIVE, &RUN
-    jne 3f
-    tst.b &EFFECT
-    jeq link_write_words
-    /* The buffer lies in the pool, which the program uses: what may be commanded then has one
-       argument at most. */
-3:  mov #EX_BUSY, r12
-    mov r5, r13
-    add r6, r13
-    cmp #3, r13
-    jhs link_refused
-    PUSH_WORD COMMAND
-    PUSH_WORD COMMAND+2
-    call #link_write_words
-    POP_WORD COMMAND+2
-    POP_WORD COMMAND
-    ret
-
 link_write_words:
-    call #link_take
-    mov r13, r14
-    cmp #1, r4
-    jeq 1f
-    call #link_take
-    mov r13, r15
-1:  mov r5, r12
+    mov.b @r10+, r15
+    swpb r15
+    mov.b @r10+, r13
+    bis r15, r13
+    mov r5, r12
     call r8
     tst r12
     jne 9f
-    add r4, r5
-    sub r4, r6
+    inc r5
+    dec r6
     jne link_write_words
     /* the command's number starts it; its arguments may have come before */
     cmp #BLOCK_COMMAND/256+BLOCK_COMMAND%256*256, &FRAME+2
     jne 9f
+    mov &COMMAND_HEAD, r12
+    mov &COMMAND_HEAD+2, r13
     br #command_execute
 9:  ret
 
@@ -314,15 +282,6 @@ link_write_bits:
     jne 9b
     dec r6
     jne 1b
-    ret
-
-/* The next word of the request's data.
-   takes r10   leaves r13   clobbers r15 */
-link_take:
-    mov.b @r10+, r15
-    swpb r15
-    mov.b @r10+, r13
-    bis r15, r13
     ret
 
 /* r8 by r7. */

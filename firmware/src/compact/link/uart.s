@@ -4,6 +4,8 @@
    One that comes after more than 1.5 characters of silence spoils the frame (Modbus over Serial
    Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
+   Characters with errors go into the frame like others: its CRC tells.
+
    FRAME is the request while LINE_STATE is LINE_LISTEN or LINE_READY, HEAD its length or SPOILED;
    then it is the ring of RING_SIZE from which the reply is sent; TAIL is the next byte to go. Receive takes 46
    cycles, transmit 40, silence 19, millisecond 24. */
@@ -15,37 +17,33 @@
     .set LINE_SENDING, 4        /* the reply is being made */
     .set FRAME_SIZE, HEAD-FRAME
     .set RING_SIZE, 32
-    .set SPOILED, -1            /* HEAD of a frame with an error */
+    .set SPOILED, -1            /* HEAD of a frame with a gap */
 
     .section .tail.uart,"axR",@progbits
     .global USCIAB0RX
 USCIAB0RX:
     push r12
     push r13
-    mov.b &UCA0STAT, r13        ; reading the data clears the error flags
     mov.b &UCA0RXBUF, r12
     tst.b &LINE_STATE
-    jne 5f
-    bit.b #0x70, r13
     jne 3f
     mov.b &HEAD, r13
     cmp.b #FRAME_SIZE, r13      ; also true of a spoiled one
-    jhs 3f
+    jhs 2f
     mov.b r12, FRAME(r13)
+    inc.b &HEAD
     tst.b r13
     jeq 2f
     mov &TA0R, r12
     sub &TA0CCR1, r12
     add &SLACK_TICKS, r12
-    jge 3f
-2:  inc.b &HEAD
-    jmp 4f
-3:  mov.b #SPOILED, &HEAD
-4:  mov &TA0R, r12
+    jl 2f
+    mov.b #SPOILED, &HEAD
+2:  mov &TA0R, r12
     add &SILENCE_TICKS, r12
     mov r12, &TA0CCR1
     mov #0x0010, &TA0CCTL1
-5:  pop r13
+3:  pop r13
     pop r12
     reti
 
@@ -90,12 +88,11 @@ TIMER0_A0:
     .word 0x4df2, \address
     .endm
 
-/* Starts the line at a rate.
+/* Starts the line, which a reset holds, at a rate.
    takes r12 = rate code of the board's record: rate in bits 0 and 1, parity in bits 4 and 5
    clobbers r12, r13 */
     .global uart_open
 uart_open:
-    mov.b #0x81, &UCA0CTL1      ; SMCLK, held in reset
     mov r12, r13
     and #3, r13
     rla r13
@@ -114,7 +111,7 @@ uart_open:
     mov.b r12, &UCA0CTL0
     rla.b r12
     bis.b r12, &UCA0CTL0
-    mov.b #0x80, &UCA0CTL1
+    mov.b #0x80, &UCA0CTL1      ; SMCLK
     bis.b #UCA0RXIE, &IE2
     ret
 

@@ -5,3 +5,6 @@ command_execute:
     .global command_done
 command_done:
     ret
+    .global set_work_position
+set_work_position:
+    ret
