@@ -50,7 +50,9 @@ map_blocks:
     MAP_BLOCK POSITIONS, map_list_positions, map_write_position
     MAP_BLOCK SPEEDS, map_list_speeds
     MAP_BLOCK CELLS, map_list_cells, map_write_cell
+    .if HAS_KEEP
     MAP_BLOCK KEEPS, map_list_keeps, map_write_keep
+    .endif
     MAP_BLOCK OWN, map_list_own, map_write_own
     MAP_BLOCK PROFILE_WINDOW, map_list_profile, map_write_profile
     MAP_BLOCK UPLOAD_WINDOW, map_list_upload, map_write_upload
@@ -59,7 +61,7 @@ map_blocks_end:
     .subsection 1
 MAP_KEYS:
     .subsection 2
-    .p2align 1
+    .p2align 1, 0
 MAP_VALUES:
     .subsection 0
 
@@ -134,8 +136,10 @@ MAP_LIST map_list_speeds
     MAP_CODE 0, map_speeds
 MAP_LIST map_list_cells
     MAP_CODE 0, map_cells
+    .if HAS_KEEP
 MAP_LIST map_list_keeps
     MAP_CODE 0, map_keeps
+    .endif
 MAP_LIST map_list_profile
     MAP_CODE 0, map_profile
 MAP_LIST map_list_upload
@@ -280,6 +284,11 @@ map_print_text:
     ret
 
 /* Halves of 32-bit values. */
+    .if HAS_KEEP
+map_keeps:
+    mov #keep_read, r14
+    jmp map_half
+    .endif
 map_speeds:
     mov #motion_speed, r14
     jmp 1f
@@ -290,9 +299,6 @@ map_work_positions:
     mov #work_steps, r14
 1:  cmp #6, r12
     jhs map_zero
-    jmp map_half
-map_keeps:
-    mov #keep_read, r14
 /* takes r12 = offset, r14 = routine from r12 = index to r13:r12 */
 map_half:
     push r12
@@ -471,9 +477,11 @@ map_write_position:
     bit.b #RUN_ACTIVE, &RUN
     jne map_busy
     mov #set_work_position, r11
+    .if HAS_KEEP
     jmp 1f
 map_write_keep:
     mov #keep_write, r11
+    .endif
 /* takes r11 = routine from r12 = index, r15:r14 = value */
 1:  rra r12
     jc 2f

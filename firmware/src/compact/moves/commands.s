@@ -1,6 +1,7 @@
     .section .text.commands,"axR",@progbits
     .global command_execute
 command_execute:
+    clr r12
     ret
     .global command_done
 command_done:

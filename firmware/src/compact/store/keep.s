@@ -248,15 +248,4 @@ keep_record:
     mov r14, &TEMP+2
     mov r15, &TEMP+4
     ret
-    .else
-/* No KEEP: values read 0 and none can be written. */
-    .global keep_read
-keep_read:
-    clr r12
-    clr r13
-    ret
-    .global keep_write
-keep_write:
-    mov #EX_ILLEGAL_VALUE, r12
-    ret
     .endif
