@@ -346,3 +346,43 @@ fn a_reader_that_goes_away_is_no_failure() {
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
+
+#[test]
+fn every_importable_file_is_simulated_and_drawn_as_it_is() {
+    let bench = Bench::new();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/import");
+    let mut count = 0;
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let file = entry.expect("a file").path();
+        if file.extension().is_some_and(|e| e == "trace" || e == "rhai") {
+            continue;
+        }
+        count += 1;
+        let name = file.display().to_string();
+        let plot = bench.path("plot.svg").display().to_string();
+        let mut args = vec!["sim", &name, "--plot", &plot];
+        if name.ends_with("letter.nc") {
+            args.extend(["--profile", "thesis"]);
+        }
+        let world = file.with_extension("rhai").display().to_string();
+        if Path::new(&world).is_file() {
+            args.extend(["--world", &world]);
+        }
+        let result = bench.run(&args);
+        assert_eq!(result.code, 0, "{name}: {}", result.err);
+        let drawn = fs::read_to_string(bench.path("plot.svg")).expect("a drawing");
+        assert!(drawn.contains("<svg") && drawn.contains("<path"), "{name}");
+        fs::remove_file(bench.path("plot.svg")).expect("it was there");
+    }
+    assert!(count >= 12, "{count}");
+}
+
+#[test]
+fn equal_warnings_become_one_with_their_number() {
+    let bench = Bench::new();
+    bench.file("fast.nc", "G21 G90\nG1 X1 F9000\nX2 F9000\nX3 F9000\nM30\n");
+    let result = bench.run(&["check", "fast.nc"]);
+    assert_eq!(result.code, 0, "{}", result.err);
+    assert_eq!(result.err.matches("M005").count(), 1, "{}", result.err);
+    assert!(result.err.contains("(and 2 more places)"), "{}", result.err);
+}

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use std::time::Instant;
 
 /// A sound file of each format.
-const SOUND: [(&str, &str); 8] = [
+const SOUND: [(&str, &str); 10] = [
     ("tour.isel", include_str!("../../../../examples/import/tour.isel")),
     ("listing.lst", include_str!("../../../../examples/import/dil14_listing.lst")),
     ("plate.pal", include_str!("../../../../examples/import/plate.pal")),
@@ -15,7 +15,9 @@ const SOUND: [(&str, &str); 8] = [
     ("badge.gco", include_str!("../../../../examples/import/badge.gco")),
     ("board.ngc", include_str!("../../../../examples/import/board.ngc")),
     ("contour.nc", include_str!("../../../../examples/import/contour.nc")),
+    ("panel.nc", include_str!("../../../../examples/import/panel.nc")),
     ("drill.drl", include_str!("../../../../examples/import/drill.drl")),
+    ("slots.drl", include_str!("../../../../examples/import/slots.drl")),
 ];
 
 /// What an editor, a disk or a line does to a file.
@@ -154,4 +156,87 @@ fn long_files_take_no_long_time() {
     let line = vec![b'x'; 70 << 20];
     let diags = import("huge.nc", &line, &Options::default()).expect_err("too large");
     assert_eq!(diags[0].code, crate::Code::TooLarge);
+}
+
+/// Every place where a file can be cut, every number out of range, every value left out or doubled.
+#[test]
+fn each_number_and_each_cut_of_each_format_is_told_with_its_line() {
+    let mut cases = 0;
+    for (name, text) in SOUND {
+        let mut tried = |bytes: &[u8]| {
+            cases += 1;
+            check(name, bytes, &Options::default()).expect("a script that compiles, or lines");
+        };
+        for at in (0..text.len()).step_by(3) {
+            tried(&text.as_bytes()[..at]);
+        }
+        let digits = text.match_indices(|c: char| c.is_ascii_digit());
+        for (at, _) in digits.step_by(2) {
+            let (before, after) = text.split_at(at);
+            for number in ["9999999999", "-", "", "1e9", "0x7", "\u{0663}", ".", "--1"] {
+                tried([before, number, &after[1..]].concat().as_bytes());
+            }
+        }
+        for (at, _) in text.match_indices([',', ';', ' ']).step_by(2) {
+            let (before, after) = text.split_at(at);
+            tried([before, &after[1..]].concat().as_bytes());
+            tried([before, &after[..1], after].concat().as_bytes());
+        }
+    }
+    assert!(cases > 4000, "{cases}");
+}
+
+/// The same text as other systems store it: what is read means the same or is refused with a line.
+#[test]
+fn encodings_are_read_or_named() {
+    for (name, text) in SOUND {
+        let plain = import(name, text.as_bytes(), &Options::default()).map(|made| made.script);
+        for ends in ["\r\n", "\r", "\n\r"] {
+            let other = text.replace('\n', ends);
+            let made = import(name, other.as_bytes(), &Options::default()).map(|made| made.script);
+            let lines = |script: &Result<String, _>| {
+                script.as_ref().map(|script: &String| script.lines().count()).unwrap_or(0)
+            };
+            // LF CR counts as two line ends for some, so remarks' places may differ.
+            assert!(lines(&made) >= lines(&plain), "{name} {ends:?}");
+        }
+        let marked = [&b"\xEF\xBB\xBF"[..], text.as_bytes()].concat();
+        let made = import(name, &marked, &Options::default()).map(|made| made.script);
+        assert_eq!(made.is_ok(), plain.is_ok(), "{name} with a byte order mark");
+        let wide: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        for bytes in [wide.clone(), [&b"\xFF\xFE"[..], &wide].concat()] {
+            check(name, &bytes, &Options::default()).expect("refused with a line");
+        }
+        let latin = [text.as_bytes(), b"\xE9\xA0\xFF\n"].concat();
+        check(name, &latin, &Options::default()).expect("refused with a line, or a script");
+        let packed: Vec<u8> =
+            (0..4000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
+        let diags = import(name, &packed, &Options::default()).expect_err("binary");
+        assert!(diags.iter().any(|diag| diag.line > 0), "{name}");
+    }
+}
+
+/// What the card would have answered stands in the diagnostic.
+#[test]
+fn the_cards_error_characters_are_named() {
+    for (line, answer) in [
+        ("0 1,2,3", '7'),
+        ("0 5,900000,0,900,0,900,0,900", 'D'),
+        ("3 5,-9", 'B'),
+        ("3 5,0", 'C'),
+        ("4 7", 'A'),
+        ("q", '5'),
+        ("3 0,-99", 'B'),
+        ("0 60E3,1,2,3,4,5,6,7", '5'),
+    ] {
+        let text = format!("@07\n@0i\n{line}\n9\n");
+        let diags = import("a.isel", text.as_bytes(), &Options::default()).expect_err(line);
+        let named = format!("the card answers {answer} ");
+        assert!(
+            diags.iter().any(|diag| diag.line == 3 && diag.text.contains(&named)),
+            "{diags:#?}"
+        );
+    }
+    let diags = import("a.isel", b"@0i\n0 1,900\n9\n", &Options::default()).expect_err("no axes");
+    assert!(diags.iter().any(|diag| diag.text.contains("the card answers 4 ")), "{diags:#?}");
 }
