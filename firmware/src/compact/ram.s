@@ -131,7 +131,8 @@
     VAR PHASE, 1                /* what it has come to, 0 at its beginning */
     VAR N, 1                    /* input, output, axis, character */
     VAR BITS, 1                 /* flags of the instruction */
-    VAR TIME, 4                 /* milliseconds to go, negative for ever; or whatever it needs */
+    VAR TIME, 4                 /* milliseconds to go, negative for ever; or whatever it needs; the high
+                                   half is 0 at its beginning */
 
 /* Trace (trace.s), in the order of the slot's registers. */
     VAR TRACE_NUMBER, 2         /* number of the last event */

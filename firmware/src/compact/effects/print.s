@@ -74,9 +74,7 @@ fx_print_value:
 2:  mov #TEMP+12, r8
     mov &TIME, r12
     mov &TIME+2, r13
-    tst r13
-    jge 3f
-    call #pasapas_neg
+    call #pasapas_abs2
 3:  mov #10, r14
     clr r15
     call #pasapas_udivmod

@@ -183,7 +183,7 @@ io_roles:
 /* One sample of eight inputs: a change is accepted after four samples in a row. Takes r12 = levels
    (filter_raw: they lie 6 bytes behind r13), r13 = address of the accepted ones; the low and the high
    bits of the inputs' counters lie 2 and 4 bytes behind. Leaves r12 = the inputs that went on.
-   Clobbers r11, r14, r15. */
+   Clobbers r14, r15. */
     .global filter
 filter_raw:
     mov.b RAW-INPUT(r13), r12
@@ -193,11 +193,10 @@ filter:
     and.b 2(r13), r14
     mov.b r14, r15
     and.b 4(r13), r15
-    mov.b r12, r11
-    bic.b 2(r13), r11
-    mov.b r11, 2(r13)
     xor.b r14, 4(r13)
     and.b r12, 4(r13)
+    xor.b r14, r12
+    mov.b r12, 2(r13)
     xor.b r15, 0(r13)
     mov.b @r13, r12
     and.b r15, r12

@@ -49,12 +49,6 @@ operand_byte:
     inc &VM_PC
     ret
 
-/* Gives the last operand byte back. */
-    .global operand_back
-operand_back:
-    dec &VM_PC
-    ret
-
     .section .text.run,"axR",@progbits
 
 /* One pass of the program. Destroys all registers. */
@@ -117,6 +111,7 @@ run_on:
     mov &VM_PC, &EFFECT_PC
 run_no_effect:
     clr &EFFECT
+    clr &TIME+2
 9:  ret
 
 /* A fault of the instruction at EFFECT_PC: its handler begins, or the run ends. Takes r12 = fault (the
@@ -193,11 +188,10 @@ run_stopping:
     /* a fault that was handled is past */
 1:  clr.b &VM_FAULT
 2:  mov.b &VM_FAULT, r14
-    clr r15
     mov r10, r12
     swpb r12
     bis #TRACE_END, r12
-    call #emit
+    call #emit_small
     jmp run_no_effect
 
 /* Behind each End: the run state, and the masks of the outputs in the profile. */

@@ -2,34 +2,30 @@
 
     .section .text.session,"axR",@progbits
 
-/* Obeys r12 = Control code; one that is none, or not for this state, does nothing. Destroys r11 to
-   r15. */
+/* Obeys r12 = a Control code; one that is not for this state does nothing. Restart is for a machine
+   that rests without a run. Destroys r11 to r15. */
     .global control
 control:
-    cmp #8, r12
-    jhs 9f
     rla r12
     add r12, r0
-    jmp 9f
+9:  ret
     jmp run_start
     jmp run_stop
     jmp run_pause
     jmp run_go_on
     jmp emergency_by_link
     jmp run_acknowledge
-    /* restart */
-    bit.b #RUN_ACTIVE, &RUN
-    jne 9f
-    tst.b &MOVING
-    jne 9f
+    jmp run_restart
+    ret
+run_restart:
     bis.b #R_RESTART, &RUN_FLAGS
-9:  ret
+    ret
 
 /* Stop or hold: ramp down and pause. A spindle's time to come up begins anew. */
 run_pause:
     cmp.b #RUN_RUNNING, &RUN
     jne 9b
-    mov.b #RUN_STOPPING, &RUN
+    add.b #RUN_STOPPING-RUN_RUNNING, &RUN
     clr &SPIN
     br #motion_pause
 
