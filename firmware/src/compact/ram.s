@@ -162,11 +162,10 @@
     .set M_PAUSE, 1             /* brake to a pause, or rest in one */
     .set M_STOP, 2              /* brake, then forget the rest */
 /* RUN_FLAGS */
-    .set R_WAITING, 1           /* WaitStart */
-    .set R_RELEASED, 2          /* Start was pressed while it waited */
+    .set R_WAITING, 1           /* WaitStart, and Start was not pressed yet */
+    .set R_BOOTED, 2            /* half a second has passed since reset */
     .set R_TIMED_OUT, 4         /* TIMEDOUT */
     .set R_HOST, 8              /* a host has spoken since reset */
-    .set R_BOOTED, 32           /* half a second has passed since reset */
     .set R_RESTART, 64          /* reset the chip once the reply is out */
     .set R_ADDRESS_1, 128       /* the link answers to address 1 at 9600 8N1 until reset */
 /* TRACING */

@@ -267,10 +267,8 @@ pop_character:
 fx_wait_start:
     jne 1f
     bis.b #R_WAITING, &RUN_FLAGS
-    bic.b #R_RELEASED, &RUN_FLAGS
-1:  bit.b #R_RELEASED, &RUN_FLAGS
-    jeq fx_not_yet
-    bic.b #R_WAITING, &RUN_FLAGS
+1:  bit.b #R_WAITING, &RUN_FLAGS
+    jne fx_not_yet
     mov #TRACE_OK*256+TRACE_WAIT_START, r12
     clr r14
     jmp emit_small

@@ -117,7 +117,7 @@ run_start:
     jeq 1b
     mov.b #RUN_READY, &RUN
     ret
-2:  bis.b #R_RELEASED, &RUN_FLAGS
+2:  bic.b #R_WAITING, &RUN_FLAGS
     cmp #RUN_READY, r12
     jne 1b
     /* not before what a command began rests */
