@@ -207,7 +207,49 @@ static SHAPES: [u16; KINDS] = {
     shapes
 };
 
+/// Which of them the codes have, in runs: bits 0 and 1 are four less the run's codes, the others the
+/// number in [`SHAPES`]. 60 bytes less than a byte for each code, but each instruction is looked
+/// for: the check takes five times as long, which 2 KB of program can bear.
+#[cfg(feature = "g2553")]
+static INDEX: [u8; RUNS.1] = {
+    let mut runs = [0; RUNS.1];
+    let mut i = 0;
+    while i < RUNS.1 {
+        runs[i] = RUNS.0[i];
+        i += 1;
+    }
+    runs
+};
+
+#[cfg(feature = "g2553")]
+const RUNS: ([u8; 0x100], usize) = runs_of_codes();
+
+#[cfg(feature = "g2553")]
+const fn runs_of_codes() -> ([u8; 0x100], usize) {
+    assert!(KINDS <= 64);
+    let shapes = dictionary().0;
+    let mut all = [0; 0x100];
+    let mut code = 0;
+    while code < 0x100 {
+        all[code] = shape(code as u8);
+        code += 1;
+    }
+    let (mut runs, mut count) = ([0; 0x100], 0);
+    code = 0;
+    while code < 0x100 {
+        let mut n = 1;
+        while n < 4 && code + n < 0x100 && all[code + n] == all[code] {
+            n += 1;
+        }
+        runs[count] = (position(&shapes, KINDS, all[code]) << 2 | (4 - n)) as u8;
+        count += 1;
+        code += n;
+    }
+    (runs, count)
+}
+
 /// Which of them an instruction has, twice its number in [`SHAPES`].
+#[cfg(feature = "g2955")]
 static INDEX: [u8; INDICES] = {
     let shapes = dictionary().0;
     let mut indices = [0; INDICES];
@@ -631,11 +673,22 @@ pasapas_verify_lands:
     jne pasapas_verify_broken
     ret
 
-    /* reads the instruction at r4; uses r11, r12 */
+    /* reads the instruction at r4; uses r11 to r13 */
 pasapas_verify_insn:
     /* the whole check takes longer than the watchdog's 43 ms */
     mov #{kick}, &{watchdog}
     mov.b @r4, r5
+    .if {runs}
+    mov r5, r12
+    mov #{index}, r11
+1:  mov.b @r11+, r6
+    mov r6, r13
+    bis #-4, r13
+    add r13, r12
+    jc 1b
+    rra r6
+    bic #1, r6
+    .else
     mov r5, r6
     sub #{effect_shift}, r6
     cmp #{first_effect}, r5
@@ -650,6 +703,7 @@ pasapas_verify_insn:
     rra r6
     add #{low}, r6
 1:  mov.b {index}(r6), r6
+    .endif
     mov {shapes}(r6), r6
     cmp #-1, r6
     jeq pasapas_verify_broken
@@ -910,6 +964,7 @@ pasapas_verify_table:
     first_effect = const FIRST_EFFECT,
     effect_shift = const FIRST_EFFECT - LOW - GROUPS,
     low = const LOW,
+    runs = const cfg!(feature = "g2553") as u8,
     index = sym INDEX,
     shapes = sym SHAPES,
     masks = sym MASKS,

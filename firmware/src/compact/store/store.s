@@ -42,6 +42,7 @@ program_attach:
     tst r12
     jeq 1f
     call #slot_check
+    mov.b &MILLIS, &TICKS_DONE  /* its milliseconds are not served late */
     mov.b r12, &REFUSAL
     tst r12
     mov #0, r12
