@@ -195,6 +195,33 @@ fn a_fault_tells_its_line_and_ends_the_run() {
     assert_eq!(stand.motors(), [600, 0, 0]);
 }
 
+/// Programs of other systems, streamed: the motors end where the traces beside them say.
+#[test]
+fn imported_programs_end_where_their_traces_do() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/import");
+    for name in ["panel.nc", "contour.nc", "badge.gco"] {
+        let bytes = std::fs::read(folder.join(name)).expect("a file");
+        let made = import::import(name, &bytes, &import::Options::default()).expect("a script");
+        let profile = Profile::built_in(&made.profile).expect("built in");
+        let mut stand = Stand::new(&profile).expect("a board");
+        let (outcome, _) = stream(&mut stand, &made.script, &mut quietly);
+        assert_eq!((outcome.end, outcome.starved), (End::Done, 0), "{name}: {outcome:?}");
+        let trace = std::fs::read_to_string((folder.join(name)).with_extension("trace"));
+        let trace = trace.expect("a trace");
+        let end =
+            trace.lines().last().and_then(|line| line.split_once("\"pos\":")).expect("an end");
+        let place = |axis: &str| {
+            let (_, rest) = end.1.split_once(&format!("\"{axis}\":"))?;
+            rest.split([',', '}']).next()?.parse::<i64>().ok()
+        };
+        let wanted = ["X", "Y", "Z"].map(|axis| place(axis).unwrap_or(0));
+        assert_eq!(stand.motors(), wanted, "{name}");
+        // Arcs reach deepest; the pieces and the frames leave this much of the RAM untouched.
+        let free = stand.identity().expect("an answer").stack_free;
+        assert!(free >= 64, "{name}: {free} bytes of stack left");
+    }
+}
+
 fn checked(text: &str, homed: u16) -> Result<feed::Checked, Refused> {
     let (program, compiled) = compile(text);
     feed::check(Feed::new(&compiled)?, Track::new(&program.profile, [0; 3], homed))
