@@ -27,7 +27,7 @@ pub const G2553: Part = Part {
     name: "g2553",
     chip: "MSP430G2553",
     features: feature::INTERPOLATE,
-    pool: [58, 58],
+    pool: [64, 64],
     segments: 2,
 };
 

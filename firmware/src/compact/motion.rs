@@ -2,7 +2,10 @@
 
 use crate::consts::constants;
 
-constants! {}
+constants! {
+    // Ticks from now to the event that starts a motion.
+    LEAD = 160;
+}
 
 core::arch::global_asm!(include_str!("motion/formula.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/step.s"), options(raw));

@@ -16,8 +16,7 @@
     VAR STEP_VECTOR, 2          /* handler of Timer1_A CCR0 */
     VAR STEP_SLOT, 2            /* address of the slot that plays */
     VAR STEP_FRAC, 2            /* fraction of the compare registers */
-    VAR COUNT, 6                /* steps made, modulo 65536 */
-    VAR SENSE, 6                /* 1 or -1: what a step adds to its count */
+    VAR COUNT, 6                /* low halves of the positions, negated in negative direction */
     VAR LATE, 2                 /* events that were not armed in time */
     VAR WIDTH, 2                /* ticks of a long pulse, 0 for a short one */
     VAR CAUGHT, 6               /* counts when a watched input answered */
@@ -161,6 +160,7 @@
 /* MOTION: how the motion under way goes on */
     .set M_PAUSE, 1             /* brake to a pause, or rest in one */
     .set M_STOP, 2              /* brake, then forget the rest */
+    .set M_SETTLE, 4            /* the commanded places will be where it ends */
 /* RUN_FLAGS */
     .set R_WAITING, 1           /* WaitStart, and Start was not pressed yet */
     .set R_BOOTED, 2            /* half a second has passed since reset */

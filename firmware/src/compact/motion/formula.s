@@ -4,16 +4,16 @@
        call #formula
        F load STEPS, AXIS          acc = STEPS[axis]
        F sub ACTUAL, AXIS          acc -= ACTUAL[axis]
-       F abs
+       FA abs
        F store TEMP
        FR times A_ACCEL, LONG      acc *= new(accel of the axis record)
-       FN shift -4                 acc /= 16
+       FN shift, -4                acc /= 16
        F store ACCEL2, LAST        the last operation; execution goes on behind it
 
    F's operand is a word of RAM, with AXIS indexed by r8 = 4 * axis; FR's a 16-bit field, with LONG a
    32-bit field, of the axis record at r9. NEW turns either into a scaled number first. FN's is a
-   number: of `int` 0 to 254, of `shift` -64 to 64. A byte of flags and operation, then the
-   operand's byte. */
+   number: of `int` 0 to 254, of `shift` -64 to 64. FA's operations have none. Each is a byte of
+   flags and operation, then the operand's byte. */
     /* keeps the operand, which is also read as if it named a word, below the end of RAM */
     .set SHIFT_BIAS, 64
     .set F_LAST, 0x20
@@ -50,6 +50,9 @@
 
     .macro F op, x=0x200, flag=0, more=0
     .byte F_\op | \flag | \more, (\x-0x200)/2
+    .endm
+    .macro FA op, flag=0
+    .byte F_\op | \flag, 0
     .endm
     .macro FR op, x, width, flag=0, more=0
     .byte F_\op | F_RECORD | \width | \flag | \more, \x

@@ -1,31 +1,418 @@
+/* Motions: from commanded places to what the ramp generator and the step engine need. Each motion
+   starts from rest and comes to rest. Twins: `motion::path` for one lone block, `motion::single`.
+
+   The unit of an interpolated motion is the um along its path, an event is a step of the axis with
+   most steps; that of a single axis is its step. */
+
     .section .text.line,"axR",@progbits
-    .global motion_poll
-motion_poll:
+    /* Begins a motion of the axes r12 from ACTUAL to STEPS: MOVING, NEGATIVE and DIR pins, COUNT, ACC,
+       INC = distance, LEFT = the longest. Leaves Z when there is none. Keeps r4, r5. */
+begin:
+    mov.b r12, r10
+    clr &LEFT
+    clr &LEFT+2
+    clr &SLOT0+EVENTS
+    clr &SLOT1+EVENTS
+    mov #-4, r8
+    clr r6
+    mov #1, r7
+1:  add #4, r8
+    call #axis_at
+    clr INC(r8)
+    clr INC+2(r8)
+    bit r7, r10
+    jeq 5f
+    call #formula
+    F load STEPS, AXIS
+    F sub ACTUAL, AXIS
+    F store INC, AXIS
+    FA abs, LAST
+    mov r12, r14
+    bis r13, r14
+    tst r14
+    jeq 5f
+    bis.b r7, &MOVING
+    mov.b begin_dirs-1(r7), r15
+    bic.b r7, &NEGATIVE
+    bis.b r15, &P2OUT
+    bit #AXIS_INVERT, A_FLAGS(r9)
+    jeq 2f
+    bic.b r15, &P2OUT
+2:  tst INC+2(r8)
+    jge 3f
+    bis.b r7, &NEGATIVE
+    xor.b r15, &P2OUT
+3:  call #formula
+    F store INC, AXIS
+    F most LEFT
+    F store LEFT, LAST
+5:  clr ACC(r8)
+    mov #1<<15, ACC+2(r8)
+    mov ACTUAL(r8), r14
+    bit.b r7, &NEGATIVE
+    jeq 6f
+    inv r14
+    inc r14
+6:  mov r14, COUNT(r6)
+    incd r6
+    rla r7
+    cmp #8, r7
+    jne 1b
+    tst.b &MOVING
     ret
+begin_dirs:
+    .byte P2_DIR_X, P2_DIR_Y, 0, P2_DIR_Z
+
+    /* The axis behind r8 (-4 at first) that moves: r8 = 4 * axis, r9 = its record; carry when there
+       is none. Uses r11. */
+next_moving:
+    add #4, r8
+    cmp #12, r8
+    jhs 1f
+    tst INC(r8)
+    jne 2f
+    tst INC+2(r8)
+    jeq next_moving
+2:  call #axis_at
+    clrc
+1:  ret
+
+    /* Takes r12 = a bit for each axis to move, r13 != 0 for a rapid move. From ACTUAL to STEPS in a
+       line, at FEED (0: as fast as the axes can). MOVING stays 0 when there is no step to make. The
+       machine rests. No register is kept. */
     .global line_begin
 line_begin:
+    mov r13, r4
+    call #begin
+    jeq line_end
+    /* TICK = length^2, NOMINAL2 = the same in steps */
+    clr r12
+    clr r13
+    call #formula
+    F store TICK
+    F store NOMINAL2, LAST
+    mov #-4, r8
+1:  call #next_moving
+    jc 2f
+    call #formula
+    F load INC, AXIS, NEW
+    F store TEMP
+    F times TEMP
+    F plus NOMINAL2
+    F store NOMINAL2
+    F load TEMP
+    FR times A_UM, SHORT, NEW
+    FR over A_STEPS, SHORT, NEW
+    F store TEMP
+    F times TEMP
+    F plus TICK
+    F store TICK, LAST
+    jmp 1b
+    /* TICK = length; the lowest limits along the path: speed, ramps in TEMP, start rate */
+2:  mov #-1, r12
+    mov #-1, r13
+    call #formula
+    F store TEMP
+    F store TEMP+4
+    F store TEMP+8
+    F store START2
+    F load TICK
+    FA root
+    F store TICK, LAST
+    mov #-4, r8
+3:  call #next_moving
+    jc 4f
+    call #formula
+    /* V2 = path for each step of the axis */
+    F load INC, AXIS, NEW
+    F store V2
+    F load TICK
+    F over V2
+    F store V2
+    FR times A_TOP_RATE, LONG, NEW
+    F least TEMP
+    F store TEMP
+    F load V2
+    FR times A_ACCEL, LONG, NEW
+    F least TEMP+4
+    F store TEMP+4
+    F load V2
+    FR times A_DECEL, LONG, NEW
+    F least TEMP+8
+    F store TEMP+8
+    FN int 1
+    FA new
+    FR most A_START_RATE, SHORT, NEW
+    F times V2
+    F least START2
+    F store START2
+    F load INC, AXIS, LAST
+    mov &LEFT, r14
+    mov &LEFT+2, r15
+    call #pasapas_fraction
+    call #formula
+    F store INC, AXIS, LAST
+    jmp 3b
+4:  tst r4
+    jne 6f
+    call #formula
+    F load NOMINAL2
+    FA root
+    F store NOMINAL2
+    F load FEED
+    FA abs
+    FA new, LAST
+    tst r13
+    jeq 6f
+    tst &FEED+2
+    jge 5f
+    /* steps/s along the path */
+    call #formula
+    F times TICK
+    F over NOMINAL2, LAST
+5:  call #formula
+    F least TEMP
+    F store TEMP, LAST
+6:  call #formula
+    F load LEFT, NEW
+    F store V2
+    F load TICK
+    F over V2, LAST
+
+    /* r13:r12 = pitch, units for each event; TEMP = speed, ramp up, ramp down; START2 = start rate,
+       not yet squared. Fills the planner's memory. */
+set_limits:
+    call #formula
+    F store TICK
+    /* twice the ramps, less 1/32 */
+    FN int 31
+    FA new
+    F times TICK
+    FN shift, -4
+    F store ACCEL2
+    F times TEMP+8
+    F store DECEL2
+    F load ACCEL2
+    F times TEMP+4
+    F store ACCEL2
+    F load TEMP
+    F times TEMP
+    F store NOMINAL2
+    F load START2
+    F times START2
+    F store START2
+    F least NOMINAL2
+    F store V2
+    /* 16 MHz = 125 * 125 * 1024 */
+    FN int 125
+    FA new
+    F store TEMP
+    F times TEMP
+    FN shift 10
+    F times TICK
+    F store TICK, LAST
+line_end:
     ret
+
+    /* Takes r12 = axis, TEMP = speed, ramp up, ramp down (scaled, steps/s and steps/s2). From
+       ACTUAL to STEPS. MOVING stays 0 when there is no step to make. The machine rests. No register
+       is kept. */
     .global axis_begin
 axis_begin:
+    rla r12
+    jne 1f
+    inc r12
+1:  call #begin
+    jeq line_end
+    mov #-4, r8
+    call #next_moving
+    mov #-1, INC(r8)
+    mov #-1, INC+2(r8)
+    call #formula
+    FN int 1
+    FA new
+    FR most A_START_RATE, SHORT, NEW
+    F store START2
+    FN int 1
+    FA new, LAST
+    jmp set_limits
+
+    /* Folds the engine's counts into ACTUAL, fills a free slot, ends the motion. At least every
+       30 000 steps. No register is kept. */
+    .global motion_poll
+motion_poll:
+    tst.b &MOVING
+    jeq line_end
+    mov &TA1CCTL0, r5
+    mov #8, r8
+1:  mov r8, r12
+    rra r12
+    mov COUNT(r12), r12
+    call #counted
+    mov r12, ACTUAL(r8)
+    mov r13, ACTUAL+2(r8)
+    sub #4, r8
+    jge 1b
+    mov &STEP_SLOT, r6
+    xor #OTHER_SLOT, r6
+    tst EVENTS(r6)
+    jne line_end
+    push r5
+    call #segment
+    pop r5
+    jnc 2f
+    bit #CCIE, &TA1CCTL0
+    jne line_end
+    /* it rests: the first interrupt leaves the slot before and begins this one */
+    xor #OTHER_SLOT, r6
+    mov r6, &STEP_SLOT
+    mov &TA1R, r12
+    add #LEAD, r12
+    mov r12, &TA1CCR0
+    mov #CCIE, &TA1CCTL0
     ret
-    .global motion_pause
+    /* nothing to be made: all is played when the engine rested before */
+2:  bit #CCIE, r5
+    jne line_end
+    mov &LEFT, r12
+    bis &LEFT+2, r12
+    tst r12
+    jeq 3f
+    bit.b #M_STOP, &MOTION
+    jeq line_end
+3:  clr.b &MOVING
+    bit.b #M_STOP|M_SETTLE, &MOTION
+    jeq line_end
+    bic.b #M_STOP|M_SETTLE, &MOTION
+motion_settle:
+    br #settle_all
+
+    /* Takes r12 = what the engine counted for axis r8: r13:r12 = the position. It counts upward from
+       the low half of the position, or of its negative. Uses r14. */
+counted:
+    mov r8, r14
+    rra r14
+    jne 1f
+    inc r14
+1:  bit.b r14, &NEGATIVE
+    jeq 2f
+    inv r12
+    inc r12
+2:  sub ACTUAL(r8), r12
+    clr r13
+    tst r12
+    jge 3f
+    dec r13
+3:  add ACTUAL(r8), r12
+    addc ACTUAL+2(r8), r13
+    ret
+
+    /* r13:r12 = where axis r8 was when the watched input answered. Uses r14. */
+    .global motion_caught
+motion_caught:
+    mov r8, r12
+    rra r12
+    mov CAUGHT(r12), r12
+    jmp counted
+
+    /* Ramps down to a pause; goes on; ramps down and forgets the rest, also of a pause. */
+    .global motion_pause, motion_resume, motion_stop
 motion_pause:
+    bis.b #M_PAUSE, &MOTION
     ret
-    .global motion_resume
 motion_resume:
+    bic.b #M_PAUSE, &MOTION
     ret
-    .global motion_stop
 motion_stop:
-    ret
-    .global motion_halt
-motion_halt:
-    ret
-    .global motion_hit
-motion_hit:
-    ret
+    mov.b #M_STOP, &MOTION
+    tst.b &MOVING
+    jne 1f
+    clr.b &MOTION
+1:  ret
+
+    /* Z when no step comes any more: the motion has ended, or rests in a pause. Uses r12. */
     .global motion_rests
 motion_rests:
-    ret
+    bit #CCIE, &TA1CCTL0
+    jne 1f
+    tst.b &MOVING
+    jeq 1f
+    bit.b #M_PAUSE|M_STOP, &MOTION
+    subc r12, r12
+1:  ret
+
+    /* The probe or switch answered when axis r12 was at r15:r14: an axis no faster than its start
+       rate stands still at once, a faster one ramps down to a place that depends on that position
+       and the speed alone. Then the commanded place is where it stands. No register is kept. */
+    .global motion_hit
+motion_hit:
+    rla r12
+    rla r12
+    mov r12, r8
+    mov r14, r12
+    mov r15, r13
+    call #formula
+    F sub STEPS, AXIS
+    FA abs
+    F store TEMP+8
+    F load START2
+    F sub NOMINAL2, LAST
+    tst r13
+    jge motion_halt
+    /* half v^2 / d, and 24 ms for the main loop's round and what the engine holds, and one */
+    call #formula
+    FN int 31
+    FA new
+    FN shift, -4
+    F store TEMP
+    F load DECEL2
+    F over TEMP
+    F store TEMP
+    F load NOMINAL2
+    F over TEMP
+    FN shift, -1
+    F store TEMP
+    F load NOMINAL2
+    FA root
+    F store TEMP+4
+    FN int 24
+    FA new
+    F times TEMP+4
+    FN shift, -10
+    F plus TEMP
+    FA floor
+    F store TEMP
+    FN int 1
+    F add TEMP
+    F sub TEMP+8, LAST
+    bis.b #M_SETTLE, &MOTION
+    tst r13
+    jge 1f
+    /* what is left less what is not to be made of it */
+    call #formula
+    F add LEFT, LAST
+    tst r13
+    jn motion_stop
+    call #formula
+    F store LEFT, LAST
+1:  ret
+
+    /* Steps cease at once: none after the next event, which is armed already and at most 2 ms away.
+       The rest is forgotten, the commanded places are where the axes stand. No register is kept. */
+    .global motion_halt
+motion_halt:
+    tst.b &MOVING
+    jeq motion_settle
+    clr &SLOT0+EVENTS
+    clr &SLOT1+EVENTS
+    clr &LEFT
+    clr &LEFT+2
+    mov.b #M_STOP, &MOTION
+1:  bit #CCIE, &TA1CCTL0
+    jne 1b
+    br #motion_poll
+
+    /* Speed of axis r12: 0. */
     .global motion_speed
 motion_speed:
     clr r12
