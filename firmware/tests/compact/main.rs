@@ -15,6 +15,8 @@ mod formula;
 mod io;
 mod keep;
 mod link;
+mod line;
 mod numbers;
+mod ramp;
 mod session;
 mod store;

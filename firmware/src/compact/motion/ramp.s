@@ -8,7 +8,7 @@
     .section .text.ramp,"axR",@progbits
     /* Takes r6 = an empty slot. Leaves carry set and the slot filled, or carry clear when nothing is
        left, or while braking at a speed no higher than the start rate. All registers but r6 lost.
-       9 200 cycles at the most. */
+       7 400 cycles at the most. */
     .global segment
 segment:
     tst &LEFT
