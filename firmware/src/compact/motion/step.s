@@ -33,7 +33,7 @@
     .set MASK,     10
     .set OTHER_SLOT, SLOT0^SLOT1
 
-    .section .tail.step,"axR",@progbits
+    .section .text.step,"axR",@progbits
     .global TIMER1_A0
 TIMER1_A0:
     br &STEP_VECTOR
