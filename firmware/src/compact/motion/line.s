@@ -5,123 +5,116 @@
    most steps; that of a single axis is its step. */
 
     .section .text.line,"axR",@progbits
-    /* Begins a motion of the axes r12 from ACTUAL to STEPS: MOVING, NEGATIVE and DIR pins, COUNT, ACC,
-       INC = distance, LEFT = the longest. Leaves Z when there is none. Keeps r4, r5. */
-begin:
-    mov.b r12, r10
-    clr &LEFT
-    clr &LEFT+2
-    clr &SLOT0+EVENTS
-    clr &SLOT1+EVENTS
-    mov #-4, r8
-    clr r6
-    mov #1, r7
-1:  add #4, r8
-    call #axis_at
-    clr INC(r8)
-    clr INC+2(r8)
-    bit r7, r10
-    jeq 5f
-    call #formula
-    F load STEPS, AXIS
-    F sub ACTUAL, AXIS
-    F store INC, AXIS
-    FA abs, LAST
-    mov r12, r14
-    bis r13, r14
-    tst r14
-    jeq 5f
-    bis.b r7, &MOVING
-    mov.b begin_dirs-1(r7), r15
-    bic.b r7, &NEGATIVE
-    bis.b r15, &P2OUT
-    bit #AXIS_INVERT, A_FLAGS(r9)
-    jeq 2f
-    bic.b r15, &P2OUT
-2:  tst INC+2(r8)
-    jge 3f
-    bis.b r7, &NEGATIVE
-    xor.b r15, &P2OUT
-3:  call #formula
-    F store INC, AXIS
-    F most LEFT
-    F store LEFT, LAST
-5:  clr ACC(r8)
-    mov #1<<15, ACC+2(r8)
-    mov ACTUAL(r8), r14
-    bit.b r7, &NEGATIVE
-    jeq 6f
-    inv r14
-    inc r14
-6:  mov r14, COUNT(r6)
-    incd r6
-    rla r7
-    cmp #8, r7
-    jne 1b
-    tst.b &MOVING
-    ret
-begin_dirs:
-    .byte P2_DIR_X, P2_DIR_Y, 0, P2_DIR_Z
+    /* Takes r12 = axis, TEMP = speed, ramp up, ramp down (scaled, steps/s and steps/s2), none above
+       the axis's. From ACTUAL to STEPS. MOVING stays 0 when there is no step to make. The machine
+       rests. No register is kept. */
+    .global axis_begin
+axis_begin:
+    mov #-1, r13
+    rla r12
+    jne line_begin
+    inc r12
 
-    /* The axis behind r8 (-4 at first) that moves: r8 = 4 * axis, r9 = its record; carry when there
-       is none. Uses r11. */
-next_moving:
-    add #4, r8
-    cmp #12, r8
-    jhs 1f
-    tst INC(r8)
-    jne 2f
-    tst INC+2(r8)
-    jeq next_moving
-2:  call #axis_at
-    clrc
-1:  ret
-
-    /* Takes r12 = a bit for each axis to move, r13 != 0 for a rapid move. From ACTUAL to STEPS in a
+    /* Takes r12 = a bit for each axis to move, r13 = 1 for a rapid move. From ACTUAL to STEPS in a
        line, at FEED (0: as fast as the axes can). MOVING stays 0 when there is no step to make. The
        machine rests. No register is kept. */
     .global line_begin
 line_begin:
+    mov r12, r10
     mov r13, r4
-    call #begin
-    jeq line_end
-    /* TICK = length^2, NOMINAL2 = the same in steps */
+    clr &SLOT0+EVENTS
+    clr &SLOT1+EVENTS
+    /* INC = distances, LEFT = the longest, TICK = length^2, NOMINAL2 = the same in steps */
     clr r12
     clr r13
     call #formula
+    F store LEFT
     F store TICK
     F store NOMINAL2, LAST
-    mov #-4, r8
-1:  call #next_moving
-    jc 2f
+    clr r8
+    mov #1, r7
+1:  call #axis_at
+    clr INC(r8)
+    clr INC+2(r8)
+    bit r7, r10
+    jeq 4f
     call #formula
+    F load STEPS, AXIS
+    F sub ACTUAL, AXIS
+    F store ACC, AXIS
+    FA abs
+    F store INC, AXIS, LAST
+    bis r12, r13
+    tst r13
+    jeq 4f
+    bis.b r7, &MOVING
+    bic.b r7, &NEGATIVE
+    mov A_FLAGS(r9), r6
+    tst ACC+2(r8)
+    jge 2f
+    bis.b r7, &NEGATIVE
+    xor #AXIS_INVERT, r6
+2:  mov.b line_dirs-1(r7), r15
+    bis.b r15, &P2OUT
+    bit #AXIS_INVERT, r6
+    jeq 3f
+    bic.b r15, &P2OUT
+3:  call #formula
+    F load INC, AXIS
+    F most LEFT
+    F store LEFT
     F load INC, AXIS, NEW
-    F store TEMP
-    F times TEMP
+    F store V2
+    F times V2
     F plus NOMINAL2
     F store NOMINAL2
-    F load TEMP
+    F load V2
     FR times A_UM, SHORT, NEW
     FR over A_STEPS, SHORT, NEW
-    F store TEMP
-    F times TEMP
+    F store V2
+    F times V2
     F plus TICK
     F store TICK, LAST
-    jmp 1b
-    /* TICK = length; the lowest limits along the path: speed, ramps in TEMP, start rate */
-2:  mov #-1, r12
+4:  clr ACC(r8)
+    mov #1<<15, ACC+2(r8)
+    mov r8, r15
+    rra r15
+    mov ACTUAL(r8), COUNT(r15)
+    bit.b r7, &NEGATIVE
+    jeq 5f
+    inv COUNT(r15)
+    inc COUNT(r15)
+5:  add #4, r8
+    rla r7
+    cmp #8, r7
+    jne 1b
+    tst.b &MOVING
+    jeq line_end
+
+    /* TICK = length; the lowest limits along the path: speed, ramps in TEMP, start rate. A single
+       axis has the length of its steps and limits already. */
+    mov #-1, r12
     mov #-1, r13
+    call #formula
+    F store START2, LAST
+    tst r4
+    jn 1f
     call #formula
     F store TEMP
     F store TEMP+4
     F store TEMP+8
-    F store START2
     F load TICK
-    FA root
+    FA root, LAST
+    jmp 2f
+1:  call #formula
+    F load LEFT, NEW, LAST
+2:  call #formula
     F store TICK, LAST
-    mov #-4, r8
-3:  call #next_moving
-    jc 4f
+    clr r8
+3:  call #axis_bit
+    bit.b r12, &MOVING
+    jeq 4f
+    call #axis_at
     call #formula
     /* V2 = path for each step of the axis */
     F load INC, AXIS, NEW
@@ -152,8 +145,11 @@ line_begin:
     call #pasapas_fraction
     call #formula
     F store INC, AXIS, LAST
-    jmp 3b
-4:  tst r4
+4:  add #4, r8
+    cmp #12, r8
+    jne 3b
+
+    tst r4
     jne 6f
     call #formula
     F load NOMINAL2
@@ -173,16 +169,13 @@ line_begin:
 5:  call #formula
     F least TEMP
     F store TEMP, LAST
+
+    /* TICK = pitch, units for each event; the planner's memory */
 6:  call #formula
     F load LEFT, NEW
     F store V2
     F load TICK
-    F over V2, LAST
-
-    /* r13:r12 = pitch, units for each event; TEMP = speed, ramp up, ramp down; START2 = start rate,
-       not yet squared. Fills the planner's memory. */
-set_limits:
-    call #formula
+    F over V2
     F store TICK
     /* twice the ramps, less 1/32 */
     FN int 31
@@ -213,29 +206,8 @@ set_limits:
     F store TICK, LAST
 line_end:
     ret
-
-    /* Takes r12 = axis, TEMP = speed, ramp up, ramp down (scaled, steps/s and steps/s2). From
-       ACTUAL to STEPS. MOVING stays 0 when there is no step to make. The machine rests. No register
-       is kept. */
-    .global axis_begin
-axis_begin:
-    rla r12
-    jne 1f
-    inc r12
-1:  call #begin
-    jeq line_end
-    mov #-4, r8
-    call #next_moving
-    mov #-1, INC(r8)
-    mov #-1, INC+2(r8)
-    call #formula
-    FN int 1
-    FA new
-    FR most A_START_RATE, SHORT, NEW
-    F store START2
-    FN int 1
-    FA new, LAST
-    jmp set_limits
+line_dirs:
+    .byte P2_DIR_X, P2_DIR_Y, 0, P2_DIR_Z
 
     /* Folds the engine's counts into ACTUAL, fills a free slot, ends the motion. At least every
        30 000 steps. No register is kept. */
@@ -245,12 +217,12 @@ motion_poll:
     jeq line_end
     mov &TA1CCTL0, r5
     mov #8, r8
-1:  mov r8, r12
-    rra r12
-    mov COUNT(r12), r12
+1:  mov r8, r13
+    rra r13
+    mov COUNT(r13), r13
     call #counted
-    mov r12, ACTUAL(r8)
-    mov r13, ACTUAL+2(r8)
+    call #formula
+    F store ACTUAL, AXIS, LAST
     sub #4, r8
     jge 1b
     mov &STEP_SLOT, r6
@@ -274,12 +246,12 @@ motion_poll:
     /* nothing to be made: all is played when the engine rested before */
 2:  bit #CCIE, r5
     jne line_end
-    mov &LEFT, r12
-    bis &LEFT+2, r12
-    tst r12
-    jeq 3f
     bit.b #M_STOP, &MOTION
-    jeq line_end
+    jne 3f
+    tst &LEFT
+    jne line_end
+    tst &LEFT+2
+    jne line_end
 3:  clr.b &MOVING
     bit.b #M_STOP|M_SETTLE, &MOTION
     jeq line_end
@@ -287,33 +259,26 @@ motion_poll:
 motion_settle:
     br #settle_all
 
-    /* Takes r12 = what the engine counted for axis r8: r13:r12 = the position. It counts upward from
-       the low half of the position, or of its negative. Uses r14. */
-counted:
-    mov r8, r14
-    rra r14
-    jne 1f
-    inc r14
-1:  bit.b r14, &NEGATIVE
-    jeq 2f
-    inv r12
-    inc r12
-2:  sub ACTUAL(r8), r12
-    clr r13
-    tst r12
-    jge 3f
-    dec r13
-3:  add ACTUAL(r8), r12
-    addc ACTUAL+2(r8), r13
-    ret
-
-    /* r13:r12 = where axis r8 was when the watched input answered. Uses r14. */
+    /* r13:r12 = where axis r8 was when the watched input answered. Uses r11, r14, r15. */
     .global motion_caught
 motion_caught:
-    mov r8, r12
-    rra r12
-    mov CAUGHT(r12), r12
-    jmp counted
+    mov &CAUGHT, r13
+    /* Takes r13 = what the engine counted for axis r8: r13:r12 = the position. It counts upward from
+       the low half of the position, or of its negative. */
+counted:
+    call #axis_bit
+    bit.b r12, &NEGATIVE
+    mov r13, r12
+    jeq 1f
+    inv r12
+    inc r12
+1:  mov #-1, r13
+    sub ACTUAL(r8), r12
+    jn 2f
+    clr r13
+2:  call #formula
+    F add ACTUAL, AXIS, LAST
+    ret
 
     /* Ramps down to a pause; goes on; ramps down and forgets the rest, also of a pause. */
     .global motion_pause, motion_resume, motion_stop

@@ -116,9 +116,9 @@ step_watch:
     jeq 1f
     mov.b r14, &HIT
     clr.b &WATCH
-    mov &COUNT, &CAUGHT
-    mov &COUNT+2, &CAUGHT+2
-    mov &COUNT+4, &CAUGHT+4
+    mov.b &N, r14
+    rla r14
+    mov COUNT(r14), &CAUGHT
 1:  pop r14
     jmp step_arm
 
