@@ -6,7 +6,7 @@ use lang::record::{AxisRecord, MachineRecord};
 use crate::chip::Chip;
 
 /// Where the code of a stored program would begin; its machine record stands in front of it.
-const CODE: u16 = 0xF300;
+const CODE: u16 = crate::area::AREA + 0x100;
 
 /// The built-in profile `mill`.
 pub fn mill() -> MachineRecord {

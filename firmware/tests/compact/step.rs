@@ -1,0 +1,344 @@
+//! Motions at the pins: the whole image runs from reset, its main loop, its link and its interrupts,
+//! and every step edge is held to what `firmware::motion` plans.
+
+use emulator::{Signal, Stop, TICKS_PER_SECOND};
+use firmware::motion::physics;
+use firmware::motion::{Block, Feed, Pace, Path, PathSegment, Segment, Single};
+use lang::record::{AxisRecord, MachineRecord};
+use lang::wire::{CRC_START, crc16};
+use proptest::prelude::*;
+
+use crate::chip::Chip;
+use crate::line::{aim, feed_word};
+use crate::machine::{install, mill};
+
+/// The machine stack's end.
+const STACK: u16 = 0x0400;
+/// Vector of Timer1_A CCR0.
+const STEP: u16 = 0xFFFA;
+/// General interrupt enable of the status register.
+const GIE: u16 = 8;
+const MS: u64 = TICKS_PER_SECOND / 1_000;
+/// Registers read while axes move: the positions.
+const POSITIONS: u16 = 2400;
+
+/// A step: its instant in ticks, and whether it went in positive direction.
+type Step = (u64, bool);
+
+/// The running image.
+struct Machine {
+    chip: Chip,
+    axes: [AxisRecord; 3],
+    /// Instant of the next request of a host that never rests, if there is one.
+    request: Option<u64>,
+    /// Bytes of its replies.
+    replies: usize,
+    /// Levels of the DIR pins.
+    dirs: [bool; 3],
+}
+
+impl Machine {
+    /// A board that has come up, with these axes, and with a busy host or none.
+    fn new(axes: [AxisRecord; 3], host: bool) -> Machine {
+        let mut chip = Chip::new();
+        chip.board.reset_pin();
+        chip.board.run_us(20_000);
+        install(&mut chip, &MachineRecord { axes, ..mill() });
+        chip.board.record(true);
+        chip.board.clear_stats();
+        let request = host.then(|| chip.board.cycles());
+        Machine { chip, axes, request, replies: 0, dirs: [false; 3] }
+    }
+
+    /// The image runs for a while; a busy host asks for positions again and again.
+    fn run(&mut self, ticks: u64) {
+        let end = self.chip.board.cycles() + ticks;
+        while self.chip.board.cycles() < end {
+            let mut until = end;
+            if let Some(due) = self.request {
+                if due <= self.chip.board.cycles() {
+                    let [high, low] = POSITIONS.to_be_bytes();
+                    let body = [1, 3, high, low, 0, 6];
+                    let crc = body.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
+                    self.chip.board.uart_send(&[&body[..], &crc.to_le_bytes()].concat());
+                    self.request = Some(due + 6 * MS);
+                    self.replies += self.chip.board.uart_take().len();
+                }
+                until = end.min(due + 6 * MS);
+            }
+            self.chip.board.run_until(until);
+        }
+    }
+
+    /// Calls a routine from the main loop, with interrupts on, between two passes.
+    fn call(&mut self, routine: &str, registers: &[(usize, u16)]) {
+        let main = self.chip.at("loop");
+        self.chip.board.set_breakpoint(main);
+        assert_eq!(self.chip.board.run_for(100 * MS), Stop::Breakpoint(main), "no pass");
+        assert_eq!(self.chip.reg(1), STACK);
+        let at = self.chip.at(routine);
+        self.chip.board.poke16(STACK - 2, main);
+        for &(register, value) in registers {
+            self.chip.board.set_reg(register, value);
+        }
+        for (register, value) in [(0, at), (1, STACK - 2), (2, GIE)] {
+            self.chip.board.set_reg(register, value);
+        }
+        assert_eq!(self.chip.board.run_for(100 * MS), Stop::Breakpoint(main), "{routine}");
+        self.chip.board.clear_breakpoint(main);
+    }
+
+    /// Begins a line; the machine rests. Returns what is planned for it.
+    fn line(&mut self, steps: [i32; 3], feed: Feed) -> Plan {
+        let from = self.positions();
+        aim(&mut self.chip, from, [0, 1, 2].map(|n| from[n] + steps[n]));
+        self.chip.set_long("FEED", 0, feed_word(feed));
+        self.call("line_begin", &[(12, 7), (13, u16::from(feed == Feed::Rapid))]);
+        Plan::line(self.chip.word("STEP_FRAC").into(), &self.axes, steps, feed)
+    }
+
+    /// Begins a motion of one axis at its own pace. Returns what is planned for it.
+    fn axis(&mut self, n: u16, steps: i32, pace: Pace) -> Plan {
+        let from = self.positions();
+        let mut to = from;
+        to[usize::from(n)] += steps;
+        aim(&mut self.chip, from, to);
+        for (at, part) in [(0, pace.speed), (4, pace.accel), (8, pace.decel)] {
+            self.chip.set_long("TEMP", at, part.0);
+        }
+        self.call("axis_begin", &[(12, n)]);
+        let axis = &self.axes[usize::from(n)];
+        Plan::axis(self.chip.word("STEP_FRAC").into(), axis, n, steps, pace)
+    }
+
+    fn positions(&self) -> [i32; 3] {
+        [0, 4, 8].map(|at| self.chip.long("ACTUAL", at) as i32)
+    }
+
+    fn commanded(&self) -> [i32; 3] {
+        [0, 4, 8].map(|at| self.chip.long("STEPS", at) as i32)
+    }
+
+    fn moving(&self) -> bool {
+        self.chip.byte("MOVING") != 0
+    }
+
+    /// Lets the motion come to its end.
+    fn finish(&mut self, seconds: u64) {
+        for _ in 0..seconds * 100 {
+            if !self.moving() {
+                return;
+            }
+            self.run(10 * MS);
+        }
+        panic!("the motion has no end: {:?} of {:?}", self.positions(), self.commanded());
+    }
+
+    /// The steps of each axis since the last call.
+    fn steps(&mut self) -> [Vec<Step>; 3] {
+        let dirs = &mut self.dirs;
+        let mut out = [const { Vec::new() }; 3];
+        for edge in self.chip.board.take_edges() {
+            match edge.signal {
+                Signal::Dir(a) => dirs[usize::from(a)] = edge.level,
+                Signal::Step(a) if edge.level => {
+                    out[usize::from(a)].push((edge.cycle, dirs[usize::from(a)]));
+                }
+                _ => {}
+            }
+        }
+        out
+    }
+}
+
+/// The steps of segments: the engine's definition in plain Rust. `time` is in 1/65536 ticks and
+/// begins with the fraction that the motion before left.
+#[derive(Default)]
+struct Plan {
+    steps: [Vec<Step>; 3],
+    time: u64,
+    acc: [u32; 3],
+}
+
+impl Plan {
+    fn play(&mut self, ramp: &Segment, inc: [u32; 3], negative: u8) {
+        let mut interval = ramp.interval;
+        for event in 1..=ramp.events {
+            self.time += u64::from(interval);
+            interval = interval.wrapping_add_signed(ramp.dif);
+            if event & ramp.mask != 0 {
+                continue;
+            }
+            for (a, inc) in inc.into_iter().enumerate() {
+                let (sum, carry) = self.acc[a].overflowing_add(inc);
+                self.acc[a] = sum;
+                if carry {
+                    self.steps[a].push((self.time >> 16, negative >> a & 1 == 0));
+                }
+            }
+        }
+    }
+
+    fn line(from: u64, axes: &[AxisRecord; 3], steps: [i32; 3], feed: Feed) -> Plan {
+        let mut path = Path::new(0);
+        path.push(axes, &Block { steps, feed, exact: true });
+        let mut plan = Plan { time: from, acc: [1 << 31; 3], ..Plan::default() };
+        let mut segment = PathSegment::default();
+        while path.next_segment(axes, &mut segment) {
+            plan.play(&segment.ramp, segment.inc, segment.negative);
+        }
+        plan
+    }
+
+    fn axis(from: u64, axis: &AxisRecord, n: u16, steps: i32, pace: Pace) -> Plan {
+        let mut single = Single::new(0);
+        single.go(axis, steps, pace);
+        let mut plan = Plan { time: from, acc: [1 << 31; 3], ..Plan::default() };
+        let mut inc = [0; 3];
+        inc[usize::from(n)] = u32::MAX;
+        let mut segment = Segment::NONE;
+        while single.next_segment(&mut segment) {
+            plan.play(&segment, inc, u8::from(steps < 0) << n);
+        }
+        plan
+    }
+}
+
+/// Every edge must lie on the tick of the plan, seen from the first one.
+fn agree(made: &[Vec<Step>; 3], plan: &Plan) -> Result<(), TestCaseError> {
+    let first = |steps: &[Vec<Step>; 3]| steps.iter().flatten().map(|step| step.0).min();
+    let (from, begin) = (first(&plan.steps).unwrap_or(0), first(made).unwrap_or(0));
+    for a in 0..3 {
+        for (n, (m, p)) in made[a].iter().zip(&plan.steps[a]).enumerate() {
+            prop_assert_eq!(m.0 - begin, p.0 - from, "axis {}, step {}", a, n);
+            prop_assert_eq!(m.1, p.1, "direction of axis {} at step {}", a, n);
+        }
+        prop_assert_eq!(made[a].len(), plan.steps[a].len(), "steps of axis {}", a);
+    }
+    Ok(())
+}
+
+/// What the motor of an axis can follow.
+fn bounds(axis: &AxisRecord) -> physics::Limits {
+    physics::Limits {
+        start: axis.start_rate.into(),
+        top: axis.top_rate.into(),
+        accel: axis.accel.into(),
+        decel: axis.decel.into(),
+    }
+}
+
+/// An axis of a machine that somebody could build.
+fn axis() -> impl Strategy<Value = AxisRecord> {
+    (200u16..1_000, 2_000u32..20_000, 20_000u32..200_000, 20_000u32..200_000, 1u16..5).prop_map(
+        |(start_rate, top_rate, accel, decel, um)| AxisRecord {
+            flags: AxisRecord::PRESENT,
+            steps: 100,
+            um: um * 250,
+            start_rate,
+            top_rate,
+            accel,
+            decel,
+            ..mill().axes[0]
+        },
+    )
+}
+
+fn distance() -> impl Strategy<Value = i32> {
+    prop_oneof![Just(0), -9..10i32, -500..500i32, -9_000..9_000i32]
+}
+
+fn line() -> impl Strategy<Value = ([i32; 3], Feed)> {
+    let feed = prop_oneof![
+        Just(Feed::Rapid),
+        (2_000u32..200_000).prop_map(Feed::Um),
+        (300u32..20_000).prop_map(Feed::Steps)
+    ];
+    ([distance(), distance(), distance()], feed)
+}
+
+#[test]
+fn every_edge_falls_on_its_tick_while_the_link_is_busy() {
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(8) };
+    proptest!(config, |(
+        axes in [axis(), axis(), axis()],
+        lines in prop::collection::vec(line(), 3),
+        n in 0u16..3, by in distance(),
+    )| {
+        let mut machine = Machine::new(axes, true);
+        let mut place = [0; 3];
+        for (steps, feed) in lines {
+            let plan = machine.line(steps, feed);
+            machine.finish(60);
+            for (place, by) in place.iter_mut().zip(steps) {
+                *place += by;
+            }
+            prop_assert_eq!(machine.positions(), place);
+            agree(&machine.steps(), &plan)?;
+        }
+        let pace = Pace::of(&axes[usize::from(n)]);
+        let plan = machine.axis(n, by, pace);
+        machine.finish(60);
+        place[usize::from(n)] += by;
+        prop_assert_eq!(machine.positions(), place);
+        let made = machine.steps();
+        agree(&made, &plan)?;
+        let times: Vec<u64> = made[usize::from(n)].iter().map(|step| step.0).collect();
+        prop_assert_eq!(physics::check(&times, &bounds(&axes[usize::from(n)])), Ok(()));
+        prop_assert_eq!(machine.chip.word("LATE"), 0);
+        prop_assert!(machine.replies > 0, "the link is silent");
+    });
+}
+
+/// Three axes at a rate while the link is busy: every edge on its tick; the mean interrupt, cycles.
+fn three_axes_at(rate: u32) -> u64 {
+    let axis = AxisRecord {
+        flags: AxisRecord::PRESENT,
+        steps: 400,
+        um: 4_000,
+        start_rate: 400,
+        top_rate: rate,
+        accel: 200_000,
+        decel: 200_000,
+        ..mill().axes[0]
+    };
+    let axes = [axis; 3];
+    let mut machine = Machine::new(axes, true);
+    let steps = [40_000, 40_000, -40_000];
+    let plan = machine.line(steps, Feed::Rapid);
+    machine.finish(5);
+    let made = machine.steps();
+    agree(&made, &plan).expect("the plan");
+    let times: Vec<u64> = made[0].iter().map(|step| step.0).collect();
+    assert_eq!(physics::check(&times, &bounds(&axis)), Ok(()));
+    assert_eq!(machine.chip.word("LATE"), 0);
+    assert!(machine.replies > 100, "{} bytes of replies", machine.replies);
+    let stats = machine.chip.board.stats().interrupts[&STEP];
+    assert!(stats.worst <= 194, "{} cycles", stats.worst);
+    stats.total / stats.count
+}
+
+#[test]
+fn three_axes_make_sixty_thousand_events_a_second_with_the_link_busy() {
+    assert!(three_axes_at(40_000) <= 170);
+    let mean = three_axes_at(60_000);
+    assert!(mean <= 170, "{mean} cycles");
+}
+
+#[test]
+fn one_axis_makes_seventy_thousand_steps_a_second_with_the_link_busy() {
+    let axis = AxisRecord {
+        flags: AxisRecord::PRESENT,
+        start_rate: 1_000,
+        top_rate: 70_000,
+        accel: 300_000,
+        decel: 300_000,
+        ..mill().axes[0]
+    };
+    let mut machine = Machine::new([axis; 3], true);
+    let plan = machine.axis(1, -60_000, Pace::of(&axis));
+    machine.finish(5);
+    let made = machine.steps();
+    agree(&made, &plan).expect("the plan");
+    assert_eq!(machine.chip.word("LATE"), 0);
+}
