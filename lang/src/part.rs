@@ -27,7 +27,7 @@ pub const G2553: Part = Part {
     name: "g2553",
     chip: "MSP430G2553",
     features: feature::INTERPOLATE,
-    pool: [64, 64],
+    pool: [62, 62],
     segments: 2,
 };
 

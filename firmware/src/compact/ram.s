@@ -19,7 +19,7 @@
     VAR COUNT, 6                /* low halves of the positions, negated in negative direction */
     VAR LATE, 2                 /* events that were not armed in time */
     VAR WIDTH, 2                /* ticks of a long pulse, 0 for a short one */
-    VAR CAUGHT, 6               /* counts when a watched input answered */
+    VAR CAUGHT, 4               /* count of axis N when a watched input answered; homing uses it too */
     VAR WATCH, 1                /* inputs of port 1 that catch */
     VAR IDLE, 1                 /* their levels at rest */
     VAR HIT, 1                  /* what answered, 0 for nothing yet */
@@ -32,6 +32,7 @@
 
 /* Planner (ramp.s, line.s). Scaled numbers but for LEFT. */
     VAR V2, 4                   /* square of the present speed */
+    VAR V, 4                    /* its root */
     VAR LEFT, 4                 /* events that no segment has taken yet */
     VAR NOMINAL2, 4             /* square of the speed to run at */
     VAR START2, 4               /* square of the speed from and to rest */

@@ -113,6 +113,8 @@ link_feed:
     jeq link_finish
     bit #1, &NEXT_REGISTER
     jne 1b
+    /* values take long, the step engine must not starve */
+    call #motion_poll
     jmp link_feed
 
 link_restart:

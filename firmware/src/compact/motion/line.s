@@ -196,6 +196,8 @@ line_begin:
     F store START2
     F least NOMINAL2
     F store V2
+    FA root
+    F store V
     /* 16 MHz = 125 * 125 * 1024 */
     FN int 125
     FA new
@@ -216,35 +218,35 @@ motion_poll:
     tst.b &MOVING
     jeq line_end
     mov &TA1CCTL0, r5
-    mov #8, r8
-1:  mov r8, r13
-    rra r13
-    mov COUNT(r13), r13
-    call #counted
-    call #formula
-    F store ACTUAL, AXIS, LAST
-    sub #4, r8
-    jge 1b
     mov &STEP_SLOT, r6
     xor #OTHER_SLOT, r6
     tst EVENTS(r6)
-    jne line_end
+    jne 1f
     push r5
     call #segment
     pop r5
-    jnc 2f
-    bit #CCIE, &TA1CCTL0
-    jne line_end
+    jnc 1f
+    mov #CCIE, r5
+    bit r5, &TA1CCTL0
+    jne 1f
     /* it rests: the first interrupt leaves the slot before and begins this one */
     xor #OTHER_SLOT, r6
     mov r6, &STEP_SLOT
     mov &TA1R, r12
     add #LEAD, r12
     mov r12, &TA1CCR0
-    mov #CCIE, &TA1CCTL0
-    ret
-    /* nothing to be made: all is played when the engine rested before */
-2:  bit #CCIE, r5
+    mov r5, &TA1CCTL0
+1:  mov #8, r8
+2:  mov r8, r13
+    rra r13
+    mov COUNT(r13), r13
+    call #counted
+    call #formula
+    F store ACTUAL, AXIS, LAST
+    sub #4, r8
+    jge 2b
+    /* nothing was made: all is played when the engine rested before */
+    bit #CCIE, r5
     jne line_end
     bit.b #M_STOP, &MOTION
     jne 3f

@@ -8,7 +8,7 @@
     .section .text.ramp,"axR",@progbits
     /* Takes r6 = an empty slot. Leaves carry set and the slot filled, or carry clear when nothing is
        left, or while braking at a speed no higher than the start rate. All registers but r6 lost.
-       7 400 cycles at the most. */
+       7 000 cycles at the most. */
     .global segment
 segment:
     tst &LEFT
@@ -29,11 +29,8 @@ segment:
     /* r5 = events: 4 to 8 ms of them at a constant speed, half of that on a ramp, and there no more
        than change the speed by about 1/32, or 8 */
 2:  call #formula
-    F load V2
-    FA root
-    F store TEMP
     F load TICK
-    F sub TEMP, LAST
+    F sub V, LAST
     call #exponent
     mov #15, r7
     sub r13, r7
@@ -77,7 +74,7 @@ segment:
 8:  sub r5, &LEFT
     sbc &LEFT+2
 
-    /* TEMP+4 = square of the speed at the end, TEMP+8 = the speed */
+    /* TEMP+4 = square of the speed at the end, TEMP = the speed */
     call #formula
     F load V2
     F sub NOMINAL2, AXIS, LAST
@@ -106,9 +103,9 @@ segment:
     F least TEMP+4
     F store TEMP+4
     FA root
-    F store TEMP+8
+    F store TEMP
     /* sub-events: as many powers of two as the longest interval exceeds 2^14 ticks by */
-    F least TEMP
+    F least V
     F sub TICK, LAST
     call #negate
     call #exponent
@@ -131,8 +128,8 @@ segment:
     clr CHANGE(r6)
     clr CHANGE+2(r6)
     call #formula
-    F load TEMP
-    F most TEMP+8
+    F load V
+    F most TEMP
     F store SLOT0, AXIS
     F load TICK
     F over SLOT0, AXIS, LAST
@@ -148,8 +145,8 @@ segment:
     jeq 7f
     /* the speed changes: r9:r10 = twice what the mean interval is longer by */
     call #formula
-    F load TEMP
-    F plus TEMP+8
+    F load V
+    F plus TEMP
     F store TEMP+8
     F load TICK
     F over TEMP+8, LAST
@@ -189,6 +186,8 @@ segment:
     add #1, CHANGE(r6)
     adc CHANGE+2(r6)
 7:  call #formula
+    F load TEMP
+    F store V
     F load TEMP+4
     F store V2, LAST
     mov r5, EVENTS(r6)
