@@ -11,7 +11,7 @@ use pasapas::torture::line::{self, slave};
 use pasapas::torture::programs::{against_the_board, make, on_the_host, reference, tape};
 use pasapas::torture::stand::{Fresh, Stand};
 use pasapas::torture::{Length, Settings, Verdict};
-use pasapas::torture::{people, power};
+use pasapas::torture::{people, power, time};
 
 const SETTINGS: Settings = Settings { length: Length::Short, count: None, seed: 11, from: 0 };
 
@@ -185,4 +185,19 @@ fn line_finds_a_slave_that_takes_what_is_no_frame_or_leaves_one() {
     assert_eq!(slave::try_out(&damaged, line::is_sound), Ok(()));
     assert!(slave::try_out(&request, |_, _| false).is_err(), "an answer to no frame");
     assert!(slave::try_out(&damaged, |_, _| true).is_err(), "no answer to a frame");
+}
+
+#[test]
+fn time_finds_a_program_that_ended_and_a_board_that_nobody_hears() {
+    let stand = |script| {
+        let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+        let image = power::image(script).expect("it compiles");
+        stand.upload(&image, false).expect("it is taken");
+        stand
+    };
+    assert_eq!(time::busy(&mut stand("DO\nLOOP"), &mut Rng::new(1)), Ok(()));
+    assert!(time::busy(&mut stand("PRINT 1"), &mut Rng::new(1)).is_err());
+    let mut deaf = stand("DO\nLOOP");
+    deaf.board.set_uart_noise(1, 200_000);
+    assert!(time::busy(&mut deaf, &mut Rng::new(1)).is_err());
 }

@@ -171,6 +171,22 @@ pub fn interrupted(cause: u8) -> Option<Fault> {
 /// Segment D: the last faults, records of three words and their exclusive or.
 const LOG: u16 = 0x1000;
 
+/// Watchdog resets in a row, over any reset but power-up.
+#[unsafe(link_section = ".noinit")]
+static mut BITES: u16 = 0;
+
+/// Counts this reset if the watchdog made it, and tells how many there were in a row.
+pub fn bites(cause: u8) -> u16 {
+    // SAFETY: one word that only this function touches, once in each run of the firmware.
+    unsafe {
+        let place = ::core::ptr::addr_of_mut!(BITES);
+        let before = if cause & 1 << 2 != 0 { 0 } else { place.read_volatile() };
+        let bites = if cause & 1 != 0 { before.saturating_add(1) } else { 0 };
+        place.write_volatile(bites);
+        bites
+    }
+}
+
 /// Appends a fault: number and input, place in the code, line.
 pub fn log(words: [u16; 3]) {
     let mut at = LOG;

@@ -93,6 +93,9 @@ pub struct Event {
     pub left: i32,
 }
 
+/// Autorun gives up after so many watchdog resets in a row.
+const BITES: u16 = 3;
+
 const PULSE: u8 = Op::Pulse as u8;
 
 /// Codes from here on are effects.
@@ -198,6 +201,8 @@ pub struct Core {
     pub missed: u16,
     /// IFG1 at reset.
     pub cause: u8,
+    /// Watchdog resets in a row.
+    pub bites: u16,
     /// Half a second has passed since reset.
     pub booted: bool,
     /// A host has spoken since reset.
@@ -269,6 +274,7 @@ impl Core {
             latched: 0,
             missed: 0,
             cause: 0,
+            bites: 0,
             booted: false,
             host: false,
             record: &BoardRecord::DEFAULT,
@@ -914,7 +920,12 @@ impl Core {
             return;
         }
         self.booted = true;
-        if self.record.flags & BoardRecord::AUTORUN != 0 && !self.host && !self.blocked() {
+        let wanted = self.record.flags & BoardRecord::AUTORUN != 0 && self.bites < BITES;
+        if wanted && !self.host && !self.blocked() {
+            // The first start acknowledges what a watchdog reset has latched.
+            if self.bites != 0 && self.session.state() as u8 == RunState::Fault as u8 {
+                self.control(Control::Start);
+            }
             self.control(Control::Start);
         }
     }

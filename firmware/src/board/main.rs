@@ -70,6 +70,7 @@ extern "C" fn main() -> ! {
         chain::open_direct();
     }
     core.cause = boot::cause();
+    core.bites = boot::bites(core.cause);
     // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
     let mut address = core.record.address;
     if chain::buttons() & 1 != 0 {

@@ -12,6 +12,7 @@ pub mod people;
 pub mod power;
 pub mod programs;
 pub mod stand;
+pub mod time;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
@@ -107,12 +108,13 @@ pub type Sink<'a> = &'a mut dyn FnMut(Row) -> Result<(), String>;
 pub type Kind = (&'static str, fn(&Settings, Sink<'_>) -> Result<(), String>);
 
 /// Every kind.
-pub const KINDS: [Kind; 5] = [
+pub const KINDS: [Kind; 6] = [
     ("programs", programs::run),
     ("images", images::run),
     ("people", people::run),
     ("power", power::run),
     ("line", line::run),
+    ("time", time::run),
 ];
 
 /// Losses that a row tells of.

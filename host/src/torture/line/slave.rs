@@ -39,7 +39,7 @@ impl Counts {
     /// Some values are refused.
     fn take(&mut self, address: u16) -> Result<(), Exception> {
         self.writes += 1;
-        if address % 7 == 0 { Err(Exception::Busy) } else { Ok(()) }
+        if address.is_multiple_of(7) { Err(Exception::Busy) } else { Ok(()) }
     }
 }
 
