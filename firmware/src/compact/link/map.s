@@ -527,7 +527,8 @@ map_busy:
     jne 3f
     call #idle
     jne map_busy
-3:  call #control
+3:  call #control               ; keeps no register: the request ends here
+    mov #1, r6
     jmp map_written
     /* trace mode */
 4:  bic.b #T_ON|T_FULL, &TRACING

@@ -3,7 +3,7 @@
     .section .text.session,"axR",@progbits
 
 /* Obeys r12 = a Control code; one that is not for this state does nothing. Restart is for a machine
-   that rests without a run. Destroys r11 to r15. */
+   that rests without a run. No register is kept. */
     .global control
 control:
     rla r12
@@ -41,7 +41,7 @@ run_finish:
     br #motion_stop
 
 /* Steps cease at once, outputs go to their safe states, F14 is latched. Takes r12 = input that
-   caused it, 0 for none. Destroys r11 to r15. */
+   caused it, 0 for none. No register is kept. */
 emergency_by_link:
     clr r12
     .global emergency
@@ -103,7 +103,7 @@ run_resume:
 run_acknowledge:
     cmp.b #RUN_FAULT, &RUN
     jne 1b
-/* Start: the button, the link, autorun. */
+/* Start: the button, the link, autorun. Keeps r4 to r7 and r10. */
 run_start:
     call #run_blocked
     jne 1b

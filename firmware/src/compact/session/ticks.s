@@ -37,17 +37,8 @@ ticks:
     jeq 2f
     call #run_start
 
-    /* as long as it is pressed: nothing else begins to move */
-2:  mov.b B_EMERGENCY(r10), r9
-    mov r9, r12
-    call #input
-    tst r12
-    jeq 1f
-    mov r9, r12
-    call #emergency
-
     /* Stop held for 2 s ends the run */
-1:  inc &HELD
+2:  inc &HELD
     bit.b #P1_STOP, &BUTTON
     jne 1f
     clr &HELD
@@ -124,15 +115,24 @@ ticks:
     adc &TIME+2
 
 3:  cmp.b #RUN_RUNNING, &RUN
-    jne ticks_end
+    jne 1f
     add #1, &TIMER_MS
     adc &TIMER_MS+2
     .if HAS_KEEP
     bit #1023, &TIMER_MS
-    jne ticks_end
+    jne 1f
     call #motion_rests
-    jne ticks_end
-    br #keep_save
+    jne 1f
+    call #keep_save
     .endif
+
+    /* as long as it is pressed: nothing else begins to move */
+1:  mov.b B_EMERGENCY(r10), r10
+    mov r10, r12
+    call #input
+    tst r12
+    jeq ticks_end
+    mov r10, r12
+    br #emergency
 ticks_end:
     ret
