@@ -50,11 +50,18 @@ global_asm!(
     .section .text.vm,"ax",@progbits
 
     /* r13 = address of the cell that the operand names */
-    .macro CELL
+    .macro CELL_HERE
     mov.b @r5+, r13
     rla r13
     rla r13
     add r7, r13
+    .endm
+    .macro CELL
+    .if {small}
+    call #vm_cell
+    .else
+    CELL_HERE
+    .endif
     .endm
     /* r12 = signed distance operand */
     .macro REL
@@ -62,23 +69,37 @@ global_asm!(
     sxt r12
     .endm
     /* r12 = 16-bit operand, r13 lost */
-    .macro WORD
+    .macro WORD_HERE
     mov.b @r5+, r12
     mov.b @r5+, r13
     swpb r13
     bis r13, r12
     .endm
+    .macro WORD
+    .if {small}
+    call #vm_operand
+    .else
+    WORD_HERE
+    .endif
+    .endm
     .macro POP
     mov @r6+, r10
     mov @r6+, r11
     .endm
-    /* the next instruction; where it ends a frequent one it saves the jump to vm_next, 2 cycles */
-    .macro NEXT
+    .macro NEXT_HERE
     mov.b @r5+, r12
     rla.b r12
     jc vm_high
     jn vm_mid
     br vm_table(r12)
+    .endm
+    /* the next instruction; where it ends a frequent one it saves the jump to vm_next, 2 cycles */
+    .macro NEXT
+    .if {small}
+    jmp vm_next
+    .else
+    NEXT_HERE
+    .endif
     .endm
 
     .global pasapas_vm_run
@@ -524,7 +545,15 @@ vm_push:
     mov r12, r10
     mov r13, r11
 vm_next:
-    NEXT
+    NEXT_HERE
+    .if {small}
+vm_operand:
+    WORD_HERE
+    ret
+vm_cell:
+    CELL_HERE
+    ret
+    .endif
 
 vm_drop:
     POP
@@ -664,7 +693,7 @@ vm_nextword:
     inv r9
     jmp 2f
 vm_nextbyte:
-    CELL
+    CELL_HERE
     mov.b @r5+, r14
 1:  clr r9
     /* r9:r14 = the limit */
@@ -1046,6 +1075,8 @@ vm_inlines:
     data = const offset_of!(State, data),
     frame = const FRAME_AT,
     saves = const SAVES,
+    // 100 bytes less for 2 cycles at each load and store, 9 at wide operands.
+    small = const cfg!(feature = "g2553") as u8,
     more = const lang::vm::flag::MORE,
     incshort = const Op::IncShort as u8,
     zero = const Op::Zero as u8,
