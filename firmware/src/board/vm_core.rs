@@ -86,6 +86,14 @@ global_asm!(
     mov @r6+, r10
     mov @r6+, r11
     .endm
+    /* a jump whose target only the smaller core has within 1 KB */
+    .macro FAR target
+    .if {small}
+    jmp \target
+    .else
+    br #\target
+    .endif
+    .endm
     .macro NEXT_HERE
     mov.b @r5+, r12
     rla.b r12
@@ -121,7 +129,7 @@ pasapas_vm_run:
     mov @r12+, r4
     mov @r12+, r7
     mov r1, &{vm}+{frame}
-    br #vm_next
+    FAR vm_next
 
     /* faults: codes 0x100 + number */
 vm_f01:
@@ -337,7 +345,7 @@ vm_hundreds:
     jmp 2f
 vm_thousands:
     call #vm_thousand
-    br #vm_next
+    FAR vm_next
     /* pushes 1000 times the operand byte */
 vm_thousand:
     REL
@@ -433,7 +441,7 @@ vm_element:
     add r7, r13
     ret
 1:  incd r1
-    br #vm_f03
+    FAR vm_f03
 
     /* --- the hot middle --- */
 vm_high:
@@ -492,7 +500,7 @@ vm_add:
     addc @r6+, r11
     bit #0x100, r2
     jeq vm_next
-    br #vm_f01
+    FAR vm_f01
 vm_sub:
     mov @r6+, r12
     mov @r6+, r13
@@ -500,7 +508,7 @@ vm_sub:
     subc r11, r13
     bit #0x100, r2
     jeq vm_set
-    br #vm_f01
+    FAR vm_f01
 vm_and:
     and @r6+, r10
     and @r6+, r11
@@ -590,14 +598,14 @@ vm_take:
 vm_poll:
     tst.b &{vm}+{poll}
     jeq vm_next
-    br #vm_yield
+    FAR vm_yield
 vm_jumpfar:
     WORD
     mov r12, r5
     add r4, r5
     jmp vm_poll
 vm_exit_far:
-    br #vm_exit
+    FAR vm_exit
 
     /* comparisons: outcome 1 less, 2 equal, 4 greater, against the mask of the code */
 vm_compare_jump:
@@ -712,7 +720,7 @@ vm_nextbyte:
 vm_loop_polled:
     br #vm_yield
 vm_loop_left:
-    br #vm_next
+    FAR vm_next
     /* F01 leaves the cell as it was */
 vm_undo_inc:
     sub #1, 0(r13)
@@ -786,9 +794,9 @@ vm_repeat:
     mov r15, 0(r13)
     mov r14, -2(r13)
     jmp vm_take_far
-1:  br #vm_next
+1:  FAR vm_next
 vm_take_far:
-    br #vm_take
+    FAR vm_take
 
 vm_inc:
     CELL
@@ -796,14 +804,14 @@ vm_inc:
     adc 2(r13)
     bit #0x100, r2
     jne vm_undo_inc
-    br #vm_next
+    FAR vm_next
 vm_dec:
     CELL
     sub #1, 0(r13)
     sbc 2(r13)
     bit #0x100, r2
     jne vm_undo_dec
-    br #vm_next
+    FAR vm_next
 vm_addto:
     CELL
     add r10, 0(r13)
@@ -811,7 +819,7 @@ vm_addto:
     bit #0x100, r2
     jne vm_undo_add
     POP
-    br #vm_next
+    FAR vm_next
     /* r12 is twice the code */
 vm_incshort:
     sub #2*{incshort}, r12
@@ -825,18 +833,18 @@ vm_zero:
     add r7, r12
     clr 0(r12)
     clr 2(r12)
-    br #vm_next
+    FAR vm_next
 vm_dup:
     mov r10, r12
     mov r11, r13
-    br #vm_push
+    FAR vm_push
 vm_over:
     mov @r6, r12
     mov 2(r6), r13
-    br #vm_push
+    FAR vm_push
 vm_more:
     bis.b #{more}, &{vm}+{flags}
-    br #vm_next
+    FAR vm_next
 vm_check:
     tst r11
     jl 1f
@@ -892,7 +900,7 @@ vm_enter:
     incd &{vm}+{calls}
     mov r12, r5
     add r4, r5
-    br #vm_poll
+    FAR vm_poll
 vm_no_call:
     br #vm_f16
 
@@ -925,7 +933,7 @@ vm_leave:
     add r4, r5
     cmp #{kind_event}, r13
     jeq 1f
-    br #vm_poll
+    FAR vm_poll
 1:  mov #{handler_end}, r12
     br #vm_exit
 vm_give:
@@ -943,7 +951,7 @@ vm_give:
     rra r13
     rra r13
     add r13, &{vm}+{base}
-    br #vm_next
+    FAR vm_next
 
     /* --- tables --- */
 vm_table_op:
