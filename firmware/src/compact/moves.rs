@@ -1,8 +1,9 @@
 //! Statements and commands that move axes.
 
 use crate::consts::constants;
-use lang::isa::{Op, flags};
+use lang::isa::{Look, Op, SHORT_AXES, flags};
 use lang::record::AxisRecord;
+use lang::wire::{Control, Exception, command};
 
 /// Without a program a command's own parameters decide.
 #[unsafe(no_mangle)]
@@ -17,17 +18,92 @@ static FREE_AXIS: AxisRecord = AxisRecord {
     top_rate: 100_000,
     accel: 10_000_000,
     decel: 10_000_000,
-    min: i32::MIN,
-    max: i32::MAX,
+    min: -1 << 30,
+    max: 1 << 30,
     home_stroke: 0,
     home_position: 0,
     home_clearance: 0,
 };
 
 constants! {
-    OP_SPINDLE = Op::Spindle;
+    // The commands that bring all of their parameters do not fit into the G2553.
+    HAS_COMMANDS = cfg!(feature = "whole");
+    OP_MOVE_TO = Op::MoveTo;
+    OP_MOVE = Op::Move;
+    OP_RAPID = Op::Rapid;
+    OP_LINEAR = Op::Linear;
+    OP_FEED = Op::Feed;
+    OP_FEED_STEPS = Op::FeedSteps;
+    OP_HOME = Op::Home;
+    OP_HOME_QUERY = Op::HomeQuery;
+    OP_PROBE = Op::Probe;
+    OP_SET_POS_ZERO = Op::SetPosZero;
+    OP_STOP_AXE = Op::StopAxe;
+    LOOK_CHAR_IN = Look::CharIn;
+    LOOK_PROBE_OK = Look::ProbeOk;
     FL_AXIS = flags::AXIS;
+    FL_STEPS = flags::STEPS;
+    FL_RELATIVE = flags::RELATIVE;
+    FL_ACCEL = flags::ACCEL;
+    FL_DECEL = flags::DECEL;
+    FL_RAPID = flags::RAPID;
+    FL_COMMON_STEPS = flags::COMMON_STEPS;
+    FL_COMMON_FRAME = flags::COMMON_FRAME;
+    FL_SPEED = flags::SPEED;
+    FL_QUERY = flags::QUERY;
+    FL_SENSOR = flags::SENSOR;
+    FL_MASK = flags::MASK;
+    CMD_STOP_AXIS = command::STOP_AXIS;
+    CMD_STOP_AXES = command::STOP_AXES;
+    CMD_MOVE_TO = command::MOVE_TO;
+    CMD_SET_POSITION = command::SET_POSITION;
+    CMD_HOME = command::HOME;
+    CMD_PROBE = command::PROBE;
+    CMD_HOME_PROFILE = command::HOME_PROFILE;
+    CMD_DIRECT = command::DIRECT;
+    ILLEGAL_VALUE = Exception::IllegalValue;
+    DEVICE_FAILURE = Exception::DeviceFailure;
+    EXCEPTION_BUSY = Exception::Busy;
+    CONTROL_STOP = Control::Stop;
+    CONTROL_PAUSE = Control::Pause;
+    CONTROL_RESUME = Control::Resume;
+    CONTROL_ACKNOWLEDGE = Control::Acknowledge;
 }
+
+// What the assembly does by shifts: pairs of a flag and its unit, frames and units of axes, the
+// order of the looks and of short forms, feeds by two bits.
+const _: () = assert!(
+    flags::STEPS == 4
+        && flags::SPEED == 1 << 6
+        && flags::SPEED_STEPS == 1 << 7
+        && flags::ACCEL == 1
+        && flags::ACCEL_STEPS == 2
+        && flags::DECEL == 4
+        && flags::DECEL_STEPS == 8
+        && flags::AXES == 7
+        && flags::COMMON_FRAME == 6
+        && flags::PROBE_FRAME == 3
+        && Op::MoveBy as u8 == Op::MoveTo as u8 + 3
+        && Op::MoveRamp as u8 == Op::Move as u8 + 1
+        && Op::Move as u8 & 1 == 0
+        && Op::Line as u8 == Op::Rapid as u8 + 5
+        && Op::Feed as u8 & 3 == 2
+        && Op::FeedSteps as u8 & 3 == 3
+        && Op::Spindle as u8 & 2 == 0
+        && SHORT_AXES[2].0 == 3
+        && SHORT_AXES[3].0 == 4
+        && SHORT_AXES[4].0 == 7
+        && Look::Pos as u8 == 0
+        && Look::PosSteps as u8 == 1
+        && Look::Probed as u8 == 2
+        && Look::ProbedSteps as u8 == 3
+        && Look::ProbeOk as u8 == 4
+        && Look::Moving as u8 == 5
+        && Look::Homed as u8 == 6
+        && Look::InPort as u8 == 7
+        && Look::Timer as u8 == 8
+        && Look::CharIn as u8 == 9
+);
 
 core::arch::global_asm!(include_str!("moves/coords.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/moves.s"), options(raw));

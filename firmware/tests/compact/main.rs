@@ -4,18 +4,22 @@
 
 mod area;
 mod boot;
-mod check;
 mod chip;
+mod live;
 mod machine;
 mod rig;
 
+mod check;
+mod commands;
 mod coords;
 mod effects;
 mod formula;
+mod home;
 mod io;
 mod keep;
 mod line;
 mod link;
+mod moves;
 mod numbers;
 mod ramp;
 mod session;

@@ -11,20 +11,21 @@ use lang::wire::{RunState, TraceKind};
 use crate::chip::Chip;
 
 /// The first slot of the program area, and where its image lies.
-const SLOT: u16 = crate::area::AREA;
-const IMAGE: u16 = SLOT + 4;
+pub const SLOT: u16 = crate::area::AREA;
+pub const IMAGE: u16 = SLOT + 4;
 /// A commit word.
-const COMMITTED: u16 = 0xA500;
+pub const COMMITTED: u16 = 0xA500;
 /// Where the board's profile lies: segment C.
-const PROFILE: u16 = 0x1040;
+pub const PROFILE: u16 = 0x1040;
 const WDTCTL: u16 = 0x0120;
 const P2DIR: u16 = 0x2A;
 const P1OUT: u16 = 0x21;
 const P1REN: u16 = 0x27;
 const BUTTONS: u8 = 1 << 0 | 1 << 3;
 /// `T_` flags of `ram.s`.
-const T_ON: u8 = 1;
-const T_FULL: u8 = 2;
+pub const T_ON: u8 = 1;
+/// See [`T_ON`].
+pub const T_FULL: u8 = 2;
 
 /// One trace event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +41,15 @@ pub struct Event {
 /// An event of the wanted kind.
 pub const fn event(kind: TraceKind, argument: u8, value: i32) -> Event {
     Event { kind: kind as u8, argument, value }
+}
+
+/// The image of a script for a profile.
+pub fn image_of(profile: &Profile, script: &str) -> Vec<u8> {
+    let (source, _) = Source::decode("test", script.as_bytes());
+    let choice = ProfileChoice::Given(Box::new(profile.clone()));
+    let (program, diags) = compile(&source, choice);
+    let program = program.unwrap_or_else(|| panic!("{script}: {:?}", diags));
+    lang::back::compile(&program).expect("it fits").image
 }
 
 /// The chip with a program, its milliseconds counted by the test.
@@ -62,11 +72,7 @@ impl Rig {
 
     /// A board with this profile, its program stored.
     pub fn with(profile: &Profile, script: &str) -> Rig {
-        let (source, _) = Source::decode("test", script.as_bytes());
-        let choice = ProfileChoice::Given(Box::new(profile.clone()));
-        let (program, diags) = compile(&source, choice);
-        let program = program.unwrap_or_else(|| panic!("{script}: {:?}", diags));
-        let image = lang::back::compile(&program).expect("it fits").image;
+        let image = image_of(profile, script);
         let direct = profile.wiring == lang::profile::Wiring::Direct;
         let mut chip = Chip::wired(if direct { Wiring::Direct } else { Wiring::Chain });
         let mut put = |first: u16, bytes: &[u8]| {

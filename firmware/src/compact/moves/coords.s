@@ -1,40 +1,52 @@
 /* Places of the axes: um and steps, targets, soft limits.
 
    What works on one axis takes it as two registers: r8 = 4 * axis, which indexes UM, STEPS, OFFSET,
-   ACTUAL, PROBED, and r9 = address of its AxisRecord in flash. */
-    .section .text.coords,"axR",@progbits
+   ACTUAL, PROBED, and r9 = address of its AxisRecord. */
+    .section .text.moves,"axR",@progbits
 
-    /* A target while a statement looks at all of its axes; the engine rests and leaves its memory. */
+    /* A target while a statement looks at all of its axes; the engine rests and leaves its memory.
+       It lies as UM and STEPS do. */
     .set NEW_UM, SLOT0
     .set NEW_STEPS, SLOT1
+    /* planner's numbers that are free at rest */
+    .set SPARE, V2
+    .set SPARE_TOO, LEFT
 
     /* Where the axis r12 stands, or is to stand, for the link: r13:r12 = work position in steps.
        Uses r11, r14, r15. */
     .global target_steps, work_steps
 target_steps:
-    mov #STEPS, r13
+    mov #STEPS-ACTUAL, r13
     jmp 1f
 work_steps:
-    mov #ACTUAL, r13
+    clr r13
 1:  push r8
     push r9
-    call #axis_select
-    add r8, r13
     push r13
+    call #axis_select
     call #offset_steps
-    pop r15
-    mov @r15+, r14
-    mov @r15, r15
-    sub r12, r14
-    subc r13, r15
-    mov r14, r12
-    mov r15, r13
+    add @r1+, r8
+    call #formula
+    F sub ACTUAL, AXIS, LAST
+    call #negate
+restore_axis:
+    pop r9
+    pop r8
+    ret
+
+    /* r12 = address of the AxisRecord of axis r12. Uses r11. */
+    .global axis_record
+axis_record:
+    push r8
+    push r9
+    call #axis_select
+    mov r9, r12
     jmp restore_axis
 
     /* r13:r12 = work offset of the axis in steps, 0 when it does not fit. Uses r11, r14, r15. */
 offset_steps:
-    mov OFFSET(r8), r12
-    mov OFFSET+2(r8), r13
+    call #formula
+    F load OFFSET, AXIS, LAST
     call #to_steps
 zero_if_carry:
     jnc 1f
@@ -50,63 +62,21 @@ convert:
     push r9
     call #axis_select
     mov r14, r12
+    push #restore_axis
     tst r13
     mov r15, r13
-    jeq 1f
-    call #to_steps
-    jmp restore_axis
-1:  call #to_um
-restore_axis:
-    pop r9
-    pop r8
-    ret
-
-    /* r12 = address of the AxisRecord of axis r12. Uses r11. */
-    .global axis_record
-axis_record:
-    push r8
-    push r9
-    call #axis_select
-    mov r9, r12
-    jmp restore_axis
-
-    /* Axis r12: r8 = 4 * axis, r9 = its record. Uses r11. */
-    .global axis_select, axis_at
-axis_select:
-    mov r12, r8
-    rla r8
-    rla r8
-    /* Axis r8: r9 = its record, that of the stored program. Uses r11. */
-axis_at:
-    mov #FREE_AXIS, r9
-    mov &VM_CODE, r11
-    tst r11
-    jeq 2f
-    mov r11, r9
-    sub #MACHINE_SIZE-MC_AXES, r9
-    mov r8, r11
-1:  sub #4, r11
-    jnc 2f
-    add #AXIS_SIZE, r9
-    jmp 1b
-2:  ret
-
-    /* r12 = bit of the axis r8. */
-    .global axis_bit
-axis_bit:
-    mov r8, r12
-    rra r12
-    jne 1f
-    inc r12
-1:  ret
-
+    jeq to_um
     /* r13:r12 um as steps of the axis, half away from zero; carry when they do not fit.
        Uses r11, r14, r15. */
 to_steps:
     mov A_UM(r9), r11
     mov A_STEPS(r9), r14
     jmp 1f
-    /* The other way. */
+    /* The same in the unit that r10 does not say, bit 2 for steps. */
+to_other:
+    bit #4, r10
+    jeq to_steps
+    /* r13:r12 steps as um. */
 to_um:
     mov A_STEPS(r9), r11
     mov A_UM(r9), r14
@@ -117,10 +87,8 @@ to_um:
     clr r15
     rla r14
     rlc r15
-    tst r13
-    jge 2f
-    call #pasapas_neg
-2:  call #pasapas_mul_div
+    call #formula_abs
+    call #pasapas_mul_div
     add #4, r1
     pop r14
     add #1, r12
@@ -129,10 +97,40 @@ to_um:
     rrc r13
     rrc r12
     tst r14
-    jge 4f
-    call #pasapas_neg
-4:  clrc
+    jge 2f
+    call #negate
+2:  clrc
 3:  ret
+
+    /* The axis N, or r12: r8 = 4 * axis, r9 = its record. Uses r11. */
+axis_n:
+    mov.b &N, r12
+    .global axis_select, axis_at
+axis_select:
+    mov r12, r8
+    rla r8
+    rla r8
+    /* Axis r8: r9 = its record, that of the stored program. Uses r11. */
+axis_at:
+    mov &VM_CODE, r9
+    sub #MACHINE_SIZE-MC_AXES, r9
+    jnc 2f
+    mov r8, r11
+1:  sub #4, r11
+    jnc 3f
+    add #AXIS_SIZE, r9
+    jmp 1b
+2:  mov #FREE_AXIS, r9
+3:  ret
+
+    /* r12 = bit of the axis r8. */
+    .global axis_bit
+axis_bit:
+    mov r8, r12
+    rra r12
+    jne 1f
+    inc r12
+1:  ret
 
     /* Where a target lies: r13:r12 um or steps, r10 = frame (0 work, 1 machine, 2 relative), plus 4
        for steps. NEW_UM, NEW_STEPS of the axis hold it and r12 is 0, or FAULTED with F01, F05,
@@ -143,56 +141,59 @@ aim:
     jhs aim_lacks
     bit #AXIS_PRESENT, A_FLAGS(r9)
     jeq aim_lacks
+    /* relative: to the commanded place in its unit; work um: to the offset */
     mov r8, r11
-    bit #2, r10
-    jeq 1f
-    /* relative: to the commanded place, of um or of steps */
     bit #4, r10
-    jeq 2f
+    jeq 1f
     add #STEPS-UM, r11
-    jmp 2f
-1:  /* machine positions and steps stand for themselves */
+1:  bit #2, r10
+    jne 2f
     bit #5, r10
-    jne 3f
+    jne aim_place
     add #OFFSET-UM, r11
 2:  add UM(r11), r12
     addc UM+2(r11), r13
     bit #0x100, r2
     jne aim_overflow
-3:  bit #4, r10
-    jne 4f
-    call #new_um
-    call #to_steps
+    /* The same for a machine position; 2 in r10 allows it to an axis not homed. */
+aim_place:
+    mov r8, r11
+    bit #4, r10
+    jeq 3f
+    add #STEPS-UM, r11
+3:  mov r12, NEW_UM(r11)
+    mov r13, NEW_UM+2(r11)
+    push r11
+    call #to_other
+    pop r11
     jc aim_overflow
-    call #new_steps
-    jmp 5f
-4:  call #new_steps
-    call #to_um
-    jc aim_overflow
-    call #new_um
-5:  call #axis_bit
+    sub #STEPS-UM, r11
+    cmp r8, r11
+    jge 4f
+    add #2*(STEPS-UM), r11
+4:  mov r12, NEW_UM(r11)
+    mov r13, NEW_UM+2(r11)
+    call #axis_bit
     bit.b r12, &HOMED
-    jeq 6f
-    mov NEW_UM(r8), r12
-    mov NEW_UM+2(r8), r13
-    cmp A_MIN(r9), r12
-    mov r13, r11
-    subc A_MIN+2(r9), r11
+    jeq 5f
+    /* both differences may wrap: all is well as long as the travel is below 2^31 um */
+    call #formula
+    FR load A_MAX, LONG
+    F sub NEW_UM, AXIS, LAST
+    tst r13
     jl aim_limit
-    mov A_MAX(r9), r14
-    mov A_MAX+2(r9), r15
-    cmp r12, r14
-    subc r13, r15
+    call #formula
+    F load NEW_UM, AXIS
+    FR sub A_MIN, LONG, LAST
+    tst r13
     jl aim_limit
-8:  clr r12
+6:  clr r12
     ret
-6:  bit #2, r10
-    jne 8b
-    tst &VM_CODE
-    jeq 8b
+5:  bit #2, r10
+    jne 6b
     mov &VM_CODE, r11
     bit #MC_REQUIRE_HOMING, MC_FLAGS-MACHINE_SIZE(r11)
-    jeq 8b
+    jeq 6b
     mov #FAULTED+F_NOT_HOMED, r12
     ret
 aim_limit:
@@ -201,81 +202,58 @@ aim_limit:
 aim_lacks:
     mov #FAULTED+F_VALUE_RANGE, r12
     ret
-    .global aim_overflow
 aim_overflow:
     mov #FAULTED+F_OVERFLOW, r12
     ret
 
-new_um:
-    mov r12, NEW_UM(r8)
-    mov r13, NEW_UM+2(r8)
-    ret
-new_steps:
-    mov r12, NEW_STEPS(r8)
-    mov r13, NEW_STEPS+2(r8)
-    ret
-
-    /* Makes NEW_UM, NEW_STEPS of the axis the commanded place; Z when it was the one in steps before.
-       Uses r12 to r15. */
+    /* Makes NEW_UM, NEW_STEPS of the resting axis the commanded place; Z when it stands there in
+       steps. Uses r11 to r15. */
 command:
-    mov NEW_UM(r8), UM(r8)
-    mov NEW_UM+2(r8), UM+2(r8)
-    mov NEW_STEPS(r8), r12
-    mov NEW_STEPS+2(r8), r13
-    mov STEPS(r8), r14
-    mov STEPS+2(r8), r15
-    mov r12, STEPS(r8)
-    mov r13, STEPS+2(r8)
-    xor r12, r14
-    xor r13, r15
-    bis r14, r15
-    tst r15
+    call #formula
+    F load NEW_UM, AXIS
+    F store UM, AXIS
+    F load NEW_STEPS, AXIS
+    F store STEPS, AXIS
+    F sub ACTUAL, AXIS, LAST
+    bis r12, r13
+    tst r13
     ret
 
-    /* A new run: no work offsets, the commanded places are those where the axes stand, and the feed
-       is the profile's. Keeps nothing but r4 to r7 and r10. */
+    /* A new run: no work offsets, and the commanded places are those where the axes stand. Keeps r4
+       to r7 and r10. */
     .global motion_reset, settle_all
 motion_reset:
     mov #12, r11
 1:  decd r11
     clr OFFSET(r11)
     jne 1b
-    mov &VM_CODE, r11
-    mov MC_FEED-MACHINE_SIZE(r11), &FEED
-    mov MC_FEED+2-MACHINE_SIZE(r11), &FEED+2
-    /* The commanded places become those where the axes stand. Keeps r4 to r10. */
+    /* The commanded places become those where the axes stand. Keeps r4 to r7 and r10. */
 settle_all:
-    push r8
-    push r9
-    mov #12, r8
-1:  sub #4, r8
-    jnc restore_axis
-    call #axis_at
+    mov #8, r8
+1:  call #axis_at
     call #settle_here
-    jmp 1b
+    sub #4, r8
+    jge 1b
+    ret
 
     /* The resting axis stands at r13:r12 steps, which is its commanded place too.
        Uses r11 to r15. */
     .global place, settle, settle_here
 place:
-    mov r12, ACTUAL(r8)
-    mov r13, ACTUAL+2(r8)
-    mov r8, r11
-    rra r11
-    mov r12, COUNT(r11)
+    call #formula
+    F store ACTUAL, AXIS, LAST
+    jmp settle
     /* The commanded place is where the axis stands. Uses r11 to r15. */
 settle_here:
-    mov ACTUAL(r8), r12
-    mov ACTUAL+2(r8), r13
-    /* The commanded place is that of r13:r12 steps; um stay when the record has none, and are 0
-       when they do not fit. Uses r11 to r15. */
+    call #formula
+    F load ACTUAL, AXIS, LAST
+    /* The commanded place is that of r13:r12 steps; um are 0 when they do not fit.
+       Uses r11 to r15. */
 settle:
-    mov r12, STEPS(r8)
-    mov r13, STEPS+2(r8)
-    tst A_STEPS(r9)
-    jeq 1f
+    call #formula
+    F store STEPS, AXIS, LAST
     call #to_um
     call #zero_if_carry
-    mov r12, UM(r8)
-    mov r13, UM+2(r8)
-1:  ret
+    call #formula
+    F store UM, AXIS, LAST
+    ret
