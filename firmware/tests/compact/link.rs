@@ -1,9 +1,11 @@
 //! The Modbus slave, by whole frames over the emulated line: the image runs from reset.
 
-use emulator::{Board, Reset, TICKS_PER_SECOND};
+use emulator::{Board, Format, Parity, Reset, TICKS_PER_SECOND};
 use firmware::WHOLE;
 use lang::fault::Fault;
 use lang::isa::{FINGERPRINT, Op};
+use lang::profile::Profile;
+use lang::record::BoardRecord;
 use lang::wire::{self, BLOCKS, CRC_START, Control, RunState, Table, WRITABLE, crc16};
 use proptest::prelude::*;
 
@@ -422,6 +424,41 @@ fn restart_resets_once_the_reply_is_out() {
     assert_eq!(write_one(&mut board, wire::RUN_CONTROL, Control::Restart as u16), Ok(()));
     assert_eq!(board.last_reset(), Reset::WatchdogKey);
     assert_eq!(read(&mut board, 3, wire::OUTPUTS, 1), [0]);
+}
+
+#[test]
+fn every_rate_and_parity_is_served() {
+    let profile = Profile::built_in("mill").unwrap();
+    for (rate, baud) in [(0, 9600), (1, 19_200), (2, 57_600), (3, 115_200)] {
+        for (parity, expected) in [(0, Parity::None), (1, Parity::Even), (2, Parity::Odd)] {
+            for stop in [false, true] {
+                let mut board = Chip::new().board;
+                let mut record = BoardRecord::of(&profile, 1);
+                record.rate = parity << 4 | rate;
+                record.address = 9;
+                for (at, byte) in (0x1040..).zip(record.sealed().to_bytes()) {
+                    board.poke8(at, byte);
+                }
+                board.plant_mut().press_stop(stop);
+                board.reset_pin();
+                // Stop held at reset: 9600 8N1, address 1.
+                let (baud, parity, address) =
+                    if stop { (9600, Parity::None, 1) } else { (baud, expected, 9) };
+                board.set_uart_format(Format { baud, parity });
+                board.run_us(20_000);
+                board.uart_take();
+                let mut body = words(3, wire::VERSION, 20);
+                body[0] = address;
+                board.uart_send(&sealed(&body));
+                let end = board.uart_free() + TICKS_PER_SECOND / 10;
+                board.run_until(end);
+                let reply: Vec<u8> = board.uart_take().into_iter().map(|(_, byte)| byte).collect();
+                assert_eq!(reply.len(), 45, "{baud} {parity:?}");
+                assert_eq!(reply, sealed(&reply[..43]));
+                assert_eq!(board.uart_errors(), 0);
+            }
+        }
+    }
 }
 
 /// What the slave makes of a request, without the line: the chip does nothing else.
