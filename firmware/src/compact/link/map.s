@@ -2,10 +2,10 @@
    The twin is board/map.rs. */
 
 /* One row of a block: first address, count (0: UPLOAD_COUNT), tables, list of its registers (from
-   MAP_KEYS), routine that writes it (from MAP_WRITERS, in words, 0 for none). */
+   MAP_KEYS), routine that writes it (from MAP_WRITERS, 0 for none). */
     .macro MAP_BLOCK name, list, writer=MAP_WRITERS
     .word BLOCK_\name
-    .byte COUNT_\name, TABLES_\name, \list-MAP_KEYS, (\writer-MAP_WRITERS)/2
+    .byte COUNT_\name, TABLES_\name, \list-MAP_KEYS, \writer-MAP_WRITERS
     .endm
 
 /* Registers of a list, in ascending order. A row holds from its offset to that of the next:
@@ -38,7 +38,7 @@
 
     .section .text.map,"axR",@progbits
 map_blocks:
-    MAP_BLOCK COILS, map_list_outputs, map_write_outputs
+    MAP_BLOCK COILS, map_list_outputs
     MAP_BLOCK INPUT_BITS, map_list_status
     MAP_BLOCK STATUS_BITS, map_list_status
     MAP_BLOCK STATUS, map_list_status

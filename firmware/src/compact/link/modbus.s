@@ -13,8 +13,11 @@
    and the line rests. May destroy all registers. */
     .global link_poll
 link_poll:
+    mov.b &FUNCTION, r7
+    dec r7
+    jge link_feed
     cmp.b #LINE_READY, &LINE_STATE
-    jne link_feed
+    jne link_restart
     mov.b &HEAD, r4
     cmp.b #4, r4
     jl link_drop                ; too short, or spoiled, which is -1
@@ -52,7 +55,6 @@ link_poll:
 3:  bis.b #0x80, &FRAME+1
     mov.b r12, &FRAME+2
 4:  clr &HEAD                   ; and TAIL
-    mov.b #LINE_SENDING, &LINE_STATE
     mov #-1, &REPLY_CRC
     mov #FRAME, r10
 5:  mov.b @r10+, r13
@@ -60,7 +62,7 @@ link_poll:
     dec r6
     jne 5b
     tst.b &FUNCTION
-    jne link_feed
+    jne link_poll
 link_finish:
     mov &REPLY_CRC, r13
     call #link_put_only
@@ -76,9 +78,6 @@ link_drop:
 /* Puts more of the reply into the ring while there is room for two registers and the CRC. Both
    halves of a 32-bit value go there at once, so that they are of one instant. */
 link_feed:
-    mov.b &FUNCTION, r7
-    dec r7
-    jn link_restart
     mov.b &HEAD, r12
     sub.b &TAIL, r12
     and.b #RING_SIZE-1, r12
@@ -161,7 +160,7 @@ link_perform:
     jhs link_refused
     add #4, r7
 1:  mov.b link_tables(r7), r8
-    mov #EX_VALUE, r12
+    add #EX_VALUE-EX_FUNCTION, r12
     mov @r10+, r5
     swpb r5
     mov @r10, r6
@@ -225,14 +224,12 @@ link_no_address:
    leaves r12 = 0 or exception */
 link_write:
     mov r12, r5
-    mov.b 2(r9), r13
-    tst r13
-    jeq link_no_address
     cmp #4, r8
     jlo link_write_bits
-    rla r13
-    add #MAP_WRITERS, r13
-    mov r13, r8
+    mov.b 2(r9), r8
+    tst r8
+    jeq link_no_address
+    add #MAP_WRITERS, r8
     tst.b 0(r9)
     jge link_write_words
     /* function 6 sets a 32-bit value by its low register, extending the sign */

@@ -12,9 +12,8 @@
 
 /* LINE_STATE */
     .set LINE_LISTEN, 0
-    .set LINE_READY, 1          /* a frame has come */
+    .set LINE_READY, 1          /* a frame has come; its reply is being made */
     .set LINE_LAST, 2           /* all of the reply is in the ring */
-    .set LINE_SENDING, 4        /* the reply is being made */
     .set FRAME_SIZE, HEAD-FRAME
     .set RING_SIZE, 32
     .set SPOILED, -1            /* HEAD of a frame with a gap */
