@@ -76,7 +76,6 @@
     VAR HELD, 2                 /* milliseconds for which Stop has been held */
     VAR SILENT, 2               /* milliseconds since the last sound request */
     VAR MISSED, 2               /* milliseconds served late, events of the step engine not armed in time */
-    .set LATE, MISSED
     VAR RUN, 1                  /* RunState, without WaitStart */
     VAR CHAR_IN, 1
 
