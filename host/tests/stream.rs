@@ -37,7 +37,12 @@ impl Board {
 
     /// Streams a job with a terminal as standard input.
     fn stream(&self, job: &str, more: &[&str]) -> Stream {
-        let file = self.folder.path().join("job.bas");
+        self.stream_as("job.bas", job, more)
+    }
+
+    /// The same under a name that tells what it is.
+    fn stream_as(&self, name: &str, job: &str, more: &[&str]) -> Stream {
+        let file = self.folder.path().join(name);
         std::fs::write(&file, job).expect("a file");
         let (keys, terminal) = TTYPort::pair().expect("a pseudo-terminal");
         let device = terminal.name().expect("a name");
@@ -171,4 +176,31 @@ fn a_restart_asks_where_the_tool_stands() {
     assert_eq!(code, 0);
     assert!(out.contains("done, 3 statements"), "{out}");
     assert!(board.status().contains(r#""X":200"#));
+}
+
+#[test]
+fn lines_are_those_of_the_file_also_of_another_systems() {
+    let board = Board::start();
+    let job = "G21 G90\nG91\n\nG1 F6000 X1\nG1 X1\nG4 P30\nG1 X1\nM30\n";
+    let mut stream = board.stream_as("job.nc", job, &["--any-profile"]);
+    std::thread::sleep(Duration::from_millis(1500));
+    stream.press("q");
+    stream.hears("job.nc:6:1: stopped here");
+    assert_eq!(stream.end().0, 3);
+    let mut stream =
+        board.stream_as("job.nc", job, &["--any-profile", "--from-line", "7", "--yes"]);
+    stream.hears("line 7 begins at X 200");
+    assert_eq!(stream.end().0, 0);
+    assert!(board.status().contains(r#""X":300"#));
+}
+
+#[test]
+fn a_job_is_stored_in_pieces_where_that_is_asked_for() {
+    let board = Board::start();
+    let job: String = (0..500).map(|i| format!("G1 X0.{:02} Y0.{:02}\n", i % 70, i % 50)).collect();
+    let stream = board.stream(&format!("F30000\n{job}"), &["--any-profile", "--stored"]);
+    let (code, out) = stream.end();
+    assert_eq!(code, 0, "{out}");
+    assert!(out.contains("done, 501 lines") && out.contains("pieces"), "{out}");
+    assert!(board.status().contains(r#""X":9,"Y":49"#), "{}", board.status());
 }

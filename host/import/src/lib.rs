@@ -59,6 +59,8 @@ pub struct Options {
 pub struct Imported {
     /// The script. It names its profile.
     pub script: String,
+    /// For each line of the script the line of the file that it came from, 0 where there is none.
+    pub places: Vec<u32>,
     /// What the file was.
     pub format: Format,
     /// Name of the script's profile.
@@ -114,7 +116,7 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
     if refused {
         return Err(notes);
     }
-    Ok(Imported { script: made.text, format, profile: profile.name, notes })
+    Ok(Imported { script: made.text, places: made.places, format, profile: profile.name, notes })
 }
 
 /// The script with SUBs for what repeats, and the bytes that this saves; `None` when it saves none

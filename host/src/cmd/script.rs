@@ -23,6 +23,29 @@ pub struct Script {
     pub source: Source,
     /// What the checker made of it.
     pub program: Program,
+    /// Of a program of another system: for each line of the text the line of its file, 0 where
+    /// there is none.
+    places: Vec<u32>,
+}
+
+impl Script {
+    /// The line of the file that the text's line came from: the same but for other systems' files.
+    pub fn line_of_file(&self, line: u32) -> u32 {
+        if self.places.is_empty() {
+            return line;
+        }
+        let before = self.places.iter().take(line as usize).rev();
+        before.copied().find(|place| *place > 0).unwrap_or(1)
+    }
+
+    /// The first line of the text that came from the file's line or from one behind it.
+    pub fn line_of_text(&self, line: u32) -> u32 {
+        if self.places.is_empty() {
+            return line;
+        }
+        let found = self.places.iter().position(|place| *place >= line);
+        found.map_or(u32::MAX, |index| index as u32 + 1)
+    }
 }
 
 /// Reads and checks a script, or the program of another system, which becomes one; every
@@ -33,9 +56,11 @@ pub struct Script {
 pub fn load(file: &str, options: &Options, console: &Console) -> Result<Script, Failure> {
     let given = options.profile(console)?;
     let bytes = input::read_bytes(file, import::MAX_BYTES).map_err(|note| console.refuse(&note))?;
+    let mut places = Vec::new();
     let (source, mut diags) = if import::is_importable(file, &bytes) {
         let options = import::Options { profile: given.clone(), ..import::Options::default() };
         let imported = super::import::read(file, &bytes, &options, console)?;
+        places = imported.places;
         (Source::new(file, imported.script), Vec::new())
     } else {
         Source::decode(file, &bytes)
@@ -60,7 +85,7 @@ pub fn load(file: &str, options: &Options, console: &Console) -> Result<Script, 
         console.complain(&format!("{file}: {dropped} further diagnostics are not shown"));
     }
     match program {
-        Some(program) => Ok(Script { source, program }),
+        Some(program) => Ok(Script { source, program, places }),
         None => Err(Failure::Input),
     }
 }

@@ -56,7 +56,11 @@ impl Stream {
     /// stopped.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         let script = script::load(&self.file, options, console)?;
-        let compiled = script::compile_any(&script, console)?;
+        let mut compiled = script::compile_any(&script, console)?;
+        // What is told and asked for are lines of the file, also of another system's.
+        for mark in &mut compiled.sidecar.marks {
+            mark.line = script.line_of_file(mark.line);
+        }
         let mut board = self.port.connect(options, console)?;
         let identity = board.identity()?;
         identity.check().map_err(Failure::Board)?;

@@ -45,8 +45,19 @@ impl Stream {
         let expected = if self.from_line > 1 { Some(self.position(&script)?) } else { None };
         let last = script.program.last_line;
         let room = usize::from(area_bytes).min(MAX_PIECE);
-        let pieces = cut(script.program, room, self.from_line)
-            .map_err(|refused| self.refuse(refused, console))?;
+        let from = script.line_of_text(self.from_line);
+        let mut pieces = cut(script.program.clone(), room, from).map_err(|mut refused| {
+            refused.line = script.line_of_file(refused.line);
+            self.refuse(refused, console)
+        })?;
+        for piece in &mut pieces {
+            piece.first_line = script.line_of_file(piece.first_line);
+            piece.last_line = script.line_of_file(piece.last_line);
+            for mark in &mut piece.sidecar.marks {
+                mark.line = script.line_of_file(mark.line);
+            }
+        }
+        let last = script.line_of_file(last);
         let keys = super::keys();
         if let Some(expected) = expected {
             let there = board.status()?.pos;
@@ -120,7 +131,7 @@ impl Stream {
             return Ok(());
         }
         let mark = piece.sidecar.at(usize::from(status.program_counter));
-        let line = status.line.map_or(mark.map_or(piece.first_line, |mark| mark.line), u32::from);
+        let line = mark.map_or(piece.first_line, |mark| mark.line);
         let what = match (&status.fault, status.text) {
             (Some(fault), Some(text)) => format!("fault {fault}: {text}"),
             _ => "stopped here".to_owned(),
@@ -133,7 +144,7 @@ impl Stream {
     /// Where the tool stands before the first line that is run.
     fn position(&self, script: &Script) -> Result<PerAxis, Failure> {
         let place = std::rc::Rc::new(std::cell::Cell::new((false, PerAxis::default())));
-        let (seen, from) = (place.clone(), self.from_line);
+        let (seen, from) = (place.clone(), script.line_of_text(self.from_line));
         let sink = Box::new(move |event: &Event| match &event.what {
             What::Move { line, to, .. } if !seen.get().0 => {
                 let reached = *line >= from;
