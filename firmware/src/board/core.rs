@@ -687,7 +687,9 @@ impl Core {
         let exit = vm_core::run();
         let vm = vm();
         // Codes above a byte leave the core between two instructions.
-        self.effect_pc = vm.pc.wrapping_sub(u16::from(exit <= 0xFF));
+        // Behind an instruction, and behind the wait that a handler goes back to.
+        let behind = exit <= 0xFF || exit == vm_core::HANDLER_END;
+        self.effect_pc = vm.pc.wrapping_sub(u16::from(behind));
         match exit {
             vm_core::YIELD => self.serve(),
             vm_core::HANDLER_END => {

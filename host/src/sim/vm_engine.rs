@@ -36,12 +36,13 @@ enum Final {
 /// Lines and beginnings of statements, by address.
 struct Places {
     lines: Vec<u32>,
-    begins: Vec<bool>,
+    /// Statements that begin there; those that left no code begin with the one behind them.
+    begins: Vec<u8>,
 }
 
 impl Places {
     fn new(compiled: &Compiled, code: usize) -> Places {
-        let mut places = Places { lines: vec![1; code + 1], begins: vec![false; code + 1] };
+        let mut places = Places { lines: vec![1; code + 1], begins: vec![0; code + 1] };
         let marks = &compiled.sidecar.marks;
         for (index, mark) in marks.iter().enumerate() {
             let end = marks.get(index + 1).map_or(code + 1, |next| next.pc).min(code + 1);
@@ -49,10 +50,15 @@ impl Places {
                 lines.fill(mark.line);
             }
             if let Some(begins) = places.begins.get_mut(mark.pc) {
-                *begins |= matches!(mark.kind, MarkKind::Statement | MarkKind::LoopEnd);
+                let counts = matches!(mark.kind, MarkKind::Statement | MarkKind::LoopEnd);
+                *begins = begins.saturating_add(counts.into());
             }
         }
         places
+    }
+
+    fn count(&self, pc: usize) -> u8 {
+        self.begins.get(pc).copied().unwrap_or(0)
     }
 }
 
@@ -107,7 +113,7 @@ impl Driver<'_, '_> {
     fn execute(&mut self) -> Final {
         loop {
             let pc = self.vm.state.pc;
-            if self.places.begins.get(pc).copied().unwrap_or(false)
+            if self.places.count(pc) > 0
                 && let Err(end) = self.statement(pc)
             {
                 return end;
@@ -131,8 +137,9 @@ impl Driver<'_, '_> {
     fn statement(&mut self, pc: usize) -> Result<(), Final> {
         self.machine.set_line(self.line());
         if !std::mem::take(&mut self.again) {
-            self.machine.pass(1);
-            self.left = self.left.saturating_sub(1);
+            let count = self.places.count(pc);
+            self.machine.pass(count.into());
+            self.left = self.left.saturating_sub(count.into());
             if self.left == 0 {
                 self.machine.give_up();
             }
@@ -149,11 +156,7 @@ impl Driver<'_, '_> {
             if self.vm.state.pc != pc {
                 // The handler begins with a statement of its own.
                 let pc = self.vm.state.pc;
-                return if self.places.begins.get(pc).copied().unwrap_or(false) {
-                    self.statement(pc)
-                } else {
-                    Ok(())
-                };
+                return if self.places.count(pc) > 0 { self.statement(pc) } else { Ok(()) };
             }
         }
         Ok(())
