@@ -67,28 +67,6 @@ __mspabi_divu:
     ret
 
     .section .text.mspabi_divl,"ax",@progbits
-    /* r13:r12 over r15:r14: quotient in r13:r12, remainder in r11:r10; uses r9 */
-pasapas_udivmod:
-    clr r10
-    clr r11
-    mov #32, r9
-1:  rla r12
-    rlc r13
-    rlc r10
-    rlc r11
-    jc 2f
-    cmp r15, r11
-    jlo 3f
-    jne 2f
-    cmp r14, r10
-    jlo 3f
-2:  sub r14, r10
-    subc r15, r11
-    bis #1, r12
-3:  dec r9
-    jne 1b
-    ret
-
     .global __mspabi_divul
 __mspabi_divul:
     push r9
@@ -247,12 +225,32 @@ pasapas_fraction:
     clr r14
     clr r15
 pasapas_quotient:
-    mov #32, r9
     cmp r13, r11
     jlo 1f
-    jne 5f
+    jne 2f
     cmp r12, r10
-    jhs 5f
+    jhs 2f
+1:  call #pasapas_divide
+3:  pop r9
+    pop r10
+    ret
+2:  mov #-1, r12
+    mov #-1, r13
+    jmp 3b
+
+    /* r13:r12 over r15:r14: quotient in r13:r12, remainder in r11:r10; uses r9, r14, r15 */
+pasapas_udivmod:
+    mov r12, r10
+    mov r14, r12
+    mov r10, r14
+    mov r13, r10
+    mov r15, r13
+    mov r10, r15
+    clr r10
+    clr r11
+    /* the same of r11:r10:r15:r14 over r13:r12 */
+pasapas_divide:
+    mov #32, r9
 1:  rla r14
     rlc r15
     rlc r10
@@ -270,12 +268,7 @@ pasapas_quotient:
     jne 1b
     mov r14, r12
     mov r15, r13
-4:  pop r9
-    pop r10
     ret
-5:  mov #-1, r12
-    mov #-1, r13
-    jmp 4b
 
     .section .text.crc16,"ax",@progbits
     .global pasapas_crc16
