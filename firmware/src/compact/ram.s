@@ -17,6 +17,7 @@
     VAR STEP_SLOT, 2            /* address of the slot that plays */
     VAR STEP_FRAC, 2            /* fraction of the compare registers */
     VAR COUNT, 6                /* low halves of the positions, negated in negative direction */
+    VAR LATE, 2                 /* events that were not armed in time */
     VAR WIDTH, 2                /* ticks of a long pulse, 0 for a short one */
     VAR CAUGHT, 4               /* count of axis N when a watched input answered; homing uses it too */
     VAR WATCH, 1                /* inputs of port 1 that catch */
@@ -75,7 +76,7 @@
     VAR MILLIS, 2               /* milliseconds since reset */
     VAR HELD, 2                 /* milliseconds for which Stop has been held */
     VAR SILENT, 2               /* milliseconds since the last sound request */
-    VAR MISSED, 2               /* milliseconds served late, events of the step engine not armed in time */
+    VAR MISSED, 2               /* milliseconds served late */
     VAR RUN, 1                  /* RunState, without WaitStart */
     VAR CHAR_IN, 1
 
@@ -153,7 +154,7 @@
    run it holds the command buffer, and while an image is checked the check's anchors. */
     .set POOL, HERE
     .set COMMAND, POOL+4        /* 21 registers */
-    .set STACK_ROOM, 74         /* the machine stack below 0x0400, with 26 bytes to spare */
+    .set STACK_ROOM, 72         /* the machine stack below 0x0400, with 24 bytes to spare */
     .set POOL_END, 0x0400-STACK_ROOM
     .global POOL, POOL_END, VM_STATE
 

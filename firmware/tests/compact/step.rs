@@ -295,7 +295,7 @@ fn every_edge_falls_on_its_tick_while_the_link_is_busy() {
             ..axes[usize::from(n)]
         });
         prop_assert_eq!(physics::check(&times, &bounds), Ok(()));
-        prop_assert_eq!(machine.chip.word("MISSED"), 0);
+        prop_assert_eq!(machine.chip.word("LATE"), 0);
         prop_assert!(machine.replies > 0, "the link is silent");
     });
 }
@@ -321,7 +321,7 @@ fn three_axes_at(rate: u32) -> u64 {
     agree(&made, &plan).expect("the plan");
     let times: Vec<u64> = made[0].iter().map(|step| step.0).collect();
     assert_eq!(physics::check(&times, &bounds(&axis)), Ok(()));
-    assert_eq!(machine.chip.word("MISSED"), 0);
+    assert_eq!(machine.chip.word("LATE"), 0);
     assert!(machine.replies > 100, "{} bytes of replies", machine.replies);
     let stats = machine.chip.board.stats().interrupts[&STEP];
     assert!(stats.worst <= 194, "{} cycles", stats.worst);
@@ -350,5 +350,5 @@ fn one_axis_makes_seventy_thousand_steps_a_second_with_the_link_busy() {
     machine.finish(5);
     let made = machine.steps();
     agree(&made, &plan).expect("the plan");
-    assert_eq!(machine.chip.word("MISSED"), 0);
+    assert_eq!(machine.chip.word("LATE"), 0);
 }

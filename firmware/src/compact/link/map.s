@@ -77,7 +77,7 @@ MAP_LIST map_list_own
     MAP_CODE AT_PROGRAM_CRC, map_program_header
     MAP_BYTE AT_RESET_CAUSE, CAUSE
     MAP_CODE AT_STACK_FREE, stack_free
-    MAP_WORD AT_MISSED_DEADLINES, MISSED
+    MAP_CODE AT_MISSED_DEADLINES, map_missed
     MAP_VALUE AT_POOL_WORDS_REGISTER, POOL_WORDS
     MAP_CODE AT_RUN_STATE, map_run_state
     MAP_BYTE AT_FAULT, VM_FAULT
@@ -245,6 +245,10 @@ map_program_header:
 map_header_places:
     .byte IMAGE_CODE-HEADER_CRC, IMAGE_CODE-HEADER_PROFILE, IMAGE_CODE-HEADER_CELLS, 0
 
+map_missed:
+    mov &MISSED, r12
+    add &LATE, r12
+    ret
 map_run_state:
     mov.b &RUN, r12
     cmp #RUN_RUNNING, r12

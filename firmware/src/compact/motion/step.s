@@ -96,7 +96,7 @@ step_armed:
     jge step_exit
 
     /* the next event is due already: 64 ticks from now */
-    inc &MISSED
+    inc &LATE
     mov &TA1R, r14
     add #64, r14
     mov r14, &TA1CCR0
