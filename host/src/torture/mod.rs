@@ -6,11 +6,13 @@
 
 pub mod compare;
 pub mod generate;
+pub mod host;
 pub mod images;
 pub mod line;
 pub mod people;
 pub mod power;
 pub mod programs;
+pub mod stack;
 pub mod stand;
 pub mod time;
 
@@ -108,13 +110,15 @@ pub type Sink<'a> = &'a mut dyn FnMut(Row) -> Result<(), String>;
 pub type Kind = (&'static str, fn(&Settings, Sink<'_>) -> Result<(), String>);
 
 /// Every kind.
-pub const KINDS: [Kind; 6] = [
+pub const KINDS: [Kind; 8] = [
     ("programs", programs::run),
     ("images", images::run),
     ("people", people::run),
     ("power", power::run),
     ("line", line::run),
     ("time", time::run),
+    ("stack", stack::run),
+    ("host", host::run),
 ];
 
 /// Losses that a row tells of.

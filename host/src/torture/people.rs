@@ -11,7 +11,7 @@ use lang::wire::{Control, FAULT, HOMED, MACHINE_POSITIONS, PROFILE_WINDOW, RUN_C
 
 use super::generate::{Case, generate};
 use super::programs::{Made, make, tape};
-use super::stand::{Answer, BOOT_US, Fresh, Stand};
+use super::stand::{Answer, BOOT_US, Fresh, Stand, words};
 use super::{Row, Settings, Sink, Verdict};
 
 /// Longest time that a run may take to end once it was stopped, in looks.
@@ -58,26 +58,44 @@ fn record(rng: &mut Rng) -> BoardRecord {
     .sealed()
 }
 
+/// Gives the board a record of its own, and restarts it.
+fn give_record(stand: &mut Stand, rng: &mut Rng) -> Result<BoardRecord, String> {
+    let record = record(rng);
+    for (n, part) in words(&record.to_bytes()).chunks(16).enumerate() {
+        match stand.write(PROFILE_WINDOW + 16 * n as u16, part) {
+            Answer::Reply(_) => {}
+            answer => return Err(format!("the profile was answered by {answer:?}")),
+        }
+    }
+    stand.control(Control::Restart);
+    stand.board.run_us(BOOT_US);
+    Ok(record)
+}
+
+/// Which board profile the hands play with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Roles {
+    /// That of a board that was never given one.
+    Default,
+    /// Roles for hold, door and emergency stop, and random states of the outputs.
+    Random,
+}
+
 impl People {
     /// A board with a profile and the program.
     ///
     /// # Errors
     /// The board does not take them.
-    pub fn new(mut stand: Stand, made: &Made, mut rng: Rng) -> Result<People, String> {
-        let record = record(&mut rng);
-        let words: Vec<u16> = record
-            .to_bytes()
-            .chunks(2)
-            .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
-            .collect();
-        for (n, part) in words.chunks(16).enumerate() {
-            match stand.write(PROFILE_WINDOW + 16 * n as u16, part) {
-                Answer::Reply(_) => {}
-                answer => return Err(format!("the profile was answered by {answer:?}")),
-            }
-        }
-        stand.control(Control::Restart);
-        stand.board.run_us(BOOT_US);
+    pub fn new(
+        mut stand: Stand,
+        made: &Made,
+        mut rng: Rng,
+        roles: Roles,
+    ) -> Result<People, String> {
+        let record = match roles {
+            Roles::Default => BoardRecord::DEFAULT,
+            Roles::Random => give_record(&mut stand, &mut rng)?,
+        };
         let image = &made.compiled.image;
         let keep = image.get(1).is_some_and(|features| u16::from(*features) & feature::KEEP != 0);
         stand.upload(image, keep).map_err(|answer| format!("upload: {answer:?}"))?;
@@ -103,6 +121,11 @@ impl People {
         Ok(())
     }
 
+    /// The board.
+    pub fn stand(&mut self) -> &mut Stand {
+        &mut self.stand
+    }
+
     fn press_start(&mut self) {
         self.stand.board.plant_mut().press_start(true);
         self.stand.board.run_us(12_000 + self.rng.below(40_000));
@@ -125,6 +148,8 @@ impl People {
                 let n = 1 + rng.below(5) as u8;
                 plant.set_input(n, rng.below(2) == 0);
             }
+            // Without these roles they are inputs as any other.
+            10..=12 if self.record.emergency == 0 => plant.set_input(EMERGENCY, rng.below(2) == 0),
             10 => plant.set_input(if rng.below(2) == 0 { HOLD } else { DOOR }, rng.below(3) == 0),
             11 => {
                 plant.set_input(EMERGENCY, true);
@@ -269,7 +294,7 @@ impl People {
 /// # Errors
 /// What did not hold.
 pub fn try_out(stand: Stand, made: &Made, rng: Rng) -> Result<(), String> {
-    let mut people = People::new(stand, made, rng)?;
+    let mut people = People::new(stand, made, rng, Roles::Random)?;
     people.play()?;
     people.end([0; 3])
 }

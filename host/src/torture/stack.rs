@@ -1,0 +1,72 @@
+//! The machine stack: how deep it has ever been, by the board's own watermark and by the emulator's
+//! record of the stack pointer, under generated programs, hands and requests.
+
+use std::sync::atomic::{AtomicU16, Ordering};
+
+use emulator::{Config, Rng};
+use lang::wire::{Control, STACK_FREE};
+
+use super::generate::{Case, generate};
+use super::line::any_request;
+use super::people::{People, Roles};
+use super::programs::{Made, make, tape};
+use super::stand::{Fresh, Stand};
+use super::{Row, Settings, Sink, Verdict};
+use crate::board::health::stack_left;
+
+/// Bytes that must stay unused at the deepest point.
+const MARGIN: u16 = 24;
+/// The watermark counts what was written: a frame that was opened and not written to, or a value
+/// that is the paint by chance, may hide so many bytes.
+const UNSEEN: u16 = 8;
+
+/// Runs a program with hands and requests; the bytes of stack that were never used.
+///
+/// # Errors
+/// The margin is too small, or the board's watermark is not what the emulator saw.
+pub fn try_out(stand: Stand, made: &Made, mut rng: Rng) -> Result<u16, String> {
+    let seed = rng.bits();
+    let mut people = People::new(stand, made, Rng::new(seed), Roles::Default)?;
+    people.play()?;
+    let stand = people.stand();
+    for _ in 0..20 {
+        stand.exchange(&any_request(&mut rng));
+    }
+    stand.control(Control::Stop);
+    stand.board.run_us(200_000);
+    let told = stand.read(STACK_FREE).ok_or("no answer about the stack")?;
+    let truly = stack_left(&stand.board).ok_or("the image does not say where its stack ends")?;
+    if told < truly || told - truly > UNSEEN {
+        return Err(format!("{told} bytes by the watermark, {truly} by the stack pointer"));
+    }
+    match truly >= MARGIN {
+        true => Ok(truly),
+        false => Err(format!("{truly} bytes of stack were left, not {MARGIN}")),
+    }
+}
+
+/// The worst depth of the stack.
+///
+/// # Errors
+/// The shipped firmware is damaged, or the table cannot be written.
+pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
+    let fault = "depth under all of it";
+    let mut row = Row::new("stack", fault, settings);
+    let fresh = Fresh::new(Stand::new(&Config::default())?);
+    let least = AtomicU16::new(u16::MAX);
+    row.run(settings, settings.count(30, 300, 3_000), |n| {
+        let case = generate(&tape(settings, fault, n));
+        let Some(made) = make(Case { world: String::new(), ..case }) else {
+            return Verdict::Skipped;
+        };
+        match try_out(fresh.copy(), &made, settings.rng(fault, n)) {
+            Ok(left) => {
+                least.fetch_min(left, Ordering::Relaxed);
+                Verdict::Survived
+            }
+            Err(text) => Verdict::Lost(text),
+        }
+    });
+    row.note = format!("{} bytes never used, {MARGIN} must be", least.into_inner());
+    sink(row)
+}
