@@ -11,7 +11,6 @@ constants! {
     RUN_ACTIVE = RunState::Running;
     OP_FIRST_EFFECT = lang::isa::EFFECTS;
     OP_LEAVE = Op::Leave;
-    OP_TO_LENGTH = Op::ToLength;
     OP_ERR = Op::Err;
     OP_HOME = Op::Home;
     OP_PROBE = Op::Probe;

@@ -45,10 +45,9 @@ fn conversion_is_the_twins() {
         let mut chip = chip.borrow_mut();
         install(&mut chip, &MachineRecord { axes, ..mill() });
         let bits = value as u32;
-        chip.call(
-            "convert",
-            &[(12, n), (13, to.into()), (14, bits as u16), (15, (bits >> 16) as u16)],
-        );
+        chip.call("axis_select", &[(12, n)]);
+        let to_um = if to { 0 } else { 4 };
+        chip.call("to_other", &[(10, to_um), (12, bits as u16), (13, (bits >> 16) as u16)]);
         let carry = chip.reg(2) & 1 != 0;
         let result = (!carry).then(|| chip.result() as i32);
         prop_assert_eq!(result, converted(&axes[usize::from(n)], value, to));

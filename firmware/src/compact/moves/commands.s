@@ -247,21 +247,22 @@ command_target:
 1:  ret
     .endif
 
+    /* r10 = what to do, r4 the same: all axes for 255 */
 direct:
-    mov #CONTROL_ACKNOWLEDGE, r12
-    cmp #88, r10
-    jeq command_control
-    mov #CONTROL_RESUME, r12
-    cmp #129, r10
-    jeq command_control
-    mov #CONTROL_PAUSE, r12
-    cmp #130, r10
-    jeq command_control
-    cmp #133, r10
-    jeq obeyed
     cmp #255, r10
     jeq command_stop
+    mov #direct_codes, r11
+1:  mov.b @r11+, r13
+    mov.b @r11+, r12
+    cmp r13, r10
+    jeq command_control
+    cmp #direct_codes_end, r11
+    jne 1b
     jmp illegal
+    /* number and Control; no jog is ever under way that 133 could stop */
+direct_codes:
+    .byte 88, CONTROL_ACKNOWLEDGE, 129, CONTROL_RESUME, 130, CONTROL_PAUSE, 133, 0
+direct_codes_end:
 
     /* A reference run or a probe by command is given up and counts as failed. Uses r12, r13. */
 abandon:
@@ -273,8 +274,7 @@ abandon:
 command_done:
     tst r12
     jeq 3b
-1:  mov.b &N, r12
-    call #axis_select
+1:  call #axis_n
     call #axis_bit
     mov #HOMING_ERROR, r13
     cmp.b #OP_PROBE, &EFFECT

@@ -54,20 +54,9 @@ zero_if_carry:
     clr r13
 1:  ret
 
-    /* r15:r14 of the axis r12 in the other unit, to steps when r13 is not 0: r13:r12, carry when
-       it does not fit (F01). Uses r11, r14, r15. */
-    .global convert
-convert:
-    push r8
-    push r9
-    call #axis_select
-    mov r14, r12
-    push #restore_axis
-    tst r13
-    mov r15, r13
-    jeq to_um
     /* r13:r12 um as steps of the axis, half away from zero; carry when they do not fit.
        Uses r11, r14, r15. */
+    .global to_other
 to_steps:
     mov A_UM(r9), r11
     mov A_STEPS(r9), r14
@@ -149,7 +138,7 @@ aim:
 1:  bit #2, r10
     jne 2f
     bit #5, r10
-    jne aim_place
+    jne 3f
     add #OFFSET-UM, r11
 2:  add UM(r11), r12
     addc UM+2(r11), r13
@@ -157,23 +146,22 @@ aim:
     jne aim_overflow
     /* The same for a machine position; 2 in r10 allows it to an axis not homed. */
 aim_place:
-    mov r8, r11
-    bit #4, r10
-    jeq 3f
-    add #STEPS-UM, r11
-3:  mov r12, NEW_UM(r11)
-    mov r13, NEW_UM+2(r11)
-    push r11
-    call #to_other
-    pop r11
+3:  bit #4, r10
+    jne 4f
+    call #formula
+    F store NEW_UM, AXIS, LAST
+    call #to_steps
     jc aim_overflow
-    sub #STEPS-UM, r11
-    cmp r8, r11
-    jge 4f
-    add #2*(STEPS-UM), r11
-4:  mov r12, NEW_UM(r11)
-    mov r13, NEW_UM+2(r11)
-    call #axis_bit
+    call #formula
+    F store NEW_STEPS, AXIS, LAST
+    jmp 7f
+4:  call #formula
+    F store NEW_STEPS, AXIS, LAST
+    call #to_um
+    jc aim_overflow
+    call #formula
+    F store NEW_UM, AXIS, LAST
+7:  call #axis_bit
     bit.b r12, &HOMED
     jeq 5f
     /* both differences may wrap: all is well as long as the travel is below 2^31 um */
@@ -236,13 +224,7 @@ settle_all:
     jge 1b
     ret
 
-    /* The resting axis stands at r13:r12 steps, which is its commanded place too.
-       Uses r11 to r15. */
-    .global place, settle, settle_here
-place:
-    call #formula
-    F store ACTUAL, AXIS, LAST
-    jmp settle
+    .global settle, settle_here
     /* The commanded place is where the axis stands. Uses r11 to r15. */
 settle_here:
     call #formula

@@ -71,7 +71,9 @@ home_fast:
 home_missed:
     tst.b &MOVING
     jne home_wait
+    .if HAS_COMMANDS
     call #axis_at
+    .endif
     call #settle_here
     mov #TRACE_HOME, r7
     call #event_here
@@ -138,8 +140,8 @@ home_open:
     call #to_steps
     call #formula
     F add ACTUAL, AXIS
-    F sub OPENED, , LAST
-    call #place
+    F sub OPENED
+    F store ACTUAL, AXIS, LAST
     call #formula
     FR load A_HOME_CLEARANCE, LONG, LAST
     bit #AXIS_HOME_POSITIVE, A_FLAGS(r9)
@@ -148,7 +150,9 @@ home_open:
 1:  call #formula
     FR add A_HOME_POSITION, LONG, LAST
     call #to_steps
+    .if HAS_COMMANDS
     call #axis_at
+    .endif
     call #settle
     jmp home_go
 

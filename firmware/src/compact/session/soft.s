@@ -2,7 +2,7 @@
 
     .section .text.soft,"axR",@progbits
 
-/* Executes the pure instruction r12. Leaves r12 = 0 or a fault. Destroys r11 to r15. */
+/* Executes the pure instruction r12. Leaves r12 = 0 or a fault. Destroys r8 to r15. */
     .global soft
 soft:
     sub #OP_LEAVE, r12
@@ -40,15 +40,17 @@ soft_push:
 
 /* ToSteps, ToLength: the lower bit of the code tells them apart. */
 soft_convert:
-    mov #OP_TO_LENGTH-OP_LEAVE, r13
-    sub r12, r13
+    mov r12, r10
+    rla r10
+    rla r10
     call #operand_byte
-    mov &VM_TOP, r14
-    mov &VM_TOP+2, r15
-    call #convert
+    call #axis_select
+    call #formula
+    F load VM_TOP, , LAST
+    call #to_other
     jc 1f
-    mov r12, &VM_TOP
-    mov r13, &VM_TOP+2
+    call #formula
+    F store VM_TOP, , LAST
     jmp soft_done
 1:  mov #F_OVERFLOW, r12
     ret
