@@ -37,6 +37,9 @@ pub const MAX_BYTES: usize = 64 << 20;
 /// Longest script that is compiled here, to see that the compiler takes it.
 const MAX_TRIED: usize = 1 << 20;
 
+/// Longest script in which what repeats is looked for: 5000 lines or so, as many as one reads.
+const MAX_SHARED: usize = 128 << 10;
+
 /// How a file is to be read.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
@@ -104,7 +107,9 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         diags.push(Diag::new(Code::TooLong, 1, 1, text).hint("cut the file in pieces"));
     }
     if !diags.has_errors() && made.text.len() <= MAX_TRIED {
-        if let Some((shorter, saved)) = shared(&made, &profile) {
+        // Nobody edits the pixels of a picture.
+        let wanted = format != Format::Laser && made.text.len() <= MAX_SHARED;
+        if let Some((shorter, saved)) = wanted.then(|| shared(&made, &profile)).flatten() {
             let text = format!("{saved} bytes saved by SUBs for what repeats");
             diags.push(Diag::new(Code::Said, 1, 1, text).note());
             made = shorter;
