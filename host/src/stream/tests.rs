@@ -195,6 +195,25 @@ fn a_fault_tells_its_line_and_ends_the_run() {
     assert_eq!(stand.motors(), [600, 0, 0]);
 }
 
+#[test]
+fn axes_on_their_own_waits_for_start_and_zeros_outlive_a_piece() {
+    // The waits fill several pieces; X goes on by itself meanwhile.
+    let waits = "Wait 1ms\n".repeat(120);
+    let text = format!(
+        "START MoveAxe X, 30mm\n{waits}MoveAxe Y, 2mm\nWaitMove\nM0\nSetPos X, 0mm\n{waits}\
+         F6000\nG1 X1\nMoveSpeed Z, -5mm/s\n{waits}StopAxe Z\nMoveAxe Z, 0mm\n"
+    );
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let mut pressed = false;
+    let (outcome, _) = stream(&mut stand, &text, &mut |progress: &Progress| {
+        let waits = progress.state == Some(RunState::WaitStart);
+        (waits && !std::mem::replace(&mut pressed, true)).then_some(Control::Start)
+    });
+    assert_eq!(outcome.end, End::Done, "{outcome:?}");
+    assert!(pressed && outcome.pieces > 3, "{outcome:?}");
+    assert_eq!(stand.motors(), [3100, 200, 0]);
+}
+
 /// Programs of other systems, streamed: the motors end where the traces beside them say.
 #[test]
 fn imported_programs_end_where_their_traces_do() {
