@@ -41,7 +41,8 @@ pub fn read_bytes(name: &str, limit: usize) -> Result<Vec<u8>, Box<Note>> {
     match result {
         Ok(count) if count > limit => {
             let text = format!("the file has more than {limit} bytes");
-            Err(Note::error(name, code::TOO_LARGE, text).into())
+            let hint = "is it the right file? a long job is split, or run by `pasapas stream`";
+            Err(Note::error(name, code::TOO_LARGE, text).hint(hint).into())
         }
         Ok(_) => Ok(bytes),
         Err(error) => {
