@@ -313,11 +313,11 @@ impl Core {
     }
 
     fn keep_count(&self) -> u16 {
-        if vm().code == 0 || crate::streams() {
-            0
-        } else {
-            u16::from(Image(self.image().unwrap_or(0)).byte(16) & 15)
+        // A streamed run has no KEEP, whatever is stored; the VM may still stand in its last piece.
+        if vm().code == 0 || crate::streams() && self.session.is_active() {
+            return 0;
         }
+        self.image().map_or(0, |image| u16::from(Image(image).byte(16) & 15))
     }
 
     /// KEEP value `index`: of the running program its cell.

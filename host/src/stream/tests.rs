@@ -196,6 +196,22 @@ fn a_fault_tells_its_line_and_ends_the_run() {
 }
 
 #[test]
+fn the_stored_program_and_its_keeps_outlive_a_streamed_job() {
+    let (_, stored) = compile("KEEP parts\nparts = parts + 7\nMoveAxe X, 5mm\n");
+    let mut stand = Stand::new(&mill()).expect("a board");
+    stand.upload(&stored.image).expect("stored");
+    stand.run(Duration::from_secs(5)).expect("it runs");
+    let (outcome, _) = stream(&mut stand, "F600\nG1 X3\nG1 X1\n", &mut quietly);
+    assert_eq!(outcome.end, End::Done);
+    let client = stand.client();
+    assert_eq!(client.holding(lang::wire::KEEPS, 2).expect("an answer"), [7, 0]);
+    assert_eq!(client.identity().expect("an answer").program_bytes as usize, stored.image.len());
+    stand.run(Duration::from_secs(5)).expect("it runs again");
+    assert_eq!(stand.motors(), [500, 0, 0]);
+    assert_eq!(stand.client().holding(lang::wire::KEEPS, 2).expect("an answer"), [14, 0]);
+}
+
+#[test]
 fn axes_on_their_own_waits_for_start_and_zeros_outlive_a_piece() {
     // The waits fill several pieces; X goes on by itself meanwhile.
     let waits = "Wait 1ms\n".repeat(120);
