@@ -264,7 +264,7 @@ fn line() -> impl Strategy<Value = ([i32; 3], Feed)> {
 
 #[test]
 fn every_edge_falls_on_its_tick_while_the_link_is_busy() {
-    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(8) };
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(5) };
     proptest!(config, |(
         axes in [axis(), axis(), axis()],
         lines in prop::collection::vec(line(), 3),
@@ -399,7 +399,7 @@ const ZERO: u16 = 2;
 
 #[test]
 fn pauses_lose_no_step_and_stops_leave_the_commanded_place_where_the_axes_stand() {
-    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(12) };
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(8) };
     let turns = prop::collection::vec((1u64..400, turn()), 1..5);
     proptest!(config, |(
         axes in [axis(), axis(), axis()],
@@ -468,7 +468,7 @@ fn pauses_lose_no_step_and_stops_leave_the_commanded_place_where_the_axes_stand(
 
 #[test]
 fn an_axis_that_meets_a_switch_rests_where_the_twin_does() {
-    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(16) };
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(10) };
     proptest!(config, |(
         axis in axis(), by in prop_oneof![-20_000..-2_000i32, 2_000..20_000i32],
         speed in 100u32..8_000, ms in 5u64..1_500, slow in 0i8..6,
