@@ -318,6 +318,7 @@ global_asm!(
     .section .text.verify,"ax",@progbits
     .global pasapas_verify
 pasapas_verify:
+    .if {saves}
     push r4
     push r5
     push r6
@@ -325,6 +326,7 @@ pasapas_verify:
     push r8
     push r9
     push r10
+    .endif
     mov r14, r10
     mov r12, {image}(r10)
     mov r1, {frame}(r10)
@@ -418,6 +420,7 @@ pasapas_verify_fail:
     mov #{code_refusal}, r15
 9:  mov {frame}(r10), r1
     mov r15, r12
+    .if {saves}
     pop r10
     pop r9
     pop r8
@@ -425,6 +428,7 @@ pasapas_verify_fail:
     pop r6
     pop r5
     pop r4
+    .endif
     ret
 
     /* first pass: instructions, operands, depths; leaves the anchors */
@@ -969,6 +973,7 @@ pasapas_verify_table:
     shapes = sym SHAPES,
     masks = sym MASKS,
     masks_len = const MASKS_LEN,
+    saves = const crate::vm::SAVES,
     has_events = const PART.features & feature::EVENTS,
     has_lines = const PART.features & feature::LINES,
     event = const Op::Event as u8,

@@ -541,8 +541,12 @@ map_busy:
     bis.b #T_ON, &TRACING
     jmp map_written
 5:  mov r13, r12
-    br #upload_control
+    call #upload_control        ; the same
+    mov #1, r6
+    ret
+    /* another length is another upload */
 6:  mov r13, &UPLOAD
+    clr &OPEN
     jmp map_written
     /* print: bytes before this number were taken */
 7:  mov.b &PRINT_READY, r14

@@ -75,7 +75,8 @@ ticks:
     jlo 3f
     clr r13
 3:  and #128, r13
-4:  mov.b B_LAMP(r10), r12
+4:  mov &BOARD, r10             ; the start of a run keeps no register
+    mov.b B_LAMP(r10), r12
     call #set_output
 
     /* auto-run half a second after power-up, unless a host has spoken or Stop is held */

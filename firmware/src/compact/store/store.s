@@ -34,8 +34,8 @@ store_mount:
 4:  add #SEGMENT, r10
     cmp #AREA_END, r10
     jne 1b
-/* The stored program has changed, or is to run: it is checked, and the VM knows where it lies. Uses
-   r11 to r15. */
+/* The stored program has changed, or is to run: it is checked, and the VM knows where it lies. Keeps
+   no register. */
 program_attach:
     clr &VM_CODE
     mov &STORED, r12
@@ -53,8 +53,8 @@ program_attach:
     inc r12
 1:  br #program_stored
 
-/* r12 = a slot; leaves r12 = 0 when its image may run, or its Refusal; uses r11 to r15. Takes about
-   30 ms for each KB and kicks the watchdog; the pool is scratch. */
+/* r12 = a slot; leaves r12 = 0 when its image may run, or its Refusal; keeps no register. Takes about
+   80 ms for each KB and kicks the watchdog; the pool is scratch. */
 slot_check:
     add #SLOT_HEAD, r12
     call #image_sound
@@ -120,7 +120,7 @@ only_idle:
 1:  ret
 
     .global upload_control
-/* r12 = Upload code; leaves r12 = 0 or an Exception; uses r11 to r15. */
+/* r12 = Upload code; leaves r12 = 0 or an Exception; keeps no register. */
 upload_control:
     call #only_idle
     mov r12, r15
@@ -140,7 +140,7 @@ illegal_value:
     mov #EX_ILLEGAL_VALUE, r12
     ret
 
-/* r15 = Upload code; leaves r12 = 0 or a Refusal; uses r11 to r15. */
+/* r15 = Upload code; leaves r12 = 0 or a Refusal; keeps no register. */
 upload:
     cmp #UPLOAD_COMMIT, r15
     jeq commit
