@@ -27,8 +27,8 @@ const ANSWER_US: u64 = 12_000;
 const STOP_US: u64 = 60_000;
 /// Longest interval of the watchdog, us: 512 periods of the slowest VLO of 4 kHz.
 const WATCHDOG_US: u64 = 130_000;
-/// Unused flash behind the program area: a jump to itself stands here.
-const NOWHERE: u16 = 0xFE00;
+/// Last word of the program area, which no small program reaches: a jump to itself stands here.
+const NOWHERE: u16 = 0xFDFE;
 /// `jmp $`
 const JUMP_TO_ITSELF: u16 = 0x3FFF;
 
