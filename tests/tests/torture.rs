@@ -1,7 +1,7 @@
 //! The kinds of `pasapas torture` can lose: each is shown a fault that it must find. And what they
 //! found once, as scripts.
 
-use emulator::{Config, Rng};
+use emulator::{Config, Reset, Rng};
 use lang::image::{Image, seal};
 use lang::isa::Op;
 use lang::wire::{Control, MACHINE_POSITIONS};
@@ -200,4 +200,18 @@ fn time_finds_a_program_that_ended_and_a_board_that_nobody_hears() {
     let mut deaf = stand("DO\nLOOP");
     deaf.board.set_uart_noise(1, 200_000);
     assert!(time::busy(&mut deaf, &mut Rng::new(1)).is_err());
+}
+
+#[test]
+fn a_watchdog_reset_in_the_middle_of_steps_is_over_at_once() {
+    let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+    let image = power::image("DO\nMoveRel X, 40mm\nMoveRel X, -40mm\nLOOP").expect("it compiles");
+    stand.upload(&image, false).expect("it is taken");
+    stand.control(Control::Start);
+    stand.board.run_us(300_000);
+    time::hang(&mut stand);
+    // The watchdog bites once; nothing of the step engine is left that could reset the chip again.
+    stand.board.run_us(130_000);
+    assert_eq!(stand.board.last_reset(), Reset::Watchdog);
+    assert!(stand.answers());
 }

@@ -88,6 +88,8 @@ pub fn hardware() {
     let timer = reg::timer0();
     set!(timer.taccr0, 2000);
     set!(timer.tacctl0, 1 << 4);
+    // A watchdog reset leaves it as it was.
+    set!(timer.tacctl1, 0);
     set!(timer.tactl, 0b10 << 8 | 0b11 << 6 | 0b10 << 4 | 1 << 2);
 }
 

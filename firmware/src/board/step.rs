@@ -463,6 +463,11 @@ pub fn init(width_us: u8, invert: u8) {
     let width = if width_us <= 3 { 0 } else { u16::from(width_us) * 16 };
     // SAFETY: interrupts of the timer are still off.
     unsafe {
+        // A watchdog reset leaves Timer_A as it was (SLAU144, 12.3: these bits are reset by POR), and
+        // the vector of its handlers is gone.
+        for axis in 0..3 {
+            (&raw mut (*TA1CCTL)[axis]).write_volatile(0);
+        }
         // SMCLK, continuous, cleared.
         TA1CTL.write_volatile(0b10 << 8 | 0b10 << 4 | 1 << 2);
         (*shared()).width = width;

@@ -103,7 +103,7 @@ fn loaded(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
 }
 
 /// The processor goes nowhere from now on, as after a stroke of lightning.
-fn hang(stand: &mut Stand) {
+pub fn hang(stand: &mut Stand) {
     stand.board.poke16(NOWHERE, JUMP_TO_ITSELF);
     stand.board.set_reg(0, NOWHERE);
 }
@@ -117,7 +117,9 @@ fn hung(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
     hang(stand);
     stand.board.run_us(WATCHDOG_US);
     if stand.board.last_reset() != Reset::Watchdog {
-        return Err("the watchdog does not reset a board that hangs".to_owned());
+        let reset = stand.board.last_reset();
+        let pc = stand.board.reg(0);
+        return Err(format!("a board that hangs is at {pc:04X}, its last reset was by {reset:?}"));
     }
     if stand.board.plant().outputs() != BoardRecord::DEFAULT.reset_on {
         return Err("outputs are on behind a watchdog reset".to_owned());
