@@ -14,7 +14,7 @@ use super::place::Track;
 /// Instructions in one go, so that the link is looked after meanwhile.
 const BUDGET: u16 = 20_000;
 /// Instructions that the check before the first move executes at most.
-const CHECK: u64 = 200_000_000;
+const CHECK: u64 = 50_000_000;
 
 /// Why a job cannot be streamed, or would fail.
 #[derive(Clone, Debug, PartialEq, Eq)]

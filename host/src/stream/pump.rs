@@ -15,6 +15,8 @@ use crate::link::Link;
 
 /// How often the board is asked how it stands while its slots are full.
 const POLL: Duration = Duration::from_millis(20);
+/// Rest between two stretches of a program that only computes.
+const THINK: Duration = Duration::from_micros(50);
 /// How often at least.
 const LOOK: Duration = Duration::from_millis(200);
 /// The board takes 10 ms for a reply and halts after 2 s without a request.
@@ -185,6 +187,9 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
                 self.finished = true;
             }
             if !full && self.client.link().now().saturating_sub(looked_at) < LOOK {
+                if self.pending.is_none() {
+                    self.client.link().pause(THINK);
+                }
                 continue;
             }
             if full {
@@ -215,6 +220,21 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
             let progress =
                 Progress { state: self.standing.state, line: self.line, count: self.count };
             if let Some(control) = watcher(&progress) {
+                if control == Control::Stop && !self.running {
+                    // The job computes and has not come to the machine yet.
+                    let (line, pieces) = (self.line, self.pieces);
+                    let time = Duration::ZERO;
+                    let end = End::Stopped;
+                    return Ok(Outcome {
+                        end,
+                        fault: None,
+                        line,
+                        count: 0,
+                        pieces,
+                        starved: 0,
+                        time,
+                    });
+                }
                 // Only Start means another thing the second time.
                 match control {
                     Control::Start => self.client.control(control),

@@ -134,6 +134,14 @@ fn it_pauses_goes_on_and_stops_cleanly() {
 }
 
 #[test]
+fn a_job_that_only_computes_is_stopped_too() {
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let text = "DIM n\nagain:\nn = 1 - n\nGOTO again\n";
+    let (outcome, _) = stream(&mut stand, text, &mut |_: &Progress| Some(Control::Stop));
+    assert_eq!((outcome.end, outcome.pieces), (End::Stopped, 0));
+}
+
+#[test]
 fn a_lost_link_ends_the_run_with_f18_and_outputs_off() {
     let (_, compiled) = compile("SetOut 2, ON\nF60\nG1 X100\nG1 X0\n");
     let mut stand = Stand::new(&mill()).expect("a board");
