@@ -286,15 +286,6 @@ pasapas_scaled_floor:
     mov #0x7fff, r13
     ret
 
-    .global pasapas_scaled_exponent_over
-pasapas_scaled_exponent_over:
-    sub r14, r12
-    subc r15, r13
-    swpb r13
-    mov.b r13, r12
-    sxt r12
-    ret
-
     .global pasapas_scaled_max
 pasapas_scaled_max:
     cmp r15, r13
@@ -315,6 +306,16 @@ pasapas_scaled_min:
 scaled_second:
     mov r14, r12
     mov r15, r13
+    ret
+
+    .section .text.scaled_exponent,"ax",@progbits
+    .global pasapas_scaled_exponent_over
+pasapas_scaled_exponent_over:
+    sub r14, r12
+    subc r15, r13
+    swpb r13
+    mov.b r13, r12
+    sxt r12
     ret
     "#
 );

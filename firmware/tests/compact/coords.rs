@@ -116,7 +116,7 @@ fn targets_are_found_and_refused_as_the_board_does() {
         let (low, high) = (bits as u16, (bits >> 16) as u16);
         chip.call("aim", &[(10, frame | u16::from(steps) << 2), (12, low), (13, high)]);
         let result = match chip.reg(12) {
-            0 => Ok((chip.long("SLOT0", 4 * n) as i32, chip.long("SLOT1", 4 * n) as i32)),
+            0 => Ok((chip.long("INC", 4 * n) as i32, chip.long("ACC", 4 * n) as i32)),
             fault => Err(fault),
         };
         let expected = aimed(&axis, &state, value, frame, steps);
@@ -175,5 +175,5 @@ fn without_a_program_an_axis_has_no_limits() {
     chip.set_byte("HOMED", 4);
     chip.call("aim", &[(10, 4), (12, 0x1234), (13, 0x3FFF)]);
     assert_eq!(chip.reg(12), 0);
-    assert_eq!(chip.long("SLOT0", 8), 0x3FFF_1234);
+    assert_eq!(chip.long("INC", 8), 0x3FFF_1234);
 }

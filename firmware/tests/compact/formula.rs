@@ -141,7 +141,7 @@ impl Machine {
                 Operand::Byte(byte) => (0, byte),
             };
             let last = if n + 1 == steps.len() { LAST } else { 0 };
-            chip.board.poke8(at, 2 * op as u8 | mode | last | if new { NEW } else { 0 });
+            chip.board.poke8(at, (2 * op as u8) | mode | last | if new { NEW } else { 0 });
             chip.board.poke8(at + 1, byte);
             at += 2;
         }

@@ -88,15 +88,10 @@ fn lines_are_planned_as_one_block_of_a_path() {
         aim(&mut chip, from, to);
         chip.set_long("FEED", 0, feed_word(feed));
         chip.set_byte("MOVING", 0);
-        // Whatever used the slots while the engine rested.
-        chip.set_long("SLOT0", 8, 0x1234_5678);
-        chip.set_long("SLOT1", 8, 0x1234_5678);
         chip.call("line_begin", &[(12, mask.into()), (13, rapid.into())]);
         let steps = [0, 1, 2].map(|n| if mask >> n & 1 != 0 { steps[n] } else { 0 });
         let moving: u8 = (0..3).filter(|n| steps[*n] != 0).map(|n| 1 << n).sum();
         prop_assert_eq!(chip.byte("MOVING"), moving);
-        prop_assert_eq!(chip.board.peek16(chip.at("SLOT0") + 8), 0);
-        prop_assert_eq!(chip.board.peek16(chip.at("SLOT1") + 8), 0);
         let feed = if rapid { Feed::Rapid } else { feed };
         let mut path = Path::new(0);
         path.push(&axes, &Block { steps, feed, exact: true });

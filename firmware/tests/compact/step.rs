@@ -213,12 +213,12 @@ impl Plan {
 fn agree(made: &[Vec<Step>; 3], plan: &Plan) -> Result<(), TestCaseError> {
     let first = |steps: &[Vec<Step>; 3]| steps.iter().flatten().map(|step| step.0).min();
     let (from, begin) = (first(&plan.steps).unwrap_or(0), first(made).unwrap_or(0));
-    for a in 0..3 {
-        for (n, (m, p)) in made[a].iter().zip(&plan.steps[a]).enumerate() {
+    for (a, (made, planned)) in made.iter().zip(&plan.steps).enumerate() {
+        for (n, (m, p)) in made.iter().zip(planned).enumerate() {
             prop_assert_eq!(m.0 - begin, p.0 - from, "axis {}, step {}", a, n);
             prop_assert_eq!(m.1, p.1, "direction of axis {} at step {}", a, n);
         }
-        prop_assert_eq!(made[a].len(), plan.steps[a].len(), "steps of axis {}", a);
+        prop_assert_eq!(made.len(), planned.len(), "steps of axis {}", a);
     }
     Ok(())
 }

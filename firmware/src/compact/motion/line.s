@@ -22,8 +22,6 @@ axis_begin:
 line_begin:
     mov r12, r10
     mov r13, r4
-    clr &SLOT0+EVENTS
-    clr &SLOT1+EVENTS
     /* INC = distances, LEFT = the longest, TICK = length^2, NOMINAL2 = the same in steps */
     clr r12
     clr r13
@@ -241,8 +239,6 @@ motion_poll:
     rra r13
     mov COUNT(r13), r13
     call #counted
-    call #formula
-    F store ACTUAL, AXIS, LAST
     sub #4, r8
     jge 2b
     /* nothing was made: all is played when the engine rested before */
@@ -255,18 +251,20 @@ motion_poll:
     tst &LEFT+2
     jne line_end
 3:  clr.b &MOVING
-    bit.b #M_STOP|M_SETTLE, &MOTION
-    jeq line_end
-    bic.b #M_STOP|M_SETTLE, &MOTION
+    /* M_STOP or M_SETTLE */
+    cmp.b #M_STOP, &MOTION
+    jlo line_end
+    and.b #M_PAUSE, &MOTION
 motion_settle:
     br #settle_all
 
-    /* r13:r12 = where axis r8 was when the watched input answered. Uses r11, r14, r15. */
+    /* r13:r12 and ACTUAL = where axis r8 was when the watched input answered; the next poll brings
+       ACTUAL up to date. Uses r11, r14, r15. */
     .global motion_caught
 motion_caught:
     mov &CAUGHT, r13
-    /* Takes r13 = what the engine counted for axis r8: r13:r12 = the position. It counts upward from
-       the low half of the position, or of its negative. */
+    /* Takes r13 = what the engine counted for axis r8: r13:r12 and ACTUAL = the position. It counts
+       upward from the low half of the position, or of its negative. */
 counted:
     call #axis_bit
     bit.b r12, &NEGATIVE
@@ -279,7 +277,8 @@ counted:
     jn 2f
     clr r13
 2:  call #formula
-    F add ACTUAL, AXIS, LAST
+    F add ACTUAL, AXIS
+    F store ACTUAL, AXIS, LAST
     ret
 
     /* Ramps down to a pause; goes on; ramps down and forgets the rest, also of a pause. */

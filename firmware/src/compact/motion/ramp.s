@@ -34,11 +34,14 @@ segment:
     call #exponent
     mov #15, r7
     sub r13, r7
-    tst r8
+    /* r4 = sign of what the speed is too high by */
+    call #formula
+    F load V2
+    F sub NOMINAL2, AXIS, LAST
+    mov r13, r4
+    tst r13
     jne 3f
-    cmp &V2, &NOMINAL2
-    jne 3f
-    cmp &V2+2, &NOMINAL2+2
+    tst r12
     jne 3f
     inc r7
     jmp 5f
@@ -75,10 +78,7 @@ segment:
     sbc &LEFT+2
 
     /* TEMP+4 = square of the speed at the end, TEMP = the speed */
-    call #formula
-    F load V2
-    F sub NOMINAL2, AXIS, LAST
-    tst r13
+    tst r4
     mov r5, r12
     mov #0, r13
     jge 1f
@@ -125,9 +125,9 @@ segment:
     /* the interval at the faster end, 1/65536 ticks */
     mov r6, r8
     sub #SLOT0, r8
-    clr CHANGE(r6)
-    clr CHANGE+2(r6)
     call #formula
+    FN int 0
+    F store SLOT0+CHANGE, AXIS
     F load V
     F most TEMP
     F store SLOT0, AXIS
@@ -166,25 +166,27 @@ segment:
     mov r5, r14
     clr r15
     call #__mspabi_divul
-    mov r12, CHANGE(r6)
-    mov r13, CHANGE+2(r6)
-    clrc
-    rrc r13
-    rrc r12
+    /* faster: from the longest interval down, else from the shortest up */
     tst r4
     jge 6f
-    add r12, INTERVAL(r6)
-    addc r13, INTERVAL+2(r6)
-    jmp 7f
-    /* faster: from the longest interval down */
-6:  sub r12, r10
-    subc r13, r9
-    add r10, INTERVAL(r6)
-    addc r9, INTERVAL+2(r6)
-    inv CHANGE(r6)
-    inv CHANGE+2(r6)
-    add #1, CHANGE(r6)
-    adc CHANGE+2(r6)
+    clr r9
+    clr r10
+    jmp 8f
+6:  call #negate
+8:  call #formula
+    F store SLOT0+CHANGE, AXIS, LAST
+    /* half of it, toward 0, before the first event */
+    mov r13, r15
+    rla r15
+    adc r12
+    adc r13
+    rra r13
+    rrc r12
+    add r10, r12
+    addc r9, r13
+    call #formula
+    F add SLOT0, AXIS
+    F store SLOT0, AXIS, LAST
 7:  call #formula
     F load TEMP
     F store V

@@ -6,8 +6,8 @@
 
     /* A target while a statement looks at all of its axes; the engine rests and leaves its memory.
        It lies as UM and STEPS do. */
-    .set NEW_UM, SLOT0
-    .set NEW_STEPS, SLOT1
+    .set NEW_UM, INC
+    .set NEW_STEPS, ACC
     /* planner's numbers that are free at rest */
     .set SPARE, V2
     .set SPARE_TOO, LEFT
