@@ -17,7 +17,7 @@ const CHARACTER: u64 = TICKS_PER_SECOND * 10 / 115_200;
 const SILENCE: u64 = TICKS_PER_SECOND / 1_000_000 * 1750;
 
 /// A board that has come up.
-fn board() -> Board {
+pub fn board() -> Board {
     let mut board = Chip::new().board;
     board.reset_pin();
     board.run_us(20_000);
@@ -25,7 +25,7 @@ fn board() -> Board {
     board
 }
 
-fn sealed(body: &[u8]) -> Vec<u8> {
+pub fn sealed(body: &[u8]) -> Vec<u8> {
     let crc = body.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
     [body, &crc.to_le_bytes()].concat()
 }
@@ -56,14 +56,14 @@ fn words(function: u8, first: u16, second: u16) -> Vec<u8> {
 }
 
 /// Registers read by function 3 or 4.
-fn read(board: &mut Board, function: u8, first: u16, count: u16) -> Vec<u16> {
+pub fn read(board: &mut Board, function: u8, first: u16, count: u16) -> Vec<u16> {
     let reply = ask(board, &words(function, first, count));
     assert_eq!(reply.len(), 3 + 2 * usize::from(count), "{reply:?}");
     assert_eq!(reply[..3], [1, function, 2 * count as u8]);
     reply[3..].chunks(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]])).collect()
 }
 
-fn write(board: &mut Board, first: u16, values: &[u16]) -> Result<(), u8> {
+pub fn write(board: &mut Board, first: u16, values: &[u16]) -> Result<(), u8> {
     let mut body = words(16, first, values.len() as u16);
     let head = body.clone();
     body.push(2 * values.len() as u8);
@@ -71,7 +71,7 @@ fn write(board: &mut Board, first: u16, values: &[u16]) -> Result<(), u8> {
     outcome(&ask(board, &body), &head)
 }
 
-fn write_one(board: &mut Board, register: u16, value: u16) -> Result<(), u8> {
+pub fn write_one(board: &mut Board, register: u16, value: u16) -> Result<(), u8> {
     let body = words(6, register, value);
     outcome(&ask(board, &body), &body)
 }

@@ -25,3 +25,4 @@ mod ramp;
 mod session;
 mod step;
 mod store;
+mod upload;

@@ -171,7 +171,7 @@ fn the_check_names_what_it_refuses() {
 
 #[test]
 fn an_upload_cut_anywhere_leaves_the_old_program_or_the_new() {
-    let (old, new) = (&IMAGES[1], &IMAGES[2]);
+    let (old, new) = (&IMAGES[0], &image("SetOut 2, ON"));
     let mut before = Chip::new();
     assert!(send(&mut before, old, false, Upload::Begin as u16));
     assert_eq!(control(&mut before, Upload::Commit), 0);

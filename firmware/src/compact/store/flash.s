@@ -3,6 +3,9 @@
     .section .text.store,"axR",@progbits
 /* Gives the current program up; keeps all but r12, r14. */
 discard:
+    clr &VM_CODE
+    clr r12
+    call #program_stored
     mov &STORED, r12
     clr &STORED
 /* flash_erase: r12 = address in a segment to erase, 10.5 ms. flash_write: r12 = even address,

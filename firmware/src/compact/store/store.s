@@ -47,10 +47,12 @@ program_attach:
     tst r12
     mov #0, r12
     jne 1f
-    /* the check leaves the addresses of code and data */
+/* The program that the check has just taken is the stored one: it leaves the addresses of its code
+   and data. */
+attach_checked:
     mov &POOL+CHECK_CODE, &VM_CODE
     mov &POOL+CHECK_DATA, &VM_DATA
-    inc r12
+    mov #1, r12
 1:  br #program_stored
 
 /* r12 = a slot; leaves r12 = 0 when its image may run, or its Refusal; keeps no register. Takes about
@@ -128,9 +130,6 @@ upload_control:
     cmp #UPLOAD_ERASE, r12
     jhs illegal_value
     call #upload
-    push r12
-    call #program_attach
-    pop r12
     mov.b r12, &REFUSAL
     tst r12
     jeq 2f
@@ -227,6 +226,7 @@ commit:
     clr &OPEN
     mov r11, r12
     call #flash_erase
+    call #attach_checked
     clr r15
 1:  mov r15, r12
     ret
