@@ -102,6 +102,7 @@ const _: () = {
 
 /// InterpCNC's alarm codes (its input register 3004) by fault number.
 #[unsafe(no_mangle)]
+#[unsafe(link_section = ".tail.alarms")]
 static ALARMS: [u8; Fault::ALL.len() + 1] = {
     let mut codes = [3; Fault::ALL.len() + 1];
     let pairs = [
@@ -125,6 +126,8 @@ static ALARMS: [u8; Fault::ALL.len() + 1] = {
 
 constants! {
     RUN_ACTIVE = ACTIVE;
+    // InterpCNC's state word and targets do not fit into the G2553.
+    HAS_STATE = cfg!(feature = "whole");
     EX_FUNCTION = Exception::IllegalFunction;
     EX_ADDRESS = Exception::IllegalAddress;
     EX_VALUE = Exception::IllegalValue;

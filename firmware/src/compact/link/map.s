@@ -36,7 +36,8 @@
     .subsection 0
     .endm
 
-    .section .text.map,"axR",@progbits
+/* Below the vectors, where there is room. */
+    .section .tail.blocks,"axR",@progbits
 map_blocks:
     MAP_BLOCK COILS, map_list_outputs
     MAP_BLOCK INPUT_BITS, map_list_status
@@ -58,6 +59,7 @@ map_blocks:
     MAP_BLOCK UPLOAD_WINDOW, map_list_upload, map_write_upload
 map_blocks_end:
 
+    .section .text.map,"axR",@progbits
     .subsection 1
 MAP_KEYS:
     .subsection 2
@@ -115,11 +117,15 @@ MAP_LIST map_list_status
     MAP_BYTE AT_PROBE_ERROR, PROBE_ERROR
     MAP_CODE AT_WORK_POSITIONS, map_work_positions
     MAP_CODE AT_ACTUAL_SPEEDS, map_speeds
+    .if HAS_STATE
     MAP_CODE AT_TARGETS, map_targets
+    .endif
 MAP_LIST map_list_cnc
     MAP_CODE AT_COMMAND_ROOM, map_command_room
     MAP_VALUE AT_COMMAND_ROOM+1, 0
+    .if HAS_STATE
     MAP_CODE AT_CNC_STATE, map_cnc_state
+    .endif
     MAP_CODE AT_CNC_ALARM, map_alarm
 MAP_LIST map_list_outputs
     MAP_WORD 0, OUTPUT
@@ -296,9 +302,11 @@ map_keeps:
 map_speeds:
     mov #motion_speed, r14
     jmp 1f
+    .if HAS_STATE
 map_targets:
     mov #target_steps, r14
     jmp 1f
+    .endif
 map_work_positions:
     mov #work_steps, r14
 1:  cmp #6, r12
@@ -397,6 +405,7 @@ map_limit_switches:
     mov r9, r12
     ret
 
+    .if HAS_STATE
 /* InterpCNC's state word. clobbers r4, r9 */
 map_cnc_state:
     mov.b &RUN, r12
@@ -417,6 +426,10 @@ map_cnc_state:
     bis #1<<8, r9
 3:  mov r9, r12
     ret
+/* The low byte of InterpCNC's state word by RunState: fault 1, active 8, paused 16. */
+map_run_states:
+    .byte 0, 0, 8, 8|16, 1, 8, 8, 0
+    .endif
 
 /* InterpCNC's code of the latched fault. */
 map_alarm:
@@ -564,7 +577,3 @@ map_busy:
     jhs map_bad_value
     mov.b r13, &CHAR_IN
     jmp map_written
-
-/* The low byte of InterpCNC's state word by RunState: fault 1, active 8, paused 16. */
-map_run_states:
-    .byte 0, 0, 8, 8|16, 1, 8, 8, 0
