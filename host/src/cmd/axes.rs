@@ -1,6 +1,6 @@
 //! `pasapas home`, `jog` and `io`: commissioning, one line each.
 //!
-//! They use InterpCNC's commands 106 and 104 with the parameters of the host's profile, so they
+//! They use InterpCNC's commands 106 and 103 with the parameters of the host's profile, so they
 //! work on a board without a program too.
 
 use std::time::Duration;
@@ -14,6 +14,7 @@ use serde_json::json;
 use super::port::{Board, Port};
 use super::{Console, Options};
 use crate::client::ClientError;
+use crate::client::status::long;
 use crate::failure::Failure;
 use crate::link::Link;
 
@@ -211,12 +212,14 @@ impl Jog {
         let Some(own) = profile.axis(self.axis) else { return Ok(()) };
         let top = own.top_rate.unsigned_abs();
         let speed = self.speed.unwrap_or((top / 4).max(1)).clamp(1, top);
-        let mut order = vec![command::MOVE_BY, self.axis.index() as u16 + 1];
+        let mut board = self.port.connect(options, console)?;
+        // By the place to go to: every board has command 103, the smallest lacks 104.
+        let place = board.input(wire::WORK_POSITIONS + 2 * self.axis.index() as u16, 2)?;
+        let mut order = vec![command::MOVE_TO, self.axis.index() as u16 + 1];
         order.extend(words(own.accel.into()));
         order.extend(words(speed.into()));
         order.extend(words(own.decel.unwrap_or(own.accel).into()));
-        order.extend(words(steps));
-        let mut board = self.port.connect(options, console)?;
+        order.extend(words(i64::from(long(place[0], place[1])) + steps));
         send(&mut board, &order)?;
         wait(&mut board, self.axis, "the move")?;
         tell(&mut board, self.axis, console)

@@ -14,10 +14,13 @@
 
     /* Where the axis r12 stands, or is to stand, for the link: r13:r12 = work position in steps.
        Uses r11, r14, r15. */
-    .global target_steps, work_steps
+    .global work_steps
+    .if HAS_STATE
+    .global target_steps
 target_steps:
     mov #STEPS-ACTUAL, r13
     jmp 1f
+    .endif
 work_steps:
     clr r13
 1:  push r8
