@@ -102,7 +102,6 @@ const _: () = {
 
 /// InterpCNC's alarm codes (its input register 3004) by fault number.
 #[unsafe(no_mangle)]
-#[unsafe(link_section = ".tail.alarms")]
 static ALARMS: [u8; Fault::ALL.len() + 1] = {
     let mut codes = [3; Fault::ALL.len() + 1];
     let pairs = [

@@ -26,8 +26,8 @@ static FREE_AXIS: AxisRecord = AxisRecord {
 };
 
 constants! {
-    // The commands that bring all of their parameters do not fit into the G2553.
-    HAS_COMMANDS = cfg!(feature = "whole");
+    // The commands that bring all of their parameters: 366 bytes.
+    HAS_COMMANDS = true;
     OP_MOVE_TO = Op::MoveTo;
     OP_MOVE = Op::Move;
     OP_RAPID = Op::Rapid;

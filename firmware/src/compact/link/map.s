@@ -59,6 +59,29 @@ map_blocks:
     MAP_BLOCK UPLOAD_WINDOW, map_list_upload, map_write_upload
 map_blocks_end:
 
+    .section .tail.limits,"axR",@progbits
+/* Low byte: reference switches closed at the negative end, high byte: at the positive one.
+   clobbers r4, r9 */
+map_limit_switches:
+    clr r9
+    mov #2, r4
+1:  rla r9
+    mov r4, r12
+    call #axis_record
+    mov r12, r15
+    mov &BOARD, r12
+    add r4, r12
+    mov.b B_REFERENCE(r12), r12
+    call #input
+    bit #AXIS_HOME_POSITIVE, A_FLAGS(r15)
+    jeq 2f
+    swpb r12
+2:  bis r12, r9
+    dec r4
+    jge 1b
+    mov r9, r12
+    ret
+
     .section .text.map,"axR",@progbits
     .subsection 1
 MAP_KEYS:
@@ -381,28 +404,6 @@ map_plc_status:
     and #RUN_ACTIVE, r12        ; bit 1 becomes bit 10
     swpb r12
     rla r12
-    ret
-
-/* Low byte: reference switches closed at the negative end, high byte: at the positive one.
-   clobbers r4, r9 */
-map_limit_switches:
-    clr r9
-    mov #2, r4
-1:  rla r9
-    mov r4, r12
-    call #axis_record
-    mov r12, r15
-    mov &BOARD, r12
-    add r4, r12
-    mov.b B_REFERENCE(r12), r12
-    call #input
-    bit #AXIS_HOME_POSITIVE, A_FLAGS(r15)
-    jeq 2f
-    swpb r12
-2:  bis r12, r9
-    dec r4
-    jge 1b
-    mov r9, r12
     ret
 
     .if HAS_STATE
