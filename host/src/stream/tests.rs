@@ -57,6 +57,17 @@ fn a_raster_runs_through_without_a_stop_for_want_of_a_piece() {
 }
 
 #[test]
+#[ignore = "ten minutes of the board's time, two of this computer's"]
+fn a_raster_of_92_000_lines_never_starves() {
+    let laser = Profile::built_in("laser").expect("built in");
+    let mut stand = Stand::new(&laser).expect("a board");
+    let (outcome, _) = stream(&mut stand, &raster(92_000, 1000), &mut quietly);
+    let rate = 92_000.0 / outcome.time.as_secs_f64();
+    println!("{rate:.0} lines/s, {outcome:?}");
+    assert_eq!((outcome.end, outcome.starved), (End::Done, 0));
+}
+
+#[test]
 fn loops_jumps_subs_and_variables_become_straight_code() {
     let text = "DIM i, n, far AS LENGTH\n\
         TABLE steps_of = 1mm, 2mm, 4mm\n\
