@@ -12,6 +12,7 @@ use proptest::prelude::*;
 use crate::chip::Chip;
 use crate::line::{aim, feed_word};
 use crate::machine::{install, mill};
+use crate::ramp::PAUSE;
 
 /// The machine stack's end.
 const STACK: u16 = 0x0400;
@@ -419,12 +420,12 @@ fn pauses_lose_no_step_and_stops_leave_the_commanded_place_where_the_axes_stand(
             machine.run(ms * MS);
             match turn {
                 Turn::Pause(ms) => {
-                    machine.call("motion_pause", &[]);
+                    machine.chip.set_byte("MOTION", PAUSE);
                     machine.rest();
                     let there = machine.positions();
                     machine.run(ms * MS);
                     prop_assert_eq!(machine.positions(), there, "it rests in a pause");
-                    machine.call("motion_resume", &[]);
+                    machine.chip.set_byte("MOTION", 0);
                     continue;
                 }
                 Turn::Stop => machine.call("motion_stop", &[]),

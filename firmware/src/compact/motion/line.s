@@ -215,17 +215,13 @@ line_dirs:
 motion_poll:
     tst.b &MOVING
     jeq line_end
-    mov &TA1CCTL0, r5
     mov &STEP_SLOT, r6
     xor #OTHER_SLOT, r6
     tst EVENTS(r6)
     jne 1f
-    push r5
     call #segment
-    pop r5
     jnc 1f
-    mov #CCIE, r5
-    bit r5, &TA1CCTL0
+    bit #CCIE, &TA1CCTL0
     jne 1f
     /* it rests: the first interrupt leaves the slot before and begins this one */
     xor #OTHER_SLOT, r6
@@ -233,15 +229,16 @@ motion_poll:
     mov &TA1R, r12
     add #LEAD, r12
     mov r12, &TA1CCR0
-    mov r5, &TA1CCTL0
-1:  mov #8, r8
+    mov #CCIE, &TA1CCTL0
+    /* what it has counted is all when it rests already */
+1:  mov &TA1CCTL0, r5
+    mov #8, r8
 2:  mov r8, r13
     rra r13
     mov COUNT(r13), r13
     call #counted
     sub #4, r8
     jge 2b
-    /* nothing was made: all is played when the engine rested before */
     bit #CCIE, r5
     jne line_end
     bit.b #M_STOP, &MOTION
@@ -281,14 +278,8 @@ counted:
     F store ACTUAL, AXIS, LAST
     ret
 
-    /* Ramps down to a pause; goes on; ramps down and forgets the rest, also of a pause. */
-    .global motion_pause, motion_resume, motion_stop
-motion_pause:
-    bis.b #M_PAUSE, &MOTION
-    ret
-motion_resume:
-    bic.b #M_PAUSE, &MOTION
-    ret
+    /* Ramps down and forgets the rest, also of a pause. */
+    .global motion_stop
 motion_stop:
     mov.b #M_STOP, &MOTION
     tst.b &MOVING
@@ -347,10 +338,9 @@ motion_hit:
     FN shift, -10
     F plus TEMP
     FA floor
-    F store TEMP
-    FN int 1
-    F add TEMP
     F sub TEMP+8, LAST
+    add #1, r12
+    adc r13
     bis.b #M_SETTLE, &MOTION
     tst r13
     jge 1f

@@ -31,7 +31,9 @@ segment:
 2:  call #formula
     F load TICK
     F sub V, LAST
-    call #exponent
+    /* the exponent of a quotient is the top byte of the difference */
+    swpb r13
+    sxt r13
     mov #15, r7
     sub r13, r7
     /* r4 = sign of what the speed is too high by */
@@ -51,7 +53,8 @@ segment:
     F store TEMP+4
     F load V2
     F sub TEMP+4, LAST
-    call #exponent
+    swpb r13
+    sxt r13
     sub #4, r13
     cmp #3, r13
     jge 4f
@@ -108,7 +111,8 @@ segment:
     F least V
     F sub TICK, LAST
     call #negate
-    call #exponent
+    swpb r13
+    sxt r13
     sub #14, r13
     clr r4
     mov #16<<8, r7
@@ -197,10 +201,4 @@ segment:
     ret
 segment_none:
     clrc
-    ret
-
-    /* r13 = power of two below the quotient of two scaled numbers, r13:r12 their difference */
-exponent:
-    swpb r13
-    sxt r13
     ret

@@ -9,8 +9,8 @@
    A pulse longer than the interrupt takes (WIDTH, profiles above 3 us) needs a second interrupt: the
    first one lets the hardware drop the pins WIDTH ticks after the edge.
 
-   Cycles from entry to RETI: three axes stepping 169, two 158, one 147; at a segment change 24
-   more, while an input is watched 16 more. 8 bytes of stack. */
+   Cycles from entry to RETI: three axes stepping 169, two 158, one 147; at a segment change 16
+   more, while an input is watched 18 more. 8 bytes of stack. */
     .set P1IN,     0x0020
     .set P2OUT,    0x0029
     .set P2SEL,    0x002e

@@ -27,7 +27,8 @@ run_pause:
     jne 9b
     add.b #RUN_STOPPING-RUN_RUNNING, &RUN
     clr &SPIN
-    br #motion_pause
+    bis.b #M_PAUSE, &MOTION
+    ret
 
 /* Ends the run on a ramp. */
 run_stop:

@@ -53,7 +53,7 @@ ticks:
     jeq 1f
     dec &SPIN
     jne 1f
-    call #motion_resume
+    bic.b #M_PAUSE, &MOTION
 
     /* The lamp: off without a program, lit when ready, slow blink in a run, fast in a pause, a
        fault's number in blinks. */
