@@ -94,8 +94,14 @@ fn work_zeros_shift_what_comes_behind_them() {
 fn z_goes_apart_in_a_rapid_move() {
     let mut profile = mill();
     profile.rapid_z_apart = true;
+    let mut live = Live::new(&profile, "G0 X1 Y1 Z2\nG0 X0 Y0 Z0\n");
+    live.start();
     // Z's switch is at the top: it lifts first, and lowers last.
-    let live = run_on(&profile, "G0 X1 Y1 Z2\nG0 X0 Y0 Z0\n", 4000);
+    while live.events.last() != Some(&done()) {
+        live.run_ms(1);
+        let [x, y, z] = live.motors();
+        assert!(z == 200 || x == 0 && y == 0, "{x} {y} {z}");
+    }
     assert_eq!(live.events, [rapid(), rapid(), done()]);
     rests_at_its_places(&live);
 }
@@ -155,4 +161,18 @@ fn a_pause_loses_no_step() {
     live.finish(4000);
     assert_eq!(live.events, [line(), axe(0), done()]);
     rests_at_its_places(&live);
+}
+
+#[test]
+fn the_machine_stack_keeps_room_in_motion() {
+    let script = "DIM a, b\nb = -3\nHome? X\nG0 X3 Y2 Z-1\nG1 X1 Y1 F900\nMoveAxe X, 2mm, 9mm/s, 90mm/s2\n\
+                  Probe? X, 1mm, 10mm/s\na = (b * 7 - 20) / 3\nPRINT POS(X)\n";
+    let mut profile = mill();
+    profile.x.as_mut().expect("mill has X").home.stroke_um = 3_000;
+    let mut live = Live::new(&profile, script);
+    live.finish(8000);
+    assert_eq!(live.events.last(), Some(&done()), "{:?}", live.events);
+    let (first, last) = (live.at("POOL_END"), 0x0400);
+    let untouched = (first..last).take_while(|&at| live.board.peek8(at) == 0xA5).count();
+    assert!(untouched >= 20, "{untouched} bytes were never used");
 }
