@@ -570,32 +570,3 @@ pub enum StmtKind {
     /// G81, G82, G83.
     Cycle(Box<Cycle>),
 }
-
-impl Program {
-    /// What the script or else the profile calls an input or output.
-    pub fn port_name(&self, output: bool, n: i32) -> Option<&str> {
-        let own = self.ports.iter().find(|port| port.output == output && port.n == n);
-        own.map(|port| port.name.as_str()).or_else(|| {
-            if output {
-                self.profile.outputs.iter().find(|port| port.n == n)?.name.as_deref()
-            } else {
-                self.profile.inputs.iter().find(|port| port.n == n)?.name.as_deref()
-            }
-        })
-    }
-
-    /// The variable `id`.
-    pub fn var(&self, id: VarId) -> &Var {
-        &self.vars[id.0 as usize]
-    }
-
-    /// The table `id`.
-    pub fn table(&self, id: TableId) -> &Table {
-        &self.tables[id.0 as usize]
-    }
-
-    /// The routine `id`.
-    pub fn routine(&self, id: RoutineId) -> &Routine {
-        &self.routines[id.0 as usize]
-    }
-}

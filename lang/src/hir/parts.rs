@@ -1,6 +1,36 @@
-//! What belongs to one statement of the source, and what stands in it.
+//! Looking things up: what an id names, what belongs to one statement of the source, and what
+//! stands in it.
 
-use super::{Block, Stmt, StmtKind};
+use super::{Block, Program, Routine, RoutineId, Stmt, StmtKind, Table, TableId, Var, VarId};
+
+impl Program {
+    /// What the script or else the profile calls an input or output.
+    pub fn port_name(&self, output: bool, n: i32) -> Option<&str> {
+        let own = self.ports.iter().find(|port| port.output == output && port.n == n);
+        own.map(|port| port.name.as_str()).or_else(|| {
+            if output {
+                self.profile.outputs.iter().find(|port| port.n == n)?.name.as_deref()
+            } else {
+                self.profile.inputs.iter().find(|port| port.n == n)?.name.as_deref()
+            }
+        })
+    }
+
+    /// The variable `id`.
+    pub fn var(&self, id: VarId) -> &Var {
+        &self.vars[id.0 as usize]
+    }
+
+    /// The table `id`.
+    pub fn table(&self, id: TableId) -> &Table {
+        &self.tables[id.0 as usize]
+    }
+
+    /// The routine `id`.
+    pub fn routine(&self, id: RoutineId) -> &Routine {
+        &self.routines[id.0 as usize]
+    }
+}
 
 impl Stmt {
     /// Whether `next`, which stands behind it, is a part of the same statement of the source.
