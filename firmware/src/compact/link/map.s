@@ -9,7 +9,7 @@
     .endm
 
 /* Registers of a list, in ascending order. A row holds from its offset to that of the next:
-   MAP_VALUE, MAP_BYTE: this number, this byte of RAM, at that offset only;
+   MAP_VALUE, MAP_BYTE: this number, this byte of RAM, at that offset only, 0 behind it;
    MAP_WORD: the words of RAM from this one on;
    MAP_CODE: a routine takes r12 = offset from the row's and leaves r12 = value, keeping r5..r8, r10. */
     .macro MAP_VALUE offset, value
@@ -555,7 +555,7 @@ map_busy:
     bis.b #T_ON, &TRACING
     jmp map_written
 5:  mov r13, r12
-    call #upload_control        ; the same
+    call #upload_control        ; keeps no register either
     mov #1, r6
     ret
     /* another length is another upload */
