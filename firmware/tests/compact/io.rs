@@ -85,3 +85,14 @@ fn roles_keep_the_machine_from_working() {
     assert_eq!(rig.chip.byte("VM_FAULT"), 14);
     assert_eq!(rig.chip.byte("FAULT_IN"), 13);
 }
+
+#[test]
+fn a_laser_is_off_while_nothing_moves() {
+    let mut rig = Rig::new("laser", "Wait 1s\n");
+    let laser = rig.chip.board.peek8(0x1040 + 40);
+    assert_ne!(laser, 0);
+    rig.chip.set_word("OUTPUT", 0xFFFF);
+    rig.ms(2);
+    let others = rig.chip.board.plant().outputs();
+    assert_eq!(others, !(1 << (laser - 1)));
+}

@@ -147,3 +147,16 @@ fn the_main_loop_runs_a_program_from_reset() {
     assert_eq!(rig.state(), RunState::Ready);
     assert_eq!((rig.chip.word("RUNS"), rig.chip.word("MISSED")), (1, 0));
 }
+
+#[test]
+fn autorun_begins_half_a_second_after_reset() {
+    let text = include_str!("../../../examples/profiles/mill.toml").to_owned()
+        + "\n[run]\nautorun = true\n\n[[input]]\nn = 13\nrole = \"emergency_stop\"\n";
+    let profile = lang::profile::Profile::parse(&text).expect("mill with autorun");
+    let mut rig = Rig::with(&profile, "SetOut 2, ON\nWait 1s\n");
+    rig.ms(499);
+    assert_eq!(rig.state(), RunState::Ready);
+    rig.ms(2);
+    assert_eq!(rig.state(), RunState::Running);
+    assert_eq!(rig.chip.byte("VM_FAULT"), 0);
+}

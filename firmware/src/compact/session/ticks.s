@@ -128,7 +128,8 @@ ticks:
     .endif
 
     /* as long as it is pressed: nothing else begins to move */
-1:  mov.b B_EMERGENCY(r10), r10
+1:  mov &BOARD, r10
+    mov.b B_EMERGENCY(r10), r10
     mov r10, r12
     call #input
     tst r12
