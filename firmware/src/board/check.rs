@@ -396,8 +396,10 @@ pasapas_verify:
     bis r14, r13
     tst r13
     jeq 9f
+    .if {room} - {code} > {max_code} - 1
     cmp #{max_code}, r13
     jhs 9f
+    .endif
     add r13, r12
     mov r12, {code_end}(r10)
     cmp r12, {image_end}(r10)
@@ -947,6 +949,7 @@ pasapas_verify_table:
     pool_one = const crate::vm::POOL_LIMITS[0],
     pool_many = const crate::vm::POOL_LIMITS[1],
     code = const CODE,
+    room = const PART.room_for(false),
     max_code = const 64 * ANCHORS + 1,
     axes = const MACHINE + 8,
     axes_in_image = const MACHINE + 8,

@@ -931,11 +931,15 @@ vm_leave:
     mov r12, r5
     and #0x0fff, r5
     add r4, r5
+    .if {has_events}
     cmp #{kind_event}, r13
     jeq 1f
+    .endif
     FAR vm_poll
+    .if {has_events}
 1:  mov #{handler_end}, r12
     br #vm_exit
+    .endif
 vm_give:
     call #vm_entry
     mov r15, &{vm}+{calls}
@@ -1083,6 +1087,7 @@ vm_inlines:
     data = const offset_of!(State, data),
     frame = const FRAME_AT,
     saves = const SAVES,
+    has_events = const crate::vm::PART.features & lang::record::feature::EVENTS,
     // 100 bytes less for 2 cycles at each load and store, 9 at wide operands.
     small = const cfg!(feature = "g2553") as u8,
     more = const lang::vm::flag::MORE,
