@@ -842,9 +842,13 @@ vm_over:
     mov @r6, r12
     mov 2(r6), r13
     FAR vm_push
+    .if {has_events}
 vm_more:
     bis.b #{more}, &{vm}+{flags}
     FAR vm_next
+    .else
+    .set vm_more, vm_next
+    .endif
 vm_check:
     tst r11
     jl 1f

@@ -15,7 +15,6 @@ Reset:
     cmp #0x0400, r12
     jne 2b
     call #boot
-    eint
 loop:
     mov #KICK, &WATCHDOG
     call #link_poll

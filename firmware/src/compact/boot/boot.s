@@ -31,7 +31,6 @@ boot:
     mov.b r14, 0(r13)
     cmp #boot_table_end, r12
     jne 2b
-    mov #KICK, &WATCHDOG
     /* Timer0_A: SMCLK / 8 = 2 MHz, continuous; CCR0 is the millisecond, CCR1 the link's silence */
     mov #2000, &0x0172
     mov #0x0010, &0x0162
@@ -81,9 +80,7 @@ boot:
 9:  cmp #LOG+64, r15
     jne 8b
     /* a run that a reset broke off */
-    mov &RUNNING, r13
-    clr &RUNNING
-    cmp #RUNS_MARK, r13
+    sub #RUNS_MARK, &RUNNING
     jne 7f
     mov #F_WATCHDOG, r12
     bit.b #4, &CAUSE

@@ -7,10 +7,9 @@
 keep_current:
     clr r11
     mov #KEEP_FIRST, r15
-1:  mov @r15, r14
-    sub #KEEP_COMMITTED, r14
-    cmp #256, r14
-    jhs 3f
+1:  cmp.b #KEEP_COMMITTED/256, 1(r15)
+    jne 3f
+    mov.b @r15, r14
     tst r11
     jeq 2f
     sub.b @r11, r14

@@ -61,9 +61,11 @@ profile_word:
 /* Appends the last fault to the log: number and input, place in the code, line, and their exclusive
    or. Uses r11 to r15. */
 fault_log:
+    .if HAS_LINES
     mov &VM_FAULT_PC, r12
     call #line_of
     push r12
+    .endif
     mov #LOG, r12
 1:  cmp #-1, 0(r12)
     jeq 2f
@@ -79,7 +81,11 @@ fault_log:
     mov &VM_FAULT_PC, r13
     sub &VM_CODE, r13
     call #3f
+    .if HAS_LINES
     pop r13
+    .else
+    clr r13
+    .endif
     call #3f
     mov r11, r13
 3:  xor r13, r11

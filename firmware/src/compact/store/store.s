@@ -5,10 +5,9 @@
 /* After a reset: finds the current program and discards an older one. Destroys all. */
 store_mount:
     mov #AREA, r10
-1:  mov @r10, r9
-    sub #SLOT_COMMITTED, r9
-    cmp #256, r9
-    jhs 4f
+1:  cmp.b #SLOT_COMMITTED/256, 1(r10)
+    jne 4f
+    mov.b @r10, r9
     mov r10, r12
     add #SLOT_HEAD, r12
     call #image_sound
