@@ -217,3 +217,20 @@ fn a_run_takes_stops_and_direct_functions_only() {
     live.run_ms(1_000);
     assert_eq!(live.state(), RunState::Ready);
 }
+
+#[test]
+fn a_reference_run_watches_no_probe_that_was_given_up() {
+    let mut live = board("Probe Z, -10mm, 1mm/s\n").with_switch(0, -200, false);
+    live.start();
+    live.run_ms(100);
+    assert_ne!(live.byte("WATCH"), 0);
+    assert_eq!(order(&mut live, command::STOP_AXIS, &[&[1]]), 0);
+    live.run_ms(300);
+    assert_eq!(live.state(), RunState::Ready);
+    assert_eq!(order(&mut live, command::HOME_PROFILE, &[&[1]]), 0);
+    live.run_ms(100);
+    assert_eq!(live.byte("WATCH"), 0, "it would write where the switch opened");
+    live.run_ms(3_000);
+    assert_eq!(live.byte("HOMED"), 1);
+    assert_eq!(live.longs("ACTUAL")[0], 0);
+}

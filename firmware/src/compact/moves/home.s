@@ -12,7 +12,7 @@
     /* BITS of a reference run: input number of the switch and */
     .set HOME_INVERT, 0x40      /* it is off when closed */
     .set HOME_COMMAND, 0x80     /* command 106: HOME_RECORD holds the rest */
-    /* Where the switch opened: nothing catches counts meanwhile. */
+    /* Where the switch opened: nothing is watched meanwhile. */
     .set OPENED, CAUGHT
 
     /* Home, Home? and commands 106, 1110: fast to the switch, rest, slowly off it, clearance. */
@@ -85,6 +85,7 @@ home_missed:
 2:  ret
 
 home_begin:
+    clr.b &WATCH
     call #axis_bit
     bic.b r12, &HOMED
     call #formula
