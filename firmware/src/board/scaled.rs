@@ -15,12 +15,12 @@ global_asm!(
 scaled_split:
     mov r13, r11
     swpb r11
-    and #0xff, r11
+    mov.b r11, r11
     mov r15, r10
     swpb r10
-    and #0xff, r10
-    and #0xff, r13
-    and #0xff, r15
+    mov.b r10, r10
+    mov.b r13, r13
+    mov.b r15, r15
     ret
 
     .global pasapas_scaled_times
@@ -104,7 +104,7 @@ pasapas_scaled_over:
     rlc r13
     dec r10
     jne 3b
-    and #0xff, r8
+    mov.b r8, r8
     jmp scaled_pack
 scaled_most:
     mov #-1, r12
@@ -198,7 +198,7 @@ pasapas_scaled_root:
     swpb r12
     mov.b r12, r7
     bis r7, r13
-    and #0xff00, r12
+    xor r7, r12
     rra r11
     jnc 1f
     inc r11
@@ -249,13 +249,13 @@ pasapas_scaled_new:
     rlc r13
     jn 2f
     jmp 1b
-2:  swpb r12
-    and #0xff, r12
-    swpb r13
-    mov r13, r14
-    and #0xff00, r14
+2:  mov.b r13, r14
+    swpb r14
+    swpb r12
+    mov.b r12, r12
     bis r14, r12
-    and #0xff, r13
+    swpb r13
+    mov.b r13, r13
     swpb r11
     bis r11, r13
     ret
@@ -264,18 +264,18 @@ pasapas_scaled_new:
 pasapas_scaled_floor:
     mov r13, r11
     swpb r11
-    and #0xff, r11
+    mov.b r11, r11
     sub #136, r11
     jge 2f
     cmp #-31, r11
     jl scaled_zero
     /* mantissa to the top: bytes of r13:r12 up by one */
+    mov.b r13, r13
     swpb r13
-    and #0xff00, r13
     swpb r12
     mov.b r12, r14
     bis r14, r13
-    and #0xff00, r12
+    xor r14, r12
 1:  clrc
     rrc r13
     rrc r12

@@ -137,18 +137,14 @@ formula_int:
     mov.b -1(r10), r12
     clr r13
     ret
-    .global formula_abs
+    .global formula_abs, negate
     /* |r13:r12| */
 formula_abs:
     tst r13
     jge 1f
-    .global negate
+    br #negate
     /* -(r13:r12) */
-negate:
-    inv r12
-    inv r13
-    inc r12
-    adc r13
+    .set negate, pasapas_neg
 1:  ret
 
 formula_table:
