@@ -6,6 +6,7 @@ use emulator::{Edge, Signal, TICKS_PER_SECOND};
 
 use super::stand::{Stand, fast_mill, image_for, rises};
 use super::{Sink, at_least, at_most};
+use crate::board::{Build, G2553, G2955};
 
 /// Rates that are asked for, highest first, until one is done without a lost step.
 const RATES: [u32; 9] = [100_000, 80_000, 60_000, 50_000, 40_000, 30_000, 20_000, 15_000, 10_000];
@@ -15,8 +16,6 @@ const STEADY_RATE: u32 = 17_777;
 const EDGE_US: f64 = 1.0;
 /// Steps over which a rate is taken.
 const WINDOW: usize = 200;
-/// Flash and RAM of the chip that the figures are for.
-const RAM: f64 = 512.0;
 
 /// Moves of 1 s at the top rate, away from the reference switches.
 const THREE: &str = "G1 X{a} Y{b} Z-{c} F6000000\n";
@@ -30,18 +29,19 @@ const STARTED: &str =
 /// # Errors
 /// The board does not run the moves.
 pub fn run(sink: Sink<'_>) -> Result<(), String> {
-    let (three, unused) = best(THREE, &[0])?;
+    let three = best(&G2553, THREE, &[0])?;
     sink(at_least("steps_3axis", "events/s", three.rate, 40_000.0, 60_000.0))?;
-    let (one, _) = best(ONE, &[0])?;
+    let one = best(&G2553, ONE, &[0])?;
     sink(at_least("steps_1axis", "steps/s", one.rate, 60_000.0, 100_000.0))?;
-    let (started, started_unused) = best(STARTED, &[0, 1, 2])?;
+    let started = best(&G2955, STARTED, &[0, 1, 2])?;
     sink(at_least("steps_started", "steps/s", started.rate, 20_000.0, 40_000.0))?;
-    let (must, _) = at_rate(THREE, &[0], 40_000)?;
+    let must = at_rate(&G2553, THREE, &[0], 40_000)?;
     sink(at_least("cpu_left", "%", must.cpu_left, 30.0, 55.0))?;
     sink(at_most("step_interrupt", "cycles", must.interrupt as f64, 300.0, 200.0))?;
-    let (steady, _) = at_rate(ONE, &[0], STEADY_RATE)?;
+    let steady = at_rate(&G2553, ONE, &[0], STEADY_RATE)?;
     sink(at_most("step_edge", "us", steady.edge_us, EDGE_US, 0.1))?;
-    sink(at_least("ram_unused", "bytes", unused.min(started_unused), 24.0, 64.0))
+    let unused = three.unused.min(one.unused).min(must.unused).min(steady.unused);
+    sink(at_least("ram_unused", "bytes", unused, 24.0, 64.0))
 }
 
 /// What a run at one rate gave.
@@ -54,29 +54,27 @@ struct Measured {
     interrupt: u64,
     /// Part of the processor that step interrupts leave between the first and the last step, %.
     cpu_left: f64,
+    /// Bytes of RAM that the stack never reached.
+    unused: f64,
 }
 
 /// The highest rate that the board reaches with every step made and every edge in its place: an
 /// engine that is asked for more postpones events, which its mean rate would not show.
-fn best(script: &str, axes: &[u8]) -> Result<(Measured, f64), String> {
-    let mut unused = f64::INFINITY;
+fn best(build: &Build, script: &str, axes: &[u8]) -> Result<Measured, String> {
     let mut why = String::new();
     for rate in RATES {
-        match at_rate(script, axes, rate) {
-            Ok((measured, left)) if measured.edge_us <= EDGE_US => {
-                return Ok((measured, unused.min(left)));
-            }
-            Ok((measured, _)) => {
+        match at_rate(build, script, axes, rate) {
+            Ok(measured) if measured.edge_us <= EDGE_US => return Ok(measured),
+            Ok(measured) => {
                 why = format!("at {rate} st/s: an edge is {:.2} us off", measured.edge_us);
             }
             Err(text) => why = format!("at {rate} st/s: {text}"),
         }
-        unused = unused.min(RAM);
     }
     Err(why)
 }
 
-fn at_rate(script: &str, axes: &[u8], rate: u32) -> Result<(Measured, f64), String> {
+fn at_rate(build: &Build, script: &str, axes: &[u8], rate: u32) -> Result<Measured, String> {
     let profile = fast_mill(rate, 400_000)?;
     let steps = i64::from(rate);
     let mm = |steps: i64| format!("{}.{:02}", steps / 100, steps % 100);
@@ -86,7 +84,7 @@ fn at_rate(script: &str, axes: &[u8], rate: u32) -> Result<(Measured, f64), Stri
         .replace("{b}", &mm(steps * 2 / 3))
         .replace("{c}", &mm(steps / 3));
     let (_, image) = image_for(&profile, &text)?;
-    let mut stand = Stand::new(&profile)?;
+    let mut stand = Stand::on(build, &profile)?;
     stand.upload(&image)?;
     let edges = stand.run(Duration::from_secs(20))?;
     for &axis in axes {
@@ -101,16 +99,13 @@ fn at_rate(script: &str, axes: &[u8], rate: u32) -> Result<(Measured, f64), Stri
     let (first, last) = own.fold((u64::MAX, 0), |(a, b), e| (a.min(e.cycle), b.max(e.cycle)));
     let span = last.saturating_sub(first);
     let rates = axes.iter().map(|axis| top_rate(&edges, *axis));
-    let measured = Measured {
+    Ok(Measured {
         rate: rates.fold(f64::INFINITY, f64::min),
         edge_us: axes.iter().map(|axis| edge_error(&edges, *axis)).fold(0.0, f64::max),
         interrupt,
         cpu_left: 100.0 - 100.0 * busy as f64 / span.max(1) as f64,
-    };
-    let ram = f64::from(
-        u16::try_from(crate::board::DEFAULT.chip.ram.clone().count()).unwrap_or(u16::MAX),
-    );
-    Ok((measured, RAM - (ram - f64::from(identity.stack_free))))
+        unused: f64::from(identity.stack_free),
+    })
 }
 
 /// Best rate over [`WINDOW`] steps.

@@ -8,6 +8,7 @@ use lang::front::{ProfileChoice, compile};
 use super::code::program;
 use super::stand::{Stand, fast_mill, image_for};
 use super::{Sink, at_least, at_most};
+use crate::board::G2553;
 use crate::sim::world::World;
 use crate::sim::{self, Engine, Options};
 
@@ -21,7 +22,7 @@ const LOOP: &str =
 pub fn run(sink: Sink<'_>) -> Result<(), String> {
     let profile = fast_mill(8_000, 25_000)?;
     let (_, image) = image_for(&profile, "G1 X300 Y200 Z-100 F4000\n")?;
-    let mut stand = Stand::new(&profile)?;
+    let mut stand = Stand::on(&G2553, &profile)?;
     stand.upload(&image)?;
     let (before, began) = (stand.seconds(), Instant::now());
     stand.run(std::time::Duration::from_secs(30))?;

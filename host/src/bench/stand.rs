@@ -11,9 +11,9 @@ use lang::record::BoardRecord;
 use lang::wire::{Control, RunState};
 
 use super::code::program;
-use crate::board;
 use crate::board::link::InProcess;
 use crate::board::rig::Rig;
+use crate::board::{Build, DEFAULT};
 use crate::client::identity::Identity;
 use crate::client::{Client, ClientError};
 use crate::link::Link;
@@ -40,12 +40,19 @@ pub fn fast_mill(top_rate: u32, accel: u32) -> Result<Profile, String> {
 }
 
 impl Stand {
-    /// A board with the profile, without a program.
+    /// A board that nobody chose with the profile, without a program.
     ///
     /// # Errors
     /// The board does not answer.
     pub fn new(profile: &Profile) -> Result<Stand, String> {
-        let build = board::DEFAULT;
+        Stand::on(DEFAULT, profile)
+    }
+
+    /// The same with a build's chip.
+    ///
+    /// # Errors
+    /// The board does not answer.
+    pub fn on(build: &Build, profile: &Profile) -> Result<Stand, String> {
         let firmware = build.image().map_err(|error| error.to_string())?;
         let rig =
             Rig::new(build, &firmware, profile, &World::empty()).map_err(|e| e.to_string())?;

@@ -8,6 +8,7 @@ use lang::profile::Profile;
 
 use super::stand::{Stand, gate, image_for};
 use super::{Sink, at_most};
+use crate::board::G2553;
 
 /// Passes of a measured loop: the gate's jitter of 1 ms is then less than a cycle each.
 const PASSES: u32 = 30_000;
@@ -18,7 +19,7 @@ const PASSES: u32 = 30_000;
 /// The board does not run the loops.
 pub fn run(sink: Sink<'_>) -> Result<(), String> {
     let mill = Profile::built_in("mill").map_err(|error| error.to_string())?;
-    let mut stand = Stand::new(&mill)?;
+    let mut stand = Stand::on(&G2553, &mill)?;
     let one = cycles(&mut stand, &mill, "a = b + i")?;
     sink(at_most("for_loop", "cycles", one.cycles, 160.0, 100.0))?;
     let body = "a = b + i: b = a - i: a = a AND b: b = a OR i: a = b XOR i";

@@ -44,7 +44,7 @@ pub static G2955: Build = Build {
 pub static BUILDS: [&Build; 2] = [&G2553, &G2955];
 
 /// The builds among which a program finds its own.
-pub static AUTOMATIC: &[&Build] = &[&G2955];
+pub static AUTOMATIC: &[&Build] = &[&G2553, &G2955];
 
 /// The build of a board that nobody chose: what runs every program.
 pub static DEFAULT: &Build = &G2955;
