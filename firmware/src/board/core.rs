@@ -808,6 +808,10 @@ impl Core {
             let pressed = self.buttons.accepted();
             self.buttons.sample(chain::buttons());
             self.pressed(self.buttons.accepted() & !pressed);
+            // Hold, door and a second Stop.
+            if self.blocking() != 0 {
+                self.control(Control::Pause);
+            }
         }
         let now = self.inputs.levels();
         let emergency = self.record.emergency;

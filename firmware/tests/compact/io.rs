@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use firmware::inputs::Inputs;
 use lang::profile::Profile;
 use lang::record::BoardRecord;
+use lang::wire::RunState;
 use proptest::prelude::*;
 
 use crate::chip::Chip;
@@ -81,6 +82,13 @@ fn roles_keep_the_machine_from_working() {
     assert_eq!(rig.chip.reg(12), 0);
     rig.start();
     assert_eq!(rig.chip.word("RUNS"), 1);
+    rig.input(12, true);
+    assert_eq!(rig.state(), RunState::Paused, "the door was opened");
+    rig.start();
+    assert_eq!(rig.state(), RunState::Paused);
+    rig.input(12, false);
+    rig.start();
+    assert_eq!(rig.state(), RunState::Running);
     rig.input(13, true);
     assert_eq!(rig.chip.byte("VM_FAULT"), 14);
     assert_eq!(rig.chip.byte("FAULT_IN"), 13);

@@ -34,8 +34,12 @@ ticks:
     jeq 1f
     call #run_pause
 1:  bit #P1_START, r9
-    jeq 2f
+    jeq 1f
     call #run_start
+    /* hold, door and a second Stop */
+1:  call #blocking
+    jeq 2f
+    call #run_pause
 
     /* Stop held for 2 s ends the run */
 2:  inc &HELD
