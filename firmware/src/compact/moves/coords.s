@@ -4,8 +4,7 @@
    ACTUAL, PROBED, and r9 = address of its AxisRecord. */
     .section .text.moves,"axR",@progbits
 
-    /* A target while a statement looks at all of its axes; the engine rests and leaves its memory.
-       It lies as UM and STEPS do. */
+    /* A target while a statement looks at all of its axes; the engine rests and leaves its memory. */
     .set NEW_UM, INC
     .set NEW_STEPS, ACC
     /* planner's numbers that are free at rest */
@@ -20,7 +19,6 @@
 target_steps:
     mov #STEPS-ACTUAL, r13
     jmp 1f
-    .endif
 work_steps:
     clr r13
 1:  push r8
@@ -29,6 +27,13 @@ work_steps:
     call #axis_select
     call #offset_steps
     add @r1+, r8
+    .else
+work_steps:
+    push r8
+    push r9
+    call #axis_select
+    call #offset_steps
+    .endif
     call #formula
     F sub ACTUAL, AXIS, LAST
     call #negate
