@@ -269,7 +269,12 @@ impl<'a, 'b> Run<'a, 'b> {
             let now = self.client.link().now();
             match stopping {
                 Some(since) if now > since + STOP_PATIENCE => {
-                    return Err(BoardError::Board("the board does not end the run".to_owned()));
+                    let status = self.client.status()?;
+                    return Err(BoardError::Board(format!(
+                        "the board does not end the run: it is {}, axes {:?} move, {} of the \
+                         statements' code",
+                        status.state, status.moving, status.program_counter
+                    )));
                 }
                 Some(_) => {}
                 None if self.is_over(&mut watch)? => {
