@@ -489,6 +489,10 @@ impl Writer<'_> {
         ];
         let chances = [6, 6, 9, 8, 10, 12];
         let taken = parts.iter().zip(chances).filter(|(_, chance)| self.tape.chance(*chance));
-        taken.map(|(part, _)| *part).collect()
+        // A press behind the end would begin another run before the host has heard of the end.
+        let waits = self.out.contains("WaitStart");
+        let useful = |part: &&str| waits || !part.contains("press_start");
+        let parts: Vec<&str> = taken.map(|(part, _)| *part).collect();
+        parts.into_iter().filter(useful).collect()
     }
 }
