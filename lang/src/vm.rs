@@ -290,6 +290,11 @@ impl<'a, 'm> Vm<'a, 'm> {
                 let value = self.pop()?;
                 self.add_to(b, value)?;
             }
+            Op::AddCell => {
+                let left = self.pop()?;
+                let right = self.slot(usize::from(b))?;
+                self.push(math::binary(Op::Add, left, right)?)?;
+            }
             Op::Drop => {
                 self.pop()?;
             }

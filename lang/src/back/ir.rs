@@ -109,7 +109,7 @@ pub enum Item {
     Load(VarId),
     /// Pop into a variable.
     Store(VarId),
-    /// `inc`, `dec`, `addto`.
+    /// `inc`, `dec`, `addto`, `addcell`.
     Change(Op, VarId),
     /// Index to value.
     LoadElem(VarId),

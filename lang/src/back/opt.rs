@@ -25,6 +25,23 @@ pub fn peephole(items: &mut Vec<Item>, resumes: bool) {
     }
     whole_millimetres(items);
     repeated_constant(items);
+    added_variables(items);
+}
+
+/// The sum with a variable is one instruction. Last, because other rules look for an addition.
+fn added_variables(items: &mut Vec<Item>) {
+    let mut out: Vec<Item> = Vec::with_capacity(items.len());
+    for item in items.drain(..) {
+        match (out.last(), item) {
+            (Some(Item::Load(var)), Item::Plain(Op::Add)) => {
+                let sum = Item::Change(Op::AddCell, *var);
+                out.pop();
+                out.push(sum);
+            }
+            (_, item) => out.push(item),
+        }
+    }
+    *items = out;
 }
 
 /// Slides over the items and replaces what a rule recognises.

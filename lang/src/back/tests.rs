@@ -44,6 +44,8 @@ fn adding_to_a_variable_needs_no_load() {
     becomes(&subtract, &[Item::Const(-500), Item::Change(Op::AddTo, V)]);
     let other = [Item::Load(V), Item::Load(W), Item::Plain(Op::Add), Item::Store(V)];
     becomes(&other, &[Item::Load(W), Item::Change(Op::AddTo, V)]);
+    let sum = [Item::Load(V), Item::Load(W), Item::Plain(Op::Add)];
+    becomes(&sum, &[Item::Load(V), Item::Change(Op::AddCell, W)]);
 }
 
 #[test]

@@ -104,6 +104,7 @@ macro_rules! rows {
             0x58 x 4 Zero "zero" None 0 0 Pure "cell[n] = 0";
             0x5C x 1 NextShort "nextshort" NibblesRel 0 0 Pure "low half of u8: cell, high half: limit; cell += 1, F01; jump if cell <= limit";
             0x5D x 1 NextWord "nextword" CellWordRel 0 0 Pure "cell += 1, F01; jump if cell <= i16";
+            0x5E x 1 AddCell "addcell" Cell 1 1 Pure "top + cell; F01";
             // Short forms.
             0x60 x 16 Small "small" None 0 1 Pure "push n";
             0x70 x 16 Skip "skip" None 1 0 Pure "pc += n + 1 if pop = 0";
