@@ -405,7 +405,9 @@ impl<B: Bytes> Check<'_, B> {
         let Some(shape) = shape(inline.code) else { return false };
         let at = pc + 1 + u16::from(inline.values);
         let more = isa::arguments(inline.code, self.byte(at), self.byte(at + 1));
-        shape.pops() + more == inline.values
+        // A probe's input and state stand on the stack, never in the code.
+        let on_stack = inline.code == Op::Probe as u8 && self.byte(at + 1) & flags::SENSOR != 0;
+        !on_stack && shape.pops() + more == inline.values
     }
 
     /// An instruction begins at `target`, with depth `depth` before it.

@@ -6,7 +6,7 @@ use std::path::Path;
 use firmware::WHOLE;
 use firmware::verify::{ANCHORS, Bytes, Limits, feature_of, verify};
 use lang::image::seal;
-use lang::isa::Op;
+use lang::isa::{Op, flags};
 use lang::wire::Refusal;
 use proptest::prelude::*;
 
@@ -95,4 +95,18 @@ fn instructions_of_a_feature_that_the_part_lacks_are_none() {
         assert_eq!(check(&mut chip, &image), Refusal::Code as u16, "{op:?}");
         assert_eq!(twin(&image), Refusal::Code as u16, "{op:?}");
     }
+}
+
+#[test]
+fn a_probes_input_is_never_in_the_code() {
+    let mut image = image("Probe Z, -5mm, 2mm/s");
+    let at =
+        CODE + image[CODE..].iter().position(|&code| code == Op::ProbeMm as u8).expect("short");
+    assert_eq!(twin(&image), 0);
+    // A sensor bit in place of the speed's: as many values, another meaning.
+    image[at + 3] &= !flags::SPEED;
+    image[at + 4] |= flags::SENSOR & 2;
+    seal(&mut image);
+    assert_eq!(check(&mut Chip::new(), &image), Refusal::Code as u16);
+    assert_eq!(twin(&image), Refusal::Code as u16);
 }
