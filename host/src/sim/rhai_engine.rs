@@ -82,6 +82,9 @@ pub fn run(
                 {
                     runtime.set_current(*id);
                     place = Some(runtime.line());
+                    // The failing statement has taken its time too.
+                    let uncounted = translation.script.uncounted.get(line - 1);
+                    runtime.begun(uncounted.copied().unwrap_or(0));
                 }
             }
             _ => return Err(refused(&error)),

@@ -16,8 +16,8 @@ pub type Id = usize;
 
 #[derive(Debug, Default)]
 struct Body {
-    /// Lines with the statements that they belong to.
-    lines: Vec<(String, Id)>,
+    /// Lines with the statements that they belong to and those begun that no `t` has counted.
+    lines: Vec<(String, Id, u32)>,
     closed: bool,
 }
 
@@ -28,6 +28,8 @@ pub struct Script {
     pub source: String,
     /// Statement of each line of the source, from line 1.
     pub ids: Vec<Id>,
+    /// Statements begun at each line that no `t` has counted: a fault there leaves none that will.
+    pub uncounted: Vec<u32>,
     /// The statements.
     pub infos: Vec<Info>,
 }
@@ -77,7 +79,7 @@ impl Emitter {
         let id = self.id;
         let body = &mut self.bodies[self.current];
         if !body.closed {
-            body.lines.push((text, id));
+            body.lines.push((text, id, self.pending));
         }
     }
 
@@ -174,12 +176,19 @@ impl Emitter {
 
     /// Puts everything together; `declarations` stand before the loop.
     pub fn finish(self, declarations: &[String]) -> Script {
-        let mut script = Script { source: String::new(), ids: Vec::new(), infos: self.infos };
-        let mut line = |text: &str, id: Id| {
+        let mut script = Script {
+            source: String::new(),
+            ids: Vec::new(),
+            uncounted: Vec::new(),
+            infos: self.infos,
+        };
+        let mut counted = |text: &str, id: Id, pending: u32| {
             script.source.push_str(text);
             script.source.push('\n');
             script.ids.push(id);
+            script.uncounted.push(pending);
         };
+        let mut line = |text: &str, id: Id| counted(text, id, 0);
         for text in declarations {
             line(text, 0);
         }
@@ -194,13 +203,13 @@ impl Emitter {
         };
         line(head, 0);
         for (n, body) in self.bodies.iter().enumerate() {
-            line(&format!("{n} => {{"), 0);
-            for (text, id) in &body.lines {
-                line(text, *id);
+            counted(&format!("{n} => {{"), 0, 0);
+            for (text, id, pending) in &body.lines {
+                counted(text, *id, *pending);
             }
-            line("},", 0);
+            counted("},", 0, 0);
         }
-        line(tail, 0);
+        counted(tail, 0, 0);
         script
     }
 }

@@ -116,6 +116,13 @@ impl Runtime {
         self.current = id;
     }
 
+    /// `count` statements were begun behind the last look at the machine, when the run broke off.
+    pub fn begun(&mut self, count: u32) {
+        if !self.stopped && self.ended.is_none() {
+            self.machine.pass(count);
+        }
+    }
+
     /// `count` statements without a look at the machine.
     ///
     /// # Errors
