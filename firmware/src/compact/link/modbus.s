@@ -112,9 +112,9 @@ link_feed:
     jeq link_finish
     bit #1, &NEXT_REGISTER
     jne 1b
-    /* values take long, the step engine must not starve */
+    /* values take long, the step engine must not starve; it keeps no register */
     call #motion_poll
-    jmp link_feed
+    jmp link_poll
 
 link_restart:
     bit.b #R_RESTART, &RUN_FLAGS
