@@ -36,7 +36,7 @@ impl Part {
 
     /// MSP430G2955 (SLAS800): 56 KB flash, 4 KB RAM of which 2 KB are mirrored at 0x0200.
     ///
-    /// Stands in for the G2553 while an image is still too large; only the memory map differs here.
+    /// Runs the firmware with every feature; only the memory map differs here from the G2553's.
     pub const G2955: Part = Part {
         name: "MSP430G2955",
         ram: 0x1100..=0x20FF,
