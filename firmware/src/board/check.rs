@@ -67,6 +67,7 @@ pub fn verify(image: u16, features: u8, scratch: &mut [u8; SCRATCH]) -> Result<(
 global_asm!(
     r#"
     .section .text.verify,"ax",@progbits
+module.check:
     .global pasapas_verify
 pasapas_verify:
     .if {saves}
@@ -653,6 +654,7 @@ pasapas_verify_inside:
 7:  br #pasapas_verify_fail
 
     .section .rodata.verify,"a",@progbits
+module.check$tables:
     .p2align 1
     /* one for each Kind, in their order */
 pasapas_verify_table:

@@ -45,6 +45,7 @@ static mut MILLIS: u16 = 0;
 global_asm!(
     r#"
     .section .text.link,"ax",@progbits
+module.link.uart:
     .global USCIAB0RX
 USCIAB0RX:
     push r12

@@ -9,6 +9,7 @@ use ::core::arch::global_asm;
 global_asm!(
     r#"
     .section .text.mspabi_mul,"ax",@progbits
+module.math$mspabi_mul:
     .global __mspabi_mpyi
 __mspabi_mpyi:
     mov r12, r14
@@ -23,6 +24,7 @@ __mspabi_mpyi:
     ret
 
     .section .text.mspabi_mull,"ax",@progbits
+module.math$mspabi_mull:
     .global __mspabi_mpyl
 __mspabi_mpyl:
     push r10
@@ -54,6 +56,7 @@ __mspabi_mpyl:
     ret
 
     .section .text.mspabi_div,"ax",@progbits
+module.math$mspabi_div:
     .global __mspabi_remu
 __mspabi_remu:
     call #__mspabi_divu
@@ -75,6 +78,7 @@ __mspabi_divu:
     ret
 
     .section .text.mspabi_divl,"ax",@progbits
+module.math$mspabi_divl:
     .global __mspabi_divul
 __mspabi_divul:
     push r9
@@ -96,6 +100,7 @@ __mspabi_remul:
     ret
 
     .section .text.mspabi_divls,"ax",@progbits
+module.math$mspabi_divls:
     .global __mspabi_divli
 __mspabi_divli:
     push r8
@@ -134,6 +139,7 @@ pasapas_abs2:
     ret
 
     .section .text.mspabi_sll,"ax",@progbits
+module.math$mspabi_sll:
     .global __mspabi_slll
 1:  rla r12
     rlc r13
@@ -144,6 +150,7 @@ __mspabi_slll:
     ret
 
     .section .text.mspabi_srl,"ax",@progbits
+module.math$mspabi_srl:
     .global __mspabi_srll
 1:  clrc
     rrc r13
@@ -155,6 +162,7 @@ __mspabi_srll:
     ret
 
     .section .text.mspabi_sra,"ax",@progbits
+module.math$mspabi_sra:
     .global __mspabi_sral
 1:  rra r13
     rrc r12
@@ -165,6 +173,7 @@ __mspabi_sral:
     ret
 
     .section .text.mspabi_sli,"ax",@progbits
+module.math$mspabi_sli:
     .global __mspabi_slli
 1:  rla r12
     dec r13
@@ -174,6 +183,7 @@ __mspabi_slli:
     ret
 
     .section .text.mspabi_sri,"ax",@progbits
+module.math$mspabi_sri:
     .global __mspabi_srli
 1:  clrc
     rrc r12
@@ -184,6 +194,7 @@ __mspabi_srli:
     ret
 
     .section .text.mspabi_srai,"ax",@progbits
+module.math$mspabi_srai:
     .global __mspabi_srai
 1:  rra r12
     dec r13
@@ -193,6 +204,7 @@ __mspabi_srai:
     ret
 
     .section .text.mul_div,"ax",@progbits
+module.math$mul_div:
     .global pasapas_mul_div
     /* r13:r12 times r15:r14 over the long on the stack, rounded down, all ones if it does not
        fit; 450 cycles for the product, 500 for the quotient */
@@ -279,6 +291,7 @@ pasapas_divide:
     ret
 
     .section .text.crc16,"ax",@progbits
+module.math$crc16:
     .global pasapas_crc16
     /* r12 CRC, r13 byte (high byte 0); 8 rounds of 9 cycles at most */
 pasapas_crc16:
@@ -293,6 +306,7 @@ pasapas_crc16:
     ret
 
     .section .text.memcpy,"ax",@progbits
+module.math$memcpy:
     .global memcpy
     /* r12 to, r13 from, r14 bytes; returns r12 */
 memcpy:
@@ -307,6 +321,7 @@ memcpy:
     ret
 
     .section .text.memset,"ax",@progbits
+module.math$memset:
     .global memset
 memset:
     mov r12, r15

@@ -9,6 +9,7 @@ use core::arch::global_asm;
 global_asm!(
     r#"
     .section .text.scaled,"axR",@progbits
+module.scaled:
 
     /* splits both operands: exponents to r11 and r10, mantissas stay; zero ones are sent home by
        the callers first */
@@ -309,6 +310,7 @@ scaled_second:
     ret
 
     .section .text.scaled_exponent,"ax",@progbits
+module.scaled$exponent:
     .global pasapas_scaled_exponent_over
 pasapas_scaled_exponent_over:
     sub r14, r12

@@ -140,6 +140,7 @@ global_asm!(
     .set ACC, PASAPAS_PLAY+64
 
     .section .text.step,"ax",@progbits
+module.motion.step:
     .global TIMER1_A0
 TIMER1_A0:
     br &VECTOR

@@ -48,6 +48,7 @@ pub fn run() -> u16 {
 global_asm!(
     r#"
     .section .text.vm,"ax",@progbits
+module.vm:
 
     /* r13 = address of the cell that the operand names */
     .macro CELL_HERE
@@ -1055,6 +1056,7 @@ vm_column:
     br #vm_f03
 
     .section .rodata.vm,"a",@progbits
+module.vm$tables:
 vm_masks:
     .byte 2, 5, 1, 3, 4, 6
     .byte 0, 0, 0, 0

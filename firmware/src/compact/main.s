@@ -1,5 +1,6 @@
 /* From reset into the loop that does everything but interrupts. */
     .section .Reset,"ax",@progbits
+module.main:
     .global Reset
 Reset:
     mov #0x0400, r1

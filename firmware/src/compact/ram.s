@@ -6,13 +6,19 @@
     .global \name
     .set HERE, HERE+\size
     .endm
+    /* What follows belongs to this module, up to the next MODULE (`pasapas size`). */
+    .macro MODULE name
+    .set ram.\name, HERE
+    .endm
 
 /* Survive a reset that is no power-up. */
+    MODULE boot
     VAR RUNNING, 2              /* RUNS_MARK while a program runs */
     VAR WATCHDOGS, 2            /* NO_WATCHDOGS plus the watchdog resets in a row */
     .set CLEARED, HERE          /* from here on RAM is cleared at reset */
 
 /* Step engine (step.s). */
+    MODULE motion.step
     VAR STEP_VECTOR, 2          /* handler of Timer1_A CCR0 */
     VAR STEP_SLOT, 2            /* address of the slot that plays */
     VAR STEP_FRAC, 2            /* fraction of the compare registers */
@@ -31,6 +37,7 @@
     VAR ACC, 12                 /* accumulators; a carry is a step */
 
 /* Planner (ramp.s, line.s). Scaled numbers but for LEFT. */
+    MODULE motion.ramp
     VAR V2, 4                   /* square of the present speed */
     VAR V, 4                    /* its root */
     VAR LEFT, 4                 /* events that no segment has taken yet */
@@ -43,9 +50,11 @@
     VAR NEGATIVE, 1             /* bit per axis: last moved in negative direction */
     VAR MOTION, 1               /* M_ flags */
     VAR HOMED, 1                /* bit per axis */
+    MODULE motion.formula
     VAR TEMP, 12                /* scratch of one routine, never across a pass of the main loop */
 
 /* Positions, 3 x 32 bits each. */
+    MODULE moves
     VAR UM, 12                  /* commanded machine positions, um */
     VAR STEPS, 12               /* the same in steps */
     VAR OFFSET, 12              /* work offsets: machine less work position, um */
@@ -57,6 +66,7 @@
     VAR CAUSE, 1                /* IFG1 at reset */
 
 /* Link (uart.s, modbus.s). */
+    MODULE link
     VAR FRAME, 52               /* request, then ring of the reply */
     VAR HEAD, 1                 /* receiving: bytes so far; sending: where the next byte goes */
     VAR TAIL, 1                 /* sending: the next byte to go out */
@@ -70,6 +80,7 @@
     VAR COMMAND_HEAD, 4         /* a command's number and first argument, the others in COMMAND */
 
 /* Run state (session.s, ticks.s). */
+    MODULE session
     VAR EFFECT_PC, 2            /* address of the effect's instruction, or of the next one */
     VAR FEED, 4                 /* F: um/s, negative steps/s, 0 none yet */
     VAR RUNS, 2                 /* runs begun since reset */
@@ -81,6 +92,7 @@
     VAR CHAR_IN, 1
 
 /* Inputs and outputs (io.s). */
+    MODULE io
     VAR INPUT, 2                /* filtered inputs 1 to 16 */
     VAR INPUT_LOW, 2            /* bits of their counters */
     VAR INPUT_HIGH, 2
@@ -96,9 +108,11 @@
     VAR BOARD, 2                /* address of the board's profile in flash */
 
 /* Store (store.s). */
+    MODULE store
     VAR STORED, 2               /* address of the current slot, 0 for none */
 
 /* Characters and print (effects.s, print.s). */
+    MODULE effects.print
     VAR CHAR_OUT, 2             /* character, count of them */
     VAR PRINT_TAIL, 2           /* number of the first byte that waits */
     VAR PRINT_READY, 1          /* bytes that wait and that the host may take */
@@ -108,6 +122,7 @@
 
 /* VM (vm.rs, State). */
     .set VM_STATE, HERE
+    MODULE vm
     VAR VM_PC, 2
     VAR VM_SP, 2                /* address of the value below the top */
     VAR VM_TOP, 4
@@ -127,6 +142,7 @@
     VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
 
 /* The effect under way (effects.s). */
+    MODULE effects
     VAR EFFECT, 1               /* its opcode, 0 for none, EFFECT_END at the end of a run */
     VAR PHASE, 1                /* what it has come to, 0 at its beginning */
     VAR N, 1                    /* input, output, axis, character */
@@ -135,12 +151,14 @@
                                    half is 0 at its beginning */
 
 /* Trace (trace.s), in the order of the slot's registers. */
+    MODULE effects.trace
     VAR TRACE_NUMBER, 2         /* number of the last event */
     VAR TRACE_KIND, 1
     VAR TRACE_ARGUMENT, 1
     VAR TRACE_PC, 2
     VAR TRACE_VALUE, 4
 
+    MODULE session$run
     VAR TIMER_MS, 4             /* milliseconds of the run */
     VAR SPIN, 2                 /* milliseconds until motion goes on after a pause */
     VAR LAST_END, 1             /* End of the last run */
@@ -152,10 +170,12 @@
 
 /* The program's pool: call stack upward, cells, expression stack downward from POOL_END. Without a
    run it holds the command buffer, and while an image is checked the check's anchors. */
+    MODULE pool
     .set POOL, HERE
     .set COMMAND, POOL+4        /* 21 registers */
     .set STACK_ROOM, 72         /* the machine stack below 0x0400, with 24 bytes to spare */
     .set POOL_END, 0x0400-STACK_ROOM
+    .set ram.stack, POOL_END
     .global POOL, POOL_END, VM_STATE
 
 /* MOTION: how the motion under way goes on */

@@ -1,6 +1,7 @@
 /* From reset to a board that knows its profile and its program. */
 
     .section .rodata.boot,"aR",@progbits
+module.boot$tables:
 /* Peripheral register, value: pins safe, UART on P1.1 and P1.2, pull-ups at the buttons. */
 boot_table:
     .byte 0x53, 0x20            /* BCSCTL3: ACLK from the VLO, P2.6 and P2.7 free */
@@ -14,6 +15,7 @@ boot_table:
 boot_table_end:
 
     .section .text.boot,"axR",@progbits
+module.boot:
     .global boot, R_BOOTED, RUNS_MARK
 /* Everything before the main loop; interrupts are on at its end. Destroys all. */
 boot:

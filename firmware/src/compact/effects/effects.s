@@ -4,6 +4,7 @@
    phase of those from SetOut on is 1 as soon as they were called. */
 
     .section .text.effects,"axR",@progbits
+module.effects:
 
 /* Goes on with the effect under way. */
     .global effect_poll

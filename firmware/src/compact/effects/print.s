@@ -2,6 +2,7 @@
    is dropped whole. */
 
     .section .text.print,"axR",@progbits
+module.effects.print:
 
 /* Appends byte r12 to the line and counts it in N. When there is no room yet the caller's caller goes
    on with NOT_YET. Clobbers r12, r14, r15. */

@@ -1,6 +1,7 @@
 /* The trace slot: one event for the host, which reads the slot of the next number when it has it. */
 
     .section .text.trace,"axR",@progbits
+module.effects.trace:
 
 /* Traces r12 = TraceKind | argument << 8 with value r15:r14 (emit_small: r14) when the host wants it;
    the slot is free. Leaves r12 = DONE. */

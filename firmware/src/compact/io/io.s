@@ -4,6 +4,7 @@
    16. While the latch is low the 74HC165 load; its rise shows what the 74HC595 were sent. */
 
     .section .text.io,"axR",@progbits
+module.io:
 
 /* Makes the pins what the profile's wiring says, outputs off. Clobbers r12 to r14. */
     .global io_open

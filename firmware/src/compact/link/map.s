@@ -38,6 +38,7 @@
 
 /* Below the vectors, where there is room. */
     .section .tail.blocks,"axR",@progbits
+module.link.map$blocks:
 map_blocks:
     MAP_BLOCK COILS, map_list_outputs
     MAP_BLOCK INPUT_BITS, map_list_status
@@ -60,6 +61,7 @@ map_blocks:
 map_blocks_end:
 
     .section .tail.limits,"axR",@progbits
+module.link.map$limits:
 /* Low byte: reference switches closed at the negative end, high byte: at the positive one.
    clobbers r4, r9 */
 map_limit_switches:
@@ -83,6 +85,7 @@ map_limit_switches:
     ret
 
     .section .text.map,"axR",@progbits
+module.link.map:
     .subsection 1
 MAP_KEYS:
     .subsection 2

@@ -9,6 +9,7 @@
    r9 tables in the row of the block   r10 next byte of data */
 
     .section .text.modbus,"axR",@progbits
+module.link.modbus:
 /* Answers a frame that has come and feeds a reply under way; resets the chip when that was asked for
    and the line rests. May destroy all registers. */
     .global link_poll

@@ -20,6 +20,7 @@
     .set SPOILED, -1            /* HEAD of a frame with a gap */
 
     .section .tail.uart,"axR",@progbits
+module.link.uart:
     .global USCIAB0RX
 USCIAB0RX:
     push r12

@@ -66,6 +66,7 @@
     .endm
 
     .section .text.formula,"axR",@progbits
+module.motion.formula:
     /* Takes r13:r12, the formula behind the call, r8 and r9 as it names them. Leaves r13:r12;
        r11, r14, r15 lost. Some 60 cycles for each operation besides what it does. */
     .global formula

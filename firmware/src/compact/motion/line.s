@@ -5,6 +5,7 @@
    most steps; that of a single axis is its step. */
 
     .section .text.line,"axR",@progbits
+module.motion.line:
     /* Takes r12 = axis, TEMP = speed, ramp up, ramp down (scaled, steps/s and steps/s2), none above
        the axis's. From ACTUAL to STEPS. MOVING stays 0 when there is no step to make. The machine
        rests. No register is kept. */

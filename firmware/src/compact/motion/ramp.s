@@ -6,6 +6,7 @@
    Its n events are a power of two, or all that is left. */
 
     .section .text.ramp,"axR",@progbits
+module.motion.ramp:
     /* Takes r6 = an empty slot. Leaves carry set and the slot filled, or carry clear when nothing is
        left, or while braking at a speed no higher than the start rate. All registers but r6 lost.
        7 000 cycles at the most. */

@@ -34,6 +34,7 @@
     .set OTHER_SLOT, SLOT0^SLOT1
 
     .section .text.step,"axR",@progbits
+module.motion.step:
     .global TIMER1_A0
 TIMER1_A0:
     br &STEP_VECTOR

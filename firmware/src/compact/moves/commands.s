@@ -1,6 +1,7 @@
 /* Commands of holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands): 100, 101, 105,
    1110, 1200, and where they fit 103, 106, 107. Others are refused. */
     .section .text.moves,"axR",@progbits
+module.moves.commands:
 
     .if HAS_COMMANDS
 

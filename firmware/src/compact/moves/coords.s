@@ -3,6 +3,7 @@
    What works on one axis takes it as two registers: r8 = 4 * axis, which indexes UM, STEPS, OFFSET,
    ACTUAL, PROBED, and r9 = address of its AxisRecord. */
     .section .text.moves,"axR",@progbits
+module.moves.coords:
 
     /* A target while a statement looks at all of its axes; the engine rests and leaves its memory. */
     .set NEW_UM, INC

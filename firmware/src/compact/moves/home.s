@@ -1,5 +1,6 @@
 /* Reference runs, and the reference switches as limit switches. */
     .section .text.moves,"axR",@progbits
+module.moves.home:
 
     /* PHASE of a reference run: each is the place of its jump in fx_home. */
     .set HOME_BEGIN, 2          /* N and BITS are set */

@@ -2,6 +2,7 @@
    r12 = its code and Z set in phase 0, may use all registers, and leaves r12 = DONE, NOT_YET, or
    FAULTED plus the fault. A motion blocks: no other begins before MOVING is 0. */
     .section .text.moves,"axR",@progbits
+module.moves:
 
     /* Whether r13:r12 is above 0: carry when it is not. */
 positive:

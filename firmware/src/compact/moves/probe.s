@@ -1,5 +1,6 @@
 /* Probing: a move that ends where inputs answer. */
     .section .text.moves,"axR",@progbits
+module.moves.probe:
 
     /* Inputs 1 to 16 that count, and those of them that must be off. BITS holds QUERY and: */
     .set PROBE_AND, TIME

@@ -4,6 +4,7 @@
    Motion statements are done when the machine rests: nothing else of a program runs while it moves. */
 
     .section .text.vm_glue,"axR",@progbits
+module.session.run$glue:
 
 /* r13:r12 = the top of the expression stack, taken from it. Clobbers r14. */
     .global pop_value
@@ -50,6 +51,7 @@ operand_byte:
     ret
 
     .section .text.run,"axR",@progbits
+module.session.run:
 
 /* One pass of the program. Destroys all registers. */
     .global run

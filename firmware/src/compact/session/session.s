@@ -1,6 +1,7 @@
 /* The run state machine: what Start, Stop, the link and the program make of each other. */
 
     .section .text.session,"axR",@progbits
+module.session:
 
 /* Obeys r12 = a Control code; one that is not for this state does nothing. Restart is for a machine
    that rests without a run. No register is kept. */

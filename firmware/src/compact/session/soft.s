@@ -1,6 +1,7 @@
 /* Instructions that the VM's core leaves: error handlers, lines, lengths and steps. */
 
     .section .text.soft,"axR",@progbits
+module.session.soft:
 
 /* Executes the pure instruction r12. Leaves r12 = 0 or a fault. Destroys r8 to r15. */
     .global soft

@@ -1,6 +1,7 @@
 /* The milliseconds: pins, filters, buttons, lamp, and what counts in time. */
 
     .section .text.ticks,"axR",@progbits
+module.session.ticks:
 
 /* Serves one millisecond that has passed, if any. Destroys all registers. */
     .global ticks

@@ -1,6 +1,7 @@
 /* The flash controller (SLAU144, chapter 7) and checksums over what flash holds. */
 
     .section .text.store,"axR",@progbits
+module.store.flash:
 /* Gives the current program up; keeps all but r12, r14. */
 discard:
     clr &VM_CODE

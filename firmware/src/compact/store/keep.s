@@ -2,6 +2,7 @@
    being put: index, value, CRC. */
 
     .section .text.store,"axR",@progbits
+module.store.keep:
     .if HAS_KEEP
 /* Leaves r11 = the journal's current segment, 0 for none; uses r14, r15. */
 keep_current:

@@ -1,6 +1,7 @@
 /* Information memory: two copies of the board's profile, the log of faults. */
 
     .section .text.store,"axR",@progbits
+module.store.profile:
     .global profile_newest
 /* BOARD = the profile in use: the latest of two whole copies and that of a board never given one,
    whose sequence number is 0. Uses r11 to r15. */

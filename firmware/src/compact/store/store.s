@@ -1,6 +1,7 @@
 /* The program store: images in segments of flash, one of them current (firmware::store). */
 
     .section .text.store,"axR",@progbits
+module.store:
     .global store_mount, program_attach
 /* After a reset: finds the current program and discards an older one. Destroys all. */
 store_mount:
