@@ -1,20 +1,22 @@
 //! `pasapas flash`: writes the firmware to a LaunchPad.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
 use std::process::Command;
 
 use clap::Args;
 
-use super::part::Choice;
 use super::{Console, Options};
+use crate::board::{BUILDS, Build, G2553};
 use crate::failure::Failure;
 
 /// `pasapas flash`
 #[derive(Debug, Args)]
 pub struct Flash {
-    #[command(flatten)]
-    part: Choice,
+    /// The image to write, when the programmer does not name the chip or with --save: g2553, the
+    /// LaunchPad's own, or g2955
+    #[arg(long, value_name = "g2553|g2955", value_parser = super::part::named)]
+    part: Option<&'static Build>,
     /// Driver of mspdebug: rf2500 for the LaunchPad's own programmer, tilib for newer ones
     #[arg(long, default_value = "rf2500")]
     driver: String,
@@ -32,31 +34,77 @@ impl Flash {
     /// Writes and verifies the image.
     ///
     /// # Errors
-    /// mspdebug is missing or fails.
+    /// mspdebug is missing or fails, or the chip is not that of the image.
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
         if let Some(path) = &self.save {
             let name = path.display().to_string();
-            return std::fs::write(path, self.part.or_default().elf)
+            return std::fs::write(path, self.part.unwrap_or(&G2553).elf)
                 .map_err(|error| Failure::writing(&name, &error));
         }
-        let image = std::env::temp_dir().join(format!("pasapas-{}.elf", std::process::id()));
-        let name = image.display().to_string();
-        std::fs::write(&image, self.part.or_default().elf)
-            .map_err(|error| Failure::writing(&name, &error))?;
-        let result = Command::new("mspdebug")
-            .args([self.driver.as_str(), &format!("prog {name}"), &format!("verify {name}")])
-            .status();
-        let _ = std::fs::remove_file(&image);
-        match result {
-            Ok(status) if status.success() => console
-                .result("the firmware is on the board; set the TX and RX jumpers to HW UART\n"),
-            Ok(status) => Err(Failure::Board(format!(
-                "mspdebug failed ({status}): is the LaunchPad plugged in and its programmer free?"
-            ))),
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                Err(Failure::Board(INSTALL.to_owned()))
+        let build = self.build(console)?;
+        let image = std::env::temp_dir();
+        let image = tempfile::Builder::new()
+            .suffix(".elf")
+            .tempfile_in(&image)
+            .and_then(|mut file| file.write_all(build.elf).map(|()| file))
+            .map_err(|error| Failure::writing(&image.display().to_string(), &error))?;
+        let name = image.path().display();
+        let status = self
+            .mspdebug()
+            .args([format!("prog {name}"), format!("verify {name}")])
+            .status()
+            .map_err(|error| missing(&error))?;
+        if !status.success() {
+            return Err(unplugged(&status.to_string()));
+        }
+        console.result(&format!(
+            "the firmware for the {} is on the board; set the TX and RX jumpers to HW UART\n",
+            build.part.chip
+        ))
+    }
+
+    /// The build of the chip that mspdebug names, of the LaunchPad's own when it names none.
+    fn build(&self, console: &Console) -> Result<&'static Build, Failure> {
+        let asked = self.mspdebug().arg("exit").output().map_err(|error| missing(&error))?;
+        if !asked.status.success() {
+            return Err(unplugged(&asked.status.to_string()));
+        }
+        let said = [asked.stdout, asked.stderr].concat();
+        let said = String::from_utf8_lossy(&said);
+        let found = BUILDS.into_iter().find(|build| said.contains(build.part.chip));
+        match (self.part, found) {
+            (Some(wanted), Some(found)) if wanted.part != found.part => {
+                Err(Failure::Board(format!(
+                    "the chip on the board is the {}, whose firmware is another one than the {}'s: \
+                     leave --part away, or exchange the chip",
+                    found.part.chip, wanted.part.chip
+                )))
             }
-            Err(error) => Err(Failure::Board(format!("mspdebug cannot be started: {error}"))),
+            (Some(wanted), _) => Ok(wanted),
+            (None, Some(found)) => Ok(found),
+            (None, None) => {
+                console.complain("mspdebug does not name the chip: it is taken for an MSP430G2553");
+                Ok(&G2553)
+            }
         }
     }
+
+    fn mspdebug(&self) -> Command {
+        let mut command = Command::new("mspdebug");
+        command.arg(&self.driver);
+        command
+    }
+}
+
+fn missing(error: &std::io::Error) -> Failure {
+    Failure::Board(match error.kind() {
+        ErrorKind::NotFound => INSTALL.to_owned(),
+        _ => format!("mspdebug cannot be started: {error}"),
+    })
+}
+
+fn unplugged(status: &str) -> Failure {
+    Failure::Board(format!(
+        "mspdebug failed ({status}): is the LaunchPad plugged in and its programmer free?"
+    ))
 }

@@ -19,7 +19,8 @@ pub struct Choice {
     pub part: Option<&'static Build>,
 }
 
-fn named(name: &str) -> Result<&'static Build, String> {
+/// The build that `--part` names.
+pub fn named(name: &str) -> Result<&'static Build, String> {
     Build::named(name).ok_or_else(|| "the parts are g2553 and g2955".to_owned())
 }
 
