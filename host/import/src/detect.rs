@@ -137,11 +137,7 @@ fn by_content(text: &str) -> Option<Format> {
     if lines().any(|line| line.starts_with("RAZ_CPT;") || line.starts_with("Move;")) {
         return Some(Format::Cde);
     }
-    if lines().take(3).any(|line| line == "M48")
-        || lines().any(|line| {
-            line.starts_with(";FORMAT=") || line.starts_with("INCH,") || line.starts_with("METRIC,")
-        })
-    {
+    if lines().any(is_drill_line) {
         return Some(Format::Excellon);
     }
     if lines().any(is_charlysoft) {
@@ -151,13 +147,47 @@ fn by_content(text: &str) -> Option<Format> {
     if coded == 0 || 2 * coded < lines().filter(|line| !line.starts_with([';', '(', '%'])).count() {
         return None;
     }
-    let z = lines().any(|line| !line.starts_with([';', '(']) && line.contains(['Z', 'z']));
-    let power = lines().any(|line| {
-        let code = line.split(';').next().unwrap_or("");
-        code.contains('S') && code.contains(['X', 'M'])
-    });
+    let code = || lines().map(|line| line.split([';', '(']).next().unwrap_or(""));
+    let z = code().any(|code| code.contains(['Z', 'z']));
+    let moves = code().any(|code| code.contains(['X', 'Y', 'x', 'y']));
+    let power = moves && code().any(|code| code.contains('S') && code.contains(['X', 'M']));
     let title = lines().any(|line| line.to_ascii_lowercase().contains("lasergrbl"));
     Some(if title || (power && !z) { Format::Laser } else { Format::Gcode })
+}
+
+/// Words that only drill files have, and tools with their sizes, `T1C0.8`.
+fn is_drill_line(line: &str) -> bool {
+    const WORDS: [&str; 8] =
+        ["M48", "METRIC", "INCH", "FMAT,2", ";FILE_FORMAT=", ";FORMAT={", "; FORMAT={", "ICI,"];
+    let size = || {
+        let (tool, size) = line.strip_prefix('T')?.split_once('C')?;
+        let numbers = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
+        (!tool.is_empty() && numbers(tool) && size.starts_with(|c: char| ".0123456789".contains(c)))
+            .then_some(())
+    };
+    let listed = line.starts_with(";T") && line.contains(" Holesize ");
+    listed || WORDS.iter().any(|word| line.starts_with(word)) || size().is_some()
+}
+
+/// What a file of no known system is by its first words, and where its path comes from.
+pub(crate) fn foreign(text: &str) -> Option<&'static str> {
+    let lines =
+        || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK);
+    let begins =
+        |words: &[&str]| lines().any(|line| words.iter().any(|word| line.starts_with(word)));
+    if begins(&["%FS", "%MO", "%ADD"]) {
+        return Some("a Gerber file: pcb2gcode and FlatCAM make G-code of it");
+    }
+    if begins(&["<svg", "<?xml", "%PDF"]) {
+        return Some("a drawing: a CAM tool makes G-code of it");
+    }
+    if begins(&["SECTION"]) && begins(&["EOF", "ENTITIES", "HEADER"]) {
+        return Some("a DXF drawing: a CAM tool makes G-code of it");
+    }
+    if lines().take(3).any(|line| line.starts_with("IN;") || line.starts_with("PU")) {
+        return Some("a plotter's HPGL: a CAM tool makes G-code of it");
+    }
+    None
 }
 
 /// `@07`, `@0i`, or a print of one of them in a BASIC listing.

@@ -83,6 +83,10 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         Ok(lines) => lines,
         Err(diag) => return Err(vec![diag]),
     };
+    let foreign = detect::foreign(lines.text()).filter(|_| options.from.is_none());
+    if let Some(what) = foreign {
+        return Err(vec![Diag::new(Code::UnknownFormat, 1, 1, format!("this is {what}"))]);
+    }
     let Some(format) = options.from.or_else(|| detect(name, lines.text())) else {
         let text = "this is no program of a system that is known here";
         let hint = format!("name it with `--from`: {}", Format::list());

@@ -1,5 +1,6 @@
 //! Importers against scripts: what they write compiles at once.
 
+mod drill;
 mod hostile;
 
 use crate::{Diag, Imported, Options, import};
@@ -120,26 +121,4 @@ fn holes_become_a_table() {
 fn g_code_without_meaning_is_refused_by_line() {
     let text = "G21\n#1=5\no100 sub\nG41 D1\nG1 X#1\nX1\nG1 X5\nG55\nG2 X1 X2\nA5 G0\nG0 X[1+2]\nM98 P1\nG1 X99999999 F5\nG0 X\nG43 H1\n";
     insta::assert_snapshot!(refused("a.nc", text));
-}
-
-#[test]
-fn a_drill_file() {
-    let text = "M48\n;FORMAT={-:-/ absolute / metric / decimal}\nMETRIC,TZ\nT1C0.800\nT2C1.0\n%\nG90\nG05\nT1\n\
-        X1.5Y2.5\nX3.0\nY4.\nT2\nX-10.25Y0.0\nM30\n";
-    insta::assert_snapshot!(made("a.drl", text));
-    let text = "M48\nINCH,LZ\nT1C0.03\n%\nT1\nX0125Y01\nX+013Y-00005\nM30\n";
-    assert!(
-        made("a.drl", text).contains("TABLE holes(2) = 31.75mm, 25.4mm; 33.02mm, -0.127mm"),
-        "{}",
-        made("a.drl", text)
-    );
-}
-
-#[test]
-fn slots_routes_and_repeated_holes() {
-    let text = "M48\nMETRIC\nT1C0.8\nT2C1.0\n%\nG90\nG05\nT1\nX1.0Y2.0\nR3X2.54\nX0.0Y0.0\nR2Y-1.5\nT2\n\
-        X5.0Y5.0G85X8.0Y5.0\nG00X1.0Y9.0\nM15\nG01X2.0Y9.0\nG01X2.0Y8.0\nM16\nG05\nX7.0Y7.0\nM30\n";
-    insta::assert_snapshot!(made("a.drl", text));
-    let text = "M48\nMETRIC\nT1C0.8\n%\nT1\nR3X2.54\nX1.0Y1.0\nR9999999X1.0\nR3X4999.0\nX1.0G85\nG02X1.0Y2.0A1\nR2\nM30\n";
-    insta::assert_snapshot!(refused("a.drl", text));
 }

@@ -1,0 +1,103 @@
+//! Drill files of circuit board tools: Excellon, as KiCad, Eagle, Altium, PADS, Allegro and their
+//! kin write it.
+//!
+//! Coordinates with a point are what they say; [`number`] places the point of the others.
+//! `R5X2.54` repeats the last hole five times, each time by so much further; `X1Y1G85X3Y1` is a
+//! slot, and so is a route of G00, M15, G01, M16, which may have corners and arcs. M25 to M01 is a
+//! pattern that each `M02X..Y..` repeats elsewhere.
+
+mod number;
+mod read;
+mod write;
+
+use super::Job;
+use super::codes::Code;
+use super::diag::{Diag, Diags};
+use super::script::Made;
+use lang::axis::Axis;
+use read::Reader;
+
+/// A place, X and Y in um.
+type Place = [i64; 2];
+
+/// A piece of a routed path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Segment {
+    to: Place,
+    /// None for a straight one.
+    arc: Option<Arc>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Arc {
+    clockwise: bool,
+    round: Round,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Round {
+    /// The radius, um; the arc is at most half a circle.
+    Radius(i64),
+    /// The centre seen from the arc's start, um.
+    Center(Place),
+}
+
+/// What a tool does with one plunge.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Cut {
+    Hole(Place),
+    Slot(Place, Place),
+    Route(Place, Vec<Segment>),
+}
+
+impl Cut {
+    /// Cuts of one kind stand in one table.
+    fn kind(&self) -> Kind {
+        match self {
+            Cut::Hole(_) => Kind::Holes,
+            Cut::Slot(..) => Kind::Slots,
+            Cut::Route(..) => Kind::Routes,
+        }
+    }
+
+    /// The same cut elsewhere.
+    fn moved(&self, by: Place) -> Cut {
+        let go = |place: &Place| [place[0] + by[0], place[1] + by[1]];
+        match self {
+            Cut::Hole(at) => Cut::Hole(go(at)),
+            Cut::Slot(from, to) => Cut::Slot(go(from), go(to)),
+            Cut::Route(from, list) => {
+                let list = list.iter().map(|part| Segment { to: go(&part.to), ..*part });
+                Cut::Route(go(from), list.collect())
+            }
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Holes,
+    Slots,
+    Routes,
+}
+
+/// Makes a script of a drill file.
+pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
+    let lines = job.lines.numbered(diags);
+    let mut reader = Reader::new(&lines, diags);
+    for (number, line) in &lines {
+        reader.line(*number, line);
+        if reader.ended || reader.diags.hopeless() {
+            break;
+        }
+    }
+    let (cuts, sizes) = reader.finish();
+    if let Some(axis) = Axis::ALL.into_iter().find(|axis| job.profile.axis(*axis).is_none()) {
+        let text = format!("the machine `{}` has no axis {}", job.profile.name, axis.letter());
+        diags.push(Diag::new(Code::WrongAxis, 1, 1, text).hint("choose another with `--profile`"));
+    }
+    if diags.has_errors() {
+        return Made::default();
+    }
+    write::script(job, &cuts, &sizes, diags)
+}

@@ -1,0 +1,146 @@
+//! Drill files, as the tools of several makers write them.
+
+use super::{made, refused, shown};
+use crate::{Options, import};
+
+#[test]
+fn a_drill_file() {
+    let text = "M48\n;FORMAT={-:-/ absolute / metric / decimal}\nMETRIC,TZ\nT1C0.800\nT2C1.0\n%\nG90\nG05\nT1\n\
+        X1.5Y2.5\nX3.0\nY4.\nT2\nX-10.25Y0.0\nM30\n";
+    insta::assert_snapshot!(made("a.drl", text));
+    let text = "M48\nINCH,LZ\nT1C0.03\n%\nT1\nX0125Y01\nX+013Y-00005\nM30\n";
+    assert!(
+        made("a.drl", text).contains("TABLE holes(2) = 31.75mm, 25.4mm; 33.02mm, -0.127mm"),
+        "{}",
+        made("a.drl", text)
+    );
+}
+
+#[test]
+fn slots_routes_and_repeated_holes() {
+    let text = "M48\nMETRIC\nT1C0.8\nT2C1.0\n%\nG90\nG05\nT1\nX1.0Y2.0\nR3X2.54\nX0.0Y0.0\nR2Y-1.5\nT2\n\
+        X5.0Y5.0G85X8.0Y5.0\nG00X1.0Y9.0\nM15\nG01X2.0Y9.0\nG01X2.0Y8.0\nM16\nG05\nX7.0Y7.0\nM30\n";
+    insta::assert_snapshot!(made("a.drl", text));
+    let text = "M48\nMETRIC\nT1C0.8\n%\nT1\nR3X2.54\nX1.0Y1.0\nR9999999X1.0\nR3X4999.0\nX1.0G85\nG02X1.0Y2.0A1\nR2\nM30\n";
+    insta::assert_snapshot!(refused("a.drl", text));
+}
+
+/// The first hole or slot of a file, and what was said about it.
+fn first(text: &str) -> (String, String) {
+    let made = import("a.drl", text.as_bytes(), &Options::default());
+    let made = made.unwrap_or_else(|diags| panic!("{}", shown("a.drl", &diags)));
+    let table = made.script.lines().find(|line| line.starts_with("TABLE"));
+    let row = table.and_then(|line| line.split_once("= ")).map_or("", |(_, row)| row);
+    (row.split("; ").next().unwrap_or("").to_owned(), shown("a.drl", &made.notes))
+}
+
+/// Worked by hand from each tool's own words; a wrong point would be ten times too far.
+#[test]
+fn the_point_stands_where_each_tool_means_it() {
+    for (maker, text, hole) in [
+        (
+            "Altium, 4.4",
+            "M48\n;FILE_FORMAT=4:4\nMETRIC,LZ\nT1F00S00C0.3\n%\nT01\nX002365Y0015\nX0Y0\nM30\n",
+            "23.65mm, 15mm",
+        ),
+        (
+            "Altium, 2.5",
+            "M48\n;FILE_FORMAT=2:5\nINCH,LZ\nT01C0.02\n%\nT01\nX0113Y01\nM30\n",
+            "28.702mm, 25.4mm",
+        ),
+        (
+            "Altium, old",
+            "M48\n;FILE_FORMAT=2:2\nINCH,TZ\nT01C0.01\n%\nT01\nX+0150Y-0025\nM30\n",
+            "38.1mm, -6.35mm",
+        ),
+        (
+            "KiCad, 4.2",
+            "M48\n; FORMAT={4:2/ absolute / metric / suppress leading zeros}\nFMAT,2\nMETRIC,TZ\nT1C0.8\n%\nG90\nG05\nT1\nX1270Y-254\nT0\nM30\n",
+            "12.7mm, -2.54mm",
+        ),
+        (
+            "KiCad, kept zeros",
+            "M48\n;FORMAT={2:4/ absolute / inch / keep zeros}\nFMAT,2\nINCH,TZ\nT1C0.03\n%\nT1\nX010000Y005000\nM30\n",
+            "25.4mm, 12.7mm",
+        ),
+        (
+            "Eagle",
+            "%\nM48\nM72\nT01C0.0236\n%\nT01\nX9250Y4000\nX12100Y0\nM30\n",
+            "23.495mm, 10.16mm",
+        ),
+        (
+            "DipTrace",
+            "M48\nMETRIC,0000.00\nT1C0.8\n%\nT1\nX+001270Y+000254\nM30\n",
+            "12.7mm, 2.54mm",
+        ),
+        ("PADS", "%\nT1C.015F095S3\nX0362Y049\nX11Y015\nM30\n", "91.948mm, 124.46mm"),
+        (
+            "Upverter",
+            "M48\nM71,TZ\nFMAT,2\nT1C0.635\n%\nT1\nX-12.7Y2.54\nT00\nM30\n",
+            "-12.7mm, 2.54mm",
+        ),
+        (
+            "Allegro",
+            ";LEADER: 12\n;T01 Holesize 1. = 12.000000 Tolerance = +0.0/-0.0 PLATED MILS Quantity = 2\n%\nG90\nT01\nX004450Y000200\nX009874Y002026\nM30\n",
+            "11.303mm, 0.508mm",
+        ),
+        (
+            "Siemens",
+            "; Format  : 3.3 / Absolute / MM / Leading\nM48\nMETRIC,TZ\nFMAT,2\nICI,OFF\nT05C1.0\n%\nM71\nG90\nG93X0Y0\nT05\nX12700Y2540\nX5000\nT00\nM30\n",
+            "12.7mm, 2.54mm",
+        ),
+    ] {
+        let (row, said) = first(text);
+        assert_eq!(row, hole, "{maker}\n{said}");
+    }
+}
+
+#[test]
+fn what_a_header_leaves_open_is_told() {
+    let (row, said) = first("M48\nT1C0.03\n%\nT1\nX1.0Y0.5\nM30\n");
+    assert_eq!(row, "25.4mm, 12.7mm");
+    assert!(said.contains("a.drl:5:1: warning[X023]: neither METRIC nor INCH"), "{said}");
+    let (_, said) = first("M48\nM72\nT1C0.03\n%\nT1\nX9250Y4064\nM30\n");
+    assert!(said.contains("note[X030]: neither LZ nor TZ is named"), "{said}");
+    let (_, said) = first("M48\nMETRIC\nT1C0.03\n%\nT1\nX1.0Y1.0\nT9\nX2.0Y1.0\nM30\n");
+    assert!(said.contains("a.drl:7:1: warning[X023]: tool T9"), "{said}");
+    let said = refused("a.drl", "M48\nINCH\nT1C0.03\n%\nT1\nX00130500Y00184500\nM30\n");
+    assert!(said.contains("a.drl:6:1: error[X012]: `X00130500` has more digits"), "{said}");
+    assert!(said.contains("FILE_FORMAT=3:5"), "{said}");
+}
+
+/// A route keeps the tool down round its corners and arcs; its places go on without G01.
+#[test]
+fn routes_have_corners_and_arcs() {
+    let text = "M48\nMETRIC,TZ\nT5C1.0\nT6C2.0\n%\nG90\nT5\nG00X120759Y9560\nM15\nG01Y8660\nY10460\nM16\n\
+        G00X1000Y1000\nM15\nG01X3000\nG02X4000Y2000A1000\nG03X5000Y3000I1000J0\nX6000Y2000I0J-1000\nM17\n\
+        G05\nX7000Y7000\nT6\nX1000Y1000G85X1000Y3000\nM30\n";
+    insta::assert_snapshot!(made("a.drl", text));
+    let text = "M48\nMETRIC,TZ\nT1C1.0\n%\nT1\nG00X0Y0\nG01X1000\nG05\nX1000Y1000\nM30\n";
+    let (_, said) = first(text);
+    assert!(said.contains("a.drl:7:1: warning[X021]: a route with the tool up"), "{said}");
+    let text = "M48\nMETRIC,TZ\nT1C1.0\n%\nT1\nG00X0Y0\nM15\nG02X1000\nG41\nM97,PART 7\nX100\nG82\nG93X5Y5\n\
+        M47,load\nG33X1Y1\nX1Y1Z1\nX1X2\nM02X10\nM30\n";
+    insta::assert_snapshot!(refused("a.drl", text));
+}
+
+/// Two holes, then both of them 10 mm further to the right, and 10 mm above that.
+#[test]
+fn patterns_are_repeated() {
+    let text = "M48\nMETRIC\nT1C0.8\n%\nT1\nX9.0Y9.0\nM25\nX1.0Y1.0\nX2.0Y1.0\nM01\nM02X10.0\nM02Y10.0\nM08\n\
+        X20.0Y1.0\nM30\n";
+    let script = made("a.drl", text);
+    assert!(
+        script.contains(
+            "TABLE holes(2) = 9mm, 9mm; 1mm, 1mm; 2mm, 1mm; 11mm, 1mm; _\n  \
+             12mm, 1mm; 11mm, 11mm; 12mm, 11mm; 20mm, 1mm"
+        ),
+        "{script}"
+    );
+}
+
+#[test]
+fn other_files_of_a_board_are_named() {
+    let said = refused("a.gtl", "%FSLAX33Y33*%\n%MOMM*%\n%ADD10C,0.6*%\nD10*\nX1Y2D03*\nM02*\n");
+    assert!(said.contains("a.gtl:1:1: error[X003]: this is a Gerber file"), "{said}");
+}
