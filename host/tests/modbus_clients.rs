@@ -3,49 +3,13 @@
 //! mbpoll and pymodbus are packages of the system; where one is missing its test says so and
 //! passes, and CI installs both.
 
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+mod common;
+
+use std::path::Path;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use tempfile::TempDir;
-
-/// `pasapas board`, running until it is dropped.
-struct Board {
-    child: Child,
-    folder: TempDir,
-}
-
-impl Board {
-    fn start(more: &[&str]) -> Board {
-        let folder = tempfile::tempdir().expect("a folder");
-        let link = folder.path().join("board");
-        let child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
-            .args(["board", "--pty"])
-            .arg(&link)
-            .args(more)
-            .stdout(Stdio::null())
-            .spawn()
-            .expect("the board starts");
-        let board = Board { child, folder };
-        let begun = Instant::now();
-        while !link.exists() {
-            assert!(begun.elapsed() < Duration::from_secs(20), "no pseudo-terminal appeared");
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        board
-    }
-
-    fn port(&self) -> PathBuf {
-        self.folder.path().join("board")
-    }
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
+use common::Board;
 
 /// Whether a program of the system can be started.
 fn has(program: &str, args: &[&str]) -> bool {

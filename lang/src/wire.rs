@@ -41,6 +41,7 @@
 //! its number is 2, and so on. One request for each event, and a lost reply harms nothing.
 //! `pc` is the offset of the statement's effect in the image's code. Move events carry no targets:
 //! read [`COMMANDED`] in the same poll; it does not change before the next slot is free.
+//! A host that does not read on halts the program before its next effect: steps and breakpoints.
 //!
 //! # Print
 //! [`PRINT_COUNT`] bytes wait, the first is number [`PRINT_TAIL`] modulo 65536, up to 32 of them
@@ -339,8 +340,6 @@ codes! {
         Acknowledge = 6,
         /// Reset the chip; exception 6 while a program runs or an axis moves.
         Restart = 7,
-        /// Step: one statement of a paused run (trace mode).
-        Step = 8,
     }
 }
 

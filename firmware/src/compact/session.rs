@@ -40,7 +40,7 @@ const _: () = assert!(
         && Control::EmergencyStop as u8 == 5
         && Control::Acknowledge as u8 == 6
         && Control::Restart as u8 == 7
-        && Control::ALL.len() == 8
+        && Control::ALL.len() == 7
         && Op::OnError as u8 == Op::Leave as u8 + 1
         && Op::OnErrorStop as u8 == Op::Leave as u8 + 2
         && Op::ResumeNext as u8 == Op::Leave as u8 + 3

@@ -24,6 +24,7 @@ mod status;
 mod stream;
 mod summary;
 mod torture;
+mod trace;
 mod upload;
 mod world;
 
@@ -102,6 +103,8 @@ enum Command {
     Status(status::Status),
     /// Show what a board prints and does, as it changes
     Watch(status::Watch),
+    /// Run a board's program effect by effect, with its trace, steps, breakpoints and variables
+    Trace(trace::Trace),
     /// Reference a board's axes
     Home(axes::Home),
     /// Move one axis of a board by a bounded distance
@@ -145,6 +148,7 @@ impl Command {
             Command::Resume(command) => command.run(Action::Resume, options, console),
             Command::Status(command) => command.run(options, console),
             Command::Watch(command) => command.run(options, console),
+            Command::Trace(command) => command.run(options, console),
             Command::Size(command) => command.run(options, console),
             Command::Bench(command) => command.run(options, console),
             Command::Torture(command) => command.run(options, console),

@@ -230,6 +230,25 @@ impl What {
             pos,
         }
     }
+
+    /// The statement's line.
+    pub const fn line(&self) -> u32 {
+        match *self {
+            What::Home { line, .. }
+            | What::Move { line, .. }
+            | What::Out { line, .. }
+            | What::Wait { line, .. }
+            | What::WaitIn { line, .. }
+            | What::Probe { line, .. }
+            | What::Print { line, .. }
+            | What::Send { line, .. }
+            | What::WaitChar { line, .. }
+            | What::WaitStart { line, .. }
+            | What::Speed { line, .. }
+            | What::Stop { line, .. }
+            | What::End { line, .. } => line,
+        }
+    }
 }
 
 /// Writes one line.

@@ -16,9 +16,7 @@ control:
     jmp run_go_on
     jmp emergency_by_link
     jmp run_acknowledge
-    jmp run_restart
-    ret
-run_restart:
+    /* restart */
     bis.b #R_RESTART, &RUN_FLAGS
     ret
 

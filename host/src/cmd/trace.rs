@@ -1,0 +1,323 @@
+//! `pasapas trace`: a program on a board, effect by effect.
+//!
+//! In trace mode the board waits with its next effect until the host has taken the last one, so a
+//! host that takes its time halts the program: that is a step, and a breakpoint, without a byte of
+//! the board's memory.
+
+use std::io::BufRead;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use lang::back::Compiled;
+use lang::hir::Var;
+use lang::image::crc_in;
+use lang::wire::{self, Control, RunState};
+
+use super::port::{Board, Port};
+use super::script::{self, Script};
+use super::{Console, Options};
+use crate::client::status::long;
+use crate::client::trace::Tracer;
+use crate::failure::Failure;
+use crate::sim::trace::{Event, Status, What};
+
+/// `pasapas trace`
+#[derive(Debug, Args)]
+pub struct Trace {
+    /// The script that is on the board
+    file: String,
+    #[command(flatten)]
+    port: Port,
+    /// Halt behind each effect and ask what to do
+    #[arg(long)]
+    step: bool,
+    /// Halt behind each effect of this line and ask what to do
+    #[arg(long = "break", value_name = "LINE")]
+    breakpoints: Vec<u32>,
+}
+
+/// Between two looks for an event, so that a pty or a TCP board is not asked all the time.
+const LOOK: Duration = Duration::from_millis(1);
+/// Without an event for so long the board's state is asked for.
+const QUIET: Duration = Duration::from_millis(250);
+/// Longest time from Start to the run's begin: the image check of 3 KB.
+const START_PATIENCE: Duration = Duration::from_secs(2);
+
+/// What one may say where the program is halted.
+const HELP: &str = "Enter or s: to the next effect   c: go on   b LINE, d LINE: set, delete a \
+    breakpoint\np [NAME[(INDEX)]]: show variables   set NAME[(INDEX)] VALUE   q: end the run\n";
+
+impl Trace {
+    /// Starts the program and writes its trace, as `sim --trace -` does, to its end.
+    ///
+    /// # Errors
+    /// The script is wrong, the board holds another program, does not start or does not answer; the
+    /// run ends in a fault or is stopped.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let script = script::load(&self.file, options, console)?;
+        let compiled = script::compile_for_device(&script, console)?;
+        let mut board = self.port.connect(options, console)?;
+        let identity = board.identity()?;
+        identity.check().map_err(Failure::Board)?;
+        if (usize::from(identity.program_bytes), identity.program_crc)
+            != (compiled.image.len(), crc_in(&compiled.image))
+        {
+            return Err(Failure::Board(format!(
+                "the board's program is not {file}: `pasapas upload {file}` brings it",
+                file = self.file
+            )));
+        }
+        let mut session = Session {
+            script: &script,
+            compiled: &compiled,
+            board: &mut board,
+            console,
+            steps: self.step,
+            breakpoints: self.breakpoints.clone(),
+            alone: false,
+        };
+        if session.steps && session.ask("the program is not started yet")? == Answer::Quit {
+            return Ok(());
+        }
+        let result = session.follow();
+        // Nobody takes events any more: the program must not wait for that.
+        let quiet = board.write(wire::TRACE_MODE, 0);
+        let status = result?;
+        quiet?;
+        if status == Status::Done { Ok(()) } else { Err(Failure::Run) }
+    }
+}
+
+/// A run that is being looked at.
+struct Session<'a> {
+    script: &'a Script,
+    compiled: &'a Compiled,
+    board: &'a mut Board,
+    console: &'a Console,
+    steps: bool,
+    breakpoints: Vec<u32>,
+    /// Nobody answers any more: nothing halts it.
+    alone: bool,
+}
+
+/// What to do with a halted program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Answer {
+    GoOn,
+    Quit,
+}
+
+impl Session<'_> {
+    /// From Start to the last event.
+    fn follow(&mut self) -> Result<Status, Failure> {
+        let compiled = self.compiled;
+        let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
+        let mut tracer = Tracer::new(&self.script.program.profile, &line_of);
+        self.start()?;
+        let mut heard = Instant::now();
+        let mut over = false;
+        loop {
+            let Some(what) = tracer.poll(self.board)? else {
+                if over {
+                    return Err(Failure::Board(
+                        "the run is over, and its end was not told: another host may have taken it"
+                            .to_owned(),
+                    ));
+                }
+                if heard.elapsed() > QUIET {
+                    // The last event may have come since that look: it is asked for once more.
+                    over = self.is_over()?;
+                    heard = Instant::now();
+                }
+                self.board.link().pause(LOOK);
+                continue;
+            };
+            let line = what.line();
+            let end = match &what {
+                What::End { status, .. } => Some(*status),
+                _ => None,
+            };
+            self.console.json_line(&Event { what, us: None })?;
+            if let Some(status) = end {
+                return Ok(status);
+            }
+            let wanted = self.steps || self.breakpoints.contains(&line);
+            if wanted && !self.alone {
+                let mut place = format!("line {line} is done: {}", self.text(line));
+                if let Some(next) = self.next_line(line, &line_of)? {
+                    place += &format!("\nline {next} is next: {}", self.text(next));
+                }
+                if self.ask(&place)? == Answer::Quit {
+                    self.board.control(Control::Stop)?;
+                    self.alone = true;
+                }
+            }
+            heard = Instant::now();
+        }
+    }
+
+    /// Where the program waits with its next effect, if it comes to another line within [`QUIET`].
+    fn next_line(
+        &mut self,
+        line: u32,
+        line_of: &dyn Fn(u16) -> u32,
+    ) -> Result<Option<u32>, Failure> {
+        let begun = Instant::now();
+        while begun.elapsed() < QUIET {
+            let next = line_of(self.board.status()?.program_counter);
+            if next != line && next != 0 {
+                return Ok(Some(next));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The line as it is written.
+    fn text(&self, line: u32) -> &str {
+        self.script.source.line_text(line).trim()
+    }
+
+    fn start(&mut self) -> Result<(), Failure> {
+        let (_, runs) = self.board.run_state()?;
+        self.board.write(wire::TRACE_MODE, 1)?;
+        self.board.control(Control::Start)?;
+        let begun = Instant::now();
+        while self.board.run_state()?.1 == runs {
+            if begun.elapsed() > START_PATIENCE {
+                let status = self.board.status()?;
+                let held = status.blocked_by.map(|input| format!(", held by input {input}"));
+                let fault = status.fault.map(|fault| format!(", {fault}; Start acknowledges it"));
+                return Err(Failure::Board(format!(
+                    "the program did not start; the board is {}{}{}",
+                    status.state,
+                    held.unwrap_or_default(),
+                    fault.unwrap_or_default()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether nothing runs; the last event comes before that shows.
+    fn is_over(&mut self) -> Result<bool, Failure> {
+        let (state, _) = self.board.run_state()?;
+        Ok(matches!(state, Some(RunState::Empty | RunState::Ready | RunState::Fault)))
+    }
+
+    /// Does what is asked for until the program shall go on. Without anybody to ask it does.
+    fn ask(&mut self, place: &str) -> Result<Answer, Failure> {
+        self.console.complain(&format!("{place}\n(s, c, b, d, p, set, q; ? explains)"));
+        loop {
+            let mut said = String::new();
+            let read = std::io::stdin().lock().read_line(&mut said);
+            if !matches!(read, Ok(1..)) {
+                self.alone = true;
+                return Ok(Answer::GoOn);
+            }
+            let words: Vec<&str> = said.split_whitespace().collect();
+            let answer = match words[..] {
+                [] | ["s"] => {
+                    self.steps = true;
+                    return Ok(Answer::GoOn);
+                }
+                ["c"] => {
+                    self.steps = false;
+                    return Ok(Answer::GoOn);
+                }
+                ["q"] => return Ok(Answer::Quit),
+                ["b", line] => self.mark(line, true),
+                ["d", line] => self.mark(line, false),
+                ["p"] => self.show_all()?,
+                ["p", name] => self.show(name)?,
+                ["set", name, value] => self.set(name, value)?,
+                _ => HELP.to_owned(),
+            };
+            self.console.complain(answer.trim_end());
+        }
+    }
+
+    fn mark(&mut self, line: &str, on: bool) -> String {
+        let Ok(line) = line.parse::<u32>() else {
+            return format!("`{line}` is no line's number");
+        };
+        self.breakpoints.retain(|own| *own != line);
+        if on {
+            self.breakpoints.push(line);
+            self.breakpoints.sort_unstable();
+        }
+        let lines: Vec<String> = self.breakpoints.iter().map(u32::to_string).collect();
+        format!("halts behind the effects of lines: {}", lines.join(", "))
+    }
+
+    fn show_all(&mut self) -> Result<String, Failure> {
+        let mut text = String::new();
+        for place in &self.compiled.vars {
+            let var = self.script.program.var(place.var);
+            for index in 0..place.len {
+                text += &self.value(var, place.cell, index)?;
+            }
+        }
+        Ok(if text.is_empty() { "the program has no variables".to_owned() } else { text })
+    }
+
+    /// One line: the variable's name and value.
+    fn value(&mut self, var: &Var, cell: u32, index: u32) -> Result<String, Failure> {
+        let words = self.board.holding(register(cell + index), 2)?;
+        let &[low, high] = &words[..] else { return Ok(String::new()) };
+        let name = if var.array { format!("{}({index})", var.name) } else { var.name.clone() };
+        Ok(format!("{name} = {}{}\n", long(low, high), var.kind.unit().suffix()))
+    }
+
+    /// Variable and cell of a name as the user wrote it, `name` or `name(index)`.
+    fn find(&self, written: &str) -> Result<(&Var, u32, u32), String> {
+        let (name, index) = match written.trim_end_matches(')').split_once('(') {
+            None => (written, 0),
+            Some((name, index)) => match index.parse() {
+                Ok(index) => (name, index),
+                Err(_) => return Err(format!("`{index}` is no index")),
+            },
+        };
+        let program = &self.script.program;
+        let found = self
+            .compiled
+            .vars
+            .iter()
+            .map(|place| (program.var(place.var), place))
+            .find(|(var, _)| var.name.eq_ignore_ascii_case(name));
+        let Some((var, place)) = found else {
+            return Err(format!("the program has no variable `{name}` on the board; p shows all"));
+        };
+        if index >= place.len {
+            return Err(format!("{} goes from 0 to {}", var.name, place.len - 1));
+        }
+        Ok((var, place.cell, index))
+    }
+
+    fn show(&mut self, name: &str) -> Result<String, Failure> {
+        match self.find(name) {
+            Ok((var, cell, index)) => {
+                let var = var.clone();
+                self.value(&var, cell, index)
+            }
+            Err(text) => Ok(text),
+        }
+    }
+
+    fn set(&mut self, name: &str, value: &str) -> Result<String, Failure> {
+        let (cell, index) = match self.find(name) {
+            Ok((_, cell, index)) => (cell, index),
+            Err(text) => return Ok(text),
+        };
+        let Ok(value) = value.parse::<i32>() else {
+            return Ok(format!("`{value}` is no whole number of 32 bits"));
+        };
+        let (low, high) = (value as u16, (value >> 16) as u16);
+        self.board.write_all(register(cell + index), &[low, high])?;
+        self.show(name)
+    }
+}
+
+/// The first of a cell's two registers.
+fn register(cell: u32) -> u16 {
+    wire::CELLS.saturating_add(u16::try_from(2 * cell).unwrap_or(u16::MAX))
+}

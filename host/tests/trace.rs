@@ -1,0 +1,114 @@
+//! `pasapas trace` as a user has it: a virtual board in real time, both parts.
+#![cfg(unix)]
+
+mod common;
+
+use std::ffi::OsStr;
+use std::fs;
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+use common::Board;
+
+const SCRIPT: &str = "\
+DIM i, way AS Length
+FOR i = 1 TO 3
+  way = 1mm * i
+  MoveAxe X, way
+  SetOut 1, i = 2
+NEXT
+PRINT \"at \"; i
+";
+
+/// Exit code, standard output, standard error.
+fn pasapas(board: &Board, args: &[&str], said: &str) -> (i32, String, String) {
+    let port = board.port();
+    let port = [OsStr::new("--port"), port.as_os_str()];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+        .args(args)
+        .args(port.iter().filter(|_| args[0] != "sim"))
+        .current_dir(board.folder.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the tool starts");
+    // Whoever does not ask closes its end at once.
+    let _ = child.stdin.take().expect("a pipe").write_all(said.as_bytes());
+    let output = child.wait_with_output().expect("it ends");
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+fn board(part: &str) -> Board {
+    let board = Board::start(&["--part", part]);
+    fs::write(board.folder.path().join("a.bas"), SCRIPT).expect("a file");
+    let (code, _, err) = pasapas(&board, &["upload", "a.bas"], "");
+    assert_eq!(code, 0, "{err}");
+    board
+}
+
+/// The trace without the simulator's time.
+fn simulated(board: &Board) -> String {
+    let sim = ["sim", "a.bas", "--engine", "vm", "--trace", "-"];
+    let (code, out, err) = pasapas(board, &sim, "");
+    assert_eq!(code, 0, "{err}");
+    out.lines()
+        .map(|line| match (line.find(",\"us\""), line.ends_with('}')) {
+            (Some(at), true) => format!("{}}}\n", &line[..at]),
+            _ => format!("{line}\n"),
+        })
+        .collect()
+}
+
+#[test]
+fn the_trace_of_a_board_is_the_simulators() {
+    for part in ["g2553", "g2955"] {
+        let board = board(part);
+        let (code, out, err) = pasapas(&board, &["trace", "a.bas"], "");
+        assert_eq!((code, out), (0, simulated(&board)), "{part}: {err}");
+    }
+}
+
+#[test]
+fn a_halted_program_shows_its_variables_and_takes_new_values() {
+    let board = board("g2553");
+    let trace = ["trace", "a.bas", "--break", "5"];
+    // A program halts before its next effect, so what it computes for that has been done: 9 comes
+    // before the third pass's move, and there is no fourth.
+    let said = "p\np nonesuch\nc\np way\nset i 9\nd 5\nc\n";
+    let (code, out, err) = pasapas(&board, &trace, said);
+    assert_eq!(code, 0, "{err}");
+    for shown in
+        ["i = 2\n", "way = 2000um\n", "no variable `nonesuch`", "way = 3000um\n", "i = 9\n"]
+    {
+        assert!(err.contains(shown), "{shown} is not in {err}");
+    }
+    assert_eq!(out.matches("\"move\"").count(), 3, "{out}");
+    assert!(
+        err.contains("line 5 is done: SetOut 1, i = 2\nline 4 is next: MoveAxe X, way"),
+        "{err}"
+    );
+    assert!(out.contains("\"text\":\"at 10\""), "{out}");
+}
+
+#[test]
+fn a_stepped_program_waits_and_can_be_ended() {
+    let board = board("g2955");
+    let trace = ["trace", "a.bas", "--step"];
+    let (code, out, err) = pasapas(&board, &trace, "\n\ns\nq\n");
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("line 4 is done: MoveAxe X, way"), "{err}");
+    assert!(out.lines().last().is_some_and(|line| line.contains("stopped")), "{out}");
+    // Nothing was started when the answer to the first question is no.
+    let (code, out, _) = pasapas(&board, &trace, "q\n");
+    assert_eq!((code, out.as_str()), (0, ""));
+}
+
+#[test]
+fn another_program_is_named() {
+    let board = board("g2553");
+    fs::write(board.folder.path().join("b.bas"), "Wait 1ms\n").expect("a file");
+    let (code, _, err) = pasapas(&board, &["trace", "b.bas"], "");
+    assert!(code == 4 && err.contains("`pasapas upload b.bas`"), "{code} {err}");
+}
