@@ -1,9 +1,10 @@
 //! The program store: images in flash segments, one of them current.
 //!
 //! A slot begins at a segment: commit word, spare word, image. The commit word is written last and
-//! carries a sequence number, so of two committed slots the later one is current; the older one
-//! is discarded once the later one's commit word has been written twice (a word that was cut
-//! short may read well once and badly later; writing it again settles it).
+//! carries a sequence number, so of two committed slots the later one is current. A word that was cut
+//! short may read well once and badly later, or the other way round: at the next reset it is written
+//! again where it reads well, which settles it and is told by the spare word, before the older slot
+//! is discarded; where it does not, the slot is discarded.
 //!
 //! The last two segments hold images that use no KEEP, or the KEEP journal ([`crate::keep`]).
 
@@ -16,6 +17,8 @@ pub const SLOT_HEAD: u16 = part::SLOT_HEAD as u16;
 
 /// High byte of a commit word; the low byte is the sequence number.
 const COMMITTED: u16 = 0xA500;
+/// Spare word of a slot whose commit word was written twice.
+const SETTLED: u16 = 0;
 const ERASED: u16 = 0xFFFF;
 
 /// Flash memory, addressed from the start of the program area.
@@ -81,11 +84,12 @@ impl Store {
         while segment < F::SEGMENTS {
             let offset = u16::from(segment) * SEGMENT;
             segment += 1;
+            let Some(length) = flash.image(offset + SLOT_HEAD) else { continue };
             let commit = flash.read(offset);
             if commit & 0xFF00 != COMMITTED {
+                flash.erase(offset);
                 continue;
             }
-            let Some(length) = flash.image(offset + SLOT_HEAD) else { continue };
             let mut older = offset;
             // Sequence numbers differ by one: the signed difference says which is later.
             if self.current == Store::NONE || (commit as u8).wrapping_sub(sequence) as i8 > 0 {
@@ -93,10 +97,12 @@ impl Store {
                 self.current = offset;
                 self.length = length;
                 sequence = commit as u8;
+                if flash.read(offset + 2) != SETTLED {
+                    flash.write(offset, commit);
+                    flash.write(offset + 2, SETTLED);
+                }
             }
             if older != Store::NONE {
-                let settled = flash.read(self.current);
-                flash.write(self.current, settled);
                 flash.erase(older);
             }
         }

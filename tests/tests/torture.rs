@@ -5,6 +5,7 @@ use emulator::{Config, Reset, Rng};
 use lang::image::{Image, seal};
 use lang::isa::Op;
 use lang::wire::{Control, MACHINE_POSITIONS};
+use pasapas::board::{BUILDS, DEFAULT};
 use pasapas::torture::generate::{Case, generate, generate_still};
 use pasapas::torture::images::{self, judge};
 use pasapas::torture::line::{self, slave};
@@ -13,7 +14,8 @@ use pasapas::torture::stand::{Fresh, Stand};
 use pasapas::torture::{Length, Settings, Verdict};
 use pasapas::torture::{people, power, time};
 
-const SETTINGS: Settings = Settings { length: Length::Short, count: None, seed: 11, from: 0 };
+const SETTINGS: Settings =
+    Settings { length: Length::Short, count: None, seed: 11, from: 0, builds: &BUILDS };
 
 /// The image with every `from` replaced by `to`.
 fn replaced(image: &[u8], from: Op, to: Op) -> Vec<u8> {
@@ -47,18 +49,18 @@ fn programs_find_a_fault_seeded_into_any_engine() {
     });
     assert!(on_vm, "an ADD that subtracts on the vm");
     let on_board = is_found(60, |n| {
-        let made = make(generate_still(&tape(&SETTINGS, "board", n)))?;
+        let made = make(generate_still(DEFAULT.part, &tape(&SETTINGS, "board", n)))?;
         let wanted = reference(&made)?;
         let image = replaced(&made.compiled.image, Op::Add, Op::Sub);
-        Some(against_the_board(&made, &image, &wanted).0)
+        Some(against_the_board(DEFAULT, &made, &image, &wanted).0)
     });
     assert!(on_board, "an ADD that subtracts on the board");
     let on_rhai = is_found(60, |n| {
-        let case = generate_still(&tape(&SETTINGS, "rhai", n));
+        let case = generate_still(DEFAULT.part, &tape(&SETTINGS, "rhai", n));
         let other = Case { script: case.script.replace(" + ", " - "), ..case.clone() };
         let (made, other) = (make(case)?, make(other)?);
         let wanted = reference(&other)?;
-        Some(against_the_board(&made, &made.compiled.image, &wanted).0)
+        Some(against_the_board(DEFAULT, &made, &made.compiled.image, &wanted).0)
     });
     assert!(on_rhai, "a + that subtracts in rhai");
 }
@@ -100,14 +102,14 @@ fn the_board_does_as_the_other_engines_where_it_once_did_not() {
         let made = make(Case { script, world: world.to_owned(), independent: false });
         let made = made.unwrap_or_else(|| panic!("{what}: it does not compile"));
         let wanted = reference(&made).unwrap_or_else(|| panic!("{what}: hangs on an instant"));
-        let (verdict, _) = against_the_board(&made, &made.compiled.image, &wanted);
+        let (verdict, _) = against_the_board(DEFAULT, &made, &made.compiled.image, &wanted);
         assert_eq!(verdict, Verdict::Survived, "{what}");
     }
 }
 
 #[test]
 fn images_find_a_verifier_that_accepts_everything() {
-    let corpus = images::corpus(&SETTINGS).expect("programs compile");
+    let corpus = images::corpus(DEFAULT, &SETTINGS).expect("programs compile");
     let on_host = is_found(2_000, |n| {
         let mut rng = Rng::new(n);
         let image = images::damaged(&mut rng, &corpus);
@@ -115,7 +117,7 @@ fn images_find_a_verifier_that_accepts_everything() {
         judge::judged(read, &mut rng).err().map(Verdict::Lost)
     });
     assert!(on_host, "the host's VM on images that nobody verified");
-    let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+    let mut stand = Stand::new(DEFAULT, &Config::default()).expect("the shipped image");
     // clr r12; ret: no image has a flaw.
     let verify = stand.board.symbol("pasapas_verify").expect("the image has the routine");
     stand.board.poke16(verify, 0x430C);
@@ -124,7 +126,9 @@ fn images_find_a_verifier_that_accepts_everything() {
     let on_board = is_found(60, |n| {
         let mut rng = Rng::new(n);
         let image = images::damaged(&mut rng, &corpus);
-        images::board::try_out(&mut fresh.copy(), &image, &mut rng).err().map(Verdict::Lost)
+        images::board::try_out(DEFAULT, &mut fresh.copy(), &image, &mut rng)
+            .err()
+            .map(Verdict::Lost)
     });
     assert!(on_board, "a board that accepts everything");
 }
@@ -134,7 +138,7 @@ fn a_second_run_moves_the_way_it_counts() {
     let script = "MoveRel X, -50st\nMoveAxe Z, -30st".to_owned();
     let case = Case { script, world: String::new(), independent: false };
     let made = make(case).expect("it compiles");
-    let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+    let mut stand = Stand::new(DEFAULT, &Config::default()).expect("the shipped image");
     stand.upload(&made.compiled.image, false).expect("it is taken");
     for run in 1..=3 {
         stand.control(Control::Start);
@@ -147,7 +151,7 @@ fn a_second_run_moves_the_way_it_counts() {
 
 #[test]
 fn people_find_a_direction_that_is_the_wrong_way_round() {
-    let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+    let mut stand = Stand::new(DEFAULT, &Config::default()).expect("the shipped image");
     for motor in &mut stand.board.plant_mut().motors {
         motor.inverted = true;
     }
@@ -162,7 +166,7 @@ fn people_find_a_direction_that_is_the_wrong_way_round() {
 
 #[test]
 fn power_finds_a_program_that_a_cut_damaged() {
-    let writes = power::writes().expect("the shipped image");
+    let writes = power::writes(DEFAULT).expect("the shipped image");
     let upload = &writes[0];
     // A bit of each segment of the program area, in the middle of the images.
     let spoil = |stand: &mut Stand| {
@@ -190,7 +194,7 @@ fn line_finds_a_slave_that_takes_what_is_no_frame_or_leaves_one() {
 #[test]
 fn time_finds_a_program_that_ended_and_a_board_that_nobody_hears() {
     let stand = |script| {
-        let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+        let mut stand = Stand::new(DEFAULT, &Config::default()).expect("the shipped image");
         let image = power::image(script).expect("it compiles");
         stand.upload(&image, false).expect("it is taken");
         stand
@@ -204,7 +208,7 @@ fn time_finds_a_program_that_ended_and_a_board_that_nobody_hears() {
 
 #[test]
 fn a_watchdog_reset_in_the_middle_of_steps_is_over_at_once() {
-    let mut stand = Stand::new(&Config::default()).expect("the shipped image");
+    let mut stand = Stand::new(DEFAULT, &Config::default()).expect("the shipped image");
     let image = power::image("DO\nMoveRel X, 40mm\nMoveRel X, -40mm\nLOOP").expect("it compiles");
     stand.upload(&image, false).expect("it is taken");
     stand.control(Control::Start);

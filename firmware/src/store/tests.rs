@@ -165,3 +165,28 @@ fn a_cut_while_replacing_leaves_new_or_none() {
     }
     assert_eq!(SLOT_HEAD % 2, 0);
 }
+
+#[test]
+fn a_commit_word_that_wavers_is_settled_at_the_first_reset() {
+    const NOT_YET: u16 = 0xE7FF;
+    for (first, later) in [(NOT_YET, 0xA501), (0xA501, NOT_YET)] {
+        let (mut store, mut chip) = (Store::new(), Chip::new());
+        let (old, new) = (image(200, 9), image(200, 11));
+        upload(&mut store, &mut chip, &old, false).unwrap();
+        upload(&mut store, &mut chip, &new, false).unwrap();
+        // As if the second commit had been cut short: the older slot is there still.
+        let slot = usize::from(store.image().unwrap() - SLOT_HEAD) / 2;
+        chip.words[0] = 0xA500;
+        chip.words[2..2 + old.len()].copy_from_slice(&old);
+        chip.words[slot] = first;
+        store.mount(&mut chip);
+        let held = stored(&store, &chip);
+        assert_eq!(held, Some(if first == NOT_YET { old } else { new }));
+        // The word reads otherwise now, unless it was written again or erased.
+        if chip.words[slot] != 0xFFFF && chip.words[slot + 1] != 0 {
+            chip.words[slot] = later;
+        }
+        store.mount(&mut chip);
+        assert_eq!(stored(&store, &chip), held);
+    }
+}

@@ -1,6 +1,7 @@
 //! KEEP values: the journal against [`firmware::keep`], power cuts.
 
 use firmware::keep::Keep;
+use firmware::store::Store;
 use lang::wire::{Exception, RunState, Upload};
 use proptest::prelude::*;
 
@@ -103,6 +104,7 @@ fn compare(keeps: u16, owner: u16, steps: &[Step]) -> Result<(), TestCaseError> 
             Step::Reset => {
                 chip.restart();
                 chip.call("store_mount", &[]);
+                Store::new().mount(&mut area);
                 twin = Keep::default();
                 twin.mount(&area);
             }

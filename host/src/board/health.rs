@@ -4,8 +4,9 @@ use emulator::Board;
 
 use crate::client::identity::Identity;
 
-/// Start of RAM that the firmware's variables leave to the stack: the linker's symbol.
-const STACK_END: &str = "_edata";
+/// Start of RAM that the firmware's variables leave to the stack: the symbol of the compact image, and
+/// the linker's.
+const STACK_ENDS: [&str; 2] = ["POOL_END", "_edata"];
 
 /// A board after a run.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +39,6 @@ impl Health {
 
 /// Bytes between the firmware's variables and the lowest stack pointer that the emulator saw.
 pub fn stack_left(board: &Board) -> Option<u16> {
-    let end = board.symbol(STACK_END)?;
+    let end = STACK_ENDS.iter().find_map(|name| board.symbol(name))?;
     board.stats().lowest_sp.map(|lowest| lowest.saturating_sub(end))
 }

@@ -55,6 +55,11 @@ impl Build {
         BUILDS.into_iter().find(|build| build.part.name == name)
     }
 
+    /// This build and no other.
+    pub fn alone(&'static self) -> &'static [&'static Build] {
+        BUILDS.iter().position(|build| build.part == self.part).map_or(&[], |n| &BUILDS[n..=n])
+    }
+
     /// The shipped image.
     ///
     /// # Errors

@@ -3,7 +3,9 @@
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
+use super::part::named;
 use super::{Console, Options};
+use crate::board::{BUILDS, Build};
 use crate::failure::Failure;
 use crate::torture::{KINDS, Length, Row, Settings};
 
@@ -28,6 +30,9 @@ pub struct Torture {
     /// Number of the first case: with `--count 1` it repeats a single one
     #[arg(long, value_name = "N", default_value_t = 0)]
     from: u64,
+    /// The chip of the boards that are tried; without it every one
+    #[arg(long, value_name = "g2553|g2955", value_parser = named)]
+    part: Option<&'static Build>,
 }
 
 impl Torture {
@@ -41,12 +46,14 @@ impl Torture {
             (_, true) => Length::Long,
             _ => Length::Usual,
         };
-        let settings = Settings { length, count: self.count, seed: self.seed, from: self.from };
+        let builds = self.part.map_or(&BUILDS[..], Build::alone);
+        let settings =
+            Settings { length, count: self.count, seed: self.seed, from: self.from, builds };
         let mut lost = 0;
         if !console.json() {
             console.result(&format!(
-                "{:9} {:34} {:>10} {:>10} {:>6} {:>6}\n",
-                "kind", "fault", "tried", "survived", "lost", "seed"
+                "{:9} {:5} {:34} {:>10} {:>10} {:>6} {:>6}\n",
+                "kind", "part", "fault", "tried", "survived", "lost", "seed"
             ))?;
         }
         for (name, kind) in KINDS {
@@ -76,10 +83,11 @@ fn show(row: &Row, console: &Console) -> Result<(), Failure> {
         return console.json_line(row);
     }
     for loss in &row.losses {
-        console.complain(&format!("{} {}: {loss}", row.kind, row.fault));
+        console.complain(&format!("{} {} {}: {loss}", row.kind, row.part, row.fault));
     }
-    let Row { kind, fault, tried, survived, lost, seed, note, .. } = row;
-    let line =
-        format!("{kind:9} {fault:34} {tried:>10} {survived:>10} {lost:>6} {seed:>6}  {note}");
+    let Row { kind, part, fault, tried, survived, lost, seed, note, .. } = row;
+    let line = format!(
+        "{kind:9} {part:5} {fault:34} {tried:>10} {survived:>10} {lost:>6} {seed:>6}  {note}"
+    );
     console.result(&format!("{}\n", line.trim_end()))
 }

@@ -6,6 +6,8 @@ mod expr;
 mod gcode;
 mod tape;
 
+use lang::part::{G2955, Part};
+use lang::record::feature;
 use tape::Tape;
 
 /// A script and its world.
@@ -39,22 +41,30 @@ struct Writer<'t> {
     events: bool,
     /// Nothing hangs on an instant.
     still: bool,
+    /// What it is to run on.
+    part: Part,
 }
 
-/// Makes a case of a tape.
+/// Makes a case of a tape, of all that the language has.
 pub fn generate(data: &[u16]) -> Case {
-    write(data, false)
+    write(data, false, G2955)
+}
+
+/// Makes a case of a tape without what the part lacks; it may still be too large for it.
+pub fn generate_for(part: Part, data: &[u16]) -> Case {
+    write(data, false, part)
 }
 
 /// Makes a case of a tape whose world answers the program instead of acting at times of its own:
 /// an engine that takes longer for a statement sees the same.
-pub fn generate_still(data: &[u16]) -> Case {
-    write(data, true)
+pub fn generate_still(part: Part, data: &[u16]) -> Case {
+    write(data, true, part)
 }
 
-fn write(data: &[u16], still: bool) -> Case {
+fn write(data: &[u16], still: bool, part: Part) -> Case {
     let mut tape = Tape::new(data);
     let flavour = tape.pick(8);
+    let has = |wanted: u16| part.features & wanted != 0;
     let mut writer = Writer {
         arrays: matches!(flavour, 0..=3 | 6),
         functions: 1 + tape.pick(2),
@@ -67,9 +77,10 @@ fn write(data: &[u16], still: bool) -> Case {
         loops: Vec::new(),
         counters: 0,
         path: matches!(flavour, 4 | 5 | 7),
-        independent: matches!(flavour, 6 | 7),
-        events: matches!(flavour, 2 | 5 | 6),
+        independent: matches!(flavour, 6 | 7) && has(feature::START),
+        events: matches!(flavour, 2 | 5 | 6) && has(feature::EVENTS),
         still,
+        part,
     };
     writer.program();
     let world = writer.world();
@@ -77,6 +88,10 @@ fn write(data: &[u16], still: bool) -> Case {
 }
 
 impl Writer<'_> {
+    fn has(&self, wanted: u16) -> bool {
+        self.part.features & wanted != 0
+    }
+
     fn line(&mut self, text: &str) {
         self.out.push_str(text);
         self.out.push('\n');
@@ -89,16 +104,17 @@ impl Writer<'_> {
     }
 
     fn program(&mut self) {
-        let errors = self.tape.chance(9);
+        let errors = self.tape.chance(9) && self.has(feature::LINES);
         self.line("DIM va, vb, vc, len AS LENGTH, ia, ib");
         if self.arrays {
             self.line("DIM cells(3)");
         }
-        let keeps = self.tape.chance(4);
+        let keeps = self.tape.chance(4) && self.has(feature::KEEP);
         if keeps {
             self.line("KEEP kept");
         }
-        let far = self.tape.chance(2);
+        // It takes more than 2 KB.
+        let far = self.tape.chance(2) && self.part.segments > 4;
         if far {
             // Texts, tables and routines come to lie beyond the reach of short operands.
             for text in ["long ", "afar "] {

@@ -23,6 +23,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use emulator::Rng;
 use serde::Serialize;
 
+use crate::board::Build;
+
 /// How much to try.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
@@ -45,6 +47,8 @@ pub struct Settings {
     pub seed: u64,
     /// Number of the first case.
     pub from: u64,
+    /// The boards that take part.
+    pub builds: &'static [&'static Build],
 }
 
 impl Settings {
@@ -85,6 +89,8 @@ pub enum Verdict {
 pub struct Row {
     /// Kind.
     pub kind: &'static str,
+    /// The board's part, `host` where none takes part.
+    pub part: &'static str,
     /// What was done to it.
     pub fault: &'static str,
     /// How often.
@@ -125,9 +131,20 @@ pub const KINDS: [Kind; 8] = [
 const TOLD: usize = 20;
 
 impl Row {
+    /// An empty row of what concerns no board.
     fn new(kind: &'static str, fault: &'static str, settings: &Settings) -> Row {
+        Row::of("host", kind, fault, settings)
+    }
+
+    /// An empty row of a board with this firmware.
+    fn on(build: &Build, kind: &'static str, fault: &'static str, settings: &Settings) -> Row {
+        Row::of(build.part.name, kind, fault, settings)
+    }
+
+    fn of(part: &'static str, kind: &'static str, fault: &'static str, settings: &Settings) -> Row {
         Row {
             kind,
+            part,
             fault,
             tried: 0,
             survived: 0,

@@ -9,10 +9,11 @@ use lang::fault::Fault;
 use lang::record::{BoardRecord, OutputStates, feature};
 use lang::wire::{Control, FAULT, HOMED, MACHINE_POSITIONS, PROFILE_WINDOW, RUN_COUNT, RunState};
 
-use super::generate::{Case, generate};
-use super::programs::{Made, make, tape};
+use super::generate::{Case, generate_for};
+use super::programs::{Made, make_for, tape};
 use super::stand::{Answer, BOOT_US, Fresh, Stand, words};
 use super::{Row, Settings, Sink, Verdict};
+use crate::board::Build;
 
 /// Longest time that a run may take to end once it was stopped, in looks.
 const LOOKS: u32 = 800;
@@ -304,12 +305,16 @@ pub fn try_out(stand: Stand, made: &Made, rng: Rng) -> Result<(), String> {
 /// # Errors
 /// The shipped firmware is damaged, or the table cannot be written.
 pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
+    settings.builds.iter().try_for_each(|build| on_boards(build, settings, sink))
+}
+
+fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     let fault = "buttons, switches, link";
-    let mut row = Row::new("people", fault, settings);
-    let fresh = Fresh::new(Stand::new(&Config::default())?);
+    let mut row = Row::on(build, "people", fault, settings);
+    let fresh = Fresh::new(Stand::new(build, &Config::default())?);
     row.run(settings, settings.count(50, 500, 5_000), |n| {
-        let case = generate(&tape(settings, fault, n));
-        let Some(made) = make(Case { world: String::new(), ..case }) else {
+        let case = generate_for(build.part, &tape(settings, fault, n));
+        let Some(made) = make_for(build, Case { world: String::new(), ..case }) else {
             return Verdict::Skipped;
         };
         match try_out(fresh.copy(), &made, settings.rng(fault, n)) {

@@ -6,16 +6,17 @@ use emulator::Config;
 use firmware::keep::Keep;
 use firmware::store::{Flash, SEGMENT};
 use lang::part;
-use lang::record::{BoardRecord, OutputStates};
+use lang::record::{BoardRecord, OutputStates, feature};
 use lang::wire::{
     Control, FAULT, HOMED, KEEPS, LAST_END, MACHINE_POSITIONS, PROFILE_WINDOW, RUN_STATE, RunState,
     UPLOAD_CONTROL, UPLOAD_LENGTH, UPLOAD_WINDOW, Upload,
 };
 
-use super::generate::Case;
-use super::programs::{make, tape};
+use super::generate::{Case, generate_for};
+use super::programs::{make, make_for, tape};
 use super::stand::{BOOT_US, Fresh, Stand, identity, words};
 use super::{Row, Settings, Sink, Verdict};
+use crate::board::Build;
 
 /// Power-ups behind a cut: a bit that was caught in the middle reads otherwise each time.
 const POWER_UPS: u32 = 3;
@@ -53,9 +54,12 @@ pub struct Write {
     old: Vec<u8>,
 }
 
-fn boards(prepare: impl Fn(&mut Stand) -> Result<(), String>) -> Result<[Fresh; 2], String> {
+fn boards(
+    build: &Build,
+    prepare: impl Fn(&mut Stand) -> Result<(), String>,
+) -> Result<[Fresh; 2], String> {
     let board = |seed| {
-        let mut stand = Stand::new(&config(seed))?;
+        let mut stand = Stand::new(build, &config(seed))?;
         prepare(&mut stand).map(|()| Fresh::new(stand))
     };
     Ok([board(0)?, board(1)?])
@@ -140,26 +144,31 @@ fn logged(stand: &mut Stand, old: &[u8], _new: &[u8]) -> Result<(), String> {
 }
 
 const COUNTER: &str = "KEEP a, b\na = a + 70001\nb = b + 70001";
+/// F02, then F01 each time.
 const FAULTS: &str = "KEEP n\nDIM a\nn = n + 1\nIF n > 1 THEN a = 2147483647 + n\na = n / a";
+/// F02 each time; without KEEP.
+const DIVISION: &str = "DIM a\na = 1 / a";
 
 /// Every write that power can fail in.
 ///
 /// # Errors
 /// The shipped firmware is damaged, or does not take what it should.
-pub fn writes() -> Result<Vec<Write>, String> {
+pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
+    let has_keep = build.part.features & feature::KEEP != 0;
     let old = image("PRINT \"old\"\nSetOut 1, ON\nWait 5ms")?;
     let new = image("PRINT \"new\"\nSetOut 2, ON")?;
     let line = |n: u32| format!("G0 X{}.{} Y{}.3\n", n * 7 % 250, n % 10, n * 11 % 180);
-    let large = image(&(0..300).map(line).collect::<String>())?;
-    let counter = image(COUNTER)?;
-    let faults = image(FAULTS)?;
+    // More than half of the room.
+    let lines = build.part.room_for(false) as u32 / 10;
+    let large = image(&(0..lines).map(line).collect::<String>())?;
+    let faults = image(if has_keep { FAULTS } else { DIVISION })?;
     let record = |sequence| BoardRecord { sequence, ..BoardRecord::DEFAULT }.sealed().to_bytes();
     let marked =
         BoardRecord { sequence: 2, end: OutputStates { keep: 1, on: 2 }, ..BoardRecord::DEFAULT };
-    Ok(vec![
+    let mut writes = vec![
         Write {
             name: "cut, upload beside",
-            before: boards(|stand| taken(stand, &old, false))?,
+            before: boards(build, |stand| taken(stand, &old, false))?,
             write: |stand, image| drop(stand.upload(image, false)),
             new,
             check: old_or_new,
@@ -167,27 +176,15 @@ pub fn writes() -> Result<Vec<Write>, String> {
         },
         Write {
             name: "cut, upload in place",
-            before: boards(|stand| taken(stand, &large, false))?,
+            before: boards(build, |stand| taken(stand, &large, false))?,
             write: replace,
             new: old,
             check: old_or_new_or_none,
             old: large,
         },
         Write {
-            name: "cut, KEEP",
-            before: boards(|stand| {
-                taken(stand, &counter, true)?;
-                run_through(stand);
-                Ok(())
-            })?,
-            write: |stand, _| run_through(stand),
-            new: Vec::new(),
-            check: kept,
-            old: counter,
-        },
-        Write {
             name: "cut, profile",
-            before: boards(|stand| {
+            before: boards(build, |stand| {
                 write_record(stand, &record(1));
                 stand.control(Control::Restart);
                 stand.board.run_us(BOOT_US);
@@ -200,8 +197,8 @@ pub fn writes() -> Result<Vec<Write>, String> {
         },
         Write {
             name: "cut, fault log",
-            before: boards(|stand| {
-                taken(stand, &faults, true)?;
+            before: boards(build, |stand| {
+                taken(stand, &faults, has_keep)?;
                 run_through(stand);
                 stand.control(Control::Acknowledge);
                 Ok(())
@@ -211,7 +208,27 @@ pub fn writes() -> Result<Vec<Write>, String> {
             check: logged,
             old: faults,
         },
-    ])
+    ];
+    if has_keep {
+        writes.push(keep_writes(build)?);
+    }
+    Ok(writes)
+}
+
+fn keep_writes(build: &Build) -> Result<Write, String> {
+    let counter = image(COUNTER)?;
+    Ok(Write {
+        name: "cut, KEEP",
+        before: boards(build, |stand| {
+            taken(stand, &counter, true)?;
+            run_through(stand);
+            Ok(())
+        })?,
+        write: |stand, _| run_through(stand),
+        new: Vec::new(),
+        check: kept,
+        old: counter,
+    })
 }
 
 impl Write {
@@ -284,13 +301,13 @@ fn nothing_goes_on(stand: &mut Stand, image: &[u8]) -> Result<(), String> {
     old_or_new(stand, image, image)
 }
 
-fn random_cuts(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
+fn random_cuts(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     let fault = "cut, any instant of a run";
-    let mut row = Row::new("power", fault, settings);
-    let fresh = Fresh::new(Stand::new(&config(1))?);
+    let mut row = Row::on(build, "power", fault, settings);
+    let fresh = Fresh::new(Stand::new(build, &config(1))?);
     row.run(settings, settings.count(30, 300, 3_000), |n| {
-        let case = super::generate::generate(&tape(settings, fault, n));
-        let Some(made) = make(case) else { return Verdict::Skipped };
+        let case = generate_for(build.part, &tape(settings, fault, n));
+        let Some(made) = make_for(build, case) else { return Verdict::Skipped };
         let (image, mut rng) = (&made.compiled.image, settings.rng(fault, n));
         let mut stand = fresh.copy();
         let keep = image.get(16).is_some_and(|counts| counts & 15 != 0);
@@ -403,8 +420,14 @@ fn wear(settings: &Settings, cuts: bool, sink: Sink<'_>) -> Result<(), String> {
 /// # Errors
 /// The shipped firmware is damaged, or the table cannot be written.
 pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
-    for write in writes()? {
-        let mut row = Row::new("power", write.name, settings);
+    settings.builds.iter().try_for_each(|build| on_boards(build, settings, sink))?;
+    wear(settings, false, sink)?;
+    wear(settings, true, sink)
+}
+
+fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
+    for write in writes(build)? {
+        let mut row = Row::on(build, "power", write.name, settings);
         let most = write.operations();
         // Each operation once for every seed.
         row.run(settings, most * settings.count(1, 4, 40), |n| {
@@ -413,7 +436,5 @@ pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
         row.note = format!("{most} flash operations");
         sink(row)?;
     }
-    random_cuts(settings, sink)?;
-    wear(settings, false, sink)?;
-    wear(settings, true, sink)
+    random_cuts(build, settings, sink)
 }

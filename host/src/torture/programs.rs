@@ -8,10 +8,12 @@ use lang::back::Compiled;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
+use lang::image::Image;
 
 use super::compare::{Run, difference, on_rhai, on_vm, trace_difference, varied};
 use super::generate::{Case, generate, generate_still};
 use super::{Row, Settings, Sink, Verdict};
+use crate::board::Build;
 use crate::board::engine::{self, BoardError, BoardRun, Job, Sinks};
 use crate::board::health::Health;
 use crate::sim::Options;
@@ -55,6 +57,13 @@ pub fn make(case: Case) -> Option<Made> {
     Some(Made { case, program, compiled, world })
 }
 
+/// The same for a board; `None` also when its part has no room for the program.
+pub fn make_for(build: &Build, case: Case) -> Option<Made> {
+    let made = make(case)?;
+    let header = Image::new(&made.compiled.image).ok()?.header;
+    build.part.lacks(&header).is_none().then_some(made)
+}
+
 /// The choices of case `n`.
 pub fn tape(settings: &Settings, fault: &str, n: u64) -> Vec<u16> {
     let mut rng = settings.rng(fault, n);
@@ -66,12 +75,12 @@ pub fn tape(settings: &Settings, fault: &str, n: u64) -> Vec<u16> {
 ///
 /// # Errors
 /// The board does not do what it is told.
-pub fn on_board(made: &Made, image: &[u8]) -> Result<(Run, BoardRun), BoardError> {
+pub fn on_board(build: &Build, made: &Made, image: &[u8]) -> Result<(Run, BoardRun), BoardError> {
     let marks = &made.compiled.sidecar;
     let line_of = |pc: u16| marks.at(usize::from(pc)).map_or(0, |mark| mark.line);
     let options = Options { times: false, ..OPTIONS };
     let job = Job {
-        build: crate::board::DEFAULT,
+        build,
         program: &made.program,
         image,
         line_of: &line_of,
@@ -171,8 +180,13 @@ pub fn reference(made: &Made) -> Option<Run> {
 }
 
 /// Compares the board, which runs `image`, with what `rhai` says.
-pub fn against_the_board(made: &Made, image: &[u8], wanted: &Run) -> (Verdict, Option<Health>) {
-    let (board, run) = match on_board(made, image) {
+pub fn against_the_board(
+    build: &Build,
+    made: &Made,
+    image: &[u8],
+    wanted: &Run,
+) -> (Verdict, Option<Health>) {
+    let (board, run) = match on_board(build, made, image) {
         Ok(both) => both,
         Err(error) => {
             let text = format!("{error}\n{}\n// {}", made.case.script, made.case.world);
@@ -226,18 +240,21 @@ pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
             .map_or(Verdict::Skipped, |made| on_the_host(&made, None))
     });
     sink(row)?;
+    settings.builds.iter().try_for_each(|build| on_boards(build, settings, sink))
+}
 
+fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     let fault = "generated, rhai and board";
-    let mut row = Row::new("programs", fault, settings);
+    let mut row = Row::on(build, "programs", fault, settings);
     let ends = Mutex::new(BTreeMap::<String, u64>::new());
     // Somewhat more than half of the tapes make a program that the board can be held to.
     row.run(settings, settings.count(40, 500, 12_000), |n| {
-        let made = make(generate_still(&tape(settings, fault, n)));
+        let made = make_for(build, generate_still(build.part, &tape(settings, fault, n)));
         let Some((made, wanted)) = made.and_then(|made| reference(&made).map(|run| (made, run)))
         else {
             return Verdict::Skipped;
         };
-        let (verdict, _) = against_the_board(&made, &made.compiled.image, &wanted);
+        let (verdict, _) = against_the_board(build, &made, &made.compiled.image, &wanted);
         let end = wanted.outcome.summary.fault.unwrap_or_else(|| "done".to_owned());
         if let Ok(mut ends) = ends.lock() {
             *ends.entry(end).or_default() += 1;

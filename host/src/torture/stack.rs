@@ -6,12 +6,13 @@ use std::sync::atomic::{AtomicU16, Ordering};
 use emulator::{Config, Rng};
 use lang::wire::{Control, STACK_FREE};
 
-use super::generate::{Case, generate};
+use super::generate::{Case, generate_for};
 use super::line::any_request;
 use super::people::{People, Roles};
-use super::programs::{Made, make, tape};
+use super::programs::{Made, make_for, tape};
 use super::stand::{Fresh, Stand};
 use super::{Row, Settings, Sink, Verdict};
+use crate::board::Build;
 use crate::board::health::stack_left;
 
 /// Bytes that must stay unused at the deepest point.
@@ -50,13 +51,17 @@ pub fn try_out(stand: Stand, made: &Made, mut rng: Rng) -> Result<u16, String> {
 /// # Errors
 /// The shipped firmware is damaged, or the table cannot be written.
 pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
+    settings.builds.iter().try_for_each(|build| on_boards(build, settings, sink))
+}
+
+fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     let fault = "depth under all of it";
-    let mut row = Row::new("stack", fault, settings);
-    let fresh = Fresh::new(Stand::new(&Config::default())?);
+    let mut row = Row::on(build, "stack", fault, settings);
+    let fresh = Fresh::new(Stand::new(build, &Config::default())?);
     let least = AtomicU16::new(u16::MAX);
     row.run(settings, settings.count(30, 300, 3_000), |n| {
-        let case = generate(&tape(settings, fault, n));
-        let Some(made) = make(Case { world: String::new(), ..case }) else {
+        let case = generate_for(build.part, &tape(settings, fault, n));
+        let Some(made) = make_for(build, Case { world: String::new(), ..case }) else {
             return Verdict::Skipped;
         };
         match try_out(fresh.copy(), &made, settings.rng(fault, n)) {

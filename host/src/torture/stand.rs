@@ -8,7 +8,7 @@ use lang::wire::{
     UPLOAD_LENGTH, UPLOAD_RESULT, UPLOAD_WINDOW, Upload, VERSION, WIRE_VERSION, crc16,
 };
 
-use crate::board::DEFAULT;
+use crate::board::Build;
 
 /// Longest wait for the first byte of a reply, us: an upload's erase and check take 300 ms.
 const PATIENCE_US: u64 = 400_000;
@@ -77,13 +77,13 @@ pub struct Stand {
 }
 
 impl Stand {
-    /// A board with the shipped firmware and no program, powered up.
+    /// A board with the shipped firmware of a build and no program, powered up.
     ///
     /// # Errors
     /// The shipped firmware is damaged.
-    pub fn new(config: &Config) -> Result<Stand, String> {
-        let image = DEFAULT.image().map_err(|error| error.to_string())?;
-        let config = Config { part: DEFAULT.chip.clone(), ..config.clone() };
+    pub fn new(build: &Build, config: &Config) -> Result<Stand, String> {
+        let image = build.image().map_err(|error| error.to_string())?;
+        let config = Config { part: build.chip.clone(), ..config.clone() };
         let mut stand = Stand { board: Board::with_config(&config, &image) };
         stand.board.run_us(BOOT_US);
         Ok(stand)

@@ -2,7 +2,7 @@
 
 use emulator::{Config, Reset, Rng};
 use lang::fault::Fault;
-use lang::record::BoardRecord;
+use lang::record::{BoardRecord, feature};
 use lang::wire::{
     Control, FAULT, HOMED, MACHINE_POSITIONS, MISSED_DEADLINES, PROFILE_WINDOW, RESET_CAUSE,
     RUN_COUNT, RUN_STATE, RunState,
@@ -11,6 +11,7 @@ use lang::wire::{
 use super::power::image;
 use super::stand::{Answer, BOOT_US, Fresh, Stand, framed, read_body, words};
 use super::{Row, Settings, Sink, Verdict};
+use crate::board::Build;
 
 /// Programs that never wait.
 const BUSY: [&str; 6] = [
@@ -161,8 +162,8 @@ fn autorun(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
     }
 }
 
-fn board(script: &str, record: Option<BoardRecord>) -> Result<Fresh, String> {
-    let mut stand = Stand::new(&Config::default())?;
+fn board(build: &Build, script: &str, record: Option<BoardRecord>) -> Result<Fresh, String> {
+    let mut stand = Stand::new(build, &Config::default())?;
     let taken = |answer| format!("the upload of {script:?} was answered by {answer:?}");
     stand.upload(&image(script)?, false).map_err(taken)?;
     if let Some(record) = record {
@@ -180,11 +181,20 @@ fn board(script: &str, record: Option<BoardRecord>) -> Result<Fresh, String> {
 /// # Errors
 /// The shipped firmware is damaged, or the table cannot be written.
 pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
+    settings.builds.iter().try_for_each(|build| on_boards(build, settings, sink))
+}
+
+fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     type Case = fn(&mut Stand, &mut Rng) -> Result<(), String>;
-    let never = BUSY.iter().map(|script| board(script, None)).collect::<Result<Vec<_>, _>>()?;
-    let load = "DIM n\nON IN 1 RISE GOSUB edge\nON IN 2 FALL GOSUB edge\nON EVERY 10ms GOSUB edge\n\
+    let never =
+        BUSY.iter().map(|script| board(build, script, None)).collect::<Result<Vec<_>, _>>()?;
+    let with_events = "DIM n\nON IN 1 RISE GOSUB edge\nON IN 2 FALL GOSUB edge\nON EVERY 10ms GOSUB edge\n\
         FOR n = 1 TO 3\nG1 X12 Y9 Z-7 F4800\nG1 X0 Y0 Z0\nG2 X6 Y6 I6 J0\nNEXT\nEND\n\
         edge:\nn = n + 0\nRETURN";
+    let lines = "DIM n\nFOR n = 1 TO 3\nG1 X12 Y9 Z-7 F4800\nG1 X0 Y0 Z0\nMoveAxe Y, 9mm\n\
+        MoveAxe Y, 0mm\nNEXT";
+    let events = build.part.features & feature::EVENTS != 0;
+    let load = if events { with_events } else { lines };
     let moves = "DO\nSetOut 1, ON\nG1 X40 Y30 F3000\nSetOut 2, ON\nG1 X0 Y0\nLOOP";
     let auto = BoardRecord {
         sequence: 1,
@@ -193,12 +203,17 @@ pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     };
     let cases: [(&'static str, Case, Vec<Fresh>, [u64; 3]); 4] = [
         ("programs that never wait", busy, never, [12, 120, 1_200]),
-        ("steps, events, link at once", loaded, vec![board(load, None)?], [4, 60, 600]),
-        ("a main loop that hangs", hung, vec![board(moves, None)?], [12, 200, 2_000]),
-        ("autorun, hung again and again", autorun, vec![board(moves, Some(auto))?], [4, 20, 100]),
+        ("steps, events, link at once", loaded, vec![board(build, load, None)?], [4, 60, 600]),
+        ("a main loop that hangs", hung, vec![board(build, moves, None)?], [12, 200, 2_000]),
+        (
+            "autorun, hung again and again",
+            autorun,
+            vec![board(build, moves, Some(auto))?],
+            [4, 20, 100],
+        ),
     ];
     for (fault, case, boards, [short, usual, long]) in cases {
-        let mut row = Row::new("time", fault, settings);
+        let mut row = Row::on(build, "time", fault, settings);
         row.run(settings, settings.count(short, usual, long), |n| {
             let mut stand = boards[n as usize % boards.len()].copy();
             let mut rng = settings.rng(fault, n);

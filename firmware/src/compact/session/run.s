@@ -169,6 +169,9 @@ run_stopping:
     jne 9b
     bit.b #T_FULL, &TRACING
     jne 9b
+    /* no reply is being sent, which an erase would tear apart */
+    tst.b &LINE_STATE
+    jne 9b
     .if HAS_KEEP
     call #keep_save
     .endif

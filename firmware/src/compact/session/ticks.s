@@ -94,7 +94,11 @@ ticks:
     jne 1f
     bit.b #BOARD_AUTORUN, B_FLAGS(r10)
     jeq 1f
+    /* the first start acknowledges what a watchdog reset has latched */
+    bit.b #1, &CAUSE
+    jeq 2f
     call #run_start
+2:  call #run_start
 
     /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
 1:  mov.b &EFFECT, r12

@@ -6,15 +6,16 @@ module.store:
 /* After a reset: finds the current program and discards an older one. Destroys all. */
 store_mount:
     mov #AREA, r10
-1:  cmp.b #SLOT_COMMITTED/256, 1(r10)
-    jne 4f
-    mov.b @r10, r9
-    mov r10, r12
+1:  mov r10, r12
     add #SLOT_HEAD, r12
     call #image_sound
     jne 4f
-    /* sequence numbers differ by one: the signed difference says which is later; r11 = the other */
+    /* r11 = what is to go: a whole image whose commit word is not, as it might read well later, or the
+       older one; sequence numbers differ by one, and the signed difference says which is later */
     mov r10, r11
+    cmp.b #SLOT_COMMITTED/256, 1(r10)
+    jne 3f
+    mov.b @r10, r9
     mov &STORED, r12
     tst r12
     jeq 2f
@@ -23,13 +24,18 @@ store_mount:
     jl 3f
 2:  mov r12, r11
     mov r10, &STORED
-3:  tst r11
-    jeq 4f
-    /* a commit word that was cut short may read badly later: written again it is settled */
-    mov &STORED, r12
-    mov @r12, r13
+    /* a commit word that was cut short may read badly later: written again it is settled, and the spare
+       word says so */
+    mov r10, r12
+    mov @r12+, r13
+    tst 0(r12)
+    jeq 3f
+    mov r10, r12
     call #flash_write
-    mov r11, r12
+    incd r12
+    clr r13
+    call #flash_write
+3:  mov r11, r12
     call #flash_erase
 4:  add #SEGMENT, r10
     cmp #AREA_END, r10

@@ -2,12 +2,15 @@
 
 use super::Board;
 use crate::periph::flash::Wear;
+use crate::rng::Rng;
 
 impl Board {
     /// Lets power fail during a flash operation: the first from now has number 1. A write leaves each
-    /// of its bits done or not, an erase leaves a half erased segment, both as `seed` decides.
+    /// of its bits done or not, an erase leaves a half erased segment, both as `seed` decides; so
+    /// does what unstable bits read as at later power-ups.
     pub fn cut_at_flash_operation(&mut self, number: u64, seed: u64) {
         self.bus.flash.cut = Some((self.bus.flash.wear.operations + number, seed));
+        self.noise = Rng::new(seed);
     }
 
     /// Asks `run_until` to return after each flash operation. With a clone of the board between two

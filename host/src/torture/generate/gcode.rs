@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use lang::record::feature;
+
 use super::Writer;
 
 impl Writer<'_> {
@@ -11,28 +13,30 @@ impl Writer<'_> {
         let stop = self.tape.of(&["G64", "G61", "G64"]);
         let feed = self.tape.of(&["F1200", "F600", "F[25mm/s]", "F[900st/s]", "F1250"]);
         let turn = self.tape.of(&["G2", "G3"]);
+        let arcs = self.has(feature::ARC);
         let mut text = String::new();
         // Writing to a String does not fail.
         let _ = match self.tape.pick(18) {
             0 | 1 => write!(text, "{mode} G0 X{}", self.word()),
             2..=5 => write!(text, "{stop} {mode} G1 X{} Y{} {feed}", self.word(), self.word()),
             6 => write!(text, "{stop} G91 G1 Z-{} {feed}", self.tape.of(&["1", "0.5"])),
-            7 => {
+            7 if arcs => {
                 let x = self.tape.of(&["4", "0", "3"]);
                 write!(text, "G17 {stop} G91 {turn} X{x} Y0 I2 J0 {feed}")
             }
-            8 => {
+            8 if arcs => {
                 let plane =
                     self.tape.of(&["G17 G91 G2 X3 Y3", "G18 G91 G3 X2 Z2", "G19 G91 G2 Y2 Z-2"]);
                 write!(text, "{plane} R{} {stop} {feed}", self.tape.of(&["5", "-5", "1"]))
             }
             9 | 15 => write!(text, "{} {feed}\nG80", self.cycle()),
             10 => {
-                let list = ["G92 X1 Y[len]", "M3 S900", "G4 P0.05", "M9", "G54"];
+                let spindle = if self.has(feature::POWER) { "M3 S900" } else { "M3" };
+                let list = ["G92 X1 Y[len]", spindle, "G4 P0.05", "M9", "G54"];
                 write!(text, "{}", self.tape.of(&list))
             }
             12 => write!(text, "{mode} G0 X[spots(ABS(va) MOD 3, 0)] Y[spots(ABS(va) MOD 3, 1)]"),
-            13 => {
+            13 if arcs => {
                 let x = self.tape.of(&["5", "12.5", "-1.2", "[300st]", "[len]"]);
                 write!(text, "G17 G90 {stop} {turn} X{x} Y3 R20 {feed}")
             }

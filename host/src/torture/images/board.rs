@@ -7,15 +7,13 @@ use emulator::{Config, Rng, WarningKind};
 use firmware::verify::{ANCHORS, Bytes, Limits, sound, verify};
 use lang::fault::Fault;
 use lang::image::Image;
-use lang::wire::{Control, FAULT, FEATURES, PROGRAM_COUNTER, RUN_COUNT, Refusal, RunState};
+use lang::wire::{Control, FAULT, PROGRAM_COUNTER, RUN_COUNT, Refusal, RunState};
 
 use super::super::stand::{Answer, Fresh, Stand};
 use super::super::{Row, Settings, Sink, Verdict};
-use super::{damaged, judge};
-use crate::board::DEFAULT;
+use super::{corpus, damaged, judge};
+use crate::board::Build;
 
-/// Pools of the device, bytes: programs that move one axis at a time, and others.
-const POOLS: [u16; 2] = [192, 108];
 /// The run is looked at so often, and so long apart, us.
 const LOOKS: u64 = 6;
 const LOOK_US: u64 = 15_000;
@@ -41,10 +39,12 @@ pub enum Wanted {
     Either,
 }
 
-/// What a device with these features is to do with an image.
-pub fn wanted(image: &[u8], features: u8) -> Wanted {
+/// What a device is to do with an image.
+pub fn wanted(build: &Build, image: &[u8]) -> Wanted {
     let flat = Flat(image);
-    let limits = Limits { bytes: DEFAULT.part.room_for(false) as u16, features, pool: POOLS };
+    let part = &build.part;
+    let (bytes, features) = (part.room_for(false) as u16, part.features as u8);
+    let limits = Limits { bytes, features, pool: part.pool };
     if sound(&flat, limits.bytes).is_none_or(|length| usize::from(length) != image.len())
         || verify(&flat, &limits, &mut [0; ANCHORS]).is_err()
     {
@@ -83,15 +83,19 @@ fn pulses(stand: &Stand) -> u64 {
 ///
 /// # Errors
 /// What did not hold.
-pub fn try_out(stand: &mut Stand, image: &[u8], rng: &mut Rng) -> Result<bool, String> {
+pub fn try_out(
+    build: &Build,
+    stand: &mut Stand,
+    image: &[u8],
+    rng: &mut Rng,
+) -> Result<bool, String> {
     let before = (pulses(stand), stand.board.plant().outputs());
     let uploaded = stand.upload(image, false);
     let after = (pulses(stand), stand.board.plant().outputs());
     if before != after {
         return Err(format!("steps and outputs before a start: {before:?}, then {after:?}"));
     }
-    let features = stand.read(FEATURES).ok_or("no answer behind the upload")? as u8;
-    match (uploaded, wanted(image, features)) {
+    match (uploaded, wanted(build, image)) {
         (Ok(()), Wanted::Take | Wanted::Either) => {}
         (Ok(()), Wanted::Refuse) => return Err("accepted, but it is not sound".to_owned()),
         (Err(Answer::Exception(_)), Wanted::Refuse | Wanted::Either) => {
@@ -151,16 +155,17 @@ fn follow(stand: &mut Stand, image: &[u8], rng: &mut Rng) -> Result<(), String> 
 ///
 /// # Errors
 /// The shipped firmware is damaged, or the table cannot be written.
-pub fn run(settings: &Settings, corpus: &[Vec<u8>], sink: Sink<'_>) -> Result<(), String> {
+pub fn run(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
+    let corpus = corpus(build, settings)?;
     let fault = "damaged, board";
-    let mut row = Row::new("images", fault, settings);
+    let mut row = Row::on(build, "images", fault, settings);
     let accepted = AtomicU64::new(0);
-    let fresh = Fresh::new(Stand::new(&Config::default())?);
+    let fresh = Fresh::new(Stand::new(build, &Config::default())?);
     row.run(settings, settings.count(60, 400, 2_000), |n| {
         let mut rng = settings.rng(fault, n);
-        let image = damaged(&mut rng, corpus);
+        let image = damaged(&mut rng, &corpus);
         let mut stand = fresh.copy();
-        match try_out(&mut stand, &image, &mut rng) {
+        match try_out(build, &mut stand, &image, &mut rng) {
             Ok(ran) => {
                 accepted.fetch_add(u64::from(ran), Ordering::Relaxed);
                 Verdict::Survived

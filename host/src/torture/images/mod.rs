@@ -11,25 +11,24 @@ use lang::image::{HEADER, Image, seal};
 use lang::isa::{FINGERPRINT, Op, Operands};
 use lang::record::MachineRecord;
 
-use super::generate::generate;
-use super::programs::{make, tape};
+use super::generate::generate_for;
+use super::programs::{make_for, tape};
 use super::{Row, Settings, Sink, Verdict};
+use crate::board::{Build, DEFAULT};
 
 /// Images that the cases are made from.
 const CORPUS: u64 = 48;
-/// Longest image for the device.
-const LONGEST: usize = 3068;
 /// Where the code begins.
 const CODE: usize = HEADER + MachineRecord::SIZE;
 
-/// Compiled programs, the longest as long as the device takes.
+/// Compiled programs for a board, the longest as long as it takes.
 ///
 /// # Errors
 /// No generated program compiles.
-pub fn corpus(settings: &Settings) -> Result<Vec<Vec<u8>>, String> {
-    let made = (0..CORPUS).filter_map(|n| make(generate(&tape(settings, "corpus", n))));
-    let images: Vec<_> =
-        made.map(|made| made.compiled.image).filter(|image| image.len() <= LONGEST).collect();
+pub fn corpus(build: &Build, settings: &Settings) -> Result<Vec<Vec<u8>>, String> {
+    let case = |n| generate_for(build.part, &tape(settings, "corpus", n));
+    let made = (0..CORPUS).filter_map(|n| make_for(build, case(n)));
+    let images: Vec<_> = made.map(|made| made.compiled.image).collect();
     if images.is_empty() { Err("no generated program compiles".to_owned()) } else { Ok(images) }
 }
 
@@ -150,7 +149,7 @@ pub fn damaged(rng: &mut Rng, corpus: &[Vec<u8>]) -> Vec<u8> {
 /// # Errors
 /// There is nothing to make images from, or the table cannot be written.
 pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
-    let corpus = corpus(settings)?;
+    let corpus = corpus(DEFAULT, settings)?;
     let fault = "damaged, verifier and vm";
     let mut row = Row::new("images", fault, settings);
     let accepted = AtomicU64::new(0);
@@ -168,5 +167,5 @@ pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     });
     row.note = format!("{} accepted and run", accepted.into_inner());
     sink(row)?;
-    board::run(settings, &corpus, sink)
+    settings.builds.iter().try_for_each(|build| board::run(build, settings, sink))
 }

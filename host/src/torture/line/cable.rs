@@ -11,9 +11,9 @@ use lang::profile::Profile;
 use super::super::power::image;
 use super::super::stand::identity;
 use super::super::{Row, Settings, Sink, Verdict};
+use crate::board::Build;
 use crate::board::link::InProcess;
 use crate::board::rig::Rig;
-use crate::board::{self};
 use crate::client::Client;
 use crate::link::{Link, Mode};
 use crate::sim::world::World;
@@ -82,10 +82,10 @@ struct Desk {
 }
 
 impl Desk {
-    fn new(noise: u64, rng: Rng) -> Result<Desk, String> {
-        let firmware = board::DEFAULT.image().map_err(|error| error.to_string())?;
+    fn new(build: &Build, noise: u64, rng: Rng) -> Result<Desk, String> {
+        let firmware = build.image().map_err(|error| error.to_string())?;
         let profile = Profile::built_in("mill").map_err(|error| error.to_string())?;
-        let rig = Rig::new(board::DEFAULT, &firmware, &profile, &World::empty());
+        let rig = Rig::new(build, &firmware, &profile, &World::empty());
         let rig = Rc::new(RefCell::new(rig.map_err(|error| error.to_string())?));
         let left = Rc::new(RefCell::new(u64::MAX));
         let cable = Cable { board: InProcess::new(rig), left: Rc::clone(&left), noise, rng };
@@ -114,8 +114,8 @@ impl Desk {
 }
 
 /// Pulls the cable behind byte `n` of an upload; `None` when the upload has not so many.
-fn pulled(n: u64) -> Result<Option<()>, String> {
-    let mut desk = Desk::new(0, Rng::new(n))?;
+fn pulled(build: &Build, n: u64) -> Result<Option<()>, String> {
+    let mut desk = Desk::new(build, 0, Rng::new(n))?;
     *desk.left.borrow_mut() = n;
     let new = desk.new.clone();
     let began = desk.client.link().now();
@@ -135,9 +135,9 @@ fn pulled(n: u64) -> Result<Option<()>, String> {
 }
 
 /// An upload over a cable on which one byte of 60 to 800 is damaged.
-fn noisy(mut rng: Rng) -> Result<(), String> {
+fn noisy(build: &Build, mut rng: Rng) -> Result<(), String> {
     let noise = 60 + rng.below(740);
-    let mut desk = Desk::new(noise, rng)?;
+    let mut desk = Desk::new(build, noise, rng)?;
     let new = desk.new.clone();
     // It may fail, but then it says so: what it says it has done must be done.
     let done = desk.client.upload(&new, false, &mut |_| {}).is_ok();
@@ -153,19 +153,19 @@ fn noisy(mut rng: Rng) -> Result<(), String> {
 ///
 /// # Errors
 /// The table cannot be written.
-pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
-    let mut row = Row::new("line", "cable pulled at each byte", settings);
+pub fn run(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
+    let mut row = Row::on(build, "line", "cable pulled at each byte", settings);
     let cases = settings.count(15, 150, LONGEST).clamp(1, LONGEST);
-    row.run(settings, cases, |n| match pulled(n * (LONGEST / cases)) {
+    row.run(settings, cases, |n| match pulled(build, n * (LONGEST / cases)) {
         Ok(Some(())) => Verdict::Survived,
         Ok(None) => Verdict::Skipped,
         Err(text) => Verdict::Lost(text),
     });
     sink(row)?;
     let fault = "uploads over a noisy cable";
-    let mut row = Row::new("line", fault, settings);
+    let mut row = Row::on(build, "line", fault, settings);
     row.run(settings, settings.count(15, 150, 1_500), |n| {
-        noisy(settings.rng(fault, n)).map_or_else(Verdict::Lost, |()| Verdict::Survived)
+        noisy(build, settings.rng(fault, n)).map_or_else(Verdict::Lost, |()| Verdict::Survived)
     });
     sink(row)
 }
