@@ -4,7 +4,10 @@
 //! refused or left out with a diagnostic ([`rules`]); repetition becomes tables and loops
 //! ([`fold`]).
 
+mod arc;
+mod beam;
 mod fold;
+mod follow;
 mod read;
 mod rules;
 mod words;

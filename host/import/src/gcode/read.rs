@@ -11,9 +11,6 @@ use lang::front::literal::Decimal;
 use lang::profile::OutputRole;
 use lang::record::FULL_POWER;
 
-/// Longest dwell that is not doubted, s.
-const LONG_DWELL: i64 = 60;
-
 /// A block of the script.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Block<'a> {
@@ -60,25 +57,29 @@ impl core::fmt::Display for Value<'_> {
 }
 
 /// The state of a controller, as far as it matters here.
-struct State {
-    inches: bool,
-    relative: bool,
+pub(super) struct State {
+    pub inches: bool,
+    pub relative: bool,
+    /// The axes of circles, first and second.
+    pub plane: [usize; 2],
     /// The active G word of motion; 80 for none.
-    motion: i64,
+    pub motion: i64,
     /// An F came.
-    feed: bool,
+    pub feed: bool,
     /// The script has ended.
-    ended: bool,
-    /// X and Y, um.
-    at: [Option<i64>; 2],
+    pub ended: bool,
+    /// X, Y and Z, um.
+    pub at: [Option<i64>; 3],
+    /// The G word of arcs that holds where the script has G1 instead.
+    pub lined: Option<&'static str>,
     /// M3 or M4 holds.
-    armed: bool,
+    pub armed: bool,
     /// The beam is on.
-    beam: bool,
+    pub beam: bool,
     /// The last S.
-    power: i64,
+    pub power: i64,
     /// An S came.
-    powered: bool,
+    pub powered: bool,
 }
 
 /// Reads all lines.
@@ -95,11 +96,13 @@ pub(super) fn read<'a>(job: &'a Job<'a>, format: Format, diags: &mut Diags) -> V
         state: State {
             inches: false,
             relative: false,
+            plane: [0, 1],
             motion: 80,
             feed: job.profile.default_feed_um_s.is_some(),
             ended: false,
             // A laser begins at its picture's corner; elsewhere only what a word says is known.
-            at: [laser.map(|_| 0); 2],
+            at: [laser.map(|_| 0), laser.map(|_| 0), None],
+            lined: None,
             armed: false,
             beam: false,
             power: 0,
@@ -143,19 +146,19 @@ fn full_power(job: &Job<'_>, lines: &[(u32, &str)]) -> i64 {
     [100, 255, 1000].into_iter().find(|full| most <= *full).unwrap_or(most)
 }
 
-struct Reader<'a, 'd> {
-    job: &'a Job<'a>,
+pub(super) struct Reader<'a, 'd> {
+    pub(super) job: &'a Job<'a>,
     /// The S of full power, of laser files.
-    laser: Option<i64>,
+    pub(super) laser: Option<i64>,
     /// S is the laser's power; otherwise M3 and M5 follow it.
-    graded: bool,
-    diags: &'d mut Diags,
-    state: State,
+    pub(super) graded: bool,
+    pub(super) diags: &'d mut Diags,
+    pub(super) state: State,
     blocks: Vec<Block<'a>>,
 }
 
 impl<'a> Reader<'a, '_> {
-    fn error(&mut self, number: u32, col: u32, code: Code, text: String, hint: &str) {
+    pub(super) fn error(&mut self, number: u32, col: u32, code: Code, text: String, hint: &str) {
         let diag = Diag::new(code, number, col, text);
         self.diags.push(if hint.is_empty() { diag } else { diag.hint(hint) });
     }
@@ -369,144 +372,6 @@ impl<'a> Reader<'a, '_> {
             );
         }
         block.words.push((letter, value));
-    }
-
-    /// Follows the block in the controller's state; `broken` when a word of it was refused.
-    fn follow(&mut self, block: &mut Block<'a>, broken: bool) {
-        let words = core::mem::take(&mut block.words);
-        let has = |letter: char| words.iter().any(|(known, _)| *known == letter);
-        let number = |letter: char, text: &str| {
-            words.iter().any(|(known, value)| *known == letter && *value == Value::Text(text))
-        };
-        let state = &mut self.state;
-        state.feed |= has('F');
-        let mut special = false;
-        for (_, value) in words.iter().filter(|(letter, _)| *letter == 'G') {
-            match value {
-                Value::Text("20") => state.inches = true,
-                Value::Text("21") => state.inches = false,
-                Value::Text("90") => state.relative = false,
-                Value::Text("91") => state.relative = true,
-                Value::Text("28" | "92" | "38.2" | "38.3" | "53") => special = true,
-                Value::Text(mode @ ("0" | "1" | "2" | "3" | "80" | "81" | "82" | "83")) => {
-                    state.motion = mode.parse().unwrap_or(80);
-                }
-                _ => {}
-            }
-        }
-        block.motion = state.motion;
-        let moves = ['X', 'Y', 'Z'].into_iter().any(has);
-        if moves && !special && state.motion == 80 && !broken {
-            let text = "axis words before any of G0, G1, G2 and G3".to_owned();
-            self.error(block.line, 1, Code::Unreadable, text, "write the motion word");
-        } else if moves && matches!(state.motion, 1..=3) && !state.feed && !broken {
-            self.state.feed = true;
-            let text = "a feed move before any F".to_owned();
-            self.error(
-                block.line,
-                1,
-                Code::Unreadable,
-                text,
-                "write F, or choose a profile with a default feed: `--profile thesis`",
-            );
-        }
-        let dwell =
-            number('G', "4").then(|| words.iter().find(|(letter, _)| *letter == 'P')).flatten();
-        if let Some((_, Value::Text(text))) = dwell
-            && Decimal::parse(text)
-                .and_then(|p| p.scaled(1, 1))
-                .is_some_and(|(s, _)| s > LONG_DWELL)
-        {
-            let text = format!("G4 P{text} waits for {text} s; some tools mean milliseconds");
-            self.diags.once(Diag::new(Code::Inconsistent, block.line, 1, text).note());
-        }
-        // P behind G64 is a tolerance, which the profile sets here.
-        let tolerance = number('G', "64") && has('P');
-        if tolerance {
-            let text = "P of G64: the corner tolerance is the profile's `corner_um`";
-            self.diags.once(Diag::new(Code::LeftOut, block.line, 1, text).note());
-        }
-        for (i, axis) in ['X', 'Y'].into_iter().enumerate() {
-            let word = words.iter().find(|(letter, _)| *letter == axis);
-            self.track(block.line, i, word.map(|(_, value)| *value), special);
-        }
-        block.to = if self.state.relative { [None; 2] } else { self.state.at };
-        self.state.ended |= number('M', "2") || number('M', "30");
-        block.words = words;
-        block.words.retain(|(letter, _)| !(tolerance && *letter == 'P'));
-        if self.laser.is_some() {
-            self.beam(block);
-        }
-    }
-
-    /// Follows X or Y, and says where a laser's path leaves the machine.
-    fn track(&mut self, line: u32, index: usize, value: Option<Value<'_>>, special: bool) {
-        let Some(Value::Text(text)) = value else { return };
-        let scale = if self.state.inches { 25_400 } else { 1000 };
-        let um = Decimal::parse(text).and_then(|number| number.scaled(scale, 1)).map(|(um, _)| um);
-        let Some(um) = um.filter(|um| um.abs() <= i64::from(i32::MAX)) else {
-            let text = format!("{text} is too far away");
-            return self.error(line, 1, Code::OutOfRange, text, "the greatest length is 2147 mm");
-        };
-        let before = self.state.at[index];
-        let at = match self.state.relative {
-            _ if special => None,
-            true => before.and_then(|before| before.checked_add(um)),
-            false => Some(um),
-        };
-        self.state.at[index] = at;
-        let axis = if index == 0 { Axis::X } else { Axis::Y };
-        let Some(part) = self.job.profile.axis(axis).filter(|_| self.laser.is_some()) else {
-            return;
-        };
-        let travel = i64::from(part.min_um)..=i64::from(part.max_um);
-        if let Some(at) = at.filter(|at| !travel.contains(at)) {
-            let (letter, at) = (axis.letter(), crate::script::mm(at));
-            let text =
-                format!("{letter} goes to {at}, outside the travel of `{}`", self.job.profile.name);
-            let hint = format!(
-                "the travel is {} to {}",
-                crate::script::mm(*travel.start()),
-                crate::script::mm(*travel.end())
-            );
-            self.error(line, 1, Code::OutOfRange, text, &hint);
-        }
-    }
-
-    /// A laser without power is off: where S is not its power M3 and M5 follow S.
-    fn beam(&mut self, block: &mut Block<'a>) {
-        if self.graded {
-            // Before any S a laser has no power, where a script's laser has all of it.
-            let starts = block
-                .words
-                .iter()
-                .any(|(letter, value)| *letter == 'M' && matches!(value, Value::Text("3" | "4")));
-            self.state.powered |= block.words.iter().any(|(letter, _)| *letter == 'S');
-            if starts && !core::mem::replace(&mut self.state.powered, true) {
-                block.words.push(('S', Value::Whole(0)));
-            }
-            return;
-        }
-        for (letter, value) in &block.words {
-            match (letter, value) {
-                ('M', Value::Text("3" | "4")) => self.state.armed = true,
-                ('M', Value::Text("5" | "2" | "30")) => self.state.armed = false,
-                ('S', Value::Whole(power)) => self.state.power = *power,
-                _ => {}
-            }
-        }
-        let asked = block
-            .words
-            .iter()
-            .any(|(letter, value)| *letter == 'M' && matches!(value, Value::Text("3" | "4" | "5")));
-        block.words.retain(|(letter, value)| {
-            *letter != 'M' || !matches!(value, Value::Text("3" | "4" | "5"))
-        });
-        let on = self.state.armed && self.state.power > 0;
-        if on != self.state.beam || (asked && !self.state.armed) {
-            block.words.insert(0, ('M', Value::Text(if on { "3" } else { "5" })));
-        }
-        self.state.beam = on;
     }
 }
 
