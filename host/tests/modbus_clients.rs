@@ -11,6 +11,9 @@ use std::time::Duration;
 
 use common::Board;
 
+/// Every master talks to both chips.
+const PARTS: [&str; 2] = ["g2553", "g2955"];
+
 /// Whether a program of the system can be started.
 fn has(program: &str, args: &[&str]) -> bool {
     let found = Command::new(program)
@@ -44,7 +47,10 @@ fn mbpoll_reads_inputs_and_positions_and_sets_an_output() {
     if !has("mbpoll", &["-V"]) {
         return;
     }
-    let board = Board::start(&[]);
+    PARTS.iter().for_each(|part| mbpoll_on(&Board::start(&["--part", part])));
+}
+
+fn mbpoll_on(board: &Board) {
     let port = board.port();
     // Holding registers: the version of the register map, then machine positions.
     let version = mbpoll(&port, &["-t", "4", "-r", "5000", "-c", "1"]);
@@ -111,6 +117,20 @@ rest(272)
 assert not bit(280), "homing error"
 assert position(0) == 0, position(0)
 
+# Command 107: Z down by at most 3000 until the probe input (17, bit 16) is on, which it is from
+# -1840 on; it is caught at that step, Z comes to rest behind it.
+good(client.write_registers(2000, [107, 3, 16, 1] + low_high(25000) + low_high(1000) + low_high(25000) + low_high(-3000)))
+rest(362)
+rest(258)
+assert not bit(370), "probe error"
+caught = long(good(client.read_input_registers(1354, count=2)).registers)
+assert caught == -1840, caught
+assert -1900 < position(2) <= -1840, position(2)
+# Again from there: the input is on already.
+good(client.write_registers(2000, [107, 3, 16, 1] + low_high(25000) + low_high(1000) + low_high(25000) + low_high(-3000)))
+rest(362)
+assert bit(370), "no probe error"
+
 # A register block that does not exist is an exception, not silence.
 assert client.read_holding_registers(9999, count=1).isError()
 client.close()
@@ -122,27 +142,32 @@ fn pymodbus_moves_homes_and_follows_the_status_bits() {
     if !has("python3", &["-c", "import pymodbus, serial"]) {
         return;
     }
-    let board = Board::start(&[]);
-    let output = Command::new("python3")
-        .args(["-c", PYMODBUS])
-        .arg(board.port())
-        .output()
-        .expect("python starts");
-    assert!(
-        output.status.success(),
-        "{}{}",
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let world = tempfile::NamedTempFile::with_suffix(".rhai").expect("a file");
+    std::fs::write(world.path(), "probe_at(\"Z\", -1840);\n").expect("a world");
+    let world = world.path().to_str().expect("UTF-8");
+    for part in PARTS {
+        let board = Board::start(&["--part", part, "--world", world]);
+        let output = Command::new("python3")
+            .args(["-c", PYMODBUS])
+            .arg(board.port())
+            .output()
+            .expect("python starts");
+        let said = [output.stdout, output.stderr].concat();
+        assert!(output.status.success(), "{part}: {}", String::from_utf8_lossy(&said));
+    }
 }
 
 #[test]
 fn tokio_modbus_reads_writes_and_gets_exceptions() {
+    PARTS.iter().for_each(|part| tokio_modbus_on(part));
+}
+
+fn tokio_modbus_on(part: &str) {
     use tokio_modbus::client::{Reader, Writer};
     use tokio_modbus::{ExceptionCode, Slave};
 
     let port = free_port();
-    let _board = Board::start(&["--tcp", &port.to_string()]);
+    let _board = Board::start(&["--part", part, "--tcp", &port.to_string()]);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.expect("a runtime").block_on(async {
         // The pseudo-terminal is there a moment before the TCP port.
