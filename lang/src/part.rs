@@ -20,6 +20,9 @@ pub struct Part {
     pub pool: [u16; 2],
     /// Flash segments of 512 bytes that hold programs; KEEP values take the last two of them.
     pub segments: u8,
+    /// Consecutive G1, G2 and G3 run through their corners; without it each begins and ends at the
+    /// start rate.
+    pub look_ahead: bool,
 }
 
 /// 16 KB of flash, 512 bytes of RAM.
@@ -29,6 +32,7 @@ pub const G2553: Part = Part {
     features: feature::INTERPOLATE,
     pool: [62, 62],
     segments: 2,
+    look_ahead: false,
 };
 
 /// 56 KB of flash, 4 KB of RAM: everything, with the limits that the language promises. 192 bytes
@@ -46,6 +50,7 @@ pub const G2955: Part = Part {
         | feature::STREAM,
     pool: [192, 108],
     segments: 6,
+    look_ahead: true,
 };
 
 /// Bytes of a flash segment (SLAU144, 7.2).

@@ -9,7 +9,7 @@ mod link;
 mod motion;
 mod path;
 mod speed;
-pub(crate) mod stand;
+pub mod stand;
 pub(crate) mod stream;
 mod vm;
 

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use emulator::{Edge, Signal};
+use emulator::{Board, Edge, Signal};
 use lang::hir::Program;
 use lang::profile::{BUILT_IN, Profile};
 use lang::record::BoardRecord;
@@ -29,6 +29,9 @@ pub struct Stand {
 }
 
 /// The mill with another top rate and ramps, the shortest pulses and no fuss about travel.
+///
+/// # Errors
+/// The profile refuses the rates.
 pub fn fast_mill(top_rate: u32, accel: u32) -> Result<Profile, String> {
     let text = BUILT_IN[0]
         .1
@@ -133,6 +136,11 @@ impl Stand {
     /// The board's time, s.
     pub fn seconds(&mut self) -> f64 {
         self.client.link().now().as_secs_f64()
+    }
+
+    /// A copy of the board as it is, to be tried out without a link.
+    pub fn copy(&self) -> Board {
+        self.rig.borrow_mut().board().clone()
     }
 
     /// The board and its machine.

@@ -30,6 +30,21 @@ impl Choice {
         self.part.unwrap_or(DEFAULT)
     }
 
+    /// Whether the board that would run the script looks ahead: the part asked for, or the smallest
+    /// one that runs it.
+    ///
+    /// # Errors
+    /// The part asked for lacks something that the program wants; that was written.
+    pub fn looks_ahead(self, script: &Script, console: &Console) -> Result<bool, Failure> {
+        let parts = self.part.as_ref().map_or(AUTOMATIC, std::slice::from_ref);
+        if parts.iter().all(|build| build.part.look_ahead) {
+            return Ok(true);
+        }
+        // What is too large for any board has no part without look-ahead either.
+        let Ok(compiled) = lang::back::compile(&script.program) else { return Ok(true) };
+        Ok(self.for_program(script, &compiled, console)?.part.look_ahead)
+    }
+
     /// The part asked for, or the smallest one that runs the program.
     ///
     /// # Errors

@@ -128,7 +128,7 @@ impl Sim {
         console: &Console,
         sink: sim::Sink,
     ) -> Result<Outcome, Failure> {
-        let options = sim::Options {
+        let mut options = sim::Options {
             limit_us: self.limit.unwrap_or(DEFAULT_LIMIT_US),
             record: self.plot.is_some(),
             ..sim::Options::default()
@@ -141,6 +141,7 @@ impl Sim {
                 return board_run::run(script, self.part, world, &options, vcd, sink, console);
             }
         };
+        options.look_ahead = self.part.looks_ahead(script, console)?;
         sim::run(&script.program, engine, world, &options, sink).map_err(|error| match error {
             SimError::World(error) => world::wrong(&error, console),
             SimError::Engine(text) => console.refuse(&Note::error(&self.file, code::ENGINE, text)),

@@ -94,6 +94,8 @@ pub struct Machine {
     timed_out: bool,
     /// Time of a statement, us.
     statement_us: u64,
+    /// Blocks of a path run into one another.
+    look_ahead: bool,
     char_in: i32,
     print: String,
     texts: Vec<String>,
@@ -141,6 +143,7 @@ impl Machine {
             next: 0,
             limit: options.limit_us,
             statement_us: options.statement_us,
+            look_ahead: options.look_ahead,
             statements: 0,
             line: 1,
             feed: None,
@@ -434,7 +437,7 @@ impl Machine {
         self.print.clear();
         self.sync_path();
         for axis in Axis::ALL {
-            self.motion.stop(axis);
+            self.motion.stop(axis, self.now);
         }
         self.next = 0;
         while self.halt.is_none() && !self.all_rest() && self.tick(None) {}
@@ -458,7 +461,7 @@ impl Machine {
         self.sync_path();
         for axis in Axis::ALL {
             if self.axes.is_running(axis) {
-                self.motion.stop(axis);
+                self.motion.stop(axis, self.now);
             }
         }
         self.next = 0;

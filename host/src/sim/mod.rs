@@ -49,6 +49,9 @@ pub struct Options {
     pub statements: u64,
     /// Simulated time of a statement, us.
     pub statement_us: u64,
+    /// G1, G2 and G3 run through their corners, as on a part with look-ahead
+    /// ([`lang::part::Part::look_ahead`]).
+    pub look_ahead: bool,
 }
 
 /// Statements that a run may execute unless told otherwise: minutes of a desktop.
@@ -62,6 +65,7 @@ impl Default for Options {
             record: true,
             statements: DEFAULT_STATEMENTS,
             statement_us: machine::STATEMENT_US,
+            look_ahead: true,
         }
     }
 }

@@ -28,6 +28,7 @@ const OPTIONS: Options = Options {
     record: false,
     statements: 4_000,
     statement_us: STATEMENT_US,
+    look_ahead: true,
 };
 
 fn front(script: &str) -> Result<Program, String> {

@@ -1,7 +1,9 @@
 //! The motors: plays the planner's segments in simulated time.
 //!
-//! The planner is the firmware's own, so ramps, corners and times are the board's. A segment is
-//! taken when the one before it has been played.
+//! The planner is the firmware's own, so ramps, corners and times are the board's. So is the order
+//! in which segments are taken: the step engine holds the one that plays and the next, which the
+//! board's main loop fetches soon after the one before it has begun. A stop, a pause or a new target
+//! takes effect behind both.
 
 use firmware::motion::arc::Arc;
 use firmware::motion::path::{Block, Feed, Path, PathSegment};
@@ -13,11 +15,20 @@ use lang::record::AxisRecord;
 /// Units of [`Segment::duration`] in a microsecond: 1/65536 of a tick of 1/16 us.
 const FINE_PER_US: u64 = 16 * 65_536;
 
+/// From the beginning of a segment to the fetch of the next one: a pass of the board's main loop
+/// with a statement in it.
+const FETCH_US: u64 = 200;
+
 /// A segment and when it began.
 #[derive(Clone, Copy, Debug)]
 struct Play {
     begin: u64,
     segment: Segment,
+}
+
+/// Whether the segment after this one is fetched by `us`.
+fn is_fetched(play: &Play, us: u64) -> bool {
+    us * FINE_PER_US >= play.begin + FETCH_US * FINE_PER_US
 }
 
 impl Play {
@@ -73,6 +84,30 @@ impl Play {
 struct Solo {
     single: Single,
     play: Option<Play>,
+    /// Direction of the segment that plays.
+    negative: bool,
+    /// The segment that the engine plays next, and its direction.
+    next: Option<(Segment, bool)>,
+}
+
+impl Solo {
+    /// The planner's next segment for the engine.
+    fn fetch(&mut self) {
+        let mut segment = Segment::default();
+        if self.next.is_none() && self.single.next_segment(&mut segment) {
+            self.next = Some((segment, self.single.negative()));
+        }
+    }
+
+    /// Nothing is left of what the engine holds.
+    fn is_empty(&self) -> bool {
+        self.play.is_none() && self.next.is_none()
+    }
+
+    /// Steps with the sign of the direction.
+    fn signed(&self, steps: u16) -> i32 {
+        if self.negative { -i32::from(steps) } else { i32::from(steps) }
+    }
 }
 
 /// What began or ended while motion went on.
@@ -96,6 +131,7 @@ pub struct Motion {
     records: [AxisRecord; 3],
     path: Path,
     path_play: Option<(Play, PathSegment)>,
+    path_next: Option<PathSegment>,
     /// The path's last segment: the planner writes increments and directions only when a block
     /// begins.
     segment: PathSegment,
@@ -112,11 +148,12 @@ pub struct Motion {
 impl Motion {
     /// All axes at 0 and at rest.
     pub fn new(records: [AxisRecord; 3], corner_um: u16) -> Motion {
-        let solo = || Solo { single: Single::new(0), play: None };
+        let solo = || Solo { single: Single::new(0), play: None, negative: false, next: None };
         Motion {
             records,
             path: Path::new(corner_um),
             path_play: None,
+            path_next: None,
             segment: PathSegment::default(),
             acc: [0; 3],
             solo: [solo(), solo(), solo()],
@@ -139,7 +176,7 @@ impl Motion {
         }
         for (at, solo) in at.iter_mut().zip(&self.solo) {
             if let Some(play) = &solo.play {
-                *at = at.wrapping_add(signed(&solo.single, play.steps_at(us)));
+                *at = at.wrapping_add(solo.signed(play.steps_at(us)));
             }
         }
         at
@@ -153,12 +190,12 @@ impl Motion {
     /// Whether the axis is not moving on its own.
     pub fn is_solo_idle(&self, axis: Axis) -> bool {
         let solo = &self.solo[axis.index()];
-        solo.play.is_none() && solo.single.is_idle()
+        solo.is_empty() && solo.single.is_idle()
     }
 
     /// Whether no path is under way.
     pub fn is_path_idle(&self) -> bool {
-        self.path_play.is_none() && self.path.is_idle()
+        self.path_play.is_none() && self.path_next.is_none() && self.path.is_idle()
     }
 
     /// Whether everything rests, which in a pause includes what has come to a stand.
@@ -176,7 +213,7 @@ impl Motion {
     pub fn direction(&self, axis: Axis) -> i32 {
         let solo = &self.solo[axis.index()];
         if solo.play.is_some() {
-            return if solo.single.negative() { -1 } else { 1 };
+            return if solo.negative { -1 } else { 1 };
         }
         match &self.path_play {
             Some((_, segment)) if segment.inc[axis.index()] != 0 => {
@@ -240,17 +277,17 @@ impl Motion {
             self.count(&before);
             self.path_play = None;
             self.milestones.push((play.end_us(), Milestone::PathRate(play.rate())));
-            self.take_path(play.begin + play.segment.duration());
+            self.begin_path(play.begin + play.segment.duration());
         }
         for axis in Axis::ALL {
             let index = axis.index();
             while let Some(play) = self.solo[index].play.filter(|play| play.end_us() <= us) {
-                let made = signed(&self.solo[index].single, play.segment.steps());
+                let made = self.solo[index].signed(play.segment.steps());
                 self.base[index] = self.base[index].wrapping_add(made);
                 self.travelled[index] += u64::from(made.unsigned_abs());
                 self.solo[index].play = None;
                 self.milestones.push((play.end_us(), Milestone::AxisRate(axis, play.rate())));
-                self.take_solo(axis, play.begin + play.segment.duration());
+                self.begin_solo(axis, play.begin + play.segment.duration());
             }
         }
     }
@@ -261,10 +298,11 @@ impl Motion {
         }
     }
 
-    fn take_path(&mut self, begin: u64) {
+    /// The engine begins the path's next segment.
+    fn begin_path(&mut self, begin: u64) {
         let at = begin.div_ceil(FINE_PER_US);
-        if self.path.next_segment(&self.records, &mut self.segment) {
-            let segment = self.segment;
+        self.fetch_path();
+        if let Some(segment) = self.path_next.take() {
             if segment.begin && !segment.within {
                 self.milestones.push((at, Milestone::BlockBegins));
             }
@@ -274,15 +312,34 @@ impl Motion {
         }
     }
 
-    fn take_solo(&mut self, axis: Axis, begin: u64) {
-        let index = axis.index();
-        let solo = &mut self.solo[index];
-        let mut segment = Segment::default();
-        if solo.single.next_segment(&mut segment) {
+    fn fetch_path(&mut self) {
+        if self.path_next.is_none() && self.path.next_segment(&self.records, &mut self.segment) {
+            self.path_next = Some(self.segment);
+        }
+    }
+
+    /// The engine begins an axis's next segment.
+    fn begin_solo(&mut self, axis: Axis, begin: u64) {
+        let solo = &mut self.solo[axis.index()];
+        solo.fetch();
+        if let Some((segment, negative)) = solo.next.take() {
+            solo.negative = negative;
             solo.play = Some(Play { begin, segment });
         } else if solo.single.is_idle() {
             let at = begin.div_ceil(FINE_PER_US);
             self.milestones.push((at, Milestone::AxisRests(axis)));
+        }
+    }
+
+    /// What the board has fetched by `us`; before every order that changes what comes.
+    fn fetch(&mut self, us: u64) {
+        if self.path_play.is_some_and(|(play, _)| is_fetched(&play, us)) {
+            self.fetch_path();
+        }
+        for solo in &mut self.solo {
+            if solo.play.is_some_and(|play| is_fetched(&play, us)) {
+                solo.fetch();
+            }
         }
     }
 
@@ -293,16 +350,21 @@ impl Motion {
 
     /// Gives the path a block; see [`Motion::has_room`].
     pub fn push(&mut self, block: &Block, us: u64) {
+        self.fetch(us);
         self.path.push(&self.records, block);
         self.kick(us);
     }
+
+    /// The same for an arc.
     pub fn push_arc(&mut self, arc: &Arc, feed: Feed, exact: bool, us: u64) {
+        self.fetch(us);
         self.path.push_arc(&self.records, arc, feed, exact);
         self.kick(us);
     }
 
     /// Moves an axis on its own to `target` steps.
     pub fn go(&mut self, axis: Axis, target: i32, pace: Pace, us: u64) {
+        self.fetch(us);
         self.settle(axis);
         let index = axis.index();
         self.solo[index].single.go(&self.records[index], target, pace);
@@ -311,6 +373,7 @@ impl Motion {
 
     /// Runs an axis until stopped, or to `limit` steps at most.
     pub fn run(&mut self, axis: Axis, negative: bool, limit: Option<i32>, pace: Pace, us: u64) {
+        self.fetch(us);
         self.settle(axis);
         let index = axis.index();
         self.solo[index].single.run(&self.records[index], negative, limit, pace);
@@ -320,24 +383,27 @@ impl Motion {
     /// A path may have moved the axis since it last went on its own.
     fn settle(&mut self, axis: Axis) {
         let solo = &mut self.solo[axis.index()];
-        if solo.single.is_idle() && solo.play.is_none() {
+        if solo.single.is_idle() && solo.is_empty() {
             solo.single.halt(self.base[axis.index()]);
         }
     }
 
     /// Ramps an axis of its own down to rest.
-    pub fn stop(&mut self, axis: Axis) {
+    pub fn stop(&mut self, axis: Axis, us: u64) {
+        self.fetch(us);
         self.solo[axis.index()].single.stop();
     }
 
     /// A sensor answered at `us`: the axis stands still there or stops on its ramp.
     pub fn hit(&mut self, axis: Axis, us: u64) {
         let index = axis.index();
+        self.fetch(us);
         let caught = self.positions(us)[index];
         if self.solo[index].single.hit(&self.records[index], caught) {
             self.travelled[index] += u64::from(caught.abs_diff(self.base[index]));
             self.base[index] = caught;
             self.solo[index].play = None;
+            self.solo[index].next = None;
             self.milestones.push((us, Milestone::AxisRests(axis)));
         }
     }
@@ -350,6 +416,7 @@ impl Motion {
         if !self.is_path_idle() {
             self.path.clear();
             self.path_play = None;
+            self.path_next = None;
             self.milestones.push((us, Milestone::PathEnds));
         }
         for axis in Axis::ALL {
@@ -358,6 +425,7 @@ impl Motion {
                 self.milestones.push((us, Milestone::AxisRests(axis)));
             }
             self.solo[index].play = None;
+            self.solo[index].next = None;
             self.solo[index].single.halt(self.base[index]);
         }
     }
@@ -370,6 +438,7 @@ impl Motion {
 
     /// Ramps everything down, or goes on with the rest.
     pub fn pause(&mut self, on: bool, us: u64) {
+        self.fetch(us);
         self.path.pause(on);
         for solo in &mut self.solo {
             solo.single.pause(on);
@@ -388,22 +457,16 @@ impl Motion {
         }
     }
 
-    /// Takes first segments where nothing plays.
+    /// Begins what waits where nothing plays.
     fn kick(&mut self, us: u64) {
         let begin = us * FINE_PER_US;
-        if self.path_play.is_none() && !self.path.is_idle() {
-            self.take_path(begin);
+        if self.path_play.is_none() && !self.is_path_idle() {
+            self.begin_path(begin);
         }
         for axis in Axis::ALL {
-            let solo = &self.solo[axis.index()];
-            if solo.play.is_none() && !solo.single.is_idle() {
-                self.take_solo(axis, begin);
+            if self.solo[axis.index()].play.is_none() && !self.is_solo_idle(axis) {
+                self.begin_solo(axis, begin);
             }
         }
     }
-}
-
-/// Steps with the sign of the axis's direction.
-fn signed(single: &Single, steps: u16) -> i32 {
-    if single.negative() { -i32::from(steps) } else { i32::from(steps) }
 }

@@ -157,7 +157,7 @@ impl Machine {
         for &axis in axes {
             self.write(What::Stop { line: self.line, axis: AxisLetter(axis) });
             self.axes.set_running(axis, false);
-            self.motion.stop(axis);
+            self.motion.stop(axis, self.now);
         }
         for &axis in axes {
             self.rest_solo(axis);

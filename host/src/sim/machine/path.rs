@@ -84,7 +84,7 @@ impl Machine {
         }
         let targets = self.targets();
         self.write(What::Move { line: self.line, kind, to: targets });
-        let exact = exact || rapid;
+        let exact = exact || rapid || !self.look_ahead;
         let mut legs = vec![to];
         let (up, down) = (self.z_leg(from, to, rapid), self.z_leg(to, from, rapid));
         if up {
@@ -173,6 +173,7 @@ impl Machine {
         }
         let goal = self.goal(words)?;
         let feed = self.programmed_feed()?;
+        let exact = exact || !self.look_ahead;
         let start = Axis::ALL.map(|axis| self.axes.place(axis));
         let arc = self.geometry(clockwise, plane, &start, &goal, center)?;
         self.check_arc(&arc)?;

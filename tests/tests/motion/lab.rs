@@ -1,0 +1,185 @@
+//! A board with a program, buttons, and a record of every step.
+
+use emulator::{Board, Edge, Signal, TICKS_PER_SECOND};
+use lang::wire::MACHINE_POSITIONS;
+use pasapas::bench::stand::{Stand, image_for};
+use pasapas::board::Build;
+use pasapas::torture::stand::{framed, read_body};
+
+/// Ticks in a millisecond.
+pub const MS: u64 = TICKS_PER_SECOND / 1_000;
+/// Longest run of a test, ms.
+const LONGEST_MS: u64 = 60_000;
+/// A finger on a button, ms: longer than the input filter takes.
+pub const PRESS_MS: u64 = 40;
+/// The output that a test's program switches on last.
+pub const DONE: u8 = 8;
+
+/// A board that holds a program, at rest.
+#[derive(Clone)]
+pub struct Lab {
+    /// The board.
+    pub board: Board,
+}
+
+/// Steps that fall on one instant: when, and what they add to each axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// Ticks since power-up.
+    pub at: u64,
+    /// -1, 0 or 1.
+    pub by: [i8; 3],
+}
+
+/// What the pins did in a run.
+pub struct Run {
+    /// Every step, in order.
+    pub steps: Vec<Step>,
+    /// When Start was accepted at the latest: the button's press, ticks.
+    pub began: u64,
+    /// When [`DONE`] went on, ticks.
+    pub ended: u64,
+}
+
+impl Lab {
+    /// A board of a build with a script on it; the script's end switches [`DONE`] on.
+    pub fn new(build: &Build, profile: &lang::profile::Profile, script: &str) -> Lab {
+        // An end would take the output back, and a Start press would run the program again.
+        let text = format!("{script}\nSetOut {DONE}, ON\nWaitIn {DONE}, ON\n");
+        let (_, image) = image_for(profile, &text).expect("a script");
+        let mut stand = Stand::on(build, profile).expect("a board");
+        stand.upload(&image).expect("an upload");
+        Lab { board: stand.copy() }
+    }
+
+    /// Presses Start for [`PRESS_MS`].
+    pub fn start(&mut self) {
+        self.press(true, PRESS_MS);
+    }
+
+    /// Presses Start or Stop for some milliseconds.
+    pub fn press(&mut self, start: bool, ms: u64) {
+        let push = |board: &mut Board, on| {
+            let plant = board.plant_mut();
+            if start { plant.press_start(on) } else { plant.press_stop(on) }
+        };
+        push(&mut self.board, true);
+        self.run_ms(ms);
+        push(&mut self.board, false);
+    }
+
+    /// Lets time pass.
+    pub fn run_ms(&mut self, ms: u64) {
+        self.board.run_us(ms * 1_000);
+    }
+
+    /// Whether the program has come to its end.
+    pub fn is_done(&self) -> bool {
+        self.board.plant().output(DONE)
+    }
+
+    /// Sends a request and takes the reply, which must come within 20 ms.
+    fn ask(&mut self, body: &[u8]) -> Vec<u8> {
+        self.board.uart_take();
+        let sent = self.board.uart_send(&framed(body));
+        self.board.run_until(sent);
+        self.run_ms(20);
+        self.board.uart_take().into_iter().map(|(_, byte)| byte).collect()
+    }
+
+    /// Reads a holding register.
+    pub fn read(&mut self, address: u16) -> u16 {
+        let reply = self.ask(&read_body(address, 1));
+        assert_eq!(reply.len(), 7, "reading {address} was answered by {reply:02X?}");
+        u16::from_be_bytes([reply[3], reply[4]])
+    }
+
+    /// Machine positions as the board has them, steps.
+    pub fn told(&mut self) -> [i64; 3] {
+        let reply = self.ask(&read_body(MACHINE_POSITIONS, 6));
+        assert_eq!(reply.len(), 17, "positions: {reply:02X?}");
+        std::array::from_fn(|axis| {
+            let word = |at: usize| u32::from(u16::from_be_bytes([reply[at], reply[at + 1]]));
+            let low = 3 + 4 * axis;
+            i64::from((word(low + 2) << 16 | word(low)).cast_signed())
+        })
+    }
+
+    /// Step pulses of all axes so far.
+    pub fn pulses(&self) -> u64 {
+        self.board.plant().motors.iter().map(|motor| motor.pulses).sum()
+    }
+
+    /// Lets time pass until no axis has stepped for some milliseconds.
+    pub fn settle(&mut self, ms: u64) {
+        for _ in 0..LONGEST_MS / ms {
+            let before = self.pulses();
+            self.run_ms(ms);
+            if self.pulses() == before {
+                return;
+            }
+        }
+        panic!("the machine does not come to rest");
+    }
+
+    /// Runs the program; `meanwhile` plays the people around it until it returns, then the end is
+    /// awaited.
+    pub fn play(&mut self, meanwhile: impl FnOnce(&mut Lab)) -> Run {
+        self.board.record(true);
+        let began = self.board.cycles();
+        self.start();
+        meanwhile(self);
+        for _ in 0..LONGEST_MS / 10 {
+            if self.is_done() {
+                break;
+            }
+            self.run_ms(10);
+        }
+        if !self.is_done() {
+            panic!("the program does not end: state {}", self.read(lang::wire::RUN_STATE));
+        }
+        // What is armed behind the end would be a step too many.
+        self.run_ms(20);
+        self.board.record(false);
+        let edges = self.board.take_edges();
+        let mut ends = edges.iter().filter(|e| e.signal == Signal::Out(DONE) && e.level);
+        let ended = ends.next().expect("the end").cycle;
+        assert_eq!(self.board.plant().violations(), [], "pulses that no driver takes");
+        Run { steps: steps(&edges), began, ended }
+    }
+}
+
+/// The steps among edges.
+pub fn steps(edges: &[Edge]) -> Vec<Step> {
+    let mut negative = [false; 3];
+    let mut out: Vec<Step> = Vec::new();
+    for edge in edges {
+        match edge.signal {
+            Signal::Dir(axis) => negative[usize::from(axis)] = !edge.level,
+            Signal::Step(axis) if edge.level => {
+                let i = usize::from(axis);
+                if out.last().is_none_or(|step| step.at != edge.cycle) {
+                    out.push(Step { at: edge.cycle, by: [0; 3] });
+                }
+                let by = if negative[i] { -1 } else { 1 };
+                out.last_mut().expect("just made").by[i] = by;
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+/// Random numbers that are the same each time (splitmix64).
+pub struct Dice(pub u64);
+
+impl Dice {
+    /// A number below `end`.
+    pub fn below(&mut self, end: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (z ^ (z >> 31)) % end.max(1)
+    }
+}
