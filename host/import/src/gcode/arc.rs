@@ -32,6 +32,24 @@ impl Reader<'_, '_> {
         }
     }
 
+    /// Drops a centre's word of 0 outside the plane, which FreeCAD's posts write.
+    pub(super) fn in_plane(&mut self, block: &mut Block<'_>) {
+        let letters = ['I', 'J', 'K'];
+        let outside = (0..3).find(|i| !self.state.plane.contains(i)).map(|i| letters[i]);
+        let zero = |(letter, value): &(char, Value<'_>)| {
+            Some(*letter) == outside
+                && matches!(value, Value::Text(text) if self.um(text) == Some(0))
+        };
+        let count = block.words.len();
+        block.words.retain(|word| !zero(word));
+        if block.words.len() < count
+            && let Some(letter) = outside
+        {
+            let text = format!("{letter}0 outside the plane says nothing and is left out");
+            self.diags.once(Diag::new(Code::Said, block.line, 1, text).note());
+        }
+    }
+
     /// Looks at an arc that begins at `from`, where its places are known.
     #[expect(clippy::cast_precision_loss, reason = "lengths have 32 bits")]
     pub(super) fn arc(&mut self, block: &mut Block<'_>, from: [Option<i64>; 3]) {

@@ -88,6 +88,7 @@ impl<'a> Reader<'a, '_> {
         let turns = matches!(self.state.motion, 2 | 3) && round && !special && !broken;
         block.words = words;
         if turns {
+            self.in_plane(block);
             self.arc(block, before);
         }
         block.words.retain(|(letter, _)| !(tolerance && *letter == 'P'));

@@ -244,6 +244,8 @@ impl<'a> Reader<'a, '_> {
                 "expressions have no meaning in a file",
                 "let the CAM tool write numbers, or write them in the script",
             )
+        } else if rest.starts_with(',') && rest[1..].starts_with(|c: char| c.is_ascii_digit()) {
+            ("a comma in a number", "decimals stand behind a point")
         } else if first.is_ascii_alphabetic() {
             ("a letter without its number", "a word is a letter directly followed by a number")
         } else {

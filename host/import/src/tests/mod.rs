@@ -146,3 +146,17 @@ fn arcs_are_checked_before_anything_moves() {
         assert_eq!(line.trim_start_matches("a.nc:"), expected);
     }
 }
+
+/// FreeCAD writes all three words of a centre; LinuxCNC and the language refuse one outside the
+/// plane.
+#[test]
+fn a_centre_outside_the_plane_counts_when_it_is_not_zero() {
+    let text =
+        "G21 G90 F600\nG0 X0 Y0\nG2 X2 Y0 I1.000 J0.000 K0.000\nG18 G3 X4 Z0 I1 J-0.0 K0\nM2\n";
+    let script = made("a.nc", text);
+    assert!(script.contains("\nG2 X2 Y0 I1.000 J0.000\nG18 G3 X4 Z0 I1 K0\n"), "{script}");
+    let said = refused("a.nc", &text.replace("K0.000", "K0.001"));
+    assert!(said.contains("a.nc:3:1: error[X020]: K lies outside the active plane"), "{said}");
+    let said = refused("a.nc", "G21 G90 F600\nG0 X10,5 Y0\n");
+    assert!(said.contains("a.nc:2:7: error[X010]: a comma in a number: `,5 Y0`"), "{said}");
+}
