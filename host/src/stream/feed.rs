@@ -1,5 +1,7 @@
 //! A program's control flow, run on the host: what reaches the machine, in order.
 
+use std::collections::VecDeque;
+
 use lang::back::{Compiled, Sidecar};
 use lang::effect::Effect;
 use lang::fault::Fault;
@@ -64,10 +66,10 @@ impl<'a> Feed<'a> {
     pub fn new(compiled: &'a Compiled) -> Result<Feed<'a>, Refused> {
         let image = Image::new(&compiled.image)
             .map_err(|flaw| Refused::new(1, format!("the image is damaged: {flaw:?}"), ""))?;
-        let line = |op: Option<isa::Op>| {
+        let line = |op: isa::Op| {
             let mut pc = 0;
             while let Some(&code) = image.code.get(pc) {
-                if op.is_some_and(|op| op.code() == code) {
+                if op.code() == code {
                     return compiled.sidecar.at(pc).map_or(1, |mark| mark.line);
                 }
                 let Some(shape) = isa::shape(code) else { return 1 };
@@ -75,23 +77,21 @@ impl<'a> Feed<'a> {
             }
             1
         };
-        let hint = "shorten the job so that the board can store it: repeated places into a TABLE, \
-                    repeated statements into a SUB";
-        for (bit, op, what) in [
+        for (bit, op, what, hint) in [
             (
                 feature::EVENTS,
-                Some(isa::Op::Event),
+                isa::Op::Event,
                 "ON IN and ON EVERY are served within 2 ms, which a job fed over the link cannot",
+                "test IN(n) or TIMER() between the statements, or shorten the job so that the \
+                 board can store it: repeated places into a TABLE, repeated statements into a SUB",
             ),
             (
                 feature::LINES,
-                Some(isa::Op::OnError),
+                isa::Op::OnError,
                 "ON ERROR would jump back into statements that the board has already forgotten",
-            ),
-            (
-                feature::KEEP,
-                None,
-                "KEEP values belong to the stored program, a job fed over the link has none",
+                "use the forms that go on by themselves (Probe?, Home?, WaitIn?, WaitChar?), or \
+                 shorten the job so that the board can store it: repeated places into a TABLE, \
+                 repeated statements into a SUB",
             ),
         ] {
             if image.header.has(bit) {
@@ -160,6 +160,25 @@ impl<'a> Feed<'a> {
         (values, self.image.code.get(pc..pc + length).unwrap_or_default(), text)
     }
 
+    /// The KEEP values, in the order of their declaration.
+    pub fn keeps(&self) -> Vec<i32> {
+        let values = self.pool.chunks_exact(4).skip(self.image.header.keep_base.into());
+        let count = self.image.header.keeps.into();
+        values
+            .take(count)
+            .map(|cell| i32::from_le_bytes([cell[0], cell[1], cell[2], cell[3]]))
+            .collect()
+    }
+
+    /// Gives the KEEPs values, of a run before this one.
+    pub fn set_keeps(&mut self, values: &[i32]) {
+        let cells = self.pool.chunks_exact_mut(4).skip(self.image.header.keep_base.into());
+        let count = self.image.header.keeps.into();
+        for (cell, value) in cells.take(count).zip(values) {
+            cell.copy_from_slice(&value.to_le_bytes());
+        }
+    }
+
     /// The axes' part of the profile.
     pub fn image(&self) -> Image<'a> {
         self.image
@@ -221,6 +240,9 @@ pub struct Job<'a> {
     printed: usize,
     /// How it ended, once it has.
     over: Option<Option<(Fault, u32)>>,
+    /// The KEEP values with which statements were written, each with the count of statements
+    /// before the first of them.
+    keeps: VecDeque<(u64, Vec<i32>)>,
     /// It prints.
     pub prints: bool,
 }
@@ -230,7 +252,8 @@ impl<'a> Job<'a> {
     pub fn new(feed: Feed<'a>, room: usize) -> Job<'a> {
         let image = feed.image();
         let writer = Writer::new(&image.header, image.machine, room);
-        Job { feed, writer, waits: false, printed: 0, over: None, prints: false }
+        let keeps = VecDeque::from([(0, feed.keeps())]);
+        Job { feed, writer, waits: false, printed: 0, over: None, keeps, prints: false }
     }
 
     /// Skips to the first statement at or behind `line`: what comes before leaves its state only.
@@ -265,6 +288,9 @@ impl<'a> Job<'a> {
                 return Err(Refused::new(line, text, "name a line with a statement"));
             }
         }
+        // What was executed before has been counted then.
+        let (_, keeps) = self.keeps.front().cloned().unwrap_or_default();
+        self.feed.set_keeps(&keeps);
         for (values, code) in track.restore(steps).map_err(|fault| fails(fault, line))? {
             self.writer.put(line, &values, &code, None);
         }
@@ -316,6 +342,7 @@ impl<'a> Job<'a> {
                         continue;
                     }
                     self.printed = 0;
+                    self.note_keeps();
                     self.prints |= effect == Effect::PrintEnd;
                     if answers(&effect) {
                         self.waits = true;
@@ -334,6 +361,24 @@ impl<'a> Job<'a> {
                 }
             }
         }
+    }
+
+    /// Notes the KEEP values of the statement that was written last, where they are others.
+    fn note_keeps(&mut self) {
+        let now = self.feed.keeps();
+        if self.keeps.back().is_none_or(|(_, before)| *before != now) {
+            self.keeps.push_back((self.writer.count() - 1, now));
+        }
+    }
+
+    /// The KEEP values after a job of which `count` statements were begun; with `None` those of its
+    /// end. The counts of later calls are not lower.
+    pub fn keeps(&mut self, count: Option<u64>) -> Vec<i32> {
+        let Some(count) = count else { return self.feed.keeps() };
+        while self.keeps.get(1).is_some_and(|(from, _)| *from <= count) {
+            self.keeps.pop_front();
+        }
+        self.keeps.front().map(|(_, values)| values.clone()).unwrap_or_default()
     }
 
     /// Statements of the machine written so far.

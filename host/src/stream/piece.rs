@@ -15,8 +15,8 @@ const FEATURES: u16 = feature::INTERPOLATE | feature::START | feature::ARC;
 pub struct Piece {
     /// Header, code and data.
     pub bytes: Vec<u8>,
-    /// Where each line's code begins, in ascending order, and how many statements of the machine
-    /// came before it in the whole job.
+    /// Where each statement's code begins, in ascending order, its line, and how many statements of
+    /// the machine came before it in the whole job.
     pub places: Vec<(u16, u32, u64)>,
     /// Its end leaves a value in cell 0 that the job waits for.
     pub asks: bool,
@@ -88,9 +88,7 @@ impl Writer {
         if self.code.len() + self.data.len() + bytes.len() + data + 3 > self.room {
             return false;
         }
-        if self.places.last().is_none_or(|place| place.1 != line) {
-            self.places.push((self.code.len() as u16, line, self.count));
-        }
+        self.places.push((self.code.len() as u16, line, self.count));
         self.count += 1;
         self.code.extend(bytes);
         if let Some(text) = text {

@@ -25,7 +25,7 @@ const PATIENCE: Patience = Patience { reply: Duration::from_millis(150), attempt
 const REMEMBERED: usize = 16;
 
 /// Where a job stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// What the board does.
     pub state: Option<RunState>,
@@ -33,10 +33,12 @@ pub struct Progress {
     pub line: u32,
     /// Statements of the machine that were begun.
     pub count: u64,
+    /// The KEEP values there.
+    pub keeps: Vec<i32>,
 }
 
 /// How a job ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
     /// How.
     pub end: End,
@@ -52,6 +54,8 @@ pub struct Outcome {
     pub starved: u16,
     /// From the first piece's start to the end.
     pub time: Duration,
+    /// The KEEP values there.
+    pub keeps: Vec<i32>,
 }
 
 /// Why a job could not be brought to an end.
@@ -217,8 +221,12 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
             if self.job.prints {
                 self.print(printer)?;
             }
-            let progress =
-                Progress { state: self.standing.state, line: self.line, count: self.count };
+            let progress = Progress {
+                state: self.standing.state,
+                line: self.line,
+                count: self.count,
+                keeps: self.job.keeps(Some(self.count)),
+            };
             if let Some(control) = watcher(&progress) {
                 if control == Control::Stop && !self.running {
                     // The job computes and has not come to the machine yet.
@@ -233,6 +241,7 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
                         pieces,
                         starved: 0,
                         time,
+                        keeps: self.job.keeps(Some(0)),
                     });
                 }
                 // Only Start means another thing the second time.
@@ -338,6 +347,7 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
         }
         let time = self.client.link().now().saturating_sub(begun_at);
         let starved = self.standing.starved.saturating_sub(self.excused);
-        Outcome { end: how, fault, line, count, pieces: self.pieces, starved, time }
+        let keeps = self.job.keeps((end != End::Done).then_some(count));
+        Outcome { end: how, fault, line, count, pieces: self.pieces, starved, time, keeps }
     }
 }

@@ -305,7 +305,6 @@ fn what_only_a_stored_program_can_do_is_refused_by_name() {
             2,
         ),
         ("Wait 1s\nON ERROR GOTO bad\nG1 X5 F600\nbad:\nEND\n", "ON ERROR", 2),
-        ("KEEP parts\nparts = parts + 1\n", "KEEP", 1),
     ] {
         let (_, compiled) = compile(text);
         let refused = Feed::new(&compiled).expect_err(what);
@@ -339,4 +338,40 @@ fn a_job_begins_anew_in_the_middle() {
     let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
     let refused = job.skip(3, &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
     assert_eq!(refused.expect_err("it hangs on an input").line, 2);
+}
+
+/// The board runs behind the host: what is kept is what was done, not what was sent.
+#[test]
+fn keeps_count_what_was_done() {
+    let text = "KEEP parts\nparts = parts + 100\nREPEAT 60\n  Wait 20ms\n  parts = parts + 1\nEND REPEAT\n";
+    let (_, compiled) = compile(text);
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let mut run = |keeps: i32, watcher: pump::Watcher<'_>| {
+        let client = stand.client();
+        let slots = client.stream_slots().expect("an answer").expect("it can stream");
+        let mut feed = Feed::new(&compiled).expect("streamable");
+        feed.set_keeps(&[keeps]);
+        let mut job = Job::new(feed, slots.bytes.into());
+        pump::run(client, &mut job, slots, watcher, &mut |_| ()).expect("an end")
+    };
+    assert_eq!(run(7, &mut quietly).keeps, [167]);
+    let mut seen = Vec::new();
+    let outcome = run(0, &mut |progress: &Progress| {
+        seen.extend(&progress.keeps);
+        (progress.count >= 30).then_some(Control::Stop)
+    });
+    assert_eq!(outcome.end, End::Stopped, "{outcome:?}");
+    // Statement n is begun when n parts are done.
+    assert_eq!(outcome.keeps, [100 + outcome.count as i32], "{outcome:?}");
+    assert!((30..45).contains(&outcome.count), "{outcome:?}");
+    assert!(seen.is_sorted() && seen.last() <= Some(&145), "{seen:?}");
+
+    let client = stand.client();
+    let slots = client.stream_slots().expect("an answer").expect("it can stream");
+    let mut feed = Feed::new(&compiled).expect("streamable");
+    feed.set_keeps(&[31]);
+    let mut job = Job::new(feed, slots.bytes.into());
+    job.skip(4, &mut Track::new(&mill(), [0; 3], 0), [0; 3]).expect("the state is known");
+    let outcome = pump::run(client, &mut job, slots, &mut quietly, &mut |_| ()).expect("an end");
+    assert_eq!(outcome.keeps, [91], "what was counted before line 4 is not counted again");
 }

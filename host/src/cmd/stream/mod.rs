@@ -1,9 +1,10 @@
 //! `pasapas stream`: runs a job larger than the board's memory.
 
+mod keep;
+mod keys;
 mod stored;
 
 use std::io::{BufRead, IsTerminal, Write};
-use std::sync::mpsc::{self, Receiver};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,6 +13,9 @@ use lang::back::Compiled;
 use lang::hir::Storage;
 use lang::wire::{Control, End, RunState};
 use serde_json::json;
+
+use keep::KeepFile;
+use keys::{Key, Keys};
 
 use super::port::{Board, Port};
 use super::script::{self, Script};
@@ -45,9 +49,6 @@ pub struct Stream {
     stored: bool,
 }
 
-/// What the user may type while a job runs.
-const KEYS: &str = "p pauses, r goes on, q stops (each with Enter)";
-
 impl Stream {
     /// Checks the whole job, then runs it.
     ///
@@ -77,11 +78,14 @@ impl Stream {
             }
             return self.run_stored(&mut board, script, identity.area_bytes, console);
         };
+        let fits = self.from_line == 1 && compiled.image.len() <= script::room_for(true);
         let feed = match Feed::new(&compiled) {
+            Ok(feed) if fits && !feed.keeps().is_empty() => {
+                console.complain("KEEP values belong to a stored program; it fits and is stored");
+                return self.run_stored(&mut board, script, identity.area_bytes, console);
+            }
             Ok(feed) => feed,
-            Err(refused)
-                if self.from_line == 1 && compiled.image.len() <= script::room_for(true) =>
-            {
+            Err(refused) if fits => {
                 console.complain(&format!("{}; it fits and is stored instead", refused.text));
                 return self.run_stored(&mut board, script, identity.area_bytes, console);
             }
@@ -101,21 +105,25 @@ impl Stream {
         board: &mut Board,
         script: &Script,
         compiled: &Compiled,
-        feed: Feed<'_>,
+        mut feed: Feed<'_>,
         slots: Slots,
         console: &Console,
     ) -> Result<(), Failure> {
         let profile = &script.program.profile;
         let standing = board.stream_standing()?;
         let track = Track::new(profile, standing.steps, standing.homed);
+        let mut keeps = KeepFile::open(&self.file, &script.program);
+        if let Some(told) = keeps.told() {
+            console.complain(&told);
+        }
+        feed.set_keeps(keeps.values());
         let whole = feed.clone();
         let mut job = Job::new(feed, slots.bytes.into());
-        let keys = keys();
         let checked = if self.from_line > 1 {
             let mut track = Track::new(profile, [0; 3], 0);
             job.skip(self.from_line, &mut track, standing.steps)
                 .map_err(|refused| self.refuse(refused, console))?;
-            self.confirm(track.steps(), standing.steps, &keys, console)?;
+            self.confirm(track.steps(), standing.steps, console)?;
             feed::Checked::default()
         } else {
             feed::check(whole, track).map_err(|refused| self.refuse(refused, console))?
@@ -132,21 +140,23 @@ impl Stream {
             );
         }
         let bar = bar(checked.count, compiled.statements.into(), console);
+        let mut keys = self.keys(console);
         let mut told = None;
         let mut watch = |progress: &Progress| {
             bar.set_position(progress.count);
             bar.set_message(progress.line.to_string());
             if told != progress.state {
                 match progress.state {
-                    Some(RunState::Paused) => console.complain("paused; r and Enter goes on"),
+                    Some(RunState::Paused) => console.complain("paused; r goes on"),
                     Some(RunState::WaitStart) => {
-                        console.complain("the job waits: Start, or r and Enter, goes on");
+                        console.complain("the job waits: Start, or r, goes on");
                     }
                     _ => {}
                 }
             }
             told = progress.state;
-            self.key(&keys, progress.state, console)
+            keeps.note(&progress.keeps);
+            self.key(&mut keys, progress.state, console)
         };
         let mut print = |bytes: &[u8]| {
             let mut out = std::io::stdout().lock();
@@ -155,6 +165,16 @@ impl Stream {
         };
         let result = pump::run(board, &mut job, slots, &mut watch, &mut print);
         bar.finish_and_clear();
+        if let Ok(outcome) = &result {
+            keeps.note(&outcome.keeps);
+        }
+        keeps.write();
+        if let Some(path) = keeps.lost() {
+            console.complain(&format!(
+                "{} cannot be written: the KEEP values are lost",
+                path.display()
+            ));
+        }
         match result {
             Ok(outcome) => self.tell(&outcome, console),
             Err(error @ (PumpError::Link(..) | PumpError::Refused(_) | PumpError::Busy)) => {
@@ -163,32 +183,38 @@ impl Stream {
         }
     }
 
-    /// What the user has typed.
-    fn key(
-        &self,
-        keys: &Receiver<String>,
-        state: Option<RunState>,
-        console: &Console,
-    ) -> Option<Control> {
-        let key = keys.try_recv().ok()?;
-        let control = match key.trim() {
-            "p" => Some(Control::Pause),
-            "r" if state == Some(RunState::WaitStart) => Some(Control::Start),
-            "r" => Some(Control::Resume),
-            "q" => Some(Control::Stop),
-            _ => None,
-        };
-        if control.is_none() {
-            console.complain(KEYS);
+    /// Listens to the user, and says so.
+    fn keys(&self, console: &Console) -> Keys {
+        let keys = Keys::open(self.file == "-");
+        if let Some(help) = keys.help() {
+            console.complain(help);
         }
-        control
+        keys
+    }
+
+    /// What the user has typed.
+    fn key(&self, keys: &mut Keys, state: Option<RunState>, console: &Console) -> Option<Control> {
+        match keys.next()? {
+            Key::Pause => Some(Control::Pause),
+            Key::Resume if state == Some(RunState::WaitStart) => Some(Control::Start),
+            Key::Resume => Some(Control::Resume),
+            Key::Stop => {
+                console.complain("stopping");
+                Some(Control::Stop)
+            }
+            Key::Unknown => {
+                if let Some(help) = keys.help() {
+                    console.complain(help);
+                }
+                None
+            }
+        }
     }
 
     fn confirm(
         &self,
         expected: [i32; 3],
         there: [i32; 3],
-        keys: &Receiver<String>,
         console: &Console,
     ) -> Result<(), Failure> {
         let list = |place: [i32; 3]| {
@@ -210,8 +236,9 @@ impl Stream {
             ));
         }
         console.complain("Is the tool free to go on from there? yes, or anything else:");
-        match keys.recv() {
-            Ok(answer) if answer.trim() == "yes" => Ok(()),
+        let mut answer = String::new();
+        match std::io::stdin().lock().read_line(&mut answer) {
+            Ok(_) if answer.trim() == "yes" => Ok(()),
             _ => Err(Failure::Usage("nothing was moved".to_owned())),
         }
     }
@@ -249,22 +276,6 @@ impl Stream {
     }
 }
 
-/// Lines that the user types; none when nobody does.
-fn keys() -> Receiver<String> {
-    let (send, receive) = mpsc::channel();
-    if std::io::stdin().is_terminal() {
-        std::thread::spawn(move || {
-            for line in std::io::stdin().lock().lines() {
-                let Ok(line) = line else { return };
-                if send.send(line).is_err() {
-                    return;
-                }
-            }
-        });
-    }
-    receive
-}
-
 /// Progress and the time left, on a terminal only. `count` statements are known to come, otherwise
 /// `guess`.
 fn bar(count: u64, guess: u64, console: &Console) -> ProgressBar {
@@ -276,6 +287,5 @@ fn bar(count: u64, guess: u64, console: &Console) -> ProgressBar {
     if let Ok(style) = style {
         bar.set_style(style);
     }
-    console.complain(KEYS);
     bar
 }

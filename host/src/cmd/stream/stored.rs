@@ -1,12 +1,12 @@
 //! Streaming to a board that cannot: the job is stored and run piece by piece.
 
-use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use lang::wire::{Control, RunState};
 use serde_json::json;
 
 use super::Stream;
+use super::keys::Keys;
 use crate::cmd::Console;
 use crate::cmd::port::Board;
 use crate::cmd::script::Script;
@@ -58,11 +58,10 @@ impl Stream {
             }
         }
         let last = script.line_of_file(last);
-        let keys = super::keys();
         if let Some(expected) = expected {
             let there = board.status()?.pos;
             let steps = |place: &PerAxis| place.values().map(Option::unwrap_or_default);
-            self.confirm(steps(&expected), steps(&there), &keys, console)?;
+            self.confirm(steps(&expected), steps(&there), console)?;
         }
         if pieces.len() > 1 {
             console.complain(&format!(
@@ -72,11 +71,12 @@ impl Stream {
             ));
         }
         let bar = super::bar(last.into(), last.into(), console);
+        let mut keys = self.keys(console);
         let begun = Instant::now();
         for piece in &pieces {
             bar.set_position(piece.first_line.into());
             bar.set_message(piece.first_line.to_string());
-            self.piece(board, piece, &keys, console)?;
+            self.piece(board, piece, &mut keys, console)?;
         }
         bar.finish_and_clear();
         let lines = last.saturating_sub(self.from_line - 1);
@@ -88,7 +88,7 @@ impl Stream {
         &self,
         board: &mut Board,
         piece: &Piece,
-        keys: &Receiver<String>,
+        keys: &mut Keys,
         console: &Console,
     ) -> Result<(), Failure> {
         board
@@ -108,7 +108,7 @@ impl Stream {
                 ))
             })?;
             if told != state && matches!(state, Some(RunState::Paused | RunState::WaitStart)) {
-                console.complain("the job waits: Start, or `r` and Enter, goes on");
+                console.complain("the job waits: Start, or r, goes on");
             }
             told = state;
             match state {
