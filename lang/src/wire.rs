@@ -46,7 +46,9 @@
 //! # Print
 //! [`PRINT_COUNT`] bytes wait, the first is number [`PRINT_TAIL`] modulo 65536, up to 32 of them
 //! stand in [`PRINT_TEXT`] on. Write `PRINT_TAIL + n` to [`PRINT_TAIL`] to take n. A line ends with
-//! LF. Without trace mode a line that finds no room is dropped whole; with it the program waits.
+//! LF. In trace mode a line that finds no room waits for it. Without trace mode it is dropped whole; on
+//! a part whose ring is smaller than this window it waits first, but no longer than half a second
+//! since something was taken or [`PRINT_COUNT`] was read as 0.
 //!
 //! # Characters
 //! [`CHAR_OUT`]: the last `Send`, low byte the character, high byte a count modulo 256. Write a

@@ -4,13 +4,14 @@
 use emulator::{Config, Reset, Rng};
 use lang::image::{Image, seal};
 use lang::isa::Op;
-use lang::wire::{Control, MACHINE_POSITIONS};
+use lang::record::BoardRecord;
+use lang::wire::{Control, MACHINE_POSITIONS, PROFILE_WINDOW, RunState};
 use pasapas::board::{BUILDS, DEFAULT};
 use pasapas::torture::generate::{Case, generate, generate_still};
 use pasapas::torture::images::{self, judge};
 use pasapas::torture::line::{self, slave};
 use pasapas::torture::programs::{against_the_board, make, on_the_host, reference, tape};
-use pasapas::torture::stand::{Fresh, Stand};
+use pasapas::torture::stand::{Fresh, Stand, words};
 use pasapas::torture::{Length, Settings, Verdict};
 use pasapas::torture::{people, power, time};
 
@@ -204,6 +205,34 @@ fn time_finds_a_program_that_ended_and_a_board_that_nobody_hears() {
     let mut deaf = stand("DO\nLOOP");
     deaf.board.set_uart_noise(1, 200_000);
     assert!(time::busy(&mut deaf, &mut Rng::new(1)).is_err());
+}
+
+#[test]
+fn restarts_that_a_host_asked_for_are_no_bites_of_the_watchdog() {
+    for build in BUILDS {
+        let mut stand = Stand::new(build, &Config::default()).expect("the shipped image");
+        let record = BoardRecord { sequence: 1, start: 5, ..BoardRecord::DEFAULT };
+        let record = BoardRecord { flags: record.flags | BoardRecord::AUTORUN, ..record };
+        for (n, part) in words(&record.sealed().to_bytes()).chunks(16).enumerate() {
+            stand.write(PROFILE_WINDOW + 16 * n as u16, part);
+        }
+        let image = power::image("DO\nLOOP").expect("it compiles");
+        stand.upload(&image, false).expect("it is taken");
+        for _ in 0..4 {
+            stand.control(Control::Restart);
+            stand.board.run_us(100_000);
+        }
+        assert_eq!(stand.state(), Some(RunState::Ready as u16));
+        stand.control(Control::Restart);
+        stand.board.run_us(700_000);
+        assert_eq!(stand.state(), Some(RunState::Running as u16), "{} autoruns", build.part.name);
+        // And a second Start button begins the next run.
+        stand.control(Control::Stop);
+        stand.board.run_us(100_000);
+        stand.board.plant_mut().set_input(5, true);
+        stand.board.run_us(100_000);
+        assert_eq!(stand.state(), Some(RunState::Running as u16), "{}", build.part.name);
+    }
 }
 
 #[test]

@@ -179,11 +179,11 @@ static mut BITES: u16 = 0;
 
 /// Counts this reset if the watchdog made it, and tells how many there were in a row.
 pub fn bites(cause: u8) -> u16 {
-    // SAFETY: one word that only this function touches, once in each run of the firmware.
+    // SAFETY: one word that only this function and `restart` touch.
     unsafe {
         let place = ::core::ptr::addr_of_mut!(BITES);
         let before = if cause & 1 << 2 != 0 { 0 } else { place.read_volatile() };
-        let bites = if cause & 1 != 0 { before.saturating_add(1) } else { 0 };
+        let bites = if cause & 1 != 0 { before.wrapping_add(1) } else { 0 };
         place.write_volatile(bites);
         bites
     }
@@ -220,9 +220,15 @@ pub fn logged() -> Option<[u16; 3]> {
     found
 }
 
-/// Resets the chip: a write to the watchdog without its password.
+/// Resets the chip: a write to the watchdog without its password. It counts as a bite, but this one
+/// was asked for.
 pub fn restart() -> ! {
     msp430::interrupt::disable();
+    // SAFETY: interrupts are off, and only `bites` touches the word otherwise.
+    unsafe {
+        let place = ::core::ptr::addr_of_mut!(BITES);
+        place.write_volatile(place.read_volatile().wrapping_sub(1));
+    }
     loop {
         set!(reg::watchdog().wdtctl, 0);
     }

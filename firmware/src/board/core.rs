@@ -806,7 +806,9 @@ impl Core {
             self.phase = 0;
             self.inputs.sample(raw);
             let pressed = self.buttons.accepted();
-            self.buttons.sample(chain::buttons());
+            // An input may be a second Start button.
+            let second = u16::from(self.input(self.record.start)) << 1;
+            self.buttons.sample(chain::buttons() | second);
             self.pressed(self.buttons.accepted() & !pressed);
             // Hold, door and a second Stop.
             if self.blocking() != 0 {

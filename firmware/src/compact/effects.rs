@@ -37,7 +37,7 @@ constants! {
     FLAG_INPUT_ON_STACK = flags::INPUT_ON_STACK;
     TRACE_ODD_AT = wire::TRACE_ODD - wire::TRACE_EVEN;
     TRACE_LENGTH = wire::TRACE_LENGTH;
-    // A host listens when it has sent a sound request within this time, ms, a multiple of 256.
+    // A host listens when it took what was printed within this time, ms, a multiple of 256.
     LISTENS = 512;
 }
 

@@ -86,7 +86,7 @@
     VAR RUNS, 2                 /* runs begun since reset */
     VAR MILLIS, 2               /* milliseconds since reset */
     VAR HELD, 2                 /* milliseconds for which Stop has been held */
-    VAR SILENT, 2               /* milliseconds since the last sound request */
+    VAR UNHEARD, 2              /* milliseconds since a host took what was printed, or found nothing */
     VAR MISSED, 2               /* milliseconds served late */
     VAR RUN, 1                  /* RunState, without WaitStart */
     VAR CHAR_IN, 1

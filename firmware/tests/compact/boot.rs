@@ -66,6 +66,20 @@ fn an_erased_board_starts_with_the_default_profile() {
 }
 
 #[test]
+fn a_watchdog_reset_leaves_no_timer_armed() {
+    // TA0CCTL1, and TA1CCTL0 to TA1CCTL2, which such a reset does not clear.
+    const CONTROLS: [u16; 4] = [0x0164, 0x0182, 0x0184, 0x0186];
+    // Output mode and interrupt enable (SLAU144, 12.3).
+    const ARMED: u16 = 0x00F0;
+    let mut chip = Chip::new();
+    CONTROLS.into_iter().for_each(|register| chip.board.bus_write16(register, 0x0030));
+    reset(&mut chip, WATCHDOG);
+    for register in CONTROLS {
+        assert_eq!(chip.board.bus_read16(register) & ARMED, 0, "{register:04X}");
+    }
+}
+
+#[test]
 fn the_profile_takes_turns_between_two_copies() {
     let mut chip = Chip::new();
     reset(&mut chip, POWER);

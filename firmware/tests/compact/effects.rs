@@ -183,12 +183,23 @@ fn lines_that_nobody_takes_are_dropped_whole() {
     let script = "PRINT \"first\"\nPRINT \"the second is too long\"\nPRINT \"third\"\n";
     let mut rig = Rig::new("mill", script);
     rig.takes = false;
-    rig.chip.set_word("SILENT", 512);
+    rig.chip.set_word("UNHEARD", 512);
     rig.start();
     assert_eq!(rig.state(), RunState::Ready);
     rig.takes = true;
     rig.ms(1);
     assert_eq!(rig.printed, "first\nthird\n");
+}
+
+#[test]
+fn a_line_waits_half_a_second_for_a_host_that_takes_nothing() {
+    let mut rig = Rig::new("mill", "PRINT \"longer than the ring is\"\nSetOut 2, ON\n");
+    rig.takes = false;
+    rig.start();
+    rig.ms(400);
+    assert_eq!(rig.state(), RunState::Running);
+    rig.ms(200);
+    assert_eq!(rig.state(), RunState::Ready);
 }
 
 #[test]

@@ -405,15 +405,56 @@ fn noise_never_silences_the_slave() {
 #[test]
 fn a_host_is_heard_by_a_sound_request_only() {
     let mut board = board();
-    let silent = board.symbol("SILENT").unwrap();
-    board.run_us(30_000);
-    let before = board.peek16(silent);
+    let flags = board.symbol("RUN_FLAGS").unwrap();
+    let heard = board.symbol("R_HOST").unwrap() as u8;
     board.uart_send(&[1, 3, 0, 0]);
     assert!(listen(&mut board).is_empty());
-    assert!(board.peek16(silent) >= before, "noise is no host");
-    poke(&mut board, "SILENT", 1000);
+    assert_eq!(board.peek8(flags) & heard, 0, "noise is no host");
     read(&mut board, 3, wire::VERSION, 1);
-    assert!(board.peek16(silent) < 100);
+    assert_eq!(board.peek8(flags) & heard, heard);
+}
+
+#[test]
+fn a_host_listens_when_it_takes_what_is_printed_or_finds_nothing() {
+    let mut board = board();
+    let unheard = board.symbol("UNHEARD").unwrap();
+    let listens = |board: &mut Board, act: &dyn Fn(&mut Board)| {
+        poke(board, "UNHEARD", 1000);
+        act(board);
+        board.peek16(unheard) < 1000
+    };
+    let looks: &dyn Fn(&mut Board) = &|board| drop(read(board, 3, wire::PRINT_COUNT, 18));
+    assert!(!listens(&mut board, &|board| drop(read(board, 3, wire::RUN_STATE, 1))));
+    assert!(listens(&mut board, looks), "nothing to take");
+    let ready = board.symbol("PRINT_READY").unwrap();
+    board.poke8(ready, 3);
+    assert!(!listens(&mut board, looks), "looks, but takes nothing");
+    assert!(listens(&mut board, &|board| assert_eq!(write(board, wire::PRINT_TAIL, &[2]), Ok(()))));
+}
+
+#[test]
+fn a_control_ends_its_request() {
+    let mut board = board();
+    let at = board.symbol("CHAR_IN").unwrap();
+    for register in [wire::RUN_CONTROL, wire::UPLOAD_CONTROL] {
+        assert_eq!(write(&mut board, register, &[2, 0]), Err(3), "{register}");
+        assert_eq!(write(&mut board, register - 1, &[0, 2]), Err(2), "{register}");
+    }
+    assert_eq!(write(&mut board, wire::RUN_CONTROL, &[Control::Stop as u16]), Ok(()));
+    assert_eq!(board.peek8(at), 0);
+}
+
+#[test]
+fn restarts_that_a_host_asked_for_are_no_bites_of_the_watchdog() {
+    let mut board = board();
+    let booted = board.symbol("R_BOOTED").unwrap() as u8;
+    let flags = board.symbol("RUN_FLAGS").unwrap();
+    for _ in 0..4 {
+        assert_eq!(write_one(&mut board, wire::RUN_CONTROL, Control::Restart as u16), Ok(()));
+        assert_eq!(board.last_reset(), Reset::WatchdogKey);
+        board.run_us(20_000);
+        assert_eq!(board.peek8(flags) & booted, 0, "autorun is not given up");
+    }
 }
 
 #[test]

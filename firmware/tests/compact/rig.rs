@@ -142,6 +142,7 @@ impl Rig {
             }
             self.chip.set_word("PRINT_TAIL", tail.wrapping_add(ready.into()));
             self.chip.set_byte("PRINT_READY", 0);
+            self.chip.set_word("UNHEARD", 0);
         }
     }
 

@@ -93,6 +93,24 @@ fn faults_that_no_handler_takes_end_the_run() {
 }
 
 #[test]
+fn an_input_may_be_a_start_button() {
+    let text = include_str!("../../../examples/profiles/mill.toml").to_owned()
+        + "\n[[input]]\nn = 13\nrole = \"start\"\n";
+    let profile = lang::profile::Profile::parse(&text).expect("mill with a second button");
+    let mut rig = Rig::with(&profile, "WaitStart\nSetOut 2, ON\n");
+    rig.input(12, true);
+    assert_eq!(rig.state(), RunState::Ready);
+    rig.input(13, true);
+    assert_eq!(rig.state(), RunState::Running);
+    rig.ms(100);
+    assert!(!rig.output(2), "one press");
+    rig.input(13, false);
+    rig.input(13, true);
+    assert_eq!(rig.state(), RunState::Ready);
+    assert_eq!(rig.chip.word("RUNS"), 1);
+}
+
+#[test]
 fn a_second_run_finds_its_memory_empty() {
     let mut rig = Rig::new("mill", "DIM a(3)\na(1) = a(1) + 1\nPRINT a(1)\n");
     for _ in 0..3 {

@@ -16,7 +16,7 @@ boot_table_end:
 
     .section .text.boot,"axR",@progbits
 module.boot:
-    .global boot, R_BOOTED, RUNS_MARK
+    .global boot, R_BOOTED, R_HOST, RUNS_MARK
 /* Everything before the main loop; interrupts are on at its end. Destroys all. */
 boot:
     /* Erased calibration bytes (FF) would run the DCO beyond the chip's limit: then the reset value
@@ -34,6 +34,7 @@ boot:
     cmp #boot_table_end, r12
     jne 2b
     /* Timer0_A: SMCLK / 8 = 2 MHz, continuous; CCR0 is the millisecond, CCR1 the link's silence */
+    clr &TA0CCTL1
     mov #2000, &0x0172
     mov #0x0010, &0x0162
     mov #0x02e4, &0x0160

@@ -1,5 +1,5 @@
-/* PRINT: lines for the host in a ring. A line waits for room while a host listens or traces, else it
-   is dropped whole. */
+/* PRINT: lines for the host in a ring. A line waits for room while a host traces, or takes what there
+   is at least every half second; else it is dropped whole. */
 
     .section .text.print,"axR",@progbits
 module.effects.print:
@@ -18,7 +18,7 @@ print_put:
     jmp 3f
 1:  bit.b #T_ON, &TRACING
     jne 2f
-    cmp.b #LISTENS/256, &SILENT+1
+    cmp.b #LISTENS/256, &UNHEARD+1
     jlo 2f
     bis.b #T_DROPPED, &TRACING
 3:  inc.b &N

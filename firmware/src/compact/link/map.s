@@ -125,7 +125,7 @@ MAP_LIST map_list_own
     MAP_WORD AT_UPLOAD_LENGTH, UPLOAD
     MAP_BYTE AT_UPLOAD_RESULT, REFUSAL
     MAP_CODE AT_TRACE_EVEN, trace_slot
-    MAP_BYTE AT_PRINT_COUNT, PRINT_READY
+    MAP_CODE AT_PRINT_COUNT, map_print_count
     MAP_WORD AT_PRINT_TAIL, PRINT_TAIL
     MAP_CODE AT_PRINT_TEXT, map_print_text
     MAP_WORD AT_CHAR_OUT, CHAR_OUT
@@ -303,6 +303,14 @@ map_trace_mode:
     mov.b &TRACING, r12
     and #T_ON, r12
     ret
+
+/* Who finds nothing to take listens, and so does who takes what there is. */
+map_print_count:
+    mov.b &PRINT_READY, r12
+    tst r12
+    jne 1f
+    clr &UNHEARD
+1:  ret
 
 /* Two bytes of text, the earlier one in the high byte. */
 map_print_text:
@@ -535,8 +543,10 @@ map_busy:
     mov #EX_BUSY, r12
     ret
 
-    /* run control */
-1:  mov r13, r12
+    /* run control, the last of its request */
+1:  cmp #1, r6
+    jne map_bad_value
+    mov r13, r12
     dec r13
     cmp #CONTROLS, r13
     jhs map_bad_value
@@ -548,7 +558,7 @@ map_busy:
     jne 3f
     call #idle
     jne map_busy
-3:  call #control               ; keeps no register: the request ends here
+3:  call #control               ; keeps no register
     mov #1, r6
     jmp map_written
     /* trace mode */
@@ -557,7 +567,10 @@ map_busy:
     jeq map_written
     bis.b #T_ON, &TRACING
     jmp map_written
-5:  mov r13, r12
+    /* upload control, the last too */
+5:  cmp #1, r6
+    jne map_bad_value
+    mov r13, r12
     call #upload_control        ; keeps no register either
     mov #1, r6
     ret
@@ -573,6 +586,7 @@ map_busy:
     jlo map_bad_value
     mov r13, &PRINT_TAIL
     sub.b r15, &PRINT_READY
+    clr &UNHEARD
     jmp map_written
     /* a character for WaitChar, ! to } */
 8:  mov r13, r14

@@ -41,8 +41,7 @@ link_poll:
     mov.b B_ADDRESS(r12), r12
 1:  cmp r12, r13
     jne link_drop
-2:  clr &SILENT
-    bis.b #R_HOST, &RUN_FLAGS
+2:  bis.b #R_HOST, &RUN_FLAGS
     call #link_perform
     tst.b &FRAME
     jeq link_drop
@@ -124,6 +123,7 @@ link_restart:
     jne link_done
     bit.b #UCBUSY, &UCA0STAT
     jne link_done
+    dec &WATCHDOGS              ; this one was asked for
     clr &WATCHDOG               ; without its password: reset
 link_done:
     ret

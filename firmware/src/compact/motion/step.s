@@ -140,6 +140,10 @@ step_switch:
        Uses r12, r13. */
     .global step_init
 step_init:
+    /* a reset by the watchdog leaves the timer's registers as they were */
+    clr &TA1CCTL0
+    clr &TA1CCTL1
+    clr &TA1CCTL2
     bis.b #P2_STEP, &P2SEL
     /* SMCLK, continuous, cleared */
     mov #0x0224, &TA1CTL

@@ -24,17 +24,24 @@ ticks:
     clr.b &FILTER
     mov #INPUT, r13
     call #filter_raw
+    mov r12, r9
     inc r13
     call #filter_raw
+    swpb r12
+    bis r12, r9
+    /* r9 = not 0 when a Start button went on: that of the role or its own */
+    mov.b B_START(r10), r12
+    call #mask_of
+    and r14, r9
     mov.b &P1IN, r12
     inv r12
     mov #BUTTON, r13
     call #filter
-    mov r12, r9
-    bit #P1_STOP, r9
+    bit #P1_STOP, r12
     jeq 1f
     call #run_pause
-1:  bit #P1_START, r9
+1:  and #P1_START, r12
+    add r12, r9
     jeq 1f
     call #run_start
     /* hold, door and a second Stop */
@@ -51,9 +58,9 @@ ticks:
     jne 1f
     call #run_stop
 
-1:  inc &SILENT
+1:  inc &UNHEARD
     jne 1f
-    dec &SILENT
+    dec &UNHEARD
 1:  tst &SPIN
     jeq 1f
     dec &SPIN
