@@ -17,7 +17,8 @@ export RUSTC RUSTC_BOOTSTRAP=1
 export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$MSP430_LD"
 # A rustup override in the caller's environment must not pick another toolchain.
 unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS || true
-export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust"
+# Panics end in `abort`, without a message or a place to tell.
+export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust -Zunstable-options -Cpanic=immediate-abort"
 mkdir -p firmware/image
 for part in ${*:-g2553 g2955 whole}; do
     chip=$part features=$part

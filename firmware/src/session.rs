@@ -60,6 +60,7 @@ impl Session {
     }
 
     /// Whether a run was begun and has not ended.
+    #[inline(never)]
     pub fn is_active(&self) -> bool {
         self.is(RunState::Running) || self.is(RunState::Paused) || self.is(RunState::Stopping)
     }

@@ -4,6 +4,7 @@ use crate::core::{Core, Effect};
 use crate::motor::AXES;
 use crate::moves::{BEGIN, Plan};
 use crate::vm::{axis, convert};
+use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{Feed, Pace};
 use lang::isa::Op;
@@ -35,7 +36,7 @@ fn thousandths(low: u16, high: u16) -> i32 {
         shift -= 1;
     }
     let value = if shift > 0 { i32::MAX } else { value as i32 };
-    if high & 0x8000 != 0 { -value } else { value }
+    signed(value, i32::from(high as i16))
 }
 
 impl Core {
@@ -114,7 +115,7 @@ impl Core {
                 let ramp = self.rate_argument(2)?;
                 pace.accel = pace.accel.least(ramp);
                 pace.decel = pace.decel.least(ramp);
-                pace.speed = pace.speed.least(Scaled::new(speed.unsigned_abs()));
+                pace.speed = pace.speed.least(Scaled::size(speed));
                 self.jog = true;
                 self.motor.run(n, speed < 0, self.motor.limit(n, speed < 0), pace);
             }
@@ -152,7 +153,7 @@ impl Core {
                     positive: self.word(5) != 0,
                     pace,
                     slow: self.long(8) as u32,
-                    stroke: self.long(14).wrapping_abs(),
+                    stroke: size(self.long(14)) as i32,
                     pause: self.word(16),
                     position: self.long(17),
                     clearance: self.long(19),
@@ -233,7 +234,7 @@ impl Core {
     /// # Errors
     /// Busy while it moves.
     pub fn set_work_position(&mut self, n: u8, value: i32) -> Result<(), Exception> {
-        if self.motor.moving() >> n & 1 != 0 {
+        if self.motor.moves(n) {
             return Err(Exception::Busy);
         }
         let offset = self.motor.position(n).wrapping_sub(value);

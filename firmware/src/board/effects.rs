@@ -94,13 +94,14 @@ impl Core {
                 let n = vm().operand();
                 let i = usize::from(n);
                 let value = vm().pop();
-                self.must_rest(i)?;
+                self.must_rest(n)?;
                 self.motor.offset[i] =
                     self.motor.um[i].checked_sub(value).ok_or(Fault::Overflow)?;
             }
             SET_POS_ZERO..=SET_POS_ZERO_LAST => {
-                let i = usize::from(code - SET_POS_ZERO);
-                self.must_rest(i)?;
+                let n = code - SET_POS_ZERO;
+                let i = usize::from(n);
+                self.must_rest(n)?;
                 self.motor.offset[i] = self.motor.um[i];
             }
             STOP_AXE => {
@@ -109,7 +110,7 @@ impl Core {
                     self.motor.stop(1 << self.effect.n);
                     self.emit(TraceKind::Stop, self.effect.n, 0);
                 }
-                return Ok(self.motor.moving() >> self.effect.n & 1 == 0);
+                return Ok(!self.motor.moves(self.effect.n));
             }
             STOP_ALL => {
                 if self.first() {
@@ -336,8 +337,8 @@ impl Core {
     }
 
     /// The work zero of an axis that moves cannot be set.
-    fn must_rest(&self, axis: usize) -> Result<(), Fault> {
-        if self.motor.moving() >> axis & 1 != 0 {
+    fn must_rest(&self, axis: u8) -> Result<(), Fault> {
+        if self.motor.moves(axis) {
             return Err(Fault::ValueRange);
         }
         Ok(())

@@ -44,6 +44,15 @@ fn panic(_: &::core::panic::PanicInfo) -> ! {
     }
 }
 
+/// What a panic comes to where the image is built without messages (`panic=immediate-abort`): the
+/// same.
+#[unsafe(no_mangle)]
+extern "C" fn abort() -> ! {
+    loop {
+        msp430::interrupt::disable();
+    }
+}
+
 /// Whether the VM stands in a streamed piece.
 fn streams() -> bool {
     #[cfg(feature = "stream")]
@@ -52,17 +61,16 @@ fn streams() -> bool {
     false
 }
 
-static mut CORE: MaybeUninit<Core> = MaybeUninit::uninit();
+static mut CORE: MaybeUninit<Core> = MaybeUninit::zeroed();
 static mut SLAVE: Slave = Slave::new();
 
 /// Called by `Reset` once RAM is ready.
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
     boot::hardware();
-    // SAFETY: `main` is the only code that knows these statics, and never returns.
+    // SAFETY: `main` is the only code that knows these statics, and never returns; they are zero.
     let (core, slave) =
-        unsafe { ((*addr_of_mut!(CORE)).write(Core::new()), &mut *addr_of_mut!(SLAVE)) };
-    core.record = boot::newest_profile();
+        unsafe { (Core::init(addr_of_mut!(CORE).cast()), &mut *addr_of_mut!(SLAVE)) };
     step::init(core.record.pulse, 0);
     if core.chained() {
         chain::open();

@@ -2,6 +2,7 @@
 
 use crate::step;
 use crate::vm::{axis, convert, machine};
+use ::core::ptr::addr_of_mut;
 use firmware::motion::{Arc, Block, Feed, Pace, Path, PathSegment, Segment, Single};
 use lang::fault::Fault;
 use lang::record::{AxisRecord, MachineRecord};
@@ -64,29 +65,16 @@ pub struct Motor {
 
 impl Motor {
     /// Everything at 0.
-    pub fn new() -> Motor {
-        Motor {
-            um: [0; 3],
-            steps: [0; 3],
-            offset: [0; 3],
-            probed: [0; 3],
-            actual: [0; 3],
-            homed: 0,
-            probe_ok: 0,
-            stopped: 0,
-            running: 0,
-            percent: 100,
-            path_axes: 0,
-            leg: [0; 3],
-            negative: 0,
-            path: Path::new(0),
-            power: 0,
-            powers: [0; 2],
-            given: 0,
-            begun: 0,
-            beam: 0,
-            segment: PathSegment::default(),
-            single: [Single::new(0), Single::new(0), Single::new(0)],
+    ///
+    /// # Safety
+    /// As [`crate::core::Core::init`].
+    pub unsafe fn init(motor: *mut Motor) {
+        // SAFETY: the caller's; the rest is integers.
+        unsafe {
+            addr_of_mut!((*motor).percent).write(100);
+            addr_of_mut!((*motor).path).write(Path::IDLE);
+            addr_of_mut!((*motor).segment).write(PathSegment::default());
+            addr_of_mut!((*motor).single).write([Single::default(); 3]);
         }
     }
 
@@ -398,6 +386,12 @@ impl Motor {
         moving
     }
 
+    /// Whether an axis moves or has something left to do.
+    #[inline(never)]
+    pub fn moves(&self, n: u8) -> bool {
+        self.moving() >> n & 1 != 0
+    }
+
     /// Whether no step comes any more: everything has ended, or rests in a pause.
     pub fn rests(&self) -> bool {
         if step::is_running() {
@@ -418,6 +412,7 @@ impl Motor {
     }
 
     /// Where an axis is at this instant, steps.
+    #[inline(never)]
     pub fn position(&self, n: u8) -> i32 {
         self.actual[usize::from(n)]
     }

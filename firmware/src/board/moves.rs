@@ -4,6 +4,7 @@ use crate::core::Core;
 use crate::motor::{AXES, Target};
 use crate::step;
 use crate::vm::{axis, convert, machine, vm};
+use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::single::steps_of;
 use firmware::motion::{Feed, Pace};
@@ -42,23 +43,6 @@ pub struct Plan {
     pub position: i32,
     /// Clearance move, signed.
     pub clearance: i32,
-}
-
-impl Plan {
-    /// None.
-    pub fn none() -> Plan {
-        Plan {
-            input: 0,
-            closed: true,
-            positive: false,
-            pace: Pace::default(),
-            slow: 1,
-            stroke: 0,
-            pause: 0,
-            position: 0,
-            clearance: 0,
-        }
-    }
 }
 
 /// A speed or ramp that must be above 0, in steps.
@@ -146,11 +130,11 @@ impl Core {
             if distance != 0 {
                 self.emit(TraceKind::Axe, n, 0);
             }
-            if distance != 0 || self.motor.moving() >> n & 1 != 0 {
+            if distance != 0 || self.motor.moves(n) {
                 self.motor.go(n, place.1, pace);
             }
         }
-        let busy = self.motor.moving() >> self.effect.n & 1 != 0;
+        let busy = self.motor.moves(self.effect.n);
         Ok(self.effect.bits & flags::START != 0 || !busy)
     }
 
@@ -162,11 +146,11 @@ impl Core {
         let bits = vm().operand();
         let n = bits & flags::AXIS;
         let value = vm().pop();
-        let speed = rate(n, value.wrapping_abs(), bits & flags::STEPS != 0)?;
+        let speed = rate(n, size(value) as i32, bits & flags::STEPS != 0)?;
         let mut pace = Pace::of(axis(n));
         pace.speed = pace.speed.least(speed);
         let shown = pace.speed.floor() as i32;
-        self.emit(TraceKind::Speed, n, if value < 0 { -shown } else { shown });
+        self.emit(TraceKind::Speed, n, signed(shown, value));
         self.motor.run(n, value < 0, self.motor.limit(n, value < 0), pace);
         Ok(true)
     }
@@ -304,7 +288,7 @@ impl Core {
             self.effect.phase = BEGIN;
         }
         let n = self.effect.n;
-        let rests = self.motor.moving() >> n & 1 == 0;
+        let rests = !self.motor.moves(n);
         match self.effect.phase {
             BEGIN => {
                 self.motor.homed &= !(1 << n);
@@ -390,7 +374,7 @@ impl Core {
         if self.effect.phase == 0 {
             let bits = vm().operand();
             let n = bits & flags::AXIS;
-            if self.motor.moving() >> n & 1 != 0 {
+            if self.motor.moves(n) {
                 self.vm_back();
                 return Ok(false);
             }
@@ -451,12 +435,12 @@ impl Core {
                 self.motor.probe_ok |= 1 << n;
                 self.motor.hit(n, caught);
                 self.effect.phase = 2;
-            } else if self.motor.moving() >> n & 1 == 0 {
+            } else if !self.motor.moves(n) {
                 self.effect.phase = 3;
             }
             return Ok(false);
         }
-        if self.motor.moving() >> n & 1 != 0 {
+        if self.motor.moves(n) {
             return Ok(false);
         }
         step::watch(0, 0, false);

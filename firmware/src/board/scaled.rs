@@ -309,6 +309,17 @@ scaled_second:
     mov r15, r13
     ret
 
+    .section .text.scaled_size,"ax",@progbits
+    .global pasapas_scaled_size
+pasapas_scaled_size:
+    tst r13
+    jge 1f
+    inv r12
+    inv r13
+    inc r12
+    adc r13
+1:  br #pasapas_scaled_new
+
     .section .text.scaled_exponent,"ax",@progbits
 module.scaled$exponent:
     .global pasapas_scaled_exponent_over

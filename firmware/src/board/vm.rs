@@ -4,6 +4,7 @@ use crate::flash::Image;
 use crate::math::mul_div;
 use ::core::mem::offset_of;
 use ::core::ptr::{addr_of, addr_of_mut};
+use firmware::motion::math::{signed, size};
 use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::fault::Fault;
 use lang::image::HEADER;
@@ -436,7 +437,7 @@ pub fn axis(n: u8) -> &'static AxisRecord {
 pub fn convert(n: u8, value: i32, to_steps: bool) -> Result<i32, Fault> {
     let axis = axis(n);
     let (times, over) = if to_steps { (axis.steps, axis.um) } else { (axis.um, axis.steps) };
-    let twice = mul_div(value.unsigned_abs(), u32::from(times) << 1, u32::from(over));
+    let twice = mul_div(size(value), u32::from(times) << 1, u32::from(over));
     if twice == u32::MAX {
         return Err(Fault::Overflow);
     }
@@ -444,7 +445,7 @@ pub fn convert(n: u8, value: i32, to_steps: bool) -> Result<i32, Fault> {
     if half < 0 {
         return Err(Fault::Overflow);
     }
-    Ok(if value < 0 { -half } else { half })
+    Ok(signed(half, value))
 }
 
 const _: () = assert!(HEADER == 20);

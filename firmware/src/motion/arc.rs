@@ -8,7 +8,7 @@
 //! commanded step. Where the end misses the circle (by no more than RS274/NGC allows), the radius
 //! changes evenly along the arc.
 
-use super::math::{fraction, mul_div};
+use super::math::{fraction, largest, mul_div, signed, size};
 use super::scaled::Scaled;
 use lang::fault::Fault;
 use lang::record::AxisRecord;
@@ -92,18 +92,18 @@ impl Ends {
             start: self.start,
             end: self.end,
         };
-        for i in [0, 1] {
+        for i in 0..2 {
             let from = self.from_um[axes[i]];
             let center = from.checked_add(offset[i]).ok_or(Fault::Arc)?;
             arc.center[i] = center;
             arc.from[i] = from.checked_sub(center).ok_or(Fault::Arc)?;
             arc.to[i] = self.to_um[axes[i]].checked_sub(center).ok_or(Fault::Arc)?;
-            if arc.from[i].unsigned_abs() > FAR_UM || arc.to[i].unsigned_abs() > FAR_UM {
+            if size(arc.from[i]) > FAR_UM || size(arc.to[i]) > FAR_UM {
                 return Err(Fault::Arc);
             }
         }
-        for n in [0, 1, 2] {
-            if self.start[n].unsigned_abs() > FAR_STEPS || self.end[n].unsigned_abs() > FAR_STEPS {
+        for n in 0..3 {
+            if size(self.start[n]) > FAR_STEPS || size(self.end[n]) > FAR_STEPS {
                 return Err(Fault::Arc);
             }
         }
@@ -127,16 +127,16 @@ impl Ends {
     pub fn with_radius(&self, radius: i32) -> Result<Arc, Fault> {
         let axes = self.plane();
         let mut half = [0; 2];
-        for i in [0, 1] {
+        for i in 0..2 {
             let chord = self.to_um[axes[i]].checked_sub(self.from_um[axes[i]]).ok_or(Fault::Arc)?;
-            if chord.unsigned_abs() > 2 * FAR_UM {
+            if size(chord) > 2 * FAR_UM {
                 return Err(Fault::Arc);
             }
             half[i] = chord;
         }
         // Half the chord h, the centre lies sqrt(r^2 - h^2) beside its middle.
         let h = distance(half).shifted(-1);
-        let r = Scaled::new(radius.unsigned_abs());
+        let r = Scaled::size(radius);
         let over = h.minus(r);
         if h.0 == 0 || over > MISS_UM && over.times(THOUSAND) > r {
             return Err(Fault::Arc);
@@ -146,9 +146,8 @@ impl Ends {
         // The centre is to the left of the chord for a short counterclockwise arc.
         let left = self.clockwise == (radius < 0);
         let side = |along: i32| {
-            let beside = ratio.times(Scaled::new(along.unsigned_abs())).floor();
-            let beside = (beside as i32 + 1) >> 1;
-            if along < 0 { -beside } else { beside }
+            let beside = ratio.times(Scaled::size(along)).floor();
+            signed((beside as i32 + 1) >> 1, along)
         };
         let (x, y) = (side(half[0]), side(half[1]));
         let offset = if left {
@@ -175,8 +174,8 @@ const ONE: Scaled = Scaled::constant(1);
 const THOUSAND: Scaled = Scaled::constant(1000);
 
 fn distance(v: [i32; 2]) -> Scaled {
-    let x = Scaled::new(v[0].unsigned_abs());
-    let y = Scaled::new(v[1].unsigned_abs());
+    let x = Scaled::size(v[0]);
+    let y = Scaled::size(v[1]);
     x.times(x).plus(y.times(y)).root()
 }
 
@@ -214,8 +213,8 @@ impl Arc {
         let v = if at_end { self.to } else { self.from };
         let r = self.radius;
         let unit = |c: i32| {
-            let unit = Scaled::new(c.unsigned_abs()).over(r).shifted(15).floor().min(0x7FFF) as i16;
-            if c < 0 { -unit } else { unit }
+            let unit = Scaled::size(c).over(r).shifted(15).floor().min(0x7FFF);
+            signed(unit as i32, c) as i16
         };
         let (x, y) = (unit(v[0]), unit(v[1]));
         if self.clockwise { [y, -x] } else { [-y, x] }
@@ -246,7 +245,7 @@ fn angle(v: [i32; 2]) -> u32 {
         (x, y) = (-x, -y);
         sum = 1 << 31;
     }
-    while (x.unsigned_abs() | y.unsigned_abs()) >> 28 == 0 {
+    while (size(x) | size(y)) >> 28 == 0 {
         if x == 0 && y == 0 {
             return 0;
         }
@@ -272,8 +271,7 @@ fn part(a: u32, b: u32) -> u32 {
 
 /// `value * fraction / 2^32`, signs apart.
 fn turned(value: i32, fraction: i32) -> i32 {
-    let product = part(value.unsigned_abs(), fraction.unsigned_abs()) as i32;
-    if (value < 0) != (fraction < 0) { -product } else { product }
+    signed(part(size(value), size(fraction)) as i32, value ^ fraction)
 }
 
 /// Sine and 1 - cosine of an angle of at most 1/12 turn, as 32-bit fractions; their series to
@@ -309,11 +307,7 @@ impl Chord {
         if self.after == 0 {
             return Scaled::new(self.events);
         }
-        let mut most = 0;
-        for delta in &self.delta {
-            most = delta.unsigned_abs().max(most);
-        }
-        Scaled::new(most).shifted(-(FINE as i8))
+        Scaled::new(largest(&self.delta)).shifted(-(FINE as i8))
     }
 }
 
@@ -343,9 +337,8 @@ const PER_RADIAN: Scaled = Scaled::constant(683_565_276);
 
 /// um/256 of an axis as 1/4096 steps, to the nearest.
 fn fine(axis: &AxisRecord, um_256: i32) -> i32 {
-    let fine = mul_div(um_256.unsigned_abs(), u32::from(axis.steps) << 5, u32::from(axis.um));
-    let fine = ((fine >> 1).wrapping_add(fine & 1)) as i32;
-    if um_256 < 0 { -fine } else { fine }
+    let fine = mul_div(size(um_256), u32::from(axis.steps) << 5, u32::from(axis.um));
+    signed(((fine >> 1).wrapping_add(fine & 1)) as i32, um_256)
 }
 
 impl Walk {
@@ -403,7 +396,8 @@ impl Walk {
         };
         let [a, b, c] = self.arc.axes();
         let mut target = [0; 3];
-        for (i, n) in [a, b].into_iter().enumerate() {
+        for i in 0..2 {
+            let n = if i == 0 { a } else { b };
             // From the start's whole step, which is not quite where the arc begins.
             let um = (self.arc.center[i] << 8).wrapping_add(self.point[i]);
             target[n] = fine(&axes[n], um).wrapping_sub(self.arc.start[n] << FINE);
@@ -414,8 +408,8 @@ impl Walk {
             }
         }
         let rise = self.arc.end[c].wrapping_sub(self.arc.start[c]);
-        let part = mul_div(rise.unsigned_abs(), u32::from(self.chord) << FINE, self.chords.into());
-        target[c] = if rise < 0 { -(part as i32) } else { part as i32 };
+        let part = mul_div(size(rise), u32::from(self.chord) << FINE, self.chords.into());
+        target[c] = signed(part as i32, rise);
         target
     }
 
@@ -424,13 +418,13 @@ impl Walk {
         let last = after == 0;
         let mut chord = Chord { after, ..Chord::default() };
         let mut longest = 0;
-        for n in [0, 1, 2] {
+        for n in 0..3 {
             chord.delta[n] = target[n].wrapping_sub(self.exact[n]);
             let length = if last {
                 let end = self.arc.end[n].wrapping_sub(self.arc.start[n]);
-                end.abs_diff(self.steps[n]) << FINE
+                size(end.wrapping_sub(self.steps[n])) << FINE
             } else {
-                chord.delta[n].unsigned_abs()
+                size(chord.delta[n])
             };
             longest = longest.max(length);
         }
@@ -440,25 +434,20 @@ impl Walk {
         }
         let whole = chord.events << FINE;
         let over = if last { whole } else { longest };
-        for n in [0, 1, 2] {
+        for n in 0..3 {
             let delta = chord.delta[n];
-            let length = delta.unsigned_abs();
+            let length = size(delta);
             let end = self.arc.end[n].wrapping_sub(self.arc.start[n]);
-            let whole_way = last && end.abs_diff(self.steps[n]) == chord.events;
+            let whole_way = last && size(end.wrapping_sub(self.steps[n])) == chord.events;
             let inc = if whole_way { u32::MAX } else { fraction(length, over) };
             // The axis is off its whole step by this; the accumulator continues from there.
             let off = self.exact[n].wrapping_sub(self.steps[n] << FINE);
-            let off = if delta < 0 { -off } else { off };
+            let off = signed(off, delta);
             let acc = (0x8000 + (off << 4)).clamp(1, 0xFFFF) as u16;
             let steps = carries(acc, inc, chord.events) as i32;
             let moved = if inc == u32::MAX { whole } else { mul_div(length, whole, over) } as i32;
-            if delta < 0 {
-                self.steps[n] -= steps;
-                self.exact[n] -= moved;
-            } else {
-                self.steps[n] += steps;
-                self.exact[n] += moved;
-            }
+            self.steps[n] += signed(steps, delta);
+            self.exact[n] += signed(moved, delta);
             chord.inc[n] = inc;
             chord.acc[n] = acc;
         }

@@ -42,34 +42,31 @@ pub fn fraction(a: u32, c: u32) -> u32 {
     ((u64::from(a) << 32) / u64::from(c)) as u32
 }
 
-/// Square root, rounded down.
-pub fn isqrt(value: u32) -> u16 {
-    let mut rest = value;
-    let mut root: u32 = 0;
-    let mut bit: u32 = 1 << 30;
-    while bit != 0 {
-        let trial = root + bit;
-        root >>= 1;
-        if rest >= trial {
-            rest -= trial;
-            root += bit;
-        }
-        bit >>= 2;
+/// Size of a number. Inlined it is 37 bytes on the chip, and it is wanted two dozen times.
+#[inline(never)]
+pub fn size(value: i32) -> u32 {
+    value.unsigned_abs()
+}
+
+/// `size` with the sign of `like`.
+#[inline(never)]
+pub fn signed(size: i32, like: i32) -> i32 {
+    if like < 0 { size.wrapping_neg() } else { size }
+}
+
+/// The largest size.
+#[inline(never)]
+pub fn largest(values: &[i32; 3]) -> u32 {
+    let mut most = 0;
+    for &value in values {
+        most = size(value).max(most);
     }
-    root as u16
+    most
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn isqrt_is_the_floor_of_the_root(v: u32) {
-            prop_assert_eq!(u32::from(isqrt(v)), v.isqrt());
-        }
-    }
 
     #[test]
     fn mul_div_saturates() {

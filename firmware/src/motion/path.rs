@@ -11,7 +11,7 @@
 //! neither block's feed forbids.
 
 use super::arc::{Arc, Walk};
-use super::math::fraction;
+use super::math::{fraction, largest, signed, size};
 use super::ramp::{Limits, Run, Segment};
 use super::scaled::Scaled;
 use lang::record::AxisRecord;
@@ -285,7 +285,7 @@ impl Path {
                 self.negative = 0;
                 for axis in 0..3 {
                     let steps = steps[axis];
-                    self.inc[axis] = fraction(steps.unsigned_abs(), events);
+                    self.inc[axis] = fraction(size(steps), events);
                     self.acc[axis] = HALF;
                     self.negative |= u8::from(steps < 0) << axis;
                 }
@@ -314,7 +314,7 @@ impl Path {
         let mut sum = Scaled::ZERO;
         self.negative = 0;
         for (axis, delta) in chord.delta.iter().enumerate() {
-            let um = to_um(&axes[axis], Scaled::new(delta.unsigned_abs()));
+            let um = to_um(&axes[axis], Scaled::size(*delta));
             sum = sum.plus(um.times(um));
             self.negative |= u8::from(*delta < 0) << axis;
         }
@@ -344,7 +344,7 @@ impl Path {
         // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
         let mut turn = Scaled::ZERO;
         for axis in 0..3 {
-            let d = Scaled::new(self.unit[axis].abs_diff(next.unit[axis]).into());
+            let d = Scaled::size(i32::from(self.unit[axis]) - i32::from(next.unit[axis]));
             turn = turn.plus(d.times(d));
         }
         let q2 = turn.shifted(-32);
@@ -371,15 +371,6 @@ const HUNDRED: Scaled = Scaled::constant(100);
 /// 2^32 to a turn: one part in radians.
 const RADIAN: Scaled = Scaled::constant(0xC90F_DAA2).shift(-61);
 
-/// The largest distance.
-fn largest(steps: &[i32; 3]) -> u32 {
-    let mut most = 0;
-    for s in steps {
-        most = s.unsigned_abs().max(most);
-    }
-    most
-}
-
 /// A distance or rate of an axis in steps as one in um.
 fn to_um(axis: &AxisRecord, steps: Scaled) -> Scaled {
     steps.times(Scaled::new(axis.um.into())).over(Scaled::new(axis.steps.into()))
@@ -390,8 +381,8 @@ fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i16; 3] {
     let mut unit = [0; 3];
     let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN).over(length);
     let part = |of: i16, part: Scaled| {
-        let size = part.times(Scaled::new(of.unsigned_abs().into())).floor().min(0x7FFF) as i16;
-        if of < 0 { -size } else { size }
+        let size = part.times(Scaled::size(of.into())).floor().min(0x7FFF);
+        signed(size as i32, of.into()) as i16
     };
     let [a, b, c] = arc.axes();
     let [x, y] = arc.tangent(at_end);
@@ -442,7 +433,7 @@ fn geometry(axes: &[AxisRecord; 3], next: &Next) -> Geometry {
             let mut sum = Scaled::ZERO;
             let mut in_steps = Scaled::ZERO;
             for a in 0..3 {
-                let steps = Scaled::new(steps[a].unsigned_abs());
+                let steps = Scaled::size(steps[a]);
                 um[a] = to_um(&axes[a], steps);
                 sum = sum.plus(um[a].times(um[a]));
                 in_steps = in_steps.plus(steps.times(steps));
@@ -452,16 +443,16 @@ fn geometry(axes: &[AxisRecord; 3], next: &Next) -> Geometry {
                 if steps[a] == 0 {
                     continue;
                 }
-                g.limit(&axes[a], g.length.over(Scaled::new(steps[a].unsigned_abs())));
-                let unit = um[a].over(g.length).shifted(15).floor().min(0x7FFF) as i16;
-                g.unit[a] = if steps[a] < 0 { -unit } else { unit };
+                g.limit(&axes[a], g.length.over(Scaled::size(steps[a])));
+                let unit = um[a].over(g.length).shifted(15).floor().min(0x7FFF);
+                g.unit[a] = signed(unit as i32, steps[a]) as i16;
             }
             g.feed(next.feed, in_steps.root());
         }
         Shape::Arc(arc) => {
             let [a, b, c] = arc.axes();
             let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN);
-            let rise = Scaled::new(arc.end[c].abs_diff(arc.start[c]));
+            let rise = Scaled::size(arc.end[c].wrapping_sub(arc.start[c]));
             let rise_um = to_um(&axes[c], rise);
             g.length = plane.times(plane).plus(rise_um.times(rise_um)).root();
             // Each axis of the plane carries the whole speed somewhere.

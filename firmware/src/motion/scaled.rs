@@ -66,6 +66,7 @@ macro_rules! operations {
             unsafe extern "C" {
                 $(pub safe fn $chip(this: Scaled, $($arg: $type),*) -> $result;)*
                 pub safe fn pasapas_scaled_new(value: u32) -> Scaled;
+                pub safe fn pasapas_scaled_size(value: i32) -> Scaled;
             }
         }
     };
@@ -100,6 +101,15 @@ impl Scaled {
         return chip::pasapas_scaled_new(value);
         #[cfg(not(target_arch = "msp430"))]
         twin::new(value)
+    }
+
+    /// Size of an integer.
+    #[inline]
+    pub fn size(value: i32) -> Scaled {
+        #[cfg(target_arch = "msp430")]
+        return chip::pasapas_scaled_size(value);
+        #[cfg(not(target_arch = "msp430"))]
+        twin::new(value.unsigned_abs())
     }
 }
 

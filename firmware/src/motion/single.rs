@@ -3,6 +3,7 @@
 //! The unit is the step. The target may change at any time: the axis passes it and turns round
 //! on its ramp if it must.
 
+use super::math::size;
 use super::ramp::{Limits, Run, Segment};
 use super::scaled::Scaled;
 use lang::record::AxisRecord;
@@ -144,7 +145,7 @@ impl Single {
             return;
         }
         let distance = target.wrapping_sub(self.position);
-        self.run.left = distance.unsigned_abs();
+        self.run.left = size(distance);
         self.state = State::Going;
         let away = distance == 0 || (distance < 0) != self.negative;
         if away || !self.run.can_stop(&self.limits) {
@@ -250,7 +251,7 @@ impl Single {
             return;
         }
         self.negative = distance < 0;
-        self.run.left = distance.unsigned_abs();
+        self.run.left = size(distance);
         self.run.v2 = self.limits.start2;
         self.state = State::Going;
     }
