@@ -18,6 +18,7 @@ mod pins;
 mod vm;
 // Symbols come first, so that the assembler knows constants when it meets them.
 mod consts;
+mod micro;
 
 #[path = "../board/check.rs"]
 mod check;

@@ -7,7 +7,6 @@ constants! {
     LEAD = 160;
 }
 
-core::arch::global_asm!(include_str!("motion/formula.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/step.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/ramp.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/line.s"), options(raw));

@@ -26,10 +26,9 @@ static FREE_AXIS: AxisRecord = AxisRecord {
 };
 
 constants! {
-    // The commands that bring all of their parameters: 366 bytes.
-    HAS_COMMANDS = true;
     OP_MOVE_TO = Op::MoveTo;
     OP_MOVE = Op::Move;
+    OP_MOVE_RAMP = Op::MoveRamp;
     OP_RAPID = Op::Rapid;
     OP_LINEAR = Op::Linear;
     OP_FEED = Op::Feed;
@@ -45,11 +44,14 @@ constants! {
     FL_STEPS = flags::STEPS;
     FL_RELATIVE = flags::RELATIVE;
     FL_ACCEL = flags::ACCEL;
+    FL_ACCEL_STEPS = flags::ACCEL_STEPS;
     FL_DECEL = flags::DECEL;
+    FL_DECEL_STEPS = flags::DECEL_STEPS;
     FL_RAPID = flags::RAPID;
     FL_COMMON_STEPS = flags::COMMON_STEPS;
     FL_COMMON_FRAME = flags::COMMON_FRAME;
     FL_SPEED = flags::SPEED;
+    FL_SPEED_STEPS = flags::SPEED_STEPS;
     FL_QUERY = flags::QUERY;
     FL_SENSOR = flags::SENSOR;
     FL_MASK = flags::MASK;

@@ -26,10 +26,6 @@
     VAR LATE, 2                 /* events that were not armed in time */
     VAR WIDTH, 2                /* ticks of a long pulse, 0 for a short one */
     VAR CAUGHT, 4               /* count of axis N when a watched input answered; homing uses it too */
-    VAR WATCH, 1                /* inputs of port 1 that catch */
-    VAR IDLE, 1                 /* their levels at rest */
-    VAR HIT, 1                  /* what answered, 0 for nothing yet */
-    VAR REFUSAL, 1              /* Refusal of the last upload */
     .set SLOT, HERE
     VAR SLOT0, 12               /* a segment: interval 4, change 4, events 2, mask 2 */
     VAR SLOT1, 12
@@ -46,11 +42,16 @@
     VAR ACCEL2, 4               /* growth of the square over one event */
     VAR DECEL2, 4               /* its decline while braking */
     VAR TICK, 4                 /* interval at speed 1, ticks */
+    .set LOCALS, TICK           /* at rest: bytes of a statement or command that begins */
+    VAR WATCH, 1                /* inputs of port 1 that catch */
+    VAR IDLE, 1                 /* their levels at rest */
+    VAR HIT, 1                  /* what answered, 0 for nothing yet */
+    VAR REFUSAL, 1              /* Refusal of the last upload */
     VAR MOVING, 1               /* bit per axis that the motion under way moves */
     VAR NEGATIVE, 1             /* bit per axis: last moved in negative direction */
     VAR MOTION, 1               /* M_ flags */
     VAR HOMED, 1                /* bit per axis */
-    MODULE motion.formula
+    MODULE micro
     VAR TEMP, 12                /* scratch of one routine, never across a pass of the main loop */
 
 /* Positions, 3 x 32 bits each. */

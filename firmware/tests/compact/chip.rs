@@ -106,7 +106,7 @@ impl Chip {
         self.call_at(self.at(routine), routine, registers)
     }
 
-    /// As [`Chip::call`], of code at an address.
+    /// As [`Chip::call`], of code at an address; at an odd one of micro-code.
     ///
     /// # Panics
     /// As [`Chip::call`].
@@ -130,7 +130,12 @@ impl Chip {
         }
         self.board.set_reg(2, 0);
         self.board.set_reg(1, STACK - 2);
-        self.board.set_reg(0, address);
+        if address & 1 == 1 {
+            self.board.set_reg(14, address);
+            self.board.set_reg(0, self.at("micro_enter"));
+        } else {
+            self.board.set_reg(0, address);
+        }
         let start = self.board.cycles();
         let stop = self.board.run_until(start + TICKS_PER_SECOND);
         if stop == Stop::NoPower {

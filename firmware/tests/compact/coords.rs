@@ -46,8 +46,8 @@ fn conversion_is_the_twins() {
         install(&mut chip, &MachineRecord { axes, ..mill() });
         let bits = value as u32;
         chip.call("axis_select", &[(12, n)]);
-        let to_um = if to { 0 } else { 4 };
-        chip.call("to_other", &[(10, to_um), (12, bits as u16), (13, (bits >> 16) as u16)]);
+        chip.set_byte("FRAME_OF", if to { 0 } else { 4 });
+        chip.call("to_other", &[(12, bits as u16), (13, (bits >> 16) as u16)]);
         let carry = chip.reg(2) & 1 != 0;
         let result = (!carry).then(|| chip.result() as i32);
         prop_assert_eq!(result, converted(&axes[usize::from(n)], value, to));
@@ -114,7 +114,8 @@ fn targets_are_found_and_refused_as_the_board_does() {
         chip.call("axis_select", &[(12, n)]);
         let bits = value as u32;
         let (low, high) = (bits as u16, (bits >> 16) as u16);
-        chip.call("aim", &[(10, frame | u16::from(steps) << 2), (12, low), (13, high)]);
+        chip.set_byte("FRAME_OF", (frame << 3) as u8 | u8::from(steps) << 2);
+        chip.call("aim", &[(12, low), (13, high)]);
         let result = match chip.reg(12) {
             0 => Ok((chip.long("INC", 4 * n) as i32, chip.long("ACC", 4 * n) as i32)),
             fault => Err(fault),
@@ -129,7 +130,7 @@ fn an_axis_that_no_machine_has_is_refused() {
     let mut chip = Chip::new();
     install(&mut chip, &mill());
     chip.call("axis_select", &[(12, 3)]);
-    chip.call("aim", &[(10, 0), (12, 0), (13, 0)]);
+    chip.call("aim", &[(12, 0), (13, 0)]);
     assert_eq!(chip.reg(12), FAULTED | u16::from(Fault::ValueRange.number()));
 }
 
@@ -173,7 +174,8 @@ fn without_a_program_an_axis_has_no_limits() {
     let mut chip = Chip::new();
     chip.call("axis_select", &[(12, 2)]);
     chip.set_byte("HOMED", 4);
-    chip.call("aim", &[(10, 4), (12, 0x1234), (13, 0x3FFF)]);
+    chip.set_byte("FRAME_OF", 4);
+    chip.call("aim", &[(12, 0x1234), (13, 0x3FFF)]);
     assert_eq!(chip.reg(12), 0);
     assert_eq!(chip.long("INC", 8), 0x3FFF_1234);
 }

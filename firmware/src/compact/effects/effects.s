@@ -21,8 +21,12 @@ effect_poll:
     cmp #OP_SET_OUT, r12
     jlo 2f
     mov.b #1, &PHASE
-2:  tst r13
-    br effect_table(r14)
+2:  mov effect_table(r14), r14
+    bit #1, r14
+    jne 3f
+    tst r13
+    br r14
+3:  br #micro_enter
 
 fx_out_short:
     mov r12, r13

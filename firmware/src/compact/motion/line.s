@@ -21,44 +21,29 @@ axis_begin:
        machine rests. No register is kept. */
     .global line_begin
 line_begin:
-    mov r12, r10
-    mov r13, r4
+    /* V = pace: negative for a single axis, 0 for the feed, 1 for a rapid move */
+    mov r13, &V+2
+    mov r12, r6
     /* INC = distances, LEFT = the longest, TICK = length^2, NOMINAL2 = the same in steps */
-    clr r12
-    clr r13
-    call #formula
+    MICRO
+    LIT 0
     F store LEFT
     F store TICK
-    F store NOMINAL2, LAST
-    clr r8
-    mov #1, r7
-1:  call #axis_at
-    clr INC(r8)
-    clr INC+2(r8)
-    bit r7, r10
-    jeq 4f
-    call #formula
+    F store NOMINAL2
+    DO axis_select
+1:  DO axis_at
+    LIT 0
+    F store INC, AXIS
+    CALL line_wants
+    IF_EQUAL 4f
     F load STEPS, AXIS
     F sub ACTUAL, AXIS
     F store ACC, AXIS
-    FA abs
-    F store INC, AXIS, LAST
-    bis r12, r13
-    tst r13
-    jeq 4f
-    bis.b r7, &MOVING
-    bic.b r7, &NEGATIVE
-    mov A_FLAGS(r9), r6
-    tst ACC+2(r8)
-    jge 2f
-    bis.b r7, &NEGATIVE
-    xor #AXIS_INVERT, r6
-2:  mov.b line_dirs-1(r7), r15
-    bis.b r15, &P2OUT
-    bit #AXIS_INVERT, r6
-    jeq 3f
-    bic.b r15, &P2OUT
-3:  call #formula
+    DO abs
+    F store INC, AXIS
+    DO test_long
+    IF_EQUAL 4f
+    CALL line_direction
     F load INC, AXIS
     F most LEFT
     F store LEFT
@@ -73,48 +58,33 @@ line_begin:
     F store V2
     F times V2
     F plus TICK
-    F store TICK, LAST
-4:  clr ACC(r8)
-    mov #1<<15, ACC+2(r8)
-    mov r8, r15
-    rra r15
-    mov ACTUAL(r8), COUNT(r15)
-    bit.b r7, &NEGATIVE
-    jeq 5f
-    inv COUNT(r15)
-    inc COUNT(r15)
-5:  add #4, r8
-    rla r7
-    cmp #8, r7
-    jne 1b
-    tst.b &MOVING
-    jeq line_end
+    F store TICK
+4:  CALL line_origin
+    UP_AXIS 1b
+    IF_SET MOVING, 1f
+    RETURN
 
     /* TICK = length; the lowest limits along the path: speed, ramps in TEMP, start rate. A single
        axis has the length of its steps and limits already. */
-    mov #-1, r12
-    mov #-1, r13
-    call #formula
-    F store START2, LAST
-    tst r4
-    jn 1f
-    call #formula
+1:  F load V
+    IF_NEGATIVE 1f
+    DO scaled_most
     F store TEMP
     F store TEMP+4
     F store TEMP+8
     F load TICK
-    FA root, LAST
-    jmp 2f
-1:  call #formula
-    F load LEFT, NEW, LAST
-2:  call #formula
-    F store TICK, LAST
-    clr r8
-3:  call #axis_bit
-    bit.b r12, &MOVING
-    jeq 4f
-    call #axis_at
-    call #formula
+    DO root
+    GOTO 2f
+1:  F load LEFT, NEW
+2:  F store TICK
+    DO scaled_most
+    F store START2
+    LIT 0
+    DO axis_select
+3:  DO axis_bit
+    TEST_AXIS MOVING
+    IF_EQUAL 4f
+    DO axis_at
     /* V2 = path for each step of the axis */
     F load INC, AXIS, NEW
     F store V2
@@ -132,55 +102,50 @@ line_begin:
     FR times A_DECEL, LONG, NEW
     F least TEMP+8
     F store TEMP+8
-    FN int 1
-    FA new
+    LIT 1
+    DO new
     FR most A_START_RATE, SHORT, NEW
     F times V2
     F least START2
     F store START2
-    F load INC, AXIS, LAST
-    mov &LEFT, r14
-    mov &LEFT+2, r15
-    call #pasapas_fraction
-    call #formula
-    F store INC, AXIS, LAST
-4:  add #4, r8
-    cmp #12, r8
-    jne 3b
+    F load INC, AXIS
+    CALL line_fraction
+    F store INC, AXIS
+4:  UP_AXIS 3b
 
-    tst r4
-    jne 6f
-    call #formula
+    F load V
+    IF_NOT_EQUAL 6f
     F load NOMINAL2
-    FA root
+    DO root
     F store NOMINAL2
     F load FEED
-    FA abs
-    FA new, LAST
-    tst r13
-    jeq 6f
-    tst &FEED+2
-    jge 5f
+    DO abs
+    DO new
+    F store V
+    DO test_long
+    IF_EQUAL 6f
+    F load FEED
+    IF_NOT_NEGATIVE 5f
     /* steps/s along the path */
-    call #formula
+    F load V
     F times TICK
-    F over NOMINAL2, LAST
-5:  call #formula
+    F over NOMINAL2
+    F store V
+5:  F load V
     F least TEMP
-    F store TEMP, LAST
+    F store TEMP
 
     /* TICK = pitch, units for each event; the planner's memory */
-6:  call #formula
-    F load LEFT, NEW
+6:  F load LEFT, NEW
     F store V2
     F load TICK
     F over V2
     F store TICK
     /* twice the ramps, less 1/32 */
-    FN int 31
-    FA new
+    LIT 31
+    DO new
     F times TICK
-    FN shift, -4
+    SHIFT -4
     F store ACCEL2
     F times TEMP+8
     F store DECEL2
@@ -195,18 +160,62 @@ line_begin:
     F store START2
     F least NOMINAL2
     F store V2
-    FA root
+    DO root
     F store V
     /* 16 MHz = 125 * 125 * 1024 */
-    FN int 125
-    FA new
+    LIT 125
+    DO new
     F store TEMP
     F times TEMP
-    FN shift 10
+    SHIFT 10
     F times TICK
-    F store TICK, LAST
+    F store TICK
+    RETURN
+    .balign 2, 0
+
+    /* Z clear when the axis r8 is one of r6. Uses r12. */
+line_wants:
+    call #axis_bit
+    bit r6, r12
 line_end:
     ret
+
+    /* The axis r8 goes the way of ACC: MOVING, NEGATIVE, its DIR pin. Uses r11 to r13. */
+line_direction:
+    call #axis_bit
+    bis.b r12, &MOVING
+    bic.b r12, &NEGATIVE
+    mov A_FLAGS(r9), r13
+    tst ACC+2(r8)
+    jge 2f
+    bis.b r12, &NEGATIVE
+    xor #AXIS_INVERT, r13
+2:  mov.b line_dirs-1(r12), r11
+    bis.b r11, &P2OUT
+    bit #AXIS_INVERT, r13
+    jeq 3f
+    bic.b r11, &P2OUT
+3:  ret
+
+    /* Accumulator and count of the axis r8 as a motion begins. Uses r12, r13. */
+line_origin:
+    clr ACC(r8)
+    mov #1<<15, ACC+2(r8)
+    call #axis_bit
+    mov r8, r13
+    rra r13
+    mov ACTUAL(r8), COUNT(r13)
+    bit.b r12, &NEGATIVE
+    jeq line_end
+    inv COUNT(r13)
+    inc COUNT(r13)
+    ret
+
+    /* r13:r12 times 2^32 over LEFT */
+line_fraction:
+    mov &LEFT, r14
+    mov &LEFT+2, r15
+    br #pasapas_fraction
 line_dirs:
     .byte P2_DIR_X, P2_DIR_Y, 0, P2_DIR_Z
 
@@ -274,10 +283,11 @@ counted:
     sub ACTUAL(r8), r12
     jn 2f
     clr r13
-2:  call #formula
+2:  MICRO
     F add ACTUAL, AXIS
-    F store ACTUAL, AXIS, LAST
-    ret
+    F store ACTUAL, AXIS
+    RETURN
+    .balign 2, 0
 
     /* Ramps down and forgets the rest, also of a pause. */
     .global motion_stop
@@ -309,50 +319,50 @@ motion_hit:
     mov r12, r8
     mov r14, r12
     mov r15, r13
-    call #formula
+    MICRO
     F sub STEPS, AXIS
-    FA abs
+    DO abs
     F store TEMP+8
     F load START2
-    F sub NOMINAL2, LAST
-    tst r13
-    jge motion_halt
+    F sub NOMINAL2
+    IF_NEGATIVE 1f
+    CALL motion_halt
+    RETURN
     /* half v^2 / d, and 24 ms for the main loop's round and what the engine holds, and one */
-    call #formula
-    FN int 31
-    FA new
-    FN shift, -4
+1:  LIT 31
+    DO new
+    SHIFT -4
     F store TEMP
     F load DECEL2
     F over TEMP
     F store TEMP
     F load NOMINAL2
     F over TEMP
-    FN shift, -1
+    SHIFT -1
     F store TEMP
     F load NOMINAL2
-    FA root
+    DO root
     F store TEMP+4
-    FN int 24
-    FA new
+    LIT 24
+    DO new
     F times TEMP+4
-    FN shift, -10
+    SHIFT -10
     F plus TEMP
-    FA floor
-    F sub TEMP+8, LAST
-    add #1, r12
-    adc r13
-    bis.b #M_SETTLE, &MOTION
-    tst r13
-    jge 1f
+    DO floor
+    F sub TEMP+8
+    F store TEMP
+    BITS_ON MOTION, M_SETTLE
+    LIT 1
+    F add TEMP
+    IF_NOT_NEGATIVE 1f
     /* what is left less what is not to be made of it */
-    call #formula
-    F add LEFT, LAST
-    tst r13
-    jn motion_stop
-    call #formula
-    F store LEFT, LAST
-1:  ret
+    F add LEFT
+    IF_NEGATIVE 2f
+    F store LEFT
+1:  RETURN
+2:  CALL motion_stop
+    RETURN
+    .balign 2, 0
 
     /* Steps cease at once: none after the next event, which is armed already and at most 2 ms away.
        The rest is forgotten, the commanded places are where the axes stand. No register is kept. */

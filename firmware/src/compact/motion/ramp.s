@@ -21,26 +21,29 @@ segment:
     bit.b #M_PAUSE|M_STOP, &MOTION
     jeq 2f
     mov #START2-NOMINAL2, r8
-    call #formula
+    MICRO
     F load START2
-    F sub V2, LAST
+    F sub V2
+    END
     tst r13
     jge segment_none
 
     /* r5 = events: 4 to 8 ms of them at a constant speed, half of that on a ramp, and there no more
        than change the speed by about 1/32, or 8 */
-2:  call #formula
+2:  MICRO
     F load TICK
-    F sub V, LAST
+    F sub V
+    END
     /* the exponent of a quotient is the top byte of the difference */
     swpb r13
     sxt r13
     mov #15, r7
     sub r13, r7
     /* r4 = sign of what the speed is too high by */
-    call #formula
+    MICRO
     F load V2
-    F sub NOMINAL2, AXIS, LAST
+    F sub NOMINAL2, AXIS
+    END
     mov r13, r4
     tst r13
     jne 3f
@@ -48,12 +51,13 @@ segment:
     jne 3f
     inc r7
     jmp 5f
-3:  call #formula
+3:  MICRO
     F load ACCEL2
     F most DECEL2
     F store TEMP+4
     F load V2
-    F sub TEMP+4, LAST
+    F sub TEMP+4
+    END
     swpb r13
     sxt r13
     sub #4, r13
@@ -86,31 +90,34 @@ segment:
     mov r5, r12
     mov #0, r13
     jge 1f
-    call #formula
-    FA new
+    MICRO
+    DO new
     F times ACCEL2
     F plus V2
-    F least NOMINAL2, AXIS, LAST
+    F least NOMINAL2, AXIS
+    END
     jmp 2f
-1:  call #formula
-    FA new
+1:  MICRO
+    DO new
     F times DECEL2
     F store TEMP+4
     F load V2
     F minus TEMP+4
-    F most NOMINAL2, AXIS, LAST
-2:  call #formula
+    F most NOMINAL2, AXIS
+    END
+2:  MICRO
     F store TEMP+4
     F load LEFT, NEW
     F times DECEL2
     F plus START2
     F least TEMP+4
     F store TEMP+4
-    FA root
+    DO root
     F store TEMP
     /* sub-events: as many powers of two as the longest interval exceeds 2^14 ticks by */
     F least V
-    F sub TICK, LAST
+    F sub TICK
+    END
     call #negate
     swpb r13
     sxt r13
@@ -130,36 +137,40 @@ segment:
     /* the interval at the faster end, 1/65536 ticks */
     mov r6, r8
     sub #SLOT0, r8
-    call #formula
-    FN int 0
+    MICRO
+    LIT 0
     F store SLOT0+CHANGE, AXIS
     F load V
     F most TEMP
     F store SLOT0, AXIS
     F load TICK
-    F over SLOT0, AXIS, LAST
+    F over SLOT0, AXIS
+    END
     add r7, r13
-    call #formula
-    FA floor
+    MICRO
+    DO floor
     F store SLOT0, AXIS
     F load TEMP+4
-    F sub V2, LAST
+    F sub V2
+    END
     mov r13, r4
     bis r12, r13
     tst r13
     jeq 7f
     /* the speed changes: r9:r10 = twice what the mean interval is longer by */
-    call #formula
+    MICRO
     F load V
     F plus TEMP
     F store TEMP+8
     F load TICK
-    F over TEMP+8, LAST
+    F over TEMP+8
+    END
     add r7, r13
     add #1<<8, r13
-    call #formula
-    FA floor
-    F sub SLOT0, AXIS, LAST
+    MICRO
+    DO floor
+    F sub SLOT0, AXIS
+    END
     tst r13
     jge 5f
     clr r12
@@ -178,8 +189,9 @@ segment:
     clr r10
     jmp 8f
 6:  call #negate
-8:  call #formula
-    F store SLOT0+CHANGE, AXIS, LAST
+8:  MICRO
+    F store SLOT0+CHANGE, AXIS
+    END
     /* half of it, toward 0, before the first event */
     mov r13, r15
     rla r15
@@ -189,14 +201,16 @@ segment:
     rrc r12
     add r10, r12
     addc r9, r13
-    call #formula
+    MICRO
     F add SLOT0, AXIS
-    F store SLOT0, AXIS, LAST
-7:  call #formula
+    F store SLOT0, AXIS
+    END
+7:  MICRO
     F load TEMP
     F store V
     F load TEMP+4
-    F store V2, LAST
+    F store V2
+    END
     mov r5, EVENTS(r6)
     setc
     ret

@@ -4,6 +4,8 @@
    ACTUAL, PROBED, and r9 = address of its AxisRecord. */
     .section .text.moves,"axR",@progbits
 module.moves.coords:
+    .balign 2, 0
+micro_origin:
 
     /* A target while a statement looks at all of its axes; the engine rests and leaves its memory. */
     .set NEW_UM, INC
@@ -11,6 +13,16 @@ module.moves.coords:
     /* planner's numbers that are free at rest */
     .set SPARE, V2
     .set SPARE_TOO, LEFT
+
+    /* bytes of the statement or command that begins */
+    .set FLAGS, LOCALS          /* the instruction's flags */
+    .set RAMPS, LOCALS+1        /* its second byte of them; bits of axes that have steps to make */
+    .set UNIT, LOCALS+2         /* what rate takes; an operation code */
+    .set FRAME_OF, LOCALS+3     /* F_STEPS: steps, else um; F_MACHINE, F_RELATIVE, else work */
+    .global FRAME_OF
+    .set F_STEPS, 4
+    .set F_MACHINE, 8
+    .set F_RELATIVE, 16
 
     /* Where the axis r12 stands, or is to stand, for the link: r13:r12 = work position in steps.
        Uses r11, r14, r15. */
@@ -25,19 +37,23 @@ work_steps:
 1:  push r8
     push r9
     push r13
-    call #axis_select
-    call #offset_steps
+    MICRO
+    DO axis_select
+    DO offset_steps
+    END
     add @r1+, r8
+    MICRO
     .else
 work_steps:
     push r8
     push r9
-    call #axis_select
-    call #offset_steps
+    MICRO
+    DO axis_select
+    DO offset_steps
     .endif
-    call #formula
-    F sub ACTUAL, AXIS, LAST
-    call #negate
+    F sub ACTUAL, AXIS
+    DO negate
+    END
 restore_axis:
     pop r9
     pop r8
@@ -52,16 +68,13 @@ axis_record:
     mov r9, r12
     jmp restore_axis
 
-    /* r13:r12 = work offset of the axis in steps, 0 when it does not fit. Uses r11, r14, r15. */
-offset_steps:
-    call #formula
-    F load OFFSET, AXIS, LAST
-    call #to_steps
-zero_if_carry:
-    jnc 1f
-    clr r12
-    clr r13
-1:  ret
+    /* r13:r12 = work offset of the axis in steps, 0 when it does not fit. */
+    ROUTINE_ODD offset_steps
+    F load OFFSET, AXIS
+    DO to_steps
+    DO zero_if_carry
+    RETURN
+    .balign 2, 0
 
     /* r13:r12 um as steps of the axis, half away from zero; carry when they do not fit.
        Uses r11, r14, r15. */
@@ -70,9 +83,9 @@ to_steps:
     mov A_UM(r9), r11
     mov A_STEPS(r9), r14
     jmp 1f
-    /* The same in the unit that r10 does not say, bit 2 for steps. */
+    /* The same in the unit that FRAME_OF does not say. */
 to_other:
-    bit #4, r10
+    bit.b #F_STEPS, &FRAME_OF
     jeq to_steps
     /* r13:r12 steps as um. */
 to_um:
@@ -130,91 +143,82 @@ axis_bit:
     inc r12
 1:  ret
 
-    /* Where a target lies: r13:r12 um or steps, r10 = frame (0 work, 1 machine, 2 relative), plus 4
-       for steps. NEW_UM, NEW_STEPS of the axis hold it and r12 is 0, or FAULTED with F01, F05,
-       F07, or F20 for an axis that the machine lacks. Uses r11, r14, r15. */
-    .global aim
-aim:
+    /* Z set when the machine lacks the axis. */
+axis_there:
     cmp #12, r8
-    jhs aim_lacks
+    jhs 1f
     bit #AXIS_PRESENT, A_FLAGS(r9)
-    jeq aim_lacks
-    /* relative: to the commanded place in its unit; work um: to the offset */
-    mov r8, r11
-    bit #4, r10
-    jeq 1f
-    add #STEPS-UM, r11
-1:  bit #2, r10
-    jne 2f
-    bit #5, r10
-    jne 3f
-    add #OFFSET-UM, r11
-2:  add UM(r11), r12
-    addc UM+2(r11), r13
-    bit #0x100, r2
-    jne aim_overflow
-    /* The same for a machine position; 2 in r10 allows it to an axis not homed. */
-aim_place:
-3:  bit #4, r10
-    jne 4f
-    call #formula
-    F store NEW_UM, AXIS, LAST
-    call #to_steps
-    jc aim_overflow
-    call #formula
-    F store NEW_STEPS, AXIS, LAST
-    jmp 7f
-4:  call #formula
-    F store NEW_STEPS, AXIS, LAST
-    call #to_um
-    jc aim_overflow
-    call #formula
-    F store NEW_UM, AXIS, LAST
-7:  call #axis_bit
-    bit.b r12, &HOMED
-    jeq 5f
-    /* both differences may wrap: all is well as long as the travel is below 2^31 um */
-    call #formula
-    FR load A_MAX, LONG
-    F sub NEW_UM, AXIS, LAST
-    tst r13
-    jl aim_limit
-    call #formula
-    F load NEW_UM, AXIS
-    FR sub A_MIN, LONG, LAST
-    tst r13
-    jl aim_limit
-6:  clr r12
     ret
-5:  bit #2, r10
-    jne 6b
-    mov &VM_CODE, r11
-    bit #MC_REQUIRE_HOMING, MC_FLAGS-MACHINE_SIZE(r11)
-    jeq 6b
-    mov #FAULTED+F_NOT_HOMED, r12
-    ret
-aim_limit:
-    mov #FAULTED+F_SOFT_LIMIT, r12
-    ret
-aim_lacks:
-    mov #FAULTED+F_VALUE_RANGE, r12
-    ret
-aim_overflow:
-    mov #FAULTED+F_OVERFLOW, r12
+1:  cmp r8, r8
     ret
 
+    /* r12 = flags of the program's MachineRecord. Uses r11. */
+machine_flags:
+    mov &VM_CODE, r11
+    mov MC_FLAGS-MACHINE_SIZE(r11), r12
+    ret
+
+    /* Where a target lies: r13:r12 um or steps as FRAME_OF says. NEW_UM, NEW_STEPS of the axis hold it
+       and r12 is 0, or FAULTED with F01, F05, F07, or F20 for an axis that the machine lacks. */
+    ROUTINE_ODD aim
+    DO axis_there
+    IF_EQUAL aim_lacks
+    /* relative: to the commanded place in its unit; work um: to the offset */
+    IF_NONE FRAME_OF, F_RELATIVE, 1f
+    IF_ANY FRAME_OF, F_STEPS, 0f
+    F add UM, AXIS
+    GOTO 2f
+0:  F add STEPS, AXIS
+    GOTO 2f
+1:  IF_ANY FRAME_OF, F_STEPS|F_MACHINE, aim_place
+    F add OFFSET, AXIS
+2:  IF_OVERFLOW aim_overflow
+    /* The same for a machine position; F_RELATIVE allows it to an axis not homed. */
+    ROUTINE_ODD aim_place
+    IF_ANY FRAME_OF, F_STEPS, 4f
+    F store NEW_UM, AXIS
+    DO to_steps
+    IF_CARRY aim_overflow
+    F store NEW_STEPS, AXIS
+    GOTO 7f
+4:  F store NEW_STEPS, AXIS
+    DO to_um
+    IF_CARRY aim_overflow
+    F store NEW_UM, AXIS
+7:  DO axis_bit
+    TEST_AXIS HOMED
+    IF_EQUAL 5f
+    /* both differences may wrap: all is well as long as the travel is below 2^31 um */
+    FR load A_MAX, LONG
+    F sub NEW_UM, AXIS
+    IF_NEGATIVE aim_limit
+    F load NEW_UM, AXIS
+    FR sub A_MIN, LONG
+    IF_NEGATIVE aim_limit
+6:  DONE_
+5:  IF_ANY FRAME_OF, F_RELATIVE, 6b
+    DO machine_flags
+    TESTI MC_REQUIRE_HOMING
+    IF_EQUAL 6b
+    FAULT F_NOT_HOMED
+aim_limit:
+    FAULT F_SOFT_LIMIT
+aim_lacks:
+    FAULT F_VALUE_RANGE
+aim_overflow:
+    FAULT F_OVERFLOW
+
     /* Makes NEW_UM, NEW_STEPS of the resting axis the commanded place; Z when it stands there in
-       steps. Uses r11 to r15. */
-command:
-    call #formula
+       steps. */
+    ROUTINE_ODD command
     F load NEW_UM, AXIS
     F store UM, AXIS
     F load NEW_STEPS, AXIS
     F store STEPS, AXIS
-    F sub ACTUAL, AXIS, LAST
-    bis r12, r13
-    tst r13
-    ret
+    F sub ACTUAL, AXIS
+    DO test_long
+    RETURN
+    .balign 2, 0
 
     /* A new run: no work offsets, and the commanded places are those where the axes stand. Keeps r4
        to r7 and r10. */
@@ -226,25 +230,21 @@ motion_reset:
     jne 1b
     /* The commanded places become those where the axes stand. Keeps r4 to r7 and r10. */
 settle_all:
-    mov #8, r8
-1:  call #axis_at
-    call #settle_here
-    sub #4, r8
-    jge 1b
-    ret
+    MICRO
+    DO micro_first_axis
+1:  DO axis_at
+    DO settle_here
+    NEXT_AXIS 1b
+    RETURN
 
-    .global settle, settle_here
-    /* The commanded place is where the axis stands. Uses r11 to r15. */
-settle_here:
-    call #formula
-    F load ACTUAL, AXIS, LAST
-    /* The commanded place is that of r13:r12 steps; um are 0 when they do not fit.
-       Uses r11 to r15. */
-settle:
-    call #formula
-    F store STEPS, AXIS, LAST
-    call #to_um
-    call #zero_if_carry
-    call #formula
-    F store UM, AXIS, LAST
-    ret
+    /* The commanded place is where the axis stands. */
+    ROUTINE_ODD settle_here
+    F load ACTUAL, AXIS
+    /* The commanded place is that of r13:r12 steps; um are 0 when they do not fit. */
+    ROUTINE_ODD settle
+    F store STEPS, AXIS
+    DO to_um
+    DO zero_if_carry
+    F store UM, AXIS
+    RETURN
+    .balign 2, 0

@@ -2,14 +2,14 @@
     .section .text.moves,"axR",@progbits
 module.moves.home:
 
-    /* PHASE of a reference run: each is the place of its jump in fx_home. */
-    .set HOME_BEGIN, 2          /* N and BITS are set */
-    .set HOME_REST, 4           /* braking */
-    .set HOME_PAUSE, 6
-    .set HOME_OPEN, 8           /* braking behind the switch */
-    .set HOME_CLEAR, 10
-    .set HOME_FAST, 12          /* toward the switch; from here on the axis may move */
-    .set HOME_SLOW, 14          /* off it */
+    /* PHASE of a reference run: each is its place in fx_home's switch. */
+    .set HOME_BEGIN, 1          /* N and BITS are set */
+    .set HOME_REST, 2           /* braking */
+    .set HOME_PAUSE, 3
+    .set HOME_OPEN, 4           /* braking behind the switch */
+    .set HOME_CLEAR, 5
+    .set HOME_FAST, 6           /* toward the switch; from here on the axis may move */
+    .set HOME_SLOW, 7           /* off it */
     /* BITS of a reference run: input number of the switch and */
     .set HOME_INVERT, 0x40      /* it is off when closed */
     .set HOME_COMMAND, 0x80     /* command 106: HOME_RECORD holds the rest */
@@ -17,167 +17,164 @@ module.moves.home:
     .set OPENED, CAUGHT
 
     /* Home, Home? and commands 106, 1110: fast to the switch, rest, slowly off it, clearance. */
-    .global fx_home
-fx_home:
-    jne 1f
-    sub #OP_HOME, r12
-    cmp #OP_HOME_QUERY-OP_HOME, r12
-    jne 0f
-    call #operand_byte
-0:  mov.b #HOME_BEGIN, &PHASE
-    call #home_by_profile
-1:  call #axis_n
-    bit #AXIS_PRESENT, A_FLAGS(r9)
-    jeq home_lacks
-    call #home_pace
-    .if HAS_COMMANDS
-    tst.b &BITS
-    jge 2f
-    mov #HOME_RECORD, r9
-    .endif
-2:  mov.b &PHASE, r10
-    tst.b &MOVING
-    jeq 3f
-    cmp #HOME_FAST, r10
-    jlo home_wait
-3:  add r10, r0
-home_wait:
-    jmp home_wait_far
-    jmp home_begin
-    jmp home_rest
-    jmp home_pause
-    jmp home_open
-    jmp home_clear
-    jmp home_fast
-
-    /* slow */
-    call #home_closed
-    mov #FAULTED+F_HOME_STAYS_CLOSED, r10
-    jne home_missed
-    mov.b #HOME_OPEN, &PHASE
-    call #formula
+    ROUTINE_ODD fx_home
+    IF_SET PHASE, 1f
+    ADDI -OP_HOME
+    CMPI OP_HOME_QUERY-OP_HOME
+    IF_NOT_EQUAL 0f
+    DO operand_byte
+0:  LET PHASE, HOME_BEGIN
+    DO home_by_profile
+1:  DO axis_n
+    DO axis_there
+    IF_EQUAL home_lacks
+    /* the pace toward the switch */
+    DO axis_pace
+    IF_ANY BITS, HOME_COMMAND, 2f
+    FR load A_HOME_FAST, SHORT, NEW
+    GOTO 3f
+2:  F load HOME_UP, NEW
+    F least TEMP+4
+    F store TEMP+4
+    F load HOME_DOWN, NEW
+    F least TEMP+8
+    F store TEMP+8
+    F load HOME_SPEED, NEW
+    CALL home_record
+3:
+    DO speed_least
+    GET PHASE
+    IF_ZERO MOVING, 4f
+    CMPI HOME_FAST
+    IF_CARRY 4f
+    NOT_YET_
+4:  DO micro_switch
+    .byte 0
+    TO home_begin
+    TO home_rest
+    TO home_pause
+    TO home_open
+    TO home_clear
+    TO home_fast
+    TO home_slow
+home_slow:
+    DO home_closed
+    IF_NOT_EQUAL home_stays_closed
+    LET PHASE, HOME_OPEN
     F load ACTUAL, AXIS
-    F store OPENED, , LAST
-    call #hit_at
-    jmp home_wait
+    F store OPENED
+    DO hit_at
+    NOT_YET_
 
 home_fast:
-    call #home_closed
-    mov #FAULTED+F_HOME_NOT_FOUND, r10
-    jeq home_missed
-    mov.b #HOME_REST, &PHASE
-    call #motion_stop
-    jmp home_wait
+    DO home_closed
+    IF_EQUAL home_not_found
+    LET PHASE, HOME_REST
+    CALL motion_stop
+home_wait:
+    NOT_YET_
 
-home_missed:
-    tst.b &MOVING
-    jne home_wait
-    .if HAS_COMMANDS
-    call #axis_at
-    .endif
-    call #settle_here
-    mov #TRACE_HOME, r7
-    call #event_here
-    cmp #FAULTED+F_HOME_NOT_FOUND, r10
-    jne 1f
-    cmp.b #OP_HOME_QUERY, &EFFECT
-    jeq 2f
-1:  mov r10, r12
-2:  ret
-
-home_begin:
-    clr.b &WATCH
-    call #axis_bit
-    bic.b r12, &HOMED
-    call #formula
-    FN int 0
-    F store OFFSET, AXIS, LAST
-    mov.b #HOME_REST, &PHASE
-    call #home_closed
-    jne home_wait
-    mov.b #HOME_FAST, &PHASE
-    mov A_FLAGS(r9), r7
-    jmp home_seek
-
+home_stays_closed:
+    IF_SET MOVING, home_wait
+    DO home_missed
+    FAULT F_HOME_STAYS_CLOSED
+home_not_found:
+    IF_SET MOVING, home_wait
+    DO home_missed
+    IF_IS EFFECT, OP_HOME_QUERY, home_failed
+    FAULT F_HOME_NOT_FOUND
 home_lacks:
-    br #aim_lacks
-
-home_rest:
-    mov A_HOME_PAUSE(r9), &TIME
-    incd.b &PHASE
-home_wait_far:
-    br #not_yet
-
-home_pause:
-    tst &TIME
-    jne home_wait
-    mov.b #HOME_SLOW, &PHASE
-    call #formula
-    FR load A_HOME_SLOW, SHORT, NEW
-    F least TEMP
-    F store TEMP, , LAST
-    mov A_FLAGS(r9), r7
-    xor #AXIS_HOME_POSITIVE, r7
-    /* Moves by the stroke, in positive direction when r7 says so. */
-home_seek:
-    call #formula
-    FR load A_HOME_STROKE, LONG, LAST
-    call #to_steps
-    bit #AXIS_HOME_POSITIVE, r7
-    jne 1f
-    call #negate
-1:  call #formula
-    F add ACTUAL, AXIS
-    F store STEPS, AXIS, LAST
-home_go:
-    br #begin_axis
-
-home_open:
-    incd.b &PHASE
-    call #axis_bit
-    bis.b r12, &HOMED
-    /* what the axis went on after the switch had opened counts from there */
-    call #formula
-    FR load A_HOME_POSITION, LONG, LAST
-    call #to_steps
-    call #formula
-    F add ACTUAL, AXIS
-    F sub OPENED
-    F store ACTUAL, AXIS, LAST
-    call #formula
-    FR load A_HOME_CLEARANCE, LONG, LAST
-    bit #AXIS_HOME_POSITIVE, A_FLAGS(r9)
-    jeq 1f
-    call #negate
-1:  call #formula
-    FR add A_HOME_POSITION, LONG, LAST
-    call #to_steps
-    .if HAS_COMMANDS
-    call #axis_at
-    .endif
-    call #settle
-    jmp home_go
+    FAULT F_VALUE_RANGE
 
 home_clear:
-    mov #TRACE_OK<<8|TRACE_HOME, r7
-    /* An event with the axis's position: r7 = kind and outcome. Leaves r12 = DONE. */
-event_here:
-    call #formula
-    F load ACTUAL, AXIS, LAST
-    br #event
+    F load ACTUAL, AXIS
+    EVENT_OK TRACE_HOME
+home_failed:
+    RETURN
+
+home_begin:
+    LET WATCH, 0
+    DO axis_bit
+    AXIS_OFF HOMED
+    LIT 0
+    F store OFFSET, AXIS
+    LET PHASE, HOME_REST
+    DO home_closed
+    IF_NOT_EQUAL home_wait
+    LET PHASE, HOME_FAST
+    FR load A_FLAGS, SHORT
+    GOTO home_seek
+
+home_rest:
+    FR load A_HOME_PAUSE, SHORT
+    F store TIME
+    UP PHASE
+    NOT_YET_
+
+home_pause:
+    F load TIME
+    DO test_long
+    IF_NOT_EQUAL home_wait
+    LET PHASE, HOME_SLOW
+    FR load A_HOME_SLOW, SHORT, NEW
+    DO speed_least
+    FR load A_FLAGS, SHORT
+    ADDI AXIS_HOME_POSITIVE
+    /* Moves by the stroke, in positive direction when r12 says so. */
+home_seek:
+    PUT FLAGS
+    FR load A_HOME_STROKE, LONG
+    DO to_steps
+    IF_ANY FLAGS, AXIS_HOME_POSITIVE, 1f
+    DO negate
+1:  F add ACTUAL, AXIS
+    F store STEPS, AXIS
+    GOTO home_go
+
+home_open:
+    UP PHASE
+    DO axis_bit
+    AXIS_ON HOMED
+    /* what the axis went on after the switch had opened counts from there */
+    FR load A_HOME_POSITION, LONG
+    DO to_steps
+    F add ACTUAL, AXIS
+    F sub OPENED
+    F store ACTUAL, AXIS
+    FR load A_FLAGS, SHORT
+    PUT FLAGS
+    FR load A_HOME_CLEARANCE, LONG
+    IF_NONE FLAGS, AXIS_HOME_POSITIVE, 1f
+    DO negate
+1:  FR add A_HOME_POSITION, LONG
+    DO to_steps
+    DO axis_at
+    DO settle
+home_go:
+    DO begin_axis
+    RETURN
+
+    /* A reference run that failed ends where the axis stands. */
+    ROUTINE_ODD home_missed
+    DO axis_at
+    DO settle_here
+    F load ACTUAL, AXIS
+    EVENT TRACE_HOME
+    RETURN
+    .balign 2, 0
+
+home_record:
+    mov #HOME_RECORD, r9
+    ret
 
     /* Z clear when the switch is closed. Uses r11 to r15. */
 home_closed:
     mov.b &BITS, r12
-    .if HAS_COMMANDS
     and #31, r12
     call #unfiltered
     bit.b #HOME_INVERT, &BITS
     jeq 1f
     xor #1, r12
-    .else
-    call #unfiltered
-    .endif
 1:  tst r12
     ret
 
@@ -192,28 +189,6 @@ reference:
     add &BOARD, r12
     mov.b B_REFERENCE(r12), r12
     ret
-
-    /* TEMP = pace toward the switch. Uses r11 to r15. */
-home_pace:
-    call #axis_pace
-    .if HAS_COMMANDS
-    tst.b &BITS
-    jn 1f
-    .endif
-    call #formula
-    FR load A_HOME_FAST, SHORT, NEW, LAST
-    br #speed_least
-    .if HAS_COMMANDS
-1:  call #formula
-    F load HOME_UP, NEW
-    F least TEMP+4
-    F store TEMP+4
-    F load HOME_DOWN, NEW
-    F least TEMP+8
-    F store TEMP+8
-    F load HOME_SPEED, NEW, LAST
-    br #speed_least
-    .endif
 
     /* An axis that moves toward its closed reference switch outside homing: F06. Each millisecond.
        No register is kept. */

@@ -14,104 +14,102 @@ module.moves.probe:
     .set PROBE_MISSED, 3
 
     /* Probe, ProbeMask, command 107. */
-    .global fx_probe
-fx_probe:
-    jne probe_goes
-    inc.b &PHASE
-    call #operand_byte
-    call #axis_flags
-    call #operand_byte
-    mov r12, r5
-    bit #FL_MASK, r5
-    jeq 1f
-    call #pop_value
-    mov r12, &PROBE_XOR
-    mov r13, r5
-    call #pop_value
-    mov r12, &PROBE_AND
-    call #probe_high
-    jmp 3f
-1:  mov &BOARD, r11
-    mov #1, r10
-    mov.b B_PROBE(r11), r12
-    bit #FL_SENSOR, r5
-    jeq 2f
-    call #pop_value
-    bis r13, r12
-    mov r12, r10
-    mov #17, r12
-    call #pop_small
-2:  call #probe_input
-    jhs 6f
-3:  bit #FL_SPEED, r6
-    jne 4f
-    call #feed_least
-    jmp 5f
-4:  call #speed_flags
-5:  jc 7f
-    call #pop_value
-    /* frame to bits 0 and 1, steps to bit 2 */
-    mov r6, r10
-    rra r10
-    rra r10
-    rra r10
-    and #3, r10
-    and #FL_STEPS, r6
-    bis r6, r10
-    call #aim
-    tst r12
-    jne 8f
-    call #probe_begin
-    jeq probe_wait
-    mov #TRACE_PROBE, r7
-    call #event_here
-    mov #FAULTED+F_INPUT_ACTIVE, r12
-8:  ret
-6:  br #aim_lacks
-7:  br #speed_range
+    ROUTINE_ODD fx_probe
+    IF_SET PHASE, probe_goes
+    UP PHASE
+    DO operand_byte
+    DO axis_flags
+    DO operand_byte
+    PUT RAMPS
+    IF_NONE RAMPS, FL_MASK, 1f
+    CALL probe_masks
+    GOTO 3f
+1:  LET UNIT, 1
+    CALL probe_default
+    IF_NONE RAMPS, FL_SENSOR, 2f
+    DO pop_value
+    DO test_long
+    IF_NOT_EQUAL 0f
+    LET UNIT, 0
+0:  LIT 17
+    CALL pop_small
+2:  DO probe_input
+    IF_CARRY probe_lacks
+3:  IF_NONE FLAGS, FL_SPEED, 4f
+    DO speed_flags
+    GOTO 5f
+    /* the feed */
+4:  LET UNIT, 0
+    F load FEED
+    IF_NOT_NEGATIVE 1f
+    LET UNIT, 2
+    DO negate
+1:  DO rate_of
+    DO speed_least
+5:  IF_EQUAL probe_range
+    GET FLAGS
+    ANDI F_STEPS+F_MACHINE+F_RELATIVE
+    PUT FRAME_OF
+    DO pop_value
+    DO aim
+    DO or_return
+    DO probe_begin
+    IF_EQUAL probe_wait
+    F load ACTUAL, AXIS
+    EVENT TRACE_PROBE
+    FAULT F_INPUT_ACTIVE
+probe_lacks:
+    FAULT F_VALUE_RANGE
+probe_range:
+    FAULT F_SPEED_RANGE
 
 probe_goes:
-    call #axis_n
-    cmp.b #PROBE_MOVES, &PHASE
-    jne 3f
-    tst.b &HIT
-    jeq 1f
+    DO axis_n
+    IF_IS_NOT PHASE, PROBE_MOVES, 3f
+    IF_ZERO HIT, 1f
     /* a pin answered: its place is the count of that step */
-    call #motion_caught
-    jmp 2f
-1:  call #probe_answers
-    jne 0f
-    tst.b &MOVING
-    jne probe_wait
-    mov.b #PROBE_MISSED, &PHASE
-    jmp 3f
-0:  call #formula
-    F load ACTUAL, AXIS, LAST
-2:  call #formula
-    F store PROBED, AXIS, LAST
-    inc.b &PHASE
-    mov r12, r14
-    call #axis_bit
-    bis.b r12, &PROBE_OK
-    mov r14, r12
-    call #hit_at
+    CALL motion_caught
+    GOTO 2f
+1:  DO probe_answers
+    IF_NOT_EQUAL 0f
+    IF_SET MOVING, probe_wait
+    LET PHASE, PROBE_MISSED
+    GOTO 3f
+0:  F load ACTUAL, AXIS
+2:  F store PROBED, AXIS
+    UP PHASE
+    DO axis_bit
+    AXIS_ON PROBE_OK
+    F load PROBED, AXIS
+    DO hit_at
 probe_wait:
-    br #not_yet
-3:  tst.b &MOVING
-    jne probe_wait
-    clr.b &WATCH
-    mov #TRACE_PROBE, r7
-    cmp.b #PROBE_CAUGHT, &PHASE
-    jne 4f
-    mov #TRACE_OK<<8|TRACE_PROBE, r7
-    call #formula
-    F load PROBED, AXIS, LAST
-    br #event
-4:  call #event_here
-    bit.b #FL_QUERY, &BITS
-    jne 5f
-    mov #FAULTED+F_PROBE_MISSED, r12
-5:  ret
+    NOT_YET_
+3:  IF_SET MOVING, probe_wait
+    LET WATCH, 0
+    IF_IS_NOT PHASE, PROBE_CAUGHT, 4f
+    F load PROBED, AXIS
+    EVENT_OK TRACE_PROBE
+    RETURN
+4:  F load ACTUAL, AXIS
+    EVENT TRACE_PROBE
+    IF_ANY BITS, FL_QUERY, 5f
+    FAULT F_PROBE_MISSED
+5:  RETURN
+    .balign 2, 0
+
+    /* Masks from the stack. Uses r7, r11 to r15. */
+probe_masks:
+    call #pop_value
+    mov r12, &PROBE_XOR
+    mov r13, r7
+    call #pop_value
+    mov r12, &PROBE_AND
+    jmp probe_high
+    /* r12 = the profile's probe input. Uses r11. */
+probe_default:
+    mov &BOARD, r11
+    mov.b B_PROBE(r11), r12
+    ret
 
     /* An input answered when the axis N was at r13:r12. Uses r11 to r15. */
 hit_at:
@@ -120,21 +118,8 @@ hit_at:
     mov.b &N, r12
     br #motion_hit
 
-    /* The feed lowers the speed of the pace; carry when there is none. Uses r7, r11 to r15. */
-feed_least:
-    clr r7
-    call #formula
-    F load FEED, , LAST
-    tst r13
-    jge 1f
-    mov #2, r7
-    call #negate
-1:  call #rate_of
-    jc 2f
-    br #speed_least
-
-    /* Waits for input r12 to be on (r10 not 0) or off. Carry when there is no such input.
-       Uses r5, r11 to r15. */
+    /* Waits for input r12 to be on (UNIT not 0) or off. Carry when there is no such input.
+       Uses r7, r11 to r15. */
 probe_input:
     dec r12
     cmp #17, r12
@@ -143,25 +128,25 @@ probe_input:
     call #mask_of
     mov r14, &PROBE_AND
     clr &PROBE_XOR
-    clr r5
+    clr r7
     clr r13
     tst r14
     jne 1f
     inc r13
-1:  tst r10
+1:  tst.b &UNIT
     jne probe_high
-    mov r13, r5
+    mov r13, r7
     mov r14, &PROBE_XOR
-    /* BITS = those of the masks' high halves r13 and r5, and QUERY of r6; carry clear. Uses r5, r12. */
+    /* BITS = those of the masks' high halves r13 and r7, and QUERY of FLAGS; carry clear. Uses r7, r12. */
 probe_high:
     and #PROBE_AND_17, r13
-    rra r5
+    rra r7
     jnc 1f
     bis #PROBE_XOR_17, r13
-1:  tst r5
+1:  tst r7
     jeq 3f
     bis #PROBE_ALWAYS, r13
-3:  mov r6, r12
+3:  mov.b &FLAGS, r12
     and #FL_QUERY, r12
     bis r12, r13
     mov.b r13, &BITS
@@ -184,14 +169,21 @@ probe_answers:
     tst r12
     ret
 
-    /* The axis sets off to NEW_STEPS at the pace in TEMP; Z clear when the inputs answer already.
-       Uses all but r4 to r6. */
-probe_begin:
-    call #axis_bit
-    bic.b r12, &PROBE_OK
-    call #probe_answers
-    jne 2b
-    /* a probe at pins of port 1 is caught at its very step: they are at rest now */
+    /* The axis sets off to NEW_STEPS at the pace in TEMP; Z clear when the inputs answer already. */
+    ROUTINE_ODD probe_begin
+    DO axis_bit
+    AXIS_OFF PROBE_OK
+    DO probe_answers
+    IF_NOT_EQUAL 1f
+    CALL probe_watch
+    DO command
+    DO begin_axis
+    CMPI NOT_YET
+1:  RETURN
+    .balign 2, 0
+
+    /* A probe at pins of port 1 is caught at its very step: they are at rest now. Uses r11, r12. */
+probe_watch:
     clr.b &WATCH
     clr.b &HIT
     mov.b &P1IN, &IDLE
@@ -211,7 +203,4 @@ probe_begin:
     jeq 4f
     mov #P1_REF_X_OR_PROBE, r12
 3:  mov.b r12, &WATCH
-4:  call #command
-    call #begin_axis
-    cmp r12, r12
-    ret
+4:  ret

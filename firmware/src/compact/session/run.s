@@ -144,11 +144,12 @@ raise:
     bis.b #VM_ERROR, &VM_FLAGS
     mov r15, &VM_PC
     /* a handler has no F */
-    call #formula
+    MICRO
     F load FEED
     F store FEED_ASIDE
-    FN int 0
-    F store FEED, F_LAST
+    LIT 0
+    F store FEED
+    END
 
 /* The expression stack is that of the open routine's beginning. Clobbers r14. */
 run_unwind:

@@ -41,20 +41,20 @@ soft_push:
 
 /* ToSteps, ToLength: the lower bit of the code tells them apart. */
 soft_convert:
-    mov r12, r10
-    rla r10
-    rla r10
-    call #operand_byte
-    call #axis_select
-    call #formula
-    F load VM_TOP, , LAST
-    call #to_other
-    jc 1f
-    call #formula
-    F store VM_TOP, , LAST
-    jmp soft_done
-1:  mov #F_OVERFLOW, r12
-    ret
+    rla r12
+    rla r12
+    MICRO
+    PUT FRAME_OF
+    DO operand_byte
+    DO axis_select
+    F load VM_TOP
+    CALL to_other
+    IF_CARRY 1f
+    F store VM_TOP
+    DONE_
+1:  LIT F_OVERFLOW
+    RETURN
+    .balign 2, 0
 
     .if HAS_LINES
 soft_on_error:
@@ -106,9 +106,10 @@ soft_resume_next:
     add &VM_CODE, r12
     call #line_of
     mov r13, &VM_PC
-    call #formula
+    MICRO
     F load FEED_ASIDE
-    F store FEED, F_LAST
+    F store FEED
+    END
 3:  bic.b #VM_ERROR, &VM_FLAGS
     call #run_unwind
     .endif

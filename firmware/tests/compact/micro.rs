@@ -1,4 +1,4 @@
-//! The formula interpreter: generated formulas, run from RAM, against their meaning.
+//! The micro-code machine: generated formulas, run from RAM, against their meaning; jumps and bytes.
 
 use std::cell::RefCell;
 
@@ -13,16 +13,15 @@ const NUMBERS: u16 = 0x0240;
 const RECORD: u16 = 0x0280;
 /// Where the formula lies.
 const CODE: u16 = 0x0300;
-// Flags as formula.s has them.
-const LAST: u8 = 0x20;
-const AXIS: u8 = 0x40;
-const RECORD_32: u8 = 0x80;
-const RECORD_16: u8 = 0xC0;
-const NEW: u8 = 1;
+// Flags as micro.s has them.
+const FORMULA: u8 = 0x80;
+const RECORD_32: u8 = 0x40;
+const RECORD_16: u8 = 0x60;
+const AXIS: u8 = 0x20;
+const NEW: u8 = 0x10;
 
-/// Operations, in the order of their codes.
+/// Operations: those of formulas in the order of their codes, then routines and operations of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(dead_code, reason = "made from their numbers")]
 #[repr(u8)]
 enum Op {
     Load,
@@ -33,14 +32,29 @@ enum Op {
     Over,
     Least,
     Most,
+    Add,
+    Sub,
     Root,
     Floor,
     Shift,
-    Add,
-    Sub,
     Int,
     Abs,
     New,
+}
+
+impl Op {
+    /// The symbol of its number in the table, and whether a byte follows; none for a formula's.
+    fn in_table(self) -> Option<(&'static str, bool)> {
+        match self {
+            Op::Root => Some(("DO_root", false)),
+            Op::Floor => Some(("DO_floor", false)),
+            Op::Shift => Some(("DO_micro_shift", true)),
+            Op::Int => Some(("DO_micro_literal", true)),
+            Op::Abs => Some(("DO_abs", false)),
+            Op::New => Some(("DO_new", false)),
+            _ => None,
+        }
+    }
 }
 
 /// What an operation works with.
@@ -128,25 +142,25 @@ impl Machine {
         for (n, word) in self.record.iter().enumerate() {
             chip.board.poke16(RECORD + 2 * n as u16, *word);
         }
-        // call #formula
-        let formula = chip.at("formula");
-        chip.board.poke16(CODE, 0x12B0);
-        chip.board.poke16(CODE + 2, formula);
-        let mut at = CODE + 4;
-        for (n, &(op, operand, new)) in steps.iter().enumerate() {
+        let mut code = Vec::new();
+        for &(op, operand, new) in steps {
             let word = |n: u8| ((NUMBERS - 0x200) / 2) as u8 + 2 * n;
             let (mode, byte) = match operand {
                 Operand::Number(n, by_axis) => (if by_axis { AXIS } else { 0 }, word(n)),
                 Operand::Field(at, long) => (if long { RECORD_32 } else { RECORD_16 }, at),
                 Operand::Byte(byte) => (0, byte),
             };
-            let last = if n + 1 == steps.len() { LAST } else { 0 };
-            chip.board.poke8(at, (2 * op as u8) | mode | last | if new { NEW } else { 0 });
-            chip.board.poke8(at + 1, byte);
-            at += 2;
+            match op.in_table() {
+                Some((number, follows)) => {
+                    code.push(chip.at(number) as u8);
+                    code.extend(follows.then_some(byte));
+                }
+                None => {
+                    let new = if new { NEW } else { 0 };
+                    code.extend([FORMULA | op as u8 | mode | new, byte]);
+                }
+            }
         }
-        // ret
-        chip.board.poke16(at, 0x4130);
         let registers = [
             (12, self.acc as u16),
             (13, (self.acc >> 16) as u16),
@@ -155,7 +169,7 @@ impl Machine {
             (7, 0x7777),
             (10, 0xAAAA),
         ];
-        chip.call_at(CODE, "the formula", &registers);
+        run(chip, &code, &registers);
         assert_eq!((chip.reg(7), chip.reg(10)), (0x7777, 0xAAAA), "r7, r10 are kept");
         self.acc = chip.result();
         for (n, number) in self.numbers.iter_mut().enumerate() {
@@ -163,6 +177,22 @@ impl Machine {
             *number = u32::from(chip.board.peek16(at + 2)) << 16 | u32::from(chip.board.peek16(at));
         }
     }
+}
+
+/// Runs micro-code between instructions.
+fn run(chip: &mut Chip, code: &[u8], registers: &[(usize, u16)]) {
+    // call #micro
+    let micro = chip.at("micro");
+    chip.board.poke16(CODE, 0x12B0);
+    chip.board.poke16(CODE + 2, micro);
+    let mut at = CODE + 4;
+    for &byte in code.iter().chain(&[chip.at("DO_micro_end") as u8]) {
+        chip.board.poke8(at, byte);
+        at += 1;
+    }
+    // ret
+    chip.board.poke16((at + 1) & !1, 0x4130);
+    chip.call_at(CODE, "the micro-code", registers);
 }
 
 /// A scaled number in the planner's range.
@@ -234,4 +264,67 @@ fn formulas_mean_what_their_operations_say() {
         prop_assert_eq!(made.acc, twin.acc, "{:?}", formula);
         prop_assert_eq!(made.numbers, twin.numbers, "{:?}", formula);
     });
+}
+
+#[test]
+fn bytes_are_looked_at_and_changed_and_jumps_are_taken() {
+    let mut chip = Chip::new();
+    let number = |chip: &Chip, name: &str| chip.at(&format!("DO_micro_{name}")) as u8;
+    // What stands in PHASE, the test of it, and whether it jumps over the addition.
+    for (value, test, operand, jumps) in [
+        (0, "if_zero", None, true),
+        (3, "if_zero", None, false),
+        (3, "if_set", None, true),
+        (0, "if_set", None, false),
+        (6, "if_any", Some(2), true),
+        (5, "if_any", Some(2), false),
+        (5, "if_none", Some(2), true),
+        (6, "if_none", Some(2), false),
+        (9, "if_is", Some(9), true),
+        (9, "if_is", Some(8), false),
+        (9, "if_is_not", Some(8), true),
+        (9, "if_is_not", Some(9), false),
+    ] {
+        let phase = (chip.at("PHASE") - chip.at("BYTES")) as u8;
+        chip.set_byte("PHASE", value);
+        let mut code = vec![number(&chip, "literal"), 40, number(&chip, test), phase];
+        code.extend(operand);
+        code.extend([3, number(&chip, "addi"), 1, number(&chip, "up"), phase]);
+        run(&mut chip, &code, &[(10, 0xAAAA)]);
+        assert_eq!(chip.reg(12), if jumps { 40 } else { 41 }, "{value} {test} {operand:?}");
+        assert_eq!(chip.byte("PHASE"), value + 1);
+        assert_eq!(chip.reg(10), 0xAAAA, "r10 is kept");
+    }
+}
+
+#[test]
+fn flags_decide_behind_the_operation_that_makes_them() {
+    let mut chip = Chip::new();
+    let number = |chip: &Chip, name: &str| chip.at(&format!("DO_micro_{name}")) as u8;
+    for (value, limit, test, jumps) in [
+        (7, 7, "if_equal", true),
+        (8, 7, "if_equal", false),
+        (8, 7, "if_not_equal", true),
+        (7, 7, "if_not_equal", false),
+        (7, 7, "if_carry", true),
+        (6, 7, "if_carry", false),
+        (6, 7, "if_negative", true),
+        (7, 7, "if_negative", false),
+        (7, 7, "if_not_negative", true),
+        (6, 7, "if_not_negative", false),
+    ] {
+        let mut code = vec![number(&chip, "literal"), value, number(&chip, "cmpi"), limit];
+        // Backward over the way out: a loop of one round.
+        code.extend([
+            number(&chip, "goto"),
+            5,
+            number(&chip, "literal"),
+            99,
+            number(&chip, "goto"),
+            3,
+        ]);
+        code.extend([number(&chip, test), (-5i8) as u8]);
+        run(&mut chip, &code, &[]);
+        assert_eq!(chip.reg(12), if jumps { 99 } else { value.into() }, "{value} {limit} {test}");
+    }
 }

@@ -1,0 +1,3 @@
+//! Micro-code: the notation and its machine. It stands before everything that is written in it.
+
+core::arch::global_asm!(include_str!("micro.s"), options(raw));

@@ -1,0 +1,621 @@
+/* Micro-code: what is seldom in a hurry, in a third fewer bytes than instructions take. An
+   accumulator machine on r13:r12 (a 32-bit integer or a scaled number; or r12 alone) whose program
+   stands inline:
+
+       MICRO                       instructions end, micro-code begins
+       F load STEPS, AXIS          acc = STEPS[axis]
+       F sub ACTUAL, AXIS          acc -= ACTUAL[axis]
+       IF_NEGATIVE 1f
+       FR times A_ACCEL, LONG, NEW acc *= new(accel of the axis record)
+   1:  DO to_um                    calls a routine of the table below
+       END                         instructions go on
+
+   An operation is a byte. Bit 7 set: a formula (F, FR), whose operand byte names a word of RAM, with
+   AXIS indexed by r8 = 4 * axis, or with FR a 16-bit field (SHORT) or a 32-bit field (LONG) of the
+   axis record at r9; NEW makes a scaled number of it first. Else it is a number in the table:
+   operations of this machine, whose operands follow, and routines of the firmware, which find and
+   leave r4 to r9, r12 and r13 and the flags as instructions do, must keep r10, and get no r14, r15.
+   Flags of the last operation, the accumulator's sign behind a load or a difference among them,
+   stand until the next one; a jump that is taken leaves them, but for one that looks at a byte.
+
+   A routine may be micro-code as a whole: ROUTINE_ODD begins one at an odd address, which is how the
+   table's user knows; RETURN, DONE, NOT_YET_DONE and FAULT end it. Behind MICRO they return from the
+   routine of instructions that it stands in.
+
+   Registers besides: r10 = the next byte; r11, r14, r15 are lost. */
+
+    /* Bytes that one byte names: from LOCALS on. Words from 0x0200 on. */
+    .set BYTES, LOCALS
+    .global BYTES
+    .set SHIFT_BIAS, 64
+    .set F_RECORD, 0x40
+    .set F_AXIS, 0x20           /* with F_RECORD: of 16 bits */
+    .set F_NEW, 0x10
+
+    /* acc = x, x = acc; scaled: acc + x, acc - x or 0, acc * x, acc / x, smaller, larger;
+       integers: acc + x, acc - x */
+    .set F_load, 0
+    .set F_store, 1
+    .set F_plus, 2
+    .set F_minus, 3
+    .set F_times, 4
+    .set F_over, 5
+    .set F_least, 6
+    .set F_most, 7
+    .set F_add, 8
+    .set F_sub, 9
+
+    /* what may stand behind an operand */
+    .set AXIS, F_AXIS
+    .set NEW, F_NEW
+    .set LONG, 0
+    .set SHORT, F_AXIS
+
+    .macro F op, x, flag=0, more=0
+    .byte 0x80 | F_\op | \flag | \more, (\x-0x200)/2
+    .endm
+    .macro FR op, x, width, flag=0
+    .byte 0x80 | F_RECORD | F_\op | \width | \flag, \x
+    .endm
+
+    .macro MICRO
+    call #micro
+    .endm
+    .macro ROUTINE_ODD name
+    .skip (micro_origin - . + 1) & 1
+\name:
+    .endm
+    .macro DO name
+    .byte DO_\name
+    .endm
+    /* what the table does not have */
+    .macro CALL name
+    .byte DO_micro_call
+    .short \name
+    .endm
+    .macro END
+    .byte DO_micro_end
+    .balign 2, 0
+    .endm
+    .macro RETURN
+    .byte DO_micro_return
+    .endm
+    .macro DONE_
+    .byte DO_micro_done
+    .endm
+    .macro NOT_YET_
+    .byte DO_micro_not_yet
+    .endm
+    .macro FAULT n
+    .byte DO_micro_fault, \n
+    .endm
+
+    /* numbers: acc = n from 0 to 255; r12 = its low byte + n, modulo 256; r12 &= n; flags of r12 - n, of r12 & n;
+       scaled acc * 2^n */
+    .macro LIT n
+    .byte DO_micro_literal, \n
+    .endm
+    .macro ADDI n
+    .byte DO_micro_addi, (\n) & 0xff
+    .endm
+    .macro ANDI n
+    .byte DO_micro_andi, \n
+    .endm
+    .macro CMPI n
+    .byte DO_micro_cmpi, \n
+    .endm
+    .macro TESTI n
+    .byte DO_micro_testi, \n
+    .endm
+    .macro SHIFT n
+    .byte DO_micro_shift, \n + SHIFT_BIAS
+    .endm
+
+    /* bytes: r12 = v, v = r12, v = n, v |= n, v &= ~n, v += 1; with the bits of r12: flags of v & r12,
+       v |= r12, v &= ~r12 */
+    .macro BYTE_OP op, v
+    .if (\v) < BYTES || (\v) > BYTES+255
+    .error "the byte is out of reach"
+    .endif
+    .byte DO_micro_\op, (\v)-BYTES
+    .endm
+    .macro GET v
+    BYTE_OP get, \v
+    .endm
+    .macro PUT v
+    BYTE_OP put, \v
+    .endm
+    .macro LET v, n
+    BYTE_OP let, \v
+    .byte \n
+    .endm
+    .macro BITS_ON v, n
+    BYTE_OP bits_on, \v
+    .byte \n
+    .endm
+    .macro BITS_OFF v, n
+    BYTE_OP bits_off, \v
+    .byte \n
+    .endm
+    .macro UP v
+    BYTE_OP up, \v
+    .endm
+    .macro TEST_AXIS v
+    BYTE_OP test_axis, \v
+    .endm
+    .macro AXIS_ON v
+    BYTE_OP axis_on, \v
+    .endm
+    .macro AXIS_OFF v
+    BYTE_OP axis_off, \v
+    .endm
+
+    /* events of the axis N, or with its number as the argument */
+    .macro EVENT kind
+    .byte DO_micro_event, \kind
+    .endm
+    .macro EVENT_OK kind
+    .byte DO_micro_event_ok, \kind
+    .endm
+
+    /* jumps, -128 to 127 bytes: beyond, the assembler refuses a negative .skip */
+    .macro TO l
+    .byte \l - .
+    .skip -(((\l - . + 129) & 0xff00) >> 8)
+    .endm
+    .macro GOTO l
+    .byte DO_micro_goto
+    TO \l
+    .endm
+    .macro IF_EQUAL l
+    .byte DO_micro_if_equal
+    TO \l
+    .endm
+    .macro IF_NOT_EQUAL l
+    .byte DO_micro_if_not_equal
+    TO \l
+    .endm
+    .macro IF_CARRY l
+    .byte DO_micro_if_carry
+    TO \l
+    .endm
+    .macro IF_NEGATIVE l
+    .byte DO_micro_if_negative
+    TO \l
+    .endm
+    .macro IF_NOT_NEGATIVE l
+    .byte DO_micro_if_not_negative
+    TO \l
+    .endm
+    .macro IF_OVERFLOW l
+    .byte DO_micro_if_overflow
+    TO \l
+    .endm
+    /* while there is another axis, r8 = 8, 4, 0 */
+    .macro NEXT_AXIS l
+    .byte DO_micro_next_axis
+    TO \l
+    .endm
+    /* the same upward from X */
+    .macro UP_AXIS l
+    .byte DO_micro_up_axis
+    TO \l
+    .endm
+    /* v is 0, is not; a bit of n is set in v, none is; v is n, is not */
+    .macro IF_ZERO v, l
+    BYTE_OP if_zero, \v
+    TO \l
+    .endm
+    .macro IF_SET v, l
+    BYTE_OP if_set, \v
+    TO \l
+    .endm
+    .macro IF_ANY v, n, l
+    BYTE_OP if_any, \v
+    .byte \n
+    TO \l
+    .endm
+    .macro IF_NONE v, n, l
+    BYTE_OP if_none, \v
+    .byte \n
+    TO \l
+    .endm
+    .macro IF_IS v, n, l
+    BYTE_OP if_is, \v
+    .byte \n
+    TO \l
+    .endm
+    .macro IF_IS_NOT v, n, l
+    BYTE_OP if_is_not, \v
+    .byte \n
+    TO \l
+    .endm
+
+    .section .text.micro,"axR",@progbits
+module.micro:
+    .global micro
+micro:
+    pop r14
+    /* r14 = where micro-code begins */
+micro_enter:
+    push r10
+    mov r14, r10
+micro_next:
+    mov r2, r15
+    push #micro_next
+    mov.b @r10+, r14
+    rla.b r14
+    jc micro_formula
+    mov micro_table(r14), r14
+micro_go:
+    bit #1, r14
+    jne micro_enter
+    br r14
+
+micro_formula:
+    mov r14, r11
+    and #0x1e, r11
+    .short 0x121b, formula_table /* push formula_table(r11): LLVM's assembler has none */
+    mov.b @r10+, r11
+    tst.b r14
+    jn 2f
+    rla r11
+    add #0x200, r11
+    bit #F_AXIS<<1, r14
+    jeq 3f
+    add r8, r11
+    jmp 3f
+2:  add r9, r11
+3:  mov 2(r11), r15
+    cmp.b #(F_RECORD+F_AXIS)<<1, r14
+    jlo 4f
+    clr r15
+4:  bit #F_NEW<<1, r14
+    mov @r11, r14
+    jeq 5f
+    push r12
+    push r13
+    mov r14, r12
+    mov r15, r13
+    call #pasapas_scaled_new
+    mov r12, r14
+    mov r13, r15
+    pop r13
+    pop r12
+5:  ret
+
+formula_load:
+    mov r14, r12
+    mov r15, r13
+    tst r13
+    ret
+formula_store:
+    mov r12, 0(r11)
+    mov r13, 2(r11)
+    ret
+formula_add:
+    add r14, r12
+    addc r15, r13
+    ret
+formula_sub:
+    sub r14, r12
+    subc r15, r13
+    ret
+
+    /* |r13:r12| */
+    .global formula_abs, negate
+formula_abs:
+    tst r13
+    jge 1f
+    br #negate
+    /* -(r13:r12) */
+    .set negate, pasapas_neg
+1:  ret
+
+    /* in the order of F_load to F_sub */
+formula_table:
+    .short formula_load, formula_store
+    .short pasapas_scaled_plus, pasapas_scaled_minus
+    .short pasapas_scaled_times, pasapas_scaled_over
+    .short pasapas_scaled_min, pasapas_scaled_max
+    .short formula_add, formula_sub
+
+micro_call:
+    mov.b @r10+, r14
+    mov.b @r10+, r15
+    swpb r15
+    bis r15, r14
+    jmp micro_go
+
+micro_end:
+    incd r1
+    mov r10, r14
+    inc r14
+    bic #1, r14
+    pop r10
+    mov r15, r2
+    br r14
+
+micro_fault:
+    mov.b @r10+, r12
+    add #FAULTED, r12
+    jmp micro_return
+micro_not_yet:
+    mov #NOT_YET, r12
+    jmp micro_return
+micro_done:
+    clr r12
+micro_return:
+    incd r1
+    pop r10
+    mov r15, r2
+    ret
+
+micro_literal:
+    mov.b @r10+, r12
+    clr r13
+    ret
+micro_addi:
+    add.b @r10+, r12
+    ret
+micro_andi:
+    and.b @r10+, r12
+    ret
+micro_cmpi:
+    mov.b @r10+, r14
+    cmp r14, r12
+    ret
+micro_testi:
+    bit.b @r10+, r12
+    ret
+micro_shift:
+    mov.b @r10+, r14
+    tst r13
+    jeq 1f
+    swpb r14
+    sub #SHIFT_BIAS<<8, r14
+    add r14, r13
+1:  ret
+
+    .macro HANDLER name
+micro_\name:
+    mov.b @r10+, r14
+    .endm
+    HANDLER get
+    mov.b BYTES(r14), r12
+    ret
+    HANDLER put
+    mov.b r12, BYTES(r14)
+    ret
+    HANDLER let
+    .short 0x4afe, BYTES        /* mov.b @r10+, BYTES(r14): the same */
+    ret
+    HANDLER bits_on
+    bis.b @r10+, BYTES(r14)
+    ret
+    HANDLER bits_off
+    bic.b @r10+, BYTES(r14)
+    ret
+    HANDLER up
+    inc.b BYTES(r14)
+    ret
+    HANDLER test_axis
+    bit.b r12, BYTES(r14)
+    ret
+    HANDLER axis_on
+    bis.b r12, BYTES(r14)
+    ret
+    HANDLER axis_off
+    bic.b r12, BYTES(r14)
+    ret
+
+    /* The next of the axes from 8 = 4 * Z down: jumps while there is one. */
+micro_next_axis:
+    sub #4, r8
+    jge micro_goto
+    jmp 1f
+micro_up_axis:
+    add #4, r8
+    cmp #12, r8
+    jmp if_not_equal
+    HANDLER if_zero
+    tst.b BYTES(r14)
+    jmp if_equal
+    HANDLER if_none
+    bit.b @r10+, BYTES(r14)
+    jmp if_equal
+    HANDLER if_is
+    cmp.b @r10+, BYTES(r14)
+    jmp if_equal
+micro_if_equal:
+    mov r15, r2
+if_equal:
+    jeq micro_goto
+1:  inc r10
+    ret
+    HANDLER if_set
+    tst.b BYTES(r14)
+    jmp if_not_equal
+    HANDLER if_any
+    bit.b @r10+, BYTES(r14)
+    jmp if_not_equal
+    HANDLER if_is_not
+    cmp.b @r10+, BYTES(r14)
+    jmp if_not_equal
+micro_if_not_equal:
+    mov r15, r2
+if_not_equal:
+    jeq 1b
+micro_goto:
+    mov.b @r10, r14
+    sxt r14
+    add r14, r10
+    mov r15, r2
+    ret
+micro_if_carry:
+    bit #1, r15
+    jmp if_not_equal
+micro_if_negative:
+    bit #4, r15
+    jmp if_not_equal
+micro_if_not_negative:
+    bit #4, r15
+    jmp if_equal
+micro_if_overflow:
+    bit #0x100, r15
+    jmp if_not_equal
+
+    /* r13:r12 = 0 when carry is set */
+micro_zero_if_carry:
+    bit #1, r15
+    jeq 1f
+    clr r12
+    clr r13
+1:  ret
+    /* flags of r13:r12 as a whole: Z, N */
+micro_test_long:
+    mov r12, r14
+    bis r13, r14
+    tst r14
+    ret
+
+micro_half:
+    rra r12
+    ret
+    /* the next axes are 8 = 4 * Z down to 0 */
+micro_first_axis:
+    mov #8, r8
+micro_nothing:
+    ret
+    /* on with the r12th of the places that follow, from 0: a byte each as of a jump */
+micro_switch:
+    add r12, r10
+    jmp micro_goto
+    /* returns a fault in r12, goes on with 0 */
+micro_or_return:
+    tst r12
+    jne micro_return_near
+    ret
+micro_return_near:
+    br #micro_return
+
+    /* Traces the event with the byte that follows as its kind, N as its argument, acc as its value:
+       acc = DONE. micro_event_ok: with TRACE_OK. */
+micro_event:
+    clr r15
+    jmp 1f
+micro_event_ok:
+    mov #TRACE_OK<<8, r15
+1:  mov.b &N, r14
+    swpb r14
+    bis r14, r15
+    mov.b @r10+, r14
+    bis r14, r15
+    mov r12, r14
+    mov r15, r12
+    mov r13, r15
+    br #emit
+
+    /* The table. A pad byte that execution comes over is number 0. */
+    .set MICRO_NEXT, 0
+    .macro MICRO_DO name, routine
+    .set DO_\name, MICRO_NEXT
+    .global DO_\name
+    .set MICRO_NEXT, MICRO_NEXT+1
+    .short \routine
+    .endm
+    .macro MICRO_OWN name
+    MICRO_DO micro_\name, micro_\name
+    .endm
+    .macro MICRO_KNOWN name
+    MICRO_DO \name, \name
+    .endm
+micro_table:
+    MICRO_OWN nothing
+    MICRO_OWN call
+    MICRO_OWN end
+    MICRO_OWN return
+    MICRO_OWN done
+    MICRO_OWN not_yet
+    MICRO_OWN fault
+    MICRO_OWN literal
+    MICRO_OWN addi
+    MICRO_OWN andi
+    MICRO_OWN cmpi
+    MICRO_OWN testi
+    MICRO_OWN shift
+    MICRO_OWN get
+    MICRO_OWN put
+    MICRO_OWN let
+    MICRO_OWN bits_on
+    MICRO_OWN bits_off
+    MICRO_OWN up
+    MICRO_OWN test_axis
+    MICRO_OWN axis_on
+    MICRO_OWN axis_off
+    MICRO_OWN goto
+    MICRO_OWN switch
+    MICRO_OWN if_equal
+    MICRO_OWN if_not_equal
+    MICRO_OWN if_carry
+    MICRO_OWN if_negative
+    MICRO_OWN if_not_negative
+    MICRO_OWN if_overflow
+    MICRO_OWN if_zero
+    MICRO_OWN if_set
+    MICRO_OWN if_any
+    MICRO_OWN if_none
+    MICRO_OWN if_is
+    MICRO_OWN if_is_not
+    MICRO_OWN first_axis
+    MICRO_OWN next_axis
+    MICRO_OWN up_axis
+    MICRO_DO or_return, micro_or_return
+    MICRO_OWN event
+    MICRO_OWN event_ok
+    MICRO_DO zero_if_carry, micro_zero_if_carry
+    MICRO_DO test_long, micro_test_long
+    MICRO_DO half, micro_half
+    MICRO_DO scaled_most, scaled_most
+    MICRO_DO new, pasapas_scaled_new
+    MICRO_DO root, pasapas_scaled_root
+    MICRO_DO floor, pasapas_scaled_floor
+    MICRO_DO abs, formula_abs
+    MICRO_DO negate, pasapas_neg
+    MICRO_KNOWN axis_n
+    MICRO_KNOWN axis_select
+    MICRO_KNOWN axis_at
+    MICRO_KNOWN axis_bit
+    MICRO_KNOWN axis_there
+    MICRO_KNOWN machine_flags
+    MICRO_KNOWN to_steps
+    MICRO_KNOWN to_um
+    MICRO_KNOWN aim
+    MICRO_KNOWN command
+    MICRO_KNOWN settle
+    MICRO_KNOWN settle_here
+    MICRO_KNOWN offset_steps
+    MICRO_KNOWN pop_value
+    MICRO_KNOWN push_value
+    MICRO_KNOWN operand_byte
+    MICRO_KNOWN rate
+    MICRO_KNOWN speed_least
+    MICRO_KNOWN begin_axis
+    MICRO_KNOWN line_rapid
+    MICRO_KNOWN short_flags
+    MICRO_KNOWN axis_flags
+    MICRO_KNOWN speed_flags
+    MICRO_KNOWN rate_of
+    MICRO_KNOWN axis_pace
+    MICRO_KNOWN not_negative
+    MICRO_KNOWN home_closed
+    MICRO_KNOWN home_by_profile
+    MICRO_KNOWN hit_at
+    MICRO_KNOWN probe_input
+    MICRO_KNOWN probe_begin
+    MICRO_KNOWN probe_answers
+    MICRO_KNOWN home_missed
+    MICRO_KNOWN input
+    MICRO_KNOWN command_target
+    MICRO_KNOWN command_pace
+    MICRO_KNOWN command_long
