@@ -155,6 +155,9 @@ pasapas_path_long:
     mov #0x00a0, &TA1CCTL1
     mov #0x00a0, &TA1CCTL2
     mov #pasapas_path_fallen, &VECTOR
+    /* past already, as behind another interrupt: the compare would not come before 4 ms */
+    cmp &TA1R, &TA1CCR0
+    jn pasapas_path_fallen
     reti
 pasapas_path_fallen:
     mov #pasapas_path_long, &VECTOR
@@ -340,7 +343,8 @@ single_long:
     jne 1f
     add &WIDTH, TA1CCR0(r13)
     mov #0x00b0, TA1CCTL0(r13)
-    jmp single_exit
+    cmp &TA1R, TA1CCR0(r13)
+    jge single_exit
 1:  sub &WIDTH, TA1CCR0(r13)
     jmp single_fallen
 
@@ -385,6 +389,8 @@ single_stop:
     clr TA1CCTL0(r13)
     jmp single_exit
 
+    /* below the vectors, where there is room */
+    .section .tail.step,"a",@progbits
 single_states:
     .short PASAPAS_PLAY, PASAPAS_PLAY+26, PASAPAS_PLAY+52
 single_dir:

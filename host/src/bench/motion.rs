@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use emulator::{Edge, Signal, TICKS_PER_SECOND};
+use lang::profile::Profile;
 
 use super::stand::{Stand, fast_mill, image_for, rises};
 use super::{Sink, at_least, at_most};
@@ -81,7 +82,17 @@ fn best(build: &Build, script: &str, axes: &[u8]) -> Result<Measured, String> {
 }
 
 fn at_rate(build: &Build, script: &str, axes: &[u8], rate: u32) -> Result<Measured, String> {
-    let profile = fast_mill(rate, 400_000)?;
+    with_profile(build, script, axes, &fast_mill(rate, 400_000)?)
+}
+
+/// Moves of 1 s at the profile's top rate, the same for each axis.
+fn with_profile(
+    build: &Build,
+    script: &str,
+    axes: &[u8],
+    profile: &Profile,
+) -> Result<Measured, String> {
+    let rate = profile.axes().next().map_or(0, |(_, axis)| axis.top_rate);
     let steps = i64::from(rate);
     let mm = |steps: i64| format!("{}.{:02}", steps / 100, steps % 100);
     let text = script
@@ -89,8 +100,8 @@ fn at_rate(build: &Build, script: &str, axes: &[u8], rate: u32) -> Result<Measur
         .replace("{a}", &mm(steps))
         .replace("{b}", &mm(steps * 2 / 3))
         .replace("{c}", &mm(steps / 3));
-    let (_, image) = image_for(&profile, &text)?;
-    let mut stand = Stand::on(build, &profile)?;
+    let (_, image) = image_for(profile, &text)?;
+    let mut stand = Stand::on(build, profile)?;
     stand.upload(&image)?;
     let edges = stand.run(Duration::from_secs(20))?;
     for &axis in axes {
@@ -130,4 +141,34 @@ fn edge_error(edges: &[Edge], axis: u8) -> f64 {
     let off = |(i, time): (usize, &u64)| ((time - first) as f64 - i as f64 * step).abs();
     let ticks = steady.iter().enumerate().map(off).fold(0.0, f64::max);
     ticks * 1e6 / TICKS_PER_SECOND as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use lang::record::feature;
+
+    use super::{EDGE_US, ONE, STARTED, THREE, with_profile};
+    use crate::bench::stand::fast_mill;
+    use crate::board::BUILDS;
+
+    /// A pulse that ends while the link's interrupt runs must not cost the timer's next turn, 4 ms.
+    #[test]
+    fn pulses_of_every_width_keep_their_edges_while_the_link_is_busy() {
+        for build in BUILDS {
+            for pulse in [3, 4, 6, 10, 30] {
+                let mut profile = fast_mill(8_000, 400_000).expect("a profile");
+                profile.pulse_us = pulse;
+                let mut scripts = vec![(ONE, &[0][..]), (THREE, &[0])];
+                if build.part.features & feature::START != 0 {
+                    scripts.push((STARTED, &[0, 1, 2]));
+                }
+                for (script, axes) in scripts {
+                    let what = format!("{}, {pulse} us, {script}", build.part.name);
+                    let measured = with_profile(build, script, axes, &profile);
+                    let measured = measured.unwrap_or_else(|error| panic!("{what}: {error}"));
+                    assert!(measured.edge_us <= EDGE_US, "{what}: {} us off", measured.edge_us);
+                }
+            }
+        }
+    }
 }

@@ -48,6 +48,9 @@ step_long:
     mov #FALLS, &TA1CCTL1
     mov #FALLS, &TA1CCTL2
     mov #step_fallen, &STEP_VECTOR
+    /* past already, as behind another interrupt: the compare would not come before 4 ms */
+    cmp &TA1R, &TA1CCR0
+    jn step_fallen
     reti
 step_fallen:
     mov #step_long, &STEP_VECTOR
