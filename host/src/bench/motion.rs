@@ -147,9 +147,22 @@ fn edge_error(edges: &[Edge], axis: u8) -> f64 {
 mod tests {
     use lang::record::feature;
 
-    use super::{EDGE_US, ONE, STARTED, THREE, with_profile};
+    use super::{EDGE_US, ONE, STARTED, THREE, at_rate, with_profile};
     use crate::bench::stand::fast_mill;
     use crate::board::BUILDS;
+    use crate::board::size::budget;
+
+    #[test]
+    fn the_step_interrupt_keeps_its_ceiling() {
+        for build in BUILDS {
+            let most = budget(build).expect("a budget").interrupt;
+            for script in [THREE, ONE] {
+                let measured = at_rate(build, script, &[0], 40_000).expect("it moves");
+                let (name, cycles) = (build.part.name, measured.interrupt);
+                assert!(cycles <= most, "{name}, {script}: {cycles} of {most} cycles");
+            }
+        }
+    }
 
     /// A pulse that ends while the link's interrupt runs must not cost the timer's next turn, 4 ms.
     #[test]

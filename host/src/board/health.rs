@@ -2,6 +2,7 @@
 
 use emulator::Board;
 
+use super::Build;
 use crate::client::identity::Identity;
 
 /// Start of RAM that the firmware's variables leave to the stack: the symbol of the compact image, and
@@ -35,6 +36,12 @@ impl Health {
             violations: board.plant().violation_count,
         }
     }
+}
+
+/// Bytes of stack between the end of RAM and the lowest stack pointer that the emulator saw.
+pub fn stack_used(build: &Build, board: &Board) -> Option<u16> {
+    let end = build.chip.ram.end() + 1;
+    board.stats().lowest_sp.map(|lowest| end.saturating_sub(lowest))
 }
 
 /// Bytes between the firmware's variables and the lowest stack pointer that the emulator saw.

@@ -17,6 +17,10 @@ pub struct Budget {
     pub flash: u64,
     /// Bytes of static RAM: what is left is stack.
     pub ram: u64,
+    /// Bytes of stack at the deepest point that `pasapas torture stack` reaches, interrupts included.
+    pub stack: u16,
+    /// Cycles of the longest step interrupt of three axes, from its acceptance to the end of RETI.
+    pub interrupt: u64,
 }
 
 /// What one module uses.

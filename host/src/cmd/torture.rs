@@ -15,7 +15,7 @@ pub struct Torture {
     /// Kinds of faults; without one all of them
     #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(KINDS.map(|(name, _)| name)))]
     kinds: Vec<String>,
-    /// Few cases: all kinds within 40 s
+    /// Few cases: all kinds within a minute
     #[arg(long, conflicts_with = "long")]
     short: bool,
     /// As many cases as the project promises: hours

@@ -28,7 +28,7 @@ use crate::board::Build;
 /// How much to try.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
-    /// All kinds together within 40 s of a development build.
+    /// All kinds together within a minute of a development build.
     Short,
     /// A few minutes.
     Usual,

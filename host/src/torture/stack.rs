@@ -13,7 +13,8 @@ use super::programs::{Made, make_for, tape};
 use super::stand::{Fresh, Stand};
 use super::{Row, Settings, Sink, Verdict};
 use crate::board::Build;
-use crate::board::health::stack_left;
+use crate::board::health::{stack_left, stack_used};
+use crate::board::size::budget;
 
 /// Bytes that must stay unused at the deepest point.
 const MARGIN: u16 = 24;
@@ -21,11 +22,12 @@ const MARGIN: u16 = 24;
 /// that is the paint by chance, may hide so many bytes.
 const UNSEEN: u16 = 8;
 
-/// Runs a program with hands and requests; the bytes of stack that were never used.
+/// Runs a program with hands and requests; the bytes of stack that were used, and those that never
+/// were.
 ///
 /// # Errors
 /// The margin is too small, or the board's watermark is not what the emulator saw.
-pub fn try_out(stand: Stand, made: &Made, mut rng: Rng) -> Result<u16, String> {
+pub fn try_out(build: &Build, stand: Stand, made: &Made, mut rng: Rng) -> Result<[u16; 2], String> {
     let seed = rng.bits();
     let mut people = People::new(stand, made, Rng::new(seed), Roles::Default)?;
     people.play()?;
@@ -40,8 +42,13 @@ pub fn try_out(stand: Stand, made: &Made, mut rng: Rng) -> Result<u16, String> {
     if told < truly || told - truly > UNSEEN {
         return Err(format!("{told} bytes by the watermark, {truly} by the stack pointer"));
     }
+    let used = stack_used(build, &stand.board).ok_or("nothing was ever on the stack")?;
+    let most = budget(build)?.stack;
+    if used > most {
+        return Err(format!("{used} bytes of stack were used, {most} in firmware/budget.toml"));
+    }
     match truly >= MARGIN {
-        true => Ok(truly),
+        true => Ok([used, truly]),
         false => Err(format!("{truly} bytes of stack were left, not {MARGIN}")),
     }
 }
@@ -58,20 +65,22 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
     let fault = "depth under all of it";
     let mut row = Row::on(build, "stack", fault, settings);
     let fresh = Fresh::new(Stand::new(build, &Config::default())?);
-    let least = AtomicU16::new(u16::MAX);
+    let (most, least) = (AtomicU16::new(0), AtomicU16::new(u16::MAX));
     row.run(settings, settings.count(30, 300, 3_000), |n| {
         let case = generate_for(build.part, &tape(settings, fault, n));
         let Some(made) = make_for(build, Case { world: String::new(), ..case }) else {
             return Verdict::Skipped;
         };
-        match try_out(fresh.copy(), &made, settings.rng(fault, n)) {
-            Ok(left) => {
+        match try_out(build, fresh.copy(), &made, settings.rng(fault, n)) {
+            Ok([used, left]) => {
+                most.fetch_max(used, Ordering::Relaxed);
                 least.fetch_min(left, Ordering::Relaxed);
                 Verdict::Survived
             }
             Err(text) => Verdict::Lost(text),
         }
     });
-    row.note = format!("{} bytes never used, {MARGIN} must be", least.into_inner());
+    let (most, least) = (most.into_inner(), least.into_inner());
+    row.note = format!("{most} bytes used, {least} never, {MARGIN} must be");
     sink(row)
 }
