@@ -171,8 +171,11 @@ pub struct BoardRecord {
     pub spindle: u8,
     /// Spin-up time after a pause, ms.
     pub spin_up: u16,
+    /// Lock code of program and profile ([`wire`](crate::wire), Lock), low word first; a low word of 0
+    /// is none.
+    pub lock: [u16; 2],
     /// Zero.
-    pub reserved: [u16; 8],
+    pub reserved: [u16; 6],
     /// CRC of the 62 bytes before.
     pub crc: u16,
 }
@@ -214,7 +217,8 @@ impl BoardRecord {
         enable: 0,
         spindle: 1,
         spin_up: 0,
-        reserved: [0; 8],
+        lock: [0; 2],
+        reserved: [0; 6],
         crc: 0,
     };
 }

@@ -78,6 +78,14 @@
 //! before. The last one makes the record valid (exception 4 if the CRC differs: the old record
 //! holds); it takes effect at the next reset ([`Control::Restart`]). Exception 6 while a program
 //! runs.
+//!
+//! # Lock
+//! A board profile with a lock code ([`BoardRecord::lock`](crate::record::BoardRecord::lock)) locks
+//! program and profile at the next reset: uploads, erasing and profile writes are exception 4, and
+//! the profile's registers, [`PROFILE_HASH`] too, read 0; a program is never read back. Then the two
+//! registers of the profile at [`LOCK_CODE`] take the code, in one request or one after the other:
+//! the second one opens the lock until the next reset, or is exception 4. Behind a wrong code every
+//! other one is wrong too until the next reset. Exception 6 while a program runs.
 
 /// Version of this page; the host compares it first.
 pub const WIRE_VERSION: u16 = 1;
@@ -302,6 +310,10 @@ map! {
         CHAR_IN: OWN + 141;
     }
 }
+
+/// Registers of the profile window that hold the lock code, and take it.
+pub const LOCK_CODE: u16 =
+    PROFILE_WINDOW + core::mem::offset_of!(crate::record::BoardRecord, lock) as u16 / 2;
 
 /// Registers of a trace slot.
 pub const TRACE_LENGTH: u16 = 5;

@@ -3,6 +3,7 @@
 use crate::check;
 use crate::commands::{BUFFER, SILENCE};
 use crate::flash::{Area, Image};
+use crate::lock::Lock;
 use crate::motor::Motor;
 use crate::moves::Plan;
 use crate::vm::vm;
@@ -146,6 +147,8 @@ pub struct Core {
     pub probe_error: u8,
     /// No reply is being sent: flash may be written, which would tear it apart.
     pub line_rests: bool,
+    /// The lock of program and profile.
+    pub lock: Lock,
     /// Reset the chip once the reply is out.
     pub restart: bool,
     /// A motion by 102 or 1111 is under way.
@@ -234,7 +237,9 @@ impl Core {
             addr_of_mut!((*core).feeds_aside).write([Feed::Rapid; 2]);
             addr_of_mut!((*core).line_rests).write(true);
             addr_of_mut!((*core).late).write(None);
-            addr_of_mut!((*core).record).write(crate::boot::newest_profile());
+            let record = crate::boot::newest_profile();
+            addr_of_mut!((*core).record).write(record);
+            addr_of_mut!((*core).lock).write(Lock::new(record.lock));
             &mut *core
         }
     }

@@ -16,6 +16,7 @@ mod core;
 mod effects;
 mod flash;
 mod link;
+mod lock;
 mod map;
 mod math;
 mod motor;

@@ -54,6 +54,7 @@ impl Core {
             VERSION => WIRE_VERSION,
             FIRMWARE_VERSION => RELEASE,
             ISA_FINGERPRINT => FINGERPRINT,
+            PROFILE_HASH if self.lock.closed => 0,
             PROFILE_HASH => self.record.crc,
             FEATURES => crate::core::FEATURES,
             AREA_BYTES => Store::area::<Area>(),
@@ -125,7 +126,11 @@ impl Core {
         }
     }
 
-    fn idle(&self) -> Result<(), Exception> {
+    /// Whether nothing runs.
+    ///
+    /// # Errors
+    /// Busy.
+    pub fn idle(&self) -> Result<(), Exception> {
         if self.session.is_active() || self.motor.moving() != 0 {
             return Err(Exception::Busy);
         }
@@ -133,7 +138,7 @@ impl Core {
     }
 
     fn upload(&mut self, value: u16) -> Result<(), Exception> {
-        self.idle()?;
+        self.may_replace()?;
         let code = Upload::from_number(value).ok_or(Exception::IllegalValue)?;
         let length = self.upload_length & 0x7FFF;
         let keep = self.upload_length & 0x8000 != 0;
@@ -170,6 +175,9 @@ impl Core {
 
     /// A word of the copy of the profile that is not in use; the last one makes it valid.
     fn write_profile(&mut self, index: u16, value: u16) -> Result<(), Exception> {
+        if self.lock.closed {
+            return self.unlock(index, value);
+        }
         self.idle()?;
         let current = core::ptr::from_ref(self.record) as u16;
         let copy = if current == PROFILES[0] { PROFILES[1] } else { PROFILES[0] };
@@ -285,6 +293,7 @@ impl Map for Core {
     fn read(&mut self, table: Table, address: u16) -> u16 {
         match address {
             OWN..PROFILE_WINDOW => self.own(address),
+            PROFILE_WINDOW..UPLOAD_WINDOW if self.lock.closed => 0,
             PROFILE_WINDOW..UPLOAD_WINDOW => {
                 let record = core::ptr::from_ref(self.record) as u16;
                 flash::read(record + 2 * (address - PROFILE_WINDOW))
@@ -395,7 +404,7 @@ impl Map for Core {
             RAPID_OVERRIDE => Err(Exception::IllegalValue),
             PROFILE_WINDOW..UPLOAD_WINDOW => self.write_profile(address - PROFILE_WINDOW, value),
             UPLOAD_WINDOW.. => {
-                self.idle()?;
+                self.may_replace()?;
                 // The link brings the earlier byte in the low half, as flash has it.
                 self.store
                     .write(&mut Area, 2 * (address - UPLOAD_WINDOW), value)

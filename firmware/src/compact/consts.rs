@@ -74,6 +74,7 @@ constants! {
     B_ENABLE = offset_of!(BoardRecord, enable);
     B_SPINDLE = offset_of!(BoardRecord, spindle);
     B_SPIN_UP = offset_of!(BoardRecord, spin_up);
+    B_LOCK = offset_of!(BoardRecord, lock);
     B_CRC = offset_of!(BoardRecord, crc);
     BOARD_SIZE = BoardRecord::SIZE;
     BOARD_CHAIN = BoardRecord::CHAIN;

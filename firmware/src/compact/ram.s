@@ -188,6 +188,8 @@
     .set R_BOOTED, 2            /* half a second has passed since reset */
     .set R_TIMED_OUT, 4         /* TIMEDOUT */
     .set R_HOST, 8              /* a host has spoken since reset */
+    .set R_HALF, 16             /* the low word of a lock code was given */
+    .set R_WRONG, 32            /* a word of a lock code was wrong: none is taken until reset */
     .set R_RESTART, 64          /* reset the chip once the reply is out */
     .set R_ADDRESS_1, 128       /* the link answers to address 1 at 9600 8N1 until reset */
 /* TRACING */
@@ -195,6 +197,7 @@
     .set T_FULL, 2              /* the slot holds an event that was not received */
     .set T_ANNOUNCED, 4         /* the host knows of the line that is being printed */
     .set T_DROPPED, 8           /* the line that is being put does not fit */
+    .set T_LOCKED, 128          /* program and profile are locked; its sign */
 /* EFFECT */
     .set EFFECT_END, 0xff
 /* What an effect returns in r12, besides FAULTED + fault number. */

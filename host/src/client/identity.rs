@@ -61,14 +61,15 @@ impl<L: Link> Client<L> {
     /// The board's part of its profile.
     ///
     /// # Errors
-    /// See [`ClientError`].
+    /// [`ClientError::Locked`]; see [`ClientError`].
     pub fn board_record(&mut self) -> Result<BoardRecord, ClientError> {
         let words = self.holding(wire::PROFILE_WINDOW, BoardRecord::SIZE as u16 / 2)?;
         let mut bytes = [0; BoardRecord::SIZE];
         for (pair, word) in bytes.chunks_exact_mut(2).zip(words) {
             pair.copy_from_slice(&word.to_le_bytes());
         }
-        Ok(BoardRecord::from_bytes(&bytes))
+        let record = BoardRecord::from_bytes(&bytes);
+        if record.version == 0 { Err(ClientError::Locked) } else { Ok(record) }
     }
 
     /// Writes the board's part of a profile; it holds from the next reset on.

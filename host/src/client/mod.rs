@@ -6,6 +6,7 @@
 
 pub mod frame;
 pub mod identity;
+pub mod lock;
 pub mod print;
 pub mod status;
 pub mod stream;
@@ -44,6 +45,10 @@ pub enum ClientError {
     Noise(usize),
     /// The board refused with this exception code.
     Exception(u8),
+    /// Program and profile are locked.
+    Locked,
+    /// The code does not open the lock, or a wrong one was given since reset.
+    WrongCode,
     /// The port failed.
     Port(io::Error),
 }
@@ -76,6 +81,13 @@ impl fmt::Display for ClientError {
                 };
                 write!(f, "the board refused (exception {code}): {meaning}")
             }
+            ClientError::Locked => f.write_str(
+                "the board's program and profile are locked; --unlock CODE opens the lock",
+            ),
+            ClientError::WrongCode => f.write_str(
+                "this code does not open the board's lock; behind a wrong one the board takes none \
+                 until its next reset: press its reset button and try again",
+            ),
             ClientError::Port(error) => write!(f, "the port failed: {error}"),
         }
     }

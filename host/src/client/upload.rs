@@ -133,6 +133,9 @@ impl<L: Link> Client<L> {
         match self.write(wire::UPLOAD_CONTROL, step as u16) {
             Err(error) if error.is_exception(Exception::Busy) => Err(UploadError::Busy),
             Err(error) if error.is_exception(Exception::DeviceFailure) => {
+                if self.is_locked()? {
+                    return Err(ClientError::Locked.into());
+                }
                 let result = self.holding(wire::UPLOAD_RESULT, 1)?[0];
                 Err(UploadError::Refused(Refusal::from_number(result)))
             }

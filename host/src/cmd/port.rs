@@ -16,6 +16,9 @@ pub struct Port {
     /// Modbus address of the board; without it the profile's, else 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=247))]
     address: Option<u8>,
+    /// Open the lock of the board's program and profile with its code, until the next reset
+    #[arg(long, value_name = "CODE")]
+    unlock: Option<String>,
 }
 
 /// A master on whatever link the user named.
@@ -34,6 +37,9 @@ impl Port {
         client.find().map_err(|error| {
             Failure::Board(format!("board {address} on {}: {error}", self.port))
         })?;
+        if let Some(code) = &self.unlock {
+            client.unlock(code)?;
+        }
         Ok(client)
     }
 }

@@ -9,6 +9,7 @@ use serde_json::json;
 use super::port::Port;
 use super::{Console, Options};
 use crate::client::identity::differences;
+use crate::client::lock::words_of;
 use crate::failure::Failure;
 use crate::input;
 
@@ -39,6 +40,13 @@ enum Action {
         name: String,
         #[command(flatten)]
         port: Port,
+        /// Lock program and profile from now on: only --unlock CODE replaces them or reads the
+        /// profile
+        #[arg(long, value_name = "CODE")]
+        lock: Option<String>,
+        /// Give up the lock that --unlock has opened; without this it holds on
+        #[arg(long, conflicts_with = "lock")]
+        no_lock: bool,
     },
 }
 
@@ -52,7 +60,14 @@ impl Profile {
             Action::List => list(console),
             Action::Show { name } => show(name, console),
             Action::Get { port } => get(port, options, console),
-            Action::Set { name, port } => set(name, port, options, console),
+            Action::Set { name, port, lock, no_lock } => {
+                let lock = match lock {
+                    Some(code) => Some(words_of(code)),
+                    None if *no_lock => Some([0; 2]),
+                    None => None,
+                };
+                set(name, port, lock, options, console)
+            }
         }
     }
 }
@@ -97,12 +112,27 @@ fn get(port: &Port, options: &Options, console: &Console) -> Result<(), Failure>
     console.result(&to_toml(&held)?)
 }
 
-fn set(name: &str, port: &Port, options: &Options, console: &Console) -> Result<(), Failure> {
+/// Writes the board's part of a profile; `lock` is the code that holds from then on, if another one
+/// than before.
+fn set(
+    name: &str,
+    port: &Port,
+    lock: Option<[u16; 2]>,
+    options: &Options,
+    console: &Console,
+) -> Result<(), Failure> {
     let profile = input::profile(name).map_err(|note| console.refuse(&note))?;
     let mut board = port.connect(options, console)?;
     let held = board.board_record()?;
-    let wanted = BoardRecord::of(&profile, held.sequence.wrapping_add(1));
-    let changes = differences(&held, &wanted);
+    let wanted = BoardRecord {
+        lock: lock.unwrap_or(held.lock),
+        ..BoardRecord::of(&profile, held.sequence.wrapping_add(1))
+    }
+    .sealed();
+    let mut changes = differences(&held, &wanted);
+    if wanted.lock != held.lock {
+        changes.push("lock");
+    }
     if !changes.is_empty() {
         let written = board.set_board_record(&wanted).and_then(|()| board.restart());
         written.map_err(|error| match error {
@@ -114,11 +144,16 @@ fn set(name: &str, port: &Port, options: &Options, console: &Console) -> Result<
         })?;
         board.set_address(wanted.address);
         board.find()?;
-        let now = board.board_record()?;
-        let left = differences(&now, &wanted);
-        if !left.is_empty() {
-            let text = format!("the board came back with another {}", left.join(", "));
-            return Err(Failure::Board(text));
+        if board.is_locked()? != (wanted.lock[0] != 0) {
+            return Err(Failure::Board("the board came back with another lock".to_owned()));
+        }
+        // What a locked board holds, no one reads.
+        if wanted.lock[0] == 0 {
+            let left = differences(&board.board_record()?, &wanted);
+            if !left.is_empty() {
+                let text = format!("the board came back with another {}", left.join(", "));
+                return Err(Failure::Board(text));
+            }
         }
     }
     if console.json() {

@@ -10,6 +10,7 @@ use super::port::{Board, Port};
 use super::script::{self, Code};
 use super::{Console, Options};
 use crate::client::identity::differences;
+use crate::client::lock::words_of;
 use crate::client::upload::UploadError;
 use crate::failure::Failure;
 
@@ -26,6 +27,10 @@ pub struct Upload {
     /// Upload although the board's profile is another one
     #[arg(long)]
     any_profile: bool,
+    /// Lock program and profile behind the upload: only --unlock CODE replaces them or reads the
+    /// profile
+    #[arg(long, value_name = "CODE")]
+    lock: Option<String>,
 }
 
 impl Upload {
@@ -48,6 +53,10 @@ impl Upload {
         let result =
             board.upload(&image, self.replace, &mut |bytes| bar.set_position(bytes as u64));
         bar.finish_and_clear();
+        let result = result.and_then(|()| match &self.lock {
+            Some(code) => Ok(board.set_lock(words_of(code))?),
+            None => Ok(()),
+        });
         match result {
             Ok(()) if console.json() => {
                 console.json_line(&json!({ "uploaded": self.file, "bytes": image.len() }))

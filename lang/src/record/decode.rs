@@ -40,7 +40,8 @@ impl BoardRecord {
             enable: byte(42),
             spindle: byte(43),
             spin_up: word(44),
-            reserved: [0, 1, 2, 3, 4, 5, 6, 7].map(|i| word(46 + 2 * i)),
+            lock: [word(46), word(48)],
+            reserved: [0, 1, 2, 3, 4, 5].map(|i| word(50 + 2 * i)),
             crc: word(62),
         }
     }

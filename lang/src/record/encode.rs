@@ -177,7 +177,8 @@ impl BoardRecord {
             enable: output(OutputRole::Enable),
             spindle: output(OutputRole::Spindle),
             spin_up: profile.run.spin_up_ms,
-            reserved: [0; 8],
+            lock: [0; 2],
+            reserved: [0; 6],
             crc: 0,
         };
         record.sealed()
@@ -218,6 +219,7 @@ impl BoardRecord {
             words(&[states.keep, states.on]);
         }
         words(&[pair(self.laser, self.lamp), pair(self.enable, self.spindle), self.spin_up]);
+        words(&self.lock);
         words(&self.reserved);
         words(&[self.crc]);
         let mut bytes = [0; BoardRecord::SIZE];

@@ -48,6 +48,10 @@ boot:
     mov.b r12, &CAUSE
     mov &BOARD, r15
     mov B_RESET_ON(r15), &OUTPUT
+    tst B_LOCK(r15)
+    jeq 6f
+    bis.b #T_LOCKED, &TRACING
+6:
     mov.b B_RATE(r15), r12
     /* Stop held: 9600 8N1, address 1, whatever the profile says */
     bit.b #P1_STOP, &0x0020

@@ -257,7 +257,9 @@ map_profile_hash:
     jmp 1f
 map_profile:
     rla r12
-1:  add &BOARD, r12
+1:  tst.b &TRACING              ; T_LOCKED
+    jn map_zero
+    add &BOARD, r12
     mov @r12, r12
     ret
 

@@ -159,6 +159,6 @@ run_begin:
     mov #RUNS_MARK, &RUNNING
     mov.b #RUN_RUNNING, &RUN
     bic.b #R_WAITING+R_TIMED_OUT, &RUN_FLAGS
-    and.b #T_ON, &TRACING
+    and.b #T_ON|T_LOCKED, &TRACING
     inc &RUNS
     br #motion_reset

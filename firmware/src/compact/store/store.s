@@ -119,6 +119,19 @@ idle:
     tst.b &MOVING
 1:  ret
 
+/* Called first by what replaces a program: otherwise its caller gets the answer to who has not opened
+   the lock, or Busy. Below the vectors, where there is room. */
+    .section .tail.unlocked,"axR",@progbits
+module.store$unlocked:
+only_unlocked:
+    tst.b &TRACING
+    jn 1f
+    br #only_idle
+1:  incd r1
+    mov #EX_DEVICE_FAILURE, r12
+    ret
+
+    .section .text.store,"axR",@progbits
 /* Called first by what needs that: otherwise its caller gets the answer Busy. */
 only_idle:
     call #idle
@@ -130,7 +143,7 @@ only_idle:
     .global upload_control
 /* r12 = Upload code; leaves r12 = 0 or an Exception; keeps no register. */
 upload_control:
-    call #only_idle
+    call #only_unlocked
     mov r12, r15
     dec r12
     cmp #UPLOAD_ERASE, r12
@@ -138,9 +151,8 @@ upload_control:
     call #upload
     mov.b r12, &REFUSAL
     tst r12
-    jeq 2f
-    mov #EX_DEVICE_FAILURE, r12
-2:  ret
+    jne refused
+    ret
 illegal_value:
     mov #EX_ILLEGAL_VALUE, r12
     ret
@@ -249,7 +261,7 @@ commit:
     .global upload_word
 /* r12 = index of a register in the window, r13 = word; leaves r12 = 0 or an Exception; uses r14. */
 upload_word:
-    call #only_idle
+    call #only_unlocked
     rla r12
     .if HAS_KEEP
     mov &UPLOAD, r14
@@ -273,5 +285,7 @@ word_write:
 word_held:
     cmp r13, 0(r12)
     jeq upload_good
-1:  mov #EX_DEVICE_FAILURE, r12
+1:
+refused:
+    mov #EX_DEVICE_FAILURE, r12
     ret

@@ -1,0 +1,57 @@
+//! The lock of program and profile (`lang::wire`, Lock).
+
+use crate::core::Core;
+use lang::wire::{Exception, LOCK_CODE, PROFILE_WINDOW};
+
+/// What is known of the code since reset.
+#[derive(Clone, Copy)]
+pub struct Lock {
+    /// Program and profile are locked.
+    pub closed: bool,
+    /// The low word was given.
+    half: bool,
+    /// A word was wrong: no code is taken any more.
+    wrong: bool,
+}
+
+impl Lock {
+    /// At reset, by the profile's code.
+    pub fn new(code: [u16; 2]) -> Lock {
+        Lock { closed: code[0] != 0, half: false, wrong: false }
+    }
+}
+
+impl Core {
+    /// Whether program and profile may be replaced now.
+    ///
+    /// # Errors
+    /// Device failure while they are locked, busy while anything runs.
+    #[inline(never)]
+    pub fn may_replace(&self) -> Result<(), Exception> {
+        if self.lock.closed { Err(Exception::DeviceFailure) } else { self.idle() }
+    }
+
+    /// A word for register `index` of the locked profile: of the code, or refused. The high one opens
+    /// the lock when both were right and none before was wrong.
+    ///
+    /// # Errors
+    /// Device failure.
+    pub fn unlock(&mut self, index: u16, word: u16) -> Result<(), Exception> {
+        self.idle()?;
+        let high = match index.wrapping_sub(LOCK_CODE - PROFILE_WINDOW) {
+            0 => false,
+            1 => true,
+            _ => return Err(Exception::DeviceFailure),
+        };
+        self.lock.wrong |= word != self.record.lock[usize::from(high)];
+        if !high {
+            self.lock.half = true;
+            return Ok(());
+        }
+        if self.lock.wrong || !self.lock.half {
+            return Err(Exception::DeviceFailure);
+        }
+        self.lock.closed = false;
+        Ok(())
+    }
+}
