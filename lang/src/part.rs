@@ -61,6 +61,22 @@ pub const SLOT_HEAD: usize = 4;
 /// Every part, the smallest first.
 pub const PARTS: &[Part] = &[G2553, G2955];
 
+/// The longest STEP pulse that one interrupt makes, us.
+const SHORT_PULSE_US: u8 = 3;
+
+/// Step events in a second that the engine of every part keeps up with pulses of this width, the link
+/// busy: those of a path or a single axis, or of each axis where they move on their own (START).
+///
+/// A longer pulse takes a second interrupt: its width, both interrupts and what else may come between
+/// must pass before the next event, 360 cycles of 16 MHz (`pasapas bench motion`).
+pub const fn top_rate(pulse_us: u8, on_their_own: bool) -> u32 {
+    let rate = match pulse_us {
+        0..=SHORT_PULSE_US => 60_000,
+        _ => 16_000_000 / (16 * pulse_us as u32 + 360),
+    };
+    if on_their_own { rate / 2 } else { rate }
+}
+
 /// What a program wants that a part does not have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lack {
@@ -147,9 +163,15 @@ impl core::fmt::Display for Lack {
 
 #[cfg(test)]
 mod tests {
-    use super::{G2553, G2955, Lack, Part};
+    use super::{G2553, G2955, Lack, Part, top_rate};
     use crate::image::Header;
     use crate::record::feature;
+
+    #[test]
+    fn longer_pulses_make_slower_engines() {
+        let rates = [2, 3, 4, 10, 20, 30].map(|pulse| top_rate(pulse, false));
+        assert!(rates.is_sorted_by(|a, b| a >= b) && rates[0] == 60_000 && rates[5] == 19_047);
+    }
 
     #[test]
     fn a_part_names_what_it_lacks() {

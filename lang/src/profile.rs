@@ -471,6 +471,7 @@ impl Profile {
         if self.axes().next().is_none() {
             return Err(ProfileError("the profile has no axis; write a section [x]".to_owned()));
         }
+        range("pulse_us", self.pulse_us.into(), 2, 30)?;
         for (axis, part) in self.axes() {
             let at = |field: &str| format!("{}.{field}", axis.letter().to_ascii_lowercase());
             range(&at("scale.steps"), part.scale.steps.into(), 1, 65_535)?;
@@ -478,7 +479,16 @@ impl Profile {
             range(&at("start_rate"), part.start_rate.into(), 1, part.top_rate.into())?;
             range(&at("accel"), part.accel.into(), 100, 10_000_000)?;
             range(&at("decel"), part.decel.unwrap_or(part.accel).into(), 100, 10_000_000)?;
-            range(&at("top_rate"), part.top_rate.into(), 1, 100_000)?;
+            range(&at("top_rate"), part.top_rate.into(), 1, i64::from(i32::MAX))?;
+            let possible = crate::part::top_rate(self.pulse_us, false);
+            if part.top_rate.unsigned_abs() > possible {
+                return Err(ProfileError(format!(
+                    "{} is {}; with pulses of {} us the controller makes {possible} steps/s",
+                    at("top_rate"),
+                    part.top_rate,
+                    self.pulse_us
+                )));
+            }
             range(&at("min_um"), part.min_um.into(), -10_000_000, part.max_um.into())?;
             range(&at("max_um"), part.max_um.into(), part.min_um.into(), 10_000_000)?;
             range(&at("home.fast_rate"), part.home.fast_rate.into(), 1, part.top_rate.into())?;
@@ -498,7 +508,6 @@ impl Profile {
                 "home_order names {name:?}, which the machine does not have"
             )));
         }
-        range("pulse_us", self.pulse_us.into(), 2, 30)?;
         range("dir_setup_us", self.dir_setup_us.into(), 1, 30)?;
         range("corner_um", self.corner_um.into(), 0, 10_000)?;
         range("default_feed_um_s", self.default_feed_um_s.unwrap_or(1).into(), 1, 1_000_000)?;

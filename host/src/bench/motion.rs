@@ -145,6 +145,7 @@ fn edge_error(edges: &[Edge], axis: u8) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use lang::part::top_rate;
     use lang::record::feature;
 
     use super::{EDGE_US, ONE, STARTED, THREE, at_rate, with_profile};
@@ -166,17 +167,18 @@ mod tests {
 
     /// A pulse that ends while the link's interrupt runs must not cost the timer's next turn, 4 ms.
     #[test]
-    fn pulses_of_every_width_keep_their_edges_while_the_link_is_busy() {
+    fn every_rate_that_a_profile_may_have_is_kept_while_the_link_is_busy() {
         for build in BUILDS {
             for pulse in [3, 4, 6, 10, 30] {
-                let mut profile = fast_mill(8_000, 400_000).expect("a profile");
-                profile.pulse_us = pulse;
-                let mut scripts = vec![(ONE, &[0][..]), (THREE, &[0])];
+                let mut scripts = vec![(ONE, &[0][..], false), (THREE, &[0], false)];
                 if build.part.features & feature::START != 0 {
-                    scripts.push((STARTED, &[0, 1, 2]));
+                    scripts.push((STARTED, &[0, 1, 2], true));
                 }
-                for (script, axes) in scripts {
-                    let what = format!("{}, {pulse} us, {script}", build.part.name);
+                for (script, axes, on_their_own) in scripts {
+                    let rate = top_rate(pulse, on_their_own);
+                    let mut profile = fast_mill(rate, 400_000).expect("a profile");
+                    profile.pulse_us = pulse;
+                    let what = format!("{}, {pulse} us, {rate} st/s, {script}", build.part.name);
                     let measured = with_profile(build, script, axes, &profile);
                     let measured = measured.unwrap_or_else(|error| panic!("{what}: {error}"));
                     assert!(measured.edge_us <= EDGE_US, "{what}: {} us off", measured.edge_us);

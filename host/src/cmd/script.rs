@@ -3,14 +3,16 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use lang::axis::Axis;
 use lang::back::{self, Compiled, Excess, Resource};
 use lang::front::diag::Diag;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::{FORMAT, Image, crc_in, crc_of};
-use lang::part::G2955;
-use lang::profile::{Profile, ProfileError};
+use lang::part::{G2955, top_rate};
+use lang::profile::{AxisProfile, Profile, ProfileError};
+use lang::record::feature;
 
 use super::{Console, Options};
 use crate::failure::Failure;
@@ -155,7 +157,32 @@ pub fn compile_any(script: &Script, console: &Console) -> Result<Compiled, Failu
 pub fn compile_for_device(script: &Script, console: &Console) -> Result<Compiled, Failure> {
     let compiled = compile_any(script, console)?;
     must_fit(script, &compiled, console)?;
+    must_keep_up(script, &compiled, console)?;
     Ok(compiled)
+}
+
+/// Refuses a program whose axes move on their own faster than the chip makes steps of all of them.
+fn must_keep_up(script: &Script, compiled: &Compiled, console: &Console) -> Result<(), Failure> {
+    let starts = |image: Image<'_>| u16::from(image.header.features) & feature::START != 0;
+    if !Image::new(&compiled.image).is_ok_and(starts) {
+        return Ok(());
+    }
+    let profile = &script.program.profile;
+    let possible = top_rate(profile.pulse_us, true);
+    let rate = |(axis, own): (Axis, &AxisProfile)| (own.top_rate.unsigned_abs(), axis);
+    let Some((rate, axis)) = profile.axes().map(rate).max().filter(|(rate, _)| *rate > possible)
+    else {
+        return Ok(());
+    };
+    let text = format!(
+        "{}'s top rate is {rate} steps/s; of axes that move on their own the chip makes {possible} \
+         steps/s each, with pulses of {} us",
+        axis.letter(),
+        profile.pulse_us
+    );
+    let note = Note::error(script.source.name(), "B009", text)
+        .hint("lower top_rate in the profile, or move the axes with G0 and G1");
+    Err(console.refuse(&note))
 }
 
 /// Refuses a program that is longer than the device's flash.
