@@ -29,16 +29,17 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::profile::{Profile, Scale};
 use script::Made;
+use share::Wanted;
 use text::Lines;
 
 /// Largest file that is read: a raster of a million lines has about 20 MB.
 pub const MAX_BYTES: usize = 64 << 20;
 
-/// Longest script that is compiled here, to see that the compiler takes it.
-const MAX_TRIED: usize = 1 << 20;
+/// Longest script that is compiled here, to see that the compiler takes it: 15 000 lines or so.
+const MAX_TRIED: usize = 256 << 10;
 
-/// Longest script in which what repeats is looked for: 5000 lines or so, as many as one reads.
-const MAX_SHARED: usize = 128 << 10;
+/// Longest script of which versions are compiled to see which is shorter.
+const MAX_SIZED: usize = 128 << 10;
 
 /// How a file is to be read.
 #[derive(Clone, Debug, Default)]
@@ -110,14 +111,16 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
             format!("the script would have {} bytes; a script has at most 8 MB", made.text.len());
         diags.push(Diag::new(Code::TooLong, 1, 1, text).hint("cut the file in pieces"));
     }
+    // Nobody edits the pixels of a picture.
+    if !diags.has_errors()
+        && format != Format::Laser
+        && let Some((shorter, saved)) = shared(&made, &profile)
+    {
+        let text = format!("{saved} saved by SUBs for what repeats");
+        diags.push(Diag::new(Code::Said, 1, 1, text).note());
+        made = shorter;
+    }
     if !diags.has_errors() && made.text.len() <= MAX_TRIED {
-        // Nobody edits the pixels of a picture.
-        let wanted = format != Format::Laser && made.text.len() <= MAX_SHARED;
-        if let Some((shorter, saved)) = wanted.then(|| shared(&made, &profile)).flatten() {
-            let text = format!("{saved} bytes saved by SUBs for what repeats");
-            diags.push(Diag::new(Code::Said, 1, 1, text).note());
-            made = shorter;
-        }
         try_out(&made, &profile, &mut diags);
     }
     let refused = diags.has_errors();
@@ -128,17 +131,23 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
     Ok(Imported { script: made.text, places: made.places, format, profile: profile.name, notes })
 }
 
-/// The script with SUBs for what repeats, and the bytes that this saves; `None` when it saves none
-/// or changes what a block means, which the compiler sees.
-fn shared(made: &Made, profile: &Profile) -> Option<(Made, usize)> {
+/// The script with SUBs for what repeats, and what this saves; `None` when it saves nothing or
+/// changes what a block means, which the compiler sees. Of a script that is too long to be compiled
+/// again and again only lines that mean the same by themselves are shared.
+fn shared(made: &Made, profile: &Profile) -> Option<(Made, String)> {
+    if made.text.len() > MAX_SIZED {
+        let shorter = share::share(made, Wanted::EqualModes)?;
+        let saved = made.text.len().checked_sub(shorter.text.len()).filter(|saved| *saved > 0)?;
+        return Some((shorter, format!("{saved} characters of the script")));
+    }
     // Parameters cost more than they save where the path is short.
-    let tries = [false, true].into_iter().filter_map(|shifts| {
-        let shorter = share::share(made, shifts)?;
+    let tries = [Wanted::Equal, Wanted::Shifted].into_iter().filter_map(|wanted| {
+        let shorter = share::share(made, wanted)?;
         Some((size(profile, &shorter.text)?, shorter))
     });
     let (after, shorter) = tries.min_by_key(|(size, _)| *size)?;
     let before = size(profile, &made.text)?;
-    (after < before).then(|| (shorter, before - after))
+    (after < before).then(|| (shorter, format!("{} bytes", before - after)))
 }
 
 /// Bytes of code and tables that a script compiles to.

@@ -2,7 +2,7 @@
 //! elsewhere, which the SUB then takes as parameters.
 
 use core::hash::{Hash, Hasher};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::collections::hash_map::DefaultHasher;
 
 use super::script::{Made, mm};
@@ -10,6 +10,10 @@ use lang::front::literal::Decimal;
 
 /// Lines from which on a repeated group is worth a SUB.
 const MIN_LINES: usize = 4;
+/// Longest group: what is looked at for each pair of places stays bounded.
+const MAX_LINES: usize = 5000;
+/// Places that begin alike of which pairs are compared.
+const MAX_PLACES: usize = 32;
 /// SUBs of one script.
 const MAX_SUBS: usize = 12;
 /// First words of lines that cannot move into a SUB: declarations, jumps, ends.
@@ -40,6 +44,19 @@ struct Line<'a> {
     usable: bool,
     /// Blocks that it opens, less those that it closes.
     opens: i32,
+    /// The G-code modes before it.
+    modes: u64,
+}
+
+/// What may be looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wanted {
+    /// Lines that are equal.
+    Equal,
+    /// The same, where the same modes hold before them: no block's meaning can change.
+    EqualModes,
+    /// Also paths that begin elsewhere.
+    Shifted,
 }
 
 /// Places that one SUB serves.
@@ -50,18 +67,23 @@ struct Group {
     offsets: Option<Vec<[i64; 2]>>,
 }
 
-/// Makes SUBs of what repeats in a script, with `shifts` also of paths that begin elsewhere; `None`
-/// when nothing repeats.
-pub(crate) fn share(made: &Made, shifts: bool) -> Option<Made> {
+/// Makes SUBs of what repeats in a script; `None` when nothing repeats.
+pub(crate) fn share(made: &Made, wanted: Wanted) -> Option<Made> {
     let lines = read(&made.text);
     let mut used = vec![false; lines.len()];
     let mut groups = Vec::new();
-    let absolute = !lines.iter().any(|line| {
-        line.text.split_whitespace().any(|word| FOREIGN.contains(&word)) || line.text.contains('[')
-    });
+    let absolute = wanted == Wanted::Shifted
+        && !lines.iter().any(|line| {
+            let foreign = |word| FOREIGN.contains(&word);
+            line.text.contains('[') || line.text.split_whitespace().any(foreign)
+        });
     for shifted in [false, true] {
-        while groups.len() < MAX_SUBS && (!shifted || shifts && absolute) {
-            let Some(group) = find(&lines, &used, shifted) else { break };
+        if shifted && !absolute {
+            break;
+        }
+        let alike = Alike::new(&lines, &used, shifted, wanted == Wanted::EqualModes);
+        while groups.len() < MAX_SUBS {
+            let Some(group) = alike.find(&lines, &used) else { break };
             for start in &group.starts {
                 used[*start..start + group.len].fill(true);
             }
@@ -81,6 +103,7 @@ fn hash(value: impl Hash) -> u64 {
 fn read(text: &str) -> Vec<Line<'_>> {
     let mut at = [None; 2];
     let mut continued = false;
+    let mut modes = Modes::default();
     text.lines()
         .map(|whole| {
             let text = whole.trim_start();
@@ -90,6 +113,8 @@ fn read(text: &str) -> Vec<Line<'_>> {
             let fixed = FIXED.contains(&first) && !CLOSES.contains(&first) || text == "END";
             let usable = !continued && !goes_on && !label && !fixed && !text.is_empty();
             continued = goes_on;
+            let before = hash(&modes);
+            modes.follow(text, label);
             let opens = i32::from(OPENS.contains(&first) || opens_if(text))
                 - i32::from(CLOSES.contains(&first));
             let (shape, place) = apart(text);
@@ -111,6 +136,7 @@ fn read(text: &str) -> Vec<Line<'_>> {
                 place,
                 usable,
                 opens,
+                modes: before,
             }
         })
         .collect()
@@ -152,102 +178,190 @@ fn apart(text: &str) -> (String, [Option<i64>; 2]) {
     (shape, places)
 }
 
-/// The largest repeated group of lines that are not used yet.
-fn find(lines: &[Line<'_>], used: &[bool], shifted: bool) -> Option<Group> {
-    let token = |i: usize| -> u64 {
-        match &lines[i] {
-            line if used[i] || !line.usable => 0,
-            line if shifted => line.moved,
-            line => line.exact,
+/// G-code modes as far as words of the text set them.
+#[derive(Default, Hash)]
+struct Modes<'a> {
+    /// The last word of each group, and the last label, behind which nothing is known.
+    words: [&'a str; 7],
+}
+
+impl<'a> Modes<'a> {
+    fn follow(&mut self, text: &'a str, label: bool) {
+        const GROUPS: [&[&str]; 6] = [
+            &["G0", "G1", "G2", "G3", "G80", "G81", "G82", "G83"],
+            &["G17", "G18", "G19"],
+            &["G20", "G21"],
+            &["G90", "G91"],
+            &["G98", "G99"],
+            &["G61", "G64"],
+        ];
+        if label {
+            self.words = Default::default();
+            self.words[6] = text;
+            return;
         }
-    };
-    // What the first line of a group must be alike in.
-    let head = |i: usize| -> u64 {
-        match &lines[i] {
-            line if used[i] || !line.usable => 0,
-            line if !shifted => line.exact,
-            line if line.place.iter().all(Option::is_some) => line.shape,
-            _ => 0,
+        let code = text.split(" '").next().unwrap_or(text);
+        if !code.contains('G') {
+            return;
         }
-    };
-    let tokens: Vec<u64> = (0..lines.len()).map(token).collect();
-    let sums = Sums::new(&tokens);
-    let mut windows: HashMap<u64, Vec<usize>> = HashMap::new();
-    for i in 0..lines.len().saturating_sub(MIN_LINES - 1) {
-        let rest = &tokens[i + 1..i + MIN_LINES];
-        if head(i) != 0 && !rest.contains(&0) {
-            windows.entry(hash((head(i), rest))).or_default().push(i);
-        }
-    }
-    let mut best: Option<(usize, usize)> = None;
-    for places in windows.values().filter(|places| places.len() > 1) {
-        // Against the first and against the one before: more would only find the same.
-        for (n, &later) in places.iter().enumerate().skip(1) {
-            for earlier in [places[0], places[n - 1]] {
-                let most = sums.alike(earlier + 1, later + 1, later - earlier - 1) + 1;
-                let len = balanced(lines, earlier, most);
-                let longer = best.is_none_or(|(from, longest)| {
-                    len > longest || len == longest && earlier < from
-                });
-                if len >= MIN_LINES && longer {
-                    best = Some((earlier, len));
-                }
+        for word in code.split(' ') {
+            if let Some(group) = GROUPS.iter().position(|group| group.contains(&word)) {
+                self.words[group] = word;
             }
         }
     }
-    let (from, len) = best?;
-    let mut starts = vec![from];
-    let mut at = from + len;
-    while at + len <= lines.len() {
-        if head(at) == head(from) && sums.alike(from + 1, at + 1, len - 1) == len - 1 {
-            starts.push(at);
-            at += len;
-        } else {
-            at += 1;
-        }
-    }
-    let offsets = shifted.then(|| {
-        let place = |i: usize| lines[i].place.map(Option::unwrap_or_default);
-        let first = place(from);
-        starts.iter().map(|start| [0, 1].map(|i: usize| place(*start)[i] - first[i])).collect()
-    });
-    (starts.len() > 1).then_some(Group { starts, len, offsets })
 }
 
-/// The longest beginning of `most` lines from `from` in which every block that opens closes.
-fn balanced(lines: &[Line<'_>], from: usize, most: usize) -> usize {
-    let (mut depth, mut len) = (0, 0);
-    for (i, line) in lines[from..from + most].iter().enumerate() {
-        if depth == 0 && line.indent != lines[from].indent {
-            break;
+/// What of a script's lines may be alike.
+struct Alike {
+    sums: Sums,
+    /// What the first line of a group must be alike in; 0 for what begins none.
+    heads: Vec<u64>,
+    /// Places whose first lines are alike, in ascending order; none stands alone.
+    places: Vec<Vec<usize>>,
+    shifted: bool,
+    /// For each line the first from it on that opens or closes a block or stands elsewhere.
+    flat: Vec<usize>,
+}
+
+impl Alike {
+    fn new(lines: &[Line<'_>], used: &[bool], shifted: bool, modes: bool) -> Alike {
+        let usable = |i: usize| Some(&lines[i]).filter(|line| line.usable && !used[i]);
+        let token = |i: usize| match usable(i) {
+            Some(line) if shifted => line.moved,
+            Some(line) => line.exact,
+            None => 0,
+        };
+        let head = |i: usize| match usable(i) {
+            Some(line) if !shifted && modes => hash((line.exact, line.modes)),
+            Some(line) if !shifted => line.exact,
+            Some(line) if line.place.iter().all(Option::is_some) => line.shape,
+            _ => 0,
+        };
+        let tokens: Vec<u64> = (0..lines.len()).map(token).collect();
+        let heads: Vec<u64> = (0..lines.len()).map(head).collect();
+        let mut windows = Vec::with_capacity(lines.len());
+        for i in 0..lines.len().saturating_sub(MIN_LINES - 1) {
+            let rest = &tokens[i + 1..i + MIN_LINES];
+            if heads[i] != 0 && !rest.contains(&0) {
+                windows.push((hash((heads[i], rest)), i));
+            }
         }
-        depth += line.opens;
-        if depth < 0 {
-            break;
+        windows.sort_unstable();
+        let places = windows
+            .chunk_by(|a, b| a.0 == b.0)
+            .filter(|places| places.len() > 1)
+            .map(|places| places.iter().map(|place| place.1).collect())
+            .collect();
+        let mut flat = vec![lines.len(); lines.len()];
+        for i in (0..lines.len()).rev() {
+            let same = |next: &Line<'_>| next.indent == lines[i].indent;
+            flat[i] = match lines.get(i + 1) {
+                _ if lines[i].opens != 0 => i,
+                Some(next) if same(next) => flat[i + 1],
+                _ => i + 1,
+            };
         }
-        if depth == 0 {
-            len = i + 1;
-        }
+        Alike { sums: Sums::new(tokens), heads, places, shifted, flat }
     }
-    len
+
+    /// The largest repeated group of lines that are not used yet.
+    fn find(&self, lines: &[Line<'_>], used: &[bool]) -> Option<Group> {
+        // How many lines from each on are not used.
+        let mut free = vec![0; lines.len() + 1];
+        for i in (0..lines.len()).rev() {
+            free[i] = if used[i] { 0 } else { free[i + 1] + 1 };
+        }
+        let mut best: Option<(usize, usize)> = None;
+        for places in &self.places {
+            let mut list = places.iter().copied().filter(|place| !used[*place]);
+            let Some(first) = list.next() else { continue };
+            let mut before = first;
+            // Against the first and against the one before: more would only find the same.
+            for later in list.take(MAX_PLACES) {
+                for earlier in [first, before] {
+                    let most = (later - earlier).min(free[earlier]).min(free[later]).min(MAX_LINES);
+                    let longest = best.map_or(MIN_LINES - 1, |(_, longest)| longest);
+                    if most < longest {
+                        continue;
+                    }
+                    let most = self.sums.alike(earlier + 1, later + 1, most - 1) + 1;
+                    if most < longest {
+                        continue;
+                    }
+                    let len = self.balanced(lines, earlier, most);
+                    if len > longest || len == longest && best.is_some_and(|(at, _)| earlier < at) {
+                        best = Some((earlier, len));
+                    }
+                }
+                before = later;
+            }
+        }
+        let (from, len) = best?;
+        let mut starts = vec![from];
+        let mut at = from + len;
+        while at + len <= lines.len() {
+            if self.heads[at] == self.heads[from]
+                && free[at] >= len
+                && self.sums.alike(from + 1, at + 1, len - 1) == len - 1
+            {
+                starts.push(at);
+                at += len;
+            } else {
+                at += 1;
+            }
+        }
+        let offsets = self.shifted.then(|| {
+            let place = |i: usize| lines[i].place.map(Option::unwrap_or_default);
+            let first = place(from);
+            starts.iter().map(|start| [0, 1].map(|i: usize| place(*start)[i] - first[i])).collect()
+        });
+        (starts.len() > 1).then_some(Group { starts, len, offsets })
+    }
+
+    /// The longest beginning of `most` lines from `from` in which every block that opens closes.
+    fn balanced(&self, lines: &[Line<'_>], from: usize, most: usize) -> usize {
+        if from + most <= self.flat[from] {
+            return most;
+        }
+        let (mut depth, mut len) = (0, 0);
+        for (i, line) in lines[from..from + most].iter().enumerate() {
+            if depth == 0 && line.indent != lines[from].indent {
+                break;
+            }
+            depth += line.opens;
+            if depth < 0 {
+                break;
+            }
+            if depth == 0 {
+                len = i + 1;
+            }
+        }
+        len
+    }
 }
 
 /// Sums over all beginnings, by which two stretches are compared at once.
 struct Sums {
     sums: Vec<u64>,
     powers: Vec<u64>,
-    tokens: Vec<u64>,
+    /// For each line how many from it on match something.
+    known: Vec<usize>,
 }
 
 impl Sums {
-    fn new(tokens: &[u64]) -> Sums {
+    fn new(tokens: Vec<u64>) -> Sums {
         const BASE: u64 = 0x9E37_79B9_7F4A_7C15;
         let (mut sums, mut powers) = (vec![0_u64], vec![1_u64]);
         for (i, token) in tokens.iter().enumerate() {
             sums.push(sums[i].wrapping_mul(BASE).wrapping_add(*token));
             powers.push(powers[i].wrapping_mul(BASE));
         }
-        Sums { sums, powers, tokens: tokens.to_vec() }
+        let mut known = vec![0; tokens.len() + 1];
+        for i in (0..tokens.len()).rev() {
+            known[i] = if tokens[i] == 0 { 0 } else { known[i + 1] + 1 };
+        }
+        Sums { sums, powers, known }
     }
 
     fn sum(&self, from: usize, len: usize) -> u64 {
@@ -256,7 +370,7 @@ impl Sums {
 
     /// How many lines from `a` and `b` on are alike, at most `most`; what matches nothing ends it.
     fn alike(&self, a: usize, b: usize, most: usize) -> usize {
-        let (mut low, mut high) = (0, most.min(self.tokens.len() - b));
+        let (mut low, mut high) = (0, most.min(self.known[a]).min(self.known[b]));
         while low < high {
             let middle = (low + high).div_ceil(2);
             if self.sum(a, middle) == self.sum(b, middle) {
@@ -265,8 +379,7 @@ impl Sums {
                 high = middle - 1;
             }
         }
-        let end = self.tokens[a..a + low].iter().position(|token| *token == 0);
-        end.unwrap_or(low)
+        low
     }
 }
 
@@ -280,12 +393,13 @@ fn write(made: &Made, lines: &[Line<'_>], groups: &[Group]) -> Made {
         out.places.push(place);
     };
     let place = |i: usize| made.places.get(i).copied().unwrap_or(0);
+    let calls = groups.iter().enumerate().flat_map(|(n, group)| {
+        group.starts.iter().enumerate().map(move |(turn, start)| (*start, (n, group, turn)))
+    });
+    let calls: BTreeMap<usize, _> = calls.collect();
     let mut at = 0;
     while at < lines.len() {
-        let found = groups.iter().enumerate().find_map(|(n, group)| {
-            group.starts.iter().position(|start| *start == at).map(|turn| (n, group, turn))
-        });
-        let Some((n, group, turn)) = found else {
+        let Some(&(n, group, turn)) = calls.get(&at) else {
             put(lines[at].indent, lines[at].text, place(at));
             at += 1;
             continue;
@@ -358,12 +472,12 @@ fn shifted(line: &Line<'_>, axes: [bool; 2]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::share;
+    use super::{Wanted, share};
     use crate::script::Made;
 
     fn shared(text: &str) -> Option<String> {
         let places = (1..=text.lines().count() as u32).collect();
-        share(&Made { text: text.to_owned(), places }, true).map(|made| {
+        share(&Made { text: text.to_owned(), places }, Wanted::Shifted).map(|made| {
             assert_eq!(made.text.lines().count(), made.places.len());
             made.text
         })
@@ -382,6 +496,18 @@ mod tests {
         let torn = "Wait 1s\nFOR i = 1 TO 2\nWait 2s\nWait 3s\nNEXT\nWait 1s\nFOR i = 1 TO 2\nWait 2s\nWait 3s\nWait 4s\nNEXT\n";
         assert_eq!(shared(torn), None, "a block is never cut");
         assert_eq!(shared("a:\nGOTO a\nM3\nM5\na:\nGOTO a\nM3\nM5\n"), None, "jumps stay");
+    }
+
+    /// The second group is reached in G0, where its lines without a G word would be rapid moves.
+    #[test]
+    fn only_the_same_modes_are_shared_unseen() {
+        let group = "X1 Y1\nX2\nY3\nX0 Y0\n";
+        let text = format!("F60\nG1 X0\n{group}G0 Z1\n{group}G1 Z0\n{group}M5\n");
+        let places = (1..=text.lines().count() as u32).collect();
+        let made = share(&Made { text, places }, Wanted::EqualModes).expect("a SUB");
+        let wanted =
+            format!("F60\nG1 X0\npart_1\nG0 Z1\n{group}G1 Z0\npart_1\nM5\n\n' Lines 3, 13");
+        assert!(made.text.starts_with(&wanted), "{}", made.text);
     }
 
     #[test]

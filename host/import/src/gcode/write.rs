@@ -7,7 +7,7 @@ use super::read::Block;
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
 use crate::script::{Made, Script, literal, mm};
-use crate::{Format, Job, MAX_TRIED, size};
+use crate::{Format, Job, MAX_SIZED, size};
 
 /// Rows of a table on one line.
 const ROWS_A_LINE: usize = 4;
@@ -29,7 +29,7 @@ pub(super) fn script(
         return write(job, format, blocks, &plain, None);
     }
     let long = write(job, format, blocks, &plain, None);
-    if long.text.len() > MAX_TRIED {
+    if long.text.len() > MAX_SIZED {
         return write(job, format, blocks, &parts, None);
     }
     let folded = write(job, format, blocks, &parts, None);
@@ -161,8 +161,10 @@ fn line(script: &mut Script, block: &Block<'_>, table: Option<&str>) {
             _ => write!(text, "{separator}{letter}{value}"),
         };
     }
+    // In a loop each line says for itself how it moves: the ways into it may bring another mode.
     let modal = !block.words.iter().any(|(letter, _)| *letter == 'G');
-    if table.is_some() && modal && placed {
+    let moves = block.words.iter().any(|(letter, _)| matches!(letter, 'X' | 'Y' | 'Z'));
+    if table.is_some() && modal && moves {
         text = format!("G{} {text}", block.motion);
     }
     script.remarked(&text, &block.remark);

@@ -147,12 +147,26 @@ fn strict_refuses_what_is_kept_otherwise() {
 fn long_files_take_no_long_time() {
     let mut text = String::from("G21 G90\nG1 F600 X0 Y0\n");
     for i in 0..100_000 {
-        text += &format!("G1 X{}.{:03} Y{}.25\n", i % 200, i % 1000, (i / 7) % 150);
+        // No place comes twice.
+        text += &format!("G1 X{}.{:03} Y{}.25\n", i / 1000, i % 1000, (i / 7) % 150);
     }
     let start = Instant::now();
     let made = import("long.nc", text.as_bytes(), &Options::default()).expect("a script");
     assert!(made.script.lines().count() > 100_000);
     assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+    // The same path at 200 depths becomes one SUB, lines that swing between two places a loop.
+    let mut text = String::from("G21 G90 F600\n");
+    for depth in 1..=200 {
+        text += &format!("G1 Z-{}.{:02}\n", depth / 100, depth % 100);
+        (0..500).for_each(|i| text += &format!("X{}.5 Y{}\n", i * 37 % 190, i * 53 % 140));
+    }
+    let start = Instant::now();
+    let made = import("depths.nc", text.as_bytes(), &Options::default()).expect("a script");
+    assert!(made.script.lines().count() < 1000, "{}", made.script.lines().count());
+    let text = format!("G21 G90 F600\n{}", "G1 X0 Y0\nG1 X9 Y0\n".repeat(50_000));
+    let made = import("swing.nc", text.as_bytes(), &Options::default()).expect("a script");
+    assert!(made.script.contains("REPEAT 50000"), "{}", made.script);
+    assert!(start.elapsed().as_secs() < 40, "{:?}", start.elapsed());
     let line = vec![b'x'; 70 << 20];
     let diags = import("huge.nc", &line, &Options::default()).expect_err("too large");
     assert_eq!(diags[0].code, crate::Code::TooLarge);
