@@ -3,7 +3,9 @@
 use emulator::Signal;
 use emulator::{Board, Image, Part};
 use firmware::motion::scaled::Scaled;
-use firmware::motion::{Arc, Block, Ends, Feed, Pace, Path, PathSegment, Segment, Single, physics};
+use firmware::motion::{
+    Arc, Block, Ends, Feed, Pace, Path, PathSegment, Segment, Single, physics, queue,
+};
 use lang::record::AxisRecord;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -114,6 +116,11 @@ fn scaled_arithmetic_is_that_of_its_twin() {
     assert!(chip.borrow().worst < 1_000, "{} cycles", chip.borrow().worst);
 }
 
+/// Segments that the path's engine holds, bytes of each, and bytes of all with the accumulators.
+const SLOTS: u16 = queue::SLOTS as u16;
+const SLOT: u16 = 36;
+const PLAY: u16 = SLOTS * SLOT + 12;
+
 /// The engine's memory, fed from outside as the firmware feeds it.
 struct Engine {
     board: Board,
@@ -133,7 +140,7 @@ impl Engine {
         quiet(&mut board);
         let play = board.symbol("PASAPAS_PLAY").expect("play");
         let step = board.symbol("PASAPAS_STEP").expect("step");
-        for at in (play..play + 80).chain(step..step + 34) {
+        for at in (play..play + PLAY).chain(step..step + 34) {
             board.poke8(at, 0);
         }
         let handler = if width_ticks == 0 { "pasapas_path_event" } else { "pasapas_path_long" };
@@ -151,7 +158,7 @@ impl Engine {
     }
 
     fn room(&mut self) -> bool {
-        let slot = self.play + 32 * self.fill;
+        let slot = self.play + SLOT * self.fill;
         let free = self.board.peek16(slot + 8) == 0;
         free && (!self.running() || self.board.peek16(self.step + 2) != slot)
     }
@@ -161,7 +168,7 @@ impl Engine {
     }
 
     fn put(&mut self, s: &PathSegment) {
-        let slot = self.play + 32 * self.fill;
+        let slot = self.play + SLOT * self.fill;
         let long = |board: &mut Board, at: u16, v: u32| {
             board.poke16(at, v as u16);
             board.poke16(at + 2, (v >> 16) as u16);
@@ -180,10 +187,11 @@ impl Engine {
         self.board.poke8(slot + 30, dirs);
         self.board.poke8(slot + 31, s.negative | u8::from(s.begin) << 7);
         self.board.poke16(slot + 8, s.ramp.events);
-        self.fill ^= 1;
+        let before = (self.fill + SLOTS - 1) % SLOTS;
+        self.fill = (self.fill + 1) % SLOTS;
         if !self.running() {
-            // The empty one: the first interrupt then begins this one.
-            self.board.poke16(self.step + 2, self.play + 32 * self.fill);
+            // The empty one before: the first interrupt then begins this one.
+            self.board.poke16(self.step + 2, self.play + SLOT * before);
             let at = self.board.bus_read16(COUNTER).wrapping_add(160);
             self.board.bus_write16(COMPARE, at);
             self.board.bus_write16(CONTROL, 0x10);

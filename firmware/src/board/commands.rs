@@ -133,7 +133,7 @@ impl Core {
                     return Err(Exception::IllegalValue);
                 }
                 self.motor.settle(n, target);
-                self.motor.go(n, target, pace);
+                self.motor.go(n, target, pace, false);
             }
             command::SET_POSITION => {
                 let n = self.axis_argument()?;

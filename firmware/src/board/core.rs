@@ -550,6 +550,9 @@ impl Core {
             let ramping = self.session.state() == RunState::Stopping;
             if ramping && self.motor.rests() && !self.trace.full && self.line_rests {
                 self.rested();
+            } else if ramping && self.seeks() {
+                // What it looks for may come on the way to rest, too.
+                self.go_on();
             }
             return;
         }
@@ -574,6 +577,11 @@ impl Core {
         if self.effect.code == 0 {
             self.step();
         }
+        self.go_on();
+    }
+
+    /// Goes on with the effect under way, if there is one.
+    fn go_on(&mut self) {
         // A line longer than the ring was announced by the event that fills the slot, and the host
         // takes it before it asks for the next one.
         const PRINTS: ::core::ops::RangeInclusive<u8> = Op::PrintText as u8..=Op::PrintEnd as u8;

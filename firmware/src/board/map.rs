@@ -225,7 +225,7 @@ impl Core {
                 u16::from_le_bytes([self.motor.moving(), direction])
             }
             HOMING => u16::from_le_bytes([self.under_way(false), self.homing_error]),
-            MISC_STATUS => u16::from(self.motor.percent != 100) << 13,
+            MISC_STATUS => u16::from(self.motor.percents != [100; 2]) << 13,
             PROBING => u16::from(self.under_way(true)) << 8,
             PROBE_ERROR => u16::from(self.probe_error),
             PLC_STATUS => u16::from(self.session.is_active()) << 10,
@@ -303,8 +303,9 @@ impl Map for Core {
             COMMAND..COMMAND_END => {
                 self.command.get(usize::from(address - COMMAND)).copied().unwrap_or(0)
             }
-            OVERRIDES => u16::from(self.motor.percent),
-            RAPID_OVERRIDE => 100,
+            OVERRIDES | RAPID_OVERRIDE => {
+                u16::from(self.motor.percents[usize::from(address - OVERRIDES)])
+            }
             SPEEDS..OVERRIDES => self.axis_value(address, SPEEDS, |core, n| core.motor.velocity(n)),
             KEEPS.. if address < KEEPS_END => {
                 let value = self.kept((address - KEEPS) >> 1);
@@ -393,15 +394,16 @@ impl Map for Core {
                 }
                 Ok(())
             }
-            OVERRIDES => {
-                if !(10..=200).contains(&value) {
+            OVERRIDES | RAPID_OVERRIDE => {
+                let most = if address == OVERRIDES { 200 } else { 100 };
+                if !(10..=most).contains(&value) {
                     return Err(Exception::IllegalValue);
                 }
-                self.motor.set_override(value as u8);
+                let mut percents = self.motor.percents;
+                percents[usize::from(address - OVERRIDES)] = value as u8;
+                self.motor.set_override(percents);
                 Ok(())
             }
-            RAPID_OVERRIDE if value == 100 => Ok(()),
-            RAPID_OVERRIDE => Err(Exception::IllegalValue),
             PROFILE_WINDOW..UPLOAD_WINDOW => self.write_profile(address - PROFILE_WINDOW, value),
             UPLOAD_WINDOW.. => {
                 self.may_replace()?;

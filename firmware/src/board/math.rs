@@ -290,6 +290,20 @@ pasapas_divide:
     mov r15, r13
     ret
 
+    .section .text.high,"ax",@progbits
+module.math$high:
+    .global pasapas_high
+    /* high half of r13:r12 times r15:r14 */
+pasapas_high:
+    push r10
+    push r9
+    call #pasapas_product
+    mov r10, r12
+    mov r11, r13
+    pop r9
+    pop r10
+    ret
+
     .section .text.crc16,"ax",@progbits
 module.math$crc16:
     .global pasapas_crc16
@@ -311,10 +325,42 @@ module.math$memcpy:
     /* r12 to, r13 from, r14 bytes; returns r12 */
 memcpy:
     mov r12, r15
+    bit #1, r12
+    jne 2f
+    bit #1, r13
+    jne 2f
+    /* words as long as there are two bytes, and both ends are even */
+    jmp 4f
+3:  mov @r13+, r11
+    mov r11, 0(r15)
+    incd r15
+4:  decd r14
+    jc 3b
+    incd r14
     jmp 2f
 1:  mov.b @r13+, r11
     mov.b r11, 0(r15)
     inc r15
+    dec r14
+2:  tst r14
+    jne 1b
+    ret
+
+    .section .text.memmove,"ax",@progbits
+module.math$memmove:
+    .global memmove
+    /* as memcpy; from the end when the places overlap that way */
+memmove:
+    cmp r13, r12
+    jlo memcpy
+    mov r12, r15
+    add r14, r15
+    add r14, r13
+    jmp 2f
+1:  dec r13
+    dec r15
+    mov.b @r13, r11
+    mov.b r11, 0(r15)
     dec r14
 2:  tst r14
     jne 1b

@@ -3,7 +3,7 @@
 use crate::step;
 use crate::vm::{axis, convert, machine};
 use ::core::ptr::addr_of_mut;
-use firmware::motion::{Arc, Block, Feed, Pace, Path, PathSegment, Segment, Single};
+use firmware::motion::{Arc, Block, Feed, Pace, Path, PathSegment, Segment, Single, queue};
 use lang::fault::Fault;
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -41,8 +41,10 @@ pub struct Motor {
     stopped: u8,
     /// Bit per axis: MoveSpeed runs it.
     running: u8,
-    /// Speed override, percent.
-    pub percent: u8,
+    /// Speed override, percent: of feeds and of axes on their own, of rapid moves.
+    pub percents: [u8; 2],
+    /// Bit per axis: homing or probing, which no override changes.
+    seeks: u8,
     /// Bit per axis: the path moves it.
     path_axes: u8,
     /// Second leg of a rapid move that lifts or lowers Z apart; all 0 for none.
@@ -71,7 +73,7 @@ impl Motor {
     pub unsafe fn init(motor: *mut Motor) {
         // SAFETY: the caller's; the rest is integers.
         unsafe {
-            addr_of_mut!((*motor).percent).write(100);
+            addr_of_mut!((*motor).percents).write([100; 2]);
             addr_of_mut!((*motor).path).write(Path::IDLE);
             addr_of_mut!((*motor).segment).write(PathSegment::default());
             addr_of_mut!((*motor).single).write([Single::default(); 3]);
@@ -94,7 +96,7 @@ impl Motor {
             self.place(n, self.actual[usize::from(n)]);
             n += 1;
         }
-        self.set_override(self.percent);
+        self.set_override(self.percents);
         step::set_invert(invert);
     }
 
@@ -163,10 +165,13 @@ impl Motor {
         steps.wrapping_sub(before)
     }
 
-    /// Sends an axis to a place on its own ramp.
-    pub fn go(&mut self, n: u8, steps: i32, pace: Pace) {
+    /// Sends an axis to a place on its own ramp; `seeks`: as it looks for a switch or a probe.
+    pub fn go(&mut self, n: u8, steps: i32, pace: Pace, seeks: bool) {
         let i = usize::from(n);
         self.running &= !(1 << n);
+        self.seeks &= !(1 << n);
+        self.seeks |= u8::from(seeks) << n;
+        self.single[i].percent = self.percent(n);
         self.single[i].go(axis(n), steps, pace);
     }
 
@@ -201,18 +206,28 @@ impl Motor {
         limited
     }
 
-    /// Speed override, percent.
-    pub fn set_override(&mut self, percent: u8) {
-        self.percent = percent;
-        self.path.set_override(percent);
-        for (n, single) in self.single.iter_mut().enumerate() {
-            single.set_override(axis(n as u8), percent);
+    /// Speed override, percent: see [`Motor::percents`].
+    pub fn set_override(&mut self, percents: [u8; 2]) {
+        self.percents = percents;
+        self.path.set_override(percents[0], percents[1]);
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            let percent = self.percent(n);
+            self.single[usize::from(n)].set_override(axis(n), percent);
         }
+    }
+
+    /// The override that holds for an axis on its own.
+    fn percent(&self, n: u8) -> u8 {
+        if self.seeks >> n & 1 != 0 { 100 } else { self.percents[0] }
     }
 
     /// Runs an axis at a speed.
     pub fn run(&mut self, n: u8, negative: bool, limit: Option<i32>, pace: Pace) {
         self.running |= 1 << n;
+        self.seeks &= !(1 << n);
+        self.single[usize::from(n)].percent = self.percents[0];
         self.single[usize::from(n)].run(axis(n), negative, limit, pace);
     }
 
@@ -316,16 +331,22 @@ impl Motor {
             self.clear_path();
             self.leg = [0; 3];
         }
-        if self.leg != [0; 3] && self.path.has_room() {
+        if self.leg[0] | self.leg[1] | self.leg[2] != 0 && self.path.has_room() {
             let leg = core::mem::take(&mut self.leg);
             self.line(leg, Feed::Rapid, true);
         }
-        if step::has_room() && self.path.next_segment(&machine().axes, &mut self.segment) {
+        while step::ahead() < queue::wanted(&self.path)
+            && self.path.next_segment(&machine().axes, &mut self.segment)
+        {
             if self.segment.begin && !self.segment.within {
                 self.beam = self.powers[usize::from(self.begun & 1)];
                 self.begun = self.begun.wrapping_add(1);
             }
             step::put_path(&self.segment, self.beam);
+            // The program may bring the next block first, as long as there is time.
+            if self.path.has_room() {
+                break;
+            }
         }
         if self.path.is_idle() && !step::is_running() {
             let mut n = AXES;

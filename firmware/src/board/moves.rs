@@ -131,7 +131,7 @@ impl Core {
                 self.emit(TraceKind::Axe, n, 0);
             }
             if distance != 0 || self.motor.moves(n) {
-                self.motor.go(n, place.1, pace);
+                self.motor.go(n, place.1, pace, false);
             }
         }
         let busy = self.motor.moves(self.effect.n);
@@ -334,7 +334,7 @@ impl Core {
                     self.motor.homed |= 1 << n;
                     let steps = self.plan.position.wrapping_add(self.plan.clearance);
                     self.motor.settle(n, steps);
-                    self.motor.go(n, steps, self.plan.pace);
+                    self.motor.go(n, steps, self.plan.pace, true);
                     self.effect.phase = CLEAR;
                 }
             }
@@ -347,6 +347,18 @@ impl Core {
             }
         }
         Ok(false)
+    }
+
+    /// Whether the effect under way looks for a switch or a probe at this instant.
+    pub fn seeks(&self) -> bool {
+        const HOME: u8 = Op::Home as u8;
+        const HOME_QUERY: u8 = Op::HomeQuery as u8;
+        const PROBE: u8 = Op::Probe as u8;
+        match self.effect.code {
+            HOME..=HOME_QUERY => matches!(self.effect.phase, FAST | SLOW),
+            PROBE => self.effect.phase == 1,
+            _ => false,
+        }
     }
 
     fn not_homed(&mut self, n: u8, fault: Fault) -> Result<bool, Fault> {
@@ -363,7 +375,7 @@ impl Core {
         let stroke = self.plan.stroke;
         let target =
             if positive { position.wrapping_add(stroke) } else { position.wrapping_sub(stroke) };
-        self.motor.go(n, target, pace);
+        self.motor.go(n, target, pace, true);
     }
 
     /// Probe, ProbeMask.
@@ -488,7 +500,7 @@ impl Core {
             step::watch(pin, idle, false);
         }
         self.motor.settle(n, target);
-        self.motor.go(n, target, pace);
+        self.motor.go(n, target, pace, true);
         Ok(())
     }
 

@@ -24,6 +24,7 @@
 
 use core::arch::global_asm;
 use core::mem::MaybeUninit;
+use firmware::motion::queue::{self, SLOTS};
 use firmware::motion::{PathSegment, Segment};
 
 use crate::pins::{P2_DIR, P2_STEP};
@@ -41,13 +42,17 @@ struct PathSlot {
     dirs: u8,
     /// Bit n: axis n counts down; bit 7: a new block begins.
     flags: u8,
+    /// Time that it takes ([`queue::time`]).
+    time: u16,
+    /// Power of a laser, 0 to 1000.
+    power: u16,
 }
 
-/// The path handler's memory.
+/// The path handler's memory: a ring of slots.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct PathState {
-    slots: [PathSlot; 2],
+    slots: [PathSlot; SLOTS],
     acc: [u32; 3],
 }
 
@@ -95,7 +100,7 @@ struct Shared {
     halt: u8,
     /// Counts at the moment of the answer.
     caught: [u16; 3],
-    /// Path: the slot to fill next, 0 or 1.
+    /// Path: the slot to fill next.
     fill: u8,
     /// Exclusive-or of the DIR pins: axes whose positive direction is low.
     invert: u8,
@@ -134,10 +139,10 @@ global_asm!(
     .set HALT, PASAPAS_STEP+25
     .set CAUGHT, PASAPAS_STEP+26
 
-    /* slots and accumulators of a path; a slot is 32 bytes */
-    .set SLOT0, PASAPAS_PLAY
-    .set SLOT1, PASAPAS_PLAY+32
-    .set ACC, PASAPAS_PLAY+64
+    /* slots and accumulators of a path */
+    .set SLOT, {slot}
+    .set SLOTS, PASAPAS_PLAY
+    .set ACC, PASAPAS_PLAY+{slots}*SLOT
 
     .section .text.step,"ax",@progbits
 module.motion.step:
@@ -233,19 +238,21 @@ path_hit:
     mov &COUNT+4, &CAUGHT+4
     tst.b &HALT
     jeq path_arm
-    clr &SLOT0+8
-    clr &SLOT1+8
+    mov #SLOTS, r15
+1:  clr 8(r15)
+    add #SLOT, r15
+    cmp #ACC, r15
+    jne 1b
     jmp path_stop
 
-    /* the slot is played: the other one, or rest */
+    /* the slot is played: the next one, or rest */
 path_switch:
     clr 8(r15)
-    mov #SLOT0, r14
-    cmp r14, r15
+    add #SLOT, r15
+    cmp #ACC, r15
     jne 1f
-    mov #SLOT1, r14
-1:  mov r14, r15
-    mov r15, &CURRENT
+    mov #SLOTS, r15
+1:  mov r15, &CURRENT
     dec 8(r15)
     jnc path_empty
     tst.b 31(r15)
@@ -395,7 +402,9 @@ single_states:
     .short PASAPAS_PLAY, PASAPAS_PLAY+26, PASAPAS_PLAY+52
 single_dir:
     .short 0x08, 0x40, 0x80
-    "#
+    "#,
+    slot = const size_of::<PathSlot>(),
+    slots = const SLOTS,
 );
 
 unsafe extern "C" {
@@ -489,47 +498,59 @@ pub fn is_running() -> bool {
     enabled(0) || enabled(1) || enabled(2)
 }
 
-/// Whether a segment of a path would be taken.
-pub fn has_room() -> bool {
-    let slot = free_slot();
-    // SAFETY: single words.
+/// Time that the segments behind the playing one last ([`queue::time`]); `u16::MAX` when every slot
+/// is taken.
+pub fn ahead() -> u16 {
+    let mut time = 0;
+    // SAFETY: a byte of the main loop's own, single words that the interrupt writes.
     unsafe {
-        (&raw const (*slot).ramp.events).read_volatile() == 0
-            && ((&raw const (*shared()).current).read_volatile() != slot as u16 || !is_running())
-    }
-}
-
-/// The slot to fill next: not the playing one.
-fn free_slot() -> *mut PathSlot {
-    // SAFETY: both places are inside the path's state.
-    unsafe {
-        if (*shared()).fill == 0 {
-            &raw mut (*state()).path.slots[0]
-        } else {
-            &raw mut (*state()).path.slots[1]
+        let mut n = usize::from((*shared()).fill);
+        if is_held(n) {
+            return u16::MAX;
+        }
+        loop {
+            n = (n + SLOTS - 1) % SLOTS;
+            let slot = slot(n);
+            let current = (&raw const (*shared()).current).read_volatile() == slot as u16;
+            if current || !is_held(n) {
+                return time;
+            }
+            time += (*slot).time;
         }
     }
 }
 
-/// Power of a laser in each of the path's slots, 0 to 1000.
-static mut POWERS: [u16; 2] = [0; 2];
+/// A slot of the path.
+fn slot(n: usize) -> *mut PathSlot {
+    // SAFETY: the place is inside the path's state.
+    unsafe { &raw mut (*state()).path.slots[n] }
+}
+
+/// Whether a slot plays or waits.
+fn is_held(n: usize) -> bool {
+    let slot = slot(n);
+    // SAFETY: single words.
+    unsafe {
+        (&raw const (*slot).ramp.events).read_volatile() != 0
+            || (&raw const (*shared()).current).read_volatile() == slot as u16 && is_running()
+    }
+}
 
 /// Power of the segment that plays.
 pub fn power() -> u16 {
-    // SAFETY: single words; only the main loop writes the powers.
+    // SAFETY: `current` is a slot of the path while one moves; only the main loop writes powers.
     unsafe {
-        let first = &raw const (*state()).path.slots[0];
         let current = (&raw const (*shared()).current).read_volatile();
-        if current == first as u16 { POWERS[0] } else { POWERS[1] }
+        (*(usize::from(current) as *const PathSlot)).power
     }
 }
 
 /// Hands a segment of a path to the engine, with a laser's power for it; there must be room. A
 /// resting engine starts.
 pub fn put_path(segment: &PathSegment, power: u16) {
-    let slot = free_slot();
     // SAFETY: only the main loop reads and writes it.
-    unsafe { POWERS[usize::from((*shared()).fill & 1)] = power };
+    let n = usize::from(unsafe { (*shared()).fill });
+    let slot = slot(n);
     let mut dirs = 0;
     for (axis, pin) in P2_DIR.iter().enumerate() {
         if segment.negative >> axis & 1 == 0 {
@@ -545,11 +566,13 @@ pub fn put_path(segment: &PathSegment, power: u16) {
         (*slot).ramp.interval = segment.ramp.interval;
         (*slot).ramp.dif = segment.ramp.dif;
         (*slot).ramp.mask = segment.ramp.mask;
+        (*slot).time = queue::time(&segment.ramp);
+        (*slot).power = power;
         (&raw mut (*slot).ramp.events).write_volatile(segment.ramp.events);
-        (*shared()).fill ^= 1;
+        (*shared()).fill = ((n + 1) % SLOTS) as u8;
         if !is_running() {
-            // The empty slot: the first interrupt leaves it and begins this one.
-            (*shared()).current = free_slot() as u16;
+            // The slot before, an empty one: the first interrupt leaves it and begins this one.
+            (*shared()).current = self::slot((n + SLOTS - 1) % SLOTS) as u16;
             let long = (*shared()).width != 0;
             let handler = if long { pasapas_path_long } else { pasapas_path_event };
             start(0, handler as *const () as usize as u16);
@@ -597,8 +620,8 @@ pub fn halt() {
     // SAFETY: single words of the handlers' slots; an engine that finds no events rests. The two
     // handlers share the memory, and what the other one keeps at these places is lost with it.
     unsafe {
-        for slot in 0..2 {
-            (&raw mut (*state()).path.slots[slot].ramp.events).write_volatile(0);
+        for n in 0..SLOTS {
+            (&raw mut (*slot(n)).ramp.events).write_volatile(0);
         }
         for axis in 0..3 {
             (&raw mut (*state()).single[axis].next.events).write_volatile(0);

@@ -8,7 +8,7 @@
 //! commanded step. Where the end misses the circle (by no more than RS274/NGC allows), the radius
 //! changes evenly along the arc.
 
-use super::math::{fraction, largest, mul_div, signed, size};
+use super::math::{fraction, high, largest, mul_div, signed, size};
 use super::scaled::Scaled;
 use lang::fault::Fault;
 use lang::record::AxisRecord;
@@ -264,25 +264,20 @@ fn angle(v: [i32; 2]) -> u32 {
     sum
 }
 
-/// `a * b / 2^32` of fractions whose product is below one half.
-fn part(a: u32, b: u32) -> u32 {
-    mul_div(a, b, 1 << 31) >> 1
-}
-
 /// `value * fraction / 2^32`, signs apart.
 fn turned(value: i32, fraction: i32) -> i32 {
-    signed(part(size(value), size(fraction)) as i32, value ^ fraction)
+    signed(high(size(value), size(fraction)) as i32, value ^ fraction)
 }
 
 /// Sine and 1 - cosine of an angle of at most 1/12 turn, as 32-bit fractions; their series to
 /// 1 part in 2^30.
 fn sine(angle: u32) -> (i32, i32) {
     let rad = mul_div(angle, 0xC90F_DAA2, 1 << 29);
-    let z = part(rad, rad);
-    let third = 35_791_394 - part(z, 852_176);
-    let s = rad - part(rad, part(z, 715_827_883 - part(z, third)));
-    let third = 5_965_232 - part(z, 106_522);
-    let v = part(z, (1 << 31) - part(z, 178_956_971 - part(z, third)));
+    let z = high(rad, rad);
+    let third = 35_791_394 - high(z, 852_176);
+    let s = rad - high(rad, high(z, 715_827_883 - high(z, third)));
+    let third = 5_965_232 - high(z, 106_522);
+    let v = high(z, (1 << 31) - high(z, 178_956_971 - high(z, third)));
     (s as i32, v as i32)
 }
 

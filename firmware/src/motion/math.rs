@@ -8,6 +8,7 @@
 unsafe extern "C" {
     safe fn pasapas_mul_div(a: u32, b: u32, c: u32) -> u32;
     safe fn pasapas_fraction(a: u32, c: u32) -> u32;
+    safe fn pasapas_high(a: u32, b: u32) -> u32;
 }
 
 /// `a * b / c`, rounded down, with a 64-bit product; `u32::MAX` when it does not fit or `c` is 0.
@@ -24,6 +25,19 @@ pub fn mul_div(a: u32, b: u32, c: u32) -> u32 {
         return u32::MAX;
     }
     u32::try_from(u64::from(a) * u64::from(b) / u64::from(c)).unwrap_or(u32::MAX)
+}
+
+/// `a * b / 2^32`, rounded down.
+#[cfg(target_arch = "msp430")]
+#[inline(always)]
+pub fn high(a: u32, b: u32) -> u32 {
+    pasapas_high(a, b)
+}
+
+/// `a * b / 2^32`, rounded down.
+#[cfg(not(target_arch = "msp430"))]
+pub fn high(a: u32, b: u32) -> u32 {
+    (u64::from(a) * u64::from(b) >> 32) as u32
 }
 
 /// `a * 2^32 / c`, rounded down; `u32::MAX` unless `a` is below `c`.

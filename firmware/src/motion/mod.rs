@@ -30,12 +30,15 @@
 //! one step (0.71 for rounding two axes, 0.1 for the chord) and keep their feed within 2 %.
 //!
 //! # In the firmware
-//! The step engine holds two segments, the playing one and the next. The main loop asks for
-//! another whenever there is room, at least every 4 ms while something moves:
+//! Of an axis on its own the step engine holds two segments, the playing one and the next; of a path
+//! up to [`queue::SLOTS`], as many as last [`queue`]'s times: planning a block takes as long as
+//! several short segments. The main loop asks for another whenever there is room:
 //! ```text
 //! path.push(&axes, &block)           // false: a block is waiting already, offer it again later
 //! path.push_arc(&axes, &arc, feed, exact)
-//! if engine.has_room() && path.next_segment(&axes, &mut segment) { engine.put_path(&segment) }
+//! while engine.ahead() < queue::wanted(&path) && path.next_segment(&axes, &mut segment) {
+//!     engine.put_path(&segment)
+//! }
 //! path.is_idle() && !engine.is_running()  // the path has ended, all axes rest
 //! path.pause(true) / pause(false)         // ramps down wherever it is / goes on with the rest
 //! single.go(&axis, target, pace)          // also from a motion under way
@@ -54,6 +57,7 @@ pub mod math;
 pub mod path;
 #[cfg(any(test, feature = "physics"))]
 pub mod physics;
+pub mod queue;
 pub mod ramp;
 pub mod scaled;
 pub mod single;

@@ -74,6 +74,7 @@ impl PathSegment {
 const HALF: u16 = 1 << 15;
 
 /// What follows from a block's shape, in um, um/s, um/s2.
+#[derive(Clone, Copy, Debug)]
 struct Geometry {
     length: Scaled,
     start: Scaled,
@@ -96,7 +97,8 @@ enum Shape {
 #[derive(Clone, Copy, Debug)]
 struct Next {
     shape: Shape,
-    feed: Feed,
+    geometry: Geometry,
+    rapid: bool,
     exact: bool,
 }
 
@@ -125,8 +127,10 @@ pub struct Path {
     within: bool,
     exact: bool,
     paused: bool,
-    /// Percent of the programmed speed, 10..=200.
-    percent: u8,
+    /// Percent of the programmed speed: of feeds 10..=200, of rapid moves 10..=100.
+    percents: [u8; 2],
+    /// The block is a rapid move.
+    rapid: bool,
     /// Corner tolerance, um.
     corner: u16,
     walk: Option<Walk>,
@@ -152,7 +156,8 @@ impl Path {
         within: false,
         exact: true,
         paused: false,
-        percent: 100,
+        percents: [100; 2],
+        rapid: false,
         corner: 0,
         walk: None,
         next: None,
@@ -174,22 +179,24 @@ impl Path {
     pub fn push(&mut self, axes: &[AxisRecord; 3], block: &Block) -> bool {
         let shape = Shape::Line(block.steps);
         block.steps == [0; 3]
-            || self.append(axes, Next { shape, feed: block.feed, exact: block.exact })
+            || self.append(axes, shape, block.feed, block.exact)
     }
 
     /// Takes an arc, as [`Path::push`] a line.
     pub fn push_arc(&mut self, axes: &[AxisRecord; 3], arc: &Arc, feed: Feed, exact: bool) -> bool {
-        self.append(axes, Next { shape: Shape::Arc(*arc), feed, exact })
+        self.append(axes, Shape::Arc(*arc), feed, exact)
     }
 
-    fn append(&mut self, axes: &[AxisRecord; 3], next: Next) -> bool {
+    fn append(&mut self, axes: &[AxisRecord; 3], shape: Shape, feed: Feed, exact: bool) -> bool {
         if self.next.is_some() {
             return false;
         }
+        let geometry = geometry(axes, &shape, feed);
         if self.active && !self.exact {
-            self.join(&geometry(axes, &next));
+            self.join(&geometry);
         }
-        self.next = Some(next);
+        let rapid = matches!(feed, Feed::Rapid);
+        self.next = Some(Next { shape, geometry, rapid, exact });
         true
     }
 
@@ -220,9 +227,10 @@ impl Path {
         self.paused = false;
     }
 
-    /// Speed override, 10 to 200 percent of each block's speed, never above what the axes can.
-    pub fn set_override(&mut self, percent: u8) {
-        self.percent = percent.clamp(10, 200);
+    /// Speed override: 10 to 200 percent of each block's feed, 10 to 100 percent of a rapid move's
+    /// speed, never above what the axes can.
+    pub fn set_override(&mut self, feed: u8, rapid: u8) {
+        self.percents = [feed.clamp(10, 200), rapid.clamp(10, 100)];
         self.set_nominal();
     }
 
@@ -266,10 +274,11 @@ impl Path {
     /// start rate.
     fn activate(&mut self, axes: &[AxisRecord; 3]) {
         let Some(next) = self.next.take() else { return };
-        let g = geometry(axes, &next);
+        let g = &next.geometry;
         self.active = true;
         self.within = false;
         self.exact = next.exact;
+        self.rapid = next.rapid;
         self.feed = g.feed;
         self.top = g.top;
         self.accel = g.accel;
@@ -333,7 +342,7 @@ impl Path {
 
     /// The playing block's speed under the override.
     fn set_nominal(&mut self) {
-        let percent = Scaled::new(self.percent.into()).over(HUNDRED);
+        let percent = Scaled::new(self.percents[usize::from(self.rapid)].into()).over(HUNDRED);
         let nominal = self.feed.times(percent).least(self.top);
         self.limits.nominal2 = nominal.times(nominal);
     }
@@ -425,9 +434,9 @@ impl Geometry {
 }
 
 /// Length, direction and limits along the path of a block.
-fn geometry(axes: &[AxisRecord; 3], next: &Next) -> Geometry {
+fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
     let mut g = Geometry::NONE;
-    match &next.shape {
+    match shape {
         Shape::Line(steps) => {
             let mut um = [Scaled::ZERO; 3];
             let mut sum = Scaled::ZERO;
@@ -447,7 +456,7 @@ fn geometry(axes: &[AxisRecord; 3], next: &Next) -> Geometry {
                 let unit = um[a].over(g.length).shifted(15).floor().min(0x7FFF);
                 g.unit[a] = signed(unit as i32, steps[a]) as i16;
             }
-            g.feed(next.feed, in_steps.root());
+            g.feed(feed, in_steps.root());
         }
         Shape::Arc(arc) => {
             let [a, b, c] = arc.axes();
@@ -465,7 +474,7 @@ fn geometry(axes: &[AxisRecord; 3], next: &Next) -> Geometry {
             }
             g.unit = tangent(arc, g.length, false);
             let per_step = to_um(&axes[a], ONE).least(to_um(&axes[b], ONE));
-            g.feed(next.feed, g.length.over(per_step));
+            g.feed(feed, g.length.over(per_step));
         }
     }
     g

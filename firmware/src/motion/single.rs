@@ -91,8 +91,9 @@ pub struct Single {
     state: State,
     negative: bool,
     paused: bool,
-    /// Percent of the commanded speed; 0 stands for 100.
-    percent: u8,
+    /// Speed override for the next [`Single::go`], percent; 0 stands for 100. While the axis moves:
+    /// [`Single::set_override`].
+    pub percent: u8,
 }
 
 impl Single {

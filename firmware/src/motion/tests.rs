@@ -276,7 +276,7 @@ proptest! {
         };
         let axes = [axis; 3];
         let mut path = Path::new(20);
-        path.set_override(percent);
+        path.set_override(percent, percent / 2);
         let feed = if in_steps { Feed::Steps(feed) } else { Feed::Um(feed) };
         let taken = path.push(&axes, &Block { steps, feed, exact: false });
         prop_assert!(taken);

@@ -1,12 +1,15 @@
 //! The motors: plays the planner's segments in simulated time.
 //!
 //! The planner is the firmware's own, so ramps, corners and times are the board's. So is the order
-//! in which segments are taken: the step engine holds the one that plays and the next, which the
-//! board's main loop fetches soon after the one before it has begun. A stop, a pause or a new target
-//! takes effect behind both.
+//! in which segments are taken: the step engine holds the one that plays and the next, of a path
+//! several ([`queue`]), which the board's main loop fetches one after the other. A stop, a pause or
+//! a new target takes effect behind them.
+
+use std::collections::VecDeque;
 
 use firmware::motion::arc::Arc;
 use firmware::motion::path::{Block, Feed, Path, PathSegment};
+use firmware::motion::queue;
 use firmware::motion::ramp::Segment;
 use firmware::motion::single::{Pace, Single};
 use lang::axis::Axis;
@@ -15,8 +18,8 @@ use lang::record::AxisRecord;
 /// Units of [`Segment::duration`] in a microsecond: 1/65536 of a tick of 1/16 us.
 const FINE_PER_US: u64 = 16 * 65_536;
 
-/// From the beginning of a segment to the fetch of the next one: a pass of the board's main loop
-/// with a statement in it.
+/// From the beginning of a segment to the fetch of the next one, and between two fetches for a path
+/// whose next block is not known: a pass of the board's main loop with a statement in it.
 const FETCH_US: u64 = 200;
 
 /// A segment and when it began.
@@ -131,7 +134,9 @@ pub struct Motion {
     records: [AxisRecord; 3],
     path: Path,
     path_play: Option<(Play, PathSegment)>,
-    path_next: Option<PathSegment>,
+    path_queue: VecDeque<PathSegment>,
+    /// When the path may be asked for another segment though its next block is not known, us.
+    fetch_us: u64,
     /// The path's last segment: the planner writes increments and directions only when a block
     /// begins.
     segment: PathSegment,
@@ -153,7 +158,8 @@ impl Motion {
             records,
             path: Path::new(corner_um),
             path_play: None,
-            path_next: None,
+            path_queue: VecDeque::new(),
+            fetch_us: 0,
             segment: PathSegment::default(),
             acc: [0; 3],
             solo: [solo(), solo(), solo()],
@@ -195,7 +201,7 @@ impl Motion {
 
     /// Whether no path is under way.
     pub fn is_path_idle(&self) -> bool {
-        self.path_play.is_none() && self.path_next.is_none() && self.path.is_idle()
+        self.path_play.is_none() && self.path_queue.is_empty() && self.path.is_idle()
     }
 
     /// Whether everything rests, which in a pause includes what has come to a stand.
@@ -301,8 +307,12 @@ impl Motion {
     /// The engine begins the path's next segment.
     fn begin_path(&mut self, begin: u64) {
         let at = begin.div_ceil(FINE_PER_US);
-        self.fetch_path();
-        if let Some(segment) = self.path_next.take() {
+        self.fetch_path(at);
+        if self.path_queue.is_empty() && self.path.next_segment(&self.records, &mut self.segment) {
+            self.path_queue.push_back(self.segment);
+            self.fetch_us = at + FETCH_US;
+        }
+        if let Some(segment) = self.path_queue.pop_front() {
             if segment.begin && !segment.within {
                 self.milestones.push((at, Milestone::BlockBegins));
             }
@@ -312,9 +322,23 @@ impl Motion {
         }
     }
 
-    fn fetch_path(&mut self) {
-        if self.path_next.is_none() && self.path.next_segment(&self.records, &mut self.segment) {
-            self.path_next = Some(self.segment);
+    /// Fills the engine as far as the board has come by `us`.
+    fn fetch_path(&mut self, us: u64) {
+        while self.path_queue.len() + 1 < queue::SLOTS {
+            let ahead: u16 = self.path_queue.iter().map(|own| queue::time(&own.ramp)).sum();
+            let room = self.path.has_room();
+            if ahead >= queue::wanted(&self.path)
+                || room && us < self.fetch_us
+                || !self.path.next_segment(&self.records, &mut self.segment)
+            {
+                return;
+            }
+            self.path_queue.push_back(self.segment);
+            if room {
+                self.fetch_us += FETCH_US;
+            } else if self.path.has_room() {
+                self.fetch_us = self.fetch_us.max(us) + FETCH_US;
+            }
         }
     }
 
@@ -333,8 +357,8 @@ impl Motion {
 
     /// What the board has fetched by `us`; before every order that changes what comes.
     fn fetch(&mut self, us: u64) {
-        if self.path_play.is_some_and(|(play, _)| is_fetched(&play, us)) {
-            self.fetch_path();
+        if self.path_play.is_some() {
+            self.fetch_path(us);
         }
         for solo in &mut self.solo {
             if solo.play.is_some_and(|play| is_fetched(&play, us)) {
@@ -416,7 +440,7 @@ impl Motion {
         if !self.is_path_idle() {
             self.path.clear();
             self.path_play = None;
-            self.path_next = None;
+            self.path_queue.clear();
             self.milestones.push((us, Milestone::PathEnds));
         }
         for axis in Axis::ALL {

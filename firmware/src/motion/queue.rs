@@ -1,0 +1,39 @@
+//! How far ahead of the playing segment a path is planned.
+//!
+//! The main loop plans nothing while it does anything else. On the G2955 the longest such stretch
+//! is an arc that follows an arc: taking its words from the stack 3 ms, its corner 2 ms, its first
+//! chord 3 ms, and up to three times that when the step interrupts take two thirds of the CPU. What
+//! the engine holds must outlast it, or the axes stop dead between two steps. A pause, a stop and a
+//! change of override take effect behind what it holds.
+
+use super::path::Path;
+use super::ramp::Segment;
+
+/// Segments that the engine holds, the playing one among them.
+pub const SLOTS: usize = 8;
+
+/// Units of [`time`] in a millisecond: 256 timer ticks, 16 us.
+const PER_MS: u16 = 62;
+
+/// Time that the segments behind the playing one are to last while the block after the one that is
+/// planned is known.
+const KNOWN: u16 = 24 * PER_MS;
+
+/// The same while it is not: what is handed out ends at the start rate if the block does, so no
+/// more than needed is.
+const UNKNOWN: u16 = 16 * PER_MS;
+
+/// A segment counts as no longer than this: the sum of all fits into 16 bits.
+const LONGEST: u32 = 0x1FFF;
+
+/// About how long a segment takes, 256 timer ticks; at least 1.
+#[inline(always)]
+pub fn time(segment: &Segment) -> u16 {
+    let ticks = u32::from(segment.events) * (segment.interval >> 16);
+    (ticks >> 8).min(LONGEST) as u16 | 1
+}
+
+/// Time that the segments behind the playing one are to last, 256 timer ticks.
+pub fn wanted(path: &Path) -> u16 {
+    if path.has_room() { UNKNOWN } else { KNOWN }
+}
