@@ -178,8 +178,7 @@ impl Path {
     /// any step is taken and forgotten.
     pub fn push(&mut self, axes: &[AxisRecord; 3], block: &Block) -> bool {
         let shape = Shape::Line(block.steps);
-        block.steps == [0; 3]
-            || self.append(axes, shape, block.feed, block.exact)
+        block.steps == [0; 3] || self.append(axes, shape, block.feed, block.exact)
     }
 
     /// Takes an arc, as [`Path::push`] a line.

@@ -106,6 +106,7 @@ impl PathRecorder {
             start_us: before_us,
             end_us: us,
             peak_rate: most as f64 * 1e6 / (us - before_us) as f64,
+            exit_speed: None,
         };
         let full = self.path.len() >= RECORD_LIMIT;
         match self.path.last_mut() {

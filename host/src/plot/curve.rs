@@ -123,8 +123,9 @@ pub fn curves(path: &[Segment], profile: &Profile, detailed: usize) -> Vec<Curve
     let detail = path.len() <= detailed;
     let mut out: Vec<Curve> = Vec::with_capacity(path.len());
     for (i, segment) in path.iter().enumerate() {
-        let entry = i.checked_sub(1).and_then(|before| joined(&path[before], segment));
-        let exit = path.get(i + 1).and_then(|after| joined(segment, after));
+        let before = i.checked_sub(1).and_then(|before| path.get(before));
+        let entry = before.and_then(|before| joined(before, segment, segment, profile));
+        let exit = path.get(i + 1).and_then(|after| joined(segment, after, segment, profile));
         let rest = start_rate(segment, profile);
         out.push(curve(segment, entry.unwrap_or(rest), exit.unwrap_or(rest), profile, detail));
     }
@@ -132,10 +133,30 @@ pub fn curves(path: &[Segment], profile: &Profile, detailed: usize) -> Vec<Curve
     out
 }
 
-/// The rate at which one segment runs into the next, when it does without a stop.
-fn joined(a: &Segment, b: &Segment) -> Option<f64> {
-    let runs_on = a.end_us == b.start_us && Style::of(a.kind) == Style::Cut && a.kind == b.kind;
-    runs_on.then(|| a.peak_rate.min(b.peak_rate))
+/// The rate of `of`, one of the two, at which one segment runs into the next, when it does without a
+/// stop.
+fn joined(a: &Segment, b: &Segment, of: &Segment, profile: &Profile) -> Option<f64> {
+    let cut = |segment: &Segment| Style::of(segment.kind) == Style::Cut;
+    if a.end_us != b.start_us || !cut(a) || !cut(b) {
+        return None;
+    }
+    let Some(speed) = a.exit_speed else {
+        return (a.kind == b.kind).then(|| a.peak_rate.min(b.peak_rate));
+    };
+    let length = length(of, profile) * 1000.0;
+    (speed > 0.0 && length > 0.0).then(|| speed * longest(of, profile) / length)
+}
+
+/// Length of the path, mm.
+fn length(segment: &Segment, profile: &Profile) -> f64 {
+    let (from, to) = (straight(segment, 0.0, profile), straight(segment, 1.0, profile));
+    let mut squares: f64 = (0..3).map(|i| (to[i] - from[i]).powi(2)).sum();
+    if let Some(arc) = segment.arc {
+        let rise = (0..3).find(|i| arc.plane.iter().all(|axis| axis.index() != *i));
+        let rise = rise.map_or(0.0, |i| to[i] - from[i]);
+        squares = (radius(segment, &arc, profile) * arc.sweep).powi(2) + rise.powi(2);
+    }
+    squares.sqrt()
 }
 
 fn start_rate(segment: &Segment, profile: &Profile) -> f64 {

@@ -5,6 +5,7 @@ mod curve;
 mod html;
 mod scale;
 mod svg_page;
+mod svg_speed;
 #[cfg(test)]
 mod tests;
 

@@ -10,14 +10,15 @@ use svg::{Document, Node};
 
 use super::curve::Curve;
 use super::scale::{Scale, Span};
+use super::svg_speed::{COLOURS, Speeds, rates};
 use super::{Plot, Row, Style, chart};
 
 /// Width of the page, px.
 const WIDTH: f64 = 1180.0;
 /// Left edge of every panel.
-const LEFT: f64 = 96.0;
+pub const LEFT: f64 = 96.0;
 /// Right edge of every panel.
-const RIGHT: f64 = WIDTH - 32.0;
+pub const RIGHT: f64 = WIDTH - 32.0;
 /// Height that the view from above may take.
 const TOP_VIEW: f64 = 560.0;
 /// Height of the side view.
@@ -39,7 +40,15 @@ text { fill: #46536b; }
 .path { fill: none; stroke-linejoin: round; stroke-linecap: round; }
 .rapid { stroke: #9fadc2; stroke-width: 1.1; stroke-dasharray: 5 4; }
 .axis { stroke: #12967f; stroke-width: 1.6; }
-.cut { stroke: #1f62e0; stroke-width: 2; }
+.cut { stroke: #1f62e0; stroke-width: 2.2; }
+.rate-x, .rate-y, .rate-z { stroke-width: 1.3; }
+.rate-x { stroke: #1f62e0; }
+.rate-y { stroke: #d4552d; }
+.rate-z { stroke: #12967f; }
+.name-rate-x, .name-rate-y, .name-rate-z { font-weight: 600; }
+.name-rate-x { fill: #1f62e0; }
+.name-rate-y { fill: #d4552d; }
+.name-rate-z { fill: #12967f; }
 .probe { stroke: #e07b12; stroke-width: 2; }
 circle.cut { fill: #1f62e0; fill-opacity: .18; stroke-width: 1.6; }
 circle.axis { fill: #12967f; fill-opacity: .18; }
@@ -56,21 +65,30 @@ circle.rapid { display: none; }
 /// Draws the page.
 pub fn render(plot: &Plot<'_>) -> String {
     let curves = plot.curves();
-    let mut page = Document::new().add(Css::new(CSS));
+    let speeds = Speeds::of(&curves);
+    let colours = COLOURS.iter().enumerate().map(|(i, c)| format!(".v{i} {{ stroke: {c}; }}\n"));
+    let mut page = Document::new().add(Css::new(format!("{CSS}{}", colours.collect::<String>())));
     page.append(text(LEFT, 40.0, "title", plot.title));
     let subtitle = chart::subtitle(plot.outcome, &plot.ending());
     page.append(text(LEFT, 62.0, "subtitle", &subtitle));
-    page.append(legend(&curves));
+    page.append(legend(&curves, &speeds));
     let mut y = 84.0;
-    let (view, x_scale) = top_view(plot, &curves, y);
+    let (view, x_scale) = top_view(plot, &curves, &speeds, y);
     y = view.bottom + 40.0;
     page.append(view.group);
     if plot.has_z() && moves_z(&curves) {
-        let view = side_view(plot, &curves, x_scale, y);
+        let view = side_view(plot, &curves, &speeds, x_scale, y);
         y = view.bottom + 40.0;
         page.append(view.group);
     }
-    let timeline = timeline(plot, &curves, y);
+    let end = plot.outcome.summary.us.max(1) as f64 / 1e6;
+    let x = Scale { span: Span { low: 0.0, high: end * 1.01 }, from: LEFT, to: RIGHT };
+    if !curves.is_empty() {
+        let view = rates(plot, &curves, &x, y);
+        y = view.bottom + 30.0;
+        page.append(view.group);
+    }
+    let timeline = timeline(plot, &curves, &x, y);
     y = timeline.bottom + 24.0;
     page.append(timeline.group);
     page.set("viewBox", (0, 0, WIDTH as i64, y.ceil() as i64))
@@ -80,17 +98,20 @@ pub fn render(plot: &Plot<'_>) -> String {
 }
 
 /// A panel that was drawn, and where it ends.
-struct Panel {
-    group: Group,
-    bottom: f64,
+pub struct Panel {
+    /// What was drawn.
+    pub group: Group,
+    /// Its lower edge.
+    pub bottom: f64,
 }
 
-fn text(x: f64, y: f64, class: &str, content: &str) -> Text {
+/// A text that begins at a place.
+pub fn text(x: f64, y: f64, class: &str, content: &str) -> Text {
     Text::new(content).set("x", round(x)).set("y", round(y)).set("class", class)
 }
 
 /// Two decimals are a hundredth of a pixel: enough, and a third of the file.
-fn round(value: f64) -> f64 {
+pub fn round(value: f64) -> f64 {
     (value * 100.0).round() / 100.0
 }
 
@@ -100,13 +121,16 @@ fn moves_z(curves: &[Curve]) -> bool {
     heights.any(|z| Some(z) != first)
 }
 
-/// Samples of the styles that occur, right-aligned above the panels.
-fn legend(curves: &[Curve]) -> Group {
+/// Samples of the styles that occur, and of the colours of working moves, right-aligned above the
+/// panels.
+fn legend(curves: &[Curve], speeds: &Speeds) -> Group {
     let mut group = Group::new();
-    let used: Vec<Style> = Style::ALL
-        .into_iter()
-        .filter(|style| curves.iter().any(|curve| curve.style == *style))
-        .collect();
+    let occurs = |style: Style| curves.iter().any(|curve| curve.style == style);
+    if occurs(Style::Cut) {
+        group.append(speeds.legend(RIGHT, 60.0));
+    }
+    let used: Vec<Style> =
+        Style::ALL.into_iter().filter(|style| *style != Style::Cut && occurs(*style)).collect();
     let mut x = RIGHT - 128.0 * used.len() as f64 + 12.0;
     for style in used {
         group.append(line(x, 36.0, x + 26.0, 36.0, &format!("path {}", style.name())));
@@ -126,7 +150,7 @@ fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
 }
 
 /// X to the right, Y up, both in the same scale.
-fn top_view(plot: &Plot<'_>, curves: &[Curve], top: f64) -> (Panel, Scale) {
+fn top_view(plot: &Plot<'_>, curves: &[Curve], speeds: &Speeds, top: f64) -> (Panel, Scale) {
     let values = |axis: usize| {
         Plot::shown(curves)
             .flat_map(move |curve| curve.points.iter().map(move |point| point.at[axis]))
@@ -143,7 +167,7 @@ fn top_view(plot: &Plot<'_>, curves: &[Curve], top: f64) -> (Panel, Scale) {
     let inside = clip("above", &x, &y);
     let path = Group::new()
         .set("clip-path", "url(#above)")
-        .add(drawing(plot, curves, &x, &y, [0, 1]))
+        .add(drawing(plot, curves, speeds, (&x, &y), [0, 1]))
         .add(holes(plot, curves, &x, &y))
         .add(marks(curves, &x, &y))
         .add(labels(curves, &x, &y));
@@ -158,7 +182,7 @@ fn widen(span: Span, width: f64) -> Span {
 }
 
 /// Z over X, below the view from above and in line with it.
-fn side_view(plot: &Plot<'_>, curves: &[Curve], x: Scale, top: f64) -> Panel {
+fn side_view(plot: &Plot<'_>, curves: &[Curve], speeds: &Speeds, x: Scale, top: f64) -> Panel {
     let values = Plot::shown(curves).flat_map(|curve| curve.points.iter().map(|point| point.at[2]));
     let mut span = Span::of(values, 0.5, 0.08);
     // The caption stands above the path.
@@ -169,8 +193,8 @@ fn side_view(plot: &Plot<'_>, curves: &[Curve], x: Scale, top: f64) -> Panel {
     group.append(Group::new().set("clip-path", "url(#front)").add(drawing(
         plot,
         curves,
-        &x,
-        &z,
+        speeds,
+        (&x, &z),
         [0, 2],
     )));
     Panel { group, bottom: top + SIDE_VIEW }
@@ -191,7 +215,7 @@ fn rectangle(x: &Scale, y: &Scale) -> Rectangle {
 }
 
 /// Panel, grid and tick values.
-fn frame(x: &Scale, y: &Scale, caption: &str, ticks: (usize, usize)) -> Group {
+pub fn frame(x: &Scale, y: &Scale, caption: &str, ticks: (usize, usize)) -> Group {
     let mut group = Group::new().add(rectangle(x, y).set("class", "panel"));
     let class = |value: f64| if value.abs() < 1e-9 { "zero" } else { "grid" };
     let (values, digits) = x.span.ticks(ticks.0);
@@ -216,32 +240,48 @@ fn frame(x: &Scale, y: &Scale, caption: &str, ticks: (usize, usize)) -> Group {
 }
 
 /// The path in two axes. Pieces of one statement and style that follow one another are one element,
-/// whose title names line and text.
-fn drawing(plot: &Plot<'_>, curves: &[Curve], x: &Scale, y: &Scale, axes: [usize; 2]) -> Group {
+/// whose title names line and text; working moves are one for each of their colours.
+fn drawing(
+    plot: &Plot<'_>,
+    curves: &[Curve],
+    speeds: &Speeds,
+    (x, y): (&Scale, &Scale),
+    axes: [usize; 2],
+) -> Group {
     let mut group = Group::new();
     for style in Style::ALL {
         let own: Vec<&Curve> = curves.iter().filter(|curve| curve.style == style).collect();
         for run in own.chunk_by(|a, b| a.line == b.line) {
-            let mut data = Data::new();
-            let mut pen = None;
-            for curve in run {
-                for (i, point) in curve.points.iter().enumerate() {
-                    let place = (round(x.at(point.at[axes[0]])), round(y.at(point.at[axes[1]])));
-                    if pen == Some(place) {
-                        continue;
-                    }
-                    data = if i == 0 { data.move_to(place) } else { data.line_to(place) };
-                    pen = Some(place);
-                }
-            }
             let title =
                 format!("line {}: {}", run[0].line, chart::source_line(plot.source, run[0].line));
-            group.append(
-                Path::new()
-                    .set("class", format!("path {}", style.name()))
-                    .set("d", data)
-                    .add(Title::new(title)),
-            );
+            let pairs = run.iter().flat_map(|curve| curve.points.windows(2));
+            let coloured = pairs.map(|pair| match style {
+                Style::Cut => (speeds.colour(&pair[0], &pair[1]), pair),
+                _ => (0, pair),
+            });
+            let coloured: Vec<_> = coloured.collect();
+            for same in coloured.chunk_by(|a, b| a.0 == b.0) {
+                let class = match style {
+                    Style::Cut => format!("path cut v{}", same[0].0),
+                    _ => format!("path {}", style.name()),
+                };
+                let mut data = Data::new();
+                let mut pen = None;
+                for (_, pair) in same {
+                    for (i, point) in pair.iter().enumerate() {
+                        let place =
+                            (round(x.at(point.at[axes[0]])), round(y.at(point.at[axes[1]])));
+                        if pen == Some(place) {
+                            continue;
+                        }
+                        data = if i == 0 { data.move_to(place) } else { data.line_to(place) };
+                        pen = Some(place);
+                    }
+                }
+                group.append(
+                    Path::new().set("class", class).set("d", data).add(Title::new(title.as_str())),
+                );
+            }
         }
     }
     group
@@ -315,10 +355,8 @@ fn labels(curves: &[Curve], x: &Scale, y: &Scale) -> Group {
 }
 
 /// Rows over time: what moves (by statement), outputs, inputs.
-fn timeline(plot: &Plot<'_>, curves: &[Curve], top: f64) -> Panel {
+fn timeline(plot: &Plot<'_>, curves: &[Curve], x: &Scale, top: f64) -> Panel {
     let rows = plot.rows();
-    let end = plot.outcome.summary.us.max(1) as f64 / 1e6;
-    let x = Scale { span: Span { low: 0.0, high: end * 1.01 }, from: LEFT, to: RIGHT };
     let height = ROW * (rows.len() + 1) as f64 + 30.0;
     let mut group = Group::new().add(
         Rectangle::new()
@@ -340,9 +378,9 @@ fn timeline(plot: &Plot<'_>, curves: &[Curve], top: f64) -> Panel {
         );
     }
     let row_top = |row: usize| top + 26.0 + ROW * row as f64;
-    group.append(statements(plot, curves, &x, row_top(0)));
+    group.append(statements(plot, curves, x, row_top(0)));
     for (i, row) in rows.iter().enumerate() {
-        group.append(bars(row, &x, row_top(i + 1)));
+        group.append(bars(row, x, row_top(i + 1)));
     }
     Panel { group, bottom: top + height + 16.0 }
 }

@@ -74,7 +74,7 @@ pub fn rates(plot: &Plot<'_>, curves: &[Curve], x: &Scale, top: f64) -> Panel {
     // The caption stands above the curves.
     span.high += span.width() * 0.2;
     let y = Scale { span, from: top + HEIGHT, to: top };
-    let mut group = frame(x, &y, "Step rate, steps/s", (0, 4));
+    let mut group = frame(x, &y, "Step rate, steps/s", (14, 4));
     let mut label = x.from + 136.0;
     for (axis, track) in Axis::ALL.into_iter().zip(&tracks) {
         if track.iter().all(|(_, rate)| *rate == 0.0) {

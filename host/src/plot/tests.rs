@@ -21,6 +21,7 @@ fn segment(kind: SegmentKind, line: u32, from: [i32; 3], to: [i32; 3], us: (u64,
         start_us: us.0,
         end_us: us.1,
         peak_rate: 4000.0,
+        exit_speed: None,
     }
 }
 
@@ -101,7 +102,10 @@ fn the_svg_shows_styles_holes_rows_and_lines() {
     for part in [
         "a &amp; b.bas",
         "class=\"path rapid\"",
-        "class=\"path cut\"",
+        "class=\"path cut v7\"",
+        "line, arc: 0 to",
+        "Step rate, steps/s",
+        "class=\"path rate-x\"",
         "line 4: G3 X10 Y30 I-20 J0",
         "line 2: G1 Z-4 F300 at X 30.000 Y 10.000",
         "out 1 spindle on for 500 ms",
@@ -165,4 +169,25 @@ fn a_run_without_moves_or_time_is_drawn_too() {
     let page = plot.render(Form::Html);
     let data = page.lines().find(|line| line.starts_with("const RUN")).expect("the data");
     assert!(data.contains("\"curves\":[]") && !data.contains("null"), "{data}");
+}
+
+#[test]
+fn a_corner_is_drawn_at_the_speed_that_the_planner_tells() {
+    let line = SegmentKind::Move(MoveKind::Line);
+    let mut path = [
+        segment(line, 1, [0, 0, 0], [1000, 0, 0], (0, 500_000)),
+        segment(line, 2, [1000, 0, 0], [1000, 1000, 0], (500_000, 1_000_000)),
+    ];
+    // 1000 steps are 10 mm: 7 mm/s are 700 steps/s.
+    path[0].exit_speed = Some(7_000.0);
+    let program = program();
+    let corner = |path: &[_]| {
+        let curves = curves(path, &program.profile, 100);
+        let exit = curves[0].points.last().map(|point| point.rate.round());
+        (exit, curves[1].points.first().map(|point| point.rate.round()))
+    };
+    assert_eq!(corner(&path), (Some(700.0), Some(700.0)));
+    // At rest, both leave and come at the start rate.
+    path[0].exit_speed = Some(0.0);
+    assert_eq!(corner(&path), (Some(400.0), Some(400.0)));
 }

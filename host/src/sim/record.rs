@@ -55,6 +55,8 @@ pub struct Segment {
     pub end_us: u64,
     /// Highest speed reached, steps/s of the fastest axis.
     pub peak_rate: f64,
+    /// Speed along the path at its end, um/s, where the planner tells: 0 when it comes to rest.
+    pub exit_speed: Option<f64>,
 }
 
 /// A change of an input or an output.

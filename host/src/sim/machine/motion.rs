@@ -118,8 +118,8 @@ impl Solo {
 pub enum Milestone {
     /// A block of the path begins.
     BlockBegins,
-    /// The path's speed, events/s of its fastest axis, at the end of a segment.
-    PathRate(f64),
+    /// The path's speed at the end of a segment: events/s of its fastest axis, um/s along it.
+    PathRate(f64, f64),
     /// The path has come to its end.
     PathEnds,
     /// An axis of its own runs at so many steps/s.
@@ -134,7 +134,10 @@ pub struct Motion {
     records: [AxisRecord; 3],
     path: Path,
     path_play: Option<(Play, PathSegment)>,
-    path_queue: VecDeque<PathSegment>,
+    /// Speed at the end of the segment that plays, um/s.
+    path_exit: u32,
+    /// Each with the speed at its end, um/s.
+    path_queue: VecDeque<(PathSegment, u32)>,
     /// When the path may be asked for another segment though its next block is not known, us.
     fetch_us: u64,
     /// The path's last segment: the planner writes increments and directions only when a block
@@ -158,6 +161,7 @@ impl Motion {
             records,
             path: Path::new(corner_um),
             path_play: None,
+            path_exit: 0,
             path_queue: VecDeque::new(),
             fetch_us: 0,
             segment: PathSegment::default(),
@@ -282,7 +286,8 @@ impl Motion {
             segment.played(play.segment.steps(), &mut self.acc, &mut self.base);
             self.count(&before);
             self.path_play = None;
-            self.milestones.push((play.end_us(), Milestone::PathRate(play.rate())));
+            self.milestones
+                .push((play.end_us(), Milestone::PathRate(play.rate(), self.path_exit.into())));
             self.begin_path(play.begin + play.segment.duration());
         }
         for axis in Axis::ALL {
@@ -309,14 +314,15 @@ impl Motion {
         let at = begin.div_ceil(FINE_PER_US);
         self.fetch_path(at);
         if self.path_queue.is_empty() && self.path.next_segment(&self.records, &mut self.segment) {
-            self.path_queue.push_back(self.segment);
+            self.path_queue.push_back((self.segment, self.path.velocity()));
             self.fetch_us = at + FETCH_US;
         }
-        if let Some(segment) = self.path_queue.pop_front() {
+        if let Some((segment, exit)) = self.path_queue.pop_front() {
             if segment.begin && !segment.within {
                 self.milestones.push((at, Milestone::BlockBegins));
             }
             self.path_play = Some((Play { begin, segment: segment.ramp }, segment));
+            self.path_exit = exit;
         } else if self.path.is_idle() {
             self.milestones.push((at, Milestone::PathEnds));
         }
@@ -325,7 +331,7 @@ impl Motion {
     /// Fills the engine as far as the board has come by `us`.
     fn fetch_path(&mut self, us: u64) {
         while self.path_queue.len() + 1 < queue::SLOTS {
-            let ahead: u16 = self.path_queue.iter().map(|own| queue::time(&own.ramp)).sum();
+            let ahead: u16 = self.path_queue.iter().map(|(own, _)| queue::time(&own.ramp)).sum();
             let room = self.path.has_room();
             if ahead >= queue::wanted(&self.path)
                 || room && us < self.fetch_us
@@ -333,7 +339,7 @@ impl Motion {
             {
                 return;
             }
-            self.path_queue.push_back(self.segment);
+            self.path_queue.push_back((self.segment, self.path.velocity()));
             if room {
                 self.fetch_us += FETCH_US;
             } else if self.path.has_room() {

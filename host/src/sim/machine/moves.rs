@@ -202,6 +202,7 @@ impl Machine {
             start_us: self.now,
             end_us: self.now,
             peak_rate: 0.0,
+            exit_speed: None,
         };
         self.pieces.solo[axis.index()] = self.log.begin_segment(segment);
     }
@@ -234,9 +235,10 @@ impl Machine {
                     self.pieces.powers.clear();
                     self.pieces.beam = None;
                 }
-                Milestone::PathRate(rate) => {
+                Milestone::PathRate(rate, speed) => {
                     if let Some(segment) = self.log.segment(self.pieces.path) {
                         segment.peak_rate = segment.peak_rate.max(rate);
+                        segment.exit_speed = Some(speed);
                     }
                 }
                 Milestone::AxisRate(axis, rate) => {

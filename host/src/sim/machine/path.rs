@@ -147,6 +147,7 @@ impl Machine {
             start_us: self.now,
             end_us: self.now,
             peak_rate: 0.0,
+            exit_speed: None,
         }));
         self.motion.push(&Block { steps, feed, exact }, self.now);
         self.log_milestones();
@@ -195,6 +196,7 @@ impl Machine {
             start_us: self.now,
             end_us: self.now,
             peak_rate: 0.0,
+            exit_speed: None,
         }));
         self.motion.push_arc(&arc, feed, exact, self.now);
         self.log_milestones();
