@@ -335,16 +335,19 @@ impl Motor {
             let leg = core::mem::take(&mut self.leg);
             self.line(leg, Feed::Rapid, true);
         }
-        while step::ahead() < queue::wanted(&self.path)
+        let mut fetches = queue::FETCHES;
+        while fetches != 0
+            && step::ahead() < queue::wanted(&self.path)
             && self.path.next_segment(&machine().axes, &mut self.segment)
         {
+            fetches -= 1;
             if self.segment.begin && !self.segment.within {
                 self.beam = self.powers[usize::from(self.begun & 1)];
                 self.begun = self.begun.wrapping_add(1);
             }
             step::put_path(&self.segment, self.beam);
-            // The program may bring the next block first, as long as there is time.
-            if self.path.has_room() {
+            // As long as there is time, the link and the program come between two segments.
+            if step::ahead() >= queue::LOW {
                 break;
             }
         }

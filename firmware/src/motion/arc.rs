@@ -409,6 +409,7 @@ impl Walk {
     }
 
     /// A chord from where the axes are to `target`; the last one ends on its steps.
+    #[expect(clippy::needless_range_loop, reason = "an iterator costs flash on the chip")]
     fn chord_to(&mut self, target: [i32; 3], after: u16) -> Chord {
         let last = after == 0;
         let mut chord = Chord { after, ..Chord::default() };

@@ -37,7 +37,7 @@ pub fn high(a: u32, b: u32) -> u32 {
 /// `a * b / 2^32`, rounded down.
 #[cfg(not(target_arch = "msp430"))]
 pub fn high(a: u32, b: u32) -> u32 {
-    (u64::from(a) * u64::from(b) >> 32) as u32
+    ((u64::from(a) * u64::from(b)) >> 32) as u32
 }
 
 /// `a * 2^32 / c`, rounded down; `u32::MAX` unless `a` is below `c`.

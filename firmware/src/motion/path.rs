@@ -364,7 +364,8 @@ impl Path {
         let corner = smooth.most(start2.shifted(-2)).over(q2);
         // What the next block can brake from.
         let reach = start2.plus(next.decel.times(next.length).shifted(1));
-        let feed = self.feed.least(next.feed);
+        // What lasts as long as the block after it takes to plan.
+        let feed = self.feed.least(next.feed).least(next.length.times(BLOCKS));
         let exit2 = corner.least(reach).least(feed.times(feed));
         let gain = exit2.minus(self.exit2);
         self.limits.exit2 = self.limits.exit2.plus(gain);
@@ -374,6 +375,10 @@ impl Path {
 
 /// 1
 const ONE: Scaled = Scaled::constant(1);
+/// Blocks a second that the board's main loop can plan while it steps and answers.
+const BLOCKS: Scaled = Scaled::constant(200);
+/// The same for chords, 285 a second: 0.8 times its square.
+const CHORDS: Scaled = Scaled::constant(64_980);
 /// 100
 const HUNDRED: Scaled = Scaled::constant(100);
 /// 2^32 to a turn: one part in radians.
@@ -466,13 +471,15 @@ fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
             // Each axis of the plane carries the whole speed somewhere.
             g.limit(&axes[a], to_um(&axes[a], ONE));
             g.limit(&axes[b], to_um(&axes[b], ONE));
-            // The ramp must also hold the arc: v^2 / r.
-            g.feed = g.accel.least(g.decel).times(arc.radius).root();
+            // The ramp must also hold the arc: v^2 / r, and a chord must last as long as the next one
+            // takes to plan. Its square is 0.8 r steps (0.1 steps of sagitta).
+            let per_step = to_um(&axes[a], ONE).least(to_um(&axes[b], ONE));
+            let bend = g.accel.least(g.decel).least(per_step.times(CHORDS));
+            g.feed = bend.times(arc.radius).root();
             if rise.0 != 0 {
                 g.limit(&axes[c], g.length.over(rise));
             }
             g.unit = tangent(arc, g.length, false);
-            let per_step = to_um(&axes[a], ONE).least(to_um(&axes[b], ONE));
             g.feed(feed, g.length.over(per_step));
         }
     }

@@ -23,6 +23,13 @@ const KNOWN: u16 = 24 * PER_MS;
 /// more than needed is.
 const UNKNOWN: u16 = 16 * PER_MS;
 
+/// So much is fetched at once; beyond it the link is served and the program may bring the next block
+/// between two segments.
+pub const LOW: u16 = 8 * PER_MS;
+
+/// No more than so many are fetched at once: the watchdog and the link must be served, too.
+pub const FETCHES: u8 = 4;
+
 /// A segment counts as no longer than this: the sum of all fits into 16 bits.
 const LONGEST: u32 = 0x1FFF;
 

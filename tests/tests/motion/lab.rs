@@ -35,6 +35,8 @@ pub struct Step {
 pub struct Run {
     /// Every step, in order.
     pub steps: Vec<Step>,
+    /// Every edge.
+    pub edges: Vec<Edge>,
     /// When Start was accepted at the latest: the button's press, ticks.
     pub began: u64,
     /// When [`DONE`] went on, ticks.
@@ -78,13 +80,23 @@ impl Lab {
         self.board.plant().output(DONE)
     }
 
-    /// Sends a request and takes the reply, which must come within 20 ms.
+    /// Sends a request and takes the reply, which must come within 100 ms.
     fn ask(&mut self, body: &[u8]) -> Vec<u8> {
         self.board.uart_take();
         let sent = self.board.uart_send(&framed(body));
         self.board.run_until(sent);
-        self.run_ms(20);
-        self.board.uart_take().into_iter().map(|(_, byte)| byte).collect()
+        let mut reply = Vec::new();
+        for _ in 0..100 {
+            self.run_ms(1);
+            let more = self.board.uart_take();
+            if more.is_empty() && !reply.is_empty() {
+                break;
+            }
+            reply.extend(more.into_iter().map(|(_, byte)| byte));
+        }
+        // A frame begins behind 3.5 characters of silence.
+        self.run_ms(1);
+        reply
     }
 
     /// Reads a holding register.
@@ -145,7 +157,7 @@ impl Lab {
         let mut ends = edges.iter().filter(|e| e.signal == Signal::Out(DONE) && e.level);
         let ended = ends.next().expect("the end").cycle;
         assert_eq!(self.board.plant().violations(), [], "pulses that no driver takes");
-        Run { steps: steps(&edges), began, ended }
+        Run { steps: steps(&edges), edges, began, ended }
     }
 }
 

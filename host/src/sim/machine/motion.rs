@@ -334,7 +334,7 @@ impl Motion {
             let ahead: u16 = self.path_queue.iter().map(|(own, _)| queue::time(&own.ramp)).sum();
             let room = self.path.has_room();
             if ahead >= queue::wanted(&self.path)
-                || room && us < self.fetch_us
+                || room && us < self.fetch_us && ahead >= queue::LOW
                 || !self.path.next_segment(&self.records, &mut self.segment)
             {
                 return;
