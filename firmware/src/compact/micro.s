@@ -27,6 +27,12 @@
     /* Bytes that one byte names: from LOCALS on. Words from 0x0200 on. */
     .set BYTES, LOCALS
     .global BYTES
+    /* bytes of the statement or command that begins */
+    .set FLAGS, LOCALS          /* the instruction's flags */
+    .set RAMPS, LOCALS+1        /* its second byte of them; bits of axes that have steps to make */
+    .set UNIT, LOCALS+2         /* what rate takes; an operation code */
+    .set FRAME_OF, LOCALS+3     /* F_STEPS: steps, else um; F_MACHINE, F_RELATIVE, else work */
+    .global FRAME_OF
     .set SHIFT_BIAS, 64
     .set F_RECORD, 0x40
     .set F_AXIS, 0x20           /* with F_RECORD: of 16 bits */
@@ -62,7 +68,7 @@
     call #micro
     .endm
     .macro ROUTINE_ODD name
-    .skip (micro_origin - . + 1) & 1
+    .skip (micro - . + 1) & 1
 \name:
     .endm
     .macro DO name
@@ -257,23 +263,25 @@ micro_formula:
     and #0x1e, r11
     .short 0x121b, formula_table /* push formula_table(r11): LLVM's assembler has none */
     mov.b @r10+, r11
-    tst.b r14
-    jn 2f
+    /* the flags leave r14 one by one: F_RECORD, F_AXIS, F_NEW */
+    rla.b r14
+    jc 5f
     rla r11
     add #0x200, r11
-    bit #F_AXIS<<1, r14
-    jeq 3f
+    rla.b r14
+    jnc 3f
     add r8, r11
-    jmp 3f
-2:  add r9, r11
 3:  mov 2(r11), r15
-    cmp.b #(F_RECORD+F_AXIS)<<1, r14
-    jlo 4f
-    clr r15
-4:  bit #F_NEW<<1, r14
+4:  rla.b r14
     mov @r11, r14
-    jeq 5f
-    push r12
+    jc 6f
+    ret
+5:  add r9, r11
+    rla.b r14
+    jnc 3b
+    clr r15
+    jmp 4b
+6:  push r12
     push r13
     mov r14, r12
     mov r15, r13
@@ -282,7 +290,7 @@ micro_formula:
     mov r13, r15
     pop r13
     pop r12
-5:  ret
+    ret
 
 formula_load:
     mov r14, r12
@@ -491,6 +499,11 @@ micro_nothing:
 micro_switch:
     add r12, r10
     jmp micro_goto
+    /* F20 for 0 in r12, else goes on */
+micro_or_range:
+    tst r12
+    jne micro_nothing
+    mov #FAULTED+F_VALUE_RANGE, r12
     /* returns a fault in r12, goes on with 0 */
 micro_or_return:
     tst r12
@@ -571,6 +584,7 @@ micro_table:
     MICRO_OWN next_axis
     MICRO_OWN up_axis
     MICRO_DO or_return, micro_or_return
+    MICRO_DO or_range, micro_or_range
     MICRO_OWN event
     MICRO_OWN event_ok
     MICRO_DO zero_if_carry, micro_zero_if_carry
@@ -596,7 +610,15 @@ micro_table:
     MICRO_KNOWN settle_here
     MICRO_KNOWN offset_steps
     MICRO_KNOWN pop_value
+    MICRO_KNOWN pop_level
+    MICRO_KNOWN pop_small
+    MICRO_KNOWN pop_number
+    MICRO_KNOWN pop_character
+    MICRO_KNOWN pop_time
+    MICRO_KNOWN wait_begin
+    MICRO_KNOWN fx_output
     MICRO_KNOWN push_value
+    MICRO_KNOWN push_small
     MICRO_KNOWN operand_byte
     MICRO_KNOWN rate
     MICRO_KNOWN speed_least
@@ -616,6 +638,17 @@ micro_table:
     MICRO_KNOWN probe_answers
     MICRO_KNOWN home_missed
     MICRO_KNOWN input
+    MICRO_KNOWN segment_by_speed
+    MICRO_KNOWN segment_by_time
+    MICRO_KNOWN segment_change
+    MICRO_KNOWN segment_divide
+    MICRO_KNOWN segment_filled
+    MICRO_KNOWN segment_half
+    MICRO_KNOWN segment_scale
+    MICRO_KNOWN segment_scale_twice
+    MICRO_KNOWN segment_sign
+    MICRO_KNOWN segment_take
+    MICRO_KNOWN segment_twice
     MICRO_KNOWN command_target
     MICRO_KNOWN command_pace
     MICRO_KNOWN command_long

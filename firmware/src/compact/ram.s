@@ -199,7 +199,7 @@
     .set T_DROPPED, 8           /* the line that is being put does not fit */
     .set T_LOCKED, 128          /* program and profile are locked; its sign */
 /* EFFECT */
-    .set EFFECT_END, 0xff
+    .set EFFECT_END, 0xfe       /* no opcode of this part */
 /* What an effect returns in r12, besides FAULTED + fault number. */
     .set DONE, 0
     .set NOT_YET, 1

@@ -26,7 +26,8 @@ print_put:
     /* the line goes on when the host has taken some */
 2:  incd r1
     call #print_flush
-    jmp fx_not_yet
+    mov #NOT_YET, r12
+    ret
 
 /* What was put so far becomes visible, and the host is told of the line. Leaves r12 = DONE. */
 print_flush:

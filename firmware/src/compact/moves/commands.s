@@ -1,6 +1,6 @@
 /* Commands of holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands): 100, 101, 103,
    105, 106, 107, 1110, 1200. Others are refused. */
-    .section .text.moves,"axR",@progbits
+    .section .text.micro,"axR",@progbits
 module.moves.commands:
 
     /* What command 106 brings, made an AxisRecord of steps: its place and clearance stand where

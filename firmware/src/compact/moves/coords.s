@@ -2,10 +2,8 @@
 
    What works on one axis takes it as two registers: r8 = 4 * axis, which indexes UM, STEPS, OFFSET,
    ACTUAL, PROBED, and r9 = address of its AxisRecord. */
-    .section .text.moves,"axR",@progbits
+    .section .text.micro,"axR",@progbits
 module.moves.coords:
-    .balign 2, 0
-micro_origin:
 
     /* A target while a statement looks at all of its axes; the engine rests and leaves its memory. */
     .set NEW_UM, INC
@@ -14,12 +12,7 @@ micro_origin:
     .set SPARE, V2
     .set SPARE_TOO, LEFT
 
-    /* bytes of the statement or command that begins */
-    .set FLAGS, LOCALS          /* the instruction's flags */
-    .set RAMPS, LOCALS+1        /* its second byte of them; bits of axes that have steps to make */
-    .set UNIT, LOCALS+2         /* what rate takes; an operation code */
-    .set FRAME_OF, LOCALS+3     /* F_STEPS: steps, else um; F_MACHINE, F_RELATIVE, else work */
-    .global FRAME_OF
+    /* FRAME_OF */
     .set F_STEPS, 4
     .set F_MACHINE, 8
     .set F_RELATIVE, 16

@@ -1,5 +1,5 @@
 /* Reference runs, and the reference switches as limit switches. */
-    .section .text.moves,"axR",@progbits
+    .section .text.micro,"axR",@progbits
 module.moves.home:
 
     /* PHASE of a reference run: each is its place in fx_home's switch. */
@@ -18,7 +18,7 @@ module.moves.home:
 
     /* Home, Home? and commands 106, 1110: fast to the switch, rest, slowly off it, clearance. */
     ROUTINE_ODD fx_home
-    IF_SET PHASE, 1f
+    IF_NOT_EQUAL 1f
     ADDI -OP_HOME
     CMPI OP_HOME_QUERY-OP_HOME
     IF_NOT_EQUAL 0f

@@ -1,7 +1,7 @@
 /* Effects that move axes to places, set work zeros, or look at the machine: micro-code, entered with
-   r12 = the effect's code. They leave r12 = DONE, NOT_YET, or FAULTED plus the fault. A motion blocks:
+   r12 = the effect's code, Z set in phase 0. They leave r12 = DONE, NOT_YET, or FAULTED plus the fault. A motion blocks:
    no other begins before MOVING is 0. */
-    .section .text.moves,"axR",@progbits
+    .section .text.micro,"axR",@progbits
 module.moves:
 
     /* r13:r12, or 0 when it is negative. */
@@ -171,7 +171,7 @@ read_done:
 
     /* MoveAxe, MoveRel. */
     ROUTINE_ODD fx_move
-    IF_SET PHASE, moved
+    IF_NOT_EQUAL moved
     UP PHASE
     LET RAMPS, 0
     CMPI OP_MOVE
@@ -231,7 +231,7 @@ move_range:
 
     /* G0 and G1. A rapid move with Z apart is two lines; N holds the axes of the second. */
     ROUTINE_ODD fx_linear
-    IF_ZERO PHASE, 1f
+    IF_EQUAL 1f
     IF_SET MOVING, linear_wait
     GET N
     LET N, 0

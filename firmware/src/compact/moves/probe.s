@@ -1,5 +1,5 @@
 /* Probing: a move that ends where inputs answer. */
-    .section .text.moves,"axR",@progbits
+    .section .text.micro,"axR",@progbits
 module.moves.probe:
 
     /* Inputs 1 to 16 that count, and those of them that must be off. BITS holds QUERY and: */
@@ -15,7 +15,7 @@ module.moves.probe:
 
     /* Probe, ProbeMask, command 107. */
     ROUTINE_ODD fx_probe
-    IF_SET PHASE, probe_goes
+    IF_NOT_EQUAL probe_goes
     UP PHASE
     DO operand_byte
     DO axis_flags
@@ -27,12 +27,9 @@ module.moves.probe:
 1:  LET UNIT, 1
     CALL probe_default
     IF_NONE RAMPS, FL_SENSOR, 2f
-    DO pop_value
-    DO test_long
-    IF_NOT_EQUAL 0f
-    LET UNIT, 0
-0:  LIT 17
-    CALL pop_small
+    DO pop_level
+    LIT 17
+    DO pop_small
 2:  DO probe_input
     IF_CARRY probe_lacks
 3:  IF_NONE FLAGS, FL_SPEED, 4f

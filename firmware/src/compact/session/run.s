@@ -17,8 +17,10 @@ pop_value:
     add #4, &VM_SP
     ret
 
-/* Puts r13:r12 on the expression stack. Clobbers r14. */
-    .global push_value
+/* Puts r13:r12 (push_small: r12) on the expression stack. Clobbers r14. */
+    .global push_value, push_small
+push_small:
+    clr r13
 push_value:
     sub #4, &VM_SP
     mov &VM_SP, r14
