@@ -137,8 +137,12 @@ pub struct Core {
     /// What F was where a handler began: the outer one's, and that of an error handler within an
     /// event handler.
     pub feeds_aside: [Feed; 2],
-    /// What was asked of a laser's power and not given yet.
-    shine: u16,
+    /// Light that a laser owes, thousandths of 0.5 us; negative when it gave too much.
+    shine: i32,
+    /// When this was last seen to, by the timer of 0.5 us.
+    shone: u16,
+    /// The laser is lit.
+    lit: bool,
     /// Reference run under way.
     pub plan: Plan,
     /// Bit per axis: homing by command failed.
@@ -219,6 +223,11 @@ pub struct Core {
 fn handlers() -> usize {
     usize::from(vm().flags & flag::EVENT != 0) + usize::from(vm().flags & flag::ERROR != 0)
 }
+
+/// A millisecond of light, thousandths of 0.5 us.
+const A_MILLISECOND: i32 = 2000 * FULL_POWER as i32;
+/// As much light is owed, or was given too much, at most: what a lost line owes is not for the next.
+const MOST: i32 = 8 * A_MILLISECOND;
 
 impl Core {
     /// At reset. Built as a value it would be made on the stack and copied: 650 bytes of RAM and 400
@@ -748,21 +757,24 @@ impl Core {
         self.millisecond();
     }
 
-    /// Outputs as they go out: a laser is off whenever nothing moves, and on for as many of the
-    /// milliseconds as its power is of the full one.
+    /// Outputs as they go out: a laser is off whenever nothing moves, and on for as much of the time
+    /// as its power is of the full one. Milliseconds that come late are as long as they were.
     fn levels(&mut self) -> u16 {
         let laser = self.record.laser;
         if laser == 0 {
             return self.outputs;
         }
+        let now = crate::reg::timer0().tar.read().bits();
+        let since = now.wrapping_sub(self.shone);
+        self.shone = now;
+        let was = core::mem::replace(&mut self.lit, false);
         if crate::step::is_running() {
-            self.shine += self.motor.shine();
-            if self.shine >= FULL_POWER as u16 {
-                self.shine -= FULL_POWER as u16;
-                return self.outputs;
-            }
+            let power = self.motor.shine() as i16;
+            let owed = if was { power - FULL_POWER as i16 } else { power };
+            self.shine = (self.shine + i32::from(owed) * i32::from(since)).clamp(-MOST, MOST);
+            self.lit = power != 0 && self.shine >= A_MILLISECOND;
         }
-        self.outputs & !(1 << ((laser - 1) & 15))
+        if self.lit { self.outputs } else { self.outputs & !(1 << ((laser - 1) & 15)) }
     }
 
     fn millisecond(&mut self) {

@@ -38,6 +38,23 @@ fn power_is_the_part_of_the_time_that_the_beam_is_on() {
     assert_eq!(FULL_POWER, 1000);
 }
 
+/// Short lines in quick succession keep the main loop busy for milliseconds at a time: the light of
+/// one that came late is taken from the next.
+#[test]
+fn power_holds_while_the_board_is_busy() {
+    // 200 lines of 0.1 mm at 20 mm/s: a second in motion.
+    for (power, wanted) in [(100, 100.0), (300, 300.0), (700, 700.0)] {
+        let text =
+            format!("F1200 S{power}\nM3\nG91\nREPEAT 100\nG1 X0.1\nG1 Y0.1\nEND REPEAT\nM5\n");
+        let edges = beam(&text);
+        let all = beam(&text.replace(&format!("S{power}"), "S1000"));
+        let (light, time) = (light(&edges), light(&all));
+        println!("{power}: {light} of {time}");
+        let wanted = wanted / 1000.0 * time;
+        assert!((light - wanted).abs() <= 0.01 * wanted + 3.0, "S{power}: {light} of {time} ms");
+    }
+}
+
 #[test]
 fn each_line_has_the_power_that_stood_before_it() {
     // Lines of 200 ms that join one another: dark, full, dark; then a rapid move, dark by itself.
