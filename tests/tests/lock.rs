@@ -23,7 +23,7 @@ fn image(build: &Build, script: &str) -> Vec<u8> {
     let source = Source::new("test.bas", script.to_owned());
     let (program, _) = compile(&source, ProfileChoice::built_in());
     let compiled = lang::back::compile(&program.expect("the script is sound")).expect("it fits");
-    assert!(compiled.image.len() < usize::from(build.part.room_for(false)));
+    assert!(compiled.image.len() < build.part.room_for(false));
     compiled.image
 }
 
