@@ -4,7 +4,7 @@ use emulator::{Board, Edge, Signal, TICKS_PER_SECOND};
 use lang::wire::MACHINE_POSITIONS;
 use pasapas::bench::stand::{Stand, image_for};
 use pasapas::board::Build;
-use pasapas::torture::stand::{framed, read_body};
+use pasapas::torture::stand::{framed, read_body, write_body};
 
 /// Ticks in a millisecond.
 pub const MS: u64 = TICKS_PER_SECOND / 1_000;
@@ -115,6 +115,13 @@ impl Lab {
             let low = 3 + 4 * axis;
             i64::from((word(low + 2) << 16 | word(low)).cast_signed())
         })
+    }
+
+    /// Writes a holding register; `false` when an exception came back.
+    pub fn write(&mut self, address: u16, value: u16) -> bool {
+        let reply = self.ask(&write_body(address, &[value]));
+        assert!(reply.len() >= 5, "writing {address} was answered by {reply:02X?}");
+        reply[1] & 0x80 == 0
     }
 
     /// Step pulses of all axes so far.

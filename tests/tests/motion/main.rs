@@ -4,4 +4,5 @@
 mod lab;
 mod pause;
 mod smooth;
+mod speed;
 mod timing;
