@@ -31,7 +31,7 @@ pub const G2553: Part = Part {
     chip: "MSP430G2553",
     features: feature::INTERPOLATE,
     pool: [62, 62],
-    segments: 2,
+    segments: 3,
     look_ahead: false,
 };
 
