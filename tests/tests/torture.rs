@@ -10,6 +10,7 @@ use pasapas::board::{BUILDS, DEFAULT};
 use pasapas::torture::generate::{Case, generate, generate_still};
 use pasapas::torture::images::{self, judge};
 use pasapas::torture::line::{self, slave};
+use pasapas::torture::power::Failure;
 use pasapas::torture::programs::{against_the_board, make, on_the_host, reference, tape};
 use pasapas::torture::stand::{Fresh, Stand, words};
 use pasapas::torture::{Length, Settings, Verdict};
@@ -177,8 +178,8 @@ fn power_finds_a_program_that_a_cut_damaged() {
             stand.board.poke8(at, byte ^ 1);
         }
     };
-    assert_eq!(upload.cut(20, 1, &|_| {}), Some(Verdict::Survived));
-    assert!(matches!(upload.cut(20, 1, &spoil), Some(Verdict::Lost(_))));
+    assert_eq!(upload.fail(Failure::Cut, 20, 1, &|_| {}), Some(Verdict::Survived));
+    assert!(matches!(upload.fail(Failure::Cut, 20, 1, &spoil), Some(Verdict::Lost(_))));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! fault, at random instants of runs, and again while the board comes up. Behind each cut the
 //! board answers in time and holds the old, the new or, where the old one was given up, no program.
 
-use emulator::Config;
+use emulator::{Config, Rng};
 use firmware::keep::Keep;
 use firmware::store::{Flash, SEGMENT};
 use lang::part;
@@ -13,7 +13,7 @@ use lang::wire::{
 };
 
 use super::generate::{Case, generate_for};
-use super::programs::{make, make_for, tape};
+use super::programs::{Made, make, make_for, tape};
 use super::stand::{BOOT_US, Fresh, Stand, identity, words};
 use super::{Row, Settings, Sink, Verdict};
 use crate::board::Build;
@@ -37,12 +37,22 @@ fn config(seed: u64) -> Config {
     Config { seed, unstable_bits: seed % 2 == 1, ..Config::default() }
 }
 
+/// How power fails in the middle of a flash operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// For so long that RAM holds noise when it comes back.
+    Cut,
+    /// So shortly that RAM keeps its content.
+    Dip,
+}
+
 /// Whether a board holds the old or the new.
 type Check = fn(&mut Stand, &[u8], &[u8]) -> Result<(), String>;
 
 /// What is written when the power fails.
 pub struct Write {
-    name: &'static str,
+    /// Names of its two faults: [`Failure::Cut`], [`Failure::Dip`].
+    names: [&'static str; 2],
     /// A board before the write.
     before: [Fresh; 2],
     /// Writes; its end is of no interest.
@@ -167,7 +177,7 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
         BoardRecord { sequence: 2, end: OutputStates { keep: 1, on: 2 }, ..BoardRecord::DEFAULT };
     let mut writes = vec![
         Write {
-            name: "cut, upload beside",
+            names: ["cut, upload beside", "brown-out, upload beside"],
             before: boards(build, |stand| taken(stand, &old, false))?,
             write: |stand, image| drop(stand.upload(image, false)),
             new,
@@ -175,7 +185,7 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
             old: old.clone(),
         },
         Write {
-            name: "cut, upload in place",
+            names: ["cut, upload in place", "brown-out, upload in place"],
             before: boards(build, |stand| taken(stand, &large, false))?,
             write: replace,
             new: old,
@@ -183,7 +193,7 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
             old: large,
         },
         Write {
-            name: "cut, profile",
+            names: ["cut, profile", "brown-out, profile"],
             before: boards(build, |stand| {
                 write_record(stand, &record(1));
                 stand.control(Control::Restart);
@@ -196,7 +206,7 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
             old: record(1).to_vec(),
         },
         Write {
-            name: "cut, fault log",
+            names: ["cut, fault log", "brown-out, fault log"],
             before: boards(build, |stand| {
                 taken(stand, &faults, has_keep)?;
                 run_through(stand);
@@ -218,7 +228,7 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
 fn keep_writes(build: &Build) -> Result<Write, String> {
     let counter = image(COUNTER)?;
     Ok(Write {
-        name: "cut, KEEP",
+        names: ["cut, KEEP", "brown-out, KEEP"],
         before: boards(build, |stand| {
             taken(stand, &counter, true)?;
             run_through(stand);
@@ -240,9 +250,15 @@ impl Write {
         (stand.board.wear().operations - before).max(1)
     }
 
-    /// Cuts power in flash operation `n` of the write; `None` when it has not so many. `spoil` may
-    /// do to the board without power what a cut must not.
-    pub fn cut(&self, n: u64, seed: u64, spoil: &dyn Fn(&mut Stand)) -> Option<Verdict> {
+    /// Lets power fail in flash operation `n` of the write; `None` when it has not so many. `spoil`
+    /// may do to the board without power what a failure must not.
+    pub fn fail(
+        &self,
+        failure: Failure,
+        n: u64,
+        seed: u64,
+        spoil: &dyn Fn(&mut Stand),
+    ) -> Option<Verdict> {
         let mut stand = self.before[(seed % 2) as usize].copy();
         stand.board.cut_at_flash_operation(n, seed);
         (self.write)(&mut stand, &self.new);
@@ -252,8 +268,15 @@ impl Write {
         spoil(&mut stand);
         let text = |text: String| Some(Verdict::Lost(format!("operation {n}: {text}")));
         let mut held = None;
-        for _ in 0..POWER_UPS {
-            if !stand.power_cycle() {
+        for up in 0..POWER_UPS {
+            let answers = if up == 0 && failure == Failure::Dip {
+                stand.board.power_back();
+                stand.board.run_us(BOOT_US);
+                stand.answers()
+            } else {
+                stand.power_cycle()
+            };
+            if !answers {
                 return text("the board does not answer".to_owned());
             }
             if let Err(error) = (self.check)(&mut stand, &self.old, &self.new) {
@@ -308,21 +331,31 @@ fn random_cuts(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(),
     row.run(settings, settings.count(30, 300, 3_000), |n| {
         let case = generate_for(build.part, &tape(settings, fault, n));
         let Some(made) = make_for(build, case) else { return Verdict::Skipped };
-        let (image, mut rng) = (&made.compiled.image, settings.rng(fault, n));
-        let mut stand = fresh.copy();
-        let keep = image.get(16).is_some_and(|counts| counts & 15 != 0);
-        if let Err(answer) = stand.upload(image, keep) {
-            return Verdict::Lost(format!("the upload was answered by {answer:?}"));
-        }
-        stand.control(Control::Start);
-        stand.board.run_us(rng.below(400_000));
-        stand.board.power_cut();
-        nothing_goes_on(&mut stand, image).map_or_else(
-            |text| Verdict::Lost(format!("{text}\n{}", made.case.script)),
-            |()| Verdict::Survived,
-        )
+        random_cut(fresh.copy(), &made, &mut settings.rng(fault, n), &|_| {})
     });
     sink(row)
+}
+
+/// Cuts power at some instant of a run; `spoil` as with [`Write::fail`].
+pub fn random_cut(
+    mut stand: Stand,
+    made: &Made,
+    rng: &mut Rng,
+    spoil: &dyn Fn(&mut Stand),
+) -> Verdict {
+    let image = &made.compiled.image;
+    let keep = image.get(16).is_some_and(|counts| counts & 15 != 0);
+    if let Err(answer) = stand.upload(image, keep) {
+        return Verdict::Lost(format!("the upload was answered by {answer:?}"));
+    }
+    stand.control(Control::Start);
+    stand.board.run_us(rng.below(400_000));
+    stand.board.power_cut();
+    spoil(&mut stand);
+    nothing_goes_on(&mut stand, image).map_or_else(
+        |text| Verdict::Lost(format!("{text}\n{}", made.case.script)),
+        |()| Verdict::Survived,
+    )
 }
 
 /// Segments of the program area of the fake flash.
@@ -330,7 +363,7 @@ const SEGMENTS: usize = part::G2955.segments as usize;
 
 /// A flash memory that counts.
 #[derive(Clone)]
-struct Counted {
+pub struct Counted {
     words: Vec<u16>,
     erases: [u64; SEGMENTS],
     /// Operations until power fails; that one leaves some of its bits undone.
@@ -343,6 +376,20 @@ impl Counted {
         let words = SEGMENTS * usize::from(SEGMENT) / 2;
         let erases = [0; SEGMENTS];
         Counted { words: vec![0xFFFF; words], erases, left: u64::MAX, noise: 0 }
+    }
+}
+
+impl Counted {
+    /// The word that a record ends with is lost, as by a flash that does not hold what was written.
+    pub fn forget(&mut self) {
+        if let Some(last) = self.words.iter_mut().rev().find(|word| **word != 0xFFFF) {
+            *last = 0xFFFF;
+        }
+    }
+
+    /// One segment is erased more often than the other.
+    pub fn wear_out(&mut self) {
+        self.erases[SEGMENTS - 1] += 1;
     }
 }
 
@@ -375,8 +422,8 @@ impl Flash for Counted {
 }
 
 /// KEEP writes, one in eight of them cut if `cuts`: each value is the old or the new one, and where
-/// nothing is cut the two segments are erased alike.
-fn wear(settings: &Settings, cuts: bool, sink: Sink<'_>) -> Result<(), String> {
+/// nothing is cut the two segments are erased alike. `spoil` may do to the flash what KEEP must not.
+pub fn wear(settings: &Settings, cuts: bool, spoil: &dyn Fn(&mut Counted)) -> Row {
     let fault = if cuts { "KEEP writes, one in 8 cut" } else { "wear by KEEP writes" };
     let mut row = Row::new("power", fault, settings);
     let mut rng = settings.rng(fault, 0);
@@ -390,6 +437,7 @@ fn wear(settings: &Settings, cuts: bool, sink: Sink<'_>) -> Result<(), String> {
         flash.left = if cut { 1 + rng.below(40) } else { u64::MAX };
         flash.noise = rng.bits() as u16;
         keep.write(&mut flash, index as u16, value);
+        spoil(&mut flash);
         flash.left = u64::MAX;
         keep = Keep::default();
         keep.claim(&mut flash, 8);
@@ -412,7 +460,7 @@ fn wear(settings: &Settings, cuts: bool, sink: Sink<'_>) -> Result<(), String> {
         row.count(u64::MAX, Verdict::Lost(format!("erases by segment {:?}", flash.erases)));
     }
     row.note = format!("{a} and {b} erases of the two segments");
-    sink(row)
+    row
 }
 
 /// Failures of power.
@@ -421,20 +469,23 @@ fn wear(settings: &Settings, cuts: bool, sink: Sink<'_>) -> Result<(), String> {
 /// The shipped firmware is damaged, or the table cannot be written.
 pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     settings.builds.iter().try_for_each(|build| on_boards(build, settings, sink))?;
-    wear(settings, false, sink)?;
-    wear(settings, true, sink)
+    sink(wear(settings, false, &|_| {}))?;
+    sink(wear(settings, true, &|_| {}))
 }
 
 fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     for write in writes(build)? {
-        let mut row = Row::on(build, "power", write.name, settings);
         let most = write.operations();
-        // Each operation once for every seed.
-        row.run(settings, most * settings.count(1, 4, 40), |n| {
-            write.cut(n % most + 1, settings.seed + n / most, &|_| {}).unwrap_or(Verdict::Skipped)
-        });
-        row.note = format!("{most} flash operations");
-        sink(row)?;
+        for (name, failure) in write.names.into_iter().zip([Failure::Cut, Failure::Dip]) {
+            let mut row = Row::on(build, "power", name, settings);
+            // Each operation once for every seed.
+            row.run(settings, most * settings.count(1, 4, 40), |n| {
+                let (operation, seed) = (n % most + 1, settings.seed + n / most);
+                write.fail(failure, operation, seed, &|_| {}).unwrap_or(Verdict::Skipped)
+            });
+            row.note = format!("{most} flash operations");
+            sink(row)?;
+        }
     }
     random_cuts(build, settings, sink)
 }

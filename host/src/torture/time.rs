@@ -110,7 +110,10 @@ pub fn hang(stand: &mut Stand) {
 }
 
 /// A hang in a run: the watchdog resets the chip, outputs are safe, F17 is told.
-fn hung(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
+///
+/// # Errors
+/// What did not hold.
+pub fn hung(stand: &mut Stand, rng: &mut Rng, hang: &dyn Fn(&mut Stand)) -> Result<(), String> {
     stand.control(Control::Start);
     stand.board.run_us(5_000 + rng.below(150_000));
     let ran = stand.state() == Some(RunState::Running as u16);
@@ -143,7 +146,10 @@ fn hung(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
 }
 
 /// A board that runs its program by itself: again behind two watchdog resets, no more behind three.
-fn autorun(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
+///
+/// # Errors
+/// What did not hold.
+pub fn autorun(stand: &mut Stand, rng: &mut Rng, hang: &dyn Fn(&mut Stand)) -> Result<(), String> {
     for reset in 1..=4 {
         stand.board.run_us(500_000 + BOOT_US + rng.below(50_000));
         let state = stand.state();
@@ -162,7 +168,11 @@ fn autorun(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
     }
 }
 
-fn board(build: &Build, script: &str, record: Option<BoardRecord>) -> Result<Fresh, String> {
+/// A board with a program and, behind a power-up, a profile.
+///
+/// # Errors
+/// The board does not take them.
+pub fn board(build: &Build, script: &str, record: Option<BoardRecord>) -> Result<Fresh, String> {
     let mut stand = Stand::new(build, &Config::default())?;
     let taken = |answer| format!("the upload of {script:?} was answered by {answer:?}");
     stand.upload(&image(script)?, false).map_err(taken)?;
@@ -204,10 +214,15 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
     let cases: [(&'static str, Case, Vec<Fresh>, [u64; 3]); 4] = [
         ("programs that never wait", busy, never, [12, 120, 1_200]),
         ("steps, events, link at once", loaded, vec![board(build, load, None)?], [4, 60, 600]),
-        ("a main loop that hangs", hung, vec![board(build, moves, None)?], [12, 200, 2_000]),
+        (
+            "a main loop that hangs",
+            |stand, rng| hung(stand, rng, &hang),
+            vec![board(build, moves, None)?],
+            [12, 200, 2_000],
+        ),
         (
             "autorun, hung again and again",
-            autorun,
+            |stand, rng| autorun(stand, rng, &hang),
             vec![board(build, moves, Some(auto))?],
             [4, 20, 100],
         ),

@@ -287,6 +287,13 @@ impl Board {
         {
             *byte = noise.bits() as u8;
         }
+        self.power_back();
+    }
+
+    /// The supply comes back, behind a failure, before RAM has lost its content: a brown-out.
+    pub fn power_back(&mut self) {
+        self.powered = true;
+        let noise = &mut self.noise;
         self.bus.power_up(self.unstable_bits.then_some(noise));
         self.reset(Reset::Power);
     }

@@ -5,7 +5,7 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
-use emulator::Rng;
+use emulator::{Board, Rng};
 use lang::profile::Profile;
 
 use super::super::power::image;
@@ -73,10 +73,14 @@ impl Link for Cable {
     }
 }
 
+/// Does to a board what a cable must not.
+pub type Spoil<'a> = &'a dyn Fn(&mut Board);
+
 /// A client's board with the old program on it.
 struct Desk {
     client: Client<Cable>,
     left: Rc<RefCell<u64>>,
+    rig: Rc<RefCell<Rig>>,
     old: Vec<u8>,
     new: Vec<u8>,
 }
@@ -88,7 +92,8 @@ impl Desk {
         let rig = Rig::new(build, &firmware, &profile, &World::empty());
         let rig = Rc::new(RefCell::new(rig.map_err(|error| error.to_string())?));
         let left = Rc::new(RefCell::new(u64::MAX));
-        let cable = Cable { board: InProcess::new(rig), left: Rc::clone(&left), noise, rng };
+        let cable =
+            Cable { board: InProcess::new(Rc::clone(&rig)), left: Rc::clone(&left), noise, rng };
         let mut client = Client::new(cable, 1);
         let old = image("PRINT \"old\"\nSetOut 1, ON\nWait 5ms")?;
         let new = image("PRINT \"new\"\nSetOut 2, ON")?;
@@ -96,7 +101,7 @@ impl Desk {
         client.find().map_err(|error| error.to_string())?;
         client.upload(&old, false, &mut |_| {}).map_err(|error| error.to_string())?;
         client.link().noise = noise;
-        Ok(Desk { client, left, old, new })
+        Ok(Desk { client, left, rig, old, new })
     }
 
     /// What the board holds, over a sound cable.
@@ -114,12 +119,16 @@ impl Desk {
 }
 
 /// Pulls the cable behind byte `n` of an upload; `None` when the upload has not so many.
-fn pulled(build: &Build, n: u64) -> Result<Option<()>, String> {
+///
+/// # Errors
+/// What did not hold.
+pub fn pulled(build: &Build, n: u64, spoil: Spoil<'_>) -> Result<Option<()>, String> {
     let mut desk = Desk::new(build, 0, Rng::new(n))?;
     *desk.left.borrow_mut() = n;
     let new = desk.new.clone();
     let began = desk.client.link().now();
     let result = desk.client.upload(&new, false, &mut |_| {});
+    spoil(desk.rig.borrow_mut().board());
     if desk.client.link().now() - began > Duration::from_secs(20) {
         return Err("the client does not give up".to_owned());
     }
@@ -135,12 +144,16 @@ fn pulled(build: &Build, n: u64) -> Result<Option<()>, String> {
 }
 
 /// An upload over a cable on which one byte of 60 to 800 is damaged.
-fn noisy(build: &Build, mut rng: Rng) -> Result<(), String> {
+///
+/// # Errors
+/// What did not hold.
+pub fn noisy(build: &Build, mut rng: Rng, spoil: Spoil<'_>) -> Result<(), String> {
     let noise = 60 + rng.below(740);
     let mut desk = Desk::new(build, noise, rng)?;
     let new = desk.new.clone();
     // It may fail, but then it says so: what it says it has done must be done.
     let done = desk.client.upload(&new, false, &mut |_| {}).is_ok();
+    spoil(desk.rig.borrow_mut().board());
     desk.client.link().noise = 0;
     let board = desk.client.identity().map_err(|error| error.to_string())?;
     if done && (board.program_bytes, board.program_crc) != identity(&new) {
@@ -156,7 +169,7 @@ fn noisy(build: &Build, mut rng: Rng) -> Result<(), String> {
 pub fn run(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     let mut row = Row::on(build, "line", "cable pulled at each byte", settings);
     let cases = settings.count(15, 150, LONGEST).clamp(1, LONGEST);
-    row.run(settings, cases, |n| match pulled(build, n * (LONGEST / cases)) {
+    row.run(settings, cases, |n| match pulled(build, n * (LONGEST / cases), &|_| {}) {
         Ok(Some(())) => Verdict::Survived,
         Ok(None) => Verdict::Skipped,
         Err(text) => Verdict::Lost(text),
@@ -165,7 +178,8 @@ pub fn run(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), Str
     let fault = "uploads over a noisy cable";
     let mut row = Row::on(build, "line", fault, settings);
     row.run(settings, settings.count(15, 150, 1_500), |n| {
-        noisy(build, settings.rng(fault, n)).map_or_else(Verdict::Lost, |()| Verdict::Survived)
+        noisy(build, settings.rng(fault, n), &|_| {})
+            .map_or_else(Verdict::Lost, |()| Verdict::Survived)
     });
     sink(row)
 }
