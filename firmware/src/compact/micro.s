@@ -156,6 +156,11 @@
     BYTE_OP axis_off, \v
     .endm
 
+    /* r12 = the top, taken; F20 unless it is from 0 <= least to most <= 255 */
+    .macro POP_NUMBER least, most
+    .byte DO_pop_number, \least, \most
+    .endm
+
     /* events of the axis N, or with its number as the argument */
     .macro EVENT kind
     .byte DO_micro_event, \kind
@@ -499,11 +504,6 @@ micro_nothing:
 micro_switch:
     add r12, r10
     jmp micro_goto
-    /* F20 for 0 in r12, else goes on */
-micro_or_range:
-    tst r12
-    jne micro_nothing
-    mov #FAULTED+F_VALUE_RANGE, r12
     /* returns a fault in r12, goes on with 0 */
 micro_or_return:
     tst r12
@@ -584,7 +584,6 @@ micro_table:
     MICRO_OWN next_axis
     MICRO_OWN up_axis
     MICRO_DO or_return, micro_or_return
-    MICRO_DO or_range, micro_or_range
     MICRO_OWN event
     MICRO_OWN event_ok
     MICRO_DO zero_if_carry, micro_zero_if_carry
@@ -611,9 +610,8 @@ micro_table:
     MICRO_KNOWN offset_steps
     MICRO_KNOWN pop_value
     MICRO_KNOWN pop_level
-    MICRO_KNOWN pop_small
     MICRO_KNOWN pop_number
-    MICRO_KNOWN pop_character
+    MICRO_KNOWN time_up
     MICRO_KNOWN pop_time
     MICRO_KNOWN wait_begin
     MICRO_KNOWN fx_output

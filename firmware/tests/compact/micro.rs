@@ -328,3 +328,28 @@ fn flags_decide_behind_the_operation_that_makes_them() {
         assert_eq!(chip.reg(12), if jumps { 99 } else { value.into() }, "{value} {limit} {test}");
     }
 }
+
+#[test]
+fn numbers_are_taken_from_the_stack_within_bounds_or_end_the_routine() {
+    let mut chip = Chip::new();
+    let codes = ["DO_pop_number", "DO_micro_addi"].map(|name| chip.at(name));
+    let [pop_number, addi] = codes.map(|code| code as u8);
+    let range = 0x100 + u16::from(lang::fault::Fault::ValueRange.number());
+    for (value, result) in [
+        (0u32, range),
+        (32, range),
+        (33, 133),
+        (125, 225),
+        (126, range),
+        (0x1_0021, range),
+        (-1i32 as u32, range),
+    ] {
+        chip.set_long("VM_TOP", 0, value);
+        let end = chip.at("POOL_END");
+        chip.set_word("VM_SP", end - 8);
+        run(&mut chip, &[pop_number, 33, 125, addi, 100], &[(10, 0xAAAA)]);
+        assert_eq!(chip.reg(12), result, "{value:x}");
+        assert_eq!(chip.reg(10), 0xAAAA, "r10 is kept");
+        assert_eq!(chip.word("VM_SP"), end - 4, "it is taken");
+    }
+}

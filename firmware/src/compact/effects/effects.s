@@ -1,7 +1,7 @@
 /* Effects that move nothing. An effect is polled until it is done; in phase 0 it takes its operands
-   and arguments. Each is entered with r12 = its code, Z set in phase 0, and leaves r12 = DONE,
-   NOT_YET or FAULTED + fault; most are micro-code. They may destroy all registers and emit one trace
-   event a call. The phase of those from SetOut on is 1 as soon as they were called. */
+   and arguments. Each is micro-code, entered with r12 = its code, Z set in phase 0, and leaves r12 =
+   DONE, NOT_YET or FAULTED + fault. They may destroy all registers and emit one trace event a call. The
+   phase of those from SetOut on is 1 as soon as they were called. */
 
     .section .text.micro,"axR",@progbits
 module.effects:
@@ -15,57 +15,52 @@ effect_poll:
 1:  incd r14
     cmp.b @r13+, r12
     jhs 1b
-    mov effect_table(r14), r14
     mov.b &PHASE, r13
     cmp #OP_SET_OUT, r12
     jlo 2f
     mov.b #1, &PHASE
-2:  bit #1, r14
-    jne 3f
+2:  mov effect_table(r14), r14
     tst r13
-    br r14
-3:  tst r13
     br #micro_enter
 
-    ROUTINE_ODD fx_out_short
-    ADDI 2-OP_OUT_SHORT
+    /* bit 0 of the code says on or off */
+fx_out_short:
     PUT UNIT
+    ADDI 2-OP_OUT_SHORT
     DO half
     GOTO fx_output
-    ROUTINE_ODD fx_set_out
+fx_set_out:
     DO pop_level
-    LIT 16
-    DO pop_small
-    /* Output r12 on (bit 0 of UNIT) or off, traced; F20 beyond those there are. */
+    POP_NUMBER 1, 16
+/* Output r12 takes the level of bit 0 of UNIT, traced; F20 beyond those there are. */
     ROUTINE_ODD fx_output
     PUT N
     CALL output_unit
-    IF_NOT_EQUAL 1f
+    IF_EQUAL fx_range
     LIT 0
     GET UNIT
     ANDI 1
     EVENT TRACE_OUT
     RETURN
-1:  FAULT F_VALUE_RANGE
+fx_range:
+    FAULT F_VALUE_RANGE
 
-    ROUTINE_ODD fx_pulse
+fx_pulse:
     IF_NOT_EQUAL 1f
     DO pop_time
-    DO or_return
-    LIT 16
-    DO pop_small
+    POP_NUMBER 1, 16
     LET UNIT, 1
     DO fx_output
     DO or_return
+fx_not_yet:
     NOT_YET_
-1:  F load TIME
-    DO test_long
-    IF_NOT_EQUAL fx_not_yet_near
+1:  DO time_up
     LET UNIT, 0
     GET N
     GOTO fx_output
 
-    ROUTINE_ODD fx_set_port
+    /* BITS: the outputs that remain */
+fx_set_port:
     IF_NOT_EQUAL 1f
     DO pop_value
     PUT BITS
@@ -76,219 +71,203 @@ effect_poll:
     PUT BITS
     GET N
     CMPI 9
-    IF_CARRY 2f
-    CALL port_own
+    IF_CARRY fx_done
+    CALL output_own
     IF_EQUAL 1b
     DO fx_output
-    CMPI 0
+    CMPI DONE
     IF_NOT_EQUAL 1b
-fx_not_yet_near:
-    NOT_YET_
-2:  DONE_
+    GOTO fx_not_yet
 
-    /* bits of one axis or of all */
-    ROUTINE_ODD fx_motors
+fx_motors:
     DO operand_byte
     DO axis_select
     DO axis_bit
     CMPI 6
     IF_NOT_EQUAL 1f
-    ADDI 1
+    LIT 7
 1:  PUT RAMPS
     DO pop_level
     IF_SET UNIT, 2f
     GET RAMPS
     AXIS_OFF HOMED
 2:  CALL enable_unit
+fx_done:
     DONE_
 
-    ROUTINE_ODD fx_wait
+fx_wait:
     IF_NOT_EQUAL 1f
     DO pop_time
-    DO or_return
-    F load TIME
     EVENT TRACE_WAIT
-1:  F load TIME
-    DO test_long
-    IF_NOT_EQUAL fx_not_yet_near
+1:  DO time_up
     DONE_
 
-    /* BITS = flags of a wait, TIME = its timeout, -1 for ever without one: r12 = 0, or F20 for a negative
-       one. */
-    ROUTINE_ODD wait_begin
-    DO operand_byte
-    PUT BITS
-    DO scaled_most
-    F store TIME
-    IF_ANY BITS, FLAG_TIMEOUT, 1f
-    DONE_
-    /* TIME = the top, a time without flags: the same. */
-    ROUTINE_ODD pop_time
-1:  DO pop_value
-    F store TIME
-    F load TIME
-    IF_NEGATIVE 2f
-    DONE_
-2:  FAULT F_VALUE_RANGE
-
-    /* UNIT = 1 when the top, which is taken, is not 0, else 0. */
-    ROUTINE_ODD pop_level
-    LET UNIT, 0
-    DO pop_value
-    DO test_long
-    IF_EQUAL 1f
-    UP UNIT
-1:  RETURN
-
-    ROUTINE_ODD fx_wait_in
-    IF_NOT_EQUAL 4f
+    /* BITS holds the flags; the level that is wanted in bit 0, and in bit 1 that the other one has to
+       come first */
+fx_wait_in:
+    IF_NOT_EQUAL 3f
     DO wait_begin
-    DO or_return
     IF_NONE BITS, FLAG_LEVEL, 1f
     DO pop_level
     BITS_OFF BITS, 3
     GET UNIT
     AXIS_ON BITS
-1:  CALL wait_input
-    IF_NONE BITS, FLAG_INPUT_ON_STACK, 3f
-    LIT 17
-    DO pop_number
-    DO or_range
-3:  PUT N
-4:  GET N
+1:  CALL wait_want
+    IF_NONE BITS, FLAG_INPUT_ON_STACK, 2f
+    POP_NUMBER 1, 17
+2:  PUT N
+3:  GET N
     DO input
-    CALL wait_differs
-    IF_EQUAL 6f
-    BITS_OFF BITS, 2
-    GOTO 5f
-6:  IF_ANY BITS, 2, 5f
-    LIT 0
-    GET BITS
-    ANDI 1
-    EVENT_OK TRACE_WAIT_IN
-    GOTO wait_met
-5:  F load TIME
-    DO test_long
-    IF_NOT_EQUAL fx_wait_longer
-    GET BITS
-    ANDI 1
+    CALL wait_level
+    IF_EQUAL 1f
+    DO time_up
     EVENT TRACE_WAIT_IN
-    GOTO wait_missed
+    GOTO fx_missed
+1:  EVENT_OK TRACE_WAIT_IN
+    /* the end of a wait, met or timed out */
+fx_met:
+    IF_NONE BITS, FLAG_WAIT_QUERY, fx_done
+    BITS_OFF RUN_FLAGS, R_TIMED_OUT
+    DONE_
 
-    ROUTINE_ODD fx_wait_char
+fx_wait_char:
     IF_NOT_EQUAL 1f
     DO wait_begin
-    DO or_return
-    DO pop_character
-    DO or_range
+    POP_NUMBER 33, 125
     PUT N
-1:  GET N
-    CALL char_came
-    IF_NOT_EQUAL 2f
-    LET CHAR_IN, 0
-    LIT 0
-    GET N
-    EVENT_OK TRACE_WAIT_CHAR
-wait_met:
-    IF_NONE BITS, FLAG_WAIT_QUERY, 1f
-    BITS_OFF RUN_FLAGS, R_TIMED_OUT
-1:  DONE_
-2:  F load TIME
-    DO test_long
-    IF_NOT_EQUAL fx_wait_longer
-    GET N
+1:  CALL char_here
+    IF_EQUAL 1f
+    DO time_up
     EVENT TRACE_WAIT_CHAR
-wait_missed:
-    IF_NONE BITS, FLAG_WAIT_QUERY, 3f
-    BITS_ON RUN_FLAGS, R_TIMED_OUT
+fx_missed:
+    IF_ANY BITS, FLAG_WAIT_QUERY, 2f
+    FAULT F_TIMED_OUT
+2:  BITS_ON RUN_FLAGS, R_TIMED_OUT
     DONE_
-3:  FAULT F_TIMED_OUT
+1:  LET CHAR_IN, 0
+    EVENT_OK TRACE_WAIT_CHAR
+    GOTO fx_met
 
-    ROUTINE_ODD fx_send
-    DO pop_character
-    DO or_range
+fx_send:
+    POP_NUMBER 33, 125
     PUT CHAR_OUT
     UP CHAR_OUT+1
     EVENT TRACE_SEND
     RETURN
 
-    /* acc = the top, a character from 33 to 125, or 0. */
-    ROUTINE_ODD pop_character
-    LIT 125
-    DO pop_number
-    CMPI 33
-    IF_CARRY 1f
-    LIT 0
-1:  RETURN
-
-    ROUTINE_ODD fx_wait_start
+fx_wait_start:
     IF_NOT_EQUAL 1f
     BITS_ON RUN_FLAGS, R_WAITING
-1:  IF_ANY RUN_FLAGS, R_WAITING, fx_wait_longer
+1:  IF_ANY RUN_FLAGS, R_WAITING, 2f
     LIT 0
     EVENT_OK TRACE_WAIT_START
     RETURN
 
-    ROUTINE_ODD fx_end
+    /* UNIT = 1 when the top, which is taken, is not 0, else 0 */
+    ROUTINE_ODD pop_level
+    LET UNIT, 0
+    DO pop_value
+    DO test_long
+    IF_EQUAL 3f
+    UP UNIT
+3:  RETURN
+
+fx_end:
     LIT END_DONE
     CALL run_finish
-fx_wait_longer:
-    NOT_YET_
+2:  NOT_YET_
 
-    ROUTINE_ODD fx_timed_out
-    LIT 0
-    IF_NONE RUN_FLAGS, R_TIMED_OUT, 1f
-    LIT 1
-1:  DO push_small
-    DONE_
-    ROUTINE_ODD fx_out_state
-    LIT 16
-    DO pop_number
-    DO or_range
-    CALL output_level
-    DO push_small
-    DONE_
-    ROUTINE_ODD fx_in
-    LIT 17
-    DO pop_number
-    DO or_range
-    GOTO 1f
-    ROUTINE_ODD fx_in_short
+fx_in_short:
     ADDI 1-OP_IN_SHORT
+    GOTO 1f
+fx_in:
+    POP_NUMBER 1, 17
 1:  DO input
-    DO push_small
+    GOTO 2f
+fx_out_state:
+    POP_NUMBER 1, 16
+    CALL output
+    GOTO 2f
+fx_timed_out:
+    LIT 0
+    IF_NONE RUN_FLAGS, R_TIMED_OUT, 2f
+    LIT 1
+2:  DO push_small
     DONE_
     .balign 2, 0
 
-/* Sets output r12 as UNIT says: Z clear beyond those there are. Uses r12 to r14. */
-output_unit:
-    mov.b &UNIT, r13
-    and #1, r13
-    call #set_output
-    tst r12
-    ret
-/* The same of the drivers' enable. */
+/* The drivers' enable takes the level of bit 0 of UNIT. Clobbers r12 to r14. */
 enable_unit:
     mov &BOARD, r12
     mov.b B_ENABLE(r12), r12
-    jmp output_unit
-/* r12 = level of output r12. Uses r14. */
-output_level:
-    call #mask_of
-    clr r12
-    and &OUTPUT, r14
-    adc r12
-    ret
-/* Z set for output r12 being the enable or the lamp: they are not the script's. Uses r14. */
-port_own:
+/* The same of output r12: Z set when it does not exist. */
+output_unit:
+    mov.b &UNIT, r13
+    and #1, r13
+    br #set_output
+
+/* Z set when output r12 is not the script's: the enable and the lamp. Clobbers r14. */
+output_own:
     mov &BOARD, r14
     cmp.b B_ENABLE(r14), r12
     jeq 1f
     cmp.b B_LAMP(r14), r12
 1:  ret
-/* r12 = the input that the instruction names. Bit 1 of the want: an edge, so the other level comes
-   first; bit 0 becomes the level then. */
-wait_input:
+
+/* Z set when no time is left. Clobbers r14. */
+time_left:
+    mov &TIME, r14
+    bis &TIME+2, r14
+    tst r14
+fx_return:
+    ret
+/* The effect is not done while any is left. */
+time_up:
+    call #time_left
+    jeq fx_return
+    br #micro_not_yet
+
+/* Flags of a wait into BITS, its timeout into TIME, -1 for ever without one; a negative one is F20. */
+wait_begin:
+    call #operand_byte
+    mov.b r12, &BITS
+    mov #-1, &TIME
+    mov #-1, &TIME+2
+    bit #FLAG_TIMEOUT, r12
+    jeq fx_return
+/* TIME and acc = the top, which is taken; a negative one is F20. */
+pop_time:
+    call #pop_to_time
+    jge fx_return
+fx_out_of_range:
+    mov #FAULTED+F_VALUE_RANGE, r12
+    mov r2, r15                 ; micro-code's flags
+    br #micro_return
+
+/* r12 = the top, which is taken; F20 unless it lies between the two bytes that follow. */
+pop_number:
+    mov.b @r10+, r11
+    mov.b @r10+, r15
+    call #pop_value
+    tst r13
+    jne fx_out_of_range
+    cmp r11, r12
+    jlo fx_out_of_range
+    cmp r12, r15
+    jhs fx_return
+    jmp fx_out_of_range
+
+/* TIME = the top, which is taken and also left in r13:r12, flags as of r13. Clobbers r14. */
+pop_to_time:
+    call #pop_value
+    mov r12, &TIME
+    mov r13, &TIME+2
+    tst r13
+    ret
+
+/* BITS = what an input is waited for: of an edge bit 0 becomes the level behind it. r12 = the input in
+   the flags. */
+wait_want:
     bit.b #2, &BITS
     jeq 1f
     xor.b #1, &BITS
@@ -299,34 +278,27 @@ wait_input:
     and #3, r12
     inc r12
     ret
-/* Z clear when the level r12 is not the wanted one. Uses r14. */
-wait_differs:
+
+/* r12 = level of the input. Leaves Z set when the wait is over; acc = the level behind it. Clobbers
+   r14. */
+wait_level:
+    clr r13
     mov.b &BITS, r14
     xor r14, r12
+    bit #1, r12
+    jeq 1f
+    bic.b #2, &BITS
+    bis #2, r14
+1:  mov r14, r12
     and #1, r12
+    bit #2, r14
     ret
-/* Z set when r12 is the character that has come. */
-char_came:
+
+/* Z set when the character N has come; acc = N. */
+char_here:
+    mov.b &N, r12
+    clr r13
     cmp.b r12, &CHAR_IN
-    ret
-/* r12 = the top, 1 to r12, which is taken; 0 for any other. Uses r13 to r15. */
-pop_number:
-    call #pop_small
-    cmp r12, r15
-    jhs 1f
-    clr r12
-1:  ret
-/* TIME = the top, which is taken and also left in r13:r12. Uses r14. */
-pop_to_time:
-    call #pop_value
-    mov r12, &TIME
-    mov r13, &TIME+2
-    ret
-/* Z set when no time is left. Uses r12. */
-time_left:
-    mov &TIME, r12
-    bis &TIME+2, r12
-    tst r12
     ret
 
 /* The first code behind each effect's, and the effect. Codes between them are those of a larger part:
@@ -335,7 +307,7 @@ effect_ends:
     .byte OP_IN_SHORT, OP_TIMED_OUT, OP_OUT_SHORT, OP_MOVE_TO, OP_RAPID, OP_FEED, OP_HOME, OP_PROBE
     .byte OP_SET_POS, OP_STOP_AXE, OP_WAIT_MOVE, OP_SET_OUT, OP_PULSE, OP_SET_PORT, OP_MOTORS
     .byte OP_WAIT, OP_WAIT_IN, OP_WAIT_START, OP_SEND, OP_WAIT_CHAR, OP_PRINT_TEXT
-    .byte OP_PRINT_NUMBER, OP_PRINT_END, OP_IN, OP_OUT_STATE, OP_READ, EFFECT_END, EFFECT_END+1
+    .byte OP_PRINT_NUMBER, OP_PRINT_END, OP_IN, OP_OUT_STATE, OP_READ, EFFECT_END, 0xff
     .balign 2, 0
 effect_table:
     .short fx_set_pos_zero, fx_in_short, fx_timed_out, fx_out_short, fx_move, fx_linear, fx_feed

@@ -41,6 +41,7 @@ print_flush:
     jmp emit_small
 
 fx_print_text:
+    END
     jne 1f
     call #operand_byte
     mov r12, r13
@@ -66,6 +67,7 @@ print_done:
 
 /* A number and its unit. The digits are made anew at each call and N counts what was put. */
 fx_print_value:
+    END
     jne 2f
     /* PrintValue */
     bit.b #1, &EFFECT
@@ -114,6 +116,7 @@ fx_print_value:
     jmp 6b
 
 fx_print_end:
+    END
     mov #'\n', r12
     call #print_put
     bit.b #T_DROPPED, &TRACING

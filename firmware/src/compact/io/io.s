@@ -109,7 +109,12 @@ mask_of:
 input:
     mov &INPUT, r13
     jmp 1f
-/* The same before the filter. */
+/* The same of output r12. */
+    .global output
+output:
+    mov &OUTPUT, r13
+    jmp 1f
+/* Of an input before the filter. */
     .global unfiltered
 unfiltered:
     mov &RAW, r13
@@ -133,8 +138,7 @@ unfiltered:
     xor #1, r12
 3:  ret
 
-/* Sets output r12 on (r13 not 0) or off. Leaves r12 = 0, or 1 beyond those there are. Clobbers
-   r14. */
+/* Sets output r12 on (r13 not 0) or off. Leaves Z set beyond those there are. Clobbers r12, r14. */
     .global set_output
 set_output:
     call #mask_of
@@ -142,15 +146,12 @@ set_output:
     bit.b #BOARD_CHAIN, B_FLAGS(r12)
     jne 1f
     and #3, r14
-1:  mov #1, r12
-    tst r14
-    jeq 2f
-    dec r12
-    bic r14, &OUTPUT
+1:  bic r14, &OUTPUT
     tst r13
     jeq 2f
     bis r14, &OUTPUT
-2:  ret
+2:  tst r14
+    ret
 
 /* Outputs take the states for an occasion: r12 = offset of its masks in the profile. */
     .global output_states

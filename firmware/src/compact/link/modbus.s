@@ -278,10 +278,11 @@ link_write_bits:
     inc r5
     mov r5, r12
     call #set_output
-    rla r12                     ; 1 becomes EX_ADDRESS
-    jne 9b
+    mov #EX_ADDRESS, r12
+    jeq 9b
     dec r6
     jne 1b
+    clr r12
     ret
 
 /* r8 by r7. */

@@ -28,8 +28,7 @@ module.moves.probe:
     CALL probe_default
     IF_NONE RAMPS, FL_SENSOR, 2f
     DO pop_level
-    LIT 17
-    DO pop_small
+    POP_NUMBER 1, 17
 2:  DO probe_input
     IF_CARRY probe_lacks
 3:  IF_NONE FLAGS, FL_SPEED, 4f

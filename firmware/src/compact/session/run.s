@@ -18,7 +18,7 @@ pop_value:
     ret
 
 /* Puts r13:r12 (push_small: r12) on the expression stack. Clobbers r14. */
-    .global push_value, push_small
+    .global push_value
 push_small:
     clr r13
 push_value:
@@ -29,20 +29,6 @@ push_value:
     mov r12, &VM_TOP
     mov r13, &VM_TOP+2
     ret
-
-/* r12 = the most that is wanted of the top, which is taken; leaves it in r12, or the most plus 1
-   when it lies outside 0 to the most. Clobbers r13 to r15. */
-    .global pop_small
-pop_small:
-    mov r12, r15
-    call #pop_value
-    tst r13
-    jne 1f
-    cmp r12, r15
-    jhs 2f
-1:  mov r15, r12
-    inc r12
-2:  ret
 
 /* r12 = the next operand byte. Clobbers r14. */
     .global operand_byte
