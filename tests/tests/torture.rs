@@ -2,10 +2,14 @@
 //! found once, as scripts.
 
 use emulator::{Config, Reset, Rng};
+use lang::fault::Fault;
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
 use lang::image::{Image, seal};
 use lang::isa::Op;
+use lang::profile::Profile;
 use lang::record::BoardRecord;
-use lang::wire::{Control, MACHINE_POSITIONS, PROFILE_WINDOW, RunState};
+use lang::wire::{Control, FAULT, MACHINE_POSITIONS, PROFILE_WINDOW, RunState};
 use pasapas::board::{BUILDS, DEFAULT};
 use pasapas::torture::generate::{Case, generate, generate_still};
 use pasapas::torture::images::{self, judge};
@@ -233,6 +237,38 @@ fn restarts_that_a_host_asked_for_are_no_bites_of_the_watchdog() {
         stand.board.plant_mut().set_input(5, true);
         stand.board.run_us(100_000);
         assert_eq!(stand.state(), Some(RunState::Running as u16), "{}", build.part.name);
+    }
+}
+
+#[test]
+fn a_machine_that_demands_homing_takes_set_pos_for_it_within_a_run() {
+    let mut profile = Profile::built_in("mill").expect("it is built in");
+    profile.require_homing = true;
+    let image_of = |script: &str| {
+        let choice = ProfileChoice::Given(Box::new(profile.clone()));
+        let (program, _) = compile(&Source::new("g.bas", script.to_owned()), choice);
+        lang::back::compile(&program.expect("it is right")).expect("it fits").image
+    };
+    let not_homed = u16::from(Fault::NotHomed.number());
+    for build in BUILDS {
+        let fresh = Stand::new(build, &Config::default()).expect("the shipped image");
+        for (script, fault) in [
+            ("SetPos X, 1mm\nMoveAxe X, 0mm\nMoveAxe X, 1mm", 0),
+            ("SetPos X, 0mm\nMoveAxe X, 1mm", 0),
+            ("SetPos X, 1mm\nMoveAxe Y, 1mm", not_homed),
+            ("SetPos X, 1mm\nMotors OFF\nMoveAxe X, 0mm", not_homed),
+            ("IF OUT(2) THEN SetPos X, 1mm\nMoveAxe X, 0mm", not_homed),
+        ] {
+            let mut stand = fresh.clone();
+            stand.upload(&image_of(script), false).expect("it is taken");
+            for run in 1..=2 {
+                stand.control(Control::Start);
+                stand.board.run_us(600_000);
+                let told = stand.read(FAULT);
+                assert_eq!(told, Some(fault), "{}, run {run}: {script}", build.part.name);
+                stand.control(Control::Acknowledge);
+            }
+        }
     }
 }
 

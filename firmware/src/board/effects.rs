@@ -97,12 +97,14 @@ impl Core {
                 self.must_rest(n)?;
                 self.motor.offset[i] =
                     self.motor.um[i].checked_sub(value).ok_or(Fault::Overflow)?;
+                self.motor.placed |= 1 << n;
             }
             SET_POS_ZERO..=SET_POS_ZERO_LAST => {
                 let n = code - SET_POS_ZERO;
                 let i = usize::from(n);
                 self.must_rest(n)?;
                 self.motor.offset[i] = self.motor.um[i];
+                self.motor.placed |= 1 << n;
             }
             STOP_AXE => {
                 if self.first() {
@@ -275,7 +277,9 @@ impl Core {
         let n = vm().operand();
         let on = vm().pop() != 0;
         if !on {
-            self.motor.homed &= if n < AXES { !(1 << n) } else { 0 };
+            let others = if n < AXES { !(1 << n) } else { 0 };
+            self.motor.homed &= others;
+            self.motor.placed &= others;
         }
         if self.record.enable != 0 {
             self.set_output(u16::from(self.record.enable), on);

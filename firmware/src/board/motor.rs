@@ -35,6 +35,8 @@ pub struct Motor {
     actual: [i32; 3],
     /// Bit per axis: homed.
     pub homed: u8,
+    /// Bit per axis: SetPos has said where it is, in this run.
+    pub placed: u8,
     /// Bit per axis: the last probe answered.
     pub probe_ok: u8,
     /// Bit per axis: was stopped, so its commanded place follows when it rests.
@@ -83,6 +85,7 @@ impl Motor {
     /// A new run: work offsets are 0, commanded places are where the axes stand.
     pub fn begin(&mut self) {
         self.offset = [0; 3];
+        self.placed = 0;
         self.clear_path();
         self.path.begin(machine().corner);
         self.running = 0;
@@ -150,7 +153,10 @@ impl Motor {
             if um < record.min || um > record.max {
                 return Err(Fault::SoftLimit);
             }
-        } else if target.frame != 2 && machine().flags & MachineRecord::REQUIRE_HOMING != 0 {
+        } else if self.placed >> n & 1 == 0
+            && target.frame != 2
+            && machine().flags & MachineRecord::REQUIRE_HOMING != 0
+        {
             return Err(Fault::NotHomed);
         }
         Ok((um, steps))

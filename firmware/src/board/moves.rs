@@ -292,6 +292,7 @@ impl Core {
         match self.effect.phase {
             BEGIN => {
                 self.motor.homed &= !(1 << n);
+                self.motor.placed &= !(1 << n);
                 self.motor.offset[usize::from(n)] = 0;
                 self.effect.phase = REST;
                 if !self.closed() {

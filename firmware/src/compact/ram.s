@@ -142,6 +142,8 @@
     VAR VM_CELL_COUNT, 1
     VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
 
+    VAR PLACED, 2               /* bit per axis: SetPos has said where it is, in this run */
+
 /* The effect under way (effects.s). */
     MODULE effects
     VAR EFFECT, 1               /* its opcode, 0 for none, EFFECT_END at the end of a run */
@@ -174,7 +176,7 @@
     MODULE pool
     .set POOL, HERE
     .set COMMAND, POOL+4        /* 21 registers */
-    .set STACK_ROOM, 72         /* the machine stack below 0x0400, with 24 bytes to spare */
+    .set STACK_ROOM, 70         /* the machine stack below 0x0400, with 24 bytes to spare */
     .set POOL_END, 0x0400-STACK_ROOM
     .set ram.stack, POOL_END
     .global POOL, POOL_END, VM_STATE

@@ -91,6 +91,7 @@ fx_motors:
     IF_SET UNIT, 2f
     GET RAMPS
     AXIS_OFF HOMED
+    AXIS_OFF PLACED
 2:  CALL enable_unit
 fx_done:
     DONE_

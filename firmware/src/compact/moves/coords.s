@@ -189,7 +189,9 @@ machine_flags:
     FR sub A_MIN, LONG
     IF_NEGATIVE aim_limit
 6:  DONE_
-5:  IF_ANY FRAME_OF, F_RELATIVE, 6b
+5:  TEST_AXIS PLACED
+    IF_NOT_EQUAL 6b
+    IF_ANY FRAME_OF, F_RELATIVE, 6b
     DO machine_flags
     TESTI MC_REQUIRE_HOMING
     IF_EQUAL 6b

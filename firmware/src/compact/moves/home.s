@@ -96,6 +96,7 @@ home_begin:
     LET WATCH, 0
     DO axis_bit
     AXIS_OFF HOMED
+    AXIS_OFF PLACED
     LIT 0
     F store OFFSET, AXIS
     LET PHASE, HOME_REST

@@ -42,6 +42,8 @@ speed_range:
     F sub SPARE
     IF_OVERFLOW 2f
     F store OFFSET, AXIS
+    DO axis_bit
+    AXIS_ON PLACED
     DONE_
 2:  FAULT F_OVERFLOW
 
