@@ -31,8 +31,18 @@ pub fn raster(lines: u32, feed: u32) -> String {
     text + "M5\n"
 }
 
-/// Figures `stream_rate`: pixels of 0.1 mm at 100 mm/s on a machine with steep ramps, so that link
-/// and planner set the pace; and `stream_starved`: how often motion stood for want of a piece on
+/// The same raster with every pixel where the tool stands already.
+fn at_rest(raster: &str) -> String {
+    let line = |line: &str| match line.starts_with("G1 ") {
+        true => "G1 X0.000 Y0.000\n".to_owned(),
+        false => format!("{line}\n"),
+    };
+    raster.lines().map(line).collect()
+}
+
+/// Figures `stream_link`: the lines of a raster that go over the link and through the board when
+/// nothing moves for them; `stream_rate`: pixels of 0.1 mm at 100 mm/s on a machine with steep ramps,
+/// where the planner sets the pace; and `stream_starved`: how often motion stood for want of a piece on
 /// the `laser` profile, where one block of look-ahead and ramps of 25 000 st/s2 do.
 ///
 /// # Errors
@@ -43,15 +53,17 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     for axis in steep.x.iter_mut().chain(&mut steep.y) {
         axis.accel = 2_000_000;
     }
-    let (fast, _) = stream(LINES, 6000, &steep)?;
+    let (link, _) = stream(&at_rest(&raster(LINES, 6000)), LINES, &laser)?;
+    sink(at_least("stream_link", "lines/s", link, 170.0, 500.0))?;
+    let (fast, _) = stream(&raster(LINES, 6000), LINES, &steep)?;
     sink(at_least("stream_rate", "lines/s", fast, 170.0, 500.0))?;
-    let (_, starved) = stream(LINES / 3, 1000, &laser)?;
+    let (_, starved) = stream(&raster(LINES / 3, 1000), LINES / 3, &laser)?;
     sink(at_most("stream_starved", "times", starved.into(), 0.0, 0.0))
 }
 
-/// Streams a raster; gives lines a second and how often motion stood.
-fn stream(lines: u32, feed: u32, profile: &Profile) -> Result<(f64, u16), String> {
-    let (mut checked, _) = program("raster", &raster(lines, feed))?;
+/// Streams a raster of so many lines; gives lines a second and how often motion stood.
+fn stream(raster: &str, lines: u32, profile: &Profile) -> Result<(f64, u16), String> {
+    let (mut checked, _) = program("raster", raster)?;
     checked.profile = profile.clone();
     let compiled = back::compile(&checked).map_err(|excesses| format!("{excesses:?}"))?;
     let mut stand = Stand::new(profile)?;
