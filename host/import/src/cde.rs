@@ -38,6 +38,7 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
         diags,
         units: Units::new([job.options.scale; 3], job.profile),
         percent: 100,
+        height: 0,
         fed: None,
         rows: Vec::new(),
     };
@@ -48,6 +49,17 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
         }
     }
     let rows = reader.rows;
+    if job.options.card.is_none()
+        && !diags.has_errors()
+        && rows.iter().any(|row| row.statement.starts_with("G1"))
+    {
+        let text = "a line's speed is taken of the profile's top rate: the card's frequencies stand in no file";
+        diags.push(
+            Diag::new(Code::Said, 1, 1, text)
+                .note()
+                .hint("`--feed`, `--travel` and `--threshold` name them"),
+        );
+    }
     if rows.iter().all(|row| row.statement.is_empty()) && !diags.has_errors() {
         diags.push(Diag::new(Code::NoProgram, 1, 1, "no line of the file does anything"));
     }
@@ -64,6 +76,8 @@ struct Reader<'a, 'd> {
     units: Units,
     /// Speed in percent of the profile's top.
     percent: i64,
+    /// Z as the card's counter has it, steps.
+    height: i64,
     /// The F that holds, steps/s.
     fed: Option<i64>,
     rows: Vec<Row>,
@@ -158,6 +172,7 @@ impl Reader<'_, '_> {
                     .axes()
                     .map(|(axis, _)| format!("SetPos {}, 0mm", axis.letter()))
                     .collect();
+                self.height = 0;
                 self.push(list.join(" : "), message);
             }
             other => {
@@ -250,14 +265,15 @@ impl Reader<'_, '_> {
                 words.push(format!("F[{feed}st/s]"));
             }
             self.push(format!("G1 {}", words.join(" ")), message);
+            self.height += steps[2];
         }
         if pause != 0 {
             self.pause(number, pause, "");
         }
     }
 
-    /// Steps/s along the path when the axis with the longest way runs at the percentage of its
-    /// top; the card's frequency counts that axis's steps.
+    /// Steps/s along the path when the axis with the longest way runs at the percentage of the
+    /// card's frequency, which counts that axis's steps; without one of its top.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_precision_loss,
@@ -267,6 +283,15 @@ impl Reader<'_, '_> {
         let longest = Axis::ALL.into_iter().zip(steps).max_by_key(|(_, steps)| steps.abs());
         let Some((axis, longest)) = longest else { return 1 };
         let top = self.job.profile.axis(axis).map_or(1, |part| i64::from(part.top_rate));
+        let below = self.height.min(self.height + steps[2]);
+        let top = match self.job.options.card {
+            None => top,
+            Some(card) => match card.threshold {
+                // A plunge begins above the threshold and ends in the work.
+                Some(threshold) if below >= threshold => card.travel.into(),
+                _ => card.feed.into(),
+            },
+        };
         let path = steps.iter().map(|steps| (*steps as f64).powi(2)).sum::<f64>().sqrt();
         let rate = (top * self.percent) as f64 / 100.0 * path / longest.abs().max(1) as f64;
         (rate.round() as i64).max(1)

@@ -54,8 +54,22 @@ pub struct Options {
     pub scale: Option<Scale>,
     /// The S word that stands for full power; without it 100, 255 or 1000, by the largest seen.
     pub s_max: Option<u32>,
+    /// The frequencies of a JeDiV card; without them the profile's top.
+    pub card: Option<CardRates>,
     /// A laser's M3 and M5 follow its S, for a board that knows its output on and off only.
     pub on_off: bool,
+}
+
+/// The frequencies that a JeDiV card is set to (JeDiV interface file, section 9.1): they stand in no
+/// file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CardRates {
+    /// Machining, steps/s of the axis with the longest way.
+    pub feed: u32,
+    /// Travel, steps/s.
+    pub travel: u32,
+    /// Z, in the card's steps, from which on up a line travels; without it none does.
+    pub threshold: Option<i64>,
 }
 
 /// A file that became a script.

@@ -30,6 +30,16 @@ pub struct Import {
     /// The S word of full laser power; without it 100, 255 or 1000, by the largest that stands there
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     s_max: Option<u32>,
+    /// Machining frequency of a JeDiV card, steps/s; without it the profile's top rate
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    feed: Option<u32>,
+    /// Travel frequency of a JeDiV card, steps/s, at and above `--threshold`
+    #[arg(long, value_name = "HZ", requires = "feed", requires = "threshold",
+        value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    travel: Option<u32>,
+    /// Z in steps from which on up a JeDiV card travels
+    #[arg(long, value_name = "STEPS", requires = "travel", allow_negative_numbers = true)]
+    threshold: Option<i64>,
     /// Let M3 and M5 follow a laser's S, for a board that has no feature for its power
     #[arg(long)]
     on_off: bool,
@@ -65,6 +75,11 @@ impl Import {
             profile: options.profile(console)?,
             scale: self.steps_per_mm,
             s_max: self.s_max,
+            card: self.feed.map(|feed| import::CardRates {
+                feed,
+                travel: self.travel.unwrap_or(feed),
+                threshold: self.threshold,
+            }),
             on_off: self.on_off,
         };
         let bytes = input::read_bytes(&self.file, import::MAX_BYTES)

@@ -160,3 +160,25 @@ fn a_centre_outside_the_plane_counts_when_it_is_not_zero() {
     let said = refused("a.nc", "G21 G90 F600\nG0 X10,5 Y0\n");
     assert!(said.contains("a.nc:2:7: error[X010]: a comma in a number: `,5 Y0`"), "{said}");
 }
+
+/// 400 steps/s in the work, 1000 at and above 100 steps; a line of two equal axes runs along its
+/// path at the root of 2 times that; 50 % halves it.
+#[test]
+fn a_jediv_card_travels_above_its_threshold() {
+    let text = "RAZ_CPT;0;0;0;0;0;0;0;\nMove;0;0;150;0;150;0;0;up\nMove;80;80;0;0;80;0;0;\n\
+        Move;0;0;-50;0;50;0;0;to the threshold\nMove;9;0;0;0;9;0;0;\nMove;0;0;-150;0;150;0;0;down\n\
+        Move;30;40;0;0;40;0;50;half\nMove;0;0;200;0;200;0;100;up\nMove;9;0;0;0;9;0;0;\n";
+    let card = crate::CardRates { feed: 400, travel: 1000, threshold: Some(100) };
+    let options = Options { card: Some(card), ..Options::default() };
+    let made = import("a.cde", text.as_bytes(), &options).expect("a script");
+    let feeds: Vec<&str> = made
+        .script
+        .lines()
+        .filter(|line| line.starts_with("G1"))
+        .map(|line| {
+            line.split_once("F[").map_or("-", |(_, feed)| &feed[..feed.find("st").unwrap()])
+        })
+        .collect();
+    // The way up ends above but begins in the work.
+    assert_eq!(feeds, ["400", "1414", "1000", "-", "400", "250", "400", "1000"], "{}", made.script);
+}
