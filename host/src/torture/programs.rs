@@ -32,6 +32,9 @@ const OPTIONS: Options = Options {
 };
 /// Longest program that goes to the board, us: emulated time is dear.
 const LONGEST_US: u64 = 8_000_000;
+/// A statement that the host is told of takes at most so long, us: 11.2 ms for a line of the trace,
+/// 24.1 ms for one that brings up to 32 characters of PRINT (measured on the emulated board).
+const LINE_US: u64 = 25_000;
 /// How much later an effect may come on the board, ms: the promise is 10 ms, and this is what a
 /// world is moved by to see whether a trace hangs on instants.
 const LATER: u32 = 13;
@@ -152,12 +155,16 @@ fn hangs_on_an_instant(made: &Made) -> bool {
 /// do with a host that takes each line of the trace.
 pub fn reference(made: &Made) -> Option<Run> {
     let run = |made: &Made, statement_us: u64| {
-        let options = Options { statement_us, ..OPTIONS };
+        // Slower statements take longer in all.
+        let limit_us = OPTIONS.limit_us + u64::from(OPTIONS.statements) * statement_us;
+        let options = Options { statement_us, limit_us, ..OPTIONS };
         let run = on_rhai(&made.program, &made.compiled, &made.world, &options).ok()?;
-        let us = run.trace.last().and_then(|event| event.us).unwrap_or(u64::MAX);
-        (run.outcome.end.status != Status::Stopped && us < LONGEST_US).then_some(run)
+        (run.outcome.end.status != Status::Stopped).then_some(run)
     };
     let first = run(made, STATEMENT_US)?;
+    if first.trace.last().and_then(|event| event.us).is_none_or(|us| us >= LONGEST_US) {
+        return None;
+    }
     let mut later = varied(&made.case, LATER);
     // How far an axis runs by MoveSpeed hangs on the wait behind it.
     later.script = later.script.replace("Wait 40ms", "Wait 50ms");
@@ -170,7 +177,7 @@ pub fn reference(made: &Made) -> Option<Run> {
         }
         trace_difference(&first.trace, &other.trace, 0).is_none()
     };
-    for statement_us in [1_000, 8_000] {
+    for statement_us in [1_000, LINE_US] {
         if !run(made, statement_us).is_some_and(&same)
             || !run(&later, statement_us).is_some_and(&same)
         {

@@ -70,6 +70,8 @@ impl Machine {
         exact: bool,
     ) -> Result<(), Fault> {
         self.before_path(!rapid)?;
+        // As on the board, a block begins when the path has room for it.
+        self.await_room();
         if self.halt.is_some() {
             return Ok(());
         }
@@ -169,6 +171,7 @@ impl Machine {
         exact: bool,
     ) -> Result<(), Fault> {
         self.before_path(true)?;
+        self.await_room();
         if self.halt.is_some() {
             return Ok(());
         }
@@ -181,10 +184,6 @@ impl Machine {
         self.command(&goal);
         let targets = self.targets();
         self.write(What::Move { line: self.line, kind: MoveKind::Arc, to: targets });
-        self.await_room();
-        if self.halt.is_some() {
-            return Ok(());
-        }
         self.pieces.powers.push_back(self.power);
         self.pieces.blocks.push_back(Some(Segment {
             kind: SegmentKind::Move(MoveKind::Arc),
