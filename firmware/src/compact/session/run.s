@@ -155,7 +155,14 @@ run_unwind:
 /* On the ramp into a pause or to the end. */
 run_stopping:
     call #motion_rests
-    jne 9b
+    jeq 1f
+    /* what homing or probing looks for may come on the way to rest, too */
+    mov.b &EFFECT, r12
+    sub #OP_HOME, r12
+    cmp #OP_PROBE-OP_HOME+1, r12
+    jlo run_perform
+    ret
+1:
     bit.b #T_FULL, &TRACING
     jne 9b
     /* no reply is being sent, which an erase would tear apart */
