@@ -523,8 +523,10 @@ pasapas_verify_operands:
     mov.b r6, r11
     rra r11
     rra r11
-    bic #1, r11
-    mov pasapas_verify_table(r11), r0
+    rra r11
+    mov.b pasapas_verify_table(r11), r11
+    add r11, r0
+pasapas_verify_first:
 pasapas_verify_low:
     mov r5, r12
     and #{low_cells}-1, r12
@@ -655,31 +657,30 @@ pasapas_verify_inside:
 
     .section .rodata.verify,"a",@progbits
 module.check$tables:
-    .p2align 1
-    /* one for each Kind, in their order */
+    /* one for each Kind, in their order: distances */
 pasapas_verify_table:
-    .short pasapas_verify_none
-    .short pasapas_verify_cell
-    .short pasapas_verify_low
-    .short pasapas_verify_short
-    .short pasapas_verify_array
-    .short pasapas_verify_column
-    .short pasapas_verify_column_far
-    .short pasapas_verify_pair
-    .short pasapas_verify_text
-    .short pasapas_verify_text_far
-    .short pasapas_verify_axis_number
-    .short pasapas_verify_axis
-    .short pasapas_verify_inline
-    .short pasapas_verify_inline_move
-    .short pasapas_verify_inline_probe
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_none
-    .short pasapas_verify_cell
-    .short pasapas_verify_nibbles
-    .short pasapas_verify_none
+    .byte pasapas_verify_none - pasapas_verify_first
+    .byte pasapas_verify_cell - pasapas_verify_first
+    .byte pasapas_verify_low - pasapas_verify_first
+    .byte pasapas_verify_short - pasapas_verify_first
+    .byte pasapas_verify_array - pasapas_verify_first
+    .byte pasapas_verify_column - pasapas_verify_first
+    .byte pasapas_verify_column_far - pasapas_verify_first
+    .byte pasapas_verify_pair - pasapas_verify_first
+    .byte pasapas_verify_text - pasapas_verify_first
+    .byte pasapas_verify_text_far - pasapas_verify_first
+    .byte pasapas_verify_axis_number - pasapas_verify_first
+    .byte pasapas_verify_axis - pasapas_verify_first
+    .byte pasapas_verify_inline - pasapas_verify_first
+    .byte pasapas_verify_inline_move - pasapas_verify_first
+    .byte pasapas_verify_inline_probe - pasapas_verify_first
+    .byte pasapas_verify_none - pasapas_verify_first
+    .byte pasapas_verify_none - pasapas_verify_first
+    .byte pasapas_verify_none - pasapas_verify_first
+    .byte pasapas_verify_none - pasapas_verify_first
+    .byte pasapas_verify_cell - pasapas_verify_first
+    .byte pasapas_verify_nibbles - pasapas_verify_first
+    .byte pasapas_verify_none - pasapas_verify_first
 "#,
     kick = const crate::boot::WATCHDOG_KICK,
     watchdog = const WDTCTL,

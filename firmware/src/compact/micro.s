@@ -632,6 +632,8 @@ micro_table:
     MICRO_KNOWN home_by_profile
     MICRO_KNOWN hit_at
     MICRO_KNOWN probe_input
+    MICRO_KNOWN probe_xor
+    MICRO_KNOWN probe_and
     MICRO_KNOWN probe_begin
     MICRO_KNOWN probe_answers
     MICRO_KNOWN home_missed

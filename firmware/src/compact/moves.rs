@@ -1,28 +1,46 @@
 //! Statements and commands that move axes.
 
+use core::mem::offset_of;
+
 use crate::consts::constants;
 use lang::isa::{Look, Op, SHORT_AXES, flags};
 use lang::record::AxisRecord;
 use lang::wire::{Control, Exception, command};
 
-/// Without a program a command's own parameters decide.
+/// What stands for an [`AxisRecord`] without a program, where a command's own parameters decide:
+/// its fields but the last ones, which belong to reference runs by the profile.
+#[repr(C)]
+struct FreeAxis {
+    flags: u16,
+    steps: u16,
+    um: u16,
+    start_rate: u16,
+    home: [u16; 3],
+    top_rate: [u16; 2],
+    accel: [u16; 2],
+    decel: [u16; 2],
+    min: [u16; 2],
+    max: [u16; 2],
+}
+
+const _: () = assert!(core::mem::size_of::<FreeAxis>() == offset_of!(AxisRecord, home_stroke));
+
+const fn words(n: i32) -> [u16; 2] {
+    [n as u16, (n >> 16) as u16]
+}
+
 #[unsafe(no_mangle)]
-static FREE_AXIS: AxisRecord = AxisRecord {
+static FREE_AXIS: FreeAxis = FreeAxis {
     flags: AxisRecord::PRESENT,
     steps: 1,
     um: 1,
     start_rate: 400,
-    home_fast: 1,
-    home_slow: 1,
-    home_pause: 0,
-    top_rate: 100_000,
-    accel: 10_000_000,
-    decel: 10_000_000,
-    min: -1 << 30,
-    max: 1 << 30,
-    home_stroke: 0,
-    home_position: 0,
-    home_clearance: 0,
+    home: [1, 1, 0],
+    top_rate: words(100_000),
+    accel: words(10_000_000),
+    decel: words(10_000_000),
+    min: words(-1 << 30),
+    max: words(1 << 30),
 };
 
 constants! {
@@ -58,9 +76,6 @@ constants! {
     CMD_STOP_AXIS = command::STOP_AXIS;
     CMD_STOP_AXES = command::STOP_AXES;
     CMD_MOVE_TO = command::MOVE_TO;
-    CMD_SET_POSITION = command::SET_POSITION;
-    CMD_HOME = command::HOME;
-    CMD_PROBE = command::PROBE;
     CMD_HOME_PROFILE = command::HOME_PROFILE;
     CMD_DIRECT = command::DIRECT;
     ILLEGAL_VALUE = Exception::IllegalValue;
@@ -73,9 +88,14 @@ constants! {
 }
 
 // What the assembly does by shifts: pairs of a flag and its unit, frames and units of axes, the
-// order of the looks and of short forms, feeds by two bits.
+// order of the looks, of commands and of short forms, feeds by two bits.
 const _: () = assert!(
-    flags::STEPS == 4
+    command::MOVE_BY == command::MOVE_TO + 1
+        && command::SET_POSITION == command::MOVE_TO + 2
+        && command::HOME == command::MOVE_TO + 3
+        && command::PROBE == command::MOVE_TO + 4
+        && command::PROBE_MASK == command::MOVE_TO + 5
+        && flags::STEPS == 4
         && flags::SPEED == 1 << 6
         && flags::SPEED_STEPS == 1 << 7
         && flags::ACCEL == 1

@@ -85,6 +85,23 @@ fn an_axis_moves_to_a_work_position() {
 }
 
 #[test]
+fn an_axis_moves_by_a_distance() {
+    let mut live = board("Wait 1s\n");
+    let by = |live: &mut Live, distance| {
+        let [ramp, speed] = [long(20_000), long(2_000)];
+        order(live, command::MOVE_BY, &[&[1], &ramp, &speed, &ramp, &long(distance)])
+    };
+    assert_eq!(order(&mut live, command::SET_POSITION, &[&[1], &long(100)]), 0);
+    for (distance, place) in [(300, 300), (-70, 230)] {
+        assert_eq!(by(&mut live, distance), 0);
+        assert_eq!(by(&mut live, 1), BUSY);
+        live.run_ms(1_000);
+        assert_eq!(live.motors(), [place, 0, 0]);
+    }
+    assert_eq!(by(&mut live, i32::MAX), ILLEGAL);
+}
+
+#[test]
 fn arguments_out_of_range_are_refused() {
     let mut live = board("Wait 1s\n");
     let [ramp, none] = [long(20_000), long(0)];
@@ -194,6 +211,30 @@ fn an_axis_probes_by_command() {
     assert_eq!((live.byte("PROBE_OK"), live.byte("PROBE_ERROR")), (0, 4));
     assert_eq!(live.byte("EFFECT"), 0);
     assert_eq!(probe(&mut live, 17, 1, -200), ILLEGAL);
+    assert_eq!(probe(&mut live, 256, 1, -200), ILLEGAL);
+}
+
+#[test]
+fn an_axis_probes_by_masks() {
+    let mut live = board("Wait 1s\n");
+    let probe = |live: &mut Live, and, xor| {
+        let [ramp, speed] = [long(20_000), long(300)];
+        let pace = [ramp, speed, ramp].concat();
+        order(live, command::PROBE_MASK, &[&[1], &long(and), &long(xor), &pace, &long(900)])
+    };
+    // Input 3 on or input 4 off: input 4 is off.
+    assert_eq!(probe(&mut live, 12, 8), 0);
+    live.run_ms(100);
+    assert_eq!((live.byte("PROBE_OK"), live.byte("PROBE_ERROR")), (0, 1));
+    live.board.plant_mut().set_input(4, true);
+    live.run_ms(100);
+    assert_eq!(probe(&mut live, 12, 8), 0);
+    live.run_ms(500);
+    live.board.plant_mut().set_input(3, true);
+    live.run_ms(500);
+    assert_eq!((live.byte("PROBE_OK"), live.byte("PROBE_ERROR")), (1, 0));
+    let at = live.longs("PROBED")[0];
+    assert!((130..180).contains(&at), "{at}");
 }
 
 #[test]

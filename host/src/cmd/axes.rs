@@ -213,7 +213,7 @@ impl Jog {
         let top = own.top_rate.unsigned_abs();
         let speed = self.speed.unwrap_or((top / 4).max(1)).clamp(1, top);
         let mut board = self.port.connect(options, console)?;
-        // By the place to go to: every board has command 103, the smallest lacks 104.
+        // By the place to go to, which is told.
         let place = board.input(wire::WORK_POSITIONS + 2 * self.axis.index() as u16, 2)?;
         let mut order = vec![command::MOVE_TO, self.axis.index() as u16 + 1];
         order.extend(words(own.accel.into()));

@@ -1,5 +1,5 @@
-/* Commands of holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands): 100, 101, 103,
-   105, 106, 107, 1110, 1200. Others are refused. */
+/* Commands of holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands): 100, 101,
+   103 to 108, 1110, 1200. Others are refused. */
     .section .text.micro,"axR",@progbits
 module.moves.commands:
 
@@ -17,12 +17,18 @@ module.moves.commands:
     .error "command 106 and AxisRecord differ"
     .endif
 
-    /* ramp up, speed, ramp down, target */
+    /* ramp up, speed, ramp down, work position */
 command_move:
     DO command_pace
     IF_EQUAL command_illegal
     DO offset_steps
-    DO command_target
+    GOTO 1f
+    /* the same with a distance */
+command_move_by:
+    DO command_pace
+    IF_EQUAL command_illegal
+    F load ACTUAL, AXIS
+1:  DO command_target
     CMPI 0
     IF_NOT_EQUAL command_illegal
     DO command
@@ -80,14 +86,15 @@ command_execute:
     CALL blocking
     IF_NOT_EQUAL command_busy
     CALL command_place
-    CMPI 6
+    CMPI 7
     IF_CARRY command_illegal
     DO micro_switch
     TO command_move
-    TO command_illegal
+    TO command_move_by
     TO command_set
     TO command_home
     TO command_probe
+    TO command_probe_mask
     TO home_profile
 home_profile:
     F load VM_CODE
@@ -145,18 +152,27 @@ command_home:
     F store HOME_CLEARANCE
 3:  GOTO home_under_way
 
-    /* input from 0, its level, then as 103 with a distance */
+    /* 108: masks as ProbeMask has them, 107: input from 0, its level; then as 104 */
+command_probe_mask:
+    LET FLAGS, 0
+    F load COMMAND+8
+    DO probe_xor
+    F load COMMAND+4
+    DO probe_and
+    DO command_long
+    GOTO 2f
 command_probe:
     F load COMMAND+6
     PUT UNIT
     CMPI 2
     IF_CARRY command_wrong
     F load COMMAND+4
+    CMPI 17
+    IF_CARRY command_wrong
     ADDI 1
     LET FLAGS, 0
     DO probe_input
-    IF_CARRY command_wrong
-    DO command_long
+2:  DO command_long
     DO command_pace
     IF_EQUAL command_wrong
     F load ACTUAL, AXIS
@@ -228,7 +244,7 @@ command_place:
     sub #CMD_MOVE_TO, r12
     cmp #CMD_HOME_PROFILE-CMD_MOVE_TO, r12
     jne 1f
-    mov #5, r12
+    mov #6, r12
 1:  ret
 
 command_record:

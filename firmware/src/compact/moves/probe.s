@@ -22,7 +22,10 @@ module.moves.probe:
     DO operand_byte
     PUT RAMPS
     IF_NONE RAMPS, FL_MASK, 1f
-    CALL probe_masks
+    DO pop_value
+    DO probe_xor
+    DO pop_value
+    DO probe_and
     GOTO 3f
 1:  LET UNIT, 1
     CALL probe_default
@@ -93,12 +96,12 @@ probe_wait:
 5:  RETURN
     .balign 2, 0
 
-    /* Masks from the stack. Uses r7, r11 to r15. */
-probe_masks:
-    call #pop_value
+    /* r13:r12 = the inputs that must be off, then those that count. Use r7, r12, r13. */
+probe_xor:
     mov r12, &PROBE_XOR
     mov r13, r7
-    call #pop_value
+    ret
+probe_and:
     mov r12, &PROBE_AND
     jmp probe_high
     /* r12 = the profile's probe input. Uses r11. */
