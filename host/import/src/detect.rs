@@ -192,16 +192,13 @@ pub(crate) fn foreign(text: &str) -> Option<&'static str> {
 
 /// `@07`, `@0i`, or a print of one of them in a BASIC listing.
 fn is_card_line(line: &str) -> bool {
-    let line = match line.find("\"@") {
-        Some(at) => &line[at + 1..],
-        None => line,
-    };
+    let quoted =
+        ["\"@", "»@", "«@"].iter().find_map(|quoted| Some(line.find(quoted)? + quoted.len() - 1));
+    let line = quoted.map_or(line, |at| &line[at..]);
     let mut chars = line.chars();
     chars.next() == Some('@')
         && chars.next().is_some_and(|c| c.is_ascii_digit())
-        && chars
-            .next()
-            .is_none_or(|c| c.is_ascii_alphanumeric() || c == ' ' || c == '"' || c == '?')
+        && chars.next().is_none_or(|c| c.is_ascii_alphanumeric() || " \"»«?".contains(c))
 }
 
 fn is_charlysoft(line: &str) -> bool {

@@ -10,6 +10,7 @@ mod effects;
 pub(crate) mod emit;
 mod flow;
 pub(crate) mod instr;
+mod listing;
 pub(crate) mod operands;
 mod parse;
 

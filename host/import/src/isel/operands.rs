@@ -353,6 +353,14 @@ impl Reader<'_> {
 
     /// Numbers with commas between; a remark may follow.
     pub(super) fn numbers(&mut self, values: &str) -> Read<Vec<i64>> {
+        // `@0A,50,500` stands in the binder for `@0A 50,500`.
+        let values = match values.strip_prefix(',') {
+            Some(rest) => {
+                self.note("the comma behind the command's letter is left out");
+                rest
+            }
+            None => values,
+        };
         let list: Parsed<'_, Vec<i64>> = separated_list0(sign(','), whole).parse(values);
         let (rest, numbers) =
             list.map_err(|_| Refused::new('5', Code::Unreadable, "numbers belong here"))?;

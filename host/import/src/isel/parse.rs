@@ -7,6 +7,7 @@ use nom::sequence::preceded;
 
 use super::answer::answer;
 use super::instr::{Axes, Item, Op};
+use super::listing::{self, Sent};
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
 use crate::line::{Parsed, blanks, column};
@@ -69,9 +70,19 @@ pub(crate) fn read(lines: &[(u32, &str)], diags: &mut Diags) -> Vec<Item> {
         line: 1,
         col: 1,
     };
+    let is_listing = listing::is_one(lines);
     for &(number, line) in lines {
         reader.line = number;
-        let Some(code) = listing(line) else { continue };
+        let code = match is_listing.then(|| listing::sent(line)) {
+            None => line,
+            Some(Sent::Text(text)) => text,
+            Some(Sent::Nothing) => continue,
+            Some(Sent::Unknown(reason)) => {
+                let diag = Diag::new(Code::Unsupported, number, 1, reason);
+                reader.diags.push(diag.hint("record what the program sends, and import that"));
+                continue;
+            }
+        };
         reader.col = column(line, code);
         reader.read_line(line, code);
         if reader.diags.hopeless() {
@@ -79,28 +90,6 @@ pub(crate) fn read(lines: &[(u32, &str)], diags: &mut Diags) -> Vec<Item> {
         }
     }
     reader.finish()
-}
-
-/// The part of a line that goes to the card: of a BASIC listing what `PRINT #` prints. None for
-/// lines that send nothing.
-fn listing(line: &str) -> Option<&str> {
-    const WORDS: [&str; 12] = [
-        "print", "open", "close", "gosub", "goto", "if", "stop", "return", "a$", "rem", "end",
-        "cls",
-    ];
-    let rest = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start();
-    let lower = rest.to_ascii_lowercase();
-    let numbered = line.trim_start().starts_with(|c: char| c.is_ascii_digit());
-    if !numbered || !WORDS.iter().any(|word| lower.starts_with(word)) {
-        return Some(line);
-    }
-    let printed = rest.get("print".len()..).filter(|_| lower.starts_with("print"))?;
-    let from = printed.find(['"', '«', '»'])?;
-    let quote = printed[from..].chars().next()?;
-    let text = &printed[from + quote.len_utf8()..];
-    let text = &text[..text.find(['"', '«', '»']).unwrap_or(text.len())];
-    let to_card = printed.trim_start().starts_with('#');
-    (to_card || text.starts_with('@')).then_some(text)
 }
 
 impl Reader<'_> {
@@ -121,6 +110,12 @@ impl Reader<'_> {
             .hint("stored instructions follow `@0i`")),
         };
         if let Err(refused) = read {
+            if self.storing && !code.starts_with('@') && self.stored.len() < MAX_ITEMS {
+                // It counts for the jumps of the others.
+                let text = code.to_owned();
+                let op = Op::Delay(0);
+                self.stored.push(Item { op, line: self.line, col: self.col, text });
+            }
             let mut text = refused.text;
             if let Some(card) = refused.card {
                 text += &answer(card);
@@ -210,7 +205,18 @@ impl Reader<'_> {
                 self.note("`k` clears the card's memory: there is none here");
                 Ok(())
             }
-            'P' | 'b' | 'c' | '?' | 'I' | 'V' | 'C' | 'G' | 'u' => {
+            'G' => {
+                let [device] = self.exactly(values)?;
+                let named = u32::try_from(device).ok().and_then(|n| char::from_digit(n, 10));
+                let Some(named) = named else {
+                    return Err(Refused::new('5', Code::OutOfRange, format!("card {device}"))
+                        .hint("cards are 0 to 9"));
+                };
+                self.device = Some(named);
+                self.note("`G` gives the card another number, which the lines behind it use");
+                Ok(())
+            }
+            'P' | 'b' | 'c' | '?' | 'I' | 'V' | 'C' | 'u' => {
                 self.note(format!(
                     "`@0{letter}` is about the card itself; it moves nothing and is left out"
                 ));

@@ -182,3 +182,26 @@ fn a_jediv_card_travels_above_its_threshold() {
     // The way up ends above but begins in the work.
     assert_eq!(feeds, ["400", "1414", "1000", "-", "400", "250", "400", "1000"], "{}", made.script);
 }
+
+/// Listings of the binder: the card's own number changed and set back, a comma behind the letter,
+/// guillemets, and what a listing computes by itself.
+#[test]
+fn listings_send_what_they_print() {
+    let renamed = "110 print#1,\"@01\":gosub1000\n120 print#1,\"@0G1\":gosub1000\n130 print#1,\"@1i\":gosub1000\n\
+        140 print#1,\"0 5000,5000\":gosub1000\n150 print#1,\"9\":gosub1000\n160 print#1,\"@1S\"\n\
+        170 print#1,\"@1G0\"\n180 print#1,\"@0A,70,900\"\n190 stop\n";
+    let script = made("a.lst", renamed);
+    let moves: Vec<&str> =
+        script.lines().filter_map(|line| line.strip_prefix("MoveRel ")).collect();
+    assert!(moves[0].starts_with("X, 5000st, 5000st/s "), "{script}");
+    assert!(moves[1].starts_with("X, 70st, 900st/s "), "{script}");
+    let script =
+        made("a.lst", "110 print#1,»@01»:gosub 1000\n120 print#1,»@0A 500,9000»:gosub1000\n");
+    assert!(script.contains("MoveRel X, 500st, 9000st/s"), "{script}");
+    let said = refused(
+        "a.lst",
+        "10 print#1,\"@01\"\n20 for i=1 to 5\n30 print#1,\"@0A\";i;\",900\"\n40 next\n",
+    );
+    let lines: Vec<&str> = said.lines().filter(|line| line.contains("error[X020]")).collect();
+    assert_eq!(lines.len(), 3, "{said}");
+}
