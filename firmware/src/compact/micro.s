@@ -246,22 +246,25 @@
 module.micro:
     .global micro
 micro:
-    pop r14
-    /* r14 = where micro-code begins */
+    pop r11
+    /* r11 = where micro-code begins */
 micro_enter:
     push r10
-    mov r14, r10
+    mov r11, r10
 micro_next:
     mov r2, r15
     push #micro_next
     mov.b @r10+, r14
     rla.b r14
     jc micro_formula
-    mov micro_table(r14), r14
+    mov micro_table(r14), r11
+    cmp #2*MICRO_BYTES, r14
+    jlo micro_go
+    mov.b @r10+, r14
 micro_go:
-    bit #1, r14
+    bit #1, r11
     jne micro_enter
-    br r14
+    br r11
 
 micro_formula:
     mov r14, r11
@@ -334,10 +337,10 @@ formula_table:
     .short formula_add, formula_sub
 
 micro_call:
-    mov.b @r10+, r14
+    mov.b @r10+, r11
     mov.b @r10+, r15
     swpb r15
-    bis r15, r14
+    bis r15, r11
     jmp micro_go
 
 micro_end:
@@ -375,14 +378,12 @@ micro_andi:
     and.b @r10+, r12
     ret
 micro_cmpi:
-    mov.b @r10+, r14
     cmp r14, r12
     ret
 micro_testi:
     bit.b @r10+, r12
     ret
 micro_shift:
-    mov.b @r10+, r14
     tst r13
     jeq 1f
     swpb r14
@@ -390,35 +391,32 @@ micro_shift:
     add r14, r13
 1:  ret
 
-    .macro HANDLER name
-micro_\name:
-    mov.b @r10+, r14
-    .endm
-    HANDLER get
+    /* of a byte of RAM: r14 = its number */
+micro_get:
     mov.b BYTES(r14), r12
     ret
-    HANDLER put
+micro_put:
     mov.b r12, BYTES(r14)
     ret
-    HANDLER let
+micro_let:
     .short 0x4afe, BYTES        /* mov.b @r10+, BYTES(r14): the same */
     ret
-    HANDLER bits_on
+micro_bits_on:
     bis.b @r10+, BYTES(r14)
     ret
-    HANDLER bits_off
+micro_bits_off:
     bic.b @r10+, BYTES(r14)
     ret
-    HANDLER up
+micro_up:
     inc.b BYTES(r14)
     ret
-    HANDLER test_axis
+micro_test_axis:
     bit.b r12, BYTES(r14)
     ret
-    HANDLER axis_on
+micro_axis_on:
     bis.b r12, BYTES(r14)
     ret
-    HANDLER axis_off
+micro_axis_off:
     bic.b r12, BYTES(r14)
     ret
 
@@ -431,13 +429,13 @@ micro_up_axis:
     add #4, r8
     cmp #12, r8
     jmp if_not_equal
-    HANDLER if_zero
+micro_if_zero:
     tst.b BYTES(r14)
     jmp if_equal
-    HANDLER if_none
+micro_if_none:
     bit.b @r10+, BYTES(r14)
     jmp if_equal
-    HANDLER if_is
+micro_if_is:
     cmp.b @r10+, BYTES(r14)
     jmp if_equal
 micro_if_equal:
@@ -446,13 +444,13 @@ if_equal:
     jeq micro_goto
 1:  inc r10
     ret
-    HANDLER if_set
+micro_if_set:
     tst.b BYTES(r14)
     jmp if_not_equal
-    HANDLER if_any
+micro_if_any:
     bit.b @r10+, BYTES(r14)
     jmp if_not_equal
-    HANDLER if_is_not
+micro_if_is_not:
     cmp.b @r10+, BYTES(r14)
     jmp if_not_equal
 micro_if_not_equal:
@@ -507,10 +505,8 @@ micro_switch:
     /* returns a fault in r12, goes on with 0 */
 micro_or_return:
     tst r12
-    jne micro_return_near
+    jne micro_return
     ret
-micro_return_near:
-    br #micro_return
 
     /* Traces the event with the byte that follows as its kind, N as its argument, acc as its value:
        acc = DONE. micro_event_ok: with TRACE_OK. */
@@ -554,18 +550,7 @@ micro_table:
     MICRO_OWN literal
     MICRO_OWN addi
     MICRO_OWN andi
-    MICRO_OWN cmpi
     MICRO_OWN testi
-    MICRO_OWN shift
-    MICRO_OWN get
-    MICRO_OWN put
-    MICRO_OWN let
-    MICRO_OWN bits_on
-    MICRO_OWN bits_off
-    MICRO_OWN up
-    MICRO_OWN test_axis
-    MICRO_OWN axis_on
-    MICRO_OWN axis_off
     MICRO_OWN goto
     MICRO_OWN switch
     MICRO_OWN if_equal
@@ -574,12 +559,6 @@ micro_table:
     MICRO_OWN if_negative
     MICRO_OWN if_not_negative
     MICRO_OWN if_overflow
-    MICRO_OWN if_zero
-    MICRO_OWN if_set
-    MICRO_OWN if_any
-    MICRO_OWN if_none
-    MICRO_OWN if_is
-    MICRO_OWN if_is_not
     MICRO_OWN first_axis
     MICRO_OWN next_axis
     MICRO_OWN up_axis
@@ -652,3 +631,22 @@ micro_table:
     MICRO_KNOWN command_target
     MICRO_KNOWN command_pace
     MICRO_KNOWN command_long
+    /* only operations whose byte comes in r14; nothing else stands behind them */
+    .set MICRO_BYTES, MICRO_NEXT
+    MICRO_OWN cmpi
+    MICRO_OWN shift
+    MICRO_OWN get
+    MICRO_OWN put
+    MICRO_OWN let
+    MICRO_OWN bits_on
+    MICRO_OWN bits_off
+    MICRO_OWN up
+    MICRO_OWN test_axis
+    MICRO_OWN axis_on
+    MICRO_OWN axis_off
+    MICRO_OWN if_zero
+    MICRO_OWN if_set
+    MICRO_OWN if_any
+    MICRO_OWN if_none
+    MICRO_OWN if_is
+    MICRO_OWN if_is_not

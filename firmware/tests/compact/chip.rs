@@ -131,7 +131,7 @@ impl Chip {
         self.board.set_reg(2, 0);
         self.board.set_reg(1, STACK - 2);
         if address & 1 == 1 {
-            self.board.set_reg(14, address);
+            self.board.set_reg(11, address);
             self.board.set_reg(0, self.at("micro_enter"));
         } else {
             self.board.set_reg(0, address);

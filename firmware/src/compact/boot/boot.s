@@ -12,7 +12,8 @@ boot_table:
     .byte 0x27, P1_STOP|P1_START /* P1REN */
     .byte 0x26, P1_UART         /* P1SEL */
     .byte 0x41, P1_UART         /* P1SEL2 */
-boot_table_end:
+    .byte 0
+    .balign 2, 0
 
     .section .text.boot,"axR",@progbits
 module.boot:
@@ -28,11 +29,7 @@ boot:
     mov.b r12, &0x0057
     mov.b &0x10f8, &0x0056
 1:  mov #boot_table, r12
-2:  mov.b @r12+, r13
-    mov.b @r12+, r14
-    mov.b r14, 0(r13)
-    cmp #boot_table_end, r12
-    jne 2b
+    call #poke_table
     /* Timer0_A: SMCLK / 8 = 2 MHz, continuous; CCR0 is the millisecond, CCR1 the link's silence */
     clr &TA0CCTL1
     mov #2000, &0x0172
@@ -51,8 +48,7 @@ boot:
     tst B_LOCK(r15)
     jeq 6f
     bis.b #T_LOCKED, &TRACING
-6:
-    mov.b B_RATE(r15), r12
+6:  mov.b B_RATE(r15), r12
     /* Stop held: 9600 8N1, address 1, whatever the profile says */
     bit.b #P1_STOP, &0x0020
     jne 3f

@@ -19,9 +19,9 @@ effect_poll:
     cmp #OP_SET_OUT, r12
     jlo 2f
     mov.b #1, &PHASE
-2:  mov effect_table(r14), r14
+2:  mov effect_table(r14), r11
     tst r13
-    br #micro_enter
+    jmp micro_enter
 
     /* bit 0 of the code says on or off */
 fx_out_short:
@@ -226,7 +226,7 @@ fx_return:
 time_up:
     call #time_left
     jeq fx_return
-    br #micro_not_yet
+    jmp micro_not_yet
 
 /* Flags of a wait into BITS, its timeout into TIME, -1 for ever without one; a negative one is F20. */
 wait_begin:
@@ -243,7 +243,7 @@ pop_time:
 fx_out_of_range:
     mov #FAULTED+F_VALUE_RANGE, r12
     mov r2, r15                 ; micro-code's flags
-    br #micro_return
+    jmp micro_return
 
 /* r12 = the top, which is taken; F20 unless it lies between the two bytes that follow. */
 pop_number:

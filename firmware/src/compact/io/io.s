@@ -14,17 +14,17 @@ io_open:
     bit.b #BOARD_CHAIN, B_FLAGS(r14)
     jne poke_table
     mov #io_direct, r12
+    jmp poke_table
 
-/* Writes bytes to peripherals: r12 = table of register and value, 0 at its end. Clobbers r13, r14. */
+poke_next:
+    .short 0x4cfe, 0            /* mov.b @r12+, 0(r14), which LLVM's assembler refuses */
+/* Writes bytes to peripherals: r12 = table of register and value, 0 at its end. Clobbers r14. */
     .global poke_table
 poke_table:
     mov.b @r12+, r14
     tst r14
-    jeq 1f
-    mov.b @r12+, r13
-    mov.b r13, 0(r14)
-    jmp poke_table
-1:  ret
+    jne poke_next
+    ret
 
 /* SPI master at 8 MHz, data valid at the rising edge; the registers hold what the chip sends before
    their outputs are enabled. A register's other bits are those of boot.s. */

@@ -38,7 +38,7 @@ run_stop:
 run_finish:
     mov.b #RUN_STOPPING, &RUN
     mov.b r12, &ENDING
-    br #motion_stop
+    jmp motion_stop
 
 /* Steps cease at once, outputs go to their safe states, F14 is latched. Takes r12 = input that
    caused it, 0 for none. No register is kept. */

@@ -151,6 +151,6 @@ ticks:
     tst r12
     jeq ticks_end
     mov r10, r12
-    br #emergency
+    jmp emergency
 ticks_end:
     ret
