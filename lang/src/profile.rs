@@ -501,6 +501,11 @@ impl Profile {
             range(&at("home.stroke_um"), part.home.stroke_um.into(), 1, 20_000_000)?;
             range(&at("home.position_um"), part.home.position_um.into(), -10_000_000, 10_000_000)?;
             range(&at("home.clearance_um"), part.home.clearance_um.into(), -1_000_000, 1_000_000)?;
+            // Sums of two places in steps fit into 32 bits.
+            let reach = [part.min_um, part.max_um, part.home.stroke_um, part.home.position_um];
+            let longest = reach.map(|um| i64::from(um).abs()).into_iter().max().unwrap_or_default();
+            let steps = longest * i64::from(part.scale.steps) / i64::from(part.scale.um);
+            range(&format!("the longest way of {}, steps,", axis.letter()), steps, 0, 1 << 30)?;
         }
         if let Some(name) = self.home_order.iter().find(|name| self.axis((**name).into()).is_none())
         {

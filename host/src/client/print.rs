@@ -29,6 +29,15 @@ impl<L: Link> Client<L> {
         self.take(true)
     }
 
+    /// Drops the bytes that wait, as those of a line that the end of a run cut short.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn drop_print(&mut self) -> Result<(), ClientError> {
+        let words = self.holding(wire::PRINT_COUNT, 2)?;
+        self.write(wire::PRINT_TAIL, words[1].wrapping_add(words[0]))
+    }
+
     fn take(&mut self, one_line: bool) -> Result<Vec<u8>, ClientError> {
         let words = self.holding(wire::PRINT_COUNT, 2 + WINDOW / 2)?;
         let (count, tail) = (words[0].min(WINDOW), words[1]);

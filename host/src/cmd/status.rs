@@ -5,6 +5,7 @@ use std::time::Duration;
 use crate::client::print::LINE_END;
 use clap::Args;
 use lang::axis::Axis;
+use lang::wire::RunState;
 
 use super::port::{Board, Port};
 use super::{Console, Options};
@@ -120,7 +121,17 @@ impl Watch {
         let mut looks = 0;
         let mut line = Vec::new();
         loop {
-            for text in printed(&mut board, &mut line)? {
+            // Nothing more comes of a line once its run has ended.
+            let state = board.status()?;
+            let rests = matches!(
+                state.run_state,
+                Some(RunState::Empty | RunState::Ready | RunState::Fault)
+            );
+            let mut lines = printed(&mut board, &mut line)?;
+            if rests && !line.is_empty() {
+                lines.push(String::from_utf8_lossy(&std::mem::take(&mut line)).into_owned());
+            }
+            for text in lines {
                 if console.json() {
                     console.json_line(&serde_json::json!({ "print": text }))?;
                 } else {
@@ -128,7 +139,6 @@ impl Watch {
                 }
             }
             // Of what changes all the time only the place is told, in JSON.
-            let state = board.status()?;
             let calm = State { program_counter: 0, ..state.clone() };
             if before.as_ref() != Some(&calm) {
                 if console.json() {
