@@ -5,6 +5,7 @@
 
 pub(crate) mod code;
 mod import;
+mod jitter;
 mod link;
 mod motion;
 mod path;
@@ -75,13 +76,12 @@ pub type Sink<'a> = &'a mut dyn FnMut(Figure) -> Result<(), String>;
 pub type Group = (&'static str, fn(Sink<'_>) -> Result<(), String>);
 
 /// Every group, the quick ones first.
-pub const GROUPS: [Group; 8] = [
+pub const GROUPS: [Group; 7] = [
     ("code", code::run),
     ("import", import::run),
     ("link", link::run),
     ("vm", vm::run),
     ("motion", motion::run),
     ("stream", stream::run),
-    ("path", path::run),
     ("speed", speed::run),
 ];

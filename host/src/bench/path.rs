@@ -11,6 +11,7 @@ use lang::profile::Profile;
 
 use super::stand::{Stand, gate, image_for, rises};
 use super::{Sink, at_least, at_most};
+use crate::board::G2553;
 use crate::sim::trace::What;
 use crate::sim::world::World;
 use crate::sim::{self, Engine, Options};
@@ -61,13 +62,19 @@ impl Course {
         self.ideal.extend((1..=CHORDS).map(|i| at(f64::from(i) / f64::from(CHORDS))));
     }
 
-    /// Lines in every direction, a rounded pocket, a polygon of 0.5 mm chords, a circle, a helix.
-    fn of_every_kind() -> Course {
+    /// Lines in every direction.
+    fn of_lines() -> Course {
         let mut course = Course::new();
         course.text += "F1500\n";
         for to in [[31.0, 7.0, 0.0], [12.34, 29.99, -3.0], [40.0, 30.0, -1.0], [5.0, 5.0, -2.0]] {
             course.line(to);
         }
+        course
+    }
+
+    /// Lines in every direction, a rounded pocket, a polygon of 0.5 mm chords, a circle, a helix.
+    fn of_every_kind() -> Course {
+        let mut course = Course::of_lines();
         course.line([40.0, 5.0, -2.0]);
         course.arc([0.0, 5.0], 0.25, 0.0);
         course.line([45.0, 30.0, -2.0]);
@@ -90,7 +97,7 @@ impl Course {
     }
 }
 
-/// Figures `path_error`, `path_time`, `moves_in_limits`.
+/// Figures `path_error`, `path_time`, `moves_in_limits` of the G2955, `path_error_g2553` of lines.
 ///
 /// # Errors
 /// The board does not run the path.
@@ -109,7 +116,12 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     let moves = moves_within_limits(&mill)?;
     let all = f64::from(MOVES);
     sink(at_least("moves_in_limits", "moves", moves as f64, all, all))?;
-    Ok(())
+    let course = Course::of_lines();
+    let (_, image) = image_for(&mill, &course.text)?;
+    let mut stand = Stand::on(&G2553, &mill)?;
+    stand.upload(&image)?;
+    let edges = stand.run(Duration::from_secs(60))?;
+    sink(at_most("path_error_g2553", "steps", error(&edges, &course.ideal), 1.0, 0.75))
 }
 
 /// Farthest place of the pins from the ideal path, steps.

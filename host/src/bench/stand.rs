@@ -91,6 +91,14 @@ impl Stand {
     /// # Errors
     /// It does not start, or ends in a fault.
     pub fn run(&mut self, limit: Duration) -> Result<Vec<Edge>, String> {
+        self.run_asking(limit, Duration::from_millis(50))
+    }
+
+    /// The same with a status request after each `rest`.
+    ///
+    /// # Errors
+    /// As [`Stand::run`].
+    pub fn run_asking(&mut self, limit: Duration, rest: Duration) -> Result<Vec<Edge>, String> {
         let (_, runs) = self.client.run_state().map_err(|error| error.to_string())?;
         self.rig.borrow_mut().board().record(true);
         match self.client.control(Control::Start) {
@@ -101,7 +109,7 @@ impl Stand {
         let end = self.client.link().now() + limit;
         loop {
             // The link is alive, as the figures demand, but not what is measured.
-            self.client.link().pause(Duration::from_millis(50));
+            self.client.link().pause(rest);
             let status = self.client.status().map_err(|error| error.to_string())?;
             match status.run_state {
                 Some(RunState::Ready) if status.runs != runs => break,
