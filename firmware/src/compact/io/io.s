@@ -63,15 +63,15 @@ io_exchange:
     bis.b #P2_OUT1_OR_LATCH, &P2OUT
     bic.b #P2_OUT2_OR_ENABLE, &P2OUT
     jmp 6f
-2:  mov #P2_OUT1_OR_LATCH, r14
-3:  rra r13
-    jc 4f
-    bic.b r14, &P2OUT
-    jmp 5f
-4:  bis.b r14, &P2OUT
-5:  xor #P2_OUT1_OR_LATCH+P2_OUT2_OR_ENABLE, r14
-    cmp #P2_OUT1_OR_LATCH, r14
-    jne 3b
+    /* output 1 to bit 2, output 2 by way of bit 3 to bit 5; only what differs is touched */
+2:  rla r13
+    rla r13
+    bit #8, r13
+    jeq 3f
+    xor #8|P2_OUT2_OR_ENABLE, r13
+3:  xor.b &P2OUT, r13
+    and #P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE, r13
+    xor.b r13, &P2OUT
     mov.b &P1IN, r12
     inv.b r12
     rra r12

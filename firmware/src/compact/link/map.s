@@ -11,7 +11,8 @@
 /* Registers of a list, in ascending order. A row holds from its offset to that of the next:
    MAP_VALUE, MAP_BYTE: this number, this byte of RAM, at that offset only, 0 behind it;
    MAP_WORD: the words of RAM from this one on;
-   MAP_CODE: a routine takes r12 = offset from the row's and leaves r12 = value, keeping r5..r8, r10. */
+   MAP_CODE: a routine, or micro-code at an odd address, takes r12 = offset from the row's and leaves
+   r12 = value, keeping r5..r8, r10. */
     .macro MAP_VALUE offset, value
     .subsection 1
     .byte (\offset-1)&0xff
@@ -110,7 +111,11 @@ MAP_LIST map_list_own
     MAP_CODE AT_RUN_STATE, map_run_state
     MAP_BYTE AT_FAULT, VM_FAULT
     MAP_CODE AT_FAULT_PC, map_fault_pc
+    .if HAS_LINES
     MAP_CODE AT_FAULT_LINE, map_fault_line
+    .else
+    MAP_VALUE AT_FAULT_LINE, 0
+    .endif
     MAP_BYTE AT_FAULT_INPUT, FAULT_IN
     MAP_CODE AT_PROGRAM_COUNTER, map_program_counter
     MAP_BYTE AT_LAST_END, LAST_END
@@ -244,7 +249,8 @@ map_read:
     add r12, r13
     mov -IN_WORD(r13), r12
     ret
-4:  br r13
+4:  mov r13, r11
+    br #micro_go
 map_zero:
     clr r12
     ret
@@ -279,41 +285,49 @@ map_program_header:
 map_header_places:
     .byte IMAGE_CODE-HEADER_CRC, IMAGE_CODE-HEADER_PROFILE, IMAGE_CODE-HEADER_CELLS, 0
 
-map_missed:
-    mov &MISSED, r12
-    add &LATE, r12
-    ret
-map_run_state:
-    mov.b &RUN, r12
-    cmp #RUN_RUNNING, r12
-    jne 1f
-    bit.b #R_WAITING, &RUN_FLAGS
-    jeq 1f
-    mov #RUN_WAIT_START, r12
-1:  ret
-map_fault_line:
-    mov &VM_FAULT_PC, r12
-    br #line_of
-map_program_counter:
-    mov &EFFECT_PC, r12
-    jmp 1f
-map_fault_pc:
-    mov &VM_FAULT_PC, r12
-1:  sub &VM_CODE, r12
-    ret
-map_trace_mode:
-    mov.b &TRACING, r12
-    and #T_ON, r12
-    ret
+    .section .text.micro,"axR",@progbits
+module.link.map$micro:
+    ROUTINE_ODD map_missed
+    F load MISSED
+    F add LATE
+    RETURN
+    ROUTINE_ODD map_run_state
+    GET RUN
+    IF_IS_NOT RUN, RUN_RUNNING, 1f
+    IF_NONE RUN_FLAGS, R_WAITING, 1f
+    LIT RUN_WAIT_START
+1:  RETURN
+    .if HAS_LINES
+    ROUTINE_ODD map_fault_line
+    F load VM_FAULT_PC
+    CALL line_of
+    RETURN
+    .endif
+    ROUTINE_ODD map_program_counter
+    F load EFFECT_PC
+    GOTO 1f
+    ROUTINE_ODD map_fault_pc
+    F load VM_FAULT_PC
+1:  F sub VM_CODE
+    RETURN
+    ROUTINE_ODD map_trace_mode
+    GET TRACING
+    ANDI T_ON
+    RETURN
+    /* Who finds nothing to take listens, and so does who takes what there is. */
+    ROUTINE_ODD map_print_count
+    GET PRINT_READY
+    IF_SET PRINT_READY, 1f
+    LET UNHEARD, 0
+    LET UNHEARD+1, 0
+1:  RETURN
+    ROUTINE_ODD map_probe_input
+    LIT 17
+    DO input
+    RETURN
+    .balign 2, 0
 
-/* Who finds nothing to take listens, and so does who takes what there is. */
-map_print_count:
-    mov.b &PRINT_READY, r12
-    tst r12
-    jne 1f
-    clr &UNHEARD
-1:  ret
-
+    .section .text.map,"axR",@progbits
 /* Two bytes of text, the earlier one in the high byte. */
 map_print_text:
     mov r12, r13
@@ -382,9 +396,6 @@ map_command_room:
     mov #COMMAND_WORDS, r12
     ret
 
-map_probe_input:
-    mov #17, r12
-    br #input
 map_moving:
     mov &MOVING, r12            ; and NEGATIVE
     xor #0x0700, r12            ; direction: 1 is positive

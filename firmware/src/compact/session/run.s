@@ -12,9 +12,9 @@ pop_value:
     mov &VM_TOP, r12
     mov &VM_TOP+2, r13
     mov &VM_SP, r14
-    mov @r14, &VM_TOP
-    mov 2(r14), &VM_TOP+2
-    add #4, &VM_SP
+    /* mov @r14+, &address, which LLVM's assembler refuses */
+    .short 0x4eb2, VM_TOP, 0x4eb2, VM_TOP+2
+    mov r14, &VM_SP
     ret
 
 /* Puts r13:r12 (push_small: r12) on the expression stack. Clobbers r14. */

@@ -182,9 +182,4 @@ word_at:
     bis @r1+, r11
     swpb r11
     ret
-    .else
-    .global line_of
-line_of:
-    clr r12
-    ret
     .endif
