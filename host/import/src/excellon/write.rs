@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::{Cut, Kind, Place, Round, Segment};
-use crate::Job;
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
 use crate::script::{Made, Script, mm};
+use crate::{Job, size};
 
 /// Numbers of a table on one line.
 const NUMBERS_A_LINE: usize = 8;
@@ -25,13 +25,37 @@ fn runs(cuts: &[(u32, Cut)]) -> Vec<Run<'_>> {
     chunks.map(|cuts| Run { tool: cuts[0].0, kind: cuts[0].1.kind(), cuts }).collect()
 }
 
-/// Writes the script: tables and loops for holes and slots, lines for routes.
+/// Cuts that are written without a table, to see what it saves.
+const MAX_COMPARED: usize = 500;
+
+/// Writes the script: tables and loops for holes and slots, lines for routes; says what that saves.
 pub(super) fn script(
     job: &Job<'_>,
     cuts: &[(u32, Cut)],
     sizes: &BTreeMap<u32, String>,
     diags: &mut Diags,
 ) -> Made {
+    let text = "a drill file says nothing of depth and speed: they are the script's CONST lines";
+    diags.push(Diag::new(Code::Said, 1, 1, text).note());
+    let some = &cuts[..cuts.len().min(MAX_COMPARED)];
+    let bytes = |tables: bool| size(job.profile, &write(job, some, sizes, tables).text);
+    if let (Some(before), Some(after)) = (bytes(false), bytes(true))
+        && after < before
+    {
+        let of = match some.len() < cuts.len() {
+            true => format!(" for the first {MAX_COMPARED}"),
+            false => String::new(),
+        };
+        let saved = before - after;
+        let text =
+            format!("{after} bytes instead of {before}{of}: {saved} saved by tables and loops");
+        diags.push(Diag::new(Code::Said, 1, 1, text).note());
+    }
+    write(job, cuts, sizes, true)
+}
+
+/// The script, with tables or a line for each move.
+fn write(job: &Job<'_>, cuts: &[(u32, Cut)], sizes: &BTreeMap<u32, String>, tables: bool) -> Made {
     let runs = runs(cuts);
     let mut script = Script::new(job.name, "a drill file", job.profile);
     script.remark("Set the work zero on the board's surface; these say how deep and how fast:");
@@ -43,12 +67,10 @@ pub(super) fn script(
     if runs.iter().any(|run| run.kind != Kind::Holes) {
         script.line("CONST MILL = 120mm/min");
     }
-    let text = "a drill file says nothing of depth and speed: they are the script's CONST lines";
-    diags.push(Diag::new(Code::Said, 1, 1, text).note());
-    if runs.iter().any(|run| run.kind != Kind::Routes) {
+    if tables && runs.iter().any(|run| run.kind != Kind::Routes) {
         script.line("DIM i");
     }
-    for (index, run) in runs.iter().enumerate() {
+    for (index, run) in runs.iter().enumerate().filter(|_| tables) {
         table(&mut script, run, &name(&runs, index));
     }
     script.gap();
@@ -74,6 +96,7 @@ pub(super) fn script(
             script.line("M3");
         }
         match run.kind {
+            Kind::Holes | Kind::Slots if !tables => routes(&mut script, run),
             Kind::Routes => routes(&mut script, run),
             kind => rows(&mut script, kind, &name(&runs, index)),
         }
@@ -131,7 +154,15 @@ fn rows(script: &mut Script, kind: Kind, name: &str) {
 
 fn routes(script: &mut Script, run: &Run<'_>) {
     for (_, cut) in run.cuts {
-        let Cut::Route(from, list) = cut else { continue };
+        let one;
+        let (from, list) = match cut {
+            Cut::Hole(at) => (at, &[][..]),
+            Cut::Slot(from, to) => {
+                one = [Segment { to: *to, arc: None }];
+                (from, &one[..])
+            }
+            Cut::Route(from, list) => (from, &list[..]),
+        };
         script.line(&format!("G0 {}", words(['X', 'Y'], *from)));
         script.line("G1 Z[DEPTH] F[PLUNGE]");
         let mut feed = " F[MILL]";

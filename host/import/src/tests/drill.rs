@@ -144,3 +144,19 @@ fn other_files_of_a_board_are_named() {
     let said = refused("a.gtl", "%FSLAX33Y33*%\n%MOMM*%\n%ADD10C,0.6*%\nD10*\nX1Y2D03*\nM02*\n");
     assert!(said.contains("a.gtl:1:1: error[X003]: this is a Gerber file"), "{said}");
 }
+
+/// The same holes line by line are a script of their own, which has so many bytes.
+#[test]
+fn a_table_says_what_it_saves() {
+    let holes: String = (0..300).map(|i| format!("X{}.5Y{}.25\n", i % 20, i / 20)).collect();
+    let (_, said) = first(&format!("M48\nMETRIC\nT1C0.8\n%\nT1\n{holes}M30\n"));
+    let line =
+        said.lines().find(|line| line.contains("saved by tables and loops")).expect("a note");
+    let numbers: Vec<usize> =
+        line.split(|c: char| !c.is_ascii_digit()).filter_map(|text| text.parse().ok()).collect();
+    let [.., after, before, saved] = numbers[..] else { panic!("{line}") };
+    assert_eq!(before - after, saved, "{line}");
+    // A table of small multiples has one byte for each value, the loop a few dozen; three moves
+    // have ten bytes or more for each hole.
+    assert!((600..700).contains(&after) && before > 3000, "{line}");
+}
