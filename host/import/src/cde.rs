@@ -25,8 +25,9 @@ const FIELDS: usize = 7;
 const MAX_GROUP: usize = 16;
 
 /// One line of the script.
-#[derive(Clone, PartialEq, Eq)]
 struct Row {
+    /// Of the file.
+    line: u32,
     statement: String,
     remark: String,
 }
@@ -40,6 +41,7 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
         percent: 100,
         height: 0,
         fed: None,
+        number: 1,
         rows: Vec::new(),
     };
     for (number, line) in job.lines.numbered(reader.diags) {
@@ -66,7 +68,7 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
     let mut script = Script::new(job.name, "commands of a JeDiV card", job.profile);
     script.remarked("G91", "all moves count from where the tool stands");
     script.gap();
-    write(&mut script, &rows);
+    write(&mut script, &rows, job.options.plain);
     script.finish()
 }
 
@@ -80,7 +82,15 @@ struct Reader<'a, 'd> {
     height: i64,
     /// The F that holds, steps/s.
     fed: Option<i64>,
+    /// The line that is being read.
+    number: u32,
     rows: Vec<Row>,
+}
+
+/// Whether two groups of lines do the same.
+fn alike(a: &[Row], b: &[Row]) -> bool {
+    let same = |(a, b): (&Row, &Row)| a.statement == b.statement && a.remark == b.remark;
+    a.len() == b.len() && a.iter().zip(b).all(same)
 }
 
 impl Reader<'_, '_> {
@@ -89,10 +99,11 @@ impl Reader<'_, '_> {
     }
 
     fn push(&mut self, statement: String, remark: &str) {
-        self.rows.push(Row { statement, remark: remark.to_owned() });
+        self.rows.push(Row { line: self.number, statement, remark: remark.to_owned() });
     }
 
     fn line(&mut self, number: u32, line: &str) {
+        self.number = number;
         let text = line.trim();
         if let Some(remark) = text.strip_prefix("//") {
             let lower = remark.to_lowercase();
@@ -298,13 +309,14 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Writes the lines; groups that repeat three times or more become loops.
-fn write(script: &mut Script, rows: &[Row]) {
+/// Writes the lines; groups that repeat three times or more become loops, unless `plain`.
+fn write(script: &mut Script, rows: &[Row], plain: bool) {
     let mut at = 0;
     while at < rows.len() {
-        let found = (1..=MAX_GROUP).find_map(|len| {
+        let found = (1..=if plain { 0 } else { MAX_GROUP }).find_map(|len| {
             let first = rows.get(at..at + len)?;
-            let groups = rows[at..].chunks_exact(len).take_while(|group| *group == first).count();
+            let groups =
+                rows[at..].chunks_exact(len).take_while(|group| alike(group, first)).count();
             (groups >= 3 && groups * len >= 4).then_some((len, groups))
         });
         let (len, times) = found.unwrap_or((1, 1));
@@ -312,6 +324,7 @@ fn write(script: &mut Script, rows: &[Row]) {
             script.open(&format!("REPEAT {times}"));
         }
         for row in &rows[at..at + len] {
+            script.set_place(row.line);
             match row.statement.as_str() {
                 "" => script.remark(&row.remark),
                 statement => script.remarked(statement, &row.remark),

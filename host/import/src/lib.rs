@@ -54,6 +54,9 @@ pub struct Options {
     pub scale: Option<Scale>,
     /// The S word that stands for full power; without it 100, 255 or 1000, by the largest seen.
     pub s_max: Option<u32>,
+    /// Line by line: nothing is made of what repeats, so that each line of the script is one of the
+    /// file and comes in its order.
+    pub plain: bool,
     /// The frequencies of a JeDiV card; without them the profile's top.
     pub card: Option<CardRates>,
     /// A laser's M3 and M5 follow its S, for a board that knows its output on and off only.
@@ -128,6 +131,7 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
     // Nobody edits the pixels of a picture.
     if !diags.has_errors()
         && format != Format::Laser
+        && !options.plain
         && let Some((shorter, saved)) = shared(&made, &profile)
     {
         let text = format!("{saved} saved by SUBs for what repeats");

@@ -72,6 +72,7 @@ impl Import {
         let options = import::Options {
             from: self.from,
             strict: self.strict,
+            plain: false,
             profile: options.profile(console)?,
             scale: self.steps_per_mm,
             s_max: self.s_max,

@@ -56,11 +56,25 @@ impl Script {
 /// # Errors
 /// It cannot be read or has errors.
 pub fn load(file: &str, options: &Options, console: &Console) -> Result<Script, Failure> {
+    read(file, options, console, false)
+}
+
+/// The same with the lines of another system's program in their order: nothing is made of what
+/// repeats, so that a line tells where a run stands.
+///
+/// # Errors
+/// See [`load`].
+pub fn load_plain(file: &str, options: &Options, console: &Console) -> Result<Script, Failure> {
+    read(file, options, console, true)
+}
+
+fn read(file: &str, options: &Options, console: &Console, plain: bool) -> Result<Script, Failure> {
     let given = options.profile(console)?;
     let bytes = input::read_bytes(file, import::MAX_BYTES).map_err(|note| console.refuse(&note))?;
     let mut places = Vec::new();
     let (source, mut diags) = if import::is_importable(file, &bytes) {
-        let options = import::Options { profile: given.clone(), ..import::Options::default() };
+        let options =
+            import::Options { profile: given.clone(), plain, ..import::Options::default() };
         let imported = super::import::read(file, &bytes, &options, console)?;
         places = imported.places;
         (Source::new(file, imported.script), Vec::new())

@@ -24,7 +24,7 @@ pub(super) fn script(
         return Made::default();
     }
     let plain = [Part::Plain(0, blocks.len())];
-    let parts = fold::parts(blocks);
+    let parts = if job.options.plain { plain.to_vec() } else { fold::parts(blocks) };
     if parts == plain {
         return write(job, format, blocks, &plain, None);
     }

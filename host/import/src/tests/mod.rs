@@ -205,3 +205,23 @@ fn listings_send_what_they_print() {
     let lines: Vec<&str> = said.lines().filter(|line| line.contains("error[X020]")).collect();
     assert_eq!(lines.len(), 3, "{said}");
 }
+
+/// A job that is streamed names its lines and begins at one: each statement stands at the line of
+/// the file that it came from, in the file's order.
+#[test]
+fn plain_scripts_keep_the_files_lines() {
+    let cube = "G1 X1 Y1\nX2\nY2\nX1\n";
+    let gcode = format!("G21 G90 F600\n{}M5\n{cube}", cube.repeat(40));
+    let jediv = "Move;1;0;0;0;1;0;0;\nMove;0;1;0;0;1;0;0;\n".repeat(50);
+    for (name, text) in [("a.nc", gcode), ("a.cde", jediv)] {
+        let import = |plain: bool| {
+            let options = Options { plain, ..Options::default() };
+            import(name, text.as_bytes(), &options).expect("a script")
+        };
+        let (plain, short) = (import(true), import(false));
+        assert!(short.script.lines().count() < 40, "{}", short.script);
+        let places: Vec<u32> = plain.places.iter().copied().filter(|place| *place > 0).collect();
+        let lines = text.lines().count() as u32;
+        assert_eq!(places, (1..=lines).collect::<Vec<_>>(), "{}", plain.script);
+    }
+}

@@ -56,7 +56,7 @@ impl Stream {
     /// The job is wrong or cannot be streamed; the board does not answer; the run faults or is
     /// stopped.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        let script = script::load(&self.file, options, console)?;
+        let script = script::load_plain(&self.file, options, console)?;
         let mut compiled = script::compile_any(&script, console)?;
         // What is told and asked for are lines of the file, also of another system's.
         for mark in &mut compiled.sidecar.marks {
