@@ -20,7 +20,8 @@
 //! formula, without a division for a step and without knowing the shape of the move in advance.
 //! Its intervals then change linearly. Measured over windows of 20 steps on 20 000 generated
 //! moves the acceleration stays within the ramp plus 5 % and one timer tick; ramps are planned
-//! 1/32 lower for that. A segment costs the chip 2 500 cycles at a constant speed, 4 500 on a ramp.
+//! 1/32 lower for that. A segment costs the chip 2 500 cycles at a constant speed, 4 500 on
+//! a ramp, a line 30 000, an arc 70 000, and 24 000 for each of its chords.
 //!
 //! # Paths
 //! Path units are micrometres, so a feed holds whatever the steps per millimetre of the axes. The
