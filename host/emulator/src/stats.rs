@@ -27,6 +27,12 @@ pub struct Stats {
     pub(crate) nesting: Vec<(u16, u64)>,
     /// Lowest stack pointer seen since the last reset of the measurement.
     pub lowest_sp: Option<u16>,
+    /// The same outside interrupts.
+    pub lowest_outside: Option<u16>,
+    /// Most bytes of stack that an interrupt took, with those nested in it.
+    pub deepest_interrupt: u16,
+    /// Stack pointer where the outermost interrupt was accepted.
+    accepted_at: u16,
     /// Whether cycles are counted by address.
     pub(crate) profiling: bool,
     profile: Vec<u64>,
@@ -38,9 +44,18 @@ impl Stats {
         if self.lowest_sp.is_none_or(|low| sp < low) {
             self.lowest_sp = Some(sp);
         }
+        if !self.nesting.is_empty() {
+            let depth = self.accepted_at.wrapping_sub(sp);
+            self.deepest_interrupt = self.deepest_interrupt.max(depth);
+        } else if self.lowest_outside.is_none_or(|low| sp < low) {
+            self.lowest_outside = Some(sp);
+        }
     }
 
-    pub(crate) fn enter(&mut self, vector: u16, since: u64, now: u64) {
+    pub(crate) fn enter(&mut self, vector: u16, sp: u16, since: u64, now: u64) {
+        if self.nesting.is_empty() {
+            self.accepted_at = sp;
+        }
         let stats = self.interrupts.entry(vector).or_default();
         stats.count += 1;
         stats.worst_latency = stats.worst_latency.max(now.saturating_sub(since));
@@ -83,6 +98,8 @@ impl Stats {
     pub fn clear(&mut self) {
         self.interrupts.clear();
         self.lowest_sp = None;
+        self.lowest_outside = None;
+        self.deepest_interrupt = 0;
         self.profile.fill(0);
     }
 }

@@ -38,10 +38,12 @@ impl Health {
     }
 }
 
-/// Bytes of stack between the end of RAM and the lowest stack pointer that the emulator saw.
+/// Bytes of stack when the deepest interrupt that the emulator saw comes at the deepest place that it saw
+/// outside interrupts, whether it came there or not.
 pub fn stack_used(build: &Build, board: &Board) -> Option<u16> {
     let end = build.chip.ram.end() + 1;
-    board.stats().lowest_sp.map(|lowest| end.saturating_sub(lowest))
+    let stats = board.stats();
+    stats.lowest_outside.map(|low| end.saturating_sub(low) + stats.deepest_interrupt)
 }
 
 /// Bytes between the firmware's variables and the lowest stack pointer that the emulator saw.

@@ -134,7 +134,7 @@ impl Cpu {
 
     /// Accepts the interrupt whose vector stands at `vector`.
     pub fn interrupt(&mut self, bus: &mut Bus, vector: u16, since: u64) {
-        self.stats.enter(vector, since, bus.now);
+        self.stats.enter(vector, self.r[SP], since, bus.now);
         bus.now += bus.cycle * cycles::INTERRUPT;
         let (pc, sr) = (self.r[PC], self.r[SR]);
         self.push(bus, pc);
