@@ -156,7 +156,7 @@ fn hangs_on_an_instant(made: &Made) -> bool {
 pub fn reference(made: &Made) -> Option<Run> {
     let run = |made: &Made, statement_us: u64| {
         // Slower statements take longer in all.
-        let limit_us = OPTIONS.limit_us + u64::from(OPTIONS.statements) * statement_us;
+        let limit_us = OPTIONS.limit_us + OPTIONS.statements * statement_us;
         let options = Options { statement_us, limit_us, ..OPTIONS };
         let run = on_rhai(&made.program, &made.compiled, &made.world, &options).ok()?;
         (run.outcome.end.status != Status::Stopped).then_some(run)
