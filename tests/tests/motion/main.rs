@@ -2,6 +2,7 @@
 //! without holes, and times against the simulator's.
 
 mod ends;
+mod home;
 mod lab;
 mod pause;
 mod smooth;
