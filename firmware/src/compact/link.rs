@@ -125,8 +125,6 @@ static ALARMS: [u8; Fault::ALL.len() + 1] = {
 
 constants! {
     RUN_ACTIVE = ACTIVE;
-    // InterpCNC's state word and targets do not fit into the G2553.
-    HAS_STATE = cfg!(feature = "whole");
     EX_FUNCTION = Exception::IllegalFunction;
     EX_ADDRESS = Exception::IllegalAddress;
     EX_VALUE = Exception::IllegalValue;

@@ -148,15 +148,11 @@ MAP_LIST map_list_status
     MAP_BYTE AT_PROBE_ERROR, PROBE_ERROR
     MAP_CODE AT_WORK_POSITIONS, map_work_positions
     MAP_CODE AT_ACTUAL_SPEEDS, map_speeds
-    .if HAS_STATE
     MAP_CODE AT_TARGETS, map_targets
-    .endif
 MAP_LIST map_list_cnc
     MAP_CODE AT_COMMAND_ROOM, map_command_room
     MAP_VALUE AT_COMMAND_ROOM+1, 0
-    .if HAS_STATE
     MAP_CODE AT_CNC_STATE, map_cnc_state
-    .endif
     MAP_CODE AT_CNC_ALARM, map_alarm
 MAP_LIST map_list_outputs
     MAP_WORD 0, OUTPUT
@@ -352,11 +348,9 @@ map_keeps:
 map_speeds:
     mov #motion_speed, r14
     jmp 1f
-    .if HAS_STATE
 map_targets:
     mov #target_steps, r14
     jmp 1f
-    .endif
 map_work_positions:
     mov #work_steps, r14
 1:  cmp #6, r12
@@ -430,7 +424,6 @@ map_plc_status:
     rla r12
     ret
 
-    .if HAS_STATE
 /* InterpCNC's state word. clobbers r4, r9 */
 map_cnc_state:
     mov.b &RUN, r12
@@ -454,7 +447,6 @@ map_cnc_state:
 /* The low byte of InterpCNC's state word by RunState: fault 1, active 8, paused 16. */
 map_run_states:
     .byte 0, 0, 8, 8|16, 1, 8, 8, 0
-    .endif
 
 /* InterpCNC's code of the latched fault. */
 map_alarm:

@@ -20,7 +20,6 @@ module.moves.coords:
     /* Where the axis r12 stands, or is to stand, for the link: r13:r12 = work position in steps.
        Uses r11, r14, r15. */
     .global work_steps
-    .if HAS_STATE
     .global target_steps
 target_steps:
     mov #STEPS-ACTUAL, r13
@@ -36,14 +35,6 @@ work_steps:
     END
     add @r1+, r8
     MICRO
-    .else
-work_steps:
-    push r8
-    push r9
-    MICRO
-    DO axis_select
-    DO offset_steps
-    .endif
     F sub ACTUAL, AXIS
     DO negate
     END
