@@ -4,6 +4,7 @@
 mod ends;
 mod home;
 mod lab;
+mod limits;
 mod pause;
 mod smooth;
 mod speed;

@@ -1,0 +1,105 @@
+//! Soft limits before a move starts, limit switches while it runs, and the probe's very step.
+
+use emulator::plant::Contact;
+use lang::fault::Fault;
+use lang::profile::Profile;
+use lang::wire::{FAULT, FAULT_INPUT, HOMED, RUN_STATE, RunState};
+use pasapas::board::{Build, G2553, G2955};
+
+use crate::lab::{Dice, Lab, steps};
+
+/// Places of the switches, steps: X and Y find theirs at once, Z too.
+const SWITCHES: [i64; 3] = [-10, -10, 10];
+
+fn lab(build: &Build, script: &str) -> Lab {
+    let mill = Profile::built_in("mill").expect("the mill");
+    let mut lab = Lab::new(build, &mill, script);
+    for (axis, position) in SWITCHES.into_iter().enumerate() {
+        let above = axis == 2;
+        lab.board.plant_mut().switches[axis] = Some(Contact { axis, position, above });
+    }
+    lab
+}
+
+fn faults(lab: &mut Lab) -> Option<Fault> {
+    lab.start();
+    for _ in 0..800 {
+        if lab.read(RUN_STATE) == RunState::Fault as u16 {
+            return Fault::from_number(lab.read(FAULT) as u8);
+        }
+        assert!(!lab.is_done(), "no fault");
+    }
+    None
+}
+
+#[test]
+fn a_move_beyond_its_travel_makes_no_step() {
+    // Where the machine rests when the fault comes, mm.
+    let both = [
+        ("Home\nG1 X10 Y10 F1200\nG1 X20 Y-0.01", [10, 10, 0]),
+        ("Home\nG0 X10 Y10\nG0 X300.01", [10, 10, 0]),
+        ("Home\nMoveAxe Z, -3mm\nMoveAxe Z, -80.01mm", [0, 0, -3]),
+    ];
+    // Ends inside, the leftmost point of the arc lies outside.
+    let large = [
+        ("Home\nG0 X5 Y20\nG2 X5 Y30 J5 F900", None),
+        ("Home\nG0 X4.99 Y20\nG2 X4.99 Y30 J5 F900", Some([5, 20, 0])),
+        ("Home\nG0 X5 Y2 Z-2\nG18 G2 X5 I2.01 F900", Some([5, 2, -2])),
+    ];
+    for build in [&G2553, &G2955] {
+        for (script, rest) in both {
+            let mut lab = lab(build, script);
+            assert_eq!(faults(&mut lab), Some(Fault::SoftLimit), "{script}");
+            let told = lab.told().map(|steps| steps / 100);
+            assert_eq!(told, rest, "{script} on {}", build.part.name);
+        }
+    }
+    for (script, rest) in large {
+        let mut lab = lab(&G2955, script);
+        let Some(rest) = rest else {
+            lab.play(|_| {});
+            continue;
+        };
+        assert_eq!(faults(&mut lab), Some(Fault::SoftLimit), "{script}");
+        assert_eq!(lab.told().map(|steps| (steps + steps.signum() * 50) / 100), rest, "{script}");
+    }
+}
+
+#[test]
+fn a_limit_switch_stops_the_axes_within_a_millisecond() {
+    for build in [&G2553, &G2955] {
+        for script in ["MoveAxe X, -90mm, 40mm/s", "G1 X-60 Y30 F2400"] {
+            let mut lab = lab(build, script);
+            lab.board.plant_mut().switches[0] =
+                Some(Contact { axis: 0, position: -1_500, above: false });
+            lab.board.record(true);
+            assert_eq!(faults(&mut lab), Some(Fault::LimitSwitch), "{script}");
+            assert_eq!(lab.read(FAULT_INPUT), 9, "{script}: the input is named");
+            assert_eq!(lab.read(HOMED), 0);
+            let made = steps(&lab.board.take_edges());
+            let own: Vec<u64> = made.iter().filter(|s| s.by[0] != 0).map(|s| s.at).collect();
+            // At 4000 st/s a millisecond is 4 steps, one more is armed.
+            let beyond = own.len() - 1_500;
+            assert!(beyond <= 6, "{script} on {}: {beyond} steps beyond", build.part.name);
+            assert_eq!(lab.told()[0], -(own.len() as i64), "{script}");
+        }
+    }
+}
+
+#[test]
+fn a_probe_tells_its_very_step_at_every_speed() {
+    let mut dice = Dice(11);
+    for build in [&G2553, &G2955] {
+        for _ in 0..4 {
+            let (speed, plate) = (300 + dice.below(7_000), 100 + dice.below(1_500) as i64);
+            let script = format!("Probe Z, -40mm, {speed}st/s\nMoveAxe Z, PROBEDST(Z)");
+            let mut lab = lab(build, &script);
+            lab.board.plant_mut().probes[2] =
+                Some(Contact { axis: 2, position: -plate, above: false });
+            lab.play(|_| {});
+            let name = format!("{speed} st/s to {plate} on {}", build.part.name);
+            assert_eq!(lab.told()[2], -plate, "{name}");
+            assert_eq!(lab.board.plant().motors[2].position, -plate, "{name}");
+        }
+    }
+}
