@@ -428,3 +428,16 @@ fn equal_warnings_become_one_with_their_number() {
     assert_eq!(result.err.matches("M005").count(), 1, "{}", result.err);
     assert!(result.err.contains("(and 2 more places)"), "{}", result.err);
 }
+
+/// The script that a file becomes is nowhere to be looked at: what is told are the file's lines.
+#[test]
+fn an_importable_file_is_told_by_its_own_lines() {
+    let bench = Bench::new();
+    bench.file("far.nc", "%\nG21 G90\n$H\n\n\n\nF600\nG1 X1\nG1 X400\n");
+    let result = bench.run(&["sim", "far.nc"]);
+    assert_eq!(result.code, 3, "{}", result.err);
+    assert!(result.err.contains("far.nc:9:1: warning[M006]: X to 400mm"), "{}", result.err);
+    assert!(result.err.contains("(in the script: `G1 X400`)"), "{}", result.err);
+    assert!(result.err.contains("far.nc:9:1: fault F05"), "{}", result.err);
+    assert!(result.out.contains("fault in line 9"), "{}", result.out);
+}

@@ -33,11 +33,7 @@ pub struct Script {
 impl Script {
     /// The line of the file that the text's line came from: the same but for other systems' files.
     pub fn line_of_file(&self, line: u32) -> u32 {
-        if self.places.is_empty() {
-            return line;
-        }
-        let before = self.places.iter().take(line as usize).rev();
-        before.copied().find(|place| *place > 0).unwrap_or(1)
+        line_of_file(&self.places, line)
     }
 
     /// The first line of the text that came from the file's line or from one behind it.
@@ -48,6 +44,15 @@ impl Script {
         let found = self.places.iter().position(|place| *place >= line);
         found.map_or(u32::MAX, |index| index as u32 + 1)
     }
+}
+
+/// See [`Script::line_of_file`].
+fn line_of_file(places: &[u32], line: u32) -> u32 {
+    if places.is_empty() {
+        return line;
+    }
+    let before = places.iter().take(line as usize).rev();
+    before.copied().find(|place| *place > 0).unwrap_or(1)
 }
 
 /// Reads and checks a script, or the program of another system, which becomes one; every
@@ -95,7 +100,16 @@ fn read(file: &str, options: &Options, console: &Console, plain: bool) -> Result
         program = checked;
     }
     for diag in &collapsed(diags) {
-        console.diag(diag, &source)?;
+        if places.is_empty() {
+            console.diag(diag, &source)?;
+            continue;
+        }
+        // The file's line, with what it became: the script is nowhere to be looked at.
+        let note = Note::of(diag, &source);
+        let line = note.place.0;
+        let text = format!("{} (in the script: `{}`)", note.text, source.line_text(line).trim());
+        let place = (line_of_file(&places, line), 1);
+        console.note(&Note { text, place, labels: Vec::new(), ..note })?;
     }
     if dropped > 0 && !console.json() {
         console.complain(&format!("{file}: {dropped} further diagnostics are not shown"));

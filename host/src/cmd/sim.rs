@@ -112,9 +112,12 @@ impl Sim {
         let listener = Rc::new(RefCell::new(listener));
         let sink = Rc::clone(&listener);
         let sink = Box::new(move |event: &Event| sink.borrow_mut().hear(event));
-        let outcome = self.simulate(&script, &world, console, sink)?;
+        let mut outcome = self.simulate(&script, &world, console, sink)?;
         listener.borrow_mut().finish()?;
         self.plot(&script, &outcome)?;
+        // Of another system's program the user sees its own lines, not those of the script.
+        outcome.summary.line = script.line_of_file(outcome.summary.line);
+        outcome.end.line = script.line_of_file(outcome.end.line);
         let to_stderr = self.trace.as_deref() == Some("-");
         let engine = self.engine.name();
         summary::write(&self.file, engine, &script.program, &outcome, to_stderr, console)?;
