@@ -37,9 +37,9 @@ impl InProcess {
     }
 }
 
-/// A tick is 62.5 ns.
+/// A tick is 62.5 ns. Rounded up: a wait for less than a tick must end, too.
 fn ticks(time: Duration) -> u64 {
-    u64::try_from(time.as_nanos() * 2 / 125).unwrap_or(u64::MAX)
+    u64::try_from((time.as_nanos() * 2).div_ceil(125)).unwrap_or(u64::MAX)
 }
 
 impl Link for InProcess {
@@ -85,5 +85,19 @@ impl Link for InProcess {
         };
         self.rig.borrow_mut().board().set_uart_format(Format { baud: mode.rate, parity });
         Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ticks;
+    use std::time::Duration;
+
+    #[test]
+    fn a_wait_for_less_than_a_tick_ends() {
+        assert_eq!(
+            [0, 1, 62, 63, 125, 126].map(|ns| ticks(Duration::from_nanos(ns))),
+            [0, 1, 1, 2, 2, 3]
+        );
     }
 }

@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use super::{Client, ClientError};
 use crate::link::{Link, Mode};
+use lang::isa::FINGERPRINT;
+use lang::record::feature;
 use lang::wire::{CRC_START, crc16};
 
 /// A link whose other end answers the n-th request with the n-th script entry; time passes only
@@ -107,5 +109,24 @@ fn rate_and_parity_are_found() {
         let mut client = Client::new(link, 1);
         assert!(client.find().is_ok());
         assert_eq!(client.mode(), mode);
+    }
+}
+
+#[test]
+fn a_program_with_keep_is_announced_as_one() {
+    // Who the board is: 3060 bytes of room, none taken.
+    let mut identity = vec![1, 3, 28, 0, 1, 0, 1];
+    identity.extend(FINGERPRINT.to_be_bytes());
+    identity.extend([0, 0, 0, 0, 0x0B, 0xF4, 0x0B, 0xF4]);
+    identity.resize(31, 0);
+    for (features, announced) in [(feature::KEEP, 0x8000 | 30), (feature::ARC, 30)] {
+        let answers = [framed(&identity), framed(&[1, 6, 0x13, 0xC5, 0, 30])];
+        let mut client = Client::new(Scripted::new(answers), 1);
+        let mut image = [0; 30];
+        image[1] = features as u8;
+        assert!(client.upload(&image, false, &mut |_| {}).is_err(), "the board is gone by then");
+        let request = &client.link().sent[1];
+        assert_eq!(request[1..4], [6, 0x13, 0xC5]);
+        assert_eq!(u16::from_be_bytes([request[4], request[5]]), announced);
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use lang::record::feature;
 use lang::wire::{self, Exception, Refusal, Upload};
 
 use super::{Client, ClientError};
@@ -106,8 +107,21 @@ impl<L: Link> Client<L> {
             let free = identity.free_bytes;
             return Err(UploadError::NoRoomBeside { image: image.len(), free });
         };
-        self.write(wire::UPLOAD_LENGTH, length)?;
-        self.step(begin)?;
+        // An image with KEEP leaves the segments of its values alone.
+        let keep = image.get(1).is_some_and(|features| u16::from(*features) & feature::KEEP != 0);
+        self.write(wire::UPLOAD_LENGTH, length | u16::from(keep) << 15)?;
+        match self.step(begin) {
+            Err(UploadError::Refused(Some(Refusal::TooLong)))
+                if begin == Upload::Begin && identity.program_bytes != 0 =>
+            {
+                if !replace {
+                    let free = identity.free_bytes;
+                    return Err(UploadError::NoRoomBeside { image: image.len(), free });
+                }
+                self.step(Upload::Replace)?;
+            }
+            other => other?,
+        }
         let mut sent = 0;
         for (i, chunk) in image.chunks(2 * REGISTERS).enumerate() {
             let values: Vec<u16> = chunk

@@ -212,7 +212,13 @@ pub fn against_the_board(
     (Verdict::Survived, health)
 }
 
-/// How far positions may lie apart, steps, at the top rate of 8000 steps/s.
+/// Top rate of the machine that programs are made for, steps/s.
+const TOP_RATE: i32 = 8_000;
+/// A switch on the shift registers is seen so late, us: they are read each millisecond, by a pass of
+/// the main loop that may have begun before.
+const SWITCH_US: i32 = 1_250;
+
+/// How far positions may lie apart, steps.
 fn margin(made: &Made, wanted: &Run) -> i32 {
     let met_a_switch = |event: &Event| match &event.what {
         What::End { fault, .. } => fault.as_deref() == Some(LIMIT_SWITCH),
@@ -222,12 +228,8 @@ fn margin(made: &Made, wanted: &Run) -> i32 {
     if made.case.independent && wanted.outcome.end.status == Status::Fault {
         // A fault at once behind START stops the axis before the host has asked for its target.
         i32::MAX
-    } else if made.case.independent {
-        // Where an axis is that moves on its own hangs on the time that statements take: 50 ms.
-        400
     } else if wanted.trace.iter().any(met_a_switch) {
-        // Switches on the shift registers are looked at each ms.
-        10
+        TOP_RATE * SWITCH_US / 1_000_000
     } else {
         0
     }
