@@ -104,7 +104,8 @@ mask_of:
 3:  tst r14
     ret
 
-/* r12 = level, 0 or 1, of input r12, filtered; 0 beyond those there are. Clobbers r13, r14. */
+/* r12 = level, 0 or 1, of input r12, filtered; 0 beyond those there are; Z set for 0. Clobbers r13,
+   r14. */
     .global input
 input:
     mov &INPUT, r13
@@ -136,7 +137,8 @@ unfiltered:
 1:  tst B_INPUT_INVERT_HIGH(r14)
     jeq 3f
     xor #1, r12
-3:  ret
+3:  tst r12
+    ret
 
 /* Sets output r12 on (r13 not 0) or off. Leaves Z set beyond those there are. Clobbers r12, r14. */
     .global set_output
@@ -172,7 +174,6 @@ blocking:
     mov.b @r11, r11
     mov r11, r12
     call #input
-    tst r12
     jne 2f
     tst r15
     jne 1b

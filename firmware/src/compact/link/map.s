@@ -66,23 +66,24 @@ module.link.map$limits:
 /* Low byte: reference switches closed at the negative end, high byte: at the positive one.
    clobbers r4, r9 */
 map_limit_switches:
-    clr r9
-    mov #2, r4
-1:  rla r9
-    mov r4, r12
-    call #axis_record
-    mov r12, r15
-    mov &BOARD, r12
-    add r4, r12
-    mov.b B_REFERENCE(r12), r12
+    push r8
+    clr r4
+    mov #8, r8
+1:  rla r4
+    call #axis_at
+    mov r8, r12
+    rra r12
+    rra r12
+    call #reference
     call #input
-    bit #AXIS_HOME_POSITIVE, A_FLAGS(r15)
+    bit #AXIS_HOME_POSITIVE, A_FLAGS(r9)
     jeq 2f
     swpb r12
-2:  bis r12, r9
-    dec r4
+2:  bis r12, r4
+    sub #4, r8
     jge 1b
-    mov r9, r12
+    mov r4, r12
+    pop r8
     ret
 
     .section .text.map,"axR",@progbits

@@ -22,13 +22,9 @@ link_poll:
     mov.b &HEAD, r4
     cmp.b #4, r4
     jl link_drop                ; too short, or spoiled, which is -1
-    mov #FRAME, r10
-    mov r4, r9
-    mov #-1, r12
-1:  mov.b @r10+, r13
-    call #pasapas_crc16
-    dec r9
-    jne 1b
+    mov #FRAME, r15
+    mov r4, r11
+    call #crc_of
     tst r12
     jne link_drop
     mov.b &FRAME, r13

@@ -43,15 +43,6 @@ restore_axis:
     pop r8
     ret
 
-    /* r12 = address of the AxisRecord of axis r12. Uses r11. */
-    .global axis_record
-axis_record:
-    push r8
-    push r9
-    call #axis_select
-    mov r9, r12
-    jmp restore_axis
-
     /* r13:r12 = work offset of the axis in steps, 0 when it does not fit. */
     ROUTINE_ODD offset_steps
     F load OFFSET, AXIS

@@ -221,7 +221,6 @@ limits:
     call #reference
     mov r12, r7
     call #unfiltered
-    tst r12
     jeq 3f
     bic.b r10, &HOMED
     mov.b r7, &FAULT_IN

@@ -148,7 +148,6 @@ ticks:
     mov.b B_EMERGENCY(r10), r10
     mov r10, r12
     call #input
-    tst r12
     jeq ticks_end
     mov r10, r12
     jmp emergency
