@@ -49,6 +49,7 @@ constants! {
     OP_MOVE_RAMP = Op::MoveRamp;
     OP_RAPID = Op::Rapid;
     OP_LINEAR = Op::Linear;
+    OP_LINEAR_MIXED = Op::LinearMixed;
     OP_FEED = Op::Feed;
     OP_FEED_STEPS = Op::FeedSteps;
     OP_HOME = Op::Home;
@@ -66,8 +67,6 @@ constants! {
     FL_DECEL = flags::DECEL;
     FL_DECEL_STEPS = flags::DECEL_STEPS;
     FL_RAPID = flags::RAPID;
-    FL_COMMON_STEPS = flags::COMMON_STEPS;
-    FL_COMMON_FRAME = flags::COMMON_FRAME;
     FL_SPEED = flags::SPEED;
     FL_SPEED_STEPS = flags::SPEED_STEPS;
     FL_QUERY = flags::QUERY;
@@ -103,6 +102,7 @@ const _: () = assert!(
         && flags::DECEL == 4
         && flags::DECEL_STEPS == 8
         && flags::AXES == 7
+        && flags::COMMON_STEPS == flags::STEPS << 3
         && flags::COMMON_FRAME == 6
         && flags::PROBE_FRAME == 3
         && Op::MoveBy as u8 == Op::MoveTo as u8 + 3

@@ -303,6 +303,28 @@ fn every_edge_falls_on_its_tick_while_the_link_is_busy() {
     });
 }
 
+#[test]
+fn the_link_tells_the_speeds_of_axes_that_move() {
+    let axis = AxisRecord {
+        flags: AxisRecord::PRESENT,
+        start_rate: 400,
+        top_rate: 2_000,
+        accel: 20_000,
+        decel: 20_000,
+        ..mill().axes[0]
+    };
+    let mut machine = Machine::new([axis; 3], false);
+    machine.line([4_000, -1_000, 0], Feed::Rapid);
+    machine.run(500 * MS);
+    for (n, speed) in [(0, 2_000), (1, -500), (2, 0)] {
+        machine.call("motion_speed", &[(12, n)]);
+        assert_eq!(machine.chip.result() as i32, speed, "axis {n}");
+    }
+    machine.finish(5);
+    machine.call("motion_speed", &[(12, 0)]);
+    assert_eq!(machine.chip.result(), 0);
+}
+
 /// Three axes at a rate while the link is busy: every edge on its tick; the mean interrupt, cycles.
 fn three_axes_at(rate: u32) -> u64 {
     let axis = AxisRecord {

@@ -379,9 +379,46 @@ motion_halt:
     jne 1b
     br #motion_poll
 
-    /* Speed of axis r12: 0. */
+    /* r13:r12 = speed of axis r12 in steps/s at the end of the segment planned last, negative in
+       negative direction, 0 at rest. Keeps r4 to r8 and r10. */
     .global motion_speed
 motion_speed:
-    clr r12
-    clr r13
+    push r8
+    MICRO
+    DO axis_select
+    DO axis_bit
+    TEST_AXIS MOVING
+    IF_EQUAL 1f
+    CALL motion_rests
+    IF_NOT_EQUAL 2f
+1:  LIT 0
+    GOTO 3f
+    /* events/s times the axis's share of them, rounded; 16 MHz = 125 * 125 * 1024 */
+2:  LIT 125
+    DO new
+    F store TEMP
+    F times TEMP
+    SHIFT 10
+    F times V
+    F over TICK
+    F store TEMP
+    F load INC, AXIS, NEW
+    F times TEMP
+    SHIFT -32
+    F store TEMP
+    LIT 1
+    DO new
+    SHIFT -1
+    F plus TEMP
+    DO floor
+    F store TEMP
+    DO axis_bit
+    TEST_AXIS NEGATIVE
+    IF_EQUAL 4f
+    F load TEMP
+    DO negate
+    GOTO 3f
+4:  F load TEMP
+3:  END
+    pop r8
     ret

@@ -246,20 +246,25 @@ move_range:
     CMPI OP_LINEAR
     IF_CARRY 0f
     DO short_flags
-    PUT FLAGS
     GOTO 2f
 0:  DO operand_byte
-    PUT FLAGS
-    IF_IS UNIT, OP_LINEAR, 2f
+2:  PUT FLAGS
+    IF_IS_NOT UNIT, OP_LINEAR_MIXED, 3f
     CALL linear_mixed
-    GOTO 3f
-2:  CALL linear_common
-    /* all targets before any is commanded */
-3:  LET RAMPS, 0
-    DO micro_first_axis
-4:  CALL linear_frame
+    /* steps and frame of all axes */
+3:  GET FLAGS
+    DO half
+    DO half
+    DO half
+    ANDI F_STEPS+F_MACHINE+F_RELATIVE
     PUT FRAME_OF
-    DO axis_bit
+    LET RAMPS, 0
+    /* all targets before any is commanded */
+    DO micro_first_axis
+4:  IF_IS_NOT UNIT, OP_LINEAR_MIXED, 3f
+    CALL linear_frame
+    PUT FRAME_OF
+3:  DO axis_bit
     TEST_AXIS FLAGS
     IF_EQUAL 5f
     DO axis_at
@@ -347,21 +352,6 @@ linear_mixed:
     mov r12, r7
     rla r7
     rla r7
-    ret
-    /* the same that FLAGS have for all axes; uses r12 */
-linear_common:
-    bit.b #FL_COMMON_STEPS, &FLAGS
-    subc r5, r5
-    inv r5
-    mov.b &FLAGS, r7
-    and #3<<FL_COMMON_FRAME, r7
-    mov r7, r12
-    rra r12
-    rra r12
-    bis r12, r7
-    rra r12
-    rra r12
-    bis r12, r7
     ret
     /* r12 = FRAME_OF of the next axis */
 linear_frame:
