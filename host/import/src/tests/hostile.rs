@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use std::time::Instant;
 
 /// A sound file of each format.
-const SOUND: [(&str, &str); 10] = [
+const SOUND: [(&str, &str); 11] = [
     ("tour.isel", include_str!("../../../../examples/import/tour.isel")),
     ("listing.lst", include_str!("../../../../examples/import/dil14_listing.lst")),
     ("plate.pal", include_str!("../../../../examples/import/plate.pal")),
@@ -17,6 +17,7 @@ const SOUND: [(&str, &str); 10] = [
     ("contour.nc", include_str!("../../../../examples/import/contour.nc")),
     ("panel.nc", include_str!("../../../../examples/import/panel.nc")),
     ("drill.drl", include_str!("../../../../examples/import/drill.drl")),
+    ("routes.drl", include_str!("../../../../examples/import/routes.drl")),
     ("slots.drl", include_str!("../../../../examples/import/slots.drl")),
 ];
 
