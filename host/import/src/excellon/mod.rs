@@ -8,6 +8,7 @@
 
 mod number;
 mod read;
+mod words;
 mod write;
 
 use super::Job;

@@ -2,21 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use nom::Parser;
-use nom::character::complete::satisfy;
-use nom::multi::many1;
-use nom::sequence::pair;
-
-use super::number::{Numbers, Wrong, guess};
+use super::number::{Numbers, guess};
 use super::{Arc, Cut, Place, Round, Segment};
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
-use crate::line::{Parsed, column, decimal};
+use crate::line::column;
 
 /// Holes, slots and pieces of routes of one file.
 const MAX_CUTS: usize = 100_000;
 /// Greatest coordinate, um.
-const MAX_UM: i64 = 10_000_000;
+pub(super) const MAX_UM: i64 = 10_000_000;
 
 /// How a route moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,11 +28,11 @@ enum Motion {
 pub(super) struct Reader<'d> {
     pub(super) diags: &'d mut Diags,
     header: bool,
-    numbers: Numbers,
-    relative: bool,
+    pub(super) numbers: Numbers,
+    pub(super) relative: bool,
     tool: u32,
     sizes: BTreeMap<u32, String>,
-    at: Place,
+    pub(super) at: Place,
     /// How a route moves; `None` while drilling.
     routing: Option<Motion>,
     /// The tool is down on a route.
@@ -54,14 +49,6 @@ pub(super) struct Reader<'d> {
     shift: Place,
     pub(super) ended: bool,
     last: u32,
-}
-
-/// Words of a place, in um: X, Y, the radius A, the centre I, J.
-#[derive(Clone, Copy, Debug, Default)]
-struct Words {
-    place: [Option<i64>; 2],
-    radius: Option<i64>,
-    center: [Option<i64>; 2],
 }
 
 impl<'d> Reader<'d> {
@@ -87,11 +74,18 @@ impl<'d> Reader<'d> {
         }
     }
 
-    fn error(&mut self, number: u32, col: u32, code: Code, text: impl Into<String>, hint: &str) {
+    pub(super) fn error(
+        &mut self,
+        number: u32,
+        col: u32,
+        code: Code,
+        text: impl Into<String>,
+        hint: &str,
+    ) {
         self.diags.push(Diag::new(code, number, col, text).hint(hint));
     }
 
-    fn warn(&mut self, number: u32, code: Code, text: impl Into<String>, hint: &str) {
+    pub(super) fn warn(&mut self, number: u32, code: Code, text: impl Into<String>, hint: &str) {
         self.diags.once(Diag::new(code, number, 1, text).warning().hint(hint));
     }
 
@@ -379,101 +373,6 @@ impl<'d> Reader<'d> {
             let copy = (*tool, cut.moved(by));
             self.cuts.push(copy);
         }
-    }
-
-    /// Goes to the place that X and Y words name; `false` when they are wrong, which was said.
-    fn go(&mut self, number: u32, line: &str, text: &str) -> bool {
-        let Some(words) = self.words(number, line, text) else { return false };
-        if words.radius.is_some() || words.center != [None; 2] {
-            let text = format!("`{text}` is no place");
-            self.error(number, 1, Code::Unreadable, text, "a hole has X and Y");
-            return false;
-        }
-        self.take(number, &words)
-    }
-
-    fn take(&mut self, number: u32, words: &Words) -> bool {
-        let mut at = self.at;
-        for (at, um) in at.iter_mut().zip(words.place) {
-            let Some(um) = um else { continue };
-            *at = if self.relative { *at + um } else { um };
-        }
-        if at.iter().any(|um| um.abs() > MAX_UM) {
-            let text = "this place is out of range";
-            self.error(number, 1, Code::OutOfRange, text, "holes lie within 10 m");
-            return false;
-        }
-        self.at = at;
-        true
-    }
-
-    /// Reads X, Y, A, I and J words; `None` when they are wrong, which was said.
-    fn words(&mut self, number: u32, line: &str, text: &str) -> Option<Words> {
-        let word = pair(satisfy(|c| "XYAIJ".contains(c)), decimal);
-        let list: Parsed<'_, Vec<(char, &str)>> = many1(word).parse(text);
-        let Ok((rest, list)) = list else {
-            let what = format!("`{text}` is no place");
-            let col = column(line, text);
-            self.error(number, col, Code::Unreadable, what, "write `X1.5Y2.5`");
-            return None;
-        };
-        if !rest.trim().is_empty() {
-            let what = format!("`{}` does not belong here", rest.trim());
-            let col = column(line, rest);
-            self.error(number, col, Code::Unreadable, what, "a hole has X and Y");
-            return None;
-        }
-        let mut words = Words::default();
-        for (letter, value) in list {
-            let um = self.coordinate(number, letter, value)?;
-            let slot = match letter {
-                'X' => &mut words.place[0],
-                'Y' => &mut words.place[1],
-                'A' => &mut words.radius,
-                'I' => &mut words.center[0],
-                _ => &mut words.center[1],
-            };
-            if slot.replace(um).is_some() {
-                let text = format!("a second {letter} in one line");
-                let hint = "the line may be cut, or two lines run together";
-                self.error(number, 1, Code::Unreadable, text, hint);
-                return None;
-            }
-        }
-        Some(words)
-    }
-
-    fn coordinate(&mut self, number: u32, letter: char, value: &str) -> Option<i64> {
-        if self.numbers.inches.is_none() {
-            let text = "neither METRIC nor INCH is named: coordinates are taken to be in inches";
-            self.warn(number, Code::Inconsistent, text, "write one of them as the first line");
-        }
-        let read = self.numbers.um(value);
-        if self.numbers.is_guessed(value) && read.is_ok() {
-            let text = "neither LZ nor TZ is named: by the look of the coordinates";
-            let text = match self.numbers.guess {
-                Some(super::number::Zeros::Leading) => {
-                    format!("{text} trailing zeros are left out")
-                }
-                _ => format!("{text} leading zeros are left out"),
-            };
-            self.diags.once(Diag::new(Code::Said, number, 1, text).note());
-        }
-        match read {
-            Ok(um) if um.abs() <= MAX_UM => return Some(um),
-            Err(Wrong::Digits(whole, fraction)) => {
-                let text =
-                    format!("`{letter}{value}` has more digits than the format {whole}.{fraction}");
-                let hint = "write the digits before and behind the point as the file's first line, \
-                            such as `;FILE_FORMAT=3:5`";
-                self.error(number, 1, Code::OutOfRange, text, hint);
-            }
-            _ => {
-                let text = format!("`{letter}{value}` is out of range");
-                self.error(number, 1, Code::OutOfRange, text, "one X and one Y within 10 m");
-            }
-        }
-        None
     }
 
     fn add(&mut self, number: u32, cut: Cut) {
