@@ -2,6 +2,7 @@
 //! unchanged.
 
 use emulator::plant::Contact;
+use firmware::motion::physics;
 use lang::profile::Profile;
 use pasapas::board::{Build, G2553, G2955};
 
@@ -14,6 +15,8 @@ struct Case {
     /// Runs on the G2553, too.
     small: bool,
     same: Same,
+    /// Axes move one by one or on their own: each from rest to rest within the ramps.
+    ramps: bool,
 }
 
 /// What a pause must leave as it is.
@@ -35,40 +38,64 @@ const CASES: [Case; 12] = [
         script: "MoveAxe X, 12mm\nMoveRel X, -4mm, 20mm/s, 100mm/s2, 50mm/s2",
         small: true,
         same: Same::Path,
+        ramps: true,
     },
-    Case { name: "rapid", script: "G0 X12 Y-7 Z-3\nG0 X0 Y0", small: true, same: Same::Path },
+    Case {
+        name: "rapid",
+        script: "G0 X12 Y-7 Z-3\nG0 X0 Y0",
+        small: true,
+        same: Same::Path,
+        ramps: false,
+    },
     Case {
         name: "line",
         script: "G1 X9 Y4 Z-2 F900\nG1 X2 Y6 F300",
         small: true,
         same: Same::Path,
+        ramps: false,
     },
-    Case { name: "homing", script: "Home Z, X", small: true, same: Same::End },
-    Case { name: "probing", script: "Probe Z, -9mm, 5mm/s", small: true, same: Same::Path },
+    Case { name: "homing", script: "Home Z, X", small: true, same: Same::End, ramps: true },
+    Case {
+        name: "probing",
+        script: "Probe Z, -9mm, 5mm/s",
+        small: true,
+        same: Same::Path,
+        ramps: true,
+    },
     Case {
         name: "canned cycle",
         script: "G0 X5 Y5\nG99 G83 X6 Y7 Z-5 R-1 Q1.5 F600\nG80",
         small: true,
         same: Same::Path,
+        ramps: false,
     },
-    Case { name: "dwell", script: "G4 P0.3\nWait 200ms", small: true, same: Same::Path },
+    Case {
+        name: "dwell",
+        script: "G4 P0.3\nWait 200ms",
+        small: true,
+        same: Same::Path,
+        ramps: false,
+    },
     Case {
         name: "arcs",
         script: "F1200\nG3 X4 Y4 J4\nG2 X8 Y8 Z-1 I4\nG18 G3 X8 Z-1 I-3",
         small: false,
         same: Same::Path,
+        ramps: false,
     },
     Case {
         name: "path",
         script: "F1500\nG1 X5\nG1 X9 Y1\nG3 X11 Y3 J2\nG1 Y8\nG61 G1 X5 Y9\nG64 G1 X1\nG1 X0 Y1",
         small: false,
         same: Same::Path,
+        ramps: false,
     },
     Case {
         name: "polygon",
         script: "DIM i\nFOR i = 1 TO 24\nG91 G1 X0.5 Y0.1 F900\nNEXT",
         small: false,
         same: Same::Path,
+        ramps: false,
     },
     Case {
         name: "started axes",
@@ -76,12 +103,14 @@ const CASES: [Case; 12] = [
             START MoveAxe Z, -3mm, 9mm/s\nWait 60ms\nSTART MoveAxe X, -2mm\nWaitMove",
         small: false,
         same: Same::Axes,
+        ramps: true,
     },
     Case {
         name: "axes at a speed",
         script: "MoveSpeed X, 25mm/s\nMoveSpeed Y, -3mm/s\nWait 200ms\nStopAll",
         small: false,
         same: Same::Count,
+        ramps: true,
     },
 ];
 
@@ -133,6 +162,17 @@ fn interrupt(lab: &mut Lab, dice: &mut Dice, span_ms: u64) {
     }
 }
 
+/// Every part of an axis's way, from rest to rest, is one that its motor can follow.
+fn holds_ramps(run: &Run, axis: usize, name: &str) {
+    let own: Vec<_> = run.steps.iter().filter(|step| step.by[axis] != 0).collect();
+    let limits = physics::Limits { start: 400.0, top: 8_000.0, accel: 25_000.0, decel: 25_000.0 };
+    let rest = 15 * MS;
+    for part in own.chunk_by(|a, b| b.at - a.at < rest && a.by[axis] == b.by[axis]) {
+        let times: Vec<u64> = part.iter().map(|step| step.at).collect();
+        assert_eq!(physics::check(&times, &limits), Ok(()), "{name}, axis {axis}");
+    }
+}
+
 /// Where the motors are, steps.
 fn places(lab: &Lab) -> [i64; 3] {
     lab.board.plant().motors.each_ref().map(|motor| motor.position)
@@ -151,6 +191,11 @@ fn holds(build: &Build, case: &Case, count: u64) {
         let mut dice = Dice(n ^ 0x5EED << 16 ^ case.script.len() as u64);
         let mut lab = fresh.clone();
         let run = lab.play(|lab| interrupt(lab, &mut dice, span_ms));
+        for axis in 0..3 {
+            if case.ramps {
+                holds_ramps(&run, axis, &format!("{name}, pause {n}"));
+            }
+        }
         let paused = path(&run, case.same);
         for (axis, (paused, whole)) in paused.iter().zip(&whole).enumerate() {
             let at = paused.iter().zip(whole).position(|(a, b)| a != b);
