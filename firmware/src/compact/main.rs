@@ -31,11 +31,14 @@ mod vm_core;
 
 mod boot;
 mod effects;
-mod io;
 mod link;
 mod motion;
 mod moves;
+
+// In this order, so that the session reaches the outputs and inputs by near jumps.
 mod session;
+
+mod io;
 mod store;
 
 core::arch::global_asm!(include_str!("main.s"), options(raw));

@@ -26,10 +26,10 @@ constants! {
     IMAGE_CALLS = 16;
 }
 
-core::arch::global_asm!(include_str!("session/session.s"), options(raw));
-core::arch::global_asm!(include_str!("session/ticks.s"), options(raw));
-core::arch::global_asm!(include_str!("session/run.s"), options(raw));
 core::arch::global_asm!(include_str!("session/soft.s"), options(raw));
+core::arch::global_asm!(include_str!("session/run.s"), options(raw));
+core::arch::global_asm!(include_str!("session/ticks.s"), options(raw));
+core::arch::global_asm!(include_str!("session/session.s"), options(raw));
 
 // The jump table of `control` is in the order of the codes, that of `soft` in that of the opcodes.
 const _: () = assert!(

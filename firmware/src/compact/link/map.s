@@ -435,12 +435,10 @@ map_cnc_state:
 1:  mov &BOARD, r4
     mov.b B_DOOR(r4), r12
     call #input
-    tst r12
     jeq 2f
     bis #1<<6, r9
 2:  mov.b B_EMERGENCY(r4), r12
     call #input
-    tst r12
     jeq 3f
     bis #1<<8, r9
 3:  mov r9, r12

@@ -38,7 +38,7 @@ run_stop:
 run_finish:
     mov.b #RUN_STOPPING, &RUN
     mov.b r12, &ENDING
-    jmp motion_stop
+    br #motion_stop
 
 /* Steps cease at once, outputs go to their safe states, F14 is latched. Takes r12 = input that
    caused it, 0 for none. No register is kept. */
@@ -55,7 +55,7 @@ emergency:
     jne 9b
     clr &EFFECT
     mov #B_AT_FAULT, r12
-    br #output_states
+    jmp output_states
 
 /* A fault at EFFECT_PC that ends the run: r12 = its number. Destroys r11 to r15. */
     .global fail
@@ -80,7 +80,7 @@ program_stored:
 run_blocked:
     bit.b #P1_STOP, &BUTTON
     jne 1b
-    br #blocking
+    jmp blocking
 run_go_on:
     call #run_blocked
     jne 1b
