@@ -441,3 +441,25 @@ fn an_importable_file_is_told_by_its_own_lines() {
     assert!(result.err.contains("far.nc:9:1: fault F05"), "{}", result.err);
     assert!(result.out.contains("fault in line 9"), "{}", result.out);
 }
+
+#[test]
+fn sim_shows_the_speeds_of_the_part_that_runs_the_script() {
+    let bench = Bench::new();
+    bench.file("corners.bas", "G1 X10 F1500\nG1 X20 Y1\nG1 X30 Y4\n");
+    let us = |more: &[&str]| {
+        let args = [&["sim", "corners.bas", "--format", "json"], more].concat();
+        let done = bench.run(&args);
+        assert_eq!(done.code, 0, "{}", done.err);
+        let last = done.out.lines().last().expect("a summary");
+        let summary: Value = serde_json::from_str(last).expect("JSON");
+        summary["us"].as_u64().expect("a time")
+    };
+    let (small, large) = (us(&["--part", "g2553"]), us(&["--part", "g2955"]));
+    // The corners are flat: with look-ahead the second and third line need no ramps.
+    assert!(small > large + 100_000, "{small} us without look-ahead, {large} us with it");
+    assert_eq!(us(&[]), small, "the smallest part that runs it");
+    // An arc is what only the large part does: with it the script looks ahead.
+    bench.file("arc.bas", "G1 X10 F1500\nG2 X20 Y10 I10\n");
+    let refused = bench.run(&["sim", "arc.bas", "--part", "g2553"]);
+    assert!(refused.code == 1 && refused.err.contains("arcs (G2, G3)"), "{}", refused.err);
+}
