@@ -13,8 +13,26 @@ pub(crate) struct Lines {
     text: String,
 }
 
+/// Letters of code page 850 from 0x80 on.
+const DOS: &str = "ÇüéâäàåçêëèïîìÄÅÉæÆôöòûùÿÖÜø£Ø×ƒáíóúñÑªº";
+
+/// Whether a text is DOS's rather than Latin-1: its letters stand where Latin-1 has signs.
+fn is_dos(bytes: &[u8]) -> bool {
+    let count = |test: fn(u8) -> bool| bytes.iter().filter(|b| test(**b)).count();
+    count(|b| matches!(b, 0x80..=0xA7)) > count(|b| b >= 0xC0 && b != 0xF8)
+}
+
+/// A byte of DOS text that is not ASCII.
+fn dos_letter(byte: u8) -> char {
+    match byte {
+        0xF8 => '°',
+        _ => DOS.chars().nth(usize::from(byte.wrapping_sub(0x80))).unwrap_or(char::from(byte)),
+    }
+}
+
 impl Lines {
-    /// Decodes a file: UTF-8, otherwise Latin-1 with a note, as DOS and Windows wrote it.
+    /// Decodes a file: UTF-8, otherwise Latin-1 or code page 850 with a note, as Windows and DOS
+    /// wrote it.
     pub fn decode(bytes: &[u8], diags: &mut Diags) -> Result<Lines, Diag> {
         if bytes.len() > MAX_BYTES {
             let text = format!("the file has {} bytes; at most {MAX_BYTES} are read", bytes.len());
@@ -40,12 +58,17 @@ impl Lines {
                 let before = &bytes[..error.valid_up_to()];
                 let line = 1 + before.iter().filter(|&&b| b == b'\n').count();
                 let line = u32::try_from(line).unwrap_or(u32::MAX);
-                let text = "characters here are not UTF-8; they were read as Latin-1";
+                let dos = is_dos(bytes);
+                let page = if dos { "DOS text, code page 850" } else { "Latin-1" };
+                let text = format!("characters here are not UTF-8; they were read as {page}");
                 diags.push(Diag::new(Code::Encoding, line, 1, text).note());
                 let mut text = String::with_capacity(bytes.len() + bytes.len() / 8);
                 for chunk in bytes.utf8_chunks() {
                     text.push_str(chunk.valid());
-                    text.extend(chunk.invalid().iter().map(|&b| char::from(b)));
+                    text.extend(chunk.invalid().iter().map(|&b| match dos {
+                        true => dos_letter(b),
+                        false => char::from(b),
+                    }));
                 }
                 text
             }

@@ -231,6 +231,30 @@ fn encodings_are_read_or_named() {
     }
 }
 
+/// A French source as DOS, as Windows and as a modern editor stores it.
+#[test]
+fn a_dos_file_reads_as_its_author_wrote_it() {
+    let text = "#axis xyz;\n#elev4,4,4;\n#define R 0(21);\n#define perçage 1(350),-1(2000);\n\
+        move 66(2000),R,perçage;\nréférence xy;\nstop.\n";
+    let latin: Vec<u8> = text.chars().map(|c| u8::try_from(c).expect("Latin-1")).collect();
+    let dos: Vec<u8> = latin
+        .iter()
+        .map(|b| match b {
+            0xE9 => 0x82,
+            0xE7 => 0x87,
+            b => *b,
+        })
+        .collect();
+    let script = |bytes: &[u8]| {
+        let made = import("a.pal", bytes, &Options::default());
+        made.map(|made| made.script).unwrap_or_else(|diags| panic!("{diags:?}"))
+    };
+    let plain = script(text.as_bytes());
+    assert!(plain.contains("Home Y, X"), "{plain}");
+    assert_eq!(script(&latin), plain);
+    assert_eq!(script(&dos), plain);
+}
+
 /// What the card would have answered stands in the diagnostic.
 #[test]
 fn the_cards_error_characters_are_named() {
