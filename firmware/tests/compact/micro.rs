@@ -13,7 +13,7 @@ const NUMBERS: u16 = 0x0240;
 const RECORD: u16 = 0x0280;
 /// Where the formula lies.
 const CODE: u16 = 0x0300;
-// Flags as micro.s has them.
+// Flags as notation.s has them.
 const FORMULA: u8 = 0x80;
 const RECORD_32: u8 = 0x40;
 const RECORD_16: u8 = 0x60;

@@ -1,5 +1,4 @@
-/* The registers and bits of the link (`lang::wire`): blocks, what reads them and what writes them.
-   The twin is board/map.rs. */
+/* The registers and bits of the link (`lang::wire`), who reads and writes them. Twin: board/map.rs. */
 
 /* One row of a block: first address, count (0: UPLOAD_COUNT), tables, list of its registers (from
    MAP_KEYS), routine that writes it (from MAP_WRITERS, 0 for none). */
