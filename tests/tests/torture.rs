@@ -72,7 +72,7 @@ fn programs_find_a_fault_seeded_into_any_engine() {
 }
 
 /// Scripts on which the board once differed from the other engines.
-const ONCE_DIFFERENT: [(&str, &str, &str); 7] = [
+const ONCE_DIFFERENT: [(&str, &str, &str); 9] = [
     ("a line longer than the ring of print", "PRINT \"LONG\"\nWait 5ms\nPRINT 7", ""),
     (
         "a PRINT that fails leaves nothing in the ring",
@@ -97,6 +97,16 @@ const ONCE_DIFFERENT: [(&str, &str, &str); 7] = [
         "homing takes no step from an axis that moves on its own",
         "Home Y\nSTART MoveRel X, 300st\nHome Y\nWaitMove",
         "switch_at(\"Y\", -150);",
+    ),
+    (
+        "MoveSpeed against the end of the travel is refused",
+        "Home Y\nMoveSpeed Y, -300st/s\nWait 40ms",
+        "switch_at(\"Y\", -150);",
+    ),
+    (
+        "an arc ends at a switch before the block behind its next one begins",
+        "Wait 20ms\nG91 F1200\nG2 X3 Y3 R-5\nG2 X3 Y3 R-5\nG2 X3 Y3 R-5",
+        "switch_at(\"X\", -300);",
     ),
     ("a path may be followed by SetPos", "G1 X5 Y5 F600\nSetPos X, 0mm\nG92 Y1\nPRINT POS(X)", ""),
 ];

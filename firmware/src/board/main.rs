@@ -103,7 +103,7 @@ extern "C" fn main() -> ! {
         slave.poll(&mut line, core);
         core.line_rests = line.rests();
         core.ticks();
-        core.motor.poll();
+        core.motor.poll(core.trace.full);
         core.run();
         if core.restart && core.line_rests {
             boot::restart();

@@ -121,7 +121,13 @@ impl Core {
             1 => u16::from_le_bytes([self.trace.kind, self.trace.argument]),
             2 => self.trace.pc,
             3 => self.trace.value as u16,
-            4 => (self.trace.value >> 16) as u16,
+            4 => {
+                // Nothing follows an end, by which its reception could be told.
+                if self.trace.kind == TraceKind::End as u8 {
+                    self.trace.full = false;
+                }
+                (self.trace.value >> 16) as u16
+            }
             _ => 0,
         }
     }

@@ -311,7 +311,10 @@ impl Motor {
     }
 
     /// Hands segments to the engine and takes its counts.
-    pub fn poll(&mut self) {
+    ///
+    /// With `hold` commanded places stay what they are: the host has not read those of the event
+    /// that waits for it.
+    pub fn poll(&mut self, hold: bool) {
         let mut n = AXES;
         while n != 0 {
             n -= 1;
@@ -326,13 +329,13 @@ impl Motor {
             }
         }
         if self.path_axes != 0 {
-            self.poll_path();
+            self.poll_path(hold);
         } else {
-            self.poll_singles();
+            self.poll_singles(hold);
         }
     }
 
-    fn poll_path(&mut self) {
+    fn poll_path(&mut self, hold: bool) {
         if self.stopped & self.path_axes != 0 && self.path.is_paused() && !step::is_running() {
             self.clear_path();
             self.leg = [0; 3];
@@ -357,7 +360,8 @@ impl Motor {
                 break;
             }
         }
-        if self.path.is_idle() && !step::is_running() {
+        let settles = !hold || self.stopped == 0;
+        if settles && self.path.is_idle() && !step::is_running() {
             let mut n = AXES;
             while n != 0 {
                 n -= 1;
@@ -375,7 +379,7 @@ impl Motor {
         }
     }
 
-    fn poll_singles(&mut self) {
+    fn poll_singles(&mut self, hold: bool) {
         for (i, single) in self.single.iter_mut().enumerate() {
             if !single.is_idle() && step::axis_has_room(i) {
                 let mut segment = Segment::default();
@@ -384,7 +388,7 @@ impl Motor {
                 }
             }
         }
-        if self.stopped == 0 {
+        if hold || self.stopped == 0 {
             return;
         }
         let mut n = AXES;

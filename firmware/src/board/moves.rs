@@ -150,8 +150,13 @@ impl Core {
         let mut pace = Pace::of(axis(n));
         pace.speed = pace.speed.least(speed);
         let shown = pace.speed.floor() as i32;
+        let limit = self.motor.limit(n, value < 0);
+        let here = self.motor.position(n);
+        if limit.is_some_and(|end| if value < 0 { here <= end } else { here >= end }) {
+            return Err(Fault::SoftLimit);
+        }
         self.emit(TraceKind::Speed, n, signed(shown, value));
-        self.motor.run(n, value < 0, self.motor.limit(n, value < 0), pace);
+        self.motor.run(n, value < 0, limit, pace);
         Ok(true)
     }
 

@@ -225,14 +225,7 @@ fn margin(made: &Made, wanted: &Run) -> i32 {
         What::Print { text, .. } => text.starts_with("F6 "),
         _ => false,
     };
-    if made.case.independent && wanted.outcome.end.status == Status::Fault {
-        // A fault at once behind START stops the axis before the host has asked for its target.
-        i32::MAX
-    } else if wanted.trace.iter().any(met_a_switch) {
-        TOP_RATE * SWITCH_US / 1_000_000
-    } else {
-        0
-    }
+    if wanted.trace.iter().any(met_a_switch) { TOP_RATE * SWITCH_US / 1_000_000 } else { 0 }
 }
 
 /// F06.
