@@ -100,7 +100,7 @@ const CASES: [Case; 12] = [
     Case {
         name: "started axes",
         script: "START MoveAxe X, 12mm\nSTART MoveAxe Y, -9mm, 30mm/s\n\
-            START MoveAxe Z, -3mm, 9mm/s\nWait 60ms\nSTART MoveAxe X, -2mm\nWaitMove",
+            START MoveAxe Z, -3mm, 9mm/s\nWaitMove X\nSTART MoveAxe X, -2mm\nWaitMove",
         small: false,
         same: Same::Axes,
         ramps: true,
