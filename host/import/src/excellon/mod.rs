@@ -75,6 +75,15 @@ impl Cut {
     }
 }
 
+/// A cut of the program.
+#[derive(Clone, Debug)]
+struct Step {
+    tool: u32,
+    /// Of the file; where the tool comes up.
+    line: u32,
+    cut: Cut,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Holes,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::number::{Numbers, guess};
-use super::{Arc, Cut, Place, Round, Segment};
+use super::{Arc, Cut, Place, Round, Segment, Step};
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
 use crate::line::column;
@@ -39,8 +39,7 @@ pub(super) struct Reader<'d> {
     down: bool,
     /// The path that is being milled.
     path: Option<(Place, Vec<Segment>)>,
-    /// Each with its tool.
-    cuts: Vec<(u32, Cut)>,
+    cuts: Vec<Step>,
     /// Of those, pieces that were counted.
     count: usize,
     /// Where the pattern begins, and where it ends once it has.
@@ -318,14 +317,15 @@ impl<'d> Reader<'d> {
             [Segment { to, arc: None }] => Cut::Slot(from, to),
             _ => Cut::Route(from, list),
         };
-        self.cuts.push((self.tool, cut));
+        self.cuts.push(Step { tool: self.tool, line: self.last, cut });
     }
 
     /// `R5X2.54Y0`: the last hole five times more.
     fn repeat(&mut self, number: u32, line: &str, rest: &str) {
         let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
         let times = rest[..digits].parse::<usize>().ok().filter(|times| *times <= MAX_CUTS);
-        let drilled = matches!(self.cuts.last(), Some((tool, Cut::Hole(_))) if *tool == self.tool);
+        let hole = |step: &&Step| matches!(step.cut, Cut::Hole(_)) && step.tool == self.tool;
+        let drilled = self.cuts.last().filter(hole).is_some();
         let (Some(times), true) = (times, drilled) else {
             let text = format!("`R{rest}` repeats no hole");
             let hint = "write a hole, then `R5X2.54`: five more, each 2.54 further";
@@ -369,15 +369,15 @@ impl<'d> Reader<'d> {
             if !self.counted(number) {
                 return;
             }
-            let (tool, cut) = &self.cuts[index];
-            let copy = (*tool, cut.moved(by));
+            let step = &self.cuts[index];
+            let copy = Step { tool: step.tool, line: number, cut: step.cut.moved(by) };
             self.cuts.push(copy);
         }
     }
 
     fn add(&mut self, number: u32, cut: Cut) {
         if self.counted(number) {
-            self.cuts.push((self.tool, cut));
+            self.cuts.push(Step { tool: self.tool, line: number, cut });
         }
     }
 
@@ -393,8 +393,8 @@ impl<'d> Reader<'d> {
         false
     }
 
-    /// The cuts, each with its tool, and the tools' sizes.
-    pub(super) fn finish(mut self) -> (Vec<(u32, Cut)>, BTreeMap<u32, String>) {
+    /// The cuts and the tools' sizes.
+    pub(super) fn finish(mut self) -> (Vec<Step>, BTreeMap<u32, String>) {
         self.lift();
         if self.cuts.is_empty() && !self.diags.has_errors() {
             self.diags.push(Diag::new(Code::NoProgram, 1, 1, "the file has no hole"));

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Cut, Kind, Place, Round, Segment};
+use super::{Cut, Kind, Place, Round, Segment, Step};
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
 use crate::script::{Made, Script, mm};
@@ -15,14 +15,14 @@ const NUMBERS_A_LINE: usize = 8;
 struct Run<'a> {
     tool: u32,
     kind: Kind,
-    cuts: &'a [(u32, Cut)],
+    cuts: &'a [Step],
 }
 
 /// Cuts that follow one another with one tool and are of one kind.
-fn runs(cuts: &[(u32, Cut)]) -> Vec<Run<'_>> {
-    let alike = |a: &(u32, Cut), b: &(u32, Cut)| a.0 == b.0 && a.1.kind() == b.1.kind();
+fn runs(cuts: &[Step]) -> Vec<Run<'_>> {
+    let alike = |a: &Step, b: &Step| a.tool == b.tool && a.cut.kind() == b.cut.kind();
     let chunks = cuts.chunk_by(alike);
-    chunks.map(|cuts| Run { tool: cuts[0].0, kind: cuts[0].1.kind(), cuts }).collect()
+    chunks.map(|cuts| Run { tool: cuts[0].tool, kind: cuts[0].cut.kind(), cuts }).collect()
 }
 
 /// Cuts that are written without a table, to see what it saves.
@@ -31,12 +31,15 @@ const MAX_COMPARED: usize = 500;
 /// Writes the script: tables and loops for holes and slots, lines for routes; says what that saves.
 pub(super) fn script(
     job: &Job<'_>,
-    cuts: &[(u32, Cut)],
+    cuts: &[Step],
     sizes: &BTreeMap<u32, String>,
     diags: &mut Diags,
 ) -> Made {
     let text = "a drill file says nothing of depth and speed: they are the script's CONST lines";
     diags.push(Diag::new(Code::Said, 1, 1, text).note());
+    if job.options.plain {
+        return write(job, cuts, sizes, false);
+    }
     let some = &cuts[..cuts.len().min(MAX_COMPARED)];
     let bytes = |tables: bool| size(job.profile, &write(job, some, sizes, tables).text);
     if let (Some(before), Some(after)) = (bytes(false), bytes(true))
@@ -55,7 +58,7 @@ pub(super) fn script(
 }
 
 /// The script, with tables or a line for each move.
-fn write(job: &Job<'_>, cuts: &[(u32, Cut)], sizes: &BTreeMap<u32, String>, tables: bool) -> Made {
+fn write(job: &Job<'_>, cuts: &[Step], sizes: &BTreeMap<u32, String>, tables: bool) -> Made {
     let runs = runs(cuts);
     let mut script = Script::new(job.name, "a drill file", job.profile);
     script.remark("Set the work zero on the board's surface; these say how deep and how fast:");
@@ -123,8 +126,8 @@ fn table(script: &mut Script, run: &Run<'_>, name: &str) {
         Kind::Slots => 4,
         Kind::Routes => return,
     };
-    let cell = |(_, cut): &(u32, Cut)| {
-        let numbers = match cut {
+    let cell = |step: &Step| {
+        let numbers = match &step.cut {
             Cut::Hole(at) | Cut::Route(at, _) => vec![at],
             Cut::Slot(from, to) => vec![from, to],
         };
@@ -153,7 +156,8 @@ fn rows(script: &mut Script, kind: Kind, name: &str) {
 }
 
 fn routes(script: &mut Script, run: &Run<'_>) {
-    for (_, cut) in run.cuts {
+    for Step { line, cut, .. } in run.cuts {
+        script.set_place(*line);
         let one;
         let (from, list) = match cut {
             Cut::Hole(at) => (at, &[][..]),

@@ -160,3 +160,16 @@ fn a_table_says_what_it_saves() {
     // have ten bytes or more for each hole.
     assert!((600..700).contains(&after) && before > 3000, "{line}");
 }
+
+#[test]
+fn a_plain_script_drills_line_by_line() {
+    let text =
+        "M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nX2.0Y1.0\nG00X3.0Y3.0\nM15\nG01X4.0\nM16\nM30\n";
+    let options = Options { plain: true, ..Options::default() };
+    let made = import("a.drl", text.as_bytes(), &options).expect("a script");
+    let at = |line: &str| {
+        let index = made.script.lines().position(|known| known == line);
+        made.places[index.unwrap_or_else(|| panic!("{line}\n{}", made.script))]
+    };
+    assert_eq!([at("G0 X1 Y1"), at("G0 X2 Y1"), at("G0 X3 Y3")], [6, 7, 11]);
+}
