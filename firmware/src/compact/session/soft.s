@@ -35,8 +35,7 @@ soft_err:
     .endif
     mov.b &VM_FAULT, r12
 soft_push:
-    clr r13
-    call #push_value
+    call #push_small
     jmp soft_done
 
 /* ToSteps, ToLength: the lower bit of the code tells them apart. */
