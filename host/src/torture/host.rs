@@ -250,3 +250,23 @@ pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{BODIES, PATIENCE, timed};
+
+    #[test]
+    fn what_the_fuzzers_found_worth_keeping_holds() {
+        for (name, body, _) in BODIES {
+            let folder = format!("{}/fuzz/seeds/{name}", env!("CARGO_MANIFEST_DIR"));
+            let mut seeds = 0;
+            for entry in std::fs::read_dir(&folder).expect("the target has seeds") {
+                let path = entry.expect("a file").path();
+                let data = std::fs::read(&path).expect("a file");
+                assert_eq!(timed(body, &data, PATIENCE), Ok(()), "{}", path.display());
+                seeds += 1;
+            }
+            assert!(seeds > 5, "{seeds} seeds in {folder}");
+        }
+    }
+}

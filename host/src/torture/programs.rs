@@ -202,7 +202,7 @@ pub fn against_the_board(
         }
     };
     let health = Some(run.health.clone());
-    if let Some(text) = trace_difference(&wanted.trace, &board.trace, margin(made, wanted)) {
+    if let Some(text) = trace_difference(&wanted.trace, &board.trace, margin(wanted)) {
         return (told(&made.case, &text, [("rhai", wanted), ("board", &board)]), health);
     }
     let remark = run.remarks.first().or(run.outcome.failures.first());
@@ -219,7 +219,7 @@ const TOP_RATE: i32 = 8_000;
 const SWITCH_US: i32 = 1_250;
 
 /// How far positions may lie apart, steps.
-fn margin(made: &Made, wanted: &Run) -> i32 {
+fn margin(wanted: &Run) -> i32 {
     let met_a_switch = |event: &Event| match &event.what {
         What::End { fault, .. } => fault.as_deref() == Some(LIMIT_SWITCH),
         What::Print { text, .. } => text.starts_with("F6 "),

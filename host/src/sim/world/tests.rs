@@ -107,3 +107,49 @@ fn mistakes_have_a_place_and_a_remedy() {
         assert!(text.starts_with(start), "{source}: {text}");
     }
 }
+
+#[test]
+fn worlds_are_bounded_in_time_and_memory() {
+    let hungry = [
+        "loop { }",
+        "while true { at(1, || 1); }",
+        "let n = 0; while n < 1000000000 { n += 1; }",
+        "fn deep(n) { deep(n + 1) } deep(0);",
+        "let s = \"x\"; loop { s += s; }",
+        "let a = []; loop { a.push(a.len()); }",
+        "let a = [1]; loop { a += a; }",
+        "let m = #{}; let n = 0; loop { m[\"k\" + n] = n; n += 1; }",
+        "let b = blob(2000000000);",
+        "let b = blob(); b.pad(2000000000, 1);",
+        "let a = []; a.pad(2000000000, 1);",
+        "let s = \"x\"; s.pad(2000000000, \"y\");",
+        "let r = 0..2000000000; for i in r { }",
+    ];
+    for source in hungry {
+        let world = World::parse("w.rhai", source);
+        let ended = world.and_then(|world| world.start().map(drop));
+        assert!(ended.is_err(), "{source} goes on");
+    }
+    // A callback is bounded, too.
+    let world = World::parse("w.rhai", "at(1, || { loop { } });").expect("it is sound");
+    let mut scenario = world.start().expect("it starts");
+    assert!(scenario.advance(2_000).is_err());
+}
+
+#[test]
+fn worlds_touch_no_files_and_run_nothing() {
+    let reaching = [
+        "open_file(\"Cargo.toml\")",
+        "import \"Cargo\" as c;",
+        "eval(\"1\")",
+        "let p = path(\".\");",
+        "std::fs::write(\"x\", \"y\")",
+        "create_file(\"x\")",
+        "system(\"true\")",
+        "env(\"HOME\")",
+    ];
+    for source in reaching {
+        let ended = World::parse("w.rhai", source).and_then(|world| world.start().map(drop));
+        assert!(ended.is_err(), "{source} is taken");
+    }
+}

@@ -113,6 +113,8 @@ pub fn client_replies(data: &[u8]) -> Result<(), String> {
     let _ = client.board_record();
     let _ = client.status();
     let _ = client.take_print();
+    let _ = client.unlock("code");
+    let _ = client.set_lock([1, 2]);
     let _ = client.upload(&[0x55; 300], true, &mut |_| {});
     let profile = Profile::built_in("mill").map_err(|error| error.to_string())?;
     let line_of = |pc: u16| u32::from(pc);
