@@ -8,7 +8,7 @@ use lang::front::{ProfileChoice, compile};
 use lang::image::{Image, seal};
 use lang::isa::Op;
 use lang::profile::Profile;
-use lang::record::BoardRecord;
+use lang::record::{BoardRecord, feature};
 use lang::wire::{Control, FAULT, MACHINE_POSITIONS, PROFILE_WINDOW, RunState};
 use pasapas::board::{BUILDS, DEFAULT};
 use pasapas::torture::generate::{Case, generate, generate_still};
@@ -280,6 +280,24 @@ fn a_machine_that_demands_homing_takes_set_pos_for_it_within_a_run() {
             }
         }
     }
+}
+
+#[test]
+fn a_handler_without_a_table_of_statements_takes_no_fault() {
+    let script = "DIM a\nON ERROR GOTO h\na = 7 + 1 / a\nMoveSpeed X, 5mm/s\n\
+        Probe Z, -1mm, 1mm/s, 3, ON\nEND\nh:\nRESUME NEXT";
+    let mut image = power::image(script).expect("it compiles");
+    image[1] &= !(feature::LINES as u8);
+    seal(&mut image);
+    for n in 0..300 {
+        assert_eq!(judge::try_out(&image, &mut Rng::new(n)), Ok(true));
+    }
+    let mut stand = Stand::new(DEFAULT, &Config::default()).expect("the shipped image");
+    stand.upload(&image, false).expect("it is taken");
+    stand.control(Control::Start);
+    stand.board.run_us(300_000);
+    assert_eq!(stand.read(FAULT), Some(Fault::DivisionByZero.number().into()));
+    assert_eq!(stand.state(), Some(RunState::Fault as u16));
 }
 
 #[test]

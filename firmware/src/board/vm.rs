@@ -243,6 +243,10 @@ impl State {
         if !fault.can_be_handled() || self.handler == 0 || self.flags & flag::ERROR != 0 {
             return false;
         }
+        // Without its table of statements nothing says where RESUME NEXT goes on.
+        if u16::from(byte(self.code - CODE + 1)) & feature::LINES == 0 {
+            return false;
+        }
         let mut address = pc;
         let mut kind = entry::ERROR;
         if between {

@@ -3,6 +3,7 @@
 use super::{BROKEN, Exit, NO_HANDLER, Stop, Vm, entry, flag};
 use crate::fault::Fault;
 use crate::isa::Op;
+use crate::record::feature;
 
 /// Shift of the kind in an entry of two bytes: 12 bits of address lie below it.
 const KIND: u32 = 12;
@@ -210,6 +211,10 @@ impl Vm<'_, '_> {
         self.state.flags &= !(flag::MORE | flag::WITHIN);
         let handler = self.state.handler;
         if !fault.can_be_handled() || handler == NO_HANDLER || self.state.flags & flag::ERROR != 0 {
+            return Err(fault);
+        }
+        // Without its table of statements nothing says where RESUME NEXT goes on.
+        if !self.image.header.has(feature::LINES) {
             return Err(fault);
         }
         self.open(kind, address)?;

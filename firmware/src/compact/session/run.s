@@ -122,6 +122,10 @@ raise:
     mov &VM_HANDLER, r15
     tst r15
     jeq fail
+    /* without its table of statements nothing says where RESUME NEXT goes on */
+    mov &VM_CODE, r14
+    bit.b #FEATURE_LINES, 1-IMAGE_CODE(r14)
+    jeq fail
     mov &VM_CALLS, r14
     cmp &VM_CELLS, r14
     jeq fail
