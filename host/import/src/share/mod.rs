@@ -70,7 +70,7 @@ struct Group {
 
 /// Makes SUBs of what repeats in a script; `None` when nothing repeats.
 pub(crate) fn share(made: &Made, wanted: Wanted) -> Option<Made> {
-    let lines = read(&made.text);
+    let lines = read(&made.text, wanted == Wanted::Shifted);
     let mut used = vec![false; lines.len()];
     let mut groups = Vec::new();
     let absolute = wanted == Wanted::Shifted
@@ -101,7 +101,8 @@ fn hash(value: impl Hash) -> u64 {
     hasher.finish().max(1)
 }
 
-fn read(text: &str) -> Vec<Line<'_>> {
+/// The lines, with their shapes only where those are looked at.
+fn read(text: &str, shapes: bool) -> Vec<Line<'_>> {
     let mut at = [None; 2];
     let mut continued = false;
     let mut modes = Modes::default();
@@ -118,7 +119,7 @@ fn read(text: &str) -> Vec<Line<'_>> {
             modes.follow(text, label);
             let opens = i32::from(OPENS.contains(&first) || opens_if(text))
                 - i32::from(CLOSES.contains(&first));
-            let (shape, place) = apart(text);
+            let (shape, place) = if shapes { apart(text) } else { Default::default() };
             let mut moved = hash(&shape);
             for (i, place) in place.iter().enumerate() {
                 let Some(place) = place else { continue };
