@@ -657,7 +657,8 @@ pasapas_verify_inside:
 
     .section .rodata.verify,"a",@progbits
 module.check$tables:
-    /* one for each Kind, in their order: distances */
+    /* one for each Kind, in their order: distances, which must fit: a negative .skip is refused */
+    .skip -((pasapas_verify_ends_inside - pasapas_verify_first) >> 8)
 pasapas_verify_table:
     .byte pasapas_verify_none - pasapas_verify_first
     .byte pasapas_verify_cell - pasapas_verify_first
