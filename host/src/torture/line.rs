@@ -220,10 +220,10 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
         image("DIM a\na = 1 / a")?,
     ];
     let cases: [(&'static str, Case, [u64; 3]); 4] = [
-        ("damaged frames, board", damaged, [20, 300, 2_000]),
-        ("any function and payload, board", any, [40, 600, 4_000]),
-        ("two masters, board", two_masters, [40, 600, 4_000]),
-        ("a start under load, board", start_under_load, [9, 90, 900]),
+        ("damaged frames, board", damaged, [8, 300, 2_000]),
+        ("any function and payload, board", any, [12, 600, 4_000]),
+        ("two masters, board", two_masters, [12, 600, 4_000]),
+        ("a start under load, board", start_under_load, [3, 90, 900]),
     ];
     let mut boards = Vec::new();
     for program in &programs {

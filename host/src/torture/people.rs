@@ -312,7 +312,7 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
     let fault = "buttons, switches, link";
     let mut row = Row::on(build, "people", fault, settings);
     let fresh = Fresh::new(Stand::new(build, &Config::default())?);
-    row.run(settings, settings.count(50, 500, 5_000), |n| {
+    row.run(settings, settings.count(16, 500, 5_000), |n| {
         let case = generate_for(build.part, &tape(settings, fault, n));
         let Some(made) = make_for(build, Case { world: String::new(), ..case }) else {
             return Verdict::Skipped;

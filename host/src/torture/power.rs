@@ -331,7 +331,7 @@ fn random_cuts(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(),
     let fault = "cut, any instant of a run";
     let mut row = Row::on(build, "power", fault, settings);
     let fresh = Fresh::new(Stand::new(build, &config(1))?);
-    row.run(settings, settings.count(30, 300, 3_000), |n| {
+    row.run(settings, settings.count(10, 300, 3_000), |n| {
         let case = generate_for(build.part, &tape(settings, fault, n));
         let Some(made) = make_for(build, case) else { return Verdict::Skipped };
         random_cut(fresh.copy(), &made, &mut settings.rng(fault, n), &|_| {})

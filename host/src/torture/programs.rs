@@ -238,7 +238,7 @@ const LIMIT_SWITCH: &str = "F06";
 pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     let fault = "generated, rhai and vm";
     let mut row = Row::new("programs", fault, settings);
-    row.run(settings, settings.count(400, 5_000, 100_000), |n| {
+    row.run(settings, settings.count(300, 5_000, 100_000), |n| {
         make(generate(&tape(settings, fault, n)))
             .map_or(Verdict::Skipped, |made| on_the_host(&made, None))
     });
@@ -251,7 +251,7 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
     let mut row = Row::on(build, "programs", fault, settings);
     let ends = Mutex::new(BTreeMap::<String, u64>::new());
     // Somewhat more than half of the tapes make a program that the board can be held to.
-    row.run(settings, settings.count(40, 500, 12_000), |n| {
+    row.run(settings, settings.count(16, 500, 12_000), |n| {
         let made = make_for(build, generate_still(build.part, &tape(settings, fault, n)));
         let Some((made, wanted)) = made.and_then(|made| reference(&made).map(|run| (made, run)))
         else {

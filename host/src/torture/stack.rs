@@ -66,7 +66,7 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
     let mut row = Row::on(build, "stack", fault, settings);
     let fresh = Fresh::new(Stand::new(build, &Config::default())?);
     let (most, least) = (AtomicU16::new(0), AtomicU16::new(u16::MAX));
-    row.run(settings, settings.count(30, 300, 3_000), |n| {
+    row.run(settings, settings.count(8, 300, 3_000), |n| {
         let case = generate_for(build.part, &tape(settings, fault, n));
         let Some(made) = make_for(build, Case { world: String::new(), ..case }) else {
             return Verdict::Skipped;

@@ -212,19 +212,19 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
         ..BoardRecord::DEFAULT
     };
     let cases: [(&'static str, Case, Vec<Fresh>, [u64; 3]); 4] = [
-        ("programs that never wait", busy, never, [12, 120, 1_200]),
-        ("steps, events, link at once", loaded, vec![board(build, load, None)?], [4, 60, 600]),
+        ("programs that never wait", busy, never, [6, 120, 1_200]),
+        ("steps, events, link at once", loaded, vec![board(build, load, None)?], [2, 60, 600]),
         (
             "a main loop that hangs",
             |stand, rng| hung(stand, rng, &hang),
             vec![board(build, moves, None)?],
-            [12, 200, 2_000],
+            [4, 200, 2_000],
         ),
         (
             "autorun, hung again and again",
             |stand, rng| autorun(stand, rng, &hang),
             vec![board(build, moves, Some(auto))?],
-            [4, 20, 100],
+            [2, 20, 100],
         ),
     ];
     for (fault, case, boards, [short, usual, long]) in cases {

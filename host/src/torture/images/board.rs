@@ -161,7 +161,7 @@ pub fn run(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), Str
     let mut row = Row::on(build, "images", fault, settings);
     let accepted = AtomicU64::new(0);
     let fresh = Fresh::new(Stand::new(build, &Config::default())?);
-    row.run(settings, settings.count(60, 400, 2_000), |n| {
+    row.run(settings, settings.count(30, 400, 2_000), |n| {
         let mut rng = settings.rng(fault, n);
         let image = damaged(&mut rng, &corpus);
         let mut stand = fresh.copy();

@@ -168,7 +168,7 @@ pub fn noisy(build: &Build, mut rng: Rng, spoil: Spoil<'_>) -> Result<(), String
 /// The table cannot be written.
 pub fn run(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
     let mut row = Row::on(build, "line", "cable pulled at each byte", settings);
-    let cases = settings.count(15, 150, LONGEST).clamp(1, LONGEST);
+    let cases = settings.count(5, 150, LONGEST).clamp(1, LONGEST);
     row.run(settings, cases, |n| match pulled(build, n * (LONGEST / cases), &|_| {}) {
         Ok(Some(())) => Verdict::Survived,
         Ok(None) => Verdict::Skipped,
@@ -177,7 +177,7 @@ pub fn run(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), Str
     sink(row)?;
     let fault = "uploads over a noisy cable";
     let mut row = Row::on(build, "line", fault, settings);
-    row.run(settings, settings.count(15, 150, 1_500), |n| {
+    row.run(settings, settings.count(5, 150, 1_500), |n| {
         noisy(build, settings.rng(fault, n), &|_| {})
             .map_or_else(Verdict::Lost, |()| Verdict::Survived)
     });
