@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use lang::axis::Axis;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
@@ -85,6 +86,12 @@ fn short_examples_run_on_the_board() {
         let run = engine::run(&job, sinks).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(run.outcome.failures, Vec::<String>::new(), "{name}");
         assert_eq!(&to_text(&events), trace, "{name}");
+        // Where homing sets a position no axis has moved. Between two looks a rate is a few steps
+        // off; no machine does twice its top rate.
+        let tops = Axis::ALL.map(|axis| program.profile.axis(axis).map_or(0, |own| own.top_rate));
+        let top = f64::from(tops.into_iter().max().unwrap_or(0));
+        let most = run.outcome.record.path.iter().map(|own| own.peak_rate).fold(0.0, f64::max);
+        assert!(most < 2.0 * top, "{name}: drawn with {most} steps/s");
         count += 1;
     }
     assert!(count >= 6);

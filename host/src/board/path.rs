@@ -1,7 +1,5 @@
 //! The path that the step pulses make, sampled while the board runs.
 
-use lang::axis::Axis;
-
 use super::rig::Rig;
 use crate::sim::record::{Edge, RECORD_LIMIT, Record, Segment, SegmentKind};
 use crate::sim::trace::{MoveKind, What};
@@ -13,6 +11,7 @@ const SAME_SPEED: f64 = 0.03;
 #[derive(Debug)]
 pub struct PathRecorder {
     path: Vec<Segment>,
+    /// Motors' positions at the last look, steps.
     last: [i64; 3],
     last_us: u64,
     first_pulses: [u64; 3],
@@ -45,7 +44,7 @@ impl Default for PathRecorder {
 impl PathRecorder {
     /// The run begins with the machine where it is.
     pub fn start(&mut self, rig: &Rig) {
-        self.last = places(rig);
+        self.last = rig.motors();
         self.last_us = rig.us();
         self.first_pulses = rig.pulses();
     }
@@ -79,7 +78,7 @@ impl PathRecorder {
 
     /// Takes the motors' positions.
     pub fn sample(&mut self, rig: &Rig) {
-        let (now, us) = (places(rig), rig.us());
+        let (now, us) = (rig.motors(), rig.us());
         let before = std::mem::replace(&mut self.last, now);
         let before_us = std::mem::replace(&mut self.last_us, us);
         if us == before_us {
@@ -89,18 +88,17 @@ impl PathRecorder {
             self.rested = self.rested.or(Some(self.path.len()));
             return;
         }
-        // Homing sets the position: a jump that no step made.
         let most = (0..3).map(|i| now[i].abs_diff(before[i])).max().unwrap_or(0);
-        if most > (us - before_us) {
-            return;
-        }
-        let to_i32 =
-            |places: [i64; 3]| places.map(|place| i32::try_from(place).unwrap_or(i32::MAX));
+        // Both in machine positions as they count now: where homing sets them no step was made.
+        let offset = rig.offset();
+        let place = |motors: [i64; 3]| {
+            [0, 1, 2].map(|i| i32::try_from(motors[i] + offset[i]).unwrap_or(i32::MAX))
+        };
         let segment = Segment {
             kind: self.kind,
             line: self.line,
-            from: to_i32(before),
-            to: to_i32(now),
+            from: place(before),
+            to: place(now),
             axes: [0, 1, 2].map(|i| now[i] != before[i]),
             arc: None,
             start_us: before_us,
@@ -129,12 +127,6 @@ impl PathRecorder {
     pub fn record(self, inputs: Vec<Edge>, outputs: Vec<Edge>) -> Record {
         Record { path: self.path, inputs, outputs, truncated: self.truncated }
     }
-}
-
-/// Machine positions, steps.
-fn places(rig: &Rig) -> [i64; 3] {
-    let (motors, offset) = (rig.motors(), rig.offset());
-    Axis::ALL.map(|axis| motors[axis.index()] + offset[axis.index()])
 }
 
 /// Whether `next` goes on like `last`: same statement, same direction and speed.
