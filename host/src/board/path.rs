@@ -34,7 +34,8 @@ impl Default for PathRecorder {
             first_pulses: [0; 3],
             kind: SegmentKind::Move(MoveKind::Axe),
             line: 1,
-            rested: None,
+            // A run that begins with a reference run tells it at its end.
+            rested: Some(0),
             truncated: false,
             release_start_at: None,
         }
