@@ -298,6 +298,54 @@ fn bytes_are_looked_at_and_changed_and_jumps_are_taken() {
 }
 
 #[test]
+fn words_are_read_compared_and_changed() {
+    let mut chip = Chip::new();
+    let [literal, profile] = ["DO_micro_word", "DO_micro_profile"].map(|name| chip.at(name) as u8);
+    let formula = |op: u8, mode: u8, operand: u8| [FORMULA | mode | op, operand];
+    let at = ((NUMBERS - 0x200) / 2) as u8;
+    // In the order of their codes, behind those of formulas.
+    let [word, put, cmp, clear, base] =
+        [0, 1, 2, 3, 4].map(|op| formula(Op::Sub as u8 + 1 + op, 0, at));
+    let fill = |chip: &mut Chip, value: u16| {
+        chip.board.poke16(NUMBERS, value);
+        chip.board.poke16(NUMBERS + 2, 0x5555);
+    };
+    let high = (13, 0x3333);
+    let (zero, negative, carry) = (2, 4, 1);
+
+    for (value, flags) in [(0, zero), (0x8000, negative), (0x1234, 0)] {
+        fill(&mut chip, value);
+        run(&mut chip, &word, &[high]);
+        assert_eq!((chip.reg(12), chip.reg(13)), (value, 0x3333), "r13 is kept");
+        assert_eq!(chip.reg(2) & (zero | negative), flags, "{value:x}");
+    }
+    run(&mut chip, &[literal, 0x34, 0x12], &[high]);
+    assert_eq!((chip.reg(12), chip.reg(13)), (0x1234, 0x3333), "r13 is kept");
+
+    fill(&mut chip, 1);
+    run(&mut chip, &put, &[(12, 0xABCD), high]);
+    assert_eq!((chip.board.peek16(NUMBERS), chip.board.peek16(NUMBERS + 2)), (0xABCD, 0x5555));
+    run(&mut chip, &clear, &[]);
+    assert_eq!((chip.board.peek16(NUMBERS), chip.board.peek16(NUMBERS + 2)), (0, 0x5555));
+
+    for (value, flags) in [(0xABCD, zero | carry), (0xABCE, carry), (0xABCC, negative)] {
+        fill(&mut chip, 0xABCD);
+        run(&mut chip, &cmp, &[(12, value)]);
+        assert_eq!((chip.reg(12), chip.reg(2) & 7), (value, flags));
+    }
+
+    // By way of a pointer: a field behind it, and the board's profile.
+    fill(&mut chip, RECORD);
+    chip.set_word("BOARD", RECORD);
+    chip.board.poke16(RECORD + 6, 0x8765);
+    let field = formula(Op::Sub as u8 + 1, RECORD_16, 6);
+    run(&mut chip, &[base, field].concat(), &[]);
+    assert_eq!((chip.reg(9), chip.reg(12)), (RECORD, 0x8765));
+    run(&mut chip, &[profile, 7], &[high]);
+    assert_eq!((chip.reg(12), chip.reg(13), chip.reg(2) & zero), (0x87, 0x3333, 0));
+}
+
+#[test]
 fn flags_decide_behind_the_operation_that_makes_them() {
     let mut chip = Chip::new();
     let number = |chip: &Chip, name: &str| chip.at(&format!("DO_micro_{name}")) as u8;

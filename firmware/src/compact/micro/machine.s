@@ -64,8 +64,19 @@ formula_load:
     tst r13
     ret
 formula_store:
-    mov r12, 0(r11)
     mov r13, 2(r11)
+formula_put:
+    mov r12, 0(r11)
+    ret
+formula_word:
+    mov r14, r12
+    tst r12
+    ret
+formula_clear:
+    clr 0(r11)
+    ret
+formula_base:
+    mov r14, r9
     ret
 formula_add:
     add r14, r12
@@ -86,13 +97,14 @@ formula_abs:
     .set negate, pasapas_neg
 1:  ret
 
-    /* in the order of F_load to F_sub */
+    /* in the order of F_load to F_base */
 formula_table:
     .short formula_load, formula_store
     .short pasapas_scaled_plus, pasapas_scaled_minus
     .short pasapas_scaled_times, pasapas_scaled_over
     .short pasapas_scaled_min, pasapas_scaled_max
     .short formula_add, formula_sub
+    .short formula_word, formula_put, micro_cmpi, formula_clear, formula_base
 
 micro_call:
     mov.b @r10+, r11
@@ -128,6 +140,19 @@ micro_return:
 micro_literal:
     mov.b @r10+, r12
     clr r13
+    ret
+micro_word:
+    mov.b @r10+, r12
+    mov.b @r10+, r14
+    swpb r14
+    bis r14, r12
+    ret
+    /* a byte of the board's profile */
+micro_profile:
+    mov.b @r10+, r12
+    add &BOARD, r12
+    mov.b @r12, r12
+    tst r12
     ret
 micro_addi:
     add.b @r10+, r12
@@ -306,6 +331,8 @@ micro_table:
     MICRO_OWN not_yet
     MICRO_OWN fault
     MICRO_OWN literal
+    MICRO_OWN word
+    MICRO_OWN profile
     MICRO_OWN addi
     MICRO_OWN andi
     MICRO_OWN testi
@@ -408,3 +435,6 @@ micro_table:
     MICRO_OWN if_none
     MICRO_OWN if_is
     MICRO_OWN if_is_not
+    .if MICRO_NEXT > 0x80
+    .error "a number in the table has 7 bits"
+    .endif

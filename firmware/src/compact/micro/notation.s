@@ -15,6 +15,9 @@
    axis record at r9; NEW makes a scaled number of it first. Else it is a number in the table:
    operations of this machine, whose operands follow, and routines of the firmware, which find and
    leave r4 to r9, r12 and r13 and the flags as instructions do, must keep r10, and get no r14, r15.
+   Words: F word, put, cmp and clear look at and change one word of RAM, with r12. F base makes a word
+   of RAM the pointer r9, from which FR then reads: of the profile (F base BOARD, FR word B_SPIN_UP,
+   SHORT), the stored program, an image. LIT16 is a word, PROFILE a byte of the board's profile.
    Flags of the last operation, the accumulator's sign behind a load or a difference among them,
    stand until the next one; a jump that is taken leaves them, but for one that looks at a byte.
 
@@ -39,7 +42,8 @@
     .set F_NEW, 0x10
 
     /* acc = x, x = acc; scaled: acc + x, acc - x or 0, acc * x, acc / x, smaller, larger;
-       integers: acc + x, acc - x */
+       integers: acc + x, acc - x; words: r12 = x with its flags, x = r12, flags of r12 - x, x = 0;
+       r9 = x */
     .set F_load, 0
     .set F_store, 1
     .set F_plus, 2
@@ -50,6 +54,11 @@
     .set F_most, 7
     .set F_add, 8
     .set F_sub, 9
+    .set F_word, 10
+    .set F_put, 11
+    .set F_cmp, 12
+    .set F_clear, 13
+    .set F_base, 14
 
     /* what may stand behind an operand */
     .set AXIS, F_AXIS
@@ -100,6 +109,15 @@
        scaled acc * 2^n */
     .macro LIT n
     .byte DO_micro_literal, \n
+    .endm
+    /* r12 = n; r13 is kept */
+    .macro LIT16 n
+    .byte DO_micro_word
+    .short \n
+    .endm
+    /* r12 = this byte of the board's profile, with its flags; r13 is kept */
+    .macro PROFILE at
+    .byte DO_micro_profile, \at
     .endm
     .macro ADDI n
     .byte DO_micro_addi, (\n) & 0xff
