@@ -173,6 +173,8 @@ pub struct Core {
     pub probe_xor: u32,
     /// Levels of the inputs before the filter.
     pub raw: u16,
+    /// Level of input 17, which has no filter, in the last millisecond.
+    probe: bool,
     /// ON lines.
     pub events: [Event; 4],
     /// Address of the effect's instruction.
@@ -803,6 +805,8 @@ impl Core {
             }
         }
         let now = self.inputs.levels();
+        let probe = self.input(17);
+        let probe_was = core::mem::replace(&mut self.probe, probe);
         let emergency = self.record.emergency;
         // An acknowledged fault can still be read: only one that is latched has been dealt with.
         let latched = self.session.state() as u8 == RunState::Fault as u8
@@ -847,8 +851,10 @@ impl Core {
             if self.timer as u16 % 1024 == 0 && self.motor.rests() && self.line_rests {
                 self.save();
             }
-            let rose = now & !before;
-            let fell = before & !now;
+            let was = u32::from(before) | u32::from(probe_was) << 16;
+            let is = u32::from(now) | u32::from(self.probe) << 16;
+            let rose = is & !was;
+            let fell = was & !is;
             for event in &mut self.events {
                 let edges = match event.kind & !PENDING {
                     1 => rose,
@@ -864,7 +870,7 @@ impl Core {
                     }
                     _ => continue,
                 };
-                if edges >> ((event.n - 1) & 15) & 1 != 0 {
+                if edges >> ((event.n - 1) & 31) & 1 != 0 {
                     event.kind |= PENDING;
                 }
             }

@@ -220,3 +220,16 @@ RESUME NEXT
 '> tick 1
 '> 1
 '= done 18
+'---
+' The probe of the chain wiring has edges as the others have; input 1 has nothing to do with them.
+DIM n
+ON IN 17 RISE GOSUB hit
+Wait 1s
+PRINT n
+END
+hit:
+n = n + 1
+RETURN
+'~ at(200, || set_in(1, true)); at(400, || set_in(17, true)); at(600, || set_in(17, false)); at(800, || set_in(17, true));
+'> 2
+'= done 6
