@@ -851,28 +851,33 @@ impl Core {
             if self.timer as u16 % 1024 == 0 && self.motor.rests() && self.line_rests {
                 self.save();
             }
-            let was = u32::from(before) | u32::from(probe_was) << 16;
-            let is = u32::from(now) | u32::from(self.probe) << 16;
-            let rose = is & !was;
-            let fell = was & !is;
-            for event in &mut self.events {
-                let edges = match event.kind & !PENDING {
-                    1 => rose,
-                    2 => fell,
-                    3 => {
-                        event.left -= 1;
-                        if event.left > 0 {
-                            continue;
-                        }
-                        event.left = event.period;
-                        event.kind |= PENDING;
+        }
+        let was = u32::from(before) | u32::from(probe_was) << 16;
+        let is = u32::from(now) | u32::from(self.probe) << 16;
+        self.listen(is & !was, was & !is);
+    }
+
+    /// A millisecond of the ON lines: inputs that went on and off, input n in bit n - 1. Edges in a
+    /// pause are remembered, the clocks of ON EVERY stand still.
+    fn listen(&mut self, rose: u32, fell: u32) {
+        let executes = self.session.executes();
+        for event in &mut self.events {
+            let edges = match event.kind & !PENDING {
+                1 => rose,
+                2 => fell,
+                3 if executes => {
+                    event.left -= 1;
+                    if event.left > 0 {
                         continue;
                     }
-                    _ => continue,
-                };
-                if edges >> ((event.n - 1) & 31) & 1 != 0 {
+                    event.left = event.period;
                     event.kind |= PENDING;
+                    continue;
                 }
+                _ => continue,
+            };
+            if edges >> ((event.n - 1) & 31) & 1 != 0 {
+                event.kind |= PENDING;
             }
         }
     }

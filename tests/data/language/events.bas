@@ -233,3 +233,20 @@ RETURN
 '~ at(200, || set_in(1, true)); at(400, || set_in(17, true)); at(600, || set_in(17, false)); at(800, || set_in(17, true));
 '> 2
 '= done 6
+'---
+' An edge in a pause is remembered; the clock of ON EVERY stands still there.
+DIM n, ticks
+ON IN 3 RISE GOSUB hit
+ON EVERY 150ms GOSUB tick
+Wait 400ms
+PRINT n; " "; ticks
+END
+hit:
+n = n + 1
+RETURN
+tick:
+ticks = ticks + 1
+RETURN
+'~ at(50, || press_stop()); at(200, || set_in(3, true)); at(600, || press_start());
+'> 1 2
+'= done 7
