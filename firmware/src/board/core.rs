@@ -696,7 +696,10 @@ impl Core {
             0x01..FIRST_EFFECT => match vm.soft(exit as u8) {
                 Ok(false) => {}
                 // A GOTO left the error handler and with it what it had interrupted.
-                Ok(true) if exit as u8 == Op::Leave as u8 => self.outer = Effect::NONE,
+                Ok(true) if exit as u8 == Op::Leave as u8 => {
+                    self.outer = Effect::NONE;
+                    self.serve();
+                }
                 Ok(true) => self.handler_left(),
                 Err(fault) => self.found(fault, vm.pc.wrapping_sub(1)),
             },
@@ -713,6 +716,10 @@ impl Core {
         if open == 0 {
             self.effect = self.outer;
             self.outer = Effect::NONE;
+        }
+        // A wait that was interrupted may be over: then that comes first.
+        if self.effect.code == 0 {
+            self.serve();
         }
     }
 

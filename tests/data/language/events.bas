@@ -250,3 +250,53 @@ RETURN
 '~ at(50, || press_stop()); at(200, || set_in(3, true)); at(600, || press_start());
 '> 1 2
 '= done 7
+'---
+' Edges that came in one move are served before the next statement, one behind the other.
+DIM a
+ON IN 3 RISE GOSUB one
+ON IN 4 RISE GOSUB two
+MoveAxe X, 5mm
+a = 2
+PRINT "next"; a
+END
+one:
+PRINT "one"; a
+RETURN
+two:
+PRINT "two"; a
+RETURN
+'~ at(100, || { set_in(4, true); set_in(3, true); });
+'> one0
+'> two0
+'> next2
+'= done 8
+'---
+' The same behind an error handler, whichever way it is left.
+DIM a, zero
+ON ERROR GOTO oops
+ON IN 3 RISE GOSUB one
+ON IN 4 RISE GOSUB two
+a = 1 / zero
+PRINT "next"
+zero = 1
+a = 1 / (zero - 1)
+END
+oops:
+MoveAxe X, zero * 5mm + 2mm
+IF zero = 0 THEN RESUME NEXT
+GOTO past
+past:
+PRINT "past"
+END
+one:
+PRINT "one"
+RETURN
+two:
+PRINT "two"
+RETURN
+'~ at(50, || set_in(3, true)); after(240, || set_in(4, true));
+'> one
+'> next
+'> two
+'> past
+'= done 17
