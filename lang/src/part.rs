@@ -30,7 +30,7 @@ pub const G2553: Part = Part {
     name: "g2553",
     chip: "MSP430G2553",
     features: feature::INTERPOLATE,
-    pool: [62, 62],
+    pool: [64, 64],
     segments: 3,
     look_ahead: false,
 };

@@ -19,8 +19,7 @@
 
 /* Step engine (step.s). */
     MODULE motion.step
-    VAR STEP_VECTOR, 2          /* handler of Timer1_A CCR0 */
-    VAR STEP_SLOT, 2            /* address of the slot that plays */
+    VAR STEP_SLOT, 2            /* the slot that plays: 0, or SLOT1-SLOT0 */
     VAR STEP_FRAC, 2            /* fraction of the compare registers */
     VAR COUNT, 6                /* low halves of the positions, negated in negative direction */
     VAR LATE, 2                 /* events that were not armed in time */

@@ -19,7 +19,7 @@ const PROFILES: [u16; 2] = [0x1080, 0x1040];
 
 /// Boots after a reset for this cause; what RAM keeps over one holds.
 fn reset(chip: &mut Chip, cause: u8) {
-    let first = chip.at("STEP_VECTOR");
+    let first = chip.at("STEP_SLOT");
     for address in (first..0x0400).step_by(2) {
         chip.board.poke16(address, 0);
     }

@@ -32,9 +32,9 @@ fn install(chip: &mut Chip, limits: &Limits, run: &Run) {
 
 /// The next segment in a slot, `None` when there is none, and the cycles that it took.
 pub fn segment(chip: &mut Chip, slot: &str) -> (Option<Segment>, u64) {
-    let cycles = chip.call("segment", &[(6, chip.at(slot))]);
-    let made = chip.reg(2) & 1 != 0;
     let at = chip.at(slot);
+    let cycles = chip.call("segment", &[(6, at - chip.at("SLOT0"))]);
+    let made = chip.reg(2) & 1 != 0;
     let segment = Segment {
         interval: chip.long(slot, 0),
         dif: chip.long(slot, 4) as i32,

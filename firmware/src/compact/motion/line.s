@@ -227,15 +227,13 @@ motion_poll:
     jeq line_end
     mov &STEP_SLOT, r6
     xor #OTHER_SLOT, r6
-    tst EVENTS(r6)
+    tst SLOT0+EVENTS(r6)
     jne 1f
     call #segment
     jnc 1f
     bit #CCIE, &TA1CCTL0
     jne 1f
-    /* it rests: the first interrupt leaves the slot before and begins this one */
-    xor #OTHER_SLOT, r6
-    mov r6, &STEP_SLOT
+    /* it rests: the first interrupt begins the slot, leaving the one before if it stands there */
     mov &TA1R, r12
     add #LEAD, r12
     mov r12, &TA1CCR0

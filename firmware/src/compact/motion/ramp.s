@@ -7,7 +7,7 @@
 
     .section .text.ramp,"axR",@progbits
 module.motion.ramp:
-    /* Takes r6 = an empty slot. Leaves carry set and the slot filled, or carry clear when nothing is
+    /* Takes r6 = an empty slot (STEP_SLOT). Leaves carry set and the slot filled, or carry clear when nothing is
        left, or while braking at a speed no higher than the start rate. All registers but r6 and r10 lost.
        7 000 cycles at the most. */
     .global segment
@@ -184,9 +184,8 @@ segment_divide:
     sub #1<<8, r7
     cmp #1<<8, r7
     jne 3b
-4:  mov r4, MASK(r6)
+4:  mov r4, SLOT0+MASK(r6)
     mov r6, r8
-    sub #SLOT0, r8
     ret
 
     /* scaled r13:r12 times 2^r7, or twice that */
@@ -227,6 +226,6 @@ segment_half:
 
     /* the events make the slot full; carry set */
 segment_filled:
-    mov r5, EVENTS(r6)
+    mov r5, SLOT0+EVENTS(r6)
     setc
     ret

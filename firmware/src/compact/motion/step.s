@@ -9,8 +9,8 @@
    A pulse longer than the interrupt takes (WIDTH, profiles above 3 us) needs a second interrupt: the
    first one lets the hardware drop the pins WIDTH ticks after the edge.
 
-   Cycles from entry to RETI: three axes stepping 169, two 158, one 147; at a segment change 16
-   more, while an input is watched 18 more. 8 bytes of stack. */
+   Cycles from entry to RETI: three axes stepping 168, two 157, one 146; at a segment change 16
+   more, while an input is watched 16 more. 6 bytes of stack, 8 as it comes to rest. */
     .set P1IN,     0x0020
     .set P2OUT,    0x0029
     .set P2SEL,    0x002e
@@ -31,53 +31,48 @@
     .set CHANGE,   4
     .set EVENTS,   8
     .set MASK,     10
-    .set OTHER_SLOT, SLOT0^SLOT1
+    .set OTHER_SLOT, SLOT1-SLOT0
 
     .section .text.step,"axR",@progbits
 module.motion.step:
     .global TIMER1_A0
 TIMER1_A0:
-    br &STEP_VECTOR
-
+    tst &WIDTH
+    jeq step_event
+    bit #FALLS^ARMED, &TA1CCTL0
+    jne step_fallen
     /* long pulse, first half: the pins have just risen, let them fall in WIDTH ticks */
-step_long:
     add &WIDTH, &TA1CCR0
     mov &TA1CCR0, &TA1CCR1
     mov &TA1CCR0, &TA1CCR2
     mov #CCIE|FALLS, &TA1CCTL0
     mov #FALLS, &TA1CCTL1
     mov #FALLS, &TA1CCTL2
-    mov #step_fallen, &STEP_VECTOR
     /* past already, as behind another interrupt: the compare would not come before 4 ms */
     cmp &TA1R, &TA1CCR0
     jn step_fallen
     reti
 step_fallen:
-    mov #step_long, &STEP_VECTOR
     sub &WIDTH, &TA1CCR0
 
     /* an event: the pins have just risen (or fallen again) */
 step_event:
     push r15
-    push r14
     mov &STEP_SLOT, r15
-    dec EVENTS(r15)
+    dec SLOT0+EVENTS(r15)
     jnc step_switch
 step_schedule:
-    add @r15, &STEP_FRAC
-    addc INTERVAL+2(r15), &TA1CCR0
-    mov &TA1CCR0, r14
-    mov r14, &TA1CCR1
-    mov r14, &TA1CCR2
-    add CHANGE(r15), INTERVAL(r15)
-    addc CHANGE+2(r15), INTERVAL+2(r15)
-    mov #CCIE, &TA1CCTL0
-    clr &TA1CCTL1
-    clr &TA1CCTL2
+    add SLOT0(r15), &STEP_FRAC
+    addc SLOT0+INTERVAL+2(r15), &TA1CCR0
+    add SLOT0+CHANGE(r15), SLOT0+INTERVAL(r15)
+    addc SLOT0+CHANGE+2(r15), SLOT0+INTERVAL+2(r15)
     tst.b &WATCH
     jne step_watch
 step_arm:
-    bit MASK(r15), EVENTS(r15)
+    mov #CCIE, &TA1CCTL0
+    clr &TA1CCTL1
+    clr &TA1CCTL2
+    bit SLOT0+MASK(r15), SLOT0+EVENTS(r15)
     jne step_armed
     add &INC, &ACC
     addc &INC+2, &ACC+2
@@ -94,74 +89,71 @@ step_arm:
     jnc step_armed
     mov #ARMED, &TA1CCTL2
     inc &COUNT+4
+    /* the other axes step at the time of the first */
 step_armed:
-    sub &TA1R, r14
-    cmp #4, r14
+    mov &TA1CCR0, r15
+    mov r15, &TA1CCR1
+    mov r15, &TA1CCR2
+    sub &TA1R, r15
+    cmp #4, r15
     jge step_exit
 
-    /* the next event is due already: 64 ticks from now */
+    /* the event is due already: 64 ticks from now */
     inc &LATE
-    mov &TA1R, r14
-    add #64, r14
-    mov r14, &TA1CCR0
-    mov r14, &TA1CCR1
-    mov r14, &TA1CCR2
-step_exit:
-    pop r14
-    pop r15
-    reti
+    mov &TA1R, r15
+    add #64, r15
+    mov r15, &TA1CCR0
+    jmp step_armed
 
     /* an input may answer at the step just made */
 step_watch:
-    push r14
-    mov.b &P1IN, r14
-    xor.b &IDLE, r14
-    and.b &WATCH, r14
+    mov.b &P1IN, r15
+    xor.b &IDLE, r15
+    and.b &WATCH, r15
     jeq 1f
-    mov.b r14, &HIT
+    mov.b r15, &HIT
     clr.b &WATCH
-    mov.b &N, r14
-    rla r14
-    mov COUNT(r14), &CAUGHT
-1:  pop r14
+    mov.b &N, r15
+    rla r15
+    mov COUNT(r15), &CAUGHT
+1:  mov &STEP_SLOT, r15
     jmp step_arm
 
     /* the slot is played: the other one, or rest */
 step_switch:
-    clr EVENTS(r15)
+    clr SLOT0+EVENTS(r15)
     xor #OTHER_SLOT, r15
     mov r15, &STEP_SLOT
-    dec EVENTS(r15)
+    dec SLOT0+EVENTS(r15)
     jc step_schedule
-    clr EVENTS(r15)
-    clr &TA1CCTL0
-    clr &TA1CCTL1
-    clr &TA1CCTL2
-    jmp step_exit
+    clr SLOT0+EVENTS(r15)
+    call #step_rest
+step_exit:
+    pop r15
+    reti
 
-    /* Starts the timer, gives it the STEP pins and takes the pulse from the board's profile.
-       Uses r12, r13. */
+    /* Starts the timer, gives it the STEP pins and takes the pulse from the board's profile. Uses
+       r12. */
     .global step_init
 step_init:
-    /* a reset by the watchdog leaves the timer's registers as they were */
-    clr &TA1CCTL0
-    clr &TA1CCTL1
-    clr &TA1CCTL2
-    bis.b #P2_STEP, &P2SEL
-    /* SMCLK, continuous, cleared */
-    mov #0x0224, &TA1CTL
-    mov #SLOT0, &STEP_SLOT
-    mov #step_event, &STEP_VECTOR
     mov &BOARD, r12
     mov.b B_PULSE(r12), r12
-    /* a short pulse lasts until the interrupt drops it, 53 cycles (3.3 us) at least */
+    /* a short pulse lasts until the interrupt drops it, 54 cycles (3.4 us) at least */
     cmp #4, r12
     jlo 1f
-    mov #step_long, &STEP_VECTOR
     /* us in ticks */
     rla r12
     rla r12
     rla r12
     rla r12
     mov r12, &WIDTH
-1:  ret
+    /* SMCLK, continuous, cleared */
+1:  mov #0x0224, &TA1CTL
+    /* The pins are low before the timer has them: a reset by the watchdog leaves its registers as they
+       were. */
+step_rest:
+    clr &TA1CCTL0
+    clr &TA1CCTL1
+    clr &TA1CCTL2
+    bis.b #P2_STEP, &P2SEL
+    ret
