@@ -6,15 +6,12 @@ Reset:
     mov #0x0400, r1
     mov #0x5a80, &0x0120
     mov #CLEARED, r12
-1:  clr 0(r12)
-    incd r12
-    cmp #POOL, r12
-    jne 1b
+    call #clear_ram
     /* what the stack never reaches stays painted */
-2:  mov #0xa5a5, 0(r12)
+1:  mov #0xa5a5, 0(r12)
     incd r12
     cmp #0x0400, r12
-    jne 2b
+    jne 1b
     call #boot
 loop:
     mov #KICK, &WATCHDOG
@@ -23,3 +20,12 @@ loop:
     call #motion_poll
     call #run
     jmp loop
+
+/* Clears RAM from r12 on to the pool's end, which r12 is then. */
+    .global clear_ram
+clear_ram:
+    clr 0(r12)
+    incd r12
+    cmp #POOL_END, r12
+    jne clear_ram
+    ret

@@ -76,8 +76,9 @@
     .macro MICRO
     call #micro
     .endm
-    .macro ROUTINE_ODD name
-    .skip (micro - . + 1) & 1
+    /* base: an even place of its section */
+    .macro ROUTINE_ODD name, base=micro
+    .skip (\base - . + 1) & 1
 \name:
     .endm
     .macro DO name

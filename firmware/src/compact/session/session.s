@@ -1,4 +1,5 @@
-/* The run state machine: what Start, Stop, the link and the program make of each other. */
+/* The run state machine: what Start, Stop, the link and the program make of each other. Micro-code,
+   which instructions enter by the routines' names. */
 
     .section .text.session,"axR",@progbits
 module.session:
@@ -7,158 +8,172 @@ module.session:
    that rests without a run. No register is kept. */
     .global control
 control:
-    rla r12
-    add r12, r0
-9:  ret
-    jmp run_start
-    jmp run_stop
-    jmp run_pause
-    jmp run_go_on
-    jmp emergency_by_link
-    jmp run_acknowledge
-    /* restart */
-    bis.b #R_RESTART, &RUN_FLAGS
-    ret
+    MICRO
+    DO micro_switch
+    DO micro_nothing            /* no code is 0 */
+    TO start_
+    TO stop_
+    TO pause_
+    TO go_on
+    TO emergency_by_link
+    TO acknowledge
+    TO restart
 
+    .balign 2, 0
 /* Stop or hold: ramp down and pause. A spindle's time to come up begins anew. */
 run_pause:
-    cmp.b #RUN_RUNNING, &RUN
-    jne 9b
-    add.b #RUN_STOPPING-RUN_RUNNING, &RUN
-    clr &SPIN
-    bis.b #M_PAUSE, &MOTION
-    ret
+    MICRO
+pause_:
+    IF_IS_NOT RUN, RUN_RUNNING, 9f
+    LET RUN, RUN_STOPPING
+    F clear SPIN
+    BITS_ON MOTION, M_PAUSE
+9:  RETURN
+restart:
+    BITS_ON RUN_FLAGS, R_RESTART
+    RETURN
 
+    .balign 2, 0
 /* Ends the run on a ramp. */
 run_stop:
-    bit.b #RUN_ACTIVE, &RUN
-    jeq 9b
-    mov.b #END_STOPPED, r12
+    MICRO
+stop_:
+    IF_NONE RUN, RUN_ACTIVE, 9b
+    LIT END_STOPPED
 /* Ends the active run as r12 = End says. */
-run_finish:
-    mov.b #RUN_STOPPING, &RUN
-    mov.b r12, &ENDING
-    br #motion_stop
+    ROUTINE_ODD run_finish, module.session
+    PUT ENDING
+    LET RUN, RUN_STOPPING
+    CALL motion_stop
+    RETURN
 
+    .balign 2, 0
 /* Steps cease at once, outputs go to their safe states, F14 is latched. Takes r12 = input that
    caused it, 0 for none. No register is kept. */
-emergency_by_link:
-    clr r12
     .global emergency
 emergency:
-    mov.b r12, &FAULT_IN
-    call #motion_halt
-    clr.b &HOMED
-    mov #F_EMERGENCY_STOP, r12
-    call #fail
-    cmp.b #RUN_FAULT, &RUN
-    jne 9b
-    clr &EFFECT
-    mov #B_AT_FAULT, r12
-    jmp output_states
+    MICRO
+    GOTO 1f
+emergency_by_link:
+    LIT 0
+1:  PUT FAULT_IN
+    CALL motion_halt
+    LET HOMED, 0
+    LIT F_EMERGENCY_STOP
+    CALL fail
+    IF_IS_NOT RUN, RUN_FAULT, 9b
+    F clear EFFECT
+    LIT B_AT_FAULT
+    CALL output_states
+    RETURN
 
+    .balign 2, 0
 /* A fault at EFFECT_PC that ends the run: r12 = its number. Destroys r11 to r15. */
     .global fail
 fail:
-    mov.b r12, &VM_FAULT
-    mov &EFFECT_PC, &VM_FAULT_PC
-    mov.b #END_FAULT, r12
-    bit.b #RUN_ACTIVE, &RUN
-    jne run_finish
-    mov.b #RUN_FAULT, &RUN
-    ret
+    MICRO
+fail_:
+    PUT VM_FAULT
+    F word EFFECT_PC
+    F put VM_FAULT_PC
+    LIT END_FAULT
+    IF_ANY RUN, RUN_ACTIVE, run_finish
+    LET RUN, RUN_FAULT
+8:  RETURN
+
+go_on:
+    IF_IS RUN, RUN_PAUSED, start_
+    RETURN
+acknowledge:
+    IF_IS_NOT RUN, RUN_FAULT, 8b
+    GOTO start_
+
+    .balign 2, 0
+/* Start: the button, the link, autorun. Keeps r4 to r7 and r10. */
+run_start:
+    MICRO
+    /* nothing while Stop is held or an input keeps the machine from working */
+start_:
+    IF_ANY BUTTON, P1_STOP, 8b
+    CALL blocking
+    IF_NOT_EQUAL 8b
+    IF_IS RUN, RUN_PAUSED, resume
+    IF_IS_NOT RUN, RUN_FAULT, 2f
+    LET RUN, RUN_EMPTY
+    F word STORED
+    IF_EQUAL 8b
+    LET RUN, RUN_READY
+    RETURN
+2:  BITS_OFF RUN_FLAGS, R_WAITING
+    IF_IS_NOT RUN, RUN_READY, 8b
+    /* not before what a command began rests */
+    IF_SET MOVING, 8b
+
+/* The stored program is checked and begins. */
+    CALL program_attach
+    F word VM_CODE
+    IF_NOT_EQUAL 1f
+    LIT F_IMAGE_REFUSED
+    GOTO fail_
+1:  LIT16 RUN_CLEARED
+    CALL clear_ram
+    F put VM_SP
+    F put VM_BASE
+    LIT16 POOL
+    F put VM_CALLS
+    /* entries in the high half of the byte; an entry has two bytes */
+    F base STORED
+    FR word SLOT_HEAD+IMAGE_CALLS, SHORT
+    ANDI 0xf0
+    DO half
+    DO half
+    DO half
+    F add VM_CALLS
+    F put VM_CELLS
+    FR word SLOT_HEAD+IMAGE_CELLS, SHORT
+    PUT VM_CELL_COUNT
+    FR load SLOT_HEAD+IMAGE_CODE-MACHINE_SIZE+MC_FEED, LONG
+    F store FEED
+    FR word SLOT_HEAD+IMAGE_ENTRY, SHORT
+    F add VM_CODE
+    F put VM_PC
+    .if HAS_KEEP
+    CALL keep_load
+    .endif
+    LIT16 RUNS_MARK
+    F put RUNNING
+    LET RUN, RUN_RUNNING
+    BITS_OFF RUN_FLAGS, R_WAITING|R_TIMED_OUT
+    BITS_OFF TRACING, ~(T_ON|T_LOCKED)&0xff
+    END
+    inc &RUNS
+    br #motion_reset
+
+resume:
+    LET RUN, RUN_RUNNING
+    PROFILE B_SPINDLE
+    CALL output
+    PUT TEMP
+    F word RESUME_OUTPUT
+    F put OUTPUT
+    LIT 1
+    F put SPIN
+    IF_SET TEMP, 9f
+    /* the spindle goes on: nothing moves before it has come up */
+    PROFILE B_SPINDLE
+    CALL output
+    IF_EQUAL 9f
+    F base BOARD
+    FR word B_SPIN_UP, SHORT
+    F add SPIN
+    F put SPIN
+9:  RETURN
 
 /* The stored program has changed: r12 = 1 for one that may run, 0 for none. */
+    .balign 2, 0
     .global program_stored
 program_stored:
     bit.b #RUN_ACTIVE+RUN_FAULT, &RUN
     jne 1f
     mov.b r12, &RUN
 1:  ret
-
-/* Z set unless Stop is held or an input keeps the machine from working. Clobbers r11 to r15. */
-run_blocked:
-    bit.b #P1_STOP, &BUTTON
-    jne 1b
-    jmp blocking
-run_go_on:
-    call #run_blocked
-    jne 1b
-run_resume:
-    cmp.b #RUN_PAUSED, &RUN
-    jne 1b
-    mov.b #RUN_RUNNING, &RUN
-    mov &OUTPUT, r13
-    mov &RESUME_OUTPUT, &OUTPUT
-    mov #1, &SPIN
-    mov &BOARD, r15
-    mov.b B_SPINDLE(r15), r12
-    call #mask_of
-    bic r13, r14
-    bit &OUTPUT, r14
-    jeq 1b
-    add B_SPIN_UP(r15), &SPIN
-    ret
-
-run_acknowledge:
-    cmp.b #RUN_FAULT, &RUN
-    jne 1b
-/* Start: the button, the link, autorun. Keeps r4 to r7 and r10. */
-run_start:
-    call #run_blocked
-    jne 1b
-    mov.b &RUN, r12
-    cmp #RUN_PAUSED, r12
-    jeq run_resume
-    cmp #RUN_FAULT, r12
-    jne 2f
-    mov.b #RUN_EMPTY, &RUN
-    tst &STORED
-    jeq 1b
-    mov.b #RUN_READY, &RUN
-    ret
-2:  bic.b #R_WAITING, &RUN_FLAGS
-    cmp #RUN_READY, r12
-    jne 1b
-    /* not before what a command began rests */
-    tst.b &MOVING
-    jne 1b
-
-/* The stored program is checked and begins. */
-run_begin:
-    call #program_attach
-    mov #F_IMAGE_REFUSED, r12
-    mov &VM_CODE, r13
-    tst r13
-    jeq fail
-    mov #RUN_CLEARED, r14
-1:  clr 0(r14)
-    incd r14
-    cmp #POOL_END, r14
-    jne 1b
-    mov r14, &VM_SP
-    mov r14, &VM_BASE
-    mov #POOL, r12
-    mov r12, &VM_CALLS
-    /* entries in the high half; an entry has two bytes */
-    mov.b IMAGE_CALLS-IMAGE_CODE(r13), r14
-    rra r14
-    rra r14
-    rra r14
-    bic #1, r14
-    add r14, r12
-    mov r12, &VM_CELLS
-    mov.b IMAGE_CELLS-IMAGE_CODE(r13), &VM_CELL_COUNT
-    mov MC_FEED-MACHINE_SIZE(r13), &FEED
-    mov MC_FEED-MACHINE_SIZE+2(r13), &FEED+2
-    add IMAGE_ENTRY-IMAGE_CODE(r13), r13
-    mov r13, &VM_PC
-    .if HAS_KEEP
-    call #keep_load
-    .endif
-    mov #RUNS_MARK, &RUNNING
-    mov.b #RUN_RUNNING, &RUN
-    bic.b #R_WAITING+R_TIMED_OUT, &RUN_FLAGS
-    and.b #T_ON|T_LOCKED, &TRACING
-    inc &RUNS
-    br #motion_reset

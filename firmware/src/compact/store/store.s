@@ -40,8 +40,8 @@ store_mount:
 4:  add #SEGMENT, r10
     cmp #AREA_END, r10
     jne 1b
-/* The stored program has changed, or is to run: it is checked, and the VM knows where it lies. Keeps
-   no register. */
+/* The stored program has changed, or is to run: it is checked, and the VM knows where it lies. Of r4
+   to r9 keeps none. */
 program_attach:
     clr &VM_CODE
     mov &STORED, r12
@@ -61,7 +61,7 @@ attach_checked:
     mov #1, r12
 1:  br #program_stored
 
-/* r12 = a slot; leaves r12 = 0 when its image may run, or its Refusal; keeps no register. Takes about
+/* r12 = a slot; leaves r12 = 0 when its image may run, or its Refusal; of r4 to r9 keeps none. Takes about
    80 ms for each KB and kicks the watchdog; the pool is scratch. */
 slot_check:
     add #SLOT_HEAD, r12
@@ -71,7 +71,9 @@ slot_check:
     mov r15, r12
     mov #FEATURES, r13
     mov #POOL, r14
-    br #pasapas_verify
+    push r10
+    call #pasapas_verify
+    pop r10
 1:  ret
 
     .global program_length
