@@ -19,7 +19,7 @@ use lang::record::feature;
 pub const WHOLE: Part = Part {
     name: "whole",
     chip: "MSP430G2553 with 32 KB",
-    features: G2553.features | feature::KEEP | feature::LINES,
+    features: G2553.features | feature::KEEP | feature::LINES | feature::EVENTS,
     segments: 6,
     ..G2553
 };

@@ -4,7 +4,7 @@
 //! What it takes on trust are the meanings of flag bits, which [`lang::vm::effects`] tells apart:
 //! the effects test what they use of them.
 
-use lang::image::{COLUMN_LONG, COLUMN_SCALED, FORMAT, HEADER};
+use lang::image::{COLUMN_LONG, COLUMN_SCALED, FORMAT, HEADER, MAX_EVENTS};
 use lang::isa::{self, Class, FINGERPRINT, LOW_CELLS, Op, Operands, SHORT_CELLS, flags, shape};
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::wire::{CRC_START, Refusal, crc16};
@@ -58,6 +58,8 @@ pub struct Limits {
     /// Bytes for cells, expression stack and calls: for programs that move one axis at a time,
     /// and for those that interpolate or use START.
     pub pool: [u16; 2],
+    /// Bytes of these that ON lines take: all of them, and each.
+    pub event_pool: [u16; 2],
 }
 
 /// Length of the image, if its CRC is right.
@@ -128,6 +130,8 @@ pub fn verify<B: Bytes>(
     let mut check = Check {
         image,
         anchors,
+        free: limits.pool[usize::from(many)] - pool,
+        event_pool: limits.event_pool,
         code_len,
         data,
         data_len: length - data,
@@ -152,6 +156,8 @@ struct Insn {
 struct Check<'a, B> {
     image: &'a B,
     anchors: &'a mut [u8; ANCHORS],
+    free: u16,
+    event_pool: [u16; 2],
     code_len: u16,
     data: u16,
     data_len: u16,
@@ -226,7 +232,11 @@ impl<B: Bytes> Check<'_, B> {
         if features & feature::EVENTS != 0 {
             let count = u16::from(self.events());
             at = 1 + 2 * count;
-            if at > self.data_len {
+            let [all, each] = self.event_pool;
+            if at > self.data_len
+                || count > MAX_EVENTS as u16
+                || count != 0 && all + each * count > self.free
+            {
                 return false;
             }
             let mut event = 0;

@@ -18,6 +18,9 @@ pub struct Part {
     /// Bytes of RAM for cells, expression stack and call stack: of a program that moves one axis at
     /// a time, and of any other.
     pub pool: [u16; 2],
+    /// Bytes of it that a program with ON lines leaves to them: for what a handler interrupts, and for
+    /// each line. Nothing where they have memory of their own.
+    pub event_pool: [u16; 2],
     /// Flash segments of 512 bytes that hold programs; KEEP values take the last two of them.
     pub segments: u8,
     /// Consecutive G1, G2 and G3 run through their corners; without it each begins and ends at the
@@ -31,6 +34,7 @@ pub const G2553: Part = Part {
     chip: "MSP430G2553",
     features: feature::INTERPOLATE,
     pool: [64, 64],
+    event_pool: [12, 10],
     segments: 3,
     look_ahead: false,
 };
@@ -49,6 +53,7 @@ pub const G2955: Part = Part {
         | feature::POWER
         | feature::STREAM,
     pool: [192, 108],
+    event_pool: [0, 0],
     segments: 6,
     look_ahead: true,
 };
@@ -110,14 +115,17 @@ impl Part {
         self.pool[several as usize]
     }
 
-    /// The first thing that the program of this header wants and the part lacks.
-    pub fn lacks(&self, header: &Header) -> Option<Lack> {
+    /// The first thing that the program of this header, with so many ON lines, wants and the part
+    /// lacks.
+    pub fn lacks(&self, header: &Header, events: u8) -> Option<Lack> {
         let features = u16::from(header.features);
         let missing = features & !self.features;
         if missing != 0 {
             return Some(Lack::Feature(1 << missing.trailing_zeros()));
         }
-        let (used, available) = (header.pool_bytes() as u16, self.pool_for(features));
+        let [all, each] = self.event_pool;
+        let lines = if events == 0 { 0 } else { all + each * u16::from(events) };
+        let (used, available) = (header.pool_bytes() as u16 + lines, self.pool_for(features));
         if used > available {
             return Some(Lack::Memory { used, available });
         }
@@ -176,10 +184,15 @@ mod tests {
     #[test]
     fn a_part_names_what_it_lacks() {
         let mut header = Header { features: feature::ARC as u8, ..Header::default() };
-        assert_eq!(G2553.lacks(&header), Some(Lack::Feature(feature::ARC)));
-        assert_eq!(G2955.lacks(&header), None);
+        assert_eq!(G2553.lacks(&header, 0), Some(Lack::Feature(feature::ARC)));
+        assert_eq!(G2955.lacks(&header, 0), None);
         header = Header { cells: 40, stack: 9, ..Header::default() };
-        assert_eq!(G2955.lacks(&header), Some(Lack::Memory { used: 196, available: 192 }));
+        assert_eq!(G2955.lacks(&header, 0), Some(Lack::Memory { used: 196, available: 192 }));
+        let small = Part { features: u16::MAX, ..G2553 };
+        header = Header { features: feature::EVENTS as u8, cells: 4, stack: 3, ..header };
+        assert_eq!(small.lacks(&header, 2), None);
+        assert_eq!(small.lacks(&header, 3), Some(Lack::Memory { used: 70, available: 64 }));
+        assert_eq!(G2955.lacks(&header, 4), None);
         assert_eq!(Part::named("g2553"), Some(G2553));
         assert_eq!(Part::named("g2452"), None);
     }

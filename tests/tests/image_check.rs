@@ -32,7 +32,7 @@ impl Bytes for Flat<'_> {
 }
 
 fn twin(image: &[u8]) -> u16 {
-    let limits = Limits { bytes: 3072, features: FEATURES, pool: [192, 108] };
+    let limits = Limits { bytes: 3072, features: FEATURES, pool: [192, 108], event_pool: [0, 0] };
     verify(&Flat(image), &limits, &mut [0; ANCHORS]).err().map_or(GOOD, |refusal| refusal as u16)
 }
 

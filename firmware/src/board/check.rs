@@ -16,7 +16,7 @@
 
 use ::core::arch::global_asm;
 use firmware::verify::{ANCHORS, CODE, MACHINE};
-use lang::image::FORMAT;
+use lang::image::{FORMAT, MAX_EVENTS};
 use lang::isa::{FINGERPRINT, LOW_CELLS, Op, SHORT_CELLS, flags};
 use lang::record::{AxisRecord, feature};
 use lang::wire::Refusal;
@@ -37,8 +37,13 @@ const IMAGE_END: u8 = 4;
 const IMAGE: u8 = 6;
 /// Of the machine stack on entry, for the way out of any depth.
 const FRAME: u8 = 8;
+/// Of what the header leaves of the pool, where ON lines take of it.
+const FREE: u8 = 10;
+/// Bytes of the pool that ON lines take.
+const EVENT_POOL: [u16; 2] =
+    if PART.features & feature::EVENTS != 0 { PART.event_pool } else { [0, 0] };
 /// Of the anchors.
-const ANCHOR_TABLE: u8 = 10;
+const ANCHOR_TABLE: u8 = FREE + if EVENT_POOL[0] != 0 { 2 } else { 0 };
 /// Scratch memory of the check, bytes.
 #[cfg(feature = "g2955")]
 pub const SCRATCH: usize = ANCHOR_TABLE as usize + ANCHORS;
@@ -126,6 +131,10 @@ pasapas_verify:
     .endif
     cmp r12, r14
     jlo 9f
+    .if {event_pool}
+    sub r12, r14
+    mov r14, {free}(r10)
+    .endif
     and #15, r13
     cmp #9, r13
     jhs 9f
@@ -288,7 +297,19 @@ pasapas_verify_code:
     cmp {image_end}(r10), r5
     jhs pasapas_verify_broken
     mov.b @r5+, r4
-    jmp 6f
+    tst r4
+    jeq 2f
+    cmp #{max_events}+1, r4
+    jhs pasapas_verify_broken
+    .if {event_pool}
+    mov #{event_pool}, r13
+    mov r4, r12
+3:  add #{event_bytes}, r13
+    dec r12
+    jne 3b
+    cmp r13, {free}(r10)
+    jlo pasapas_verify_broken
+    .endif
 1:  push r4
     push r6
     call #pasapas_verify_word
@@ -298,7 +319,6 @@ pasapas_verify_code:
     pop r6
     pop r4
     dec r4
-6:  tst r4
     jne 1b
 2:
     .endif
@@ -690,6 +710,10 @@ pasapas_verify_table:
     code_start = const CODE_START,
     code_end = const CODE_END,
     image_end = const IMAGE_END,
+    free = const FREE,
+    event_pool = const EVENT_POOL[0],
+    event_bytes = const EVENT_POOL[1],
+    max_events = const MAX_EVENTS,
     anchor = const ANCHOR_TABLE,
     anchors = const ANCHORS,
     version = const Refusal::Version as u8,

@@ -28,8 +28,12 @@ pub const FEATURES: u16 =
     part::G2955.features & if cfg!(feature = "stream") { !0 } else { !feature::STREAM };
 
 /// What the chip can run.
-pub const LIMITS: Limits =
-    Limits { bytes: Store::area::<Area>(), features: FEATURES as u8, pool: crate::vm::POOL_LIMITS };
+pub const LIMITS: Limits = Limits {
+    bytes: Store::area::<Area>(),
+    features: FEATURES as u8,
+    pool: crate::vm::POOL_LIMITS,
+    event_pool: lang::part::G2955.event_pool,
+};
 
 /// An effect under way.
 #[derive(Clone, Copy)]

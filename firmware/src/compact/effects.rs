@@ -28,6 +28,7 @@ constants! {
     OP_PRINT_TEXT = Op::PrintText;
     OP_PRINT_NUMBER = Op::PrintNumber;
     OP_PRINT_END = Op::PrintEnd;
+    OP_EVENT = Op::Event;
     OP_IN = Op::In;
     OP_OUT_STATE = Op::Out;
     OP_READ = Op::Read;

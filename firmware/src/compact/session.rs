@@ -1,7 +1,7 @@
 //! Runs: Start, Stop, pauses, milliseconds, and the VM between its effects.
 
 use crate::consts::constants;
-use lang::isa::Op;
+use lang::isa::{Op, flags};
 use lang::record::feature;
 use lang::vm::{entry, flag};
 use lang::wire::{Control, End, RunState};
@@ -17,6 +17,18 @@ constants! {
     OP_PULSE = Op::Pulse;
     OP_WAIT_CHAR = Op::WaitChar;
     VM_ERROR = flag::ERROR;
+    VM_EVENT = flag::EVENT;
+    VM_MORE = flag::MORE;
+    VM_WITHIN = flag::WITHIN;
+    EVENT_KIND = flags::EVENT_KIND;
+    ON_RISE = flags::ON_RISE;
+    ON_FALL = flags::ON_FALL;
+    ON_EVERY = flags::ON_EVERY;
+    OFF_INPUT = flags::OFF_INPUT;
+    EVENT_ASIDE_SIZE = crate::vm::PART.event_pool[0];
+    EVENT_SIZE = crate::vm::PART.event_pool[1];
+    FEATURE_EVENTS = feature::EVENTS;
+    CALL_EVENT = (entry::EVENT as u16) << 12;
     CALL_ERROR = (entry::ERROR as u16) << 12;
     CALL_FUNC = (entry::FUNC as u16) << 12;
     FEATURE_LINES = feature::LINES;
@@ -27,6 +39,7 @@ constants! {
 }
 
 core::arch::global_asm!(include_str!("session/soft.s"), options(raw));
+core::arch::global_asm!(include_str!("session/events.s"), options(raw));
 core::arch::global_asm!(include_str!("session/run.s"), options(raw));
 core::arch::global_asm!(include_str!("session/ticks.s"), options(raw));
 core::arch::global_asm!(include_str!("session/session.s"), options(raw));

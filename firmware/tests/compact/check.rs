@@ -7,6 +7,7 @@ use firmware::WHOLE;
 use firmware::verify::{ANCHORS, Bytes, Limits, feature_of, verify};
 use lang::image::seal;
 use lang::isa::{Op, flags};
+use lang::part::Part;
 use lang::wire::Refusal;
 use proptest::prelude::*;
 
@@ -26,7 +27,8 @@ impl Bytes for Flat<'_> {
 
 fn twin(image: &[u8]) -> u16 {
     let bytes = WHOLE.room_for(false) as u16;
-    let limits = Limits { bytes, features: WHOLE.features as u8, pool: WHOLE.pool };
+    let Part { features, pool, event_pool, .. } = WHOLE;
+    let limits = Limits { bytes, features: features as u8, pool, event_pool };
     verify(&Flat(image), &limits, &mut [0; ANCHORS]).err().map_or(0, |refusal| refusal as u16)
 }
 
@@ -51,6 +53,9 @@ fn programs() -> Vec<Vec<u8>> {
     let mut images: Vec<_> = texts.map(|text| image(&text)).collect();
     images.push(image(
         "KEEP k\nON ERROR GOTO h\nk = k + 1\nG0 X1 Y2\nEND\nh: PRINT ERR\nRESUME NEXT",
+    ));
+    images.push(image(
+        "DIM n\nON IN 3 RISE GOSUB h\nON EVERY 1s GOSUB h\nWait 9s\nEND\nh: n = n + 1\nRETURN",
     ));
     images.push(image("DIM a(3), i\nFOR i = 0 TO 2: a(i) = i * 70000: NEXT\nPRINT a(1)"));
     images
@@ -86,7 +91,7 @@ fn what_the_twin_takes_is_taken_and_what_it_refuses_refused() {
 #[test]
 fn instructions_of_a_feature_that_the_part_lacks_are_none() {
     let mut chip = Chip::new();
-    let lacking = [Op::Arc, Op::ArcMixed, Op::ArcBy, Op::Event, Op::MoveSpeed];
+    let lacking = [Op::Arc, Op::ArcMixed, Op::ArcBy, Op::MoveSpeed];
     for op in lacking {
         assert_ne!(feature_of(op as u8), 0);
         let mut image = image("PRINT 1\nPRINT 2");

@@ -13,6 +13,7 @@ mod check;
 mod commands;
 mod coords;
 mod effects;
+mod events;
 mod home;
 mod io;
 mod keep;

@@ -73,7 +73,7 @@ fn only_parts_with_the_feature_take_power() {
     let needs = |compiled: &back::Compiled| u16::from(compiled.image[1]) & feature::POWER != 0;
     assert_eq!([needs(&graded), needs(&plain), needs(&mill)], [true, false, false]);
     let header = lang::image::Header::read(&graded.image).expect("a header");
-    let lack = lang::part::G2553.lacks(&header).expect("no room for it");
+    let lack = lang::part::G2553.lacks(&header, 0).expect("no room for it");
     assert!(lack.to_string().contains("laser's power"), "{lack}");
-    assert_eq!(lang::part::G2955.lacks(&header), None);
+    assert_eq!(lang::part::G2955.lacks(&header, 0), None);
 }

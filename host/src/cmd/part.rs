@@ -57,10 +57,10 @@ impl Choice {
     ) -> Result<&'static Build, Failure> {
         let Ok(image) = Image::new(&compiled.image) else { return Ok(self.or_default()) };
         let Some(build) = self.part else {
-            let runs = |build: &&&Build| build.part.lacks(&image.header).is_none();
+            let runs = |build: &&&Build| build.part.lacks(&image.header, image.events()).is_none();
             return Ok(AUTOMATIC.iter().find(runs).copied().unwrap_or(DEFAULT));
         };
-        let Some(lack) = build.part.lacks(&image.header) else { return Ok(build) };
+        let Some(lack) = build.part.lacks(&image.header, image.events()) else { return Ok(build) };
         let text = format!("the {} lacks what this program wants: {lack}", build.part.chip);
         let note = Note::error(script.source.name(), "B008", text)
             .hint("take a larger part with --part, or write the program without it");

@@ -64,8 +64,8 @@ pub fn make(case: Case) -> Option<Made> {
 /// The same for a board; `None` also when its part has no room for the program.
 pub fn make_for(build: &Build, case: Case) -> Option<Made> {
     let made = make(case)?;
-    let header = Image::new(&made.compiled.image).ok()?.header;
-    build.part.lacks(&header).is_none().then_some(made)
+    let image = Image::new(&made.compiled.image).ok()?;
+    build.part.lacks(&image.header, image.events()).is_none().then_some(made)
 }
 
 /// The choices of case `n`.

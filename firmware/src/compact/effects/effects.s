@@ -308,10 +308,18 @@ effect_ends:
     .byte OP_IN_SHORT, OP_TIMED_OUT, OP_OUT_SHORT, OP_MOVE_TO, OP_RAPID, OP_FEED, OP_HOME, OP_PROBE
     .byte OP_SET_POS, OP_STOP_AXE, OP_WAIT_MOVE, OP_SET_OUT, OP_PULSE, OP_SET_PORT, OP_MOTORS
     .byte OP_WAIT, OP_WAIT_IN, OP_WAIT_START, OP_SEND, OP_WAIT_CHAR, OP_PRINT_TEXT
-    .byte OP_PRINT_NUMBER, OP_PRINT_END, OP_IN, OP_OUT_STATE, OP_READ, EFFECT_END, 0xff
+    .byte OP_PRINT_NUMBER, OP_PRINT_END
+    .if HAS_EVENTS
+    .byte OP_EVENT
+    .endif
+    .byte OP_IN, OP_OUT_STATE, OP_READ, EFFECT_END, 0xff
     .balign 2, 0
 effect_table:
     .short fx_set_pos_zero, fx_in_short, fx_timed_out, fx_out_short, fx_move, fx_linear, fx_feed
     .short fx_home, fx_probe, fx_set_pos, fx_stop, fx_wait_move, fx_set_out, fx_pulse
     .short fx_set_port, fx_motors, fx_wait, fx_wait_in, fx_wait_start, fx_send, fx_wait_char
-    .short fx_print_text, fx_print_value, fx_print_end, fx_in, fx_out_state, fx_read, fx_end
+    .short fx_print_text, fx_print_value, fx_print_end
+    .if HAS_EVENTS
+    .short fx_event
+    .endif
+    .short fx_in, fx_out_state, fx_read, fx_end

@@ -71,7 +71,10 @@ run:
     call #pasapas_vm_run
     mov &VM_PC, &EFFECT_PC
     cmp #0x200, r12
-    jhs 9f
+    .if HAS_EVENTS
+    jeq event_serve
+    .endif
+    jhs run_left
     dec &EFFECT_PC
     cmp #0x100, r12
     jhs raise
@@ -83,6 +86,14 @@ run:
     /* PHASE is 0 then */
 3:  mov r12, &EFFECT
     clr &N
+    .if HAS_EVENTS
+    /* what ends its statement, and what does not */
+    mov.b &VM_FLAGS, r14
+    and #VM_MORE, r14
+    rla r14
+    bic.b #VM_MORE|VM_WITHIN, &VM_FLAGS
+    bis.b r14, &VM_FLAGS
+    .endif
 run_perform:
     bit.b #T_FULL, &TRACING
     jeq 1f
@@ -91,7 +102,11 @@ run_perform:
     jeq 9f
 1:  call #effect_poll
     cmp #NOT_YET, r12
+    .if HAS_EVENTS
+    jeq event_serve
+    .else
     jeq 9f
+    .endif
     jlo run_on
     jmp raise
 2:  call #soft
@@ -99,9 +114,23 @@ run_perform:
     jne raise
 run_on:
     mov &VM_PC, &EFFECT_PC
+    .if HAS_EVENTS
+    call #run_no_effect
+    jmp event_serve
+    /* the handler of an ON line is left; a wait that it interrupted may be over, which comes first */
+run_left:
+    dec &EFFECT_PC
+    call #event_left
+    tst.b &EFFECT
+    jeq event_serve
+    ret
+    .else
+    .set run_left, run_idle
+    .endif
 run_no_effect:
     clr &EFFECT
     clr &TIME+2
+run_idle:
 9:  ret
 
 /* A fault of the instruction at EFFECT_PC: its handler begins, or the run ends. Takes r12 = fault (the
@@ -115,6 +144,9 @@ raise:
     clr &EFFECT
     clr.b &PRINT_OPEN
     bic.b #T_DROPPED+T_ANNOUNCED, &TRACING
+    .if HAS_EVENTS
+    bic.b #VM_MORE|VM_WITHIN, &VM_FLAGS
+    .endif
     cmp.b #F_STACK, r12
     jeq fail
     bit.b #VM_ERROR, &VM_FLAGS

@@ -143,6 +143,11 @@ start_:
     LIT16 RUNS_MARK
     F put RUNNING
     LET RUN, RUN_RUNNING
+    .if HAS_EVENTS
+    CALL stack_end
+    F put VM_SP
+    F put VM_BASE
+    .endif
     BITS_OFF RUN_FLAGS, R_WAITING|R_TIMED_OUT
     BITS_OFF TRACING, ~(T_ON|T_LOCKED)&0xff
     END

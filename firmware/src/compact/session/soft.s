@@ -78,7 +78,13 @@ soft_leave:
     cmp #CALL_ERROR/256, r12
     jne soft_done
     mov #POOL, &VM_CALLS
+    .if HAS_EVENTS
+    bic.b #VM_EVENT, &VM_FLAGS
+    call #stack_end
+    mov r12, &VM_BASE
+    .else
     mov #POOL_END, &VM_BASE
+    .endif
     jmp 3f
 
 soft_resume_next:

@@ -143,8 +143,12 @@ ticks:
     call #keep_save
     .endif
 
+1:
+    .if HAS_EVENTS
+    call #event_tick
+    .endif
     /* as long as it is pressed: nothing else begins to move */
-1:  mov &BOARD, r10
+    mov &BOARD, r10
     mov.b B_EMERGENCY(r10), r10
     mov r10, r12
     call #input

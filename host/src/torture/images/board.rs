@@ -44,7 +44,7 @@ pub fn wanted(build: &Build, image: &[u8]) -> Wanted {
     let flat = Flat(image);
     let part = &build.part;
     let (bytes, features) = (part.room_for(false) as u16, part.features as u8);
-    let limits = Limits { bytes, features, pool: part.pool };
+    let limits = Limits { bytes, features, pool: part.pool, event_pool: part.event_pool };
     if sound(&flat, limits.bytes).is_none_or(|length| usize::from(length) != image.len())
         || verify(&flat, &limits, &mut [0; ANCHORS]).is_err()
     {
