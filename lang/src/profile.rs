@@ -446,19 +446,24 @@ impl Profile {
         self.inputs.iter().find(|input| input.role == Some(role))
     }
 
-    /// Input number of the probe.
+    /// Input number of the probe, 0 for none.
     pub fn probe_input(&self) -> i32 {
-        self.input_with(InputRole::Probe).map_or(self.wiring.probe(), |input| input.n)
+        self.input_with(InputRole::Probe).map_or(self.unless_taken(self.wiring.probe()), |i| i.n)
     }
 
-    /// Input number of the axis's reference switch.
+    /// The wiring's input of a purpose, 0 when the profile gives that input a role of its own.
+    fn unless_taken(&self, n: i32) -> i32 {
+        if self.inputs.iter().any(|input| input.n == n && input.role.is_some()) { 0 } else { n }
+    }
+
+    /// Input number of the axis's reference switch, 0 for none.
     pub fn reference_input(&self, axis: Axis) -> i32 {
         let role = match axis {
             Axis::X => InputRole::ReferenceX,
             Axis::Y => InputRole::ReferenceY,
             Axis::Z => InputRole::ReferenceZ,
         };
-        self.input_with(role).map_or(self.wiring.reference(axis), |input| input.n)
+        self.input_with(role).map_or(self.unless_taken(self.wiring.reference(axis)), |i| i.n)
     }
 
     fn check(&self) -> Result<(), ProfileError> {

@@ -174,8 +174,12 @@ pub struct BoardRecord {
     /// Lock code of program and profile ([`wire`](crate::wire), Lock), low word first; a low word of 0
     /// is none.
     pub lock: [u16; 2],
+    /// Pin of port 1 that carries the emergency stop, as a mask; 0 for one in the chain, or none.
+    pub emergency_pin: u8,
+    /// The same where the stop is pressed when that pin goes low.
+    pub emergency_falls: u8,
     /// Zero.
-    pub reserved: [u16; 6],
+    pub reserved: [u16; 5],
     /// CRC of the 62 bytes before.
     pub crc: u16,
 }
@@ -218,9 +222,29 @@ impl BoardRecord {
         spindle: 1,
         spin_up: 0,
         lock: [0; 2],
-        reserved: [0; 6],
+        emergency_pin: 0,
+        emergency_falls: 0,
+        reserved: [0; 5],
         crc: 0,
     };
+
+    /// The pin of port 1 that carries input `n`, as a mask; 0 for one in the chain and for none.
+    pub const fn pin(&self, n: u8) -> u8 {
+        match (self.flags & BoardRecord::CHAIN != 0, n) {
+            (false, 1..=4) => 1 << (n + 3),
+            (true, 17) => 1 << 4,
+            _ => 0,
+        }
+    }
+
+    /// Pins of port 1 whose inputs go on when they go low.
+    pub const fn falling(&self) -> u8 {
+        if self.flags & BoardRecord::CHAIN == 0 {
+            !(self.input_invert << 4) as u8 & 0xF0
+        } else {
+            (!self.input_invert_high << 4) as u8 & 1 << 4
+        }
+    }
 }
 
 #[cfg(feature = "compiler")]

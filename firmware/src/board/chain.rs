@@ -5,6 +5,7 @@
 //! byte sent outputs 9 to 16. While the latch is low the 74HC165 load; its rise shows what the
 //! 74HC595 were sent.
 
+use crate::guard;
 use crate::pins::*;
 use crate::reg::{self, bic, bis, set};
 
@@ -64,6 +65,7 @@ fn latch() {
 
 /// Sends the outputs' levels and brings the inputs' levels.
 pub fn exchange(outputs: u16) -> u16 {
+    guard::lend_chain(outputs);
     latch();
     let low = byte((outputs >> 8) as u8);
     let high = byte(outputs as u8);

@@ -819,10 +819,13 @@ impl Core {
         let probe = self.input(17);
         let probe_was = core::mem::replace(&mut self.probe, probe);
         let emergency = self.record.emergency;
-        // An acknowledged fault can still be read: only one that is latched has been dealt with.
+        // Not filtered: a stop must not wait, and one too many does no harm.
+        // An acknowledged fault can still be read: only one that is latched has been dealt with,
+        // unless something moves all the same.
         let latched = self.session.state() as u8 == RunState::Fault as u8
             && self.session.fault() == Fault::EmergencyStop.number();
-        if emergency != 0 && self.input(emergency) && !latched {
+        let dealt_with = latched && self.motor.moving() == 0;
+        if emergency != 0 && self.unfiltered(emergency) && !dealt_with {
             self.emergency(emergency);
         }
         if self.buttons.accepted() & 1 != 0 {

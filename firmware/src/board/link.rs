@@ -40,7 +40,8 @@ static mut SHARED: Shared =
 /// Milliseconds, counted by Timer0_A CCR0.
 static mut MILLIS: u16 = 0;
 
-// Receive 46 cycles, transmit 40, silence 19, millisecond 24. UCA0STAT is read before the data
+// Receive 46 cycles, transmit 40, silence 19, millisecond 31 (`guard.rs`
+// goes on where the chain may stop the machine). UCA0STAT is read before the data
 // because reading UCA0RXBUF clears its error flags.
 global_asm!(
     r#"
@@ -116,6 +117,8 @@ TIMER0_A0:
     add #2000, &0x0172
     inc &{millis}
     mov.b #1, &{vm}+{poll}
+    tst &PASAPAS_GUARD
+    jne pasapas_guard_chain
     reti
     "#,
     shared = sym SHARED,

@@ -15,6 +15,7 @@ mod commands;
 mod core;
 mod effects;
 mod flash;
+mod guard;
 mod link;
 mod lock;
 mod map;
@@ -78,6 +79,7 @@ extern "C" fn main() -> ! {
     } else {
         chain::open_direct();
     }
+    guard::open(core.record.falling(), core.record.input_invert);
     core.cause = boot::cause();
     core.bites = boot::bites(core.cause);
     // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
@@ -104,6 +106,7 @@ extern "C" fn main() -> ! {
         core.line_rests = line.rests();
         core.ticks();
         core.motor.poll(core.trace.full);
+        core.tripped();
         core.run();
         if core.restart && core.line_rests {
             boot::restart();

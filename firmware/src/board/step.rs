@@ -27,13 +27,14 @@ use core::mem::MaybeUninit;
 use firmware::motion::queue::{self, SLOTS};
 use firmware::motion::{PathSegment, Segment};
 
+use crate::guard;
 use crate::pins::{P2_DIR, P2_STEP};
 use crate::reg::{self, bic, bis};
 
 /// A segment of all axes in the engine's memory.
 #[derive(Clone, Copy)]
 #[repr(C)]
-struct PathSlot {
+pub struct PathSlot {
     ramp: Segment,
     inc: [u32; 3],
     /// Upper halves of the accumulators at the beginning of a block.
@@ -426,9 +427,10 @@ const TA1R: *mut u16 = 0x0190 as *mut u16;
 /// Compare registers of channels 0, 1, 2.
 const TA1CCR: *mut [u16; 3] = 0x0192 as *mut [u16; 3];
 
-/// Whether an axis has an event ahead; the path's run on channel 0.
+/// Whether an axis has an event ahead; the path's run on channel 0. Also as long as nobody has looked
+/// into why a pin stopped it.
 pub fn axis_is_running(axis: usize) -> bool {
-    enabled(axis)
+    enabled(axis) || guard::tripped() != 0
 }
 
 /// Empties the memory of both handlers, for the next motion of either kind. Nothing runs.
@@ -493,8 +495,12 @@ pub fn init(width_us: u8, invert: u8) {
     set_dirs(0);
 }
 
-/// Whether any axis has an event ahead.
+/// Whether any axis has an event ahead; see [`axis_is_running`].
 pub fn is_running() -> bool {
+    moves() || guard::tripped() != 0
+}
+
+fn moves() -> bool {
     enabled(0) || enabled(1) || enabled(2)
 }
 
@@ -568,7 +574,7 @@ pub fn put_path(segment: &PathSegment, power: u16) {
         (*slot).ramp.mask = segment.ramp.mask;
         (*slot).time = queue::time(&segment.ramp);
         (*slot).power = power;
-        (&raw mut (*slot).ramp.events).write_volatile(segment.ramp.events);
+        guard::arm(&raw mut (*slot).ramp.events, segment.ramp.events);
         (*shared()).fill = ((n + 1) % SLOTS) as u8;
         if !is_running() {
             // The slot before, an empty one: the first interrupt leaves it and begins this one.
@@ -594,7 +600,7 @@ pub fn put_axis(axis: usize, segment: &Segment, negative: bool) {
         (*next).interval = segment.interval;
         (*next).dif = segment.dif;
         (*next).mask = segment.mask | if negative { 1 << 15 } else { 0 };
-        (&raw mut (*next).events).write_volatile(segment.events);
+        guard::arm(&raw mut (*next).events, segment.events);
         if !enabled(axis) {
             start(axis, pasapas_single_event as *const () as usize as u16);
         }
@@ -628,7 +634,8 @@ pub fn halt() {
             (&raw mut (*state()).single[axis].playing.events).write_volatile(0);
         }
     }
-    while is_running() {}
+    while moves() {}
+    guard::release();
 }
 
 /// As [`halt`] for one axis that moves on its own; the others go on.
@@ -638,7 +645,7 @@ pub fn halt_axis(axis: usize) {
         (&raw mut (*state()).single[axis].next.events).write_volatile(0);
         (&raw mut (*state()).single[axis].playing.events).write_volatile(0);
     }
-    while axis_is_running(axis) {}
+    while enabled(axis) {}
 }
 
 /// Adds the steps made since the last call to a position; at least every 32 767 steps.

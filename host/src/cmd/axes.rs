@@ -181,7 +181,10 @@ fn home_order(profile: &Profile, axis: Axis) -> Result<Vec<u16>, Failure> {
     let home = &own.home;
     let to_steps = |um: i32| i64::from(um) * i64::from(own.scale.steps) / i64::from(own.scale.um);
     let away = -i64::from(home.direction.sign()) * to_steps(home.clearance_um);
-    let input = u16::try_from(profile.reference_input(axis)).unwrap_or(1) - 1;
+    let input = u16::try_from(profile.reference_input(axis) - 1).map_err(|_| {
+        let letter = axis.letter();
+        Failure::Usage(format!("the machine `{}` has no reference switch of {letter}", profile.name))
+    })?;
     let mut order = vec![
         command::HOME,
         axis.index() as u16 + 1,

@@ -41,7 +41,9 @@ impl BoardRecord {
             spindle: byte(43),
             spin_up: word(44),
             lock: [word(46), word(48)],
-            reserved: [0, 1, 2, 3, 4, 5].map(|i| word(50 + 2 * i)),
+            emergency_pin: byte(50),
+            emergency_falls: byte(51),
+            reserved: [0, 1, 2, 3, 4].map(|i| word(52 + 2 * i)),
             crc: word(62),
         }
     }

@@ -178,10 +178,14 @@ impl BoardRecord {
             spindle: output(OutputRole::Spindle),
             spin_up: profile.run.spin_up_ms,
             lock: [0; 2],
-            reserved: [0; 6],
+            emergency_pin: 0,
+            emergency_falls: 0,
+            reserved: [0; 5],
             crc: 0,
         };
-        record.sealed()
+        let emergency_pin = record.pin(record.emergency);
+        let emergency_falls = emergency_pin & record.falling();
+        BoardRecord { emergency_pin, emergency_falls, ..record }.sealed()
     }
 
     /// The record with the CRC that its other fields make.
@@ -220,6 +224,7 @@ impl BoardRecord {
         }
         words(&[pair(self.laser, self.lamp), pair(self.enable, self.spindle), self.spin_up]);
         words(&self.lock);
+        words(&[pair(self.emergency_pin, self.emergency_falls)]);
         words(&self.reserved);
         words(&[self.crc]);
         let mut bytes = [0; BoardRecord::SIZE];

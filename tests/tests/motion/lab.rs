@@ -1,6 +1,7 @@
 //! A board with a program, buttons, and a record of every step.
 
 use emulator::{Board, Edge, Signal, TICKS_PER_SECOND};
+use lang::profile::Wiring;
 use lang::wire::MACHINE_POSITIONS;
 use pasapas::bench::stand::{Stand, image_for};
 use pasapas::board::Build;
@@ -12,7 +13,7 @@ pub const MS: u64 = TICKS_PER_SECOND / 1_000;
 const LONGEST_MS: u64 = 60_000;
 /// A finger on a button, ms: longer than the input filter takes.
 pub const PRESS_MS: u64 = 40;
-/// The output that a test's program switches on last.
+/// The output that a test's program switches on last, in the chain.
 pub const DONE: u8 = 8;
 
 /// A board that holds a program, at rest.
@@ -47,11 +48,15 @@ impl Lab {
     /// A board of a build with a script on it; the script's end switches [`DONE`] on.
     pub fn new(build: &Build, profile: &lang::profile::Profile, script: &str) -> Lab {
         // An end would take the output back, and a Start press would run the program again.
-        let text = format!("{script}\nSetOut {DONE}, ON\nWaitIn {DONE}, ON\n");
+        let done = if profile.wiring == Wiring::Chain { DONE } else { 2 };
+        let text = format!("{script}\nSetOut {done}, ON\nWaitIn {done}, ON\n");
         let (_, image) = image_for(profile, &text).expect("a script");
         let mut stand = Stand::on(build, profile).expect("a board");
         stand.upload(&image).expect("an upload");
-        Lab { board: stand.copy() }
+        let mut board = stand.copy();
+        // Time that is let pass is not cut short.
+        board.plant_mut().stop_at_output = false;
+        Lab { board }
     }
 
     /// Presses Start for [`PRESS_MS`].

@@ -2,7 +2,7 @@
 
 use emulator::plant::Contact;
 use lang::fault::Fault;
-use lang::profile::Profile;
+use lang::profile::{Profile, Wiring};
 use lang::wire::{FAULT, FAULT_INPUT, HOMED, RUN_STATE, RunState};
 use pasapas::board::{Build, G2553, G2955};
 
@@ -65,24 +65,43 @@ fn a_move_beyond_its_travel_makes_no_step() {
     }
 }
 
+/// Steps that an axis makes beyond its closed switch at 4000 st/s, a script and what it may be.
+fn beyond(build: &Build, wiring: Wiring, script: &str, instants: u64) -> usize {
+    let mut mill = Profile::built_in("mill").expect("the mill");
+    mill.wiring = wiring;
+    let mut most = 0;
+    for n in 0..instants {
+        let place = 1_500 + n as i64;
+        let mut lab = Lab::new(build, &mill, script);
+        lab.board.plant_mut().switches[0] =
+            Some(Contact { axis: 0, position: -place, above: false });
+        lab.board.record(true);
+        let name = format!("{script} on {}, {wiring:?}", build.part.name);
+        assert_eq!(faults(&mut lab), Some(Fault::LimitSwitch), "{name}");
+        let input = if wiring == Wiring::Chain { 9 } else { 1 };
+        assert_eq!(lab.read(FAULT_INPUT), input, "{name}: the input is named");
+        assert_eq!(lab.read(HOMED), 0);
+        let made = steps(&lab.board.take_edges());
+        let own = made.iter().filter(|s| s.by[0] != 0).count();
+        assert_eq!(lab.told()[0], -(own as i64), "{name}");
+        most = most.max(own - place as usize);
+    }
+    most
+}
+
 #[test]
-fn a_limit_switch_stops_the_axes_within_a_millisecond() {
-    for build in [&G2553, &G2955] {
-        for script in ["MoveAxe X, -90mm, 40mm/s", "G1 X-60 Y30 F2400"] {
-            let mut lab = lab(build, script);
-            lab.board.plant_mut().switches[0] =
-                Some(Contact { axis: 0, position: -1_500, above: false });
-            lab.board.record(true);
-            assert_eq!(faults(&mut lab), Some(Fault::LimitSwitch), "{script}");
-            assert_eq!(lab.read(FAULT_INPUT), 9, "{script}: the input is named");
-            assert_eq!(lab.read(HOMED), 0);
-            let made = steps(&lab.board.take_edges());
-            let own: Vec<u64> = made.iter().filter(|s| s.by[0] != 0).map(|s| s.at).collect();
-            // At 4000 st/s a millisecond is 4 steps, one more is armed.
-            let beyond = own.len() - 1_500;
-            assert!(beyond <= 6, "{script} on {}: {beyond} steps beyond", build.part.name);
-            assert_eq!(lab.told()[0], -(own.len() as i64), "{script}");
+fn a_limit_switch_stops_the_axes_within_a_step_at_a_pin_and_a_millisecond_in_the_chain() {
+    for script in ["MoveAxe X, -90mm, 40mm/s", "G1 X-60 Y30 F2400"] {
+        // A millisecond is 4 steps, one more is armed. The G2553 looks at its pins as at the chain,
+        // behind a piece of its plan.
+        for wiring in [Wiring::Direct, Wiring::Chain] {
+            let steps = beyond(&G2553, wiring, script, 1);
+            assert!(steps <= 6, "{script}, {wiring:?}: {steps} steps");
         }
+        let steps = beyond(&G2955, Wiring::Direct, script, 4);
+        assert!(steps <= 1, "{script}: {steps} steps");
+        let steps = beyond(&G2955, Wiring::Chain, script, 4);
+        assert!(steps <= 5, "{script}: {steps} steps");
     }
 }
 

@@ -140,6 +140,10 @@ impl Machine {
             Action::Input { n, on } => {
                 self.inputs.drive(n, on, self.now);
                 self.feel_plant();
+                // An emergency stop does not wait for a filter.
+                if on && self.role(n) == Some(InputRole::EmergencyStop) {
+                    self.emergency_stop();
+                }
             }
             Action::Button { button, down } => self.button(button, down),
             Action::EmergencyStop => self.emergency_stop(),
@@ -157,15 +161,17 @@ impl Machine {
         while let Some((n, on)) = self.inputs.take_filtered(self.now) {
             self.log.input(self.now, n, on);
             self.input_event(n, on);
-            let role = self.profile.inputs.iter().find(|input| input.n == n).and_then(|i| i.role);
-            match role {
+            match self.role(n) {
                 Some(InputRole::Start) => self.button(Button::Start, on),
                 Some(InputRole::Stop) => self.button(Button::Stop, on),
                 Some(InputRole::Hold | InputRole::Door) if on => self.pause(),
-                Some(InputRole::EmergencyStop) if on => self.emergency_stop(),
                 _ => {}
             }
         }
+    }
+
+    fn role(&self, n: i32) -> Option<InputRole> {
+        self.profile.inputs.iter().find(|input| input.n == n).and_then(|input| input.role)
     }
 
     fn button(&mut self, button: Button, down: bool) {

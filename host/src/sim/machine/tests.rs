@@ -4,7 +4,7 @@ use std::rc::Rc;
 use lang::axis::Axis;
 use lang::effect::{Center, Coord, Dist, Effect, Frame, Plane, Rate, Read, Sensor, Want};
 use lang::fault::Fault;
-use lang::profile::Profile;
+use lang::profile::{BUILT_IN, Profile};
 
 use super::{Machine, Step};
 use crate::sim::trace::{Event, Status, to_text};
@@ -27,13 +27,16 @@ const HOME_X: Effect = Effect::Home { axis: Axis::X, query: false };
 
 /// Runs one effect a line; gives trace, end, time in us.
 fn run_on(profile: &str, world: &str, effects: &[Effect]) -> (String, End, u64) {
-    let profile = Profile::built_in(profile).unwrap();
+    run_with(&Profile::built_in(profile).unwrap(), world, effects)
+}
+
+fn run_with(profile: &Profile, world: &str, effects: &[Effect]) -> (String, End, u64) {
     let world = World::parse("w.rhai", world).unwrap();
     let events = Rc::new(RefCell::new(Vec::new()));
     let log = events.clone();
     let sink = Box::new(move |event: &Event| log.borrow_mut().push(event.clone()));
     let options = Options { times: false, ..Options::default() };
-    let mut machine = Machine::new(&profile, &world, &options, Vec::new(), sink).unwrap();
+    let mut machine = Machine::new(profile, &world, &options, Vec::new(), sink).unwrap();
     let mut fault = None;
     let mut last = 0;
     for (index, effect) in effects.iter().enumerate() {
@@ -181,6 +184,17 @@ fn stop_held_nothing_left_and_the_emergency_stop_end_a_run() {
     assert_eq!(status(&run(glitch, &wait)), (Status::Stopped, None));
     let (_, end, us) = run("at(10, || set_in(3, true));", &wait);
     assert_eq!((end.status, us), (Status::Done, 15_000));
+}
+
+#[test]
+fn an_emergency_stop_waits_for_no_filter() {
+    let text = BUILT_IN[0].1.to_owned()
+        + "\n[[input]]\nn = 5\nrole = \"emergency_stop\"\ninvert = true\nfilter_ms = 50\n";
+    let profile = Profile::parse(&text).unwrap();
+    // A disturbance that `IN(5)` would never show.
+    let world = "at(300, || set_in(5, true)); at(301, || set_in(5, false));";
+    let result = run_with(&profile, world, &[go(Axis::X, 200_000)]);
+    assert_eq!((status(&result), result.2), ((Status::Fault, Some(Fault::EmergencyStop)), 300_000));
 }
 
 #[test]

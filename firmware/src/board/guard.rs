@@ -1,0 +1,190 @@
+//! Pins of port 1 that stop the step engine by themselves: the emergency stop, and reference switches
+//! as limit switches of the direct wiring.
+//!
+//! The main loop looks at its inputs once in a millisecond and may plan a chord meanwhile. Interrupts
+//! empty the engine instead: that of port 1 at the pin's edge, and the millisecond's, which reads the
+//! chain as long as something there may stop the machine. The step that is armed comes, whole, because
+//! it was counted; none follows. What follows from it (faults, outputs, homed axes) is the main loop's:
+//! until it has called [`release`] the engine takes no segment and is said to run.
+//!
+//! A pin that does not answer any more when the interrupt looks at it, a disturbance of 1 us or so,
+//! stops nothing. Port 1's interrupt takes 118 cycles; that of the millisecond lets others come between.
+
+use core::arch::global_asm;
+use core::mem::size_of;
+
+use firmware::motion::queue::SLOTS;
+
+use crate::pins::P2_OUT1_OR_LATCH;
+use crate::reg::{self, set};
+use crate::step::PathSlot;
+
+/// What the interrupts share with the main loop; the assembly knows its layout.
+#[repr(C)]
+struct Guard {
+    /// Inputs of the chain that stop the engine, and those of them that have.
+    inputs: u16,
+    answered: u16,
+    /// Inputs of the chain that are on when low.
+    invert: u16,
+    /// What the chain was sent last.
+    outputs: u16,
+    /// Pins that have answered, [`CHAIN`] for inputs of the chain, 0 for none.
+    tripped: u8,
+}
+
+/// [`Guard::tripped`]: none of the pins of inputs.
+const CHAIN: u8 = 1;
+
+#[unsafe(no_mangle)]
+static mut PASAPAS_GUARD: Guard =
+    Guard { inputs: 0, answered: 0, invert: 0, outputs: 0, tripped: 0 };
+
+global_asm!(
+    r#"
+    .set P1IN,     0x0020
+    .set P1IFG,    0x0023
+    .set P1IES,    0x0024
+    .set P1IE,     0x0025
+    .set P2OUT,    0x0029
+    .set UCB0STAT, 0x006d
+    .set UCB0RXBUF, 0x006e
+    .set UCB0TXBUF, 0x006f
+    /* offsets in Guard */
+    .set INPUTS, PASAPAS_GUARD
+    .set ANSWERED, PASAPAS_GUARD+2
+    .set INVERT, PASAPAS_GUARD+4
+    .set OUTPUTS, PASAPAS_GUARD+6
+    .set TRIPPED, PASAPAS_GUARD+8
+    /* events of a segment */
+    .set EVENTS,   8
+    .set SEGMENT,  12
+    .set SINGLE,   26
+
+    .section .text.guard,"ax",@progbits
+module.guard:
+    .global PORT1
+PORT1:
+    push r15
+    clr.b &P1IFG
+    mov.b &P1IN, r15
+    xor.b &P1IES, r15
+    and.b &P1IE, r15
+    jeq guard_exit
+guard_trips:
+    mov.b r15, &TRIPPED
+    clr.b &P1IE
+    clr &INPUTS
+    /* the slots of a path, then what each single axis plays and has next */
+    .set AT, PASAPAS_PLAY+EVENTS
+    .rept {slots}
+    clr &AT
+    .set AT, AT+{slot}
+    .endr
+    .set AT, PASAPAS_PLAY+EVENTS
+    .rept 3
+    clr &AT
+    clr &AT+SEGMENT
+    .set AT, AT+SINGLE
+    .endr
+guard_exit:
+    pop r15
+    reti
+
+    /* The millisecond's interrupt goes on here. The registers of the outputs are sent what they hold. */
+    .global pasapas_guard_chain
+pasapas_guard_chain:
+    eint
+    push r15
+    push r14
+    bic.b #{latch}, &P2OUT
+    bis.b #{latch}, &P2OUT
+    mov.b &OUTPUTS+1, &UCB0TXBUF
+1:  bit.b #1, &UCB0STAT
+    jne 1b
+    mov.b &UCB0RXBUF, r15
+    mov.b &OUTPUTS, &UCB0TXBUF
+1:  bit.b #1, &UCB0STAT
+    jne 1b
+    mov.b &UCB0RXBUF, r14
+    swpb r14
+    bis r14, r15
+    pop r14
+    dint
+    xor &INVERT, r15
+    and &INPUTS, r15
+    jeq guard_exit
+    mov r15, &ANSWERED
+    mov.b #{chain}, r15
+    jmp guard_trips
+    "#,
+    slots = const SLOTS,
+    slot = const size_of::<PathSlot>(),
+    latch = const P2_OUT1_OR_LATCH,
+    chain = const CHAIN,
+);
+
+fn guard() -> *mut Guard {
+    &raw mut PASAPAS_GUARD
+}
+
+/// Says which edge of a pin answers, `falling` for those that answer when they go low, and which
+/// inputs of the chain are on when low.
+pub fn open(falling: u8, invert: u16) {
+    let ports = reg::ports();
+    set!(ports.p1ies, falling);
+    // Another edge than before may be taken for one that has come.
+    set!(ports.p1ifg, 0);
+    // SAFETY: interrupts are still off.
+    unsafe { (*guard()).invert = invert };
+}
+
+/// What stops the engine from now on: pins of port 1 and inputs of the chain.
+pub fn watch(pins: u8, inputs: u16) {
+    set!(reg::ports().p1ie, pins);
+    // SAFETY: a single word.
+    unsafe { (&raw mut (*guard()).inputs).write_volatile(inputs) };
+}
+
+/// The chain is the main loop's, which sends it `outputs`, until [`watch`].
+pub fn lend_chain(outputs: u16) {
+    // SAFETY: single words; the interrupt reads the second one only while the first is not 0.
+    unsafe {
+        (&raw mut (*guard()).inputs).write_volatile(0);
+        (&raw mut (*guard()).outputs).write_volatile(outputs);
+    }
+}
+
+/// The pins that have answered, 1 for inputs of the chain, 0 for none.
+#[inline(always)]
+pub fn tripped() -> u8 {
+    // SAFETY: a byte.
+    unsafe { (&raw const (*guard()).tripped).read_volatile() }
+}
+
+/// The inputs of the chain that have answered.
+pub fn answered() -> u16 {
+    if tripped() != CHAIN {
+        return 0;
+    }
+    // SAFETY: a single word, written before `tripped` was set and not again before `watch`.
+    unsafe { (&raw const (*guard()).answered).read_volatile() }
+}
+
+/// The engine rests and may take segments again.
+pub fn release() {
+    // SAFETY: a byte; the interrupts that write it are off since they did.
+    unsafe { (&raw mut (*guard()).tripped).write_volatile(0) };
+}
+
+/// Makes a slot of the engine known to its interrupt by giving it its `events`, unless something has
+/// answered: the engine stays empty then.
+pub fn arm(slot: *mut u16, events: u16) {
+    msp430::interrupt::disable();
+    if tripped() == 0 {
+        // SAFETY: the caller's slot, whose other fields are set.
+        unsafe { slot.write_volatile(events) };
+    }
+    // SAFETY: only the main loop calls this, with interrupts on.
+    unsafe { msp430::interrupt::enable() };
+}
