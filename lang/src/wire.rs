@@ -56,8 +56,8 @@
 //!
 //! # Streaming
 //! A board whose [`FEATURES`] have [`feature::STREAM`](crate::record::feature::STREAM) runs a job
-//! that is larger than its memory from RAM, in pieces: images of their own without handlers, KEEP
-//! and statement table. It holds [`STREAM_SLOTS`] of them; the stored program stays untouched.
+//! that is larger than its memory from RAM, in pieces: images of their own without KEEP and statement
+//! table. It holds [`STREAM_SLOTS`] of them; the stored program stays untouched.
 //! 1. Write [`Stream::Open`] to [`STREAM_CONTROL`] (exception 6 while a program runs or an axis
 //!    moves), then the axes' part of the profile to [`STREAM_MACHINE`].
 //! 2. Write the pieces one after the other to [`STREAM_PIECE`], each in ascending order and at most
@@ -71,6 +71,16 @@
 //!
 //! Run control holds as for a stored program. The cells of the piece that ended last can be read
 //! while the run waits. The run ends with F18 two seconds after the last valid request.
+//!
+//! Handlers are the host's: it follows the program's control flow. A piece with feature `EVENTS` may
+//! hold ON lines and has their table (its targets mean nothing); `onerror` and `onerrorstop` say that
+//! faults have a handler or none. What they arm outlives the piece. When an event is to be served, or a
+//! fault to be handled, the board has begun the handler (no event is served, and without F): it
+//! forgets the pieces that wait, shows the place in [`STREAM_CALL`] and takes no piece but one whose
+//! header has the KEEP cell 1 (byte 17), numbered [`STREAM_BEGUN`]: exception 6 for others and for
+//! [`Stream::Finish`]. Motion goes on as behind a stored program's handler. `resumenext` in a piece
+//! leaves the newest handler, and a wait that an event interrupted goes on to its end before what
+//! stands behind it; `leave` leaves all of them, and the wait.
 //!
 //! # Board profile
 //! 32 registers at [`PROFILE_WINDOW`] hold the record of [`record`](crate::record). Read them; write
@@ -252,7 +262,7 @@ map! {
         FAULT_LINE: OWN + 23;
         /// Input that caused it, from 1, or 0.
         FAULT_INPUT: OWN + 24;
-        /// Offset in the image's code of the statement that runs.
+        /// Offset in the image's code of the statement that runs; FFFF before a piece's first.
         PROGRAM_COUNTER: OWN + 25;
         /// [`End`] of the last run.
         LAST_END: OWN + 26;
@@ -276,6 +286,9 @@ map! {
         STREAM_STARVED: OWN + 45;
         /// [`Refusal`] of the newest piece.
         STREAM_RESULT: OWN + 46;
+        /// Why the run waits for a handler, 0 when it does not. Bits 0..3: [`Called`]; bits 4, 5: slot
+        /// of the event; high byte: number of the fault instead.
+        STREAM_CALL: OWN + 47;
         /// Write one [`Control`] code.
         RUN_CONTROL: OWN + 50;
         /// 1: trace mode.
@@ -414,6 +427,21 @@ codes! {
         Run = 2,
         /// The last piece is there.
         Finish = 3,
+    }
+}
+
+codes! {
+    /// Where a streamed run stands that waits for a handler ([`STREAM_CALL`]).
+    Called {
+        /// Behind the statement at [`PROGRAM_COUNTER`] of the newest piece. FFFF there is in front of
+        /// the piece's first statement.
+        Behind = 1,
+        /// In that statement: it waits.
+        Within = 2,
+        /// Behind it, and no piece was there.
+        Idle = 3,
+        /// The statement at [`FAULT_PC`] failed.
+        Failed = 4,
     }
 }
 

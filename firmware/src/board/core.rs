@@ -21,6 +21,8 @@ use lang::isa::Op;
 use lang::part;
 use lang::record::{BoardRecord, FULL_POWER, feature};
 use lang::vm::flag;
+#[cfg(feature = "stream")]
+use lang::wire::Called;
 use lang::wire::{Control, End, RunState, TRACE_OK, TraceKind};
 
 /// Image features of this firmware.
@@ -468,11 +470,21 @@ impl Core {
     /// A fault of the program: its handler, or the end of the run.
     pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) {
         self.motor.stop(0b111);
+        let open = handlers();
+        let waits = self.effect.code != 0;
         self.forget();
         self.print.abandon();
-        let open = handlers();
         if vm().raise(fault, pc, between) {
             self.put_feed_aside(open);
+            #[cfg(feature = "stream")]
+            if crate::stream::owns() {
+                let place = match (between, waits) {
+                    (false, _) => Called::Failed,
+                    (true, false) => Called::Behind,
+                    (true, true) => Called::Within,
+                };
+                crate::stream::call(place, 0, fault.number());
+            }
         } else {
             self.fail(fault);
         }
@@ -581,6 +593,11 @@ impl Core {
             }
             return;
         }
+        // The handler comes over the link.
+        #[cfg(feature = "stream")]
+        if crate::stream::waits() {
+            return;
+        }
         if self.motor.take_limited() != 0 {
             let pc = if self.effect.code != 0 { self.effect_pc } else { vm().pc };
             self.raise(Fault::SoftLimit, pc, true);
@@ -687,7 +704,11 @@ impl Core {
                 self.handler_left();
             }
             #[cfg(feature = "stream")]
-            0 if crate::stream::follow(self) => {}
+            0 if crate::stream::follow(self) => {
+                if crate::stream::is_dry() {
+                    self.serve();
+                }
+            }
             0 => self.effect.code = END,
             FIRST_EFFECT..=0xFF => {
                 let more = vm.flags & flag::MORE != 0;
@@ -752,6 +773,13 @@ impl Core {
                 self.outer = self.effect;
                 self.forget();
                 self.put_feed_aside(0);
+                #[cfg(feature = "stream")]
+                if crate::stream::owns() {
+                    vm.flags |= flag::EVENT;
+                    let place = if code == 0 { Called::Behind } else { Called::Within };
+                    crate::stream::call(place, slot as u16, 0);
+                    return;
+                }
                 if !vm.interrupt(slot as u8) {
                     self.raise(Fault::Stack, vm.pc, true);
                 }

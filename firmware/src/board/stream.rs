@@ -13,7 +13,9 @@ use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::FRAME;
 use firmware::verify::{self, Bytes, CODE, MACHINE};
 use lang::image::HEADER;
+use lang::isa::Op;
 use lang::record::feature;
+use lang::vm::flag;
 use lang::wire::{Stream as Code, *};
 
 /// Pieces in RAM: one runs, one waits, one is being filled.
@@ -22,7 +24,13 @@ const SLOTS: u16 = 3;
 /// takes 4 ms, in which the planner stands still: less than what the step engine has ahead.
 const SLOT_WORDS: usize = 176;
 /// What a piece must not use: its data is gone when it ends.
-const FOREIGN: u16 = feature::EVENTS | feature::KEEP | feature::LINES;
+const FOREIGN: u16 = feature::KEEP | feature::LINES;
+/// Byte of the header that says whether a piece answers a call: the first KEEP cell.
+const ANSWERS: u16 = 17;
+/// Its word.
+const ANSWERS_WORD: u16 = ANSWERS / 2;
+/// What the VM stands at while it waits for a handler.
+static NOTHING: u8 = Op::End as u8;
 /// First word of the code.
 const CODE_WORD: u16 = CODE / 2;
 
@@ -48,6 +56,8 @@ struct Store {
     dry: bool,
     /// The axes rest since then.
     rests: bool,
+    /// [`STREAM_CALL`]
+    call: u16,
 }
 
 static mut STREAM: Store = Store {
@@ -63,6 +73,7 @@ static mut STREAM: Store = Store {
     finished: false,
     dry: false,
     rests: false,
+    call: 0,
 };
 
 fn stream() -> &'static mut Store {
@@ -86,6 +97,30 @@ pub fn owns() -> bool {
     stream().owns
 }
 
+/// Whether the run waits for a handler.
+pub fn waits() -> bool {
+    stream().call != 0 && stream().owns
+}
+
+/// Whether the run waits for the next piece.
+pub fn is_dry() -> bool {
+    stream().dry
+}
+
+/// A handler has begun, that of the event in `slot` or of the fault: what was to come is forgotten.
+pub fn call(place: Called, slot: u16, fault: u8) {
+    let stream = stream();
+    let idle = stream.dry && matches!(place, Called::Behind) && fault == 0;
+    let place = if idle { Called::Idle } else { place };
+    stream.call = u16::from(fault) << 8 | slot << 4 | place as u16;
+    stream.accepted = stream.begun;
+    stream.filling = stream.next;
+    stream.finished = false;
+    stream.dry = false;
+    stream.rests = false;
+    vm().pc = addr_of!(NOTHING) as u16;
+}
+
 /// The stored program begins.
 pub fn close() {
     stream().owns = false;
@@ -93,7 +128,7 @@ pub fn close() {
 
 /// The piece has come to its end: the next one begins, or the run waits for it; `false` when it was
 /// the last.
-pub fn follow(core: &Core) -> bool {
+pub fn follow(core: &mut Core) -> bool {
     let stream = stream();
     if !stream.owns {
         return false;
@@ -111,7 +146,12 @@ pub fn follow(core: &Core) -> bool {
     if stream.rests {
         stream.starved = stream.starved.wrapping_add(1);
     }
-    vm().begin(slot(stream.next));
+    let vm = vm();
+    let (open, handler) = (vm.flags & (flag::EVENT | flag::ERROR), vm.handler);
+    vm.begin(slot(stream.next));
+    vm.flags = open;
+    vm.handler = handler;
+    core.effect_pc = vm.pc.wrapping_sub(1);
     stream.next = after(stream.next);
     stream.begun = stream.begun.wrapping_add(1);
     stream.dry = false;
@@ -128,6 +168,7 @@ pub fn read(address: u16) -> u16 {
         STREAM_DRY => u16::from(stream.dry),
         STREAM_STARVED => stream.starved,
         STREAM_RESULT => u16::from(stream.result),
+        STREAM_CALL => stream.call,
         STREAM_SLOTS => SLOTS,
         STREAM_BYTES => 2 * SLOT_WORDS as u16 - CODE,
         _ => (FRAME as u16 - 9) / 2,
@@ -168,6 +209,10 @@ pub fn write(index: u16, value: u16) -> Result<(), Exception> {
     *place = value;
     let address = slot(stream.filling);
     let piece = Image(address);
+    // The host does not know yet that what it sends was forgotten.
+    if stream.call != 0 && in_slot >= ANSWERS_WORD && piece.byte(ANSWERS) == 0 {
+        return Err(Exception::Busy);
+    }
     // What an earlier piece left here has another number.
     if in_slot < CODE_WORD
         || in_slot != (piece.word(6) - 1) / 2
@@ -184,6 +229,7 @@ pub fn write(index: u16, value: u16) -> Result<(), Exception> {
     if stream.result != 0 {
         return Err(Exception::DeviceFailure);
     }
+    stream.call = 0;
     stream.filling = after(stream.filling);
     stream.accepted = stream.accepted.wrapping_add(1);
     Ok(())
@@ -194,11 +240,13 @@ pub fn write(index: u16, value: u16) -> Result<(), Exception> {
 /// # Errors
 /// Busy, or a code that there is not.
 #[inline(never)]
-#[unsafe(link_section = ".tail.stream")]
 pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception> {
     let stream = stream();
     let code = Code::from_number(value).ok_or(Exception::IllegalValue)?;
     if let Code::Finish = code {
+        if stream.call != 0 {
+            return Err(Exception::Busy);
+        }
         stream.finished = true;
         return Ok(());
     }
@@ -222,6 +270,7 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
         stream.finished = false;
         stream.dry = false;
         stream.rests = false;
+        stream.call = 0;
         return Ok(());
     }
     if stream.accepted == 0 || core.blocked() {
@@ -229,6 +278,8 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
     }
     stream.owns = true;
     stream.running = true;
+    vm().flags = 0;
+    vm().handler = 0;
     follow(core);
     core.begun();
     Ok(())

@@ -243,6 +243,11 @@ impl State {
         if !fault.can_be_handled() || self.handler == 0 || self.flags & flag::ERROR != 0 {
             return false;
         }
+        // The handlers of a streamed job are the host's.
+        if crate::streams() {
+            self.flags |= flag::ERROR;
+            return true;
+        }
         // Without its table of statements nothing says where RESUME NEXT goes on.
         if u16::from(byte(self.code - CODE + 1)) & feature::LINES == 0 {
             return false;
@@ -327,7 +332,7 @@ impl State {
         const TO_STEPS: u8 = Op::ToSteps as u8;
         match code {
             LEAVE => {
-                if self.newest_kind() | 1 == entry::ERROR | 1 {
+                if crate::streams() || self.newest_kind() | 1 == entry::ERROR | 1 {
                     self.calls = pool();
                     self.sp = pool() + 2 * POOL_WORDS as u16;
                     self.base = self.sp;
@@ -365,6 +370,12 @@ impl State {
     }
 
     fn resume_next(&mut self) -> Result<bool, Fault> {
+        if crate::streams() {
+            let open = self.flags & (flag::EVENT | flag::ERROR);
+            // No event comes in an error handler, so that is the newer one.
+            self.flags &= !if open & flag::ERROR != 0 { flag::ERROR } else { flag::EVENT };
+            return if open == 0 { Err(Fault::Stack) } else { Ok(true) };
+        }
         if self.flags & flag::ERROR == 0 {
             return Err(Fault::Stack);
         }

@@ -56,9 +56,20 @@ impl Stand {
     /// # Errors
     /// The board does not answer.
     pub fn on(build: &Build, profile: &Profile) -> Result<Stand, String> {
+        Stand::with(build, profile, &World::empty())
+    }
+
+    /// The default board in a world, whose time begins when the rig is told so.
+    ///
+    /// # Errors
+    /// The board does not answer, or the world fails.
+    pub fn in_world(profile: &Profile, world: &World) -> Result<Stand, String> {
+        Stand::with(DEFAULT, profile, world)
+    }
+
+    fn with(build: &Build, profile: &Profile, world: &World) -> Result<Stand, String> {
         let firmware = build.image().map_err(|error| error.to_string())?;
-        let rig =
-            Rig::new(build, &firmware, profile, &World::empty()).map_err(|e| e.to_string())?;
+        let rig = Rig::new(build, &firmware, profile, world).map_err(|e| e.to_string())?;
         let rig = Rc::new(RefCell::new(rig));
         let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
         client.find().map_err(|error| error.to_string())?;
@@ -152,7 +163,6 @@ impl Stand {
     }
 
     /// The board and its machine.
-    #[cfg(test)]
     pub fn rig(&self) -> Rc<RefCell<Rig>> {
         Rc::clone(&self.rig)
     }

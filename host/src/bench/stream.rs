@@ -6,7 +6,8 @@ use lang::profile::Profile;
 use super::code::program;
 use super::stand::Stand;
 use super::{Sink, at_least, at_most};
-use crate::stream::feed::{Feed, Job};
+use crate::stream::feed::Feed;
+use crate::stream::job::Job;
 use crate::stream::pump;
 
 /// Lines of the raster.

@@ -1,7 +1,8 @@
 //! Feeding a job to a board that runs it from RAM (lang's `wire` module, Streaming).
 
+use lang::fault::Fault;
 use lang::record::feature;
-use lang::wire::{self, End, Exception, Refusal, RunState, Stream};
+use lang::wire::{self, Called, End, Exception, Refusal, RunState, Stream};
 
 use super::{Client, ClientError};
 use crate::link::Link;
@@ -46,6 +47,30 @@ pub struct Standing {
     pub starved: u16,
     /// Why the newest piece was refused.
     pub refusal: Option<Refusal>,
+    /// The run waits for a handler.
+    pub call: Option<Call>,
+}
+
+/// A handler that a streamed run waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Call {
+    /// Where the run stands.
+    pub place: Called,
+    /// Slot of the event.
+    pub slot: u8,
+    /// The fault, where it is no event.
+    pub fault: Option<Fault>,
+}
+
+impl Call {
+    /// What the register says.
+    fn of(word: u16) -> Option<Call> {
+        Some(Call {
+            place: Called::from_number(word & 15)?,
+            slot: (word >> 4 & 3) as u8,
+            fault: Fault::from_number((word >> 8) as u8),
+        })
+    }
 }
 
 impl<L: Link> Client<L> {
@@ -118,8 +143,17 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// See [`ClientError`].
     pub fn stream_standing(&mut self) -> Result<Standing, ClientError> {
+        let standing = self.stand()?;
+        match standing.call {
+            // Words are of the instant when they are sent: what stands before this one may be older.
+            Some(_) => self.stand(),
+            None => Ok(standing),
+        }
+    }
+
+    fn stand(&mut self) -> Result<Standing, ClientError> {
         let first = wire::RUN_STATE;
-        let words = self.holding(first, wire::STREAM_RESULT - first + 1)?;
+        let words = self.holding(first, wire::STREAM_CALL - first + 1)?;
         let at = |register: u16| words[usize::from(register - first)];
         let position = |n: u16| {
             let register = wire::MACHINE_POSITIONS + 2 * n;
@@ -139,6 +173,7 @@ impl<L: Link> Client<L> {
             dry: at(wire::STREAM_DRY) != 0,
             starved: at(wire::STREAM_STARVED),
             refusal: Refusal::from_number(at(wire::STREAM_RESULT)),
+            call: Call::of(at(wire::STREAM_CALL)),
         })
     }
 

@@ -1,22 +1,18 @@
 //! A program's control flow, run on the host: what reaches the machine, in order.
 
-use std::collections::VecDeque;
-
-use lang::back::{Compiled, Sidecar};
+use lang::back::{Compiled, MarkKind, Sidecar};
 use lang::effect::Effect;
 use lang::fault::Fault;
 use lang::image::Image;
-use lang::isa;
+use lang::isa::{self, Op};
 use lang::record::feature;
-use lang::vm::{Exit, State, Vm};
+use lang::vm::{Exit, NO_HANDLER, State, Vm, flag};
+use lang::wire::Called;
 
-use super::piece::{Piece, Writer, answers};
-use super::place::Track;
+use crate::client::stream::Call;
 
 /// Instructions in one go, so that the link is looked after meanwhile.
-const BUDGET: u16 = 20_000;
-/// Instructions that the check before the first move executes at most.
-const CHECK: u64 = 50_000_000;
+pub const BUDGET: u16 = 20_000;
 
 /// Why a job cannot be streamed, or would fail.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,15 +33,19 @@ impl Refused {
 }
 
 /// What the program does next.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// An effect, at this line.
     Effect(Effect, u32),
+    /// ON ERROR: faults have a handler from here on, or none.
+    Guard(bool, u32),
+    /// A handler was left, or all of them.
+    Left(bool, u32),
     /// It still computes.
     Thinks,
     /// It has ended.
     End,
-    /// It failed by itself.
+    /// It failed by itself; [`Feed::fail`] goes on where it has a handler.
     Fault(Fault, u32),
 }
 
@@ -56,54 +56,41 @@ pub struct Feed<'a> {
     sidecar: &'a Sidecar,
     state: State,
     pool: Vec<u8>,
+    /// Addresses at which statements begin, of a program with handlers.
+    starts: Vec<bool>,
+}
+
+/// Where a program stands, with its variables.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    state: State,
+    pool: Vec<u8>,
 }
 
 impl<'a> Feed<'a> {
     /// At the program's beginning.
     ///
     /// # Errors
-    /// The program does what only a stored one can.
+    /// The image is damaged.
     pub fn new(compiled: &'a Compiled) -> Result<Feed<'a>, Refused> {
         let image = Image::new(&compiled.image)
             .map_err(|flaw| Refused::new(1, format!("the image is damaged: {flaw:?}"), ""))?;
-        let line = |op: isa::Op| {
-            let mut pc = 0;
-            while let Some(&code) = image.code.get(pc) {
-                if op.code() == code {
-                    return compiled.sidecar.at(pc).map_or(1, |mark| mark.line);
+        let mut starts = Vec::new();
+        if image.header.has(feature::EVENTS | feature::LINES) {
+            starts = vec![false; image.code.len()];
+            for mark in &compiled.sidecar.marks {
+                let begins = matches!(mark.kind, MarkKind::Statement | MarkKind::LoopEnd);
+                if let Some(start) = starts.get_mut(mark.pc).filter(|_| begins) {
+                    *start = true;
                 }
-                let Some(shape) = isa::shape(code) else { return 1 };
-                pc += 1 + shape.operands().len(image.header.wide());
-            }
-            1
-        };
-        for (bit, op, what, hint) in [
-            (
-                feature::EVENTS,
-                isa::Op::Event,
-                "ON IN and ON EVERY are served within 2 ms, which a job fed over the link cannot",
-                "test IN(n) or TIMER() between the statements, or shorten the job so that the \
-                 board can store it: repeated places into a TABLE, repeated statements into a SUB",
-            ),
-            (
-                feature::LINES,
-                isa::Op::OnError,
-                "ON ERROR would jump back into statements that the board has already forgotten",
-                "use the forms that go on by themselves (Probe?, Home?, WaitIn?, WaitChar?), or \
-                 shorten the job so that the board can store it: repeated places into a TABLE, \
-                 repeated statements into a SUB",
-            ),
-        ] {
-            if image.header.has(bit) {
-                return Err(Refused::new(line(op), what, hint));
             }
         }
-        let state = State::new(&image.header);
         Ok(Feed {
             image,
             sidecar: &compiled.sidecar,
-            state,
+            state: State::new(&image.header),
             pool: vec![0; image.header.pool_bytes()],
+            starts,
         })
     }
 
@@ -111,20 +98,78 @@ impl<'a> Feed<'a> {
         Vm::new(self.image, &mut self.state, &mut self.pool)
     }
 
-    fn line(&self) -> u32 {
+    /// The line that it stands at.
+    pub fn line(&self) -> u32 {
         self.sidecar.at(self.state.pc).map_or(1, |mark| mark.line)
+    }
+
+    /// Whether the program has handlers, of events or of errors.
+    pub fn has_handlers(&self) -> bool {
+        !self.starts.is_empty()
+    }
+
+    /// Whether it has handlers of events.
+    pub fn has_events(&self) -> bool {
+        self.image.header.has(feature::EVENTS)
+    }
+
+    /// Whether a statement begins here.
+    pub fn is_between(&self) -> bool {
+        self.starts.get(self.state.pc).copied().unwrap_or(false)
+    }
+
+    /// Whether the effect that came last does not end its statement.
+    pub fn is_within(&self) -> bool {
+        self.state.flags & flag::WITHIN != 0
+    }
+
+    /// Whether a handler is open, of an event or of an error.
+    pub fn is_in_handler(&self) -> bool {
+        self.state.flags & (flag::EVENT | flag::ERROR) != 0
+    }
+
+    /// Whether faults have a handler.
+    pub fn is_guarded(&self) -> bool {
+        self.state.handler != NO_HANDLER
     }
 
     /// Runs to the next effect; [`Feed::complete`] goes on behind it, without that the same effect
     /// comes again.
     pub fn step(&mut self) -> Step {
+        if self.has_handlers() {
+            return self.step_by_step();
+        }
         let exit = self.vm().run(BUDGET);
+        self.after(exit, false)
+    }
+
+    /// The same for a program whose handlers the board must know of. When it only computes, it
+    /// stands between two statements, if it comes to that.
+    fn step_by_step(&mut self) -> Step {
+        for count in 0..2 * BUDGET {
+            if count >= BUDGET && self.is_between() {
+                break;
+            }
+            let code = self.image.code.get(self.state.pc).copied();
+            let is = |op: Op| code == Some(op.code());
+            let guards = is(Op::OnError) || is(Op::OnErrorStop);
+            match self.vm().step() {
+                None if guards => return Step::Guard(self.is_guarded(), self.line()),
+                None => {}
+                Some(exit) => return self.after(exit, is(Op::Leave)),
+            }
+        }
+        Step::Thinks
+    }
+
+    fn after(&mut self, exit: Exit, all: bool) -> Step {
         match exit {
             Exit::Effect => match self.vm().effect() {
                 Some(effect) => Step::Effect(effect, self.line()),
                 None => Step::Fault(Fault::ImageRefused, self.line()),
             },
-            Exit::Budget | Exit::HandlerEnd => Step::Thinks,
+            Exit::HandlerEnd => Step::Left(all, self.line()),
+            Exit::Budget => Step::Thinks,
             Exit::Fault(fault) => Step::Fault(fault, self.line()),
             Exit::End => Step::End,
         }
@@ -133,6 +178,47 @@ impl<'a> Feed<'a> {
     /// Goes on behind the effect, with its answer.
     pub fn complete(&mut self, answer: i32) {
         self.vm().complete(answer);
+    }
+
+    /// Goes on in the handler of a fault of the statement where it stands.
+    ///
+    /// # Errors
+    /// The run ends with this fault: it has no handler.
+    pub fn fail(&mut self, fault: Fault) -> Result<(), Fault> {
+        self.vm().fault(fault)
+    }
+
+    /// Where it stands.
+    pub fn moment(&self) -> Moment {
+        Moment { state: self.state, pool: self.pool.clone() }
+    }
+
+    /// Goes back to where it stood.
+    pub fn restore(&mut self, moment: &Moment) {
+        self.state = moment.state;
+        self.pool.clone_from(&moment.pool);
+    }
+
+    /// Begins the handler that the board calls. It stands where the board does: behind a statement, in
+    /// one that waits, or at the one that failed; `resumed`: the wait is that of an event's handler
+    /// that has been left, and it stands behind that.
+    ///
+    /// # Errors
+    /// There is no such handler.
+    pub fn enter(&mut self, call: Call, resumed: bool) -> Result<(), Fault> {
+        match (call.fault, call.place) {
+            (None, Called::Within) if !resumed => {
+                self.complete(0);
+                self.vm().interrupt(call.slot)
+            }
+            (None, _) => self.vm().interrupt(call.slot),
+            (Some(fault), Called::Failed) => self.fail(fault),
+            (Some(fault), place) => {
+                // RESUME NEXT goes on with the wait.
+                self.state.pc -= usize::from(resumed && place == Called::Within);
+                self.vm().fault_between(fault)
+            }
+        }
     }
 
     /// Values and bytes of the effect's instruction, and the text that it prints.
@@ -182,207 +268,5 @@ impl<'a> Feed<'a> {
     /// The axes' part of the profile.
     pub fn image(&self) -> Image<'a> {
         self.image
-    }
-}
-
-/// What the check before the first move found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Checked {
-    /// Statements of the machine.
-    pub count: u64,
-    /// The line from which on the job hangs on what the machine answers, so that only a run shows
-    /// what comes.
-    pub open: Option<u32>,
-}
-
-/// Runs the whole job on the host, up to the first question to the machine.
-///
-/// # Errors
-/// It would fail.
-pub fn check(mut feed: Feed<'_>, mut track: Track) -> Result<Checked, Refused> {
-    let mut checked = Checked::default();
-    let mut left = CHECK;
-    loop {
-        match feed.step() {
-            Step::Effect(effect, line) => {
-                if Track::is_open(&effect) {
-                    checked.open = Some(line);
-                    return Ok(checked);
-                }
-                track.follow(&effect).map_err(|fault| fails(fault, line))?;
-                checked.count += 1;
-                feed.complete(0);
-                left = left.saturating_sub(1);
-            }
-            Step::Thinks => left = left.saturating_sub(BUDGET.into()),
-            Step::End => return Ok(checked),
-            Step::Fault(fault, line) => return Err(fails(fault, line)),
-        }
-        if left == 0 {
-            checked.open = Some(feed.line());
-            return Ok(checked);
-        }
-    }
-}
-
-fn fails(fault: Fault, line: u32) -> Refused {
-    let text = format!("the job would stop here with {fault}: {}", fault.text());
-    Refused::new(line, text, fault.remedy())
-}
-
-/// Makes pieces of a job.
-pub struct Job<'a> {
-    feed: Feed<'a>,
-    writer: Writer,
-    /// The program waits for an answer.
-    waits: bool,
-    /// How much of the text that is being printed is in pieces.
-    printed: usize,
-    /// How it ended, once it has.
-    over: Option<Option<(Fault, u32)>>,
-    /// The KEEP values with which statements were written, each with the count of statements
-    /// before the first of them.
-    keeps: VecDeque<(u64, Vec<i32>)>,
-    /// It prints.
-    pub prints: bool,
-}
-
-impl<'a> Job<'a> {
-    /// A job for a board whose pieces hold `room` bytes of code and data.
-    pub fn new(feed: Feed<'a>, room: usize) -> Job<'a> {
-        let image = feed.image();
-        let writer = Writer::new(&image.header, image.machine, room);
-        let keeps = VecDeque::from([(0, feed.keeps())]);
-        Job { feed, writer, waits: false, printed: 0, over: None, keeps, prints: false }
-    }
-
-    /// Skips to the first statement at or behind `line`: what comes before leaves its state only.
-    /// `steps` is where the board's axes stand.
-    ///
-    /// # Errors
-    /// There is no such line, or what comes before it hangs on what the machine answers.
-    pub fn skip(&mut self, line: u32, track: &mut Track, steps: [i32; 3]) -> Result<(), Refused> {
-        let mut left = CHECK;
-        loop {
-            match self.feed.step() {
-                Step::Effect(_, at) if at >= line => break,
-                Step::Effect(effect, at) => {
-                    if Track::is_open(&effect) {
-                        let text = "what this does hangs on the machine, so the state behind it \
-                                    is not known without running it";
-                        return Err(Refused::new(at, text, "begin at an earlier line"));
-                    }
-                    track.follow(&effect).map_err(|fault| fails(fault, at))?;
-                    self.feed.complete(0);
-                    left = left.saturating_sub(1);
-                }
-                Step::Thinks => left = left.saturating_sub(BUDGET.into()),
-                Step::Fault(fault, at) => return Err(fails(fault, at)),
-                Step::End => {
-                    let text = "the job is over before it comes to this line";
-                    return Err(Refused::new(line, text, "name a line with a statement"));
-                }
-            }
-            if left == 0 {
-                let text = "the job does not come to this line";
-                return Err(Refused::new(line, text, "name a line with a statement"));
-            }
-        }
-        // What was executed before has been counted then.
-        let (_, keeps) = self.keeps.front().cloned().unwrap_or_default();
-        self.feed.set_keeps(&keeps);
-        for (values, code) in track.restore(steps).map_err(|fault| fails(fault, line))? {
-            self.writer.put(line, &values, &code, None);
-        }
-        Ok(())
-    }
-
-    /// The axes' part of the profile.
-    pub fn machine(&self) -> &[u8] {
-        self.writer.machine()
-    }
-
-    /// Goes on with the answer that the last piece asked for.
-    pub fn answer(&mut self, value: i32) {
-        self.feed.complete(value);
-        self.waits = false;
-    }
-
-    /// Whether the program has ended, and the fault that it ended itself with.
-    pub fn over(&self) -> Option<Option<(Fault, u32)>> {
-        self.over
-    }
-
-    /// The next piece; `None` while the program computes, waits for an answer, or is over.
-    pub fn piece(&mut self) -> Option<Piece> {
-        loop {
-            if self.waits || self.over.is_some() {
-                return None;
-            }
-            match self.feed.step() {
-                Step::Effect(effect, line) => {
-                    let (values, code, text) = self.feed.instruction(&effect);
-                    // A text may be longer than a piece: its parts follow one another.
-                    let rest = text.map(|text| text.get(self.printed..).unwrap_or_default());
-                    let room = self.writer.text_room();
-                    let part = rest.map(|rest| &rest[..rest.len().min(room)]);
-                    let fits = part.is_none_or(|part| !part.is_empty() || text == Some(&[]));
-                    if !fits || !self.writer.put(line, &values, code, part) {
-                        if self.writer.is_empty() {
-                            // Not even alone: no board has so little room.
-                            self.over = Some(Some((Fault::ImageRefused, line)));
-                            return None;
-                        }
-                        return Some(self.writer.finish(false));
-                    }
-                    if let (Some(part), Some(rest)) = (part, rest)
-                        && part.len() < rest.len()
-                    {
-                        self.printed += part.len();
-                        continue;
-                    }
-                    self.printed = 0;
-                    self.note_keeps();
-                    self.prints |= effect == Effect::PrintEnd;
-                    if answers(&effect) {
-                        self.waits = true;
-                        return Some(self.writer.finish(true));
-                    }
-                    self.feed.complete(0);
-                }
-                Step::Thinks => return None,
-                Step::End => {
-                    self.over = Some(None);
-                    return (!self.writer.is_empty()).then(|| self.writer.finish(false));
-                }
-                Step::Fault(fault, line) => {
-                    self.over = Some(Some((fault, line)));
-                    return (!self.writer.is_empty()).then(|| self.writer.finish(false));
-                }
-            }
-        }
-    }
-
-    /// Notes the KEEP values of the statement that was written last, where they are others.
-    fn note_keeps(&mut self) {
-        let now = self.feed.keeps();
-        if self.keeps.back().is_none_or(|(_, before)| *before != now) {
-            self.keeps.push_back((self.writer.count() - 1, now));
-        }
-    }
-
-    /// The KEEP values after a job of which `count` statements were begun; with `None` those of its
-    /// end. The counts of later calls are not lower.
-    pub fn keeps(&mut self, count: Option<u64>) -> Vec<i32> {
-        let Some(count) = count else { return self.feed.keeps() };
-        while self.keeps.get(1).is_some_and(|(from, _)| *from <= count) {
-            self.keeps.pop_front();
-        }
-        self.keeps.front().map(|(_, values)| values.clone()).unwrap_or_default()
-    }
-
-    /// Statements of the machine written so far.
-    pub fn count(&self) -> u64 {
-        self.writer.count()
     }
 }

@@ -6,8 +6,10 @@
 //! supplied. For a board without that,
 //! [`cut`] makes programs of their own that are stored one after the other.
 
+pub mod check;
 pub mod cut;
 pub mod feed;
+pub mod job;
 pub mod piece;
 pub mod place;
 pub mod pump;

@@ -2,31 +2,46 @@
 
 use lang::back::constant;
 use lang::effect::Effect;
-use lang::image::{HEADER, Header, crc_in, seal};
+use lang::fault::Fault;
+use lang::image::{HEADER, Header, Image, crc_in, seal};
 use lang::isa::Op;
 use lang::record::{MachineRecord, feature};
 use lang::vm::effects::MAX_ARGUMENTS;
 
 /// Features that change how a piece is run; a board refuses the others.
-const FEATURES: u16 = feature::INTERPOLATE | feature::START | feature::ARC;
+const FEATURES: u16 = feature::INTERPOLATE | feature::START | feature::ARC | feature::EVENTS;
+
+/// A statement in a piece.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Where its code begins.
+    pub pc: u16,
+    /// Its line.
+    pub line: u32,
+    /// Statements of the machine that come before it in the whole job.
+    pub count: u64,
+    /// Its number among all that was written.
+    pub id: u64,
+}
 
 /// A piece as it goes over the link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
     /// Header, code and data.
     pub bytes: Vec<u8>,
-    /// Where each statement's code begins, in ascending order, its line, and how many statements of
-    /// the machine came before it in the whole job.
-    pub places: Vec<(u16, u32, u64)>,
+    /// Its statements in their order.
+    pub places: Vec<Place>,
     /// Its end leaves a value in cell 0 that the job waits for.
     pub asks: bool,
+    /// It answers the board's call for a handler.
+    pub answers: bool,
 }
 
 impl Piece {
-    /// The line whose code holds `pc`, and the statements before it.
-    pub fn at(&self, pc: u16) -> Option<(u32, u64)> {
-        let after = self.places.partition_point(|place| place.0 <= pc);
-        self.places.get(after.checked_sub(1)?).map(|place| (place.1, place.2))
+    /// The statement whose code holds `pc`.
+    pub fn at(&self, pc: u16) -> Option<Place> {
+        let after = self.places.partition_point(|place| place.pc <= pc);
+        self.places.get(after.checked_sub(1)?).copied()
     }
 }
 
@@ -41,30 +56,45 @@ pub struct Writer {
     room: usize,
     code: Vec<u8>,
     data: Vec<u8>,
-    places: Vec<(u16, u32, u64)>,
+    /// The table of ON lines, with which the data of every piece begins.
+    table: Vec<u8>,
+    places: Vec<Place>,
     /// Statements of the machine so far.
     count: u64,
+    /// Number of the next place.
+    id: u64,
+    /// The next piece answers a call.
+    answers: bool,
 }
 
 impl Writer {
     /// Pieces of a program for a board with so much room.
-    pub fn new(header: &Header, machine: &[u8], room: usize) -> Writer {
+    pub fn new(image: &Image<'_>, room: usize) -> Writer {
+        let mut table = Vec::new();
+        if image.header.has(feature::EVENTS) {
+            // Their targets, which only the host knows, are the piece's beginning.
+            table = vec![0; 1 + 2 * usize::from(image.events())];
+            table[0] = image.events();
+        }
         Writer {
-            machine: machine.to_vec(),
-            features: u16::from(header.features) & FEATURES,
+            machine: image.machine.to_vec(),
+            features: u16::from(image.header.features) & FEATURES,
             number: 0,
             room,
             code: Vec::new(),
-            data: Vec::new(),
+            data: table.clone(),
+            table,
             places: Vec::new(),
             count: 0,
+            id: 0,
+            answers: false,
         }
     }
 
     /// How long a text may be so that it fits into what is left of the piece.
     pub fn text_room(&self) -> usize {
-        // Its instruction, its length, the piece's end.
-        self.room.saturating_sub(self.code.len() + self.data.len() + 7)
+        // Its instruction with what may stand before it, its length, the piece's end.
+        self.room.saturating_sub(self.code.len() + self.data.len() + 8)
     }
 
     /// Whether nothing was written since the last piece.
@@ -72,9 +102,23 @@ impl Writer {
         self.code.is_empty()
     }
 
-    /// Appends an instruction with its values and its text; `false` when the piece is full.
-    pub fn put(&mut self, line: u32, values: &[i32], code: &[u8], text: Option<&[u8]>) -> bool {
+    /// Whether the next piece answers a call.
+    pub fn answers(&self) -> bool {
+        self.answers
+    }
+
+    /// Appends an effect with its values and its text; `false` when the piece is full.
+    pub fn put(
+        &mut self,
+        line: u32,
+        (values, code): (&[i32], &[u8]),
+        text: Option<&[u8]>,
+        more: bool,
+    ) -> bool {
         let mut bytes: Vec<u8> = values.iter().flat_map(|value| constant(*value)).collect();
+        if more {
+            bytes.push(Op::More.code());
+        }
         let mut data = 0;
         match text {
             Some(text) => {
@@ -84,11 +128,10 @@ impl Writer {
             }
             None => bytes.extend(code),
         }
-        // One byte for the end, two for a value that is kept.
-        if self.code.len() + self.data.len() + bytes.len() + data + 3 > self.room {
+        if !self.fits(bytes.len() + data) {
             return false;
         }
-        self.places.push((self.code.len() as u16, line, self.count));
+        self.place(line);
         self.count += 1;
         self.code.extend(bytes);
         if let Some(text) = text {
@@ -98,6 +141,39 @@ impl Writer {
         true
     }
 
+    /// Appends code that is no statement of the machine; `false` when the piece is full.
+    pub fn put_control(&mut self, line: u32, code: &[u8]) -> bool {
+        let fits = self.fits(code.len());
+        if fits {
+            self.place(line);
+            self.code.extend(code);
+        }
+        fits
+    }
+
+    fn fits(&self, bytes: usize) -> bool {
+        // One byte for the end, two for a value that is kept.
+        self.code.len() + self.data.len() + bytes + 3 <= self.room
+    }
+
+    /// What follows in the piece is a place of its own.
+    pub fn place(&mut self, line: u32) {
+        let pc = self.code.len() as u16;
+        self.places.push(Place { pc, line, count: self.count, id: self.id });
+        self.id += 1;
+    }
+
+    /// Forgets what is not sent: the next piece has this number, answers a call, and comes behind so
+    /// many statements of the machine.
+    pub fn rewind(&mut self, number: u16, count: u64) {
+        self.code.clear();
+        self.data.clone_from(&self.table);
+        self.places.clear();
+        self.number = number;
+        self.count = count;
+        self.answers = true;
+    }
+
     /// Completes the piece; with `asks` the value on the stack is kept for the host.
     pub fn finish(&mut self, asks: bool) -> Piece {
         if asks {
@@ -105,6 +181,7 @@ impl Writer {
         }
         self.code.push(Op::End.code());
         let body = self.code.len() + self.data.len();
+        let answers = std::mem::take(&mut self.answers);
         let header = Header {
             features: self.features as u8,
             len: HEADER + MachineRecord::SIZE + body,
@@ -115,7 +192,7 @@ impl Writer {
             frame: MAX_ARGUMENTS as u8 + 1,
             calls: 0,
             keeps: 0,
-            keep_base: 0,
+            keep_base: answers.into(),
             profile_hash: self.number,
         };
         let head = header.bytes();
@@ -125,8 +202,9 @@ impl Writer {
         bytes[4..6].copy_from_slice(&crc_in(&image).to_le_bytes());
         bytes.append(&mut self.code);
         bytes.append(&mut self.data);
+        self.data.clone_from(&self.table);
         self.number = self.number.wrapping_add(1);
-        Piece { bytes, places: std::mem::take(&mut self.places), asks }
+        Piece { bytes, places: std::mem::take(&mut self.places), asks, answers }
     }
 
     /// The axes' part of the profile.
@@ -138,9 +216,39 @@ impl Writer {
     pub fn count(&self) -> u64 {
         self.count
     }
+
+    /// The number that the next place gets.
+    pub fn next_id(&self) -> u64 {
+        self.id
+    }
 }
 
 /// Whether an effect gives the program a value.
 pub fn answers(effect: &Effect) -> bool {
     matches!(effect, Effect::Read(_))
+}
+
+/// Code that fails on the board as the program did on the host; `None` for a fault that no code of a
+/// program has.
+pub fn failing(fault: Fault) -> Option<Vec<u8>> {
+    let code = |values: &[i32], op: Op| {
+        let mut bytes: Vec<u8> = values.iter().flat_map(|value| constant(*value)).collect();
+        bytes.push(op.code());
+        bytes
+    };
+    // Where the value of an operation would stay, it goes: what follows begins with a clear stack.
+    let dropped = |values: &[i32], op: Op| {
+        let mut bytes = code(values, op);
+        bytes.push(Op::Drop.code());
+        bytes
+    };
+    Some(match fault {
+        Fault::Overflow => dropped(&[i32::MIN], Op::Neg),
+        Fault::DivisionByZero => dropped(&[1, 0], Op::Div),
+        Fault::ArrayIndex => dropped(&[0, 0], Op::Check),
+        Fault::BadShift => dropped(&[1, 32], Op::Shl),
+        Fault::ValueRange => dropped(&[-1], Op::Sqr),
+        Fault::Stack => code(&[], Op::Return),
+        _ => return None,
+    })
 }

@@ -5,9 +5,9 @@
 use std::collections::BTreeMap;
 
 use lang::axis::Axis;
-use lang::effect::{Coord, Effect, Rate};
+use lang::effect::{Coord, Effect, Rate, Want};
 use lang::fault::Fault;
-use lang::isa::Op;
+use lang::isa::{Op, flags};
 use lang::profile::{OutputRole, Profile, Wiring};
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -28,6 +28,8 @@ pub struct Track {
     /// Axes whose work zero the job has set.
     zeroed: [bool; 3],
     drivers: Option<bool>,
+    /// The ON lines that are armed: kind, input or period.
+    events: [Option<(u8, i32)>; 4],
 }
 
 /// An instruction with its values.
@@ -51,6 +53,7 @@ impl Track {
             outputs: BTreeMap::new(),
             zeroed: [false; 3],
             drivers: None,
+            events: [None; 4],
         }
     }
 
@@ -69,6 +72,17 @@ impl Track {
                 | Effect::StopAxe(_)
                 | Effect::StopAll
         )
+    }
+
+    /// Whether an effect lets events come from then on.
+    pub fn arms(effect: &Effect) -> bool {
+        matches!(effect, Effect::OnInput { .. } | Effect::OnEvery { .. })
+    }
+
+    fn arm(&mut self, slot: u8, kind: u8, value: i32) {
+        if let Some(event) = self.events.get_mut(usize::from(slot)) {
+            *event = Some((kind, value));
+        }
     }
 
     /// Follows an effect.
@@ -124,10 +138,33 @@ impl Track {
                     }
                 }
             }
+            Effect::OnEvery { slot, ms } => {
+                if ms <= 0 {
+                    return Err(Fault::ValueRange);
+                }
+                self.arm(slot, flags::ON_EVERY, ms);
+            }
+            Effect::OnInput { slot, n, want } => {
+                if !(1..=17).contains(&n) {
+                    return Err(Fault::ValueRange);
+                }
+                let kind = if want == Want::Rise { flags::ON_RISE } else { flags::ON_FALL };
+                self.arm(slot, kind, n);
+            }
+            Effect::OffEvery => self.disarm(|(kind, _)| kind == flags::ON_EVERY),
+            Effect::OffInput(n) => self.disarm(|event| event.0 != flags::ON_EVERY && event.1 == n),
             Effect::Wait(ms) if ms < 0 => return Err(Fault::ValueRange),
             _ => {}
         }
         Ok(())
+    }
+
+    fn disarm(&mut self, which: impl Fn((u8, i32)) -> bool) {
+        for event in &mut self.events {
+            if event.is_some_and(&which) {
+                *event = None;
+            }
+        }
     }
 
     fn most_outputs(&self) -> i32 {
@@ -172,7 +209,7 @@ impl Track {
     }
 
     /// What brings a board whose axes stand at `steps` into the state that was followed, without a
-    /// motion: work zeros, F, S, drivers, outputs that are on, spin-up time.
+    /// motion: work zeros, F, S, drivers, outputs that are on, spin-up time, ON lines.
     ///
     /// # Errors
     /// F01.
@@ -195,7 +232,7 @@ impl Track {
             list.push((vec![value], vec![Op::Spindle.code()]));
         }
         if let Some(on) = self.drivers {
-            list.push((vec![on.into()], vec![Op::Motors.code(), lang::isa::flags::ALL_AXES]));
+            list.push((vec![on.into()], vec![Op::Motors.code(), flags::ALL_AXES]));
         }
         for (&n, _) in self.outputs.iter().filter(|(_, on)| **on) {
             list.push((vec![n, 1], vec![Op::SetOut.code()]));
@@ -203,6 +240,11 @@ impl Track {
         let spin_up = i32::from(self.profile.run.spin_up_ms);
         if spin_up > 0 && self.outputs.values().any(|on| *on) {
             list.push((vec![spin_up], vec![Op::Wait.code()]));
+        }
+        for (slot, event) in (0..).zip(&self.events) {
+            if let Some((kind, value)) = *event {
+                list.push((vec![value], vec![Op::Event.code(), kind | slot]));
+            }
         }
         Ok(list)
     }

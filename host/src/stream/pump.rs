@@ -5,16 +5,18 @@ use std::fmt;
 use std::time::Duration;
 
 use lang::fault::Fault;
-use lang::wire::{Control, End, RunState, Stream};
+use lang::wire::{Called, Control, End, RunState, Stream};
 
-use super::feed::Job;
-use super::piece::Piece;
+use super::job::{Job, Over};
+use super::piece::{Piece, Place};
 use crate::client::stream::{Slots, Standing};
 use crate::client::{Client, ClientError, Patience};
 use crate::link::Link;
 
 /// How often the board is asked how it stands while its slots are full.
 const POLL: Duration = Duration::from_millis(20);
+/// The same for a job whose events are handled here.
+const POLL_FOR_EVENTS: Duration = Duration::from_millis(4);
 /// Rest between two stretches of a program that only computes.
 const THINK: Duration = Duration::from_micros(50);
 /// How often at least.
@@ -108,6 +110,8 @@ struct Pump<'a, 'j, L: Link> {
     pieces: u64,
     /// A piece that waits for a slot.
     pending: Option<Piece>,
+    /// The job went back for the handler that the board waits for, whose first piece is not there yet.
+    rewound: bool,
     /// The newest piece asks.
     asked: bool,
     /// The job goes on behind an answer.
@@ -117,7 +121,7 @@ struct Pump<'a, 'j, L: Link> {
     standing: Standing,
     line: u32,
     count: u64,
-    /// Starvation that was a wait for an answer.
+    /// Starvation that was a wait for an answer or a handler.
     excused: u16,
 }
 
@@ -158,6 +162,7 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
             number: 0,
             pieces: 0,
             pending: None,
+            rewound: false,
             asked: false,
             answered: false,
             running: false,
@@ -176,19 +181,19 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
 
     fn run(&mut self, watcher: Watcher<'_>, printer: Printer<'_>) -> Result<Outcome, PumpError> {
         let runs = self.standing.runs;
+        let poll = if self.job.has_events() { POLL_FOR_EVENTS } else { POLL };
         let mut begun_at = self.client.link().now();
         let mut looked_at = begun_at;
         loop {
-            self.fill()?;
+            let thinks = !self.fill()?;
             let full = self.pending.is_some() || self.asked || self.job.over().is_some();
-            if !self.running && full {
+            if !self.running && (full || thinks && self.pieces > 0) {
                 self.start()?;
                 begun_at = self.client.link().now();
             }
             let over = self.job.over().is_some() && self.pending.is_none();
             if over && self.running && !self.finished {
-                self.client.stream_control(Stream::Finish).map_err(self.link())?;
-                self.finished = true;
+                self.finish()?;
             }
             if !full && self.client.link().now().saturating_sub(looked_at) < LOOK {
                 if self.pending.is_none() {
@@ -197,7 +202,7 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
                 continue;
             }
             if full {
-                self.client.link().pause(POLL);
+                self.client.link().pause(poll);
             }
             looked_at = self.client.link().now();
             self.look()?;
@@ -212,7 +217,9 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
                 }
                 return Ok(self.outcome(begun_at));
             }
-            if self.asked && self.standing.dry && self.standing.begun == self.number {
+            self.called();
+            let waits = self.asked && self.standing.call.is_none();
+            if waits && self.standing.dry && self.standing.begun == self.number {
                 let value = self.client.stream_answer().map_err(self.link())?;
                 self.job.answer(value);
                 self.asked = false;
@@ -254,17 +261,17 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
         }
     }
 
-    /// Sends pieces while there is one and a slot for it.
-    fn fill(&mut self) -> Result<(), PumpError> {
+    /// Sends a piece if there is one and a slot for it; `false` when there is none.
+    fn fill(&mut self) -> Result<bool, PumpError> {
         if self.pending.is_none() && !self.asked {
             self.pending = self.job.piece();
         }
         let most = if self.running { self.slots.count - 1 } else { self.slots.count };
         let waiting = self.number.wrapping_sub(self.standing.begun);
-        let Some(piece) = self.pending.take() else { return Ok(()) };
+        let Some(piece) = self.pending.take() else { return Ok(false) };
         if waiting >= most {
             self.pending = Some(piece);
-            return Ok(());
+            return Ok(true);
         }
         match self.client.stream_piece(&self.slots, self.number, &piece.bytes) {
             Ok(true) => {
@@ -277,11 +284,14 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
                 }
                 self.number = self.number.wrapping_add(1);
                 self.pieces += 1;
-                Ok(())
+                self.rewound = false;
+                Ok(true)
             }
             Ok(false) => {
                 self.pending = Some(piece);
-                self.look()
+                self.look()?;
+                self.called();
+                Ok(true)
             }
             Err(error) if error.is_exception(lang::wire::Exception::DeviceFailure) => {
                 self.look()?;
@@ -302,19 +312,68 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
         }
     }
 
-    fn look(&mut self) -> Result<(), PumpError> {
-        self.standing = self.client.stream_standing().map_err(self.link())?;
-        let (line, count) = self.place(self.standing.pc);
-        self.line = line;
-        self.count = count;
+    /// The last piece is there.
+    fn finish(&mut self) -> Result<(), PumpError> {
+        match self.client.stream_control(Stream::Finish) {
+            Ok(()) => self.finished = true,
+            // The board waits for a handler.
+            Err(error) if error.is_exception(lang::wire::Exception::Busy) => {
+                self.look()?;
+                self.called();
+            }
+            Err(error) => return Err(self.link()(error)),
+        }
         Ok(())
     }
 
-    /// Line and count of a place in the newest piece.
-    fn place(&self, pc: u16) -> (u32, u64) {
+    fn look(&mut self) -> Result<(), PumpError> {
+        self.standing = self.client.stream_standing().map_err(self.link())?;
+        if let Some(place) = self.place(self.standing.pc) {
+            self.line = place.line;
+            self.count = place.count;
+        }
+        // The words may be of two instants: the piece before the newest is the one surely begun.
+        let begun = self.piece(self.standing.begun.wrapping_sub(2));
+        if let Some(first) = begun.and_then(|piece| piece.places.first()) {
+            let id = first.id;
+            self.job.pass(id);
+        }
+        Ok(())
+    }
+
+    fn piece(&self, number: u16) -> Option<&Piece> {
+        self.sent.iter().rev().find(|(own, _)| *own == number).map(|(_, piece)| piece)
+    }
+
+    /// The statement at a place of the newest piece, or the one before that piece.
+    fn place(&self, pc: u16) -> Option<Place> {
         let newest = self.standing.begun.wrapping_sub(1);
-        let piece = self.sent.iter().find(|(number, _)| *number == newest);
-        piece.and_then(|(_, piece)| piece.at(pc)).unwrap_or((self.line, self.count))
+        match pc {
+            u16::MAX => self.piece(newest.wrapping_sub(1))?.places.last().copied(),
+            _ => self.piece(newest)?.at(pc),
+        }
+    }
+
+    /// Goes back to where the board waits for a handler.
+    fn called(&mut self) {
+        let Some(call) = self.standing.call.filter(|_| !self.rewound) else { return };
+        let pc = match call.place {
+            Called::Failed => self.standing.fault_pc,
+            _ => self.standing.pc,
+        };
+        // Without a place the job is broken, which it then says.
+        let id = self.place(pc).map_or(u64::MAX, |place| place.id);
+        let begun = self.standing.begun;
+        let newer = |number: u16| number.wrapping_sub(begun) < 0x8000;
+        self.sent.retain(|(number, _)| !newer(*number));
+        self.number = begun;
+        self.pending = None;
+        self.asked = false;
+        self.finished = false;
+        self.rewound = true;
+        // The axes may rest until the handler is there.
+        self.excused = self.excused.saturating_add(1);
+        self.job.rewind(id, call, begun);
     }
 
     fn print(&mut self, printer: Printer<'_>) -> Result<(), PumpError> {
@@ -329,17 +388,18 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
 
     fn outcome(&mut self, begun_at: Duration) -> Outcome {
         let end = self.standing.end.unwrap_or(End::None);
-        let own = self.job.over().flatten();
         let (mut fault, mut line, mut count) = (None, self.line, self.count);
         let mut how = end;
         match end {
             End::Fault => {
                 fault = u8::try_from(self.standing.fault).ok().and_then(Fault::from_number);
-                (line, count) = self.place(self.standing.fault_pc);
+                if let Some(place) = self.place(self.standing.fault_pc) {
+                    (line, count) = (place.line, place.count);
+                }
             }
             End::Done => {
                 count = self.job.count();
-                if let Some((own, at)) = own {
+                if let Some(Over::Broken(own, at)) = self.job.over() {
                     (fault, line, how) = (Some(own), at, End::Fault);
                 }
             }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use lang::axis::Axis;
 use lang::back::{self, Compiled};
 use lang::fault::Fault;
 use lang::front::ProfileChoice;
@@ -10,12 +11,17 @@ use lang::hir::Program;
 use lang::profile::Profile;
 use lang::wire::{Control, End, Exception, RunState, Stream};
 
-use super::feed::{self, Feed, Job, Refused};
+use super::check::{self, Checked};
+use super::feed::{Feed, Refused};
+use super::job::Job;
 use super::place::Track;
 use super::pump::{self, Outcome, Progress};
 use crate::bench::stand::Stand;
 use crate::bench::stream::raster;
 use crate::link::Link;
+use crate::sim::trace::What;
+use crate::sim::world::World;
+use crate::sim::{Engine, Options, run_traced};
 
 fn mill() -> Profile {
     Profile::built_in("mill").expect("built in")
@@ -276,9 +282,9 @@ fn imported_programs_end_where_their_traces_do() {
     }
 }
 
-fn checked(text: &str, homed: u16) -> Result<feed::Checked, Refused> {
+fn checked(text: &str, homed: u16) -> Result<Checked, Refused> {
     let (program, compiled) = compile(text);
-    feed::check(Feed::new(&compiled)?, Track::new(&program.profile, [0; 3], homed))
+    check::check(Feed::new(&compiled)?, Track::new(&program.profile, [0; 3], homed))
 }
 
 #[test]
@@ -296,21 +302,52 @@ fn the_whole_job_is_checked_before_the_first_move() {
     assert!(refused.expect_err("a fault of its own").text.contains("F02"));
 }
 
-#[test]
-fn what_only_a_stored_program_can_do_is_refused_by_name() {
-    for (text, what, line) in [
-        (
-            "Wait 1s\nON EVERY 100ms GOSUB tick\nWait 1s\nSUB tick\nSend 65\nEND SUB\n",
-            "ON EVERY",
-            2,
-        ),
-        ("Wait 1s\nON ERROR GOTO bad\nG1 X5 F600\nbad:\nEND\n", "ON ERROR", 2),
-    ] {
-        let (_, compiled) = compile(text);
-        let refused = Feed::new(&compiled).expect_err(what);
-        assert!(refused.text.contains(what), "{refused:?}");
-        assert_eq!(refused.line, line, "{refused:?}");
+/// Streams a job to a board in a world; it prints and ends as in the simulation.
+fn as_in_the_simulation(text: &str, world: &str) -> (Outcome, [i64; 3]) {
+    let world = World::parse("world", world).expect("a world");
+    let (program, _) = compile(text);
+    let (simulated, trace) =
+        run_traced(&program, Engine::Vm, &world, &Options::default()).expect("simulated");
+    let mut stand = Stand::in_world(&mill(), &world).expect("a board");
+    stand.rig().borrow_mut().begin();
+    let (outcome, printed) = stream(&mut stand, text, &mut quietly);
+    let lines: String = trace
+        .iter()
+        .filter_map(|event| match &event.what {
+            What::Print { text, .. } => Some(format!("{text}\n")),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(printed, lines, "{outcome:?}");
+    assert_eq!(outcome.fault, simulated.end.fault);
+    let motors = stand.motors();
+    for axis in Axis::ALL {
+        if let Some(What::End { pos, .. }) = trace.last().map(|event| &event.what) {
+            assert_eq!(motors[axis.index()], i64::from(pos.get(axis).unwrap_or(0)));
+        }
     }
+    (outcome, motors)
+}
+
+#[test]
+fn errors_are_handled_as_in_a_stored_program() {
+    let text = "DIM n, a\nON ERROR GOTO oops\nF600\nG1 X2\na = 1 / n\nWait -5ms * (n + 1)\n\
+        G1 X[4mm + a * 1mm]\nn = 7\nON ERROR STOP\nPRINT \"n=\"; n\nEND\noops:\na = a + 1\n\
+        PRINT \"F\"; ERR; \" in \"; ERL\nRESUME NEXT\n";
+    let (outcome, motors) = as_in_the_simulation(text, "");
+    assert_eq!((outcome.end, motors), (End::Done, [600, 0, 0]), "{outcome:?}");
+}
+
+#[test]
+fn events_are_served_between_statements_and_in_waits() {
+    let text = "DIM n, ticks\nON IN 3 RISE GOSUB hit\nON EVERY 300ms GOSUB tick\n\
+        MoveAxe X, 10mm, 10mm/s\nn = n + 10\nMoveAxe X, 20mm, 10mm/s\nWait 1s\nON EVERY OFF\n\
+        ON IN 3 OFF\nPRINT n; \" \"; ticks > 3\nEND\n\
+        hit:\nPRINT \"hit \"; n\nn = n + 1\nRETURN\nSUB tick\nticks = ticks + 1\nEND SUB\n";
+    let world = "at(500, || set_in(3, true)); at(700, || set_in(3, false)); \
+                 at(1500, || set_in(3, true));";
+    let (outcome, motors) = as_in_the_simulation(text, world);
+    assert_eq!((outcome.end, motors), (End::Done, [2000, 0, 0]), "{outcome:?}");
 }
 
 #[test]

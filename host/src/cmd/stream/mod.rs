@@ -24,7 +24,9 @@ use super::{Console, Options};
 use crate::client::stream::Slots;
 use crate::failure::Failure;
 use crate::render::Note;
-use crate::stream::feed::{self, Feed, Job, Refused};
+use crate::stream::check::{self, Checked};
+use crate::stream::feed::{Feed, Refused};
+use crate::stream::job::Job;
 use crate::stream::place::Track;
 use crate::stream::pump::{self, Outcome, Progress, PumpError};
 
@@ -124,9 +126,9 @@ impl Stream {
             job.skip(self.from_line, &mut track, standing.steps)
                 .map_err(|refused| self.refuse(refused, console))?;
             self.confirm(track.steps(), standing.steps, console)?;
-            feed::Checked::default()
+            Checked::default()
         } else {
-            feed::check(whole, track).map_err(|refused| self.refuse(refused, console))?
+            check::check(whole, track).map_err(|refused| self.refuse(refused, console))?
         };
         if let Some(line) = checked.open {
             console.complain(&format!(
