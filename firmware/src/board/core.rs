@@ -777,7 +777,7 @@ impl Core {
                 if crate::stream::owns() {
                     vm.flags |= flag::EVENT;
                     let place = if code == 0 { Called::Behind } else { Called::Within };
-                    crate::stream::call(place, slot as u16, 0);
+                    crate::stream::call(place, slot as u8, 0);
                     return;
                 }
                 if !vm.interrupt(slot as u8) {

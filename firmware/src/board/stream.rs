@@ -108,17 +108,26 @@ pub fn is_dry() -> bool {
 }
 
 /// A handler has begun, that of the event in `slot` or of the fault: what was to come is forgotten.
-pub fn call(place: Called, slot: u16, fault: u8) {
+#[inline(never)]
+#[unsafe(link_section = ".tail.stream")]
+pub fn call(place: Called, slot: u8, fault: u8) {
     let stream = stream();
     let idle = stream.dry && matches!(place, Called::Behind) && fault == 0;
     let place = if idle { Called::Idle } else { place };
-    stream.call = u16::from(fault) << 8 | slot << 4 | place as u16;
+    stream.call = u16::from_le_bytes([place as u8 | slot << 4, fault]);
+    forget(stream);
+    vm().pc = addr_of!(NOTHING) as u16;
+}
+
+/// No piece waits, and none was the last.
+#[inline(never)]
+#[unsafe(link_section = ".tail.stream")]
+fn forget(stream: &mut Store) {
     stream.accepted = stream.begun;
     stream.filling = stream.next;
     stream.finished = false;
     stream.dry = false;
     stream.rests = false;
-    vm().pc = addr_of!(NOTHING) as u16;
 }
 
 /// The stored program begins.
@@ -261,16 +270,12 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
         return Err(Exception::Busy);
     }
     if let Code::Open = code {
-        stream.accepted = 0;
         stream.begun = 0;
-        stream.filling = 0;
         stream.next = 0;
         stream.starved = 0;
         stream.running = false;
-        stream.finished = false;
-        stream.dry = false;
-        stream.rests = false;
         stream.call = 0;
+        forget(stream);
         return Ok(());
     }
     if stream.accepted == 0 || core.blocked() {
