@@ -152,8 +152,6 @@ constants! {
     UCA0BR0 = 0x62;
     UCA0BR1 = 0x63;
     UCA0MCTL = 0x64;
-    UCA0STAT = 0x65;
-    UCBUSY = 1;
     UCA0RXBUF = 0x66;
     UCA0TXBUF = 0x67;
     IE2 = 0x01;

@@ -87,7 +87,7 @@ impl<L: Link> Client<L> {
         Ok(())
     }
 
-    /// Resets the board; it answers again after some 100 ms, by its new profile.
+    /// Resets the board; it answers again after some 200 ms, by its new profile.
     ///
     /// # Errors
     /// The board refuses: a program runs or an axis moves.
@@ -95,7 +95,7 @@ impl<L: Link> Client<L> {
         match self.control(wire::Control::Restart) {
             // It may reset before its reply is out.
             Ok(()) | Err(ClientError::Silent | ClientError::Noise(_)) => {
-                self.link().pause(Duration::from_millis(300));
+                self.link().pause(Duration::from_millis(400));
                 Ok(())
             }
             Err(error) => Err(error),

@@ -204,7 +204,7 @@ map_find:
 4:  ret
 
 /* The register that comes next in the reply, or that holds the next bit.
-   takes r7, r8   leaves r12 its value, r5 its address   clobbers r4, r9, r11..r15 */
+   takes r8   leaves r12 its value, r5 its address   clobbers r4, r9, r11..r15 */
 map_next:
     mov &NEXT_REGISTER, r5
     inc &NEXT_REGISTER
@@ -212,7 +212,7 @@ map_next:
 /* The same at address r5. */
 map_read:
     call #map_find
-    cmp #2, r7
+    cmp #4, r8
     jhs 1f
     mov r5, r12                 ; of the bits, 0 and 256 stand in registers 0 and 16
     rra r12

@@ -5,18 +5,19 @@
 
    Registers in this file and in map.s:
    r5 address, of a write the offset in its block   r6 count
-   r7 function less 1, but 4 and 5 for 15 and 16   r8 table: bit n-1 for reading function n
+   r7 function less 1, but 4 and 5 for 15 and 16   r8 table: bit n-1 for reading function n,
+   which FUNCTION keeps while that function's data is being sent
    r9 tables in the row of the block   r10 next byte of data */
 
     .section .text.modbus,"axR",@progbits
 module.link.modbus:
-/* Answers a frame that has come and feeds a reply under way; resets the chip when that was asked for
-   and the line rests. May destroy all registers. */
+/* Answers a frame that has come and feeds a reply under way; has the chip reset when that was asked
+   for and the reply stands in the ring. May destroy all registers. */
     .global link_poll
 link_poll:
-    mov.b &FUNCTION, r7
-    dec r7
-    jge link_feed
+    mov.b &FUNCTION, r8
+    tst r8
+    jne link_feed
     cmp.b #LINE_READY, &LINE_STATE
     jne link_restart
     mov.b &HEAD, r4
@@ -50,20 +51,16 @@ link_poll:
     jmp 4f
 3:  bis.b #0x80, &FRAME+1
     mov.b r12, &FRAME+2
-4:  clr &HEAD                   ; and TAIL
-    mov #-1, &REPLY_CRC
-    mov #FRAME, r10
-5:  mov.b @r10+, r13
-    call #link_put
-    dec r6
-    jne 5b
+4:  mov #FRAME, r15
+    mov r6, r11
+    call #crc_of
+    mov r12, &REPLY_CRC
+    mov r6, &HEAD               ; and TAIL = 0
     tst.b &FUNCTION
     jne link_poll
 link_finish:
-    mov &REPLY_CRC, r13
-    call #link_put_only
-    swpb r13
-    call #link_put_only
+    call #link_crc
+    call #link_crc
     mov #LINE_LAST, &LINE_STATE      ; and no FUNCTION
     jmp link_send               ; should all be out already: let its interrupt see the state
 link_drop:
@@ -76,11 +73,9 @@ link_drop:
 link_feed:
     mov.b &HEAD, r12
     sub.b &TAIL, r12
-    and.b #RING_SIZE-1, r12
     cmp.b #RING_SIZE-6, r12
     jhs link_done
-    mov.b link_tables(r7), r8
-1:  cmp #2, r7
+1:  cmp #4, r8
     jhs 5f
     mov #8, r6                  ; a byte of bits, filled up with 0
 2:  mov &REGISTERS_LEFT, r12
@@ -112,32 +107,30 @@ link_feed:
     call #motion_poll
     jmp link_poll
 
+    /* What has been put into the ring goes out by interrupts, in 10 ms at most, before the watchdog
+       bites. */
 link_restart:
     bit.b #R_RESTART, &RUN_FLAGS
     jeq link_done
-    tst &LINE_STATE             ; and FUNCTION
-    jne link_done
-    bit.b #UCBUSY, &UCA0STAT
-    jne link_done
     dec &WATCHDOGS              ; this one was asked for
-    clr &WATCHDOG               ; without its password: reset
+1:  jmp 1b
 link_done:
     ret
 
+/* Appends the CRC's next byte: behind its low one it is the high one shifted down. */
+link_crc:
+    mov &REPLY_CRC, r13
 /* Appends a byte to the reply and its CRC.
-   takes r13 = byte in its low half   leaves r13 = byte   clobbers r12, r14 */
+   takes r13 = byte in its low half   clobbers r12 to r14 */
 link_put:
     mov.b r13, r13
     mov &REPLY_CRC, r12
+    mov.b &HEAD, r14
+    and #RING_SIZE-1, r14
+    mov.b r13, FRAME(r14)
+    inc.b &HEAD
     call #pasapas_crc16
     mov r12, &REPLY_CRC
-/* The same without the CRC; keeps r12. */
-link_put_only:
-    mov.b &HEAD, r14
-    mov.b r13, FRAME(r14)
-    inc.b r14
-    and.b #RING_SIZE-1, r14
-    mov.b r14, &HEAD
 link_send:
     bis.b #UCA0TXIE, &IE2
     ret
@@ -177,19 +170,18 @@ link_perform:
     jmp 6f
     /* r11 = bytes of data, 1 to 250 */
 3:  mov r6, r11
+    dec r11
     cmp #4, r8
     jhs 4f
-    add #7, r11
     rra r11
     rra r11
     rra r11
     jmp 5f
-4:  rla r11
+4:  rlc r11                     ; carry is set
     jc link_refused
-5:  mov r11, r13
-    dec r13
-    cmp #250, r13
+5:  cmp #250, r11
     jhs link_refused
+    inc r11
     cmp #4, r7
     jlo 6f
     incd r10
@@ -202,19 +194,15 @@ link_perform:
     jne link_refused
     call #map_find
     cmp r6, r13
-    jlo link_no_address
+    jlo map_bad_address
     cmp #4, r7
     jhs link_write
     mov.b r11, &FRAME+2
     mov r5, &NEXT_REGISTER
     mov r6, &REGISTERS_LEFT
-    inc r7
-    mov.b r7, &FUNCTION
+    mov.b r8, &FUNCTION
     clr r12
 link_refused:
-    ret
-link_no_address:
-    mov #EX_ADDRESS, r12
     ret
 
 /* Writes r6 values from r10 on into the block at r9, from its offset r12 on.
@@ -225,7 +213,7 @@ link_write:
     jlo link_write_bits
     mov.b 2(r9), r8
     tst r8
-    jeq link_no_address
+    jeq map_bad_address
     add #MAP_WRITERS, r8
     tst.b 0(r9)
     jge link_write_words

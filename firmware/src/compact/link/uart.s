@@ -7,7 +7,8 @@
    Characters with errors go into the frame like others: its CRC tells.
 
    FRAME is the request while LINE_STATE is LINE_LISTEN or LINE_READY, HEAD its length or SPOILED;
-   then it is the ring of RING_SIZE from which the reply is sent; TAIL is the next byte to go.
+   then it is the ring of RING_SIZE from which the reply is sent, its places being HEAD and TAIL modulo
+   RING_SIZE; TAIL is the next byte to go.
 
    Cycles from request to RETI's end: receive 74, transmit 42, silence 19, millisecond 24. */
 
@@ -33,15 +34,15 @@ USCIAB0RX:
     jhs 2f
     mov.b r12, FRAME(r13)
     inc.b &HEAD
+2:  mov &TA0R, r12
     tst.b r13
     jeq 2f
-    mov &TA0R, r12
-    sub &TA0CCR1, r12
-    add &SLACK_TICKS, r12
+    mov r12, r13
+    sub &TA0CCR1, r13
+    add &SLACK_TICKS, r13
     jl 2f
     mov.b #SPOILED, &HEAD
-2:  mov &TA0R, r12
-    add &SILENCE_TICKS, r12
+2:  add &SILENCE_TICKS, r12
     mov r12, &TA0CCR1
     mov #0x0010, &TA0CCTL1
 3:  pop r13
@@ -60,10 +61,9 @@ USCIAB0TX:
     mov.b &TAIL, r12
     cmp.b &HEAD, r12
     jeq 1f
+    and #RING_SIZE-1, r12
     mov.b FRAME(r12), &UCA0TXBUF
-    inc.b r12
-    and.b #RING_SIZE-1, r12
-    mov.b r12, &TAIL
+    inc.b &TAIL
     jmp 2f
 1:  bic.b #UCA0TXIE, &IE2
     /* once the reply has left the ring the next request may begin */

@@ -37,17 +37,16 @@ ticks:
     inv r12
     mov #BUTTON, r13
     call #filter
-    bit #P1_STOP, r12
-    jeq 1f
-    call #run_pause
-1:  and #P1_START, r12
+    and #P1_START, r12
     add r12, r9
     jeq 1f
     call #run_start
-    /* hold, door and a second Stop */
-1:  call #blocking
+    /* Stop, a second one, hold and door */
+1:  bit.b #P1_STOP, &BUTTON
+    jne 1f
+    call #blocking
     jeq 2f
-    call #run_pause
+1:  call #run_pause
 
     /* Stop held for 2 s ends the run */
 2:  inc &HELD
@@ -87,73 +86,83 @@ ticks:
     jlo 3f
     clr r13
 3:  and #128, r13
-4:  mov &BOARD, r10             ; the start of a run keeps no register
-    mov.b B_LAMP(r10), r12
-    call #set_output
+4:  MICRO
+    PROFILE B_LAMP
+    CALL set_output
 
     /* auto-run half a second after power-up, unless a host has spoken or Stop is held */
-    bit.b #R_BOOTED, &RUN_FLAGS
-    jne 1f
-    cmp #500, &MILLIS
-    jlo 1f
-    bis.b #R_BOOTED, &RUN_FLAGS
-    bit.b #R_HOST, &RUN_FLAGS
-    jne 1f
-    bit.b #BOARD_AUTORUN, B_FLAGS(r10)
-    jeq 1f
+    IF_ANY RUN_FLAGS, R_BOOTED, 1f
+    LIT16 499
+    F cmp MILLIS
+    IF_CARRY 1f
+    BITS_ON RUN_FLAGS, R_BOOTED
+    IF_ANY RUN_FLAGS, R_HOST, 1f
+    PROFILE B_FLAGS
+    TESTI BOARD_AUTORUN
+    IF_EQUAL 1f
     /* the first start acknowledges what a watchdog reset has latched */
-    bit.b #1, &CAUSE
-    jeq 2f
-    call #run_start
-2:  call #run_start
+    IF_NONE CAUSE, 1, 2f
+    CALL run_start
+2:  CALL run_start
 
     /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
-1:  mov.b &EFFECT, r12
-    sub #OP_HOME, r12
-    cmp #OP_WAIT_CHAR-OP_HOME+1, r12
-    jhs 3f
-    cmp #OP_PROBE-OP_HOME, r12
-    jeq 3f
-    cmp #OP_PULSE-OP_HOME, r12
-    jeq 1f
-    cmp.b #RUN_PAUSED, &RUN
-    jeq 3f
-    jmp 2f
-1:  call #time_left
-    jne 2f
-    mov.b &N, r12
-    call #mask_of
-    bic r14, &OUTPUT
-    bic r14, &RESUME_OUTPUT
-2:  sub #1, &TIME
-    sbc &TIME+2
-    jge 3f
-    add #1, &TIME
-    adc &TIME+2
+1:  GET EFFECT
+    ADDI -OP_HOME
+    CMPI OP_WAIT_CHAR-OP_HOME+1
+    IF_CARRY 3f
+    CMPI OP_PROBE-OP_HOME
+    IF_EQUAL 3f
+    CMPI OP_PULSE-OP_HOME
+    IF_EQUAL 1f
+    IF_IS RUN, RUN_PAUSED, 3f
+1:  LIT 1
+    DO negate
+    F add TIME
+    IF_NEGATIVE 2f
+    F store TIME
+    GOTO 3f
+2:  IF_IS_NOT EFFECT, OP_PULSE, 3f
+    GET N
+    CALL output_off
 
-3:  cmp.b #RUN_RUNNING, &RUN
-    jne 1f
-    add #1, &TIMER_MS
-    adc &TIMER_MS+2
+3:  IF_IS_NOT RUN, RUN_RUNNING, 1f
+    LIT 1
+    F add TIMER_MS
+    F store TIMER_MS
     .if HAS_KEEP
-    bit #1023, &TIMER_MS
-    jne 1f
-    call #motion_rests
-    jne 1f
-    call #keep_save
+    CALL ticks_second
+    IF_NOT_EQUAL 1f
+    CALL motion_rests
+    IF_NOT_EQUAL 1f
+    CALL keep_save
     .endif
 
 1:
     .if HAS_EVENTS
+    END
     call #event_tick
+    MICRO
     .endif
     /* as long as it is pressed: nothing else begins to move */
-    mov &BOARD, r10
-    mov.b B_EMERGENCY(r10), r10
-    mov r10, r12
-    call #input
-    jeq ticks_end
-    mov r10, r12
+    PROFILE B_EMERGENCY
+    DO input
+    IF_EQUAL 1f
+    PROFILE B_EMERGENCY
+    END
     jmp emergency
+1:  RETURN
+    .balign 2, 0
+
+    .if HAS_KEEP
+/* Z set once a second; r12 = milliseconds. */
+ticks_second:
+    bit #1023, r12
+    ret
+    .endif
+/* Output r12 is off, in a pause and behind it. */
+output_off:
+    call #mask_of
+    bic r14, &OUTPUT
+    bic r14, &RESUME_OUTPUT
 ticks_end:
     ret
