@@ -59,6 +59,8 @@ constants! {
     B_INPUT_INVERT_HIGH = offset_of!(BoardRecord, input_invert_high);
     B_REFERENCE = offset_of!(BoardRecord, reference);
     B_EMERGENCY = offset_of!(BoardRecord, emergency);
+    B_EMERGENCY_PIN = offset_of!(BoardRecord, emergency_pin);
+    B_EMERGENCY_FALLS = offset_of!(BoardRecord, emergency_falls);
     B_START = offset_of!(BoardRecord, start);
     B_STOP = offset_of!(BoardRecord, stop);
     B_HOLD = offset_of!(BoardRecord, hold);

@@ -6,6 +6,9 @@ use crate::pins;
 constants! {
     P1IN = 0x20;
     P1OUT = 0x21;
+    P1IFG = 0x23;
+    P1IES = 0x24;
+    P1IE = 0x25;
     P1SEL = 0x26;
     P1REN = 0x27;
     P1SEL2 = 0x41;

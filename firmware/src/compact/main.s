@@ -18,6 +18,7 @@ loop:
     call #link_poll
     call #ticks
     call #motion_poll
+    call #emergency_input
     call #run
     jmp loop
 

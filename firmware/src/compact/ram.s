@@ -42,7 +42,7 @@
     VAR DECEL2, 4               /* its decline while braking */
     VAR TICK, 4                 /* interval at speed 1, ticks */
     .set LOCALS, TICK           /* at rest: bytes of a statement or command that begins */
-    VAR WATCH, 1                /* inputs of port 1 that catch */
+    VAR WATCH, 1                /* inputs of port 1 that catch, or TRIPPED */
     VAR IDLE, 1                 /* their levels at rest */
     VAR HIT, 1                  /* what answered, 0 for nothing yet */
     VAR REFUSAL, 1              /* Refusal of the last upload */
@@ -184,6 +184,8 @@
     .set M_PAUSE, 1             /* brake to a pause, or rest in one */
     .set M_STOP, 2              /* brake, then forget the rest */
     .set M_SETTLE, 4            /* the commanded places will be where it ends */
+/* WATCH: the emergency stop has answered at its pin, and no more steps are made */
+    .set TRIPPED, -1
 /* RUN_FLAGS */
     .set R_WAITING, 1           /* WaitStart, and Start was not pressed yet */
     .set R_BOOTED, 2            /* half a second has passed since reset */

@@ -116,6 +116,7 @@ impl Rig {
             self.chip.board.bus_write16(WDTCTL, 0x5A80);
             self.chip.call("ticks", &[]);
             for _ in 0..4 {
+                self.chip.call("emergency_input", &[]);
                 self.chip.call("run", &[]);
                 self.host();
             }

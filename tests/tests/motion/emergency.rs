@@ -13,8 +13,8 @@ use crate::lab::{Dice, Lab, MS, Step, steps};
 /// How long an interrupt that is under way, and the one of an event that is due before the pin is
 /// looked at, keep the pin waiting: 20 us.
 const INTERRUPTS: u64 = MS / 50;
-/// The chain is read once in a millisecond.
-const CHAIN: u64 = MS + INTERRUPTS;
+/// The chain is read once in a millisecond, on the G2553 behind the segment that it plans.
+const CHAIN: [u64; 2] = [2 * MS, MS + INTERRUPTS];
 
 /// What moves when the contact opens, the axes it moves at the rate of their own, and whether the
 /// G2553 runs it.
@@ -96,16 +96,17 @@ fn ceases(lab: &mut Lab, at: u64, delay: u64, name: &str) {
 
 /// Opens the contact while each of the moves is under way.
 fn stops(build: &Build, dice: &mut Dice) {
+    let small = build.part.name == G2553.part.name;
     let wirings = [
         (Wiring::Direct, 4, INTERRUPTS),
         (Wiring::Direct, 2, INTERRUPTS),
         (Wiring::Chain, 17, INTERRUPTS),
-        (Wiring::Chain, 12, CHAIN),
+        (Wiring::Chain, 12, CHAIN[usize::from(!small)]),
     ];
     for (wiring, n, delay) in wirings {
         let profile = mill(wiring, n);
-        for (script, small) in MOVES {
-            if !small && build.part.name == G2553.part.name {
+        for (script, common) in MOVES {
+            if small && !common {
                 continue;
             }
             let name = format!("{script} on {}, input {n} {wiring:?}", build.part.name);
@@ -121,6 +122,7 @@ fn stops(build: &Build, dice: &mut Dice) {
 
 #[test]
 fn a_contact_stops_every_move_within_a_step() {
+    stops(&G2553, &mut Dice(21));
     stops(&G2955, &mut Dice(22));
 }
 
@@ -128,7 +130,7 @@ fn a_contact_stops_every_move_within_a_step() {
 fn a_disturbance_of_2_us_stops_all_or_nothing() {
     let mut dice = Dice(31);
     let mut stopped = 0;
-    for build in [&G2955] {
+    for build in [&G2553, &G2955] {
         for (wiring, n) in [(Wiring::Direct, 4), (Wiring::Chain, 17), (Wiring::Chain, 12)] {
             let script = "G1 X40 Y37 Z-9 F9000\nMoveAxe X, 0mm";
             let whole = moving(build, &mill(wiring, n), script, &mut dice);

@@ -63,7 +63,9 @@ boot:
     cmp #NO_WATCHDOGS+3, &WATCHDOGS
     jlo 5f
     bis.b #R_BOOTED, &RUN_FLAGS /* the third and all that follow it: no autorun */
-5:  eint
+    /* another edge than before may be taken for one that has come */
+5:  clr.b &P1IFG
+    eint
     call #store_mount
     /* the last fault of the log */
     mov #LOG, r15

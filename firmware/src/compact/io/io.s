@@ -6,11 +6,14 @@
     .section .text.io,"axR",@progbits
 module.io:
 
-/* Makes the pins what the profile's wiring says, outputs off. Clobbers r12 to r14. */
+/* Makes the pins what the profile's wiring says, outputs off, and lets that of an emergency stop
+   interrupt. Clobbers r12 to r14. */
     .global io_open
 io_open:
     mov #io_chain, r12
     mov &BOARD, r14
+    mov.b B_EMERGENCY_FALLS(r14), &P1IES
+    mov.b B_EMERGENCY_PIN(r14), &P1IE
     bit.b #BOARD_CHAIN, B_FLAGS(r14)
     jne poke_table
     mov #io_direct, r12

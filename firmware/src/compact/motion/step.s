@@ -12,6 +12,7 @@
    Cycles from entry to RETI: three axes stepping 168, two 157, one 146; at a segment change 16
    more, while an input is watched 16 more. 6 bytes of stack, 8 as it comes to rest. */
     .set P1IN,     0x0020
+    .set P1IFG,    0x0023
     .set P2OUT,    0x0029
     .set P2SEL,    0x002e
     .set TA1CTL,   0x0180
@@ -107,6 +108,8 @@ step_armed:
 
     /* an input may answer at the step just made */
 step_watch:
+    cmp.b #TRIPPED, &WATCH
+    jeq step_ends
     mov.b &P1IN, r15
     xor.b &IDLE, r15
     and.b &WATCH, r15
@@ -127,9 +130,17 @@ step_switch:
     dec SLOT0+EVENTS(r15)
     jc step_schedule
     clr SLOT0+EVENTS(r15)
+step_ends:
     call #step_rest
 step_exit:
     pop r15
+    reti
+
+    /* The emergency stop at a pin has opened: the step that is armed is the last one. */
+    .global PORT1
+PORT1:
+    mov.b #TRIPPED, &WATCH
+    clr.b &P1IFG
     reti
 
     /* Starts the timer, gives it the STEP pins and takes the pulse from the board's profile. Uses

@@ -4,6 +4,19 @@
     .section .text.session,"axR",@progbits
 module.session:
 
+/* The emergency stop as long as its input is pressed, or when its pin has tripped: nothing else begins to
+   move meanwhile. No register is kept. */
+    .global emergency_input
+emergency_input:
+    MICRO
+    IF_IS WATCH, TRIPPED&255, 0f
+    PROFILE B_EMERGENCY
+    CALL unfiltered
+    IF_EQUAL 9f
+0:  PROFILE B_EMERGENCY
+    GOTO emergency
+
+    .balign 2, 0
 /* Obeys r12 = a Control code; one that is not for this state does nothing. Restart is for a machine
    that rests without a run. No register is kept. */
     .global control
@@ -48,16 +61,14 @@ stop_:
     RETURN
 
     .balign 2, 0
-/* Steps cease at once, outputs go to their safe states, F14 is latched. Takes r12 = input that
-   caused it, 0 for none. No register is kept. */
-    .global emergency
-emergency:
-    MICRO
-    GOTO 1f
+/* Steps cease at once, outputs go to their safe states, F14 is latched. r12 = the input that caused it,
+   0 for none. */
 emergency_by_link:
     LIT 0
-1:  PUT FAULT_IN
+emergency:
+    PUT FAULT_IN
     CALL motion_halt
+    LET WATCH, 0
     LET HOMED, 0
     LIT F_EMERGENCY_STOP
     CALL fail

@@ -143,14 +143,7 @@ ticks:
     call #event_tick
     MICRO
     .endif
-    /* as long as it is pressed: nothing else begins to move */
-    PROFILE B_EMERGENCY
-    DO input
-    IF_EQUAL 1f
-    PROFILE B_EMERGENCY
-    END
-    jmp emergency
-1:  RETURN
+    RETURN
     .balign 2, 0
 
     .if HAS_KEEP
