@@ -15,9 +15,6 @@ use lang::wire::TraceKind;
 /// Wants of WaitIn: level off, level on, rise, fall.
 const WANT_RISE: u8 = 2;
 
-/// Suffixes of PRINT, by `lang::effect::Unit`.
-static UNITS: [&str; 8] = ["", "um", "st", "ms", "um/s", "st/s", "um/s2", "st/s2"];
-
 impl Core {
     /// Goes on with the effect; `true` when it is done.
     ///
@@ -60,7 +57,6 @@ impl Core {
         const PRINT_TEXT: u8 = Op::PrintText as u8;
         const PRINT_TEXT_FAR: u8 = Op::PrintTextFar as u8;
         const PRINT_NUMBER: u8 = Op::PrintNumber as u8;
-        const PRINT_VALUE: u8 = Op::PrintValue as u8;
         const PRINT_END: u8 = Op::PrintEnd as u8;
         const EVENT: u8 = Op::Event as u8;
         const IN: u8 = Op::In as u8;
@@ -174,8 +170,7 @@ impl Core {
             }
             WAIT_CHAR => return self.wait_char(),
             PRINT_TEXT | PRINT_TEXT_FAR => return Ok(self.print_text(code == PRINT_TEXT_FAR)),
-            PRINT_NUMBER => return Ok(self.print_value(0)),
-            PRINT_VALUE => return Ok(self.print_value(1)),
+            PRINT_NUMBER => return Ok(self.print_number()),
             PRINT_END => return Ok(self.print_end()),
             END => {
                 // STARTed moves finish, MoveSpeed axes ramp down.
@@ -396,21 +391,13 @@ impl Core {
         true
     }
 
-    fn print_value(&mut self, unit: u8) -> bool {
+    fn print_number(&mut self) -> bool {
         if self.first() {
-            if unit != 0 {
-                self.effect.bits = vm().operand() & 7;
-            }
             self.effect.left = vm().pop();
         }
-        // The longest is 11 characters and a unit of 5.
-        let mut text: heapless::String<16> = heapless::String::new();
-        let _ = ufmt::uwrite!(
-            Text(&mut text),
-            "{}{}",
-            self.effect.left,
-            UNITS[usize::from(self.effect.bits)]
-        );
+        // A sign and ten digits.
+        let mut text: heapless::String<11> = heapless::String::new();
+        let _ = ufmt::uwrite!(Text(&mut text), "{}", self.effect.left);
         let bytes = text.as_bytes();
         while usize::from(self.effect.n) < bytes.len() {
             if !self.put(bytes[usize::from(self.effect.n)]) {
@@ -501,7 +488,7 @@ impl Core {
     }
 }
 
-struct Text<'a>(&'a mut heapless::String<16>);
+struct Text<'a>(&'a mut heapless::String<11>);
 
 impl ufmt::uWrite for Text<'_> {
     type Error = ();

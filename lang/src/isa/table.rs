@@ -161,14 +161,13 @@ macro_rules! rows {
             0xF3 x 1 WaitChar "waitchar" Flags 1 0 Effect "WaitChar c[, ms]";
             0xF4 x 1 PrintText "printtext" Text8 0 0 Effect "a text of PRINT";
             0xF5 x 1 PrintTextFar "printtextfar" Text 0 0 Effect "a text of PRINT";
-            0xF6 x 1 PrintNumber "printnumber" None 1 0 Effect "a Number of PRINT";
-            0xF7 x 1 PrintValue "printvalue" Flags 1 0 Effect "a quantity of PRINT with its unit";
-            0xF8 x 1 PrintEnd "printend" None 0 0 Effect "PRINT's line is complete";
-            0xF9 x 1 Event "event" Flags 0 0 Effect "ON IN n, ON EVERY ms and their OFF";
-            0xFA x 1 In "in" None 1 1 Effect "IN(n)";
-            0xFB x 1 Out "outstate" None 1 1 Effect "OUT(n)";
-            0xFC x 1 Read "read" Flags 0 1 Effect "another look at the machine";
-            0xFD x 1 ArcBy "arcby" Flags 1 0 Effect "G2 or G3, relative um: axes, then I J K of the plane or R";
+            0xF6 x 1 PrintNumber "printnumber" None 1 0 Effect "a value of PRINT; its unit is text";
+            0xF7 x 1 PrintEnd "printend" None 0 0 Effect "PRINT's line is complete";
+            0xF8 x 1 Event "event" Flags 0 0 Effect "ON IN n, ON EVERY ms and their OFF";
+            0xF9 x 1 In "in" None 1 1 Effect "IN(n)";
+            0xFA x 1 Out "outstate" None 1 1 Effect "OUT(n)";
+            0xFB x 1 Read "read" Flags 0 1 Effect "another look at the machine";
+            0xFC x 1 ArcBy "arcby" Flags 1 0 Effect "G2 or G3, relative um: axes, then I J K of the plane or R";
         }
     };
 }

@@ -99,20 +99,6 @@ fn want(bits: u8) -> Want {
     }
 }
 
-fn unit(byte: u8) -> Option<Unit> {
-    const UNITS: [Unit; 8] = [
-        Unit::None,
-        Unit::Um,
-        Unit::Steps,
-        Unit::Ms,
-        Unit::UmPerS,
-        Unit::StepsPerS,
-        Unit::UmPerS2,
-        Unit::StepsPerS2,
-    ];
-    UNITS.get(usize::from(byte)).copied()
-}
-
 fn read(byte: u8) -> Option<Read> {
     const POS: u8 = Look::Pos as u8;
     const POS_STEPS: u8 = Look::PosSteps as u8;
@@ -218,7 +204,6 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
         Op::PrintText => Effect::PrintText(u16::from(b)),
         Op::PrintTextFar => Effect::PrintText(u16::from_le_bytes([b, b2])),
         Op::PrintNumber => Effect::PrintValue(args.next(), Unit::None),
-        Op::PrintValue => Effect::PrintValue(args.next(), unit(b)?),
         Op::PrintEnd => Effect::PrintEnd,
         Op::Event => event(b, args)?,
         Op::SetPosZero => Effect::SetPos { axis: axis(n)?, value: 0 },

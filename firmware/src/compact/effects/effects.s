@@ -318,7 +318,7 @@ effect_table:
     .short fx_set_pos_zero, fx_in_short, fx_timed_out, fx_out_short, fx_move, fx_linear, fx_feed
     .short fx_home, fx_probe, fx_set_pos, fx_stop, fx_wait_move, fx_set_out, fx_pulse
     .short fx_set_port, fx_motors, fx_wait, fx_wait_in, fx_wait_start, fx_send, fx_wait_char
-    .short fx_print_text, fx_print_value, fx_print_end
+    .short fx_print_text, fx_print_number, fx_print_end
     .if HAS_EVENTS
     .short fx_event
     .endif

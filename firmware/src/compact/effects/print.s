@@ -36,46 +36,48 @@ print_flush:
     bit.b #T_ANNOUNCED, &TRACING
     jne print_done
     bis.b #T_ANNOUNCED, &TRACING
-    mov #TRACE_PRINT, r12
-    clr r14
-    jmp emit_small
+    mov #TRACE_PRINT, r14
+    clr r15
+    clr r12
+    clr r13
+    jmp emit
 
+/* A text: its length, then its bytes. */
 fx_print_text:
-    END
-    jne 1f
-    call #operand_byte
-    mov r12, r13
+    IF_NOT_EQUAL 1f
+    DO operand_byte
+    PUT TIME
+    LIT 0
     /* PrintTextFar */
-    bit.b #1, &EFFECT
-    jeq 2f
-    call #operand_byte
-    swpb r12
-    add r12, r13
-2:  add &VM_DATA, r13
-    mov r13, &TIME
-1:  mov &TIME, r13
-    mov.b &N, r12
-    cmp.b @r13, r12
+    IF_NONE EFFECT, 1, 2f
+    DO operand_byte
+2:  PUT TIME+1
+    F word TIME
+    F add VM_DATA
+    F put TIME
+1:  END
+    mov &TIME, r8
+    mov.b @r8+, r9
+    add r8, r9
+/* The bytes from r8 to r9, of which N were put. */
+print_rest:
+    mov.b &N, r13
+    add r8, r13
+    cmp r9, r13
     jhs print_done
-    add r12, r13
-    mov.b 1(r13), r12
+    mov.b @r13, r12
     call #print_put
-    jmp 1b
+    jmp print_rest
 print_done:
     clr r12
     ret
 
-/* A number and its unit. The digits are made anew at each call and N counts what was put. */
-fx_print_value:
-    END
-    jne 2f
-    /* PrintValue */
-    bit.b #1, &EFFECT
-    jeq 1f
-    call #operand_byte
-    mov.b r12, &BITS
-1:  call #pop_to_time
-2:  mov #TEMP+12, r8
+/* A number. The digits are made anew at each call. */
+fx_print_number:
+    IF_NOT_EQUAL 1f
+    CALL pop_to_time
+1:  END
+    mov #TEMP+12, r8
     mov &TIME, r12
     mov &TIME+2, r13
     call #pasapas_abs2
@@ -89,31 +91,12 @@ fx_print_value:
     bis r13, r10
     tst r10
     jne 3b
+    mov #TEMP+12, r9
     tst &TIME+2
-    jge 4f
+    jge print_rest
     dec r8
     mov.b #'-', 0(r8)
-    /* r9 = the unit's text, behind as many others as its number says */
-4:  mov #print_units, r9
-    mov.b &BITS, r13
-5:  dec r13
-    jl 6f
-7:  mov.b @r9+, r12
-    tst r12
-    jne 7b
-    jmp 5b
-6:  mov.b &N, r13
-    add r8, r13
-    sub #TEMP+12, r13
-    jhs 1f
-    mov.b TEMP+12(r13), r12
-    jmp 2f
-1:  add r9, r13
-    mov.b @r13, r12
-    tst r12
-    jeq print_done
-2:  call #print_put
-    jmp 6b
+    jmp print_rest
 
 fx_print_end:
     END
@@ -125,8 +108,3 @@ fx_print_end:
 1:  call #print_flush
     bic.b #T_ANNOUNCED+T_DROPPED, &TRACING
     ret
-
-/* Suffixes by `lang::effect::Unit`. */
-print_units:
-    .asciz "", "um", "st", "ms", "um/s", "st/s", "um/s2", "st/s2"
-    .balign 2, 0

@@ -3,22 +3,30 @@
     .section .text.trace,"axR",@progbits
 module.effects.trace:
 
-/* Traces r12 = TraceKind | argument << 8 with value r15:r14 (emit_small: r14) when the host wants it;
-   the slot is free. Leaves r12 = DONE. */
-    .global emit, emit_small
-emit_small:
+/* Operations of micro-code. They trace the event with the byte that follows as its kind, N as its
+   argument, r13:r12 as its value: r12 = DONE. micro_event_ok: with TRACE_OK. */
+micro_event_ok:
+    mov.b #TRACE_OK, r15
+    jmp 1f
+micro_event:
     clr r15
+1:  bis.b &N, r15
+    mov.b @r10+, r14
+/* Traces the event of kind r14 with argument r15 and value r13:r12 when the host wants it; the slot is
+   free. Leaves r12 = DONE. */
+    .global emit
 emit:
     bit.b #T_ON, &TRACING
     jeq 1f
     bis.b #T_FULL, &TRACING
     inc &TRACE_NUMBER
-    mov r12, &TRACE_KIND
-    mov &EFFECT_PC, r12
-    sub &VM_CODE, r12
-    mov r12, &TRACE_PC
-    mov r14, &TRACE_VALUE
-    mov r15, &TRACE_VALUE+2
+    mov.b r14, &TRACE_KIND
+    mov.b r15, &TRACE_ARGUMENT
+    mov &EFFECT_PC, r14
+    sub &VM_CODE, r14
+    mov r14, &TRACE_PC
+    mov r12, &TRACE_VALUE
+    mov r13, &TRACE_VALUE+2
 1:  clr r12
     ret
 

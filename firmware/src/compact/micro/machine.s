@@ -291,23 +291,6 @@ micro_or_return:
     jne micro_return
     ret
 
-    /* Traces the event with the byte that follows as its kind, N as its argument, acc as its value:
-       acc = DONE. micro_event_ok: with TRACE_OK. */
-micro_event:
-    clr r15
-    jmp 1f
-micro_event_ok:
-    mov #TRACE_OK<<8, r15
-1:  mov.b &N, r14
-    swpb r14
-    bis r14, r15
-    mov.b @r10+, r14
-    bis r14, r15
-    mov r12, r14
-    mov r15, r12
-    mov r13, r15
-    br #emit
-
     /* The table. A pad byte that execution comes over is number 0. */
     .set MICRO_NEXT, 0
     .macro MICRO_DO name, routine

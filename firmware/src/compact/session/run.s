@@ -224,11 +224,11 @@ run_stopping:
     jmp 2f
     /* a fault that was handled is past */
 1:  clr.b &VM_FAULT
-2:  mov.b &VM_FAULT, r14
-    mov r10, r12
-    swpb r12
-    bis #TRACE_END, r12
-    call #emit_small
+2:  mov #TRACE_END, r14
+    mov r10, r15
+    mov.b &VM_FAULT, r12
+    clr r13
+    call #emit
     jmp run_no_effect
 
 /* Behind each End: the run state, and the masks of the outputs in the profile. */

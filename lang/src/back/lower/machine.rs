@@ -3,7 +3,7 @@
 use super::Lower;
 use crate::axis::{Axis, AxisSet};
 use crate::back::ir::Item;
-use crate::effect::{Frame, Plane, Unit, Want};
+use crate::effect::{Frame, Plane, Want};
 use crate::hir::{ArcCenter, Expr, ExprKind, InWant, PrintPart, ProbeSensor, StmtKind, Word};
 use crate::isa::{Op, SHORT_AXES, flags};
 use crate::kind::Kind;
@@ -253,29 +253,35 @@ impl Lower<'_> {
         if let Some(PrintPart::Value(value)) = parts.iter().find(early) {
             self.expr(value);
         }
-        // No handler comes between the parts: it might print a line of its own.
+        // What stands between two values, units among it, is one text.
+        let mut text = Vec::new();
         for part in parts {
             match part {
-                PrintPart::Text(text) => {
-                    for piece in text.as_bytes().chunks(super::MAX_TEXT) {
-                        let id = self.text(piece);
-                        self.plain(Op::More);
-                        self.push(Item::Text(id));
-                    }
-                }
+                PrintPart::Text(more) => text.extend(more.as_bytes()),
                 PrintPart::Value(value) => {
+                    self.print_text(&mut text);
                     if !early(&part) {
                         self.expr(value);
                     }
                     self.plain(Op::More);
-                    match value.kind.unit() {
-                        Unit::None => self.plain(Op::PrintNumber),
-                        unit => self.flags(Op::PrintValue, [unit as u8, 0, 0]),
-                    }
+                    self.plain(Op::PrintNumber);
+                    text.extend(value.kind.unit().suffix().as_bytes());
                 }
             }
         }
+        self.print_text(&mut text);
         self.plain(Op::PrintEnd);
+    }
+
+    /// A text of a PRINT, which is empty then. No handler comes behind it: it might print a line of its
+    /// own.
+    fn print_text(&mut self, text: &mut Vec<u8>) {
+        for piece in text.chunks(super::MAX_TEXT) {
+            let id = self.text(piece);
+            self.plain(Op::More);
+            self.push(Item::Text(id));
+        }
+        text.clear();
     }
 
     /// G0 and G1 in the shortest form that says it.
