@@ -105,6 +105,8 @@ pub struct Event {
 const BITES: u16 = 3;
 
 const PULSE: u8 = Op::Pulse as u8;
+/// Phase of a Pulse that lasts; behind it the pulse is over and was told.
+pub const PULSE_BEGUN: u8 = 1;
 
 /// Codes from here on are effects.
 const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
@@ -138,6 +140,8 @@ pub struct Core {
     pub effect: Effect,
     /// See `effect`.
     pub outer: Effect,
+    /// Address of that one's instruction.
+    outer_pc: u16,
     /// F.
     pub feed: Feed,
     /// What F was where a handler began: the outer one's, and that of an error handler within an
@@ -610,6 +614,7 @@ impl Core {
             }
             return;
         }
+        self.pulse_over();
         if self.effect.code == 0 {
             self.step();
         }
@@ -752,8 +757,9 @@ impl Core {
     fn serve(&mut self) {
         let vm = vm();
         // Never inside a move: only waits are interrupted, once they have begun.
-        const WAITS: [u8; 6] = [
+        const WAITS: [u8; 7] = [
             0,
+            PULSE,
             Op::Wait as u8,
             Op::WaitIn as u8,
             Op::WaitChar as u8,
@@ -771,6 +777,7 @@ impl Core {
             if event.kind & PENDING != 0 {
                 event.kind &= !PENDING;
                 self.outer = self.effect;
+                self.outer_pc = self.effect_pc;
                 self.forget();
                 self.put_feed_aside(0);
                 #[cfg(feature = "stream")]
@@ -927,7 +934,7 @@ impl Core {
     /// A pulse ends in time even in a pause or while a handler runs.
     fn pulse_tick(&mut self) {
         for effect in [&mut self.effect, &mut self.outer] {
-            if effect.code == PULSE && effect.phase == 1 && effect.left > 0 {
+            if effect.code == PULSE && effect.phase == PULSE_BEGUN && effect.left > 0 {
                 effect.left -= 1;
                 if effect.left == 0 {
                     let bit = 1 << ((effect.n - 1) & 15);
@@ -936,6 +943,19 @@ impl Core {
                 }
             }
         }
+    }
+
+    /// A pulse that ended while a handler runs is told before the handler does anything more.
+    fn pulse_over(&mut self) {
+        let pulse = &mut self.outer;
+        if pulse.code != PULSE || pulse.phase != PULSE_BEGUN || pulse.left != 0 || self.trace.full {
+            return;
+        }
+        pulse.phase += 1;
+        let n = pulse.n;
+        let pc = core::mem::replace(&mut self.effect_pc, self.outer_pc);
+        self.emit(TraceKind::Out, n, 0);
+        self.effect_pc = pc;
     }
 
     /// The status lamp: off without a program, lit when ready, blinking slowly in a run and fast in

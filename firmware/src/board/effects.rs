@@ -3,7 +3,7 @@
 //! In phase 0 the operands and arguments are taken; later phases wait. Trace events are written
 //! one for each call at most: the caller sees to it that the slot is free.
 
-use crate::core::{Core, END, Event, PENDING};
+use crate::core::{Core, END, Event, PENDING, PULSE_BEGUN};
 use crate::flash::Image;
 use crate::motor::AXES;
 use crate::vm::{convert, vm};
@@ -235,14 +235,16 @@ impl Core {
                 return Err(Fault::ValueRange);
             }
             self.effect.n = n as u8;
-            self.effect.phase = 1;
+            self.effect.phase = PULSE_BEGUN;
             self.out(n, true)?;
             return Ok(false);
         }
         if self.effect.left != 0 {
             return Ok(false);
         }
-        self.out(u16::from(self.effect.n), false)?;
+        if self.effect.phase == PULSE_BEGUN {
+            self.out(u16::from(self.effect.n), false)?;
+        }
         Ok(true)
     }
 

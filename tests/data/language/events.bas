@@ -300,3 +300,24 @@ RETURN
 '> two
 '> past
 '= done 17
+'---
+' Handlers are served while a pulse lasts; it ends in time while one runs.
+DIM n
+ON EVERY 50ms GOSUB tick
+Pulse 3, 200ms
+PRINT "over"; n
+END
+tick:
+n = n + 1
+PRINT n
+IF n < 3 THEN RETURN
+ON EVERY OFF
+Wait 100ms
+PRINT OUT(3)
+RETURN
+'> 1
+'> 2
+'> 3
+'> 0
+'> over3
+'= done 6
