@@ -1102,7 +1102,7 @@ vm_inlines:
     saves = const SAVES,
     has_events = const crate::vm::PART.features & lang::record::feature::EVENTS,
     // 60 bytes less for 9 cycles at wide operands.
-    small = const cfg!(feature = "g2553") as u8,
+    small = const 1,
     more = const lang::vm::flag::MORE,
     incshort = const Op::IncShort as u8,
     zero = const Op::Zero as u8,
