@@ -22,8 +22,11 @@ export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tl
 mkdir -p firmware/image
 for part in ${*:-g2553 g2955 whole}; do
     chip=$part features=$part
-    # All that the G2553's sources can do, on a chip of the tests.
-    [ "$part" != whole ] || chip=g2553 features=g2553,whole
+    case $part in
+        # All that the G2553's sources can do, on a chip of the tests.
+        whole) chip=g2553 features=g2553,whole ;;
+        g2553-*) chip=g2553 features=g2553,${part#g2553-} ;;
+    esac
     "$CARGO" build --quiet --locked -Zbuild-std=core --target msp430-none-elf \
         --profile firmware -p firmware --bin "pasapas-$chip" --features "$features" \
         --target-dir "$root/target/msp430"

@@ -39,6 +39,18 @@ pub const G2553: Part = Part {
     look_ahead: false,
 };
 
+/// The same chip with KEEP values, which take two of its segments.
+pub const G2553_KEEP: Part =
+    Part { name: "g2553-keep", features: G2553.features | feature::KEEP, segments: 3, ..G2553 };
+
+/// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
+pub const G2553_HANDLERS: Part = Part {
+    name: "g2553-handlers",
+    features: G2553.features | feature::LINES | feature::EVENTS,
+    segments: 1,
+    ..G2553
+};
+
 /// 56 KB of flash, 4 KB of RAM: everything, with the limits that the language promises. 192 bytes
 /// hold 36 cells, depth 8 and 8 calls; 108 hold 18, 6 and 6 (device.md, Program store).
 pub const G2955: Part = Part {

@@ -1,9 +1,17 @@
 //! Where the VM's registers and memory lie; `ram.s` names the same places.
 
-use lang::part::Part;
+use lang::part::{self, Part};
 
 /// The part that this image is for.
-pub const PART: Part = if cfg!(feature = "whole") { firmware::WHOLE } else { lang::part::G2553 };
+pub const PART: Part = if cfg!(feature = "whole") {
+    firmware::WHOLE
+} else if cfg!(feature = "keep") {
+    part::G2553_KEEP
+} else if cfg!(feature = "handlers") {
+    part::G2553_HANDLERS
+} else {
+    part::G2553
+};
 
 /// Registers of the VM, as its core loads and stores them: `VM_STATE` in `ram.s`.
 #[repr(C)]

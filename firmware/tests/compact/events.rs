@@ -87,3 +87,18 @@ fn a_handler_has_no_feed_and_leaves_that_of_the_program() {
     assert_eq!(rig.chip.long("FEED", 0), feed);
     assert_eq!(rig.state(), RunState::Running);
 }
+
+#[test]
+fn a_pulse_ends_in_time_while_a_handler_runs() {
+    let script =
+        "ON IN 3 RISE GOSUB h\nPulse 2, 150ms\nPRINT \"over\"\nEND\nh: Wait 300ms\nRETURN\n";
+    let mut rig = Rig::new("mill", script);
+    rig.start();
+    rig.input(3, true);
+    assert!(rig.output(2));
+    rig.ms(120);
+    assert!(!rig.output(2));
+    assert_eq!(rig.printed, "");
+    rig.ms(200);
+    assert_eq!(rig.printed, "over\n");
+}

@@ -183,7 +183,10 @@ fn home_order(profile: &Profile, axis: Axis) -> Result<Vec<u16>, Failure> {
     let away = -i64::from(home.direction.sign()) * to_steps(home.clearance_um);
     let input = u16::try_from(profile.reference_input(axis) - 1).map_err(|_| {
         let letter = axis.letter();
-        Failure::Usage(format!("the machine `{}` has no reference switch of {letter}", profile.name))
+        Failure::Usage(format!(
+            "the machine `{}` has no reference switch of {letter}",
+            profile.name
+        ))
     })?;
     let mut order = vec![
         command::HOME,

@@ -50,16 +50,23 @@ stack_end:
    there. Destroys r8 to r15. */
     .global event_tick
 event_tick:
-    /* the wait that a handler interrupts goes on */
-    cmp.b #RUN_RUNNING, &RUN
-    jne 1f
     bit.b #VM_EVENT, &VM_FLAGS
     jeq 1f
-    sub #1, &EVENT_ASIDE+4
-    sbc &EVENT_ASIDE+6
-    jge 1f
-    add #1, &EVENT_ASIDE+4
-    adc &EVENT_ASIDE+6
+    /* the wait that a handler interrupts goes on; a pulse in a pause, too */
+    cmp.b #OP_PULSE, &EVENT_ASIDE
+    jeq 2f
+    cmp.b #RUN_RUNNING, &RUN
+    jne 1f
+2:  MICRO
+    LIT 1
+    DO negate
+    F add EVENT_ASIDE+4
+    IF_NEGATIVE 3f
+    F store EVENT_ASIDE+4
+    DO test_long
+    IF_NOT_EQUAL 3f
+    CALL event_pulse_over
+3:  END
 1:  call #event_lines
     mov r14, r9
     mov r15, r10
@@ -98,6 +105,13 @@ event_tick:
     mov 4(r10), 8(r10)
     jmp 3b
 
+/* What a handler has interrupted is over: a pulse ends with it. */
+event_pulse_over:
+    cmp.b #OP_PULSE, &EVENT_ASIDE
+    jne 9b
+    mov.b &EVENT_ASIDE+2, r12
+    br #output_off
+
 /* Begins the handler of the first line that has come: between statements, and in waits that have
    begun. Destroys r11 to r15. */
     .global event_serve
@@ -111,7 +125,9 @@ event_serve:
     mov.b &EFFECT, r12
     tst r12
     jeq 1f
-    sub #OP_WAIT, r12
+    sub #OP_PULSE, r12
+    jeq 1f
+    sub #OP_WAIT-OP_PULSE, r12
     cmp #OP_WAIT_CHAR-OP_WAIT+1, r12
     jhs 9f
 1:  call #event_lines
