@@ -141,7 +141,8 @@
     VAR VM_CELL_COUNT, 1
     VAR ENDING, 1               /* End that the run comes to when everything rests, 0 for a pause */
 
-    VAR PLACED, 2               /* bit per axis: SetPos has said where it is, in this run */
+    VAR PLACED, 1               /* bit per axis: SetPos has said where it is, in this run */
+    VAR LAST_END, 1             /* End of the last run, 0 in a run */
 
 /* The effect under way (effects.s). */
     MODULE effects
@@ -163,8 +164,7 @@
     MODULE session$run
     VAR TIMER_MS, 4             /* milliseconds of the run */
     VAR SPIN, 2                 /* milliseconds until motion goes on after a pause */
-    VAR LAST_END, 1             /* End of the last run */
-    VAR PRINT_OPEN, 1           /* bytes of the line that is being put */
+    VAR PRINT_OPEN, 2           /* bytes of the line that is being put, in one byte */
     VAR OPEN, 2                 /* address of the slot that an upload fills, 0 for none */
     VAR UPLOAD, 2               /* announced length, bit 15 KEEP */
     /* A run gives an upload up: F while an error handler is open lies in its place. */

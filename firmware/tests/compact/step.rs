@@ -85,7 +85,9 @@ impl Machine {
         for &(register, value) in registers {
             self.chip.board.set_reg(register, value);
         }
-        for (register, value) in [(0, at), (1, STACK - 2), (2, GIE)] {
+        // Micro-code lies at odd addresses.
+        let entry = if at & 1 == 1 { self.chip.at("micro_go") } else { at };
+        for (register, value) in [(0, entry), (1, STACK - 2), (2, GIE), (11, at)] {
             self.chip.board.set_reg(register, value);
         }
         assert_eq!(self.chip.board.run_for(100 * MS), Stop::Breakpoint(main), "{routine}");

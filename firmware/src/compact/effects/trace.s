@@ -29,23 +29,3 @@ emit:
     mov r13, &TRACE_VALUE+2
 1:  clr r12
     ret
-
-/* r12 = the register r12 behind TRACE_EVEN. The slot of the other parity reads 0, and to read it
-   says that the event was received. Clobbers r13. */
-    .global trace_slot
-trace_slot:
-    clr r13
-    cmp #TRACE_ODD_AT, r12
-    rlc r13
-    xor &TRACE_NUMBER, r13
-    and #7, r12
-    bit #1, r13
-    jne 1f
-    rla r12
-    cmp #2*TRACE_LENGTH, r12
-    jhs 2f
-    mov TRACE_NUMBER(r12), r12
-    ret
-1:  bic.b #T_FULL, &TRACING
-2:  clr r12
-    ret

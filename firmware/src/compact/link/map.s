@@ -1,39 +1,35 @@
 /* The registers and bits of the link (`lang::wire`), who reads and writes them. Twin: board/map.rs. */
 
 /* One row of a block: first address, count (0: UPLOAD_COUNT), tables, list of its registers (from
-   MAP_KEYS), routine that writes it (from MAP_WRITERS, 0 for none). */
+   MAP_LISTS), routine that writes it (from MAP_WRITERS, 0 for none). */
     .macro MAP_BLOCK name, list, writer=MAP_WRITERS
     .word BLOCK_\name
-    .byte COUNT_\name, TABLES_\name, \list-MAP_KEYS, \writer-MAP_WRITERS
+    .byte COUNT_\name, TABLES_\name, \list-MAP_LISTS, \writer-MAP_WRITERS
     .endm
 
-/* Registers of a list, in ascending order. A row holds from its offset to that of the next:
-   MAP_VALUE, MAP_BYTE: this number, this byte of RAM, at that offset only, 0 behind it;
-   MAP_WORD: the words of RAM from this one on;
-   MAP_CODE: a routine, or micro-code at an odd address, takes r12 = offset from the row's and leaves
-   r12 = value, keeping r5..r8, r10. */
-    .macro MAP_VALUE offset, value
-    .subsection 1
-    .byte (\offset-1)&0xff
-    .subsection 2
-    .word \value
-    .subsection 0
+/* Registers of a list, in ascending order: a row has two bytes, 4 times the number of registers that
+   it holds (1 to 31, or REST) and what they are:
+   MAP_BYTE: the first is this byte of RAM, the others 0;
+   MAP_CODE: the first is what this micro-code leaves in r12, which is 0 at its beginning, as are the
+   others; it keeps r5 to r7;
+   MAP_WORDS: the words of RAM from this one on;
+   MAP_ROUTINE: takes r12 = place in the row, leaves r12 = value, keeps r5 to r7, r10. */
+    .set REST, 0x20             /* a negative number */
+    .macro MAP_ROW count, kind, operand
+    .byte (\count)<<2 | \kind, \operand
+    .skip -((\operand)>>8)      /* the assembler refuses what a byte does not hold */
     .endm
-    .set IN_WORD, 0x2000
-    .set IN_BYTE, 0x4000
-    .macro MAP_WORD offset, address
-    MAP_VALUE \offset, IN_WORD+\address
+    .macro MAP_BYTE count, address
+    MAP_ROW \count, 0, \address-BYTES
     .endm
-    .macro MAP_BYTE offset, address
-    MAP_VALUE \offset, IN_BYTE+\address
+    .macro MAP_CODE count, code
+    MAP_ROW \count, 1, \code-MAP_MICRO
     .endm
-    .macro MAP_CODE offset, routine
-    MAP_VALUE \offset, \routine
+    .macro MAP_WORDS count, address
+    MAP_ROW \count, 2, (\address-0x200)/2
     .endm
-    .macro MAP_LIST name
-    .subsection 1
-\name:
-    .subsection 0
+    .macro MAP_ROUTINE count, routine
+    MAP_ROW \count, 3, (\routine-MAP_ROUTINES)/2
     .endm
 
 /* Below the vectors, where there is room. */
@@ -60,127 +56,86 @@ map_blocks:
     MAP_BLOCK UPLOAD_WINDOW, map_list_upload, map_write_upload
 map_blocks_end:
 
-    .section .tail.limits,"axR",@progbits
-module.link.map$limits:
-/* Low byte: reference switches closed at the negative end, high byte: at the positive one.
-   clobbers r4, r9 */
-map_limit_switches:
-    push r8
-    clr r4
-    mov #8, r8
-1:  rla r4
-    call #axis_at
-    mov r8, r12
-    rra r12
-    rra r12
-    call #reference
-    call #input
-    bit #AXIS_HOME_POSITIVE, A_FLAGS(r9)
-    jeq 2f
-    swpb r12
-2:  bis r12, r4
-    sub #4, r8
-    jge 1b
-    mov r4, r12
-    pop r8
-    ret
+    .section .text.lists,"axR",@progbits
+module.link.map$lists:
+MAP_LISTS:
+map_list_own:
+    MAP_ROUTINE AT_PROFILE_HASH-AT_VERSION, map_identity
+    MAP_ROUTINE 1, map_profile_hash
+    MAP_ROUTINE 2, map_features
+    MAP_CODE 1, map_free_bytes
+    MAP_CODE 1, map_program_length
+    MAP_ROUTINE AT_RESET_CAUSE-AT_PROGRAM_CRC, map_program_header
+    MAP_BYTE 1, CAUSE
+    MAP_CODE 1, map_stack_free
+    MAP_CODE 1, map_missed
+    MAP_CODE AT_RUN_STATE-AT_POOL_WORDS_REGISTER, map_pool_words
+    MAP_CODE 1, map_run_state
+    MAP_BYTE 1, VM_FAULT
+    .if HAS_LINES
+    MAP_CODE 1, map_fault_pc
+    MAP_CODE 1, map_fault_line
+    .else
+    MAP_CODE 2, map_fault_pc    /* and line 0 */
+    .endif
+    MAP_BYTE 1, FAULT_IN
+    MAP_CODE 1, map_program_counter
+    MAP_BYTE 1, LAST_END
+    MAP_WORDS 1, RUNS
+    MAP_BYTE 1, HOMED
+    MAP_CODE 1, map_blocking
+    MAP_WORDS 6, ACTUAL
+    MAP_WORDS 6, STEPS
+    MAP_CODE AT_TRACE_MODE-AT_COMMANDED-6, map_nothing
+    MAP_CODE AT_UPLOAD_LENGTH-AT_TRACE_MODE, map_trace_mode
+    MAP_WORDS 1, UPLOAD
+    MAP_BYTE 31, REFUSAL
+    MAP_CODE AT_TRACE_EVEN-AT_UPLOAD_RESULT-31, map_nothing
+    MAP_ROUTINE AT_PRINT_COUNT-AT_TRACE_EVEN, trace_slot
+    MAP_CODE 1, map_print_count
+    MAP_WORDS 1, PRINT_TAIL
+    MAP_ROUTINE AT_CHAR_OUT-AT_PRINT_TEXT, map_print_text
+    MAP_WORDS 1, CHAR_OUT
+    MAP_BYTE REST, CHAR_IN
+map_list_status:
+    MAP_WORDS AT_INPUTS_HIGH, INPUT
+    MAP_CODE AT_MOVING-AT_INPUTS_HIGH, map_probe_input
+    MAP_ROUTINE 1, map_moving
+    MAP_CODE 1, map_homing
+    MAP_CODE AT_PLC_STATUS-AT_LIMITS, map_limit_switches
+    MAP_CODE 1, map_plc_status
+    MAP_CODE 1, map_probing
+    MAP_BYTE AT_WORK_POSITIONS-AT_PROBE_ERROR, PROBE_ERROR
+map_list_positions:
+    MAP_ROUTINE AT_ACTUAL_SPEEDS-AT_WORK_POSITIONS, map_work_positions
+map_list_speeds:
+    MAP_ROUTINE AT_TARGETS-AT_ACTUAL_SPEEDS, map_speeds
+    MAP_ROUTINE REST, map_targets
+map_list_cnc:
+    MAP_CODE AT_CNC_STATE, map_command_room
+    MAP_CODE 1, map_cnc_state
+    MAP_ROUTINE REST, map_alarm
+map_list_outputs:
+    MAP_WORDS 1, OUTPUT
+map_list_upload:
+    MAP_CODE REST, map_nothing
+map_list_command:
+    MAP_WORDS 2, COMMAND_HEAD
+    MAP_WORDS REST, COMMAND+4
+map_list_probed:
+    MAP_WORDS 6, PROBED
+    MAP_CODE REST, map_nothing
+map_list_cells:
+    MAP_ROUTINE REST, map_cells
+    .if HAS_KEEP
+map_list_keeps:
+    MAP_ROUTINE REST, map_keeps
+    .endif
+map_list_profile:
+    MAP_ROUTINE REST, map_profile
 
     .section .text.map,"axR",@progbits
 module.link.map:
-    .subsection 1
-MAP_KEYS:
-    .subsection 2
-    .p2align 1, 0
-MAP_VALUES:
-    .subsection 0
-
-MAP_LIST map_list_own
-    MAP_VALUE AT_VERSION, WIRE_VERSION
-    MAP_VALUE AT_FIRMWARE_VERSION, RELEASE
-    MAP_CODE AT_ISA_FINGERPRINT, map_fingerprint
-    MAP_CODE AT_PROFILE_HASH, map_profile_hash
-    MAP_VALUE AT_FEATURES, PART_FEATURES
-    MAP_VALUE AT_AREA_BYTES, STORE_AREA
-    MAP_CODE AT_FREE_BYTES, free_bytes
-    MAP_CODE AT_PROGRAM_LENGTH, program_length
-    MAP_CODE AT_PROGRAM_CRC, map_program_header
-    MAP_BYTE AT_RESET_CAUSE, CAUSE
-    MAP_CODE AT_STACK_FREE, stack_free
-    MAP_CODE AT_MISSED_DEADLINES, map_missed
-    MAP_VALUE AT_POOL_WORDS_REGISTER, POOL_WORDS
-    MAP_CODE AT_RUN_STATE, map_run_state
-    MAP_BYTE AT_FAULT, VM_FAULT
-    MAP_CODE AT_FAULT_PC, map_fault_pc
-    .if HAS_LINES
-    MAP_CODE AT_FAULT_LINE, map_fault_line
-    .else
-    MAP_VALUE AT_FAULT_LINE, 0
-    .endif
-    MAP_BYTE AT_FAULT_INPUT, FAULT_IN
-    MAP_CODE AT_PROGRAM_COUNTER, map_program_counter
-    MAP_BYTE AT_LAST_END, LAST_END
-    MAP_WORD AT_RUN_COUNT, RUNS
-    MAP_BYTE AT_HOMED, HOMED
-    MAP_CODE AT_BLOCKING_INPUT, blocking
-    MAP_WORD AT_MACHINE_POSITIONS, ACTUAL
-    MAP_WORD AT_COMMANDED, STEPS
-    MAP_VALUE AT_COMMANDED+6, 0
-    MAP_CODE AT_TRACE_MODE, map_trace_mode
-    MAP_VALUE AT_TRACE_MODE+1, 0
-    MAP_WORD AT_UPLOAD_LENGTH, UPLOAD
-    MAP_BYTE AT_UPLOAD_RESULT, REFUSAL
-    MAP_CODE AT_TRACE_EVEN, trace_slot
-    MAP_CODE AT_PRINT_COUNT, map_print_count
-    MAP_WORD AT_PRINT_TAIL, PRINT_TAIL
-    MAP_CODE AT_PRINT_TEXT, map_print_text
-    MAP_WORD AT_CHAR_OUT, CHAR_OUT
-    MAP_BYTE AT_CHAR_IN, CHAR_IN
-MAP_LIST map_list_status
-    MAP_WORD 0, INPUT
-    MAP_CODE AT_INPUTS_HIGH, map_probe_input
-    MAP_VALUE AT_INPUTS_HIGH+1, 0
-    MAP_CODE AT_MOVING, map_moving
-    MAP_CODE AT_HOMING, map_homing
-    MAP_CODE AT_LIMITS, map_limit_switches
-    MAP_VALUE AT_LIMITS+1, 0
-    MAP_CODE AT_PLC_STATUS, map_plc_status
-    MAP_CODE AT_PROBING, map_probing
-    MAP_BYTE AT_PROBE_ERROR, PROBE_ERROR
-    MAP_CODE AT_WORK_POSITIONS, map_work_positions
-    MAP_CODE AT_ACTUAL_SPEEDS, map_speeds
-    MAP_CODE AT_TARGETS, map_targets
-MAP_LIST map_list_cnc
-    MAP_CODE AT_COMMAND_ROOM, map_command_room
-    MAP_VALUE AT_COMMAND_ROOM+1, 0
-    MAP_CODE AT_CNC_STATE, map_cnc_state
-    MAP_CODE AT_CNC_ALARM, map_alarm
-MAP_LIST map_list_outputs
-    MAP_WORD 0, OUTPUT
-    MAP_VALUE 1, 0
-MAP_LIST map_list_command
-    MAP_WORD 0, COMMAND_HEAD
-    MAP_WORD 2, COMMAND+4
-MAP_LIST map_list_probed
-    MAP_WORD 0, PROBED
-    MAP_VALUE 6, 0
-MAP_LIST map_list_positions
-    MAP_CODE 0, map_work_positions
-MAP_LIST map_list_speeds
-    MAP_CODE 0, map_speeds
-MAP_LIST map_list_cells
-    MAP_CODE 0, map_cells
-    .if HAS_KEEP
-MAP_LIST map_list_keeps
-    MAP_CODE 0, map_keeps
-    .endif
-MAP_LIST map_list_profile
-    MAP_CODE 0, map_profile
-MAP_LIST map_list_upload
-    MAP_VALUE 0, 0
-    .subsection 1
-    .byte 0xff
-    .subsection 0
-
 /* The block of an address.
    takes r5, r8   leaves r9 at its tables, r12 the offset in it, r13 registers from there to its end, 0
    without a block */
@@ -204,13 +159,12 @@ map_find:
 4:  ret
 
 /* The register that comes next in the reply, or that holds the next bit.
-   takes r8   leaves r12 its value, r5 its address   clobbers r4, r9, r11..r15 */
+   leaves r12 its value, r5 its address   clobbers r4, r8, r9, r11 to r15 */
 map_next:
     mov &NEXT_REGISTER, r5
     inc &NEXT_REGISTER
     dec &REGISTERS_LEFT
-/* The same at address r5. */
-map_read:
+    mov.b &FUNCTION, r8
     call #map_find
     cmp #4, r8
     jhs 1f
@@ -220,40 +174,55 @@ map_read:
     rra r12
     rra r12
 1:  mov.b 1(r9), r13
-    /* the list's last row whose offset is not above; its first one and the next list have FF here */
-2:  mov.b MAP_KEYS(r13), r15
-    inc r13
-    cmp.b r12, MAP_KEYS(r13)
-    jlo 2b
-    inc.b r15
-    sub r15, r12
-    rla r13
-    mov MAP_VALUES-2(r13), r13
-    tst r13
-    jn 4f                       ; routines lie in the upper half of memory
-    bit #IN_WORD, r13
-    jne 3f
+    add #MAP_LISTS, r13
+2:  mov.b @r13+, r15
+    mov.b @r13+, r14
+    mov.b r15, r11
+    sxt r11
+    rra r11
+    rra r11
+    sub r11, r12
+    jhs 2b
+    add r11, r12
+    bit #2, r15
+    jne 4f
     tst r12
     jne map_zero
-    mov r13, r12
-    rla r13
-    jn 2f
+    bit #1, r15
+    jne 3f
+    mov.b BYTES(r14), r12
     ret
-2:  mov.b -IN_BYTE(r12), r12
+3:  mov r14, r11
+    add #MAP_MICRO, r11
+    br #micro_enter
+4:  rla r14
+    bit #1, r15
+    jne 5f
+    rla r12
+    add r12, r14
+    mov 0x200(r14), r12
     ret
-3:  rla r12
-    add r12, r13
-    mov -IN_WORD(r13), r12
-    ret
-4:  mov r13, r11
-    br #micro_go
+5:  add #MAP_ROUTINES, r14
+    br r14
 map_zero:
     clr r12
     ret
 
-map_fingerprint:
-    mov #FINGERPRINT, r12
+MAP_ROUTINES:
+map_features:
+    add #AT_FEATURES, r12
+map_identity:
+    rla r12
+    mov map_words(r12), r12
     ret
+map_words:
+    .word WIRE_VERSION, RELEASE, FINGERPRINT
+    .if AT_FEATURES != 4
+    .error "map_words is in the order of the registers"
+    .endif
+    .word 0                     /* the profile's hash stands elsewhere */
+    .word PART_FEATURES, STORE_AREA
+
 map_profile_hash:
     mov #B_CRC, r12
     jmp 1f
@@ -281,45 +250,156 @@ map_program_header:
 map_header_places:
     .byte IMAGE_CODE-HEADER_CRC, IMAGE_CODE-HEADER_PROFILE, IMAGE_CODE-HEADER_CELLS, 0
 
+/* The slot of the other parity reads 0, and to read it says that the event was received. */
+    .global trace_slot
+trace_slot:
+    clr r13
+    cmp #TRACE_ODD_AT, r12
+    rlc r13
+    xor &TRACE_NUMBER, r13
+    and #7, r12
+    bit #1, r13
+    jne 1f
+    rla r12
+    cmp #2*TRACE_LENGTH, r12
+    jhs map_zero
+    mov TRACE_NUMBER(r12), r12
+    ret
+1:  bic.b #T_FULL, &TRACING
+    jmp map_zero
+
     .section .text.micro,"axR",@progbits
 module.link.map$micro:
-    ROUTINE_ODD map_missed
+MAP_MICRO:
+map_free_bytes:
+    CALL free_bytes
+    RETURN
+map_program_length:
+    CALL program_length
+    RETURN
+map_stack_free:
+    CALL stack_free
+    RETURN
+map_blocking:
+    CALL blocking
+    RETURN
+map_pool_words:
+    LIT POOL_WORDS
+map_nothing:
+    RETURN
+map_missed:
     F load MISSED
     F add LATE
     RETURN
-    ROUTINE_ODD map_run_state
+map_run_state:
     GET RUN
     IF_IS_NOT RUN, RUN_RUNNING, 1f
     IF_NONE RUN_FLAGS, R_WAITING, 1f
     LIT RUN_WAIT_START
 1:  RETURN
     .if HAS_LINES
-    ROUTINE_ODD map_fault_line
+map_fault_line:
     F load VM_FAULT_PC
     CALL line_of
     RETURN
     .endif
-    ROUTINE_ODD map_program_counter
+map_program_counter:
     F load EFFECT_PC
     GOTO 1f
-    ROUTINE_ODD map_fault_pc
+map_fault_pc:
     F load VM_FAULT_PC
 1:  F sub VM_CODE
     RETURN
-    ROUTINE_ODD map_trace_mode
+map_trace_mode:
     GET TRACING
     ANDI T_ON
     RETURN
     /* Who finds nothing to take listens, and so does who takes what there is. */
-    ROUTINE_ODD map_print_count
+map_print_count:
     GET PRINT_READY
     IF_SET PRINT_READY, 1f
-    LET UNHEARD, 0
-    LET UNHEARD+1, 0
+    F clear UNHEARD
 1:  RETURN
-    ROUTINE_ODD map_probe_input
+map_probe_input:
     LIT 17
     DO input
+    RETURN
+map_command_room:
+    CALL idle
+    IF_NOT_EQUAL 1b
+    LIT COMMAND_WORDS
+    RETURN
+map_plc_status:
+    IF_NONE RUN, RUN_ACTIVE, 1b
+    LIT16 1<<10
+    RETURN
+
+    /* bits of axes in TEMP, in TEMP+1 */
+map_homing:
+    F clear TEMP
+    GET HOMING_ERROR
+    PUT TEMP+1
+    CALL map_homes
+    IF_CARRY map_temp
+    DO axis_n
+    DO axis_bit
+    PUT TEMP
+map_temp:
+    F word TEMP
+    RETURN
+map_probing:
+    F clear TEMP
+    IF_IS_NOT EFFECT, OP_PROBE, map_temp
+    DO axis_n
+    DO axis_bit
+    PUT TEMP+1
+    GOTO map_temp
+    /* Reference switches that are closed, at the negative end, at the positive one. */
+map_limit_switches:
+    F clear TEMP
+    DO micro_first_axis
+1:  DO axis_at
+    CALL reference_at
+    DO input
+    IF_EQUAL 3f
+    FR word A_FLAGS, SHORT
+    TESTI AXIS_HOME_POSITIVE
+    IF_EQUAL 2f
+    DO axis_bit
+    AXIS_ON TEMP+1
+    GOTO 3f
+2:  DO axis_bit
+    AXIS_ON TEMP
+3:  NEXT_AXIS 1b
+    GOTO map_temp
+
+    /* InterpCNC's state word */
+map_cnc_state:
+    F clear TEMP
+    IF_IS_NOT RUN, RUN_FAULT, 1f
+    LET TEMP, 1<<0
+1:  IF_NONE RUN, RUN_ACTIVE, 2f
+    LET TEMP, 1<<3
+    IF_IS_NOT RUN, RUN_PAUSED, 2f
+    LET TEMP, 1<<3|1<<4
+2:  CALL map_homes
+    IF_CARRY 3f
+    BITS_ON TEMP, 1<<2
+3:  PROFILE B_DOOR
+    DO input
+    IF_EQUAL 4f
+    BITS_ON TEMP, 1<<6
+4:  PROFILE B_EMERGENCY
+    DO input
+    IF_EQUAL map_temp
+    LET TEMP+1, 1<<(8-8)
+    GOTO map_temp
+
+    /* Carry unless an axis homes. */
+    ROUTINE_ODD map_homes, module.link.map$micro
+    GET EFFECT
+    ADDI -OP_HOME
+    CMPI OP_PROBE-OP_HOME
     RETURN
     .balign 2, 0
 
@@ -339,32 +419,30 @@ map_print_text:
     inc r13
     ret
 
-/* Halves of 32-bit values. */
+/* Halves of 32-bit values, which begin at even addresses. */
     .if HAS_KEEP
 map_keeps:
-    mov #keep_read, r14
+    mov #keep_read, r11
     jmp map_half
     .endif
 map_speeds:
-    mov #motion_speed, r14
+    mov #motion_speed, r11
     jmp 1f
 map_targets:
-    mov #target_steps, r14
+    mov #target_steps, r11
     jmp 1f
 map_work_positions:
-    mov #work_steps, r14
+    mov #work_steps, r11
 1:  cmp #6, r12
     jhs map_zero
-/* takes r12 = offset, r14 = routine from r12 = index to r13:r12 */
+/* takes r12 = place in the row, r11 = routine from r12 = index to r13:r12 */
 map_half:
-    push r12
     rra r12
-    call r14
-    pop r14
-    rra r14
-    jnc 2f
+    call #micro_go
+    bit #1, r5
+    jeq 1f
     mov r13, r12
-2:  ret
+1:  ret
 
 /* Cells, 0 without a run or beyond the program's. */
 map_cells:
@@ -384,67 +462,10 @@ map_cell_at:
     add &VM_CELLS, r12
 1:  ret
 
-map_command_room:
-    call #idle
-    jne map_zero
-    mov #COMMAND_WORDS, r12
-    ret
-
 map_moving:
     mov &MOVING, r12            ; and NEGATIVE
     xor #0x0700, r12            ; direction: 1 is positive
     ret
-map_homing:
-    call #map_under_way
-    jlo 1f
-    clr r14
-1:  mov.b &HOMING_ERROR, r12
-    swpb r12
-    bis r14, r12
-    ret
-map_probing:
-    call #map_under_way
-    jne map_zero
-    mov r14, r12
-    swpb r12
-    ret
-/* leaves r14 = bit of the axis at work; lower while it homes, equal while it probes */
-map_under_way:
-    mov.b &N, r12
-    inc r12
-    call #mask_of
-    mov.b &EFFECT, r12
-    sub #OP_HOME, r12
-    cmp #OP_PROBE-OP_HOME, r12
-    ret
-map_plc_status:
-    mov.b &RUN, r12
-    and #RUN_ACTIVE, r12        ; bit 1 becomes bit 10
-    swpb r12
-    rla r12
-    ret
-
-/* InterpCNC's state word. clobbers r4, r9 */
-map_cnc_state:
-    mov.b &RUN, r12
-    mov.b map_run_states(r12), r9
-    call #map_under_way
-    jhs 1f
-    bis #1<<2, r9
-1:  mov &BOARD, r4
-    mov.b B_DOOR(r4), r12
-    call #input
-    jeq 2f
-    bis #1<<6, r9
-2:  mov.b B_EMERGENCY(r4), r12
-    call #input
-    jeq 3f
-    bis #1<<8, r9
-3:  mov r9, r12
-    ret
-/* The low byte of InterpCNC's state word by RunState: fault 1, active 8, paused 16. */
-map_run_states:
-    .byte 0, 0, 8, 8|16, 1, 8, 8, 0
 
 /* InterpCNC's code of the latched fault. */
 map_alarm:

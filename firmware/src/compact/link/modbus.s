@@ -15,8 +15,7 @@ module.link.modbus:
    for and the reply stands in the ring. May destroy all registers. */
     .global link_poll
 link_poll:
-    mov.b &FUNCTION, r8
-    tst r8
+    tst.b &FUNCTION
     jne link_feed
     cmp.b #LINE_READY, &LINE_STATE
     jne link_restart
@@ -75,7 +74,7 @@ link_feed:
     sub.b &TAIL, r12
     cmp.b #RING_SIZE-6, r12
     jhs link_done
-1:  cmp #4, r8
+1:  cmp.b #4, &FUNCTION
     jhs 5f
     mov #8, r6                  ; a byte of bits, filled up with 0
 2:  mov &REGISTERS_LEFT, r12

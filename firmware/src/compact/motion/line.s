@@ -378,11 +378,9 @@ motion_halt:
     br #motion_poll
 
     /* r13:r12 = speed of axis r12 in steps/s at the end of the segment planned last, negative in
-       negative direction, 0 at rest. Keeps r4 to r8 and r10. */
+       negative direction, 0 at rest. Keeps r4 to r7. */
     .global motion_speed
-motion_speed:
-    push r8
-    MICRO
+    ROUTINE_ODD motion_speed, module.motion.line
     DO axis_select
     DO axis_bit
     TEST_AXIS MOVING
@@ -417,6 +415,5 @@ motion_speed:
     DO negate
     GOTO 3f
 4:  F load TEMP
-3:  END
-    pop r8
-    ret
+3:  RETURN
+    .balign 2, 0

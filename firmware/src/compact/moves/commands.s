@@ -259,18 +259,18 @@ command_record:
     ret
 
     /* Work position of the axis r12 becomes r15:r14 steps: r12 = 0 or an exception.
-       Keeps r4 to r10. */
+       Keeps r4 to r8 and r10. */
     .global set_work_position
 set_work_position:
     push r8
-    push r9
     call #axis_select
     mov r14, r12
     mov r15, r13
     MICRO
     CALL work_position_is
     END
-    br #restore_axis
+    pop r8
+    ret
 
     /* r4 = axes to stop */
 command_stop:

@@ -18,30 +18,20 @@ module.moves.coords:
     .set F_RELATIVE, 16
 
     /* Where the axis r12 stands, or is to stand, for the link: r13:r12 = work position in steps.
-       Uses r11, r14, r15. */
-    .global work_steps
-    .global target_steps
-target_steps:
-    mov #STEPS-ACTUAL, r13
-    jmp 1f
-work_steps:
-    clr r13
-1:  push r8
-    push r9
-    push r13
-    MICRO
+       Uses r8, r9. */
+    .global work_steps, target_steps
+    ROUTINE_ODD work_steps
     DO axis_select
     DO offset_steps
-    END
-    add @r1+, r8
-    MICRO
     F sub ACTUAL, AXIS
     DO negate
-    END
-restore_axis:
-    pop r9
-    pop r8
-    ret
+    RETURN
+    ROUTINE_ODD target_steps
+    DO axis_select
+    DO offset_steps
+    F sub STEPS, AXIS
+    DO negate
+    RETURN
 
     /* r13:r12 = work offset of the axis in steps, 0 when it does not fit. */
     ROUTINE_ODD offset_steps

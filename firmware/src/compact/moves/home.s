@@ -185,7 +185,11 @@ home_by_profile:
     call #reference
     mov.b r12, &BITS
     ret
-    /* r12 = input number of the reference switch of axis r12. */
+    /* r12 = input number of the reference switch of axis r8, of axis r12. */
+reference_at:
+    mov r8, r12
+    rra r12
+    rra r12
 reference:
     add &BOARD, r12
     mov.b B_REFERENCE(r12), r12
@@ -215,10 +219,7 @@ limits:
 2:  xor A_FLAGS(r9), r13
     bit #AXIS_HOME_POSITIVE, r13
     jeq 3f
-    mov r8, r12
-    rra r12
-    rra r12
-    call #reference
+    call #reference_at
     mov r12, r7
     call #unfiltered
     jeq 3f
