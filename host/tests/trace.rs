@@ -112,3 +112,14 @@ fn another_program_is_named() {
     let (code, _, err) = pasapas(&board, &["trace", "b.bas"], "");
     assert!(code == 4 && err.contains("`pasapas upload b.bas`"), "{code} {err}");
 }
+
+#[test]
+fn what_the_board_lacks_is_named_with_the_remedy_and_its_program_stays() {
+    let board = board("g2553");
+    fs::write(board.folder.path().join("arc.bas"), "G1 X2 F600\nG2 X4 I1 J0\n").expect("a file");
+    let (code, _, err) = pasapas(&board, &["upload", "arc.bas"], "");
+    assert_eq!(code, 4, "{err}");
+    assert!(err.contains("arcs (G2, G3)") && err.contains("flash --part g2955"), "{err}");
+    let (code, out, err) = pasapas(&board, &["trace", "a.bas"], "");
+    assert!(code == 0 && out.contains("at 4"), "{out} {err}");
+}

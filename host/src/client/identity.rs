@@ -19,6 +19,8 @@ pub struct Identity {
     pub firmware: String,
     /// Fingerprint of the instruction set.
     pub instruction_set: u16,
+    /// [`lang::record::feature`] bits of what the firmware runs.
+    pub features: u16,
     /// Bytes for programs in all.
     pub area_bytes: u16,
     /// Largest image that fits beside the stored program.
@@ -48,6 +50,7 @@ impl<L: Link> Client<L> {
             wire_version: at(wire::VERSION),
             firmware: format!("{}.{}", firmware >> 8, firmware & 0xFF),
             instruction_set: at(wire::ISA_FINGERPRINT),
+            features: at(wire::FEATURES),
             area_bytes: at(wire::AREA_BYTES),
             free_bytes: at(wire::FREE_BYTES),
             program_bytes: at(wire::PROGRAM_LENGTH),

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use lang::image::Image;
+use lang::part::{Lack, PARTS, Part};
 use lang::record::feature;
 use lang::wire::{self, Exception, Refusal, Upload};
 
@@ -30,6 +32,8 @@ pub enum UploadError {
         /// Bytes of the whole area.
         area: u16,
     },
+    /// The firmware has no such feature; the first build that runs the program, if one does.
+    Lacks(Lack, Option<&'static str>),
     /// A program runs or an axis moves.
     Busy,
     /// The board checked the image and refused it.
@@ -55,6 +59,13 @@ impl fmt::Display for UploadError {
             ),
             UploadError::TooLong { image, area } => {
                 write!(f, "the program has {image} bytes; the board holds {area}")
+            }
+            UploadError::Lacks(lack, build) => {
+                write!(f, "the board's firmware lacks what the program wants: {lack}")?;
+                match build {
+                    Some(name) => write!(f, "; `pasapas flash --part {name}` writes one that has it"),
+                    None => Ok(()),
+                }
             }
             UploadError::Busy => {
                 f.write_str("a program runs or an axis moves; `pasapas stop` ends that")
@@ -94,6 +105,14 @@ impl<L: Link> Client<L> {
     ) -> Result<(), UploadError> {
         let identity = self.identity()?;
         identity.check().map_err(UploadError::Mismatch)?;
+        if let Ok(image) = Image::new(image) {
+            let missing = u16::from(image.header.features) & !identity.features;
+            if missing != 0 {
+                let lack = Lack::Feature(1 << missing.trailing_zeros());
+                let runs = |part: &&Part| part.lacks(&image.header, image.events()).is_none();
+                return Err(UploadError::Lacks(lack, PARTS.iter().find(runs).map(|part| part.name)));
+            }
+        }
         let area = identity.area_bytes;
         let length = match u16::try_from(image.len()) {
             Ok(length) if length <= area => length,
