@@ -75,25 +75,26 @@ constants! {
     CMD_STOP_AXIS = command::STOP_AXIS;
     CMD_STOP_AXES = command::STOP_AXES;
     CMD_MOVE_TO = command::MOVE_TO;
+    CMD_PROBE_MASK = command::PROBE_MASK;
     CMD_HOME_PROFILE = command::HOME_PROFILE;
     CMD_DIRECT = command::DIRECT;
     ILLEGAL_VALUE = Exception::IllegalValue;
     DEVICE_FAILURE = Exception::DeviceFailure;
     EXCEPTION_BUSY = Exception::Busy;
     CONTROL_STOP = Control::Stop;
-    CONTROL_PAUSE = Control::Pause;
-    CONTROL_RESUME = Control::Resume;
     CONTROL_ACKNOWLEDGE = Control::Acknowledge;
 }
 
 // What the assembly does by shifts: pairs of a flag and its unit, frames and units of axes, the
-// order of the looks, of commands and of short forms, feeds by two bits.
+// order of the looks, of commands, direct ones among them, and of short forms, feeds by two bits.
 const _: () = assert!(
     command::MOVE_BY == command::MOVE_TO + 1
         && command::SET_POSITION == command::MOVE_TO + 2
         && command::HOME == command::MOVE_TO + 3
         && command::PROBE == command::MOVE_TO + 4
         && command::PROBE_MASK == command::MOVE_TO + 5
+        && Control::Pause as u8 == 133 - 130
+        && Control::Resume as u8 == 133 - 129
         && flags::STEPS == 4
         && flags::SPEED == 1 << 6
         && flags::SPEED_STEPS == 1 << 7

@@ -509,7 +509,7 @@ fn an_axis_that_meets_a_switch_rests_where_the_twin_does() {
         let caught = machine.positions()[1];
         machine.call(
             "motion_hit",
-            &[(12, 1), (14, caught as u16), (15, (caught as u32 >> 16) as u16)],
+            &[(8, 4), (12, caught as u16), (13, (caught as u32 >> 16) as u16)],
         );
         machine.finish(60);
         let rests = machine.positions()[1];

@@ -245,8 +245,6 @@ link_write_words:
     /* the command's number starts it; its arguments may have come before */
     cmp #BLOCK_COMMAND/256+BLOCK_COMMAND%256*256, &FRAME+2
     jne 9f
-    mov &COMMAND_HEAD, r12
-    mov &COMMAND_HEAD+2, r13
     br #command_execute
 9:  ret
 

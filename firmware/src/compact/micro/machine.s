@@ -78,6 +78,9 @@ formula_clear:
 formula_base:
     mov r14, r9
     ret
+formula_bound:
+    call #pasapas_scaled_min
+    jmp formula_store
 formula_add:
     add r14, r12
     addc r15, r13
@@ -97,14 +100,14 @@ formula_abs:
     .set negate, pasapas_neg
 1:  ret
 
-    /* in the order of F_load to F_base */
+    /* in the order of F_load to F_bound */
 formula_table:
     .short formula_load, formula_store
     .short pasapas_scaled_plus, pasapas_scaled_minus
     .short pasapas_scaled_times, pasapas_scaled_over
     .short pasapas_scaled_min, pasapas_scaled_max
     .short formula_add, formula_sub
-    .short formula_word, formula_put, micro_cmpi, formula_clear, formula_base
+    .short formula_word, formula_put, micro_cmpi, formula_clear, formula_base, formula_bound
 
 micro_call:
     mov.b @r10+, r11
@@ -193,9 +196,6 @@ micro_bits_off:
 micro_up:
     inc.b BYTES(r14)
     ret
-micro_test_axis:
-    bit.b r12, BYTES(r14)
-    ret
 micro_axis_on:
     bis.b r12, BYTES(r14)
     ret
@@ -220,6 +220,12 @@ micro_if_none:
     jmp if_equal
 micro_if_is:
     cmp.b @r10+, BYTES(r14)
+    jmp if_equal
+micro_if_not_axis:
+    push r12
+    call #axis_bit
+    bit.b r12, BYTES(r14)
+    pop r12
     jmp if_equal
 micro_if_equal:
     mov r15, r2
@@ -337,6 +343,7 @@ micro_table:
     MICRO_DO test_long, micro_test_long
     MICRO_DO half, micro_half
     MICRO_DO scaled_most, scaled_most
+    MICRO_DO zero, scaled_zero
     MICRO_DO new, pasapas_scaled_new
     MICRO_DO root, pasapas_scaled_root
     MICRO_DO floor, pasapas_scaled_floor
@@ -369,6 +376,9 @@ micro_table:
     MICRO_KNOWN speed_least
     MICRO_KNOWN begin_axis
     MICRO_KNOWN line_rapid
+    MICRO_KNOWN motion_stop
+    MICRO_KNOWN motion_halt
+    MICRO_KNOWN ticks_a_second
     MICRO_KNOWN short_flags
     MICRO_KNOWN axis_flags
     MICRO_KNOWN speed_flags
@@ -377,7 +387,7 @@ micro_table:
     MICRO_KNOWN not_negative
     MICRO_KNOWN home_closed
     MICRO_KNOWN home_by_profile
-    MICRO_KNOWN hit_at
+    MICRO_KNOWN motion_hit
     MICRO_KNOWN probe_input
     MICRO_KNOWN probe_xor
     MICRO_KNOWN probe_and
@@ -409,7 +419,7 @@ micro_table:
     MICRO_OWN bits_on
     MICRO_OWN bits_off
     MICRO_OWN up
-    MICRO_OWN test_axis
+    MICRO_OWN if_not_axis
     MICRO_OWN axis_on
     MICRO_OWN axis_off
     MICRO_OWN if_zero

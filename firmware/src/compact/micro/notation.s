@@ -43,7 +43,7 @@
 
     /* acc = x, x = acc; scaled: acc + x, acc - x or 0, acc * x, acc / x, smaller, larger;
        integers: acc + x, acc - x; words: r12 = x with its flags, x = r12, flags of r12 - x, x = 0;
-       r9 = x */
+       r9 = x; x and acc = the smaller scaled one */
     .set F_load, 0
     .set F_store, 1
     .set F_plus, 2
@@ -59,6 +59,7 @@
     .set F_cmp, 12
     .set F_clear, 13
     .set F_base, 14
+    .set F_bound, 15
 
     /* what may stand behind an operand */
     .set AXIS, F_AXIS
@@ -109,7 +110,11 @@
     /* numbers: acc = n from 0 to 255; r12 = its low byte + n, modulo 256; r12 &= n; flags of r12 - n, of r12 & n;
        scaled acc * 2^n */
     .macro LIT n
+    .if (\n) == 0
+    .byte DO_zero
+    .else
     .byte DO_micro_literal, \n
+    .endif
     .endm
     /* r12 = n; r13 is kept */
     .macro LIT16 n
@@ -136,8 +141,8 @@
     .byte DO_micro_shift, \n + SHIFT_BIAS
     .endm
 
-    /* bytes: r12 = v, v = r12, v = n, v |= n, v &= ~n, v += 1; with the bits of r12: flags of v & r12,
-       v |= r12, v &= ~r12 */
+    /* bytes: r12 = v, v = r12, v = n, v |= n, v &= ~n, v += 1; with the bits of r12: v |= r12,
+       v &= ~r12 */
     .macro BYTE_OP op, v
     .if (\v) < BYTES || (\v) > BYTES+255
     .error "the byte is out of reach"
@@ -164,9 +169,6 @@
     .endm
     .macro UP v
     BYTE_OP up, \v
-    .endm
-    .macro TEST_AXIS v
-    BYTE_OP test_axis, \v
     .endm
     .macro AXIS_ON v
     BYTE_OP axis_on, \v
@@ -229,6 +231,11 @@
     /* the same upward from X */
     .macro UP_AXIS l
     .byte DO_micro_up_axis
+    TO \l
+    .endm
+    /* the bit of axis r8 is not set in v; acc is kept */
+    .macro IF_NOT_AXIS v, l
+    BYTE_OP if_not_axis, \v
     TO \l
     .endm
     /* v is 0, is not; a bit of n is set in v, none is; v is n, is not */

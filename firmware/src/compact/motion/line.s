@@ -23,7 +23,7 @@ axis_begin:
 line_begin:
     /* V = pace: negative for a single axis, 0 for the feed, 1 for a rapid move */
     mov r13, &V+2
-    mov r12, r6
+    mov.b r12, &MOVING
     /* INC = distances, LEFT = the longest, TICK = length^2, NOMINAL2 = the same in steps */
     MICRO
     LIT 0
@@ -34,31 +34,30 @@ line_begin:
 1:  DO axis_at
     LIT 0
     F store INC, AXIS
-    CALL line_wants
-    IF_EQUAL 4f
+    IF_NOT_AXIS MOVING, 4f
     F load STEPS, AXIS
     F sub ACTUAL, AXIS
-    F store ACC, AXIS
+    DO test_long
+    IF_EQUAL 3f
+    CALL line_direction
     DO abs
     F store INC, AXIS
-    DO test_long
-    IF_EQUAL 4f
-    CALL line_direction
-    F load INC, AXIS
     F most LEFT
     F store LEFT
     F load INC, AXIS, NEW
-    F store V2
-    F times V2
+    F times INC, AXIS, NEW
     F plus NOMINAL2
     F store NOMINAL2
-    F load V2
+    F load INC, AXIS, NEW
     FR times A_UM, SHORT, NEW
     FR over A_STEPS, SHORT, NEW
     F store V2
     F times V2
     F plus TICK
     F store TICK
+    GOTO 4f
+3:  DO axis_bit
+    AXIS_OFF MOVING
 4:  CALL line_origin
     UP_AXIS 1b
     IF_SET MOVING, 1f
@@ -81,33 +80,25 @@ line_begin:
     F store START2
     LIT 0
     DO axis_select
-3:  DO axis_bit
-    TEST_AXIS MOVING
-    IF_EQUAL 4f
+3:  IF_NOT_AXIS MOVING, 4f
     DO axis_at
     /* V2 = path for each step of the axis */
-    F load INC, AXIS, NEW
-    F store V2
     F load TICK
-    F over V2
+    F over INC, AXIS, NEW
     F store V2
     FR times A_TOP_RATE, LONG, NEW
-    F least TEMP
-    F store TEMP
+    F bound TEMP
     F load V2
     FR times A_ACCEL, LONG, NEW
-    F least TEMP+4
-    F store TEMP+4
+    F bound TEMP+4
     F load V2
     FR times A_DECEL, LONG, NEW
-    F least TEMP+8
-    F store TEMP+8
+    F bound TEMP+8
     LIT 1
     DO new
     FR most A_START_RATE, SHORT, NEW
     F times V2
-    F least START2
-    F store START2
+    F bound START2
     F load INC, AXIS
     CALL line_fraction
     F store INC, AXIS
@@ -132,14 +123,11 @@ line_begin:
     F over NOMINAL2
     F store V
 5:  F load V
-    F least TEMP
-    F store TEMP
+    F bound TEMP
 
     /* TICK = pitch, units for each event; the planner's memory */
-6:  F load LEFT, NEW
-    F store V2
-    F load TICK
-    F over V2
+6:  F load TICK
+    F over LEFT, NEW
     F store TICK
     /* twice the ramps, less 1/32 */
     LIT 31
@@ -162,40 +150,36 @@ line_begin:
     F store V2
     DO root
     F store V
-    /* 16 MHz = 125 * 125 * 1024 */
-    LIT 125
-    DO new
-    F store TEMP
-    F times TEMP
-    SHIFT 10
+    DO ticks_a_second
     F times TICK
     F store TICK
     RETURN
     .balign 2, 0
 
-    /* Z clear when the axis r8 is one of r6. Uses r12. */
-line_wants:
-    call #axis_bit
-    bit r6, r12
+    /* 16 MHz, scaled */
+ticks_a_second:
+    mov #0x2400, r12
+    mov #0x80f4, r13
 line_end:
     ret
 
-    /* The axis r8 goes the way of ACC: MOVING, NEGATIVE, its DIR pin. Uses r11 to r13. */
+    /* The axis r8 goes the way of r13:r12: NEGATIVE, its DIR pin. Uses r11, r14. */
 line_direction:
+    push r12
     call #axis_bit
-    bis.b r12, &MOVING
     bic.b r12, &NEGATIVE
-    mov A_FLAGS(r9), r13
-    tst ACC+2(r8)
+    mov A_FLAGS(r9), r14
+    tst r13
     jge 2f
     bis.b r12, &NEGATIVE
-    xor #AXIS_INVERT, r13
+    xor #AXIS_INVERT, r14
 2:  mov.b line_dirs-1(r12), r11
     bis.b r11, &P2OUT
-    bit #AXIS_INVERT, r13
+    bit #AXIS_INVERT, r14
     jeq 3f
     bic.b r11, &P2OUT
-3:  ret
+3:  pop r12
+    ret
 
     /* Accumulator and count of the axis r8 as a motion begins. Uses r12, r13. */
 line_origin:
@@ -208,7 +192,6 @@ line_origin:
     bit.b r12, &NEGATIVE
     jeq line_end
     inv COUNT(r13)
-    inc COUNT(r13)
     ret
 
     /* r13:r12 times 2^32 over LEFT */
@@ -249,85 +232,37 @@ motion_poll:
     jge 2b
     bit #CCIE, r5
     jne line_end
-    bit.b #M_STOP, &MOTION
-    jne 3f
-    tst &LEFT
-    jne line_end
-    tst &LEFT+2
-    jne line_end
-3:  clr.b &MOVING
-    /* M_STOP or M_SETTLE */
-    cmp.b #M_STOP, &MOTION
-    jlo line_end
-    and.b #M_PAUSE, &MOTION
+    MICRO
+    IF_ANY MOTION, M_STOP, 3f
+    F load LEFT
+    DO test_long
+    IF_NOT_EQUAL 4f
+3:  LET MOVING, 0
+    IF_NONE MOTION, M_STOP|M_SETTLE, 4f
+    BITS_OFF MOTION, M_STOP|M_SETTLE
 motion_settle:
-    br #settle_all
-
-    /* r13:r12 and ACTUAL = where axis r8 was when the watched input answered; the next poll brings
-       ACTUAL up to date. Uses r11, r14, r15. */
-    .global motion_caught
-motion_caught:
-    mov &CAUGHT, r13
-    /* Takes r13 = what the engine counted for axis r8: r13:r12 and ACTUAL = the position. It counts
-       upward from the low half of the position, or of its negative. */
-counted:
-    call #axis_bit
-    bit.b r12, &NEGATIVE
-    mov r13, r12
-    jeq 1f
-    inv r12
-    inc r12
-1:  mov #-1, r13
-    sub ACTUAL(r8), r12
-    jn 2f
-    clr r13
-2:  MICRO
-    F add ACTUAL, AXIS
-    F store ACTUAL, AXIS
-    RETURN
-    .balign 2, 0
+    CALL settle_all
+4:  RETURN
 
     /* Ramps down and forgets the rest, also of a pause. */
-    .global motion_stop
-motion_stop:
-    mov.b #M_STOP, &MOTION
-    tst.b &MOVING
-    jne 1f
-    clr.b &MOTION
-1:  ret
+    ROUTINE_ODD motion_stop, module.motion.line
+    LET MOTION, M_STOP
+    IF_SET MOVING, 1f
+    LET MOTION, 0
+1:  RETURN
 
-    /* Z when no step comes any more: the motion has ended, or rests in a pause. Uses r12. */
-    .global motion_rests
-motion_rests:
-    bit #CCIE, &TA1CCTL0
-    jne 1f
-    tst.b &MOVING
-    jeq 1f
-    bit.b #M_PAUSE|M_STOP, &MOTION
-    subc r12, r12
-1:  ret
-
-    /* The probe or switch answered when axis r12 was at r15:r14: an axis no faster than its start
+    /* The probe or switch answered when axis r8 was at r13:r12: an axis no faster than its start
        rate stands still at once, a faster one ramps down to a place that depends on that position
        and the speed alone. Then the commanded place is where it stands. No register is kept. */
-    .global motion_hit
-motion_hit:
-    rla r12
-    rla r12
-    mov r12, r8
-    mov r14, r12
-    mov r15, r13
-    MICRO
+    ROUTINE_ODD motion_hit, module.motion.line
     F sub STEPS, AXIS
     DO abs
     F store TEMP+8
     F load START2
     F sub NOMINAL2
-    IF_NEGATIVE 1f
-    CALL motion_halt
-    RETURN
+    IF_NOT_NEGATIVE motion_halt
     /* half v^2 / d, and 24 ms for the main loop's round and what the engine holds, and one */
-1:  LIT 31
+    LIT 31
     DO new
     SHIFT -4
     F store TEMP
@@ -355,51 +290,70 @@ motion_hit:
     IF_NOT_NEGATIVE 1f
     /* what is left less what is not to be made of it */
     F add LEFT
-    IF_NEGATIVE 2f
+    IF_NEGATIVE motion_stop
     F store LEFT
 1:  RETURN
-2:  CALL motion_stop
-    RETURN
-    .balign 2, 0
 
     /* Steps cease at once: none after the next event, which is armed already and at most 2 ms away.
        The rest is forgotten, the commanded places are where the axes stand. No register is kept. */
-    .global motion_halt
-motion_halt:
-    tst.b &MOVING
-    jeq motion_settle
-    clr &SLOT0+EVENTS
-    clr &SLOT1+EVENTS
-    clr &LEFT
-    clr &LEFT+2
-    mov.b #M_STOP, &MOTION
-1:  bit #CCIE, &TA1CCTL0
-    jne 1b
-    br #motion_poll
+    ROUTINE_ODD motion_halt, module.motion.line
+    IF_ZERO MOVING, motion_settle
+    F clear SLOT0+EVENTS
+    F clear SLOT1+EVENTS
+    LIT 0
+    F store LEFT
+    LET MOTION, M_STOP
+    CALL motion_out
+    RETURN
+    .balign 2, 0
+motion_out:
+    call #motion_rests
+    jne motion_out
+    jmp motion_poll
+
+    /* r13:r12 and ACTUAL = where axis r8 was when the watched input answered; the next poll brings
+       ACTUAL up to date. Uses r11, r14, r15. */
+    .global motion_caught
+motion_caught:
+    mov &CAUGHT, r13
+    /* Takes r13 = what the engine counted for axis r8: r13:r12 and ACTUAL = the position. It counts
+       upward from the low half of the position, or from that half's complement. */
+counted:
+    call #axis_bit
+    bit.b r12, &NEGATIVE
+    mov r13, r12
+    jeq 1f
+    inv r12
+1:  mov #-1, r13
+    sub ACTUAL(r8), r12
+    jn 2f
+    clr r13
+2:  MICRO
+    F add ACTUAL, AXIS
+    F store ACTUAL, AXIS
+    RETURN
+    .balign 2, 0
+
+    /* Z when no step comes any more: the motion has ended, or rests in a pause. */
+    .global motion_rests
+motion_rests:
+    bit #CCIE, &TA1CCTL0
+    ret
 
     /* r13:r12 = speed of axis r12 in steps/s at the end of the segment planned last, negative in
        negative direction, 0 at rest. Keeps r4 to r7. */
     .global motion_speed
     ROUTINE_ODD motion_speed, module.motion.line
     DO axis_select
-    DO axis_bit
-    TEST_AXIS MOVING
-    IF_EQUAL 1f
     CALL motion_rests
     IF_NOT_EQUAL 2f
-1:  LIT 0
-    GOTO 3f
-    /* events/s times the axis's share of them, rounded; 16 MHz = 125 * 125 * 1024 */
-2:  LIT 125
-    DO new
-    F store TEMP
-    F times TEMP
-    SHIFT 10
+    LIT 0
+    RETURN
+    /* events/s times the axis's share of them, rounded */
+2:  DO ticks_a_second
     F times V
     F over TICK
-    F store TEMP
-    F load INC, AXIS, NEW
-    F times TEMP
+    F times INC, AXIS, NEW
     SHIFT -32
     F store TEMP
     LIT 1
@@ -407,13 +361,7 @@ motion_halt:
     SHIFT -1
     F plus TEMP
     DO floor
-    F store TEMP
-    DO axis_bit
-    TEST_AXIS NEGATIVE
-    IF_EQUAL 4f
-    F load TEMP
+    IF_NOT_AXIS NEGATIVE, 3f
     DO negate
-    GOTO 3f
-4:  F load TEMP
 3:  RETURN
     .balign 2, 0

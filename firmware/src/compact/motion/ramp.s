@@ -65,8 +65,7 @@ segment_none:
     F load LEFT, NEW
     F times DECEL2
     F plus START2
-    F least TEMP+4
-    F store TEMP+4
+    F bound TEMP+4
     DO root
     F store TEMP
     F least V

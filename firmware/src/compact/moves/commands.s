@@ -17,22 +17,39 @@ module.moves.commands:
     .error "command 106 and AxisRecord differ"
     .endif
 
-    /* ramp up, speed, ramp down, work position */
-command_move:
-    DO command_pace
-    IF_EQUAL command_illegal
-    DO offset_steps
-    GOTO 1f
-    /* the same with a distance */
-command_move_by:
-    DO command_pace
-    IF_EQUAL command_illegal
-    F load ACTUAL, AXIS
-1:  DO command_target
-    CMPI 0
-    IF_NOT_EQUAL command_illegal
-    DO command
-    DO begin_axis
+    /* what to do, or 255: stop all axes; no jog is ever under way that 133 could stop */
+direct:
+    F word COMMAND_HEAD+2
+    CMPI 255
+    IF_EQUAL command_stop
+    CMPI 88
+    IF_NOT_EQUAL 1f
+    LIT CONTROL_ACKNOWLEDGE
+    GOTO command_control
+1:  LIT 133
+    F sub COMMAND_HEAD+2
+    CMPI 5
+    IF_CARRY command_illegal
+    DO micro_switch
+    TO command_obeyed
+    TO command_illegal
+    TO command_illegal
+    TO command_control          /* 130: pause */
+    TO command_control          /* 129: resume */
+
+command_stop:
+    LIT CONTROL_STOP
+    IF_ANY RUN, RUN_ACTIVE, command_control
+    CALL abandon
+    DO micro_first_axis
+1:  IF_NOT_AXIS TEMP, 2f
+    IF_NOT_AXIS MOVING, 2f
+    DO motion_stop
+2:  NEXT_AXIS 1b
+    DONE_
+command_control:
+    CALL control
+command_obeyed:
     DONE_
 
     /* The work position of the axis becomes the second argument, steps. */
@@ -56,46 +73,116 @@ command_illegal:
     RETURN
     .balign 2, 0
 
-    /* Executes command r12 with the first argument r13; the others stand behind it in COMMAND, but
-       not in a run and while EFFECT is not 0. Leaves r12 = 0 or an exception. Keeps nothing. */
+    /* Executes the command in COMMAND_HEAD; its arguments but the first stand in COMMAND, but not in a
+       run and while EFFECT is not 0. Leaves r12 = 0 or an exception. Keeps nothing. */
     .global command_execute
 command_execute:
-    mov r13, r4
-    cmp #CMD_STOP_AXES, r12
-    jeq command_stop
-    cmp #CMD_DIRECT, r12
-    jeq direct
-    mov r12, r7
-    mov r13, r12
-    dec r12
+    mov #COMMAND+4, r5
     MICRO
-    CMPI 3
+    /* TEMP = axes to stop */
+    F word COMMAND_HEAD+2
+    PUT TEMP
+    F word COMMAND_HEAD
+    CMPI CMD_STOP_AXES
+    IF_EQUAL command_stop
+    LIT16 CMD_DIRECT
+    F cmp COMMAND_HEAD
+    IF_EQUAL direct
+    F word COMMAND_HEAD+2
+    CMPI 4
     IF_CARRY command_illegal
+    ADDI -1
     DO axis_select
     DO axis_there
     IF_EQUAL command_illegal
     DO axis_bit
-    END
-    mov r12, r4
-    cmp #CMD_STOP_AXIS, r7
-    jeq command_stop
-    MICRO
+    PUT TEMP
+    F word COMMAND_HEAD
+    CMPI CMD_STOP_AXIS
+    IF_EQUAL command_stop
     IF_ANY RUN, RUN_ACTIVE, command_busy
     IF_SET EFFECT, command_busy
     IF_SET MOVING, command_busy
     CALL blocking
     IF_NOT_EQUAL command_busy
-    CALL command_place
-    CMPI 7
+    F word COMMAND_HEAD+2
+    ADDI -1
+    PUT N
+    LIT16 CMD_HOME_PROFILE
+    F cmp COMMAND_HEAD
+    IF_EQUAL home_profile
+    LIT CMD_PROBE_MASK
+    F sub COMMAND_HEAD
+    CMPI CMD_PROBE_MASK-CMD_MOVE_TO+1
     IF_CARRY command_illegal
     DO micro_switch
-    TO command_move
-    TO command_move_by
-    TO command_set
-    TO command_home
-    TO command_probe
     TO command_probe_mask
-    TO home_profile
+    TO command_probe
+    TO command_home
+    TO command_set
+    TO command_move_by
+    TO command_move
+
+    /* ramp up, speed, ramp down, work position */
+command_move:
+    DO command_pace
+    IF_EQUAL command_illegal
+    DO offset_steps
+    GOTO 1f
+    /* the same with a distance */
+command_move_by:
+    DO command_pace
+    IF_EQUAL command_illegal
+    F load ACTUAL, AXIS
+1:  DO command_target
+    CMPI 0
+    IF_NOT_EQUAL command_illegal
+    DO command
+    DO begin_axis
+    DONE_
+
+    /* 108: masks as ProbeMask has them, 107: input from 0, its level; then as 104 */
+command_probe_mask:
+    LET FLAGS, 0
+    F load COMMAND+8
+    DO probe_xor
+    F load COMMAND+4
+    DO probe_and
+    DO command_long
+    GOTO 2f
+command_probe:
+    F load COMMAND+6
+    PUT UNIT
+    CMPI 2
+    IF_CARRY command_wrong
+    F load COMMAND+4
+    CMPI 17
+    IF_CARRY command_wrong
+    ADDI 1
+    LET FLAGS, 0
+    DO probe_input
+2:  DO command_long
+    DO command_pace
+    IF_EQUAL command_wrong
+    F load ACTUAL, AXIS
+    DO command_target
+    CMPI 0
+    IF_NOT_EQUAL command_wrong
+    DO axis_bit
+    AXIS_OFF PROBE_ERROR
+    LET PHASE, PROBE_MOVES
+    DO probe_begin
+    IF_NOT_EQUAL 1f
+    LIT OP_PROBE
+    PUT EFFECT
+    DONE_
+1:  DO axis_bit
+    AXIS_ON PROBE_ERROR
+    DONE_
+command_wrong:
+    LIT ILLEGAL_VALUE
+    RETURN
+
 home_profile:
     F load VM_CODE
     CMPI 0
@@ -152,48 +239,6 @@ command_home:
     F store HOME_CLEARANCE
 3:  GOTO home_under_way
 
-    /* 108: masks as ProbeMask has them, 107: input from 0, its level; then as 104 */
-command_probe_mask:
-    LET FLAGS, 0
-    F load COMMAND+8
-    DO probe_xor
-    F load COMMAND+4
-    DO probe_and
-    DO command_long
-    GOTO 2f
-command_probe:
-    F load COMMAND+6
-    PUT UNIT
-    CMPI 2
-    IF_CARRY command_wrong
-    F load COMMAND+4
-    CMPI 17
-    IF_CARRY command_wrong
-    ADDI 1
-    LET FLAGS, 0
-    DO probe_input
-2:  DO command_long
-    DO command_pace
-    IF_EQUAL command_wrong
-    F load ACTUAL, AXIS
-    DO command_target
-    CMPI 0
-    IF_NOT_EQUAL command_wrong
-    DO axis_bit
-    AXIS_OFF PROBE_ERROR
-    LET PHASE, PROBE_MOVES
-    DO probe_begin
-    IF_NOT_EQUAL 1f
-    LIT OP_PROBE
-    PUT EFFECT
-    DONE_
-1:  DO axis_bit
-    AXIS_ON PROBE_ERROR
-    DONE_
-command_wrong:
-    LIT ILLEGAL_VALUE
-    RETURN
-
     /* TEMP = pace with ramp up, speed and ramp down at r5, which moves on; Z when one is not above
        0. */
     ROUTINE_ODD command_pace
@@ -201,15 +246,13 @@ command_wrong:
     LET UNIT, 2
     DO command_long
     DO rate_of
-    F least TEMP+4
-    F store TEMP+4
+    F bound TEMP+4
     DO command_long
     DO rate_of
     DO speed_least
     DO command_long
     DO rate_of
-    F least TEMP+8
-    F store TEMP+8
+    F bound TEMP+8
     F least TEMP+4
     F least TEMP
     DO test_long
@@ -232,20 +275,6 @@ command_long:
     mov @r5+, r12
     mov @r5+, r13
     ret
-
-    /* N = the axis r8, r5 = the second argument, r12 = place of command r7 among those of an axis. */
-command_place:
-    mov #COMMAND+4, r5
-    mov r8, r12
-    rra r12
-    rra r12
-    mov.b r12, &N
-    mov r7, r12
-    sub #CMD_MOVE_TO, r12
-    cmp #CMD_HOME_PROFILE-CMD_MOVE_TO, r12
-    jne 1f
-    mov #6, r12
-1:  ret
 
 command_record:
     mov.b &RAMPS, r12
@@ -272,52 +301,17 @@ set_work_position:
     pop r8
     ret
 
-    /* r4 = axes to stop */
-command_stop:
-    mov #CONTROL_STOP, r12
-    bit.b #RUN_ACTIVE, &RUN
-    jne command_control
-    call #abandon
-    bit.b r4, &MOVING
-    jeq command_obeyed
-    call #motion_stop
-    jmp command_obeyed
-command_control:
-    call #control
-command_obeyed:
-    clr r12
-    ret
-
-    /* r4 = what to do, or 255: stop all axes */
-direct:
-    cmp #255, r4
-    jeq command_stop
-    mov #direct_codes, r11
-1:  mov.b @r11+, r13
-    mov.b @r11+, r12
-    cmp r13, r4
-    jeq command_control
-    cmp #direct_codes_end, r11
-    jne 1b
-    mov #ILLEGAL_VALUE, r12
-    ret
-    /* number and Control; no jog is ever under way that 133 could stop */
-direct_codes:
-    .byte 88, CONTROL_ACKNOWLEDGE, 129, CONTROL_RESUME, 130, CONTROL_PAUSE, 133, 0
-direct_codes_end:
-
-    /* A reference run or a probe by command is given up and counts as failed. Uses r8, r9, r11 to r15. */
-abandon:
-    tst.b &EFFECT
-    jne 1f
-3:  ret
-    /* It is over: r12 = DONE or a fault. The same. */
+    /* What an effect by command came to: r12 = DONE or a fault. Uses r8, r9, r11 to r15. */
     .global command_done
 command_done:
-    tst r12
-    jeq 3b
-1:  MICRO
-    DO axis_n
+    MICRO
+    CMPI DONE
+    IF_NOT_EQUAL 1f
+    RETURN
+    /* A reference run or a probe by command is given up and counts as failed. The same. */
+    ROUTINE_ODD abandon
+    IF_ZERO EFFECT, 3f
+1:  DO axis_n
     DO axis_bit
     IF_IS EFFECT, OP_PROBE, 1f
     AXIS_ON HOMING_ERROR
@@ -326,5 +320,5 @@ command_done:
 2:  LET WATCH, 0
     LET EFFECT, 0
     LET PHASE, 0
-    RETURN
+3:  RETURN
     .balign 2, 0

@@ -150,9 +150,7 @@ machine_flags:
     DO to_um
     IF_CARRY aim_overflow
     F store NEW_UM, AXIS
-7:  DO axis_bit
-    TEST_AXIS HOMED
-    IF_EQUAL 5f
+7:  IF_NOT_AXIS HOMED, 5f
     /* both differences may wrap: all is well as long as the travel is below 2^31 um */
     FR load A_MAX, LONG
     F sub NEW_UM, AXIS
@@ -161,9 +159,9 @@ machine_flags:
     FR sub A_MIN, LONG
     IF_NEGATIVE aim_limit
 6:  DONE_
-5:  TEST_AXIS PLACED
-    IF_NOT_EQUAL 6b
-    IF_ANY FRAME_OF, F_RELATIVE, 6b
+5:  IF_NOT_AXIS PLACED, 8f
+    DONE_
+8:  IF_ANY FRAME_OF, F_RELATIVE, 6b
     DO machine_flags
     TESTI MC_REQUIRE_HOMING
     IF_EQUAL 6b

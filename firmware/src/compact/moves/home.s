@@ -34,11 +34,9 @@ module.moves.home:
     FR load A_HOME_FAST, SHORT, NEW
     GOTO 3f
 2:  F load HOME_UP, NEW
-    F least TEMP+4
-    F store TEMP+4
+    F bound TEMP+4
     F load HOME_DOWN, NEW
-    F least TEMP+8
-    F store TEMP+8
+    F bound TEMP+8
     F load HOME_SPEED, NEW
     CALL home_record
 3:
@@ -63,14 +61,14 @@ home_slow:
     LET PHASE, HOME_OPEN
     F load ACTUAL, AXIS
     F store OPENED
-    DO hit_at
+    DO motion_hit
     NOT_YET_
 
 home_fast:
     DO home_closed
     IF_EQUAL home_not_found
     LET PHASE, HOME_REST
-    CALL motion_stop
+    DO motion_stop
 home_wait:
     NOT_YET_
 
@@ -169,22 +167,23 @@ home_record:
     ret
 
     /* Z clear when the switch is closed. Uses r11 to r15. */
-home_closed:
-    mov.b &BITS, r12
-    and #31, r12
-    call #unfiltered
-    bit.b #HOME_INVERT, &BITS
-    jeq 1f
-    xor #1, r12
-1:  tst r12
-    ret
+    ROUTINE_ODD home_closed
+    GET BITS
+    ANDI 31
+    CALL unfiltered
+    IF_NONE BITS, HOME_INVERT, 1f
+    ADDI 1
+1:  TESTI 1
+    RETURN
 
     /* Plans the reference run of the axis r12, which becomes N. Uses r11. */
-home_by_profile:
-    mov.b r12, &N
-    call #reference
-    mov.b r12, &BITS
-    ret
+    ROUTINE_ODD home_by_profile
+    PUT N
+    CALL reference
+    PUT BITS
+    RETURN
+    .balign 2, 0
+
     /* r12 = input number of the reference switch of axis r8, of axis r12. */
 reference_at:
     mov r8, r12
@@ -206,28 +205,29 @@ limits:
     cmp #OP_HOME_QUERY-OP_HOME+1, r12
     jlo 4f
     mov #8, r8
-1:  call #axis_at
-    call #axis_bit
-    mov r12, r10
-    bit.b r10, &MOVING
-    jeq 3f
-    /* negative and a switch at the positive end, or the other way round */
-    mov.b &NEGATIVE, r13
-    and r10, r13
-    jeq 2f
-    mov #AXIS_HOME_POSITIVE, r13
-2:  xor A_FLAGS(r9), r13
-    bit #AXIS_HOME_POSITIVE, r13
-    jeq 3f
-    call #reference_at
+1:  call #reference_at
     mov r12, r7
     call #unfiltered
     jeq 3f
-    bic.b r10, &HOMED
+    MICRO
+    IF_NOT_AXIS MOVING, 5f
+    DO axis_at
+    FR word A_FLAGS, SHORT
+    /* a switch at the positive end, or the other way round */
+    IF_NOT_AXIS NEGATIVE, 2f
+    ADDI AXIS_HOME_POSITIVE
+2:  TESTI AXIS_HOME_POSITIVE
+    IF_EQUAL 5f
+    DO axis_bit
+    AXIS_OFF HOMED
+    END
     mov.b r7, &FAULT_IN
-    call #motion_halt
-    mov #F_LIMIT_SWITCH, r12
-    br #fail
+    MICRO
+    DO motion_halt
+    LIT F_LIMIT_SWITCH
+    CALL fail
+    RETURN
+5:  END
 3:  sub #4, r8
     jge 1b
 4:  ret

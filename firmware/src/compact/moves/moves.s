@@ -94,20 +94,16 @@ read_port:
     CALL read_inputs
     GOTO read_done
 read_probe_ok:
-    DO axis_bit
-    TEST_AXIS PROBE_OK
-    GOTO 1f
+    IF_NOT_AXIS PROBE_OK, 1f
+    GOTO 2f
 read_moving:
-    DO axis_bit
-    TEST_AXIS MOVING
-    GOTO 1f
+    IF_NOT_AXIS MOVING, 1f
+    GOTO 2f
 read_homed:
-    DO axis_bit
-    TEST_AXIS HOMED
-1:  IF_NOT_EQUAL 2f
-    LIT 0
-    GOTO read_done
+    IF_NOT_AXIS HOMED, 1f
 2:  LIT 1
+    GOTO read_done
+1:  LIT 0
     GOTO read_done
 read_pos_steps:
     F load ACTUAL, AXIS
@@ -166,8 +162,7 @@ read_done:
     PUT UNIT
     DO rate
     ROUTINE_ODD speed_least
-    F least TEMP
-    F store TEMP
+    F bound TEMP
     DO test_long
     RETURN
 
@@ -200,13 +195,11 @@ read_done:
     DO rate
     IF_EQUAL move_range
     F store SPARE_TOO
-    F least TEMP+4
-    F store TEMP+4
+    F bound TEMP+4
     F load SPARE_TOO
     IF_NONE RAMPS, FL_DECEL, 3f
     F load SPARE
-3:  F least TEMP+8
-    F store TEMP+8
+3:  F bound TEMP+8
     DO speed_flags
     IF_EQUAL move_range
     GET FLAGS
@@ -264,9 +257,7 @@ move_range:
 4:  IF_IS_NOT UNIT, OP_LINEAR_MIXED, 3f
     CALL linear_frame
     PUT FRAME_OF
-3:  DO axis_bit
-    TEST_AXIS FLAGS
-    IF_EQUAL 5f
+3:  IF_NOT_AXIS FLAGS, 5f
     DO axis_at
     DO pop_value
     DO aim
@@ -274,9 +265,7 @@ move_range:
 5:  NEXT_AXIS 4b
     /* RAMPS = axes that have steps to make */
     DO micro_first_axis
-6:  DO axis_bit
-    TEST_AXIS FLAGS
-    IF_EQUAL 7f
+6:  IF_NOT_AXIS FLAGS, 7f
     DO command
     IF_EQUAL 7f
     DO axis_bit

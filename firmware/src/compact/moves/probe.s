@@ -28,7 +28,7 @@ module.moves.probe:
     DO probe_and
     GOTO 3f
 1:  LET UNIT, 1
-    CALL probe_default
+    PROFILE B_PROBE
     IF_NONE RAMPS, FL_SENSOR, 2f
     DO pop_level
     POP_NUMBER 1, 17
@@ -80,7 +80,7 @@ probe_goes:
     DO axis_bit
     AXIS_ON PROBE_OK
     F load PROBED, AXIS
-    DO hit_at
+    DO motion_hit
 probe_wait:
     NOT_YET_
 3:  IF_SET MOVING, probe_wait
@@ -104,19 +104,6 @@ probe_xor:
 probe_and:
     mov r12, &PROBE_AND
     jmp probe_high
-    /* r12 = the profile's probe input. Uses r11. */
-probe_default:
-    mov &BOARD, r11
-    mov.b B_PROBE(r11), r12
-    ret
-
-    /* An input answered when the axis N was at r13:r12. Uses r11 to r15. */
-hit_at:
-    mov r12, r14
-    mov r13, r15
-    mov.b &N, r12
-    br #motion_hit
-
     /* Waits for input r12 to be on (UNIT not 0) or off. Carry when there is no such input.
        Uses r7, r11 to r15. */
 probe_input:
@@ -174,32 +161,30 @@ probe_answers:
     AXIS_OFF PROBE_OK
     DO probe_answers
     IF_NOT_EQUAL 1f
-    CALL probe_watch
-    DO command
+    /* a probe at pins of port 1 is caught at its very step: they are at rest now */
+    LET HIT, 0
+    CALL probe_pins
+    PUT WATCH
+    PROFILE B_FLAGS
+    TESTI BOARD_CHAIN
+    IF_EQUAL 2f
+    LET WATCH, 0
+    F word PROBE_AND
+    IF_NOT_EQUAL 2f
+    IF_NONE BITS, PROBE_AND_17, 2f
+    LET WATCH, P1_REF_X_OR_PROBE
+2:  DO command
     DO begin_axis
     CMPI NOT_YET
 1:  RETURN
     .balign 2, 0
 
-    /* A probe at pins of port 1 is caught at its very step: they are at rest now. Uses r11, r12. */
-probe_watch:
-    clr.b &WATCH
-    clr.b &HIT
+    /* The pins at rest, and in r12 those of inputs 1 to 4 of the direct wiring that count. */
+probe_pins:
     mov.b &P1IN, &IDLE
-    mov &PROBE_AND, r12
-    mov &BOARD, r11
-    bit #BOARD_CHAIN, B_FLAGS(r11)
-    jne 1f
-    rla r12
-    rla r12
-    rla r12
-    rla r12
-    and #0xf0, r12
-    jmp 3f
-1:  tst r12
-    jne 4f
-    bit.b #PROBE_AND_17, &BITS
-    jeq 4f
-    mov #P1_REF_X_OR_PROBE, r12
-3:  mov.b r12, &WATCH
-4:  ret
+    mov.b &PROBE_AND, r12
+    rla.b r12
+    rla.b r12
+    rla.b r12
+    rla.b r12
+    ret

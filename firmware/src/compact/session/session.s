@@ -57,7 +57,7 @@ stop_:
     ROUTINE_ODD run_finish, module.session
     PUT ENDING
     LET RUN, RUN_STOPPING
-    CALL motion_stop
+    DO motion_stop
     RETURN
 
     .balign 2, 0
@@ -67,7 +67,7 @@ emergency_by_link:
     LIT 0
 emergency:
     PUT FAULT_IN
-    CALL motion_halt
+    DO motion_halt
     LET WATCH, 0
     LET HOMED, 0
     LIT F_EMERGENCY_STOP
