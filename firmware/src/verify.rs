@@ -68,15 +68,8 @@ pub fn sound<B: Bytes>(image: &B, limit: u16) -> Option<u16> {
     if length < CODE || length > limit || image.byte(8) != 0 {
         return None;
     }
-    let mut crc = CRC_START;
-    let mut at = 0;
-    while at < length {
-        if at & 0xFFFE != 4 {
-            crc = B::crc(crc, image.byte(at));
-        }
-        at += 1;
-    }
-    (crc == image.word(4)).then_some(length)
+    let crc = (0..length).fold(CRC_START, |crc, at| B::crc(crc, image.byte(at)));
+    (crc == 0).then_some(length)
 }
 
 /// Checks header and code of an image that is [`sound`].

@@ -19,7 +19,7 @@
 //! | 0 | [`FORMAT`] |
 //! | 1 | [`feature`] bits |
 //! | 2, 3 | [`FINGERPRINT`](crate::isa::FINGERPRINT) of the opcode table |
-//! | 4, 5 | CRC-16 of all other bytes |
+//! | 4, 5 | with it the CRC-16 of all bytes is 0 |
 //! | 6..=8 | length of the image |
 //! | 9..=11 | length of the code |
 //! | 12, 13 | address of the main program |
@@ -32,7 +32,7 @@
 pub mod statements;
 
 use crate::record::{AxisRecord, MachineRecord, feature};
-use crate::wire::{self, CRC_START, crc16};
+use crate::wire::{self, CRC_START, crc16, crc16_back};
 use crate::{isa, part};
 
 /// Version of the container.
@@ -198,11 +198,15 @@ fn triple(low: u8, middle: u8, high: u8) -> Result<usize, Flaw> {
     usize::try_from(value).map_err(|_| Flaw::Layout)
 }
 
-/// CRC that an image ought to carry: of all bytes but the two of the CRC.
+/// CRC that an image ought to carry: the one with which the CRC over all of it, these two bytes
+/// included, is 0.
 pub fn crc_of(bytes: &[u8]) -> u16 {
     let head = bytes.get(..CRC_AT).unwrap_or_default();
     let rest = bytes.get(CRC_AT + 2..).unwrap_or_default();
-    head.iter().chain(rest).fold(CRC_START, |crc, &byte| crc16(crc, byte))
+    let before = head.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
+    // Two bytes take the CRC from `before` to what the rest brings to 0; they go into it by xor.
+    let behind = rest.iter().rev().fold(0, |crc, &byte| crc16_back(crc, byte));
+    before ^ crc16_back(crc16_back(behind, 0), 0)
 }
 
 /// CRC that an image carries.

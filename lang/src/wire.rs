@@ -112,6 +112,16 @@ pub const fn crc16(crc: u16, byte: u8) -> u16 {
     crc
 }
 
+/// The CRC before a byte was added to it that made it `crc`: [`crc16`] undone.
+pub const fn crc16_back(mut crc: u16, byte: u8) -> u16 {
+    let mut bit = 0;
+    while bit < 8 {
+        crc = if crc & 0x8000 == 0 { crc << 1 } else { (crc ^ 0xA001) << 1 | 1 };
+        bit += 1;
+    }
+    crc ^ byte as u16
+}
+
 /// Start value of [`crc16`].
 pub const CRC_START: u16 = 0xFFFF;
 
@@ -562,13 +572,22 @@ pub mod command {
 
 #[cfg(test)]
 mod tests {
-    use super::{BLOCKS, CRC_START, NAMES, crc16};
+    use super::{BLOCKS, CRC_START, NAMES, crc16, crc16_back};
 
     #[test]
     fn crc_matches_the_modbus_standards_example() {
         // Modbus over serial line V1.02, 6.2.2: frame 02 07 has CRC 41 12, low byte first.
         let crc = [0x02, 0x07].into_iter().fold(CRC_START, crc16);
         assert_eq!(crc, 0x1241);
+    }
+
+    #[test]
+    fn a_crc_goes_back_the_way_it_came() {
+        for crc in (0..=0xFFFF).step_by(7) {
+            for byte in [0, 1, 0x55, 0x80, 0xFF] {
+                assert_eq!(crc16_back(crc16(crc, byte), byte), crc);
+            }
+        }
     }
 
     #[test]

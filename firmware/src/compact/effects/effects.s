@@ -72,8 +72,14 @@ fx_set_port:
     GET N
     CMPI 9
     IF_CARRY fx_done
-    CALL output_own
+    /* not the script's: the enable and the lamp */
+    PROFILE B_ENABLE
+    COMPARE N
     IF_EQUAL 1b
+    PROFILE B_LAMP
+    COMPARE N
+    IF_EQUAL 1b
+    GET N
     DO fx_output
     CMPI DONE
     IF_NOT_EQUAL 1b
@@ -92,7 +98,8 @@ fx_motors:
     GET RAMPS
     AXIS_OFF HOMED
     AXIS_OFF PLACED
-2:  CALL enable_unit
+2:  PROFILE B_ENABLE
+    CALL output_unit
 fx_done:
     DONE_
 
@@ -136,7 +143,9 @@ fx_wait_char:
     DO wait_begin
     POP_NUMBER 33, 125
     PUT N
-1:  CALL char_here
+1:  LIT 0
+    GET N
+    COMPARE CHAR_IN
     IF_EQUAL 1f
     DO time_up
     EVENT TRACE_WAIT_CHAR
@@ -197,23 +206,11 @@ fx_timed_out:
     DONE_
     .balign 2, 0
 
-/* The drivers' enable takes the level of bit 0 of UNIT. Clobbers r12 to r14. */
-enable_unit:
-    mov &BOARD, r12
-    mov.b B_ENABLE(r12), r12
-/* The same of output r12: Z set when it does not exist. */
+/* Output r12 takes the level of bit 0 of UNIT: Z set when it does not exist. Clobbers r12 to r14. */
 output_unit:
     mov.b &UNIT, r13
     and #1, r13
     br #set_output
-
-/* Z set when output r12 is not the script's: the enable and the lamp. Clobbers r14. */
-output_own:
-    mov &BOARD, r14
-    cmp.b B_ENABLE(r14), r12
-    jeq 1f
-    cmp.b B_LAMP(r14), r12
-1:  ret
 
 /* Z set when no time is left. Clobbers r14. */
 time_left:
@@ -293,13 +290,6 @@ wait_level:
 1:  mov r14, r12
     and #1, r12
     bit #2, r14
-    ret
-
-/* Z set when the character N has come; acc = N. */
-char_here:
-    mov.b &N, r12
-    clr r13
-    cmp.b r12, &CHAR_IN
     ret
 
 /* The first code behind each effect's, and the effect. Codes between them are those of a larger part:

@@ -193,6 +193,9 @@ micro_bits_on:
 micro_bits_off:
     bic.b @r10+, BYTES(r14)
     ret
+micro_compare:
+    cmp.b BYTES(r14), r12
+    ret
 micro_up:
     inc.b BYTES(r14)
     ret
@@ -418,6 +421,7 @@ micro_table:
     MICRO_OWN let
     MICRO_OWN bits_on
     MICRO_OWN bits_off
+    MICRO_OWN compare
     MICRO_OWN up
     MICRO_OWN if_not_axis
     MICRO_OWN axis_on

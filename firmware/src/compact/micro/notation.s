@@ -141,8 +141,8 @@
     .byte DO_micro_shift, \n + SHIFT_BIAS
     .endm
 
-    /* bytes: r12 = v, v = r12, v = n, v |= n, v &= ~n, v += 1; with the bits of r12: v |= r12,
-       v &= ~r12 */
+    /* bytes: r12 = v, flags of r12 - v, v = r12, v = n, v |= n, v &= ~n, v += 1; with the bits of
+       r12: v |= r12, v &= ~r12 */
     .macro BYTE_OP op, v
     .if (\v) < BYTES || (\v) > BYTES+255
     .error "the byte is out of reach"
@@ -166,6 +166,9 @@
     .macro BITS_OFF v, n
     BYTE_OP bits_off, \v
     .byte \n
+    .endm
+    .macro COMPARE v
+    BYTE_OP compare, \v
     .endm
     .macro UP v
     BYTE_OP up, \v

@@ -198,41 +198,42 @@ run_stopping:
     cmp #OP_PROBE-OP_HOME+1, r12
     jlo run_perform
     ret
-1:
-    bit.b #T_FULL, &TRACING
-    jne 9b
+1:  MICRO
+    IF_ANY TRACING, T_FULL, 9f
     /* no reply is being sent, which an erase would tear apart */
-    tst.b &LINE_STATE
-    jne 9b
+    IF_SET LINE_STATE, 9f
     .if HAS_KEEP
-    call #keep_save
+    CALL keep_save
     .endif
-    mov &OUTPUT, &RESUME_OUTPUT
-    mov.b &ENDING, r10
-    mov.b run_states(r10), &RUN
-    mov.b run_masks(r10), r12
-    call #output_states
-    tst r10
-    jeq 9b
-    mov.b r10, &LAST_END
-    clr.b &ENDING
-    clr &OPEN
-    clr &RUNNING
-    cmp #END_FAULT, r10
-    jne 1f
-    call #fault_log
-    jmp 2f
+    F word OUTPUT
+    F put RESUME_OUTPUT
+    LIT B_AT_PAUSE
+    LET RUN, RUN_PAUSED
+    IF_ZERO ENDING, 1f
+    LIT B_AT_END
+    LET RUN, RUN_READY
+    IF_IS_NOT ENDING, END_FAULT, 1f
+    LIT B_AT_FAULT
+    LET RUN, RUN_FAULT
+1:  CALL output_states
+    IF_ZERO ENDING, 9f
+    LIT 0
+    GET ENDING
+    PUT LAST_END
+    PUT N
+    LET ENDING, 0
+    F clear OPEN
+    F clear RUNNING
+    CMPI END_FAULT
+    IF_NOT_EQUAL 1f
+    CALL fault_log
+    GOTO 2f
     /* a fault that was handled is past */
-1:  clr.b &VM_FAULT
-2:  mov #TRACE_END, r14
-    mov r10, r15
-    mov.b &VM_FAULT, r12
-    clr r13
-    call #emit
-    jmp run_no_effect
-
-/* Behind each End: the run state, and the masks of the outputs in the profile. */
-run_states:
-    .byte RUN_PAUSED, RUN_READY, RUN_READY, RUN_FAULT
-run_masks:
-    .byte B_AT_PAUSE, B_AT_END, B_AT_END, B_AT_FAULT
+1:  LET VM_FAULT, 0
+2:  LIT 0
+    GET VM_FAULT
+    EVENT TRACE_END
+    F clear EFFECT
+    F clear TIME+2
+9:  RETURN
+    .balign 2, 0

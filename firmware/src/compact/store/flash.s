@@ -46,41 +46,34 @@ flash_write:
     eint
 4:  ret
 
-    .global crc_of, crc_more
+    .global crc_of
 /* r15 = address, r11 = bytes; leaves their CRC in r12, the address behind them in r15, 0 in r11;
-   uses r13, r14. crc_more goes on from the CRC in r12. The watchdog is kicked: 3 KB take 20 ms. */
+   uses r13, r14. The watchdog is kicked: 3 KB take 20 ms. */
 crc_of:
     mov #-1, r12
-crc_more:
-    mov #KICK, &WATCHDOG
+1:  mov #KICK, &WATCHDOG
     mov.b @r15+, r13
     call #pasapas_crc16
     dec r11
-    jne crc_more
+    jne 1b
     ret
 
     .global image_sound
 /* r12 = address of an image; leaves Z set when its length and its CRC are right, and then the
    address in r15; uses r11 to r14. */
 image_sound:
-    mov 6(r12), r14
+    mov 6(r12), r11
     mov #AREA_END, r15
     sub r12, r15
-    cmp r14, r15
+    cmp r11, r15
     jlo 1f
-    cmp #IMAGE_CODE, r14
+    cmp #IMAGE_CODE, r11
     jlo 1f
     tst.b 8(r12)
     jne 1f
     push r12
     mov r12, r15
-    mov #4, r11
     call #crc_of
-    incd r15
-    mov @r1, r13
-    mov 6(r13), r11
-    sub #6, r11
-    call #crc_more
     pop r15
-    cmp 4(r15), r12
+    tst r12
 1:  ret

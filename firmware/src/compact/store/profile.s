@@ -68,18 +68,22 @@ unlock:
     cmp #4, r12
     jhs refused
     cmp @r15, r13
-    jeq 1f
-    bis.b #R_WRONG, &RUN_FLAGS
-1:  tst r12
-    jne 2f
-    bis.b #R_HALF, &RUN_FLAGS
-    ret
-2:  mov.b &RUN_FLAGS, r14
-    and.b #R_HALF|R_WRONG, r14
-    cmp.b #R_HALF, r14
-    jne refused
-    bic.b #T_LOCKED, &TRACING
-    jmp upload_good
+    MICRO
+    IF_EQUAL 1f
+    BITS_ON RUN_FLAGS, R_WRONG
+1:  CMPI 0
+    IF_NOT_EQUAL 2f
+    BITS_ON RUN_FLAGS, R_HALF
+    RETURN
+2:  GET RUN_FLAGS
+    ANDI R_HALF|R_WRONG
+    CMPI R_HALF
+    IF_NOT_EQUAL 3f
+    BITS_OFF TRACING, T_LOCKED
+    DONE_
+3:  LIT EX_DEVICE_FAILURE
+    RETURN
+    .balign 2, 0
 
     .global fault_log
 /* Appends the last fault to the log: number and input, place in the code, line, and their exclusive
