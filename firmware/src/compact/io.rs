@@ -13,6 +13,8 @@ constants! {
     P1REN = 0x27;
     P1SEL2 = 0x41;
     P2OUT = 0x29;
+    P2DIR = 0x2A;
+    P2SEL = 0x2E;
     UCB0CTL0 = 0x68;
     UCB0CTL1 = 0x69;
     UCB0BR0 = 0x6A;

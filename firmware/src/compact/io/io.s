@@ -6,39 +6,35 @@
     .section .text.io,"axR",@progbits
 module.io:
 
-/* Makes the pins what the profile's wiring says, outputs off, and lets that of an emergency stop
-   interrupt. Clobbers r12 to r14. */
-    .global io_open
-io_open:
-    mov #io_chain, r12
-    mov &BOARD, r14
-    mov.b B_EMERGENCY_FALLS(r14), &P1IES
-    mov.b B_EMERGENCY_PIN(r14), &P1IE
-    bit.b #BOARD_CHAIN, B_FLAGS(r14)
-    jne poke_table
-    mov #io_direct, r12
-    jmp poke_table
-
 poke_next:
-    .short 0x4cfe, 0            /* mov.b @r12+, 0(r14), which LLVM's assembler refuses */
-/* Writes bytes to peripherals: r12 = table of register and value, 0 at its end. Clobbers r14. */
-    .global poke_table
-poke_table:
-    mov.b @r12+, r14
+    .short 0x4afe, 0            /* mov.b @r10+, 0(r14), which LLVM's assembler refuses */
+/* For micro-code, which goes on behind them: writes bytes to peripherals, register and value, 0 at
+   the end. */
+    .global poke
+poke:
+    mov.b @r10+, r14
     tst r14
     jne poke_next
     ret
 
-/* SPI master at 8 MHz, data valid at the rising edge; the registers hold what the chip sends before
-   their outputs are enabled. A register's other bits are those of boot.s. */
-io_chain:
+/* Makes the pins what the profile's wiring says, outputs off. */
+    .global io_open
+    ROUTINE_ODD io_open, module.io
+    PROFILE B_FLAGS
+    TESTI BOARD_CHAIN
+    IF_EQUAL 1f
+    /* SPI master at 8 MHz, data valid at the rising edge; the registers hold what the chip sends
+       before their outputs are enabled. A register's other bits are those of boot.s. */
+    CALL poke
     .byte UCB0CTL0, UCB_MASTER, UCB0BR0, 2, UCB0CTL1, UCB_RUN
     .byte P1SEL, P1_UART|P1_SPI, P1SEL2, P1_UART|P1_SPI
     .byte P2OUT, P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE
     .byte P1REN, P1_STOP|P1_START|P1_REF_X_OR_PROBE, P1OUT, P1_STOP|P1_START|P1_REF_X_OR_PROBE, 0
-io_direct:
+    RETURN
+1:  CALL poke
     .byte P1REN, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE
     .byte P1OUT, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE, 0
+    RETURN
     .balign 2, 0
 
 /* Sends the outputs; leaves the inputs' levels in RAW. Clobbers r11 to r15. */

@@ -89,12 +89,17 @@ TIMER0_A0:
     .word 0x4df2, \address
     .endm
 
-/* Starts the line, which a reset holds, at a rate.
+/* Starts the line, which a reset holds, at a rate; interrupts are on then. With Stop held 9600 8N1 and
+   address 1, whatever the profile says.
    takes r12 = rate code of the board's record: rate in bits 0 and 1, parity in bits 4 and 5
    clobbers r12, r13 */
     .global uart_open
 uart_open:
-    mov r12, r13
+    bit.b #P1_STOP, &P1IN
+    jne 1f
+    clr r12
+    bis.b #R_ADDRESS_1, &RUN_FLAGS
+1:  mov r12, r13
     and #3, r13
     rla r13
     rla r13
@@ -114,6 +119,7 @@ uart_open:
     bis.b r12, &UCA0CTL0
     mov.b #0x80, &UCA0CTL1      ; SMCLK
     bis.b #UCA0RXIE, &IE2
+    eint
     ret
 
 /* Silence that ends a frame and slack (silence less the latest end of the next character), both from

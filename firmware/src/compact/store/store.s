@@ -5,17 +5,17 @@ module.store:
     .global store_mount, program_attach
 /* After a reset: finds the current program and discards an older one. Destroys all. */
 store_mount:
-    mov #AREA, r10
-1:  mov r10, r12
+    mov #AREA, r8
+1:  mov r8, r12
     add #SLOT_HEAD, r12
     call #image_sound
     jne 4f
     /* r11 = what is to go: a whole image whose commit word is not, as it might read well later, or the
        older one; sequence numbers differ by one, and the signed difference says which is later */
-    mov r10, r11
-    cmp.b #SLOT_COMMITTED/256, 1(r10)
+    mov r8, r11
+    cmp.b #SLOT_COMMITTED/256, 1(r8)
     jne 3f
-    mov.b @r10, r9
+    mov.b @r8, r9
     mov &STORED, r12
     tst r12
     jeq 2f
@@ -23,22 +23,22 @@ store_mount:
     dec.b r9
     jl 3f
 2:  mov r12, r11
-    mov r10, &STORED
+    mov r8, &STORED
     /* a commit word that was cut short may read badly later: written again it is settled, and the spare
        word says so */
-    mov r10, r12
+    mov r8, r12
     mov @r12+, r13
     tst 0(r12)
     jeq 3f
-    mov r10, r12
+    mov r8, r12
     call #flash_write
     incd r12
     clr r13
     call #flash_write
 3:  mov r11, r12
     call #flash_erase
-4:  add #SEGMENT, r10
-    cmp #AREA_END, r10
+4:  add #SEGMENT, r8
+    cmp #AREA_END, r8
     jne 1b
 /* The stored program has changed, or is to run: it is checked, and the VM knows where it lies. Of r4
    to r9 keeps none. */
