@@ -35,7 +35,7 @@ pub const G2553: Part = Part {
     features: feature::INTERPOLATE,
     pool: [64, 64],
     event_pool: [12, 10],
-    segments: 3,
+    segments: 4,
     look_ahead: false,
 };
 
