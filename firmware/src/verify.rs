@@ -4,7 +4,7 @@
 //! What it takes on trust are the meanings of flag bits, which [`lang::vm::effects`] tells apart:
 //! the effects test what they use of them.
 
-use lang::image::{COLUMN_LONG, COLUMN_SCALED, FORMAT, HEADER, MAX_EVENTS};
+use lang::image::{COLUMN_HEAD, FORMAT, HEADER, MAX_EVENTS};
 use lang::isa::{self, Class, FINGERPRINT, LOW_CELLS, Op, Operands, SHORT_CELLS, flags, shape};
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::wire::{CRC_START, Refusal, crc16};
@@ -26,7 +26,12 @@ pub const fn feature_of(code: u8) -> u16 {
     const ARC_BY: u8 = Op::ArcBy as u8;
     const EVENT: u8 = Op::Event as u8;
     const MOVE_SPEED: u8 = Op::MoveSpeed as u8;
+    const LEAVE: u8 = Op::Leave as u8;
+    const RESUME_NEXT: u8 = Op::ResumeNext as u8;
+    const MORE: u8 = Op::More as u8;
     match code {
+        LEAVE..=RESUME_NEXT => feature::LINES,
+        MORE => feature::EVENTS,
         ARC | ARC_MIXED | ARC_BY => feature::ARC,
         EVENT => feature::EVENTS,
         MOVE_SPEED => feature::START,
@@ -185,7 +190,9 @@ impl<B: Bytes> Check<'_, B> {
                 return false;
             }
             let Some(left) = after(&insn, depth) else { return false };
-            if left > self.frame {
+            // Values in the code come on the stack for their effect.
+            let inline = isa::inline(insn.code).map_or(0, |inline| inline.values);
+            if left > self.frame || depth + inline > self.frame {
                 return false;
             }
             depth = left;
@@ -203,8 +210,6 @@ impl<B: Bytes> Check<'_, B> {
             if let Some(target) = self.target(pc, &insn) {
                 let wanted = match insn.operands {
                     Operands::Sub8 | Operands::Sub => 0,
-                    // ANDALSO and ORELSE leave their value when they jump.
-                    Operands::Addr => depth,
                     _ => depth - insn.pops,
                 };
                 if !self.lands(target, wanted) {
@@ -304,16 +309,8 @@ impl<B: Bytes> Check<'_, B> {
     }
 
     fn target(&self, pc: u16, insn: &Insn) -> Option<u16> {
-        const SKIP: u8 = Op::Skip as u8;
-        if insn.code & 0xF0 == SKIP {
-            return Some(insn.next + u16::from(insn.code - SKIP) + 1);
-        }
         match insn.operands {
-            Operands::Rel
-            | Operands::CellRel
-            | Operands::CellU8Rel
-            | Operands::CellWordRel
-            | Operands::NibblesRel => {
+            Operands::Rel | Operands::CellRel | Operands::U8Rel | Operands::CellWordRel => {
                 let distance = self.byte(insn.next - 1) as i8;
                 Some(insn.next.wrapping_add(i16::from(distance) as u16))
             }
@@ -323,30 +320,15 @@ impl<B: Bytes> Check<'_, B> {
         }
     }
 
-    /// Length of the table column at a data offset, 0 if it does not lie in the data.
-    fn column(&self, at: u16) -> u16 {
+    /// A table column lies at a data offset.
+    fn column(&self, at: u16) -> bool {
         if at >= self.data_len {
-            return 0;
+            return false;
         }
-        let format = self.image.byte(self.data + at);
-        let mut rows = u16::from(self.image.byte(self.data + at + 1));
-        let mut length = 2;
-        if format & COLUMN_LONG != 0 {
-            rows |= u16::from(self.image.byte(self.data + at + 2)) << 8;
-            length = 3;
-        }
-        if format & COLUMN_SCALED != 0 {
-            length += 2;
-        }
-        if format > 15 || rows > self.data_len {
-            return 0;
-        }
-        let mut width = (format & 3) + 1;
-        while width != 0 {
-            length += rows;
-            width -= 1;
-        }
-        if length > self.data_len - at { 0 } else { length }
+        let width = self.image.byte(self.data + at);
+        let rows = self.image.word(self.data + at + 1);
+        let length = COLUMN_HEAD as u32 + u32::from(rows) * u32::from(width);
+        (1..=4).contains(&width) && length <= u32::from(self.data_len - at)
     }
 
     fn text(&self, at: u16) -> bool {
@@ -358,20 +340,13 @@ impl<B: Bytes> Check<'_, B> {
         let b = self.byte(pc + 1);
         let low = u16::from(b);
         match insn.operands {
-            Operands::Cell | Operands::CellRel | Operands::CellU8Rel | Operands::CellWordRel => {
-                b < self.cells
-            }
-            Operands::NibblesRel => b & 15 < self.cells,
+            Operands::Cell | Operands::CellRel | Operands::CellWordRel => b < self.cells,
             Operands::MmFlags | Operands::Mm2Flags | Operands::Mm3Flags | Operands::Mm2Flags2 => {
                 self.inline_fits(pc, insn.code)
             }
             Operands::Array => low + u16::from(self.byte(pc + 2)) <= u16::from(self.cells),
-            Operands::Column8 => self.column(low) != 0,
-            Operands::Column => self.column(self.word(pc + 1)) != 0,
-            Operands::Pair8 => {
-                let first = self.column(low);
-                first != 0 && self.column(low + first) != 0
-            }
+            Operands::Column8 => self.column(low),
+            Operands::Column => self.column(self.word(pc + 1)),
             Operands::Text8 => self.text(low),
             Operands::Text => self.text(self.word(pc + 1)),
             Operands::Axis => {
@@ -393,11 +368,11 @@ impl<B: Bytes> Check<'_, B> {
                 true
             }
             _ => {
-                const LOW: u8 = Op::IncShort as u8;
+                const LOW: u8 = Op::NextShort as u8;
                 let short = insn.code.wrapping_sub(isa::LOAD);
                 let low = insn.code.wrapping_sub(LOW);
                 (short >= 2 * SHORT_CELLS || short % SHORT_CELLS < self.cells)
-                    && (low >= 2 * LOW_CELLS || low % LOW_CELLS < self.cells)
+                    && (low >= 3 * LOW_CELLS || low % LOW_CELLS < self.cells)
             }
         }
     }
@@ -448,17 +423,15 @@ fn room(insn: &Insn, depth: u8) -> bool {
     const CALL: u8 = Op::Call as u8;
     const CALL_FAR: u8 = Op::CallFar as u8;
     const GOSUB: u8 = Op::Gosub as u8;
-    const GOSUB_FAR: u8 = Op::GosubFar as u8;
     const RETURN: u8 = Op::Return as u8;
     const EXIT_SUB: u8 = Op::ExitSub as u8;
     const LEAVE: u8 = Op::Leave as u8;
     const GIVE: u8 = Op::Give as u8;
     const FUNC: u8 = Op::Func as u8;
-    const FUNC_FAR: u8 = Op::FuncFar as u8;
     match insn.code {
-        CALL | CALL_FAR | GOSUB | GOSUB_FAR | RETURN | EXIT_SUB | LEAVE => depth == 0,
+        CALL | CALL_FAR | GOSUB | RETURN | EXIT_SUB | LEAVE => depth == 0,
         GIVE => depth == 1,
-        FUNC | FUNC_FAR => depth < 8,
+        FUNC => depth < 8,
         _ => true,
     }
 }

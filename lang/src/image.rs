@@ -36,7 +36,7 @@ use crate::wire::{self, CRC_START, crc16, crc16_back};
 use crate::{isa, part};
 
 /// Version of the container.
-pub const FORMAT: u8 = 1;
+pub const FORMAT: u8 = 2;
 /// Bytes of the header.
 pub const HEADER: usize = 20;
 /// ON lines that a program may have.
@@ -327,46 +327,30 @@ pub fn address(bytes: &[u8], at: usize, wide: bool) -> Option<usize> {
 ///
 /// | byte | holds |
 /// |---|---|
-/// | 0 | bits 0, 1: bytes of a value less one; bit 2: two bytes of row count; bit 3: scaled |
-/// | 1.. | row count, one byte or two |
-/// | .. | if scaled, what each value is multiplied by: 1..=65535, two bytes |
-/// | .. | values, signed |
+/// | 0 | bytes of a value, 1..=4 |
+/// | 1, 2 | row count |
+/// | 3, 4 | what each value is multiplied by: 1..=65535 |
+/// | .. | values, signed, highest byte first |
 #[derive(Clone, Copy, Debug)]
 pub struct Column<'a> {
     scale: u16,
     width: u8,
     rows: u16,
     values: &'a [u8],
-    /// Bytes of the whole column.
-    pub len: usize,
 }
 
-/// Bit of a column's first byte: the row count has two bytes.
-pub const COLUMN_LONG: u8 = 1 << 2;
-/// Bit of a column's first byte: the values are scaled.
-pub const COLUMN_SCALED: u8 = 1 << 3;
+/// Bytes of a column before its values.
+pub const COLUMN_HEAD: usize = 5;
 
 impl<'a> Column<'a> {
     fn new(bytes: &'a [u8]) -> Option<Column<'a>> {
-        let format = *bytes.first()?;
-        if format > 15 {
+        let (&[width, low, high, scale @ ..], rest) = bytes.split_first_chunk::<COLUMN_HEAD>()?;
+        if !(1..=4).contains(&width) {
             return None;
         }
-        let mut at = 2;
-        let mut rows = u16::from(*bytes.get(1)?);
-        if format & COLUMN_LONG != 0 {
-            rows |= u16::from(*bytes.get(2)?) << 8;
-            at = 3;
-        }
-        let mut scale = 1;
-        if format & COLUMN_SCALED != 0 {
-            scale = u16::from_le_bytes([*bytes.get(at)?, *bytes.get(at + 1)?]);
-            at += 2;
-        }
-        let width = (format & 3) + 1;
-        let size = usize::from(rows).checked_mul(usize::from(width))?;
-        let values = bytes.get(at..)?.get(..size)?;
-        Some(Column { scale, width, rows, values, len: at + size })
+        let rows = u16::from_le_bytes([low, high]);
+        let values = rest.get(..usize::from(rows).checked_mul(usize::from(width))?)?;
+        Some(Column { scale: u16::from_le_bytes(scale), width, rows, values })
     }
 
     /// Number of rows.
@@ -380,7 +364,7 @@ impl<'a> Column<'a> {
         let width = usize::from(self.width);
         let bytes = self.values.get(usize::from(row) * width..)?.get(..width)?;
         let mut value: i32 = 0;
-        for &byte in bytes.iter().rev() {
+        for &byte in bytes {
             value = value << 8 | i32::from(byte);
         }
         let unused = 32 - 8 * u32::from(self.width);

@@ -7,8 +7,7 @@
 //! | codes | meaning |
 //! |---|---|
 //! | `0nnn_nnnn` | an entry of the handler table: `2 * code` is its index |
-//! | `0110_nnnn` | push n |
-//! | `0111_nnnn` | short forward jump if zero |
+//! | `011n_nnnn` | push n |
 //! | `1000_nnnn` | push cell n: `4 * n` is left after two shifts |
 //! | `1001_nnnn` | store into cell n |
 //! | `1010_nnnn` | effect whose values, whole thousands, stand in the code |
@@ -35,8 +34,6 @@ pub enum Operands {
     I8,
     /// 16-bit number.
     I16,
-    /// 24-bit number.
-    I24,
     /// 32-bit number.
     I32,
     /// Cell number.
@@ -49,8 +46,8 @@ pub enum Operands {
     Addr,
     /// Cell, then signed distance.
     CellRel,
-    /// Cell, limit 0..=255, signed distance.
-    CellU8Rel,
+    /// Limit 0..=255, signed distance.
+    U8Rel,
     /// Routine that starts below 256.
     Sub8,
     /// Routine.
@@ -59,8 +56,6 @@ pub enum Operands {
     Column8,
     /// Table column.
     Column,
-    /// Two table columns, one behind the other, the first below 256.
-    Pair8,
     /// Text whose data offset is below 256.
     Text8,
     /// Text.
@@ -87,31 +82,27 @@ pub enum Operands {
     Mm3Flags,
     /// Twice millimetres, then two bytes of flags.
     Mm2Flags2,
-    /// Cell and limit in the halves of a byte, then signed distance.
-    NibblesRel,
     /// Cell, 16-bit limit, signed distance.
     CellWordRel,
 }
 
 impl Operands {
-    const ALL: [Operands; 32] = [
+    const ALL: [Operands; 29] = [
         Operands::None,
         Operands::U8,
         Operands::I8,
         Operands::I16,
-        Operands::I24,
         Operands::I32,
         Operands::Cell,
         Operands::Array,
         Operands::Rel,
         Operands::Addr,
         Operands::CellRel,
-        Operands::CellU8Rel,
+        Operands::U8Rel,
         Operands::Sub8,
         Operands::Sub,
         Operands::Column8,
         Operands::Column,
-        Operands::Pair8,
         Operands::Text8,
         Operands::Text,
         Operands::Axis,
@@ -125,7 +116,6 @@ impl Operands {
         Operands::Mm2Flags,
         Operands::Mm3Flags,
         Operands::Mm2Flags2,
-        Operands::NibblesRel,
         Operands::CellWordRel,
     ];
 
@@ -138,13 +128,9 @@ impl Operands {
             | Operands::CellRel
             | Operands::Flags2
             | Operands::Mm2
-            | Operands::MmFlags
-            | Operands::NibblesRel => 2,
-            Operands::I24
-            | Operands::CellU8Rel
-            | Operands::Flags3
-            | Operands::Mm3
-            | Operands::Mm2Flags => 3,
+            | Operands::U8Rel
+            | Operands::MmFlags => 2,
+            Operands::Flags3 | Operands::Mm3 | Operands::Mm2Flags => 3,
             Operands::I32 | Operands::Mm3Flags | Operands::Mm2Flags2 | Operands::CellWordRel => 4,
             Operands::Addr | Operands::Sub | Operands::Column | Operands::Text => 2 + wide as usize,
             _ => 1,
@@ -227,8 +213,8 @@ pub const EFFECTS: u8 = 0xA0;
 /// Cells that have short forms of load and store.
 pub const SHORT_CELLS: u8 = 16;
 /// Constants that have an instruction of one byte.
-pub const SMALL: i32 = 16;
-/// Cells that one byte sets to 0 or counts up.
+pub const SMALL: i32 = 32;
+/// Cells that one byte sets to 0 or counts up, and that loops count in two bytes fewer.
 pub const LOW_CELLS: u8 = 4;
 /// Axes of the short forms of G0 and G1.
 pub const SHORT_AXES: [AxisSet; 5] =
@@ -295,10 +281,10 @@ const fn shapes<const N: usize>(first: u8) -> [Shape; N] {
 }
 
 static LOW_SHAPES: [Shape; LOW] = shapes(0);
-/// One for each sixteen codes: small, skip, load, store.
+/// One for each sixteen codes: small twice, load, store.
 static SHORT_SHAPES: [Shape; 4] = [
     shapes::<1>(0x60)[0],
-    shapes::<1>(0x70)[0],
+    shapes::<1>(0x60)[0],
     shapes::<1>(LOAD)[0],
     shapes::<1>(LOAD + SHORT_CELLS)[0],
 ];

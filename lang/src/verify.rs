@@ -119,8 +119,11 @@ impl Verifier<'_, '_> {
             let insn = self.insn(pc)?;
             self.check_operands(pc, &insn)?;
             self.check_depth(&insn, depth)?;
+            // Values in the code come on the stack for their effect.
+            let inline = isa::inline(insn.code).map_or(0, |inline| inline.values);
+            let before = depth;
             depth = after(&insn, depth)?;
-            if depth > self.image.header.frame {
+            if depth.max(before + inline) > self.image.header.frame {
                 return Err(Flaw::Depth);
             }
             ends = insn.class == Class::Ends;
@@ -138,8 +141,6 @@ impl Verifier<'_, '_> {
             if let Some(target) = self.target(pc, &insn) {
                 let wanted = match insn.operands {
                     Operands::Sub8 | Operands::Sub => 0,
-                    // ANDALSO and ORELSE leave their value when they jump.
-                    Operands::Addr => depth,
                     _ => depth - insn.pops,
                 };
                 self.check_target(target, wanted)?;
@@ -193,16 +194,8 @@ impl Verifier<'_, '_> {
     }
 
     fn target(&self, pc: usize, insn: &Insn) -> Option<usize> {
-        const SKIP: u8 = Op::Skip as u8;
-        if insn.code.wrapping_sub(SKIP) < 16 {
-            return Some(insn.next + usize::from(insn.code - SKIP) + 1);
-        }
         match insn.operands {
-            Operands::Rel
-            | Operands::CellRel
-            | Operands::CellU8Rel
-            | Operands::CellWordRel
-            | Operands::NibblesRel => {
+            Operands::Rel | Operands::CellRel | Operands::U8Rel | Operands::CellWordRel => {
                 let distance = self.byte(insn.next - 1).cast_signed();
                 // A target before the code wraps to one far behind it.
                 Some(insn.next.wrapping_add_signed(distance.into()))
@@ -223,23 +216,16 @@ impl Verifier<'_, '_> {
         let cells = usize::from(self.image.header.cells);
         let first = usize::from(self.byte(pc + 1));
         let good = match insn.operands {
-            Operands::Cell | Operands::CellRel | Operands::CellU8Rel | Operands::CellWordRel => {
-                first < cells
-            }
+            Operands::Cell | Operands::CellRel | Operands::CellWordRel => first < cells,
             Operands::Array => first + usize::from(self.byte(pc + 2)) <= cells,
             Operands::Column8 => self.image.column(first).is_some(),
             Operands::Column => self.image.column(self.address(pc)).is_some(),
-            Operands::Pair8 => self
-                .image
-                .column(first)
-                .is_some_and(|column| self.image.column(first + column.len).is_some()),
             Operands::Text8 => self.image.text(first).is_some(),
             Operands::Text => self.image.text(self.address(pc)).is_some(),
             Operands::Axis if insn.class == Class::Pure => {
                 self.image.scale(self.byte(pc + 1)).is_some()
             }
             Operands::Axis => first < 3,
-            Operands::NibblesRel => first & 15 < cells,
             Operands::MmFlags | Operands::Mm2Flags | Operands::Mm3Flags | Operands::Mm2Flags2 => {
                 self.inline_fits(pc, insn.code)
             }
@@ -249,12 +235,12 @@ impl Verifier<'_, '_> {
                 known && (insn.code != Op::Event as u8 || self.slot_exists(operands[0]))
             }
             _ => {
-                // Increments and zeros stand side by side, as loads and stores do.
-                const LOW: u8 = Op::IncShort as u8;
+                // What has a low cell in its code stands side by side, as loads and stores do.
+                const LOW: u8 = Op::NextShort as u8;
                 let short = insn.code.wrapping_sub(isa::LOAD);
                 let low = insn.code.wrapping_sub(LOW);
                 (short >= 2 * isa::SHORT_CELLS || usize::from(short % isa::SHORT_CELLS) < cells)
-                    && (low >= 2 * isa::LOW_CELLS || usize::from(low % isa::LOW_CELLS) < cells)
+                    && (low >= 3 * isa::LOW_CELLS || usize::from(low % isa::LOW_CELLS) < cells)
             }
         };
         if good { Ok(()) } else { Err(Flaw::Operand) }
@@ -283,17 +269,15 @@ impl Verifier<'_, '_> {
         const CALL: u8 = Op::Call as u8;
         const CALL_FAR: u8 = Op::CallFar as u8;
         const GOSUB: u8 = Op::Gosub as u8;
-        const GOSUB_FAR: u8 = Op::GosubFar as u8;
         const RETURN: u8 = Op::Return as u8;
         const EXIT_SUB: u8 = Op::ExitSub as u8;
         const LEAVE: u8 = Op::Leave as u8;
         const GIVE: u8 = Op::Give as u8;
         const FUNC: u8 = Op::Func as u8;
-        const FUNC_FAR: u8 = Op::FuncFar as u8;
         let good = match insn.code {
-            CALL | CALL_FAR | GOSUB | GOSUB_FAR | RETURN | EXIT_SUB | LEAVE => depth == 0,
+            CALL | CALL_FAR | GOSUB | RETURN | EXIT_SUB | LEAVE => depth == 0,
             GIVE => depth == 1,
-            FUNC | FUNC_FAR => depth < entry::FUNC,
+            FUNC => depth < entry::FUNC,
             _ => true,
         };
         if good { Ok(()) } else { Err(Flaw::Depth) }

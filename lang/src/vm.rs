@@ -259,14 +259,12 @@ impl<'a, 'm> Vm<'a, 'm> {
         let jump = |distance: u8| next.wrapping_add_signed(isize::from(distance.cast_signed()));
         match op {
             Op::Small => self.push(i32::from(n))?,
-            Op::Byte => self.push(i32::from(b))?,
-            Op::Minus => self.push(-1 - i32::from(b))?,
+            Op::Byte => self.push(i32::from(b.cast_signed()))?,
             Op::Tens => self.push(i32::from(b) * 10)?,
             Op::Hundreds => self.push(i32::from(b.cast_signed()) * 100)?,
             Op::Thousands => self.push(i32::from(b.cast_signed()) * 1000)?,
             Op::Word => self.push(self.number(pc, 2))?,
             Op::WordTens => self.push(self.number(pc, 2) * 10)?,
-            Op::Triple => self.push(self.number(pc, 3))?,
             Op::Long => self.push(self.number(pc, 4))?,
             Op::Load => self.push(self.slot(usize::from(n))?)?,
             Op::LoadFar => self.push(self.slot(usize::from(b))?)?,
@@ -285,11 +283,6 @@ impl<'a, 'm> Vm<'a, 'm> {
             }
             Op::IncShort => self.add_to(n, 1)?,
             Op::Inc => self.add_to(b, 1)?,
-            Op::Dec => self.add_to(b, -1)?,
-            Op::AddTo => {
-                let value = self.pop()?;
-                self.add_to(b, value)?;
-            }
             Op::AddCell => {
                 let left = self.pop()?;
                 let right = self.slot(usize::from(b))?;
@@ -310,17 +303,12 @@ impl<'a, 'm> Vm<'a, 'm> {
                 self.push(top)?;
                 self.push(below)?;
             }
-            Op::Neg | Op::Abs | Op::Sgn | Op::Sqr | Op::Not | Op::IsZero => {
+            Op::Neg | Op::Abs | Op::Sqr => {
                 let value = self.pop()?;
                 self.push(math::unary(op, value)?)?;
             }
             Op::Jump => return Ok(jump(b)),
             Op::JumpFar => return Ok(self.address(pc + 1)?),
-            Op::Skip => {
-                if self.pop()? == 0 {
-                    return Ok(next + usize::from(n) + 1);
-                }
-            }
             Op::JumpZero | Op::JumpNonzero => {
                 if (self.pop()? == 0) == (op == Op::JumpZero) {
                     return Ok(jump(b));
@@ -333,41 +321,26 @@ impl<'a, 'm> Vm<'a, 'm> {
                     return Ok(jump(b));
                 }
             }
-            Op::AndAlso => {
-                if self.pop()? == 0 {
-                    self.push(0)?;
-                    return Ok(self.address(pc + 1)?);
-                }
-            }
-            Op::OrElse => {
-                if self.pop()? != 0 {
-                    self.push(1)?;
-                    return Ok(self.address(pc + 1)?);
-                }
-            }
             Op::Zero => self.set_slot(usize::from(n), 0)?,
-            Op::NextShort => {
-                if self.turn(Op::NextByte, b & 15, (b >> 4).into())? {
+            Op::NextShort | Op::NextWord => {
+                let (cell, limit) = match op {
+                    Op::NextShort => (n, i32::from(b)),
+                    _ => (b, i16::from_le_bytes([self.byte(pc + 2), self.byte(pc + 3)]).into()),
+                };
+                self.add_to(cell, 1)?;
+                if self.slot(usize::from(cell))? <= limit {
                     return Ok(jump(self.byte(next - 1)));
                 }
             }
-            Op::NextWord => {
-                let limit = i16::from_le_bytes([self.byte(pc + 2), self.byte(pc + 3)]);
-                if self.turn(op, b, limit)? {
-                    return Ok(jump(self.byte(next - 1)));
-                }
-            }
-            Op::For | Op::Next | Op::ForStep | Op::NextStep | Op::NextByte | Op::Repeat => {
-                if self.turn(op, b, self.byte(pc + 2).into())? {
+            Op::ForStep | Op::NextStep => {
+                if self.turn(op == Op::NextStep, b)? {
                     return Ok(jump(self.byte(next - 1)));
                 }
             }
             Op::Call
             | Op::CallFar
             | Op::Func
-            | Op::FuncFar
             | Op::Gosub
-            | Op::GosubFar
             | Op::Return
             | Op::ExitSub
             | Op::Give
@@ -377,20 +350,15 @@ impl<'a, 'm> Vm<'a, 'm> {
             Op::OnErrorStop => self.state.handler = NO_HANDLER,
             Op::Err => self.push(i32::from(self.state.fault))?,
             Op::Erl => self.push(self.fault_line())?,
-            Op::Table | Op::TableFar | Op::TablePair => {
+            Op::Table | Op::TableFar => {
                 let offset = if op == Op::TableFar { self.address(pc + 1)? } else { b.into() };
                 let row = self.pop()?;
                 let column = self.image.column(offset).ok_or(BROKEN)?;
                 self.push(column.get(row).ok_or(Fault::ArrayIndex)?)?;
-                if op == Op::TablePair {
-                    let column = self.image.column(offset + column.len).ok_or(BROKEN)?;
-                    self.push(column.get(row).ok_or(Fault::ArrayIndex)?)?;
-                }
             }
             Op::Check => {
-                let count = self.pop()?;
                 let index = self.pop()?;
-                if !(0..count).contains(&index) {
+                if !(0..i32::from(b)).contains(&index) {
                     return Err(Fault::ArrayIndex.into());
                 }
                 self.push(index)?;
@@ -444,33 +412,17 @@ impl<'a, 'm> Vm<'a, 'm> {
         self.set_slot(cell, sum)
     }
 
-    /// The instructions at the ends of a loop, `own` the limit of those that have one: whether to
-    /// jump.
-    fn turn(&mut self, op: Op, cell: u8, own: i16) -> Result<bool, Fault> {
-        if op == Op::Repeat {
-            let left = self.slot(usize::from(cell))?;
-            if left > 1 {
-                self.set_slot(usize::from(cell), left - 1)?;
-            }
-            return Ok(left > 1);
-        }
-        let step = match op {
-            Op::ForStep | Op::NextStep => self.pop()?,
-            _ => 1,
-        };
-        let limit = match op {
-            Op::NextByte | Op::NextWord => i32::from(own),
-            _ => self.pop()?,
-        };
-        if step == 0 {
-            return Err(Fault::ValueRange);
-        }
-        let next = !matches!(op, Op::For | Op::ForStep);
+    /// The instructions at the ends of a loop with a step, `next` at its lower end: whether to jump.
+    fn turn(&mut self, next: bool, cell: u8) -> Result<bool, Fault> {
+        let step = self.pop()?;
+        let limit = self.pop()?;
         if next {
             self.add_to(cell, step)?;
+        } else if step == 0 {
+            return Err(Fault::ValueRange);
         }
         let value = self.slot(usize::from(cell))?;
-        let within = if step > 0 { value <= limit } else { value >= limit };
+        let within = if step < 0 { value >= limit } else { value <= limit };
         Ok(within == next)
     }
 }

@@ -6,9 +6,9 @@ use firmware::verify::feature_of;
 use lang::isa::{self, Class, Op, Operands, ROWS};
 
 /// No instruction.
-const INVALID: u16 = 0xFFFF;
+const INVALID: u16 = (Kind::Invalid as u16) << 3;
 /// Bit of a shape: the instruction never falls through.
-pub const ENDS: u16 = 1 << 13;
+pub const ENDS: u16 = 1 << 2;
 /// Bit of a shape: nothing may lie below the values that the instruction takes.
 const EXACT: u16 = 1 << 15;
 /// Codes below have a row of their own each.
@@ -17,13 +17,22 @@ pub const LOW: u8 = 0x60;
 pub const FIRST_EFFECT: u8 = isa::EFFECTS;
 /// Between the two, groups of 16 codes have one together.
 pub const GROUPS: u8 = (FIRST_EFFECT - LOW) / 16;
+#[cfg(feature = "g2955")]
 const INDICES: usize = LOW as usize + GROUPS as usize + 0x100 - FIRST_EFFECT as usize;
 
-/// What an instruction's operands are to the check, in the order of `pasapas_verify_table`.
+/// What an instruction's operands are to the check, in the order of `verify_table`.
 #[derive(Clone, Copy)]
 #[repr(u8)]
 pub enum Kind {
-    /// Nothing to look at.
+    /// Whole thousands in the code: targets of a move along a line.
+    Inline,
+    /// Those of a move with speed.
+    InlineMove,
+    /// Those of a probe move.
+    InlineProbe,
+    /// Those whose number the code alone says.
+    InlinePlain,
+    /// Nothing to look at. What comes before this brings values that its effect takes.
     Plain,
     Cell,
     /// One of the cells that IncShort and Zero have in their codes.
@@ -33,28 +42,21 @@ pub enum Kind {
     Array,
     ColumnNear,
     ColumnFar,
-    Pair,
     TextNear,
     TextFar,
     /// An axis, there or not.
     AxisNumber,
     /// An axis that is there.
     Axis,
-    /// Whole thousands in the code: targets of a move along a line.
-    Inline,
-    /// Those of a move with speed.
-    InlineMove,
-    /// Those of a probe move.
-    InlineProbe,
+    /// No instruction.
+    Invalid,
     /// From here on jumps, from `Distance` on relative ones.
     SubNear,
     SubFar,
     Address,
     Distance,
     CellDistance,
-    NibblesDistance,
-    /// In the code itself.
-    Skip,
+    LowCellDistance,
 }
 
 const fn kind(op: Op, operands: Operands, class: Class) -> Kind {
@@ -63,7 +65,6 @@ const fn kind(op: Op, operands: Operands, class: Class) -> Kind {
         Operands::Array => Kind::Array,
         Operands::Column8 => Kind::ColumnNear,
         Operands::Column => Kind::ColumnFar,
-        Operands::Pair8 => Kind::Pair,
         Operands::Text8 => Kind::TextNear,
         Operands::Text => Kind::TextFar,
         Operands::Axis if matches!(class, Class::Effect) => Kind::AxisNumber,
@@ -71,23 +72,23 @@ const fn kind(op: Op, operands: Operands, class: Class) -> Kind {
         Operands::Mm2Flags if matches!(op, Op::MoveMm) => Kind::InlineMove,
         Operands::MmFlags | Operands::Mm2Flags | Operands::Mm3Flags => Kind::Inline,
         Operands::Mm2Flags2 => Kind::InlineProbe,
+        Operands::Mm | Operands::Mm2 | Operands::Mm3 => Kind::InlinePlain,
         Operands::Sub8 => Kind::SubNear,
         Operands::Sub => Kind::SubFar,
         Operands::Addr => Kind::Address,
         Operands::Rel => Kind::Distance,
-        Operands::CellRel | Operands::CellU8Rel | Operands::CellWordRel => Kind::CellDistance,
-        Operands::NibblesRel => Kind::NibblesDistance,
+        Operands::CellRel | Operands::CellWordRel => Kind::CellDistance,
+        Operands::U8Rel => Kind::LowCellDistance,
         _ => match op {
             Op::IncShort | Op::Zero => Kind::LowCell,
             Op::Load | Op::Store => Kind::ShortCell,
-            Op::Skip => Kind::Skip,
             _ => Kind::Plain,
         },
     }
 }
 
-/// Bits 0..2 operand bytes, 3..7 [`Kind`], 8..10 values taken, 11, 12 values left, then [`ENDS`],
-/// [`EXACT`].
+/// Bits 0, 1 are [`INDEX`]'s or [`LENGTHS`]', 2 is [`ENDS`], 3..7 [`Kind`], 8, 9 values taken, 10, 11
+/// values left, 12..14 operand bytes, then [`EXACT`].
 const fn shape(code: u8) -> u16 {
     if feature_of(code) & !PART.features != 0 {
         return INVALID;
@@ -101,6 +102,10 @@ const fn shape(code: u8) -> u16 {
                 0..10 => isa::SHORT_AXES[short as usize % 5].0.count_ones() as u8,
                 _ => row.pops,
             };
+            let pushes = match isa::inline(code) {
+                Some(inline) => inline.values,
+                None => row.pushes,
+            };
             let class = match row.class {
                 Class::Ends => ENDS,
                 Class::Pure | Class::Effect => 0,
@@ -109,18 +114,18 @@ const fn shape(code: u8) -> u16 {
                 Op::Call
                 | Op::CallFar
                 | Op::Gosub
-                | Op::GosubFar
                 | Op::Return
                 | Op::ExitSub
                 | Op::Leave
                 | Op::Give => EXACT,
                 _ => 0,
             };
-            return row.operands.len(false) as u16
+            assert!(pops < 4 && pushes < 4);
+            return class
                 | (kind(row.op, row.operands, row.class) as u16) << 3
                 | (pops as u16) << 8
-                | (row.pushes as u16) << 11
-                | class
+                | (pushes as u16) << 10
+                | (row.operands.len(false) as u16) << 12
                 | exact;
         }
         r += 1;
@@ -128,6 +133,54 @@ const fn shape(code: u8) -> u16 {
     INVALID
 }
 
+/// Codes that one of [`SHAPES`] may stand for.
+#[cfg(feature = "g2553")]
+const RUNS: [u8; 4] = [1, 2, 4, 16];
+/// The same for the check.
+#[cfg(feature = "g2553")]
+pub static LENGTHS: [u8; 4] = RUNS;
+
+/// The shapes of all codes in their order; bits 0 and 1 say in [`LENGTHS`] of how many codes. An
+/// instruction is looked for from the start: that takes five times as long as a table of codes, which
+/// 2 KB of program can bear.
+#[cfg(feature = "g2553")]
+pub static SHAPES: [u16; COUNTED.1] = {
+    let mut shapes = [0; COUNTED.1];
+    let mut i = 0;
+    while i < COUNTED.1 {
+        shapes[i] = COUNTED.0[i];
+        i += 1;
+    }
+    shapes
+};
+
+#[cfg(feature = "g2553")]
+const COUNTED: ([u16; 0x100], usize) = {
+    let mut all = [0; 0x100];
+    let mut code = 0;
+    while code < 0x100 {
+        all[code] = shape(code as u8);
+        code += 1;
+    }
+    let (mut shapes, mut count) = ([0; 0x100], 0);
+    code = 0;
+    while code < 0x100 {
+        let mut same = 1;
+        while code + same < 0x100 && all[code + same] == all[code] {
+            same += 1;
+        }
+        let mut run = RUNS.len() - 1;
+        while RUNS[run] as usize > same {
+            run -= 1;
+        }
+        shapes[count] = all[code] | run as u16;
+        count += 1;
+        code += RUNS[run] as usize;
+    }
+    (shapes, count)
+};
+
+#[cfg(feature = "g2955")]
 const fn code_of(index: usize) -> u8 {
     match index as u8 {
         index @ 0..LOW => index,
@@ -136,6 +189,7 @@ const fn code_of(index: usize) -> u8 {
     }
 }
 
+#[cfg(feature = "g2955")]
 const fn position(shapes: &[u16], count: usize, wanted: u16) -> usize {
     let mut i = 0;
     while i < count && shapes[i] != wanted {
@@ -144,6 +198,7 @@ const fn position(shapes: &[u16], count: usize, wanted: u16) -> usize {
     i
 }
 
+#[cfg(feature = "g2955")]
 const fn dictionary() -> ([u16; INDICES], usize) {
     let mut shapes = [0; INDICES];
     let mut count = 0;
@@ -159,9 +214,11 @@ const fn dictionary() -> ([u16; INDICES], usize) {
     (shapes, count)
 }
 
+#[cfg(feature = "g2955")]
 const KINDS: usize = dictionary().1;
 
 /// The shapes that occur.
+#[cfg(feature = "g2955")]
 pub static SHAPES: [u16; KINDS] = {
     let all = dictionary().0;
     let mut shapes = [0; KINDS];
@@ -172,47 +229,6 @@ pub static SHAPES: [u16; KINDS] = {
     }
     shapes
 };
-
-/// Which of them the codes have, in runs: bits 0 and 1 are four less the run's codes, the others the
-/// number in [`SHAPES`]. 60 bytes less than a byte for each code, but each instruction is looked
-/// for: the check takes five times as long, which 2 KB of program can bear.
-#[cfg(feature = "g2553")]
-pub static INDEX: [u8; RUNS.1] = {
-    let mut runs = [0; RUNS.1];
-    let mut i = 0;
-    while i < RUNS.1 {
-        runs[i] = RUNS.0[i];
-        i += 1;
-    }
-    runs
-};
-
-#[cfg(feature = "g2553")]
-const RUNS: ([u8; 0x100], usize) = runs_of_codes();
-
-#[cfg(feature = "g2553")]
-const fn runs_of_codes() -> ([u8; 0x100], usize) {
-    assert!(KINDS <= 64);
-    let shapes = dictionary().0;
-    let mut all = [0; 0x100];
-    let mut code = 0;
-    while code < 0x100 {
-        all[code] = shape(code as u8);
-        code += 1;
-    }
-    let (mut runs, mut count) = ([0; 0x100], 0);
-    code = 0;
-    while code < 0x100 {
-        let mut n = 1;
-        while n < 4 && code + n < 0x100 && all[code + n] == all[code] {
-            n += 1;
-        }
-        runs[count] = (position(&shapes, KINDS, all[code]) << 2 | (4 - n)) as u8;
-        count += 1;
-        code += n;
-    }
-    (runs, count)
-}
 
 /// Which of them an instruction has, twice its number in [`SHAPES`].
 #[cfg(feature = "g2955")]

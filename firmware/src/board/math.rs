@@ -88,6 +88,8 @@ __mspabi_divul:
     pop r9
     ret
 
+    .section .text.mspabi_reml,"ax",@progbits
+module.math$mspabi_reml:
     .global __mspabi_remul
 __mspabi_remul:
     push r9
@@ -112,11 +114,7 @@ pasapas_sign:
     rla r8
     pop r8
     jnc 1f
-pasapas_neg:
-    inv r12
-    inv r13
-    inc r12
-    adc r13
+    br #pasapas_neg
 1:  ret
 
     .global __mspabi_remli
@@ -127,6 +125,9 @@ __mspabi_remli:
     call #__mspabi_remul
     jmp pasapas_sign
 
+    .section .text.sign,"ax",@progbits
+module.math$sign:
+    /* magnitudes of r13:r12 and r15:r14 */
 pasapas_abs2:
     tst r15
     jge 1f
@@ -135,8 +136,13 @@ pasapas_abs2:
     inc r14
     adc r15
 1:  tst r13
-    jl pasapas_neg
-    ret
+    jge 1f
+pasapas_neg:
+    inv r12
+    inv r13
+    inc r12
+    adc r13
+1:  ret
 
     .section .text.mspabi_sll,"ax",@progbits
 module.math$mspabi_sll:

@@ -10,7 +10,6 @@ constants! {
     // The states with this bit set are those of a run that has not ended.
     RUN_ACTIVE = RunState::Running;
     OP_FIRST_EFFECT = lang::isa::EFFECTS;
-    OP_LEAVE = Op::Leave;
     OP_ERR = Op::Err;
     OP_HOME = Op::Home;
     OP_PROBE = Op::Probe;
@@ -54,13 +53,13 @@ const _: () = assert!(
         && Control::Acknowledge as u8 == 6
         && Control::Restart as u8 == 7
         && Control::ALL.len() == 7
-        && Op::OnError as u8 == Op::Leave as u8 + 1
-        && Op::OnErrorStop as u8 == Op::Leave as u8 + 2
-        && Op::ResumeNext as u8 == Op::Leave as u8 + 3
-        && Op::Err as u8 == Op::Leave as u8 + 4
-        && Op::Erl as u8 == Op::Leave as u8 + 5
-        && Op::ToSteps as u8 == Op::Leave as u8 + 10
-        && Op::ToLength as u8 == Op::Leave as u8 + 11
+        && Op::Erl as u8 == Op::Err as u8 + 1
+        && Op::Leave as u8 == Op::Err as u8 + 2
+        && Op::OnError as u8 == Op::Err as u8 + 3
+        && Op::OnErrorStop as u8 == Op::Err as u8 + 4
+        && Op::ResumeNext as u8 == Op::Err as u8 + 5
+        && Op::ToSteps as u8 == Op::Err as u8 - 2
+        && Op::ToLength as u8 == Op::Err as u8 - 1
 );
 
 // RUN_ACTIVE tells active states from the others, and `stopping` counts on the ends' order.

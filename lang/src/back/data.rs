@@ -4,7 +4,6 @@ use std::collections::{HashMap, HashSet};
 
 use crate::back::ir::{Item, TextId, Unit};
 use crate::hir::{Program, TableId};
-use crate::image::{COLUMN_LONG, COLUMN_SCALED};
 
 /// A column of a table, or with `None` the whole table row by row.
 type ColumnId = (TableId, Option<u32>);
@@ -16,8 +15,6 @@ pub struct Data {
     pub bytes: Vec<u8>,
     texts: HashMap<TextId, usize>,
     columns: HashMap<ColumnId, usize>,
-    /// Columns that the next column of the table follows at once.
-    paired: HashSet<ColumnId>,
 }
 
 impl Data {
@@ -30,27 +27,12 @@ impl Data {
     pub fn column(&self, id: ColumnId) -> usize {
         self.columns.get(&id).copied().unwrap_or(0)
     }
-
-    /// Offset of a column with its neighbour behind it, where both can be read at once.
-    pub fn pair(&self, table: TableId, column: u32) -> Option<u8> {
-        let id = (table, Some(column));
-        self.paired.get(&id).and_then(|id| u8::try_from(self.column(*id)).ok())
-    }
 }
 
-/// Columns that stand together, or one text.
+/// A column or a text.
 enum Piece {
-    Text(TextId, Vec<u8>),
-    Columns(TableId, Vec<(Option<u32>, Vec<u8>)>),
-}
-
-impl Piece {
-    fn len(&self) -> usize {
-        match self {
-            Piece::Text(_, bytes) => bytes.len(),
-            Piece::Columns(_, columns) => columns.iter().map(|(_, bytes)| bytes.len()).sum(),
-        }
-    }
+    Text(TextId),
+    Column(ColumnId),
 }
 
 /// Lays out what the code uses behind `head` bytes, small things first: an offset below 256 takes
@@ -66,9 +48,6 @@ pub fn lay_out(program: &Program, unit: &Unit, head: Vec<u8>) -> Data {
             Item::Table(table, column) => {
                 columns.insert((*table, *column));
             }
-            Item::Pair(_, table, column) => {
-                columns.extend([(*table, Some(*column)), (*table, Some(column + 1))]);
-            }
             _ => {}
         }
     }
@@ -79,39 +58,21 @@ pub fn lay_out(program: &Program, unit: &Unit, head: Vec<u8>) -> Data {
         let text = &unit.texts[id.0 as usize];
         let mut bytes = vec![text.len() as u8];
         bytes.extend(text);
-        pieces.push(Piece::Text(id, bytes));
+        pieces.push((Piece::Text(id), bytes));
     }
     let mut column_ids: Vec<ColumnId> = columns.into_iter().collect();
     column_ids.sort_unstable();
-    for (table, column) in column_ids {
-        let bytes = encode(&values(program, table, column));
-        match pieces.last_mut() {
-            Some(Piece::Columns(last, group)) if *last == table => group.push((column, bytes)),
-            _ => pieces.push(Piece::Columns(table, vec![(column, bytes)])),
-        }
+    for id in column_ids {
+        pieces.push((Piece::Column(id), encode(&values(program, id.0, id.1))));
     }
-    pieces.sort_by_key(Piece::len);
+    pieces.sort_by_key(|(_, bytes)| bytes.len());
     let mut data = Data { bytes: head, ..Data::default() };
-    for piece in pieces {
+    for (piece, bytes) in pieces {
         match piece {
-            Piece::Text(id, bytes) => {
-                data.texts.insert(id, data.bytes.len());
-                data.bytes.extend(bytes);
-            }
-            Piece::Columns(table, group) => {
-                let mut before = None;
-                for (column, bytes) in group {
-                    if let (Some(Some(before)), Some(column)) = (before, column)
-                        && column == before + 1
-                    {
-                        data.paired.insert((table, Some(before)));
-                    }
-                    before = Some(column);
-                    data.columns.insert((table, column), data.bytes.len());
-                    data.bytes.extend(bytes);
-                }
-            }
-        }
+            Piece::Text(id) => data.texts.insert(id, data.bytes.len()),
+            Piece::Column(id) => data.columns.insert(id, data.bytes.len()),
+        };
+        data.bytes.extend(bytes);
     }
     data
 }
@@ -155,25 +116,14 @@ fn encode(values: &[i32]) -> Vec<u8> {
             .find(|&divisor| (1..=u32::from(u16::MAX)).contains(&divisor))
             .unwrap_or(1);
     }
-    // A scale above 1 fits into 16 bits, so the quotient is exact in 64.
+    // The scale fits into 16 bits, so the quotient is exact in 64.
     let scaled = |value: &i32| (i64::from(*value) / i64::from(scale)) as i32;
-    let (plain_width, scaled_width) =
-        (width(values.iter().copied()), width(values.iter().map(scaled)));
-    let saved = values.len() * usize::from(plain_width - scaled_width);
-    let use_scale = saved > 2;
-    let width = if use_scale { scaled_width } else { plain_width };
-    let mut out = vec![width - 1, values.len() as u8];
-    if values.len() > 255 {
-        out[0] |= COLUMN_LONG;
-        out.push((values.len() >> 8) as u8);
-    }
-    if use_scale {
-        out[0] |= COLUMN_SCALED;
-        out.extend((scale as u16).to_le_bytes());
-    }
+    let width = width(values.iter().map(scaled));
+    let mut out = vec![width];
+    out.extend((values.len() as u16).to_le_bytes());
+    out.extend((scale as u16).to_le_bytes());
     for value in values {
-        let value = if use_scale { scaled(value) } else { *value };
-        out.extend(&value.to_le_bytes()[..usize::from(width)]);
+        out.extend(&scaled(value).to_be_bytes()[4 - usize::from(width)..]);
     }
     out
 }

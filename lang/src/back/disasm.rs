@@ -67,7 +67,6 @@ fn text(image: &Image<'_>, pc: usize, op: Op, n: u8, bytes: &[u8]) -> String {
     let operands = match row.operands {
         Operands::None if row.count == 1 => String::new(),
         Operands::None => match op {
-            Op::Skip => format!(" {:04X}", next + usize::from(n) + 1),
             Op::OutShort => format!(" {} {}", n / 2 + 1, n & 1),
             Op::MoveTo | Op::MoveBy | Op::Home => {
                 format!(" {}", ["X", "Y", "Z"].get(usize::from(n)).unwrap_or(&"?"))
@@ -75,7 +74,7 @@ fn text(image: &Image<'_>, pc: usize, op: Op, n: u8, bytes: &[u8]) -> String {
             Op::Rapid | Op::Line => format!(" {}", ["X", "Y", "XY", "Z", "XYZ"][usize::from(n)]),
             _ => format!(" {n}"),
         },
-        Operands::U8 | Operands::I8 | Operands::I16 | Operands::I24 | Operands::I32 => {
+        Operands::U8 | Operands::I8 | Operands::I16 | Operands::I32 => {
             format!(" {}", number(op, bytes))
         }
         Operands::Cell => format!(" {}", byte(1)),
@@ -83,9 +82,6 @@ fn text(image: &Image<'_>, pc: usize, op: Op, n: u8, bytes: &[u8]) -> String {
         Operands::Rel => format!(" {:04X}", jump(byte(1))),
         Operands::Addr | Operands::Sub => format!(" {:04X}", address()),
         Operands::CellRel => format!(" {} {:04X}", byte(1), jump(byte(2))),
-        Operands::NibblesRel => {
-            format!(" {} {} {:04X}", byte(1) & 15, byte(1) >> 4, jump(byte(2)))
-        }
         Operands::Mm
         | Operands::Mm2
         | Operands::Mm3
@@ -95,13 +91,13 @@ fn text(image: &Image<'_>, pc: usize, op: Op, n: u8, bytes: &[u8]) -> String {
         | Operands::Mm2Flags2 => {
             return inline_text(bytes, row.name);
         }
-        Operands::CellU8Rel => format!(" {} {} {:04X}", byte(1), byte(2), jump(byte(3))),
+        Operands::U8Rel => format!(" {n} {} {:04X}", byte(1), jump(byte(2))),
         Operands::CellWordRel => {
             let limit = i16::from_le_bytes([byte(2), byte(3)]);
             format!(" {} {limit} {:04X}", byte(1), jump(byte(4)))
         }
         Operands::Sub8 => format!(" {:04X}", byte(1)),
-        Operands::Column8 | Operands::Pair8 => format!(" data {:04X}", byte(1)),
+        Operands::Column8 => format!(" data {:04X}", byte(1)),
         Operands::Column => format!(" data {:04X}", address()),
         Operands::Text8 | Operands::Text => {
             let offset = if bytes.len() == 2 { usize::from(byte(1)) } else { address() };
@@ -125,12 +121,11 @@ fn number(op: Op, bytes: &[u8]) -> i64 {
     let unused = 64 - 8 * (bytes.len() as u32 - 1);
     let signed = value << unused >> unused;
     match op {
-        Op::Minus => -1 - value,
         Op::Tens => value * 10,
         Op::WordTens => signed * 10,
         Op::Hundreds => signed * 100,
         Op::Thousands => signed * 1000,
-        Op::Byte => value,
+        Op::Check => value,
         _ => signed,
     }
 }

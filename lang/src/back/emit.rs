@@ -81,11 +81,8 @@ pub fn constant(value: i32) -> Vec<u8> {
     if let 0..SMALL = value {
         return vec![Op::Small.code() + value as u8];
     }
-    if let Ok(byte) = u8::try_from(value) {
-        return with(Op::Byte, &[byte]);
-    }
-    if let Ok(byte) = u8::try_from(-1 - i64::from(value)) {
-        return with(Op::Minus, &[byte]);
+    if let Ok(byte) = i8::try_from(value) {
+        return with(Op::Byte, &byte.to_le_bytes());
     }
     if let Some(byte) = signed(1000) {
         return with(Op::Thousands, &byte.to_le_bytes());
@@ -102,11 +99,7 @@ pub fn constant(value: i32) -> Vec<u8> {
     if let Some(word) = quotient(10).and_then(|quotient| i16::try_from(quotient).ok()) {
         return with(Op::WordTens, &word.to_le_bytes());
     }
-    let bytes = value.to_le_bytes();
-    match value {
-        -0x80_0000..=0x7F_FFFF => with(Op::Triple, &bytes[..3]),
-        _ => with(Op::Long, &bytes),
-    }
+    with(Op::Long, &value.to_le_bytes())
 }
 
 /// RESUME NEXT goes on behind the statement's own code.
@@ -215,11 +208,8 @@ impl<'a> Emitter<'a> {
         self.sizes = vec![0; self.items.len()];
         self.addresses = vec![0; self.items.len() + 1];
         for i in 0..self.items.len() {
-            self.sizes[i] = match self.items[i] {
-                Item::Branch(Cond::Zero, _) => 1,
-                // All labels still lie at 0, within reach.
-                _ => self.bytes(i).len(),
-            };
+            // All labels still lie at 0, within reach.
+            self.sizes[i] = self.bytes(i).len();
         }
         loop {
             let mut address = 0;
@@ -318,7 +308,6 @@ impl<'a> Emitter<'a> {
                 }
             }
             Item::Branch(cond, label) => self.branch(i, *cond, self.address_of(*label)),
-            Item::ShortCircuit(op, label) => self.far(*op, self.address_of(*label)),
             Item::OnError(label) => self.far(Op::OnError, self.address_of(*label)),
             Item::Turn(op, var, label) => {
                 self.turn(i, vec![op.code(), self.cell(*var)], self.address_of(*label))
@@ -327,8 +316,7 @@ impl<'a> Emitter<'a> {
                 let cell = self.cell(*var);
                 let [low, high] = limit.to_le_bytes();
                 let head = match (cell, limit) {
-                    (0..16, 0..16) => vec![Op::NextShort.code(), low << 4 | cell],
-                    (_, 0..256) => vec![Op::NextByte.code(), cell, low],
+                    (0..LOW_CELLS, 0..256) => vec![Op::NextShort.code() + cell, low],
                     _ => vec![Op::NextWord.code(), cell, low, high],
                 };
                 self.turn(i, head, self.address_of(*label))
@@ -336,22 +324,15 @@ impl<'a> Emitter<'a> {
             Item::Call(op, id) => {
                 let target = self.address_of_routine(*id);
                 match u8::try_from(target) {
-                    Ok(target) if self.sizes[i] <= 2 => vec![op.code(), target],
-                    _ if *op == Op::Func => self.far(Op::FuncFar, target),
+                    Ok(target) if *op == Op::Call && self.sizes[i] <= 2 => vec![op.code(), target],
+                    _ if *op == Op::Func => self.far(Op::Func, target),
                     _ => self.far(Op::CallFar, target),
                 }
             }
-            Item::Gosub(label) => {
-                let target = self.address_of(*label);
-                match self.distance(i, 2, target) {
-                    Some(distance) => vec![Op::Gosub.code(), distance],
-                    None => self.far(Op::GosubFar, target),
-                }
-            }
+            Item::Gosub(label) => self.far(Op::Gosub, self.address_of(*label)),
             Item::Table(table, column) => {
                 self.on_data(Op::Table, Op::TableFar, self.data.column((*table, *column)))
             }
-            Item::Pair(row, table, column) => self.pair(*row, *table, *column),
             Item::Text(id) => self.on_data(Op::PrintText, Op::PrintTextFar, self.data.text(*id)),
             Item::Label(_) | Item::Mark(_) => Vec::new(),
         }
@@ -361,24 +342,7 @@ impl<'a> Emitter<'a> {
         vec![op.code(), self.cell(var), self.program.var(var).len as u8]
     }
 
-    fn pair(&self, row: VarId, table: crate::hir::TableId, column: u32) -> Vec<u8> {
-        let load = Self::on_cell(Op::Load, Op::LoadFar, self.cell(row));
-        if let Some(offset) = self.data.pair(table, column) {
-            return [&load[..], &[Op::TablePair.code(), offset]].concat();
-        }
-        let read =
-            |column| self.on_data(Op::Table, Op::TableFar, self.data.column((table, Some(column))));
-        [&load[..], &read(column), &load, &read(column + 1)].concat()
-    }
-
     fn branch(&self, i: usize, cond: Cond, target: usize) -> Vec<u8> {
-        let ahead = target.checked_sub(self.addresses[i] + 1);
-        if cond == Cond::Zero
-            && self.sizes[i] <= 1
-            && let Some(ahead @ 1..=16) = ahead
-        {
-            return vec![Op::Skip.code() + ahead as u8 - 1];
-        }
         if let Some(distance) = self.distance(i, 2, target) {
             return vec![cond.op().code(), distance];
         }

@@ -190,10 +190,15 @@ impl Depths {
         let mut found = (0, 0..0);
         for (r, depths) in self.0.iter().enumerate() {
             for (i, &before) in depths.iter().enumerate() {
-                let (pops, pushes) = unit.routines[r].items[i].effect();
-                let after = before.saturating_sub(pops.into()) + usize::from(pushes);
-                if after > found.0 {
-                    found = (after, span_at(unit, (r, i)));
+                let item = &unit.routines[r].items[i];
+                let (pops, pushes) = item.effect();
+                let depth = match item {
+                    // The device puts them on the stack for the effect to take.
+                    Item::Inline(_, values, _) => before + values.len(),
+                    _ => before.saturating_sub(pops.into()) + usize::from(pushes),
+                };
+                if depth > found.0 {
+                    found = (depth, span_at(unit, (r, i)));
                 }
             }
         }

@@ -109,7 +109,7 @@ pub enum Item {
     Load(VarId),
     /// Pop into a variable.
     Store(VarId),
-    /// `inc`, `dec`, `addto`, `addcell`.
+    /// `inc`, `addcell`.
     Change(Op, VarId),
     /// Index to value.
     LoadElem(VarId),
@@ -127,11 +127,9 @@ pub enum Item {
     Jump(Label),
     /// Conditional jump.
     Branch(Cond, Label),
-    /// `andalso`, `orelse`.
-    ShortCircuit(Op, Label),
-    /// `for`, `next`, `forstep`, `nextstep`, `repeat`.
+    /// `forstep`, `nextstep`.
     Turn(Op, VarId, Label),
-    /// `nextshort`, `nextbyte` or `nextword` with its limit.
+    /// `nextshort` or `nextword` with its limit.
     NextLimit(VarId, i16, Label),
     /// `call`, `func`.
     Call(Op, RoutineId),
@@ -141,8 +139,6 @@ pub enum Item {
     OnError(Label),
     /// Row to value of a column; `None` is the whole table, row by row, as one column.
     Table(TableId, Option<u32>),
-    /// Row in a variable to the values of a column and the next.
-    Pair(VarId, TableId, u32),
     /// A text of PRINT.
     Text(TextId),
     /// Jumps lead here.
@@ -173,14 +169,9 @@ impl Item {
             Item::LoadElem(_) => Op::LoadElem,
             Item::StoreElem(_) => Op::StoreElem,
             Item::Table(..) => Op::Table,
-            Item::Pair(..) => return (0, 2),
             Item::NextLimit(..) => Op::NextWord,
             Item::Branch(cond, _) => cond.op(),
-            Item::Change(op, _)
-            | Item::Plain(op)
-            | Item::ShortCircuit(op, _)
-            | Item::Turn(op, ..)
-            | Item::Call(op, _) => *op,
+            Item::Change(op, _) | Item::Plain(op) | Item::Turn(op, ..) | Item::Call(op, _) => *op,
             Item::Short(op, n) => {
                 let row = op.row();
                 return (row.pops + crate::isa::arguments(row.code + n, 0, 0), row.pushes);
@@ -217,7 +208,6 @@ impl Item {
         match self {
             Item::Jump(label)
             | Item::Branch(_, label)
-            | Item::ShortCircuit(_, label)
             | Item::Turn(_, _, label)
             | Item::NextLimit(_, _, label)
             | Item::Gosub(label)
@@ -231,7 +221,6 @@ impl Item {
         match self {
             Item::Jump(label)
             | Item::Branch(_, label)
-            | Item::ShortCircuit(_, label)
             | Item::Turn(_, _, label)
             | Item::NextLimit(_, _, label)
             | Item::Gosub(label)

@@ -67,11 +67,6 @@ fn rule(items: &[Item]) -> Option<(usize, Vec<Item>)> {
     {
         return Some((4, new));
     }
-    if let [.., a, b, c, d] = items
-        && let Some(new) = table_pair(a, b, c, d)
-    {
-        return Some((4, new));
-    }
     match items {
         [.., Item::Const(value), Item::Plain(Op::Neg)] if *value != i32::MIN => {
             Some((2, vec![Item::Const(-value)]))
@@ -85,15 +80,11 @@ fn rule(items: &[Item]) -> Option<(usize, Vec<Item>)> {
             Some((2, vec![Item::Short(Op::SetPosZero, *axis)]))
         }
         [.., Item::Const(0), Item::Store(var)] => Some((2, vec![Item::Zero(*var)])),
-        [.., Item::Const(0), Item::Plain(Op::Eq)] => Some((2, vec![Item::Plain(Op::IsZero)])),
         [.., Item::Const(0), Item::Branch(Cond::Eq, to)] => {
             Some((2, vec![Item::Branch(Cond::Zero, *to)]))
         }
         [.., Item::Const(0), Item::Branch(Cond::Ne, to)] => {
             Some((2, vec![Item::Branch(Cond::Nonzero, *to)]))
-        }
-        [.., Item::Plain(Op::IsZero), Item::Branch(cond @ (Cond::Zero | Cond::Nonzero), to)] => {
-            Some((2, vec![Item::Branch(cond.inverse(), *to)]))
         }
         [.., Item::Plain(op), Item::Branch(cond @ (Cond::Zero | Cond::Nonzero), to)] => {
             let fused = Cond::of(*op)?;
@@ -106,39 +97,13 @@ fn rule(items: &[Item]) -> Option<(usize, Vec<Item>)> {
 
 /// `v = v + 1` and its like.
 fn change_variable(a: &Item, b: &Item, c: &Item, d: &Item) -> Option<Vec<Item>> {
-    let (Item::Plain(op @ (Op::Add | Op::Sub)), Item::Store(var)) = (c, d) else { return None };
-    let change = |value: &i32| match value {
-        1 => vec![Item::Change(Op::Inc, *var)],
-        -1 => vec![Item::Change(Op::Dec, *var)],
-        _ => vec![Item::Const(*value), Item::Change(Op::AddTo, *var)],
-    };
-    match (a, b) {
-        (Item::Load(left), Item::Const(value)) if left == var => match op {
-            Op::Add => Some(change(value)),
-            _ => Some(change(&value.checked_neg()?)),
-        },
-        (Item::Const(value), Item::Load(right)) if right == var && *op == Op::Add => {
-            Some(change(value))
-        }
-        (Item::Load(left), Item::Load(other)) | (Item::Load(other), Item::Load(left))
-            if left == var && *op == Op::Add =>
-        {
-            Some(vec![Item::Load(*other), Item::Change(Op::AddTo, *var)])
-        }
-        _ => None,
-    }
-}
-
-/// Two neighbouring columns of the row in a variable.
-fn table_pair(a: &Item, b: &Item, c: &Item, d: &Item) -> Option<Vec<Item>> {
     match (a, b, c, d) {
-        (
-            Item::Load(row),
-            Item::Table(table, Some(column)),
-            Item::Load(again),
-            Item::Table(same, Some(next)),
-        ) if row == again && table == same && *next == column + 1 => {
-            Some(vec![Item::Pair(*row, *table, *column)])
+        (Item::Load(var), Item::Const(1), Item::Plain(Op::Add), Item::Store(same))
+        | (Item::Const(1), Item::Load(var), Item::Plain(Op::Add), Item::Store(same))
+        | (Item::Load(var), Item::Const(-1), Item::Plain(Op::Sub), Item::Store(same))
+            if var == same =>
+        {
+            Some(vec![Item::Change(Op::Inc, *var)])
         }
         _ => None,
     }
@@ -169,7 +134,7 @@ fn thread_jumps(items: &mut [Item]) -> bool {
     }
     let mut changed = false;
     for item in items.iter_mut() {
-        if matches!(item, Item::Gosub(_) | Item::OnError(_) | Item::ShortCircuit(..)) {
+        if matches!(item, Item::Gosub(_) | Item::OnError(_)) {
             continue;
         }
         let Some(first) = item.target() else { continue };

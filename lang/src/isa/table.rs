@@ -1,6 +1,6 @@
 //! The opcode table: the one place where an instruction is described.
 //!
-//! Append only. A row is `code x count Name "mnemonic" Operands pops pushes Class "what it does"`.
+//! A row is `code x count Name "mnemonic" Operands pops pushes Class "what it does"`.
 //! With `count` above 1 the instruction has that many codes and `n` is the code's distance from
 //! the first. Operands of effects that bring a variable number of arguments count theirs in
 //! [`super::argument_masks`].
@@ -10,104 +10,88 @@ macro_rules! rows {
         $consumer! {
             // Flow and constants. 0xFF, erased flash, is no instruction.
             0x00 x 1 End "end" None 0 0 Ends "the run ends";
-            0x01 x 1 Byte "byte" U8 0 1 Pure "push u8";
-            0x02 x 1 Minus "minus" U8 0 1 Pure "push -1 - u8";
-            0x03 x 1 Tens "tens" U8 0 1 Pure "push u8 * 10";
-            0x04 x 1 Hundreds "hundreds" I8 0 1 Pure "push i8 * 100";
-            0x05 x 1 Thousands "thousands" I8 0 1 Pure "push i8 * 1000";
-            0x06 x 1 Word "word" I16 0 1 Pure "push i16";
-            0x07 x 1 WordTens "wordtens" I16 0 1 Pure "push i16 * 10";
-            0x08 x 1 Triple "triple" I24 0 1 Pure "push i24";
-            0x09 x 1 Long "long" I32 0 1 Pure "push i32";
+            0x01 x 1 Byte "byte" I8 0 1 Pure "push i8";
+            0x02 x 1 Tens "tens" U8 0 1 Pure "push u8 * 10";
+            0x03 x 1 Hundreds "hundreds" I8 0 1 Pure "push i8 * 100";
+            0x04 x 1 Thousands "thousands" I8 0 1 Pure "push i8 * 1000";
+            0x05 x 1 Word "word" I16 0 1 Pure "push i16";
+            0x06 x 1 WordTens "wordtens" I16 0 1 Pure "push i16 * 10";
+            0x07 x 1 Long "long" I32 0 1 Pure "push i32";
             // Cells and arrays.
-            0x0A x 1 LoadFar "loadfar" Cell 0 1 Pure "push cell";
-            0x0B x 1 StoreFar "storefar" Cell 1 0 Pure "cell = pop";
+            0x08 x 1 LoadFar "loadfar" Cell 0 1 Pure "push cell";
+            0x09 x 1 StoreFar "storefar" Cell 1 0 Pure "cell = pop";
+            0x0A x 1 Inc "inc" Cell 0 0 Pure "cell += 1; F01";
+            0x0B x 1 AddCell "addcell" Cell 1 1 Pure "top + cell; F01";
             0x0C x 1 LoadElem "loadelem" Array 1 1 Pure "i = pop; F03 unless 0 <= i < len; push cell[first + i]";
             0x0D x 1 StoreElem "storeelem" Array 2 0 Pure "v = pop; i = pop; F03 unless 0 <= i < len; cell[first + i] = v";
-            0x0E x 1 Inc "inc" Cell 0 0 Pure "cell += 1; F01";
-            0x0F x 1 Dec "dec" Cell 0 0 Pure "cell -= 1; F01";
-            0x10 x 1 AddTo "addto" Cell 1 0 Pure "cell += pop; F01";
-            0x11 x 1 Drop "drop" None 1 0 Pure "pop";
             // Arithmetic: right = pop, left = pop where there are two.
-            0x12 x 1 Add "add" None 2 1 Pure "left + right; F01";
-            0x13 x 1 Sub "sub" None 2 1 Pure "left - right; F01";
-            0x14 x 1 Mul "mul" None 2 1 Pure "left * right; F01";
-            0x15 x 1 Div "div" None 2 1 Pure "left / right toward zero; F02, F01";
-            0x16 x 1 Mod "mod" None 2 1 Pure "remainder with the sign of left; F02; least number by -1 is 0";
-            0x17 x 1 Neg "neg" None 1 1 Pure "-pop; F01";
-            0x18 x 1 Abs "abs" None 1 1 Pure "absolute value; F01";
-            0x19 x 1 Sgn "sgn" None 1 1 Pure "-1, 0 or 1";
-            0x1A x 1 Min "min" None 2 1 Pure "the lesser";
-            0x1B x 1 Max "max" None 2 1 Pure "the greater";
-            0x1C x 1 Sqr "sqr" None 1 1 Pure "integer root; F20 below 0";
-            0x1D x 1 And "and" None 2 1 Pure "bitwise and";
-            0x1E x 1 Or "or" None 2 1 Pure "bitwise or";
+            0x0E x 1 Shl "shl" None 2 1 Pure "left << right, bits drop; F04 unless 0 <= right <= 31";
+            0x0F x 1 Shr "shr" None 2 1 Pure "left >> right, arithmetic; F04 unless 0 <= right <= 31";
+            0x10 x 1 Add "add" None 2 1 Pure "left + right; F01";
+            0x11 x 1 Sub "sub" None 2 1 Pure "left - right; F01";
+            0x12 x 1 Mul "mul" None 2 1 Pure "left * right; F01";
+            0x13 x 1 Div "div" None 2 1 Pure "left / right toward zero; F02, F01";
+            0x14 x 1 Mod "mod" None 2 1 Pure "remainder with the sign of left; F02; least number by -1 is 0";
+            0x15 x 1 Min "min" None 2 1 Pure "the lesser";
+            0x16 x 1 Max "max" None 2 1 Pure "the greater";
+            0x17 x 1 And "and" None 2 1 Pure "bitwise and";
+            0x18 x 1 Or "or" None 2 1 Pure "bitwise or";
+            // In a comparison's code bit 0 is less, bit 1 equal, bit 2 greater.
+            0x19 x 1 Lt "lt" None 2 1 Pure "1 if left < right, else 0";
+            0x1A x 1 Eq "eq" None 2 1 Pure "1 if left = right, else 0";
+            0x1B x 1 Le "le" None 2 1 Pure "1 if left <= right, else 0";
+            0x1C x 1 Gt "gt" None 2 1 Pure "1 if left > right, else 0";
+            0x1D x 1 Ne "ne" None 2 1 Pure "1 if left <> right, else 0";
+            0x1E x 1 Ge "ge" None 2 1 Pure "1 if left >= right, else 0";
             0x1F x 1 Xor "xor" None 2 1 Pure "bitwise exclusive or";
-            0x20 x 1 Not "not" None 1 1 Pure "all bits inverted";
-            0x21 x 1 IsZero "iszero" None 1 1 Pure "1 if pop = 0, else 0";
-            0x22 x 1 Shl "shl" None 2 1 Pure "left << right, bits drop; F04 unless 0 <= right <= 31";
-            0x23 x 1 Shr "shr" None 2 1 Pure "left >> right, arithmetic; F04 unless 0 <= right <= 31";
-            0x24 x 1 Eq "eq" None 2 1 Pure "1 if left = right, else 0";
-            0x25 x 1 Ne "ne" None 2 1 Pure "1 if left <> right, else 0";
-            0x26 x 1 Lt "lt" None 2 1 Pure "1 if left < right, else 0";
-            0x27 x 1 Le "le" None 2 1 Pure "1 if left <= right, else 0";
-            0x28 x 1 Gt "gt" None 2 1 Pure "1 if left > right, else 0";
-            0x29 x 1 Ge "ge" None 2 1 Pure "1 if left >= right, else 0";
+            0x20 x 1 Neg "neg" None 1 1 Pure "-pop; F01";
+            0x21 x 1 Abs "abs" None 1 1 Pure "absolute value; F01";
+            0x22 x 1 Sqr "sqr" None 1 1 Pure "integer root; F20 below 0";
+            0x23 x 1 Drop "drop" None 1 0 Pure "pop";
             // Jumps; a relative distance counts from the end of the instruction.
-            0x2A x 1 Jump "jump" Rel 0 0 Ends "pc += i8";
-            0x2B x 1 JumpFar "jumpfar" Addr 0 0 Ends "pc = address";
-            0x2C x 1 JumpZero "jumpzero" Rel 1 0 Pure "jump if pop = 0";
-            0x2D x 1 JumpNonzero "jumpnonzero" Rel 1 0 Pure "jump if pop <> 0";
-            0x2E x 1 JumpEq "jumpeq" Rel 2 0 Pure "jump if left = right";
-            0x2F x 1 JumpNe "jumpne" Rel 2 0 Pure "jump if left <> right";
-            0x30 x 1 JumpLt "jumplt" Rel 2 0 Pure "jump if left < right";
-            0x31 x 1 JumpLe "jumple" Rel 2 0 Pure "jump if left <= right";
-            0x32 x 1 JumpGt "jumpgt" Rel 2 0 Pure "jump if left > right";
-            0x33 x 1 JumpGe "jumpge" Rel 2 0 Pure "jump if left >= right";
-            0x34 x 1 AndAlso "andalso" Addr 1 0 Pure "if top = 0: keep it and jump; else pop";
-            0x35 x 1 OrElse "orelse" Addr 1 0 Pure "if top <> 0: make it 1 and jump; else pop";
+            0x24 x 1 JumpZero "jumpzero" Rel 1 0 Pure "jump if pop = 0";
+            0x25 x 1 JumpNonzero "jumpnonzero" Rel 1 0 Pure "jump if pop <> 0";
+            0x26 x 1 Jump "jump" Rel 0 0 Ends "pc += i8";
+            0x27 x 1 JumpFar "jumpfar" Addr 0 0 Ends "pc = address";
+            0x28 x 1 Dup "dup" None 1 2 Pure "push top";
+            0x29 x 1 JumpLt "jumplt" Rel 2 0 Pure "jump if left < right";
+            0x2A x 1 JumpEq "jumpeq" Rel 2 0 Pure "jump if left = right";
+            0x2B x 1 JumpLe "jumple" Rel 2 0 Pure "jump if left <= right";
+            0x2C x 1 JumpGt "jumpgt" Rel 2 0 Pure "jump if left > right";
+            0x2D x 1 JumpNe "jumpne" Rel 2 0 Pure "jump if left <> right";
+            0x2E x 1 JumpGe "jumpge" Rel 2 0 Pure "jump if left >= right";
+            0x2F x 1 Over "over" None 2 3 Pure "push the value below top";
             // Loops.
-            0x36 x 1 For "for" CellRel 1 0 Pure "limit = pop; jump if cell > limit";
-            0x37 x 1 Next "next" CellRel 1 0 Pure "limit = pop; cell += 1, F01; jump if cell <= limit";
-            0x38 x 1 ForStep "forstep" CellRel 2 0 Pure "step = pop; limit = pop; F20 if step = 0; jump if cell lies beyond limit";
-            0x39 x 1 NextStep "nextstep" CellRel 2 0 Pure "step = pop; limit = pop; cell += step, F01; jump unless cell lies beyond limit";
-            0x3A x 1 NextByte "nextbyte" CellU8Rel 0 0 Pure "cell += 1, F01; jump if cell <= u8";
-            0x3B x 1 Repeat "repeat" CellRel 0 0 Pure "if cell > 1: cell -= 1 and jump";
+            0x30 x 1 ForStep "forstep" CellRel 2 0 Pure "step = pop; limit = pop; F20 if step = 0; jump if cell lies beyond limit";
+            0x31 x 1 NextStep "nextstep" CellRel 2 0 Pure "step = pop; limit = pop; cell += step, F01; jump unless cell lies beyond limit";
+            0x32 x 1 NextWord "nextword" CellWordRel 0 0 Pure "cell += 1, F01; jump if cell <= i16";
+            0x33 x 1 Table "table" Column8 1 1 Pure "i = pop; F03 unless a row; push column[i]";
+            0x34 x 4 NextShort "nextshort" U8Rel 0 0 Pure "cell[n] += 1, F01; jump if cell[n] <= u8";
+            0x38 x 4 IncShort "incshort" None 0 0 Pure "cell[n] += 1; F01";
+            0x3C x 4 Zero "zero" None 0 0 Pure "cell[n] = 0";
             // Calls. An entry of the call stack holds the return address and its kind.
-            0x3C x 1 Call "call" Sub8 0 0 Pure "call a SUB; F16 when the call stack is full";
-            0x3D x 1 CallFar "callfar" Sub 0 0 Pure "call a SUB; F16";
-            0x3E x 1 Func "func" Sub8 0 1 Pure "call a FUNCTION; F16";
-            0x3F x 1 FuncFar "funcfar" Sub 0 1 Pure "call a FUNCTION; F16";
-            0x40 x 1 Gosub "gosub" Rel 0 0 Pure "GOSUB; F16";
-            0x41 x 1 GosubFar "gosubfar" Sub 0 0 Pure "GOSUB; F16";
-            0x42 x 1 Return "return" None 0 0 Ends "return from GOSUB, SUB or event handler; F16 when none is open";
-            0x43 x 1 ExitSub "exitsub" None 0 0 Ends "drop open GOSUBs, then return from SUB or event handler; F16";
-            0x44 x 1 Give "give" None 1 0 Ends "drop open GOSUBs, then return from FUNCTION; the top stays as its result; F16";
-            // Errors. Statement table: [`crate::image::statements`].
-            0x45 x 1 Leave "leave" None 0 0 Pure "in an error handler itself: drop all calls and leave all handlers";
-            0x46 x 1 OnError "onerror" Sub 0 0 Pure "error handler = address";
-            0x47 x 1 OnErrorStop "onerrorstop" None 0 0 Pure "no error handler";
-            0x48 x 1 ResumeNext "resumenext" None 0 0 Ends "go on after the statement that failed; F16 outside an error handler";
-            0x49 x 1 Err "err" None 0 1 Pure "number of the last fault, 0 before one";
-            0x4A x 1 Erl "erl" None 0 1 Pure "line of the last fault, 0 before one";
+            0x40 x 1 Call "call" Sub8 0 0 Pure "call a SUB; F16 when the call stack is full";
+            0x41 x 1 CallFar "callfar" Sub 0 0 Pure "call a SUB; F16";
+            0x42 x 1 Gosub "gosub" Sub 0 0 Pure "GOSUB; F16";
+            0x43 x 1 Func "func" Sub 0 1 Pure "call a FUNCTION; F16";
+            0x44 x 1 Return "return" None 0 0 Ends "return from GOSUB, SUB or event handler; F16 when none is open";
+            0x45 x 1 ExitSub "exitsub" None 0 0 Ends "drop open GOSUBs, then return from SUB or event handler; F16";
+            0x46 x 1 Give "give" None 1 0 Ends "drop open GOSUBs, then return from FUNCTION; the top stays as its result; F16";
             // Tables and the profile.
-            0x4B x 1 Table "table" Column8 1 1 Pure "i = pop; F03 unless a row; push column[i]";
-            0x4C x 1 TableFar "tablefar" Column 1 1 Pure "i = pop; F03 unless a row; push column[i]";
-            0x4D x 1 TablePair "tablepair" Pair8 1 2 Pure "i = pop; F03 unless a row; push column[i], then that of the column behind it";
-            0x4E x 1 Check "check" None 2 1 Pure "n = pop; F03 unless 0 <= top < n";
-            0x4F x 1 ToSteps "tosteps" Axis 1 1 Pure "um to steps by the profile, half away from zero; F01";
-            0x50 x 1 ToLength "tolength" Axis 1 1 Pure "steps to um by the profile, half away from zero; F01";
+            0x47 x 1 TableFar "tablefar" Column 1 1 Pure "i = pop; F03 unless a row; push column[i]";
+            0x48 x 1 Check "check" U8 1 1 Pure "F03 unless 0 <= top < u8";
+            0x49 x 1 ToSteps "tosteps" Axis 1 1 Pure "um to steps by the profile, half away from zero; F01";
+            0x4A x 1 ToLength "tolength" Axis 1 1 Pure "steps to um by the profile, half away from zero; F01";
+            // Errors. Statement table: [`crate::image::statements`].
+            0x4B x 1 Err "err" None 0 1 Pure "number of the last fault, 0 before one";
+            0x4C x 1 Erl "erl" None 0 1 Pure "line of the last fault, 0 before one";
+            0x4D x 1 Leave "leave" None 0 0 Pure "in an error handler itself: drop all calls and leave all handlers";
+            0x4E x 1 OnError "onerror" Sub 0 0 Pure "error handler = address";
+            0x4F x 1 OnErrorStop "onerrorstop" None 0 0 Pure "no error handler";
+            0x50 x 1 ResumeNext "resumenext" None 0 0 Ends "go on after the statement that failed; F16 outside an error handler";
             0x51 x 1 More "more" None 0 0 Pure "the next effect does not end its statement: serve no event behind it";
-            0x52 x 1 Dup "dup" None 1 2 Pure "push top";
-            0x53 x 1 Over "over" None 2 3 Pure "push the value below top";
-            0x54 x 4 IncShort "incshort" None 0 0 Pure "cell[n] += 1; F01";
-            0x58 x 4 Zero "zero" None 0 0 Pure "cell[n] = 0";
-            0x5C x 1 NextShort "nextshort" NibblesRel 0 0 Pure "low half of u8: cell, high half: limit; cell += 1, F01; jump if cell <= limit";
-            0x5D x 1 NextWord "nextword" CellWordRel 0 0 Pure "cell += 1, F01; jump if cell <= i16";
-            0x5E x 1 AddCell "addcell" Cell 1 1 Pure "top + cell; F01";
             // Short forms.
-            0x60 x 16 Small "small" None 0 1 Pure "push n";
-            0x70 x 16 Skip "skip" None 1 0 Pure "pc += n + 1 if pop = 0";
+            0x60 x 32 Small "small" None 0 1 Pure "push n";
             0x80 x 16 Load "load" None 0 1 Pure "push cell[n]";
             0x90 x 16 Store "store" None 1 0 Pure "cell[n] = pop";
             // Effects whose values, whole thousands, stand in the code instead of on the stack.

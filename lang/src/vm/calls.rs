@@ -64,8 +64,8 @@ impl Vm<'_, '_> {
                 self.open(entry::SUB, next)?;
                 Ok(target)
             }
-            Op::Func | Op::FuncFar => {
-                let target = if op == Op::Func { short } else { self.address(pc + 1)? };
+            Op::Func => {
+                let target = self.address(pc + 1)?;
                 let depth = self.state.sp - self.state.base;
                 let room = self.image.header.stack - self.image.header.frame;
                 if self.state.sp > room || depth >= entry::FUNC {
@@ -76,11 +76,6 @@ impl Vm<'_, '_> {
                 Ok(target)
             }
             Op::Gosub => {
-                let distance = self.byte(pc + 1).cast_signed();
-                self.open(entry::GOSUB, next)?;
-                Ok(next.wrapping_add_signed(distance.into()))
-            }
-            Op::GosubFar => {
                 let target = self.address(pc + 1)?;
                 self.open(entry::GOSUB, next)?;
                 Ok(target)

@@ -46,10 +46,7 @@ pub fn unary(op: Op, value: i32) -> Result<i32, Fault> {
     match op {
         Op::Neg => value.checked_neg().ok_or(Fault::Overflow),
         Op::Abs => value.checked_abs().ok_or(Fault::Overflow),
-        Op::Sgn => Ok(value.signum()),
         Op::Sqr => root(value).ok_or(Fault::ValueRange),
-        Op::Not => Ok(!value),
-        Op::IsZero => Ok(i32::from(value == 0)),
         _ => Err(Fault::ImageRefused),
     }
 }

@@ -192,7 +192,7 @@ fn a_broken_opcode_is_caught() {
         (Op::JumpZero, Op::JumpNonzero),
         (Op::Shr, Op::Shl),
         (Op::Max, Op::Min),
-        (Op::Sgn, Op::Abs),
+        (Op::Neg, Op::Abs),
         (Op::Err, Op::Erl),
     ];
     for (from, to) in broken {

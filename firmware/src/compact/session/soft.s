@@ -6,18 +6,19 @@ module.session.soft:
 /* Executes the pure instruction r12. Leaves r12 = 0 or a fault. Destroys r8 to r15. */
     .global soft
 soft:
-    sub #OP_LEAVE, r12
+    sub #OP_ERR, r12
     cmp #6, r12
     jhs soft_convert
     .if HAS_LINES
     rla r12
     add r12, r0
+    jmp soft_err
+    jmp soft_erl
     jmp soft_leave
     jmp soft_on_error
     jmp soft_on_error_stop
     jmp soft_resume_next
-    jmp soft_err
-    /* ERL */
+soft_erl:
     mov.b &VM_FAULT, r12
     tst r12
     jeq soft_push
@@ -27,11 +28,6 @@ soft:
 soft_err:
     .else
     /* without handlers a program sees no fault: ERR and ERL are 0 */
-    cmp #OP_ERR-OP_LEAVE, r12
-    jhs 1f
-    mov #F_STACK, r12
-    ret
-1:
     .endif
     mov.b &VM_FAULT, r12
 soft_push:

@@ -186,31 +186,27 @@ impl Lower<'_> {
             self.push(Item::Store(temp));
         }
         self.push(Item::Store(parts.var));
-        let ones = constant(parts.step) == Some(1);
-        match parts.enters() {
-            true => {}
-            false => {
-                self.bounds(parts);
-                let op = if ones { Op::For } else { Op::ForStep };
-                self.push(Item::Turn(op, parts.var, exit));
-            }
+        if !parts.enters() {
+            self.bounds(parts);
+            self.push(Item::Turn(Op::ForStep, parts.var, exit));
         }
         self.push(Item::Label(top));
         self.loop_body(LoopKind::For, next, exit, parts.body);
         self.push(Item::Label(next));
         self.mark_line(parts.next_line, MarkKind::LoopEnd, Some(exit));
         match constant(parts.to).and_then(|to| i16::try_from(to).ok()) {
-            Some(limit) if ones => self.push(Item::NextLimit(parts.var, limit, top)),
+            Some(limit) if constant(parts.step) == Some(1) => {
+                self.push(Item::NextLimit(parts.var, limit, top));
+            }
             _ => {
                 self.bounds(parts);
-                let op = if ones { Op::Next } else { Op::NextStep };
-                self.push(Item::Turn(op, parts.var, top));
+                self.push(Item::Turn(Op::NextStep, parts.var, top));
             }
         }
         self.push(Item::Label(exit));
     }
 
-    /// Limit and, unless it is 1, step.
+    /// Limit and step.
     fn bounds(&mut self, parts: &For<'_>) {
         match parts.to_temp {
             Some(temp) => self.push(Item::Load(temp)),
@@ -218,7 +214,6 @@ impl Lower<'_> {
         }
         match parts.step_temp {
             Some(temp) => self.push(Item::Load(temp)),
-            None if constant(parts.step) == Some(1) => {}
             None => self.expr(parts.step),
         }
     }
@@ -261,9 +256,15 @@ impl Lower<'_> {
     fn repeat(&mut self, count: &Expr, temp: VarId, body: &Block) {
         let (top, next, exit) = (self.fresh(), self.fresh(), self.fresh());
         self.mark(MarkKind::Statement, Some(exit));
-        self.expr(count);
+        // A known number of passes is counted up to, any other down from.
+        let known = constant(count).and_then(|count| i16::try_from(count).ok());
+        let known = known.filter(|&count| count > 0);
+        match known {
+            Some(_) => self.push(Item::Const(1)),
+            None => self.expr(count),
+        }
         self.push(Item::Store(temp));
-        if constant(count).is_none_or(|count| count <= 0) {
+        if known.is_none() {
             self.push(Item::Load(temp));
             self.push(Item::Const(0));
             self.push(Item::Branch(Cond::Le, exit));
@@ -272,7 +273,14 @@ impl Lower<'_> {
         self.loop_body(LoopKind::Repeat, next, exit, body);
         self.push(Item::Label(next));
         self.mark(MarkKind::LoopEnd, Some(exit));
-        self.push(Item::Turn(Op::Repeat, temp, top));
+        match known {
+            Some(count) => self.push(Item::NextLimit(temp, count, top)),
+            None => {
+                self.push(Item::Const(1));
+                self.push(Item::Const(-1));
+                self.push(Item::Turn(Op::NextStep, temp, top));
+            }
+        }
         self.push(Item::Label(exit));
     }
 }

@@ -10,7 +10,7 @@ use super::machine::steps;
 use crate::axis::Axis;
 use crate::back::ir::{Cond, Item};
 use crate::effect::Frame;
-use crate::hir::{Cycle, CycleKind, Expr, Word};
+use crate::hir::{Cycle, CycleKind, Expr, UnOp, Word};
 use crate::isa::{Look, Op};
 
 /// How far above the last depth the rapid of a G83 ends, um (language.md, G-code lines).
@@ -44,7 +44,7 @@ impl Lower<'_> {
         {
             // A depth that is not positive never arrives: F20, as the root of -1 or -2.
             self.expr(depth);
-            self.plain(Op::Sgn);
+            self.unary(UnOp::Sgn);
             self.push(Item::Const(1));
             self.plain(Op::Sub);
             self.plain(Op::Sqr);

@@ -6,17 +6,6 @@ use crate::hir::{BinOp, Expr, ExprKind, Place, ReadKind, RoutineId, TableId, UnO
 use crate::isa::{Look, Op};
 use crate::kind::Kind;
 
-const fn unary(op: UnOp) -> Op {
-    match op {
-        UnOp::Neg => Op::Neg,
-        UnOp::BitNot => Op::Not,
-        UnOp::LogNot => Op::IsZero,
-        UnOp::Abs => Op::Abs,
-        UnOp::Sgn => Op::Sgn,
-        UnOp::Sqr => Op::Sqr,
-    }
-}
-
 const fn binary(op: BinOp) -> Op {
     match op {
         BinOp::Add => Op::Add,
@@ -57,15 +46,15 @@ impl Lower<'_> {
             ExprKind::Table { table, row, column } => self.table(*table, row, column),
             ExprKind::Unary(op, value) => {
                 self.expr(value);
-                self.plain(unary(*op));
+                self.unary(*op);
             }
             ExprKind::Binary(op, left, right) => {
                 self.expr(left);
                 self.expr(right);
                 self.plain(binary(*op));
             }
-            ExprKind::AndAlso(left, right) => self.short_circuit(Op::AndAlso, left, right),
-            ExprKind::OrElse(left, right) => self.short_circuit(Op::OrElse, left, right),
+            ExprKind::AndAlso(left, right) => self.short_circuit(Cond::Zero, left, right),
+            ExprKind::OrElse(left, right) => self.short_circuit(Cond::Nonzero, left, right),
             ExprKind::Call(routine, arguments) => self.call(*routine, arguments),
             ExprKind::ToSteps(axis, value) => {
                 self.expr(value);
@@ -134,8 +123,7 @@ impl Lower<'_> {
                     None => {
                         self.expr(row);
                         if column.is_simple() {
-                            self.push(Item::Const(rows as i32));
-                            self.plain(Op::Check);
+                            self.check(rows);
                         } else {
                             // The column is evaluated before the row is tested: one that lies
                             // outside stays so, and the column cannot bring it in again.
@@ -149,23 +137,73 @@ impl Lower<'_> {
                     }
                 }
                 self.expr(column);
-                self.push(Item::Const(columns as i32));
-                self.plain(Op::Check);
+                self.check(columns);
                 self.plain(Op::Add);
                 self.push(Item::Table(id, None));
             }
         }
     }
 
-    fn short_circuit(&mut self, op: Op, left: &Expr, right: &Expr) {
-        let end = self.fresh();
-        self.expr(left);
-        self.push(Item::ShortCircuit(op, end));
-        self.expr(right);
-        if right.kind != Kind::Truth {
+    /// F03 unless the top lies from 0 to `count` - 1.
+    fn check(&mut self, count: u32) {
+        if let Ok(count) = u8::try_from(count) {
+            return self.push(Item::Flags(Op::Check, [count, 0, 0]));
+        }
+        let sign_is = |lower: &mut Self, negative: i32| {
+            lower.push(Item::Const(31));
+            lower.plain(Op::Shr);
+            lower.push(Item::Const(negative));
+            lower.plain(Op::Add);
+            lower.push(Item::Flags(Op::Check, [1, 0, 0]));
+            lower.plain(Op::Drop);
+        };
+        self.plain(Op::Dup);
+        sign_is(self, 0);
+        self.plain(Op::Dup);
+        self.push(Item::Const(count as i32));
+        self.plain(Op::Sub);
+        sign_is(self, 1);
+    }
+
+    /// On the top.
+    pub(super) fn unary(&mut self, op: UnOp) {
+        let mut with = |value: i32, op: Op| {
+            self.push(Item::Const(value));
+            self.plain(op);
+        };
+        match op {
+            UnOp::BitNot => with(-1, Op::Xor),
+            UnOp::LogNot => with(0, Op::Eq),
+            UnOp::Sgn => {
+                with(1, Op::Min);
+                with(-1, Op::Max);
+            }
+            UnOp::Neg => self.plain(Op::Neg),
+            UnOp::Abs => self.plain(Op::Abs),
+            UnOp::Sqr => self.plain(Op::Sqr),
+        }
+    }
+
+    /// What is 0 or 1 where `expr` is 0 or not.
+    fn truth(&mut self, expr: &Expr) {
+        self.expr(expr);
+        if expr.kind != Kind::Truth {
             self.push(Item::Const(0));
             self.plain(Op::Ne);
         }
+    }
+
+    /// The left side is the value when it meets `decides`, else the right side is.
+    fn short_circuit(&mut self, decides: Cond, left: &Expr, right: &Expr) {
+        let end = self.fresh();
+        match decides {
+            Cond::Zero => self.expr(left),
+            _ => self.truth(left),
+        }
+        self.plain(Op::Dup);
+        self.push(Item::Branch(decides, end));
+        self.plain(Op::Drop);
+        self.truth(right);
         self.push(Item::Label(end));
     }
 

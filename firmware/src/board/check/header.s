@@ -1,0 +1,125 @@
+/* The way in, the header, and every way out. */
+
+    .section .text.verify,"ax",@progbits
+module.check:
+    .global pasapas_verify
+pasapas_verify:
+    .if CHECK_SAVES
+    push r4
+    push r5
+    push r6
+    push r7
+    push r8
+    push r9
+    push r10
+    .endif
+    mov r14, r10
+    mov r12, CHECK_IMAGE(r10)
+    mov r1, CHECK_FRAME(r10)
+    mov r12, r4
+
+    /* header */
+    mov #CHECK_VERSION, r15
+    cmp.b #CHECK_FORMAT, 0(r4)
+    jne verify_leave
+    cmp #CHECK_FINGERPRINT, 2(r4)
+    jne verify_leave
+    mov #CHECK_FEATURE, r15
+    mov.b 1(r4), r11
+    bic.b r13, r11
+    tst.b r11
+    jne verify_leave
+    mov #CHECK_MEMORY, r15
+    mov.b 15(r4), r12
+    mov.b 16(r4), r13
+    mov.b 14(r4), r11
+    mov.b r12, r14
+    and #15, r14
+    rra r12
+    rra r12
+    rra r12
+    rra r12
+    cmp r14, r12
+    jlo verify_leave
+    /* 4 (cells + stack) + 2 calls = 2 (2 (cells + stack) + calls) */
+    add r11, r12
+    rla r12
+    mov.b r13, r14
+    rra r14
+    rra r14
+    rra r14
+    rra r14
+    add r14, r12
+    rla r12
+    mov #CHECK_POOL_MANY, r14
+    .if CHECK_POOL_MANY-CHECK_POOL_ONE
+    bit.b #CHECK_MANY, 1(r4)
+    jne 1f
+    mov #CHECK_POOL_ONE, r14
+1:
+    .endif
+    cmp r12, r14
+    jlo verify_leave
+    .if CHECK_EVENT_POOL
+    sub r12, r14
+    mov r14, CHECK_FREE(r10)
+    .endif
+    and #15, r13
+    cmp #9, r13
+    jhs verify_leave
+    mov.b 17(r4), r12
+    add r13, r12
+    cmp r12, r11
+    jlo verify_leave
+    mov #CHECK_CODE_REFUSAL, r15
+    tst.b 11(r4)
+    jne verify_leave
+    mov 6(r4), r12
+    add r4, r12
+    mov r12, CHECK_IMAGE_END(r10)
+    mov r4, r12
+    add #CHECK_CODE, r12
+    mov r12, CHECK_CODE_START(r10)
+    mov.b 9(r4), r13
+    mov.b 10(r4), r14
+    swpb r14
+    bis r14, r13
+    tst r13
+    jeq verify_leave
+    .if CHECK_ROOM - CHECK_CODE > CHECK_MAX_CODE - 1
+    cmp #CHECK_MAX_CODE, r13
+    jhs verify_leave
+    .endif
+    add r13, r12
+    mov r12, CHECK_CODE_END(r10)
+    cmp r12, CHECK_IMAGE_END(r10)
+    jlo verify_leave
+    /* axes that are there have a scale */
+    add #CHECK_AXES, r4
+    mov #3, r13
+2:  bit #CHECK_PRESENT, 0(r4)
+    jeq 3f
+    tst 2(r4)
+    jeq verify_leave
+    tst 4(r4)
+    jeq verify_leave
+3:  add #CHECK_AXIS_SIZE, r4
+    dec r13
+    jne 2b
+    jmp verify_code
+
+verify_fail:
+    mov #CHECK_CODE_REFUSAL, r15
+verify_leave:
+    mov CHECK_FRAME(r10), r1
+    mov r15, r12
+    .if CHECK_SAVES
+    pop r10
+    pop r9
+    pop r8
+    pop r7
+    pop r6
+    pop r5
+    pop r4
+    .endif
+    ret

@@ -1,0 +1,245 @@
+/* The two passes over the code, and where jumps lead. */
+
+    /* first pass: instructions, operands, depths; leaves the anchors */
+verify_code:
+    mov r10, r11
+    mov #CHECK_ANCHORS, r12
+1:  mov.b #-1, CHECK_ANCHOR(r11)
+    inc r11
+    dec r12
+    jne 1b
+    mov @r10, r4
+    clr r9
+2:  tst r9
+    jne 3f
+    mov r4, r12
+    sub @r10, r12
+    mov r12, r11
+    rla r11
+    rla r11
+    swpb r11
+    mov.b r11, r11
+    and #63, r12
+    add r10, r11
+    cmp.b #-1, CHECK_ANCHOR(r11)
+    jne 3f
+    mov.b r12, CHECK_ANCHOR(r11)
+3:  call #verify_insn
+    cmp r7, CHECK_CODE_END(r10)
+    jlo verify_fail
+    tst r6
+    jge 4f
+    cmp r8, r9
+    jne verify_fail
+4:  cmp #CHECK_FUNC, r5
+    jne 5f
+    cmp #8, r9
+    jhs verify_fail
+5:  call #verify_operands
+    call #verify_after
+    cmp CHECK_CODE_END(r10), r4
+    jlo 2b
+    bit #CHECK_ENDS, r6
+    jeq verify_fail
+
+    /* second pass: jumps */
+    mov @r10, r4
+    clr r9
+1:  call #verify_insn
+    /* r13 = target, r14 = depth there */
+    cmp.b #CHECK_SUB_NEAR, r6
+    jlo 5f
+    clr r14
+    mov.b 1(r4), r13
+    cmp.b #CHECK_SUB_FAR, r6
+    jlo 3f
+    mov.b 2(r4), r15
+    swpb r15
+    bis r15, r13
+    cmp.b #CHECK_ADDRESS, r6
+    jlo 3f
+    mov r9, r14
+    sub r8, r14
+    cmp.b #CHECK_DISTANCE, r6
+    jlo 3f
+    mov.b -1(r7), r13
+    sxt r13
+    add r7, r13
+    jmp 4f
+3:  add @r10, r13
+4:  push r4
+    push r9
+    call #verify_lands
+    pop r9
+    pop r4
+    call #verify_insn
+5:  call #verify_after
+    mov r7, r4
+    cmp CHECK_CODE_END(r10), r4
+    jlo 1b
+
+    /* targets that stand elsewhere: main program, ON lines, statement table */
+    mov CHECK_IMAGE(r10), r6
+    mov 12(r6), r13
+    call #verify_start
+    mov CHECK_CODE_END(r10), r5
+    mov CHECK_IMAGE(r10), r6
+    mov.b 1(r6), r6
+    .if CHECK_HAS_EVENTS
+    bit #CHECK_EVENTS, r6
+    jeq 2f
+    cmp CHECK_IMAGE_END(r10), r5
+    jhs verify_broken
+    mov.b @r5+, r4
+    tst r4
+    jeq 2f
+    cmp #CHECK_MAX_EVENTS+1, r4
+    jhs verify_broken
+    .if CHECK_EVENT_POOL
+    mov #CHECK_EVENT_POOL, r13
+    mov r4, r12
+3:  add #CHECK_EVENT_BYTES, r13
+    dec r12
+    jne 3b
+    cmp r13, CHECK_FREE(r10)
+    jlo verify_broken
+    .endif
+1:  push r4
+    push r6
+    call #verify_word
+    push r5
+    call #verify_start
+    pop r5
+    pop r6
+    pop r4
+    dec r4
+    jne 1b
+2:
+    .endif
+    .if CHECK_HAS_LINES
+    bit #CHECK_LINES, r6
+    jeq verify_good
+    call #verify_word
+    mov r13, r5
+    add CHECK_CODE_END(r10), r5
+    jc verify_broken
+    cmp r5, CHECK_IMAGE_END(r10)
+    jlo verify_broken
+    mov @r10, r14
+    /* r5 = entry, r14 = address of its statement */
+3:  cmp CHECK_IMAGE_END(r10), r5
+    jhs verify_table_end
+    mov.b @r5+, r11
+    mov r11, r12
+    and #31, r12
+    cmp #31, r12
+    jne 4f
+    mov.b @r5+, r13
+    add r13, r12
+4:  bit #0x80, r11
+    jeq 5f
+    inc r5
+    bit #0x40, r11
+    jeq 5f
+    inc r5
+5:  push r5
+    push r11
+    push r12
+    push r14
+    mov r14, r13
+    call #verify_place
+    pop r14
+    pop r12
+    pop r11
+    pop r5
+    add r12, r14
+    bit #32, r11
+    jeq 7f
+    call #verify_word
+    push r5
+    push r14
+    call #verify_start
+    pop r14
+    pop r5
+    jmp 8f
+7:  cmp CHECK_CODE_END(r10), r14
+    jhs 8f
+    push r5
+    push r14
+    mov r14, r13
+    call #verify_place
+    pop r14
+    pop r5
+8:  cmp CHECK_CODE_END(r10), r14
+    jlo 3b
+    jmp verify_good
+    /* a fault finds its statement; the last instruction, an END, needs none */
+verify_table_end:
+    inc r14
+    cmp CHECK_CODE_END(r10), r14
+    jlo verify_broken
+    .endif
+verify_good:
+    clr r15
+    jmp verify_leave
+verify_broken:
+    br #verify_fail
+
+    .if CHECK_HAS_EVENTS | CHECK_HAS_LINES
+    /* r13 = number at r5, which lies in the image; r5 behind it */
+verify_word:
+    mov r5, r13
+    incd r13
+    cmp r13, CHECK_IMAGE_END(r10)
+    jlo verify_broken
+    mov.b @r5+, r13
+    mov.b @r5+, r15
+    swpb r15
+    bis r15, r13
+    ret
+    .endif
+
+    /* a statement begins at address r13 of the code; uses r4 to r9 */
+verify_start:
+    add @r10, r13
+verify_place:
+    clr r14
+    /* an instruction begins at r13 with depth r14 before it */
+verify_lands:
+    cmp CHECK_CODE_END(r10), r13
+    jhs verify_broken
+    mov r13, r11
+    sub @r10, r11
+    jlo verify_broken
+    rla r11
+    rla r11
+    swpb r11
+    mov.b r11, r11
+1:  mov r10, r12
+    add r11, r12
+    mov.b CHECK_ANCHOR(r12), r4
+    cmp.b #-1, r4
+    jeq 2f
+    mov r11, r15
+    swpb r15
+    rra r15
+    rra r15
+    add r15, r4
+    add @r10, r4
+    cmp r4, r13
+    jhs 3f
+2:  dec r11
+    jge 1b
+    mov @r10, r4
+3:  clr r9
+4:  cmp r13, r4
+    jhs 5f
+    push r13
+    call #verify_insn
+    pop r13
+    call #verify_after
+    jmp 4b
+5:  jne verify_broken
+    cmp r14, r9
+    jne verify_broken
+    ret

@@ -1,0 +1,56 @@
+/* Constants. */
+
+vm_tens:
+    mov.b @r5+, r12
+    jmp 1f
+vm_wordtens:
+    WORD
+1:  mov #10, r14
+    jmp 3f
+vm_hundreds:
+    mov #100, r14
+    jmp 2f
+vm_thousands:
+    mov #1000, r14
+2:  mov.b @r5+, r12
+    sxt r12
+3:  call #vm_scaled
+    jmp vm_next
+    /* pushes r14 times the signed r12 */
+vm_scaled:
+    clr r13
+    tst r12
+    jge 1f
+    inv r13
+1:  clr r15
+    push r11
+    call #__mspabi_mpyl
+    pop r11
+    PUSH_R13_R12
+    ret
+vm_long:
+    WORD
+    mov.b @r5+, r13
+    mov.b @r5+, r14
+    swpb r14
+    bis r14, r13
+    jmp vm_push
+vm_word:
+    WORD
+    jmp 1f
+vm_byte:
+    mov.b @r5+, r12
+    sxt r12
+1:  clr r13
+    tst r12
+    jge vm_push
+    inv r13
+    jmp vm_push
+vm_dup:
+    mov r10, r12
+    mov r11, r13
+    jmp vm_push
+vm_over:
+    mov @r6, r12
+    mov 2(r6), r13
+    jmp vm_push

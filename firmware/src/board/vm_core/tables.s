@@ -1,0 +1,84 @@
+/* Arrays and tables of the program. */
+
+vm_loadelem:
+    mov r10, r14
+    mov r11, r15
+    call #vm_element
+    mov @r12+, r10
+    mov @r12, r11
+    jmp vm_next
+vm_storeelem:
+    mov @r6+, r14
+    mov @r6+, r15
+    call #vm_element
+    jmp vm_store_at
+    /* r12 = address of the element r15:r14 */
+vm_element:
+    mov.b @r5+, r12
+    mov.b @r5+, r13
+    call #vm_inside
+    add r14, r12
+    rla r12
+    rla r12
+    add r7, r12
+    ret
+vm_check:
+    mov r10, r14
+    mov r11, r15
+    mov.b @r5+, r13
+    call #vm_inside
+    jmp vm_next
+    /* F03 unless r15:r14 lies from 0 to r13 - 1 */
+vm_inside:
+    tst r15
+    jne 1f
+    cmp r13, r14
+    jhs 1f
+    ret
+1:  jmp vm_f03
+
+    /* the row on the top becomes the value of the column whose offset is the operand */
+vm_column:
+    mov.b @r5+, r12
+    jmp 1f
+vm_tablefar:
+    WORD
+1:  add &CORE_VM+CORE_DATA, r12
+    mov.b @r12+, r8
+    mov.b @r12+, r13
+    mov.b @r12+, r14
+    swpb r14
+    bis r14, r13
+    mov.b @r12+, r9
+    mov.b @r12+, r14
+    swpb r14
+    bis r14, r9
+    mov r10, r14
+    mov r11, r15
+    call #vm_inside
+    /* r8 bytes a row, the highest first */
+    mov r8, r13
+2:  add r14, r12
+    dec r13
+    jne 2b
+    mov.b @r12+, r10
+    sxt r10
+    mov r10, r11
+    swpb r11
+    sxt r11
+3:  dec r8
+    jeq 5f
+    mov #8, r15
+4:  rla r10
+    rlc r11
+    dec r15
+    jne 4b
+    mov.b @r12+, r15
+    bis r15, r10
+    jmp 3b
+5:  mov r10, r12
+    mov r11, r13
+    mov r9, r14
+    clr r15
+    call #__mspabi_mpyl
+    jmp vm_set
