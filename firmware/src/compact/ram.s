@@ -98,7 +98,7 @@
     VAR INPUT_HIGH, 2
     VAR RAW, 2                  /* inputs before the filter */
     VAR BUTTON, 1               /* P1_STOP, P1_START: pressed; filtered; the other bits of P1 too */
-    VAR FILTER, 1               /* four times the milliseconds since the last sample */
+    VAR ADDRESS, 1              /* the link's */
     VAR BUTTON_LOW, 1           /* counters 2 and 4 bytes behind, as those of INPUT */
     VAR TICKS_DONE, 1           /* low byte of the millisecond handled last */
     VAR BUTTON_HIGH, 1
@@ -164,7 +164,8 @@
     MODULE session$run
     VAR TIMER_MS, 4             /* milliseconds of the run */
     VAR SPIN, 2                 /* milliseconds until motion goes on after a pause */
-    VAR PRINT_OPEN, 2           /* bytes of the line that is being put, in one byte */
+    VAR PRINT_OPEN, 1           /* bytes of the line that is being put */
+    VAR FILTER, 1               /* four times the milliseconds since the last sample of inputs */
     VAR OPEN, 2                 /* address of the slot that an upload fills, 0 for none */
     VAR UPLOAD, 2               /* announced length, bit 15 KEEP */
     /* A run gives an upload up: F while an error handler is open lies in its place. */
@@ -193,8 +194,7 @@
     .set R_HOST, 8              /* a host has spoken since reset */
     .set R_HALF, 16             /* the low word of a lock code was given */
     .set R_WRONG, 32            /* a word of a lock code was wrong: none is taken until reset */
-    .set R_RESTART, 64          /* reset the chip once the reply is out */
-    .set R_ADDRESS_1, 128       /* the link answers to address 1 at 9600 8N1 until reset */
+    .set R_RESTART, 128         /* reset the chip once the reply is out; its sign */
 /* TRACING */
     .set T_ON, 1                /* trace mode */
     .set T_FULL, 2              /* the slot holds an event that was not received */

@@ -528,6 +528,7 @@ fn running() -> Chip {
     let mut chip = Chip::new();
     let board = chip.at("BOARD_DEFAULT");
     chip.set_word("BOARD", board);
+    chip.set_byte("ADDRESS", 1);
     chip.set_byte("RUN", RunState::Running as u8);
     let cells = chip.at("POOL") + 8;
     chip.set_word("VM_CELLS", cells);

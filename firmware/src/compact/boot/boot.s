@@ -24,11 +24,10 @@ boot:
     MICRO
     ANDI 0x1d
     PUT CAUSE
-    /* pins safe, UART on P1.1 and P1.2, pull-ups at the buttons */
+    /* pins safe, UART on P1.1 and P1.2 */
     CALL poke
     .byte 0x53, 0x20            /* BCSCTL3: ACLK from the VLO, P2.6 and P2.7 free */
     .byte P2OUT, 0, P2SEL, 0, P2DIR, 0xff
-    .byte P1OUT, P1_STOP|P1_START, P1REN, P1_STOP|P1_START
     .byte P1SEL, P1_UART, P1SEL2, P1_UART, 0
     CALL profile_newest
     CALL step_init
@@ -39,7 +38,9 @@ boot:
     FR word B_LOCK, SHORT
     IF_EQUAL 1f
     BITS_ON TRACING, T_LOCKED
-1:  PROFILE B_RATE
+1:  PROFILE B_ADDRESS
+    PUT ADDRESS
+    PROFILE B_RATE
     CALL uart_open
     /* watchdog resets in a row */
     LIT 1

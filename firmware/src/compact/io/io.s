@@ -130,11 +130,9 @@ unfiltered:
     mov &BOARD, r14
     bit.b #BOARD_CHAIN, B_FLAGS(r14)
     jeq 3f
+    mov.b B_INPUT_INVERT_HIGH(r14), r12
     bit.b #P1_REF_X_OR_PROBE, &P1IN
-    jne 1f
-    inc r12
-1:  tst B_INPUT_INVERT_HIGH(r14)
-    jeq 3f
+    jne 3f
     xor #1, r12
 3:  tst r12
     ret

@@ -64,7 +64,7 @@ map_list_own:
     MAP_ROUTINE 1, map_profile_hash
     MAP_ROUTINE 2, map_features
     MAP_CODE 1, map_free_bytes
-    MAP_CODE 1, map_program_length
+    MAP_CODE 1, program_length
     MAP_ROUTINE AT_RESET_CAUSE-AT_PROGRAM_CRC, map_program_header
     MAP_BYTE 1, CAUSE
     MAP_CODE 1, map_stack_free
@@ -159,7 +159,7 @@ map_find:
 4:  ret
 
 /* The register that comes next in the reply, or that holds the next bit.
-   leaves r12 its value, r5 its address   clobbers r4, r8, r9, r11 to r15 */
+   leaves r12 its value, r5 its address   for map_half: r4, r6   clobbers r8, r9, r11 to r15 */
 map_next:
     mov &NEXT_REGISTER, r5
     inc &NEXT_REGISTER
@@ -274,8 +274,12 @@ MAP_MICRO:
 map_free_bytes:
     CALL free_bytes
     RETURN
-map_program_length:
-    CALL program_length
+    /* 0 for none */
+    ROUTINE_ODD program_length, module.link.map$micro
+    F word STORED
+    IF_EQUAL map_nothing
+    F base STORED
+    FR word SLOT_HEAD+6, SHORT
     RETURN
 map_stack_free:
     CALL stack_free
@@ -435,14 +439,19 @@ map_work_positions:
     mov #work_steps, r11
 1:  cmp #6, r12
     jhs map_zero
-/* takes r12 = place in the row, r11 = routine from r12 = index to r13:r12 */
+/* takes r12 = place in the row, r11 = routine from r12 = index to r13:r12, r6 = 0 or, with the high half
+   in r4, 1: values take long */
 map_half:
+    tst r6
+    jne 1f
+    inc r6
     rra r12
     call #micro_go
+    mov r13, r4
     bit #1, r5
-    jeq 1f
-    mov r13, r12
-1:  ret
+    jeq 2f
+1:  mov r4, r12
+2:  ret
 
 /* Cells, 0 without a run or beyond the program's. */
 map_cells:
@@ -478,10 +487,7 @@ map_alarm:
 /* What writes a register.
    takes r12 = offset, r13 = word   leaves r12 = 0 or exception; keeps r5..r10, and r4 from the low
    half of a 32-bit value to its high one */
-MAP_WRITERS:
-map_written:
-    clr r12
-    ret
+    .set MAP_WRITERS, .-2       /* 0 is none */
 map_write_profile:
     br #profile_word
 map_write_upload:
@@ -496,10 +502,11 @@ map_write_command:
     jne map_busy
     tst.b &EFFECT
     jne map_busy
-    mov r13, COMMAND(r12)
-    jmp map_written
+    add #COMMAND-COMMAND_HEAD, r12
 1:  mov r13, COMMAND_HEAD(r12)
-    jmp map_written
+map_written:
+    clr r12
+    ret
 
 map_write_outputs:
     tst r12

@@ -30,12 +30,7 @@ link_poll:
     mov.b &FRAME, r13
     tst r13
     jeq 2f                      ; broadcast
-    mov #1, r12
-    tst.b &RUN_FLAGS            ; R_ADDRESS_1 is its sign
-    jn 1f
-    mov &BOARD, r12
-    mov.b B_ADDRESS(r12), r12
-1:  cmp r12, r13
+    cmp.b &ADDRESS, r13
     jne link_drop
 2:  bis.b #R_HOST, &RUN_FLAGS
     call #link_perform
@@ -74,6 +69,7 @@ link_feed:
     sub.b &TAIL, r12
     cmp.b #RING_SIZE-6, r12
     jhs link_done
+    clr r6
 1:  cmp.b #4, &FUNCTION
     jhs 5f
     mov #8, r6                  ; a byte of bits, filled up with 0
@@ -109,8 +105,8 @@ link_feed:
     /* What has been put into the ring goes out by interrupts, in 10 ms at most, before the watchdog
        bites. */
 link_restart:
-    bit.b #R_RESTART, &RUN_FLAGS
-    jeq link_done
+    tst.b &RUN_FLAGS
+    jge link_done
     dec &WATCHDOGS              ; this one was asked for
 1:  jmp 1b
 link_done:
@@ -135,7 +131,7 @@ link_send:
     ret
 
 /* Executes a request.
-   takes r4 = length of the frame
+   takes r4 = length of the frame, r11 = 0
    leaves r12 = 0 or exception, FUNCTION when it reads   clobbers all */
 link_perform:
     mov #FRAME+1, r10
@@ -148,6 +144,7 @@ link_perform:
     cmp #2, r7
     jhs link_refused
     add #4, r7
+    mov r7, r11
 1:  mov.b link_tables(r7), r8
     add #EX_VALUE-EX_FUNCTION, r12
     mov @r10+, r5
@@ -156,8 +153,8 @@ link_perform:
     swpb r6
     cmp #4, r7
     jlo 3f
-    cmp.b #7, &FRAME+1
-    jhs 3f
+    tst r11
+    jne 3f
     /* 5 and 6: the value is the first of one */
     cmp #4, r8
     jhs 2f
@@ -217,7 +214,7 @@ link_write:
     tst.b 0(r9)
     jge link_write_words
     /* function 6 sets a 32-bit value by its low register, extending the sign */
-    cmp.b #6, &FRAME+1
+    tst r11
     jne 1f
     mov.b @r10, r13
     sxt r13
@@ -263,8 +260,7 @@ link_write_bits:
     jeq 9b
     dec r6
     jne 1b
-    clr r12
-    ret
+    jmp map_written
 
 /* r8 by r7. */
 link_tables:

@@ -76,15 +76,6 @@ slot_check:
     pop r10
 1:  ret
 
-    .global program_length
-/* r12 = length of the stored image, 0 for none. */
-program_length:
-    mov &STORED, r12
-    tst r12
-    jeq 1f
-    mov SLOT_HEAD+6(r12), r12
-1:  ret
-
 /* r12 = address behind the current slot. slot_bytes: r12 = bytes of the slot for an image of r12. */
 stored_end:
     mov &STORED, r12
