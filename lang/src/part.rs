@@ -35,19 +35,19 @@ pub const G2553: Part = Part {
     features: feature::INTERPOLATE,
     pool: [64, 64],
     event_pool: [12, 10],
-    segments: 4,
+    segments: 6,
     look_ahead: false,
 };
 
 /// The same chip with KEEP values, which take two of its segments.
 pub const G2553_KEEP: Part =
-    Part { name: "g2553-keep", features: G2553.features | feature::KEEP, segments: 3, ..G2553 };
+    Part { name: "g2553-keep", features: G2553.features | feature::KEEP, segments: 5, ..G2553 };
 
 /// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
 pub const G2553_HANDLERS: Part = Part {
     name: "g2553-handlers",
     features: G2553.features | feature::LINES | feature::EVENTS,
-    segments: 1,
+    segments: 3,
     ..G2553
 };
 

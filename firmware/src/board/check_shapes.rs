@@ -140,9 +140,9 @@ const RUNS: [u8; 4] = [1, 2, 4, 16];
 #[cfg(feature = "g2553")]
 pub static LENGTHS: [u8; 4] = RUNS;
 
-/// The shapes of all codes in their order; bits 0 and 1 say in [`LENGTHS`] of how many codes. An
-/// instruction is looked for from the start: that takes five times as long as a table of codes, which
-/// 2 KB of program can bear.
+/// The shapes of all codes in their order, from [`LOW`] on round to what lies below, which is less
+/// frequent; bits 0 and 1 say in [`LENGTHS`] of how many codes. An instruction is looked for from the
+/// start: that takes longer than a table of codes, which 3 KB of program can bear.
 #[cfg(feature = "g2553")]
 pub static SHAPES: [u16; COUNTED.1] = {
     let mut shapes = [0; COUNTED.1];
@@ -159,7 +159,7 @@ const COUNTED: ([u16; 0x100], usize) = {
     let mut all = [0; 0x100];
     let mut code = 0;
     while code < 0x100 {
-        all[code] = shape(code as u8);
+        all[code] = shape((code as u8).wrapping_add(LOW));
         code += 1;
     }
     let (mut shapes, mut count) = ([0; 0x100], 0);

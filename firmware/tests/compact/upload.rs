@@ -55,11 +55,14 @@ fn a_program_comes_over_the_line_and_stays() {
 #[test]
 fn the_longest_program_is_checked_in_the_time_that_a_host_allows() {
     let limit = lang::part::G2553.room_for(false);
-    let lines =
-        |n: usize| (0..n).map(|i| format!("SetOut {}, ON\n", i % 8 + 1)).collect::<String>();
-    let image = image(&lines((limit - 190) - 10));
-    assert!(image.len() <= limit && image.len() > limit - 100, "{} bytes", image.len());
-    let mut board = board();
-    upload(&mut board, &image).expect("the program is taken");
-    assert_eq!(state(&mut board), RunState::Ready as u16);
+    // What programs have most of, and what the check looks for longest.
+    for line in ["SetOut 3, ON", "a = b", "a = -b", "IF a < b THEN a = b"] {
+        let program = |n: usize| image(&format!("DIM a, b\n{}", format!("{line}\n").repeat(n)));
+        let each = (program(200).len() - program(100).len()).div_ceil(100);
+        let image = program((limit - program(0).len()) / each);
+        assert!(image.len() <= limit && image.len() > limit - 100, "{} bytes", image.len());
+        let mut board = board();
+        upload(&mut board, &image).unwrap_or_else(|| panic!("{line}: refused or late"));
+        assert_eq!(state(&mut board), RunState::Ready as u16);
+    }
 }

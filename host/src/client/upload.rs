@@ -63,7 +63,9 @@ impl fmt::Display for UploadError {
             UploadError::Lacks(lack, build) => {
                 write!(f, "the board's firmware lacks what the program wants: {lack}")?;
                 match build {
-                    Some(name) => write!(f, "; `pasapas flash --part {name}` writes one that has it"),
+                    Some(name) => {
+                        write!(f, "; `pasapas flash --part {name}` writes one that has it")
+                    }
                     None => Ok(()),
                 }
             }
@@ -110,7 +112,10 @@ impl<L: Link> Client<L> {
             if missing != 0 {
                 let lack = Lack::Feature(1 << missing.trailing_zeros());
                 let runs = |part: &&Part| part.lacks(&image.header, image.events()).is_none();
-                return Err(UploadError::Lacks(lack, PARTS.iter().find(runs).map(|part| part.name)));
+                return Err(UploadError::Lacks(
+                    lack,
+                    PARTS.iter().find(runs).map(|part| part.name),
+                ));
             }
         }
         let area = identity.area_bytes;

@@ -1,18 +1,19 @@
 /* An instruction: its shape, and the depth behind it. */
 
-    /* reads the instruction at r4; uses r11 to r13 */
+    /* reads the instruction at r4; uses r11, r12, r15 */
 verify_insn:
     /* the whole check takes longer than the watchdog's 43 ms */
     mov #CHECK_KICK, &CHECK_WATCHDOG
     mov.b @r4, r5
     .if CHECK_RUNS
     mov r5, r12
+    sub.b #CHECK_LOW, r12
     mov #CHECK_SHAPES, r11
 1:  mov @r11+, r6
-    mov r6, r13
-    and #3, r13
-    mov.b CHECK_LENGTHS(r13), r13
-    sub r13, r12
+    mov r6, r15
+    and #3, r15
+    mov.b CHECK_LENGTHS(r15), r15
+    sub r15, r12
     jc 1b
     .else
     mov r5, r6

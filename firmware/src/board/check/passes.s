@@ -46,36 +46,33 @@ verify_code:
     mov @r10, r4
     clr r9
 1:  call #verify_insn
-    /* r13 = target, r14 = depth there */
-    cmp.b #CHECK_SUB_NEAR, r6
-    jlo 5f
-    clr r14
-    mov.b 1(r4), r13
-    cmp.b #CHECK_SUB_FAR, r6
-    jlo 3f
-    mov.b 2(r4), r15
-    swpb r15
-    bis r15, r13
-    cmp.b #CHECK_ADDRESS, r6
-    jlo 3f
+    /* r13 = target, r14 = depth there; r4, r9 behind the instruction */
     mov r9, r14
     sub r8, r14
+    call #verify_after
+    cmp.b #CHECK_SUB_NEAR, r6
+    jlo 6f
+    mov.b -1(r4), r13
     cmp.b #CHECK_DISTANCE, r6
+    jhs 4f
+    cmp.b #CHECK_ADDRESS, r6
+    jhs 2f
+    clr r14
+    cmp.b #CHECK_SUB_FAR, r6
     jlo 3f
-    mov.b -1(r7), r13
-    sxt r13
-    add r7, r13
-    jmp 4f
+2:  swpb r13
+    mov.b -2(r4), r15
+    bis r15, r13
 3:  add @r10, r13
-4:  push r4
+    jmp 5f
+4:  sxt r13
+    add r4, r13
+5:  push r4
     push r9
     call #verify_lands
     pop r9
     pop r4
-    call #verify_insn
-5:  call #verify_after
-    mov r7, r4
-    cmp CHECK_CODE_END(r10), r4
+6:  cmp CHECK_CODE_END(r10), r4
     jlo 1b
 
     /* targets that stand elsewhere: main program, ON lines, statement table */
@@ -199,7 +196,8 @@ verify_word:
     ret
     .endif
 
-    /* a statement begins at address r13 of the code; uses r4 to r9 */
+    /* A statement begins at address r13 of the code. Reads on from instruction r4 with depth r9 before
+       it, or from an anchor when the address lies far from there; r4 and r9 end at it. Uses r5 to r8. */
 verify_start:
     add @r10, r13
 verify_place:
@@ -211,6 +209,10 @@ verify_lands:
     mov r13, r11
     sub @r10, r11
     jlo verify_broken
+    mov r13, r12
+    sub r4, r12
+    cmp #64, r12
+    jlo 4f
     rla r11
     rla r11
     swpb r11
@@ -234,9 +236,7 @@ verify_lands:
 3:  clr r9
 4:  cmp r13, r4
     jhs 5f
-    push r13
     call #verify_insn
-    pop r13
     call #verify_after
     jmp 4b
 5:  jne verify_broken
