@@ -140,7 +140,7 @@ fn single_axes_are_planned_as_single() {
         for (at, part) in [(0, pace.speed), (4, pace.accel), (8, pace.decel)] {
             chip.set_long("TEMP", at, part.0);
         }
-        chip.call("axis_begin", &[(12, n)]);
+        chip.call("axis_begin", &[(12, 1 << n)]);
         prop_assert_eq!(chip.byte("MOVING"), if by == 0 { 0 } else { 1 << n });
         let mut single = Single::new(from);
         single.go(&axes[i], end[i], pace);

@@ -1,5 +1,7 @@
 //! A machine of three axes in the emulated flash, for routines that look at its record.
 
+use lang::image::HEADER;
+use lang::part::SLOT_HEAD;
 use lang::profile::Profile;
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -20,6 +22,7 @@ pub fn install(chip: &mut Chip, machine: &MachineRecord) {
         chip.board.poke8(address, byte);
     }
     chip.set_word("VM_CODE", CODE);
+    chip.set_word("STORED", first - (SLOT_HEAD + HEADER) as u16);
 }
 
 /// An axis with this scale.

@@ -357,7 +357,7 @@ micro_table:
     MICRO_KNOWN axis_at
     MICRO_KNOWN axis_bit
     MICRO_KNOWN axis_there
-    MICRO_KNOWN machine_flags
+    MICRO_KNOWN here
     MICRO_KNOWN to_steps
     MICRO_KNOWN to_um
     MICRO_KNOWN aim

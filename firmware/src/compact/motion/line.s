@@ -6,15 +6,17 @@
 
     .section .text.line,"axR",@progbits
 module.motion.line:
-    /* Takes r12 = axis, TEMP = speed, ramp up, ramp down (scaled, steps/s and steps/s2), none above
-       the axis's. From ACTUAL to STEPS. MOVING stays 0 when there is no step to make. The machine
-       rests. No register is kept. */
+    /* line_begin, rapid. */
+line_rapid:
+    mov #1, r13
+    jmp line_begin
+
+    /* Takes r12 = bit of the axis, TEMP = speed, ramp up, ramp down (scaled, steps/s and steps/s2),
+       none above the axis's. From ACTUAL to STEPS. MOVING stays 0 when there is no step to make. The
+       machine rests. No register is kept. */
     .global axis_begin
 axis_begin:
     mov #-1, r13
-    rla r12
-    jne line_begin
-    inc r12
 
     /* Takes r12 = a bit for each axis to move, r13 = 1 for a rapid move. From ACTUAL to STEPS in a
        line, at FEED (0: as fast as the axes can). MOVING stays 0 when there is no step to make. The

@@ -59,7 +59,7 @@ command_set:
     ROUTINE_ODD work_position_is
     IF_SET MOVING, command_busy
     F store SPARE
-    F load ACTUAL, AXIS
+    DO here
     F sub SPARE
     DO to_um
     IF_CARRY command_illegal
@@ -133,7 +133,7 @@ command_move:
 command_move_by:
     DO command_pace
     IF_EQUAL command_illegal
-    F load ACTUAL, AXIS
+    DO here
 1:  DO command_target
     CMPI 0
     IF_NOT_EQUAL command_illegal
@@ -164,15 +164,15 @@ command_probe:
 2:  DO command_long
     DO command_pace
     IF_EQUAL command_wrong
-    F load ACTUAL, AXIS
+    DO here
     DO command_target
     CMPI 0
     IF_NOT_EQUAL command_wrong
     DO axis_bit
     AXIS_OFF PROBE_ERROR
-    LET PHASE, PROBE_MOVES
     DO probe_begin
     IF_NOT_EQUAL 1f
+    UP PHASE
     LIT OP_PROBE
     PUT EFFECT
     DONE_
@@ -190,7 +190,7 @@ home_profile:
     GET N
     DO home_by_profile
 home_under_way:
-    LET PHASE, HOME_BEGIN
+    UP PHASE
     DO axis_bit
     AXIS_OFF HOMING_ERROR
     GET N
@@ -203,8 +203,7 @@ home_under_way:
     /* 0, input from 0, its level when closed, 1 for positive, then speed, speed off the switch, ramps
        up and down, stroke, pause, place, clearance */
 command_home:
-    F load COMMAND+4
-    CMPI 0
+    F word COMMAND+4
     IF_NOT_EQUAL command_wrong
     F load COMMAND+6
     CMPI 17
@@ -229,15 +228,23 @@ command_home:
     IF_EQUAL command_wrong
     NEXT_AXIS 2b
     DO axis_n
-    CALL command_record
+    LIT 1
+    F put HOME_RECORD+A_STEPS
+    F put HOME_RECORD+A_UM
+    F word HOME_SLOW_SPEED
+    F put HOME_RECORD+A_HOME_SLOW
+    F word HOME_WAIT
+    F put HOME_RECORD+A_HOME_PAUSE
     F load HOME_STROKE
     DO abs
     F store HOME_RECORD+A_HOME_STROKE
+    LIT 0
     IF_ZERO RAMPS, 3f
-    F load HOME_CLEARANCE
-    DO negate
+    F sub HOME_CLEARANCE
     F store HOME_CLEARANCE
-3:  GOTO home_under_way
+    LIT AXIS_HOME_POSITIVE
+3:  F put HOME_RECORD+A_FLAGS
+    GOTO home_under_way
 
     /* TEMP = pace with ramp up, speed and ramp down at r5, which moves on; Z when one is not above
        0. */
@@ -274,17 +281,6 @@ command_home:
 command_long:
     mov @r5+, r12
     mov @r5+, r13
-    ret
-
-command_record:
-    mov.b &RAMPS, r12
-    rla r12
-    rla r12
-    mov r12, &HOME_RECORD+A_FLAGS
-    mov #1, &HOME_RECORD+A_STEPS
-    mov #1, &HOME_RECORD+A_UM
-    mov &HOME_SLOW_SPEED, &HOME_RECORD+A_HOME_SLOW
-    mov &HOME_WAIT, &HOME_RECORD+A_HOME_PAUSE
     ret
 
     /* Work position of the axis r12 becomes r15:r14 steps: r12 = 0 or an exception.

@@ -12,6 +12,9 @@ module.moves.coords:
     .set SPARE, V2
     .set SPARE_TOO, LEFT
 
+    /* the MachineRecord of a program, from STORED */
+    .set PROGRAM_MACHINE, SLOT_HEAD+IMAGE_CODE-MACHINE_SIZE
+
     /* FRAME_OF */
     .set F_STEPS, 4
     .set F_MACHINE, 8
@@ -117,12 +120,6 @@ axis_there:
 1:  cmp r8, r8
     ret
 
-    /* r12 = flags of the program's MachineRecord. Uses r11. */
-machine_flags:
-    mov &VM_CODE, r11
-    mov MC_FLAGS-MACHINE_SIZE(r11), r12
-    ret
-
     /* Where a target lies: r13:r12 um or steps as FRAME_OF says. NEW_UM, NEW_STEPS of the axis hold it
        and r12 is 0, or FAULTED with F01, F05, F07, or F20 for an axis that the machine lacks. */
     ROUTINE_ODD aim
@@ -162,7 +159,8 @@ machine_flags:
 5:  IF_NOT_AXIS PLACED, 8f
     DONE_
 8:  IF_ANY FRAME_OF, F_RELATIVE, 6b
-    DO machine_flags
+    F base STORED
+    FR word PROGRAM_MACHINE+MC_FLAGS, SHORT
     TESTI MC_REQUIRE_HOMING
     IF_EQUAL 6b
     FAULT F_NOT_HOMED
@@ -202,9 +200,14 @@ settle_all:
     NEXT_AXIS 1b
     RETURN
 
+    /* r13:r12 = where the axis stands. */
+    ROUTINE_ODD here
+    F load ACTUAL, AXIS
+    RETURN
+
     /* The commanded place is where the axis stands. */
     ROUTINE_ODD settle_here
-    F load ACTUAL, AXIS
+    DO here
     /* The commanded place is that of r13:r12 steps; um are 0 when they do not fit. */
     ROUTINE_ODD settle
     F store STEPS, AXIS

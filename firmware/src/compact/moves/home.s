@@ -23,7 +23,7 @@ module.moves.home:
     CMPI OP_HOME_QUERY-OP_HOME
     IF_NOT_EQUAL 0f
     DO operand_byte
-0:  LET PHASE, HOME_BEGIN
+0:  UP PHASE
     DO home_by_profile
 1:  DO axis_n
     DO axis_there
@@ -59,7 +59,7 @@ home_slow:
     DO home_closed
     IF_NOT_EQUAL home_stays_closed
     LET PHASE, HOME_OPEN
-    F load ACTUAL, AXIS
+    DO here
     F store OPENED
     DO motion_hit
     NOT_YET_
@@ -85,7 +85,7 @@ home_lacks:
     FAULT F_VALUE_RANGE
 
 home_clear:
-    F load ACTUAL, AXIS
+    DO here
     EVENT_OK TRACE_HOME
 home_failed:
     RETURN
@@ -97,7 +97,7 @@ home_begin:
     AXIS_OFF PLACED
     LIT 0
     F store OFFSET, AXIS
-    LET PHASE, HOME_REST
+    UP PHASE
     DO home_closed
     IF_NOT_EQUAL home_wait
     LET PHASE, HOME_FAST
@@ -157,7 +157,7 @@ home_go:
     ROUTINE_ODD home_missed
     DO axis_at
     DO settle_here
-    F load ACTUAL, AXIS
+    DO here
     EVENT TRACE_HOME
     RETURN
     .balign 2, 0

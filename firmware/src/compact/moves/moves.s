@@ -91,7 +91,10 @@ read_timer:
 read_port:
     LIT 17
     DO input
-    CALL read_inputs
+    F put TEMP+2
+    F word INPUT
+    F put TEMP
+    F load TEMP
     GOTO read_done
 read_probe_ok:
     IF_NOT_AXIS PROBE_OK, 1f
@@ -106,10 +109,10 @@ read_homed:
 1:  LIT 0
     GOTO read_done
 read_pos_steps:
-    F load ACTUAL, AXIS
+    DO here
     GOTO read_done
 read_pos:
-    F load ACTUAL, AXIS
+    DO here
     GOTO 2f
 read_probed:
     F load PROBED, AXIS
@@ -123,10 +126,11 @@ read_done:
     DO push_value
     DONE_
 
-    /* A speed or ramp from the stack when bit 0, 2 or 6 of UNIT is set, in steps when bit 1, 3 or 7 is,
+    /* A speed or ramp from the stack when bit 0, 2 or 6 of r12 is set, in steps when bit 1, 3 or 7 is,
        else in um: r13:r12 = scaled steps, above every number without one, 0 with Z when it is not
-       above 0. rate_of takes r13:r12. */
+       above 0. rate_of takes r13:r12, and those bits from UNIT. */
     ROUTINE_ODD rate
+    PUT UNIT
     DO scaled_most
     IF_NONE UNIT, 0x45, 1f
     DO pop_value
@@ -159,12 +163,17 @@ read_done:
     ROUTINE_ODD speed_flags
     GET FLAGS
     ANDI FL_SPEED+FL_SPEED_STEPS
-    PUT UNIT
     DO rate
     ROUTINE_ODD speed_least
     F bound TEMP
     DO test_long
     RETURN
+
+    /* The axis r8 goes from ACTUAL to STEPS at the pace in TEMP: r12 = NOT_YET. */
+    ROUTINE_ODD begin_axis
+    DO axis_bit
+    CALL axis_begin
+    NOT_YET_
 
     /* MoveAxe, MoveRel. */
     ROUTINE_ODD fx_move
@@ -185,13 +194,11 @@ read_done:
 2:  DO axis_flags
     GET RAMPS
     ANDI FL_DECEL+FL_DECEL_STEPS
-    PUT UNIT
     DO rate
     IF_EQUAL move_range
     F store SPARE
     GET RAMPS
     ANDI FL_ACCEL+FL_ACCEL_STEPS
-    PUT UNIT
     DO rate
     IF_EQUAL move_range
     F store SPARE_TOO
@@ -228,10 +235,9 @@ move_range:
     ROUTINE_ODD fx_linear
     IF_EQUAL 1f
     IF_SET MOVING, linear_wait
+    IF_ZERO N, linear_done
     GET N
     LET N, 0
-    CMPI 0
-    IF_EQUAL linear_return
     DO line_rapid
     NOT_YET_
 1:  UP PHASE
@@ -282,10 +288,9 @@ linear_wait:
     NOT_YET_
 linear_done:
     DONE_
-linear_return:
-    RETURN
 8:  EVENT TRACE_RAPID
-    DO machine_flags
+    F base STORED
+    FR word PROGRAM_MACHINE+MC_FLAGS, SHORT
     TESTI MC_RAPID_Z_APART
     IF_EQUAL 3f
     /* Z and another */
@@ -298,7 +303,7 @@ linear_return:
     FR load A_FLAGS, SHORT
     TESTI AXIS_HOME_POSITIVE
     IF_EQUAL 1f
-    F load ACTUAL, AXIS
+    DO here
     F sub STEPS, AXIS
     GOTO 2f
 1:  F load STEPS, AXIS
@@ -316,22 +321,6 @@ linear_return:
     DO line_rapid
     NOT_YET_
     .balign 2, 0
-
-    /* The axis N goes from ACTUAL to STEPS at the pace in TEMP: r12 = NOT_YET. */
-begin_axis:
-    mov.b &N, r12
-    call #axis_begin
-    mov #NOT_YET, r12
-    ret
-line_rapid:
-    mov #1, r13
-    br #line_begin
-
-    /* r13:r12 = the inputs, r12 being number 17. */
-read_inputs:
-    mov r12, r13
-    mov &INPUT, r12
-    ret
 
     /* r5 = steps of Z, Y, X from bit 7 down, r7 = their frames likewise: LinearMixed's, whose flags are
        r12 */

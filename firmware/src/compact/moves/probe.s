@@ -54,7 +54,7 @@ module.moves.probe:
     DO or_return
     DO probe_begin
     IF_EQUAL probe_wait
-    F load ACTUAL, AXIS
+    DO here
     EVENT TRACE_PROBE
     FAULT F_INPUT_ACTIVE
 probe_lacks:
@@ -74,7 +74,7 @@ probe_goes:
     IF_SET MOVING, probe_wait
     LET PHASE, PROBE_MISSED
     GOTO 3f
-0:  F load ACTUAL, AXIS
+0:  DO here
 2:  F store PROBED, AXIS
     UP PHASE
     DO axis_bit
@@ -89,7 +89,7 @@ probe_wait:
     F load PROBED, AXIS
     EVENT_OK TRACE_PROBE
     RETURN
-4:  F load ACTUAL, AXIS
+4:  DO here
     EVENT TRACE_PROBE
     IF_ANY BITS, FL_QUERY, 5f
     FAULT F_PROBE_MISSED
