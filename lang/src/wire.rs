@@ -262,6 +262,10 @@ map! {
         MISSED_DEADLINES: OWN + 13;
         /// Free RAM words of the largest pool, in 16-bit words.
         POOL_WORDS_REGISTER: OWN + 14;
+        /// Why a streamed run waits for a handler, 0 when it does not. Bits 0..3: [`Called`]; bits 4, 5:
+        /// slot of the event; high byte: number of the fault instead. What is read behind it in one
+        /// request is of that instant or later.
+        STREAM_CALL: OWN + 19;
         /// [`RunState`]
         RUN_STATE: OWN + 20;
         /// Number of the last fault, 0 for none since the last start.
@@ -296,9 +300,6 @@ map! {
         STREAM_STARVED: OWN + 45;
         /// [`Refusal`] of the newest piece.
         STREAM_RESULT: OWN + 46;
-        /// Why the run waits for a handler, 0 when it does not. Bits 0..3: [`Called`]; bits 4, 5: slot
-        /// of the event; high byte: number of the fault instead.
-        STREAM_CALL: OWN + 47;
         /// Write one [`Control`] code.
         RUN_CONTROL: OWN + 50;
         /// 1: trace mode.

@@ -84,7 +84,7 @@ impl Core {
                 self.axis_value(address, COMMANDED, |core, n| core.motor.steps[usize::from(n)])
             }
             #[cfg(feature = "stream")]
-            STREAM_ACCEPTED..=STREAM_CALL | STREAM_SLOTS..=STREAM_REQUEST => {
+            STREAM_CALL | STREAM_ACCEPTED..=STREAM_RESULT | STREAM_SLOTS..=STREAM_REQUEST => {
                 crate::stream::read(address)
             }
             TRACE_MODE => u16::from(self.trace.on),

@@ -1,14 +1,17 @@
 //! Streaming: a laser's raster fed to the board over its link.
 
-use lang::back;
+use lang::back::{self, Compiled};
 use lang::profile::Profile;
 
 use super::code::program;
 use super::stand::Stand;
 use super::{Sink, at_least, at_most};
+use crate::board::rig::TICKS_PER_US;
+use crate::sim::world::World;
 use crate::stream::feed::Feed;
 use crate::stream::job::Job;
-use crate::stream::pump;
+use crate::stream::late::handler_ms;
+use crate::stream::pump::{self, Outcome};
 
 /// Lines of the raster.
 const LINES: u32 = 3000;
@@ -44,7 +47,8 @@ fn at_rest(raster: &str) -> String {
 /// Figures `stream_link`: the lines of a raster that go over the link and through the board when
 /// nothing moves for them; `stream_rate`: pixels of 0.1 mm at 100 mm/s on a machine with steep ramps,
 /// where the planner sets the pace; and `stream_starved`: how often motion stood for want of a piece on
-/// the `laser` profile, where one block of look-ahead and ramps of 25 000 st/s2 do.
+/// the `laser` profile, where one block of look-ahead and ramps of 25 000 st/s2 do; `stream_handler`:
+/// from an input's edge to the first output of its handler, at worst, the input's filter of 5 ms in it.
 ///
 /// # Errors
 /// The board does not take the job.
@@ -59,7 +63,41 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     let (fast, _) = stream(&raster(LINES, 6000), LINES, &steep)?;
     sink(at_least("stream_rate", "lines/s", fast, 170.0, 500.0))?;
     let (_, starved) = stream(&raster(LINES / 3, 1000), LINES / 3, &laser)?;
-    sink(at_most("stream_starved", "times", starved.into(), 0.0, 0.0))
+    sink(at_most("stream_starved", "times", starved.into(), 0.0, 0.0))?;
+    let late = handler()?;
+    sink(at_most("stream_handler", "ms", late, handler_ms(115_200).into(), 50.0))
+}
+
+/// Edges during a long wait, then while short ones keep the link busy; gives the longest time from
+/// one to its handler's output, ms.
+fn handler() -> Result<f64, String> {
+    const EDGES: u32 = 24;
+    let script = "ON IN 3 RISE GOSUB hit\nWait 2s\nREPEAT 250\n  Wait 10ms\nEND REPEAT\nEND\n\
+        hit:\nPulse 8, 5ms\nRETURN\n";
+    let world: String = (0..EDGES)
+        .map(|i| {
+            let at = 300 + 157 * i;
+            format!("at({at}, || set_in(3, true)); at({}, || set_in(3, false));", at + 60)
+        })
+        .collect();
+    let world = World::parse("bench", &world).map_err(|error| error.to_string())?;
+    let (checked, _) = program("handler", script)?;
+    let compiled = back::compile(&checked).map_err(|excesses| format!("{excesses:?}"))?;
+    let mut stand = Stand::in_world(&checked.profile, &world)?;
+    let rig = stand.rig();
+    rig.borrow_mut().begin();
+    feed(&mut stand, &compiled)?;
+    let rising = |edges: Vec<(u64, i32, bool)>, n: i32| -> Vec<u64> {
+        edges.into_iter().filter(|edge| edge.1 == n && edge.2).map(|edge| edge.0).collect()
+    };
+    let mut rig = rig.borrow_mut();
+    let edges = rising(rig.take_input_edges(), 3);
+    let served = rising(rig.take_output_edges(), 8);
+    if (edges.len(), served.len()) != (EDGES as usize, EDGES as usize) {
+        return Err(format!("{} edges, {} handlers", edges.len(), served.len()));
+    }
+    let late = edges.iter().zip(&served).map(|(edge, served)| served - edge).max().unwrap_or(0);
+    Ok(late as f64 / (1000.0 * TICKS_PER_US as f64))
 }
 
 /// Streams a raster of so many lines; gives lines a second and how often motion stood.
@@ -68,15 +106,21 @@ fn stream(raster: &str, lines: u32, profile: &Profile) -> Result<(f64, u16), Str
     checked.profile = profile.clone();
     let compiled = back::compile(&checked).map_err(|excesses| format!("{excesses:?}"))?;
     let mut stand = Stand::new(profile)?;
+    let outcome = feed(&mut stand, &compiled)?;
+    Ok((f64::from(lines) / outcome.time.as_secs_f64(), outcome.starved))
+}
+
+/// Streams a job to its end.
+fn feed(stand: &mut Stand, compiled: &Compiled) -> Result<Outcome, String> {
     let client = stand.client();
     let slots = client.stream_slots().map_err(|error| error.to_string())?;
     let slots = slots.ok_or("the board cannot stream")?;
-    let feed = Feed::new(&compiled).map_err(|refused| refused.text)?;
+    let feed = Feed::new(compiled).map_err(|refused| refused.text)?;
     let mut job = Job::new(feed, slots.bytes.into());
     let outcome = pump::run(client, &mut job, slots, &mut |_| None, &mut |_| ())
         .map_err(|error| error.to_string())?;
     if outcome.end != lang::wire::End::Done {
         return Err(format!("the job ends in line {} with {:?}", outcome.line, outcome.fault));
     }
-    Ok((f64::from(lines) / outcome.time.as_secs_f64(), outcome.starved))
+    Ok(outcome)
 }

@@ -74,12 +74,20 @@ impl Call {
 }
 
 impl<L: Link> Client<L> {
+    /// The [`feature`]s of the board's firmware.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn features(&mut self) -> Result<u16, ClientError> {
+        Ok(self.holding(wire::FEATURES, 1)?[0])
+    }
+
     /// What the board holds of a streamed job; `None` when it cannot stream.
     ///
     /// # Errors
     /// See [`ClientError`].
     pub fn stream_slots(&mut self) -> Result<Option<Slots>, ClientError> {
-        if self.holding(wire::FEATURES, 1)?[0] & feature::STREAM == 0 {
+        if self.features()? & feature::STREAM == 0 {
             return Ok(None);
         }
         let words = self.holding(wire::STREAM_SLOTS, 3)?;
@@ -143,17 +151,10 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// See [`ClientError`].
     pub fn stream_standing(&mut self) -> Result<Standing, ClientError> {
-        let standing = self.stand()?;
-        match standing.call {
-            // Words are of the instant when they are sent: what stands before this one may be older.
-            Some(_) => self.stand(),
-            None => Ok(standing),
-        }
-    }
-
-    fn stand(&mut self) -> Result<Standing, ClientError> {
-        let first = wire::RUN_STATE;
-        let words = self.holding(first, wire::STREAM_CALL - first + 1)?;
+        // Words are of the instant when they are sent. A run that waits for a handler stands still, so
+        // what comes behind that word is true.
+        let first = wire::STREAM_CALL;
+        let words = self.holding(first, wire::STREAM_RESULT - first + 1)?;
         let at = |register: u16| words[usize::from(register - first)];
         let position = |n: u16| {
             let register = wire::MACHINE_POSITIONS + 2 * n;

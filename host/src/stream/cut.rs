@@ -176,7 +176,7 @@ fn loops(block: &[Stmt]) -> Vec<lang::hir::VarId> {
 }
 
 /// The blocks of a compound statement.
-fn inside(stmt: &Stmt) -> Vec<&[Stmt]> {
+pub(super) fn inside(stmt: &Stmt) -> Vec<&[Stmt]> {
     match &stmt.kind {
         StmtKind::If { arms, otherwise, .. } => {
             arms.iter().map(|arm| &arm.body[..]).chain([&otherwise[..]]).collect()
@@ -197,9 +197,11 @@ fn possible(stmt: &Stmt) -> Result<(), Refused> {
         StmtKind::Goto(_) | StmtKind::Label(_) | StmtKind::Gosub(_) => {
             Some(("a jump cannot leave its piece", "use loops and SUBs"))
         }
-        StmtKind::OnError(_) | StmtKind::OnInput { .. } | StmtKind::OnEvery { .. } => {
-            Some(("a handler would end with its piece", "leave handlers to stored programs"))
-        }
+        StmtKind::OnError(_) | StmtKind::OnInput { .. } | StmtKind::OnEvery { .. } => Some((
+            "a handler would end with its piece",
+            "stream the job without --stored to a board that can be fed (an MSP430G2955), or \
+                 test IN(n) or TIMER() between the statements and write Probe?, Home?, WaitIn?",
+        )),
         StmtKind::MoveAxe { start: true, .. } | StmtKind::MoveSpeed { .. } => {
             Some(("a move that goes on would end with its piece", "wait for each move"))
         }

@@ -11,6 +11,10 @@ use lang::vm::effects::MAX_ARGUMENTS;
 /// Features that change how a piece is run; a board refuses the others.
 const FEATURES: u16 = feature::INTERPOLATE | feature::START | feature::ARC | feature::EVENTS;
 
+/// Bytes of code and texts of a piece that the board waits for, if one statement does not have more: a
+/// handler begins the earlier the shorter it is.
+const ANSWER: usize = 24;
+
 /// A statement in a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -152,6 +156,10 @@ impl Writer {
     }
 
     fn fits(&self, bytes: usize) -> bool {
+        let used = self.code.len() + self.data.len() - self.table.len();
+        if self.answers && used > 0 && used + bytes > ANSWER {
+            return false;
+        }
         // One byte for the end, two for a value that is kept.
         self.code.len() + self.data.len() + bytes + 3 <= self.room
     }

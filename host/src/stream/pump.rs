@@ -100,6 +100,9 @@ pub type Watcher<'a> = &'a mut dyn FnMut(&Progress) -> Option<Control>;
 /// Takes what the job prints.
 pub type Printer<'a> = &'a mut dyn FnMut(&[u8]);
 
+/// Asks the board for something else each time that the pump has asked how it stands.
+pub type Observer<'a, L> = &'a mut dyn FnMut(&mut Client<L>) -> Result<(), ClientError>;
+
 struct Pump<'a, 'j, L: Link> {
     client: &'a mut Client<L>,
     job: &'a mut Job<'j>,
@@ -136,8 +139,25 @@ pub fn run<L: Link>(
     watcher: Watcher<'_>,
     printer: Printer<'_>,
 ) -> Result<Outcome, PumpError> {
+    run_observed(client, job, slots, watcher, Some(printer), &mut |_| Ok(()))
+}
+
+/// The same with somebody who asks the board for more, its trace for one. Without a printer what the
+/// job prints stays for that.
+///
+/// # Errors
+/// See [`PumpError`].
+pub fn run_observed<L: Link>(
+    client: &mut Client<L>,
+    job: &mut Job<'_>,
+    slots: Slots,
+    watcher: Watcher<'_>,
+    printer: Option<Printer<'_>>,
+    observer: Observer<'_, L>,
+) -> Result<Outcome, PumpError> {
     let usual = client.set_patience(PATIENCE);
-    let result = Pump::open(client, job, slots).and_then(|mut pump| pump.run(watcher, printer));
+    let result =
+        Pump::open(client, job, slots).and_then(|mut pump| pump.run(watcher, printer, observer));
     client.set_patience(usual);
     result
 }
@@ -179,7 +199,12 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
         move |error| PumpError::Link(error, line)
     }
 
-    fn run(&mut self, watcher: Watcher<'_>, printer: Printer<'_>) -> Result<Outcome, PumpError> {
+    fn run(
+        &mut self,
+        watcher: Watcher<'_>,
+        mut printer: Option<Printer<'_>>,
+        observer: Observer<'_, L>,
+    ) -> Result<Outcome, PumpError> {
         let runs = self.standing.runs;
         let poll = if self.job.has_events() { POLL_FOR_EVENTS } else { POLL };
         let mut begun_at = self.client.link().now();
@@ -206,15 +231,14 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
             }
             looked_at = self.client.link().now();
             self.look()?;
+            observer(self.client).map_err(self.link())?;
             if self.standing.runs != runs
                 && matches!(
                     self.standing.state,
                     Some(RunState::Ready | RunState::Empty | RunState::Fault)
                 )
             {
-                if self.job.prints {
-                    self.print(printer)?;
-                }
+                self.print(&mut printer)?;
                 return Ok(self.outcome(begun_at));
             }
             self.called();
@@ -225,9 +249,7 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
                 self.asked = false;
                 self.answered = true;
             }
-            if self.job.prints {
-                self.print(printer)?;
-            }
+            self.print(&mut printer)?;
             let progress = Progress {
                 state: self.standing.state,
                 line: self.line,
@@ -376,7 +398,8 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
         self.job.rewind(id, call, begun);
     }
 
-    fn print(&mut self, printer: Printer<'_>) -> Result<(), PumpError> {
+    fn print(&mut self, printer: &mut Option<Printer<'_>>) -> Result<(), PumpError> {
+        let Some(printer) = printer.as_mut().filter(|_| self.job.prints) else { return Ok(()) };
         loop {
             let bytes = self.client.take_print().map_err(self.link())?;
             if bytes.is_empty() {

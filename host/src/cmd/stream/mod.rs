@@ -27,6 +27,7 @@ use crate::render::Note;
 use crate::stream::check::{self, Checked};
 use crate::stream::feed::{Feed, Refused};
 use crate::stream::job::Job;
+use crate::stream::late;
 use crate::stream::place::Track;
 use crate::stream::pump::{self, Outcome, Progress, PumpError};
 
@@ -86,13 +87,29 @@ impl Stream {
                 console.complain("KEEP values belong to a stored program; it fits and is stored");
                 return self.run_stored(&mut board, script, identity.area_bytes, console);
             }
-            Ok(feed) => feed,
-            Err(refused) if fits => {
-                console.complain(&format!("{}; it fits and is stored instead", refused.text));
+            Ok(feed) if fits && feed.has_events() => {
+                console.complain(
+                    "a stored program serves ON IN and ON EVERY within 2 ms; it fits and is stored",
+                );
                 return self.run_stored(&mut board, script, identity.area_bytes, console);
             }
+            Ok(feed) => feed,
             Err(refused) => return Err(self.refuse(refused, console)),
         };
+        if feed.has_events() {
+            let late = late::handler_ms(board.mode().rate);
+            let mut text = format!(
+                "handlers of ON IN and ON EVERY begin up to {late} ms late: they go over the link \
+                 (2 ms in a stored program); edges and ticks that come meanwhile count once"
+            );
+            let mut line = 1;
+            if let Some((at, ms)) = late::too_fast(&script.program, late) {
+                line = script.line_of_file(at);
+                text.push_str(&format!("; every {ms} ms leaves no time for anything else"));
+            }
+            let note = Note::error(&self.file, "B010", text).at((line, 1));
+            console.note(&note.warning())?;
+        }
         self.feed(&mut board, &script, &compiled, feed, slots, console)
     }
 

@@ -1,0 +1,53 @@
+//! The language reference's scripts, streamed.
+
+use std::path::Path;
+
+use pasapas::sim::trace::{Status, What};
+
+use crate::lab::{Case, compare, simulate};
+
+/// Scripts that look at an instant which the link shifts, by what their first line says.
+const INSTANTS: [&str; 2] = ["the wait keeps its own end", "Never inside a move"];
+
+fn scripts() -> Vec<(String, Case)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/language");
+    let mut files: Vec<_> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let mut list = Vec::new();
+    for file in files {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        let text = std::fs::read_to_string(&file).unwrap();
+        for script in text.split("'---\n") {
+            let world = script.lines().filter_map(|line| line.trim_start().strip_prefix("'~ "));
+            let world: String = world.map(|line| format!("{line}\n")).collect();
+            let first = script.lines().next().unwrap_or_default().to_owned();
+            list.push((format!("{name}: {first}"), Case { script: script.to_owned(), world }));
+        }
+    }
+    list
+}
+
+#[test]
+fn the_reference_holds_for_streamed_jobs() {
+    let mut wrong = String::new();
+    let (mut count, mut handlers) = (0, 0);
+    for (name, case) in scripts() {
+        if INSTANTS.iter().any(|instant| name.contains(instant)) {
+            continue;
+        }
+        // What waits for ever is stopped by the simulation alone.
+        let end = simulate(&case).trace.pop();
+        if matches!(end, Some(What::End { status: Status::Stopped, .. })) {
+            continue;
+        }
+        if let Err(told) = compare(&case) {
+            wrong += &format!("{name}: {told}\n");
+        }
+        count += 1;
+        handlers +=
+            usize::from(["GOSUB", "ON ERROR GOTO"].iter().any(|word| case.script.contains(word)));
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+    assert!(count > 70 && handlers > 20, "{count} scripts, {handlers} with handlers");
+}
