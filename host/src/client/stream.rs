@@ -74,20 +74,12 @@ impl Call {
 }
 
 impl<L: Link> Client<L> {
-    /// The [`feature`]s of the board's firmware.
-    ///
-    /// # Errors
-    /// See [`ClientError`].
-    pub fn features(&mut self) -> Result<u16, ClientError> {
-        Ok(self.holding(wire::FEATURES, 1)?[0])
-    }
-
     /// What the board holds of a streamed job; `None` when it cannot stream.
     ///
     /// # Errors
     /// See [`ClientError`].
     pub fn stream_slots(&mut self) -> Result<Option<Slots>, ClientError> {
-        if self.features()? & feature::STREAM == 0 {
+        if self.holding(wire::FEATURES, 1)?[0] & feature::STREAM == 0 {
             return Ok(None);
         }
         let words = self.holding(wire::STREAM_SLOTS, 3)?;

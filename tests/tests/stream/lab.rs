@@ -6,8 +6,9 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::profile::Profile;
-use lang::wire::TRACE_MODE;
+use lang::wire::{CHAR_IN, TRACE_MODE};
 use pasapas::bench::stand::Stand;
+use pasapas::board::rig::HostAction;
 use pasapas::client::trace::Tracer;
 use pasapas::sim::trace::{Event, What, to_text};
 use pasapas::sim::world::World;
@@ -94,7 +95,7 @@ pub fn stream(case: &Case, traced: bool) -> (Run, Outcome, String) {
     let mut tracer = Tracer::new(&profile, &no_line);
     let mut trace = Vec::new();
     client.write(TRACE_MODE, traced.into()).expect("trace mode");
-    rig.borrow_mut().begin();
+    let mut begun = false;
     let mut printed = Vec::new();
     let mut print = |bytes: &[u8]| printed.extend_from_slice(bytes);
     let outcome = pump::run_observed(
@@ -104,6 +105,16 @@ pub fn stream(case: &Case, traced: bool) -> (Run, Outcome, String) {
         &mut |_| None,
         if traced { None } else { Some(&mut print) },
         &mut |client| {
+            // The world begins with the first look behind the start: 15 ms later, with the link.
+            if !std::mem::replace(&mut begun, true) {
+                rig.borrow_mut().begin();
+            }
+            let actions = rig.borrow_mut().take_host_actions();
+            for action in actions {
+                if let HostAction::Char(c) = action {
+                    client.write(CHAR_IN, u16::try_from(c).unwrap_or(0))?;
+                }
+            }
             // The second look tells the board that an event was received.
             for _ in 0..if traced { 3 } else { 0 } {
                 trace.extend(tracer.poll(client)?);

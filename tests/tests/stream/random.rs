@@ -62,7 +62,7 @@ fn run(seed: u8, cases: u32) {
 
 #[test]
 fn events_at_any_time_lose_and_double_nothing() {
-    run(3, 10);
+    run(3, 5);
 }
 
 #[test]

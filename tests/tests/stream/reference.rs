@@ -6,8 +6,22 @@ use pasapas::sim::trace::{Status, What};
 
 use crate::lab::{Case, compare, simulate};
 
-/// Scripts that look at an instant which the link shifts, by what their first line says.
-const INSTANTS: [&str; 2] = ["the wait keeps its own end", "Never inside a move"];
+/// Scripts that look at an instant, which the link shifts: by what their first line says.
+const INSTANTS: [&str; 13] = [
+    "the wait keeps its own end",
+    "Never inside a move",
+    "Handlers of errors have no F",
+    "The same behind an error handler",
+    "Handlers are served while a pulse",
+    "WaitIn and its timeout",
+    "Pulse returns when the pulse is over",
+    "Probing by G-code",
+    "Probe: caught at that step",
+    "MoveSpeed X, 20mm/s",
+    "TIMER begins with the first statement",
+    "StopAll; Motors OFF",
+    "F by a StepRate",
+];
 
 fn scripts() -> Vec<(String, Case)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/language");
@@ -28,12 +42,12 @@ fn scripts() -> Vec<(String, Case)> {
     list
 }
 
-#[test]
-fn the_reference_holds_for_streamed_jobs() {
+/// Streams the scripts that `wanted` takes; gives how many.
+fn compare_all(wanted: impl Fn(&str) -> bool) -> usize {
     let mut wrong = String::new();
-    let (mut count, mut handlers) = (0, 0);
+    let mut count = 0;
     for (name, case) in scripts() {
-        if INSTANTS.iter().any(|instant| name.contains(instant)) {
+        if !wanted(&case.script) || INSTANTS.iter().any(|instant| name.contains(instant)) {
             continue;
         }
         // What waits for ever is stopped by the simulation alone.
@@ -45,9 +59,24 @@ fn the_reference_holds_for_streamed_jobs() {
             wrong += &format!("{name}: {told}\n");
         }
         count += 1;
-        handlers +=
-            usize::from(["GOSUB", "ON ERROR GOTO"].iter().any(|word| case.script.contains(word)));
     }
     assert!(wrong.is_empty(), "{wrong}");
-    assert!(count > 70 && handlers > 20, "{count} scripts, {handlers} with handlers");
+    count
+}
+
+fn has_handlers(script: &str) -> bool {
+    ["ON IN ", "ON EVERY ", "ON ERROR GOTO"].iter().any(|word| script.contains(word))
+}
+
+#[test]
+fn the_references_handlers_hold_for_streamed_jobs() {
+    let count = compare_all(has_handlers);
+    assert!(count > 20, "{count}");
+}
+
+#[test]
+#[ignore = "a minute: the scripts without handlers"]
+fn the_reference_holds_for_streamed_jobs() {
+    let count = compare_all(|script| !has_handlers(script));
+    assert!(count > 60, "{count}");
 }

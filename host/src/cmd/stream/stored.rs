@@ -2,10 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use lang::image::Image;
-use lang::isa::{self, Op};
-use lang::part::Lack;
-use lang::record::feature;
 use lang::wire::{Control, RunState};
 use serde_json::json;
 
@@ -19,7 +15,6 @@ use crate::sim::trace::{Event, PerAxis, What};
 use crate::sim::world::World;
 use crate::sim::{self, Engine};
 use crate::stream::cut::{Piece, cut};
-use crate::stream::feed::Refused;
 
 /// How often the board is asked while a piece runs.
 const POLL: Duration = Duration::from_millis(40);
@@ -55,12 +50,6 @@ impl Stream {
             refused.line = script.line_of_file(refused.line);
             self.refuse(refused, console)
         })?;
-        let features = board.features()?;
-        for piece in &pieces {
-            if let Some(refused) = lacking(piece, features, &script) {
-                return Err(self.refuse(refused, console));
-            }
-        }
         for piece in &mut pieces {
             piece.first_line = script.line_of_file(piece.first_line);
             piece.last_line = script.line_of_file(piece.last_line);
@@ -168,38 +157,6 @@ impl Stream {
             .map_err(|error| Failure::Board(error.to_string()))?;
         Ok(place.get().1)
     }
-}
-
-/// Refuses a piece for what the board's firmware cannot run, at the statement where that is known.
-fn lacking(piece: &Piece, features: u16, script: &Script) -> Option<Refused> {
-    let image = Image::new(&piece.image).ok()?;
-    let missing = u16::from(image.header.features) & !features;
-    if missing == 0 {
-        return None;
-    }
-    let bit = 1 << missing.trailing_zeros();
-    let (op, hint) = match bit {
-        feature::EVENTS => (
-            Some(Op::Event),
-            "test IN(n) or TIMER() between the statements, or use a board with the MSP430G2955",
-        ),
-        feature::LINES => (
-            Some(Op::OnError),
-            "write the forms that go on by themselves (Probe?, Home?, WaitIn?, WaitChar?), or use a \
-             board with the MSP430G2955",
-        ),
-        _ => (None, "use a board with the MSP430G2955"),
-    };
-    let line = op.and_then(|op| {
-        let mut pc = 0;
-        while *image.code.get(pc)? != op.code() {
-            pc += 1 + isa::shape(image.code[pc])?.operands().len(image.header.wide());
-        }
-        piece.sidecar.at(pc).map(|mark| mark.line)
-    });
-    let line = script.line_of_file(line.unwrap_or(piece.first_line));
-    let text = format!("this board's firmware has no {}", Lack::Feature(bit));
-    Some(Refused::new(line, text, hint))
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a rate for people")]
