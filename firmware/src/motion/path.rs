@@ -362,8 +362,9 @@ impl Path {
         // What the axes may jump by anyway: their start rate.
         let start2 = next.start.times(next.start);
         let corner = smooth.most(start2.shifted(-2)).over(q2);
-        // What the next block can brake from.
-        let reach = start2.plus(next.decel.times(next.length).shifted(1));
+        // What the next block can brake from, on the ramp that it will be given (`Limits::set_pitch`).
+        let ramp = next.decel.times(next.length).shifted(1);
+        let reach = start2.plus(ramp.minus(ramp.shifted(-5)));
         // What lasts as long as the block after it takes to plan.
         let feed = self.feed.least(next.feed).least(next.length.times(BLOCKS));
         let exit2 = corner.least(reach).least(feed.times(feed));

@@ -7,6 +7,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use emulator::{LoadError, VcdWriter};
+use firmware::motion::physics::Count;
 use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::hir::Program;
@@ -15,6 +16,7 @@ use lang::wire::{self, Control, RunState};
 
 use super::Build;
 use super::health::Health;
+use super::judge::Judge;
 use super::link::InProcess;
 use super::path::PathRecorder;
 use super::rig::{HostAction, Rig, TICKS_PER_US};
@@ -73,6 +75,9 @@ pub struct BoardRun {
     pub remarks: Vec<String>,
     /// How the board fared.
     pub health: Health,
+    /// Moves and steps that were held to the profile's ramps and rates; what broke them is among the
+    /// outcome's failures.
+    pub judged: Count,
 }
 
 /// Why there is no run.
@@ -174,6 +179,7 @@ struct Run<'a, 'b> {
     progress: &'a mut dyn FnMut(u64),
     vcd: Option<VcdWriter<&'a mut dyn Write>>,
     path: PathRecorder,
+    judge: Judge,
     outputs: Vec<Edge>,
     inputs: Vec<Edge>,
 }
@@ -191,14 +197,15 @@ impl<'a, 'b> Run<'a, 'b> {
                 let mut rig = rig.borrow_mut();
                 let signals = rig.board().plant().signals();
                 let now = rig.now();
-                rig.board().record(true);
                 Some(VcdWriter::new(out, &signals, now).map_err(BoardError::Vcd)?)
             }
         };
+        rig.borrow_mut().board().record(true);
+        let judge = Judge::new(&job.program.profile, rig.borrow().plant());
         let Sinks { trace, progress, .. } = sinks;
         let path = PathRecorder::default();
         let (outputs, inputs) = (Vec::new(), Vec::new());
-        Ok(Run { job, rig, client, trace, progress, vcd, path, outputs, inputs })
+        Ok(Run { job, rig, client, trace, progress, vcd, path, judge, outputs, inputs })
     }
 
     /// Presses Start until the program runs; the world's time begins there.
@@ -330,8 +337,9 @@ impl<'a, 'b> Run<'a, 'b> {
             self.path.release_start_at = None;
             rig.board().plant_mut().press_start(false);
         }
+        let edges = rig.board().take_edges();
+        self.judge.take(&edges);
         if let Some(vcd) = &mut self.vcd {
-            let edges = rig.board().take_edges();
             vcd.write(&edges).map_err(BoardError::Vcd)?;
         }
         let now = rig.us();
@@ -379,6 +387,14 @@ impl<'a, 'b> Run<'a, 'b> {
                 ));
             }
         }
+        let number = fault.as_ref().and_then(|code| code.get(1..)?.parse().ok());
+        let fault_number = number.and_then(Fault::from_number);
+        let abrupt = matches!(fault_number, Some(Fault::EmergencyStop | Fault::LimitSwitch));
+        let judged = self.judge.judge(rig.plant(), abrupt);
+        let judged = judged.unwrap_or_else(|text| {
+            failures.push(text);
+            Count::default()
+        });
         let pulses = self.path.pulses(&rig);
         let profile = &self.job.program.profile;
         let travel_um = Axis::ALL.map(|axis| {
@@ -396,9 +412,8 @@ impl<'a, 'b> Run<'a, 'b> {
             travel_um,
             outputs: output_uses(&self.outputs, us),
         };
-        let number = fault.and_then(|code| code.get(1..).and_then(|n| n.parse().ok()));
         let outcome = Outcome {
-            end: End { status, fault: number.and_then(Fault::from_number), line },
+            end: End { status, fault: fault_number, line },
             summary,
             record: Record::default(),
             vars: Vec::new(),
@@ -411,7 +426,7 @@ impl<'a, 'b> Run<'a, 'b> {
             vcd.finish(tick).map_err(BoardError::Vcd)?;
         }
         let record = self.path.record(self.inputs, self.outputs);
-        Ok(BoardRun { outcome: Outcome { record, ..outcome }, remarks, health })
+        Ok(BoardRun { outcome: Outcome { record, ..outcome }, remarks, health, judged })
     }
 }
 
@@ -443,13 +458,6 @@ fn output_uses(edges: &[Edge], end_us: u64) -> Vec<OutputUse> {
 
 fn remarks(rig: &Rig, status: Status) -> Vec<String> {
     let mut remarks = Vec::new();
-    let violations = rig.plant().violation_count;
-    if violations > 0 {
-        let first = rig.plant().violations().first();
-        remarks.push(format!(
-            "{violations} step pulses broke a limit of the drivers, the first: {first:?}"
-        ));
-    }
     for warning in rig.warnings().iter().take(5) {
         remarks.push(format!("the emulator warns: {warning:?}"));
     }

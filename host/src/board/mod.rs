@@ -2,6 +2,7 @@
 
 pub mod engine;
 pub mod health;
+pub mod judge;
 #[cfg(test)]
 mod laser;
 pub mod link;

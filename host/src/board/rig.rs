@@ -82,6 +82,7 @@ impl Rig {
         let places = Axis::ALL.map(|axis| self.scenario.switch_place(axis));
         let plant = self.board.plant_mut();
         plant.stop_at_output = true;
+        plant.limits = super::judge::driver_limits(&profile);
         for (axis, own) in profile.axes() {
             let i = axis.index();
             plant.motors[i].inverted = own.invert;

@@ -8,7 +8,7 @@ use pasapas::bench::stand::fast_mill;
 use pasapas::board::{Build, G2553, G2955};
 use pasapas::torture::stand::{framed, read_body};
 
-use crate::lab::{Dice, Lab, MS, Step, steps};
+use crate::lab::{Dice, Lab, MS, Step};
 
 /// How long an interrupt that is under way, and the one of an event that is due before the pin is
 /// looked at, keep the pin waiting: 20 us.
@@ -55,7 +55,6 @@ fn moving(build: &Build, profile: &Profile, script: &str, dice: &mut Dice) -> La
     let mut lab = Lab::new(build, profile, &script);
     let far = |axis, above| Contact { axis, position: if above { 1 } else { -1 } << 20, above };
     lab.board.plant_mut().switches = [Some(far(0, false)), Some(far(1, false)), Some(far(2, true))];
-    lab.board.record(true);
     lab.start();
     lab.run_ms(100 + dice.below(250));
     assert_eq!(lab.read(RUN_STATE), RunState::Running as u16, "{script}");
@@ -73,9 +72,8 @@ fn own(made: &[Step], axis: usize, at: u64) -> (Vec<u64>, Vec<u64>) {
 /// A board whose contact opened at `at` makes at most one step of each axis more, `delay` later.
 fn ceases(lab: &mut Lab, at: u64, delay: u64, name: &str) {
     lab.run_ms(60);
-    lab.board.record(false);
-    let made = steps(&lab.board.take_edges());
-    assert_eq!(lab.board.plant().violations(), [], "{name}: pulses that no driver takes");
+    lab.stops_abruptly("an emergency stop");
+    let made = lab.steps();
     for axis in 0..3 {
         let (before, behind) = own(&made, axis, at);
         let [.., a, b] = before[..] else { continue };
@@ -133,7 +131,8 @@ fn a_disturbance_of_2_us_stops_all_or_nothing() {
     for build in [&G2553, &G2955] {
         for (wiring, n) in [(Wiring::Direct, 4), (Wiring::Chain, 17), (Wiring::Chain, 12)] {
             let script = "G1 X40 Y37 Z-9 F9000\nMoveAxe X, 0mm";
-            let whole = moving(build, &mill(wiring, n), script, &mut dice);
+            let mut whole = moving(build, &mill(wiring, n), script, &mut dice);
+            whole.stops_abruptly("goes on in copies");
             for _ in 0..12 {
                 let mut lab = whole.clone();
                 lab.board.run_us(dice.below(3_000));
@@ -150,6 +149,7 @@ fn a_disturbance_of_2_us_stops_all_or_nothing() {
                     continue;
                 }
                 lab.settle(100);
+                lab.goes_to_its_end();
                 let places = lab.board.plant().motors.each_ref().map(|motor| motor.position);
                 assert_eq!((lab.told(), places), ([0, 3_700, -900], [0, 3_700, -900]), "{name}");
                 assert_eq!(lab.read(FAULT), 0, "{name}");

@@ -7,7 +7,7 @@ use lang::profile::Profile;
 use lang::wire::{Control, FAULT, HOMED, RUN_CONTROL, RUN_STATE, RunState};
 use pasapas::board::{Build, G2553, G2955};
 
-use crate::lab::{Dice, Lab, Step, steps};
+use crate::lab::{Dice, Lab, Step};
 
 /// Moves of X that are long enough for every instant that is tried.
 const SCRIPTS: [&str; 3] = ["MoveAxe X, 90mm", "G0 X90 Y20", "G1 X60 Y9 Z-4 F3600"];
@@ -25,11 +25,10 @@ fn ended(build: &Build, script: &str, ms: u64, act: impl FnOnce(&mut Lab)) -> (L
     // The reference run takes half a second.
     lab.run_ms(700);
     assert_eq!(lab.read(HOMED) & 1, 1, "homed");
-    lab.board.record(true);
+    lab.edges();
     lab.run_ms(ms);
     act(&mut lab);
-    lab.board.record(false);
-    let made = steps(&lab.board.take_edges());
+    let made = lab.steps();
     let places = lab.board.plant().motors.each_ref().map(|motor| motor.position);
     let told = lab.told();
     // Homing counts anew: X opens one step off its switch.
@@ -81,6 +80,7 @@ fn an_emergency_stop_ceases_within_a_step() {
             let name = format!("{script} on {} after {ms} ms", build.part.name);
             let mut told = 0;
             let (mut lab, made) = ended(build, script, ms, |lab| {
+                lab.stops_abruptly("an emergency stop");
                 assert!(lab.write(RUN_CONTROL, Control::EmergencyStop as u16));
                 told = lab.board.cycles();
                 lab.run_ms(50);

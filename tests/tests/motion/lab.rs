@@ -1,11 +1,15 @@
 //! A board with a program, buttons, and a record of every step.
 
 use emulator::{Board, Edge, Signal, TICKS_PER_SECOND};
+pub use firmware::motion::physics::Step;
 use lang::profile::Wiring;
 use lang::wire::MACHINE_POSITIONS;
 use pasapas::bench::stand::{Stand, image_for};
 use pasapas::board::Build;
+use pasapas::board::judge::Judge;
 use pasapas::torture::stand::{framed, read_body, write_body};
+
+use crate::judged::{self, Commanded};
 
 /// Ticks in a millisecond.
 pub const MS: u64 = TICKS_PER_SECOND / 1_000;
@@ -16,20 +20,14 @@ pub const PRESS_MS: u64 = 40;
 /// The output that a test's program switches on last, in the chain.
 pub const DONE: u8 = 8;
 
-/// A board that holds a program, at rest.
+/// A board that holds a program, at rest. Every step that it makes is judged when it is dropped.
 #[derive(Clone)]
 pub struct Lab {
     /// The board.
     pub board: Board,
-}
-
-/// Steps that fall on one instant: when, and what they add to each axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Step {
-    /// Ticks since power-up.
-    pub at: u64,
-    /// -1, 0 or 1.
-    pub by: [i8; 3],
+    judge: Judge,
+    commanded: Option<Commanded>,
+    abrupt: Option<&'static str>,
 }
 
 /// What the pins did in a run.
@@ -50,13 +48,40 @@ impl Lab {
         // An end would take the output back, and a Start press would run the program again.
         let done = if profile.wiring == Wiring::Chain { DONE } else { 2 };
         let text = format!("{script}\nSetOut {done}, ON\nWaitIn {done}, ON\n");
-        let (_, image) = image_for(profile, &text).expect("a script");
+        let (program, image) = image_for(profile, &text).expect("a script");
         let mut stand = Stand::on(build, profile).expect("a board");
         stand.upload(&image).expect("an upload");
         let mut board = stand.copy();
         // Time that is let pass is not cut short.
         board.plant_mut().stop_at_output = false;
-        Lab { board }
+        board.record(true);
+        let judge = Judge::new(profile, board.plant());
+        let commanded = Commanded::by(build, profile, &program, script);
+        Lab { board, judge, commanded, abrupt: None }
+    }
+
+    /// The last motion is stopped at once, for a reason.
+    pub fn stops_abruptly(&mut self, reason: &'static str) {
+        self.abrupt = Some(reason);
+    }
+
+    /// It was not stopped after all.
+    pub fn goes_to_its_end(&mut self) {
+        self.abrupt = None;
+    }
+
+    /// Every edge since the last call.
+    pub fn edges(&mut self) -> Vec<Edge> {
+        let edges = self.board.take_edges();
+        self.judge.take(&edges);
+        edges
+    }
+
+    /// Every step since the last call of this or [`Lab::edges`].
+    pub fn steps(&mut self) -> Vec<Step> {
+        let before = self.judge.steps().len();
+        self.edges();
+        self.judge.steps()[before..].to_vec()
     }
 
     /// Presses Start for [`PRESS_MS`].
@@ -149,7 +174,8 @@ impl Lab {
     /// Runs the program; `meanwhile` plays the people around it until it returns, then the end is
     /// awaited.
     pub fn play(&mut self, meanwhile: impl FnOnce(&mut Lab)) -> Run {
-        self.board.record(true);
+        self.edges();
+        let before = self.judge.steps().len();
         let began = self.board.cycles();
         self.start();
         meanwhile(self);
@@ -164,34 +190,25 @@ impl Lab {
         }
         // What is armed behind the end would be a step too many.
         self.run_ms(20);
-        self.board.record(false);
-        let edges = self.board.take_edges();
+        let edges = self.edges();
         let mut ends = edges.iter().filter(|e| e.signal == Signal::Out(DONE) && e.level);
         let ended = ends.next().expect("the end").cycle;
-        assert_eq!(self.board.plant().violations(), [], "pulses that no driver takes");
-        Run { steps: steps(&edges), edges, began, ended }
+        if let Some(commanded) = &self.commanded {
+            let places = self.board.plant().motors.each_ref().map(|motor| motor.position);
+            assert_eq!(places, commanded.end, "where the script leads");
+        }
+        Run { steps: self.judge.steps()[before..].to_vec(), edges, began, ended }
     }
 }
 
-/// The steps among edges.
-pub fn steps(edges: &[Edge]) -> Vec<Step> {
-    let mut negative = [false; 3];
-    let mut out: Vec<Step> = Vec::new();
-    for edge in edges {
-        match edge.signal {
-            Signal::Dir(axis) => negative[usize::from(axis)] = !edge.level,
-            Signal::Step(axis) if edge.level => {
-                let i = usize::from(axis);
-                if out.last().is_none_or(|step| step.at != edge.cycle) {
-                    out.push(Step { at: edge.cycle, by: [0; 3] });
-                }
-                let by = if negative[i] { -1 } else { 1 };
-                out.last_mut().expect("just made").by[i] = by;
-            }
-            _ => {}
+impl Drop for Lab {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            self.edges();
+            let abrupt = self.abrupt.is_some();
+            judged::judge(&self.judge, self.board.plant(), self.commanded.as_ref(), abrupt);
         }
     }
-    out
 }
 
 /// Random numbers that are the same each time (splitmix64).

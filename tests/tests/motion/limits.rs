@@ -6,7 +6,7 @@ use lang::profile::{Profile, Wiring};
 use lang::wire::{FAULT, FAULT_INPUT, HOMED, RUN_STATE, RunState};
 use pasapas::board::{Build, G2553, G2955};
 
-use crate::lab::{Dice, Lab, steps};
+use crate::lab::{Dice, Lab};
 
 /// Places of the switches, steps: X and Y find theirs at once, Z too.
 const SWITCHES: [i64; 3] = [-10, -10, 10];
@@ -75,13 +75,13 @@ fn beyond(build: &Build, wiring: Wiring, script: &str, instants: u64) -> usize {
         let mut lab = Lab::new(build, &mill, script);
         lab.board.plant_mut().switches[0] =
             Some(Contact { axis: 0, position: -place, above: false });
-        lab.board.record(true);
+        lab.stops_abruptly("a limit switch");
         let name = format!("{script} on {}, {wiring:?}", build.part.name);
         assert_eq!(faults(&mut lab), Some(Fault::LimitSwitch), "{name}");
         let input = if wiring == Wiring::Chain { 9 } else { 1 };
         assert_eq!(lab.read(FAULT_INPUT), input, "{name}: the input is named");
         assert_eq!(lab.read(HOMED), 0);
-        let made = steps(&lab.board.take_edges());
+        let made = lab.steps();
         let own = made.iter().filter(|s| s.by[0] != 0).count();
         assert_eq!(lab.told()[0], -(own as i64), "{name}");
         most = most.max(own - place as usize);

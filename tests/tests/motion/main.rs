@@ -4,6 +4,7 @@
 mod emergency;
 mod ends;
 mod home;
+mod judged;
 mod lab;
 mod limits;
 mod pause;

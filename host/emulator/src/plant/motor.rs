@@ -3,8 +3,10 @@
 /// What a driver asks of its signals, in ticks of 62.5 ns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DriverLimits {
-    /// Shortest high and shortest low time of STEP.
+    /// Shortest high time of STEP.
     pub pulse: u64,
+    /// Shortest low time of STEP.
+    pub low: u64,
     /// Shortest time from a change of DIR to the rising edge of STEP.
     pub setup: u64,
 }
@@ -12,7 +14,7 @@ pub struct DriverLimits {
 impl Default for DriverLimits {
     fn default() -> Self {
         // 1.9 us and 0.65 us: DRV8825, the slower of the usual modules.
-        DriverLimits { pulse: 31, setup: 11 }
+        DriverLimits { pulse: 31, low: 31, setup: 11 }
     }
 }
 
@@ -67,6 +69,12 @@ impl Motor {
         }
     }
 
+    /// Whether DIR says negative.
+    #[must_use]
+    pub fn is_negative(&self) -> bool {
+        self.dir == self.inverted
+    }
+
     /// STEP is `level` from `now` on. Returns whether the motor moved; broken limits go to `report`.
     pub fn step(
         &mut self,
@@ -89,7 +97,7 @@ impl Motor {
             self.fell = Some(now);
             return false;
         }
-        check(self.fell, limits.pulse, ViolationKind::PulseLow);
+        check(self.fell, limits.low, ViolationKind::PulseLow);
         check(self.dir_changed, limits.setup, ViolationKind::DirSetup);
         self.rose = Some(now);
         self.pulses += 1;

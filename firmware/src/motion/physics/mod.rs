@@ -1,10 +1,17 @@
 //! A checker of motion against physics: from the instants of an axis's steps, whether the motor
 //! could follow.
 //!
-//! It knows nothing of the planner. Speeds are means over half windows of at least
+//! It knows nothing of the planner. [`check`] judges one stream of steps, [`Machine::check`] whatever a
+//! machine did. Speeds are means over half windows of at least
 //! [`HALF_WINDOW`] steps, because one timer tick in a single interval looks like a huge
 //! acceleration (1 tick at 30 000 steps/s: 1.7 million steps/s2); the bound is the ramp plus
 //! 5 % plus what an error of one tick at each end of a half window can make.
+
+mod record;
+#[cfg(test)]
+mod tests;
+
+pub use record::{Count, Machine, Step};
 
 /// Steps in each half of a window.
 pub const HALF_WINDOW: usize = 10;
@@ -51,15 +58,24 @@ pub enum What {
     Decel,
 }
 
+impl Limits {
+    /// Highest rate over the interval that leaves rest or comes to it on a ramp: it may already be an
+    /// acceleration and a half faster than the start rate.
+    pub fn jump(&self, ramp: f64) -> f64 {
+        (self.start * self.start + 3.2 * ramp).sqrt() * 1.05
+    }
+}
+
+fn bound(what: What, step: usize, found: f64, bound: f64) -> Result<(), Violation> {
+    if found <= bound { Ok(()) } else { Err(Violation { step, what, found, bound }) }
+}
+
 /// Checks one motion from rest to rest in one direction: `times` are the instants of its steps in
 /// timer ticks, ascending.
 ///
 /// # Errors
 /// The first violation.
 pub fn check(times: &[u64], limits: &Limits) -> Result<(), Violation> {
-    let bound = |what, step, found: f64, bound: f64| {
-        if found <= bound { Ok(()) } else { Err(Violation { step, what, found, bound }) }
-    };
     let rate = |a: usize, b: usize| (b - a) as f64 * HZ / (times[b] - times[a]) as f64;
     let last = times.len().saturating_sub(1);
     if last == 0 {
@@ -69,10 +85,8 @@ pub fn check(times: &[u64], limits: &Limits) -> Result<(), Violation> {
         let ticks = (times[i + 1] - times[i]) as f64;
         bound(What::Top, i, HZ / (ticks + 1.0), limits.top * 1.02)?;
     }
-    // From rest the first interval may already be an acceleration and a half faster than the start rate.
-    let jump = |ramp: f64| (limits.start * limits.start + 3.2 * ramp).sqrt() * 1.05;
-    bound(What::Start, 0, rate(0, 1), jump(limits.accel))?;
-    bound(What::Start, last, rate(last - 1, last), jump(limits.decel))?;
+    bound(What::Start, 0, rate(0, 1), limits.jump(limits.accel))?;
+    bound(What::Start, last, rate(last - 1, last), limits.jump(limits.decel))?;
     let window = 2 * HALF_WINDOW;
     for i in 0..=last.saturating_sub(window) {
         if i + window > last {

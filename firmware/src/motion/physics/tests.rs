@@ -1,0 +1,80 @@
+//! Seeded faults: each rule of the checker finds its own.
+
+use super::{Limits, Machine, Step, What};
+
+const MILL: Limits = Limits { start: 400.0, top: 8_000.0, accel: 25_000.0, decel: 25_000.0 };
+const MACHINE: Machine = Machine { axes: [MILL; 3], um: [10.0; 3], corner_um: 20.0 };
+
+/// A line of so many steps with a slope of Y, on ramps of some steepness up to a rate.
+fn line(events: u32, slope: f64, accel: f64, top: f64) -> Vec<Step> {
+    let mut now = 1_000.0;
+    let mut y = 0.5;
+    let event = |n: u32| {
+        let left = f64::from(n.min(events - n));
+        let rate = (MILL.start.powi(2) + 2.0 * accel * left).sqrt().min(top);
+        now += 16e6 / rate;
+        y += slope;
+        let up = y >= 1.0;
+        y -= f64::from(u8::from(up));
+        Step { at: now as u64, by: [1, i8::from(up), 0] }
+    };
+    (0..events).map(event).collect()
+}
+
+fn found(steps: &[Step]) -> Option<What> {
+    MACHINE.check(steps, false).err().map(|violation| violation.what)
+}
+
+#[test]
+fn a_line_on_its_ramps_is_a_move() {
+    for slope in [0.0, 0.03, 0.4, 1.0] {
+        let steps = line(3_000, slope, 24_900.0, 7_900.0);
+        let count = MACHINE.check(&steps, false).expect("no violation");
+        let made = steps.iter().flat_map(|step| step.by).filter(|by| *by != 0).count();
+        assert_eq!((count.moves, count.steps), (1, made), "slope {slope}");
+    }
+}
+
+#[test]
+fn ramps_that_are_too_quick_are_found_on_any_slope() {
+    for slope in [0.0, 0.03, 0.4, 1.0] {
+        assert_eq!(found(&line(3_000, slope, 31_000.0, 7_900.0)), Some(What::Accel), "{slope}");
+        // The same ramp, at the other end.
+        let mut steps = line(3_000, slope, 24_900.0, 7_900.0);
+        let quick = line(3_000, slope, 31_000.0, 7_900.0);
+        let later = steps[1_500].at - quick[1_500].at;
+        for (step, quick) in steps[1_500..].iter_mut().zip(&quick[1_500..]) {
+            step.at = quick.at + later;
+        }
+        assert_eq!(found(&steps), Some(What::Decel), "{slope}");
+    }
+}
+
+#[test]
+fn a_rate_above_the_top_and_a_start_above_the_start_rate_are_found() {
+    assert_eq!(found(&line(3_000, 0.0, 24_900.0, 8_300.0)), Some(What::Top));
+    assert_eq!(found(&line(3_000, 0.4, 24_900.0, 8_300.0)), Some(What::Top));
+    for slope in [0.0, 0.4] {
+        let steps = line(3_000, slope, 24_900.0, 7_900.0);
+        assert_eq!(found(&steps[200..]), Some(What::Start), "{slope}");
+        assert_eq!(found(&steps[..2_800]), Some(What::Start), "{slope}");
+        assert!(MACHINE.check(&steps[..2_800], true).is_ok(), "it was stopped at once");
+        // A step that is missing in the middle of it.
+        let mut hole = steps.clone();
+        for step in &mut hole[1_500..] {
+            step.at += 16_000;
+        }
+        assert!(found(&hole).is_some(), "a hole of 1 ms on slope {slope}");
+    }
+}
+
+#[test]
+fn an_axis_that_turns_round_at_full_speed_is_found() {
+    for slope in [0.0, 0.4] {
+        let mut steps = line(3_000, slope, 24_900.0, 7_900.0);
+        for step in &mut steps[1_500..] {
+            step.by[0] = -1;
+        }
+        assert_eq!(found(&steps), Some(What::Start), "{slope}");
+    }
+}
