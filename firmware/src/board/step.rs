@@ -351,8 +351,10 @@ single_long:
     jne 1f
     add &WIDTH, TA1CCR0(r13)
     mov #0x00b0, TA1CCTL0(r13)
+    /* past already: by the difference's sign, as the timer goes round */
     cmp &TA1R, TA1CCR0(r13)
-    jge single_exit
+    jn 1f
+    jmp single_exit
 1:  sub &WIDTH, TA1CCR0(r13)
     jmp single_fallen
 
@@ -393,7 +395,12 @@ single_switch:
     inc SENSE(r13)
 1:  dec 8(r15)
     jmp single_schedule
+    /* TA1IV may have told of an axis that had risen just then: its last pulse is no shorter than the
+       others */
 single_stop:
+    mov #5, r14
+1:  dec r14
+    jne 1b
     clr TA1CCTL0(r13)
     jmp single_exit
 
