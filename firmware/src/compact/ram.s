@@ -43,7 +43,7 @@
     VAR TICK, 4                 /* interval at speed 1, ticks */
     .set LOCALS, TICK           /* at rest: bytes of a statement or command that begins */
     VAR WATCH, 1                /* inputs of port 1 that catch, or TRIPPED */
-    VAR IDLE, 1                 /* their levels at rest */
+    VAR IDLE, 1                 /* their levels at rest; WATCH_ENDS: the step that is caught is the last */
     VAR HIT, 1                  /* what answered, 0 for nothing yet */
     VAR REFUSAL, 1              /* Refusal of the last upload */
     VAR MOVING, 1               /* bit per axis that the motion under way moves */
@@ -185,7 +185,9 @@
     .set M_PAUSE, 1             /* brake to a pause, or rest in one */
     .set M_STOP, 2              /* brake, then forget the rest */
     .set M_SETTLE, 4            /* the commanded places will be where it ends */
-/* WATCH: the emergency stop has answered at its pin, and no more steps are made */
+/* WATCH: no more steps are made */
+    .set WATCH_ENDS, 1
+/* WATCH: so, as the emergency stop has answered at its pin */
     .set TRIPPED, -1
 /* RUN_FLAGS */
     .set R_WAITING, 1           /* WaitStart, and Start was not pressed yet */

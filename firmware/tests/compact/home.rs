@@ -1,6 +1,7 @@
 //! Reference runs and probes on the running board, against switches and probes of the plant.
 
 use emulator::plant::Contact;
+use emulator::{Stop, TICKS_PER_SECOND};
 use lang::fault::Fault;
 use lang::profile::{Profile, Wiring};
 use lang::wire::{End, TRACE_OK, TraceKind};
@@ -133,6 +134,30 @@ fn the_probe_pin_catches_the_very_step() {
         assert_eq!(live.byte("PROBE_OK"), 4);
         assert_eq!(live.motors(), [0; 3]);
     }
+}
+
+#[test]
+fn a_slow_probe_rests_at_its_plate_however_late_the_main_loop_is() {
+    /// `jmp $`, in a word of the pool that this program has no use for.
+    const PARKED: u16 = 0x3FFF;
+    let mut live = with_probe(Live::new(&mill(), "Probe Z, -10mm, 300st/s\n"), 2, -137, false);
+    live.start();
+    while live.motors()[2] > -136 {
+        live.run_ms(1);
+    }
+    let (main, park) = (live.at("loop"), live.at("POOL"));
+    live.board.set_breakpoint(main);
+    assert_eq!(live.board.run_for(TICKS_PER_SECOND / 100), Stop::Breakpoint(main));
+    live.board.clear_breakpoint(main);
+    live.board.poke16(park, PARKED);
+    live.board.set_reg(0, park);
+    live.board.run_us(10_000);
+    assert_eq!(live.motors()[2], -137);
+    live.board.set_reg(0, main);
+    live.run_ms(100);
+    assert_eq!(live.events, [probe(2, true, -137), done()]);
+    assert_eq!(live.motors()[2], -137);
+    assert_eq!(live.longs("STEPS")[2], -137);
 }
 
 #[test]

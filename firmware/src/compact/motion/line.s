@@ -26,9 +26,11 @@ line_begin:
     /* V = pace: negative for a single axis, 0 for the feed, 1 for a rapid move */
     mov r13, &V+2
     mov.b r12, &MOVING
-    /* INC = distances, LEFT = the longest, TICK = length^2, NOMINAL2 = the same in steps */
+    /* nothing is watched yet, unless the emergency stop has answered; INC = distances, LEFT = the longest, TICK = length^2, NOMINAL2 = the same in steps */
     MICRO
-    LIT 0
+    IF_IS WATCH, TRIPPED&255, 1f
+    LET WATCH, 0
+1:  LIT 0
     F store LEFT
     F store TICK
     F store NOMINAL2
@@ -299,9 +301,10 @@ motion_settle:
     /* Steps cease at once: none after the next event, which is armed already and at most 2 ms away.
        The rest is forgotten, the commanded places are where the axes stand. No register is kept. */
     ROUTINE_ODD motion_halt, module.motion.line
-    IF_ZERO MOVING, motion_settle
+    /* at rest, too: the interrupt may have left them */
     F clear SLOT0+EVENTS
     F clear SLOT1+EVENTS
+    IF_ZERO MOVING, motion_settle
     LIT 0
     F store LEFT
     LET MOTION, M_STOP

@@ -108,17 +108,19 @@ step_armed:
 
     /* an input may answer at the step just made */
 step_watch:
-    cmp.b #TRIPPED, &WATCH
-    jeq step_ends
+    bit.b #WATCH_ENDS, &WATCH
+    jne step_ends
     mov.b &P1IN, r15
     xor.b &IDLE, r15
     and.b &WATCH, r15
     jeq 1f
     mov.b r15, &HIT
-    clr.b &WATCH
+    mov.b &IDLE, &WATCH
+    and.b #WATCH_ENDS, &WATCH
     mov.b &N, r15
     rla r15
     mov COUNT(r15), &CAUGHT
+    jmp step_watch
 1:  mov &STEP_SLOT, r15
     jmp step_arm
 

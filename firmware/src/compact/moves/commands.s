@@ -313,8 +313,7 @@ command_done:
     AXIS_ON HOMING_ERROR
     GOTO 2f
 1:  AXIS_ON PROBE_ERROR
-2:  LET WATCH, 0
-    LET EFFECT, 0
+2:  LET EFFECT, 0
     LET PHASE, 0
 3:  RETURN
     .balign 2, 0

@@ -91,7 +91,6 @@ home_failed:
     RETURN
 
 home_begin:
-    LET WATCH, 0
     DO axis_bit
     AXIS_OFF HOMED
     AXIS_OFF PLACED

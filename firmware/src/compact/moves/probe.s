@@ -84,7 +84,6 @@ probe_goes:
 probe_wait:
     NOT_YET_
 3:  IF_SET MOVING, probe_wait
-    LET WATCH, 0
     IF_IS_NOT PHASE, PROBE_CAUGHT, 4f
     F load PROBED, AXIS
     EVENT_OK TRACE_PROBE
@@ -161,6 +160,8 @@ probe_answers:
     AXIS_OFF PROBE_OK
     DO probe_answers
     IF_NOT_EQUAL 1f
+    DO command
+    DO begin_axis
     /* a probe at pins of port 1 is caught at its very step: they are at rest now */
     LET HIT, 0
     CALL probe_pins
@@ -173,9 +174,14 @@ probe_answers:
     IF_NOT_EQUAL 2f
     IF_NONE BITS, PROBE_AND_17, 2f
     LET WATCH, P1_REF_X_OR_PROBE
-2:  DO command
-    DO begin_axis
-    CMPI NOT_YET
+    /* an axis no faster than its start rate stands still at once */
+2:  BITS_OFF IDLE, WATCH_ENDS
+    F load START2
+    F sub NOMINAL2
+    IF_NEGATIVE 3f
+    BITS_ON IDLE, WATCH_ENDS
+3:  LIT 0
+    DO test_long
 1:  RETURN
     .balign 2, 0
 
