@@ -13,6 +13,12 @@ Reset:
     cmp #0x0400, r12
     jne 1b
     call #boot
+    /* The pin of an emergency stop interrupts. Another edge than before may be taken for one that has
+       come. */
+    mov &BOARD, r12
+    mov.b B_EMERGENCY_FALLS(r12), &P1IES
+    clr.b &P1IFG
+    mov.b B_EMERGENCY_PIN(r12), &P1IE
 loop:
     mov #KICK, &WATCHDOG
     call #link_poll
