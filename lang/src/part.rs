@@ -76,7 +76,7 @@ pub const SEGMENT: usize = 512;
 pub const SLOT_HEAD: usize = 4;
 
 /// Every part, the smallest first.
-pub const PARTS: &[Part] = &[G2553, G2955];
+pub const PARTS: &[Part] = &[G2553, G2553_KEEP, G2553_HANDLERS, G2955];
 
 /// The longest STEP pulse that one interrupt makes, us.
 const SHORT_PULSE_US: u8 = 3;
@@ -119,6 +119,11 @@ impl Part {
     /// The part with this name.
     pub fn named(name: &str) -> Option<Part> {
         PARTS.iter().copied().find(|part| part.name == name)
+    }
+
+    /// Whether it lacks this [`feature`].
+    pub const fn lacks_feature(&self, feature: u16) -> bool {
+        self.features & feature == 0
     }
 
     /// Bytes of RAM that a program with these features may use.
@@ -173,6 +178,7 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::ARC) => "arcs (G2, G3)",
             Lack::Feature(feature::EVENTS) => "events (ON IN, ON EVERY)",
             Lack::Feature(feature::KEEP) => "KEEP variables",
+            Lack::Feature(feature::STREAM) => "jobs larger than its memory (stream)",
             Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",
             Lack::Feature(_) => "more than 64 KB of program",

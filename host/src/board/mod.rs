@@ -34,6 +34,20 @@ pub static G2553: Build = Build {
     elf: include_bytes!("../../../firmware/image/pasapas-g2553.elf"),
 };
 
+/// The same chip with KEEP values.
+pub static G2553_KEEP: Build = Build {
+    part: part::G2553_KEEP,
+    chip: Part::G2553,
+    elf: include_bytes!("../../../firmware/image/pasapas-g2553-keep.elf"),
+};
+
+/// The same chip with ON ERROR, ON IN and ON EVERY.
+pub static G2553_HANDLERS: Build = Build {
+    part: part::G2553_HANDLERS,
+    chip: Part::G2553,
+    elf: include_bytes!("../../../firmware/image/pasapas-g2553-handlers.elf"),
+};
+
 /// The build with everything.
 pub static G2955: Build = Build {
     part: part::G2955,
@@ -41,11 +55,8 @@ pub static G2955: Build = Build {
     elf: include_bytes!("../../../firmware/image/pasapas-g2955.elf"),
 };
 
-/// Every build, the smallest first.
-pub static BUILDS: [&Build; 2] = [&G2553, &G2955];
-
-/// The builds among which a program finds its own.
-pub static AUTOMATIC: &[&Build] = &[&G2553, &G2955];
+/// Every build, in the order in which a program finds its own ([`part::PARTS`]).
+pub static BUILDS: [&Build; 4] = [&G2553, &G2553_KEEP, &G2553_HANDLERS, &G2955];
 
 /// The build of a board that nobody chose: what runs every program.
 pub static DEFAULT: &Build = &G2955;

@@ -13,9 +13,9 @@ use crate::failure::Failure;
 /// `pasapas flash`
 #[derive(Debug, Args)]
 pub struct Flash {
-    /// The image to write, when the programmer does not name the chip or with --save: g2553, the
-    /// LaunchPad's own, or g2955
-    #[arg(long, value_name = "g2553|g2955", value_parser = super::part::named)]
+    /// The image to write: g2553, the LaunchPad's own, g2553-keep and g2553-handlers for the same chip
+    /// (KEEP; ON ERROR and events), or g2955
+    #[arg(long, value_name = "NAME", value_parser = super::part::named)]
     part: Option<&'static Build>,
     /// Driver of mspdebug: rf2500 for the LaunchPad's own programmer, tilib for newer ones
     #[arg(long, default_value = "rf2500")]
@@ -58,8 +58,8 @@ impl Flash {
             return Err(unplugged(&status.to_string()));
         }
         console.result(&format!(
-            "the firmware for the {} is on the board; set the TX and RX jumpers to HW UART\n",
-            build.part.chip
+            "the firmware {} for the {} is on the board; set the TX and RX jumpers to HW UART\n",
+            build.part.name, build.part.chip
         ))
     }
 
@@ -73,7 +73,7 @@ impl Flash {
         let said = String::from_utf8_lossy(&said);
         let found = BUILDS.into_iter().find(|build| said.contains(build.part.chip));
         match (self.part, found) {
-            (Some(wanted), Some(found)) if wanted.part != found.part => {
+            (Some(wanted), Some(found)) if wanted.part.chip != found.part.chip => {
                 Err(Failure::Board(format!(
                     "the chip on the board is the {}, whose firmware is another one than the {}'s: \
                      leave --part away, or exchange the chip",

@@ -6,22 +6,26 @@ use lang::image::Image;
 
 use super::Console;
 use super::script::Script;
-use crate::board::{AUTOMATIC, Build, DEFAULT};
+use crate::board::{BUILDS, Build, DEFAULT};
 use crate::failure::Failure;
 use crate::render::Note;
 
 /// The option of the commands that have to do with a board's chip.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Choice {
-    /// The board's chip: g2553 (16 KB of flash, 512 bytes of RAM) or g2955 (everything). Without it
-    /// the smallest one on which the program runs
-    #[arg(long, value_name = "g2553|g2955", value_parser = named)]
+    /// The board's firmware: g2553 (16 KB of flash, 512 bytes of RAM), g2553-keep and g2553-handlers
+    /// (the same chip with KEEP, with ON ERROR and events) or g2955 (everything). Without it the first
+    /// of them that runs the program
+    #[arg(long, value_name = "NAME", value_parser = named)]
     pub part: Option<&'static Build>,
 }
 
 /// The build that `--part` names.
 pub fn named(name: &str) -> Result<&'static Build, String> {
-    Build::named(name).ok_or_else(|| "the parts are g2553 and g2955".to_owned())
+    Build::named(name).ok_or_else(|| {
+        let names: Vec<&str> = BUILDS.iter().map(|build| build.part.name).collect();
+        format!("the parts are {}", names.join(", "))
+    })
 }
 
 impl Choice {
@@ -36,7 +40,7 @@ impl Choice {
     /// # Errors
     /// The part asked for lacks something that the program wants; that was written.
     pub fn looks_ahead(self, script: &Script, console: &Console) -> Result<bool, Failure> {
-        let parts = self.part.as_ref().map_or(AUTOMATIC, std::slice::from_ref);
+        let parts = self.part.as_ref().map_or(&BUILDS[..], std::slice::from_ref);
         if parts.iter().all(|build| build.part.look_ahead) {
             return Ok(true);
         }
@@ -58,7 +62,7 @@ impl Choice {
         let Ok(image) = Image::new(&compiled.image) else { return Ok(self.or_default()) };
         let Some(build) = self.part else {
             let runs = |build: &&&Build| build.part.lacks(&image.header, image.events()).is_none();
-            return Ok(AUTOMATIC.iter().find(runs).copied().unwrap_or(DEFAULT));
+            return Ok(BUILDS.iter().find(runs).copied().unwrap_or(DEFAULT));
         };
         let Some(lack) = build.part.lacks(&image.header, image.events()) else { return Ok(build) };
         let text = format!("the {} lacks what this program wants: {lack}", build.part.chip);

@@ -31,7 +31,7 @@ pub struct Torture {
     #[arg(long, value_name = "N", default_value_t = 0)]
     from: u64,
     /// The chip of the boards that are tried; without it every one
-    #[arg(long, value_name = "g2553|g2955", value_parser = named)]
+    #[arg(long, value_name = "NAME", value_parser = named)]
     part: Option<&'static Build>,
 }
 
