@@ -11,9 +11,14 @@ global_asm!(
     .section .text.scaled,"axR",@progbits
 module.scaled:
 
-    /* splits both operands: exponents to r11 and r10, mantissas stay; zero ones are sent home by
-       the callers first */
+    /* saves r8 to r10 for scaled_pop and splits both operands: exponents to r11 and r10, mantissas
+       stay; zero ones are sent home by the callers first */
 scaled_split:
+    pop r11
+    push r10
+    push r9
+    push r8
+    push r11
     mov r13, r11
     swpb r11
     mov.b r11, r11
@@ -30,9 +35,6 @@ pasapas_scaled_times:
     jeq scaled_zero
     tst r15
     jeq scaled_zero
-    push r10
-    push r9
-    push r8
     call #scaled_split
     add r10, r11
     sub #105, r11
@@ -78,18 +80,12 @@ pasapas_scaled_over:
     jeq scaled_most
     tst r13
     jeq scaled_zero
-    push r10
-    push r9
-    push r8
     call #scaled_split
     sub r10, r11
     add #105, r11
-    cmp r15, r13
-    jlo 1f
-    jne 2f
-    cmp r14, r12
+    call #scaled_compare
     jhs 2f
-1:  rla r12
+    rla r12
     rlc r13
     dec r11
 2:  mov #24, r10
@@ -114,12 +110,9 @@ scaled_most:
 
     .global pasapas_scaled_plus
 pasapas_scaled_plus:
-    cmp r15, r13
-    jlo 1f
-    jne 2f
-    cmp r14, r12
+    call #scaled_compare
     jhs 2f
-1:  xor r12, r14
+    xor r12, r14
     xor r14, r12
     xor r12, r14
     xor r13, r15
@@ -127,9 +120,7 @@ pasapas_scaled_plus:
     xor r13, r15
 2:  tst r15
     jeq scaled_home
-    push r10
-    push r9
-    push r8
+    call #scaled_split
     call #scaled_align
     add r12, r9
     addc r13, r8
@@ -139,14 +130,10 @@ scaled_home:
 
     .global pasapas_scaled_minus
 pasapas_scaled_minus:
-    cmp r15, r13
+    call #scaled_compare
     jlo scaled_zero
-    jne 1f
-    cmp r12, r14
-    jhs scaled_zero
-1:  push r10
-    push r9
-    push r8
+    jeq scaled_zero
+    call #scaled_split
     call #scaled_align
     sub r9, r12
     subc r8, r13
@@ -162,7 +149,6 @@ pasapas_scaled_minus:
 
     /* mantissa of the smaller one (in r15:r14) down by the gap of the exponents, to r8:r9 */
 scaled_align:
-    call #scaled_split
     mov r14, r9
     mov r15, r8
     sub r11, r10
@@ -182,12 +168,10 @@ scaled_align:
 pasapas_scaled_root:
     tst r13
     jeq scaled_zero
-    push r10
-    push r9
-    push r8
-    push r7
     clr r15
     call #scaled_split
+    push r7
+    push r6
     add #104, r11
     /* remainder r15:r14, root r8:r9; the radicand leaves r13:r12 from bit 23 on, two bits a
        round, one in the first round when the exponent is odd */
@@ -217,24 +201,24 @@ pasapas_scaled_root:
     setc
     mov r9, r7
     rlc r7
-    push r8
-    rlc 0(r1)
+    mov r8, r6
+    rlc r6
     sub r7, r14
-    subc @r1, r15
+    subc r6, r15
     jc 3f
     add r7, r14
-    addc @r1, r15
+    addc r6, r15
     jmp 4f
 3:  bis #1, r9
-4:  incd r1
-    dec r10
+4:  dec r10
     jeq 5f
     rla r12
     rlc r13
     rlc r14
     rlc r15
     jmp 2b
-5:  pop r7
+5:  pop r6
+    pop r7
     jmp scaled_pack
 
     .global pasapas_scaled_new
@@ -289,25 +273,25 @@ pasapas_scaled_floor:
 
     .global pasapas_scaled_max
 pasapas_scaled_max:
-    cmp r15, r13
-    jlo scaled_second
-    jne scaled_first
-    cmp r14, r12
+    call #scaled_compare
     jlo scaled_second
 scaled_first:
     ret
 
     .global pasapas_scaled_min
 pasapas_scaled_min:
-    cmp r15, r13
-    jlo scaled_first
-    jne scaled_second
-    cmp r14, r12
+    call #scaled_compare
     jlo scaled_first
 scaled_second:
     mov r14, r12
     mov r15, r13
     ret
+    /* flags of r13:r12 less r15:r14 as numbers without a sign */
+scaled_compare:
+    cmp r15, r13
+    jne 1f
+    cmp r14, r12
+1:  ret
 
     .section .text.scaled_size,"ax",@progbits
     .global pasapas_scaled_size

@@ -5,7 +5,7 @@ verify_insn:
     /* the whole check takes longer than the watchdog's 43 ms */
     mov #CHECK_KICK, &CHECK_WATCHDOG
     mov.b @r4, r5
-    .if CHECK_RUNS
+    .if CHECK_COMPACT
     mov r5, r12
     sub.b #CHECK_LOW, r12
     mov #CHECK_SHAPES, r11

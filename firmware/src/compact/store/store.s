@@ -69,7 +69,6 @@ slot_check:
     mov #REFUSAL_CRC, r12
     jne 1f
     mov r15, r12
-    mov #FEATURES, r13
     mov #POOL, r14
     push r10
     call #pasapas_verify
