@@ -1,8 +1,9 @@
 //! Jobs streamed to the real firmware in the emulator.
 
+mod handlers;
+
 use std::time::Duration;
 
-use lang::axis::Axis;
 use lang::back::{self, Compiled};
 use lang::fault::Fault;
 use lang::front::ProfileChoice;
@@ -19,9 +20,6 @@ use super::pump::{self, Outcome, Progress};
 use crate::bench::stand::Stand;
 use crate::bench::stream::raster;
 use crate::link::Link;
-use crate::sim::trace::What;
-use crate::sim::world::World;
-use crate::sim::{Engine, Options, run_traced};
 
 fn mill() -> Profile {
     Profile::built_in("mill").expect("built in")
@@ -300,54 +298,6 @@ fn the_whole_job_is_checked_before_the_first_move() {
     assert_eq!((open.count, open.open), (2, Some(3)));
     let refused = checked("DIM i, n\nREPEAT 3\ni = i + 1\nn = 1 / (2 - i)\nEND REPEAT\n", 0);
     assert!(refused.expect_err("a fault of its own").text.contains("F02"));
-}
-
-/// Streams a job to a board in a world; it prints and ends as in the simulation.
-fn as_in_the_simulation(text: &str, world: &str) -> (Outcome, [i64; 3]) {
-    let world = World::parse("world", world).expect("a world");
-    let (program, _) = compile(text);
-    let (simulated, trace) =
-        run_traced(&program, Engine::Vm, &world, &Options::default()).expect("simulated");
-    let mut stand = Stand::in_world(&mill(), &world).expect("a board");
-    stand.rig().borrow_mut().begin();
-    let (outcome, printed) = stream(&mut stand, text, &mut quietly);
-    let lines: String = trace
-        .iter()
-        .filter_map(|event| match &event.what {
-            What::Print { text, .. } => Some(format!("{text}\n")),
-            _ => None,
-        })
-        .collect();
-    assert_eq!(printed, lines, "{outcome:?}");
-    assert_eq!(outcome.fault, simulated.end.fault);
-    let motors = stand.motors();
-    for axis in Axis::ALL {
-        if let Some(What::End { pos, .. }) = trace.last().map(|event| &event.what) {
-            assert_eq!(motors[axis.index()], i64::from(pos.get(axis).unwrap_or(0)));
-        }
-    }
-    (outcome, motors)
-}
-
-#[test]
-fn errors_are_handled_as_in_a_stored_program() {
-    let text = "DIM n, a\nON ERROR GOTO oops\nF600\nG1 X2\na = 1 / n\nWait -5ms * (n + 1)\n\
-        G1 X[4mm + a * 1mm]\nn = 7\nON ERROR STOP\nPRINT \"n=\"; n\nEND\noops:\na = a + 1\n\
-        PRINT \"F\"; ERR; \" in \"; ERL\nRESUME NEXT\n";
-    let (outcome, motors) = as_in_the_simulation(text, "");
-    assert_eq!((outcome.end, motors), (End::Done, [600, 0, 0]), "{outcome:?}");
-}
-
-#[test]
-fn events_are_served_between_statements_and_in_waits() {
-    let text = "DIM n, ticks\nON IN 3 RISE GOSUB hit\nON EVERY 300ms GOSUB tick\n\
-        MoveAxe X, 10mm, 10mm/s\nn = n + 10\nMoveAxe X, 20mm, 10mm/s\nWait 1s\nON EVERY OFF\n\
-        ON IN 3 OFF\nPRINT n; \" \"; ticks > 3\nEND\n\
-        hit:\nPRINT \"hit \"; n\nn = n + 1\nRETURN\nSUB tick\nticks = ticks + 1\nEND SUB\n";
-    let world = "at(500, || set_in(3, true)); at(700, || set_in(3, false)); \
-                 at(1500, || set_in(3, true));";
-    let (outcome, motors) = as_in_the_simulation(text, world);
-    assert_eq!((outcome.end, motors), (End::Done, [2000, 0, 0]), "{outcome:?}");
 }
 
 #[test]
