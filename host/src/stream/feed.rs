@@ -103,6 +103,11 @@ impl<'a> Feed<'a> {
         self.sidecar.at(self.state.pc).map_or(1, |mark| mark.line)
     }
 
+    /// The address in the code where it stands.
+    pub fn pc(&self) -> usize {
+        self.state.pc
+    }
+
     /// Whether the program has handlers, of events or of errors.
     pub fn has_handlers(&self) -> bool {
         !self.starts.is_empty()

@@ -91,17 +91,33 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Skips to the first statement at or behind `line`: what comes before leaves its state only, as
-    /// if no event came meanwhile. `steps` is where the board's axes stand.
+    /// Skips to the first statement at or behind `line`, or to where the job comes there the
+    /// `pass`-th time, from 1: what comes before leaves its state only, as if no event came
+    /// meanwhile. `steps` is where the board's axes stand.
     ///
     /// # Errors
-    /// There is no such line, or what comes before it hangs on what the machine answers.
-    pub fn skip(&mut self, line: u32, track: &mut Track, steps: [i32; 3]) -> Result<(), Refused> {
+    /// There is no such line or pass, or what comes before it hangs on what the machine answers.
+    pub fn skip(
+        &mut self,
+        (line, pass): (u32, u32),
+        track: &mut Track,
+        steps: [i32; 3],
+    ) -> Result<(), Refused> {
         let mut left = CHECK;
+        // Line and address of the first effect there, and how often the job came to it.
+        let mut there = (0, 0);
+        let mut passes = 0;
         loop {
             match self.feed.step() {
-                Step::Effect(_, at) if at >= line => break,
                 Step::Effect(effect, at) => {
+                    let here = (at, self.feed.pc());
+                    if passes == 0 && at >= line || passes > 0 && here == there {
+                        there = here;
+                        passes += 1;
+                        if passes == pass {
+                            break;
+                        }
+                    }
                     if Track::is_open(&effect) {
                         let text = "what this does hangs on the machine, so the state behind it \
                                     is not known without running it";
@@ -116,6 +132,10 @@ impl<'a> Job<'a> {
                 Step::Thinks => left = left.saturating_sub(BUDGET.into()),
                 Step::Fault(fault, at) => {
                     self.feed.fail(fault).map_err(|fault| fails(fault, at))?;
+                }
+                Step::End if passes > 0 => {
+                    let text = format!("the job comes to this line {passes} times only");
+                    return Err(Refused::new(there.0, text, "name an earlier pass"));
                 }
                 Step::End => {
                     let text = "the job is over before it comes to this line";

@@ -310,7 +310,7 @@ fn a_job_begins_anew_in_the_middle() {
     let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
     let mut track = Track::new(&program.profile, [0; 3], 0);
     let there = client.stream_standing().expect("an answer").steps;
-    job.skip(8, &mut track, there).expect("the state is known");
+    job.skip((8, 1), &mut track, there).expect("the state is known");
     // Work 10 is machine 0; two moves of 5 mm, 100 steps/mm.
     assert_eq!(track.steps(), [1000, 100, 0]);
     let outcome = pump::run(client, &mut job, slots, &mut quietly, &mut |_| ()).expect("an end");
@@ -319,12 +319,36 @@ fn a_job_begins_anew_in_the_middle() {
     assert_eq!(stand.motors(), [2000, 0, 0]);
 
     let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
-    let refused = job.skip(99, &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
+    let refused = job.skip((99, 1), &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
     assert!(refused.expect_err("no such line").text.contains("over"));
     let (program, compiled) = compile("F60\nIF IN(1) THEN G1 X1\nG1 X5\n");
     let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
-    let refused = job.skip(3, &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
+    let refused = job.skip((3, 1), &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
     assert_eq!(refused.expect_err("it hangs on an input").line, 2);
+}
+
+#[test]
+fn a_job_begins_anew_in_a_pass_of_a_loop() {
+    let text = "DIM i\nF600\nFOR i = 1 TO 4\n  PRINT \"pass \"; i\n  G1 X[i * 1mm]\nNEXT\n";
+    let (program, compiled) = compile(text);
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let slots = stand.client().stream_slots().expect("an answer").expect("it can stream");
+    let mut skipped = |line: u32, pass: u32| {
+        let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+        let mut track = Track::new(&program.profile, [0; 3], 0);
+        job.skip((line, pass), &mut track, [0; 3]).map(|()| {
+            let mut printed = Vec::new();
+            let mut print = |bytes: &[u8]| printed.extend_from_slice(bytes);
+            let run = pump::run(stand.client(), &mut job, slots, &mut quietly, &mut print);
+            assert_eq!(run.expect("an end").end, End::Done);
+            (track.steps()[0], String::from_utf8(printed).expect("text"))
+        })
+    };
+    assert_eq!(skipped(4, 3).expect("a pass"), (200, "pass 3\npass 4\n".to_owned()));
+    assert_eq!(skipped(5, 4).expect("a pass"), (300, String::new()));
+    assert_eq!(skipped(3, 2).expect("a pass"), (100, "pass 2\npass 3\npass 4\n".to_owned()));
+    let refused = skipped(5, 5).expect_err("no such pass");
+    assert!(refused.text.contains("4 times") && refused.line == 5, "{refused:?}");
 }
 
 /// The board runs behind the host: what is kept is what was done, not what was sent.
@@ -358,7 +382,7 @@ fn keeps_count_what_was_done() {
     let mut feed = Feed::new(&compiled).expect("streamable");
     feed.set_keeps(&[31]);
     let mut job = Job::new(feed, slots.bytes.into());
-    job.skip(4, &mut Track::new(&mill(), [0; 3], 0), [0; 3]).expect("the state is known");
+    job.skip((4, 1), &mut Track::new(&mill(), [0; 3], 0), [0; 3]).expect("the state is known");
     let outcome = pump::run(client, &mut job, slots, &mut quietly, &mut |_| ()).expect("an end");
     assert_eq!(outcome.keeps, [91], "what was counted before line 4 is not counted again");
 }

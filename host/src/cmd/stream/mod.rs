@@ -41,6 +41,10 @@ pub struct Stream {
     /// Begin at this line: what the lines before it set holds, but nothing moves for them
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     from_line: u32,
+    /// In a loop: begin where the job comes to that line the K-th time
+    #[arg(long, value_name = "K", default_value_t = 1, requires = "from_line")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    pass: u32,
     /// Run the job although the board's profile is another one
     #[arg(long)]
     any_profile: bool,
@@ -73,6 +77,12 @@ impl Stream {
         }
         let slots = if self.stored { None } else { board.stream_slots()? };
         let Some(slots) = slots else {
+            if self.pass > 1 {
+                return Err(Failure::Usage(
+                    "--pass needs a board that can be fed: pieces of a job begin outside of loops"
+                        .to_owned(),
+                ));
+            }
             if !self.stored {
                 console.complain(
                     "this board's firmware has no feature `stream` (the MSP430G2553 has no RAM for \
@@ -140,7 +150,7 @@ impl Stream {
         let mut job = Job::new(feed, slots.bytes.into());
         let checked = if self.from_line > 1 {
             let mut track = Track::new(profile, [0; 3], 0);
-            job.skip(self.from_line, &mut track, standing.steps)
+            job.skip((self.from_line, self.pass), &mut track, standing.steps)
                 .map_err(|refused| self.refuse(refused, console))?;
             self.confirm(track.steps(), standing.steps, console)?;
             Checked::default()
@@ -241,8 +251,9 @@ impl Stream {
             axes.join(", ")
         };
         console.complain(&format!(
-            "line {} begins at {}; the board stands at {} (machine steps)",
+            "line {}{} begins at {}; the board stands at {} (machine steps)",
             self.from_line,
+            if self.pass > 1 { format!(", pass {},", self.pass) } else { String::new() },
             list(expected),
             list(there)
         ));
