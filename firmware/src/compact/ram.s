@@ -85,7 +85,7 @@
     VAR FEED, 4                 /* F: um/s, negative steps/s, 0 none yet */
     VAR RUNS, 2                 /* runs begun since reset */
     VAR MILLIS, 2               /* milliseconds since reset */
-    VAR HELD, 2                 /* milliseconds for which Stop has been held */
+    VAR HELD, 2                 /* milliseconds for which Stop must still be held to end a run */
     VAR UNHEARD, 2              /* milliseconds since a host took what was printed, or found nothing */
     VAR MISSED, 2               /* milliseconds served late */
     VAR RUN, 1                  /* RunState, without WaitStart */

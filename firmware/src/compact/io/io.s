@@ -141,9 +141,8 @@ unfiltered:
     .global set_output
 set_output:
     call #mask_of
-    mov &BOARD, r12
-    bit.b #BOARD_CHAIN, B_FLAGS(r12)
-    jne 1f
+    tst.b &P1SEL                ; its sign is the chain's data line
+    jn 1f
     and #3, r14
 1:  bic r14, &OUTPUT
     tst r13

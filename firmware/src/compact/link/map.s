@@ -63,11 +63,11 @@ map_list_own:
     MAP_ROUTINE AT_PROFILE_HASH-AT_VERSION, map_identity
     MAP_ROUTINE 1, map_profile_hash
     MAP_ROUTINE 2, map_features
-    MAP_CODE 1, map_free_bytes
+    MAP_ROUTINE 1, free_bytes
     MAP_CODE 1, program_length
     MAP_ROUTINE AT_RESET_CAUSE-AT_PROGRAM_CRC, map_program_header
     MAP_BYTE 1, CAUSE
-    MAP_CODE 1, map_stack_free
+    MAP_ROUTINE 1, stack_free
     MAP_CODE 1, map_missed
     MAP_CODE AT_RUN_STATE-AT_POOL_WORDS_REGISTER, map_pool_words
     MAP_CODE 1, map_run_state
@@ -250,6 +250,35 @@ map_program_header:
 map_header_places:
     .byte IMAGE_CODE-HEADER_CRC, IMAGE_CODE-HEADER_PROFILE, IMAGE_CODE-HEADER_CELLS, 0
 
+    .global free_bytes
+/* r12 = the longest image that fits beside the stored one; uses r13. */
+free_bytes:
+    mov #AREA_BYTES, r12
+    tst &STORED
+    jeq 2f
+    call #stored_end
+    mov #AREA_END, r13
+    sub r12, r13
+    mov &STORED, r12
+    sub #AREA, r12
+    cmp r13, r12
+    jhs 1f
+    mov r13, r12
+1:  tst r12
+    jeq 2f
+    sub #SLOT_HEAD, r12
+2:  ret
+
+    .global stack_free
+/* r12 = bytes of the machine stack never used since reset; uses r13. */
+stack_free:
+    mov #POOL_END, r12
+1:  mov.b @r12+, r13
+    cmp.b #0xa5, r13
+    jeq 1b
+    sub #POOL_END+1, r12
+    ret
+
 /* The slot of the other parity reads 0, and to read it says that the event was received. */
     .global trace_slot
 trace_slot:
@@ -271,18 +300,12 @@ trace_slot:
     .section .text.micro,"axR",@progbits
 module.link.map$micro:
 MAP_MICRO:
-map_free_bytes:
-    CALL free_bytes
-    RETURN
     /* 0 for none */
     ROUTINE_ODD program_length, module.link.map$micro
     F word STORED
     IF_EQUAL map_nothing
     F base STORED
     FR word SLOT_HEAD+6, SHORT
-    RETURN
-map_stack_free:
-    CALL stack_free
     RETURN
 map_blocking:
     CALL blocking
@@ -511,9 +534,8 @@ map_written:
 map_write_outputs:
     tst r12
     jne map_bad_address
-    mov &BOARD, r14
-    bit #BOARD_CHAIN, B_FLAGS(r14)
-    jne 1f
+    tst.b &P1SEL                ; its sign is the chain's data line
+    jn 1f
     cmp #1<<2, r13              ; outputs 1 and 2 without the chain
     jhs map_bad_value
 1:  mov r13, &OUTPUT

@@ -49,13 +49,12 @@ ticks:
 1:  call #run_pause
 
     /* Stop held for 2 s ends the run */
-2:  inc &HELD
-    bit.b #P1_STOP, &BUTTON
-    jne 1f
-    clr &HELD
-1:  cmp #2000, &HELD
+2:  dec &HELD
     jne 1f
     call #run_stop
+1:  bit.b #P1_STOP, &BUTTON
+    jne 1f
+    mov #2000, &HELD
 
 1:  inc &UNHEARD
     jne 1f

@@ -120,13 +120,3 @@ fault_log:
     call #flash_write
     incd r12
     ret
-
-    .global stack_free
-/* r12 = bytes of the machine stack never used since reset; uses r13. */
-stack_free:
-    mov #POOL_END, r12
-1:  mov.b @r12+, r13
-    cmp.b #0xa5, r13
-    jeq 1b
-    sub #POOL_END+1, r12
-    ret

@@ -84,25 +84,6 @@ slot_bytes:
     and #-SEGMENT, r12
     ret
 
-    .global free_bytes
-/* r12 = the longest image that fits beside the stored one; uses r13. */
-free_bytes:
-    mov #AREA_BYTES, r12
-    tst &STORED
-    jeq 2f
-    call #stored_end
-    mov #AREA_END, r13
-    sub r12, r13
-    mov &STORED, r12
-    sub #AREA, r12
-    cmp r13, r12
-    jhs 1f
-    mov r13, r12
-1:  tst r12
-    jeq 2f
-    sub #SLOT_HEAD, r12
-2:  ret
-
     .global idle
 /* Leaves Z set when no run is active and nothing moves; keeps all. */
 idle:
