@@ -128,8 +128,6 @@ constants! {
     EX_FUNCTION = Exception::IllegalFunction;
     EX_ADDRESS = Exception::IllegalAddress;
     EX_VALUE = Exception::IllegalValue;
-    EX_FAILURE = Exception::DeviceFailure;
-    EX_BUSY = Exception::Busy;
     CONTROLS = Control::ALL.len();
     CONTROL_START = Control::Start;
     CONTROL_RESTART = Control::Restart;

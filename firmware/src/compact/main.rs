@@ -31,7 +31,6 @@ mod vm_core;
 
 mod boot;
 mod effects;
-mod link;
 mod motion;
 mod moves;
 
@@ -39,6 +38,8 @@ mod moves;
 mod session;
 
 mod io;
+// Beside the store, whose refusals its writers jump to.
+mod link;
 mod store;
 
 core::arch::global_asm!(include_str!("main.s"), options(raw));

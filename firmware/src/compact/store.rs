@@ -56,7 +56,8 @@ constants! {
 #[used]
 static BOARD_DEFAULT: BoardRecord = BoardRecord::DEFAULT;
 
+// In this order, so that the link reaches what it asks for by near jumps.
 core::arch::global_asm!(include_str!("store/flash.s"), options(raw));
-core::arch::global_asm!(include_str!("store/keep.s"), options(raw));
 core::arch::global_asm!(include_str!("store/store.s"), options(raw));
 core::arch::global_asm!(include_str!("store/profile.s"), options(raw));
+core::arch::global_asm!(include_str!("store/keep.s"), options(raw));

@@ -511,20 +511,15 @@ map_alarm:
    takes r12 = offset, r13 = word   leaves r12 = 0 or exception; keeps r5..r10, and r4 from the low
    half of a 32-bit value to its high one */
     .set MAP_WRITERS, .-2       /* 0 is none */
-map_write_profile:
-    br #profile_word
-map_write_upload:
-    br #upload_word
-
 /* All but the command's head lies in the pool: not during a run, nor under a command's work. */
 map_write_command:
     rla r12
     cmp #4, r12
     jlo 1f
     bit.b #RUN_ACTIVE, &RUN
-    jne map_busy
+    jne busy
     tst.b &EFFECT
-    jne map_busy
+    jne busy
     add #COMMAND-COMMAND_HEAD, r12
 1:  mov r13, COMMAND_HEAD(r12)
 map_written:
@@ -537,27 +532,23 @@ map_write_outputs:
     tst.b &P1SEL                ; its sign is the chain's data line
     jn 1f
     cmp #1<<2, r13              ; outputs 1 and 2 without the chain
-    jhs map_bad_value
+    jhs illegal_value
 1:  mov r13, &OUTPUT
     jmp map_written
 
-map_bad_value:
-    mov #EX_VALUE, r12
-    ret
-
 map_write_cell:
     bit.b #RUN_ACTIVE, &RUN
-    jeq map_no_program
+    jeq refused
     call #map_cell_at
-    jhs map_bad_value
+    jhs illegal_value
     mov r13, 0(r12)
     jmp map_written
 
 map_write_position:
     cmp #6, r12
-    jhs map_bad_value
+    jhs illegal_value
     bit.b #RUN_ACTIVE, &RUN
-    jne map_busy
+    jne busy
     mov #set_work_position, r11
     .if HAS_KEEP
     jmp 1f
@@ -572,6 +563,11 @@ map_write_keep:
 2:  mov r4, r14
     mov r13, r15
     br r11
+
+map_write_profile:
+    jmp profile_word
+map_write_upload:
+    jmp upload_word
 
 map_write_own:
     sub #AT_RUN_CONTROL, r12
@@ -589,28 +585,22 @@ map_write_own:
 map_bad_address:
     mov #EX_ADDRESS, r12
     ret
-map_no_program:
-    mov #EX_FAILURE, r12
-    ret
-map_busy:
-    mov #EX_BUSY, r12
-    ret
 
     /* run control, the last of its request */
 1:  cmp #1, r6
-    jne map_bad_value
+    jne illegal_value
     mov r13, r12
     dec r13
     cmp #CONTROLS, r13
-    jhs map_bad_value
+    jhs illegal_value
     cmp #CONTROL_START, r12
     jne 2f
     tst &STORED
-    jeq map_no_program
+    jeq refused
 2:  cmp #CONTROL_RESTART, r12
     jne 3f
     call #idle
-    jne map_busy
+    jne busy
 3:  call #control               ; keeps no register
     mov #1, r6
     jmp map_written
@@ -622,7 +612,7 @@ map_busy:
     jmp map_written
     /* upload control, the last too */
 5:  cmp #1, r6
-    jne map_bad_value
+    jne illegal_value
     mov r13, r12
     call #upload_control        ; keeps no register either
     mov #1, r6
@@ -636,7 +626,7 @@ map_busy:
     mov r13, r15
     sub &PRINT_TAIL, r15
     cmp r15, r14
-    jlo map_bad_value
+    jlo illegal_value
     mov r13, &PRINT_TAIL
     sub.b r15, &PRINT_READY
     clr &UNHEARD
@@ -645,6 +635,6 @@ map_busy:
 8:  mov r13, r14
     sub #33, r14
     cmp #125-33+1, r14
-    jhs map_bad_value
+    jhs illegal_value
     mov.b r13, &CHAR_IN
     jmp map_written

@@ -155,7 +155,7 @@ keep_turn:
     mov.b @r11, r13
 6:  inc.b r13
     add #KEEP_COMMITTED, r13
-    jmp flash_write
+    br #flash_write
 keep_done:
     ret
 

@@ -110,6 +110,7 @@ only_idle:
     call #idle
     jeq 1f
     incd r1
+busy:
     mov #EX_BUSY, r12
 1:  ret
 
