@@ -25,7 +25,7 @@ boot:
     ANDI 0x1d
     PUT CAUSE
     /* pins safe, UART on P1.1 and P1.2 */
-    CALL poke
+    DO poke
     .byte 0x53, 0x20            /* BCSCTL3: ACLK from the VLO, P2.6 and P2.7 free */
     .byte P2OUT, 0, P2SEL, 0, P2DIR, 0xff
     .byte P1SEL, P1_UART, P1SEL2, P1_UART, 0
@@ -65,7 +65,7 @@ boot:
     LIT F_WATCHDOG
     IF_ANY CAUSE, 1, 1f
     LIT F_EMERGENCY_STOP
-1:  CALL fail
+1:  DO fail
 2:  RETURN
     .balign 2, 0
 

@@ -35,7 +35,7 @@ fx_set_out:
 /* Output r12 takes the level of bit 0 of UNIT, traced; F20 beyond those there are. */
     ROUTINE_ODD fx_output
     PUT N
-    CALL output_unit
+    DO output_unit
     IF_EQUAL fx_range
     LIT 0
     GET UNIT
@@ -99,7 +99,7 @@ fx_motors:
     AXIS_OFF HOMED
     AXIS_OFF PLACED
 2:  PROFILE B_ENABLE
-    CALL output_unit
+    DO output_unit
 fx_done:
     DONE_
 
@@ -196,7 +196,7 @@ fx_in:
     GOTO 2f
 fx_out_state:
     POP_NUMBER 1, 16
-    CALL output
+    DO output
     GOTO 2f
 fx_timed_out:
     LIT 0

@@ -25,13 +25,13 @@ poke:
     IF_EQUAL 1f
     /* SPI master at 8 MHz, data valid at the rising edge; the registers hold what the chip sends
        before their outputs are enabled. A register's other bits are those of boot.s. */
-    CALL poke
+    DO poke
     .byte UCB0CTL0, UCB_MASTER, UCB0BR0, 2, UCB0CTL1, UCB_RUN
     .byte P1SEL, P1_UART|P1_SPI, P1SEL2, P1_UART|P1_SPI
     .byte P2OUT, P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE
     .byte P1REN, P1_STOP|P1_START|P1_REF_X_OR_PROBE, P1OUT, P1_STOP|P1_START|P1_REF_X_OR_PROBE, 0
     RETURN
-1:  CALL poke
+1:  DO poke
     .byte P1REN, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE
     .byte P1OUT, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE, 0
     RETURN

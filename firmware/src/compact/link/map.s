@@ -308,7 +308,7 @@ MAP_MICRO:
     FR word SLOT_HEAD+6, SHORT
     RETURN
 map_blocking:
-    CALL blocking
+    DO blocking
     RETURN
 map_pool_words:
     LIT POOL_WORDS

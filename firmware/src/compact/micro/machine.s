@@ -379,6 +379,15 @@ micro_table:
     MICRO_KNOWN speed_least
     MICRO_KNOWN begin_axis
     MICRO_KNOWN line_rapid
+    MICRO_KNOWN poke
+    MICRO_KNOWN output
+    MICRO_KNOWN fail
+    MICRO_KNOWN blocking
+    MICRO_KNOWN unfiltered
+    MICRO_KNOWN run_start
+    MICRO_KNOWN output_states
+    MICRO_KNOWN output_unit
+    MICRO_KNOWN motion_rests
     MICRO_KNOWN motion_stop
     MICRO_KNOWN motion_halt
     MICRO_KNOWN ticks_a_second

@@ -350,7 +350,7 @@ motion_rests:
     .global motion_speed
     ROUTINE_ODD motion_speed, module.motion.line
     DO axis_select
-    CALL motion_rests
+    DO motion_rests
     IF_NOT_EQUAL 2f
     LIT 0
     RETURN

@@ -103,7 +103,7 @@ command_execute:
     IF_ANY RUN, RUN_ACTIVE, command_busy
     IF_SET EFFECT, command_busy
     IF_SET MOVING, command_busy
-    CALL blocking
+    DO blocking
     IF_NOT_EQUAL command_busy
     F word COMMAND_HEAD+2
     ADDI -1

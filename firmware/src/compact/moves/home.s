@@ -169,7 +169,7 @@ home_record:
     ROUTINE_ODD home_closed
     GET BITS
     ANDI 31
-    CALL unfiltered
+    DO unfiltered
     IF_NONE BITS, HOME_INVERT, 1f
     ADDI 1
 1:  TESTI 1
@@ -224,7 +224,7 @@ limits:
     MICRO
     DO motion_halt
     LIT F_LIMIT_SWITCH
-    CALL fail
+    DO fail
     RETURN
 5:  END
 3:  sub #4, r8

@@ -215,7 +215,7 @@ run_stopping:
     IF_IS_NOT ENDING, END_FAULT, 1f
     LIT B_AT_FAULT
     LET RUN, RUN_FAULT
-1:  CALL output_states
+1:  DO output_states
     IF_ZERO ENDING, 9f
     LIT 0
     GET ENDING

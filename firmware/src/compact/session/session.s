@@ -11,7 +11,7 @@ emergency_input:
     MICRO
     IF_IS WATCH, TRIPPED&255, 0f
     PROFILE B_EMERGENCY
-    CALL unfiltered
+    DO unfiltered
     IF_EQUAL 9f
 0:  PROFILE B_EMERGENCY
     GOTO emergency
@@ -71,11 +71,11 @@ emergency:
     LET WATCH, 0
     LET HOMED, 0
     LIT F_EMERGENCY_STOP
-    CALL fail
+    DO fail
     IF_IS_NOT RUN, RUN_FAULT, 9b
     F clear EFFECT
     LIT B_AT_FAULT
-    CALL output_states
+    DO output_states
     RETURN
 
     .balign 2, 0
@@ -106,7 +106,7 @@ run_start:
     /* nothing while Stop is held or an input keeps the machine from working */
 start_:
     IF_ANY BUTTON, P1_STOP, 8b
-    CALL blocking
+    DO blocking
     IF_NOT_EQUAL 8b
     IF_IS RUN, RUN_PAUSED, resume
     IF_IS_NOT RUN, RUN_FAULT, 2f
@@ -168,7 +168,7 @@ start_:
 resume:
     LET RUN, RUN_RUNNING
     PROFILE B_SPINDLE
-    CALL output
+    DO output
     PUT TEMP
     F word RESUME_OUTPUT
     F put OUTPUT
@@ -177,7 +177,7 @@ resume:
     IF_SET TEMP, 9f
     /* the spindle goes on: nothing moves before it has come up */
     PROFILE B_SPINDLE
-    CALL output
+    DO output
     IF_EQUAL 9f
     F base BOARD
     FR word B_SPIN_UP, SHORT

@@ -101,8 +101,8 @@ ticks:
     IF_EQUAL 1f
     /* the first start acknowledges what a watchdog reset has latched */
     IF_NONE CAUSE, 1, 2f
-    CALL run_start
-2:  CALL run_start
+    DO run_start
+2:  DO run_start
 
     /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
 1:  GET EFFECT
@@ -131,7 +131,7 @@ ticks:
     .if HAS_KEEP
     CALL ticks_second
     IF_NOT_EQUAL 1f
-    CALL motion_rests
+    DO motion_rests
     IF_NOT_EQUAL 1f
     CALL keep_save
     .endif
