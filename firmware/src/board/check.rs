@@ -12,7 +12,7 @@
 //! | r10 | scratch memory: [`CODE_START`] to [`ANCHOR_TABLE`] |
 //! | r11 to r15 | free |
 //!
-//! Addresses are absolute. 1 KB of code takes about 20 ms.
+//! Addresses are absolute. 1 KB of code takes 60 ms at most in programs as people write them.
 
 use ::core::arch::global_asm;
 use firmware::verify::{ANCHORS, CODE, MACHINE};

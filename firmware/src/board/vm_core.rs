@@ -16,7 +16,7 @@
 //! With n values on the stack r6 is `4 n` below its end: the lowest slot holds what was in r11:r10
 //! when the stack was empty. So a stack of depth d needs d slots.
 //!
-//! Cycles (with the dispatch of 10): add 18, load 24, store 27, small constant 27, `nextbyte` 44.
+//! Cycles (with the dispatch of 10): add 18, load 24, store 27, small constant 27, `nextword` 54.
 
 use crate::vm::{CALLS, CALLS_END_AT, FRAME_AT, PART, SAVES, State, VM};
 use ::core::arch::global_asm;
@@ -70,6 +70,8 @@ global_asm!(
     .set CORE_WAIT, {wait}
     .set CORE_YIELD, {yield_code}
     .set CORE_HANDLER_END, {handler_end}
+    .set CORE_IMAGE_CELLS, 14-{code}
+    .set CORE_IMAGE_FRAME, 15-{code}
     .set CORE_KIND_GOSUB, {kind_gosub}
     .set CORE_KIND_SUB, {kind_sub}
     .set CORE_KIND_EVENT, {kind_event}
@@ -105,6 +107,7 @@ global_asm!(
     wait = const Op::Wait as u8,
     yield_code = const YIELD,
     handler_end = const HANDLER_END,
+    code = const firmware::verify::CODE,
     kind_gosub = const (lang::vm::entry::GOSUB as u16) << 12,
     kind_sub = const (lang::vm::entry::SUB as u16) << 12,
     kind_event = const (lang::vm::entry::EVENT as u16) << 12,

@@ -72,7 +72,11 @@ impl Rig {
 
     /// A board with this profile, its program stored.
     pub fn with(profile: &Profile, script: &str) -> Rig {
-        let image = image_of(profile, script);
+        Rig::with_image(profile, &image_of(profile, script))
+    }
+
+    /// A board with this profile and this image stored.
+    pub fn with_image(profile: &Profile, image: &[u8]) -> Rig {
         let direct = profile.wiring == lang::profile::Wiring::Direct;
         let mut chip = Chip::wired(if direct { Wiring::Direct } else { Wiring::Chain });
         let mut put = |first: u16, bytes: &[u8]| {
@@ -81,7 +85,7 @@ impl Rig {
             }
         };
         put(SLOT, &COMMITTED.to_le_bytes());
-        put(IMAGE, &image);
+        put(IMAGE, image);
         put(PROFILE, &BoardRecord::of(profile, 1).to_bytes());
         // As the boot table has it: all of port 2 is output, the buttons have pull-ups.
         for (register, value) in [(P2DIR, 0xFF), (P1OUT, BUTTONS), (P1REN, BUTTONS)] {

@@ -1,9 +1,12 @@
 //! Runs: Start, Stop, pauses, faults, and what the VM leaves to the session.
 
 use lang::fault::Fault;
+use lang::image::{Image, seal};
+use lang::isa::Op;
+use lang::profile::Profile;
 use lang::wire::{End, RunState, TraceKind};
 
-use crate::rig::{Rig, event};
+use crate::rig::{Rig, event, image_of};
 
 const END: fn(u8, i32) -> crate::rig::Event = |end, fault| event(TraceKind::End, end, fault);
 
@@ -127,6 +130,35 @@ fn functions_and_calls_share_the_stack() {
     rig.start();
     rig.ms(50);
     assert_eq!(rig.printed, "61\n");
+}
+
+#[test]
+fn a_function_that_calls_itself_ends_before_it_writes_over_cells() {
+    let mill = Profile::built_in("mill").expect("a built-in profile");
+    let script = "DIM a, b\nb = 7\na = f(1)\nFUNCTION f(n)\nRETURN 1 + (2 + g(n))\n\
+                  END FUNCTION\nFUNCTION g(n)\nRETURN n\nEND FUNCTION\n";
+    let mut image = image_of(&mill, script);
+    // The compiler refuses it: f calls itself instead of g, with room for twelve calls.
+    image[16] = 12 << 4;
+    let parsed = Image::new(&image).expect("an image");
+    let (start, code) = (image.len() - parsed.code.len() - parsed.data.len(), parsed.code);
+    let mut calls = Vec::new();
+    let mut pc = 0;
+    while let Some((op, _)) = code.get(pc).and_then(|code| Op::decode(*code)) {
+        if op == Op::Func {
+            calls.push((start + pc + 1, [code[pc + 1], code[pc + 2]]));
+        }
+        pc += 1 + op.row().operands.len(false);
+    }
+    let [inner, outer] = calls[..] else { panic!("{calls:?}") };
+    assert!(inner.1 != outer.1);
+    image[inner.0..inner.0 + 2].copy_from_slice(&outer.1);
+    seal(&mut image);
+    let mut rig = Rig::with_image(&mill, &image);
+    rig.start();
+    assert_eq!(rig.chip.byte("VM_FAULT"), Fault::Stack.number());
+    let b = rig.chip.word("VM_CELLS") + 4;
+    assert_eq!(rig.chip.board.peek16(b), 7);
 }
 
 #[test]

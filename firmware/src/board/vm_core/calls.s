@@ -18,6 +18,17 @@ vm_gosub:
     mov #CORE_KIND_GOSUB, r14
     jmp vm_enter
 vm_func:
+    /* a routine's deepest expression has room above the cells: nothing else bounds a FUNCTION that calls
+       itself, which the compiler refuses but an image may hold */
+    mov.b CORE_IMAGE_FRAME(r4), r13
+    and #15, r13
+    mov.b CORE_IMAGE_CELLS(r4), r15
+    add r15, r13
+    rla r13
+    rla r13
+    add r7, r13
+    cmp r13, r6
+    jlo vm_no_call
     WORD
     mov &CORE_VM+CORE_BASE, r14
     mov r6, &CORE_VM+CORE_BASE
