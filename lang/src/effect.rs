@@ -69,7 +69,7 @@ pub enum Center {
     Radius(Dist),
 }
 
-/// State for which WaitIn, Probe and ON IN watch an input.
+/// State for which WaitIn, Probe and ON IN watch an input: bit 0 is the level, bit 1 tells an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Want {
@@ -77,10 +77,10 @@ pub enum Want {
     Off = 0,
     /// Level on.
     On = 1,
-    /// Edge from off to on.
-    Rise = 2,
     /// Edge from on to off.
-    Fall = 3,
+    Fall = 2,
+    /// Edge from off to on.
+    Rise = 3,
 }
 
 /// What ends a probe move.

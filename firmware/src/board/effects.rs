@@ -13,7 +13,7 @@ use lang::isa::{Look, Op, flags};
 use lang::wire::TraceKind;
 
 /// Wants of WaitIn: level off, level on, rise, fall.
-const WANT_RISE: u8 = 2;
+const WANT_EDGE: u8 = 2;
 
 impl Core {
     /// Goes on with the effect; `true` when it is done.
@@ -310,13 +310,9 @@ impl Core {
         let now = self.input(self.effect.n);
         let before = self.effect.phase & 2 != 0;
         let want = self.effect.bits & 3;
-        let met = if want < WANT_RISE {
-            now == (want != 0)
-        } else {
-            now != before && now == (want == WANT_RISE)
-        };
+        let met = now == (want & 1 != 0) && (want & WANT_EDGE == 0 || now != before);
         self.effect.phase = 1 | u8::from(now) << 1;
-        let level = i32::from(want & 1 ^ (want >> 1));
+        let level = i32::from(want & 1);
         self.outcome(TraceKind::WaitIn, met, level)
     }
 

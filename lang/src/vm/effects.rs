@@ -94,8 +94,8 @@ fn want(bits: u8) -> Want {
     match bits & 3 {
         0 => Want::Off,
         1 => Want::On,
-        2 => Want::Rise,
-        _ => Want::Fall,
+        2 => Want::Fall,
+        _ => Want::Rise,
     }
 }
 

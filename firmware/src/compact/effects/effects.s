@@ -120,15 +120,22 @@ fx_wait_in:
     BITS_OFF BITS, 3
     GET UNIT
     AXIS_ON BITS
-1:  CALL wait_want
+1:  CALL wait_input
     IF_NONE BITS, FLAG_INPUT_ON_STACK, 2f
     POP_NUMBER 1, 17
 2:  PUT N
 3:  GET N
     DO input
-    CALL wait_level
-    IF_EQUAL 1f
-    DO time_up
+    PUT UNIT
+    LIT 0
+    GET BITS
+    ANDI 1
+    COMPARE UNIT
+    IF_EQUAL 4f
+    BITS_OFF BITS, 2
+    GOTO 5f
+4:  IF_NONE BITS, 2, 1f
+5:  DO time_up
     EVENT TRACE_WAIT_IN
     GOTO fx_missed
 1:  EVENT_OK TRACE_WAIT_IN
@@ -263,33 +270,14 @@ pop_to_time:
     tst r13
     ret
 
-/* BITS = what an input is waited for: of an edge bit 0 becomes the level behind it. r12 = the input in
-   the flags. */
-wait_want:
-    bit.b #2, &BITS
-    jeq 1f
-    xor.b #1, &BITS
-1:  mov.b &BITS, r12
+/* r12 = the input in the flags of a wait, BITS. */
+wait_input:
+    mov.b &BITS, r12
     rla.b r12
     rlc.b r12
     rlc.b r12
     and #3, r12
     inc r12
-    ret
-
-/* r12 = level of the input. Leaves Z set when the wait is over; acc = the level behind it. Clobbers
-   r14. */
-wait_level:
-    clr r13
-    mov.b &BITS, r14
-    xor r14, r12
-    bit #1, r12
-    jeq 1f
-    bic.b #2, &BITS
-    bis #2, r14
-1:  mov r14, r12
-    and #1, r12
-    bit #2, r14
     ret
 
 /* The first code behind each effect's, and the effect. Codes between them are those of a larger part:

@@ -62,7 +62,7 @@ attach_checked:
 1:  br #program_stored
 
 /* r12 = a slot; leaves r12 = 0 when its image may run, or its Refusal; of r4 to r9 keeps none. Takes about
-   80 ms for each KB and kicks the watchdog; the pool is scratch. */
+   60 ms for each KB and kicks the watchdog; the pool is scratch. */
 slot_check:
     add #SLOT_HEAD, r12
     call #image_sound
