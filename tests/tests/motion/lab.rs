@@ -3,7 +3,7 @@
 use emulator::{Board, Edge, Signal, TICKS_PER_SECOND};
 pub use firmware::motion::physics::Step;
 use lang::profile::Wiring;
-use lang::wire::MACHINE_POSITIONS;
+use lang::wire::{FAULT, MACHINE_POSITIONS, RUN_STATE};
 use pasapas::bench::stand::{Stand, image_for};
 use pasapas::board::Build;
 use pasapas::board::judge::Judge;
@@ -186,7 +186,8 @@ impl Lab {
             self.run_ms(10);
         }
         if !self.is_done() {
-            panic!("the program does not end: state {}", self.read(lang::wire::RUN_STATE));
+            let [state, fault] = [RUN_STATE, FAULT].map(|register| self.read(register));
+            panic!("the program does not end: state {state}, fault {fault}");
         }
         // What is armed behind the end would be a step too many.
         self.run_ms(20);

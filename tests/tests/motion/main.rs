@@ -3,6 +3,7 @@
 
 mod emergency;
 mod ends;
+mod generated;
 mod home;
 mod judged;
 mod lab;

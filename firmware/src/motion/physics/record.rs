@@ -219,7 +219,13 @@ impl Machine {
                 let (v0, v1) =
                     (half as f64 * HZ / ticks(i, mid), half as f64 * HZ / ticks(mid, end));
                 let time = ticks(i, end) / HZ / 2.0;
-                let slack = v0 * 2.0 / ticks(i, mid) + v1 * 2.0 / ticks(mid, end);
+                let mut slack = v0 * 2.0 / ticks(i, mid) + v1 * 2.0 / ticks(mid, end);
+                let around = &run[i.saturating_sub(2 * half)..run.len().min(end + 2 * half)];
+                if !is_straight(around, others) {
+                    // The chords of an arc end on whole steps: each of the three instants may be half
+                    // an event off.
+                    slack += 2.0 * v0.max(v1) / half as f64;
+                }
                 let halves = [&run[i + 1..=mid], &run[mid + 1..=end]];
                 let [slow, fast] = self.turn(halves, axis, others);
                 let up = (v1 - v0 * fast - slack) / time;
@@ -268,6 +274,18 @@ fn is_interpolated(motion: &[Step]) -> bool {
     let shared = motion.iter().filter(|step| step.by.iter().filter(|by| **by != 0).count() > 1);
     let shared = shared.count();
     shared > 0 && shared * SHARED >= counts[1]
+}
+
+/// Whether a leading axis goes straight: the others make as many steps in each quarter, or one more.
+fn is_straight(run: &[Step], others: [bool; 3]) -> bool {
+    let quarter = run.len() / 4;
+    (0..3).filter(|other| others[*other]).all(|other| {
+        let made = |part: &[Step]| part.iter().map(|step| i32::from(step.by[other])).sum::<i32>();
+        let parts = run.chunks_exact(quarter.max(1)).take(4).map(made);
+        let (least, most) =
+            parts.fold((i32::MAX, i32::MIN), |(a, b), made| (a.min(made), b.max(made)));
+        most - least <= 1
+    })
 }
 
 /// Motions that follow one another at once: the second begins with a step between two intervals at
