@@ -74,6 +74,11 @@ impl Judge {
         }
     }
 
+    /// Takes steps that were made behind those taken so far.
+    pub fn add(&mut self, steps: &[Step]) {
+        self.steps.extend_from_slice(steps);
+    }
+
     /// Every step so far.
     pub fn steps(&self) -> &[Step] {
         &self.steps

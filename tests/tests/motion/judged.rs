@@ -3,16 +3,20 @@
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use emulator::Plant;
+use emulator::plant::motor::DriverLimits;
+use emulator::{Plant, Wiring};
 use lang::hir::Program;
 use lang::profile::Profile;
 use lang::record::MachineRecord;
-use pasapas::board::Build;
+use pasapas::bench::stand::image_for;
 use pasapas::board::judge::Judge;
+use pasapas::board::{Build, G2553, G2955};
 use pasapas::sim::record::SegmentKind;
 use pasapas::sim::trace::Status;
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, run_traced};
+
+use crate::lab::{Lab, Step};
 
 /// Longest script, simulated us.
 const LONGEST_US: u64 = 300_000_000;
@@ -93,9 +97,12 @@ impl Commanded {
         Some(Commanded { low, high, end, turns: (!free).then_some(turns) })
     }
 
-    /// Holds the steps of a judge to the script; `from` is where the machine stood.
-    pub fn check(&self, judge: &Judge, from: [i64; 3]) -> Result<(), String> {
-        let mut place = from;
+    /// Holds the steps of a judge to the script, from power-up to where they are, or to its end.
+    ///
+    /// # Errors
+    /// The first step that is none of the script's.
+    pub fn check(&self, judge: &Judge, done: bool) -> Result<(), String> {
+        let mut place = [0; 3];
         let mut way = [0; 3];
         for step in judge.steps() {
             for axis in (0..3).filter(|axis| step.by[*axis] != 0) {
@@ -113,19 +120,80 @@ impl Commanded {
                 }
             }
         }
+        if done && place != self.end {
+            return Err(format!("the axes end at {place:?}, not at {:?}", self.end));
+        }
         Ok(())
     }
 }
 
-/// Judges the steps of a test: profile, drivers, and where the script leads.
-pub fn judge(judge: &Judge, plant: &Plant, commanded: Option<&Commanded>, abrupt: bool) {
-    let count = judge.judge(plant, abrupt).unwrap_or_else(|text| panic!("{text}"));
-    if let Some(Err(text)) = commanded.map(|own| own.check(judge, [0; 3])) {
-        panic!("{text}");
+/// Judges the steps of a test: profile, drivers, and where the script leads, to its end if it is done.
+///
+/// # Errors
+/// The first violation.
+pub fn judge(
+    judge: &Judge,
+    plant: &Plant,
+    commanded: Option<(&Commanded, bool)>,
+    abrupt: bool,
+) -> Result<(), String> {
+    let count = judge.judge(plant, abrupt)?;
+    if let Some((commanded, done)) = commanded {
+        commanded.check(judge, done)?;
     }
     let moves = JUDGED[0].fetch_add(count.moves, Ordering::Relaxed) + count.moves;
     let steps = JUDGED[1].fetch_add(count.steps, Ordering::Relaxed) + count.steps;
     if count.moves != 0 {
         println!("judged so far: {moves} moves, {steps} steps");
+    }
+    Ok(())
+}
+
+/// Seeded faults: what the bench holds every test to finds each of them.
+#[test]
+fn the_judges_of_every_test_find_what_is_seeded() {
+    let script = "G1 X3 Y1 F1800\nG1 X1 Y0.5\nMoveAxe Z, -2mm";
+    for build in [&G2553, &G2955] {
+        let mill = Profile::built_in("mill").expect("the mill");
+        let (program, _) = image_for(&mill, script).expect("a script");
+        let commanded = Commanded::by(build, &mill, &program, script).expect("known places");
+        assert_eq!(commanded.end, [100, 50, -200]);
+        let run = Lab::new(build, &mill, script).play(|_| {});
+        let place = |steps: &[Step]| {
+            let mut judge = Judge::new(&mill, &Plant::new(Wiring::Chain));
+            judge.add(steps);
+            (commanded.check(&judge, true), judge)
+        };
+        let (found, judge) = place(&run.steps);
+        assert_eq!(found, Ok(()));
+        assert!(judge.judge(&Plant::new(Wiring::Chain), false).is_ok());
+        // A step too many in the middle of a move and before it turns round; one too few.
+        let turn = run.steps.iter().position(|step| step.by[0] < 0).expect("it comes back");
+        let mut more = run.steps.clone();
+        more.insert(turn, Step { at: more[turn].at - 400, by: [1, 0, 0] });
+        assert!(place(&more).0.is_err(), "a step outside the range");
+        let mut fewer = run.steps.clone();
+        fewer.remove(turn - 1);
+        assert!(place(&fewer).0.is_err(), "it turns round before its end");
+        let mut last = run.steps.clone();
+        last.pop();
+        assert!(place(&last).0.is_err(), "it ends before its end");
+        // Ramps of half the steepness are broken by the same record.
+        let mut lazy = mill.clone();
+        lazy.x.as_mut().expect("X").accel /= 2;
+        let mut judge = Judge::new(&lazy, &Plant::new(Wiring::Chain));
+        judge.add(&run.steps);
+        assert!(judge.judge(&Plant::new(Wiring::Chain), false).is_err(), "too quick a ramp");
+        // Drivers that want longer pulses, and DIR longer before STEP, than the board was told.
+        let drivers: [fn(&mut DriverLimits); 2] =
+            [|own| own.pulse = 600, |own| own.setup = 200_000];
+        for slower in drivers {
+            let mut lab = Lab::new(build, &mill, script);
+            slower(&mut lab.board.plant_mut().limits);
+            lab.start();
+            lab.run_ms(900);
+            assert!(lab.judged().is_err(), "{:?}", lab.board.plant().limits);
+            lab.forgive();
+        }
     }
 }

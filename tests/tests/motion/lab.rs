@@ -1,8 +1,8 @@
 //! A board with a program, buttons, and a record of every step.
 
-use emulator::{Board, Edge, Signal, TICKS_PER_SECOND};
+use emulator::{Board, Edge, Plant, Signal, TICKS_PER_SECOND};
 pub use firmware::motion::physics::Step;
-use lang::profile::Wiring;
+use lang::profile::{Profile, Wiring};
 use lang::wire::{FAULT, MACHINE_POSITIONS, RUN_STATE};
 use pasapas::bench::stand::{Stand, image_for};
 use pasapas::board::Build;
@@ -25,6 +25,7 @@ pub const DONE: u8 = 8;
 pub struct Lab {
     /// The board.
     pub board: Board,
+    profile: Profile,
     judge: Judge,
     commanded: Option<Commanded>,
     abrupt: Option<&'static str>,
@@ -44,7 +45,7 @@ pub struct Run {
 
 impl Lab {
     /// A board of a build with a script on it; the script's end switches [`DONE`] on.
-    pub fn new(build: &Build, profile: &lang::profile::Profile, script: &str) -> Lab {
+    pub fn new(build: &Build, profile: &Profile, script: &str) -> Lab {
         // An end would take the output back, and a Start press would run the program again.
         let done = if profile.wiring == Wiring::Chain { DONE } else { 2 };
         let text = format!("{script}\nSetOut {done}, ON\nWaitIn {done}, ON\n");
@@ -57,7 +58,7 @@ impl Lab {
         board.record(true);
         let judge = Judge::new(profile, board.plant());
         let commanded = Commanded::by(build, profile, &program, script);
-        Lab { board, judge, commanded, abrupt: None }
+        Lab { board, profile: profile.clone(), judge, commanded, abrupt: None }
     }
 
     /// The last motion is stopped at once, for a reason.
@@ -68,6 +69,21 @@ impl Lab {
     /// It was not stopped after all.
     pub fn goes_to_its_end(&mut self) {
         self.abrupt = None;
+    }
+
+    /// Holds every step so far to the profile, its drivers, and where the script leads.
+    pub fn judged(&mut self) -> Result<(), String> {
+        self.edges();
+        let commanded = self.commanded.as_ref().map(|own| (own, self.is_done()));
+        judged::judge(&self.judge, self.board.plant(), commanded, self.abrupt.is_some())
+    }
+
+    /// What was found so far is forgotten: it was seeded.
+    pub fn forgive(&mut self) {
+        let (profile, plant) = (&self.profile, Plant::new(self.board.plant().wiring()));
+        self.judge = Judge::new(profile, &plant);
+        self.commanded = None;
+        *self.board.plant_mut() = plant;
     }
 
     /// Every edge since the last call.
@@ -194,20 +210,16 @@ impl Lab {
         let edges = self.edges();
         let mut ends = edges.iter().filter(|e| e.signal == Signal::Out(DONE) && e.level);
         let ended = ends.next().expect("the end").cycle;
-        if let Some(commanded) = &self.commanded {
-            let places = self.board.plant().motors.each_ref().map(|motor| motor.position);
-            assert_eq!(places, commanded.end, "where the script leads");
-        }
         Run { steps: self.judge.steps()[before..].to_vec(), edges, began, ended }
     }
 }
 
 impl Drop for Lab {
     fn drop(&mut self) {
-        if !std::thread::panicking() {
-            self.edges();
-            let abrupt = self.abrupt.is_some();
-            judged::judge(&self.judge, self.board.plant(), self.commanded.as_ref(), abrupt);
+        if !std::thread::panicking()
+            && let Err(text) = self.judged()
+        {
+            panic!("{text}");
         }
     }
 }
