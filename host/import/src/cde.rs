@@ -40,6 +40,7 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
         units: Units::new([job.options.scale; 3], job.profile),
         percent: 100,
         height: 0,
+        swapped: false,
         fed: None,
         number: 1,
         rows: Vec::new(),
@@ -80,6 +81,8 @@ struct Reader<'a, 'd> {
     percent: i64,
     /// Z as the card's counter has it, steps.
     height: i64,
+    /// Axes 1 and 3, and 2 and 4, have changed places.
+    swapped: bool,
     /// The F that holds, steps/s.
     fed: Option<i64>,
     /// The line that is being read.
@@ -117,6 +120,9 @@ impl Reader<'_, '_> {
         }
         if text.is_empty() {
             return;
+        }
+        if let Some(value) = text.strip_prefix("O=") {
+            return self.swap(line, value);
         }
         let Some((word, rest)) = text.split_once(';') else {
             let hint = "a line is Move, Pause or RAZ_CPT and its fields with `;` between";
@@ -193,6 +199,21 @@ impl Reader<'_, '_> {
         }
     }
 
+    /// `O=True` or `O=False` (section 9.1.6): axes 1 and 3, and 2 and 4, change places or not.
+    fn swap(&mut self, line: &str, value: &str) {
+        self.swapped = match value.trim().to_lowercase().as_str() {
+            "true" | "t" => true,
+            "false" | "f" => false,
+            _ => {
+                let text = format!("`O={value}` swaps no axes");
+                let (number, hint) = (self.number, "`O=True` or `O=False`");
+                return self.error(number, column(line, value), Code::Unreadable, text, hint);
+            }
+        };
+        let remark = if self.swapped { "axes 1 and 3 swapped" } else { "axes as they are" };
+        self.push(String::new(), remark);
+    }
+
     fn pause(&mut self, number: u32, ms: i64, message: &str) {
         if !(0..=MAX_PAUSE).contains(&ms) {
             return self.error(
@@ -207,15 +228,19 @@ impl Reader<'_, '_> {
     }
 
     fn movement(&mut self, number: u32, values: &[i64], message: &str) {
-        let (steps, most, pause, percent) = (&values[..4], values[4], values[5], values[6]);
+        let (most, pause, percent) = (values[4], values[5], values[6]);
+        let mut steps = [values[0], values[1], values[2], values[3]];
+        if self.swapped {
+            steps.rotate_left(2);
+        }
+        let steps = &steps[..];
         if steps[3] != 0 {
-            return self.error(
-                number,
-                1,
-                Code::WrongAxis,
-                "a fourth axis moves",
-                "the machine has X, Y and Z",
-            );
+            let text = match self.swapped {
+                true => "a fourth axis moves: that is axis 2 behind `O=True`",
+                false => "a fourth axis moves",
+            };
+            let hint = "the machine has X, Y and Z";
+            return self.error(number, 1, Code::WrongAxis, text, hint);
         }
         if let Some(wrong) = steps.iter().find(|steps| steps.abs() > MAX_STEPS) {
             return self.error(

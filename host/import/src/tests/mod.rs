@@ -90,6 +90,21 @@ fn commands_of_the_jediv_card() {
     ));
 }
 
+/// Axes 1 and 3, and 2 and 4, change places until they are told to change back.
+#[test]
+fn a_jediv_card_swaps_its_axes() {
+    let text = "Move;5;7;0;0;7;0;100;\nO=True\nMove;5;0;9;0;9;0;0;\nMove;0;0;0;8;8;0;0;\nO=F\nMove;5;7;0;0;7;0;0;\n";
+    let made = import("a.cde", text.as_bytes(), &Options::default()).expect("a script");
+    let lines = made.script.lines().filter_map(|line| line.strip_prefix("G1 "));
+    let moves: Vec<&str> =
+        lines.map(|line| line[..line.find(" F[").unwrap_or(line.len())].trim()).collect();
+    let wanted: [&str; 4] = ["X[5st] Y[7st]", "X[9st] Z[5st]", "Y[8st]", "X[5st] Y[7st]"];
+    assert_eq!(moves, wanted);
+    let told = refused("a.cde", "O=True\nMove;0;7;0;0;7;0;0;\nO=maybe\n");
+    assert!(told.contains("a.cde:2:1: error") && told.contains("axis 2 behind `O=True`"), "{told}");
+    assert!(told.contains("a.cde:3:3: error") && told.contains("O=False"), "{told}");
+}
+
 #[test]
 fn a_laser_picture() {
     let text = "; title\n; 3 lines\nG90\nG0 X10 Y5\nM3S0\nF1000\nS0\nG1 X20 S50\nX30 S0\nX40 S255\nM5\nG4P0.5\nG0 X0 Y0\n";
