@@ -163,4 +163,6 @@ constants! {
 
 core::arch::global_asm!(include_str!("link/uart.s"), options(raw));
 core::arch::global_asm!(include_str!("link/modbus.s"), options(raw));
+core::arch::global_asm!(include_str!("link/tables.s"), options(raw));
 core::arch::global_asm!(include_str!("link/map.s"), options(raw));
+core::arch::global_asm!(include_str!("link/write.s"), options(raw));

@@ -3,7 +3,7 @@
    Source: Modbus Application Protocol V1.1b3 (functions, exceptions), Modbus over Serial Line V1.02
    (address, CRC, broadcast).
 
-   Registers in this file and in map.s:
+   Registers in this file, in map.s and in write.s:
    r5 address, of a write the offset in its block   r6 count
    r7 function less 1, but 4 and 5 for 15 and 16   r8 table: bit n-1 for reading function n,
    which FUNCTION keeps while that function's data is being sent
