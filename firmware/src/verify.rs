@@ -4,7 +4,7 @@
 //! What it takes on trust are the meanings of flag bits, which [`lang::vm::effects`] tells apart:
 //! the effects test what they use of them.
 
-use lang::image::{COLUMN_HEAD, HEADER, MAX_EVENTS};
+use lang::image::{COLUMN_HEAD, FORMAT, HEADER, MAX_EVENTS};
 use lang::isa::{self, Class, FINGERPRINT, LOW_CELLS, Op, Operands, SHORT_CELLS, flags, shape};
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::wire::{CRC_START, Refusal, crc16};
@@ -86,7 +86,7 @@ pub fn verify<B: Bytes>(
     limits: &Limits,
     anchors: &mut [u8; ANCHORS],
 ) -> Result<(), Refusal> {
-    if image.word(2) != FINGERPRINT {
+    if image.byte(0) != FORMAT || image.word(2) != FINGERPRINT {
         return Err(Refusal::Version);
     }
     let features = image.byte(1);
@@ -97,11 +97,7 @@ pub fn verify<B: Bytes>(
     let cells = image.byte(14);
     let stack = image.byte(15) >> 4;
     let calls = image.byte(16) >> 4;
-    // Where there is no KEEP nobody looks at them.
-    let keeps = match u16::from(limits.features) & feature::KEEP {
-        0 => 0,
-        _ => image.byte(16) & 15,
-    };
+    let keeps = image.byte(16) & 15;
     let frame = image.byte(15) & 15;
     let pool = (u16::from(cells) + u16::from(stack)) * 4 + u16::from(calls) * 2;
     if pool > limits.pool[usize::from(many)]

@@ -20,7 +20,6 @@ pub mod flags;
 mod table;
 
 use crate::axis::AxisSet;
-use crate::image::FORMAT;
 use crate::wire::{CRC_START, crc16};
 
 /// What stands behind the first byte.
@@ -413,7 +412,7 @@ const fn sum_over(mut sum: u16, bytes: &[u8]) -> u16 {
 }
 
 const fn fingerprint() -> u16 {
-    let mut sum = sum_over(CRC_START, &[FORMAT]);
+    let mut sum = CRC_START;
     let mut r = 0;
     while r < ROWS.len() {
         let row = &ROWS[r];
@@ -426,7 +425,7 @@ const fn fingerprint() -> u16 {
     sum
 }
 
-/// CRC of the container's version and the opcode table: an image runs only on a VM with the same one.
+/// CRC of the opcode table: an image runs only on a VM with the same one.
 pub const FINGERPRINT: u16 = fingerprint();
 
 impl Op {

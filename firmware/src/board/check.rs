@@ -16,7 +16,7 @@
 
 use ::core::arch::global_asm;
 use firmware::verify::{ANCHORS, CODE, MACHINE};
-use lang::image::MAX_EVENTS;
+use lang::image::{FORMAT, MAX_EVENTS};
 use lang::isa::{FINGERPRINT, LOW_CELLS, Op, SHORT_CELLS, flags};
 use lang::record::{AxisRecord, feature};
 use lang::wire::Refusal;
@@ -88,6 +88,7 @@ global_asm!(
     .set CHECK_FEATURE, {feature}
     .set CHECK_MEMORY, {memory}
     .set CHECK_CODE_REFUSAL, {code_refusal}
+    .set CHECK_FORMAT, {format}
     .set CHECK_FINGERPRINT, {fingerprint}
     .set CHECK_MANY, {many}
     .set CHECK_EVENTS, {events}
@@ -117,7 +118,6 @@ global_asm!(
     .set CHECK_LOW, {low}
     .set CHECK_COMPACT, {compact}
     .set CHECK_FEATURES, {features}
-    .set CHECK_HAS_KEEP, {has_keep}
     .set CHECK_SHAPES, {shapes}
     .set CHECK_MASKS, {masks}
     .set CHECK_MASKS_LEN, {masks_len}
@@ -152,6 +152,7 @@ global_asm!(
     feature = const Refusal::Feature as u8,
     memory = const Refusal::Memory as u8,
     code_refusal = const Refusal::Code as u8,
+    format = const FORMAT,
     fingerprint = const FINGERPRINT,
     many = const feature::INTERPOLATE | feature::START,
     events = const feature::EVENTS,
@@ -180,7 +181,6 @@ global_asm!(
     effect_shift = const FIRST_EFFECT - LOW - GROUPS,
     low = const LOW,
     features = const PART.features as u8,
-    has_keep = const PART.features & feature::KEEP,
     compact = const cfg!(feature = "g2553") as u8,
     shapes = sym SHAPES,
     masks = sym MASKS,

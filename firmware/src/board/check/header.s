@@ -20,6 +20,8 @@ pasapas_verify:
 
     /* header */
     mov #CHECK_VERSION, r15
+    cmp.b #CHECK_FORMAT, 0(r4)
+    jne verify_leave
     cmp #CHECK_FINGERPRINT, 2(r4)
     jne verify_leave
     mov #CHECK_FEATURE, r15
@@ -66,7 +68,6 @@ pasapas_verify:
     sub r12, r14
     mov r14, CHECK_FREE(r10)
     .endif
-    .if CHECK_HAS_KEEP
     and #15, r13
     cmp #9, r13
     jhs verify_leave
@@ -74,7 +75,6 @@ pasapas_verify:
     add r13, r12
     cmp r12, r11
     jlo verify_leave
-    .endif
     mov #CHECK_CODE_REFUSAL, r15
     tst.b 11(r4)
     jne verify_leave
