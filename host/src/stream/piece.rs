@@ -239,24 +239,56 @@ pub fn answers(effect: &Effect) -> bool {
 /// Code that fails on the board as the program did on the host; `None` for a fault that no code of a
 /// program has.
 pub fn failing(fault: Fault) -> Option<Vec<u8>> {
-    let code = |values: &[i32], op: Op| {
+    let code = |values: &[i32], ops: &[u8]| {
         let mut bytes: Vec<u8> = values.iter().flat_map(|value| constant(*value)).collect();
-        bytes.push(op.code());
+        bytes.extend(ops);
         bytes
     };
     // Where the value of an operation would stay, it goes: what follows begins with a clear stack.
-    let dropped = |values: &[i32], op: Op| {
-        let mut bytes = code(values, op);
-        bytes.push(Op::Drop.code());
-        bytes
-    };
+    let dropped = |values: &[i32], op: Op| code(values, &[op.code(), Op::Drop.code()]);
     Some(match fault {
         Fault::Overflow => dropped(&[i32::MIN], Op::Neg),
         Fault::DivisionByZero => dropped(&[1, 0], Op::Div),
-        Fault::ArrayIndex => dropped(&[0, 0], Op::Check),
+        Fault::ArrayIndex => code(&[0], &[Op::Check.code(), 0, Op::Drop.code()]),
         Fault::BadShift => dropped(&[1, 32], Op::Shl),
         Fault::ValueRange => dropped(&[-1], Op::Sqr),
-        Fault::Stack => code(&[], Op::Return),
+        Fault::Stack => code(&[], &[Op::Return.code()]),
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Writer, failing};
+    use lang::fault::Fault;
+    use lang::front::source::Source;
+    use lang::front::{ProfileChoice, compile};
+    use lang::image::Image;
+    use lang::vm::{Exit, State, Vm};
+
+    #[test]
+    fn what_fails_for_the_program_fails_as_that_did() {
+        let source = Source::new("a.bas", "Wait 1s\n".to_owned());
+        let program = compile(&source, ProfileChoice::built_in()).0.expect("a program");
+        let compiled = lang::back::compile(&program).expect("it fits");
+        let image = Image::new(&compiled.image).expect("an image");
+        for fault in [
+            Fault::Overflow,
+            Fault::DivisionByZero,
+            Fault::ArrayIndex,
+            Fault::BadShift,
+            Fault::ValueRange,
+            Fault::Stack,
+        ] {
+            let mut writer = Writer::new(&image, 180);
+            assert!(writer.put_control(1, &failing(fault).expect("code")));
+            let piece = writer.finish(false).bytes;
+            let bytes = [&piece[..20], writer.machine(), &piece[20..]].concat();
+            let image = Image::new(&bytes).expect("a piece");
+            let mut state = State::new(&image.header);
+            let mut pool = vec![0; image.header.pool_bytes()];
+            assert_eq!(Vm::new(image, &mut state, &mut pool).run(9), Exit::Fault(fault));
+        }
+        assert_eq!(failing(Fault::SoftLimit), None);
+    }
 }
