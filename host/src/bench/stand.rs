@@ -5,14 +5,12 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use emulator::{Board, Edge, Signal};
-use firmware::motion::physics::Count;
 use lang::hir::Program;
 use lang::profile::{BUILT_IN, Profile};
 use lang::record::BoardRecord;
 use lang::wire::{Control, RunState};
 
 use super::code::program;
-use crate::board::judge::Judge;
 use crate::board::link::InProcess;
 use crate::board::rig::Rig;
 use crate::board::{Build, DEFAULT};
@@ -28,8 +26,6 @@ const TIMER1: [u16; 2] = [0xFFF8, 0xFFFA];
 pub struct Stand {
     rig: Rc<RefCell<Rig>>,
     client: Client<InProcess>,
-    profile: Profile,
-    judged: Count,
 }
 
 /// The mill with another top rate and ramps, the shortest pulses and no fuss about travel.
@@ -82,7 +78,7 @@ impl Stand {
         client.set_board_record(&record).map_err(text)?;
         client.restart().map_err(text)?;
         client.find().map_err(text)?;
-        Ok(Stand { rig, client, profile: profile.clone(), judged: Count::default() })
+        Ok(Stand { rig, client })
     }
 
     /// The board's master.
@@ -104,7 +100,7 @@ impl Stand {
     /// at the pins.
     ///
     /// # Errors
-    /// It does not start, ends in a fault, or makes steps that no motor of the profile follows.
+    /// It does not start, or ends in a fault.
     pub fn run(&mut self, limit: Duration) -> Result<Vec<Edge>, String> {
         self.run_asking(limit, Duration::from_millis(50))
     }
@@ -115,11 +111,7 @@ impl Stand {
     /// As [`Stand::run`].
     pub fn run_asking(&mut self, limit: Duration, rest: Duration) -> Result<Vec<Edge>, String> {
         let (_, runs) = self.client.run_state().map_err(|error| error.to_string())?;
-        let mut judge = {
-            let mut rig = self.rig.borrow_mut();
-            rig.board().record(true);
-            Judge::new(&self.profile, rig.plant())
-        };
+        self.rig.borrow_mut().board().record(true);
         match self.client.control(Control::Start) {
             // The board may prepare its flash before it answers: the state tells.
             Ok(()) | Err(ClientError::Silent) => {}
@@ -141,15 +133,7 @@ impl Stand {
         }
         let mut rig = self.rig.borrow_mut();
         rig.board().record(false);
-        let edges = rig.board().take_edges();
-        judge.take(&edges);
-        self.judged += judge.judge(rig.plant(), false)?;
-        Ok(edges)
-    }
-
-    /// Moves and steps that were held to the profile's ramps and rates: all that were made.
-    pub fn judged(&self) -> Count {
-        self.judged
+        Ok(rig.board().take_edges())
     }
 
     /// Longest step interrupt since the board was made, and all that step interrupts took, cycles.
