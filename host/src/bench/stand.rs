@@ -11,6 +11,7 @@ use lang::record::BoardRecord;
 use lang::wire::{Control, RunState};
 
 use super::code::program;
+use crate::board::judge::Judge;
 use crate::board::link::InProcess;
 use crate::board::rig::Rig;
 use crate::board::{Build, DEFAULT};
@@ -26,6 +27,7 @@ const TIMER1: [u16; 2] = [0xFFF8, 0xFFFA];
 pub struct Stand {
     rig: Rc<RefCell<Rig>>,
     client: Client<InProcess>,
+    profile: Profile,
 }
 
 /// The mill with another top rate and ramps, the shortest pulses and no fuss about travel.
@@ -78,7 +80,7 @@ impl Stand {
         client.set_board_record(&record).map_err(text)?;
         client.restart().map_err(text)?;
         client.find().map_err(text)?;
-        Ok(Stand { rig, client })
+        Ok(Stand { rig, client, profile: profile.clone() })
     }
 
     /// The board's master.
@@ -100,7 +102,7 @@ impl Stand {
     /// at the pins.
     ///
     /// # Errors
-    /// It does not start, or ends in a fault.
+    /// It does not start, ends in a fault, or makes steps that no motor of the profile follows.
     pub fn run(&mut self, limit: Duration) -> Result<Vec<Edge>, String> {
         self.run_asking(limit, Duration::from_millis(50))
     }
@@ -111,7 +113,11 @@ impl Stand {
     /// As [`Stand::run`].
     pub fn run_asking(&mut self, limit: Duration, rest: Duration) -> Result<Vec<Edge>, String> {
         let (_, runs) = self.client.run_state().map_err(|error| error.to_string())?;
-        self.rig.borrow_mut().board().record(true);
+        let mut judge = {
+            let mut rig = self.rig.borrow_mut();
+            rig.board().record(true);
+            Judge::new(&self.profile, rig.plant())
+        };
         match self.client.control(Control::Start) {
             // The board may prepare its flash before it answers: the state tells.
             Ok(()) | Err(ClientError::Silent) => {}
@@ -133,7 +139,10 @@ impl Stand {
         }
         let mut rig = self.rig.borrow_mut();
         rig.board().record(false);
-        Ok(rig.board().take_edges())
+        let edges = rig.board().take_edges();
+        judge.take(&edges);
+        judge.judge(rig.plant(), false)?;
+        Ok(edges)
     }
 
     /// Longest step interrupt since the board was made, and all that step interrupts took, cycles.
