@@ -52,7 +52,7 @@ impl Torture {
         let mut lost = 0;
         if !console.json() {
             console.result(&format!(
-                "{:9} {:5} {:34} {:>10} {:>10} {:>6} {:>6}\n",
+                "{:9} {:14} {:34} {:>10} {:>10} {:>6} {:>6}\n",
                 "kind", "part", "fault", "tried", "survived", "lost", "seed"
             ))?;
         }
@@ -87,7 +87,7 @@ fn show(row: &Row, console: &Console) -> Result<(), Failure> {
     }
     let Row { kind, part, fault, tried, survived, lost, seed, note, .. } = row;
     let line = format!(
-        "{kind:9} {part:5} {fault:34} {tried:>10} {survived:>10} {lost:>6} {seed:>6}  {note}"
+        "{kind:9} {part:14} {fault:34} {tried:>10} {survived:>10} {lost:>6} {seed:>6}  {note}"
     );
     console.result(&format!("{}\n", line.trim_end()))
 }

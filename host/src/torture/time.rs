@@ -198,13 +198,14 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
     type Case = fn(&mut Stand, &mut Rng) -> Result<(), String>;
     let never =
         BUSY.iter().map(|script| board(build, script, None)).collect::<Result<Vec<_>, _>>()?;
-    let with_events = "DIM n\nON IN 1 RISE GOSUB edge\nON IN 2 FALL GOSUB edge\nON EVERY 10ms GOSUB edge\n\
-        FOR n = 1 TO 3\nG1 X12 Y9 Z-7 F4800\nG1 X0 Y0 Z0\nG2 X6 Y6 I6 J0\nNEXT\nEND\n\
-        edge:\nn = n + 0\nRETURN";
-    let lines = "DIM n\nFOR n = 1 TO 3\nG1 X12 Y9 Z-7 F4800\nG1 X0 Y0 Z0\nMoveAxe Y, 9mm\n\
-        MoveAxe Y, 0mm\nNEXT";
-    let events = build.part.features & feature::EVENTS != 0;
-    let load = if events { with_events } else { lines };
+    let has = |feature| build.part.features & feature != 0;
+    let on_lines = "ON IN 1 RISE GOSUB edge\nON IN 2 FALL GOSUB edge\nON EVERY 10ms GOSUB edge\n";
+    let arc = if has(feature::ARC) { "G2 X6 Y6 I6 J0" } else { "MoveAxe Y, 9mm\nMoveAxe Y, 0mm" };
+    let load = format!(
+        "DIM n\n{}FOR n = 1 TO 3\nG1 X12 Y9 Z-7 F4800\nG1 X0 Y0 Z0\n{arc}\nNEXT\nEND\n\
+         edge:\nn = n + 0\nRETURN",
+        if has(feature::EVENTS) { on_lines } else { "" }
+    );
     let moves = "DO\nSetOut 1, ON\nG1 X40 Y30 F3000\nSetOut 2, ON\nG1 X0 Y0\nLOOP";
     let auto = BoardRecord {
         sequence: 1,
@@ -213,7 +214,7 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
     };
     let cases: [(&'static str, Case, Vec<Fresh>, [u64; 3]); 4] = [
         ("programs that never wait", busy, never, [6, 120, 1_200]),
-        ("steps, events, link at once", loaded, vec![board(build, load, None)?], [2, 60, 600]),
+        ("steps, events, link at once", loaded, vec![board(build, &load, None)?], [2, 60, 600]),
         (
             "a main loop that hangs",
             |stand, rng| hung(stand, rng, &hang),
