@@ -102,3 +102,13 @@ fn a_pulse_ends_in_time_while_a_handler_runs() {
     rig.ms(200);
     assert_eq!(rig.printed, "over\n");
 }
+
+#[test]
+fn errors_find_their_lines_behind_on_lines() {
+    let script = "DIM a, b\nON ERROR GOTO bad\nON IN 3 RISE GOSUB h\nON EVERY 20ms GOSUB h\nb = 1 / a\nPRINT \"next\"\nEND\nh: b = b + 1\nRETURN\nbad: PRINT ERR; \" \"; ERL\nWait 90ms\nRESUME NEXT\n";
+    let mut rig = Rig::new("mill", script);
+    rig.start();
+    rig.ms(150);
+    assert_eq!(rig.printed, "2 5\nnext\n");
+    assert_eq!(rig.state(), RunState::Ready);
+}

@@ -136,6 +136,15 @@ line_of:
     bit.b #FEATURE_LINES, 1-IMAGE_CODE(r9)
     jeq 6f
     mov &VM_DATA, r14
+    .if HAS_EVENTS
+    /* behind the ON lines */
+    bit.b #FEATURE_EVENTS, 1-IMAGE_CODE(r9)
+    jeq 1f
+    mov.b @r14+, r11
+    add r11, r14
+    add r11, r14
+1:
+    .endif
     call #word_at
     mov &VM_DATA, r14
     add r11, r14
