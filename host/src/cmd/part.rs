@@ -60,14 +60,20 @@ impl Choice {
         console: &Console,
     ) -> Result<&'static Build, Failure> {
         let Ok(image) = Image::new(&compiled.image) else { return Ok(self.or_default()) };
-        let Some(build) = self.part else {
-            let runs = |build: &&&Build| build.part.lacks(&image.header, image.events()).is_none();
-            return Ok(BUILDS.iter().find(runs).copied().unwrap_or(DEFAULT));
+        let runs = |build: &&Build| build.part.lacks(&image.header, image.events()).is_none();
+        let first = BUILDS.into_iter().find(runs);
+        let Some(build) = self.part else { return Ok(first.unwrap_or(DEFAULT)) };
+        let part = build.part;
+        let Some(lack) = part.lacks(&image.header, image.events()) else { return Ok(build) };
+        let text =
+            format!("`{}` for the {} lacks what this program wants: {lack}", part.name, part.chip);
+        let hint = match first {
+            Some(other) => {
+                format!("`--part {}` has it; or write the program without it", other.part.name)
+            }
+            None => "no part has it: write the program without it".to_owned(),
         };
-        let Some(lack) = build.part.lacks(&image.header, image.events()) else { return Ok(build) };
-        let text = format!("the {} lacks what this program wants: {lack}", build.part.chip);
-        let note = Note::error(script.source.name(), "B008", text)
-            .hint("take a larger part with --part, or write the program without it");
+        let note = Note::error(script.source.name(), "B008", text).hint(hint);
         Err(console.refuse(&note))
     }
 }

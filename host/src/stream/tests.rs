@@ -19,6 +19,7 @@ use super::place::Track;
 use super::pump::{self, Outcome, Progress};
 use crate::bench::stand::Stand;
 use crate::bench::stream::raster;
+use crate::client::stream::Slots;
 use crate::link::Link;
 
 fn mill() -> Profile {
@@ -42,6 +43,20 @@ fn stream(stand: &mut Stand, text: &str, watcher: pump::Watcher<'_>) -> (Outcome
     let outcome =
         pump::run(stand.client(), &mut job, slots, watcher, &mut |bytes| printed.extend(bytes));
     (outcome.expect("an end"), String::from_utf8(printed).expect("text"))
+}
+
+/// A board that runs the first piece of a job by hand.
+fn by_hand(text: &str) -> (Stand, Slots) {
+    let (_, compiled) = compile(text);
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let client = stand.client();
+    let slots = client.stream_slots().expect("an answer").expect("it can stream");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+    client.stream_open(&slots, job.machine()).expect("opened");
+    let piece = job.piece().expect("a piece");
+    assert!(client.stream_piece(&slots, 0, &piece.bytes).expect("taken"));
+    client.stream_control(Stream::Run).expect("running");
+    (stand, slots)
 }
 
 fn quietly(_: &Progress) -> Option<Control> {
@@ -158,15 +173,8 @@ fn a_job_that_only_computes_is_stopped_too() {
 
 #[test]
 fn a_lost_link_ends_the_run_with_f18_and_outputs_off() {
-    let (_, compiled) = compile("SetOut 2, ON\nF60\nG1 X100\nG1 X0\n");
-    let mut stand = Stand::new(&mill()).expect("a board");
+    let (mut stand, _) = by_hand("SetOut 2, ON\nF60\nG1 X100\nG1 X0\n");
     let client = stand.client();
-    let slots = client.stream_slots().expect("an answer").expect("it can stream");
-    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
-    client.stream_open(&slots, job.machine()).expect("opened");
-    let piece = job.piece().expect("a piece");
-    assert!(client.stream_piece(&slots, 0, &piece.bytes).expect("taken"));
-    client.stream_control(Stream::Run).expect("running");
     client.link().pause(Duration::from_millis(1500));
     let status = client.status().expect("an answer");
     assert_eq!((status.state, &status.outputs[..]), ("running", &[2][..]));

@@ -11,9 +11,9 @@ use super::super::feed::Feed;
 use super::super::job::Job;
 use super::super::place::Track;
 use super::super::pump::{self, Outcome};
-use super::{checked, compile, mill, quietly, stream};
+use super::{by_hand, checked, compile, mill, quietly, stream};
 use crate::bench::stand::Stand;
-use crate::client::stream::{Call, Slots};
+use crate::client::stream::Call;
 use crate::link::Link;
 use crate::sim::trace::What;
 use crate::sim::world::World;
@@ -133,20 +133,6 @@ fn the_check_before_the_first_move_knows_handlers() {
     assert_eq!(refused.expect_err("not handled").line, 5);
     let text = "ON IN 3 RISE GOSUB hit\nG1 X5 F600\nhit:\nRETURN\n";
     assert_eq!(checked(text, 0).expect("sound").open, Some(1));
-}
-
-/// A board that runs the first piece of a job by hand.
-fn by_hand(text: &str) -> (Stand, Slots) {
-    let (_, compiled) = compile(text);
-    let mut stand = Stand::new(&mill()).expect("a board");
-    let client = stand.client();
-    let slots = client.stream_slots().expect("an answer").expect("it can stream");
-    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
-    client.stream_open(&slots, job.machine()).expect("opened");
-    let piece = job.piece().expect("a piece");
-    assert!(client.stream_piece(&slots, 0, &piece.bytes).expect("taken"));
-    client.stream_control(Stream::Run).expect("running");
-    (stand, slots)
 }
 
 /// A job whose handler is called while X goes on by itself and output 2 is on.
