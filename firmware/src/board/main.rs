@@ -1,4 +1,4 @@
-//! The MSP430G2553 image: registers, interrupts, main loop. All `unsafe` of the project is here.
+//! The MSP430G2955 image: registers, interrupts, main loop.
 #![no_std]
 #![no_main]
 // The board half talks to registers, flash and assembly; each use gives its reason.

@@ -1,0 +1,169 @@
+//! One pass of the program: the VM to its next effect, the effect as far as it gets.
+
+use super::Core;
+use super::effect::{END, Effect};
+use crate::vm::vm;
+use crate::vm_core;
+use lang::fault::Fault;
+use lang::isa::Op;
+use lang::vm::flag;
+use lang::wire::{End, RunState, TraceKind};
+
+/// Codes from here on are effects.
+const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
+
+impl Core {
+    /// One pass of the program.
+    pub fn run(&mut self) {
+        if self.session.is_paused() {
+            let ramping = self.session.state() == RunState::Stopping;
+            if ramping && self.motor.rests() && !self.trace.full && self.line_rests {
+                self.rested();
+            } else if ramping && self.seeks() {
+                // What it looks for may come on the way to rest, too.
+                self.go_on();
+            }
+            return;
+        }
+        if !self.session.executes() {
+            if !self.session.is_active() && self.effect.code != 0 {
+                self.direct_effect();
+            }
+            return;
+        }
+        // The handler comes over the link.
+        #[cfg(feature = "stream")]
+        if crate::stream::waits() {
+            return;
+        }
+        if self.motor.take_limited() != 0 {
+            let pc = if self.effect.code != 0 { self.effect_pc } else { vm().pc };
+            self.raise(Fault::SoftLimit, pc, true);
+            return;
+        }
+        if let Some((fault, pc)) = self.late {
+            if self.motor.path_rests() {
+                self.late = None;
+                self.raise(fault, pc, false);
+            }
+            return;
+        }
+        self.pulse_over();
+        if self.effect.code == 0 {
+            self.step();
+        }
+        self.go_on();
+    }
+
+    /// Goes on with the effect under way, if there is one.
+    fn go_on(&mut self) {
+        // A line longer than the ring was announced by the event that fills the slot, and the host
+        // takes it before it asks for the next one.
+        const PRINTS: ::core::ops::RangeInclusive<u8> = Op::PrintText as u8..=Op::PrintEnd as u8;
+        let free = !self.trace.full || self.announced && PRINTS.contains(&self.effect.code);
+        if self.effect.code != 0 && free {
+            match self.perform() {
+                Ok(true) => {
+                    self.forget();
+                    self.serve();
+                }
+                Ok(false) => self.serve(),
+                Err(fault) => {
+                    let pc = self.effect_pc;
+                    self.found(fault, pc);
+                }
+            }
+        }
+    }
+
+    /// Goes on with a homing or probing command.
+    fn direct_effect(&mut self) {
+        let result = self.perform();
+        if let Ok(false) = result {
+            return;
+        }
+        if result.is_err() {
+            let bit = 1 << self.effect.n;
+            if self.effect.code == Op::Probe as u8 {
+                self.probe_error |= bit;
+            } else {
+                self.homing_error |= bit;
+            }
+        }
+        self.forget();
+    }
+
+    fn rested(&mut self) {
+        self.save();
+        let stopped = self.session.rested();
+        let states = match stopped {
+            None => self.record.pause,
+            Some(End::Fault) => self.record.fault,
+            Some(_) => self.record.end,
+        };
+        self.resume_outputs = self.outputs;
+        self.outputs = self.outputs & states.keep | states.on;
+        if let Some(end) = stopped {
+            crate::boot::mark(false);
+            if let End::Fault = end {
+                self.log();
+            }
+            if end as u8 == End::Fault as u8 {
+                self.effect_pc = vm().fault_pc;
+            } else if end as u8 != End::Done as u8 && self.effect.code == 0 {
+                self.effect_pc = vm().pc;
+            }
+            self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
+            self.forget();
+            // A streamed run leaves what is stored, or nothing.
+            self.session.stored(self.store.image().is_some());
+        }
+    }
+
+    /// Lets the VM run to its next effect, or for a slice.
+    fn step(&mut self) {
+        vm().poll = 0;
+        let exit = vm_core::run();
+        let vm = vm();
+        // Codes above a byte leave the core between two instructions.
+        // Behind an instruction, and behind the wait that a handler goes back to.
+        let behind = exit <= 0xFF || exit == vm_core::HANDLER_END;
+        self.effect_pc = vm.pc.wrapping_sub(u16::from(behind));
+        match exit {
+            vm_core::YIELD => self.serve(),
+            vm_core::HANDLER_END => {
+                vm.flags &= !flag::EVENT;
+                self.handler_left();
+            }
+            #[cfg(feature = "stream")]
+            0 if crate::stream::follow(self) => {
+                if crate::stream::is_dry() {
+                    self.serve();
+                }
+            }
+            0 => self.effect.code = END,
+            FIRST_EFFECT..=0xFF => {
+                let more = vm.flags & flag::MORE != 0;
+                vm.flags &= !(flag::MORE | flag::WITHIN);
+                if more {
+                    vm.flags |= flag::WITHIN;
+                }
+                self.effect.code = exit as u8;
+            }
+            0x01..FIRST_EFFECT => match vm.soft(exit as u8) {
+                Ok(false) => {}
+                // A GOTO left the error handler and with it what it had interrupted.
+                Ok(true) if exit as u8 == Op::Leave as u8 => {
+                    self.outer = Effect::NONE;
+                    self.serve();
+                }
+                Ok(true) => self.handler_left(),
+                Err(fault) => self.found(fault, vm.pc.wrapping_sub(1)),
+            },
+            _ => {
+                let fault = Fault::from_number(exit as u8).unwrap_or(Fault::ImageRefused);
+                self.found(fault, vm.pc.wrapping_sub(1));
+            }
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! What the host is told in trace mode, event by event.
+
+use super::Core;
+use crate::vm::vm;
+use lang::wire::{TRACE_OK, TraceKind};
+
+/// The event that a host in trace mode has not received yet.
+pub struct Trace {
+    /// Trace mode.
+    pub on: bool,
+    /// The slot holds an event that was not received.
+    pub full: bool,
+    /// Number of the last event.
+    pub number: u16,
+    /// [`TraceKind`] and argument.
+    pub kind: u8,
+    /// See `kind`.
+    pub argument: u8,
+    /// Where the effect stands in the code.
+    pub pc: u16,
+    /// Its value.
+    pub value: i32,
+}
+
+impl Core {
+    /// One event for the host; the slot is free when this is called.
+    pub fn emit(&mut self, kind: TraceKind, argument: u8, value: i32) {
+        if !self.trace.on {
+            return;
+        }
+        self.trace.number = self.trace.number.wrapping_add(1);
+        self.trace.full = true;
+        self.trace.kind = kind as u8;
+        self.trace.argument = argument;
+        self.trace.pc = self.effect_pc.wrapping_sub(vm().code);
+        self.trace.value = value;
+    }
+
+    /// An event with an outcome.
+    pub fn emit_outcome(&mut self, kind: TraceKind, argument: u8, ok: bool, value: i32) {
+        self.emit(kind, argument | if ok { TRACE_OK } else { 0 }, value);
+    }
+
+    /// The host has received every event before number `number`.
+    pub fn received(&mut self, odd: bool) {
+        // Reading the slot of the other parity says that the event in this one was received.
+        if self.trace.full && (self.trace.number & 1 != 0) != odd {
+            self.trace.full = false;
+        }
+    }
+}
