@@ -1,8 +1,8 @@
 //! InterpCNC commands in holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands).
 
 use crate::core::{Core, Effect};
+use crate::home::{BEGIN, Plan};
 use crate::motor::AXES;
-use crate::moves::{BEGIN, Plan};
 use crate::vm::{axis, convert};
 use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;

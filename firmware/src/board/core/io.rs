@@ -35,6 +35,14 @@ impl Core {
         }
     }
 
+    /// An input before its filter: switches and probes are watched step by step.
+    pub fn unfiltered(&self, number: u8) -> bool {
+        match number {
+            1..=16 => self.raw >> (number - 1) & 1 != 0,
+            _ => self.input(number),
+        }
+    }
+
     /// Chain wiring, otherwise direct.
     pub fn chained(&self) -> bool {
         self.record.flags & BoardRecord::CHAIN != 0

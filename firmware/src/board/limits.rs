@@ -1,0 +1,96 @@
+//! Limit switches and the emergency stop while axes move.
+
+use crate::core::Core;
+use crate::guard;
+use crate::motor::AXES;
+use crate::vm::axis;
+use lang::fault::Fault;
+use lang::isa::Op;
+use lang::record::{AxisRecord, BoardRecord};
+
+impl Core {
+    /// Reference switches outside homing: an axis that moves toward its closed switch stops (F06).
+    pub fn limits(&mut self) {
+        let axes = self.approaching();
+        let (mut pins, mut inputs) = (0, 0);
+        let mut watch = |record: &BoardRecord, input: u8| {
+            pins |= record.pin(input);
+            if record.flags & BoardRecord::CHAIN != 0 && matches!(input, 1..=16) {
+                inputs |= 1 << (input - 1);
+            }
+        };
+        // One that is pressed already has been seen to.
+        if !self.unfiltered(self.record.emergency) {
+            watch(self.record, self.record.emergency);
+        }
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            if axes >> n & 1 != 0 {
+                let input = self.record.reference[usize::from(n)];
+                watch(self.record, input);
+                if self.unfiltered(input) {
+                    self.limited(n);
+                }
+            }
+        }
+        guard::watch(pins, inputs);
+    }
+
+    /// Bit per axis that moves toward its reference switch without looking for it.
+    fn approaching(&self) -> u8 {
+        let moving = self.motor.moving();
+        // What was halted at once says that it moves until it has been looked at.
+        if moving == 0 || self.motor.rests() {
+            return 0;
+        }
+        let homing = (Op::Home as u8..=Op::HomeQuery as u8).contains(&self.effect.code);
+        let mut axes = 0;
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            let toward = axis(n).flags & AxisRecord::HOME_POSITIVE != 0;
+            let positive = self.motor.negative >> n & 1 == 0;
+            if moving >> n & 1 != 0 && toward == positive && !(homing && self.effect.n == n) {
+                axes |= 1 << n;
+            }
+        }
+        axes
+    }
+
+    /// An axis has met its limit switch.
+    #[inline(never)]
+    fn limited(&mut self, n: u8) {
+        self.motor.halt();
+        self.motor.homed &= !(1 << n);
+        self.fault_input = self.record.reference[usize::from(n)];
+        self.fail(Fault::LimitSwitch);
+    }
+
+    /// An input has stopped the engine: what follows from it.
+    #[inline(never)]
+    pub fn tripped(&mut self) {
+        let pins = guard::tripped();
+        if pins == 0 {
+            return;
+        }
+        let answered = guard::answered();
+        self.motor.halt();
+        let record = self.record;
+        let has = |input: u8| {
+            let chained = matches!(input, 1..=16) && answered >> (input - 1) & 1 != 0;
+            chained || pins & record.pin(input) != 0
+        };
+        if has(record.emergency) {
+            self.emergency(record.emergency);
+            return;
+        }
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            if has(record.reference[usize::from(n)]) {
+                self.limited(n);
+            }
+        }
+    }
+}
