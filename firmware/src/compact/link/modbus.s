@@ -37,7 +37,7 @@ link_poll:
     tst.b &FRAME
     jeq link_drop
     mov #3, r6                  ; the reply's head, its data comes by FUNCTION
-    tst r12
+    tst.b r12
     jne 3f
     tst.b &FUNCTION
     jne 4f
@@ -132,7 +132,7 @@ link_send:
 
 /* Executes a request.
    takes r4 = length of the frame, r11 = 0
-   leaves r12 = 0 or exception, FUNCTION when it reads   clobbers all */
+   leaves r12 = 0 or exception in its low byte, FUNCTION when it reads   clobbers all */
 link_perform:
     mov #FRAME+1, r10
     mov #EX_FUNCTION, r12
@@ -191,11 +191,11 @@ link_perform:
     call #map_find
     cmp r6, r13
     jlo map_bad_address
+    mov r6, &REGISTERS_LEFT
     cmp #4, r7
     jhs link_write
     mov.b r11, &FRAME+2
     mov r5, &NEXT_REGISTER
-    mov r6, &REGISTERS_LEFT
     mov.b r8, &FUNCTION
     clr r12
 link_refused:

@@ -2,7 +2,7 @@
 
     .section .text.map,"axR",@progbits
 /* What writes a register.
-   takes r12 = offset, r13 = word   leaves r12 = 0 or exception; keeps r5..r10, and r4 from the low
+   takes r12 = offset, r13 = word   leaves r12 = 0 or exception in its low byte, nothing else is written then when it is not 0; keeps r5..r10, and r4 from the low
    half of a 32-bit value to its high one */
     .set MAP_WRITERS, .-2       /* 0 is none */
 /* All but the command's head lies in the pool: not during a run, nor under a command's work. */
@@ -22,8 +22,11 @@ map_written:
 
 map_write_outputs:
     tst r12
-    jne map_bad_address
-    tst.b &P1SEL                ; its sign is the chain's data line
+    jeq 1f
+map_bad_address:
+    mov #EX_ADDRESS, r12
+    ret
+1:  tst.b &P1SEL                ; its sign is the chain's data line
     jn 1f
     cmp #1<<2, r13              ; outputs 1 and 2 without the chain
     jhs illegal_value
@@ -63,72 +66,76 @@ map_write_profile:
 map_write_upload:
     jmp upload_word
 
+    /* takes r12 = offset, r13 = word */
 map_write_own:
-    sub #AT_RUN_CONTROL, r12
-    jeq 1f
-    sub #AT_TRACE_MODE-AT_RUN_CONTROL, r12
-    jeq 4f
-    sub #AT_UPLOAD_CONTROL-AT_TRACE_MODE, r12
-    jeq 5f
-    sub #AT_UPLOAD_LENGTH-AT_UPLOAD_CONTROL, r12
-    jeq 6f
-    sub #AT_PRINT_TAIL-AT_UPLOAD_LENGTH, r12
-    jeq 7f
-    sub #AT_CHAR_IN-AT_PRINT_TAIL, r12
-    jeq 8f
-map_bad_address:
-    mov #EX_ADDRESS, r12
-    ret
+    mov r12, &TEMP
+    mov r13, r12
+    MICRO
+    IF_IS TEMP, AT_RUN_CONTROL, 1f
+    IF_IS TEMP, AT_TRACE_MODE, 4f
+    IF_IS TEMP, AT_UPLOAD_CONTROL, 5f
+    IF_IS TEMP, AT_UPLOAD_LENGTH, 6f
+    IF_IS TEMP, AT_PRINT_TAIL, 7f
+    IF_IS TEMP, AT_CHAR_IN, 8f
+    FAULT EX_ADDRESS
 
     /* run control, the last of its request */
-1:  cmp #1, r6
-    jne illegal_value
-    mov r13, r12
-    dec r13
-    cmp #CONTROLS, r13
-    jhs illegal_value
-    cmp #CONTROL_START, r12
-    jne 2f
-    tst &STORED
-    jeq refused
-2:  cmp #CONTROL_RESTART, r12
-    jne 3f
-    call #idle
-    jne busy
-3:  call #control               ; keeps no register
-    mov #1, r6
-    jmp map_written
+1:  IF_IS_NOT REGISTERS_LEFT, 1, map_illegal
+    CMPI CONTROLS+1
+    IF_CARRY map_illegal
+    CMPI 0
+    IF_EQUAL map_illegal
+    CMPI CONTROL_START
+    IF_NOT_EQUAL 2f
+    /* an address of a slot, which is a segment's */
+    IF_ZERO STORED+1, map_refused
+2:  CMPI CONTROL_RESTART
+    IF_NOT_EQUAL 3f
+    CALL idle
+    IF_NOT_EQUAL map_busy
+3:  CALL control
+    /* neither routine keeps a register that another word would need */
+map_last:
+    FAULT 0
     /* trace mode */
-4:  bic.b #T_ON|T_FULL, &TRACING
-    tst r13
-    jeq map_written
-    bis.b #T_ON, &TRACING
-    jmp map_written
+4:  BITS_OFF TRACING, T_ON|T_FULL
+    CMPI 0
+    IF_EQUAL 9f
+    BITS_ON TRACING, T_ON
+9:  DONE_
     /* upload control, the last too */
-5:  cmp #1, r6
-    jne illegal_value
-    mov r13, r12
-    call #upload_control        ; keeps no register either
-    mov #1, r6
-    ret
+5:  IF_IS_NOT REGISTERS_LEFT, 1, map_illegal
+    CALL upload_control
+    DO or_return
+    GOTO map_last
     /* another length is another upload */
-6:  mov r13, &UPLOAD
-    clr &OPEN
-    jmp map_written
+6:  F put UPLOAD
+    F clear OPEN
+    DONE_
     /* print: bytes before this number were taken */
-7:  mov.b &PRINT_READY, r14
-    mov r13, r15
-    sub &PRINT_TAIL, r15
-    cmp r15, r14
-    jlo illegal_value
-    mov r13, &PRINT_TAIL
-    sub.b r15, &PRINT_READY
-    clr &UNHEARD
-    jmp map_written
+7:  F put TEMP
+    F sub PRINT_TAIL
+    F put TEMP+2
+    GET PRINT_READY
+    F cmp TEMP+2
+    IF_CARRY 1f
+map_illegal:
+    FAULT EX_VALUE
+1:  F sub TEMP+2
+    PUT PRINT_READY
+    F word TEMP
+    F put PRINT_TAIL
+    F clear UNHEARD
+    DONE_
     /* a character for WaitChar, ! to } */
-8:  mov r13, r14
-    sub #33, r14
-    cmp #125-33+1, r14
-    jhs illegal_value
-    mov.b r13, &CHAR_IN
-    jmp map_written
+8:  CMPI 126
+    IF_CARRY map_illegal
+    CMPI 33
+    IF_NEGATIVE map_illegal
+    PUT CHAR_IN
+    DONE_
+map_busy:
+    FAULT EX_BUSY
+map_refused:
+    FAULT EX_DEVICE_FAILURE
+    .balign 2, 0
