@@ -224,9 +224,11 @@ pasapas_mul_div:
 
     /* r13:r12 times r15:r14: high half in r11:r10, low half in r15:r14; uses r9 */
 pasapas_product:
+    mov #32, r9
+    /* r11:r10 = r13:r12 times the r9 low bits of r15:r14, down by r9 */
+pasapas_product_bits:
     clr r10
     clr r11
-    mov #32, r9
 1:  bit #1, r14
     jeq 2f
     add r12, r10
@@ -266,12 +268,7 @@ pasapas_quotient:
 
     /* r13:r12 over r15:r14: quotient in r13:r12, remainder in r11:r10; uses r9, r14, r15 */
 pasapas_udivmod:
-    mov r12, r10
-    mov r14, r12
-    mov r10, r14
-    mov r13, r10
-    mov r15, r13
-    mov r10, r15
+    call #pasapas_swap
     clr r10
     clr r11
     /* the same of r11:r10:r15:r14 over r13:r12 */
@@ -294,6 +291,16 @@ pasapas_divide:
     jne 1b
     mov r14, r12
     mov r15, r13
+    ret
+
+    /* r13:r12 and r15:r14 change places */
+pasapas_swap:
+    xor r12, r14
+    xor r14, r12
+    xor r12, r14
+    xor r13, r15
+    xor r15, r13
+    xor r13, r15
     ret
 
     .section .text.high,"ax",@progbits

@@ -26,6 +26,26 @@ fn scaled_arithmetic_is_the_twins_to_the_bit() {
 }
 
 #[test]
+fn sums_of_any_two_scaled_numbers_are_the_twins() {
+    let chip = RefCell::new(Chip::new());
+    let number = || {
+        let some = (1u32 << 23..1 << 24, 1u32..255).prop_map(|(m, e)| Scaled(e << 24 | m));
+        prop_oneof![8 => some, 1 => any::<u32>().prop_map(Scaled::new), 1 => Just(Scaled::ZERO)]
+    };
+    proptest!(|(x in number(), y in number(), near in 0u32..30)| {
+        // of about the same size, too
+        let z = Scaled(y.0 & 0xFF_FFFF | (x.0 >> 24).saturating_sub(near) << 24);
+        for y in [y, if y.0 == 0 { y } else { z }] {
+            prop_assert_eq!(call(&chip, "pasapas_scaled_plus", x, y), x.plus(y));
+            prop_assert_eq!(call(&chip, "pasapas_scaled_plus", y, x), y.plus(x));
+            prop_assert_eq!(call(&chip, "pasapas_scaled_minus", x, y), x.minus(y));
+            prop_assert_eq!(call(&chip, "pasapas_scaled_minus", y, x), y.minus(x));
+            prop_assert_eq!(call(&chip, "pasapas_scaled_floor", x, y).0, x.floor());
+        }
+    });
+}
+
+#[test]
 fn division_is_that_of_rust() {
     let chip = RefCell::new(Chip::new());
     let wide = prop_oneof![0..20u32, any::<u32>(), Just(u32::MAX)];

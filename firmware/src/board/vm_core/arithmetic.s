@@ -56,28 +56,27 @@ vm_divide:
     call #vm_signs
     br #pasapas_udivmod
 
-    /* The root bit by bit from the highest: one stays when the square is no larger. */
+    /* Heron's way down from above: (x + a / x) / 2 until that grows no smaller. Over 0, which the root
+       of 0 comes to, a quotient is all ones. */
 vm_sqr:
     tst r11
     jl vm_f20
-    push r10
     push r11
-    clr r12
-    clr r13
-    mov #0x8000, r8
-1:  bis r8, r12
-    mov r12, r14
+    push r10
+    mov #-1, r8
+1:  mov @r1, r12
+    mov 2(r1), r13
+    mov r8, r14
     clr r15
-    call #pasapas_product
-    mov 2(r1), r10
-    mov @r1, r11
-    sub r14, r10
-    subc r15, r11
-    jc 2f
-    bic r8, r12
-2:  clrc
-    rrc r8
-    jne 1b
+    call #pasapas_udivmod
+    add r8, r12
+    rrc r12
+    cmp r8, r12
+    jhs 2f
+    mov r12, r8
+    jmp 1b
+2:  mov r8, r12
+    clr r13
     add #4, r1
     jmp vm_set
 

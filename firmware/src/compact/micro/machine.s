@@ -47,16 +47,9 @@ micro_formula:
     jnc 3b
     clr r15
     jmp 4b
-6:  push r12
-    push r13
-    mov r14, r12
-    mov r15, r13
+6:  call #pasapas_swap
     call #pasapas_scaled_new
-    mov r12, r14
-    mov r13, r15
-    pop r13
-    pop r12
-    ret
+    br #pasapas_swap
 
 formula_load:
     mov r14, r12

@@ -42,21 +42,17 @@ segment_none:
     GOTO 4f
 3:  F load ACCEL2
     F most DECEL2
-    F store TEMP+4
-    F load V2
-    F sub TEMP+4
+    F sub V2
     DO segment_by_speed
 4:  DO segment_take
 
     /* TEMP+4 = square of the speed at the end, TEMP = the speed */
     IF_NOT_NEGATIVE 1f
-    DO new
     F times ACCEL2
     F plus V2
     F least NOMINAL2, AXIS
     GOTO 2f
-1:  DO new
-    F times DECEL2
+1:  F times DECEL2
     F store TEMP+4
     F load V2
     F minus TEMP+4
@@ -74,28 +70,26 @@ segment_none:
     DO segment_divide
 
     /* the interval at the faster end, 1/65536 ticks */
-    LIT 0
-    F store SLOT0+CHANGE, AXIS
     F load V
     F most TEMP
     F store SLOT0, AXIS
     F load TICK
     F over SLOT0, AXIS
     DO segment_scale
-    DO floor
     F store SLOT0, AXIS
     F load TEMP+4
     F sub V2
     DO segment_sign
-    IF_EQUAL 7f
+    IF_NOT_EQUAL 6f
+    F store SLOT0+CHANGE, AXIS
+    GOTO 7f
     /* the speed changes: twice what the mean interval is longer by */
-    F load V
+6:  F load V
     F plus TEMP
     F store TEMP+8
     F load TICK
     F over TEMP+8
     DO segment_scale_twice
-    DO floor
     F sub SLOT0, AXIS
     DO not_negative
     DO segment_change
@@ -122,8 +116,9 @@ segment_by_time:
 segment_twice:
     inc r7
     ret
-    /* r7 = the power at most, by speed */
+    /* r7 = the power at most, by speed; of the difference negated */
 segment_by_speed:
+    call #negate
     swpb r13
     sxt r13
     sub #4, r13
@@ -143,7 +138,7 @@ segment_sign:
     ret
 
     /* r5 = 2^r7 events of LEFT; a remainder below one and a half of it is taken at once. Leaves them in
-       r13:r12, and the sign of r4. */
+       r13:r12, scaled, and the sign of r4. */
 segment_take:
     mov #1, r5
 6:  dec r7
@@ -163,6 +158,7 @@ segment_take:
     sbc &LEFT+2
     mov r5, r12
     clr r13
+    call #pasapas_scaled_new
     tst r4
     ret
 
@@ -187,12 +183,12 @@ segment_divide:
     mov r6, r8
     ret
 
-    /* scaled r13:r12 times 2^r7, or twice that */
+    /* scaled r13:r12 times 2^r7, or twice that, as an integer */
 segment_scale_twice:
     add #1<<8, r13
 segment_scale:
     add r7, r13
-    ret
+    br #pasapas_scaled_floor
 
     /* Change of the interval from an event to the next: r13:r12 twice over r5, positive when slower.
        r9:r7 = 0, or when faster, from the longest interval down, the whole. */
