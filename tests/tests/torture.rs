@@ -11,11 +11,14 @@ use lang::profile::Profile;
 use lang::record::{BoardRecord, feature};
 use lang::wire::{Control, FAULT, MACHINE_POSITIONS, PROFILE_WINDOW, RunState};
 use pasapas::board::{BUILDS, DEFAULT};
+use pasapas::sim::trace::What;
 use pasapas::torture::generate::{Case, generate, generate_still};
 use pasapas::torture::images::{self, judge};
 use pasapas::torture::line::{self, slave};
 use pasapas::torture::power::Failure;
-use pasapas::torture::programs::{against_the_board, make, on_the_host, reference, tape};
+use pasapas::torture::programs::{
+    against_the_board, make, make_for, on_board, on_the_host, reference, tape,
+};
 use pasapas::torture::stand::{Fresh, Stand, words};
 use pasapas::torture::{Length, Settings, Verdict};
 use pasapas::torture::{people, power, time};
@@ -56,7 +59,7 @@ fn programs_find_a_fault_seeded_into_any_engine() {
     assert!(on_vm, "an ADD that subtracts on the vm");
     let on_board = is_found(60, |n| {
         let made = make(generate_still(DEFAULT.part, &tape(&SETTINGS, "board", n)))?;
-        let wanted = reference(&made)?;
+        let wanted = reference(DEFAULT.part, &made)?;
         let image = replaced(&made.compiled.image, Op::Add, Op::Sub);
         Some(against_the_board(DEFAULT, &made, &image, &wanted).0)
     });
@@ -65,14 +68,14 @@ fn programs_find_a_fault_seeded_into_any_engine() {
         let case = generate_still(DEFAULT.part, &tape(&SETTINGS, "rhai", n));
         let other = Case { script: case.script.replace(" + ", " - "), ..case.clone() };
         let (made, other) = (make(case)?, make(other)?);
-        let wanted = reference(&other)?;
+        let wanted = reference(DEFAULT.part, &other)?;
         Some(against_the_board(DEFAULT, &made, &made.compiled.image, &wanted).0)
     });
     assert!(on_rhai, "a + that subtracts in rhai");
 }
 
 /// Scripts on which the board once differed from the other engines.
-const ONCE_DIFFERENT: [(&str, &str, &str); 9] = [
+const ONCE_DIFFERENT: [(&str, &str, &str); 10] = [
     ("a line longer than the ring of print", "PRINT \"LONG\"\nWait 5ms\nPRINT 7", ""),
     (
         "a PRINT that fails leaves nothing in the ring",
@@ -108,6 +111,11 @@ const ONCE_DIFFERENT: [(&str, &str, &str); 9] = [
         "Wait 20ms\nG91 F1200\nG2 X3 Y3 R-5\nG2 X3 Y3 R-5\nG2 X3 Y3 R-5",
         "switch_at(\"X\", -300);",
     ),
+    (
+        "a limit switch ends the statement that runs into it where nothing looks ahead",
+        "G64 G1 Y-2 F600\nPRINT 1",
+        "switch_at(\"Y\", -150);",
+    ),
     ("a path may be followed by SetPos", "G1 X5 Y5 F600\nSetPos X, 0mm\nG92 Y1\nPRINT POS(X)", ""),
 ];
 
@@ -117,9 +125,34 @@ fn the_board_does_as_the_other_engines_where_it_once_did_not() {
         let script = script.replace("LONG", &"long ".repeat(50));
         let made = make(Case { script, world: world.to_owned(), independent: false });
         let made = made.unwrap_or_else(|| panic!("{what}: it does not compile"));
-        let wanted = reference(&made).unwrap_or_else(|| panic!("{what}: hangs on an instant"));
-        let (verdict, _) = against_the_board(DEFAULT, &made, &made.compiled.image, &wanted);
-        assert_eq!(verdict, Verdict::Survived, "{what}");
+        let builds = BUILDS.iter().filter(|build| make_for(build, made.case.clone()).is_some());
+        for build in builds {
+            let wanted = reference(build.part, &made);
+            let wanted = wanted.unwrap_or_else(|| panic!("{what}: hangs on an instant"));
+            let (verdict, _) = against_the_board(build, &made, &made.compiled.image, &wanted);
+            assert_eq!(verdict, Verdict::Survived, "{what}, {}", build.part.name);
+        }
+    }
+}
+
+#[test]
+fn a_relative_move_of_an_axis_that_runs_begins_where_it_is() {
+    let script = "MoveAxe X, 800st\nMoveSpeed X, 1000st/s\nWait 300ms\nMoveAxe X, 800st\n\
+                  MoveSpeed X, -1000st/s\nWait 300ms\nMoveRel X, 500st";
+    let case = Case { script: script.to_owned(), world: String::new(), independent: false };
+    let made = make(case).expect("it compiles");
+    let (run, _) = on_board(DEFAULT, &made, &made.compiled.image).expect("the board runs it");
+    let targets: Vec<i32> = run.trace.iter().filter_map(|event| target_x(&event.what)).collect();
+    // Back to where it had been sent before it ran; then from 300 steps below, and as many more as the
+    // host took for the lines of the trace.
+    let [800, 800, relative] = targets[..] else { panic!("{:?}", run.trace) };
+    assert!((800..1_010).contains(&relative), "{relative}");
+}
+
+fn target_x(what: &What) -> Option<i32> {
+    match what {
+        What::Move { to, .. } => to.x,
+        _ => None,
     }
 }
 

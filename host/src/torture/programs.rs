@@ -9,6 +9,7 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::Image;
+use lang::part::Part;
 
 use super::compare::{Run, difference, on_rhai, on_vm, trace_difference, varied};
 use super::generate::{Case, generate, generate_still};
@@ -21,7 +22,8 @@ use crate::sim::machine::STATEMENT_US;
 use crate::sim::trace::{Event, Status, What, to_text};
 use crate::sim::world::World;
 
-/// Ends runaway programs; the engines count statements alike.
+/// Ends runaway programs; the engines count statements alike. Blocks run into one another as on the
+/// part that has all of the language.
 const OPTIONS: Options = Options {
     limit_us: 60_000_000,
     times: true,
@@ -82,7 +84,7 @@ pub fn tape(settings: &Settings, fault: &str, n: u64) -> Vec<u16> {
 pub fn on_board(build: &Build, made: &Made, image: &[u8]) -> Result<(Run, BoardRun), BoardError> {
     let marks = &made.compiled.sidecar;
     let line_of = |pc: u16| marks.at(usize::from(pc)).map_or(0, |mark| mark.line);
-    let options = Options { times: false, ..OPTIONS };
+    let options = Options { times: false, look_ahead: build.part.look_ahead, ..OPTIONS };
     let job = Job {
         build,
         program: &made.program,
@@ -150,14 +152,15 @@ fn hangs_on_an_instant(made: &Made) -> bool {
     })
 }
 
-/// What `rhai` says of a program that the board can be held to: it ends in time and by itself,
-/// and its trace is the same when the world comes later and when statements take longer, as they
-/// do with a host that takes each line of the trace.
-pub fn reference(made: &Made) -> Option<Run> {
+/// What `rhai` says of a program that a board with `part` can be held to: it ends in time and by
+/// itself, and its trace is the same when the world comes later and when statements take longer, as
+/// they do with a host that takes each line of the trace.
+pub fn reference(part: Part, made: &Made) -> Option<Run> {
     let run = |made: &Made, statement_us: u64| {
         // Slower statements take longer in all.
         let limit_us = OPTIONS.limit_us + OPTIONS.statements * statement_us;
-        let options = Options { statement_us, limit_us, ..OPTIONS };
+        let look_ahead = part.look_ahead;
+        let options = Options { statement_us, limit_us, look_ahead, ..OPTIONS };
         let run = on_rhai(&made.program, &made.compiled, &made.world, &options).ok()?;
         (run.outcome.end.status != Status::Stopped).then_some(run)
     };
@@ -253,7 +256,8 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
     // Somewhat more than half of the tapes make a program that the board can be held to.
     row.run(settings, settings.count(16, 500, 12_000), |n| {
         let made = make_for(build, generate_still(build.part, &tape(settings, fault, n)));
-        let Some((made, wanted)) = made.and_then(|made| reference(&made).map(|run| (made, run)))
+        let Some((made, wanted)) =
+            made.and_then(|made| reference(build.part, &made).map(|run| (made, run)))
         else {
             return Verdict::Skipped;
         };
