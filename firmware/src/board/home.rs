@@ -161,8 +161,8 @@ impl Core {
     }
 
     fn not_homed(&mut self, n: u8, fault: Fault) -> Result<bool, Fault> {
+        self.motor.settle_here(n);
         let position = self.motor.position(n);
-        self.motor.settle(n, position);
         self.emit_outcome(TraceKind::Home, n, false, position);
         let query = self.effect.code == Op::HomeQuery as u8;
         if query && fault as u8 == Fault::HomeNotFound as u8 { Ok(true) } else { Err(fault) }

@@ -121,6 +121,12 @@ impl Motor {
         }
     }
 
+    /// The commanded place is where the axis is.
+    #[inline(never)]
+    pub fn settle_here(&mut self, n: u8) {
+        self.settle(n, self.actual[usize::from(n)]);
+    }
+
     /// Where a target lies: um and steps of the machine.
     ///
     /// # Errors
@@ -370,7 +376,7 @@ impl Motor {
                     self.single[i] = Single::new(self.actual[i]);
                 }
                 if self.stopped >> n & 1 != 0 {
-                    self.settle(n, self.actual[i]);
+                    self.settle_here(n);
                 }
             }
             self.path_axes = 0;
@@ -398,7 +404,7 @@ impl Motor {
             let rests = self.single[i].is_idle() && !step::axis_is_running(i);
             if self.stopped >> n & 1 != 0 && rests {
                 self.stopped &= !(1 << n);
-                self.settle(n, self.actual[i]);
+                self.settle_here(n);
             }
         }
     }

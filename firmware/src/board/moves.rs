@@ -92,6 +92,10 @@ impl Core {
             };
             self.effect.n = n;
             self.effect.bits = bits;
+            // MoveSpeed has no target: what counts from one does so from where the axis is.
+            if self.motor.running() >> n & 1 != 0 {
+                self.motor.settle_here(n);
+            }
             let place = self.motor.aim(n, target)?;
             let distance = self.motor.command(n, place);
             if distance != 0 {
