@@ -1,208 +1,192 @@
-//! KEEP values: a journal in two flash segments, one of them current.
+//! KEEP values: a ring of records in the last two flash segments.
 //!
-//! A segment begins with a commit word that carries a sequence number and a word that says whose
-//! values these are; records of four words follow: index, value, CRC. The newest record of an
-//! index counts. When a segment is full, the newest values go to the other one, whose commit word
-//! is written last. Each word is written once between two erases, so at one change a second a
-//! segment lasts a minute and 10^4 erases of both last two weeks of steady change; what changes
-//! once a minute lasts two years.
+//! A record holds all the values that a program keeps: a word with its length in bytes and, in the
+//! low byte, its number, the values, the CRC of the bytes before. The records of one length follow
+//! one another up to the area's end and then begin anew; the newest one that is sound counts, and
+//! records of other lengths are another program's. What a new record crosses into is erased first,
+//! which is never where the newest lies. Each word is written once between two erases: a single
+//! value that changes once a second takes 128 records for both segments, so their 10^4 erases last
+//! two weeks of steady change, and two years where it changes once a minute.
 
 use crate::store::{Flash, SEGMENT};
 use lang::wire::{CRC_START, crc16};
 
-/// The journal's two segments are the last ones.
+/// Start of the two segments.
 const fn first<F: Flash>() -> u16 {
-    (F::SEGMENTS as u16 - 2) * SEGMENT
+    second::<F>() - SEGMENT
 }
 
 const fn second<F: Flash>() -> u16 {
-    first::<F>() + SEGMENT
+    end::<F>() - SEGMENT
 }
 
-const HEAD: u16 = 8;
-const RECORD: u16 = 8;
-const COMMITTED: u16 = 0x5A00;
-const ERASED: u16 = 0xFFFF;
+const fn end<F: Flash>() -> u16 {
+    F::SEGMENTS as u16 * SEGMENT
+}
+
 /// KEEP values of a program.
 pub const KEEPS: u16 = 8;
 
-/// The journal: offset of its current segment, 0 for none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Keep {
-    current: u16,
+/// Bytes of a record of so many values.
+const fn record(keeps: u16) -> u16 {
+    4 * keeps + 4
 }
 
-fn check(words: [u16; 3]) -> u16 {
+/// CRC of `bytes` bytes from `offset` on, 0 when their last word is the CRC of the others.
+fn check<F: Flash>(flash: &F, offset: u16, bytes: u16) -> u16 {
     let mut crc = CRC_START;
-    for word in words {
+    let mut at = 0;
+    while at < bytes {
+        let word = flash.read(offset + at);
         crc = crc16(crc, word as u8);
         crc = crc16(crc, (word >> 8) as u8);
+        at += 2;
     }
     crc
 }
 
-impl Keep {
-    /// Finds the journal after a reset.
-    pub fn mount<F: Flash>(&mut self, flash: &F) {
-        let (a, b) = (flash.read(first::<F>()), flash.read(second::<F>()));
-        let valid = |word: u16| word & 0xFF00 == COMMITTED;
-        self.current = match (valid(a), valid(b)) {
-            (true, true) if (b as u8).wrapping_sub(a as u8) as i8 > 0 => second::<F>(),
-            (true, _) => first::<F>(),
-            (false, true) => second::<F>(),
-            (false, false) => 0,
-        };
-    }
-
-    /// Whether the journal holds values of this owner; otherwise it begins anew, all 0.
-    pub fn claim<F: Flash>(&mut self, flash: &mut F, owner: u16) {
-        self.mount(flash);
-        if self.current == 0 || flash.read(self.current + 2) != owner {
-            self.turn(flash, owner, |_| 0);
-        }
-    }
-
-    fn record<F: Flash>(&self, flash: &F, at: u16) -> Option<(u16, i32)> {
-        let words = [flash.read(at), flash.read(at + 2), flash.read(at + 4)];
-        if flash.read(at + 6) != check(words) {
-            return None;
-        }
-        let value = u32::from(words[2]) << 16 | u32::from(words[1]);
-        Some((words[0], value as i32))
-    }
-
-    /// The value of an index, 0 for one that was never written.
-    pub fn read<F: Flash>(&self, flash: &F, index: u16) -> i32 {
-        if self.current == 0 {
-            return 0;
-        }
-        let mut at = self.current + SEGMENT;
-        while at > self.current + HEAD {
-            at -= RECORD;
-            // The CRC takes 1000 cycles, so only of records that may be the one.
-            if flash.read(at) == index
-                && let Some((_, value)) = self.record(flash, at)
-            {
-                return value;
-            }
-        }
-        0
-    }
-
-    /// Writes a value if it differs from what the journal holds.
-    pub fn write<F: Flash>(&mut self, flash: &mut F, index: u16, value: i32) {
-        if self.current == 0 || self.read(flash, index) == value {
-            return;
-        }
-        let mut at = self.current + SEGMENT;
-        // Free are the records behind the last one of which any word was written.
-        while at > self.current + HEAD {
-            let mut word = at - RECORD;
-            while word < at && flash.read(word) == ERASED {
-                word += 2;
-            }
-            if word < at {
-                break;
-            }
-            at -= RECORD;
-        }
-        if at < self.current + SEGMENT {
-            self.put(flash, at, index, value);
-            if self.record(flash, at) == Some((index, value)) {
-                return;
-            }
-        }
-        let owner = flash.read(self.current + 2);
-        let old = *self;
-        let values: [i32; KEEPS as usize] = core::array::from_fn(|of| {
-            if of as u16 == index { value } else { old.read(flash, of as u16) }
+/// The newest record of so many values, if there is one, and where the first of the ring lies.
+fn newest<F: Flash>(flash: &F, keeps: u16) -> (Option<u16>, u16) {
+    let size = record(keeps);
+    let mut found: Option<u16> = None;
+    // From the last one down, so that most need no CRC, which takes 130 cycles a byte.
+    let mut at = end::<F>();
+    while at >= first::<F>() + size {
+        at -= size;
+        let head = flash.read(at);
+        let later = found.is_none_or(|old| {
+            // The numbers of the ring differ by 127 at most: the signed difference says which is later.
+            (head as u8).wrapping_sub(flash.read(old) as u8) as i8 > 0
         });
-        self.turn(flash, owner, |of| values.get(usize::from(of)).copied().unwrap_or(0));
-    }
-
-    fn put<F: Flash>(&self, flash: &mut F, at: u16, index: u16, value: i32) {
-        let words = [index, value as u16, (value >> 16) as u16];
-        flash.write(at + 2, words[1]);
-        flash.write(at + 4, words[2]);
-        flash.write(at, words[0]);
-        flash.write(at + 6, check(words));
-    }
-
-    /// Begins the other segment with the values of `of`.
-    fn turn<F: Flash>(&mut self, flash: &mut F, owner: u16, of: impl Fn(u16) -> i32) {
-        let next = if self.current == first::<F>() { second::<F>() } else { first::<F>() };
-        let sequence =
-            if self.current == 0 { 0 } else { (flash.read(self.current) as u8).wrapping_add(1) };
-        flash.erase(next);
-        let mut at = next + HEAD;
-        let mut index = 0;
-        while index < KEEPS {
-            let value = of(index);
-            if value != 0 {
-                self.put(flash, at, index, value);
-                at += RECORD;
-            }
-            index += 1;
+        if head >> 8 == size && later && check(flash, at, size) == 0 {
+            found = Some(at);
         }
-        flash.write(next + 2, owner);
-        flash.write(next, COMMITTED | u16::from(sequence));
-        self.current = next;
     }
+    (found, at)
+}
+
+fn value<F: Flash>(flash: &F, record: u16, index: u16) -> i32 {
+    let at = record + 2 + 4 * index;
+    (u32::from(flash.read(at + 2)) << 16 | u32::from(flash.read(at))) as i32
+}
+
+/// Value `index` of a program that keeps so many, 0 for one that was never written.
+pub fn read<F: Flash>(flash: &F, keeps: u16, index: u16) -> i32 {
+    match newest(flash, keeps).0 {
+        Some(record) if index < keeps => value(flash, record, index),
+        _ => 0,
+    }
+}
+
+/// Writes the values of a program if they are not what flash holds; the values of another program go.
+/// What flash does not hold then is written once more.
+pub fn save<F: Flash>(flash: &mut F, values: &[i32]) {
+    let mut attempts = 2;
+    while attempts != 0 && !held(flash, values) {
+        put(flash, values);
+        attempts -= 1;
+    }
+}
+
+fn held<F: Flash>(flash: &F, values: &[i32]) -> bool {
+    let Some(record) = newest(flash, values.len() as u16).0 else { return false };
+    (0..).zip(values).all(|(index, &wanted)| value(flash, record, index) == wanted)
+}
+
+/// Writes a record behind the newest one.
+fn put<F: Flash>(flash: &mut F, values: &[i32]) {
+    let size = record(values.len() as u16);
+    let (newest, start) = newest(flash, values.len() as u16);
+    let mut number = 0u8;
+    let mut at = end::<F>() - size;
+    match newest {
+        Some(old) => {
+            number = flash.read(old) as u8;
+            at = old;
+        }
+        None => flash.erase(second::<F>()),
+    }
+    // A place where a cut has left something is passed over, with its number.
+    loop {
+        at += size;
+        number = number.wrapping_add(1);
+        if at == end::<F>() {
+            at = start;
+            flash.erase(first::<F>());
+            break;
+        }
+        let behind = at + size;
+        if at < second::<F>() && behind >= second::<F>() {
+            flash.erase(second::<F>());
+        }
+        if flash.read(at) == 0xFFFF {
+            break;
+        }
+    }
+    flash.write(at, size << 8 | u16::from(number));
+    for (&value, at) in values.iter().zip((at + 2..).step_by(4)) {
+        flash.write(at, value as u16);
+        flash.write(at + 2, (value >> 16) as u16);
+    }
+    let crc = check(flash, at, size - 2);
+    flash.write(at + size - 2, crc);
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Keep;
+    use super::{read, save};
     use crate::store::tests::Chip;
 
-    fn values(chip: &Chip) -> [i32; 8] {
-        let mut keep = Keep::default();
-        keep.mount(chip);
-        core::array::from_fn(|index| keep.read(chip, index as u16))
+    fn values(chip: &Chip, keeps: u16) -> Vec<i32> {
+        (0..keeps).map(|index| read(chip, keeps, index)).collect()
     }
 
     #[test]
-    fn values_survive_many_turns() {
-        let mut chip = Chip::new();
-        let mut keep = Keep::default();
-        keep.claim(&mut chip, 3);
-        for round in 1..500 {
-            keep.write(&mut chip, 2, round);
-            keep.write(&mut chip, 5, -round * 70_000);
-        }
-        assert_eq!(values(&chip), [0, 0, 499, 0, 0, -499 * 70_000, 0, 0]);
-        let before = chip.operations;
-        keep.write(&mut chip, 2, 499);
-        assert_eq!(chip.operations, before, "an unchanged value is not written");
-        keep.claim(&mut chip, 3);
-        assert_eq!(values(&chip)[2], 499);
-        keep.claim(&mut chip, 4);
-        assert_eq!(values(&chip), [0; 8], "another program begins at 0");
-    }
-
-    #[test]
-    fn a_cut_at_every_operation_keeps_the_old_value_or_the_new() {
-        for filled in [3, 61, 62, 63] {
-            let mut before = Chip::new();
-            let mut keep = Keep::default();
-            keep.claim(&mut before, 1);
-            for round in 1..=filled {
-                keep.write(&mut before, 1, round);
+    fn values_survive_many_rounds() {
+        for keeps in 1..=8 {
+            let mut chip = Chip::new();
+            for round in 1..500 {
+                let mut new = vec![-round * 70_000; keeps];
+                new[0] = round;
+                save(&mut chip, &new);
+                assert_eq!(values(&chip, keeps as u16), new);
             }
-            before.operations = 0;
-            let mut whole = before.clone();
-            keep.clone().write(&mut whole, 0, 0x1234_5678);
-            for cut_at in 1..=whole.operations {
-                let mut chip = Chip { cut_at, noise: cut_at as u16, ..before.clone() };
-                keep.clone().write(&mut chip, 0, 0x1234_5678);
-                chip.cut_at = u32::MAX;
-                let found = values(&chip);
-                assert_eq!(found[1], filled, "cut at {cut_at} after {filled}");
-                assert!(found[0] == 0 || found[0] == 0x1234_5678, "cut at {cut_at}: {found:x?}");
-                let mut again = Keep::default();
-                again.claim(&mut chip, 1);
-                again.write(&mut chip, 7, 7);
-                assert_eq!(values(&chip)[7], 7, "after a cut at {cut_at}");
+            let before = chip.operations;
+            let same = values(&chip, keeps as u16);
+            save(&mut chip, &same);
+            assert_eq!(chip.operations, before, "unchanged values are not written");
+            let others = 9 - keeps as u16;
+            assert_eq!(values(&chip, others), vec![0; usize::from(others)]);
+            save(&mut chip, &vec![0; usize::from(others)]);
+            assert_eq!(values(&chip, keeps as u16), vec![0; keeps], "another program's are gone");
+        }
+    }
+
+    #[test]
+    fn a_cut_at_every_operation_keeps_the_old_values_or_the_new() {
+        for keeps in [1, 3, 8] {
+            for filled in 1..200 {
+                let mut before = Chip::new();
+                let mut new = vec![0; keeps];
+                for round in 1..=filled {
+                    new[0] = round;
+                    save(&mut before, &new);
+                }
+                before.operations = 0;
+                let old = new.clone();
+                new[keeps - 1] = 0x1234_5678;
+                let mut whole = before.clone();
+                save(&mut whole, &new);
+                for cut_at in 1..=whole.operations {
+                    let mut chip = Chip { cut_at, noise: cut_at as u16, ..before.clone() };
+                    save(&mut chip, &new);
+                    chip.cut_at = u32::MAX;
+                    let found = values(&chip, keeps as u16);
+                    assert!(found == old || found == new, "cut at {cut_at}: {found:x?}");
+                    let next = vec![7; keeps];
+                    save(&mut chip, &next);
+                    assert_eq!(values(&chip, keeps as u16), next, "after a cut at {cut_at}");
+                }
             }
         }
     }

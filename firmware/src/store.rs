@@ -6,7 +6,7 @@
 //! again where it reads well, which settles it and is told by the spare word, before the older slot
 //! is discarded; where it does not, the slot is discarded.
 //!
-//! The last two segments hold images that use no KEEP, or the KEEP journal ([`crate::keep`]).
+//! The last two segments hold images that use no KEEP, or the KEEP values ([`crate::keep`]).
 
 use lang::part;
 

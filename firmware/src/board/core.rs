@@ -22,7 +22,6 @@ use crate::motor::Motor;
 use crate::vm::vm;
 use ::core::ptr::addr_of_mut;
 use firmware::inputs::Inputs;
-use firmware::keep::Keep;
 use firmware::motion::Feed;
 use firmware::print::Print;
 use firmware::session::Session;
@@ -99,8 +98,6 @@ pub struct Core {
     pub silence: u16,
     /// Command buffer.
     pub command: [u16; BUFFER],
-    /// KEEP journal.
-    pub keep: Keep,
     /// Milliseconds until motion goes on after a pause.
     pub spin: u16,
     /// Millisecond of the status lamp.
@@ -187,7 +184,6 @@ impl Core {
     pub fn mount(&mut self) {
         self.outputs = self.record.reset_on;
         self.store.mount(&mut Area);
-        self.keep.mount(&Area);
         self.stored();
         if let Some([number, pc, _]) = crate::boot::logged() {
             self.session.remember(number as u8);

@@ -1,4 +1,4 @@
-//! Flash: the program store, the KEEP journal, the profile, the last fault.
+//! Flash: the program store, the KEEP values, the profile, the last fault.
 
 use crate::consts::constants;
 use crate::vm::PART;
@@ -20,12 +20,11 @@ constants! {
     AREA_BYTES = PART.room_for(false);
     SEGMENT = SEGMENT;
     SLOT_HEAD = SLOT_HEAD;
-    // The two segments of the KEEP journal.
+    // The two segments of the KEEP values.
     KEEP_FIRST = AREA_END - 2 * SEGMENT;
     KEEP_SECOND = AREA_END - SEGMENT;
-    // High bytes of commit words: a slot of the store, a segment of the journal.
+    // High byte of a commit word.
     SLOT_COMMITTED = 0xA500;
-    KEEP_COMMITTED = 0x5A00;
     // Information memory: D holds the faults' log, C and B the copies of the profile.
     LOG = 0x1000;
     PROFILE_FIRST = 0x1080;

@@ -3,7 +3,7 @@
 //! board answers in time and holds the old, the new or, where the old one was given up, no program.
 
 use emulator::{Config, Rng};
-use firmware::keep::Keep;
+use firmware::keep;
 use firmware::store::{Flash, SEGMENT};
 use lang::part;
 use lang::record::{BoardRecord, OutputStates, feature};
@@ -431,22 +431,18 @@ pub fn wear(settings: &Settings, cuts: bool, spoil: &dyn Fn(&mut Counted)) -> Ro
     let mut row = Row::new("power", fault, settings);
     let mut rng = settings.rng(fault, 0);
     let mut flash = Counted::new();
-    let mut keep = Keep::default();
-    keep.claim(&mut flash, 8);
     let mut values = [0; 8];
     for n in 0..settings.count(20_000, 100_000, 1_000_000) {
         let (index, value) = (rng.below(8) as usize, rng.bits() as i32);
         let cut = cuts && rng.below(8) == 0;
         flash.left = if cut { 1 + rng.below(40) } else { u64::MAX };
         flash.noise = rng.bits() as u16;
-        keep.write(&mut flash, index as u16, value);
-        spoil(&mut flash);
-        flash.left = u64::MAX;
-        keep = Keep::default();
-        keep.claim(&mut flash, 8);
-        let found: [i32; 8] = std::array::from_fn(|of| keep.read(&flash, of as u16));
         let mut wanted = values;
         wanted[index] = value;
+        keep::save(&mut flash, &wanted);
+        spoil(&mut flash);
+        flash.left = u64::MAX;
+        let found: [i32; 8] = std::array::from_fn(|of| keep::read(&flash, 8, of as u16));
         let held = found == wanted || cut && found == values;
         values = found;
         row.count(

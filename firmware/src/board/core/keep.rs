@@ -3,7 +3,7 @@
 use super::Core;
 use crate::flash::{Area, Image};
 use crate::vm::vm;
-use firmware::keep::KEEPS;
+use firmware::keep;
 use firmware::verify::Bytes;
 
 impl Core {
@@ -21,7 +21,7 @@ impl Core {
         if self.session.is_active() && index < self.keep_count() {
             return vm().cell(self.keep_base() + index);
         }
-        self.keep.read(&Area, index)
+        keep::read(&Area, self.keep_count(), index)
     }
 
     /// Changes a KEEP value.
@@ -32,8 +32,12 @@ impl Core {
         if self.session.is_active() {
             return vm().set_cell(self.keep_base() + index, value);
         }
-        self.keep.claim(&mut Area, self.keep_count());
-        self.keep.write(&mut Area, index, value);
+        let mut values = [0; keep::KEEPS as usize];
+        let keeps = self.keep_count();
+        for (of, slot) in (0..keeps).zip(&mut values) {
+            *slot = if of == index { value } else { keep::read(&Area, keeps, of) };
+        }
+        self.write_kept(&values);
         true
     }
 
@@ -48,21 +52,27 @@ impl Core {
         if keeps == 0 {
             return;
         }
-        self.keep.claim(&mut Area, keeps);
-        let mut index = 0;
-        while index < keeps.min(KEEPS) {
-            vm().set_cell(self.keep_base() + index, self.keep.read(&Area, index));
-            index += 1;
+        for index in 0..keeps.min(keep::KEEPS) {
+            vm().set_cell(self.keep_base() + index, keep::read(&Area, keeps, index));
         }
+        self.save();
     }
 
     /// Writes changed KEEP values to flash; nothing may move.
     pub(super) fn save(&mut self) {
-        let mut index = self.keep_count();
-        while index != 0 {
-            index -= 1;
-            let value = vm().cell(self.keep_base() + index);
-            self.keep.write(&mut Area, index, value);
+        let mut values = [0; keep::KEEPS as usize];
+        let base = self.keep_base();
+        for (of, slot) in (base..).zip(&mut values) {
+            *slot = vm().cell(of);
+        }
+        self.write_kept(&values);
+    }
+
+    /// Flash gets as many of these as the program keeps.
+    fn write_kept(&self, values: &[i32]) {
+        match values.get(..usize::from(self.keep_count())) {
+            Some([]) | None => {}
+            Some(values) => keep::save(&mut Area, values),
         }
     }
 }

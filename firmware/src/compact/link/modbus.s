@@ -207,10 +207,10 @@ link_write:
     mov r12, r5
     cmp #4, r8
     jlo link_write_bits
-    mov.b 2(r9), r8
-    tst r8
+    mov.b 2(r9), r7
+    tst r7
     jeq map_bad_address
-    add #MAP_WRITERS, r8
+    add #MAP_WRITERS, r7
     tst.b 0(r9)
     jge link_write_words
     /* function 6 sets a 32-bit value by its low register, extending the sign */
@@ -233,7 +233,7 @@ link_write_words:
     mov.b @r10+, r13
     bis r15, r13
     mov r5, r12
-    call r8
+    call r7
     tst r12
     jne 9f
     inc r5

@@ -2,8 +2,8 @@
 
     .section .text.map,"axR",@progbits
 /* What writes a register.
-   takes r12 = offset, r13 = word   leaves r12 = 0 or exception in its low byte, nothing else is written then when it is not 0; keeps r5..r10, and r4 from the low
-   half of a 32-bit value to its high one */
+   takes r12 = offset, r13 = word   leaves r12 = 0 or exception in its low byte, nothing else is written
+   then when it is not 0; keeps r5..r7, r10, and r4 from the low half of a 32-bit value to its high one */
     .set MAP_WRITERS, .-2       /* 0 is none */
 /* All but the command's head lies in the pool: not during a run, nor under a command's work. */
 map_write_command:
