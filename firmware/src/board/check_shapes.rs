@@ -173,6 +173,10 @@ const COUNTED: ([u16; 0x100], usize) = {
         while RUNS[run] as usize > same {
             run -= 1;
         }
+        // The last one may reach beyond the codes there are.
+        if code + same == 0x100 && RUNS[run] as usize != same && run + 1 < RUNS.len() {
+            run += 1;
+        }
         shapes[count] = all[code] | run as u16;
         count += 1;
         code += RUNS[run] as usize;

@@ -25,10 +25,9 @@ impl Core {
         const OUT_LAST: u8 = OUT + 15;
         const MOVE_TO: u8 = Op::MoveTo as u8;
         const MOVE_RAMP: u8 = Op::MoveRamp as u8;
-        const RAPID: u8 = Op::Rapid as u8;
-        const LINEAR_MIXED: u8 = Op::LinearMixed as u8;
+        const LINE_LAST: u8 = Op::Line as u8 + 4;
+        const LINEAR: u8 = Op::Linear as u8;
         const ARC: u8 = Op::Arc as u8;
-        const ARC_MIXED: u8 = Op::ArcMixed as u8;
         const ARC_BY: u8 = Op::ArcBy as u8;
         const FEED: u8 = Op::Feed as u8;
         const SPINDLE: u8 = Op::Spindle as u8;
@@ -64,8 +63,9 @@ impl Core {
         const READ: u8 = Op::Read as u8;
         let code = self.effect.code;
         // Whatever looks at or acts on the machine waits for the path's end first.
-        if !(RAPID..=SPINDLE).contains(&code)
-            && code != ARC_BY
+        if !(LINEAR..=LINE_LAST).contains(&code)
+            && !(FEED..=SPINDLE).contains(&code)
+            && !(ARC..=ARC_BY).contains(&code)
             && self.effect.phase == 0
             && !self.motor.path_rests()
         {
@@ -74,11 +74,11 @@ impl Core {
         match code {
             OUT..=OUT_LAST => {
                 let n = (code - OUT) >> 1;
-                self.out(u16::from(n) + 1, code & 1 != 0)?;
+                self.out(u16::from(n) + 1, (code - OUT) & 1 != 0)?;
             }
             MOVE_TO..=MOVE_RAMP => return self.move_axe(code),
-            RAPID..=LINEAR_MIXED => return self.linear(code),
-            ARC | ARC_MIXED | ARC_BY => return self.arc(code),
+            LINEAR..=LINE_LAST => return self.linear(code),
+            ARC..=ARC_BY => return self.arc(code),
             FEED..=SPINDLE => {
                 let value = vm().pop();
                 self.set_feed(code, value)?;

@@ -138,6 +138,7 @@ impl Core {
     pub fn linear(&mut self, code: u8) -> Result<bool, Fault> {
         const RAPID: u8 = Op::Rapid as u8;
         const LINE: u8 = Op::Line as u8;
+        const LINE_LAST: u8 = LINE + 4;
         const LINEAR: u8 = Op::Linear as u8;
         const MIXED: u8 = Op::LinearMixed as u8;
         // A feed block joins the path when there is room; axes of their own must rest first, and
@@ -145,7 +146,7 @@ impl Core {
         if self.effect.phase == 0 {
             let rapid = match code {
                 RAPID..LINE => true,
-                LINE..LINEAR => false,
+                LINE..=LINE_LAST => false,
                 _ => {
                     let bits = vm().operand();
                     self.vm_back();
@@ -160,7 +161,7 @@ impl Core {
             let mut frames = 0;
             let bits = match code {
                 RAPID..LINE => SHORT_AXES[usize::from(code - RAPID)].0 | flags::RAPID,
-                LINE..LINEAR => SHORT_AXES[usize::from(code - LINE)].0,
+                LINE..=LINE_LAST => SHORT_AXES[usize::from(code - LINE)].0,
                 _ => vm().operand(),
             };
             let mut in_steps = if bits & flags::COMMON_STEPS != 0 { 0xFF } else { 0 };

@@ -129,5 +129,5 @@ const _: () = assert!(
         && Op::More as u8 == 0x51
         && Op::Small as u8 == 0x60
         && Op::MoveToMm as u8 == 0xA0
-        && Op::WaitSeconds as u8 == 0xAF
+        && Op::ProbeMm as u8 == 0xAF
 );

@@ -143,6 +143,7 @@ constants! {
     STORE_AREA = PART.room_for(false);
     POOL_WORDS = crate::vm::POOL / 2;
     OP_HOME = Op::Home;
+    OP_HOME_QUERY = Op::HomeQuery;
     OP_PROBE = Op::Probe;
     // USCI_A0, special function registers and Timer0_A (SLAU144, chapters 15, 2.2 and 12).
     UCA0CTL0 = 0x60;

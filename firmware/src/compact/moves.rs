@@ -44,14 +44,11 @@ static FREE_AXIS: FreeAxis = FreeAxis {
 };
 
 constants! {
-    OP_MOVE_TO = Op::MoveTo;
     OP_MOVE = Op::Move;
-    OP_MOVE_RAMP = Op::MoveRamp;
     OP_RAPID = Op::Rapid;
-    OP_LINEAR = Op::Linear;
     OP_LINEAR_MIXED = Op::LinearMixed;
     OP_FEED = Op::Feed;
-    OP_FEED_STEPS = Op::FeedSteps;
+    OP_SPINDLE = Op::Spindle;
     OP_HOME = Op::Home;
     OP_HOME_QUERY = Op::HomeQuery;
     OP_PROBE = Op::Probe;
@@ -86,7 +83,7 @@ constants! {
 }
 
 // What the assembly does by shifts: pairs of a flag and its unit, frames and units of axes, the
-// order of the looks, of commands, direct ones among them, and of short forms, feeds by two bits.
+// order of the looks, of commands, direct ones among them, and of short forms.
 const _: () = assert!(
     command::MOVE_BY == command::MOVE_TO + 1
         && command::SET_POSITION == command::MOVE_TO + 2
@@ -108,11 +105,11 @@ const _: () = assert!(
         && flags::PROBE_FRAME == 3
         && Op::MoveBy as u8 == Op::MoveTo as u8 + 3
         && Op::MoveRamp as u8 == Op::Move as u8 + 1
-        && Op::Move as u8 & 1 == 0
+        && Op::Move as u8 == Op::MoveTo as u8 + 6
         && Op::Line as u8 == Op::Rapid as u8 + 5
-        && Op::Feed as u8 & 3 == 2
-        && Op::FeedSteps as u8 & 3 == 3
-        && Op::Spindle as u8 & 2 == 0
+        && Op::MoveTo as u8 == Op::Line as u8 + 5
+        && Op::LinearMixed as u8 == Op::Linear as u8 + 1
+        && Op::Linear as u8 + 2 == Op::Rapid as u8
         && SHORT_AXES[2].0 == 3
         && SHORT_AXES[3].0 == 4
         && SHORT_AXES[4].0 == 7

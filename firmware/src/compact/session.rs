@@ -12,9 +12,11 @@ constants! {
     OP_FIRST_EFFECT = lang::isa::EFFECTS;
     OP_ERR = Op::Err;
     OP_HOME = Op::Home;
+    OP_HOME_QUERY = Op::HomeQuery;
     OP_PROBE = Op::Probe;
     OP_PULSE = Op::Pulse;
-    OP_WAIT_CHAR = Op::WaitChar;
+    OP_WAIT_START = Op::WaitStart;
+    OP_WAIT = Op::Wait;
     VM_ERROR = flag::ERROR;
     VM_EVENT = flag::EVENT;
     VM_MORE = flag::MORE;

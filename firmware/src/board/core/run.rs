@@ -59,8 +59,11 @@ impl Core {
     fn go_on(&mut self) {
         // A line longer than the ring was announced by the event that fills the slot, and the host
         // takes it before it asks for the next one.
-        const PRINTS: ::core::ops::RangeInclusive<u8> = Op::PrintText as u8..=Op::PrintEnd as u8;
-        let free = !self.trace.full || self.announced && PRINTS.contains(&self.effect.code);
+        const NUMBER: u8 = Op::PrintNumber as u8;
+        const TEXT_FAR: u8 = Op::PrintTextFar as u8;
+        const END: u8 = Op::PrintEnd as u8;
+        let prints = matches!(self.effect.code, NUMBER..=TEXT_FAR | END);
+        let free = !self.trace.full || self.announced && prints;
         if self.effect.code != 0 && free {
             match self.perform() {
                 Ok(true) => {

@@ -1,7 +1,7 @@
 /* Effects that move nothing. An effect is polled until it is done; in phase 0 it takes its operands
    and arguments. Each is micro-code, entered with r12 = its code, Z set in phase 0, and leaves r12 =
    DONE, NOT_YET or FAULTED + fault. They may destroy all registers and emit one trace event a call. The
-   phase of those from SetOut on is 1 as soon as they were called. */
+   phase of those from PrintEnd on is 1 as soon as they were called. */
 
     .section .text.micro,"axR",@progbits
 module.effects:
@@ -16,7 +16,7 @@ effect_poll:
     cmp.b @r13+, r12
     jhs 1b
     mov.b &PHASE, r13
-    cmp #OP_SET_OUT, r12
+    cmp #OP_PRINT_END, r12
     jlo 2f
     mov.b #1, &PHASE
 2:  mov effect_table(r14), r11
@@ -25,8 +25,8 @@ effect_poll:
 
     /* bit 0 of the code says on or off */
 fx_out_short:
-    PUT UNIT
     ADDI 2-OP_OUT_SHORT
+    PUT UNIT
     DO half
     GOTO fx_output
 fx_set_out:
@@ -283,21 +283,21 @@ wait_input:
 /* The first code behind each effect's, and the effect. Codes between them are those of a larger part:
    the image check refuses them. */
 effect_ends:
-    .byte OP_IN_SHORT, OP_TIMED_OUT, OP_OUT_SHORT, OP_MOVE_TO, OP_RAPID, OP_FEED, OP_HOME, OP_PROBE
-    .byte OP_SET_POS, OP_STOP_AXE, OP_WAIT_MOVE, OP_SET_OUT, OP_PULSE, OP_SET_PORT, OP_MOTORS
-    .byte OP_WAIT, OP_WAIT_IN, OP_WAIT_START, OP_SEND, OP_WAIT_CHAR, OP_PRINT_TEXT
-    .byte OP_PRINT_NUMBER, OP_PRINT_END
+    .byte OP_LINEAR, OP_MOVE_TO, OP_PROBE, OP_HOME, OP_STOP_AXE, OP_SET_POS_ZERO, OP_OUT_SHORT
+    .byte OP_PRINT_END, OP_WAIT_START, OP_SET_OUT, OP_PULSE, OP_WAIT_IN, OP_MOTORS, OP_WAIT_CHAR
+    .byte OP_WAIT, OP_SEND, OP_SET_PORT, OP_FEED, OP_PRINT_NUMBER, OP_PRINT_TEXT, OP_SET_POS
+    .byte OP_IN_SHORT, OP_TIMED_OUT, OP_IN, OP_OUT_STATE, OP_READ, OP_MOVE_SPEED
     .if HAS_EVENTS
-    .byte OP_EVENT
+    .byte OP_EVENT+1
     .endif
-    .byte OP_IN, OP_OUT_STATE, OP_READ, EFFECT_END, 0xff
+    .byte 0xff
     .balign 2, 0
 effect_table:
-    .short fx_set_pos_zero, fx_in_short, fx_timed_out, fx_out_short, fx_move, fx_linear, fx_feed
-    .short fx_home, fx_probe, fx_set_pos, fx_stop, fx_wait_move, fx_set_out, fx_pulse
-    .short fx_set_port, fx_motors, fx_wait, fx_wait_in, fx_wait_start, fx_send, fx_wait_char
-    .short fx_print_text, fx_print_number, fx_print_end
+    .short fx_wait_move, fx_linear, fx_move, fx_probe, fx_home, fx_stop, fx_set_pos_zero
+    .short fx_out_short, fx_print_end, fx_wait_start, fx_set_out, fx_pulse, fx_wait_in, fx_motors
+    .short fx_wait_char, fx_wait, fx_send, fx_set_port, fx_feed, fx_print_number, fx_print_text
+    .short fx_set_pos, fx_in_short, fx_timed_out, fx_in, fx_out_state, fx_read
     .if HAS_EVENTS
     .short fx_event
     .endif
-    .short fx_in, fx_out_state, fx_read, fx_end
+    .short fx_end

@@ -48,8 +48,8 @@ fx_print_text:
     DO operand_byte
     PUT TIME
     LIT 0
+    IF_IS EFFECT, OP_PRINT_TEXT, 2f
     /* PrintTextFar */
-    IF_NONE EFFECT, 1, 2f
     DO operand_byte
 2:  PUT TIME+1
     F word TIME

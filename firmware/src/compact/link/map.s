@@ -292,7 +292,7 @@ map_cnc_state:
     ROUTINE_ODD map_homes, module.link.map$micro
     GET EFFECT
     ADDI -OP_HOME
-    CMPI OP_PROBE-OP_HOME
+    CMPI OP_HOME_QUERY+1-OP_HOME
     RETURN
     .balign 2, 0
 

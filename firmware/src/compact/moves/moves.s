@@ -16,11 +16,11 @@ not_negative:
     ROUTINE_ODD fx_feed
     PUT UNIT
     DO pop_value
-    IF_NONE UNIT, OP_FEED&OP_FEED_STEPS&2, 2f
+    IF_IS UNIT, OP_SPINDLE, 2f
     DO not_negative
     DO test_long
     IF_EQUAL speed_range
-    IF_NONE UNIT, OP_FEED_STEPS&1, 1f
+    IF_IS UNIT, OP_FEED, 1f
     DO negate
 1:  F store FEED
 2:  DONE_
@@ -186,7 +186,7 @@ read_done:
     GOTO 2f
 1:  PUT UNIT
     DO operand_byte
-    IF_NONE UNIT, OP_MOVE^OP_MOVE_RAMP, 2f
+    IF_IS UNIT, OP_MOVE, 2f
     PUT FLAGS
     DO operand_byte
     PUT RAMPS
@@ -242,11 +242,11 @@ move_range:
     NOT_YET_
 1:  UP PHASE
     PUT UNIT
-    CMPI OP_LINEAR
+    CMPI OP_RAPID
     IF_CARRY 0f
-    DO short_flags
+    DO operand_byte
     GOTO 2f
-0:  DO operand_byte
+0:  DO short_flags
 2:  PUT FLAGS
     IF_IS_NOT UNIT, OP_LINEAR_MIXED, 3f
     CALL linear_mixed
@@ -344,10 +344,10 @@ linear_frame:
     rla r12
     ret
 
-    /* r12 = flags of the short move, G0 or G1 r12: X, Y, XY, Z, XYZ. */
+    /* r12 = flags of the short G0, G1 (X, Y, XY, Z, XYZ) or move r12. */
 short_flags:
-    mov.b short_moves-OP_MOVE_TO(r12), r12
+    mov.b short_moves-OP_RAPID(r12), r12
     ret
 short_moves:
-    .byte 0, 1, 2, FL_RELATIVE, FL_RELATIVE+1, FL_RELATIVE+2, 0, 0
     .byte FL_RAPID+1, FL_RAPID+2, FL_RAPID+3, FL_RAPID+4, FL_RAPID+7, 1, 2, 3, 4, 7
+    .byte 0, 1, 2, FL_RELATIVE, FL_RELATIVE+1, FL_RELATIVE+2

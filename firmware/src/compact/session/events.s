@@ -125,10 +125,8 @@ event_serve:
     mov.b &EFFECT, r12
     tst r12
     jeq 1f
-    sub #OP_PULSE, r12
-    jeq 1f
-    sub #OP_WAIT-OP_PULSE, r12
-    cmp #OP_WAIT_CHAR-OP_WAIT+1, r12
+    sub #OP_WAIT_START, r12
+    cmp #OP_WAIT-OP_WAIT_START+1, r12
     jhs 9f
 1:  call #event_lines
     mov &VM_DATA, r13

@@ -194,8 +194,8 @@ run_stopping:
     jeq 1f
     /* what homing or probing looks for may come on the way to rest, too */
     mov.b &EFFECT, r12
-    sub #OP_HOME, r12
-    cmp #OP_PROBE-OP_HOME+1, r12
+    sub #OP_PROBE, r12
+    cmp #OP_HOME_QUERY-OP_PROBE+1, r12
     jlo run_perform
     ret
 1:  MICRO

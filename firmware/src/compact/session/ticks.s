@@ -107,10 +107,8 @@ ticks:
     /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
 1:  GET EFFECT
     ADDI -OP_HOME
-    CMPI OP_WAIT_CHAR-OP_HOME+1
+    CMPI OP_WAIT-OP_HOME+1
     IF_CARRY 3f
-    CMPI OP_PROBE-OP_HOME
-    IF_EQUAL 3f
     CMPI OP_PULSE-OP_HOME
     IF_EQUAL 1f
     IF_IS RUN, RUN_PAUSED, 3f
