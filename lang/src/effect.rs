@@ -26,16 +26,17 @@ pub enum Rate {
     Steps(i32),
 }
 
-/// Where a coordinate counts from.
+/// Where a coordinate counts from; the numbers are those of operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
 pub enum Frame {
     /// Work coordinates: machine position less the axis's work offset. A Steps value in this frame
     /// is a machine position (language.md, Machine).
-    Work,
+    Work = 0,
     /// Machine coordinates (G53, G28's second leg).
-    Machine,
+    Machine = 1,
     /// Relative to the commanded position.
-    Relative,
+    Relative = 2,
 }
 
 /// One axis word of a move.

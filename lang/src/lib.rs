@@ -21,6 +21,7 @@ pub mod isa;
 #[cfg(feature = "compiler")]
 pub mod kind;
 pub mod part;
+pub mod place;
 #[cfg(feature = "compiler")]
 pub mod profile;
 pub mod record;

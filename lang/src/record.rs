@@ -77,6 +77,25 @@ impl AxisRecord {
     pub const HOME_POSITIVE: u16 = 1 << 2;
     /// Bytes of a record.
     pub const SIZE: usize = 46;
+    /// What holds on a board without a program, where a command's own parameters decide: positions
+    /// are steps, nothing bounds the travel.
+    pub const FREE: AxisRecord = AxisRecord {
+        flags: AxisRecord::PRESENT,
+        steps: 1,
+        um: 1,
+        start_rate: 400,
+        home_fast: 1,
+        home_slow: 1,
+        home_pause: 0,
+        top_rate: 100_000,
+        accel: 10_000_000,
+        decel: 10_000_000,
+        min: i32::MIN,
+        max: i32::MAX,
+        home_stroke: 0,
+        home_position: 0,
+        home_clearance: 0,
+    };
 }
 
 /// The axes' part of a profile, in an image.

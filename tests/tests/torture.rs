@@ -75,7 +75,7 @@ fn programs_find_a_fault_seeded_into_any_engine() {
 }
 
 /// Scripts on which the board once differed from the other engines.
-const ONCE_DIFFERENT: [(&str, &str, &str); 10] = [
+const ONCE_DIFFERENT: [(&str, &str, &str); 13] = [
     ("a line longer than the ring of print", "PRINT \"LONG\"\nWait 5ms\nPRINT 7", ""),
     (
         "a PRINT that fails leaves nothing in the ring",
@@ -115,6 +115,21 @@ const ONCE_DIFFERENT: [(&str, &str, &str); 10] = [
         "a limit switch ends the statement that runs into it where nothing looks ahead",
         "G64 G1 Y-2 F600\nPRINT 1",
         "switch_at(\"Y\", -150);",
+    ),
+    (
+        "of the words of a block Z is looked at first",
+        "DIM far AS LENGTH\nHome Z\nSetPos X, -1000mm\nfar = 2147483mm\nG1 X[far] Z[far] F600",
+        "switch_at(\"Z\", 120);",
+    ),
+    (
+        "a move's speed is looked at before its target",
+        "DIM far AS LENGTH, slow AS SPEED\nSetPos X, -1000mm\nfar = 2147483mm\nMoveAxe X, far, slow",
+        "",
+    ),
+    (
+        "a probe's input is looked at before its limit",
+        "DIM far AS LENGTH, n\nSetPos X, -1000mm\nfar = 2147483mm\nn = 40\nProbe X, far, 1mm/s, n",
+        "",
     ),
     ("a path may be followed by SetPos", "G1 X5 Y5 F600\nSetPos X, 0mm\nG92 Y1\nPRINT POS(X)", ""),
 ];

@@ -1,12 +1,13 @@
 //! The effect of G2 and G3.
 
 use crate::core::Core;
-use crate::motor::{AXES, Target};
+use crate::motor::AXES;
 use crate::vm::{axis, convert, vm};
 use firmware::motion::{Arc, Ends};
 use lang::effect::Plane;
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
+use lang::place::{Place, Target};
 use lang::vm::effects::ALL_RELATIVE;
 use lang::wire::TraceKind;
 
@@ -62,7 +63,7 @@ impl Core {
             radius = length(first, in_steps >> 3 & 1 != 0)?;
         }
         let (from_um, start) = (self.motor.um, self.motor.steps);
-        let mut places = [(0, 0); 3];
+        let mut places = [Place::default(); 3];
         let (mut to_um, mut end) = (from_um, start);
         let mut n = AXES;
         while n != 0 {
@@ -74,8 +75,9 @@ impl Core {
                     frame: frames >> (2 * n) & 3,
                 };
                 let i = usize::from(n);
-                places[i] = self.motor.aim(n, target)?;
-                (to_um[i], end[i]) = places[i];
+                let place = self.motor.aim(n, target)?;
+                places[i] = place;
+                (to_um[i], end[i]) = (place.um, place.steps);
             }
         }
         let clockwise = bits & flags::CLOCKWISE != 0;

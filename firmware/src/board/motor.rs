@@ -5,21 +5,11 @@ use crate::vm::{axis, convert, machine};
 use ::core::ptr::addr_of_mut;
 use firmware::motion::{Arc, Block, Feed, Pace, Path, PathSegment, Segment, Single, queue};
 use lang::fault::Fault;
+use lang::place::{self, Place, Reference, Target};
 use lang::record::{AxisRecord, MachineRecord};
 
 /// Axes.
 pub const AXES: u8 = 3;
-
-/// A target as a statement gives it.
-#[derive(Clone, Copy)]
-pub struct Target {
-    /// um or steps.
-    pub value: i32,
-    /// `value` is in steps.
-    pub in_steps: bool,
-    /// 0 work, 1 machine, 2 relative.
-    pub frame: u8,
-}
 
 /// Where the axes are and what they do.
 pub struct Motor {
@@ -127,54 +117,33 @@ impl Motor {
         self.settle(n, self.actual[usize::from(n)]);
     }
 
-    /// Where a target lies: um and steps of the machine.
+    /// Where a target lies.
     ///
     /// # Errors
     /// F01, F05, F07, F20 for an axis that the machine lacks.
-    pub fn aim(&self, n: u8, target: Target) -> Result<(i32, i32), Fault> {
-        let i = usize::from(n);
-        let record = axis(n);
-        if n >= AXES || record.flags & AxisRecord::PRESENT == 0 {
+    pub fn aim(&self, n: u8, target: Target) -> Result<Place, Fault> {
+        if n >= AXES {
             return Err(Fault::ValueRange);
         }
-        let steps;
-        let um;
-        if target.in_steps {
-            steps = if target.frame == 2 {
-                self.steps[i].checked_add(target.value).ok_or(Fault::Overflow)?
-            } else {
-                target.value
-            };
-            um = convert(n, steps, false)?;
-        } else {
-            let base = match target.frame {
-                0 => self.offset[i],
-                1 => 0,
-                _ => self.um[i],
-            };
-            um = base.checked_add(target.value).ok_or(Fault::Overflow)?;
-            steps = convert(n, um, true)?;
-        }
-        if self.homed >> n & 1 != 0 {
-            if um < record.min || um > record.max {
-                return Err(Fault::SoftLimit);
-            }
-        } else if self.placed >> n & 1 == 0
-            && target.frame != 2
-            && machine().flags & MachineRecord::REQUIRE_HOMING != 0
-        {
-            return Err(Fault::NotHomed);
-        }
-        Ok((um, steps))
+        let i = usize::from(n);
+        let reference = Reference {
+            homed: self.homed >> n & 1 != 0,
+            missing: self.placed >> n & 1 == 0
+                && machine().flags & MachineRecord::REQUIRE_HOMING != 0,
+        };
+        let from = Place { um: self.um[i], steps: self.steps[i] };
+        place::aim(axis(n), target, from, self.offset[i], reference, |value, to_steps| {
+            convert(n, value, to_steps)
+        })
     }
 
     /// Makes a place the commanded one. Returns the steps to go.
-    pub fn command(&mut self, n: u8, (um, steps): (i32, i32)) -> i32 {
+    pub fn command(&mut self, n: u8, place: Place) -> i32 {
         let i = usize::from(n);
         let before = self.steps[i];
-        self.um[i] = um;
-        self.steps[i] = steps;
-        steps.wrapping_sub(before)
+        self.um[i] = place.um;
+        self.steps[i] = place.steps;
+        place.steps.wrapping_sub(before)
     }
 
     /// Sends an axis to a place on its own ramp; `seeks`: as it looks for a switch or a probe.

@@ -1,7 +1,7 @@
 //! Effects that move axes to a place or at a speed.
 
 use crate::core::Core;
-use crate::motor::{AXES, Target};
+use crate::motor::AXES;
 use crate::vm::{axis, machine, vm};
 use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
@@ -9,6 +9,7 @@ use firmware::motion::single::steps_of;
 use firmware::motion::{Feed, Pace};
 use lang::fault::Fault;
 use lang::isa::{Op, SHORT_AXES, flags};
+use lang::place::{Place, Target};
 use lang::record::FULL_POWER;
 use lang::wire::TraceKind;
 
@@ -88,7 +89,7 @@ impl Core {
             let target = Target {
                 value: vm().pop(),
                 in_steps: bits & flags::STEPS != 0,
-                frame: if bits & flags::RELATIVE != 0 { 2 } else { 0 },
+                frame: if bits & flags::RELATIVE != 0 { Target::RELATIVE } else { Target::WORK },
             };
             self.effect.n = n;
             self.effect.bits = bits;
@@ -102,7 +103,7 @@ impl Core {
                 self.emit(TraceKind::Axe, n, 0);
             }
             if distance != 0 || self.motor.moves(n) {
-                self.motor.go(n, place.1, pace, false);
+                self.motor.go(n, place.steps, pace, false);
             }
         }
         let busy = self.motor.moves(self.effect.n);
@@ -171,7 +172,7 @@ impl Core {
             } else if code == LINEAR {
                 frames = (bits >> flags::COMMON_FRAME) * 0b01_0101;
             }
-            let mut places = [(0, 0); 3];
+            let mut places = [Place::default(); 3];
             let mut n = AXES;
             while n != 0 {
                 n -= 1;

@@ -1,7 +1,6 @@
 //! Probe and ProbeMask.
 
 use crate::core::Core;
-use crate::motor::Target;
 use crate::moves::rate;
 use crate::step;
 use crate::vm::{axis, vm};
@@ -10,6 +9,7 @@ use firmware::motion::single::steps_of;
 use firmware::motion::{Feed, Pace};
 use lang::fault::Fault;
 use lang::isa::flags;
+use lang::place::Target;
 use lang::wire::TraceKind;
 
 impl Core {
@@ -65,7 +65,7 @@ impl Core {
             self.effect.n = n;
             self.effect.bits = bits;
             self.effect.phase = 1;
-            if let Err(fault) = self.begin_probe(and, xor, place.1, pace) {
+            if let Err(fault) = self.begin_probe(and, xor, place.steps, pace) {
                 self.emit_outcome(TraceKind::Probe, n, false, self.motor.position(n));
                 return Err(fault);
             }

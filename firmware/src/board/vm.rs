@@ -401,25 +401,7 @@ impl State {
 
 /// Without a program a command's own parameters decide.
 static FREE: MachineRecord =
-    MachineRecord { flags: 0, corner: 20, default_feed: 0, axes: [FREE_AXIS; 3] };
-
-const FREE_AXIS: AxisRecord = AxisRecord {
-    flags: AxisRecord::PRESENT,
-    steps: 1,
-    um: 1,
-    start_rate: 400,
-    home_fast: 1,
-    home_slow: 1,
-    home_pause: 0,
-    top_rate: 100_000,
-    accel: 10_000_000,
-    decel: 10_000_000,
-    min: i32::MIN,
-    max: i32::MAX,
-    home_stroke: 0,
-    home_position: 0,
-    home_clearance: 0,
-};
+    MachineRecord { flags: 0, corner: 20, default_feed: 0, axes: [AxisRecord::FREE; 3] };
 
 /// The axes' part of the stored program's profile.
 #[inline(never)]

@@ -25,21 +25,22 @@ struct FreeAxis {
 
 const _: () = assert!(core::mem::size_of::<FreeAxis>() == offset_of!(AxisRecord, home_stroke));
 
-const fn words(n: i32) -> [u16; 2] {
+const fn words(n: u32) -> [u16; 2] {
     [n as u16, (n >> 16) as u16]
 }
 
 #[unsafe(no_mangle)]
 static FREE_AXIS: FreeAxis = FreeAxis {
-    flags: AxisRecord::PRESENT,
-    steps: 1,
-    um: 1,
-    start_rate: 400,
-    home: [1, 1, 0],
-    top_rate: words(100_000),
-    accel: words(10_000_000),
-    decel: words(10_000_000),
-    min: words(-1 << 30),
+    flags: AxisRecord::FREE.flags,
+    steps: AxisRecord::FREE.steps,
+    um: AxisRecord::FREE.um,
+    start_rate: AxisRecord::FREE.start_rate,
+    home: [AxisRecord::FREE.home_fast, AxisRecord::FREE.home_slow, AxisRecord::FREE.home_pause],
+    top_rate: words(AxisRecord::FREE.top_rate),
+    accel: words(AxisRecord::FREE.accel),
+    decel: words(AxisRecord::FREE.decel),
+    // The travel of an axis is below 2^31 um here.
+    min: words(-(1i32 << 30) as u32),
     max: words(1 << 30),
 };
 

@@ -8,10 +8,11 @@ use lang::axis::Axis;
 use lang::effect::{Coord, Effect, Rate, Want};
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
+use lang::place::Place;
 use lang::profile::{OutputRole, Profile, Wiring};
 use lang::record::{AxisRecord, MachineRecord};
 
-use crate::sim::machine::axes::{Axes, Place};
+use crate::sim::machine::axes::Axes;
 
 /// Outputs of the chain wiring and of the direct one.
 const OUTPUTS: [i32; 2] = [16, 2];
@@ -177,10 +178,9 @@ impl Track {
 
     fn words(&mut self, to: &[Option<Coord>; 3]) -> Result<(), Fault> {
         let mut places: [Option<Place>; 3] = [None; 3];
-        for axis in Axis::ALL {
+        for axis in Axis::ALL.into_iter().rev() {
             if let Some(word) = to[axis.index()] {
-                let place = self.axes.resolve(axis, word, self.axes.place(axis))?;
-                self.axes.check_travel(axis, place.um)?;
+                let place = self.axes.aim(axis, word, self.axes.place(axis))?;
                 places[axis.index()] = Some(place);
             }
         }

@@ -4,6 +4,7 @@
 use crate::axis::{Axis, AxisSet};
 use crate::effect::{Center, Coord, Dist, Effect, Frame, Plane, Rate, Read, Sensor, Unit, Want};
 use crate::isa::{Look, Op, SHORT_AXES, flags};
+use crate::place::Target;
 
 /// Most arguments of an effect: an arc with three words and two offsets.
 pub const MAX_ARGUMENTS: usize = 5;
@@ -61,9 +62,9 @@ fn axis_or_all(bits: u8) -> Option<Option<Axis>> {
 
 fn frame(bits: u8) -> Option<Frame> {
     match bits & 3 {
-        0 => Some(Frame::Work),
-        1 => Some(Frame::Machine),
-        2 => Some(Frame::Relative),
+        Target::WORK => Some(Frame::Work),
+        Target::MACHINE => Some(Frame::Machine),
+        Target::RELATIVE => Some(Frame::Relative),
         _ => None,
     }
 }

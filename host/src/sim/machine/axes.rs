@@ -5,8 +5,9 @@
 //! (language.md, Machine).
 
 use lang::axis::Axis;
-use lang::effect::{Coord, Dist, Frame};
+use lang::effect::Coord;
 use lang::fault::Fault;
+use lang::place::{self, Place, Reference};
 use lang::profile::Profile;
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -14,12 +15,9 @@ use crate::sim::trace::PerAxis;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
-    present: bool,
     record: AxisRecord,
-    /// Commanded machine position, um.
-    um: i32,
-    /// The same in steps.
-    steps: i32,
+    /// The commanded place.
+    place: Place,
     /// Work position = machine position - offset, um.
     offset: i32,
     homed: bool,
@@ -29,15 +27,6 @@ struct State {
     running: bool,
     probed: i32,
     probe_ok: bool,
-}
-
-/// A place that a move asks for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Place {
-    /// Machine position, um.
-    pub um: i32,
-    /// The same in steps.
-    pub steps: i32,
 }
 
 /// See the module.
@@ -63,16 +52,14 @@ impl Axes {
     pub fn new(profile: &Profile, record: &MachineRecord) -> Axes {
         let mut states = [State::default(); 3];
         for axis in Axis::ALL {
-            let state = &mut states[axis.index()];
-            state.present = profile.axis(axis).is_some();
-            state.record = record.axes[axis.index()];
+            states[axis.index()].record = record.axes[axis.index()];
         }
         Axes { states, require_homing: profile.require_homing }
     }
 
     /// Values of the axes that the machine has.
     pub fn named(&self, values: [i32; 3]) -> PerAxis {
-        PerAxis::new([0, 1, 2].map(|i: usize| self.states[i].present.then_some(values[i])))
+        PerAxis::new(Axis::ALL.map(|axis| self.is_present(axis).then_some(values[axis.index()])))
     }
 
     fn state(&self, axis: Axis) -> &State {
@@ -85,12 +72,12 @@ impl Axes {
 
     /// Whether the machine has the axis.
     pub fn is_present(&self, axis: Axis) -> bool {
-        self.state(axis).present
+        self.state(axis).record.flags & AxisRecord::PRESENT != 0
     }
 
     /// Commanded machine position, steps.
     pub fn steps(&self, axis: Axis) -> i32 {
-        self.state(axis).steps
+        self.state(axis).place.steps
     }
 
     /// Whether the axis is homed: soft limits hold.
@@ -133,54 +120,34 @@ impl Axes {
         scaled(um, record.steps, record.um)
     }
 
-    /// The place that a word asks for, counted from `from` when it is relative.
+    /// The place that a word asks for, counted from `from` when it is relative, within the travel of
+    /// a homed axis.
     ///
     /// # Errors
-    /// F20 for an axis that the machine lacks, F07 for an absolute word of an axis that must be
-    /// homed first, F01.
-    pub fn resolve(&self, axis: Axis, word: Coord, from: Place) -> Result<Place, Fault> {
+    /// Those of [`place::aim`].
+    pub fn aim(&self, axis: Axis, word: Coord, from: Place) -> Result<Place, Fault> {
         let state = self.state(axis);
-        if !state.present {
-            return Err(Fault::ValueRange);
-        }
-        if word.frame != Frame::Relative && self.require_homing && !state.referenced {
-            return Err(Fault::NotHomed);
-        }
-        let sum = |a: i32, b: i32| a.checked_add(b).ok_or(Fault::Overflow);
-        match (word.value, word.frame) {
-            (Dist::Um(value), frame) => {
-                let um = match frame {
-                    Frame::Work => sum(value, state.offset)?,
-                    Frame::Machine => value,
-                    Frame::Relative => sum(from.um, value)?,
-                };
-                Ok(Place { um, steps: self.to_steps(axis, um)? })
-            }
-            (Dist::Steps(value), frame) => {
-                let steps = match frame {
-                    Frame::Relative => sum(from.steps, value)?,
-                    Frame::Work | Frame::Machine => value,
-                };
-                Ok(Place { um: self.length(axis, steps)?, steps })
-            }
-        }
+        let missing = self.require_homing && !state.referenced;
+        let reference = Reference { homed: state.homed, missing };
+        let convert = |value, to_steps| {
+            if to_steps { self.to_steps(axis, value) } else { self.length(axis, value) }
+        };
+        place::aim(&state.record, word.into(), from, state.offset, reference, convert)
     }
 
     /// The commanded place.
     pub fn place(&self, axis: Axis) -> Place {
-        Place { um: self.state(axis).um, steps: self.state(axis).steps }
+        self.state(axis).place
     }
 
     /// The axis is commanded to `place`.
     pub fn command(&mut self, axis: Axis, place: Place) {
-        let state = self.state_mut(axis);
-        state.um = place.um;
-        state.steps = place.steps;
+        self.state_mut(axis).place = place;
     }
 
     /// The axis rests at `steps`, wherever it was commanded.
     pub fn adopt(&mut self, axis: Axis, steps: i32) {
-        let um = self.length(axis, steps).unwrap_or(self.state(axis).um);
+        let um = self.length(axis, steps).unwrap_or(self.state(axis).place.um);
         self.command(axis, Place { um, steps });
         self.state_mut(axis).running = false;
     }
@@ -209,11 +176,11 @@ impl Axes {
     /// # Errors
     /// F01, F20 for an axis that the machine lacks.
     pub fn set_work(&mut self, axis: Axis, value: i32) -> Result<(), Fault> {
-        let state = self.state_mut(axis);
-        if !state.present {
+        if !self.is_present(axis) {
             return Err(Fault::ValueRange);
         }
-        state.offset = state.um.checked_sub(value).ok_or(Fault::Overflow)?;
+        let state = self.state_mut(axis);
+        state.offset = state.place.um.checked_sub(value).ok_or(Fault::Overflow)?;
         state.referenced = true;
         Ok(())
     }
@@ -230,7 +197,7 @@ impl Axes {
     pub fn work_at(&self, axis: Axis, steps: Option<i32>) -> Result<i32, Fault> {
         let um = match steps {
             Some(steps) => self.length(axis, steps)?,
-            None => self.state(axis).um,
+            None => self.state(axis).place.um,
         };
         um.checked_sub(self.state(axis).offset).ok_or(Fault::Overflow)
     }

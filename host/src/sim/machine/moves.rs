@@ -7,8 +7,9 @@ use firmware::motion::single::{Pace, steps_of};
 use lang::axis::Axis;
 use lang::effect::{Coord, Rate};
 use lang::fault::Fault;
+use lang::place::Place;
 
-use super::axes::{Place, scaled};
+use super::axes::scaled;
 use super::motion::Milestone;
 use super::{Machine, positive};
 use crate::sim::record::{Segment, SegmentKind};
@@ -67,9 +68,8 @@ impl Machine {
         } else {
             self.axes.place(axis)
         };
-        let to = self.axes.resolve(axis, word, from)?;
         let pace = self.pace(axis, asked)?;
-        self.axes.check_travel(axis, to.um)?;
+        let to = self.axes.aim(axis, word, from)?;
         let moves = running || to.steps != self.axes.steps(axis);
         self.axes.command(axis, to);
         self.axes.set_running(axis, false);

@@ -5,9 +5,9 @@ use firmware::motion::{Arc, Ends};
 use lang::axis::Axis;
 use lang::effect::{Center, Coord, Dist, Plane, Rate};
 use lang::fault::Fault;
+use lang::place::Place;
 
 use super::Machine;
-use super::axes::Place;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
 use crate::sim::trace::{MoveKind, What};
 
@@ -21,17 +21,13 @@ impl Machine {
         while self.halt.is_none() && !self.motion.is_path_idle() && self.tick(None) {}
     }
 
-    /// The commanded places with the words applied, and within the travel.
+    /// The commanded places with the words applied, and within the travel. Z is the first to fail, as
+    /// on the boards, which take their operands from a stack.
     fn goal(&self, words: &[Option<Coord>; 3]) -> Result<[Place; 3], Fault> {
         let mut goal = Axis::ALL.map(|axis| self.axes.place(axis));
-        for axis in Axis::ALL {
+        for axis in Axis::ALL.into_iter().rev() {
             if let Some(word) = words[axis.index()] {
-                goal[axis.index()] = self.axes.resolve(axis, word, goal[axis.index()])?;
-            }
-        }
-        for axis in Axis::ALL {
-            if words[axis.index()].is_some() {
-                self.axes.check_travel(axis, goal[axis.index()].um)?;
+                goal[axis.index()] = self.axes.aim(axis, word, goal[axis.index()])?;
             }
         }
         Ok(goal)

@@ -3,9 +3,10 @@
 use lang::axis::Axis;
 use lang::effect::{Coord, Rate, Sensor};
 use lang::fault::Fault;
+use lang::place::Place;
 
 use super::Machine;
-use super::axes::{Place, scaled};
+use super::axes::scaled;
 use crate::sim::record::SegmentKind;
 use crate::sim::trace::{AxisLetter, What};
 
@@ -174,15 +175,14 @@ impl Machine {
         if self.halt.is_some() {
             return Ok(());
         }
-        let to = self.axes.resolve(axis, limit, self.axes.place(axis))?;
+        if let Sensor::Input { n, .. } = sensor {
+            self.inputs.read(n)?;
+        }
         let speed = match speed.or(self.feed) {
             Some(speed) => super::positive(speed)?,
             None => Rate::Um(self.profile.default_feed_um_s.ok_or(Fault::SpeedRange)?),
         };
-        if let Sensor::Input { n, .. } = sensor {
-            self.inputs.read(n)?;
-        }
-        self.axes.check_travel(axis, to.um)?;
+        let to = self.axes.aim(axis, limit, self.axes.place(axis))?;
         self.axes.set_probed(axis, None);
         let line = self.line;
         let letter = AxisLetter(axis);

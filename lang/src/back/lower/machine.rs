@@ -20,14 +20,6 @@ const fn bit(set: bool, flag: u8) -> u8 {
     if set { flag } else { 0 }
 }
 
-const fn frame_bits(frame: Frame) -> u8 {
-    match frame {
-        Frame::Work => 0,
-        Frame::Machine => 1,
-        Frame::Relative => 2,
-    }
-}
-
 fn constant(expr: &Expr) -> Option<i32> {
     match expr.node {
         ExprKind::Const(value) => Some(value),
@@ -213,7 +205,7 @@ impl Lower<'_> {
         };
         let b = axis as u8
             | bit(steps(&limit.value), flags::STEPS)
-            | frame_bits(limit.frame) << flags::PROBE_FRAME
+            | (limit.frame as u8) << flags::PROBE_FRAME
             | bit(query, flags::QUERY)
             | bit(speed.is_some(), flags::SPEED)
             | bit(speed.is_some_and(steps), flags::SPEED_STEPS);
@@ -313,7 +305,7 @@ impl Lower<'_> {
             }
             _ if same => {
                 let bits =
-                    bit(first.0, flags::COMMON_STEPS) | frame_bits(first.1) << flags::COMMON_FRAME;
+                    bit(first.0, flags::COMMON_STEPS) | (first.1 as u8) << flags::COMMON_FRAME;
                 self.flags(Op::Linear, [head | bits, 0, 0]);
             }
             _ => {
@@ -321,7 +313,7 @@ impl Lower<'_> {
                 for (i, word) in words.iter().enumerate() {
                     if let Some((steps, frame)) = word {
                         in_steps |= bit(*steps, 1 << (5 + i));
-                        frames |= frame_bits(*frame) << (2 * i);
+                        frames |= (*frame as u8) << (2 * i);
                     }
                 }
                 self.flags(Op::LinearMixed, [head | in_steps, frames, 0]);
@@ -337,7 +329,7 @@ impl Lower<'_> {
         for (i, word) in to.iter().enumerate() {
             if let Some(word) = word {
                 self.expr(&word.value);
-                frames |= frame_bits(word.frame) << (2 * i);
+                frames |= (word.frame as u8) << (2 * i);
                 in_steps |= bit(steps(&word.value), 1 << i);
             }
         }

@@ -1,0 +1,96 @@
+//! Where a word of a move leads: one rule for the boards and the simulated machine.
+
+use crate::effect::{Coord, Dist, Frame};
+use crate::fault::Fault;
+use crate::record::AxisRecord;
+
+/// Where an axis stands, or is to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// Machine position, um.
+    pub um: i32,
+    /// The same in steps.
+    pub steps: i32,
+}
+
+/// A word as a statement's operands tell it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Target {
+    /// um or steps.
+    pub value: i32,
+    /// `value` is in steps.
+    pub in_steps: bool,
+    /// What it counts from: [`Target::WORK`], [`Target::MACHINE`] or [`Target::RELATIVE`].
+    pub frame: u8,
+}
+
+impl Target {
+    /// [`Target::frame`]: [`Frame::Work`].
+    pub const WORK: u8 = Frame::Work as u8;
+    /// [`Target::frame`]: [`Frame::Machine`].
+    pub const MACHINE: u8 = Frame::Machine as u8;
+    /// [`Target::frame`]: [`Frame::Relative`].
+    pub const RELATIVE: u8 = Frame::Relative as u8;
+}
+
+impl From<Coord> for Target {
+    fn from(word: Coord) -> Target {
+        let (value, in_steps) = match word.value {
+            Dist::Um(value) => (value, false),
+            Dist::Steps(value) => (value, true),
+        };
+        Target { value, in_steps, frame: word.frame as u8 }
+    }
+}
+
+/// What is known of an axis's position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reference {
+    /// It is homed: soft limits hold.
+    pub homed: bool,
+    /// The machine wants it homed first, and neither Home nor SetPos has said where it is.
+    pub missing: bool,
+}
+
+/// Where `target` lies for the axis of `record` that is commanded to `from` and whose work offset is
+/// `offset` um. `convert` turns um into steps (`true`) or steps into um, half away from zero.
+///
+/// # Errors
+/// F20 for an axis that the machine lacks, F01, F05 outside the travel of a homed axis, F07 for an
+/// absolute word of one that must be homed first; in this order.
+#[inline]
+pub fn aim(
+    record: &AxisRecord,
+    target: Target,
+    from: Place,
+    offset: i32,
+    reference: Reference,
+    convert: impl Fn(i32, bool) -> Result<i32, Fault>,
+) -> Result<Place, Fault> {
+    if record.flags & AxisRecord::PRESENT == 0 {
+        return Err(Fault::ValueRange);
+    }
+    let relative = target.frame == Target::RELATIVE;
+    let (um, steps);
+    if target.in_steps {
+        let base = if relative { from.steps } else { 0 };
+        steps = base.checked_add(target.value).ok_or(Fault::Overflow)?;
+        um = convert(steps, false)?;
+    } else {
+        let base = match target.frame {
+            Target::WORK => offset,
+            Target::MACHINE => 0,
+            _ => from.um,
+        };
+        um = base.checked_add(target.value).ok_or(Fault::Overflow)?;
+        steps = convert(um, true)?;
+    }
+    if reference.homed {
+        if um < record.min || um > record.max {
+            return Err(Fault::SoftLimit);
+        }
+    } else if reference.missing && !relative {
+        return Err(Fault::NotHomed);
+    }
+    Ok(Place { um, steps })
+}
