@@ -4,7 +4,7 @@
 //! What it takes on trust are the meanings of flag bits, which [`lang::vm::effects`] tells apart:
 //! the effects test what they use of them.
 
-use lang::image::{COLUMN_HEAD, FORMAT, HEADER, MAX_EVENTS};
+use lang::image::{COLUMN_HEAD, FORMAT, HEADER, MAX_EVENTS, at};
 use lang::isa::{self, Class, FINGERPRINT, LOW_CELLS, Op, Operands, SHORT_CELLS, flags, shape};
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::wire::{CRC_START, Refusal, crc16};
@@ -69,8 +69,8 @@ pub struct Limits {
 
 /// Length of the image, if its CRC is right.
 pub fn sound<B: Bytes>(image: &B, limit: u16) -> Option<u16> {
-    let length = image.word(6);
-    if length < CODE || length > limit || image.byte(8) != 0 {
+    let length = image.word(at::LEN as u16);
+    if length < CODE || length > limit {
         return None;
     }
     let crc = (0..length).fold(CRC_START, |crc, at| B::crc(crc, image.byte(at)));
@@ -94,26 +94,22 @@ pub fn verify<B: Bytes>(
         return Err(Refusal::Feature);
     }
     let many = features & (feature::INTERPOLATE | feature::START) as u8 != 0;
-    let cells = image.byte(14);
-    let stack = image.byte(15) >> 4;
-    let calls = image.byte(16) >> 4;
-    let keeps = image.byte(16) & 15;
-    let frame = image.byte(15) & 15;
+    let cells = image.byte(at::CELLS as u16);
+    let stack = image.byte(at::STACK as u16);
+    let calls = image.byte(at::CALLS as u16);
+    let keeps = image.byte(at::KEEPS as u16);
+    let frame = image.byte(at::FRAME as u16);
     let pool = (u16::from(cells) + u16::from(stack)) * 4 + u16::from(calls) * 2;
     if pool > limits.pool[usize::from(many)]
         || frame > stack
         || keeps > 8
-        || u16::from(image.byte(17)) + u16::from(keeps) > u16::from(cells)
+        || u16::from(image.byte(at::KEEP_BASE as u16)) + u16::from(keeps) > u16::from(cells)
     {
         return Err(Refusal::Memory);
     }
-    let code_len = image.word(9);
-    let length = image.word(6);
-    if code_len == 0
-        || image.byte(11) != 0
-        || code_len > length - CODE
-        || code_len > BLOCK * ANCHORS as u16
-    {
+    let code_len = image.word(at::CODE_LEN as u16);
+    let length = image.word(at::LEN as u16);
+    if code_len == 0 || code_len > length - CODE || code_len > BLOCK * ANCHORS as u16 {
         return Err(Refusal::Code);
     }
     let mut at = MACHINE + 8;
@@ -220,7 +216,7 @@ impl<B: Bytes> Check<'_, B> {
             depth = left;
             pc = insn.next;
         }
-        self.lands(self.image.word(12), 0) && self.handlers()
+        self.lands(self.image.word(at::ENTRY as u16), 0) && self.handlers()
     }
 
     /// Targets that stand in the data: ON lines, statement table.

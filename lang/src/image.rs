@@ -20,14 +20,16 @@
 //! | 1 | [`feature`] bits |
 //! | 2, 3 | [`FINGERPRINT`](crate::isa::FINGERPRINT) of the opcode table |
 //! | 4, 5 | with it the CRC-16 of all bytes is 0 |
-//! | 6..=8 | length of the image |
-//! | 9..=11 | length of the code |
+//! | 6, 7 | length of the image |
+//! | 8, 9 | length of the code |
+//! | 10 | deepest expression of all routines that are open at once |
+//! | 11 | KEEP values |
 //! | 12, 13 | address of the main program |
 //! | 14 | cells |
-//! | 15 | low half: deepest expression of one routine; high half: of all that are open at once |
-//! | 16 | low half: KEEP values; high half: depth of the call stack |
+//! | 15 | deepest expression of one routine |
+//! | 16 | depth of the call stack |
 //! | 17 | first KEEP cell; the others follow it |
-//! | 18, 19 | hash of the profile |
+//! | 18, 19 | hash of the profile; in a wide image the third bytes of the two lengths |
 
 pub mod statements;
 
@@ -36,13 +38,37 @@ use crate::wire::{self, CRC_START, crc16, crc16_back};
 use crate::{isa, part};
 
 /// Version of the container.
-pub const FORMAT: u8 = 2;
+pub const FORMAT: u8 = 3;
 /// Bytes of the header.
 pub const HEADER: usize = 20;
 /// ON lines that a program may have.
 pub const MAX_EVENTS: usize = 4;
 /// Offset of the CRC.
 const CRC_AT: usize = 4;
+
+/// Offsets of the header's other numbers.
+pub mod at {
+    /// Length of the image.
+    pub const LEN: usize = 6;
+    /// Length of the code.
+    pub const CODE_LEN: usize = 8;
+    /// Values on the expression stack at most.
+    pub const STACK: usize = 10;
+    /// KEEP values.
+    pub const KEEPS: usize = 11;
+    /// Address of the main program.
+    pub const ENTRY: usize = 12;
+    /// Cells.
+    pub const CELLS: usize = 14;
+    /// Values that one routine has on the expression stack at most.
+    pub const FRAME: usize = 15;
+    /// Entries of the call stack.
+    pub const CALLS: usize = 16;
+    /// First KEEP cell.
+    pub const KEEP_BASE: usize = 17;
+    /// Hash of the profile.
+    pub const PROFILE: usize = 18;
+}
 
 /// Bytes of the device's RAM that cells, expression stack and call stack share, as the language
 /// promises them.
@@ -122,7 +148,7 @@ pub struct Header {
     pub keeps: u8,
     /// First KEEP cell.
     pub keep_base: u8,
-    /// Hash of the profile.
+    /// Hash of the profile, 0 in a wide image.
     pub profile_hash: u16,
 }
 
@@ -159,18 +185,24 @@ impl Header {
         if u16::from_le_bytes([h[2], h[3]]) != isa::FINGERPRINT {
             return Err(Flaw::Fingerprint);
         }
+        let word = |at: usize| u16::from_le_bytes([h[at], h[at + 1]]);
+        let wide = h[1] as u16 & feature::WIDE != 0;
+        let [len_high, code_high, profile_hash] = match word(at::PROFILE).to_le_bytes() {
+            [len, code] if wide => [len.into(), code.into(), 0],
+            hash => [0, 0, u16::from_le_bytes(hash)],
+        };
         Ok(Header {
             features: h[1],
-            len: triple(h[6], h[7], h[8])?,
-            code_len: triple(h[9], h[10], h[11])?,
-            entry: usize::from(u16::from_le_bytes([h[12], h[13]])),
-            cells: h[14],
-            stack: h[15] >> 4,
-            frame: h[15] & 15,
-            calls: h[16] >> 4,
-            keeps: h[16] & 15,
-            keep_base: h[17],
-            profile_hash: u16::from_le_bytes([h[18], h[19]]),
+            len: long(word(at::LEN), len_high)?,
+            code_len: long(word(at::CODE_LEN), code_high)?,
+            entry: usize::from(word(at::ENTRY)),
+            cells: h[at::CELLS],
+            stack: h[at::STACK],
+            frame: h[at::FRAME],
+            calls: h[at::CALLS],
+            keeps: h[at::KEEPS],
+            keep_base: h[at::KEEP_BASE],
+            profile_hash,
         })
     }
 
@@ -181,21 +213,27 @@ impl Header {
         h[0] = FORMAT;
         h[1] = self.features;
         h[2..4].copy_from_slice(&isa::FINGERPRINT.to_le_bytes());
-        h[6..9].copy_from_slice(&(self.len as u32).to_le_bytes()[..3]);
-        h[9..12].copy_from_slice(&(self.code_len as u32).to_le_bytes()[..3]);
-        h[12..14].copy_from_slice(&(self.entry as u16).to_le_bytes());
-        h[14] = self.cells;
-        h[15] = self.stack << 4 | self.frame;
-        h[16] = self.calls << 4 | self.keeps;
-        h[17] = self.keep_base;
-        h[18..20].copy_from_slice(&self.profile_hash.to_le_bytes());
+        let mut put = |at: usize, word: u16| h[at..at + 2].copy_from_slice(&word.to_le_bytes());
+        put(at::LEN, self.len as u16);
+        put(at::CODE_LEN, self.code_len as u16);
+        put(at::ENTRY, self.entry as u16);
+        put(at::PROFILE, self.profile_hash);
+        if self.wide() {
+            h[at::PROFILE] = (self.len >> 16) as u8;
+            h[at::PROFILE + 1] = (self.code_len >> 16) as u8;
+        }
+        h[at::STACK] = self.stack;
+        h[at::KEEPS] = self.keeps;
+        h[at::CELLS] = self.cells;
+        h[at::FRAME] = self.frame;
+        h[at::CALLS] = self.calls;
+        h[at::KEEP_BASE] = self.keep_base;
         h
     }
 }
 
-fn triple(low: u8, middle: u8, high: u8) -> Result<usize, Flaw> {
-    let value = u32::from_le_bytes([low, middle, high, 0]);
-    usize::try_from(value).map_err(|_| Flaw::Layout)
+fn long(low: u16, high: u16) -> Result<usize, Flaw> {
+    usize::try_from(u32::from(high) << 16 | u32::from(low)).map_err(|_| Flaw::Layout)
 }
 
 /// CRC that an image ought to carry: the one with which the CRC over all of it, these two bytes
@@ -320,7 +358,7 @@ pub fn address(bytes: &[u8], at: usize, wide: bool) -> Option<usize> {
     let low = *bytes.get(at)?;
     let middle = *bytes.get(at + 1)?;
     let high = if wide { *bytes.get(at + 2)? } else { 0 };
-    triple(low, middle, high).ok()
+    long(u16::from_le_bytes([low, middle]), high.into()).ok()
 }
 
 /// A column of a table.

@@ -15,8 +15,9 @@
 //! Addresses are absolute. 1 KB of code takes 60 ms at most in programs as people write them.
 
 use ::core::arch::global_asm;
+use firmware::keep::KEEPS;
 use firmware::verify::{ANCHORS, CODE, MACHINE};
-use lang::image::{FORMAT, MAX_EVENTS};
+use lang::image::{FORMAT, MAX_EVENTS, at};
 use lang::isa::{FINGERPRINT, LOW_CELLS, Op, SHORT_CELLS, flags};
 use lang::record::{AxisRecord, feature};
 use lang::wire::Refusal;
@@ -96,6 +97,16 @@ global_asm!(
     .set CHECK_POOL_ONE, {pool_one}
     .set CHECK_POOL_MANY, {pool_many}
     .set CHECK_CODE, {code}
+    .set CHECK_LEN, {len}
+    .set CHECK_CODE_LEN, {code_len}
+    .set CHECK_STACK, {stack}
+    .set CHECK_KEEPS, {keeps}
+    .set CHECK_MAX_KEEPS, {max_keeps}
+    .set CHECK_ENTRY, {entry}
+    .set CHECK_CELLS, {cells}
+    .set CHECK_FRAME_DEPTH, {frame_depth}
+    .set CHECK_CALLS, {calls}
+    .set CHECK_KEEP_BASE, {keep_base}
     .set CHECK_ROOM, {room}
     .set CHECK_MAX_CODE, {max_code}
     .set CHECK_AXES, {axes}
@@ -160,6 +171,16 @@ global_asm!(
     pool_one = const crate::vm::POOL_LIMITS[0],
     pool_many = const crate::vm::POOL_LIMITS[1],
     code = const CODE,
+    len = const at::LEN,
+    code_len = const at::CODE_LEN,
+    stack = const at::STACK,
+    keeps = const at::KEEPS,
+    max_keeps = const KEEPS,
+    entry = const at::ENTRY,
+    cells = const at::CELLS,
+    frame_depth = const at::FRAME,
+    calls = const at::CALLS,
+    keep_base = const at::KEEP_BASE,
     room = const PART.room_for(false),
     max_code = const 64 * ANCHORS + 1,
     axes = const MACHINE + 8,

@@ -7,7 +7,7 @@ use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::motion::math::{signed, size};
 use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::fault::Fault;
-use lang::image::HEADER;
+use lang::image::{HEADER, at};
 use lang::isa::Op;
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::vm::{entry, flag};
@@ -126,13 +126,13 @@ impl State {
         let head = Image(image);
         // SAFETY: nothing of the pool is in use between runs.
         unsafe { CALLS = [0; POOL_WORDS] };
-        let calls = u16::from(head.byte(16) >> 4);
+        let calls = u16::from(head.byte(at::CALLS as u16));
         self.attach(image);
-        self.pc = self.code + head.word(12);
+        self.pc = self.code + head.word(at::ENTRY as u16);
         self.calls = pool();
         self.calls_end = pool() + 2 * calls;
         self.cells = self.calls_end;
-        self.cell_count = head.byte(14);
+        self.cell_count = head.byte(at::CELLS as u16);
         self.sp = pool() + 2 * POOL_WORDS as u16;
         self.base = self.sp;
         self.handler = 0;
@@ -145,7 +145,7 @@ impl State {
         self.code = 0;
         if image != 0 {
             self.code = image + CODE;
-            self.data = self.code + Image(image).word(9);
+            self.data = self.code + Image(image).word(at::CODE_LEN as u16);
         }
         self.pc = self.code;
     }

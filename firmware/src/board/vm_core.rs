@@ -70,8 +70,8 @@ global_asm!(
     .set CORE_WAIT, {wait}
     .set CORE_YIELD, {yield_code}
     .set CORE_HANDLER_END, {handler_end}
-    .set CORE_IMAGE_CELLS, 14-{code}
-    .set CORE_IMAGE_FRAME, 15-{code}
+    .set CORE_IMAGE_CELLS, {image_cells}-{code}
+    .set CORE_IMAGE_FRAME, {image_frame}-{code}
     .set CORE_KIND_GOSUB, {kind_gosub}
     .set CORE_KIND_SUB, {kind_sub}
     .set CORE_KIND_EVENT, {kind_event}
@@ -107,6 +107,8 @@ global_asm!(
     wait = const Op::Wait as u8,
     yield_code = const YIELD,
     handler_end = const HANDLER_END,
+    image_cells = const lang::image::at::CELLS,
+    image_frame = const lang::image::at::FRAME,
     code = const firmware::verify::CODE,
     kind_gosub = const (lang::vm::entry::GOSUB as u16) << 12,
     kind_sub = const (lang::vm::entry::SUB as u16) << 12,

@@ -3,6 +3,7 @@
 use crate::consts::constants;
 use crate::vm::PART;
 use lang::fault::Fault;
+use lang::image::at;
 use lang::isa::{FINGERPRINT, Op};
 use lang::wire::{self, BLOCKS, Block, Control, Exception, LONG, RunState, Table};
 
@@ -137,8 +138,8 @@ constants! {
     RELEASE = RELEASE;
     FINGERPRINT = FINGERPRINT;
     HEADER_CRC = 4;
-    HEADER_PROFILE = 18;
-    HEADER_CELLS = 14;
+    HEADER_PROFILE = at::PROFILE;
+    HEADER_CELLS = at::CELLS;
     PART_FEATURES = PART.features;
     STORE_AREA = PART.room_for(false);
     POOL_WORDS = crate::vm::POOL / 2;

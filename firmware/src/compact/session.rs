@@ -1,6 +1,7 @@
 //! Runs: Start, Stop, pauses, milliseconds, and the VM between its effects.
 
 use crate::consts::constants;
+use lang::image::at;
 use lang::isa::{Op, flags};
 use lang::record::feature;
 use lang::vm::{entry, flag};
@@ -34,9 +35,9 @@ constants! {
     CALL_FUNC = (entry::FUNC as u16) << 12;
     FEATURE_LINES = feature::LINES;
     // Where an image's header says what the pool is made of (`lang::image`).
-    IMAGE_ENTRY = 12;
-    IMAGE_CELLS = 14;
-    IMAGE_CALLS = 16;
+    IMAGE_ENTRY = at::ENTRY;
+    IMAGE_CELLS = at::CELLS;
+    IMAGE_CALLS = at::CALLS;
 }
 
 core::arch::global_asm!(include_str!("session/soft.s"), options(raw));

@@ -3,6 +3,7 @@
 use crate::consts::constants;
 use crate::vm::PART;
 use firmware::store::{SEGMENT, SLOT_HEAD};
+use lang::image::at;
 use lang::record::{BoardRecord, RECORD_VERSION};
 use lang::wire::{Exception, Refusal, Upload};
 
@@ -20,6 +21,9 @@ constants! {
     AREA_BYTES = PART.room_for(false);
     SEGMENT = SEGMENT;
     SLOT_HEAD = SLOT_HEAD;
+    // Where an image's header says how many KEEP values there are, and where.
+    IMAGE_KEEPS = at::KEEPS;
+    IMAGE_KEEP_BASE = at::KEEP_BASE;
     // The two segments of the KEEP values.
     KEEP_FIRST = AREA_END - 2 * SEGMENT;
     KEEP_SECOND = AREA_END - SEGMENT;

@@ -1,7 +1,7 @@
 //! Runs: Start, Stop, pauses, faults, and what the VM leaves to the session.
 
 use lang::fault::Fault;
-use lang::image::{Image, seal};
+use lang::image::{Image, at, seal};
 use lang::isa::Op;
 use lang::profile::Profile;
 use lang::wire::{End, RunState, TraceKind};
@@ -139,7 +139,7 @@ fn a_function_that_calls_itself_ends_before_it_writes_over_cells() {
                   END FUNCTION\nFUNCTION g(n)\nRETURN n\nEND FUNCTION\n";
     let mut image = image_of(&mill, script);
     // The compiler refuses it: f calls itself instead of g, with room for twelve calls.
-    image[16] = 12 << 4;
+    image[at::CALLS] = 12;
     let parsed = Image::new(&image).expect("an image");
     let (start, code) = (image.len() - parsed.code.len() - parsed.data.len(), parsed.code);
     let mut calls = Vec::new();

@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use firmware::store::{Denied, Store};
+use lang::image::at;
 use lang::wire::{Exception, Refusal, Upload};
 use proptest::prelude::*;
 
@@ -159,8 +160,8 @@ fn the_check_names_what_it_refuses() {
         (damaged, Refusal::Crc),
         (seal(|image| image[2] ^= 1), Refusal::Version),
         (seal(|image| image[1] |= 1 << 2), Refusal::Feature),
-        (seal(|image| image[14] = 200), Refusal::Memory),
-        (seal(|image| image[12] ^= 1), Refusal::Code),
+        (seal(|image| image[at::CELLS] = 200), Refusal::Memory),
+        (seal(|image| image[at::ENTRY] ^= 1), Refusal::Code),
     ] {
         let mut chip = Chip::new();
         assert!(send(&mut chip, &image, false, Upload::Begin as u16));

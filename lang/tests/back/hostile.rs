@@ -4,7 +4,7 @@
 
 use lang::effect::{Effect, Read};
 use lang::fault::Fault;
-use lang::image::{self, HEADER, Image};
+use lang::image::{self, HEADER, Image, at};
 use lang::record::MachineRecord;
 use lang::vm::{Exit, State, Vm};
 use proptest::prelude::*;
@@ -133,7 +133,7 @@ proptest! {
     fn any_code_at_all(
         code in prop::collection::vec(any::<u8>(), 1..60),
         cells in 0u8..20,
-        depths in any::<(u8, u8, u8)>(),
+        depths in (0u8..16, 0u8..16, 0u8..16),
     ) {
         let mut bytes = images()[0].clone();
         let start = HEADER + MachineRecord::SIZE;
@@ -143,14 +143,13 @@ proptest! {
         bytes.push(0);
         bytes.extend([1, 2, 10, 0, 20, 0, 3, b'a', b'b', b'c']);
         let len = bytes.len();
-        bytes[6..9].copy_from_slice(&(len as u32).to_le_bytes()[..3]);
-        bytes[9..12].copy_from_slice(&(code.len() as u32 + 1).to_le_bytes()[..3]);
+        bytes[at::LEN..][..2].copy_from_slice(&(len as u16).to_le_bytes());
+        bytes[at::CODE_LEN..][..2].copy_from_slice(&(code.len() as u16 + 1).to_le_bytes());
         bytes[1] = 0;
-        bytes[12..14].fill(0);
-        bytes[14] = cells;
-        bytes[15] = depths.0;
-        bytes[16] = depths.1 & 0xF0;
-        bytes[17] = 0;
+        bytes[at::ENTRY..][..2].fill(0);
+        bytes[at::CELLS] = cells;
+        (bytes[at::STACK], bytes[at::FRAME], bytes[at::CALLS]) = depths;
+        (bytes[at::KEEPS], bytes[at::KEEP_BASE]) = (0, 0);
         try_out(&mut bytes);
     }
 

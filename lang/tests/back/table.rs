@@ -1,7 +1,7 @@
 //! The opcode table against the disassembler, and against what the compiler really uses.
 
 use lang::back::disasm::{self, Insn};
-use lang::image::{self, HEADER, Image};
+use lang::image::{self, HEADER, Image, at};
 use lang::isa::{Op, Operands, ROWS};
 use lang::record::MachineRecord;
 use std::collections::BTreeSet;
@@ -10,11 +10,11 @@ use std::collections::BTreeSet;
 fn with_code(code: &[u8]) -> Vec<u8> {
     let mut bytes = super::compile("PRINT \"text\"").image;
     let head = HEADER + MachineRecord::SIZE;
-    let old = usize::from(bytes[9]);
+    let old = usize::from(bytes[at::CODE_LEN]);
     bytes.splice(head..head + old, code.iter().copied());
-    let len = bytes.len() as u32;
-    bytes[6..9].copy_from_slice(&len.to_le_bytes()[..3]);
-    bytes[9..12].copy_from_slice(&(code.len() as u32).to_le_bytes()[..3]);
+    let len = bytes.len() as u16;
+    bytes[at::LEN..][..2].copy_from_slice(&len.to_le_bytes());
+    bytes[at::CODE_LEN..][..2].copy_from_slice(&(code.len() as u16).to_le_bytes());
     image::seal(&mut bytes);
     bytes
 }

@@ -34,26 +34,15 @@ pasapas_verify:
     .endif
     jne verify_leave
     mov #CHECK_MEMORY, r15
-    mov.b 15(r4), r12
-    mov.b 16(r4), r13
-    mov.b 14(r4), r11
-    mov.b r12, r14
-    and #15, r14
-    rra r12
-    rra r12
-    rra r12
-    rra r12
-    cmp r14, r12
+    mov.b CHECK_CELLS(r4), r11
+    mov.b CHECK_STACK(r4), r12
+    cmp.b CHECK_FRAME_DEPTH(r4), r12
     jlo verify_leave
     /* 4 (cells + stack) + 2 calls = 2 (2 (cells + stack) + calls) */
     add r11, r12
     rla r12
-    mov.b r13, r14
-    rra r14
-    rra r14
-    rra r14
-    rra r14
-    add r14, r12
+    mov.b CHECK_CALLS(r4), r13
+    add r13, r12
     rla r12
     mov #CHECK_POOL_MANY, r14
     .if CHECK_POOL_MANY-CHECK_POOL_ONE
@@ -68,26 +57,21 @@ pasapas_verify:
     sub r12, r14
     mov r14, CHECK_FREE(r10)
     .endif
-    and #15, r13
-    cmp #9, r13
+    mov.b CHECK_KEEPS(r4), r13
+    cmp #CHECK_MAX_KEEPS+1, r13
     jhs verify_leave
-    mov.b 17(r4), r12
+    mov.b CHECK_KEEP_BASE(r4), r12
     add r13, r12
     cmp r12, r11
     jlo verify_leave
     mov #CHECK_CODE_REFUSAL, r15
-    tst.b 11(r4)
-    jne verify_leave
-    mov 6(r4), r12
+    mov CHECK_LEN(r4), r12
     add r4, r12
     mov r12, CHECK_IMAGE_END(r10)
     mov r4, r12
     add #CHECK_CODE, r12
     mov r12, CHECK_CODE_START(r10)
-    mov.b 9(r4), r13
-    mov.b 10(r4), r14
-    swpb r14
-    bis r14, r13
+    mov CHECK_CODE_LEN(r4), r13
     tst r13
     jeq verify_leave
     .if CHECK_ROOM - CHECK_CODE > CHECK_MAX_CODE - 1

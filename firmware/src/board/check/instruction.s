@@ -78,8 +78,7 @@ verify_after:
     and #3, r11
     add r11, r9
     mov CHECK_IMAGE(r10), r15
-    mov.b 15(r15), r15
-    and #15, r15
+    mov.b CHECK_FRAME_DEPTH(r15), r15
     cmp r9, r15
     jlo verify_broken
     /* values in the code come on the stack for their effect only */

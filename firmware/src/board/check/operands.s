@@ -3,7 +3,7 @@
     /* cells, data, axes and event slots that the instruction names */
 verify_operands:
     mov CHECK_IMAGE(r10), r15
-    mov.b 14(r15), r14
+    mov.b CHECK_CELLS(r15), r14
     mov.b 1(r4), r12
     .if CHECK_HAS_EVENTS
     cmp.b #CHECK_EVENT, r5

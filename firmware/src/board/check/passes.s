@@ -77,7 +77,7 @@ verify_code:
 
     /* targets that stand elsewhere: main program, ON lines, statement table */
     mov CHECK_IMAGE(r10), r6
-    mov 12(r6), r13
+    mov CHECK_ENTRY(r6), r13
     call #verify_start
     mov CHECK_CODE_END(r10), r5
     mov CHECK_IMAGE(r10), r6

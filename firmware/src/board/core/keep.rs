@@ -5,6 +5,7 @@ use crate::flash::{Area, Image};
 use crate::vm::vm;
 use firmware::keep;
 use firmware::verify::Bytes;
+use lang::image::at;
 
 impl Core {
     /// KEEP values of the stored program.
@@ -13,7 +14,7 @@ impl Core {
         if vm().code == 0 || crate::streams() && self.session.is_active() {
             return 0;
         }
-        self.image().map_or(0, |image| u16::from(Image(image).byte(16) & 15))
+        self.image().map_or(0, |image| u16::from(Image(image).byte(at::KEEPS as u16)))
     }
 
     /// KEEP value `index`: of the running program its cell.
@@ -43,7 +44,7 @@ impl Core {
 
     /// Cell of the first of them.
     pub(super) fn keep_base(&self) -> u16 {
-        u16::from(Image(self.image().unwrap_or(0)).byte(17))
+        u16::from(Image(self.image().unwrap_or(0)).byte(at::KEEP_BASE as u16))
     }
 
     /// Gives the program's KEEP cells what flash holds.

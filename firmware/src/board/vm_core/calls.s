@@ -21,7 +21,6 @@ vm_func:
     /* a routine's deepest expression has room above the cells: nothing else bounds a FUNCTION that calls
        itself, which the compiler refuses but an image may hold */
     mov.b CORE_IMAGE_FRAME(r4), r13
-    and #15, r13
     mov.b CORE_IMAGE_CELLS(r4), r15
     add r15, r13
     rla r13

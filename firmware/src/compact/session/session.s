@@ -132,13 +132,12 @@ start_:
     F put VM_BASE
     LIT16 POOL
     F put VM_CALLS
-    /* entries in the high half of the byte; an entry has two bytes */
+    /* an entry has two bytes */
     F base STORED
     FR word SLOT_HEAD+IMAGE_CALLS, SHORT
-    ANDI 0xf0
-    DO half
-    DO half
-    DO half
+    ANDI 0xff
+    F put VM_CELLS
+    F add VM_CELLS
     F add VM_CALLS
     F put VM_CELLS
     FR word SLOT_HEAD+IMAGE_CELLS, SHORT

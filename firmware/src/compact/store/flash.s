@@ -69,8 +69,6 @@ image_sound:
     jlo 1f
     cmp #IMAGE_CODE, r11
     jlo 1f
-    tst.b 8(r12)
-    jne 1f
     push r12
     mov r12, r15
     call #crc_of

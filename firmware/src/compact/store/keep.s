@@ -10,12 +10,11 @@ keep_cells:
     mov &VM_CODE, r15
     tst r15
     jeq 1f
-    mov.b 16-IMAGE_CODE(r15), r12
-    and #15, r12
+    mov.b IMAGE_KEEPS-IMAGE_CODE(r15), r12
     inc r12
     rla r12
     rla r12
-    mov.b 17-IMAGE_CODE(r15), r8
+    mov.b IMAGE_KEEP_BASE-IMAGE_CODE(r15), r8
     rla r8
     rla r8
     add &VM_CELLS, r8

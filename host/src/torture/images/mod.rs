@@ -7,7 +7,7 @@ pub mod judge;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use emulator::Rng;
-use lang::image::{HEADER, Image, seal};
+use lang::image::{HEADER, Image, at as header, seal};
 use lang::isa::{FINGERPRINT, Op, Operands};
 use lang::record::MachineRecord;
 
@@ -54,15 +54,17 @@ fn any_code(rng: &mut Rng, shell: &[u8]) -> Vec<u8> {
     // No instruction falls off the end; a little data for those that read some.
     image.push(Op::End as u8);
     image.extend([1, 2, 10, 0, 20, 0, 3, b'a', b'b', b'c']);
-    let whole = (image.len() as u32).to_le_bytes();
-    image[6..9].copy_from_slice(&whole[..3]);
-    image[9..12].copy_from_slice(&(length as u32 + 1).to_le_bytes()[..3]);
+    let whole = (image.len() as u16).to_le_bytes();
+    image[header::LEN..][..2].copy_from_slice(&whole);
+    image[header::CODE_LEN..][..2].copy_from_slice(&(length as u16 + 1).to_le_bytes());
     image[1] = 0;
-    image[12..14].fill(0);
-    image[14] = rng.below(20) as u8;
-    image[15] = rng.bits() as u8;
-    image[16] = rng.bits() as u8 & 0xF0;
-    image[17] = 0;
+    image[header::ENTRY..][..2].fill(0);
+    image[header::CELLS] = rng.below(20) as u8;
+    image[header::STACK] = rng.below(16) as u8;
+    image[header::FRAME] = rng.below(16) as u8;
+    image[header::CALLS] = rng.below(16) as u8;
+    image[header::KEEPS] = 0;
+    image[header::KEEP_BASE] = 0;
     image
 }
 
@@ -99,8 +101,8 @@ pub fn damaged(rng: &mut Rng, corpus: &[Vec<u8>]) -> Vec<u8> {
             let end = at(rng, image.len());
             image.truncate(end);
             if rng.below(2) == 0 && image.len() >= HEADER {
-                let whole = (image.len() as u32).to_le_bytes();
-                image[6..9].copy_from_slice(&whole[..3]);
+                let whole = (image.len() as u16).to_le_bytes();
+                image[header::LEN..][..2].copy_from_slice(&whole);
             }
         }
         1 => {
