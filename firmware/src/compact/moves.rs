@@ -72,9 +72,10 @@ constants! {
     FL_MASK = flags::MASK;
     CMD_STOP_AXIS = command::STOP_AXIS;
     CMD_STOP_AXES = command::STOP_AXES;
-    CMD_MOVE_TO = command::MOVE_TO;
+    CMD_MOVE_SPEED = command::MOVE_SPEED;
     CMD_PROBE_MASK = command::PROBE_MASK;
     CMD_HOME_PROFILE = command::HOME_PROFILE;
+    CMD_JOG = command::JOG;
     CMD_DIRECT = command::DIRECT;
     ILLEGAL_VALUE = Exception::IllegalValue;
     DEVICE_FAILURE = Exception::DeviceFailure;
@@ -86,11 +87,13 @@ constants! {
 // What the assembly does by shifts: pairs of a flag and its unit, frames and units of axes, the
 // order of the looks, of commands, direct ones among them, and of short forms.
 const _: () = assert!(
-    command::MOVE_BY == command::MOVE_TO + 1
+    command::MOVE_TO == command::MOVE_SPEED + 1
+        && command::MOVE_BY == command::MOVE_TO + 1
         && command::SET_POSITION == command::MOVE_TO + 2
         && command::HOME == command::MOVE_TO + 3
         && command::PROBE == command::MOVE_TO + 4
         && command::PROBE_MASK == command::MOVE_TO + 5
+        && command::JOG == command::HOME_PROFILE + 1
         && Control::Pause as u8 == 133 - 130
         && Control::Resume as u8 == 133 - 129
         && flags::STEPS == 4

@@ -17,12 +17,15 @@
     VAR WATCHDOGS, 2            /* NO_WATCHDOGS plus the watchdog resets in a row */
     .set CLEARED, HERE          /* from here on RAM is cleared at reset */
 
+/* Inputs that the link forces (io.s). */
+    MODULE io$forced
+    VAR FORCED, 2               /* bits of inputs whose level command 110 says */
+
 /* Step engine (step.s). */
     MODULE motion.step
     VAR STEP_SLOT, 2            /* the slot that plays: 0, or SLOT1-SLOT0 */
     VAR STEP_FRAC, 2            /* fraction of the compare registers */
     VAR COUNT, 6                /* low halves of the positions, negated in negative direction */
-    VAR LATE, 2                 /* events that were not armed in time */
     VAR WIDTH, 2                /* ticks of a long pulse, 0 for a short one */
     VAR CAUGHT, 4               /* count of axis N when a watched input answered; homing uses it too */
     .set SLOT, HERE
@@ -87,7 +90,7 @@
     VAR MILLIS, 2               /* milliseconds since reset */
     VAR HELD, 2                 /* milliseconds for which Stop must still be held to end a run */
     VAR UNHEARD, 2              /* milliseconds since a host took what was printed, or found nothing */
-    VAR MISSED, 2               /* milliseconds served late */
+    VAR MISSED, 2               /* milliseconds served late, step events not armed in time */
     VAR RUN, 1                  /* RunState, without WaitStart */
     VAR CHAR_IN, 1
 
@@ -185,6 +188,7 @@
     .set M_PAUSE, 1             /* brake to a pause, or rest in one */
     .set M_STOP, 2              /* brake, then forget the rest */
     .set M_SETTLE, 4            /* the commanded places will be where it ends */
+    .set M_JOG, 32              /* brake when the host falls silent; the link's bit for it */
 /* WATCH: no more steps are made */
     .set WATCH_ENDS, 1
 /* WATCH: so, as the emergency stop has answered at its pin */
@@ -196,6 +200,7 @@
     .set R_HOST, 8              /* a host has spoken since reset */
     .set R_HALF, 16             /* the low word of a lock code was given */
     .set R_WRONG, 32            /* a word of a lock code was wrong: none is taken until reset */
+    .set R_HEARD, 64            /* it has since the millisecond before, or since a jog ended */
     .set R_RESTART, 128         /* reset the chip once the reply is out; its sign */
 /* TRACING */
     .set T_ON, 1                /* trace mode */

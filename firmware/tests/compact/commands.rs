@@ -7,20 +7,22 @@ use lang::wire::{CRC_START, Control, Exception, RunState, command, crc16};
 use crate::live::Live;
 
 /// Illegal value, as the board answers.
-const ILLEGAL: u8 = Exception::IllegalValue as u8;
+pub const ILLEGAL: u8 = Exception::IllegalValue as u8;
 /// Busy.
-const BUSY: u8 = Exception::Busy as u8;
+pub const BUSY: u8 = Exception::Busy as u8;
 
-fn mill() -> Profile {
+/// The mill.
+pub fn mill() -> Profile {
     Profile::built_in("mill").expect("mill is built in")
 }
 
-fn board(script: &str) -> Live {
+/// A mill with this program.
+pub fn board(script: &str) -> Live {
     Live::new(&mill(), script)
 }
 
 /// Low word and high word.
-fn long(value: i32) -> [u16; 2] {
+pub fn long(value: i32) -> [u16; 2] {
     let bits = value.cast_unsigned();
     [bits as u16, (bits >> 16) as u16]
 }
@@ -46,13 +48,13 @@ fn write(live: &mut Live, first: u16, values: &[u16]) -> u8 {
 }
 
 /// Writes a command with its arguments.
-fn order(live: &mut Live, code: u16, arguments: &[&[u16]]) -> u8 {
+pub fn order(live: &mut Live, code: u16, arguments: &[&[u16]]) -> u8 {
     let words: Vec<u16> = [code].into_iter().chain(arguments.concat()).collect();
     write(live, lang::wire::COMMAND, &words)
 }
 
 /// Command 103 at 2000 steps/s.
-fn move_to(live: &mut Live, axis: u16, target: i32) -> u8 {
+pub fn move_to(live: &mut Live, axis: u16, target: i32) -> u8 {
     let [ramp, speed] = [long(20_000), long(2_000)];
     order(live, command::MOVE_TO, &[&[axis], &ramp, &speed, &ramp, &long(target)])
 }

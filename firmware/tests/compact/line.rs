@@ -66,6 +66,17 @@ pub fn feed_word(feed: Feed) -> u32 {
     }
 }
 
+/// A feed in steps/s makes the step the unit along the path, where the twin's is always the um: to it
+/// each step is a um then.
+pub fn in_the_unit_of(feed: Feed, axes: [AxisRecord; 3]) -> (Feed, [AxisRecord; 3]) {
+    match feed {
+        Feed::Steps(steps) => {
+            (Feed::Um(steps), axes.map(|axis| AxisRecord { steps: 1, um: 1, ..axis }))
+        }
+        _ => (feed, axes),
+    }
+}
+
 /// Starting pins of the engine, as bits of P2OUT.
 fn dir_pins(axes: &[AxisRecord; 3], negative: u8) -> u8 {
     (0..3)
@@ -92,6 +103,7 @@ fn lines_are_planned_as_one_block_of_a_path() {
         let steps = [0, 1, 2].map(|n| if mask >> n & 1 != 0 { steps[n] } else { 0 });
         let moving: u8 = (0..3).filter(|n| steps[*n] != 0).map(|n| 1 << n).sum();
         prop_assert_eq!(chip.byte("MOVING"), moving);
+        let (feed, axes) = in_the_unit_of(feed, axes);
         let feed = if rapid { Feed::Rapid } else { feed };
         let mut path = Path::new(0);
         path.push(&axes, &Block { steps, feed, exact: true });

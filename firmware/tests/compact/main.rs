@@ -16,6 +16,7 @@ mod effects;
 mod events;
 mod home;
 mod io;
+mod jog;
 mod keep;
 mod line;
 mod link;

@@ -180,10 +180,6 @@ map_pool_words:
     LIT POOL_WORDS
 map_nothing:
     RETURN
-map_missed:
-    F load MISSED
-    F add LATE
-    RETURN
 map_run_state:
     GET RUN
     IF_IS_NOT RUN, RUN_RUNNING, 1f
@@ -268,9 +264,16 @@ map_limit_switches:
 
     /* InterpCNC's state word */
 map_cnc_state:
+    .if HAS_JOG
+    LIT 0
+    GET MOTION
+    ANDI M_JOG
+    F put TEMP
+    .else
     F clear TEMP
+    .endif
     IF_IS_NOT RUN, RUN_FAULT, 1f
-    LET TEMP, 1<<0
+    BITS_ON TEMP, 1<<0
 1:  IF_NONE RUN, RUN_ACTIVE, 2f
     LET TEMP, 1<<3
     IF_IS_NOT RUN, RUN_PAUSED, 2f

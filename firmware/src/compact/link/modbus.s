@@ -32,7 +32,12 @@ link_poll:
     jeq 2f                      ; broadcast
     cmp.b &ADDRESS, r13
     jne link_drop
-2:  bis.b #R_HOST, &RUN_FLAGS
+2:
+    .if HAS_JOG
+    bis.b #R_HOST|R_HEARD, &RUN_FLAGS
+    .else
+    bis.b #R_HOST, &RUN_FLAGS
+    .endif
     call #link_perform
     tst.b &FRAME
     jeq link_drop

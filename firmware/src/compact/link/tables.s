@@ -68,7 +68,7 @@ map_list_own:
     MAP_ROUTINE AT_RESET_CAUSE-AT_PROGRAM_CRC, map_program_header
     MAP_BYTE 1, CAUSE
     MAP_ROUTINE 1, stack_free
-    MAP_CODE 1, map_missed
+    MAP_WORDS 1, MISSED
     MAP_CODE AT_RUN_STATE-AT_POOL_WORDS_REGISTER, map_pool_words
     MAP_CODE 1, map_run_state
     MAP_BYTE 1, VM_FAULT

@@ -127,6 +127,16 @@ micro_not_yet:
     jmp micro_return
 micro_done:
     clr r12
+    jmp micro_return
+micro_below:
+    cmp r14, r12
+    jhs micro_refuse
+    ret
+micro_wanted:
+    bit #2, r15
+    jeq micro_nothing
+micro_refuse:
+    mov #ILLEGAL_VALUE, r12
 micro_return:
     incd r1
     pop r10
@@ -333,6 +343,7 @@ micro_table:
     MICRO_OWN next_axis
     MICRO_OWN up_axis
     MICRO_DO or_return, micro_or_return
+    MICRO_OWN wanted
     MICRO_OWN event
     MICRO_OWN event_ok
     MICRO_DO zero_if_carry, micro_zero_if_carry
@@ -407,15 +418,15 @@ micro_table:
     MICRO_KNOWN segment_filled
     MICRO_KNOWN segment_half
     MICRO_KNOWN segment_scale
-    MICRO_KNOWN segment_scale_twice
     MICRO_KNOWN segment_sign
     MICRO_KNOWN segment_take
-    MICRO_KNOWN segment_twice
     MICRO_KNOWN command_target
     MICRO_KNOWN command_pace
     MICRO_KNOWN command_long
+    MICRO_KNOWN rounded
     /* only operations whose byte comes in r14; nothing else stands behind them */
     .set MICRO_BYTES, MICRO_NEXT
+    MICRO_OWN below
     MICRO_OWN cmpi
     MICRO_OWN shift
     MICRO_OWN get

@@ -134,6 +134,13 @@
     .macro CMPI n
     .byte DO_micro_cmpi, \n
     .endm
+    /* returns ILLEGAL_VALUE unless r12 < n, unless Z is clear */
+    .macro BELOW n
+    .byte DO_micro_below, \n
+    .endm
+    .macro WANTED
+    .byte DO_micro_wanted
+    .endm
     .macro TESTI n
     .byte DO_micro_testi, \n
     .endm

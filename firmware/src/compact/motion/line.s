@@ -1,8 +1,8 @@
 /* Motions: from commanded places to what the ramp generator and the step engine need. Each motion
    starts from rest and comes to rest. Twins: `motion::path` for one lone block, `motion::single`.
 
-   The unit of an interpolated motion is the um along its path, an event is a step of the axis with
-   most steps; that of a single axis is its step. */
+   The unit of an interpolated motion is the um along its path, with a feed in steps/s the step along
+   it; an event is a step of the axis with most steps. The unit of a single axis is its step. */
 
     .section .text.line,"axR",@progbits
 module.motion.line:
@@ -26,14 +26,14 @@ line_begin:
     /* V = pace: negative for a single axis, 0 for the feed, 1 for a rapid move */
     mov r13, &V+2
     mov.b r12, &MOVING
-    /* nothing is watched yet, unless the emergency stop has answered; INC = distances, LEFT = the longest, TICK = length^2, NOMINAL2 = the same in steps */
+    /* nothing is watched yet, unless the emergency stop has answered; INC = distances, LEFT = the
+       longest, TICK = length^2 */
     MICRO
     IF_IS WATCH, TRIPPED&255, 1f
     LET WATCH, 0
 1:  LIT 0
     F store LEFT
     F store TICK
-    F store NOMINAL2
     DO axis_select
 1:  DO axis_at
     LIT 0
@@ -49,13 +49,10 @@ line_begin:
     F most LEFT
     F store LEFT
     F load INC, AXIS, NEW
-    F times INC, AXIS, NEW
-    F plus NOMINAL2
-    F store NOMINAL2
-    F load INC, AXIS, NEW
+    IF_ANY FEED+3, 0x80, 2f
     FR times A_UM, SHORT, NEW
     FR over A_STEPS, SHORT, NEW
-    F store V2
+2:  F store V2
     F times V2
     F plus TICK
     F store TICK
@@ -110,23 +107,11 @@ line_begin:
 
     F load V
     IF_NOT_EQUAL 6f
-    F load NOMINAL2
-    DO root
-    F store NOMINAL2
     F load FEED
     DO abs
     DO new
-    F store V
     DO test_long
     IF_EQUAL 6f
-    F load FEED
-    IF_NOT_NEGATIVE 5f
-    /* steps/s along the path */
-    F load V
-    F times TICK
-    F over NOMINAL2
-    F store V
-5:  F load V
     F bound TEMP
 
     /* TICK = pitch, units for each event; the planner's memory */
@@ -242,8 +227,8 @@ motion_poll:
     DO test_long
     IF_NOT_EQUAL 4f
 3:  LET MOVING, 0
-    IF_NONE MOTION, M_STOP|M_SETTLE, 4f
-    BITS_OFF MOTION, M_STOP|M_SETTLE
+    IF_NONE MOTION, M_STOP|M_SETTLE|M_JOG, 4f
+    BITS_OFF MOTION, M_STOP|M_SETTLE|M_JOG
 motion_settle:
     CALL settle_all
 4:  RETURN
@@ -268,22 +253,15 @@ motion_settle:
     /* half v^2 / d, and 24 ms for the main loop's round and what the engine holds, and one */
     LIT 31
     DO new
-    SHIFT -4
+    F times NOMINAL2
+    F over DECEL2
+    SHIFT -5
     F store TEMP
-    F load DECEL2
-    F over TEMP
-    F store TEMP
-    F load NOMINAL2
-    F over TEMP
-    SHIFT -1
-    F store TEMP
-    F load NOMINAL2
-    DO root
-    F store TEMP+4
-    LIT 24
+    LIT 9
     DO new
-    F times TEMP+4
-    SHIFT -10
+    F times NOMINAL2
+    DO root
+    SHIFT 3-10
     F plus TEMP
     DO floor
     F sub TEMP+8
@@ -308,13 +286,11 @@ motion_settle:
     LIT 0
     F store LEFT
     LET MOTION, M_STOP
-    CALL motion_out
+1:  DO motion_rests
+    IF_NOT_EQUAL 1b
+    CALL motion_poll
     RETURN
     .balign 2, 0
-motion_out:
-    call #motion_rests
-    jne motion_out
-    jmp motion_poll
 
     /* r13:r12 and ACTUAL = where axis r8 was when the watched input answered; the next poll brings
        ACTUAL up to date. Uses r11, r14, r15. */
@@ -359,14 +335,20 @@ motion_rests:
     F times V
     F over TICK
     F times INC, AXIS, NEW
-    SHIFT -32
-    F store TEMP
-    LIT 1
-    DO new
-    SHIFT -1
-    F plus TEMP
-    DO floor
+    SHIFT -32+13
+    DO rounded
     IF_NOT_AXIS NEGATIVE, 3f
     DO negate
 3:  RETURN
+
+    /* acc = the integer next to scaled acc over 2^13 */
+    ROUTINE_ODD rounded, module.motion.line
+    F store TEMP
+    LIT 1
+    DO new
+    SHIFT 12
+    F plus TEMP
+    SHIFT -13
+    DO floor
+    RETURN
     .balign 2, 0

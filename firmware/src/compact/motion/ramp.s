@@ -37,10 +37,8 @@ segment_none:
     F load V2
     F sub NOMINAL2, AXIS
     DO segment_sign
-    IF_NOT_EQUAL 3f
-    DO segment_twice
-    GOTO 4f
-3:  F load ACCEL2
+    IF_EQUAL 4f
+    F load ACCEL2
     F most DECEL2
     F sub V2
     DO segment_by_speed
@@ -86,10 +84,11 @@ segment_none:
     /* the speed changes: twice what the mean interval is longer by */
 6:  F load V
     F plus TEMP
+    SHIFT -1
     F store TEMP+8
     F load TICK
     F over TEMP+8
-    DO segment_scale_twice
+    DO segment_scale
     F sub SLOT0, AXIS
     DO not_negative
     DO segment_change
@@ -110,14 +109,12 @@ segment_none:
 segment_by_time:
     swpb r13
     sxt r13
-    mov #15, r7
+    mov #16, r7
     sub r13, r7
     ret
-segment_twice:
-    inc r7
-    ret
-    /* r7 = the power at most, by speed; of the difference negated */
+    /* r7 = half as many, and the power at most by speed; of the difference negated */
 segment_by_speed:
+    dec r7
     call #negate
     swpb r13
     sxt r13
@@ -183,9 +180,7 @@ segment_divide:
     mov r6, r8
     ret
 
-    /* scaled r13:r12 times 2^r7, or twice that, as an integer */
-segment_scale_twice:
-    add #1<<8, r13
+    /* scaled r13:r12 times 2^r7, as an integer */
 segment_scale:
     add r7, r13
     br #pasapas_scaled_floor

@@ -100,7 +100,7 @@ step_armed:
     jge step_exit
 
     /* the event is due already: 64 ticks from now */
-    inc &LATE
+    inc &MISSED
     mov &TA1R, r15
     add #64, r15
     mov r15, &TA1CCR0

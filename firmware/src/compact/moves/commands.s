@@ -1,7 +1,9 @@
-/* Commands of holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands): 100, 101,
-   103 to 108, 1110, 1200. Others are refused. */
+/* Commands of holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands): 100 to 108,
+   1110, 1111, 1200. Others are refused. */
     .section .text.micro,"axR",@progbits
 module.moves.commands:
+
+    .set JOG_RELATIVE, 0x40
 
     /* What command 106 brings, made an AxisRecord of steps: its place and clearance stand where
        the record wants them, speed and ramps stay in the command. */
@@ -17,7 +19,7 @@ module.moves.commands:
     .error "command 106 and AxisRecord differ"
     .endif
 
-    /* what to do, or 255: stop all axes; no jog is ever under way that 133 could stop */
+    /* what to do, or 255: stop all axes */
 direct:
     F word COMMAND_HEAD+2
     CMPI 255
@@ -28,15 +30,21 @@ direct:
     GOTO command_control
 1:  LIT 133
     F sub COMMAND_HEAD+2
-    CMPI 5
-    IF_CARRY command_illegal
+    BELOW 5
     DO micro_switch
-    TO command_obeyed
+    TO command_jog_ends         /* 133 */
     TO command_illegal
     TO command_illegal
     TO command_control          /* 130: pause */
     TO command_control          /* 129: resume */
 
+command_jog_ends:
+    .if HAS_JOG
+    IF_NONE MOTION, M_JOG, 1f
+    DO motion_stop
+1:
+    .endif
+    DONE_
 command_stop:
     LIT CONTROL_STOP
     IF_ANY RUN, RUN_ACTIVE, command_control
@@ -49,9 +57,7 @@ command_stop:
     DONE_
 command_control:
     CALL control
-command_obeyed:
     DONE_
-
     /* The work position of the axis becomes the second argument, steps. */
 command_set:
     F load COMMAND+4
@@ -65,6 +71,7 @@ command_set:
     IF_CARRY command_illegal
     F store OFFSET, AXIS
     DONE_
+
 command_busy:
     LIT EXCEPTION_BUSY
     RETURN
@@ -88,55 +95,68 @@ command_execute:
     LIT16 CMD_DIRECT
     F cmp COMMAND_HEAD
     IF_EQUAL direct
+    .if HAS_JOG
+    LIT16 CMD_JOG
+    F cmp COMMAND_HEAD
+    IF_EQUAL 1f
+    .endif
     F word COMMAND_HEAD+2
-    CMPI 4
-    IF_CARRY command_illegal
+    BELOW 4
     ADDI -1
     DO axis_select
     DO axis_there
-    IF_EQUAL command_illegal
+    WANTED
     DO axis_bit
     PUT TEMP
     F word COMMAND_HEAD
     CMPI CMD_STOP_AXIS
     IF_EQUAL command_stop
-    IF_ANY RUN, RUN_ACTIVE, command_busy
+1:  IF_ANY RUN, RUN_ACTIVE, command_busy
     IF_SET EFFECT, command_busy
+    .if HAS_JOG
+    /* 102 at no speed */
+    LIT CMD_MOVE_SPEED
+    F cmp COMMAND_HEAD
+    IF_NOT_EQUAL 1f
+    F load COMMAND+8
+    DO test_long
+    IF_EQUAL command_stop
+1:
+    .endif
     IF_SET MOVING, command_busy
     DO blocking
     IF_NOT_EQUAL command_busy
     F word COMMAND_HEAD+2
     ADDI -1
     PUT N
-    LIT16 CMD_HOME_PROFILE
-    F cmp COMMAND_HEAD
-    IF_EQUAL home_profile
     LIT CMD_PROBE_MASK
     F sub COMMAND_HEAD
-    CMPI CMD_PROBE_MASK-CMD_MOVE_TO+1
-    IF_CARRY command_illegal
+    CMPI CMD_PROBE_MASK-CMD_MOVE_SPEED+HAS_JOG
+    IF_CARRY command_by_profile
     DO micro_switch
     TO command_probe_mask
     TO command_probe
-    TO command_home
+    TO command_home_far
     TO command_set
     TO command_move_by
     TO command_move
+    .if HAS_JOG
+    TO command_speed_far
+    .endif
 
     /* ramp up, speed, ramp down, work position */
 command_move:
     DO command_pace
-    IF_EQUAL command_illegal
+    WANTED
     DO offset_steps
     GOTO 1f
     /* the same with a distance */
 command_move_by:
     DO command_pace
-    IF_EQUAL command_illegal
+    WANTED
     DO here
 1:  DO command_target
-    CMPI 0
-    IF_NOT_EQUAL command_illegal
+    BELOW 1
     DO command
     DO begin_axis
     DONE_
@@ -153,21 +173,18 @@ command_probe_mask:
 command_probe:
     F load COMMAND+6
     PUT UNIT
-    CMPI 2
-    IF_CARRY command_wrong
+    BELOW 2
     F load COMMAND+4
-    CMPI 17
-    IF_CARRY command_wrong
+    BELOW 17
     ADDI 1
     LET FLAGS, 0
     DO probe_input
 2:  DO command_long
     DO command_pace
-    IF_EQUAL command_wrong
+    WANTED
     DO here
     DO command_target
-    CMPI 0
-    IF_NOT_EQUAL command_wrong
+    BELOW 1
     DO axis_bit
     AXIS_OFF PROBE_ERROR
     DO probe_begin
@@ -179,14 +196,121 @@ command_probe:
 1:  DO axis_bit
     AXIS_ON PROBE_ERROR
     DONE_
-command_wrong:
+command_home_far:
+    GOTO command_home_further
+    .if HAS_JOG
+command_speed_far:
+    GOTO command_speed
+    .endif
+
+    /* those that want a program */
+command_by_profile:
+    LIT16 CMD_HOME_PROFILE+HAS_JOG
+    F sub COMMAND_HEAD
+    BELOW CMD_JOG-CMD_HOME_PROFILE+HAS_JOG
+    PUT TEMP
+    F word VM_CODE
+    IF_EQUAL command_fails
+    .if HAS_JOG
+    IF_SET TEMP, home_profile_far
+    .else
+    GOTO home_profile
+    .endif
+
+    .if HAS_JOG
+    /* bits of axes, 64 for distances; mm/min and mm, floats */
+    F word COMMAND_HEAD+2
+    PUT FLAGS
+    ANDI JOG_RELATIVE+7
+    F sub COMMAND_HEAD+2
+    BELOW 1
+    GET FLAGS
+    ANDI 7
+    WANTED
+    LIT 60
+    DO new
+    F store SPARE
+    CALL command_float
+    DO not_negative
+    DO new
+    F over SPARE
+    DO floor
+    DO test_long
+    WANTED
+    F store FEED
+    /* all targets before any is commanded */
+    LIT 0
+    DO axis_select
+1:  IF_NOT_AXIS FLAGS, 3f
+    DO axis_at
+    CALL command_float
+    DO to_steps
+    IF_CARRY command_refused
+    F store SPARE
+    DO here
+    IF_ANY FLAGS, JOG_RELATIVE, 2f
+    DO offset_steps
+2:  CALL command_aim
+    BELOW 1
+3:  UP_AXIS 1b
+    DO micro_first_axis
+4:  IF_NOT_AXIS FLAGS, 5f
+    DO command
+5:  NEXT_AXIS 4b
+    LIT 0
+    GET FLAGS
+    ANDI 7
+    CALL line_begin
+    /* axes that move do so for as long as the host speaks */
+command_jogging:
+    IF_ZERO MOVING, command_jogged
+    BITS_ON MOTION, M_JOG
+command_jogged:
+    DONE_
+    .endif
+
+command_fails:
+    LIT DEVICE_FAILURE
+    RETURN
+command_refused:
     LIT ILLEGAL_VALUE
     RETURN
+home_profile_far:
+    GOTO home_profile
+command_home_further:
+    GOTO command_home
+
+    .if HAS_JOG
+    /* ramp, speed with its sign: to the end of the travel of an axis that has homed, for hours of any
+       other */
+command_speed:
+    F load COMMAND+4
+    F store COMMAND+12
+    LIT16 0x2000
+    F put SPARE_TOO+2
+    F load COMMAND+8
+    IF_NOT_NEGATIVE 1f
+    DO negate
+    F store COMMAND+8
+    F load SPARE_TOO
+    DO negate
+    F store SPARE_TOO
+    FR load A_MIN, LONG
+    GOTO 2f
+1:  FR load A_MAX, LONG
+2:  DO to_steps
+    IF_NOT_AXIS HOMED, 3f
+    GOTO 4f
+3:  DO here
+    F add SPARE_TOO
+4:  F store STEPS, AXIS
+    DO command_pace
+    WANTED
+    DO begin_axis
+    GOTO command_jogging
+    .endif
 
 home_profile:
-    F load VM_CODE
-    CMPI 0
-    IF_EQUAL 1f
     GET N
     DO home_by_profile
 home_under_way:
@@ -197,35 +321,30 @@ home_under_way:
     ADDI OP_HOME
     PUT EFFECT
     DONE_
-1:  LIT DEVICE_FAILURE
-    RETURN
 
     /* 0, input from 0, its level when closed, 1 for positive, then speed, speed off the switch, ramps
        up and down, stroke, pause, place, clearance */
 command_home:
     F word COMMAND+4
-    IF_NOT_EQUAL command_wrong
+    BELOW 1
     F load COMMAND+6
-    CMPI 17
-    IF_CARRY command_wrong
+    BELOW 17
     ADDI HOME_COMMAND+1
     PUT BITS
     F load COMMAND+8
-    CMPI 2
-    IF_CARRY command_wrong
+    BELOW 2
     TESTI 1
     IF_NOT_EQUAL 1f
     BITS_ON BITS, HOME_INVERT
 1:  F load COMMAND+10
     PUT RAMPS
-    CMPI 2
-    IF_CARRY command_wrong
+    BELOW 2
     LIT 3
     DO axis_select
 2:  F load HOME_SPEED, AXIS
     DO not_negative
     DO test_long
-    IF_EQUAL command_wrong
+    WANTED
     NEXT_AXIS 2b
     DO axis_n
     LIT 1
@@ -269,6 +388,8 @@ command_home:
     ROUTINE_ODD command_target
     F store SPARE
     DO command_long
+    /* The same of acc plus SPARE. */
+    ROUTINE_ODD command_aim
     F add SPARE
     IF_OVERFLOW 1f
     LET FRAME_OF, F_STEPS|F_RELATIVE
@@ -282,6 +403,35 @@ command_long:
     mov @r5+, r12
     mov @r5+, r13
     ret
+
+    .if HAS_JOG
+    /* acc = the next argument, a float: thousandths of it */
+    ROUTINE_ODD command_float
+    DO command_long
+    F store TEMP+8
+    CALL command_scaled
+    F store TEMP
+    /* 1000/512, so that no exponent of a float leaves the range of scaled numbers */
+    LIT 125
+    DO new
+    SHIFT -6
+    F times TEMP
+    DO rounded
+    IF_NONE TEMP+11, 0x80, 1f
+    DO negate
+1:  RETURN
+    .balign 2, 0
+
+    /* The float r13:r12 without its sign as a scaled number, times 2^22: the exponents' zeros differ. */
+command_scaled:
+    rla r13
+    mov r13, r14
+    setc
+    rrc.b r13
+    and #0xff00, r14
+    bis r14, r13
+    ret
+    .endif
 
     /* Work position of the axis r12 becomes r15:r14 steps: r12 = 0 or an exception.
        Keeps r4 to r8 and r10. */

@@ -104,8 +104,19 @@ ticks:
     DO run_start
 2:  DO run_start
 
+1:
+    .if HAS_JOG
+    /* a jog goes on for 2 s after the last request */
+    IF_NONE MOTION, M_JOG, 2f
+    IF_NONE RUN_FLAGS, R_HEARD, 1f
+    BITS_OFF RUN_FLAGS, R_HEARD
+    LIT16 2000
+    F put TIME
+    GOTO 1f
+2:
+    .endif
     /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
-1:  GET EFFECT
+    GET EFFECT
     ADDI -OP_HOME
     CMPI OP_WAIT-OP_HOME+1
     IF_CARRY 3f
@@ -118,7 +129,13 @@ ticks:
     IF_NEGATIVE 2f
     F store TIME
     GOTO 3f
-2:  IF_IS_NOT EFFECT, OP_PULSE, 3f
+2:
+    .if HAS_JOG
+    IF_NONE MOTION, M_JOG, 1f
+    DO motion_stop
+1:
+    .endif
+    IF_IS_NOT EFFECT, OP_PULSE, 3f
     GET N
     CALL output_off
 
