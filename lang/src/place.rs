@@ -43,53 +43,56 @@ impl From<Coord> for Target {
     }
 }
 
-/// What is known of an axis's position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reference {
-    /// It is homed: soft limits hold.
-    pub homed: bool,
-    /// The machine wants it homed first, and neither Home nor SetPos has said where it is.
-    pub missing: bool,
+/// An axis as [`aim`] sees it.
+pub trait Aimed {
+    /// Its part of the profile.
+    fn record(&self) -> &AxisRecord;
+    /// Where it is commanded to: relative words count from there.
+    fn commanded(&self) -> Place;
+    /// Its work offset: machine position less work position, um.
+    fn offset(&self) -> i32;
+    /// Whether it is homed: soft limits hold.
+    fn is_homed(&self) -> bool;
+    /// Whether the machine wants it homed first, and neither Home nor SetPos has said where it is.
+    fn is_lost(&self) -> bool;
+    /// Turns um into steps (`to_steps`) or steps into um, half away from zero.
+    ///
+    /// # Errors
+    /// F01.
+    fn convert(&self, value: i32, to_steps: bool) -> Result<i32, Fault>;
 }
 
-/// Where `target` lies for the axis of `record` that is commanded to `from` and whose work offset is
-/// `offset` um. `convert` turns um into steps (`true`) or steps into um, half away from zero.
+/// Where `target` lies for an axis.
 ///
 /// # Errors
 /// F20 for an axis that the machine lacks, F01, F05 outside the travel of a homed axis, F07 for an
 /// absolute word of one that must be homed first; in this order.
 #[inline]
-pub fn aim(
-    record: &AxisRecord,
-    target: Target,
-    from: Place,
-    offset: i32,
-    reference: Reference,
-    convert: impl Fn(i32, bool) -> Result<i32, Fault>,
-) -> Result<Place, Fault> {
+pub fn aim(axis: &impl Aimed, target: Target) -> Result<Place, Fault> {
+    let record = axis.record();
     if record.flags & AxisRecord::PRESENT == 0 {
         return Err(Fault::ValueRange);
     }
     let relative = target.frame == Target::RELATIVE;
     let (um, steps);
     if target.in_steps {
-        let base = if relative { from.steps } else { 0 };
+        let base = if relative { axis.commanded().steps } else { 0 };
         steps = base.checked_add(target.value).ok_or(Fault::Overflow)?;
-        um = convert(steps, false)?;
+        um = axis.convert(steps, false)?;
     } else {
         let base = match target.frame {
-            Target::WORK => offset,
+            Target::WORK => axis.offset(),
             Target::MACHINE => 0,
-            _ => from.um,
+            _ => axis.commanded().um,
         };
         um = base.checked_add(target.value).ok_or(Fault::Overflow)?;
-        steps = convert(um, true)?;
+        steps = axis.convert(um, true)?;
     }
-    if reference.homed {
+    if axis.is_homed() {
         if um < record.min || um > record.max {
             return Err(Fault::SoftLimit);
         }
-    } else if reference.missing && !relative {
+    } else if axis.is_lost() && !relative {
         return Err(Fault::NotHomed);
     }
     Ok(Place { um, steps })

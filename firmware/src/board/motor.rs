@@ -5,7 +5,7 @@ use crate::vm::{axis, convert, machine};
 use ::core::ptr::addr_of_mut;
 use firmware::motion::{Arc, Block, Feed, Pace, Path, PathSegment, Segment, Single, queue};
 use lang::fault::Fault;
-use lang::place::{self, Place, Reference, Target};
+use lang::place::{self, Aimed, Place, Target};
 use lang::record::{AxisRecord, MachineRecord};
 
 /// Axes.
@@ -55,6 +55,39 @@ pub struct Motor {
     beam: u16,
     segment: PathSegment,
     single: [Single; 3],
+}
+
+/// An axis of the machine.
+struct Standing<'a> {
+    motor: &'a Motor,
+    n: u8,
+}
+
+impl Aimed for Standing<'_> {
+    fn record(&self) -> &AxisRecord {
+        axis(self.n)
+    }
+
+    fn commanded(&self) -> Place {
+        let i = usize::from(self.n);
+        Place { um: self.motor.um[i], steps: self.motor.steps[i] }
+    }
+
+    fn offset(&self) -> i32 {
+        self.motor.offset[usize::from(self.n)]
+    }
+
+    fn is_homed(&self) -> bool {
+        self.motor.homed >> self.n & 1 != 0
+    }
+
+    fn is_lost(&self) -> bool {
+        self.motor.placed >> self.n & 1 == 0 && machine().flags & MachineRecord::REQUIRE_HOMING != 0
+    }
+
+    fn convert(&self, value: i32, to_steps: bool) -> Result<i32, Fault> {
+        convert(self.n, value, to_steps)
+    }
 }
 
 impl Motor {
@@ -125,16 +158,7 @@ impl Motor {
         if n >= AXES {
             return Err(Fault::ValueRange);
         }
-        let i = usize::from(n);
-        let reference = Reference {
-            homed: self.homed >> n & 1 != 0,
-            missing: self.placed >> n & 1 == 0
-                && machine().flags & MachineRecord::REQUIRE_HOMING != 0,
-        };
-        let from = Place { um: self.um[i], steps: self.steps[i] };
-        place::aim(axis(n), target, from, self.offset[i], reference, |value, to_steps| {
-            convert(n, value, to_steps)
-        })
+        place::aim(&Standing { motor: self, n }, target)
     }
 
     /// Makes a place the commanded one. Returns the steps to go.

@@ -48,5 +48,4 @@ core::arch::global_asm!(include_str!("effects/trace.s"), options(raw));
 core::arch::global_asm!(include_str!("effects/print.s"), options(raw));
 
 // WaitIn's input stands in the two top bits of its flags, the want in the two lowest.
-const _: () =
-    assert!(flags::INPUT == 6 && flags::WAIT_QUERY & 3 == 0);
+const _: () = assert!(flags::INPUT == 6 && flags::WAIT_QUERY & 3 == 0);

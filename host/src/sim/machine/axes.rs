@@ -7,7 +7,7 @@
 use lang::axis::Axis;
 use lang::effect::Coord;
 use lang::fault::Fault;
-use lang::place::{self, Place, Reference};
+use lang::place::{self, Aimed, Place};
 use lang::profile::Profile;
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -34,6 +34,43 @@ struct State {
 pub struct Axes {
     states: [State; 3],
     require_homing: bool,
+}
+
+/// An axis of which relative words count from `from`.
+struct Standing<'a> {
+    axes: &'a Axes,
+    axis: Axis,
+    from: Place,
+}
+
+impl Aimed for Standing<'_> {
+    fn record(&self) -> &AxisRecord {
+        &self.axes.state(self.axis).record
+    }
+
+    fn commanded(&self) -> Place {
+        self.from
+    }
+
+    fn offset(&self) -> i32 {
+        self.axes.state(self.axis).offset
+    }
+
+    fn is_homed(&self) -> bool {
+        self.axes.is_homed(self.axis)
+    }
+
+    fn is_lost(&self) -> bool {
+        self.axes.require_homing && !self.axes.state(self.axis).referenced
+    }
+
+    fn convert(&self, value: i32, to_steps: bool) -> Result<i32, Fault> {
+        if to_steps {
+            self.axes.to_steps(self.axis, value)
+        } else {
+            self.axes.length(self.axis, value)
+        }
+    }
 }
 
 /// `value * times / over`, half away from zero.
@@ -126,13 +163,7 @@ impl Axes {
     /// # Errors
     /// Those of [`place::aim`].
     pub fn aim(&self, axis: Axis, word: Coord, from: Place) -> Result<Place, Fault> {
-        let state = self.state(axis);
-        let missing = self.require_homing && !state.referenced;
-        let reference = Reference { homed: state.homed, missing };
-        let convert = |value, to_steps| {
-            if to_steps { self.to_steps(axis, value) } else { self.length(axis, value) }
-        };
-        place::aim(&state.record, word.into(), from, state.offset, reference, convert)
+        place::aim(&Standing { axes: self, axis, from }, word.into())
     }
 
     /// The commanded place.
