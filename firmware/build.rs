@@ -1,6 +1,6 @@
 //! Writes the part's memory map where the linker finds it; `link.x` comes from `msp430-rt`.
 
-use lang::part::{G2553, G2553_HANDLERS, G2553_KEEP, G2955, Part, SEGMENT};
+use lang::part::{G2553, G2553_HANDLERS, G2955, Part, SEGMENT};
 use std::path::Path;
 
 /// Address behind the program store: the chip's last segment belongs to the vectors and to the
@@ -47,8 +47,6 @@ fn main() {
         return;
     } else if has("WHOLE") {
         map(WHOLE, &G2955)
-    } else if has("KEEP") {
-        map(SMALL, &G2553_KEEP)
     } else if has("HANDLERS") {
         map(SMALL, &G2553_HANDLERS)
     } else {

@@ -20,7 +20,7 @@ unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS || true
 # Panics end in `abort`, without a message or a place to tell.
 export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust -Zunstable-options -Cpanic=immediate-abort"
 mkdir -p firmware/image
-for part in ${*:-g2553 g2553-keep g2553-handlers g2955 whole}; do
+for part in ${*:-g2553 g2553-handlers g2955 whole}; do
     chip=$part features=$part
     case $part in
         # All that the G2553's sources can do, on a chip of the tests.

@@ -79,12 +79,10 @@ pub fn read<F: Flash>(flash: &F, keeps: u16, index: u16) -> i32 {
 }
 
 /// Writes the values of a program if they are not what flash holds; the values of another program go.
-/// What flash does not hold then is written once more.
+/// What flash does not hold then, the next call writes to another place.
 pub fn save<F: Flash>(flash: &mut F, values: &[i32]) {
-    let mut attempts = 2;
-    while attempts != 0 && !held(flash, values) {
+    if !held(flash, values) {
         put(flash, values);
-        attempts -= 1;
     }
 }
 

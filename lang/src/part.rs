@@ -32,16 +32,12 @@ pub struct Part {
 pub const G2553: Part = Part {
     name: "g2553",
     chip: "MSP430G2553",
-    features: feature::INTERPOLATE,
+    features: feature::INTERPOLATE | feature::KEEP,
     pool: [64, 64],
     event_pool: [12, 10],
     segments: 6,
     look_ahead: false,
 };
-
-/// The same chip with KEEP values, which take two of its segments.
-pub const G2553_KEEP: Part =
-    Part { name: "g2553-keep", features: G2553.features | feature::KEEP, segments: 5, ..G2553 };
 
 /// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
 pub const G2553_HANDLERS: Part = Part {
@@ -76,7 +72,7 @@ pub const SEGMENT: usize = 512;
 pub const SLOT_HEAD: usize = 4;
 
 /// Every part, the smallest first.
-pub const PARTS: &[Part] = &[G2553, G2553_KEEP, G2553_HANDLERS, G2955];
+pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, G2955];
 
 /// The longest STEP pulse that one interrupt makes, us.
 const SHORT_PULSE_US: u8 = 3;

@@ -5,8 +5,6 @@ use lang::part::{self, Part};
 /// The part that this image is for.
 pub const PART: Part = if cfg!(feature = "whole") {
     firmware::WHOLE
-} else if cfg!(feature = "keep") {
-    part::G2553_KEEP
 } else if cfg!(feature = "handlers") {
     part::G2553_HANDLERS
 } else {

@@ -34,13 +34,6 @@ pub static G2553: Build = Build {
     elf: include_bytes!("../../../firmware/image/pasapas-g2553.elf"),
 };
 
-/// The same chip with KEEP values.
-pub static G2553_KEEP: Build = Build {
-    part: part::G2553_KEEP,
-    chip: Part::G2553,
-    elf: include_bytes!("../../../firmware/image/pasapas-g2553-keep.elf"),
-};
-
 /// The same chip with ON ERROR, ON IN and ON EVERY.
 pub static G2553_HANDLERS: Build = Build {
     part: part::G2553_HANDLERS,
@@ -56,7 +49,7 @@ pub static G2955: Build = Build {
 };
 
 /// Every build, in the order in which a program finds its own ([`part::PARTS`]).
-pub static BUILDS: [&Build; 4] = [&G2553, &G2553_KEEP, &G2553_HANDLERS, &G2955];
+pub static BUILDS: [&Build; 3] = [&G2553, &G2553_HANDLERS, &G2955];
 
 /// The build of a board that nobody chose: what runs every program.
 pub static DEFAULT: &Build = &G2955;

@@ -13,8 +13,8 @@ use crate::failure::Failure;
 /// `pasapas flash`
 #[derive(Debug, Args)]
 pub struct Flash {
-    /// The image to write: g2553, the LaunchPad's own, g2553-keep and g2553-handlers for the same chip
-    /// (KEEP; ON ERROR and events), or g2955
+    /// The image to write: g2553, the LaunchPad's own, g2553-handlers for the same chip (ON ERROR and
+    /// events), or g2955
     #[arg(long, value_name = "NAME", value_parser = super::part::named)]
     part: Option<&'static Build>,
     /// Driver of mspdebug: rf2500 for the LaunchPad's own programmer, tilib for newer ones

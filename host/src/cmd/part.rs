@@ -13,9 +13,9 @@ use crate::render::Note;
 /// The option of the commands that have to do with a board's chip.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Choice {
-    /// The board's firmware: g2553 (16 KB of flash, 512 bytes of RAM), g2553-keep and g2553-handlers
-    /// (the same chip with KEEP, with ON ERROR and events) or g2955 (everything). Without it the first
-    /// of them that runs the program
+    /// The board's firmware: g2553 (16 KB of flash, 512 bytes of RAM), g2553-handlers (the same chip
+    /// with ON ERROR and events) or g2955 (everything). Without it the first of them that runs the
+    /// program
     #[arg(long, value_name = "NAME", value_parser = named)]
     pub part: Option<&'static Build>,
 }

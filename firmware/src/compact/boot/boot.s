@@ -20,12 +20,12 @@ boot:
     mov #0x02e4, &0x0160
     /* IFG1: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI */
     mov.b &0x0002, r12
-    clr.b &0x0002
     MICRO
     ANDI 0x1d
     PUT CAUSE
     /* pins safe, UART on P1.1 and P1.2 */
     DO poke
+    .byte 0x02, 0               /* IFG1 */
     .byte 0x53, 0x20            /* BCSCTL3: ACLK from the VLO, P2.6 and P2.7 free */
     .byte P2OUT, 0, P2SEL, 0, P2DIR, 0xff
     .byte P1SEL, P1_UART, P1SEL2, P1_UART, 0

@@ -316,11 +316,9 @@ map_print_text:
     ret
 
 /* Halves of 32-bit values, which begin at even addresses. */
-    .if HAS_KEEP
 map_keeps:
     mov #keep_read, r11
     jmp map_half
-    .endif
 map_speeds:
     mov #motion_speed, r11
     jmp 1f

@@ -48,9 +48,7 @@ map_blocks:
     MAP_BLOCK POSITIONS, map_list_positions, map_write_position
     MAP_BLOCK SPEEDS, map_list_speeds
     MAP_BLOCK CELLS, map_list_cells, map_write_cell
-    .if HAS_KEEP
     MAP_BLOCK KEEPS, map_list_keeps, map_write_keep
-    .endif
     MAP_BLOCK OWN, map_list_own, map_write_own
     MAP_BLOCK PROFILE_WINDOW, map_list_profile, map_write_profile
     MAP_BLOCK UPLOAD_WINDOW, map_list_upload, map_write_upload
@@ -127,9 +125,7 @@ map_list_probed:
     MAP_CODE REST, map_nothing
 map_list_cells:
     MAP_ROUTINE REST, map_cells
-    .if HAS_KEEP
 map_list_keeps:
     MAP_ROUTINE REST, map_keeps
-    .endif
 map_list_profile:
     MAP_ROUTINE REST, map_profile

@@ -47,11 +47,9 @@ map_write_position:
     bit.b #RUN_ACTIVE, &RUN
     jne busy
     mov #set_work_position, r11
-    .if HAS_KEEP
     jmp 1f
 map_write_keep:
     mov #keep_write, r11
-    .endif
 /* takes r11 = routine from r12 = index, r15:r14 = value */
 1:  rra r12
     jc 2f

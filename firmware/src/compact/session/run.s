@@ -202,9 +202,7 @@ run_stopping:
     IF_ANY TRACING, T_FULL, 9f
     /* no reply is being sent, which an erase would tear apart */
     IF_SET LINE_STATE, 9f
-    .if HAS_KEEP
     CALL keep_save
-    .endif
     F word OUTPUT
     F put RESUME_OUTPUT
     LIT B_AT_PAUSE

@@ -147,9 +147,7 @@ start_:
     FR word SLOT_HEAD+IMAGE_ENTRY, SHORT
     F add VM_CODE
     F put VM_PC
-    .if HAS_KEEP
     CALL keep_load
-    .endif
     LIT16 RUNS_MARK
     F put RUNNING
     LET RUN, RUN_RUNNING

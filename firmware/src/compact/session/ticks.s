@@ -143,13 +143,11 @@ ticks:
     LIT 1
     F add TIMER_MS
     F store TIMER_MS
-    .if HAS_KEEP
     CALL ticks_second
     IF_NOT_EQUAL 1f
     DO motion_rests
     IF_NOT_EQUAL 1f
     CALL keep_save
-    .endif
 
 1:
     .if HAS_EVENTS
@@ -160,12 +158,14 @@ ticks:
     RETURN
     .balign 2, 0
 
-    .if HAS_KEEP
+    .section .tail.second,"axR",@progbits
+module.session.ticks$second:
 /* Z set once a second; r12 = milliseconds. */
 ticks_second:
     bit #1023, r12
     ret
-    .endif
+
+    .section .text.ticks,"axR",@progbits
 /* Output r12 is off, in a pause and behind it. */
 output_off:
     call #mask_of

@@ -2,25 +2,9 @@
 
     .section .text.store,"axR",@progbits
 module.store.keep:
-    .if HAS_KEEP
-/* Of the stored program: leaves r12 = bytes of its record, with Z set when it has no KEEP values, r8 =
-   their first cell in a run; uses r15. */
-keep_cells:
-    mov #4, r12
-    mov &VM_CODE, r15
-    tst r15
-    jeq 1f
-    mov.b IMAGE_KEEPS-IMAGE_CODE(r15), r12
-    inc r12
-    rla r12
-    rla r12
-    mov.b IMAGE_KEEP_BASE-IMAGE_CODE(r15), r8
-    rla r8
-    rla r8
-    add &VM_CELLS, r8
-1:  cmp #4, r12
-    ret
-
+/* Below the vectors, where there is room. */
+    .section .tail.keep,"axR",@progbits
+module.store.keep$tail:
 /* r12 = index of a KEEP value; leaves r13 = 4 * r12 and the others as keep_cells does, with C set when
    the program has no such value. */
 keep_place:
@@ -28,16 +12,31 @@ keep_place:
     rla r12
     mov r12, r13
     call #keep_cells
-    sub #4, r12
     cmp r12, r13
     ret
 
-/* Leaves r12 = bytes of a record, r9 = the newest, 0 for none, r15 = the ring's first place, less r12;
-   uses r11, r13, r14. From the last place down, so that most need no CRC: 130 cycles a byte. */
+    .section .text.store,"axR",@progbits
+/* Of the stored program: leaves r12 = bytes of its KEEP values, with Z set when it has none, r8 = their
+   first cell in a run; uses r15. */
+keep_cells:
+    mov &VM_CODE, r15
+    mov r15, r12
+    tst r15
+    jeq 1f
+    mov.b IMAGE_KEEP_BASE-IMAGE_CODE(r15), r8
+    rla r8
+    rla r8
+    add &VM_CELLS, r8
+    mov.b IMAGE_KEEPS-IMAGE_CODE(r15), r12
+    rla r12
+    rla r12
+1:  ret
+
+/* r12 = bytes of the values; leaves r12 = bytes of a record, r9 = the newest, 0 for none, r15 = the
+   ring's first place, less r12; uses r11, r13, r14. From the last place down, so that most need no CRC:
+   130 cycles a byte. */
 keep_find:
-    push r8
-    call #keep_cells
-    pop r8
+    add #4, r12
     clr r9
     mov #AREA_END, r15
 1:  sub r12, r15
@@ -63,7 +62,7 @@ keep_find:
     jmp 1b
 3:  ret
 
-/* Copies what flash holds of the values to r8, which is kept, zeros for nothing; uses r9, r11 to r15. */
+/* Copies r12 bytes of values from flash to r8, which is kept, zeros for nothing; uses r9, r11 to r15. */
 keep_fetch:
     call #keep_find
     mov r8, r14
@@ -89,11 +88,9 @@ keep_load:
 keep_save:
     call #keep_cells
     jeq keep_done
-/* The values at r8 go to flash unless it holds them, once more when it does not hold them then. Destroys
-   r9, r11 to r15. */
+/* The values at r8, r12 bytes, go to flash unless it holds them. Destroys r8, r9, r11 to r15. */
 keep_store:
-    call #1f
-1:  call #keep_find
+    call #keep_find
     mov r12, r11
     mov #1, r13
     tst r9
@@ -140,21 +137,19 @@ keep_done:
     swpb r14
     bis r14, r13
     mov r9, r12
-    push r8
 1:  call #flash_write
     incd r12
     mov @r8+, r13
     decd r11
     cmp #2, r11
     jne 1b
-    pop r8
     mov r9, r15
     mov r12, r11
     sub r9, r11
     call #crc_of
     mov r12, r13
     mov r15, r12
-    br #flash_write
+    jmp word_write
 
     .global keep_read
 /* r12 = index; leaves r13:r12 = the KEEP value, of an active run its cell; uses r8, r9, r11 to r15. */
@@ -174,32 +169,30 @@ keep_read:
     mov @r8+, r12
     mov @r8, r13
     ret
-2:  clr r12
-    clr r13
-    ret
+2:  br #scaled_zero
 
     .global keep_write
-/* r12 = index, r15:r14 = value; leaves r12 = 0 or an Exception; uses r8, r9, r11 to r15. Without a run
-   the planner's numbers have room for the values. */
+/* r12 = index, r15:r14 = value; leaves r12 = 0 or an Exception; uses r4, r8, r9, r11 to r15. Without a
+   run the planner's numbers have room for the values. */
 keep_write:
-    mov r14, &TEMP
-    mov r15, &TEMP+2
+    mov r14, r4
+    mov r15, &TEMP
     call #keep_place
     jhs illegal_value
     bit.b #RUN_ACTIVE, &RUN
-    jne 1f
+    jne 2f
     call #only_idle
+    push r12
     push r13
     mov #V2, r8
     call #keep_fetch
     pop r13
+    pop r12
     call #1f
     call #keep_store
-    clr r12
-    ret
+    jmp upload_good
+2:  push #upload_good
 1:  add r8, r13
-    mov &TEMP, 0(r13)
-    mov &TEMP+2, 2(r13)
-    clr r12
+    mov r4, 0(r13)
+    mov &TEMP, 2(r13)
     ret
-    .endif

@@ -23,6 +23,8 @@ profile_newest:
 3:  ret
 
 /* r12 = address of a copy; leaves Z set when it is whole; uses r11 to r15. */
+    .section .tail.whole,"axR",@progbits
+module.store.profile$whole:
 profile_whole:
     cmp #RECORD_VERSION, 2(r12)
     jne 1f
@@ -32,6 +34,7 @@ profile_whole:
     tst r12
 1:  ret
 
+    .section .text.store,"axR",@progbits
     .global profile_word
 /* r12 = index in the record, r13 = word, for the copy that is not in use; leaves r12 = 0 or an
    Exception: the last word makes the copy valid. Uses r11 to r15. */

@@ -142,16 +142,11 @@ upload:
 /* Begin, Replace: r11 = end of what the image may take */
     clr &OPEN
     mov &UPLOAD, r12
-    .if HAS_KEEP
     rla r12
     jnc 1f
     mov #KEEP_FIRST, r11
     clrc
 1:  rrc r12
-    .else
-    /* with bit 15, KEEP, it is too long */
-    tst r12
-    .endif
     jeq upload_not_begun
     cmp #AREA_BYTES+1, r12
     jhs 4f
@@ -198,14 +193,10 @@ commit:
     tst r12
     jeq upload_not_begun
     mov #REFUSAL_CRC, r15
-    .if HAS_KEEP
     /* bit 15 apart, the length as announced */
     mov &UPLOAD, r13
     xor SLOT_HEAD+6(r12), r13
     rla r13
-    .else
-    cmp SLOT_HEAD+6(r12), &UPLOAD
-    .endif
     jne 1f
     call #slot_check
     mov r12, r15
@@ -237,13 +228,9 @@ commit:
 upload_word:
     call #only_unlocked
     rla r12
-    .if HAS_KEEP
     mov &UPLOAD, r14
     bic #0x8000, r14
     cmp r14, r12
-    .else
-    cmp &UPLOAD, r12
-    .endif
     jhs 1f
     mov &OPEN, r14
     tst r14
