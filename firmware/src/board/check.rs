@@ -34,12 +34,10 @@ pub const CODE_START: u8 = 0;
 pub const CODE_END: u8 = 2;
 /// Of the address behind the image.
 const IMAGE_END: u8 = 4;
-/// Of the image's address.
-const IMAGE: u8 = 6;
 /// Of the machine stack on entry, for the way out of any depth.
-const FRAME: u8 = 8;
+const FRAME: u8 = 6;
 /// Of what the header leaves of the pool, where ON lines take of it.
-const FREE: u8 = 10;
+const FREE: u8 = 8;
 /// Bytes of the pool that ON lines take.
 const EVENT_POOL: [u16; 2] =
     if PART.features & feature::EVENTS != 0 { PART.event_pool } else { [0, 0] };
@@ -74,7 +72,6 @@ global_asm!(
     r#"
     .set CHECK_KICK, {kick}
     .set CHECK_WATCHDOG, {watchdog}
-    .set CHECK_IMAGE, {image}
     .set CHECK_FRAME, {frame}
     .set CHECK_CODE_START, {code_start}
     .set CHECK_CODE_END, {code_end}
@@ -110,7 +107,6 @@ global_asm!(
     .set CHECK_ROOM, {room}
     .set CHECK_MAX_CODE, {max_code}
     .set CHECK_AXES, {axes}
-    .set CHECK_AXES_IN_IMAGE, {axes_in_image}
     .set CHECK_AXIS_SIZE, {axis_size}
     .set CHECK_PRESENT, {present}
     .set CHECK_FUNC, {func}
@@ -148,7 +144,6 @@ global_asm!(
     include_str!("check/operands.s"),
     kick = const crate::boot::WATCHDOG_KICK,
     watchdog = const WDTCTL,
-    image = const IMAGE,
     frame = const FRAME,
     code_start = const CODE_START,
     code_end = const CODE_END,
@@ -184,7 +179,6 @@ global_asm!(
     room = const PART.room_for(false),
     max_code = const 64 * ANCHORS + 1,
     axes = const MACHINE + 8,
-    axes_in_image = const MACHINE + 8,
     axis_size = const AxisRecord::SIZE,
     present = const AxisRecord::PRESENT,
     func = const Op::Func as u8,

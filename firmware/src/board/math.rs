@@ -28,13 +28,6 @@ module.math$mspabi_mull:
     .global __mspabi_mpyl
 __mspabi_mpyl:
     push r10
-    .if {small}
-    push r9
-    call #pasapas_product
-    mov r14, r12
-    mov r15, r13
-    pop r9
-    .else
     mov r12, r10
     mov r13, r11
     clr r12
@@ -51,7 +44,6 @@ __mspabi_mpyl:
     jne 2b
     tst r15
     jne 2b
-    .endif
     pop r10
     ret
 
@@ -391,9 +383,7 @@ memset:
 2:  tst r14
     jne 1b
     ret
-    "#,
-    // 20 bytes less for 350 cycles at a product of 32 bits.
-    small = const cfg!(feature = "g2553") as u8,
+    "#
 );
 
 #[cfg(feature = "g2955")]

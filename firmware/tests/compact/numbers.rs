@@ -52,6 +52,6 @@ fn division_is_that_of_rust() {
     proptest!(|(a in wide.clone(), b in wide)| {
         prop_assume!(b != 0);
         let (a, b) = (Scaled(a), Scaled(b));
-        prop_assert_eq!(call(&chip, "__mspabi_divul", a, b).0, a.0 / b.0);
+        prop_assert_eq!(call(&chip, "pasapas_udivmod", a, b).0, a.0 / b.0);
     });
 }

@@ -14,7 +14,6 @@ pasapas_verify:
     push r10
     .endif
     mov r14, r10
-    mov r12, CHECK_IMAGE(r10)
     mov r1, CHECK_FRAME(r10)
     mov r12, r4
 

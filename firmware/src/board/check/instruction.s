@@ -77,8 +77,8 @@ verify_after:
     rra r11
     and #3, r11
     add r11, r9
-    mov CHECK_IMAGE(r10), r15
-    mov.b CHECK_FRAME_DEPTH(r15), r15
+    mov @r10, r15
+    mov.b CHECK_FRAME_DEPTH-CHECK_CODE(r15), r15
     cmp r9, r15
     jlo verify_broken
     /* values in the code come on the stack for their effect only */

@@ -2,8 +2,8 @@
 
     /* cells, data, axes and event slots that the instruction names */
 verify_operands:
-    mov CHECK_IMAGE(r10), r15
-    mov.b CHECK_CELLS(r15), r14
+    mov @r10, r15
+    mov.b CHECK_CELLS-CHECK_CODE(r15), r14
     mov.b 1(r4), r12
     .if CHECK_HAS_EVENTS
     cmp.b #CHECK_EVENT, r5
@@ -41,7 +41,7 @@ verify_axis_number:
 verify_axis:
     cmp #3, r12
     jhs 7f
-    mov #CHECK_AXES_IN_IMAGE, r13
+    mov #CHECK_AXES-CHECK_CODE, r13
 2:  tst r12
     jeq 3f
     add #CHECK_AXIS_SIZE, r13
@@ -61,7 +61,7 @@ verify_axis:
     jeq 8f
     cmp #CHECK_ON_EVERY, r13
     jne verify_none
-8:  bit.b #CHECK_EVENTS, 1(r15)
+8:  bit.b #CHECK_EVENTS, 1-CHECK_CODE(r15)
     jeq 7f
     mov CHECK_CODE_END(r10), r13
     cmp CHECK_IMAGE_END(r10), r13

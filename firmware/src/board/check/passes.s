@@ -76,12 +76,14 @@ verify_code:
     jlo 1b
 
     /* targets that stand elsewhere: main program, ON lines, statement table */
-    mov CHECK_IMAGE(r10), r6
-    mov CHECK_ENTRY(r6), r13
+    mov @r10, r6
+    mov CHECK_ENTRY-CHECK_CODE(r6), r13
     call #verify_start
+    .if CHECK_HAS_EVENTS | CHECK_HAS_LINES
     mov CHECK_CODE_END(r10), r5
-    mov CHECK_IMAGE(r10), r6
-    mov.b 1(r6), r6
+    mov @r10, r6
+    mov.b 1-CHECK_CODE(r6), r6
+    .endif
     .if CHECK_HAS_EVENTS
     bit #CHECK_EVENTS, r6
     jeq 2f

@@ -16,17 +16,28 @@ vm_thousands:
     sxt r12
 3:  call #vm_scaled
     jmp vm_next
-    /* pushes r14 times the signed r12 */
+    /* pushes r14 times the signed r12; keeps r8 and r9 */
 vm_scaled:
     clr r13
     tst r12
     jge 1f
     inv r13
-1:  clr r15
-    push r11
-    call #__mspabi_mpyl
-    pop r11
-    PUSH_R13_R12
+1:  sub #4, r6
+    mov r10, 0(r6)
+    mov r11, 2(r6)
+    /* r11:r10 = r13:r12 times r14 */
+vm_times:
+    clr r10
+    clr r11
+1:  clrc
+    rrc r14
+    jnc 2f
+    add r12, r10
+    addc r13, r11
+2:  rla r12
+    rlc r13
+    tst r14
+    jne 1b
     ret
 vm_long:
     WORD

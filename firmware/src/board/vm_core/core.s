@@ -47,9 +47,6 @@ vm_fault:
     mov &CORE_VM+CORE_FRAME, r1
     bis #0x100, r12
     jmp vm_exit
-vm_yield:
-    mov #CORE_YIELD, r12
-    jmp vm_exit
 vm_soft:
     rra r12
     jmp vm_exit
@@ -80,8 +77,7 @@ vm_store:
 vm_store_at:
     mov r10, 0(r12)
     mov r11, 2(r12)
-    POP
-    NEXT_HERE
+    jmp vm_drop
 vm_addcell:
     CELL_HERE
     add @r12+, r10
@@ -111,11 +107,10 @@ vm_effect:
     rra r12
     bis #0x80, r12
 vm_exit:
-    mov #CORE_VM, r13
-    mov r5, 0(r13)
-    mov r6, 2(r13)
-    mov r10, 4(r13)
-    mov r11, 6(r13)
+    mov r5, &CORE_VM
+    mov r6, &CORE_VM+2
+    mov r10, &CORE_VM+4
+    mov r11, &CORE_VM+6
     .if CORE_SAVES
     pop r10
     pop r9

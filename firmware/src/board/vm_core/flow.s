@@ -51,7 +51,8 @@ vm_take:
 vm_poll:
     tst.b &CORE_VM+CORE_POLL
     jeq vm_next
-    jmp vm_yield
+    mov #CORE_YIELD, r12
+    jmp vm_exit
 
     /* Loops: r12 the cell, r13 the distance, limit and step on the stack. */
 vm_forstep:

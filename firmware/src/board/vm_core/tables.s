@@ -79,6 +79,5 @@ vm_tablefar:
 5:  mov r10, r12
     mov r11, r13
     mov r9, r14
-    clr r15
-    call #__mspabi_mpyl
-    jmp vm_set
+    call #vm_times
+    jmp vm_next

@@ -194,7 +194,11 @@ segment_change:
     mov r13, r9
     mov r5, r14
     clr r15
-    call #__mspabi_divul
+    push r9
+    push r10
+    call #pasapas_udivmod
+    pop r10
+    pop r9
     tst r4
     jge 6f
     clr r9
