@@ -120,7 +120,15 @@ fx_wait_in:
     BITS_OFF BITS, 3
     GET UNIT
     AXIS_ON BITS
-1:  CALL wait_input
+    /* the input in the two top bits */
+1:  GET BITS
+    DO half
+    DO half
+    DO half
+    DO half
+    DO half
+    DO half
+    ADDI 1
     IF_NONE BITS, FLAG_INPUT_ON_STACK, 2f
     POP_NUMBER 1, 17
 2:  PUT N
@@ -219,18 +227,14 @@ output_unit:
     and #1, r13
     br #set_output
 
-/* Z set when no time is left. Clobbers r14. */
-time_left:
+/* The effect is not done while time is left. Clobbers r14. */
+time_up:
     mov &TIME, r14
     bis &TIME+2, r14
     tst r14
+    jne micro_not_yet
 fx_return:
     ret
-/* The effect is not done while any is left. */
-time_up:
-    call #time_left
-    jeq fx_return
-    jmp micro_not_yet
 
 /* Flags of a wait into BITS, its timeout into TIME, -1 for ever without one; a negative one is F20. */
 wait_begin:
@@ -268,16 +272,6 @@ pop_to_time:
     mov r12, &TIME
     mov r13, &TIME+2
     tst r13
-    ret
-
-/* r12 = the input in the flags of a wait, BITS. */
-wait_input:
-    mov.b &BITS, r12
-    rla.b r12
-    rlc.b r12
-    rlc.b r12
-    and #3, r12
-    inc r12
     ret
 
 /* The first code behind each effect's, and the effect. Codes between them are those of a larger part:

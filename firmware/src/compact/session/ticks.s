@@ -44,17 +44,14 @@ ticks:
     /* Stop, a second one, hold and door */
 1:  bit.b #P1_STOP, &BUTTON
     jne 1f
+    mov #1+2000, &HELD
     call #blocking
     jeq 2f
 1:  call #run_pause
-
     /* Stop held for 2 s ends the run */
 2:  dec &HELD
     jne 1f
     call #run_stop
-1:  bit.b #P1_STOP, &BUTTON
-    jne 1f
-    mov #2000, &HELD
 
 1:  inc &UNHEARD
     jne 1f
