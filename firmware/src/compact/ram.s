@@ -200,7 +200,6 @@
     .set R_HOST, 8              /* a host has spoken since reset */
     .set R_HALF, 16             /* the low word of a lock code was given */
     .set R_WRONG, 32            /* a word of a lock code was wrong: none is taken until reset */
-    .set R_HEARD, 64            /* it has since the millisecond before, or since a jog ended */
     .set R_RESTART, 128         /* reset the chip once the reply is out; its sign */
 /* TRACING */
     .set T_ON, 1                /* trace mode */

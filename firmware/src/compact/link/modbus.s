@@ -33,10 +33,13 @@ link_poll:
     cmp.b &ADDRESS, r13
     jne link_drop
 2:
-    .if HAS_JOG
-    bis.b #R_HOST|R_HEARD, &RUN_FLAGS
-    .else
     bis.b #R_HOST, &RUN_FLAGS
+    .if HAS_JOG
+    /* 2 s for a jog, which has the time when nothing else does */
+    tst.b &EFFECT
+    jne 1f
+    mov #2000, &TIME
+1:
     .endif
     call #link_perform
     tst.b &FRAME

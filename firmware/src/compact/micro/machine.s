@@ -415,7 +415,6 @@ micro_table:
     MICRO_KNOWN segment_by_time
     MICRO_KNOWN segment_change
     MICRO_KNOWN segment_divide
-    MICRO_KNOWN segment_filled
     MICRO_KNOWN segment_half
     MICRO_KNOWN segment_scale
     MICRO_KNOWN segment_sign

@@ -100,9 +100,10 @@ segment_none:
     F store V
     F load TEMP+4
     F store V2
-    DO segment_filled
-    RETURN
-    .balign 2, 0
+    END
+    mov r5, SLOT0+EVENTS(r6)
+    setc
+    ret
 
     /* r7 = power of two of the events by time: the exponent of a quotient is the top byte of the
        difference of both, r13. */
@@ -216,10 +217,4 @@ segment_half:
     rrc r12
     add r7, r12
     addc r9, r13
-    ret
-
-    /* the events make the slot full; carry set */
-segment_filled:
-    mov r5, SLOT0+EVENTS(r6)
-    setc
     ret

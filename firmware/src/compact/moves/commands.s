@@ -146,14 +146,10 @@ command_execute:
 
     /* ramp up, speed, ramp down, work position */
 command_move:
-    DO command_pace
-    WANTED
     DO offset_steps
     GOTO 1f
     /* the same with a distance */
 command_move_by:
-    DO command_pace
-    WANTED
     DO here
 1:  DO command_target
     BELOW 1
@@ -180,8 +176,6 @@ command_probe:
     LET FLAGS, 0
     DO probe_input
 2:  DO command_long
-    DO command_pace
-    WANTED
     DO here
     DO command_target
     BELOW 1
@@ -384,9 +378,12 @@ command_home:
     DO test_long
     RETURN
 
-    /* NEW_UM, NEW_STEPS = acc plus the steps at r5; r12 is not 0 when that is no place for the axis. */
+    /* The pace at r5, and NEW_UM, NEW_STEPS = acc plus the steps behind it; r12 is not 0 when one is 0
+       or that is no place for the axis. */
     ROUTINE_ODD command_target
     F store SPARE
+    DO command_pace
+    WANTED
     DO command_long
     /* The same of acc plus SPARE. */
     ROUTINE_ODD command_aim

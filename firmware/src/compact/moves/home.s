@@ -197,18 +197,16 @@ reference:
        No register is kept. */
     .global limits
 limits:
-    tst.b &MOVING
-    jeq 4f
-    mov.b &EFFECT, r12
-    sub #OP_HOME, r12
-    cmp #OP_HOME_QUERY-OP_HOME+1, r12
-    jlo 4f
-    mov #8, r8
-1:  call #reference_at
-    mov r12, r7
-    call #unfiltered
-    jeq 3f
     MICRO
+    IF_ZERO MOVING, 9f
+    CALL map_homes
+    IF_CARRY 1f
+9:  RETURN
+1:  DO micro_first_axis
+1:  CALL reference_at
+    PUT TEMP
+    DO unfiltered
+    IF_EQUAL 5f
     IF_NOT_AXIS MOVING, 5f
     DO axis_at
     FR word A_FLAGS, SHORT
@@ -219,14 +217,12 @@ limits:
     IF_EQUAL 5f
     DO axis_bit
     AXIS_OFF HOMED
-    END
-    mov.b r7, &FAULT_IN
-    MICRO
+    GET TEMP
+    PUT FAULT_IN
     DO motion_halt
     LIT F_LIMIT_SWITCH
     DO fail
     RETURN
-5:  END
-3:  sub #4, r8
-    jge 1b
-4:  ret
+5:  NEXT_AXIS 1b
+    RETURN
+    .balign 2, 0

@@ -104,13 +104,7 @@ ticks:
 1:
     .if HAS_JOG
     /* a jog goes on for 2 s after the last request */
-    IF_NONE MOTION, M_JOG, 2f
-    IF_NONE RUN_FLAGS, R_HEARD, 1f
-    BITS_OFF RUN_FLAGS, R_HEARD
-    LIT16 2000
-    F put TIME
-    GOTO 1f
-2:
+    IF_ANY MOTION, M_JOG, 1f
     .endif
     /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
     GET EFFECT
