@@ -140,7 +140,6 @@ constants! {
     P2_OUT2_OR_ENABLE = pins::P2_OUT2_OR_ENABLE;
     VM_STATE_SIZE = core::mem::size_of::<vm::State>();
     // What the build leaves out costs no byte: `.if HAS_...` in the sources.
-    HAS_JOG = cfg!(feature = "whole");
     HAS_EVENTS = (vm::PART.features & lang::record::feature::EVENTS != 0);
     HAS_LINES = (vm::PART.features & lang::record::feature::LINES != 0);
 }

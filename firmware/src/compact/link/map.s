@@ -264,14 +264,10 @@ map_limit_switches:
 
     /* InterpCNC's state word */
 map_cnc_state:
-    .if HAS_JOG
     LIT 0
     GET MOTION
     ANDI M_JOG
     F put TEMP
-    .else
-    F clear TEMP
-    .endif
     IF_IS_NOT RUN, RUN_FAULT, 1f
     BITS_ON TEMP, 1<<0
 1:  IF_NONE RUN, RUN_ACTIVE, 2f

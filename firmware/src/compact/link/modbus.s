@@ -32,16 +32,12 @@ link_poll:
     jeq 2f                      ; broadcast
     cmp.b &ADDRESS, r13
     jne link_drop
-2:
-    bis.b #R_HOST, &RUN_FLAGS
-    .if HAS_JOG
+2:  bis.b #R_HOST, &RUN_FLAGS
     /* 2 s for a jog, which has the time when nothing else does */
     tst.b &EFFECT
     jne 1f
     mov #2000, &TIME
-1:
-    .endif
-    call #link_perform
+1:  call #link_perform
     tst.b &FRAME
     jeq link_drop
     mov #3, r6                  ; the reply's head, its data comes by FUNCTION

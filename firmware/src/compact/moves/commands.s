@@ -39,12 +39,9 @@ direct:
     TO command_control          /* 129: resume */
 
 command_jog_ends:
-    .if HAS_JOG
     IF_NONE MOTION, M_JOG, 1f
     DO motion_stop
-1:
-    .endif
-    DONE_
+1:  DONE_
 command_stop:
     LIT CONTROL_STOP
     IF_ANY RUN, RUN_ACTIVE, command_control
@@ -95,11 +92,9 @@ command_execute:
     LIT16 CMD_DIRECT
     F cmp COMMAND_HEAD
     IF_EQUAL direct
-    .if HAS_JOG
     LIT16 CMD_JOG
     F cmp COMMAND_HEAD
     IF_EQUAL 1f
-    .endif
     F word COMMAND_HEAD+2
     BELOW 4
     ADDI -1
@@ -113,7 +108,6 @@ command_execute:
     IF_EQUAL command_stop
 1:  IF_ANY RUN, RUN_ACTIVE, command_busy
     IF_SET EFFECT, command_busy
-    .if HAS_JOG
     /* 102 at no speed */
     LIT CMD_MOVE_SPEED
     F cmp COMMAND_HEAD
@@ -121,9 +115,7 @@ command_execute:
     F load COMMAND+8
     DO test_long
     IF_EQUAL command_stop
-1:
-    .endif
-    IF_SET MOVING, command_busy
+1:  IF_SET MOVING, command_busy
     DO blocking
     IF_NOT_EQUAL command_busy
     F word COMMAND_HEAD+2
@@ -131,7 +123,7 @@ command_execute:
     PUT N
     LIT CMD_PROBE_MASK
     F sub COMMAND_HEAD
-    CMPI CMD_PROBE_MASK-CMD_MOVE_SPEED+HAS_JOG
+    CMPI CMD_PROBE_MASK-CMD_MOVE_SPEED+1
     IF_CARRY command_by_profile
     DO micro_switch
     TO command_probe_mask
@@ -140,9 +132,7 @@ command_execute:
     TO command_set
     TO command_move_by
     TO command_move
-    .if HAS_JOG
     TO command_speed_far
-    .endif
 
     /* ramp up, speed, ramp down, work position */
 command_move:
@@ -192,26 +182,19 @@ command_probe:
     DONE_
 command_home_far:
     GOTO command_home_further
-    .if HAS_JOG
 command_speed_far:
     GOTO command_speed
-    .endif
 
     /* those that want a program */
 command_by_profile:
-    LIT16 CMD_HOME_PROFILE+HAS_JOG
+    LIT16 CMD_JOG
     F sub COMMAND_HEAD
-    BELOW CMD_JOG-CMD_HOME_PROFILE+HAS_JOG
+    BELOW CMD_JOG-CMD_HOME_PROFILE+1
     PUT TEMP
     F word VM_CODE
     IF_EQUAL command_fails
-    .if HAS_JOG
     IF_SET TEMP, home_profile_far
-    .else
-    GOTO home_profile
-    .endif
 
-    .if HAS_JOG
     /* bits of axes, 64 for distances; mm/min and mm, floats */
     F word COMMAND_HEAD+2
     PUT FLAGS
@@ -261,7 +244,6 @@ command_jogging:
     BITS_ON MOTION, M_JOG
 command_jogged:
     DONE_
-    .endif
 
 command_fails:
     LIT DEVICE_FAILURE
@@ -274,7 +256,6 @@ home_profile_far:
 command_home_further:
     GOTO command_home
 
-    .if HAS_JOG
     /* ramp, speed with its sign: to the end of the travel of an axis that has homed, for hours of any
        other */
 command_speed:
@@ -302,7 +283,6 @@ command_speed:
     WANTED
     DO begin_axis
     GOTO command_jogging
-    .endif
 
 home_profile:
     GET N
@@ -401,7 +381,6 @@ command_long:
     mov @r5+, r13
     ret
 
-    .if HAS_JOG
     /* acc = the next argument, a float: thousandths of it */
     ROUTINE_ODD command_float
     DO command_long
@@ -428,7 +407,6 @@ command_scaled:
     and #0xff00, r14
     bis r14, r13
     ret
-    .endif
 
     /* Work position of the axis r12 becomes r15:r14 steps: r12 = 0 or an exception.
        Keeps r4 to r8 and r10. */

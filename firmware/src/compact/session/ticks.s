@@ -102,10 +102,8 @@ ticks:
 2:  DO run_start
 
 1:
-    .if HAS_JOG
     /* a jog goes on for 2 s after the last request */
     IF_ANY MOTION, M_JOG, 1f
-    .endif
     /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
     GET EFFECT
     ADDI -OP_HOME
@@ -120,13 +118,9 @@ ticks:
     IF_NEGATIVE 2f
     F store TIME
     GOTO 3f
-2:
-    .if HAS_JOG
-    IF_NONE MOTION, M_JOG, 1f
+2:  IF_NONE MOTION, M_JOG, 1f
     DO motion_stop
-1:
-    .endif
-    IF_IS_NOT EFFECT, OP_PULSE, 3f
+1:  IF_IS_NOT EFFECT, OP_PULSE, 3f
     GET N
     CALL output_off
 
