@@ -30,10 +30,8 @@ fn script(dice: &mut Dice, kind: Kind, large: bool, down: &str) -> String {
     if kind == Kind::Seeks {
         text += ["Home\n", "Home Z, X\n"][dice.below(2) as usize];
     }
-    if kind == Kind::Speeds {
-        // Away from the switches.
-        text += "G0 X50 Y50\n";
-    }
+    // Away from the switches: an arc may reach 36 mm below its start.
+    text += "G0 X50 Y50\n";
     for _ in 0..6 + dice.below(5) {
         let at = |dice: &mut Dice| {
             let (x, y, z) = (mm(dice, 40, 100), mm(dice, 40, 90), mm(dice, 2, 30));

@@ -14,7 +14,7 @@ use crate::judged::{self, Commanded};
 /// Ticks in a millisecond.
 pub const MS: u64 = TICKS_PER_SECOND / 1_000;
 /// Longest run of a test, ms.
-const LONGEST_MS: u64 = 60_000;
+const LONGEST_MS: u64 = 600_000;
 /// A finger on a button, ms: longer than the input filter takes.
 pub const PRESS_MS: u64 = 40;
 /// The output that a test's program switches on last, in the chain.
