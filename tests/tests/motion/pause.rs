@@ -189,6 +189,7 @@ fn holds(build: &Build, case: &Case, count: u64) {
     let whole = path(&still, case.same);
     for n in 0..count {
         let mut dice = Dice(n ^ 0x5EED << 16 ^ case.script.len() as u64);
+        println!("{name}, pause {n}");
         let mut lab = fresh.clone();
         let run = lab.play(|lab| interrupt(lab, &mut dice, span_ms));
         for axis in 0..3 {
