@@ -284,15 +284,17 @@ fn is_interpolated(motion: &[Step]) -> bool {
     shared > 0 && shared * SHARED >= counts[1]
 }
 
-/// Whether a leading axis goes straight: the others make as many steps in each quarter, or one more.
+/// Whether a leading axis goes straight: another axis steps once in so many events or in one more, and
+/// at the ends it has not left out a step.
 fn is_straight(run: &[Step], others: [bool; 3]) -> bool {
-    let quarter = run.len() / 4;
     (0..3).filter(|other| others[*other]).all(|other| {
-        let made = |part: &[Step]| part.iter().map(|step| i32::from(step.by[other])).sum::<i32>();
-        let parts = run.chunks_exact(quarter.max(1)).take(4).map(made);
-        let (least, most) =
-            parts.fold((i32::MAX, i32::MIN), |(a, b), made| (a.min(made), b.max(made)));
-        most - least <= 1
+        let steps: Vec<usize> = (0..run.len()).filter(|n| run[*n].by[other] != 0).collect();
+        let gaps = || steps.windows(2).map(|w| w[1] - w[0]);
+        let (Some(least), Some(most)) = (gaps().min(), gaps().max()) else {
+            return true;
+        };
+        let ends = steps[0].max(run.len() - 1 - steps[steps.len() - 1]);
+        most - least <= 1 && ends <= least + 1
     })
 }
 
