@@ -214,7 +214,7 @@ map_probe_input:
     DO input
     RETURN
 map_command_room:
-    CALL idle
+    DO idle
     IF_NOT_EQUAL 1b
     LIT COMMAND_WORDS
     RETURN
@@ -228,7 +228,7 @@ map_homing:
     F clear TEMP
     GET HOMING_ERROR
     PUT TEMP+1
-    CALL map_homes
+    DO map_homes
     IF_CARRY map_temp
     DO axis_n
     DO axis_bit
@@ -274,7 +274,7 @@ map_cnc_state:
     LET TEMP, 1<<3
     IF_IS_NOT RUN, RUN_PAUSED, 2f
     LET TEMP, 1<<3|1<<4
-2:  CALL map_homes
+2:  DO map_homes
     IF_CARRY 3f
     BITS_ON TEMP, 1<<2
 3:  PROFILE B_DOOR

@@ -89,7 +89,7 @@ map_write_own:
     IF_ZERO STORED+1, map_refused
 2:  CMPI CONTROL_RESTART
     IF_NOT_EQUAL 3f
-    CALL idle
+    DO idle
     IF_NOT_EQUAL map_busy
 3:  CALL control
     /* neither routine keeps a register that another word would need */

@@ -15,14 +15,21 @@ micro_next:
     mov.b @r10+, r14
     rla.b r14
     jc micro_formula
+    cmp #2*MICRO_OWNS, r14
+    jhs 1f
     mov micro_table(r14), r11
-    cmp #2*MICRO_BYTES, r14
-    jlo micro_go
-    mov.b @r10+, r14
 micro_go:
     bit #1, r11
     jne micro_enter
     br r11
+1:  rra r14
+    mov.b micro_offsets-MICRO_OWNS(r14), r11
+    rla r11
+    cmp #MICRO_BYTES, r14
+    jlo 2f
+    mov.b @r10+, r14
+2:  add r11, r0
+micro_base:
 
 micro_formula:
     mov r14, r11
@@ -303,58 +310,37 @@ micro_or_return:
     jne micro_return
     ret
 
-    /* The table. A pad byte that execution comes over is number 0. */
+    /* The table: addresses, then of the machine's own operations how far they lie behind micro_base. A pad
+       byte that execution comes over is number 0. */
     .set MICRO_NEXT, 0
-    .macro MICRO_DO name, routine
+    .macro MICRO_NUMBER name
     .set DO_\name, MICRO_NEXT
     .global DO_\name
     .set MICRO_NEXT, MICRO_NEXT+1
-    .short \routine
     .endm
-    .macro MICRO_OWN name
-    MICRO_DO micro_\name, micro_\name
+    .macro MICRO_DO name, routine
+    MICRO_NUMBER \name
+    .short \routine
     .endm
     .macro MICRO_KNOWN name
     MICRO_DO \name, \name
     .endm
+    .macro MICRO_OWN name, routine
+    MICRO_NUMBER \name
+    .if \routine-micro_base > 2*255
+    .error "the operation is out of reach"
+    .endif
+    .byte (\routine-micro_base)/2
+    .endm
 micro_table:
-    MICRO_OWN nothing
-    MICRO_OWN call
-    MICRO_OWN end
-    MICRO_OWN return
-    MICRO_OWN done
-    MICRO_OWN not_yet
-    MICRO_OWN fault
-    MICRO_OWN literal
-    MICRO_OWN word
-    MICRO_OWN profile
-    MICRO_OWN addi
-    MICRO_OWN andi
-    MICRO_OWN testi
-    MICRO_OWN goto
-    MICRO_OWN switch
-    MICRO_OWN if_equal
-    MICRO_OWN if_not_equal
-    MICRO_OWN if_carry
-    MICRO_OWN if_negative
-    MICRO_OWN if_not_negative
-    MICRO_OWN if_overflow
-    MICRO_OWN first_axis
-    MICRO_OWN next_axis
-    MICRO_OWN up_axis
-    MICRO_DO or_return, micro_or_return
-    MICRO_OWN wanted
-    MICRO_OWN event
-    MICRO_OWN event_ok
-    MICRO_DO zero_if_carry, micro_zero_if_carry
-    MICRO_DO test_long, micro_test_long
-    MICRO_DO half, micro_half
+    MICRO_DO micro_nothing, micro_nothing
+    MICRO_DO micro_event, micro_event
+    MICRO_DO micro_event_ok, micro_event_ok
     MICRO_DO scaled_most, scaled_most
     MICRO_DO zero, scaled_zero
     MICRO_DO new, pasapas_scaled_new
     MICRO_DO root, pasapas_scaled_root
     MICRO_DO floor, pasapas_scaled_floor
-    MICRO_DO abs, formula_abs
     MICRO_DO negate, pasapas_neg
     MICRO_KNOWN axis_n
     MICRO_KNOWN axis_select
@@ -423,27 +409,62 @@ micro_table:
     MICRO_KNOWN command_pace
     MICRO_KNOWN command_long
     MICRO_KNOWN rounded
+    MICRO_KNOWN keep_save
+    MICRO_KNOWN idle
+    MICRO_KNOWN map_homes
+    .set MICRO_OWNS, MICRO_NEXT
+micro_offsets:
+    MICRO_OWN micro_call, micro_call
+    MICRO_OWN micro_end, micro_end
+    MICRO_OWN micro_return, micro_return
+    MICRO_OWN micro_done, micro_done
+    MICRO_OWN micro_not_yet, micro_not_yet
+    MICRO_OWN micro_fault, micro_fault
+    MICRO_OWN micro_literal, micro_literal
+    MICRO_OWN micro_word, micro_word
+    MICRO_OWN micro_profile, micro_profile
+    MICRO_OWN micro_addi, micro_addi
+    MICRO_OWN micro_andi, micro_andi
+    MICRO_OWN micro_testi, micro_testi
+    MICRO_OWN micro_goto, micro_goto
+    MICRO_OWN micro_switch, micro_switch
+    MICRO_OWN micro_if_equal, micro_if_equal
+    MICRO_OWN micro_if_not_equal, micro_if_not_equal
+    MICRO_OWN micro_if_carry, micro_if_carry
+    MICRO_OWN micro_if_negative, micro_if_negative
+    MICRO_OWN micro_if_not_negative, micro_if_not_negative
+    MICRO_OWN micro_if_overflow, micro_if_overflow
+    MICRO_OWN micro_first_axis, micro_first_axis
+    MICRO_OWN micro_next_axis, micro_next_axis
+    MICRO_OWN micro_up_axis, micro_up_axis
+    MICRO_OWN or_return, micro_or_return
+    MICRO_OWN micro_wanted, micro_wanted
+    MICRO_OWN zero_if_carry, micro_zero_if_carry
+    MICRO_OWN test_long, micro_test_long
+    MICRO_OWN half, micro_half
+    MICRO_OWN abs, formula_abs
     /* only operations whose byte comes in r14; nothing else stands behind them */
     .set MICRO_BYTES, MICRO_NEXT
-    MICRO_OWN below
-    MICRO_OWN cmpi
-    MICRO_OWN shift
-    MICRO_OWN get
-    MICRO_OWN put
-    MICRO_OWN let
-    MICRO_OWN bits_on
-    MICRO_OWN bits_off
-    MICRO_OWN compare
-    MICRO_OWN up
-    MICRO_OWN if_not_axis
-    MICRO_OWN axis_on
-    MICRO_OWN axis_off
-    MICRO_OWN if_zero
-    MICRO_OWN if_set
-    MICRO_OWN if_any
-    MICRO_OWN if_none
-    MICRO_OWN if_is
-    MICRO_OWN if_is_not
+    MICRO_OWN micro_below, micro_below
+    MICRO_OWN micro_cmpi, micro_cmpi
+    MICRO_OWN micro_shift, micro_shift
+    MICRO_OWN micro_get, micro_get
+    MICRO_OWN micro_put, micro_put
+    MICRO_OWN micro_let, micro_let
+    MICRO_OWN micro_bits_on, micro_bits_on
+    MICRO_OWN micro_bits_off, micro_bits_off
+    MICRO_OWN micro_compare, micro_compare
+    MICRO_OWN micro_up, micro_up
+    MICRO_OWN micro_if_not_axis, micro_if_not_axis
+    MICRO_OWN micro_axis_on, micro_axis_on
+    MICRO_OWN micro_axis_off, micro_axis_off
+    MICRO_OWN micro_if_zero, micro_if_zero
+    MICRO_OWN micro_if_set, micro_if_set
+    MICRO_OWN micro_if_any, micro_if_any
+    MICRO_OWN micro_if_none, micro_if_none
+    MICRO_OWN micro_if_is, micro_if_is
+    MICRO_OWN micro_if_is_not, micro_if_is_not
     .if MICRO_NEXT > 0x80
     .error "a number in the table has 7 bits"
     .endif
+    .balign 2, 0

@@ -132,7 +132,7 @@ ticks:
     IF_NOT_EQUAL 1f
     DO motion_rests
     IF_NOT_EQUAL 1f
-    CALL keep_save
+    DO keep_save
 
 1:
     .if HAS_EVENTS
