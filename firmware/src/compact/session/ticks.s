@@ -62,7 +62,7 @@ ticks:
     jne 1f
     bic.b #M_PAUSE, &MOTION
 
-    /* The lamp: off without a program, lit when ready, slow blink in a run, fast in a pause, a
+    /* A run's time, and the lamp: off without a program, lit when ready, slow blink in a run, fast in a pause, a
        fault's number in blinks. */
 1:  mov &MILLIS, r13
     mov.b &MILLIS+1, r15
@@ -74,7 +74,9 @@ ticks:
     jhs 3f
     mov r14, r13
     jmp 4f
-1:  and #512, r13
+1:  add #1, &TIMER_MS
+    adc &TIMER_MS+2
+    and #512, r13
     jmp 4f
     /* a blink each quarter of a second, anew every 8 s */
 2:  and #31, r15
@@ -104,6 +106,7 @@ ticks:
 1:
     /* a jog goes on for 2 s after the last request */
     IF_ANY MOTION, M_JOG, 1f
+    IF_ZERO EFFECT, 3f
     /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
     GET EFFECT
     ADDI -OP_HOME
@@ -125,9 +128,6 @@ ticks:
     CALL output_off
 
 3:  IF_IS_NOT RUN, RUN_RUNNING, 1f
-    LIT 1
-    F add TIMER_MS
-    F store TIMER_MS
     CALL ticks_second
     IF_NOT_EQUAL 1f
     DO motion_rests
@@ -145,9 +145,9 @@ ticks:
 
     .section .tail.second,"axR",@progbits
 module.session.ticks$second:
-/* Z set once a second; r12 = milliseconds. */
+/* Z set once a second. */
 ticks_second:
-    bit #1023, r12
+    bit #1023, &TIMER_MS
     ret
 
     .section .text.ticks,"axR",@progbits
