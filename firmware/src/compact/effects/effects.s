@@ -1,7 +1,7 @@
 /* Effects that move nothing. An effect is polled until it is done; in phase 0 it takes its operands
    and arguments. Each is micro-code, entered with r12 = its code, Z set in phase 0, and leaves r12 =
-   DONE, NOT_YET or FAULTED + fault. They may destroy all registers and emit one trace event a call. The
-   phase of those from PrintEnd on is 1 as soon as they were called. */
+   DONE, NOT_YET or FAULTED + fault. They may destroy all registers and emit one trace event a call. PHASE
+   is 1 as soon as they were called. */
 
     .section .text.micro,"axR",@progbits
 module.effects:
@@ -15,12 +15,11 @@ effect_poll:
 1:  incd r14
     cmp.b @r13+, r12
     jhs 1b
-    mov.b &PHASE, r13
-    cmp #OP_PRINT_END, r12
-    jlo 2f
-    mov.b #1, &PHASE
+    tst.b &PHASE
+    jne 2f
+    inc.b &PHASE
+    setz
 2:  mov effect_table(r14), r11
-    tst r13
     jmp micro_enter
 
     /* bit 0 of the code says on or off */

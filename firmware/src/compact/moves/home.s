@@ -23,8 +23,7 @@ module.moves.home:
     CMPI OP_HOME_QUERY-OP_HOME
     IF_NOT_EQUAL 0f
     DO operand_byte
-0:  UP PHASE
-    DO home_by_profile
+0:  DO home_by_profile
 1:  DO axis_n
     DO axis_there
     IF_EQUAL home_lacks

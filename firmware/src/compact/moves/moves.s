@@ -178,7 +178,6 @@ read_done:
     /* MoveAxe, MoveRel. */
     ROUTINE_ODD fx_move
     IF_NOT_EQUAL moved
-    UP PHASE
     LET RAMPS, 0
     CMPI OP_MOVE
     IF_CARRY 1f
@@ -240,8 +239,7 @@ move_range:
     LET N, 0
     DO line_rapid
     NOT_YET_
-1:  UP PHASE
-    PUT UNIT
+1:  PUT UNIT
     CMPI OP_RAPID
     IF_CARRY 0f
     DO operand_byte

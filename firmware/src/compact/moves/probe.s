@@ -16,7 +16,6 @@ module.moves.probe:
     /* Probe, ProbeMask, command 107. */
     ROUTINE_ODD fx_probe
     IF_NOT_EQUAL probe_goes
-    UP PHASE
     DO operand_byte
     DO axis_flags
     DO operand_byte

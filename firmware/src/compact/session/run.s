@@ -190,16 +190,17 @@ run_unwind:
 
 /* On the ramp into a pause or to the end. */
 run_stopping:
-    call #motion_rests
-    jeq 1f
+    MICRO
+    DO motion_rests
+    IF_EQUAL 1f
     /* what homing or probing looks for may come on the way to rest, too */
-    mov.b &EFFECT, r12
-    sub #OP_PROBE, r12
-    cmp #OP_HOME_QUERY-OP_PROBE+1, r12
-    jlo run_perform
-    ret
-1:  MICRO
-    IF_ANY TRACING, T_FULL, 9f
+    GET EFFECT
+    ADDI -OP_PROBE
+    CMPI OP_HOME_QUERY-OP_PROBE+1
+    IF_CARRY 9f
+    END
+    jmp run_perform
+1:  IF_ANY TRACING, T_FULL, 9f
     /* no reply is being sent, which an erase would tear apart */
     IF_SET LINE_STATE, 9f
     DO keep_save
