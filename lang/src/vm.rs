@@ -50,7 +50,7 @@ pub mod flag {
 /// expression that calls it.
 pub mod entry {
     /// GOSUB
-    pub const GOSUB: u8 = 1;
+    pub const GOSUB: u8 = 0;
     /// SUB
     pub const SUB: u8 = 2;
     /// Event handler.

@@ -127,8 +127,12 @@ pasapas_abs2:
     inv r15
     inc r14
     adc r15
-1:  tst r13
+1:
+    /* |r13:r12| */
+pasapas_abs:
+    tst r13
     jge 1f
+    /* -(r13:r12) */
 pasapas_neg:
     inv r12
     inv r13

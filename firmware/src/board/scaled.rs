@@ -156,8 +156,6 @@ pasapas_scaled_floor:
 
     .global pasapas_scaled_root
 pasapas_scaled_root:
-    tst r13
-    jeq scaled_end
     call #scaled_split
     push r9
     push r8

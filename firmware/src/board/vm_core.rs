@@ -72,7 +72,6 @@ global_asm!(
     .set CORE_HANDLER_END, {handler_end}
     .set CORE_IMAGE_CELLS, {image_cells}-{code}
     .set CORE_IMAGE_FRAME, {image_frame}-{code}
-    .set CORE_KIND_GOSUB, {kind_gosub}
     .set CORE_KIND_SUB, {kind_sub}
     .set CORE_KIND_EVENT, {kind_event}
     "#,
@@ -110,7 +109,6 @@ global_asm!(
     image_cells = const lang::image::at::CELLS,
     image_frame = const lang::image::at::FRAME,
     code = const firmware::verify::CODE,
-    kind_gosub = const (lang::vm::entry::GOSUB as u16) << 12,
     kind_sub = const (lang::vm::entry::SUB as u16) << 12,
     kind_event = const (lang::vm::entry::EVENT as u16) << 12,
 );
@@ -130,6 +128,7 @@ const _: () = assert!(
         && Op::Leave as u8 == 0x4D
         && Op::More as u8 == 0x51
         && Op::Small as u8 == 0x60
+        && lang::vm::entry::GOSUB == 0
         && Op::MoveToMm as u8 == 0xA0
         && Op::ProbeMm as u8 == 0xAF
 );

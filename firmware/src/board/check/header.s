@@ -1,4 +1,4 @@
-/* The way in, the header, and every way out. */
+/* The way in and the header. */
 
     .section .text.verify,"ax",@progbits
 module.check:
@@ -63,50 +63,32 @@ pasapas_verify:
     add r13, r12
     cmp r12, r11
     jlo verify_leave
-    mov #CHECK_CODE_REFUSAL, r15
     mov CHECK_LEN(r4), r12
     add r4, r12
     mov r12, CHECK_IMAGE_END(r10)
-    mov r4, r12
-    add #CHECK_CODE, r12
-    mov r12, CHECK_CODE_START(r10)
     mov CHECK_CODE_LEN(r4), r13
-    tst r13
-    jeq verify_leave
     .if CHECK_ROOM - CHECK_CODE > CHECK_MAX_CODE - 1
     cmp #CHECK_MAX_CODE, r13
-    jhs verify_leave
+    jhs verify_fail
     .endif
-    add r13, r12
-    mov r12, CHECK_CODE_END(r10)
-    cmp r12, CHECK_IMAGE_END(r10)
-    jlo verify_leave
-    /* axes that are there have a scale */
+    /* axes that are there have a scale; the code follows the last one, and the first pass finds no
+       room for an instruction in none */
     add #CHECK_AXES, r4
-    mov #3, r13
+    mov #3, r11
 2:  bit #CHECK_PRESENT, 0(r4)
     jeq 3f
     tst 2(r4)
-    jeq verify_leave
+    jeq verify_fail
     tst 4(r4)
-    jeq verify_leave
+    jeq verify_fail
 3:  add #CHECK_AXIS_SIZE, r4
-    dec r13
+    dec r11
     jne 2b
-    jmp verify_code
-
-verify_fail:
-    mov #CHECK_CODE_REFUSAL, r15
-verify_leave:
-    mov CHECK_FRAME(r10), r1
-    mov r15, r12
-    .if CHECK_SAVES
-    pop r10
-    pop r9
-    pop r8
-    pop r7
-    pop r6
-    pop r5
-    pop r4
+    .if CHECK_AXES + 3 * CHECK_AXIS_SIZE - CHECK_CODE
+    .error "the axes' records end where the code begins"
     .endif
-    ret
+    mov r4, CHECK_CODE_START(r10)
+    add r13, r4
+    mov r4, CHECK_CODE_END(r10)
+    cmp r4, CHECK_IMAGE_END(r10)
+    jlo verify_fail

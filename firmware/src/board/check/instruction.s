@@ -70,7 +70,7 @@ verify_count:
 verify_after:
     mov r7, r4
     sub r8, r9
-    jn verify_broken
+    jn verify_fail
     mov r6, r11
     swpb r11
     rra r11
@@ -80,7 +80,7 @@ verify_after:
     mov @r10, r15
     mov.b CHECK_FRAME_DEPTH-CHECK_CODE(r15), r15
     cmp r9, r15
-    jlo verify_broken
+    jlo verify_fail
     /* values in the code come on the stack for their effect only */
     cmp.b #CHECK_PLAIN, r6
     jhs 1f

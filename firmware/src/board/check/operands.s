@@ -134,7 +134,7 @@ verify_inside:
     jhs 7f
     ret
 verify_broken_kind:
-7:  br #verify_fail
+7:  jmp verify_fail
 
     .section .rodata.verify,"a",@progbits
 module.check$tables:

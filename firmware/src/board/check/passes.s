@@ -88,12 +88,12 @@ verify_code:
     bit #CHECK_EVENTS, r6
     jeq 2f
     cmp CHECK_IMAGE_END(r10), r5
-    jhs verify_broken
+    jhs verify_fail
     mov.b @r5+, r4
     tst r4
     jeq 2f
     cmp #CHECK_MAX_EVENTS+1, r4
-    jhs verify_broken
+    jhs verify_fail
     .if CHECK_EVENT_POOL
     mov #CHECK_EVENT_POOL, r13
     mov r4, r12
@@ -101,7 +101,7 @@ verify_code:
     dec r12
     jne 3b
     cmp r13, CHECK_FREE(r10)
-    jlo verify_broken
+    jlo verify_fail
     .endif
 1:  push r4
     push r6
@@ -121,9 +121,9 @@ verify_code:
     call #verify_word
     mov r13, r5
     add CHECK_CODE_END(r10), r5
-    jc verify_broken
+    jc verify_fail
     cmp r5, CHECK_IMAGE_END(r10)
-    jlo verify_broken
+    jlo verify_fail
     mov @r10, r14
     /* r5 = entry, r14 = address of its statement */
 3:  cmp CHECK_IMAGE_END(r10), r5
@@ -176,13 +176,28 @@ verify_code:
 verify_table_end:
     inc r14
     cmp CHECK_CODE_END(r10), r14
-    jlo verify_broken
+    jlo verify_fail
     .endif
 verify_good:
     clr r15
     jmp verify_leave
-verify_broken:
-    br #verify_fail
+
+    /* every way out */
+verify_fail:
+    mov #CHECK_CODE_REFUSAL, r15
+verify_leave:
+    mov CHECK_FRAME(r10), r1
+    mov r15, r12
+    .if CHECK_SAVES
+    pop r10
+    pop r9
+    pop r8
+    pop r7
+    pop r6
+    pop r5
+    pop r4
+    .endif
+    ret
 
     .if CHECK_HAS_EVENTS | CHECK_HAS_LINES
     /* r13 = number at r5, which lies in the image; r5 behind it */
@@ -190,7 +205,7 @@ verify_word:
     mov r5, r13
     incd r13
     cmp r13, CHECK_IMAGE_END(r10)
-    jlo verify_broken
+    jlo verify_fail
     mov.b @r5+, r13
     mov.b @r5+, r15
     swpb r15
@@ -207,10 +222,10 @@ verify_place:
     /* an instruction begins at r13 with depth r14 before it */
 verify_lands:
     cmp CHECK_CODE_END(r10), r13
-    jhs verify_broken
+    jhs verify_fail
     mov r13, r11
     sub @r10, r11
-    jlo verify_broken
+    jlo verify_fail
     mov r13, r12
     sub r4, r12
     cmp #64, r12
@@ -241,7 +256,7 @@ verify_lands:
     call #verify_insn
     call #verify_after
     jmp 4b
-5:  jne verify_broken
+5:  jne verify_fail
     cmp r14, r9
-    jne verify_broken
+    jne verify_fail
     ret

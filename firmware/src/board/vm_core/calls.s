@@ -15,7 +15,8 @@ vm_callfar:
     jmp vm_enter
 vm_gosub:
     WORD
-    mov #CORE_KIND_GOSUB, r14
+    /* kind 0 */
+    clr r14
     jmp vm_enter
 vm_func:
     /* a routine's deepest expression has room above the cells: nothing else bounds a FUNCTION that calls
@@ -68,7 +69,7 @@ vm_entry:
     ret
 vm_exitsub:
     call #vm_entry
-    cmp #CORE_KIND_GOSUB, r13
+    tst r13
     jeq vm_exitsub
     jmp 1f
 vm_return:
@@ -86,7 +87,7 @@ vm_no_call:
     jmp vm_f16
 vm_give:
     call #vm_entry
-    cmp #CORE_KIND_GOSUB, r13
+    tst r13
     jeq vm_give
     /* the FUNCTION bit, then the depth times 4 */
     rla r13

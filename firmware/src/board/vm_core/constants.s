@@ -6,15 +6,17 @@ vm_tens:
 vm_wordtens:
     WORD
 1:  mov #10, r14
-    jmp 3f
+    jmp vm_times_word
 vm_hundreds:
     mov #100, r14
-    jmp 2f
+    jmp vm_times_byte
 vm_thousands:
     mov #1000, r14
-2:  mov.b @r5+, r12
+vm_times_byte:
+    mov.b @r5+, r12
     sxt r12
-3:  call #vm_scaled
+vm_times_word:
+    call #vm_scaled
     jmp vm_next
     /* pushes r14 times the signed r12; keeps r8 and r9 */
 vm_scaled:
@@ -48,15 +50,11 @@ vm_long:
     jmp vm_push
 vm_word:
     WORD
-    jmp 1f
+    mov #1, r14
+    jmp vm_times_word
 vm_byte:
-    mov.b @r5+, r12
-    sxt r12
-1:  clr r13
-    tst r12
-    jge vm_push
-    inv r13
-    jmp vm_push
+    mov #1, r14
+    jmp vm_times_byte
 vm_dup:
     mov r10, r12
     mov r11, r13

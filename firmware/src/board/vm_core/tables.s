@@ -61,23 +61,22 @@ vm_tablefar:
 2:  add r14, r12
     dec r13
     jne 2b
-    mov.b @r12+, r10
-    sxt r10
-    mov r10, r11
-    swpb r11
-    sxt r11
+    mov r12, r10
+    mov.b @r10+, r12
+    sxt r12
+    mov r12, r13
+    swpb r13
+    sxt r13
 3:  dec r8
     jeq 5f
     mov #8, r15
-4:  rla r10
-    rlc r11
+4:  rla r12
+    rlc r13
     dec r15
     jne 4b
-    mov.b @r12+, r15
-    bis r15, r10
+    mov.b @r10+, r15
+    bis r15, r12
     jmp 3b
-5:  mov r10, r12
-    mov r11, r13
-    mov r9, r14
+5:  mov r9, r14
     call #vm_times
     jmp vm_next

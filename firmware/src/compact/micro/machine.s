@@ -90,15 +90,8 @@ formula_sub:
     subc r15, r13
     ret
 
-    /* |r13:r12| */
-    .global formula_abs, negate
-formula_abs:
-    tst r13
-    jge 1f
-    br #negate
-    /* -(r13:r12) */
+    .global negate
     .set negate, pasapas_neg
-1:  ret
 
     /* in the order of F_load to F_bound */
 formula_table:
@@ -341,6 +334,7 @@ micro_table:
     MICRO_DO new, pasapas_scaled_new
     MICRO_DO root, pasapas_scaled_root
     MICRO_DO floor, pasapas_scaled_floor
+    MICRO_DO abs, pasapas_abs
     MICRO_DO negate, pasapas_neg
     MICRO_KNOWN axis_n
     MICRO_KNOWN axis_select
@@ -442,7 +436,6 @@ micro_offsets:
     MICRO_OWN zero_if_carry, micro_zero_if_carry
     MICRO_OWN test_long, micro_test_long
     MICRO_OWN half, micro_half
-    MICRO_OWN abs, formula_abs
     /* only operations whose byte comes in r14; nothing else stands behind them */
     .set MICRO_BYTES, MICRO_NEXT
     MICRO_OWN micro_below, micro_below

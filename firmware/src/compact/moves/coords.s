@@ -66,7 +66,7 @@ to_um:
     clr r15
     rla r14
     rlc r15
-    call #formula_abs
+    call #pasapas_abs
     call #pasapas_mul_div
     add #4, r1
     pop r14

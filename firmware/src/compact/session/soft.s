@@ -26,10 +26,11 @@ soft_erl:
     call #line_of
     jmp soft_push
 soft_err:
+    mov.b &VM_FAULT, r12
     .else
     /* without handlers a program sees no fault: ERR and ERL are 0 */
+    clr r12
     .endif
-    mov.b &VM_FAULT, r12
 soft_push:
     call #push_small
     jmp soft_done
