@@ -77,6 +77,7 @@ constants! {
     CMD_HOME_PROFILE = command::HOME_PROFILE;
     CMD_JOG = command::JOG;
     CMD_DIRECT = command::DIRECT;
+    CMD_FORCE_INPUT = command::FORCE_INPUT;
     ILLEGAL_VALUE = Exception::IllegalValue;
     DEVICE_FAILURE = Exception::DeviceFailure;
     EXCEPTION_BUSY = Exception::Busy;

@@ -17,9 +17,9 @@
     VAR WATCHDOGS, 2            /* NO_WATCHDOGS plus the watchdog resets in a row */
     .set CLEARED, HERE          /* from here on RAM is cleared at reset */
 
-/* Inputs that the link forces (io.s). */
-    MODULE io$forced
-    VAR FORCED, 2               /* bits of inputs whose level command 110 says */
+/* Deadlines (ticks.s, step.s). */
+    MODULE session$missed
+    VAR MISSED, 2               /* milliseconds served late, step events not armed in time */
 
 /* Step engine (step.s). */
     MODULE motion.step
@@ -90,7 +90,6 @@
     VAR MILLIS, 2               /* milliseconds since reset */
     VAR HELD, 2                 /* milliseconds for which Stop must still be held to end a run */
     VAR UNHEARD, 2              /* milliseconds since a host took what was printed, or found nothing */
-    VAR MISSED, 2               /* milliseconds served late, step events not armed in time */
     VAR RUN, 1                  /* RunState, without WaitStart */
     VAR CHAR_IN, 1
 
@@ -106,6 +105,7 @@
     VAR TICKS_DONE, 1           /* low byte of the millisecond handled last */
     VAR BUTTON_HIGH, 1
     VAR RUN_FLAGS, 1            /* R_ flags */
+    VAR FORCED, 2               /* inputs that keep the level that command 110 gave them */
     VAR OUTPUT, 2               /* outputs 1 to 16 */
     VAR RESUME_OUTPUT, 2        /* outputs as they were before a pause */
     VAR BOARD, 2                /* address of the board's profile in flash */

@@ -14,6 +14,7 @@ mod commands;
 mod coords;
 mod effects;
 mod events;
+mod force;
 mod home;
 mod io;
 mod jog;

@@ -188,6 +188,11 @@ filter_raw:
     mov.b RAW-INPUT(r13), r12
 filter:
     xor.b @r13, r12
+    /* as to the buttons, a byte that is always 0 */
+    .if STORED-BUTTON != FORCED-INPUT
+    .error "the filter of the buttons reads the low byte of STORED"
+    .endif
+    bic.b FORCED-INPUT(r13), r12
     mov.b r12, r14
     and.b 2(r13), r14
     mov.b r14, r15

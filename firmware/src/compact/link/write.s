@@ -10,12 +10,18 @@ map_write_command:
     rla r12
     cmp #4, r12
     jlo 1f
-    bit.b #RUN_ACTIVE, &RUN
-    jne busy
+    jne 2f
+    mov r13, r4
+2:  bit.b #RUN_ACTIVE, &RUN
+    jne 3f
     tst.b &EFFECT
-    jne busy
+    jne 3f
     add #COMMAND-COMMAND_HEAD, r12
 1:  mov r13, COMMAND_HEAD(r12)
+    jmp map_written
+    /* 110, which has no more, is always taken */
+3:  cmp #4, r12
+    jne busy
 map_written:
     clr r12
     ret

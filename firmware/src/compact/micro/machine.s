@@ -393,14 +393,14 @@ micro_table:
     MICRO_KNOWN input
     MICRO_KNOWN segment_by_speed
     MICRO_KNOWN segment_by_time
-    MICRO_KNOWN segment_change
     MICRO_KNOWN segment_divide
-    MICRO_KNOWN segment_half
     MICRO_KNOWN segment_scale
     MICRO_KNOWN segment_sign
     MICRO_KNOWN segment_take
     MICRO_KNOWN command_target
     MICRO_KNOWN command_pace
+    MICRO_KNOWN command_axes
+    MICRO_KNOWN command_float
     MICRO_KNOWN command_long
     MICRO_KNOWN rounded
     MICRO_KNOWN keep_save

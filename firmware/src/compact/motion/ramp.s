@@ -18,8 +18,7 @@ segment:
     DO test_long
     IF_NOT_EQUAL 1f
 segment_none:
-    LIT 0
-    ADDI 0
+    TESTI 0
     RETURN
     /* r8 = 0 to go for NOMINAL2, 4 to brake for START2, which follows it */
 1:  IF_NONE MOTION, M_PAUSE|M_STOP, 2f
@@ -91,9 +90,9 @@ segment_none:
     DO segment_scale
     F sub SLOT0, AXIS
     DO not_negative
-    DO segment_change
+    CALL segment_change
     F store SLOT0+CHANGE, AXIS
-    DO segment_half
+    CALL segment_half
     F add SLOT0, AXIS
     F store SLOT0, AXIS
 7:  F load TEMP

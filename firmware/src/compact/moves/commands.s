@@ -19,6 +19,14 @@ module.moves.commands:
     .error "command 106 and AxisRecord differ"
     .endif
 
+    /* input from 0, its level */
+command_force:
+    F word COMMAND_HEAD+2
+    BELOW 16
+    ADDI 1
+    CALL force_input
+    RETURN
+
     /* what to do, or 255: stop all axes */
 direct:
     F word COMMAND_HEAD+2
@@ -78,7 +86,8 @@ command_illegal:
     .balign 2, 0
 
     /* Executes the command in COMMAND_HEAD; its arguments but the first stand in COMMAND, but not in a
-       run and while EFFECT is not 0. Leaves r12 = 0 or an exception. Keeps nothing. */
+       run and while EFFECT is not 0; r4 = the second one when the request brought it, else 8. Leaves
+       r12 = 0 or an exception. Keeps nothing. */
     .global command_execute
 command_execute:
     mov #COMMAND+4, r5
@@ -89,6 +98,8 @@ command_execute:
     F word COMMAND_HEAD
     CMPI CMD_STOP_AXES
     IF_EQUAL command_stop
+    CMPI CMD_FORCE_INPUT
+    IF_EQUAL command_force
     LIT16 CMD_DIRECT
     F cmp COMMAND_HEAD
     IF_EQUAL direct
@@ -121,6 +132,7 @@ command_execute:
     F word COMMAND_HEAD+2
     ADDI -1
     PUT N
+    LET FLAGS, 0
     LIT CMD_PROBE_MASK
     F sub COMMAND_HEAD
     CMPI CMD_PROBE_MASK-CMD_MOVE_SPEED+1
@@ -149,7 +161,6 @@ command_move_by:
 
     /* 108: masks as ProbeMask has them, 107: input from 0, its level; then as 104 */
 command_probe_mask:
-    LET FLAGS, 0
     F load COMMAND+8
     DO probe_xor
     F load COMMAND+4
@@ -163,7 +174,6 @@ command_probe:
     F load COMMAND+4
     BELOW 17
     ADDI 1
-    LET FLAGS, 0
     DO probe_input
 2:  DO command_long
     DO here
@@ -180,10 +190,10 @@ command_probe:
 1:  DO axis_bit
     AXIS_ON PROBE_ERROR
     DONE_
-command_home_far:
-    GOTO command_home_further
 command_speed_far:
     GOTO command_speed
+command_home_far:
+    GOTO command_home_further
 
     /* those that want a program */
 command_by_profile:
@@ -193,21 +203,20 @@ command_by_profile:
     PUT TEMP
     F word VM_CODE
     IF_EQUAL command_fails
-    IF_SET TEMP, home_profile_far
+    IF_SET TEMP, home_profile
 
     /* bits of axes, 64 for distances; mm/min and mm, floats */
     F word COMMAND_HEAD+2
+    BELOW JOG_RELATIVE+8
     PUT FLAGS
-    ANDI JOG_RELATIVE+7
-    F sub COMMAND_HEAD+2
-    BELOW 1
-    GET FLAGS
+    TESTI JOG_RELATIVE-8
+    IF_NOT_EQUAL command_refused
     ANDI 7
     WANTED
     LIT 60
     DO new
     F store SPARE
-    CALL command_float
+    DO command_float
     DO not_negative
     DO new
     F over SPARE
@@ -220,7 +229,7 @@ command_by_profile:
     DO axis_select
 1:  IF_NOT_AXIS FLAGS, 3f
     DO axis_at
-    CALL command_float
+    DO command_float
     DO to_steps
     IF_CARRY command_refused
     F store SPARE
@@ -230,13 +239,9 @@ command_by_profile:
 2:  CALL command_aim
     BELOW 1
 3:  UP_AXIS 1b
-    DO micro_first_axis
-4:  IF_NOT_AXIS FLAGS, 5f
-    DO command
-5:  NEXT_AXIS 4b
+    DO command_axes
     LIT 0
-    GET FLAGS
-    ANDI 7
+    GET RAMPS
     CALL line_begin
     /* axes that move do so for as long as the host speaks */
 command_jogging:
@@ -251,8 +256,6 @@ command_fails:
 command_refused:
     LIT ILLEGAL_VALUE
     RETURN
-home_profile_far:
-    GOTO home_profile
 command_home_further:
     GOTO command_home
 
@@ -408,37 +411,62 @@ command_scaled:
     bis r14, r13
     ret
 
+    /* Input r12 keeps the level r4, until -1 frees it; not one whose role stops the machine. Leaves
+       r12 = 0 or an exception. */
+force_input:
+    mov &BOARD, r14
+    add #B_REFERENCE, r14
+    mov #8, r15
+1:  cmp.b @r14+, r12
+    jne 2f
+    cmp #4, r15                 ; Start
+    jne 3f
+2:  dec r15
+    jne 1b
+    call #mask_of
+    inc r4
+    cmp #3, r4
+    jhs 3f
+    clr r12
+    bic r14, &FORCED
+    dec r4
+    jn 4f
+    /* bis and bic leave the flags */
+    bis r14, &FORCED
+    bic r14, &INPUT
+    jeq 4f
+    bis r14, &INPUT
+4:  ret
+3:  mov #ILLEGAL_VALUE, r12
+    ret
+
     /* Work position of the axis r12 becomes r15:r14 steps: r12 = 0 or an exception.
-       Keeps r4 to r8 and r10. */
+       Keeps r4 to r7 and r10. */
     .global set_work_position
 set_work_position:
-    push r8
     call #axis_select
     mov r14, r12
     mov r15, r13
     MICRO
     CALL work_position_is
-    END
-    pop r8
-    ret
+    RETURN
+    .balign 2, 0
 
     /* What an effect by command came to: r12 = DONE or a fault. Uses r8, r9, r11 to r15. */
     .global command_done
 command_done:
     MICRO
     CMPI DONE
-    IF_NOT_EQUAL 1f
-    RETURN
+    IF_EQUAL 3f
     /* A reference run or a probe by command is given up and counts as failed. The same. */
     ROUTINE_ODD abandon
     IF_ZERO EFFECT, 3f
-1:  DO axis_n
+    DO axis_n
     DO axis_bit
     IF_IS EFFECT, OP_PROBE, 1f
     AXIS_ON HOMING_ERROR
     GOTO 2f
 1:  AXIS_ON PROBE_ERROR
-2:  LET EFFECT, 0
-    LET PHASE, 0
+2:  F clear EFFECT
 3:  RETURN
     .balign 2, 0

@@ -198,7 +198,7 @@ reference:
 limits:
     MICRO
     IF_ZERO MOVING, 9f
-    CALL map_homes
+    DO map_homes
     IF_CARRY 1f
 9:  RETURN
 1:  DO micro_first_axis

@@ -230,6 +230,18 @@ move_done:
 move_range:
     FAULT F_SPEED_RANGE
 
+    /* The targets of the axes of FLAGS are commanded; RAMPS = those that have steps to make. */
+    ROUTINE_ODD command_axes
+    LET RAMPS, 0
+    DO micro_first_axis
+1:  IF_NOT_AXIS FLAGS, 2f
+    DO command
+    IF_EQUAL 2f
+    DO axis_bit
+    AXIS_ON RAMPS
+2:  NEXT_AXIS 1b
+    RETURN
+
     /* G0 and G1. A rapid move with Z apart is two lines; N holds the axes of the second. */
     ROUTINE_ODD fx_linear
     IF_EQUAL 1f
@@ -255,7 +267,6 @@ move_range:
     DO half
     ANDI F_STEPS+F_MACHINE+F_RELATIVE
     PUT FRAME_OF
-    LET RAMPS, 0
     /* all targets before any is commanded */
     DO micro_first_axis
 4:  IF_IS_NOT UNIT, OP_LINEAR_MIXED, 3f
@@ -267,14 +278,7 @@ move_range:
     DO aim
     DO or_return
 5:  NEXT_AXIS 4b
-    /* RAMPS = axes that have steps to make */
-    DO micro_first_axis
-6:  IF_NOT_AXIS FLAGS, 7f
-    DO command
-    IF_EQUAL 7f
-    DO axis_bit
-    AXIS_ON RAMPS
-7:  NEXT_AXIS 6b
+    DO command_axes
     IF_ZERO RAMPS, linear_done
     LIT 0
     IF_ANY FLAGS, FL_RAPID, 8f
@@ -299,14 +303,12 @@ linear_done:
     LIT 2
     DO axis_select
     FR load A_FLAGS, SHORT
-    TESTI AXIS_HOME_POSITIVE
-    IF_EQUAL 1f
-    DO here
-    F sub STEPS, AXIS
-    GOTO 2f
-1:  F load STEPS, AXIS
+    PUT UNIT
+    F load STEPS, AXIS
     F sub ACTUAL, AXIS
-2:  IF_NEGATIVE 4f
+    IF_NONE UNIT, AXIS_HOME_POSITIVE, 1f
+    DO negate
+1:  IF_NEGATIVE 4f
     LET N, 4
     BITS_OFF RAMPS, 4
 3:  GET RAMPS

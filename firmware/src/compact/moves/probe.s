@@ -31,8 +31,9 @@ module.moves.probe:
     IF_NONE RAMPS, FL_SENSOR, 2f
     DO pop_level
     POP_NUMBER 1, 17
-2:  DO probe_input
-    IF_CARRY probe_lacks
+2:  CMPI 0
+    IF_EQUAL probe_lacks
+    DO probe_input
 3:  IF_NONE FLAGS, FL_SPEED, 4f
     DO speed_flags
     GOTO 5f
@@ -102,13 +103,9 @@ probe_xor:
 probe_and:
     mov r12, &PROBE_AND
     jmp probe_high
-    /* Waits for input r12 to be on (UNIT not 0) or off. Carry when there is no such input.
-       Uses r7, r11 to r15. */
+    /* Waits for input r12, from 1, to be on (UNIT not 0) or off; those above 16 are 17. Uses r7, r11
+       to r15. */
 probe_input:
-    dec r12
-    cmp #17, r12
-    jhs 2f
-    inc r12
     call #mask_of
     mov r14, &PROBE_AND
     clr &PROBE_XOR
@@ -121,7 +118,7 @@ probe_input:
     jne probe_high
     mov r13, r7
     mov r14, &PROBE_XOR
-    /* BITS = those of the masks' high halves r13 and r7, and QUERY of FLAGS; carry clear. Uses r7, r12. */
+    /* BITS = those of the masks' high halves r13 and r7, and QUERY of FLAGS. Uses r7, r12. */
 probe_high:
     and #PROBE_AND_17, r13
     rra r7
@@ -134,8 +131,7 @@ probe_high:
     and #FL_QUERY, r12
     bis r12, r13
     mov.b r13, &BITS
-    clrc
-2:  ret
+    ret
 
     /* Z clear when (inputs AND and) XOR xor is not 0. Uses r11 to r15. */
 probe_answers:
