@@ -108,6 +108,8 @@ pub enum Lack {
         used: usize,
         /// There.
         available: usize,
+        /// The program has KEEP values, which take two segments.
+        keeps: bool,
     },
 }
 
@@ -142,8 +144,9 @@ impl Part {
         if used > available {
             return Some(Lack::Memory { used, available });
         }
-        let (used, available) = (header.len, self.room_for(header.keeps > 0));
-        (used > available).then_some(Lack::Flash { used, available })
+        let (used, keeps) = (header.len, header.keeps > 0);
+        let available = self.room_for(keeps);
+        (used > available).then_some(Lack::Flash { used, available, keeps })
     }
 
     /// Bytes of the longest image, of a program without KEEP values or with them.
@@ -157,10 +160,11 @@ impl Part {
 impl core::fmt::Display for Lack {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let what = match *self {
-            Lack::Flash { used, available } => {
+            Lack::Flash { used, available, keeps } => {
+                let leaves = if keeps { "KEEP values leave" } else { "it has" };
                 return write!(
                     f,
-                    "{used} bytes of flash for the program, of which it has {available}"
+                    "{used} bytes of flash for the program, of which {leaves} {available}"
                 );
             }
             Lack::Memory { used, available } => {
