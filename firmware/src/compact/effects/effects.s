@@ -36,7 +36,6 @@ fx_set_out:
     PUT N
     DO output_unit
     IF_EQUAL fx_range
-    LIT 0
     GET UNIT
     ANDI 1
     EVENT TRACE_OUT
@@ -80,16 +79,14 @@ fx_set_port:
     IF_EQUAL 1b
     GET N
     DO fx_output
-    CMPI DONE
-    IF_NOT_EQUAL 1b
+    CASE_NOT DONE, 1b
     GOTO fx_not_yet
 
 fx_motors:
     DO operand_byte
     DO axis_select
     DO axis_bit
-    CMPI 6
-    IF_NOT_EQUAL 1f
+    CASE_NOT 6, 1f
     LIT 7
 1:  PUT RAMPS
     DO pop_level
@@ -134,7 +131,6 @@ fx_wait_in:
 3:  GET N
     DO input
     PUT UNIT
-    LIT 0
     GET BITS
     ANDI 1
     COMPARE UNIT
@@ -157,8 +153,7 @@ fx_wait_char:
     DO wait_begin
     POP_NUMBER 33, 125
     PUT N
-1:  LIT 0
-    GET N
+1:  GET N
     COMPARE CHAR_IN
     IF_EQUAL 1f
     DO time_up
@@ -216,7 +211,7 @@ fx_timed_out:
     LIT 0
     IF_NONE RUN_FLAGS, R_TIMED_OUT, 2f
     LIT 1
-2:  DO push_small
+2:  CALL push_small
     DONE_
     .balign 2, 0
 

@@ -264,7 +264,6 @@ map_limit_switches:
 
     /* InterpCNC's state word */
 map_cnc_state:
-    LIT 0
     GET MOTION
     ANDI M_JOG
     F put TEMP

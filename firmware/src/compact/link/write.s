@@ -87,14 +87,11 @@ map_write_own:
 1:  IF_IS_NOT REGISTERS_LEFT, 1, map_illegal
     CMPI CONTROLS+1
     IF_CARRY map_illegal
-    CMPI 0
-    IF_EQUAL map_illegal
-    CMPI CONTROL_START
-    IF_NOT_EQUAL 2f
+    CASE 0, map_illegal
+    CASE_NOT CONTROL_START, 2f
     /* an address of a slot, which is a segment's */
     IF_ZERO STORED+1, map_refused
-2:  CMPI CONTROL_RESTART
-    IF_NOT_EQUAL 3f
+2:  CASE_NOT CONTROL_RESTART, 3f
     DO idle
     IF_NOT_EQUAL map_busy
 3:  CALL control
@@ -103,8 +100,7 @@ map_last:
     FAULT 0
     /* trace mode */
 4:  BITS_OFF TRACING, T_ON|T_FULL
-    CMPI 0
-    IF_EQUAL 9f
+    CASE 0, 9f
     BITS_ON TRACING, T_ON
 9:  DONE_
     /* upload control, the last too */

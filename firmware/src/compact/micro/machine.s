@@ -183,6 +183,7 @@ micro_shift:
     /* of a byte of RAM: r14 = its number */
 micro_get:
     mov.b BYTES(r14), r12
+    clr r13
     ret
 micro_put:
     mov.b r12, BYTES(r14)
@@ -233,6 +234,10 @@ micro_if_not_axis:
     bit.b r12, BYTES(r14)
     pop r12
     jmp if_equal
+    /* of r12 - r14 */
+micro_case:
+    cmp r14, r12
+    jmp if_equal
 micro_if_equal:
     mov r15, r2
 if_equal:
@@ -247,6 +252,9 @@ micro_if_any:
     jmp if_not_equal
 micro_if_is_not:
     cmp.b @r10+, BYTES(r14)
+    jmp if_not_equal
+micro_case_not:
+    cmp r14, r12
     jmp if_not_equal
 micro_if_not_equal:
     mov r15, r2
@@ -346,7 +354,6 @@ micro_table:
     MICRO_KNOWN to_um
     MICRO_KNOWN aim
     MICRO_KNOWN command
-    MICRO_KNOWN settle
     MICRO_KNOWN settle_here
     MICRO_KNOWN offset_steps
     MICRO_KNOWN pop_value
@@ -356,8 +363,6 @@ micro_table:
     MICRO_KNOWN pop_time
     MICRO_KNOWN wait_begin
     MICRO_KNOWN fx_output
-    MICRO_KNOWN push_value
-    MICRO_KNOWN push_small
     MICRO_KNOWN operand_byte
     MICRO_KNOWN rate
     MICRO_KNOWN speed_least
@@ -440,6 +445,8 @@ micro_offsets:
     .set MICRO_BYTES, MICRO_NEXT
     MICRO_OWN micro_below, micro_below
     MICRO_OWN micro_cmpi, micro_cmpi
+    MICRO_OWN micro_case, micro_case
+    MICRO_OWN micro_case_not, micro_case_not
     MICRO_OWN micro_shift, micro_shift
     MICRO_OWN micro_get, micro_get
     MICRO_OWN micro_put, micro_put

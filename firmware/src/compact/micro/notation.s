@@ -148,7 +148,7 @@
     .byte DO_micro_shift, \n + SHIFT_BIAS
     .endm
 
-    /* bytes: r12 = v, flags of r12 - v, v = r12, v = n, v |= n, v &= ~n, v += 1; with the bits of
+    /* bytes: r13:r12 = v, flags of r12 - v, v = r12, v = n, v |= n, v &= ~n, v += 1; with the bits of
        r12: v |= r12, v &= ~r12 */
     .macro BYTE_OP op, v
     .if (\v) < BYTES || (\v) > BYTES+255
@@ -215,6 +215,15 @@
     .endm
     .macro IF_NOT_EQUAL l
     .byte DO_micro_if_not_equal
+    TO \l
+    .endm
+    /* r12 is n, from 0 to 255; it is not */
+    .macro CASE n, l
+    .byte DO_micro_case, \n
+    TO \l
+    .endm
+    .macro CASE_NOT n, l
+    .byte DO_micro_case_not, \n
     TO \l
     .endm
     .macro IF_CARRY l

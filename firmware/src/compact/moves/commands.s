@@ -30,10 +30,8 @@ command_force:
     /* what to do, or 255: stop all axes */
 direct:
     F word COMMAND_HEAD+2
-    CMPI 255
-    IF_EQUAL command_stop
-    CMPI 88
-    IF_NOT_EQUAL 1f
+    CASE 255, command_stop
+    CASE_NOT 88, 1f
     LIT CONTROL_ACKNOWLEDGE
     GOTO command_control
 1:  LIT 133
@@ -96,10 +94,8 @@ command_execute:
     F word COMMAND_HEAD+2
     PUT TEMP
     F word COMMAND_HEAD
-    CMPI CMD_STOP_AXES
-    IF_EQUAL command_stop
-    CMPI CMD_FORCE_INPUT
-    IF_EQUAL command_force
+    CASE CMD_STOP_AXES, command_stop
+    CASE CMD_FORCE_INPUT, command_force
     LIT16 CMD_DIRECT
     F cmp COMMAND_HEAD
     IF_EQUAL direct
@@ -115,8 +111,7 @@ command_execute:
     DO axis_bit
     PUT TEMP
     F word COMMAND_HEAD
-    CMPI CMD_STOP_AXIS
-    IF_EQUAL command_stop
+    CASE CMD_STOP_AXIS, command_stop
 1:  IF_ANY RUN, RUN_ACTIVE, command_busy
     IF_SET EFFECT, command_busy
     /* 102 at no speed */
@@ -240,7 +235,6 @@ command_by_profile:
     BELOW 1
 3:  UP_AXIS 1b
     DO command_axes
-    LIT 0
     GET RAMPS
     CALL line_begin
     /* axes that move do so for as long as the host speaks */
@@ -456,8 +450,7 @@ set_work_position:
     .global command_done
 command_done:
     MICRO
-    CMPI DONE
-    IF_EQUAL 3f
+    CASE DONE, 3f
     /* A reference run or a probe by command is given up and counts as failed. The same. */
     ROUTINE_ODD abandon
     IF_ZERO EFFECT, 3f

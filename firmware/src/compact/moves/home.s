@@ -20,8 +20,7 @@ module.moves.home:
     ROUTINE_ODD fx_home
     IF_NOT_EQUAL 1f
     ADDI -OP_HOME
-    CMPI OP_HOME_QUERY-OP_HOME
-    IF_NOT_EQUAL 0f
+    CASE_NOT OP_HOME_QUERY-OP_HOME, 0f
     DO operand_byte
 0:  DO home_by_profile
 1:  DO axis_n
@@ -146,7 +145,7 @@ home_open:
 1:  FR add A_HOME_POSITION, LONG
     DO to_steps
     DO axis_at
-    DO settle
+    CALL settle
 home_go:
     DO begin_axis
     RETURN

@@ -49,8 +49,7 @@ speed_range:
 
     /* StopAxe, StopAll, WaitMove: nothing moves when a statement begins. */
     ROUTINE_ODD fx_stop
-    CMPI OP_STOP_AXE
-    IF_NOT_EQUAL 1f
+    CASE_NOT OP_STOP_AXE, 1f
     DO operand_byte
     PUT N
     LIT 0
@@ -66,7 +65,6 @@ speed_range:
     PUT FLAGS
     ANDI FL_AXIS
     DO axis_select
-    LIT 0
     GET FLAGS
     DO half
     DO half
@@ -123,7 +121,7 @@ read_probed:
 read_probed_steps:
     F load PROBED, AXIS
 read_done:
-    DO push_value
+    CALL push_value
     DONE_
 
     /* A speed or ramp from the stack when bit 0, 2 or 6 of r12 is set, in steps when bit 1, 3 or 7 is,
@@ -283,7 +281,6 @@ move_range:
     LIT 0
     IF_ANY FLAGS, FL_RAPID, 8f
     EVENT TRACE_LINE
-    LIT 0
     GET RAMPS
     CALL line_begin
 linear_wait:

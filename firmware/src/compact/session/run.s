@@ -216,21 +216,18 @@ run_stopping:
     LET RUN, RUN_FAULT
 1:  DO output_states
     IF_ZERO ENDING, 9f
-    LIT 0
     GET ENDING
     PUT LAST_END
     PUT N
     LET ENDING, 0
     F clear OPEN
     F clear RUNNING
-    CMPI END_FAULT
-    IF_NOT_EQUAL 1f
+    CASE_NOT END_FAULT, 1f
     CALL fault_log
     GOTO 2f
     /* a fault that was handled is past */
 1:  LET VM_FAULT, 0
-2:  LIT 0
-    GET VM_FAULT
+2:  GET VM_FAULT
     EVENT TRACE_END
     F clear EFFECT
     F clear TIME+2

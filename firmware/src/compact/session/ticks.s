@@ -112,8 +112,7 @@ ticks:
     ADDI -OP_HOME
     CMPI OP_WAIT-OP_HOME+1
     IF_CARRY 3f
-    CMPI OP_PULSE-OP_HOME
-    IF_EQUAL 1f
+    CASE OP_PULSE-OP_HOME, 1f
     IF_IS RUN, RUN_PAUSED, 3f
 1:  LIT 1
     DO negate
