@@ -405,6 +405,7 @@ impl<'a, 'b> Run<'a, 'b> {
         let summary = Summary {
             status,
             fault: fault.clone(),
+            stopped: None,
             line,
             us,
             statements: 0,

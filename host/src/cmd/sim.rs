@@ -21,7 +21,7 @@ use crate::sim::{self, DEFAULT_LIMIT_US, Outcome, SimError};
 /// `pasapas sim`
 #[derive(Debug, Args)]
 pub struct Sim {
-    /// The script
+    /// A script, or a program of another system that `import` reads
     file: String,
     /// Who runs it
     #[arg(long, value_enum, default_value_t = Engine::Rhai)]

@@ -50,13 +50,19 @@ fn describe(file: &str, program: &Program, summary: &Summary) -> String {
         crate::sim::trace::Status::Fault => "fault",
     };
     let mut text = format!("{file}: {status} in line {} after {}", summary.line, time(summary.us));
-    if summary.statements > 0 {
-        text += &format!(", {} statements", summary.statements);
+    match summary.statements {
+        0 => {}
+        1 => text += ", 1 statement",
+        n => text += &format!(", {n} statements"),
+    }
+    if let Some(reason) = summary.stopped {
+        text += &format!(": {}", reason.text());
     }
     for (i, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
         if summary.steps[i] > 0 {
             let travel = summary.travel_um[i] as f64 / 1000.0;
-            text += &format!("\n  {letter}      {travel:9.3} mm {:9} steps", summary.steps[i]);
+            let steps = summary.steps[i];
+            text += &format!("\n  {letter} travelled {travel:9.3} mm, {steps:9} steps");
         }
     }
     for used in &summary.outputs {

@@ -76,6 +76,7 @@ fn outcome() -> Outcome {
         summary: Summary {
             status: Status::Done,
             fault: None,
+            stopped: None,
             line: 9,
             us: 5_200_000,
             statements: 9,

@@ -33,6 +33,7 @@ use self::moves::Pieces;
 use self::outputs::Outputs;
 use self::seek::Seek;
 use self::waits::{Slot, Wait};
+use super::record::StopReason;
 use super::trace::{PerAxis, Status, What};
 use super::world::{Scenario, World, WorldError};
 use super::{End, Options, SimError, Sink};
@@ -60,8 +61,8 @@ pub enum Step {
 /// Why the run is over although the program has not ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Halt {
-    /// Stop held, the limit, or nothing can happen any more.
-    Stopped,
+    /// The run was stopped.
+    Stopped(StopReason),
     /// A fault that no handler may take.
     Fault(Fault),
 }
@@ -101,6 +102,7 @@ pub struct Machine {
     texts: Vec<String>,
     late: Option<Fault>,
     halt: Option<Halt>,
+    stopped: Option<StopReason>,
     /// Something but the clock must be looked at before the next statement.
     attention: bool,
     paused_since: Option<u64>,
@@ -159,6 +161,7 @@ impl Machine {
             texts,
             late: None,
             halt: None,
+            stopped: None,
             attention: false,
             paused_since: None,
             paused_us: 0,
@@ -216,7 +219,7 @@ impl Machine {
 
     /// The engine has executed as many statements as it may.
     pub fn give_up(&mut self) {
-        self.halt = Some(Halt::Stopped);
+        self.halt = Some(Halt::Stopped(StopReason::Statements));
         self.attention = true;
     }
 
@@ -479,7 +482,10 @@ impl Machine {
         }
         let (status, fault) = match (self.halt, fault) {
             (Some(Halt::Fault(fault)), _) | (None, Some(fault)) => (Status::Fault, Some(fault)),
-            (Some(Halt::Stopped), _) => (Status::Stopped, None),
+            (Some(Halt::Stopped(reason)), _) => {
+                self.stopped = Some(reason);
+                (Status::Stopped, None)
+            }
             (None, None) => (Status::Done, None),
         };
         // What still moves after a stop ramps down before the outputs take their end states.
@@ -531,7 +537,8 @@ impl Machine {
         let pos = self.steps();
         let failures = self.scenario.failures(&|n| self.outputs.read(n).unwrap_or(false), &pos);
         let travelled = self.motion.travelled;
-        let (summary, record) = self.log.results(end, self.now, self.statements, travelled);
+        let (summary, record) =
+            self.log.results(end, self.stopped, self.now, self.statements, travelled);
         (summary, record, failures)
     }
 }

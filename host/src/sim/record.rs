@@ -81,6 +81,34 @@ pub struct OutputUse {
     pub on_us: u64,
 }
 
+/// Why a run was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopReason {
+    /// It waits or pauses, and nothing can happen any more.
+    Idle,
+    /// The simulated time is up.
+    Limit,
+    /// It has executed as many statements as it may.
+    Statements,
+    /// Somebody held Stop.
+    Button,
+}
+
+impl StopReason {
+    /// For people.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Idle => {
+                "it waits for what never comes (a world, `--world`, presses and switches)"
+            }
+            Self::Limit => "the simulated time is up (`--limit`)",
+            Self::Statements => "no run executes more statements: a loop without an end",
+            Self::Button => "Stop was held",
+        }
+    }
+}
+
 /// The run in a few numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
@@ -89,6 +117,9 @@ pub struct Summary {
     /// Fault code such as `F07`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fault: Option<String>,
+    /// Why it was stopped, where the engine knows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<StopReason>,
     /// Line of the end.
     pub line: u32,
     /// Simulated time from the first statement to the end, us, pauses included.

@@ -5,6 +5,7 @@ use lang::fault::Fault;
 use lang::profile::InputRole;
 
 use super::{Halt, Machine};
+use crate::sim::record::StopReason;
 use crate::sim::trace::What;
 use crate::sim::world::{Action, Button};
 
@@ -73,7 +74,7 @@ impl Machine {
     pub(super) fn tick(&mut self, deadline: Option<u64>) -> bool {
         let next = self.find_next();
         let Some(to) = next.into_iter().chain(deadline).min() else {
-            self.halt = Some(Halt::Stopped);
+            self.halt = Some(Halt::Stopped(StopReason::Idle));
             return false;
         };
         self.advance_to(to.max(self.now));
@@ -93,7 +94,7 @@ impl Machine {
             self.now = self.now.max(self.next);
             if self.now >= self.limit {
                 self.now = self.limit;
-                self.halt = Some(Halt::Stopped);
+                self.halt = Some(Halt::Stopped(StopReason::Limit));
                 self.attention = true;
                 return;
             }
@@ -111,7 +112,7 @@ impl Machine {
             Ok(actions) => actions.into_iter().for_each(|action| self.act(action)),
             Err(error) => {
                 self.world_error = Some(error);
-                self.halt = Some(Halt::Stopped);
+                self.halt = Some(Halt::Stopped(StopReason::Idle));
                 self.attention = true;
                 return;
             }
@@ -124,7 +125,7 @@ impl Machine {
         self.every();
         if self.stop_held_since.is_some_and(|since| self.now >= since + HOLD_US) {
             self.stop_held_since = None;
-            self.halt = Some(Halt::Stopped);
+            self.halt = Some(Halt::Stopped(StopReason::Button));
             self.attention = true;
         }
         self.pause_outputs();

@@ -2,7 +2,7 @@
 
 use lang::record::AxisRecord;
 
-use crate::sim::record::{Edge, OutputUse, RECORD_LIMIT, Record, Segment, Summary};
+use crate::sim::record::{Edge, OutputUse, RECORD_LIMIT, Record, Segment, StopReason, Summary};
 use crate::sim::trace::{Event, What};
 use crate::sim::{End, Options, Sink};
 
@@ -99,6 +99,7 @@ impl Log {
     pub fn results(
         &mut self,
         end: &End,
+        stopped: Option<StopReason>,
         now: u64,
         statements: u64,
         steps: [u64; 3],
@@ -117,6 +118,7 @@ impl Log {
         let summary = Summary {
             status: end.status,
             fault: end.fault.map(|fault| fault.to_string()),
+            stopped,
             line: end.line,
             us: now,
             statements,
