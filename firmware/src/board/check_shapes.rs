@@ -135,7 +135,7 @@ const fn shape(code: u8) -> u16 {
 
 /// Codes that one of [`SHAPES`] may stand for.
 #[cfg(feature = "g2553")]
-const RUNS: [u8; 4] = [1, 2, 4, 16];
+const RUNS: [u8; 4] = [1, 2, 6, 16];
 /// The same for the check.
 #[cfg(feature = "g2553")]
 pub static LENGTHS: [u8; 4] = RUNS;

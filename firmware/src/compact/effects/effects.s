@@ -240,7 +240,10 @@ wait_begin:
     jeq fx_return
 /* TIME and acc = the top, which is taken; a negative one is F20. */
 pop_time:
-    call #pop_to_time
+    call #pop_value
+    mov r12, &TIME
+    mov r13, &TIME+2
+    tst r13
     jge fx_return
 fx_out_of_range:
     mov #FAULTED+F_VALUE_RANGE, r12
@@ -259,14 +262,6 @@ pop_number:
     cmp r12, r15
     jhs fx_return
     jmp fx_out_of_range
-
-/* TIME = the top, which is taken and also left in r13:r12, flags as of r13. Clobbers r14. */
-pop_to_time:
-    call #pop_value
-    mov r12, &TIME
-    mov r13, &TIME+2
-    tst r13
-    ret
 
 /* The first code behind each effect's, and the effect. Codes between them are those of a larger part:
    the image check refuses them. */

@@ -75,12 +75,12 @@ print_done:
 /* A number. The digits are made anew at each call. */
 fx_print_number:
     IF_NOT_EQUAL 1f
-    CALL pop_to_time
-1:  END
+    DO pop_value
+    F store TIME
+1:  F load TIME
+    DO abs
+    END
     mov #TEMP+12, r8
-    mov &TIME, r12
-    mov &TIME+2, r13
-    call #pasapas_abs2
 3:  mov #10, r14
     clr r15
     call #pasapas_udivmod
