@@ -43,6 +43,7 @@ pasapas_verify:
     mov.b CHECK_CALLS(r4), r13
     add r13, r12
     rla r12
+    .if CHECK_EVENT_POOL | (CHECK_POOL_MANY-CHECK_POOL_ONE)
     mov #CHECK_POOL_MANY, r14
     .if CHECK_POOL_MANY-CHECK_POOL_ONE
     bit.b #CHECK_MANY, 1(r4)
@@ -50,11 +51,14 @@ pasapas_verify:
     mov #CHECK_POOL_ONE, r14
 1:
     .endif
-    cmp r12, r14
+    sub r12, r14
     jlo verify_leave
     .if CHECK_EVENT_POOL
-    sub r12, r14
     mov r14, CHECK_FREE(r10)
+    .endif
+    .else
+    cmp #CHECK_POOL_ONE+1, r12
+    jhs verify_leave
     .endif
     mov.b CHECK_KEEPS(r4), r13
     cmp #CHECK_MAX_KEEPS+1, r13

@@ -21,10 +21,6 @@ pasapas_vm_run:
     mov r1, &CORE_VM+CORE_FRAME
     jmp vm_next
 
-vm_drop:
-    POP
-    jmp vm_next
-
     /* faults, at any depth of the machine stack */
 vm_f01:
     mov #1, r12
@@ -77,7 +73,9 @@ vm_store:
 vm_store_at:
     mov r10, 0(r12)
     mov r11, 2(r12)
-    jmp vm_drop
+vm_drop:
+    POP
+    jmp vm_next
 vm_addcell:
     CELL_HERE
     add @r12+, r10
@@ -126,15 +124,14 @@ vm_inline:
     cmp #4*0x30, r12
     jhs 1b
     rra r12
-    mov.b vm_inlines-0x40(r12), r8
-    mov.b vm_inlines-0x40+1(r12), r9
+    mov vm_inlines-0x40(r12), r8
 1:  mov #1000, r14
     mov.b @r5+, r12
     sxt r12
     call #vm_scaled
-    dec r9
-    jne 1b
-    mov r8, r12
+    sub #0x100, r8
+    jc 1b
+    mov.b r8, r12
     jmp vm_exit
 
 vm_operand:

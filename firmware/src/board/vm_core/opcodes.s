@@ -25,10 +25,10 @@ vm_table:
     .if CORE_EVENTS
     .short vm_more
     .endif
-    /* effect and number of values of the codes from 0xA0 on */
+    /* effect and number of further values of the codes from 0xA0 on */
 vm_inlines:
-    .byte CORE_MOVE_TO, 1, CORE_MOVE_TO+1, 1, CORE_MOVE_TO+2, 1
-    .byte CORE_LINE, 1, CORE_LINE+1, 1, CORE_LINE+3, 1, CORE_RAPID+3, 1
-    .byte CORE_FEED, 1, CORE_WAIT, 1, CORE_RAPID+2, 2, CORE_LINE+2, 2
-    .byte CORE_LINEAR, 1, CORE_LINEAR, 2, CORE_LINEAR, 3
-    .byte CORE_MOVE, 2, CORE_PROBE, 2
+    .byte CORE_MOVE_TO, 0, CORE_MOVE_TO+1, 0, CORE_MOVE_TO+2, 0
+    .byte CORE_LINE, 0, CORE_LINE+1, 0, CORE_LINE+3, 0, CORE_RAPID+3, 0
+    .byte CORE_FEED, 0, CORE_WAIT, 0, CORE_RAPID+2, 1, CORE_LINE+2, 1
+    .byte CORE_LINEAR, 0, CORE_LINEAR, 1, CORE_LINEAR, 2
+    .byte CORE_MOVE, 1, CORE_PROBE, 1

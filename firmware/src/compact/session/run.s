@@ -17,17 +17,18 @@ pop_value:
     mov r14, &VM_SP
     ret
 
-/* Puts r13:r12 (push_small: r12) on the expression stack. Clobbers r14. */
+/* Puts r13:r12 (push_small: r12) on the expression stack. Clobbers r14, r15. */
     .global push_value
 push_small:
     clr r13
 push_value:
-    sub #4, &VM_SP
-    mov &VM_SP, r14
-    mov &VM_TOP, 0(r14)
-    mov &VM_TOP+2, 2(r14)
-    mov r12, &VM_TOP
-    mov r13, &VM_TOP+2
+    mov #VM_SP, r15
+    sub #4, 0(r15)
+    mov @r15+, r14
+    .short 0x4fbe, 0            /* mov @r15+, 0(r14), which LLVM's assembler refuses */
+    mov @r15, 2(r14)
+    mov r13, 0(r15)
+    mov r12, -2(r15)
     ret
 
 /* r12 = the next operand byte. Clobbers r14. */
