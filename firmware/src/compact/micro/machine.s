@@ -408,7 +408,6 @@ micro_table:
     MICRO_KNOWN command_float
     MICRO_KNOWN command_long
     MICRO_KNOWN rounded
-    MICRO_KNOWN keep_save
     MICRO_KNOWN idle
     MICRO_KNOWN map_homes
     .set MICRO_OWNS, MICRO_NEXT

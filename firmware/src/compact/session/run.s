@@ -204,7 +204,7 @@ run_stopping:
 1:  IF_ANY TRACING, T_FULL, 9f
     /* no reply is being sent, which an erase would tear apart */
     IF_SET LINE_STATE, 9f
-    DO keep_save
+    CALL keep_save
     F word OUTPUT
     F put RESUME_OUTPUT
     LIT B_AT_PAUSE

@@ -74,8 +74,15 @@ ticks:
     jhs 3f
     mov r14, r13
     jmp 4f
+    /* once a second, when nothing moves, KEEP values go to flash */
 1:  add #1, &TIMER_MS
     adc &TIMER_MS+2
+    bit #1023, &TIMER_MS
+    jne 1f
+    call #motion_rests
+    jne 1f
+    call #keep_save
+1:  mov &MILLIS, r13
     and #512, r13
     jmp 4f
     /* a blink each quarter of a second, anew every 8 s */
@@ -126,14 +133,7 @@ ticks:
     GET N
     CALL output_off
 
-3:  IF_IS_NOT RUN, RUN_RUNNING, 1f
-    CALL ticks_second
-    IF_NOT_EQUAL 1f
-    DO motion_rests
-    IF_NOT_EQUAL 1f
-    DO keep_save
-
-1:
+3:
     .if HAS_EVENTS
     END
     call #event_tick
@@ -142,14 +142,6 @@ ticks:
     RETURN
     .balign 2, 0
 
-    .section .tail.second,"axR",@progbits
-module.session.ticks$second:
-/* Z set once a second. */
-ticks_second:
-    bit #1023, &TIMER_MS
-    ret
-
-    .section .text.ticks,"axR",@progbits
 /* Output r12 is off, in a pause and behind it. */
 output_off:
     call #mask_of
