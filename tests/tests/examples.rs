@@ -6,8 +6,8 @@ use lang::axis::Axis;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
-use pasapas::board::engine::{self, Job, Sinks};
-use pasapas::sim::trace::{Event, to_text};
+use pasapas::board::{DEFAULT, engine};
+use pasapas::sim::trace::to_text;
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, run_traced};
 
@@ -67,23 +67,9 @@ fn short_examples_run_on_the_board() {
             continue;
         }
         let compiled = lang::back::compile(program).unwrap();
-        let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
-        let image = &compiled.image;
-        let job = Job {
-            build: pasapas::board::DEFAULT,
-            program,
-            image,
-            line_of: &line_of,
-            world,
-            options: &options,
-        };
-        let mut events = Vec::new();
-        let sinks = Sinks {
-            trace: &mut |event: &Event| events.push(event.clone()),
-            vcd: None,
-            progress: &mut |_| {},
-        };
-        let run = engine::run(&job, sinks).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let (image, sidecar) = (&compiled.image, &compiled.sidecar);
+        let run = engine::run_traced(DEFAULT, program, image, sidecar, world, &options);
+        let (run, events) = run.unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(run.outcome.failures, Vec::<String>::new(), "{name}");
         assert_eq!(&to_text(&events), trace, "{name}");
         // Where homing sets a position no axis has moved. Between two looks a rate is a few steps

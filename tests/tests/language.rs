@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
-use pasapas::board::engine::{self, Job, Sinks};
+use pasapas::board::{DEFAULT, engine};
 use pasapas::sim::trace::{Event, MoveKind, PerAxis, Status, What, to_text};
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, run_traced};
@@ -154,23 +154,9 @@ fn the_board_does_what_the_reference_says_in_short_runs() {
             continue;
         }
         let compiled = lang::back::compile(program).unwrap();
-        let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
-        let image = &compiled.image;
-        let job = Job {
-            build: pasapas::board::DEFAULT,
-            program,
-            image,
-            line_of: &line_of,
-            world,
-            options: &options,
-        };
-        let mut told = Vec::new();
-        let sinks = Sinks {
-            trace: &mut |event: &Event| told.push(event.clone()),
-            vcd: None,
-            progress: &mut |_| {},
-        };
-        let run = engine::run(&job, sinks).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let (image, sidecar) = (&compiled.image, &compiled.sidecar);
+        let run = engine::run_traced(DEFAULT, program, image, sidecar, world, &options);
+        let (run, told) = run.unwrap_or_else(|error| panic!("{name}: {error}"));
         script.compare("the board", &told, &run.outcome.failures, &mut wrong);
         let bare = |events: &[Event]| {
             let events: Vec<Event> =

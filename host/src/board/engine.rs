@@ -9,6 +9,7 @@ use std::time::Duration;
 use emulator::{LoadError, VcdWriter};
 use firmware::motion::physics::Count;
 use lang::axis::Axis;
+use lang::back::Sidecar;
 use lang::fault::Fault;
 use lang::hir::Program;
 use lang::record::BoardRecord;
@@ -145,6 +146,31 @@ pub fn run<'a>(job: &'a Job<'_>, sinks: Sinks<'a>) -> Result<BoardRun, BoardErro
     run.start()?;
     let end = run.follow()?;
     run.finish(end)
+}
+
+/// Runs a program of which nothing but the trace is wanted on the way; `sidecar` tells the lines of
+/// `image`.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn run_traced(
+    build: &Build,
+    program: &Program,
+    image: &[u8],
+    sidecar: &Sidecar,
+    world: &World,
+    options: &Options,
+) -> Result<(BoardRun, Vec<Event>), BoardError> {
+    let line_of = |pc: u16| sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
+    let job = Job { build, program, image, line_of: &line_of, world, options };
+    let mut trace = Vec::new();
+    let sinks = Sinks {
+        trace: &mut |event: &Event| trace.push(event.clone()),
+        vcd: None,
+        progress: &mut |_| {},
+    };
+    let run = run(&job, sinks)?;
+    Ok((run, trace))
 }
 
 /// Profile, program and trace mode.

@@ -15,7 +15,7 @@ use super::compare::{Run, difference, on_rhai, on_vm, trace_difference, varied};
 use super::generate::{Case, generate, generate_still};
 use super::{Row, Settings, Sink, Verdict};
 use crate::board::Build;
-use crate::board::engine::{self, BoardError, BoardRun, Job, Sinks};
+use crate::board::engine::{self, BoardError, BoardRun};
 use crate::board::health::Health;
 use crate::sim::Options;
 use crate::sim::machine::STATEMENT_US;
@@ -82,24 +82,10 @@ pub fn tape(settings: &Settings, fault: &str, n: u64) -> Vec<u16> {
 /// # Errors
 /// The board does not do what it is told.
 pub fn on_board(build: &Build, made: &Made, image: &[u8]) -> Result<(Run, BoardRun), BoardError> {
-    let marks = &made.compiled.sidecar;
-    let line_of = |pc: u16| marks.at(usize::from(pc)).map_or(0, |mark| mark.line);
     let options = Options { times: false, look_ahead: build.part.look_ahead, ..OPTIONS };
-    let job = Job {
-        build,
-        program: &made.program,
-        image,
-        line_of: &line_of,
-        world: &made.world,
-        options: &options,
-    };
-    let mut trace = Vec::new();
-    let sinks = Sinks {
-        trace: &mut |event: &Event| trace.push(event.clone()),
-        vcd: None,
-        progress: &mut |_| {},
-    };
-    let run = engine::run(&job, sinks)?;
+    let sidecar = &made.compiled.sidecar;
+    let (run, trace) =
+        engine::run_traced(build, &made.program, image, sidecar, &made.world, &options)?;
     Ok((Run { trace, outcome: run.outcome.clone() }, run))
 }
 
