@@ -119,15 +119,10 @@ __mspabi_remli:
 
     .section .text.sign,"ax",@progbits
 module.math$sign:
-    /* magnitudes of r13:r12 and r15:r14 */
+    /* magnitudes of r13:r12 and r15:r14: twice they change places and what is first loses its sign */
 pasapas_abs2:
-    tst r15
-    jge 1f
-    inv r14
-    inv r15
-    inc r14
-    adc r15
-1:
+    call #1f
+1:  call #pasapas_swap
     /* |r13:r12| */
 pasapas_abs:
     tst r13

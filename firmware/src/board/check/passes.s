@@ -2,10 +2,15 @@
 
     /* first pass: instructions, operands, depths; leaves the anchors */
 verify_code:
-    mov r10, r11
     mov #CHECK_ANCHORS, r12
+    .if CHECK_COMPACT
+    /* the scratch memory is the pool */
+1:  mov.b #-1, POOL+CHECK_ANCHOR-1(r12)
+    .else
+    mov r10, r11
 1:  mov.b #-1, CHECK_ANCHOR(r11)
     inc r11
+    .endif
     dec r12
     jne 1b
     mov @r10, r4

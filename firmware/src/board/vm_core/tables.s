@@ -23,12 +23,14 @@ vm_element:
     add r7, r12
     ret
 vm_check:
+    mov.b @r5+, r13
+    call #vm_inside_top
+    jmp vm_next
+    /* r15:r14 = the top, F03 unless it lies from 0 to r13 - 1 */
+vm_inside_top:
     mov r10, r14
     mov r11, r15
-    mov.b @r5+, r13
-    call #vm_inside
-    jmp vm_next
-    /* F03 unless r15:r14 lies from 0 to r13 - 1 */
+    /* F03 unless r15:r14 does */
 vm_inside:
     tst r15
     jne 1f
@@ -53,9 +55,7 @@ vm_tablefar:
     mov.b @r12+, r14
     swpb r14
     bis r14, r9
-    mov r10, r14
-    mov r11, r15
-    call #vm_inside
+    call #vm_inside_top
     /* r8 bytes a row, the highest first */
     mov r8, r13
 2:  add r14, r12

@@ -48,8 +48,7 @@ soft_convert:
     IF_CARRY 1f
     F store VM_TOP
     DONE_
-1:  LIT F_OVERFLOW
-    RETURN
+1:  FAULT F_OVERFLOW
     .balign 2, 0
 
     .if HAS_LINES
