@@ -463,3 +463,23 @@ fn sim_shows_the_speeds_of_the_part_that_runs_the_script() {
     let refused = bench.run(&["sim", "arc.bas", "--part", "g2553"]);
     assert!(refused.code == 1 && refused.err.contains("arcs (G2, G3)"), "{}", refused.err);
 }
+
+#[test]
+fn sim_says_why_a_run_was_stopped() {
+    let bench = Bench::new();
+    bench.file("wait.bas", "WaitIn 3, ON\n").file("loop.bas", "DO\nWait 1s\nLOOP\n");
+    bench.file("held.rhai", "hold_stop(500, 2500);\n");
+    let cases: [(&[&str], &str); 3] = [
+        (&["wait.bas"], "idle"),
+        (&["loop.bas", "--limit", "5s"], "limit"),
+        (&["loop.bas", "--world", "held.rhai"], "button"),
+    ];
+    for (args, reason) in cases {
+        let args = [&["sim", "--format", "json"], args].concat();
+        let (code, lines) = bench.json(&args);
+        assert_eq!(code, 3, "{args:?}");
+        assert_eq!(lines.last().expect("a summary")["stopped"], reason, "{args:?}");
+    }
+    let text = bench.run(&["sim", "wait.bas"]).out;
+    assert!(text.contains("waits for what never comes"), "{text}");
+}
