@@ -65,9 +65,12 @@ const _: () = assert!(
         && Op::ToLength as u8 == Op::Err as u8 - 1
 );
 
-// RUN_ACTIVE tells active states from the others, and `stopping` counts on the ends' order.
+// RUN_ACTIVE tells active states from the others, the lamp shows the first two as they are, and `stopping`
+// counts on the ends' order.
 const _: () = assert!(
-    RunState::Running as u8 == 2
+    RunState::Empty as u8 == 0
+        && RunState::Ready as u8 == 1
+        && RunState::Running as u8 == 2
         && RunState::Paused as u8 & 2 != 0
         && RunState::Stopping as u8 & 2 != 0
         && (RunState::Empty as u8 | RunState::Ready as u8 | RunState::Fault as u8) & 2 == 0

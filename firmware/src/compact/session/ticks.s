@@ -62,17 +62,20 @@ ticks:
     jne 1f
     bic.b #M_PAUSE, &MOTION
 
-    /* A run's time, and the lamp: off without a program, lit when ready, slow blink in a run, fast in a pause, a
-       fault's number in blinks. */
-1:  mov &MILLIS, r13
-    mov.b &MILLIS+1, r15
-    mov.b &RUN, r14
-    cmp #RUN_FAULT, r14
-    jeq 2f
-    cmp #RUN_RUNNING, r14
+    /* A run's time, and the lamp: off without a program, lit when ready, slow blink in a run, fast in a
+       pause, a fault's number in blinks. */
+1:  mov.b &RUN, r13
+    cmp #RUN_RUNNING, r13
+    jlo 4f                      ; empty or ready, 0 or 1: the lamp's level
     jeq 1f
-    jhs 3f
-    mov r14, r13
+    cmp #RUN_FAULT, r13
+    jne 3f
+    /* a blink each quarter of a second, anew every 8 s */
+    mov.b &MILLIS+1, r15
+    and #31, r15
+    cmp.b &VM_FAULT, r15
+    jlo 3f
+    clr r13
     jmp 4f
     /* once a second, when nothing moves, KEEP values go to flash */
 1:  add #1, &TIMER_MS
@@ -82,15 +85,10 @@ ticks:
     call #motion_rests
     jne 1f
     call #keep_save
-1:  mov &MILLIS, r13
-    and #512, r13
-    jmp 4f
-    /* a blink each quarter of a second, anew every 8 s */
-2:  and #31, r15
-    cmp.b &VM_FAULT, r15
-    jlo 3f
-    clr r13
-3:  and #128, r13
+1:  mov #512, r13
+    jmp 2f
+3:  mov #128, r13
+2:  and &MILLIS, r13
 4:  MICRO
     PROFILE B_LAMP
     CALL set_output
