@@ -41,14 +41,11 @@ verify_axis_number:
 verify_axis:
     cmp #3, r12
     jhs 7f
-    mov #CHECK_AXES-CHECK_CODE, r13
-2:  tst r12
-    jeq 3f
-    add #CHECK_AXIS_SIZE, r13
-    dec r12
+2:  dec r12
+    jn 3f
+    add #CHECK_AXIS_SIZE, r15
     jmp 2b
-3:  add r15, r13
-    bit #CHECK_PRESENT, 0(r13)
+3:  bit #CHECK_PRESENT, CHECK_AXES-CHECK_CODE(r15)
     jeq 7f
     ret
     .if CHECK_HAS_EVENTS

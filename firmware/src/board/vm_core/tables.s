@@ -33,11 +33,10 @@ vm_inside_top:
     /* F03 unless r15:r14 does */
 vm_inside:
     tst r15
-    jne 1f
+    jne vm_f03
     cmp r13, r14
-    jhs 1f
+    jhs vm_f03
     ret
-1:  jmp vm_f03
 
     /* the row on the top becomes the value of the column whose offset is the operand */
 vm_column:

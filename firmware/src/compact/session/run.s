@@ -102,18 +102,15 @@ run_perform:
     bit.b #T_ANNOUNCED, &TRACING
     jeq 9f
 1:  call #effect_poll
+    /* no fault is number 1 */
+run_done:
     cmp #NOT_YET, r12
     .if HAS_EVENTS
     jeq event_serve
     .else
     jeq 9f
     .endif
-    jlo run_on
-    jmp raise
-2:  call #soft
-    tst r12
-    jne raise
-run_on:
+    jhs raise
     mov &VM_PC, &EFFECT_PC
     .if HAS_EVENTS
     call #run_no_effect
@@ -133,6 +130,9 @@ run_no_effect:
     clr &TIME+2
 run_idle:
 9:  ret
+
+2:  call #soft
+    jmp run_done
 
 /* A fault of the instruction at EFFECT_PC: its handler begins, or the run ends. Takes r12 = fault (the
    high byte is ignored). The other faults that no handler takes never come here. Destroys r11 to

@@ -3,7 +3,7 @@
     .section .text.soft,"axR",@progbits
 module.session.soft:
 
-/* Executes the pure instruction r12. Leaves r12 = 0 or a fault. Destroys r8 to r15. */
+/* Executes the pure instruction r12. Leaves r12 = 0 or a fault, F01 as FAULTED + 1. Destroys r8 to r15. */
     .global soft
 soft:
     sub #OP_ERR, r12
