@@ -31,6 +31,8 @@ pub struct People {
     record: BoardRecord,
     rng: Rng,
     script: String,
+    /// The program has KEEP values.
+    keeps: bool,
 }
 
 /// Pulses of each axis so far.
@@ -106,7 +108,7 @@ impl People {
             plant.switches[axis] = Some(Contact { axis, position, above: side > 0 });
         }
         plant.probes[2] = Some(Contact { axis: 2, position: -300, above: false });
-        Ok(People { stand, record, rng, script: made.case.script.clone() })
+        Ok(People { stand, record, rng, script: made.case.script.clone(), keeps: keep })
     }
 
     /// A while of random activity.
@@ -159,19 +161,28 @@ impl People {
                 self.stand.board.plant_mut().set_input(EMERGENCY, false);
             }
             12 => {
-                self.stand.control(Control::EmergencyStop);
+                self.control(Control::EmergencyStop);
                 self.stand.board.run_us(CEASE_US);
                 self.ceased()?;
             }
             _ => {
                 let codes = [Control::Start, Control::Pause, Control::Resume, Control::Stop];
                 let code = codes[rng.below(4) as usize];
-                if let Answer::Silence | Answer::Noise(_) = self.stand.control(code) {
+                if let Answer::Silence | Answer::Noise(_) = self.control(code) {
                     return Err(format!("{code:?} was not answered"));
                 }
             }
         }
         Ok(())
+    }
+
+    /// A run control. An erase stops the chip for 10 ms and what comes meanwhile is lost (SLAS735, flash
+    /// memory): where KEEP values are written it is said once more, as every host does.
+    fn control(&mut self, code: Control) -> Answer {
+        match self.stand.control(code) {
+            Answer::Silence | Answer::Noise(_) if self.keeps => self.stand.control(code),
+            answer => answer,
+        }
     }
 
     /// An emergency stop has just come.
