@@ -34,8 +34,6 @@ constants! {
     PROFILE_FIRST = 0x1080;
     PROFILE_SECOND = 0x1040;
     RECORD_VERSION = RECORD_VERSION;
-    // Zeros in the default profile.
-    B_RESERVED = core::mem::offset_of!(BoardRecord, reserved);
     FEATURES = PART.features;
     // FCTL1 (SLAU144, 7.4) with its password.
     FLASH_WRITE = 0xA500 | 1 << 6;
