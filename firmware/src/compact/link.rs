@@ -66,6 +66,7 @@ blocks! {
     OUTPUTS: Holding;
     POSITIONS: Holding;
     SPEEDS: Holding;
+    OVERRIDES: Holding;
     CELLS: Holding;
     KEEPS: Holding;
     OWN: Holding;

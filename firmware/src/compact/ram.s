@@ -20,6 +20,7 @@
 /* Deadlines (ticks.s, step.s). */
     MODULE session$missed
     VAR MISSED, 2               /* milliseconds served late, step events not armed in time */
+    VAR RUNS, 2                 /* runs begun since reset */
 
 /* Step engine (step.s). */
     MODULE motion.step
@@ -27,7 +28,8 @@
     VAR STEP_FRAC, 2            /* fraction of the compare registers */
     VAR COUNT, 6                /* low halves of the positions, negated in negative direction */
     VAR WIDTH, 2                /* ticks of a long pulse, 0 for a short one */
-    VAR CAUGHT, 4               /* count of axis N when a watched input answered; homing uses it too */
+    VAR CAUGHT, 4               /* count of axis N when a watched input answered, homing uses it too; else
+                                   the speed that overrides act on */
     .set SLOT, HERE
     VAR SLOT0, 12               /* a segment: interval 4, change 4, events 2, mask 2 */
     VAR SLOT1, 12
@@ -47,7 +49,7 @@
     .set LOCALS, TICK           /* at rest: bytes of a statement or command that begins */
     VAR WATCH, 1                /* inputs of port 1 that catch, or TRIPPED */
     VAR IDLE, 1                 /* their levels at rest; WATCH_ENDS: the step that is caught is the last */
-    VAR HIT, 1                  /* what answered, 0 for nothing yet */
+    VAR HIT, 1                  /* what answered, 0 for nothing yet; 1 in a rapid move, LONE in that of a single axis */
     VAR REFUSAL, 1              /* Refusal of the last upload */
     VAR MOVING, 1               /* bit per axis that the motion under way moves */
     VAR NEGATIVE, 1             /* bit per axis: last moved in negative direction */
@@ -86,7 +88,6 @@
     MODULE session
     VAR EFFECT_PC, 2            /* address of the effect's instruction, or of the next one */
     VAR FEED, 4                 /* F: um/s, negative steps/s, 0 none yet */
-    VAR RUNS, 2                 /* runs begun since reset */
     VAR MILLIS, 2               /* milliseconds since reset */
     VAR HELD, 2                 /* milliseconds for which Stop must still be held to end a run */
     VAR UNHEARD, 2              /* milliseconds since a host took what was printed, or found nothing */
@@ -105,6 +106,7 @@
     VAR TICKS_DONE, 1           /* low byte of the millisecond handled last */
     VAR BUTTON_HIGH, 1
     VAR RUN_FLAGS, 1            /* R_ flags */
+    VAR OVERRIDE, 2             /* percent: of feeds and single axes, of rapid moves */
     VAR FORCED, 2               /* inputs that keep the level that command 110 gave them */
     VAR OUTPUT, 2               /* outputs 1 to 16 */
     VAR RESUME_OUTPUT, 2        /* outputs as they were before a pause */
@@ -166,7 +168,12 @@
 
     MODULE session$run
     VAR TIMER_MS, 4             /* milliseconds of the run */
+    .if HAS_LINES
     VAR SPIN, 2                 /* milliseconds until motion goes on after a pause */
+    .else
+    /* without handlers */
+    .set SPIN, VM_HANDLER
+    .endif
     VAR PRINT_OPEN, 1           /* bytes of the line that is being put */
     VAR FILTER, 1               /* four times the milliseconds since the last sample of inputs */
     VAR OPEN, 2                 /* address of the slot that an upload fills, 0 for none */
@@ -179,11 +186,13 @@
     MODULE pool
     .set POOL, HERE
     .set COMMAND, POOL+4        /* 21 registers */
-    .set STACK_ROOM, 70         /* the machine stack below 0x0400, with 24 bytes to spare */
+    .set STACK_ROOM, 70-2*HAS_LINES /* the machine stack below 0x0400, with 24 bytes to spare */
     .set POOL_END, 0x0400-STACK_ROOM
     .set ram.stack, POOL_END
     .global POOL, POOL_END, VM_STATE
 
+/* HIT */
+    .set LONE, -1
 /* MOTION: how the motion under way goes on */
     .set M_PAUSE, 1             /* brake to a pause, or rest in one */
     .set M_STOP, 2              /* brake, then forget the rest */

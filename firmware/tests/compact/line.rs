@@ -91,7 +91,7 @@ fn lines_are_planned_as_one_block_of_a_path() {
     let steps = [distance(), distance(), distance()];
     let from = [-1_000_000..1_000_000i32, -1_000_000..1_000_000i32, -1_000_000..1_000_000i32];
     proptest!(ProptestConfig::with_cases(400), |(
-        axes in axes(), steps in steps, from in from, feed in feed(), mask in 1u8..8, rapid: bool
+        axes in axes(), steps in steps, from in from, feed in feed(), mask in 1u8..8, rapid: bool, percents in [10u8..=200, 10..=100]
     )| {
         let mut chip = chip.borrow_mut();
         install(&mut chip, &MachineRecord { axes, ..mill() });
@@ -99,6 +99,9 @@ fn lines_are_planned_as_one_block_of_a_path() {
         aim(&mut chip, from, to);
         chip.set_long("FEED", 0, feed_word(feed));
         chip.set_byte("MOVING", 0);
+        for (at, percent) in (chip.at("OVERRIDE")..).zip(percents) {
+            chip.board.poke8(at, percent);
+        }
         chip.call("line_begin", &[(12, mask.into()), (13, rapid.into())]);
         let steps = [0, 1, 2].map(|n| if mask >> n & 1 != 0 { steps[n] } else { 0 });
         let moving: u8 = (0..3).filter(|n| steps[*n] != 0).map(|n| 1 << n).sum();
@@ -106,6 +109,9 @@ fn lines_are_planned_as_one_block_of_a_path() {
         let (feed, axes) = in_the_unit_of(feed, axes);
         let feed = if rapid { Feed::Rapid } else { feed };
         let mut path = Path::new(0);
+        // Without a feed the axes go as fast as they can, by the override of feeds.
+        let fastest = if rapid { percents[1] } else { percents[0].min(100) };
+        path.set_override(percents[0], fastest);
         path.push(&axes, &Block { steps, feed, exact: true });
         let mut planned = PathSegment::default();
         for n in 0..SEGMENTS {
@@ -135,7 +141,7 @@ fn single_axes_are_planned_as_single() {
     let pace = (1u32..100_000, 1u32..1_000_000, 1u32..1_000_000, 0i8..10);
     proptest!(ProptestConfig::with_cases(400), |(
         axes in axes(), n in 0u16..3, from in -1_000_000..1_000_000i32, by in distance(),
-        (speed, accel, decel, slow) in pace
+        (speed, accel, decel, slow) in pace, percent in 10u8..=200
     )| {
         let mut chip = chip.borrow_mut();
         install(&mut chip, &MachineRecord { axes, ..mill() });
@@ -152,9 +158,12 @@ fn single_axes_are_planned_as_single() {
         for (at, part) in [(0, pace.speed), (4, pace.accel), (8, pace.decel)] {
             chip.set_long("TEMP", at, part.0);
         }
+        chip.set_byte("OVERRIDE", percent);
+        chip.set_byte("N", n as u8);
         chip.call("axis_begin", &[(12, 1 << n)]);
         prop_assert_eq!(chip.byte("MOVING"), if by == 0 { 0 } else { 1 << n });
         let mut single = Single::new(from);
+        single.percent = percent;
         single.go(&axes[i], end[i], pace);
         for a in 0..3u16 {
             let moves = a == n && by != 0;

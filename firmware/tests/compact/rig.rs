@@ -92,6 +92,7 @@ impl Rig {
             chip.board.bus_write8(register, value);
         }
         chip.set_word("BOARD", PROFILE);
+        chip.set_word("OVERRIDE", 0x6464);
         chip.call("io_open", &[]);
         chip.call("store_mount", &[]);
         let rig = Rig { chip, events: Vec::new(), printed: String::new(), takes: true };

@@ -112,6 +112,7 @@ impl Machine {
         for (at, part) in [(0, pace.speed), (4, pace.accel), (8, pace.decel)] {
             self.chip.set_long("TEMP", at, part.0);
         }
+        self.chip.set_byte("N", n as u8);
         self.call("axis_begin", &[(12, 1 << n)]);
         let axis = &self.axes[usize::from(n)];
         Plan::axis(self.chip.word("STEP_FRAC").into(), axis, n, steps, pace)

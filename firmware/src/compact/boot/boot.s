@@ -52,7 +52,9 @@ boot:
     F cmp WATCHDOGS
     IF_CARRY 1f
     BITS_ON RUN_FLAGS, R_BOOTED /* the third and all that follow it: no autorun */
-1:  CALL store_mount
+1:  LIT16 100*0x101
+    F put OVERRIDE
+    CALL store_mount
     CALL boot_log
     /* a run that a reset broke off */
     LIT16 RUNS_MARK

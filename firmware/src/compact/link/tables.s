@@ -47,6 +47,7 @@ map_blocks:
     MAP_BLOCK OUTPUTS, map_list_outputs, map_write_outputs
     MAP_BLOCK POSITIONS, map_list_positions, map_write_position
     MAP_BLOCK SPEEDS, map_list_speeds
+    MAP_BLOCK OVERRIDES, map_list_overrides, map_write_override
     MAP_BLOCK CELLS, map_list_cells, map_write_cell
     MAP_BLOCK KEEPS, map_list_keeps, map_write_keep
     MAP_BLOCK OWN, map_list_own, map_write_own
@@ -113,6 +114,9 @@ map_list_cnc:
     MAP_CODE AT_CNC_STATE, map_command_room
     MAP_CODE 1, map_cnc_state
     MAP_ROUTINE REST, map_alarm
+map_list_overrides:
+    MAP_BYTE 1, OVERRIDE
+    MAP_BYTE REST, OVERRIDE+1
 map_list_outputs:
     MAP_WORDS 1, OUTPUT
 map_list_upload:

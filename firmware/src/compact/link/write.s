@@ -39,6 +39,23 @@ map_bad_address:
 1:  mov r13, &OUTPUT
     jmp map_written
 
+/* Takes effect at the motion's next segment. */
+map_write_override:
+    mov r13, r14
+    sub #10, r14
+    cmp #200-10+1, r14
+    jhs illegal_value
+    tst r12
+    jeq 1f
+    cmp #100-10+1, r14
+    jhs illegal_value
+1:  mov.b r13, OVERRIDE(r12)
+    MICRO
+    IF_ZERO MOVING, 1f
+    DO motion_nominal
+1:  DONE_
+    .balign 2, 0
+
 map_write_cell:
     bit.b #RUN_ACTIVE, &RUN
     jeq refused

@@ -408,6 +408,7 @@ micro_table:
     MICRO_KNOWN command_float
     MICRO_KNOWN command_long
     MICRO_KNOWN rounded
+    MICRO_KNOWN motion_nominal
     MICRO_KNOWN idle
     MICRO_KNOWN map_homes
     .set MICRO_OWNS, MICRO_NEXT

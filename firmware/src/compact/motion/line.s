@@ -16,15 +16,14 @@ line_rapid:
        machine rests. No register is kept. */
     .global axis_begin
 axis_begin:
-    mov #-1, r13
+    mov #LONE, r13
 
     /* Takes r12 = a bit for each axis to move, r13 = 1 for a rapid move. From ACTUAL to STEPS in a
        line, at FEED (0: as fast as the axes can). MOVING stays 0 when there is no step to make. The
        machine rests. No register is kept. */
     .global line_begin
 line_begin:
-    /* V = pace: negative for a single axis, 0 for the feed, 1 for a rapid move */
-    mov r13, &V+2
+    mov.b r13, &HIT
     mov.b r12, &MOVING
     /* nothing is watched yet, unless the emergency stop has answered; INC = distances, LEFT = the
        longest, TICK = length^2 */
@@ -66,8 +65,7 @@ line_begin:
 
     /* TICK = length; the lowest limits along the path: speed, ramps in TEMP, start rate. A single
        axis has the length of its steps and limits already. */
-1:  F load V
-    IF_NEGATIVE 1f
+1:  IF_IS HIT, LONE&255, 1f
     DO scaled_most
     F store TEMP
     F store TEMP+4
@@ -105,17 +103,12 @@ line_begin:
     F store INC, AXIS
 4:  UP_AXIS 3b
 
-    F load V
-    IF_NOT_EQUAL 6f
-    F load FEED
-    DO abs
-    DO new
-    DO test_long
-    IF_EQUAL 6f
-    F bound TEMP
+    F load TEMP
+    F store CAUGHT
+    DO motion_nominal
 
     /* TICK = pitch, units for each event; the planner's memory */
-6:  F load TICK
+    F load TICK
     F over LEFT, NEW
     F store TICK
     /* twice the ramps, less 1/32 */
@@ -129,9 +122,6 @@ line_begin:
     F load ACCEL2
     F times TEMP+4
     F store ACCEL2
-    F load TEMP
-    F times TEMP
-    F store NOMINAL2
     F load START2
     F times START2
     F store START2
@@ -142,6 +132,49 @@ line_begin:
     DO ticks_a_second
     F times TICK
     F store TICK
+    RETURN
+    .balign 2, 0
+
+    /* NOMINAL2 from CAUGHT, the speed that the axes can or that a single one is to have, the feed and
+       the override; homing and probing have none. Uses r8, r9, TEMP. */
+    ROUTINE_ODD motion_nominal, module.motion.line
+    GET EFFECT
+    ADDI -OP_PROBE
+    CMPI OP_HOME_QUERY-OP_PROBE+1
+    IF_CARRY 1f
+    LIT 100
+    GOTO 2f
+1:  GET OVERRIDE
+    IF_IS_NOT HIT, 1, 2f
+    GET OVERRIDE+1
+2:  DO new
+    F store TEMP
+    LIT 100
+    DO new
+    F store NOMINAL2
+    F load TEMP
+    F over NOMINAL2
+    F store TEMP
+    IF_SET HIT, 3f
+    F load FEED
+    DO abs
+    DO new
+    DO test_long
+    IF_EQUAL 3f
+    F least CAUGHT
+    GOTO 4f
+3:  F load CAUGHT
+4:  F times TEMP
+    IF_IS HIT, LONE&255, 5f
+    F least CAUGHT
+    GOTO 6f
+5:  F store TEMP
+    DO axis_n
+    FR load A_TOP_RATE, LONG, NEW
+    F least TEMP
+6:  F store TEMP
+    F times TEMP
+    F store NOMINAL2
     RETURN
     .balign 2, 0
 

@@ -176,15 +176,13 @@ command_probe:
     BELOW 1
     DO axis_bit
     AXIS_OFF PROBE_ERROR
-    DO probe_begin
-    IF_NOT_EQUAL 1f
     UP PHASE
     LIT OP_PROBE
     PUT EFFECT
-    DONE_
-1:  DO axis_bit
-    AXIS_ON PROBE_ERROR
-    DONE_
+    DO probe_begin
+    IF_EQUAL 1f
+    CALL abandon
+1:  DONE_
 command_speed_far:
     GOTO command_speed
 command_home_far:
