@@ -49,7 +49,8 @@
     .set LOCALS, TICK           /* at rest: bytes of a statement or command that begins */
     VAR WATCH, 1                /* inputs of port 1 that catch, or TRIPPED */
     VAR IDLE, 1                 /* their levels at rest; WATCH_ENDS: the step that is caught is the last */
-    VAR HIT, 1                  /* what answered, 0 for nothing yet; 1 in a rapid move, LONE in that of a single axis */
+    VAR HIT, 1                  /* what answered, 0 for nothing yet; where nothing is watched 1 in a rapid
+                                   move, LONE in that of a single axis, else 0 */
     VAR REFUSAL, 1              /* Refusal of the last upload */
     VAR MOVING, 1               /* bit per axis that the motion under way moves */
     VAR NEGATIVE, 1             /* bit per axis: last moved in negative direction */
