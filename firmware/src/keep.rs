@@ -1,9 +1,10 @@
 //! KEEP values: a ring of records in the last two flash segments.
 //!
-//! A record holds all the values that a program keeps: a word with its length in bytes and, in the
-//! low byte, its number, the values, the CRC of the bytes before. The records of one length follow
+//! A record holds all the values that a program keeps: a word with what tells its declarations from
+//! others' ([`MachineRecord::keeps`](lang::record::MachineRecord::keeps)) and, in the low byte, its
+//! number, the values, the CRC of the bytes before. The records of a program follow
 //! one another up to the area's end and then begin anew; the newest one that is sound counts, and
-//! records of other lengths are another program's. What a new record crosses into is erased first,
+//! records with another mark are another program's. What a new record crosses into is erased first,
 //! which is never where the newest lies. Each word is written once between two erases: a single
 //! value that changes once a second takes 128 records for both segments, so their 10^4 erases last
 //! two weeks of steady change, and two years where it changes once a minute.
@@ -27,6 +28,15 @@ const fn end<F: Flash>() -> u16 {
 /// KEEP values of a program.
 pub const KEEPS: u16 = 8;
 
+/// What a program keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// Values, up to [`KEEPS`].
+    pub count: u16,
+    /// [`MachineRecord::keeps`](lang::record::MachineRecord::keeps)
+    pub mark: u8,
+}
+
 /// Bytes of a record of so many values.
 const fn record(keeps: u16) -> u16 {
     4 * keeps + 4
@@ -45,9 +55,9 @@ fn check<F: Flash>(flash: &F, offset: u16, bytes: u16) -> u16 {
     crc
 }
 
-/// The newest record of so many values, if there is one, and where the first of the ring lies.
-fn newest<F: Flash>(flash: &F, keeps: u16) -> (Option<u16>, u16) {
-    let size = record(keeps);
+/// The newest record of these values, if there is one, and where the first of the ring lies.
+fn newest<F: Flash>(flash: &F, kept: Kept) -> (Option<u16>, u16) {
+    let size = record(kept.count);
     let mut found: Option<u16> = None;
     // From the last one down, so that most need no CRC, which takes 130 cycles a byte.
     let mut at = end::<F>();
@@ -58,7 +68,7 @@ fn newest<F: Flash>(flash: &F, keeps: u16) -> (Option<u16>, u16) {
             // The numbers of the ring differ by 127 at most: the signed difference says which is later.
             (head as u8).wrapping_sub(flash.read(old) as u8) as i8 > 0
         });
-        if head >> 8 == size && later && check(flash, at, size) == 0 {
+        if head >> 8 == u16::from(kept.mark) && later && check(flash, at, size) == 0 {
             found = Some(at);
         }
     }
@@ -70,31 +80,32 @@ fn value<F: Flash>(flash: &F, record: u16, index: u16) -> i32 {
     (u32::from(flash.read(at + 2)) << 16 | u32::from(flash.read(at))) as i32
 }
 
-/// Value `index` of a program that keeps so many, 0 for one that was never written.
-pub fn read<F: Flash>(flash: &F, keeps: u16, index: u16) -> i32 {
-    match newest(flash, keeps).0 {
-        Some(record) if index < keeps => value(flash, record, index),
+/// Value `index` of a program that keeps these, 0 for one that was never written.
+pub fn read<F: Flash>(flash: &F, kept: Kept, index: u16) -> i32 {
+    match newest(flash, kept).0 {
+        Some(record) if index < kept.count => value(flash, record, index),
         _ => 0,
     }
 }
 
 /// Writes the values of a program if they are not what flash holds; the values of another program go.
 /// What flash does not hold then, the next call writes to another place.
-pub fn save<F: Flash>(flash: &mut F, values: &[i32]) {
-    if !held(flash, values) {
-        put(flash, values);
+pub fn save<F: Flash>(flash: &mut F, mark: u8, values: &[i32]) {
+    let kept = Kept { count: values.len() as u16, mark };
+    if !held(flash, kept, values) {
+        put(flash, kept, values);
     }
 }
 
-fn held<F: Flash>(flash: &F, values: &[i32]) -> bool {
-    let Some(record) = newest(flash, values.len() as u16).0 else { return false };
+fn held<F: Flash>(flash: &F, kept: Kept, values: &[i32]) -> bool {
+    let Some(record) = newest(flash, kept).0 else { return false };
     (0..).zip(values).all(|(index, &wanted)| value(flash, record, index) == wanted)
 }
 
 /// Writes a record behind the newest one.
-fn put<F: Flash>(flash: &mut F, values: &[i32]) {
-    let size = record(values.len() as u16);
-    let (newest, start) = newest(flash, values.len() as u16);
+fn put<F: Flash>(flash: &mut F, kept: Kept, values: &[i32]) {
+    let size = record(kept.count);
+    let (newest, start) = newest(flash, kept);
     let mut number = 0u8;
     let mut at = end::<F>() - size;
     match newest {
@@ -121,7 +132,7 @@ fn put<F: Flash>(flash: &mut F, values: &[i32]) {
             break;
         }
     }
-    flash.write(at, size << 8 | u16::from(number));
+    flash.write(at, u16::from(kept.mark) << 8 | u16::from(number));
     for (&value, at) in values.iter().zip((at + 2..).step_by(4)) {
         flash.write(at, value as u16);
         flash.write(at + 2, (value >> 16) as u16);
@@ -132,11 +143,17 @@ fn put<F: Flash>(flash: &mut F, values: &[i32]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{read, save};
+    use super::{Kept, read, save};
     use crate::store::tests::Chip;
 
+    const MARK: u8 = 0xA5;
+
+    fn marked(chip: &Chip, count: u16, mark: u8) -> Vec<i32> {
+        (0..count).map(|index| read(chip, Kept { count, mark }, index)).collect()
+    }
+
     fn values(chip: &Chip, keeps: u16) -> Vec<i32> {
-        (0..keeps).map(|index| read(chip, keeps, index)).collect()
+        marked(chip, keeps, MARK)
     }
 
     #[test]
@@ -146,16 +163,18 @@ mod tests {
             for round in 1..500 {
                 let mut new = vec![-round * 70_000; keeps];
                 new[0] = round;
-                save(&mut chip, &new);
+                save(&mut chip, MARK, &new);
                 assert_eq!(values(&chip, keeps as u16), new);
             }
             let before = chip.operations;
             let same = values(&chip, keeps as u16);
-            save(&mut chip, &same);
+            save(&mut chip, MARK, &same);
             assert_eq!(chip.operations, before, "unchanged values are not written");
-            let others = 9 - keeps as u16;
-            assert_eq!(values(&chip, others), vec![0; usize::from(others)]);
-            save(&mut chip, &vec![0; usize::from(others)]);
+            // As many under other names, or one less or more.
+            for others in [keeps as u16, 9 - keeps as u16] {
+                assert_eq!(marked(&chip, others, MARK + 1), vec![0; usize::from(others)]);
+            }
+            save(&mut chip, MARK + 1, &vec![0; keeps]);
             assert_eq!(values(&chip, keeps as u16), vec![0; keeps], "another program's are gone");
         }
     }
@@ -168,21 +187,21 @@ mod tests {
                 let mut new = vec![0; keeps];
                 for round in 1..=filled {
                     new[0] = round;
-                    save(&mut before, &new);
+                    save(&mut before, MARK, &new);
                 }
                 before.operations = 0;
                 let old = new.clone();
                 new[keeps - 1] = 0x1234_5678;
                 let mut whole = before.clone();
-                save(&mut whole, &new);
+                save(&mut whole, MARK, &new);
                 for cut_at in 1..=whole.operations {
                     let mut chip = Chip { cut_at, noise: cut_at as u16, ..before.clone() };
-                    save(&mut chip, &new);
+                    save(&mut chip, MARK, &new);
                     chip.cut_at = u32::MAX;
                     let found = values(&chip, keeps as u16);
                     assert!(found == old || found == new, "cut at {cut_at}: {found:x?}");
                     let next = vec![7; keeps];
-                    save(&mut chip, &next);
+                    save(&mut chip, MARK, &next);
                     assert_eq!(values(&chip, keeps as u16), next, "after a cut at {cut_at}");
                 }
             }

@@ -103,7 +103,10 @@ impl AxisRecord {
 #[repr(C)]
 pub struct MachineRecord {
     /// [`MachineRecord::REQUIRE_HOMING`] and others.
-    pub flags: u16,
+    pub flags: u8,
+    /// Tells the program's KEEP declarations from other programs': 0 without any and in a profile, never
+    /// 255.
+    pub keeps: u8,
     /// Junction deviation, um.
     pub corner: u16,
     /// Feed of a G1 that no F reaches, um/s; 0 for none.
@@ -114,9 +117,9 @@ pub struct MachineRecord {
 
 impl MachineRecord {
     /// [`MachineRecord::flags`]: an absolute move of an unhomed axis is F07.
-    pub const REQUIRE_HOMING: u16 = 1 << 0;
+    pub const REQUIRE_HOMING: u8 = 1 << 0;
     /// [`MachineRecord::flags`]: G0 lifts Z first and lowers it last.
-    pub const RAPID_Z_APART: u16 = 1 << 1;
+    pub const RAPID_Z_APART: u8 = 1 << 1;
     /// Bytes of the record.
     pub const SIZE: usize = 8 + 3 * AxisRecord::SIZE;
 }

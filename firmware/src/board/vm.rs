@@ -401,7 +401,7 @@ impl State {
 
 /// Without a program a command's own parameters decide.
 static FREE: MachineRecord =
-    MachineRecord { flags: 0, corner: 20, default_feed: 0, axes: [AxisRecord::FREE; 3] };
+    MachineRecord { flags: 0, keeps: 0, corner: 20, default_feed: 0, axes: [AxisRecord::FREE; 3] };
 
 /// The axes' part of the stored program's profile.
 #[inline(never)]

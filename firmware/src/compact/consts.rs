@@ -84,6 +84,7 @@ constants! {
     // Offsets in the axes' part, which precedes the code by MACHINE_SIZE.
     MACHINE_SIZE = MachineRecord::SIZE;
     MC_FLAGS = offset_of!(MachineRecord, flags);
+    MC_KEEPS = offset_of!(MachineRecord, keeps);
     MC_CORNER = offset_of!(MachineRecord, corner);
     MC_FEED = offset_of!(MachineRecord, default_feed);
     MC_AXES = offset_of!(MachineRecord, axes);

@@ -1,7 +1,10 @@
 //! KEEP values: the ring against [`firmware::keep`], power cuts.
 
-use firmware::keep;
+use std::mem::offset_of;
+
+use firmware::keep::{self, Kept};
 use firmware::store::Store;
+use lang::record::MachineRecord;
 use lang::wire::{Exception, RunState, Upload};
 use proptest::prelude::*;
 
@@ -37,8 +40,14 @@ fn get(chip: &mut Chip, index: u16) -> i32 {
     chip.result() as i32
 }
 
-fn values(area: &Area, keeps: u16) -> Vec<i32> {
-    (0..keeps).map(|index| keep::read(area, keeps, index)).collect()
+/// What the chip's program keeps.
+fn kept(chip: &Chip, count: u16) -> Kept {
+    let place = MachineRecord::SIZE - offset_of!(MachineRecord, keeps);
+    Kept { count, mark: chip.board.peek8(chip.word("VM_CODE") - place as u16) }
+}
+
+fn values(area: &Area, kept: Kept) -> Vec<i32> {
+    (0..kept.count).map(|index| keep::read(area, kept, index)).collect()
 }
 
 /// The first cell of the KEEP values, which need not be the program's first.
@@ -68,7 +77,8 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
 fn compare(keeps: u16, owner: u16, steps: &[Step]) -> Result<(), TestCaseError> {
     let (mut chip, mut area) = stored(keeps);
     // Another program's values must not show.
-    keep::save(&mut area, &vec![77; usize::from(owner)]);
+    let kept = kept(&chip, keeps);
+    keep::save(&mut area, kept.mark ^ 0x40, &vec![77; usize::from(owner)]);
     for (at, &byte) in area.0.iter().enumerate() {
         chip.board.poke8(crate::area::AREA + at as u16, byte);
     }
@@ -77,9 +87,9 @@ fn compare(keeps: u16, owner: u16, steps: &[Step]) -> Result<(), TestCaseError> 
             &Step::Write(index, value) => {
                 let exception = set(&mut chip, index, value);
                 if index < keeps {
-                    let mut cells = values(&area, keeps);
+                    let mut cells = values(&area, kept);
                     cells[usize::from(index)] = value;
-                    keep::save(&mut area, &cells);
+                    keep::save(&mut area, kept.mark, &cells);
                     prop_assert_eq!(exception, Some(0));
                 } else {
                     prop_assert_eq!(exception, Some(Exception::IllegalValue as u16));
@@ -88,8 +98,8 @@ fn compare(keeps: u16, owner: u16, steps: &[Step]) -> Result<(), TestCaseError> 
             Step::Run(changes) => {
                 run(&mut chip);
                 chip.call("keep_load", &[]);
-                let mut cells = values(&area, keeps);
-                keep::save(&mut area, &cells);
+                let mut cells = values(&area, kept);
+                keep::save(&mut area, kept.mark, &cells);
                 for (index, &cell) in cells.iter().enumerate() {
                     prop_assert_eq!(get(&mut chip, index as u16), cell);
                     let offset = first_cell(&chip) + 4 * index as u16;
@@ -100,7 +110,7 @@ fn compare(keeps: u16, owner: u16, steps: &[Step]) -> Result<(), TestCaseError> 
                     cells[usize::from(index)] = value;
                 }
                 chip.call("keep_save", &[]);
-                keep::save(&mut area, &cells);
+                keep::save(&mut area, kept.mark, &cells);
                 chip.set_byte("RUN", RunState::Ready as u8);
             }
             Step::Reset => {
@@ -111,7 +121,7 @@ fn compare(keeps: u16, owner: u16, steps: &[Step]) -> Result<(), TestCaseError> 
         }
         prop_assert!(Area::of(&chip) == area, "the flash differs after {:?}", step);
         for index in 0..8 {
-            prop_assert_eq!(get(&mut chip, index), keep::read(&area, keeps, index));
+            prop_assert_eq!(get(&mut chip, index), keep::read(&area, kept, index));
         }
     }
     prop_assert_eq!(chip.board.warnings(), &[]);

@@ -3,7 +3,7 @@
 //! board answers in time and holds the old, the new or, where the old one was given up, no program.
 
 use emulator::{Config, Rng};
-use firmware::keep;
+use firmware::keep::{self, Kept};
 use firmware::store::{Flash, SEGMENT};
 use lang::part;
 use lang::record::{BoardRecord, OutputStates, feature};
@@ -431,6 +431,7 @@ pub fn wear(settings: &Settings, cuts: bool, spoil: &dyn Fn(&mut Counted)) -> Ro
     let mut row = Row::new("power", fault, settings);
     let mut rng = settings.rng(fault, 0);
     let mut flash = Counted::new();
+    let kept = Kept { count: 8, mark: 1 };
     let mut values = [0; 8];
     for n in 0..settings.count(20_000, 100_000, 1_000_000) {
         let (index, value) = (rng.below(8) as usize, rng.bits() as i32);
@@ -439,10 +440,10 @@ pub fn wear(settings: &Settings, cuts: bool, spoil: &dyn Fn(&mut Counted)) -> Ro
         flash.noise = rng.bits() as u16;
         let mut wanted = values;
         wanted[index] = value;
-        keep::save(&mut flash, &wanted);
+        keep::save(&mut flash, kept.mark, &wanted);
         spoil(&mut flash);
         flash.left = u64::MAX;
-        let found: [i32; 8] = std::array::from_fn(|of| keep::read(&flash, 8, of as u16));
+        let found: [i32; 8] = std::array::from_fn(|of| keep::read(&flash, kept, of as u16));
         let held = found == wanted || cut && found == values;
         values = found;
         row.count(

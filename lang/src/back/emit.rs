@@ -28,8 +28,9 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
     } else {
         (Emitter::new(program, &unit, cells, true).finish(), true)
     };
-    let machine = MachineRecord::of(&program.profile).to_bytes();
-    let profile_hash = machine.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
+    let profile = MachineRecord::of(&program.profile);
+    let profile_hash = hash(&profile.to_bytes());
+    let machine = MachineRecord { keeps: keeps_id(program, cells), ..profile }.to_bytes();
     let data_len = code.data.bytes.len() + code.table.len();
     let features = unit.features | if wide { feature::WIDE } else { 0 };
     let header = Header {
@@ -71,6 +72,18 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
         calls: graph.calls,
         keeps: cells.keeps.len(),
     }
+}
+
+fn hash(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte))
+}
+
+/// [`MachineRecord::keeps`] of names and kinds in their order.
+fn keeps_id(program: &Program, cells: &Cells) -> u8 {
+    let declared = cells.keeps.iter().map(|&id| program.var(id));
+    let text: String =
+        declared.map(|var| format!("{} {}\n", var.name.to_ascii_lowercase(), var.kind)).collect();
+    if text.is_empty() { 0 } else { (1 + hash(text.as_bytes()) % 254) as u8 }
 }
 
 /// The shortest instruction that pushes `value`.

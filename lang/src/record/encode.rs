@@ -101,6 +101,7 @@ impl MachineRecord {
         }
         MachineRecord {
             flags,
+            keeps: 0,
             corner: rate16(profile.corner_um),
             default_feed: profile.default_feed_um_s.unwrap_or(0).unsigned_abs(),
             axes: Axis::ALL.map(|axis| profile.axis(axis).map_or(ABSENT, AxisRecord::of)),
@@ -110,7 +111,7 @@ impl MachineRecord {
     /// The record as the image holds it, [`MachineRecord::SIZE`] bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = Vec::with_capacity(MachineRecord::SIZE);
-        out.extend(self.flags.to_le_bytes());
+        out.extend([self.flags, self.keeps]);
         out.extend(self.corner.to_le_bytes());
         out.extend(self.default_feed.to_le_bytes());
         for axis in &self.axes {

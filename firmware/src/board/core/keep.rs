@@ -2,8 +2,8 @@
 
 use super::Core;
 use crate::flash::{Area, Image};
-use crate::vm::vm;
-use firmware::keep;
+use crate::vm::{machine, vm};
+use firmware::keep::{self, Kept};
 use firmware::verify::Bytes;
 use lang::image::at;
 
@@ -17,12 +17,17 @@ impl Core {
         self.image().map_or(0, |image| u16::from(Image(image).byte(at::KEEPS as u16)))
     }
 
+    /// What the stored program keeps.
+    fn keep(&self) -> Kept {
+        Kept { count: self.keep_count(), mark: machine().keeps }
+    }
+
     /// KEEP value `index`: of the running program its cell.
     pub fn kept(&self, index: u16) -> i32 {
         if self.session.is_active() && index < self.keep_count() {
             return vm().cell(self.keep_base() + index);
         }
-        keep::read(&Area, self.keep_count(), index)
+        keep::read(&Area, self.keep(), index)
     }
 
     /// Changes a KEEP value.
@@ -34,9 +39,9 @@ impl Core {
             return vm().set_cell(self.keep_base() + index, value);
         }
         let mut values = [0; keep::KEEPS as usize];
-        let keeps = self.keep_count();
-        for (of, slot) in (0..keeps).zip(&mut values) {
-            *slot = if of == index { value } else { keep::read(&Area, keeps, of) };
+        let kept = self.keep();
+        for (of, slot) in (0..kept.count).zip(&mut values) {
+            *slot = if of == index { value } else { keep::read(&Area, kept, of) };
         }
         self.write_kept(&values);
         true
@@ -49,12 +54,12 @@ impl Core {
 
     /// Gives the program's KEEP cells what flash holds.
     pub(super) fn load(&mut self) {
-        let keeps = self.keep_count();
-        if keeps == 0 {
+        let kept = self.keep();
+        if kept.count == 0 {
             return;
         }
-        for index in 0..keeps.min(keep::KEEPS) {
-            vm().set_cell(self.keep_base() + index, keep::read(&Area, keeps, index));
+        for index in 0..kept.count.min(keep::KEEPS) {
+            vm().set_cell(self.keep_base() + index, keep::read(&Area, kept, index));
         }
         self.save();
     }
@@ -73,7 +78,7 @@ impl Core {
     fn write_kept(&self, values: &[i32]) {
         match values.get(..usize::from(self.keep_count())) {
             Some([]) | None => {}
-            Some(values) => keep::save(&mut Area, values),
+            Some(values) => keep::save(&mut Area, machine().keeps, values),
         }
     }
 }

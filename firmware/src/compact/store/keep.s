@@ -42,7 +42,8 @@ keep_find:
 1:  sub r12, r15
     cmp #KEEP_FIRST, r15
     jlo 3f
-    cmp.b 1(r15), r12
+    mov &VM_CODE, r14
+    cmp.b MC_KEEPS-MACHINE_SIZE(r14), 1(r15)
     jne 1b
     tst r9
     jeq 2f
@@ -133,7 +134,8 @@ keep_done:
     mov #KEEP_FIRST, r12
     call #flash_erase
 8:
-    mov r11, r14
+    mov &VM_CODE, r14
+    mov.b MC_KEEPS-MACHINE_SIZE(r14), r14
     swpb r14
     bis r14, r13
     mov r9, r12
