@@ -1,11 +1,14 @@
 //! KEEP values of the running program and in flash.
 
+use core::mem::offset_of;
+
 use super::Core;
 use crate::flash::{Area, Image};
-use crate::vm::{machine, vm};
+use crate::vm::vm;
 use firmware::keep::{self, Kept};
-use firmware::verify::Bytes;
+use firmware::verify::{Bytes, MACHINE};
 use lang::image::at;
+use lang::record::MachineRecord;
 
 impl Core {
     /// KEEP values of the stored program.
@@ -19,7 +22,14 @@ impl Core {
 
     /// What the stored program keeps.
     fn keep(&self) -> Kept {
-        Kept { count: self.keep_count(), mark: machine().keeps }
+        Kept { count: self.keep_count(), mark: self.mark() }
+    }
+
+    /// What tells its declarations from others'. The VM may stand in a piece of a streamed job, which has
+    /// none.
+    fn mark(&self) -> u8 {
+        let place = MACHINE + offset_of!(MachineRecord, keeps) as u16;
+        self.image().map_or(0, |image| Image(image).byte(place))
     }
 
     /// KEEP value `index`: of the running program its cell.
@@ -78,7 +88,7 @@ impl Core {
     fn write_kept(&self, values: &[i32]) {
         match values.get(..usize::from(self.keep_count())) {
             Some([]) | None => {}
-            Some(values) => keep::save(&mut Area, machine().keeps, values),
+            Some(values) => keep::save(&mut Area, self.mark(), values),
         }
     }
 }
