@@ -276,6 +276,17 @@ fn build_gives_its_figures_for_each_file() {
 }
 
 #[test]
+fn build_tells_the_limits_of_the_part_that_it_names() {
+    let bench = Bench::new();
+    bench.file("a.bas", "KEEP n\nON EVERY 1s GOSUB t\nWait 3s\nEND\nt:\nn = n + 1\nRETURN\n");
+    for (part, image, cells) in [("g2553-handlers", 508, 9), ("g2955", 2044, 46)] {
+        let (_, lines) = bench.json(&["build", "a.bas", "--part", part, "--format", "json"]);
+        let limits = [&lines[0]["image_limit"], &lines[0]["cells_limit"]];
+        assert_eq!(limits, [image, cells], "{part}: {}", lines[0]);
+    }
+}
+
+#[test]
 fn an_image_can_be_written_and_taken_apart() {
     let bench = Bench::new();
     assert_eq!(bench.file("a.bas", GOOD).run(&["build", "a.bas", "-o", "a.img"]).code, 0);

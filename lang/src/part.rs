@@ -130,6 +130,19 @@ impl Part {
         self.pool[several as usize]
     }
 
+    /// Bytes of them that so many ON lines take.
+    const fn event_bytes(&self, events: u8) -> u16 {
+        let [all, each] = self.event_pool;
+        if events == 0 { 0 } else { all + each * events as u16 }
+    }
+
+    /// Cells that the program of this header, with so many ON lines, may have beside its stacks.
+    pub const fn cells_for(&self, header: &Header, events: u8) -> usize {
+        let pool = self.pool_for(header.features as u16) as usize;
+        let own = header.pool_bytes() - 4 * header.cells as usize;
+        pool.saturating_sub(own + self.event_bytes(events) as usize) / 4
+    }
+
     /// The first thing that the program of this header, with so many ON lines, wants and the part
     /// lacks.
     pub fn lacks(&self, header: &Header, events: u8) -> Option<Lack> {
@@ -138,8 +151,7 @@ impl Part {
         if missing != 0 {
             return Some(Lack::Feature(1 << missing.trailing_zeros()));
         }
-        let [all, each] = self.event_pool;
-        let lines = if events == 0 { 0 } else { all + each * u16::from(events) };
+        let lines = self.event_bytes(events);
         let (used, available) = (header.pool_bytes() as u16 + lines, self.pool_for(features));
         if used > available {
             return Some(Lack::Memory { used, available });

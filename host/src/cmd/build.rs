@@ -4,7 +4,6 @@ use clap::Args;
 use lang::back::Compiled;
 use lang::hir::Storage;
 use lang::image::{Image, pool_limit};
-use lang::record::feature;
 use serde::Serialize;
 
 use super::check::each;
@@ -99,7 +98,9 @@ impl Build {
 
 fn figures(file: &str, script: &Script, compiled: &Compiled, build: &Firmware) -> Figures {
     let program = &script.program;
-    let features = Image::new(&compiled.image).map_or(0, |image| image.header.features);
+    let image = Image::new(&compiled.image).ok();
+    let features = image.map_or(0, |image| image.header.features);
+    let cells = image.map(|image| build.part.cells_for(&image.header, image.events()));
     // What is promised with these features (device.md, Program store).
     let roomy = pool_limit(features) >= pool_limit(0);
     let mut cell_map: Vec<CellUse> = compiled
@@ -126,12 +127,12 @@ fn figures(file: &str, script: &Script, compiled: &Compiled, build: &Firmware) -
         part: build.part.name,
         statements: compiled.statements,
         image_bytes: compiled.image.len(),
-        image_limit: script::room_for(u16::from(features) & feature::KEEP != 0),
+        image_limit: build.part.room_for(compiled.keeps > 0),
         code_bytes: compiled.code_bytes,
         table_bytes: compiled.table_bytes,
         bytes_per_statement: per_statement(compiled.code_bytes, compiled.statements),
         cells: compiled.cells,
-        cells_limit: compiled.cells_available,
+        cells_limit: cells.unwrap_or(compiled.cells_available),
         stack: compiled.stack,
         stack_limit: if roomy { 8 } else { 6 },
         calls: compiled.calls,
