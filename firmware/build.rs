@@ -1,6 +1,6 @@
 //! Writes the part's memory map where the linker finds it; `link.x` comes from `msp430-rt`.
 
-use lang::part::{G2553, G2553_HANDLERS, G2955, Part, SEGMENT};
+use lang::part::{G2553, G2553_HANDLERS, Part, SEGMENT, VIRTUAL};
 use std::path::Path;
 
 /// Address behind the program store: the chip's last segment belongs to the vectors and to the
@@ -41,12 +41,12 @@ SECTIONS
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     let has = |feature: &str| std::env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
-    let map = if has("G2955") {
-        map(LARGE, &G2955)
+    let map = if has("VIRTUAL") {
+        map(LARGE, &VIRTUAL)
     } else if !has("G2553") {
         return;
     } else if has("WHOLE") {
-        map(WHOLE, &G2955)
+        map(WHOLE, &VIRTUAL)
     } else if has("HANDLERS") {
         map(SMALL, &G2553_HANDLERS)
     } else {

@@ -1,7 +1,6 @@
 #!/bin/sh
-# Builds the images into firmware/image/: pasapas-PART.elf (symbols kept, no debug information) and
-# pasapas-PART.hex (Intel HEX) for each part named, by default those of lang::part and whole for the tests. Byte for byte the
-# same from any checkout.
+# Builds the images into firmware/image/: pasapas-PART.elf (symbols kept, no debug information) for each
+# part named, by default those of lang::part and whole for the tests. Byte for byte the same from any checkout.
 #
 # Needs a rustc with the MSP430 back end and the library source of the same version: Debian's
 # rustc-web, cargo-web, rust-web-src, lld-22 and llvm-22, or a rustup nightly with rust-src and
@@ -20,7 +19,7 @@ unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS || true
 # Panics end in `abort`, without a message or a place to tell.
 export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust -Zunstable-options -Cpanic=immediate-abort"
 mkdir -p firmware/image
-for part in ${*:-g2553 g2553-handlers g2955 whole}; do
+for part in ${*:-g2553 g2553-handlers virtual whole}; do
     chip=$part features=$part
     case $part in
         # All that the G2553's sources can do, on a chip of the tests.
@@ -32,5 +31,4 @@ for part in ${*:-g2553 g2553-handlers g2955 whole}; do
         --target-dir "$root/target/msp430"
     out=$root/target/msp430/msp430-none-elf/firmware/pasapas-$chip
     "$OBJCOPY" --strip-debug "$out" "firmware/image/pasapas-$part.elf"
-    "$OBJCOPY" -O ihex "$out" "firmware/image/pasapas-$part.hex"
 done

@@ -1,7 +1,7 @@
 //! Tables of the README are those of the code: registers of `lang::wire`, parts of `lang::part`.
 //! `UPDATE_README=1 cargo test` rewrites them.
 
-use lang::part::{G2955, Lack, PARTS};
+use lang::part::{Lack, PARTS, VIRTUAL};
 use lang::wire::{BLOCKS, LONG, NAMES, WRITABLE};
 
 fn registers() -> String {
@@ -43,7 +43,7 @@ fn parts() -> String {
             if one == several { one.to_string() } else { format!("{one}, interpolated {several}") };
         let mut lacks: Vec<String> = (0..16)
             .map(|bit| 1 << bit)
-            .filter(|bit| G2955.features & bit != 0 && part.lacks_feature(*bit))
+            .filter(|bit| VIRTUAL.features & bit != 0 && part.lacks_feature(*bit))
             .map(|bit| Lack::Feature(bit).to_string())
             .collect();
         if !part.look_ahead {

@@ -12,7 +12,7 @@ use std::time::Duration;
 use common::Board;
 
 /// Every master talks to both chips.
-const PARTS: [&str; 2] = ["g2553", "g2955"];
+const PARTS: [&str; 2] = ["g2553", "virtual"];
 
 /// Whether a program of the system can be started.
 fn has(program: &str, args: &[&str]) -> bool {

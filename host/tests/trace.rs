@@ -63,7 +63,7 @@ fn simulated(board: &Board) -> String {
 
 #[test]
 fn the_trace_of_a_board_is_the_simulators() {
-    for part in ["g2553", "g2955"] {
+    for part in ["g2553", "virtual"] {
         let board = board(part);
         let (code, out, err) = pasapas(&board, &["trace", "a.bas"], "");
         assert_eq!((code, out), (0, simulated(&board)), "{part}: {err}");
@@ -94,7 +94,7 @@ fn a_halted_program_shows_its_variables_and_takes_new_values() {
 
 #[test]
 fn a_stepped_program_waits_and_can_be_ended() {
-    let board = board("g2955");
+    let board = board("virtual");
     let trace = ["trace", "a.bas", "--step"];
     let (code, out, err) = pasapas(&board, &trace, "\n\ns\nq\n");
     assert_eq!(code, 3, "{err}");
@@ -119,7 +119,7 @@ fn what_the_board_lacks_is_named_with_the_remedy_and_its_program_stays() {
     fs::write(board.folder.path().join("arc.bas"), "G1 X2 F600\nG2 X4 I1 J0\n").expect("a file");
     let (code, _, err) = pasapas(&board, &["upload", "arc.bas"], "");
     assert_eq!(code, 4, "{err}");
-    assert!(err.contains("arcs (G2, G3)") && err.contains("flash --part g2955"), "{err}");
+    assert!(err.contains("arcs (G2, G3)") && err.contains("flash --part virtual"), "{err}");
     let (code, out, err) = pasapas(&board, &["trace", "a.bas"], "");
     assert!(code == 0 && out.contains("at 4"), "{out} {err}");
 }

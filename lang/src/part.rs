@@ -11,7 +11,7 @@ use crate::record::feature;
 pub struct Part {
     /// As on the command line.
     pub name: &'static str,
-    /// As on the package.
+    /// As on the package; of [`VIRTUAL`] that there is none.
     pub chip: &'static str,
     /// Features ([`crate::record::feature`]) that it has.
     pub features: u16,
@@ -47,11 +47,11 @@ pub const G2553_HANDLERS: Part = Part {
     ..G2553
 };
 
-/// 56 KB of flash, 4 KB of RAM: everything, with the limits that the language promises. 192 bytes
+/// A chip that only the emulator has, a G2553 with 56 KB of flash and 4 KB of RAM: everything, with the limits that the language promises. 192 bytes
 /// hold 36 cells, depth 8 and 8 calls; 108 hold 18, 6 and 6 (device.md, Program store).
-pub const G2955: Part = Part {
-    name: "g2955",
-    chip: "MSP430G2955",
+pub const VIRTUAL: Part = Part {
+    name: "virtual",
+    chip: "emulator only",
     features: feature::INTERPOLATE
         | feature::START
         | feature::ARC
@@ -72,7 +72,7 @@ pub const SEGMENT: usize = 512;
 pub const SLOT_HEAD: usize = 4;
 
 /// Every part, the smallest first.
-pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, G2955];
+pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, VIRTUAL];
 
 /// The longest STEP pulse that one interrupt makes, us.
 const SHORT_PULSE_US: u8 = 3;
@@ -201,7 +201,7 @@ impl core::fmt::Display for Lack {
 
 #[cfg(test)]
 mod tests {
-    use super::{G2553, G2955, Lack, Part, top_rate};
+    use super::{G2553, Lack, Part, VIRTUAL, top_rate};
     use crate::image::Header;
     use crate::record::feature;
 
@@ -215,14 +215,14 @@ mod tests {
     fn a_part_names_what_it_lacks() {
         let mut header = Header { features: feature::ARC as u8, ..Header::default() };
         assert_eq!(G2553.lacks(&header, 0), Some(Lack::Feature(feature::ARC)));
-        assert_eq!(G2955.lacks(&header, 0), None);
+        assert_eq!(VIRTUAL.lacks(&header, 0), None);
         header = Header { cells: 40, stack: 9, ..Header::default() };
-        assert_eq!(G2955.lacks(&header, 0), Some(Lack::Memory { used: 196, available: 192 }));
+        assert_eq!(VIRTUAL.lacks(&header, 0), Some(Lack::Memory { used: 196, available: 192 }));
         let small = Part { features: u16::MAX, ..G2553 };
         header = Header { features: feature::EVENTS as u8, cells: 4, stack: 3, ..header };
         assert_eq!(small.lacks(&header, 2), None);
         assert_eq!(small.lacks(&header, 3), Some(Lack::Memory { used: 70, available: 64 }));
-        assert_eq!(G2955.lacks(&header, 4), None);
+        assert_eq!(VIRTUAL.lacks(&header, 4), None);
         assert_eq!(Part::named("g2553"), Some(G2553));
         assert_eq!(Part::named("g2452"), None);
     }

@@ -12,9 +12,9 @@ use proptest::test_runner::TestRunner;
 
 /// The shipped image, symbols and all.
 fn board() -> Board {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/image/pasapas-g2955.elf");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/image/pasapas-virtual.elf");
     let bytes = std::fs::read(path).expect("the shipped image");
-    Board::new(Part::G2955, &Image::parse(&bytes).expect("an ELF file"))
+    Board::new(Part::VIRTUAL, &Image::parse(&bytes).expect("an ELF file"))
 }
 
 /// Watchdog held, 16 MHz, interrupts off, the CPU in an endless loop at the top of RAM.

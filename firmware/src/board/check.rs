@@ -44,12 +44,12 @@ const EVENT_POOL: [u16; 2] =
 /// Of the anchors.
 const ANCHOR_TABLE: u8 = FREE + if EVENT_POOL[0] != 0 { 2 } else { 0 };
 /// Scratch memory of the check, bytes.
-#[cfg(feature = "g2955")]
+#[cfg(feature = "virtual")]
 pub const SCRATCH: usize = ANCHOR_TABLE as usize + ANCHORS;
 
 /// Address of the watchdog's control register (SLAU144, 10.3.1).
 const WDTCTL: u16 = 0x0120;
-#[cfg(feature = "g2955")]
+#[cfg(feature = "virtual")]
 unsafe extern "C" {
     fn pasapas_verify(image: u16, features: u16, scratch: *mut u8) -> u16;
 }
@@ -59,7 +59,7 @@ unsafe extern "C" {
 ///
 /// # Errors
 /// A [`Refusal`] as its number.
-#[cfg(feature = "g2955")]
+#[cfg(feature = "virtual")]
 pub fn verify(image: u16, features: u8, scratch: &mut [u8; SCRATCH]) -> Result<(), u8> {
     // SAFETY: the routine reads the image and writes nothing but the scratch memory.
     match unsafe { pasapas_verify(image, features.into(), scratch.as_mut_ptr()) } {
@@ -213,7 +213,7 @@ global_asm!(
 
 #[cfg(feature = "g2553")]
 global_asm!(".set CHECK_LENGTHS, {}", sym shapes::LENGTHS);
-#[cfg(feature = "g2955")]
+#[cfg(feature = "virtual")]
 global_asm!(".set CHECK_INDEX, {}", sym shapes::INDEX);
 
 // Codes that hold a cell's number are aligned to it; the moves along lines are in their order.

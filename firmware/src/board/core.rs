@@ -33,14 +33,14 @@ use lang::record::{BoardRecord, feature};
 
 /// Image features of this firmware.
 pub const FEATURES: u16 =
-    part::G2955.features & if cfg!(feature = "stream") { !0 } else { !feature::STREAM };
+    part::VIRTUAL.features & if cfg!(feature = "stream") { !0 } else { !feature::STREAM };
 
 /// What the chip can run.
 pub const LIMITS: Limits = Limits {
     bytes: Store::area::<Area>(),
     features: FEATURES as u8,
     pool: crate::vm::POOL_LIMITS,
-    event_pool: lang::part::G2955.event_pool,
+    event_pool: lang::part::VIRTUAL.event_pool,
 };
 
 /// The board.

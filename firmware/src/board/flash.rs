@@ -4,12 +4,12 @@ use crate::reg::{self, set};
 use crate::{boot, link};
 use firmware::store::{Flash, SEGMENT};
 use firmware::verify::{self, Bytes};
-use lang::part::G2955;
+use lang::part::VIRTUAL;
 
 /// Start of the program area.
 pub const AREA: u16 = 0xF200;
 /// End of the program area.
-pub const AREA_END: u16 = AREA + SEGMENT * G2955.segments as u16;
+pub const AREA_END: u16 = AREA + SEGMENT * VIRTUAL.segments as u16;
 
 /// FCTL keys (SLAU144, 7.4): A5 in the high byte. It is the caller's part of every write, so a
 /// program counter that has gone astray into this code finds no key on the stack.
@@ -93,7 +93,7 @@ impl Bytes for Image {
 pub struct Area;
 
 impl Flash for Area {
-    const SEGMENTS: u8 = G2955.segments;
+    const SEGMENTS: u8 = VIRTUAL.segments;
     fn read(&self, offset: u16) -> u16 {
         read(AREA + offset)
     }

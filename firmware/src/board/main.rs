@@ -1,4 +1,4 @@
-//! The MSP430G2955 image: registers, interrupts, main loop.
+//! The image of the virtual part, which only the emulator has: registers, interrupts, main loop.
 #![no_std]
 #![no_main]
 // The board half talks to registers, flash and assembly; each use gives its reason.

@@ -34,11 +34,10 @@ impl Part {
         flash: 0xC000..=0xFFFF,
     };
 
-    /// MSP430G2955 (SLAS800): 56 KB flash, 4 KB RAM of which 2 KB are mirrored at 0x0200.
-    ///
-    /// Runs the firmware with every feature; only the memory map differs here from the G2553's.
-    pub const G2955: Part = Part {
-        name: "MSP430G2955",
+    /// A chip that nobody makes: the G2553 with 56 KB of flash and 4 KB of RAM, of which 2 KB are
+    /// mirrored at 0x0200, to run the firmware with every feature.
+    pub const VIRTUAL: Part = Part {
+        name: "virtual chip",
         ram: 0x1100..=0x20FF,
         ram_mirror: Some(0x0200..=0x09FF),
         info: 0x1000..=0x10FF,

@@ -97,7 +97,7 @@ impl Course {
     }
 }
 
-/// Figures `path_error`, `path_time`, `moves_in_limits` of the G2955, `path_error_g2553` of lines.
+/// Figures `path_error`, `path_time`, `moves_in_limits` of the virtual part, `path_error_g2553` of lines.
 ///
 /// # Errors
 /// The board does not run the path.

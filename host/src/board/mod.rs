@@ -42,17 +42,17 @@ pub static G2553_HANDLERS: Build = Build {
 };
 
 /// The build with everything.
-pub static G2955: Build = Build {
-    part: part::G2955,
-    chip: Part::G2955,
-    elf: include_bytes!("../../../firmware/image/pasapas-g2955.elf"),
+pub static VIRTUAL: Build = Build {
+    part: part::VIRTUAL,
+    chip: Part::VIRTUAL,
+    elf: include_bytes!("../../../firmware/image/pasapas-virtual.elf"),
 };
 
 /// Every build, in the order in which a program finds its own ([`part::PARTS`]).
-pub static BUILDS: [&Build; 3] = [&G2553, &G2553_HANDLERS, &G2955];
+pub static BUILDS: [&Build; 3] = [&G2553, &G2553_HANDLERS, &VIRTUAL];
 
 /// The build of a board that nobody chose: what runs every program.
-pub static DEFAULT: &Build = &G2955;
+pub static DEFAULT: &Build = &VIRTUAL;
 
 impl Build {
     /// The build for the part with this name.

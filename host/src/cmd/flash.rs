@@ -7,14 +7,14 @@ use std::process::Command;
 use clap::Args;
 
 use super::{Console, Options};
-use crate::board::{BUILDS, Build, G2553};
+use crate::board::{BUILDS, Build, G2553, VIRTUAL};
 use crate::failure::Failure;
 
 /// `pasapas flash`
 #[derive(Debug, Args)]
 pub struct Flash {
     /// The image to write: g2553, the LaunchPad's own, g2553-handlers for the same chip (ON ERROR and
-    /// events), or g2955
+    /// events)
     #[arg(long, value_name = "NAME", value_parser = super::part::named)]
     part: Option<&'static Build>,
     /// Driver of mspdebug: rf2500 for the LaunchPad's own programmer, tilib for newer ones
@@ -36,6 +36,13 @@ impl Flash {
     /// # Errors
     /// mspdebug is missing or fails, or the chip is not that of the image.
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
+        if self.part.is_some_and(|build| build.part == VIRTUAL.part) {
+            return Err(Failure::Usage(
+                "the part `virtual` runs in the emulator only, no chip has its pins: write g2553 or \
+                 g2553-handlers, or use `pasapas board` for a board without a board"
+                    .to_owned(),
+            ));
+        }
         if let Some(path) = &self.save {
             let name = path.display().to_string();
             return std::fs::write(path, self.part.unwrap_or(&G2553).elf)

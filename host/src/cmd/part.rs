@@ -14,7 +14,7 @@ use crate::render::Note;
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Choice {
     /// The board's firmware: g2553 (16 KB of flash, 512 bytes of RAM), g2553-handlers (the same chip
-    /// with ON ERROR and events) or g2955 (everything). Without it the first of them that runs the
+    /// with ON ERROR and events) or virtual (everything). Without it the first of them that runs the
     /// program
     #[arg(long, value_name = "NAME", value_parser = named)]
     pub part: Option<&'static Build>,

@@ -199,7 +199,7 @@ fn possible(stmt: &Stmt) -> Result<(), Refused> {
         }
         StmtKind::OnError(_) | StmtKind::OnInput { .. } | StmtKind::OnEvery { .. } => Some((
             "a handler would end with its piece",
-            "stream the job without --stored to a board that can be fed (an MSP430G2955), or \
+            "stream the job without --stored to a board that can be fed (the virtual part), or \
                  test IN(n) or TIMER() between the statements and write Probe?, Home?, WaitIn?",
         )),
         StmtKind::MoveAxe { start: true, .. } | StmtKind::MoveSpeed { .. } => {

@@ -5,7 +5,7 @@ use lang::fault::Fault;
 use lang::profile::{Input, InputRole, Profile, Wiring};
 use lang::wire::{FAULT, FAULT_INPUT, HOMED, MACHINE_POSITIONS, RUN_STATE, RunState};
 use pasapas::bench::stand::fast_mill;
-use pasapas::board::{Build, G2553, G2955};
+use pasapas::board::{Build, G2553, VIRTUAL};
 use pasapas::torture::stand::{framed, read_body};
 
 use crate::lab::{Dice, Lab, MS, Step};
@@ -121,14 +121,14 @@ fn stops(build: &Build, dice: &mut Dice) {
 #[test]
 fn a_contact_stops_every_move_within_a_step() {
     stops(&G2553, &mut Dice(21));
-    stops(&G2955, &mut Dice(22));
+    stops(&VIRTUAL, &mut Dice(22));
 }
 
 #[test]
 fn a_disturbance_of_2_us_stops_all_or_nothing() {
     let mut dice = Dice(31);
     let mut stopped = 0;
-    for build in [&G2553, &G2955] {
+    for build in [&G2553, &VIRTUAL] {
         for (wiring, n) in [(Wiring::Direct, 4), (Wiring::Chain, 17), (Wiring::Chain, 12)] {
             let script = "G1 X40 Y37 Z-9 F9000\nMoveAxe X, 0mm";
             let mut whole = moving(build, &mill(wiring, n), script, &mut dice);

@@ -10,7 +10,7 @@ use lang::profile::Profile;
 use lang::record::MachineRecord;
 use pasapas::bench::stand::image_for;
 use pasapas::board::judge::Judge;
-use pasapas::board::{Build, G2553, G2955};
+use pasapas::board::{Build, G2553, VIRTUAL};
 use pasapas::sim::record::SegmentKind;
 use pasapas::sim::trace::Status;
 use pasapas::sim::world::World;
@@ -157,7 +157,7 @@ pub fn judge(
 #[test]
 fn the_judges_of_every_test_find_what_is_seeded() {
     let script = "G1 X3 Y1 F1800\nG1 X1 Y0.5\nMoveAxe Z, -2mm";
-    for build in [&G2553, &G2955] {
+    for build in [&G2553, &VIRTUAL] {
         let mill = Profile::built_in("mill").expect("the mill");
         let (program, _) = image_for(&mill, script).expect("a script");
         let commanded = Commanded::by(build, &mill, &program, script).expect("known places");
