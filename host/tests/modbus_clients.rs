@@ -64,6 +64,121 @@ fn mbpoll_on(board: &Board) {
     assert!(coils.contains("[2]: \t1") && coils.contains("[1]: \t0"), "{coils}");
 }
 
+/// What ordinary clients of Modbus TCP do, five at a time, each on a register of its own, while a
+/// sixth asks for a board that does not exist.
+const MODBUS_TCP: &str = r#"
+import sys, threading
+from pymodbus.client import ModbusTcpClient
+
+port, rounds, failures = int(sys.argv[1]), 40, []
+
+def client():
+    client = ModbusTcpClient("127.0.0.1", port=port, timeout=3, retries=0)
+    assert client.connect()
+    return client
+
+def keep(n):
+    mine = client()
+    for i in range(rounds):
+        value = 1000 * n + i
+        written = mine.write_registers(4000 + 2 * n, [value, 0])
+        read = mine.read_holding_registers(4000 + 2 * n, count=2)
+        if written.isError() or read.isError() or read.registers != [value, 0]:
+            failures.append((n, i, str(written), str(read)))
+    mine.close()
+
+def nobody():
+    mine = client()
+    for i in range(3):
+        reply = mine.read_holding_registers(5000, count=1, device_id=9)
+        if not reply.isError() or reply.exception_code != 11:
+            failures.append(("nobody", i, str(reply)))
+    mine.close()
+
+threads = [threading.Thread(target=keep, args=(n,)) for n in range(5)]
+threads.append(threading.Thread(target=nobody))
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+# The board itself, whatever its address; then a block that does not exist.
+mine = client()
+for unit in (0, 255):
+    assert mine.read_holding_registers(5000, count=1, device_id=unit).registers == [1]
+assert mine.read_holding_registers(9999, count=1).exception_code == 2
+assert not failures, failures
+print("Modbus TCP passed")
+"#;
+
+#[test]
+fn several_clients_of_modbus_tcp_get_all_their_answers() {
+    if !has("python3", &["-c", "import pymodbus"]) {
+        return;
+    }
+    let keeps = "KEEP a, b, c, d, e\na = 1: b = 1: c = 1: d = 1: e = 1\n";
+    for part in PARTS {
+        let port = free_port();
+        let board = Board::start(&["--part", part, "--tcp", &port.to_string()]);
+        reachable(port);
+        let script = board.folder.path().join("keeps.bas");
+        std::fs::write(&script, keeps).expect("a script");
+        let script = script.to_str().expect("UTF-8");
+        let port_name = format!("tcp:{port}");
+        pasapas(&["upload", script, "--port", &port_name]);
+        let python = Command::new("python3")
+            .args(["-c", MODBUS_TCP, &port.to_string()])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("python starts");
+        // Meanwhile the pseudo-terminal and our own client are served too.
+        let line = board.port();
+        for _ in 0..5 {
+            pasapas(&["status", "--port", &port_name]);
+            pasapas(&["status", "--port", line.to_str().expect("UTF-8")]);
+        }
+        let output = python.wait_with_output().expect("python ends");
+        let said = [output.stdout, output.stderr].concat();
+        assert!(output.status.success(), "{part}: {}", String::from_utf8_lossy(&said));
+    }
+}
+
+/// Runs our own command, which must succeed.
+fn pasapas(args: &[&str]) {
+    let output = Command::new(env!("CARGO_BIN_EXE_pasapas")).args(args).output();
+    let output = output.expect("pasapas starts");
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn mbpoll_speaks_modbus_tcp() {
+    if !has("mbpoll", &["-V"]) {
+        return;
+    }
+    for part in PARTS {
+        let port = free_port();
+        let _board = Board::start(&["--part", part, "--tcp", &port.to_string()]);
+        reachable(port);
+        let poll = |args: &[&str], value: &[&str]| {
+            let output = Command::new("mbpoll")
+                .args(["-m", "tcp", "-p", &port.to_string(), "-0", "-1", "-q", "-o", "5"])
+                .args(args)
+                .arg("127.0.0.1")
+                .args(value)
+                .output()
+                .expect("mbpoll starts");
+            let text = String::from_utf8_lossy(&output.stdout).into_owned();
+            assert!(output.status.success(), "{part}: mbpoll {args:?}: {text}");
+            text
+        };
+        let version = poll(&["-t", "4", "-r", "5000", "-c", "1"], &[]);
+        assert!(version.contains("[5000]: \t1"), "{version}");
+        poll(&["-t", "0", "-r", "2"], &["1"]);
+        let coils = poll(&["-t", "0", "-r", "0", "-c", "4"], &[]);
+        assert!(coils.contains("[2]: \t1") && coils.contains("[1]: \t0"), "{coils}");
+    }
+}
+
 /// What pymodbus does to the board: command 103 moves, the status bits follow, 106 homes, 107
 /// probes, outputs are set, and what does not exist is an exception.
 const PYMODBUS: &str = r#"
@@ -162,24 +277,18 @@ fn tokio_modbus_reads_writes_and_gets_exceptions() {
     PARTS.iter().for_each(|part| tokio_modbus_on(part));
 }
 
+/// RTU frames over TCP.
 fn tokio_modbus_on(part: &str) {
     use tokio_modbus::client::{Reader, Writer};
     use tokio_modbus::{ExceptionCode, Slave};
 
     let port = free_port();
-    let _board = Board::start(&["--part", part, "--tcp", &port.to_string()]);
+    let _board = Board::start(&["--part", part, "--rtu", "--tcp", &port.to_string()]);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.expect("a runtime").block_on(async {
-        // The pseudo-terminal is there a moment before the TCP port.
-        let mut tries = 0;
-        let stream = loop {
-            match tokio::net::TcpStream::connect(("127.0.0.1", port)).await {
-                Ok(stream) => break stream,
-                Err(error) => assert!(tries < 100, "{error}"),
-            }
-            tries += 1;
-            tokio::time::sleep(Duration::from_millis(50)).await;
-        };
+        reachable(port);
+        let stream = tokio::net::TcpStream::connect(("127.0.0.1", port)).await;
+        let stream = stream.expect("a connection");
         let mut client = tokio_modbus::client::rtu::attach_slave(stream, Slave(1));
         let limit = Duration::from_secs(20);
         let work = async {
@@ -193,6 +302,17 @@ fn tokio_modbus_on(part: &str) {
         };
         tokio::time::timeout(limit, work).await.expect("in time");
     });
+}
+
+/// Waits until somebody listens: the pseudo-terminal is there a moment before the TCP port.
+fn reachable(port: u16) {
+    for _ in 0..100 {
+        if std::net::TcpStream::connect(("127.0.0.1", port)).is_ok() {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    panic!("nobody listens on port {port}");
 }
 
 /// A port that was free a moment ago.

@@ -1,5 +1,6 @@
 //! The virtual board: the shipped firmware image in the emulator, with a world around it.
 
+pub mod clients;
 pub mod engine;
 pub mod health;
 pub mod judge;
@@ -12,6 +13,7 @@ pub mod rig;
 pub mod serve;
 pub mod size;
 mod stuck;
+pub mod turns;
 
 use emulator::{Image, LoadError, Part};
 use lang::part;

@@ -2,12 +2,11 @@
 //! port, or both.
 
 use std::fs;
-use std::io::{self, ErrorKind, Read, Write};
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::pty::Pty;
+use super::clients::Clients;
 use super::rig::{HostAction, Rig, TICKS_PER_US};
 use crate::sim::world::WorldError;
 
@@ -15,13 +14,8 @@ use crate::sim::world::WorldError;
 const SLICE_US: u64 = 1_000;
 /// The host's end of the line follows the chip's rate this often.
 const FOLLOW_US: u64 = 50_000;
-/// Silence between a reply and the next request: 3.5 characters at 19200 bits per second and more
-/// (Modbus over Serial Line V1.02, 2.5.1.1).
-const SILENCE_US: u64 = 1_750;
 /// Flash goes to its file when no operation changed it for this long.
 const SETTLE: Duration = Duration::from_millis(300);
-/// Clients at the TCP port at a time.
-const MOST_CLIENTS: usize = 8;
 
 /// Pace of the board's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,42 +26,17 @@ pub enum Speed {
     Max,
 }
 
-/// The connections of a board.
+/// A board's connections and the file of its flash.
 #[derive(Default)]
 pub struct Server {
-    pty: Option<Pty>,
-    listener: Option<TcpListener>,
-    clients: Vec<TcpStream>,
+    /// Who asks it.
+    pub clients: Clients,
     flash_file: Option<PathBuf>,
     saved_operations: u64,
     changed_at: Option<Instant>,
 }
 
 impl Server {
-    /// Opens a pseudo-terminal, with `link` pointing to it if that is given. Its device's path
-    /// comes back.
-    ///
-    /// # Errors
-    /// The system has none, or `link` exists and is no link.
-    pub fn open_pty(&mut self, link: Option<&Path>) -> io::Result<String> {
-        let pty = Pty::open(link)?;
-        let device = pty.device().to_owned();
-        self.pty = Some(pty);
-        Ok(device)
-    }
-
-    /// Listens on a TCP port of this machine only; 0 takes a free one. The port comes back.
-    ///
-    /// # Errors
-    /// The port is taken.
-    pub fn open_tcp(&mut self, port: u16) -> io::Result<u16> {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
-        listener.set_nonblocking(true)?;
-        let port = listener.local_addr()?.port();
-        self.listener = Some(listener);
-        Ok(port)
-    }
-
     /// Keeps the board's flash in a file: takes over what it holds, and saves what changes.
     ///
     /// # Errors
@@ -95,16 +64,11 @@ impl Server {
     ) -> Result<(), ServeError> {
         let began = Instant::now();
         let first = rig.now();
-        let (mut follow_at, mut quiet_since) = (first, 0);
+        let mut follow_at = first;
+        let wait = if speed == Speed::Max { Duration::ZERO } else { Duration::from_millis(1) };
         while !ended() {
-            let mut bytes = Vec::new();
-            self.accept();
-            self.read(&mut bytes, speed);
-            if !bytes.is_empty() {
-                // A pipe has no silence between frames; on a wire the driver and the standard's 3.5
-                // characters make one.
-                let silent = quiet_since + SILENCE_US * TICKS_PER_US;
-                rig.run_until(silent.max(rig.now()))?;
+            self.clients.read(wait);
+            if let Some(bytes) = self.clients.next(rig.now()) {
                 rig.board().uart_send(&bytes);
             }
             let slice = rig.now() + SLICE_US * TICKS_PER_US;
@@ -117,11 +81,8 @@ impl Server {
             };
             // A host that fell behind catches up slice by slice, so that replies do not wait.
             rig.run_until(target.min(slice).max(rig.now()))?;
-            let sent: Vec<u8> = rig.board().uart_take().into_iter().map(|(_, byte)| byte).collect();
-            if !sent.is_empty() {
-                quiet_since = rig.now();
-                self.write(&sent);
-            }
+            self.clients.heard(&rig.board().uart_take());
+            self.clients.answer(rig.now());
             if rig.now() >= follow_at {
                 rig.follow_uart();
                 follow_at = rig.now() + FOLLOW_US * TICKS_PER_US;
@@ -133,42 +94,6 @@ impl Server {
         }
         self.save_flash(rig, true)?;
         Ok(())
-    }
-
-    fn accept(&mut self) {
-        let Some(listener) = &self.listener else { return };
-        while let Ok((client, _)) = listener.accept() {
-            let ready = client.set_nonblocking(true).and_then(|()| client.set_nodelay(true));
-            if ready.is_ok() && self.clients.len() < MOST_CLIENTS {
-                self.clients.push(client);
-            }
-        }
-    }
-
-    /// Takes what has come; waits up to a millisecond for it, but not when time runs freely.
-    fn read(&mut self, bytes: &mut Vec<u8>, speed: Speed) {
-        let wait = if speed == Speed::Max { Duration::ZERO } else { Duration::from_millis(1) };
-        match &mut self.pty {
-            Some(pty) => pty.read(bytes, wait),
-            None => std::thread::sleep(wait),
-        }
-        let mut buffer = [0; 512];
-        self.clients.retain_mut(|client| match client.read(&mut buffer) {
-            Ok(0) => false,
-            Ok(count) => {
-                bytes.extend(&buffer[..count]);
-                true
-            }
-            Err(error) => matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted),
-        });
-    }
-
-    /// What the board sends goes to everybody on the line.
-    fn write(&mut self, bytes: &[u8]) {
-        if let Some(pty) = &mut self.pty {
-            pty.write(bytes);
-        }
-        self.clients.retain_mut(|client| client.write_all(bytes).is_ok());
     }
 
     fn save_flash(&mut self, rig: &mut Rig, at_once: bool) -> Result<(), ServeError> {

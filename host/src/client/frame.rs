@@ -3,7 +3,6 @@
 //! Sources: Modbus Application Protocol V1.1b3, section 6 (functions); Modbus over Serial Line
 //! V1.02, section 2.5.1 (RTU framing, CRC low byte first).
 
-use lang::wire::{CRC_START, crc16};
 use nom::IResult;
 use nom::Parser;
 use nom::bytes::streaming::take;
@@ -11,8 +10,7 @@ use nom::combinator::verify;
 use nom::multi::length_data;
 use nom::number::streaming::{be_u16, le_u16, u8};
 
-/// Longest RTU frame: address, 253 bytes of PDU, CRC.
-pub const MAX_FRAME: usize = 256;
+use crate::link::adu::crc_of;
 
 /// One of the four tables, read by its own function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -202,10 +200,6 @@ fn echo(input: &[u8], first: u16, second: u16) -> IResult<&[u8], Reply> {
 fn exception(input: &[u8]) -> IResult<&[u8], Reply> {
     let (rest, code) = take(1usize)(input)?;
     Ok((rest, Reply::Exception(code[0])))
-}
-
-fn crc_of(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(CRC_START, |crc, byte| crc16(crc, *byte))
 }
 
 #[cfg(test)]

@@ -17,8 +17,9 @@ use std::fmt;
 use std::io;
 use std::time::Duration;
 
+use crate::link::adu::MAX_RTU;
 use crate::link::{Link, Mode};
-use frame::{Bits, MAX_FRAME, Registers, Reply, Request, Scan};
+use frame::{Bits, Registers, Reply, Request, Scan};
 
 /// How long to wait and how often to ask.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +29,9 @@ pub struct Patience {
     /// Attempts in all.
     pub attempts: u32,
 }
+
+/// Longest wait for a reply over TCP, where other clients may have their turns first.
+const BY_TCP: Duration = Duration::from_millis(2_000);
 
 impl Default for Patience {
     /// A board answers within some ms; an erase of flash keeps it for 200 ms (wire.rs, Upload).
@@ -77,6 +81,7 @@ impl fmt::Display for ClientError {
                     3 => "a value is out of range",
                     4 => "the program or profile is missing or was refused",
                     6 => "not now: a program runs or an axis moves; `pasapas stop` first",
+                    10 | 11 => "the gateway reaches no board at this address; check --address",
                     _ => "unknown reason",
                 };
                 write!(f, "the board refused (exception {code}): {meaning}")
@@ -158,7 +163,7 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// The board answered at none, or the port failed.
     pub fn find(&mut self) -> Result<(), ClientError> {
-        let usual = self.patience;
+        let mut usual = self.patience;
         let mut heard = 0;
         for mode in Mode::all() {
             let has_modes = self.link.set_mode(mode).map_err(ClientError::Port)?;
@@ -166,10 +171,16 @@ impl<L: Link> Client<L> {
                 break;
             }
             self.mode = mode;
-            self.patience = Patience { reply: Duration::from_millis(150), attempts: 2 };
+            let reply = if has_modes { Duration::from_millis(150) } else { BY_TCP };
+            if !has_modes {
+                usual.reply = BY_TCP;
+            }
+            self.patience = Patience { reply, attempts: 2 };
             let answer = self.holding(lang::wire::VERSION, 1);
             self.patience = usual;
             match answer {
+                // A gateway's word that there is no board.
+                Err(error @ ClientError::Exception(10 | 11)) => return Err(error),
                 // Any answer with a right CRC says that the mode is right.
                 Ok(_) | Err(ClientError::Exception(_)) => return Ok(()),
                 Err(ClientError::Noise(bytes)) => heard += bytes,
@@ -285,9 +296,9 @@ impl<L: Link> Client<L> {
         self.link.send(frame).map_err(ClientError::Port)?;
         let on_the_line = self.mode.time_of(frame.len() + request.reply_length());
         let deadline = self.link.now() + on_the_line + self.patience.reply;
-        let mut received: Vec<u8> = Vec::with_capacity(MAX_FRAME);
+        let mut received: Vec<u8> = Vec::with_capacity(MAX_RTU);
         let mut heard = 0;
-        let mut buffer = [0; MAX_FRAME];
+        let mut buffer = [0; MAX_RTU];
         loop {
             let left = deadline.saturating_sub(self.link.now());
             if left.is_zero() {
@@ -301,7 +312,7 @@ impl<L: Link> Client<L> {
                 return Ok(Ok(reply));
             }
             // A reply cannot begin further back than its longest length: noise is forgotten.
-            let excess = received.len().saturating_sub(MAX_FRAME);
+            let excess = received.len().saturating_sub(MAX_RTU);
             received.drain(..excess);
         }
     }
@@ -310,7 +321,7 @@ impl<L: Link> Client<L> {
     /// rests is drained for 20 ms only.
     fn drain(&mut self) -> Result<(), ClientError> {
         let end = self.link.now() + Duration::from_millis(20);
-        let mut buffer = [0; MAX_FRAME];
+        let mut buffer = [0; MAX_RTU];
         while self.link.receive(&mut buffer, Duration::ZERO).map_err(ClientError::Port)? > 0 {
             if self.link.now() >= end {
                 break;

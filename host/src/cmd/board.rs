@@ -1,5 +1,6 @@
 //! `pasapas board`: a virtual board that stays up.
 
+use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -10,6 +11,7 @@ use super::part::Choice;
 use super::{Console, Options, world};
 use crate::board::rig::{Rig, TICKS_PER_US};
 use crate::board::serve::{ServeError, Server, Speed};
+use crate::board::turns::Manner;
 use crate::failure::Failure;
 
 /// Time from power-up to the first answer, and some more.
@@ -21,9 +23,17 @@ pub struct Board {
     /// Make this a link to the pseudo-terminal that the board hangs on
     #[arg(long, value_name = "LINK")]
     pty: Option<PathBuf>,
-    /// Listen on this TCP port of this machine; 0 takes a free one
+    /// Speak Modbus TCP on this port of this machine; 0 takes a free one
     #[arg(long, value_name = "PORT")]
     tcp: Option<u16>,
+    /// Speak RTU frames on that port instead, as a serial device server passes them on
+    #[arg(long, requires = "tcp")]
+    rtu: bool,
+    /// Let other machines reach that port, at this address of this machine or at all of them. Modbus
+    /// knows no login: whoever reaches the port moves the machine
+    #[arg(long, value_name = "ADDRESS", requires = "tcp", num_args = 0..=1,
+        default_missing_value = "0.0.0.0")]
+    listen: Option<IpAddr>,
     /// Scenario around the board; its time begins at power-up
     #[arg(long, value_name = "W.rhai")]
     world: Option<String>,
@@ -87,7 +97,7 @@ impl Board {
     fn open(&self, server: &mut Server, console: &Console) -> Result<(), Failure> {
         let mut places = Vec::new();
         if self.pty.is_some() || self.tcp.is_none() {
-            let device = server.open_pty(self.pty.as_deref()).map_err(|error| {
+            let device = server.clients.open_pty(self.pty.as_deref()).map_err(|error| {
                 let link = self.pty.as_ref().map(|link| format!(" {}", link.display()));
                 Failure::Board(format!("pseudo-terminal{}: {error}", link.unwrap_or_default()))
             })?;
@@ -97,17 +107,22 @@ impl Board {
             });
         }
         if let Some(port) = self.tcp {
+            let on = self.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
+            let (manner, name) =
+                if self.rtu { (Manner::Serial, "rtu") } else { (Manner::Mbap, "tcp") };
             let port = server
-                .open_tcp(port)
-                .map_err(|error| Failure::Board(format!("TCP port {port}: {error}")))?;
-            places.push(json!({ "port": format!("tcp:{port}") }));
+                .clients
+                .open_tcp(on, port, manner)
+                .map_err(|error| Failure::Board(format!("TCP port {port} of {on}: {error}")))?;
+            places.push(json!({ "port": format!("{name}:{port}") }));
         }
         for place in places {
             if console.json() {
                 console.json_line(&place)?;
             } else {
                 let port = place["port"].as_str().unwrap_or_default();
-                console.result(&format!("the board answers Modbus RTU at {port}\n"))?;
+                let manner = if port.starts_with("tcp:") { "TCP" } else { "RTU" };
+                console.result(&format!("the board answers Modbus {manner} at {port}\n"))?;
             }
         }
         Ok(())

@@ -10,7 +10,8 @@ use crate::link::{self, Link};
 /// Which board.
 #[derive(Clone, Debug, Args)]
 pub struct Port {
-    /// Serial port, pseudo-terminal or `tcp:PORT` of the board
+    /// Serial port, pseudo-terminal, `tcp:[HOST:]PORT` (Modbus TCP) or `rtu:[HOST:]PORT` (RTU frames
+    /// over TCP) of the board
     #[arg(long, value_name = "PORT")]
     port: String,
     /// Modbus address of the board; without it the profile's, else 1
@@ -35,7 +36,13 @@ impl Port {
         let link = link::open(&self.port).map_err(Failure::Board)?;
         let mut client = Client::new(link, address);
         client.find().map_err(|error| {
-            Failure::Board(format!("board {address} on {}: {error}", self.port))
+            let hint = match (&error, self.port.starts_with("tcp:")) {
+                (ClientError::Silent, true) => {
+                    "; a server that passes on a line's bytes is rtu:HOST:PORT"
+                }
+                _ => "",
+            };
+            Failure::Board(format!("board {address} on {}: {error}{hint}", self.port))
         })?;
         if let Some(code) = &self.unlock {
             client.unlock(code)?;

@@ -1,8 +1,11 @@
-//! Ways to a board: a serial port or a pseudo-terminal, a TCP port, or an emulator in this process.
+//! Ways to a board: a serial port or a pseudo-terminal, Modbus TCP, the bytes of a line over TCP, or
+//! an emulator in this process.
 //!
 //! A link moves bytes and has a clock of its own, so that the same client code talks to a real
 //! port in real time and to an emulated board in its simulated time.
 
+pub mod adu;
+mod modbus_tcp;
 mod serial;
 mod tcp;
 
@@ -12,6 +15,7 @@ use std::time::Duration;
 
 use lang::profile::Parity;
 
+pub use modbus_tcp::ModbusTcp;
 pub use serial::Serial;
 pub use tcp::Tcp;
 
@@ -110,12 +114,16 @@ impl<L: Link + ?Sized> Link for Box<L> {
     }
 }
 
-/// Opens `tcp:PORT`, `tcp:HOST:PORT` or the path of a serial device or pseudo-terminal.
+/// Opens `tcp:PORT` or `tcp:HOST:PORT` (Modbus TCP), `rtu:PORT` or `rtu:HOST:PORT` (RTU frames over
+/// TCP), or the path of a serial device or pseudo-terminal.
 ///
 /// # Errors
 /// The text says what could not be opened, why, and what to do.
 pub fn open(port: &str) -> Result<Box<dyn Link>, String> {
     if let Some(address) = port.strip_prefix("tcp:") {
+        return Ok(Box::new(ModbusTcp::new(Tcp::connect(address)?)));
+    }
+    if let Some(address) = port.strip_prefix("rtu:") {
         return Ok(Box::new(Tcp::connect(address)?));
     }
     Ok(Box::new(Serial::open(port)?))

@@ -1,4 +1,4 @@
-//! The bytes of a serial line on a TCP port, for systems without pseudo-terminals.
+//! The bytes of a connection over TCP: those of a serial line, or what carries Modbus TCP.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -9,7 +9,7 @@ use super::{Link, Mode};
 /// How long to wait for a connection.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// A connection to a virtual board or to a serial device server.
+/// A connection to a virtual board, a gateway or a serial device server.
 pub struct Tcp {
     stream: TcpStream,
     opened: Instant,
@@ -23,12 +23,12 @@ impl Tcp {
     pub fn connect(address: &str) -> Result<Tcp, String> {
         let full =
             if address.contains(':') { address.to_owned() } else { format!("127.0.0.1:{address}") };
-        let failed = |error: io::Error| format!("tcp:{address} cannot be reached: {error}");
+        let failed = |error: io::Error| format!("{address} cannot be reached: {error}");
         let target = full
             .to_socket_addrs()
             .map_err(failed)?
             .next()
-            .ok_or_else(|| format!("tcp:{address} names no host"))?;
+            .ok_or_else(|| format!("{address} names no host"))?;
         let stream = TcpStream::connect_timeout(&target, CONNECT_TIMEOUT).map_err(failed)?;
         stream.set_nodelay(true).map_err(failed)?;
         Ok(Tcp { stream, opened: Instant::now() })
