@@ -16,6 +16,7 @@ use std::rc::Rc;
 use lang::axis::Axis;
 use rhai::{AST, Engine, EvalAltResult, Position, Scope};
 
+pub use self::functions::FUNCTIONS;
 use self::plan::{Job, Plan};
 use super::trace::PerAxis;
 
@@ -267,7 +268,7 @@ impl Scenario {
             EvalAltResult::ErrorFunctionNotFound(call, _) => {
                 format!(
                     "there is no function `{call}` with these arguments; a world has {}",
-                    functions::NAMES
+                    functions::names()
                 )
             }
             EvalAltResult::ErrorTooManyOperations(_) => format!(

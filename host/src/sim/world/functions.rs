@@ -9,11 +9,48 @@ use rhai::{Dynamic, Engine, EvalAltResult, FnPtr, NativeCallContext};
 use super::plan::{Expectation, Job, Plan};
 use super::{Action, Button, PRESS_US};
 
-/// The names, for diagnostics.
-pub const NAMES: &str = "at(ms, || ...), after(ms, || ...), after_out(n, on, ms, || ...), \
-    set_in(n, on), probe_at(\"Z\", steps[, side]), switch_at(\"X\", steps), press_start(), \
-    press_stop(), press_estop(), hold_stop(ms, for_ms), send_char(c), \
-    fault_at(ms, \"stall\", \"Y\", steps), expect_out(n, on), expect_pos(\"X\", steps)";
+/// Every function: how it is called, and what it does. The manual's table and the list in diagnostics
+/// are made of it.
+pub const FUNCTIONS: &[(&str, &str)] = &[
+    (
+        "at(ms, || ...)",
+        "The function runs at this time, in milliseconds; a time that is past is now.",
+    ),
+    ("after(ms, || ...)", "The function runs so many milliseconds from now."),
+    (
+        "after_out(n, on, ms, || ...)",
+        "Each time output `n` goes on (`true`) or off (`false`), the function runs so much later.",
+    ),
+    ("set_in(n, on)", "Input `n` goes on or off, as scripts see it: polarity is the profile's."),
+    (
+        "probe_at(\"Z\", steps[, side])",
+        "The probe is on with the axis at this machine position and beyond it, seen from 0; side 1: there \
+         and above, -1: there and below.",
+    ),
+    (
+        "switch_at(\"X\", steps)",
+        "The reference switch of the axis closes here, counted from where it stands at power-up.",
+    ),
+    ("press_start()", "Start is pressed for 100 ms."),
+    ("press_stop()", "Stop is pressed for 100 ms."),
+    ("press_estop()", "The emergency stop is pressed."),
+    ("hold_stop(ms, for_ms)", "Stop goes down at `ms` and up again `for_ms` later."),
+    ("send_char(c)", "The host sends this synchronisation character, 33 to 125."),
+    (
+        "fault_at(ms, \"stall\", \"Y\", steps)",
+        "The motor loses so many steps: it stands behind its commanded place by them.",
+    ),
+    ("expect_out(n, on)", "At the end of the run output `n` must be on or off."),
+    (
+        "expect_pos(\"X\", steps)",
+        "At the end of the run the axis must be at this machine position.",
+    ),
+];
+
+/// The functions in one line, for diagnostics.
+pub fn names() -> String {
+    FUNCTIONS.iter().map(|(call, _)| *call).collect::<Vec<_>>().join(", ")
+}
 
 /// Highest input and output number of any wiring.
 const LINES: i32 = 17;
@@ -114,10 +151,10 @@ fn stimuli(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
         plan.borrow_mut().act(Action::Input { n, on });
         Ok(())
     });
-    for (name, button) in [("press_start", Button::Start), ("press_stop", Button::Stop)] {
-        let plan = shared.clone();
-        engine.register_fn(name, move || plan.borrow_mut().press(button, PRESS_US));
-    }
+    let plan = shared.clone();
+    engine.register_fn("press_start", move || plan.borrow_mut().press(Button::Start, PRESS_US));
+    let plan = shared.clone();
+    engine.register_fn("press_stop", move || plan.borrow_mut().press(Button::Stop, PRESS_US));
     let plan = shared.clone();
     engine.register_fn("press_estop", move || plan.borrow_mut().act(Action::EmergencyStop));
     let plan = shared.clone();
@@ -183,4 +220,23 @@ fn expectations(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
             plan.borrow_mut().expect(at, what).or_else(|text| fail(&c, text))
         },
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::FUNCTIONS;
+
+    #[test]
+    fn the_table_names_every_function_that_is_registered() {
+        let text = include_str!("functions.rs");
+        let calls = text.split("register_fn(").skip(1);
+        let registered: BTreeSet<&str> = calls
+            .filter_map(|rest| rest.trim_start().strip_prefix('"')?.split('"').next())
+            .collect();
+        let told: BTreeSet<&str> =
+            FUNCTIONS.iter().filter_map(|(call, _)| call.split('(').next()).collect();
+        assert_eq!(registered, told);
+    }
 }
