@@ -1,7 +1,8 @@
 //! The fault codes: one table for the VM, the firmware, the host and the manual.
 
+// A row is `Name = number, whether ON ERROR can handle it, InterpCNC's alarm code, text, cause, remedy`.
 macro_rules! faults {
-    ($($name:ident = $n:literal, $handled:literal, $text:literal, $cause:literal, $remedy:literal;)*) => {
+    ($($name:ident = $n:literal, $handled:literal, $alarm:literal, $text:literal, $cause:literal, $remedy:literal;)*) => {
         /// Why a run stopped. The discriminant is the number that `ERR` gives and the link reports.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
@@ -19,6 +20,12 @@ macro_rules! faults {
             /// Whether `ON ERROR GOTO` can handle it (language.md, Errors and events).
             pub const fn can_be_handled(self) -> bool {
                 match self { $(Fault::$name => $handled,)* }
+            }
+
+            /// InterpCNC's alarm code of a fault's number (its input register 3004); 3, "other", for
+            /// those that InterpCNC does not have.
+            pub const fn alarm_of(n: u8) -> u8 {
+                match n { $($n => $alarm,)* _ => 3 }
             }
         }
 
@@ -43,64 +50,64 @@ macro_rules! faults {
 }
 
 faults! {
-    Overflow = 1, true, "overflow",
+    Overflow = 1, true, 3, "overflow",
         "A result does not fit into 32 bits.",
         "Divide before you multiply, or work in a larger unit.";
-    DivisionByZero = 2, true, "division by zero",
+    DivisionByZero = 2, true, 3, "division by zero",
         "The right side of / or MOD was 0.",
         "Test the divisor first.";
-    ArrayIndex = 3, true, "array index out of range",
+    ArrayIndex = 3, true, 3, "array index out of range",
         "An index was below 0 or not below the size of the array or table.",
         "Loop to COUNT(table) - 1, or to the size that DIM names less one.";
-    BadShift = 4, true, "bad shift",
+    BadShift = 4, true, 3, "bad shift",
         "A shift count was below 0 or above 31.",
         "Keep the count within 0..31.";
-    SoftLimit = 5, true, "soft limit",
+    SoftLimit = 5, true, 2, "soft limit",
         "The target lies outside the travel of a homed axis.",
         "Check the target and the work offset against the profile's travel.";
-    LimitSwitch = 6, false, "limit switch",
+    LimitSwitch = 6, false, 1, "limit switch",
         "A reference switch closed outside homing.",
         "Move the axis off its switch and home it again.";
-    NotHomed = 7, true, "not homed",
+    NotHomed = 7, true, 11, "not homed",
         "The profile demands homing before an absolute move.",
         "Write Home before the first move, or set the place with SetPos.";
-    SpeedRange = 8, true, "speed or acceleration out of range",
+    SpeedRange = 8, true, 3, "speed or acceleration out of range",
         "A speed or an acceleration was zero or negative.",
         "Give a positive speed; a negative one only to MoveSpeed.";
-    Arc = 9, true, "arc cannot be drawn",
+    Arc = 9, true, 3, "arc cannot be drawn",
         "The end misses the circle by more than 0.005 mm and 0.1 % of the radius, or no circle fits.",
         "Check I, J, K or R against the end point.";
-    HomeNotFound = 10, true, "homing: switch not found",
+    HomeNotFound = 10, true, 9, "homing: switch not found",
         "The reference switch did not close within the stroke.",
         "Check the switch, its wiring and the homing direction of the profile.";
-    HomeStaysClosed = 11, true, "homing: switch stays closed",
+    HomeStaysClosed = 11, true, 8, "homing: switch stays closed",
         "The reference switch did not open again.",
         "Check the switch and its polarity in the profile.";
-    ProbeMissed = 12, true, "probe missed",
+    ProbeMissed = 12, true, 5, "probe missed",
         "The probe input did not answer before the limit.",
         "Check the limit and the probe, or write Probe? and test PROBEOK.";
-    TimedOut = 13, true, "wait timed out",
+    TimedOut = 13, true, 18, "wait timed out",
         "The input or character did not come in time.",
         "Raise the timeout, or write WaitIn? and test TIMEDOUT.";
-    EmergencyStop = 14, false, "emergency stop",
+    EmergencyStop = 14, false, 10, "emergency stop",
         "The emergency stop was pressed or sent.",
         "Release it, press Start to acknowledge, and home again.";
-    ImageRefused = 15, false, "image refused",
+    ImageRefused = 15, false, 3, "image refused",
         "The stored program failed its check.",
         "Upload it again with a matching version of the tool.";
-    Stack = 16, false, "stack",
+    Stack = 16, false, 3, "stack",
         "RETURN without GOSUB, RESUME NEXT without a fault, or too many calls left open by GOTO.",
         "Leave subroutines by RETURN.";
-    Watchdog = 17, false, "watchdog",
+    Watchdog = 17, false, 3, "watchdog",
         "The controller did not come round in time and was reset.",
         "Report it with the program that showed it.";
-    LinkLost = 18, false, "link lost while streaming",
+    LinkLost = 18, false, 3, "link lost while streaming",
         "The host stopped feeding the job.",
         "Check the cable and stream again from the last line.";
-    InputActive = 19, true, "input already active before probing",
+    InputActive = 19, true, 4, "input already active before probing",
         "The probe input had the wanted state before the move began.",
         "Move away from the work before probing.";
-    ValueRange = 20, true, "value out of range",
+    ValueRange = 20, true, 3, "value out of range",
         "An argument lies outside what the statement accepts.",
         "Check the value against the manual.";
 }

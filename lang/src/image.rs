@@ -43,11 +43,11 @@ pub const FORMAT: u8 = 3;
 pub const HEADER: usize = 20;
 /// ON lines that a program may have.
 pub const MAX_EVENTS: usize = 4;
-/// Offset of the CRC.
-const CRC_AT: usize = 4;
 
-/// Offsets of the header's other numbers.
+/// Offsets of the header's numbers.
 pub mod at {
+    /// CRC.
+    pub const CRC: usize = 4;
     /// Length of the image.
     pub const LEN: usize = 6;
     /// Length of the code.
@@ -239,8 +239,8 @@ fn long(low: u16, high: u16) -> Result<usize, Flaw> {
 /// CRC that an image ought to carry: the one with which the CRC over all of it, these two bytes
 /// included, is 0.
 pub fn crc_of(bytes: &[u8]) -> u16 {
-    let head = bytes.get(..CRC_AT).unwrap_or_default();
-    let rest = bytes.get(CRC_AT + 2..).unwrap_or_default();
+    let head = bytes.get(..at::CRC).unwrap_or_default();
+    let rest = bytes.get(at::CRC + 2..).unwrap_or_default();
     let before = head.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
     // Two bytes take the CRC from `before` to what the rest brings to 0; they go into it by xor.
     let behind = rest.iter().rev().fold(0, |crc, &byte| crc16_back(crc, byte));
@@ -249,7 +249,7 @@ pub fn crc_of(bytes: &[u8]) -> u16 {
 
 /// CRC that an image carries.
 pub fn crc_in(bytes: &[u8]) -> u16 {
-    match bytes.get(CRC_AT..CRC_AT + 2) {
+    match bytes.get(at::CRC..at::CRC + 2) {
         Some(&[low, high]) => u16::from_le_bytes([low, high]),
         _ => 0,
     }
@@ -259,7 +259,7 @@ pub fn crc_in(bytes: &[u8]) -> u16 {
 #[cfg(feature = "compiler")]
 pub fn seal(bytes: &mut [u8]) {
     let crc = crc_of(bytes).to_le_bytes();
-    if let Some(place) = bytes.get_mut(CRC_AT..CRC_AT + 2) {
+    if let Some(place) = bytes.get_mut(at::CRC..at::CRC + 2) {
         place.copy_from_slice(&crc);
     }
 }

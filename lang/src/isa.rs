@@ -204,7 +204,7 @@ macro_rules! opcodes {
     };
 }
 
-table::rows!(opcodes);
+crate::opcode_rows!(opcodes);
 
 /// First code of the short `push cell`.
 pub const LOAD: u8 = Op::Load as u8;

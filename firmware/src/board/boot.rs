@@ -1,10 +1,10 @@
 //! From reset to `main`: stack, watchdog, RAM, clock, ports.
 
 use crate::flash::{self, Image, Key};
-use crate::map::PROFILES;
-use crate::pins::*;
+use crate::pins::{P1_START, P1_STOP, P1_UART};
 use crate::reg::{self, set};
 use ::core::arch::global_asm;
+use firmware::PROFILES;
 use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::record::{BoardRecord, RECORD_VERSION};

@@ -6,7 +6,10 @@
 //! 74HC595 were sent.
 
 use crate::guard;
-use crate::pins::*;
+use crate::pins::{
+    P1_PROBE_OR_MOSI, P1_REF_X_OR_PROBE, P1_REF_Y_OR_CLOCK, P1_REF_Z_OR_MISO, P1_START, P1_STOP,
+    P2_OUT1_OR_LATCH, P2_OUT2_OR_ENABLE,
+};
 use crate::reg::{self, bic, bis, set};
 
 /// Direct wiring: pull-ups on the inputs, outputs off.

@@ -218,7 +218,7 @@ global_asm!(".set CHECK_INDEX, {}", sym shapes::INDEX);
 
 // Codes that hold a cell's number are aligned to it; the moves along lines are in their order.
 const _: () = assert!(
-    (Op::IncShort as u8 | Op::Zero as u8) % LOW_CELLS == 0
-        && (Op::Load as u8 | Op::Store as u8) % SHORT_CELLS == 0
+    (Op::IncShort as u8 | Op::Zero as u8).is_multiple_of(LOW_CELLS)
+        && (Op::Load as u8 | Op::Store as u8).is_multiple_of(SHORT_CELLS)
         && Op::LinearMm3 as u8 == Op::LinearMm as u8 + 2
 );

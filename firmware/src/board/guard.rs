@@ -11,13 +11,14 @@
 //! stops nothing. Port 1's interrupt takes 118 cycles; that of the millisecond lets others come between.
 
 use core::arch::global_asm;
-use core::mem::size_of;
+use core::mem::{offset_of, size_of};
 
+use firmware::motion::Segment;
 use firmware::motion::queue::SLOTS;
 
 use crate::pins::P2_OUT1_OR_LATCH;
 use crate::reg::{self, set};
-use crate::step::PathSlot;
+use crate::step::{PathSlot, SingleState};
 
 /// What the interrupts share with the main loop; the assembly knows its layout.
 #[repr(C)]
@@ -50,16 +51,12 @@ global_asm!(
     .set UCB0STAT, 0x006d
     .set UCB0RXBUF, 0x006e
     .set UCB0TXBUF, 0x006f
-    /* offsets in Guard */
-    .set INPUTS, PASAPAS_GUARD
-    .set ANSWERED, PASAPAS_GUARD+2
-    .set INVERT, PASAPAS_GUARD+4
-    .set OUTPUTS, PASAPAS_GUARD+6
-    .set TRIPPED, PASAPAS_GUARD+8
-    /* events of a segment */
-    .set EVENTS,   8
-    .set SEGMENT,  12
-    .set SINGLE,   26
+    /* fields of Guard */
+    .set INPUTS, PASAPAS_GUARD+{inputs}
+    .set ANSWERED, PASAPAS_GUARD+{answered}
+    .set INVERT, PASAPAS_GUARD+{invert}
+    .set OUTPUTS, PASAPAS_GUARD+{outputs}
+    .set TRIPPED, PASAPAS_GUARD+{tripped}
 
     .section .text.guard,"ax",@progbits
 module.guard:
@@ -76,16 +73,16 @@ guard_trips:
     clr.b &P1IE
     clr &INPUTS
     /* the slots of a path, then what each single axis plays and has next */
-    .set AT, PASAPAS_PLAY+EVENTS
+    .set AT, PASAPAS_PLAY+{events}
     .rept {slots}
     clr &AT
     .set AT, AT+{slot}
     .endr
-    .set AT, PASAPAS_PLAY+EVENTS
+    .set AT, PASAPAS_PLAY+{events}
     .rept 3
     clr &AT
-    clr &AT+SEGMENT
-    .set AT, AT+SINGLE
+    clr &AT+{next}
+    .set AT, AT+{single}
     .endr
 guard_exit:
     pop r15
@@ -118,6 +115,14 @@ pasapas_guard_chain:
     mov.b #{chain}, r15
     jmp guard_trips
     "#,
+    inputs = const offset_of!(Guard, inputs),
+    answered = const offset_of!(Guard, answered),
+    invert = const offset_of!(Guard, invert),
+    outputs = const offset_of!(Guard, outputs),
+    tripped = const offset_of!(Guard, tripped),
+    events = const offset_of!(Segment, events),
+    next = const offset_of!(SingleState, next),
+    single = const size_of::<SingleState>(),
     slots = const SLOTS,
     slot = const size_of::<PathSlot>(),
     latch = const P2_OUT1_OR_LATCH,

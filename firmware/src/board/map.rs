@@ -8,12 +8,16 @@ use firmware::modbus::Map;
 use firmware::print::RING;
 use firmware::store::{Denied, Store};
 use firmware::verify::Bytes;
+use firmware::{PROFILES, RELEASE};
+use lang::fault::Fault;
+use lang::image::at;
 use lang::isa::{FINGERPRINT, Op};
 use lang::record::{AxisRecord, BoardRecord};
+#[expect(
+    clippy::wildcard_imports,
+    reason = "the table of the registers: what this file serves"
+)]
 use lang::wire::*;
-
-/// Firmware version, major in the high byte.
-const RELEASE: u16 = 0x0001;
 
 const COMMANDED_END: u16 = COMMANDED + 6;
 const COMMAND_END: u16 = COMMAND + 21;
@@ -21,9 +25,6 @@ const RAPID_OVERRIDE: u16 = OVERRIDES + 1;
 const ACTUAL_SPEEDS_END: u16 = ACTUAL_SPEEDS + 6;
 const TARGETS_END: u16 = TARGETS + 6;
 const KEEPS_END: u16 = KEEPS + 16;
-
-/// The two copies of the board's profile.
-pub const PROFILES: [u16; 2] = [0x1080, 0x1040];
 
 impl Core {
     /// One half of a 32-bit value: both are of one instant when they are read in one request.
@@ -60,9 +61,9 @@ impl Core {
             AREA_BYTES => Store::area::<Area>(),
             FREE_BYTES => self.store.free::<Area>(),
             PROGRAM_LENGTH => self.store.length(),
-            PROGRAM_CRC => self.header(4),
-            PROGRAM_PROFILE => self.header(18),
-            PROGRAM_CELLS => self.header(14) & 0xFF,
+            PROGRAM_CRC => self.header(at::CRC),
+            PROGRAM_PROFILE => self.header(at::PROFILE),
+            PROGRAM_CELLS => self.header(at::CELLS) & 0xFF,
             RESET_CAUSE => u16::from(self.cause),
             STACK_FREE => crate::boot::stack_free(),
             MISSED_DEADLINES => self.missed.wrapping_add(crate::step::late()),
@@ -106,8 +107,8 @@ impl Core {
         }
     }
 
-    fn header(&self, offset: u16) -> u16 {
-        self.image().map_or(0, |image| flash::Image(image).word(offset))
+    fn header(&self, offset: usize) -> u16 {
+        self.image().map_or(0, |image| flash::Image(image).word(offset as u16))
     }
 
     fn slot(&mut self, address: u16) -> u16 {
@@ -274,20 +275,9 @@ impl Core {
 
 /// InterpCNC's alarm code of a latched fault (its input register 3004).
 fn alarm(fault: u8, state: RunState) -> u16 {
-    if state != RunState::Fault {
-        return 0;
-    }
-    match fault {
-        6 => 1,
-        5 => 2,
-        19 => 4,
-        12 => 5,
-        11 => 8,
-        10 => 9,
-        14 => 10,
-        7 => 11,
-        13 => 18,
-        _ => 3,
+    match state {
+        RunState::Fault => u16::from(Fault::alarm_of(fault)),
+        _ => 0,
     }
 }
 

@@ -60,7 +60,7 @@ impl Core {
         if self.first() {
             let bits = match code.wrapping_sub(Op::MoveTo as u8) {
                 n @ 0..=2 => n,
-                n @ 3..=5 => n - 3 | flags::RELATIVE,
+                n @ 3..=5 => (n - 3) | flags::RELATIVE,
                 _ => vm().operand(),
             };
             let n = bits & flags::AXIS;

@@ -53,9 +53,10 @@ struct PathState {
 /// compare register. Bit 15 of a mask says negative direction.
 #[derive(Clone, Copy)]
 #[repr(C)]
-struct SingleState {
+pub struct SingleState {
     playing: Segment,
-    next: Segment,
+    /// The next one.
+    pub next: Segment,
     frac: u16,
 }
 

@@ -16,6 +16,10 @@ use lang::image::HEADER;
 use lang::isa::Op;
 use lang::record::feature;
 use lang::vm::flag;
+#[expect(
+    clippy::wildcard_imports,
+    reason = "the table of the registers: what this file serves"
+)]
 use lang::wire::{Stream as Code, *};
 
 /// Pieces in RAM: one runs, one waits, one is being filled.

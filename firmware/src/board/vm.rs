@@ -216,7 +216,7 @@ impl State {
         if self.calls == self.calls_end {
             return false;
         }
-        let entry = address - self.code | u16::from(kind) << 12;
+        let entry = (address - self.code) | u16::from(kind) << 12;
         // SAFETY: `calls` lies below `calls_end` in the pool.
         unsafe { (self.calls as *mut u16).write(entry) };
         self.calls += 2;

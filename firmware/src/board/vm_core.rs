@@ -44,11 +44,49 @@ pub fn run() -> u16 {
     unsafe { pasapas_vm_run() }
 }
 
+/// Codes of the table of instructions: what only parts with error handlers or events have ends it.
+const TABLE_END: u8 = if PART.features & feature::EVENTS != 0 {
+    Op::More as u8 + 1
+} else if PART.features & feature::LINES != 0 {
+    Op::ResumeNext as u8 + 1
+} else {
+    Op::Leave as u8
+};
+
+/// The addresses of the routines `vm_MNEMONIC`, in the order of the codes.
+macro_rules! handlers {
+    ($($code:literal x $count:literal $name:ident $text:literal $operands:ident $pops:literal
+       $pushes:literal $class:ident $doc:literal;)*) => {
+        concat!($(
+            ".if ", $code, " < CORE_TABLE_END\n",
+            ".rept ", $count, "\n.short vm_", $text, "\n.endr\n.endif\n",
+        )*)
+    };
+}
+
+/// Four short forms from the n-th on, each its effect and in the high byte the number of its values
+/// less one.
+const fn short_forms(n: u8) -> u64 {
+    let (mut words, mut at) = (0, n + 4);
+    while at > n {
+        at -= 1;
+        let Some(inline) = lang::isa::inline(Op::MoveToMm as u8 + at) else {
+            panic!("16 codes are short forms")
+        };
+        words = words << 16 | (inline.code as u64 | (inline.values as u64 - 1) << 8);
+    }
+    words
+}
+
 // In this order the hot middle is within reach of a jump, 1 KB, from everywhere.
 global_asm!(
     r#"
     .set CORE_VM, {vm}
     .set CORE_CALLS_START, {calls_start}
+    .set CORE_TABLE_END, {table_end}
+    .set CORE_PC, {pc}
+    .set CORE_SP, {sp}
+    .set CORE_TOP, {top}
     .set CORE_POLL, {poll}
     .set CORE_FLAGS, {flags}
     .set CORE_BASE, {base}
@@ -60,14 +98,6 @@ global_asm!(
     .set CORE_EVENTS, {has_events}
     .set CORE_LINES, {has_lines}
     .set CORE_MORE, {more}
-    .set CORE_MOVE_TO, {move_to}
-    .set CORE_RAPID, {rapid}
-    .set CORE_LINE, {line}
-    .set CORE_LINEAR, {linear}
-    .set CORE_MOVE, {move_flags}
-    .set CORE_PROBE, {probe}
-    .set CORE_FEED, {feed}
-    .set CORE_WAIT, {wait}
     .set CORE_YIELD, {yield_code}
     .set CORE_HANDLER_END, {handler_end}
     .set CORE_IMAGE_CELLS, {image_cells}-{code}
@@ -83,8 +113,18 @@ global_asm!(
     include_str!("vm_core/flow.s"),
     include_str!("vm_core/calls.s"),
     include_str!("vm_core/opcodes.s"),
+    lang::opcode_rows!(handlers),
+    "vm_inlines: .quad {}, {}, {}, {}",
+    const short_forms(0),
+    const short_forms(4),
+    const short_forms(8),
+    const short_forms(12),
     vm = sym VM,
     calls_start = sym CALLS,
+    table_end = const TABLE_END,
+    pc = const offset_of!(State, pc),
+    sp = const offset_of!(State, sp),
+    top = const offset_of!(State, top),
     poll = const offset_of!(State, poll),
     flags = const offset_of!(State, flags),
     base = const offset_of!(State, base),
@@ -96,14 +136,6 @@ global_asm!(
     has_events = const PART.features & feature::EVENTS,
     has_lines = const PART.features & feature::LINES,
     more = const lang::vm::flag::MORE,
-    move_to = const Op::MoveTo as u8,
-    rapid = const Op::Rapid as u8,
-    line = const Op::Line as u8,
-    linear = const Op::Linear as u8,
-    move_flags = const Op::Move as u8,
-    probe = const Op::Probe as u8,
-    feed = const Op::Feed as u8,
-    wait = const Op::Wait as u8,
     yield_code = const YIELD,
     handler_end = const HANDLER_END,
     image_cells = const lang::image::at::CELLS,
@@ -113,22 +145,35 @@ global_asm!(
     kind_event = const (lang::vm::entry::EVENT as u16) << 12,
 );
 
-// The table of instructions is in the order of the codes; bits of some codes tell what they do.
+// The core loads the first fields in this order.
 const _: () = assert!(
-    Op::Byte as u8 == 0x01
-        && Op::Shl as u8 == 0x0E
+    offset_of!(State, pc) == 0
+        && offset_of!(State, sp) == 2
+        && offset_of!(State, top) == 4
+        && offset_of!(State, code) == 8
+        && offset_of!(State, cells) == 10
+);
+
+// The table of instructions has no gap.
+const _: () = {
+    let (mut n, mut next) = (0, 0);
+    while next < TABLE_END {
+        assert!(lang::isa::ROWS[n].code == next);
+        next += lang::isa::ROWS[n].count;
+        n += 1;
+    }
+    assert!(next == TABLE_END);
+};
+
+// Bits of some codes tell what they do.
+const _: () = assert!(
+    Op::Shl as u8 == 0x0E
         && Op::Lt as u8 == 0x19
-        && Op::Xor as u8 == 0x1F
         && Op::JumpZero as u8 == 0x24
         && Op::JumpLt as u8 == 0x29
-        && Op::ForStep as u8 == 0x30
         && Op::NextShort as u8 == 0x34
         && Op::Zero as u8 == 0x3C
-        && Op::TableFar as u8 == 0x47
-        && Op::Leave as u8 == 0x4D
-        && Op::More as u8 == 0x51
         && Op::Small as u8 == 0x60
-        && lang::vm::entry::GOSUB == 0
         && Op::MoveToMm as u8 == 0xA0
-        && Op::ProbeMm as u8 == 0xAF
+        && lang::vm::entry::GOSUB == 0
 );

@@ -7,10 +7,6 @@ use lang::wire;
 constants! {
     OP_LINEAR = Op::Linear;
     OP_MOVE_TO = Op::MoveTo;
-    OP_PROBE = Op::Probe;
-    OP_HOME = Op::Home;
-    OP_STOP_AXE = Op::StopAxe;
-    OP_SET_POS_ZERO = Op::SetPosZero;
     OP_OUT_SHORT = Op::OutShort;
     OP_PRINT_END = Op::PrintEnd;
     OP_WAIT_START = Op::WaitStart;

@@ -4,8 +4,8 @@ use crate::consts::constants;
 use crate::vm::PART;
 use lang::fault::Fault;
 use lang::image::at;
-use lang::isa::{FINGERPRINT, Op};
-use lang::wire::{self, BLOCKS, Block, Control, Exception, LONG, RunState, Table};
+use lang::isa::FINGERPRINT;
+use lang::wire::{self, BLOCKS, Block, Control, Exception, LONG, Table};
 
 /// The block of a table that begins at an address.
 const fn block(table: Table, first: u16) -> Block {
@@ -88,45 +88,21 @@ registers! {
         UPLOAD_LENGTH UPLOAD_RESULT TRACE_EVEN PRINT_COUNT PRINT_TAIL PRINT_TEXT CHAR_OUT CHAR_IN;
 }
 
-/// Firmware version, major in the high byte.
-const RELEASE: u16 = 0x0001;
-
-/// The bit of [`RunState`] that says that a run was begun and has not ended.
-const ACTIVE: u8 = 2;
-
-const _: () = {
-    assert!(
-        (RunState::Running as u8 & RunState::Paused as u8 & RunState::Stopping as u8) == ACTIVE
-    );
-    assert!((RunState::Empty as u8 | RunState::Ready as u8 | RunState::Fault as u8) & ACTIVE == 0);
-    assert!(LONG == 2 && wire::OWN == wire::OWN_INPUT);
-};
+const _: () = assert!(LONG == 2 && wire::OWN == wire::OWN_INPUT);
 
 /// InterpCNC's alarm codes (its input register 3004) by fault number.
 #[unsafe(no_mangle)]
 static ALARMS: [u8; Fault::ALL.len() + 1] = {
-    let mut codes = [3; Fault::ALL.len() + 1];
-    let pairs = [
-        (Fault::LimitSwitch, 1),
-        (Fault::SoftLimit, 2),
-        (Fault::InputActive, 4),
-        (Fault::ProbeMissed, 5),
-        (Fault::HomeStaysClosed, 8),
-        (Fault::HomeNotFound, 9),
-        (Fault::EmergencyStop, 10),
-        (Fault::NotHomed, 11),
-        (Fault::TimedOut, 18),
-    ];
+    let mut codes = [0; Fault::ALL.len() + 1];
     let mut n = 0;
-    while n < pairs.len() {
-        codes[pairs[n].0.number() as usize] = pairs[n].1;
+    while n < codes.len() {
+        codes[n] = Fault::alarm_of(n as u8);
         n += 1;
     }
     codes
 };
 
 constants! {
-    RUN_ACTIVE = ACTIVE;
     EX_FUNCTION = Exception::IllegalFunction;
     EX_ADDRESS = Exception::IllegalAddress;
     EX_VALUE = Exception::IllegalValue;
@@ -136,17 +112,14 @@ constants! {
     COMMAND_WORDS = block(Table::Holding, wire::COMMAND).count;
     UPLOAD_COUNT = block(Table::Holding, wire::UPLOAD_WINDOW).count;
     WIRE_VERSION = wire::WIRE_VERSION;
-    RELEASE = RELEASE;
+    RELEASE = firmware::RELEASE;
     FINGERPRINT = FINGERPRINT;
-    HEADER_CRC = 4;
+    HEADER_CRC = at::CRC;
     HEADER_PROFILE = at::PROFILE;
     HEADER_CELLS = at::CELLS;
     PART_FEATURES = PART.features;
     STORE_AREA = PART.room_for(false);
     POOL_WORDS = crate::vm::POOL / 2;
-    OP_HOME = Op::Home;
-    OP_HOME_QUERY = Op::HomeQuery;
-    OP_PROBE = Op::Probe;
     // USCI_A0, special function registers and Timer0_A (SLAU144, chapters 15, 2.2 and 12).
     UCA0CTL0 = 0x60;
     UCA0CTL1 = 0x61;

@@ -50,11 +50,6 @@ constants! {
     OP_LINEAR_MIXED = Op::LinearMixed;
     OP_FEED = Op::Feed;
     OP_SPINDLE = Op::Spindle;
-    OP_HOME = Op::Home;
-    OP_HOME_QUERY = Op::HomeQuery;
-    OP_PROBE = Op::Probe;
-    OP_SET_POS_ZERO = Op::SetPosZero;
-    OP_STOP_AXE = Op::StopAxe;
     LOOK_CHAR_IN = Look::CharIn;
     LOOK_PROBE_OK = Look::ProbeOk;
     FL_AXIS = flags::AXIS;

@@ -8,13 +8,8 @@ use lang::vm::{entry, flag};
 use lang::wire::{Control, End, RunState};
 
 constants! {
-    // The states with this bit set are those of a run that has not ended.
-    RUN_ACTIVE = RunState::Running;
     OP_FIRST_EFFECT = lang::isa::EFFECTS;
     OP_ERR = Op::Err;
-    OP_HOME = Op::Home;
-    OP_HOME_QUERY = Op::HomeQuery;
-    OP_PROBE = Op::Probe;
     OP_PULSE = Op::Pulse;
     OP_WAIT_START = Op::WaitStart;
     OP_WAIT = Op::Wait;

@@ -1,5 +1,6 @@
 //! From reset to the main loop: clock and pins, the profile, what a reset broke off, the log.
 
+use firmware::PROFILES;
 use lang::fault::Fault;
 use lang::record::BoardRecord;
 use lang::wire::{CRC_START, Exception, RunState, crc16};
@@ -13,9 +14,8 @@ const TACCTL0: u16 = 0x0162;
 const WATCHDOG: u8 = 1 << 0;
 const POWER: u8 = 1 << 2;
 const PIN: u8 = 1 << 3;
-/// Segment D, the log of faults, and the two copies of the profile.
+/// Segment D, the log of faults.
 const LOG: u16 = 0x1000;
-const PROFILES: [u16; 2] = [0x1080, 0x1040];
 
 /// Boots after a reset for this cause; what RAM keeps over one holds.
 fn reset(chip: &mut Chip, cause: u8) {

@@ -5,7 +5,10 @@
 //! the first. Operands of effects that bring a variable number of arguments count theirs in
 //! [`super::argument_masks`].
 
-macro_rules! rows {
+/// Hands all rows to a macro: `lang` makes [`super::Op`] and [`super::ROWS`] of them, the firmware the
+/// jump table of its VM.
+#[macro_export]
+macro_rules! opcode_rows {
     ($consumer:ident) => {
         $consumer! {
             // Flow and constants. 0xFF, erased flash, is no instruction.
@@ -156,5 +159,3 @@ macro_rules! rows {
         }
     };
 }
-
-pub(super) use rows;

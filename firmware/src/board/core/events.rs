@@ -66,6 +66,7 @@ impl Core {
             Op::WaitMove as u8,
         ];
         let code = self.effect.code;
+        #[expect(clippy::manual_contains, reason = "a call of memchr is longer")]
         let waits = WAITS.iter().any(|&wait| wait == code);
         if !vm.can_interrupt() || !waits || (code != 0 && self.effect.phase == 0) {
             return;

@@ -6,7 +6,7 @@ use lang::record::{BoardRecord, FULL_POWER};
 use lang::wire::RunState;
 
 /// A millisecond of light, thousandths of 0.5 us.
-const A_MILLISECOND: i32 = 2000 * FULL_POWER as i32;
+const A_MILLISECOND: i32 = 2000 * FULL_POWER;
 /// As much light is owed, or was given too much, at most: what a lost line owes is not for the next.
 const MOST: i32 = 8 * A_MILLISECOND;
 

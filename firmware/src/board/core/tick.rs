@@ -92,7 +92,7 @@ impl Core {
             self.timer = self.timer.wrapping_add(1);
             self.effect.count_down();
             self.outer.count_down();
-            if self.timer as u16 % 1024 == 0 && self.motor.rests() && self.line_rests {
+            if (self.timer as u16).is_multiple_of(1024) && self.motor.rests() && self.line_rests {
                 self.save();
             }
         }

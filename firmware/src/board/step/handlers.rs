@@ -9,8 +9,10 @@
 //! exit 21, schedule 24, ramp 12, pins down 13, inputs 11, count and sub-events 18, three axes with
 //! their step counts 75, lateness 10.
 
-use super::PathSlot;
+use super::{PathSlot, PathState, Shared, SingleState};
 use core::arch::global_asm;
+use core::mem::offset_of;
+use firmware::motion::Segment;
 use firmware::motion::queue::SLOTS;
 
 global_asm!(
@@ -26,24 +28,38 @@ global_asm!(
     .set P1IN,     0x0020
     .set P2OUT,    0x0029
 
-    /* offsets in Shared */
-    .set VECTOR, PASAPAS_STEP
-    .set CURRENT, PASAPAS_STEP+2
-    .set FRAC, PASAPAS_STEP+4
-    .set COUNT, PASAPAS_STEP+6
-    .set SENSE, PASAPAS_STEP+12
-    .set LATE, PASAPAS_STEP+18
-    .set WIDTH, PASAPAS_STEP+20
-    .set WATCH, PASAPAS_STEP+22
-    .set IDLE, PASAPAS_STEP+23
-    .set HIT, PASAPAS_STEP+24
-    .set HALT, PASAPAS_STEP+25
-    .set CAUGHT, PASAPAS_STEP+26
+    /* fields of Shared */
+    .set VECTOR, PASAPAS_STEP+{vector}
+    .set CURRENT, PASAPAS_STEP+{current}
+    .set FRAC, PASAPAS_STEP+{frac}
+    .set COUNT, PASAPAS_STEP+{count}
+    .set SENSE, PASAPAS_STEP+{sense}
+    .set LATE, PASAPAS_STEP+{late}
+    .set WIDTH, PASAPAS_STEP+{width}
+    .set WATCH, PASAPAS_STEP+{watch}
+    .set IDLE, PASAPAS_STEP+{idle}
+    .set HIT, PASAPAS_STEP+{hit}
+    .set HALT, PASAPAS_STEP+{halt}
+    .set CAUGHT, PASAPAS_STEP+{caught}
+
+    /* offsets in a segment, in a slot of a path, in the state of a single axis, whose first is what plays */
+    .set INTERVAL, {interval}
+    .set DIF, {dif}
+    .set EVENTS, {events}
+    .set MASK, {mask}
+    .set INC, {inc}
+    .set BLOCK_ACC, {block_acc}
+    .set DIRS, {dirs}
+    .set FLAGS, {flags}
+    .set NEXT, {next}
+    .set AXIS_FRAC, {axis_frac}
+    .set SINGLE, {single}
 
     /* slots and accumulators of a path */
     .set SLOT, {slot}
     .set SLOTS, PASAPAS_PLAY
-    .set ACC, PASAPAS_PLAY+{slots}*SLOT
+    .set ACC, PASAPAS_PLAY+{acc}
+    .set SLOTS_END, PASAPAS_PLAY+{slots}*SLOT
 
     .section .text.step,"ax",@progbits
 module.motion.step:
@@ -75,15 +91,15 @@ pasapas_path_event:
     push r15
     push r14
     mov &CURRENT, r15
-    dec 8(r15)
+    dec EVENTS(r15)
     jnc path_switch
 path_schedule:
     add @r15, &FRAC
-    addc 2(r15), &TA1CCR0
+    addc INTERVAL+2(r15), &TA1CCR0
     mov &TA1CCR0, &TA1CCR1
     mov &TA1CCR0, &TA1CCR2
-    add 4(r15), 0(r15)
-    addc 6(r15), 2(r15)
+    add DIF(r15), INTERVAL(r15)
+    addc DIF+2(r15), INTERVAL+2(r15)
     mov #0x0010, &TA1CCTL0
     clr &TA1CCTL1
     clr &TA1CCTL2
@@ -92,20 +108,20 @@ path_schedule:
     and.b &WATCH, r14
     jne path_hit
 path_arm:
-    bit 10(r15), 8(r15)
+    bit MASK(r15), EVENTS(r15)
     jne path_armed
-    add 12(r15), &ACC
-    addc 14(r15), &ACC+2
+    add INC(r15), &ACC
+    addc INC+2(r15), &ACC+2
     jnc 1f
     mov #0x0030, &TA1CCTL0
     add &SENSE, &COUNT
-1:  add 16(r15), &ACC+4
-    addc 18(r15), &ACC+6
+1:  add INC+4(r15), &ACC+4
+    addc INC+6(r15), &ACC+6
     jnc 2f
     mov #0x0020, &TA1CCTL1
     add &SENSE+2, &COUNT+2
-2:  add 20(r15), &ACC+8
-    addc 22(r15), &ACC+10
+2:  add INC+8(r15), &ACC+8
+    addc INC+10(r15), &ACC+10
     jnc path_armed
     mov #0x0020, &TA1CCTL2
     add &SENSE+4, &COUNT+4
@@ -140,35 +156,35 @@ path_hit:
     tst.b &HALT
     jeq path_arm
     mov #SLOTS, r15
-1:  clr 8(r15)
+1:  clr EVENTS(r15)
     add #SLOT, r15
-    cmp #ACC, r15
+    cmp #SLOTS_END, r15
     jne 1b
     jmp path_stop
 
     /* the slot is played: the next one, or rest */
 path_switch:
-    clr 8(r15)
+    clr EVENTS(r15)
     add #SLOT, r15
-    cmp #ACC, r15
+    cmp #SLOTS_END, r15
     jne 1f
     mov #SLOTS, r15
 1:  mov r15, &CURRENT
-    dec 8(r15)
+    dec EVENTS(r15)
     jnc path_empty
-    tst.b 31(r15)
+    tst.b FLAGS(r15)
     jge path_schedule
     mov.b &P2OUT, r14
     and.b #0x37, r14
-    bis.b 30(r15), r14
+    bis.b DIRS(r15), r14
     mov.b r14, &P2OUT
     clr &ACC
-    mov 24(r15), &ACC+2
+    mov BLOCK_ACC(r15), &ACC+2
     clr &ACC+4
-    mov 26(r15), &ACC+6
+    mov BLOCK_ACC+2(r15), &ACC+6
     clr &ACC+8
-    mov 28(r15), &ACC+10
-    mov.b 31(r15), r14
+    mov BLOCK_ACC+4(r15), &ACC+10
+    mov.b FLAGS(r15), r14
     mov #1, &SENSE
     mov #1, &SENSE+2
     mov #1, &SENSE+4
@@ -183,7 +199,7 @@ path_switch:
     mov #-1, &SENSE+4
     jmp path_schedule
 path_empty:
-    clr 8(r15)
+    clr EVENTS(r15)
 path_stop:
     clr &TA1CCTL0
     clr &TA1CCTL1
@@ -210,20 +226,20 @@ single_event:
     tst &WIDTH
     jne single_long
 single_fallen:
-    dec 8(r15)
+    dec EVENTS(r15)
     jnc single_switch
 single_schedule:
-    add @r15, 24(r15)
-    addc 2(r15), TA1CCR0(r13)
-    add 4(r15), 0(r15)
-    addc 6(r15), 2(r15)
+    add @r15, AXIS_FRAC(r15)
+    addc INTERVAL+2(r15), TA1CCR0(r13)
+    add DIF(r15), INTERVAL(r15)
+    addc DIF+2(r15), INTERVAL+2(r15)
     mov #0x0010, TA1CCTL0(r13)
     mov.b &P1IN, r14
     xor.b &IDLE, r14
     and.b &WATCH, r14
     jne single_hit
 single_arm:
-    bit 10(r15), 8(r15)
+    bit MASK(r15), EVENTS(r15)
     jne single_armed
     mov #0x0030, TA1CCTL0(r13)
     add SENSE(r13), COUNT(r13)
@@ -266,34 +282,32 @@ single_hit:
     mov &COUNT+4, &CAUGHT+4
     tst.b &HALT
     jeq single_arm
-    clr &PASAPAS_PLAY+8
-    clr &PASAPAS_PLAY+20
-    clr &PASAPAS_PLAY+34
-    clr &PASAPAS_PLAY+46
-    clr &PASAPAS_PLAY+60
-    clr &PASAPAS_PLAY+72
+    .irp axis, 0, 1, 2
+    clr &PASAPAS_PLAY+\axis*SINGLE+EVENTS
+    clr &PASAPAS_PLAY+\axis*SINGLE+NEXT+EVENTS
+    .endr
     jmp single_stop
 
     /* the segment is played: take the next one, or rest */
 single_switch:
-    clr 8(r15)
-    tst 20(r15)
+    clr EVENTS(r15)
+    tst NEXT+EVENTS(r15)
     jeq single_stop
-    mov 12(r15), 0(r15)
-    mov 14(r15), 2(r15)
-    mov 16(r15), 4(r15)
-    mov 18(r15), 6(r15)
-    mov 20(r15), 8(r15)
-    mov 22(r15), 10(r15)
-    clr 20(r15)
-    mov 10(r15), r14
+    mov NEXT(r15), INTERVAL(r15)
+    mov NEXT+2(r15), INTERVAL+2(r15)
+    mov NEXT+4(r15), DIF(r15)
+    mov NEXT+6(r15), DIF+2(r15)
+    mov NEXT+EVENTS(r15), EVENTS(r15)
+    mov NEXT+MASK(r15), MASK(r15)
+    clr NEXT+EVENTS(r15)
+    mov MASK(r15), r14
     xor SENSE(r13), r14
     tst r14
     jge 1f
     xor.b single_dir(r13), &P2OUT
     inv SENSE(r13)
     inc SENSE(r13)
-1:  dec 8(r15)
+1:  dec EVENTS(r15)
     jmp single_schedule
     /* TA1IV may have told of an axis that had risen just then: its last pulse is no shorter than the
        others */
@@ -307,10 +321,42 @@ single_stop:
     /* below the vectors, where there is room */
     .section .tail.step,"a",@progbits
 single_states:
-    .short PASAPAS_PLAY, PASAPAS_PLAY+26, PASAPAS_PLAY+52
+    .short PASAPAS_PLAY, PASAPAS_PLAY+SINGLE, PASAPAS_PLAY+2*SINGLE
 single_dir:
     .short 0x08, 0x40, 0x80
     "#,
+    vector = const offset_of!(Shared, vector),
+    current = const offset_of!(Shared, current),
+    frac = const offset_of!(Shared, frac),
+    count = const offset_of!(Shared, count),
+    sense = const offset_of!(Shared, sense),
+    late = const offset_of!(Shared, late),
+    width = const offset_of!(Shared, width),
+    watch = const offset_of!(Shared, watch),
+    idle = const offset_of!(Shared, idle),
+    hit = const offset_of!(Shared, hit),
+    halt = const offset_of!(Shared, halt),
+    caught = const offset_of!(Shared, caught),
+    interval = const offset_of!(Segment, interval),
+    dif = const offset_of!(Segment, dif),
+    events = const offset_of!(Segment, events),
+    mask = const offset_of!(Segment, mask),
+    inc = const offset_of!(PathSlot, inc),
+    block_acc = const offset_of!(PathSlot, acc),
+    dirs = const offset_of!(PathSlot, dirs),
+    flags = const offset_of!(PathSlot, flags),
+    next = const offset_of!(SingleState, next),
+    axis_frac = const offset_of!(SingleState, frac),
+    single = const size_of::<SingleState>(),
     slot = const size_of::<PathSlot>(),
     slots = const SLOTS,
+    acc = const offset_of!(PathState, acc),
+);
+
+// What plays begins where the state does; a segment begins with its interval.
+const _: () = assert!(
+    offset_of!(PathState, slots) == 0
+        && offset_of!(PathSlot, ramp) == 0
+        && offset_of!(SingleState, playing) == 0
+        && offset_of!(Segment, interval) == 0
 );

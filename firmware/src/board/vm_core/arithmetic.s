@@ -81,7 +81,8 @@ vm_sqr:
     jmp vm_set
 
     /* bit 1 of r12 says right */
-vm_shift:
+vm_shl:
+vm_shr:
     tst r11
     jne vm_f04
     cmp #32, r10

@@ -11,6 +11,7 @@ pasapas_vm_run:
     push r9
     push r10
     .endif
+    /* the first fields of State in their order */
     mov #CORE_VM, r12
     mov @r12+, r5
     mov @r12+, r6
@@ -43,7 +44,16 @@ vm_fault:
     mov &CORE_VM+CORE_FRAME, r1
     bis #0x100, r12
     jmp vm_exit
-vm_soft:
+    /* what the main loop does */
+vm_end:
+vm_tosteps:
+vm_tolength:
+vm_err:
+vm_erl:
+vm_leave:
+vm_onerror:
+vm_onerrorstop:
+vm_resumenext:
     rra r12
     jmp vm_exit
 
@@ -90,7 +100,7 @@ vm_add:
 vm_mid:
     cmp.b #0xc0, r12
     jhs 1f
-    br vm_table(r12)
+    br vm_handlers(r12)
 1:  rra r12
     and #31, r12
     clr r13
@@ -105,10 +115,10 @@ vm_effect:
     rra r12
     bis #0x80, r12
 vm_exit:
-    mov r5, &CORE_VM
-    mov r6, &CORE_VM+2
-    mov r10, &CORE_VM+4
-    mov r11, &CORE_VM+6
+    mov r5, &CORE_VM+CORE_PC
+    mov r6, &CORE_VM+CORE_SP
+    mov r10, &CORE_VM+CORE_TOP
+    mov r11, &CORE_VM+CORE_TOP+2
     .if CORE_SAVES
     pop r10
     pop r9

@@ -2,6 +2,7 @@
 
     /* bit 1 of r12 says unless 0 */
 vm_jumpzero:
+vm_jumpnonzero:
     mov r12, r14
     REL
     bis r10, r11
@@ -15,14 +16,24 @@ vm_jumpzero:
     jmp vm_next
 
     /* Comparisons: less, equal, greater are bits 0 to 2 of r15, and of the code. */
-vm_compare_jump:
+vm_jumplt:
+vm_jumpeq:
+vm_jumple:
+vm_jumpgt:
+vm_jumpne:
+vm_jumpge:
     call #vm_outcome
     REL
     POP
     bit r15, r14
     jne vm_take
     jmp vm_next
-vm_compare_value:
+vm_lt:
+vm_eq:
+vm_le:
+vm_gt:
+vm_ne:
+vm_ge:
     call #vm_outcome
     clr r10
     clr r11

@@ -42,5 +42,5 @@
     rla.b r12
     jc vm_high
     jn vm_mid
-    br vm_table(r12)
+    br vm_handlers(r12)
     .endm

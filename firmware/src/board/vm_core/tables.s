@@ -39,7 +39,7 @@ vm_inside:
     ret
 
     /* the row on the top becomes the value of the column whose offset is the operand */
-vm_column:
+vm_table:
     mov.b @r5+, r12
     jmp 1f
 vm_tablefar:
