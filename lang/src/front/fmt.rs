@@ -204,6 +204,15 @@ fn soft_role(line: &[Token], n: usize) -> bool {
     }
 }
 
+/// The `_` and the comment behind it, whose distance is kept.
+fn write_continuation(written: &str, out: &mut String) {
+    out.push('_');
+    if let Some((blanks, _)) = written.split_once('\'') {
+        out.extend(core::iter::repeat_n(' ', (blanks.len() - 1).clamp(1, MAX_DISTANCE)));
+        out.push_str(written[blanks.len()..].trim_end());
+    }
+}
+
 fn write_token(text: &str, token: Token, soft_role: bool, out: &mut String) {
     let written = token.span.of(text);
     match token.tok {
@@ -220,7 +229,7 @@ fn write_token(text: &str, token: Token, soft_role: bool, out: &mut String) {
         Tok::GWord | Tok::GLetter => out.push_str(&written.to_ascii_uppercase()),
         Tok::Number if written.starts_with('&') => out.push_str(&written.to_ascii_uppercase()),
         Tok::Number => out.push_str(&written.to_ascii_lowercase()),
-        Tok::Continuation => out.push('_'),
+        Tok::Continuation => write_continuation(written, out),
         Tok::Comment => {
             let rem = written.get(..3).is_some_and(|w| w.eq_ignore_ascii_case("REM"));
             let written = written.trim_end();

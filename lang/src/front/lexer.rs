@@ -169,7 +169,7 @@ impl<'a> State<'a> {
     }
 
     fn stray_underscore(&mut self, span: Span) {
-        let hint = "` _` continues a line where a blank stands before it and nothing behind it";
+        let hint = "` _` continues a line where a blank stands before it and nothing but a comment behind it";
         self.report(Code::BadContinuation, span, "`_` stands alone", hint);
         self.push(Tok::Bad, span);
     }
@@ -238,9 +238,36 @@ impl<'a> State<'a> {
             Err(error) => {
                 let mut diag = Diag::new(error.code, span, error.message);
                 diag.hint = error.hint;
+                if error.code == Code::DecimalWithoutUnit {
+                    diag = self.decimals(diag, span);
+                }
                 self.diags.push(diag);
                 self.push(Tok::Bad, span);
             }
+        }
+    }
+
+    /// What decimals without a unit behind the last token were meant as.
+    fn decimals(&self, diag: Diag, span: Span) -> Diag {
+        let Some(before) = self.tokens.last().filter(|token| token.line == self.line) else {
+            return diag;
+        };
+        let (name, digits) = (before.span.of(self.text), span.of(self.text));
+        match before.tok {
+            // `Portb.0` of BASCOM and `PinB.3` of others.
+            Tok::Name if before.span.end == span.start && digits.starts_with('.') => Diag::new(
+                Code::UnknownName,
+                before.span.to(span),
+                format!("`{name}{digits}` is no name"),
+            )
+            .hint("an output is set by `SetOut n, ON`, an input is read by `IN(n)`"),
+            Tok::Name if name.len() == 1 && begins_gcode(&format!("{name}{digits}")) => {
+                let message = format!("`{name}` and its number stand apart");
+                Diag::new(Code::GcodeWord, before.span.to(span), message)
+                    .hint(format!("the number follows its letter directly: `{name}{digits}`"))
+            }
+            Tok::Kw(Kw::Wait) => diag.hint(format!("write a unit, as in `{digits}s`")),
+            _ => diag,
         }
     }
 
@@ -453,33 +480,86 @@ fn value_start(text: &str) -> &str {
 /// Whether the statement that begins `rest` (blanks first) is a G-code block or a G-code comment.
 ///
 /// It begins with one of G M F S T N X Y Z and a number or `[`. A run of name characters counts
-/// only where it falls apart into such words (`G1X10F300`, `G1X[a]`): `t2max` is a name.
+/// only where it falls apart into such words (`G1X10F300`, `G1X[a]`): `t2max` is a name. With a
+/// letter of [`LATER`] and plain digits, which are a name, it counts where a word follows that is
+/// none: `I5 X10`.
 pub fn begins_gcode(rest: &str) -> bool {
-    let rest = rest.trim_start_matches([' ', '\t', '\x0B', '\x0C', '\u{A0}']).as_bytes();
-    let Some(&first) = rest.first() else { return false };
-    if matches!(first, b'(' | b';' | b'%') {
+    let mut rest = blanks_off(rest.as_bytes());
+    if rest.first().is_some_and(|first| matches!(first, b'(' | b';' | b'%')) {
         return true;
     }
-    if !b"GMFSTNXYZ".contains(&first.to_ascii_uppercase()) {
-        return false;
+    loop {
+        match run(rest) {
+            Run::Block => return true,
+            Run::Name => return false,
+            Run::Either(length) => rest = blanks_off(&rest[length..]),
+        }
+    }
+}
+
+/// Letters that a block may begin with although they and a number are a name.
+const LATER: &[u8] = b"IJKRPQL";
+
+/// What a run of name characters is.
+enum Run {
+    Block,
+    Name,
+    /// A name of so many characters, or a word of a block.
+    Either(usize),
+}
+
+fn run(rest: &[u8]) -> Run {
+    let block = |is: bool| if is { Run::Block } else { Run::Name };
+    let Some(first) = rest.first().map(u8::to_ascii_uppercase) else { return Run::Name };
+    let later = LATER.contains(&first);
+    if !later && !b"GMFSTNXYZ".contains(&first) {
+        return Run::Name;
     }
     let mut at = 0;
     while let Some(letter) = rest.get(at).filter(|b| b.is_ascii_alphabetic()) {
         let value = rest.get(at + 1).copied().unwrap_or(b' ');
         if matches!(value, b'[' | b'+' | b'-' | b'.') {
-            return value == b'[' || is_number(&rest[at + 1..]);
+            let value = &rest[at + 1..];
+            return block(match value[0] {
+                b'[' => !(later && is_assigned(value)),
+                _ => is_number(value),
+            });
         }
         if !value.is_ascii_digit() {
             // The run ends in a letter without a number: X10 and ELSE may still touch.
-            return at > 0 && touches_else(*letter, &rest[at..]);
+            return block(at > 0 && !later && touches_else(*letter, &rest[at..]));
         }
         at += 1;
         at += rest[at..].iter().take_while(|b| b.is_ascii_digit()).count();
         if rest.get(at) == Some(&b'.') {
-            return true;
+            return Run::Block;
         }
     }
-    !rest.get(at).is_some_and(|&b| literal::is_name_byte(b))
+    match rest.get(at).is_some_and(|&b| literal::is_name_byte(b)) {
+        true => Run::Name,
+        false if later => Run::Either(at),
+        false => Run::Block,
+    }
+}
+
+fn blanks_off(rest: &[u8]) -> &[u8] {
+    let is_blank = |rest: &[u8]| match rest {
+        [b' ' | b'\t' | 0x0B | 0x0C, ..] => 1,
+        [0xC2, 0xA0, ..] => 2,
+        _ => 0,
+    };
+    let mut rest = rest;
+    while is_blank(rest) > 0 {
+        rest = &rest[is_blank(rest)..];
+    }
+    rest
+}
+
+/// `[index] =`: what other languages write for an array.
+fn is_assigned(rest: &[u8]) -> bool {
+    let line = rest.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(rest.len());
+    let close = rest[..line].iter().position(|b| *b == b']');
+    close.is_some_and(|close| blanks_off(&rest[close + 1..]).first() == Some(&b'='))
 }
 
 fn is_number(rest: &[u8]) -> bool {

@@ -33,7 +33,7 @@ pub enum Tok {
     Comment,
     /// A G-code comment.
     GComment,
-    /// Blank, `_` and the line end that they hide.
+    /// Blank, `_`, a comment that may stand there, and the line end that they hide.
     Continuation,
     /// Something that was reported.
     Bad,
@@ -118,7 +118,7 @@ pub(super) enum Basic {
     Comment,
     #[regex(r"\r\n|\n|\r")]
     LineEnd,
-    #[regex(r"_[ \t]*(\r\n|\n|\r)")]
+    #[regex(r"_[ \t]*('[^\r\n]*)?(\r\n|\n|\r)")]
     Continuation,
     #[token("?")]
     Question,
@@ -219,6 +219,6 @@ pub(super) enum Gcode {
     Colon,
     #[regex(r"\r\n|\n|\r")]
     LineEnd,
-    #[regex(r"_[ \t]*(\r\n|\n|\r)")]
+    #[regex(r"_[ \t]*('[^\r\n]*)?(\r\n|\n|\r)")]
     Continuation,
 }

@@ -313,6 +313,13 @@ pub fn foreign_function(key: &str) -> Option<&'static str> {
     FOREIGN_FUNCTIONS.iter().find(|(name, _)| *name == key).map(|(_, hint)| *hint)
 }
 
+/// A hint for a name, in lower case, that one writes to elsewhere to set an output.
+pub fn foreign_target(key: &str) -> Option<&'static str> {
+    let port = key.strip_prefix("port").or_else(|| key.strip_prefix("pin"))?;
+    let bit = port.len() <= 2 && port.bytes().all(|b| b.is_ascii_alphanumeric());
+    bit.then_some("to set an output write `SetOut n, ON`, eight of them `SetPort value`")
+}
+
 /// The candidate nearest to `word` by edit distance (a swap of neighbours counts 1), if it is near
 /// enough that a typing slip explains the difference: 1 for up to four letters, 2 beyond.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

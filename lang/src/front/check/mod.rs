@@ -179,7 +179,10 @@ impl<'a> Checker<'a> {
 
     /// What a name stands for; an error that proposes the nearest where there is none.
     fn resolve(&mut self, name: &'a Name) -> Option<Symbol<'a>> {
-        self.resolve_as(name, |name| format!("declare it first: `DIM {name}`"))
+        self.resolve_as(name, |text| match super::words::foreign_target(&name.key) {
+            Some(hint) => hint.to_owned(),
+            None => format!("declare it first: `DIM {text}`"),
+        })
     }
 
     /// The same with the hint for a name that is like no other.

@@ -66,7 +66,7 @@ const STATEMENTS: &[(&str, &str)] = &[
     ("MOVEA", "write `MoveAxe X, 10mm`"),
     ("MOVEAXIS", "write `MoveAxe X, 10mm`"),
     ("MOVER", "write `MoveRel X, 10mm`"),
-    ("MOVETO", "write `G0 X10 Y5`"),
+    ("MOVETO", "write `MoveAxe X, 10mm` for one axis, `G0 X10 Y5` for several"),
     ("MOVEINC", "write `MoveRel X, 10mm`"),
     ("WAITIDLE", "write `WaitMove`"),
     ("REFERENCE", "write `Home X`"),
@@ -82,6 +82,23 @@ const STATEMENTS: &[(&str, &str)] = &[
     ("RETI", "write `RETURN`"),
     ("BEGIN", "leave it out: blocks end with their own word"),
     ("THENELSE", "write `THEN` and `ELSE` apart"),
+    ("HIGH", "write `SetOut n, ON`"),
+    ("LOW", "write `SetOut n, OFF`"),
+    ("SET", "write `SetOut n, ON`"),
+    ("RESET", "write `SetOut n, OFF`"),
+    ("TOGGLE", "write `SetOut n, NOT OUT(n)`"),
+    ("PULSOUT", "write `Pulse n, 20ms`"),
+    ("PULSEOUT", "write `Pulse n, 20ms`"),
+    ("SYMBOL", "write `INPUT name = 1`, `OUTPUT name = 1` or `CONST name = value`"),
+    ("ALIAS", "write `INPUT name = 1` or `OUTPUT name = 1`"),
+    ("SERTXD", "write `PRINT \"text\"; value`"),
+    ("DEBUG", "write `PRINT \"text\"; value`"),
+    ("WAITUS", "write `Wait 1ms`, the shortest wait"),
+    ("CONFIG", "leave it out: the machine's profile says what hangs where"),
+    ("STEPPER", "the profile describes the motors; write `Home`, `MoveAxe X, 10mm`, `G0 X10 Y5`"),
+    ("SETTICK", "write `ON EVERY 100ms GOSUB label`"),
+    ("END_VAR", "leave it out: each variable is declared by `DIM name`"),
+    ("END_FUNCTION_BLOCK", "write `END SUB`"),
 ];
 
 /// Kinds that other languages have.
@@ -114,12 +131,13 @@ pub fn block_word(i: In<'_>) -> Option<(Piece, usize)> {
         (Tok::Kw(Kw::End), Tok::Kw(Kw::For | Kw::Next)) => close(Closer::For(None), 2),
         (Tok::Kw(Kw::End), Tok::Kw(Kw::Do | Kw::Loop)) => close(Closer::Do(None), 2),
         (Tok::Name, _) => match word.to_ascii_uppercase().as_str() {
-            "ENDIF" => close(Closer::If, 1),
+            "ENDIF" | "END_IF" => close(Closer::If, 1),
             "ENDSUB" | "SUBEND" => close(Closer::Sub, 1),
-            "ENDFUNCTION" => close(Closer::Function, 1),
-            "ENDSELECT" => close(Closer::Select, 1),
-            "ENDREPEAT" => close(Closer::Repeat, 1),
-            "ENDWHILE" => close(Closer::While, 1),
+            "ENDFUNCTION" | "END_FUNCTION" => close(Closer::Function, 1),
+            "ENDSELECT" | "END_CASE" => close(Closer::Select, 1),
+            "ENDREPEAT" | "END_REPEAT" => close(Closer::Repeat, 1),
+            "ENDWHILE" | "END_WHILE" => close(Closer::While, 1),
+            "ENDFOR" | "END_FOR" => close(Closer::For(None), 1),
             "FOREVER" => close(Closer::Do(None), 1),
             _ => None,
         },
@@ -155,8 +173,17 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
         };
         return Diag::new(Code::BlankLabel, span, message).hint(hint);
     }
+    // `led Alias Portb.0` of BASCOM.
+    if i.second().span.of(i.context.text).eq_ignore_ascii_case("alias") {
+        let message = "there is no `ALIAS`";
+        return Diag::new(Code::ForeignStatement, i.second().span, message)
+            .hint(format!("write `INPUT {word} = 1` or `OUTPUT {word} = 1`"));
+    }
     let message = format!("there is no statement or SUB `{word}`");
     let diag = Diag::new(Code::UnknownStatement, span, message);
+    if is_later_word(word) && matches!(i.second().tok, Tok::Name | Tok::LineEnd) {
+        return diag.hint("a block of G-code whose words could be names begins with its `G` word");
+    }
     let words = Kw::ALL.iter().filter(|kw| kw.begins_statement()).map(|kw| kw.text());
     let guesses = i.context.guesses.get();
     i.context.guesses.set(guesses + 1);
@@ -164,6 +191,9 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
     let near = if guesses < MAX_DIAGS { nearest(word, words.chain(subs)) } else { None };
     match (near, i.second().tok) {
         (Some(near), _) => diag.hint(format!("did you mean `{near}`?")),
+        (None, Tok::Sign(Sign::OpenBracket)) => {
+            diag.hint(format!("an index stands in parentheses: `{word}(0) = 1`"))
+        }
         (None, Tok::Sign(Sign::Open)) => diag.hint(format!(
             "a SUB is declared with `SUB {word}`; an assignment has `=` behind the parentheses"
         )),
@@ -175,6 +205,14 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
         }
         (None, _) => diag.hint(format!("a SUB is declared with `SUB {word}`")),
     }
+}
+
+/// `I5`: a name, and a word of a block where others come before it.
+fn is_later_word(word: &str) -> bool {
+    let (letter, digits) = word.split_at(1);
+    "IJKRPQLijkrpql".contains(letter)
+        && !digits.is_empty()
+        && digits.bytes().all(|b| b.is_ascii_digit())
 }
 
 /// Something that can not begin a statement.

@@ -39,3 +39,9 @@ end sub
 TABLE long(2) = 1, 2; _
                 3, 4; _
  5, 6
+table named(2)=1,2; _'glued
+  3,4; _     ' left   
+  5,6 ' right
+g1 x1 _ ' half
+  y2
+i-5 j0 x10

@@ -13,3 +13,12 @@ begin: G81 X1.123456789012345678901 R2 Z-3 P.5
 i = 3 : N20
 G1 X1 _
    Y2
+' A block may begin with any word.
+I-5 J0 X10
+I.5 J0 X10
+R5 X10
+I5 J0 X10
+P1 Q2 R-1
+L[i] X[i]
+i5 = 3
+r1 = 2: K2 X1
