@@ -16,15 +16,19 @@ pub enum Failure {
     Board(String),
     /// A result could not be written. Exit code 4: the input was right and nothing ran wrong.
     Output(String),
-    /// The reader of our output went away: no failure of ours.
+    /// The reader of our standard output went away. The exit code is the one that a shell shows for
+    /// a process that SIGPIPE ended, as with any other tool in a pipe.
     ClosedPipe,
 }
+
+/// 128 and the number of SIGPIPE.
+const CLOSED_PIPE: u8 = 128 + 13;
 
 impl Failure {
     /// The process's exit code.
     pub const fn exit_code(&self) -> u8 {
         match self {
-            Failure::ClosedPipe => 0,
+            Failure::ClosedPipe => CLOSED_PIPE,
             Failure::Input => 1,
             Failure::Usage(_) => 2,
             Failure::Run => 3,

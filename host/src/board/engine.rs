@@ -322,7 +322,7 @@ impl<'a, 'b> Run<'a, 'b> {
     /// The limit is reached, or nothing can happen any more.
     fn is_over(&mut self, watch: &mut stuck::Watch) -> Result<bool, BoardError> {
         let us = self.rig.borrow().us();
-        if us >= self.job.options.limit_us {
+        if us >= self.job.options.limit_us || (self.job.options.interrupted)() {
             return Ok(true);
         }
         let world_is_over = self.rig.borrow().world_is_over();
@@ -446,7 +446,10 @@ impl<'a, 'b> Run<'a, 'b> {
             vars: Vec::new(),
             failures,
         };
-        let remarks = remarks(&rig, status);
+        let mut remarks = remarks(&rig);
+        if status == Status::Stopped && !(self.job.options.interrupted)() {
+            remarks.push("the run was stopped: limit reached, or nothing could happen".to_owned());
+        }
         let tick = rig.now();
         drop(rig);
         if let Some(vcd) = self.vcd.take() {
@@ -483,13 +486,7 @@ fn output_uses(edges: &[Edge], end_us: u64) -> Vec<OutputUse> {
     whole.filter(|used| used.switched_on > 0).collect()
 }
 
-fn remarks(rig: &Rig, status: Status) -> Vec<String> {
-    let mut remarks = Vec::new();
-    for warning in rig.warnings().iter().take(5) {
-        remarks.push(format!("the emulator warns: {warning:?}"));
-    }
-    if status == Status::Stopped {
-        remarks.push("the run was stopped: limit reached, or nothing could happen".to_owned());
-    }
-    remarks
+fn remarks(rig: &Rig) -> Vec<String> {
+    let warnings = rig.warnings().iter().take(5);
+    warnings.map(|warning| format!("the emulator warns: {warning:?}")).collect()
 }

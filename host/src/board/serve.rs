@@ -8,14 +8,13 @@ use std::time::{Duration, Instant};
 
 use super::clients::Clients;
 use super::rig::{HostAction, Rig, TICKS_PER_US};
+use crate::output;
 use crate::sim::world::WorldError;
 
 /// Longest stretch of simulated time between two looks at the connections.
 const SLICE_US: u64 = 1_000;
 /// The host's end of the line follows the chip's rate this often.
 const FOLLOW_US: u64 = 50_000;
-/// Flash goes to its file when no operation changed it for this long.
-const SETTLE: Duration = Duration::from_millis(300);
 
 /// Pace of the board's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +32,6 @@ pub struct Server {
     pub clients: Clients,
     flash_file: Option<PathBuf>,
     saved_operations: u64,
-    changed_at: Option<Instant>,
 }
 
 impl Server {
@@ -81,6 +79,8 @@ impl Server {
             };
             // A host that fell behind catches up slice by slice, so that replies do not wait.
             rig.run_until(target.min(slice).max(rig.now()))?;
+            // What a reply says is done outlives the process.
+            self.save_flash(rig)?;
             self.clients.heard(&rig.board().uart_take());
             self.clients.answer(rig.now());
             if rig.now() >= follow_at {
@@ -90,36 +90,20 @@ impl Server {
             for action in rig.take_host_actions() {
                 press(rig, action);
             }
-            self.save_flash(rig, false)?;
         }
-        self.save_flash(rig, true)?;
-        Ok(())
+        self.save_flash(rig)
     }
 
-    fn save_flash(&mut self, rig: &mut Rig, at_once: bool) -> Result<(), ServeError> {
+    fn save_flash(&mut self, rig: &mut Rig) -> Result<(), ServeError> {
         let Some(file) = &self.flash_file else { return Ok(()) };
         let operations = rig.board().wear().operations;
-        if operations != self.saved_operations {
-            self.saved_operations = operations;
-            self.changed_at = Some(Instant::now());
-        }
-        let settled = self.changed_at.is_some_and(|at| at_once || at.elapsed() >= SETTLE);
-        if !settled {
+        if operations == self.saved_operations {
             return Ok(());
         }
-        self.changed_at = None;
-        save(file, &rig.board().flash_contents())
+        self.saved_operations = operations;
+        output::replace(file, &rig.board().flash_contents())
             .map_err(|error| ServeError::Flash(file.clone(), error))
     }
-}
-
-/// A file that is replaced in one step: a power cut leaves the old content or the new.
-fn save(file: &Path, content: &[u8]) -> io::Result<()> {
-    let mut beside = file.as_os_str().to_owned();
-    beside.push(".new");
-    let beside = PathBuf::from(beside);
-    fs::write(&beside, content)?;
-    fs::rename(&beside, file)
 }
 
 /// What a scenario does through the host has no host here; the emergency stop is the RST pin.

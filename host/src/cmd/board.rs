@@ -1,7 +1,7 @@
 //! `pasapas board`: a virtual board that stays up.
 
 use std::net::{IpAddr, Ipv4Addr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lang::profile::Profile;
@@ -13,6 +13,8 @@ use crate::board::rig::{Rig, TICKS_PER_US};
 use crate::board::serve::{ServeError, Server, Speed};
 use crate::board::turns::Manner;
 use crate::failure::Failure;
+use crate::interrupt;
+use crate::output;
 
 /// Time from power-up to the first answer, and some more.
 const BOOT_US: u64 = 200_000;
@@ -58,7 +60,7 @@ fn speed(text: &str) -> Result<Speed, String> {
 }
 
 impl Board {
-    /// Runs the board until the process is ended.
+    /// Runs the board until Ctrl-C or SIGTERM ends it; then its flash is saved.
     ///
     /// # Errors
     /// A connection cannot be opened, the world is wrong, or the flash's file fails.
@@ -69,6 +71,9 @@ impl Board {
                 .map_err(|error| Failure::Usage(error.to_string()))?,
         };
         let world = world::load(self.world.as_deref(), console)?;
+        let inputs = [self.world.as_deref(), options.profile.as_deref()];
+        let inputs = inputs.map(|name| name.map(Path::new));
+        output::keep_inputs(&[("--flash", self.flash.as_ref())], &inputs)?;
         let build = self.part.or_default();
         let firmware =
             build.image().map_err(|error| Failure::Board(format!("firmware: {error}")))?;
@@ -83,8 +88,9 @@ impl Board {
         rig.begin();
         // A client that comes as soon as the port is there must not meet a chip that still boots.
         rig.run_until(BOOT_US * TICKS_PER_US).map_err(|error| world::wrong(&error, console))?;
+        interrupt::watch();
         self.open(&mut server, console)?;
-        match server.run(&mut rig, self.speed, &mut || false) {
+        match server.run(&mut rig, self.speed, &mut interrupt::asked) {
             Ok(()) => Ok(()),
             Err(ServeError::World(error)) => Err(world::wrong(&error, console)),
             Err(ServeError::Flash(file, error)) => {

@@ -1,7 +1,6 @@
 //! `pasapas sim --engine board`: the engine's run with a progress bar and a VCD.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -11,6 +10,7 @@ use super::script::{self, Script};
 use super::{Console, world};
 use crate::board::engine::{self, BoardError, Job, Sinks};
 use crate::failure::Failure;
+use crate::output::OutputFile;
 use crate::plot::time;
 use crate::sim::world::World;
 use crate::sim::{Options, Outcome, Sink};
@@ -39,13 +39,9 @@ pub fn run(
         world,
         options,
     };
-    let mut vcd_file = match vcd {
-        None => None,
-        Some(path) => {
-            let file = File::create(path).map_err(|error| Failure::writing(path, &error))?;
-            Some(BufWriter::new(file))
-        }
-    };
+    let vcd_name = vcd.unwrap_or_default();
+    let vcd = vcd.map(|path| OutputFile::create(path.as_ref())).transpose();
+    let mut vcd = vcd.map_err(|error| Failure::writing(vcd_name, &error))?;
     let bar = bar(console);
     let mut shown = Instant::now();
     let mut progress = |us: u64| {
@@ -57,16 +53,19 @@ pub fn run(
     };
     let sinks = Sinks {
         trace: &mut *sink,
-        vcd: vcd_file.as_mut().map(|file| file as &mut dyn Write),
+        vcd: vcd.as_mut().map(|file| file as &mut dyn Write),
         progress: &mut progress,
     };
     let result = engine::run(&job, sinks);
     bar.finish_and_clear();
     let run = result.map_err(|error| match error {
         BoardError::World(error) => world::wrong(&error, console),
-        BoardError::Vcd(error) => Failure::writing(vcd.unwrap_or_default(), &error),
+        BoardError::Vcd(error) => Failure::writing(vcd_name, &error),
         error => Failure::Board(error.to_string()),
     })?;
+    if let Some(file) = vcd {
+        file.finish().map_err(|error| Failure::writing(vcd_name, &error))?;
+    }
     for remark in &run.remarks {
         console.complain(remark);
     }

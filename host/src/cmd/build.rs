@@ -12,6 +12,7 @@ use super::script::{self, Script};
 use super::{Console, Options};
 use crate::board::Build as Firmware;
 use crate::failure::Failure;
+use crate::output;
 
 /// `pasapas build`
 #[derive(Debug, Args)]
@@ -76,11 +77,11 @@ impl Build {
         let mut all = Vec::new();
         let result = each(&self.files, |file| {
             let script = script::load(file, options, console)?;
+            script.keep_inputs(file, options, None, &[("-o", self.output.as_ref())])?;
             let compiled = script::compile_for_device(&script, console)?;
             let build = self.part.for_program(&script, &compiled, console)?;
             if let Some(path) = &self.output {
-                std::fs::write(path, &compiled.image)
-                    .map_err(|error| Failure::writing(path, &error))?;
+                output::write(path, &compiled.image)?;
             }
             let figures = figures(file, &script, &compiled, build);
             if console.json() {

@@ -9,6 +9,7 @@ use clap::Args;
 use super::{Console, Options};
 use crate::board::{BUILDS, Build, G2553, VIRTUAL};
 use crate::failure::Failure;
+use crate::output;
 
 /// `pasapas flash`
 #[derive(Debug, Args)]
@@ -44,9 +45,7 @@ impl Flash {
             ));
         }
         if let Some(path) = &self.save {
-            let name = path.display().to_string();
-            return std::fs::write(path, self.part.unwrap_or(&G2553).elf)
-                .map_err(|error| Failure::writing(&name, &error));
+            return output::write(path, self.part.unwrap_or(&G2553).elf);
         }
         let build = self.build(console)?;
         let image = std::env::temp_dir();

@@ -8,6 +8,7 @@ use super::check::each;
 use super::{Console, Options};
 use crate::failure::Failure;
 use crate::input;
+use crate::output;
 
 /// `pasapas fmt`
 #[derive(Debug, Args)]
@@ -60,6 +61,6 @@ impl Fmt {
         if formatted.as_bytes() == bytes {
             return Ok(());
         }
-        std::fs::write(file, formatted).map_err(|error| Failure::writing(file, &error))
+        output::write(file, formatted)
     }
 }

@@ -1,5 +1,7 @@
 //! `pasapas import`: programs of other systems become scripts.
 
+use std::path::Path;
+
 use clap::Args;
 use import::{Imported, Severity};
 use lang::profile::Scale;
@@ -8,6 +10,7 @@ use serde_json::json;
 use super::{Console, Options};
 use crate::failure::Failure;
 use crate::input;
+use crate::output;
 use crate::render::Note;
 
 /// `pasapas import`
@@ -69,6 +72,7 @@ impl Import {
     /// # Errors
     /// The file cannot be read, is no program, or holds what cannot be kept.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let profile = options.profile.clone();
         let options = import::Options {
             from: self.from,
             strict: self.strict,
@@ -83,11 +87,13 @@ impl Import {
             }),
             on_off: self.on_off,
         };
+        let inputs = [Some(self.file.as_ref()), profile.as_deref().map(Path::new)];
+        output::keep_inputs(&[("-o", self.output.as_ref())], &inputs)?;
         let bytes = input::read_bytes(&self.file, import::MAX_BYTES)
             .map_err(|note| console.refuse(&note))?;
         let imported = read(&self.file, &bytes, &options, console)?;
         let Some(path) = &self.output else { return console.result(&imported.script) };
-        std::fs::write(path, &imported.script).map_err(|error| Failure::writing(path, &error))?;
+        output::write(path, &imported.script)?;
         let lines = imported.script.lines().count();
         if console.json() {
             return console.json_line(&json!({

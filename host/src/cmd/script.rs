@@ -1,7 +1,8 @@
 //! From a file's name to a checked script.
 
+use std::cell::Cell;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lang::axis::Axis;
 use lang::back::{self, Compiled, Excess, Resource};
@@ -17,6 +18,7 @@ use lang::record::feature;
 use super::{Console, Options};
 use crate::failure::Failure;
 use crate::input;
+use crate::output;
 use crate::render::Note;
 
 /// A script that can run.
@@ -25,12 +27,31 @@ pub struct Script {
     pub source: Source,
     /// What the checker made of it.
     pub program: Program,
+    /// The file that its PROFILE line named.
+    profile_file: Option<PathBuf>,
     /// Of a program of another system: for each line of the text the line of its file, 0 where
     /// there is none.
     places: Vec<u32>,
 }
 
 impl Script {
+    /// Refuses outputs that would destroy the script at `file`, its machine or one of the `more`
+    /// inputs.
+    ///
+    /// # Errors
+    /// See [`output::keep_inputs`].
+    pub fn keep_inputs<P: AsRef<Path>>(
+        &self,
+        file: &str,
+        options: &Options,
+        more: Option<&str>,
+        outputs: &[(&str, Option<P>)],
+    ) -> Result<(), Failure> {
+        let named = [Some(file), options.profile.as_deref(), more].map(|name| name.map(Path::new));
+        let [file, profile, more] = named;
+        output::keep_inputs(outputs, &[file, profile, more, self.profile_file.as_deref()])
+    }
+
     /// The line of the file that the text's line came from: the same but for other systems' files.
     pub fn line_of_file(&self, line: u32) -> u32 {
         line_of_file(&self.places, line)
@@ -86,7 +107,8 @@ fn read(file: &str, options: &Options, console: &Console, plain: bool) -> Result
     } else {
         Source::decode(file, &bytes)
     };
-    let find = |name: &str| named_profile(name, file);
+    let profile_file = Cell::new(None);
+    let find = |name: &str| named_profile(name, file, &profile_file);
     let choice = match given {
         Some(profile) => ProfileChoice::Given(Box::new(profile)),
         None => ProfileChoice::Script(&find),
@@ -115,7 +137,10 @@ fn read(file: &str, options: &Options, console: &Console, plain: bool) -> Result
         console.complain(&format!("{file}: {dropped} further diagnostics are not shown"));
     }
     match program {
-        Some(program) => Ok(Script { source, program, places }),
+        Some(program) => {
+            let profile_file = profile_file.take();
+            Ok(Script { source, program, profile_file, places })
+        }
         None => Err(Failure::Input),
     }
 }
@@ -147,8 +172,13 @@ fn collapsed(diags: Vec<Diag>) -> Vec<Diag> {
     kept
 }
 
-/// The profile of a PROFILE line: a built-in one, or NAME.toml beside the script.
-fn named_profile(name: &str, script: &str) -> Result<Profile, ProfileError> {
+/// The profile of a PROFILE line: a built-in one, or NAME.toml beside the script, which `found` is
+/// then.
+fn named_profile(
+    name: &str,
+    script: &str,
+    found: &Cell<Option<PathBuf>>,
+) -> Result<Profile, ProfileError> {
     let built_in = Profile::built_in(name);
     let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-');
     if built_in.is_ok() || !plain {
@@ -159,6 +189,7 @@ fn named_profile(name: &str, script: &str) -> Result<Profile, ProfileError> {
         return built_in;
     }
     let path = beside.display().to_string();
+    found.set(Some(beside));
     let text = input::read_text(&path).map_err(|note| ProfileError(note.line()))?;
     Profile::parse(&text).map_err(|error| ProfileError(format!("{path}: {error}")))
 }

@@ -1,7 +1,6 @@
 //! `pasapas sim`: runs a script on a simulated machine.
 
 use std::cell::RefCell;
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::rc::Rc;
 
@@ -12,6 +11,8 @@ use super::script::{self, Script};
 use super::{Console, Options, board_run, summary, world};
 use crate::failure::Failure;
 use crate::input::code;
+use crate::interrupt;
+use crate::output::{self, OutputFile};
 use crate::plot::{Form, Plot};
 use crate::render::Note;
 use crate::sim::trace::{Event, Status, What, write_line};
@@ -106,7 +107,14 @@ impl Sim {
             ));
         }
         let script = script::load(&self.file, options, console)?;
+        let outputs = [
+            ("--trace", self.trace.as_ref()),
+            ("--plot", self.plot.as_ref()),
+            ("--vcd", self.vcd.as_ref()),
+        ];
+        script.keep_inputs(&self.file, options, self.world.as_deref(), &outputs)?;
         let world = world::load(self.world.as_deref(), console)?;
+        interrupt::watch();
         let prints = !console.json() && self.trace.as_deref() != Some("-");
         let listener = Listener::open(self.trace.as_deref(), prints.then_some(*console))?;
         let listener = Rc::new(RefCell::new(listener));
@@ -134,6 +142,7 @@ impl Sim {
         let mut options = sim::Options {
             limit_us: self.limit.unwrap_or(DEFAULT_LIMIT_US),
             record: self.plot.is_some(),
+            interrupted: interrupt::asked,
             ..sim::Options::default()
         };
         let engine = match self.engine {
@@ -158,7 +167,7 @@ impl Sim {
         let title = title.map_or_else(|| self.file.clone(), |name| name.display().to_string());
         let plot =
             Plot { title: &title, source: script.source.text(), program: &script.program, outcome };
-        std::fs::write(path, plot.render(form)).map_err(|error| Failure::writing(path, &error))
+        output::write(path, plot.render(form))
     }
 }
 
@@ -182,22 +191,28 @@ fn verdict(file: &str, outcome: &Outcome, console: &Console) -> Result<(), Failu
     if good { Ok(()) } else { Err(Failure::Run) }
 }
 
+/// Where the trace goes.
+enum TraceTo {
+    StandardOutput(BufWriter<io::Stdout>),
+    File(OutputFile),
+}
+
 /// Hears the trace: writes it where `--trace` says and shows what PRINT prints.
 struct Listener {
     name: String,
-    to: Option<Box<dyn Write>>,
+    to: Option<TraceTo>,
     prints: Option<Console>,
     failed: Option<Failure>,
 }
 
 impl Listener {
     fn open(name: Option<&str>, prints: Option<Console>) -> Result<Listener, Failure> {
-        let to: Option<Box<dyn Write>> = match name {
+        let to = match name {
             None => None,
-            Some("-") => Some(Box::new(BufWriter::new(io::stdout()))),
+            Some("-") => Some(TraceTo::StandardOutput(BufWriter::new(io::stdout()))),
             Some(path) => {
-                let file = File::create(path).map_err(|error| Failure::writing(path, &error))?;
-                Some(Box::new(BufWriter::new(file)))
+                let file = OutputFile::create(path.as_ref());
+                Some(TraceTo::File(file.map_err(|error| Failure::writing(path, &error))?))
             }
         };
         Ok(Listener { name: name.unwrap_or_default().to_owned(), to, prints, failed: None })
@@ -206,6 +221,8 @@ impl Listener {
     fn hear(&mut self, event: &Event) {
         if let Err(failure) = self.try_hear(event) {
             self.failed.get_or_insert(failure);
+            // A run that nobody hears goes on for hours of simulated time.
+            interrupt::ask();
         }
     }
 
@@ -213,20 +230,24 @@ impl Listener {
         if let (Some(console), What::Print { text, .. }) = (&self.prints, &event.what) {
             console.result(&format!("{text}\n"))?;
         }
-        match &mut self.to {
+        let written = match &mut self.to {
             None => Ok(()),
-            Some(to) => write_line(to, event).map_err(|error| Failure::writing(&self.name, &error)),
-        }
+            Some(TraceTo::StandardOutput(to)) => write_line(to, event),
+            Some(TraceTo::File(to)) => write_line(to, event),
+        };
+        written.map_err(|error| Failure::writing(&self.name, &error))
     }
 
     fn finish(&mut self) -> Result<(), Failure> {
         if let Some(failure) = self.failed.take() {
             return Err(failure);
         }
-        match &mut self.to {
+        let finished = match self.to.take() {
             None => Ok(()),
-            Some(to) => to.flush().map_err(|error| Failure::writing(&self.name, &error)),
-        }
+            Some(TraceTo::StandardOutput(mut to)) => to.flush(),
+            Some(TraceTo::File(to)) => to.finish(),
+        };
+        finished.map_err(|error| Failure::writing(&self.name, &error))
     }
 }
 

@@ -31,20 +31,36 @@ pub fn subtitle(outcome: &Outcome, ending: &str) -> String {
     text
 }
 
-/// A line of the source, trimmed and shortened.
-pub fn source_line(source: &str, line: u32) -> String {
-    const LONGEST: usize = 80;
-    let text = source.lines().nth((line as usize).saturating_sub(1)).unwrap_or_default().trim();
-    let mut short: String = text.chars().take(LONGEST).collect();
-    if text.chars().count() > LONGEST {
-        short.push('\u{2026}');
+/// A script's text by its lines.
+pub struct Lines<'a>(Vec<&'a str>);
+
+impl<'a> Lines<'a> {
+    /// Takes a text apart.
+    pub fn of(source: &'a str) -> Lines<'a> {
+        Lines(source.lines().collect())
     }
-    short
+
+    /// A line, from 1, trimmed and shortened; empty where there is none.
+    pub fn short(&self, line: u32) -> String {
+        const LONGEST: usize = 80;
+        let index = (line as usize).checked_sub(1);
+        let text = index.and_then(|index| self.0.get(index)).copied().unwrap_or_default().trim();
+        let mut short: String = text.chars().take(LONGEST).collect();
+        if text.chars().nth(LONGEST).is_some() {
+            short.push('\u{2026}');
+        }
+        short
+    }
+
+    /// What names a statement: its line's number and text.
+    pub fn title(&self, line: u32) -> String {
+        format!("line {line}: {}", self.short(line))
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{source_line, time};
+    use super::{Lines, time};
 
     #[test]
     fn times_read_well_at_every_size() {
@@ -56,7 +72,8 @@ mod tests {
 
     #[test]
     fn a_source_line_is_trimmed_and_a_missing_one_is_empty() {
-        assert_eq!(source_line("a\n  G1 X1 \n", 2), "G1 X1");
-        assert_eq!(source_line("a\n", 9), "");
+        let lines = Lines::of("a\n  G1 X1 \n");
+        assert_eq!(lines.title(2), "line 2: G1 X1");
+        assert_eq!((lines.short(9), lines.short(0)), (String::new(), String::new()));
     }
 }

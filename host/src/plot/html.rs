@@ -55,13 +55,22 @@ pub fn render(plot: &Plot<'_>) -> String {
     };
     // `</script>` or `<!--` in a script's text must not end the page's own script.
     let json = serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c");
-    fill(PAGE, &[("{{title}}", &escape(plot.title)), ("{{css}}", CSS), ("{{viewer}}", VIEWER)])
-        .replacen("{{data}}", &json, 1)
+    let title = escape(plot.title);
+    fill(PAGE, &[("title", &title), ("css", CSS), ("data", &json), ("viewer", VIEWER)])
 }
 
-/// Replaces each mark once; the data comes last, so that nothing in it is taken for a mark.
+/// Fills in the page's `{{marks}}`. What is filled in is not looked at again: a script may be called
+/// like a mark.
 fn fill(page: &str, marks: &[(&str, &str)]) -> String {
-    marks.iter().fold(page.to_owned(), |page, (mark, text)| page.replacen(mark, text, 1))
+    let mut parts = page.split("{{");
+    let mut filled = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (mark, rest) = part.split_once("}}").unwrap_or((part, ""));
+        let text = marks.iter().find(|(name, _)| *name == mark).map_or("", |(_, text)| *text);
+        filled.push_str(text);
+        filled.push_str(rest);
+    }
+    filled
 }
 
 fn escape(text: &str) -> String {

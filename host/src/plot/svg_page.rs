@@ -8,6 +8,7 @@ use svg::node::element::{
 };
 use svg::{Document, Node};
 
+use super::chart::Lines;
 use super::curve::Curve;
 use super::scale::{Scale, Span};
 use super::svg_speed::{COLOURS, Speeds, rates};
@@ -65,6 +66,7 @@ circle.rapid { display: none; }
 /// Draws the page.
 pub fn render(plot: &Plot<'_>) -> String {
     let curves = plot.curves();
+    let lines = Lines::of(plot.source);
     let speeds = Speeds::of(&curves);
     let colours = COLOURS.iter().enumerate().map(|(i, c)| format!(".v{i} {{ stroke: {c}; }}\n"));
     let mut page = Document::new().add(Css::new(format!("{CSS}{}", colours.collect::<String>())));
@@ -73,11 +75,11 @@ pub fn render(plot: &Plot<'_>) -> String {
     page.append(text(LEFT, 62.0, "subtitle", &subtitle));
     page.append(legend(&curves, &speeds));
     let mut y = 84.0;
-    let (view, x_scale) = top_view(plot, &curves, &speeds, y);
+    let (view, x_scale) = top_view(&lines, &curves, &speeds, y);
     y = view.bottom + 40.0;
     page.append(view.group);
     if plot.has_z() && moves_z(&curves) {
-        let view = side_view(plot, &curves, &speeds, x_scale, y);
+        let view = side_view(&lines, &curves, &speeds, x_scale, y);
         y = view.bottom + 40.0;
         page.append(view.group);
     }
@@ -88,7 +90,7 @@ pub fn render(plot: &Plot<'_>) -> String {
         y = view.bottom + 30.0;
         page.append(view.group);
     }
-    let timeline = timeline(plot, &curves, &x, y);
+    let timeline = timeline(plot, &lines, &curves, &x, y);
     y = timeline.bottom + 24.0;
     page.append(timeline.group);
     page.set("viewBox", (0, 0, WIDTH as i64, y.ceil() as i64))
@@ -150,7 +152,7 @@ fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
 }
 
 /// X to the right, Y up, both in the same scale.
-fn top_view(plot: &Plot<'_>, curves: &[Curve], speeds: &Speeds, top: f64) -> (Panel, Scale) {
+fn top_view(lines: &Lines<'_>, curves: &[Curve], speeds: &Speeds, top: f64) -> (Panel, Scale) {
     let values = |axis: usize| {
         Plot::shown(curves)
             .flat_map(move |curve| curve.points.iter().map(move |point| point.at[axis]))
@@ -167,8 +169,8 @@ fn top_view(plot: &Plot<'_>, curves: &[Curve], speeds: &Speeds, top: f64) -> (Pa
     let inside = clip("above", &x, &y);
     let path = Group::new()
         .set("clip-path", "url(#above)")
-        .add(drawing(plot, curves, speeds, (&x, &y), [0, 1]))
-        .add(holes(plot, curves, &x, &y))
+        .add(drawing(lines, curves, speeds, (&x, &y), [0, 1]))
+        .add(holes(lines, curves, &x, &y))
         .add(marks(curves, &x, &y))
         .add(labels(curves, &x, &y));
     group.append(inside);
@@ -182,7 +184,7 @@ fn widen(span: Span, width: f64) -> Span {
 }
 
 /// Z over X, below the view from above and in line with it.
-fn side_view(plot: &Plot<'_>, curves: &[Curve], speeds: &Speeds, x: Scale, top: f64) -> Panel {
+fn side_view(lines: &Lines<'_>, curves: &[Curve], speeds: &Speeds, x: Scale, top: f64) -> Panel {
     let values = Plot::shown(curves).flat_map(|curve| curve.points.iter().map(|point| point.at[2]));
     let mut span = Span::of(values, 0.5, 0.08);
     // The caption stands above the path.
@@ -191,7 +193,7 @@ fn side_view(plot: &Plot<'_>, curves: &[Curve], speeds: &Speeds, x: Scale, top: 
     let mut group = frame(&x, &z, "X / Z from the front, mm (Z has its own scale)", (12, 5));
     group.append(clip("front", &x, &z));
     group.append(Group::new().set("clip-path", "url(#front)").add(drawing(
-        plot,
+        lines,
         curves,
         speeds,
         (&x, &z),
@@ -242,7 +244,7 @@ pub fn frame(x: &Scale, y: &Scale, caption: &str, ticks: (usize, usize)) -> Grou
 /// The path in two axes. Pieces of one statement and style that follow one another are one element,
 /// whose title names line and text; working moves are one for each of their colours.
 fn drawing(
-    plot: &Plot<'_>,
+    lines: &Lines<'_>,
     curves: &[Curve],
     speeds: &Speeds,
     (x, y): (&Scale, &Scale),
@@ -252,8 +254,7 @@ fn drawing(
     for style in Style::ALL {
         let own: Vec<&Curve> = curves.iter().filter(|curve| curve.style == style).collect();
         for run in own.chunk_by(|a, b| a.line == b.line) {
-            let title =
-                format!("line {}: {}", run[0].line, chart::source_line(plot.source, run[0].line));
+            let title = lines.title(run[0].line);
             let pairs = run.iter().flat_map(|curve| curve.points.windows(2));
             let coloured = pairs.map(|pair| match style {
                 Style::Cut => (speeds.colour(&pair[0], &pair[1]), pair),
@@ -288,7 +289,7 @@ fn drawing(
 }
 
 /// Straight strokes of Z are points from above: they get a ring.
-fn holes(plot: &Plot<'_>, curves: &[Curve], x: &Scale, y: &Scale) -> Group {
+fn holes(lines: &Lines<'_>, curves: &[Curve], x: &Scale, y: &Scale) -> Group {
     let mut group = Group::new();
     let mut seen = HashSet::new();
     for curve in curves.iter().filter(|curve| curve.style != Style::Rapid && curve.is_vertical()) {
@@ -297,11 +298,7 @@ fn holes(plot: &Plot<'_>, curves: &[Curve], x: &Scale, y: &Scale) -> Group {
         if !seen.insert(((cx * 4.0) as i64, (cy * 4.0) as i64)) {
             continue;
         }
-        let title = format!(
-            "line {}: {} at X {px:.3} Y {py:.3}",
-            curve.line,
-            chart::source_line(plot.source, curve.line)
-        );
+        let title = format!("{} at X {px:.3} Y {py:.3}", lines.title(curve.line));
         group.append(
             Circle::new()
                 .set("cx", cx)
@@ -355,7 +352,7 @@ fn labels(curves: &[Curve], x: &Scale, y: &Scale) -> Group {
 }
 
 /// Rows over time: what moves (by statement), outputs, inputs.
-fn timeline(plot: &Plot<'_>, curves: &[Curve], x: &Scale, top: f64) -> Panel {
+fn timeline(plot: &Plot<'_>, lines: &Lines<'_>, curves: &[Curve], x: &Scale, top: f64) -> Panel {
     let rows = plot.rows();
     let height = ROW * (rows.len() + 1) as f64 + 30.0;
     let mut group = Group::new().add(
@@ -378,7 +375,7 @@ fn timeline(plot: &Plot<'_>, curves: &[Curve], x: &Scale, top: f64) -> Panel {
         );
     }
     let row_top = |row: usize| top + 26.0 + ROW * row as f64;
-    group.append(statements(plot, curves, x, row_top(0)));
+    group.append(statements(lines, curves, x, row_top(0)));
     for (i, row) in rows.iter().enumerate() {
         group.append(bars(row, x, row_top(i + 1)));
     }
@@ -399,7 +396,7 @@ fn bar(x: &Scale, top: f64, from_us: f64, to_us: f64, class: &str, title: &str) 
 
 /// The row of moves: one bar for each statement's stretch, with its line number where it fits.
 /// Stretches of less than half a pixel that touch are one bar: a long job has thousands.
-fn statements(plot: &Plot<'_>, curves: &[Curve], x: &Scale, top: f64) -> Group {
+fn statements(lines: &Lines<'_>, curves: &[Curve], x: &Scale, top: f64) -> Group {
     let mut group = Group::new();
     group.append(row_name(top, "line"));
     let mut drawn_to = f64::NEG_INFINITY;
@@ -412,8 +409,7 @@ fn statements(plot: &Plot<'_>, curves: &[Curve], x: &Scale, top: f64) -> Group {
             continue;
         }
         drawn_to = x.at(last.us / 1e6);
-        let source = chart::source_line(plot.source, run[0].line);
-        let title = format!("line {}: {source}", run[0].line);
+        let title = lines.title(run[0].line);
         group.append(bar(x, top, first.us, last.us, "statement", &title));
         let (from, to) = (x.at(first.us / 1e6), x.at(last.us / 1e6));
         if to - from > 20.0 {

@@ -103,6 +103,7 @@ pub struct Machine {
     late: Option<Fault>,
     halt: Option<Halt>,
     stopped: Option<StopReason>,
+    interrupted: fn() -> bool,
     /// Something but the clock must be looked at before the next statement.
     attention: bool,
     paused_since: Option<u64>,
@@ -162,6 +163,7 @@ impl Machine {
             late: None,
             halt: None,
             stopped: None,
+            interrupted: options.interrupted,
             attention: false,
             paused_since: None,
             paused_us: 0,
@@ -221,6 +223,14 @@ impl Machine {
     pub fn give_up(&mut self) {
         self.halt = Some(Halt::Stopped(StopReason::Statements));
         self.attention = true;
+    }
+
+    /// Ends the run when its user wants that.
+    fn look_for_interruption(&mut self) {
+        if self.halt.is_none() && (self.interrupted)() {
+            self.halt = Some(Halt::Stopped(StopReason::Interrupted));
+            self.attention = true;
+        }
     }
 
     /// Looks at everything that may come between two statements.
@@ -527,6 +537,7 @@ impl Machine {
 
     fn write(&mut self, what: What) {
         self.log.write(self.now, what);
+        self.look_for_interruption();
     }
 
     /// Closes the books: the numbers of the run, the record, and what the world expected in vain.

@@ -52,6 +52,8 @@ pub struct Options {
     /// G1, G2 and G3 run through their corners, as on a part with look-ahead
     /// ([`lang::part::Part::look_ahead`]).
     pub look_ahead: bool,
+    /// Asked now and then: `true` ends the run as [`record::StopReason::Interrupted`].
+    pub interrupted: fn() -> bool,
 }
 
 /// Statements that a run may execute unless told otherwise: minutes of a desktop.
@@ -66,6 +68,7 @@ impl Default for Options {
             statements: DEFAULT_STATEMENTS,
             statement_us: machine::STATEMENT_US,
             look_ahead: true,
+            interrupted: || false,
         }
     }
 }

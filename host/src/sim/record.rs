@@ -93,6 +93,8 @@ pub enum StopReason {
     Statements,
     /// Somebody held Stop.
     Button,
+    /// The user ended it: Ctrl-C, or nobody reads the output any more.
+    Interrupted,
 }
 
 impl StopReason {
@@ -105,6 +107,7 @@ impl StopReason {
             Self::Limit => "the simulated time is up (`--limit`)",
             Self::Statements => "no run executes more statements: a loop without an end",
             Self::Button => "Stop was held",
+            Self::Interrupted => "it was interrupted",
         }
     }
 }

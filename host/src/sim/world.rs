@@ -11,6 +11,7 @@ mod tests;
 
 use std::cell::RefCell;
 use std::fmt;
+use std::io::Write as _;
 use std::rc::Rc;
 
 use lang::axis::Axis;
@@ -172,8 +173,18 @@ fn engine() -> Engine {
         .set_max_variables(1_000)
         .set_max_functions(1_000)
         .disable_symbol("eval");
-    engine.on_print(|text| eprintln!("world: {text}"));
+    // Time is the machine's: a callback takes none of the desktop's.
+    engine.register_fn("sleep", |_time: i32| -> Result<(), Box<EvalAltResult>> {
+        Err("a world cannot sleep: `at(ms, || ...)` does something at a simulated time".into())
+    });
+    engine.on_print(say);
+    engine.on_debug(|text, _, _| say(text));
     engine
+}
+
+/// Standard output is the trace's. A standard error that is closed is no reason to end.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "world: {text}");
 }
 
 fn compile(engine: &Engine, world: &World) -> Result<AST, WorldError> {

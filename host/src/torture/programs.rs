@@ -31,6 +31,7 @@ const OPTIONS: Options = Options {
     statements: 4_000,
     statement_us: STATEMENT_US,
     look_ahead: true,
+    interrupted: || false,
 };
 /// Longest program that goes to the board, us: emulated time is dear.
 const LONGEST_US: u64 = 8_000_000;

@@ -1,7 +1,8 @@
-//! A virtual board that a test keeps up, as a user would.
+//! A virtual board that a test keeps up, as a user would, and processes that a test ends.
+#![allow(dead_code, reason = "each test takes what it needs")]
 
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
@@ -16,7 +17,11 @@ pub struct Board {
 impl Board {
     /// Waits until the board's pseudo-terminal is there.
     pub fn start(more: &[&str]) -> Board {
-        let folder = tempfile::tempdir().expect("a folder");
+        Board::start_in(tempfile::tempdir().expect("a folder"), more)
+    }
+
+    /// The same with the pseudo-terminal in a folder.
+    pub fn start_in(folder: TempDir, more: &[&str]) -> Board {
         let link = folder.path().join("board");
         let child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
             .args(["board", "--pty"])
@@ -34,6 +39,13 @@ impl Board {
         board
     }
 
+    /// Ends the board by a signal.
+    #[cfg(unix)]
+    pub fn end(&mut self, by: rustix::process::Signal) -> ExitStatus {
+        signal(&self.child, by);
+        end_of(&mut self.child, Duration::from_secs(20)).expect("the board ends")
+    }
+
     /// Name of the pseudo-terminal.
     pub fn port(&self) -> PathBuf {
         self.folder.path().join("board")
@@ -45,4 +57,23 @@ impl Drop for Board {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Sends a signal to a process.
+#[cfg(unix)]
+pub fn signal(child: &Child, signal: rustix::process::Signal) {
+    let id = i32::try_from(child.id()).ok().and_then(rustix::process::Pid::from_raw);
+    rustix::process::kill_process(id.expect("a process"), signal).expect("it lives");
+}
+
+/// How a process ends within a time.
+pub fn end_of(child: &mut Child, within: Duration) -> Option<ExitStatus> {
+    let begun = Instant::now();
+    while begun.elapsed() < within {
+        if let Some(status) = child.try_wait().expect("a child") {
+            return Some(status);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    None
 }

@@ -9,6 +9,7 @@ use std::collections::HashMap;
 
 use crate::back::graph::{Graph, context};
 use crate::back::ir::Unit;
+use crate::back::report::MAX_DEPTH;
 use crate::hir::{Program, RoutineId, Span, Storage, VarId};
 
 /// First register of the cells on the link.
@@ -45,22 +46,30 @@ impl Cells {
 
 /// Cells that are taken, for variables that stay.
 #[derive(Default)]
-struct Taken(Vec<bool>);
+struct Taken {
+    cells: Vec<bool>,
+    /// No cell before this one is free.
+    low: usize,
+}
 
 impl Taken {
     fn take(&mut self, first: usize, len: usize) {
-        if self.0.len() < first + len {
-            self.0.resize(first + len, false);
+        if self.cells.len() < first + len {
+            self.cells.resize(first + len, false);
         }
-        self.0[first..first + len].fill(true);
+        self.cells[first..first + len].fill(true);
+        while self.cells.get(self.low) == Some(&true) {
+            self.low += 1;
+        }
     }
 
     /// The lowest run of `len` free cells, taken.
     fn lowest(&mut self, len: usize) -> usize {
         let free = |first: &usize| {
-            (*first..first + len).all(|cell| !self.0.get(cell).copied().unwrap_or(false))
+            (*first..first + len).all(|cell| !self.cells.get(cell).copied().unwrap_or(false))
         };
-        let first = (0..=self.0.len()).find(free).unwrap_or(self.0.len());
+        let end = self.cells.len();
+        let first = (self.low..=end).find(free).unwrap_or(end);
         self.take(first, len);
         first
     }
@@ -104,7 +113,7 @@ pub fn allocate(program: &Program, unit: &Unit, graph: &Graph) -> Cells {
             }
         }
     }
-    let shared = taken.0.len();
+    let shared = taken.cells.len();
     cells.count = locals(program, unit, graph, shared, &mut cells.of);
     cells
 }
@@ -136,8 +145,9 @@ fn locals(
     for bit in [context::MAIN, context::EVENT, context::ERROR] {
         let base = end;
         let mut bases: Vec<usize> = vec![base; unit.routines.len()];
-        // Longest path: as many rounds as a chain of calls has links at most.
-        for _ in 0..unit.routines.len() {
+        // Longest path: as many rounds as a chain of calls has links at most; of one that is too
+        // long for any device the cells do not matter.
+        for _ in 0..=graph.calls.min(MAX_DEPTH) {
             let mut moved = false;
             for (r, callees) in graph.callees.iter().enumerate() {
                 let behind = bases[r] + size(r);

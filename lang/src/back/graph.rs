@@ -55,11 +55,11 @@ pub fn analyse(program: &Program, unit: &mut Unit) -> Graph {
     let main = vec![(0, 0)];
     let events: Vec<Place> =
         unit.events.iter().filter_map(|handler| walk.handler(unit, *handler)).collect();
-    let mut alive = walk.reach(unit, main.iter().chain(&events).copied(), true, false).0;
+    let mut alive = walk.reach(unit, main.iter().chain(&events).copied(), false);
     let errors: Vec<Place> = walk.error_handlers(unit, &alive);
-    alive = walk.reach(unit, main.iter().chain(&events).chain(&errors).copied(), true, false).0;
+    alive = walk.reach(unit, main.iter().chain(&events).chain(&errors).copied(), false);
 
-    let error_reach = walk.reach(unit, errors.iter().copied(), true, true).0;
+    let error_reach = walk.reach(unit, errors.iter().copied(), true);
     drop_dead(unit, &alive, &error_reach);
     // The items have moved.
     let mut walk = Walk::new(unit);
@@ -88,7 +88,7 @@ pub fn analyse(program: &Program, unit: &mut Unit) -> Graph {
         if places.is_empty() {
             continue;
         }
-        let (reached, _) = walk.reach(unit, places.iter().copied(), true, stops);
+        let reached = walk.reach(unit, places.iter().copied(), stops);
         for (r, items) in reached.iter().enumerate() {
             if items.iter().any(|&hit| hit) {
                 graph.contexts[r] |= bit;
@@ -101,7 +101,10 @@ pub fn analyse(program: &Program, unit: &mut Unit) -> Graph {
         }
         let mut longest = Chain::default();
         for &place in &places {
-            let chain = walk.chain(unit, &depths, place, stops);
+            let chain = match walk.chains.get(&(place, stops)) {
+                Some(&known) => known,
+                None => walk.chain(unit, &depths, place, stops),
+            };
             longest.below = longest.below.max(chain.below);
             if chain.calls >= longest.calls {
                 longest.calls = chain.calls;
@@ -230,12 +233,20 @@ struct Walk {
     routines: HashMap<RoutineId, usize>,
     labels: HashMap<Label, Place>,
     chains: HashMap<(Place, bool), Chain>,
+    /// For each item the last of the walks that came by, and their number.
+    seen: Vec<Vec<u32>>,
+    walks: u32,
 }
 
 impl Walk {
     fn new(unit: &Unit) -> Walk {
-        let mut walk =
-            Walk { routines: HashMap::new(), labels: HashMap::new(), chains: HashMap::new() };
+        let mut walk = Walk {
+            routines: HashMap::new(),
+            labels: HashMap::new(),
+            chains: HashMap::new(),
+            seen: unit.routines.iter().map(|routine| vec![0; routine.items.len()]).collect(),
+            walks: 0,
+        };
         for (r, routine) in unit.routines.iter().enumerate() {
             walk.routines.insert(routine.id, r);
             for (i, item) in routine.items.iter().enumerate() {
@@ -266,77 +277,127 @@ impl Walk {
         labels.collect()
     }
 
-    /// Marks every item that is reached, and lists the calls among them. With `into_calls` callees
-    /// are followed too; with `stops` a GOTO that leaves an error handler is not.
+    /// Marks every item that is reached, callees included; with `stops` a GOTO that leaves an error
+    /// handler is not followed.
     fn reach(
         &self,
         unit: &Unit,
         roots: impl Iterator<Item = Place>,
-        into_calls: bool,
         stops: bool,
-    ) -> (Vec<Vec<bool>>, Vec<Place>) {
+    ) -> Vec<Vec<bool>> {
         let mut hit: Vec<Vec<bool>> =
             unit.routines.iter().map(|routine| vec![false; routine.items.len()]).collect();
-        let mut calls = Vec::new();
+        let mut new = |(r, i): Place| !core::mem::replace(&mut hit[r][i], true);
         let mut todo: Vec<Place> = roots.collect();
-        let resumes = unit.features & feature::LINES != 0;
-        while let Some((r, start)) = todo.pop() {
-            let items = &unit.routines[r].items;
-            for i in start..items.len() {
-                if core::mem::replace(&mut hit[r][i], true) {
-                    break;
-                }
-                let item = &items[i];
-                let callee = match item {
-                    Item::Call(_, id) => self.routines.get(id).map(|&callee| (callee, 0)),
-                    Item::Gosub(label) => self.labels.get(label).copied(),
-                    _ => None,
-                };
-                if let Some(callee) = callee {
-                    calls.push((r, i));
-                    if into_calls {
-                        todo.push(callee);
-                    }
-                } else if !matches!(item, Item::OnError(_))
-                    && let Some(place) = item.target().and_then(|label| self.labels.get(&label))
-                {
-                    todo.push(*place);
-                }
-                if resumes && let Item::Mark(mark) = item {
-                    todo.extend(resumption(items, r, i, mark.resume, &self.labels));
-                }
-                if item.ends() || stops && *item == Item::Plain(Op::Leave) {
-                    break;
-                }
-            }
+        while let Some(start) = todo.pop() {
+            self.follow(unit, start, stops, &mut new, &mut todo, |_, callee, todo| {
+                todo.push(callee);
+            });
         }
-        (hit, calls)
+        hit
     }
 
-    fn chain(&mut self, unit: &Unit, depths: &Depths, place: Place, stops: bool) -> Chain {
-        if let Some(&known) = self.chains.get(&(place, stops)) {
-            return known;
+    /// The calls that are reached from a place without going into any: each with its callee.
+    fn calls(&mut self, unit: &Unit, place: Place, stops: bool) -> Vec<(Place, Place)> {
+        let mut calls = Vec::new();
+        let mut todo = vec![place];
+        let mut seen = core::mem::take(&mut self.seen);
+        self.walks += 1;
+        let walk = self.walks;
+        let mut new = |(r, i): Place| core::mem::replace(&mut seen[r][i], walk) != walk;
+        while let Some(start) = todo.pop() {
+            self.follow(unit, start, stops, &mut new, &mut todo, |call, callee, _| {
+                calls.push((call, callee));
+            });
         }
-        // A ring of calls is the checker's error; here it only must not run for ever.
-        self.chains.insert((place, stops), Chain::default());
-        let mut longest = Chain::default();
-        let (_, calls) = self.reach(unit, core::iter::once(place), false, stops);
-        for (r, i) in calls {
-            let item = &unit.routines[r].items[i];
+        self.seen = seen;
+        calls
+    }
+
+    /// Follows the items of a routine from a place on, as long as each is `new`; where else control
+    /// may go is added to `todo`.
+    fn follow(
+        &self,
+        unit: &Unit,
+        (r, start): Place,
+        stops: bool,
+        new: &mut impl FnMut(Place) -> bool,
+        todo: &mut Vec<Place>,
+        mut call: impl FnMut(Place, Place, &mut Vec<Place>),
+    ) {
+        let resumes = unit.features & feature::LINES != 0;
+        let items = &unit.routines[r].items;
+        for i in start..items.len() {
+            if !new((r, i)) {
+                break;
+            }
+            let item = &items[i];
             let callee = match item {
                 Item::Call(_, id) => self.routines.get(id).map(|&callee| (callee, 0)),
                 Item::Gosub(label) => self.labels.get(label).copied(),
                 _ => None,
             };
-            let Some(callee) = callee else { continue };
-            let inner = self.chain(unit, depths, callee, stops);
-            longest.below = longest.below.max(inner.below + depths.0[r][i]);
-            if inner.calls + 1 > longest.calls {
-                longest.calls = inner.calls + 1;
-                longest.first = Some((r, i));
+            if let Some(callee) = callee {
+                call((r, i), callee, todo);
+            } else if !matches!(item, Item::OnError(_))
+                && let Some(place) = item.target().and_then(|label| self.labels.get(&label))
+            {
+                todo.push(*place);
+            }
+            if resumes && let Item::Mark(mark) = item {
+                todo.extend(resumption(items, r, i, mark.resume, &self.labels));
+            }
+            if item.ends() || stops && *item == Item::Plain(Op::Leave) {
+                break;
             }
         }
-        self.chains.insert((place, stops), longest);
-        longest
+    }
+
+    /// The longest chain of calls from a place. Chains may be as long as there are routines, so
+    /// nothing here calls itself.
+    fn chain(&mut self, unit: &Unit, depths: &Depths, place: Place, stops: bool) -> Chain {
+        let mut open = vec![Open::new(place, self.calls(unit, place, stops))];
+        // A ring of calls is the checker's error; here it only must not run for ever.
+        self.chains.insert((place, stops), Chain::default());
+        loop {
+            let Some(top) = open.last_mut() else { return Chain::default() };
+            let Some(&((r, i), callee)) = top.calls.get(top.next) else {
+                let Open { place, longest, .. } = *top;
+                self.chains.insert((place, stops), longest);
+                open.pop();
+                if open.is_empty() {
+                    return longest;
+                }
+                continue;
+            };
+            let Some(&inner) = self.chains.get(&(callee, stops)) else {
+                self.chains.insert((callee, stops), Chain::default());
+                let calls = self.calls(unit, callee, stops);
+                open.push(Open::new(callee, calls));
+                continue;
+            };
+            top.next += 1;
+            top.longest.below = top.longest.below.max(inner.below + depths.0[r][i]);
+            if inner.calls + 1 > top.longest.calls {
+                top.longest.calls = inner.calls + 1;
+                top.longest.first = Some((r, i));
+            }
+        }
+    }
+}
+
+/// A place whose chain is being looked for.
+struct Open {
+    place: Place,
+    /// Calls and callees.
+    calls: Vec<(Place, Place)>,
+    /// The call that is looked at.
+    next: usize,
+    longest: Chain,
+}
+
+impl Open {
+    fn new(place: Place, calls: Vec<(Place, Place)>) -> Open {
+        Open { place, calls, next: 0, longest: Chain::default() }
     }
 }

@@ -125,7 +125,7 @@ const MAX_KEEPS: usize = 8;
 /// Bytes of texts at most: short columns may lie before them.
 const MAX_TEXTS: usize = 0x8000;
 /// Largest number that the header's half bytes hold.
-const MAX_DEPTH: usize = 15;
+pub const MAX_DEPTH: usize = 15;
 
 /// Expression depth and call depth that are promised with these features.
 const fn promised_depth(features: u16) -> usize {

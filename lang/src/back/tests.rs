@@ -252,3 +252,40 @@ fn every_form_with_millimetres_is_found_from_its_effect() {
         }
     }
 }
+
+/// As long and as wide as a file may be: a chain is refused by its length, and neither takes the
+/// square of the number of SUBs.
+#[test]
+fn thousands_of_subs_are_followed_in_a_moment() {
+    const SUBS: usize = 20_000;
+    let chain: String = (0..SUBS)
+        .map(|i| match i + 1 {
+            SUBS => format!("SUB sub{i}\nn = n + 1\nEND SUB\n"),
+            next => format!("SUB sub{i}\nsub{next}\nEND SUB\n"),
+        })
+        .collect();
+    let backwards: String = (0..SUBS)
+        .map(|i| match i {
+            0 => "SUB sub0\nn = n + 1\nEND SUB\n".to_owned(),
+            _ => format!("SUB sub{i}\nDIM a\na = n\nsub{}\nn = a\nEND SUB\n", i - 1),
+        })
+        .collect();
+    let calls: String = (0..SUBS).map(|i| format!("sub{i}\n")).collect();
+    let flat: String = (0..SUBS).map(|i| format!("SUB sub{i}\nn = n + 1\nEND SUB\n")).collect();
+    let begun = std::time::Instant::now();
+    for (script, refused) in [
+        (format!("DIM n\nsub0\n{chain}"), true),
+        (format!("DIM n\nsub{}\n{backwards}", SUBS - 1), true),
+        (format!("DIM n\n{calls}{flat}"), false),
+    ] {
+        let source = crate::front::source::Source::new("subs.bas", script);
+        let (program, diags) =
+            crate::front::compile(&source, crate::front::ProfileChoice::built_in());
+        let program = program.unwrap_or_else(|| panic!("{:?}", diags.into_sorted()));
+        let excesses = super::compile(&program).err().unwrap_or_default();
+        let calls = excesses.iter().find(|excess| excess.resource == super::Resource::Calls);
+        assert_eq!(calls.map(|excess| excess.used), refused.then_some(SUBS));
+    }
+    // Some tenths of a second; the square of their number took minutes.
+    assert!(begun.elapsed() < std::time::Duration::from_secs(30), "{:?}", begun.elapsed());
+}

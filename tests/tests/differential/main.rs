@@ -29,6 +29,7 @@ const OPTIONS: Options = Options {
     statements: 4_000,
     statement_us: STATEMENT_US,
     look_ahead: true,
+    interrupted: || false,
 };
 
 fn front(script: &str) -> Result<Program, String> {

@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use lang::hir::{Program, Storage};
 
+use crate::output;
+
 /// At most one write in this time, as on the board.
 const REST: Duration = Duration::from_secs(1);
 
@@ -102,9 +104,8 @@ impl KeepFile {
         let Some(path) = self.path.as_ref().filter(|_| self.changed) else { return };
         let lines = self.names.iter().zip(&self.values);
         let text: String = lines.map(|(name, value)| format!("{name} = {value}\n")).collect();
-        let new = path.with_extension("keep.new");
         // A folder that cannot be written to is told at the end, by the values that are missing.
-        if fs::write(&new, text).and_then(|()| fs::rename(&new, path)).is_ok() {
+        if output::replace(path, text.as_bytes()).is_ok() {
             self.changed = false;
         }
         self.written = Some(Instant::now());

@@ -64,6 +64,8 @@ impl Stream {
     /// stopped.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         let script = script::load_plain(&self.file, options, console)?;
+        let keeps = [("the file of KEEP values", Some(format!("{}.keep", self.file)))];
+        script.keep_inputs(&self.file, options, None, &keeps)?;
         let mut compiled = script::compile_any(&script, console)?;
         // What is told and asked for are lines of the file, also of another system's.
         for mark in &mut compiled.sidecar.marks {

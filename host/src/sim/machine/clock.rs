@@ -105,6 +105,7 @@ impl Machine {
 
     /// Everything that is due now.
     pub(super) fn process(&mut self) {
+        self.look_for_interruption();
         self.motion.advance(self.now);
         self.log_milestones();
         self.feel_plant();
