@@ -1,8 +1,8 @@
 //! The path that the step pulses make, sampled while the board runs.
 
 use super::rig::Rig;
-use crate::sim::record::{Edge, RECORD_LIMIT, Record, Segment, SegmentKind};
-use crate::sim::trace::{MoveKind, What};
+use crate::sim::record::{Begun, Edge, Printed, RECORD_LIMIT, Record, Segment, SegmentKind};
+use crate::sim::trace::{MoveKind, Status, What};
 
 /// Two samples are one segment while their speeds differ by less than this part.
 const SAME_SPEED: f64 = 0.03;
@@ -21,6 +21,10 @@ pub struct PathRecorder {
     /// there on belongs to a statement that reports at its end.
     rested: Option<usize>,
     truncated: bool,
+    begun: Vec<Begun>,
+    printed: Vec<Printed>,
+    /// When the statement that reported last was over, as far as it tells, us.
+    free_us: u64,
     /// Tick at which the finger leaves Start.
     pub release_start_at: Option<u64>,
 }
@@ -37,6 +41,9 @@ impl Default for PathRecorder {
             // A run that begins with a reference run tells it at its end.
             rested: Some(0),
             truncated: false,
+            begun: Vec::new(),
+            printed: Vec::new(),
+            free_us: 0,
             release_start_at: None,
         }
     }
@@ -52,12 +59,51 @@ impl PathRecorder {
 
     /// An event came: what it says of the motion before or after it.
     pub fn event(&mut self, what: &What) {
+        self.statement(what);
         match *what {
             What::Move { line, kind, .. } => self.begin(SegmentKind::Move(kind), line),
             What::Speed { line, .. } => self.begin(SegmentKind::Speed, line),
             What::Home { line, .. } => self.relabel(SegmentKind::Home, line),
             What::Probe { line, .. } => self.relabel(SegmentKind::Probe, line),
             _ => {}
+        }
+    }
+
+    /// Most statements report as they begin; those that wait for something report when it has come,
+    /// and have run since the one before was over.
+    fn statement(&mut self, what: &What) {
+        let now = self.last_us;
+        let moved = self.path.last().map_or(0, |segment| segment.end_us);
+        let waited = match what {
+            What::Home { .. }
+            | What::Probe { .. }
+            | What::WaitIn { .. }
+            | What::WaitChar { .. }
+            | What::WaitStart { .. } => true,
+            What::End { status, .. } => *status != Status::Done,
+            _ => false,
+        };
+        let since = match what {
+            What::Home { .. } | What::Probe { .. } => self.free_us,
+            _ if waited => self.free_us.max(moved),
+            _ => now,
+        };
+        let begun = Begun { us: since.min(now), line: what.line() };
+        let room = self.begun.len() < RECORD_LIMIT;
+        match self.begun.last_mut() {
+            Some(last) if last.line == begun.line => {}
+            Some(last) if last.us >= begun.us => last.line = begun.line,
+            _ if room => self.begun.push(begun),
+            _ => self.truncated = true,
+        }
+        self.free_us = match what {
+            What::Wait { ms, .. } => now + u64::try_from(*ms).unwrap_or(0) * 1000,
+            _ => now,
+        };
+        if let What::Print { line, text } = what
+            && self.printed.len() < RECORD_LIMIT
+        {
+            self.printed.push(Printed { us: now, line: *line, text: text.clone() });
         }
     }
 
@@ -106,6 +152,7 @@ impl PathRecorder {
             end_us: us,
             peak_rate: most as f64 * 1e6 / (us - before_us) as f64,
             exit_speed: None,
+            power: None,
         };
         let full = self.path.len() >= RECORD_LIMIT;
         match self.path.last_mut() {
@@ -126,7 +173,8 @@ impl PathRecorder {
 
     /// The record of the run.
     pub fn record(self, inputs: Vec<Edge>, outputs: Vec<Edge>) -> Record {
-        Record { path: self.path, inputs, outputs, truncated: self.truncated }
+        let PathRecorder { path, begun, printed, truncated, .. } = self;
+        Record { path, inputs, outputs, begun, printed, truncated }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use lang::axis::Axis;
 use lang::profile::Profile;
+use lang::record::FULL_POWER;
 
 use super::Style;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
@@ -37,6 +38,8 @@ pub struct Curve {
     pub home: bool,
     /// Its rate is that along the path, not that of the axis that steps most.
     pub arc: bool,
+    /// A laser's power in it, 0 to 1; `None` without a laser.
+    pub power: Option<f64>,
 }
 
 impl Curve {
@@ -194,6 +197,7 @@ fn curve(segment: &Segment, entry: f64, exit: f64, profile: &Profile, detail: bo
         axes: segment.axes,
         home: segment.kind == SegmentKind::Home,
         arc: segment.arc.is_some(),
+        power: segment.power.map(|s| f64::from(s) / f64::from(FULL_POWER)),
     }
 }
 

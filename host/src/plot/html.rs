@@ -1,10 +1,12 @@
 //! The picture as one HTML page with nothing beside it: the run as data, and a viewer for it.
 
 use lang::axis::Axis;
+use lang::record::FULL_POWER;
 use serde::Serialize;
 
 use super::curve::Curve;
-use super::{Plot, Style, chart};
+use super::{Plot, Row, Style, chart};
+use crate::sim::trace::Status;
 
 const PAGE: &str = include_str!("page/page.html");
 const CSS: &str = include_str!("page/page.css");
@@ -24,21 +26,38 @@ struct Data<'a> {
     /// Length of the run, us.
     end: u64,
     curves: Vec<Flat>,
+    /// What runs: begin and end, us, and the line.
+    running: Vec<(u64, u64, u32)>,
+    /// Lines of PRINT: us, line of the statement, text.
+    prints: Vec<(u64, u32, &'a str)>,
+    /// Why the run failed; empty if it did not.
+    fault: String,
+    /// S of a laser at full power; 0 without a laser.
+    full: i32,
     rows: Vec<FlatRow>,
 }
 
 /// A curve: style, line, flags (1: its rate is that along an arc, 2: reference run), then us, x, y,
-/// z, rate of each point one after the other.
+/// z, rate of each point one after the other, and a laser's power from 0 to 1.
 #[derive(Serialize)]
-struct Flat(usize, u32, u8, Vec<f64>);
+struct Flat(usize, u32, u8, Vec<f64>, f64);
 
 /// A row of the timeline: name, whether it is an output, spans of on in us.
 #[derive(Serialize)]
 struct FlatRow(String, bool, Vec<(u64, u64)>);
 
+/// Lines of PRINT that a page has at most: an endless loop prints without end.
+const MOST_PRINTS: usize = 5_000;
+/// What is shorter than this part of the run is not told apart in its rows, once there is so much of
+/// it: it is less than a pixel until one zooms in.
+const MOMENTS: u64 = 20_000;
+
 /// Writes the page.
 pub fn render(plot: &Plot<'_>) -> String {
     let profile = &plot.program.profile;
+    let curves = plot.curves();
+    let printed = &plot.outcome.record.printed;
+    let printed = &printed[..printed.len().min(MOST_PRINTS)];
     let data = Data {
         title: plot.title,
         subtitle: chart::subtitle(plot.outcome, &plot.ending()),
@@ -49,9 +68,13 @@ pub fn render(plot: &Plot<'_>) -> String {
                 .axis(axis)
                 .map_or(0.0, |own| f64::from(own.scale.steps) * 1000.0 / f64::from(own.scale.um))
         }),
-        end: plot.outcome.summary.us,
-        curves: plot.curves().iter().map(flat).collect(),
-        rows: plot.rows().into_iter().map(|row| FlatRow(row.name, row.output, row.on)).collect(),
+        end: plot.duration_us(),
+        running: thinned(plot.running(&curves), plot.duration_us()),
+        prints: printed.iter().map(|own| (own.us, own.line, own.text.as_str())).collect(),
+        fault: if plot.outcome.end.status == Status::Fault { plot.ending() } else { String::new() },
+        full: if curves.iter().any(|own| own.power.is_some()) { FULL_POWER } else { 0 },
+        curves: curves.iter().map(flat).collect(),
+        rows: plot.rows().into_iter().map(|row| flat_row(row, plot.duration_us())).collect(),
     };
     // `</script>` or `<!--` in a script's text must not end the page's own script.
     let json = serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c");
@@ -73,6 +96,22 @@ fn fill(page: &str, marks: &[(&str, &str)]) -> String {
     filled
 }
 
+/// Leaves out the shortest of very many stretches.
+fn thinned(running: Vec<(f64, f64, u32)>, end: u64) -> Vec<(u64, u64, u32)> {
+    let least = if running.len() as u64 > MOMENTS { (end / MOMENTS) as f64 } else { 0.0 };
+    let kept = running.into_iter().filter(|(from, to, _)| to - from >= least);
+    kept.map(|(from, to, line)| (from.round() as u64, to.round() as u64, line)).collect()
+}
+
+/// Joins spans of a row that has very many.
+fn flat_row(row: Row, end: u64) -> FlatRow {
+    let least = if row.on.len() as u64 > MOMENTS { end / MOMENTS } else { 0 };
+    let spans =
+        row.on.chunk_by(|a, b| b.0 - a.1 < least).map(|run| (run[0].0, run[run.len() - 1].1));
+    let spans = spans.collect();
+    FlatRow(row.name, row.output, spans)
+}
+
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
@@ -85,5 +124,5 @@ fn flat(curve: &Curve) -> Flat {
         [point.us.round(), x, y, z, point.rate.round()]
     });
     let flags = u8::from(curve.arc) | u8::from(curve.home) << 1;
-    Flat(style, curve.line, flags, points.collect())
+    Flat(style, curve.line, flags, points.collect(), round(curve.power.unwrap_or(1.0), 1000.0))
 }

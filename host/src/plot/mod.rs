@@ -6,6 +6,7 @@ mod html;
 mod scale;
 mod svg_page;
 mod svg_speed;
+mod svg_time;
 #[cfg(test)]
 mod tests;
 
@@ -20,6 +21,9 @@ use curve::{Curve, curves};
 
 /// Segments beyond this are drawn by their ends alone, without the ramps of their speed.
 const DETAILED_SEGMENTS: usize = 20_000;
+
+/// The shortest time that is drawn, us.
+const LEAST_US: u64 = 10_000;
 
 /// A run to draw.
 pub struct Plot<'a> {
@@ -122,6 +126,47 @@ impl Plot<'_> {
 
     fn curves(&self) -> Vec<Curve> {
         curves(&self.outcome.record.path, &self.program.profile, DETAILED_SEGMENTS)
+    }
+
+    /// Length of the axes of time, us: of a run that takes none, a moment.
+    fn duration_us(&self) -> u64 {
+        self.outcome.summary.us.max(LEAST_US)
+    }
+
+    /// What runs when: begin and end, us, and the line. Of path and reference moves it is the line
+    /// of what moves, since statements are read ahead of it; else that of the statement.
+    fn running(&self, curves: &[Curve]) -> Vec<(f64, f64, u32)> {
+        let end = self.outcome.summary.us as f64;
+        let begun = &self.outcome.record.begun;
+        let ends = begun.iter().skip(1).map(|next| next.us as f64).chain([end]);
+        let statements = begun.iter().zip(ends).map(|(own, to)| (own.us as f64, to, own.line));
+        let path = curves.iter().filter(|curve| curve.style != Style::Axis);
+        let mut moves = path
+            .filter_map(|own| Some((own.points.first()?.us, own.points.last()?.us, own.line)))
+            .peekable();
+        let mut all: Vec<(f64, f64, u32)> = Vec::new();
+        let mut add = |from: f64, to: f64, line: u32| match all.last_mut() {
+            Some(last) if last.2 == line && last.1 >= from => last.1 = last.1.max(to),
+            _ if to > from => all.push((from, to, line)),
+            _ => {}
+        };
+        let mut told = 0.0_f64;
+        for (from, to, line) in statements {
+            told = told.max(from);
+            while let Some((start, stop, moved)) = moves.next_if(|own| own.0 < to) {
+                add(told, start, line);
+                told = told.max(start);
+                add(told, stop, moved);
+                told = told.max(stop);
+            }
+            add(told, to, line);
+            told = told.max(to);
+        }
+        for (start, stop, moved) in moves {
+            add(told.max(start), stop, moved);
+            told = told.max(stop);
+        }
+        all
     }
 
     /// Curves that decide what part of the plane is shown: reference runs begin at an unknown place,

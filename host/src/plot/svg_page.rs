@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 
-use svg::node::element::path::Data;
 use svg::node::element::{
     Circle, ClipPath, Group, Line, Path, Rectangle, Style as Css, Text, Title,
 };
@@ -11,8 +10,9 @@ use svg::{Document, Node};
 use super::chart::Lines;
 use super::curve::Curve;
 use super::scale::{Scale, Span};
-use super::svg_speed::{COLOURS, Speeds, rates};
-use super::{Plot, Row, Style, chart};
+use super::svg_speed::{COLOURS, GREYS, Speeds, rates};
+use super::svg_time::timeline;
+use super::{Plot, Style, chart};
 
 /// Width of the page, px.
 const WIDTH: f64 = 1180.0;
@@ -24,8 +24,6 @@ pub const RIGHT: f64 = WIDTH - 32.0;
 const TOP_VIEW: f64 = 560.0;
 /// Height of the side view.
 const SIDE_VIEW: f64 = 150.0;
-/// Height of a row of the timeline.
-const ROW: f64 = 24.0;
 /// Line numbers that are written beside the path.
 const MOST_LABELS: usize = 80;
 
@@ -43,13 +41,13 @@ text { fill: #46536b; }
 .axis { stroke: #12967f; stroke-width: 1.6; }
 .cut { stroke: #1f62e0; stroke-width: 2.2; }
 .rate-x, .rate-y, .rate-z { stroke-width: 1.3; }
-.rate-x { stroke: #1f62e0; }
-.rate-y { stroke: #d4552d; }
-.rate-z { stroke: #12967f; }
+.rate-x { stroke: #d6403a; }
+.rate-y { stroke: #15955b; }
+.rate-z { stroke: #2f6fe4; }
 .name-rate-x, .name-rate-y, .name-rate-z { font-weight: 600; }
-.name-rate-x { fill: #1f62e0; }
-.name-rate-y { fill: #d4552d; }
-.name-rate-z { fill: #12967f; }
+.name-rate-x { fill: #d6403a; }
+.name-rate-y { fill: #15955b; }
+.name-rate-z { fill: #2f6fe4; }
 .probe { stroke: #e07b12; stroke-width: 2; }
 circle.cut { fill: #1f62e0; fill-opacity: .18; stroke-width: 1.6; }
 circle.axis { fill: #12967f; fill-opacity: .18; }
@@ -61,6 +59,9 @@ circle.rapid { display: none; }
 .on { fill: #f0a52b; }
 .in { fill: #6d8fd8; }
 .statement { fill: #c9d4e6; }
+.print { fill: #66748b; }
+.failed { stroke: #c8324b; stroke-width: 1.5; }
+.failure { font-size: 11px; font-weight: 600; fill: #c8324b; }
 ";
 
 /// Draws the page.
@@ -68,8 +69,13 @@ pub fn render(plot: &Plot<'_>) -> String {
     let curves = plot.curves();
     let lines = Lines::of(plot.source);
     let speeds = Speeds::of(&curves);
-    let colours = COLOURS.iter().enumerate().map(|(i, c)| format!(".v{i} {{ stroke: {c}; }}\n"));
-    let mut page = Document::new().add(Css::new(format!("{CSS}{}", colours.collect::<String>())));
+    let mut css = CSS.to_owned();
+    for (name, colours) in [("v", COLOURS), ("s", GREYS)] {
+        for (i, colour) in colours.iter().enumerate() {
+            css += &format!(".{name}{i} {{ stroke: {colour}; }}\n");
+        }
+    }
+    let mut page = Document::new().add(Css::new(css));
     page.append(text(LEFT, 40.0, "title", plot.title));
     let subtitle = chart::subtitle(plot.outcome, &plot.ending());
     page.append(text(LEFT, 62.0, "subtitle", &subtitle));
@@ -83,7 +89,7 @@ pub fn render(plot: &Plot<'_>) -> String {
         y = view.bottom + 40.0;
         page.append(view.group);
     }
-    let end = plot.outcome.summary.us.max(1) as f64 / 1e6;
+    let end = plot.duration_us() as f64 / 1e6;
     let x = Scale { span: Span { low: 0.0, high: end * 1.01 }, from: LEFT, to: RIGHT };
     if !curves.is_empty() {
         let view = rates(plot, &curves, &x, y);
@@ -142,7 +148,8 @@ fn legend(curves: &[Curve], speeds: &Speeds) -> Group {
     group
 }
 
-fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
+/// A straight line.
+pub fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
     Line::new()
         .set("x1", round(x1))
         .set("y1", round(y1))
@@ -251,22 +258,24 @@ fn drawing(
     axes: [usize; 2],
 ) -> Group {
     let mut group = Group::new();
+    let mut seen = HashSet::new();
     for style in Style::ALL {
         let own: Vec<&Curve> = curves.iter().filter(|curve| curve.style == style).collect();
         for run in own.chunk_by(|a, b| a.line == b.line) {
             let title = lines.title(run[0].line);
-            let pairs = run.iter().flat_map(|curve| curve.points.windows(2));
-            let coloured = pairs.map(|pair| match style {
-                Style::Cut => (speeds.colour(&pair[0], &pair[1]), pair),
-                _ => (0, pair),
+            let pairs =
+                run.iter().flat_map(|curve| curve.points.windows(2).map(move |pair| (curve, pair)));
+            let coloured = pairs.map(|(curve, pair)| match style {
+                Style::Cut => (Some(speeds.class(curve, &pair[0], &pair[1])), pair),
+                _ => (None, pair),
             });
             let coloured: Vec<_> = coloured.collect();
             for same in coloured.chunk_by(|a, b| a.0 == b.0) {
-                let class = match style {
-                    Style::Cut => format!("path cut v{}", same[0].0),
-                    _ => format!("path {}", style.name()),
+                let class = match same[0].0 {
+                    Some(colour) => format!("path cut {colour}"),
+                    None => format!("path {}", style.name()),
                 };
-                let mut data = Data::new();
+                let mut data = String::new();
                 let mut pen = None;
                 for (_, pair) in same {
                     for (i, point) in pair.iter().enumerate() {
@@ -275,13 +284,16 @@ fn drawing(
                         if pen == Some(place) {
                             continue;
                         }
-                        data = if i == 0 { data.move_to(place) } else { data.line_to(place) };
+                        let command = if i == 0 { 'M' } else { 'L' };
+                        data += &format!("{command}{},{} ", place.0, place.1);
                         pen = Some(place);
                     }
                 }
-                group.append(
-                    Path::new().set("class", class).set("d", data).add(Title::new(title.as_str())),
-                );
+                // A loop goes the same way again and again.
+                if seen.insert((class.clone(), data.clone())) {
+                    let path = Path::new().set("class", class).set("d", data.trim_end());
+                    group.append(path.add(Title::new(title.as_str())));
+                }
             }
         }
     }
@@ -347,92 +359,6 @@ fn labels(curves: &[Curve], x: &Scale, y: &Scale) -> Group {
         taken.insert(field);
         told.insert(curve.line);
         group.append(text(px + 7.0, py - 6.0, "label", &curve.line.to_string()));
-    }
-    group
-}
-
-/// Rows over time: what moves (by statement), outputs, inputs.
-fn timeline(plot: &Plot<'_>, lines: &Lines<'_>, curves: &[Curve], x: &Scale, top: f64) -> Panel {
-    let rows = plot.rows();
-    let height = ROW * (rows.len() + 1) as f64 + 30.0;
-    let mut group = Group::new().add(
-        Rectangle::new()
-            .set("x", LEFT)
-            .set("y", round(top))
-            .set("width", RIGHT - LEFT)
-            .set("height", height)
-            .set("rx", 4)
-            .set("class", "panel"),
-    );
-    group.append(text(LEFT + 8.0, top + 16.0, "caption", "Time, s"));
-    let (ticks, digits) = x.span.ticks(14);
-    for value in ticks {
-        let at = x.at(value);
-        group.append(line(at, top + 24.0, at, top + height, "grid"));
-        group.append(
-            text(at, top + height + 15.0, "tick", &format!("{value:.digits$}"))
-                .set("text-anchor", "middle"),
-        );
-    }
-    let row_top = |row: usize| top + 26.0 + ROW * row as f64;
-    group.append(statements(lines, curves, x, row_top(0)));
-    for (i, row) in rows.iter().enumerate() {
-        group.append(bars(row, x, row_top(i + 1)));
-    }
-    Panel { group, bottom: top + height + 16.0 }
-}
-
-fn bar(x: &Scale, top: f64, from_us: f64, to_us: f64, class: &str, title: &str) -> Rectangle {
-    let (from, to) = (x.at(from_us / 1e6), x.at(to_us / 1e6));
-    Rectangle::new()
-        .set("x", round(from))
-        .set("y", round(top + 4.0))
-        .set("width", round((to - from).max(1.0)))
-        .set("height", ROW - 8.0)
-        .set("rx", 2)
-        .set("class", class)
-        .add(Title::new(title))
-}
-
-/// The row of moves: one bar for each statement's stretch, with its line number where it fits.
-/// Stretches of less than half a pixel that touch are one bar: a long job has thousands.
-fn statements(lines: &Lines<'_>, curves: &[Curve], x: &Scale, top: f64) -> Group {
-    let mut group = Group::new();
-    group.append(row_name(top, "line"));
-    let mut drawn_to = f64::NEG_INFINITY;
-    for run in curves.chunk_by(|a, b| a.line == b.line) {
-        let (Some(first), Some(last)) = (run[0].points.first(), run[run.len() - 1].points.last())
-        else {
-            continue;
-        };
-        if x.at(last.us / 1e6) < drawn_to + 0.5 {
-            continue;
-        }
-        drawn_to = x.at(last.us / 1e6);
-        let title = lines.title(run[0].line);
-        group.append(bar(x, top, first.us, last.us, "statement", &title));
-        let (from, to) = (x.at(first.us / 1e6), x.at(last.us / 1e6));
-        if to - from > 20.0 {
-            group.append(
-                text((from + to) / 2.0, top + ROW / 2.0 + 4.0, "tick", &run[0].line.to_string())
-                    .set("text-anchor", "middle"),
-            );
-        }
-    }
-    group
-}
-
-fn row_name(top: f64, name: &str) -> Text {
-    text(LEFT - 8.0, top + ROW / 2.0 + 4.0, "row", name).set("text-anchor", "end")
-}
-
-fn bars(row: &Row, x: &Scale, top: f64) -> Group {
-    let mut group = Group::new();
-    group.append(row_name(top, &row.name));
-    let class = if row.output { "on" } else { "in" };
-    for &(from, to) in &row.on {
-        let title = format!("{} on for {}", row.name, chart::time(to - from));
-        group.append(bar(x, top, from as f64, to as f64, class, &title));
     }
     group
 }

@@ -1,5 +1,7 @@
 //! Speeds in the SVG: colours of the path, and the step rate of each axis over time.
 
+use std::fmt;
+
 use svg::Node;
 use svg::node::element::path::Data;
 use svg::node::element::{Group, Path, Rectangle};
@@ -9,6 +11,7 @@ use super::scale::{Scale, Span};
 use super::svg_page::{Panel, frame, round, text};
 use super::{Plot, Style};
 use lang::axis::Axis;
+use lang::record::FULL_POWER;
 
 /// Colours from slow to fast: even steps of viridis without its pale end.
 pub const COLOURS: [&str; 8] =
@@ -25,24 +28,37 @@ fn speed(a: &Point, b: &Point) -> f64 {
     if time > 0.0 { way / time } else { 0.0 }
 }
 
-/// Speeds of working moves as colours.
+/// Greys from a dark laser to full power.
+pub const GREYS: [&str; 8] =
+    ["#e4e8ee", "#c8cdd5", "#acb2bc", "#9197a2", "#767c88", "#5b616d", "#3f4550", "#1b2029"];
+
+/// What the colours of working moves tell: their speed, or on a laser its power.
 pub struct Speeds {
     /// The fastest, mm/s.
     top: f64,
+    /// The moves' powers are known.
+    laser: bool,
 }
 
 impl Speeds {
     /// The range that the curves have.
     pub fn of(curves: &[Curve]) -> Speeds {
         let cuts = curves.iter().filter(|curve| curve.style == Style::Cut);
-        let pairs = cuts.flat_map(|curve| curve.points.windows(2));
-        Speeds { top: pairs.map(|pair| speed(&pair[0], &pair[1])).fold(0.0, f64::max) }
+        let pairs = cuts.clone().flat_map(|curve| curve.points.windows(2));
+        Speeds {
+            top: pairs.map(|pair| speed(&pair[0], &pair[1])).fold(0.0, f64::max),
+            laser: cuts.clone().any(|curve| curve.power.is_some()),
+        }
     }
 
-    /// Index of the colour between two points.
-    pub fn colour(&self, a: &Point, b: &Point) -> usize {
-        let part = if self.top > 0.0 { speed(a, b) / self.top } else { 0.0 };
-        ((part * COLOURS.len() as f64) as usize).min(COLOURS.len() - 1)
+    /// The class of the colour between two points of a curve.
+    pub fn class(&self, curve: &Curve, a: &Point, b: &Point) -> Class {
+        let index = |part: f64| ((part * COLOURS.len() as f64) as usize).min(COLOURS.len() - 1);
+        match curve.power {
+            Some(power) => Class::Power(index(power)),
+            None if self.top > 0.0 => Class::Speed(index(speed(a, b) / self.top)),
+            None => Class::Speed(0),
+        }
     }
 
     /// Samples of the colours with what they mean, its right end at `right`.
@@ -50,7 +66,12 @@ impl Speeds {
         const WIDTH: f64 = 14.0;
         let mut group = Group::new();
         let from = right - WIDTH * COLOURS.len() as f64;
-        for (i, colour) in COLOURS.iter().enumerate() {
+        let (colours, name) = if self.laser {
+            (GREYS, format!("laser: S0 to S{FULL_POWER}"))
+        } else {
+            (COLOURS, format!("line, arc: 0 to {:.0} mm/min", self.top * 60.0))
+        };
+        for (i, colour) in colours.iter().enumerate() {
             group.append(
                 Rectangle::new()
                     .set("x", round(from + WIDTH * i as f64))
@@ -60,9 +81,26 @@ impl Speeds {
                     .set("fill", *colour),
             );
         }
-        let name = format!("line, arc: 0 to {:.0} mm/min", self.top * 60.0);
         group.append(text(from - 8.0, y + 2.0, "legend", &name).set("text-anchor", "end"));
         group
+    }
+}
+
+/// Class of a working move's colour, and its index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// Of [`COLOURS`].
+    Speed(usize),
+    /// Of [`GREYS`].
+    Power(usize),
+}
+
+impl fmt::Display for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Class::Speed(index) => write!(f, "v{index}"),
+            Class::Power(index) => write!(f, "s{index}"),
+        }
     }
 }
 
@@ -94,7 +132,8 @@ pub fn rates(plot: &Plot<'_>, curves: &[Curve], x: &Scale, top: f64) -> Panel {
     Panel { group, bottom: top + HEIGHT }
 }
 
-/// Times, s, and rates of an axis: a point in the middle of each piece, 0 where it rests.
+/// Times, s, and rates of an axis: both ends of each piece, 0 where it rests. A steady rate is a
+/// flat line, and an axis that starts at a rate begins with it.
 fn track(plot: &Plot<'_>, curves: &[Curve], axis: Axis, x: &Scale) -> Vec<(f64, f64)> {
     let Some(own) = plot.program.profile.axis(axis) else { return Vec::new() };
     let per_mm = f64::from(own.scale.steps) * 1000.0 / f64::from(own.scale.um);
@@ -105,17 +144,21 @@ fn track(plot: &Plot<'_>, curves: &[Curve], axis: Axis, x: &Scale) -> Vec<(f64, 
         for pair in curve.points.windows(2) {
             let (from, to) = (pair[0].us / 1e6, pair[1].us / 1e6);
             let steps = (pair[1].at[i] - pair[0].at[i]) * per_mm;
-            if to <= from || steps == 0.0 {
+            // The points' rates are the curve's; those of its axes have the ratio of their ways.
+            let mean = (pair[0].rate + pair[1].rate) / 2.0;
+            if to <= from || steps == 0.0 || mean <= 0.0 {
                 continue;
             }
-            if from > rested + 1e-3 {
+            if from > rested + 1e-6 {
                 out.extend([(rested, 0.0), (from, 0.0)]);
             }
-            out.push(((from + to) / 2.0, steps / (to - from)));
-            rested = to;
+            let share = steps / (to - from) / mean;
+            out.extend([(from, pair[0].rate * share), (to, pair[1].rate * share)]);
+            rested = rested.max(to);
         }
     }
     out.extend([(rested, 0.0), (x.span.high / 1.01, 0.0)]);
+    // Stable: what stands at one time stays in its order.
     out.sort_by(|a, b| a.0.total_cmp(&b.0));
     thin(out)
 }

@@ -6,7 +6,9 @@ use lang::profile::Profile;
 
 use super::curve::curves;
 use super::{Form, Plot};
-use crate::sim::record::{ArcShape, Edge, OutputUse, Record, Segment, SegmentKind, Summary};
+use crate::sim::record::{
+    ArcShape, Begun, Edge, OutputUse, Printed, Record, Segment, SegmentKind, Summary,
+};
 use crate::sim::trace::{MoveKind, Status};
 use crate::sim::{End, Outcome};
 
@@ -22,6 +24,7 @@ fn segment(kind: SegmentKind, line: u32, from: [i32; 3], to: [i32; 3], us: (u64,
         end_us: us.1,
         peak_rate: 4000.0,
         exit_speed: None,
+        power: None,
     }
 }
 
@@ -69,6 +72,10 @@ fn outcome() -> Outcome {
             Edge { us: 1_600_000, n: 1, on: false },
             Edge { us: 4_000_000, n: 5, on: true },
         ],
+        begun: [(0, 1), (1_100_000, 6), (1_200_000, 2), (1_700_000, 7), (2_500_000, 4)]
+            .map(|(us, line)| Begun { us, line })
+            .to_vec(),
+        printed: vec![Printed { us: 1_800_000, line: 7, text: "hole <1>".to_owned() }],
         truncated: false,
     };
     Outcome {
@@ -191,4 +198,104 @@ fn a_corner_is_drawn_at_the_speed_that_the_planner_tells() {
     // At rest, both leave and come at the start rate.
     path[0].exit_speed = Some(0.0);
     assert_eq!(corner(&path), (Some(400.0), Some(400.0)));
+}
+
+/// The data that the page's viewer gets.
+fn data_of(page: &str) -> serde_json::Value {
+    let line = page.lines().find_map(|line| line.strip_prefix("const RUN = ")).expect("the data");
+    serde_json::from_str(line.trim_end_matches(';')).expect("JSON")
+}
+
+#[test]
+fn the_line_that_runs_is_that_of_the_statement_and_of_the_move_where_one_moves() {
+    let page = data_of(&drawn(Form::Html));
+    let told: Vec<(u64, u64)> = page["running"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|own| (own[0].as_u64().expect("us"), own[2].as_u64().expect("a line")))
+        .collect();
+    // 6 switches an output between two moves; 7 waits, while the move before it ends.
+    let wanted = [
+        (0, 1),
+        (1_100_000, 6),
+        (1_200_000, 2),
+        (1_500_000, 3),
+        (1_700_000, 7),
+        (2_500_000, 4),
+        (3_600_000, 5),
+        (5_000_000, 4),
+    ];
+    assert_eq!(told, wanted);
+    assert_eq!(page["prints"], serde_json::json!([[1_800_000, 7, "hole <1>"]]));
+    let svg = drawn(Form::Svg).replace('\n', "");
+    assert!(svg.contains("line 7: hole &lt;1&gt;"), "{svg}");
+}
+
+#[test]
+fn both_pictures_have_the_same_colours_of_axes() {
+    let (svg, page) = (drawn(Form::Svg), drawn(Form::Html));
+    for axis in ["x", "y", "z"] {
+        let (_, own) = page.split_once(&format!("--{axis}: ")).expect("a colour");
+        let colour = &own[..7];
+        for class in ["rate", "name-rate"] {
+            let rule = svg.split_once(&format!("\n.{class}-{axis} {{")).expect("a rule").1;
+            assert!(rule.split('}').next().is_some_and(|rule| rule.contains(colour)), "{axis}");
+        }
+    }
+}
+
+#[test]
+fn a_laser_is_drawn_in_the_greys_of_its_power() {
+    let (program, mut outcome) = (program(), outcome());
+    for (segment, power) in outcome.record.path.iter_mut().zip([0, 1000, 0, 250, 1000]) {
+        segment.power = Some(power);
+    }
+    let plot = Plot { title: "a", source: SOURCE, program: &program, outcome: &outcome };
+    let svg = plot.render(Form::Svg);
+    for class in ["path cut s7", "path cut s2", "laser: S0 to S1000"] {
+        assert!(svg.contains(class), "no {class}");
+    }
+    let page = data_of(&plot.render(Form::Html));
+    assert_eq!((&page["full"], &page["curves"][3][4]), (&1000.into(), &0.25.into()));
+}
+
+#[test]
+fn an_endless_loop_makes_no_endless_picture() {
+    let (program, mut outcome) = (program(), outcome());
+    let axe = SegmentKind::Move(MoveKind::Axe);
+    let us = |i: u64| i * 1_000_000;
+    outcome.record.path = (0..80_000)
+        .map(|i| {
+            let [from, to] = if i % 2 == 0 { [0, 1000] } else { [1000, 0] };
+            segment(axe, 2, [from, 0, 0], [to, 0, 0], (us(i), us(i) + 400_000))
+        })
+        .collect();
+    outcome.record.outputs =
+        (0..80_000).map(|i| Edge { us: us(i), n: 1, on: i % 2 == 0 }).collect();
+    outcome.record.printed =
+        (0..80_000).map(|i| Printed { us: us(i), line: 3, text: "one more".to_owned() }).collect();
+    outcome.summary.us = us(80_000);
+    let plot = Plot { title: "a", source: SOURCE, program: &program, outcome: &outcome };
+    let (svg, page) = (plot.render(Form::Svg).len(), plot.render(Form::Html).len());
+    assert!(svg < 1_500_000, "{svg} bytes of SVG");
+    assert!(page < 12_000_000, "{page} bytes of HTML");
+}
+
+#[test]
+fn a_steady_rate_is_a_flat_line() {
+    let (program, mut outcome) = (program(), outcome());
+    let mut slow = segment(SegmentKind::Home, 1, [0, 0, 0], [200, 0, 0], (100_000, 1_100_000));
+    slow.peak_rate = 200.0;
+    outcome.record.path = vec![slow];
+    let plot = Plot { title: "a", source: SOURCE, program: &program, outcome: &outcome };
+    let svg = plot.render(Form::Svg);
+    let (_, rest) = svg.split_once("class=\"path rate-x\" d=\"").expect("a line");
+    let numbers = rest.split('"').next().unwrap_or_default();
+    let numbers = numbers.split(|c: char| c.is_ascii_alphabetic() || c == ' ' || c == ',');
+    let numbers: Vec<f64> = numbers.filter_map(|own| own.parse().ok()).collect();
+    let mut heights: Vec<f64> = numbers.chunks(2).map(|place| place[1]).collect();
+    heights.dedup();
+    // 0, the rate, 0.
+    assert_eq!(heights.len(), 3, "{numbers:?}");
 }

@@ -179,12 +179,15 @@ impl Machine {
         };
         machine.process();
         machine.inputs.settle();
+        for n in machine.inputs.on() {
+            machine.log.input(0, n, true);
+        }
         Ok(machine)
     }
 
     /// A statement of `line` is about to run.
     pub fn statement(&mut self, line: u32) -> Step {
-        self.line = line;
+        self.set_line(line);
         self.pass(1);
         if self.needs_attention() { self.look() } else { Step::Done(0) }
     }
@@ -212,6 +215,7 @@ impl Machine {
     /// Line of the statement that runs: what follows is its doing.
     pub fn set_line(&mut self, line: u32) {
         self.line = line;
+        self.log.begin(self.now, line);
     }
 
     /// Line of the statement that runs.

@@ -57,6 +57,9 @@ pub struct Segment {
     pub peak_rate: f64,
     /// Speed along the path at its end, um/s, where the planner tells: 0 when it comes to rest.
     pub exit_speed: Option<f64>,
+    /// A laser's power, 0 to [`lang::record::FULL_POWER`]; `None` without a laser, or where the
+    /// engine does not know it.
+    pub power: Option<i32>,
 }
 
 /// A change of an input or an output.
@@ -68,6 +71,26 @@ pub struct Edge {
     pub n: i32,
     /// New state.
     pub on: bool,
+}
+
+/// A statement begins to run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Begun {
+    /// When, us.
+    pub us: u64,
+    /// Its line.
+    pub line: u32,
+}
+
+/// A line of PRINT.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Printed {
+    /// When, us.
+    pub us: u64,
+    /// Line of the statement.
+    pub line: u32,
+    /// The text.
+    pub text: String,
 }
 
 /// What an output did.
@@ -146,6 +169,10 @@ pub struct Record {
     pub inputs: Vec<Edge>,
     /// Edges of outputs.
     pub outputs: Vec<Edge>,
+    /// Statements with effects as they begin; a line that goes on stands once.
+    pub begun: Vec<Begun>,
+    /// What the script printed.
+    pub printed: Vec<Printed>,
     /// Something was left out because [`RECORD_LIMIT`] was reached.
     pub truncated: bool,
 }

@@ -7,12 +7,12 @@ const AXES = ["x", "y", "z"];
 const byId = (id) => document.getElementById(id);
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 
-const state = { now: RUN.end, zoom: null, bySpeed: false, hover: null, playing: null };
+const state = { now: RUN.end, zoom: null, bySpeed: false, hover: null, playing: null, time: [0, RUN.end] };
 
 // ---- the run -----------------------------------------------------------------------------
 
-const curves = RUN.curves.map(([style, line, flags, data]) => ({
-  style, line, arc: (flags & 1) !== 0, home: (flags & 2) !== 0, data, count: data.length / POINT,
+const curves = RUN.curves.map(([style, line, flags, data, power]) => ({
+  style, line, power, arc: (flags & 1) !== 0, home: (flags & 2) !== 0, data, count: data.length / POINT,
   from: data[0], to: data[data.length - POINT],
 }));
 const topRate = curves.reduce((top, curve) => {
@@ -40,13 +40,15 @@ function interpolate(curve, time) {
   return [0, 1, 2, 3, 4].map((k) => d[a + k] + (d[b + k] - d[a + k]) * part);
 }
 
+// The line that runs at a time: the last stretch that has begun. At the end it is the last one.
 function lineAt(time) {
-  let line = null;
-  for (const curve of curves) {
-    if (curve.from > time) break;
-    line = curve.line;
+  let low = 0, high = RUN.running.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (RUN.running[middle][0] > time || (RUN.running[middle][0] === time && time === RUN.end)) high = middle;
+    else low = middle + 1;
   }
-  return line;
+  return low ? RUN.running[low - 1][2] : null;
 }
 
 // Steps per second of each axis between two points of a curve, with the sign of its direction.
@@ -80,7 +82,8 @@ function canvas(id) {
 
 const top_ = canvas("top"), side = canvas("side"), rate = canvas("rate"), rows = canvas("rows");
 const PAD = { left: 52, right: 14, top: 8, bottom: 22 };
-const NAMES = 120; // left edge of the charts over time: the rows have names
+// Left edge of the charts over time: the rows have names. A phone has no room for wide ones.
+const names = () => (window.innerWidth < 600 ? 96 : 120);
 
 // Reference runs begin at an unknown place: they count only when there is nothing else.
 const shown = curves.some((curve) => !curve.home) ? curves.filter((curve) => !curve.home) : curves;
@@ -95,6 +98,11 @@ function extent(k, least) {
   const room = Math.max((least - (high - low)) / 2, 0) + (high - low) * 0.06;
   return [low - room, high + room];
 }
+// A machine without Z, and a run that never moves it, has no view from the front.
+const hasZ = RUN.scale[2] > 0 && curves.some((curve) => {
+  for (let i = 3; i < curve.data.length; i += POINT) if (curve.data[i] !== curves[0].data[3]) return true;
+  return false;
+});
 const range = [extent(0, 1), extent(1, 1), extent(2, 0.5)];
 
 function ticks([low, high], most) {
@@ -140,6 +148,13 @@ function speedColor(value) {
   return `rgb(${mix.join(",")})`;
 }
 
+// A laser's power as grey, on paper as on a dark page.
+function powerColor(power) {
+  const [faint, full] = matchMedia("(prefers-color-scheme: dark)").matches ? [70, 255] : [225, 15];
+  const grey = Math.round(faint + (full - faint) * power);
+  return `rgb(${grey},${grey},${grey})`;
+}
+
 // Draws the path up to the present time strongly and what is still to come faintly.
 function drawPath(g, x, y, kx, ky) {
   const names = RUN.styles.map((style) => style[0]);
@@ -154,7 +169,14 @@ function drawPath(g, x, y, kx, ky) {
       for (const curve of curves) {
         if (curve.style !== style || (done ? curve.from > state.now : curve.to <= state.now)) continue;
         if (done && state.bySpeed) drawBySpeed(g, curve, x, y, kx, ky);
-        else trace(g, curve, x, y, kx, ky, done ? state.now : Infinity);
+        else if (RUN.full && names[style] === "cut") {
+          g.stroke();
+          g.beginPath();
+          g.strokeStyle = powerColor(curve.power);
+          trace(g, curve, x, y, kx, ky, done ? state.now : Infinity);
+          g.stroke();
+          g.beginPath();
+        } else trace(g, curve, x, y, kx, ky, done ? state.now : Infinity);
       }
       g.stroke();
     }
@@ -259,18 +281,29 @@ function drawSide(xRange) {
   g.restore();
 }
 
-const timeRange = [0, Math.max(RUN.end, 1) / 1e6];
+const timeRange = () => [state.time[0] / 1e6, state.time[1] / 1e6];
 let timeMap = null;
+// What lies before or behind the time that is shown is not drawn over the names.
+function clipTime(g, f) {
+  g.save();
+  g.beginPath();
+  g.rect(f.box[0], 0, f.box[2] - f.box[0] + 1, f.box[3] + 1);
+  g.clip();
+}
+
 function drawRate() {
-  const f = frame(rate, rate.begin(), timeRange, [-topRate * 1.08, topRate * 1.08], 6, NAMES);
+  const f = frame(rate, rate.begin(), timeRange(), [-topRate * 1.08, topRate * 1.08], 6, names());
   timeMap = f;
   const g = rate.context;
+  clipTime(g, f);
   AXES.forEach((axis, k) => {
     if (!RUN.scale[k]) return;
     g.strokeStyle = color(axis);
     g.lineWidth = 1.3;
     g.beginPath();
     for (const curve of curves) {
+      if (curve.to < state.time[0]) continue;
+      if (curve.from > state.time[1]) break;
       let begun = false;
       for (let i = 0; i + 1 < curve.count; i++) {
         const [a, b] = axisRates(curve, i).map((rates) => rates[k]);
@@ -288,22 +321,60 @@ function drawRate() {
     g.fillText(axis.toUpperCase(), f.box[0] + 8 + 16 * k, f.box[1] + 8);
   });
   cursor(g, f);
+  g.restore();
 }
 
-const ROW = 20;
+const ROW = 20, FIRST = 1 + (RUN.prints.length ? 1 : 0); // rows before the outputs
 function drawRows() {
-  const f = frame(rows, rows.begin(), timeRange, [0, 1], 0, NAMES);
+  const f = frame(rows, rows.begin(), timeRange(), [0, 1], 0, names());
   const g = rows.context;
-  RUN.rows.forEach(([name, output, spans], i) => {
-    const y = f.box[1] + i * ROW;
-    g.fillStyle = color(output ? "on" : "in");
-    for (const [from, to] of spans)
-      g.fillRect(f.x(from / 1e6), y + 3, Math.max(1, f.x(to / 1e6) - f.x(from / 1e6)), ROW - 6);
+  const place = (row) => f.box[1] + row * ROW;
+  const name = (row, text) => {
     g.fillStyle = color("text");
     g.textAlign = "right"; g.textBaseline = "middle";
-    g.fillText(name, f.box[0] - 8, y + ROW / 2);
+    g.fillText(text, f.box[0] - 8, place(row) + ROW / 2, f.box[0] - 10);
+  };
+  name(0, "line");
+  if (RUN.prints.length) name(1, "print");
+  RUN.rows.forEach(([text], i) => name(FIRST + i, text));
+  clipTime(g, f);
+  const bar = (row, from, to) =>
+    g.fillRect(f.x(from / 1e6), place(row) + 3, Math.max(1, f.x(to / 1e6) - f.x(from / 1e6)), ROW - 6);
+  const seen = ([from, to]) => to >= state.time[0] && from <= state.time[1];
+  g.textAlign = "center"; g.textBaseline = "middle";
+  for (const [from, to, line] of RUN.running.filter(seen)) {
+    g.fillStyle = color(from <= state.now && state.now < to ? "on" : "zero");
+    bar(0, from, Math.max(from, to - (state.time[1] - state.time[0]) / 2000));
+    const left = Math.max(f.x(from / 1e6), f.box[0]), right = Math.min(f.x(to / 1e6), f.box[2]);
+    if (right - left < 20) continue;
+    g.fillStyle = color("text");
+    g.fillText(line, (left + right) / 2, place(0) + ROW / 2);
+  }
+  g.textAlign = "left";
+  let written = -Infinity;
+  RUN.prints.forEach(([time, , text], i) => {
+    const x = f.x(time / 1e6), next = i + 1 < RUN.prints.length ? f.x(RUN.prints[i + 1][0] / 1e6) : f.box[2];
+    if (time < state.time[0] || time > state.time[1]) return;
+    g.fillStyle = color("soft");
+    g.fillRect(x, place(1) + 3, 1, ROW - 6);
+    const width = g.measureText(text).width + 8;
+    if (x < written || x + width > next) return;
+    g.fillText(text, x + 4, place(1) + ROW / 2);
+    written = x + width;
   });
+  RUN.rows.forEach(([, output, spans], i) => {
+    g.fillStyle = color(output ? "on" : "in");
+    for (const [from, to] of spans.filter(seen)) bar(FIRST + i, from, to);
+  });
+  if (RUN.fault) {
+    const x = f.x(RUN.end / 1e6);
+    g.fillStyle = color("fault");
+    g.fillRect(x - 1, f.box[1], 2, f.box[3] - f.box[1]);
+    g.textAlign = "right"; g.textBaseline = "bottom";
+    g.fillText(RUN.fault, x - 5, f.box[3] - 1);
+  }
   cursor(g, f);
+  g.restore();
 }
 
 function cursor(g, f) {
@@ -316,9 +387,10 @@ function cursor(g, f) {
 
 let marked = null;
 function draw() {
-  drawSide(drawTop());
+  const across = drawTop();
+  if (hasZ) drawSide(across);
   drawRate();
-  if (RUN.rows.length) drawRows();
+  drawRows();
   const at = placeAt(state.now);
   const places = AXES.map((axis, k) => (RUN.scale[k] ? `${axis.toUpperCase()} ${at[k].toFixed(3)}` : ""));
   byId("readout").textContent = `${(state.now / 1e6).toFixed(3)} s   ${places.filter(Boolean).join("  ")}`;
@@ -404,20 +476,61 @@ top_.element.addEventListener("wheel", (event) => {
   redraw();
 }, { passive: false });
 byId("fit").onclick = () => { state.zoom = null; redraw(); };
-byId("by-speed").onchange = (event) => { state.bySpeed = event.target.checked; redraw(); };
+byId("by-speed").onchange = (event) => {
+  state.bySpeed = event.target.checked;
+  byId("speed-scale").hidden = !state.bySpeed;
+  redraw();
+};
 byId("time").oninput = (event) => { state.now = (event.target.value / 10000) * RUN.end; redraw(); };
-for (const c of [rate, rows])
+
+// Shows the time from `from` on, `width` long, as far as the run goes.
+function showTime(from, width) {
+  width = Math.min(RUN.end, Math.max(1000, width));
+  from = Math.min(RUN.end - width, Math.max(0, from));
+  state.time = [from, from + width];
+  redraw();
+}
+function zoomTime(at, factor) {
+  const [from, to] = state.time;
+  showTime(at - (at - from) * factor, (to - from) * factor);
+}
+const timeAt = (x) => {
+  const part = (x - timeMap.box[0]) / (timeMap.box[2] - timeMap.box[0]);
+  return state.time[0] + Math.min(1, Math.max(0, part)) * (state.time[1] - state.time[0]);
+};
+// One finger or the mouse sets the time, two fingers zoom it.
+for (const c of [rate, rows]) {
+  const fingers = new Map();
+  const apart = () => {
+    const [a, b] = [...fingers.values()];
+    return [Math.max(20, Math.abs(a - b)), (a + b) / 2];
+  };
   c.element.addEventListener("pointerdown", (event) => {
-    const seek = (e) => {
-      const part = (e.offsetX - timeMap.box[0]) / (timeMap.box[2] - timeMap.box[0]);
-      state.now = Math.min(1, Math.max(0, part)) * RUN.end;
-      redraw();
-    };
-    seek(event);
+    fingers.set(event.pointerId, event.offsetX);
     c.element.setPointerCapture(event.pointerId);
-    c.element.onpointermove = seek;
-    c.element.onpointerup = () => { c.element.onpointermove = null; };
+    if (fingers.size === 1) { state.now = timeAt(event.offsetX); redraw(); }
   });
+  c.element.addEventListener("pointermove", (event) => {
+    const before = fingers.size === 2 ? apart() : null;
+    if (!fingers.has(event.pointerId)) return;
+    fingers.set(event.pointerId, event.offsetX);
+    if (before) {
+      const [width, middle] = apart();
+      zoomTime(timeAt(middle), before[0] / width);
+    } else { state.now = timeAt(event.offsetX); redraw(); }
+  });
+  for (const end of ["pointerup", "pointercancel"])
+    c.element.addEventListener(end, (event) => fingers.delete(event.pointerId));
+  c.element.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    const [from, to] = state.time;
+    if (event.shiftKey || event.deltaX) showTime(from + (event.deltaX || event.deltaY) * (to - from) / 1000, to - from);
+    else zoomTime(timeAt(event.offsetX), 1.0015 ** event.deltaY);
+  }, { passive: false });
+  c.element.addEventListener("dblclick", () => showTime(0, RUN.end));
+}
+byId("closer").onclick = () => zoomTime(state.now, 0.5);
+byId("farther").onclick = () => zoomTime(state.now, 2);
 
 function play() {
   if (state.playing) { cancelAnimationFrame(state.playing); state.playing = null; }
@@ -437,7 +550,14 @@ function play() {
 }
 byId("play").onclick = play;
 window.addEventListener("keydown", (event) => {
-  if (event.code === "Space" && event.target === document.body) { event.preventDefault(); play(); }
+  if (event.target !== document.body) return;
+  const step = (state.time[1] - state.time[0]) / 100;
+  const seek = (to) => { state.now = Math.min(RUN.end, Math.max(0, to)); redraw(); };
+  if (event.code === "Space") { event.preventDefault(); play(); }
+  else if (event.key === "ArrowLeft") seek(state.now - step);
+  else if (event.key === "ArrowRight") seek(state.now + step);
+  else if (event.key === "+") zoomTime(state.now, 0.5);
+  else if (event.key === "-") zoomTime(state.now, 2);
 });
 window.addEventListener("resize", () => { if (state.zoom && state.zoom.fitted) state.zoom = null; redraw(); });
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
@@ -448,27 +568,38 @@ byId("title").textContent = RUN.title;
 byId("subtitle").textContent = RUN.subtitle;
 const used = new Set(curves.map((curve) => curve.style));
 RUN.styles.forEach(([name, text], i) => {
-  if (!used.has(i)) return;
+  // A laser's work is told by its power.
+  if (!used.has(i) || (RUN.full && name === "cut")) return;
   const item = document.createElement("span");
   item.className = name;
   item.textContent = text;
   item.style.setProperty("--swatch", `var(--${name})`);
   byId("legend").append(item);
 });
-const firstCurve = new Map();
-for (const curve of curves) if (!firstCurve.has(curve.line)) firstCurve.set(curve.line, curve);
+if (RUN.full) {
+  const item = document.createElement("span");
+  item.className = "power";
+  item.textContent = `laser: S0 to S${RUN.full}`;
+  item.style.setProperty("--ramp", `linear-gradient(to right, ${powerColor(0)}, ${powerColor(1)})`);
+  byId("legend").append(item);
+}
+byId("speed-scale").textContent = `0 to ${Math.round(topRate)} steps/s`;
+byId("speed-scale").style.setProperty("--ramp",
+  `linear-gradient(to right, ${RAMP.map((c) => `rgb(${c.join(",")})`).join(", ")})`);
+const firstTime = new Map();
+for (const [, to, line] of RUN.running) if (!firstTime.has(line)) firstTime.set(line, to);
 RUN.source.forEach((text, i) => {
   const row = document.createElement("div");
   row.dataset.n = i + 1;
   row.textContent = text;
-  const curve = firstCurve.get(i + 1);
-  if (curve) {
+  const time = firstTime.get(i + 1);
+  if (time !== undefined) {
     row.className = "moves";
-    row.onclick = () => { state.now = curve.to; redraw(); };
+    // Just before the next one begins.
+    row.onclick = () => { state.now = Math.max(0, time - 1); redraw(); };
   }
   byId("source").append(row);
 });
-byId("rows-card").style.display = RUN.rows.length ? "" : "none";
-byId("rows-card").style.height = `${RUN.rows.length * ROW + 60}px`;
-byId("side-card").style.display = RUN.scale[2] ? "" : "none";
+byId("rows-card").style.height = `${(RUN.rows.length + FIRST + (RUN.fault ? 1 : 0)) * ROW + 60}px`;
+document.body.classList.toggle("flat", !hasZ);
 draw();

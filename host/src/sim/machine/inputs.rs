@@ -69,6 +69,12 @@ impl Inputs {
         }
     }
 
+    /// Numbers of the inputs that are on, behind their filters.
+    pub fn on(&self) -> Vec<i32> {
+        let lines = self.lines.iter().zip(0..).filter(|(line, _)| line.state);
+        lines.map(|(_, n)| n).collect()
+    }
+
     fn line(&mut self, n: i32) -> Option<&mut Input> {
         usize::try_from(n).ok().and_then(|n| self.lines.get_mut(n))
     }

@@ -2,7 +2,9 @@
 
 use lang::record::AxisRecord;
 
-use crate::sim::record::{Edge, OutputUse, RECORD_LIMIT, Record, Segment, StopReason, Summary};
+use crate::sim::record::{
+    Begun, Edge, OutputUse, Printed, RECORD_LIMIT, Record, Segment, StopReason, Summary,
+};
 use crate::sim::trace::{Event, What};
 use crate::sim::{End, Options, Sink};
 
@@ -40,7 +42,25 @@ impl Log {
 
     /// A line of the trace.
     pub fn write(&mut self, now: u64, what: What) {
+        if let What::Print { line, text } = &what
+            && self.room()
+        {
+            self.record.printed.push(Printed { us: now, line: *line, text: text.clone() });
+        }
         (self.sink)(&Event { what, us: self.times.then_some(now) });
+    }
+
+    /// A statement of `line` begins.
+    pub fn begin(&mut self, us: u64, line: u32) {
+        match self.record.begun.last_mut() {
+            Some(last) if last.line == line => return,
+            // What took no time is not seen.
+            Some(last) if last.us == us => return last.line = line,
+            _ => {}
+        }
+        if self.room() {
+            self.record.begun.push(Begun { us, line });
+        }
     }
 
     /// An input changed behind its filter.
@@ -66,7 +86,8 @@ impl Log {
 
     fn room(&mut self) -> bool {
         let record = &mut self.record;
-        let used = record.path.len() + record.inputs.len() + record.outputs.len();
+        let edges = record.inputs.len() + record.outputs.len();
+        let used = record.path.len() + edges + record.begun.len() + record.printed.len();
         record.truncated |= self.keep && used >= RECORD_LIMIT;
         self.keep && used < RECORD_LIMIT
     }

@@ -203,6 +203,7 @@ impl Machine {
             end_us: self.now,
             peak_rate: 0.0,
             exit_speed: None,
+            power: self.light(),
         };
         self.pieces.solo[axis.index()] = self.log.begin_segment(segment);
     }

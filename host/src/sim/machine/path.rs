@@ -6,6 +6,7 @@ use lang::axis::Axis;
 use lang::effect::{Center, Coord, Dist, Plane, Rate};
 use lang::fault::Fault;
 use lang::place::Place;
+use lang::profile::OutputRole;
 
 use super::Machine;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
@@ -119,6 +120,12 @@ impl Machine {
         }
     }
 
+    /// Power of the laser in what moves next, if the machine has one.
+    pub(super) fn light(&self) -> Option<i32> {
+        let laser = self.profile.output_with(OutputRole::Laser)?;
+        Some(if self.outputs.read(laser.n) == Ok(true) { self.power } else { 0 })
+    }
+
     /// Gives the path a line as soon as it takes one.
     fn push_block(
         &mut self,
@@ -134,7 +141,9 @@ impl Machine {
         }
         let steps = [0, 1, 2].map(|index: usize| to[index].wrapping_sub(from[index]));
         // A rapid move is dark.
-        self.pieces.powers.push_back(if feed == Feed::Rapid { 0 } else { self.power });
+        let dark = feed == Feed::Rapid;
+        self.pieces.powers.push_back(if dark { 0 } else { self.power });
+        let light = self.light().map(|power| if dark { 0 } else { power });
         self.pieces.blocks.push_back(Some(Segment {
             kind,
             line: self.line,
@@ -146,6 +155,7 @@ impl Machine {
             end_us: self.now,
             peak_rate: 0.0,
             exit_speed: None,
+            power: light,
         }));
         self.motion.push(&Block { steps, feed, exact }, self.now);
         self.log_milestones();
@@ -192,6 +202,7 @@ impl Machine {
             end_us: self.now,
             peak_rate: 0.0,
             exit_speed: None,
+            power: self.light(),
         }));
         self.motion.push_arc(&arc, feed, exact, self.now);
         self.log_milestones();
