@@ -230,7 +230,9 @@ mod tests {
 
     #[test]
     fn the_table_names_every_function_that_is_registered() {
+        // This test itself is no registration.
         let text = include_str!("functions.rs");
+        let text = text.split("mod tests {").next().unwrap_or_default();
         let calls = text.split("register_fn(").skip(1);
         let registered: BTreeSet<&str> = calls
             .filter_map(|rest| rest.trim_start().strip_prefix('"')?.split('"').next())
