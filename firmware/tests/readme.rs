@@ -1,8 +1,14 @@
-//! Tables of the README are those of the code: registers of `lang::wire`, parts of `lang::part`.
+//! Tables of the README are those of the code: registers, codes and commands of `lang::wire`, parts of
+//! `lang::part`.
 //! `UPDATE_README=1 cargo test` rewrites them.
 
+use lang::fault::Fault;
 use lang::part::{Lack, PARTS, VIRTUAL};
-use lang::wire::{BLOCKS, LONG, NAMES, WRITABLE};
+use lang::wire::command::{self, Argument};
+use lang::wire::{
+    BLOCKS, Called, Control, Direct, End, Exception, LONG, NAMES, Refusal, RunState, Stream,
+    TraceKind, Upload, WRITABLE,
+};
 
 fn registers() -> String {
     let mut text = String::from("\n| block | functions | access |\n|---|---|---|\n");
@@ -60,6 +66,71 @@ fn parts() -> String {
     text + "\n"
 }
 
+/// The text of a doc comment without its links.
+fn plain(text: &str) -> String {
+    let mut text = text.trim().to_owned();
+    while let Some(at) = text.find("](") {
+        let end = at + text[at..].find(')').unwrap();
+        text.replace_range(at..=end, "]");
+    }
+    text.replace("[`", "`").replace("`]", "`")
+}
+
+fn codes() -> String {
+    let mut text = String::new();
+    let tables = [
+        Control::TABLE,
+        RunState::TABLE,
+        End::TABLE,
+        Upload::TABLE,
+        Refusal::TABLE,
+        Stream::TABLE,
+        Called::TABLE,
+        TraceKind::TABLE,
+        Direct::TABLE,
+        Exception::TABLE,
+    ];
+    for (about, codes) in tables {
+        text += &format!("\n{}\n\n| code | name | meaning |\n|---|---|---|\n", plain(about));
+        for (number, name, meaning) in codes {
+            text += &format!("| {number} | {name} | {} |\n", plain(meaning));
+        }
+    }
+    text += "\nWhat `FAULT` shows, and `CNC_ALARM` while the fault is latched.\n\n\
+             | code | fault | `CNC_ALARM` |\n|---|---|---|\n";
+    for fault in Fault::ALL {
+        let number = fault.number();
+        text += &format!("| {number} | {} | {} |\n", fault.text(), Fault::alarm_of(number));
+    }
+    text + "\n"
+}
+
+fn commands() -> String {
+    let mut text = String::from("\n| 2000 | from 2001 on | does |\n|---|---|---|\n");
+    for command in command::ALL {
+        let mut arguments = Vec::new();
+        let mut address = lang::wire::COMMAND + 1;
+        for argument in command.arguments {
+            let (length, kind) = match argument {
+                Argument::Word(..) => (1, ""),
+                Argument::Long(..) => (2, ", 32 bits"),
+                Argument::Float(..) => (2, ", float"),
+            };
+            arguments.push(format!("{address}: {}{kind}", argument.name()));
+            address += length;
+        }
+        let example: Vec<String> = command.example().iter().map(u16::to_string).collect();
+        text += &format!(
+            "| {} | {}. Example: `{}` | {} |\n",
+            command.number,
+            arguments.join("; "),
+            example.join(" "),
+            plain(command.meaning)
+        );
+    }
+    text + "\n"
+}
+
 /// The table between two comments that name it.
 fn holds(name: &str, table: &str) {
     let (begin, end) = (
@@ -82,4 +153,6 @@ fn holds(name: &str, table: &str) {
 fn the_tables_are_those_of_the_code() {
     holds("registers", &registers());
     holds("parts", &parts());
+    holds("codes", &codes());
+    holds("commands", &commands());
 }

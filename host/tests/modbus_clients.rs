@@ -143,6 +143,101 @@ fn several_clients_of_modbus_tcp_get_all_their_answers() {
     }
 }
 
+/// The block of a language in the firmware's manual that begins behind the heading of the session.
+fn session(language: &str) -> String {
+    let manual = include_str!("../../firmware/README.md");
+    let (_, text) = manual.split_once("### A session").expect("a session");
+    let (_, text) = text.split_once(&format!("```{language}\n")).expect("its block");
+    text.split("```").next().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn the_manuals_session_is_what_happens() {
+    if !has("python3", &["-c", "import pymodbus, serial"]) || !has("mbpoll", &["-V"]) {
+        return;
+    }
+    for part in PARTS {
+        let board = Board::start(&["--part", part]);
+        let port = board.port();
+        let port = port.to_str().expect("UTF-8");
+        let script = board.folder.path().join("batch.bas");
+        std::fs::write(&script, session("basic")).expect("a script");
+        pasapas(&["upload", script.to_str().expect("UTF-8"), "--port", port]);
+        let python = session("python").replace("/dev/ttyACM0", port);
+        let output = Command::new("python3").args(["-c", &python]).output().expect("python");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{part}: {said}");
+        let lines = session("sh").replace("/dev/ttyACM0", port);
+        let lines: Vec<&str> = lines.lines().collect();
+        for (i, line) in lines.iter().enumerate() {
+            // mbpoll polls until it is ended unless it is told to do so once, or writes.
+            let line = line.replacen("mbpoll", "mbpoll -q -1", 1);
+            let output = Command::new("sh").args(["-c", &line]).output().expect("a shell");
+            let said = String::from_utf8_lossy(&output.stdout).into_owned();
+            assert!(output.status.success(), "{part}: {line}: {said}");
+            if line.contains("-r 5020") {
+                assert!(said.contains("[5020]: \t2"), "it does not run: {said}");
+                std::thread::sleep(Duration::from_secs(2));
+            }
+            if i + 1 == lines.len() {
+                assert!(said.contains("[5026]: \t1"), "{part}: {said}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_command_of_the_manual_is_taken_and_axes_that_are_none_are_not() {
+    use lang::wire::{COMMAND, Exception, RUN_STATE, RunState, STATUS_BITS, command};
+    use pasapas::client::Client;
+    use pasapas::link;
+
+    for part in PARTS {
+        let board = Board::start(&["--part", part, "--speed", "4"]);
+        let port = board.port();
+        let port = port.to_str().expect("UTF-8");
+        let script = board.folder.path().join("none.bas");
+        std::fs::write(&script, "Wait 1s\n").expect("a script");
+        pasapas(&["upload", script.to_str().expect("UTF-8"), "--port", port]);
+        let mut client = Client::new(link::open(port).expect("the port"), 1);
+        client.find().expect("the board");
+        for command in command::ALL {
+            let number = command.number;
+            let example = command.example();
+            client
+                .write_all(COMMAND, &example)
+                .unwrap_or_else(|error| panic!("{part}: {number}: {error}"));
+            let rest = |client: &mut Client<_>| {
+                let bits = client.inputs(STATUS_BITS, 120).expect("status");
+                // Moving, homing, probing.
+                !(bits[..3].contains(&true)
+                    || bits[16..19].contains(&true)
+                    || bits[104..107].contains(&true))
+            };
+            let begun = std::time::Instant::now();
+            while !rest(&mut client) {
+                assert!(begun.elapsed() < Duration::from_secs(20), "{part}: {number} goes on");
+                if number == command::MOVE_SPEED {
+                    client.write_all(COMMAND, &[command::STOP_AXIS, 1]).expect("a stop");
+                }
+            }
+            let state = client.holding(RUN_STATE, 1).expect("the state")[0];
+            assert_eq!(RunState::from_number(state), Some(RunState::Ready), "{part}: {number}");
+            if command.arguments[0].name().starts_with("axis") {
+                for axis in [0, 4] {
+                    let mut wrong = example.clone();
+                    wrong[1] = axis;
+                    let error = client.write_all(COMMAND, &wrong).expect_err("no such axis");
+                    assert!(
+                        error.is_exception(Exception::IllegalValue),
+                        "{part}: {number} {axis}: {error}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 /// Runs our own command, which must succeed.
 fn pasapas(args: &[&str]) {
     let output = Command::new(env!("CARGO_BIN_EXE_pasapas")).args(args).output();

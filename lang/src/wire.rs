@@ -98,9 +98,12 @@
 //! other one is wrong too until the next reset. Exception 6 while a program runs.
 
 mod codes;
+pub mod command;
 
+#[cfg(any(test, feature = "compiler"))]
+pub use codes::Codes;
 pub use codes::{
-    Called, Control, End, Exception, Refusal, RunState, Stream, TraceKind, Upload, command,
+    Called, Control, Direct, End, Exception, Refusal, RunState, Stream, TraceKind, Upload,
 };
 
 /// Version of this page; the host compares it first.

@@ -9,7 +9,7 @@ use firmware::motion::scaled::Scaled;
 use firmware::motion::{Feed, Pace};
 use lang::isa::Op;
 use lang::record::AxisRecord;
-use lang::wire::{Control, Exception, command};
+use lang::wire::{Control, Direct, Exception, command};
 
 /// Registers of the command buffer.
 pub const BUFFER: usize = 21;
@@ -265,18 +265,17 @@ impl Core {
     }
 
     fn direct(&mut self) -> Result<(), Exception> {
-        match self.word(1) {
-            88 => self.control(Control::Acknowledge),
-            129 => self.control(Control::Resume),
-            130 => self.control(Control::Pause),
-            133 if self.jog => self.motor.stop(0b111),
-            133 => {}
-            255 if self.session.is_active() => self.control(Control::Stop),
-            255 => {
+        match Direct::from_number(self.word(1)).ok_or(Exception::IllegalValue)? {
+            Direct::Acknowledge => self.control(Control::Acknowledge),
+            Direct::Resume => self.control(Control::Resume),
+            Direct::Pause => self.control(Control::Pause),
+            Direct::StopJog if self.jog => self.motor.stop(0b111),
+            Direct::StopJog => {}
+            Direct::Stop if self.session.is_active() => self.control(Control::Stop),
+            Direct::Stop => {
                 self.abandon();
                 self.motor.stop(0b111);
             }
-            _ => return Err(Exception::IllegalValue),
         }
         Ok(())
     }

@@ -1,15 +1,25 @@
-//! The codes that registers hold and take, the commands of InterpCNC and the exceptions.
+//! The codes that registers hold and take, and the exceptions.
 
 macro_rules! codes {
-    ($(#[$meta:meta])* $name:ident { $($(#[$code_meta:meta])* $code:ident = $value:literal,)* }) => {
-        $(#[$meta])*
+    (
+        $(#[doc = $about:literal])+
+        $name:ident { $($(#[doc = $doc:literal])+ $code:ident = $value:literal,)* }
+    ) => {
+        $(#[doc = $about])+
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
-        pub enum $name { $($(#[$code_meta])* $code = $value,)* }
+        pub enum $name { $($(#[doc = $doc])+ $code = $value,)* }
 
         impl $name {
             /// Every code.
             pub const ALL: &'static [$name] = &[$($name::$code),*];
+
+            /// What they are, and number, name and meaning of each, for documents.
+            #[cfg(any(test, feature = "compiler"))]
+            pub const TABLE: Codes = (
+                concat!($($about),+),
+                &[$(($value, stringify!($code), concat!($($doc),+)),)*],
+            );
 
             /// The code with this number, if there is one.
             pub const fn from_number(n: u16) -> Option<$name> {
@@ -18,6 +28,10 @@ macro_rules! codes {
         }
     };
 }
+
+/// What the codes of a table are, and number, name and meaning of each.
+#[cfg(any(test, feature = "compiler"))]
+pub type Codes = (&'static str, &'static [(u16, &'static str, &'static str)]);
 
 codes! {
     /// What [`RUN_CONTROL`](super::RUN_CONTROL) takes.
@@ -180,48 +194,34 @@ codes! {
     }
 }
 
-/// Modbus exception codes that the board answers with (Modbus Application Protocol V1.1b3, 7).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Exception {
-    /// The function is not one of 1 to 6, 15, 16.
-    IllegalFunction = 1,
-    /// No such block, or the request leaves it.
-    IllegalAddress = 2,
-    /// A value or count outside its range.
-    IllegalValue = 3,
-    /// Refused: no program, or an image or a profile that failed its check.
-    DeviceFailure = 4,
-    /// Not now.
-    Busy = 6,
+codes! {
+    /// What the board answers a request with that it refuses (Modbus Application Protocol V1.1b3, 7).
+    Exception {
+        /// The function is not one of 1 to 6, 15, 16.
+        IllegalFunction = 1,
+        /// There is no such block, or the request leaves it.
+        IllegalAddress = 2,
+        /// A value or count lies outside its range.
+        IllegalValue = 3,
+        /// Refused: no program, or an image or a profile that failed its check.
+        DeviceFailure = 4,
+        /// Not now: a program runs, or an axis moves.
+        Busy = 6,
+    }
 }
 
-/// InterpCNC commands, written to holding register 2000 with their arguments behind it.
-pub mod command {
-    /// Stop one axis on its ramp: axis 1..3.
-    pub const STOP_AXIS: u16 = 100;
-    /// Stop axes: bits.
-    pub const STOP_AXES: u16 = 101;
-    /// Run at a speed: axis, ramp (32 bits), signed steps/s (32 bits).
-    pub const MOVE_SPEED: u16 = 102;
-    /// Move to a work position: axis, ramp up, speed, ramp down, target (32 bits each).
-    pub const MOVE_TO: u16 = 103;
-    /// Move by a distance: as 103.
-    pub const MOVE_BY: u16 = 104;
-    /// Set the work position of a resting axis: axis, value (32 bits).
-    pub const SET_POSITION: u16 = 105;
-    /// Home with parameters.
-    pub const HOME: u16 = 106;
-    /// Probe on one input.
-    pub const PROBE: u16 = 107;
-    /// Probe on a mask of inputs.
-    pub const PROBE_MASK: u16 = 108;
-    /// Force an input: number from 0, -1 free, 0 or 1.
-    pub const FORCE_INPUT: u16 = 110;
-    /// Home by the stored program's profile: 0 all in its order, 1..3 one.
-    pub const HOME_PROFILE: u16 = 1110;
-    /// Bounded jog: axes and bit 6 for relative, speed in mm/min and positions in mm as floats.
-    pub const JOG: u16 = 1111;
-    /// Direct function: 88 acknowledge, 129 resume, 130 pause, 133 stop the jog, 255 stop.
-    pub const DIRECT: u16 = 1200;
+codes! {
+    /// What command 1200 does.
+    Direct {
+        /// Acknowledge a latched fault.
+        Acknowledge = 88,
+        /// Go on after a pause.
+        Resume = 129,
+        /// Ramp down and pause.
+        Pause = 130,
+        /// End what command 1111 or 102 moves, on a ramp.
+        StopJog = 133,
+        /// End the run, or every move by command, on a ramp.
+        Stop = 255,
+    }
 }
