@@ -64,7 +64,7 @@ impl Chip {
             board.set_reg(register, value);
         }
         let limit = board.cycles() + 3 * emulator::TICKS_PER_SECOND;
-        assert_eq!(board.run_until(limit), Stop::Breakpoint(BACK), "it hangs");
+        assert_eq!(board.run_until(limit), Stop::Breakpoint(BACK.into()), "it hangs");
         assert_eq!(board.reg(1), STACK + 2, "the machine stack is not what it was");
         board.reg(12)
     }

@@ -177,7 +177,7 @@ fn the_last_fault_survives_power_off() {
         assert_eq!(chip.byte("FAULT_IN"), 20 - number);
         assert_eq!(chip.word("VM_FAULT_PC"), chip.word("VM_CODE") + u16::from(number));
     }
-    assert_eq!(chip.board.wear().erases[&LOG], 2);
+    assert_eq!(chip.board.wear().erases[&LOG.into()], 2);
 }
 
 #[test]

@@ -141,7 +141,7 @@ impl Chip {
         if stop == Stop::NoPower {
             return None;
         }
-        assert_eq!(stop, Stop::Breakpoint(BACK), "{routine} hangs");
+        assert_eq!(stop, Stop::Breakpoint(BACK.into()), "{routine} hangs");
         assert_eq!(self.board.reg(1), STACK, "{routine} leaves the machine stack in disorder");
         Some(self.board.cycles() - start)
     }

@@ -147,7 +147,7 @@ fn a_slow_probe_rests_at_its_plate_however_late_the_main_loop_is() {
     }
     let (main, park) = (live.at("loop"), live.at("POOL"));
     live.board.set_breakpoint(main);
-    assert_eq!(live.board.run_for(TICKS_PER_SECOND / 100), Stop::Breakpoint(main));
+    assert_eq!(live.board.run_for(TICKS_PER_SECOND / 100), Stop::Breakpoint(main.into()));
     live.board.clear_breakpoint(main);
     live.board.poke16(park, PARKED);
     live.board.set_reg(0, park);

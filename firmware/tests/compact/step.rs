@@ -78,7 +78,7 @@ impl Machine {
     fn call(&mut self, routine: &str, registers: &[(usize, u16)]) {
         let main = self.chip.at("loop");
         self.chip.board.set_breakpoint(main);
-        assert_eq!(self.chip.board.run_for(100 * MS), Stop::Breakpoint(main), "no pass");
+        assert_eq!(self.chip.board.run_for(100 * MS), Stop::Breakpoint(main.into()), "no pass");
         assert_eq!(self.chip.reg(1), STACK);
         let at = self.chip.at(routine);
         self.chip.board.poke16(STACK - 2, main);
@@ -90,7 +90,7 @@ impl Machine {
         for (register, value) in [(0, entry), (1, STACK - 2), (2, GIE), (11, at)] {
             self.chip.board.set_reg(register, value);
         }
-        assert_eq!(self.chip.board.run_for(100 * MS), Stop::Breakpoint(main), "{routine}");
+        assert_eq!(self.chip.board.run_for(100 * MS), Stop::Breakpoint(main.into()), "{routine}");
         self.chip.board.clear_breakpoint(main);
     }
 

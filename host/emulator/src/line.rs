@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 
-use crate::TICKS_PER_SECOND;
 use crate::periph::NEVER;
 use crate::rng::Rng;
 
@@ -41,8 +40,8 @@ impl Format {
     }
 
     /// Ticks from the start of a character to the boundary after `halves` half bits.
-    fn at(self, halves: u64) -> u64 {
-        halves * TICKS_PER_SECOND / (2 * u64::from(self.baud.max(1)))
+    fn at(self, halves: u64, ticks_per_second: u64) -> u64 {
+        halves * ticks_per_second / (2 * u64::from(self.baud.max(1)))
     }
 
     fn encode(self, byte: u8) -> u16 {
@@ -59,6 +58,7 @@ impl Format {
 /// The host's transmitter and receiver.
 #[derive(Debug, Clone)]
 pub struct HostLine {
+    ticks_per_second: u64,
     /// Rate and parity.
     pub format: Format,
     /// Level changes to come on the line to the chip.
@@ -80,9 +80,11 @@ pub struct HostLine {
     pub errors: u64,
 }
 
-impl Default for HostLine {
-    fn default() -> Self {
+impl HostLine {
+    /// A line at rest, on a board with this many ticks in a second.
+    pub fn new(ticks_per_second: u64) -> Self {
         HostLine {
+            ticks_per_second,
             format: Format::default(),
             edges: VecDeque::new(),
             free: 0,
@@ -97,9 +99,12 @@ impl Default for HostLine {
             errors: 0,
         }
     }
-}
 
-impl HostLine {
+    /// Ticks from the start of a character to the boundary after `halves` half bits.
+    fn at(&self, halves: u64) -> u64 {
+        self.format.at(halves, self.ticks_per_second)
+    }
+
     /// Flips `per_million` of all bits from now on; 0 ends it.
     pub fn set_noise(&mut self, seed: u64, per_million: u32) {
         self.noise = (per_million > 0).then(|| (Rng::new(seed), per_million));
@@ -130,9 +135,9 @@ impl HostLine {
             let bits = self.format.encode(*byte);
             for i in 0..self.format.bits() {
                 let level = (bits >> i & 1 != 0) ^ self.flip();
-                self.level_from(start + self.format.at(2 * i), level);
+                self.level_from(start + self.at(2 * i), level);
             }
-            self.free = start + self.format.at(2 * self.format.bits());
+            self.free = start + self.at(2 * self.format.bits());
             // The line rests high whatever noise did to the stop bit.
             self.level_from(self.free, true);
         }
@@ -192,14 +197,14 @@ impl HostLine {
     pub(crate) fn poll(&mut self, now: u64) {
         let Some(start) = self.start else { return };
         let bits = self.format.bits();
-        let end = start + self.format.at(2 * bits - 1);
+        let end = start + self.at(2 * bits - 1);
         if now < end {
             return;
         }
         self.start = None;
         let mut sampled = 0u16;
         for i in 0..bits {
-            let at = start + self.format.at(2 * i + 1);
+            let at = start + self.at(2 * i + 1);
             let level = self.heard.iter().rev().find(|(t, _)| *t <= at).is_some_and(|(_, l)| *l);
             let level = level ^ self.flip();
             sampled |= u16::from(level) << i;

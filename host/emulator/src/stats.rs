@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// What is known of one interrupt vector. Times in cycles of 16 MHz.
+/// What is known of one interrupt vector. Times in ticks.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct InterruptStats {
     /// How often it was accepted.
@@ -73,16 +73,16 @@ impl Stats {
         }
     }
 
-    pub(crate) fn enable_profile(&mut self, on: bool) {
+    pub(crate) fn enable_profile(&mut self, on: bool, words: usize) {
         self.profiling = on;
         if on && self.profile.is_empty() {
-            self.profile = vec![0; 0x8000];
+            self.profile = vec![0; words];
         }
     }
 
     #[inline]
-    pub(crate) fn count(&mut self, pc: u16, cycles: u8) {
-        if let Some(counter) = self.profile.get_mut(usize::from(pc >> 1)) {
+    pub(crate) fn count(&mut self, pc: u32, cycles: u8) {
+        if let Some(counter) = self.profile.get_mut((pc >> 1) as usize) {
             *counter += u64::from(cycles);
         }
     }

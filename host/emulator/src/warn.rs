@@ -27,8 +27,34 @@ pub enum Kind {
     Stack,
     /// An open contact was read on a pin without pull resistor.
     FloatingInput,
-    /// The DCO runs faster than the part allows, or at a rate that is emulated rounded.
+    /// The clock runs faster than the part allows, or at a rate that is emulated rounded.
     Clock,
+    /// A word or byte operation cuts a register that holds more than 16 bits.
+    PointerTruncated,
+    /// Interrupts switched on and off again without an instruction between.
+    InterruptsOnOff,
+    /// Erratum CPU40: the word behind a jump makes the program counter go wrong.
+    JumpErratum,
+    /// The multiplier used in a handler, or with interrupts on.
+    MultiplierShared,
+    /// A result of the multiplier read before it was ready.
+    MultiplierEarly,
+    /// Flash read, fetched or written while an operation is under way.
+    FlashBusy,
+    /// Flash written with a supply or clock that is too low.
+    FlashSupply,
+    /// A row of flash under program voltage for more than 16 ms between erases.
+    FlashRowTime,
+    /// A flash mode that errata, the guide or an unknown of the silicon forbid here.
+    FlashErratum,
+    /// A write to a module that is closed.
+    Closed,
+    /// Core voltage raised by more than one level.
+    CoreLevel,
+    /// A pin's selected function does not exist.
+    PinFunction,
+    /// A mode that the emulator does not have.
+    Unsupported,
 }
 
 impl fmt::Display for Kind {
@@ -46,6 +72,21 @@ impl fmt::Display for Kind {
             Kind::Stack => "stack grew into data",
             Kind::FloatingInput => "open contact read without a pull resistor",
             Kind::Clock => "clock setting outside what the part or the emulator can do",
+            Kind::PointerTruncated => "register with a 20-bit value cut to 16 bits",
+            Kind::InterruptsOnOff => {
+                "interrupts switched on and off without an instruction between"
+            }
+            Kind::JumpErratum => "jump in front of a word 0x?40 or 0x?50 (erratum CPU40)",
+            Kind::MultiplierShared => "multiplier used where an interrupt may disturb it",
+            Kind::MultiplierEarly => "multiplier result read before it was ready",
+            Kind::FlashBusy => "flash accessed while it is busy",
+            Kind::FlashSupply => "flash written with supply or clock too low",
+            Kind::FlashRowTime => "flash row programmed for more than 16 ms between erases",
+            Kind::FlashErratum => "flash mode that is forbidden here",
+            Kind::Closed => "write to a closed module",
+            Kind::CoreLevel => "core voltage raised by more than one level",
+            Kind::PinFunction => "selected function that the pin does not have",
+            Kind::Unsupported => "mode that the emulator does not have",
         })
     }
 }
@@ -56,9 +97,9 @@ pub struct Warning {
     /// When, in cycles of 16 MHz since power-up.
     pub cycle: u64,
     /// Address of the instruction.
-    pub pc: u16,
+    pub pc: u32,
     /// Address that was accessed.
-    pub addr: u16,
+    pub addr: u32,
     /// Which rule.
     pub kind: Kind,
 }
@@ -74,7 +115,7 @@ impl fmt::Display for Warning {
 #[derive(Debug, Clone, Default)]
 pub struct Warnings {
     list: Vec<Warning>,
-    seen: std::collections::HashSet<(Kind, u16)>,
+    seen: std::collections::HashSet<(Kind, u32)>,
 }
 
 /// More places than this are not remembered.

@@ -43,7 +43,8 @@ impl Health {
 pub fn stack_used(build: &Build, board: &Board) -> Option<u16> {
     let end = build.chip.ram.end() + 1;
     let stats = board.stats();
-    stats.lowest_outside.map(|low| end.saturating_sub(low) + stats.deepest_interrupt)
+    let outside = end.saturating_sub(stats.lowest_outside?.into());
+    Some(outside as u16 + stats.deepest_interrupt)
 }
 
 /// Bytes between the firmware's variables and the lowest stack pointer that the emulator saw.

@@ -1,6 +1,7 @@
 //! The board's flash seen from outside: content, wear, and cuts of power while it is written.
 
 use super::Board;
+use super::chip::with;
 use crate::periph::flash::Wear;
 use crate::rng::Rng;
 
@@ -9,7 +10,9 @@ impl Board {
     /// of its bits done or not, an erase leaves a half erased segment, both as `seed` decides; so
     /// does what unstable bits read as at later power-ups.
     pub fn cut_at_flash_operation(&mut self, number: u64, seed: u64) {
-        self.bus.flash.cut = Some((self.bus.flash.wear.operations + number, seed));
+        with!(&mut self.chip, c => {
+            c.bus.flash.cut = Some((c.bus.flash.wear.operations + number, seed));
+        });
         self.noise = Rng::new(seed);
     }
 
@@ -17,20 +20,20 @@ impl Board {
     /// of them, every cut of a long run can be tried without repeating what led to it.
     pub fn stop_at_flash(&mut self, on: bool) {
         self.stop_at_flash = on;
-        self.bus.flash_written = false;
+        with!(&mut self.chip, c => c.bus.flash_written = false);
     }
 
     /// Erase counts of the segments and the number of flash operations so far.
     #[must_use]
     pub fn wear(&self) -> &Wear {
-        &self.bus.flash.wear
+        with!(&self.chip, c => &c.bus.flash.wear)
     }
 
     /// Information memory and main flash, lowest address first: what survives power-off.
     #[must_use]
     pub fn flash_contents(&self) -> Vec<u8> {
         let (info, main) = self.flash_ranges();
-        let memory = self.bus.memory();
+        let memory = with!(&self.chip, c => c.bus.memory());
         [&memory[info], &memory[main]].concat()
     }
 
@@ -45,16 +48,15 @@ impl Board {
             return Err(FlashSize { want, got: content.len() });
         }
         let (a, b) = content.split_at(info.len());
-        let memory = self.bus.memory_mut();
+        let memory = with!(&mut self.chip, c => c.bus.memory_mut());
         memory[info].copy_from_slice(a);
         memory[main].copy_from_slice(b);
         Ok(())
     }
 
     fn flash_ranges(&self) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
-        let part = self.bus.part();
-        let range =
-            |r: &std::ops::RangeInclusive<u16>| usize::from(*r.start())..usize::from(*r.end()) + 1;
+        let part = self.part();
+        let range = |r: &std::ops::RangeInclusive<u32>| *r.start() as usize..*r.end() as usize + 1;
         (range(&part.info), range(&part.flash))
     }
 }

@@ -1,20 +1,28 @@
 //! The virtual board: chip, plant and serial line, run by time.
 
+mod chip;
 mod flash;
 mod inspect;
 mod outside;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::TICKS_PER_SECOND;
-use crate::bus::{Bus, Reset};
-use crate::cpu::{Cpu, PC, cycles};
+use crate::bus::Bus;
+use crate::cpu::Cpu;
+use crate::f5::bus::Bus as BusX;
+use crate::f5::cpu::CpuX;
+use crate::f5::silicon::Silicon;
 use crate::load::Image;
-use crate::part::Part;
+use crate::part::{Family, Part};
 use crate::plant::{Plant, Wiring};
+use crate::reset::Reset;
 use crate::rng::Rng;
+use crate::warn::Kind as Rule;
 
 pub use flash::FlashSize;
+pub use outside::Link;
+
+use chip::{Chip, Msp430, Msp430X, with};
 
 /// What a board is made of.
 #[derive(Debug, Clone)]
@@ -32,6 +40,8 @@ pub struct Config {
     /// Bits that a power cut caught in the middle of a write or an erase read as 0 or 1 anew at
     /// each power-up, until they are written again or erased; else as they fell at the cut.
     pub unstable_bits: bool,
+    /// What differs from piece to piece of an MSP430x5xx, or is not known of it.
+    pub silicon: Silicon,
 }
 
 impl Default for Config {
@@ -43,6 +53,7 @@ impl Default for Config {
             vcc: 3_300,
             seed: 1,
             unstable_bits: false,
+            silicon: Silicon::default(),
         }
     }
 }
@@ -53,7 +64,7 @@ pub enum Stop {
     /// The time was reached.
     Time,
     /// The program counter reached a breakpoint; the instruction has not been executed.
-    Breakpoint(u16),
+    Breakpoint(u32),
     /// An output changed while `Plant::stop_at_output` is set.
     Output,
     /// A flash operation was completed, and `stop_at_flash` is set.
@@ -69,11 +80,10 @@ pub enum Stop {
 /// copied.
 #[derive(Clone)]
 pub struct Board {
-    cpu: Cpu,
-    bus: Bus,
+    chip: Chip,
     powered: bool,
-    breakpoints: BTreeSet<u16>,
-    symbols: BTreeMap<String, u16>,
+    breakpoints: BTreeSet<u32>,
+    symbols: BTreeMap<String, u32>,
     noise: Rng,
     unstable_bits: bool,
     stop_at_flash: bool,
@@ -82,7 +92,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// A G2553 board with the default wiring, programmed with `image` and powered up.
+    /// A board with the default wiring, programmed with `image` and powered up.
     #[must_use]
     pub fn new(part: Part, image: &Image) -> Board {
         Board::with_config(&Config { part, ..Config::default() }, image)
@@ -91,10 +101,20 @@ impl Board {
     /// A board as `config` says, programmed with `image` and powered up.
     #[must_use]
     pub fn with_config(config: &Config, image: &Image) -> Board {
-        let plant = Plant::new(config.wiring);
+        let part = config.part.clone();
+        let plant = Plant::around(&part, config.wiring);
+        let chip = match part.family {
+            Family::Msp430 => Chip::Msp430(Box::new(Msp430 {
+                cpu: Cpu::new(),
+                bus: Bus::new(part, plant, config.vlo_hz, config.vcc),
+            })),
+            Family::Msp430X => Chip::Msp430X(Box::new(Msp430X {
+                cpu: CpuX::new(part.end()),
+                bus: BusX::new(part, plant, config.vlo_hz, config.vcc, config.silicon.clone()),
+            })),
+        };
         let mut board = Board {
-            cpu: Cpu::new(),
-            bus: Bus::new(config.part.clone(), plant, config.vlo_hz, config.vcc),
+            chip,
             powered: false,
             breakpoints: BTreeSet::new(),
             symbols: BTreeMap::new(),
@@ -113,34 +133,53 @@ impl Board {
     /// symbols. The chip is not reset. The stack limit is the end of `.bss` when the image says
     /// where that is, else the start of RAM.
     pub fn program(&mut self, image: &Image) {
-        let memory = self.bus.memory_mut();
+        let memory = with!(&mut self.chip, c => c.bus.memory_mut());
+        let mut outside = None;
         for segment in &image.segments {
-            let start = usize::from(segment.addr);
+            let start = segment.addr as usize;
             for (at, byte) in memory.iter_mut().skip(start).zip(&segment.data) {
                 *at = *byte;
             }
+            if start + segment.data.len() > memory.len() {
+                outside = Some(segment.addr);
+            }
+        }
+        if let Some(addr) = outside {
+            with!(&mut self.chip, c => c.bus.warn_far(Rule::Unmapped, addr));
         }
         self.symbols.clone_from(&image.symbols);
-        let ram = self.bus.part().ram.clone();
+        let ram = self.part().ram.clone();
         let data_end = ["_edata", "_ebss"].iter().filter_map(|name| image.symbol(name));
         let in_ram = data_end.filter(|end| ram.contains(end)).max();
-        self.bus.stack_limit = in_ram.unwrap_or(*ram.start());
+        self.set_stack_limit(in_ram.unwrap_or(*ram.start()));
     }
 
-    /// Ticks of 62.5 ns since the first power-up: cycles at 16 MHz.
+    /// The part on the board.
+    #[must_use]
+    pub fn part(&self) -> &Part {
+        with!(&self.chip, c => c.bus.part())
+    }
+
+    /// Ticks in a second of this board: every time that it takes or tells is counted in them.
+    #[must_use]
+    pub fn ticks_per_second(&self) -> u64 {
+        self.part().ticks_per_second
+    }
+
+    /// Ticks since the first power-up.
     #[must_use]
     pub fn cycles(&self) -> u64 {
-        self.bus.now
+        with!(&self.chip, c => c.bus.now)
     }
 
-    /// Runs for `ticks` of 62.5 ns.
+    /// Runs for a number of ticks.
     pub fn run_for(&mut self, ticks: u64) -> Stop {
-        self.run_until(self.bus.now.saturating_add(ticks))
+        self.run_until(self.cycles().saturating_add(ticks))
     }
 
     /// Runs for `us` microseconds.
     pub fn run_us(&mut self, us: u64) -> Stop {
-        self.run_for(us.saturating_mul(TICKS_PER_SECOND / 1_000_000))
+        self.run_for(us.saturating_mul(self.ticks_per_second() / 1_000_000))
     }
 
     /// Runs until `cycles()` reaches `limit`. The instruction under way is finished, so the time
@@ -154,22 +193,26 @@ impl Board {
             if self.interrupt() {
                 continue;
             }
-            let bus = &mut self.bus;
-            let until = bus.next_event.min(limit);
-            if self.cpu.asleep() {
-                if until == u64::MAX {
-                    // Nothing will ever happen again.
-                    return Stop::Time;
+            let idle = with!(&mut self.chip, c => {
+                let until = c.bus.next_event.min(limit);
+                if c.cpu.asleep() {
+                    c.bus.now = c.bus.now.max(until);
+                    until == u64::MAX
+                } else if self.breakpoints.is_empty() {
+                    c.cpu.burst(&mut c.bus, until);
+                    false
+                } else {
+                    let pc = c.cpu.pc();
+                    if !resumed && self.breakpoints.contains(&pc) {
+                        return Stop::Breakpoint(pc);
+                    }
+                    c.cpu.burst(&mut c.bus, 0);
+                    false
                 }
-                bus.now = bus.now.max(until);
-            } else if self.breakpoints.is_empty() {
-                self.cpu.burst(bus, until);
-            } else {
-                let pc = self.cpu.r[PC];
-                if !resumed && self.breakpoints.contains(&pc) {
-                    return Stop::Breakpoint(pc);
-                }
-                self.cpu.burst(bus, 0);
+            });
+            if idle {
+                // Nothing will ever happen again.
+                return Stop::Time;
             }
             resumed = false;
         }
@@ -181,13 +224,13 @@ impl Board {
             return stop;
         }
         if !self.interrupt() {
-            if self.cpu.asleep() {
-                if !self.bus.quiet() {
-                    self.bus.now = self.bus.now.max(self.bus.next_event);
+            with!(&mut self.chip, c => {
+                if !c.cpu.asleep() {
+                    c.cpu.burst(&mut c.bus, 0);
+                } else if !c.bus.quiet() {
+                    c.bus.now = c.bus.now.max(c.bus.next_event);
                 }
-            } else {
-                self.cpu.burst(&mut self.bus, 0);
-            }
+            });
         }
         Stop::Time
     }
@@ -195,65 +238,77 @@ impl Board {
     /// Everything that is due between two instructions. `Some` ends the run.
     fn attend(&mut self, limit: u64) -> Option<Stop> {
         loop {
-            let bus = &mut self.bus;
-            if std::mem::take(&mut self.world_changed) {
-                bus.world_changed();
-            }
-            bus.attention = false;
-            if let Some((start, end)) = bus.code_changed.take() {
-                self.cpu.invalidate(start, end);
-            }
-            if std::mem::take(&mut bus.power_lost) {
-                self.power_cut();
-                return Some(Stop::NoPower);
-            }
-            if !self.powered {
-                if limit != u64::MAX {
-                    bus.now = bus.now.max(limit);
+            let world_changed = std::mem::take(&mut self.world_changed);
+            let reset = with!(&mut self.chip, c => {
+                let bus = &mut c.bus;
+                if world_changed {
+                    bus.world_changed();
                 }
-                return Some(Stop::NoPower);
-            }
-            if let Some(reset) = bus.reset.take() {
+                bus.attention = false;
+                if let Some((start, end)) = bus.code_changed.take() {
+                    c.cpu.invalidate(start, end);
+                }
+                if std::mem::take(&mut bus.power_lost) {
+                    self.powered = false;
+                    bus.power_off();
+                    return Some(Stop::NoPower);
+                }
+                if !self.powered {
+                    if limit != u64::MAX {
+                        bus.now = bus.now.max(limit);
+                    }
+                    return Some(Stop::NoPower);
+                }
+                let reset = bus.reset.take();
+                if reset.is_none() {
+                    if bus.next_event <= bus.now {
+                        bus.service();
+                        continue;
+                    }
+                    if std::mem::take(&mut bus.flash_written) && self.stop_at_flash {
+                        return Some(Stop::Flash);
+                    }
+                    if std::mem::take(&mut bus.plant.output_changed) && bus.plant.stop_at_output {
+                        return Some(Stop::Output);
+                    }
+                    return (bus.now >= limit).then_some(Stop::Time);
+                }
+                reset
+            });
+            if let Some(reset) = reset {
                 self.reset(reset);
-                continue;
             }
-            if bus.next_event <= bus.now {
-                bus.service();
-                continue;
-            }
-            if std::mem::take(&mut bus.flash_written) && self.stop_at_flash {
-                return Some(Stop::Flash);
-            }
-            if std::mem::take(&mut bus.plant.output_changed) && bus.plant.stop_at_output {
-                return Some(Stop::Output);
-            }
-            return (bus.now >= limit).then_some(Stop::Time);
         }
     }
 
     fn interrupt(&mut self) -> bool {
-        if self.bus.irq == 0 {
-            return false;
-        }
-        let Some((vector, since)) = self.bus.pending(self.cpu.accepts()) else {
-            return false;
-        };
-        self.cpu.interrupt(&mut self.bus, vector, since);
-        self.bus.accepted(vector);
-        true
+        with!(&mut self.chip, c => {
+            if c.bus.irq == 0 {
+                return false;
+            }
+            let Some((vector, since)) = c.bus.pending(c.cpu.accepts()) else {
+                return false;
+            };
+            c.cpu.interrupt(&mut c.bus, vector, since);
+            c.bus.accepted(vector);
+            true
+        })
     }
 
     fn reset(&mut self, reset: Reset) {
         self.last_reset = reset;
-        self.bus.apply_reset(reset);
-        let vector = self.bus.fetch(0xFFFE);
-        self.cpu.reset(vector);
-        self.bus.now += cycles::RESET * self.bus.cycle;
+        with!(&mut self.chip, c => {
+            c.bus.apply_reset(reset);
+            let vector = c.bus.fetch(0xFFFE);
+            c.cpu.reset(vector);
+            c.bus.now += crate::cpu::cycles::RESET * c.bus.cycle;
+        });
     }
 
-    /// Changes the supply voltage, in millivolts; only the ADC sees it.
+    /// Changes the supply voltage, in millivolts: the ADC of the G2553 sees it, supervisors and flash
+    /// of the MSP430x5xx do.
     pub fn set_supply(&mut self, vcc: u32) {
-        self.bus.vcc = vcc;
+        with!(&mut self.chip, c => c.bus.set_supply(vcc));
     }
 
     /// Pulls the RST pin low for an instant.
@@ -274,18 +329,20 @@ impl Board {
     /// plant stay.
     pub fn power_cut(&mut self) {
         self.powered = false;
-        self.bus.power_off();
+        with!(&mut self.chip, c => c.bus.power_off());
     }
 
     /// Switches the supply on, after `power_cut` or a power failure: RAM holds noise, the chip starts
     /// from its reset vector.
     pub fn power_up(&mut self) {
         self.powered = true;
-        let ram = self.bus.part().ram.clone();
+        let (ram, usb) = (self.part().ram.clone(), self.part().usb_ram.clone());
+        let memory = with!(&mut self.chip, c => c.bus.memory_mut());
         let noise = &mut self.noise;
-        for byte in &mut self.bus.memory_mut()[usize::from(*ram.start())..=usize::from(*ram.end())]
-        {
-            *byte = noise.bits() as u8;
+        for range in [Some(ram), usb].into_iter().flatten() {
+            for byte in &mut memory[*range.start() as usize..=*range.end() as usize] {
+                *byte = noise.bits() as u8;
+            }
         }
         self.power_back();
     }
@@ -293,8 +350,8 @@ impl Board {
     /// The supply comes back, behind a failure, before RAM has lost its content: a brown-out.
     pub fn power_back(&mut self) {
         self.powered = true;
-        let noise = &mut self.noise;
-        self.bus.power_up(self.unstable_bits.then_some(noise));
+        let noise = self.unstable_bits.then_some(&mut self.noise);
+        with!(&mut self.chip, c => c.bus.power_up(noise));
         self.reset(Reset::Power);
     }
 

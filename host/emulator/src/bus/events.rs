@@ -1,8 +1,10 @@
 //! Events of the peripherals in the order of their times, and the interrupt lines.
 
-use super::{Bus, Reset};
+use super::Bus;
 use crate::periph::sfr;
-use crate::periph::{NEVER, adc10};
+use crate::periph::usci_spi::Spi;
+use crate::periph::{NEVER, Rates, adc10};
+use crate::reset::Reset;
 
 #[derive(Clone, Copy)]
 enum Source {
@@ -67,15 +69,15 @@ impl Bus {
             }
             Source::Receive => {
                 let level = self.uart_input();
-                self.uart.receive_event(level, &mut self.ifg[1], &self.clock);
+                self.uart.receive_event(level, &mut self.ifg[1], &self.clock.rates);
             }
             Source::Transmit => {
-                self.uart.transmit_event(&mut self.ifg[1], &self.clock);
+                self.uart.transmit_event(&mut self.ifg[1], &self.clock.rates);
                 self.update_pins(at);
             }
             Source::Spi => {
                 let somi = self.spi_input();
-                self.spi.event(somi, &mut self.ifg[1], &self.clock);
+                self.with_spi_flags(|spi, ifg, rates| spi.event(somi, ifg, rates));
                 self.update_pins(at);
             }
             Source::Watchdog => {
@@ -88,6 +90,19 @@ impl Bus {
             }
             Source::Adc => self.adc.finish(self.vcc),
         }
+    }
+
+    /// Lets USCI_B0 act on its flags, which IFG2 holds two bits above those of USCI_A0.
+    pub(super) fn with_spi_flags<T>(
+        &mut self,
+        act: impl FnOnce(&mut Spi, &mut u8, &Rates) -> T,
+    ) -> T {
+        const SHIFT: u8 = 2;
+        let own = (sfr::UCB0RX | sfr::UCB0TX) >> SHIFT;
+        let mut flags = self.ifg[1] >> SHIFT & own;
+        let result = act(&mut self.spi, &mut flags, &self.clock.rates);
+        self.ifg[1] = self.ifg[1] & !(own << SHIFT) | (flags & own) << SHIFT;
+        result
     }
 
     /// After register accesses: next event and interrupt lines anew.
@@ -130,12 +145,12 @@ impl Bus {
     /// Rates changed: everything that counts a clock gets its new period.
     pub(super) fn reclock(&mut self) {
         self.clock.update();
-        self.cycle = self.clock.mclk;
+        self.cycle = self.clock.rates.mclk;
         let now = self.now;
         for timer in &mut self.timers {
-            timer.reclock(now, &self.clock);
+            timer.reclock(now, &self.clock.rates);
         }
-        self.wdt.reclock(now, &self.clock);
+        self.wdt.reclock(now, &self.clock.rates);
         self.update();
     }
 

@@ -5,13 +5,14 @@ use crate::periph::flash::{self, Action, Refusal};
 use crate::warn::Kind;
 
 /// Bytes of information segment A, which LOCKA protects from mass erases.
-const SEGMENT_A: u16 = 64;
+const SEGMENT_A: u32 = 64;
 
 impl Bus {
     /// An instruction wrote `value` under `mask` to the word at `addr`.
     pub(super) fn write_flash(&mut self, addr: u16, value: u16, mask: u16) {
         self.catch_up_flash();
-        let action = match self.flash.action(&self.part, addr) {
+        let at = u32::from(addr);
+        let action = match self.flash.action(&self.part, at) {
             Ok(action) => action,
             Err(refusal) => {
                 if refusal == Refusal::NoMode {
@@ -22,7 +23,7 @@ impl Bus {
                 return;
             }
         };
-        let (time, allowed) = self.flash.duration(action, &self.clock);
+        let (time, allowed) = self.flash.duration(action, &self.clock.rates);
         if !allowed {
             self.warn(Kind::FlashClock, addr);
         }
@@ -31,15 +32,21 @@ impl Bus {
         match action {
             Action::Program => {
                 let wear = &mut self.flash.wear;
-                let count = flash::program(wear, &mut self.mem, (addr, value, mask), cut.as_mut());
+                let count =
+                    flash::program(wear, &mut self.mem[..], (at, value, mask), cut.as_mut());
                 if count > 2 && mask == 0xFFFF {
                     self.warn(Kind::FlashRewritten, addr);
                 }
-                self.changed(addr & !1, addr | 1);
+                self.changed(at & !1, at | 1);
             }
             Action::Segment => {
-                if let Some((start, len)) = self.part.segment(addr) {
-                    flash::erase(&mut self.flash.wear, &mut self.mem, (start, len), cut.as_mut());
+                if let Some((start, len)) = self.part.segment(at) {
+                    flash::erase(
+                        &mut self.flash.wear,
+                        &mut self.mem[..],
+                        (start, len),
+                        cut.as_mut(),
+                    );
                     self.changed(start, start + (len - 1));
                 }
             }
@@ -73,10 +80,10 @@ impl Bus {
         }
     }
 
-    fn erase_range(&mut self, first: u16, last: u16, cut: &mut Option<crate::rng::Rng>) {
+    fn erase_range(&mut self, first: u32, last: u32, cut: &mut Option<crate::rng::Rng>) {
         let mut at = first;
         while let Some((start, len)) = self.part.segment(at) {
-            flash::erase(&mut self.flash.wear, &mut self.mem, (start, len), cut.as_mut());
+            flash::erase(&mut self.flash.wear, &mut self.mem[..], (start, len), cut.as_mut());
             match start.checked_add(len) {
                 Some(next) if next <= last => at = next,
                 _ => break,
@@ -85,7 +92,8 @@ impl Bus {
         self.changed(first, last);
     }
 
-    fn changed(&mut self, start: u16, end: u16) {
+    fn changed(&mut self, start: u32, end: u32) {
+        let (start, end) = (start as u16, end as u16);
         self.code_changed = Some(match self.code_changed {
             Some((s, e)) => (s.min(start), e.max(end)),
             None => (start, end),

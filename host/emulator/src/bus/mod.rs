@@ -12,11 +12,12 @@ use crate::periph::clock::{CALIBRATION, Clock};
 use crate::periph::flash::{self as flash_memory, Flash};
 use crate::periph::port::Port;
 use crate::periph::sfr;
-use crate::periph::timer_a::TimerA;
+use crate::periph::timer::Timer;
 use crate::periph::usci_spi::Spi;
 use crate::periph::usci_uart::Uart;
-use crate::periph::watchdog::Watchdog;
+use crate::periph::watchdog::{Variant, Watchdog};
 use crate::plant::Plant;
+use crate::reset::Reset;
 use crate::rng::Rng;
 use crate::warn::{Kind, Warning, Warnings};
 
@@ -27,23 +28,6 @@ enum Block {
     Slow,
     Flash,
     Ram,
-}
-
-/// Why the chip resets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reset {
-    /// Supply came up or fell below the brown-out level.
-    Power,
-    /// The RST pin.
-    Pin,
-    /// The watchdog ran out.
-    Watchdog,
-    /// A wrong key was written to the watchdog.
-    WatchdogKey,
-    /// A wrong key was written to the flash controller.
-    FlashKey,
-    /// An instruction fetch from the peripherals.
-    Fetch,
 }
 
 /// What reads of vacant addresses give: the code of `JMP $`.
@@ -77,7 +61,7 @@ pub struct Bus {
     /// Lowest address that the stack may reach.
     pub stack_limit: u16,
     /// Supply voltage in millivolts.
-    pub vcc: u32,
+    vcc: u32,
     /// Broken rules.
     pub warnings: Warnings,
     /// World around the pins.
@@ -93,7 +77,7 @@ pub struct Bus {
     ifg: [u8; 2],
     clock: Clock,
     ports: [Port; 4],
-    timers: [TimerA; 2],
+    timers: [Timer<3>; 2],
     uart: Uart,
     spi: Spi,
     wdt: Watchdog,
@@ -107,7 +91,7 @@ impl Bus {
     pub fn new(part: Part, plant: Plant, vlo_hz: u64, vcc: u32) -> Bus {
         let mut map = [Block::Slow; 1024];
         for (n, block) in map.iter_mut().enumerate() {
-            let addr = (n * 64) as u16;
+            let addr = n as u32 * 64;
             if part.ram.contains(&addr) {
                 *block = Block::Ram;
             } else if part.info.contains(&addr) || part.flash.contains(&addr) {
@@ -131,7 +115,7 @@ impl Bus {
             vcc,
             warnings: Warnings::default(),
             plant,
-            line: HostLine::default(),
+            line: HostLine::new(part.ticks_per_second),
             flash: Flash::default(),
             mem: vec![0xFF; 0x1_0000]
                 .into_boxed_slice()
@@ -140,7 +124,7 @@ impl Bus {
             map,
             ie: [0; 2],
             ifg: [0, 0],
-            wdt: Watchdog::new(0, &clock),
+            wdt: Watchdog::new(Variant::Plus, 0, &clock.rates),
             clock,
             ports: Default::default(),
             timers: Default::default(),
@@ -157,7 +141,7 @@ impl Bus {
 
     /// Writes the TLV structure of segment A (SLAU144, chapter 24).
     fn calibrate(&mut self) {
-        let base = usize::from(*self.part.info.end() - 63);
+        let base = *self.part.info.end() as usize - 63;
         // TAG_ADC10_1 at 0xDA and TAG_DCO_30 at 0xF6, each followed by its length.
         self.mem[base + 0x1A..base + 0x1C].copy_from_slice(&[0x08, 0x10]);
         self.mem[base + 0x36..base + 0x38].copy_from_slice(&[0x01, 0x08]);
@@ -185,7 +169,14 @@ impl Bus {
     /// Remembers a broken rule.
     #[cold]
     pub fn warn(&mut self, kind: Kind, addr: u16) {
-        self.warnings.add(Warning { cycle: self.now, pc: self.pc, addr, kind });
+        let (pc, addr) = (self.pc.into(), addr.into());
+        self.warnings.add(Warning { cycle: self.now, pc, addr, kind });
+    }
+
+    /// Remembers a broken rule at an address that the CPU can't reach.
+    pub fn warn_far(&mut self, kind: Kind, addr: u32) {
+        let pc = self.pc.into();
+        self.warnings.add(Warning { cycle: self.now, pc, addr, kind });
     }
 
     /// Reads a code word.
@@ -226,20 +217,21 @@ impl Bus {
     }
 
     /// All of memory as it is; peripherals are not in it.
-    pub fn memory(&self) -> &[u8; 0x1_0000] {
-        &self.mem
+    pub fn memory(&self) -> &[u8] {
+        &self.mem[..]
     }
 
     /// Memory for loaders and tests. Code may have changed afterwards.
-    pub fn memory_mut(&mut self) -> &mut [u8; 0x1_0000] {
+    pub fn memory_mut(&mut self) -> &mut [u8] {
         self.code_changed = Some((0, 0xFFFF));
         self.attention = true;
-        &mut self.mem
+        &mut self.mem[..]
     }
 
     fn ram_mirror(&self, addr: u16) -> Option<u16> {
+        let addr = u32::from(addr);
         let window = self.part.ram_mirror.as_ref().filter(|w| w.contains(&addr))?;
-        Some(addr - window.start() + self.part.ram.start())
+        Some((addr - window.start() + self.part.ram.start()) as u16)
     }
 
     /// Reads a byte as an instruction does.
@@ -303,21 +295,26 @@ impl Bus {
         self.reclock();
     }
 
+    /// The supply has another voltage.
+    pub fn set_supply(&mut self, vcc: u32) {
+        self.vcc = vcc;
+    }
+
     /// Resets the peripherals: a PUC, and a POR when the reset is one.
     pub fn apply_reset(&mut self, reset: Reset) {
-        use Reset::{FlashKey, Pin, Power, Watchdog as Dog, WatchdogKey};
+        use Reset::{Pin, Power, Watchdog as Dog, WatchdogKey};
         let por = matches!(reset, Power | Pin);
         match reset {
             Power => self.ifg[0] = sfr::POR | sfr::OF,
             Pin => self.ifg[0] |= sfr::RST,
             Dog | WatchdogKey => self.ifg[0] |= sfr::WDT,
-            FlashKey | Reset::Fetch => {}
+            _ => {}
         }
         self.ie = [0; 2];
         self.ifg[1] = sfr::UCA0TX | sfr::UCB0TX;
         let vlo = self.clock.vlo_hz;
         self.clock = Clock::new(vlo);
-        self.cycle = self.clock.mclk;
+        self.cycle = self.clock.rates.mclk;
         for (n, port) in self.ports.iter_mut().enumerate() {
             port.reset(if n == 1 { 0xC0 } else { 0 });
         }
@@ -332,7 +329,7 @@ impl Bus {
         } else {
             self.flash.reset();
         }
-        self.wdt = Watchdog::new(self.now, &self.clock);
+        self.wdt = Watchdog::new(Variant::Plus, self.now, &self.clock.rates);
         self.comparator = [0; 3];
         self.i2c = [0; 2];
         self.reclock();
@@ -357,7 +354,7 @@ impl Bus {
         self.line.skip(self.now);
         self.plant.power_up();
         if let Some(rng) = rng {
-            flash_memory::settle(&self.flash.wear, &mut self.mem, rng);
+            flash_memory::settle(&self.flash.wear, &mut self.mem[..], rng);
             self.code_changed = Some((0, 0xFFFF));
         }
     }

@@ -35,20 +35,20 @@ impl Bus {
             if levels == old {
                 return;
             }
-            let tx = levels[0] ^ old[0];
+            let changed = levels[0] ^ old[0];
             for (port, level) in self.ports.iter_mut().zip(levels) {
                 port.edges(level);
             }
-            if tx & 0x04 != 0 {
+            if changed & 0x04 != 0 {
                 self.line.hear(at, levels[0] & 0x04 != 0);
             }
-            self.plant.pins(at, levels);
+            self.plant.pins(at, u64::from(u16::from_le_bytes(levels)));
             if self.plant.output_changed && self.plant.stop_at_output {
                 self.attention = true;
             }
-            if tx & 0x02 != 0 {
+            if changed & 0x02 != 0 {
                 let level = self.uart_input();
-                self.uart.line(level, at, &self.clock);
+                self.uart.line(level, at, &self.clock.rates);
             }
             self.capture_inputs(at);
         }
@@ -58,6 +58,8 @@ impl Bus {
         let world = self.plant.drives(self.line.level);
         let first = self.first_function();
         let second = bits(&[(2, self.uart.tx_level), (5, self.spi.clk), (7, self.spi.simo)]);
+        let [driven, world_level] = [world.driven, world.level].map(u64::to_le_bytes);
+        let [rest, open] = [world.rest, world.open].map(u64::to_le_bytes);
         let mut levels = [0; 2];
         for n in 0..2 {
             let port = &mut self.ports[n];
@@ -68,14 +70,14 @@ impl Bus {
             let crystal = if n == 1 && port.sel & 0xC0 == 0xC0 { 0xC0 } else { 0 };
             let chip = (port.dir & !usci | usci & 0xA4) & !crystal;
             let out = port.out & !select1 & !usci | first[n] & select1 | second & usci;
-            let free = !chip & !world.driven[n];
+            let free = !chip & !driven[n];
             let pulled = free & port.ren & !usci;
             port.driven = chip;
-            port.floating = free & !pulled & world.open[n];
+            port.floating = free & !pulled & open[n];
             levels[n] = chip & out
-                | !chip & world.driven[n] & world.level[n]
+                | !chip & driven[n] & world_level[n]
                 | pulled & port.out
-                | free & !pulled & world.rest[n];
+                | free & !pulled & rest[n];
         }
         levels
     }
@@ -130,7 +132,7 @@ impl Bus {
         let now = self.now;
         // Shift register inputs are no pins: they are looked at even when no pin changed.
         let levels = [self.ports[0].level, self.ports[1].level];
-        self.plant.pins(now, levels);
+        self.plant.pins(now, u64::from(u16::from_le_bytes(levels)));
         self.update_pins(now);
         self.update();
     }

@@ -1,7 +1,13 @@
 //! Peripheral registers by address (SLAS735, "Peripheral file map").
 
-use super::{Bus, Reset, VACANT};
+use super::{Bus, VACANT};
+use crate::periph::usci::Register;
+use crate::reset::Reset;
 use crate::warn::Kind;
+
+/// First registers of the USCI modules.
+const UCA0CTL0: i16 = 0x60;
+const UCB0CTL0: i16 = 0x68;
 
 /// Byte registers of a port.
 #[derive(Clone, Copy)]
@@ -139,14 +145,16 @@ impl Bus {
             0x53 | 0x56..=0x58 => self.clock.read(addr),
             0x59..=0x5B => self.comparator[usize::from(addr - 0x59)],
             0x5D..=0x67 => {
-                let value = self.uart.read(addr, &mut self.ifg[1]);
+                let register = Register::of_2xx(addr.cast_signed() - UCA0CTL0);
+                let value = self.uart.read(register, &mut self.ifg[1]);
                 if addr == 0x66 {
                     self.update();
                 }
                 value
             }
             0x68..=0x6F => {
-                let value = self.spi.read(addr, &mut self.ifg[1]);
+                let register = Register::of_2xx(addr.cast_signed() - UCB0CTL0);
+                let value = self.with_spi_flags(|spi, ifg, _| spi.read(register, ifg));
                 if addr == 0x6E {
                     self.update();
                 }
@@ -189,11 +197,13 @@ impl Bus {
             }
             0x59..=0x5B => self.comparator[usize::from(addr - 0x59)] = value,
             0x5D..=0x67 => {
-                self.uart.write(addr, value, now, &mut self.ifg[1], &self.clock);
+                let register = Register::of_2xx(addr.cast_signed() - UCA0CTL0);
+                self.uart.write(register, value, now, &mut self.ifg[1], &self.clock.rates);
                 self.update_pins(now);
             }
             0x68..=0x6F => {
-                self.spi.write(addr, value, now, &mut self.ifg[1], &self.clock);
+                let register = Register::of_2xx(addr.cast_signed() - UCB0CTL0);
+                self.with_spi_flags(|spi, ifg, rates| spi.write(register, value, now, ifg, rates));
                 self.update_pins(now);
             }
             _ => {
@@ -252,7 +262,7 @@ impl Bus {
                 self.timers[usize::from(addr == 0x11E)].take_vector();
             }
             0x120 => {
-                if !self.wdt.write(value, now, &self.clock) {
+                if !self.wdt.write(value, now, &self.clock.rates) {
                     self.warn(Kind::Key, addr);
                     self.ask_reset(Reset::WatchdogKey);
                 }
@@ -265,14 +275,14 @@ impl Bus {
             }
             0x160..=0x166 | 0x170..=0x176 => self.write_timer(0, addr - 0x160, value),
             0x180..=0x186 | 0x190..=0x196 => self.write_timer(1, addr - 0x180, value),
-            0x1B0..=0x1B4 | 0x1BC => self.adc.write(addr, value, now, &self.clock),
+            0x1B0..=0x1B4 | 0x1BC => self.adc.write(addr, value, now, &self.clock.rates),
             _ => self.unmapped(addr),
         }
         self.update();
     }
 
     fn write_timer(&mut self, n: usize, offset: u16, value: u16) {
-        if self.timers[n].write(offset, value, self.now, &self.clock) {
+        if self.timers[n].write(offset, value, self.now, &self.clock.rates) {
             self.update_pins(self.now);
         }
         if matches!(offset, 2 | 4 | 6) {

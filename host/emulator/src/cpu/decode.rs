@@ -135,7 +135,7 @@ impl Op {
     };
 }
 
-const DOUBLE: [Kind; 12] = [
+pub(crate) const DOUBLE: [Kind; 12] = [
     Kind::Mov,
     Kind::Add,
     Kind::Addc,
@@ -150,7 +150,7 @@ const DOUBLE: [Kind; 12] = [
     Kind::And,
 ];
 
-const SINGLE: [Kind; 8] = [
+pub(crate) const SINGLE: [Kind; 8] = [
     Kind::Rrc,
     Kind::Swpb,
     Kind::Rra,
@@ -161,7 +161,7 @@ const SINGLE: [Kind; 8] = [
     Kind::Illegal,
 ];
 
-const CONDITIONS: [Condition; 8] = [
+pub(crate) const CONDITIONS: [Condition; 8] = [
     Condition::NotZero,
     Condition::Zero,
     Condition::NoCarry,

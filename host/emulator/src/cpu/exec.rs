@@ -43,17 +43,17 @@ impl Cpu {
             Kind::Subc => self.arithmetic(bus, op, w, 0xFFFF, self.r[SR] & C),
             Kind::Cmp => {
                 let (src, dst, _) = self.operands(bus, op);
-                self.r[SR] = flags::add(dst, !src, 1, w, self.r[SR]).1;
+                self.r[SR] = flags::add(dst.into(), (!src).into(), 1, w, self.r[SR]).1;
             }
             Kind::Dadd => {
                 let (src, dst, place) = self.operands(bus, op);
-                let (result, sr) = flags::dadd(dst & w.mask, src & w.mask, w, self.r[SR]);
+                let (result, sr) = flags::dadd(dst.into(), src.into(), w, self.r[SR]);
                 self.r[SR] = sr;
-                self.store(bus, place, result, op.byte);
+                self.store(bus, place, result as u16, op.byte);
             }
             Kind::Bit => {
                 let (src, dst, _) = self.operands(bus, op);
-                self.r[SR] = flags::logic(src & dst & w.mask, w, self.r[SR]);
+                self.r[SR] = flags::logic(u32::from(src & dst) & w.mask, w, self.r[SR]);
             }
             Kind::Bic => {
                 let (src, dst, place) = self.operands(bus, op);
@@ -65,15 +65,15 @@ impl Cpu {
             }
             Kind::Xor => {
                 let (src, dst, place) = self.operands(bus, op);
-                let result = (src ^ dst) & w.mask;
-                self.r[SR] = flags::xor(src, dst, result, w, self.r[SR]);
-                self.store(bus, place, result, op.byte);
+                let result = u32::from(src ^ dst) & w.mask;
+                self.r[SR] = flags::xor(src.into(), dst.into(), result, w, self.r[SR]);
+                self.store(bus, place, result as u16, op.byte);
             }
             Kind::And => {
                 let (src, dst, place) = self.operands(bus, op);
-                let result = src & dst & w.mask;
+                let result = u32::from(src & dst) & w.mask;
                 self.r[SR] = flags::logic(result, w, self.r[SR]);
-                self.store(bus, place, result, op.byte);
+                self.store(bus, place, result as u16, op.byte);
             }
             _ => self.single(bus, op, w),
         }
@@ -83,7 +83,7 @@ impl Cpu {
         match op.kind {
             Kind::Rra | Kind::Rrc => {
                 let (value, place) = self.operand(bus, op);
-                let value = value & w.mask;
+                let value = u32::from(value) & w.mask;
                 let top = if op.kind == Kind::Rra {
                     value & w.msb
                 } else if self.r[SR] & C != 0 {
@@ -93,7 +93,7 @@ impl Cpu {
                 };
                 let result = value >> 1 | top;
                 self.r[SR] = flags::shifted(result, value, w, self.r[SR]);
-                self.store(bus, place, result, op.byte);
+                self.store(bus, place, result as u16, op.byte);
             }
             Kind::Swpb => {
                 let (value, place) = self.operand(bus, op);
@@ -102,7 +102,7 @@ impl Cpu {
             Kind::Sxt => {
                 let (value, place) = self.operand(bus, op);
                 let result = value as u8 as i8 as u16;
-                self.r[SR] = flags::logic(result, w, self.r[SR]);
+                self.r[SR] = flags::logic(result.into(), w, self.r[SR]);
                 self.store(bus, place, result, false);
             }
             Kind::Push => {
@@ -137,9 +137,10 @@ impl Cpu {
     #[inline(always)]
     fn arithmetic(&mut self, bus: &mut Bus, op: &Op, w: Width, invert: u16, carry: u16) {
         let (src, dst, place) = self.operands(bus, op);
-        let (result, sr) = flags::add(dst, src ^ invert, carry, w, self.r[SR]);
+        let (result, sr) =
+            flags::add(dst.into(), (src ^ invert).into(), carry.into(), w, self.r[SR]);
         self.r[SR] = sr;
-        self.store(bus, place, result, op.byte);
+        self.store(bus, place, result as u16, op.byte);
     }
 
     #[inline(always)]

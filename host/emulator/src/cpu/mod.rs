@@ -67,6 +67,12 @@ impl Cpu {
         self.stats.nesting.clear();
     }
 
+    /// Program counter.
+    #[inline]
+    pub fn pc(&self) -> u32 {
+        u32::from(self.r[PC])
+    }
+
     /// Whether the CPU is switched off by its status register.
     #[inline]
     pub fn asleep(&self) -> bool {
@@ -128,7 +134,7 @@ impl Cpu {
         self.r[PC] = pc.wrapping_add(2 * u16::from(op.words));
         bus.now += bus.cycle * u64::from(op.cycles);
         if self.stats.profiling {
-            self.stats.count(pc, op.cycles);
+            self.stats.count(pc.into(), op.cycles);
         }
     }
 

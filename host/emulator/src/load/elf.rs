@@ -11,7 +11,7 @@ impl Image {
     /// values of `.data` land in flash where the startup code copies them from.
     ///
     /// # Errors
-    /// When the file is no 32-bit ELF, is damaged, or loads beyond 0xFFFF.
+    /// When the file is no 32-bit ELF, is damaged, or loads beyond the 20-bit addresses of the MSP430X.
     pub fn from_elf(bytes: &[u8]) -> Result<Image, LoadError> {
         let bad = |e: object::Error| LoadError::new(0, format!("damaged ELF file: {e}"));
         let file = ElfFile::<FileHeader32<Endianness>>::parse(bytes).map_err(bad)?;
@@ -30,7 +30,7 @@ impl Image {
             return Err(LoadError::new(0, "the ELF file has nothing to load: link it first"));
         }
         for symbol in file.symbols() {
-            if let (Ok(name), Ok(addr)) = (symbol.name(), u16::try_from(symbol.address()))
+            if let (Ok(name), Ok(addr)) = (symbol.name(), u32::try_from(symbol.address()))
                 && !name.is_empty()
                 // Assembly names fixed RAM addresses by global absolute symbols.
                 && (symbol.is_definition()

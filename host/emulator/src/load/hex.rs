@@ -8,7 +8,7 @@ impl Image {
     /// Reads Intel HEX text (I8HEX, I16HEX or I32HEX).
     ///
     /// # Errors
-    /// At a malformed record, a wrong checksum, a missing end record or an address beyond 0xFFFF.
+    /// At a malformed record, a wrong checksum, a missing end record or an address beyond the 20-bit addresses of the MSP430X.
     pub fn from_hex(text: &str) -> Result<Image, LoadError> {
         let mut image = Image::default();
         let mut base = 0u32;

@@ -7,12 +7,17 @@ mod titxt;
 use std::collections::BTreeMap;
 use std::fmt;
 
+use crate::address::Address;
+
+/// First address that the 20 bits of the MSP430X do not reach.
+const LIMIT: u64 = 0x10_0000;
+
 /// Bytes that belong at `addr`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Segment {
     /// Load address.
-    pub addr: u16,
-    /// Content; `addr + data.len()` is at most 0x1_0000.
+    pub addr: u32,
+    /// Content; `addr + data.len()` is at most [`LIMIT`].
     pub data: Vec<u8>,
 }
 
@@ -22,7 +27,7 @@ pub struct Image {
     /// Bytes in file order.
     pub segments: Vec<Segment>,
     /// Symbol name to address; only ELF files have any.
-    pub symbols: BTreeMap<String, u16>,
+    pub symbols: BTreeMap<String, u32>,
 }
 
 /// Why a file could not be loaded.
@@ -73,31 +78,33 @@ impl Image {
     /// An image of raw bytes at one address.
     ///
     /// # Errors
-    /// When the bytes reach beyond 0xFFFF.
-    pub fn from_bytes(addr: u16, data: &[u8]) -> Result<Image, LoadError> {
+    /// When the bytes reach beyond the 20-bit addresses of the MSP430X.
+    pub fn from_bytes(addr: impl Address, data: &[u8]) -> Result<Image, LoadError> {
         let mut image = Image::default();
-        image.push(0, u32::from(addr), data)?;
+        image.push(0, addr.wide(), data)?;
         Ok(image)
     }
 
     /// The byte that the image puts at `addr`.
     #[must_use]
-    pub fn byte(&self, addr: u16) -> Option<u8> {
+    pub fn byte(&self, addr: impl Address) -> Option<u8> {
+        let addr = addr.wide();
         self.segments
             .iter()
             .rev()
-            .find_map(|s| s.data.get(usize::from(addr.checked_sub(s.addr)?)).copied())
+            .find_map(|s| s.data.get(addr.checked_sub(s.addr)? as usize).copied())
     }
 
     /// Address of a symbol.
     #[must_use]
-    pub fn symbol(&self, name: &str) -> Option<u16> {
+    pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols.get(name).copied()
     }
 
     /// The symbol at or below `addr` and the distance to it.
     #[must_use]
-    pub fn symbol_at(&self, addr: u16) -> Option<(&str, u16)> {
+    pub fn symbol_at(&self, addr: impl Address) -> Option<(&str, u32)> {
+        let addr = addr.wide();
         self.symbols
             .iter()
             .filter(|(_, a)| **a <= addr)
@@ -110,15 +117,14 @@ impl Image {
             return Ok(());
         }
         let end = u64::from(addr) + data.len() as u64;
-        let start = u16::try_from(addr).ok().filter(|_| end <= 0x1_0000);
-        let Some(addr) = start else {
+        if end > LIMIT {
             return Err(LoadError::new(
                 line,
-                format!("{} bytes at {addr:#x} are beyond 0xffff", data.len()),
+                format!("{} bytes at {addr:#x} are beyond {:#x}", data.len(), LIMIT - 1),
             ));
-        };
+        }
         if let Some(last) = self.segments.last_mut()
-            && usize::from(last.addr) + last.data.len() == usize::from(addr)
+            && last.addr as usize + last.data.len() == addr as usize
         {
             last.data.extend_from_slice(data);
         } else {

@@ -1,7 +1,6 @@
 //! ADC10, single conversions (SLAU144, chapter 22).
 
-use super::NEVER;
-use super::clock::Clock;
+use super::{NEVER, Rates};
 use crate::TICKS_PER_SECOND;
 
 const SC: u16 = 0x01;
@@ -52,7 +51,7 @@ impl Adc10 {
     }
 
     /// Writes a word register.
-    pub fn write(&mut self, addr: u16, value: u16, now: u64, clock: &Clock) {
+    pub fn write(&mut self, addr: u16, value: u16, now: u64, clock: &Rates) {
         match addr {
             0x1B0 => {
                 if self.ctl0 & value & ENC != 0 {
@@ -91,7 +90,7 @@ impl Adc10 {
         self.ctl0 |= IFG;
     }
 
-    fn duration(&self, clock: &Clock) -> u64 {
+    fn duration(&self, clock: &Rates) -> u64 {
         let sample = [4, 8, 16, 64][usize::from(self.ctl0 >> 11 & 3)];
         let source = match self.ctl1 >> 3 & 3 {
             0 => 0,

@@ -1,5 +1,6 @@
 //! Basic Clock Module+ (SLAU144, chapter 5): DCO, VLO, dividers, clock selection.
 
+use super::Rates;
 use crate::TICKS_PER_SECOND;
 use crate::cpu::flags::{OSCOFF, SCG1};
 
@@ -31,12 +32,8 @@ pub struct Clock {
     pub vlo_hz: u64,
     /// Low-power bits of the status register that stop clocks.
     pub gates: u16,
-    /// Ticks of one MCLK cycle.
-    pub mclk: u64,
-    /// Ticks of one SMCLK cycle, 0 when stopped.
-    pub smclk: u64,
-    /// Ticks of one ACLK cycle, 0 when stopped.
-    pub aclk: u64,
+    /// The periods that the registers give.
+    pub rates: Rates,
     /// Whether the DCO is above 16 MHz, or set to a calibrated rate that no tick divides.
     pub rounded: bool,
 }
@@ -51,9 +48,7 @@ impl Clock {
             bcsctl3: 0x05,
             vlo_hz,
             gates: 0,
-            mclk: 1,
-            smclk: 1,
-            aclk: 0,
+            rates: Rates { mclk: 1, smclk: 1, ..Rates::default() },
             rounded: false,
         };
         clock.update();
@@ -94,11 +89,11 @@ impl Clock {
         // Without XT2, SELM = 2 and SELS = 1 select LFXT1CLK or VLO, SELM = 3 too.
         let m = pick(self.bcsctl2 & 0x80 != 0) << (self.bcsctl2 >> 4 & 3);
         // A failed LFXT1 makes MCLK fall back to the DCO.
-        self.mclk = if m == 0 { dco } else { m };
+        self.rates.mclk = if m == 0 { dco } else { m };
         let s = pick(self.bcsctl2 & 0x08 != 0) << (self.bcsctl2 >> 1 & 3);
-        self.smclk = if self.gates & SCG1 != 0 { 0 } else { s };
+        self.rates.smclk = if self.gates & SCG1 != 0 { 0 } else { s };
         let a = low << (self.bcsctl1 >> 4 & 3);
-        self.aclk = if self.gates & OSCOFF != 0 { 0 } else { a };
+        self.rates.aclk = if self.gates & OSCOFF != 0 { 0 } else { a };
     }
 
     /// Reads a register by address.
@@ -133,13 +128,13 @@ mod tests {
         assert!((900_000..1_400_000).contains(&clock.dco_hz()));
         clock.write(0x57, 0x8F);
         clock.write(0x56, 0x95);
-        assert_eq!((clock.mclk, clock.smclk, clock.aclk), (1, 1, 0));
+        assert_eq!((clock.rates.mclk, clock.rates.smclk, clock.rates.aclk), (1, 1, 0));
         clock.write(0x53, 0x20);
-        assert_eq!(clock.aclk, 1333);
+        assert_eq!(clock.rates.aclk, 1333);
         clock.write(0x58, 0x04);
-        assert_eq!((clock.mclk, clock.smclk), (1, 4));
+        assert_eq!((clock.rates.mclk, clock.rates.smclk), (1, 4));
         clock.gates = SCG1;
         clock.update();
-        assert_eq!(clock.smclk, 0);
+        assert_eq!(clock.rates.smclk, 0);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::clock::Clock;
+use super::Rates;
 use crate::TICKS_PER_SECOND;
 use crate::part::Part;
 use crate::rng::Rng;
@@ -54,11 +54,11 @@ pub enum Refusal {
 #[derive(Debug, Clone, Default)]
 pub struct Wear {
     /// Erases by first address of a segment.
-    pub erases: HashMap<u16, u32>,
+    pub erases: HashMap<u32, u32>,
     /// Program operations since the last erase, by word address.
-    programs: HashMap<u16, u8>,
+    programs: HashMap<u32, u8>,
     /// Bits that an interrupted operation left between 0 and 1, by word address.
-    unstable: HashMap<u16, u16>,
+    unstable: HashMap<u32, u16>,
     /// Flash operations (writes and erases) in all.
     pub operations: u64,
 }
@@ -142,7 +142,7 @@ impl Flash {
     }
 
     /// What a write to `addr` would do.
-    pub fn action(&self, part: &Part, addr: u16) -> Result<Action, Refusal> {
+    pub fn action(&self, part: &Part, addr: u32) -> Result<Action, Refusal> {
         if self.fctl3 & LOCK != 0 {
             return Err(Refusal::Locked);
         }
@@ -156,7 +156,7 @@ impl Flash {
                 _ => Action::Mass(true),
             }
         };
-        let in_a = part.info.contains(&addr) && addr >= part.info.end() - 63;
+        let in_a = part.info.contains(&addr) && addr >= part.info.end() + 1 - part.info_segment();
         if in_a && self.fctl3 & LOCKA != 0 && !matches!(action, Action::Mass(_)) {
             return Err(Refusal::Locked);
         }
@@ -169,7 +169,7 @@ impl Flash {
     }
 
     /// Ticks of one cycle of the timing generator, and whether its rate is allowed.
-    fn clock(&self, clock: &Clock) -> (u64, bool) {
+    fn clock(&self, clock: &Rates) -> (u64, bool) {
         let source = match self.fctl2 >> 6 & 3 {
             0 => clock.aclk,
             1 => clock.mclk,
@@ -180,7 +180,7 @@ impl Flash {
     }
 
     /// Ticks that `action` takes, and whether the timing generator runs within its limits.
-    pub fn duration(&self, action: Action, clock: &Clock) -> (u64, bool) {
+    pub fn duration(&self, action: Action, clock: &Rates) -> (u64, bool) {
         let (tick, allowed) = self.clock(clock);
         let cycles = match action {
             Action::Program if self.fctl1 & BLKWRT != 0 => BLOCK_CYCLES,
@@ -206,11 +206,11 @@ impl Flash {
 /// last erase.
 pub fn program(
     wear: &mut Wear,
-    mem: &mut [u8; 0x1_0000],
-    (addr, value, mask): (u16, u16, u16),
+    mem: &mut [u8],
+    (addr, value, mask): (u32, u16, u16),
     cut: Option<&mut Rng>,
 ) -> u8 {
-    let at = usize::from(addr & !1);
+    let at = (addr & !1) as usize;
     let old = u16::from_le_bytes([mem[at], mem[at + 1]]);
     let wanted = !value & mask;
     let mut clear = wanted & old;
@@ -229,18 +229,13 @@ pub fn program(
 
 /// Erases `len` bytes from `start`. With `cut` the erase stops early: either each bit has flipped
 /// or not at random, or a part of the segment is done and the rest is untouched.
-pub fn erase(
-    wear: &mut Wear,
-    mem: &mut [u8; 0x1_0000],
-    (start, len): (u16, u16),
-    cut: Option<&mut Rng>,
-) {
-    let range = usize::from(start)..usize::from(start) + usize::from(len);
+pub fn erase(wear: &mut Wear, mem: &mut [u8], (start, len): (u32, u32), cut: Option<&mut Rng>) {
+    let range = start as usize..(start + len) as usize;
     *wear.erases.entry(start).or_insert(0) += 1;
     match cut {
         None => {
             mem[range].fill(0xFF);
-            let outside = |addr: u16| addr < start || addr - start >= len;
+            let outside = |addr: u32| addr < start || addr - start >= len;
             wear.programs.retain(|addr, _| outside(*addr));
             wear.unstable.retain(|addr, _| outside(*addr));
         }
@@ -261,7 +256,7 @@ pub fn erase(
                         mem[at] |= 1 << bit;
                     }
                 }
-                let word = wear.unstable.entry(at as u16 & !1).or_insert(0);
+                let word = wear.unstable.entry(at as u32 & !1).or_insert(0);
                 *word |= u16::from(!before) << (8 * (at & 1));
             }
         }
@@ -269,12 +264,12 @@ pub fn erase(
 }
 
 /// Power comes up: every unstable bit reads as one or the other this time.
-pub fn settle(wear: &Wear, mem: &mut [u8; 0x1_0000], rng: &mut Rng) {
-    let mut words: Vec<(u16, u16)> = wear.unstable.iter().map(|(a, m)| (*a, *m)).collect();
+pub fn settle(wear: &Wear, mem: &mut [u8], rng: &mut Rng) {
+    let mut words: Vec<(u32, u16)> = wear.unstable.iter().map(|(a, m)| (*a, *m)).collect();
     // The map's order is not the same in every run.
     words.sort_unstable();
     for (addr, mask) in words {
-        let at = usize::from(addr);
+        let at = addr as usize;
         let old = u16::from_le_bytes([mem[at], mem[at + 1]]);
         let new = old & !mask | rng.bits() as u16 & mask;
         mem[at..at + 2].copy_from_slice(&new.to_le_bytes());

@@ -1,19 +1,33 @@
 //! Peripherals. Each is a state machine that knows when its next event is due, so that nothing
 //! needs to be ticked; `bus` brings them up to date before the CPU looks at them.
 //!
-//! Times are in ticks of 62.5 ns: one cycle at 16 MHz.
+//! Times are in ticks of the part.
 
 pub mod adc10;
 pub mod clock;
 pub mod flash;
 pub mod port;
-pub mod timer_a;
+pub mod timer;
+pub mod usci;
 pub mod usci_spi;
 pub mod usci_uart;
 pub mod watchdog;
 
 /// A time that never comes.
 pub const NEVER: u64 = u64::MAX;
+
+/// Ticks of one cycle of each clock that modules can choose.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Rates {
+    /// The CPU's clock; it never stops here.
+    pub mclk: u64,
+    /// SMCLK, 0 when stopped.
+    pub smclk: u64,
+    /// ACLK, 0 when stopped.
+    pub aclk: u64,
+    /// The very-low-power oscillator, for watchdogs that choose it; 0 where they can't.
+    pub vlo: u64,
+}
 
 /// Special function registers and their bits (SLAU144, section 2.2 and data sheet).
 pub mod sfr {

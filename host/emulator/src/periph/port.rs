@@ -19,6 +19,8 @@ pub struct Port {
     pub sel2: u8,
     /// PxREN
     pub ren: u8,
+    /// PxDS of the MSP430x5xx, stored only.
+    pub drive: u8,
     /// Level of each pin.
     pub level: u8,
     /// Pins that the chip drives.

@@ -1,8 +1,7 @@
-//! USCI_B0 as three-wire SPI master (SLAU144, chapter 16), edge by edge.
+//! USCI_B as three-wire SPI master (SLAU144, chapter 16; SLAU208, chapter 37), edge by edge.
 
-use super::NEVER;
-use super::clock::Clock;
-use super::sfr::{UCB0RX, UCB0TX};
+use super::usci::{RX, Register, TX};
+use super::{NEVER, Rates};
 
 const CKPH: u8 = 0x80;
 const CKPL: u8 = 0x40;
@@ -14,7 +13,7 @@ const SWRST: u8 = 0x01;
 const OE: u8 = 0x20;
 const BUSY: u8 = 0x01;
 
-/// USCI_B0 state.
+/// State of a USCI_B module.
 #[derive(Debug, Clone)]
 pub struct Spi {
     ctl0: u8,
@@ -67,7 +66,7 @@ impl Spi {
     }
 
     /// Ticks of one bit clock.
-    fn bit(&self, clock: &Clock) -> u64 {
+    fn bit(&self, clock: &Rates) -> u64 {
         let source = match self.ctl1 >> 6 {
             0 => 0,
             1 => clock.aclk,
@@ -76,52 +75,52 @@ impl Spi {
         source * u64::from(self.br.max(1))
     }
 
-    /// Reads a register by address.
-    pub fn read(&mut self, addr: u16, ifg2: &mut u8) -> u8 {
-        match addr {
-            0x68 => self.ctl0,
-            0x69 => self.ctl1,
-            0x6A => self.br as u8,
-            0x6B => (self.br >> 8) as u8,
-            0x6D => self.stat,
-            0x6E => {
-                *ifg2 &= !UCB0RX;
+    /// Reads a register.
+    pub fn read(&mut self, register: Register, ifg: &mut u8) -> u8 {
+        match register {
+            Register::Ctl0 => self.ctl0,
+            Register::Ctl1 => self.ctl1,
+            Register::Br0 => self.br as u8,
+            Register::Br1 => (self.br >> 8) as u8,
+            Register::Stat => self.stat,
+            Register::RxBuf => {
+                *ifg &= !RX;
                 self.stat &= !OE;
                 self.rxbuf
             }
-            0x6F => self.txbuf,
-            _ => self.other,
+            Register::TxBuf => self.txbuf,
+            Register::Mctl | Register::Other(_) => self.other,
         }
     }
 
-    /// Writes a register by address.
-    pub fn write(&mut self, addr: u16, value: u8, now: u64, ifg2: &mut u8, clock: &Clock) {
-        match addr {
-            0x68 => {
+    /// Writes a register.
+    pub fn write(&mut self, register: Register, value: u8, now: u64, ifg: &mut u8, clock: &Rates) {
+        match register {
+            Register::Ctl0 => {
                 self.ctl0 = value;
                 self.idle_clock();
             }
-            0x69 => {
+            Register::Ctl1 => {
                 self.ctl1 = value;
                 if value & SWRST != 0 {
-                    self.software_reset(ifg2);
+                    self.software_reset(ifg);
                 }
             }
-            0x6A => self.br = self.br & 0xFF00 | u16::from(value),
-            0x6B => self.br = self.br & 0xFF | u16::from(value) << 8,
-            0x6D => self.stat = self.stat & BUSY | value & !BUSY,
-            0x6E => {}
-            0x6F => {
+            Register::Br0 => self.br = self.br & 0xFF00 | u16::from(value),
+            Register::Br1 => self.br = self.br & 0xFF | u16::from(value) << 8,
+            Register::Stat => self.stat = self.stat & BUSY | value & !BUSY,
+            Register::RxBuf => {}
+            Register::TxBuf => {
                 self.txbuf = value;
                 if self.ctl1 & SWRST == 0 {
-                    *ifg2 &= !UCB0TX;
+                    *ifg &= !TX;
                     self.tx_full = true;
                     if self.edge.is_none() {
-                        self.load(now, ifg2, clock);
+                        self.load(now, ifg, clock);
                     }
                 }
             }
-            _ => self.other = value,
+            Register::Mctl | Register::Other(_) => self.other = value,
         }
     }
 
@@ -132,8 +131,8 @@ impl Spi {
     }
 
     /// UCSWRST.
-    pub fn software_reset(&mut self, ifg2: &mut u8) {
-        *ifg2 = *ifg2 & !UCB0RX | UCB0TX;
+    pub fn software_reset(&mut self, ifg: &mut u8) {
+        *ifg = *ifg & !RX | TX;
         self.stat &= !(OE | BUSY);
         self.edge = None;
         self.tx_full = false;
@@ -141,12 +140,12 @@ impl Spi {
         self.idle_clock();
     }
 
-    fn load(&mut self, now: u64, ifg2: &mut u8, clock: &Clock) {
+    fn load(&mut self, now: u64, ifg: &mut u8, clock: &Rates) {
         if self.bit(clock) == 0 || self.ctl0 & MASTER == 0 {
             return;
         }
         self.tx_full = false;
-        *ifg2 |= UCB0TX;
+        *ifg |= TX;
         self.shift_out = if self.ctl0 & MSB != 0 {
             self.txbuf << (8 - self.bits())
         } else {
@@ -168,7 +167,7 @@ impl Spi {
     }
 
     /// A clock edge is due at `next`; `somi` is the level of the data input before it.
-    pub fn event(&mut self, somi: bool, ifg2: &mut u8, clock: &Clock) {
+    pub fn event(&mut self, somi: bool, ifg: &mut u8, clock: &Rates) {
         let now = self.next;
         let Some(edge) = self.edge else {
             self.next = NEVER;
@@ -188,7 +187,7 @@ impl Spi {
             self.next = self.start + (edge + 1) * self.bit(clock) / 2;
             return;
         }
-        if *ifg2 & UCB0RX != 0 {
+        if *ifg & RX != 0 {
             self.stat |= OE;
         }
         let bits = self.bits() as u32;
@@ -197,12 +196,12 @@ impl Spi {
         } else {
             self.shift_in.reverse_bits() >> (8 - bits)
         };
-        *ifg2 |= UCB0RX;
+        *ifg |= RX;
         self.edge = None;
         self.stat &= !BUSY;
         self.next = NEVER;
         if self.tx_full {
-            self.load(now, ifg2, clock);
+            self.load(now, ifg, clock);
         }
     }
 }

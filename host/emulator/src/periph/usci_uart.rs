@@ -1,8 +1,7 @@
-//! USCI_A0 in UART mode (SLAU144, chapter 15), bit by bit.
+//! USCI_A in UART mode (SLAU144, chapter 15; SLAU208, chapter 36), bit by bit.
 
-use super::NEVER;
-use super::clock::Clock;
-use super::sfr::{UCA0RX, UCA0TX};
+use super::usci::{RX, Register, TX};
+use super::{NEVER, Rates};
 
 const PEN: u8 = 0x80;
 const PAR_EVEN: u8 = 0x40;
@@ -51,7 +50,7 @@ struct Receiving {
     edge: u64,
 }
 
-/// USCI_A0 state.
+/// State of a USCI_A module.
 #[derive(Debug, Clone)]
 pub struct Uart {
     ctl0: u8,
@@ -97,7 +96,7 @@ impl Default for Uart {
 
 impl Uart {
     /// Ticks of one BRCLK cycle; 0 when it stands still.
-    fn period(&self, clock: &Clock) -> u64 {
+    fn period(&self, clock: &Rates) -> u64 {
         match self.ctl1 >> 6 {
             0 => 0,
             1 => clock.aclk,
@@ -107,7 +106,7 @@ impl Uart {
     }
 
     /// Ticks of bit `i` of a character (sections 15.3.10 and 15.3.11).
-    fn bit(&self, i: u32, clock: &Clock) -> u64 {
+    fn bit(&self, i: u32, clock: &Rates) -> u64 {
         let row = MODULATION[usize::from(self.mctl >> 1 & 7)];
         let second = u64::from(row >> (i % 8) & 1);
         let n = u64::from(self.br);
@@ -132,51 +131,51 @@ impl Uart {
         if self.ctl0 & MSB != 0 { data.reverse_bits() >> (32 - self.data_bits()) } else { data }
     }
 
-    /// Reads a register by address.
-    pub fn read(&mut self, addr: u16, ifg2: &mut u8) -> u8 {
-        match addr {
-            0x60 => self.ctl0,
-            0x61 => self.ctl1,
-            0x62 => self.br as u8,
-            0x63 => (self.br >> 8) as u8,
-            0x64 => self.mctl,
-            0x65 => self.stat,
-            0x66 => {
-                *ifg2 &= !UCA0RX;
+    /// Reads a register.
+    pub fn read(&mut self, register: Register, ifg: &mut u8) -> u8 {
+        match register {
+            Register::Ctl0 => self.ctl0,
+            Register::Ctl1 => self.ctl1,
+            Register::Br0 => self.br as u8,
+            Register::Br1 => (self.br >> 8) as u8,
+            Register::Mctl => self.mctl,
+            Register::Stat => self.stat,
+            Register::RxBuf => {
+                *ifg &= !RX;
                 self.stat &= LISTEN | BUSY;
                 self.rxbuf
             }
-            0x67 => self.txbuf,
-            _ => self.other[usize::from(addr - 0x5D).min(2)],
+            Register::TxBuf => self.txbuf,
+            Register::Other(n) => self.other[usize::from(n).min(2)],
         }
     }
 
-    /// Writes a register by address.
-    pub fn write(&mut self, addr: u16, value: u8, now: u64, ifg2: &mut u8, clock: &Clock) {
-        match addr {
-            0x60 => self.ctl0 = value,
-            0x61 => {
+    /// Writes a register.
+    pub fn write(&mut self, register: Register, value: u8, now: u64, ifg: &mut u8, clock: &Rates) {
+        match register {
+            Register::Ctl0 => self.ctl0 = value,
+            Register::Ctl1 => {
                 self.ctl1 = value;
                 if value & SWRST != 0 {
-                    self.software_reset(ifg2);
+                    self.software_reset(ifg);
                 }
             }
-            0x62 => self.br = self.br & 0xFF00 | u16::from(value),
-            0x63 => self.br = self.br & 0xFF | u16::from(value) << 8,
-            0x64 => self.mctl = value,
-            0x65 => self.stat = self.stat & BUSY | value & !BUSY,
-            0x66 => {}
-            0x67 => {
+            Register::Br0 => self.br = self.br & 0xFF00 | u16::from(value),
+            Register::Br1 => self.br = self.br & 0xFF | u16::from(value) << 8,
+            Register::Mctl => self.mctl = value,
+            Register::Stat => self.stat = self.stat & BUSY | value & !BUSY,
+            Register::RxBuf => {}
+            Register::TxBuf => {
                 self.txbuf = value;
                 if self.ctl1 & SWRST == 0 {
-                    *ifg2 &= !UCA0TX;
+                    *ifg &= !TX;
                     self.tx_full = true;
                     if self.sending.is_none() {
-                        self.load(now, ifg2, clock);
+                        self.load(now, ifg, clock);
                     }
                 }
             }
-            _ => self.other[usize::from(addr - 0x5D).min(2)] = value,
+            Register::Other(n) => self.other[usize::from(n).min(2)] = value,
         }
     }
 
@@ -186,8 +185,8 @@ impl Uart {
     }
 
     /// UCSWRST: flags and state machines as section 15.3.1 has them.
-    pub fn software_reset(&mut self, ifg2: &mut u8) {
-        *ifg2 = *ifg2 & !UCA0RX | UCA0TX;
+    pub fn software_reset(&mut self, ifg: &mut u8) {
+        *ifg = *ifg & !RX | TX;
         self.stat &= LISTEN;
         self.sending = None;
         self.receiving = None;
@@ -198,12 +197,12 @@ impl Uart {
     }
 
     /// Moves the buffer to the shift register, which begins with its start bit.
-    fn load(&mut self, now: u64, ifg2: &mut u8, clock: &Clock) {
+    fn load(&mut self, now: u64, ifg: &mut u8, clock: &Rates) {
         if self.period(clock) == 0 {
             return;
         }
         self.tx_full = false;
-        *ifg2 |= UCA0TX;
+        *ifg |= TX;
         let n = self.data_bits();
         let data = u32::from(self.txbuf) & ((1 << n) - 1);
         let mut count = 1 + n;
@@ -228,7 +227,7 @@ impl Uart {
     }
 
     /// The transmitter's bit ended at `next_tx`.
-    pub fn transmit_event(&mut self, ifg2: &mut u8, clock: &Clock) {
+    pub fn transmit_event(&mut self, ifg: &mut u8, clock: &Rates) {
         let now = self.next_tx;
         let Some(mut sending) = self.sending else {
             self.next_tx = NEVER;
@@ -246,7 +245,7 @@ impl Uart {
         self.tx_level = true;
         self.busy();
         if self.tx_full {
-            self.load(now, ifg2, clock);
+            self.load(now, ifg, clock);
         }
     }
 
@@ -256,7 +255,7 @@ impl Uart {
     }
 
     /// The receive line changed at `now`.
-    pub fn line(&mut self, level: bool, now: u64, clock: &Clock) {
+    pub fn line(&mut self, level: bool, now: u64, clock: &Rates) {
         if level || self.receiving.is_some() || self.ctl1 & SWRST != 0 || self.period(clock) == 0 {
             return;
         }
@@ -266,7 +265,7 @@ impl Uart {
     }
 
     /// The receiver samples `level` at `next_rx`, the middle of a bit.
-    pub fn receive_event(&mut self, level: bool, ifg2: &mut u8, clock: &Clock) {
+    pub fn receive_event(&mut self, level: bool, ifg: &mut u8, clock: &Rates) {
         self.next_rx = NEVER;
         let Some(mut receiving) = self.receiving.take() else {
             return;
@@ -287,12 +286,12 @@ impl Uart {
             self.receiving = Some(receiving);
             return;
         }
-        self.complete(receiving.bits, stop, ifg2);
+        self.complete(receiving.bits, stop, ifg);
         self.busy();
     }
 
     /// All bits of a character up to its first stop bit are in.
-    fn complete(&mut self, bits: u32, stop: u32, ifg2: &mut u8) {
+    fn complete(&mut self, bits: u32, stop: u32, ifg: &mut u8) {
         let n = self.data_bits();
         let line = bits >> 1 & ((1 << n) - 1);
         let data = self.in_line_order(line);
@@ -301,7 +300,7 @@ impl Uart {
         if bits == 0 {
             self.stat |= BRK;
             if self.ctl1 & BRKIE != 0 {
-                *ifg2 |= UCA0RX;
+                *ifg |= RX;
             }
         }
         if framing || parity {
@@ -311,10 +310,10 @@ impl Uart {
             }
             self.stat |= RXERR | if framing { FE } else { 0 } | if parity { PE } else { 0 };
         }
-        if *ifg2 & UCA0RX != 0 {
+        if *ifg & RX != 0 {
             self.stat |= OE | RXERR;
         }
         self.rxbuf = data as u8;
-        *ifg2 |= UCA0RX;
+        *ifg |= RX;
     }
 }

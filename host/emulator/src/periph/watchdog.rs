@@ -1,7 +1,6 @@
-//! Watchdog timer WDT+ (SLAU144, chapter 10).
+//! Watchdog timers: WDT+ (SLAU144, chapter 10) and WDT_A (SLAU208, chapter 16).
 
-use super::NEVER;
-use super::clock::Clock;
+use super::{NEVER, Rates};
 
 /// Key of a write, in the high byte of WDTCTL.
 pub const KEY: u16 = 0x5A00;
@@ -9,13 +8,59 @@ const READ: u16 = 0x6900;
 const HOLD: u16 = 0x80;
 const TMSEL: u16 = 0x10;
 const CNTCL: u16 = 0x08;
+/// WDT+: ACLK instead of SMCLK.
 const SSEL: u16 = 0x04;
-/// Cycles of the four intervals WDTISx.
-const INTERVALS: [u64; 4] = [32_768, 8_192, 512, 64];
+
+/// Which watchdog it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variant {
+    /// WDT+ of the MSP430x2xx.
+    Plus,
+    /// WDT_A of the MSP430x5xx.
+    A,
+}
+
+impl Variant {
+    /// Low byte of WDTCTL after a PUC: 32 768 cycles of SMCLK.
+    fn after_reset(self) -> u16 {
+        match self {
+            Variant::Plus => 0,
+            Variant::A => 4,
+        }
+    }
+
+    /// Cycles of the interval that WDTISx chooses.
+    fn interval(self, ctl: u16) -> u64 {
+        match self {
+            Variant::Plus => [1 << 15, 1 << 13, 1 << 9, 1 << 6][usize::from(ctl & 3)],
+            Variant::A => {
+                const BITS: [u32; 8] = [31, 27, 23, 19, 15, 13, 9, 6];
+                1 << BITS[usize::from(ctl & 7)]
+            }
+        }
+    }
+
+    /// Ticks of a cycle of the clock that WDTSSELx chooses, or of what stands in for a stopped one.
+    fn period(self, ctl: u16, clock: &Rates) -> u64 {
+        let (chosen, other) = match self {
+            // WDT+ falls back to the DCO when its source fails (SLAU144, section 10.2.4).
+            Variant::Plus if ctl & SSEL != 0 => (clock.aclk, clock.mclk),
+            Variant::Plus => (clock.smclk, clock.mclk),
+            // WDT_A falls back to the VLO (SLAU208, section 16.2.5).
+            Variant::A => match ctl >> 5 & 3 {
+                0 => (clock.smclk, clock.vlo),
+                1 => (clock.aclk, clock.vlo),
+                _ => (clock.vlo, clock.vlo),
+            },
+        };
+        if chosen == 0 { other } else { chosen }
+    }
+}
 
 /// Watchdog state.
 #[derive(Debug, Clone)]
 pub struct Watchdog {
+    variant: Variant,
     ctl: u16,
     /// Counter at `base`.
     count: u64,
@@ -28,8 +73,9 @@ pub struct Watchdog {
 
 impl Watchdog {
     /// As after a PUC: running in reset mode from SMCLK.
-    pub fn new(now: u64, clock: &Clock) -> Watchdog {
-        let mut wdt = Watchdog { ctl: 0, count: 0, base: now, period: 0, next: NEVER };
+    pub fn new(variant: Variant, now: u64, clock: &Rates) -> Watchdog {
+        let ctl = variant.after_reset();
+        let mut wdt = Watchdog { variant, ctl, count: 0, base: now, period: 0, next: NEVER };
         wdt.reclock(now, clock);
         wdt
     }
@@ -45,7 +91,7 @@ impl Watchdog {
     }
 
     /// Writes WDTCTL. False when the key is wrong.
-    pub fn write(&mut self, value: u16, now: u64, clock: &Clock) -> bool {
+    pub fn write(&mut self, value: u16, now: u64, clock: &Rates) -> bool {
         if value & 0xFF00 != KEY {
             return false;
         }
@@ -59,7 +105,12 @@ impl Watchdog {
     }
 
     /// The clocks changed.
-    pub fn reclock(&mut self, now: u64, clock: &Clock) {
+    pub fn reclock(&mut self, now: u64, clock: &Rates) {
+        // The FLL trims other clocks than this one all the time.
+        let same = self.period != 0 && self.period == self.variant.period(self.ctl, clock);
+        if same && self.variant == Variant::A {
+            return;
+        }
         self.stop(now);
         self.go(clock);
     }
@@ -72,7 +123,7 @@ impl Watchdog {
     }
 
     fn interval(&self) -> u64 {
-        INTERVALS[usize::from(self.ctl & 3)]
+        self.variant.interval(self.ctl)
     }
 
     fn stop(&mut self, now: u64) {
@@ -82,13 +133,9 @@ impl Watchdog {
         self.period = 0;
     }
 
-    fn go(&mut self, clock: &Clock) {
+    fn go(&mut self, clock: &Rates) {
         if self.ctl & HOLD == 0 {
-            self.period = if self.ctl & SSEL != 0 { clock.aclk } else { clock.smclk };
-            // WDT+ falls back to the DCO when its source fails (section 10.2.4).
-            if self.period == 0 {
-                self.period = clock.mclk;
-            }
+            self.period = self.variant.period(self.ctl, clock);
         }
         self.schedule();
     }

@@ -7,12 +7,15 @@
 
 pub mod chain;
 pub mod motor;
+pub mod pins;
 
 use std::collections::VecDeque;
 
+use crate::part::Part;
 use crate::record::{Recorder, Signal};
 use chain::Chain;
 use motor::{DriverLimits, Motor, Violation};
+use pins::{Pins, high};
 
 /// What hangs on the pins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -54,33 +57,19 @@ pub struct OutputChange {
     pub on: bool,
 }
 
-/// External conditions at the pins of ports 1 and 2.
+/// External conditions at the pins, pin by pin as `pins` numbers them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Drives {
     /// Pins that are driven from outside.
-    pub driven: [u8; 2],
+    pub driven: u64,
     /// Their levels.
-    pub level: [u8; 2],
+    pub level: u64,
     /// Levels at pins that nobody drives and that have no pull resistor of the chip.
-    pub rest: [u8; 2],
+    pub rest: u64,
     /// Open contacts: undefined without the chip's pull resistor.
-    pub open: [u8; 2],
+    pub open: u64,
 }
 
-/// Pins of port 2 that step, X to Z.
-pub const STEP_BITS: [u8; 3] = [0, 1, 4];
-/// Pins of port 2 that give the direction, X to Z.
-pub const DIR_BITS: [u8; 3] = [3, 6, 7];
-const STOP_BIT: u8 = 0;
-const RX_BIT: u8 = 1;
-const TX_BIT: u8 = 2;
-const START_BIT: u8 = 3;
-const PROBE_BIT: u8 = 4;
-const CLK_BIT: u8 = 5;
-const SOMI_BIT: u8 = 6;
-const SIMO_BIT: u8 = 7;
-const LATCH_BIT: u8 = 2;
-const ENABLE_BIT: u8 = 5;
 /// Violations and output changes that are kept.
 const KEPT: usize = 10_000;
 
@@ -88,6 +77,7 @@ const KEPT: usize = 10_000;
 #[derive(Clone)]
 pub struct Plant {
     wiring: Wiring,
+    board: Pins,
     /// Axes X, Y, Z.
     pub motors: [Motor; 3],
     /// Reference switches X, Y, Z.
@@ -103,7 +93,7 @@ pub struct Plant {
     start: bool,
     stop: bool,
     outputs: u16,
-    pins: [u8; 2],
+    pins: u64,
     changes: VecDeque<OutputChange>,
     violations: Vec<Violation>,
     /// Number of violations, also of those not kept.
@@ -116,22 +106,29 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// A plant at rest: all axes at 0, all contacts open.
+    /// A plant around a G2553 at rest: all axes at 0, all contacts open.
     #[must_use]
     pub fn new(wiring: Wiring) -> Plant {
+        Plant::around(&Part::G2553, wiring)
+    }
+
+    /// A plant around a part, at rest: all axes at 0, all contacts open.
+    #[must_use]
+    pub fn around(part: &Part, wiring: Wiring) -> Plant {
         let mut plant = Plant {
             wiring,
+            board: Pins::of(part.family),
             motors: Default::default(),
             switches: [None; 3],
             probes: [None; 3],
-            limits: DriverLimits::default(),
+            limits: DriverLimits::usual(part.ticks_per_second),
             chain: Chain::default(),
             inputs: 0,
             active_low: 0,
             start: false,
             stop: false,
             outputs: 0,
-            pins: [0; 2],
+            pins: 0,
             changes: VecDeque::new(),
             violations: Vec::new(),
             violation_count: 0,
@@ -146,6 +143,12 @@ impl Plant {
         };
         plant.chain.inputs = plant.register_levels();
         plant
+    }
+
+    /// The pins of the board.
+    #[must_use]
+    pub fn board(&self) -> &Pins {
+        &self.board
     }
 
     /// The wiring.
@@ -254,22 +257,30 @@ impl Plant {
     }
 
     /// Signal at a pin, if it has a name of its own.
-    fn signal(&self, port: usize, bit: u8) -> Option<Signal> {
-        let axis = |bits: [u8; 3]| bits.iter().position(|b| *b == bit).map(|n| n as u8);
-        if port == 1 {
-            if let Some(n) = axis(STEP_BITS) {
-                return Some(Signal::Step(n));
-            }
-            return axis(DIR_BITS).map(Signal::Dir);
+    fn signal(&self, pin: u8) -> Option<Signal> {
+        let board = &self.board;
+        let place = |list: &[u8]| list.iter().position(|p| *p == pin).map(|n| n as u8);
+        if let Some(n) = place(&board.step) {
+            return Some(Signal::Step(n));
         }
-        match (bit, self.wiring) {
-            (STOP_BIT, _) => Some(Signal::Stop),
-            (RX_BIT, _) => Some(Signal::Rx),
-            (TX_BIT, _) => Some(Signal::Tx),
-            (START_BIT, _) => Some(Signal::Start),
-            (PROBE_BIT, Wiring::Chain) | (SIMO_BIT, Wiring::Direct) => Some(Signal::Probe),
-            (PROBE_BIT..=SOMI_BIT, Wiring::Direct) => Some(Signal::In(bit - PROBE_BIT + 1)),
-            _ => None,
+        if let Some(n) = place(&board.dir) {
+            return Some(Signal::Dir(n));
+        }
+        let named = [
+            (board.stop, Signal::Stop),
+            (board.rx, Signal::Rx),
+            (board.tx, Signal::Tx),
+            (board.start, Signal::Start),
+        ];
+        if let Some((_, signal)) = named.iter().find(|(p, _)| *p == pin) {
+            return Some(*signal);
+        }
+        if board.input(self.wiring, self.probe_input()) == Some(pin) {
+            return Some(Signal::Probe);
+        }
+        match self.wiring {
+            Wiring::Direct => place(&board.inputs).map(|n| Signal::In(n + 1)),
+            Wiring::Chain => None,
         }
     }
 
@@ -277,65 +288,59 @@ impl Plant {
     #[must_use]
     pub fn signals(&self) -> Vec<(Signal, bool)> {
         let mut all = Vec::new();
-        for port in 0..2 {
-            for bit in 0..8 {
-                if let Some(signal) = self.signal(port, bit) {
-                    all.push((signal, self.pins[port] >> bit & 1 != 0));
-                }
+        for pin in 0..64 {
+            if let Some(signal) = self.signal(pin) {
+                all.push((signal, high(self.pins, pin)));
             }
         }
         let outputs = if self.wiring == Wiring::Direct { 2 } else { 16 };
         all.extend((1..=outputs).map(|n| (Signal::Out(n), self.output(n))));
         if self.wiring == Wiring::Chain {
             all.extend((1..=16).map(|n| (Signal::In(n), self.chain.inputs >> (n - 1) & 1 != 0)));
-            all.push((Signal::In(17), self.pins[0] >> PROBE_BIT & 1 != 0));
+            all.push((Signal::In(17), high(self.pins, self.board.probe)));
         } else {
-            all.push((Signal::In(4), self.pins[0] >> SIMO_BIT & 1 != 0));
+            all.push((Signal::In(4), high(self.pins, self.board.inputs[3])));
         }
         all.sort_unstable();
         all
     }
 
-    /// Levels of all pins of ports 1 and 2.
-    pub(crate) fn pins(&mut self, now: u64, levels: [u8; 2]) {
-        let changed = [levels[0] ^ self.pins[0], levels[1] ^ self.pins[1]];
+    /// Levels of all pins.
+    pub(crate) fn pins(&mut self, now: u64, levels: u64) {
+        let changed = levels ^ self.pins;
         self.pins = levels;
         if self.recorder.active() {
-            for (port, changed) in changed.iter().enumerate() {
-                for bit in (0..8).filter(|bit| changed >> bit & 1 != 0) {
-                    let level = levels[port] >> bit & 1 != 0;
-                    if let Some(signal) = self.signal(port, bit) {
-                        self.recorder.add(now, signal, level);
-                    }
-                    match (self.wiring, port, bit) {
-                        (Wiring::Chain, 0, PROBE_BIT) => {
-                            self.recorder.add(now, Signal::In(17), level);
-                        }
-                        (Wiring::Direct, 0, SIMO_BIT) => {
-                            self.recorder.add(now, Signal::In(4), level);
-                        }
-                        _ => {}
-                    }
+            let probe = self.board.input(self.wiring, self.probe_input());
+            let mut rest = changed;
+            while rest != 0 {
+                let pin = rest.trailing_zeros() as u8;
+                rest &= rest - 1;
+                let level = high(levels, pin);
+                if let Some(signal) = self.signal(pin) {
+                    self.recorder.add(now, signal, level);
+                }
+                if probe == Some(pin) {
+                    self.recorder.add(now, Signal::In(self.probe_input()), level);
                 }
             }
         }
-        if changed[1] != 0 {
-            self.axes(now, levels[1], changed[1]);
+        if changed != 0 {
+            self.axes(now, levels, changed);
         }
         self.registers(now);
     }
 
-    fn axes(&mut self, now: u64, port2: u8, changed: u8) {
+    fn axes(&mut self, now: u64, levels: u64, changed: u64) {
         for axis in 0..3 {
             let motor = &mut self.motors[axis];
-            if changed >> DIR_BITS[axis] & 1 != 0 {
-                motor.dir(port2 >> DIR_BITS[axis] & 1 != 0, now);
+            if high(changed, self.board.dir[axis]) {
+                motor.dir(high(levels, self.board.dir[axis]), now);
             }
-            if changed >> STEP_BITS[axis] & 1 == 0 {
+            if !high(changed, self.board.step[axis]) {
                 continue;
             }
             let (violations, count) = (&mut self.violations, &mut self.violation_count);
-            motor.step(port2 >> STEP_BITS[axis] & 1 != 0, now, self.limits, |kind, ticks| {
+            motor.step(high(levels, self.board.step[axis]), now, self.limits, |kind, ticks| {
                 *count += 1;
                 if violations.len() < KEPT {
                     violations.push(Violation { cycle: now, axis, kind, ticks });
@@ -346,16 +351,18 @@ impl Plant {
 
     /// Shift registers and outputs follow the pins and the contacts.
     fn registers(&mut self, now: u64) {
-        let [p1, p2] = self.pins;
-        let bit = |port: u8, n: u8| port >> n & 1 != 0;
+        let level = |pin: u8| high(self.pins, pin);
+        let Pins { latch, enable, clk, simo, .. } = self.board;
         let outputs = match self.wiring {
-            Wiring::Direct => u16::from(bit(p2, LATCH_BIT)) | u16::from(bit(p2, ENABLE_BIT)) << 1,
+            Wiring::Direct => u16::from(level(latch)) | u16::from(level(enable)) << 1,
             Wiring::Chain => {
+                let (clk, simo, latch) = (level(clk), level(simo), level(latch));
+                let off = level(enable);
                 let inputs = self.register_levels();
                 self.record_inputs(now, inputs);
                 self.chain.inputs = inputs;
-                self.chain.signals(bit(p1, CLK_BIT), bit(p1, SIMO_BIT), bit(p2, LATCH_BIT));
-                if bit(p2, ENABLE_BIT) { 0 } else { self.chain.latched }
+                self.chain.signals(clk, simo, latch);
+                if off { 0 } else { self.chain.latched }
             }
         };
         let changed = outputs ^ self.outputs;
@@ -393,29 +400,32 @@ impl Plant {
     /// What the world does to the pins; `rx` is the level of the serial line.
     pub(crate) fn drives(&self, rx: bool) -> Drives {
         let mut d = Drives::default();
+        let board = &self.board;
         let on = self.on();
-        let mut contact = |bit: u8, closed: bool| {
+        let mut contact = |pin: u8, closed: bool| {
             if closed {
-                d.driven[0] |= 1 << bit;
+                d.driven |= 1 << pin;
             } else {
-                d.open[0] |= 1 << bit;
-                d.rest[0] |= 1 << bit;
+                d.open |= 1 << pin;
+                d.rest |= 1 << pin;
             }
         };
-        contact(STOP_BIT, self.stop);
-        contact(START_BIT, self.start);
+        contact(board.stop, self.stop);
+        contact(board.start, self.start);
         let closed = |n: u8| (on ^ !self.active_low) >> (n - 1) & 1 != 0;
         match self.wiring {
-            Wiring::Direct => (1..=4).for_each(|n| contact(PROBE_BIT + n - 1, closed(n))),
-            Wiring::Chain => contact(PROBE_BIT, closed(17)),
+            Wiring::Direct => {
+                (1..).zip(board.inputs).for_each(|(n, pin)| contact(pin, closed(n)));
+            }
+            Wiring::Chain => contact(board.probe, closed(17)),
         }
-        d.driven[0] |= 1 << RX_BIT;
-        d.level[0] |= u8::from(rx) << RX_BIT;
-        d.rest[0] |= 1 << TX_BIT;
+        d.driven |= 1 << board.rx;
+        d.level |= u64::from(rx) << board.rx;
+        d.rest |= 1 << board.tx;
         if self.wiring == Wiring::Chain {
-            d.driven[0] |= 1 << SOMI_BIT;
-            d.level[0] |= u8::from(self.chain.data_out()) << SOMI_BIT;
-            d.rest[1] |= 1 << LATCH_BIT | 1 << ENABLE_BIT;
+            d.driven |= 1 << board.somi;
+            d.level |= u64::from(self.chain.data_out()) << board.somi;
+            d.rest |= 1 << board.latch | 1 << board.enable;
         }
         d
     }

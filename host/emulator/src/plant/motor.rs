@@ -1,6 +1,6 @@
 //! Stepper drivers and motors: pulses to positions, and the drivers' timing limits.
 
-/// What a driver asks of its signals, in ticks of 62.5 ns.
+/// What a driver asks of its signals, in ticks of the board's chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DriverLimits {
     /// Shortest high time of STEP.
@@ -11,10 +11,18 @@ pub struct DriverLimits {
     pub setup: u64,
 }
 
+impl DriverLimits {
+    /// 1.9 us and 0.65 us: DRV8825, the slower of the usual modules.
+    #[must_use]
+    pub fn usual(ticks_per_second: u64) -> DriverLimits {
+        let ticks = |ns: u64| (ns * ticks_per_second).div_ceil(1_000_000_000);
+        DriverLimits { pulse: ticks(1_900), low: ticks(1_900), setup: ticks(650) }
+    }
+}
+
 impl Default for DriverLimits {
     fn default() -> Self {
-        // 1.9 us and 0.65 us: DRV8825, the slower of the usual modules.
-        DriverLimits { pulse: 31, low: 31, setup: 11 }
+        DriverLimits::usual(crate::TICKS_PER_SECOND)
     }
 }
 

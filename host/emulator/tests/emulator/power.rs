@@ -44,7 +44,7 @@ fn erases_take_4819_and_10593_cycles() {
     assert_eq!(b.cycles() - start, 5 + 4819 * 35);
     let words = [SEGMENT, SEGMENT + 510, SEGMENT + 512, SEGMENT - 2].map(|at| b.peek16(at));
     assert_eq!(words, [0xFFFF, 0xFFFF, 0x1234, 0x1234]);
-    assert_eq!(b.wear().erases[&SEGMENT], 1);
+    assert_eq!(b.wear().erases[&SEGMENT.into()], 1);
 
     let mut b = write_board(0x04, SEGMENT, 0);
     let calibration = b.peek16(0x10F8);

@@ -10,9 +10,9 @@ use emulator::{Board, Config, Image, Part};
 const PART: Part = Part {
     name: "vectors",
     ram: 0x1000..=0x4FFF,
-    ram_mirror: None,
     info: 0x5000..=0x50FF,
     flash: 0x6000..=0xFFFF,
+    ..Part::G2553
 };
 const CODE: u16 = 0x4400;
 const DATA: u16 = 0x1000;

@@ -234,7 +234,9 @@ fn words_at_odd_addresses_are_rounded_down_and_reported() {
     b.poke16(SRC, 0x1234);
     b.step();
     assert_eq!(b.peek16(DST), 0x1234);
-    assert!(b.warnings().iter().any(|w| w.kind == WarningKind::Unaligned && w.pc == CODE));
+    assert!(
+        b.warnings().iter().any(|w| w.kind == WarningKind::Unaligned && w.pc == u32::from(CODE))
+    );
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn breakpoints_stop_before_their_instruction_and_runs_go_on_from_them() {
     let mut b = board(&[0x4303, 0x4303, 0x3FFD]);
     b.set_breakpoint(CODE + 2);
     for _ in 0..3 {
-        assert_eq!(b.run_us(100), Stop::Breakpoint(CODE + 2));
+        assert_eq!(b.run_us(100), Stop::Breakpoint(u32::from(CODE) + 2));
         assert_eq!(b.reg(0), CODE + 2);
     }
     b.clear_breakpoint(CODE + 2);

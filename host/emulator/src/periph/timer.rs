@@ -1,13 +1,25 @@
-//! Timer_A3 (SLAU144, chapter 12): three capture/compare channels with output units.
+//! Timer_A (SLAU144, chapter 12) with any number of capture/compare channels and their output units,
+//! and what Timer_B and the timers of the MSP430x5xx add (SLAU208, chapters 17 and 18): compare
+//! latches, a further divider, other interrupt vector values.
 
-use super::NEVER;
-use super::clock::Clock;
+use super::{NEVER, Rates};
+
+/// Offset of the first CCTL register from the control register.
+pub const CCTL: u16 = 0x02;
+/// Offset of the counter.
+pub const COUNT: u16 = 0x10;
+/// Offset of the first CCR register.
+pub const CCR: u16 = 0x12;
+/// Offset of the further divider (EX0).
+pub const EX0: u16 = 0x20;
 
 const TACLR: u16 = 0x04;
 const TAIE: u16 = 0x02;
 const TAIFG: u16 = 0x01;
 const CAP: u16 = 0x0100;
 const SCCI: u16 = 0x0400;
+/// Shift of Timer_B's latch load field in CCTL.
+const CLLD: u16 = 9;
 const CCIE: u16 = 0x10;
 const CCI: u16 = 0x08;
 const OUT: u16 = 0x04;
@@ -23,47 +35,86 @@ enum Mode {
     UpDown,
 }
 
-/// One timer.
+/// In what a timer differs from Timer_A of the MSP430x2xx.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Variant {
+    /// What the interrupt vector register reads for the counter's overflow.
+    pub overflow: u16,
+    /// Compare values pass through latches (Timer_B).
+    pub latches: bool,
+}
+
+impl Variant {
+    /// Timer_A of the MSP430x2xx.
+    pub const A2: Variant = Variant { overflow: 0x0A, latches: false };
+    /// Timer_A of the MSP430x5xx.
+    pub const A5: Variant = Variant { overflow: 0x0E, latches: false };
+    /// Timer_B of the MSP430x5xx.
+    pub const B5: Variant = Variant { overflow: 0x0E, latches: true };
+}
+
+/// One timer with `N` channels.
 #[derive(Debug, Clone)]
-pub struct TimerA {
+pub struct Timer<const N: usize> {
+    variant: Variant,
+    /// Channels that have registers, at most `N`; the others stay as they are after a reset.
+    channels: usize,
     ctl: u16,
-    cctl: [u16; 3],
-    ccr: [u16; 3],
+    cctl: [u16; N],
+    ccr: [u16; N],
+    /// What the counter is compared with: `ccr`, at once or when a latch takes it over.
+    latch: [u16; N],
+    /// Further divider less 1 (EX0).
+    ex0: u16,
     /// TAR at `base`.
     count: u16,
     base: u64,
     /// Ticks of one count, 0 when stopped.
     period: u64,
     down: bool,
-    /// Output signals of the three units.
-    pub out: [bool; 3],
+    /// Output signals of the units.
+    pub out: [bool; N],
     /// Captured values that were not read yet.
-    unread: [bool; 3],
+    unread: [bool; N],
     /// Levels at the selected capture inputs.
-    inputs: [bool; 3],
+    inputs: [bool; N],
     /// When something next happens.
     pub next: u64,
 }
 
-impl Default for TimerA {
+impl<const N: usize> Default for Timer<N> {
     fn default() -> Self {
-        TimerA {
+        Timer::new(Variant::A2, N)
+    }
+}
+
+impl<const N: usize> Timer<N> {
+    /// A timer as after a POR.
+    pub fn new(variant: Variant, channels: usize) -> Timer<N> {
+        Timer {
+            variant,
+            channels: channels.min(N),
             ctl: 0,
-            cctl: [0; 3],
-            ccr: [0; 3],
+            cctl: [0; N],
+            ccr: [0; N],
+            latch: [0; N],
+            ex0: 0,
             count: 0,
             base: 0,
             period: 0,
             down: false,
-            out: [false; 3],
-            unread: [false; 3],
-            inputs: [false; 3],
+            out: [false; N],
+            unread: [false; N],
+            inputs: [false; N],
             next: NEVER,
         }
     }
-}
 
-impl TimerA {
+    /// As after a POR, with the levels at its inputs.
+    pub fn reset(&mut self) {
+        *self = Timer { inputs: self.inputs, ..Timer::new(self.variant, self.channels) };
+    }
+
     fn mode(&self) -> Mode {
         match self.ctl >> 4 & 3 {
             0 => Mode::Stop,
@@ -89,11 +140,11 @@ impl TimerA {
         };
     }
 
-    fn rate(&self, clock: &Clock) -> u64 {
+    fn rate(&self, clock: &Rates) -> u64 {
         let stopped = match self.mode() {
             Mode::Stop => true,
             // A period of 0 halts up and up/down mode (section 12.2.3).
-            Mode::Up | Mode::UpDown => self.ccr[0] == 0,
+            Mode::Up | Mode::UpDown => self.latch[0] == 0,
             Mode::Continuous => false,
         };
         let source = match self.ctl >> 8 & 3 {
@@ -101,15 +152,19 @@ impl TimerA {
             2 => clock.smclk,
             _ => 0,
         };
-        if stopped { 0 } else { source << (self.ctl >> 6 & 3) }
+        if stopped { 0 } else { (source << (self.ctl >> 6 & 3)) * (u64::from(self.ex0) + 1) }
     }
 
     /// Clocks or registers changed: new rate, new next event.
-    pub fn reclock(&mut self, now: u64, clock: &Clock) {
+    pub fn reclock(&mut self, now: u64, clock: &Rates) {
         self.sync(now);
         let period = self.rate(clock);
         if period != self.period {
-            self.base = now;
+            // A clock that the FLL trims keeps the part of a count that has passed.
+            let part = now.saturating_sub(self.base);
+            let kept =
+                (part * period).checked_div(self.period).filter(|_| self.variant != Variant::A2);
+            self.base = now.saturating_sub(kept.unwrap_or(0));
             self.period = period;
         }
         self.schedule();
@@ -123,7 +178,7 @@ impl TimerA {
         let mut counts = if self.down {
             u64::from(self.count)
         } else {
-            let top = if self.mode() == Mode::Continuous { 0xFFFF } else { self.ccr[0] };
+            let top = if self.mode() == Mode::Continuous { 0xFFFF } else { self.latch[0] };
             match self.mode() {
                 // At the period up/down mode turns; above a shortened one both restart.
                 Mode::UpDown if self.count < top => u64::from(top - self.count),
@@ -132,12 +187,12 @@ impl TimerA {
                 _ => 1,
             }
         };
-        for n in 0..3 {
+        for n in 0..N {
             if self.cctl[n] & CAP == 0 {
                 let away = if self.down {
-                    self.count.wrapping_sub(self.ccr[n])
+                    self.count.wrapping_sub(self.latch[n])
                 } else {
-                    self.ccr[n].wrapping_sub(self.count)
+                    self.latch[n].wrapping_sub(self.count)
                 };
                 if away != 0 {
                     counts = counts.min(u64::from(away));
@@ -161,7 +216,7 @@ impl TimerA {
                 }
             }
             Mode::Up => {
-                if self.count >= self.ccr[0] {
+                if self.count >= self.latch[0] {
                     self.count = 0;
                     self.ctl |= TAIFG;
                 } else {
@@ -169,7 +224,7 @@ impl TimerA {
                 }
             }
             Mode::UpDown => {
-                if !self.down && self.count >= self.ccr[0] {
+                if !self.down && self.count >= self.latch[0] {
                     self.down = true;
                 }
                 if self.down {
@@ -184,16 +239,20 @@ impl TimerA {
             }
         }
         let before = self.out;
-        for n in [1, 2, 0] {
-            if self.cctl[n] & CAP == 0 && self.ccr[n] == self.count {
+        // EQU0 comes last: it acts on the outputs of the others.
+        for n in (1..N).chain([0]) {
+            if self.cctl[n] & CAP == 0 && self.latch[n] == self.count {
                 self.compare(n);
             }
+        }
+        if self.variant.latches {
+            self.load_latches();
         }
         self.schedule();
         before != self.out
     }
 
-    /// EQUn: flag, latched input, output unit n; EQU0 also acts on the outputs 1 and 2.
+    /// EQUn: flag, latched input, output unit n; EQU0 also acts on the other outputs.
     fn compare(&mut self, n: usize) {
         self.cctl[n] |= CCIFG;
         self.cctl[n] = self.cctl[n] & !SCCI | if self.inputs[n] { SCCI } else { 0 };
@@ -204,7 +263,7 @@ impl TimerA {
             _ => self.out[n],
         };
         if n == 0 {
-            for m in [1, 2] {
+            for m in 1..N {
                 match self.cctl[m] >> 5 & 7 {
                     2 | 3 => self.out[m] = false,
                     6 | 7 => self.out[m] = true,
@@ -239,39 +298,65 @@ impl TimerA {
             }
             self.unread[n] = true;
             self.ccr[n] = self.count;
+            self.latch[n] = self.count;
             self.cctl[n] |= CCIFG;
             self.schedule();
         }
     }
 
-    /// Reads the register at `offset` from TACTL.
-    pub fn read(&mut self, offset: u16, now: u64) -> u16 {
-        match offset {
-            0x00 => self.ctl,
-            0x02 | 0x04 | 0x06 => {
-                let n = usize::from(offset / 2 - 1);
-                self.cctl[n] & !CCI | if self.inputs[n] { CCI } else { 0 }
+    /// Timer_B: latches whose time has come take over their CCR (SLAU208, table 18-3).
+    fn load_latches(&mut self) {
+        let zero = self.count == 0;
+        let turn = self.mode() == Mode::UpDown && (zero || self.count == self.latch[0]);
+        for n in 0..N {
+            let due = match self.cctl[n] >> CLLD & 3 {
+                1 => zero,
+                2 => zero && self.mode() != Mode::UpDown || turn,
+                3 => self.count == self.latch[n],
+                _ => true,
+            };
+            if due && self.cctl[n] & CAP == 0 {
+                self.latch[n] = self.ccr[n];
             }
-            0x10 => {
-                self.sync(now);
-                self.count
-            }
-            0x12 | 0x14 | 0x16 => {
-                let n = usize::from(offset / 2 - 9);
-                self.unread[n] = false;
-                self.ccr[n]
-            }
-            _ => 0,
         }
     }
 
-    /// Writes the register at `offset` from TACTL. True when an output may have changed.
-    pub fn write(&mut self, offset: u16, value: u16, now: u64, clock: &Clock) -> bool {
+    /// The channel whose register of a row that begins at `base` lies at `offset`.
+    fn channel(&self, offset: u16, base: u16) -> Option<usize> {
+        let n = usize::from(offset.checked_sub(base)? / 2);
+        (n < self.channels).then_some(n)
+    }
+
+    /// Reads the register at `offset` from the control register.
+    pub fn read(&mut self, offset: u16, now: u64) -> u16 {
+        match offset {
+            0x00 => return self.ctl,
+            COUNT => {
+                self.sync(now);
+                return self.count;
+            }
+            EX0 => return self.ex0,
+            _ => {}
+        }
+        if let Some(n) = self.channel(offset, CCR) {
+            self.unread[n] = false;
+            self.ccr[n]
+        } else if let Some(n) = self.channel(offset, CCTL) {
+            self.cctl[n] & !CCI | if self.inputs[n] { CCI } else { 0 }
+        } else {
+            0
+        }
+    }
+
+    /// Writes the register at `offset` from the control register. True when an output may have
+    /// changed.
+    pub fn write(&mut self, offset: u16, value: u16, now: u64, clock: &Rates) -> bool {
         self.sync(now);
         let before = self.out;
         match offset {
             0x00 => {
-                self.ctl = value & 0x03F3;
+                let kept = if self.variant.latches { 0x7BF3 } else { 0x03F3 };
+                self.ctl = value & kept;
                 if value & TACLR != 0 {
                     self.count = 0;
                     self.base = now;
@@ -281,22 +366,40 @@ impl TimerA {
                     self.down = false;
                 }
             }
-            0x02 | 0x04 | 0x06 => {
-                let n = usize::from(offset / 2 - 1);
-                self.cctl[n] = value & 0xF9F7 & !SCCI | self.cctl[n] & SCCI;
-                if value >> 5 & 7 == 0 {
-                    self.out[n] = value & OUT != 0;
-                }
-            }
-            0x10 => {
+            COUNT => {
                 self.count = value;
                 self.base = now;
             }
-            0x12 | 0x14 | 0x16 => self.ccr[usize::from(offset / 2 - 9)] = value,
-            _ => {}
+            EX0 => self.ex0 = value & 7,
+            _ => {
+                if let Some(n) = self.channel(offset, CCR) {
+                    self.ccr[n] = value;
+                    if !self.variant.latches || self.cctl[n] >> CLLD & 3 == 0 {
+                        self.latch[n] = value;
+                    }
+                } else if let Some(n) = self.channel(offset, CCTL) {
+                    let kept = if self.variant.latches { 0xFFF7 } else { 0xF9F7 };
+                    self.cctl[n] = value & kept & !SCCI | self.cctl[n] & SCCI;
+                    if self.variant.latches {
+                        self.cctl[n] = value & kept;
+                        if value >> CLLD & 3 == 0 {
+                            self.latch[n] = self.ccr[n];
+                        }
+                    }
+                    if value >> 5 & 7 == 0 {
+                        self.out[n] = value & OUT != 0;
+                    }
+                }
+            }
         }
         self.reclock(now, clock);
         before != self.out
+    }
+
+    /// Whether the registers ask for what is not modelled: groups of latches, or a counter shorter
+    /// than 16 bits.
+    pub fn unsupported(&self) -> bool {
+        self.ctl & 0x7800 != 0
     }
 
     /// Whether the CCR0 vector asks for service.
@@ -315,26 +418,23 @@ impl TimerA {
     }
 
     fn vector(&self) -> u16 {
-        let pending = |n: usize| self.cctl[n] & (CCIE | CCIFG) == CCIE | CCIFG;
-        if pending(1) {
-            2
-        } else if pending(2) {
-            4
-        } else if self.ctl & (TAIE | TAIFG) == TAIE | TAIFG {
-            10
-        } else {
-            0
+        let pending = |n: &usize| self.cctl[*n] & (CCIE | CCIFG) == CCIE | CCIFG;
+        match (1..N).find(pending) {
+            Some(n) => 2 * n as u16,
+            None if self.ctl & (TAIE | TAIFG) == TAIE | TAIFG => self.variant.overflow,
+            None => 0,
         }
     }
 
     /// Reads TAIV, or writes to it: gives and resets the highest pending source.
     pub fn take_vector(&mut self) -> u16 {
         let vector = self.vector();
-        match vector {
-            2 => self.cctl[1] &= !CCIFG,
-            4 => self.cctl[2] &= !CCIFG,
-            10 => self.ctl &= !TAIFG,
-            _ => {}
+        if vector == self.variant.overflow {
+            self.ctl &= !TAIFG;
+        } else if let Some(cctl) =
+            self.cctl.get_mut(usize::from(vector / 2)).filter(|_| vector != 0)
+        {
+            *cctl &= !CCIFG;
         }
         vector
     }
