@@ -48,7 +48,7 @@ impl fmt::Display for Signal {
 /// A change of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Edge {
-    /// When, in ticks of 62.5 ns since power-up.
+    /// When, in ticks of the board since power-up.
     pub cycle: u64,
     /// Which signal.
     pub signal: Signal,

@@ -94,7 +94,7 @@ impl fmt::Display for Kind {
 /// One broken rule, reported once for each place in the program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
-    /// When, in cycles of 16 MHz since power-up.
+    /// When, in ticks of the board since power-up.
     pub cycle: u64,
     /// Address of the instruction.
     pub pc: u32,
