@@ -147,3 +147,44 @@ fn reserved_encodings_are_refused_loudly() {
         assert_eq!(b.far_reg(0), CODE + 2);
     }
 }
+
+/// Operands whose low four bits are 0 give the flags that their upper 16 bits give as words: those
+/// the G2553's tests compare with `mspdebug`.
+#[test]
+fn flags_of_20_bits_are_those_of_16_bits_moved_up() {
+    let mut rng = emulator::Rng::new(20);
+    let corners = [0u32, 1, 0x7FFF, 0x8000, 0xFFFF];
+    let mut b = board(&crate::IDLE);
+    let mut after = |code: &[u16], registers: [(usize, u32); 3]| {
+        crate::run_from_ram(&mut b, 0x3000, code);
+        for (n, value) in registers {
+            b.set_reg(n, value);
+        }
+        b.step();
+        (b.reg(2), b.far_reg(6))
+    };
+    // ADD, SUB, CMP, BIT, XOR, AND, then RRA, RRC on the second operand.
+    let opcodes = [0x5506u16, 0x8506, 0x9506, 0xB506, 0xE506, 0xF506, 0x1106, 0x1006];
+    for round in 0..4000 {
+        let mut value = || match rng.below(3) {
+            0 => corners[rng.below(5) as usize],
+            _ => rng.bits() as u32 & 0xFFFF,
+        };
+        let (x, y) = (value(), value());
+        let opcode = opcodes[round % opcodes.len()];
+        // The bit that a shift moves out must be 0 in both.
+        let y = if opcode < 0x2000 { y & !1 } else { y };
+        let sr = [0u32, 1, 0x107][round % 3];
+        let word = after(&[opcode], [(5, x), (6, y), (2, sr)]);
+        let far = after(&[0x1800, opcode | 0x40], [(5, x << 4), (6, y << 4), (2, sr)]);
+        assert_eq!((far.0, far.1 >> 4), word, "{opcode:04x} {x:x} {y:x}");
+        // ADDA, SUBA, CMPA R5,R6.
+        let short = match opcode {
+            0x5506 => 0x05E6,
+            0x8506 => 0x05F6,
+            0x9506 => 0x05D6,
+            _ => continue,
+        };
+        assert_eq!(after(&[short], [(5, x << 4), (6, y << 4), (2, sr)]), far);
+    }
+}

@@ -7,6 +7,7 @@ mod cycles;
 mod flash;
 mod modules;
 mod system;
+mod witness;
 
 use emulator::{Board, Config, Image, Part, Silicon};
 
