@@ -115,6 +115,11 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         None => Profile::built_in(format.usual_profile())
             .map_err(|error| vec![Diag::new(Code::UnknownFormat, 1, 1, error.0)])?,
     };
+    let made = match format {
+        Format::Laser | Format::Gcode => gcode::expanded(&lines, &mut diags),
+        _ => None,
+    };
+    let lines = made.unwrap_or(lines);
     let job = Job { name, lines: &lines, profile: &profile, options };
     let mut made = match format {
         Format::Isel => isel::import(&job, &mut diags),

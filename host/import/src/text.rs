@@ -7,6 +7,16 @@ use super::diag::{Diag, Diags};
 /// Longest line of a program; no controller of these systems takes more than 256 characters.
 const MAX_LINE: usize = 4096;
 
+/// Bytes that are kept of a longer comment.
+const SHOWN: usize = 200;
+
+/// Whether the whole line is one comment, of G-code or of a drill file.
+fn is_comment(line: &str) -> bool {
+    let line = line.trim();
+    line.starts_with(';')
+        || line.starts_with('(') && line.find(')').is_none_or(|at| at + 1 == line.len())
+}
+
 /// A decoded text.
 #[derive(Debug)]
 pub(crate) struct Lines {
@@ -76,6 +86,11 @@ impl Lines {
         Ok(Lines { text })
     }
 
+    /// A text that was made of another.
+    pub fn of(text: String) -> Lines {
+        Lines { text }
+    }
+
     /// The whole text.
     pub fn text(&self) -> &str {
         &self.text
@@ -90,7 +105,12 @@ impl Lines {
         while !rest.is_empty() {
             let end = rest.find(['\n', '\r']).unwrap_or(rest.len());
             let (line, tail) = rest.split_at(end);
-            if line.len() > MAX_LINE {
+            if line.len() > MAX_LINE && is_comment(line) {
+                let end = (0..=SHOWN).rev().find(|end| line.is_char_boundary(*end)).unwrap_or(0);
+                let text = format!("a comment of {} characters is cut off", line.len());
+                diags.push(Diag::new(Code::LeftOut, number, 1, text).note());
+                out.push((number, &line[..end]));
+            } else if line.len() > MAX_LINE {
                 let text = format!("a line of {} characters", line.len());
                 let diag = Diag::new(Code::Unreadable, number, 1, text);
                 diags.push(diag.hint(format!("lines have at most {MAX_LINE}")));

@@ -171,11 +171,29 @@ impl Reader<'_, '_> {
         if steps.abs() > MAX_STEPS { Err(wrong()) } else { Ok(steps) }
     }
 
+    /// The speed that `#define () (2000);` gives.
+    fn usual_speed(&self) -> Option<i64> {
+        let (_, text) = self.macros.iter().find(|(name, _)| name == "()")?;
+        let rate = text.trim().strip_prefix('(')?.strip_suffix(')')?.trim().parse().ok()?;
+        RATES.contains(&rate).then_some(rate)
+    }
+
     fn movement<'t>(&mut self, rest: &'t str, what: &str, make: fn(Pairs) -> Op) -> Read<&'t str> {
-        let (rest, list) = values(rest)
+        let (rest, mut list) = values(rest)
             .map_err(|_| expected("distances with speeds: `move 10(2000),0(2000);`"))?;
         let absolute = matches!(make(Pairs::default()), Op::Absolute(_));
         let (wanted, z) = (self.axes.pairs(), self.axes.has(Axis::Z));
+        // As PAL-PC does.
+        if list.len() > wanted {
+            self.warn(
+                Code::LeftOut,
+                format!(
+                    "{} values behind `{what}`; `#axis` asks for {wanted}, the others are dropped",
+                    list.len()
+                ),
+            );
+            list.truncate(wanted);
+        }
         // An absolute move has no use for the second Z.
         if list.len() != wanted && !(absolute && z && list.len() + 1 == wanted) {
             return Err(Refused::new(
@@ -192,11 +210,18 @@ impl Reader<'_, '_> {
                 Some(rate) if RATES.contains(rate) => *rate,
                 None | Some(0) if steps == 0 && !absolute => *RATES.start(),
                 None => {
-                    return Err(Refused::new(
-                        Code::WrongCount,
-                        format!("`{text}` has no speed"),
-                        "write it in parentheses, in steps/s: `10(2000)`",
-                    ));
+                    let Some(usual) = self.usual_speed() else {
+                        return Err(Refused::new(
+                            Code::WrongCount,
+                            format!("`{text}` has no speed"),
+                            "write it in parentheses, in steps/s: `10(2000)`",
+                        ));
+                    };
+                    self.warn(
+                        Code::Changed,
+                        format!("`{text}` has no speed: that of `#define ()` is taken"),
+                    );
+                    usual
                 }
                 Some(rate) => {
                     return Err(Refused::new(

@@ -397,7 +397,9 @@ impl<'d> Reader<'d> {
     pub(super) fn finish(mut self) -> (Vec<Step>, BTreeMap<u32, String>) {
         self.lift();
         if self.cuts.is_empty() && !self.diags.has_errors() {
-            self.diags.push(Diag::new(Code::NoProgram, 1, 1, "the file has no hole"));
+            // KiCad writes such a file for a board without holes that are not plated.
+            let diag = Diag::new(Code::NoProgram, 1, 1, "the file has no hole");
+            self.diags.push(if self.ended { diag.warning() } else { diag });
         } else if !self.ended {
             let diag = Diag::new(Code::NoProgram, self.last, 1, "the file does not end in M30");
             self.diags.push(diag.warning().hint("it may be cut"));

@@ -8,10 +8,13 @@ mod arc;
 mod beam;
 mod fold;
 mod follow;
+mod param;
 mod read;
 mod rules;
 mod words;
 mod write;
+
+pub(crate) use param::expanded;
 
 use super::diag::Diags;
 use super::script::Made;

@@ -24,6 +24,8 @@ pub(super) struct Block<'a> {
     pub message: Option<String>,
     /// A statement that is no G-code; there are no words then.
     pub statement: &'static str,
+    /// It named axes that are not there.
+    pub others: bool,
     /// The motion mode in which its axis words stand.
     pub motion: i64,
     /// Where X and Y go, um, as far as it is known; under G91 it is not told.
@@ -215,6 +217,15 @@ impl<'a> Reader<'a, '_> {
                 }
             }
         }
+        // Without an axis these mean all of them.
+        let all = |(letter, value): &(char, Value<'_>)| {
+            *letter == 'G' && matches!(value, Value::Text("28" | "92"))
+        };
+        let named = block.words.iter().any(|(letter, _)| matches!(letter, 'X' | 'Y' | 'Z'));
+        if block.others && !named && block.words.iter().any(all) {
+            let text = "this block is about axes that are not there".to_owned();
+            self.error(number, 1, Code::WrongAxis, text, "the axes are X, Y and Z");
+        }
         if block.words.is_empty() {
             if block.message.is_some() || !block.remark.is_empty() {
                 self.blocks.push(block);
@@ -231,7 +242,7 @@ impl<'a> Reader<'a, '_> {
         let tail = rest.trim_start_matches(|c: char| c.is_ascii_alphabetic()).trim_start();
         let (what, hint) = if first == '#' || tail.starts_with('#') {
             (
-                "parameters have no meaning here",
+                "parameters take numbers, `+ - * /` and brackets here",
                 "let the CAM tool write numbers, or declare variables in the script",
             )
         } else if line.trim_start().starts_with(['O', 'o']) {
@@ -241,7 +252,7 @@ impl<'a> Reader<'a, '_> {
             )
         } else if tail.starts_with('[') {
             (
-                "expressions have no meaning in a file",
+                "expressions take numbers, parameters, `+ - * /` and brackets here",
                 "let the CAM tool write numbers, or write them in the script",
             )
         } else if rest.starts_with(',') && rest[1..].starts_with(|c: char| c.is_ascii_digit()) {
@@ -266,6 +277,10 @@ impl<'a> Reader<'a, '_> {
             'G' => decimal.exact(10).map_or(rules::g(-1), rules::g),
             'M' => decimal.exact(1).map_or(rules::m(-1), rules::m),
             _ if rules::is_value(letter) => Fate::Keep,
+            _ if rules::is_other_axis(letter) && decimal.sign() == 0 => {
+                block.others = true;
+                Fate::Idle("an axis that is not there stands at 0 and stays there")
+            }
             _ => rules::other(letter),
         };
         match fate {

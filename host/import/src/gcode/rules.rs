@@ -76,11 +76,16 @@ pub(super) const fn is_value(letter: char) -> bool {
     matches!(letter, 'X' | 'Y' | 'Z' | 'I' | 'J' | 'K' | 'R' | 'P' | 'Q' | 'L' | 'F' | 'S' | 'T')
 }
 
+/// The letter of an axis that other machines have.
+pub(super) const fn is_other_axis(letter: char) -> bool {
+    matches!(letter, 'A' | 'B' | 'C' | 'U' | 'V' | 'W')
+}
+
 /// Why another letter has no meaning.
 pub(super) const fn other(letter: char) -> Fate {
     match letter {
         'N' => Idle("line numbers N are left out"),
-        'A' | 'B' | 'C' | 'U' | 'V' | 'W' => {
+        _ if is_other_axis(letter) => {
             Refuse("an axis that is not there", "the axes are X, Y and Z")
         }
         'E' => Refuse("a 3D printer's extruder", "there is none here"),

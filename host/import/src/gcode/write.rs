@@ -8,6 +8,7 @@ use crate::codes::Code;
 use crate::diag::{Diag, Diags};
 use crate::script::{Made, Script, literal, mm};
 use crate::{Format, Job, MAX_SIZED, size};
+use lang::front::lexer::begins_gcode;
 
 /// Rows of a table on one line.
 const ROWS_A_LINE: usize = 4;
@@ -165,6 +166,10 @@ fn line(script: &mut Script, block: &Block<'_>, table: Option<&str>) {
     let modal = !block.words.iter().any(|(letter, _)| *letter == 'G');
     let moves = block.words.iter().any(|(letter, _)| matches!(letter, 'X' | 'Y' | 'Z'));
     if table.is_some() && modal && moves {
+        text = format!("G{} {text}", block.motion);
+    }
+    // `I5 J0` could be names.
+    if !begins_gcode(&text) {
         text = format!("G{} {text}", block.motion);
     }
     script.remarked(&text, &block.remark);

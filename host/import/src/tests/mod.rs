@@ -1,6 +1,7 @@
 //! Importers against scripts: what they write compiles at once.
 
 mod drill;
+mod found;
 mod hostile;
 
 use crate::{Diag, Imported, Options, import};

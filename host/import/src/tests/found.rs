@@ -1,0 +1,90 @@
+//! What real files had and were refused for.
+
+use super::{made, refused};
+use crate::{Options, import};
+
+const HEAD: &str = "G21 G90 G17\nG0 X0 Y0 Z5\nF300\n";
+
+fn gcode(text: &str) -> String {
+    made("a.nc", &format!("{HEAD}{text}M2\n"))
+}
+
+#[test]
+fn blocks_begin_with_any_word() {
+    let script = gcode("G2 X10 Y0 I5 J0\nI-5 J0 X0\nR5 X10\nI-5 J0\nI5 J0\n");
+    assert!(script.contains("\nI-5 J0 X0\n") && script.contains("\nG2 I5 J0\n"), "{script}");
+}
+
+#[test]
+fn long_comments_are_cut_off_and_long_lines_are_none() {
+    for comment in ["; ", "("] {
+        let script = gcode(&format!("{comment}{}\nG1 X1\n", "x".repeat(5000)));
+        assert!(script.contains("G1 X1") && script.len() < 1500, "{script}");
+    }
+    let text = format!("{HEAD}G1 X1 ({}) X2\n", "x".repeat(5000));
+    assert!(refused("a.nc", &text).contains("a line of"));
+    let text = format!("{HEAD}({}) G1 X2\n", "x".repeat(5000));
+    assert!(refused("a.nc", &text).contains("a line of"));
+}
+
+#[test]
+fn axes_that_stay_at_0_are_left_out() {
+    let script = gcode("G0 X1 Y2 A0.\nA0.\nG1 X2 B-0\n");
+    assert!(script.contains("G0 X1 Y2\n") && !script.contains(['A', 'B']), "{script}");
+    assert!(refused("a.nc", &format!("{HEAD}G0 X1 A5.\n")).contains("A5."));
+    // Without an axis they would be about all of them.
+    for block in ["G28 A0.", "A0 G28", "G92 A0."] {
+        assert!(refused("a.nc", &format!("{HEAD}{block}\n")).contains("axes that are not there"));
+    }
+}
+
+#[test]
+fn parameters_and_expressions_are_worth_their_values() {
+    let script = gcode(
+        "#1=5 (five)\n#<safe> = 2.5\nG1 X#1 Y[#1*2+1] Z-#<safe>\n#1 = [#1 + 10] / 4\n\
+         X#1 Y[-[2-6]*.5]\n#1=7 X#1\n",
+    );
+    for wanted in ["G1 X5 Y11 Z-2.5\n", "\nX3.75 Y2\n", "\nX3.75 "] {
+        assert!(script.contains(wanted), "{wanted} in {script}");
+    }
+    for (text, wanted) in [
+        ("G1 X#9", "nothing has set `#9`"),
+        ("#1=1/0", "division by 0"),
+        ("G1 X[SIN[3]]", "expressions take"),
+        ("#1=2**3", "parameters take"),
+        ("#1=5\nO100 WHILE [#1 GT 0]\nG1 X1\nO100 ENDWHILE", "O-words"),
+    ] {
+        let said = refused("a.nc", &format!("{HEAD}{text}\n"));
+        assert!(said.contains(wanted), "{text}: {said}");
+    }
+    let deep = format!("{HEAD}G1 X{}1{}\n", "[".repeat(1500), "]".repeat(1500));
+    assert!(refused("a.nc", &deep).contains("nested too deeply"));
+}
+
+#[test]
+fn an_empty_drill_file_is_an_empty_program() {
+    let text = "M48\n; #@! TF.FileFunction,NonPlated,1,2,NPTH\nFMAT,2\nMETRIC\n%\nG90\nG05\nM30\n";
+    let made = import("a-NPTH.drl", text.as_bytes(), &Options::default()).expect("no error");
+    assert!(made.notes.iter().any(|note| note.text.contains("no hole")));
+    // A file that was cut off is none.
+    assert!(refused("a.drl", "M48\nMETRIC\n%\nG90\n").contains("no hole"));
+}
+
+#[test]
+fn pal_pc_drops_surplus_values_and_has_a_usual_speed() {
+    let script = made(
+        "a.pal",
+        "#axis x;\n#steps 800;\n#elev 2.5;\n#input;\nmoverel 10(5000),0(3000),0(3000);\nstop.\n#start;\n",
+    );
+    assert!(script.contains("X 10mm"), "{script}");
+    let script = made(
+        "a.pal",
+        "#axis xyz;\n#elev 4,4,4;\n#define R 0(21);\n#define () (2000);\n#input;\nmove 66 (),82,R,R;\nstop.\n#start;\n",
+    );
+    assert!(script.contains("X66 Y82 F[2828st/s]"), "{script}");
+    let said = refused(
+        "a.pal",
+        "#axis xyz;\n#elev 4,4,4;\n#input;\nmove 66 (2000),82,0(21),0(21);\nstop.\n",
+    );
+    assert!(said.contains("`82` has no speed"), "{said}");
+}
