@@ -1,0 +1,119 @@
+//! What the repository says of itself: files that comments and documents name exist, and `unsafe`
+//! stands only where the README says.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the repository")
+}
+
+/// Every file below a folder, without what a build makes.
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("readable") {
+        let path = entry.expect("readable").path();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        if path.is_dir() {
+            if !matches!(name.as_str(), "target" | ".git" | "node_modules") {
+                files(&path, found);
+            }
+        } else {
+            found.push(path);
+        }
+    }
+}
+
+/// The sources and documents, by their paths from the root.
+fn texts() -> (BTreeSet<String>, Vec<(String, String)>) {
+    let root = root();
+    let mut found = Vec::new();
+    files(&root, &mut found);
+    let name = |path: &PathBuf| {
+        path.strip_prefix(&root).expect("below").to_string_lossy().replace('\\', "/")
+    };
+    let names = found.iter().map(name).collect();
+    let read = found.iter().filter(|path| {
+        let kind = path.extension().and_then(|kind| kind.to_str());
+        matches!(kind, Some("rs" | "s" | "md" | "toml" | "sh"))
+    });
+    let texts = read.filter_map(|path| Some((name(path), fs::read_to_string(path).ok()?)));
+    let texts = texts.collect::<Vec<_>>();
+    (names, texts)
+}
+
+/// Names of documents and sources in a line: all of it in a document, otherwise its comment.
+fn cited<'a>(file: &str, line: &'a str) -> Vec<&'a str> {
+    let said = if file.ends_with(".md") {
+        line
+    } else {
+        let begins = ["//", "/*", "#"].iter().filter_map(|sign| line.find(sign)).min();
+        begins.map_or("", |at| &line[at..])
+    };
+    let word = |c: char| !(c.is_ascii_alphanumeric() || "._-/".contains(c));
+    let names = said.split(word).map(|name| name.trim_end_matches(['.', '/']));
+    names
+        .filter(|name| {
+            let stem = [".md", ".rs", ".s"].iter().find_map(|end| name.strip_suffix(end));
+            stem.is_some_and(|stem| stem.ends_with(|c: char| c.is_ascii_alphanumeric()))
+        })
+        .collect()
+}
+
+#[test]
+fn files_that_comments_and_documents_name_exist() {
+    let (names, texts) = texts();
+    assert!(texts.len() > 400, "only {} files were read", texts.len());
+    let exists = |cited: &str| {
+        let cited = cited.trim_start_matches("./").trim_start_matches("../");
+        names.iter().any(|name| name == cited || name.ends_with(&format!("/{cited}")))
+    };
+    let mut missing = Vec::new();
+    let mut count = 0;
+    for (file, text) in &texts {
+        for (n, line) in text.lines().enumerate() {
+            for name in cited(file, line) {
+                count += 1;
+                // `//docs.rs` is a site.
+                if !name.starts_with("//") && !exists(name) {
+                    missing.push(format!("{file}:{}: {name}", n + 1));
+                }
+            }
+        }
+    }
+    assert!(count > 50, "only {count} names were found");
+    assert!(missing.is_empty(), "no such file:\n{}", missing.join("\n"));
+    let line = ["x /", "/ see nonesuch.md, and b.rs."].concat();
+    assert_eq!(cited("a.rs", &line), ["nonesuch.md", "b.rs"]);
+    assert!(!exists("nonesuch.md"));
+}
+
+#[test]
+fn unsafe_stands_only_where_the_readme_says() {
+    let allowed = [
+        "firmware/src/board/",
+        "firmware/src/compact/",
+        "firmware/src/motion/scaled.rs",
+        "firmware/src/motion/math.rs",
+    ];
+    let (_, texts) = texts();
+    let mut inside = 0;
+    let mut outside = Vec::new();
+    for (file, text) in texts.iter().filter(|(file, _)| file.ends_with(".rs")) {
+        for (n, line) in text.lines().enumerate() {
+            let code = line.split("//").next().unwrap_or_default();
+            let mut words = code.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+            let text = code.contains('"') || code.contains('\'');
+            if !words.any(|word| word == "unsafe") || text {
+                continue;
+            }
+            if allowed.iter().any(|place| file.starts_with(place)) {
+                inside += 1;
+            } else {
+                outside.push(format!("{file}:{}: {}", n + 1, line.trim()));
+            }
+        }
+    }
+    assert!(inside > 50, "only {inside} were found");
+    assert!(outside.is_empty(), "unsafe outside of {allowed:?}:\n{}", outside.join("\n"));
+}
