@@ -169,13 +169,17 @@ impl Note {
     }
 }
 
-/// Whether the excerpt and colours are wanted on standard error.
+/// Whether somebody reads standard error, who wants to see the source.
 pub fn stderr_is_rich() -> bool {
-    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+    std::io::stderr().is_terminal()
 }
 
 /// The first line of [`Note::plain`], then the source with the places marked.
 pub fn excerpt(note: &Note, source: &Source) -> String {
+    drawn(note, source, std::env::var_os("NO_COLOR").is_none())
+}
+
+fn drawn(note: &Note, source: &Source, colours: bool) -> String {
     let length = source.text().len();
     let range = |span: &Range<usize>| {
         let start = span.start.min(length);
@@ -188,8 +192,10 @@ pub fn excerpt(note: &Note, source: &Source) -> String {
     };
     let file = source.name();
     let span = range(&note.span);
-    let config =
-        Config::default().with_index_type(ariadne::IndexType::Byte).with_char_set(CharSet::Unicode);
+    let config = Config::default()
+        .with_index_type(ariadne::IndexType::Byte)
+        .with_char_set(CharSet::Unicode)
+        .with_color(colours);
     let mut report = Report::build(kind, (file, span.clone()))
         .with_config(config)
         .with_label(Label::new((file, span)).with_color(color).with_message(&note.text));
@@ -251,6 +257,15 @@ mod tests {
         let text = excerpt(&Note::of(&diag, &source), &source);
         assert!(text.starts_with("a.bas:2:6: error[P002]: `Wait 5` needs a time\n"), "{text}");
         assert!(text.contains("Wait 5") && text.contains("declared here"), "{text}");
+    }
+
+    #[test]
+    fn without_colours_the_source_is_shown_all_the_same() {
+        let (diag, source) = sample();
+        let text = super::drawn(&Note::of(&diag, &source), &source, false);
+        assert!(!text.contains('\u{1b}'), "{text}");
+        assert!(text.contains("2 \u{2502} Wait 5"), "{text}");
+        assert!(text.contains("write `5ms` or `5s`"), "{text}");
     }
 
     #[test]

@@ -465,6 +465,25 @@ fn sim_shows_the_speeds_of_the_part_that_runs_the_script() {
     // The corners are flat: with look-ahead the second and third line need no ramps.
     assert!(small > large + 100_000, "{small} us without look-ahead, {large} us with it");
     assert_eq!(us(&[]), small, "the smallest part that runs it");
+    // All that a part lacks, each at its line, with what to do.
+    bench.file(
+        "all.bas",
+        "DIM a(20)\nON ERROR GOTO h\nG1 X10 F1500\nG2 X20 Y10 I10\nEND\nh: PRINT ERR\nEND\n",
+    );
+    let refused = bench.run(&["check", "all.bas", "--part", "g2553"]);
+    let places: Vec<&str> = refused
+        .err
+        .lines()
+        .filter_map(|line| line.split_once(": error[B008]"))
+        .map(|(place, _)| place)
+        .collect();
+    assert_eq!(places, ["all.bas:4:1", "all.bas:2:1", "all.bas:1:1"], "{}", refused.err);
+    assert!(refused.err.contains("`--part g2553-handlers` has it"), "{}", refused.err);
+    assert!(refused.err.contains("the emulator only"), "{}", refused.err);
+    let long = (0..600).map(|n| format!("MoveAxe X, {}.{}37mm, {}st/s\n", n % 90, n % 9, 1001 + n));
+    bench.file("long.bas", long.collect::<String>());
+    let refused = bench.run(&["check", "long.bas", "--part", "g2553"]);
+    assert!(refused.err.contains("`pasapas stream` runs jobs of any length"), "{}", refused.err);
     // An arc is what only the large part does: with it the script looks ahead.
     bench.file("arc.bas", "G1 X10 F1500\nG2 X20 Y10 I10\n");
     let refused = bench.run(&["sim", "arc.bas", "--part", "g2553"]);

@@ -76,7 +76,7 @@ fn a_halted_program_shows_its_variables_and_takes_new_values() {
     let trace = ["trace", "a.bas", "--break", "5"];
     // A program halts before its next effect, so what it computes for that has been done: 9 comes
     // before the third pass's move, and there is no fourth.
-    let said = "p\np nonesuch\nc\np way\nset i 9\nd 5\nc\n";
+    let said = "p\np nonesuch\nc\np way\nset i=9\nd 5\nc\n";
     let (code, out, err) = pasapas(&board, &trace, said);
     assert_eq!(code, 0, "{err}");
     for shown in
@@ -119,7 +119,15 @@ fn what_the_board_lacks_is_named_with_the_remedy_and_its_program_stays() {
     fs::write(board.folder.path().join("arc.bas"), "G1 X2 F600\nG2 X4 I1 J0\n").expect("a file");
     let (code, _, err) = pasapas(&board, &["upload", "arc.bas"], "");
     assert_eq!(code, 4, "{err}");
-    assert!(err.contains("arcs (G2, G3)") && err.contains("flash --part virtual"), "{err}");
+    assert!(err.contains("arcs (G2, G3)") && err.contains("no chip's firmware has it"), "{err}");
     let (code, out, err) = pasapas(&board, &["trace", "a.bas"], "");
     assert!(code == 0 && out.contains("at 4"), "{out} {err}");
+}
+
+#[test]
+fn a_board_starts_with_the_profile_that_it_is_given() {
+    let board = Board::start(&["--part", "virtual", "--speed", "max", "--profile", "laser"]);
+    fs::write(board.folder.path().join("l.bas"), "PROFILE \"laser\"\nM3 S500\n").expect("a file");
+    let (code, _, err) = pasapas(&board, &["upload", "l.bas"], "");
+    assert_eq!(code, 0, "{err}");
 }

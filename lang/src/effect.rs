@@ -31,7 +31,7 @@ pub enum Rate {
 #[repr(u8)]
 pub enum Frame {
     /// Work coordinates: machine position less the axis's work offset. A Steps value in this frame
-    /// is a machine position (language.md, Machine).
+    /// is a machine position (lang/README.md, The machine).
     Work = 0,
     /// Machine coordinates (G53, G28's second leg).
     Machine = 1,
@@ -286,7 +286,7 @@ pub enum Effect {
 }
 
 impl Effect {
-    /// Whether an event handler may run before the effect is done (language.md, Errors and
+    /// Whether an event handler may run before the effect is done (lang/README.md, Errors and
     /// events: during waits, never inside a move).
     pub const fn waits(&self) -> bool {
         matches!(

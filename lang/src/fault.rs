@@ -17,7 +17,7 @@ macro_rules! faults {
                 match n { $($n => Some(Fault::$name),)* _ => None }
             }
 
-            /// Whether `ON ERROR GOTO` can handle it (language.md, Errors and events).
+            /// Whether `ON ERROR GOTO` can handle it (lang/README.md, Errors and events).
             pub const fn can_be_handled(self) -> bool {
                 match self { $(Fault::$name => $handled,)* }
             }

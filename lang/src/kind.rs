@@ -2,7 +2,7 @@
 
 use crate::effect::Unit;
 
-/// The kind of an expression or a variable (language.md, Values).
+/// The kind of an expression or a variable (lang/README.md, Values and kinds).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// A plain whole number.

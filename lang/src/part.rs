@@ -48,7 +48,7 @@ pub const G2553_HANDLERS: Part = Part {
 };
 
 /// A chip that only the emulator has, a G2553 with 56 KB of flash and 4 KB of RAM: everything, with the limits that the language promises. 192 bytes
-/// hold 36 cells, depth 8 and 8 calls; 108 hold 18, 6 and 6 (device.md, Program store).
+/// hold 36 cells, depth 8 and 8 calls; 108 hold 18, 6 and 6 (firmware/README.md, Parts).
 pub const VIRTUAL: Part = Part {
     name: "virtual",
     chip: "emulator only",
@@ -114,6 +114,11 @@ pub enum Lack {
 }
 
 impl Part {
+    /// Whether a chip is sold that this firmware runs on.
+    pub fn is_hardware(&self) -> bool {
+        *self != VIRTUAL
+    }
+
     /// The part with this name.
     pub fn named(name: &str) -> Option<Part> {
         PARTS.iter().copied().find(|part| part.name == name)
@@ -146,19 +151,22 @@ impl Part {
     /// The first thing that the program of this header, with so many ON lines, wants and the part
     /// lacks.
     pub fn lacks(&self, header: &Header, events: u8) -> Option<Lack> {
+        self.all_lacks(header, events).next()
+    }
+
+    /// Everything that the program of this header, with so many ON lines, wants and the part lacks.
+    pub fn all_lacks(&self, header: &Header, events: u8) -> impl Iterator<Item = Lack> + use<> {
         let features = u16::from(header.features);
         let missing = features & !self.features;
-        if missing != 0 {
-            return Some(Lack::Feature(1 << missing.trailing_zeros()));
-        }
+        let bits = (0..u16::BITS).map(|bit| 1 << bit);
+        let lacking = bits.filter(move |bit| missing & bit != 0).map(Lack::Feature);
         let lines = self.event_bytes(events);
         let (used, available) = (header.pool_bytes() as u16 + lines, self.pool_for(features));
-        if used > available {
-            return Some(Lack::Memory { used, available });
-        }
+        let memory = (used > available).then_some(Lack::Memory { used, available });
         let (used, keeps) = (header.len, header.keeps > 0);
         let available = self.room_for(keeps);
-        (used > available).then_some(Lack::Flash { used, available, keeps })
+        let flash = (used > available).then_some(Lack::Flash { used, available, keeps });
+        lacking.chain(memory).chain(flash)
     }
 
     /// Bytes of the longest image, of a program without KEEP values or with them.
@@ -216,6 +224,13 @@ mod tests {
         let mut header = Header { features: feature::ARC as u8, ..Header::default() };
         assert_eq!(G2553.lacks(&header, 0), Some(Lack::Feature(feature::ARC)));
         assert_eq!(VIRTUAL.lacks(&header, 0), None);
+        header = Header { len: 4000, cells: 40, ..header };
+        let all: [Lack; 3] = [
+            Lack::Feature(feature::ARC),
+            Lack::Memory { used: 160, available: 64 },
+            Lack::Flash { used: 4000, available: 3068, keeps: false },
+        ];
+        assert!(G2553.all_lacks(&header, 0).eq(all));
         header = Header { cells: 40, stack: 9, ..Header::default() };
         assert_eq!(VIRTUAL.lacks(&header, 0), Some(Lack::Memory { used: 196, available: 192 }));
         let small = Part { features: u16::MAX, ..G2553 };

@@ -162,7 +162,7 @@ impl Direction {
     }
 }
 
-/// What hangs on port 1 (device.md, Pins).
+/// What hangs on port 1 (firmware/README.md, Pins).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Wiring {

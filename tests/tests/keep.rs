@@ -1,5 +1,5 @@
 //! Whose KEEP values are in flash: a program that declares the same names and kinds in the same order
-//! finds them, any other one begins with 0 (language.md, Declarations). On every part.
+//! finds them, any other one begins with 0 (lang/README.md, Declarations). On every part.
 
 use emulator::Config;
 use lang::front::source::Source;

@@ -17,6 +17,8 @@ use std::fmt;
 use std::io;
 use std::time::Duration;
 
+use lang::wire::Exception as Code;
+
 use crate::link::adu::MAX_RTU;
 use crate::link::{Link, Mode};
 use frame::{Bits, Registers, Reply, Request, Scan};
@@ -59,7 +61,7 @@ pub enum ClientError {
 
 impl ClientError {
     /// Whether the board answered with this exception.
-    pub fn is_exception(&self, exception: lang::wire::Exception) -> bool {
+    pub fn is_exception(&self, exception: Code) -> bool {
         matches!(self, ClientError::Exception(code) if *code == exception as u8)
     }
 }
@@ -75,14 +77,16 @@ impl fmt::Display for ClientError {
                 "{bytes} bytes came, but no answer; another rate, parity or device is on the line"
             ),
             ClientError::Exception(code) => {
-                let meaning = match code {
-                    1 => "it does not know the function",
-                    2 => "it has no such register",
-                    3 => "a value is out of range",
-                    4 => "the program or profile is missing or was refused",
-                    6 => "not now: a program runs or an axis moves; `pasapas stop` first",
-                    10 | 11 => "the gateway reaches no board at this address; check --address",
-                    _ => "unknown reason",
+                let known = Code::ALL.iter().find(|known| **known as u8 == *code);
+                let meaning = match known {
+                    Some(Code::IllegalFunction) => "it does not know the function",
+                    Some(Code::IllegalAddress) => "it has no such register",
+                    Some(Code::IllegalValue) => "a value is out of range",
+                    Some(Code::DeviceFailure) => "the program or profile is missing or was refused",
+                    Some(Code::Busy) => {
+                        "not now: a program runs or an axis moves; `pasapas stop` first"
+                    }
+                    None => "unknown reason",
                 };
                 write!(f, "the board refused (exception {code}): {meaning}")
             }

@@ -10,7 +10,7 @@ use lang::wire::{self, Exception, Refusal, Upload};
 use super::{Client, ClientError};
 use crate::link::Link;
 
-/// Registers in one request: what every board takes at least (device.md, Link).
+/// Registers in one request: what every board takes at least (firmware/README.md, Link).
 const REGISTERS: usize = 21;
 
 /// Why a program did not get to the board.
@@ -66,28 +66,35 @@ impl fmt::Display for UploadError {
                     Some(name) => {
                         write!(f, "; `pasapas flash --part {name}` writes one that has it")
                     }
-                    None => Ok(()),
+                    None => f.write_str(
+                        "; no chip's firmware has it: `pasapas sim` runs the program without a board",
+                    ),
                 }
             }
             UploadError::Busy => {
                 f.write_str("a program runs or an axis moves; `pasapas stop` ends that")
             }
             UploadError::Refused(refusal) => {
-                let reason = match refusal {
-                    Some(Refusal::TooLong) => "it does not fit",
-                    Some(Refusal::NotBegun | Refusal::Incomplete) => "parts of it did not arrive",
-                    Some(Refusal::Crc) => "it arrived damaged",
-                    Some(Refusal::Version) => "its format or instruction set is another version's",
-                    Some(Refusal::Feature) => "it uses what this firmware does not have",
-                    Some(Refusal::Memory) => "it needs more cells, stack or calls than there are",
-                    Some(Refusal::Code) => "its code does not pass the board's check",
-                    Some(Refusal::Flash) => "the flash does not hold what was written",
-                    Some(Refusal::None) | None => "no reason was given",
-                };
+                let reason = reason(*refusal);
                 write!(f, "the board refused the program: {reason}")
             }
             UploadError::Mismatch(text) => f.write_str(text),
         }
+    }
+}
+
+/// Why a board refused a program or a piece of one, in words.
+pub fn reason(refusal: Option<Refusal>) -> &'static str {
+    match refusal {
+        Some(Refusal::TooLong) => "it does not fit",
+        Some(Refusal::NotBegun | Refusal::Incomplete) => "parts of it did not arrive",
+        Some(Refusal::Crc) => "it arrived damaged",
+        Some(Refusal::Version) => "its format or instruction set is another version's",
+        Some(Refusal::Feature) => "it uses what this firmware does not have",
+        Some(Refusal::Memory) => "it needs more cells, stack or calls than there are",
+        Some(Refusal::Code) => "its code does not pass the board's check",
+        Some(Refusal::Flash) => "the flash does not hold what was written",
+        Some(Refusal::None) | None => "no reason was given",
     }
 }
 
@@ -111,7 +118,9 @@ impl<L: Link> Client<L> {
             let missing = u16::from(image.header.features) & !identity.features;
             if missing != 0 {
                 let lack = Lack::Feature(1 << missing.trailing_zeros());
-                let runs = |part: &&Part| part.lacks(&image.header, image.events()).is_none();
+                let runs = |part: &&Part| {
+                    part.is_hardware() && part.lacks(&image.header, image.events()).is_none()
+                };
                 return Err(UploadError::Lacks(
                     lack,
                     PARTS.iter().find(runs).map(|part| part.name),

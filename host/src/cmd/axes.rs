@@ -157,7 +157,13 @@ impl Home {
         let mut board = self.port.connect(options, console)?;
         for axis in axes {
             let order = home_order(&profile, axis)?;
-            send(&mut board, &order)?;
+            send(&mut board, &order, || {
+                format!(
+                    "the board does not home {} so: check rates, stroke and switch in the profile `{}`",
+                    axis.letter(),
+                    profile.name
+                )
+            })?;
             wait(&mut board, axis, "homing")?;
             let homing = board.input(wire::HOMING, 1)?[0];
             if homing >> (8 + axis.index()) & 1 != 0 {
@@ -226,14 +232,32 @@ impl Jog {
         order.extend(words(speed.into()));
         order.extend(words(own.decel.unwrap_or(own.accel).into()));
         order.extend(words(i64::from(long(place[0], place[1])) + steps));
-        send(&mut board, &order)?;
+        let target = i64::from(long(place[0], place[1])) + steps;
+        send(&mut board, &order, || {
+            let mm = |steps: i64| {
+                let um = steps * i64::from(own.scale.um) / i64::from(own.scale.steps);
+                format!("{} mm", um as f64 / 1000.0)
+            };
+            let (least, most) = (own.min_um, own.max_um);
+            format!(
+                "{letter} does not go from {} to {}: the travel of `{}` is {} to {} mm in machine \
+                 positions, and a homed axis keeps to it",
+                mm(target - steps),
+                mm(target),
+                profile.name,
+                f64::from(least) / 1000.0,
+                f64::from(most) / 1000.0,
+                letter = self.axis.letter(),
+            )
+        })?;
         wait(&mut board, self.axis, "the move")?;
         tell(&mut board, self.axis, console)
     }
 }
 
 /// Writes a command once: a move that is repeated because its reply was lost would be made twice.
-fn send(board: &mut Board, order: &[u16]) -> Result<(), Failure> {
+/// What the board takes for out of range is told by `wrong`.
+fn send(board: &mut Board, order: &[u16], wrong: impl Fn() -> String) -> Result<(), Failure> {
     match board.once(|board| board.write_all(wire::COMMAND, order)) {
         Ok(()) => Ok(()),
         Err(error) if error.is_exception(Exception::Busy) => {
@@ -244,6 +268,7 @@ fn send(board: &mut Board, order: &[u16]) -> Result<(), Failure> {
             };
             Err(Failure::Board(format!("the board cannot move now: {why}")))
         }
+        Err(error) if error.is_exception(Exception::IllegalValue) => Err(Failure::Board(wrong())),
         Err(error @ (ClientError::Silent | ClientError::Noise(_))) => {
             // Nothing tells whether it was taken: stop whatever it became.
             let _ = board.write_all(wire::COMMAND, &[command::STOP_AXES, 0b111]);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lang::profile::Profile;
+use lang::record::BoardRecord;
 use serde_json::json;
 
 use super::part::Choice;
@@ -84,6 +85,12 @@ impl Board {
             server
                 .keep_flash(&mut rig, file)
                 .map_err(|error| Failure::Board(format!("{}: {error}", file.display())))?;
+        }
+        // A board whose flash was kept has its profile there.
+        if options.profile.is_some() && !self.flash.as_ref().is_some_and(|file| file.exists()) {
+            let record = BoardRecord::of(&profile, 1).to_bytes();
+            let first = firmware::PROFILES[0];
+            (first..).zip(record).for_each(|(at, byte)| rig.board().poke8(at, byte));
         }
         rig.begin();
         // A client that comes as soon as the port is there must not meet a chip that still boots.

@@ -102,7 +102,7 @@ fn figures(file: &str, script: &Script, compiled: &Compiled, build: &Firmware) -
     let image = Image::new(&compiled.image).ok();
     let features = image.map_or(0, |image| image.header.features);
     let cells = image.map(|image| build.part.cells_for(&image.header, image.events()));
-    // What is promised with these features (device.md, Program store).
+    // What is promised with these features (firmware/README.md, Parts).
     let roomy = pool_limit(features) >= pool_limit(0);
     let mut cell_map: Vec<CellUse> = compiled
         .vars

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use import::{Imported, Severity};
+use lang::front::source::Source;
 use lang::profile::Scale;
 use serde_json::json;
 
@@ -122,6 +123,7 @@ pub fn read(
 ) -> Result<Imported, Failure> {
     let made = import::import(file, bytes, options);
     let (Ok(Imported { notes, .. }) | Err(notes)) = &made;
+    let shown = Source::new(file, String::from_utf8_lossy(bytes).into_owned());
     for diag in notes {
         if diag.severity == Severity::Note {
             if !console.json() {
@@ -137,7 +139,14 @@ pub fn read(
         if let Some(hint) = &diag.hint {
             note = note.hint(hint.clone());
         }
-        console.note(&note)?;
+        if diag.line > 0 {
+            let before =
+                shown.line_text(diag.line).chars().take(diag.col.saturating_sub(1) as usize);
+            let at =
+                shown.line_start(diag.line) as usize + before.map(char::len_utf8).sum::<usize>();
+            note.span = at..at;
+        }
+        console.note_in(&note, &shown)?;
     }
     made.map_err(|_| Failure::Input)
 }

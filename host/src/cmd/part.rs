@@ -1,8 +1,13 @@
 //! `--part`: which chip's firmware.
 
+use std::ops::Range;
+
 use clap::Args;
 use lang::back::Compiled;
+use lang::hir::{Program, Stmt, StmtKind, Storage};
 use lang::image::Image;
+use lang::part::{Lack, PARTS, Part};
+use lang::record::feature;
 
 use super::Console;
 use super::script::Script;
@@ -64,16 +69,89 @@ impl Choice {
         let first = BUILDS.into_iter().find(runs);
         let Some(build) = self.part else { return Ok(first.unwrap_or(DEFAULT)) };
         let part = build.part;
-        let Some(lack) = part.lacks(&image.header, image.events()) else { return Ok(build) };
-        let text =
-            format!("`{}` for the {} lacks what this program wants: {lack}", part.name, part.chip);
-        let hint = match first {
-            Some(other) => {
-                format!("`--part {}` has it; or write the program without it", other.part.name)
+        let mut lacks = part.all_lacks(&image.header, image.events()).peekable();
+        if lacks.peek().is_none() {
+            return Ok(build);
+        }
+        for lack in lacks {
+            let text = format!(
+                "`{}` for the {} lacks what this program wants: {lack}",
+                part.name, part.chip
+            );
+            let (line, span) = first_place(&script.program, lack);
+            let note = Note::in_source(&script.source, span, "B008", text).hint(remedy(lack));
+            let note = match line {
+                Some(line) => note.at((script.line_of_file(line), 1)),
+                None => note.at((1, 1)),
+            };
+            match script.is_foreign() {
+                true => console.note(&note)?,
+                false => console.note_in(&note, &script.source)?,
             }
-            None => "no part has it: write the program without it".to_owned(),
-        };
-        let note = Note::error(script.source.name(), "B008", text).hint(hint);
-        Err(console.refuse(&note))
+        }
+        Err(Failure::Input)
+    }
+}
+
+/// Where a program first wants this; without a line where it is all of the program.
+fn first_place(program: &Program, lack: Lack) -> (Option<u32>, Range<usize>) {
+    let Lack::Feature(feature) = lack else { return (None, 0..0) };
+    if feature == feature::KEEP {
+        let kept = program.vars.iter().find(|var| matches!(var.storage, Storage::Keep(_)));
+        return kept.map_or((None, 0..0), |var| (None, var.span.clone()));
+    }
+    let mut first = None;
+    for routine in &program.routines {
+        find(&routine.body, feature, &mut first);
+    }
+    match first {
+        Some(stmt) => (Some(stmt.line), stmt.span.clone()),
+        None => (None, 0..0),
+    }
+}
+
+/// The first statement of the source, by its line, that wants a feature.
+fn find<'a>(block: &'a [Stmt], feature: u16, first: &mut Option<&'a Stmt>) {
+    for stmt in block {
+        if wants(&stmt.kind) & feature != 0 && first.is_none_or(|first| stmt.line < first.line) {
+            *first = Some(stmt);
+        }
+        for inner in stmt.kind.blocks() {
+            find(inner, feature, first);
+        }
+    }
+}
+
+/// Features that a statement itself wants, as the back end has it.
+const fn wants(kind: &StmtKind) -> u16 {
+    match kind {
+        StmtKind::OnError(Some(_)) => feature::LINES,
+        StmtKind::OnInput { .. } | StmtKind::OnEvery { .. } => feature::EVENTS,
+        StmtKind::MoveAxe { start: true, .. } | StmtKind::MoveSpeed { .. } => feature::START,
+        StmtKind::SetSpindle(_) => feature::POWER,
+        StmtKind::Linear { .. } | StmtKind::Cycle(_) => feature::INTERPOLATE,
+        StmtKind::Arc { .. } => feature::INTERPOLATE | feature::ARC,
+        _ => 0,
+    }
+}
+
+/// What to do about it: a part that has it, or the command that does without.
+fn remedy(lack: Lack) -> String {
+    let has = |part: &&Part| match lack {
+        Lack::Feature(feature) => !part.lacks_feature(feature),
+        Lack::Memory { used, .. } => part.pool.iter().all(|pool| used <= *pool),
+        Lack::Flash { used, keeps, .. } => used <= part.room_for(keeps),
+    };
+    let without = match lack {
+        Lack::Flash { .. } => "`pasapas stream` runs jobs of any length, piece by piece",
+        Lack::Memory { .. } => "fewer variables, calls within calls and ON lines need less",
+        Lack::Feature(feature::ARC) => "let the CAM tool write lines instead of arcs",
+        Lack::Feature(feature::POWER) => "without S the laser is on or off by M3 and M5",
+        Lack::Feature(_) => "write the program without it",
+    };
+    match PARTS.iter().find(has) {
+        Some(part) if part.is_hardware() => format!("`--part {}` has it; or {without}", part.name),
+        Some(part) => format!("{without}; `--part {}`, in the emulator only, has it", part.name),
+        None => without.to_owned(),
     }
 }

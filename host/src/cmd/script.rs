@@ -57,6 +57,11 @@ impl Script {
         line_of_file(&self.places, line)
     }
 
+    /// Whether it was made of another system's program, whose text it is not.
+    pub fn is_foreign(&self) -> bool {
+        !self.places.is_empty()
+    }
+
     /// The first line of the text that came from the file's line or from one behind it.
     pub fn line_of_text(&self, line: u32) -> u32 {
         if self.places.is_empty() {

@@ -41,7 +41,8 @@ impl Status {
         let mut text = describe(&state);
         text += &format!(
             "program   {}\nboard     firmware {}, register map {}, instruction set {:04X}\n\
-             health    {} bytes of stack never used, {} deadlines missed, reset cause {}\n",
+             health    {} bytes of stack never used, {} ms served late (erasing flash makes some), reset \
+             cause {}\n",
             match identity.program_bytes {
                 0 => format!("none, {} bytes free", identity.free_bytes),
                 bytes => format!("{bytes} bytes, {} more fit beside it", identity.free_bytes),

@@ -45,7 +45,7 @@ const START_PATIENCE: Duration = Duration::from_secs(2);
 
 /// What one may say where the program is halted.
 const HELP: &str = "Enter or s: to the next effect   c: go on   b LINE, d LINE: set, delete a \
-    breakpoint\np [NAME[(INDEX)]]: show variables   set NAME[(INDEX)] VALUE   q: end the run\n";
+    breakpoint\np [NAME[(INDEX)]]: show variables   set NAME[(INDEX)] [=] VALUE   q: end the run\n";
 
 impl Trace {
     /// Starts the program and writes its trace, as `sim --trace -` does, to its end.
@@ -215,6 +215,8 @@ impl Session<'_> {
                 self.alone = true;
                 return Ok(Answer::GoOn);
             }
+            // `set row=2` is `set row 2`.
+            let said = said.replacen('=', " ", 1);
             let words: Vec<&str> = said.split_whitespace().collect();
             let answer = match words[..] {
                 [] | ["s"] => {

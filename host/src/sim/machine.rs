@@ -38,7 +38,7 @@ use super::trace::{PerAxis, Status, What};
 use super::world::{Scenario, World, WorldError};
 use super::{End, Options, SimError, Sink};
 
-/// Simulated time that a statement takes, us (language.md, One meaning in time).
+/// Simulated time that a statement takes, us (lang/README.md, The machine).
 pub const STATEMENT_US: u64 = 20;
 
 /// What an engine does next.

@@ -82,8 +82,9 @@ impl fmt::Display for PumpError {
             ),
             PumpError::Refused(refusal) => write!(
                 f,
-                "the board refused a piece of the job ({refusal:?}); `pasapas flash` brings it this \
-                 tool's firmware"
+                "the board refused a piece of the job: {}; `pasapas flash` brings it this tool's \
+                 firmware",
+                crate::client::upload::reason(*refusal)
             ),
             PumpError::Busy => f.write_str(
                 "the board does not start: Stop, a door or a hold input is active, a program runs, \

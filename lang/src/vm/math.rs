@@ -1,4 +1,4 @@
-//! Arithmetic of the language: 32 bits, every overflow is a fault (language.md, Values).
+//! Arithmetic of the language: 32 bits, every overflow is a fault (lang/README.md, Values and kinds).
 
 use crate::fault::Fault;
 use crate::isa::Op;

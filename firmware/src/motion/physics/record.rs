@@ -46,7 +46,7 @@ impl std::ops::AddAssign for Count {
 }
 
 /// Half windows over which a path is judged, events, and how much steeper than the limit a ramp may be
-/// there: 5 % where each rate is that of 20 steps or more (device.md, Motion). Below that it is the
+/// there: 5 % where each rate is that of 20 steps or more (firmware/README.md, Motion). Below that it is the
 /// engine's straight lines between the intervals of a segment's ends that show: 7.1 % in the slowest
 /// segments of the mill's ramps.
 const SCALES: [(usize, f64); 4] = [

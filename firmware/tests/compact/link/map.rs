@@ -29,7 +29,7 @@ fn every_block_is_there_with_its_ends() {
     let mut board = board();
     for block in BLOCKS {
         if block.first >= wire::STREAM_MACHINE {
-            // Jobs from RAM and an override are not of this build.
+            // Jobs from RAM are not of this build.
             assert_eq!(ask(&mut board, &words(block.table, block.first, 1)), [1, 0x83, 2]);
             continue;
         }

@@ -2,7 +2,7 @@
 //!
 //! Each axis keeps its commanded machine position in um and rounds it to steps once, half away
 //! from zero; after a move in Steps, a stop, a probe or Home the um value is LENGTH of the steps
-//! (language.md, Machine).
+//! (lang/README.md, The machine).
 
 use lang::axis::Axis;
 use lang::effect::Coord;

@@ -1,4 +1,4 @@
-//! Canned cycles (language.md, G-code lines): each becomes the moves that it stands for.
+//! Canned cycles (lang/README.md, G-code): each becomes the moves that it stands for.
 
 use lang::axis::Axis;
 use lang::effect::{Coord, Dist, Effect, Frame, Read};

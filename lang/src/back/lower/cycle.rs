@@ -13,7 +13,7 @@ use crate::effect::Frame;
 use crate::hir::{Cycle, CycleKind, Expr, UnOp, Word};
 use crate::isa::{Look, Op};
 
-/// How far above the last depth the rapid of a G83 ends, um (language.md, G-code lines).
+/// How far above the last depth the rapid of a G83 ends, um (lang/README.md, G-code).
 const PECK_CLEARANCE: i32 = 250;
 
 const fn z_look(in_steps: bool) -> Look {

@@ -93,7 +93,7 @@ impl<'a> Checker<'a> {
     }
 
     /// A condition, or an ON/OFF argument: a Truth or a Number, and none of the forms that look
-    /// logical and are not (language.md, Values).
+    /// logical and are not (lang/README.md, Values and kinds).
     pub(super) fn condition(&mut self, expr: &'a Expr, what: &str) -> Option<hir::Expr> {
         let value = self.expr(expr)?;
         if !kinds::is_plain(value.kind) {

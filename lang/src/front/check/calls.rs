@@ -1,5 +1,5 @@
 //! Who calls whom: recursion is refused, and what is shared between the main program, event
-//! handlers and the error handler must not have cells of its own (language.md, Errors and events).
+//! handlers and the error handler must not have cells of its own (lang/README.md, Errors and events).
 
 use super::graph::{Graph, NodeId, Op, Target};
 use super::{Checker, MAIN};
@@ -24,7 +24,7 @@ pub(super) struct Proc {
     reached: [Option<Span>; 3],
 }
 
-/// Who may be running: language.md lets these interrupt one another.
+/// Who may be running: lang/README.md lets these interrupt one another.
 const CONTEXTS: [&str; 3] = ["the main program", "an event handler", "the error handler"];
 
 /// The procedures of a script; routines first, in the order of their ids, then labels.

@@ -11,7 +11,7 @@ use crate::front::words::Func;
 use crate::hir::{self, RoutineId, Storage, TableId};
 use crate::kind::Kind;
 
-/// First holding register of the variables (device.md, Link).
+/// First holding register of the variables (firmware/README.md, Link).
 const FIRST_REGISTER: i32 = 3000;
 /// Largest array: far more than any device has, small enough that sums of sizes stay in range.
 const MAX_ARRAY: i32 = 100_000;

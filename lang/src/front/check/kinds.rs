@@ -1,4 +1,4 @@
-//! The algebra of kinds (language.md, Values): which operands go together and what they give.
+//! The algebra of kinds (lang/README.md, Values and kinds): which operands go together and what they give.
 
 use crate::front::ast::BinaryOp;
 use crate::front::literal::example;

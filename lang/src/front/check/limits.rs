@@ -195,7 +195,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// A probe speed that a shift register can not follow (language.md, Probe).
+    /// A probe speed that a shift register can not follow (lang/README.md, Probing).
     pub(super) fn check_probe(
         &mut self,
         axis: Axis,

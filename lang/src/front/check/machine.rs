@@ -12,7 +12,7 @@ use crate::front::span::Span;
 use crate::hir::{self, InWant, ProbeSensor, StmtKind, Word};
 use crate::kind::Kind;
 
-/// Synchronisation characters (language.md, Send).
+/// Synchronisation characters (lang/README.md, Outputs, inputs, characters).
 const CHARACTERS: core::ops::RangeInclusive<i32> = 33..=125;
 
 impl<'a> Checker<'a> {

@@ -11,7 +11,7 @@ use crate::front::codes::Code;
 use crate::hir::{self, ArcCenter, StmtKind, Word};
 use crate::kind::Kind;
 
-/// How far an end may miss its circle, um (language.md, G-code lines; RS274/NGC 3.5.3).
+/// How far an end may miss its circle, um (lang/README.md, G-code; RS274/NGC 3.5.3).
 const MISS_UM: f64 = 5.0;
 /// And in parts of the radius.
 const MISS_PART: f64 = 0.001;
