@@ -133,7 +133,7 @@ impl Bus {
         for (addr, value, mask) in words {
             let cells = (*addr, *value, *mask);
             let wear = &mut self.flash.wear;
-            let count = cells::program(wear, &mut self.mem, cells, cut.as_deref_mut());
+            let count = cells::program(wear, &mut self.mem[..], cells, cut.as_deref_mut());
             if count > 2 && *mask == 0xFFFF {
                 self.warn(Kind::FlashRewritten, *addr);
             }
@@ -149,7 +149,7 @@ impl Bus {
     fn erase(&mut self, first: u32, last: u32, cut: &mut Option<Rng>) {
         let mut at = first;
         while let Some((start, len)) = self.part.segment(at) {
-            cells::erase(&mut self.flash.wear, &mut self.mem, (start, len), cut.as_mut());
+            cells::erase(&mut self.flash.wear, &mut self.mem[..], (start, len), cut.as_mut());
             at = start + len;
             if at > last {
                 break;

@@ -1,6 +1,6 @@
 //! Reads and writes by address.
 
-use super::{BLOCK_BITS, Block, Bus};
+use super::{BLOCK_BITS, BLOCKS, BYTES, Block, Bus};
 use crate::reset::Reset;
 use crate::warn::Kind;
 
@@ -13,10 +13,16 @@ const PROTECTED: [std::ops::Range<u32>; 2] = [0x1000..0x1800, 0x1B00..0x1C00];
 /// Device descriptor.
 const DESCRIPTOR: std::ops::Range<u32> = 0x1A00..0x1B00;
 
+/// Place of an address of RAM or flash in what is kept of memory.
+#[inline(always)]
+fn place(addr: u32) -> usize {
+    addr as usize & (BYTES - 1)
+}
+
 impl Bus {
     #[inline(always)]
     fn block(&self, addr: u32) -> Block {
-        self.map.get((addr >> BLOCK_BITS) as usize).copied().unwrap_or(Block::Slow)
+        self.map[(addr >> BLOCK_BITS) as usize & (BLOCKS - 1)]
     }
 
     /// Whether `addr` is in flash or information memory.
@@ -64,31 +70,28 @@ impl Bus {
 
     /// A word of memory as it is.
     pub fn word(&self, addr: u32) -> u16 {
-        let at = (addr & !1) as usize;
-        match self.mem.get(at..at + 2) {
-            Some(pair) => u16::from_le_bytes([pair[0], pair[1]]),
-            None => VACANT,
-        }
+        let at = place(addr & !1);
+        u16::from_le_bytes([self.mem[at], self.mem[at | 1]])
     }
 
     /// All of memory as it is; peripherals are not in it.
     pub fn memory(&self) -> &[u8] {
-        &self.mem
+        &self.mem[..self.part.end()]
     }
 
     /// Memory for loaders and tests. Code may have changed afterwards.
     pub fn memory_mut(&mut self) -> &mut [u8] {
-        self.code_changed = Some((0, self.mem.len() as u32 - 1));
+        self.code_changed = Some((0, BYTES as u32 - 1));
         self.attention = true;
-        &mut self.mem
+        &mut self.mem[..self.part.end()]
     }
 
     /// Reads a byte as an instruction does.
     #[inline(always)]
     pub fn read8(&mut self, addr: u32) -> u8 {
         match self.block(addr) {
-            Block::Ram => self.mem[addr as usize],
-            Block::Flash if !self.flash_is_busy() => self.mem[addr as usize],
+            Block::Ram => self.mem[place(addr)],
+            Block::Flash if !self.flash_is_busy() => self.mem[place(addr)],
             _ => (self.slow_read(addr, true) >> (8 * (addr & 1))) as u8,
         }
     }
@@ -110,7 +113,7 @@ impl Bus {
     #[inline(always)]
     pub fn write8(&mut self, addr: u32, value: u8) {
         if self.block(addr) == Block::Ram {
-            self.mem[addr as usize] = value;
+            self.mem[place(addr)] = value;
         } else {
             let shift = 8 * (addr & 1);
             self.slow_write(addr, u16::from(value) << shift, 0xFF << shift);
@@ -125,7 +128,7 @@ impl Bus {
         }
         let addr = addr & !1;
         if self.block(addr) == Block::Ram {
-            let at = addr as usize;
+            let at = place(addr);
             self.mem[at] = value as u8;
             self.mem[at | 1] = (value >> 8) as u8;
         } else {

@@ -42,6 +42,18 @@ enum Block {
 }
 
 const BLOCK_BITS: u32 = 7;
+/// Blocks of the 20-bit address space.
+const BLOCKS: usize = 0x10_0000 >> BLOCK_BITS;
+/// Bytes kept of the address space: a power of two, so that no access needs a check.
+const BYTES: usize = 0x4_0000;
+
+/// An array on the heap that never was on the stack.
+fn boxed<T: Copy, const N: usize>(value: T) -> Box<[T; N]> {
+    match vec![value; N].into_boxed_slice().try_into() {
+        Ok(array) => array,
+        Err(_) => unreachable!("the vector has that length"),
+    }
+}
 
 /// A USCI_A module with its own flags.
 #[derive(Clone, Default)]
@@ -105,8 +117,8 @@ pub struct Bus {
     vlo_hz: u64,
     part: Part,
     silicon: Silicon,
-    mem: Vec<u8>,
-    map: Vec<Block>,
+    mem: Box<[u8; BYTES]>,
+    map: Box<[Block; BLOCKS]>,
     sys: Sys,
     pmm: Pmm,
     ucs: Ucs,
@@ -134,23 +146,19 @@ fn timers() -> [Timer<7>; 4] {
 impl Bus {
     /// A chip with erased flash and the identity bytes of its device descriptor.
     pub fn new(part: Part, plant: Plant, vlo_hz: u64, vcc: u32, silicon: Silicon) -> Bus {
-        let end = part.end();
-        let blocks = end >> BLOCK_BITS;
-        let map = (0..blocks).map(|n| {
+        let mut map = boxed(Block::Slow);
+        for (n, block) in map.iter_mut().enumerate() {
             let addr = (n as u32) << BLOCK_BITS;
             let usb = part.usb_ram.as_ref().is_some_and(|range| range.contains(&addr));
             if part.ram.contains(&addr) || usb {
-                Block::Ram
+                *block = Block::Ram;
             } else if part.info.contains(&addr) || part.flash.contains(&addr) {
-                Block::Flash
-            } else {
-                Block::Slow
+                *block = Block::Flash;
             }
-        });
-        let map: Vec<Block> = map.collect();
+        }
         let ucs = Ucs::new(&silicon, vlo_hz, part.ticks_per_second);
         let delay = silicon.supervisor_us * (part.ticks_per_second / 1_000_000);
-        let mut mem = vec![0xFF; end];
+        let mut mem = boxed(0xFF);
         // Device identity 2955h and a hardware revision (SLAS590, "Device Descriptors").
         mem[0x1A04..0x1A07].copy_from_slice(&[0x55, 0x29, 0x18]);
         Bus {
@@ -303,8 +311,8 @@ impl Bus {
         self.rs485.skip(self.now);
         self.plant.power_up();
         if let Some(rng) = rng {
-            flash_memory::settle(&self.flash.wear, &mut self.mem, rng);
-            self.code_changed = Some((0, self.mem.len() as u32 - 1));
+            flash_memory::settle(&self.flash.wear, &mut self.mem[..], rng);
+            self.code_changed = Some((0, BYTES as u32 - 1));
         }
     }
 

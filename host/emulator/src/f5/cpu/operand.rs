@@ -51,27 +51,27 @@ pub fn load(bus: &mut Bus, addr: u32, size: Size) -> u32 {
 
 impl CpuX {
     #[inline(always)]
-    pub(super) fn source(&mut self, bus: &mut Bus, op: &Op) -> u32 {
+    pub(super) fn source(&mut self, bus: &mut Bus, op: &Op, size: Size) -> u32 {
         match op.src {
-            Src::Reg(reg) => self.r[usize::from(reg & 15)] & op.size.width().mask,
-            Src::Constant(value) | Src::Immediate(value) => value & op.size.width().mask,
+            Src::Reg(reg) => self.r[usize::from(reg & 15)] & size.width().mask,
+            Src::Constant(value) | Src::Immediate(value) => value & size.width().mask,
             _ => {
-                let addr = self.address(op);
-                load(bus, addr, op.size)
+                let addr = self.address(op, size);
+                load(bus, addr, size)
             }
         }
     }
 
     /// Address of a memory source; autoincrement happens here, before the destination is formed.
     #[inline(always)]
-    pub(super) fn address(&mut self, op: &Op) -> u32 {
+    pub(super) fn address(&mut self, op: &Op, size: Size) -> u32 {
         match op.src {
             Src::Indexed { reg, near, x } => indexed(self.r[usize::from(reg & 15)], near, x),
             Src::Symbolic(addr) | Src::Absolute(addr) | Src::NextWord(addr) => addr,
             Src::Indirect(reg) => self.r[usize::from(reg & 15)],
             Src::Increment(reg) => {
                 let addr = self.r[usize::from(reg & 15)];
-                let by = match op.size {
+                let by = match size {
                     // SP moves by words even in byte operations.
                     Size::Byte if usize::from(reg) != SP => 1,
                     Size::Byte | Size::Word => 2,
@@ -97,31 +97,31 @@ impl CpuX {
 
     /// Source, destination and the place of the destination.
     #[inline(always)]
-    pub(super) fn operands(&mut self, bus: &mut Bus, op: &Op) -> (u32, u32, Place) {
-        let src = self.source(bus, op);
+    pub(super) fn operands(&mut self, bus: &mut Bus, op: &Op, size: Size) -> (u32, u32, Place) {
+        let src = self.source(bus, op, size);
         let place = self.place(op.dst);
         let dst = match place {
             Place::Reg(reg) => {
-                self.check_pointer(bus, op, reg);
-                self.r[usize::from(reg & 15)] & op.size.width().mask
+                self.check_pointer(bus, op, size, reg);
+                self.r[usize::from(reg & 15)] & size.width().mask
             }
-            Place::Mem(addr) => load(bus, addr, op.size),
+            Place::Mem(addr) => load(bus, addr, size),
             Place::None => 0,
         };
         (src, dst, place)
     }
 
     /// The operand of a one-operand instruction and its place.
-    pub(super) fn operand(&mut self, bus: &mut Bus, op: &Op) -> (u32, Place) {
+    pub(super) fn operand(&mut self, bus: &mut Bus, op: &Op, size: Size) -> (u32, Place) {
         match op.src {
             Src::Reg(reg) => {
-                self.check_pointer(bus, op, reg);
+                self.check_pointer(bus, op, size, reg);
                 (self.r[usize::from(reg & 15)], Place::Reg(reg))
             }
             Src::Constant(value) | Src::Immediate(value) => (value, Place::None),
             _ => {
-                let addr = self.address(op);
-                (load(bus, addr, op.size), Place::Mem(addr))
+                let addr = self.address(op, size);
+                (load(bus, addr, size), Place::Mem(addr))
             }
         }
     }
@@ -129,9 +129,9 @@ impl CpuX {
     /// A word or byte operation changes a register that holds more than 16 bits: the rest is lost.
     /// A plain move replaces it on purpose.
     #[inline(always)]
-    pub(super) fn check_pointer(&mut self, bus: &mut Bus, op: &Op, reg: u8) {
+    pub(super) fn check_pointer(&mut self, bus: &mut Bus, op: &Op, size: Size, reg: u8) {
         let writes = !matches!(op.act, Act::Core(Kind::Cmp | Kind::Bit));
-        if writes && op.size != Size::Address && self.r[usize::from(reg & 15)] > 0xFFFF {
+        if writes && size != Size::Address && self.r[usize::from(reg & 15)] > 0xFFFF {
             self.lost_pointer(bus, reg);
         }
     }
