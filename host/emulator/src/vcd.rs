@@ -6,22 +6,38 @@ use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, Writer};
 
 use crate::record::{Edge, Signal};
 
-/// Units of 100 ps in a tick of 62.5 ns.
-const UNITS_PER_TICK: u64 = 625;
+/// Units of 100 ps in a second: a whole number of them is a tick of every part.
+const UNITS_PER_SECOND: u64 = 10_000_000_000;
 
 /// Writes edges as they come.
 pub struct VcdWriter<W: Write> {
     writer: Writer<W>,
     ids: Vec<(Signal, IdCode)>,
+    units_per_tick: u64,
     time: Option<u64>,
 }
 
 impl<W: Write> VcdWriter<W> {
-    /// Writes the head and the levels at `cycle`, as `Plant::signals` gives them.
+    /// Writes the head and the levels at `cycle`, as `Plant::signals` gives them; for a board with the
+    /// ticks of the G2553.
     ///
     /// # Errors
     /// When writing fails.
     pub fn new(out: W, signals: &[(Signal, bool)], cycle: u64) -> io::Result<Self> {
+        VcdWriter::timed(out, signals, cycle, crate::TICKS_PER_SECOND)
+    }
+
+    /// The same for a board with `ticks_per_second`, as `Board::ticks_per_second` tells.
+    ///
+    /// # Errors
+    /// When writing fails.
+    pub fn timed(
+        out: W,
+        signals: &[(Signal, bool)],
+        cycle: u64,
+        ticks_per_second: u64,
+    ) -> io::Result<Self> {
+        let units_per_tick = UNITS_PER_SECOND / ticks_per_second.clamp(1, UNITS_PER_SECOND);
         let mut writer = Writer::new(out);
         writer.timescale(100, TimescaleUnit::PS)?;
         writer.add_module("board")?;
@@ -31,13 +47,13 @@ impl<W: Write> VcdWriter<W> {
         }
         writer.upscope()?;
         writer.enddefinitions()?;
-        writer.timestamp(cycle * UNITS_PER_TICK)?;
+        writer.timestamp(cycle * units_per_tick)?;
         writer.begin(SimulationCommand::Dumpvars)?;
         for ((_, level), (_, id)) in signals.iter().zip(&ids) {
             writer.change_scalar(*id, *level)?;
         }
         writer.end()?;
-        Ok(VcdWriter { writer, ids, time: Some(cycle) })
+        Ok(VcdWriter { writer, ids, units_per_tick, time: Some(cycle) })
     }
 
     /// Writes edges; they must be in the order of time.
@@ -59,7 +75,7 @@ impl<W: Write> VcdWriter<W> {
     fn at(&mut self, cycle: u64) -> io::Result<()> {
         if self.time != Some(cycle) {
             self.time = Some(cycle);
-            self.writer.timestamp(cycle * UNITS_PER_TICK)?;
+            self.writer.timestamp(cycle * self.units_per_tick)?;
         }
         Ok(())
     }

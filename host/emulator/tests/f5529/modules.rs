@@ -1,6 +1,6 @@
 //! Timers, ports and their mapping, USCI, multiplier and CRC by their registers.
 
-use emulator::{Board, Config, Image, Link, Part, Rng, Signal, WarningKind, Wiring};
+use emulator::{Board, Config, Image, Link, Part, Rng, Signal, VcdWriter, WarningKind, Wiring};
 
 use crate::{CODE, CYCLE, IDLE, US, board, full_speed};
 
@@ -31,6 +31,15 @@ fn four_step_outputs_make_their_edges_at_their_ticks() {
     assert_eq!([at(0), at(1), at(2)], [Some(1000), Some(2000), Some(3000)]);
     assert_eq!(b.plant().motors[0].pulses, 1);
     assert_ne!(b.bus_read8(0x0200) & 0x20, 0, "TA0.4 too");
+    // The same edges in a file, in units of 100 ps.
+    let mut file = Vec::new();
+    let signals = b.plant().signals();
+    let mut vcd =
+        VcdWriter::timed(&mut file, &signals, 0, b.ticks_per_second()).expect("in memory");
+    vcd.write(&edges).expect("in memory");
+    let text = String::from_utf8(file).expect("text");
+    let x = edges.iter().find(|e| e.signal == Signal::Step(0)).expect("the edge");
+    assert!(text.contains(&format!("#{}\n", x.cycle)), "{text}");
 }
 
 #[test]

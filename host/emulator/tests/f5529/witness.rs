@@ -9,6 +9,8 @@
 //! - SWPB and SXT as words leave the upper four bits of a register.
 
 use std::collections::BTreeMap;
+use std::io::Write;
+use std::process::{Command, Stdio};
 
 use emulator::Board;
 
@@ -123,6 +125,10 @@ fn differences(b: &mut Board, v: &Vector) -> Vec<String> {
 }
 
 impl Vector {
+    fn first_word(&self) -> u16 {
+        u16::from_le_bytes([self.code[0], self.code[1]])
+    }
+
     fn is_address(&self) -> bool {
         let mnemonic =
             self.text.trim_start_matches("RPT").split(' ').find(|word| word.contains('.'));
@@ -186,4 +192,62 @@ fn instructions_are_as_long_as_the_other_decoder_says() {
         differences(&mut b, &v);
         assert_eq!(b.far_reg(0), CODE + length, "{}", v.text);
     }
+}
+
+/// Runs `mspdebug`'s simulator; `None` when it is not installed.
+fn mspdebug(commands: String) -> Option<String> {
+    let mut child = Command::new("mspdebug")
+        .args(["-q", "-n", "sim"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .ok()?;
+    let mut stdin = child.stdin.take()?;
+    let writer = std::thread::spawn(move || stdin.write_all(commands.as_bytes()));
+    let output = child.wait_with_output().ok()?;
+    writer.join().ok()?.ok()?;
+    Some(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// The same instructions through `mspdebug`'s disassembler: a second decoder of other people.
+#[test]
+fn instructions_are_as_long_as_mspdebug_says() {
+    if mspdebug("exit\n".into()).is_none() {
+        println!("mspdebug is not installed: its disassembler is not asked");
+        return;
+    }
+    let lines = || include_str!("data/sleigh.txt").lines().filter(|line| !line.starts_with('#'));
+    let mut commands = String::new();
+    for (n, line) in lines().enumerate() {
+        let at = CODE as usize + 16 * n;
+        let mut code = vector(line).code;
+        while code.len() < 16 {
+            code.extend([0x03, 0x43]);
+        }
+        let code: String = code.iter().map(|byte| format!(" {byte:#x}")).collect();
+        commands += &format!("mw {at:#x}{code}\ndis {at:#x} 16\n");
+    }
+    commands += "exit\n";
+    let output = mspdebug(commands).expect("mspdebug runs");
+    let rows: BTreeMap<&str, &str> =
+        output.lines().filter_map(|row| row.strip_prefix("    ")?.split_once(": ")).collect();
+    let mut compared = 0;
+    for (n, line) in lines().enumerate() {
+        let address = format!("{:05x}", CODE as usize + 16 * n);
+        let row = rows.get(address.as_str()).expect("a row");
+        let bytes = row.split_whitespace().take_while(|word| {
+            word.len() == 2 && word.chars().all(|c| c.is_ascii_hexdigit() && !c.is_uppercase())
+        });
+        let length = line.split(' ').nth(1).and_then(|n| n.parse().ok());
+        let bytes = bytes.count();
+        if row.split_whitespace().count() == bytes {
+            // It has no name for a repetition whose carry is taken as 0, nor for counts in registers.
+            assert!((0x1880..0x2000).contains(&vector(line).first_word()), "{line}\n{row}");
+            continue;
+        }
+        assert_eq!(Some(bytes), length, "{line}\n{row}");
+        compared += 1;
+    }
+    assert!(compared > 2200, "{compared}");
 }
