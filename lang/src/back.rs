@@ -30,6 +30,23 @@ use crate::record::feature;
 /// place in the source. The size of code and tables is no reason: compare
 /// [`Compiled::image`]'s length with what a board offers.
 pub fn compile(program: &Program) -> Result<Compiled, Vec<Excess>> {
+    compile_for(program, Room::Device)
+}
+
+/// Where an image is to run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Room {
+    /// On a device with the memory that the language promises.
+    Device,
+    /// On a computer: only what the image's format can say is a limit.
+    Format,
+}
+
+/// [`compile`] for a place with more or less room.
+///
+/// # Errors
+/// As those of [`compile`].
+pub fn compile_for(program: &Program, room: Room) -> Result<Compiled, Vec<Excess>> {
     let mut unit = lower::lower(program);
     let resumes = unit.features & feature::LINES != 0;
     for routine in &mut unit.routines {
@@ -37,7 +54,7 @@ pub fn compile(program: &Program) -> Result<Compiled, Vec<Excess>> {
     }
     let graph = graph::analyse(program, &mut unit);
     let cells = cells::allocate(program, &unit, &graph);
-    let excesses = report::excesses(program, &unit, &graph, &cells);
+    let excesses = report::excesses(program, &unit, &graph, &cells, room);
     if !excesses.is_empty() {
         return Err(excesses);
     }

@@ -103,7 +103,7 @@ pub mod command;
 #[cfg(any(test, feature = "compiler"))]
 pub use codes::Codes;
 pub use codes::{
-    Called, Control, Direct, End, Exception, Refusal, RunState, Stream, TraceKind, Upload,
+    Called, Control, Direct, End, Exception, Refusal, RunState, Seen, Stream, TraceKind, Upload,
 };
 
 /// Version of this page; the host compares it first.

@@ -6,11 +6,12 @@
 use crate::core::{Core, END, Event, PENDING, PULSE_BEGUN};
 use crate::flash::Image;
 use crate::motor::AXES;
+use crate::observe;
 use crate::vm::{convert, vm};
 use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::isa::{Look, Op, flags};
-use lang::wire::TraceKind;
+use lang::wire::{Seen, TraceKind};
 
 /// Wants of WaitIn: level off, level on, rise, fall.
 const WANT_EDGE: u8 = 2;
@@ -114,11 +115,13 @@ impl Core {
                 if self.first() {
                     self.motor.stop(0b111);
                 }
-                // One event for each axis: the next one waits until the host has this one.
-                if self.trace.on && self.effect.n < AXES {
+                // One event for each axis: the next one waits until a host that traces has this one.
+                while self.effect.n < AXES {
                     self.emit(TraceKind::Stop, self.effect.n, 0);
                     self.effect.n += 1;
-                    return Ok(false);
+                    if self.trace.full {
+                        return Ok(false);
+                    }
                 }
                 return Ok(self.motor.moving() == 0);
             }
@@ -262,7 +265,10 @@ impl Core {
                 continue;
             }
             self.out(u16::from(n), self.effect.bits >> (n - 1) & 1 != 0)?;
-            return Ok(n == 8);
+            // They change together, unless a host that traces must hear of each first.
+            if n == 8 || self.trace.full {
+                return Ok(n == 8);
+            }
         }
     }
 
@@ -360,9 +366,9 @@ impl Core {
     fn put(&mut self, byte: u8) -> bool {
         if !self.trace.on {
             self.print.put_or_drop(byte);
-            return true;
         }
-        if self.print.put(byte) {
+        if !self.trace.on || self.print.put(byte) {
+            observe::beside(Seen::Byte, byte, self.pc_of_effect());
             return true;
         }
         self.print.flush();

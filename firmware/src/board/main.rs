@@ -24,6 +24,7 @@ mod map;
 mod math;
 mod motor;
 mod moves;
+mod observe;
 mod pins;
 mod probe;
 mod reg;

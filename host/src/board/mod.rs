@@ -7,13 +7,17 @@ pub mod judge;
 #[cfg(test)]
 mod laser;
 pub mod link;
+pub mod observe;
 mod path;
 mod pty;
 pub mod rig;
+mod run;
 pub mod serve;
 pub mod size;
 mod stuck;
+pub mod teller;
 pub mod turns;
+mod uses;
 
 use emulator::{Image, LoadError, Part};
 use lang::part;

@@ -25,8 +25,6 @@ pub struct PathRecorder {
     printed: Vec<Printed>,
     /// When the statement that reported last was over, as far as it tells, us.
     free_us: u64,
-    /// Tick at which the finger leaves Start.
-    pub release_start_at: Option<u64>,
 }
 
 impl Default for PathRecorder {
@@ -44,7 +42,6 @@ impl Default for PathRecorder {
             begun: Vec::new(),
             printed: Vec::new(),
             free_us: 0,
-            release_start_at: None,
         }
     }
 }

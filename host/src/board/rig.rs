@@ -3,9 +3,11 @@
 use emulator::plant::Contact;
 use emulator::{Board, Config, Format, Parity, Stop, TICKS_PER_SECOND, Wiring as PlantWiring};
 use lang::axis::Axis;
-use lang::profile::{Direction, Profile, Wiring};
+use lang::profile::{Direction, InputRole, Profile, Wiring};
+use lang::wire::{Seen, TraceKind};
 
 use super::Build;
+use super::observe::{Observed, Observer, Sight};
 use crate::sim::world::{Action, Button, Scenario, World, WorldError};
 
 /// Ticks in a microsecond.
@@ -35,6 +37,14 @@ pub struct Rig {
     lost: [i64; 3],
     host_actions: Vec<HostAction>,
     failed: Option<WorldError>,
+    /// What the world does at time 0 beside inputs, until the run begins.
+    first: Vec<Action>,
+    /// Who sees what the firmware does, if anybody.
+    observer: Option<Observer>,
+    /// What was seen and not taken yet.
+    observed: Vec<Observed>,
+    /// The board as it was before it was asked something on the side.
+    aside: Option<Box<Board>>,
     /// Output edges since the last look: tick, number, state.
     outputs: Vec<(u64, i32, bool)>,
     /// Input edges made by the scenario: tick, number, state.
@@ -69,6 +79,10 @@ impl Rig {
             lost: [0; 3],
             host_actions: Vec::new(),
             failed: None,
+            first: Vec::new(),
+            observer: None,
+            observed: Vec::new(),
+            aside: None,
             outputs: Vec::new(),
             inputs: Vec::new(),
         };
@@ -140,12 +154,59 @@ impl Rig {
 
     /// Time of the scenario, us; 0 before it began.
     pub fn us(&self) -> u64 {
-        self.zero.map_or(0, |zero| self.now().saturating_sub(zero) / TICKS_PER_US)
+        self.us_at(self.now())
+    }
+
+    /// The same of an instant, in ticks since power-up.
+    pub fn us_at(&self, tick: u64) -> u64 {
+        self.zero.map_or(0, |zero| tick.saturating_sub(zero) / TICKS_PER_US)
+    }
+
+    /// Whether the scenario's time has begun.
+    pub fn has_begun(&self) -> bool {
+        self.zero.is_some()
     }
 
     /// The scenario's time begins now.
     pub fn begin(&mut self) {
         self.zero = Some(self.now());
+        for action in std::mem::take(&mut self.first) {
+            self.apply(action);
+        }
+    }
+
+    /// Watches what the firmware does from now on; the scenario's time begins with the next run.
+    /// `false` when this image cannot be watched.
+    pub fn observe(&mut self) -> bool {
+        self.observer = Observer::of(&mut self.board);
+        self.observer.is_some()
+    }
+
+    /// Does what the world does at time 0 to inputs that only scripts read, so that they have come
+    /// through their filters when the run begins. Anything else waits for that.
+    ///
+    /// # Errors
+    /// A callback of the world fails.
+    pub fn set_the_scene(&mut self) -> Result<(), WorldError> {
+        let actions = self.scenario.advance(0).inspect_err(|error| {
+            self.failed = Some(error.clone());
+        })?;
+        for action in actions {
+            match action {
+                Action::Input { n, .. } if !self.has_role(n) => self.apply(action),
+                _ => self.first.push(action),
+            }
+        }
+        self.place_probe();
+        Ok(())
+    }
+
+    /// Whether the controller itself does something when the input is on.
+    fn has_role(&self, n: i32) -> bool {
+        let roles = self.profile.inputs.iter().filter(|input| input.n == n);
+        let plain = |role: Option<InputRole>| matches!(role, None | Some(InputRole::Probe));
+        roles.into_iter().any(|input| !plain(input.role))
+            || Axis::ALL.into_iter().any(|axis| self.profile.reference_input(axis) == n)
     }
 
     /// When the scenario acts next, in ticks.
@@ -164,17 +225,78 @@ impl Rig {
     /// # Errors
     /// A callback of the world fails.
     pub fn run_until(&mut self, limit: u64) -> Result<(), WorldError> {
-        loop {
-            self.act()?;
-            let until = self.next_action().map_or(limit, |next| next.min(limit));
-            let stop = self.board.run_until(until.max(self.now()));
-            self.look_at_outputs();
-            match stop {
-                Stop::NoPower => return Ok(()),
-                Stop::Time if self.now() >= limit => return Ok(()),
-                _ => {}
-            }
+        while self.advance(limit)? {}
+        Ok(())
+    }
+
+    /// The same, but comes back at the first thing that is observed or that the host has to do.
+    ///
+    /// # Errors
+    /// A callback of the world fails.
+    pub fn run_to_event(&mut self, limit: u64) -> Result<(), WorldError> {
+        let quiet = |rig: &Rig| rig.observed.is_empty() && rig.host_actions.is_empty();
+        while quiet(self) && self.advance(limit)? {}
+        Ok(())
+    }
+
+    /// Runs to the next thing that happens; `false` when that is the limit.
+    fn advance(&mut self, limit: u64) -> Result<bool, WorldError> {
+        let limit = limit.max(self.now());
+        if self.aside.is_some() {
+            return Ok(self.board.run_until(limit) != Stop::Time && self.board.powered());
         }
+        self.act()?;
+        let until = self.next_action().map_or(limit, |next| next.min(limit));
+        let stop = self.board.run_until(until.max(self.now()));
+        self.look_at_outputs();
+        match stop {
+            Stop::NoPower => return Ok(false),
+            Stop::Watched(at) => self.see(at),
+            Stop::Time => return Ok(self.now() < limit),
+            _ => {}
+        }
+        Ok(true)
+    }
+
+    /// The board has stopped at a place that is watched.
+    fn see(&mut self, at: u32) {
+        let Some(observed) = self.observer.as_ref().and_then(|own| own.look(&self.board, at))
+        else {
+            return;
+        };
+        match observed.sight {
+            Sight::Beside(Seen::Begun, _) if self.zero.is_none() => self.begin(),
+            Sight::Event { kind: TraceKind::Home, argument, value, .. } => {
+                let axis = usize::from(argument & !lang::wire::TRACE_OK);
+                if let Some(axis) = Axis::from_index(axis) {
+                    self.homed(axis, value);
+                }
+            }
+            _ => {}
+        }
+        self.observed.push(observed);
+    }
+
+    /// What was observed since the last call.
+    pub fn take_observed(&mut self) -> Vec<Observed> {
+        std::mem::take(&mut self.observed)
+    }
+
+    /// Whatever the board does from now on does not count: [`Rig::come_back`] undoes it.
+    pub fn set_aside(&mut self) {
+        self.aside = Some(Box::new(self.board.clone()));
+    }
+
+    /// The board is as it was at [`Rig::set_aside`].
+    pub fn come_back(&mut self) {
+        if let Some(board) = self.aside.take() {
+            self.board = *board;
+        }
+    }
+
+    /// Why the world failed, if it has.
+    pub fn failure(&self) -> Option<&WorldError> {
+        self.failed.as_ref()
     }
 
     fn act(&mut self) -> Result<(), WorldError> {
@@ -214,7 +336,11 @@ impl Rig {
                 Some(n) => self.set_input(n, true, now),
                 None => self.host_actions.push(HostAction::EmergencyStop),
             },
-            Action::Char(c) => self.host_actions.push(HostAction::Char(c)),
+            // There is one register for them: of several at an instant the last one counts.
+            Action::Char(c) => {
+                self.host_actions.retain(|action| !matches!(action, HostAction::Char(_)));
+                self.host_actions.push(HostAction::Char(c));
+            }
             Action::Stall { axis, steps } => {
                 let steps = u64::from(steps.unsigned_abs());
                 self.board.plant_mut().stall(axis.index(), steps);

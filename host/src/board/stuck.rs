@@ -8,7 +8,10 @@ const QUIET_US: u64 = 500_000;
 /// Notices when nothing moves and nothing is reported.
 #[derive(Debug, Default)]
 pub struct Watch {
+    /// When something happened last, us.
     since_us: u64,
+    /// When it was quiet for long last, us.
+    told_us: u64,
     pulses: [u64; 3],
 }
 
@@ -18,15 +21,20 @@ impl Watch {
         self.since_us = us;
     }
 
+    /// When something happened last, us.
+    pub fn since_us(&self) -> u64 {
+        self.since_us
+    }
+
     /// Whether neither event nor step came for a while; answers yes once in that while.
     pub fn is_quiet(&mut self, us: u64, pulses: [u64; 3]) -> bool {
         if pulses != self.pulses {
             self.pulses = pulses;
             self.since_us = us;
         }
-        let quiet = us.saturating_sub(self.since_us) >= QUIET_US;
+        let quiet = us.saturating_sub(self.since_us.max(self.told_us)) >= QUIET_US;
         if quiet {
-            self.since_us = us;
+            self.told_us = us;
         }
         quiet
     }

@@ -1,15 +1,14 @@
 //! Trace mode: the board's events as lines of the trace (lang's `wire` module, Trace).
 
-use lang::axis::Axis;
-use lang::fault::Fault;
 use lang::profile::Profile;
-use lang::wire::{self, End, TRACE_LENGTH, TRACE_OK, TraceKind};
+use lang::wire::{self, TRACE_LENGTH, TraceKind};
 
 use super::print::LINE_END;
 use super::status::long;
 use super::{Client, ClientError};
+use crate::board::teller;
 use crate::link::Link;
-use crate::sim::trace::{AxisLetter, MoveKind, PerAxis, Status, What};
+use crate::sim::trace::What;
 
 /// Reads a board's events one after the other.
 pub struct Tracer<'a> {
@@ -64,58 +63,17 @@ impl<'a> Tracer<'a> {
         event: &Event,
     ) -> Result<Option<What>, ClientError> {
         let line = (self.line_of)(event.pc);
-        let Event { argument, value, .. } = *event;
-        let ok = argument & TRACE_OK != 0;
-        let number = i32::from(argument & !TRACE_OK);
-        let axis = || Axis::from_index(usize::from(argument & !TRACE_OK)).map(AxisLetter);
-        Ok(match event.kind {
-            TraceKind::None => None,
-            TraceKind::Home => axis().map(|axis| What::Home { line, axis, ok, pos: value }),
-            TraceKind::Axe => Some(self.movement(client, line, MoveKind::Axe)?),
-            TraceKind::Rapid => Some(self.movement(client, line, MoveKind::Rapid)?),
-            TraceKind::Line => Some(self.movement(client, line, MoveKind::Line)?),
-            TraceKind::Arc => Some(self.movement(client, line, MoveKind::Arc)?),
-            TraceKind::Out => Some(What::Out { line, n: number, v: (value != 0).into() }),
-            TraceKind::Wait => Some(What::Wait { line, ms: value }),
-            TraceKind::WaitIn => Some(What::WaitIn { line, n: number, v: (value != 0).into(), ok }),
-            TraceKind::Probe => axis().map(|axis| What::Probe { line, axis, ok, pos: value }),
-            TraceKind::Print => Some(What::Print { line, text: self.printed_line(client)? }),
-            TraceKind::Send => Some(What::Send { line, c: value }),
-            TraceKind::WaitChar => Some(What::WaitChar { line, c: value, ok }),
-            TraceKind::WaitStart => Some(What::WaitStart { line }),
-            TraceKind::Speed => axis().map(|axis| What::Speed { line, axis, v: value }),
-            TraceKind::Stop => axis()
-                .filter(|axis| self.profile.axis(axis.0).is_some())
-                .map(|axis| What::Stop { line, axis }),
-            TraceKind::End => {
-                let status = match End::from_number(argument.into()) {
-                    Some(End::Fault) => Status::Fault,
-                    Some(End::Stopped) => Status::Stopped,
-                    _ => Status::Done,
-                };
-                let fault = u8::try_from(value).ok().and_then(Fault::from_number);
-                let fault = fault.filter(|_| status == Status::Fault);
-                Some(What::end(status, fault, line, self.commanded(client)?))
-            }
-        })
-    }
-
-    fn movement<L: Link>(
-        &self,
-        client: &mut Client<L>,
-        line: u32,
-        kind: MoveKind,
-    ) -> Result<What, ClientError> {
-        Ok(What::Move { line, kind, to: self.commanded(client)? })
-    }
-
-    /// Commanded positions of the axes that the machine has.
-    fn commanded<L: Link>(&self, client: &mut Client<L>) -> Result<PerAxis, ClientError> {
-        let words = client.holding(wire::COMMANDED, 6)?;
-        Ok(PerAxis::new(Axis::ALL.map(|axis| {
-            let at = 2 * axis.index();
-            self.profile.axis(axis).map(|_| long(words[at], words[at + 1]))
-        })))
+        let Event { kind, argument, value, .. } = *event;
+        if kind == TraceKind::Print {
+            return Ok(Some(What::Print { line, text: self.printed_line(client)? }));
+        }
+        let placed = [TraceKind::Axe, TraceKind::Rapid, TraceKind::Line, TraceKind::Arc];
+        let mut commanded = [0; 3];
+        if kind == TraceKind::End || placed.contains(&kind) {
+            let words = client.holding(wire::COMMANDED, 6)?;
+            commanded = [0, 2, 4].map(|at| long(words[at], words[at + 1]));
+        }
+        Ok(teller::event(self.profile, line, kind, argument, value, commanded))
     }
 
     /// Takes bytes of print up to the line's end. A board that never ends a line is given up after

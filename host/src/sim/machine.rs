@@ -395,7 +395,9 @@ impl Machine {
             Read::In(n) => self.inputs.read(n)?.into(),
             Read::InPort => self.inputs.port(),
             Read::Out(n) => self.outputs.read(n)?.into(),
-            Read::Pos(axis) => self.axes.work_at(axis, self.resting_or_now(axis))?,
+            Read::Pos(axis) => {
+                self.axes.work_at(axis, self.motion.positions(self.now)[axis.index()])?
+            }
             Read::PosSteps(axis) => self.motion.positions(self.now)[axis.index()],
             Read::Probed(axis) => self.axes.probed_work(axis)?,
             Read::ProbedSteps(axis) => self.axes.probed_steps(axis),
@@ -406,11 +408,6 @@ impl Machine {
             Read::TimedOut => self.timed_out.into(),
             Read::CharIn => std::mem::take(&mut self.char_in),
         })
-    }
-
-    /// The axis's position of the instant while it moves; at rest its commanded one counts.
-    fn resting_or_now(&self, axis: Axis) -> Option<i32> {
-        self.motion.is_moving(axis).then(|| self.motion.positions(self.now)[axis.index()])
     }
 
     /// A text of PRINT that is in no list.

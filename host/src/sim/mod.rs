@@ -13,6 +13,7 @@ pub mod world;
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use lang::back::{self, Room};
 use lang::fault::Fault;
 use lang::hir::Program;
 
@@ -150,7 +151,8 @@ pub fn run(
     options: &Options,
     sink: Sink,
 ) -> Result<Outcome, SimError> {
-    let compiled = lang::back::compile(program);
+    // The device's limits are those of `check` and `upload`; here a program may be larger.
+    let compiled = back::compile_for(program, Room::Format);
     match (engine, compiled) {
         (Engine::Rhai, compiled) => {
             let depth = compiled.map_or(MAX_CALLS, |compiled| compiled.calls);
@@ -161,11 +163,14 @@ pub fn run(
             let list: Vec<String> = excesses
                 .iter()
                 .map(|excess| {
-                    let lang::back::Excess { resource, used, available, .. } = excess;
+                    let back::Excess { resource, used, available, .. } = excess;
                     format!("{resource:?}: {used} used, {available} available")
                 })
                 .collect();
-            Err(SimError::Engine(format!("the VM has too little memory: {}", list.join("; "))))
+            Err(SimError::Engine(format!(
+                "no image can hold this program: {}; `--engine rhai` runs it",
+                list.join("; ")
+            )))
         }
     }
 }

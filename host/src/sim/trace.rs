@@ -220,6 +220,14 @@ pub enum What {
 }
 
 impl What {
+    /// Line of a statement that sets axes going.
+    pub fn motion_line(&self) -> Option<u32> {
+        match *self {
+            What::Move { line, .. } | What::Speed { line, .. } => Some(line),
+            _ => None,
+        }
+    }
+
     /// The end of a run.
     pub fn end(status: Status, fault: Option<Fault>, line: u32, pos: PerAxis) -> What {
         What::End {

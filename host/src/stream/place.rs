@@ -219,7 +219,7 @@ impl Track {
             let i = axis.index();
             if self.zeroed[i] {
                 // The board counts its zero from where the axis stands now.
-                let work = self.axes.work_at(axis, Some(steps[i]))?;
+                let work = self.axes.work_at(axis, steps[i])?;
                 list.push((vec![work], vec![Op::SetPos.code(), i as u8]));
             }
         }

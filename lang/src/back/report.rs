@@ -1,5 +1,6 @@
 //! What a compilation gives besides code: places, amounts, excesses.
 
+use crate::back::Room;
 use crate::back::cells::Cells;
 use crate::back::graph::Graph;
 use crate::back::ir::Unit;
@@ -124,6 +125,8 @@ pub struct Excess {
 const MAX_KEEPS: usize = 8;
 /// Bytes of texts at most: short columns may lie before them.
 const MAX_TEXTS: usize = 0x8000;
+/// Largest number of cells that the header's byte holds.
+const MAX_CELLS: usize = u8::MAX as usize;
 /// Largest number that the header's half bytes hold.
 pub const MAX_DEPTH: usize = 15;
 
@@ -132,8 +135,14 @@ const fn promised_depth(features: u16) -> usize {
     if pool_limit(features as u8) >= 192 { 8 } else { 6 }
 }
 
-/// Everything that the program has too much of.
-pub fn excesses(program: &Program, unit: &Unit, graph: &Graph, cells: &Cells) -> Vec<Excess> {
+/// Everything that the program has too much of for that room.
+pub fn excesses(
+    program: &Program,
+    unit: &Unit,
+    graph: &Graph,
+    cells: &Cells,
+    room: Room,
+) -> Vec<Excess> {
     let mut found = Vec::new();
     let mut check = |resource, used: usize, available: usize, span: &Span| {
         if used > available {
@@ -141,8 +150,11 @@ pub fn excesses(program: &Program, unit: &Unit, graph: &Graph, cells: &Cells) ->
         }
     };
     let depth = promised_depth(unit.features);
-    let pool = pool_limit(unit.features as u8);
     let (stack, calls) = (graph.stack(), graph.calls);
+    let pool = match room {
+        Room::Device => pool_limit(unit.features as u8),
+        Room::Format => 4 * (MAX_CELLS + stack) + 2 * calls,
+    };
     let cells_available = pool.saturating_sub(4 * stack + 2 * calls) / 4;
     if cells.count > cells_available {
         // Depths within the promise leave the cells that were promised: then the variables are

@@ -74,6 +74,18 @@ codes! {
 }
 
 codes! {
+    /// What an observer of the chip sees beside the events of the trace.
+    Seen {
+        /// A byte of a printed line.
+        Byte = 0,
+        /// A run begins.
+        Begun = 1,
+        /// What was printed of a line comes to nothing: its statement failed.
+        Abandoned = 2,
+    }
+}
+
+codes! {
     /// How the last run ended ([`LAST_END`](super::LAST_END)).
     End {
         /// None has ended since reset.

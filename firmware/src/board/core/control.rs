@@ -4,6 +4,7 @@ use super::effect::Effect;
 use super::events::handlers;
 use super::{Core, LIMITS};
 use crate::flash::Image;
+use crate::observe;
 use crate::vm::vm;
 use firmware::session::Order;
 use firmware::verify;
@@ -11,7 +12,7 @@ use lang::fault::Fault;
 use lang::record::FULL_POWER;
 #[cfg(feature = "stream")]
 use lang::wire::Called;
-use lang::wire::{Control, RunState};
+use lang::wire::{Control, RunState, Seen};
 
 impl Core {
     /// A control code from the link.
@@ -81,6 +82,7 @@ impl Core {
 
     /// The VM stands at the beginning of a run.
     pub fn begun(&mut self) {
+        observe::beside(Seen::Begun, 0, 0);
         crate::boot::mark(true);
         self.jog = false;
         self.session.begun();
@@ -131,6 +133,7 @@ impl Core {
         let waits = self.effect.code != 0;
         self.forget();
         self.print.abandon();
+        observe::beside(Seen::Abandoned, 0, pc);
         if vm().raise(fault, pc, between) {
             self.put_feed_aside(open);
             #[cfg(feature = "stream")]

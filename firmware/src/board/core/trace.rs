@@ -1,6 +1,7 @@
 //! What the host is told in trace mode, event by event.
 
 use super::Core;
+use crate::observe;
 use crate::vm::vm;
 use lang::wire::{TRACE_OK, TraceKind};
 
@@ -25,6 +26,8 @@ pub struct Trace {
 impl Core {
     /// One event for the host; the slot is free when this is called.
     pub fn emit(&mut self, kind: TraceKind, argument: u8, value: i32) {
+        let pc = self.pc_of_effect();
+        observe::event(kind, argument, value, &self.motor.steps, pc);
         if !self.trace.on {
             return;
         }
@@ -32,8 +35,13 @@ impl Core {
         self.trace.full = true;
         self.trace.kind = kind as u8;
         self.trace.argument = argument;
-        self.trace.pc = self.effect_pc.wrapping_sub(vm().code);
+        self.trace.pc = pc;
         self.trace.value = value;
+    }
+
+    /// Address of the effect's instruction in the program's code.
+    pub fn pc_of_effect(&self) -> u16 {
+        self.effect_pc.wrapping_sub(vm().code)
     }
 
     /// An event with an outcome.

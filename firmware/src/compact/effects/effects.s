@@ -79,7 +79,8 @@ fx_set_port:
     IF_EQUAL 1b
     GET N
     DO fx_output
-    CASE_NOT DONE, 1b
+    /* they change together, unless a host that traces must hear of each first */
+    IF_NONE TRACING, T_FULL, 1b
     GOTO fx_not_yet
 
 fx_motors:

@@ -12,7 +12,8 @@ micro_event:
     clr r15
 1:  bis.b &N, r15
     mov.b @r10+, r14
-/* Traces the event of kind r14 with argument r15 and value r13:r12 when the host wants it; the slot is
+/* An observer of the chip reads its registers here, whether a host traces or not.
+   Traces the event of kind r14 with argument r15 and value r13:r12 when the host wants it; the slot is
    free. Leaves r12 = DONE. */
     .global emit
 emit:

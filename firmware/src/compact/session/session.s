@@ -159,6 +159,9 @@ start_:
     BITS_OFF RUN_FLAGS, R_WAITING|R_TIMED_OUT
     BITS_OFF TRACING, ~(T_ON|T_LOCKED)&0xff
     END
+    /* for an observer of the chip */
+    .global run_begun
+run_begun:
     inc &RUNS
     br #motion_reset
 

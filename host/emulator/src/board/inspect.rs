@@ -89,6 +89,13 @@ impl Board {
         self.breakpoints.remove(&addr.wide());
     }
 
+    /// Stops runs in front of the instruction at `addr`, in flash, each time that it is reached: for an
+    /// observer who lets the board run on. Neither the chip nor the speed of the rest notices.
+    pub fn watch(&mut self, addr: impl Address) {
+        let addr = addr.wide();
+        with!(&mut self.chip, c => c.cpu.watch(addr));
+    }
+
     /// Broken rules so far, one for each kind and instruction.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {

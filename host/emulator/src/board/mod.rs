@@ -65,6 +65,9 @@ pub enum Stop {
     Time,
     /// The program counter reached a breakpoint; the instruction has not been executed.
     Breakpoint(u32),
+    /// The program counter reached an address of [`Board::watch`]; the instruction has not been
+    /// executed, and will be when the board runs on.
+    Watched(u32),
     /// An output changed while `Plant::stop_at_output` is set.
     Output,
     /// A flash operation was completed, and `stop_at_flash` is set.
@@ -215,6 +218,9 @@ impl Board {
                 return Stop::Time;
             }
             resumed = false;
+            if let Some(addr) = with!(&mut self.chip, c => c.cpu.watch.take()) {
+                return Stop::Watched(addr);
+            }
         }
     }
 
@@ -231,6 +237,9 @@ impl Board {
                     c.bus.now = c.bus.now.max(c.bus.next_event);
                 }
             });
+            if let Some(addr) = with!(&mut self.chip, c => c.cpu.watch.take()) {
+                return Stop::Watched(addr);
+            }
         }
         Stop::Time
     }

@@ -4,11 +4,13 @@ pub mod cycles;
 pub mod decode;
 mod exec;
 pub mod flags;
+pub mod watch;
 
 use crate::bus::Bus;
 use crate::stats::Stats;
 use decode::{Op, decode};
 use flags::{CPUOFF, GIE, SCG0, SCG1};
+use watch::Watch;
 
 /// Program counter's register number.
 pub const PC: usize = 0;
@@ -37,6 +39,8 @@ pub struct Cpu {
     cache: Option<Box<[Op; WORDS]>>,
     /// The instruction after one that sets GIE runs before an interrupt is accepted.
     shadow: bool,
+    /// Where bursts stop for an observer.
+    pub watch: Watch,
     /// Stack, interrupt and profile measurements.
     pub stats: Stats,
 }
@@ -44,7 +48,19 @@ pub struct Cpu {
 impl Cpu {
     /// A CPU with all registers 0.
     pub fn new() -> Cpu {
-        Cpu { r: [0; 16], cache: Some(boxed(Op::NONE)), shadow: false, stats: Stats::default() }
+        Cpu {
+            r: [0; 16],
+            cache: Some(boxed(Op::NONE)),
+            shadow: false,
+            watch: Watch::default(),
+            stats: Stats::default(),
+        }
+    }
+
+    /// Bursts stop in front of the instruction at `addr`, in flash, from now on.
+    pub fn watch(&mut self, addr: u32) {
+        self.watch.add(addr);
+        self.invalidate(addr as u16, addr as u16);
     }
 
     /// Forgets decoded instructions that touch `start..=end`.
@@ -64,6 +80,7 @@ impl Cpu {
         self.r[SR] = 0;
         self.r[PC] = vector & !1;
         self.shadow = false;
+        self.watch.reset();
         self.stats.nesting.clear();
     }
 
@@ -94,6 +111,8 @@ impl Cpu {
             // One instruction, then the caller looks at interrupts again.
             self.shadow = false;
             self.step(bus, &mut cache);
+            // The instruction that it was for has not been executed yet.
+            self.shadow |= self.watch.has_trapped();
             bus.attention = true;
         } else {
             loop {
@@ -111,11 +130,16 @@ impl Cpu {
         let pc = self.r[PC];
         let slot = usize::from(pc >> 1);
         if cache[slot].words == 0 {
+            let watched = self.watch.has(pc.into());
+            if watched && self.watch.stops(pc.into()) {
+                bus.attention = true;
+                return;
+            }
             let op = decode(pc, |at| bus.fetch(at));
             if bus.fetch_fault(pc) {
                 return;
             }
-            if !bus.is_flash(pc) {
+            if watched || !bus.is_flash(pc) {
                 // Code outside flash may change at any time: it is decoded each time.
                 self.begin(bus, pc, &op);
                 self.execute(bus, &op);

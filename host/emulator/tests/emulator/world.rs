@@ -2,7 +2,7 @@
 
 use emulator::plant::Contact;
 use emulator::plant::motor::ViolationKind;
-use emulator::{Board, Config, Signal, Stop, VcdWriter, WarningKind, Wiring};
+use emulator::{Board, Config, Image, Part, Signal, Stop, VcdWriter, WarningKind, Wiring};
 
 use crate::asm::{D, S, op1, op2};
 use crate::{CODE, IDLE, board, board_with};
@@ -199,4 +199,34 @@ fn a_sink_hears_every_edge() {
     b.set_edge_sink(None);
     let got: Vec<(Signal, bool)> = receive.iter().map(|e| (e.signal, e.level)).collect();
     assert_eq!(got, [(Signal::Step(1), true), (Signal::Step(1), false)]);
+}
+
+#[test]
+fn a_watched_instruction_stops_runs_and_costs_nothing() {
+    // P2DIR = 1; loop: P2OUT ^= 1; jmp loop, with the reset vector at its place.
+    let text = "@C000\nF2 43 2A 00 D2 E3 29 00 FD 3F\n@FFFE\n00 C0\nq\n";
+    let image = Image::parse(text.as_bytes()).unwrap();
+    let mut free = Board::new(Part::G2553, &image);
+    let mut seen = free.clone();
+    seen.watch(0xC004);
+    let mut times = Vec::new();
+    loop {
+        match seen.run_until(200_000) {
+            Stop::Watched(at) => {
+                assert_eq!((at, seen.reg(0)), (0xC004, 0xC004));
+                times.push(seen.cycles());
+            }
+            stop => {
+                assert_eq!(stop, Stop::Time);
+                break;
+            }
+        }
+    }
+    free.run_until(200_000);
+    assert_eq!(seen.cycles(), free.cycles());
+    assert_eq!(seen.plant().motors[0].pulses, free.plant().motors[0].pulses);
+    // Once for each pass of the loop, every second of which raises STEP.
+    assert!(times.len() > 500, "{}", times.len());
+    let raised = seen.plant().motors[0].pulses;
+    assert!((times.len() as u64).div_ceil(2).abs_diff(raised) <= 1, "{raised}");
 }

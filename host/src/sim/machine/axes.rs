@@ -221,15 +221,12 @@ impl Axes {
         self.state_mut(axis).offset = 0;
     }
 
-    /// Work position, um: at `steps`, or the commanded one.
+    /// Work position at `steps`, um.
     ///
     /// # Errors
     /// F01.
-    pub fn work_at(&self, axis: Axis, steps: Option<i32>) -> Result<i32, Fault> {
-        let um = match steps {
-            Some(steps) => self.length(axis, steps)?,
-            None => self.state(axis).place.um,
-        };
+    pub fn work_at(&self, axis: Axis, steps: i32) -> Result<i32, Fault> {
+        let um = self.length(axis, steps)?;
         um.checked_sub(self.state(axis).offset).ok_or(Fault::Overflow)
     }
 
@@ -257,6 +254,6 @@ impl Axes {
     /// # Errors
     /// F01.
     pub fn probed_work(&self, axis: Axis) -> Result<i32, Fault> {
-        self.work_at(axis, Some(self.state(axis).probed))
+        self.work_at(axis, self.state(axis).probed)
     }
 }

@@ -95,7 +95,12 @@ impl Translator<'_> {
         let [pass, again, end] = [self.out.block(), self.out.block(), self.out.block()];
         self.out.begin(stmt.line, end);
         // Start, limit and step in this order; the variable changes last.
-        let values = self.values(&[from, to, step]);
+        let mut values = self.values(&[from, to, step]);
+        if Self::constant(from).is_none() {
+            let start = self.out.temp();
+            self.out.line(format!("{start} = {};", values[0]));
+            values[0] = start;
+        }
         let limit = self.held(&values[1], *to_temp);
         let by = self.held(&values[2], *step_temp);
         self.out.line(format!("v{} = {};", var.0, values[0]));

@@ -7,6 +7,7 @@ mod extended;
 mod operand;
 
 use crate::cpu::flags::{self, CPUOFF, GIE, SCG0, SCG1};
+use crate::cpu::watch::Watch;
 use crate::cpu::{PC, SP, SR};
 use crate::f5::bus::Bus;
 use crate::stats::Stats;
@@ -26,6 +27,8 @@ pub struct CpuX {
     cache: Vec<Op>,
     /// The instruction after one that sets GIE runs before an interrupt is accepted.
     shadow: bool,
+    /// Where bursts stop for an observer.
+    pub watch: Watch,
     /// Stack, interrupt and profile measurements.
     pub stats: Stats,
 }
@@ -33,7 +36,19 @@ pub struct CpuX {
 impl CpuX {
     /// A CPU with all registers 0, for memory that ends at `end`.
     pub fn new(end: usize) -> CpuX {
-        CpuX { r: [0; 16], cache: vec![Op::NONE; end / 2], shadow: false, stats: Stats::default() }
+        CpuX {
+            r: [0; 16],
+            cache: vec![Op::NONE; end / 2],
+            shadow: false,
+            watch: Watch::default(),
+            stats: Stats::default(),
+        }
+    }
+
+    /// Bursts stop in front of the instruction at `addr`, in flash, from now on.
+    pub fn watch(&mut self, addr: u32) {
+        self.watch.add(addr);
+        self.invalidate(addr, addr);
     }
 
     /// Forgets decoded instructions that touch `start..=end`.
@@ -52,6 +67,7 @@ impl CpuX {
         self.r[SR] = 0;
         self.r[PC] = u32::from(vector & !1);
         self.shadow = false;
+        self.watch.reset();
         self.stats.nesting.clear();
     }
 
@@ -88,7 +104,10 @@ impl CpuX {
             // One instruction, then the caller looks at interrupts again.
             self.shadow = false;
             self.step(bus, &mut cache);
-            if self.sr() & GIE == 0 {
+            if self.watch.has_trapped() {
+                // The instruction that it was for has not been executed yet.
+                self.shadow = true;
+            } else if self.sr() & GIE == 0 {
                 bus.warn(Warning::InterruptsOnOff, bus.pc);
             }
             bus.attention = true;
@@ -119,11 +138,16 @@ impl CpuX {
 
     /// An instruction that is seen for the first time, or does not lie in readable flash.
     fn step_uncached(&mut self, bus: &mut Bus, cache: &mut [Op], pc: u32) {
+        let watched = self.watch.has(pc);
+        if watched && self.watch.stops(pc) {
+            bus.attention = true;
+            return;
+        }
         if bus.fetch_fault(pc) {
             return;
         }
         let op = decode(pc, |at| bus.fetch_code(at));
-        if bus.is_flash(pc) && !bus.flash_is_busy() {
+        if !watched && bus.is_flash(pc) && !bus.flash_is_busy() {
             if let Some(slot) = cache.get_mut((pc >> 1) as usize) {
                 *slot = op;
             }

@@ -1,0 +1,341 @@
+//! A run on the emulated board under way: pressed on, followed, added up.
+
+use std::cell::RefCell;
+use std::io::Write;
+use std::rc::Rc;
+use std::time::Duration;
+
+use emulator::VcdWriter;
+use firmware::motion::physics::Count;
+use lang::axis::Axis;
+use lang::fault::Fault;
+use lang::wire::{self, Control, RunState};
+
+use super::engine::{BoardError, BoardRun, Job, Sinks};
+use super::health::Health;
+use super::judge::Judge;
+use super::link::InProcess;
+use super::path::PathRecorder;
+use super::rig::{HostAction, Rig, TICKS_PER_US};
+use super::stuck;
+use super::teller::Teller;
+use super::uses::Uses;
+use crate::client::Client;
+use crate::client::status::Status as BoardStatus;
+use crate::link::Link;
+use crate::sim::record::{Edge, Record, StopReason, Summary};
+use crate::sim::trace::{Event, Status, What};
+use crate::sim::{End, Outcome};
+
+/// Longest simulated time between two looks at the pins, us.
+const LOOK_US: u64 = 1_000;
+/// How long Start is held, us.
+const PRESS_US: u64 = 100_000;
+/// Longest time from the press to the first statement, filter and image check, us.
+const START_PATIENCE_US: u64 = 2_000_000;
+/// Longest time that a stop may take, a ramp from the top rate of a slow machine, us.
+const STOP_PATIENCE_US: u64 = 60_000_000;
+/// The machine comes to rest behind the end of a run.
+const REST: Duration = Duration::from_millis(20);
+
+/// See the module.
+pub struct Run<'a, 'b> {
+    job: &'a Job<'b>,
+    rig: Rc<RefCell<Rig>>,
+    client: Client<InProcess>,
+    trace: &'a mut dyn FnMut(&Event),
+    progress: &'a mut dyn FnMut(u64),
+    vcd: Option<VcdWriter<&'a mut dyn Write>>,
+    path: PathRecorder,
+    judge: Judge,
+    watch: stuck::Watch,
+    outputs: Vec<Edge>,
+    inputs: Vec<Edge>,
+    uses: Uses,
+    /// Tick at which the finger leaves Start.
+    release_start_at: Option<u64>,
+    /// Why the board was told to stop, and when, us.
+    stopping: Option<(StopReason, u64)>,
+}
+
+impl<'a, 'b> Run<'a, 'b> {
+    /// A run of the job on a board that has its program.
+    ///
+    /// # Errors
+    /// The VCD cannot be written.
+    pub fn new(
+        job: &'a Job<'b>,
+        sinks: Sinks<'a>,
+        rig: Rc<RefCell<Rig>>,
+        client: Client<InProcess>,
+    ) -> Result<Run<'a, 'b>, BoardError> {
+        let vcd = match sinks.vcd {
+            None => None,
+            Some(out) => {
+                let mut rig = rig.borrow_mut();
+                let signals = rig.board().plant().signals();
+                let now = rig.now();
+                Some(VcdWriter::new(out, &signals, now).map_err(BoardError::Vcd)?)
+            }
+        };
+        rig.borrow_mut().board().record(true);
+        let judge = Judge::new(&job.program.profile, rig.borrow().plant());
+        let Sinks { trace, progress, .. } = sinks;
+        Ok(Run {
+            job,
+            rig,
+            client,
+            trace,
+            progress,
+            vcd,
+            path: PathRecorder::default(),
+            judge,
+            watch: stuck::Watch::default(),
+            outputs: Vec::new(),
+            inputs: Vec::new(),
+            uses: Uses::default(),
+            release_start_at: None,
+            stopping: None,
+        })
+    }
+
+    /// Presses Start until the program runs; the world's time begins there.
+    ///
+    /// # Errors
+    /// The board does not start it.
+    pub fn start(&mut self) -> Result<(), BoardError> {
+        let pressed = self.rig.borrow().now();
+        self.release_start_at = Some(pressed + PRESS_US * TICKS_PER_US);
+        self.rig.borrow_mut().board().plant_mut().press_start(true);
+        while !self.rig.borrow().has_begun() {
+            let now = self.rig.borrow().now();
+            if now > pressed + START_PATIENCE_US * TICKS_PER_US {
+                let status = self.client.status()?;
+                let fault = status.fault.unwrap_or_default();
+                return Err(BoardError::Board(format!(
+                    "the program did not start; the board is {} {fault}",
+                    status.state
+                )));
+            }
+            self.rig.borrow_mut().run_to_event(now + LOOK_US * TICKS_PER_US)?;
+            self.release_start();
+        }
+        self.path.start(&self.rig.borrow());
+        Ok(())
+    }
+
+    /// Start is let go at its time, by hand: the scenario has buttons of its own.
+    fn release_start(&mut self) {
+        let now = self.rig.borrow().now();
+        if self.release_start_at.is_some_and(|tick| tick <= now) {
+            self.release_start_at = None;
+            self.rig.borrow_mut().board().plant_mut().press_start(false);
+        }
+    }
+
+    /// Follows the run to its end.
+    ///
+    /// # Errors
+    /// The world fails, the board does not end the run, or the VCD cannot be written.
+    pub fn follow(&mut self) -> Result<What, BoardError> {
+        let job = self.job;
+        let mut teller = Teller::new(&job.program.profile, job.line_of);
+        loop {
+            let limit = {
+                let rig = self.rig.borrow();
+                let left = self.job.options.limit_us.saturating_sub(rig.us()).max(1);
+                rig.now() + LOOK_US.min(left) * TICKS_PER_US
+            };
+            self.rig.borrow_mut().run_to_event(limit)?;
+            self.look()?;
+            let observed = self.rig.borrow_mut().take_observed();
+            for seen in observed {
+                let us = self.rig.borrow().us_at(seen.tick);
+                // What a stop brings about is no sign of life.
+                if self.stopping.is_none() {
+                    self.watch.something_happened(us);
+                }
+                let Some(what) = teller.tell(&seen) else { continue };
+                self.path.event(&what);
+                if let Some(line) = what.motion_line() {
+                    self.judge.line(seen.tick, line);
+                }
+                let event = Event { what, us: self.job.options.times.then_some(us) };
+                (self.trace)(&event);
+                if matches!(event.what, What::End { .. }) {
+                    return Ok(event.what);
+                }
+            }
+            self.host_actions()?;
+            self.stop_in_time()?;
+        }
+    }
+
+    /// Ends a run that is over although its program is not.
+    fn stop_in_time(&mut self) -> Result<(), BoardError> {
+        let us = self.rig.borrow().us();
+        match self.stopping {
+            Some((_, since)) if us > since + STOP_PATIENCE_US => {
+                let status = self.client.status()?;
+                Err(BoardError::Board(format!(
+                    "the board does not end the run: it is {}, axes {:?} move, {} of the \
+                     statements' code",
+                    status.state, status.moving, status.program_counter
+                )))
+            }
+            Some(_) => Ok(()),
+            None => {
+                if let Some(reason) = self.is_over(us)? {
+                    self.stopping = Some((reason, us));
+                    self.client.control(Control::Stop)?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The limit is reached, or nothing can happen any more.
+    fn is_over(&mut self, us: u64) -> Result<Option<StopReason>, BoardError> {
+        if (self.job.options.interrupted)() {
+            return Ok(Some(StopReason::Interrupted));
+        }
+        if us >= self.job.options.limit_us {
+            return Ok(Some(StopReason::Limit));
+        }
+        let world_is_over = self.rig.borrow().world_is_over();
+        let pulses = self.rig.borrow().pulses();
+        if !world_is_over {
+            // What the world does last may still be on its way through the input's filter.
+            self.watch.something_happened(us);
+            return Ok(None);
+        }
+        if !self.watch.is_quiet(us, pulses) {
+            return Ok(None);
+        }
+        let status = self.status()?;
+        let rests = status.moving.is_empty();
+        let line = (self.job.line_of)(status.program_counter);
+        let program = self.job.program;
+        let over = match status.run_state {
+            // What a pause interrupted still counts as moving.
+            Some(RunState::Paused) => true,
+            Some(RunState::WaitStart) => rests && !stuck::has_ticks(program),
+            Some(RunState::Running) => rests && stuck::waits_for_ever(program, line),
+            _ => false,
+        };
+        Ok(over.then_some(StopReason::Idle))
+    }
+
+    /// The board's state, asked for without a trace of the question on the board.
+    fn status(&mut self) -> Result<BoardStatus, BoardError> {
+        self.rig.borrow_mut().set_aside();
+        let status = self.client.status();
+        self.rig.borrow_mut().come_back();
+        Ok(status?)
+    }
+
+    /// What happened at the pins since the last look.
+    fn look(&mut self) -> Result<(), BoardError> {
+        self.release_start();
+        let mut rig = self.rig.borrow_mut();
+        let outputs = rig.take_output_edges();
+        let inputs = rig.take_input_edges();
+        let edge = |(tick, n, on)| Edge { us: rig.us_at(tick), n, on };
+        for own in outputs.into_iter().map(edge) {
+            self.uses.edge(&own);
+            if self.job.options.record {
+                self.outputs.push(own);
+            }
+        }
+        if self.job.options.record {
+            self.inputs.extend(inputs.into_iter().map(edge));
+            self.path.sample(&rig);
+        }
+        let edges = rig.board().take_edges();
+        self.judge.take(&edges);
+        if let Some(vcd) = &mut self.vcd {
+            vcd.write(&edges).map_err(BoardError::Vcd)?;
+        }
+        let now = rig.us();
+        drop(rig);
+        (self.progress)(now);
+        Ok(())
+    }
+
+    fn host_actions(&mut self) -> Result<(), BoardError> {
+        let actions = self.rig.borrow_mut().take_host_actions();
+        for action in actions {
+            match action {
+                HostAction::Char(c) => {
+                    let value = u16::try_from(c).unwrap_or(0);
+                    self.client.write(wire::CHAR_IN, value)?;
+                }
+                HostAction::EmergencyStop => self.client.control(Control::EmergencyStop)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets the machine come to rest, compares pulses with positions, and adds up.
+    ///
+    /// # Errors
+    /// The board does not answer, or the VCD cannot be written.
+    pub fn finish(&mut self, end: What) -> Result<BoardRun, BoardError> {
+        let us = self.rig.borrow().us();
+        self.client.link().pause(REST);
+        self.look()?;
+        let What::End { status, fault, line, pos, .. } = end else {
+            return Err(BoardError::Board("the trace has no end".to_owned()));
+        };
+        let identity = self.client.identity()?;
+        let mut rig = self.rig.borrow_mut();
+        let health = Health::of(rig.board(), &identity);
+        let mut failures = rig.failures(&pos);
+        for axis in Axis::ALL {
+            let i = axis.index();
+            let there = rig.motors()[i] + rig.offset()[i];
+            if let Some(told) = pos.get(axis)
+                && rig.lost()[i] == 0
+                && there != i64::from(told)
+            {
+                failures.push(format!(
+                    "{} made step pulses to {there}, but the trace ends at {told}",
+                    axis.letter()
+                ));
+            }
+        }
+        let number = fault.as_ref().and_then(|code| code.get(1..)?.parse().ok());
+        let fault_number = number.and_then(Fault::from_number);
+        let abrupt = matches!(fault_number, Some(Fault::EmergencyStop | Fault::LimitSwitch));
+        let judged = self.judge.judge(rig.plant(), abrupt).unwrap_or_else(|text| {
+            failures.push(text);
+            Count::default()
+        });
+        let steps = self.path.pulses(&rig);
+        let profile = &self.job.program.profile;
+        let travel_um = Axis::ALL.map(|axis| {
+            profile.axis(axis).map_or(0, |own| {
+                steps[axis.index()] * u64::from(own.scale.um) / u64::from(own.scale.steps)
+            })
+        });
+        let stopped = (status == Status::Stopped)
+            .then_some(self.stopping.map_or(StopReason::Button, |(reason, _)| reason));
+        // Nothing happened in the time that it took to find that nothing can.
+        let us = if stopped == Some(StopReason::Idle) { self.watch.since_us() } else { us };
+        let outputs = self.uses.until(us);
+        let summary =
+            Summary { status, fault, stopped, line, us, statements: 0, steps, travel_um, outputs };
+        let remarks = rig.warnings().iter().take(5);
+        let remarks = remarks.map(|warning| format!("the emulator warns: {warning}")).collect();
+        let tick = rig.now();
+        drop(rig);
+        if let Some(vcd) = self.vcd.take() {
+            vcd.finish(tick).map_err(BoardError::Vcd)?;
+        }
+        let [inputs, outputs] = [&mut self.inputs, &mut self.outputs].map(std::mem::take);
+        let record: Record = std::mem::take(&mut self.path).record(inputs, outputs);
+        let end = End { status, fault: fault_number, line };
+        let outcome = Outcome { end, summary, record, vars: Vec::new(), failures };
+        Ok(BoardRun { outcome, remarks, health, judged })
+    }
+}
