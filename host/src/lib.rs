@@ -17,3 +17,4 @@ pub mod render;
 pub mod sim;
 pub mod stream;
 pub mod torture;
+pub mod usb;

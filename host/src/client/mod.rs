@@ -292,11 +292,30 @@ impl<L: Link> Client<L> {
         request: &Request<'_>,
         frame: &[u8],
     ) -> Result<Result<Reply, usize>, ClientError> {
-        self.drain()?;
-        // The line rests before a request (Modbus over serial line V1.02, 2.5.1.1), or a slave
-        // takes it for more of the frame before.
+        // While it rests the line is free for other processes.
+        self.rest();
+        if self.link.claim(self.mode).map_err(ClientError::Port)? {
+            self.last_byte = self.link.now();
+        }
+        let result = self.attempt_alone(request, frame);
+        self.link.release();
+        result
+    }
+
+    /// The line rests before a request (Modbus over serial line V1.02, 2.5.1.1), or a slave takes it
+    /// for more of the frame before.
+    fn rest(&mut self) {
         let rested = self.link.now().saturating_sub(self.last_byte);
         self.link.pause(self.mode.silence().saturating_sub(rested));
+    }
+
+    fn attempt_alone(
+        &mut self,
+        request: &Request<'_>,
+        frame: &[u8],
+    ) -> Result<Result<Reply, usize>, ClientError> {
+        self.drain()?;
+        self.rest();
         self.link.send(frame).map_err(ClientError::Port)?;
         let on_the_line = self.mode.time_of(frame.len() + request.reply_length());
         let deadline = self.link.now() + on_the_line + self.patience.reply;

@@ -6,14 +6,15 @@ use super::{Console, Options};
 use crate::client::{Client, ClientError};
 use crate::failure::Failure;
 use crate::link::{self, Link};
+use crate::usb;
 
 /// Which board.
 #[derive(Clone, Debug, Args)]
 pub struct Port {
     /// Serial port, pseudo-terminal, `tcp:[HOST:]PORT` (Modbus TCP) or `rtu:[HOST:]PORT` (RTU frames
-    /// over TCP) of the board
+    /// over TCP) of the board; without it the LaunchPad's, if one is plugged in
     #[arg(long, value_name = "PORT")]
-    port: String,
+    port: Option<String>,
     /// Modbus address of the board; without it the profile's, else 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=247))]
     address: Option<u8>,
@@ -33,21 +34,51 @@ impl Port {
     pub fn connect(&self, options: &Options, console: &Console) -> Result<Board, Failure> {
         let from_profile = options.profile(console)?.map(|profile| profile.link.address);
         let address = self.address.or(from_profile).unwrap_or(1);
-        let link = link::open(&self.port).map_err(Failure::Board)?;
+        let port = match &self.port {
+            Some(port) => port.clone(),
+            None => {
+                let port = only_board(&usb::serial_ports())?;
+                console.complain(&format!("port {port}"));
+                port
+            }
+        };
+        let link = link::open(&port).map_err(Failure::Board)?;
         let mut client = Client::new(link, address);
         client.find().map_err(|error| {
-            let hint = match (&error, self.port.starts_with("tcp:")) {
+            let hint = match (&error, port.starts_with("tcp:")) {
                 (ClientError::Silent, true) => {
                     "; a server that passes on a line's bytes is rtu:HOST:PORT"
                 }
                 _ => "",
             };
-            Failure::Board(format!("board {address} on {}: {error}{hint}", self.port))
+            Failure::Board(format!("board {address} on {port}: {error}{hint}"))
         })?;
         if let Some(code) = &self.unlock {
             client.unlock(code)?;
         }
         Ok(client)
+    }
+}
+
+/// The port of the one board that is plugged in. Adapters are not taken: anything may hang on them.
+fn only_board(ports: &[usb::Port]) -> Result<String, Failure> {
+    let boards: Vec<usb::Port> =
+        ports.iter().filter(|port| port.board.is_some()).cloned().collect();
+    match &boards[..] {
+        [board] => Ok(board.name.clone()),
+        [] if ports.is_empty() => Err(Failure::Usage(
+            "no LaunchPad is plugged in, nor any other serial port: plug it in, or name the board \
+             with --port (`tcp:HOST:PORT` over a network)"
+                .to_owned(),
+        )),
+        [] => Err(Failure::Usage(format!(
+            "no LaunchPad is plugged in: name the board with --port; there are {}",
+            usb::list(ports)
+        ))),
+        _ => Err(Failure::Usage(format!(
+            "more than one LaunchPad is plugged in: choose with --port; there are {}",
+            usb::list(&boards)
+        ))),
     }
 }
 

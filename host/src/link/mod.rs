@@ -5,9 +5,13 @@
 //! port in real time and to an emulated board in its simulated time.
 
 pub mod adu;
+mod holders;
 mod modbus_tcp;
 mod serial;
 mod tcp;
+mod trouble;
+#[cfg(unix)]
+mod turn;
 
 use std::fmt;
 use std::io;
@@ -90,6 +94,18 @@ pub trait Link {
     /// # Errors
     /// The port does not know the rate.
     fn set_mode(&mut self, mode: Mode) -> io::Result<bool>;
+
+    /// Takes the line for one request and its reply, at `mode`. `true`: others may have used it a
+    /// moment ago. A link that is ours alone has nothing to take.
+    ///
+    /// # Errors
+    /// Another process keeps it; the text names it.
+    fn claim(&mut self, _mode: Mode) -> io::Result<bool> {
+        Ok(false)
+    }
+
+    /// Lets others have the line.
+    fn release(&mut self) {}
 }
 
 impl<L: Link + ?Sized> Link for Box<L> {
@@ -111,6 +127,14 @@ impl<L: Link + ?Sized> Link for Box<L> {
 
     fn set_mode(&mut self, mode: Mode) -> io::Result<bool> {
         (**self).set_mode(mode)
+    }
+
+    fn claim(&mut self, mode: Mode) -> io::Result<bool> {
+        (**self).claim(mode)
+    }
+
+    fn release(&mut self) {
+        (**self).release();
     }
 }
 
