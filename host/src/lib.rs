@@ -13,6 +13,7 @@ pub mod link;
 pub mod lsp;
 pub mod output;
 pub mod plot;
+pub mod programmer;
 pub mod render;
 pub mod sim;
 pub mod stream;

@@ -164,7 +164,8 @@ fn sysfs_devices(sysfs: &Path) -> Vec<(String, Found)> {
 /// The serial ports of USB devices.
 fn sysfs_ports(sysfs: &Path) -> Vec<Port> {
     let mut ports = Vec::new();
-    let interfaces: Vec<PathBuf> = folders(&sysfs.join("bus/usb/devices")).collect();
+    let mut interfaces: Vec<PathBuf> = folders(&sysfs.join("bus/usb/devices")).collect();
+    interfaces.sort();
     for (device, found) in sysfs_devices(sysfs) {
         // `1-2:1.0` is interface 0 in configuration 1 of the device `1-2`.
         let own = format!("{device}:");

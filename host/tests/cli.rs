@@ -190,43 +190,6 @@ fn a_port_that_is_not_there_is_exit_code_4() {
     assert_eq!(bench.run(&["status", "--port", "tcp:1"]).code, 4);
 }
 
-/// A programmer's tool that names this chip and writes down what it was asked for.
-#[cfg(unix)]
-fn programmer(bench: &Bench, chip: &str) {
-    use std::os::unix::fs::PermissionsExt as _;
-    let tool = format!("#!/bin/sh\necho \"Device: {chip}\"\necho \"$@\" >> asked.txt\n");
-    bench.file("mspdebug", tool);
-    fs::set_permissions(bench.path("mspdebug"), fs::Permissions::from_mode(0o755)).expect("mode");
-}
-
-#[cfg(unix)]
-#[test]
-fn flash_writes_the_image_of_the_chip_that_is_there() {
-    let bench = Bench::new();
-    let flash = |args: &[&str]| {
-        let path = format!("{}:/usr/bin:/bin", bench.folder.path().display());
-        let output = bench.command(args).env("PATH", path).output().expect("the tool starts");
-        let text = [output.stdout, output.stderr].concat();
-        (output.status.code(), String::from_utf8(text).expect("UTF-8"))
-    };
-    programmer(&bench, "MSP430G2553");
-    let (code, said) = flash(&["flash"]);
-    assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains(" for the MSP430G2553 is on the board"), "{said}");
-    let asked = fs::read_to_string(bench.path("asked.txt")).expect("what was asked");
-    assert_eq!(asked.matches("prog ").count(), 1, "{asked}");
-    assert_eq!(asked.matches("verify ").count(), 1, "{asked}");
-    // The virtual part's pins mean something else on every real chip.
-    let (code, said) = flash(&["flash", "--part", "virtual"]);
-    assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("runs in the emulator only"), "{said}");
-    assert_eq!(fs::read_to_string(bench.path("asked.txt")).expect("asked"), asked);
-    // A programmer that names none has a LaunchPad's own chip.
-    programmer(&bench, "unknown");
-    let (code, said) = flash(&["flash"]);
-    assert!(code == Some(0) && said.contains("taken for an MSP430G2553"), "{said}");
-}
-
 #[test]
 fn a_world_that_is_wrong_is_shown_at_its_place() {
     let bench = Bench::new();

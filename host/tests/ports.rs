@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::Board;
+use common::{Board, sysfs};
 use rustix::process::Signal;
 
 fn tool(args: &[&str]) -> Command {
@@ -140,27 +140,6 @@ fn a_port_that_another_program_has_for_itself_is_told_with_its_name() {
     assert!(said(&output).contains(&format!("(process {id})")), "{}", said(&output));
 }
 
-/// A sysfs with LaunchPads at these ports.
-fn sysfs(ports: &[&Path]) -> tempfile::TempDir {
-    let root = tempfile::tempdir().expect("a folder");
-    for (n, port) in ports.iter().enumerate() {
-        let name = port.strip_prefix("/dev").expect("a device").display().to_string();
-        let files = [
-            (format!("1-{n}/idVendor"), "0451".to_owned()),
-            (format!("1-{n}/idProduct"), "f432".to_owned()),
-            (format!("1-{n}/serial"), format!("LP{n}")),
-            (format!("1-{n}:1.0/bInterfaceNumber"), "00".to_owned()),
-            (format!("1-{n}:1.0/tty/{}/dev", name.replace('/', "!")), "166:0".to_owned()),
-        ];
-        for (file, text) in files {
-            let path = root.path().join("bus/usb/devices").join(file);
-            fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
-            fs::write(path, text).expect("a file");
-        }
-    }
-    root
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn the_one_board_needs_no_name_and_of_several_one_is_chosen() {
@@ -170,10 +149,14 @@ fn the_one_board_needs_no_name_and_of_several_one_is_chosen() {
         let mut command = tool(&["status"]);
         command.env("PASAPAS_SYSFS", root).output().expect("the tool starts")
     };
-    let one = status(sysfs(&[&device]).path());
+    // Sysfs writes `!` for a slash in a name.
+    let name = device.strip_prefix("/dev").expect("a device").display().to_string();
+    let own = ("0451", "f432", "00", name.replace('/', "!"));
+    let other = ("0451", "f432", "00", "ttyACM7".to_owned());
+    let one = status(sysfs(std::slice::from_ref(&own)).path());
     assert!(one.status.success(), "{}", said(&one));
     assert!(said(&one).contains(&device.display().to_string()), "{}", said(&one));
-    let two = status(sysfs(&[&device, Path::new("/dev/ttyACM7")]).path());
+    let two = status(sysfs(&[own, other]).path());
     assert_eq!(two.status.code(), Some(2), "{}", said(&two));
     assert!(said(&two).contains("/dev/ttyACM7 (MSP-EXP430G2 LaunchPad LP1)"), "{}", said(&two));
     let none = status(sysfs(&[]).path());

@@ -3,6 +3,7 @@
 pub mod clients;
 pub mod engine;
 pub mod health;
+pub mod image_file;
 pub mod judge;
 #[cfg(test)]
 mod laser;

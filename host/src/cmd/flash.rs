@@ -1,15 +1,17 @@
 //! `pasapas flash`: writes the firmware to a LaunchPad.
 
-use std::io::{ErrorKind, Write as _};
-use std::path::PathBuf;
-use std::process::Command;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::{Console, Options};
-use crate::board::{BUILDS, Build, G2553, VIRTUAL};
+use crate::board::image_file::Format;
+use crate::board::{Build, G2553, VIRTUAL};
 use crate::failure::Failure;
 use crate::output;
+use crate::programmer::{Chip, Programmer};
+use crate::usb::{self, Device, Role};
 
 /// `pasapas flash`
 #[derive(Debug, Args)]
@@ -18,26 +20,24 @@ pub struct Flash {
     /// events)
     #[arg(long, value_name = "NAME", value_parser = super::part::named)]
     part: Option<&'static Build>,
-    /// Driver of mspdebug: rf2500 for the LaunchPad's own programmer, tilib for newer ones
-    #[arg(long, default_value = "rf2500")]
-    driver: String,
-    /// Write the image to this file instead, for another tool
-    #[arg(long, value_name = "FILE.elf")]
+    /// Driver of mspdebug; without it that of the programmer that is plugged in: rf2500 for the
+    /// MSP-EXP430G2, tilib for newer LaunchPads
+    #[arg(long, value_name = "NAME")]
+    driver: Option<String>,
+    /// Write the image to this file instead, for another tool: Intel HEX (.hex), TI-TXT (.txt) or
+    /// ELF (.elf)
+    #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
 }
-
-/// Told when the programmer's tool is missing.
-const INSTALL: &str = "mspdebug is needed to write the flash: `apt install mspdebug` (Debian, \
-    Ubuntu), `brew install mspdebug` (macOS), or https://dlbeer.co.nz/mspdebug; --save writes the \
-    image for another tool such as UniFlash";
 
 impl Flash {
     /// Writes and verifies the image.
     ///
     /// # Errors
-    /// mspdebug is missing or fails, or the chip is not that of the image.
+    /// No programmer is there, mspdebug is missing or fails, or the chip is not that of the image.
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
-        if self.part.is_some_and(|build| build.part == VIRTUAL.part) {
+        let build = self.part.unwrap_or(&G2553);
+        if build.part == VIRTUAL.part {
             return Err(Failure::Usage(
                 "the part `virtual` runs in the emulator only, no chip has its pins: write g2553 or \
                  g2553-handlers, or use `pasapas board` for a board without a board"
@@ -45,72 +45,93 @@ impl Flash {
             ));
         }
         if let Some(path) = &self.save {
-            return output::write(path, self.part.unwrap_or(&G2553).elf);
+            return save(build, path);
         }
-        let build = self.build(console)?;
-        let image = std::env::temp_dir();
+        let driver = match &self.driver {
+            Some(driver) => driver.clone(),
+            None => driver(&usb::devices())?,
+        };
+        let programmer = Programmer { driver };
+        programmer.check().map_err(Failure::Board)?;
+        self.judge(programmer.chip().map_err(Failure::Board)?)?;
+        console.complain(
+            "writing erases the main flash: the stored program and the KEEP values go; the machine's \
+             profile and the log of faults stay",
+        );
+        let folder = std::env::temp_dir();
         let image = tempfile::Builder::new()
             .suffix(".elf")
-            .tempfile_in(&image)
+            .tempfile_in(&folder)
             .and_then(|mut file| file.write_all(build.elf).map(|()| file))
-            .map_err(|error| Failure::writing(&image.display().to_string(), &error))?;
-        let name = image.path().display();
-        let status = self
-            .mspdebug()
-            .args([format!("prog {name}"), format!("verify {name}")])
-            .status()
-            .map_err(|error| missing(&error))?;
-        if !status.success() {
-            return Err(unplugged(&status.to_string()));
-        }
+            .map_err(|error| Failure::writing(&folder.display().to_string(), &error))?;
+        programmer.write(&image.path().display().to_string()).map_err(Failure::Board)?;
         console.result(&format!(
             "the firmware {} for the {} is on the board; set the TX and RX jumpers to HW UART\n",
             build.part.name, build.part.chip
         ))
     }
 
-    /// The build of the chip that mspdebug names, of the LaunchPad's own when it names none.
-    fn build(&self, console: &Console) -> Result<&'static Build, Failure> {
-        let asked = self.mspdebug().arg("exit").output().map_err(|error| missing(&error))?;
-        if !asked.status.success() {
-            return Err(unplugged(&asked.status.to_string()));
+    /// Whether the chip is that of the image. Every image for chips is for the G2553.
+    fn judge(&self, chip: Chip) -> Result<(), Failure> {
+        match chip {
+            Chip::G2553 => Ok(()),
+            Chip::Unnamed if self.part.is_some() => Ok(()),
+            Chip::Unnamed => Err(Failure::Board(format!(
+                "the programmer does not name the chip: if it is an {0}, write with --part {1}",
+                G2553.part.chip, G2553.part.name
+            ))),
+            Chip::Other(name) => Err(Failure::Board(format!(
+                "the chip says that it is {name}, and the firmware is for the {}: nothing was \
+                 written; exchange the chip",
+                G2553.part.chip
+            ))),
         }
-        let said = [asked.stdout, asked.stderr].concat();
-        let said = String::from_utf8_lossy(&said);
-        let found = BUILDS.into_iter().find(|build| said.contains(build.part.chip));
-        match (self.part, found) {
-            (Some(wanted), Some(found)) if wanted.part.chip != found.part.chip => {
-                Err(Failure::Board(format!(
-                    "the chip on the board is the {}, whose firmware is another one than the {}'s: \
-                     leave --part away, or exchange the chip",
-                    found.part.chip, wanted.part.chip
-                )))
-            }
-            (Some(wanted), _) => Ok(wanted),
-            (None, Some(found)) => Ok(found),
-            (None, None) => {
-                console.complain("mspdebug does not name the chip: it is taken for an MSP430G2553");
-                Ok(&G2553)
-            }
-        }
-    }
-
-    fn mspdebug(&self) -> Command {
-        let mut command = Command::new("mspdebug");
-        command.arg(&self.driver);
-        command
     }
 }
 
-fn missing(error: &std::io::Error) -> Failure {
-    Failure::Board(match error.kind() {
-        ErrorKind::NotFound => INSTALL.to_owned(),
-        _ => format!("mspdebug cannot be started: {error}"),
-    })
+/// Writes the image in the format that the file's ending says.
+fn save(build: &Build, path: &Path) -> Result<(), Failure> {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let format = Format::of(ending)
+        .map_err(|error| Failure::Usage(format!("--save {}: {error}", path.display())))?;
+    let bytes = format
+        .of_image(build.elf)
+        .map_err(|error| Failure::Board(format!("the image {}: {error}", build.part.name)))?;
+    output::write(path, bytes)
 }
 
-fn unplugged(status: &str) -> Failure {
-    Failure::Board(format!(
-        "mspdebug failed ({status}): is the LaunchPad plugged in and its programmer free?"
-    ))
+/// The driver of the one programmer that is there.
+fn driver(devices: &[Device]) -> Result<String, Failure> {
+    let programmers: Vec<(&Device, &str)> = devices
+        .iter()
+        .filter_map(|device| match device.kind.role {
+            Role::Programmer(driver) => Some((device, driver)),
+            Role::BootLoader => None,
+        })
+        .collect();
+    match &programmers[..] {
+        [(_, driver)] => Ok((*driver).to_owned()),
+        [] if !devices.is_empty() => Err(Failure::Board(format!(
+            "a {} is plugged in: there is no firmware for that chip; plug in a LaunchPad with an {}",
+            devices[0].kind.name, G2553.part.chip
+        ))),
+        // Only Linux shows devices that have no serial port.
+        [] if cfg!(target_os = "linux") => Err(Failure::Board(
+            "no LaunchPad is plugged in (USB 0451:f432 or 2047:0013): use a cable that carries data; \
+             for another programmer name mspdebug's --driver"
+                .to_owned(),
+        )),
+        [] => Ok("rf2500".to_owned()),
+        _ => {
+            let names = programmers.iter().map(|(device, _)| {
+                let serial = device.serial.as_deref().unwrap_or("without a number");
+                format!("{} {serial}", device.kind.name)
+            });
+            let names: Vec<String> = names.collect();
+            Err(Failure::Board(format!(
+                "more than one LaunchPad is plugged in ({}): leave only the one to write",
+                names.join(", ")
+            )))
+        }
+    }
 }

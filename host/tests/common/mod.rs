@@ -77,3 +77,23 @@ pub fn end_of(child: &mut Child, within: Duration) -> Option<ExitStatus> {
     }
     None
 }
+
+/// What Linux shows of USB devices: vendor, product, and an interface with its serial port.
+pub fn sysfs(devices: &[(&str, &str, &str, String)]) -> TempDir {
+    let root = tempfile::tempdir().expect("a folder");
+    for (n, (vendor, product, interface, port)) in devices.iter().enumerate() {
+        let files = [
+            (format!("1-{n}/idVendor"), (*vendor).to_owned()),
+            (format!("1-{n}/idProduct"), (*product).to_owned()),
+            (format!("1-{n}/serial"), format!("LP{n}")),
+            (format!("1-{n}:1.0/bInterfaceNumber"), (*interface).to_owned()),
+            (format!("1-{n}:1.0/tty/{port}/dev"), "166:0".to_owned()),
+        ];
+        for (file, text) in files {
+            let path = root.path().join("bus/usb/devices").join(file);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+            std::fs::write(path, text).expect("a file");
+        }
+    }
+    root
+}
