@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::pty::Pty;
 use super::turns::{Answer, Ask, Manner, Turns};
+use crate::link::{Link, Pipe};
 
 /// Clients at the TCP port at a time.
 const MOST_CLIENTS: usize = 32;
@@ -21,6 +22,7 @@ const GATHER: Duration = Duration::from_millis(4);
 enum Port {
     Pty(Pty),
     Tcp(TcpStream),
+    Pipe(Pipe),
 }
 
 struct Client {
@@ -69,6 +71,12 @@ impl Clients {
         Ok(port)
     }
 
+    /// Takes the other end of a host in this process, instead of the one before.
+    pub fn attach(&mut self, pipe: Pipe) {
+        self.list.retain(|client| !matches!(client.port, Port::Pipe(_)));
+        self.add(Port::Pipe(pipe), Manner::Serial);
+    }
+
     fn add(&mut self, port: Port, manner: Manner) {
         let (id, grown) = (self.next_id, Instant::now());
         self.next_id += 1;
@@ -106,6 +114,13 @@ impl Clients {
                     true
                 }
                 Port::Tcp(stream) => read_tcp(stream, client.ask.bytes()),
+                Port::Pipe(pipe) => {
+                    let mut buffer = [0; 512];
+                    waited = true;
+                    pipe.receive(&mut buffer, wait)
+                        .map(|count| client.ask.bytes().extend(&buffer[..count]))
+                        .is_ok()
+                }
             };
             if client.ask.waiting() != before {
                 client.grown = Instant::now();
@@ -169,6 +184,10 @@ impl Clients {
                 true
             }
             Port::Tcp(stream) => write_tcp(stream, &mut client.outgoing),
+            Port::Pipe(pipe) => {
+                client.outgoing.is_empty()
+                    || pipe.send(&std::mem::take(&mut client.outgoing)).is_ok()
+            }
         });
     }
 }

@@ -8,6 +8,7 @@ pub mod judge;
 #[cfg(test)]
 mod laser;
 pub mod link;
+pub mod live;
 pub mod observe;
 mod path;
 mod pty;

@@ -171,7 +171,7 @@ impl PathRecorder {
     /// The record of the run.
     pub fn record(self, inputs: Vec<Edge>, outputs: Vec<Edge>) -> Record {
         let PathRecorder { path, begun, printed, truncated, .. } = self;
-        Record { path, inputs, outputs, begun, printed, truncated }
+        Record { path, inputs, outputs, begun, printed, truncated, ..Record::default() }
     }
 }
 

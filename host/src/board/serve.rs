@@ -50,7 +50,7 @@ impl Server {
         Ok(())
     }
 
-    /// Runs the board until `ended` says so.
+    /// Runs the board until `ended` says so, which may act on board and connections between two slices.
     ///
     /// # Errors
     /// The world fails or a file cannot be written; a client that goes is no error.
@@ -58,13 +58,13 @@ impl Server {
         &mut self,
         rig: &mut Rig,
         speed: Speed,
-        ended: &mut dyn FnMut() -> bool,
+        ended: &mut dyn FnMut(&mut Server, &mut Rig) -> bool,
     ) -> Result<(), ServeError> {
         let began = Instant::now();
         let first = rig.now();
         let mut follow_at = first;
         let mut behind = false;
-        while !ended() {
+        while !ended(self, rig) {
             // Who is behind the board's time does not rest.
             let wait = if behind { Duration::ZERO } else { Duration::from_millis(1) };
             self.clients.read(wait);

@@ -61,6 +61,16 @@ impl<L: Link> Client<L> {
         })
     }
 
+    /// Cells of the stored program.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn program_cells(&mut self) -> Result<u16, ClientError> {
+        let block = wire::BLOCKS.iter().find(|block| block.first == wire::CELLS);
+        let most = block.map_or(0, |block| block.count / 2);
+        Ok(self.holding(wire::PROGRAM_CELLS, 1)?[0].min(most))
+    }
+
     /// The board's part of its profile.
     ///
     /// # Errors

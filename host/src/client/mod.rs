@@ -7,6 +7,7 @@
 pub mod frame;
 pub mod identity;
 pub mod lock;
+pub mod orders;
 pub mod print;
 pub mod status;
 pub mod stream;
@@ -15,6 +16,8 @@ pub mod upload;
 
 use std::fmt;
 use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use lang::wire::Exception as Code;
@@ -57,6 +60,8 @@ pub enum ClientError {
     WrongCode,
     /// The port failed.
     Port(io::Error),
+    /// Somebody wants to stop the machine: the request was not sent.
+    Interrupted,
 }
 
 impl ClientError {
@@ -98,6 +103,7 @@ impl fmt::Display for ClientError {
                  until its next reset: press its reset button and try again",
             ),
             ClientError::Port(error) => write!(f, "the port failed: {error}"),
+            ClientError::Interrupted => f.write_str("Stop came before it"),
         }
     }
 }
@@ -112,6 +118,8 @@ pub struct Client<L> {
     patience: Patience,
     /// When the last character came, by the link's clock.
     last_byte: Duration,
+    /// While this is set no exchange begins.
+    interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl<L: Link> Client<L> {
@@ -123,6 +131,7 @@ impl<L: Link> Client<L> {
             mode: Mode::DEFAULT,
             patience: Patience::default(),
             last_byte: Duration::ZERO,
+            interrupt: None,
         }
     }
 
@@ -139,6 +148,16 @@ impl<L: Link> Client<L> {
     /// Waits otherwise from now on; gives how it waited.
     pub fn set_patience(&mut self, patience: Patience) -> Patience {
         std::mem::replace(&mut self.patience, patience)
+    }
+
+    /// From now on no exchange begins while `interrupt` is set, so that a long job makes room for who
+    /// sets it.
+    pub fn set_interrupt(&mut self, interrupt: Arc<AtomicBool>) {
+        self.interrupt = Some(interrupt);
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::SeqCst))
     }
 
     /// Ends the master and gives the link back.
@@ -276,11 +295,17 @@ impl<L: Link> Client<L> {
     fn exchange(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {
         let frame = request.frame(self.address);
         let mut noise = 0;
+        if self.is_interrupted() {
+            return Err(ClientError::Interrupted);
+        }
         for _ in 0..self.patience.attempts.max(1) {
             match self.attempt(request, &frame)? {
                 Ok(Reply::Exception(code)) => return Err(ClientError::Exception(code)),
                 Ok(reply) => return Ok(reply),
                 Err(heard) => noise += heard,
+            }
+            if self.is_interrupted() {
+                break;
             }
         }
         Err(if noise > 0 { ClientError::Noise(noise) } else { ClientError::Silent })

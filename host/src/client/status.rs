@@ -69,18 +69,28 @@ pub const fn state_name(state: RunState) -> &'static str {
     }
 }
 
-impl<L: Link> Client<L> {
-    /// Reads the board's state.
-    ///
-    /// # Errors
-    /// See [`ClientError`].
-    pub fn status(&mut self) -> Result<Status, ClientError> {
-        let first = wire::RUN_STATE;
-        let words = self.holding(first, wire::COMMANDED - first)?;
-        let at = |register: u16| words[usize::from(register - first)];
-        let moving = self.input(wire::MOVING, 1)?[0];
-        let inputs = self.inputs(wire::INPUT_BITS, 17)?;
-        let outputs = self.coils(wire::COILS, 16)?;
+/// What a [`Status`] is read from.
+#[derive(Clone, Debug, Default)]
+pub struct StatusWords {
+    /// [`StatusWords::RUN_LENGTH`] registers from [`wire::RUN_STATE`] on.
+    pub run: Vec<u16>,
+    /// [`wire::MOVING`].
+    pub moving: u16,
+    /// Inputs 1 to 17.
+    pub inputs: Vec<bool>,
+    /// Outputs 1 to 16.
+    pub outputs: Vec<bool>,
+}
+
+impl StatusWords {
+    /// Registers of the run: up to the commanded positions.
+    pub const RUN_LENGTH: u16 = wire::COMMANDED - wire::RUN_STATE;
+
+    /// What they say; registers that are not there read 0.
+    pub fn status(&self) -> Status {
+        let at = |register: u16| {
+            self.run.get(usize::from(register - wire::RUN_STATE)).copied().unwrap_or(0)
+        };
         let run_state = RunState::from_number(at(wire::RUN_STATE));
         let fault = u8::try_from(at(wire::FAULT)).ok().and_then(Fault::from_number);
         let letters = |bits: u16| {
@@ -98,7 +108,7 @@ impl<L: Link> Client<L> {
             Some(long(at(register), at(register + 1)))
         };
         let some = |register: u16| Some(at(register)).filter(|n| *n != 0);
-        Ok(Status {
+        Status {
             state: run_state.map_or("unknown", state_name),
             fault: fault.map(|fault| fault.to_string()),
             text: fault.map(Fault::text),
@@ -109,12 +119,28 @@ impl<L: Link> Client<L> {
             program_counter: at(wire::PROGRAM_COUNTER),
             pos: PerAxis::new(Axis::ALL.map(position)),
             homed: letters(at(wire::HOMED)),
-            moving: letters(moving & 0xFF),
-            inputs: on(&inputs),
-            outputs: on(&outputs),
+            moving: letters(self.moving & 0xFF),
+            inputs: on(&self.inputs),
+            outputs: on(&self.outputs),
             blocked_by: some(wire::BLOCKING_INPUT),
             run_state,
-        })
+        }
+    }
+}
+
+impl<L: Link> Client<L> {
+    /// Reads the board's state.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn status(&mut self) -> Result<Status, ClientError> {
+        let words = StatusWords {
+            run: self.holding(wire::RUN_STATE, StatusWords::RUN_LENGTH)?,
+            moving: self.input(wire::MOVING, 1)?[0],
+            inputs: self.inputs(wire::INPUT_BITS, 17)?,
+            outputs: self.coils(wire::COILS, 16)?,
+        };
+        Ok(words.status())
     }
 
     /// The run state alone, with the number of runs begun.

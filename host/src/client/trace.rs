@@ -10,13 +10,16 @@ use crate::board::teller;
 use crate::link::Link;
 use crate::sim::trace::What;
 
+/// Line of an address in a program's code.
+pub type LineOf<'a> = Box<dyn Fn(u16) -> u32 + 'a>;
+
 /// Reads a board's events one after the other.
 pub struct Tracer<'a> {
     /// Number of the event that comes next.
     next: u16,
-    profile: &'a Profile,
+    profile: Profile,
     /// Line of an address in the code.
-    line_of: &'a dyn Fn(u16) -> u32,
+    line_of: LineOf<'a>,
     /// What has come of the line that the next print event ends.
     line: Vec<u8>,
     /// Looks that found no event since one did.
@@ -30,7 +33,7 @@ const IDLE_LOOKS: u32 = 8;
 impl<'a> Tracer<'a> {
     /// A reader for a run that is about to start. `line_of` gives the line of an address in the
     /// program's code.
-    pub fn new(profile: &'a Profile, line_of: &'a dyn Fn(u16) -> u32) -> Tracer<'a> {
+    pub fn new(profile: Profile, line_of: LineOf<'a>) -> Tracer<'a> {
         Tracer { next: 1, profile, line_of, line: Vec::new(), idle: 0 }
     }
 
@@ -73,7 +76,7 @@ impl<'a> Tracer<'a> {
             let words = client.holding(wire::COMMANDED, 6)?;
             commanded = [0, 2, 4].map(|at| long(words[at], words[at + 1]));
         }
-        Ok(teller::event(self.profile, line, kind, argument, value, commanded))
+        Ok(teller::event(&self.profile, line, kind, argument, value, commanded))
     }
 
     /// Takes bytes of print up to the line's end. A board that never ends a line is given up after

@@ -7,13 +7,13 @@ use std::time::Duration;
 
 use clap::Args;
 use lang::axis::Axis;
-use lang::profile::{Direction, Profile};
-use lang::wire::{self, Exception, command};
+use lang::profile::Profile;
+use lang::wire::{self, command};
 use serde_json::json;
 
 use super::port::{Board, Port};
 use super::{Console, Options};
-use crate::client::ClientError;
+use crate::client::orders;
 use crate::client::status::long;
 use crate::failure::Failure;
 use crate::link::Link;
@@ -104,26 +104,13 @@ fn setting(text: &str) -> Result<(u16, bool), String> {
     }
 }
 
-/// A 32-bit value as two registers, low word first.
-fn words(value: i64) -> [u16; 2] {
-    let value = value.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
-    let value = value.cast_unsigned();
-    [value as u16, (value >> 16) as u16]
-}
-
 /// Motor steps of a distance, half away from zero.
 fn steps(profile: &Profile, axis: Axis, distance: Distance) -> Result<i64, Failure> {
-    let own = profile.axis(axis).ok_or_else(|| {
-        let text = format!("the machine `{}` has no {}", profile.name, axis.letter());
-        Failure::Usage(text)
-    })?;
+    let own = orders::present(profile, axis).map_err(Failure::Usage)?;
     let (up, down) = (i64::from(own.scale.steps), i64::from(own.scale.um));
     let (steps, um) = match distance {
         Distance::Steps(steps) => (steps, steps * down / up),
-        Distance::Um(um) => {
-            let twice = 2 * um.abs() * up + down;
-            (twice / (2 * down) * um.signum(), um)
-        }
+        Distance::Um(um) => (orders::steps(own, um), um),
     };
     if um.abs() > LONGEST_JOG_UM {
         let text = format!("{} mm is more than a jog may go: 100 mm", um as f64 / 1000.0);
@@ -156,14 +143,15 @@ impl Home {
         };
         let mut board = self.port.connect(options, console)?;
         for axis in axes {
-            let order = home_order(&profile, axis)?;
-            send(&mut board, &order, || {
+            let order = orders::home(&profile, axis).map_err(Failure::Usage)?;
+            let wrong = || {
                 format!(
                     "the board does not home {} so: check rates, stroke and switch in the profile `{}`",
                     axis.letter(),
                     profile.name
                 )
-            })?;
+            };
+            board.order(&order, wrong).map_err(Failure::Board)?;
             wait(&mut board, axis, "homing")?;
             let homing = board.input(wire::HOMING, 1)?[0];
             if homing >> (8 + axis.index()) & 1 != 0 {
@@ -177,40 +165,6 @@ impl Home {
         }
         Ok(())
     }
-}
-
-/// Command 106 with the profile's parameters (InterpCNC V3, command 106).
-fn home_order(profile: &Profile, axis: Axis) -> Result<Vec<u16>, Failure> {
-    let own = profile.axis(axis).ok_or_else(|| {
-        Failure::Usage(format!("the machine `{}` has no {}", profile.name, axis.letter()))
-    })?;
-    let home = &own.home;
-    let to_steps = |um: i32| i64::from(um) * i64::from(own.scale.steps) / i64::from(own.scale.um);
-    let away = -i64::from(home.direction.sign()) * to_steps(home.clearance_um);
-    let input = u16::try_from(profile.reference_input(axis) - 1).map_err(|_| {
-        let letter = axis.letter();
-        Failure::Usage(format!(
-            "the machine `{}` has no reference switch of {letter}",
-            profile.name
-        ))
-    })?;
-    let mut order = vec![
-        command::HOME,
-        axis.index() as u16 + 1,
-        0,
-        input,
-        1,
-        (home.direction == Direction::Positive).into(),
-    ];
-    order.extend(words(home.fast_rate.into()));
-    order.extend(words(home.slow_rate.into()));
-    order.extend(words(own.accel.into()));
-    order.extend(words(own.decel.unwrap_or(own.accel).into()));
-    order.extend(words(to_steps(home.stroke_um)));
-    order.push(home.pause_ms);
-    order.extend(words(to_steps(home.position_um)));
-    order.extend(words(away));
-    Ok(order)
 }
 
 impl Jog {
@@ -227,13 +181,9 @@ impl Jog {
         let mut board = self.port.connect(options, console)?;
         // By the place to go to, which is told.
         let place = board.input(wire::WORK_POSITIONS + 2 * self.axis.index() as u16, 2)?;
-        let mut order = vec![command::MOVE_TO, self.axis.index() as u16 + 1];
-        order.extend(words(own.accel.into()));
-        order.extend(words(speed.into()));
-        order.extend(words(own.decel.unwrap_or(own.accel).into()));
-        order.extend(words(i64::from(long(place[0], place[1])) + steps));
         let target = i64::from(long(place[0], place[1])) + steps;
-        send(&mut board, &order, || {
+        let order = orders::move_to(self.axis, orders::ramps(own), speed, target);
+        let wrong = || {
             let mm = |steps: i64| {
                 let um = steps * i64::from(own.scale.um) / i64::from(own.scale.steps);
                 format!("{} mm", um as f64 / 1000.0)
@@ -249,32 +199,10 @@ impl Jog {
                 f64::from(most) / 1000.0,
                 letter = self.axis.letter(),
             )
-        })?;
+        };
+        board.order(&order, wrong).map_err(Failure::Board)?;
         wait(&mut board, self.axis, "the move")?;
         tell(&mut board, self.axis, console)
-    }
-}
-
-/// Writes a command once: a move that is repeated because its reply was lost would be made twice.
-/// What the board takes for out of range is told by `wrong`.
-fn send(board: &mut Board, order: &[u16], wrong: impl Fn() -> String) -> Result<(), Failure> {
-    match board.once(|board| board.write_all(wire::COMMAND, order)) {
-        Ok(()) => Ok(()),
-        Err(error) if error.is_exception(Exception::Busy) => {
-            let status = board.status()?;
-            let why = match status.blocked_by {
-                Some(input) => format!("input {input} holds it"),
-                None => format!("it is {}", status.state),
-            };
-            Err(Failure::Board(format!("the board cannot move now: {why}")))
-        }
-        Err(error) if error.is_exception(Exception::IllegalValue) => Err(Failure::Board(wrong())),
-        Err(error @ (ClientError::Silent | ClientError::Noise(_))) => {
-            // Nothing tells whether it was taken: stop whatever it became.
-            let _ = board.write_all(wire::COMMAND, &[command::STOP_AXES, 0b111]);
-            Err(error.into())
-        }
-        Err(error) => Err(error.into()),
     }
 }
 
@@ -343,7 +271,7 @@ impl Io {
 
 #[cfg(test)]
 mod tests {
-    use super::{Distance, axis, distance, home_order, setting, steps, words};
+    use super::{Distance, axis, distance, setting, steps};
     use lang::axis::Axis;
     use lang::profile::Profile;
 
@@ -367,15 +295,5 @@ mod tests {
         assert_eq!(steps(&thesis, Axis::X, Distance::Um(19)).ok(), Some(0));
         assert!(steps(&thesis, Axis::X, Distance::Um(100_001)).is_err());
         assert!(steps(&thesis, Axis::X, Distance::Steps(900_000_000)).is_err());
-    }
-
-    #[test]
-    fn homing_sends_the_profiles_parameters() {
-        let mill = Profile::built_in("mill").expect("built in");
-        let order = home_order(&mill, Axis::Z).expect("mill has Z");
-        assert_eq!(order[..6], [106, 3, 0, 10, 1, 1]);
-        assert_eq!(order[6..10], [2000, 0, 200, 0]);
-        assert_eq!(order[14..16], words(11_000));
-        assert_eq!((order[16], order.len()), (100, 21));
     }
 }

@@ -97,7 +97,7 @@ impl Board {
         rig.run_until(BOOT_US * TICKS_PER_US).map_err(|error| world::wrong(&error, console))?;
         interrupt::watch();
         self.open(&mut server, console)?;
-        match server.run(&mut rig, self.speed, &mut interrupt::asked) {
+        match server.run(&mut rig, self.speed, &mut |_, _| interrupt::asked()) {
             Ok(()) => Ok(()),
             Err(ServeError::World(error)) => Err(world::wrong(&error, console)),
             Err(ServeError::Flash(file, error)) => {

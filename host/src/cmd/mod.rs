@@ -26,6 +26,7 @@ mod summary;
 mod torture;
 mod trace;
 mod upload;
+mod workbench;
 mod world;
 
 use std::io::{IsTerminal, Write};
@@ -111,6 +112,8 @@ enum Command {
     Jog(axes::Jog),
     /// Show a board's inputs and outputs, set outputs
     Io(axes::Io),
+    /// Script, simulation and board on one page of the browser
+    Workbench(workbench::Workbench),
     /// Serve an editor: the language server on standard input and output
     Lsp(lsp::Lsp),
     /// Show what the firmware uses of flash and RAM, by module
@@ -135,6 +138,7 @@ impl Command {
             Command::Sim(command) => command.run(options, console),
             Command::Import(command) => command.run(options, console),
             Command::Fmt(command) => command.run(options, console),
+            Command::Workbench(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
             Command::Board(command) => command.run(options, console),
             Command::Upload(command) => command.run(options, console),

@@ -112,7 +112,7 @@ impl Session<'_> {
     fn follow(&mut self) -> Result<Status, Failure> {
         let compiled = self.compiled;
         let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
-        let mut tracer = Tracer::new(&self.script.program.profile, &line_of);
+        let mut tracer = Tracer::new(self.script.program.profile.clone(), Box::new(line_of));
         self.board.drop_print()?;
         self.start()?;
         let mut heard = Instant::now();

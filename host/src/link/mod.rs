@@ -7,6 +7,7 @@
 pub mod adu;
 mod holders;
 mod modbus_tcp;
+mod pipe;
 mod serial;
 mod tcp;
 mod trouble;
@@ -20,6 +21,7 @@ use std::time::Duration;
 use lang::profile::Parity;
 
 pub use modbus_tcp::ModbusTcp;
+pub use pipe::{Pipe, pipe};
 pub use serial::Serial;
 pub use tcp::Tcp;
 

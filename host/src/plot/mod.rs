@@ -17,7 +17,8 @@ use crate::sim::Outcome;
 use crate::sim::record::{Edge, SegmentKind};
 use crate::sim::trace::{MoveKind, Status};
 pub use chart::time;
-use curve::{Curve, curves};
+pub(crate) use curve::Curve;
+use curve::curves;
 
 /// Segments beyond this are drawn by their ends alone, without the ramps of their speed.
 const DETAILED_SEGMENTS: usize = 20_000;
@@ -62,7 +63,7 @@ impl Form {
 
 /// What a piece of the path is drawn as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Style {
+pub(crate) enum Style {
     /// Travel: G0, homing.
     Rapid,
     /// An axis on its own: MoveAxe, MoveRel, MoveSpeed.
@@ -75,7 +76,7 @@ enum Style {
 
 impl Style {
     /// Every style, in the order in which they are drawn over one another.
-    const ALL: [Style; 4] = [Style::Rapid, Style::Axis, Style::Cut, Style::Probe];
+    pub(crate) const ALL: [Style; 4] = [Style::Rapid, Style::Axis, Style::Cut, Style::Probe];
 
     const fn of(kind: SegmentKind) -> Style {
         match kind {
@@ -108,11 +109,11 @@ impl Style {
 }
 
 /// One row of the timeline: an input or an output with the spans in which it was on.
-struct Row {
-    name: String,
-    output: bool,
+pub(crate) struct Row {
+    pub name: String,
+    pub output: bool,
     /// Start and end, us.
-    on: Vec<(u64, u64)>,
+    pub on: Vec<(u64, u64)>,
 }
 
 impl Plot<'_> {
@@ -124,7 +125,7 @@ impl Plot<'_> {
         }
     }
 
-    fn curves(&self) -> Vec<Curve> {
+    pub(crate) fn curves(&self) -> Vec<Curve> {
         curves(&self.outcome.record.path, &self.program.profile, DETAILED_SEGMENTS)
     }
 
@@ -193,7 +194,7 @@ impl Plot<'_> {
     }
 
     /// Outputs and inputs that changed in the run, outputs first.
-    fn rows(&self) -> Vec<Row> {
+    pub(crate) fn rows(&self) -> Vec<Row> {
         let record = &self.outcome.record;
         let profile = &self.program.profile;
         let outputs =

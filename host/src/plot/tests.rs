@@ -77,6 +77,7 @@ fn outcome() -> Outcome {
             .to_vec(),
         printed: vec![Printed { us: 1_800_000, line: 7, text: "hole <1>".to_owned() }],
         truncated: false,
+        ..Record::default()
     };
     Outcome {
         end: End { status: Status::Done, fault: None, line: 9 },

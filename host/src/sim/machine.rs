@@ -218,6 +218,11 @@ impl Machine {
         self.log.begin(self.now, line);
     }
 
+    /// Simulated time, us.
+    pub fn now_us(&self) -> u64 {
+        self.now
+    }
+
     /// Line of the statement that runs.
     pub fn line(&self) -> u32 {
         self.line

@@ -93,6 +93,17 @@ pub struct Printed {
     pub text: String,
 }
 
+/// A change of a variable, as the device's VM shows it at its effects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// When, us.
+    pub us: u64,
+    /// Its cell.
+    pub cell: u8,
+    /// New value.
+    pub value: i32,
+}
+
 /// What an output did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct OutputUse {
@@ -173,6 +184,8 @@ pub struct Record {
     pub begun: Vec<Begun>,
     /// What the script printed.
     pub printed: Vec<Printed>,
+    /// Changes of variables (engine `vm`); all are 0 before.
+    pub changes: Vec<Change>,
     /// Something was left out because [`RECORD_LIMIT`] was reached.
     pub truncated: bool,
 }

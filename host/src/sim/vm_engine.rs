@@ -12,6 +12,7 @@ use lang::isa::Op;
 use lang::vm::{Exit, State, Vm, flag};
 
 use super::machine::{Machine, Step};
+use super::record::{Change, RECORD_LIMIT};
 use super::world::World;
 use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
 
@@ -70,6 +71,9 @@ struct Driver<'a, 'm> {
     handlers: Vec<Before>,
     again: bool,
     left: u64,
+    /// Values of the cells at the last effect, where the run is recorded.
+    cells: Vec<i32>,
+    changes: Vec<Change>,
 }
 
 /// Runs a program.
@@ -96,13 +100,18 @@ pub fn run(
         handlers: Vec::new(),
         again: false,
         left: options.statements,
+        cells: vec![0; if options.record { image.header.cells.into() } else { 0 }],
+        changes: Vec::new(),
     };
     let (fault, line) = match driver.execute() {
         Final::End(line) | Final::Stopped(line) => (None, line),
         Final::Fault(fault, line) => (Some(fault), line),
     };
     let vars = variables(program, compiled, &driver.vm);
-    outcome(&mut driver.machine, fault, line, vars)
+    driver.note_changes();
+    let mut outcome = outcome(&mut driver.machine, fault, line, vars)?;
+    outcome.record.changes = driver.changes;
+    Ok(outcome)
 }
 
 impl Driver<'_, '_> {
@@ -194,7 +203,21 @@ impl Driver<'_, '_> {
         Ok(())
     }
 
+    /// Notes what the statements since the last effect changed.
+    fn note_changes(&mut self) {
+        let us = self.machine.now_us();
+        for (n, known) in self.cells.iter_mut().enumerate() {
+            let Ok(cell) = u8::try_from(n) else { return };
+            let value = self.vm.cell(cell);
+            if value != *known && self.changes.len() < RECORD_LIMIT {
+                *known = value;
+                self.changes.push(Change { us, cell, value });
+            }
+        }
+    }
+
     fn effect(&mut self) -> Result<(), Final> {
+        self.note_changes();
         let pc = self.vm.state.pc;
         let line = self.line();
         self.machine.set_line(line);

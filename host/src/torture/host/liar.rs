@@ -117,8 +117,7 @@ pub fn client_replies(data: &[u8]) -> Result<(), String> {
     let _ = client.set_lock([1, 2]);
     let _ = client.upload(&[0x55; 300], true, &mut |_| {});
     let profile = Profile::built_in("mill").map_err(|error| error.to_string())?;
-    let line_of = |pc: u16| u32::from(pc);
-    let mut tracer = Tracer::new(&profile, &line_of);
+    let mut tracer = Tracer::new(profile, Box::new(u32::from));
     for _ in 0..40 {
         let _ = tracer.poll(&mut client);
     }

@@ -1,0 +1,178 @@
+//! What the board shows, read register by register between the requests of users.
+
+use lang::axis::Axis;
+use lang::wire;
+use serde::Serialize;
+
+use super::Board;
+use super::follow::Halt;
+use crate::client::ClientError;
+use crate::client::identity::Identity;
+use crate::client::status::{Status, StatusWords, long};
+
+/// Whether there is a board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Port {
+    /// It is being opened.
+    #[default]
+    Opening,
+    /// The board answers.
+    Up,
+    /// The port is gone, or the board does not answer.
+    Lost,
+}
+
+/// One picture of the board for everybody; its parts are of one round of looks.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Picture {
+    /// Whether there is a board.
+    pub port: Port,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lost: Option<String>,
+    /// State, fault, machine positions, inputs and outputs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub status: Option<Status>,
+    /// Work positions, steps.
+    pub work: [i32; 3],
+    /// Axes that search their switch.
+    pub homing: Vec<char>,
+    /// Axes whose last reference run failed.
+    pub homing_error: Vec<char>,
+    /// Axes at the negative end of their travel.
+    pub at_low: Vec<char>,
+    /// Axes at the positive end.
+    pub at_high: Vec<char>,
+    /// Override of feeds and of rapid moves, per cent.
+    pub overrides: [u16; 2],
+    /// Who the board is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identity: Option<Identity>,
+    /// Values of the stored program's cells.
+    pub cells: Vec<i32>,
+    /// The run is followed effect by effect.
+    pub followed: bool,
+    /// Where a followed run is halted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub halted: Option<Halt>,
+    /// Number of the held jog.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold: Option<u64>,
+}
+
+/// Registers of cells that one look reads: half a request's most, two for each cell.
+const CELLS_AT_ONCE: u16 = 8;
+/// Every so many rounds what hardly changes is read.
+const SELDOM: u32 = 20;
+
+/// The exchanges of a round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    Run,
+    Motion,
+    Inputs,
+    Outputs,
+    Work,
+    Overrides,
+    Identity,
+    Cells(u16),
+}
+
+/// A round of looks at the board, an exchange at a time.
+pub struct Round {
+    step: Step,
+    /// Rounds begun.
+    count: u32,
+    words: StatusWords,
+    next: Picture,
+}
+
+fn letters(bits: u16) -> Vec<char> {
+    let on = Axis::ALL.into_iter().filter(|axis| bits >> axis.index() & 1 != 0);
+    on.map(Axis::letter).collect()
+}
+
+impl Round {
+    /// The first one.
+    pub fn new() -> Round {
+        Round { step: Step::Run, count: 0, words: StatusWords::default(), next: Picture::default() }
+    }
+
+    /// Whether no look of the round has been made yet.
+    pub fn is_fresh(&self) -> bool {
+        self.step == Step::Run
+    }
+
+    /// Begins from the first look again, with everything read.
+    pub fn restart(&mut self) {
+        (self.step, self.count) = (Step::Run, 0);
+    }
+
+    /// Makes the next look. The picture comes with the round's last one.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn look(&mut self, board: &mut Board) -> Result<Option<Picture>, ClientError> {
+        let next = &mut self.next;
+        self.step = match self.step {
+            Step::Run => {
+                self.words.run = board.holding(wire::RUN_STATE, StatusWords::RUN_LENGTH)?;
+                Step::Motion
+            }
+            Step::Motion => {
+                let words = board.input(wire::MOVING, wire::LIMITS - wire::MOVING + 1)?;
+                self.words.moving = words[0];
+                (next.homing, next.homing_error) = (letters(words[1]), letters(words[1] >> 8));
+                (next.at_low, next.at_high) = (letters(words[2]), letters(words[2] >> 8));
+                Step::Inputs
+            }
+            Step::Inputs => {
+                self.words.inputs = board.inputs(wire::INPUT_BITS, 17)?;
+                Step::Outputs
+            }
+            Step::Outputs => {
+                self.words.outputs = board.coils(wire::COILS, 16)?;
+                Step::Work
+            }
+            Step::Work => {
+                let words = board.input(wire::WORK_POSITIONS, 6)?;
+                next.work = [0, 1, 2].map(|n| long(words[2 * n], words[2 * n + 1]));
+                if self.count.is_multiple_of(SELDOM) { Step::Overrides } else { Step::Cells(0) }
+            }
+            Step::Overrides => {
+                // A part without an override has no such block.
+                next.overrides = match board.holding(wire::OVERRIDES, 2) {
+                    Ok(words) => [words[0], words[1]],
+                    Err(ClientError::Exception(_)) => [0; 2],
+                    Err(error) => return Err(error),
+                };
+                Step::Identity
+            }
+            Step::Identity => {
+                let (identity, cells) = (board.identity()?, board.program_cells()?);
+                next.cells.resize(usize::from(cells), 0);
+                next.identity = Some(identity);
+                Step::Cells(0)
+            }
+            Step::Cells(first) => {
+                let all = next.cells.len() as u16;
+                let count = all.saturating_sub(first).min(CELLS_AT_ONCE);
+                if count > 0 {
+                    let words = board.holding(wire::CELLS + 2 * first, 2 * count)?;
+                    for (pair, cell) in words.chunks_exact(2).zip(&mut next.cells[first.into()..]) {
+                        *cell = long(pair[0], pair[1]);
+                    }
+                }
+                if first + count < all { Step::Cells(first + count) } else { Step::Run }
+            }
+        };
+        if self.step != Step::Run {
+            return Ok(None);
+        }
+        self.count = self.count.wrapping_add(1);
+        next.port = Port::Up;
+        next.status = Some(std::mem::take(&mut self.words).status());
+        Ok(Some(next.clone()))
+    }
+}

@@ -1,0 +1,179 @@
+//! One page as the server sees it: what waits to be sent, and the thread that sends it.
+
+use std::collections::VecDeque;
+use std::io;
+use std::net::{Shutdown, TcpStream};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::message::{self, ToPage};
+use super::ws::{self, opcode};
+use crate::helm::User;
+
+/// Messages that may wait for a slow page; one that is slower is dropped.
+const MOST_WAITING: usize = 500;
+/// Between two pings.
+const PING: Duration = Duration::from_secs(5);
+/// States whose times are remembered for their echoes.
+const STATES: usize = 64;
+/// A state that a page echoes must have left no longer ago.
+pub const ECHO_FRESH: Duration = Duration::from_millis(250);
+
+enum Out {
+    Text(String),
+    Bytes(std::sync::Arc<Vec<u8>>),
+    Pong(Vec<u8>),
+    Close,
+}
+
+/// A page.
+pub struct Client {
+    /// Its turn at the helm.
+    pub user: User,
+    /// Its number, for the language server's answers.
+    pub number: u64,
+    /// It proved that it knows the secret.
+    known: AtomicBool,
+    out: Mutex<VecDeque<Out>>,
+    called: Condvar,
+    stream: TcpStream,
+    /// When the newest states left, by their numbers.
+    states: Mutex<VecDeque<(u64, Instant)>>,
+    gone: AtomicBool,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Client {
+    /// A page at the other end of a stream.
+    ///
+    /// # Errors
+    /// The stream is gone.
+    pub fn new(stream: &TcpStream) -> io::Result<Client> {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        Ok(Client {
+            user: User::new(),
+            number: NEXT.fetch_add(1, Ordering::Relaxed),
+            known: AtomicBool::new(false),
+            out: Mutex::default(),
+            called: Condvar::new(),
+            stream: stream.try_clone()?,
+            states: Mutex::default(),
+            gone: AtomicBool::new(false),
+        })
+    }
+
+    /// Whether it proved that it knows the secret.
+    pub fn is_known(&self) -> bool {
+        self.known.load(Ordering::SeqCst)
+    }
+
+    /// It proved it.
+    pub fn welcome(&self) {
+        self.known.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether it was dropped.
+    pub fn is_gone(&self) -> bool {
+        self.gone.load(Ordering::SeqCst)
+    }
+
+    /// Sends a message as soon as it can be taken.
+    pub fn send(&self, message: &ToPage) {
+        self.push(Out::Text(message::text(message)));
+    }
+
+    /// Sends bytes.
+    pub fn send_bytes(&self, bytes: std::sync::Arc<Vec<u8>>) {
+        self.push(Out::Bytes(bytes));
+    }
+
+    /// Answers a ping.
+    pub fn pong(&self, bytes: Vec<u8>) {
+        self.push(Out::Pong(bytes));
+    }
+
+    /// Says good-bye behind what waits.
+    pub fn close(&self) {
+        self.push(Out::Close);
+    }
+
+    /// Ends the connection at once.
+    pub fn drop_it(&self) {
+        self.gone.store(true, Ordering::SeqCst);
+        let _ = self.stream.shutdown(Shutdown::Both);
+        self.called.notify_one();
+    }
+
+    /// Whether the page takes what it is sent: a state is left out otherwise, an answer never.
+    pub fn is_idle(&self) -> bool {
+        lock(&self.out).is_empty()
+    }
+
+    fn push(&self, out: Out) {
+        let mut waiting = lock(&self.out);
+        waiting.push_back(out);
+        let slow = waiting.len() > MOST_WAITING;
+        drop(waiting);
+        if slow {
+            self.drop_it();
+        }
+        self.called.notify_one();
+    }
+
+    /// State number `n` leaves now.
+    pub fn state_leaves(&self, n: u64) {
+        let mut states = lock(&self.states);
+        states.push_back((n, Instant::now()));
+        if states.len() > STATES {
+            states.pop_front();
+        }
+    }
+
+    /// Whether the page has drawn a state that left a moment ago: both directions work, and somebody
+    /// can see it.
+    pub fn is_fresh(&self, echo: u64) -> bool {
+        let states = lock(&self.states);
+        states.iter().any(|(n, left)| *n == echo && left.elapsed() < ECHO_FRESH)
+    }
+
+    /// Sends what waits until the page is gone.
+    pub fn write(&self) {
+        let mut stream = &self.stream;
+        let mut pinged = Instant::now();
+        while !self.is_gone() {
+            let mut waiting = lock(&self.out);
+            if waiting.is_empty() {
+                let left = PING.saturating_sub(pinged.elapsed());
+                waiting = self
+                    .called
+                    .wait_timeout(waiting, left)
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .0;
+            }
+            let next = waiting.pop_front();
+            drop(waiting);
+            let sent = match next {
+                Some(Out::Text(text)) => ws::write(&mut stream, opcode::TEXT, text.as_bytes()),
+                Some(Out::Bytes(bytes)) => ws::write(&mut stream, opcode::BYTES, &bytes),
+                Some(Out::Pong(bytes)) => ws::write(&mut stream, opcode::PONG, &bytes),
+                Some(Out::Close) => {
+                    let _ = ws::write(&mut stream, opcode::CLOSE, &[]);
+                    break;
+                }
+                None if pinged.elapsed() >= PING => {
+                    pinged = Instant::now();
+                    ws::write(&mut stream, opcode::PING, &[])
+                }
+                None => Ok(()),
+            };
+            if sent.is_err() {
+                break;
+            }
+        }
+        self.drop_it();
+    }
+}

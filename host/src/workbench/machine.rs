@@ -1,0 +1,421 @@
+//! Wishes that reach the board: each becomes a request to the helm, and its answer goes to the page.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use lang::axis::Axis;
+use lang::profile::{AxisProfile, Profile};
+use lang::record::BoardRecord;
+use lang::wire::{self, Control, RunState, command};
+
+use super::bench::Bench;
+use super::client::Client;
+use super::message::{HoldWish, MoveWish, ToPage, Wish};
+use super::session::Answer;
+use crate::board::live::Touch;
+use crate::client::identity::differences;
+use crate::client::orders;
+use crate::client::status::long;
+use crate::helm::{Board, Debug, Hold, Pace};
+use crate::sim::world::Button;
+
+/// Longest move by a button, um: a mistyped digit must not cross the machine.
+const LONGEST_MOVE_UM: i32 = 1_000_000;
+/// A reference run that takes longer has failed.
+const HOME_TIME: Duration = Duration::from_secs(300);
+
+/// Does a wish, or has it done.
+///
+/// # Errors
+/// Why it is not done, in words.
+pub fn serve(
+    bench: &Arc<Bench>,
+    client: &Arc<Client>,
+    ask: u32,
+    wish: Wish,
+) -> Result<Answer, String> {
+    let later = Ask { bench, client, ask };
+    match wish {
+        Wish::Upload => return later.upload(),
+        Wish::Profile => return later.profile(),
+        Wish::Start => return later.run(Control::Start),
+        Wish::Pause => return later.run(Control::Pause),
+        Wish::Resume => return later.run(Control::Resume),
+        Wish::Debug { breaks, step } => later.debug(breaks, step)?,
+        Wish::Go { step } => bench.helm.debug(Debug::Pace(pace(step))),
+        Wish::Breaks(breaks) => {
+            bench.helm.debug(Debug::Breaks(breaks.into_iter().collect::<BTreeSet<u32>>()));
+        }
+        Wish::Override([feed, rapid]) => {
+            if !(10..=200).contains(&feed) || !(10..=100).contains(&rapid) {
+                return Err("an override lies in 10..200 %, of rapid moves in 10..100 %".to_owned());
+            }
+            return later.write(wire::OVERRIDES, vec![feed, rapid]);
+        }
+        Wish::Set { cell, value } => {
+            let cells = bench.helm.picture().1.cells.len();
+            if usize::from(cell) >= cells {
+                return Err("the stored program has no such variable".to_owned());
+            }
+            let value = value.cast_unsigned();
+            let words = vec![value as u16, (value >> 16) as u16];
+            return later.write(wire::CELLS + 2 * cell, words);
+        }
+        Wish::Hold(wish) => later.hold(&wish)?,
+        Wish::Release(id) => bench.helm.release(client.user, id),
+        Wish::Jog(wish) => return later.travel(wish, true),
+        Wish::GoTo(wish) => return later.travel(wish, false),
+        Wish::Zero(axis) => {
+            let mut order = vec![command::SET_POSITION, axis.0.index() as u16 + 1];
+            order.extend(orders::words(0));
+            return later.order(order);
+        }
+        Wish::Home(axes) => return later.home(axes.into_iter().map(|axis| axis.0).collect()),
+        Wish::Probe(wish) => return later.probe(&wish),
+        Wish::Output(n, on) => {
+            let coil = n.checked_sub(1).filter(|coil| *coil < 16);
+            let coil = coil.ok_or("outputs count from 1 to 16")?;
+            return later.ask(move |board| {
+                board.set_coil(wire::COILS + coil, on).map_err(|error| error.to_string())
+            });
+        }
+        Wish::Input(n, on) if bench.setting.live.is_some() => {
+            bench.touch_input(n, on.unwrap_or(false))?;
+        }
+        Wish::Input(n, on) => {
+            let number = n.checked_sub(1).filter(|n| *n < 16).ok_or("inputs count from 1 to 16")?;
+            let level = on.map_or(0xFFFF, u16::from);
+            return later.order(vec![command::FORCE_INPUT, number, level]);
+        }
+        Wish::Press { stop, down } => {
+            let live = bench.setting.live.as_ref().ok_or("a real board has its own buttons")?;
+            live.touch(Touch::Button(if stop { Button::Stop } else { Button::Start }, down));
+        }
+        _ => return Err("this wish is not one of the machine's".to_owned()),
+    }
+    Ok(Answer::Done)
+}
+
+const fn pace(step: bool) -> Pace {
+    if step { Pace::Step } else { Pace::Go }
+}
+
+/// A wish whose answer comes later.
+struct Ask<'a> {
+    bench: &'a Arc<Bench>,
+    client: &'a Arc<Client>,
+    ask: u32,
+}
+
+impl Ask<'_> {
+    /// Has the helm do something; what comes of it is the answer.
+    fn ask(
+        &self,
+        job: impl FnOnce(&mut Board) -> Result<(), String> + Send + 'static,
+    ) -> Result<Answer, String> {
+        let (client, ask) = (self.client.clone(), self.ask);
+        let done = move |result: Result<(), String>| {
+            client.send(&match result {
+                Ok(()) => ToPage::Done { ask, words: None },
+                Err(words) => ToPage::Refused { ask, words },
+            });
+        };
+        let asked = self.bench.helm.ask(self.client.user, move |board| {
+            done(board.map_err(str::to_owned).and_then(job));
+        });
+        asked.map(|()| Answer::Later).map_err(|_| "too much waits for the board already".to_owned())
+    }
+
+    fn order(&self, order: Vec<u16>) -> Result<Answer, String> {
+        self.ask(move |board| board.order(&order, refused))
+    }
+
+    fn write(&self, first: u16, words: Vec<u16>) -> Result<Answer, String> {
+        self.ask(move |board| board.write_all(first, &words).map_err(|error| error.to_string()))
+    }
+
+    fn run(&self, control: Control) -> Result<Answer, String> {
+        self.ask(move |board| {
+            let words = |error: crate::client::ClientError| error.to_string();
+            let (state, _) = board.run_state().map_err(words)?;
+            let control = match (control, state) {
+                (Control::Start, Some(RunState::Empty)) => {
+                    return Err("the board holds no program: press Upload".to_owned());
+                }
+                (Control::Start, Some(RunState::Fault)) => Control::Acknowledge,
+                (Control::Resume, Some(state)) if state != RunState::Paused => {
+                    return Err("nothing is paused".to_owned());
+                }
+                (Control::Pause, Some(RunState::Ready | RunState::Empty | RunState::Fault)) => {
+                    return Err("no program runs".to_owned());
+                }
+                (control, _) => control,
+            };
+            match board.control(control) {
+                Err(error) if error.is_exception(wire::Exception::Busy) => {
+                    let status = board.status().map_err(words)?;
+                    Err(match status.blocked_by {
+                        Some(input) => {
+                            format!("the board cannot do that now: input {input} holds it")
+                        }
+                        None => "the board cannot do that now: an axis moves".to_owned(),
+                    })
+                }
+                other => other.map_err(words),
+            }
+        })
+    }
+
+    /// Compiles the text and brings it to the board.
+    fn upload(&self) -> Result<Answer, String> {
+        let loaded = Arc::new(self.bench.compile()?);
+        let (bench, client, ask) = (self.bench.clone(), self.client.clone(), self.ask);
+        self.ask(move |board| {
+            compare(board, &loaded.program.profile)?;
+            let image = &loaded.compiled.image;
+            let all = image.len().max(1) as f32;
+            let result = board.upload(image, true, &mut |bytes| {
+                client.send(&ToPage::Progress { ask, part: bytes as f32 / all });
+            });
+            result.map_err(|error| error.to_string())?;
+            bench.stored(loaded);
+            Ok(())
+        })
+    }
+
+    /// Gives the board the script's machine, and restarts it.
+    fn profile(&self) -> Result<Answer, String> {
+        let profile = self.bench.profile()?;
+        if self.bench.setting.live.is_some() {
+            return Err(
+                "the virtual board is built as one machine: end the workbench and start it \
+                with --profile"
+                    .to_owned(),
+            );
+        }
+        self.ask(move |board| {
+            let words = |error: crate::client::ClientError| error.to_string();
+            let held = board.board_record().map_err(words)?;
+            let wanted = BoardRecord::of(&profile, held.sequence.wrapping_add(1));
+            board.set_board_record(&wanted).map_err(words)?;
+            board.restart().map_err(words)?;
+            board.find().map_err(words)
+        })
+    }
+
+    fn debug(&self, breaks: Vec<u32>, step: bool) -> Result<(), String> {
+        let (_, picture) = self.bench.helm.picture();
+        let Some((loaded, true)) = self.bench.on_board(&picture) else {
+            return Err("the board's program is not this text: press Upload first".to_owned());
+        };
+        let profile = Box::new(loaded.program.profile.clone());
+        self.bench.helm.debug(Debug::Start {
+            profile,
+            line_of: Arc::new(move |pc| loaded.line_of(pc)),
+            breaks: breaks.into_iter().collect(),
+            pace: pace(step),
+        });
+        Ok(())
+    }
+
+    fn hold(&self, wish: &HoldWish) -> Result<(), String> {
+        let profile = self.bench.profile()?;
+        let own = orders::present(&profile, wish.axis.0)?;
+        let rate = speed(own, wish.speed);
+        let travel = [own.min_um, own.max_um].map(|um| orders::steps(own, um.into()));
+        let [up, down] = orders::ramps(own);
+        let hold = Hold::new(
+            (self.client.user, wish.id),
+            wish.axis.0,
+            wish.positive,
+            (rate, up.min(down)),
+            (travel[0], travel[1]),
+        );
+        self.bench.helm.hold(hold).map_err(|_| "another jog is not over yet".to_owned())
+    }
+
+    /// Moves an axis by a distance, or to a work position.
+    fn travel(&self, wish: MoveWish, relative: bool) -> Result<Answer, String> {
+        if wish.um.abs() > LONGEST_MOVE_UM {
+            return Err("a move by a button is no longer than 1 m".to_owned());
+        }
+        let profile = self.bench.profile()?;
+        let axis = wish.axis();
+        let own = orders::present(&profile, axis)?.clone();
+        let steps = orders::steps(&own, wish.um.into());
+        self.ask(move |board| {
+            let (machine, work) = places(board, axis)?;
+            let target = if relative { work + steps } else { steps };
+            within(board, axis, &own, machine, machine + target - work)?;
+            let rate = speed(&own, wish.speed);
+            board.order(&orders::move_to(axis, orders::ramps(&own), rate, target), refused)
+        })
+    }
+
+    fn probe(&self, wish: &MoveWish) -> Result<Answer, String> {
+        let profile = self.bench.profile()?;
+        let axis = wish.axis();
+        let own = orders::present(&profile, axis)?.clone();
+        let steps = orders::steps(&own, wish.um.into());
+        let order = orders::probe(&profile, axis, speed(&own, wish.speed), steps)?;
+        self.ask(move |board| {
+            let (machine, _) = places(board, axis)?;
+            within(board, axis, &own, machine, machine + steps)?;
+            board.order(&order, refused)
+        })
+    }
+
+    /// Reference runs one after the other, each begun when the one before has ended well.
+    fn home(&self, axes: Vec<Axis>) -> Result<Answer, String> {
+        let profile = self.bench.profile()?;
+        let axes = if axes.is_empty() {
+            profile.home_order.iter().map(|name| Axis::from(*name)).collect()
+        } else {
+            axes
+        };
+        let runs: Result<Vec<_>, String> =
+            axes.iter().map(|axis| Ok((*axis, orders::home(&profile, *axis)?))).collect();
+        let runs = runs?;
+        if self.bench.homing.swap(true, Ordering::SeqCst) {
+            return Err("a reference run goes on already".to_owned());
+        }
+        let (bench, client, ask) = (self.bench.clone(), self.client.clone(), self.ask);
+        std::thread::spawn(move || {
+            let result =
+                runs.iter().try_for_each(|(axis, order)| home(&bench, &client, *axis, order));
+            bench.homing.store(false, Ordering::SeqCst);
+            client.send(&match result {
+                Ok(()) => ToPage::Done { ask, words: None },
+                Err(words) => ToPage::Refused { ask, words },
+            });
+        });
+        Ok(Answer::Later)
+    }
+}
+
+/// Steps per second of a speed in um/s, within the axis's.
+fn speed(axis: &AxisProfile, um_s: u32) -> u32 {
+    let rate = orders::steps(axis, um_s.into()).clamp(1, axis.top_rate.into());
+    u32::try_from(rate).unwrap_or(1)
+}
+
+/// What the board takes for out of range.
+fn refused() -> String {
+    "the board refuses this: a rate, a place or an input is out of its range".to_owned()
+}
+
+/// Machine and work position of an axis, steps.
+fn places(board: &mut Board, axis: Axis) -> Result<(i64, i64), String> {
+    let words = |error: crate::client::ClientError| error.to_string();
+    let first = 2 * axis.index() as u16;
+    let machine = board.holding(wire::MACHINE_POSITIONS + first, 2).map_err(words)?;
+    let work = board.input(wire::WORK_POSITIONS + first, 2).map_err(words)?;
+    let value = |words: &[u16]| i64::from(long(words[0], words[1]));
+    Ok((value(&machine), value(&work)))
+}
+
+/// Refuses to send a homed axis beyond its travel, or further beyond it; a board without a program
+/// does not know the travel.
+fn within(
+    board: &mut Board,
+    axis: Axis,
+    own: &AxisProfile,
+    at: i64,
+    target: i64,
+) -> Result<(), String> {
+    let homed = board.holding(wire::HOMED, 1).map_err(|error| error.to_string())?[0];
+    let [low, high] = [own.min_um, own.max_um].map(|um| orders::steps(own, um.into()));
+    if homed >> axis.index() & 1 == 0 || (low.min(at)..=high.max(at)).contains(&target) {
+        return Ok(());
+    }
+    Err(format!(
+        "{} would leave its travel: the machine goes from {} to {} mm",
+        axis.letter(),
+        f64::from(own.min_um) / 1000.0,
+        f64::from(own.max_um) / 1000.0
+    ))
+}
+
+/// A program for another machine would move this one wrongly.
+fn compare(board: &mut Board, profile: &Profile) -> Result<(), String> {
+    let held = board.board_record().map_err(|error| error.to_string())?;
+    let mut differ = differences(&held, &BoardRecord::of(profile, held.sequence));
+    // Where the board hangs on the line is no matter of the program.
+    differ.retain(|what| *what != "link");
+    if differ.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "the board's machine is not `{}`, it differs in {}: press Write machine to board, if this is \
+         the machine that hangs on it",
+        profile.name,
+        differ.join(", ")
+    ))
+}
+
+/// Between two looks at a reference run.
+const HOME_LOOK: Duration = Duration::from_millis(50);
+
+/// What the registers say of an axis's reference run.
+#[derive(Clone, Copy)]
+struct Homing {
+    under_way: bool,
+    failed: bool,
+    homed: bool,
+}
+
+/// One reference run from its order to its end.
+fn home(bench: &Arc<Bench>, client: &Arc<Client>, axis: Axis, order: &[u16]) -> Result<(), String> {
+    let own = order.to_vec();
+    ask_for(bench, client, move |board| board.order(&own, refused))?;
+    let begun = Instant::now();
+    let letter = axis.letter();
+    while begun.elapsed() < HOME_TIME {
+        // A command is taken within some ms: a look at once would see the axis still at rest.
+        std::thread::sleep(HOME_LOOK);
+        let seen = ask_for(bench, client, move |board| {
+            let words = |error: crate::client::ClientError| error.to_string();
+            let motion = board.input(wire::MOVING, 2).map_err(words)?;
+            let homed = board.holding(wire::HOMED, 1).map_err(words)?[0];
+            let bit = |word: u16| word >> axis.index() & 1 != 0;
+            Ok(Homing {
+                under_way: bit(motion[0] | motion[1]),
+                failed: bit(motion[1] >> 8),
+                homed: bit(homed),
+            })
+        })?;
+        if seen.under_way {
+            continue;
+        }
+        if seen.failed {
+            return Err(format!(
+                "{letter} did not find its switch, or it stayed closed: check the switch, its wiring, \
+                 and direction and stroke in the profile"
+            ));
+        }
+        return if seen.homed {
+            Ok(())
+        } else {
+            Err(format!("{letter} was stopped before it was homed"))
+        };
+    }
+    bench.helm.stop();
+    Err(format!("{letter} did not end its reference run; everything is stopped"))
+}
+
+/// Has the helm do something and waits for what comes of it.
+fn ask_for<T: Send + 'static>(
+    bench: &Arc<Bench>,
+    client: &Arc<Client>,
+    job: impl FnOnce(&mut Board) -> Result<T, String> + Send + 'static,
+) -> Result<T, String> {
+    let (to, told) = std::sync::mpsc::channel();
+    let asked = bench.helm.ask(client.user, move |board| {
+        // Nobody waits any more where the page's wish was given up.
+        let _ = to.send(board.map_err(str::to_owned).and_then(job));
+    });
+    asked.map_err(|_| "too much waits for the board already".to_owned())?;
+    told.recv().map_err(|_| "the page is gone".to_owned())?
+}

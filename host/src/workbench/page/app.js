@@ -1,0 +1,173 @@
+// The page: puts its parts together and shows how things stand.
+import { h, $, text, tell, action, lamp } from './dom.js';
+import { Link } from './link.js';
+import { lexer } from './lexer.js';
+import { Editor } from './editor.js';
+import { Script } from './document.js';
+import { Language } from './language.js';
+import { Assist } from './assist.js';
+import { PathView } from './path.js';
+import { Trial } from './trial.js';
+import { Run } from './run.js';
+import { Machine } from './machine.js';
+
+const link = new Link();
+const parts = {};
+
+link.addEventListener('locked', e => lock(e.detail));
+link.addEventListener('welcome', e => begin(e.detail));
+link.addEventListener('state', e => show(e.detail));
+link.addEventListener('lost', e => blind(e.detail ? 'The workbench has ended.' : 'The tool does not answer: it was ended, or the way to it is cut.'));
+link.addEventListener('blind', () => blind('No news from the tool: what this page shows may be old.'));
+link.addEventListener('words', e => tell(e.detail, true));
+link.addEventListener('bye', () => blind('The workbench has ended.'));
+
+// The password's form: this page has no key, or a wrong one.
+function lock(words) {
+  $('#lock').hidden = false;
+  text($('#lock-words'), words);
+  $('#password').focus();
+}
+$('#lock').addEventListener('submit', e => {
+  e.preventDefault();
+  link.connect($('#password').value.trim());
+});
+
+function blind(words) {
+  $('#blind').hidden = false;
+  text($('#blind'), words);
+  document.body.classList.add('blind');
+}
+
+function begin(welcome) {
+  $('#lock').hidden = true;
+  if (!parts.editor) build(welcome);
+  parts.welcome = welcome;
+  parts.language.can = welcome.lsp;
+  parts.script.begin(welcome.text);
+  files(welcome.files);
+  parts.machine.build(parts.trial.about?.machine ?? welcome.machine, welcome.virtual_board);
+  parts.view.machine ??= welcome.machine;
+  text($('#board'), welcome.virtual_board ? `emulated board (${welcome.board}):` : `${welcome.board}:`);
+}
+
+function build(welcome) {
+  const editor = new Editor($('#editor'), lexer(welcome.words), (words, busy) => parts.script.typed(words, busy), () => {});
+  const script = new Script(link, editor);
+  const language = new Language(link, editor, script);
+  const view = new PathView($('#path'));
+  const trial = new Trial(link, view, editor);
+  const assist = new Assist(editor, language);
+  const run = new Run(link, editor, script, welcome.words.faults);
+  const machine = new Machine(link);
+  Object.assign(parts, { editor, script, language, assist, view, trial, run, machine });
+  trial.dispatch = about => machine.build(about.machine, parts.welcome.virtual_board);
+  script.addEventListener('changed', title);
+  $('#edit-buttons').append(
+    action('Save', save, { id: 'save', title: 'Ctrl+S' }),
+    action('Format', () => language.format(), { id: 'format', title: 'Ctrl+Shift+F' }),
+    action('Rename', () => language.rename(), { id: 'rename', title: 'F2', hidden: !welcome.lsp?.renameProvider }));
+  $('#helm').addEventListener('click', () => link.ask({ helm: !link.state?.mine }).catch(error => tell(error.message, true)));
+  $('#quit').addEventListener('click', () => { if (confirm('End the workbench?')) link.say('quit'); });
+  $('#theirs').addEventListener('click', () => script.takeTheirs());
+  $('#mine').addEventListener('click', () => script.keepMine());
+  $('#from-disk').addEventListener('click', () => link.ask({ reload: true }));
+  $('#keep-text').addEventListener('click', () => link.ask({ reload: false }));
+  for (const [id, stop] of [['#press-start', false], ['#press-stop', true]]) {
+    const press = down => link.say({ press: { stop, down } });
+    $(id).addEventListener('pointerdown', () => press(true));
+    for (const name of ['pointerup', 'pointercancel', 'pointerleave']) $(id).addEventListener(name, () => press(false));
+  }
+}
+
+// Stop is said before anything else, and works from every page.
+$('#stop').addEventListener('pointerdown', stop);
+$('#stop').addEventListener('click', stop);
+function stop() {
+  parts.machine?.jog.end();
+  link.say('stop');
+}
+
+async function save() {
+  const { script } = parts;
+  const name = script.file ? undefined : prompt('Name of the script', 'script.bas');
+  if (name === null) return;
+  await script.save(name);
+  tell('Saved.');
+}
+
+function title() {
+  const { script } = parts;
+  text($('#file'), (script.file ?? 'new script') + (script.dirty ? ' •' : ''));
+  document.title = `${script.file ?? 'Pasapas'}${script.dirty ? ' •' : ''}`;
+  $('#split').hidden = !script.split;
+  $('#conflict').hidden = !script.conflict || script.split;
+}
+
+function files(names) {
+  const list = $('#open');
+  list.replaceChildren(h('option', { value: '' }, 'Open…'), ...names.map(name => h('option', { value: name }, name)));
+  list.onchange = async () => {
+    const name = list.value;
+    list.value = '';
+    if (!name) return;
+    await parts.script.sync();
+    link.ask({ open: name }).catch(error => tell(error.message, true));
+  };
+}
+
+function show(state) {
+  $('#blind').hidden = true;
+  document.body.classList.remove('blind');
+  const { picture } = state;
+  const up = picture.port === 'up';
+  lamp($('#port'), up);
+  text($('#port-words'), up ? 'it answers' : picture.lost ?? 'opening the port');
+  $('#helm').setAttribute('aria-pressed', state.mine);
+  text($('#helm'), state.mine ? 'You have the helm' : state.taken ? 'Take the helm (another page has it)' : 'Take the helm');
+  parts.run.show(state);
+  parts.machine.show(state);
+  parts.trial.runs = parts.run.runs;
+  const place = parts.machine.place(state);
+  if (place) parts.view.follow(place, ['running', 'paused'].includes(picture.status?.state));
+  if (picture.status?.runs !== parts.runs) { parts.view.trail = []; parts.runs = picture.status?.runs; }
+}
+
+// Tabs: one of them is shown, on wide screens beside the script.
+const tabs = [...document.querySelectorAll('[role=tab]')];
+function tab(name) {
+  for (const own of tabs) {
+    const on = own.dataset.tab === name;
+    own.setAttribute('aria-selected', on);
+    own.tabIndex = on ? 0 : -1;
+    document.getElementById(own.getAttribute('aria-controls')).classList.toggle('shown', on);
+  }
+  document.body.dataset.tab = name;
+}
+tabs.forEach((own, n) => {
+  own.addEventListener('click', () => tab(own.dataset.tab));
+  own.addEventListener('keydown', e => {
+    const by = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
+    if (!by) return;
+    const next = tabs[(n + by + tabs.length) % tabs.length];
+    next.focus();
+    tab(next.dataset.tab);
+  });
+});
+tab(matchMedia('(min-width: 1100px)').matches ? 'simulate' : 'script');
+
+addEventListener('keydown', e => {
+  const { language, assist } = parts;
+  const ctrl = e.ctrlKey || e.metaKey;
+  if (e.key === 'Escape' && e.shiftKey) stop();
+  else if (ctrl && e.key === 's') save().catch(error => tell(error.message, true));
+  else if (ctrl && e.shiftKey && e.key.toLowerCase() === 'f') language?.format();
+  else if (e.key === 'F2' && document.activeElement === parts.editor?.text) language.rename();
+  else if (e.key === 'F12' && document.activeElement === parts.editor?.text) language.definition();
+  else return;
+  assist?.close();
+  e.preventDefault();
+});
+
+// Leaving with work that the tool does not have asks first.
+addEventListener('beforeunload', e => { if (parts.script && (!parts.script.synced || parts.script.split)) e.preventDefault(); });

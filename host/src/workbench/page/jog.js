@@ -1,0 +1,76 @@
+// Buttons that move an axis while they are held.
+//
+// The page says "go on" every 100 ms from its main thread, with the number of the newest state that
+// it has painted: a page that hangs, hides or is gone says nothing, and the board ends by itself. What
+// ends a hold here makes it end sooner, and nothing relies on it.
+
+const PERIOD = 100;
+
+export class Jog {
+  // Numbers of holds never come twice, in other pages neither.
+  static #next = Date.now() * 1000;
+  #held = null;
+
+  constructor(link, speed, step) {
+    Object.assign(this, { link, speed, step });
+    for (const name of ['blur', 'pagehide', 'freeze']) addEventListener(name, () => this.end());
+    document.addEventListener('visibilitychange', () => this.end());
+    link.addEventListener('lost', () => this.end());
+    link.addEventListener('ended', e => { if (e.detail.id === this.#held?.id) this.#over(); });
+  }
+  get held() { return this.#held !== null; }
+
+  // Makes a button move an axis; by a step, or as long as it is held.
+  arm(button, axis, positive) {
+    button.addEventListener('pointerdown', e => {
+      if (!e.isPrimary || e.button !== 0) return;
+      e.preventDefault();
+      button.focus({ preventScroll: true });
+      if (this.step() === 0) {
+        button.setPointerCapture(e.pointerId);
+        this.begin(button, axis, positive);
+      }
+    });
+    for (const name of ['pointerup', 'pointercancel', 'lostpointercapture', 'blur']) {
+      button.addEventListener(name, () => this.end());
+    }
+    button.addEventListener('contextmenu', e => e.preventDefault());
+    button.addEventListener('keydown', e => {
+      if (e.key !== ' ' && e.key !== 'Enter') return;
+      if (this.step() !== 0) return;
+      e.preventDefault();
+      if (!e.repeat) this.begin(button, axis, positive);
+    });
+    button.addEventListener('keyup', e => {
+      if (e.key !== ' ' && e.key !== 'Enter' || this.step() !== 0) return;
+      e.preventDefault();
+      this.end();
+    });
+    button.addEventListener('click', () => {
+      const step = this.step();
+      if (step !== 0) this.move(axis, positive ? step : -step);
+    });
+  }
+  begin(button, axis, positive) {
+    this.end();
+    const id = Jog.#next++;
+    button.classList.add('held');
+    const hold = { id, button };
+    this.#held = hold;
+    hold.timer = setInterval(() => this.link.say({ keep: { id, echo: this.link.drawn } }), PERIOD);
+    this.link.ask({ hold: { id, axis, positive, speed: this.speed() } }).catch(error => {
+      if (this.#held === hold) this.#over();
+      this.refused?.(error.message);
+    });
+  }
+  end() {
+    if (!this.#held) return;
+    this.link.say({ release: this.#held.id });
+    this.#over();
+  }
+  #over() {
+    clearInterval(this.#held.timer);
+    this.#held.button.classList.remove('held');
+    this.#held = null;
+  }
+}

@@ -1,0 +1,180 @@
+// The run on the board: program, run control, breakpoints, variables, what is printed, faults.
+import { h, $, text, tell, action, lamp } from './dom.js';
+import { Chart } from './chart.js';
+
+const WORDS = {
+  empty: 'no program', ready: 'ready', running: 'running', paused: 'paused', fault: 'fault',
+  waitstart: 'waits for Start', stopping: 'stopping', unknown: 'unknown',
+};
+
+export class Run {
+  program = null; state = null;
+
+  constructor(link, editor, script, faults) {
+    Object.assign(this, { link, editor, script });
+    this.faults = faults;
+    this.chart = new Chart($('#chart'));
+    const ask = wish => () => link.ask(wish);
+    const lines = () => [...editor.breaks].map(line => line + 1);
+    $('#run-buttons').append(
+      action('Upload', () => this.upload(), { id: 'upload', title: 'Compile the script and bring it to the board' }),
+      action('Start', () => this.start(), { id: 'start', className: 'go' }),
+      action('Pause', ask('pause'), { id: 'pause' }),
+      action('Resume', ask('resume'), { id: 'resume' }),
+      action('Debug', () => link.ask({ debug: { breaks: lines(), step: false } }), { id: 'debug', title: 'Start, and halt at breakpoints' }),
+      action('Step', () => this.state?.picture.followed ? link.ask({ go: { step: true } })
+        : link.ask({ debug: { breaks: lines(), step: true } }), { id: 'step', title: 'To the next effect' }),
+      action('Go on', () => link.ask({ go: { step: false } }), { id: 'go' }));
+    editor.broken = () => { if (this.state?.picture.followed) link.say({ breaks: lines() }); };
+    for (const [id, n] of [['#feed', 0], ['#rapid', 1]]) {
+      $(id).addEventListener('change', async () => {
+        const both = [+$('#feed').value, +$('#rapid').value];
+        this.setting = performance.now();
+        try { await link.ask({ override: both }); } catch (error) { tell(error.message, true); }
+      });
+      $(id).addEventListener('input', () => { this.setting = performance.now(); text($(`${id}-value`), `${$(id).value} %`); });
+      this.setting = n;
+    }
+    $('#clear').addEventListener('click', () => $('#console').replaceChildren());
+    link.addEventListener('program', e => this.#program(e.detail));
+    link.addEventListener('log', e => this.#log(e.detail));
+    link.addEventListener('progress', e => this.#progress(e.detail.part));
+  }
+  async upload() {
+    await this.script.sync();
+    try {
+      await this.link.ask('upload');
+      tell('The program is on the board.');
+    } catch (error) {
+      $('#write-machine').hidden = !error.message.includes('Write machine');
+      throw error;
+    } finally { $('#upload-bar').hidden = true; }
+  }
+  async start() {
+    if (this.state?.picture.status?.state === 'ready' && !this.state.current && this.state.picture.identity?.program_bytes) {
+      tell('The board runs its stored program, which is not this text: press Upload to bring it.');
+    }
+    await this.link.ask('start');
+  }
+  #progress(part) {
+    $('#upload-bar').hidden = part >= 1;
+    $('#upload-bar').value = part;
+  }
+  #program(program) {
+    if (program && this.program && program.crc === this.program.crc) return;
+    this.program = program;
+    this.rows = (program?.vars ?? []).flatMap(v => Array.from({ length: Math.min(v.len, 16) }, (_, n) => {
+      const name = v.array ? `${v.name}(${n})` : v.name;
+      const value = h('input', { type: 'number', ariaLabel: name, onchange: e => this.#set(v.cell + n, e.target) });
+      const plot = h('input', { type: 'checkbox', ariaLabel: `Plot ${name}`, onchange: e => this.chart.show(name, e.target.checked) });
+      const row = h('tr', {}, h('td', {}, plot), h('th', { scope: 'row' }, name), h('td', {}, value, ' ', v.unit));
+      return { name, cell: v.cell + n, value, row };
+    }));
+    $('#vars').replaceChildren(...this.rows.map(row => row.row));
+    $('#vars-box').hidden = !this.rows.length;
+  }
+  async #set(cell, input) {
+    const value = Math.trunc(+input.value);
+    if (!(Math.abs(value) < 2 ** 31)) { tell('A variable is a whole number of 32 bits.', true); return; }
+    try { await this.link.ask({ set: { cell, value } }); } catch (error) { tell(error.message, true); }
+    input.blur();
+  }
+  #log(entries) {
+    const list = $('#console'), near = list.scrollTop + list.clientHeight > list.scrollHeight - 30;
+    for (const entry of entries) {
+      const kind = Object.keys(entry)[0], value = entry[kind];
+      if (kind === 'print') list.append(h('li', {}, value));
+      else if (kind === 'begun') list.append(h('li', { className: 'soft' }, `run ${value} begins`));
+      else if (kind === 'port') { list.append(h('li', { className: 'soft' }, value)); }
+      else if (kind === 'effect' && value.ev !== 'print') {
+        list.append(h('li', { className: 'soft' }, `line ${value.line}: ${effect(value)}`));
+      }
+    }
+    while (list.children.length > 1000) list.firstChild.remove();
+    if (near) list.scrollTop = list.scrollHeight;
+  }
+  // How things stand now.
+  show(state) {
+    this.state = state;
+    const { picture } = state, { status } = picture;
+    const active = ['running', 'paused', 'waitstart', 'stopping'].includes(status?.state);
+    const halted = picture.halted;
+    const line = halted ? halted.next || halted.behind : state.line;
+    text($('#run-state'), !status ? 'no board' : halted ? `halted behind line ${halted.behind}`
+      : WORDS[status.state] + (line ? ` · line ${line}` : '')
+      + (!active && status.last_end && status.state === 'ready' ? ` · last run: ${status.last_end}` : ''));
+    lamp($('#run-state'), status?.state === 'running', 'on');
+    this.#line(active && state.current ? line : null);
+    const may = state.mine && status;
+    const set = (id, on, label) => {
+      $(id).disabled = !on;
+      if (label) text($(id), label);
+    };
+    set('#upload', may && !active);
+    set('#start', may && (!active || status.state === 'waitstart'),
+      status?.state === 'fault' ? 'Acknowledge' : 'Start');
+    set('#pause', may && status.state === 'running');
+    set('#resume', may && status.state === 'paused');
+    set('#debug', may && !active && state.current && status.state === 'ready');
+    set('#step', may && state.current && (halted || !active && status.state === 'ready'));
+    set('#go', may && !!halted);
+    this.#overrides(picture.overrides, may);
+    this.#fault(status);
+    this.#values(picture.cells);
+  }
+  #line(line) {
+    this.runs = !!line;
+    if (line && line !== this.shown) {
+      this.editor.run(line - 1);
+      if (document.activeElement !== this.editor.text) this.editor.reveal(line - 1);
+    } else if (!line && this.shown) this.editor.run(-1);
+    this.shown = line;
+  }
+  #overrides([feed, rapid], may) {
+    $('#overrides').disabled = !may || !feed;
+    if (!feed || performance.now() - this.setting < 1000) return;
+    for (const [id, value] of [['#feed', feed], ['#rapid', rapid]]) {
+      $(id).value = value;
+      text($(`${id}-value`), `${value} %`);
+    }
+  }
+  #fault(status) {
+    const card = $('#fault');
+    const key = status && (status.state === 'fault' || status.last_end === 'fault') && status.fault
+      ? `${status.fault}/${status.line}/${status.input}/${status.state}` : '';
+    card.hidden = !key && !status?.blocked_by;
+    if (card.dataset.key === key + (status?.blocked_by ?? '')) return;
+    card.dataset.key = key + (status?.blocked_by ?? '');
+    const known = this.faults.find(fault => fault.code === status?.fault);
+    const where = [];
+    const line = status?.line || this.state.line;
+    if (key && line) where.push(h('button', { type: 'button', onclick: () => this.editor.show(line) }, `Line ${line}`));
+    if (key && status.input) where.push(` Input ${status.input} caused it.`);
+    card.replaceChildren(
+      key ? h('p', {}, h('b', {}, `${status.fault}: ${status.text}. `), `${known?.cause ?? ''} `, h('i', {}, known?.remedy ?? ''), ' ', ...where) : '',
+      status?.blocked_by ? h('p', {}, `Input ${status.blocked_by} keeps Start or a move from working.`) : '');
+  }
+  #values(cells) {
+    for (const row of this.rows ?? []) {
+      const value = cells[row.cell] ?? 0;
+      if (document.activeElement !== row.value && row.value.value !== String(value)) row.value.value = value;
+      this.chart.add(row.name, value);
+    }
+    this.chart.draw();
+  }
+}
+
+// An effect in words, as the trace has it.
+function effect(e) {
+  const to = e.to ? Object.entries(e.to).map(([axis, steps]) => `${axis} ${steps}`).join(' ') : '';
+  switch (e.ev) {
+    case 'move': return `${e.kind} to ${to} st`;
+    case 'home': return `home ${e.axis} ${e.ok ? `at ${e.pos}` : 'failed'}`;
+    case 'out': return `output ${e.n} ${e.v ? 'on' : 'off'}`;
+    case 'wait': return `wait ${e.ms} ms`;
+    case 'waitin': return `input ${e.n} ${e.ok ? 'came' : 'did not come'}`;
+    case 'probe': return `probe ${e.axis} ${e.ok ? `at ${e.pos}` : 'met nothing'}`;
+    case 'end': return `end: ${e.status}${e.fault ? ` ${e.fault} ${e.text}` : ''}`;
+    default: return e.ev;
+  }
+}

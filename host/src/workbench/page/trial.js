@@ -1,0 +1,173 @@
+// The simulation: what the run will be, at any time of it.
+import { h, $, text, time, mm, tell } from './dom.js';
+
+export class Trial {
+  about = null; us = 0; playing = false;
+
+  constructor(link, view, editor) {
+    Object.assign(this, { link, view, editor });
+    link.addEventListener('simulated', e => { this.next = e.detail; });
+    link.addEventListener('path', e => this.#take(e.detail));
+    this.slider = $('#scrub');
+    this.slider.addEventListener('input', () => this.seek(+this.slider.value * this.about.us / 1e4));
+    $('#play').addEventListener('click', () => this.play(!this.playing));
+    $('#compare').addEventListener('click', e => this.compare(e.target));
+    for (const button of document.querySelectorAll('[data-view]')) {
+      button.addEventListener('click', () => {
+        view.look(button.dataset.view);
+        for (const other of document.querySelectorAll('[data-view]')) other.setAttribute('aria-pressed', other === button);
+      });
+    }
+    this.rows = $('#rows');
+    this.rows.addEventListener('pointerdown', e => this.#point(e));
+    this.rows.addEventListener('pointermove', e => { if (e.buttons) this.#point(e); });
+    new ResizeObserver(() => this.#timeline()).observe(this.rows);
+  }
+  #take(buffer) {
+    const about = this.next;
+    if (about.words !== undefined) {
+      text($('#sim-words'), about.words);
+      $('#sim-words').hidden = false;
+      document.body.classList.add('stale');
+      return;
+    }
+    document.body.classList.remove('stale');
+    $('#sim-words').hidden = true;
+    const before = this.about;
+    this.about = about;
+    this.view.machine = about.machine;
+    this.view.set(buffer);
+    this.#sum(before);
+    this.#prints();
+    this.seek(Math.min(this.us, about.us));
+    this.#timeline();
+    this.dispatch?.(about);
+  }
+  #sum(before) {
+    const { about } = this;
+    const end = about.end;
+    const faulty = end.status === 'fault';
+    const how = faulty ? `${end.fault} ${end.text} in line ${end.line}` : end.status === 'stopped'
+      ? `stops in line ${end.line}: ${end.stopped ?? ''}` : 'runs to its end';
+    const steps = about.steps.reduce((sum, n) => sum + n, 0);
+    const more = this.view.keep && before ? ` (${about.us >= before.us ? '+' : '−'}${time(Math.abs(about.us - before.us))})` : '';
+    const list = [
+      ['Time', time(about.us) + more], ['Steps', steps.toLocaleString('en')],
+      ['Way', about.travel_um.map(um => mm(um / 1000, 1)).join(' / ') + ' mm'],
+      ['Fastest', `${mm(this.view.fastest, 1)} mm/s`],
+      ['Program', `${about.bytes} of ${about.room} bytes`], ['End', how],
+    ];
+    $('#sums').replaceChildren(...list.map(([name, value]) => h('div', {}, h('dt', {}, name), h('dd', {}, value))));
+    const card = $('#sim-fault');
+    card.hidden = !faulty && !about.lack && !about.failures.length;
+    card.replaceChildren(
+      faulty ? h('p', {}, h('b', {}, `${end.fault}: ${end.text}. `), `${end.cause} `, h('i', {}, end.remedy), ' ',
+        h('button', { type: 'button', onclick: () => this.editor.show(end.line) }, `Line ${end.line}`)) : '',
+      about.lack ? h('p', {}, `The ${about.part} lacks what this program wants: ${about.lack}`) : '',
+      ...about.failures.map(words => h('p', {}, words)));
+  }
+  #prints() {
+    const prints = this.about.events.filter(event => event[2] !== null).slice(0, 500);
+    $('#prints').replaceChildren(...prints.map(([us, line, words]) => h('li', {},
+      h('button', { type: 'button', className: 'plain', onclick: () => { this.seek(us); this.editor.show(line); } },
+        `${time(us)}  ${words}`))));
+    $('#prints-box').hidden = !prints.length;
+  }
+  // Shows the run at a time.
+  seek(us) {
+    if (!this.about) return;
+    this.us = us;
+    this.slider.value = this.about.us ? us / this.about.us * 1e4 : 0;
+    const here = this.view.at(us / 1e6);
+    const event = this.#event(us);
+    const line = event?.[1] ?? here?.line ?? 0;
+    text($('#now'), `${time(us)} · line ${line}` + (here ? ` · ${here.place.map(p => mm(p, 2)).join(' ')} mm` : ''));
+    this.slider.setAttribute('aria-valuetext', `${time(us)}, line ${line}`);
+    this.view.marker = here?.place ?? null;
+    this.view.draw();
+    if (!this.runs) this.editor.run(us > 0 || this.playing ? line - 1 : -1);
+    this.#values(us);
+    this.#cursor();
+  }
+  // The newest event at or before a time.
+  #event(us) {
+    const { events } = this.about;
+    let lo = 0, hi = events.length - 1;
+    if (hi < 0 || events[0][0] > us) return null;
+    while (lo < hi) { const m = (lo + hi + 1) >> 1; if (events[m][0] <= us) lo = m; else hi = m - 1; }
+    return events[lo];
+  }
+  #values(us) {
+    const cells = new Map();
+    for (const [at, cell, value] of this.about.changes) {
+      if (at > us) break;
+      cells.set(cell, value);
+    }
+    const rows = this.about.vars.slice(0, 40).map(v => {
+      const all = Array.from({ length: Math.min(v.len, 8) }, (_, n) => cells.get(v.cell + n) ?? 0);
+      return h('tr', {}, h('th', { scope: 'row' }, v.name), h('td', {}, all.map(n => n + v.unit).join(', ')));
+    });
+    $('#sim-vars').replaceChildren(...rows);
+    $('#sim-vars-box').hidden = !rows.length;
+  }
+  // Inputs, outputs and the end over time.
+  #timeline() {
+    const canvas = this.rows, ratio = devicePixelRatio || 1, { rows, us } = this.about ?? { rows: [], us: 0 };
+    const height = Math.max(1, rows.length) * 18 + 6, width = canvas.clientWidth;
+    canvas.hidden = !rows.length;
+    if (!rows.length || !width) return;
+    canvas.style.height = `${height}px`;
+    canvas.width = width * ratio;
+    canvas.height = height * ratio;
+    const paper = canvas.getContext('2d', { willReadFrequently: true }), style = getComputedStyle(canvas);
+    paper.scale(ratio, ratio);
+    paper.font = '11px sans-serif';
+    const x = at => 90 + at / (us || 1) * (width - 98);
+    rows.forEach(([name, output, spans], n) => {
+      const y = 4 + n * 18;
+      paper.fillStyle = style.getPropertyValue('--soft');
+      paper.fillText(name, 4, y + 11);
+      paper.fillStyle = style.getPropertyValue('--grid');
+      paper.fillRect(90, y + 6, width - 98, 2);
+      paper.fillStyle = style.getPropertyValue(output ? '--on' : '--in');
+      for (const [from, to] of spans) paper.fillRect(x(from), y + 1, Math.max(2, x(to) - x(from)), 12);
+    });
+    this.picture = paper.getImageData(0, 0, canvas.width, canvas.height);
+    this.x = x;
+    this.#cursor();
+  }
+  #cursor() {
+    if (!this.picture || this.rows.hidden) return;
+    const paper = this.rows.getContext('2d');
+    paper.putImageData(this.picture, 0, 0);
+    paper.fillStyle = getComputedStyle(this.rows).getPropertyValue('--text');
+    paper.fillRect(this.x(this.us), 0, 1, this.rows.height);
+  }
+  #point(e) {
+    const part = (e.offsetX - 90) / (this.rows.clientWidth - 98);
+    this.seek(Math.max(0, Math.min(1, part)) * this.about.us);
+  }
+  play(on) {
+    if (!this.about) return;
+    this.playing = on;
+    text($('#play'), on ? 'Halt' : 'Play');
+    if (!on) return;
+    if (this.us >= this.about.us) this.us = 0;
+    // A long run is shown within 20 s.
+    const pace = Math.max(1, this.about.us / 20e6);
+    let last = performance.now();
+    const next = now => {
+      if (!this.playing) return;
+      this.seek(Math.min(this.about.us, this.us + (now - last) * 1000 * pace));
+      last = now;
+      if (this.us >= this.about.us) this.play(false); else requestAnimationFrame(next);
+    };
+    requestAnimationFrame(next);
+  }
+  compare(button) {
+    this.view.keep = !this.view.keep;
+    button.setAttribute('aria-pressed', this.view.keep);
+    if (!this.view.keep) { this.view.ghost = null; this.view.look(this.view.view); }
+    else tell('The next change is shown over this run.');
+  }
+}

@@ -1,0 +1,183 @@
+//! One page's wishes: what it may ask, and who does it.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::bench::{Bench, lock};
+use super::client::Client;
+use super::machine;
+use super::message::{FromPage, ToPage, Wish};
+
+/// A wrong proof costs so long: nobody tries many.
+const WRONG: Duration = Duration::from_secs(1);
+
+/// A page.
+pub struct Session {
+    bench: Arc<Bench>,
+    client: Arc<Client>,
+    challenge: String,
+    joined: bool,
+}
+
+impl Session {
+    /// A page that still has to answer `challenge`.
+    pub fn new(bench: &Arc<Bench>, client: &Arc<Client>, challenge: String) -> Session {
+        Session { bench: bench.clone(), client: client.clone(), challenge, joined: false }
+    }
+
+    /// Takes a message; `false`: the page is to go.
+    pub fn hear(&mut self, text: &str) -> bool {
+        let FromPage { ask, wish } = match serde_json::from_str(text) {
+            Ok(message) => message,
+            Err(error) => {
+                self.refuse(0, format!("this is no message of the workbench: {error}"));
+                return false;
+            }
+        };
+        if !self.joined {
+            return self.enter(ask, &wish);
+        }
+        match self.serve(ask, wish) {
+            Ok(Answer::Done) => self.client.send(&ToPage::Done { ask, words: None }),
+            Ok(Answer::Later) => {}
+            Err(words) => self.refuse(ask, words),
+        }
+        true
+    }
+
+    fn refuse(&self, ask: u32, words: String) {
+        self.client.send(&ToPage::Refused { ask, words });
+    }
+
+    fn enter(&mut self, ask: u32, wish: &Wish) -> bool {
+        let Wish::Hello { proof } = wish else {
+            self.refuse(ask, "the key comes first".to_owned());
+            return false;
+        };
+        if !self.bench.gate.knows(&self.challenge, proof) {
+            std::thread::sleep(WRONG);
+            self.refuse(ask, "this key or password is not the one of this start".to_owned());
+            return false;
+        }
+        self.joined = true;
+        self.bench.join(&self.client);
+        true
+    }
+
+    fn serve(&self, ask: u32, wish: Wish) -> Result<Answer, String> {
+        let bench = &self.bench;
+        // Stop first, whoever says it.
+        if matches!(wish, Wish::Stop) {
+            bench.helm.stop();
+            return Ok(Answer::Done);
+        }
+        if bench.setting.operator && !is_operators(&wish) {
+            return Err("this page only starts, pauses and stops".to_owned());
+        }
+        if acts(&wish) && !bench.has_helm(&self.client) {
+            return Err("another page has the helm: press Take the helm first".to_owned());
+        }
+        match wish {
+            Wish::Hello { .. } => return Err("the key was given already".to_owned()),
+            Wish::Helm(take) => bench.take_helm(&self.client, take),
+            Wish::Lsp(message) => {
+                lock(&bench.desk).request(self.client.number, &message);
+                return Ok(Answer::Later);
+            }
+            Wish::Text { base, text } => self.text(base, text)?,
+            Wish::Save(name) => {
+                lock(&bench.desk).save(name.as_deref())?;
+                self.tell_text();
+            }
+            Wish::Open(name) => {
+                lock(&bench.desk).change(&name)?;
+                self.tell_text();
+                bench.want_simulation();
+            }
+            Wish::Reload(from_disk) => {
+                lock(&bench.desk).settle(from_disk);
+                self.tell_text();
+                bench.want_simulation();
+            }
+            Wish::Simulate => bench.want_simulation(),
+            Wish::Quit => bench.end(),
+            Wish::Keep { id, echo } => {
+                if !self.client.is_fresh(echo) {
+                    return Ok(Answer::Later);
+                }
+                if let Err(over) = bench.helm.keep(self.client.user, id) {
+                    self.client.send(&ToPage::Ended { id, words: over.text().to_owned() });
+                }
+                return Ok(Answer::Later);
+            }
+            wish => return machine::serve(bench, &self.client, ask, wish),
+        }
+        Ok(Answer::Done)
+    }
+
+    fn text(&self, base: u64, text: String) -> Result<(), String> {
+        let mut desk = lock(&self.bench.desk);
+        let taken = desk.set(base, text);
+        let shown = desk.shown();
+        drop(desk);
+        if taken.is_err() {
+            self.client.send(&ToPage::Text(shown));
+            return taken;
+        }
+        self.bench.tell_others(&self.client, &ToPage::Text(shown));
+        self.bench.want_simulation();
+        Ok(())
+    }
+
+    fn tell_text(&self) {
+        let text = lock(&self.bench.desk).shown();
+        self.bench.tell(&ToPage::Text(text));
+    }
+
+    /// The page is gone.
+    pub fn leave(&self) {
+        self.bench.leave(&self.client);
+    }
+}
+
+/// Whether an answer was sent already, or comes later.
+pub enum Answer {
+    /// It is done.
+    Done,
+    /// It comes later.
+    Later,
+}
+
+/// Whether only the page with the helm may ask it.
+fn acts(wish: &Wish) -> bool {
+    !matches!(
+        wish,
+        Wish::Hello { .. }
+            | Wish::Helm(_)
+            | Wish::Stop
+            | Wish::Lsp(_)
+            | Wish::Text { .. }
+            | Wish::Save(_)
+            | Wish::Open(_)
+            | Wish::Reload(_)
+            | Wish::Simulate
+            | Wish::Release(_)
+            | Wish::Quit
+    )
+}
+
+/// Whether a page for the person at the machine may ask it.
+fn is_operators(wish: &Wish) -> bool {
+    matches!(
+        wish,
+        Wish::Helm(_)
+            | Wish::Open(_)
+            | Wish::Upload
+            | Wish::Start
+            | Wish::Pause
+            | Wish::Resume
+            | Wish::Set { .. }
+            | Wish::Input(..)
+            | Wish::Press { .. }
+    )
+}

@@ -1,0 +1,288 @@
+//! The simulation at each pause in typing: what a page needs to show a run before it is made.
+
+use std::sync::Arc;
+
+use lang::axis::Axis;
+use lang::back::Compiled;
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use lang::hir::{Program, Storage};
+use lang::image::{Image, crc_in};
+use lang::profile::Profile;
+use serde_json::{Value, json};
+
+use crate::board::Build;
+use crate::plot::{Curve, Plot, Style};
+use crate::sim::trace::{Event, What};
+use crate::sim::world::World;
+use crate::sim::{self, Engine, Outcome, SimError};
+
+/// Statements that a simulation may execute: some seconds of a desktop.
+const STATEMENTS: u64 = 20_000_000;
+/// Points of a path that are sent; a longer path is shown up to there.
+const MOST_POINTS: usize = 600_000;
+/// Events that are sent.
+const MOST_EVENTS: usize = 20_000;
+/// Changes of variables that are sent.
+const MOST_CHANGES: usize = 50_000;
+
+/// A text that compiles.
+pub struct Loaded {
+    /// The checked script.
+    pub program: Program,
+    /// Its image and what belongs to it.
+    pub compiled: Compiled,
+    /// CRC of the image.
+    pub crc: u16,
+    /// The script's lines, for names that its comments give.
+    pub text: String,
+}
+
+impl Loaded {
+    /// Whether it is what a board holds that tells these.
+    pub fn is(&self, bytes: u16, crc: u16) -> bool {
+        (self.compiled.image.len(), self.crc) == (usize::from(bytes), crc)
+    }
+
+    /// Line of an address in the code.
+    pub fn line_of(&self, pc: u16) -> u32 {
+        self.compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line)
+    }
+
+    /// Names, cells and units of the variables; those with AT or KEEP are an operator's, with what
+    /// the comment behind their declaration says.
+    pub fn variables(&self) -> Value {
+        let mut places: Vec<_> = self.compiled.vars.iter().collect();
+        places.sort_by_key(|place| place.var);
+        let listed = places.into_iter().filter_map(|place| {
+            let var = self.program.var(place.var);
+            if matches!(var.storage, Storage::Local(_)) || var.name.contains(' ') {
+                return None;
+            }
+            let operator = matches!(var.storage, Storage::At(_) | Storage::Keep(_));
+            Some(json!({
+                "name": var.name,
+                "cell": place.cell,
+                "len": place.len,
+                "array": var.array,
+                "unit": var.kind.unit().suffix(),
+                "operator": operator,
+                "about": if operator { self.remark(var.span.start) } else { None },
+            }))
+        });
+        Value::Array(listed.collect())
+    }
+
+    /// The comment at the end of the line of an offset.
+    fn remark(&self, at: usize) -> Option<String> {
+        let rest = self.text.get(at..)?;
+        let line = rest.lines().next()?;
+        let (_, remark) = line.split_once('\'')?;
+        Some(remark.trim().to_owned()).filter(|remark| !remark.is_empty())
+    }
+
+    /// Whether the program runs on a part, and if not, what that lacks.
+    pub fn lack(&self, build: &Build) -> Option<String> {
+        let image = Image::new(&self.compiled.image).ok()?;
+        build.part.lacks(&image.header, image.events()).map(|lack| lack.to_string())
+    }
+}
+
+/// Checks and compiles a text for the machine that is given, or for the one that it names.
+///
+/// # Errors
+/// It does not compile; the language server says where and why, this the first of it.
+pub fn load(text: &str, profile: Option<&Profile>) -> Result<Loaded, String> {
+    let (source, decoding) = Source::decode("script.bas", text.as_bytes());
+    if let Some(diag) = decoding.iter().find(|diag| diag.is_error()) {
+        return Err(diag.message.clone());
+    }
+    let choice = match profile {
+        Some(profile) => ProfileChoice::Given(Box::new(profile.clone())),
+        None => ProfileChoice::built_in(),
+    };
+    let (program, diags) = compile(&source, choice);
+    let Some(program) = program else {
+        let diags = diags.into_sorted();
+        let first = diags.iter().find(|diag| diag.is_error());
+        return Err(first.map_or_else(
+            || "the script has errors".to_owned(),
+            |diag| format!("line {}: {}", source.line(diag.span.start), diag.message),
+        ));
+    };
+    let compiled = lang::back::compile(&program).map_err(|excesses| {
+        let words = excesses.iter().map(|excess| {
+            let lang::back::Excess { resource, used, available, .. } = excess;
+            format!("{resource:?}: {used} wanted, {available} there")
+        });
+        let words: Vec<String> = words.collect();
+        format!("the script needs more than a board has: {}", words.join("; "))
+    })?;
+    let crc = crc_in(&compiled.image);
+    Ok(Loaded { program, compiled, crc, text: source.text().to_owned() })
+}
+
+/// A simulation as a page gets it.
+pub struct Trial {
+    /// Everything but the path.
+    pub about: Value,
+    /// The path: number of the text, then for each point time in s, X, Y, Z in mm as 32-bit floats,
+    /// and a word: line in the low 24 bits, style in bits 24 to 27, bit 28: first point of a piece,
+    /// bit 29: reference run. Little endian.
+    pub path: Arc<Vec<u8>>,
+}
+
+/// Simulates text number `number`, or says why that cannot be.
+pub fn simulate(
+    number: u64,
+    loaded: &Result<Loaded, String>,
+    world: &World,
+    part: &Build,
+) -> Trial {
+    let refused = |words: String| Trial {
+        about: json!({ "number": number, "words": words }),
+        path: Arc::new(number_bytes(number)),
+    };
+    let loaded = match loaded {
+        Ok(loaded) => loaded,
+        Err(words) => return refused(words.clone()),
+    };
+    let options = sim::Options {
+        statements: STATEMENTS,
+        look_ahead: part.part.look_ahead,
+        ..sim::Options::default()
+    };
+    match sim::run_traced(&loaded.program, Engine::Vm, world, &options) {
+        Ok((outcome, events)) => {
+            let plot = Plot {
+                title: "script",
+                source: &loaded.text,
+                program: &loaded.program,
+                outcome: &outcome,
+            };
+            let path = path(number, &plot.curves());
+            Trial { about: about(number, loaded, &plot, &events, part), path: Arc::new(path) }
+        }
+        Err(SimError::World(error)) => {
+            refused(format!("{}:{}: {}", error.file, error.line, error.text))
+        }
+        Err(SimError::Engine(words)) => refused(words),
+    }
+}
+
+fn number_bytes(number: u64) -> Vec<u8> {
+    (number as u32).to_le_bytes().to_vec()
+}
+
+fn path(number: u64, curves: &[Curve]) -> Vec<u8> {
+    let mut bytes = number_bytes(number);
+    let mut points = 0;
+    for curve in curves {
+        points += curve.points.len();
+        if points > MOST_POINTS {
+            break;
+        }
+        let style = Style::ALL.iter().position(|style| *style == curve.style).unwrap_or(0) as u32;
+        let word = (curve.line & 0xFF_FFFF) | style << 24 | u32::from(curve.home) << 29;
+        for (i, point) in curve.points.iter().enumerate() {
+            bytes.extend(((point.us / 1e6) as f32).to_le_bytes());
+            point.at.iter().for_each(|at| bytes.extend((*at as f32).to_le_bytes()));
+            bytes.extend((word | u32::from(i == 0) << 28).to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// Axes of a machine with their travel, as pages show them.
+pub fn machine(profile: &Profile) -> Value {
+    let axes = profile.axes().map(|(axis, own)| {
+        let mm = f64::from(own.scale.um) / f64::from(own.scale.steps) / 1000.0;
+        json!({
+            "axis": axis.letter(),
+            "step_mm": mm,
+            "low": f64::from(own.min_um) / 1000.0,
+            "high": f64::from(own.max_um) / 1000.0,
+            "top": f64::from(own.top_rate) * mm,
+            "switch": profile.reference_input(axis),
+            "home_low": own.home.direction == lang::profile::Direction::Negative,
+        })
+    });
+    let axes: Vec<Value> = axes.collect();
+    let named = |n: i32, inputs: bool| -> (Option<String>, Option<String>) {
+        if inputs {
+            let own = profile.inputs.iter().find(|input| input.n == n);
+            let reference = Axis::ALL
+                .into_iter()
+                .find(|axis| profile.axis(*axis).is_some() && profile.reference_input(*axis) == n)
+                .map(|axis| format!("reference {}", axis.letter()));
+            let probe = (profile.probe_input() == n).then(|| "probe".to_owned());
+            let given = own.and_then(|own| own.role.as_ref()).map(words);
+            (own.and_then(|own| own.name.clone()), given.or(reference).or(probe))
+        } else {
+            let own = profile.outputs.iter().find(|output| output.n == n);
+            let given = own.and_then(|own| own.role.as_ref()).map(words);
+            (own.and_then(|own| own.name.clone()), given)
+        }
+    };
+    let list = |count: i32, inputs: bool| -> Vec<Value> {
+        let rows = (1..=count).map(|n| {
+            let (name, role) = named(n, inputs);
+            json!({ "n": n, "name": name, "role": role })
+        });
+        rows.collect()
+    };
+    json!({
+        "name": profile.name,
+        "axes": axes,
+        "inputs": list(profile.wiring.inputs(), true),
+        "outputs": list(profile.wiring.outputs(), false),
+    })
+}
+
+/// A role's name as profiles write it, with blanks.
+fn words(role: &impl serde::Serialize) -> String {
+    let name = serde_json::to_value(role).ok();
+    name.as_ref().and_then(Value::as_str).unwrap_or_default().replace('_', " ")
+}
+
+fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: &Build) -> Value {
+    let Outcome { end, summary, record, .. } = plot.outcome;
+    let lines = events.iter().take(MOST_EVENTS).map(|event| {
+        let text = match &event.what {
+            What::Print { text, .. } => Some(text.as_str()),
+            _ => None,
+        };
+        json!([event.us, event.what.line(), text])
+    });
+    let rows = plot.rows().into_iter().map(|row| json!([row.name, row.output, row.on]));
+    let stopped = summary.stopped.map(sim::record::StopReason::text);
+    let room = part.part.room_for(loaded.compiled.keeps > 0);
+    json!({
+        "number": number,
+        "machine": machine(&loaded.program.profile),
+        "end": {
+            "status": end.status,
+            "line": end.line,
+            "fault": end.fault.map(|fault| fault.to_string()),
+            "text": end.fault.map(lang::fault::Fault::text),
+            "cause": end.fault.map(lang::fault::Fault::cause),
+            "remedy": end.fault.map(lang::fault::Fault::remedy),
+            "stopped": stopped,
+        },
+        "us": summary.us,
+        "statements": summary.statements,
+        "steps": summary.steps,
+        "travel_um": summary.travel_um,
+        "bytes": loaded.compiled.image.len(),
+        "room": room,
+        "part": part.part.name,
+        "lack": loaded.lack(part),
+        "events": lines.collect::<Vec<_>>(),
+        "rows": rows.collect::<Vec<_>>(),
+        "vars": loaded.variables(),
+        "changes": record.changes.iter().take(MOST_CHANGES)
+            .map(|change| json!([change.us, change.cell, change.value])).collect::<Vec<_>>(),
+        "failures": plot.outcome.failures,
+        "truncated": record.truncated,
+    })
+}

@@ -1,0 +1,98 @@
+//! Script and simulation.
+
+use std::time::Duration;
+
+use crate::cdp::Outcome;
+use crate::stand::{PATIENCE, Stand};
+
+/// The editor's text.
+const TEXT: &str = "document.querySelector('.ed .text').textContent";
+
+#[test]
+fn a_script_is_written_checked_completed_and_saved() -> Outcome<()> {
+    let Some(stand) = Stand::start("Home\n", &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.wait(&format!("{TEXT} === 'Home\\n'"), PATIENCE)?;
+    page.end_of_script()?;
+    page.type_text("\nMoveAxe X, 5kg")?;
+    page.says("#problem-count", "error")?;
+    assert!(page.eval("CSS.highlights.get('error').size")?.as_u64() >= Some(1));
+    // A click on the problem selects its words; typing over them mends it.
+    page.click("#problems .plain")?;
+    page.wait("getSelection().toString() !== ''", PATIENCE)?;
+    page.end_of_script()?;
+    for _ in 0..3 {
+        page.press("Backspace", "Backspace", 8, "", 0)?;
+    }
+    page.type_text("5mm\nMoveA")?;
+    page.wait("!document.querySelector('#completions').hidden", PATIENCE)?;
+    page.says("#completions", "MoveAxe")?;
+    page.press("Enter", "Enter", 13, "\r", 0)?;
+    page.type_text(" y , 3mm")?;
+    page.wait(&format!("{TEXT}.includes('MoveAxe y , 3mm')"), PATIENCE)?;
+    page.says("#problem-count", "no problems")?;
+    page.click("#format")?;
+    page.wait(&format!("{TEXT}.includes('MoveAxe Y, 3mm')"), PATIENCE)
+        .or_else(|_| page.wait(&format!("{TEXT}.includes('MoveAxe y, 3mm')"), PATIENCE))?;
+    // Format is one step of undo.
+    page.click(".ed .text")?;
+    page.undo()?;
+    page.wait(&format!("{TEXT}.includes('MoveAxe y , 3mm')"), PATIENCE)?;
+    page.press("s", "KeyS", 83, "", 2)?;
+    page.says("#notes", "Saved")?;
+    let saved = std::fs::read_to_string(stand.script()).map_err(|error| error.to_string())?;
+    assert!(saved.contains("MoveAxe X, 5mm\nMoveAxe y , 3mm"), "{saved}");
+    Ok(())
+}
+
+#[test]
+fn a_file_that_changes_on_disk_is_followed_and_nothing_is_lost() -> Outcome<()> {
+    let Some(stand) = Stand::start("Home\n", &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.wait(&format!("{TEXT} === 'Home\\n'"), PATIENCE)?;
+    let write =
+        |text: &str| std::fs::write(stand.script(), text).map_err(|error| error.to_string());
+    write("Home X\n")?;
+    page.wait(&format!("{TEXT} === 'Home X\\n'"), PATIENCE)?;
+    page.end_of_script()?;
+    page.type_text("\nWait 1s")?;
+    page.wait("document.querySelector('#file').textContent.includes('•')", PATIENCE)?;
+    std::thread::sleep(Duration::from_millis(600));
+    write("Home Y\n")?;
+    page.wait("!document.querySelector('#conflict').hidden", PATIENCE)?;
+    page.wait(&format!("{TEXT} === 'Home X\\nWait 1s'"), PATIENCE)?;
+    page.click("#keep-text")?;
+    page.wait("document.querySelector('#conflict').hidden", PATIENCE)?;
+    page.click("#save")?;
+    page.says("#notes", "Saved")?;
+    let saved = std::fs::read_to_string(stand.script()).map_err(|error| error.to_string())?;
+    assert!(saved.contains("Wait 1s"), "{saved}");
+    // A second page works on the same text.
+    let other = stand.page()?;
+    other.wait(&format!("{TEXT}.trimEnd() === 'Home X\\nWait 1s'"), PATIENCE)?;
+    other.end_of_script()?;
+    other.type_text("\nWait 2s")?;
+    page.wait(&format!("{TEXT}.includes('Wait 2s')"), PATIENCE)
+}
+
+#[test]
+fn each_pause_in_typing_shows_the_run_that_will_be() -> Outcome<()> {
+    let text = "DIM n\nG0 X10\nFOR n = 1 TO 3\n  PRINT \"pass \"; n\n  Wait 1s\nNEXT\n";
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    page.says("#prints", "pass 3")?;
+    // Half of the run: the second pass waits.
+    page.eval("(() => { const s = document.querySelector('#scrub'); s.value = 5000; s.dispatchEvent(new Event('input')) })()")?;
+    page.says("#now", "line 5")?;
+    page.says("#sim-vars", "n2")?;
+    page.wait("document.querySelector('.ed .run').style.top === '80px'", PATIENCE)?;
+    // A fault is told with its line, cause and remedy.
+    page.end_of_script()?;
+    page.type_text("\nWaitIn 3, ON, 50ms")?;
+    page.says("#sim-fault", "Line 7")?;
+    // A script that never ends does no harm.
+    page.select_all()?;
+    page.type_text("again: GOTO again\n")?;
+    page.says("#sums", "stops in line 1")
+}

@@ -1,0 +1,127 @@
+//! How it looks on a desk, a tablet and a phone, in the dark and in light, to a screen reader and to
+//! somebody without a mouse.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde_json::json;
+
+use crate::cdp::{Outcome, Page};
+use crate::stand::{PATIENCE, Stand};
+
+/// A program with everything to see.
+const TEXT: &str = include_str!("../../../examples/pocket.bas");
+
+fn picture(page: &Page, name: &str) -> Outcome<()> {
+    let Some(folder) = std::env::var_os("WORKBENCH_PICTURES").map(PathBuf::from) else {
+        return Ok(());
+    };
+    std::fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
+    page.screenshot(&folder.join(format!("{name}.png")))
+}
+
+#[test]
+fn every_part_fits_every_screen_in_both_themes() -> Outcome<()> {
+    let Some(stand) = Stand::start(TEXT, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.call("Log.enable", json!({}))?;
+    page.says("#sums", "runs to its end")?;
+    page.upload()?;
+    page.push("#start")?;
+    page.says("#run-state", "running")?;
+    for (width, height, mobile) in [(1440, 900, false), (820, 1180, true), (390, 844, true)] {
+        page.window(width, height, mobile)?;
+        for dark in [false, true] {
+            page.theme(dark)?;
+            for tab in ["script", "simulate", "run", "machine"] {
+                if tab == "script" && width == 1440 {
+                    continue;
+                }
+                page.eval(&format!("document.querySelector('[data-tab={tab}]').click()"))?;
+                page.eval(
+                    "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))",
+                )?;
+                let wide = page.eval("document.documentElement.scrollWidth")?.as_u64().unwrap_or(0);
+                assert!(wide <= u64::from(width), "{tab} is {wide} wide on a screen of {width}");
+                let stop = page.eval("(() => { const r = document.querySelector('#stop').getBoundingClientRect(); return r.x >= 0 && r.right <= innerWidth && r.bottom <= innerHeight && r.height >= 40 })()")?;
+                assert_eq!(stop, true, "Stop is not in sight at {width}");
+                let theme = if dark { "dark" } else { "light" };
+                picture(&page, &format!("{tab}-{width}-{theme}"))?;
+            }
+        }
+    }
+    let problem = page.event("Runtime.exceptionThrown", Duration::from_millis(1));
+    assert!(problem.is_err(), "the page's script failed: {problem:?}");
+    let problem = page.event("Log.entryAdded", Duration::from_millis(1));
+    assert!(problem.is_err(), "the browser complains: {problem:?}");
+    Ok(())
+}
+
+#[test]
+fn a_screen_reader_is_told_what_is_there() -> Outcome<()> {
+    let Some(stand) = Stand::start(TEXT, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    page.tab("machine")?;
+    let roles = page.roles()?;
+    for wanted in [
+        "textbox \"Script\"",
+        "button \"Stop\"",
+        "button \"Breakpoint in line 1\"",
+        "tab \"Machine\"",
+        "tabpanel \"Machine\"",
+        "button \"Jog X plus\"",
+        "button \"Home Z\"",
+        "spinbutton \"Go to Y, mm\"",
+        "image \"X homed: off\"",
+        "button \"Input 11 reference Z\"",
+        "button \"Output 1 spindle\"",
+        "slider \"Speed",
+    ] {
+        assert!(roles.contains(wanted), "no {wanted} in\n{roles}");
+    }
+    let nameless: Vec<&str> = roles
+        .lines()
+        .filter(|line| {
+            ["button \"\"", "slider \"\"", "textbox \"\"", "spinbutton \"\"", "combobox \"\""]
+                .contains(line)
+        })
+        .collect();
+    assert!(nameless.is_empty(), "{nameless:?}");
+    Ok(())
+}
+
+#[test]
+fn everything_is_reached_by_the_keyboard_alone() -> Outcome<()> {
+    let Some(mut stand) = Stand::with_board("MoveAxe X, 100mm, 5mm/s\n")? else { return Ok(()) };
+    let page = stand.page()?;
+    let focused = || {
+        page.eval("document.activeElement === document.body ? '' : document.activeElement.id || document.activeElement.dataset.tab || document.activeElement.className")
+    };
+    let until = |name: &str| -> Outcome<()> {
+        for _ in 0..80 {
+            if focused()?.as_str() == Some(name) {
+                return Ok(());
+            }
+            // Tab leaves the script behind Escape.
+            page.press("Escape", "Escape", 27, "", 0)?;
+            page.press("Tab", "Tab", 9, "", 0)?;
+        }
+        Err(format!("no Tab leads to {name}"))
+    };
+    until("simulate")?;
+    page.press("ArrowRight", "ArrowRight", 39, "", 0)?;
+    assert_eq!(focused()?, "run");
+    until("upload")?;
+    page.press("Enter", "Enter", 13, "\r", 0)?;
+    page.wait("document.querySelector('#start').matches(':enabled')", PATIENCE)?;
+    until("start")?;
+    page.press(" ", "Space", 32, " ", 0)?;
+    stand
+        .board()?
+        .until("a run", |status| status.state == "running" && !status.moving.is_empty())?;
+    page.press("Escape", "Escape", 27, "", 8)?;
+    let rest = stand.board()?.until("its end", |status| status.state == "ready")?;
+    assert_eq!(rest.last_end, Some("stopped"));
+    Ok(())
+}

@@ -1,0 +1,15 @@
+//! The workbench in a real browser: each story does what a person does and asks the board what came
+//! of it.
+//!
+//! Chromium is a package of the system; where it is missing the stories say so and pass, and CI
+//! installs it. Pictures go to the folder that WORKBENCH_PICTURES names.
+#![cfg(unix)]
+
+mod cdp;
+mod edit;
+mod look;
+mod machine;
+mod operator;
+mod run;
+mod safety;
+mod stand;

@@ -1,0 +1,81 @@
+//! Runs on the board.
+
+use std::time::Duration;
+
+use crate::cdp::Outcome;
+use crate::stand::{PATIENCE, Stand};
+
+#[test]
+fn a_program_is_uploaded_started_paused_resumed_and_stopped() -> Outcome<()> {
+    let text = "DIM n\nFOR n = 1 TO 50\n  PRINT \"to \"; n\n  MoveAxe X, 20mm, 10mm/s\n  MoveAxe X, 0mm, 10mm/s\nNEXT\n";
+    let Some(mut stand) = Stand::with_board(text)? else { return Ok(()) };
+    let page = stand.page()?;
+    page.upload()?;
+    page.push("#start")?;
+    stand
+        .board()?
+        .until("a run", |status| status.state == "running" && !status.moving.is_empty())?;
+    page.says("#run-state", "running · line")?;
+    page.says("#console", "to 1")?;
+    page.wait("!document.querySelector('.ed .run').hidden", PATIENCE)?;
+    page.push("#pause")?;
+    stand.board()?.until("a pause", |status| status.state == "paused")?;
+    page.says("#run-state", "paused")?;
+    // A variable is seen and set.
+    page.wait("document.querySelector('#vars input[type=number]').value === '1'", PATIENCE)?;
+    page.eval("(() => { const i = document.querySelector('#vars input[type=number]'); i.value = 49; i.dispatchEvent(new Event('change')) })()")?;
+    page.push("#resume")?;
+    page.says("#console", "to 50")?;
+    // Twice as fast.
+    page.eval("(() => { const s = document.querySelector('#feed'); s.value = 200; s.dispatchEvent(new Event('change')) })()")?;
+    page.wait("document.querySelector('#feed-value').textContent === '200 %'", PATIENCE)?;
+    page.click("#stop")?;
+    let rest = stand.board()?.until("its end", |status| status.state == "ready")?;
+    assert_eq!((rest.last_end, rest.runs), (Some("stopped"), 1));
+    page.says("#run-state", "last run: stopped")
+}
+
+#[test]
+fn a_fault_is_told_with_line_cause_and_remedy() -> Outcome<()> {
+    let text = "Wait 10ms\nWaitIn 3, ON, 50ms\n";
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.upload()?;
+    page.push("#start")?;
+    page.says("#fault", "F13")?;
+    page.says("#run-state", "fault")?;
+    page.wait("document.querySelector('#start').textContent === 'Acknowledge'", PATIENCE)?;
+    page.push("#start")?;
+    page.says("#run-state", "ready")?;
+    // With the input closed by a click the same program runs to its end.
+    page.tab("machine")?;
+    page.click("#inputs .port:nth-child(3)")?;
+    page.wait(
+        "document.querySelector('#inputs .port:nth-child(3)').ariaPressed === 'true'",
+        PATIENCE,
+    )?;
+    page.tab("run")?;
+    page.push("#start")?;
+    page.says("#run-state", "last run: done")
+}
+
+#[test]
+fn a_breakpoint_halts_and_steps_follow() -> Outcome<()> {
+    let text = "MoveAxe X, 1mm\nPRINT \"here\"\nMoveAxe Y, 1mm\nMoveAxe X, 2mm\n";
+    let Some(mut stand) = Stand::with_board(text)? else { return Ok(()) };
+    let page = stand.page()?;
+    page.upload()?;
+    page.click(".ed .gutter [data-line='1']")?;
+    page.push("#debug")?;
+    page.says("#run-state", "halted behind line 2")?;
+    page.says("#console", "here")?;
+    std::thread::sleep(Duration::from_millis(300));
+    let halted = stand.board()?.status()?;
+    assert_eq!((halted.pos.x, halted.pos.y), (Some(100), Some(0)));
+    page.push("#step")?;
+    page.says("#run-state", "halted behind line 3")?;
+    page.push("#go")?;
+    let rest = stand.board()?.until("its end", |status| status.state == "ready")?;
+    assert_eq!((rest.last_end, rest.pos.x, rest.pos.y), (Some("done"), Some(200), Some(100)));
+    page.says("#run-state", "ready")
+}

@@ -1,0 +1,212 @@
+//! A workbench, a browser and a board that a story uses up.
+
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use pasapas::client::Client;
+use pasapas::client::status::Status;
+use pasapas::link::{self, Link};
+use tempfile::TempDir;
+
+use crate::cdp::{Browser, Outcome, Page};
+
+/// Everything comes true long before this, on a loaded machine too.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A process of the tool that is ended with its story.
+struct Process(Child);
+
+impl Process {
+    /// Starts it and gives the last word of the first line that it says.
+    fn start(args: &[&str]) -> Outcome<(Process, String)> {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .args(args)
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|error| error.to_string())?;
+        let out = child.stdout.take().ok_or("no standard output")?;
+        let mut line = String::new();
+        let process = Process(child);
+        BufReader::new(out).read_line(&mut line).map_err(|error| error.to_string())?;
+        let word = line.split_whitespace().last().ok_or("it said nothing")?.to_owned();
+        Ok((process, word))
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A board outside of the workbench, which a story can ask by itself.
+pub struct Board {
+    _process: Process,
+    /// For `--port`.
+    pub port: String,
+    client: Client<Box<dyn Link>>,
+}
+
+impl Board {
+    fn start() -> Outcome<Board> {
+        let (process, port) = Process::start(&["board", "--tcp", "0"])?;
+        let mut client = Client::new(link::open(&port)?, 1);
+        client.find().map_err(|error| error.to_string())?;
+        Ok(Board { _process: process, port, client })
+    }
+
+    /// What it does.
+    pub fn status(&mut self) -> Outcome<Status> {
+        self.client.status().map_err(|error| error.to_string())
+    }
+
+    /// X of the machine, steps.
+    pub fn x(&mut self) -> Outcome<i32> {
+        Ok(self.status()?.pos.x.unwrap_or(0))
+    }
+
+    /// Waits until its state fits.
+    pub fn until(&mut self, what: &str, fits: impl Fn(&Status) -> bool) -> Outcome<Status> {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let status = self.status()?;
+            if fits(&status) {
+                return Ok(status);
+            }
+            if Instant::now() > end {
+                return Err(format!("the board never showed {what}: {status:?}"));
+            }
+        }
+    }
+}
+
+/// Everything of a story.
+pub struct Stand {
+    /// Stories come one after the other: each wants the machine's time for itself.
+    _turn: MutexGuard<'static, ()>,
+    _tool: Process,
+    /// The browser.
+    pub browser: Arc<Browser>,
+    /// Where the page is, with the key.
+    pub url: String,
+    /// The script's folder.
+    pub folder: TempDir,
+    /// The board, if it is not the workbench's own.
+    pub board: Option<Board>,
+}
+
+impl Stand {
+    /// A workbench for a script, with a board of its own (`None` where there is no Chromium).
+    pub fn start(text: &str, more: &[&str]) -> Outcome<Option<Stand>> {
+        Stand::with(text, more, false)
+    }
+
+    /// A workbench for a board that the story asks too.
+    pub fn with_board(text: &str) -> Outcome<Option<Stand>> {
+        Stand::with(text, &[], true)
+    }
+
+    fn with(text: &str, more: &[&str], outside: bool) -> Outcome<Option<Stand>> {
+        static TURN: Mutex<()> = Mutex::new(());
+        if !has_chromium() {
+            return Ok(None);
+        }
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+        let script = folder.path().join("job.bas");
+        std::fs::write(&script, text).map_err(|error| error.to_string())?;
+        let script = script.display().to_string();
+        let board = if outside { Some(Board::start()?) } else { None };
+        let mut args = vec!["workbench", "--no-open", &script];
+        args.extend(more);
+        if let Some(board) = &board {
+            args.extend(["--port", &board.port]);
+        }
+        let (tool, url) = Process::start(&args)?;
+        let browser = Browser::start()?;
+        Ok(Some(Stand { _turn: turn, _tool: tool, browser, url, folder, board }))
+    }
+
+    /// A page that has drawn a state of the board.
+    pub fn page(&self) -> Outcome<Page> {
+        let page = self.browser.page(&self.url)?;
+        page.wait("document.querySelector('#port, #lamp') !== null", PATIENCE)?;
+        let ready = if self.url.contains("/operator") {
+            "document.querySelector('#lamp').textContent === 'No program' \
+             || document.querySelector('#lamp').textContent === 'Ready'"
+        } else {
+            "document.querySelector('#port').classList.contains('on')"
+        };
+        page.wait(ready, PATIENCE)?;
+        Ok(page)
+    }
+
+    /// The script's file.
+    pub fn script(&self) -> PathBuf {
+        self.folder.path().join("job.bas")
+    }
+
+    /// The board outside.
+    pub fn board(&mut self) -> Outcome<&mut Board> {
+        self.board.as_mut().ok_or_else(|| "this story has no board of its own".to_owned())
+    }
+}
+
+/// What a story asks of its page again and again.
+impl Page {
+    /// Waits until a text is somewhere in an element.
+    pub fn says(&self, selector: &str, words: &str) -> Outcome<()> {
+        let found = format!(
+            "(document.querySelector({selector:?})?.textContent ?? '').includes({words:?})"
+        );
+        self.wait(&found, PATIENCE).map_err(|error| {
+            let has = self.eval(&format!("document.querySelector({selector:?})?.textContent"));
+            format!("{error}; it says {has:?}")
+        })
+    }
+
+    /// Clicks a button as soon as it may be clicked.
+    pub fn push(&self, selector: &str) -> Outcome<()> {
+        self.wait(
+            &format!("document.querySelector({selector:?})?.matches(':enabled') === true"),
+            PATIENCE,
+        )?;
+        self.click(selector)
+    }
+
+    /// Shows a part of the workbench.
+    pub fn tab(&self, name: &str) -> Outcome<()> {
+        self.click(&format!("[data-tab={name}]"))
+    }
+
+    /// Puts the caret at the end of the script.
+    pub fn end_of_script(&self) -> Outcome<()> {
+        self.click(".ed .text")?;
+        self.press("End", "End", 35, "", 2)
+    }
+
+    /// Brings the script to the board.
+    pub fn upload(&self) -> Outcome<()> {
+        self.tab("run")?;
+        self.push("#upload")?;
+        self.wait("document.querySelector('#start').matches(':enabled')", PATIENCE)?;
+        self.says("#run-state", "ready")
+    }
+}
+
+fn has_chromium() -> bool {
+    let found = Command::new("chromium")
+        .arg("--version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success());
+    if !found {
+        eprintln!("chromium does not run here: its story is left out");
+    }
+    found
+}
