@@ -91,8 +91,7 @@ pub fn stream(case: &Case, traced: bool) -> (Run, Outcome, String) {
     let client = stand.client();
     let slots = client.stream_slots().expect("an answer").expect("it can stream");
     let mut job = Job::new(Feed::new(&compiled).expect("an image"), slots.bytes.into());
-    let no_line = |_: u16| 0;
-    let mut tracer = Tracer::new(&profile, &no_line);
+    let mut tracer = Tracer::new(profile, Box::new(|_| 0));
     let mut trace = Vec::new();
     client.write(TRACE_MODE, traced.into()).expect("trace mode");
     let mut begun = false;
