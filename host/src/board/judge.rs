@@ -213,6 +213,12 @@ mod tests {
             at += 16_000_000.0 / rate;
             rate += 50_000.0 / rate;
         }
+        // Down to rest by the ramp that it has.
+        while rate > 400.0 {
+            steps.push(Step { at: at as u64, by: [0, 0, 1] });
+            at += 16_000_000.0 / rate;
+            rate -= 24_000.0 / rate;
+        }
         judge.add(&steps);
         let text = judge.judge(board.plant(), false).unwrap_err();
         assert!(

@@ -16,7 +16,8 @@ fn a_script_is_written_checked_completed_and_saved() -> Outcome<()> {
     page.end_of_script()?;
     page.type_text("\nMoveAxe X, 5kg")?;
     page.says("#problem-count", "error")?;
-    assert!(page.eval("CSS.highlights.get('error').size")?.as_u64() >= Some(1));
+    // The mark under the words is painted with the next frame.
+    page.wait("CSS.highlights.get('error')?.size >= 1", PATIENCE)?;
     // A click on the problem selects its words; typing over them mends it.
     page.click("#problems .plain")?;
     page.wait("getSelection().toString() !== ''", PATIENCE)?;
