@@ -444,6 +444,11 @@ impl Motor {
         true
     }
 
+    /// Whether everything rests and the commanded places of what was stopped are where it stands.
+    pub fn settled(&self) -> bool {
+        self.stopped == 0 && self.rests()
+    }
+
     /// Where an axis is at this instant, steps.
     #[inline(never)]
     pub fn position(&self, n: u8) -> i32 {

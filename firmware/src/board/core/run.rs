@@ -17,7 +17,7 @@ impl Core {
     pub fn run(&mut self) {
         if self.session.is_paused() {
             let ramping = self.session.state() == RunState::Stopping;
-            if ramping && self.motor.rests() && !self.trace.full && self.line_rests {
+            if ramping && self.motor.settled() && !self.trace.full && self.line_rests {
                 self.rested();
             } else if ramping && self.seeks() {
                 // What it looks for may come on the way to rest, too.
