@@ -12,6 +12,7 @@ pub mod interrupt;
 pub mod link;
 pub mod lsp;
 pub mod output;
+pub mod plan;
 pub mod plot;
 pub mod render;
 pub mod sim;

@@ -20,6 +20,9 @@ mod tests;
 pub use emit::constant;
 pub use report::{Compiled, Excess, Mark, MarkKind, Resource, Sidecar, VarPlace};
 
+use ir::{Item, Unit};
+use std::collections::BTreeMap;
+
 use crate::hir::Program;
 use crate::record::feature;
 
@@ -30,6 +33,18 @@ use crate::record::feature;
 /// place in the source. The size of code and tables is no reason: compare
 /// [`Compiled::image`]'s length with what a board offers.
 pub fn compile(program: &Program) -> Result<Compiled, Vec<Excess>> {
+    compile_with(program, &SlowPoints::new())
+}
+
+/// Operands of [`Op::Slow`](crate::isa::Op::Slow) at the beginnings of statements, by the number of the
+/// statement in [`Sidecar::statements`].
+pub type SlowPoints = BTreeMap<usize, [u8; 3]>;
+
+/// As [`compile`], with slow points; where they lie is found by running the program on the host.
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_with(program: &Program, slow: &SlowPoints) -> Result<Compiled, Vec<Excess>> {
     let mut unit = lower::lower(program);
     let resumes = unit.features & feature::LINES != 0;
     for routine in &mut unit.routines {
@@ -41,5 +56,25 @@ pub fn compile(program: &Program) -> Result<Compiled, Vec<Excess>> {
     if !excesses.is_empty() {
         return Err(excesses);
     }
+    set_slow_points(&mut unit, slow);
     Ok(emit::emit(program, unit, &graph, &cells))
+}
+
+/// Puts slow points into the code.
+fn set_slow_points(unit: &mut Unit, slow: &SlowPoints) {
+    let mut number = 0;
+    for routine in &mut unit.routines {
+        let mut items = Vec::with_capacity(routine.items.len());
+        for item in core::mem::take(&mut routine.items) {
+            let begins = item.begins_statement();
+            items.push(item);
+            if begins {
+                if let Some(operand) = slow.get(&number) {
+                    items.push(Item::Flags(crate::isa::Op::Slow, *operand));
+                }
+                number += 1;
+            }
+        }
+        routine.items = items;
+    }
 }

@@ -150,11 +150,16 @@ pub fn run(
     options: &Options,
     sink: Sink,
 ) -> Result<Outcome, SimError> {
-    let compiled = lang::back::compile(program);
+    let compiled = if options.look_ahead {
+        crate::plan::compile(program)
+    } else {
+        lang::back::compile(program)
+    };
     match (engine, compiled) {
         (Engine::Rhai, compiled) => {
-            let depth = compiled.map_or(MAX_CALLS, |compiled| compiled.calls);
-            rhai_engine::run(program, world, options, depth, sink)
+            let depth = compiled.as_ref().map_or(MAX_CALLS, |compiled| compiled.calls);
+            let raises = compiled.map_or(Vec::new(), |compiled| crate::plan::raises(&compiled));
+            rhai_engine::run(program, world, options, (depth, raises), sink)
         }
         (Engine::Vm, Ok(compiled)) => vm_engine::run(program, &compiled, world, options, sink),
         (Engine::Vm, Err(excesses)) => {
