@@ -28,7 +28,7 @@ use crate::client::{Client, ClientError, Patience};
 use crate::link::Link;
 use crate::sim::record::{Edge, OutputUse, Record, Summary};
 use crate::sim::trace::{Event, Status, What};
-use crate::sim::world::{World, WorldError};
+use crate::sim::world::{Registers, World, WorldError};
 use crate::sim::{End, Options, Outcome};
 
 /// Simulated time between two looks for an event.
@@ -137,7 +137,8 @@ impl From<UploadError> for BoardError {
 /// See [`BoardError`]. A fault of the script is no error: it is the outcome's end.
 pub fn run<'a>(job: &'a Job<'_>, sinks: Sinks<'a>) -> Result<BoardRun, BoardError> {
     let firmware = job.build.image().map_err(BoardError::Firmware)?;
-    let rig = Rig::new(job.build, &firmware, &job.program.profile, job.world)?;
+    let registers = Registers::on_board(job.program);
+    let rig = Rig::new(job.build, &firmware, &job.program.profile, job.world, &registers)?;
     let rig = Rc::new(RefCell::new(rig));
     let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
     client.find()?;
@@ -236,6 +237,12 @@ impl<'a, 'b> Run<'a, 'b> {
 
     /// Presses Start until the program runs; the world's time begins there.
     fn start(&mut self) -> Result<(), BoardError> {
+        if self.job.build.part.keeps_at {
+            let written = self.rig.borrow_mut().take_registers();
+            for (register, value) in written {
+                self.write_register(register, value)?;
+            }
+        }
         let (_, runs) = self.client.run_state()?;
         let pressed = self.client.link().now();
         self.rig.borrow_mut().board().plant_mut().press_start(true);
@@ -383,9 +390,16 @@ impl<'a, 'b> Run<'a, 'b> {
                     self.client.write(wire::CHAR_IN, value)?;
                 }
                 HostAction::EmergencyStop => self.client.control(Control::EmergencyStop)?,
+                HostAction::Register(register, value) => self.write_register(register, value)?,
             }
         }
         Ok(())
+    }
+
+    /// Both halves of an AT variable.
+    fn write_register(&mut self, register: u16, value: i32) -> Result<(), BoardError> {
+        let halves = [value as u16, (value >> 16) as u16];
+        Ok(self.client.write_all(register, &halves)?)
     }
 
     /// Lets the machine come to rest, compares pulses with positions, and adds up.

@@ -6,7 +6,7 @@ use lang::axis::Axis;
 use lang::profile::{Direction, Profile, Wiring};
 
 use super::Build;
-use crate::sim::world::{Action, Button, Scenario, World, WorldError};
+use crate::sim::world::{Action, Button, Registers, Scenario, World, WorldError};
 
 /// Ticks in a microsecond.
 pub const TICKS_PER_US: u64 = TICKS_PER_SECOND / 1_000_000;
@@ -20,6 +20,8 @@ pub enum HostAction {
     Char(i32),
     /// Send the emergency stop: no input has that role.
     EmergencyStop,
+    /// Give the AT variable at a register a value.
+    Register(u16, i32),
 }
 
 /// The emulated board, its machine and its world.
@@ -43,7 +45,7 @@ pub struct Rig {
 
 impl Rig {
     /// A board with the firmware `image` of a build in its flash, the machine of `profile` and a
-    /// world, powered up.
+    /// world, which knows these AT variables, powered up.
     ///
     /// # Errors
     /// The world's script fails.
@@ -52,6 +54,7 @@ impl Rig {
         image: &emulator::Image,
         profile: &Profile,
         world: &World,
+        registers: &Registers,
     ) -> Result<Rig, WorldError> {
         let wiring = match profile.wiring {
             Wiring::Direct => PlantWiring::Direct,
@@ -59,7 +62,7 @@ impl Rig {
         };
         let config = Config { part: build.chip.clone(), wiring, ..Config::default() };
         let board = Board::with_config(&config, image);
-        let scenario = world.start()?;
+        let scenario = world.start(registers)?;
         let mut rig = Rig {
             board,
             profile: profile.clone(),
@@ -148,6 +151,11 @@ impl Rig {
         self.zero = Some(self.now());
     }
 
+    /// What the operator has given AT variables before the time of the scenario begins.
+    pub fn take_registers(&mut self) -> Vec<(u16, i32)> {
+        self.scenario.take_registers()
+    }
+
     /// When the scenario acts next, in ticks.
     fn next_action(&self) -> Option<u64> {
         let zero = self.zero?;
@@ -215,6 +223,9 @@ impl Rig {
                 None => self.host_actions.push(HostAction::EmergencyStop),
             },
             Action::Char(c) => self.host_actions.push(HostAction::Char(c)),
+            Action::Register { register, value } => {
+                self.host_actions.push(HostAction::Register(register, value));
+            }
             Action::Stall { axis, steps } => {
                 let steps = u64::from(steps.unsigned_abs());
                 self.board.plant_mut().stall(axis.index(), steps);
