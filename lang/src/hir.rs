@@ -146,7 +146,8 @@ pub struct Label {
 /// Statements in order.
 pub type Block = Vec<Stmt>;
 
-/// One statement. A G-code block may become several, all with the block's line.
+/// One statement. A G-code block may become several, all with the block's line. A program may have
+/// a million of them: what is large in one is boxed.
 #[derive(Clone, Debug)]
 pub struct Stmt {
     /// Line of its first word, from 1: the `line` of traces, faults and ERL.
@@ -247,7 +248,7 @@ pub enum ProbeSensor {
 #[derive(Clone, Debug)]
 pub enum InWant {
     /// A level given by a Truth or a Number.
-    Level(Expr),
+    Level(Box<Expr>),
     /// `RISE` or `FALL`.
     Edge(Want),
 }
@@ -265,9 +266,9 @@ pub struct Word {
 #[derive(Clone, Debug)]
 pub enum ArcCenter {
     /// I, J, K as far as given.
-    Offsets([Option<Expr>; 3]),
+    Offsets(Box<[Option<Expr>; 3]>),
     /// R.
-    Radius(Expr),
+    Radius(Box<Expr>),
 }
 
 /// A part of a PRINT.
@@ -333,7 +334,7 @@ pub enum StmtKind {
     /// SELECT CASE; `value` goes into `temp` once.
     Select {
         /// The value.
-        value: Expr,
+        value: Box<Expr>,
         /// Hidden variable that holds it.
         temp: VarId,
         /// Cases in order.
@@ -346,11 +347,11 @@ pub enum StmtKind {
         /// The variable, a scalar.
         var: VarId,
         /// Start.
-        from: Expr,
+        from: Box<Expr>,
         /// Limit.
-        to: Expr,
+        to: Box<Expr>,
         /// Step.
-        step: Expr,
+        step: Box<Expr>,
         /// Hidden variable for a limit that is not constant.
         to_temp: Option<VarId>,
         /// Hidden variable for a step that is not constant.
@@ -370,11 +371,11 @@ pub enum StmtKind {
     /// DO ... LOOP
     Do {
         /// Test before each pass.
-        before: Option<DoTest>,
+        before: Option<Box<DoTest>>,
         /// Body.
         body: Block,
         /// Test after each pass.
-        after: Option<DoTest>,
+        after: Option<Box<DoTest>>,
     },
     /// REPEAT
     Repeat {
@@ -444,11 +445,11 @@ pub enum StmtKind {
         /// START.
         start: bool,
         /// Speed or StepRate.
-        speed: Option<Expr>,
+        speed: Option<Box<Expr>>,
         /// Accel or StepAccel.
-        accel: Option<Expr>,
+        accel: Option<Box<Expr>>,
         /// Accel or StepAccel.
-        decel: Option<Expr>,
+        decel: Option<Box<Expr>>,
     },
     /// MoveSpeed
     MoveSpeed {
@@ -475,11 +476,11 @@ pub enum StmtKind {
         /// The axis.
         axis: Axis,
         /// Limit.
-        limit: Word,
+        limit: Box<Word>,
         /// Speed or StepRate; `None` is the feed.
-        speed: Option<Expr>,
+        speed: Option<Box<Expr>>,
         /// What ends it.
-        sensor: ProbeSensor,
+        sensor: Box<ProbeSensor>,
         /// `Probe?`, G38.3.
         query: bool,
     },
@@ -495,14 +496,14 @@ pub enum StmtKind {
         /// Output number.
         n: Expr,
         /// Truth or Number.
-        on: Expr,
+        on: Box<Expr>,
     },
     /// Pulse
     Pulse {
         /// Output number.
         n: Expr,
         /// Time.
-        time: Expr,
+        time: Box<Expr>,
     },
     /// SetPort
     SetPort(Expr),
@@ -522,7 +523,7 @@ pub enum StmtKind {
         /// State or edge.
         want: InWant,
         /// Time.
-        timeout: Option<Expr>,
+        timeout: Option<Box<Expr>>,
         /// `WaitIn?`
         query: bool,
     },
@@ -535,7 +536,7 @@ pub enum StmtKind {
         /// Character.
         c: Expr,
         /// Time.
-        timeout: Option<Expr>,
+        timeout: Option<Box<Expr>>,
         /// `WaitChar?`
         query: bool,
     },
@@ -550,7 +551,7 @@ pub enum StmtKind {
         /// G0
         rapid: bool,
         /// Axis words.
-        to: [Option<Word>; 3],
+        to: Box<[Option<Word>; 3]>,
         /// G61
         exact: bool,
     },
@@ -561,7 +562,7 @@ pub enum StmtKind {
         /// Plane.
         plane: Plane,
         /// Axis words.
-        to: [Option<Word>; 3],
+        to: Box<[Option<Word>; 3]>,
         /// Centre.
         center: ArcCenter,
         /// G61

@@ -35,7 +35,7 @@ pub fn complete(document: &Document, position: Position) -> Vec<CompletionItem> 
     for symbol in visible(document, start) {
         if seen.insert(symbol.name.key.clone()) {
             items.push(CompletionItem {
-                label: symbol.name.text.clone(),
+                label: symbol.name.text.to_string(),
                 kind: Some(item_kind(symbol.kind)),
                 detail: Some(declaration(document, &symbol)),
                 ..CompletionItem::default()
@@ -121,7 +121,7 @@ fn declaration(document: &Document, symbol: &Symbol<'_>) -> String {
 fn find<'a>(document: &'a Document, position: Position) -> Option<Symbol<'a>> {
     let (start, word) = document.word(position);
     let key = word.to_ascii_lowercase();
-    visible(document, start).into_iter().find(|symbol| symbol.name.key == key)
+    visible(document, start).into_iter().find(|symbol| *symbol.name.key == *key)
 }
 
 /// What the word at a place means.

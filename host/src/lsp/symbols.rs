@@ -88,7 +88,7 @@ pub fn outline(document: &Document) -> Vec<DocumentSymbol> {
 fn entry(document: &Document, symbol: &Symbol<'_>) -> DocumentSymbol {
     #[expect(deprecated, reason = "the protocol's type still has the field")]
     DocumentSymbol {
-        name: symbol.name.text.clone(),
+        name: symbol.name.text.to_string(),
         detail: None,
         kind: symbol.kind,
         tags: None,

@@ -104,7 +104,7 @@ pub enum Item {
     /// A variable becomes 0.
     Zero(VarId),
     /// An effect with whole millimetres, then flags in the code.
-    Inline(InlineOp, Vec<i8>, Vec<u8>),
+    Inline(InlineOp, Box<[i8]>, Box<[u8]>),
     /// Push a variable.
     Load(VarId),
     /// Pop into a variable.

@@ -262,12 +262,12 @@ fn inlined(before: &[Item], effect: u8, flags: &[u8]) -> Option<(usize, Item)> {
         Item::Const(um) if um % 1000 == 0 => i8::try_from(um / 1000).ok(),
         _ => None,
     };
-    let values: Vec<i8> = values.iter().map(millimetres).collect::<Option<_>>()?;
+    let values: Box<[i8]> = values.iter().map(millimetres).collect::<Option<_>>()?;
     // A 0 alone takes a byte on the stack too.
     if values.iter().all(|&value| value == 0) {
         return None;
     }
-    Some((count, Item::Inline(op, values, flags.to_vec())))
+    Some((count, Item::Inline(op, values, flags.into())))
 }
 
 /// A constant of two bytes or more that was just pushed is pushed again by one byte.

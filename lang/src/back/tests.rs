@@ -175,7 +175,7 @@ fn a_constant_is_pushed_again_by_one_byte() {
 fn whole_millimetres_stand_in_the_effect() {
     let inline = |effect: u8, values: &[i8], flags: &[u8]| {
         let op = InlineOp::of(effect, values.len()).expect("there is such a form");
-        Item::Inline(op, values.to_vec(), flags.to_vec())
+        Item::Inline(op, values.into(), flags.into())
     };
     let target = [Item::Const(25_000), Item::Short(Op::MoveTo, 1)];
     becomes(&target, &[inline(Op::MoveTo.code() + 1, &[25], &[])]);

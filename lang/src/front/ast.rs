@@ -14,6 +14,7 @@ use crate::effect::{Plane, Want};
 use crate::kind::Kind;
 use core::fmt;
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 /// Height of the highest expression tree that the parser lets through.
 pub const MAX_EXPR_DEPTH: usize = 100;
@@ -42,9 +43,9 @@ pub type Block = Vec<Stmt>;
 #[derive(Clone, PartialEq, Eq)]
 pub struct Name {
     /// As it stands in the script.
-    pub text: String,
+    pub text: Rc<str>,
     /// Folded to lower case.
-    pub key: String,
+    pub key: Rc<str>,
     /// Where it stands.
     pub span: Span,
 }
@@ -106,7 +107,7 @@ pub struct Param {
     pub kind: Option<KindRef>,
 }
 
-/// A statement.
+/// A statement. A script may have a million of them: what is large in one is boxed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stmt {
     /// What it is.
@@ -140,7 +141,7 @@ pub enum StmtKind {
         /// Its name.
         name: Name,
         /// Columns.
-        width: Option<Expr>,
+        width: Option<Box<Expr>>,
         /// Values by `;`.
         rows: Vec<Vec<Expr>>,
     },
@@ -183,11 +184,11 @@ pub enum StmtKind {
         /// The variable.
         var: Name,
         /// First value.
-        from: Expr,
+        from: Box<Expr>,
         /// Limit.
-        to: Expr,
+        to: Box<Expr>,
         /// STEP.
-        step: Option<Expr>,
+        step: Option<Box<Expr>>,
         /// The body.
         body: Block,
         /// Line of NEXT.
@@ -205,11 +206,11 @@ pub enum StmtKind {
     /// DO
     Do {
         /// The test behind DO.
-        before: Option<Test>,
+        before: Option<Box<Test>>,
         /// The body.
         body: Block,
         /// The test behind LOOP.
-        after: Option<Test>,
+        after: Option<Box<Test>>,
         /// Line of LOOP.
         loop_line: u32,
     },
@@ -248,7 +249,7 @@ pub enum StmtKind {
     /// `ON EVERY t GOSUB sub`; None is `ON EVERY OFF`.
     OnEvery(Option<(Expr, Name)>),
     /// A statement of the machine.
-    Machine(Machine),
+    Machine(Box<Machine>),
     /// A G-code block.
     Gcode(Vec<GWord>),
 }

@@ -38,7 +38,7 @@ fn block(program: &Program, block: &Block, depth: usize, out: &mut String) {
 
 fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
     let e = |e: &Expr| expr(program, e);
-    let opt = |o: &Option<Expr>| o.as_ref().map_or("-".to_owned(), |o| expr(program, o));
+    let opt = |o: Option<&Expr>| o.map_or("-".to_owned(), |o| expr(program, o));
     let inner = |body: &Block, out: &mut String| block(program, body, depth + 1, out);
     match &stmt.kind {
         StmtKind::Assign(place, value) => {
@@ -108,7 +108,7 @@ fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
             inner(body, out);
         }
         StmtKind::Do { before, body, after } => {
-            let test = |t: &Option<lang::hir::DoTest>| {
+            let test = |t: &Option<Box<lang::hir::DoTest>>| {
                 t.as_ref().map_or("-".to_owned(), |t| {
                     format!("{} {}", if t.until { "until" } else { "while" }, e(&t.condition))
                 })
@@ -151,16 +151,16 @@ fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
                 if *relative { "rel" } else { "" },
                 if *start { " start" } else { "" },
                 e(target),
-                opt(speed),
-                opt(accel),
-                opt(decel)
+                opt(speed.as_deref()),
+                opt(accel.as_deref()),
+                opt(decel.as_deref())
             );
         }
         StmtKind::MoveSpeed { axis, speed } => {
             let _ = writeln!(out, "movespeed {axis:?} {}", e(speed));
         }
         StmtKind::Probe { axis, limit, speed, sensor, query } => {
-            let sensor = match sensor {
+            let sensor = match &**sensor {
                 ProbeSensor::Default => "default".to_owned(),
                 ProbeSensor::Input(n, on) => format!("in {} is {}", e(n), e(on)),
                 ProbeSensor::Mask(and, xor) => format!("mask {} {}", e(and), e(xor)),
@@ -170,7 +170,7 @@ fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
                 out,
                 "probe{query} {axis:?} {} {} {sensor}",
                 word(program, limit),
-                opt(speed)
+                opt(speed.as_deref())
             );
         }
         StmtKind::SetPos { axis, value } => {
@@ -201,11 +201,11 @@ fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
                 InWant::Edge(edge) => format!("{edge:?}"),
             };
             let query = if *query { "?" } else { "" };
-            let _ = writeln!(out, "waitin{query} {} {want} {}", e(n), opt(timeout));
+            let _ = writeln!(out, "waitin{query} {} {want} {}", e(n), opt(timeout.as_deref()));
         }
         StmtKind::WaitChar { c, timeout, query } => {
             let query = if *query { "?" } else { "" };
-            let _ = writeln!(out, "waitchar{query} {} {}", e(c), opt(timeout));
+            let _ = writeln!(out, "waitchar{query} {} {}", e(c), opt(timeout.as_deref()));
         }
         StmtKind::Print(parts) => {
             let parts: Vec<String> = parts
@@ -224,7 +224,9 @@ fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
         }
         StmtKind::Arc { clockwise, plane, to, center, exact } => {
             let center = match center {
-                ArcCenter::Offsets(o) => o.iter().map(&opt).collect::<Vec<_>>().join(" "),
+                ArcCenter::Offsets(o) => {
+                    o.iter().map(|o| opt(o.as_ref())).collect::<Vec<_>>().join(" ")
+                }
                 ArcCenter::Radius(r) => format!("r {}", e(r)),
             };
             let name = if *clockwise { "cw" } else { "ccw" };
@@ -250,7 +252,7 @@ fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
                 words(program, &[x, y, None]),
                 word(program, &cycle.r),
                 word(program, &cycle.z),
-                opt(&cycle.repeats)
+                opt(cycle.repeats.as_ref())
             );
         }
         other => {

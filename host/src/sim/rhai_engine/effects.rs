@@ -27,12 +27,12 @@ fn words<'p>(to: &'p [Option<Word>; 3], values: &mut Vec<&'p Expr>) -> [Option<C
 /// The effect of a machine statement; `None` for one that is none or has several.
 pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
     let mut values = Vec::new();
-    let optional = |expr: &Option<Expr>| expr.as_ref().map(rate);
+    let optional = |expr: &Option<Box<Expr>>| expr.as_deref().map(rate);
     let effect = match kind {
         StmtKind::MoveAxe { axis, target, relative, start, speed, accel, decel } => {
             let rates = [optional(speed), optional(accel), optional(decel)];
             values.push(target);
-            values.extend([speed, accel, decel].into_iter().flatten());
+            values.extend([speed, accel, decel].into_iter().filter_map(Option::as_deref));
             let frame = if *relative { Frame::Relative } else { Frame::Work };
             Effect::MoveAxe {
                 axis: *axis,
@@ -52,8 +52,8 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
         StmtKind::WaitMove(axis) => Effect::WaitMove(*axis),
         StmtKind::Probe { axis, limit, speed, sensor, query } => {
             values.push(&limit.value);
-            values.extend(speed);
-            let sensor = match sensor {
+            values.extend(speed.as_deref());
+            let sensor = match &**sensor {
                 ProbeSensor::Default => Sensor::Default,
                 ProbeSensor::Input(n, on) => {
                     values.extend([n, on]);
@@ -72,11 +72,11 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
             Effect::SetPos { axis: *axis, value: 0 }
         }
         StmtKind::SetOut { n, on } => {
-            values.extend([n, on]);
+            values.extend([n, &**on]);
             Effect::SetOut { n: 0, on: false }
         }
         StmtKind::Pulse { n, time } => {
-            values.extend([n, time]);
+            values.extend([n, &**time]);
             Effect::Pulse { n: 0, ms: 0 }
         }
         StmtKind::SetPort(value) => {
@@ -100,7 +100,7 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
                 }
                 InWant::Edge(want) => *want,
             };
-            values.extend(timeout);
+            values.extend(timeout.as_deref());
             Effect::WaitIn { n: 0, want, timeout: timeout.as_ref().map(|_| 0), query: *query }
         }
         StmtKind::WaitStart => Effect::WaitStart,
@@ -110,7 +110,7 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
         }
         StmtKind::WaitChar { c, timeout, query } => {
             values.push(c);
-            values.extend(timeout);
+            values.extend(timeout.as_deref());
             Effect::WaitChar { c: 0, timeout: timeout.as_ref().map(|_| 0), query: *query }
         }
         StmtKind::SetFeed(feed) => {

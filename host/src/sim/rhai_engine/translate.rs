@@ -194,7 +194,7 @@ impl Translator<'_> {
             StmtKind::For { .. } => self.count(stmt),
             StmtKind::While { condition, body } => self.while_loop(stmt, condition, body),
             StmtKind::Do { before, body, after } => {
-                self.do_loop(stmt, before.as_ref(), body, after.as_ref());
+                self.do_loop(stmt, before.as_deref(), body, after.as_deref());
             }
             StmtKind::Repeat { count, temp, body } => self.repeat(stmt, count, *temp, body),
             _ => self.simple(stmt),

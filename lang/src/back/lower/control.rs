@@ -57,7 +57,7 @@ impl Lower<'_> {
                 }),
             StmtKind::While { condition, body } => self.while_loop(condition, body),
             StmtKind::Do { before, body, after } => {
-                self.do_loop(before.as_ref(), body, after.as_ref());
+                self.do_loop(before.as_deref(), body, after.as_deref());
             }
             StmtKind::Repeat { count, temp, body } => self.repeat(count, *temp, body),
             StmtKind::Exit(kind) => self.jump_out(*kind, |outer| outer.exit),

@@ -51,7 +51,7 @@ impl Lower<'_> {
             }
             StmtKind::OffEvery => self.flags(Op::Event, [flags::OFF_EVERY, 0, 0]),
             StmtKind::MoveAxe { axis, target, relative, start, speed, accel, decel } => {
-                let parts = [speed.as_ref(), accel.as_ref(), decel.as_ref()];
+                let parts = [speed.as_deref(), accel.as_deref(), decel.as_deref()];
                 self.move_axe(*axis, target, *relative, *start, parts);
             }
             StmtKind::MoveSpeed { axis, speed } => {
@@ -65,7 +65,7 @@ impl Lower<'_> {
             StmtKind::WaitMove(axis) => self.flags(Op::WaitMove, [axis_or_all(*axis), 0, 0]),
             StmtKind::Home { axes, query } => self.home(axes, *query),
             StmtKind::Probe { axis, limit, speed, sensor, query } => {
-                self.probe(*axis, limit, speed.as_ref(), sensor, *query);
+                self.probe(*axis, limit, speed.as_deref(), sensor, *query);
             }
             StmtKind::SetPos { axis, value } => {
                 self.expr(value);
@@ -86,7 +86,7 @@ impl Lower<'_> {
             }
             StmtKind::Wait(time) => self.with(&[time], Op::Wait),
             StmtKind::WaitIn { n, want, timeout, query } => {
-                self.wait_in(n, want, timeout.as_ref(), *query);
+                self.wait_in(n, want, timeout.as_deref(), *query);
             }
             StmtKind::WaitStart => self.plain(Op::WaitStart),
             StmtKind::Send(value) => self.with(&[value], Op::Send),

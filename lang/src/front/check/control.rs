@@ -22,7 +22,7 @@ impl<'a> Checker<'a> {
                 self.select(value, cases, otherwise.as_ref(), stmt.span)
             }
             StmtKind::For { var, from, to, step, body, next_line } => {
-                self.for_stmt(var, [from, to], step.as_ref(), body, *next_line)
+                self.for_stmt(var, [from, to], step.as_deref(), body, *next_line)
             }
             StmtKind::While { cond, body, .. } => {
                 let condition = self.condition(cond, "the condition of WHILE");
@@ -33,7 +33,7 @@ impl<'a> Checker<'a> {
                 Some((vec![kind], ends(forever && !left)))
             }
             StmtKind::Do { before, body, after, loop_line } => {
-                self.do_stmt(before.as_ref(), body, after.as_ref(), *loop_line, stmt.line)
+                self.do_stmt(before.as_deref(), body, after.as_deref(), *loop_line, stmt.line)
             }
             StmtKind::Repeat { count, body, .. } => {
                 let lowered = self.plain(count, "REPEAT");
@@ -119,7 +119,7 @@ impl<'a> Checker<'a> {
         if wrong {
             return None;
         }
-        let kind = hir::StmtKind::Select { value, temp, cases: list, otherwise };
+        let kind = hir::StmtKind::Select { value: Box::new(value), temp, cases: list, otherwise };
         Some((vec![kind], ends(!goes_on)))
     }
 
@@ -226,6 +226,7 @@ impl<'a> Checker<'a> {
         }
         let to_temp = value_of(&to).is_none().then(|| self.hidden("for limit", kind, name.span));
         let step_temp = value_of(&by).is_none().then(|| self.hidden("for step", kind, name.span));
+        let [from, to, by] = [from, to, by].map(Box::new);
         let kind =
             hir::StmtKind::For { var, from, to, step: by, to_temp, step_temp, body, next_line };
         Some((vec![kind], Then::GoesOn))
@@ -243,7 +244,7 @@ impl<'a> Checker<'a> {
             test.map(|test| {
                 let word = if test.until { "UNTIL" } else { "WHILE" };
                 let condition = self.condition(&test.cond, &format!("the condition of {word}"))?;
-                Some(hir::DoTest { line, until: test.until, condition })
+                Some(Box::new(hir::DoTest { line, until: test.until, condition }))
             })
         };
         // A LOOP with a condition does more than close its block.
@@ -254,7 +255,7 @@ impl<'a> Checker<'a> {
         let (body, left) = self.loop_body(LoopKind::Do, body);
         let before = before.map_or(Some(None), |test| test.map(Some))?;
         let after = after.map_or(Some(None), |test| test.map(Some))?;
-        let endless = |test: &Option<hir::DoTest>| match test {
+        let endless = |test: &Option<Box<hir::DoTest>>| match test {
             None => true,
             Some(test) => value_of(&test.condition).is_some_and(|c| (c != 0) != test.until),
         };

@@ -99,7 +99,7 @@ impl<'a> Checker<'a> {
                     let n = self.plain_constant(value, what);
                     let n = n.filter(|&n| self.check_port(*output, n, value.span));
                     if let Some(n) = n {
-                        let name = name.text.clone();
+                        let name = name.text.to_string();
                         self.ports.push(hir::Port { output: *output, n, name });
                     }
                     self.declare(name, Entity::Port(*output, n));
@@ -115,7 +115,7 @@ impl<'a> Checker<'a> {
                     self.keep(variable);
                 }
             }
-            StmtKind::Table { name, width, rows } => self.table(name, width.as_ref(), rows),
+            StmtKind::Table { name, width, rows } => self.table(name, width.as_deref(), rows),
             _ => {}
         }
     }
@@ -306,7 +306,7 @@ impl<'a> Checker<'a> {
         }
         let id = TableId(self.tables.len() as u32);
         self.tables.push(hir::Table {
-            name: name.text.clone(),
+            name: name.text.to_string(),
             columns: column_kinds.len().max(1) as u32,
             kinds: column_kinds.into_iter().map(|k| k.unwrap_or(Kind::Number)).collect(),
             values,

@@ -233,7 +233,7 @@ impl<'a> Checker<'a> {
         let routine = self.routine(id)?;
         let name = &routine.name.text;
         if args.len() != routine.params.len() {
-            let params: Vec<&str> = routine.params.iter().map(|p| p.name.text.as_str()).collect();
+            let params: Vec<&str> = routine.params.iter().map(|p| &*p.name.text).collect();
             self.error(
                 Code::WrongCount,
                 span,

@@ -216,7 +216,7 @@ impl<'a> Builder<'_, 'a> {
                 self.do_loop(LoopKind::While, Some(cond).filter(|c| !is_true(c)), body, None);
             }
             StmtKind::Do { before, body, after, .. } => {
-                let cond = |test: &'a Option<ast::Test>| test.as_ref().map(|t| &t.cond);
+                let cond = |test: &'a Option<Box<ast::Test>>| test.as_ref().map(|t| &t.cond);
                 self.do_loop(LoopKind::Do, cond(before), body, cond(after));
             }
             StmtKind::Exit(Enclosing::Sub | Enclosing::Function) => self.end(Op::Leave),

@@ -78,12 +78,12 @@ impl<'a> Labels<'a> {
 
     pub fn unused(&self) -> Vec<(Span, &'a str)> {
         let unused = self.list.iter().filter(|label| !label.used);
-        unused.map(|label| (label.name.span, label.name.text.as_str())).collect()
+        unused.map(|label| (label.name.span, &*label.name.text)).collect()
     }
 
     pub fn to_hir(&self) -> Vec<hir::Label> {
         let label = |label: &Label<'a>| hir::Label {
-            name: label.name.text.clone(),
+            name: label.name.text.to_string(),
             routine: label.routine,
             span: range(label.name.span),
         };
@@ -120,7 +120,7 @@ impl<'a> Checker<'a> {
     fn add_label(&mut self, name: &'a Name, block: BlockId) {
         let routine = self.scope;
         let id = LabelId(self.labels.list.len() as u32);
-        if let Some(&first) = self.labels.by_name[routine.0 as usize].get(name.key.as_str()) {
+        if let Some(&first) = self.labels.by_name[routine.0 as usize].get(&*name.key) {
             let first = self.labels.name(first).span;
             let message = format!("the label `{}` stands twice", name.text);
             let diag = Diag::new(Code::DeclaredTwice, name.span, message)
@@ -176,7 +176,7 @@ impl<'a> Checker<'a> {
         }
         let here = self.labels.by_name.get(routine.0 as usize);
         let mut known: Vec<&str> =
-            here.into_iter().flatten().map(|(_, &id)| self.labels.name(id).text.as_str()).collect();
+            here.into_iter().flatten().map(|(_, &id)| &*self.labels.name(id).text).collect();
         known.sort_unstable();
         let elsewhere = self.labels.list.iter().find(|label| label.name.key == name.key);
         let hint = match (nearest(&name.text, known), elsewhere) {

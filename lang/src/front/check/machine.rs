@@ -35,9 +35,9 @@ impl<'a> Checker<'a> {
                     target: target_value,
                     relative: *relative,
                     start: *start,
-                    speed: speed?,
-                    accel: accel?,
-                    decel: decel?,
+                    speed: speed?.map(Box::new),
+                    accel: accel?.map(Box::new),
+                    decel: decel?.map(Box::new),
                 })
             }
             Machine::WaitMove(None) => one(StmtKind::WaitMove(None)),
@@ -84,7 +84,7 @@ impl<'a> Checker<'a> {
                 if !self.settable(&number, n.span) {
                     return None;
                 }
-                one(StmtKind::SetOut { n: number, on: on? })
+                one(StmtKind::SetOut { n: number, on: Box::new(on?) })
             }
             Machine::Pulse(n, time) => {
                 let number = self.port(n, true);
@@ -94,7 +94,7 @@ impl<'a> Checker<'a> {
                     return None;
                 }
                 self.check_time(&length, time.span, 0);
-                one(StmtKind::Pulse { n: number, time: length })
+                one(StmtKind::Pulse { n: number, time: Box::new(length) })
             }
             Machine::SetPort(value) => one(StmtKind::SetPort(self.plain(value, "SetPort")?)),
             Machine::Motors(on, axis) => {
@@ -114,19 +114,20 @@ impl<'a> Checker<'a> {
                 let n = self.port(input, false);
                 let want = match state {
                     InputState::Edge(want) => Some(InWant::Edge(*want)),
-                    InputState::Level(level) => {
-                        self.condition(level, "the state of an input").map(InWant::Level)
-                    }
+                    InputState::Level(level) => self
+                        .condition(level, "the state of an input")
+                        .map(|level| InWant::Level(Box::new(level))),
                 };
                 let timeout = self.timeout(timeout.as_ref(), "the timeout of WaitIn");
-                one(StmtKind::WaitIn { n: n?, want: want?, timeout: timeout?, query: *quiet })
+                let timeout = timeout?.map(Box::new);
+                one(StmtKind::WaitIn { n: n?, want: want?, timeout, query: *quiet })
             }
             Machine::WaitStart => one(StmtKind::WaitStart),
             Machine::Send(code) => one(StmtKind::Send(self.character(code, "Send")?)),
             Machine::WaitChar { quiet, code, timeout } => {
                 let c = self.character(code, "WaitChar");
                 let timeout = self.timeout(timeout.as_ref(), "the timeout of WaitChar");
-                one(StmtKind::WaitChar { c: c?, timeout: timeout?, query: *quiet })
+                one(StmtKind::WaitChar { c: c?, timeout: timeout?.map(Box::new), query: *quiet })
             }
             Machine::Print(parts) => {
                 let mut list = Vec::with_capacity(parts.len());
@@ -192,8 +193,9 @@ impl<'a> Checker<'a> {
         };
         self.check_probe(axis, &rate, input, speed.span);
         self.note_target(axis, &value, Frame::Work, limit.span);
-        let limit = Word { value, frame: Frame::Work };
-        Some(StmtKind::Probe { axis, limit, speed: Some(rate), sensor, query })
+        let limit = Box::new(Word { value, frame: Frame::Work });
+        let (speed, sensor) = (Some(Box::new(rate)), Box::new(sensor));
+        Some(StmtKind::Probe { axis, limit, speed, sensor, query })
     }
 
     /// An optional speed; the outer None after an error.

@@ -194,7 +194,7 @@ impl<'a> Checker<'a> {
         if let Some(symbol) = self.names.take(self.scope, &name.key) {
             return Some(symbol);
         }
-        if self.script.lost.contains(&name.key) {
+        if self.script.lost.contains(&*name.key) {
             // Its declaration has an error.
             return None;
         }
@@ -242,7 +242,7 @@ impl<'a> Checker<'a> {
                 let id = RoutineId(i as u32);
                 let routine = self.routine(id);
                 hir::Routine {
-                    name: routine.map_or_else(String::new, |r| r.name.text.clone()),
+                    name: routine.map_or_else(String::new, |r| r.name.text.to_string()),
                     params: info.params,
                     locals: info.locals,
                     result: info.result,

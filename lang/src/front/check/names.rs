@@ -1,6 +1,7 @@
 //! What the names of a script stand for.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use crate::front::ast::Name;
 use crate::front::span::Span;
@@ -40,7 +41,7 @@ pub(super) struct Symbol<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Names<'a> {
     symbols: Vec<Symbol<'a>>,
-    scopes: Vec<HashMap<String, usize>>,
+    scopes: Vec<HashMap<Rc<str>, usize>>,
 }
 
 impl<'a> Names<'a> {
@@ -74,7 +75,7 @@ impl<'a> Names<'a> {
     /// A name that the profile brings; the script's own hide it.
     pub fn predeclare(&mut self, text: &'a str, entity: Entity) {
         if let Some(names) = self.scopes.first_mut() {
-            names.entry(text.to_lowercase()).or_insert(self.symbols.len());
+            names.entry(text.to_lowercase().into()).or_insert(self.symbols.len());
             self.symbols.push(Symbol { text, span: None, entity, used: true });
         }
     }

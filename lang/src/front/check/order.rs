@@ -113,7 +113,7 @@ fn arguments(kind: &mut StmtKind) -> Vec<Argument<'_>> {
                 ArcCenter::Offsets(offsets) => {
                     words.chain(offsets.iter_mut().flatten()).map(once).collect()
                 }
-                ArcCenter::Radius(radius) => words.chain([radius]).map(once).collect(),
+                ArcCenter::Radius(radius) => words.chain([&mut **radius]).map(once).collect(),
             }
         }
         StmtKind::Cycle(cycle) => of_cycle(cycle),

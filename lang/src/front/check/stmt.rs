@@ -40,15 +40,9 @@ impl<'a> Checker<'a> {
             self.scope = id;
             self.around = Around::default();
             let (mut block, _) = self.block(body);
-            if id == MAIN {
-                let mut whole = self.gcode_prologue();
-                whole.append(&mut block);
-                block = whole;
-            } else {
-                let mut whole = self.gcode_sub_prologue(id);
-                whole.append(&mut block);
-                block = whole;
-            }
+            let prologue =
+                if id == MAIN { self.gcode_prologue() } else { self.gcode_sub_prologue(id) };
+            block.splice(0..0, prologue);
             bodies.push(block);
         }
         self.scope = MAIN;

@@ -288,6 +288,7 @@ impl<'a> Builder<'a> {
             }
             Opener::For(head) => {
                 let ForHead { var, from, to, step } = *head;
+                let (from, to, step) = (Box::new(from), Box::new(to), step.map(Box::new));
                 StmtKind::For { var, from, to, step, body, next_line: end_line }
             }
             Opener::While(cond) => StmtKind::While { cond, body, end_line },
@@ -296,6 +297,7 @@ impl<'a> Builder<'a> {
                     Some(Closer::Do(after)) => after,
                     _ => None,
                 };
+                let (before, after) = (before.map(Box::new), after.map(Box::new));
                 StmtKind::Do { before, body, after, loop_line: end_line }
             }
             Opener::Repeat(count) => StmtKind::Repeat { count, body, end_line },

@@ -56,7 +56,7 @@ fn parenthesised(i: In<'_>) -> Parsed<'_, Expr> {
 /// `name[(columns)] = row; row ...`
 pub fn table(i: In<'_>) -> Parsed<'_, StmtKind> {
     let (rest, name) = cut(name).parse(i)?;
-    let (rest, width) = opt(parenthesised).parse(rest)?;
+    let (rest, width) = opt(map(parenthesised, Box::new)).parse(rest)?;
     let (rest, _) = cut(tok(Tok::Sign(Sign::Eq), "`=`")).parse(rest)?;
     let row = separated_list1(comma, cut(expr));
     let semicolon = tok(Tok::Sign(Sign::Semicolon), "`;`");

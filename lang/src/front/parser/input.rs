@@ -8,12 +8,13 @@ use crate::front::literal;
 use crate::front::span::Span;
 use crate::front::token::{Sign, Tok, Token};
 use crate::front::words::Kw;
-use core::cell::Cell;
+use core::cell::{Cell, RefCell};
 use core::iter::{Copied, Enumerate};
 use core::slice::Iter;
 use nom::error::{ErrorKind, ParseError};
 use nom::{Err, IResult, Input, Needed};
 use std::collections::HashSet;
+use std::rc::Rc;
 
 /// What every parser may look up.
 pub struct Context<'a> {
@@ -23,6 +24,21 @@ pub struct Context<'a> {
     pub routines: HashSet<String>,
     /// How often a near word was looked for; each time costs a walk over all SUBs.
     pub guesses: Cell<usize>,
+    /// Texts of names, each kept once.
+    pub texts: RefCell<HashSet<Rc<str>>>,
+}
+
+impl Context<'_> {
+    /// The one copy of a name's text.
+    fn shared(&self, text: &str) -> Rc<str> {
+        let mut texts = self.texts.borrow_mut();
+        if let Some(known) = texts.get(text) {
+            return known.clone();
+        }
+        let new: Rc<str> = text.into();
+        texts.insert(new.clone());
+        new
+    }
 }
 
 /// The tokens that are still to be read, without trivia. The last one is a line end.
@@ -306,8 +322,8 @@ pub fn name(i: In<'_>) -> Parsed<'_, Name> {
             let message = format!("`{word}` looks like a G-code word and can not be a name");
             bad(message, format!("write `{letter}_{number}`"))
         }
-        Tok::Name => Ok((i.rest(), named(word, span))),
-        Tok::Kw(kw) if kw.is_soft() => Ok((i.rest(), named(word, span))),
+        Tok::Name => Ok((i.rest(), named(i, word, span))),
+        Tok::Kw(kw) if kw.is_soft() => Ok((i.rest(), named(i, word, span))),
         Tok::Kw(_) | Tok::Func(_) | Tok::Quiet(_) => {
             let message = format!("`{word}` is a reserved word and can not be a name");
             bad(message, format!("choose another name, as `my_{}`", word.to_ascii_lowercase()))
@@ -321,8 +337,11 @@ pub fn name(i: In<'_>) -> Parsed<'_, Name> {
 }
 
 /// Makes a name of a word.
-pub fn named(word: &str, span: Span) -> Name {
-    Name { text: word.to_owned(), key: word.to_ascii_lowercase(), span }
+pub fn named(i: In<'_>, word: &str, span: Span) -> Name {
+    let text = i.context.shared(word);
+    let lower = !word.bytes().any(|b| b.is_ascii_uppercase());
+    let key = if lower { text.clone() } else { i.context.shared(&word.to_ascii_lowercase()) };
+    Name { text, key, span }
 }
 
 /// Whether the word is one of the units.

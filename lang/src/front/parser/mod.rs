@@ -19,7 +19,7 @@ use super::lexer::lex;
 use super::token::{Sign, Tok, Token};
 use super::words::Kw;
 use blocks::Builder;
-use core::cell::Cell;
+use core::cell::{Cell, RefCell};
 use input::{Context, In};
 use piece::{Opener, Piece, Placed};
 use std::collections::HashSet;
@@ -29,7 +29,12 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
     let mut tokens = lex(text, diags);
     tokens.retain(|t| !t.tok.is_trivia());
     let last_line = last_line(&tokens);
-    let context = Context { text, routines: routine_names(text, &tokens), guesses: Cell::new(0) };
+    let context = Context {
+        text,
+        routines: routine_names(text, &tokens),
+        guesses: Cell::new(0),
+        texts: RefCell::default(),
+    };
     let mut builder = Builder::new(diags);
     let mut i = In { tokens: &tokens, context: &context, depth: 0 };
     while !i.tokens.is_empty() && !builder.diags().hopeless() {

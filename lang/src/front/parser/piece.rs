@@ -17,7 +17,6 @@ pub struct Placed {
 }
 
 /// What one statement of a line is to the block structure.
-#[expect(clippy::large_enum_variant, reason = "one lives at a time; nearly all are statements")]
 #[derive(Clone, Debug)]
 pub enum Piece {
     /// A statement that is complete.

@@ -26,7 +26,8 @@ pub fn piece(i: In<'_>) -> Parsed<'_, Piece> {
         Tok::Kw(kw) if kw.is_soft() => named(i),
         Tok::Kw(kw) => keyword(kw, i),
         Tok::Quiet(kw) => {
-            map(|j| machine(kw, true, j), |m| Piece::Stmt(StmtKind::Machine(m))).parse(i.rest())
+            map(|j| machine(kw, true, j), |m| Piece::Stmt(StmtKind::Machine(Box::new(m))))
+                .parse(i.rest())
         }
         Tok::Name => named(i),
         Tok::Bad => Err(i.expected("a statement")),
@@ -113,7 +114,7 @@ fn keyword(kw_: Kw, i: In<'_>) -> Parsed<'_, Piece> {
         Kw::On => stmt(control::on(rest)?),
         Kw::Resume => stmt(map(kw(Kw::Next), |_| StmtKind::ResumeNext).parse(rest)?),
         kw_ if kw_.entry().class == Class::Machine => {
-            stmt(map(|j| machine(kw_, false, j), StmtKind::Machine).parse(rest)?)
+            stmt(map(|j| machine(kw_, false, j), |m| StmtKind::Machine(Box::new(m))).parse(rest)?)
         }
         _ => Err(i.fail(foreign::no_statement(i))),
     }

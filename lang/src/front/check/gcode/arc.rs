@@ -77,9 +77,9 @@ impl<'a> Checker<'a> {
                     );
                     return None;
                 }
-                ArcCenter::Radius(radius)
+                ArcCenter::Radius(Box::new(radius))
             }
-            None if has_offsets => ArcCenter::Offsets(offsets),
+            None if has_offsets => ArcCenter::Offsets(Box::new(offsets)),
             None => {
                 let message = "an arc without its centre";
                 self.error(Code::GcodeMissing, block.span, message, "add I and J, or R");
@@ -90,7 +90,7 @@ impl<'a> Checker<'a> {
         let mut out = self.need_feed(context)?;
         let exact = self.modal(context, Group::Exact)? == 1;
         self.gcode.follow(&to);
-        out.push(StmtKind::Arc { clockwise, plane, to, center, exact });
+        out.push(StmtKind::Arc { clockwise, plane, to: Box::new(to), center, exact });
         Some(out)
     }
 

@@ -145,7 +145,7 @@ impl<'a> Checker<'a> {
         };
         Some(StmtKind::SetOut {
             n: number(output.n, Kind::Number, span),
-            on: number(on, Kind::Truth, span),
+            on: Box::new(number(on, Kind::Truth, span)),
         })
     }
 
@@ -209,7 +209,7 @@ impl<'a> Checker<'a> {
                 let mut out = if rapid { Vec::new() } else { self.need_feed(context)? };
                 let exact = !rapid && self.modal(context, Group::Exact)? == 1;
                 self.gcode.follow(&to);
-                let to = without_idle_words(to);
+                let to = Box::new(without_idle_words(to));
                 out.push(StmtKind::Linear { rapid, to, exact });
                 Some(out)
             }
@@ -327,14 +327,15 @@ impl<'a> Checker<'a> {
             for (home, word) in home.iter_mut().zip(&through) {
                 *home = word.as_ref().and_then(|_| zero(block.span));
             }
-            out.push(StmtKind::Linear { rapid: true, to: through, exact: false });
+            let to = Box::new(through);
+            out.push(StmtKind::Linear { rapid: true, to, exact: false });
         } else {
             for (axis, _) in self.profile.axes() {
                 home[axis.index()] = zero(block.span);
             }
         }
         self.gcode.forget_position();
-        out.push(StmtKind::Linear { rapid: true, to: home, exact: false });
+        out.push(StmtKind::Linear { rapid: true, to: Box::new(home), exact: false });
         Some(out)
     }
 
@@ -385,8 +386,8 @@ impl<'a> Checker<'a> {
         let limit = self.axis_word(axis, word, context, false);
         let mut out = self.need_feed(context)?;
         self.gcode.forget_position();
-        let sensor = ProbeSensor::Default;
-        out.push(StmtKind::Probe { axis, limit: limit?, speed: None, sensor, query });
+        let (limit, sensor) = (Box::new(limit?), Box::new(ProbeSensor::Default));
+        out.push(StmtKind::Probe { axis, limit, speed: None, sensor, query });
         Some(out)
     }
 
