@@ -24,6 +24,8 @@ pub mod code {
     pub const ENGINE: &str = "I004";
     /// A program image is wrong.
     pub const IMAGE: &str = "I005";
+    /// A gateway's file is wrong.
+    pub const GATEWAY: &str = "I006";
 }
 
 /// Reads a file of at most `limit` bytes, `-` being standard input. One byte more than that is read

@@ -7,6 +7,7 @@ pub mod board;
 pub mod client;
 pub mod cmd;
 pub mod failure;
+pub mod gateway;
 pub mod helm;
 pub mod input;
 pub mod interrupt;

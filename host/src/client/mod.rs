@@ -22,7 +22,7 @@ use std::time::Duration;
 
 use lang::wire::Exception as Code;
 
-use crate::link::adu::MAX_RTU;
+use crate::link::adu::{MAX_RTU, open_rtu, rtu};
 use crate::link::{Link, Mode};
 use frame::{Bits, Registers, Reply, Request, Scan};
 
@@ -298,8 +298,13 @@ impl<L: Link> Client<L> {
         if self.is_interrupted() {
             return Err(ClientError::Interrupted);
         }
+        let (address, length) = (self.address, request.reply_length());
+        let scan = |received: &[u8]| match request.scan(address, received) {
+            Scan::Found(reply) => Some(reply),
+            Scan::Incomplete => None,
+        };
         for _ in 0..self.patience.attempts.max(1) {
-            match self.attempt(request, &frame)? {
+            match self.attempt(&frame, length, scan)? {
                 Ok(Reply::Exception(code)) => return Err(ClientError::Exception(code)),
                 Ok(reply) => return Ok(reply),
                 Err(heard) => noise += heard,
@@ -311,18 +316,61 @@ impl<L: Link> Client<L> {
         Err(if noise > 0 { ClientError::Noise(noise) } else { ClientError::Silent })
     }
 
-    /// One attempt: the reply, or the number of bytes that came and were none.
-    fn attempt(
+    /// Passes another master's request on, once, to the board with this address: its function and data
+    /// as they are. The reply's come back, those of an exception too; without one they are
+    /// `length` bytes.
+    ///
+    /// # Errors
+    /// [`ClientError::Silent`], [`ClientError::Noise`], [`ClientError::Port`].
+    pub fn pass_on(
         &mut self,
-        request: &Request<'_>,
+        address: u8,
+        pdu: &[u8],
+        length: usize,
+    ) -> Result<Vec<u8>, ClientError> {
+        let function = pdu.first().copied().unwrap_or_default();
+        // Address before it, CRC behind it; an exception is two bytes.
+        let lengths = [length + 3, 2 + 3];
+        let found = |received: &[u8], from: usize, length: usize| {
+            let (own, pdu) = open_rtu(received.get(from..from + length)?)?;
+            let answers = pdu[0] == function || length == lengths[1] && pdu[0] == function | 0x80;
+            (own == address && answers).then(|| pdu.to_vec())
+        };
+        let scan = |received: &[u8]| {
+            let places = (0..received.len()).flat_map(|from| lengths.map(|length| (from, length)));
+            places.into_iter().find_map(|(from, length)| found(received, from, length))
+        };
+        match self.attempt(&rtu(address, pdu), lengths[0], scan)? {
+            Ok(reply) => Ok(reply),
+            Err(0) => Err(ClientError::Silent),
+            Err(heard) => Err(ClientError::Noise(heard)),
+        }
+    }
+
+    /// Sets rate and parity of the link. `false`: it has none.
+    ///
+    /// # Errors
+    /// The port does not know the rate.
+    pub fn set_mode(&mut self, mode: Mode) -> Result<bool, ClientError> {
+        self.mode = mode;
+        self.link.set_mode(mode).map_err(ClientError::Port)
+    }
+
+    /// One attempt: what `scan` finds in what has come, or the number of bytes in which it found
+    /// nothing. The reply is waited for the time that `length` bytes take and
+    /// [`Patience::reply`].
+    fn attempt<T>(
+        &mut self,
         frame: &[u8],
-    ) -> Result<Result<Reply, usize>, ClientError> {
+        length: usize,
+        scan: impl Fn(&[u8]) -> Option<T>,
+    ) -> Result<Result<T, usize>, ClientError> {
         // While it rests the line is free for other processes.
         self.rest();
         if self.link.claim(self.mode).map_err(ClientError::Port)? {
             self.last_byte = self.link.now();
         }
-        let result = self.attempt_alone(request, frame);
+        let result = self.attempt_alone(frame, length, scan);
         self.link.release();
         result
     }
@@ -334,15 +382,16 @@ impl<L: Link> Client<L> {
         self.link.pause(self.mode.silence().saturating_sub(rested));
     }
 
-    fn attempt_alone(
+    fn attempt_alone<T>(
         &mut self,
-        request: &Request<'_>,
         frame: &[u8],
-    ) -> Result<Result<Reply, usize>, ClientError> {
+        length: usize,
+        scan: impl Fn(&[u8]) -> Option<T>,
+    ) -> Result<Result<T, usize>, ClientError> {
         self.drain()?;
         self.rest();
         self.link.send(frame).map_err(ClientError::Port)?;
-        let on_the_line = self.mode.time_of(frame.len() + request.reply_length());
+        let on_the_line = self.mode.time_of(frame.len() + length);
         let deadline = self.link.now() + on_the_line + self.patience.reply;
         let mut received: Vec<u8> = Vec::with_capacity(MAX_RTU);
         let mut heard = 0;
@@ -356,7 +405,7 @@ impl<L: Link> Client<L> {
             heard += count;
             self.last_byte = self.link.now();
             received.extend(&buffer[..count]);
-            if let Scan::Found(reply) = request.scan(self.address, &received) {
+            if let Some(reply) = scan(&received) {
                 return Ok(Ok(reply));
             }
             // A reply cannot begin further back than its longest length: noise is forgotten.

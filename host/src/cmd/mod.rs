@@ -12,6 +12,7 @@ mod control;
 mod disasm;
 mod flash;
 mod fmt;
+mod gateway;
 mod import;
 mod lsp;
 mod part;
@@ -114,6 +115,8 @@ enum Command {
     Io(axes::Io),
     /// Script, simulation and board on one page of the browser
     Workbench(workbench::Workbench),
+    /// Boards on several lines for programs on several protocols: Modbus TCP
+    Gateway(gateway::Gateway),
     /// Serve an editor: the language server on standard input and output
     Lsp(lsp::Lsp),
     /// Show what the firmware uses of flash and RAM, by module
@@ -139,6 +142,7 @@ impl Command {
             Command::Import(command) => command.run(options, console),
             Command::Fmt(command) => command.run(options, console),
             Command::Workbench(command) => command.run(options, console),
+            Command::Gateway(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
             Command::Board(command) => command.run(options, console),
             Command::Upload(command) => command.run(options, console),

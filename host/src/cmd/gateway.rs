@@ -1,0 +1,96 @@
+//! `pasapas gateway`: boards on several lines, for programs on several protocols.
+
+use std::net::SocketAddr;
+
+use clap::Args;
+use serde_json::json;
+
+use super::{Console, Options};
+use crate::failure::Failure;
+use crate::gateway::config::ClientSetting;
+use crate::gateway::{Config, Ranges, Running};
+use crate::{input, interrupt};
+
+/// `pasapas gateway`
+#[derive(Debug, Args)]
+pub struct Gateway {
+    /// The gateway's file: boards, servers, rights
+    #[arg(required_unless_present = "port", value_name = "FILE.toml")]
+    file: Option<String>,
+    /// Instead of a file: serial port, pseudo-terminal, `tcp:[HOST:]PORT` or `rtu:[HOST:]PORT` of the
+    /// one board
+    #[arg(long, value_name = "PORT", conflicts_with = "file")]
+    port: Option<String>,
+    /// Its Modbus address; without it the profile's, else 1
+    #[arg(long, value_name = "N", requires = "port", value_parser = clap::value_parser!(u8).range(1..=247))]
+    address: Option<u8>,
+    /// Where to listen for Modbus TCP, instead of what the file says; port 0 takes a free one. Modbus
+    /// knows no login
+    #[arg(long, value_name = "ADDR:PORT")]
+    listen: Option<SocketAddr>,
+    /// What clients may write with --port: all, `coils 0..7`, `registers 3000..3071`, or a register's
+    /// name; without it nothing
+    #[arg(long, value_name = "WHAT", requires = "port", value_delimiter = ',', value_parser = writable)]
+    write: Vec<String>,
+}
+
+fn writable(text: &str) -> Result<String, String> {
+    Ranges::parse([text]).map(|_| text.to_owned())
+}
+
+impl Gateway {
+    /// Serves until Ctrl-C or SIGTERM ends it. The boards' programs go on.
+    ///
+    /// # Errors
+    /// The file is wrong, or an address cannot be listened on.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let config = self.config(options, console)?;
+        let running = Running::start(&config).map_err(Failure::Board)?;
+        interrupt::watch();
+        let address = running.address();
+        for board in &config.boards {
+            let (name, unit) = (&board.name, board.unit());
+            if console.json() {
+                let listen = format!("tcp:{address}");
+                console.json_line(&json!({ "board": name, "unit": unit, "port": listen }))?;
+            } else {
+                console.result(&format!("{name} is unit {unit} of Modbus TCP at {address}\n"))?;
+            }
+        }
+        if !address.ip().is_loopback() {
+            console.complain(
+                "the network can reach it, and Modbus knows no login: what clients may write stands in \
+                 [[client]]",
+            );
+        }
+        while !interrupt::asked() {
+            std::thread::sleep(std::time::Duration::from_millis(50));
+        }
+        Ok(())
+    }
+
+    fn config(&self, options: &Options, console: &Console) -> Result<Config, Failure> {
+        let mut config = match (&self.file, &self.port) {
+            (Some(file), _) => {
+                let text = input::read_text(file).map_err(|note| console.refuse(&note))?;
+                Config::parse(file, &text).map_err(|note| console.refuse(&note))?
+            }
+            (None, port) => {
+                let profile = options.profile(console)?.map(|profile| profile.link.address);
+                let address = self.address.or(profile).unwrap_or(1);
+                let mut config = Config::of_port(port.as_deref().unwrap_or_default(), address);
+                config.clients.push(ClientSetting {
+                    from: "any".to_owned(),
+                    units: None,
+                    write: self.write.clone(),
+                    fresh: false,
+                });
+                config
+            }
+        };
+        if let Some(listen) = self.listen {
+            config.modbus.listen = listen;
+        }
+        Ok(config)
+    }
+}

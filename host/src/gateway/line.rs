@@ -1,0 +1,386 @@
+//! The one owner of a line and of all boards on it: a thread that asks for everybody, in turns.
+//!
+//! [`Helm`](crate::helm::Helm) owns a port with one board and looks at it all the while; here several
+//! boards share a line, requests pass as they are, and one that does not answer must cost the
+//! others next to nothing.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use lang::wire;
+
+use super::backoff::{Backoff, Health};
+use super::cache::Cache;
+use super::counters::Counters;
+use super::pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
+use super::turns::{Asker, Turns};
+use crate::client::{Client, ClientError, Patience};
+use crate::link::Link;
+
+/// The master that a line's thread holds.
+pub type Board = Client<Box<dyn Link>>;
+
+/// Opens the line; called again when it was lost. The text says why it cannot.
+pub type Open = Box<dyn FnMut() -> Result<Board, String> + Send>;
+
+/// Between two tries to open a line.
+const AGAIN: Duration = Duration::from_millis(500);
+/// A line on which nobody answers is opened anew so often: its boards may have another rate now.
+const RENEW: Duration = Duration::from_secs(30);
+/// Longest wait for the reply to a write: a board erases and writes its flash meanwhile (wire.rs, Upload).
+const WRITING: Duration = Duration::from_millis(400);
+
+/// Whether the line is open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+enum State {
+    Opening,
+    Open,
+    Lost,
+}
+
+/// A board of a line, for everybody.
+pub struct Station {
+    /// Modbus address.
+    address: u8,
+    /// What is counted of it.
+    pub counters: Counters,
+    cache: Mutex<Cache>,
+    backoff: Mutex<Backoff>,
+}
+
+/// Takes the reply to a request: function and data.
+pub type Answer = Box<dyn FnOnce(Vec<u8>) + Send>;
+
+/// Work for the board, or why it cannot be done.
+pub type Job = Box<dyn FnOnce(Result<&mut Board, &str>) + Send>;
+
+enum Work {
+    Ask { station: Arc<Station>, pdu: Vec<u8>, touch: Touch, age: Duration, answer: Answer },
+    Do { station: Arc<Station>, job: Job },
+}
+
+/// The way to a line's thread. The last copy that goes ends it.
+pub struct Line {
+    shared: Arc<Shared>,
+    /// Its boards, in the order in which they were given.
+    pub stations: Vec<Arc<Station>>,
+}
+
+struct Shared {
+    wants: Mutex<Wants>,
+    called: Condvar,
+    state: AtomicU8,
+}
+
+#[derive(Default)]
+struct Wants {
+    turns: Turns<Work>,
+    closing: bool,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Station {
+    fn new(address: u8) -> Station {
+        Station {
+            address,
+            counters: Counters::default(),
+            cache: Mutex::default(),
+            backoff: Mutex::default(),
+        }
+    }
+
+    /// Whether it answers.
+    pub fn health(&self) -> Health {
+        lock(&self.backoff).health()
+    }
+
+    fn hit(&self) {
+        lock(&self.backoff).hit();
+        self.counters.health.set(Health::Up as u32);
+    }
+
+    fn miss(&self) {
+        lock(&self.backoff).miss(Instant::now());
+        lock(&self.cache).forget();
+        self.counters.timeouts.add();
+        self.counters.health.set(Health::Silent as u32);
+    }
+
+    fn may_ask(&self) -> bool {
+        lock(&self.backoff).may_ask(Instant::now())
+    }
+
+    fn kept(&self, touch: &Touch, age: Duration) -> Option<Vec<u8>> {
+        lock(&self.cache).reply(touch, age, Instant::now())
+    }
+}
+
+impl Line {
+    /// Starts the owner of a line with boards at these addresses. `reply`: longest wait for the reply to
+    /// a read, beside its time on the wire.
+    pub fn start(addresses: &[u8], reply: Duration, open: Open) -> Line {
+        let shared = Arc::new(Shared {
+            wants: Mutex::default(),
+            called: Condvar::new(),
+            state: AtomicU8::new(State::Opening as u8),
+        });
+        let stations: Vec<Arc<Station>> =
+            addresses.iter().map(|address| Arc::new(Station::new(*address))).collect();
+        let (own, boards) = (shared.clone(), stations.clone());
+        std::thread::spawn(move || Owner::new(own, boards, reply, open).run());
+        Line { shared, stations }
+    }
+
+    /// Asks a board. The answer may come at once, from this thread: out of memory that is younger
+    /// than `age`, or because the board cannot be asked.
+    pub fn ask(
+        &self,
+        asker: Asker,
+        station: usize,
+        (pdu, touch): (Vec<u8>, Touch),
+        age: Duration,
+        answer: Answer,
+    ) {
+        let station = &self.stations[station];
+        if let Some(reply) = station.kept(&touch, age) {
+            station.counters.cached.add();
+            return answer(reply);
+        }
+        let lost = self.shared.state.load(Ordering::Relaxed) == State::Lost as u8;
+        if lost || !station.may_ask() {
+            station.counters.spared.add();
+            return answer(refusal(&pdu, if lost { NO_PATH } else { NO_ANSWER }));
+        }
+        let urgent = touch.is_stop(&pdu);
+        let work = Work::Ask { station: station.clone(), pdu, touch, age, answer };
+        self.put(asker, urgent, work);
+    }
+
+    /// Does something with a board that takes more than a request. It must not wait for motion.
+    pub fn order(&self, asker: Asker, station: usize, urgent: bool, job: Job) {
+        self.put(asker, urgent, Work::Do { station: self.stations[station].clone(), job });
+    }
+
+    fn put(&self, asker: Asker, urgent: bool, work: Work) {
+        let mut wants = lock(&self.shared.wants);
+        let put =
+            if urgent { wants.turns.push_urgent(work) } else { wants.turns.push(asker, work) };
+        drop(wants);
+        match put {
+            Ok(()) => self.shared.called.notify_one(),
+            Err(work) => refuse(work, wire::Exception::Busy as u8, "too many requests wait"),
+        }
+    }
+}
+
+/// Ends what cannot be done.
+fn refuse(work: Work, code: u8, why: &str) {
+    match work {
+        Work::Ask { pdu, answer, station, .. } => {
+            station.counters.spared.add();
+            answer(refusal(&pdu, code));
+        }
+        Work::Do { job, .. } => job(Err(why)),
+    }
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        lock(&self.shared.wants).closing = true;
+        self.shared.called.notify_one();
+    }
+}
+
+/// The line's thread.
+struct Owner {
+    shared: Arc<Shared>,
+    stations: Vec<Arc<Station>>,
+    open: Open,
+    reply: Duration,
+    board: Option<Board>,
+    /// Why there is none.
+    lost: String,
+    /// When to try to open the line.
+    open_at: Instant,
+    opened: Instant,
+}
+
+impl Owner {
+    fn new(shared: Arc<Shared>, stations: Vec<Arc<Station>>, reply: Duration, open: Open) -> Owner {
+        let (lost, now) = ("the line is not open yet".to_owned(), Instant::now());
+        Owner { shared, stations, open, reply, board: None, lost, open_at: now, opened: now }
+    }
+
+    fn run(mut self) {
+        loop {
+            if self.board.is_none() && Instant::now() >= self.open_at {
+                self.reopen();
+            }
+            let Some(work) = self.next() else { break };
+            match work {
+                None => {}
+                Some(Work::Ask { station, pdu, touch, age, answer }) => {
+                    let reply = self.ask(&station, &pdu, &touch, age);
+                    answer(reply);
+                }
+                Some(Work::Do { station, job }) => self.order(&station, job),
+            }
+            self.renew();
+        }
+        for work in lock(&self.shared.wants).turns.take() {
+            refuse(work, NO_PATH, "the gateway ends");
+        }
+    }
+
+    /// The next thing to do; none within while it is time for something else, none at the end.
+    fn next(&self) -> Option<Option<Work>> {
+        let mut wants = lock(&self.shared.wants);
+        loop {
+            if wants.closing {
+                return None;
+            }
+            if let Some(work) = wants.turns.pop() {
+                return Some(Some(work));
+            }
+            let now = Instant::now();
+            let due = if self.board.is_none() { self.open_at } else { now + RENEW };
+            if now >= due {
+                return Some(None);
+            }
+            let wait = self.shared.called.wait_timeout(wants, due - now);
+            let (guard, result) = wait.unwrap_or_else(PoisonError::into_inner);
+            wants = guard;
+            if result.timed_out() && !wants.closing {
+                return Some(wants.turns.pop());
+            }
+        }
+    }
+
+    fn set_state(&self, state: State) {
+        self.shared.state.store(state as u8, Ordering::Relaxed);
+    }
+
+    fn reopen(&mut self) {
+        match (self.open)() {
+            Ok(board) => {
+                self.board = Some(board);
+                self.opened = Instant::now();
+                self.set_state(State::Open);
+            }
+            Err(why) => self.lose(why),
+        }
+    }
+
+    fn lose(&mut self, why: String) {
+        self.board = None;
+        self.lost = why;
+        self.open_at = Instant::now() + AGAIN;
+        self.set_state(State::Lost);
+        for work in lock(&self.shared.wants).turns.take() {
+            refuse(work, NO_PATH, &self.lost);
+        }
+    }
+
+    /// Opens a line anew on which nobody answers.
+    fn renew(&mut self) {
+        let dead = self.stations.iter().all(|one| one.health() == Health::Silent);
+        if self.board.is_some() && dead && self.opened.elapsed() > RENEW {
+            self.board = None;
+            self.open_at = Instant::now();
+        }
+    }
+
+    fn ask(&mut self, station: &Station, pdu: &[u8], touch: &Touch, age: Duration) -> Vec<u8> {
+        // Others may have asked the same while this waited.
+        if let Some(reply) = station.kept(touch, age) {
+            station.counters.cached.add();
+            return reply;
+        }
+        if !station.may_ask() {
+            station.counters.spared.add();
+            return refusal(pdu, NO_ANSWER);
+        }
+        let known = station.health() == Health::Up;
+        // To a board that hardly is there no write is sent that nobody would know to be done.
+        if !known && touch.write {
+            let [high, low] = wire::VERSION.to_be_bytes();
+            let probe = [3, high, low, 0, 1];
+            if let Err(code) = self.exchange(station, &probe, 4, self.reply) {
+                return refusal(pdu, code);
+            }
+        }
+        let reply = if touch.write { self.reply.max(WRITING) } else { self.reply };
+        let length = touch.reply_length();
+        let mut result = self.exchange(station, pdu, length, reply);
+        // A read that was lost on the way is asked for once more.
+        if known && !touch.write && result == Err(NO_ANSWER) && self.board.is_some() {
+            result = self.exchange(station, pdu, length, reply);
+        }
+        let now = Instant::now();
+        if touch.write {
+            lock(&station.cache).forget();
+        } else if let Ok(reply) = &result {
+            lock(&station.cache).keep(touch, reply, now);
+        }
+        result.unwrap_or_else(|code| refusal(pdu, code))
+    }
+
+    /// One exchange on the line; the error is a gateway's exception.
+    fn exchange(
+        &mut self,
+        station: &Station,
+        pdu: &[u8],
+        length: usize,
+        reply: Duration,
+    ) -> Result<Vec<u8>, u8> {
+        let Some(board) = &mut self.board else { return Err(NO_PATH) };
+        station.counters.exchanges.add();
+        board.set_patience(Patience { reply, attempts: 1 });
+        let begun = Instant::now();
+        let result = board.pass_on(station.address, pdu, length);
+        station
+            .counters
+            .last_us
+            .set(u32::try_from(begun.elapsed().as_micros()).unwrap_or(u32::MAX));
+        match result {
+            // What stands between may be a gateway itself.
+            Ok(reply) if matches!(reply[..], [_, NO_PATH | NO_ANSWER]) => {
+                station.miss();
+                Err(reply[1])
+            }
+            Ok(reply) => {
+                if reply[0] & 0x80 != 0 {
+                    station.counters.exceptions.add();
+                }
+                station.hit();
+                Ok(reply)
+            }
+            Err(ClientError::Port(error)) => {
+                self.lose(error.to_string());
+                Err(NO_PATH)
+            }
+            Err(_) => {
+                station.miss();
+                Err(NO_ANSWER)
+            }
+        }
+    }
+
+    fn order(&mut self, station: &Station, job: Job) {
+        match &mut self.board {
+            None => job(Err(&self.lost)),
+            Some(_) if !station.may_ask() => job(Err("the board does not answer")),
+            Some(board) => {
+                board.set_patience(Patience::default());
+                board.set_address(station.address);
+                job(Ok(board));
+                lock(&station.cache).forget();
+            }
+        }
+    }
+}

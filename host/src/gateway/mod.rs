@@ -1,0 +1,226 @@
+//! The gateway: boards on several lines, programs of others on several protocols.
+//!
+//! Each line has a thread of its own ([`line`]), which asks for everybody in turns. The servers are
+//! tasks of one thread: they wait, and hold little for each client. `rights` says who may write what.
+
+mod backoff;
+mod cache;
+pub mod config;
+pub mod counters;
+pub mod light;
+pub mod line;
+mod open;
+mod pdu;
+mod rights;
+mod server;
+#[cfg(test)]
+mod tests;
+mod turns;
+
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::oneshot;
+
+pub use config::Config;
+pub use rights::Ranges;
+
+use counters::{Counters, OWN_UNIT, Totals};
+use line::{Line, Open, Station};
+use pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
+use rights::Rule;
+use server::Guests;
+use turns::Asker;
+
+/// A board as clients see it.
+struct Place {
+    unit: u8,
+    fresh_unit: Option<u8>,
+    line: usize,
+    station: usize,
+}
+
+/// Everything that servers share.
+pub struct Gateway {
+    lines: Vec<Line>,
+    places: Vec<Place>,
+    rules: Vec<Rule>,
+    cache: Duration,
+    totals: Totals,
+    guests: Guests,
+}
+
+/// A gateway that serves until this is dropped.
+pub struct Running {
+    address: SocketAddr,
+    gateway: Arc<Gateway>,
+    runtime: Option<tokio::runtime::Runtime>,
+}
+
+impl Gateway {
+    /// Opens lines by `open`, which gets a port and the addresses of its boards.
+    fn new(
+        config: &Config,
+        rules: Vec<Rule>,
+        mut open: impl FnMut(&str, &[u8]) -> Open,
+    ) -> Gateway {
+        let mut ports: Vec<(&str, Vec<u8>)> = Vec::new();
+        let mut places = Vec::new();
+        for board in &config.boards {
+            let line =
+                ports.iter().position(|(port, _)| *port == board.port).unwrap_or_else(|| {
+                    ports.push((&board.port, Vec::new()));
+                    ports.len() - 1
+                });
+            let station = ports[line].1.len();
+            ports[line].1.push(board.address);
+            let (unit, fresh_unit) = (board.unit(), board.fresh_unit);
+            places.push(Place { unit, fresh_unit, line, station });
+        }
+        let start = |(port, addresses): &(&str, Vec<u8>)| {
+            Line::start(addresses, config.reply_time(port), open(port, addresses))
+        };
+        let lines: Vec<Line> = ports.iter().map(start).collect();
+        for place in &places {
+            let station = &lines[place.line].stations[place.station];
+            station.counters.unit.set(place.unit.into());
+        }
+        let totals = Totals::default();
+        totals.boards.set(places.len() as u32);
+        let cache = Duration::from_millis(config.modbus.cache_ms);
+        let guests = Guests::new(config.modbus.clients);
+        Gateway { lines, places, rules, cache, totals, guests }
+    }
+
+    /// What a client from this address may do.
+    fn rule(&self, address: IpAddr) -> Rule {
+        self.rules
+            .iter()
+            .find(|rule| rule.from.holds(address))
+            .cloned()
+            .unwrap_or_else(Rule::reader)
+    }
+
+    fn station(&self, place: &Place) -> &Arc<Station> {
+        &self.lines[place.line].stations[place.station]
+    }
+
+    /// The board behind a unit. 0 and 255 are the one that is asked, where there is only one.
+    fn place(&self, unit: u8) -> Option<&Place> {
+        match &self.places[..] {
+            [only] if matches!(unit, 0 | 255) => Some(only),
+            places => places.iter().find(|one| one.unit == unit || one.fresh_unit == Some(unit)),
+        }
+    }
+
+    /// The reply to a client's request, whatever comes: never silence.
+    async fn answer(&self, asker: Asker, rule: &Rule, unit: u8, pdu: Vec<u8>) -> Vec<u8> {
+        self.totals.requests.add();
+        if unit == OWN_UNIT {
+            return self.own(&pdu);
+        }
+        let Some(place) = self.place(unit).filter(|place| rule.sees(place.unit)) else {
+            self.totals.astray.add();
+            return refusal(&pdu, NO_PATH);
+        };
+        let station = self.station(place);
+        station.counters.requests.add();
+        let touch = match Touch::of(&pdu) {
+            Ok(touch) => touch,
+            Err(exception) => return refusal(&pdu, exception as u8),
+        };
+        if touch.write && !rule.write.hold(&touch) {
+            station.counters.refused.add();
+            use lang::wire::Exception::{IllegalAddress, IllegalFunction};
+            let code = if rule.write.is_empty() { IllegalFunction } else { IllegalAddress };
+            return refusal(&pdu, code as u8);
+        }
+        let fresh = rule.fresh || place.fresh_unit == Some(unit);
+        let age = if fresh { Duration::ZERO } else { self.cache };
+        let (to, reply) = oneshot::channel();
+        let none = refusal(&pdu, NO_ANSWER);
+        // The client may be gone when the answer comes.
+        let answer = Box::new(move |reply| drop(to.send(reply)));
+        self.lines[place.line].ask(asker, place.station, (pdu, touch), age, answer);
+        reply.await.unwrap_or(none)
+    }
+
+    /// The counters' registers.
+    fn own(&self, pdu: &[u8]) -> Vec<u8> {
+        use lang::wire::{Exception, Table};
+        self.totals.clients.set(self.guests.count() as u32);
+        let touch = match Touch::of(pdu) {
+            Ok(touch) if touch.write => return refusal(pdu, Exception::IllegalFunction as u8),
+            Ok(touch) => touch,
+            Err(exception) => return refusal(pdu, exception as u8),
+        };
+        let boards: Vec<&Counters> =
+            self.places.iter().map(|place| &self.station(place).counters).collect();
+        let words = counters::registers(&self.totals, &boards);
+        let registers = matches!(touch.table, Table::Holding | Table::InputRegisters);
+        let range = touch.range().start as usize..touch.range().end as usize;
+        match words.get(range).filter(|_| registers) {
+            None => refusal(pdu, Exception::IllegalAddress as u8),
+            Some(words) => {
+                let bytes = words.iter().flat_map(|word| word.to_be_bytes());
+                [touch.table as u8, 2 * words.len() as u8].into_iter().chain(bytes).collect()
+            }
+        }
+    }
+}
+
+impl Running {
+    /// Serves the boards of a file.
+    ///
+    /// # Errors
+    /// An address cannot be listened on; in words.
+    pub fn start(config: &Config) -> Result<Running, String> {
+        Running::with(config, |port, addresses| {
+            let (port, addresses) = (port.to_owned(), addresses.to_vec());
+            let mode = config.mode(&port);
+            Box::new(move || open::open(&port, &addresses, mode))
+        })
+    }
+
+    /// The same with lines that `open` makes, from a port and the addresses of its boards.
+    ///
+    /// # Errors
+    /// An address cannot be listened on; in words.
+    pub fn with(config: &Config, open: impl FnMut(&str, &[u8]) -> Open) -> Result<Running, String> {
+        let listener = server::bind(config.modbus.listen)?;
+        let words = |error: std::io::Error| error.to_string();
+        let address = listener.local_addr().map_err(words)?;
+        let gateway = Arc::new(Gateway::new(config, config.rules()?, open));
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .enable_all()
+            .build()
+            .map_err(words)?;
+        let guard = runtime.enter();
+        let listener = tokio::net::TcpListener::from_std(listener).map_err(words)?;
+        runtime.spawn(server::serve(listener, gateway.clone()));
+        drop(guard);
+        Ok(Running { address, gateway, runtime: Some(runtime) })
+    }
+
+    /// Where the Modbus TCP server listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// What is counted of the boards, in the order of the file.
+    pub fn counters(&self) -> Vec<Vec<u32>> {
+        let of = |place| self.gateway.station(place).counters.values();
+        self.gateway.places.iter().map(of).collect()
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(runtime) = self.runtime.take() {
+            // Tasks that wait for nobody any more.
+            runtime.shutdown_background();
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! `pasapas gateway` in front of virtual boards, with Modbus masters that are not ours.
+//!
+//! mbpoll and pymodbus are packages of the system; where one is missing its test says so and
+//! passes, and CI installs both.
+
+mod common;
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use common::Board;
+
+/// Whether a program of the system can be started.
+fn has(program: &str, args: &[&str]) -> bool {
+    let found = Command::new(program)
+        .args(args)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success());
+    if !found {
+        eprintln!("{program} {args:?} does not run here: its test is left out");
+    }
+    found
+}
+
+/// A gateway that runs until it is dropped.
+struct Gateway {
+    child: Child,
+    /// Where it listens.
+    port: u16,
+    /// Kept open: a tool whose output nobody reads ends.
+    _said: BufReader<ChildStdout>,
+}
+
+impl Gateway {
+    fn start(args: &[&str]) -> Gateway {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .args(["gateway", "--format", "json", "--listen", "127.0.0.1:0"])
+            .args(args)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut line = String::new();
+        let mut said = BufReader::new(child.stdout.take().expect("its output"));
+        said.read_line(&mut line).expect("text");
+        let told: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+        let place = told["port"].as_str().expect("a port").rsplit(':').next().expect("a number");
+        Gateway { child, port: place.parse().expect("a number"), _said: said }
+    }
+}
+
+impl Drop for Gateway {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+/// Runs our own command.
+fn pasapas(args: &[&str]) -> (i32, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_pasapas")).args(args).output();
+    let output = output.expect("pasapas starts");
+    let said = [output.stdout, output.stderr].concat();
+    (output.status.code().unwrap_or(-1), String::from_utf8_lossy(&said).into_owned())
+}
+
+/// Ten clients on two boards, each with a coil or register of its own; a board that does not exist, a unit
+/// that does not exist, rights.
+const CLIENTS: &str = r#"
+import sys, threading, time
+from pymodbus.client import ModbusTcpClient
+
+port, failures = int(sys.argv[1]), []
+
+def client():
+    client = ModbusTcpClient("127.0.0.1", port=port, timeout=5, retries=0)
+    assert client.connect()
+    return client
+
+def keep(n):
+    mine, unit = client(), 1 + n % 2
+    for i in range(30):
+        value = 1000 * n + i
+        written = mine.write_registers(4000 + 2 * (n // 2), [value, 0], device_id=unit)
+        read = mine.read_holding_registers(4000 + 2 * (n // 2), count=2, device_id=unit)
+        if written.isError() or read.isError() or read.registers != [value, 0]:
+            failures.append((n, i, str(written), str(read)))
+    mine.close()
+
+def dead(n):
+    mine = client()
+    for i in range(50):
+        reply = mine.read_holding_registers(5000, count=1, device_id=9)
+        if not reply.isError() or reply.exception_code != 11:
+            failures.append(("dead", i, str(reply)))
+    mine.close()
+
+threads = [threading.Thread(target=keep, args=(n,)) for n in range(10)]
+threads.append(threading.Thread(target=dead, args=(0,)))
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+assert not failures, failures[:5]
+mine = client()
+assert mine.read_holding_registers(5000, count=1, device_id=77).exception_code == 10
+assert mine.write_register(5051, 1, device_id=1).exception_code == 2
+assert mine.write_coil(0, True, device_id=1).exception_code == 2
+assert mine.read_holding_registers(9999, count=1, device_id=1).exception_code == 2
+counts = mine.read_input_registers(100, count=40, device_id=250).registers
+assert counts[0] == 1 and counts[2] == 1, counts
+# An input that the program waits for would not come: it is stopped over the gateway.
+assert not mine.write_register(5050, 1, device_id=2).isError()
+end = time.time() + 20
+while mine.read_holding_registers(5020, count=1, device_id=102).registers != [2]:
+    assert time.time() < end, "it does not run"
+assert not mine.write_register(5050, 2, device_id=2).isError()
+while mine.read_holding_registers(5020, count=1, device_id=102).registers != [1]:
+    assert time.time() < end, "it does not stop"
+print("gateway passed")
+"#;
+
+#[test]
+fn many_clients_of_modbus_tcp_share_two_boards() {
+    if !has("python3", &["-c", "import pymodbus"]) {
+        return;
+    }
+    let (one, other) = (Board::start(&[]), Board::start(&["--part", "virtual"]));
+    let script = one.folder.path().join("keeps.bas");
+    let keeps = "KEEP a, b, c, d, e\na = 1: b = 1: c = 1: d = 1: e = 1\nWait 1000s\n";
+    std::fs::write(&script, keeps).expect("a script");
+    let (first, second) = (one.port(), other.port());
+    for port in [&first, &second] {
+        let (code, said) = pasapas(&["upload", text(&script), "--port", text(port)]);
+        assert_eq!(code, 0, "{said}");
+    }
+    let file = one.folder.path().join("gateway.toml");
+    let config = format!(
+        r#"
+[[board]]
+name = "drill"
+port = {first:?}
+[[board]]
+name = "saw"
+port = {second:?}
+unit = 2
+fresh_unit = 102
+[[board]]
+name = "missing"
+port = {second:?}
+address = 9
+[[client]]
+from = "127.0.0.1"
+write = ["registers 4000..4015", "RUN_CONTROL"]
+"#,
+        first = text(&first),
+        second = text(&second)
+    );
+    std::fs::write(&file, config).expect("a file");
+    let gateway = Gateway::start(&[text(&file)]);
+    let output = Command::new("python3")
+        .args(["-c", CLIENTS, &gateway.port.to_string()])
+        .output()
+        .expect("python starts");
+    let said = [output.stdout, output.stderr].concat();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&said));
+}
+
+#[test]
+fn one_board_needs_no_file_and_our_own_commands_go_through() {
+    let board = Board::start(&[]);
+    let port = board.port();
+    let gateway = Gateway::start(&["--port", text(&port), "--write", "all"]);
+    let over = format!("tcp:{}", gateway.port);
+    let script = board.folder.path().join("move.bas");
+    std::fs::write(&script, "PRINT \"hello\"\nMoveAxe X, 2mm\n").expect("a script");
+    for args in [&["upload", text(&script)][..], &["start"], &["status"]] {
+        let (code, said) = pasapas(&[args, &["--port", &over]].concat());
+        assert_eq!(code, 0, "{args:?}: {said}");
+    }
+    let (code, said) = pasapas(&["trace", text(&script), "--port", &over]);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("hello") && said.contains("\"X\":200"), "{said}");
+    if !has("mbpoll", &["-V"]) {
+        return;
+    }
+    let poll = |args: &[&str], value: &[&str]| {
+        let output = Command::new("mbpoll")
+            .args(["-m", "tcp", "-p", &gateway.port.to_string(), "-0", "-1", "-q", "-o", "5"])
+            .args(args)
+            .arg("127.0.0.1")
+            .args(value)
+            .output()
+            .expect("mbpoll starts");
+        (output.status.success(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let (good, said) = poll(&["-t", "4", "-r", "5000", "-c", "1"], &[]);
+    assert!(good && said.contains("[5000]: \t1"), "{said}");
+    assert!(poll(&["-t", "0", "-r", "2"], &["1"]).0);
+    let (good, said) = poll(&["-t", "0", "-r", "0", "-c", "4"], &[]);
+    assert!(good && said.contains("[2]: \t1") && said.contains("[1]: \t0"), "{said}");
+}
+
+#[test]
+fn without_rights_a_gateway_reads_and_does_not_write() {
+    let board = Board::start(&[]);
+    let port = board.port();
+    let gateway = Gateway::start(&["--port", text(&port)]);
+    let over = format!("tcp:{}", gateway.port);
+    let (code, said) = pasapas(&["status", "--port", &over]);
+    assert_eq!(code, 0, "{said}");
+    let (code, said) = pasapas(&["io", "1=on", "--port", &over]);
+    assert_ne!(code, 0, "{said}");
+}
+
+#[test]
+fn what_is_wrong_in_a_file_is_told_with_its_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("g.toml");
+    std::fs::write(&file, "[[board]]\nname = \"a b\"\nport = \"x\"\n").expect("a file");
+    let (code, said) = pasapas(&["gateway", text(&file)]);
+    assert_eq!(code, 1, "{said}");
+    assert!(said.contains("g.toml:2:8: error[I006]"), "{said}");
+    let (code, said) = pasapas(&["gateway"]);
+    assert_eq!(code, 2, "{said}");
+    let (code, said) = pasapas(&["gateway", "--port", "x", "--write", "everything"]);
+    assert_eq!(code, 2, "{said}");
+}
+
+#[test]
+fn the_manuals_table_is_that_of_the_counters() {
+    use pasapas::gateway::counters::{BOARD_STEP, COUNTERS, FIRST_BOARD, TOTALS};
+
+    let mut table = String::from("\n| register | count | of |\n|---|---|---|\n");
+    for (i, (name, meaning)) in TOTALS.iter().enumerate() {
+        table += &format!("| {} | {name} | {} |\n", 2 * i, meaning.trim());
+    }
+    for (i, (name, meaning)) in COUNTERS.iter().enumerate() {
+        let first = usize::from(FIRST_BOARD) + 2 * i;
+        table += &format!("| {first} + {BOARD_STEP} n | {name} | board n: {} |\n", meaning.trim());
+    }
+    table += "\n";
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/gateway.md");
+    let page = std::fs::read_to_string(path).expect("the page");
+    let begin = "<!-- counters: made by the test `gateway` -->\n";
+    let end = "<!-- end of counters -->\n";
+    let (before, rest) = page.split_once(begin).expect("its begin");
+    let (shown, after) = rest.split_once(end).expect("its end");
+    if std::env::var_os("UPDATE_README").is_some() {
+        std::fs::write(path, [before, begin, &table, end, after].concat()).expect("written");
+        return;
+    }
+    assert_eq!(shown, table, "run UPDATE_README=1 cargo test -p pasapas --test gateway manuals");
+}
+
+/// The text of the manual's file is one that the gateway takes.
+#[test]
+fn the_manuals_file_is_a_good_one() {
+    let page = include_str!("../gateway.md");
+    let (_, rest) = page.split_once("```toml\n").expect("a file");
+    let (file, _) = rest.split_once("```").expect("its end");
+    let config = pasapas::gateway::Config::parse("gateway.md", file);
+    let config = config.unwrap_or_else(|note| panic!("{}", note.text));
+    assert_eq!(config.boards.len(), 2);
+}
