@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, Read};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lang::profile::{Profile, ProfileError};
 
@@ -82,6 +82,31 @@ pub fn profile(name: &str) -> Result<Profile, Box<Note>> {
     }
     let text = read_text(name)?;
     Profile::parse(&text).map_err(|error| wrong_profile(name, &text, &error).into())
+}
+
+/// The profile of a PROFILE line: a built-in one, or NAME.toml beside the script, whose path comes
+/// with it then.
+///
+/// # Errors
+/// There is none of that name, or the file is wrong.
+pub fn profile_beside(
+    name: &str,
+    script: &str,
+) -> Result<(Profile, Option<PathBuf>), ProfileError> {
+    let built_in = Profile::built_in(name).map(|profile| (profile, None));
+    let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-');
+    if built_in.is_ok() || !plain {
+        return built_in;
+    }
+    let beside = Path::new(script).with_file_name(format!("{name}.toml"));
+    if !beside.is_file() {
+        return built_in;
+    }
+    let path = beside.display().to_string();
+    let text = read_text(&path).map_err(|note| ProfileError(note.line()))?;
+    let profile =
+        Profile::parse(&text).map_err(|error| ProfileError(format!("{path}: {error}")))?;
+    Ok((profile, Some(beside)))
 }
 
 /// Whether a profile's name is one of a file.

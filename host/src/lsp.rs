@@ -1,26 +1,34 @@
-//! The language server: diagnostics, completion, hover, symbols, definitions and formatting for
-//! editors, over the Language Server Protocol 3.17 on standard input and output.
+//! The language server: diagnostics with quick fixes, completion, hover, signatures, everything about
+//! names, colours, folds, hints of kinds and formatting for editors, over the Language Server
+//! Protocol 3.17 on standard input and output.
 
-mod assist;
+mod about;
+mod complete;
+mod diagnostics;
 mod document;
-mod symbols;
+mod look;
+mod names;
+mod path;
+mod signature;
 
 use std::collections::HashMap;
 
+use lang::front::fmt;
+use lang::front::span::Span;
 use lang::profile::Profile;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
     DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Notification as _,
     PublishDiagnostics,
 };
-use lsp_types::request::{
-    Completion, DocumentSymbolRequest, Formatting, GotoDefinition, HoverRequest, Request as _,
-};
+use lsp_types::request::{self, Request as _};
 use lsp_types::{
-    CompletionOptions, CompletionResponse, Diagnostic, DocumentSymbolResponse,
-    GotoDefinitionResponse, HoverProviderCapability, Location, OneOf, PublishDiagnosticsParams,
-    ServerCapabilities, TextDocumentPositionParams, TextDocumentSyncCapability,
-    TextDocumentSyncKind, Uri,
+    CodeActionKind, CodeActionOptions, CodeActionProviderCapability, CompletionOptions,
+    CompletionResponse, Diagnostic, DocumentSymbolResponse, FoldingRangeProviderCapability,
+    GotoDefinitionResponse, HoverProviderCapability, OneOf, PublishDiagnosticsParams,
+    RenameOptions, SemanticTokens, SemanticTokensFullOptions, SemanticTokensOptions,
+    ServerCapabilities, SignatureHelpOptions, TextDocumentIdentifier, TextDocumentPositionParams,
+    TextDocumentSyncCapability, TextDocumentSyncKind, TextEdit, Uri, WorkDoneProgressOptions,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -76,13 +84,38 @@ pub fn serve(connection: &Connection, profile: Option<&Profile>) -> Result<(), B
 }
 
 fn capabilities() -> ServerCapabilities {
+    let strings = |signs: &[&str]| Some(signs.iter().map(|&sign| sign.to_owned()).collect());
     ServerCapabilities {
         text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::FULL)),
         completion_provider: Some(CompletionOptions::default()),
         hover_provider: Some(HoverProviderCapability::Simple(true)),
+        signature_help_provider: Some(SignatureHelpOptions {
+            trigger_characters: strings(&["(", ",", " "]),
+            ..SignatureHelpOptions::default()
+        }),
         document_symbol_provider: Some(OneOf::Left(true)),
         document_formatting_provider: Some(OneOf::Left(true)),
         definition_provider: Some(OneOf::Left(true)),
+        references_provider: Some(OneOf::Left(true)),
+        document_highlight_provider: Some(OneOf::Left(true)),
+        rename_provider: Some(OneOf::Right(RenameOptions {
+            prepare_provider: Some(true),
+            work_done_progress_options: WorkDoneProgressOptions::default(),
+        })),
+        code_action_provider: Some(CodeActionProviderCapability::Options(CodeActionOptions {
+            code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
+            ..CodeActionOptions::default()
+        })),
+        semantic_tokens_provider: Some(
+            SemanticTokensOptions {
+                legend: look::legend(),
+                full: Some(SemanticTokensFullOptions::Bool(true)),
+                ..SemanticTokensOptions::default()
+            }
+            .into(),
+        ),
+        folding_range_provider: Some(FoldingRangeProviderCapability::Simple(true)),
+        inlay_hint_provider: Some(OneOf::Left(true)),
         ..ServerCapabilities::default()
     }
 }
@@ -127,9 +160,8 @@ impl Server<'_> {
         if self.documents.len() >= MAX_DOCUMENTS && !self.documents.contains_key(key) {
             return None;
         }
-        let name = key.rsplit('/').next().unwrap_or(key);
-        let document = Document::new(name, text);
-        let shown = document.diagnostics(uri, self.profile);
+        let document = Document::new(uri, text, self.profile);
+        let shown = diagnostics::all(&document);
         self.documents.insert(key.to_owned(), document);
         Some(shown)
     }
@@ -137,34 +169,85 @@ impl Server<'_> {
     fn answer(&self, request: Request) -> Response {
         let Request { id, method, params } = request;
         let result = match method.as_str() {
-            Completion::METHOD => self.at(params, |p: lsp_types::CompletionParams| {
-                let TextDocumentPositionParams { text_document, position } =
-                    p.text_document_position;
-                let document = self.documents.get(text_document.uri.as_str())?;
-                Some(CompletionResponse::Array(assist::complete(document, position)))
+            request::Completion::METHOD => self.at(params, |p: lsp_types::CompletionParams| {
+                let (document, at) = self.place(&p.text_document_position)?;
+                Some(CompletionResponse::Array(complete::complete(document, at)))
             }),
-            HoverRequest::METHOD => self.at(params, |p: lsp_types::HoverParams| {
-                let place = p.text_document_position_params;
-                let document = self.documents.get(place.text_document.uri.as_str())?;
-                assist::hover(document, place.position)
+            request::HoverRequest::METHOD => self.at(params, |p: lsp_types::HoverParams| {
+                let (document, at) = self.place(&p.text_document_position_params)?;
+                about::hover(document, at)
             }),
-            GotoDefinition::METHOD => self.at(params, |p: lsp_types::GotoDefinitionParams| {
-                let place = p.text_document_position_params;
-                let uri = place.text_document.uri;
-                let document = self.documents.get(uri.as_str())?;
-                let range = assist::definition(document, place.position)?;
-                Some(GotoDefinitionResponse::Scalar(Location { uri, range }))
-            }),
-            DocumentSymbolRequest::METHOD => {
-                self.at(params, |p: lsp_types::DocumentSymbolParams| {
-                    let document = self.documents.get(p.text_document.uri.as_str())?;
-                    Some(DocumentSymbolResponse::Nested(symbols::outline(document)))
+            request::SignatureHelpRequest::METHOD => {
+                self.at(params, |p: lsp_types::SignatureHelpParams| {
+                    let (document, at) = self.place(&p.text_document_position_params)?;
+                    signature::help(document, at)
                 })
             }
-            Formatting::METHOD => self.at(params, |p: lsp_types::DocumentFormattingParams| {
-                let document = self.documents.get(p.text_document.uri.as_str())?;
-                document.formatted()
+            request::GotoDefinition::METHOD => {
+                self.at(params, |p: lsp_types::GotoDefinitionParams| {
+                    let (document, at) = self.place(&p.text_document_position_params)?;
+                    names::definition(document, at).map(GotoDefinitionResponse::Scalar)
+                })
+            }
+            request::References::METHOD => self.at(params, |p: lsp_types::ReferenceParams| {
+                let (document, at) = self.place(&p.text_document_position)?;
+                names::references(document, at, p.context.include_declaration)
             }),
+            request::DocumentHighlightRequest::METHOD => {
+                self.at(params, |p: lsp_types::DocumentHighlightParams| {
+                    let (document, at) = self.place(&p.text_document_position_params)?;
+                    names::highlight(document, at)
+                })
+            }
+            request::PrepareRenameRequest::METHOD => {
+                self.at(params, |p: TextDocumentPositionParams| {
+                    let (document, at) = self.place(&p)?;
+                    names::prepare_rename(document, at)
+                })
+            }
+            request::Rename::METHOD => {
+                let renamed = parsed(params).and_then(|p: lsp_types::RenameParams| {
+                    let (document, at) = self.place(&p.text_document_position)?;
+                    Some(names::rename(document, at, &p.new_name))
+                });
+                match renamed {
+                    Some(Ok(edit)) => serde_json::to_value(edit).map_err(|e| e.to_string()),
+                    Some(Err(words)) => Err(words),
+                    None => Err("there is nothing to rename".to_owned()),
+                }
+            }
+            request::CodeActionRequest::METHOD => {
+                self.at(params, |p: lsp_types::CodeActionParams| {
+                    Some(diagnostics::fixes(self.document(&p.text_document)?, p.range))
+                })
+            }
+            request::SemanticTokensFullRequest::METHOD => {
+                self.at(params, |p: lsp_types::SemanticTokensParams| {
+                    let data = look::tokens(self.document(&p.text_document)?);
+                    Some(SemanticTokens { result_id: None, data })
+                })
+            }
+            request::FoldingRangeRequest::METHOD => {
+                self.at(params, |p: lsp_types::FoldingRangeParams| {
+                    Some(look::folds(self.document(&p.text_document)?))
+                })
+            }
+            request::InlayHintRequest::METHOD => {
+                self.at(params, |p: lsp_types::InlayHintParams| {
+                    Some(look::hints(self.document(&p.text_document)?, p.range))
+                })
+            }
+            request::DocumentSymbolRequest::METHOD => {
+                self.at(params, |p: lsp_types::DocumentSymbolParams| {
+                    let document = self.document(&p.text_document)?;
+                    Some(DocumentSymbolResponse::Nested(names::outline(document)))
+                })
+            }
+            request::Formatting::METHOD => {
+                self.at(params, |p: lsp_types::DocumentFormattingParams| {
+                    formatted(self.document(&p.text_document)?)
+                })
+            }
             _ => {
                 let message = format!("{method} is not served");
                 return Response::new_err(id, ErrorCode::MethodNotFound as i32, message);
@@ -176,6 +259,17 @@ impl Server<'_> {
         }
     }
 
+    fn document(&self, named: &TextDocumentIdentifier) -> Option<&Document> {
+        self.documents.get(named.uri.as_str())
+    }
+
+    fn place(
+        &self,
+        place: &TextDocumentPositionParams,
+    ) -> Option<(&Document, lsp_types::Position)> {
+        Some((self.document(&place.text_document)?, place.position))
+    }
+
     /// Runs a request; without an answer the result is null, as the protocol wants it.
     fn at<P: DeserializeOwned, R: Serialize>(
         &self,
@@ -185,6 +279,20 @@ impl Server<'_> {
         let params = serde_json::from_value(params).map_err(|error| error.to_string())?;
         serde_json::to_value(run(params)).map_err(|error| error.to_string())
     }
+}
+
+/// The edit that formats a document; none where nothing changes or where it does not parse.
+fn formatted(document: &Document) -> Option<Vec<TextEdit>> {
+    if document.imported().is_some() {
+        return None;
+    }
+    let text = document.source().text();
+    let new_text = fmt::format(text).ok()?;
+    if new_text == text {
+        return Some(Vec::new());
+    }
+    let range = document.range(Span::new(0, text.len() as u32));
+    Some(vec![TextEdit { range, new_text }])
 }
 
 fn parsed<P: DeserializeOwned>(params: Value) -> Option<P> {

@@ -9,7 +9,11 @@ use crate::lsp;
 
 /// `pasapas lsp`
 #[derive(Debug, Args)]
-pub struct Lsp {}
+pub struct Lsp {
+    /// What editors add by habit: there is no other way here
+    #[arg(long, hide = true)]
+    stdio: bool,
+}
 
 impl Lsp {
     /// Serves one editor until it says good-bye.

@@ -12,7 +12,7 @@ use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::{FORMAT, Image, crc_in, crc_of};
 use lang::part::{VIRTUAL, top_rate};
-use lang::profile::{AxisProfile, Profile, ProfileError};
+use lang::profile::AxisProfile;
 use lang::record::feature;
 
 use super::{Console, Options};
@@ -113,7 +113,11 @@ fn read(file: &str, options: &Options, console: &Console, plain: bool) -> Result
         Source::decode(file, &bytes)
     };
     let profile_file = Cell::new(None);
-    let find = |name: &str| named_profile(name, file, &profile_file);
+    let find = |name: &str| {
+        let (profile, path) = input::profile_beside(name, file)?;
+        profile_file.set(path);
+        Ok(profile)
+    };
     let choice = match given {
         Some(profile) => ProfileChoice::Given(Box::new(profile)),
         None => ProfileChoice::Script(&find),
@@ -175,28 +179,6 @@ fn collapsed(diags: Vec<Diag>) -> Vec<Diag> {
         kept.push(diag);
     }
     kept
-}
-
-/// The profile of a PROFILE line: a built-in one, or NAME.toml beside the script, which `found` is
-/// then.
-fn named_profile(
-    name: &str,
-    script: &str,
-    found: &Cell<Option<PathBuf>>,
-) -> Result<Profile, ProfileError> {
-    let built_in = Profile::built_in(name);
-    let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-');
-    if built_in.is_ok() || !plain {
-        return built_in;
-    }
-    let beside = Path::new(script).with_file_name(format!("{name}.toml"));
-    if !beside.is_file() {
-        return built_in;
-    }
-    let path = beside.display().to_string();
-    found.set(Some(beside));
-    let text = input::read_text(&path).map_err(|note| ProfileError(note.line()))?;
-    Profile::parse(&text).map_err(|error| ProfileError(format!("{path}: {error}")))
 }
 
 /// Compiles a checked script; code of any size.

@@ -1,89 +1,124 @@
-//! One open document: its text, its tree, and places as the protocol counts them.
+//! One open document: its text, what the front end makes of it, and places as the protocol counts
+//! them.
 
-use lang::front::ast::Script;
-use lang::front::codes::Severity;
+use std::cell::OnceCell;
+
+use lang::back::{self, VarPlace};
 use lang::front::diag::{Diag, Diags};
-use lang::front::fmt;
-use lang::front::parser::parse;
+use lang::front::index::Index;
+use lang::front::lexer::lex;
 use lang::front::source::Source;
 use lang::front::span::Span;
-use lang::front::{ProfileChoice, compile};
+use lang::front::token::Token;
+use lang::front::{Analysis, ProfileChoice, analyse};
 use lang::profile::Profile;
-use lsp_types::{
-    Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString,
-    Position, Range, TextEdit, Uri,
-};
+use lsp_types::{Position, Range, Uri};
+
+use super::path;
+use crate::input;
 
 /// An open document.
 pub struct Document {
+    uri: Uri,
     source: Source,
-    script: Script,
-    decoding: Diags,
+    analysis: Analysis,
+    index: Index,
+    diags: Vec<Diag>,
+    imported: Option<Vec<import::Diag>>,
+    places: OnceCell<Vec<VarPlace>>,
 }
 
 impl Document {
-    /// Reads a text; one that is no script, or too long for one, becomes empty with a diagnostic.
-    pub fn new(name: &str, text: String) -> Document {
+    /// Reads a text, for this machine or for that of its PROFILE line. One that is no script, or too
+    /// long for one, becomes empty with a diagnostic; a program of another system is not read as
+    /// BASIC, its diagnostics are those of its import.
+    pub fn new(uri: &Uri, text: String, profile: Option<&Profile>) -> Document {
+        let path = path::of(uri);
+        let name = path.rsplit('/').next().unwrap_or(&path);
+        if import::is_importable(name, text.as_bytes()) {
+            let options = import::Options { profile: profile.cloned(), ..Default::default() };
+            let imported = match import::import(name, text.as_bytes(), &options) {
+                Ok(imported) => imported.notes,
+                Err(diags) => diags,
+            };
+            let mut document =
+                Document::read(uri, Source::new(name, String::new()), Vec::new(), profile);
+            document.source = Source::new(name, text);
+            document.diags.clear();
+            document.imported = Some(imported);
+            return document;
+        }
         let (source, decoding) = Source::decode(name, text.as_bytes());
+        Document::read(uri, source, decoding, profile)
+    }
+
+    fn read(uri: &Uri, source: Source, decoding: Vec<Diag>, profile: Option<&Profile>) -> Document {
+        let path = path::of(uri);
+        let find = |name: &str| input::profile_beside(name, &path).map(|(profile, _)| profile);
+        let choice = match profile {
+            Some(profile) => ProfileChoice::Given(Box::new(profile.clone())),
+            None => ProfileChoice::Script(&find),
+        };
+        let mut analysis = analyse(&source, choice);
         let mut diags = Diags::new();
         decoding.into_iter().for_each(|diag| diags.push(diag));
-        let script = parse(source.text(), &mut Diags::new());
-        Document { source, script, decoding: diags }
+        diags.extend(std::mem::take(&mut analysis.diags));
+        let index = Index::new(&analysis.script);
+        Document {
+            uri: uri.clone(),
+            source,
+            analysis,
+            index,
+            diags: diags.into_sorted(),
+            imported: None,
+            places: OnceCell::new(),
+        }
+    }
+
+    /// Its name to the editor.
+    pub const fn uri(&self) -> &Uri {
+        &self.uri
     }
 
     /// Its text with its lines.
-    pub fn source(&self) -> &Source {
+    pub const fn source(&self) -> &Source {
         &self.source
     }
 
-    /// Its tree, as far as it could be read.
-    pub fn script(&self) -> &Script {
-        &self.script
+    /// What the front end found.
+    pub const fn analysis(&self) -> &Analysis {
+        &self.analysis
     }
 
-    /// What is wrong with it.
-    pub fn diagnostics(&self, uri: &Uri, profile: Option<&Profile>) -> Vec<Diagnostic> {
-        let choice = match profile {
-            Some(profile) => ProfileChoice::Given(Box::new(profile.clone())),
-            None => ProfileChoice::built_in(),
-        };
-        let mut diags = self.decoding.clone();
-        diags.extend(compile(&self.source, choice).1);
-        diags.into_sorted().iter().map(|diag| self.diagnostic(uri, diag)).collect()
+    /// Its names.
+    pub const fn index(&self) -> &Index {
+        &self.index
     }
 
-    fn diagnostic(&self, uri: &Uri, diag: &Diag) -> Diagnostic {
-        let related = diag.labels.iter().map(|label| DiagnosticRelatedInformation {
-            location: Location { uri: uri.clone(), range: self.range(label.span) },
-            message: label.text.clone(),
-        });
-        let message = match &diag.hint {
-            Some(hint) => format!("{}\n{hint}", diag.message),
-            None => diag.message.clone(),
-        };
-        Diagnostic {
-            range: self.range(diag.span),
-            severity: Some(match diag.severity {
-                Severity::Error => DiagnosticSeverity::ERROR,
-                Severity::Warning => DiagnosticSeverity::WARNING,
-            }),
-            code: Some(NumberOrString::String(diag.code.id().to_owned())),
-            source: Some("pasapas".to_owned()),
-            message,
-            related_information: Some(related.collect()),
-            ..Diagnostic::default()
+    /// What is wrong with it as a script, in text order.
+    pub fn diags(&self) -> &[Diag] {
+        &self.diags
+    }
+
+    /// What the import says, where it is the program of another system.
+    pub fn imported(&self) -> Option<&[import::Diag]> {
+        self.imported.as_deref()
+    }
+
+    /// Its tokens, comments included; none where it is no script.
+    pub fn tokens(&self) -> Vec<Token> {
+        if self.imported.is_some() {
+            return Vec::new();
         }
+        lex(self.source.text(), &mut Diags::new())
     }
 
-    /// The edit that formats it; none where nothing changes or where it does not parse.
-    pub fn formatted(&self) -> Option<Vec<TextEdit>> {
-        let text = self.source.text();
-        let new_text = fmt::format(text).ok()?;
-        if new_text == text {
-            return Some(Vec::new());
-        }
-        let range = self.range(Span::new(0, text.len() as u32));
-        Some(vec![TextEdit { range, new_text }])
+    /// Where its variables live on a board; empty while it has errors or does not fit.
+    pub fn places(&self) -> &[VarPlace] {
+        self.places.get_or_init(|| {
+            let compiled = self.analysis.program.as_ref().and_then(|p| back::compile(p).ok());
+            compiled.map(|compiled| compiled.vars).unwrap_or_default()
+        })
     }
 
     /// A place as the protocol counts it: lines from 0, columns in UTF-16 units from 0.
@@ -115,13 +150,24 @@ impl Document {
         start + bytes
     }
 
-    /// The word round a place, with the offset where it begins.
-    pub fn word(&self, position: Position) -> (u32, &str) {
+    /// The word round an offset, with the offset where it begins.
+    pub fn word(&self, offset: u32) -> (u32, &str) {
         let text = self.source.text();
-        let at = (self.offset(position) as usize).min(text.len());
+        let at = (offset as usize).min(text.len());
         let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let start = text[..at].trim_end_matches(is_part).len();
         let end = text.len() - text[at..].trim_start_matches(is_part).len();
         (start as u32, &text[start..end])
+    }
+
+    /// The text of the line before an offset.
+    pub fn before(&self, offset: u32) -> &str {
+        let start = self.source.line_start(self.source.line(offset));
+        self.source.text().get(start as usize..offset as usize).unwrap_or("")
+    }
+
+    /// The line of a declaration, without blanks round it.
+    pub fn line_of(&self, offset: u32) -> &str {
+        self.source.line_text(self.source.line(offset)).trim()
     }
 }

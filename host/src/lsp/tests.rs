@@ -139,6 +139,220 @@ fn outline_and_formatting() {
     editor.close();
 }
 
+/// The text after edits of one document.
+fn edited(text: &str, edits: &Value) -> String {
+    let mut lines: Vec<String> = text.split('\n').map(str::to_owned).collect();
+    let mut edits: Vec<Value> = edits.as_array().cloned().expect("edits");
+    let number = |v: &Value| v.as_u64().expect("a number") as usize;
+    edits.sort_by_key(|e| {
+        let start = &e["range"]["start"];
+        std::cmp::Reverse((number(&start["line"]), number(&start["character"])))
+    });
+    for edit in edits {
+        let (start, end) = (&edit["range"]["start"], &edit["range"]["end"]);
+        assert_eq!(start["line"], end["line"], "edits of one line");
+        let line = &mut lines[number(&start["line"])];
+        let new = edit["newText"].as_str().expect("a text");
+        line.replace_range(number(&start["character"])..number(&end["character"]), new);
+    }
+    lines.join("\n")
+}
+
+#[test]
+fn names_are_found_marked_and_renamed() {
+    let mut editor = Editor::new();
+    let text = "DIM n, m\nFOR n = 1 TO 3\n  PRINT n\nNEXT n\nm = n\nPRINT m\n";
+    editor.open(text);
+    let at = json!({ "textDocument": { "uri": URI }, "position": { "line": 2, "character": 8 } });
+    let mut params = at.clone();
+    params["context"] = json!({ "includeDeclaration": false });
+    let places = editor.ask("textDocument/references", params);
+    assert_eq!(places.as_array().map(Vec::len), Some(4));
+    let marks = editor.ask("textDocument/documentHighlight", at.clone());
+    let kinds: Vec<_> = marks.as_array().into_iter().flatten().map(|m| m["kind"].clone()).collect();
+    // Declared, counted, printed, NEXT, read.
+    assert_eq!(kinds, [3, 3, 2, 2, 2]);
+    let name = editor.ask("textDocument/prepareRename", at.clone());
+    assert_eq!(name["placeholder"], "n");
+    let mut params = at.clone();
+    params["newName"] = json!("hole");
+    let edit = editor.ask("textDocument/rename", params);
+    assert_eq!(
+        edited(text, &edit["changes"][URI]),
+        "DIM hole, m\nFOR hole = 1 TO 3\n  PRINT hole\nNEXT hole\nm = hole\nPRINT m\n"
+    );
+    let mut params = at;
+    params["newName"] = json!("m");
+    let refused = editor.response("textDocument/rename", params).response_result;
+    assert!(refused.expect_err("a clash").message.contains("declared already"));
+    editor.close();
+}
+
+#[test]
+fn remedies_come_as_quick_fixes() {
+    let mut editor = Editor::new();
+    let text = "MoveAx X, 5 mm\nDIM n\nn == 2\nPRINT n\n";
+    let shown = editor.open(text);
+    assert!(shown.as_array().is_some_and(|list| list.len() >= 2), "{shown}");
+    let range = json!({
+        "start": { "line": 0, "character": 0 }, "end": { "line": 3, "character": 0 }
+    });
+    let params = json!({
+        "textDocument": { "uri": URI }, "range": range, "context": { "diagnostics": [] }
+    });
+    let actions = editor.ask("textDocument/codeAction", params);
+    let titles: Vec<_> =
+        actions.as_array().into_iter().flatten().map(|a| a["title"].clone()).collect();
+    assert_eq!(titles, ["Write `MoveAxe`", "Write `=`"]);
+    let edits = json!([
+        actions[0]["edit"]["changes"][URI][0].clone(),
+        actions[1]["edit"]["changes"][URI][0].clone()
+    ]);
+    assert_eq!(edited(text, &edits), "MoveAxe X, 5 mm\nDIM n\nn = 2\nPRINT n\n");
+    assert_eq!(actions[0]["diagnostics"][0]["code"], "P001");
+    editor.close();
+}
+
+#[test]
+fn signatures_follow_the_argument() {
+    let mut editor = Editor::new();
+    editor.open(
+        "SUB go(depth, times)\n  MoveAxe Z, depth, MIN(1mm/s, \n  PRINT times\nEND SUB\ngo 3mm, \nCALL go(3mm, \ngo\n",
+    );
+    let mut help = |line, character| {
+        let help = editor.at("textDocument/signatureHelp", line, character);
+        let label = help["signatures"][0]["label"].as_str().unwrap_or("").to_owned();
+        (label.split([' ', '(']).next().unwrap_or("").to_owned(), help["activeParameter"].as_u64())
+    };
+    assert_eq!(help(1, 10), ("MoveAxe".to_owned(), Some(0)));
+    assert_eq!(help(1, 18), ("MoveAxe".to_owned(), Some(1)));
+    assert_eq!(help(1, 31), ("MIN".to_owned(), Some(1)));
+    assert_eq!(help(4, 8), ("SUB".to_owned(), Some(1)));
+    assert_eq!(help(5, 13), ("SUB".to_owned(), Some(1)));
+    assert_eq!(help(6, 1), (String::new(), None));
+    editor.close();
+}
+
+#[test]
+fn completion_knows_what_a_place_wants() {
+    let mut editor = Editor::new();
+    editor.open(
+        "DIM hole AS \nOUTPUT pump = 1\nTABLE pads = 1mm\nagain: \nGOTO \nPRINT POS(\nPRINT COUNT(\nMoveAxe \nEXIT \nON \nPROFILE \"\nSUB drill\nEND SUB\nGOSUB \nhole = \n",
+    );
+    let mut labels = |line, character| -> Vec<String> {
+        let items = editor.at("textDocument/completion", line, character);
+        let items = items.as_array().cloned().unwrap_or_default();
+        items.iter().filter_map(|i| i["label"].as_str().map(str::to_owned)).collect()
+    };
+    assert!(labels(0, 12).contains(&"Length".to_owned()));
+    assert_eq!(labels(4, 5), ["again"]);
+    assert_eq!(labels(5, 10), ["X", "Y", "Z"]);
+    assert_eq!(labels(6, 12), ["pads"]);
+    assert_eq!(labels(7, 8), ["X", "Y", "Z"]);
+    assert!(labels(8, 5).contains(&"WHILE".to_owned()));
+    assert_eq!(labels(9, 3), ["ERROR", "IN", "EVERY"]);
+    assert!(labels(10, 9).contains(&"charly".to_owned()));
+    assert_eq!(labels(13, 6), ["drill", "again"]);
+    let value = labels(14, 7);
+    assert!(value.contains(&"pump".to_owned()) && !value.contains(&"drill".to_owned()));
+    editor.close();
+}
+
+#[test]
+fn hover_tells_kinds_values_and_registers() {
+    let mut editor = Editor::new();
+    editor.open(
+        "CONST pitch = 2.54mm\nDIM spot, qty(4) AT 3008\nKEEP parts\nspot = pitch\nqty(0) = 1\nparts = 1\nMoveAxe X, spot\nPRINT qty(0); parts\n",
+    );
+    let mut says = |line, character| {
+        let hover = editor.at("textDocument/hover", line, character);
+        hover["contents"]["value"].as_str().unwrap_or("").to_owned()
+    };
+    assert!(says(3, 8).contains("Length: 2.54mm"), "{}", says(3, 8));
+    assert!(says(3, 1).contains("Length, stored in um"), "{}", says(3, 1));
+    assert!(says(3, 1).contains("holding registers 30"), "{}", says(3, 1));
+    assert!(says(4, 0).contains("holding registers from 3008 on"), "{}", says(4, 0));
+    assert!(says(5, 0).contains("holding registers 4000 and 4001"), "{}", says(5, 0));
+    editor.close();
+}
+
+#[test]
+fn colours_folds_and_hints() {
+    let mut editor = Editor::new();
+    editor.open("DIM n\nFOR n = 1 TO 3 ' \u{1F600}\n  G1 X[n * 1mm]\nNEXT\n");
+    let document = json!({ "textDocument": { "uri": URI } });
+    let tokens = editor.ask("textDocument/semanticTokens/full", document.clone());
+    let data: Vec<u64> =
+        tokens["data"].as_array().into_iter().flatten().filter_map(Value::as_u64).collect();
+    let (mut line, mut column, mut seen) = (0, 0, Vec::new());
+    for token in data.chunks(5) {
+        column = if token[0] == 0 { column + token[1] } else { token[1] };
+        line += token[0];
+        seen.push((
+            line,
+            column,
+            token[2],
+            super::look::legend().token_types[token[3] as usize].as_str().to_owned(),
+        ));
+    }
+    let seen: Vec<(u64, u64, u64, &str)> =
+        seen.iter().map(|(l, c, n, t)| (*l, *c, *n, t.as_str())).collect();
+    assert_eq!(
+        seen,
+        [
+            (0, 0, 3, "keyword"),
+            (0, 4, 1, "variable"),
+            (1, 0, 3, "keyword"),
+            (1, 4, 1, "variable"),
+            (1, 8, 1, "number"),
+            (1, 10, 2, "keyword"),
+            (1, 13, 1, "number"),
+            (1, 15, 4, "comment"),
+            (2, 2, 2, "macro"),
+            (2, 5, 1, "macro"),
+            (2, 7, 1, "variable"),
+            (2, 11, 3, "number"),
+            (3, 0, 4, "keyword"),
+        ]
+    );
+    let folds = editor.ask("textDocument/foldingRange", document);
+    assert_eq!((&folds[0]["startLine"], &folds[0]["endLine"]), (&json!(1), &json!(2)));
+    let range = json!({
+        "start": { "line": 0, "character": 0 }, "end": { "line": 4, "character": 0 }
+    });
+    let params = json!({ "textDocument": { "uri": URI }, "range": range });
+    let hints = editor.ask("textDocument/inlayHint", params);
+    assert_eq!(hints[0]["label"], "AS NUMBER");
+    editor.close();
+}
+
+#[test]
+fn programs_of_other_systems_are_not_read_as_basic() {
+    let mut editor = Editor::new();
+    for (name, text) in [
+        ("a.nc", "G21 G90\nG1 X10 F300\nM30\n"),
+        ("b.isel", "@07\n@0i\n"),
+        ("c.drl", "M48\nMETRIC\nT1C0.8\n%\nT1\nX10Y10\nM30\n"),
+    ] {
+        let uri = format!("file:///jobs/{name}");
+        let document = json!({ "uri": uri, "languageId": "basic", "version": 1, "text": text });
+        editor.tell("textDocument/didOpen", json!({ "textDocument": document }));
+        let Ok(Message::Notification(note)) = editor.client.receiver.recv() else {
+            panic!("no diagnostics")
+        };
+        for diag in note.params["diagnostics"].as_array().into_iter().flatten() {
+            let code = diag["code"].as_str().unwrap_or("");
+            assert!(code.starts_with('X'), "{name}: {diag}");
+        }
+        let place = json!({ "line": 0, "character": 0 });
+        let params = json!({ "textDocument": { "uri": uri }, "position": place });
+        assert_eq!(editor.ask("textDocument/completion", params), json!([]));
+        let params = json!({ "textDocument": { "uri": uri } });
+        assert_eq!(editor.ask("textDocument/semanticTokens/full", params)["data"], json!([]));
+    }
+    editor.close();
+}
+
 #[test]
 fn wrong_requests_get_errors_and_do_no_harm() {
     let mut editor = Editor::new();

@@ -118,6 +118,23 @@ pub struct Stmt {
     pub line: u32,
 }
 
+impl Stmt {
+    /// The blocks inside it, in text order.
+    pub fn blocks(&self) -> impl Iterator<Item = &Block> {
+        let (arms, cases, last): (&[Arm], &[Case], Option<&Block>) = match &self.kind {
+            StmtKind::If { arms, otherwise, .. } => (arms, &[], otherwise.as_ref()),
+            StmtKind::Select { cases, otherwise, .. } => (&[], cases, otherwise.as_ref()),
+            StmtKind::For { body, .. }
+            | StmtKind::While { body, .. }
+            | StmtKind::Do { body, .. }
+            | StmtKind::Repeat { body, .. } => (&[], &[], Some(body)),
+            _ => (&[], &[], None),
+        };
+        let arms = arms.iter().map(|arm| &arm.body);
+        arms.chain(cases.iter().map(|case| &case.body)).chain(last)
+    }
+}
+
 /// The statements.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StmtKind {
@@ -193,6 +210,8 @@ pub enum StmtKind {
         body: Block,
         /// Line of NEXT.
         next_line: u32,
+        /// The name behind NEXT.
+        next: Option<Box<Name>>,
     },
     /// WHILE
     While {

@@ -26,6 +26,17 @@ pub struct Diag {
     pub labels: Vec<Label>,
     /// What to write instead, in one line.
     pub hint: Option<String>,
+    /// The same as a change of the text, where one change does it.
+    pub fix: Option<Fix>,
+}
+
+/// A change of the text that takes a diagnostic away.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fix {
+    /// What is replaced; empty where something is missing.
+    pub span: Span,
+    /// What comes there; empty where something is too much.
+    pub text: String,
 }
 
 /// A further place.
@@ -47,6 +58,7 @@ impl Diag {
             message: message.into(),
             labels: Vec::new(),
             hint: None,
+            fix: None,
         }
     }
 
@@ -55,6 +67,20 @@ impl Diag {
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
+    }
+
+    /// Adds the remedy as a change of the text.
+    #[must_use]
+    pub fn fix(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.fix = Some(Fix { span, text: text.into() });
+        self
+    }
+
+    /// Proposes another word in the place of the one that this is about.
+    #[must_use]
+    pub fn near(self, word: &str) -> Self {
+        let span = self.span;
+        self.hint(format!("did you mean `{word}`?")).fix(span, word)
     }
 
     /// Adds a further place.

@@ -27,10 +27,17 @@ pub fn format(text: &str) -> Result<String, Vec<Diag>> {
     let tokens = lex(text, &mut Diags::new());
     let mut out = String::with_capacity(text.len() + text.len() / 8);
     let mut level = 0usize;
+    let mut first = "";
     for line in tokens.split_inclusive(|t| t.tok == Tok::LineEnd) {
-        let line = line.strip_suffix(&[*line.last().unwrap_or(&END)]).unwrap_or(line);
+        let end = *line.last().unwrap_or(&END);
+        let line = line.strip_suffix(&[end]).unwrap_or(line);
         level = write_line(text, line, level, &mut out);
-        out.push('\n');
+        // Lines end as they did; a last line without an end gets that of the first.
+        let own = end.span.of(text);
+        if first.is_empty() {
+            first = if own.is_empty() { "\n" } else { own };
+        }
+        out.push_str(if own.is_empty() { first } else { own });
     }
     if text.is_empty() {
         out.clear();

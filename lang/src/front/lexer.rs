@@ -80,6 +80,31 @@ impl<'a> State<'a> {
         self.diags.push(Diag::new(code, span, message).hint(hint));
     }
 
+    /// The same with what is to stand there instead.
+    fn report_fix(
+        &mut self,
+        code: Code,
+        span: Span,
+        message: impl Into<String>,
+        hint: &str,
+        instead: impl Into<String>,
+    ) {
+        self.diags.push(Diag::new(code, span, message).hint(hint).fix(span, instead));
+    }
+
+    /// A word in the place of a sign: blanks part it from what stands directly beside it.
+    fn parted(&self, word: &str, span: Span) -> String {
+        let part = |c: Option<char>| match c {
+            Some(c) if !c.is_whitespace() => " ",
+            _ => "",
+        };
+        let (before, behind) =
+            (self.text.get(..span.start as usize), self.text.get(span.end as usize..));
+        let before = part(before.and_then(|text| text.chars().next_back()));
+        let behind = part(behind.and_then(|text| text.chars().next()));
+        format!("{before}{word}{behind}")
+    }
+
     /// Reads on from `at` with the BASIC lexer until a G-code block begins or goes on; gives the
     /// offset where reading goes on.
     fn basic(&mut self, at: usize) -> usize {
@@ -122,7 +147,12 @@ impl<'a> State<'a> {
                 }
                 Ok(Basic::Question) => {
                     let hint = "printing is `PRINT`; `?` belongs to Probe? ProbeMask? Home? WaitIn? WaitChar?";
-                    self.report(Code::LoneQuestion, span, "`?` stands alone", hint);
+                    if self.statement_start {
+                        let print = self.parted("PRINT", span);
+                        self.report_fix(Code::LoneQuestion, span, "`?` stands alone", hint, print);
+                    } else {
+                        self.report(Code::LoneQuestion, span, "`?` stands alone", hint);
+                    }
                     self.push(Tok::Bad, span);
                 }
                 Ok(Basic::Sign(sign)) => {
@@ -134,7 +164,9 @@ impl<'a> State<'a> {
                 Ok(Basic::Foreign(foreign)) => self.foreign(foreign, span, lexer.remainder()),
                 Ok(Basic::ForeignComment) => {
                     let hint = "write `'` for a comment";
-                    self.report(Code::ForeignComment, span, "this is no comment here", hint);
+                    let sign = Span::new(span.start, span.start + 2);
+                    let diag = Diag::new(Code::ForeignComment, span, "this is no comment here");
+                    self.diags.push(diag.hint(hint).fix(sign, "'"));
                     self.push(Tok::Comment, span);
                 }
                 Err(()) if span.of(text).starts_with('_') => {
@@ -222,7 +254,7 @@ impl<'a> State<'a> {
         let at = (base + lexer.span().end) as u32;
         let hint = "names have no type suffix; a kind is written `AS LENGTH`";
         let message = format!("`{suffix}` can not end a name");
-        self.report(Code::UnknownCharacter, Span::new(at, at + 1), message, hint);
+        self.report_fix(Code::UnknownCharacter, Span::new(at, at + 1), message, hint, "");
         lexer.bump(1);
     }
 
@@ -265,6 +297,7 @@ impl<'a> State<'a> {
                 let message = format!("`{name}` and its number stand apart");
                 Diag::new(Code::GcodeWord, before.span.to(span), message)
                     .hint(format!("the number follows its letter directly: `{name}{digits}`"))
+                    .fix(before.span.to(span), format!("{name}{digits}"))
             }
             Tok::Kw(Kw::Wait) => diag.hint(format!("write a unit, as in `{digits}s`")),
             _ => diag,
@@ -301,7 +334,21 @@ impl<'a> State<'a> {
         };
         let adjacent = foreign == Foreign::Increment && rest.starts_with(['+', '-']);
         let hint = if adjacent { "there is no unary `+`" } else { hint };
-        self.report(Code::ForeignOperator, span, format!("`{text}` is no operator here"), hint);
+        let message = format!("`{text}` is no operator here");
+        let instead = match tok {
+            Tok::Sign(Sign::Eq) => "=".to_owned(),
+            Tok::Sign(Sign::Le) => "<=".to_owned(),
+            Tok::Sign(Sign::Ge) => ">=".to_owned(),
+            Tok::Sign(Sign::Ne) => "<>".to_owned(),
+            Tok::Sign(Sign::Slash) => "/".to_owned(),
+            Tok::Kw(kw) => self.parted(kw.text(), span),
+            _ => String::new(),
+        };
+        if instead.is_empty() {
+            self.report(Code::ForeignOperator, span, message, hint);
+        } else {
+            self.report_fix(Code::ForeignOperator, span, message, hint, instead);
+        }
         self.push(tok, span);
     }
 
@@ -341,7 +388,18 @@ impl<'a> State<'a> {
                 "outside comments and texts stand words, numbers and the signs of the language",
             ),
         };
-        self.report(Code::UnknownCharacter, span, message, hint);
+        let plain = |c| match c {
+            '\u{201C}' | '\u{201D}' | '\u{AB}' | '\u{BB}' => Some('"'),
+            '\u{2018}' | '\u{2019}' => Some('\''),
+            '\u{2212}' | '\u{2013}' | '\u{2014}' => Some('-'),
+            _ => None,
+        };
+        match span.of(self.text).chars().map(plain).collect::<Option<String>>() {
+            Some(instead) => {
+                self.report_fix(Code::UnknownCharacter, span, message, hint, instead);
+            }
+            None => self.report(Code::UnknownCharacter, span, message, hint),
+        }
         self.push(Tok::Bad, span);
     }
 

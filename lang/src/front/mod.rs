@@ -4,7 +4,9 @@ pub mod ast;
 pub mod check;
 pub mod codes;
 pub mod diag;
+pub mod facts;
 pub mod fmt;
+pub mod index;
 pub mod lexer;
 pub mod literal;
 pub mod parser;
@@ -14,4 +16,4 @@ pub mod span;
 pub mod token;
 pub mod words;
 
-pub use pipeline::{ProfileChoice, compile};
+pub use pipeline::{Analysis, ProfileChoice, analyse, compile};

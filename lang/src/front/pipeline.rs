@@ -1,8 +1,10 @@
 //! The whole front end in one call.
 
+use super::ast::Script;
 use super::check::check;
 use super::codes::Code;
 use super::diag::{Diag, Diags};
+use super::facts::Facts;
 use super::parser::parse;
 use super::source::Source;
 use super::span::Span;
@@ -24,8 +26,28 @@ impl ProfileChoice<'static> {
     }
 }
 
+/// What the front end found in a script, for tools that show it while it is being written.
+pub struct Analysis {
+    /// The tree, as far as it could be read.
+    pub script: Script,
+    /// What is known of each declared name.
+    pub facts: Facts,
+    /// The machine that it was checked for.
+    pub profile: Option<Profile>,
+    /// The checked program, when no diagnostic is an error.
+    pub program: Option<Program>,
+    /// What is wrong.
+    pub diags: Diags,
+}
+
 /// Reads and checks a script. The program is there when no diagnostic is an error.
 pub fn compile(source: &Source, profile: ProfileChoice<'_>) -> (Option<Program>, Diags) {
+    let Analysis { program, diags, .. } = analyse(source, profile);
+    (program, diags)
+}
+
+/// Reads and checks a script, and keeps what it found out on the way.
+pub fn analyse(source: &Source, profile: ProfileChoice<'_>) -> Analysis {
     let mut diags = Diags::new();
     let script = parse(source.text(), &mut diags);
     let profile = match profile {
@@ -53,9 +75,9 @@ pub fn compile(source: &Source, profile: ProfileChoice<'_>) -> (Option<Program>,
         }
         Err(error) => {
             diags.push(Diag::new(Code::UnknownProfile, Span::default(), error.to_string()));
-            return (None, diags);
+            return Analysis { script, facts: Facts::new(), profile: None, program: None, diags };
         }
     };
-    let program = check(&script, source.text(), &profile, &mut diags);
-    (program, diags)
+    let (program, facts) = check(&script, source.text(), &profile, &mut diags);
+    Analysis { script, facts, profile: Some(profile), program, diags }
 }

@@ -97,3 +97,10 @@ proptest! {
         check(&text);
     }
 }
+
+#[test]
+fn lines_end_as_they_did() {
+    assert_eq!(format("dim n\r\n n=1\r\nprint n").unwrap(), "DIM n\r\nn = 1\r\nPRINT n\r\n");
+    assert_eq!(format("dim n\rn=1\r").unwrap(), "DIM n\rn = 1\r");
+    assert_eq!(format("n = 1\n").unwrap(), "n = 1\n");
+}

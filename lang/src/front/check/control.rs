@@ -21,7 +21,7 @@ impl<'a> Checker<'a> {
             StmtKind::Select { value, cases, otherwise } => {
                 self.select(value, cases, otherwise.as_ref(), stmt.span)
             }
-            StmtKind::For { var, from, to, step, body, next_line } => {
+            StmtKind::For { var, from, to, step, body, next_line, .. } => {
                 self.for_stmt(var, [from, to], step.as_deref(), body, *next_line)
             }
             StmtKind::While { cond, body, .. } => {

@@ -78,7 +78,7 @@ impl<'a> Checker<'a> {
     fn declare_block(&mut self, block: &'a Block) {
         for stmt in block {
             self.declare_stmt(stmt);
-            for inner in inner_blocks(stmt) {
+            for inner in stmt.blocks() {
                 self.declare_block(inner);
             }
         }
@@ -385,21 +385,4 @@ fn rows_width(rows: &[Vec<Expr>]) -> usize {
 /// An open kind stands as Number until inference settles it.
 fn kind_or_open(kind: Option<KindRef>) -> Kind {
     kind.map_or(Kind::Number, |k| k.kind)
-}
-
-/// The blocks inside a statement, in text order.
-pub(super) fn inner_blocks(stmt: &Stmt) -> Vec<&Block> {
-    match &stmt.kind {
-        StmtKind::If { arms, otherwise, .. } => {
-            arms.iter().map(|arm| &arm.body).chain(otherwise).collect()
-        }
-        StmtKind::Select { cases, otherwise, .. } => {
-            cases.iter().map(|case| &case.body).chain(otherwise).collect()
-        }
-        StmtKind::For { body, .. }
-        | StmtKind::While { body, .. }
-        | StmtKind::Do { body, .. }
-        | StmtKind::Repeat { body, .. } => vec![body],
-        _ => Vec::new(),
-    }
 }

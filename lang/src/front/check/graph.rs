@@ -95,10 +95,7 @@ pub(super) fn build(checker: &mut Checker<'_>) -> Graph {
 }
 
 fn has_resume(block: &Block) -> bool {
-    block.iter().any(|stmt| {
-        stmt.kind == StmtKind::ResumeNext
-            || super::declare::inner_blocks(stmt).into_iter().any(has_resume)
-    })
+    block.iter().any(|stmt| stmt.kind == StmtKind::ResumeNext || stmt.blocks().any(has_resume))
 }
 
 impl Graph {

@@ -8,7 +8,7 @@
 use std::collections::HashSet;
 
 use super::names::Entity;
-use super::{Checker, MAIN, declare, kinds};
+use super::{Checker, MAIN, kinds};
 use crate::front::ast::{
     BinaryOp, Block, CaseTest, Expr, ExprKind, GValue, InputState, Machine, PrintPart, Stmt,
     StmtKind, UnaryOp,
@@ -286,7 +286,7 @@ impl<'a> Inference<'_, 'a> {
             StmtKind::Do { .. } => {}
             StmtKind::If { otherwise, .. } => otherwise.iter().for_each(|b| self.block(b)),
             _ => {
-                for inner in declare::inner_blocks(stmt) {
+                for inner in stmt.blocks() {
                     self.block(inner);
                 }
             }

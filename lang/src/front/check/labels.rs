@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{Checker, MAIN, declare, range};
+use super::{Checker, MAIN, range};
 use crate::front::ast::{Block, Name, StmtKind};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
@@ -111,7 +111,7 @@ impl<'a> Checker<'a> {
             if let StmtKind::Label(name) = &stmt.kind {
                 self.add_label(name, id);
             }
-            for inner in declare::inner_blocks(stmt) {
+            for inner in stmt.blocks() {
                 self.number_block(inner, Some(id));
             }
         }
@@ -179,17 +179,18 @@ impl<'a> Checker<'a> {
             here.into_iter().flatten().map(|(_, &id)| &*self.labels.name(id).text).collect();
         known.sort_unstable();
         let elsewhere = self.labels.list.iter().find(|label| label.name.key == name.key);
-        let hint = match (nearest(&name.text, known), elsewhere) {
-            (Some(near), _) => format!("did you mean `{near}`?"),
-            (None, Some(label)) => format!(
-                "there is one in {}, but labels belong to their SUB",
-                self.routine_name(label.routine)
-            ),
-            (None, None) => format!("write `{}:` at the start of a line", name.text),
-        };
         let message =
             format!("there is no label `{}` in {}", name.text, self.routine_name(routine));
-        self.error(Code::UnknownLabel, name.span, message, hint);
+        let diag = Diag::new(Code::UnknownLabel, name.span, message);
+        let diag = match (nearest(&name.text, known), elsewhere) {
+            (Some(near), _) => diag.near(near),
+            (None, Some(label)) => diag.hint(format!(
+                "there is one in {}, but labels belong to their SUB",
+                self.routine_name(label.routine)
+            )),
+            (None, None) => diag.hint(format!("write `{}:` at the start of a line", name.text)),
+        };
+        self.diags.push(diag);
         None
     }
 }

@@ -26,19 +26,25 @@ use std::collections::HashSet;
 use super::ast::{Name, Script};
 use super::codes::Code;
 use super::diag::{Diag, Diags};
+use super::facts::{Fact, Facts};
 use super::span::Span;
 use super::words::nearest;
 use crate::hir::{self, Program, RoutineId, Storage, Var, VarId};
 use crate::kind::Kind;
 use crate::profile::Profile;
-use names::{Names, Symbol};
+use names::{Entity, Names, Symbol};
 
 /// The main program's scope.
 const MAIN: RoutineId = RoutineId(0);
 
 /// Checks a script for a machine, adding to what the parser found. The program is there when
-/// `diags` has no error afterwards.
-pub fn check(script: &Script, text: &str, profile: &Profile, diags: &mut Diags) -> Option<Program> {
+/// `diags` has no error afterwards, the facts always.
+pub fn check(
+    script: &Script,
+    text: &str,
+    profile: &Profile,
+    diags: &mut Diags,
+) -> (Option<Program>, Facts) {
     let mut checker = Checker::new(script, text, profile, core::mem::take(diags));
     checker.declare_all();
     checker.infer_all();
@@ -52,9 +58,10 @@ pub fn check(script: &Script, text: &str, profile: &Profile, diags: &mut Diags) 
     let bodies = checker.lower_all();
     checker.report_unused();
     checker.check_targets();
+    let facts = checker.facts();
     let program = checker.program(bodies, &calls);
     *diags = checker.diags;
-    program
+    (program, facts)
 }
 
 /// The byte range that the checked program keeps of a span.
@@ -203,14 +210,30 @@ impl<'a> Checker<'a> {
         } else {
             None
         };
-        let hint = near.map_or_else(|| hint(&name.text), |near| format!("did you mean `{near}`?"));
-        self.error(
-            Code::UnknownName,
-            name.span,
-            format!("nothing is called `{}`", name.text),
-            hint,
-        );
+        let diag =
+            Diag::new(Code::UnknownName, name.span, format!("nothing is called `{}`", name.text));
+        let words = hint(&name.text);
+        self.diags.push(match near {
+            Some(near) => diag.near(near),
+            None if words.contains("`DIM ") => {
+                diag.hint(words).fix(self.declarations(), format!("DIM {}\n", name.text))
+            }
+            None => diag.hint(words),
+        });
         None
+    }
+
+    /// Where a declaration for the present routine may be put: before its first statement.
+    fn declarations(&self) -> Span {
+        let first = |body: &super::ast::Block| body.first().map(|stmt| stmt.span.start);
+        let at = match self.routine(self.scope) {
+            Some(routine) => first(&routine.body),
+            None => {
+                let routines = self.script.routines.first().map(|r| r.span.start);
+                first(&self.script.body).into_iter().chain(routines).min()
+            }
+        };
+        Span::point(at.unwrap_or(0))
     }
 
     /// Warns of names that nothing mentions; where something is wrong, that may be why.
@@ -228,6 +251,39 @@ impl<'a> Checker<'a> {
             let message = format!("nothing goes to the label `{text}`");
             self.error(Code::Unused, span, message, "remove it");
         }
+    }
+
+    /// What is known of each declared name.
+    fn facts(&self) -> Facts {
+        let open: HashSet<VarId> = self.open.iter().copied().collect();
+        let fact = |entity: Entity| {
+            let mut fact = Fact { kinds: Vec::new(), inferred: false, value: None, storage: None };
+            match entity {
+                Entity::Const(kind, value) => {
+                    fact = Fact { kinds: vec![kind], inferred: true, value, ..fact };
+                }
+                Entity::Port(_, n) => fact.value = n,
+                Entity::Var(id) => {
+                    let var = &self.vars[id.0 as usize];
+                    fact.kinds = vec![var.kind];
+                    fact.inferred = open.contains(&id);
+                    fact.value = var.array.then_some(var.len as i32);
+                    fact.storage = Some(var.storage);
+                }
+                Entity::Table(id) => {
+                    let table = &self.tables[id.0 as usize];
+                    fact.kinds.clone_from(&table.kinds);
+                    fact.inferred = true;
+                    fact.value = i32::try_from(table.values.len() as u32 / table.columns).ok();
+                }
+                Entity::Routine(id) => {
+                    fact.kinds.extend(self.infos[id.0 as usize].result);
+                    fact.inferred = self.routine(id).is_some_and(|r| r.result.is_none());
+                }
+            }
+            fact
+        };
+        self.names.declared().filter_map(|s| Some((s.span?.start, fact(s.entity)))).collect()
     }
 
     fn program(&mut self, bodies: Vec<hir::Block>, calls: &calls::Calls) -> Option<Program> {

@@ -111,6 +111,11 @@ impl<'a> Names<'a> {
         names.into_iter()
     }
 
+    /// Every declared name.
+    pub fn declared(&self) -> impl Iterator<Item = &Symbol<'a>> {
+        self.symbols.iter()
+    }
+
     /// Declared names that nothing mentions.
     pub fn unused(&self) -> impl Iterator<Item = &Symbol<'a>> {
         self.symbols.iter().filter(|s| !s.used)

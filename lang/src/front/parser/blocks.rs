@@ -205,7 +205,8 @@ impl<'a> Builder<'a> {
             let message = format!("NEXT {} closes the FOR of `{}`", named.text, var.text);
             let diag = Diag::new(Code::NextName, named.span, message)
                 .label(var.span, "the innermost open FOR")
-                .hint(format!("write `NEXT {}` or `NEXT`", var.text));
+                .hint(format!("write `NEXT {}` or `NEXT`", var.text))
+                .fix(named.span, &*var.text);
             self.diags.push(diag);
         }
         self.complete(frame, Some(closer), line);
@@ -289,7 +290,11 @@ impl<'a> Builder<'a> {
             Opener::For(head) => {
                 let ForHead { var, from, to, step } = *head;
                 let (from, to, step) = (Box::new(from), Box::new(to), step.map(Box::new));
-                StmtKind::For { var, from, to, step, body, next_line: end_line }
+                let next = match closer {
+                    Some(Closer::For(next)) => next.map(Box::new),
+                    _ => None,
+                };
+                StmtKind::For { var, from, to, step, body, next_line: end_line, next }
             }
             Opener::While(cond) => StmtKind::While { cond, body, end_line },
             Opener::Do(before) => {

@@ -137,8 +137,9 @@ fn primary(i: In<'_>) -> Parsed<'_, Tall> {
         }
         Tok::Name | Tok::Kw(_) | Tok::Quiet(_) | Tok::GWord => named(i),
         Tok::Sign(Sign::Plus) => {
-            let diag =
-                Diag::new(Code::Expected, span, "there is no unary `+`").hint("leave it out");
+            let diag = Diag::new(Code::Expected, span, "there is no unary `+`")
+                .hint("leave it out")
+                .fix(span, "");
             Err(i.fail(diag))
         }
         Tok::Sign(Sign::OpenBracket) => {
@@ -159,7 +160,7 @@ fn number(i: In<'_>) -> Parsed<'_, Expr> {
         let message = format!("a blank stands between `{digits}` and its unit");
         let diag =
             Diag::new(Code::UnitApart, whole, message).hint(format!("write `{digits}{unit}`"));
-        return Err(i.fail(diag));
+        return Err(i.fail(diag.fix(whole, format!("{digits}{unit}"))));
     }
     if let Some(diag) = foreign::unit_call(i) {
         return Err(i.fail(diag));
@@ -240,7 +241,11 @@ fn builtin(i: In<'_>, func: Func) -> Parsed<'_, Tall> {
         };
     }
     if open.tok() != Tok::Sign(Sign::Open) {
-        return Err(i.fail(usage("is a function and needs its parentheses")));
+        let mut diag = usage("is a function and needs its parentheses");
+        if func.args().is_empty() {
+            diag = diag.fix(Span::point(span.end), "()");
+        }
+        return Err(i.fail(diag));
     }
     let mut rest = open.deeper()?.rest();
     let mut args = Vec::new();

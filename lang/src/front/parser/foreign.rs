@@ -8,7 +8,7 @@ use crate::front::codes::Code;
 use crate::front::diag::{Diag, MAX_DIAGS};
 use crate::front::span::Span;
 use crate::front::token::{Sign, Tok};
-use crate::front::words::{Class, Func, Kw, nearest};
+use crate::front::words::{Class, Func, Kw, Reserved, lookup, nearest};
 use crate::kind::Kind;
 
 /// Statement words of other systems, folded to upper case, and what is written here.
@@ -122,6 +122,14 @@ fn look_up(table: &[(&'static str, &'static str)], word: &str) -> Option<&'stati
     table.iter().find(|(w, _)| w.eq_ignore_ascii_case(word)).map(|(_, hint)| *hint)
 }
 
+/// The words of ours that a hint says to write, where they are the whole of it: they may take the
+/// place of the foreign one.
+fn bare_words(hint: &'static str) -> Option<&'static str> {
+    let words = hint.strip_prefix("write `")?.strip_suffix('`')?;
+    let ours = |word| matches!(lookup(word), Some(Reserved::Kw(_)));
+    words.split(' ').all(ours).then_some(words)
+}
+
 /// A block's line that another BASIC writes in another way, read as what it means.
 pub fn block_word(i: In<'_>) -> Option<(Piece, usize)> {
     let word = i.word();
@@ -154,6 +162,7 @@ pub fn block_word_diag(i: In<'_>, piece: &Piece, span: Span) -> Diag {
     };
     Diag::new(Code::ForeignStatement, span, format!("`{shown}` does not exist here"))
         .hint(format!("write `{closing}`"))
+        .fix(span, closing)
 }
 
 /// A statement that begins with a name that is no SUB and is not assigned to.
@@ -162,16 +171,25 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
     let span = i.first().span;
     if let Some(hint) = look_up(STATEMENTS, word) {
         let message = format!("there is no statement `{word}`");
-        return Diag::new(Code::ForeignStatement, span, message).hint(hint);
+        let diag = Diag::new(Code::ForeignStatement, span, message).hint(hint);
+        return match bare_words(hint) {
+            Some(ours) => diag.fix(span, ours),
+            None if word.eq_ignore_ascii_case("LET") => {
+                diag.fix(Span::new(span.start, i.second().span.start), "")
+            }
+            None => diag,
+        };
     }
     if let Tok::Sign(Sign::Colon) = i.second().tok {
         let message = format!("`{word}` is no statement");
-        let hint = if i.second().span.start > span.end {
-            format!("a label's colon follows directly: `{word}:`")
+        let diag = Diag::new(Code::BlankLabel, span, message);
+        let colon = i.second().span;
+        return if colon.start > span.end {
+            diag.hint(format!("a label's colon follows directly: `{word}:`"))
+                .fix(Span::new(span.end, colon.start), "")
         } else {
-            "a label stands at the start of its line".to_owned()
+            diag.hint("a label stands at the start of its line")
         };
-        return Diag::new(Code::BlankLabel, span, message).hint(hint);
     }
     // `led Alias Portb.0` of BASCOM.
     if i.second().span.of(i.context.text).eq_ignore_ascii_case("alias") {
@@ -190,7 +208,7 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
     let subs = i.context.routines.iter().map(String::as_str).take(1000);
     let near = if guesses < MAX_DIAGS { nearest(word, words.chain(subs)) } else { None };
     match (near, i.second().tok) {
-        (Some(near), _) => diag.hint(format!("did you mean `{near}`?")),
+        (Some(near), _) => diag.near(near),
         (None, Tok::Sign(Sign::OpenBracket)) => {
             diag.hint(format!("an index stands in parentheses: `{word}(0) = 1`"))
         }
@@ -223,6 +241,7 @@ pub fn no_statement(i: In<'_>) -> Diag {
         Tok::Number if !word.contains(|c: char| c.is_ascii_alphabetic()) => {
             Diag::new(Code::LineNumber, span, "lines have no numbers")
                 .hint("delete it; a label is written `name:`")
+                .fix(Span::new(span.start, i.second().span.start.max(span.end)), "")
         }
         Tok::Func(Func::Out) => {
             Diag::new(Code::ForeignStatement, span, "OUT is a function that reads an output")
@@ -294,20 +313,24 @@ pub fn surplus(i: In<'_>) -> Option<Diag> {
             Diag::new(Code::WrongArguments, span, "there are too many arguments")
         }
         Tok::Sign(Sign::Close) => Diag::new(Code::Expected, span, "this `)` closes nothing")
-            .hint("delete it, or open it with `(`"),
+            .hint("delete it, or open it with `(`")
+            .fix(span, ""),
         Tok::Sign(Sign::OpenBracket) => {
             Diag::new(Code::ForeignBrackets, span, "`[` has no meaning")
                 .hint("a size or an index stands in parentheses: `a(5)`")
         }
         Tok::Sign(Sign::CloseBracket) => Diag::new(Code::Expected, span, "this `]` closes nothing")
-            .hint("delete it; indices stand in parentheses: `a(5)`"),
+            .hint("delete it; indices stand in parentheses: `a(5)`")
+            .fix(span, ""),
         Tok::Sign(Sign::Semicolon) => {
             Diag::new(Code::ForeignComment, span, "`;` has no meaning here")
                 .hint("comments begin with `'`; `;` begins one in G-code only")
+                .fix(span, "'")
         }
         Tok::Kw(Kw::Then) => Diag::new(Code::Expected, span, "`THEN` has no IF"),
         Tok::Kw(Kw::Do) => Diag::new(Code::Expected, span, "`DO` begins a block of its own")
-            .hint("leave it out: FOR and WHILE have no DO"),
+            .hint("leave it out: FOR and WHILE have no DO")
+            .fix(span, ""),
         Tok::Sign(Sign::Eq) => Diag::new(Code::Expected, span, "no value can be given here")
             .hint("assign by a statement of its own: `a = 5`"),
         Tok::Kw(kw) if kw.begins_statement() => {
@@ -327,7 +350,7 @@ pub fn one_line_end(i: In<'_>) -> Option<Diag> {
     let (Tok::Kw(Kw::End), Tok::Kw(Kw::If)) = (i.tok(), i.second().tok) else { return None };
     let span = i.first().span.to(i.second().span);
     let diag = Diag::new(Code::BlockInOneLine, span, "a one-line IF has no END IF");
-    Some(diag.hint("leave it out, or end the line behind THEN"))
+    Some(diag.hint("leave it out, or end the line behind THEN").fix(span, ""))
 }
 
 /// A block's line inside a one-line IF.
@@ -376,10 +399,15 @@ pub fn kind(i: In<'_>) -> Diag {
     let names = || Kind::ALL.iter().map(|k| k.name());
     let diag = Diag::new(Code::Expected, i.first().span, format!("`{word}` is not a kind"));
     if let Some(hint) = look_up(KINDS, word) {
-        return diag.hint(hint);
+        let ours = hint.strip_prefix("write `AS ").and_then(|rest| rest.split_once('`'));
+        let diag = diag.hint(hint);
+        return match ours {
+            Some((kind, _)) => diag.fix(i.first().span, kind),
+            None => diag,
+        };
     }
     match nearest(word, names()) {
-        Some(near) => diag.hint(format!("did you mean `{near}`?")),
+        Some(near) => diag.near(near),
         None => diag.hint(format!("kinds are {}", names().collect::<Vec<_>>().join(", "))),
     }
 }
@@ -388,6 +416,7 @@ pub fn kind(i: In<'_>) -> Diag {
 pub fn print_comma(i: In<'_>) -> Diag {
     Diag::new(Code::Expected, i.first().span, "`,` can not stand between the parts of a PRINT")
         .hint("write `;`; the parts are joined without blanks: PRINT a; \" \"; b")
+        .fix(i.first().span, ";")
 }
 
 /// `MoveAxe(1, 2000, ...)`, `SetOut(1, 1)`: parentheses round a statement's arguments.

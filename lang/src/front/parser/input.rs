@@ -303,7 +303,12 @@ pub fn axis(i: In<'_>) -> Parsed<'_, AxisRef> {
         "(" => "the axis stands without parentheses: X, Y or Z",
         _ => "axes are X, Y and Z",
     };
-    Err(i.fail(diag.hint(hint)))
+    let diag = diag.hint(hint);
+    let letter = word.parse().ok().and_then(|n: usize| ["X", "Y", "Z"].get(n.checked_sub(1)?));
+    Err(i.fail(match letter {
+        Some(letter) => diag.fix(i.first().span, *letter),
+        None => diag,
+    }))
 }
 
 /// A word that may be a name.
@@ -320,7 +325,9 @@ pub fn name(i: In<'_>) -> Parsed<'_, Name> {
         Tok::Name if crate::front::lexer::begins_gcode(word) => {
             let (letter, number) = word.split_at(1);
             let message = format!("`{word}` looks like a G-code word and can not be a name");
-            bad(message, format!("write `{letter}_{number}`"))
+            let instead = format!("{letter}_{number}");
+            let diag = Diag::new(Code::BadName, span, message);
+            Err(i.fail(diag.hint(format!("write `{instead}`")).fix(span, instead)))
         }
         Tok::Name => Ok((i.rest(), named(i, word, span))),
         Tok::Kw(kw) if kw.is_soft() => Ok((i.rest(), named(i, word, span))),

@@ -15,14 +15,25 @@ mod stmt;
 use super::ast::Script;
 use super::codes::Code;
 use super::diag::{Diag, Diags};
-use super::lexer::lex;
+use super::lexer::{begins_gcode, lex};
 use super::token::{Sign, Tok, Token};
-use super::words::Kw;
+use super::words::{Kw, lookup};
 use blocks::Builder;
 use core::cell::{Cell, RefCell};
 use input::{Context, In};
 use piece::{Opener, Piece, Placed};
 use std::collections::HashSet;
+
+/// Whether a word can be a name anywhere: words that are names outside of one statement only are
+/// left out.
+pub fn is_name(word: &str) -> bool {
+    let mut bytes = word.bytes();
+    bytes.next().is_some_and(|b| b.is_ascii_alphabetic())
+        && bytes.all(|b| b.is_ascii_alphanumeric() || b == b'_')
+        && !(word.len() == 1 && "xyzXYZ".contains(word))
+        && lookup(word).is_none()
+        && !begins_gcode(word)
+}
 
 /// Parses a script. The tree holds what could be read; it is whole if `diags` got no error.
 pub fn parse(text: &str, diags: &mut Diags) -> Script {
@@ -116,7 +127,8 @@ fn else_if<'a>(i: In<'a>, if_: In<'a>, builder: &mut Builder<'_>) -> Option<In<'
     let Piece::Open(Opener::If(cond)) = piece else { return None };
     let span = i.span_to(if_.rest());
     let diag = Diag::new(Code::ForeignStatement, span, "`ELSE IF` would open a block of its own")
-        .hint("write `ELSEIF`");
+        .hint("write `ELSEIF`")
+        .fix(span, "ELSEIF");
     builder.diags().push(diag);
     builder.add(Placed { piece: Piece::ElseIf(cond), span, line: i.first().line });
     Some(rest)

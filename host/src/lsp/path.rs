@@ -1,0 +1,53 @@
+//! Documents' names: `file:` URIs and paths.
+
+use lsp_types::Uri;
+
+/// The path that a URI names; of one that is no file its own text.
+pub fn of(uri: &Uri) -> String {
+    let Some(rest) = uri.as_str().strip_prefix("file://") else { return uri.as_str().to_owned() };
+    let path = decoded(rest);
+    // `/c:/a.bas` of Windows.
+    let drive = path.strip_prefix('/').filter(|rest| {
+        let mut chars = rest.chars();
+        chars.next().is_some_and(|c| c.is_ascii_alphabetic()) && chars.next() == Some(':')
+    });
+    drive.map_or_else(|| path.clone(), str::to_owned)
+}
+
+/// `%20` and its like.
+fn decoded(text: &str) -> String {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let Some((&first, behind)) = rest.split_first() {
+        let digits = behind.get(..2).filter(|_| first == b'%');
+        let code = digits.and_then(|d| u8::from_str_radix(std::str::from_utf8(d).ok()?, 16).ok());
+        match code {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &behind[2..];
+            }
+            None => {
+                bytes.push(first);
+                rest = behind;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::of;
+
+    #[test]
+    fn uris_become_paths() {
+        for (uri, path) in [
+            ("file:///a/b%20c.bas", "/a/b c.bas"),
+            ("file:///c:/J%C3%BCrgen/x.bas", "c:/J\u{fc}rgen/x.bas"),
+            ("file:///C%3A/x.bas", "C:/x.bas"),
+            ("untitled:Untitled-1", "untitled:Untitled-1"),
+        ] {
+            assert_eq!(of(&uri.parse().expect("a URI")), path);
+        }
+    }
+}
