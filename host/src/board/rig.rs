@@ -103,8 +103,9 @@ impl Rig {
             let above = own.home.direction == Direction::Positive;
             let away = SWITCH_AWAY_UM * i64::from(own.scale.steps) / i64::from(own.scale.um);
             let usual = i64::from(own.home.direction.sign()) * away;
-            let position = places[i].map_or(usual, i64::from);
-            plant.switches[i] = Some(Contact { axis: i, position, above });
+            let usual = (!self.scenario.is_unattended()).then_some(usual);
+            let position = places[i].map(i64::from).or(usual);
+            plant.switches[i] = position.map(|position| Contact { axis: i, position, above });
         }
         for input in profile.inputs.iter().filter(|input| input.invert) {
             if let Ok(n) = u8::try_from(input.n) {
@@ -126,6 +127,21 @@ impl Rig {
             });
             self.board.plant_mut().probes[i] = plate;
         }
+    }
+
+    /// The program waits for Start: see [`Scenario::waits_for_start`].
+    pub fn waits_for_start(&mut self, since_us: u64) -> bool {
+        self.scenario.waits_for_start(since_us)
+    }
+
+    /// Whether nobody is there: see [`World::unattended`].
+    pub fn is_unattended(&self) -> bool {
+        self.scenario.is_unattended()
+    }
+
+    /// Where the scenario put the reference switches, steps from power-up.
+    pub fn switches(&self) -> [Option<i32>; 3] {
+        Axis::ALL.map(|axis| self.scenario.switch_place(axis))
     }
 
     /// The board.

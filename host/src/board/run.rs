@@ -25,6 +25,7 @@ use crate::client::status::Status as BoardStatus;
 use crate::link::Link;
 use crate::sim::record::{Edge, Record, StopReason, Summary};
 use crate::sim::trace::{Event, Status, What};
+use crate::sim::unattended::Unattended;
 use crate::sim::{End, Outcome};
 
 /// Longest simulated time between two looks at the pins, us.
@@ -56,6 +57,8 @@ pub struct Run<'a, 'b> {
     release_start_at: Option<u64>,
     /// Why the board was told to stop, and when, us.
     stopping: Option<(StopReason, u64)>,
+    /// What nobody told it.
+    unattended: Unattended,
 }
 
 impl<'a, 'b> Run<'a, 'b> {
@@ -79,6 +82,8 @@ impl<'a, 'b> Run<'a, 'b> {
             }
         };
         rig.borrow_mut().board().record(true);
+        let switches = rig.borrow().switches();
+        let unattended = Unattended { switches, ..Unattended::default() };
         let judge = Judge::new(&job.program.profile, rig.borrow().plant());
         let Sinks { trace, progress, .. } = sinks;
         Ok(Run {
@@ -96,6 +101,7 @@ impl<'a, 'b> Run<'a, 'b> {
             uses: Uses::default(),
             release_start_at: None,
             stopping: None,
+            unattended,
         })
     }
 
@@ -219,7 +225,13 @@ impl<'a, 'b> Run<'a, 'b> {
         let over = match status.run_state {
             // What a pause interrupted still counts as moving.
             Some(RunState::Paused) => true,
-            Some(RunState::WaitStart) => rests && !stuck::has_ticks(program),
+            Some(RunState::WaitStart) if rests => {
+                if self.rig.borrow_mut().waits_for_start(self.watch.since_us()) {
+                    self.unattended.released.push(line);
+                    return Ok(None);
+                }
+                !stuck::has_ticks(program)
+            }
             Some(RunState::Running) => rests && stuck::waits_for_ever(program, line),
             _ => false,
         };
@@ -255,6 +267,11 @@ impl<'a, 'b> Run<'a, 'b> {
         self.judge.take(&edges);
         if let Some(vcd) = &mut self.vcd {
             vcd.write(&edges).map_err(BoardError::Vcd)?;
+        }
+        for ([least, greatest], at) in self.unattended.reached.iter_mut().zip(rig.motors()) {
+            let at = i32::try_from(at).unwrap_or_default();
+            *least = at.min(*least);
+            *greatest = at.max(*greatest);
         }
         let now = rig.us();
         drop(rig);
@@ -335,7 +352,10 @@ impl<'a, 'b> Run<'a, 'b> {
         let [inputs, outputs] = [&mut self.inputs, &mut self.outputs].map(std::mem::take);
         let record: Record = std::mem::take(&mut self.path).record(inputs, outputs);
         let end = End { status, fault: fault_number, line };
-        let outcome = Outcome { end, summary, record, vars: Vec::new(), failures };
+        let alone = self.rig.borrow().is_unattended();
+        let unattended =
+            if alone { std::mem::take(&mut self.unattended) } else { Unattended::default() };
+        let outcome = Outcome { end, summary, record, vars: Vec::new(), failures, unattended };
         Ok(BoardRun { outcome, remarks, health, judged })
     }
 }

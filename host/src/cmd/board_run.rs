@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::output::OutputFile;
 use crate::plot::time;
 use crate::sim::world::World;
-use crate::sim::{Options, Outcome, Sink};
+use crate::sim::{self, Options, Outcome, Sink};
 
 /// Runs a script on the emulated board; what the emulator noticed is written.
 ///
@@ -31,6 +31,15 @@ pub fn run(
     let compiled = script::compile_for_device(script, console)?;
     let build = part.for_program(script, &compiled, console)?;
     let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
+    // The emulated machine has its switches from power-up on.
+    let placed = if world.is_unattended() {
+        let switches = sim::unattended::switches(&script.program, options);
+        let switches = switches.map_err(|error| Failure::Board(error.to_string()))?;
+        Some(world.clone().with_switches(switches))
+    } else {
+        None
+    };
+    let world = placed.as_ref().unwrap_or(world);
     let job = Job {
         build,
         program: &script.program,

@@ -126,9 +126,10 @@ impl Sim {
         // Of another system's program the user sees its own lines, not those of the script.
         outcome.summary.line = script.line_of_file(outcome.summary.line);
         outcome.end.line = script.line_of_file(outcome.end.line);
+        let notes = outcome.unattended.notes(&script.program, |line| script.line_of_file(line));
         let to_stderr = self.trace.as_deref() == Some("-");
         let engine = self.engine.name();
-        summary::write(&self.file, engine, &script.program, &outcome, to_stderr, console)?;
+        summary::write(&self.file, engine, &script.program, &outcome, &notes, to_stderr, console)?;
         verdict(&self.file, &outcome, console)
     }
 

@@ -18,6 +18,7 @@ pub fn write(
     engine: &str,
     program: &Program,
     outcome: &Outcome,
+    notes: &[String],
     to_stderr: bool,
     console: &Console,
 ) -> Result<(), Failure> {
@@ -28,12 +29,16 @@ pub fn write(
         #[serde(flatten)]
         summary: &'a Summary,
         failures: &'a [String],
+        notes: &'a [String],
     }
     let text = if console.json() {
-        let line = Line { file, engine, summary: &outcome.summary, failures: &outcome.failures };
+        let line =
+            Line { file, engine, summary: &outcome.summary, failures: &outcome.failures, notes };
         serde_json::to_string(&line).unwrap_or_default()
     } else {
-        describe(file, program, &outcome.summary)
+        let mut text = describe(file, program, &outcome.summary);
+        notes.iter().for_each(|note| text += &format!("\n  note: {note}"));
+        text
     };
     if to_stderr {
         console.complain(&text);

@@ -6,12 +6,12 @@ use crate::input;
 use crate::render::Note;
 use crate::sim::world::{World, WorldError};
 
-/// Reads the scenario, or gives the empty one.
+/// Reads the scenario, or gives that of nobody: see [`World::unattended`].
 ///
 /// # Errors
 /// It cannot be read or is no script; that was written.
 pub fn load(file: Option<&str>, console: &Console) -> Result<World, Failure> {
-    let Some(file) = file else { return Ok(World::empty()) };
+    let Some(file) = file else { return Ok(World::unattended()) };
     let text = input::read_text(file).map_err(|note| console.refuse(&note))?;
     World::parse(file, &text).map_err(|error| wrong(&error, console))
 }

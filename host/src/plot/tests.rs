@@ -95,6 +95,7 @@ fn outcome() -> Outcome {
         record,
         vars: Vec::new(),
         failures: Vec::new(),
+        unattended: Default::default(),
     }
 }
 

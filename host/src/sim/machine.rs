@@ -35,6 +35,7 @@ use self::seek::Seek;
 use self::waits::{Slot, Wait};
 use super::record::StopReason;
 use super::trace::{PerAxis, Status, What};
+use super::unattended::Unattended;
 use super::world::{Scenario, World, WorldError};
 use super::{End, Options, SimError, Sink};
 
@@ -112,6 +113,8 @@ pub struct Machine {
     resume_at: Option<u64>,
     stop_held_since: Option<u64>,
     start_presses: u64,
+    /// Lines whose wait for Start an unattended world ended.
+    released: Vec<u32>,
     started: bool,
     world_error: Option<WorldError>,
     pieces: Pieces,
@@ -134,7 +137,7 @@ impl Machine {
         let scenario = world.start()?;
         let record = MachineRecord::of(profile);
         let mut machine = Machine {
-            plant: Plant::new(profile, &record),
+            plant: Plant::new(profile, &record, &scenario),
             motion: Motion::new(record.axes, record.corner),
             axes: Axes::new(profile, &record),
             inputs: Inputs::new(profile),
@@ -171,6 +174,7 @@ impl Machine {
             resume_at: None,
             stop_held_since: None,
             start_presses: 0,
+            released: Vec::new(),
             started: false,
             world_error: None,
             pieces: Pieces::default(),
@@ -544,6 +548,18 @@ impl Machine {
     fn write(&mut self, what: What) {
         self.log.write(self.now, what);
         self.look_for_interruption();
+    }
+
+    /// What the run did that nobody told it, with [`World::unattended`].
+    pub fn unattended(&self) -> Unattended {
+        if !self.scenario.is_unattended() {
+            return Unattended::default();
+        }
+        Unattended {
+            released: self.released.clone(),
+            reached: Axis::ALL.map(|axis| self.plant.reached(axis)),
+            switches: Axis::ALL.map(|axis| self.plant.switch_place(axis, &self.scenario)),
+        }
     }
 
     /// Closes the books: the numbers of the run, the record, and what the world expected in vain.

@@ -7,6 +7,7 @@ pub mod machine;
 pub mod record;
 pub mod rhai_engine;
 pub mod trace;
+pub mod unattended;
 pub mod vm_engine;
 pub mod world;
 
@@ -19,6 +20,7 @@ use lang::hir::Program;
 
 use record::{Record, Summary};
 use trace::{Event, Status};
+use unattended::Unattended;
 use world::{World, WorldError};
 
 /// Simulated time that a run may take unless told otherwise: 24 h, in us.
@@ -107,6 +109,8 @@ pub struct Outcome {
     pub vars: Vec<VarValue>,
     /// `expect_` lines of the world that did not hold, each with its line and what was there.
     pub failures: Vec<String>,
+    /// What the run took upon itself where nobody was there.
+    pub unattended: Unattended,
 }
 
 /// Why a run could not be made, or not to its end.
@@ -184,7 +188,8 @@ fn outcome(
 ) -> Result<Outcome, SimError> {
     let end = machine.finish(fault, line)?;
     let (summary, record, failures) = machine.results(&end);
-    Ok(Outcome { end, summary, record, vars, failures })
+    let unattended = machine.unattended();
+    Ok(Outcome { end, summary, record, vars, failures, unattended })
 }
 
 /// As [`run`], with the whole trace in memory.

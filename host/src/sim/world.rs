@@ -105,17 +105,47 @@ impl WorldError {
     }
 }
 
+/// From the beginning of a wait for Start to the press in an unattended world, us.
+const UNATTENDED_PRESS_US: u64 = 1_000_000;
+
 /// The text of a world, known to parse.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct World {
     file: String,
     source: String,
+    unattended: bool,
+    /// Reference switches, steps from power-up; what the script says comes before.
+    switches: [Option<i32>; 3],
 }
 
 impl World {
     /// The world without a script: no input ever changes and a probe meets nothing.
     pub fn empty() -> World {
-        World { file: String::new(), source: String::new() }
+        World::default()
+    }
+
+    /// The world of a run that was given none, so that a plain file of a CAM runs: no input ever
+    /// changes and a probe meets nothing; the reference switches are out of the way until their
+    /// axis is homed for the first time, and stand 20 mm beyond all that it reached by then; whoever
+    /// waits for Start gets a press after a second.
+    pub fn unattended() -> World {
+        World { unattended: true, ..World::default() }
+    }
+
+    /// Whether it is [`World::unattended`].
+    pub fn is_unattended(&self) -> bool {
+        self.unattended
+    }
+
+    /// Whether there is no script.
+    pub fn is_empty(&self) -> bool {
+        self.source.is_empty()
+    }
+
+    /// The same world with reference switches at these steps from power-up, where its script does
+    /// not say.
+    pub fn with_switches(self, switches: [Option<i32>; 3]) -> World {
+        World { switches, ..self }
     }
 
     /// Takes a script; `file` is the name in diagnostics.
@@ -128,7 +158,8 @@ impl World {
                 format!("the world has {} bytes; at most {SOURCE_LIMIT} are read", source.len());
             return Err(WorldError::new(file, "S001", Position::new(1, 1), text));
         }
-        let world = World { file: file.to_owned(), source: source.to_owned() };
+        let (file, source) = (file.to_owned(), source.to_owned());
+        let world = World { file, source, ..World::default() };
         compile(&engine(), &world)?;
         Ok(world)
     }
@@ -139,9 +170,11 @@ impl World {
     /// The script fails.
     pub fn start(&self) -> Result<Scenario, WorldError> {
         let plan = Rc::new(RefCell::new(Plan::default()));
-        if self.source.is_empty() {
+        plan.borrow_mut().switches = self.switches;
+        let (file, unattended) = (self.file.clone(), self.unattended);
+        if self.is_empty() {
             let (engine, ast) = (Engine::new_raw(), AST::empty());
-            return Ok(Scenario { file: self.file.clone(), engine, ast, plan });
+            return Ok(Scenario { file, unattended, engine, ast, plan });
         }
         let mut engine = engine();
         functions::register(&mut engine, &plan);
@@ -151,7 +184,7 @@ impl World {
             (used.get() > TOTAL_OPERATIONS).then(rhai::Dynamic::default)
         });
         let ast = compile(&engine, self)?;
-        let scenario = Scenario { file: self.file.clone(), engine, ast, plan };
+        let scenario = Scenario { file, unattended, engine, ast, plan };
         scenario
             .engine
             .run_ast_with_scope(&mut Scope::new(), &scenario.ast)
@@ -196,6 +229,7 @@ fn compile(engine: &Engine, world: &World) -> Result<AST, WorldError> {
 /// A world in motion.
 pub struct Scenario {
     file: String,
+    unattended: bool,
     engine: Engine,
     ast: AST,
     plan: Rc<RefCell<Plan>>,
@@ -240,6 +274,19 @@ impl Scenario {
     /// Output `n` changed at `now_us`: hooks that wait for it are scheduled.
     pub fn output_changed(&mut self, n: i32, on: bool, now_us: u64) {
         self.plan.borrow_mut().output_changed(n, on, now_us);
+    }
+
+    /// Whether nobody and nothing is there: see [`World::unattended`].
+    pub fn is_unattended(&self) -> bool {
+        self.unattended
+    }
+
+    /// The program waits for Start since `since_us`: in an unattended world it is pressed a second
+    /// later, or now if that is past. Gives whether it will be.
+    pub fn waits_for_start(&self, since_us: u64) -> bool {
+        let press = Job::Press(Button::Start, PRESS_US);
+        self.unattended
+            && self.plan.borrow_mut().schedule(since_us + UNATTENDED_PRESS_US, press).is_ok()
     }
 
     /// Where `switch_at` put the axis's reference switch: steps from the place at power-up.

@@ -152,6 +152,8 @@ pub fn simulate(
         look_ahead: part.part.look_ahead,
         ..sim::Options::default()
     };
+    let nobody = World::unattended();
+    let world = if world.is_empty() { &nobody } else { world };
     match sim::run_traced(&loaded.program, Engine::Vm, world, &options) {
         Ok((outcome, events)) => {
             let plot = Plot {

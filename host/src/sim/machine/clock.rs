@@ -257,6 +257,7 @@ impl Machine {
     /// Reference switches and probe as they are now.
     pub(super) fn feel_plant(&mut self) {
         let at = self.motion.positions(self.now);
+        self.plant.reach(at);
         for axis in Axis::ALL {
             let closed = self.plant.switch_closed(axis, at[axis.index()], &self.scenario);
             self.inputs.sense(self.profile.reference_input(axis), closed, self.now);

@@ -111,6 +111,7 @@ impl Machine {
         let home = part.home.clone();
         let toward = home.direction.sign();
         let kind = SegmentKind::Home;
+        self.plant.put_switch(axis);
         let input = self.profile.reference_input(axis);
         let stroke = self.axes.to_steps(axis, home.stroke_um)?;
         let reach = |from: i32, steps: i32| from.checked_add(steps).ok_or(Fault::Overflow);

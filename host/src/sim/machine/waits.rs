@@ -79,6 +79,9 @@ impl Machine {
             }
             Effect::WaitStart => {
                 let until = Until::Start(self.start_presses);
+                if self.scenario.waits_for_start(self.now) {
+                    self.released.push(line);
+                }
                 Wait { line, until, deadline: None, query: false }
             }
             Effect::WaitChar { c, timeout, query } => {
