@@ -6,6 +6,7 @@ pub mod bench;
 pub mod board;
 pub mod client;
 pub mod cmd;
+pub mod dap;
 pub mod failure;
 pub mod gateway;
 pub mod helm;

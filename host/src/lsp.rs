@@ -34,6 +34,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+pub use about::quantity;
 use document::Document;
 
 /// Open documents beyond this number are refused; an editor opens some tens.

@@ -426,3 +426,6 @@ impl<'a, 'm> Vm<'a, 'm> {
         Ok(within == next)
     }
 }
+
+#[cfg(feature = "compiler")]
+mod frames;

@@ -9,6 +9,7 @@ mod board_run;
 mod build;
 mod check;
 mod control;
+mod dap;
 mod disasm;
 mod flash;
 mod fmt;
@@ -119,6 +120,8 @@ enum Command {
     Gateway(gateway::Gateway),
     /// Serve an editor: the language server on standard input and output
     Lsp(lsp::Lsp),
+    /// Serve an editor's debugger: the debug adapter on standard input and output
+    Dap(dap::Dap),
     /// Show what the firmware uses of flash and RAM, by module
     Size(size::Size),
     /// Measure step rates, cycles, bytes and times, one line each
@@ -144,6 +147,7 @@ impl Command {
             Command::Workbench(command) => command.run(options, console),
             Command::Gateway(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
+            Command::Dap(command) => command.run(options, console),
             Command::Board(command) => command.run(options, console),
             Command::Upload(command) => command.run(options, console),
             Command::Stream(command) => command.run(options, console),

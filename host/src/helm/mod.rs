@@ -5,7 +5,7 @@
 //! requests the owner looks at the board and shows one [`Picture`] of it to everybody, with a
 //! [log](Entry) of what happened. A held jog ([`Hold`]) lives on accepted keep-alives alone.
 
-mod follow;
+pub mod follow;
 mod hold;
 mod log;
 mod owner;

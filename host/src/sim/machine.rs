@@ -13,6 +13,7 @@ mod moves;
 mod outputs;
 mod path;
 mod seek;
+mod view;
 mod waits;
 
 #[cfg(test)]
@@ -32,6 +33,7 @@ use self::motion::Motion;
 use self::moves::Pieces;
 use self::outputs::Outputs;
 use self::seek::Seek;
+pub use self::view::{AxisView, View};
 use self::waits::{Slot, Wait};
 use super::record::StopReason;
 use super::trace::{PerAxis, Status, What};

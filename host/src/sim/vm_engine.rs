@@ -63,7 +63,28 @@ impl Places {
     }
 }
 
-struct Driver<'a, 'm> {
+/// A place between two statements.
+pub struct At<'s, 'a, 'm> {
+    /// Address of the statement that is about to run, or that failed.
+    pub pc: usize,
+    /// Its line.
+    pub line: u32,
+    /// Cells and open calls.
+    pub vm: &'s mut Vm<'a, 'm>,
+    /// The machine.
+    pub machine: &'s Machine,
+}
+
+/// Somebody who looks on, statement by statement.
+pub trait Watcher {
+    /// A statement is about to run; `false` ends the run.
+    fn before(&mut self, at: At<'_, '_, '_>) -> bool;
+    /// A statement failed; `false` ends the run.
+    fn failed(&mut self, at: At<'_, '_, '_>, fault: Fault) -> bool;
+}
+
+struct Driver<'a, 'm, 'w> {
+    watcher: Option<&'w mut dyn Watcher>,
     vm: Vm<'a, 'm>,
     image: Image<'a>,
     machine: Machine,
@@ -87,12 +108,28 @@ pub fn run(
     options: &Options,
     sink: Sink,
 ) -> Result<Outcome, SimError> {
+    watched(program, compiled, world, options, sink, None)
+}
+
+/// The same with somebody who looks on.
+///
+/// # Errors
+/// As [`super::run`].
+pub fn watched(
+    program: &Program,
+    compiled: &Compiled,
+    world: &World,
+    options: &Options,
+    sink: Sink,
+    watcher: Option<&mut dyn Watcher>,
+) -> Result<Outcome, SimError> {
     let refused = |flaw: &dyn std::fmt::Debug| SimError::Engine(format!("vm: {flaw:?}"));
     let image = Image::new(&compiled.image).map_err(|flaw| refused(&flaw))?;
     let machine = Machine::new(&program.profile, world, options, Vec::new(), sink)?;
     let mut state = State::new(&image.header);
     let mut pool = vec![0; image.header.pool_bytes()];
     let mut driver = Driver {
+        watcher,
         vm: Vm::new(image, &mut state, &mut pool),
         image,
         machine,
@@ -114,7 +151,7 @@ pub fn run(
     Ok(outcome)
 }
 
-impl Driver<'_, '_> {
+impl Driver<'_, '_, '_> {
     fn line(&self) -> u32 {
         self.places.lines.get(self.vm.state.pc).copied().unwrap_or(1)
     }
@@ -145,6 +182,13 @@ impl Driver<'_, '_> {
     /// Counts the statement at `pc` and serves what comes before it.
     fn statement(&mut self, pc: usize) -> Result<(), Final> {
         self.machine.set_line(self.line());
+        let line = self.line();
+        let Driver { watcher, vm, machine, .. } = self;
+        if let Some(watcher) = watcher
+            && !watcher.before(At { pc, line, vm, machine })
+        {
+            return Err(Final::Stopped(line));
+        }
         if !std::mem::take(&mut self.again) {
             let count = self.places.count(pc);
             self.machine.pass(count.into());
@@ -189,6 +233,13 @@ impl Driver<'_, '_> {
     /// The statement at `pc` failed, or a fault came before it or in its wait.
     fn fault(&mut self, fault: Fault, before: Before) -> Result<(), Final> {
         let line = self.line();
+        let Driver { watcher, vm, machine, .. } = self;
+        let pc = vm.state.pc;
+        if let Some(watcher) = watcher
+            && !watcher.failed(At { pc, line, vm, machine }, fault)
+        {
+            return Err(Final::Stopped(line));
+        }
         let fault = self.machine.ramp_down(fault);
         if self.machine.is_halted() {
             return Err(Final::Stopped(line));

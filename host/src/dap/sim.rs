@@ -1,0 +1,360 @@
+//! A script on the simulated machine, statement by statement.
+//!
+//! A run is deterministic: to go back, it is made anew and in silence up to the statement before.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError};
+
+use lang::back::{Compiled, MarkKind, Sidecar};
+use lang::fault::Fault;
+use lang::image::Image;
+
+use super::eval::eval;
+use super::names::Names;
+use super::program::Loaded;
+use super::snapshot::{Break, Frame, Order, Pace, Report, Snapshot};
+use crate::sim::trace::{Event, Status, What};
+use crate::sim::vm_engine::{self, At, Watcher};
+use crate::sim::world::World;
+use crate::sim::{Options, Outcome, SimError};
+
+/// Who hears what a run says.
+pub type Ear = Arc<dyn Fn(Report) + Send + Sync>;
+
+/// Lines of which something runs, by the address where it begins: the first statement of each line.
+pub fn beginnings(sidecar: &Sidecar) -> HashMap<usize, Vec<u32>> {
+    let mut first: HashMap<u32, usize> = HashMap::new();
+    let counts = |kind| matches!(kind, MarkKind::Statement | MarkKind::LoopEnd);
+    for mark in sidecar.marks.iter().filter(|mark| counts(mark.kind)) {
+        let start = first.entry(mark.line).or_insert(mark.span.start);
+        *start = mark.span.start.min(*start);
+    }
+    let mut lines: HashMap<usize, Vec<u32>> = HashMap::new();
+    for mark in sidecar.marks.iter().filter(|mark| counts(mark.kind)) {
+        if first.get(&mark.line) == Some(&mark.span.start) {
+            lines.entry(mark.pc).or_default().push(mark.line);
+        }
+    }
+    lines
+}
+
+/// Runs until the session ends it. `halts`: before the first statement.
+pub fn run(
+    loaded: &Loaded,
+    world: &World,
+    halts: bool,
+    trace: bool,
+    orders: Receiver<Order>,
+    ear: &Ear,
+) {
+    let quiet = Rc::new(Cell::new(false));
+    let mut eye = Eye {
+        compiled: &loaded.compiled,
+        cells: Image::new(&loaded.compiled.image).map_or(0, |image| image.header.cells),
+        names: &loaded.names,
+        beginnings: beginnings(&loaded.compiled.sidecar),
+        orders,
+        ear: ear.clone(),
+        quiet: quiet.clone(),
+        breaks: Vec::new(),
+        faults: false,
+        hits: HashMap::new(),
+        ordinal: 0,
+        pace: Pace::Go,
+        from: (0, 0, 0),
+        entry: halts,
+        pausing: false,
+        goal: None,
+        scan: None,
+        sets: Vec::new(),
+        after: After::Over,
+    };
+    let options = Options { record: false, times: false, ..Options::default() };
+    loop {
+        (eye.ordinal, eye.after) = (0, After::Over);
+        eye.hits.clear();
+        quiet.set(eye.goal.is_some());
+        let (silent, told) = (quiet.clone(), ear.clone());
+        let sink = Box::new(move |event: &Event| {
+            if !silent.get() {
+                tell(event, trace, &told);
+            }
+        });
+        let program = &loaded.program;
+        let result =
+            vm_engine::watched(program, &loaded.compiled, world, &options, sink, Some(&mut eye));
+        match eye.after {
+            After::Again => {}
+            After::Restart => {
+                eye.sets.clear();
+                (eye.goal, eye.scan, eye.pace, eye.entry) = (None, None, Pace::Go, halts);
+            }
+            After::End => return,
+            After::Over => {
+                let (code, text) = ending(&result);
+                ear(Report::Over(code, text));
+                return;
+            }
+        }
+    }
+}
+
+/// What a line of the trace says to the editor.
+pub fn tell(event: &Event, trace: bool, ear: &Ear) {
+    match &event.what {
+        What::Print { text, .. } => ear(Report::Said("stdout", format!("{text}\n"))),
+        What::End { .. } => {}
+        _ if trace => {
+            if let Ok(line) = serde_json::to_string(event) {
+                ear(Report::Said("console", format!("{line}\n")));
+            }
+        }
+        _ => {}
+    }
+}
+
+fn ending(result: &Result<Outcome, SimError>) -> (u8, String) {
+    match result {
+        Ok(outcome) => {
+            let line = outcome.end.line;
+            match (outcome.end.status, outcome.end.fault) {
+                (Status::Done, _) if outcome.failures.is_empty() => {
+                    (0, format!("done in line {line}\n"))
+                }
+                (Status::Done, _) => (3, outcome.failures.join("\n") + "\n"),
+                (Status::Fault, Some(fault)) => {
+                    (3, format!("line {line}: {fault} {}: {}\n", fault.text(), fault.remedy()))
+                }
+                _ => (3, format!("stopped in line {line}\n")),
+            }
+        }
+        Err(error) => (1, format!("{error}\n")),
+    }
+}
+
+/// Why a run was left.
+#[derive(Clone, Copy)]
+enum After {
+    /// It came to its end.
+    Over,
+    /// To be made anew, up to another statement.
+    Again,
+    Restart,
+    End,
+}
+
+struct Eye<'a> {
+    compiled: &'a Compiled,
+    cells: u8,
+    names: &'a Names,
+    beginnings: HashMap<usize, Vec<u32>>,
+    orders: Receiver<Order>,
+    ear: Ear,
+    quiet: Rc<Cell<bool>>,
+    breaks: Vec<Break>,
+    faults: bool,
+    /// How often each breakpoint's line began.
+    hits: HashMap<u32, u64>,
+    /// Statements that have begun.
+    ordinal: u64,
+    pace: Pace,
+    /// Where a step began: depth, line, address.
+    from: (u8, u32, usize),
+    entry: bool,
+    pausing: bool,
+    /// The statement up to which the run is made anew.
+    goal: Option<u64>,
+    /// Going backwards to a breakpoint: the last hit so far.
+    scan: Option<Option<u64>>,
+    /// Changes by hand: statement, cell, value.
+    sets: Vec<(u64, u8, i32)>,
+    after: After,
+}
+
+impl Watcher for Eye<'_> {
+    fn before(&mut self, at: At<'_, '_, '_>) -> bool {
+        self.ordinal += 1;
+        let own = self.sets.iter().filter(|(n, _, _)| *n == self.ordinal);
+        own.for_each(|(_, cell, value)| at.vm.set_cell(*cell, *value));
+        let hit = self.hit(&at);
+        if let Some(goal) = self.goal {
+            if self.ordinal < goal {
+                if let (Some(last), Some(_)) = (&mut self.scan, &hit) {
+                    *last = Some(self.ordinal);
+                }
+                return true;
+            }
+            if let Some(last) = self.scan.take() {
+                self.goal = Some(last.unwrap_or(1));
+                return self.leave(After::Again);
+            }
+            self.goal = None;
+            self.quiet.set(false);
+            return self.halt("step", None, self.ordinal, at);
+        }
+        if !self.listen() {
+            return false;
+        }
+        let stepped = {
+            let (depth, line, pc) = self.from;
+            let (here, same) = (at.vm.state.calls, at.line == line && at.pc > pc);
+            match self.pace {
+                Pace::Over => here < depth || (here == depth && !same),
+                Pace::Into => here != depth || !same,
+                Pace::Out => here < depth,
+                _ => false,
+            }
+        };
+        let reason = match hit {
+            _ if std::mem::take(&mut self.entry) => "entry",
+            _ if std::mem::take(&mut self.pausing) => "pause",
+            Some(()) => "breakpoint",
+            None if stepped => "step",
+            None => return true,
+        };
+        self.halt(reason, None, self.ordinal, at)
+    }
+
+    fn failed(&mut self, at: At<'_, '_, '_>, fault: Fault) -> bool {
+        if !self.faults || self.goal.is_some() {
+            return true;
+        }
+        let text = format!("{fault} {}: {}", fault.text(), fault.remedy());
+        self.halt("exception", Some(text), self.ordinal + 1, at)
+    }
+}
+
+impl Eye<'_> {
+    fn leave(&mut self, after: After) -> bool {
+        self.after = after;
+        false
+    }
+
+    /// What the session said meanwhile; `false` when the run is to end.
+    fn listen(&mut self) -> bool {
+        loop {
+            match self.orders.try_recv() {
+                Ok(Order::Breaks(breaks, faults)) => (self.breaks, self.faults) = (breaks, faults),
+                Ok(Order::Pause) => self.pausing = true,
+                Ok(Order::Restart) => return self.leave(After::Restart),
+                Ok(Order::End) | Err(TryRecvError::Disconnected) => {
+                    return self.leave(After::End);
+                }
+                // A run that goes is not set.
+                Ok(Order::Go(_) | Order::Set(..)) => {}
+                Err(TryRecvError::Empty) => return true,
+            }
+        }
+    }
+
+    /// Whether a breakpoint halts here. Those that only say something say it.
+    fn hit(&mut self, at: &At<'_, '_, '_>) -> Option<()> {
+        if self.breaks.is_empty() {
+            return None;
+        }
+        let lines = self.beginnings.get(&at.pc)?;
+        let wanted = self.breaks.iter().find(|wanted| lines.contains(&wanted.line))?;
+        let shown = self.snapshot(at);
+        if let Some(condition) = &wanted.condition {
+            match eval(condition, at.line, self.names, &shown) {
+                Ok((_, 0)) => return None,
+                Ok(_) => {}
+                // What cannot be read halts: else nobody would notice.
+                Err(words) if !self.quiet.get() => {
+                    let text = format!("the condition `{condition}`: {words}\n");
+                    (self.ear)(Report::Said("stderr", text));
+                }
+                Err(_) => {}
+            }
+        }
+        let hits = self.hits.entry(wanted.line).or_default();
+        *hits += 1;
+        if wanted.hits.is_some_and(|from| *hits < from) {
+            return None;
+        }
+        let Some(log) = &wanted.log else { return Some(()) };
+        if !self.quiet.get() {
+            (self.ear)(Report::Said("console", filled(log, at.line, self.names, &shown) + "\n"));
+        }
+        None
+    }
+
+    fn snapshot(&self, at: &At<'_, '_, '_>) -> Snapshot {
+        let line = |pc: usize| self.compiled.sidecar.at(pc).map_or(0, |mark| mark.line);
+        let open = at.vm.frames();
+        let mut frames = Vec::with_capacity(open.len() + 1);
+        let mut here = at.line;
+        for (kind, back) in open {
+            frames.push(Frame { line: here, kind: Some(kind) });
+            // What follows a call may be another line's.
+            here = match kind {
+                lang::vm::entry::EVENT
+                | lang::vm::entry::ERROR
+                | lang::vm::entry::ERROR_BETWEEN => line(back),
+                _ => line(back.saturating_sub(1)),
+            };
+        }
+        frames.push(Frame { line: here, kind: None });
+        let cells = (0..self.cells).map(|n| at.vm.cell(n)).collect();
+        Snapshot { frames, cells, view: at.machine.view() }
+    }
+
+    /// Tells how things stand, and does what the session says until the run goes on or ends. `behind`
+    /// is the statement before which a step back leads.
+    fn halt(
+        &mut self,
+        reason: &'static str,
+        text: Option<String>,
+        behind: u64,
+        at: At<'_, '_, '_>,
+    ) -> bool {
+        let told = Box::new(self.snapshot(&at));
+        (self.ear)(Report::Halted { reason, text, at: told });
+        loop {
+            match self.orders.recv() {
+                Ok(Order::Breaks(breaks, faults)) => (self.breaks, self.faults) = (breaks, faults),
+                Ok(Order::Set(cell, value)) => {
+                    if let Ok(cell) = u8::try_from(cell) {
+                        at.vm.set_cell(cell, value);
+                        self.sets.push((self.ordinal, cell, value));
+                    }
+                }
+                Ok(Order::Pause) => {}
+                Ok(Order::Restart) => return self.leave(After::Restart),
+                Ok(Order::End) | Err(_) => return self.leave(After::End),
+                Ok(Order::Go(pace @ (Pace::Back | Pace::Reverse))) => {
+                    let to = behind.saturating_sub(1).max(1);
+                    self.scan = (pace == Pace::Reverse).then_some(None);
+                    self.goal = Some(if pace == Pace::Back { to } else { behind });
+                    self.sets.retain(|(n, _, _)| *n <= to);
+                    self.pace = Pace::Go;
+                    return self.leave(After::Again);
+                }
+                Ok(Order::Go(pace)) => {
+                    self.pace = pace;
+                    self.from = (at.vm.state.calls, at.line, at.pc);
+                    return true;
+                }
+            }
+        }
+    }
+}
+
+/// A log point's text with its `{expressions}` evaluated.
+fn filled(text: &str, line: u32, names: &Names, at: &Snapshot) -> String {
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some((before, behind)) = rest.split_once('{') {
+        let Some((inside, after)) = behind.split_once('}') else { break };
+        out.push_str(before);
+        match eval(inside, line, names, at) {
+            Ok((kind, value)) => out.push_str(&format!("{value}{}", kind.unit().suffix())),
+            Err(words) => out.push_str(&format!("{{{words}}}")),
+        }
+        rest = after;
+    }
+    out + rest
+}

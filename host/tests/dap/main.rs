@@ -1,0 +1,5 @@
+//! The debug adapter, as a debugger sees it.
+
+mod boards;
+mod client;
+mod simulator;
