@@ -29,6 +29,39 @@ fn check_bounded(script: &str) -> (Option<i32>, String, Duration) {
 /// Built without optimisation the tool takes several times what is promised, 5 s.
 const PATIENCE: Duration = Duration::from_secs(if cfg!(debug_assertions) { 30 } else { 5 });
 
+/// A laser's picture of so many lines.
+fn raster(lines: usize) -> String {
+    let mut text = "G90\nM3 S0\nG0 X0 Y0\nF1000\n".to_owned();
+    for n in 0..lines {
+        let (row, column) = (n / 300, n % 300);
+        let column = if row % 2 == 0 { column } else { 299 - column };
+        let _ = writeln!(text, "G1 X{column} Y{:.1} S{}", row as f64 / 10.0, n * 7919 % 256);
+    }
+    text + "M5\n"
+}
+
+#[test]
+fn a_picture_of_a_long_job_takes_no_longer_than_its_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let time = |lines: usize, plot: &[&str]| {
+        fs::write(folder.path().join("raster.gco"), raster(lines)).expect("a file");
+        let begun = Instant::now();
+        let output = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .args(["sim", "raster.gco", "--profile", "laser"])
+            .args(plot)
+            .current_dir(folder.path())
+            .output()
+            .expect("the tool starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        begun.elapsed()
+    };
+    let alone = time(40_000, &[]);
+    let drawn = time(40_000, &["--plot", "q.svg"]);
+    assert!(drawn < alone * 2 + Duration::from_secs(2), "{drawn:?} with, {alone:?} without");
+    let picture = fs::metadata(folder.path().join("q.svg")).expect("a picture");
+    assert!(picture.len() > 100_000, "{} bytes", picture.len());
+}
+
 #[test]
 fn a_million_statements_are_checked_in_bounded_memory() {
     let line = ["a=1"; 1000].join(":");

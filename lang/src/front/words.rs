@@ -226,7 +226,7 @@ functions! {
     In "IN" [Value] "IN(n)" "State of an input, counted from 1."
     InPort "INPORT" [] "INPORT()" "All inputs as bits, input 1 lowest."
     Out "OUT" [Value] "OUT(n)" "State of an output, counted from 1."
-    Pos "POS" [Axis] "POS(axis)" "Work position, a Length."
+    Pos "POS" [Axis] "POS(axis)" "Work position, that of the steps made, a Length."
     PosSt "POSST" [Axis] "POSST(axis)" "Machine position in Steps."
     Probed "PROBED" [Axis] "PROBED(axis)" "Work position of the last probe contact, a Length."
     ProbedSt "PROBEDST" [Axis] "PROBEDST(axis)" "Machine position of the last probe contact in Steps."

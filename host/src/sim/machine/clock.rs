@@ -4,6 +4,7 @@ use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::profile::InputRole;
 
+use super::inputs::{START, STOP};
 use super::{Halt, Machine};
 use crate::sim::record::StopReason;
 use crate::sim::trace::What;
@@ -147,7 +148,10 @@ impl Machine {
                     self.emergency_stop();
                 }
             }
-            Action::Button { button, down } => self.button(button, down),
+            Action::Button { button, down } => {
+                let n = if button == Button::Start { START } else { STOP };
+                self.inputs.drive(n, down, self.now);
+            }
             Action::EmergencyStop => self.emergency_stop(),
             Action::Char(c) => self.char_in = c,
             Action::Stall { axis, steps } => {
@@ -161,6 +165,10 @@ impl Machine {
     /// A filtered input changed: roles, ON IN.
     fn filter(&mut self) {
         while let Some((n, on)) = self.inputs.take_filtered(self.now) {
+            if n == START || n == STOP {
+                self.button(if n == START { Button::Start } else { Button::Stop }, on);
+                continue;
+            }
             self.log.input(self.now, n, on);
             self.input_event(n, on);
             match self.role(n) {

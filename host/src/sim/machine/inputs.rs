@@ -7,12 +7,18 @@ use lang::record::MachineRecord;
 
 use crate::sim::world::Scenario;
 
-/// Filter time of an input that the profile does not name, us.
-const FILTER_US: u64 = 5_000;
+/// Filter time where the profile names no input, ms.
+const FILTER_MS: u8 = 5;
 /// Where a reference switch is unless the world says: so far from power-up, um.
 const SWITCH_UM: i64 = 20_000;
+/// Number of the Start button: one that no input of a wiring has.
+pub const START: i32 = 18;
+/// Number of the Stop button.
+pub const STOP: i32 = 19;
 /// Highest input number and one more.
-const LINES: usize = 18;
+const INPUTS: usize = 18;
+/// The same with the buttons.
+const LINES: usize = 20;
 
 /// One input.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,7 +48,7 @@ impl Input {
     }
 }
 
-/// All inputs.
+/// All inputs, and the buttons Start and Stop: the board has one filter for all of them.
 #[derive(Debug)]
 pub struct Inputs {
     lines: [Input; LINES],
@@ -52,18 +58,16 @@ pub struct Inputs {
 impl Inputs {
     /// Every input off.
     pub fn new(profile: &Profile) -> Inputs {
-        let mut lines = [Input { filter_us: FILTER_US, ..Input::default() }; LINES];
-        for input in &profile.inputs {
-            if let Some(line) = usize::try_from(input.n).ok().and_then(|n| lines.get_mut(n)) {
-                line.filter_us = u64::from(input.filter_ms) * 1_000;
-            }
-        }
+        let named = profile.inputs.iter().map(|input| input.filter_ms);
+        let filter_us = u64::from(named.max().unwrap_or(FILTER_MS)) * 1_000;
+        let lines = [Input { filter_us, ..Input::default() }; LINES];
         Inputs { lines, count: profile.wiring.inputs() }
     }
 
-    /// What was there before power-up needs no filter.
+    /// What was there before power-up needs no filter; a button that is pressed then is pressed
+    /// now.
     pub fn settle(&mut self) {
-        for line in &mut self.lines {
+        for line in &mut self.lines[..INPUTS] {
             line.state = line.raw();
             line.due = None;
         }
@@ -71,7 +75,7 @@ impl Inputs {
 
     /// Numbers of the inputs that are on, behind their filters.
     pub fn on(&self) -> Vec<i32> {
-        let lines = self.lines.iter().zip(0..).filter(|(line, _)| line.state);
+        let lines = self.lines[..INPUTS].iter().zip(0..).filter(|(line, _)| line.state);
         lines.map(|(_, n)| n).collect()
     }
 

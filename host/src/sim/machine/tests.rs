@@ -184,6 +184,12 @@ fn stop_held_nothing_left_and_the_emergency_stop_end_a_run() {
     assert_eq!(status(&run(glitch, &wait)), (Status::Stopped, None));
     let (_, end, us) = run("at(10, || set_in(3, true));", &wait);
     assert_eq!((end.status, us), (Status::Done, 15_000));
+    // The buttons have the same: the pause begins 5 ms late, a bounce is none.
+    let (_, end, us) = run("hold_stop(10, 3);", &[Effect::Wait(500)]);
+    assert_eq!((end.status, us), (Status::Done, 500_000));
+    let paused = "hold_stop(10, 50); at(110, || press_start());";
+    let (_, end, us) = run(paused, &[Effect::Wait(500)]);
+    assert_eq!((end.status, us), (Status::Done, 600_000));
 }
 
 #[test]
