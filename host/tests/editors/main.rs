@@ -1,0 +1,30 @@
+//! What is shipped for editors: the grammar, the extension and its package, the lines of the page
+//! `host/editors.md`.
+//!
+//! `UPDATE_EDITORS=1 cargo test -p pasapas --test editors` rewrites what is made from the tables.
+
+mod grammar;
+mod neovim;
+mod package;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A file of the host's folder.
+fn host(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// A file of the host's folder as text.
+fn text(path: &str) -> String {
+    std::fs::read_to_string(host(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// Whether a program is there; tests that want it say so where it is not.
+fn there(program: &str) -> bool {
+    let found = Command::new(program).arg("--version").output().is_ok();
+    if !found {
+        eprintln!("{program} does not run here: it is left out");
+    }
+    found
+}
