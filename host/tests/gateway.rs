@@ -269,3 +269,31 @@ fn the_manuals_file_is_a_good_one() {
     let config = config.unwrap_or_else(|note| panic!("{}", note.text));
     assert_eq!(config.boards.len(), 2);
 }
+
+#[test]
+fn the_example_describes_its_boards_for_other_tools() {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/gateway/hall.toml");
+    let (code, table) = pasapas(&["gateway", example, "--describe"]);
+    assert_eq!(code, 0, "{table}");
+    let columns = table.lines().next().unwrap_or_default().split(',').count();
+    assert!(table.lines().filter(|line| line.starts_with("drill,1,")).count() > 80);
+    assert!(table.lines().filter(|line| line.starts_with("feeder,2,")).count() > 80);
+    assert!(table.contains("drill,1,holding register,4000,int32,"), "a KEEP of the script");
+    let (code, json) = pasapas(&["gateway", example, "--describe", "--format", "json"]);
+    assert_eq!((code, json.lines().count()), (0, table.lines().count() - 1));
+    if !has("python3", &["--version"]) {
+        return;
+    }
+    // An independent reader of CSV.
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/gateway/telegraf.py");
+    let mut python = Command::new("python3");
+    let python = python.arg(script).stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut python = python.spawn().expect("it starts");
+    std::io::Write::write_all(&mut python.stdin.take().expect("its input"), table.as_bytes())
+        .expect("it reads");
+    let said = python.wait_with_output().expect("it ends").stdout;
+    let config: toml::Table = toml::from_str(&String::from_utf8_lossy(&said)).expect("TOML");
+    let boards = config["inputs"]["modbus"].as_array().expect("boards");
+    assert_eq!((boards.len(), columns), (2, 10));
+    assert_eq!(boards[1]["slave_id"].as_integer(), Some(2));
+}

@@ -4,6 +4,7 @@
 //! own engines are this computer's.
 
 pub(crate) mod code;
+mod gateway;
 mod import;
 mod jitter;
 mod link;
@@ -76,10 +77,11 @@ pub type Sink<'a> = &'a mut dyn FnMut(Figure) -> Result<(), String>;
 pub type Group = (&'static str, fn(Sink<'_>) -> Result<(), String>);
 
 /// Every group, the quick ones first.
-pub const GROUPS: [Group; 7] = [
+pub const GROUPS: [Group; 8] = [
     ("code", code::run),
     ("import", import::run),
     ("link", link::run),
+    ("gateway", gateway::run),
     ("vm", vm::run),
     ("motion", motion::run),
     ("stream", stream::run),

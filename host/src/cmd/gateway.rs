@@ -1,13 +1,15 @@
 //! `pasapas gateway`: boards on several lines, for programs on several protocols.
 
 use std::net::SocketAddr;
+use std::path::Path;
 
 use clap::Args;
 use serde_json::json;
 
-use super::{Console, Options};
+use super::{Console, Options, script};
 use crate::failure::Failure;
 use crate::gateway::config::ClientSetting;
+use crate::gateway::describe::{COLUMNS, rows};
 use crate::gateway::{Config, Ranges, Running};
 use crate::{input, interrupt};
 
@@ -32,6 +34,9 @@ pub struct Gateway {
     /// name; without it nothing
     #[arg(long, value_name = "WHAT", requires = "port", value_delimiter = ',', value_parser = writable)]
     write: Vec<String>,
+    /// Write what can be read and written of each board, as CSV or JSON lines, and end
+    #[arg(long)]
+    describe: bool,
 }
 
 fn writable(text: &str) -> Result<String, String> {
@@ -45,6 +50,9 @@ impl Gateway {
     /// The file is wrong, or an address cannot be listened on.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         let config = self.config(options, console)?;
+        if self.describe {
+            return self.describe(&config, options, console);
+        }
         let running = Running::start(&config).map_err(Failure::Board)?;
         interrupt::watch();
         let address = running.address();
@@ -67,6 +75,39 @@ impl Gateway {
             std::thread::sleep(std::time::Duration::from_millis(50));
         }
         Ok(())
+    }
+
+    /// A table for Node-RED, Telegraf, Ignition and whoever else wants to know.
+    fn describe(
+        &self,
+        config: &Config,
+        options: &Options,
+        console: &Console,
+    ) -> Result<(), Failure> {
+        let given = options.machine(console)?;
+        let mut text = format!("{COLUMNS}\n");
+        for board in &config.boards {
+            let script = match &board.script {
+                Some(file) => Some(script::load(&self.beside(file), options, console)?),
+                None => None,
+            };
+            let program = script.as_ref().map(|script| &script.program);
+            let machine = program.map_or(&given, |program| &program.profile);
+            for row in rows(&board.name, board.unit(), machine, program) {
+                if console.json() {
+                    console.json_line(&row)?;
+                } else {
+                    text += &(row.csv() + "\n");
+                }
+            }
+        }
+        if console.json() { Ok(()) } else { console.result(&text) }
+    }
+
+    /// A file that the gateway's names: it stands beside that unless it says where.
+    fn beside(&self, file: &str) -> String {
+        let folder = self.file.as_ref().and_then(|own| Path::new(own).parent());
+        folder.map_or_else(|| file.to_owned(), |folder| folder.join(file).display().to_string())
     }
 
     fn config(&self, options: &Options, console: &Console) -> Result<Config, Failure> {

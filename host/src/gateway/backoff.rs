@@ -45,6 +45,11 @@ impl Backoff {
             Backoff { asked: true, misses: self.misses.saturating_add(1), until: Some(now + rest) };
     }
 
+    /// Requests without an answer since the last one with one.
+    pub fn misses(&self) -> u32 {
+        self.misses
+    }
+
     /// Whether it answers.
     pub fn health(&self) -> Health {
         match (self.asked, self.misses) {

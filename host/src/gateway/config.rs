@@ -7,6 +7,7 @@ use lang::profile::Parity;
 use serde::Deserialize;
 
 use super::counters::OWN_UNIT;
+use super::mqtt::MqttSetting;
 use super::rights::{Network, Ranges, Rule};
 use crate::input::{self, code};
 use crate::link::Mode;
@@ -24,6 +25,8 @@ pub struct Config {
     /// The Modbus TCP server.
     #[serde(default)]
     pub modbus: Modbus,
+    /// The broker, if there is one.
+    pub mqtt: Option<MqttSetting>,
     /// What a serial line needs beyond its name.
     #[serde(default, rename = "line")]
     pub lines: Vec<LineSetting>,
@@ -86,6 +89,8 @@ pub struct BoardSetting {
     /// For lists and orders to several boards.
     #[serde(default)]
     pub tags: Vec<String>,
+    /// The script that is on it: names of its AT and KEEP variables for `--describe`.
+    pub script: Option<String>,
 }
 
 const fn one() -> u8 {
@@ -128,9 +133,10 @@ impl Config {
             unit: None,
             fresh_unit: None,
             tags: Vec::new(),
+            script: None,
         };
         let (modbus, boards) = (Modbus::default(), vec![board]);
-        Config { modbus, lines: Vec::new(), boards, clients: Vec::new() }
+        Config { modbus, mqtt: None, lines: Vec::new(), boards, clients: Vec::new() }
     }
 
     /// Reads a file's text; `file` is its name for the note.
@@ -206,6 +212,9 @@ impl Config {
                 return Err(Wrong("reply_ms".to_owned(), "reply_ms is 1 to 10000".to_owned()));
             }
         }
+        if let Some(mqtt) = &self.mqtt {
+            mqtt.check().map_err(|words| Wrong("[mqtt]".to_owned(), words))?;
+        }
         for client in &self.clients {
             client.rule().map_err(|words| Wrong(format!("\"{}\"", client.from), words))?;
         }
@@ -227,7 +236,7 @@ impl Config {
     /// their turns first.
     pub fn reply_time(&self, port: &str) -> Duration {
         let line = self.lines.iter().find(|line| line.port == port);
-        let usual = if port.starts_with("tcp:") || port.starts_with("rtu:") { 1000 } else { 100 };
+        let usual = if port.starts_with("tcp:") || port.starts_with("rtu:") { 1000 } else { 150 };
         Duration::from_millis(line.and_then(|line| line.reply_ms).unwrap_or(usual))
     }
 

@@ -54,6 +54,8 @@ counts! {
         connected,
         /// Clients that made room for another one.
         displaced,
+        /// Clients that found no room: all others were at work.
+        turned_away,
         /// Connections that sent something else than Modbus TCP.
         foreign,
         /// Requests of all clients.

@@ -126,3 +126,10 @@ pub fn boards(addresses: &[u8]) -> Arc<Mutex<Memory>> {
     let registers = addresses.iter().map(|address| (*address, HashMap::new())).collect();
     Arc::new(Mutex::new(Memory { registers, ..Memory::default() }))
 }
+
+/// Time from one read of so many registers to the next on a line that never rests longer than it must.
+pub fn cycle(registers: usize) -> Duration {
+    let mode = Mode::DEFAULT;
+    // Request, reply, the slave's rest and the master's.
+    mode.time_of(8 + 5 + 2 * registers) + 2 * mode.silence() + WORK
+}

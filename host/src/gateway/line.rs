@@ -13,9 +13,11 @@ use lang::wire;
 use super::backoff::{Backoff, Health};
 use super::cache::Cache;
 use super::counters::Counters;
+use super::looks::Looks;
 use super::pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
 use super::turns::{Asker, Turns};
 use crate::client::{Client, ClientError, Patience};
+use crate::helm::Picture;
 use crate::link::Link;
 
 /// The master that a line's thread holds.
@@ -26,10 +28,34 @@ pub type Open = Box<dyn FnMut() -> Result<Board, String> + Send>;
 
 /// Between two tries to open a line.
 const AGAIN: Duration = Duration::from_millis(500);
+/// How long clients may keep the owner from a look that is due.
+const LOOK_PATIENCE: Duration = Duration::from_millis(250);
+/// The first wait for a reply, beside its time on the wire, is at least the longest one divided by this.
+const HASTE: u32 = 5;
 /// A line on which nobody answers is opened anew so often: its boards may have another rate now.
 const RENEW: Duration = Duration::from_secs(30);
 /// Longest wait for the reply to a write: a board erases and writes its flash meanwhile (wire.rs, Upload).
 const WRITING: Duration = Duration::from_millis(400);
+
+/// What a look at a board brought.
+#[derive(Debug)]
+pub enum Look {
+    /// What it shows.
+    Picture(Box<Picture>),
+    /// It printed a line.
+    Print(String),
+    /// It does not answer, or its line is lost.
+    Silent,
+}
+
+/// Somebody who wants to see the boards of a line: how often, and who hears of it, by the board's
+/// place on the line.
+pub struct Watch {
+    /// Between two looks at a board.
+    pub every: Duration,
+    /// Hears of each look.
+    pub tell: Box<dyn Fn(usize, Look) + Send>,
+}
 
 /// Whether the line is open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,7 +137,8 @@ impl Station {
         self.counters.health.set(Health::Silent as u32);
     }
 
-    fn may_ask(&self) -> bool {
+    /// Whether it may be asked now.
+    pub fn may_ask(&self) -> bool {
         lock(&self.backoff).may_ask(Instant::now())
     }
 
@@ -123,7 +150,7 @@ impl Station {
 impl Line {
     /// Starts the owner of a line with boards at these addresses. `reply`: longest wait for the reply to
     /// a read, beside its time on the wire.
-    pub fn start(addresses: &[u8], reply: Duration, open: Open) -> Line {
+    pub fn start(addresses: &[u8], reply: Duration, watch: Option<Watch>, open: Open) -> Line {
         let shared = Arc::new(Shared {
             wants: Mutex::default(),
             called: Condvar::new(),
@@ -132,7 +159,7 @@ impl Line {
         let stations: Vec<Arc<Station>> =
             addresses.iter().map(|address| Arc::new(Station::new(*address))).collect();
         let (own, boards) = (shared.clone(), stations.clone());
-        std::thread::spawn(move || Owner::new(own, boards, reply, open).run());
+        std::thread::spawn(move || Owner::new(own, boards, reply, watch, open).run());
         Line { shared, stations }
     }
 
@@ -202,6 +229,9 @@ struct Owner {
     stations: Vec<Arc<Station>>,
     open: Open,
     reply: Duration,
+    /// How long boards of this line take beyond the wire's time; an old slow one counts less and less.
+    usual: Duration,
+    looks: Option<Looks>,
     board: Option<Board>,
     /// Why there is none.
     lost: String,
@@ -211,9 +241,27 @@ struct Owner {
 }
 
 impl Owner {
-    fn new(shared: Arc<Shared>, stations: Vec<Arc<Station>>, reply: Duration, open: Open) -> Owner {
+    fn new(
+        shared: Arc<Shared>,
+        stations: Vec<Arc<Station>>,
+        reply: Duration,
+        watch: Option<Watch>,
+        open: Open,
+    ) -> Owner {
         let (lost, now) = ("the line is not open yet".to_owned(), Instant::now());
-        Owner { shared, stations, open, reply, board: None, lost, open_at: now, opened: now }
+        let looks = watch.map(|watch| Looks::new(watch, stations.len()));
+        Owner {
+            shared,
+            stations,
+            open,
+            reply,
+            usual: Duration::ZERO,
+            looks,
+            board: None,
+            lost,
+            open_at: now,
+            opened: now,
+        }
     }
 
     fn run(mut self) {
@@ -223,7 +271,7 @@ impl Owner {
             }
             let Some(work) = self.next() else { break };
             match work {
-                None => {}
+                None => self.look(),
                 Some(Work::Ask { station, pdu, touch, age, answer }) => {
                     let reply = self.ask(&station, &pdu, &touch, age);
                     answer(reply);
@@ -238,25 +286,53 @@ impl Owner {
     }
 
     /// The next thing to do; none within while it is time for something else, none at the end.
-    fn next(&self) -> Option<Option<Work>> {
+    fn next(&mut self) -> Option<Option<Work>> {
         let mut wants = lock(&self.shared.wants);
         loop {
             if wants.closing {
                 return None;
             }
+            let now = Instant::now();
+            let look = self.look_at();
+            // Clients come first, but a look that is long overdue comes in between.
+            if look.is_some_and(|due| now >= due + LOOK_PATIENCE) {
+                return Some(None);
+            }
             if let Some(work) = wants.turns.pop() {
                 return Some(Some(work));
             }
-            let now = Instant::now();
-            let due = if self.board.is_none() { self.open_at } else { now + RENEW };
+            let open = if self.board.is_none() { self.open_at } else { now + RENEW };
+            let due = look.map_or(open, |look| look.min(open));
             if now >= due {
                 return Some(None);
             }
             let wait = self.shared.called.wait_timeout(wants, due - now);
-            let (guard, result) = wait.unwrap_or_else(PoisonError::into_inner);
-            wants = guard;
-            if result.timed_out() && !wants.closing {
-                return Some(wants.turns.pop());
+            wants = wait.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// When the next look is due.
+    fn look_at(&self) -> Option<Instant> {
+        self.board.as_ref()?;
+        self.looks.as_ref()?.next(&self.stations).map(|(_, due)| due)
+    }
+
+    /// One exchange of a look at the board whose turn it is, if one is due.
+    fn look(&mut self) {
+        let (Some(board), Some(looks)) = (&mut self.board, &mut self.looks) else { return };
+        let Some((place, due)) = looks.next(&self.stations) else { return };
+        if Instant::now() < due {
+            return;
+        }
+        let station = &self.stations[place];
+        board.set_patience(Patience { reply: self.reply, attempts: 2 });
+        board.set_address(station.address);
+        match looks.look(place, board) {
+            Ok(()) => station.hit(),
+            Err(ClientError::Port(error)) => self.lose(error.to_string()),
+            Err(_) => {
+                station.miss();
+                looks.silent(place);
             }
         }
     }
@@ -281,6 +357,9 @@ impl Owner {
         self.lost = why;
         self.open_at = Instant::now() + AGAIN;
         self.set_state(State::Lost);
+        if let Some(looks) = &mut self.looks {
+            (0..self.stations.len()).for_each(|place| looks.silent(place));
+        }
         for work in lock(&self.shared.wants).turns.take() {
             refuse(work, NO_PATH, &self.lost);
         }
@@ -310,16 +389,16 @@ impl Owner {
         if !known && touch.write {
             let [high, low] = wire::VERSION.to_be_bytes();
             let probe = [3, high, low, 0, 1];
-            if let Err(code) = self.exchange(station, &probe, 4, self.reply) {
+            if let Err(code) = self.exchange(station, &probe, 4, self.first_wait(station)) {
                 return refusal(pdu, code);
             }
         }
-        let reply = if touch.write { self.reply.max(WRITING) } else { self.reply };
+        let wait = if touch.write { self.reply.max(WRITING) } else { self.first_wait(station) };
         let length = touch.reply_length();
-        let mut result = self.exchange(station, pdu, length, reply);
+        let mut result = self.exchange(station, pdu, length, wait);
         // A read that was lost on the way is asked for once more.
         if known && !touch.write && result == Err(NO_ANSWER) && self.board.is_some() {
-            result = self.exchange(station, pdu, length, reply);
+            result = self.exchange(station, pdu, length, self.reply);
         }
         let now = Instant::now();
         if touch.write {
@@ -328,6 +407,16 @@ impl Owner {
             lock(&station.cache).keep(touch, reply, now);
         }
         result.unwrap_or_else(|code| refusal(pdu, code))
+    }
+
+    /// How long to wait for a reply that is hardly ever late: by what the line's boards take, so that a
+    /// dead one keeps the others from it as briefly as can be. Each fourth time all of it, for a board that
+    /// is slower than the others.
+    fn first_wait(&self, station: &Station) -> Duration {
+        if self.usual.is_zero() || lock(&station.backoff).misses() % 4 == 3 {
+            return self.reply;
+        }
+        (4 * self.usual).clamp(self.reply / HASTE, self.reply)
     }
 
     /// One exchange on the line; the error is a gateway's exception.
@@ -343,6 +432,7 @@ impl Owner {
         board.set_patience(Patience { reply, attempts: 1 });
         let begun = Instant::now();
         let result = board.pass_on(station.address, pdu, length);
+        let wire = board.mode().time_of(pdu.len() + length + 6);
         station
             .counters
             .last_us
@@ -357,6 +447,8 @@ impl Owner {
                 if reply[0] & 0x80 != 0 {
                     station.counters.exceptions.add();
                 }
+                let took = begun.elapsed().saturating_sub(wire);
+                self.usual = took.max(self.usual * 49 / 50).max(Duration::from_micros(1));
                 station.hit();
                 Ok(reply)
             }

@@ -7,9 +7,13 @@ mod backoff;
 mod cache;
 pub mod config;
 pub mod counters;
+pub mod describe;
 pub mod light;
 pub mod line;
+mod looks;
+mod mqtt;
 mod open;
+mod outbox;
 mod pdu;
 mod rights;
 mod server;
@@ -21,13 +25,15 @@ use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
+use tokio::sync::mpsc::unbounded_channel;
 use tokio::sync::oneshot;
 
 pub use config::Config;
 pub use rights::Ranges;
 
 use counters::{Counters, OWN_UNIT, Totals};
-use line::{Line, Open, Station};
+use line::{Line, Look, Open, Station, Watch};
+use mqtt::{Mqtt, MqttSetting, Note};
 use pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
 use rights::Rule;
 use server::Guests;
@@ -49,22 +55,35 @@ pub struct Gateway {
     cache: Duration,
     totals: Totals,
     guests: Guests,
+    /// Names of the boards, in the order of the file.
+    names: Vec<String>,
+    /// What orders by MQTT may write.
+    orders: Ranges,
 }
+
+/// Who hears of looks at a board, by its number in the file.
+type Tell = Arc<dyn Fn(usize, Look) + Send + Sync>;
 
 /// A gateway that serves until this is dropped.
 pub struct Running {
     address: SocketAddr,
+    /// Goes first: it says goodbye.
+    mqtt: Option<Mqtt>,
     gateway: Arc<Gateway>,
     runtime: Option<tokio::runtime::Runtime>,
 }
 
 impl Gateway {
     /// Opens lines by `open`, which gets a port and the addresses of its boards.
+    ///
+    /// # Errors
+    /// A list of rights is wrong; in words.
     fn new(
         config: &Config,
         rules: Vec<Rule>,
+        tell: Option<&Tell>,
         mut open: impl FnMut(&str, &[u8]) -> Open,
-    ) -> Gateway {
+    ) -> Result<Gateway, String> {
         let mut ports: Vec<(&str, Vec<u8>)> = Vec::new();
         let mut places = Vec::new();
         for board in &config.boards {
@@ -78,10 +97,18 @@ impl Gateway {
             let (unit, fresh_unit) = (board.unit(), board.fresh_unit);
             places.push(Place { unit, fresh_unit, line, station });
         }
-        let start = |(port, addresses): &(&str, Vec<u8>)| {
-            Line::start(addresses, config.reply_time(port), open(port, addresses))
+        let watch = |line: usize| {
+            let (tell, every) = (tell?.clone(), config.mqtt.as_ref()?.every());
+            let mine = |(_, place): &(usize, &Place)| place.line == line;
+            let boards: Vec<usize> =
+                places.iter().enumerate().filter(mine).map(|(board, _)| board).collect();
+            let tell = Box::new(move |station: usize, look| tell(boards[station], look));
+            Some(Watch { every, tell })
         };
-        let lines: Vec<Line> = ports.iter().map(start).collect();
+        let start = |(line, (port, addresses)): (usize, &(&str, Vec<u8>))| {
+            Line::start(addresses, config.reply_time(port), watch(line), open(port, addresses))
+        };
+        let lines: Vec<Line> = ports.iter().enumerate().map(start).collect();
         for place in &places {
             let station = &lines[place.line].stations[place.station];
             station.counters.unit.set(place.unit.into());
@@ -90,7 +117,9 @@ impl Gateway {
         totals.boards.set(places.len() as u32);
         let cache = Duration::from_millis(config.modbus.cache_ms);
         let guests = Guests::new(config.modbus.clients);
-        Gateway { lines, places, rules, cache, totals, guests }
+        let names = config.boards.iter().map(|board| board.name.clone()).collect();
+        let orders = config.mqtt.as_ref().map_or(Ok(Ranges::default()), MqttSetting::rights)?;
+        Ok(Gateway { lines, places, rules, cache, totals, guests, names, orders })
     }
 
     /// What a client from this address may do.
@@ -191,7 +220,16 @@ impl Running {
         let listener = server::bind(config.modbus.listen)?;
         let words = |error: std::io::Error| error.to_string();
         let address = listener.local_addr().map_err(words)?;
-        let gateway = Arc::new(Gateway::new(config, config.rules()?, open));
+        let (notes, heard) = unbounded_channel();
+        let own = notes.clone();
+        // The conversation is over when nobody hears it.
+        let tell: Tell = Arc::new(move |board, look| drop(own.send(Note::Look(board, look))));
+        let tell = config.mqtt.as_ref().map(|_| &tell);
+        let gateway = Arc::new(Gateway::new(config, config.rules()?, tell, open)?);
+        let mqtt = match &config.mqtt {
+            Some(setting) => Some(Mqtt::start(setting, &gateway, (notes, heard))?),
+            None => None,
+        };
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)
             .enable_all()
@@ -201,7 +239,7 @@ impl Running {
         let listener = tokio::net::TcpListener::from_std(listener).map_err(words)?;
         runtime.spawn(server::serve(listener, gateway.clone()));
         drop(guard);
-        Ok(Running { address, gateway, runtime: Some(runtime) })
+        Ok(Running { address, mqtt, gateway, runtime: Some(runtime) })
     }
 
     /// Where the Modbus TCP server listens.
@@ -218,6 +256,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
+        self.mqtt = None;
         if let Some(runtime) = self.runtime.take() {
             // Tasks that wait for nobody any more.
             runtime.shutdown_background();

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::net::{IpAddr, SocketAddr};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -20,14 +20,26 @@ use crate::link::adu::{MAX_RTU, Mbap};
 const WRITE_TIME: Duration = Duration::from_secs(5);
 /// A request that has begun is there by then.
 const FRAME_TIME: Duration = Duration::from_secs(10);
+/// A client that asked within this time, ms, makes room for nobody.
+const IDLE: u64 = 5_000;
 /// Rest when the system has no room for another connection.
 const NO_ROOM: Duration = Duration::from_millis(100);
 
 struct Guest {
     address: IpAddr,
-    /// Milliseconds since the server's start when it last asked.
-    asked: Arc<AtomicU64>,
+    manner: Arc<Manner>,
     end: AbortHandle,
+}
+
+/// How a guest behaves.
+#[derive(Default)]
+struct Manner {
+    /// Milliseconds since the server's start when it came, or last got an answer.
+    last: AtomicU64,
+    /// It has asked something.
+    asks: AtomicBool,
+    /// It waits for an answer.
+    waits: AtomicBool,
 }
 
 /// Who is connected.
@@ -57,18 +69,30 @@ impl Guests {
         self.list().len()
     }
 
-    /// Ends the one that has asked nothing for longest, of the machine that has most connections.
-    /// `true`: there was one.
+    /// Ends the one that has asked nothing for longest, of the machine that has most connections; who
+    /// never asked goes before who did. `false`: all of them are at work.
     fn displace(&self) -> bool {
-        let mut list = self.list();
+        let (mut list, now) = (self.list(), self.now());
         let mut each: HashMap<IpAddr, usize> = HashMap::new();
         for guest in list.values() {
             *each.entry(guest.address).or_default() += 1;
         }
         let rank = |guest: &Guest| {
-            (std::cmp::Reverse(each[&guest.address]), guest.asked.load(Ordering::Relaxed))
+            let Manner { last, asks, .. } = &*guest.manner;
+            let crowd = std::cmp::Reverse(each[&guest.address]);
+            (crowd, asks.load(Ordering::Relaxed), last.load(Ordering::Relaxed))
         };
-        let oldest = list.iter().min_by_key(|(_, guest)| rank(guest)).map(|(asker, _)| *asker);
+        let idle = |guest: &Guest| {
+            let Manner { last, asks, waits } = &*guest.manner;
+            let rest = now.saturating_sub(last.load(Ordering::Relaxed));
+            let works = waits.load(Ordering::Relaxed) || rest < IDLE;
+            !(works && asks.load(Ordering::Relaxed))
+        };
+        let oldest = list
+            .iter()
+            .filter(|(_, guest)| idle(guest))
+            .min_by_key(|(_, guest)| rank(guest))
+            .map(|(asker, _)| *asker);
         oldest.and_then(|asker| list.remove(&asker)).is_some_and(|guest| {
             guest.end.abort();
             true
@@ -84,19 +108,24 @@ pub async fn serve(listener: TcpListener, gateway: Arc<Gateway>) {
             continue;
         };
         gateway.totals.connected.add();
-        if gateway.guests.count() >= gateway.guests.most && gateway.guests.displace() {
+        if gateway.guests.count() >= gateway.guests.most {
+            if !gateway.guests.displace() {
+                gateway.totals.turned_away.add();
+                continue;
+            }
             gateway.totals.displaced.add();
         }
         let asker = gateway.guests.next.fetch_add(1, Ordering::Relaxed);
-        let asked = Arc::new(AtomicU64::new(gateway.guests.now()));
-        let (own, when) = (gateway.clone(), asked.clone());
+        let manner = Arc::new(Manner::default());
+        manner.last.store(gateway.guests.now(), Ordering::Relaxed);
+        let (own, shown) = (gateway.clone(), manner.clone());
         let task = tokio::spawn(async move {
             let rule = own.rule(address.ip());
             // A connection that fails is its own end and nobody else's.
-            let _ = client(stream, &own, asker, &rule, &when).await;
+            let _ = client(stream, &own, asker, &rule, &shown).await;
             own.guests.list().remove(&asker);
         });
-        let guest = Guest { address: address.ip(), asked, end: task.abort_handle() };
+        let guest = Guest { address: address.ip(), manner, end: task.abort_handle() };
         gateway.guests.list().insert(asker, guest);
         if task.is_finished() {
             gateway.guests.list().remove(&asker);
@@ -109,7 +138,7 @@ async fn client(
     gateway: &Gateway,
     asker: Asker,
     rule: &Rule,
-    asked: &AtomicU64,
+    manner: &Manner,
 ) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     let mut received = Vec::new();
@@ -119,11 +148,14 @@ async fn client(
             match Mbap::take(&mut received) {
                 Ok(None) => break,
                 Ok(Some(message)) => {
-                    asked.store(gateway.guests.now(), Ordering::Relaxed);
+                    manner.asks.store(true, Ordering::Relaxed);
+                    manner.waits.store(true, Ordering::Relaxed);
                     let Mbap { transaction, unit, pdu } = message;
                     let pdu = gateway.answer(asker, rule, unit, pdu).await;
                     let reply = Mbap { transaction, unit, pdu }.bytes();
                     timeout(WRITE_TIME, stream.write_all(&reply)).await??;
+                    manner.last.store(gateway.guests.now(), Ordering::Relaxed);
+                    manner.waits.store(false, Ordering::Relaxed);
                 }
                 Err(_) => {
                     gateway.totals.foreign.add();

@@ -5,6 +5,7 @@
 //! everything holds that the device or the tool promises under that fault; else it is lost.
 
 pub mod compare;
+pub mod gateway;
 pub mod generate;
 pub mod host;
 pub mod images;
@@ -116,7 +117,7 @@ pub type Sink<'a> = &'a mut dyn FnMut(Row) -> Result<(), String>;
 pub type Kind = (&'static str, fn(&Settings, Sink<'_>) -> Result<(), String>);
 
 /// Every kind.
-pub const KINDS: [Kind; 8] = [
+pub const KINDS: [Kind; 9] = [
     ("programs", programs::run),
     ("images", images::run),
     ("people", people::run),
@@ -125,6 +126,7 @@ pub const KINDS: [Kind; 8] = [
     ("time", time::run),
     ("stack", stack::run),
     ("host", host::run),
+    ("gateway", gateway::run),
 ];
 
 /// Losses that a row tells of.

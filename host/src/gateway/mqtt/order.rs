@@ -1,0 +1,209 @@
+//! Orders by MQTT: a word, or JSON with where to reply and a number to know the reply by.
+
+use lang::wire::{self, Control, Table};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::Note;
+use crate::client::ClientError;
+use crate::gateway::Gateway;
+use crate::gateway::line::Board;
+use crate::gateway::pdu::Touch;
+use crate::gateway::turns::Asker;
+
+/// Longest order, bytes.
+const LONGEST: usize = 4096;
+/// Longest topic for a reply, bytes.
+const LONGEST_TOPIC: usize = 256;
+/// Orders are one asker among the clients of a line.
+const ASKER: Asker = 0;
+
+/// What is asked.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Order {
+    /// `start`, `stop`, `pause`, `resume`, `acknowledge`, `set`.
+    #[serde(rename = "do")]
+    what: String,
+    /// Comes back with the reply.
+    id: Option<Value>,
+    /// Topic of the reply.
+    reply: Option<String>,
+    /// Of `set`: an output, from 1.
+    output: Option<u16>,
+    /// Of `set`: a register, or the low one of two.
+    register: Option<u16>,
+    /// Of `set`: what it is to be.
+    value: Option<i32>,
+    /// Of `set` with `register`: 32 bits in two registers.
+    #[serde(default)]
+    long: bool,
+}
+
+/// What is written for an order.
+enum Write {
+    Control(Control),
+    Coil(u16, bool),
+    Registers(u16, Vec<u16>),
+}
+
+impl Order {
+    fn read(text: &[u8]) -> Result<Order, String> {
+        if text.len() > LONGEST {
+            return Err(format!("an order has at most {LONGEST} bytes"));
+        }
+        let text = std::str::from_utf8(text).map_err(|_| "an order is UTF-8 text".to_owned())?;
+        let text = text.trim();
+        if text.starts_with('{') {
+            return serde_json::from_str(text).map_err(|error| format!("no order: {error}"));
+        }
+        serde_json::from_value(json!({ "do": text })).map_err(|error| error.to_string())
+    }
+
+    fn write(&self) -> Result<Write, String> {
+        let control = match self.what.as_str() {
+            "start" => Control::Start,
+            "stop" => Control::Stop,
+            "pause" => Control::Pause,
+            "resume" => Control::Resume,
+            "acknowledge" => Control::Acknowledge,
+            "set" => return self.set(),
+            other => {
+                return Err(format!(
+                    "`{other}` is no order: start, stop, pause, resume, acknowledge, set"
+                ));
+            }
+        };
+        Ok(Write::Control(control))
+    }
+
+    fn set(&self) -> Result<Write, String> {
+        let value = self.value.ok_or("set wants a value")?;
+        match (self.output, self.register) {
+            (Some(n @ 1..=16), None) => Ok(Write::Coil(wire::COILS + n - 1, value != 0)),
+            (None, Some(register)) if self.long => {
+                let bits = value.cast_unsigned();
+                Ok(Write::Registers(register, vec![bits as u16, (bits >> 16) as u16]))
+            }
+            (None, Some(register)) => match u16::try_from(value) {
+                Ok(value) => Ok(Write::Registers(register, vec![value])),
+                Err(_) => Err("a register holds 0 to 65535; `long` is for 32 bits".to_owned()),
+            },
+            _ => Err("set wants an output from 1 to 16, or a register".to_owned()),
+        }
+    }
+}
+
+impl Write {
+    fn touch(&self) -> Touch {
+        let (table, first, count) = match self {
+            Write::Control(_) => (Table::Holding, wire::RUN_CONTROL, 1),
+            Write::Coil(address, _) => (Table::Coils, *address, 1),
+            Write::Registers(first, values) => (Table::Holding, *first, values.len() as u16),
+        };
+        Touch { table, first, count, write: true }
+    }
+
+    fn is_stop(&self) -> bool {
+        matches!(self, Write::Control(Control::Stop | Control::Pause))
+    }
+
+    fn send(&self, board: &mut Board) -> Result<(), ClientError> {
+        match self {
+            Write::Control(control) => board.control(*control),
+            Write::Coil(address, on) => board.set_coil(*address, *on),
+            Write::Registers(first, values) => board.write_all(*first, values),
+        }
+    }
+}
+
+/// A topic to which a reply may go.
+fn is_topic(topic: &str) -> bool {
+    !topic.is_empty() && topic.len() <= LONGEST_TOPIC && !topic.contains(['+', '#', '\0'])
+}
+
+/// Carries an order out; its reply goes to `usual` unless it names another topic.
+pub fn carry_out(
+    gateway: &Gateway,
+    board: usize,
+    text: &[u8],
+    usual: String,
+    notes: &UnboundedSender<Note>,
+) {
+    let order = Order::read(text);
+    let (what, id) = match &order {
+        Ok(order) => (order.what.clone(), order.id.clone()),
+        Err(_) => (String::new(), None),
+    };
+    let topic = match order.as_ref().ok().and_then(|order| order.reply.clone()) {
+        Some(topic) if is_topic(&topic) => topic,
+        _ => usual,
+    };
+    let notes = notes.clone();
+    let reply = move |result: Result<(), String>| {
+        let mut text = json!({ "do": what, "ok": result.is_ok() });
+        if let Some(id) = id {
+            text["id"] = id;
+        }
+        if let Err(error) = result {
+            text["error"] = json!(error);
+        }
+        // The conversation is over when nobody hears it.
+        let _ = notes.send(Note::Reply(topic, text.to_string()));
+    };
+    let write = match order.and_then(|order| order.write()) {
+        Ok(write) => write,
+        Err(words) => return reply(Err(words)),
+    };
+    if !gateway.orders.hold(&write.touch()) {
+        return reply(Err("[mqtt] `write` does not allow it".to_owned()));
+    }
+    let place = &gateway.places[board];
+    let urgent = write.is_stop();
+    let job = Box::new(move |board: Result<&mut Board, &str>| {
+        reply(match board {
+            Ok(board) => write.send(board).map_err(|error| error.to_string()),
+            Err(why) => Err(why.to_owned()),
+        });
+    });
+    gateway.lines[place.line].order(ASKER, place.station, urgent, job);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Order, is_topic};
+
+    fn good(text: &str) -> bool {
+        Order::read(text.as_bytes()).and_then(|order| order.write()).is_ok()
+    }
+
+    #[test]
+    fn orders_are_words_or_json() {
+        for text in [
+            "start",
+            " stop\n",
+            r#"{"do":"pause","id":7,"reply":"a/b"}"#,
+            r#"{"do":"set","output":16,"value":1}"#,
+            r#"{"do":"set","register":3000,"value":-5,"long":true}"#,
+        ] {
+            assert!(good(text), "{text}");
+        }
+        for text in [
+            "",
+            "jump",
+            "{",
+            r#"{"do":"set","output":17,"value":1}"#,
+            r#"{"do":"set","register":3000,"value":-5}"#,
+            r#"{"do":"set","register":3000}"#,
+            r#"{"do":"set","register":3000,"output":1,"value":1}"#,
+            r#"{"do":"start","colour":1}"#,
+            &"x".repeat(10_000),
+        ] {
+            assert!(!good(text), "{text}");
+        }
+        assert!(
+            is_topic("a/b") && !is_topic("a/#") && !is_topic("") && !is_topic(&"x".repeat(300))
+        );
+    }
+}
