@@ -36,7 +36,9 @@ impl Call {
     /// The innermost call whose arguments an offset stands among.
     pub fn around(document: &Document, offset: u32) -> Option<Call> {
         let tokens = document.tokens();
-        let until = tokens.partition_point(|token| token.span.end <= offset);
+        // The end of a text without a last line end is a token without letters: it lies behind.
+        let before = |token: &Token| token.span.start < offset && token.span.end <= offset;
+        let until = tokens.partition_point(before);
         let ends = |token: &Token| {
             matches!(token.tok, Tok::LineEnd | Tok::Label | Tok::Sign(Sign::Colon))
                 || matches!(token.tok, Tok::Kw(Kw::Then | Kw::Else))

@@ -230,6 +230,10 @@ fn signatures_follow_the_argument() {
     assert_eq!(help(4, 8), ("SUB".to_owned(), Some(1)));
     assert_eq!(help(5, 13), ("SUB".to_owned(), Some(1)));
     assert_eq!(help(6, 1), (String::new(), None));
+    // At the end of a text without a last line end.
+    editor.open("MoveAxe X, ");
+    let help = editor.at("textDocument/signatureHelp", 0, 11);
+    assert_eq!(help["activeParameter"], 1);
     editor.close();
 }
 

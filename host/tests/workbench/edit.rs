@@ -97,3 +97,39 @@ fn each_pause_in_typing_shows_the_run_that_will_be() -> Outcome<()> {
     page.type_text("again: GOTO again\n")?;
     page.says("#sums", "stops in line 1")
 }
+
+#[test]
+fn names_are_coloured_mended_renamed_and_found() -> Outcome<()> {
+    let text = "CONST PITCH = 2mm\nDIM n\nn == 2\ndrill PITCH\nSUB drill(depth)\n  MoveAxe Z, depth\nEND SUB\n";
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#problem-count", "1 error")?;
+    // One click mends it.
+    page.wait("document.querySelector('#problems .fix')?.textContent === 'Write `=`'", PATIENCE)?;
+    page.click("#problems .fix")?;
+    page.wait(&format!("{TEXT}.includes('n = 2')"), PATIENCE)?;
+    page.says("#problem-count", "no problems")?;
+    // Colours say what names mean: two of the CONST, of the SUB and of its parameter.
+    for kind in ["constant", "routine", "parameter"] {
+        page.wait(&format!("CSS.highlights.get('{kind}')?.size === 2"), PATIENCE)?;
+    }
+    // Rename, with the editor's question answered beforehand, changes every mention.
+    page.eval("window.prompt = () => 'peck'")?;
+    page.eval("(() => { const s = getSelection(), n = document.querySelector('.ed .text').firstChild; document.querySelector('.ed .text').focus(); s.collapse(n, n.data.indexOf('drill PITCH') + 2) })()")?;
+    page.press("F2", "F2", 113, "", 0)?;
+    page.wait(
+        &format!("{TEXT}.includes('peck PITCH') && {TEXT}.includes('SUB peck(depth)')"),
+        PATIENCE,
+    )?;
+    page.press("F12", "F12", 123, "", 0)?;
+    page.wait(
+        &format!("{TEXT}.slice(0, getSelection().focusOffset).split('\\n').length === 5"),
+        PATIENCE,
+    )?;
+    // A call's form, with the argument that is being written.
+    page.end_of_script()?;
+    page.type_text("\nMoveAxe X, ")?;
+    page.wait("document.querySelector('#signature b')?.textContent === 'target'", PATIENCE)?;
+    page.press("Escape", "Escape", 27, "", 0)?;
+    page.wait("document.querySelector('#signature').hidden", PATIENCE)
+}

@@ -2,19 +2,22 @@
 import { h } from './dom.js';
 
 const MOST = 12;
+// Pause in typing after which a call's form is asked for, ms.
+const FORM = 250;
 
 export class Assist {
-  #items = []; #shown = []; #at = 0; #from = 0; #wait = null; #turn = 0;
+  #items = []; #shown = []; #at = 0; #from = 0; #wait = null; #turn = 0; #formed = null;
 
   constructor(editor, language) {
     Object.assign(this, { editor, language });
     this.list = h('ul', { id: 'completions', className: 'pop', role: 'listbox', hidden: true, ariaLabel: 'Completions' });
     this.hover = h('div', { className: 'pop hover', role: 'tooltip', hidden: true });
-    document.body.append(this.list, this.hover);
+    this.sign = h('div', { id: 'signature', className: 'pop hover', role: 'status', hidden: true });
+    document.body.append(this.list, this.hover, this.sign);
     editor.text.addEventListener('keydown', e => this.#key(e), true);
     editor.text.addEventListener('input', () => this.#typed());
-    editor.text.addEventListener('blur', () => this.close());
-    editor.root.addEventListener('scroll', () => { this.close(); this.hover.hidden = true; });
+    editor.text.addEventListener('blur', () => { this.close(); this.sign.hidden = true; });
+    editor.root.addEventListener('scroll', () => { this.close(); this.hover.hidden = this.sign.hidden = true; });
     editor.text.addEventListener('mousemove', e => this.#moved(e));
     editor.text.addEventListener('mouseleave', () => this.#leave());
     this.list.addEventListener('pointerdown', e => {
@@ -37,9 +40,26 @@ export class Assist {
   }
   #typed() {
     const [from, word] = this.#word();
+    // A call's form appears behind its blank, parenthesis or comma, and stays while it is written.
+    clearTimeout(this.#formed);
+    if (!this.sign.hidden || /[ (,]/.test(this.editor.value[this.editor.caret() - 1] ?? '')) {
+      this.#formed = setTimeout(() => this.#form(), FORM);
+    }
     if (this.open && from === this.#from && word) this.#filter(word);
     else if (word.length >= 2 && /^[A-Za-z_]/.test(word)) this.ask();
     else this.close();
+  }
+  async #form() {
+    const at = this.editor.caret();
+    const help = await this.language.ask('signatureHelp', { position: this.language.place(at) });
+    const form = help?.signatures?.[0];
+    if (this.editor.caret() !== at) return;
+    if (!form) { this.sign.hidden = true; return; }
+    const [start, end] = form.parameters?.[help.activeParameter]?.label ?? [0, 0];
+    const { label } = form;
+    this.sign.replaceChildren(h('code', {}, label.slice(0, start), h('b', {}, label.slice(start, end)), label.slice(end)),
+      form.documentation ? h('p', {}, form.documentation) : '');
+    this.#put(this.sign, this.editor.box(at), true);
   }
   // Asks the server for what may be written here.
   async ask() {
@@ -62,11 +82,12 @@ export class Assist {
     this.#mark();
     this.#put(this.list, this.editor.box(this.#from));
   }
-  #put(pop, box) {
+  // Beside a place: below it, or where `above` says so, or no room is, over it.
+  #put(pop, box, above) {
     pop.hidden = false;
     const width = Math.min(pop.offsetWidth, innerWidth - 16);
     pop.style.left = `${Math.max(8, Math.min(box.x, innerWidth - width - 8))}px`;
-    const below = box.bottom + 2 + pop.offsetHeight < innerHeight;
+    const below = above ? box.top - pop.offsetHeight < 8 : box.bottom + 2 + pop.offsetHeight < innerHeight;
     pop.style.top = `${below ? box.bottom + 2 : Math.max(8, box.top - pop.offsetHeight - 2)}px`;
   }
   #mark() {
@@ -83,6 +104,7 @@ export class Assist {
   #key(e) {
     if (e.key === ' ' && e.ctrlKey) { e.preventDefault(); this.ask(); return; }
     this.hover.hidden = true;
+    if (e.key === 'Escape' || e.key === 'Enter' || /^Arrow(Up|Down)/.test(e.key) && !this.open) this.sign.hidden = true;
     if (!this.open) return;
     const by = { ArrowDown: 1, ArrowUp: -1 }[e.key];
     if (by) this.#at = (this.#at + by + this.#shown.length) % this.#shown.length;

@@ -5,9 +5,11 @@
 // Height of a line in px, as in style.css, and lines beyond those in sight that are coloured.
 const HEIGHT = 20, AROUND = 30;
 const NAMES = ['word', 'function', 'number', 'remark', 'text', 'error', 'warning'];
+// What names mean, which the language server says a moment later.
+const MEANINGS = ['variable', 'constant', 'parameter', 'routine', 'label'];
 
 export class Editor {
-  breaks = new Set(); diags = []; running = -1; lines = [0]; nodes = []; value = ''; busy = false;
+  breaks = new Set(); diags = []; meanings = []; running = -1; lines = [0]; nodes = []; value = ''; busy = false;
 
   // `lex` gives [start, end, kind] for a text; `changed` hears each new text, `broken` each new set
   // of breakpoints.
@@ -19,8 +21,9 @@ export class Editor {
       + ' autocapitalize="off" autocorrect="off"></div><div class="run" hidden></div>';
     [this.gutter, this.text, this.mark] = root.children;
     this.text.contentEditable = 'plaintext-only';
-    this.high = Object.fromEntries(NAMES.map(name => {
+    this.high = Object.fromEntries([...NAMES, ...MEANINGS].map(name => {
       const high = new Highlight();
+      if (MEANINGS.includes(name)) high.priority = 1;
       CSS.highlights.set(name, high);
       return [name, high];
     }));
@@ -116,8 +119,10 @@ export class Editor {
     const most = Math.min(text.length, old.length) - same;
     while (end < most && text[text.length - 1 - end] === old[old.length - 1 - end]) end++;
     const by = text.length - old.length, last = old.length - end;
-    this.diags = this.diags.flatMap(d => d.end <= same ? [d]
+    const moved = marks => marks.flatMap(d => d.end <= same ? [d]
       : d.start >= last ? [{ ...d, start: d.start + by, end: d.end + by }] : []);
+    this.diags = moved(this.diags);
+    this.meanings = moved(this.meanings);
     if (!grown || !this.breaks.size) return;
     let at = 0;
     while (at + 1 < before.length && before[at + 1] <= same) at++;
@@ -186,6 +191,9 @@ export class Editor {
     for (const d of this.diags) {
       if (d.end >= from && d.start <= to) this.high[d.kind].add(this.range(d.start, d.end));
     }
+    for (const m of this.meanings) {
+      if (m.end >= from && m.start <= to) this.high[m.kind].add(this.range(m.start, m.end));
+    }
     const open = last === this.lines.length && this.value.endsWith('\n') ? 1 : 0;
     const count = Math.max(1, last - first - open);
     while (this.gutter.children.length < count) {
@@ -210,6 +218,11 @@ export class Editor {
     this.running = line;
     this.mark.hidden = line < 0;
     this.mark.style.top = `${line * HEIGHT}px`;
+  }
+  // What names mean: [{ start, end, kind }].
+  mean(list) {
+    this.meanings = list;
+    this.later();
   }
   diagnose(list) {
     this.diags = list;

@@ -3,16 +3,20 @@
 import { h, $, tell } from './dom.js';
 
 export class Language {
-  #asked = new Map(); #next = 1; #late = null; can = {};
+  #asked = new Map(); #next = 1; #late = null; can = {}; why = '';
 
   constructor(link, editor, script) {
     Object.assign(this, { link, editor, script });
     link.addEventListener('lsp', e => this.#hear(e.detail));
-    script.addEventListener('synced', () => { if (this.#late) this.#diagnose(this.#late); });
+    script.addEventListener('synced', () => {
+      if (this.#late) this.#diagnose(this.#late);
+      this.#mean();
+    });
   }
   #hear(message) {
     if (message.method === 'textDocument/publishDiagnostics') this.#diagnose(message.params);
     else if (this.#asked.has(message.id)) {
+      this.why = message.error?.message ?? '';
       this.#asked.get(message.id)(message.result ?? null);
       this.#asked.delete(message.id);
     }
@@ -25,6 +29,28 @@ export class Language {
     this.link.say({ lsp: { id, method: `textDocument/${method}`, params } });
     const late = new Promise(done => setTimeout(done, 3000, null));
     return Promise.race([answer, late]);
+  }
+  // Colours by meaning, of the text that the tool has.
+  async #mean() {
+    const legend = this.can.semanticTokensProvider?.legend;
+    if (!legend) return;
+    const text = this.editor.value;
+    const found = await this.ask('semanticTokens/full', {});
+    if (!found || text !== this.editor.value) return;
+    const bit = name => 1 << legend.tokenModifiers.indexOf(name);
+    const [fixed, ours] = [bit('readonly'), bit('defaultLibrary')];
+    const kinds = { parameter: 'parameter', property: 'constant', label: 'label', function: 'routine', variable: 'variable' };
+    const list = [], { data } = found;
+    let line = 0, character = 0;
+    for (let n = 0; n < data.length; n += 5) {
+      const [down, right, length, type, modifiers] = data.slice(n, n + 5);
+      character = down ? right : character + right;
+      line += down;
+      const kind = modifiers & ours ? null : kinds[legend.tokenTypes[type]];
+      const start = this.at({ line, character });
+      if (kind) list.push({ start, end: start + length, kind: kind === 'variable' && modifiers & fixed ? 'constant' : kind });
+    }
+    this.editor.mean(list);
   }
   // Places: the protocol counts lines and UTF-16 units, as scripts of a page do.
   place(at) {
@@ -102,11 +128,13 @@ export class Language {
   }
   async rename() {
     const position = this.place(this.editor.caret());
-    const name = prompt('New name');
-    if (!name) return;
+    const old = await this.ask('prepareRename', { position });
+    if (!old) { tell('Nothing here has a name of the script\'s own.', true); return; }
+    const name = prompt('New name', old.placeholder);
+    if (!name || name === old.placeholder) return;
     const edit = await this.ask('rename', { position, newName: name });
     const edits = Object.values(edit?.changes ?? {})[0] ?? edit?.documentChanges?.flatMap(c => c.edits);
-    if (edits) this.apply(edits); else tell('This cannot be renamed so.', true);
+    if (edits) this.apply(edits); else tell(this.why || 'This cannot be renamed so.', true);
   }
   async definition() {
     const found = await this.ask('definition', { position: this.place(this.editor.caret()) });
