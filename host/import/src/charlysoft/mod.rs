@@ -78,6 +78,8 @@ struct Reader<'a, 'd> {
     macros: Vec<(String, String)>,
     /// In a `{ }` remark.
     remark: bool,
+    /// A `#reference` had neither axes nor speeds: they stand in the next line.
+    speeds_follow: bool,
     stored: Vec<Item>,
     direct: Vec<Item>,
     loops: Vec<(usize, u32)>,
@@ -107,6 +109,7 @@ impl<'a, 'd> Reader<'a, 'd> {
             unit: Factor { num: 1000, den: 1 },
             macros: Vec::new(),
             remark: false,
+            speeds_follow: false,
             stored: Vec::new(),
             direct: Vec::new(),
             loops: Vec::new(),
@@ -130,6 +133,11 @@ impl<'a, 'd> Reader<'a, 'd> {
         }
         self.col = column(&code, code.trim_start());
         trimmed.clone_into(&mut self.text);
+        let speeds = trimmed.starts_with(|c: char| c.is_ascii_digit());
+        if core::mem::take(&mut self.speeds_follow) && speeds {
+            self.warn(Code::LeftOut, "reference speeds are the profile's `fast_rate`");
+            return;
+        }
         let read = match trimmed.strip_prefix('#') {
             Some(rest) => self.directive(rest.trim()),
             None => self.expanded(trimmed).and_then(|text| self.statements(&text)),
@@ -241,6 +249,10 @@ impl<'a, 'd> Reader<'a, 'd> {
                 if values.starts_with(|c: char| c.is_ascii_digit()) =>
             {
                 self.warn(Code::LeftOut, "reference speeds are the profile's `fast_rate`");
+                Ok(())
+            }
+            "reference" | "référence" | "ref" if values.is_empty() => {
+                self.speeds_follow = true;
                 Ok(())
             }
             "reference" | "référence" | "ref" => {

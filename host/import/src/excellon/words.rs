@@ -3,13 +3,13 @@
 use nom::Parser;
 use nom::character::complete::satisfy;
 use nom::multi::many1;
-use nom::sequence::pair;
+use nom::sequence::{pair, preceded};
 
 use super::number::{Wrong, Zeros};
 use super::read::{MAX_UM, Reader};
 use crate::codes::Code;
 use crate::diag::Diag;
-use crate::line::{Parsed, column, decimal};
+use crate::line::{Parsed, blanks, column, decimal};
 
 /// Words of a place, in um: X, Y, the radius A, the centre I, J.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,7 +48,8 @@ impl Reader<'_> {
 
     /// Reads X, Y, A, I and J words; `None` when they are wrong, which was said.
     pub(super) fn words(&mut self, number: u32, line: &str, text: &str) -> Option<Words> {
-        let word = pair(satisfy(|c| "XYAIJ".contains(c)), decimal);
+        // Some tools put a blank between a letter and its number, or between two words.
+        let word = pair(preceded(blanks, satisfy(|c| "XYAIJ".contains(c))), decimal);
         let list: Parsed<'_, Vec<(char, &str)>> = many1(word).parse(text);
         let Ok((rest, list)) = list else {
             let what = format!("`{text}` is no place");

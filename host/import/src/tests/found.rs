@@ -88,3 +88,33 @@ fn pal_pc_drops_surplus_values_and_has_a_usual_speed() {
     );
     assert!(said.contains("`82` has no speed"), "{said}");
 }
+
+#[test]
+fn blanks_stand_between_the_words_of_a_hole() {
+    let head = "M48\nINCH,LZ\nT1C0.0320\n%\nT1\n";
+    let apart = made("a.drl", &format!("{head}X 010000 Y030000\nX 020000  Y 030000\nM30\n"));
+    let joined = made("a.drl", &format!("{head}X010000Y030000\nX020000Y030000\nM30\n"));
+    assert_eq!(apart, joined);
+    let said = refused("a.drl", &format!("{head}X010000 7 Y030000\nM30\n"));
+    assert!(said.contains("does not belong here"), "{said}");
+}
+
+#[test]
+fn reference_speeds_may_stand_in_the_next_line() {
+    let head = "#axis XY;\n#steps 800;\n#elev 4;\n";
+    let tail = "#input;\nmove 10(2000),0(2000);\nstop.\n#start;\n";
+    let apart = made("a.pal", &format!("{head}#reference\n3000,5000;\n{tail}"));
+    assert!(!apart.contains("Home") && apart.contains("MoveRel X, 2000st"), "{apart}");
+    // Anywhere else such a line is no statement.
+    let said = refused("a.pal", &format!("{head}3000,5000;\n{tail}"));
+    assert!(said.contains("is no statement"), "{said}");
+}
+
+#[test]
+fn the_binders_unit_of_a_tenth_with_its_blank() {
+    let script = made(
+        "a.pal",
+        "# units inch/1 0\n#axis xy;\n#steps 800;\n#elev 2.54;\n# input\nmove 2 (9000),2(9000);\nstop.\n#start;\n",
+    );
+    assert!(script.contains("X 5.08mm Y 5.08mm"), "{script}");
+}

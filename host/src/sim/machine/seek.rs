@@ -38,7 +38,12 @@ impl Machine {
         if self.satisfied(&seek) {
             let caught = self.motion.positions(self.now)[seek.axis.index()];
             self.seek = Some(Seek { caught: Some(caught), ..seek });
-            self.motion.hit(seek.axis, self.now);
+            // Only where the switch opens counts: on the fast way to it the axis just ramps down.
+            if matches!(seek.target, Target::Reference(true)) {
+                self.motion.stop(seek.axis, self.now);
+            } else {
+                self.motion.hit(seek.axis, self.now);
+            }
             self.log_milestones();
             self.next = 0;
         }
