@@ -16,6 +16,7 @@ use crate::board::turns::Manner;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::output;
+use crate::sim::world::World;
 
 /// Time from power-up to the first answer, and some more.
 const BOOT_US: u64 = 200_000;
@@ -71,7 +72,7 @@ impl Board {
             None => Profile::built_in(lang::profile::DEFAULT_NAME)
                 .map_err(|error| Failure::Usage(error.to_string()))?,
         };
-        let world = world::load(self.world.as_deref(), console)?;
+        let world = world::load(self.world.as_deref(), World::empty(), console)?;
         let inputs = [self.world.as_deref(), options.profile.as_deref()];
         let inputs = inputs.map(|name| name.map(Path::new));
         output::keep_inputs(&[("--flash", self.flash.as_ref())], &inputs)?;

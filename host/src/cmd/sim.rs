@@ -113,7 +113,7 @@ impl Sim {
             ("--vcd", self.vcd.as_ref()),
         ];
         script.keep_inputs(&self.file, options, self.world.as_deref(), &outputs)?;
-        let world = world::load(self.world.as_deref(), console)?;
+        let world = world::load(self.world.as_deref(), World::unattended(), console)?;
         interrupt::watch();
         let prints = !console.json() && self.trace.as_deref() != Some("-");
         let listener = Listener::open(self.trace.as_deref(), prints.then_some(*console))?;

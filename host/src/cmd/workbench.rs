@@ -14,6 +14,7 @@ use crate::client::Client;
 use crate::failure::Failure;
 use crate::helm::{Helm, Open};
 use crate::link;
+use crate::sim::world::World;
 use crate::workbench::{Door, Setting, Workbench as Served, password};
 
 /// Environment variable with the password for `--listen`: arguments can be read by everybody.
@@ -57,7 +58,7 @@ impl Workbench {
     /// Script, world or profile are wrong, or the address is taken.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         let profile = options.profile(console)?;
-        let world = world::load(self.world.as_deref(), console)?;
+        let world = world::load(self.world.as_deref(), World::empty(), console)?;
         let part = self.part.or_default();
         let machine = options.machine(console)?;
         let address = self.address.unwrap_or(machine.link.address);

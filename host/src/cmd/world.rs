@@ -6,12 +6,13 @@ use crate::input;
 use crate::render::Note;
 use crate::sim::world::{World, WorldError};
 
-/// Reads the scenario, or gives that of nobody: see [`World::unattended`].
+/// Reads the scenario, or gives `without`: a board that stays up has its switches where the profile
+/// has them and people who press its buttons, a `sim` has nobody ([`World::unattended`]).
 ///
 /// # Errors
 /// It cannot be read or is no script; that was written.
-pub fn load(file: Option<&str>, console: &Console) -> Result<World, Failure> {
-    let Some(file) = file else { return Ok(World::unattended()) };
+pub fn load(file: Option<&str>, without: World, console: &Console) -> Result<World, Failure> {
+    let Some(file) = file else { return Ok(without) };
     let text = input::read_text(file).map_err(|note| console.refuse(&note))?;
     World::parse(file, &text).map_err(|error| wrong(&error, console))
 }

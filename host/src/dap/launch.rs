@@ -102,7 +102,10 @@ impl Launch {
     }
 
     fn world(&self) -> Result<World, String> {
-        let Some(file) = &self.world else { return Ok(World::empty()) };
+        let Some(file) = &self.world else {
+            // As `sim` and `board` have it.
+            return Ok(if self.is_simulated() { World::unattended() } else { World::empty() });
+        };
         let text = input::read_text(file).map_err(|note| note.line())?;
         World::parse(file, &text).map_err(|error| error.to_string())
     }
