@@ -37,7 +37,8 @@ pub struct Client {
     events: Vec<Value>,
 }
 
-fn listen(from: impl Read + Send + 'static) -> Receiver<Value> {
+/// Reads messages until the adapter goes; each must be framed as the specification has it.
+pub fn listen(from: impl Read + Send + 'static) -> Receiver<Value> {
     let (say, heard) = mpsc::channel();
     std::thread::spawn(move || {
         let mut from = BufReader::new(from);

@@ -2,4 +2,5 @@
 
 mod boards;
 mod client;
+mod recorded;
 mod simulator;

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::client::Client;
 
 /// Lines: 1 DIM, 2 OUTPUT, 3 FOR, 4 drill, 5 NEXT, 6 PRINT, 7 END; 8 SUB to 13 END SUB.
-const DRILL: &str = "DIM i, sum, seen(3)\nOUTPUT pump = 1\nFOR i = 1 TO 3\n  drill i\nNEXT\n\
+pub const DRILL: &str = "DIM i, sum, seen(3)\nOUTPUT pump = 1\nFOR i = 1 TO 3\n  drill i\nNEXT\n\
                      PRINT \"sum \"; sum\nEND\nSUB drill(n)\n  DIM depth AS LENGTH\n  \
                      depth = n * 1mm\n  SetOut pump, ON : sum = sum + n\n  seen(n - 1) = sum\nEND SUB\n";
 
