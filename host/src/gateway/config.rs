@@ -9,6 +9,7 @@ use serde::Deserialize;
 use super::counters::OWN_UNIT;
 use super::mqtt::MqttSetting;
 use super::rights::{Network, Ranges, Rule};
+use super::sparkplug::SparkplugSetting;
 use crate::input::{self, code};
 use crate::link::Mode;
 use crate::render::Note;
@@ -27,6 +28,8 @@ pub struct Config {
     pub modbus: Modbus,
     /// The broker, if there is one.
     pub mqtt: Option<MqttSetting>,
+    /// The edge node at that broker, if there is one.
+    pub sparkplug: Option<SparkplugSetting>,
     /// What a serial line needs beyond its name.
     #[serde(default, rename = "line")]
     pub lines: Vec<LineSetting>,
@@ -136,7 +139,14 @@ impl Config {
             script: None,
         };
         let (modbus, boards) = (Modbus::default(), vec![board]);
-        Config { modbus, mqtt: None, lines: Vec::new(), boards, clients: Vec::new() }
+        Config {
+            modbus,
+            mqtt: None,
+            sparkplug: None,
+            lines: Vec::new(),
+            boards,
+            clients: Vec::new(),
+        }
     }
 
     /// Reads a file's text; `file` is its name for the note.
@@ -214,6 +224,13 @@ impl Config {
         }
         if let Some(mqtt) = &self.mqtt {
             mqtt.check().map_err(|words| Wrong("[mqtt]".to_owned(), words))?;
+        }
+        if let Some(sparkplug) = &self.sparkplug {
+            let at = || "[sparkplug]".to_owned();
+            sparkplug.check().map_err(|words| Wrong(at(), words))?;
+            if self.mqtt.is_none() {
+                return Err(Wrong(at(), "[sparkplug] goes by the broker of [mqtt]: add it".into()));
+            }
         }
         for client in &self.clients {
             client.rule().map_err(|words| Wrong(format!("\"{}\"", client.from), words))?;

@@ -38,7 +38,7 @@ const RENEW: Duration = Duration::from_secs(30);
 const WRITING: Duration = Duration::from_millis(400);
 
 /// What a look at a board brought.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Look {
     /// What it shows.
     Picture(Box<Picture>),

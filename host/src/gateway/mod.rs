@@ -17,6 +17,7 @@ mod outbox;
 mod pdu;
 mod rights;
 mod server;
+mod sparkplug;
 #[cfg(test)]
 mod tests;
 mod turns;
@@ -37,6 +38,7 @@ use mqtt::{Mqtt, MqttSetting, Note};
 use pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
 use rights::Rule;
 use server::Guests;
+use sparkplug::Sparkplug;
 use turns::Asker;
 
 /// A board as clients see it.
@@ -67,8 +69,8 @@ type Tell = Arc<dyn Fn(usize, Look) + Send + Sync>;
 /// A gateway that serves until this is dropped.
 pub struct Running {
     address: SocketAddr,
-    /// Goes first: it says goodbye.
-    mqtt: Option<Mqtt>,
+    /// Go first: they say goodbye.
+    talks: (Option<Mqtt>, Option<Sparkplug>),
     gateway: Arc<Gateway>,
     runtime: Option<tokio::runtime::Runtime>,
 }
@@ -220,15 +222,32 @@ impl Running {
         let listener = server::bind(config.modbus.listen)?;
         let words = |error: std::io::Error| error.to_string();
         let address = listener.local_addr().map_err(words)?;
-        let (notes, heard) = unbounded_channel();
-        let own = notes.clone();
-        // The conversation is over when nobody hears it.
-        let tell: Tell = Arc::new(move |board, look| drop(own.send(Note::Look(board, look))));
-        let tell = config.mqtt.as_ref().map(|_| &tell);
+        let (mqtt, sparkplug) = (unbounded_channel(), unbounded_channel());
+        let to: Vec<_> = [
+            config.mqtt.as_ref().map(|_| mqtt.0.clone()),
+            config.sparkplug.as_ref().map(|_| sparkplug.0.clone()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        let watched = !to.is_empty();
+        let tell: Tell = Arc::new(move |board, look: Look| {
+            for one in &to {
+                // A conversation is over when nobody hears it.
+                let _ = one.send(Note::Look(board, look.clone()));
+            }
+        });
+        let tell = watched.then_some(&tell);
         let gateway = Arc::new(Gateway::new(config, config.rules()?, tell, open)?);
-        let mqtt = match &config.mqtt {
-            Some(setting) => Some(Mqtt::start(setting, &gateway, (notes, heard))?),
-            None => None,
+        let talks = match &config.mqtt {
+            None => (None, None),
+            Some(setting) => {
+                let node = match &config.sparkplug {
+                    Some(own) => Some(Sparkplug::start(own, setting, &gateway, sparkplug)?),
+                    None => None,
+                };
+                (Some(Mqtt::start(setting, &gateway, mqtt)?), node)
+            }
         };
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)
@@ -239,7 +258,7 @@ impl Running {
         let listener = tokio::net::TcpListener::from_std(listener).map_err(words)?;
         runtime.spawn(server::serve(listener, gateway.clone()));
         drop(guard);
-        Ok(Running { address, mqtt, gateway, runtime: Some(runtime) })
+        Ok(Running { address, talks, gateway, runtime: Some(runtime) })
     }
 
     /// Where the Modbus TCP server listens.
@@ -256,7 +275,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        self.mqtt = None;
+        self.talks = (None, None);
         if let Some(runtime) = self.runtime.take() {
             // Tasks that wait for nobody any more.
             runtime.shutdown_background();

@@ -16,6 +16,7 @@ use std::thread::JoinHandle;
 
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender};
 
+pub use order::carry_out;
 pub use setting::MqttSetting;
 
 use super::Gateway;
