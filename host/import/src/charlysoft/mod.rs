@@ -4,6 +4,7 @@
 //! Words: the charlyrobot binder, chapter 3, the columns "Avec Soft 30".
 
 mod number;
+mod port;
 mod statement;
 
 use super::Job;

@@ -33,7 +33,7 @@ fn keyword(i: &str) -> Parsed<'_, String> {
     Ok((rest, text.to_lowercase()))
 }
 
-fn label_name(i: &str) -> Parsed<'_, &str> {
+pub(super) fn label_name(i: &str) -> Parsed<'_, &str> {
     let name = recognize(pair(
         verify(one_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_"), |_| true),
         take_while(|c: char| c.is_alphanumeric() || c == '_'),
@@ -310,7 +310,7 @@ impl Reader<'_, '_> {
     }
 
     /// The statement `offset` away.
-    fn away(&self, offset: i64) -> Read<usize> {
+    pub(super) fn away(&self, offset: i64) -> Read<usize> {
         let here = i64::try_from(self.stored.len()).unwrap_or(i64::MAX / 2);
         let to = here.checked_add(offset).and_then(|to| usize::try_from(to).ok());
         to.ok_or_else(|| {
@@ -323,7 +323,7 @@ impl Reader<'_, '_> {
     }
 
     /// A jump to a label, which may stand further on.
-    fn jump(&mut self, name: &str, op: Op) -> Read<()> {
+    pub(super) fn jump(&mut self, name: &str, op: Op) -> Read<()> {
         let at = self.stored.len();
         self.push(op)?;
         self.open.push(Open { at, label: name.to_lowercase(), line: self.line });
@@ -410,44 +410,6 @@ impl Reader<'_, '_> {
         Ok(rest)
     }
 
-    fn set_port<'t>(&mut self, rest: &'t str) -> Read<&'t str> {
-        let (rest, address, bit, value) = port(rest)?;
-        let first = match address {
-            65_529 => 1,
-            65_530 => 9,
-            _ => {
-                return Err(Refused::new(
-                    Code::OutOfRange,
-                    format!("{address} is no port of outputs"),
-                    "they are 65529 and 65530",
-                ));
-            }
-        };
-        self.push(Op::Port { first, bit, value })?;
-        Ok(rest)
-    }
-
-    fn on_port<'t>(&mut self, rest: &'t str) -> Read<&'t str> {
-        let (rest, address, bit, value) = port(rest)?;
-        if address != 65_531 {
-            return Err(Refused::new(
-                Code::OutOfRange,
-                format!("{address} is no port of inputs"),
-                "it is 65531",
-            ));
-        }
-        let (rest, _): (_, char) = nom_or(sign(',').parse(rest), "a comma and where to go")?;
-        let offset: Parsed<'_, i64> = whole(rest);
-        if let Ok((rest, offset)) = offset {
-            let jump = self.away(offset)?;
-            self.push(Op::PortTest { bit, value, jump })?;
-            return Ok(rest);
-        }
-        let (rest, name) = label_name(rest).map_err(|_| expected("a label or an offset"))?;
-        self.jump(name, Op::PortTest { bit, value, jump: 0 })?;
-        Ok(rest)
-    }
-
     fn tell<'t>(&mut self, rest: &'t str) -> Read<&'t str> {
         let (rest, device) = number(rest)?;
         let (rest, what) = keyword(rest).map_err(|_| expected("start or ref with its axes"))?;
@@ -468,26 +430,11 @@ impl Reader<'_, '_> {
     }
 }
 
-/// `65529,5=0`: address, bit, value.
-fn port(rest: &str) -> Read<(&str, i64, i64, i64)> {
-    let mut parts = (terminated(whole, sign(',')), terminated(whole, sign('=')), whole);
-    let (rest, (address, bit, value)) = nom_or(parts.parse(rest), "`65529,5=1`")?;
-    let top = if bit == 0 { 255 } else { 1 };
-    if !(0..=8).contains(&bit) || !(0..=top).contains(&value) {
-        return Err(Refused::new(
-            Code::OutOfRange,
-            format!("bit {bit} with value {value}"),
-            "bits 1 to 8 are 0 or 1; bit 0 stands for all eight, 0 to 255",
-        ));
-    }
-    Ok((rest, address, bit, value))
-}
-
-fn nom_or<'t, T>(parsed: Parsed<'t, T>, what: &str) -> Read<(&'t str, T)> {
+pub(super) fn nom_or<'t, T>(parsed: Parsed<'t, T>, what: &str) -> Read<(&'t str, T)> {
     parsed.map_err(|_| expected(what))
 }
 
-fn expected(what: &str) -> Refused {
+pub(super) fn expected(what: &str) -> Refused {
     Refused::new(Code::Unreadable, format!("here should stand {what}"), "")
 }
 

@@ -1,0 +1,137 @@
+//! Every name of the register table on every image: a register that an image forgets would read 0,
+//! without a word, as a gap inside a block does.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use emulator::Config;
+use emulator::plant::Contact;
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use lang::wire::{BLOCKS, CHAR_IN, Control, NAMES, Table};
+use pasapas::board::{BUILDS, Build};
+use pasapas::torture::stand::{Answer, Stand};
+
+/// Each named register's value in each table that has its address; `None` where it is refused.
+type Registers = BTreeMap<(&'static str, u8), Option<u16>>;
+
+fn registers(stand: &mut Stand) -> Registers {
+    let mut found = BTreeMap::new();
+    for (name, address, _) in NAMES {
+        let blocks = BLOCKS.iter().filter(|block| {
+            let words = [Table::Holding as u8, Table::InputRegisters as u8];
+            words.contains(&block.table)
+                && (block.first..block.first + block.count).contains(address)
+        });
+        for block in blocks {
+            let [high, low] = address.to_be_bytes();
+            let value = match stand.ask(&[1, block.table, high, low, 0, 1]) {
+                Answer::Reply(reply) => Some(u16::from_be_bytes([reply[3], reply[4]])),
+                Answer::Exception(2) => None,
+                other => panic!("{name}: {other:?}"),
+            };
+            found.insert((*name, block.table), value);
+        }
+    }
+    found
+}
+
+/// What each part has of its own: sizes, features, places in its memory.
+const OWN: [&str; 6] =
+    ["AREA_BYTES", "FREE_BYTES", "FEATURES", "POOL_WORDS_REGISTER", "STACK_FREE", "FAULT_PC"];
+/// What goes on between two questions: places, and milliseconds that came late.
+const UNDER_WAY: [&str; 5] =
+    ["COMMANDED", "MACHINE_POSITIONS", "WORK_POSITIONS", "TARGETS", "MISSED_DEADLINES"];
+/// So many steps or milliseconds may two parts be apart there.
+const APART: u16 = 200;
+/// Written only on the small part: it counts the words that come.
+const WRITTEN: [&str; 1] = ["UPLOAD_LENGTH"];
+/// Nothing that the states below bring about shows in these.
+const QUIET: [&str; 22] = [
+    "BLOCKING_INPUT",
+    "FAULT_INPUT",
+    "FAULT_LINE",
+    "HOMING",
+    "INPUTS_HIGH",
+    "LIMITS",
+    "MISC_STATUS",
+    "PRINT_TAIL",
+    "PROBE_ERROR",
+    "PROBING",
+    "PROFILE_HASH",
+    "RUN_CONTROL",
+    "STREAM_ACCEPTED",
+    "STREAM_BEGUN",
+    "STREAM_CALL",
+    "STREAM_CONTROL",
+    "STREAM_DRY",
+    "STREAM_RESULT",
+    "STREAM_STARVED",
+    "TRACE_EVEN",
+    "TRACE_ODD",
+    "UPLOAD_CONTROL",
+];
+/// The same, where a good upload leaves 0 and nobody traces.
+const GOOD: [&str; 2] = ["UPLOAD_RESULT", "TRACE_MODE"];
+
+const SCRIPT: &str = "DIM a AT 3000\nKEEP k\na = 7\nk = 9\nSetOut 3, ON\nPRINT \"hole\"\nSend 65\n\
+    Home X\nMoveAxe X, 12mm\nMoveAxe Y, 5mm\nMoveAxe Z, -3mm\nMoveAxe X, 200mm, 20mm/s\n";
+
+/// What the registers hold fresh from power-up, in a run, stopped, and after an emergency stop.
+fn states(build: &Build) -> Vec<Registers> {
+    let source = Source::new("t.bas", SCRIPT.to_owned());
+    let (program, _) = compile(&source, ProfileChoice::built_in());
+    let image = lang::back::compile(&program.expect("sound")).expect("it fits").image;
+    let mut stand = Stand::new(build, &Config::default()).expect("the shipped image");
+    let switch = Contact { axis: 0, position: -500, above: false };
+    stand.board.plant_mut().switches[0] = Some(switch);
+    assert!(stand.answers());
+    let mut states = vec![registers(&mut stand)];
+    stand.upload(&image, false).expect("it is taken");
+    stand.board.plant_mut().set_input(3, true);
+    stand.write(CHAR_IN, &[65]);
+    stand.control(Control::Start);
+    stand.board.run_us(4_000_000);
+    states.push(registers(&mut stand));
+    for (control, us) in [(Control::Stop, 1_000_000), (Control::EmergencyStop, 1_000_000)] {
+        stand.control(control);
+        stand.board.run_us(us);
+        states.push(registers(&mut stand));
+    }
+    states
+}
+
+#[test]
+fn every_image_has_every_named_register() {
+    let all: Vec<_> = BUILDS.iter().map(|build| (build.part.name, states(build))).collect();
+    let (_, whole) = all.last().expect("a part");
+    for (part, states) in &all {
+        for (n, (state, reference)) in states.iter().zip(whole).enumerate() {
+            for ((name, table), value) in state {
+                let wanted = reference[&(*name, *table)];
+                let what = format!("{name} in table {table}, state {n}: {value:?}, not {wanted:?}");
+                let (Some(value), Some(wanted)) = (*value, wanted) else {
+                    panic!("{part} refuses {what}");
+                };
+                let lacks = name.starts_with("STREAM") || WRITTEN.contains(name);
+                let good = match name {
+                    name if OWN.contains(name) => (value == 0) == (wanted == 0),
+                    name if UNDER_WAY.contains(name) => value.abs_diff(wanted) <= APART,
+                    _ => value == wanted || lacks && value == 0,
+                };
+                assert!(good, "{part}: {what}");
+            }
+        }
+    }
+    let silent = whole[0].keys().filter(|key| whole.iter().all(|state| state[*key] == Some(0)));
+    let silent: BTreeSet<&str> = silent.map(|(name, _)| *name).collect();
+    let heard = |name: &&str| {
+        whole.iter().any(|state| {
+            [3, 4].iter().any(|table| state.get(&(*name, *table)).is_some_and(|v| *v != Some(0)))
+        })
+    };
+    let unexpected: Vec<_> = silent
+        .into_iter()
+        .filter(|name| !heard(name) && !QUIET.contains(name) && !GOOD.contains(name))
+        .collect();
+    assert!(unexpected.is_empty(), "always 0: {unexpected:?}");
+}
