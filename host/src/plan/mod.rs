@@ -13,6 +13,9 @@
 mod points;
 mod tour;
 
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hasher};
+
 use crate::client::identity::Identity;
 use crate::stream::feed::{Feed, Step};
 use lang::back::{self, Compiled, Excess, Room, SlowPoints};
@@ -53,25 +56,58 @@ pub fn fitted_to(board: &Identity, program: &Program, plain: Compiled) -> Compil
     fitted(program, plain, board.features, room)
 }
 
-/// What slow points say before each G0 to G3 that a compiled program executes, in this order: the
-/// bits of the planner's scaled number, 0 for nothing. For engines that run no image.
-pub fn raises(compiled: &Compiled) -> Vec<u32> {
-    let mut raises = Vec::new();
-    let Ok(mut feed) = Feed::new(compiled) else { return raises };
-    let mut ahead = 0;
-    while raises.len() < tour::MOST_EFFECTS {
-        match feed.step() {
-            Step::Effect(Effect::Slow(bits), _) => ahead = bits,
-            Step::Effect(Effect::Linear { .. } | Effect::Arc { .. }, _) => {
-                raises.push(std::mem::take(&mut ahead));
-            }
-            // Only programs that look at nothing have slow points.
-            Step::Effect(..) => {}
-            _ => break,
+/// What slow points say before each G0 to G3 that a compiled program executes, for engines that run no
+/// image: the bits of the planner's scaled number, 0 for nothing.
+#[derive(Debug, Default)]
+pub struct Raises {
+    said: Vec<u32>,
+    /// Where [`Raises::said`] goes on behind its end, of a program that does for ever what it did.
+    again: Option<usize>,
+    next: usize,
+}
+
+impl Raises {
+    /// Those of a compiled program; nothing without slow points.
+    pub fn of(compiled: &Compiled) -> Raises {
+        let mut raises = Raises::default();
+        let Ok(mut feed) = Feed::new(compiled) else { return raises };
+        if !feed.image().header.has(feature::SLOW) {
+            return raises;
         }
-        feed.complete(0);
+        let mut ahead = 0;
+        let mut seen = HashMap::new();
+        for _ in 0..tour::MOST_EFFECTS {
+            match feed.step() {
+                Step::Effect(Effect::Slow(bits), _) => ahead = bits,
+                Step::Effect(Effect::Linear { .. } | Effect::Arc { .. }, _) => {
+                    raises.said.push(std::mem::take(&mut ahead));
+                }
+                // Only programs that look at nothing have slow points.
+                Step::Effect(..) => {}
+                _ => break,
+            }
+            feed.complete(0);
+            let mut hasher = DefaultHasher::new();
+            feed.hash_state(&mut hasher);
+            if let Some(before) = seen.insert((hasher.finish(), ahead), raises.said.len()) {
+                raises.again = (before < raises.said.len()).then_some(before);
+                break;
+            }
+        }
+        raises
     }
-    raises
+}
+
+impl Iterator for Raises {
+    type Item = u32;
+
+    fn next(&mut self) -> Option<u32> {
+        if self.next == self.said.len() {
+            self.next = self.again?;
+        }
+        self.next += 1;
+        self.said.get(self.next - 1).copied()
+    }
 }
 
 /// Slow points of a compiled program, none where its path hangs on the outside.

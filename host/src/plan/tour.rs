@@ -26,8 +26,10 @@ pub enum Stop {
     Rest,
 }
 
-/// Effects that are followed at most, in some seconds; a longer program gets no slow points.
-pub const MOST_EFFECTS: usize = 1_000_000;
+/// Effects that are followed at most, in a second; a longer program gets no slow points.
+pub const MOST_EFFECTS: usize = 200_000;
+/// Effects within which a program comes to its first path, or is taken for one that has none.
+const IDLE_EFFECTS: usize = 10_000;
 /// Slices of [`crate::stream::feed::BUDGET`] instructions without an effect at most.
 const MOST_THOUGHT: usize = 5_000;
 
@@ -63,7 +65,11 @@ pub fn follow(program: &Program, compiled: &Compiled, record: &MachineRecord) ->
     let mut passed = Vec::new();
     let mut seen = HashSet::new();
     let mut thought = 0;
-    for _ in 0..MOST_EFFECTS {
+    let mut moves = false;
+    for effects in 0..MOST_EFFECTS {
+        if effects == IDLE_EFFECTS && !moves {
+            return None;
+        }
         let step = feed.step_through(&starts, &mut passed);
         let begun = passed.drain(..).filter_map(|pc| numbers.get(&pc));
         tour.stops.extend(begun.map(|number| Stop::Statement(*number)));
@@ -72,6 +78,7 @@ pub fn follow(program: &Program, compiled: &Compiled, record: &MachineRecord) ->
                 thought = 0;
                 let value = tour.effect(&effect)?;
                 feed.complete(value);
+                moves |= matches!(tour.stops.last(), Some(Stop::Block(..)));
                 let rests = matches!(tour.stops.last(), Some(Stop::Rest));
                 if rests && !seen.insert(tour.state(&feed)) {
                     return Some(tour.stops);

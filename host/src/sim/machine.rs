@@ -19,8 +19,6 @@ mod waits;
 #[cfg(test)]
 mod tests;
 
-use std::collections::VecDeque;
-
 use firmware::motion::scaled::Scaled;
 use lang::axis::Axis;
 use lang::effect::{Effect, Rate, Read};
@@ -43,6 +41,7 @@ use super::trace::{PerAxis, Status, What};
 use super::unattended::Unattended;
 use super::world::{Registers, Scenario, World, WorldError};
 use super::{End, Options, SimError, Sink};
+use crate::plan::Raises;
 
 /// Simulated time that a statement takes, us (lang/README.md, The machine).
 pub const STATEMENT_US: u64 = 20;
@@ -126,7 +125,7 @@ pub struct Machine {
     world_error: Option<WorldError>,
     pieces: Pieces,
     /// Slow points of the G0 to G3 that come, for an engine that has no instruction for them.
-    raises: VecDeque<u32>,
+    raises: Raises,
     seek: Option<Seek>,
     homing_axis: Option<Axis>,
 }
@@ -189,7 +188,7 @@ impl Machine {
             started: false,
             world_error: None,
             pieces: Pieces::default(),
-            raises: VecDeque::new(),
+            raises: Raises::default(),
             seek: None,
             homing_axis: None,
         };
@@ -344,13 +343,13 @@ impl Machine {
         Ok(Step::Done(0))
     }
 
-    /// Slow points of the G0 to G3 that come ([`crate::plan::raises`]).
-    pub fn set_raises(&mut self, raises: Vec<u32>) {
-        self.raises = raises.into();
+    /// Slow points of the G0 to G3 that come ([`crate::plan::Raises`]).
+    pub fn set_raises(&mut self, raises: Raises) {
+        self.raises = raises;
     }
 
     fn raise(&mut self) {
-        if let Some(bits @ 1..) = self.raises.pop_front() {
+        if let Some(bits @ 1..) = self.raises.next() {
             self.motion.slow(Scaled(bits));
         }
     }

@@ -23,6 +23,8 @@ use trace::{Event, Status};
 use unattended::Unattended;
 use world::{World, WorldError};
 
+use crate::plan::{self, Raises};
+
 /// Simulated time that a run may take unless told otherwise: 24 h, in us.
 pub const DEFAULT_LIMIT_US: u64 = 24 * 3600 * 1_000_000;
 
@@ -157,14 +159,15 @@ pub fn run(
 ) -> Result<Outcome, SimError> {
     // The device's limits are those of `check` and `upload`; here a program may be larger.
     let compiled = if options.look_ahead {
-        crate::plan::compile(program, Room::Format)
+        plan::compile(program, Room::Format)
     } else {
         back::compile_for(program, Room::Format)
     };
     match (engine, compiled) {
         (Engine::Rhai, compiled) => {
             let depth = compiled.as_ref().map_or(MAX_CALLS, |compiled| compiled.calls);
-            let raises = compiled.map_or(Vec::new(), |compiled| crate::plan::raises(&compiled));
+            let raises =
+                compiled.map_or_else(|_| Raises::default(), |compiled| Raises::of(&compiled));
             rhai_engine::run(program, world, options, (depth, raises), sink)
         }
         (Engine::Vm, Ok(compiled)) => vm_engine::run(program, &compiled, world, options, sink),

@@ -27,6 +27,7 @@ use self::runtime::{Final, Runtime};
 use super::machine::Machine;
 use super::world::{Registers, World};
 use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
+use crate::plan::Raises;
 
 /// Deepest expression that Rhai is given.
 const EXPRESSION_DEPTH: usize = 400;
@@ -37,7 +38,7 @@ pub fn source(program: &Program) -> String {
 }
 
 /// Runs a program; `depth` calls may be open at once, slow points are brought by `raises`
-/// ([`crate::plan::raises`]).
+/// ([`Raises`]).
 ///
 /// # Errors
 /// As [`super::run`].
@@ -45,7 +46,7 @@ pub fn run(
     program: &Program,
     world: &World,
     options: &Options,
-    (depth, raises): (usize, Vec<u32>),
+    (depth, raises): (usize, Raises),
     sink: Sink,
 ) -> Result<Outcome, SimError> {
     let translation = translate::translate(program);

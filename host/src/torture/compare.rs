@@ -4,6 +4,7 @@ use lang::back::Compiled;
 use lang::hir::Program;
 
 use super::generate::Case;
+use crate::plan::Raises;
 use crate::sim::trace::{Event, PerAxis, Status, What};
 use crate::sim::world::World;
 use crate::sim::{Options, Outcome, SimError, Sink, rhai_engine, vm_engine};
@@ -35,7 +36,8 @@ pub fn on_rhai(
     options: &Options,
 ) -> Result<Run, SimError> {
     let (log, sink) = sink();
-    let outcome = rhai_engine::run(program, world, options, (compiled.calls, Vec::new()), sink)?;
+    let outcome =
+        rhai_engine::run(program, world, options, (compiled.calls, Raises::default()), sink)?;
     Ok(Run { outcome, trace: log.take() })
 }
 

@@ -24,7 +24,7 @@ fn machine(dice: &mut Dice) -> Profile {
     let mut profile = Profile::built_in("mill").expect("a profile");
     profile.pulse_us = any(dice, 2, 30) as u8;
     profile.dir_setup_us = any(dice, 1, 30) as u8;
-    profile.corner_um = any(dice, 0, 10_000) as u16;
+    profile.corner_um = any(dice, 0, 10_000) as i32;
     let possible = i64::from(lang::part::top_rate(profile.pulse_us, false));
     let scale = |dice: &mut Dice| Scale {
         steps: any(dice, 1, 65_535) as u16,
@@ -86,8 +86,10 @@ fn script(dice: &mut Dice, profile: &Profile, build: &Build) -> String {
             3 if scales[0] == scales[1] => {
                 let r = any(dice, 20, reach[0].min(reach[1]).max(20));
                 let (a, b) = (r, [r, -r][dice.below(2) as usize]);
-                text += &format!("G91\nG2 X[{a}st] Y[{b}st] I[{a}st] F[{}st/s]\nG3 I[{r}st] J[0st]\nG90\n",
-                    any(dice, 1, 60_000));
+                text += &format!(
+                    "G91\nG2 X[{a}st] Y[{b}st] I[{a}st] F[{}st/s]\nG3 I[{r}st] J[0st]\nG90\n",
+                    any(dice, 1, 60_000)
+                );
                 to = [place[0] + a, place[1] + b, place[2]];
             }
             _ => {

@@ -171,7 +171,7 @@ at(250, || {
     if at_value(3000) == 4 { set_at(3004, 7000); }
 });
 ";
-    assert_eq!(prints_in(text, world), ["20 4mm", "3 4 7mm"]);
+    assert_eq!(prints_in(text, world), ["20 4000um", "3 4 7000um"]);
 }
 
 #[test]
