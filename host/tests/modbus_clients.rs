@@ -201,20 +201,22 @@ fn at_variables_are_the_operators_whether_a_program_runs_or_not() {
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success(), "{what}: {said}");
     };
-    let board = Board::start(&["--part", "virtual"]);
-    let port = board.port();
-    let port = port.to_str().expect("UTF-8");
-    let upload = |name: &str, text: &str| {
-        let script = board.folder.path().join(name);
-        std::fs::write(&script, text).expect("a script");
-        pasapas(&["upload", script.to_str().expect("UTF-8"), "--port", port]);
-    };
-    let counts = "DIM qty AT 3000, total AT 3004\nDIM own\nKEEP runs\nown = own + 1\n\
-                  runs = runs + 1\ntotal = total + qty + own\n";
-    upload("counts.bas", counts);
-    operator(port, "operate");
-    upload("other.bas", &counts.replace("Wait", "wait").replace("+ own", "+ own * 2"));
-    operator(port, "zero");
+    for part in ["g2553", "virtual"] {
+        let board = Board::start(&["--part", part]);
+        let port = board.port();
+        let port = port.to_str().expect("UTF-8");
+        let upload = |name: &str, text: &str| {
+            let script = board.folder.path().join(name);
+            std::fs::write(&script, text).expect("a script");
+            pasapas(&["upload", script.to_str().expect("UTF-8"), "--port", port]);
+        };
+        let counts = "DIM qty AT 3000, total AT 3004\nDIM own\nKEEP runs\nown = own + 1\n\
+                      runs = runs + 1\ntotal = total + qty + own\n";
+        upload("counts.bas", counts);
+        operator(port, "operate");
+        upload("other.bas", &counts.replace("+ own", "+ own * 2"));
+        operator(port, "zero");
+    }
 }
 
 /// The block of a language in the firmware's manual that begins behind the heading of the session.

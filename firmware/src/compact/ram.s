@@ -31,6 +31,7 @@
     VAR CAUGHT, 4               /* count of axis N when a watched input answered, homing uses it too; else
                                    the speed that overrides act on */
     .set SLOT, HERE
+    /* At rest the check's scratch memory, from here to TICK. */
     VAR SLOT0, 12               /* a segment: interval 4, change 4, events 2, mask 2 */
     VAR SLOT1, 12
     VAR INC, 12                 /* what an event adds to each accumulator */
@@ -46,6 +47,10 @@
     VAR ACCEL2, 4               /* growth of the square over one event */
     VAR DECEL2, 4               /* its decline while braking */
     VAR TICK, 4                 /* interval at speed 1, ticks */
+    .set CHECK_SCRATCH, SLOT0
+    .if TICK-SLOT0 < CHECK_SCRATCH_SIZE
+    .error "the check's scratch memory"
+    .endif
     .set LOCALS, TICK           /* at rest: bytes of a statement or command that begins */
     VAR WATCH, 1                /* inputs of port 1 that catch, or TRIPPED */
     VAR IDLE, 1                 /* their levels at rest; WATCH_ENDS: the step that is caught is the last */
@@ -183,12 +188,16 @@
     .set FEED_ASIDE, OPEN
 
 /* The program's pool: call stack upward, cells, expression stack downward from POOL_END. Without a
-   run it holds the command buffer, and while an image is checked the check's anchors. */
+   run its end holds the command buffer; cells of AT variables in front of that live on. */
     MODULE pool
     .set POOL, HERE
-    .set COMMAND, POOL+4        /* 21 registers */
     .set STACK_ROOM, 70-2*HAS_LINES /* the machine stack below 0x0400, with 24 bytes to spare */
     .set POOL_END, 0x0400-STACK_ROOM
+    .set COMMAND, POOL_END-42   /* 21 registers, the first two of them in COMMAND_HEAD */
+    .set HOME_RECORD, COMMAND-4 /* the arguments of 106 as a record of an axis */
+    .if AT_ROOM && HOME_RECORD-POOL != AT_ROOM
+    .error "the part's room for AT variables"
+    .endif
     .set ram.stack, POOL_END
     .global POOL, POOL_END, VM_STATE
 

@@ -189,7 +189,8 @@ fn prepare(
     client.upload(job.image, false, &mut |_| {})?;
     client.set_patience(RUN_PATIENCE);
     rig.borrow_mut().set_the_scene()?;
-    if job.build.part.keeps_at {
+    if lang::image::Image::new(job.image).is_ok_and(|image| job.build.part.keeps_at(&image.header))
+    {
         let written = rig.borrow_mut().take_registers();
         for (register, value) in written {
             client.write_all(register, &halves(value))?;

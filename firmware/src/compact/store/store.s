@@ -55,9 +55,10 @@ program_attach:
     jne 1f
 /* The program that the check has just taken is the stored one: it leaves the addresses of its code
    and data. */
+    .global attach_checked
 attach_checked:
-    mov &POOL+CHECK_CODE, &VM_CODE
-    mov &POOL+CHECK_DATA, &VM_DATA
+    mov &CHECK_SCRATCH+CHECK_CODE, &VM_CODE
+    mov &CHECK_SCRATCH+CHECK_DATA, &VM_DATA
     mov #1, r12
 1:  br #program_stored
 
@@ -69,7 +70,7 @@ slot_check:
     mov #REFUSAL_CRC, r12
     jne 1f
     mov r15, r12
-    mov #POOL, r14
+    mov #CHECK_SCRATCH, r14
     push r10
     call #pasapas_verify
     pop r10
@@ -218,7 +219,7 @@ commit:
     clr &OPEN
     mov r11, r12
     call #flash_erase
-    call #attach_checked
+    call #attach_new
     clr r15
 1:  mov r15, r12
     ret
