@@ -13,6 +13,7 @@ pub mod interrupt;
 pub mod link;
 pub mod lsp;
 pub mod output;
+pub mod plan;
 pub mod plot;
 pub mod programmer;
 pub mod render;

@@ -20,6 +20,9 @@ mod tests;
 pub use emit::constant;
 pub use report::{Compiled, Excess, Mark, MarkKind, Resource, Sidecar, VarPlace};
 
+use ir::{Item, Unit};
+use std::collections::BTreeMap;
+
 use crate::hir::Program;
 use crate::record::feature;
 
@@ -47,6 +50,18 @@ pub enum Room {
 /// # Errors
 /// As those of [`compile`].
 pub fn compile_for(program: &Program, room: Room) -> Result<Compiled, Vec<Excess>> {
+    compile_with(program, room, &SlowPoints::new())
+}
+
+/// Operands of [`Op::Slow`](crate::isa::Op::Slow) at the beginnings of statements, by the number of the
+/// statement in [`Sidecar::statements`].
+pub type SlowPoints = BTreeMap<usize, [u8; 3]>;
+
+/// As [`compile_for`], with slow points; where they lie is found by running the program on the host.
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_with(program: &Program, room: Room, slow: &SlowPoints) -> Result<Compiled, Vec<Excess>> {
     let mut unit = lower::lower(program);
     let resumes = unit.features & feature::LINES != 0;
     for routine in &mut unit.routines {
@@ -58,5 +73,25 @@ pub fn compile_for(program: &Program, room: Room) -> Result<Compiled, Vec<Excess
     if !excesses.is_empty() {
         return Err(excesses);
     }
+    set_slow_points(&mut unit, slow);
     Ok(emit::emit(program, unit, &graph, &cells))
+}
+
+/// Puts slow points into the code.
+fn set_slow_points(unit: &mut Unit, slow: &SlowPoints) {
+    let mut number = 0;
+    for routine in &mut unit.routines {
+        let mut items = Vec::with_capacity(routine.items.len());
+        for item in core::mem::take(&mut routine.items) {
+            let begins = item.begins_statement();
+            items.push(item);
+            if begins {
+                if let Some(operand) = slow.get(&number) {
+                    items.push(Item::Flags(crate::isa::Op::Slow, *operand));
+                }
+                number += 1;
+            }
+        }
+        routine.items = items;
+    }
 }

@@ -161,6 +161,10 @@ pub enum Effect {
         /// G61.
         exact: bool,
     },
+    /// A slow point lies ahead: the path may have this squared speed here, (um/s)^2 as the bits of
+    /// the planner's scaled number, less what its blocks brake by from here on. The compiler's, no
+    /// statement's.
+    Slow(u32),
     /// `F`: the feed of following G1, G2, G3.
     SetFeed(Rate),
     /// `S`: kept; PWM where the profile has it.

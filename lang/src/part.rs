@@ -59,7 +59,8 @@ pub const VIRTUAL: Part = Part {
         | feature::KEEP
         | feature::LINES
         | feature::POWER
-        | feature::STREAM,
+        | feature::STREAM
+        | feature::SLOW,
     pool: [192, 108],
     event_pool: [0, 0],
     segments: 6,
@@ -198,6 +199,7 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::ARC) => "arcs (G2, G3)",
             Lack::Feature(feature::EVENTS) => "events (ON IN, ON EVERY)",
             Lack::Feature(feature::KEEP) => "KEEP variables",
+            Lack::Feature(feature::SLOW) => "slow points of long paths",
             Lack::Feature(feature::STREAM) => "jobs larger than its memory (stream)",
             Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",

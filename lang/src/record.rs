@@ -30,6 +30,8 @@ pub mod feature {
     pub const POWER: u16 = 1 << 7;
     /// The firmware runs streamed pieces ([`wire`](crate::wire), Streaming); no image has it.
     pub const STREAM: u16 = 1 << 8;
+    /// The firmware takes slow points ([`Op::Slow`](crate::isa::Op::Slow)); no image has it.
+    pub const SLOW: u16 = 1 << 9;
 }
 
 /// One axis in an image.

@@ -124,6 +124,8 @@ pub struct Core {
     pub phase: u8,
     /// TIMEDOUT.
     pub timed_out: bool,
+    /// The host has changed a variable in this run: slow points do not hold for it any more.
+    pub changed: bool,
     /// The host knows of the line that is being printed.
     pub announced: bool,
     /// A fault found while a path moved, and where: it is raised at the path's end.

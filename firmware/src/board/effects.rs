@@ -8,6 +8,7 @@ use crate::flash::Image;
 use crate::motor::AXES;
 use crate::observe;
 use crate::vm::{convert, vm};
+use firmware::motion::scaled::Scaled;
 use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::isa::{Look, Op, flags};
@@ -30,6 +31,7 @@ impl Core {
         const LINEAR: u8 = Op::Linear as u8;
         const ARC: u8 = Op::Arc as u8;
         const ARC_BY: u8 = Op::ArcBy as u8;
+        const SLOW: u8 = Op::Slow as u8;
         const FEED: u8 = Op::Feed as u8;
         const SPINDLE: u8 = Op::Spindle as u8;
         const HOME: u8 = Op::Home as u8;
@@ -67,9 +69,11 @@ impl Core {
         if !(LINEAR..=LINE_LAST).contains(&code)
             && !(FEED..=SPINDLE).contains(&code)
             && !(ARC..=ARC_BY).contains(&code)
+            && code != SLOW
             && self.effect.phase == 0
             && !self.motor.path_rests()
         {
+            self.motor.end_path_here();
             return Ok(false);
         }
         match code {
@@ -83,6 +87,16 @@ impl Core {
             FEED..=SPINDLE => {
                 let value = vm().pop();
                 self.set_feed(code, value)?;
+            }
+            SLOW => {
+                let low = vm().operand_word();
+                let high = vm().operand();
+                // A host that reads every event, or that changed a variable, has the program come
+                // later or to other places than the compiler saw.
+                if !self.trace.on && !self.changed {
+                    let bits = u32::from(high) << 24 | u32::from(low) << 8;
+                    self.motor.slow(Scaled(bits));
+                }
             }
             HOME..=HOME_QUERY => return self.home(code),
             PROBE => return self.probe(),

@@ -344,6 +344,9 @@ impl Map for Core {
                 Ok(())
             }
             TRACE_MODE => {
+                if value != 0 && self.motor.is_promised() {
+                    return Err(Exception::Busy);
+                }
                 self.trace.on = value != 0;
                 self.trace.full = false;
                 self.trace.left = trace::PATIENCE;
@@ -420,7 +423,11 @@ impl Map for Core {
                 if !self.session.is_active() {
                     return Err(Exception::DeviceFailure);
                 }
+                if self.motor.is_promised() {
+                    return Err(Exception::Busy);
+                }
                 if vm().set_cell((address - CELLS) >> 1, value) {
+                    self.changed = true;
                     Ok(())
                 } else {
                     Err(Exception::IllegalValue)

@@ -3,6 +3,7 @@
 use crate::step;
 use crate::vm::{axis, convert, machine};
 use ::core::ptr::addr_of_mut;
+use firmware::motion::scaled::Scaled;
 use firmware::motion::{Arc, Block, Feed, Pace, Path, PathSegment, Segment, Single, queue};
 use lang::fault::Fault;
 use lang::place::{self, Aimed, Place, Target};
@@ -244,6 +245,33 @@ impl Motor {
         self.path.has_room()
     }
 
+    /// A slow point lies ahead of the path.
+    pub fn slow(&mut self, bound2: Scaled) {
+        self.path.slow(bound2);
+    }
+
+    /// Whether the path is to run into a block that it does not have yet.
+    pub fn wants_block(&self) -> bool {
+        self.path_axes != 0 && self.path.wants_block()
+    }
+
+    /// Whether the path relies on what slow points said of blocks that it does not have yet.
+    pub fn is_promised(&self) -> bool {
+        self.path_axes != 0 && self.path.is_promised()
+    }
+
+    /// No further block comes, whatever slow points promised.
+    pub fn end_path_here(&mut self) {
+        if self.path_axes != 0 {
+            self.path.end_here();
+        }
+    }
+
+    /// Whether steps ceased out of speed: where the axes are is not known any more.
+    pub fn take_torn(&mut self) -> bool {
+        self.path.take_torn()
+    }
+
     /// Whether nothing is left of the path.
     pub fn path_rests(&self) -> bool {
         self.path_axes == 0
@@ -361,6 +389,9 @@ impl Motor {
             if step::ahead() >= queue::LOW {
                 break;
             }
+        }
+        if !step::is_running() {
+            self.path.starved();
         }
         let settles = !hold || self.stopped == 0;
         if settles && self.path.is_idle() && !step::is_running() {

@@ -156,6 +156,9 @@ impl Core {
                 }
             };
             let alone = rapid || self.motor.path_rests();
+            if rapid {
+                self.motor.end_path_here();
+            }
             if alone && self.motor.moving() != 0 || !self.motor.path_has_room() {
                 return Ok(false);
             }

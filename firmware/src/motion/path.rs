@@ -9,6 +9,13 @@
 //! largest of which the deviation of an inscribed arc stays within the profile's corner
 //! tolerance (junction deviation), with which the next block can still come to rest, and that
 //! neither block's feed forbids.
+//!
+//! # Slow points
+//! A host that knows the whole path can promise more than the next block shows: [`Path::slow`] says
+//! that the squared speed may be so much here, less what the blocks from here on brake by, until the
+//! next slow point. One number of state then stands for a look-ahead without end. Such a block may end
+//! at a speed although nothing is known behind it, so it is kept back until the next block is there
+//! ([`Path::wants_block`]), whose corner it must obey.
 
 use super::arc::{Arc, Walk};
 use super::math::{fraction, largest, signed, size};
@@ -73,15 +80,17 @@ impl PathSegment {
 /// Where the accumulators of a line begin: one half.
 const HALF: u16 = 1 << 15;
 
-/// What follows from a block's shape, in um, um/s, um/s2.
+/// What follows from a block's shape, along the path in um, um/s, um/s2.
 #[derive(Clone, Copy, Debug)]
-struct Geometry {
+pub struct Geometry {
     length: Scaled,
     start: Scaled,
     top: Scaled,
     accel: Scaled,
     decel: Scaled,
     feed: Scaled,
+    /// Step events.
+    events: Scaled,
     /// Direction at its beginning, 32768 is 1.
     unit: [i16; 3],
 }
@@ -100,6 +109,8 @@ struct Next {
     geometry: Geometry,
     rapid: bool,
     exact: bool,
+    /// Squared speed that slow points promise at its end, 0 for none.
+    promise: Scaled,
 }
 
 /// The planner of interpolated motion.
@@ -137,6 +148,12 @@ pub struct Path {
     /// Length of each of its chords, um.
     stride: Scaled,
     next: Option<Next>,
+    /// Squared speed that slow points allow at the end of the last block taken.
+    rest2: Scaled,
+    /// Nothing joins the playing block and the waiting one, whatever was promised.
+    last: bool,
+    /// Steps ceased, or cease, at more than the start rate: a promise was not kept.
+    torn: bool,
 }
 
 impl Path {
@@ -164,6 +181,9 @@ impl Path {
         walk: None,
         stride: Scaled::ZERO,
         next: None,
+        rest2: Scaled::ZERO,
+        last: false,
+        torn: false,
     };
 
     /// An idle path that may leave a corner by `corner` um.
@@ -197,9 +217,66 @@ impl Path {
         if self.active && !self.exact {
             self.join(&geometry);
         }
+        self.last = false;
         let rapid = matches!(feed, Feed::Rapid);
-        self.next = Some(Next { shape, geometry, rapid, exact });
+        self.rest2 = if exact { Scaled::ZERO } else { self.rest2.minus(geometry.energy()) };
+        self.next = Some(Next { shape, geometry, rapid, exact, promise: self.rest2 });
         true
+    }
+
+    /// A slow point lies ahead: behind the last block taken the squared speed may be `bound2`, (um/s)^2,
+    /// less what the blocks from there on brake by ([`Geometry::energy`]). The largest that was said
+    /// holds. Whoever says so knows that blocks follow until a rest is possible.
+    pub fn slow(&mut self, bound2: Scaled) {
+        self.rest2 = self.rest2.most(bound2);
+    }
+
+    /// Whether the rest of the playing block waits for the next block: it is to end at more than its
+    /// start rate.
+    pub fn wants_block(&self) -> bool {
+        self.active && !self.last && self.next.is_none() && self.exit2 > self.limits.start2
+    }
+
+    /// Whether the speed relies on what slow points said.
+    pub fn is_promised(&self) -> bool {
+        self.rest2 != Scaled::ZERO
+    }
+
+    /// No block follows, whatever was promised: the path ends as slowly as is still possible.
+    pub fn end_here(&mut self) {
+        self.rest2 = Scaled::ZERO;
+        if let Some(next) = &mut self.next {
+            next.promise = Scaled::ZERO;
+        } else {
+            self.last = true;
+            self.leave_at(self.limits.start2);
+        }
+    }
+
+    /// Whether steps ceased at more than the start rate since it was asked last: motors may have lost
+    /// steps.
+    pub fn take_torn(&mut self) -> bool {
+        core::mem::take(&mut self.torn)
+    }
+
+    /// The engine has come to rest: it was not to while a block is wanted.
+    pub fn starved(&mut self) {
+        if self.active && self.run.v2 > self.limits.start2 {
+            self.torn = true;
+            self.run.v2 = self.limits.start2;
+        }
+    }
+
+    /// The playing block is to end at this squared speed, or as near to it as can still be braked to.
+    fn leave_at(&mut self, exit2: Scaled) {
+        let brakes = self.limits.decel2.times(Scaled::new(self.run.left));
+        let exit2 = exit2.most(self.run.v2.minus(brakes)).least(self.exit2);
+        self.limits.exit2 = if self.limits.exit2 == self.exit2 {
+            exit2
+        } else {
+            self.limits.exit2.minus(self.exit2.minus(exit2))
+        };
+        self.exit2 = exit2;
     }
 
     /// Whether another block would be taken.
@@ -227,6 +304,9 @@ impl Path {
         self.active = false;
         self.next = None;
         self.paused = false;
+        self.rest2 = Scaled::ZERO;
+        self.last = false;
+        self.torn = false;
     }
 
     /// Speed override: 10 to 200 percent of each block's feed, 10 to 100 percent of a rapid move's
@@ -248,8 +328,15 @@ impl Path {
             self.run.v2 = Scaled::ZERO;
             self.activate(axes);
         }
-        if !self.active || !self.run.segment(&self.limits, self.paused, &mut segment.ramp) {
+        if !self.active || self.wants_block() {
             return false;
+        }
+        if !self.run.segment(&self.limits, self.paused, &mut segment.ramp) {
+            return false;
+        }
+        let ends = self.run.left == 0 && self.limits.exit2 == self.exit2;
+        if ends && self.next.is_none() && !self.exact && self.run.v2 > self.limits.start2 {
+            self.torn = true;
         }
         segment.begin = self.begin;
         if self.begin {
@@ -287,7 +374,8 @@ impl Path {
         self.decel = g.decel;
         self.unit = g.unit;
         self.limits.start2 = g.start.times(g.start);
-        self.exit2 = self.limits.start2;
+        self.exit2 = self.limits.start2.most(next.promise);
+        self.last = false;
         self.set_nominal();
         self.run.v2 = self.run.v2.most(self.limits.start2.least(self.limits.nominal2));
         match next.shape {
@@ -355,37 +443,30 @@ impl Path {
 
     /// Raises the speed at the end of the playing block to that of the corner into `next`.
     fn join(&mut self, next: &Geometry) {
-        // Half the difference of the unit vectors is the sine q of half the deflection, c its
-        // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
-        let mut turn = Scaled::ZERO;
-        for axis in 0..3 {
-            let d = Scaled::size(i32::from(self.unit[axis]) - i32::from(next.unit[axis]));
-            turn = turn.plus(d.times(d));
-        }
-        let q2 = turn.shifted(-32);
-        let c = ONE.minus(q2).root();
-        let smooth = next.accel.least(next.decel).times(Scaled::new(self.corner.into()));
-        let smooth = smooth.times(c).times(ONE.plus(c));
-        // What the axes may jump by anyway: their start rate.
+        // What the next block can brake from by itself, or what slow points know.
         let start2 = next.start.times(next.start);
-        let corner = smooth.most(start2.shifted(-2)).over(q2);
-        // What the next block can brake from, on the ramp that it will be given (`Limits::set_pitch`).
-        let ramp = next.decel.times(next.length).shifted(1);
-        let reach = start2.plus(ramp.minus(ramp.shifted(-5)));
-        // What lasts as long as the block after it takes to plan.
-        let feed = self.feed.least(next.feed).least(next.length.times(BLOCKS));
-        let exit2 = corner.least(reach).least(feed.times(feed));
+        let reach = start2.plus(next.energy()).most(self.rest2);
+        let corner2 = next.corner2(&self.unit, self.feed, self.corner);
+        let exit2 = corner2.least(reach).most(self.limits.start2);
         let gain = exit2.minus(self.exit2);
         self.limits.exit2 = self.limits.exit2.plus(gain);
         self.exit2 = self.exit2.plus(gain);
+        if exit2 < self.exit2 {
+            self.leave_at(exit2);
+        }
     }
 }
 
 /// 1
 const ONE: Scaled = Scaled::constant(1);
-/// Blocks a second that the board's main loop can plan while it steps and answers.
-const BLOCKS: Scaled = Scaled::constant(200);
-/// The same for chords, 285 a second: 0.8 times its square.
+/// What the board's main loop takes to evaluate and plan a line while it answers a host, us: 2 000 to
+/// 2 330 measured without, and 300 for the link...
+const PLANNING: Scaled = Scaled::constant(2_600);
+/// ... and what each step event takes of it meanwhile: 212 cycles.
+const EVENT: Scaled = Scaled::constant(14);
+/// 1 000 000
+const MILLION: Scaled = Scaled::constant(1_000_000);
+/// Chords that it can plan in a second, 285: 0.8 times the square.
 const CHORDS: Scaled = Scaled::constant(64_980);
 /// 100
 const HUNDRED: Scaled = Scaled::constant(100);
@@ -423,8 +504,66 @@ impl Geometry {
         accel: Scaled::MAX,
         decel: Scaled::MAX,
         feed: Scaled::MAX,
+        events: Scaled::ZERO,
         unit: [0; 3],
     };
+
+    /// A line of so many steps of each axis, at least one of them, and its direction at its end.
+    pub fn line(axes: &[AxisRecord; 3], steps: [i32; 3], feed: Feed) -> (Geometry, [i16; 3]) {
+        let line = geometry(axes, &Shape::Line(steps), feed);
+        (line, line.unit)
+    }
+
+    /// An arc, and its direction at its end.
+    pub fn arc(axes: &[AxisRecord; 3], arc: &Arc, feed: Feed) -> (Geometry, [i16; 3]) {
+        let all = geometry(axes, &Shape::Arc(*arc), feed);
+        (all, tangent(arc, all.length, true))
+    }
+
+    /// Square of the speed from and to rest.
+    pub fn start2(&self) -> Scaled {
+        self.start.times(self.start)
+    }
+
+    /// Square of its programmed speed.
+    pub fn feed2(&self) -> Scaled {
+        self.feed.times(self.feed)
+    }
+
+    /// Square of the speed at which this block may follow one that ends in direction `unit` and runs at
+    /// `feed`, um/s: by the corner between them, `corner` um at most from the path, by both feeds, and by
+    /// what the chip needs to plan a block. Not by what can be braked over.
+    pub fn corner2(&self, unit: &[i16; 3], feed: Scaled, corner: u16) -> Scaled {
+        // Half the difference of the unit vectors is the sine q of half the deflection, c its
+        // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
+        let mut turn = Scaled::ZERO;
+        for axis in 0..3 {
+            let d = Scaled::size(i32::from(unit[axis]) - i32::from(self.unit[axis]));
+            turn = turn.plus(d.times(d));
+        }
+        let q2 = turn.shifted(-32);
+        let c = ONE.minus(q2).root();
+        let smooth = self.accel.least(self.decel).times(Scaled::new(corner.into()));
+        let smooth = smooth.times(c).times(ONE.plus(c));
+        // What the axes may jump by anyway: their start rate.
+        let corner2 = smooth.most(self.start2().shifted(-2)).over(q2);
+        // What lasts as long as the block after it takes to plan.
+        let time = self.events.times(EVENT).plus(PLANNING);
+        let feed = feed.least(self.feed).least(self.length.times(MILLION).over(time));
+        corner2.least(feed.times(feed))
+    }
+
+    /// Its programmed speed along the path, um/s.
+    pub fn speed(&self) -> Scaled {
+        self.feed
+    }
+
+    /// What the block brakes by from its beginning to its end, (um/s)^2, on the ramp that it will be given
+    /// ([`Limits::set_pitch`]).
+    pub fn energy(&self) -> Scaled {
+        let ramp = self.decel.times(self.length).shifted(1);
+        ramp.minus(ramp.shifted(-5))
+    }
 
     /// Lowers the limits to those of an axis that moves by one step in `along` um of path.
     fn limit(&mut self, axis: &AxisRecord, along: Scaled) {
@@ -455,6 +594,7 @@ fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
             let mut in_steps = Scaled::ZERO;
             for a in 0..3 {
                 let steps = Scaled::size(steps[a]);
+                g.events = g.events.most(steps);
                 um[a] = to_um(&axes[a], steps);
                 sum = sum.plus(um[a].times(um[a]));
                 in_steps = in_steps.plus(steps.times(steps));
@@ -484,6 +624,7 @@ fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
             let per_step = to_um(&axes[a], ONE).least(to_um(&axes[b], ONE));
             let bend = g.accel.least(g.decel).least(per_step.times(CHORDS));
             g.top = g.top.least(bend.times(arc.radius).root());
+            g.events = g.length.over(per_step);
             if rise.0 != 0 {
                 g.limit(&axes[c], g.length.over(rise));
             }

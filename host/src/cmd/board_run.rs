@@ -11,6 +11,7 @@ use super::{Console, world};
 use crate::board::engine::{self, BoardError, Job, Sinks};
 use crate::failure::Failure;
 use crate::output::OutputFile;
+use crate::plan;
 use crate::plot::time;
 use crate::sim::world::World;
 use crate::sim::{Options, Outcome, Sink};
@@ -30,6 +31,8 @@ pub fn run(
 ) -> Result<Outcome, Failure> {
     let compiled = script::compile_for_device(script, console)?;
     let build = part.for_program(script, &compiled, console)?;
+    let room = build.part.room_for(compiled.keeps > 0);
+    let compiled = plan::fitted(&script.program, compiled, build.part.features, room);
     let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
     let job = Job {
         build,

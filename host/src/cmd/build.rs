@@ -13,6 +13,7 @@ use super::{Console, Options};
 use crate::board::Build as Firmware;
 use crate::failure::Failure;
 use crate::output;
+use crate::plan;
 
 /// `pasapas build`
 #[derive(Debug, Args)]
@@ -80,6 +81,8 @@ impl Build {
             script.keep_inputs(file, options, None, &[("-o", self.output.as_ref())])?;
             let compiled = script::compile_for_device(&script, console)?;
             let build = self.part.for_program(&script, &compiled, console)?;
+            let room = build.part.room_for(compiled.keeps > 0);
+            let compiled = plan::fitted(&script.program, compiled, build.part.features, room);
             if let Some(path) = &self.output {
                 output::write(path, &compiled.image)?;
             }

@@ -20,6 +20,7 @@ use super::{Console, Options};
 use crate::client::status::long;
 use crate::client::trace::Tracer;
 use crate::failure::Failure;
+use crate::plan;
 use crate::sim::trace::{Event, Status, What};
 
 /// `pasapas trace`
@@ -60,6 +61,7 @@ impl Trace {
         let mut board = self.port.connect(options, console)?;
         let identity = board.identity()?;
         identity.check().map_err(Failure::Board)?;
+        let compiled = plan::fitted_to(&identity, &script.program, compiled);
         if (usize::from(identity.program_bytes), identity.program_crc)
             != (compiled.image.len(), crc_in(&compiled.image))
         {

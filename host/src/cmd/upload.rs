@@ -13,6 +13,7 @@ use crate::client::identity::differences;
 use crate::client::lock::words_of;
 use crate::client::upload::UploadError;
 use crate::failure::Failure;
+use crate::plan;
 
 /// `pasapas upload`
 #[derive(Debug, Args)]
@@ -39,7 +40,7 @@ impl Upload {
     /// # Errors
     /// The script is wrong or too large; the board does not answer or refuses.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        let Code { image, compiled, script } = script::load_code(&self.file, options, console)?;
+        let Code { mut image, compiled, script } = script::load_code(&self.file, options, console)?;
         if let (Some(script), Some(compiled)) = (&script, &compiled) {
             script::must_fit(script, compiled, console)?;
         }
@@ -48,6 +49,10 @@ impl Upload {
             && !self.any_profile
         {
             compare(&mut board, &script.program.profile)?;
+        }
+        if let (Some(script), Some(compiled)) = (&script, compiled) {
+            let identity = board.identity()?;
+            image = plan::fitted_to(&identity, &script.program, compiled).image;
         }
         let bar = bar(image.len(), console);
         let result =

@@ -11,13 +11,16 @@ mod log;
 mod motion;
 mod moves;
 mod outputs;
-mod path;
+pub(crate) mod path;
 mod seek;
 mod waits;
 
 #[cfg(test)]
 mod tests;
 
+use std::collections::VecDeque;
+
+use firmware::motion::scaled::Scaled;
 use lang::axis::Axis;
 use lang::effect::{Effect, Rate, Read};
 use lang::fault::Fault;
@@ -104,6 +107,8 @@ pub struct Machine {
     halt: Option<Halt>,
     stopped: Option<StopReason>,
     interrupted: fn() -> bool,
+    /// The run ends for this reason once a path that needs further blocks to brake has come to rest.
+    ending: Option<StopReason>,
     /// Something but the clock must be looked at before the next statement.
     attention: bool,
     paused_since: Option<u64>,
@@ -115,6 +120,8 @@ pub struct Machine {
     started: bool,
     world_error: Option<WorldError>,
     pieces: Pieces,
+    /// Slow points of the G0 to G3 that come, for an engine that has no instruction for them.
+    raises: VecDeque<u32>,
     seek: Option<Seek>,
     homing_axis: Option<Axis>,
 }
@@ -164,6 +171,7 @@ impl Machine {
             halt: None,
             stopped: None,
             interrupted: options.interrupted,
+            ending: None,
             attention: false,
             paused_since: None,
             paused_us: 0,
@@ -174,6 +182,7 @@ impl Machine {
             started: false,
             world_error: None,
             pieces: Pieces::default(),
+            raises: VecDeque::new(),
             seek: None,
             homing_axis: None,
         };
@@ -249,9 +258,14 @@ impl Machine {
             if self.halt.is_some() {
                 return Step::Stop;
             }
-            if self.paused_since.is_some() {
+            // A ramp down may need more of the path than it has: then the program brings it.
+            let ramps = self.paused_since.is_some() || self.ending.is_some();
+            if ramps && !self.motion.wants_block() {
                 self.tick(None);
                 continue;
+            }
+            if ramps {
+                return Step::Done(0);
             }
             if self.handler || self.held {
                 break;
@@ -303,8 +317,13 @@ impl Machine {
                 self.power = value;
             }
             Effect::Keep { .. } => {}
-            Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
+            Effect::Slow(bits) => self.motion.slow(Scaled(bits)),
+            Effect::Linear { rapid, to, exact } => {
+                self.raise();
+                self.linear(rapid, &to, exact)?;
+            }
             Effect::Arc { clockwise, plane, to, center, exact } => {
+                self.raise();
                 self.arc(clockwise, plane, &to, &center, exact)?;
             }
             _ => {
@@ -316,6 +335,17 @@ impl Machine {
             }
         }
         Ok(Step::Done(0))
+    }
+
+    /// Slow points of the G0 to G3 that come ([`crate::plan::raises`]).
+    pub fn set_raises(&mut self, raises: Vec<u32>) {
+        self.raises = raises.into();
+    }
+
+    fn raise(&mut self) {
+        if let Some(bits @ 1..) = self.raises.pop_front() {
+            self.motion.slow(Scaled(bits));
+        }
     }
 
     fn execute_at_rest(&mut self, effect: &Effect) -> Result<Step, Fault> {
@@ -388,6 +418,7 @@ impl Machine {
             Effect::Read(read) => return self.read(read).map(Step::Done),
             Effect::SetFeed(_)
             | Effect::SetSpindle(_)
+            | Effect::Slow(_)
             | Effect::Keep { .. }
             | Effect::Linear { .. }
             | Effect::Arc { .. } => {}

@@ -152,11 +152,16 @@ pub fn run(
     sink: Sink,
 ) -> Result<Outcome, SimError> {
     // The device's limits are those of `check` and `upload`; here a program may be larger.
-    let compiled = back::compile_for(program, Room::Format);
+    let compiled = if options.look_ahead {
+        crate::plan::compile(program, Room::Format)
+    } else {
+        back::compile_for(program, Room::Format)
+    };
     match (engine, compiled) {
         (Engine::Rhai, compiled) => {
-            let depth = compiled.map_or(MAX_CALLS, |compiled| compiled.calls);
-            rhai_engine::run(program, world, options, depth, sink)
+            let depth = compiled.as_ref().map_or(MAX_CALLS, |compiled| compiled.calls);
+            let raises = compiled.map_or(Vec::new(), |compiled| crate::plan::raises(&compiled));
+            rhai_engine::run(program, world, options, (depth, raises), sink)
         }
         (Engine::Vm, Ok(compiled)) => vm_engine::run(program, &compiled, world, options, sink),
         (Engine::Vm, Err(excesses)) => {

@@ -36,7 +36,8 @@ pub fn source(program: &Program) -> String {
     translate::translate(program).script.source
 }
 
-/// Runs a program; `depth` calls may be open at once.
+/// Runs a program; `depth` calls may be open at once, slow points are brought by `raises`
+/// ([`crate::plan::raises`]).
 ///
 /// # Errors
 /// As [`super::run`].
@@ -44,12 +45,13 @@ pub fn run(
     program: &Program,
     world: &World,
     options: &Options,
-    depth: usize,
+    (depth, raises): (usize, Vec<u32>),
     sink: Sink,
 ) -> Result<Outcome, SimError> {
     let translation = translate::translate(program);
     let texts = translation.texts.clone();
-    let machine = Machine::new(&program.profile, world, options, texts, sink)?;
+    let mut machine = Machine::new(&program.profile, world, options, texts, sink)?;
+    machine.set_raises(raises);
     let runtime = Runtime::new(machine, &translation, depth, options.statements);
     let runtime = Rc::new(RefCell::new(runtime));
     // Without Rhai's own library: the script calls nothing but what is registered here.

@@ -103,6 +103,13 @@ impl<'a> Feed<'a> {
         self.sidecar.at(self.state.pc).map_or(1, |mark| mark.line)
     }
 
+    /// What the program does next hangs on this alone, besides what the machine answers.
+    pub fn hash_state(&self, hasher: &mut impl std::hash::Hasher) {
+        use std::hash::Hash as _;
+        let State { pc, sp, base, calls, flags, handler, .. } = self.state;
+        (pc, sp, base, calls, flags, handler, &self.pool).hash(hasher);
+    }
+
     /// The address in the code where it stands.
     pub fn pc(&self) -> usize {
         self.state.pc
@@ -146,6 +153,19 @@ impl<'a> Feed<'a> {
         }
         let exit = self.vm().run(BUDGET);
         self.after(exit, false)
+    }
+
+    /// The same, with the addresses in `starts` that it came through, in their order.
+    pub fn step_through(&mut self, starts: &[bool], passed: &mut Vec<usize>) -> Step {
+        for _ in 0..BUDGET {
+            if starts.get(self.state.pc).copied().unwrap_or(false) {
+                passed.push(self.state.pc);
+            }
+            if let Some(exit) = self.vm().step() {
+                return self.after(exit, false);
+            }
+        }
+        Step::Thinks
     }
 
     /// The same for a program whose handlers the board must know of. When it only computes, it

@@ -58,6 +58,21 @@ impl Track {
         }
     }
 
+    /// Commanded machine places.
+    pub fn places(&self) -> [Place; 3] {
+        Axis::ALL.map(|axis| self.axes.place(axis))
+    }
+
+    /// What the controller knows of its axes.
+    pub fn axes(&self) -> &Axes {
+        &self.axes
+    }
+
+    /// F, or the profile's own where none was written.
+    pub fn feed(&self) -> Option<Rate> {
+        self.feed.or(self.profile.default_feed_um_s.map(Rate::Um))
+    }
+
     /// Commanded machine positions, steps.
     pub fn steps(&self) -> [i32; 3] {
         Axis::ALL.map(|axis| self.axes.steps(axis))

@@ -35,7 +35,7 @@ pub fn on_rhai(
     options: &Options,
 ) -> Result<Run, SimError> {
     let (log, sink) = sink();
-    let outcome = rhai_engine::run(program, world, options, compiled.calls, sink)?;
+    let outcome = rhai_engine::run(program, world, options, (compiled.calls, Vec::new()), sink)?;
     Ok(Run { outcome, trace: log.take() })
 }
 

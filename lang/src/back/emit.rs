@@ -61,7 +61,7 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
     let depths = 4 * graph.stack() + 2 * graph.calls;
     Compiled {
         image,
-        sidecar: Sidecar { marks: code.marks },
+        sidecar: Sidecar { marks: code.marks, statements: code.statements },
         vars,
         statements: program.statements,
         code_bytes: code.bytes.len(),
@@ -126,6 +126,8 @@ struct Code {
     /// The statement table.
     table: Vec<u8>,
     marks: Vec<Mark>,
+    /// [`Sidecar::statements`].
+    statements: Vec<usize>,
 }
 
 struct Emitter<'a> {
@@ -393,7 +395,19 @@ impl<'a> Emitter<'a> {
         if marks.first().is_none_or(|mark| mark.pc != 0) {
             marks.insert(0, Mark { pc: 0, line: 1, span: 0..0, kind: MarkKind::Glue });
         }
-        Code { bytes, entry: self.entry(), data: self.data, table, marks }
+        let statements = self.statements();
+        Code { bytes, entry: self.entry(), data: self.data, table, marks, statements }
+    }
+
+    /// [`Sidecar::statements`].
+    fn statements(&self) -> Vec<usize> {
+        let mut addresses = Vec::new();
+        for routine in &self.unit.routines {
+            let first = self.entries.get(&routine.id).copied().unwrap_or(0);
+            let own = routine.items.iter().enumerate().filter(|(_, item)| item.begins_statement());
+            addresses.extend(own.map(|(i, _)| self.addresses[first + i]));
+        }
+        addresses
     }
 
     /// The statement table of a program with ON ERROR. The last place, the END of the main program

@@ -194,6 +194,11 @@ impl Item {
         (row.pops, row.pushes)
     }
 
+    /// Whether a statement of the source begins behind it.
+    pub fn begins_statement(&self) -> bool {
+        matches!(self, Item::Mark(mark) if mark.kind == MarkKind::Statement)
+    }
+
     /// Whether the next item is never reached through this one.
     pub fn ends(&self) -> bool {
         match self {

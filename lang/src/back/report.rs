@@ -38,6 +38,8 @@ pub struct Mark {
 pub struct Sidecar {
     /// In ascending order of addresses, the first at 0.
     pub marks: Vec<Mark>,
+    /// Addresses at which statements of the source begin, routine by routine as they were lowered.
+    pub statements: Vec<usize>,
 }
 
 impl Sidecar {

@@ -163,6 +163,7 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
         Op::Arc => arc(b, 0, 0, args)?,
         Op::ArcBy => arc(b, ALL_RELATIVE, 0, args)?,
         Op::ArcMixed => arc(b, b2, b3, args)?,
+        Op::Slow => Effect::Slow(u32::from_le_bytes([0, b, b2, b3])),
         Op::Feed => Effect::SetFeed(Rate::Um(args.next())),
         Op::FeedSteps => Effect::SetFeed(Rate::Steps(args.next())),
         Op::Spindle => Effect::SetSpindle(args.next()),

@@ -7,6 +7,7 @@ use lang::wire::{FAULT, MACHINE_POSITIONS, RUN_STATE};
 use pasapas::bench::stand::{Stand, image_for};
 use pasapas::board::Build;
 use pasapas::board::judge::Judge;
+use pasapas::plan;
 use pasapas::torture::stand::{framed, read_body, write_body};
 
 use crate::judged::{self, Commanded};
@@ -49,7 +50,10 @@ impl Lab {
         // An end would take the output back, and a Start press would run the program again.
         let done = if profile.wiring == Wiring::Chain { DONE } else { 2 };
         let text = format!("{script}\nSetOut {done}, ON\nWaitIn {done}, ON\n");
-        let (program, image) = image_for(profile, &text).expect("a script");
+        let (program, _) = image_for(profile, &text).expect("a script");
+        let compiled = lang::back::compile(&program).expect("it fits");
+        let room = build.part.room_for(compiled.keeps > 0);
+        let image = plan::fitted(&program, compiled, build.part.features, room).image;
         let mut stand = Stand::on(build, profile).expect("a board");
         stand.upload(&image).expect("an upload");
         let mut board = stand.copy();

@@ -32,7 +32,7 @@ enum Same {
     Count,
 }
 
-const CASES: [Case; 12] = [
+const CASES: [Case; 15] = [
     Case {
         name: "one axis",
         script: "MoveAxe X, 12mm\nMoveRel X, -4mm, 20mm/s, 100mm/s2, 50mm/s2",
@@ -93,6 +93,29 @@ const CASES: [Case; 12] = [
     Case {
         name: "polygon",
         script: "DIM i\nFOR i = 1 TO 24\nG91 G1 X0.5 Y0.1 F900\nNEXT",
+        small: false,
+        same: Same::Path,
+        ramps: false,
+    },
+    Case {
+        name: "chords with slow points",
+        script: "DIM i\nG0 X0 Y0\nG91\nF3000\nFOR i = 1 TO 200\nG1 X0.2 Y0.05\nNEXT",
+        small: false,
+        same: Same::Path,
+        ramps: false,
+    },
+    Case {
+        name: "corners with slow points",
+        script: "DIM i\nG0 X0 Y0\nF3000\nFOR i = 1 TO 30\nG1 X[i * 0.4mm] Y0\nNEXT\n\
+            FOR i = 1 TO 30\nG1 Y[i * 0.4mm]\nNEXT\nG1 X6 Y6 F1500\nG1 X0",
+        small: false,
+        same: Same::Path,
+        ramps: false,
+    },
+    Case {
+        name: "arcs with slow points",
+        script: "DIM i\nG0 X0 Y0 Z0\nF2400\nG91\nFOR i = 1 TO 12\nG3 X2 Y2 J2\nG2 X2 Y-2 J-2\n\
+            G1 X0.3\nNEXT",
         small: false,
         same: Same::Path,
         ramps: false,

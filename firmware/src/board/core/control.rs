@@ -99,6 +99,7 @@ impl Core {
         self.trace.full = false;
         self.timer = 0;
         self.timed_out = false;
+        self.changed = false;
         self.announced = false;
         self.print.abandon();
         self.fault_input = 0;
@@ -122,12 +123,14 @@ impl Core {
             vm().fault = fault.number();
             vm().fault_pc = self.effect_pc;
         }
+        self.motor.end_path_here();
         let order = self.session.end(Some(fault));
         self.obey(order);
     }
 
     /// A fault of the program: its handler, or the end of the run.
     pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) {
+        self.motor.end_path_here();
         self.motor.stop(0b111);
         let open = handlers();
         let waits = self.effect.code != 0;
@@ -155,6 +158,7 @@ impl Core {
         if self.motor.path_rests() {
             self.raise(fault, pc, false);
         } else {
+            self.motor.end_path_here();
             self.forget();
             self.late = Some((fault, pc));
         }

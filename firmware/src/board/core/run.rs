@@ -16,6 +16,10 @@ const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
 impl Core {
     /// One pass of the program.
     pub fn run(&mut self) {
+        if self.motor.take_torn() {
+            self.motor.homed = 0;
+            self.fail(Fault::Watchdog);
+        }
         if self.session.is_paused() {
             let ramping = self.session.state() == RunState::Stopping;
             if ramping && self.motor.rests() {
@@ -28,6 +32,12 @@ impl Core {
                 if self.motor.settled() && (ends.is_none() || !self.trace.full) && self.line_rests {
                     self.rested();
                 }
+            } else if ramping && self.session.fault() == 0 && self.motor.wants_block() {
+                // The ramp down needs more of the path than it has.
+                if self.effect.code == 0 {
+                    self.step();
+                }
+                self.go_on();
             } else if ramping && self.seeks() {
                 // What it looks for may come on the way to rest, too.
                 self.go_on();

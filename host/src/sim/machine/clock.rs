@@ -126,8 +126,12 @@ impl Machine {
         self.every();
         if self.stop_held_since.is_some_and(|since| self.now >= since + HOLD_US) {
             self.stop_held_since = None;
-            self.halt = Some(Halt::Stopped(StopReason::Button));
+            self.pause();
+            self.ending = Some(StopReason::Button);
             self.attention = true;
+        }
+        if self.ending.is_some() && !self.motion.wants_block() {
+            self.halt = self.ending.take().map(Halt::Stopped);
         }
         self.pause_outputs();
         if self.resume_at.is_some_and(|at| self.now >= at) {

@@ -11,6 +11,7 @@ use firmware::motion::arc::Arc;
 use firmware::motion::path::{Block, Feed, Path, PathSegment};
 use firmware::motion::queue;
 use firmware::motion::ramp::Segment;
+use firmware::motion::scaled::Scaled;
 use firmware::motion::single::{Pace, Single};
 use lang::axis::Axis;
 use lang::record::AxisRecord;
@@ -376,6 +377,21 @@ impl Motion {
     /// Whether a further block would be taken.
     pub fn has_room(&self) -> bool {
         self.path.has_room()
+    }
+
+    /// A slow point lies ahead of the path.
+    pub fn slow(&mut self, bound2: Scaled) {
+        self.path.slow(bound2);
+    }
+
+    /// Whether the path is to run into a block that it does not have yet.
+    pub fn wants_block(&self) -> bool {
+        self.path.wants_block()
+    }
+
+    /// No further block comes, whatever slow points promised.
+    pub fn end_path_here(&mut self) {
+        self.path.end_here();
     }
 
     /// Gives the path a block; see [`Motion::has_room`].

@@ -9,6 +9,7 @@ use lang::place::Place;
 use lang::profile::OutputRole;
 
 use super::Machine;
+use super::axes::Axes;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
 use crate::sim::trace::{MoveKind, What};
 
@@ -18,6 +19,7 @@ impl Machine {
         if self.motion.is_path_idle() {
             return;
         }
+        self.motion.end_path_here();
         self.next = 0;
         while self.halt.is_none() && !self.motion.is_path_idle() && self.tick(None) {}
     }
@@ -185,7 +187,7 @@ impl Machine {
         let feed = self.programmed_feed()?;
         let exact = exact || !self.look_ahead;
         let start = Axis::ALL.map(|axis| self.axes.place(axis));
-        let arc = self.geometry(clockwise, plane, &start, &goal, center)?;
+        let arc = arc_between(&self.axes, (clockwise, plane), [&start, &goal], center)?;
         self.check_arc(&arc)?;
         self.command(&goal);
         let targets = self.targets();
@@ -213,41 +215,6 @@ impl Machine {
         Ok(())
     }
 
-    /// The arc, its centre found.
-    fn geometry(
-        &self,
-        clockwise: bool,
-        plane: Plane,
-        start: &[Place; 3],
-        goal: &[Place; 3],
-        center: &Center,
-    ) -> Result<Arc, Fault> {
-        let (first, axes) = match plane {
-            Plane::Xy => (0, [Axis::X, Axis::Y]),
-            Plane::Yz => (1, [Axis::Y, Axis::Z]),
-            Plane::Zx => (2, [Axis::Z, Axis::X]),
-        };
-        let um = |dist: Dist, axis: Axis| match dist {
-            Dist::Um(um) => Ok(um),
-            Dist::Steps(steps) => self.axes.length(axis, steps),
-        };
-        let ends = Ends {
-            first,
-            clockwise,
-            from_um: start.map(|place| place.um),
-            to_um: goal.map(|place| place.um),
-            start: start.map(|place| place.steps),
-            end: goal.map(|place| place.steps),
-        };
-        match center {
-            Center::Offsets(offsets) => {
-                let [a, b] = axes.map(|axis| um(offsets[axis.index()], axis));
-                ends.around([a?, b?])
-            }
-            Center::Radius(radius) => ends.with_radius(um(*radius, axes[0])?),
-        }
-    }
-
     /// Soft limits at every extreme.
     fn check_arc(&self, arc: &Arc) -> Result<(), Fault> {
         let [a, b, _] = arc.axes();
@@ -257,6 +224,42 @@ impl Machine {
             }
         }
         Ok(())
+    }
+}
+
+/// The arc from one commanded place to another, its centre found.
+///
+/// # Errors
+/// F01, F09.
+pub fn arc_between(
+    axes: &Axes,
+    (clockwise, plane): (bool, Plane),
+    [start, goal]: [&[Place; 3]; 2],
+    center: &Center,
+) -> Result<Arc, Fault> {
+    let (first, plane) = match plane {
+        Plane::Xy => (0, [Axis::X, Axis::Y]),
+        Plane::Yz => (1, [Axis::Y, Axis::Z]),
+        Plane::Zx => (2, [Axis::Z, Axis::X]),
+    };
+    let um = |dist: Dist, axis: Axis| match dist {
+        Dist::Um(um) => Ok(um),
+        Dist::Steps(steps) => axes.length(axis, steps),
+    };
+    let ends = Ends {
+        first,
+        clockwise,
+        from_um: start.map(|place| place.um),
+        to_um: goal.map(|place| place.um),
+        start: start.map(|place| place.steps),
+        end: goal.map(|place| place.steps),
+    };
+    match center {
+        Center::Offsets(offsets) => {
+            let [a, b] = plane.map(|axis| um(offsets[axis.index()], axis));
+            ends.around([a?, b?])
+        }
+        Center::Radius(radius) => ends.with_radius(um(*radius, plane[0])?),
     }
 }
 
