@@ -24,12 +24,16 @@ fn scripts(folder: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Compiles a script that must compile; its image passes the check that the device makes.
-fn compile(text: &str) -> Compiled {
+/// A script that must be sound.
+fn checked(text: &str) -> lang::hir::Program {
     let source = Source::new("test.bas", text.to_owned());
     let (program, diags) = front::compile(&source, ProfileChoice::built_in());
-    let program = program.unwrap_or_else(|| panic!("{text}\n{}", diags.render(&source)));
-    let compiled = lang::back::compile(&program).unwrap_or_else(|e| panic!("{text}\n{e:?}"));
+    program.unwrap_or_else(|| panic!("{text}\n{}", diags.render(&source)))
+}
+
+/// Compiles a script that must compile; its image passes the check that the device makes.
+fn compile(text: &str) -> Compiled {
+    let compiled = lang::back::compile(&checked(text)).unwrap_or_else(|e| panic!("{text}\n{e:?}"));
     check(&compiled.image).unwrap_or_else(|flaw| panic!("{text}\n{flaw:?}"));
     compiled
 }
