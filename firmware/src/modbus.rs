@@ -98,6 +98,7 @@ impl Slave {
 
     /// Takes a frame of `length` bytes from the line. Returns whether it was a sound request for
     /// this slave (a host is there).
+    #[inline(never)]
     pub fn request<L: Line, M: Map>(
         &mut self,
         line: &mut L,

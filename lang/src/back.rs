@@ -61,7 +61,11 @@ pub type SlowPoints = BTreeMap<usize, [u8; 3]>;
 ///
 /// # Errors
 /// As [`compile`].
-pub fn compile_with(program: &Program, room: Room, slow: &SlowPoints) -> Result<Compiled, Vec<Excess>> {
+pub fn compile_with(
+    program: &Program,
+    room: Room,
+    slow: &SlowPoints,
+) -> Result<Compiled, Vec<Excess>> {
     let mut unit = lower::lower(program);
     let resumes = unit.features & feature::LINES != 0;
     for routine in &mut unit.routines {

@@ -4,6 +4,12 @@ use crate::effect::{Coord, Dist, Frame};
 use crate::fault::Fault;
 use crate::record::AxisRecord;
 
+/// a < b
+#[inline(never)]
+pub fn less(a: i32, b: i32) -> bool {
+    a < b
+}
+
 /// Where an axis stands, or is to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
@@ -98,7 +104,7 @@ pub fn aim(axis: &impl Aimed, target: Target) -> Result<Place, Fault> {
     }
     way(axis.commanded().steps, steps)?;
     if axis.is_homed() {
-        if um < record.min || um > record.max {
+        if less(um, record.min) || less(record.max, um) {
             return Err(Fault::SoftLimit);
         }
     } else if axis.is_lost() && !relative {

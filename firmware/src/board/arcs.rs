@@ -3,6 +3,7 @@
 use crate::core::Core;
 use crate::motor::AXES;
 use crate::vm::{axis, convert, vm};
+use firmware::motion::math::{has, less};
 use firmware::motion::{Arc, Ends};
 use lang::effect::Plane;
 use lang::fault::Fault;
@@ -48,58 +49,59 @@ impl Core {
         };
         let around = bits & flags::OFFSETS != 0;
         // Offsets lie on the stack in axis order, the last on top.
-        let mut offsets = [0; 3];
-        let mut radius = 0;
+        let mut offsets = [0; 2];
         if around {
             let mut n = AXES;
             while n != 0 {
                 n -= 1;
                 // The axis before the plane's first one is the helix axis.
-                if n != (first + 2) % AXES {
-                    offsets[usize::from(n)] = length(n, in_steps >> (3 + n) & 1 != 0)?;
+                let mut i = n + AXES - first;
+                if i >= AXES {
+                    i -= AXES;
+                }
+                if let Some(offset) = offsets.get_mut(usize::from(i)) {
+                    *offset = length(n, has(in_steps, 3 + n))?;
                 }
             }
         } else {
-            radius = length(first, in_steps >> 3 & 1 != 0)?;
+            offsets[0] = length(first, has(in_steps, 3))?;
         }
+        let clockwise = bits & flags::CLOCKWISE != 0;
         let (from_um, start) = (self.motor.um, self.motor.steps);
-        let mut places = [Place::default(); 3];
-        let (mut to_um, mut end) = (from_um, start);
+        let mut ends = Ends { first, clockwise, from_um, to_um: from_um, start, end: start };
         let mut n = AXES;
         while n != 0 {
             n -= 1;
-            if bits >> n & 1 != 0 {
+            if has(bits, n) {
                 let target = Target {
                     value: vm().pop(),
-                    in_steps: in_steps >> n & 1 != 0,
+                    in_steps: has(in_steps, n),
                     frame: frames >> (2 * n) & 3,
                 };
                 let i = usize::from(n);
                 let place = self.motor.aim(n, target)?;
-                places[i] = place;
-                (to_um[i], end[i]) = (place.um, place.steps);
+                ends.to_um[i] = place.um;
+                ends.end[i] = place.steps;
             }
         }
-        let clockwise = bits & flags::CLOCKWISE != 0;
-        let ends = Ends { first, clockwise, from_um, to_um, start, end };
-        let arc = if around {
-            let (a, b) = (usize::from(first), usize::from((first + 1) % AXES));
-            ends.around([offsets[a], offsets[b]])?
-        } else {
-            ends.with_radius(radius)?
-        };
+        let arc = if around { ends.around(offsets)? } else { ends.with_radius(offsets[0])? };
         for (i, span) in arc.extremes().iter().enumerate() {
-            let n = (first + i as u8) % AXES;
-            let homed = self.motor.homed >> n & 1 != 0;
-            if homed && (span[0] < axis(n).min || span[1] > axis(n).max) {
+            let mut n = first + i as u8;
+            if n >= AXES {
+                n -= AXES;
+            }
+            if has(self.motor.homed, n)
+                && (less(span[0], axis(n).min) || less(axis(n).max, span[1]))
+            {
                 return Err(Fault::SoftLimit);
             }
         }
         n = AXES;
         while n != 0 {
             n -= 1;
-            if bits >> n & 1 != 0 {
-                self.motor.command(n, places[usize::from(n)]);
+            if has(bits, n) {
+                let i = usize::from(n);
+                self.motor.command(n, Place { um: ends.to_um[i], steps: ends.end[i] });
             }
         }
         Ok(arc)

@@ -4,6 +4,8 @@ use crate::core::{Core, Effect};
 use crate::home::{BEGIN, Plan};
 use crate::motor::AXES;
 use crate::vm::{axis, convert};
+use firmware::motion::math::word_bit;
+use firmware::motion::math::{bit, has};
 use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{Feed, Pace};
@@ -75,12 +77,13 @@ impl Core {
     ///
     /// # Errors
     /// Illegal value, busy, or no program whose profile 1110 and 1111 need.
+    #[inline(never)]
     pub fn execute(&mut self) -> Result<(), Exception> {
         let code = self.word(0);
         match code {
             command::STOP_AXIS | command::STOP_AXES => {
                 let axes = if code == command::STOP_AXIS {
-                    1 << self.axis_argument()?
+                    bit(self.axis_argument()?)
                 } else {
                     (self.word(1) & 0b111) as u8
                 };
@@ -107,7 +110,7 @@ impl Core {
                 let n = self.free_axis()?;
                 let speed = self.long(4);
                 if speed == 0 {
-                    self.motor.stop(1 << n);
+                    self.motor.stop(bit(n));
                     return Ok(());
                 }
                 let mut pace = Pace::of(axis(n));
@@ -157,7 +160,7 @@ impl Core {
                     position: self.long(17),
                     clearance: self.long(19),
                 };
-                self.homing_error &= !(1 << n);
+                self.homing_error &= !(bit(n));
                 self.effect =
                     Effect { code: Op::Home as u8 + n, phase: BEGIN, n, bits: 0, left: 0 };
             }
@@ -166,7 +169,7 @@ impl Core {
                     return Err(Exception::DeviceFailure);
                 }
                 let n = self.resting_axis()?;
-                self.homing_error &= !(1 << n);
+                self.homing_error &= !(bit(n));
                 self.plan_home(n).map_err(|_| Exception::IllegalValue)?;
                 self.effect =
                     Effect { code: Op::Home as u8 + n, phase: BEGIN, n, bits: 0, left: 0 };
@@ -193,11 +196,11 @@ impl Core {
                 if !self.motor.within(n, target) {
                     return Err(Exception::IllegalValue);
                 }
-                self.probe_error &= !(1 << n);
+                self.probe_error &= !(bit(n));
                 self.effect = Effect { code: Op::Probe as u8, phase: 1, n, bits: 0, left: 0 };
                 if self.begin_probe(and, xor, target, pace).is_err() {
                     self.forget();
-                    self.probe_error |= 1 << n;
+                    self.probe_error |= bit(n);
                 }
             }
             command::JOG => {
@@ -259,7 +262,7 @@ impl Core {
         if n >= 16 || taken() {
             return Err(Exception::IllegalValue);
         }
-        self.inputs.force(1 << n, level);
+        self.inputs.force(word_bit(n as u8), level);
         Ok(())
     }
 
@@ -281,7 +284,7 @@ impl Core {
 
     /// A homing or probing command that was stopped counts as failed.
     fn abandon(&mut self) {
-        let bit = 1 << self.effect.n;
+        let bit = bit(self.effect.n);
         match self.effect.code {
             0 => return,
             code if code == Op::Probe as u8 => self.probe_error |= bit,
@@ -310,7 +313,7 @@ impl Core {
         for n in 0..AXES {
             let i = usize::from(n);
             targets[i] = self.motor.position(n);
-            if axes >> n & 1 == 0 {
+            if !has(axes as u8, n) {
                 continue;
             }
             let um = thousandths(self.word(at), self.word(at + 1));

@@ -8,6 +8,8 @@ use crate::flash::Image;
 use crate::motor::AXES;
 use crate::observe;
 use crate::vm::{convert, vm};
+use firmware::motion::math::word_has;
+use firmware::motion::math::{bit, has, size};
 use firmware::motion::scaled::Scaled;
 use firmware::verify::Bytes;
 use lang::fault::Fault;
@@ -108,19 +110,19 @@ impl Core {
                 self.must_rest(n)?;
                 self.motor.offset[i] =
                     self.motor.um[i].checked_sub(value).ok_or(Fault::Overflow)?;
-                self.motor.placed |= 1 << n;
+                self.motor.placed |= bit(n);
             }
             SET_POS_ZERO..=SET_POS_ZERO_LAST => {
                 let n = code - SET_POS_ZERO;
                 let i = usize::from(n);
                 self.must_rest(n)?;
                 self.motor.offset[i] = self.motor.um[i];
-                self.motor.placed |= 1 << n;
+                self.motor.placed |= bit(n);
             }
             STOP_AXE => {
                 if self.first() {
                     self.effect.n = vm().operand();
-                    self.motor.stop(1 << self.effect.n);
+                    self.motor.stop(bit(self.effect.n));
                     self.emit(TraceKind::Stop, self.effect.n, 0);
                 }
                 return Ok(!self.motor.moves(self.effect.n));
@@ -142,7 +144,7 @@ impl Core {
             WAIT_MOVE => {
                 if self.first() {
                     let n = vm().operand();
-                    self.effect.n = if n < AXES { 1 << n } else { 0b111 };
+                    self.effect.n = if n < AXES { bit(n) } else { 0b111 };
                     if self.motor.running() & self.effect.n != 0 {
                         return Err(Fault::ValueRange);
                     }
@@ -220,7 +222,7 @@ impl Core {
                 if n == 0 || n > 16 {
                     return Err(Fault::ValueRange);
                 }
-                vm().push(i32::from(self.outputs >> (n - 1) & 1));
+                vm().push(i32::from(word_has(self.outputs, n as u8 - 1)));
             }
             READ => self.read(),
             _ => return Err(Fault::ValueRange),
@@ -278,7 +280,7 @@ impl Core {
                 }
                 continue;
             }
-            self.out(u16::from(n), self.effect.bits >> (n - 1) & 1 != 0)?;
+            self.out(u16::from(n), has(self.effect.bits, n - 1))?;
             // They change together, unless a host that traces must hear of each first.
             if n == 8 || self.trace.full {
                 return Ok(n == 8);
@@ -294,7 +296,7 @@ impl Core {
         let n = vm().operand();
         let on = vm().pop() != 0;
         if !on {
-            let others = if n < AXES { !(1 << n) } else { 0 };
+            let others = if n < AXES { !(bit(n)) } else { 0 };
             self.motor.homed &= others;
             self.motor.placed &= others;
         }
@@ -414,11 +416,20 @@ impl Core {
             self.effect.left = vm().pop();
         }
         // A sign and ten digits.
-        let mut text: heapless::String<11> = heapless::String::new();
-        let _ = ufmt::uwrite!(Text(&mut text), "{}", self.effect.left);
-        let bytes = text.as_bytes();
-        while usize::from(self.effect.n) < bytes.len() {
-            if !self.put(bytes[usize::from(self.effect.n)]) {
+        let mut text = [b'-'; 11];
+        let mut from = 11;
+        let mut rest = size(self.effect.left);
+        while from > 1 {
+            from -= 1;
+            text[from] = b'0' + (rest % 10) as u8;
+            rest /= 10;
+            if rest == 0 {
+                break;
+            }
+        }
+        from -= usize::from(self.effect.left < 0);
+        while let Some(&byte) = text.get(from + usize::from(self.effect.n)) {
+            if !self.put(byte) {
                 return false;
             }
             self.effect.n += 1;
@@ -483,7 +494,7 @@ impl Core {
         let bits = vm().operand();
         let n = bits & flags::AXIS;
         let i = usize::from(n % AXES);
-        let bit = |set: u8| i32::from(set >> n & 1);
+        let bit = |set: u8| i32::from(has(set, n));
         let work =
             |steps: i32, offset: i32| convert(n, steps, false).unwrap_or(0).wrapping_sub(offset);
         let value = match bits >> 2 {
@@ -503,14 +514,5 @@ impl Core {
             }
         };
         vm().push(value);
-    }
-}
-
-struct Text<'a>(&'a mut heapless::String<11>);
-
-impl ufmt::uWrite for Text<'_> {
-    type Error = ();
-    fn write_str(&mut self, text: &str) -> Result<(), ()> {
-        self.0.push_str(text).map_err(|_| ())
     }
 }

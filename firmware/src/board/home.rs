@@ -3,6 +3,7 @@
 use crate::core::Core;
 use crate::vm::{axis, convert, vm};
 use firmware::motion::Pace;
+use firmware::motion::math::bit;
 use lang::fault::Fault;
 use lang::isa::Op;
 use lang::record::AxisRecord;
@@ -89,8 +90,8 @@ impl Core {
         let rests = !self.motor.moves(n);
         match self.effect.phase {
             BEGIN => {
-                self.motor.homed &= !(1 << n);
-                self.motor.placed &= !(1 << n);
+                self.motor.homed &= !(bit(n));
+                self.motor.placed &= !(bit(n));
                 self.motor.offset[usize::from(n)] = 0;
                 self.effect.phase = REST;
                 if !self.closed() {
@@ -100,7 +101,7 @@ impl Core {
             }
             FAST => {
                 if self.closed() {
-                    self.motor.stop(1 << n);
+                    self.motor.stop(bit(n));
                     self.effect.phase = REST;
                 } else if rests {
                     return self.not_homed(n, Fault::HomeNotFound);
@@ -130,7 +131,7 @@ impl Core {
             OPEN => {
                 if rests {
                     self.motor.place(n, self.plan.position);
-                    self.motor.homed |= 1 << n;
+                    self.motor.homed |= bit(n);
                     let steps = self.plan.position.wrapping_add(self.plan.clearance);
                     self.motor.settle(n, steps);
                     self.motor.go(n, steps, self.plan.pace, true);

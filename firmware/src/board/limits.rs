@@ -4,6 +4,8 @@ use crate::core::Core;
 use crate::guard;
 use crate::motor::AXES;
 use crate::vm::axis;
+use firmware::motion::math::word_bit;
+use firmware::motion::math::{bit, has};
 use lang::fault::Fault;
 use lang::isa::Op;
 use lang::record::{AxisRecord, BoardRecord};
@@ -16,7 +18,7 @@ impl Core {
         let mut watch = |record: &BoardRecord, input: u8| {
             pins |= record.pin(input);
             if record.flags & BoardRecord::CHAIN != 0 && matches!(input, 1..=16) {
-                inputs |= 1 << (input - 1);
+                inputs |= word_bit(input - 1);
             }
         };
         for n in self.record.emergency {
@@ -28,7 +30,7 @@ impl Core {
         let mut n = AXES;
         while n != 0 {
             n -= 1;
-            if axes >> n & 1 != 0 {
+            if has(axes, n) {
                 let input = self.record.reference[usize::from(n)];
                 watch(self.record, input);
                 if self.unfiltered(input) {
@@ -52,9 +54,9 @@ impl Core {
         while n != 0 {
             n -= 1;
             let toward = axis(n).flags & AxisRecord::HOME_POSITIVE != 0;
-            let positive = self.motor.negative >> n & 1 == 0;
-            if moving >> n & 1 != 0 && toward == positive && !(homing && self.effect.n == n) {
-                axes |= 1 << n;
+            let positive = !has(self.motor.negative, n);
+            if has(moving, n) && toward == positive && !(homing && self.effect.n == n) {
+                axes |= bit(n);
             }
         }
         axes
@@ -64,7 +66,7 @@ impl Core {
     #[inline(never)]
     fn limited(&mut self, n: u8) {
         self.motor.halt();
-        self.motor.homed &= !(1 << n);
+        self.motor.homed &= !(bit(n));
         self.fault_input = self.record.reference[usize::from(n)];
         self.fail(Fault::LimitSwitch);
     }

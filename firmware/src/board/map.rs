@@ -6,6 +6,7 @@ use crate::flash::{self, Area, Key};
 use crate::motor::AXES;
 use crate::vm::{POOL_WORDS, vm};
 use firmware::modbus::Map;
+use firmware::motion::math::word_bit;
 use firmware::print::RING;
 use firmware::store::{Denied, Store};
 use firmware::verify::Bytes;
@@ -244,8 +245,12 @@ impl Core {
                 };
                 let mut limits = 0;
                 for n in 0..AXES {
-                    limits |= u16::from(at(self, n, false)) << n;
-                    limits |= u16::from(at(self, n, true)) << (n + 8);
+                    if at(self, n, false) {
+                        limits |= word_bit(n);
+                    }
+                    if at(self, n, true) {
+                        limits |= word_bit(n + 8);
+                    }
                 }
                 limits
             }

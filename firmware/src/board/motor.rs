@@ -3,6 +3,7 @@
 use crate::step;
 use crate::vm::{axis, convert, machine};
 use ::core::ptr::addr_of_mut;
+use firmware::motion::math::{bit, has, less};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{Arc, Block, Feed, Pace, Path, PathSegment, Segment, Single, queue};
 use lang::fault::Fault;
@@ -79,11 +80,11 @@ impl Aimed for Standing<'_> {
     }
 
     fn is_homed(&self) -> bool {
-        self.motor.homed >> self.n & 1 != 0
+        has(self.motor.homed, self.n)
     }
 
     fn is_lost(&self) -> bool {
-        self.motor.placed >> self.n & 1 == 0 && machine().flags & MachineRecord::REQUIRE_HOMING != 0
+        !has(self.motor.placed, self.n) && machine().flags & MachineRecord::REQUIRE_HOMING != 0
     }
 
     fn convert(&self, value: i32, to_steps: bool) -> Result<i32, Fault> {
@@ -174,16 +175,18 @@ impl Motor {
     /// Sends an axis to a place on its own ramp; `seeks`: as it looks for a switch or a probe.
     pub fn go(&mut self, n: u8, steps: i32, pace: Pace, seeks: bool) {
         let i = usize::from(n);
-        self.running &= !(1 << n);
-        self.seeks &= !(1 << n);
-        self.seeks |= u8::from(seeks) << n;
+        self.running &= !(bit(n));
+        self.seeks &= !(bit(n));
+        if seeks {
+            self.seeks |= bit(n);
+        }
         self.single[i].percent = self.percent(n);
         self.single[i].go(axis(n), steps, pace);
     }
 
     /// Where a homed axis must stop in a direction, steps.
     pub fn limit(&self, n: u8, negative: bool) -> Option<i32> {
-        if self.homed >> n & 1 == 0 {
+        if !has(self.homed, n) {
             return None;
         }
         let um = if negative { axis(n).min } else { axis(n).max };
@@ -196,7 +199,7 @@ impl Motor {
             return false;
         }
         let (low, high) = (self.limit(n, true), self.limit(n, false));
-        low.is_none_or(|low| steps >= low) && high.is_none_or(|high| steps <= high)
+        low.is_none_or(|low| !less(steps, low)) && high.is_none_or(|high| !less(high, steps))
     }
 
     /// Axes that MoveSpeed runs.
@@ -229,13 +232,13 @@ impl Motor {
 
     /// The override that holds for an axis on its own.
     fn percent(&self, n: u8) -> u8 {
-        if self.seeks >> n & 1 != 0 { 100 } else { self.percents[0] }
+        if has(self.seeks, n) { 100 } else { self.percents[0] }
     }
 
     /// Runs an axis at a speed.
     pub fn run(&mut self, n: u8, negative: bool, limit: Option<i32>, pace: Pace) {
-        self.running |= 1 << n;
-        self.seeks &= !(1 << n);
+        self.running |= bit(n);
+        self.seeks &= !(bit(n));
         self.single[usize::from(n)].percent = self.percents[0];
         self.single[usize::from(n)].run(axis(n), negative, limit, pace);
     }
@@ -304,7 +307,7 @@ impl Motor {
         while n != 0 {
             n -= 1;
             if steps[usize::from(n)] != 0 {
-                self.path_axes |= 1 << n;
+                self.path_axes |= bit(n);
             }
         }
         // A rapid move is dark.
@@ -352,9 +355,9 @@ impl Motor {
             let before = self.actual[i];
             step::fold(i, &mut self.actual[i]);
             if self.actual[i] != before {
-                self.negative &= !(1 << n);
+                self.negative &= !(bit(n));
                 if self.actual[i] < before {
-                    self.negative |= 1 << n;
+                    self.negative |= bit(n);
                 }
             }
         }
@@ -399,10 +402,10 @@ impl Motor {
             while n != 0 {
                 n -= 1;
                 let i = usize::from(n);
-                if self.path_axes >> n & 1 != 0 {
+                if has(self.path_axes, n) {
                     self.single[i] = Single::new(self.actual[i]);
                 }
-                if self.stopped >> n & 1 != 0 {
+                if has(self.stopped, n) {
                     self.settle_here(n);
                 }
             }
@@ -429,8 +432,8 @@ impl Motor {
             n -= 1;
             let i = usize::from(n);
             let rests = self.single[i].is_idle() && !step::axis_is_running(i);
-            if self.stopped >> n & 1 != 0 && rests {
-                self.stopped &= !(1 << n);
+            if has(self.stopped, n) && rests {
+                self.stopped &= !(bit(n));
                 self.settle_here(n);
             }
         }
@@ -456,7 +459,7 @@ impl Motor {
     /// Whether an axis moves or has something left to do.
     #[inline(never)]
     pub fn moves(&self, n: u8) -> bool {
-        self.moving() >> n & 1 != 0
+        has(self.moving(), n)
     }
 
     /// Whether no step comes any more: everything has ended, or rests in a pause.
@@ -514,7 +517,7 @@ impl Motor {
         let mut n = AXES;
         while n != 0 {
             n -= 1;
-            if moving >> n & 1 != 0 {
+            if has(moving, n) {
                 self.single[usize::from(n)].stop();
             }
         }
@@ -543,6 +546,6 @@ impl Motor {
             step::fold(i, &mut self.actual[i]);
             self.single[i].halt(self.actual[i]);
         }
-        self.stopped |= 1 << n;
+        self.stopped |= bit(n);
     }
 }

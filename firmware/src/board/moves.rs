@@ -3,6 +3,7 @@
 use crate::core::Core;
 use crate::motor::AXES;
 use crate::vm::{axis, machine, vm};
+use firmware::motion::math::has;
 use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::single::steps_of;
@@ -94,7 +95,7 @@ impl Core {
             self.effect.n = n;
             self.effect.bits = bits;
             // MoveSpeed has no target: what counts from one does so from where the axis is.
-            if self.motor.running() >> n & 1 != 0 {
+            if has(self.motor.running(), n) {
                 self.motor.settle_here(n);
             }
             let place = self.motor.aim(n, target)?;
@@ -137,6 +138,7 @@ impl Core {
     ///
     /// # Errors
     /// Those of the targets.
+    #[inline(never)]
     pub fn linear(&mut self, code: u8) -> Result<bool, Fault> {
         const RAPID: u8 = Op::Rapid as u8;
         const LINE: u8 = Op::Line as u8;
@@ -180,12 +182,12 @@ impl Core {
             let mut n = AXES;
             while n != 0 {
                 n -= 1;
-                if bits >> n & 1 == 0 {
+                if !has(bits, n) {
                     continue;
                 }
                 let target = Target {
                     value: vm().pop(),
-                    in_steps: in_steps >> n & 1 != 0,
+                    in_steps: has(in_steps, n),
                     frame: frames >> (2 * n) & 3,
                 };
                 places[usize::from(n)] = self.motor.aim(n, target)?;
@@ -195,7 +197,7 @@ impl Core {
             n = AXES;
             while n != 0 {
                 n -= 1;
-                if bits >> n & 1 != 0 {
+                if has(bits, n) {
                     let distance = self.motor.command(n, places[usize::from(n)]);
                     steps[usize::from(n)] = distance;
                     moved |= distance;

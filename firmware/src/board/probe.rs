@@ -4,6 +4,7 @@ use crate::core::Core;
 use crate::moves::rate;
 use crate::step;
 use crate::vm::{axis, vm};
+use firmware::motion::math::bit;
 use firmware::motion::scaled::Scaled;
 use firmware::motion::single::steps_of;
 use firmware::motion::{Feed, Pace};
@@ -79,7 +80,7 @@ impl Core {
             if pin || self.probed() {
                 let caught = if pin { step::caught(i, position) } else { position };
                 self.motor.probed[i] = caught;
-                self.motor.probe_ok |= 1 << n;
+                self.motor.probe_ok |= bit(n);
                 self.motor.hit(n, caught);
                 self.effect.phase = 2;
             } else if !self.motor.moves(n) {
@@ -114,7 +115,7 @@ impl Core {
         let n = self.effect.n;
         self.probe_and = and;
         self.probe_xor = xor;
-        self.motor.probe_ok &= !(1 << n);
+        self.motor.probe_ok &= !(bit(n));
         if self.probed() {
             return Err(Fault::InputActive);
         }

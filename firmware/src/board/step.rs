@@ -16,6 +16,7 @@
 mod handlers;
 
 use core::mem::MaybeUninit;
+use firmware::motion::math::has;
 use firmware::motion::queue::{self, SLOTS};
 use firmware::motion::{PathSegment, Segment};
 
@@ -257,7 +258,7 @@ pub fn put_path(segment: &PathSegment, power: u16) {
     let slot = slot(n);
     let mut dirs = 0;
     for (axis, pin) in P2_DIR.iter().enumerate() {
-        if segment.negative >> axis & 1 == 0 {
+        if !has(segment.negative, axis as u8) {
             dirs |= pin;
         }
     }
@@ -396,7 +397,7 @@ pub fn late() -> u16 {
 fn set_dirs(negative: u8) {
     let mut dirs = 0;
     for (axis, pin) in P2_DIR.iter().enumerate() {
-        if negative >> axis & 1 == 0 {
+        if !has(negative, axis as u8) {
             dirs |= pin;
         }
     }

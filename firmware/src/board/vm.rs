@@ -430,19 +430,26 @@ pub fn axis(n: u8) -> &'static AxisRecord {
 ///
 /// # Errors
 /// F01.
-#[inline(never)]
+#[inline(always)]
 pub fn convert(n: u8, value: i32, to_steps: bool) -> Result<i32, Fault> {
+    let result = converted(n, value, to_steps);
+    if result == i32::MIN { Err(Fault::Overflow) } else { Ok(result) }
+}
+
+/// [`convert`], `i32::MIN` for F01.
+#[inline(never)]
+fn converted(n: u8, value: i32, to_steps: bool) -> i32 {
     let axis = axis(n);
     let (times, over) = if to_steps { (axis.steps, axis.um) } else { (axis.um, axis.steps) };
     let twice = mul_div(size(value), u32::from(times) << 1, u32::from(over));
     if twice == u32::MAX {
-        return Err(Fault::Overflow);
+        return i32::MIN;
     }
     let half = ((twice + 1) >> 1) as i32;
     if half < 0 {
-        return Err(Fault::Overflow);
+        return i32::MIN;
     }
-    Ok(signed(half, value))
+    signed(half, value)
 }
 
 const _: () = assert!(HEADER == 20);

@@ -8,7 +8,7 @@
 //! commanded step. Where the end misses the circle (by no more than RS274/NGC allows), the radius
 //! changes evenly along the arc.
 
-use super::math::{fraction, high, largest, mul_div, signed, size};
+use super::math::{fraction, high, higher, largest, lower, mul_div, signed, size, under};
 use super::scaled::Scaled;
 use lang::fault::Fault;
 use lang::record::AxisRecord;
@@ -64,11 +64,6 @@ const MISS_UM: Scaled = Scaled::constant(5);
 const FAR_UM: u32 = 1 << 22;
 
 impl Ends {
-    /// Indices of the plane's axes.
-    fn plane(&self) -> [usize; 2] {
-        plane(self.first)
-    }
-
     /// The arc around `offset` from the start (I, J, K of the plane), um; a full circle when it
     /// ends where it starts.
     ///
@@ -76,7 +71,6 @@ impl Ends {
     /// F09: the end misses the circle by more than 5 um and 0.1 % of the radius, or the radius is
     /// 0 or above 4 m.
     pub fn around(&self, offset: [i32; 2]) -> Result<Arc, Fault> {
-        let axes = self.plane();
         let mut arc = Arc {
             first: self.first,
             clockwise: self.clockwise,
@@ -90,12 +84,12 @@ impl Ends {
             end: self.end,
         };
         for i in 0..2 {
-            let from = self.from_um[axes[i]];
-            let center = from.checked_add(offset[i]).ok_or(Fault::Arc)?;
+            let n = nth(self.first, i);
+            let center = self.from_um[n].wrapping_add(offset[i]);
             arc.center[i] = center;
-            arc.from[i] = from.checked_sub(center).ok_or(Fault::Arc)?;
-            arc.to[i] = self.to_um[axes[i]].checked_sub(center).ok_or(Fault::Arc)?;
-            if size(arc.from[i]) > FAR_UM || size(arc.to[i]) > FAR_UM {
+            arc.from[i] = offset[i].wrapping_neg();
+            arc.to[i] = self.to_um[n].wrapping_sub(center);
+            if far(arc.from[i], FAR_UM) || far(arc.to[i], FAR_UM) || far(center, 1 << 30) {
                 return Err(Fault::Arc);
             }
         }
@@ -117,14 +111,13 @@ impl Ends {
     /// # Errors
     /// F09: start and end coincide, or lie more than two radii apart (5 um and 0.1 % are forgiven).
     pub fn with_radius(&self, radius: i32) -> Result<Arc, Fault> {
-        let axes = self.plane();
         let mut half = [0; 2];
         for i in 0..2 {
-            let chord = self.to_um[axes[i]].checked_sub(self.from_um[axes[i]]).ok_or(Fault::Arc)?;
-            if size(chord) > 2 * FAR_UM {
+            let n = nth(self.first, i);
+            half[i] = self.to_um[n].wrapping_sub(self.from_um[n]);
+            if far(half[i], 2 * FAR_UM) || far(self.to_um[n], 1 << 30) {
                 return Err(Fault::Arc);
             }
-            half[i] = chord;
         }
         // Half the chord h, the centre lies sqrt(r^2 - h^2) beside its middle.
         let h = distance(half).shifted(-1);
@@ -151,13 +144,17 @@ impl Ends {
     }
 }
 
-/// Indices of the axes of a plane.
-fn plane(first: u8) -> [usize; 2] {
-    match first {
-        0 => [0, 1],
-        1 => [1, 2],
-        _ => [2, 0],
-    }
+/// Index of a plane's axis `i`, of its helix axis for 2.
+#[inline(never)]
+fn nth(first: u8, i: usize) -> usize {
+    const AXES: [u8; 5] = [0, 1, 2, 0, 1];
+    usize::from(AXES[usize::from(first) + i])
+}
+
+/// Whether a size is above `limit`.
+#[inline(never)]
+fn far(value: i32, limit: u32) -> bool {
+    under(limit, size(value))
 }
 
 /// 1
@@ -168,34 +165,36 @@ const THOUSAND: Scaled = Scaled::constant(1000);
 fn distance(v: [i32; 2]) -> Scaled {
     let x = Scaled::size(v[0]);
     let y = Scaled::size(v[1]);
-    x.times(x).plus(y.times(y)).root()
+    x.square().plus(y.square()).root()
 }
 
 impl Arc {
     /// Indices of the plane's axes and of the helix axis.
     pub fn axes(&self) -> [usize; 3] {
-        let [a, b] = plane(self.first);
-        [a, b, 3 - a - b]
+        [nth(self.first, 0), nth(self.first, 1), nth(self.first, 2)]
     }
 
     /// The furthest that each plane axis gets, um: start, end, and those of the circle's four
     /// extremes that the arc passes. Lowest and highest for each axis of [`Arc::axes`].
     pub fn extremes(&self) -> [[i32; 2]; 2] {
-        let radius = self.radius.floor() as i32;
+        let mut radius = self.radius.floor() as i32;
         let mut out = [[0; 2]; 2];
-        for (i, span) in out.iter_mut().enumerate() {
+        for i in 0..2 {
             let (a, b) = (self.center[i] + self.from[i], self.center[i] + self.to[i]);
-            *span = [a.min(b), a.max(b)];
+            out[i] = [lower(a, b), higher(a, b)];
         }
-        for quarter in 0..4u32 {
-            let ahead = (quarter << 30).wrapping_sub(self.begin);
-            let ahead = if self.clockwise { ahead.wrapping_neg() } else { ahead };
-            if ahead < self.sweep {
-                let i = quarter as usize & 1;
-                let at =
-                    if quarter < 2 { self.center[i] + radius } else { self.center[i] - radius };
-                out[i] = [out[i][0].min(at), out[i][1].max(at)];
+        let mut ahead = self.begin.wrapping_neg();
+        for quarter in 0..4u8 {
+            if quarter == 2 {
+                radius = -radius;
             }
+            let way = if self.clockwise { ahead.wrapping_neg() } else { ahead };
+            if under(way, self.sweep) {
+                let i = usize::from(quarter & 1);
+                let at = self.center[i] + radius;
+                out[i] = [lower(out[i][0], at), higher(out[i][1], at)];
+            }
+            ahead = ahead.wrapping_add(1 << 30);
         }
         out
     }
@@ -343,7 +342,7 @@ impl Walk {
     pub fn new(axes: &[AxisRecord; 3], arc: &Arc) -> Walk {
         let (sweep, radius) = (arc.sweep, arc.radius);
         let [a, b, _] = arc.axes();
-        let um = |n: usize| Scaled::new(axes[n].um.into()).over(Scaled::new(axes[n].steps.into()));
+        let um = |n: usize| Scaled::new(axes[n].um.into()).per_word(axes[n].steps);
         let step = um(a).least(um(b));
         let widest = SAGITTA.times(step).over(radius).root().times(PER_RADIAN);
         let count = Scaled::new(sweep).over(widest.least(Scaled::constant(u32::MAX / 12)));
@@ -361,8 +360,7 @@ impl Walk {
                 goal[n] = ahead(um, axes[n].steps.into(), axes[n].um.into(), arc.start[n]);
             }
         }
-        let per =
-            |d: Scaled| d.over(radius).over(Scaled::new(chords.into())).shifted(32).floor() as i32;
+        let per = |d: Scaled| d.over(radius).per_word(chords).shifted(32).floor() as i32;
         versine -= per(end.minus(radius)) - per(radius.minus(end));
         Walk {
             arc: *arc,
@@ -397,6 +395,7 @@ impl Walk {
     }
 
     /// The next point, ahead of the axes' whole steps by so many 1/4096 steps: turned by a chord, or the end.
+    #[inline(never)]
     #[expect(clippy::needless_range_loop, reason = "an iterator costs flash on the chip")]
     fn target(&mut self, axes: &[AxisRecord; 3], last: bool) -> [i32; 3] {
         let [x, y] = self.point;
@@ -408,16 +407,16 @@ impl Walk {
                 y - turned(y, self.versine) + turned(x, self.sine),
             ]
         };
-        let [a, b, c] = self.arc.axes();
+        let c = nth(self.arc.first, 2);
         for i in 0..2 {
-            let n = if i == 0 { a } else { b };
+            let n = nth(self.arc.first, i);
             // Chord by chord: from the machine's zero it would not fit.
             let chord = fine(&axes[n], point[i].wrapping_sub(self.point[i]));
             self.goal[n] = self.goal[n].wrapping_add(chord);
             if last {
                 // Within half a step of the end's whole step, so that it rounds to that.
                 let end = self.rest[n] << FINE;
-                self.goal[n] = self.goal[n].clamp(end - 2000, end + 2000);
+                self.goal[n] = lower(higher(self.goal[n], end - 2000), end + 2000);
             }
         }
         self.point = point;
@@ -429,6 +428,7 @@ impl Walk {
 
     /// A chord from where the axes are to `target`; the last one ends on its steps.
     #[expect(clippy::needless_range_loop, reason = "an iterator costs flash on the chip")]
+    #[inline(never)]
     fn chord_to(&mut self, target: [i32; 3], after: u16) -> Chord {
         let last = after == 0;
         let mut chord = Chord { after, ..Chord::default() };
@@ -436,7 +436,9 @@ impl Walk {
         for n in 0..3 {
             chord.delta[n] = target[n].wrapping_sub(self.exact[n]);
             let length = if last { size(self.rest[n]) << FINE } else { size(chord.delta[n]) };
-            longest = longest.max(length);
+            if under(longest, length) {
+                longest = length;
+            }
         }
         chord.events = (longest + (1 << (FINE - 1))) >> FINE;
         if chord.events == 0 {
@@ -451,7 +453,7 @@ impl Walk {
             let inc = if whole_way { u32::MAX } else { fraction(length, over) };
             // The axis is off its whole step by this; the accumulator continues from there.
             let off = signed(self.exact[n], delta);
-            let acc = (0x8000 + (off << 4)).clamp(1, 0xFFFF) as u16;
+            let acc = lower(higher(0x8000 + (off << 4), 1), 0xFFFF) as u16;
             let steps = carries(acc, inc, chord.events) as i32;
             let moved = if inc == u32::MAX { whole } else { mul_div(length, whole, over) } as i32;
             let steps = signed(steps, delta);

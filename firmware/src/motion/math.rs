@@ -68,12 +68,65 @@ pub fn signed(size: i32, like: i32) -> i32 {
     if like < 0 { size.wrapping_neg() } else { size }
 }
 
+/// Bit `n` of a set.
+#[inline(always)]
+pub fn bit(n: u8) -> u8 {
+    word_bit(n) as u8
+}
+
+/// Bit `n` of a set of 16.
+#[inline(never)]
+pub fn word_bit(n: u8) -> u16 {
+    let mut bit = 1;
+    let mut n = n;
+    while n != 0 {
+        bit += bit;
+        n -= 1;
+    }
+    bit
+}
+
+/// Whether a set has bit `n`.
+#[inline(never)]
+pub fn has(set: u8, n: u8) -> bool {
+    set & bit(n) != 0
+}
+
+/// Whether a set of 16 has bit `n`.
+#[inline(never)]
+pub fn word_has(set: u16, n: u8) -> bool {
+    set & word_bit(n) != 0
+}
+
+/// a < b
+#[inline(never)]
+pub fn under(a: u32, b: u32) -> bool {
+    a < b
+}
+
+pub use lang::place::less;
+
+/// The smaller one.
+#[inline(never)]
+pub fn lower(a: i32, b: i32) -> i32 {
+    if less(a, b) { a } else { b }
+}
+
+/// The larger one.
+#[inline(never)]
+pub fn higher(a: i32, b: i32) -> i32 {
+    if less(a, b) { b } else { a }
+}
+
 /// The largest size.
 #[inline(never)]
 pub fn largest(values: &[i32; 3]) -> u32 {
     let mut most = 0;
     for &value in values {
-        most = size(value).max(most);
+        let size = size(value);
+        if under(most, size) {
+            most = size;
+        }
     }
     most
 }

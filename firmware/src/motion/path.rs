@@ -373,7 +373,7 @@ impl Path {
         self.accel = g.accel;
         self.decel = g.decel;
         self.unit = g.unit;
-        self.limits.start2 = g.start.times(g.start);
+        self.limits.start2 = g.start.square();
         self.exit2 = self.limits.start2.most(next.promise);
         self.last = false;
         self.set_nominal();
@@ -391,7 +391,7 @@ impl Path {
                 self.run.left = events;
                 self.begin = true;
                 self.limits.exit2 = self.exit2;
-                let pitch = g.length.over(Scaled::new(events));
+                let pitch = g.length.per(events);
                 self.limits.set_pitch(pitch, g.accel, g.decel);
                 self.walk = None;
             }
@@ -416,7 +416,7 @@ impl Path {
         self.negative = 0;
         for (axis, delta) in chord.delta.iter().enumerate() {
             let um = to_um(&axes[axis], Scaled::size(*delta));
-            sum = sum.plus(um.times(um));
+            sum = sum.plus(um.square());
             self.negative |= u8::from(*delta < 0) << axis;
         }
         let length = sum.root().shifted(-12);
@@ -428,7 +428,7 @@ impl Path {
         self.limits.set_pitch(pitch, self.accel, self.decel);
         // What can be braked over the chords that follow, of which the whole steps of this one take a
         // part or leave one.
-        let rest = self.stride.over(pitch).times(Scaled::new(chord.after.into()));
+        let rest = self.stride.over(pitch).by_word(chord.after);
         let rest = rest.plus(chord.span()).minus(Scaled::new(chord.events));
         self.limits.exit2 = self.exit2.plus(self.limits.decel2.times(rest));
         true
@@ -438,13 +438,13 @@ impl Path {
     fn set_nominal(&mut self) {
         let percent = Scaled::new(self.percents[usize::from(self.rapid)].into()).over(HUNDRED);
         let nominal = self.feed.times(percent).least(self.top);
-        self.limits.nominal2 = nominal.times(nominal);
+        self.limits.nominal2 = nominal.square();
     }
 
     /// Raises the speed at the end of the playing block to that of the corner into `next`.
     fn join(&mut self, next: &Geometry) {
         // What the next block can brake from by itself, or what slow points know.
-        let start2 = next.start.times(next.start);
+        let start2 = next.start2();
         let reach = start2.plus(next.energy()).most(self.rest2);
         let corner2 = next.corner2(&self.unit, self.feed, self.corner);
         let exit2 = corner2.least(reach).most(self.limits.start2);
@@ -475,13 +475,13 @@ const RADIAN: Scaled = Scaled::constant(0xC90F_DAA2).shift(-61);
 
 /// A distance or rate of an axis in steps as one in um.
 fn to_um(axis: &AxisRecord, steps: Scaled) -> Scaled {
-    steps.times(Scaled::new(axis.um.into())).over(Scaled::new(axis.steps.into()))
+    steps.by_word(axis.um).per_word(axis.steps)
 }
 
 /// Direction of an arc of some length along its helix, at its beginning or end.
 fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i16; 3] {
     let mut unit = [0; 3];
-    let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN).over(length);
+    let plane = arc.radius.by(arc.sweep).times(RADIAN).over(length);
     let part = |of: i16, part: Scaled| {
         let size = part.times(Scaled::size(of.into())).floor().min(0x7FFF);
         signed(size as i32, of.into()) as i16
@@ -491,9 +491,15 @@ fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i16; 3] {
     unit[a] = part(x, plane);
     unit[b] = part(y, plane);
     let rise = arc.end[c].wrapping_sub(arc.start[c]);
-    let along = ONE.minus(plane.times(plane)).root();
+    let along = ONE.minus(plane.square()).root();
     unit[c] = part(if rise < 0 { -0x7FFF } else { 0x7FFF }, along);
     unit
+}
+
+/// Lowers a limit to `along * by`.
+#[inline(never)]
+fn keep_low(limit: &mut Scaled, along: Scaled, by: u32) {
+    *limit = limit.least(along.by(by));
 }
 
 impl Geometry {
@@ -522,12 +528,12 @@ impl Geometry {
 
     /// Square of the speed from and to rest.
     pub fn start2(&self) -> Scaled {
-        self.start.times(self.start)
+        self.start.square()
     }
 
     /// Square of its programmed speed.
     pub fn feed2(&self) -> Scaled {
-        self.feed.times(self.feed)
+        self.feed.square()
     }
 
     /// Square of the speed at which this block may follow one that ends in direction `unit` and runs at
@@ -539,18 +545,18 @@ impl Geometry {
         let mut turn = Scaled::ZERO;
         for axis in 0..3 {
             let d = Scaled::size(i32::from(unit[axis]) - i32::from(self.unit[axis]));
-            turn = turn.plus(d.times(d));
+            turn = turn.plus(d.square());
         }
         let q2 = turn.shifted(-32);
         let c = ONE.minus(q2).root();
-        let smooth = self.accel.least(self.decel).times(Scaled::new(corner.into()));
+        let smooth = self.accel.least(self.decel).by_word(corner);
         let smooth = smooth.times(c).times(ONE.plus(c));
         // What the axes may jump by anyway: their start rate.
         let corner2 = smooth.most(self.start2().shifted(-2)).over(q2);
         // What lasts as long as the block after it takes to plan.
         let time = self.events.times(EVENT).plus(PLANNING);
         let feed = feed.least(self.feed).least(self.length.times(MILLION).over(time));
-        corner2.least(feed.times(feed))
+        corner2.least(feed.square())
     }
 
     /// Its programmed speed along the path, um/s.
@@ -567,10 +573,10 @@ impl Geometry {
 
     /// Lowers the limits to those of an axis that moves by one step in `along` um of path.
     fn limit(&mut self, axis: &AxisRecord, along: Scaled) {
-        self.start = self.start.least(along.times(Scaled::new(axis.start_rate.max(1).into())));
-        self.top = self.top.least(along.times(Scaled::new(axis.top_rate)));
-        self.accel = self.accel.least(along.times(Scaled::new(axis.accel)));
-        self.decel = self.decel.least(along.times(Scaled::new(axis.decel)));
+        keep_low(&mut self.start, along, axis.start_rate.max(1).into());
+        keep_low(&mut self.top, along, axis.top_rate);
+        keep_low(&mut self.accel, along, axis.accel);
+        keep_low(&mut self.decel, along, axis.decel);
     }
 
     /// Lowers the speed to a feed; the path is `steps` steps long.
@@ -597,7 +603,7 @@ fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
                 g.events = g.events.most(steps);
                 um[a] = to_um(&axes[a], steps);
                 sum = sum.plus(um[a].times(um[a]));
-                in_steps = in_steps.plus(steps.times(steps));
+                in_steps = in_steps.plus(steps.square());
             }
             g.length = sum.root();
             for a in 0..3 {
@@ -612,10 +618,10 @@ fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
         }
         Shape::Arc(arc) => {
             let [a, b, c] = arc.axes();
-            let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN);
+            let plane = arc.radius.by(arc.sweep).times(RADIAN);
             let rise = Scaled::size(arc.end[c].wrapping_sub(arc.start[c]));
             let rise_um = to_um(&axes[c], rise);
-            g.length = plane.times(plane).plus(rise_um.times(rise_um)).root();
+            g.length = plane.square().plus(rise_um.square()).root();
             // Each axis of the plane carries the whole speed somewhere.
             g.limit(&axes[a], to_um(&axes[a], ONE));
             g.limit(&axes[b], to_um(&axes[b], ONE));

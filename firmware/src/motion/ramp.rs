@@ -11,6 +11,7 @@
 //! move a triangle by itself. A segment takes two roots and three divisions, a step takes none.
 
 use super::TICKS_PER_SECOND;
+use super::math::under;
 use super::scaled::Scaled;
 
 /// A piece of a motion with linearly changing time between events, as the step engine takes it.
@@ -107,7 +108,7 @@ impl Run {
 
     /// Whether what is left suffices to come down to the exit speed.
     pub fn can_stop(&self, limits: &Limits) -> bool {
-        self.v2 <= limits.exit2.plus(limits.decel2.times(Scaled::new(self.left)))
+        self.v2 <= limits.exit2.plus(limits.decel2.by(self.left))
     }
 
     /// The next segment; `false` at rest: when nothing is left or, while `braking`, at a speed no
@@ -133,7 +134,7 @@ impl Run {
                 v2.minus(limits.decel2.times(events)).most(target)
             };
         }
-        v2 = v2.least(limits.exit2.plus(limits.decel2.times(Scaled::new(self.left))));
+        v2 = v2.least(limits.exit2.plus(limits.decel2.by(self.left)));
         // At a constant speed, most of the time of a long move, one root and one division do.
         let v1 = if v2 == self.v2 { v0 } else { v2.root() };
         let sum = v0.plus(v1);
@@ -174,7 +175,7 @@ impl Run {
             );
         }
         let n = 1u16 << exp.clamp(0, 14);
-        if self.left <= u32::from(n + n / 4) { self.left as u16 } else { n }
+        if !under(u32::from(n + n / 4), self.left) { self.left as u16 } else { n }
     }
 
     /// Whether no brake begins within `2^exp` events.

@@ -8,9 +8,39 @@
 
 /// `mantissa * 2^(exponent - 128)`: exponent in the top byte, mantissa below with its top bit (bit
 /// 23) set, or 0. Two such numbers compare like the integers that hold them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(transparent)]
 pub struct Scaled(pub u32);
+
+impl PartialOrd for Scaled {
+    fn partial_cmp(&self, other: &Scaled) -> Option<core::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+    fn lt(&self, other: &Scaled) -> bool {
+        super::math::under(self.0, other.0)
+    }
+    fn gt(&self, other: &Scaled) -> bool {
+        super::math::under(other.0, self.0)
+    }
+    fn le(&self, other: &Scaled) -> bool {
+        !super::math::under(other.0, self.0)
+    }
+    fn ge(&self, other: &Scaled) -> bool {
+        !super::math::under(self.0, other.0)
+    }
+}
+
+impl Ord for Scaled {
+    fn cmp(&self, other: &Scaled) -> core::cmp::Ordering {
+        self.0.cmp(&other.0)
+    }
+    fn min(self, other: Scaled) -> Scaled {
+        if self < other { self } else { other }
+    }
+    fn max(self, other: Scaled) -> Scaled {
+        if self < other { other } else { self }
+    }
+}
 
 impl Scaled {
     /// Nothing.
@@ -101,6 +131,41 @@ impl Scaled {
         return chip::pasapas_scaled_new(value);
         #[cfg(not(target_arch = "msp430"))]
         twin::new(value)
+    }
+
+    /// `self * by`
+    #[must_use]
+    #[inline(never)]
+    pub fn by(self, by: u32) -> Scaled {
+        Scaled::new(by).times(self)
+    }
+
+    /// `self / by`
+    #[must_use]
+    #[inline(never)]
+    pub fn per(self, by: u32) -> Scaled {
+        self.over(Scaled::new(by))
+    }
+
+    /// `self * by`
+    #[must_use]
+    #[inline(never)]
+    pub fn by_word(self, by: u16) -> Scaled {
+        self.by(by.into())
+    }
+
+    /// `self / by`
+    #[must_use]
+    #[inline(never)]
+    pub fn per_word(self, by: u16) -> Scaled {
+        self.per(by.into())
+    }
+
+    /// `self * self`
+    #[must_use]
+    #[inline(never)]
+    pub fn square(self) -> Scaled {
+        self.times(self)
     }
 
     /// Size of an integer.

@@ -61,8 +61,8 @@ impl Pace {
 
 /// um (um/s, um/s2), at least 1, as steps (steps/s, steps/s2), with fractions.
 pub fn steps_of(axis: &AxisRecord, um: u32) -> Scaled {
-    let um = Scaled::new(um.max(1)).times(Scaled::new(axis.steps.into()));
-    um.over(Scaled::new(axis.um.into()))
+    let um = Scaled::new(um.max(1)).by_word(axis.steps);
+    um.per_word(axis.um)
 }
 
 /// What an axis is about.
@@ -181,8 +181,8 @@ impl Single {
             self.halt(caught);
             return true;
         }
-        let ramp = speed.times(speed).over(self.pace.decel).shifted(-1);
-        let latency = speed.times(Scaled::new(LATENCY_MS)).shifted(-10);
+        let ramp = speed.square().over(self.pace.decel).shifted(-1);
+        let latency = speed.by(LATENCY_MS).shifted(-10);
         let rest = ramp.plus(latency).floor().min(FAR as u32) as i32 + 1;
         let room = self.target.abs_diff(caught);
         if (rest as u32) < room {
@@ -266,8 +266,8 @@ impl Single {
         }
         let start = Scaled::new(axis.start_rate.max(1).into()).least(speed);
         self.limits.set_pitch(ONE, self.pace.accel, self.pace.decel);
-        self.limits.nominal2 = speed.times(speed);
-        self.limits.start2 = start.times(start);
+        self.limits.nominal2 = speed.square();
+        self.limits.start2 = start.square();
         self.limits.exit2 = self.limits.start2;
     }
 }

@@ -6,6 +6,7 @@ use super::{Core, LIMITS};
 use crate::flash::Image;
 use crate::observe;
 use crate::vm::vm;
+use firmware::motion::math::word_bit;
 use firmware::session::Order;
 use firmware::verify;
 use lang::fault::Fault;
@@ -52,7 +53,7 @@ impl Core {
                 let before = self.outputs;
                 self.outputs = self.resume_outputs;
                 let spindle = self.record.spindle;
-                let bit = if spindle == 0 { 0 } else { 1 << ((spindle - 1) & 15) };
+                let bit = if spindle == 0 { 0 } else { word_bit(spindle - 1) };
                 self.spin = 1;
                 if self.outputs & !before & bit != 0 {
                     self.spin += self.record.spin_up;

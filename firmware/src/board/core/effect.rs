@@ -1,6 +1,7 @@
 //! The effect under way.
 
 use super::Core;
+use firmware::motion::math::word_bit;
 use lang::isa::Op;
 use lang::wire::TraceKind;
 
@@ -57,7 +58,7 @@ impl Core {
             if effect.code == PULSE && effect.phase == PULSE_BEGUN && effect.left > 0 {
                 effect.left -= 1;
                 if effect.left == 0 {
-                    let bit = 1 << ((effect.n - 1) & 15);
+                    let bit = word_bit((effect.n - 1) & 15);
                     self.outputs &= !bit;
                     self.resume_outputs &= !bit;
                 }

@@ -2,6 +2,7 @@
 
 use super::Core;
 use crate::chain;
+use firmware::motion::math::{word_bit, word_has};
 use lang::record::{BoardRecord, FULL_POWER};
 use lang::wire::RunState;
 
@@ -37,7 +38,7 @@ impl Core {
     /// Input `n` from 1; false beyond those there are.
     pub fn input(&self, n: u8) -> bool {
         match n {
-            1..=16 => self.inputs.levels() >> (n - 1) & 1 != 0,
+            1..=16 => word_has(self.inputs.levels(), n - 1),
             17 if self.chained() => chain::probe() != (self.record.input_invert_high != 0),
             _ => false,
         }
@@ -46,7 +47,7 @@ impl Core {
     /// An input before its filter: switches and probes are watched step by step.
     pub fn unfiltered(&self, number: u8) -> bool {
         match number {
-            1..=16 => self.raw >> (number - 1) & 1 != 0,
+            1..=16 => word_has(self.raw, number - 1),
             _ => self.input(number),
         }
     }
@@ -62,7 +63,7 @@ impl Core {
         if n == 0 || n > most {
             return false;
         }
-        let bit = 1 << (n - 1);
+        let bit = word_bit(n as u8 - 1);
         self.outputs &= !bit;
         if on {
             self.outputs |= bit;
@@ -95,7 +96,7 @@ impl Core {
             self.shine = (self.shine + i32::from(owed) * i32::from(since)).clamp(-MOST, MOST);
             self.lit = power != 0 && self.shine >= A_MILLISECOND;
         }
-        if self.lit { self.outputs } else { self.outputs & !(1 << ((laser - 1) & 15)) }
+        if self.lit { self.outputs } else { self.outputs & !(word_bit(laser - 1)) }
     }
 
     /// The status lamp: off without a program, lit when ready, blinking slowly in a run and fast in

@@ -24,6 +24,7 @@ impl Core {
         self.millisecond();
     }
 
+    #[inline(never)]
     fn millisecond(&mut self) {
         let before = self.inputs.levels();
         let raw = self.exchange();
