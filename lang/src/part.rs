@@ -26,6 +26,8 @@ pub struct Part {
     /// Consecutive G1, G2 and G3 run through their corners; without it each begins and ends at the
     /// start rate.
     pub look_ahead: bool,
+    /// AT variables live between runs too: the link reads and writes them, and Start keeps them.
+    pub keeps_at: bool,
 }
 
 /// 16 KB of flash, 512 bytes of RAM.
@@ -37,6 +39,7 @@ pub const G2553: Part = Part {
     event_pool: [12, 10],
     segments: 5,
     look_ahead: false,
+    keeps_at: false,
 };
 
 /// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
@@ -65,6 +68,7 @@ pub const VIRTUAL: Part = Part {
     event_pool: [0, 0],
     segments: 6,
     look_ahead: true,
+    keeps_at: true,
 };
 
 /// Bytes of a flash segment (SLAU144, 7.2).

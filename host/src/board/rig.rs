@@ -8,7 +8,7 @@ use lang::wire::{Seen, TraceKind};
 
 use super::Build;
 use super::observe::{Observed, Observer, Sight};
-use crate::sim::world::{Action, Button, Scenario, World, WorldError};
+use crate::sim::world::{Action, Button, Registers, Scenario, World, WorldError};
 
 /// Ticks in a microsecond.
 pub const TICKS_PER_US: u64 = TICKS_PER_SECOND / 1_000_000;
@@ -22,6 +22,8 @@ pub enum HostAction {
     Char(i32),
     /// Send the emergency stop: no input has that role.
     EmergencyStop,
+    /// Give the AT variable at a register a value.
+    Register(u16, i32),
 }
 
 /// The emulated board, its machine and its world.
@@ -53,7 +55,7 @@ pub struct Rig {
 
 impl Rig {
     /// A board with the firmware `image` of a build in its flash, the machine of `profile` and a
-    /// world, powered up.
+    /// world, which knows these AT variables, powered up.
     ///
     /// # Errors
     /// The world's script fails.
@@ -62,6 +64,7 @@ impl Rig {
         image: &emulator::Image,
         profile: &Profile,
         world: &World,
+        registers: &Registers,
     ) -> Result<Rig, WorldError> {
         let wiring = match profile.wiring {
             Wiring::Direct => PlantWiring::Direct,
@@ -69,7 +72,7 @@ impl Rig {
         };
         let config = Config { part: build.chip.clone(), wiring, ..Config::default() };
         let board = Board::with_config(&config, image);
-        let scenario = world.start()?;
+        let scenario = world.start(registers)?;
         let mut rig = Rig {
             board,
             profile: profile.clone(),
@@ -209,6 +212,11 @@ impl Rig {
             || Axis::ALL.into_iter().any(|axis| self.profile.reference_input(axis) == n)
     }
 
+    /// What the operator has given AT variables before the time of the scenario begins.
+    pub fn take_registers(&mut self) -> Vec<(u16, i32)> {
+        self.scenario.take_registers()
+    }
+
     /// When the scenario acts next, in ticks.
     fn next_action(&self) -> Option<u64> {
         let zero = self.zero?;
@@ -340,6 +348,9 @@ impl Rig {
             Action::Char(c) => {
                 self.host_actions.retain(|action| !matches!(action, HostAction::Char(_)));
                 self.host_actions.push(HostAction::Char(c));
+            }
+            Action::Register { register, value } => {
+                self.host_actions.push(HostAction::Register(register, value));
             }
             Action::Stall { axis, steps } => {
                 let steps = u64::from(steps.unsigned_abs());

@@ -132,9 +132,9 @@ pub enum StmtKind {
         /// Names and their numbers.
         ports: Vec<(Name, Expr)>,
     },
-    /// `DIM a, b(8) AS LENGTH, c AT 3000`
+    /// `DIM a, b(8) AS LENGTH, c AT 3000 LABEL "Pieces" MIN 1 MAX 500`
     Dim(Vec<Variable>),
-    /// `KEEP a AS TIME`; neither size nor AT is refused here.
+    /// `KEEP a AS TIME`; neither size nor what belongs to DIM alone is refused here.
     Keep(Vec<Variable>),
     /// `TABLE t(2) = 1, 2; 3, 4`
     Table {
@@ -265,6 +265,12 @@ pub struct Variable {
     pub kind: Option<KindRef>,
     /// Its AT.
     pub at: Option<Expr>,
+    /// Its LABEL.
+    pub label: Option<Text>,
+    /// Its MIN.
+    pub least: Option<Expr>,
+    /// Its MAX.
+    pub greatest: Option<Expr>,
 }
 
 /// A branch of an IF.
