@@ -21,7 +21,7 @@ use crate::client::upload::UploadError;
 use crate::client::{Client, ClientError, Patience};
 use crate::link::Link;
 use crate::sim::trace::Event;
-use crate::sim::world::{World, WorldError};
+use crate::sim::world::{Registers, World, WorldError};
 use crate::sim::{Options, Outcome};
 
 /// A request that the board loses while it erases flash is asked again soon.

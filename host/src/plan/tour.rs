@@ -100,7 +100,8 @@ impl Tour<'_> {
         feed.hash_state(&mut hasher);
         for axis in Axis::ALL {
             let place = self.track.axes().place(axis);
-            (place.um, place.steps, self.track.axes().work_at(axis, None).ok()).hash(&mut hasher);
+            (place.um, place.steps, self.track.axes().work_at(axis, place.steps).ok())
+                .hash(&mut hasher);
         }
         let feed = self.track.feed().map(|rate| match rate {
             Rate::Um(um) => (true, um),
@@ -119,7 +120,8 @@ impl Tour<'_> {
             }
             Effect::Linear { .. } | Effect::Arc { .. } => return self.block(effect).map(|()| 0),
             Effect::Read(Read::Pos(axis)) if self.known[axis.index()] => {
-                value = self.track.axes().work_at(axis, None).ok()?;
+                let axes = self.track.axes();
+                value = axes.work_at(axis, axes.steps(axis)).ok()?;
             }
             Effect::Read(Read::PosSteps(axis)) if self.known[axis.index()] => {
                 value = self.track.axes().steps(axis);

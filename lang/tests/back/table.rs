@@ -63,7 +63,7 @@ fn the_scripts_of_the_tests_use_every_instruction() {
     // Slow points are the host's, which has run the program.
     let program = super::checked("G1 X1 F600\n");
     let slow = lang::back::SlowPoints::from([(0, [0, 128, 140])]);
-    let compiled = lang::back::compile_with(&program, &slow).unwrap();
+    let compiled = lang::back::compile_with(&program, lang::back::Room::Device, &slow).unwrap();
     let codes = disasm::instructions(&Image::new(&compiled.image).unwrap());
     used.extend(codes.iter().filter_map(|insn| Op::decode(insn.bytes[0]).map(|(op, _)| op)));
     let unused: Vec<&str> =
