@@ -9,10 +9,13 @@ mod jitter;
 mod link;
 mod motion;
 mod path;
+mod paths;
 mod speed;
 pub mod stand;
 pub(crate) mod stream;
 mod vm;
+
+use std::borrow::Cow;
 
 use serde::Serialize;
 
@@ -31,7 +34,7 @@ pub enum Want {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
     /// Its stable name.
-    pub figure: &'static str,
+    pub figure: Cow<'static, str>,
     /// What was measured.
     pub value: f64,
     /// Unit of all three values.
@@ -42,6 +45,9 @@ pub struct Figure {
     pub must: f64,
     /// What it is to reach.
     pub aim: f64,
+    /// What it was made from, if that is worth a word.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub note: String,
 }
 
 impl Figure {
@@ -56,12 +62,20 @@ impl Figure {
 
 /// A figure that must reach at least so much.
 fn at_least(figure: &'static str, unit: &'static str, value: f64, must: f64, aim: f64) -> Figure {
-    Figure { figure, value: round(value), unit, want: Want::AtLeast, must, aim }
+    let (figure, value, note) = (figure.into(), round(value), String::new());
+    Figure { figure, value, unit, want: Want::AtLeast, must, aim, note }
 }
 
 /// A figure that must stay below so much.
-fn at_most(figure: &'static str, unit: &'static str, value: f64, must: f64, aim: f64) -> Figure {
-    Figure { figure, value: round(value), unit, want: Want::AtMost, must, aim }
+fn at_most(
+    figure: impl Into<Cow<'static, str>>,
+    unit: &'static str,
+    value: f64,
+    must: f64,
+    aim: f64,
+) -> Figure {
+    let (figure, value, note) = (figure.into(), round(value), String::new());
+    Figure { figure, value, unit, want: Want::AtMost, must, aim, note }
 }
 
 /// Three digits behind the point are more than any figure has.
@@ -76,7 +90,7 @@ pub type Sink<'a> = &'a mut dyn FnMut(Figure) -> Result<(), String>;
 pub type Group = (&'static str, fn(Sink<'_>) -> Result<(), String>);
 
 /// Every group, the quick ones first.
-pub const GROUPS: [Group; 7] = [
+pub const GROUPS: [Group; 8] = [
     ("code", code::run),
     ("import", import::run),
     ("link", link::run),
@@ -84,4 +98,8 @@ pub const GROUPS: [Group; 7] = [
     ("motion", motion::run),
     ("stream", stream::run),
     ("speed", speed::run),
+    ("paths", paths::run),
 ];
+
+/// Groups that have a short form.
+pub const SHORT: [Group; 1] = [("paths", paths::run_short)];

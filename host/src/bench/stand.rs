@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use emulator::{Board, Edge, Signal};
+use lang::back::Compiled;
 use lang::hir::Program;
 use lang::profile::{BUILT_IN, Profile};
 use lang::record::BoardRecord;
@@ -19,6 +20,7 @@ use crate::client::identity::Identity;
 use crate::client::{Client, ClientError};
 use crate::link::Link;
 use crate::sim::world::{Registers, World};
+use crate::stream::pump::Outcome;
 
 /// Vectors of Timer1_A CCR1, CCR2 and CCR0 (SLAS735, interrupt vector addresses).
 const TIMER1: [u16; 2] = [0xFFF8, 0xFFFA];
@@ -144,6 +146,26 @@ impl Stand {
         judge.take(&edges);
         judge.judge(rig.plant(), false)?;
         Ok(edges)
+    }
+
+    /// Streams a job to its end; gives the edges at the pins, and how it went.
+    ///
+    /// # Errors
+    /// The board cannot stream, the job ends in anything but done, or it makes steps that no motor of
+    /// the profile follows.
+    pub fn stream(&mut self, compiled: &Compiled) -> Result<(Vec<Edge>, Outcome), String> {
+        let mut judge = {
+            let mut rig = self.rig.borrow_mut();
+            rig.board().record(true);
+            Judge::new(&self.profile, rig.plant())
+        };
+        let outcome = super::stream::feed(self, compiled)?;
+        let mut rig = self.rig.borrow_mut();
+        rig.board().record(false);
+        let edges = rig.board().take_edges();
+        judge.take(&edges);
+        judge.judge(rig.plant(), false)?;
+        Ok((edges, outcome))
     }
 
     /// Longest step interrupt since the board was made, and all that step interrupts took, cycles.

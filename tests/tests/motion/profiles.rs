@@ -86,8 +86,10 @@ fn script(dice: &mut Dice, profile: &Profile, build: &Build) -> String {
             3 if scales[0] == scales[1] => {
                 let r = any(dice, 20, reach[0].min(reach[1]).max(20));
                 let (a, b) = (r, [r, -r][dice.below(2) as usize]);
-                text += &format!("G91\nG2 X[{a}st] Y[{b}st] I[{a}st] F[{}st/s]\nG3 I[{r}st] J[0st]\nG90\n",
-                    any(dice, 1, 60_000));
+                text += &format!(
+                    "G91\nG2 X[{a}st] Y[{b}st] I[{a}st] F[{}st/s]\nG3 I[{r}st] J[0st]\nG90\n",
+                    any(dice, 1, 60_000)
+                );
                 to = [place[0] + a, place[1] + b, place[2]];
             }
             _ => {
