@@ -252,7 +252,7 @@ impl Piece {
 }
 
 fn line(steps: [i32; 3], feed: Feed, exact: bool) -> Piece {
-    Piece::Line(Block { steps, feed, exact })
+    Piece::Line(Block { steps, um: [0; 3], feed, exact })
 }
 
 /// Plays blocks on the chip and on the twin; every edge must agree to the tick.

@@ -295,11 +295,11 @@ impl Motor {
                 self.leg = [0, 0, steps[2]];
             }
         }
-        self.line(first, Feed::Rapid, true);
+        self.line(first, [0; 3], Feed::Rapid, true);
     }
 
-    /// Appends a line to the path, which has room.
-    pub fn line(&mut self, steps: [i32; 3], feed: Feed, exact: bool) {
+    /// Appends a line to the path, which has room; `um` as [`Block::um`].
+    pub fn line(&mut self, steps: [i32; 3], um: [i32; 3], feed: Feed, exact: bool) {
         if self.path_axes == 0 {
             step::clear();
         }
@@ -312,7 +312,7 @@ impl Motor {
         }
         // A rapid move is dark.
         self.give_power(if let Feed::Rapid = feed { 0 } else { self.power });
-        self.path.push(&machine().axes, &Block { steps, feed, exact });
+        self.path.push(&machine().axes, &Block { steps, um, feed, exact });
     }
 
     /// Appends an arc to the path, which has room.
@@ -375,7 +375,7 @@ impl Motor {
         }
         if self.leg[0] | self.leg[1] | self.leg[2] != 0 && self.path.has_room() {
             let leg = core::mem::take(&mut self.leg);
-            self.line(leg, Feed::Rapid, true);
+            self.line(leg, [0; 3], Feed::Rapid, true);
         }
         let mut fetches = queue::FETCHES;
         while fetches != 0

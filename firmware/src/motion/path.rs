@@ -7,8 +7,9 @@
 //!
 //! One block ahead of the playing one is known. The speed at the corner between them is the
 //! largest of which the deviation of an inscribed arc stays within the profile's corner
-//! tolerance (junction deviation), with which the next block can still come to rest, and that
-//! neither block's feed forbids.
+//! tolerance (junction deviation), with which the arc that touches both blocks, in the middle of the
+//! shorter one, needs no more than their ramp, with which the next block can still come to rest, and
+//! that neither block's feed forbids.
 //!
 //! # Slow points
 //! A host that knows the whole path can promise more than the next block shows: [`Path::slow`] says
@@ -39,6 +40,9 @@ pub enum Feed {
 pub struct Block {
     /// Distance of each axis, steps.
     pub steps: [i32; 3],
+    /// The same in um as it was commanded, from which its direction follows: whole steps would turn the
+    /// chords of a curve to and fro. All 0: from the steps.
+    pub um: [i32; 3],
     /// Its speed.
     pub feed: Feed,
     /// Come to rest at the end (G61).
@@ -98,6 +102,7 @@ pub struct Geometry {
 /// A block that waits, or one that plays.
 #[derive(Clone, Copy, Debug)]
 enum Shape {
+    /// In steps.
     Line([i32; 3]),
     Arc(Arc),
 }
@@ -127,6 +132,8 @@ pub struct Path {
     feed: Scaled,
     /// Its axes' top, um/s.
     top: Scaled,
+    /// Its length, um.
+    length: Scaled,
     /// Direction at its end.
     unit: [i16; 3],
     /// Increments, accumulators and directions of the line or chord that plays.
@@ -166,6 +173,7 @@ impl Path {
         decel: Scaled::ZERO,
         feed: Scaled::ZERO,
         top: Scaled::ZERO,
+        length: Scaled::ZERO,
         unit: [0; 3],
         inc: [0; 3],
         acc: [0; 3],
@@ -201,19 +209,26 @@ impl Path {
     /// any step is taken and forgotten.
     pub fn push(&mut self, axes: &[AxisRecord; 3], block: &Block) -> bool {
         let shape = Shape::Line(block.steps);
-        block.steps == [0; 3] || self.append(axes, shape, block.feed, block.exact)
+        block.steps == [0; 3] || self.append(axes, shape, &block.um, block.feed, block.exact)
     }
 
     /// Takes an arc, as [`Path::push`] a line.
     pub fn push_arc(&mut self, axes: &[AxisRecord; 3], arc: &Arc, feed: Feed, exact: bool) -> bool {
-        self.append(axes, Shape::Arc(*arc), feed, exact)
+        self.append(axes, Shape::Arc(*arc), &[0; 3], feed, exact)
     }
 
-    fn append(&mut self, axes: &[AxisRecord; 3], shape: Shape, feed: Feed, exact: bool) -> bool {
+    fn append(
+        &mut self,
+        axes: &[AxisRecord; 3],
+        shape: Shape,
+        um: &[i32; 3],
+        feed: Feed,
+        exact: bool,
+    ) -> bool {
         if self.next.is_some() {
             return false;
         }
-        let geometry = geometry(axes, &shape, feed);
+        let geometry = geometry(axes, &shape, um, feed);
         if self.active && !self.exact {
             self.join(&geometry);
         }
@@ -372,6 +387,7 @@ impl Path {
         self.top = g.top;
         self.accel = g.accel;
         self.decel = g.decel;
+        self.length = g.length;
         self.unit = g.unit;
         self.limits.start2 = g.start.square();
         self.exit2 = self.limits.start2.most(next.promise);
@@ -446,7 +462,7 @@ impl Path {
         // What the next block can brake from by itself, or what slow points know.
         let start2 = next.start2();
         let reach = start2.plus(next.energy()).most(self.rest2);
-        let corner2 = next.corner2(&self.unit, self.feed, self.corner);
+        let corner2 = next.corner2(&self.unit, self.length, self.feed, self.corner);
         let exit2 = corner2.least(reach).most(self.limits.start2);
         let gain = exit2.minus(self.exit2);
         self.limits.exit2 = self.limits.exit2.plus(gain);
@@ -515,14 +531,14 @@ impl Geometry {
     };
 
     /// A line of so many steps of each axis, at least one of them, and its direction at its end.
-    pub fn line(axes: &[AxisRecord; 3], steps: [i32; 3], feed: Feed) -> (Geometry, [i16; 3]) {
-        let line = geometry(axes, &Shape::Line(steps), feed);
+    pub fn line(axes: &[AxisRecord; 3], block: &Block) -> (Geometry, [i16; 3]) {
+        let line = geometry(axes, &Shape::Line(block.steps), &block.um, block.feed);
         (line, line.unit)
     }
 
     /// An arc, and its direction at its end.
     pub fn arc(axes: &[AxisRecord; 3], arc: &Arc, feed: Feed) -> (Geometry, [i16; 3]) {
-        let all = geometry(axes, &Shape::Arc(*arc), feed);
+        let all = geometry(axes, &Shape::Arc(*arc), &[0; 3], feed);
         (all, tangent(arc, all.length, true))
     }
 
@@ -536,27 +552,39 @@ impl Geometry {
         self.feed.square()
     }
 
-    /// Square of the speed at which this block may follow one that ends in direction `unit` and runs at
-    /// `feed`, um/s: by the corner between them, `corner` um at most from the path, by both feeds, and by
-    /// what the chip needs to plan a block. Not by what can be braked over.
-    pub fn corner2(&self, unit: &[i16; 3], feed: Scaled, corner: u16) -> Scaled {
+    /// Square of the speed at which this block may follow one of some length, um, that ends in direction
+    /// `unit` and runs at `feed`, um/s: by the corner between them, `corner` um at most from the path, by
+    /// both lengths and feeds, and by what the chip needs to plan a block. Not by what can be braked over.
+    pub fn corner2(&self, unit: &[i16; 3], length: Scaled, feed: Scaled, corner: u16) -> Scaled {
         // Half the difference of the unit vectors is the sine q of half the deflection, c its
         // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
         let mut turn = Scaled::ZERO;
-        for axis in 0..3 {
-            let d = Scaled::size(i32::from(unit[axis]) - i32::from(self.unit[axis]));
+        for (before, own) in unit.iter().zip(&self.unit) {
+            let d = Scaled::size(i32::from(*before) - i32::from(*own));
             turn = turn.plus(d.square());
         }
-        let q2 = turn.shifted(-32);
-        let c = ONE.minus(q2).root();
-        let smooth = self.accel.least(self.decel).by_word(corner);
-        let smooth = smooth.times(c).times(ONE.plus(c));
-        // What the axes may jump by anyway: their start rate.
-        let corner2 = smooth.most(self.start2().shifted(-2)).over(q2);
         // What lasts as long as the block after it takes to plan.
         let time = self.events.times(EVENT).plus(PLANNING);
         let feed = feed.least(self.feed).least(self.length.times(MILLION).over(time));
-        corner2.least(feed.square())
+        let feed2 = feed.square();
+        if turn == Scaled::ZERO {
+            return feed2;
+        }
+        let q2 = turn.shifted(-32);
+        let c = ONE.minus(q2).root();
+        let ramp = self.accel.least(self.decel).times(c);
+        let smooth = ramp.by_word(corner).times(ONE.plus(c));
+        // What the axes may jump by anyway: their start rate.
+        let corner2 = smooth.most(self.start2().shifted(-2)).over(q2);
+        // The arc that touches both blocks, in the middle of the shorter one, has a radius of half of its
+        // length by the tangent: without this bound chords might be the faster the shorter they are.
+        let bend2 = ramp.times(length.least(self.length)).over(q2.root()).shifted(-1);
+        corner2.least(bend2).least(feed2)
+    }
+
+    /// Its length, um.
+    pub fn length(&self) -> Scaled {
+        self.length
     }
 
     /// Its programmed speed along the path, um/s.
@@ -590,8 +618,8 @@ impl Geometry {
     }
 }
 
-/// Length, direction and limits along the path of a block.
-fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
+/// Length, direction and limits along the path of a block; `way` as [`Block::um`].
+fn geometry(axes: &[AxisRecord; 3], shape: &Shape, way: &[i32; 3], feed: Feed) -> Geometry {
     let mut g = Geometry::NONE;
     match shape {
         Shape::Line(steps) => {
@@ -606,13 +634,22 @@ fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
                 in_steps = in_steps.plus(steps.square());
             }
             g.length = sum.root();
-            for a in 0..3 {
-                if steps[a] == 0 {
-                    continue;
+            let mut long = g.length;
+            let exact = way[0] | way[1] | way[2] != 0;
+            if exact {
+                let mut sum = Scaled::ZERO;
+                for (um, way) in um.iter_mut().zip(way) {
+                    *um = Scaled::size(*way);
+                    sum = sum.plus(um.square());
                 }
-                g.limit(&axes[a], g.length.over(Scaled::size(steps[a])));
-                let unit = um[a].over(g.length).shifted(15).floor().min(0x7FFF);
-                g.unit[a] = signed(unit as i32, steps[a]) as i16;
+                long = sum.root();
+            }
+            for a in 0..3 {
+                if steps[a] != 0 {
+                    g.limit(&axes[a], g.length.over(Scaled::size(steps[a])));
+                }
+                let unit = um[a].over(long).shifted(15).floor().min(0x7FFF);
+                g.unit[a] = signed(unit as i32, if exact { way[a] } else { steps[a] }) as i16;
             }
             g.feed(feed, in_steps.root());
         }

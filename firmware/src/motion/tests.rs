@@ -253,7 +253,12 @@ fn a_polygon_of_half_millimetres_runs_at_its_feed() {
         while k < 126 && path.has_room() {
             let (a, b) = (corner(k), corner(k + 1));
             let steps = [b[0] - a[0], b[1] - a[1], 0];
-            assert!(path.push(&axes, &Block { steps, feed: Feed::Um(15_000), exact: false }));
+            assert!(
+                path.push(
+                    &axes,
+                    &Block { steps, um: [0; 3], feed: Feed::Um(15_000), exact: false }
+                )
+            );
             k += 1;
         }
         if !path.next_segment(&axes, &mut segment) {
@@ -317,7 +322,7 @@ proptest! {
         let mut path = Path::new(20);
         path.set_override(percent, percent / 2);
         let feed = if in_steps { Feed::Steps(feed) } else { Feed::Um(feed) };
-        let taken = path.push(&axes, &Block { steps, feed, exact: false });
+        let taken = path.push(&axes, &Block { steps, um: [0; 3], feed, exact: false });
         prop_assert!(taken);
         let (mut segment, mut acc, mut position) = (PathSegment::default(), [0; 3], [0; 3]);
         for _ in 0..4_000 {

@@ -112,7 +112,7 @@ fn lines_are_planned_as_one_block_of_a_path() {
         // Without a feed the axes go as fast as they can, by the override of feeds.
         let fastest = if rapid { percents[1] } else { percents[0].min(100) };
         path.set_override(percents[0], fastest);
-        path.push(&axes, &Block { steps, feed, exact: true });
+        path.push(&axes, &Block { steps, um: [0; 3], feed, exact: true });
         let mut planned = PathSegment::default();
         for n in 0..SEGMENTS {
             let going = path.next_segment(&axes, &mut planned);

@@ -191,7 +191,7 @@ impl Plan {
     fn line(from: u64, axes: &[AxisRecord; 3], steps: [i32; 3], feed: Feed) -> Plan {
         let (feed, axes) = &in_the_unit_of(feed, *axes);
         let mut path = Path::new(0);
-        path.push(axes, &Block { steps, feed: *feed, exact: true });
+        path.push(axes, &Block { steps, um: [0; 3], feed: *feed, exact: true });
         let mut plan = Plan { time: from, acc: [1 << 31; 3], ..Plan::default() };
         let mut segment = PathSegment::default();
         while path.next_segment(axes, &mut segment) {

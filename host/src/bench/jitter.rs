@@ -104,9 +104,8 @@ fn plan(one: &Move, record: &MachineRecord) -> Instants {
             out[*axis] = physics::instants(&segments, 0);
             return out;
         }
-        Move::Line(steps, feed) => {
-            path.push(axes, &Block { steps: *steps, feed: Feed::Um(*feed), exact: true })
-        }
+        Move::Line(steps, feed) => path
+            .push(axes, &Block { steps: *steps, um: [0; 3], feed: Feed::Um(*feed), exact: true }),
         Move::Arc(arc, feed) => path.push_arc(axes, arc, Feed::Um(*feed), true),
     };
     let (mut segments, mut segment) = (Vec::new(), PathSegment::default());

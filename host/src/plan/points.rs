@@ -121,7 +121,7 @@ fn plan(path: &mut Vec<(Geometry, [i16; 3], Vec<usize>)>, corner: u16, legs: &mu
         .windows(2)
         .map(|pair| {
             let [(own, unit, _), (next, ..)] = pair else { return 0.0 };
-            real(next.corner2(unit, own.speed(), corner)).max(real(own.start2()))
+            real(next.corner2(unit, own.length(), own.speed(), corner)).max(real(own.start2()))
         })
         .collect();
     let first = legs.len();

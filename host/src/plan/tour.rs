@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use firmware::motion::path::{Feed as Speed, Geometry};
+use firmware::motion::path::{Block, Feed as Speed, Geometry};
 use lang::axis::Axis;
 use lang::back::Compiled;
 use lang::effect::{Effect, Frame, Rate, Read};
@@ -156,9 +156,12 @@ impl Tour<'_> {
                 let arc = arc.filter(|_| was == [true; 3]);
                 feed.zip(arc).map(|(feed, arc)| Geometry::arc(&self.record.axes, &arc, feed))
             }
-            _ => match distance(&before, &after) {
+            _ => match distance(&before, &after, |place| place.steps) {
                 [0, 0, 0] if !rapid => return Some(()),
-                steps => feed.map(|feed| Geometry::line(&self.record.axes, steps, feed)),
+                steps => feed.map(|feed| {
+                    let um = distance(&before, &after, |place| place.um);
+                    Geometry::line(&self.record.axes, &Block { steps, um, feed, exact })
+                }),
             },
         };
         let rests = exact || shape.is_none();
@@ -213,6 +216,6 @@ impl Tour<'_> {
     }
 }
 
-fn distance(before: &[Place; 3], after: &[Place; 3]) -> [i32; 3] {
-    [0, 1, 2].map(|axis: usize| after[axis].steps.wrapping_sub(before[axis].steps))
+fn distance(before: &[Place; 3], after: &[Place; 3], of: fn(&Place) -> i32) -> [i32; 3] {
+    [0, 1, 2].map(|axis: usize| of(&after[axis]).wrapping_sub(of(&before[axis])))
 }

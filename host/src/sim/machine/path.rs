@@ -79,6 +79,10 @@ impl Machine {
         let kind = if rapid { MoveKind::Rapid } else { MoveKind::Line };
         let from = Axis::ALL.map(|axis| self.axes.steps(axis));
         let to = goal.map(|place| place.steps);
+        let um = Axis::ALL.map(|axis| {
+            let to = goal[axis.index()].um;
+            to.wrapping_sub(self.axes.place(axis).um)
+        });
         self.command(&goal);
         if from == to {
             return Ok(());
@@ -94,8 +98,10 @@ impl Machine {
             legs.insert(0, [to[0], to[1], from[2]]);
         }
         let mut at = from;
+        // A rapid move has no corners.
+        let um = if rapid { [0; 3] } else { um };
         for leg in legs {
-            self.push_block(SegmentKind::Move(kind), at, leg, feed, exact);
+            self.push_block(SegmentKind::Move(kind), [at, leg], um, feed, exact);
             at = leg;
         }
         if exact {
@@ -128,12 +134,12 @@ impl Machine {
         Some(if self.outputs.read(laser.n) == Ok(true) { self.power } else { 0 })
     }
 
-    /// Gives the path a line as soon as it takes one.
+    /// Gives the path a line as soon as it takes one; `um` as [`Block::um`].
     fn push_block(
         &mut self,
         kind: SegmentKind,
-        from: [i32; 3],
-        to: [i32; 3],
+        [from, to]: [[i32; 3]; 2],
+        um: [i32; 3],
         feed: Feed,
         exact: bool,
     ) {
@@ -159,7 +165,7 @@ impl Machine {
             exit_speed: None,
             power: light,
         }));
-        self.motion.push(&Block { steps, feed, exact }, self.now);
+        self.motion.push(&Block { steps, um, feed, exact }, self.now);
         self.log_milestones();
         self.next = 0;
     }
