@@ -35,6 +35,8 @@ impl Core {
             self.effect.bits = u8::from(bits & flags::EXACT != 0);
             let arc = self.pop_arc(bits, frames, in_steps)?;
             self.emit(TraceKind::Arc, 0, 0);
+            #[cfg(feature = "stream")]
+            crate::stream::hold(self);
             self.motor.arc(&arc, self.feed, self.effect.bits != 0);
         }
         Ok(self.effect.bits == 0 || self.motor.path_rests())

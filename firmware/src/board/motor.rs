@@ -113,6 +113,7 @@ impl Motor {
         self.placed = 0;
         self.clear_path();
         self.path.begin(machine().corner);
+        self.path.hold(Scaled::MAX, Scaled::ZERO);
         self.running = 0;
         self.stopped = 0;
         let mut invert = 0;
@@ -253,6 +254,16 @@ impl Motor {
         self.path.slow(bound2);
     }
 
+    /// What is there of a streamed path: see [`Path::hold`].
+    pub fn hold(&mut self, held2: Scaled, more2: Scaled) {
+        self.path.hold(held2, more2);
+    }
+
+    /// More of it has come.
+    pub fn hold_more(&mut self, more2: Scaled) {
+        self.path.hold_more(more2);
+    }
+
     /// Whether the path is to run into a block that it does not have yet.
     pub fn wants_block(&self) -> bool {
         self.path_axes != 0 && self.path.wants_block()
@@ -376,6 +387,10 @@ impl Motor {
         if self.leg[0] | self.leg[1] | self.leg[2] != 0 && self.path.has_room() {
             let leg = core::mem::take(&mut self.leg);
             self.line(leg, [0; 3], Feed::Rapid, true);
+        }
+        // It came too late with what was promised to be there.
+        if !step::is_running() && self.path.is_promised() {
+            self.path.starved();
         }
         let mut fetches = queue::FETCHES;
         while fetches != 0

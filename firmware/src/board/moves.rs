@@ -214,6 +214,8 @@ impl Core {
             if rapid {
                 self.motor.rapid(steps);
             } else {
+                #[cfg(feature = "stream")]
+                crate::stream::hold(self);
                 self.motor.line(steps, um, self.feed, self.effect.bits != 0);
             }
         }

@@ -11,6 +11,7 @@ use crate::flash::Image;
 use crate::vm::vm;
 use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::FRAME;
+use firmware::motion::scaled::Scaled;
 use firmware::verify::{self, Bytes, CODE, MACHINE};
 use lang::image::HEADER;
 use lang::isa::Op;
@@ -96,6 +97,27 @@ fn after(n: u8) -> u8 {
     if u16::from(n) + 1 == SLOTS { 0 } else { n + 1 }
 }
 
+/// What the blocks of a piece brake by, 0 where its host does not say: the slow point with which it
+/// begins, which is not executed.
+fn energy(n: u8) -> Option<Scaled> {
+    let piece = Image(slot(n));
+    let bits = u32::from(piece.byte(CODE + 3)) << 24 | u32::from(piece.word(CODE + 1)) << 8;
+    (piece.byte(CODE) == Op::Slow as u8).then_some(Scaled(bits))
+}
+
+/// The path may count on a piece, which begins, alone.
+fn count(core: &mut Core, n: u8) {
+    core.motor.hold(energy(n).unwrap_or(Scaled::ZERO), Scaled::ZERO);
+}
+
+/// The path may count on the next piece when it is there.
+pub fn hold(core: &mut Core) {
+    let stream = stream();
+    if stream.owns && stream.begun != stream.accepted {
+        core.motor.hold_more(energy(stream.next).unwrap_or(Scaled::ZERO));
+    }
+}
+
 /// Whether the VM stands in a piece, not in the stored program.
 pub fn owns() -> bool {
     stream().owns
@@ -165,6 +187,10 @@ pub fn follow(core: &mut Core) -> bool {
     vm.flags = open;
     vm.handler = handler;
     core.effect_pc = vm.pc.wrapping_sub(1);
+    if energy(stream.next).is_some() {
+        vm.pc += 4;
+    }
+    count(core, stream.next);
     stream.next = after(stream.next);
     stream.begun = stream.begun.wrapping_add(1);
     stream.dry = false;
@@ -291,5 +317,7 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
     vm().handler = 0;
     follow(core);
     core.begun();
+    // The first slot is the first that runs.
+    count(core, 0);
     Ok(())
 }

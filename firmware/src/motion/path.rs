@@ -16,7 +16,8 @@
 //! that the squared speed may be so much here, less what the blocks from here on brake by, until the
 //! next slow point. One number of state then stands for a look-ahead without end. Such a block may end
 //! at a speed although nothing is known behind it, so it is kept back until the next block is there
-//! ([`Path::wants_block`]), whose corner it must obey.
+//! ([`Path::wants_block`]), whose corner it must obey. Where the blocks come over a link, a promise goes no
+//! further than what has arrived ([`Path::hold`]): a link that is late or lost ends in a ramp.
 
 use super::arc::{Arc, Walk};
 use super::math::{fraction, largest, signed, size};
@@ -157,6 +158,10 @@ pub struct Path {
     next: Option<Next>,
     /// Squared speed that slow points allow at the end of the last block taken.
     rest2: Scaled,
+    /// What the blocks that surely follow it brake by...
+    held2: Scaled,
+    /// ... and those behind them.
+    more2: Scaled,
     /// Nothing joins the playing block and the waiting one, whatever was promised.
     last: bool,
     /// Steps ceased, or cease, at more than the start rate: a promise was not kept.
@@ -190,6 +195,8 @@ impl Path {
         stride: Scaled::ZERO,
         next: None,
         rest2: Scaled::ZERO,
+        held2: Scaled::MAX,
+        more2: Scaled::ZERO,
         last: false,
         torn: false,
     };
@@ -234,8 +241,12 @@ impl Path {
         }
         self.last = false;
         let rapid = matches!(feed, Feed::Rapid);
-        self.rest2 = if exact { Scaled::ZERO } else { self.rest2.minus(geometry.energy()) };
-        self.next = Some(Next { shape, geometry, rapid, exact, promise: self.rest2 });
+        let energy = geometry.energy();
+        self.rest2 = if exact { Scaled::ZERO } else { self.rest2.minus(energy) };
+        if !rapid && self.held2 != Scaled::MAX {
+            self.held2 = self.held2.minus(energy);
+        }
+        self.next = Some(Next { shape, geometry, rapid, exact, promise: self.known2() });
         true
     }
 
@@ -244,6 +255,25 @@ impl Path {
     /// holds. Whoever says so knows that blocks follow until a rest is possible.
     pub fn slow(&mut self, bound2: Scaled) {
         self.rest2 = self.rest2.most(bound2);
+    }
+
+    /// Blocks that brake by `held2` follow the last one taken, and then others that do by `more2`: slow
+    /// points may promise no more than can be braked over them. The first one holds less what each block
+    /// takes of it, until this is called again; `Scaled::MAX` where everything is there.
+    pub fn hold(&mut self, held2: Scaled, more2: Scaled) {
+        self.held2 = held2;
+        self.more2 = more2;
+    }
+
+    /// More blocks have come behind those that are there: see [`Path::hold`].
+    pub fn hold_more(&mut self, more2: Scaled) {
+        self.more2 = more2;
+    }
+
+    /// Squared speed that slow points allow at the end of the last block taken, and that can be braked
+    /// from over what is there.
+    fn known2(&self) -> Scaled {
+        self.rest2.least(self.held2.plus(self.more2))
     }
 
     /// Whether the rest of the playing block waits for the next block: it is to end at more than its
@@ -461,8 +491,9 @@ impl Path {
     fn join(&mut self, next: &Geometry) {
         // What the next block can brake from by itself, or what slow points know.
         let start2 = next.start2();
-        let reach = start2.plus(next.energy()).most(self.rest2);
-        let corner2 = next.corner2(&self.unit, self.length, self.feed, self.corner);
+        let reach = start2.plus(next.energy()).most(self.known2());
+        let planning = if self.held2 == Scaled::MAX { PLANNING } else { FED };
+        let corner2 = next.corner2(&self.unit, self.length, self.feed, self.corner, planning);
         let exit2 = corner2.least(reach).most(self.limits.start2);
         let gain = exit2.minus(self.exit2);
         self.limits.exit2 = self.limits.exit2.plus(gain);
@@ -476,8 +507,11 @@ impl Path {
 /// 1
 const ONE: Scaled = Scaled::constant(1);
 /// What the board's main loop takes to evaluate and plan a line while it answers a host, us: 2 000 to
-/// 2 330 measured without, and 300 for the link...
-const PLANNING: Scaled = Scaled::constant(2_600);
+/// 2 330 measured without, 400 for a line of a curve, and 300 for the link...
+pub const PLANNING: Scaled = Scaled::constant(3_000);
+/// ... and the same while the host feeds it lines: the check of a piece that arrives stops the planner for
+/// 6 to 7 ms, and no more than one block is planned behind the playing one...
+pub const FED: Scaled = Scaled::constant(11_000);
 /// ... and what each step event takes of it meanwhile: 212 cycles.
 const EVENT: Scaled = Scaled::constant(14);
 /// 1 000 000
@@ -554,8 +588,16 @@ impl Geometry {
 
     /// Square of the speed at which this block may follow one of some length, um, that ends in direction
     /// `unit` and runs at `feed`, um/s: by the corner between them, `corner` um at most from the path, by
-    /// both lengths and feeds, and by what the chip needs to plan a block. Not by what can be braked over.
-    pub fn corner2(&self, unit: &[i16; 3], length: Scaled, feed: Scaled, corner: u16) -> Scaled {
+    /// both lengths and feeds, and by what the chip needs to plan a block ([`PLANNING`] or [`FED`]). Not by
+    /// what can be braked over.
+    pub fn corner2(
+        &self,
+        unit: &[i16; 3],
+        length: Scaled,
+        feed: Scaled,
+        corner: u16,
+        planning: Scaled,
+    ) -> Scaled {
         // Half the difference of the unit vectors is the sine q of half the deflection, c its
         // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
         let mut turn = Scaled::ZERO;
@@ -564,7 +606,7 @@ impl Geometry {
             turn = turn.plus(d.square());
         }
         // What lasts as long as the block after it takes to plan.
-        let time = self.events.times(EVENT).plus(PLANNING);
+        let time = self.events.times(EVENT).plus(planning);
         let feed = feed.least(self.feed).least(self.length.times(MILLION).over(time));
         let feed2 = feed.square();
         if turn == Scaled::ZERO {

@@ -159,7 +159,7 @@ impl Stand {
             rig.board().record(true);
             Judge::new(&self.profile, rig.plant())
         };
-        let outcome = super::stream::feed(self, compiled)?;
+        let outcome = super::stream::feed(self, &self.profile.clone(), compiled)?;
         let mut rig = self.rig.borrow_mut();
         rig.board().record(false);
         let edges = rig.board().take_edges();

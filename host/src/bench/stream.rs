@@ -2,6 +2,7 @@
 
 use lang::back::{self, Compiled};
 use lang::profile::Profile;
+use lang::record::feature;
 
 use super::code::program;
 use super::stand::Stand;
@@ -86,7 +87,7 @@ fn handler() -> Result<f64, String> {
     let mut stand = Stand::in_world(&checked.profile, &world)?;
     let rig = stand.rig();
     rig.borrow_mut().begin();
-    feed(&mut stand, &compiled)?;
+    feed(&mut stand, &checked.profile, &compiled)?;
     let rising = |edges: Vec<(u64, i32, bool)>, n: i32| -> Vec<u64> {
         edges.into_iter().filter(|edge| edge.1 == n && edge.2).map(|edge| edge.0).collect()
     };
@@ -106,17 +107,25 @@ fn stream(raster: &str, lines: u32, profile: &Profile) -> Result<(f64, u16), Str
     checked.profile = profile.clone();
     let compiled = back::compile(&checked).map_err(|excesses| format!("{excesses:?}"))?;
     let mut stand = Stand::new(profile)?;
-    let outcome = feed(&mut stand, &compiled)?;
+    let outcome = feed(&mut stand, profile, &compiled)?;
     Ok((f64::from(lines) / outcome.time.as_secs_f64(), outcome.starved))
 }
 
 /// Streams a job to its end.
-pub(super) fn feed(stand: &mut Stand, compiled: &Compiled) -> Result<Outcome, String> {
+pub(super) fn feed(
+    stand: &mut Stand,
+    profile: &Profile,
+    compiled: &Compiled,
+) -> Result<Outcome, String> {
+    let identity = stand.identity()?;
     let client = stand.client();
     let slots = client.stream_slots().map_err(|error| error.to_string())?;
     let slots = slots.ok_or("the board cannot stream")?;
     let feed = Feed::new(compiled).map_err(|refused| refused.text)?;
     let mut job = Job::new(feed, slots.bytes.into());
+    if identity.features & feature::SLOW != 0 {
+        job.look_ahead(profile);
+    }
     let outcome = pump::run(client, &mut job, slots, &mut |_| None, &mut |_| ())
         .map_err(|error| error.to_string())?;
     if outcome.end != lang::wire::End::Done {

@@ -8,10 +8,14 @@
 //! by, and an instruction that raises it behind a slow point ([`points`]): two for 1000 chords.
 //!
 //! A program that looks at inputs, times or KEEP values may go another way than the one followed: it
-//! gets none, and runs with the chip's own look-ahead.
+//! gets none, and runs with the chip's own look-ahead. A streamed job gets them piece by piece, up to where
+//! it asks the board for something ([`ahead`]).
 
+pub mod ahead;
 mod points;
 mod tour;
+
+pub use points::operand;
 
 use crate::client::identity::Identity;
 use crate::stream::feed::{Feed, Step};
@@ -82,7 +86,7 @@ fn slow_points(program: &Program, plain: &Compiled) -> SlowPoints {
         return SlowPoints::new();
     }
     let record = MachineRecord::of(&program.profile);
-    match tour::follow(program, plain, &record) {
+    match tour::follow(program, plain) {
         Some(stops) => points::find(&stops, record.corner),
         None => SlowPoints::new(),
     }

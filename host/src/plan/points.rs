@@ -2,9 +2,9 @@
 //!
 //! All speeds here are squares, (um/s)^2.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
-use firmware::motion::path::Geometry;
+use firmware::motion::path::{Geometry, PLANNING};
 use firmware::motion::scaled::Scaled;
 use lang::back::SlowPoints;
 
@@ -24,12 +24,22 @@ const EXACT: f64 = 1.0001;
 /// Attempts to lower bounds that the chip's arithmetic takes too high.
 const ATTEMPTS: usize = 64;
 
+/// What bounds corners beside their shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// Corner tolerance, um.
+    pub corner: u16,
+    /// Time that the chip takes to plan a block, us.
+    pub planning: Scaled,
+}
+
 /// A block of a path, with what binds behind it.
 #[derive(Clone, Debug)]
-struct Leg {
+pub struct Leg {
     /// Statements that begin between the block or rest before it and it: places for a slow point.
     places: Vec<usize>,
-    energy: Scaled,
+    /// What it brakes by.
+    pub energy: Scaled,
     /// What the chip brakes to where it knows nothing.
     start2: f64,
     /// At its beginning, by everything ahead.
@@ -44,13 +54,20 @@ struct Leg {
     top2: f64,
 }
 
+impl Leg {
+    /// At its beginning, by everything ahead, no higher than what is worth saying.
+    fn offer(&self) -> f64 {
+        self.bound2.min(HIGHEST * self.top2)
+    }
+}
+
 /// The value of a scaled number.
-fn real(of: Scaled) -> f64 {
+pub fn real(of: Scaled) -> f64 {
     f64::from(of.0 & 0x00FF_FFFF) * 2f64.powi((of.0 >> 24) as i32 - 128)
 }
 
 /// The operand of `slow`: the largest that is not above `value`.
-fn operand(value: f64) -> [u8; 3] {
+pub fn operand(value: f64) -> [u8; 3] {
     let exponent = value.log2().floor() as i32 + 1;
     let mantissa = (value * 2f64.powi(16 - exponent)).floor().min(65_535.0) as u16;
     let [low, high] = mantissa.to_le_bytes();
@@ -58,17 +75,17 @@ fn operand(value: f64) -> [u8; 3] {
 }
 
 /// The bound that an operand says.
-fn bound(operand: [u8; 3]) -> Scaled {
+pub fn bound(operand: [u8; 3]) -> Scaled {
     Scaled(u32::from_le_bytes([0, operand[0], operand[1], operand[2]]))
 }
 
 /// Slow points for everything that was executed; `corner` is the corner tolerance in um.
 pub fn find(stops: &[Stop], corner: u16) -> SlowPoints {
-    let (legs, empty) = legs(stops, corner);
+    let (legs, empty) = legs(stops, Rule { corner, planning: PLANNING });
     // A place that is come to several times may say what holds each time.
     let mut least: BTreeMap<usize, f64> = BTreeMap::new();
     for leg in &legs {
-        let bound2 = leg.bound2.min(HIGHEST * leg.top2);
+        let bound2 = leg.offer();
         for place in &leg.places {
             let least = least.entry(*place).or_insert(f64::INFINITY);
             *least = least.min(bound2);
@@ -92,7 +109,7 @@ pub fn find(stops: &[Stop], corner: u16) -> SlowPoints {
 }
 
 /// The blocks of all paths, and the statements behind which no block follows at least once.
-fn legs(stops: &[Stop], corner: u16) -> (Vec<Leg>, Vec<usize>) {
+fn legs(stops: &[Stop], rule: Rule) -> (Vec<Leg>, Vec<usize>) {
     let mut legs: Vec<Leg> = Vec::new();
     let mut empty = Vec::new();
     let mut places = Vec::new();
@@ -105,23 +122,25 @@ fn legs(stops: &[Stop], corner: u16) -> (Vec<Leg>, Vec<usize>) {
             }
             Stop::Rest => {
                 empty.append(&mut places);
-                plan(&mut path, corner, &mut legs);
+                plan(&mut path, rule, &mut legs);
             }
         }
     }
     empty.append(&mut places);
-    plan(&mut path, corner, &mut legs);
+    plan(&mut path, rule, &mut legs);
     (legs, empty)
 }
 
-/// The legs of one path, which is taken.
-fn plan(path: &mut Vec<(Geometry, [i16; 3], Vec<usize>)>, corner: u16, legs: &mut Vec<Leg>) {
+/// The legs of one path, which is taken: blocks with their directions at their ends and the places before
+/// them.
+pub fn plan(path: &mut Vec<(Geometry, [i16; 3], Vec<usize>)>, rule: Rule, legs: &mut Vec<Leg>) {
     let top2 = path.iter().map(|(own, ..)| real(own.feed2())).fold(0.0, f64::max);
     let corners: Vec<f64> = path
         .windows(2)
         .map(|pair| {
             let [(own, unit, _), (next, ..)] = pair else { return 0.0 };
-            real(next.corner2(unit, own.length(), own.speed(), corner)).max(real(own.start2()))
+            real(next.corner2(unit, own.length(), own.speed(), rule.corner, rule.planning))
+                .max(real(own.start2()))
         })
         .collect();
     let first = legs.len();
@@ -162,13 +181,12 @@ fn choose(legs: &[Leg], least: &BTreeMap<usize, f64>) -> SlowPoints {
                 rest = Scaled::ZERO;
                 continue;
             }
-            let own = legs.get(index + 1).map_or(0.0, |next| real(next.energy) + next.start2);
-            let has = |rest: Scaled| real(rest.minus(leg.energy)).max(own).max(leg.start2);
+            let next = legs.get(index + 1);
             let offers = leg.places.iter().filter_map(|place| Some((*place, *least.get(place)?)));
             let best = offers.max_by(|left, right| left.1.total_cmp(&right.1));
             if let Some((place, offered)) = best.filter(|(_, offered)| *offered >= 1.0) {
                 let raised = rest.most(bound(operand(offered)));
-                if has(rest) < WORTH * leg.want2 && has(raised) > GAIN * has(rest) {
+                if is_worth(leg, next, rest, raised) {
                     slow.insert(place, operand(offered));
                     rest = raised;
                     grown = true;
@@ -178,6 +196,35 @@ fn choose(legs: &[Leg], least: &BTreeMap<usize, f64>) -> SlowPoints {
         }
     }
     slow
+}
+
+/// Whether a corner would be taken much slower than it may be with this bound, and less so with that one.
+fn is_worth(leg: &Leg, next: Option<&Leg>, rest: Scaled, raised: Scaled) -> bool {
+    let own = next.map_or(0.0, |next| real(next.energy) + next.start2);
+    let has = |rest: Scaled| real(rest.minus(leg.energy)).max(own).max(leg.start2);
+    has(rest) < WORTH * leg.want2 && has(raised) > GAIN * has(rest)
+}
+
+/// The slow point that belongs before the first of these legs of one path, if any: `rest` is what the chip
+/// may have there without it.
+pub fn before(legs: &VecDeque<Leg>, rest: Scaled) -> Option<[u8; 3]> {
+    let leg = legs.front().filter(|leg| !leg.last)?;
+    let mut offered = leg.offer();
+    for _ in 0..ATTEMPTS {
+        let said = Some(offered).filter(|offered| *offered >= 1.0).map(operand)?;
+        let raised = rest.most(bound(said));
+        if !is_worth(leg, legs.get(1), rest, raised) {
+            return None;
+        }
+        let mut left = raised;
+        let excess = legs.iter().find_map(|leg| {
+            left = left.minus(leg.energy);
+            (real(left) > leg.pass2 * EXACT).then(|| real(left) - leg.pass2)
+        });
+        let Some(excess) = excess else { return Some(said) };
+        offered = (offered - 1.1 * excess) * (1.0 - 1.0 / 32_768.0);
+    }
+    None
 }
 
 /// The place whose bound lets the chip, in its own arithmetic, come faster somewhere than what lies

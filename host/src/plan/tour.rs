@@ -9,6 +9,7 @@ use lang::back::Compiled;
 use lang::effect::{Effect, Frame, Rate, Read};
 use lang::hir::Program;
 use lang::place::Place;
+use lang::profile::Profile;
 use lang::record::MachineRecord;
 
 use crate::sim::machine::path::arc_between;
@@ -32,8 +33,9 @@ pub const MOST_EFFECTS: usize = 1_000_000;
 const MOST_THOUGHT: usize = 5_000;
 
 /// What is known of the axes while a path is followed.
-struct Tour<'a> {
-    record: &'a MachineRecord,
+#[derive(Debug)]
+pub struct Tour {
+    record: MachineRecord,
     track: Track,
     /// The axis's commanded place is the one on the board.
     known: [bool; 3],
@@ -44,15 +46,9 @@ struct Tour<'a> {
 
 /// The program's blocks and rests in the order in which they are executed; of a program without an end
 /// up to where it does what it did before. `None` when that hangs on the outside or takes too long.
-pub fn follow(program: &Program, compiled: &Compiled, record: &MachineRecord) -> Option<Vec<Stop>> {
+pub fn follow(program: &Program, compiled: &Compiled) -> Option<Vec<Stop>> {
     let mut feed = Feed::new(compiled).ok()?;
-    let mut tour = Tour {
-        record,
-        track: Track::new(&program.profile, [0; 3], 0),
-        known: [false; 3],
-        lost: [false; 3],
-        stops: Vec::new(),
-    };
+    let mut tour = Tour::new(&program.profile);
     let statements = compiled.sidecar.statements.iter().enumerate();
     // Of statements without code the last one has what follows.
     let numbers: HashMap<usize, usize> = statements.map(|(number, pc)| (*pc, number)).collect();
@@ -93,7 +89,28 @@ pub fn follow(program: &Program, compiled: &Compiled, record: &MachineRecord) ->
     None
 }
 
-impl Tour<'_> {
+impl Tour {
+    /// Nothing is known of where the axes of a machine stand.
+    pub fn new(profile: &Profile) -> Tour {
+        Tour {
+            record: MachineRecord::of(profile),
+            track: Track::new(profile, [0; 3], 0),
+            known: [false; 3],
+            lost: [false; 3],
+            stops: Vec::new(),
+        }
+    }
+
+    /// What has been come through since the last call.
+    pub fn take_stops(&mut self) -> Vec<Stop> {
+        std::mem::take(&mut self.stops)
+    }
+
+    /// Deviation that a corner may have, um.
+    pub fn corner(&self) -> u16 {
+        self.record.corner
+    }
+
     /// Everything that what comes hangs on, as a number.
     fn state(&self, feed: &Feed<'_>) -> u64 {
         let mut hasher = DefaultHasher::new();
@@ -112,7 +129,7 @@ impl Tour<'_> {
     }
 
     /// Follows an effect; gives its value, `None` where the program hangs on the outside from here on.
-    fn effect(&mut self, effect: &Effect) -> Option<i32> {
+    pub fn effect(&mut self, effect: &Effect) -> Option<i32> {
         let mut value = 0;
         match *effect {
             Effect::SetFeed(_) | Effect::SetSpindle(_) | Effect::Slow(_) => {

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use lang::effect::Effect;
 use lang::fault::Fault;
 use lang::isa::Op;
+use lang::profile::Profile;
 use lang::wire::Called;
 
 use super::check::{CHECK, fails};
@@ -12,6 +13,7 @@ use super::feed::{BUDGET, Feed, Moment, Refused, Step};
 use super::piece::{Piece, Writer, answers, failing};
 use super::place::Track;
 use crate::client::stream::Call;
+use crate::plan::ahead::Ahead;
 
 /// What stands at a place of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +69,8 @@ pub struct Job<'a> {
     /// The KEEP values with which statements were written, each with the count of statements
     /// before the first of them.
     keeps: VecDeque<(u64, Vec<i32>)>,
+    /// Its path ahead, for a board that takes slow points.
+    ahead: Option<Ahead<'a>>,
     /// It prints.
     pub prints: bool,
 }
@@ -87,7 +91,18 @@ impl<'a> Job<'a> {
             over: None,
             marks: VecDeque::new(),
             keeps,
+            ahead: None,
             prints: false,
+        }
+    }
+
+    /// Before the first piece, from the job's beginning, for a board that takes slow points: its path is
+    /// followed ahead of what is written. A job with handlers goes on as it is: what comes next hangs on
+    /// when they are called.
+    pub fn look_ahead(&mut self, profile: &Profile) {
+        if !self.feed.has_handlers() {
+            self.writer.count_energy();
+            self.ahead = Some(Ahead::new(self.feed.clone(), profile));
         }
     }
 
@@ -175,6 +190,9 @@ impl<'a> Job<'a> {
     pub fn answer(&mut self, value: i32) {
         self.feed.complete(value);
         self.waits = false;
+        if let Some(ahead) = &mut self.ahead {
+            ahead.resume(self.feed.clone());
+        }
     }
 
     /// How the program has ended, once it has.
@@ -243,6 +261,15 @@ impl<'a> Job<'a> {
     /// Writes an effect, or as much of its text as the piece holds; `None` when it is full, otherwise
     /// whether it asks.
     fn effect(&mut self, effect: &Effect, line: u32) -> Option<bool> {
+        if let Some(ahead) = &mut self.ahead
+            && let Some(operand) = ahead.slow(effect)
+        {
+            let [low, high, exponent] = operand;
+            if !self.writer.put_control(line, &[Op::Slow.code(), low, high, exponent]) {
+                return None;
+            }
+            ahead.said(operand);
+        }
         let (values, code, text) = self.feed.instruction(effect);
         let asks = answers(effect);
         loop {
@@ -268,6 +295,9 @@ impl<'a> Job<'a> {
             self.printed += part.map_or(0, <[u8]>::len);
         }
         self.printed = 0;
+        if let Some(ahead) = &mut self.ahead {
+            self.writer.add_energy(ahead.passed());
+        }
         self.note_keeps();
         self.prints |= *effect == Effect::PrintEnd;
         if !asks {

@@ -8,6 +8,8 @@ use lang::isa::Op;
 use lang::record::{MachineRecord, feature};
 use lang::vm::effects::MAX_ARGUMENTS;
 
+use crate::plan::operand;
+
 /// Features that change how a piece is run; a board refuses the others.
 const FEATURES: u16 = feature::INTERPOLATE | feature::START | feature::ARC | feature::EVENTS;
 
@@ -69,6 +71,8 @@ pub struct Writer {
     id: u64,
     /// The next piece answers a call.
     answers: bool,
+    /// Pieces begin with what their blocks brake by, (um/s)^2: so much so far.
+    energy: Option<f64>,
 }
 
 impl Writer {
@@ -92,6 +96,27 @@ impl Writer {
             count: 0,
             id: 0,
             answers: false,
+            energy: None,
+        }
+    }
+
+    /// From now on every piece begins with a slow point that says what its blocks brake by: a board that is
+    /// fed too slowly comes to rest with what it has.
+    pub fn count_energy(&mut self) {
+        self.energy = Some(0.0);
+    }
+
+    /// The block that was written last brakes by so much, (um/s)^2.
+    pub fn add_energy(&mut self, energy: f64) {
+        if let Some(sum) = &mut self.energy {
+            *sum += energy;
+        }
+    }
+
+    /// What stands before a piece's first statement.
+    fn open(&mut self) {
+        if self.code.is_empty() && self.energy.is_some() {
+            self.code.extend([Op::Slow.code(), 0, 0, 0]);
         }
     }
 
@@ -135,6 +160,7 @@ impl Writer {
         if !self.fits(bytes.len() + data) {
             return false;
         }
+        self.open();
         self.place(line);
         self.count += 1;
         self.code.extend(bytes);
@@ -149,6 +175,7 @@ impl Writer {
     pub fn put_control(&mut self, line: u32, code: &[u8]) -> bool {
         let fits = self.fits(code.len());
         if fits {
+            self.open();
             self.place(line);
             self.code.extend(code);
         }
@@ -160,8 +187,9 @@ impl Writer {
         if self.answers && used > 0 && used + bytes > ANSWER {
             return false;
         }
+        let opened = if self.code.is_empty() && self.energy.is_some() { 4 } else { 0 };
         // One byte for the end, two for a value that is kept.
-        self.code.len() + self.data.len() + bytes + 3 <= self.room
+        self.code.len() + self.data.len() + opened + bytes + 3 <= self.room
     }
 
     /// What follows in the piece is a place of its own.
@@ -188,6 +216,14 @@ impl Writer {
             self.code.push(Op::Store.code());
         }
         self.code.push(Op::End.code());
+        if let Some(energy) = &mut self.energy
+            && self.code.len() > 4
+        {
+            // No more than the sum, which the board takes from block by block in numbers of 24 bits.
+            let sum = 0.9999 * std::mem::take(energy);
+            let said = if sum < 1.0 { [0; 3] } else { operand(sum) };
+            self.code[1..4].copy_from_slice(&said);
+        }
         let body = self.code.len() + self.data.len();
         let answers = std::mem::take(&mut self.answers);
         let header = Header {

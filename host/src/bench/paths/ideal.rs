@@ -21,8 +21,6 @@ struct Axis {
     top: f64,
     accel: f64,
     decel: f64,
-    /// Length of a step.
-    step: f64,
 }
 
 /// A machine as its profile has it.
@@ -87,23 +85,10 @@ impl Machine {
                     top: um(own.top_rate),
                     accel: um(own.accel),
                     decel: um(own.decel.unwrap_or(own.accel)),
-                    step,
                 }
             })
         });
         Machine { axes, corner_um: f64::from(profile.corner_um) }
-    }
-
-    /// The legs as the motors can take them: lines end on whole steps.
-    pub fn in_steps(&self, legs: &[Leg]) -> Vec<Leg> {
-        let whole = |leg: &Leg| {
-            let to = std::array::from_fn(|n| {
-                let step = self.axes[n].map_or(1.0, |axis| axis.step);
-                if leg.kind == Kind::Arc { leg.to[n] } else { (leg.to[n] / step).round() * step }
-            });
-            Leg { to, ..*leg }
-        };
-        legs.iter().map(whole).collect()
     }
 
     /// The least time of the legs, which begin at 0.

@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use lang::axis::Axis;
 use lang::back::Compiled;
 use lang::hir::Storage;
+use lang::record::feature;
 use lang::wire::{Control, End, RunState};
 use serde_json::json;
 
@@ -150,6 +151,10 @@ impl Stream {
         feed.set_keeps(keeps.values());
         let whole = feed.clone();
         let mut job = Job::new(feed, slots.bytes.into());
+        // In the middle of a job it is not known how the axes came there.
+        if self.from_line <= 1 && board.identity()?.features & feature::SLOW != 0 {
+            job.look_ahead(profile);
+        }
         let checked = if self.from_line > 1 {
             let mut track = Track::new(profile, [0; 3], 0);
             job.skip((self.from_line, self.pass), &mut track, standing.steps)
