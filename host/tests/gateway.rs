@@ -9,21 +9,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use common::Board;
-
-/// Whether a program of the system can be started.
-fn has(program: &str, args: &[&str]) -> bool {
-    let found = Command::new(program)
-        .args(args)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status()
-        .is_ok_and(|status| status.success());
-    if !found {
-        eprintln!("{program} {args:?} does not run here: its test is left out");
-    }
-    found
-}
+use common::{Board, has};
 
 /// A gateway that runs until it is dropped.
 struct Gateway {

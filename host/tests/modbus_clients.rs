@@ -9,24 +9,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use common::Board;
+use common::{Board, has};
 
 /// Every master talks to both chips.
 const PARTS: [&str; 2] = ["g2553", "virtual"];
-
-/// Whether a program of the system can be started.
-fn has(program: &str, args: &[&str]) -> bool {
-    let found = Command::new(program)
-        .args(args)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status()
-        .is_ok_and(|status| status.success());
-    if !found {
-        eprintln!("{program} {args:?} does not run here: its test is left out");
-    }
-    found
-}
 
 /// Runs mbpoll once and gives what it printed.
 fn mbpoll(port: &Path, args: &[&str]) -> String {

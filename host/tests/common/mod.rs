@@ -97,3 +97,17 @@ pub fn sysfs(devices: &[(&str, &str, &str, String)]) -> TempDir {
     }
     root
 }
+
+/// Whether a program of the system can be started; says so when it cannot.
+pub fn has(program: &str, args: &[&str]) -> bool {
+    let found = Command::new(program)
+        .args(args)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success());
+    if !found {
+        eprintln!("{program} {args:?} does not run here: its test is left out");
+    }
+    found
+}
