@@ -62,10 +62,18 @@ pub trait Aimed {
     fn convert(&self, value: i32, to_steps: bool) -> Result<i32, Fault>;
 }
 
+/// Steps from one place to another.
+///
+/// # Errors
+/// F01 where they do not fit: a machine never moves to a wrapped position.
+pub fn way(from: i32, to: i32) -> Result<i32, Fault> {
+    to.checked_sub(from).ok_or(Fault::Overflow)
+}
+
 /// Where `target` lies for an axis.
 ///
 /// # Errors
-/// F20 for an axis that the machine lacks, F01, F05 outside the travel of a homed axis, F07 for an
+/// F20 for an axis that the machine lacks, F01 also for one 2^31 steps away or more, F05 outside the travel of a homed axis, F07 for an
 /// absolute word of one that must be homed first; in this order.
 #[inline]
 pub fn aim(axis: &impl Aimed, target: Target) -> Result<Place, Fault> {
@@ -88,6 +96,7 @@ pub fn aim(axis: &impl Aimed, target: Target) -> Result<Place, Fault> {
         um = base.checked_add(target.value).ok_or(Fault::Overflow)?;
         steps = axis.convert(um, true)?;
     }
+    way(axis.commanded().steps, steps)?;
     if axis.is_homed() {
         if um < record.min || um > record.max {
             return Err(Fault::SoftLimit);

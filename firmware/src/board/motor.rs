@@ -189,8 +189,11 @@ impl Motor {
         convert(n, um, true).ok()
     }
 
-    /// Whether a place lies within the travel of a homed axis.
+    /// Whether a place lies within the travel of a homed axis, and less than 2^31 steps away.
     pub fn within(&self, n: u8, steps: i32) -> bool {
+        if place::way(self.position(n), steps).is_err() {
+            return false;
+        }
         let (low, high) = (self.limit(n, true), self.limit(n, false));
         low.is_none_or(|low| steps >= low) && high.is_none_or(|high| steps <= high)
     }

@@ -9,7 +9,7 @@ use firmware::motion::single::steps_of;
 use firmware::motion::{Feed, Pace};
 use lang::fault::Fault;
 use lang::isa::{Op, SHORT_AXES, flags};
-use lang::place::{Place, Target};
+use lang::place::{Place, Target, way};
 use lang::record::FULL_POWER;
 use lang::wire::TraceKind;
 
@@ -98,6 +98,7 @@ impl Core {
                 self.motor.settle_here(n);
             }
             let place = self.motor.aim(n, target)?;
+            way(self.motor.position(n), place.steps)?;
             let distance = self.motor.command(n, place);
             if distance != 0 {
                 self.emit(TraceKind::Axe, n, 0);

@@ -63,9 +63,6 @@ const MISS_UM: Scaled = Scaled::constant(5);
 /// Radii stay below this, um, so that 1/256 um fit into 32 bits.
 const FAR_UM: u32 = 1 << 22;
 
-/// Positions stay below this, steps, so that 1/4096 steps fit into 32 bits.
-const FAR_STEPS: u32 = 1 << 18;
-
 impl Ends {
     /// Indices of the plane's axes.
     fn plane(&self) -> [usize; 2] {
@@ -77,7 +74,7 @@ impl Ends {
     ///
     /// # Errors
     /// F09: the end misses the circle by more than 5 um and 0.1 % of the radius, or the radius is
-    /// 0 or above 4 m, or a position beyond 262 144 steps.
+    /// 0 or above 4 m.
     pub fn around(&self, offset: [i32; 2]) -> Result<Arc, Fault> {
         let axes = self.plane();
         let mut arc = Arc {
@@ -99,11 +96,6 @@ impl Ends {
             arc.from[i] = from.checked_sub(center).ok_or(Fault::Arc)?;
             arc.to[i] = self.to_um[axes[i]].checked_sub(center).ok_or(Fault::Arc)?;
             if size(arc.from[i]) > FAR_UM || size(arc.to[i]) > FAR_UM {
-                return Err(Fault::Arc);
-            }
-        }
-        for n in 0..3 {
-            if size(self.start[n]) > FAR_STEPS || size(self.end[n]) > FAR_STEPS {
                 return Err(Fault::Arc);
             }
         }
@@ -316,9 +308,11 @@ pub struct Walk {
     versine: i32,
     chord: u16,
     chords: u16,
-    /// Where the axes are, steps from the arc's start.
-    steps: [i32; 3],
-    /// Where they should be, 1/4096 step from the arc's start.
+    /// Whole steps that the axes have to go to the arc's end.
+    rest: [i32; 3],
+    /// How far the end of the chord before is ahead of the axes' whole steps, 1/4096 step.
+    goal: [i32; 3],
+    /// The same of where the motion along that chord has really come to.
     exact: [i32; 3],
 }
 
@@ -336,6 +330,14 @@ fn fine(axis: &AxisRecord, um_256: i32) -> i32 {
     signed(((fine >> 1).wrapping_add(fine & 1)) as i32, um_256)
 }
 
+/// By how many 1/4096 `value * times / over` is ahead of the whole number next to it, `whole`.
+fn ahead(value: i32, times: u32, over: u32, whole: i32) -> i32 {
+    let below = mul_div(size(value), times, over);
+    let rest = size(value).wrapping_mul(times).wrapping_sub(below.wrapping_mul(over));
+    let part = mul_div(rest, 1 << FINE, over) as i32;
+    (signed(below as i32, value).wrapping_sub(whole) << FINE) + signed(part, value)
+}
+
 impl Walk {
     /// At the beginning of an arc.
     pub fn new(axes: &[AxisRecord; 3], arc: &Arc) -> Walk {
@@ -349,6 +351,16 @@ impl Walk {
         let (sine, mut versine) = sine(sweep / u32::from(chords));
         // The radius grows by the end's miss, in equal parts.
         let end = distance(arc.to);
+        let mut goal = [0; 3];
+        let mut rest = [0; 3];
+        for (i, n) in arc.axes().into_iter().enumerate() {
+            rest[n] = arc.end[n].wrapping_sub(arc.start[n]);
+            if let (Some(center), Some(from)) = (arc.center.get(i), arc.from.get(i)) {
+                // The start's whole step is not quite where the arc begins.
+                let um = center.wrapping_add(*from);
+                goal[n] = ahead(um, axes[n].steps.into(), axes[n].um.into(), arc.start[n]);
+            }
+        }
         let per =
             |d: Scaled| d.over(radius).over(Scaled::new(chords.into())).shifted(32).floor() as i32;
         versine -= per(end.minus(radius)) - per(radius.minus(end));
@@ -359,9 +371,15 @@ impl Walk {
             versine,
             chord: 0,
             chords,
-            steps: [0; 3],
+            rest,
+            goal,
             exact: [0; 3],
         }
+    }
+
+    /// How many chords the arc is made of.
+    pub fn chords(&self) -> u16 {
+        self.chords
     }
 
     /// The next chord with any steps; `None` at the end.
@@ -378,10 +396,11 @@ impl Walk {
         None
     }
 
-    /// The next point, 1/4096 step from the arc's start: turned by a chord, or the end.
+    /// The next point, ahead of the axes' whole steps by so many 1/4096 steps: turned by a chord, or the end.
+    #[expect(clippy::needless_range_loop, reason = "an iterator costs flash on the chip")]
     fn target(&mut self, axes: &[AxisRecord; 3], last: bool) -> [i32; 3] {
         let [x, y] = self.point;
-        self.point = if last {
+        let point = if last {
             [self.arc.to[0] << 8, self.arc.to[1] << 8]
         } else {
             [
@@ -390,22 +409,22 @@ impl Walk {
             ]
         };
         let [a, b, c] = self.arc.axes();
-        let mut target = [0; 3];
         for i in 0..2 {
             let n = if i == 0 { a } else { b };
-            // From the start's whole step, which is not quite where the arc begins.
-            let um = (self.arc.center[i] << 8).wrapping_add(self.point[i]);
-            target[n] = fine(&axes[n], um).wrapping_sub(self.arc.start[n] << FINE);
+            // Chord by chord: from the machine's zero it would not fit.
+            let chord = fine(&axes[n], point[i].wrapping_sub(self.point[i]));
+            self.goal[n] = self.goal[n].wrapping_add(chord);
             if last {
                 // Within half a step of the end's whole step, so that it rounds to that.
-                let end = self.arc.end[n].wrapping_sub(self.arc.start[n]) << FINE;
-                target[n] = target[n].clamp(end - 2000, end + 2000);
+                let end = self.rest[n] << FINE;
+                self.goal[n] = self.goal[n].clamp(end - 2000, end + 2000);
             }
         }
+        self.point = point;
         let rise = self.arc.end[c].wrapping_sub(self.arc.start[c]);
-        let part = mul_div(size(rise), u32::from(self.chord) << FINE, self.chords.into());
-        target[c] = signed(part as i32, rise);
-        target
+        let made = rise.wrapping_sub(self.rest[c]);
+        self.goal[c] = ahead(rise, self.chord.into(), self.chords.into(), made);
+        self.goal
     }
 
     /// A chord from where the axes are to `target`; the last one ends on its steps.
@@ -416,12 +435,7 @@ impl Walk {
         let mut longest = 0;
         for n in 0..3 {
             chord.delta[n] = target[n].wrapping_sub(self.exact[n]);
-            let length = if last {
-                let end = self.arc.end[n].wrapping_sub(self.arc.start[n]);
-                size(end.wrapping_sub(self.steps[n])) << FINE
-            } else {
-                size(chord.delta[n])
-            };
+            let length = if last { size(self.rest[n]) << FINE } else { size(chord.delta[n]) };
             longest = longest.max(length);
         }
         chord.events = (longest + (1 << (FINE - 1))) >> FINE;
@@ -433,17 +447,17 @@ impl Walk {
         for n in 0..3 {
             let delta = chord.delta[n];
             let length = size(delta);
-            let end = self.arc.end[n].wrapping_sub(self.arc.start[n]);
-            let whole_way = last && size(end.wrapping_sub(self.steps[n])) == chord.events;
+            let whole_way = last && size(self.rest[n]) == chord.events;
             let inc = if whole_way { u32::MAX } else { fraction(length, over) };
             // The axis is off its whole step by this; the accumulator continues from there.
-            let off = self.exact[n].wrapping_sub(self.steps[n] << FINE);
-            let off = signed(off, delta);
+            let off = signed(self.exact[n], delta);
             let acc = (0x8000 + (off << 4)).clamp(1, 0xFFFF) as u16;
             let steps = carries(acc, inc, chord.events) as i32;
             let moved = if inc == u32::MAX { whole } else { mul_div(length, whole, over) } as i32;
-            self.steps[n] += signed(steps, delta);
-            self.exact[n] += signed(moved, delta);
+            let steps = signed(steps, delta);
+            self.rest[n] = self.rest[n].wrapping_sub(steps);
+            self.goal[n] -= steps << FINE;
+            self.exact[n] += signed(moved, delta) - (steps << FINE);
             chord.inc[n] = inc;
             chord.acc[n] = acc;
         }

@@ -134,6 +134,8 @@ pub struct Path {
     /// Corner tolerance, um.
     corner: u16,
     walk: Option<Walk>,
+    /// Length of each of its chords, um.
+    stride: Scaled,
     next: Option<Next>,
 }
 
@@ -160,6 +162,7 @@ impl Path {
         rapid: false,
         corner: 0,
         walk: None,
+        stride: Scaled::ZERO,
         next: None,
     };
 
@@ -306,7 +309,9 @@ impl Path {
             }
             Shape::Arc(arc) => {
                 self.unit = tangent(&arc, g.length, true);
-                self.walk = Some(Walk::new(axes, &arc));
+                let walk = Walk::new(axes, &arc);
+                self.stride = g.length.over(Scaled::new(walk.chords().into()));
+                self.walk = Some(walk);
                 self.active = self.chord(axes);
             }
         }
@@ -331,11 +336,13 @@ impl Path {
         self.acc = chord.acc;
         self.begin = true;
         self.run.left = chord.events;
-        self.limits.set_pitch(length.over(chord.span()), self.accel, self.decel);
-        self.limits.exit2 = self.exit2.plus(
-            // What can be braked over the chords that follow, all of this one's length.
-            self.limits.decel2.times(chord.span()).times(Scaled::new(chord.after.into())),
-        );
+        let pitch = length.over(chord.span());
+        self.limits.set_pitch(pitch, self.accel, self.decel);
+        // What can be braked over the chords that follow, of which the whole steps of this one take a
+        // part or leave one.
+        let rest = self.stride.over(pitch).times(Scaled::new(chord.after.into()));
+        let rest = rest.plus(chord.span()).minus(Scaled::new(chord.events));
+        self.limits.exit2 = self.exit2.plus(self.limits.decel2.times(rest));
         true
     }
 
@@ -476,7 +483,7 @@ fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
             // takes to plan. Its square is 0.8 r steps (0.1 steps of sagitta).
             let per_step = to_um(&axes[a], ONE).least(to_um(&axes[b], ONE));
             let bend = g.accel.least(g.decel).least(per_step.times(CHORDS));
-            g.feed = bend.times(arc.radius).root();
+            g.top = g.top.least(bend.times(arc.radius).root());
             if rise.0 != 0 {
                 g.limit(&axes[c], g.length.over(rise));
             }

@@ -136,16 +136,16 @@ impl Run {
         v2 = v2.least(limits.exit2.plus(limits.decel2.times(Scaled::new(self.left))));
         // At a constant speed, most of the time of a long move, one root and one division do.
         let v1 = if v2 == self.v2 { v0 } else { v2.root() };
-        let (slow, fast) = if v1 < v0 { (v1, v0) } else { (v0, v1) };
-        let sub = limits.tick.exponent_over(slow).saturating_sub(LONGEST).clamp(0, 15);
-        let shortest = limits.tick.over(fast).shifted(16 - sub).floor();
+        let sum = v0.plus(v1);
+        let sub = LONGEST.saturating_sub(sum.exponent_over(limits.tick)).clamp(0, 15);
+        let shortest = limits.tick.over(v0.most(v1)).shifted(16 - sub).floor();
         let events = n << sub;
         out.events = events;
         out.mask = (1 << sub) - 1;
         out.interval = shortest;
         out.dif = 0;
         if v2 != self.v2 {
-            let middle = limits.tick.over(v0.plus(v1)).shifted(17 - sub).floor();
+            let middle = limits.tick.over(sum).shifted(17 - sub).floor();
             let span = 2 * middle.saturating_sub(shortest);
             let change = span / u32::from(events);
             out.interval = shortest + change / 2;
@@ -159,22 +159,36 @@ impl Run {
         true
     }
 
-    /// Events of the next segment: a power of two that takes 4 to 8 ms at a constant speed, half
-    /// of that on a ramp, and there no more than changes the speed by about 1/32 (but 8 if time
-    /// allows), which keeps the linear interval within 5 % of constant acceleration. A remainder
-    /// below one and a half of it is taken at once.
+    /// Events of the next segment: a power of two that takes 4 to 8 ms while the speed stays what it is,
+    /// half of that on a ramp and where the brake is near, and there no more than changes the speed by
+    /// about 1/32 (but 1 to 2 ms), which keeps the linear interval within 5 % of constant
+    /// acceleration. A remainder below one and a quarter of it is taken at once.
     fn slice(&self, limits: &Limits, v: Scaled, braking: bool) -> u16 {
         let mut exp = 15i8.saturating_sub(limits.tick.exponent_over(v));
-        if self.v2 == limits.nominal2 && !braking {
+        if self.v2 == limits.nominal2 && !braking && self.cruises(limits, exp.saturating_add(2)) {
             exp = exp.saturating_add(1);
         } else {
             let steep = limits.accel2.most(limits.decel2);
-            exp = exp.min(self.v2.exponent_over(steep).saturating_sub(4).max(3));
+            exp = exp.min(
+                (-5i8).saturating_sub(steep.exponent_over(self.v2)).max(exp.saturating_sub(1)),
+            );
         }
         let n = 1u16 << exp.clamp(0, 14);
-        if self.left <= u32::from(n + n / 2) { self.left as u16 } else { n }
+        if self.left <= u32::from(n + n / 4) { self.left as u16 } else { n }
+    }
+
+    /// Whether no brake begins within `2^exp` events.
+    fn cruises(&self, limits: &Limits, exp: i8) -> bool {
+        let runs_through = limits.exit2 > limits.start2 && limits.exit2 >= self.v2;
+        let brake = self.v2.over(limits.decel2);
+        runs_through || Scaled::new(self.left).minus(brake).exponent_over(ONE) >= exp
     }
 }
 
-/// Power of two below the longest interval, ticks: 32 767, for the engine's signed lateness test.
-const LONGEST: i8 = 14;
+/// 1
+const ONE: Scaled = Scaled::constant(1);
+
+/// The mean interval of a segment is twice the pitch's ticks over both speeds' sum, its longest one is
+/// less than twice that: below 2^15 ticks, for the engine's signed lateness test, when the sum over the
+/// ticks is at least 2 to this, and one less for each halving.
+const LONGEST: i8 = -13;

@@ -74,3 +74,73 @@ G83 X3 Z[250st] R[700st] Q4
 '@ line 300 0 250
 '@ rapid 300 0 700
 '= done 8
+'---
+' Words in brackets stay as literal ones do: constants of the cycle's own line.
+CONST CLEAR = 5mm
+CONST DEPTH = 3mm
+F300
+G0 Z20
+G99 G81 X0 Y0 R[CLEAR] Z[-DEPTH]
+X10
+G80
+'@ rapid 0 0 2000
+'@ rapid 0 0 500
+'@ line 0 0 -300
+'@ rapid 0 0 500
+'@ rapid 1000 0 500
+'@ line 1000 0 -300
+'@ rapid 1000 0 500
+'= done 8
+'---
+' A constant depth of each peck, for the second hole too.
+CONST PECK = 2mm
+F300
+G99 G83 X0 Y0 R1 Z-3 Q[PECK]
+X10
+G80
+'@ rapid 0 0 100
+'@ line 0 0 -100
+'@ rapid 0 0 100
+'@ rapid 0 0 -75
+'@ line 0 0 -300
+'@ rapid 0 0 100
+'@ rapid 1000 0 100
+'@ line 1000 0 -100
+'@ rapid 1000 0 100
+'@ rapid 1000 0 -75
+'@ line 1000 0 -300
+'@ rapid 1000 0 100
+'= done 6
+'---
+' A constant dwell: 2 s at the bottom of each hole.
+F300
+G99 G82 X0 Y0 R1 Z-3 P[2]
+X10
+G80
+IF TIMER() > 4s THEN PRINT "dwelt"
+'@ rapid 0 0 100
+'@ line 0 0 -300
+'@ rapid 0 0 100
+'@ rapid 1000 0 100
+'@ line 1000 0 -300
+'@ rapid 1000 0 100
+'> dwelt
+'= done 6
+'---
+' A CONST of a SUB stays with the cycle that the SUB began, as do its units.
+CONST DEPTH = 1mm
+F300
+Begin
+G21 X10
+G80
+SUB Begin
+  CONST DEPTH = 2mm
+  G21 G99 G81 X0 Y0 R1 Z[-DEPTH]
+END SUB
+'@ rapid 0 0 100
+'@ line 0 0 -200
+'@ rapid 0 0 100
+'@ rapid 1000 0 100
+'@ line 1000 0 -200
+'@ rapid 1000 0 100
+'= done 10

@@ -28,16 +28,23 @@ segment_none:
     F sub V2
     IF_NOT_NEGATIVE segment_none
 
-    /* r5 = events: 4 to 8 ms of them at a constant speed, half of that on a ramp, and there no more
-       than change the speed by about 1/32, or 8 */
+    /* r5 = events: 4 to 8 ms of them at a constant speed, half of that on a ramp and where the brake is
+       near, and there no more than change the speed by about 1/32, or 1 to 2 ms */
 2:  F load TICK
     F sub V
     DO segment_by_time
     F load V2
     F sub NOMINAL2, AXIS
     DO segment_sign
-    IF_EQUAL 4f
-    F load ACCEL2
+    IF_NOT_EQUAL 3f
+    F load V2
+    F over DECEL2
+    F store TEMP
+    F load LEFT, NEW
+    F minus TEMP
+    CALL segment_cruises
+    IF_NOT_NEGATIVE 4f
+3:  F load ACCEL2
     F most DECEL2
     F sub V2
     DO segment_by_speed
@@ -61,9 +68,9 @@ segment_none:
     F bound TEMP+4
     DO root
     F store TEMP
-    F least V
+    F plus V
+    F store TEMP+8
     F sub TICK
-    DO negate
     DO segment_divide
 
     /* the interval at the faster end, 1/65536 ticks */
@@ -77,16 +84,10 @@ segment_none:
     F load TEMP+4
     F sub V2
     DO segment_sign
-    IF_NOT_EQUAL 6f
-    F store SLOT0+CHANGE, AXIS
-    GOTO 7f
-    /* the speed changes: twice what the mean interval is longer by */
-6:  F load V
-    F plus TEMP
-    SHIFT -1
-    F store TEMP+8
+    /* twice what the mean interval is longer by: 0 at a constant speed */
     F load TICK
     F over TEMP+8
+    SHIFT 1
     DO segment_scale
     F sub SLOT0, AXIS
     DO not_negative
@@ -95,7 +96,7 @@ segment_none:
     CALL segment_half
     F add SLOT0, AXIS
     F store SLOT0, AXIS
-7:  F load TEMP
+    F load TEMP
     F store V
     F load TEMP+4
     F store V2
@@ -112,16 +113,26 @@ segment_by_time:
     mov #16, r7
     sub r13, r7
     ret
-    /* r7 = half as many, and the power at most by speed; of the difference negated */
+    /* Negative unless the brake, scaled r13:r12 events from here, is twice as many away. */
+segment_cruises:
+    swpb r13
+    mov.b r13, r13
+    sub #106, r13
+    cmp r7, r13
+    ret
+    /* r7 = half as many, and the power at most by speed, of which r13 is the difference negated; but
+       half of them */
 segment_by_speed:
     dec r7
-    call #negate
     swpb r13
     sxt r13
+    inv r13
     sub #4, r13
-    cmp #3, r13
+    mov r7, r14
+    dec r14
+    cmp r14, r13
     jge 4f
-    mov #3, r13
+    mov r14, r13
 4:  cmp r7, r13
     jge 5f
     mov r13, r7
@@ -134,7 +145,7 @@ segment_sign:
     tst r13
     ret
 
-    /* r5 = 2^r7 events of LEFT; a remainder below one and a half of it is taken at once. Leaves them in
+    /* r5 = 2^r7 events of LEFT; a remainder below one and a quarter of it is taken at once. Leaves them in
        r13:r12, scaled, and the sign of r4. */
 segment_take:
     mov #1, r5
@@ -144,6 +155,7 @@ segment_take:
     bit #1<<14, r5
     jeq 6b
 7:  mov r5, r12
+    rra r12
     rra r12
     add r5, r12
     tst &LEFT+2
@@ -159,17 +171,17 @@ segment_take:
     tst r4
     ret
 
-    /* Sub-events: as many powers of two as the longest interval exceeds 2^14 ticks by, of which r13 is
-       the exponent. Leaves the mask in the slot, r5 = sub-events, r7 = exponent of an interval,
+    /* Sub-events: as many powers of two as the longest interval may exceed 2^15 ticks by; r13 has the
+       exponent of both speeds' sum over TICK. Leaves the mask in the slot, r5 = sub-events, r7 = exponent of an interval,
        r8 = offset of the slot. */
 segment_divide:
     swpb r13
     sxt r13
-    sub #14, r13
+    add #12, r13
     clr r4
     mov #16<<8, r7
-3:  dec r13
-    jn 4f
+3:  inc r13
+    jge 4f
     rla r5
     setc
     rlc r4

@@ -147,7 +147,11 @@ axis_there:
     DO to_um
     IF_CARRY aim_overflow
     F store NEW_UM, AXIS
-7:  IF_NOT_AXIS HOMED, 5f
+    /* a way of 2^31 steps or more would wrap */
+7:  F load NEW_STEPS, AXIS
+    F sub ACTUAL, AXIS
+    IF_OVERFLOW aim_overflow
+    IF_NOT_AXIS HOMED, 5f
     /* both differences may wrap: all is well as long as the travel is below 2^31 um */
     FR load A_MAX, LONG
     F sub NEW_UM, AXIS

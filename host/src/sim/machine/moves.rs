@@ -7,7 +7,7 @@ use firmware::motion::single::{Pace, steps_of};
 use lang::axis::Axis;
 use lang::effect::{Coord, Rate};
 use lang::fault::Fault;
-use lang::place::Place;
+use lang::place::{Place, way};
 
 use super::axes::scaled;
 use super::motion::Milestone;
@@ -70,6 +70,7 @@ impl Machine {
         };
         let pace = self.pace(axis, asked)?;
         let to = self.axes.aim(axis, word, from)?;
+        way(self.motion.positions(self.now)[axis.index()], to.steps)?;
         let moves = running || to.steps != self.axes.steps(axis);
         self.axes.command(axis, to);
         self.axes.set_running(axis, false);

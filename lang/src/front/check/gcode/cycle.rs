@@ -232,19 +232,31 @@ impl<'a> Checker<'a> {
         let Some(index) = usize::try_from(id - 1).ok() else { return Some(None) };
         let Some(held) = self.gcode.held.get(index) else { return Some(None) };
         let held_word = held.word;
-        match &held_word.value {
-            GValue::Number(_) => Some(Some(value(self, held_word)?)),
-            GValue::Expr(e) => {
-                // Only its kind is needed; the value was stored where it was written.
-                let kind = match self.expr(e)?.kind {
-                    Kind::Steps => Kind::Steps,
-                    _ if group == Group::P => Kind::Time,
-                    _ => Kind::Length,
-                };
-                let var = self.held_var(index, kind, held_word.span);
-                Some(Some(self.variable(var, context.span)))
-            }
+        if let GValue::Number(_) = held_word.value {
+            return Some(Some(value(self, held_word)?));
         }
+        // What its names and units mean where it was written.
+        let (block, scope) = (held.block, core::mem::replace(&mut self.scope, held.scope));
+        let written = self.written_in(block, context.line);
+        let lowered = match group {
+            Group::P => self.seconds_word(held_word),
+            _ => self.distance_word(held_word, &written, false),
+        };
+        self.scope = scope;
+        let lowered = lowered?;
+        if value_of(&lowered).is_some() {
+            return Some(Some(lowered));
+        }
+        let var = self.held_var(index, lowered.kind, held_word.span);
+        Some(Some(self.variable(var, context.span)))
+    }
+
+    /// The modal state in which a block was written.
+    fn written_in(&self, index: u32, line: u32) -> Context {
+        let block = &self.gcode.list[index as usize];
+        let mut state = self.gcode.states.state(index).unwrap_or_else(|| State::start(true));
+        self.gcode.apply(index, block, &mut state);
+        Context { state, span: block.span, line }
     }
 
     fn held_var(&mut self, index: usize, kind: Kind, span: Span) -> VarId {

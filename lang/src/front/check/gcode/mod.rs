@@ -15,7 +15,7 @@ use super::calls::Calls;
 use super::graph::Graph;
 use crate::front::ast::{GValue, GWord, Stmt};
 use crate::front::literal::Decimal;
-use crate::hir::VarId;
+use crate::hir::{RoutineId, VarId};
 use block::Block;
 use modal::Group;
 
@@ -23,6 +23,9 @@ use modal::Group;
 #[derive(Debug)]
 struct Held<'a> {
     word: &'a GWord,
+    /// The block that it stands in, and the SUB.
+    block: u32,
+    scope: RoutineId,
     /// Where its value is kept when it is not constant and another block uses it.
     var: Option<VarId>,
     /// Whether another block uses it.
@@ -77,7 +80,13 @@ pub(super) fn add_block<'a>(
             GValue::Expr(_) => next,
         };
         if id == next {
-            checker.gcode.held.push(Held { word, var: None, needed: false });
+            checker.gcode.held.push(Held {
+                word,
+                block: index,
+                scope: checker.scope,
+                var: None,
+                needed: false,
+            });
         }
         held.push((group, id));
     }
