@@ -147,7 +147,7 @@ impl PathRecorder {
             arc: None,
             start_us: before_us,
             end_us: us,
-            peak_rate: most as f64 * 1e6 / (us - before_us) as f64,
+            peak_rate: most as f64 * 1e6 / (us - before_us).max(LOOK_US) as f64,
             exit_speed: None,
             power: None,
         };
@@ -174,6 +174,10 @@ impl PathRecorder {
         Record { path, inputs, outputs, begun, printed, truncated, ..Record::default() }
     }
 }
+
+/// Rates are told over looks of at least this, us: in a shorter one, as between two effects, one step
+/// would be a leap.
+const LOOK_US: u64 = 1_000;
 
 /// Whether `next` goes on like `last`: same statement, same direction and speed.
 fn continues(last: &Segment, next: &Segment) -> bool {
