@@ -180,13 +180,10 @@ impl Run {
     /// Whether no brake begins within `2^exp` events.
     fn cruises(&self, limits: &Limits, exp: i8) -> bool {
         let runs_through = limits.exit2 > limits.start2 && limits.exit2 >= self.v2;
-        let brake = self.v2.over(limits.decel2);
-        runs_through || Scaled::new(self.left).minus(brake).exponent_over(ONE) >= exp
+        let spare = Scaled::new(self.left).times(limits.decel2).minus(self.v2);
+        runs_through || spare >= limits.decel2 && spare.exponent_over(limits.decel2) >= exp
     }
 }
-
-/// 1
-const ONE: Scaled = Scaled::constant(1);
 
 /// The mean interval of a segment is twice the pitch's ticks over both speeds' sum, its longest one is
 /// less than twice that: below 2^15 ticks, for the engine's signed lateness test, when the sum over the

@@ -37,13 +37,11 @@ segment_none:
     F sub NOMINAL2, AXIS
     DO segment_sign
     IF_NOT_EQUAL 3f
-    F load V2
-    F over DECEL2
-    F store TEMP
     F load LEFT, NEW
-    F minus TEMP
+    F times DECEL2
+    F minus V2
     CALL segment_cruises
-    IF_NOT_NEGATIVE 4f
+    IF_CARRY 4f
 3:  F load ACCEL2
     F most DECEL2
     F sub V2
@@ -84,8 +82,11 @@ segment_none:
     F load TEMP+4
     F sub V2
     DO segment_sign
-    /* twice what the mean interval is longer by: 0 at a constant speed */
-    F load TICK
+    IF_NOT_EQUAL 6f
+    F store SLOT0+CHANGE, AXIS
+    GOTO 7f
+    /* the speed changes: twice what the mean interval is longer by */
+6:  F load TICK
     F over TEMP+8
     SHIFT 1
     DO segment_scale
@@ -96,7 +97,7 @@ segment_none:
     CALL segment_half
     F add SLOT0, AXIS
     F store SLOT0, AXIS
-    F load TEMP
+7:  F load TEMP
     F store V
     F load TEMP+4
     F store V2
@@ -113,13 +114,17 @@ segment_by_time:
     mov #16, r7
     sub r13, r7
     ret
-    /* Negative unless the brake, scaled r13:r12 events from here, is twice as many away. */
+    /* Carry when the brake is twice as many events away: r13:r12, what the square of the speed may
+       still rise by, over DECEL2. */
 segment_cruises:
+    cmp &DECEL2, r12
+    subc &DECEL2+2, r13
+    jnc 1f
     swpb r13
     mov.b r13, r13
-    sub #106, r13
-    cmp r7, r13
-    ret
+    clrc
+    subc r7, r13
+1:  ret
     /* r7 = half as many, and the power at most by speed, of which r13 is the difference negated; but
        half of them */
 segment_by_speed:
@@ -128,14 +133,9 @@ segment_by_speed:
     sxt r13
     inv r13
     sub #4, r13
-    mov r7, r14
-    dec r14
-    cmp r14, r13
-    jge 4f
-    mov r14, r13
-4:  cmp r7, r13
+    cmp r7, r13
     jge 5f
-    mov r13, r7
+    dec r7
 5:  ret
 
     /* r4 = r13, whose sign is what the speed is too high by; Z set for 0 in r13:r12 */
