@@ -58,7 +58,8 @@ impl Format {
 /// The host's transmitter and receiver.
 #[derive(Debug, Clone)]
 pub struct HostLine {
-    ticks_per_second: u64,
+    /// Ticks in a second of the host's clock, which is true.
+    pub(crate) ticks_per_second: u64,
     /// Rate and parity.
     pub format: Format,
     /// Level changes to come on the line to the chip.

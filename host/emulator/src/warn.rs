@@ -27,6 +27,10 @@ pub enum Kind {
     Stack,
     /// An open contact was read on a pin without pull resistor.
     FloatingInput,
+    /// The chip samples data of the shift registers before they can be there.
+    SpiSetup,
+    /// The processor runs faster, or writes flash at a lower voltage, than the supply allows.
+    Supply,
     /// The clock runs faster than the part allows, or at a rate that is emulated rounded.
     Clock,
     /// A word or byte operation cuts a register that holds more than 16 bits.
@@ -71,6 +75,10 @@ impl fmt::Display for Kind {
             Kind::Key => "wrong key in a protected register",
             Kind::Stack => "stack grew into data",
             Kind::FloatingInput => "open contact read without a pull resistor",
+            Kind::SpiSetup => {
+                "SPI faster than the shift registers' delay and the set-up time allow"
+            }
+            Kind::Supply => "supply too low for the processor's rate or for writing flash",
             Kind::Clock => "clock setting outside what the part or the emulator can do",
             Kind::PointerTruncated => "register with a 20-bit value cut to 16 bits",
             Kind::InterruptsOnOff => {

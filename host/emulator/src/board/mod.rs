@@ -7,7 +7,7 @@ mod outside;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::bus::Bus;
+use crate::bus::{Bus, Supply};
 use crate::cpu::Cpu;
 use crate::f5::bus::Bus as BusX;
 use crate::f5::cpu::CpuX;
@@ -35,6 +35,14 @@ pub struct Config {
     pub vlo_hz: u64,
     /// Supply voltage in millivolts.
     pub vcc: u32,
+    /// Microseconds that the supply takes from the chip's start, at about 1.4 V, to there; of
+    /// the G2553, as are the two that follow.
+    pub supply_rise_us: u64,
+    /// How far the DCO is off at all its settings, in millionths; the data sheet allows 30 000 from 0
+    /// to 85 degrees Celsius. A tick stays a cycle of 16 MHz as the chip has it.
+    pub dco_ppm: i32,
+    /// Microseconds that the chip's pull-ups take to bring the wire of an open contact up.
+    pub pull_up_us: u64,
     /// Seed of what RAM holds at power-up.
     pub seed: u64,
     /// Bits that a power cut caught in the middle of a write or an erase read as 0 or 1 anew at
@@ -51,6 +59,9 @@ impl Default for Config {
             wiring: Wiring::default(),
             vlo_hz: 12_000,
             vcc: 3_300,
+            supply_rise_us: 0,
+            dco_ppm: 0,
+            pull_up_us: 0,
             seed: 1,
             unstable_bits: false,
             silicon: Silicon::default(),
@@ -107,10 +118,14 @@ impl Board {
         let part = config.part.clone();
         let plant = Plant::around(&part, config.wiring);
         let chip = match part.family {
-            Family::Msp430 => Chip::Msp430(Box::new(Msp430 {
-                cpu: Cpu::new(),
-                bus: Bus::new(part, plant, config.vlo_hz, config.vcc),
-            })),
+            Family::Msp430 => {
+                let supply = Supply::new(config.vcc, config.supply_rise_us);
+                let delay = config.pull_up_us.saturating_mul(part.ticks_per_second / 1_000_000);
+                let mut bus = Bus::new(part, plant, config.vlo_hz, supply);
+                bus.wires.delay = delay;
+                bus.set_dco(config.dco_ppm);
+                Chip::Msp430(Box::new(Msp430 { cpu: Cpu::new(), bus }))
+            }
             Family::Msp430X => Chip::Msp430X(Box::new(Msp430X {
                 cpu: CpuX::new(part.end()),
                 bus: BusX::new(part, plant, config.vlo_hz, config.vcc, config.silicon.clone()),
@@ -314,10 +329,29 @@ impl Board {
         });
     }
 
-    /// Changes the supply voltage, in millivolts: the ADC of the G2553 sees it, supervisors and flash
-    /// of the MSP430x5xx do.
+    /// Changes the supply voltage, in millivolts: the ADC of the G2553 sees it, and a rate that is too
+    /// high for it is a warning; supervisors and flash of the MSP430x5xx see it.
     pub fn set_supply(&mut self, vcc: u32) {
         with!(&mut self.chip, c => c.bus.set_supply(vcc));
+    }
+
+    /// The DCO of the G2553 drifts: it is off by so many millionths from now on. The F5529's is locked
+    /// to its reference.
+    pub fn set_dco_ppm(&mut self, ppm: i32) {
+        if let Chip::Msp430(chip) = &mut self.chip {
+            chip.bus.set_dco(ppm);
+        }
+    }
+
+    /// A disturbance of a few nanoseconds at the pin that carries input `n`: an edge there and one
+    /// back. Inputs in the chain see none.
+    pub fn spike(&mut self, n: u8) {
+        with!(&mut self.chip, c => {
+            let plant = &c.bus.plant;
+            if let Some(pin) = plant.board().input(plant.wiring(), n) {
+                c.bus.spike(pin);
+            }
+        });
     }
 
     /// Pulls the RST pin low for an instant.
@@ -359,8 +393,8 @@ impl Board {
     /// The supply comes back, behind a failure, before RAM has lost its content: a brown-out.
     pub fn power_back(&mut self) {
         self.powered = true;
-        let noise = self.unstable_bits.then_some(&mut self.noise);
-        with!(&mut self.chip, c => c.bus.power_up(noise));
+        let noise = &mut self.noise;
+        with!(&mut self.chip, c => c.bus.power_up(noise, self.unstable_bits));
         self.reset(Reset::Power);
     }
 

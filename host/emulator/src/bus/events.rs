@@ -5,6 +5,7 @@ use crate::periph::sfr;
 use crate::periph::usci_spi::Spi;
 use crate::periph::{NEVER, Rates, adc10};
 use crate::reset::Reset;
+use crate::warn::Kind;
 
 #[derive(Clone, Copy)]
 enum Source {
@@ -16,6 +17,7 @@ enum Source {
     Spi,
     Watchdog,
     Adc,
+    Wire,
 }
 
 impl Bus {
@@ -30,6 +32,7 @@ impl Bus {
             (self.spi.next, Source::Spi),
             (self.wdt.next, Source::Watchdog),
             (self.adc.next, Source::Adc),
+            (self.next_wire, Source::Wire),
         ] {
             if other.0 < first.0 {
                 first = other;
@@ -76,6 +79,9 @@ impl Bus {
                 self.update_pins(at);
             }
             Source::Spi => {
+                if self.spi.samples() && self.plant.unsettled(at, self.clock.rates.second) {
+                    self.warn(Kind::SpiSetup, 0x6E);
+                }
                 let somi = self.spi_input();
                 self.with_spi_flags(|spi, ifg, rates| spi.event(somi, ifg, rates));
                 self.update_pins(at);
@@ -88,7 +94,11 @@ impl Bus {
                     self.ask_reset(Reset::Watchdog);
                 }
             }
-            Source::Adc => self.adc.finish(self.vcc),
+            Source::Adc => self.adc.finish(self.supply.at(at)),
+            Source::Wire => {
+                self.next_wire = NEVER;
+                self.update_pins(at);
+            }
         }
     }
 
@@ -151,7 +161,14 @@ impl Bus {
             timer.reclock(now, &self.clock.rates);
         }
         self.wdt.reclock(now, &self.clock.rates);
+        self.line.ticks_per_second = self.clock.rates.second;
         self.update();
+    }
+
+    /// The DCO is off by so many millionths from now on.
+    pub(crate) fn set_dco(&mut self, ppm: i32) {
+        self.clock.dco_ppm = ppm;
+        self.reclock();
     }
 
     /// Whether nothing will ever happen by itself again.

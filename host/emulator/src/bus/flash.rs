@@ -27,6 +27,7 @@ impl Bus {
         if !allowed {
             self.warn(Kind::FlashClock, addr);
         }
+        self.check_flash_supply(addr);
         let mut cut = self.flash.begin();
         let lost = cut.is_some();
         match action {

@@ -4,9 +4,12 @@ mod events;
 mod flash;
 mod pins;
 mod registers;
+mod supply;
+mod wires;
 
 use crate::line::HostLine;
 use crate::part::{Part, VECTORS};
+use crate::periph::NEVER;
 use crate::periph::adc10::Adc10;
 use crate::periph::clock::{CALIBRATION, Clock};
 use crate::periph::flash::{self as flash_memory, Flash};
@@ -20,6 +23,8 @@ use crate::plant::Plant;
 use crate::reset::Reset;
 use crate::rng::Rng;
 use crate::warn::{Kind, Warning, Warnings};
+pub use supply::Supply;
+use wires::Wires;
 
 /// How a block of 64 bytes answers.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -60,8 +65,10 @@ pub struct Bus {
     pub code_changed: Option<(u16, u16)>,
     /// Lowest address that the stack may reach.
     pub stack_limit: u16,
-    /// Supply voltage in millivolts.
-    vcc: u32,
+    /// The supply.
+    pub(crate) supply: Supply,
+    /// Until when a wire whose pull-up was switched on is still low.
+    pub(crate) wires: Wires,
     /// Broken rules.
     pub warnings: Warnings,
     /// World around the pins.
@@ -84,11 +91,13 @@ pub struct Bus {
     adc: Adc10,
     comparator: [u8; 3],
     i2c: [u16; 2],
+    /// When a wire of port 1 comes up.
+    next_wire: u64,
 }
 
 impl Bus {
     /// A chip with erased flash and TI's calibration values in segment A.
-    pub fn new(part: Part, plant: Plant, vlo_hz: u64, vcc: u32) -> Bus {
+    pub fn new(part: Part, plant: Plant, vlo_hz: u64, supply: Supply) -> Bus {
         let mut map = [Block::Slow; 1024];
         for (n, block) in map.iter_mut().enumerate() {
             let addr = n as u32 * 64;
@@ -98,7 +107,7 @@ impl Bus {
                 *block = Block::Flash;
             }
         }
-        let clock = Clock::new(vlo_hz);
+        let clock = Clock::new(vlo_hz, 0);
         let mut bus = Bus {
             now: 0,
             pc: 0,
@@ -112,7 +121,8 @@ impl Bus {
             flash_written: false,
             code_changed: None,
             stack_limit: 0,
-            vcc,
+            supply,
+            wires: Wires::default(),
             warnings: Warnings::default(),
             plant,
             line: HostLine::new(part.ticks_per_second),
@@ -133,6 +143,7 @@ impl Bus {
             adc: Adc10::default(),
             comparator: [0; 3],
             i2c: [0; 2],
+            next_wire: NEVER,
             part,
         };
         bus.calibrate();
@@ -297,7 +308,8 @@ impl Bus {
 
     /// The supply has another voltage.
     pub fn set_supply(&mut self, vcc: u32) {
-        self.vcc = vcc;
+        self.supply = Supply::new(vcc, 0);
+        self.check_supply();
     }
 
     /// Resets the peripherals: a PUC, and a POR when the reset is one.
@@ -312,8 +324,9 @@ impl Bus {
         }
         self.ie = [0; 2];
         self.ifg[1] = sfr::UCA0TX | sfr::UCB0TX;
-        let vlo = self.clock.vlo_hz;
-        self.clock = Clock::new(vlo);
+        let Clock { vlo_hz, dco_ppm, .. } = self.clock;
+        self.clock = Clock::new(vlo_hz, dco_ppm);
+        self.wires.discharge();
         self.cycle = self.clock.rates.mclk;
         for (n, port) in self.ports.iter_mut().enumerate() {
             port.reset(if n == 1 { 0xC0 } else { 0 });
@@ -347,14 +360,15 @@ impl Bus {
         self.irq = 0;
     }
 
-    /// Power comes up after `power_off`; unstable flash bits settle when `rng` is given.
-    pub fn power_up(&mut self, rng: Option<&mut Rng>) {
+    /// Power comes up after `power_off`; flash bits settle when they are `unstable`.
+    pub fn power_up(&mut self, noise: &mut Rng, unstable: bool) {
         self.power_lost = false;
         self.reset = None;
         self.line.skip(self.now);
-        self.plant.power_up();
-        if let Some(rng) = rng {
-            flash_memory::settle(&self.flash.wear, &mut self.mem[..], rng);
+        self.supply.up(self.now);
+        self.plant.power_up(noise);
+        if unstable {
+            flash_memory::settle(&self.flash.wear, &mut self.mem[..], noise);
             self.code_changed = Some((0, 0xFFFF));
         }
     }

@@ -30,7 +30,7 @@ impl Bus {
     pub(super) fn update_pins(&mut self, at: u64) {
         // A change goes once around; contacts and registers do not oscillate.
         for _ in 0..4 {
-            let levels = self.levels();
+            let levels = self.levels(at);
             let old = [self.ports[0].level, self.ports[1].level];
             if levels == old {
                 return;
@@ -54,13 +54,14 @@ impl Bus {
         }
     }
 
-    fn levels(&mut self) -> [u8; 2] {
+    fn levels(&mut self, at: u64) -> [u8; 2] {
         let world = self.plant.drives(self.line.level);
         let first = self.first_function();
         let second = bits(&[(2, self.uart.tx_level), (5, self.spi.clk), (7, self.spi.simo)]);
         let [driven, world_level] = [world.driven, world.level].map(u64::to_le_bytes);
         let [rest, open] = [world.rest, world.open].map(u64::to_le_bytes);
         let mut levels = [0; 2];
+        let wires = &mut self.wires;
         for n in 0..2 {
             let port = &mut self.ports[n];
             let select1 = port.sel & !port.sel2;
@@ -71,13 +72,17 @@ impl Bus {
             let chip = (port.dir & !usci | usci & 0xA4) & !crystal;
             let out = port.out & !select1 & !usci | first[n] & select1 | second & usci;
             let free = !chip & !driven[n];
-            let pulled = free & port.ren & !usci;
+            // The pull resistors do not ask what a pin is used for.
+            let pulled = free & port.ren;
+            let mut high = pulled & port.out;
+            if n == 0 {
+                high = wires.up(high, at);
+                self.next_wire = wires.next(at);
+            }
             port.driven = chip;
             port.floating = free & !pulled & open[n];
-            levels[n] = chip & out
-                | !chip & driven[n] & world_level[n]
-                | pulled & port.out
-                | free & !pulled & rest[n];
+            levels[n] =
+                chip & out | !chip & driven[n] & world_level[n] | high | free & !pulled & rest[n];
         }
         levels
     }
@@ -100,6 +105,12 @@ impl Bus {
     /// Capture inputs after CCISx may have changed.
     pub(super) fn reselect_captures(&mut self) {
         self.capture_inputs(self.now);
+    }
+
+    /// Whether nothing defines what the UART receives.
+    pub(super) fn uart_floats(&self) -> bool {
+        let port = &self.ports[0];
+        port.sel & port.sel2 & port.floating & 0x02 != 0
     }
 
     /// Level that the UART receives.
@@ -134,6 +145,12 @@ impl Bus {
         let levels = [self.ports[0].level, self.ports[1].level];
         self.plant.pins(now, u64::from(u16::from_le_bytes(levels)));
         self.update_pins(now);
+        self.update();
+    }
+
+    /// A disturbance at a pin, so short that only edges are seen.
+    pub(crate) fn spike(&mut self, pin: u8) {
+        self.ports[usize::from(pin / 8)].spike(1 << (pin % 8));
         self.update();
     }
 }

@@ -191,6 +191,7 @@ impl Bus {
             0x53 | 0x56..=0x58 => {
                 self.clock.write(addr, value);
                 self.reclock();
+                self.check_supply();
                 if self.clock.rounded {
                     self.warn(Kind::Clock, addr);
                 }
@@ -199,6 +200,9 @@ impl Bus {
             0x5D..=0x67 => {
                 let register = Register::of_2xx(addr.cast_signed() - UCA0CTL0);
                 self.uart.write(register, value, now, &mut self.ifg[1], &self.clock.rates);
+                if addr == 0x61 && value & 1 == 0 && self.uart_floats() {
+                    self.warn(Kind::FloatingInput, 0x20);
+                }
                 self.update_pins(now);
             }
             0x68..=0x6F => {

@@ -1,7 +1,6 @@
 //! ADC10, single conversions (SLAU144, chapter 22).
 
 use super::{NEVER, Rates};
-use crate::TICKS_PER_SECOND;
 
 const SC: u16 = 0x01;
 const ENC: u16 = 0x02;
@@ -99,6 +98,6 @@ impl Adc10 {
             _ => clock.smclk,
         };
         let cycles = (sample + 13) * (u64::from(self.ctl1 >> 5 & 7) + 1);
-        if source == 0 { cycles * TICKS_PER_SECOND / ADC10OSC_HZ } else { cycles * source }
+        if source == 0 { cycles * clock.second / ADC10OSC_HZ } else { cycles * source }
     }
 }

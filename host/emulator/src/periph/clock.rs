@@ -30,6 +30,9 @@ pub struct Clock {
     pub bcsctl3: u8,
     /// Rate of the very-low-power oscillator in hertz, 4000 to 20 000 (SLAS735).
     pub vlo_hz: u64,
+    /// How far the DCO is off, in millionths: all its rates alike. A tick is a cycle of the DCO as it
+    /// is, so that what is not clocked by it takes more or fewer ticks.
+    pub dco_ppm: i32,
     /// Low-power bits of the status register that stop clocks.
     pub gates: u16,
     /// The periods that the registers give.
@@ -40,13 +43,14 @@ pub struct Clock {
 
 impl Clock {
     /// Registers as after a reset.
-    pub fn new(vlo_hz: u64) -> Clock {
+    pub fn new(vlo_hz: u64, dco_ppm: i32) -> Clock {
         let mut clock = Clock {
             dcoctl: 0x60,
             bcsctl1: 0x87,
             bcsctl2: 0,
             bcsctl3: 0x05,
             vlo_hz,
+            dco_ppm,
             gates: 0,
             rates: Rates { mclk: 1, smclk: 1, ..Rates::default() },
             rounded: false,
@@ -55,7 +59,13 @@ impl Clock {
         clock
     }
 
-    /// Rate of the DCO in hertz.
+    /// Ticks in a second of a true clock.
+    pub fn ticks_per_second(&self) -> u64 {
+        let parts = i64::from(self.dco_ppm).max(-900_000) + 1_000_000;
+        TICKS_PER_SECOND / 1000 * parts.unsigned_abs() / 1000
+    }
+
+    /// Rate of the DCO in hertz, were it exact.
     pub fn dco_hz(&self) -> u64 {
         let rsel = self.bcsctl1 & 15;
         for (_, _, hz, dco, bc1) in CALIBRATION {
@@ -84,7 +94,8 @@ impl Clock {
         let calibrated = CALIBRATION.iter().any(|row| row.2 == hz);
         self.rounded =
             hz > TICKS_PER_SECOND || (calibrated && !TICKS_PER_SECOND.is_multiple_of(hz));
-        let low = if self.vlo_selected() { TICKS_PER_SECOND / self.vlo_hz.max(1) } else { 0 };
+        let low =
+            if self.vlo_selected() { self.ticks_per_second() / self.vlo_hz.max(1) } else { 0 };
         let pick = |use_low: bool| if use_low { low } else { dco };
         // Without XT2, SELM = 2 and SELS = 1 select LFXT1CLK or VLO, SELM = 3 too.
         let m = pick(self.bcsctl2 & 0x80 != 0) << (self.bcsctl2 >> 4 & 3);
@@ -94,6 +105,7 @@ impl Clock {
         self.rates.smclk = if self.gates & SCG1 != 0 { 0 } else { s };
         let a = low << (self.bcsctl1 >> 4 & 3);
         self.rates.aclk = if self.gates & OSCOFF != 0 { 0 } else { a };
+        self.rates.second = self.ticks_per_second();
     }
 
     /// Reads a register by address.
@@ -123,8 +135,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_dco_that_is_off_makes_true_seconds_longer_or_shorter() {
+        assert_eq!(Clock::new(12_000, 0).ticks_per_second(), 16_000_000);
+        assert_eq!(Clock::new(12_000, 30_000).ticks_per_second(), 16_480_000);
+        assert_eq!(Clock::new(12_000, -30_000).ticks_per_second(), 15_520_000);
+        let mut fast = Clock::new(10_000, 30_000);
+        fast.write(0x53, 0x20);
+        assert_eq!(fast.rates.aclk, 1648);
+    }
+
+    #[test]
     fn calibrated_rates_are_exact_and_the_reset_rate_is_near_1_1_mhz() {
-        let mut clock = Clock::new(12_000);
+        let mut clock = Clock::new(12_000, 0);
         assert!((900_000..1_400_000).contains(&clock.dco_hz()));
         clock.write(0x57, 0x8F);
         clock.write(0x56, 0x95);

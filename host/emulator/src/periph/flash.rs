@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use super::Rates;
-use crate::TICKS_PER_SECOND;
 use crate::part::Part;
 use crate::rng::Rng;
 
@@ -176,7 +175,7 @@ impl Flash {
             _ => clock.smclk,
         };
         let ticks = source.max(1) * (u64::from(self.fctl2 & 0x3F) + 1);
-        (ticks, CLOCK_HZ.contains(&(TICKS_PER_SECOND / ticks)))
+        (ticks, CLOCK_HZ.contains(&(clock.second / ticks)))
     }
 
     /// Ticks that `action` takes, and whether the timing generator runs within its limits.

@@ -27,6 +27,8 @@ pub struct Rates {
     pub aclk: u64,
     /// The very-low-power oscillator, for watchdogs that choose it; 0 where they can't.
     pub vlo: u64,
+    /// A second of a true clock, for what no clock of the chip drives.
+    pub second: u64,
 }
 
 /// Special function registers and their bits (SLAU144, section 2.2 and data sheet).

@@ -52,4 +52,11 @@ impl Port {
         self.ifg |= wanted & !self.sel;
         self.level = level;
     }
+
+    /// A disturbance at the pins in `mask`, too short for a read to see.
+    pub fn spike(&mut self, mask: u8) {
+        let level = self.level;
+        self.edges(level ^ mask);
+        self.edges(level);
+    }
 }

@@ -124,6 +124,11 @@ impl Spi {
         }
     }
 
+    /// Whether the clock edge that is due samples the data input.
+    pub fn samples(&self) -> bool {
+        self.edge.is_some_and(|edge| edge.is_multiple_of(2) == (self.ctl0 & CKPH != 0))
+    }
+
     fn idle_clock(&mut self) {
         if self.edge.is_none() {
             self.clk = self.ctl0 & CKPL != 0;

@@ -10,6 +10,12 @@
 //!   shift and the 595s show what was shifted in. Both shift at the rising edge of the clock (SPI
 //!   with UCCKPH = 1, UCCKPL = 0).
 
+use crate::rng::Rng;
+
+/// From the clock's rising edge to data that the chip may sample, ns: a 74HC165's delay at 3.3 V (about
+/// twice its 33 ns at 4.5 V) and the USCI's set-up time (SLAS735, tSU,MI at 3 V).
+pub const DATA_NS: u64 = 60 + 75;
+
 /// State of the registers.
 #[derive(Debug, Clone, Default)]
 pub struct Chain {
@@ -23,11 +29,14 @@ pub struct Chain {
     pub latched: u16,
     clk: bool,
     latch: bool,
+    /// When the data output changed last, in ticks.
+    changed: u64,
 }
 
 impl Chain {
-    /// Signals from the chip: clock, data and latch.
-    pub fn signals(&mut self, clk: bool, data: bool, latch: bool) {
+    /// Signals from the chip at the time `now`: clock, data and latch.
+    pub fn signals(&mut self, now: u64, clk: bool, data: bool, latch: bool) {
+        let before = self.data_out();
         if latch && !self.latch {
             self.latched = self.shift_out;
         }
@@ -43,6 +52,15 @@ impl Chain {
             // Inputs 1 to 8 stand in the register next to the chip.
             self.shift_in = self.inputs.swap_bytes();
         }
+        if self.data_out() != before {
+            self.changed = now;
+        }
+    }
+
+    /// Whether what the chip samples at the time `now` is not there for certain yet.
+    #[must_use]
+    pub fn unsettled(&self, now: u64, ticks_per_second: u64) -> bool {
+        now - self.changed.min(now) < (DATA_NS * ticks_per_second).div_ceil(1_000_000_000)
     }
 
     /// Level at the data output of the 165s.
@@ -51,8 +69,10 @@ impl Chain {
         self.shift_in & 0x8000 != 0
     }
 
-    /// The 595s lost power: their content is arbitrary, here zero.
-    pub fn power_up(&mut self) {
-        *self = Chain { inputs: self.inputs, ..Chain::default() };
+    /// The registers lost power: their content is arbitrary.
+    pub fn power_up(&mut self, noise: &mut Rng) {
+        let [latched, shift_out, shift_in, _] =
+            [0, 16, 32, 48].map(|at| (noise.bits() >> at) as u16);
+        *self = Chain { inputs: self.inputs, latched, shift_out, shift_in, ..Chain::default() };
     }
 }

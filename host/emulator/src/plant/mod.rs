@@ -13,6 +13,7 @@ use std::collections::VecDeque;
 
 use crate::part::Part;
 use crate::record::{Recorder, Signal};
+use crate::rng::Rng;
 use chain::Chain;
 use motor::{DriverLimits, Motor, Violation};
 use pins::{Pins, high};
@@ -92,6 +93,7 @@ pub struct Plant {
     active_low: u32,
     start: bool,
     stop: bool,
+    unplugged: bool,
     outputs: u16,
     pins: u64,
     changes: VecDeque<OutputChange>,
@@ -127,6 +129,7 @@ impl Plant {
             active_low: 0,
             start: false,
             stop: false,
+            unplugged: false,
             outputs: 0,
             pins: 0,
             changes: VecDeque::new(),
@@ -200,6 +203,16 @@ impl Plant {
     /// Presses or releases Stop.
     pub fn press_stop(&mut self, pressed: bool) {
         self.stop = pressed;
+    }
+
+    /// Whether the data of the shift registers are not there for certain at a time.
+    pub(crate) fn unsettled(&self, now: u64, ticks_per_second: u64) -> bool {
+        self.wiring == Wiring::Chain && self.chain.unsettled(now, ticks_per_second)
+    }
+
+    /// Takes the serial cable off: nobody drives the receive pin.
+    pub fn unplug(&mut self, off: bool) {
+        self.unplugged = off;
     }
 
     /// Whether input `n` is on.
@@ -361,7 +374,7 @@ impl Plant {
                 let inputs = self.register_levels();
                 self.record_inputs(now, inputs);
                 self.chain.inputs = inputs;
-                self.chain.signals(clk, simo, latch);
+                self.chain.signals(now, clk, simo, latch);
                 if off { 0 } else { self.chain.latched }
             }
         };
@@ -419,8 +432,12 @@ impl Plant {
             }
             Wiring::Chain => contact(board.probe, closed(17)),
         }
-        d.driven |= 1 << board.rx;
-        d.level |= u64::from(rx) << board.rx;
+        if self.unplugged {
+            d.open |= 1 << board.rx;
+        } else {
+            d.driven |= 1 << board.rx;
+            d.level |= u64::from(rx) << board.rx;
+        }
         d.rest |= 1 << board.tx;
         if self.wiring == Wiring::Chain {
             d.driven |= 1 << board.somi;
@@ -431,7 +448,7 @@ impl Plant {
     }
 
     /// Power came up; mechanical things stay where they are.
-    pub(crate) fn power_up(&mut self) {
-        self.chain.power_up();
+    pub(crate) fn power_up(&mut self, noise: &mut Rng) {
+        self.chain.power_up(noise);
     }
 }

@@ -8,6 +8,7 @@ mod peripherals;
 mod power;
 mod published;
 mod serial;
+mod silicon;
 mod vectors;
 mod world;
 

@@ -301,17 +301,17 @@ impl Bus {
         self.irq = 0;
     }
 
-    /// Power comes up after `power_off`; unstable flash bits settle when `rng` is given.
-    pub fn power_up(&mut self, rng: Option<&mut Rng>) {
+    /// Power comes up after `power_off`; flash bits settle when they are `unstable`.
+    pub fn power_up(&mut self, noise: &mut Rng, unstable: bool) {
         self.power_lost = false;
         self.reset = None;
         // The oscillators begin anew.
         self.ucs = Ucs::new(&self.silicon, self.vlo_hz, self.part.ticks_per_second);
         self.line.skip(self.now);
         self.rs485.skip(self.now);
-        self.plant.power_up();
-        if let Some(rng) = rng {
-            flash_memory::settle(&self.flash.wear, &mut self.mem[..], rng);
+        self.plant.power_up(noise);
+        if unstable {
+            flash_memory::settle(&self.flash.wear, &mut self.mem[..], noise);
             self.code_changed = Some((0, BYTES as u32 - 1));
         }
     }

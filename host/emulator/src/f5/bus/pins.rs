@@ -242,4 +242,10 @@ impl Bus {
         self.update_pins(now);
         self.update();
     }
+
+    /// A disturbance at a pin, so short that only edges are seen.
+    pub(crate) fn spike(&mut self, pin: u8) {
+        self.ports[usize::from(pin / 8)].spike(1 << (pin % 8));
+        self.update();
+    }
 }

@@ -301,6 +301,7 @@ impl Ucs {
             smclk: gate(smclk_off, period(s, false) << shift(4)),
             aclk: gate(self.gates & OSCOFF != 0, period(a, true) << shift(8)),
             vlo,
+            second: self.ticks_per_second,
         }
     }
 }
