@@ -35,7 +35,7 @@ pub const G2553: Part = Part {
     features: feature::INTERPOLATE | feature::KEEP,
     pool: [64, 64],
     event_pool: [12, 10],
-    segments: 6,
+    segments: 5,
     look_ahead: false,
 };
 

@@ -155,7 +155,7 @@ upload:
     cmp #UPLOAD_REPLACE, r15
     jne 2f
     call #discard
-    /* in front of the current slot, or behind it; without one that is 0 and leaves 3.5 KB */
+    /* in front of the current slot, or behind it; without one that is 0 and leaves more than the area */
 2:  mov #AREA, r12
     mov &STORED, r14
     sub r12, r14
