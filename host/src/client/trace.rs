@@ -37,6 +37,16 @@ impl<'a> Tracer<'a> {
         Tracer { next: 1, profile, line_of, line: Vec::new(), idle: 0 }
     }
 
+    /// Tells the board that its reader is still there, without taking another event: for a host that
+    /// halts the program.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn hold<L: Link>(&self, client: &mut Client<L>) -> Result<(), ClientError> {
+        let slot = if self.next.is_multiple_of(2) { wire::TRACE_ODD } else { wire::TRACE_EVEN };
+        client.holding(slot, 1).map(|_| ())
+    }
+
     /// The next event, if it has happened.
     ///
     /// # Errors

@@ -8,11 +8,12 @@ use std::time::Duration;
 use clap::Args;
 use lang::axis::Axis;
 use lang::profile::Profile;
+use lang::record::MachineRecord;
 use lang::wire::{self, command};
 use serde_json::json;
 
 use super::port::{Board, Port};
-use super::{Console, Options};
+use super::{Console, Options, upload};
 use crate::client::orders;
 use crate::client::status::long;
 use crate::failure::Failure;
@@ -29,6 +30,9 @@ pub struct Home {
     /// Axes in order; without any the profile's order
     #[arg(value_parser = axis)]
     axes: Vec<Axis>,
+    /// Home although the board's machine is another one
+    #[arg(long)]
+    any_profile: bool,
     #[command(flatten)]
     port: Port,
 }
@@ -45,6 +49,9 @@ pub struct Jog {
     /// Speed in steps/s; without it a quarter of the profile's top
     #[arg(long, value_name = "ST/S")]
     speed: Option<u32>,
+    /// Move although the board's machine is another one
+    #[arg(long)]
+    any_profile: bool,
     #[command(flatten)]
     port: Port,
 }
@@ -119,6 +126,29 @@ fn steps(profile: &Profile, axis: Axis, distance: Distance) -> Result<i64, Failu
     Ok(steps)
 }
 
+/// Axes that another machine has would be moved too far, or the wrong way.
+///
+/// # Errors
+/// The board's profile is another one, or the program on it was made for other axes.
+fn must_be(board: &mut Board, profile: &Profile) -> Result<(), Failure> {
+    match upload::compare(board, profile) {
+        // What a lock hides cannot be compared; the program's axes can.
+        Err(_) if board.holding(wire::PROFILE_HASH, 1)?[0] == 0 => {}
+        compared => compared?,
+    }
+    if board.identity()?.program_bytes == 0 {
+        return Ok(());
+    }
+    if board.holding(wire::PROGRAM_PROFILE, 1)?[0] == MachineRecord::of(profile).hash() {
+        return Ok(());
+    }
+    Err(Failure::Board(format!(
+        "the program on the board was made for other axes than those of `{}`: name its machine with \
+         --profile, or upload a program for this one; --any-profile goes on all the same",
+        profile.name
+    )))
+}
+
 impl Options {
     /// The profile for commands that have no script.
     pub(super) fn machine(&self, console: &Console) -> Result<Profile, Failure> {
@@ -142,6 +172,9 @@ impl Home {
             axes => axes.to_vec(),
         };
         let mut board = self.port.connect(options, console)?;
+        if !self.any_profile {
+            must_be(&mut board, &profile)?;
+        }
         for axis in axes {
             let order = orders::home(&profile, axis).map_err(Failure::Usage)?;
             let wrong = || {
@@ -179,6 +212,9 @@ impl Jog {
         let top = own.top_rate.unsigned_abs();
         let speed = self.speed.unwrap_or((top / 4).max(1)).clamp(1, top);
         let mut board = self.port.connect(options, console)?;
+        if !self.any_profile {
+            must_be(&mut board, &profile)?;
+        }
         // By the place to go to, which is told.
         let place = board.input(wire::WORK_POSITIONS + 2 * self.axis.index() as u16, 2)?;
         let target = i64::from(long(place[0], place[1])) + steps;

@@ -5,6 +5,7 @@
 //! the board's memory.
 
 use std::io::BufRead;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -75,8 +76,9 @@ impl Trace {
             steps: self.step,
             breakpoints: self.breakpoints.clone(),
             alone: false,
+            said: listen(),
         };
-        if session.steps && session.ask("the program is not started yet")? == Answer::Quit {
+        if session.steps && session.ask("the program is not started yet", None)? == Answer::Quit {
             return Ok(());
         }
         let result = session.follow();
@@ -98,6 +100,21 @@ struct Session<'a> {
     breakpoints: Vec<u32>,
     /// Nobody answers any more: nothing halts it.
     alone: bool,
+    /// What is typed, line by line.
+    said: Receiver<String>,
+}
+
+/// Reads standard input in a thread of its own, as the board must hear of its host all the while.
+fn listen() -> Receiver<String> {
+    let (tell, said) = mpsc::channel();
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+            if tell.send(line).is_err() {
+                return;
+            }
+        }
+    });
+    said
 }
 
 /// What to do with a halted program.
@@ -148,7 +165,7 @@ impl Session<'_> {
                 if let Some(next) = self.next_line(line, &line_of)? {
                     place += &format!("\nline {next} is next: {}", self.text(next));
                 }
-                if self.ask(&place)? == Answer::Quit {
+                if self.ask(&place, Some(&tracer))? == Answer::Quit {
                     self.board.control(Control::Stop)?;
                     self.alone = true;
                 }
@@ -206,15 +223,23 @@ impl Session<'_> {
     }
 
     /// Does what is asked for until the program shall go on. Without anybody to ask it does.
-    fn ask(&mut self, place: &str) -> Result<Answer, Failure> {
+    fn ask(&mut self, place: &str, tracer: Option<&Tracer<'_>>) -> Result<Answer, Failure> {
         self.console.complain(&format!("{place}\n(s, c, b, d, p, set, q; ? explains)"));
         loop {
-            let mut said = String::new();
-            let read = std::io::stdin().lock().read_line(&mut said);
-            if !matches!(read, Ok(1..)) {
-                self.alone = true;
-                return Ok(Answer::GoOn);
-            }
+            let said = match self.said.recv_timeout(QUIET) {
+                Ok(said) => said,
+                Err(RecvTimeoutError::Timeout) => {
+                    // Trace mode ends 2 s after its reader.
+                    if let Some(tracer) = tracer {
+                        tracer.hold(self.board)?;
+                    }
+                    continue;
+                }
+                Err(RecvTimeoutError::Disconnected) => {
+                    self.alone = true;
+                    return Ok(Answer::GoOn);
+                }
+            };
             // `set row=2` is `set row 2`.
             let said = said.replacen('=', " ", 1);
             let words: Vec<&str> = said.split_whitespace().collect();
