@@ -7,7 +7,7 @@
 //! records with another mark are another program's. What a new record crosses into is erased first,
 //! which is never where the newest lies. Each word is written once between two erases: a single
 //! value that changes once a second takes 128 records for both segments, so their 10^4 erases last
-//! two weeks of steady change, and two years where it changes once a minute.
+//! two weeks of steady change, and two years where it changes once a minute (firmware/README.md).
 
 use crate::store::{Flash, SEGMENT};
 use lang::wire::{CRC_START, crc16};

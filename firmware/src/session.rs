@@ -177,6 +177,11 @@ impl Session {
         Order::Finish
     }
 
+    /// How the run ends as soon as everything rests; none for a pause.
+    pub fn ends(&self) -> Option<End> {
+        self.ending
+    }
+
     /// Everything rests: a pause or an end is reached. Returns how the run ended, if it did.
     pub fn rested(&mut self) -> Option<End> {
         if !self.is(RunState::Stopping) {

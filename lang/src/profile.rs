@@ -292,6 +292,45 @@ pub enum InputRole {
     EmergencyStop,
 }
 
+impl InputRole {
+    /// All roles.
+    pub const ALL: [InputRole; 9] = [
+        InputRole::Start,
+        InputRole::Stop,
+        InputRole::Hold,
+        InputRole::Door,
+        InputRole::Probe,
+        InputRole::ReferenceX,
+        InputRole::ReferenceY,
+        InputRole::ReferenceZ,
+        InputRole::EmergencyStop,
+    ];
+
+    /// As a profile names it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            InputRole::Start => "start",
+            InputRole::Stop => "stop",
+            InputRole::Hold => "hold",
+            InputRole::Door => "door",
+            InputRole::Probe => "probe",
+            InputRole::ReferenceX => "reference_x",
+            InputRole::ReferenceY => "reference_y",
+            InputRole::ReferenceZ => "reference_z",
+            InputRole::EmergencyStop => "emergency_stop",
+        }
+    }
+
+    /// How many inputs of a machine may have it, as the board's record has room for.
+    pub const fn most(self) -> usize {
+        match self {
+            InputRole::Stop | InputRole::Hold | InputRole::Door => 2,
+            InputRole::EmergencyStop => 4,
+            _ => 1,
+        }
+    }
+}
+
 /// An output.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -335,6 +374,28 @@ pub enum OutputRole {
     Lamp,
     /// Drivers' enable; scripts may not set it but by Motors.
     Enable,
+}
+
+impl OutputRole {
+    /// All roles.
+    pub const ALL: [OutputRole; 5] = [
+        OutputRole::Spindle,
+        OutputRole::Coolant,
+        OutputRole::Laser,
+        OutputRole::Lamp,
+        OutputRole::Enable,
+    ];
+
+    /// As a profile names it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            OutputRole::Spindle => "spindle",
+            OutputRole::Coolant => "coolant",
+            OutputRole::Laser => "laser",
+            OutputRole::Lamp => "lamp",
+            OutputRole::Enable => "enable",
+        }
+    }
 }
 
 /// What becomes of an output.
@@ -466,6 +527,88 @@ impl Profile {
         self.input_with(role).map_or(self.unless_taken(self.wiring.reference(axis)), |i| i.n)
     }
 
+    /// Each number, name and role once, but for roles that a machine may have several of.
+    fn check_roles(&self) -> Result<(), ProfileError> {
+        fn twice<T: PartialEq>(list: &[Option<T>]) -> Option<(usize, usize)> {
+            let known = list.iter().enumerate().filter(|(_, item)| item.is_some());
+            known.clone().find_map(|(at, item)| {
+                known
+                    .clone()
+                    .find(|(other, same)| *other > at && *same == item)
+                    .map(|(b, _)| (at, b))
+            })
+        }
+        let refuse = |what: &str, section: &str, (a, b): (usize, usize), remedy: &str| {
+            let (a, b) = (a + 1, b + 1);
+            Err(ProfileError(format!(
+                "[[{section}]] number {a} and {b} both have {what}; {remedy}"
+            )))
+        };
+        let inputs: Vec<_> = self.inputs.iter().map(|input| Some(input.n)).collect();
+        if let Some(at) = twice(&inputs) {
+            let what = format!("n = {}", self.inputs[at.0].n);
+            return refuse(&what, "input", at, "write one section with all of its keys");
+        }
+        let outputs: Vec<_> = self.outputs.iter().map(|output| Some(output.n)).collect();
+        if let Some(at) = twice(&outputs) {
+            let what = format!("n = {}", self.outputs[at.0].n);
+            return refuse(&what, "output", at, "write one section with all of its keys");
+        }
+        for role in InputRole::ALL {
+            let with: Vec<usize> =
+                (0..self.inputs.len()).filter(|at| self.inputs[*at].role == Some(role)).collect();
+            let (name, most) = (role.name(), role.most());
+            if let Some(last) = with.get(most) {
+                let remedy = if most == 1 {
+                    "a machine has one".to_owned()
+                } else {
+                    format!("a machine has at most {most}; join contacts of more in series")
+                };
+                let what = format!("role = \"{name}\"");
+                return refuse(&what, "input", (with[0], *last), &remedy);
+            }
+            let start_17 = role == InputRole::Start
+                && with.iter().any(|at| self.inputs[*at].n == Wiring::Chain.probe());
+            if start_17 {
+                return Err(ProfileError(
+                    "input 17 has role = \"start\", but no filter; take one of the inputs 1 to 16"
+                        .to_owned(),
+                ));
+            }
+        }
+        for role in OutputRole::ALL {
+            let with: Vec<_> = self
+                .outputs
+                .iter()
+                .map(|output| (output.role == Some(role)).then_some(role))
+                .collect();
+            if let Some(at) = twice(&with) {
+                let what = format!("role = \"{}\"", role.name());
+                return refuse(&what, "output", at, "a machine has one");
+            }
+        }
+        let names: Vec<_> = self.inputs.iter().map(|input| input.name.as_deref()).collect();
+        if let Some(at) = twice(&names) {
+            let what = format!("the name {:?}", names[at.0].unwrap_or_default());
+            return refuse(&what, "input", at, "give one of them another");
+        }
+        let names: Vec<_> = self.outputs.iter().map(|output| output.name.as_deref()).collect();
+        if let Some(at) = twice(&names) {
+            let what = format!("the name {:?}", names[at.0].unwrap_or_default());
+            return refuse(&what, "output", at, "give one of them another");
+        }
+        let order: Vec<_> = self.home_order.iter().map(|name| Some(Axis::from(*name))).collect();
+        if let Some((a, b)) = twice(&order) {
+            return Err(ProfileError(format!(
+                "home_order names {:?} at place {} and {}; name each axis once",
+                self.home_order[a],
+                a + 1,
+                b + 1
+            )));
+        }
+        Ok(())
+    }
+
     fn check(&self) -> Result<(), ProfileError> {
         fn range(field: &str, value: i64, low: i64, high: i64) -> Result<(), ProfileError> {
             if (low..=high).contains(&value) {
@@ -532,6 +675,7 @@ impl Profile {
             range("input.n", input.n.into(), 1, self.wiring.inputs().into())?;
             range("input.filter_ms", input.filter_ms.into(), 1, 50)?;
         }
+        self.check_roles()?;
         for output in &self.outputs {
             range("output.n", output.n.into(), 1, self.wiring.outputs().into())?;
             if output.reset == SafeState::Keep {
@@ -551,6 +695,41 @@ mod tests {
         for (name, text) in BUILT_IN {
             assert_eq!(Profile::parse(text).map(|profile| profile.name), Ok(name.to_owned()));
         }
+    }
+
+    #[test]
+    fn doubled_numbers_names_and_roles_are_refused_with_their_places() {
+        let input = |n: u8, role: &str| format!("\n[[input]]\nn = {n}\nrole = \"{role}\"\n");
+        let mill = BUILT_IN[0].1;
+        let error = |text: String| Profile::parse(&(mill.to_owned() + &text)).expect_err(&text).0;
+        let base = mill.matches("[[input]]").count();
+        let many = |role: &str, count: u8| (1..=count).map(|n| input(n, role)).collect::<String>();
+        for (role, most) in [("emergency_stop", 4), ("hold", 2), ("door", 2), ("stop", 2)] {
+            let text = mill.to_owned() + &many(role, most);
+            assert!(Profile::parse(&text).is_ok(), "{most} of {role}");
+            let told = error(many(role, most + 1));
+            let (first, last) = (base + 1, base + 1 + usize::from(most));
+            let start = format!("[[input]] number {first} and {last} both have role = \"{role}\"");
+            assert!(told.starts_with(&start), "{told}");
+        }
+        for role in ["start", "probe", "reference_x", "reference_y", "reference_z"] {
+            assert!(error(many(role, 2)).ends_with("a machine has one"), "{role}");
+        }
+        assert!(error(input(5, "hold") + &input(5, "emergency_stop")).contains("n = 5"));
+        assert!(error(input(17, "start")).contains("no filter"));
+        let output = |n: u8, rest: &str| format!("\n[[output]]\nn = {n}\n{rest}\n");
+        assert!(error(output(9, "") + &output(9, "")).contains("both have n = 9"));
+        for role in ["coolant", "lamp", "enable", "laser"] {
+            let text = output(9, &format!("role = \"{role}\""))
+                + &output(10, &format!("role = \"{role}\""));
+            assert!(error(text).contains(role), "{role}");
+        }
+        let named = |n: u8| format!("\n[[input]]\nn = {n}\nname = \"same\"\n");
+        assert!(error(named(5) + &named(6)).contains("\"same\""));
+        let line = mill.lines().find(|line| line.starts_with("home_order")).expect("a home order");
+        let text = mill.replace(line, "home_order = [\"X\", \"Y\", \"X\"]");
+        let told = Profile::parse(&text).expect_err("X twice").0;
+        assert!(told.contains("place 1 and 3"), "{told}");
     }
 
     #[test]

@@ -8,7 +8,7 @@
 pub const FULL_POWER: i32 = 1000;
 
 /// Version of both layouts.
-pub const RECORD_VERSION: u16 = 1;
+pub const RECORD_VERSION: u16 = 2;
 
 /// Image features: what a program uses, so that the device can lay out its RAM.
 pub mod feature {
@@ -163,20 +163,25 @@ pub struct BoardRecord {
     pub input_invert_high: u16,
     /// Input numbers of the reference switches X, Y, Z.
     pub reference: [u8; 3],
-    /// Input number of the emergency stop, 0 for none.
-    pub emergency: u8,
+    /// Input numbers of Stop buttons, 0 for none. This and what follows up to `end_of_stops` keeps the
+    /// machine from working while it is on.
+    pub stop: [u8; 2],
+    /// Input numbers of feed hold.
+    pub hold: [u8; 2],
+    /// Input numbers of doors.
+    pub door: [u8; 2],
+    /// Input numbers of emergency stops.
+    pub emergency: [u8; 4],
+    /// [`BoardRecord::END_OF_STOPS`]
+    pub end_of_stops: u8,
     /// Input number of a second Start, 0 for none.
     pub start: u8,
-    /// Input number of a second Stop, 0 for none.
-    pub stop: u8,
-    /// Input number of feed hold, 0 for none.
-    pub hold: u8,
-    /// Input number of the door, 0 for none.
-    pub door: u8,
-    /// Outputs whose on is a low level.
-    pub output_invert: u16,
+    /// Zero.
+    pub spare: u8,
     /// Outputs that are on after reset.
     pub reset_on: u16,
+    /// Outputs whose on is a low level.
+    pub output_invert: u16,
     /// In a pause.
     pub pause: OutputStates,
     /// At a fault that ends the run.
@@ -196,12 +201,12 @@ pub struct BoardRecord {
     /// Lock code of program and profile ([`wire`](crate::wire), Lock), low word first; a low word of 0
     /// is none.
     pub lock: [u16; 2],
-    /// Pin of port 1 that carries the emergency stop, as a mask; 0 for one in the chain, or none.
+    /// Pins of port 1 that carry emergency stops, as a mask.
     pub emergency_pin: u8,
-    /// The same where the stop is pressed when that pin goes low.
+    /// Those of them where the stop is pressed when the pin goes low.
     pub emergency_falls: u8,
     /// Zero.
-    pub reserved: [u16; 5],
+    pub reserved: u16,
     /// CRC of the 62 bytes before.
     pub crc: u16,
 }
@@ -211,6 +216,8 @@ impl BoardRecord {
     pub const CHAIN: u16 = 1 << 0;
     /// [`BoardRecord::flags`]: run the stored program at power-up.
     pub const AUTORUN: u16 = 1 << 1;
+    /// [`BoardRecord::end_of_stops`]: no number of an input, bit 7 set.
+    pub const END_OF_STOPS: u8 = 0xFF;
     /// Bytes of the record.
     pub const SIZE: usize = 64;
 
@@ -228,13 +235,15 @@ impl BoardRecord {
         input_invert: 0,
         input_invert_high: 0,
         reference: [9, 10, 11],
-        emergency: 0,
+        stop: [0; 2],
+        hold: [0; 2],
+        door: [0; 2],
+        emergency: [0; 4],
+        end_of_stops: BoardRecord::END_OF_STOPS,
         start: 0,
-        stop: 0,
-        hold: 0,
-        door: 0,
-        output_invert: 0,
+        spare: 0,
         reset_on: 0,
+        output_invert: 0,
         pause: OutputStates { keep: 0xFFFF, on: 0 },
         fault: OutputStates { keep: 0, on: 0 },
         end: OutputStates { keep: 0, on: 0 },
@@ -246,7 +255,7 @@ impl BoardRecord {
         lock: [0; 2],
         emergency_pin: 0,
         emergency_falls: 0,
-        reserved: [0; 5],
+        reserved: 0,
         crc: 0,
     };
 

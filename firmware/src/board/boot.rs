@@ -57,7 +57,7 @@ pub fn kick() {
     set!(reg::watchdog().wdtctl, WATCHDOG_KICK);
 }
 
-/// 16 MHz from the factory calibration, ACLK from the VLO, pins to their safe states, timer and
+/// The chip is the emulator's: its supply is there. 16 MHz from the factory calibration, ACLK from the VLO, pins to their safe states, timer and
 /// UART running; interrupts are still off.
 pub fn hardware() {
     let clock = reg::clock();
@@ -77,10 +77,11 @@ pub fn hardware() {
     let ports = reg::ports();
     set!(ports.p2out, 0);
     set!(ports.p2sel, 0);
-    set!(ports.p2dir, 0xFF);
-    let pull_up = P1_STOP | P1_START;
-    set!(ports.p1out, pull_up);
-    set!(ports.p1ren, pull_up);
+    // Outputs stay as their resistors have them until the first exchange.
+    set!(ports.p2dir, !(P2_OUT1_OR_LATCH | P2_OUT2_OR_ENABLE));
+    // All of port 1 is pulled up, the receive pin of a cable that is off too.
+    set!(ports.p1out, 0xFF);
+    set!(ports.p1ren, 0xFF);
     set!(ports.p1sel, P1_UART);
     set!(ports.p1sel2, P1_UART);
 

@@ -12,16 +12,6 @@ use crate::pins::{
 };
 use crate::reg::{self, bic, bis, set};
 
-/// Direct wiring: pull-ups on the inputs, outputs off.
-pub fn open_direct() {
-    let ports = reg::ports();
-    bis!(ports.p1ren, INPUTS);
-    bis!(ports.p1out, INPUTS);
-}
-
-/// Pins of inputs 1 to 4 of the direct wiring.
-const INPUTS: u8 = 0xF0;
-
 /// Direct wiring: sets the outputs' levels and brings the inputs', on when closed to ground.
 pub fn pins(outputs: u16) -> u16 {
     let ports = reg::ports();
@@ -32,25 +22,27 @@ pub fn pins(outputs: u16) -> u16 {
             bic!(ports.p2out, pin);
         }
     }
+    // Not before they have their levels.
+    bis!(ports.p2dir, P2_OUT1_OR_LATCH | P2_OUT2_OR_ENABLE);
     u16::from(!ports.p1in.read().bits() >> 4)
 }
 
-/// Makes port 1 the SPI master of the chain: 8 MHz, data valid at the rising edge.
+/// Makes port 1 the SPI master of the chain: 4 MHz, as the 74HC165 take their time, data valid at the
+/// rising edge.
 pub fn open() {
     let ports = reg::ports();
     let spi = reg::spi();
     set!(spi.ucb0ctl1, 0b10 << 6 | 1);
     set!(spi.ucb0ctl0, 1 << 7 | 1 << 5 | 1 << 3 | 1);
-    set!(spi.ucb0br0, 2);
+    set!(spi.ucb0br0, 4);
     set!(spi.ucb0br1, 0);
     set!(spi.ucb0ctl1, 0b10 << 6);
     let pins = P1_REF_Y_OR_CLOCK | P1_REF_Z_OR_MISO | P1_PROBE_OR_MOSI;
     bis!(ports.p1sel, pins);
     bis!(ports.p1sel2, pins);
-    bis!(ports.p1ren, P1_REF_X_OR_PROBE);
-    bis!(ports.p1out, P1_REF_X_OR_PROBE);
-    // The registers hold what the chip sends before their outputs are enabled.
+    // The outputs' enable stays high until the registers hold what the chip sends.
     bis!(ports.p2out, P2_OUT1_OR_LATCH | P2_OUT2_OR_ENABLE);
+    set!(ports.p2dir, 0xFF);
 }
 
 fn byte(out: u8) -> u8 {

@@ -99,8 +99,7 @@ impl Core {
         if self.session.is_active() || self.effect.code != 0 {
             return Err(Exception::Busy);
         }
-        let emergency = self.record.emergency;
-        if emergency != 0 && self.input(emergency) {
+        if self.first_on(&self.record.emergency) != 0 {
             return Err(Exception::Busy);
         }
         match code {
@@ -253,10 +252,10 @@ impl Core {
         };
         let number = n as u8 + 1;
         let record = self.record;
-        let [x, y, z] = record.reference;
-        let roles = [record.stop, record.hold, record.door, record.emergency, x, y, z];
+        let stops: [&[u8]; 5] =
+            [&record.stop, &record.hold, &record.door, &record.emergency, &record.reference];
         #[expect(clippy::manual_contains, reason = "a call of memchr is longer")]
-        let taken = || roles.iter().any(|&role| role == number);
+        let taken = || stops.iter().any(|list| list.iter().any(|&role| role == number));
         if n >= 16 || taken() {
             return Err(Exception::IllegalValue);
         }

@@ -7,7 +7,7 @@ mod io;
 mod keep;
 mod run;
 mod tick;
-mod trace;
+pub mod trace;
 
 pub use effect::{END, Effect, PULSE_BEGUN};
 pub use events::{Event, PENDING};

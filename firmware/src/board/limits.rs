@@ -19,9 +19,11 @@ impl Core {
                 inputs |= 1 << (input - 1);
             }
         };
-        // One that is pressed already has been seen to.
-        if !self.unfiltered(self.record.emergency) {
-            watch(self.record, self.record.emergency);
+        for n in self.record.emergency {
+            // One that is pressed already has been seen to.
+            if !self.unfiltered(n) {
+                watch(self.record, n);
+            }
         }
         let mut n = AXES;
         while n != 0 {
@@ -81,8 +83,8 @@ impl Core {
             let chained = matches!(input, 1..=16) && answered >> (input - 1) & 1 != 0;
             chained || pins & record.pin(input) != 0
         };
-        if has(record.emergency) {
-            self.emergency(record.emergency);
+        if let Some(n) = record.emergency.into_iter().find(|n| has(*n)) {
+            self.emergency(n);
             return;
         }
         let mut n = AXES;

@@ -51,7 +51,7 @@ module.link.uart:
 USCIAB0RX:
     push r12
     push r13
-    mov.b &0x0064, r13
+    mov.b &0x0065, r13
     mov.b &0x0066, r12
     tst.b &{shared}+{state}
     jne 5f

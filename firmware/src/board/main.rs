@@ -80,8 +80,6 @@ extern "C" fn main() -> ! {
     step::init(core.record.pulse, 0);
     if core.chained() {
         chain::open();
-    } else {
-        chain::open_direct();
     }
     guard::open(core.record.falling(), core.record.input_invert);
     core.cause = boot::cause();

@@ -1,6 +1,7 @@
 //! The registers and bits of the link (`lang::wire`).
 
 use crate::core::Core;
+use crate::core::trace;
 use crate::flash::{self, Area, Key};
 use crate::motor::AXES;
 use crate::vm::{POOL_WORDS, vm};
@@ -213,14 +214,14 @@ impl Core {
     fn cnc_state(&self) -> u16 {
         let state = self.session.state();
         let record = self.record;
-        let on = |n: u8| n != 0 && self.input(n);
+        let on = |numbers: &[u8]| self.first_on(numbers) != 0;
         u16::from(state == RunState::Fault)
             | u16::from(self.under_way(false) != 0) << 2
             | u16::from(self.session.is_active()) << 3
             | u16::from(state == RunState::Paused) << 4
             | u16::from(self.jog && self.motor.moving() != 0) << 5
-            | u16::from(on(record.door)) << 6
-            | u16::from(on(record.emergency)) << 8
+            | u16::from(on(&record.door)) << 6
+            | u16::from(on(&record.emergency)) << 8
     }
 
     fn status(&mut self, address: u16) -> u16 {
@@ -345,6 +346,7 @@ impl Map for Core {
             TRACE_MODE => {
                 self.trace.on = value != 0;
                 self.trace.full = false;
+                self.trace.left = trace::PATIENCE;
                 Ok(())
             }
             UPLOAD_CONTROL => self.upload(value),

@@ -67,13 +67,13 @@ constants! {
     B_INPUT_INVERT = offset_of!(BoardRecord, input_invert);
     B_INPUT_INVERT_HIGH = offset_of!(BoardRecord, input_invert_high);
     B_REFERENCE = offset_of!(BoardRecord, reference);
+    B_STOPS = offset_of!(BoardRecord, stop);
+    B_DOOR = offset_of!(BoardRecord, door);
     B_EMERGENCY = offset_of!(BoardRecord, emergency);
+    B_END_OF_STOPS = offset_of!(BoardRecord, end_of_stops);
     B_EMERGENCY_PIN = offset_of!(BoardRecord, emergency_pin);
     B_EMERGENCY_FALLS = offset_of!(BoardRecord, emergency_falls);
     B_START = offset_of!(BoardRecord, start);
-    B_STOP = offset_of!(BoardRecord, stop);
-    B_HOLD = offset_of!(BoardRecord, hold);
-    B_DOOR = offset_of!(BoardRecord, door);
     B_OUTPUT_INVERT = offset_of!(BoardRecord, output_invert);
     B_RESET_ON = offset_of!(BoardRecord, reset_on);
     // Each of these three is a mask of outputs that keep their state, then one of those that go on.
@@ -167,4 +167,11 @@ core::arch::global_asm!(
     pool = const vm::POOL,
     state = const core::mem::size_of::<vm::State>(),
     frame = const vm::FRAME_AT,
+);
+
+// Lists that `first_on` (io.s) and command 110 walk.
+const _: () = assert!(
+    offset_of!(BoardRecord, stop) == offset_of!(BoardRecord, reference) + 3
+        && offset_of!(BoardRecord, end_of_stops) == offset_of!(BoardRecord, emergency) + 4
+        && BoardRecord::END_OF_STOPS & 0x80 != 0
 );

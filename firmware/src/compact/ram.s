@@ -201,7 +201,7 @@
     .set M_JOG, 32              /* brake when the host falls silent; the link's bit for it */
 /* WATCH: no more steps are made */
     .set WATCH_ENDS, 1
-/* WATCH: so, as the emergency stop has answered at its pin */
+/* WATCH: so, as an emergency stop has answered at its pin */
     .set TRIPPED, -1
 /* RUN_FLAGS */
     .set R_WAITING, 1           /* WaitStart, and Start was not pressed yet */
@@ -216,6 +216,8 @@
     .set T_FULL, 2              /* the slot holds an event that was not received */
     .set T_ANNOUNCED, 4         /* the host knows of the line that is being printed */
     .set T_DROPPED, 8           /* the line that is being put does not fit */
+    .set T_QUARTER, 16          /* a quarter of a second, of those left until trace mode ends: */
+    .set T_HEARD, 7*T_QUARTER
     .set T_LOCKED, 128          /* program and profile are locked; its sign */
 /* EFFECT */
     .set EFFECT_END, 0xfe       /* no opcode of this part */

@@ -4,7 +4,7 @@ use lang::fault::Fault;
 use lang::wire::{End, RunState, TRACE_OK, TraceKind};
 use proptest::prelude::*;
 
-use crate::rig::{Event, Rig, event};
+use crate::rig::{Event, Rig, T_HEARD, event};
 
 fn out(n: u8, on: bool) -> Event {
     event(TraceKind::Out, n, on.into())
@@ -226,12 +226,13 @@ fn a_trace_slot_is_read_by_parity() {
     chip.set_word("TRACE_NUMBER", 7);
     chip.set_word("TRACE_PC", 0x123);
     chip.set_long("TRACE_VALUE", 0, 0x0004_0005);
+    // Trace mode, and the slot is full.
     chip.set_byte("TRACING", 3);
     assert_eq!(read(chip, 8), 7);
     assert_eq!([10, 11, 12, 13].map(|index| read(chip, index)), [0x123, 5, 4, 0]);
-    assert_eq!(chip.byte("TRACING"), 3, "not received yet");
+    assert_eq!(chip.byte("TRACING"), 3 | T_HEARD, "not received yet");
     assert_eq!(read(chip, 0), 0);
-    assert_eq!(chip.byte("TRACING"), 1);
+    assert_eq!(chip.byte("TRACING"), 1 | T_HEARD);
 }
 
 #[test]

@@ -70,7 +70,7 @@ fn roles_keep_the_machine_from_working() {
         + "\n[[input]]\nn = 12\nrole = \"door\"\n\n[[input]]\nn = 13\nrole = \"emergency_stop\"\n";
     let profile = Profile::parse(&text).expect("mill with a door");
     let record = BoardRecord::of(&profile, 1);
-    assert_eq!((record.door, record.emergency), (12, 13));
+    assert_eq!((record.door, record.emergency), ([12, 0], [13, 0, 0, 0]));
     let mut rig = Rig::with(&profile, "Wait 1s\n");
     rig.input(12, true);
     rig.chip.call("blocking", &[]);
@@ -97,7 +97,8 @@ fn roles_keep_the_machine_from_working() {
 #[test]
 fn a_laser_is_off_while_nothing_moves() {
     let mut rig = Rig::new("laser", "Wait 1s\n");
-    let laser = rig.chip.board.peek8(0x1040 + 40);
+    let profile = Profile::built_in("laser").expect("built in");
+    let laser = BoardRecord::of(&profile, 1).laser;
     assert_ne!(laser, 0);
     rig.chip.set_word("OUTPUT", 0xFFFF);
     rig.ms(2);

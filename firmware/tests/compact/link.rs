@@ -7,7 +7,7 @@ mod run;
 use emulator::{Board, TICKS_PER_SECOND};
 use lang::wire::{CRC_START, crc16};
 
-use crate::chip::Chip;
+use crate::chip::{BOOT_US, Chip};
 
 /// One character at 115200 bit/s, 10 bits.
 const CHARACTER: u64 = TICKS_PER_SECOND * 10 / 115_200;
@@ -18,7 +18,7 @@ const SILENCE: u64 = TICKS_PER_SECOND / 1_000_000 * 1750;
 pub fn board() -> Board {
     let mut board = Chip::new().board;
     board.reset_pin();
-    board.run_us(20_000);
+    board.run_us(BOOT_US);
     board.uart_take();
     board
 }

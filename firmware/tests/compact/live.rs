@@ -7,8 +7,8 @@ use lang::profile::Profile;
 use lang::record::BoardRecord;
 use lang::wire::{RunState, TraceKind};
 
-use crate::chip::Chip;
-use crate::rig::{COMMITTED, Event, IMAGE, PROFILE, SLOT, T_FULL, T_ON, image_of};
+use crate::chip::{BOOT_US, Chip};
+use crate::rig::{COMMITTED, Event, IMAGE, PROFILE, SLOT, T_FULL, T_HEARD, T_ON, image_of};
 
 /// Time between two looks of the host, us.
 const SLICE: u64 = 200;
@@ -40,10 +40,10 @@ impl Live {
         board.reset_pin();
         let mut live = Live { board, events: Vec::new(), targets: Vec::new() };
         // RAM is anything until the chip has cleared it.
-        live.board.run_us(20_000);
+        live.board.run_us(BOOT_US + 100_000);
         assert_eq!(live.state(), RunState::Ready);
         let tracing = live.at("TRACING");
-        live.board.poke8(tracing, T_ON);
+        live.board.poke8(tracing, T_ON | T_HEARD);
         live
     }
 
@@ -93,7 +93,8 @@ impl Live {
 
     fn take(&mut self) {
         let at = self.at("TRACING");
-        let flags = self.board.peek8(at);
+        let flags = self.board.peek8(at) | T_HEARD;
+        self.board.poke8(at, flags);
         if flags & T_FULL == 0 {
             return;
         }

@@ -21,9 +21,12 @@ const WDTCTL: u16 = 0x0120;
 const P2DIR: u16 = 0x2A;
 const P1OUT: u16 = 0x21;
 const P1REN: u16 = 0x27;
-const BUTTONS: u8 = 1 << 0 | 1 << 3;
+/// Outputs or latch and enable of the chain: driven by the firmware when they have their levels.
+const OUTPUTS: u8 = 1 << 2 | 1 << 5;
 /// `T_` flags of `ram.s`.
 pub const T_ON: u8 = 1;
+/// See [`T_ON`]: the host reads on.
+pub const T_HEARD: u8 = 0x70;
 /// See [`T_ON`].
 pub const T_FULL: u8 = 2;
 
@@ -87,8 +90,8 @@ impl Rig {
         put(SLOT, &COMMITTED.to_le_bytes());
         put(IMAGE, image);
         put(PROFILE, &BoardRecord::of(profile, 1).to_bytes());
-        // As the boot table has it: all of port 2 is output, the buttons have pull-ups.
-        for (register, value) in [(P2DIR, 0xFF), (P1OUT, BUTTONS), (P1REN, BUTTONS)] {
+        // As the boot table has it.
+        for (register, value) in [(P2DIR, !OUTPUTS), (P1OUT, 0xFF), (P1REN, 0xFF)] {
             chip.board.bus_write8(register, value);
         }
         chip.set_word("BOARD", PROFILE);
@@ -103,7 +106,7 @@ impl Rig {
     /// The same with a host that traces.
     pub fn traced(profile: &str, script: &str) -> Rig {
         let mut rig = Rig::new(profile, script);
-        rig.chip.set_byte("TRACING", T_ON);
+        rig.chip.set_byte("TRACING", T_ON | T_HEARD);
         rig
     }
 
@@ -130,7 +133,11 @@ impl Rig {
 
     /// What a host does between two polls: takes the event and the print.
     fn host(&mut self) {
-        let flags = self.chip.byte("TRACING");
+        let mut flags = self.chip.byte("TRACING");
+        if flags & T_ON != 0 {
+            flags |= T_HEARD;
+            self.chip.set_byte("TRACING", flags);
+        }
         if flags & T_FULL != 0 {
             let kind = self.chip.byte("TRACE_KIND");
             let argument = self.chip.byte("TRACE_ARGUMENT");

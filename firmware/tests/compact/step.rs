@@ -9,7 +9,7 @@ use lang::record::{AxisRecord, MachineRecord};
 use lang::wire::{CRC_START, crc16};
 use proptest::prelude::*;
 
-use crate::chip::Chip;
+use crate::chip::{BOOT_US, Chip};
 use crate::line::{aim, feed_word, in_the_unit_of};
 use crate::machine::{install, mill};
 use crate::ramp::PAUSE;
@@ -46,7 +46,7 @@ impl Machine {
     fn new(axes: [AxisRecord; 3], host: bool) -> Machine {
         let mut chip = Chip::new();
         chip.board.reset_pin();
-        chip.board.run_us(20_000);
+        chip.board.run_us(BOOT_US);
         install(&mut chip, &MachineRecord { axes, ..mill() });
         chip.board.record(true);
         chip.board.clear_stats();

@@ -4,6 +4,7 @@ use emulator::{Board, Stop};
 use lang::wire::{self, Control, End, RunState, Upload};
 
 use crate::area::{image, words};
+use crate::chip::BOOT_US;
 use crate::link::{board, read, sealed, write, write_one};
 
 /// Milliseconds that a host allows for the reply to an upload code (`lang::wire`).
@@ -46,7 +47,7 @@ fn a_program_comes_over_the_line_and_stays() {
         assert_eq!(read(&mut board, 3, wire::LAST_END, 1), [End::Done as u16]);
         board.power_cut();
         board.power_up();
-        board.run_us(100_000);
+        board.run_us(BOOT_US + 100_000);
         board.uart_take();
     }
     assert_eq!(board.warnings(), &[]);

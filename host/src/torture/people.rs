@@ -49,9 +49,9 @@ fn record(rng: &mut Rng) -> BoardRecord {
     let (pause, fault, end) = (states(), states(), states());
     BoardRecord {
         sequence: 1,
-        hold: HOLD,
-        door: DOOR,
-        emergency: EMERGENCY,
+        hold: [HOLD, 0],
+        door: [0, DOOR],
+        emergency: [0, EMERGENCY, 0, 0],
         pause,
         fault,
         end,
@@ -152,7 +152,9 @@ impl People {
                 plant.set_input(n, rng.below(2) == 0);
             }
             // Without these roles they are inputs as any other.
-            10..=12 if self.record.emergency == 0 => plant.set_input(EMERGENCY, rng.below(2) == 0),
+            10..=12 if self.record.emergency == [0; 4] => {
+                plant.set_input(EMERGENCY, rng.below(2) == 0)
+            }
             10 => plant.set_input(if rng.below(2) == 0 { HOLD } else { DOOR }, rng.below(3) == 0),
             11 => {
                 plant.set_input(EMERGENCY, true);

@@ -17,7 +17,7 @@ const LOOK_US: u64 = 200;
 /// Silence that ends a frame and lets the next one begin, us.
 const SILENCE_US: u64 = 2_000;
 /// A board answers so soon after power, us.
-pub const BOOT_US: u64 = 100_000;
+pub const BOOT_US: u64 = 200_000;
 /// Registers of one write.
 const REGISTERS: usize = 21;
 

@@ -29,7 +29,7 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
         (Emitter::new(program, &unit, cells, true).finish(), true)
     };
     let profile = MachineRecord::of(&program.profile);
-    let profile_hash = hash(&profile.to_bytes());
+    let profile_hash = profile.hash();
     let machine = MachineRecord { keeps: keeps_id(program, cells), ..profile }.to_bytes();
     let data_len = code.data.bytes.len() + code.table.len();
     let features = unit.features | if wide { feature::WIDE } else { 0 };

@@ -25,25 +25,27 @@ impl BoardRecord {
             input_invert: word(12),
             input_invert_high: word(14),
             reference: [byte(16), byte(17), byte(18)],
-            emergency: byte(19),
-            start: byte(20),
-            stop: byte(21),
-            hold: byte(22),
-            door: byte(23),
-            output_invert: word(24),
-            reset_on: word(26),
-            pause: states(28),
-            fault: states(32),
-            end: states(36),
-            laser: byte(40),
-            lamp: byte(41),
-            enable: byte(42),
-            spindle: byte(43),
-            spin_up: word(44),
-            lock: [word(46), word(48)],
-            emergency_pin: byte(50),
-            emergency_falls: byte(51),
-            reserved: [0, 1, 2, 3, 4].map(|i| word(52 + 2 * i)),
+            stop: [byte(19), byte(20)],
+            hold: [byte(21), byte(22)],
+            door: [byte(23), byte(24)],
+            emergency: [byte(25), byte(26), byte(27), byte(28)],
+            end_of_stops: byte(29),
+            start: byte(30),
+            spare: byte(31),
+            reset_on: word(32),
+            output_invert: word(34),
+            pause: states(36),
+            fault: states(40),
+            end: states(44),
+            laser: byte(48),
+            lamp: byte(49),
+            enable: byte(50),
+            spindle: byte(51),
+            spin_up: word(52),
+            lock: [word(54), word(56)],
+            emergency_pin: byte(58),
+            emergency_falls: byte(59),
+            reserved: word(60),
             crc: word(62),
         }
     }
@@ -74,12 +76,16 @@ impl BoardRecord {
 
     /// The inputs that are not just what the wiring gives.
     fn inputs(&self, base: &[Input], wiring: Wiring) -> Vec<Input> {
-        let roles = [
-            (self.emergency, InputRole::EmergencyStop),
+        let several = |numbers: &[u8], role| numbers.iter().map(|n| (*n, role)).collect::<Vec<_>>();
+        let stops = [
+            several(&self.emergency, InputRole::EmergencyStop),
+            several(&self.stop, InputRole::Stop),
+            several(&self.hold, InputRole::Hold),
+            several(&self.door, InputRole::Door),
+        ]
+        .concat();
+        let single = [
             (self.start, InputRole::Start),
-            (self.stop, InputRole::Stop),
-            (self.hold, InputRole::Hold),
-            (self.door, InputRole::Door),
             (self.probe, InputRole::Probe),
             (self.reference[0], InputRole::ReferenceX),
             (self.reference[1], InputRole::ReferenceY),
@@ -90,7 +96,7 @@ impl BoardRecord {
             _ => self.input_invert >> (n - 1) & 1 != 0,
         };
         let input = |n: i32| {
-            let role = roles.iter().find(|(number, _)| i32::from(*number) == n);
+            let role = stops.iter().chain(&single).find(|(number, _)| i32::from(*number) == n);
             let named = base.iter().find(|input| input.n == n);
             let usual = n == wiring.probe() || (9..=11).contains(&n) || wiring == Wiring::Direct;
             let role = role.map(|(_, role)| *role).filter(|_| !usual);

@@ -108,6 +108,11 @@ impl MachineRecord {
         }
     }
 
+    /// What an image's header holds of it: tells machines apart.
+    pub fn hash(&self) -> u16 {
+        self.to_bytes().iter().fold(CRC_START, |crc, &byte| crc16(crc, byte))
+    }
+
     /// The record as the image holds it, [`MachineRecord::SIZE`] bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = Vec::with_capacity(MachineRecord::SIZE);
@@ -125,6 +130,10 @@ impl BoardRecord {
     /// The board's part of `profile`, with this sequence number and a valid CRC.
     pub fn of(profile: &Profile, sequence: u16) -> BoardRecord {
         let input = |role| number(profile.input_with(role).map_or(0, |input| input.n));
+        let inputs = |role| {
+            let mut with = profile.inputs.iter().filter(move |input| input.role == Some(role));
+            move || with.next().map_or(0, |input| number(input.n))
+        };
         let output = |role| number(profile.output_with(role).map_or(0, |output| output.n));
         let mut flags = 0;
         if profile.wiring == Wiring::Chain {
@@ -150,6 +159,8 @@ impl BoardRecord {
             Some(OutputRole::Laser) => SafeState::Off,
             _ => output.pause,
         };
+        let (mut stop, mut hold) = (inputs(InputRole::Stop), inputs(InputRole::Hold));
+        let (mut door, mut emergency) = (inputs(InputRole::Door), inputs(InputRole::EmergencyStop));
         let record = BoardRecord {
             sequence,
             version: RECORD_VERSION,
@@ -163,11 +174,13 @@ impl BoardRecord {
             input_invert: (1..=16).filter(|&n| inverted(n)).map(bit).sum(),
             input_invert_high: inverted(17).into(),
             reference: Axis::ALL.map(|axis| number(profile.reference_input(axis))),
-            emergency: input(InputRole::EmergencyStop),
+            stop: core::array::from_fn(|_| stop()),
+            hold: core::array::from_fn(|_| hold()),
+            door: core::array::from_fn(|_| door()),
+            emergency: core::array::from_fn(|_| emergency()),
+            end_of_stops: BoardRecord::END_OF_STOPS,
             start: input(InputRole::Start),
-            stop: input(InputRole::Stop),
-            hold: input(InputRole::Hold),
-            door: input(InputRole::Door),
+            spare: 0,
             output_invert: profile.outputs.iter().filter(|o| o.invert).map(|o| bit(o.n)).sum(),
             reset_on: states(profile, |output| output.reset, SafeState::Off).on,
             pause: states(profile, pause, SafeState::Keep),
@@ -181,10 +194,10 @@ impl BoardRecord {
             lock: [0; 2],
             emergency_pin: 0,
             emergency_falls: 0,
-            reserved: [0; 5],
+            reserved: 0,
             crc: 0,
         };
-        let emergency_pin = record.pin(record.emergency);
+        let emergency_pin = record.emergency.iter().fold(0, |pins, n| pins | record.pin(*n));
         let emergency_falls = emergency_pin & record.falling();
         BoardRecord { emergency_pin, emergency_falls, ..record }.sealed()
     }
@@ -214,11 +227,15 @@ impl BoardRecord {
             self.input_invert,
             self.input_invert_high,
             pair(self.reference[0], self.reference[1]),
-            pair(self.reference[2], self.emergency),
-            pair(self.start, self.stop),
-            pair(self.hold, self.door),
-            self.output_invert,
+            pair(self.reference[2], self.stop[0]),
+            pair(self.stop[1], self.hold[0]),
+            pair(self.hold[1], self.door[0]),
+            pair(self.door[1], self.emergency[0]),
+            pair(self.emergency[1], self.emergency[2]),
+            pair(self.emergency[3], self.end_of_stops),
+            pair(self.start, self.spare),
             self.reset_on,
+            self.output_invert,
         ]);
         for states in [self.pause, self.fault, self.end] {
             words(&[states.keep, states.on]);
@@ -226,7 +243,7 @@ impl BoardRecord {
         words(&[pair(self.laser, self.lamp), pair(self.enable, self.spindle), self.spin_up]);
         words(&self.lock);
         words(&[pair(self.emergency_pin, self.emergency_falls)]);
-        words(&self.reserved);
+        words(&[self.reserved]);
         words(&[self.crc]);
         let mut bytes = [0; BoardRecord::SIZE];
         bytes.copy_from_slice(&out);
@@ -257,6 +274,32 @@ mod tests {
         let mill = Profile::built_in("mill").unwrap();
         let record = BoardRecord::of(&mill, 0);
         assert_eq!(BoardRecord { crc: 0, ..record }, BoardRecord::DEFAULT);
+    }
+
+    #[test]
+    fn several_inputs_of_a_role_come_back_from_the_record() {
+        let roles = [("emergency_stop", 1), ("hold", 2), ("emergency_stop", 5), ("door", 6)]
+            .into_iter()
+            .chain([("stop", 7), ("emergency_stop", 17), ("hold", 4), ("door", 8), ("stop", 3)])
+            .chain([("emergency_stop", 16), ("start", 12), ("probe", 13)]);
+        let text: String =
+            roles.map(|(role, n)| format!("\n[[input]]\nn = {n}\nrole = \"{role}\"\n")).collect();
+        let mill = include_str!("../../../examples/profiles/mill.toml");
+        let profile = Profile::parse(&(mill.to_owned() + &text)).expect("the profile");
+        let record = BoardRecord::of(&profile, 7);
+        assert_eq!(record.emergency, [1, 5, 17, 16]);
+        assert_eq!((record.hold, record.door, record.stop), ([2, 4], [6, 8], [7, 3]));
+        let again = BoardRecord::from_bytes(&record.to_bytes());
+        assert_eq!(again, record);
+        let base = Profile::built_in("mill").expect("built in");
+        let back = BoardRecord::of(&again.into_profile(&base), 7);
+        let sorted = |mut numbers: [u8; 4]| {
+            numbers.sort_unstable();
+            numbers
+        };
+        assert_eq!(sorted(back.emergency), sorted(record.emergency));
+        assert_eq!((back.hold, back.door, back.stop), ([2, 4], [6, 8], [3, 7]));
+        assert_eq!((back.start, back.probe), (12, 13));
     }
 
     #[test]

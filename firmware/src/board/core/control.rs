@@ -104,16 +104,16 @@ impl Core {
         self.fault_input = 0;
     }
 
-    /// Steps cease at once, outputs go to their safe states, F14 is latched.
+    /// Steps cease at once, outputs go to their safe states whatever trace and KEEP values have to do,
+    /// F14 is latched.
     pub fn emergency(&mut self, input: u8) {
         self.motor.halt();
         self.motor.homed = 0;
+        self.outputs = self.outputs & self.record.fault.keep | self.record.fault.on;
+        self.exchange();
         self.fault_input = input;
         self.effect.code = if self.session.is_active() { self.effect.code } else { 0 };
         self.fail(Fault::EmergencyStop);
-        if !self.session.is_active() {
-            self.outputs = self.outputs & self.record.fault.keep | self.record.fault.on;
-        }
     }
 
     /// A fault that ends the run.

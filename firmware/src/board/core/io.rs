@@ -18,12 +18,20 @@ impl Core {
 
     /// The input that blocks, 0 for none.
     pub fn blocking(&self) -> u8 {
-        for n in [self.record.stop, self.record.hold, self.record.door, self.record.emergency] {
-            if n != 0 && self.input(n) {
-                return n;
-            }
-        }
-        0
+        let record = self.record;
+        let rest = [&record.stop, &record.hold, &record.door].map(|numbers| self.first_on(numbers));
+        rest.into_iter().find(|n| *n != 0).unwrap_or_else(|| self.first_on(&record.emergency))
+    }
+
+    /// The first of these inputs that is on, 0 for none.
+    pub fn first_on(&self, numbers: &[u8]) -> u8 {
+        numbers.iter().copied().find(|n| self.input(*n)).unwrap_or(0)
+    }
+
+    /// The emergency stop that is pressed, before the filter; 0 for none.
+    pub fn emergency_now(&self) -> u8 {
+        let stops = self.record.emergency;
+        stops.into_iter().find(|n| *n != 0 && self.unfiltered(*n)).unwrap_or(0)
     }
 
     /// Input `n` from 1; false beyond those there are.
@@ -62,9 +70,17 @@ impl Core {
         true
     }
 
+    /// Sends the outputs and takes the inputs 1 to 16, before the filter.
+    pub(super) fn exchange(&mut self) -> u16 {
+        let levels = self.levels() ^ self.record.output_invert;
+        let raw = if self.chained() { chain::exchange(levels) } else { chain::pins(levels) };
+        self.raw = raw ^ self.record.input_invert;
+        self.raw
+    }
+
     /// Outputs as they go out: a laser is off whenever nothing moves, and on for as much of the time
     /// as its power is of the full one. Milliseconds that come late are as long as they were.
-    pub(super) fn levels(&mut self) -> u16 {
+    fn levels(&mut self) -> u16 {
         let laser = self.record.laser;
         if laser == 0 {
             return self.outputs;

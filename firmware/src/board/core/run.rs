@@ -6,6 +6,7 @@ use crate::vm::vm;
 use crate::vm_core;
 use lang::fault::Fault;
 use lang::isa::Op;
+use lang::record::OutputStates;
 use lang::vm::flag;
 use lang::wire::{End, RunState, TraceKind};
 
@@ -17,8 +18,16 @@ impl Core {
     pub fn run(&mut self) {
         if self.session.is_paused() {
             let ramping = self.session.state() == RunState::Stopping;
-            if ramping && self.motor.settled() && !self.trace.full && self.line_rests {
-                self.rested();
+            if ramping && self.motor.rests() {
+                // Outputs wait for nothing, the end for the host that traces; KEEP values for the line.
+                let ends = self.session.ends();
+                if let Some(end) = ends {
+                    let states = self.states_at(end);
+                    self.outputs = self.outputs & states.keep | states.on;
+                }
+                if self.motor.settled() && (ends.is_none() || !self.trace.full) && self.line_rests {
+                    self.rested();
+                }
             } else if ramping && self.seeks() {
                 // What it looks for may come on the way to rest, too.
                 self.go_on();
@@ -96,14 +105,15 @@ impl Core {
         self.forget();
     }
 
+    /// What the outputs come to where a run ends.
+    fn states_at(&self, end: End) -> OutputStates {
+        if end as u8 == End::Fault as u8 { self.record.fault } else { self.record.end }
+    }
+
     fn rested(&mut self) {
         self.save();
         let stopped = self.session.rested();
-        let states = match stopped {
-            None => self.record.pause,
-            Some(End::Fault) => self.record.fault,
-            Some(_) => self.record.end,
-        };
+        let states = stopped.map_or(self.record.pause, |end| self.states_at(end));
         self.resume_outputs = self.outputs;
         self.outputs = self.outputs & states.keep | states.on;
         if let Some(end) = stopped {

@@ -26,10 +26,7 @@ impl Core {
 
     fn millisecond(&mut self) {
         let before = self.inputs.levels();
-        let levels = self.levels() ^ self.record.output_invert;
-        let raw = if self.chained() { chain::exchange(levels) } else { chain::pins(levels) };
-        let raw = raw ^ self.record.input_invert;
-        self.raw = raw;
+        let raw = self.exchange();
         self.limits();
         self.phase += 1;
         if self.phase * 4 >= self.record.filter {
@@ -48,14 +45,14 @@ impl Core {
         let now = self.inputs.levels();
         let probe = self.input(17);
         let probe_was = core::mem::replace(&mut self.probe, probe);
-        let emergency = self.record.emergency;
         // Not filtered: a stop must not wait, and one too many does no harm.
         // An acknowledged fault can still be read: only one that is latched has been dealt with,
         // unless something moves all the same.
         let latched = self.session.state() as u8 == RunState::Fault as u8
             && self.session.fault() == Fault::EmergencyStop.number();
         let dealt_with = latched && self.motor.moving() == 0;
-        if emergency != 0 && self.unfiltered(emergency) && !dealt_with {
+        let emergency = self.emergency_now();
+        if emergency != 0 && !dealt_with {
             self.emergency(emergency);
         }
         if self.buttons.accepted() & 1 != 0 {
@@ -68,6 +65,7 @@ impl Core {
             self.held = 0;
         }
         self.silence = self.silence.saturating_add(1);
+        self.trace.tick();
         if self.jog && self.silence > SILENCE {
             self.jog = false;
             self.motor.stop(0b111);

@@ -21,6 +21,22 @@ pub struct Trace {
     pub pc: u16,
     /// Its value.
     pub value: i32,
+    /// Milliseconds until trace mode ends, as its reader has gone.
+    pub left: u16,
+}
+
+/// Trace mode ends so long after its reader, ms.
+pub const PATIENCE: u16 = 2000;
+
+impl Trace {
+    /// A millisecond without a reader.
+    pub(super) fn tick(&mut self) {
+        self.left = self.left.saturating_sub(1);
+        if self.left == 0 {
+            self.on = false;
+            self.full = false;
+        }
+    }
 }
 
 impl Core {
@@ -51,6 +67,7 @@ impl Core {
 
     /// The host has received every event before number `number`.
     pub fn received(&mut self, odd: bool) {
+        self.trace.left = PATIENCE;
         // Reading the slot of the other parity says that the event in this one was received.
         if self.trace.full && (self.trace.number & 1 != 0) != odd {
             self.trace.full = false;

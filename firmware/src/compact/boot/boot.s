@@ -1,10 +1,53 @@
 /* From reset to a board that knows its profile and its program. */
 
+    .set ADC10CTL0, 0x01b0
+    .set ADC10CTL1, 0x01b2
+    .set ADC10MEM, 0x01b4
+    /* Channel 11, half the supply; the converter's own clock over 8 (SLAU144, 22.3) */
+    .set ADC_HALF_SUPPLY, 11<<12 | 7<<5
+    /* Against the reference, of 2.5 V and switched on, 64 clocks of sampling, converter on, begin */
+    .set ADC_SAMPLE, 1<<13 | 3<<11 | 1<<6 | 1<<5 | 1<<4 | 3
+    .set ADC_BUSY, 1
+    /* 3.0 V. The reference is good for 6 %: a supply of 3.3 V less 3 % is always enough. */
+    .set SUPPLY_UP, 3000/2*1023/2500
+
     .section .text.boot,"axR",@progbits
 module.boot:
     .global boot, R_BOOTED, R_HOST, RUNS_MARK
 /* Everything before the main loop; interrupts are on at its end. Destroys all. */
 boot:
+    MICRO
+    /* Pins safe: STEP and DIR low, outputs as their resistors have them until the first exchange. All of port
+       1 is pulled up, the receive pin of a cable that is off too. UART on P1.1 and P1.2. */
+    DO poke
+    .byte 0x53, 0x20            /* BCSCTL3: ACLK from the VLO, P2.6 and P2.7 free */
+    .byte P2OUT, 0, P2SEL, 0, P2DIR, 0xff&~(P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE)
+    .byte P1OUT, 0xff, P1REN, 0xff, P1SEL, P1_UART, P1SEL2, P1_UART, 0
+    END
+    /* 16 MHz not before the supply has come up: half of it against the reference of 2.5 V, sampled for
+       100 us, which the reference needs 30 of. Then 15 ms more, for the rest of a slow rise, and for wires
+       that the pull-ups bring up before Stop is looked at. The handlers leave no room for that: 60 ms in
+       all. The watchdog works from here on. */
+    .if HAS_EVENTS
+    mov #4, r13
+1:  mov #KICK, &WATCHDOG
+    .else
+    mov #ADC_HALF_SUPPLY, &ADC10CTL1
+1:  mov #KICK, &WATCHDOG
+    mov #ADC_SAMPLE, &ADC10CTL0
+2:  bit #ADC_BUSY, &ADC10CTL1
+    jne 2b
+    cmp #SUPPLY_UP, &ADC10MEM
+    jlo 1b
+    clr &ADC10CTL0
+    .endif
+    mov #15*1100/3, r12
+3:  dec r12
+    jne 3b
+    .if HAS_EVENTS
+    dec r13
+    jne 1b
+    .endif
     /* Erased calibration bytes (FF) would run the DCO beyond the chip's limit: then the reset value
        of 1.1 MHz stays, the link is dead and nothing moves. */
     mov.b &0x10f9, r12
@@ -20,15 +63,10 @@ boot:
     mov #0x02e4, &0x0160
     /* IFG1: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI */
     mov.b &0x0002, r12
+    clr.b &0x0002
     MICRO
     ANDI 0x1d
     PUT CAUSE
-    /* pins safe, UART on P1.1 and P1.2 */
-    DO poke
-    .byte 0x02, 0               /* IFG1 */
-    .byte 0x53, 0x20            /* BCSCTL3: ACLK from the VLO, P2.6 and P2.7 free */
-    .byte P2OUT, 0, P2SEL, 0, P2DIR, 0xff
-    .byte P1SEL, P1_UART, P1SEL2, P1_UART, 0
     CALL profile_newest
     CALL step_init
     CALL io_open

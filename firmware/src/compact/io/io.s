@@ -17,24 +17,21 @@ poke:
     jne poke_next
     ret
 
-/* Makes the pins what the profile's wiring says, outputs off. */
+/* Makes the pins what the chain wiring needs; the direct one has them already. No output is driven before
+   the first exchange. */
     .global io_open
     ROUTINE_ODD io_open, module.io
     PROFILE B_FLAGS
     TESTI BOARD_CHAIN
     IF_EQUAL 1f
-    /* SPI master at 8 MHz, data valid at the rising edge; the registers hold what the chip sends
-       before their outputs are enabled. A register's other bits are those of boot.s. */
+    /* SPI master at 4 MHz, data valid at the rising edge: a 74HC165 at 3.3 V may take 60 ns, the chip
+       wants its data 75 ns earlier. The outputs' enable stays high until the registers hold what the chip
+       sends. A register's other bits are those of boot.s. */
     DO poke
-    .byte UCB0CTL0, UCB_MASTER, UCB0BR0, 2, UCB0CTL1, UCB_RUN
+    .byte UCB0CTL1, UCB_RUN|1, UCB0CTL0, UCB_MASTER, UCB0BR0, 4, UCB0CTL1, UCB_RUN
     .byte P1SEL, P1_UART|P1_SPI, P1SEL2, P1_UART|P1_SPI
-    .byte P2OUT, P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE
-    .byte P1REN, P1_STOP|P1_START|P1_REF_X_OR_PROBE, P1OUT, P1_STOP|P1_START|P1_REF_X_OR_PROBE, 0
-    RETURN
-1:  DO poke
-    .byte P1REN, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE
-    .byte P1OUT, P1_STOP|P1_START|P1_SPI|P1_REF_X_OR_PROBE, 0
-    RETURN
+    .byte P2OUT, P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE, P2DIR, 0xff, 0
+1:  RETURN
     .balign 2, 0
 
 /* Sends the outputs; leaves the inputs' levels in RAW. Clobbers r11 to r15. */
@@ -71,6 +68,8 @@ io_exchange:
 3:  xor.b &P2OUT, r13
     and #P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE, r13
     xor.b r13, &P2OUT
+    /* not before they have their levels */
+    bis.b #P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE, &P2DIR
     mov.b &P1IN, r12
     inv.b r12
     rra r12
@@ -159,25 +158,30 @@ output_states:
     bis @r12, &OUTPUT
     ret
 
-/* r12 = the input with a role that keeps the machine from working, 0 for none; Z set for none.
-   Clobbers r11, r13 to r15. */
+/* r12 = the first input that is on, 0 for none; Z set for none. Clobber r11, r13 to r15. Of the emergency
+   stops, before the filter: */
+    .global emergency_now
+emergency_now:
+    mov #B_EMERGENCY, r15
+    mov #unfiltered, r11
+    jmp first_on
+/* Of all that keep the machine from working: */
     .global blocking
 blocking:
-    mov #4, r15
-1:  dec r15
-    mov.b io_roles(r15), r11
-    add &BOARD, r11
-    mov.b @r11, r11
-    mov r11, r12
-    call #input
-    jne 2f
-    tst r15
-    jne 1b
+    mov #B_STOPS, r15
+    mov #input, r11
+first_on:
+    add &BOARD, r15
+1:  mov.b @r15+, r12
+    tst.b r12
+    jn 2f
+    call r11
+    jeq 1b
+    mov.b -1(r15), r12
     ret
-2:  mov r11, r12
+2:  clr r12
+    tst r12
     ret
-io_roles:
-    .byte B_EMERGENCY, B_DOOR, B_HOLD, B_STOP
 
 /* One sample of eight inputs: a change is accepted after four samples in a row. Takes r12 = levels
    (filter_raw: they lie 6 bytes behind r13), r13 = address of the accepted ones; the low and the high

@@ -148,6 +148,7 @@ stack_free:
 /* The slot of the other parity reads 0, and to read it says that the event was received. */
     .global trace_slot
 trace_slot:
+    bis.b #T_HEARD, &TRACING
     clr r13
     cmp #TRACE_ODD_AT, r12
     rlc r13
@@ -278,10 +279,12 @@ map_cnc_state:
     BITS_ON TEMP, 1<<2
 3:  PROFILE B_DOOR
     DO input
-    IF_EQUAL 4f
-    BITS_ON TEMP, 1<<6
-4:  PROFILE B_EMERGENCY
+    IF_NOT_EQUAL 3f
+    PROFILE B_DOOR+1
     DO input
+    IF_EQUAL 4f
+3:  BITS_ON TEMP, 1<<6
+4:  CALL emergency_now
     IF_EQUAL map_temp
     LET TEMP+1, 1<<(8-8)
     GOTO map_temp

@@ -4,7 +4,7 @@
    One that comes after more than 1.5 characters of silence spoils the frame (Modbus over Serial
    Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
-   Characters with errors go into the frame like others: its CRC tells.
+   The receiver drops characters with wrong parity or without stop bit (UCRXEIE is 0); the CRC tells.
 
    FRAME is the request while LINE_STATE is LINE_LISTEN or LINE_READY, HEAD its length or SPOILED;
    then it is the ring of RING_SIZE from which the reply is sent, its places being HEAD and TAIL modulo
@@ -116,7 +116,8 @@ uart_open:
     mov.b r12, &UCA0CTL0
     rla.b r12
     bis.b r12, &UCA0CTL0
-    mov.b #0x80, &UCA0CTL1      ; SMCLK
+    mov.b #0x81, &UCA0CTL1      ; SMCLK, still held
+    bic.b #1, &UCA0CTL1
     bis.b #UCA0RXIE, &IE2
     eint
     ret

@@ -118,7 +118,7 @@ map_last:
     /* trace mode */
 4:  BITS_OFF TRACING, T_ON|T_FULL
     CASE 0, 9f
-    BITS_ON TRACING, T_ON
+    BITS_ON TRACING, T_ON|T_HEARD
 9:  DONE_
     /* upload control, the last too */
 5:  IF_IS_NOT REGISTERS_LEFT, 1, map_illegal

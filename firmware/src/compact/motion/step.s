@@ -13,6 +13,8 @@
    more, while an input is watched 16 more. 6 bytes of stack, 8 as it comes to rest. */
     .set P1IN,     0x0020
     .set P1IFG,    0x0023
+    .set P1IES,    0x0024
+    .set P1IE,     0x0025
     .set P2OUT,    0x0029
     .set P2SEL,    0x002e
     .set TA1CTL,   0x0180
@@ -99,10 +101,11 @@ step_armed:
     cmp #4, r15
     jge step_exit
 
-    /* the event is due already: 64 ticks from now */
+    /* the event is due already: 32 ticks from now. Where its compare has come between two of the axes,
+       the next interrupt drops the pins some 94 ticks from now: no pulse gets shorter than others. */
     inc &MISSED
     mov &TA1R, r15
-    add #64, r15
+    add #32, r15
     mov r15, &TA1CCR0
     jmp step_armed
 
@@ -138,12 +141,18 @@ step_exit:
     pop r15
     reti
 
-    /* The emergency stop at a pin has opened: the step that is armed is the last one. */
+    /* An emergency stop at a pin has opened: the step that is armed is the last one. A pin that does not
+       answer any more is a disturbance. */
     .global PORT1
 PORT1:
-    mov.b #TRIPPED, &WATCH
+    push r15
     clr.b &P1IFG
-    reti
+    mov.b &P1IN, r15
+    xor.b &P1IES, r15
+    and.b &P1IE, r15
+    jeq step_exit
+    mov.b #TRIPPED, &WATCH
+    jmp step_exit
 
     /* Starts the timer, gives it the STEP pins and takes the pulse from the board's profile. Uses
        r12. */

@@ -408,12 +408,10 @@ command_scaled:
 force_input:
     mov &BOARD, r14
     add #B_REFERENCE, r14
-    mov #8, r15
+    mov #B_END_OF_STOPS-B_REFERENCE, r15
 1:  cmp.b @r14+, r12
-    jne 2f
-    cmp #4, r15                 ; Start
-    jne 3f
-2:  dec r15
+    jeq 3f
+    dec r15
     jne 1b
     call #mask_of
     inc r4

@@ -139,14 +139,10 @@ event_serve:
     incd r13
     jmp 2b
 3:  bic.b #EVENT_PENDING, 0(r15)
-    mov &VM_CALLS, r14
-    cmp &VM_CELLS, r14
-    jeq event_full
     mov &VM_PC, r12
-    sub &VM_CODE, r12
-    bis #CALL_EVENT, r12
-    mov r12, 0(r14)
-    incd &VM_CALLS
+    mov #CALL_EVENT, r11
+    call #call_entry
+    jeq event_full
     mov.b @r13+, r12
     mov.b @r13, r13
     swpb r13

@@ -139,37 +139,34 @@ run_idle:
    r15. */
     .if HAS_LINES
 raise:
-    mov.b r12, &VM_FAULT
-    mov &EFFECT_PC, r13
-    mov r13, &VM_FAULT_PC
-    clr &EFFECT
     clr.b &PRINT_OPEN
-    bic.b #T_DROPPED+T_ANNOUNCED, &TRACING
+    MICRO
+    PUT VM_FAULT
+    F word EFFECT_PC
+    F put VM_FAULT_PC
+    F clear EFFECT
+    BITS_OFF TRACING, T_DROPPED+T_ANNOUNCED
     .if HAS_EVENTS
-    bic.b #VM_MORE|VM_WITHIN, &VM_FLAGS
+    BITS_OFF VM_FLAGS, VM_MORE|VM_WITHIN
     .endif
-    cmp.b #F_STACK, r12
-    jeq fail
-    bit.b #VM_ERROR, &VM_FLAGS
-    jne fail
-    mov &VM_HANDLER, r15
-    tst r15
-    jeq fail
+    IF_IS VM_FAULT, F_STACK, 8f
+    IF_ANY VM_FLAGS, VM_ERROR, 8f
+    F word VM_HANDLER
+    IF_EQUAL 8f
+    END
     /* without its table of statements nothing says where RESUME NEXT goes on */
     mov &VM_CODE, r14
     bit.b #FEATURE_LINES, 1-IMAGE_CODE(r14)
-    jeq fail
-    mov &VM_CALLS, r14
-    cmp &VM_CELLS, r14
-    jeq fail
-    sub &VM_CODE, r13
-    bis #CALL_ERROR, r13
-    mov r13, 0(r14)
-    incd &VM_CALLS
-    bis.b #VM_ERROR, &VM_FLAGS
-    mov r15, &VM_PC
+    jeq 7f
+    mov &EFFECT_PC, r12
+    mov #CALL_ERROR, r11
+    call #call_entry
+    jeq 7f
     /* a handler has no F */
     MICRO
+    BITS_ON VM_FLAGS, VM_ERROR
+    F word VM_HANDLER
+    F put VM_PC
     F load FEED
     F store FEED_ASIDE
     LIT 0
@@ -184,6 +181,22 @@ run_unwind:
     mov r14, &VM_SP
     mov -4(r14), &VM_TOP
     mov -2(r14), &VM_TOP+2
+1:  ret
+8:  END
+7:  mov.b &VM_FAULT, r12
+    jmp fail
+
+/* An entry of the call stack: kind r11, place in the code of the address r12, which is destroyed. Z set
+   when there is no room. Clobbers r14. */
+    .global call_entry
+call_entry:
+    mov &VM_CALLS, r14
+    cmp &VM_CELLS, r14
+    jeq 1f
+    sub &VM_CODE, r12
+    bis r11, r12
+    mov r12, 0(r14)
+    incd &VM_CALLS
 1:  ret
     .else
     .set raise, fail
@@ -201,22 +214,18 @@ run_stopping:
     IF_CARRY 9f
     END
     jmp run_perform
-1:  IF_ANY TRACING, T_FULL, 9f
-    /* no reply is being sent, which an erase would tear apart */
-    IF_SET LINE_STATE, 9f
-    CALL keep_save
-    F word OUTPUT
-    F put RESUME_OUTPUT
-    LIT B_AT_PAUSE
-    LET RUN, RUN_PAUSED
-    IF_ZERO ENDING, 1f
+1:  IF_ZERO ENDING, 2f
+    /* outputs wait for nothing, the end for the host that traces */
     LIT B_AT_END
-    LET RUN, RUN_READY
     IF_IS_NOT ENDING, END_FAULT, 1f
     LIT B_AT_FAULT
-    LET RUN, RUN_FAULT
 1:  DO output_states
-    IF_ZERO ENDING, 9f
+    IF_ANY TRACING, T_FULL, 9f
+    /* no reply is being sent, which an erase would tear apart */
+2:  IF_SET LINE_STATE, 9f
+    CALL keep_save
+    IF_ZERO ENDING, 3f
+    LET RUN, RUN_READY
     GET ENDING
     PUT LAST_END
     PUT N
@@ -224,6 +233,7 @@ run_stopping:
     F clear OPEN
     F clear RUNNING
     CASE_NOT END_FAULT, 1f
+    LET RUN, RUN_FAULT
     CALL fault_log
     GOTO 2f
     /* a fault that was handled is past */
@@ -233,4 +243,10 @@ run_stopping:
     F clear EFFECT
     F clear TIME+2
 9:  RETURN
+3:  F word OUTPUT
+    F put RESUME_OUTPUT
+    LIT B_AT_PAUSE
+    DO output_states
+    LET RUN, RUN_PAUSED
+    RETURN
     .balign 2, 0

@@ -9,12 +9,10 @@ module.session:
     .global emergency_input
 emergency_input:
     MICRO
-    IF_IS WATCH, TRIPPED&255, 0f
-    PROFILE B_EMERGENCY
-    DO unfiltered
-    IF_EQUAL 9f
-0:  PROFILE B_EMERGENCY
-    GOTO emergency
+    IF_IS WATCH, TRIPPED&255, emergency
+    CALL emergency_now
+    IF_NOT_EQUAL emergency
+    RETURN
 
     .balign 2, 0
 /* Obeys r12 = a Control code; one that is not for this state does nothing. Restart is for a machine
@@ -28,7 +26,7 @@ control:
     TO stop_
     TO pause_
     TO go_on
-    TO emergency_by_link
+    TO emergency
     TO acknowledge
     TO restart
 
@@ -61,21 +59,21 @@ stop_:
     RETURN
 
     .balign 2, 0
-/* Steps cease at once, outputs go to their safe states, F14 is latched. r12 = the input that caused it,
-   0 for none. */
-emergency_by_link:
-    LIT 0
+/* Steps cease at once, outputs go to their safe states whatever trace and KEEP values have to do, F14 is
+   latched, with the input that is on now. */
 emergency:
-    PUT FAULT_IN
     DO motion_halt
     LET WATCH, 0
     LET HOMED, 0
+    LIT B_AT_FAULT
+    DO output_states
+    CALL io_exchange
+    CALL emergency_now
+    PUT FAULT_IN
     LIT F_EMERGENCY_STOP
     DO fail
     IF_IS_NOT RUN, RUN_FAULT, 9b
     F clear EFFECT
-    LIT B_AT_FAULT
-    DO output_states
     RETURN
 
     .balign 2, 0
@@ -157,7 +155,7 @@ start_:
     F put VM_BASE
     .endif
     BITS_OFF RUN_FLAGS, R_WAITING|R_TIMED_OUT
-    BITS_OFF TRACING, ~(T_ON|T_LOCKED)&0xff
+    BITS_OFF TRACING, ~(T_ON|T_HEARD|T_LOCKED)&0xff
     END
     /* for an observer of the chip */
     .global run_begun

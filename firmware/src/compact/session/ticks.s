@@ -93,8 +93,17 @@ ticks:
     PROFILE B_LAMP
     CALL set_output
 
+    /* trace mode ends 2 s after its reader, counted down in quarters */
+    IF_SET TICKS_DONE, 1f
+    IF_NONE TRACING, T_HEARD, 2f
+    GET TRACING
+    ADDI -T_QUARTER
+    PUT TRACING
+    GOTO 1f
+2:  BITS_OFF TRACING, T_ON|T_FULL
+
     /* auto-run half a second after power-up, unless a host has spoken or Stop is held */
-    IF_ANY RUN_FLAGS, R_BOOTED, 1f
+1:  IF_ANY RUN_FLAGS, R_BOOTED, 1f
     LIT16 499
     F cmp MILLIS
     IF_CARRY 1f

@@ -7,10 +7,10 @@ use lang::wire::{self, Control};
 use proptest::prelude::*;
 
 use super::{CHARACTER, SILENCE, ask, board, listen, poke, read, sealed, words, write, write_one};
-use crate::chip::Chip;
+use crate::chip::{BOOT_US, Chip};
 
 /// The watchdog bites by then, and the board has booted.
-const BITE_US: u64 = 100_000;
+const BITE_US: u64 = 100_000 + BOOT_US;
 
 #[test]
 fn broadcasts_are_obeyed_in_silence() {
@@ -161,7 +161,7 @@ fn every_rate_and_parity_is_served() {
                 let (baud, parity, address) =
                     if stop { (9600, Parity::None, 1) } else { (baud, expected, 9) };
                 board.set_uart_format(Format { baud, parity });
-                board.run_us(20_000);
+                board.run_us(BOOT_US);
                 board.uart_take();
                 let mut body = words(3, wire::VERSION, 20);
                 body[0] = address;

@@ -94,6 +94,8 @@ pub struct Plant {
     start: bool,
     stop: bool,
     unplugged: bool,
+    /// Pins of outputs whose resistors pull up instead of down.
+    pulled_up: u64,
     outputs: u16,
     pins: u64,
     changes: VecDeque<OutputChange>,
@@ -130,6 +132,7 @@ impl Plant {
             start: false,
             stop: false,
             unplugged: false,
+            pulled_up: 0,
             outputs: 0,
             pins: 0,
             changes: VecDeque::new(),
@@ -208,6 +211,12 @@ impl Plant {
     /// Whether the data of the shift registers are not there for certain at a time.
     pub(crate) fn unsettled(&self, now: u64, ticks_per_second: u64) -> bool {
         self.wiring == Wiring::Chain && self.chain.unsettled(now, ticks_per_second)
+    }
+
+    /// Gives the outputs at pins (`direct` wiring) resistors that pull up, as those want that are on
+    /// when low.
+    pub fn pull_outputs_up(&mut self) {
+        self.pulled_up = 1 << self.board.latch | 1 << self.board.enable;
     }
 
     /// Takes the serial cable off: nobody drives the receive pin.
@@ -438,7 +447,7 @@ impl Plant {
             d.driven |= 1 << board.rx;
             d.level |= u64::from(rx) << board.rx;
         }
-        d.rest |= 1 << board.tx;
+        d.rest |= 1 << board.tx | self.pulled_up;
         if self.wiring == Wiring::Chain {
             d.driven |= 1 << board.somi;
             d.level |= u64::from(self.chain.data_out()) << board.somi;
