@@ -131,3 +131,30 @@ fn a_board_starts_with_the_profile_that_it_is_given() {
     let (code, _, err) = pasapas(&board, &["upload", "l.bas"], "");
     assert_eq!(code, 0, "{err}");
 }
+
+#[test]
+fn jog_and_home_refuse_a_board_with_another_machine() {
+    for part in ["g2553", "virtual"] {
+        let board = board(part);
+        let mill = lang::profile::BUILT_IN[0].1;
+        // The same wiring and roles, another thread at X.
+        let line = mill.lines().find(|line| line.starts_with("scale")).expect("a scale");
+        let other = mill.replacen(line, "scale = { steps = 3200, um = 5000 }", 1);
+        assert_ne!(other, mill);
+        fs::write(board.folder.path().join("other.toml"), other).expect("a file");
+        for (profile, why) in
+            [("thesis", "the board's profile is not `"), ("other.toml", "other axes")]
+        {
+            for command in [&["jog", "X", "1mm"][..], &["home", "X"]] {
+                let args = [command, &["--profile", profile]].concat();
+                let (code, out, err) = pasapas(&board, &args, "");
+                assert_eq!((code, out.as_str()), (4, ""), "{args:?} on {part}: {err}");
+                assert!(err.contains(why) && err.contains("--any-profile"), "{err}");
+            }
+        }
+        let (code, out, err) = pasapas(&board, &["jog", "X", "1mm"], "");
+        assert_eq!((code, out.starts_with("X ")), (0, true), "{err}");
+        let forced = ["jog", "X", "1mm", "--profile", "other.toml", "--any-profile"];
+        assert_eq!(pasapas(&board, &forced, "").0, 0);
+    }
+}

@@ -1,7 +1,7 @@
 //! From reset to `main`: stack, watchdog, RAM, clock, ports.
 
 use crate::flash::{self, Image, Key};
-use crate::pins::{P1_START, P1_STOP, P1_UART};
+use crate::pins::{P1_UART, P2_OUT1_OR_LATCH, P2_OUT2_OR_ENABLE};
 use crate::reg::{self, set};
 use ::core::arch::global_asm;
 use firmware::PROFILES;
