@@ -99,7 +99,13 @@ impl BoardRecord {
             let role = stops.iter().chain(&single).find(|(number, _)| i32::from(*number) == n);
             let named = base.iter().find(|input| input.n == n);
             let usual = n == wiring.probe() || (9..=11).contains(&n) || wiring == Wiring::Direct;
-            let role = role.map(|(_, role)| *role).filter(|_| !usual);
+            // What the wiring gives by itself needs no word; a stop there does.
+            let plain = |role: &InputRole| {
+                let own = [InputRole::Probe, InputRole::ReferenceX];
+                let others = [InputRole::ReferenceY, InputRole::ReferenceZ];
+                own.contains(role) || others.contains(role)
+            };
+            let role = role.map(|(_, role)| *role).filter(|role| !usual || !plain(role));
             let plain = role.is_none() && !inverted(n) && named.is_none();
             (!plain).then(|| Input {
                 n,
