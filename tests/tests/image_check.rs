@@ -8,12 +8,13 @@ use firmware::verify::{ANCHORS, Bytes, Limits, verify};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::image::{Image, seal};
+use lang::part::{G2553, SEGMENT};
 use lang::record::feature;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
 /// Where the test puts the image: the chip's program area.
-const PLACE: u16 = 0xF200;
+const PLACE: u16 = BACK - (SEGMENT * G2553.segments as usize) as u16;
 /// Where the routine returns to: nothing runs there.
 const BACK: u16 = 0xFE00;
 /// Scratch memory, away from the machine stack.

@@ -4,6 +4,7 @@
 use std::time::Duration;
 
 use emulator::{Board, Config, Rng};
+use lang::part::{G2553, SEGMENT};
 use lang::record::BoardRecord;
 use pasapas::board::{BUILDS, Build, DEFAULT};
 use pasapas::torture::generate::generate;
@@ -16,6 +17,9 @@ use pasapas::torture::{Length, Settings, Verdict, host, stack, time};
 const SETTINGS: Settings =
     Settings { length: Length::Short, count: Some(40), seed: 11, from: 0, builds: &BUILDS };
 
+/// The program area of [`DEFAULT`].
+const AREA: u16 = 0xFE00 - (SEGMENT * G2553.segments as usize) as u16;
+
 /// The first program of a kind that compiles.
 fn any_program(fault: &str) -> Made {
     (0..20).find_map(|n| make(generate(&tape(&SETTINGS, fault, n)))).expect("one compiles")
@@ -27,8 +31,8 @@ fn fresh() -> Fresh {
 
 /// A bit of each segment of the program area is another one.
 fn spoil_programs(board: &mut Board) {
-    for segment in 0..6 {
-        let at = 0xF200 + 512 * segment + 100;
+    for segment in (AREA..0xFE00).step_by(SEGMENT) {
+        let at = segment + 100;
         let byte = board.peek8(at);
         board.poke8(at, byte ^ 1);
     }
@@ -96,7 +100,7 @@ fn cable_finds_a_program_that_a_pulled_plug_damaged_and_one_that_was_never_writt
 
 /// The program area as it is behind an erase, and the board behind a reset.
 fn erase(board: &mut Board) {
-    (0xF200..0xFE00).for_each(|at| board.poke8(at, 0xFF));
+    (AREA..0xFE00).for_each(|at| board.poke8(at, 0xFF));
     board.reset_pin();
     board.run_us(60_000);
 }

@@ -7,6 +7,7 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::image::{Image, seal};
 use lang::isa::Op;
+use lang::part::SEGMENT;
 use lang::profile::Profile;
 use lang::record::{BoardRecord, feature};
 use lang::wire::{Control, FAULT, MACHINE_POSITIONS, PROFILE_WINDOW, RunState};
@@ -234,8 +235,9 @@ fn power_finds_a_program_that_a_cut_damaged() {
     let upload = &writes[0];
     // A bit of each segment of the program area, in the middle of the images.
     let spoil = |stand: &mut Stand| {
-        for segment in 0..6 {
-            let at = 0xF200 + 512 * segment + 100;
+        let area = 0xFE00 - (SEGMENT * usize::from(DEFAULT.part.segments)) as u16;
+        for segment in (area..0xFE00).step_by(SEGMENT) {
+            let at = segment + 100;
             let byte = stand.board.peek8(at);
             stand.board.poke8(at, byte ^ 1);
         }

@@ -4,6 +4,7 @@ use lang::profile::Profile;
 
 use super::stand::{Stand, image_for};
 use super::{Sink, at_most};
+use crate::board::DEFAULT;
 
 /// Bytes that the figure is for.
 const BYTES: f64 = 3072.0;
@@ -20,7 +21,7 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
         text += &format!("a = a + {}\n", 30_000 + 37 * i);
         if i % 50 == 49 {
             let (_, longer) = image_for(&mill, &text)?;
-            if longer.len() > 3068 {
+            if longer.len() > DEFAULT.part.room_for(false) {
                 break;
             }
             image = longer;
