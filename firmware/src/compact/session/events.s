@@ -7,8 +7,8 @@
    |---|---|
    | 0 | what the line is for (EVENT_KIND), 0 off; bit 0: level of the input; EVENT_PENDING: it has come |
    | 1 | input |
-   | 2 | period, ms |
-   | 6 | milliseconds to the next tick |
+   | 2 | period less one, ms |
+   | 6 | milliseconds to the next tick, less one |
 
    Twin: board/core.rs (serve, listen), board/effects.rs (event). */
 
@@ -97,10 +97,7 @@ event_tick:
     jne 4b
     sub #1, 6(r10)
     sbc 8(r10)
-    mov 6(r10), r12
-    bis 8(r10), r12
-    tst r12
-    jne 4b
+    jc 4b
     mov 2(r10), 6(r10)
     mov 4(r10), 8(r10)
     jmp 3b
@@ -194,22 +191,18 @@ fx_event:
     call #pop_value
     cmp #OFF_INPUT, r8
     jeq event_off
-    cmp #ON_EVERY, r8
-    jne 1f
-    tst r13
+    /* neither an input 0 nor a period of 0 */
+    sub #1, r12
+    sbc r13
     jl event_range
-    mov r12, r14
-    bis r13, r14
-    tst r14
-    jmp 2f
-1:  tst r13
+    cmp #ON_EVERY, r8
+    jeq 2f
+    tst r13
     jne event_range
-    dec r12
     cmp #17, r12
     jhs event_range
     inc r12
-2:  jeq event_range
-    and #3, r10
+2:  and #3, r10
     mov #EVENT_LINE, r15
 3:  dec r10
     jn 4f
