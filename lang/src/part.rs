@@ -228,7 +228,7 @@ mod tests {
         let all: [Lack; 3] = [
             Lack::Feature(feature::ARC),
             Lack::Memory { used: 160, available: 64 },
-            Lack::Flash { used: 4000, available: 3068, keeps: false },
+            Lack::Flash { used: 4000, available: 2556, keeps: false },
         ];
         assert!(G2553.all_lacks(&header, 0).eq(all));
         header = Header { cells: 40, stack: 9, ..Header::default() };

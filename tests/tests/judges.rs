@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use emulator::{Board, Config, Rng};
-use lang::part::{G2553, SEGMENT};
+use lang::part::{SEGMENT, VIRTUAL};
 use lang::record::BoardRecord;
 use pasapas::board::{BUILDS, Build, DEFAULT};
 use pasapas::torture::generate::generate;
@@ -18,7 +18,7 @@ const SETTINGS: Settings =
     Settings { length: Length::Short, count: Some(40), seed: 11, from: 0, builds: &BUILDS };
 
 /// The program area of [`DEFAULT`].
-const AREA: u16 = 0xFE00 - (SEGMENT * G2553.segments as usize) as u16;
+const AREA: u16 = 0xFE00 - (SEGMENT * VIRTUAL.segments as usize) as u16;
 
 /// The first program of a kind that compiles.
 fn any_program(fault: &str) -> Made {

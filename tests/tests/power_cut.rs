@@ -171,7 +171,7 @@ fn a_keep_value_cut_anywhere_is_the_old_one_or_the_new() {
 #[test]
 fn a_program_that_fills_the_area_is_checked_before_the_fastest_watchdog_bites() {
     let line = |i: u32| format!("G0 X{}.{} Y{}.3\n", i * 7 % 250, i % 10, i * 11 % 180);
-    let large = image(&(0..346).map(line).collect::<String>());
+    let large = image(&(0..418).map(line).collect::<String>());
     let room = DEFAULT.part.room_for(false);
     assert!((room - 168..=room).contains(&large.len()), "{} bytes do not fill it", large.len());
     // The VLO's upper limit (SLAS735, VLO frequency): the watchdog's interval is 25 ms.

@@ -14,7 +14,7 @@ use serde_json::json;
 
 use super::port::{Board, Port};
 use super::{Console, Options, upload};
-use crate::client::orders;
+use crate::client::{ClientError, orders};
 use crate::client::status::long;
 use crate::failure::Failure;
 use crate::link::Link;
@@ -131,10 +131,10 @@ fn steps(profile: &Profile, axis: Axis, distance: Distance) -> Result<i64, Failu
 /// # Errors
 /// The board's profile is another one, or the program on it was made for other axes.
 fn must_be(board: &mut Board, profile: &Profile) -> Result<(), Failure> {
-    match upload::compare(board, profile) {
+    match board.board_record() {
         // What a lock hides cannot be compared; the program's axes can.
-        Err(_) if board.holding(wire::PROFILE_HASH, 1)?[0] == 0 => {}
-        compared => compared?,
+        Err(ClientError::Locked) => {}
+        held => upload::must_match(&held?, profile)?,
     }
     if board.identity()?.program_bytes == 0 {
         return Ok(());

@@ -77,8 +77,15 @@ impl Upload {
 /// # Errors
 /// The board's profile is another one; the text says in what.
 pub fn compare(board: &mut Board, profile: &Profile) -> Result<(), Failure> {
-    let held = board.board_record()?;
-    let mut differ = differences(&held, &BoardRecord::of(profile, held.sequence));
+    must_match(&board.board_record()?, profile)
+}
+
+/// [`compare`] with the record that a board holds.
+///
+/// # Errors
+/// As those of [`compare`].
+pub fn must_match(held: &BoardRecord, profile: &Profile) -> Result<(), Failure> {
+    let mut differ = differences(held, &BoardRecord::of(profile, held.sequence));
     // Where the board hangs on the line is no matter of the program.
     differ.retain(|what| *what != "link");
     if differ.is_empty() {
