@@ -10,6 +10,9 @@ use super::axes::scaled;
 use crate::sim::record::SegmentKind;
 use crate::sim::trace::{AxisLetter, What};
 
+/// The board looks at a switch once in a millisecond; what the axis does next may be fetched by then.
+const LOOK_US: u64 = 1_000;
+
 /// What a move looks for.
 #[derive(Clone, Copy, Debug)]
 pub struct Seek {
@@ -40,7 +43,7 @@ impl Machine {
             self.seek = Some(Seek { caught: Some(caught), ..seek });
             // Only where the switch opens counts: on the fast way to it the axis just ramps down.
             if matches!(seek.target, Target::Reference(true)) {
-                self.motion.stop(seek.axis, self.now);
+                self.motion.stop(seek.axis, self.now + LOOK_US);
             } else {
                 self.motion.hit(seek.axis, self.now);
             }
