@@ -14,8 +14,8 @@ use serde_json::json;
 
 use super::port::{Board, Port};
 use super::{Console, Options, upload};
-use crate::client::{ClientError, orders};
 use crate::client::status::long;
+use crate::client::{ClientError, orders};
 use crate::failure::Failure;
 use crate::link::Link;
 
