@@ -23,6 +23,7 @@ mod tests;
 pub use codes::Code;
 pub use detect::{Format, detect, is_importable};
 pub use diag::{Diag, Severity};
+pub use isel::card;
 
 use diag::Diags;
 use lang::front::source::Source;

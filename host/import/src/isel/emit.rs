@@ -313,12 +313,7 @@ impl Writer<'_, '_> {
             self.refuse(item, Code::Inconsistent, text, "write `e` and `Z` before the move");
             return None;
         };
-        Some(match (solid, plane) {
-            (true, _) => vec![vec![Axis::X, Axis::Y, Axis::Z]],
-            (_, 0) => vec![vec![Axis::X, Axis::Y], vec![Axis::Z]],
-            (_, 1) => vec![vec![Axis::X, Axis::Z], vec![Axis::Y]],
-            _ => vec![vec![Axis::Y, Axis::Z], vec![Axis::X]],
-        })
+        Some(together(solid, plane))
     }
 
     fn relative(&mut self, at: usize, item: &Item, pairs: &Pairs) {
@@ -339,7 +334,7 @@ impl Writer<'_, '_> {
                         word(axis.letter(), &self.units.steps(*axis, pair.steps))
                     });
                     let words: Vec<String> = words.collect();
-                    let feed = together(moving.iter().map(|(_, pair)| pair.rate));
+                    let feed = resulting(moving.iter().map(|(_, pair)| pair.rate));
                     statements.push(format!("G91 G1 {} F[{feed}st/s]", words.join(" ")));
                 }
             }
@@ -395,7 +390,7 @@ impl Writer<'_, '_> {
                         .iter()
                         .map(|(axis, pair)| word(axis.letter(), &self.target(*axis, pair.steps)));
                     let words: Vec<String> = words.collect();
-                    let feed = together(named.iter().map(|(_, pair)| pair.rate));
+                    let feed = resulting(named.iter().map(|(_, pair)| pair.rate));
                     statements.push(format!("G90 G1 {} F[{feed}st/s]", words.join(" ")));
                 }
             }
@@ -424,13 +419,23 @@ impl Writer<'_, '_> {
     }
 }
 
+/// Which axes move together, first to last.
+pub(super) fn together(solid: bool, plane: u8) -> Vec<Vec<Axis>> {
+    match (solid, plane) {
+        (true, _) => vec![vec![Axis::X, Axis::Y, Axis::Z]],
+        (_, 0) => vec![vec![Axis::X, Axis::Y], vec![Axis::Z]],
+        (_, 1) => vec![vec![Axis::X, Axis::Z], vec![Axis::Y]],
+        _ => vec![vec![Axis::Y, Axis::Z], vec![Axis::X]],
+    }
+}
+
 /// The speed of axes that move together: the root of the squares.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
     reason = "rates have 15 bits"
 )]
-fn together(rates: impl Iterator<Item = i64>) -> i64 {
+pub(super) fn resulting(rates: impl Iterator<Item = i64>) -> i64 {
     (rates.map(|rate| (rate * rate) as f64).sum::<f64>().sqrt().round() as i64).max(1)
 }
 

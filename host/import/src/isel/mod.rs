@@ -6,6 +6,7 @@
 
 pub(crate) mod answer;
 mod arc;
+pub mod card;
 mod effects;
 pub(crate) mod emit;
 mod flow;

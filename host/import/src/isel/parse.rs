@@ -42,12 +42,12 @@ pub(super) type Read<T> = Result<T, Refused>;
 pub(super) struct Reader<'d> {
     pub(super) diags: &'d mut Diags,
     /// The card's number, as the first command names it.
-    device: Option<char>,
+    pub(super) device: Option<char>,
     pub(super) axes: Option<Axes>,
     /// In order of execution.
-    program: Vec<Item>,
+    pub(super) program: Vec<Item>,
     /// Between `i` and `9`.
-    storing: bool,
+    pub(super) storing: bool,
     pub(super) stored: Vec<Item>,
     pub(super) complete: bool,
     started: bool,
@@ -58,18 +58,7 @@ pub(super) struct Reader<'d> {
 
 /// Reads a text. With errors the list is of no use.
 pub(crate) fn read(lines: &[(u32, &str)], diags: &mut Diags) -> Vec<Item> {
-    let mut reader = Reader {
-        diags,
-        device: None,
-        axes: None,
-        program: Vec::new(),
-        storing: false,
-        stored: Vec::new(),
-        complete: false,
-        started: false,
-        line: 1,
-        col: 1,
-    };
+    let mut reader = Reader::new(diags);
     let is_listing = listing::is_one(lines);
     for &(number, line) in lines {
         reader.line = number;
@@ -90,6 +79,24 @@ pub(crate) fn read(lines: &[(u32, &str)], diags: &mut Diags) -> Vec<Item> {
         }
     }
     reader.finish()
+}
+
+impl<'d> Reader<'d> {
+    /// Of a card that was just switched on.
+    pub(super) fn new(diags: &'d mut Diags) -> Reader<'d> {
+        Reader {
+            diags,
+            device: None,
+            axes: None,
+            program: Vec::new(),
+            storing: false,
+            stored: Vec::new(),
+            complete: false,
+            started: false,
+            line: 1,
+            col: 1,
+        }
+    }
 }
 
 impl Reader<'_> {
@@ -137,7 +144,7 @@ impl Reader<'_> {
     }
 
     /// What follows `@`.
-    fn direct(&mut self, command: &str, code: &str) -> Read<()> {
+    pub(super) fn direct(&mut self, command: &str, code: &str) -> Read<()> {
         let device: Parsed<'_, char> =
             preceded(blanks, satisfy(|c| c.is_ascii_digit())).parse(command);
         let Ok((rest, device)) = device else {
@@ -235,7 +242,7 @@ impl Reader<'_> {
     }
 
     /// A stored instruction.
-    fn store(&mut self, code: &str) -> Read<()> {
+    pub(super) fn store(&mut self, code: &str) -> Read<()> {
         let Some(opcode) = code.chars().next() else { return Ok(()) };
         let values = &code[opcode.len_utf8()..];
         match opcode {
