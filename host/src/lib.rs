@@ -8,6 +8,7 @@ pub mod client;
 pub mod cmd;
 pub mod dap;
 pub mod failure;
+pub mod fleet;
 pub mod gateway;
 pub mod helm;
 pub mod input;

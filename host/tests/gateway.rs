@@ -5,56 +5,9 @@
 
 mod common;
 
-use std::io::{BufRead, BufReader};
-use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{Command, Stdio};
 
-use common::{Board, has};
-
-/// A gateway that runs until it is dropped.
-struct Gateway {
-    child: Child,
-    /// Where it listens.
-    port: u16,
-    /// Kept open: a tool whose output nobody reads ends.
-    _said: BufReader<ChildStdout>,
-}
-
-impl Gateway {
-    fn start(args: &[&str]) -> Gateway {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
-            .args(["gateway", "--format", "json", "--listen", "127.0.0.1:0"])
-            .args(args)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("it starts");
-        let mut line = String::new();
-        let mut said = BufReader::new(child.stdout.take().expect("its output"));
-        said.read_line(&mut line).expect("text");
-        let told: serde_json::Value = serde_json::from_str(&line).expect("JSON");
-        let place = told["port"].as_str().expect("a port").rsplit(':').next().expect("a number");
-        Gateway { child, port: place.parse().expect("a number"), _said: said }
-    }
-}
-
-impl Drop for Gateway {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("UTF-8")
-}
-
-/// Runs our own command.
-fn pasapas(args: &[&str]) -> (i32, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_pasapas")).args(args).output();
-    let output = output.expect("pasapas starts");
-    let said = [output.stdout, output.stderr].concat();
-    (output.status.code().unwrap_or(-1), String::from_utf8_lossy(&said).into_owned())
-}
+use common::{Board, Gateway, has, pasapas, text};
 
 /// Ten clients on two boards, each with a coil or register of its own; a board that does not exist, a unit
 /// that does not exist, rights.
@@ -245,15 +198,17 @@ fn the_manuals_table_is_that_of_the_counters() {
     assert_eq!(shown, table, "run UPDATE_README=1 cargo test -p pasapas --test gateway manuals");
 }
 
-/// The text of the manual's file is one that the gateway takes.
+/// The manual's pieces of a file make one that the gateway takes.
 #[test]
 fn the_manuals_file_is_a_good_one() {
     let page = include_str!("../gateway.md");
-    let (_, rest) = page.split_once("```toml\n").expect("a file");
-    let (file, _) = rest.split_once("```").expect("its end");
-    let config = pasapas::gateway::Config::parse("gateway.md", file);
+    let pieces = page.split("```toml\n").skip(1);
+    let pieces = pieces.map(|piece| piece.split_once("```").expect("its end").0);
+    let file: String = pieces.collect();
+    let config = pasapas::gateway::Config::parse("gateway.md", &file);
     let config = config.unwrap_or_else(|note| panic!("{}", note.text));
-    assert_eq!(config.boards.len(), 2);
+    assert_eq!((config.boards.len(), config.cards.len()), (2, 1));
+    assert!(config.mqtt.is_some() && config.sparkplug.is_some() && config.names.is_some());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the gateway adds to the time of its lines: light boards on lines that take the time of the
 //! wire, asked by clients over TCP as fast as they are answered.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -75,16 +75,7 @@ fn ask(to: SocketAddr, units: &[u8], until: Instant) -> Result<Got, String> {
         let pdu = vec![3, 0x13, 0x88, 0, REGISTERS];
         let message = Mbap { transaction: 1, unit: *unit, pdu };
         stream.write_all(&message.bytes()).map_err(words)?;
-        let reply = loop {
-            if let Some(reply) = Mbap::take(&mut received).map_err(|_| "no Modbus TCP")? {
-                break reply;
-            }
-            let mut piece = [0; 300];
-            match stream.read(&mut piece).map_err(words)? {
-                0 => return Err("the gateway closed".to_owned()),
-                count => received.extend(&piece[..count]),
-            }
-        };
+        let reply = Mbap::read(&mut stream, &mut received).map_err(words)?;
         if reply.pdu[0] == 3 {
             got.good += 1;
             got.times.push(begun.elapsed().as_micros() as u64);

@@ -11,7 +11,7 @@ pub mod link;
 pub mod live;
 pub mod observe;
 mod path;
-mod pty;
+pub(crate) mod pty;
 pub mod rig;
 mod run;
 pub mod serve;

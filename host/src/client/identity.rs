@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use lang::isa::FINGERPRINT;
+use lang::profile::Profile;
 use lang::record::{BoardRecord, RECORD_VERSION};
 use lang::wire;
 use serde::Serialize;
@@ -176,6 +177,25 @@ pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static st
     };
     compare("roles of outputs", roles(board) == roles(wanted));
     names
+}
+
+/// Whether a board's part of its profile is that of a machine.
+///
+/// # Errors
+/// In what it differs, and what to do.
+pub fn must_match(held: &BoardRecord, profile: &Profile) -> Result<(), String> {
+    let mut differ = differences(held, &BoardRecord::of(profile, held.sequence));
+    // Where the board hangs on the line is no matter of the program.
+    differ.retain(|what| *what != "link");
+    if differ.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "the board's profile is not `{name}`, it differs in {}: `pasapas profile set {name}` \
+         brings it (a file's name for a profile of your own)",
+        differ.join(", "),
+        name = profile.name
+    ))
 }
 
 #[cfg(test)]

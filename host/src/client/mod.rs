@@ -5,6 +5,7 @@
 //! a lost one is asked for again, and noise is read past until the time is over.
 
 pub mod frame;
+pub mod hall;
 pub mod identity;
 pub mod lock;
 pub mod orders;
@@ -81,6 +82,14 @@ impl fmt::Display for ClientError {
                 f,
                 "{bytes} bytes came, but no answer; another rate, parity or device is on the line"
             ),
+            // A gateway's, which are no board's.
+            ClientError::Exception(10) => f.write_str(
+                "the gateway has no way to the board: there is no such unit, it is not for this client, \
+                 or its line is not open",
+            ),
+            ClientError::Exception(11) => {
+                f.write_str("the board does not answer its gateway; check its power and its cable")
+            }
             ClientError::Exception(code) => {
                 let known = Code::ALL.iter().find(|known| **known as u8 == *code);
                 let meaning = match known {
@@ -138,6 +147,11 @@ impl<L: Link> Client<L> {
     /// The link, for its clock.
     pub fn link(&mut self) -> &mut L {
         &mut self.link
+    }
+
+    /// The board that it talks to.
+    pub fn address(&self) -> u8 {
+        self.address
     }
 
     /// Talks to another board from now on.

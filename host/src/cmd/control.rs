@@ -36,32 +36,54 @@ impl Control {
     /// The board does not answer, refuses, or stays in another state.
     pub fn run(&self, action: Action, options: &Options, console: &Console) -> Result<(), Failure> {
         let mut board = self.port.connect(options, console)?;
-        let (before, runs) = board.run_state()?;
-        let (code, wanted): (Code, &[RunState]) = match (action, before) {
-            (Action::Start, Some(RunState::Fault)) => (Code::Acknowledge, &IDLE),
-            (Action::Start, _) => (Code::Start, &STARTED),
-            (Action::Stop, _) => (Code::Stop, &IDLE),
-            (Action::Pause, _) => (Code::Pause, &[RunState::Paused]),
-            (Action::Resume, _) => (Code::Resume, &STARTED),
-        };
-        refuse_impossible(action, before)?;
-        send(&mut board, code)?;
-        match board.wait_for(wanted)? {
-            Ok(state) => {
-                if code == Code::Acknowledge {
-                    console.complain("the fault is acknowledged; `pasapas start` again runs");
-                }
-                tell(state, console)
-            }
-            // A short program is over before its state is seen.
-            Err(Some(state)) if board.run_state()?.1 != runs => tell(state, console),
-            Err(state) => Err(Failure::Board(format!(
-                "the board took the command but is {}{}",
-                state.map_or("in an unknown state", state_name),
-                blocked(&mut board)?
-            ))),
+        let done = act(&mut board, action)?;
+        if done.acknowledged {
+            console.complain("the fault is acknowledged; `pasapas start` again runs");
         }
+        tell(done.state, console)
     }
+}
+
+/// What an action led to.
+#[derive(Clone, Copy, Debug)]
+pub struct Done {
+    /// The state behind it.
+    pub state: RunState,
+    /// Start found a fault and acknowledged it: nothing runs yet.
+    pub acknowledged: bool,
+}
+
+/// Does it and waits until it shows in the board's state.
+///
+/// # Errors
+/// The board does not answer, refuses, or stays in another state.
+pub fn act(board: &mut Board, action: Action) -> Result<Done, Failure> {
+    let (before, runs) = board.run_state()?;
+    let (code, wanted): (Code, &[RunState]) = match (action, before) {
+        (Action::Start, Some(RunState::Fault)) => (Code::Acknowledge, &IDLE),
+        (Action::Start, _) => (Code::Start, &STARTED),
+        (Action::Stop, _) => (Code::Stop, &IDLE),
+        (Action::Pause, _) => (Code::Pause, &[RunState::Paused]),
+        (Action::Resume, _) => (Code::Resume, &STARTED),
+    };
+    refuse_impossible(action, before)?;
+    send(board, code)?;
+    let done = |state| Done { state, acknowledged: code == Code::Acknowledge };
+    match board.wait_for(wanted)? {
+        Ok(state) => Ok(done(state)),
+        // A short program is over before its state is seen.
+        Err(Some(state)) if board.run_state()?.1 != runs => Ok(done(state)),
+        Err(state) => Err(Failure::Board(format!(
+            "the board took the command but is {}{}",
+            state.map_or("in an unknown state", state_name),
+            blocked(board)?
+        ))),
+    }
+}
+
+/// Whether no program runs.
+pub fn is_idle(state: Option<RunState>) -> bool {
+    state.is_some_and(|state| IDLE.contains(&state))
 }
 
 /// States in which nothing runs.

@@ -7,11 +7,13 @@ use clap::Args;
 use serde_json::json;
 
 use super::{Console, Options, script};
+use crate::client::Client;
 use crate::failure::Failure;
-use crate::gateway::config::ClientSetting;
+use crate::gateway::config::{BoardSetting, ClientSetting};
 use crate::gateway::describe::{COLUMNS, rows};
-use crate::gateway::{Config, Ranges, Running};
-use crate::{input, interrupt};
+use crate::gateway::known::{Known, programs_in, variables};
+use crate::gateway::{CardSetting, Config, Ranges, Running};
+use crate::{input, interrupt, link};
 
 /// `pasapas gateway`
 #[derive(Debug, Args)]
@@ -34,7 +36,8 @@ pub struct Gateway {
     /// name; without it nothing
     #[arg(long, value_name = "WHAT", requires = "port", value_delimiter = ',', value_parser = writable)]
     write: Vec<String>,
-    /// Write what can be read and written of each board, as CSV or JSON lines, and end
+    /// Write what can be read and written of each board, as CSV or JSON lines, and end; with --port
+    /// tcp:PORT of a gateway that runs, of all of its boards
     #[arg(long)]
     describe: bool,
 }
@@ -65,6 +68,17 @@ impl Gateway {
                 console.result(&format!("{name} is unit {unit} of Modbus TCP at {address}\n"))?;
             }
         }
+        for (board, place) in running.cards() {
+            if console.json() {
+                console.json_line(&json!({ "board": board, "card": place }))?;
+            } else {
+                console.result(&format!("{board} is an interface card at {place}\n"))?;
+            }
+        }
+        let open = |card: &CardSetting| card.listen.is_some_and(|at| !at.ip().is_loopback());
+        if config.cards.iter().any(open) {
+            console.complain("the network can reach a card, and cards know no login");
+        }
         if !address.ip().is_loopback() {
             console.complain(
                 "the network can reach it, and Modbus knows no login: what clients may write stands in \
@@ -86,14 +100,24 @@ impl Gateway {
     ) -> Result<(), Failure> {
         let given = options.machine(console)?;
         let mut text = format!("{COLUMNS}\n");
-        for board in &config.boards {
-            let script = match &board.script {
-                Some(file) => Some(script::load(&self.beside(file), options, console)?),
-                None => None,
+        for (known, script) in self.known(config) {
+            let (machine, variables) = match (&script, &known.program) {
+                (Some(file), _) => {
+                    let program = script::load(&self.beside(file), options, console)?.program;
+                    let variables = variables(&program);
+                    (program.profile, variables)
+                }
+                (None, Some(program)) => {
+                    // `--profile` stands for a machine that this tool does not know by name.
+                    let machine = match &options.profile {
+                        None => input::profile(&program.profile).unwrap_or_else(|_| given.clone()),
+                        Some(_) => given.clone(),
+                    };
+                    (machine, program.variables.clone())
+                }
+                (None, None) => (given.clone(), Vec::new()),
             };
-            let program = script.as_ref().map(|script| &script.program);
-            let machine = program.map_or(&given, |program| &program.profile);
-            for row in rows(&board.name, board.unit(), machine, program) {
+            for row in rows(&known.board, known.unit, &machine, &variables) {
                 if console.json() {
                     console.json_line(&row)?;
                 } else {
@@ -102,6 +126,27 @@ impl Gateway {
             }
         }
         if console.json() { Ok(()) } else { console.result(&text) }
+    }
+
+    /// The boards with what is known of their programs, and the script that the gateway's file names:
+    /// of a gateway that runs at the port what it says, otherwise what its file says.
+    fn known(&self, config: &Config) -> Vec<(Known, Option<String>)> {
+        let running = self.port.as_deref().filter(|port| port.starts_with("tcp:"));
+        let hall = running.and_then(|port| {
+            let mut gateway = Client::new(link::open(port).ok()?, 1);
+            gateway.hall().ok()
+        });
+        if let Some(hall) = hall {
+            return hall.into_iter().map(|known| (known, None)).collect();
+        }
+        let mut programs = config.names.as_deref().map(programs_in).unwrap_or_default();
+        let known = |board: &BoardSetting| {
+            let program = programs.remove(&board.name);
+            let (name, tags) = (board.name.clone(), board.tags.clone());
+            let known = Known { board: name, unit: board.unit(), tags, program };
+            (known, board.script.clone())
+        };
+        config.boards.iter().map(known).collect()
     }
 
     /// A file that the gateway's names: it stands beside that unless it says where.
@@ -132,6 +177,12 @@ impl Gateway {
         if let Some(listen) = self.listen {
             config.modbus.listen = listen;
         }
+        for card in &mut config.cards {
+            if card.profile.ends_with(".toml") {
+                card.profile = self.beside(&card.profile);
+            }
+        }
+        config.names = config.names.map(|names| self.beside(&names.to_string_lossy()).into());
         Ok(config)
     }
 }

@@ -12,6 +12,7 @@ mod control;
 mod dap;
 mod disasm;
 mod flash;
+mod fleet;
 mod fmt;
 mod gateway;
 mod import;
@@ -118,6 +119,8 @@ enum Command {
     Workbench(workbench::Workbench),
     /// Boards on several lines for programs on several protocols: Modbus TCP
     Gateway(gateway::Gateway),
+    /// All boards behind gateways, by tags: what differs, a program for each, start, stop
+    Fleet(fleet::Fleet),
     /// Serve an editor: the language server on standard input and output
     Lsp(lsp::Lsp),
     /// Serve an editor's debugger: the debug adapter on standard input and output
@@ -146,6 +149,7 @@ impl Command {
             Command::Fmt(command) => command.run(options, console),
             Command::Workbench(command) => command.run(options, console),
             Command::Gateway(command) => command.run(options, console),
+            Command::Fleet(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
             Command::Dap(command) => command.run(options, console),
             Command::Board(command) => command.run(options, console),

@@ -1,18 +1,23 @@
 //! `pasapas upload`: brings a program to a board.
 
+use std::path::Path;
+
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use lang::image::crc_in;
 use lang::profile::Profile;
 use lang::record::BoardRecord;
 use serde_json::json;
 
 use super::port::{Board, Port};
-use super::script::{self, Code};
+use super::script::{self, Code, Script};
 use super::{Console, Options};
-use crate::client::identity::differences;
+use crate::client::ClientError;
+use crate::client::identity;
 use crate::client::lock::words_of;
 use crate::client::upload::UploadError;
 use crate::failure::Failure;
+use crate::gateway::known::{Program, variables};
 
 /// `pasapas upload`
 #[derive(Debug, Args)]
@@ -57,6 +62,11 @@ impl Upload {
             Some(code) => Ok(board.set_lock(words_of(code))?),
             None => Ok(()),
         });
+        if let (Ok(()), Some(script)) = (&result, &script)
+            && self.port.is_tcp()
+        {
+            leave(&mut board, &image, script, console);
+        }
         match result {
             Ok(()) if console.json() => {
                 console.json_line(&json!({ "uploaded": self.file, "bytes": image.len() }))
@@ -68,6 +78,30 @@ impl Upload {
             )),
             Err(UploadError::Client(error)) => Err(error.into()),
             Err(error) => Err(Failure::Board(error.to_string())),
+        }
+    }
+}
+
+/// What a gateway may know of a program.
+pub fn about(image: &[u8], script: &Script) -> Program {
+    let name = Path::new(script.source.name()).file_name().unwrap_or_default();
+    Program {
+        crc: crc_in(image),
+        script: name.to_string_lossy().into_owned(),
+        profile: script.program.profile.name.clone(),
+        variables: variables(&script.program),
+    }
+}
+
+/// Leaves the names of a program's variables with the gateway, if the board is behind one.
+pub fn leave(board: &mut Board, image: &[u8], script: &Script, console: &Console) {
+    let unit = board.address();
+    match board.leave(unit, &about(image, script)) {
+        // What answers may be a board, which has no such unit, function or file.
+        Ok(()) | Err(ClientError::Exception(1 | 10 | 11)) => {}
+        Err(ClientError::Silent | ClientError::Noise(_)) => {}
+        Err(error) => {
+            console.complain(&format!("the gateway does not keep the program's names: {error}"));
         }
     }
 }
@@ -85,18 +119,8 @@ pub fn compare(board: &mut Board, profile: &Profile) -> Result<(), Failure> {
 /// # Errors
 /// As those of [`compare`].
 pub fn must_match(held: &BoardRecord, profile: &Profile) -> Result<(), Failure> {
-    let mut differ = differences(held, &BoardRecord::of(profile, held.sequence));
-    // Where the board hangs on the line is no matter of the program.
-    differ.retain(|what| *what != "link");
-    if differ.is_empty() {
-        return Ok(());
-    }
-    Err(Failure::Board(format!(
-        "the board's profile is not `{name}`, it differs in {}: `pasapas profile set {name}` \
-         brings it (a file's name for a profile of your own); --any-profile goes on all the same",
-        differ.join(", "),
-        name = profile.name
-    )))
+    identity::must_match(held, profile)
+        .map_err(|why| Failure::Board(format!("{why}; --any-profile goes on all the same")))
 }
 
 /// Shown on a terminal only.

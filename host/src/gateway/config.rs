@@ -1,11 +1,13 @@
 //! The gateway's file: boards, lines, servers, rights.
 
 use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use lang::profile::Parity;
 use serde::Deserialize;
 
+use super::card::CardSetting;
 use super::counters::OWN_UNIT;
 use super::mqtt::MqttSetting;
 use super::rights::{Network, Ranges, Rule};
@@ -26,10 +28,15 @@ pub struct Config {
     /// The Modbus TCP server.
     #[serde(default)]
     pub modbus: Modbus,
+    /// File of what is known of the boards' programs; without it that ends with the gateway.
+    pub names: Option<PathBuf>,
     /// The broker, if there is one.
     pub mqtt: Option<MqttSetting>,
     /// The edge node at that broker, if there is one.
     pub sparkplug: Option<SparkplugSetting>,
+    /// The old cards that boards stand in for.
+    #[serde(default, rename = "card")]
+    pub cards: Vec<CardSetting>,
     /// What a serial line needs beyond its name.
     #[serde(default, rename = "line")]
     pub lines: Vec<LineSetting>,
@@ -141,8 +148,10 @@ impl Config {
         let (modbus, boards) = (Modbus::default(), vec![board]);
         Config {
             modbus,
+            names: None,
             mqtt: None,
             sparkplug: None,
+            cards: Vec::new(),
             lines: Vec::new(),
             boards,
             clients: Vec::new(),
@@ -230,6 +239,15 @@ impl Config {
             sparkplug.check().map_err(|words| Wrong(at(), words))?;
             if self.mqtt.is_none() {
                 return Err(Wrong(at(), "[sparkplug] goes by the broker of [mqtt]: add it".into()));
+            }
+        }
+        for (n, card) in self.cards.iter().enumerate() {
+            let at = || "[[card]]".to_owned();
+            card.check(self.boards.iter().map(|board| board.name.as_str()))
+                .map_err(|words| Wrong(at(), words))?;
+            if self.cards[..n].iter().any(|other| other.board == card.board) {
+                let words = format!("{} has one card already: one talks at a time", card.board);
+                return Err(Wrong(at(), words));
             }
         }
         for client in &self.clients {

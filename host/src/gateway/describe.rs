@@ -4,10 +4,11 @@
 //! nothing is told here a second time.
 
 use lang::axis::Axis;
-use lang::hir::{Program, Storage};
 use lang::profile::Profile;
 use lang::wire::{self, BLOCKS, Block, NAMES, Table, WRITABLE};
 use serde::Serialize;
+
+use super::known::Variable;
 
 /// A value of a board.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -61,16 +62,14 @@ struct Maker<'a> {
     rows: Vec<Row>,
 }
 
-/// Every value of a board with this machine, and of the script on it.
-pub fn rows(board: &str, unit: u8, profile: &Profile, program: Option<&Program>) -> Vec<Row> {
+/// Every value of a board with this machine, and the variables of its program.
+pub fn rows(board: &str, unit: u8, profile: &Profile, variables: &[Variable]) -> Vec<Row> {
     let mut maker = Maker { board, unit, profile, rows: Vec::new() };
     maker.ports();
     for (name, address, meaning) in NAMES {
         maker.register(name, *address, meaning.trim());
     }
-    if let Some(program) = program {
-        maker.variables(program);
-    }
+    maker.variables(variables);
     maker.rows
 }
 
@@ -161,19 +160,13 @@ impl Maker<'_> {
     }
 
     /// Variables that the script shows to the link.
-    fn variables(&mut self, program: &Program) {
-        for var in &program.vars {
-            let (first, meaning) = match var.storage {
-                Storage::At(register) => (register, "AT variable of the script."),
-                Storage::Keep(number) => {
-                    (wire::KEEPS + 2 * u16::from(number), "KEEP variable of the script.")
-                }
-                Storage::Global | Storage::Local(_) => continue,
-            };
-            for i in 0..var.len as u16 {
-                let name = if var.array { format!("{}[{i}]", var.name) } else { var.name.clone() };
-                let at = ("holding register", first + 2 * i);
-                self.add(at, "int32", name, ("", 1.0), true, meaning.to_owned());
+    fn variables(&mut self, variables: &[Variable]) {
+        for var in variables {
+            let meaning = if var.keep { "KEEP" } else { "AT" };
+            for (name, register) in var.values() {
+                let at = ("holding register", register);
+                let meaning = format!("{meaning} variable of the script.");
+                self.add(at, "int32", name, var.unit(), true, meaning);
             }
         }
     }
@@ -182,6 +175,7 @@ impl Maker<'_> {
 #[cfg(test)]
 mod tests {
     use super::rows;
+    use crate::gateway::known::variables;
     use lang::front::source::Source;
     use lang::front::{ProfileChoice, compile};
     use lang::profile::Profile;
@@ -194,7 +188,7 @@ mod tests {
         let (program, diags) = compile(&source, ProfileChoice::built_in());
         let program = program.unwrap_or_else(|| panic!("{diags:?}"));
         let mill = Profile::built_in("mill").expect("built in");
-        let rows = rows("drill", 3, &mill, Some(&program));
+        let rows = rows("drill", 3, &mill, &variables(&program));
         let of = |name: &str| {
             let row = rows.iter().find(|row| row.name == name);
             row.unwrap_or_else(|| panic!("no {name}"))

@@ -5,9 +5,12 @@
 
 mod backoff;
 mod cache;
+mod card;
 pub mod config;
 pub mod counters;
 pub mod describe;
+mod inside;
+pub mod known;
 pub mod light;
 pub mod line;
 mod looks;
@@ -29,10 +32,13 @@ use std::time::Duration;
 use tokio::sync::mpsc::unbounded_channel;
 use tokio::sync::oneshot;
 
+pub use card::CardSetting;
 pub use config::Config;
 pub use rights::Ranges;
 
+use card::Cards;
 use counters::{Counters, OWN_UNIT, Totals};
+use known::{Book, Known, READ_FILE, WRITE_FILE};
 use line::{Line, Look, Open, Station, Watch};
 use mqtt::{Mqtt, MqttSetting, Note};
 use pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
@@ -59,6 +65,8 @@ pub struct Gateway {
     guests: Guests,
     /// Names of the boards, in the order of the file.
     names: Vec<String>,
+    /// What is known of them.
+    book: Book,
     /// What orders by MQTT may write.
     orders: Ranges,
 }
@@ -69,6 +77,8 @@ type Tell = Arc<dyn Fn(usize, Look) + Send + Sync>;
 /// A gateway that serves until this is dropped.
 pub struct Running {
     address: SocketAddr,
+    /// Go before all others: they stop what they move.
+    cards: Option<Cards>,
     /// Go first: they say goodbye.
     talks: (Option<Mqtt>, Option<Sparkplug>),
     gateway: Arc<Gateway>,
@@ -121,7 +131,14 @@ impl Gateway {
         let guests = Guests::new(config.modbus.clients);
         let names = config.boards.iter().map(|board| board.name.clone()).collect();
         let orders = config.mqtt.as_ref().map_or(Ok(Ranges::default()), MqttSetting::rights)?;
-        Ok(Gateway { lines, places, rules, cache, totals, guests, names, orders })
+        let known = |board: &config::BoardSetting| Known {
+            board: board.name.clone(),
+            unit: board.unit(),
+            tags: board.tags.clone(),
+            program: None,
+        };
+        let book = Book::open(config.boards.iter().map(known).collect(), config.names.as_deref());
+        Ok(Gateway { lines, places, rules, cache, totals, guests, names, book, orders })
     }
 
     /// What a client from this address may do.
@@ -149,7 +166,10 @@ impl Gateway {
     async fn answer(&self, asker: Asker, rule: &Rule, unit: u8, pdu: Vec<u8>) -> Vec<u8> {
         self.totals.requests.add();
         if unit == OWN_UNIT {
-            return self.own(&pdu);
+            return match pdu.first() {
+                Some(&(READ_FILE | WRITE_FILE)) => self.file(rule, &pdu),
+                _ => self.own(&pdu),
+            };
         }
         let Some(place) = self.place(unit).filter(|place| rule.sees(place.unit)) else {
             self.totals.astray.add();
@@ -175,6 +195,23 @@ impl Gateway {
         let answer = Box::new(move |reply| drop(to.send(reply)));
         self.lines[place.line].ask(asker, place.station, (pdu, touch), age, answer);
         reply.await.unwrap_or(none)
+    }
+
+    /// A board's file: whoever sees the board reads it, whoever may upload a program writes it.
+    fn file(&self, rule: &Rule, pdu: &[u8]) -> Vec<u8> {
+        use lang::wire::{self, Exception, Table};
+        let table = Table::Holding;
+        let upload = Touch { table, first: wire::UPLOAD_CONTROL, count: 1, write: true };
+        let answer = Book::file_of(pdu).and_then(|(file, writes)| {
+            let unit = u8::try_from(file).map_err(|_| Exception::IllegalAddress)?;
+            let place = self.place(unit).ok_or(Exception::IllegalAddress)?;
+            if !rule.sees(place.unit) || writes && !rule.write.hold(&upload) {
+                return Err(Exception::IllegalAddress);
+            }
+            let board = self.places.iter().position(|one| one.unit == place.unit);
+            self.book.answer(board.unwrap_or(usize::MAX), pdu)
+        });
+        answer.unwrap_or_else(|exception| refusal(pdu, exception as u8))
     }
 
     /// The counters' registers.
@@ -239,6 +276,7 @@ impl Running {
         });
         let tell = watched.then_some(&tell);
         let gateway = Arc::new(Gateway::new(config, config.rules()?, tell, open)?);
+        let cards = Cards::start(&config.cards, &gateway)?;
         let talks = match &config.mqtt {
             None => (None, None),
             Some(setting) => {
@@ -258,12 +296,17 @@ impl Running {
         let listener = tokio::net::TcpListener::from_std(listener).map_err(words)?;
         runtime.spawn(server::serve(listener, gateway.clone()));
         drop(guard);
-        Ok(Running { address, talks, gateway, runtime: Some(runtime) })
+        Ok(Running { address, cards: Some(cards), talks, gateway, runtime: Some(runtime) })
     }
 
     /// Where the Modbus TCP server listens.
     pub fn address(&self) -> SocketAddr {
         self.address
+    }
+
+    /// Cards: each one's board, and where it answers.
+    pub fn cards(&self) -> &[(String, String)] {
+        self.cards.as_ref().map_or(&[], |cards| &cards.places)
     }
 
     /// What is counted of the boards, in the order of the file.
@@ -275,6 +318,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
+        self.cards = None;
         self.talks = (None, None);
         if let Some(runtime) = self.runtime.take() {
             // Tasks that wait for nobody any more.

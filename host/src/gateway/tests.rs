@@ -53,15 +53,7 @@ impl Guest {
     }
 
     fn receive(&mut self) -> Mbap {
-        loop {
-            if let Some(message) = Mbap::take(&mut self.1).expect("Modbus TCP") {
-                return message;
-            }
-            let mut piece = [0; 600];
-            let count = self.0.read(&mut piece).expect("an answer");
-            assert!(count > 0, "the gateway closed");
-            self.1.extend(&piece[..count]);
-        }
+        Mbap::read(&mut self.0, &mut self.1).expect("an answer")
     }
 
     fn ask(&mut self, unit: u8, pdu: &[u8]) -> Vec<u8> {

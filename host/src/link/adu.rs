@@ -6,6 +6,8 @@
 //! Sources: Modbus over Serial Line V1.02, section 2.5.1; Modbus Messaging on TCP/IP Implementation
 //! Guide V1.0b, section 3.1.3.
 
+use std::io::{self, Read};
+
 use lang::wire::{CRC_START, crc16};
 
 /// Longest RTU frame: address, 253 bytes of PDU, CRC.
@@ -90,6 +92,26 @@ impl Mbap {
         let pdu = message[MBAP_HEAD + 1..].to_vec();
         Ok(Some(Mbap { transaction, unit: message[MBAP_HEAD], pdu }))
     }
+
+    /// Reads a connection until a message is there; what came behind it stays in `received`.
+    ///
+    /// # Errors
+    /// The connection fails or ends, or what comes is no Modbus TCP.
+    pub fn read(stream: &mut impl Read, received: &mut Vec<u8>) -> io::Result<Mbap> {
+        loop {
+            let taken = Mbap::take(received).map_err(|NotMbap| {
+                io::Error::new(io::ErrorKind::InvalidData, "what answers speaks no Modbus TCP")
+            })?;
+            if let Some(message) = taken {
+                return Ok(message);
+            }
+            let mut piece = [0; 2 * MAX_RTU];
+            match stream.read(&mut piece)? {
+                0 => return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "it closed")),
+                count => received.extend(&piece[..count]),
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -115,6 +137,20 @@ mod tests {
             assert_eq!(Mbap::take(&mut received), Ok(None));
             assert_eq!(received, bytes[..end]);
         }
+    }
+
+    #[test]
+    fn a_reader_gets_message_by_message_and_hears_of_the_end() {
+        let one = Mbap { transaction: 7, unit: 1, pdu: vec![6, 0, 1, 0, 2] };
+        let other = Mbap { transaction: 8, ..one.clone() };
+        let bytes = [one.bytes(), other.bytes(), vec![0, 9]].concat();
+        let (mut stream, mut received) = (&bytes[..], Vec::new());
+        assert_eq!(Mbap::read(&mut stream, &mut received).expect("whole"), one);
+        assert_eq!(Mbap::read(&mut stream, &mut received).expect("whole"), other);
+        let end = Mbap::read(&mut stream, &mut received).expect_err("half");
+        assert_eq!(end.kind(), std::io::ErrorKind::UnexpectedEof);
+        let foreign = Mbap::read(&mut &b"HTTP/1.1 400"[..], &mut Vec::new()).expect_err("foreign");
+        assert_eq!(foreign.kind(), std::io::ErrorKind::InvalidData);
     }
 
     #[test]

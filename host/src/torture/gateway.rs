@@ -1,7 +1,7 @@
 //! Kind `gateway`: clients that say nothing, half of it, garbage, or leave in the middle, boards that die
 //! and come back, while another client must get each of its answers, the right one, in time.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -94,16 +94,7 @@ fn honest(to: SocketAddr) -> Result<(), String> {
         let message = Mbap { transaction: n, unit, pdu: vec![3, high, low, 0, 1] };
         let begun = Instant::now();
         stream.write_all(&message.bytes()).map_err(words)?;
-        let reply = loop {
-            if let Some(reply) = Mbap::take(&mut received).map_err(|_| "no Modbus TCP")? {
-                break reply;
-            }
-            let mut piece = [0; 300];
-            match stream.read(&mut piece).map_err(words)? {
-                0 => return Err("the gateway closed the honest client".to_owned()),
-                count => received.extend(&piece[..count]),
-            }
-        };
+        let reply = Mbap::read(&mut stream, &mut received).map_err(words)?;
         let pdu = [vec![3, 2], first_value(unit, n).to_be_bytes().to_vec()].concat();
         let wanted = Mbap { transaction: n, unit, pdu };
         if reply != wanted {

@@ -1,8 +1,9 @@
 //! A virtual board that a test keeps up, as a user would, and processes that a test ends.
 #![allow(dead_code, reason = "each test takes what it needs")]
 
-use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
@@ -57,6 +58,60 @@ impl Drop for Board {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// A gateway that runs until it is dropped.
+pub struct Gateway {
+    child: Child,
+    /// Where it listens.
+    pub port: u16,
+    /// Kept open: a tool whose output nobody reads ends.
+    said: BufReader<ChildStdout>,
+}
+
+impl Gateway {
+    /// Starts it at a free port.
+    pub fn start(args: &[&str]) -> Gateway {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .args(["gateway", "--format", "json", "--listen", "127.0.0.1:0"])
+            .args(args)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut line = String::new();
+        let mut said = BufReader::new(child.stdout.take().expect("its output"));
+        said.read_line(&mut line).expect("text");
+        let told: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+        let place = told["port"].as_str().expect("a port").rsplit(':').next().expect("a number");
+        Gateway { child, port: place.parse().expect("a number"), said }
+    }
+
+    /// The next line of what it says.
+    pub fn next_line(&mut self) -> serde_json::Value {
+        let mut line = String::new();
+        self.said.read_line(&mut line).expect("text");
+        serde_json::from_str(&line).expect("JSON")
+    }
+}
+
+impl Drop for Gateway {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+/// Runs our own command: its exit code, and all that it says.
+pub fn pasapas(args: &[&str]) -> (i32, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_pasapas")).args(args).output();
+    let output = output.expect("pasapas starts");
+    let said = [output.stdout, output.stderr].concat();
+    (output.status.code().unwrap_or(-1), String::from_utf8_lossy(&said).into_owned())
 }
 
 /// Sends a signal to a process.
