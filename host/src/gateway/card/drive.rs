@@ -4,9 +4,8 @@
 //! An order is sent by the line's owner, which looks whether a stop came in the same breath: a stop
 //! goes before all that waits, and no move that was asked for before it begins behind it.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::channel;
-use std::sync::{Arc, Weak};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use import::card::Phase;
@@ -14,15 +13,15 @@ use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::profile::{AxisProfile, Profile};
 use lang::record::MachineRecord;
-use lang::wire::{self, Control, Direct, End, Exception, RunState, command};
+use lang::wire::{self, Control, End, Exception, RunState, command};
 
+use super::stopper::{Answer, LIMIT, NO_MACHINE, NOT_NOW, STOPPED, Stopper, Trouble, is_running};
 use super::talk::Stop;
 use crate::client::orders::{home, move_to, ramps, words};
 use crate::client::status::{StatusWords, long};
 use crate::client::{Client, ClientError};
 use crate::gateway::Gateway;
 use crate::gateway::inside::{ADDRESS, Inside};
-use crate::gateway::line::Board;
 use crate::gateway::turns::Asker;
 
 /// Between two looks at a board that moves. The board itself ends a move of several axes 2 s after
@@ -37,28 +36,6 @@ const LONGEST: Duration = Duration::from_secs(600);
 /// What a machine's position may differ by from what was asked for in all moves so far, and still be
 /// that: lengths are micrometres.
 const CLOSE: i64 = 2;
-
-/// What the card answers instead of `0`.
-pub type Answer = char;
-/// A limit, or a switch that was not found.
-const LIMIT: Answer = '2';
-/// The user stopped it; also when the board is not there any more.
-const STOPPED: Answer = 'F';
-/// It cannot be done now.
-pub const NOT_NOW: Answer = '5';
-/// The machine is not the one of the card's file.
-const NO_MACHINE: Answer = '4';
-
-/// Counts stops, and sends them to the board past all that waits.
-#[derive(Clone)]
-pub struct Stopper {
-    gateway: Weak<Gateway>,
-    board: usize,
-    asker: Asker,
-    count: Arc<AtomicU64>,
-    /// The last one was a software stop.
-    software: Arc<AtomicBool>,
-}
 
 /// How a board stands.
 #[derive(Clone, Copy, Debug)]
@@ -89,112 +66,16 @@ pub struct Drive {
     wanted: [Option<i64>; 3],
 }
 
-impl Stopper {
-    /// Stops what moves, as the byte wants it. It does not wait for the board.
-    pub fn stop(&self, stop: Stop) {
-        self.software.store(stop == Stop::Software, Ordering::SeqCst);
-        self.count.fetch_add(1, Ordering::SeqCst);
-        self.send(stop);
-    }
-
-    /// How many stops there were.
-    pub fn count(&self) -> u64 {
-        self.count.load(Ordering::SeqCst)
-    }
-
-    /// The gateway ends: a stored program goes on, what a client's command moves does not.
-    pub fn end(&self) {
-        self.count.fetch_add(1, Ordering::SeqCst);
-        // Nobody is left who could be told that it did not help.
-        let _ = self.ask(true, |board| {
-            let runs = board.run_state()?.0.is_some_and(is_running);
-            if runs { Ok(()) } else { halt(board, Stop::Software, false) }
-        });
-    }
-
-    fn send(&self, stop: Stop) {
-        let Some(gateway) = self.gateway.upgrade() else { return };
-        let place = &gateway.places[self.board];
-        let job = Box::new(move |board: Result<&mut Board, &str>| {
-            if let Ok(board) = board {
-                let runs = board.run_state().is_ok_and(|(state, _)| state.is_some_and(is_running));
-                // Who asked for it sees by its looks whether it helped.
-                let _ = halt(board, stop, runs);
-            }
-        });
-        gateway.lines[place.line].order(self.asker, place.station, true, job);
-    }
-
-    /// Does something with the board, in its turn; the answer for a client when it cannot be done.
-    fn ask<T: Send + 'static>(
-        &self,
-        urgent: bool,
-        job: impl FnOnce(&mut Board) -> Result<T, ClientError> + Send + 'static,
-    ) -> Result<T, Trouble> {
-        let gateway = self.gateway.upgrade().ok_or(Trouble::Gone)?;
-        let place = &gateway.places[self.board];
-        let (to, done) = channel();
-        let job = Box::new(move |board: Result<&mut Board, &str>| {
-            let result = board.map_err(|_| Trouble::Gone);
-            let result = result.and_then(|board| job(board).map_err(Trouble::Board));
-            // Whoever waits for it is there.
-            let _ = to.send(result);
-        });
-        gateway.lines[place.line].order(self.asker, place.station, urgent, job);
-        drop(gateway);
-        done.recv().unwrap_or(Err(Trouble::Gone))
-    }
-}
-
-/// Why the board did not do it.
-#[derive(Debug)]
-enum Trouble {
-    /// It is not there.
-    Gone,
-    Board(ClientError),
-}
-
-impl Trouble {
-    fn answer(&self) -> Answer {
-        match self {
-            Trouble::Board(error) if error.is_exception(Exception::IllegalValue) => LIMIT,
-            Trouble::Board(error) if error.is_exception(Exception::Busy) => NOT_NOW,
-            _ => STOPPED,
-        }
-    }
-}
-
-const fn is_running(state: RunState) -> bool {
-    matches!(state, RunState::Running | RunState::WaitStart | RunState::Paused | RunState::Stopping)
-}
-
-/// Ends what moves.
-fn halt(board: &mut Board, stop: Stop, runs: bool) -> Result<(), ClientError> {
-    match stop {
-        Stop::Reset => board.write(wire::RUN_CONTROL, Control::EmergencyStop as u16),
-        Stop::Pause if runs => board.write(wire::RUN_CONTROL, Control::Pause as u16),
-        Stop::Pause | Stop::Software => {
-            board.write_all(wire::COMMAND, &[command::DIRECT, u16::from(Direct::Stop as u8)])
-        }
-    }
-}
-
 impl Drive {
     /// A board of the gateway with this machine.
     pub fn new(gateway: &Arc<Gateway>, board: usize, asker: Asker, profile: Profile) -> Drive {
-        let (gateway, count, software) = (Arc::downgrade(gateway), Arc::default(), Arc::default());
-        let stops = Stopper { gateway, board, asker, count, software };
+        let stops = Stopper::new(gateway, board, asker);
         Drive { stops, profile, speeds: [None; 3], wanted: [None; 3] }
     }
 
     /// What stops it.
     pub fn stopper(&self) -> Stopper {
         self.stops.clone()
-    }
-
-    /// Whether a software stop came since there were so many stops.
-    pub fn was_software(&self, stops: u64) -> bool {
-        self.stops.count() != stops && self.stops.software.load(Ordering::SeqCst)
     }
 
     /// A master of its own, for what takes more than an exchange or two.

@@ -10,6 +10,7 @@
 mod drive;
 mod port;
 mod setting;
+mod stopper;
 mod talk;
 mod worker;
 
@@ -25,6 +26,7 @@ use super::turns::Asker;
 use crate::input;
 use drive::Drive;
 use port::Port;
+use stopper::Stopper;
 use talk::Talk;
 use worker::Worker;
 
@@ -77,7 +79,7 @@ impl Drop for Cards {
 }
 
 /// Reads what comes, hears stops in it, and writes what is answered.
-fn listen(mut port: Port, talk: &Talk, stops: &drive::Stopper, over: &AtomicBool) {
+fn listen(mut port: Port, talk: &Talk, stops: &Stopper, over: &AtomicBool) {
     let mut bytes = Vec::new();
     while !over.load(Ordering::SeqCst) {
         bytes.clear();

@@ -10,8 +10,9 @@ use lang::front::{ProfileChoice, compile};
 use lang::image::crc_in;
 use lang::wire::{self, Control, RunState};
 
-use super::drive::{Answer, Drive, Look, NOT_NOW};
+use super::drive::{Drive, Look};
 use super::setting::CardSetting;
+use super::stopper::{Answer, NOT_NOW};
 use super::talk::{Heard, Said, Talk, Visit};
 
 /// Longest wait for a line, between two looks whether the gateway ends.
@@ -79,7 +80,9 @@ impl Worker {
         match done {
             Ok(more) => self.talk.answer(visit, '0', &more),
             // "Not the error of the stop, but ok" (binder, "Arrêt du logiciel").
-            Err('F') if self.drive.was_software(stops) => self.talk.answer(visit, '0', ""),
+            Err('F') if self.drive.stopper().was_software(stops) => {
+                self.talk.answer(visit, '0', "")
+            }
             Err(answer) => self.talk.answer(visit, answer, ""),
         }
     }
