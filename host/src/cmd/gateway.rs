@@ -177,10 +177,10 @@ impl Gateway {
         if let Some(listen) = self.listen {
             config.modbus.listen = listen;
         }
-        for card in &mut config.cards {
-            if card.profile.ends_with(".toml") {
-                card.profile = self.beside(&card.profile);
-            }
+        let cards = config.cards.iter_mut().map(|card| &mut card.profile);
+        let profiles = cards.chain(config.gcode.iter_mut().map(|one| &mut one.profile));
+        for profile in profiles.filter(|profile| profile.ends_with(".toml")) {
+            *profile = self.beside(profile);
         }
         config.names = config.names.map(|names| self.beside(&names.to_string_lossy()).into());
         Ok(config)

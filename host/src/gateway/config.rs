@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::card::CardSetting;
 use super::counters::OWN_UNIT;
+use super::gcode::GcodeSetting;
 use super::mqtt::MqttSetting;
 use super::rights::{Network, Ranges, Rule};
 use super::sparkplug::SparkplugSetting;
@@ -37,6 +38,9 @@ pub struct Config {
     /// The old cards that boards stand in for.
     #[serde(default, rename = "card")]
     pub cards: Vec<CardSetting>,
+    /// Boards that take G-code as text.
+    #[serde(default)]
+    pub gcode: Vec<GcodeSetting>,
     /// What a serial line needs beyond its name.
     #[serde(default, rename = "line")]
     pub lines: Vec<LineSetting>,
@@ -152,6 +156,7 @@ impl Config {
             mqtt: None,
             sparkplug: None,
             cards: Vec::new(),
+            gcode: Vec::new(),
             lines: Vec::new(),
             boards,
             clients: Vec::new(),
@@ -248,6 +253,15 @@ impl Config {
             if self.cards[..n].iter().any(|other| other.board == card.board) {
                 let words = format!("{} has one card already: one talks at a time", card.board);
                 return Err(Wrong(at(), words));
+            }
+        }
+        for (n, one) in self.gcode.iter().enumerate() {
+            let at = || "[[gcode]]".to_owned();
+            if !self.boards.iter().any(|board| board.name == one.board) {
+                return Err(Wrong(at(), format!("there is no board `{}`", one.board)));
+            }
+            if self.gcode[..n].iter().any(|other| other.board == one.board) {
+                return Err(Wrong(at(), format!("{} takes G-code already", one.board)));
             }
         }
         for client in &self.clients {

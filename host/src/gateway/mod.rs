@@ -9,6 +9,7 @@ mod card;
 pub mod config;
 pub mod counters;
 pub mod describe;
+mod gcode;
 mod inside;
 pub mod known;
 pub mod light;
@@ -26,7 +27,7 @@ mod tests;
 mod turns;
 
 use std::net::{IpAddr, SocketAddr};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use tokio::sync::mpsc::unbounded_channel;
@@ -34,10 +35,12 @@ use tokio::sync::oneshot;
 
 pub use card::CardSetting;
 pub use config::Config;
+pub use gcode::GcodeSetting;
 pub use rights::Ranges;
 
 use card::Cards;
 use counters::{Counters, OWN_UNIT, Totals};
+use gcode::{Buffers, Hosts, Texts};
 use known::{Book, Known, READ_FILE, WRITE_FILE};
 use line::{Line, Look, Open, Station, Watch};
 use mqtt::{Mqtt, MqttSetting, Note};
@@ -67,6 +70,8 @@ pub struct Gateway {
     names: Vec<String>,
     /// What is known of them.
     book: Book,
+    /// G-code that waits for boards, by their number in the file.
+    texts: OnceLock<Buffers>,
     /// What orders by MQTT may write.
     orders: Ranges,
 }
@@ -79,6 +84,8 @@ pub struct Running {
     address: SocketAddr,
     /// Go before all others: they stop what they move.
     cards: Option<Cards>,
+    /// These end their runs.
+    hosts: Option<Hosts>,
     /// Go first: they say goodbye.
     talks: (Option<Mqtt>, Option<Sparkplug>),
     gateway: Arc<Gateway>,
@@ -138,7 +145,18 @@ impl Gateway {
             program: None,
         };
         let book = Book::open(config.boards.iter().map(known).collect(), config.names.as_deref());
-        Ok(Gateway { lines, places, rules, cache, totals, guests, names, book, orders })
+        Ok(Gateway {
+            lines,
+            places,
+            rules,
+            cache,
+            totals,
+            guests,
+            names,
+            book,
+            texts: OnceLock::new(),
+            orders,
+        })
     }
 
     /// What a client from this address may do.
@@ -187,6 +205,12 @@ impl Gateway {
             let code = if rule.write.is_empty() { IllegalFunction } else { IllegalAddress };
             return refusal(&pdu, code as u8);
         }
+        let texts = self.texts(place);
+        if touch.write
+            && let Some(reply) = texts.and_then(|texts| texts.write(&touch, &pdu))
+        {
+            return reply;
+        }
         let fresh = rule.fresh || place.fresh_unit == Some(unit);
         let age = if fresh { Duration::ZERO } else { self.cache };
         let (to, reply) = oneshot::channel();
@@ -194,7 +218,18 @@ impl Gateway {
         // The client may be gone when the answer comes.
         let answer = Box::new(move |reply| drop(to.send(reply)));
         self.lines[place.line].ask(asker, place.station, (pdu, touch), age, answer);
-        reply.await.unwrap_or(none)
+        let mut reply = reply.await.unwrap_or(none);
+        if let Some(texts) = texts {
+            texts.show(&touch, &mut reply);
+        }
+        reply
+    }
+
+    /// The G-code that waits for a board, if it takes any.
+    fn texts(&self, place: &Place) -> Option<&Texts> {
+        let list = self.texts.get()?;
+        let found = list.iter().find(|(board, _)| self.places[*board].unit == place.unit);
+        found.map(|(_, texts)| &**texts)
     }
 
     /// A board's file: whoever sees the board reads it, whoever may upload a program writes it.
@@ -277,6 +312,8 @@ impl Running {
         let tell = watched.then_some(&tell);
         let gateway = Arc::new(Gateway::new(config, config.rules()?, tell, open)?);
         let cards = Cards::start(&config.cards, &gateway)?;
+        let (hosts, texts) = Hosts::start(&config.gcode, &gateway)?;
+        gateway.texts.get_or_init(|| texts);
         let talks = match &config.mqtt {
             None => (None, None),
             Some(setting) => {
@@ -296,7 +333,14 @@ impl Running {
         let listener = tokio::net::TcpListener::from_std(listener).map_err(words)?;
         runtime.spawn(server::serve(listener, gateway.clone()));
         drop(guard);
-        Ok(Running { address, cards: Some(cards), talks, gateway, runtime: Some(runtime) })
+        Ok(Running {
+            address,
+            cards: Some(cards),
+            hosts: Some(hosts),
+            talks,
+            gateway,
+            runtime: Some(runtime),
+        })
     }
 
     /// Where the Modbus TCP server listens.
@@ -318,7 +362,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        self.cards = None;
+        (self.cards, self.hosts) = (None, None);
         self.talks = (None, None);
         if let Some(runtime) = self.runtime.take() {
             // Tasks that wait for nobody any more.

@@ -47,9 +47,23 @@ pub enum Over {
     Broken(Fault, u32),
 }
 
+/// What follows a program that has ended, in a job that comes bit by bit.
+pub enum More<'a> {
+    /// Another program: the machine goes on as if it were the same.
+    Feed(Feed<'a>),
+    /// Nothing yet.
+    Wait,
+    /// Nothing.
+    Over,
+}
+
+/// Asked for what follows, again and again while the answer is to wait.
+pub type Source<'a> = Box<dyn FnMut() -> More<'a> + 'a>;
+
 /// Makes pieces of a job.
 pub struct Job<'a> {
     feed: Feed<'a>,
+    source: Option<Source<'a>>,
     writer: Writer,
     /// What did not fit into the last piece.
     held: Option<Step>,
@@ -78,6 +92,7 @@ impl<'a> Job<'a> {
         let keeps = VecDeque::from([(0, feed.keeps())]);
         Job {
             feed,
+            source: None,
             writer,
             held: None,
             waits: false,
@@ -166,6 +181,12 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
+    /// More programs follow when this one has ended: without handlers and KEEP values, for the same
+    /// machine.
+    pub fn follow_with(&mut self, source: Source<'a>) {
+        self.source = Some(source);
+    }
+
     /// The axes' part of the profile.
     pub fn machine(&self) -> &[u8] {
         self.writer.machine()
@@ -212,10 +233,21 @@ impl<'a> Job<'a> {
                     self.control(line, &[op.code()], Kind::Left)
                 }
                 Step::Thinks => return self.think(),
-                Step::End => {
-                    self.over = Some(Over::Done);
-                    return self.last();
-                }
+                Step::End => match self.source.as_mut().map_or(More::Over, |source| source()) {
+                    More::Feed(feed) => {
+                        self.writer.admit(&feed.image());
+                        self.feed = feed;
+                        continue;
+                    }
+                    More::Wait => {
+                        self.held = Some(Step::End);
+                        return self.last();
+                    }
+                    More::Over => {
+                        self.over = Some(Over::Done);
+                        return self.last();
+                    }
+                },
                 Step::Fault(fault, line) => match failing(fault) {
                     Some(code) if self.control(line, &code, Kind::Fault) => {
                         self.over = Some(Over::Fails);

@@ -95,6 +95,11 @@ impl Writer {
         }
     }
 
+    /// Pieces hold another program's statements, too.
+    pub fn admit(&mut self, image: &Image<'_>) {
+        self.features |= u16::from(image.header.features) & FEATURES;
+    }
+
     /// How long a text may be so that it fits into what is left of the piece.
     pub fn text_room(&self) -> usize {
         // Its instruction with what may stand before it, its length, the piece's end.
