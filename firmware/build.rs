@@ -1,6 +1,6 @@
 //! Writes the part's memory map where the linker finds it; `link.x` comes from `msp430-rt`.
 
-use lang::part::{G2553, G2553_HANDLERS, Part, SEGMENT, VIRTUAL};
+use lang::part::{F5529, G2553, G2553_HANDLERS, Part, SEGMENT, VIRTUAL};
 use std::path::Path;
 
 /// Address behind the program store: the chip's last segment belongs to the vectors and to the
@@ -13,44 +13,70 @@ const LARGE: [usize; 3] = [0x1100, 0x1000, 0x2100];
 /// For tests: the small part's RAM, 32 KB of flash and the large part's store.
 const WHOLE: [usize; 3] = [0x0200, 0x0200, 0x8000];
 
-/// What the linker may use of a chip. TAIL is what is left of the last segment below the boot
-/// loader's key word (FFDE, SLAU319 1.3) and the vectors: sections named .tail.* go there.
-fn map([ram, ram_size, rom]: [usize; 3], part: &Part) -> String {
+/// The MSP430F5529's (SLAS590: memory organization).
+const F5529_MEMORY: [usize; 3] = [0x2400, 0x2000, 0x4400];
+
+/// What the linker may use of a chip up to its vectors, which begin at `end`. TAIL is what is left of the last
+/// segment below them and what stands in front of them: sections named .tail.* go there.
+fn map(
+    [ram, ram_size, rom]: [usize; 3],
+    part: &Part,
+    end: usize,
+    more: &str,
+    sections: &str,
+) -> String {
     let store = STORE_END - SEGMENT * usize::from(part.segments);
     format!(
         "MEMORY
 {{
   RAM     : ORIGIN = {ram:#06x}, LENGTH = {ram_size:#06x}
   ROM     : ORIGIN = {rom:#06x}, LENGTH = {rom_size:#06x}
-  TAIL    : ORIGIN = {STORE_END:#06x}, LENGTH = 0x01DE
-  BSLKEY  : ORIGIN = 0xFFDE, LENGTH = 0x0002
-  VECTORS : ORIGIN = 0xFFE0, LENGTH = 0x0020
-}}
+  TAIL    : ORIGIN = {STORE_END:#06x}, LENGTH = {tail:#06x}
+{more}}}
 
 SECTIONS
 {{
   .tail : {{ *(.tail .tail.*) }} > TAIL
   .noinit (NOLOAD) : {{ *(.noinit) }} > RAM
-  .bslkey : {{ KEEP(*(.bslkey)) }} > BSLKEY
-}}
+{sections}}}
 ",
-        rom_size = store - rom
+        rom_size = store - rom,
+        tail = end - STORE_END,
     )
+}
+
+/// A chip with the boot loader's key word (FFDE, SLAU319 1.3) in front of 16 vectors.
+fn small(memory: [usize; 3], part: &Part) -> String {
+    let more = "  BSLKEY  : ORIGIN = 0xFFDE, LENGTH = 0x0002
+  VECTORS : ORIGIN = 0xFFE0, LENGTH = 0x0020
+";
+    map(memory, part, 0xFFDE, more, "  .bslkey : { KEEP(*(.bslkey)) } > BSLKEY\n")
+}
+
+/// The MSP430F5529: 64 vectors, and flash above 64 KB, where compiled functions go that `far` has made for
+/// addresses from 10000 to 1FFFF.
+fn large() -> String {
+    let more = "  VECTORS : ORIGIN = 0xFF80, LENGTH = 0x0080
+  HIGH    : ORIGIN = 0x10000, LENGTH = 0x10000
+";
+    map(F5529_MEMORY, &F5529, 0xFF80, more, "  .high : { *(.high.*) } > HIGH\n")
 }
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     let has = |feature: &str| std::env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
-    let map = if has("VIRTUAL") {
-        map(LARGE, &VIRTUAL)
+    let map = if has("F5529") {
+        large()
+    } else if has("VIRTUAL") {
+        small(LARGE, &VIRTUAL)
     } else if !has("G2553") {
         return;
     } else if has("WHOLE") {
-        map(WHOLE, &VIRTUAL)
+        small(WHOLE, &VIRTUAL)
     } else if has("HANDLERS") {
-        map(SMALL, &G2553_HANDLERS)
+        small(SMALL, &G2553_HANDLERS)
     } else {
-        map(SMALL, &G2553)
+        small(SMALL, &G2553)
     };
     let out = std::env::var("OUT_DIR").unwrap_or_default();
     if let Err(error) = std::fs::write(Path::new(&out).join("memory.x"), map) {

@@ -22,16 +22,28 @@ small="-Zmir-opt-level=1 -Cllvm-args=-inline-threshold=12 -Cllvm-args=-enable-pr
 small="$small -Cllvm-args=-bonus-inst-threshold=0 -Cllvm-args=-join-globalcopies -Cllvm-args=-pre-RA-sched=list-burr"
 export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust -Zunstable-options -Cpanic=immediate-abort $small"
 mkdir -p firmware/image
-for part in ${*:-g2553 g2553-handlers virtual whole}; do
-    chip=$part features=$part
+# Of the MSP430F5529 compiled functions go above 64 KB: `far` stands in the linker's place. Tables of jumps
+# have no counterpart there.
+far() {
+    env -u CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS "$CARGO" build --quiet --locked --release -p far --target-dir "$root/target/msp430"
+    export FAR_LD="$MSP430_LD" FAR_NEAR="$root/firmware/src/board/chip/f5529/near.txt"
+    export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$root/target/msp430/release/far"
+    export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="$CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS -Cjump-tables=no"
+}
+for part in ${*:-g2553 g2553-handlers virtual whole f5529}; do
+    program=g2553 features=$part
     case $part in
         # All that the G2553's sources can do, on a chip of the tests.
-        whole) chip=g2553 features=g2553,whole ;;
-        g2553-*) chip=g2553 features=g2553,${part#g2553-} ;;
+        whole) features=g2553,whole ;;
+        g2553-*) features=g2553,${part#g2553-} ;;
+        virtual | f5529) program=board ;;
     esac
-    "$CARGO" build --quiet --locked -Zbuild-std=core --target msp430-none-elf \
-        --profile firmware -p firmware --bin "pasapas-$chip" --features "$features" \
-        --target-dir "$root/target/msp430"
-    out=$root/target/msp430/msp430-none-elf/firmware/pasapas-$chip
+    (
+        [ "$part" != f5529 ] || far
+        "$CARGO" build --quiet --locked -Zbuild-std=core --target msp430-none-elf \
+            --profile firmware -p firmware --bin "pasapas-$program" --features "$features" \
+            --target-dir "$root/target/msp430"
+    )
+    out=$root/target/msp430/msp430-none-elf/firmware/pasapas-$program
     "$OBJCOPY" --strip-debug "$out" "firmware/image/pasapas-$part.elf"
 done

@@ -17,9 +17,6 @@ use lang::record::feature;
 /// Version of the firmware, major in the high byte (`lang::wire::FIRMWARE_VERSION`).
 pub const RELEASE: u16 = 0x0001;
 
-/// Segments C and B of the information memory (SLAU144, 7.2): the two copies of the board's profile.
-pub const PROFILES: [u16; 2] = [0x1080, 0x1040];
-
 /// The G2553's assembly with all that it can do, on a chip that exists in tests alone: 32 KB of
 /// flash, the G2553's RAM. What does not fit into 16 KB is tested there.
 pub const WHOLE: Part = Part {

@@ -5,42 +5,52 @@ use emulator::{Board, Config, Image, Part, Stop, WarningKind, Wiring};
 use lang::fault::Fault;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
-use lang::part::{G2553, G2553_HANDLERS, SEGMENT, SLOT_HEAD, VIRTUAL};
+use lang::part::{self, F5529, G2553, G2553_HANDLERS, SEGMENT, SLOT_HEAD, VIRTUAL};
 use lang::profile::{Profile, SafeState};
 use lang::record::BoardRecord;
 use lang::wire::{self, CRC_START, Control, RunState, crc16};
 
-/// An image with its chip and the segments of its program area.
+/// An image with its chip.
 struct Build {
     name: &'static str,
     elf: &'static [u8],
     chip: Part,
-    segments: u8,
+    part: part::Part,
+    /// Address of the watchdog's control register.
+    watchdog: u16,
 }
 
-const BUILDS: [Build; 3] = [
+const BUILDS: [Build; 4] = [
     Build {
         name: "g2553",
         elf: include_bytes!("../image/pasapas-g2553.elf"),
         chip: Part::G2553,
-        segments: G2553.segments,
+        part: G2553,
+        watchdog: 0x0120,
     },
     Build {
         name: "g2553-handlers",
         elf: include_bytes!("../image/pasapas-g2553-handlers.elf"),
         chip: Part::G2553,
-        segments: G2553_HANDLERS.segments,
+        part: G2553_HANDLERS,
+        watchdog: 0x0120,
     },
     Build {
         name: "virtual",
         elf: include_bytes!("../image/pasapas-virtual.elf"),
         chip: Part::VIRTUAL,
-        segments: VIRTUAL.segments,
+        part: VIRTUAL,
+        watchdog: 0x0120,
+    },
+    Build {
+        name: "f5529",
+        elf: include_bytes!("../image/pasapas-f5529.elf"),
+        chip: Part::F5529,
+        part: F5529,
+        watchdog: 0x015C,
     },
 ];
 
-/// A board's copy of its profile: segment C.
-const PROFILE: u16 = 0x1040;
 /// A stored slot's first word.
 const COMMITTED: u16 = 0xA500;
 /// From reset to the main loop, a small program's check included.
@@ -66,7 +76,7 @@ fn off(build: &Build, config: &Config, profile: &Profile, script: &str) -> Board
     let (program, diags) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
     let program = program.unwrap_or_else(|| panic!("{script}: {diags:?}"));
     let program = lang::back::compile(&program).expect("it fits").image;
-    let slot = 0xFE00 - (SEGMENT * usize::from(build.segments)) as u16;
+    let slot = 0xFE00 - (SEGMENT * usize::from(build.part.segments)) as u16;
     let mut put = |first: u16, bytes: &[u8]| {
         for (address, &byte) in (first..).zip(bytes) {
             board.poke8(address, byte);
@@ -74,7 +84,7 @@ fn off(build: &Build, config: &Config, profile: &Profile, script: &str) -> Board
     };
     put(slot, &COMMITTED.to_le_bytes());
     put(slot + SLOT_HEAD as u16, &program);
-    put(PROFILE, &BoardRecord::of(profile, 1).to_bytes());
+    put(build.part.profiles[1], &BoardRecord::of(profile, 1).to_bytes());
     board
 }
 
@@ -128,7 +138,7 @@ fn state(board: &mut Board) -> Option<u16> {
 /// Lets time pass; every state of the outputs that comes by.
 fn outputs_of(board: &mut Board, us: u64) -> Vec<u16> {
     board.plant_mut().stop_at_output = true;
-    let end = board.cycles() + us * 16;
+    let end = board.cycles() + us * (board.ticks_per_second() / 1_000_000);
     let mut seen = vec![board.plant().outputs()];
     while board.run_until(end) == Stop::Output {
         seen.push(board.plant().outputs());
@@ -188,7 +198,7 @@ fn no_output_is_on_from_reset_to_the_first_exchange() {
                         board.reset_pin();
                     } else {
                         // A write without its password.
-                        board.bus_write16(0x0120, 0);
+                        board.bus_write16(build.watchdog, 0);
                         board.step();
                     }
                     let seen = outputs_of(&mut board, BOOT_US);

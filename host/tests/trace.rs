@@ -119,7 +119,10 @@ fn what_the_board_lacks_is_named_with_the_remedy_and_its_program_stays() {
     fs::write(board.folder.path().join("arc.bas"), "G1 X2 F600\nG2 X4 I1 J0\n").expect("a file");
     let (code, _, err) = pasapas(&board, &["upload", "arc.bas"], "");
     assert_eq!(code, 4, "{err}");
-    assert!(err.contains("arcs (G2, G3)") && err.contains("no chip's firmware has it"), "{err}");
+    assert!(
+        err.contains("arcs (G2, G3)") && err.contains("another chip, the MSP430F5529"),
+        "{err}"
+    );
     let (code, out, err) = pasapas(&board, &["trace", "a.bas"], "");
     assert!(code == 0 && out.contains("at 4"), "{out} {err}");
 }

@@ -23,6 +23,8 @@ pub struct Part {
     pub event_pool: [u16; 2],
     /// Flash segments of 512 bytes that hold programs; KEEP values take the last two of them.
     pub segments: u8,
+    /// Where in the information memory the two copies of the board's profile are.
+    pub profiles: [u16; 2],
     /// Consecutive G1, G2 and G3 run through their corners; without it each begins and ends at the
     /// start rate.
     pub look_ahead: bool,
@@ -36,6 +38,8 @@ pub const G2553: Part = Part {
     pool: [64, 64],
     event_pool: [12, 10],
     segments: 5,
+    // Segments C and B (SLAU144, 7.2).
+    profiles: [0x1080, 0x1040],
     look_ahead: false,
 };
 
@@ -63,7 +67,17 @@ pub const VIRTUAL: Part = Part {
     pool: [192, 108],
     event_pool: [0, 0],
     segments: 6,
+    profiles: G2553.profiles,
     look_ahead: true,
+};
+
+/// The same on a chip that is sold, on its LaunchPad.
+pub const F5529: Part = Part {
+    name: "f5529",
+    chip: "MSP430F5529",
+    // Segments C and B (SLAS590, "Memory Organization").
+    profiles: [0x1880, 0x1900],
+    ..VIRTUAL
 };
 
 /// Bytes of a flash segment (SLAU144, 7.2).
@@ -72,7 +86,7 @@ pub const SEGMENT: usize = 512;
 pub const SLOT_HEAD: usize = 4;
 
 /// Every part, the smallest first.
-pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, VIRTUAL];
+pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, VIRTUAL, F5529];
 
 /// The longest STEP pulse that one interrupt makes, us.
 const SHORT_PULSE_US: u8 = 3;

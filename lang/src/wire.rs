@@ -265,7 +265,7 @@ map! {
         PROGRAM_PROFILE: OWN + 9;
         /// Cells of the stored program.
         PROGRAM_CELLS: OWN + 10;
-        /// Why the board came up: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI (IFG1).
+        /// Why the board came up: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI; 5: the crystal does not run.
         RESET_CAUSE: OWN + 11;
         /// Bytes of stack never used since reset.
         STACK_FREE: OWN + 12;

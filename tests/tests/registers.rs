@@ -35,13 +35,20 @@ fn registers(stand: &mut Stand) -> Registers {
     found
 }
 
-/// What each part has of its own: sizes, features, places in its memory.
-const OWN: [&str; 6] =
-    ["AREA_BYTES", "FREE_BYTES", "FEATURES", "POOL_WORDS_REGISTER", "STACK_FREE", "FAULT_PC"];
-/// What goes on between two questions: places, and milliseconds that came late.
-const UNDER_WAY: [&str; 5] =
-    ["COMMANDED", "MACHINE_POSITIONS", "WORK_POSITIONS", "TARGETS", "MISSED_DEADLINES"];
-/// So many steps or milliseconds may two parts be apart there.
+/// What each part has of its own: sizes, features, places in its memory, milliseconds that came late
+/// because flash took its time.
+const OWN: [&str; 7] = [
+    "AREA_BYTES",
+    "FREE_BYTES",
+    "FEATURES",
+    "POOL_WORDS_REGISTER",
+    "STACK_FREE",
+    "FAULT_PC",
+    "MISSED_DEADLINES",
+];
+/// What goes on between two questions: places.
+const UNDER_WAY: [&str; 4] = ["COMMANDED", "MACHINE_POSITIONS", "WORK_POSITIONS", "TARGETS"];
+/// So many steps may two parts be apart there.
 const APART: u16 = 200;
 /// Written only on the small part: it counts the words that come.
 const WRITTEN: [&str; 1] = ["UPLOAD_LENGTH"];

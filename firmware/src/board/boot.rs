@@ -1,10 +1,8 @@
-//! From reset to `main`: stack, watchdog, RAM, clock, ports.
+//! From reset to `main`: stack, watchdog, RAM; profile; what is remembered over resets.
 
+use crate::chip::{LOG, PART, clock};
 use crate::flash::{self, Image, Key};
-use crate::pins::{P1_UART, P2_OUT1_OR_LATCH, P2_OUT2_OR_ENABLE};
-use crate::reg::{self, set};
 use ::core::arch::global_asm;
-use firmware::PROFILES;
 use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::record::{BoardRecord, RECORD_VERSION};
@@ -19,7 +17,7 @@ global_asm!(
     .global Reset
 Reset:
     mov #_stack_start, r1
-    mov #0x5a80, &0x0120
+    mov #0x5a80, &{watchdog}
     mov #_sbss, r12
 1:  cmp #_ebss, r12
     jhs 2f
@@ -40,74 +38,26 @@ Reset:
     incd r12
     jmp 4b
 5:  br #main
-    "#
+    "#,
+    watchdog = const clock::WATCHDOG,
 );
 
-/// The boot loader's key word: its entry by pins stays possible, a wrong password erases nothing.
-#[unsafe(link_section = ".bslkey")]
-#[used]
-static BSL_KEY: u16 = 0x0000;
-
-/// WDTCTL: password, counter clear, from ACLK (VLO), over 512: 43 ms typical, 25 to 128 ms.
-pub const WATCHDOG_KICK: u16 = 0x5A00 | 1 << 3 | 1 << 2 | 0b10;
-
-/// Restarts the watchdog's interval.
-#[inline(always)]
-pub fn kick() {
-    set!(reg::watchdog().wdtctl, WATCHDOG_KICK);
-}
-
-/// The chip is the emulator's: its supply is there. 16 MHz from the factory calibration, ACLK from the VLO, pins to their safe states, timer and
-/// UART running; interrupts are still off.
-pub fn hardware() {
-    let clock = reg::clock();
-    let calibration = reg::calibration();
-    // Erased calibration bytes (FF) would run the DCO beyond the chip's limit: then the reset
-    // value of 1.1 MHz stays, the link is dead and nothing moves.
-    let bc1 = calibration.calbc1_16mhz.read().bits();
-    if bc1 != 0xFF {
-        set!(clock.dcoctl, 0);
-        set!(clock.bcsctl1, bc1);
-        set!(clock.dcoctl, calibration.caldco_16mhz.read().bits());
-    }
-    // LFXT1S = 10: ACLK is the VLO, and the crystal pins P2.6, P2.7 are free.
-    set!(clock.bcsctl3, 0b10 << 4);
-    kick();
-
-    let ports = reg::ports();
-    set!(ports.p2out, 0);
-    set!(ports.p2sel, 0);
-    // Outputs stay as their resistors have them until the first exchange.
-    set!(ports.p2dir, !(P2_OUT1_OR_LATCH | P2_OUT2_OR_ENABLE));
-    // All of port 1 is pulled up, the receive pin of a cable that is off too.
-    set!(ports.p1out, 0xFF);
-    set!(ports.p1ren, 0xFF);
-    set!(ports.p1sel, P1_UART);
-    set!(ports.p1sel2, P1_UART);
-
-    // Timer0_A: SMCLK / 8 = 2 MHz, continuous; CCR0 is the millisecond, CCR1 the link's silence.
-    let timer = reg::timer0();
-    set!(timer.taccr0, 2000);
-    set!(timer.tacctl0, 1 << 4);
-    // A watchdog reset leaves it as it was.
-    set!(timer.tacctl1, 0);
-    set!(timer.tactl, 0b10 << 8 | 0b11 << 6 | 0b10 << 4 | 1 << 2);
-}
+pub use clock::{WATCHDOG, WATCHDOG_KICK, kick};
 
 unsafe extern "C" {
     static _edata: u8;
 }
 
-/// Bytes between the statics and the deepest that the stack has reached since reset.
+/// Bytes between the statics and the deepest that the stack has reached since reset, even.
 pub fn stack_free() -> u16 {
     // SAFETY: only the address of the linker's symbol is taken.
     let first = core::ptr::addr_of!(_edata) as u16;
-    let memory = Image(first);
-    let mut free = 0;
-    while memory.byte(free) == 0xA5 {
-        free += 1;
+    let mut at = first;
+    // By words: some KB of them must not hold up the reply.
+    while flash::read(at) == 0xA5A5 {
+        at += 2;
     }
-    free
+    at - first
 }
 
 /// The profile at an address of the information memory, if it is whole.
@@ -128,7 +78,7 @@ pub fn profile(address: u16) -> Option<&'static BoardRecord> {
 
 /// The profile in use: the later of two whole copies, else that of a board never given one.
 pub fn newest_profile() -> &'static BoardRecord {
-    match (profile(PROFILES[0]), profile(PROFILES[1])) {
+    match (profile(PART.profiles[0]), profile(PART.profiles[1])) {
         (Some(a), Some(b)) => {
             if b.sequence.wrapping_sub(a.sequence) as i16 > 0 {
                 b
@@ -153,13 +103,6 @@ pub fn mark(runs: bool) {
     unsafe { ::core::ptr::addr_of_mut!(RUNNING).write_volatile(if runs { RUNS } else { 0 }) };
 }
 
-/// Why the chip was reset, from IFG1, which is cleared: bit 0 watchdog, 2 power on, 3 RST pin.
-pub fn cause() -> u8 {
-    let cause = reg::special().ifg1.read().bits() & 0b1_1101;
-    set!(reg::special().ifg1, 0);
-    cause
-}
-
 /// The fault that a reset in the middle of a run is: F17 by the watchdog, F14 by the RST pin.
 pub fn interrupted(cause: u8) -> Option<Fault> {
     // SAFETY: one word that only this module touches.
@@ -170,9 +113,6 @@ pub fn interrupted(cause: u8) -> Option<Fault> {
     }
     Some(if cause & 1 != 0 { Fault::Watchdog } else { Fault::EmergencyStop })
 }
-
-/// Segment D: the last faults, records of three words and their exclusive or.
-const LOG: u16 = 0x1000;
 
 /// Watchdog resets in a row, over any reset but power-up.
 #[unsafe(link_section = ".noinit")]
@@ -190,7 +130,8 @@ pub fn bites(cause: u8) -> u16 {
     }
 }
 
-/// Appends a fault: number and input, place in the code, line.
+/// Appends a fault to the log, records of three words and their exclusive or: number and input, place in the
+/// code, line.
 pub fn log(words: [u16; 3]) {
     let mut at = LOG;
     while at < LOG + 64 && flash::read(at) != 0xFFFF {
@@ -221,8 +162,7 @@ pub fn logged() -> Option<[u16; 3]> {
     found
 }
 
-/// Resets the chip: a write to the watchdog without its password. It counts as a bite, but this one
-/// was asked for.
+/// Resets the chip. It counts as a bite, but this one was asked for.
 pub fn restart() -> ! {
     msp430::interrupt::disable();
     // SAFETY: interrupts are off, and only `bites` touches the word otherwise.
@@ -230,7 +170,5 @@ pub fn restart() -> ! {
         let place = ::core::ptr::addr_of_mut!(BITES);
         place.write_volatile(place.read_volatile().wrapping_sub(1));
     }
-    loop {
-        set!(reg::watchdog().wdtctl, 0);
-    }
+    clock::reset()
 }

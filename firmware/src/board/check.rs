@@ -44,12 +44,10 @@ const EVENT_POOL: [u16; 2] =
 /// Of the anchors.
 const ANCHOR_TABLE: u8 = FREE + if EVENT_POOL[0] != 0 { 2 } else { 0 };
 /// Scratch memory of the check, bytes.
-#[cfg(feature = "virtual")]
+#[cfg(feature = "board")]
 pub const SCRATCH: usize = ANCHOR_TABLE as usize + ANCHORS;
 
-/// Address of the watchdog's control register (SLAU144, 10.3.1).
-const WDTCTL: u16 = 0x0120;
-#[cfg(feature = "virtual")]
+#[cfg(feature = "board")]
 unsafe extern "C" {
     fn pasapas_verify(image: u16, features: u16, scratch: *mut u8) -> u16;
 }
@@ -59,7 +57,7 @@ unsafe extern "C" {
 ///
 /// # Errors
 /// A [`Refusal`] as its number.
-#[cfg(feature = "virtual")]
+#[cfg(feature = "board")]
 pub fn verify(image: u16, features: u8, scratch: &mut [u8; SCRATCH]) -> Result<(), u8> {
     // SAFETY: the routine reads the image and writes nothing but the scratch memory.
     match unsafe { pasapas_verify(image, features.into(), scratch.as_mut_ptr()) } {
@@ -143,7 +141,7 @@ global_asm!(
     include_str!("check/instruction.s"),
     include_str!("check/operands.s"),
     kick = const crate::boot::WATCHDOG_KICK,
-    watchdog = const WDTCTL,
+    watchdog = const crate::boot::WATCHDOG,
     frame = const FRAME,
     code_start = const CODE_START,
     code_end = const CODE_END,
@@ -213,7 +211,7 @@ global_asm!(
 
 #[cfg(feature = "g2553")]
 global_asm!(".set CHECK_LENGTHS, {}", sym shapes::LENGTHS);
-#[cfg(feature = "virtual")]
+#[cfg(feature = "board")]
 global_asm!(".set CHECK_INDEX, {}", sym shapes::INDEX);
 
 // Codes that hold a cell's number are aligned to it; the moves along lines are in their order.

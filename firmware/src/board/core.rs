@@ -14,6 +14,7 @@ pub use events::{Event, PENDING};
 use trace::Trace;
 
 use crate::check;
+use crate::chip::PART;
 use crate::commands::BUFFER;
 use crate::flash::Area;
 use crate::home::Plan;
@@ -28,19 +29,18 @@ use firmware::session::Session;
 use firmware::store::Store;
 use firmware::verify::Limits;
 use lang::fault::Fault;
-use lang::part;
 use lang::record::{BoardRecord, feature};
 
 /// Image features of this firmware.
 pub const FEATURES: u16 =
-    part::VIRTUAL.features & if cfg!(feature = "stream") { !0 } else { !feature::STREAM };
+    PART.features & if cfg!(feature = "stream") { !0 } else { !feature::STREAM };
 
 /// What the chip can run.
 pub const LIMITS: Limits = Limits {
     bytes: Store::area::<Area>(),
     features: FEATURES as u8,
     pool: crate::vm::POOL_LIMITS,
-    event_pool: lang::part::VIRTUAL.event_pool,
+    event_pool: PART.event_pool,
 };
 
 /// The board.
@@ -74,9 +74,9 @@ pub struct Core {
     /// What F was where a handler began: the outer one's, and that of an error handler within an
     /// event handler.
     pub feeds_aside: [Feed; 2],
-    /// Light that a laser owes, thousandths of 0.5 us; negative when it gave too much.
+    /// Light that a laser owes, thousandths of the timer's ticks; negative when it gave too much.
     shine: i32,
-    /// When this was last seen to, by the timer of 0.5 us.
+    /// When this was last seen to, by that timer.
     shone: u16,
     /// The laser is lit.
     lit: bool,

@@ -1,20 +1,18 @@
 //! The flash controller, the program area behind the store, and images in it.
 
-use crate::reg::{self, set};
+pub use crate::chip::AREA;
+use crate::chip::{self, PART};
 use crate::{boot, link};
 use firmware::store::{Flash, SEGMENT};
 use firmware::verify::{self, Bytes};
-use lang::part::VIRTUAL;
 
-/// Start of the program area.
-pub const AREA: u16 = 0xF200;
 /// End of the program area.
-pub const AREA_END: u16 = AREA + SEGMENT * VIRTUAL.segments as u16;
+pub const AREA_END: u16 = AREA + SEGMENT * PART.segments as u16;
 
 /// FCTL keys (SLAU144, 7.4): A5 in the high byte. It is the caller's part of every write, so a
 /// program counter that has gone astray into this code finds no key on the stack.
 #[derive(Clone, Copy)]
-pub struct Key(u16);
+pub struct Key(pub u16);
 
 impl Key {
     /// For code that means to write flash.
@@ -26,27 +24,17 @@ impl Key {
 
 const WRITE: u16 = 1 << 6;
 const ERASE: u16 = 1 << 1;
-const LOCK: u16 = 1 << 4;
 
-/// One flash operation: unlocked, triggered by a write of `word`, locked again. The processor
-/// stands still meanwhile: 75 us for a word, 12 ms for a segment; interrupts wait.
+/// One flash operation; interrupts wait meanwhile.
 #[inline(never)]
 fn operate(key: Key, mode: u16, address: u16, word: u16) {
     // Only the program area and the profile's and journal's segments of the information memory.
-    if !(AREA..AREA_END).contains(&address) && !(0x1000..0x10C0).contains(&address) {
+    if !(AREA..AREA_END).contains(&address) && !chip::INFORMATION.contains(&address) {
         return;
     }
-    let flash = reg::flash();
     boot::kick();
     msp430::interrupt::disable();
-    // MCLK / 40 = 400 kHz, in its limits with a DCO that is 19 % too fast or 35 % too slow.
-    set!(flash.fctl2, key.0 | 0b01 << 6 | 39);
-    set!(flash.fctl3, key.0);
-    set!(flash.fctl1, key.0 | mode);
-    // SAFETY: the address lies in flash that no code runs from and was tested above.
-    unsafe { (address as *mut u16).write_volatile(word) };
-    set!(flash.fctl1, key.0);
-    set!(flash.fctl3, key.0 | LOCK);
+    chip::flash::operate(key, mode, address, word);
     link::catch_up();
     // SAFETY: interrupts were on, no critical section is open in the main loop.
     unsafe { msp430::interrupt::enable() };
@@ -93,7 +81,7 @@ impl Bytes for Image {
 pub struct Area;
 
 impl Flash for Area {
-    const SEGMENTS: u8 = VIRTUAL.segments;
+    const SEGMENTS: u8 = PART.segments;
     fn read(&self, offset: u16) -> u16 {
         read(AREA + offset)
     }

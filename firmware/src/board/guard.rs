@@ -1,14 +1,14 @@
-//! Pins of port 1 that stop the step engine by themselves: the emergency stop, and reference switches
+//! Pins that stop the step engine by themselves: the emergency stop, and reference switches
 //! as limit switches of the direct wiring.
 //!
 //! The main loop looks at its inputs once in a millisecond and may plan a chord meanwhile. Interrupts
-//! empty the engine instead: that of port 1 at the pin's edge, and the millisecond's, which reads the
+//! empty the engine instead: that of the port at the pin's edge, and the millisecond's, which reads the
 //! chain as long as something there may stop the machine. The step that is armed comes, whole, because
 //! it was counted; none follows. What follows from it (faults, outputs, homed axes) is the main loop's:
 //! until it has called [`release`] the engine takes no segment and is said to run.
 //!
 //! A pin that does not answer any more when the interrupt looks at it, a disturbance of 1 us or so,
-//! stops nothing. Port 1's interrupt takes 118 cycles; that of the millisecond lets others come between.
+//! stops nothing. The port's interrupt takes 118 cycles; that of the millisecond lets others come between.
 
 use core::arch::global_asm;
 use core::mem::{offset_of, size_of};
@@ -16,8 +16,7 @@ use core::mem::{offset_of, size_of};
 use firmware::motion::Segment;
 use firmware::motion::queue::SLOTS;
 
-use crate::pins::P2_OUT1_OR_LATCH;
-use crate::reg::{self, set};
+use crate::chip::ports;
 use crate::step::{PathSlot, SingleState};
 
 /// What the interrupts share with the main loop; the assembly knows its layout.
@@ -34,6 +33,13 @@ struct Guard {
     tripped: u8,
 }
 
+/// Places of [`Guard::inputs`] and [`Guard::tripped`], for who looks while flash is busy.
+#[cfg(feature = "f5529")]
+pub const INPUTS_AT: usize = offset_of!(Guard, inputs);
+/// See [`INPUTS_AT`].
+#[cfg(feature = "f5529")]
+pub const TRIPPED_AT: usize = offset_of!(Guard, tripped);
+
 /// [`Guard::tripped`]: none of the pins of inputs.
 const CHAIN: u8 = 1;
 
@@ -42,15 +48,16 @@ static mut PASAPAS_GUARD: Guard =
     Guard { inputs: 0, answered: 0, invert: 0, outputs: 0, tripped: 0 };
 
 global_asm!(
+    crate::chip::handlers!("guard"),
     r#"
-    .set P1IN,     0x0020
-    .set P1IFG,    0x0023
-    .set P1IES,    0x0024
-    .set P1IE,     0x0025
-    .set P2OUT,    0x0029
-    .set UCB0STAT, 0x006d
-    .set UCB0RXBUF, 0x006e
-    .set UCB0TXBUF, 0x006f
+    .set GUARD_IN, {pins_in}
+    .set GUARD_IFG, {pins_ifg}
+    .set GUARD_IES, {pins_ies}
+    .set GUARD_IE, {pins_ie}
+    .set LATCH_OUT, {latch_out}
+    .set SPI_STAT, {spi_stat}
+    .set SPI_RXBUF, {spi_rxbuf}
+    .set SPI_TXBUF, {spi_txbuf}
     /* fields of Guard */
     .set INPUTS, PASAPAS_GUARD+{inputs}
     .set ANSWERED, PASAPAS_GUARD+{answered}
@@ -58,19 +65,18 @@ global_asm!(
     .set OUTPUTS, PASAPAS_GUARD+{outputs}
     .set TRIPPED, PASAPAS_GUARD+{tripped}
 
-    .section .text.guard,"ax",@progbits
 module.guard:
-    .global PORT1
-PORT1:
+    .global pasapas_pins
+pasapas_pins:
     push r15
-    clr.b &P1IFG
-    mov.b &P1IN, r15
-    xor.b &P1IES, r15
-    and.b &P1IE, r15
+    clr.b &GUARD_IFG
+    mov.b &GUARD_IN, r15
+    xor.b &GUARD_IES, r15
+    and.b &GUARD_IE, r15
     jeq guard_exit
 guard_trips:
     mov.b r15, &TRIPPED
-    clr.b &P1IE
+    clr.b &GUARD_IE
     clr &INPUTS
     /* the slots of a path, then what each single axis plays and has next */
     .set AT, PASAPAS_PLAY+{events}
@@ -92,18 +98,21 @@ guard_exit:
     .global pasapas_guard_chain
 pasapas_guard_chain:
     eint
+    /* and here while flash is busy, where no interrupt may come between */
+    .global pasapas_guard_alone
+pasapas_guard_alone:
     push r15
     push r14
-    bic.b #{latch}, &P2OUT
-    bis.b #{latch}, &P2OUT
-    mov.b &OUTPUTS+1, &UCB0TXBUF
-1:  bit.b #1, &UCB0STAT
+    bic.b #{latch}, &LATCH_OUT
+    bis.b #{latch}, &LATCH_OUT
+    mov.b &OUTPUTS+1, &SPI_TXBUF
+1:  bit.b #1, &SPI_STAT
     jne 1b
-    mov.b &UCB0RXBUF, r15
-    mov.b &OUTPUTS, &UCB0TXBUF
-1:  bit.b #1, &UCB0STAT
+    mov.b &SPI_RXBUF, r15
+    mov.b &OUTPUTS, &SPI_TXBUF
+1:  bit.b #1, &SPI_STAT
     jne 1b
-    mov.b &UCB0RXBUF, r14
+    mov.b &SPI_RXBUF, r14
     swpb r14
     bis r14, r15
     pop r14
@@ -125,7 +134,15 @@ pasapas_guard_chain:
     single = const size_of::<SingleState>(),
     slots = const SLOTS,
     slot = const size_of::<PathSlot>(),
-    latch = const P2_OUT1_OR_LATCH,
+    pins_in = const ports::IN,
+    pins_ifg = const ports::IFG,
+    pins_ies = const ports::IES,
+    pins_ie = const ports::IE,
+    latch_out = const ports::LATCH_OUT,
+    spi_stat = const ports::SPI_STAT,
+    spi_rxbuf = const ports::SPI_RXBUF,
+    spi_txbuf = const ports::SPI_TXBUF,
+    latch = const ports::LATCH,
     chain = const CHAIN,
 );
 
@@ -136,17 +153,14 @@ fn guard() -> *mut Guard {
 /// Says which edge of a pin answers, `falling` for those that answer when they go low, and which
 /// inputs of the chain are on when low.
 pub fn open(falling: u8, invert: u16) {
-    let ports = reg::ports();
-    set!(ports.p1ies, falling);
-    // Another edge than before may be taken for one that has come.
-    set!(ports.p1ifg, 0);
+    ports::set_edges(falling);
     // SAFETY: interrupts are still off.
     unsafe { (*guard()).invert = invert };
 }
 
-/// What stops the engine from now on: pins of port 1 and inputs of the chain.
+/// What stops the engine from now on: pins of the inputs' port and inputs of the chain.
 pub fn watch(pins: u8, inputs: u16) {
-    set!(reg::ports().p1ie, pins);
+    ports::watch_edges(pins);
     // SAFETY: a single word.
     unsafe { (&raw mut (*guard()).inputs).write_volatile(inputs) };
 }

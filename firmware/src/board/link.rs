@@ -1,10 +1,10 @@
-//! The serial line under the Modbus slave: USCI_A0, frame gaps on Timer0_A CCR1, all interrupts.
+//! The serial line under the Modbus slave: UART, frame gaps, the millisecond, all their interrupts.
 //!
-//! A character's interrupt sets CCR1 to the end of the 3.5 character silence that closes a frame.
+//! A character's interrupt sets a compare register to the end of the 3.5 character silence that closes a frame.
 //! One that comes after more than 1.5 characters of silence spoils the frame (Modbus over Serial
 //! Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
-use crate::reg::{self, bis, set};
+use crate::chip::{line, timer};
 use crate::vm::{State, VM};
 use ::core::arch::global_asm;
 use ::core::mem::offset_of;
@@ -21,7 +21,7 @@ struct Shared {
     tail: u8,
     /// [`LISTEN`], [`FRAME_READY`] or [`SENDING`].
     state: u8,
-    /// Timer ticks (0.5 us) from a character's end to the frame's end.
+    /// Timer ticks from a character's end to the frame's end.
     silence: u16,
     /// `silence` less the ticks from a character's end to the latest end of the next.
     slack: u16,
@@ -37,22 +37,23 @@ const LAST: u8 = 3;
 static mut SHARED: Shared =
     Shared { buffer: [0; FRAME], head: 0, tail: 0, state: LISTEN, silence: 0, slack: 0 };
 
-/// Milliseconds, counted by Timer0_A CCR0.
-static mut MILLIS: u16 = 0;
+/// Milliseconds, counted by their interrupt.
+#[unsafe(export_name = "PASAPAS_MILLIS")]
+pub static mut MILLIS: u16 = 0;
 
 // Receive 46 cycles, transmit 40, silence 19, millisecond 31 (`guard.rs`
-// goes on where the chain may stop the machine). UCA0STAT is read before the data
-// because reading UCA0RXBUF clears its error flags.
+// goes on where the chain may stop the machine). The status is read before the data
+// because reading the data clears its error flags.
 global_asm!(
+    crate::chip::handlers!("link"),
     r#"
-    .section .text.link,"ax",@progbits
 module.link.uart:
-    .global USCIAB0RX
-USCIAB0RX:
+    .global pasapas_receive
+pasapas_receive:
     push r12
     push r13
-    mov.b &0x0065, r13
-    mov.b &0x0066, r12
+    mov.b &{stat}, r13
+    mov.b &{rxbuf}, r12
     tst.b &{shared}+{state}
     jne 5f
 6:  bit.b #0x70, r13
@@ -63,17 +64,17 @@ USCIAB0RX:
     mov.b r12, {shared}(r13)
     tst.b r13
     jeq 1f
-    mov &0x0170, r12
-    sub &0x0174, r12
+    mov &{now}, r12
+    sub &{due}, r12
     add &{shared}+{slack}, r12
     jge 2f
 1:  inc.b &{shared}+{head}
     jmp 3f
 2:  mov.b #0xff, &{shared}+{head}
-3:  mov &0x0170, r12
+3:  mov &{now}, r12
     add &{shared}+{silence}, r12
-    mov r12, &0x0174
-    mov #0x0010, &0x0164
+    mov r12, &{due}
+    mov #0x0010, &{due_control}
 4:  pop r13
     pop r12
     reti
@@ -85,22 +86,22 @@ USCIAB0RX:
     clr.b &{shared}+{head}
     clr.b &{shared}+{state}
     /* its interrupt, due when that byte is out, would take the request for more of the reply */
-    bic.b #2, &0x0001
+    bic.b #2, &{enable}
     jmp 6b
 
-    .global TIMER0_A1
-TIMER0_A1:
-    clr &0x0164
+    .global pasapas_silence
+pasapas_silence:
+    clr &{due_control}
     mov.b #{ready}, &{shared}+{state}
     reti
 
-    .global USCIAB0TX
-USCIAB0TX:
+    .global pasapas_transmit
+pasapas_transmit:
     push r12
     mov.b &{shared}+{tail}, r12
     cmp.b &{shared}+{head}, r12
     jeq 2f
-    mov.b {shared}(r12), &0x0067
+    mov.b {shared}(r12), &{txbuf}
     inc.b r12
     cmp.b #{frame}, r12
     jlo 1f
@@ -108,19 +109,29 @@ USCIAB0TX:
 1:  mov.b r12, &{shared}+{tail}
     pop r12
     reti
-2:  bic.b #2, &0x0001
+2:  bic.b #2, &{enable}
     pop r12
     reti
 
-    .global TIMER0_A0
-TIMER0_A0:
-    add #2000, &0x0172
+    .global pasapas_millisecond
+pasapas_millisecond:
+    add #{per_ms}, &{tick}
     inc &{millis}
     mov.b #1, &{vm}+{poll}
     tst &PASAPAS_GUARD
-    jne pasapas_guard_chain
-    reti
+    jeq 1f
+    br #pasapas_guard_chain
+1:  reti
     "#,
+    stat = const line::STAT,
+    rxbuf = const line::RXBUF,
+    txbuf = const line::TXBUF,
+    enable = const line::IE,
+    now = const timer::R,
+    due = const timer::SILENCE_CCR,
+    due_control = const timer::SILENCE_CCTL,
+    tick = const timer::MS_CCR,
+    per_ms = const timer::PER_MS,
     shared = sym SHARED,
     millis = sym MILLIS,
     frame = const FRAME,
@@ -157,13 +168,12 @@ pub fn millis() -> u16 {
 
 /// Catches up with milliseconds that passed while interrupts were off for longer than one.
 pub fn catch_up() {
-    let timer = reg::timer0();
     loop {
-        let due = timer.taccr0.read().bits();
-        if (timer.tar.read().bits().wrapping_sub(due) as i16) < 2000 {
+        let due = timer::due();
+        if (timer::now().wrapping_sub(due) as i16) < timer::PER_MS as i16 {
             return;
         }
-        set!(timer.taccr0, due.wrapping_add(2000));
+        timer::set_due(due.wrapping_add(timer::PER_MS));
         // SAFETY: called with interrupts off.
         unsafe { MILLIS = MILLIS.wrapping_add(1) };
     }
@@ -172,7 +182,7 @@ pub fn catch_up() {
 /// The line.
 pub struct Uart;
 
-/// Divider and modulation (SLAU144, table 15-4) for 16 MHz, silence and slack in 0.5 us.
+/// Divider and modulation of the UART's clock, silence and slack in ticks of the timer.
 struct Rate {
     divider: u16,
     modulation: u8,
@@ -181,13 +191,14 @@ struct Rate {
 }
 
 const fn rate(bits_per_second: u32) -> Rate {
-    let clock = 16_000_000;
+    let clock = line::CLOCK;
     let divider = clock / bits_per_second;
     let modulation = ((clock % bits_per_second) * 8 + bits_per_second / 2) / bits_per_second;
     // A character is 11 bits; from end to end there is one more than the silence between.
-    let character = 11 * 2_000_000 / bits_per_second;
+    let per_ms = timer::PER_MS as u32;
+    let character = 11 * 1000 * per_ms / bits_per_second;
     let (gap, silence) = if bits_per_second > 19_200 {
-        (1500 + character, 3500)
+        (per_ms * 3 / 4 + character, per_ms * 7 / 4)
     } else {
         (character * 5 / 2, character * 7 / 2)
     };
@@ -209,19 +220,12 @@ impl Uart {
         let rate = &RATES[usize::from(code & 3)];
         put!(silence, rate.silence);
         put!(slack, rate.slack);
-        let uart = reg::uart();
-        set!(uart.uca0ctl1, 0b10 << 6 | 1);
         let parity = match code >> 4 {
             0 => 0,
             1 => 0b11 << 6,
             _ => 0b10 << 6,
         };
-        set!(uart.uca0ctl0, parity);
-        set!(uart.uca0br0, rate.divider as u8);
-        set!(uart.uca0br1, (rate.divider >> 8) as u8);
-        set!(uart.uca0mctl, rate.modulation);
-        set!(uart.uca0ctl1, 0b10 << 6);
-        bis!(reg::special().ie2, 1);
+        line::open(rate.divider, rate.modulation, parity);
     }
 
     /// A frame's length once its silence has passed. After a reply the next character listens.
@@ -244,7 +248,7 @@ impl Uart {
     /// Whether no reply is being sent.
     pub fn rests(&self) -> bool {
         let sent = get!(state) == LAST && get!(tail) == get!(head);
-        get!(state) == LISTEN || sent && reg::uart().uca0stat.read().bits() & 1 == 0
+        get!(state) == LISTEN || sent && !line::is_busy()
     }
 }
 
@@ -274,7 +278,7 @@ impl Line for Uart {
             addr_of_mut!(SHARED.buffer).cast::<u8>().add(usize::from(head)).write_volatile(byte)
         };
         put!(head, if head + 1 == FRAME as u8 { 0 } else { head + 1 });
-        bis!(reg::special().ie2, 2);
+        line::transmit();
     }
 
     fn finish(&mut self) {

@@ -1,4 +1,4 @@
-//! The image of the virtual part, which only the emulator has: registers, interrupts, main loop.
+//! The images in Rust: main loop, and what it serves; what differs from chip to chip is in [`chip`].
 #![no_std]
 #![no_main]
 // The board half talks to registers, flash and assembly; each use gives its reason.
@@ -11,6 +11,7 @@ mod arcs;
 mod boot;
 mod chain;
 mod check;
+mod chip;
 mod commands;
 mod core;
 mod effects;
@@ -25,9 +26,7 @@ mod math;
 mod motor;
 mod moves;
 mod observe;
-mod pins;
 mod probe;
-mod reg;
 mod scaled;
 mod step;
 #[cfg(feature = "stream")]
@@ -73,7 +72,7 @@ static mut SLAVE: Slave = Slave::new();
 /// Called by `Reset` once RAM is ready.
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
-    boot::hardware();
+    chip::clock::hardware();
     // SAFETY: `main` is the only code that knows these statics, and never returns; they are zero.
     let (core, slave) =
         unsafe { (Core::init(addr_of_mut!(CORE).cast()), &mut *addr_of_mut!(SLAVE)) };
@@ -82,7 +81,7 @@ extern "C" fn main() -> ! {
         chain::open();
     }
     guard::open(core.record.falling(), core.record.input_invert);
-    core.cause = boot::cause();
+    core.cause = chip::clock::cause();
     core.bites = boot::bites(core.cause);
     // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
     let mut address = core.record.address;

@@ -1,15 +1,16 @@
 //! The registers and bits of the link (`lang::wire`).
 
+use crate::chip::{PART, clock};
 use crate::core::Core;
 use crate::core::trace;
 use crate::flash::{self, Area, Key};
 use crate::motor::AXES;
 use crate::vm::{POOL_WORDS, vm};
+use firmware::RELEASE;
 use firmware::modbus::Map;
 use firmware::print::RING;
 use firmware::store::{Denied, Store};
 use firmware::verify::Bytes;
-use firmware::{PROFILES, RELEASE};
 use lang::fault::Fault;
 use lang::image::at;
 use lang::isa::{FINGERPRINT, Op};
@@ -65,7 +66,7 @@ impl Core {
             PROGRAM_CRC => self.header(at::CRC),
             PROGRAM_PROFILE => self.header(at::PROFILE),
             PROGRAM_CELLS => self.header(at::CELLS) & 0xFF,
-            RESET_CAUSE => u16::from(self.cause),
+            RESET_CAUSE => u16::from(self.cause | clock::fault()),
             STACK_FREE => crate::boot::stack_free(),
             MISSED_DEADLINES => self.missed.wrapping_add(crate::step::late()),
             POOL_WORDS_REGISTER => POOL_WORDS as u16,
@@ -188,7 +189,8 @@ impl Core {
         }
         self.idle()?;
         let current = core::ptr::from_ref(self.record) as u16;
-        let copy = if current == PROFILES[0] { PROFILES[1] } else { PROFILES[0] };
+        let [first, second] = PART.profiles;
+        let copy = if current == first { second } else { first };
         if index == 0 {
             flash::erase(Key::new(), copy);
         }

@@ -117,7 +117,7 @@ impl Motor {
         let mut n = 0;
         while n < AXES {
             if axis(n).flags & AxisRecord::INVERT != 0 {
-                invert |= crate::pins::P2_DIR[usize::from(n)];
+                invert |= crate::chip::ports::DIR[usize::from(n)];
             }
             self.place(n, self.actual[usize::from(n)]);
             n += 1;

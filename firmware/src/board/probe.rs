@@ -122,7 +122,7 @@ impl Core {
         let pin = if !self.chained() {
             ((and as u8) << 4) & 0xF0
         } else if and == 1 << 16 {
-            crate::pins::P1_REF_X_OR_PROBE
+            crate::chip::ports::PROBE
         } else {
             0
         };

@@ -1,13 +1,13 @@
-//! The step engine: Timer1_A raises the STEP edges, its interrupts play segments.
+//! The step engine: a timer raises the STEP edges, its interrupts play segments.
 //!
-//! Timer1_A runs freely at 16 MHz and its three outputs are the STEP pins. When an event is due
+//! The timer runs freely at 16 MHz and three of its outputs are the STEP pins. When an event is due
 //! the hardware raises the pins that were armed for it and the interrupt begins: it schedules the
 //! next event, drops the pins, looks at the inputs, and arms the axes that step next. Interrupt
 //! latency is therefore no jitter as long as the next event is armed in time; a late one is
 //! counted and postponed, never lost.
 //!
-//! Two handlers share Timer1_A's vectors through a word in RAM (3 cycles):
-//! - *path*: all axes on one event stream, CCR0's; each axis adds its increment to an accumulator
+//! Two handlers share the timer's vectors through a word in RAM (3 cycles):
+//! - *path*: all axes on one event stream, channel 0's; each axis adds its increment to an accumulator
 //!   and steps on the carry;
 //! - *single*: each axis has an event stream of its own on its own compare register.
 //!
@@ -19,9 +19,9 @@ use core::mem::MaybeUninit;
 use firmware::motion::queue::{self, SLOTS};
 use firmware::motion::{PathSegment, Segment};
 
+use crate::chip::ports::{self, DIR};
+use crate::chip::timer::{FIRST, STEP_CCR, STEP_CCTL, STEP_CTL, STEP_PER_US, STEP_R};
 use crate::guard;
-use crate::pins::{P2_DIR, P2_STEP};
-use crate::reg::{self, bic, bis};
 
 /// A segment of all axes in the engine's memory.
 #[derive(Clone, Copy)]
@@ -70,7 +70,7 @@ union State {
 /// What both handlers share; the assembly knows its layout.
 #[repr(C)]
 struct Shared {
-    /// Handler of CCR0.
+    /// Handler of channel 0.
     vector: u16,
     /// Path: the slot being played.
     current: u16,
@@ -84,7 +84,7 @@ struct Shared {
     late: u16,
     /// Ticks of a long pulse, 0 for a short one.
     width: u16,
-    /// Inputs of port 1 that stop or catch, and their levels when at rest.
+    /// Inputs at pins that stop or catch, and their levels when at rest.
     watch: u8,
     /// See `watch`.
     idle: u8,
@@ -115,15 +115,14 @@ unsafe extern "C" {
 /// CCIE of a capture/compare control register.
 const CCIE: u16 = 1 << 4;
 
-/// Timer1_A's registers (SLAS735, peripheral file map). The PAC derives them from Timer0_A's and
-/// gets all but TA1IV wrong.
-const TA1CTL: *mut u16 = 0x0180 as *mut u16;
-/// Control of channels 0, 1, 2.
-const TA1CCTL: *mut [u16; 3] = 0x0182 as *mut [u16; 3];
+/// Channels of the timer: that of a path's events, and those of the axes from [`FIRST`] on.
+const CHANNELS: usize = FIRST + 3;
+/// Control of the channels.
+const CCTL: *mut [u16; CHANNELS] = STEP_CCTL as *mut _;
+/// Their compare registers.
+const CCR: *mut [u16; CHANNELS] = STEP_CCR as *mut _;
 /// The counter.
-const TA1R: *mut u16 = 0x0190 as *mut u16;
-/// Compare registers of channels 0, 1, 2.
-const TA1CCR: *mut [u16; 3] = 0x0192 as *mut [u16; 3];
+const R: *mut u16 = STEP_R as *mut u16;
 
 /// Whether an axis has an event ahead; the path's run on channel 0. Also as long as nobody has looked
 /// into why a pin stopped it.
@@ -152,10 +151,15 @@ pub fn set_invert(invert: u8) {
     set_dirs(0);
 }
 
-/// The interrupt enable bit of a channel.
+/// The interrupt enable bit of an axis's channel, with the first axis's that of the path's.
 fn enabled(axis: usize) -> bool {
+    FIRST != 0 && axis == 0 && answers(0) || answers(FIRST + axis)
+}
+
+/// The interrupt enable bit of a channel.
+fn answers(channel: usize) -> bool {
     // SAFETY: a peripheral register.
-    unsafe { (&raw const (*TA1CCTL)[axis]).read_volatile() & CCIE != 0 }
+    unsafe { (&raw const (*CCTL)[channel]).read_volatile() & CCIE != 0 }
 }
 
 /// Ticks from now to the event that starts a motion.
@@ -174,18 +178,18 @@ fn state() -> *mut State {
 /// Starts the timer and gives it the STEP pins. `width_us` is the pulse width of the board's
 /// profile, `invert` the DIR pins that are low for the positive direction.
 pub fn init(width_us: u8, invert: u8) {
-    bis!(reg::ports().p2sel, P2_STEP);
+    ports::give_steps();
     // A short pulse lasts until the interrupt drops it, 51 cycles (3.2 us) at least.
-    let width = if width_us <= 3 { 0 } else { u16::from(width_us) * 16 };
+    let width = if width_us <= 3 { 0 } else { u16::from(width_us) * STEP_PER_US };
     // SAFETY: interrupts of the timer are still off.
     unsafe {
         // A watchdog reset leaves Timer_A as it was (SLAU144, 12.3: these bits are reset by POR), and
         // the vector of its handlers is gone.
-        for axis in 0..3 {
-            (&raw mut (*TA1CCTL)[axis]).write_volatile(0);
+        for channel in 0..CHANNELS {
+            (&raw mut (*CCTL)[channel]).write_volatile(0);
         }
         // SMCLK, continuous, cleared.
-        TA1CTL.write_volatile(0b10 << 8 | 0b10 << 4 | 1 << 2);
+        (STEP_CTL as *mut u16).write_volatile(0b10 << 8 | 0b10 << 4 | 1 << 2);
         (*shared()).width = width;
         (*shared()).invert = invert;
         (*shared()).sense = [1; 3];
@@ -256,7 +260,7 @@ pub fn put_path(segment: &PathSegment, power: u16) {
     let n = usize::from(unsafe { (*shared()).fill });
     let slot = slot(n);
     let mut dirs = 0;
-    for (axis, pin) in P2_DIR.iter().enumerate() {
+    for (axis, pin) in DIR.iter().enumerate() {
         if segment.negative >> axis & 1 == 0 {
             dirs |= pin;
         }
@@ -279,7 +283,8 @@ pub fn put_path(segment: &PathSegment, power: u16) {
             (*shared()).current = self::slot((n + SLOTS - 1) % SLOTS) as u16;
             let long = (*shared()).width != 0;
             let handler = if long { pasapas_path_long } else { pasapas_path_event };
-            start(0, handler as *const () as usize as u16);
+            (*shared()).vector = handler as *const () as usize as u16;
+            start(0);
         }
     }
 }
@@ -300,21 +305,21 @@ pub fn put_axis(axis: usize, segment: &Segment, negative: bool) {
         (*next).mask = segment.mask | if negative { 1 << 15 } else { 0 };
         guard::arm(&raw mut (*next).events, segment.events);
         if !enabled(axis) {
-            start(axis, pasapas_single_event as *const () as usize as u16);
+            if FIRST + axis == 0 {
+                (*shared()).vector = pasapas_single_event as *const () as usize as u16;
+            }
+            start(FIRST + axis);
         }
     }
 }
 
-/// Lets an axis's first event come in [`LEAD`] ticks; the path's runs on channel 0.
-fn start(axis: usize, handler: u16) {
+/// Lets a channel's first event come in [`LEAD`] ticks.
+fn start(channel: usize) {
     // SAFETY: the channel is off, so its handler does not run.
     unsafe {
-        if axis == 0 {
-            (*shared()).vector = handler;
-        }
-        let at = TA1R.read_volatile().wrapping_add(LEAD);
-        (&raw mut (*TA1CCR)[axis]).write_volatile(at);
-        (&raw mut (*TA1CCTL)[axis]).write_volatile(CCIE);
+        let at = R.read_volatile().wrapping_add(LEAD);
+        (&raw mut (*CCR)[channel]).write_volatile(at);
+        (&raw mut (*CCTL)[channel]).write_volatile(CCIE);
     }
 }
 
@@ -360,7 +365,7 @@ pub fn set_count(axis: usize, position: i32) {
     unsafe { (&raw mut (*shared()).count[axis]).write_volatile(position as u16) };
 }
 
-/// Watches pins of port 1 at every event: `pins` answer when they differ from `idle`. With `halt`
+/// Watches pins of inputs at every event: `pins` answer when they differ from `idle`. With `halt`
 /// the engine drops everything at that step, else it only notes the counts. No pins: not at all.
 pub fn watch(pins: u8, idle: u8, halt: bool) {
     // SAFETY: bytes that the interrupt reads only after `watch` is set.
@@ -395,14 +400,12 @@ pub fn late() -> u16 {
 /// Sets the DIR pins of resting axes; bit n: axis n moves in negative direction.
 fn set_dirs(negative: u8) {
     let mut dirs = 0;
-    for (axis, pin) in P2_DIR.iter().enumerate() {
+    for (axis, pin) in DIR.iter().enumerate() {
         if negative >> axis & 1 == 0 {
             dirs |= pin;
         }
     }
     // SAFETY: resting axes.
     let dirs = unsafe { dirs ^ (*shared()).invert };
-    let all = P2_DIR[0] | P2_DIR[1] | P2_DIR[2];
-    bic!(reg::ports().p2out, all);
-    bis!(reg::ports().p2out, dirs);
+    ports::set_dirs(dirs);
 }

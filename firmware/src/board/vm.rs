@@ -63,7 +63,7 @@ pub const FRAME_AT: i16 = offset_of!(State, frame) as i16;
 /// The core keeps its caller's registers.
 pub const SAVES: u16 = 1;
 /// The part that this image is for.
-pub const PART: lang::part::Part = lang::part::VIRTUAL;
+pub const PART: lang::part::Part = crate::chip::PART;
 /// Bytes of the pool: for a program that moves one axis at a time, and for any other.
 pub const POOL_LIMITS: [u16; 2] = PART.pool;
 

@@ -31,8 +31,8 @@ constants! {
     SLOT_COMMITTED = 0xA500;
     // Information memory: D holds the faults' log, C and B the copies of the profile.
     LOG = 0x1000;
-    PROFILE_FIRST = firmware::PROFILES[0];
-    PROFILE_SECOND = firmware::PROFILES[1];
+    PROFILE_FIRST = crate::vm::PART.profiles[0];
+    PROFILE_SECOND = crate::vm::PART.profiles[1];
     RECORD_VERSION = RECORD_VERSION;
     FEATURES = PART.features;
     // FCTL1 (SLAU144, 7.4) with its password.

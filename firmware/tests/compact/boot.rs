@@ -1,7 +1,7 @@
 //! From reset to the main loop: clock and pins, the profile, what a reset broke off, the log.
 
-use firmware::PROFILES;
 use lang::fault::Fault;
+use lang::part::G2553;
 use lang::record::BoardRecord;
 use lang::wire::{CRC_START, Exception, RunState, crc16};
 
@@ -86,13 +86,13 @@ fn the_profile_takes_turns_between_two_copies() {
     for (sequence, copy) in [(1, 0), (2, 1), (3, 0), (4, 1)] {
         assert_eq!(write_profile(&mut chip, &record(sequence, 7)), 0);
         reset(&mut chip, POWER);
-        assert_eq!(chip.word("BOARD"), PROFILES[copy], "sequence {sequence}");
+        assert_eq!(chip.word("BOARD"), G2553.profiles[copy], "sequence {sequence}");
     }
     let mut damaged = record(5, 9);
     damaged[3] ^= 2;
     assert_eq!(write_profile(&mut chip, &damaged), Exception::DeviceFailure as u16);
     reset(&mut chip, POWER);
-    assert_eq!(chip.word("BOARD"), PROFILES[1], "the old one holds");
+    assert_eq!(chip.word("BOARD"), G2553.profiles[1], "the old one holds");
 }
 
 #[test]

@@ -16,7 +16,7 @@ pub const IMAGE: u16 = SLOT + 4;
 /// A commit word.
 pub const COMMITTED: u16 = 0xA500;
 /// Where the board's profile lies: segment C.
-pub const PROFILE: u16 = firmware::PROFILES[1];
+pub const PROFILE: u16 = lang::part::G2553.profiles[1];
 const WDTCTL: u16 = 0x0120;
 const P2DIR: u16 = 0x2A;
 const P1OUT: u16 = 0x21;

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use emulator::{Board, Edge, Signal};
+use emulator::{Board, Edge, Family, Signal, TICKS_PER_SECOND};
 use lang::hir::Program;
 use lang::profile::{BUILT_IN, Profile};
 use lang::record::BoardRecord;
@@ -20,8 +20,19 @@ use crate::client::{Client, ClientError};
 use crate::link::Link;
 use crate::sim::world::World;
 
-/// Vectors of Timer1_A CCR1, CCR2 and CCR0 (SLAS735, interrupt vector addresses).
-const TIMER1: [u16; 2] = [0xFFF8, 0xFFFA];
+/// Vectors of the step engine's timer: of Timer1_A (SLAS735, interrupt vector addresses) and of the F5529's
+/// TA0 (SLAS590).
+fn step_vectors(family: Family) -> [u16; 2] {
+    match family {
+        Family::Msp430 => [0xFFF8, 0xFFFA],
+        Family::Msp430X => [0xFFE8, 0xFFEA],
+    }
+}
+
+/// The board's ticks in a cycle of 16 MHz.
+fn ticks_per_cycle(board: &Board) -> u64 {
+    board.ticks_per_second() / TICKS_PER_SECOND
+}
 
 /// A board with a program.
 pub struct Stand {
@@ -99,7 +110,7 @@ impl Stand {
     }
 
     /// Starts the program and follows it to its end, at most `limit` of its time; gives the edges
-    /// at the pins.
+    /// at the pins, at cycles of 16 MHz.
     ///
     /// # Errors
     /// It does not start, ends in a fault, or makes steps that no motor of the profile follows.
@@ -139,18 +150,24 @@ impl Stand {
         }
         let mut rig = self.rig.borrow_mut();
         rig.board().record(false);
-        let edges = rig.board().take_edges();
+        let mut edges = rig.board().take_edges();
         judge.take(&edges);
         judge.judge(rig.plant(), false)?;
+        let unit = ticks_per_cycle(rig.board());
+        edges.iter_mut().for_each(|edge| edge.cycle /= unit);
         Ok(edges)
     }
 
     /// Longest step interrupt since the board was made, and all that step interrupts took, cycles.
     pub fn step_interrupts(&self) -> (u64, u64) {
         let mut rig = self.rig.borrow_mut();
+        let unit = ticks_per_cycle(rig.board());
+        let vectors = step_vectors(rig.board().part().family);
         let interrupts = &rig.board().stats().interrupts;
-        let own = TIMER1.iter().filter_map(|vector| interrupts.get(vector));
-        own.fold((0, 0), |(worst, total), one| (worst.max(one.worst), total + one.total))
+        let own = vectors.iter().filter_map(|vector| interrupts.get(vector));
+        let (worst, total) =
+            own.fold((0, 0), |(worst, total), one| (worst.max(one.worst), total + one.total));
+        (worst / unit, total / unit)
     }
 
     /// Who the board is, and how it fared.

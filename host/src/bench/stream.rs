@@ -6,7 +6,6 @@ use lang::profile::Profile;
 use super::code::program;
 use super::stand::Stand;
 use super::{Sink, at_least, at_most};
-use crate::board::rig::TICKS_PER_US;
 use crate::sim::world::World;
 use crate::stream::feed::Feed;
 use crate::stream::job::Job;
@@ -97,7 +96,7 @@ fn handler() -> Result<f64, String> {
         return Err(format!("{} edges, {} handlers", edges.len(), served.len()));
     }
     let late = edges.iter().zip(&served).map(|(edge, served)| served - edge).max().unwrap_or(0);
-    Ok(late as f64 / (1000.0 * TICKS_PER_US as f64))
+    Ok(late as f64 * 1e3 / emulator::TICKS_PER_SECOND as f64)
 }
 
 /// Streams a raster of so many lines; gives lines a second and how often motion stood.

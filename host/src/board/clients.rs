@@ -132,7 +132,7 @@ impl Clients {
         }
     }
 
-    /// Bytes for the board, when the line is free and somebody has asked; `now` in ticks.
+    /// Bytes for the board, when the line is free and somebody has asked; `now` in us.
     pub fn next(&mut self, now: u64) -> Option<Vec<u8>> {
         if !self.turns.is_free() {
             return None;
@@ -157,12 +157,12 @@ impl Clients {
         None
     }
 
-    /// The board sent these bytes, each with its tick.
+    /// The board sent these bytes, each with its time, us.
     pub fn heard(&mut self, bytes: &[(u64, u8)]) {
         self.turns.heard(bytes);
     }
 
-    /// Passes on what is to be passed on at `now`, in ticks.
+    /// Passes on what is to be passed on at `now`, in us.
     pub fn answer(&mut self, now: u64) {
         for answer in self.turns.answers(now) {
             for client in &mut self.list {

@@ -49,9 +49,11 @@ impl Format {
     }
 }
 
-/// What is loaded, by address.
-fn pieces(image: &[u8]) -> Result<Vec<(u16, Vec<u8>)>, String> {
+/// What is loaded, by the address at which it is kept: that of initialised data is another than where it is
+/// used.
+fn pieces(image: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, String> {
     let file = ElfFile32::<Endianness>::parse(image).map_err(|error| error.to_string())?;
+    let endian = file.endian();
     let mut pieces = Vec::new();
     for section in file.sections() {
         let header = section.elf_section_header();
@@ -60,9 +62,15 @@ fn pieces(image: &[u8]) -> Result<Vec<(u16, Vec<u8>)>, String> {
             && section.size() > 0;
         if loaded {
             let data = section.data().map_err(|error| error.to_string())?;
-            let last = section.address() + section.size() - 1;
-            let start = u16::try_from(last).ok().and(u16::try_from(section.address()).ok());
-            pieces.push((start.ok_or("a section lies behind 64 KB")?, data.to_vec()));
+            let at = header.sh_addr(endian);
+            let segment = file.elf_program_headers().iter().find(|segment| {
+                let start = segment.p_vaddr.get(endian);
+                let loads = segment.p_type.get(endian) == elf::PT_LOAD;
+                loads && (start..start + segment.p_filesz.get(endian)).contains(&at)
+            });
+            let segment = segment.ok_or("a section is in no segment")?;
+            let start = at - segment.p_vaddr.get(endian) + segment.p_paddr.get(endian);
+            pieces.push((start, data.to_vec()));
         }
     }
     pieces.sort();
@@ -82,9 +90,9 @@ fn without_empty_segments(image: &[u8]) -> Result<Vec<u8>, String> {
     let mut changed = image.to_vec();
     let segments = header.program_headers(endian, image).map_err(|error| error.to_string())?;
     for (n, segment) in segments.iter().enumerate() {
-        let start = segment.p_vaddr.get(endian);
+        let start = segment.p_paddr.get(endian);
         let end = start + segment.p_filesz.get(endian);
-        let holds = |(at, _): &(u16, Vec<u8>)| (start..end).contains(&u32::from(*at));
+        let holds = |(at, _): &(u32, Vec<u8>)| (start..end).contains(at);
         if segment.p_type.get(endian) == elf::PT_LOAD && !pieces.iter().any(holds) {
             let place = first + n * size;
             let kind = changed.get_mut(place..place + 4).ok_or("its headers lie outside")?;
@@ -94,24 +102,34 @@ fn without_empty_segments(image: &[u8]) -> Result<Vec<u8>, String> {
     Ok(changed)
 }
 
-fn intel_hex(pieces: &[(u16, Vec<u8>)]) -> String {
+/// No section of our images crosses a border of 64 KB.
+fn intel_hex(pieces: &[(u32, Vec<u8>)]) -> String {
     let mut text = String::new();
+    let mut put = |kind: u8, at: u16, data: &[u8]| {
+        let [high, low] = at.to_be_bytes();
+        let mut record = vec![data.len() as u8, high, low, kind];
+        record.extend(data);
+        let sum = record.iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
+        record.push(sum.wrapping_neg());
+        text.push(':');
+        record.iter().for_each(|byte| hex(&mut text, *byte));
+        text.push('\n');
+    };
+    let mut upper = 0;
     for (start, bytes) in pieces {
+        if start >> 16 != upper {
+            // Extended linear address.
+            upper = start >> 16;
+            put(4, 0, &(upper as u16).to_be_bytes());
+        }
         for (n, line) in bytes.chunks(LINE).enumerate() {
-            let [high, low] = (start + (n * LINE) as u16).to_be_bytes();
-            let mut record = vec![line.len() as u8, high, low, 0];
-            record.extend(line);
-            let sum = record.iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
-            record.push(sum.wrapping_neg());
-            text.push(':');
-            record.iter().for_each(|byte| hex(&mut text, *byte));
-            text.push('\n');
+            put(0, (*start as u16).wrapping_add((n * LINE) as u16), line);
         }
     }
     text + ":00000001FF\n"
 }
 
-fn ti_txt(pieces: &[(u16, Vec<u8>)]) -> String {
+fn ti_txt(pieces: &[(u32, Vec<u8>)]) -> String {
     let mut text = String::new();
     for (start, bytes) in pieces {
         let _ = writeln!(text, "@{start:04X}");
@@ -147,6 +165,31 @@ mod tests {
         assert_eq!(intel_hex(&[(0x0100, data.to_vec())]), told);
         let told = "@F000\n31 40 00 03\n@FFFE\n00 F0\nq\n";
         assert_eq!(ti_txt(&[(0xF000, vec![0x31, 0x40, 0, 3]), (0xFFFE, vec![0, 0xF0])]), told);
+    }
+
+    /// What a flash tool makes of a file.
+    fn memory(file: &[u8]) -> Vec<u8> {
+        let image = emulator::Image::parse(file).expect("one of the formats");
+        let mut memory = vec![0xFF; 0x4_0000];
+        for segment in &image.segments {
+            let start = segment.addr as usize;
+            memory[start..start + segment.data.len()].copy_from_slice(&segment.data);
+        }
+        memory
+    }
+
+    #[test]
+    fn every_image_is_the_same_in_every_format() {
+        for build in crate::board::BUILDS.into_iter().filter(|build| build.part.is_hardware()) {
+            let first = *build.chip.flash.start() as usize;
+            let wanted = memory(build.elf);
+            for format in [Format::Elf, Format::IntelHex, Format::TiTxt] {
+                let file = memory(&format.of_image(build.elf).expect("an image"));
+                let name = build.part.name;
+                assert!(file[first..] == wanted[first..], "{name} as {format:?}");
+                assert!(file[..first].iter().all(|byte| *byte == 0xFF), "{name} as {format:?}");
+            }
+        }
     }
 
     #[test]

@@ -2,12 +2,11 @@
 
 use emulator::plant::motor::{DriverLimits, ViolationKind};
 use emulator::{Edge, Plant, Signal};
+use firmware::motion::TICKS_PER_SECOND;
 use firmware::motion::physics::{Count, HALF_WINDOW, Machine, Step, Violation, What};
 use lang::axis::Axis;
 use lang::profile::Profile;
 use lang::record::MachineRecord;
-
-use super::rig::TICKS_PER_US;
 
 /// Steps that are kept; a longer run is judged up to here.
 const MOST: usize = 8 << 20;
@@ -23,6 +22,8 @@ pub struct Judge {
     lines: Vec<(u64, u32)>,
     /// Ramps as the profile has them.
     own: Machine,
+    /// The board's ticks in one of physics.
+    unit: u64,
 }
 
 /// Steepest ramps that are judged, steps/s2. Above that a segment may be shorter than its planning,
@@ -30,9 +31,9 @@ pub struct Judge {
 const STEEPEST: f64 = 100_000.0;
 
 /// What the drivers of a profile ask of their signals.
-pub fn driver_limits(profile: &Profile) -> DriverLimits {
-    let usual = DriverLimits::default();
-    let ticks = |us: u8| u64::from(us) * TICKS_PER_US;
+pub fn driver_limits(profile: &Profile, ticks_per_second: u64) -> DriverLimits {
+    let usual = DriverLimits::usual(ticks_per_second);
+    let ticks = |us: u8| u64::from(us) * (ticks_per_second / 1_000_000);
     DriverLimits { pulse: ticks(profile.pulse_us), setup: ticks(profile.dir_setup_us), ..usual }
 }
 
@@ -56,6 +57,7 @@ impl Judge {
             steps: Vec::new(),
             lines: Vec::new(),
             own,
+            unit: plant.ticks_per_second() / u64::from(TICKS_PER_SECOND),
         }
     }
 
@@ -69,8 +71,9 @@ impl Judge {
                 }
                 Signal::Step(axis) if edge.level && self.steps.len() < MOST => {
                     let i = usize::from(axis);
-                    if self.steps.last().is_none_or(|step| step.at != edge.cycle) {
-                        self.steps.push(Step { at: edge.cycle, by: [0; 3] });
+                    let at = edge.cycle / self.unit;
+                    if self.steps.last().is_none_or(|step| step.at != at) {
+                        self.steps.push(Step { at, by: [0; 3] });
                     }
                     if let Some(step) = self.steps.last_mut() {
                         step.by[i] = if self.negative[i] { -1 } else { 1 };
@@ -84,7 +87,7 @@ impl Judge {
     /// A statement of `line` that moves begins at `tick`.
     pub fn line(&mut self, tick: u64, line: u32) {
         if self.lines.len() < MOST {
-            self.lines.push((tick, line));
+            self.lines.push((tick / self.unit, line));
         }
     }
 
@@ -107,13 +110,13 @@ impl Judge {
         if let Some(first) = plant.violations().first() {
             let count = plant.violation_count;
             let letter = ["X", "Y", "Z"].get(first.axis).unwrap_or(&"?");
-            let place = self.place(first.cycle);
+            let place = self.place(first.cycle / self.unit);
             let what = match first.kind {
                 ViolationKind::PulseHigh => "STEP was high",
                 ViolationKind::PulseLow => "STEP was low",
                 ViolationKind::DirSetup => "DIR had stood",
             };
-            let us = first.ticks as f64 / TICKS_PER_US as f64;
+            let us = first.ticks as f64 * 1e6 / plant.ticks_per_second() as f64;
             return Err(format!(
                 "{count} pulses are too short for the profile's drivers, the first of {letter}{place}: \
                  {what} for {us:.2} us only"

@@ -9,11 +9,11 @@ use std::time::Duration;
 use emulator::{Format, Parity as LineParity};
 use lang::profile::Parity;
 
-use super::rig::{Rig, TICKS_PER_US};
+use super::rig::Rig;
 use crate::link::{Link, Mode};
 
-/// Time between two looks for characters: less than one takes at 115200.
-const LOOK: u64 = 50 * TICKS_PER_US;
+/// Time between two looks for characters, us: less than one takes at 115200.
+const LOOK_US: u64 = 50;
 
 /// A link whose other end is the UART of a [`Rig`].
 pub struct InProcess {
@@ -31,15 +31,25 @@ impl InProcess {
         self.rig.borrow_mut().run_until(tick).map_err(io::Error::other)
     }
 
+    /// When `time` has passed from now, in ticks.
+    fn end_of(&self, time: Duration) -> u64 {
+        let mut rig = self.rig.borrow_mut();
+        let per_second = rig.board().ticks_per_second();
+        rig.now().saturating_add(ticks(time, per_second))
+    }
+
     fn collect(&mut self) {
         let mut rig = self.rig.borrow_mut();
         self.received.extend(rig.board().uart_take().into_iter().map(|(_, byte)| byte));
     }
 }
 
-/// A tick is 62.5 ns. Rounded up: a wait for less than a tick must end, too.
-fn ticks(time: Duration) -> u64 {
-    u64::try_from((time.as_nanos() * 2).div_ceil(125)).unwrap_or(u64::MAX)
+const NS_PER_SECOND: u128 = 1_000_000_000;
+
+/// Rounded up: a wait for less than a tick must end, too.
+fn ticks(time: Duration, per_second: u64) -> u64 {
+    let ticks = (time.as_nanos() * u128::from(per_second)).div_ceil(NS_PER_SECOND);
+    u64::try_from(ticks).unwrap_or(u64::MAX)
 }
 
 impl Link for InProcess {
@@ -49,7 +59,8 @@ impl Link for InProcess {
     }
 
     fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize> {
-        let end = self.rig.borrow().now().saturating_add(ticks(patience));
+        let end = self.end_of(patience);
+        let look = self.rig.borrow().ticks(LOOK_US);
         loop {
             self.collect();
             if !self.received.is_empty() {
@@ -63,16 +74,19 @@ impl Link for InProcess {
             if now >= end {
                 return Ok(0);
             }
-            self.run_until(end.min(now + LOOK))?;
+            self.run_until(end.min(now + look))?;
         }
     }
 
     fn now(&self) -> Duration {
-        Duration::from_nanos(self.rig.borrow().now().saturating_mul(125) / 2)
+        let mut rig = self.rig.borrow_mut();
+        let per_second = rig.board().ticks_per_second();
+        let ns = u128::from(rig.now()) * NS_PER_SECOND / u128::from(per_second);
+        Duration::from_nanos(u64::try_from(ns).unwrap_or(u64::MAX))
     }
 
     fn pause(&mut self, time: Duration) {
-        let end = self.rig.borrow().now().saturating_add(ticks(time));
+        let end = self.end_of(time);
         // A world that fails fails again at the next exchange, which can say so.
         let _ = self.run_until(end);
     }
@@ -96,7 +110,7 @@ mod tests {
     #[test]
     fn a_wait_for_less_than_a_tick_ends() {
         assert_eq!(
-            [0, 1, 62, 63, 125, 126].map(|ns| ticks(Duration::from_nanos(ns))),
+            [0, 1, 62, 63, 125, 126].map(|ns| ticks(Duration::from_nanos(ns), 16_000_000)),
             [0, 1, 1, 2, 2, 3]
         );
     }

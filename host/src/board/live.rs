@@ -9,7 +9,7 @@ use lang::profile::Profile;
 use lang::record::BoardRecord;
 
 use super::Build;
-use super::rig::{Rig, TICKS_PER_US};
+use super::rig::Rig;
 use super::serve::{ServeError, Server, Speed};
 use crate::client::Client;
 use crate::client::identity::differences;
@@ -150,7 +150,7 @@ fn power_up(build: &Build, profile: &Profile, world: &World) -> Result<Rig, Live
     let firmware = build.image().map_err(|error| LiveError::Firmware(error.to_string()))?;
     let mut rig = Rig::new(build, &firmware, profile, world).map_err(LiveError::World)?;
     rig.begin();
-    rig.run_until(BOOT_US * TICKS_PER_US).map_err(LiveError::World)?;
+    rig.run_until(rig.ticks(BOOT_US)).map_err(LiveError::World)?;
     Ok(rig)
 }
 

@@ -56,8 +56,15 @@ pub static VIRTUAL: Build = Build {
     elf: include_bytes!("../../../firmware/image/pasapas-virtual.elf"),
 };
 
+/// The same on the MSP430F5529.
+pub static F5529: Build = Build {
+    part: part::F5529,
+    chip: Part::F5529,
+    elf: include_bytes!("../../../firmware/image/pasapas-f5529.elf"),
+};
+
 /// Every build, in the order in which a program finds its own ([`part::PARTS`]).
-pub static BUILDS: [&Build; 3] = [&G2553, &G2553_HANDLERS, &VIRTUAL];
+pub static BUILDS: [&Build; 4] = [&G2553, &G2553_HANDLERS, &VIRTUAL, &F5529];
 
 /// The build of a board that nobody chose: what runs every program.
 pub static DEFAULT: &Build = &VIRTUAL;

@@ -1,7 +1,7 @@
 //! An emulated board with its machine, and a scenario that acts on both.
 
 use emulator::plant::Contact;
-use emulator::{Board, Config, Format, Parity, Stop, TICKS_PER_SECOND, Wiring as PlantWiring};
+use emulator::{Board, Config, Family, Format, Parity, Stop, Wiring as PlantWiring};
 use lang::axis::Axis;
 use lang::profile::{Direction, InputRole, Profile, Wiring};
 use lang::wire::{Seen, TraceKind};
@@ -10,8 +10,6 @@ use super::Build;
 use super::observe::{Observed, Observer, Sight};
 use crate::sim::world::{Action, Button, Scenario, World, WorldError};
 
-/// Ticks in a microsecond.
-pub const TICKS_PER_US: u64 = TICKS_PER_SECOND / 1_000_000;
 /// Where a reference switch stands when the world does not say: this far away, um.
 const SWITCH_AWAY_UM: i64 = 20_000;
 
@@ -96,7 +94,7 @@ impl Rig {
         let places = Axis::ALL.map(|axis| self.scenario.switch_place(axis));
         let plant = self.board.plant_mut();
         plant.stop_at_output = true;
-        plant.limits = super::judge::driver_limits(&profile);
+        plant.limits = super::judge::driver_limits(&profile, plant.ticks_per_second());
         for (axis, own) in profile.axes() {
             let i = axis.index();
             plant.motors[i].inverted = own.invert;
@@ -163,6 +161,16 @@ impl Rig {
         Ok(())
     }
 
+    /// Ticks of the board's chip in so many microseconds.
+    pub fn ticks(&self, us: u64) -> u64 {
+        us.saturating_mul(self.board.ticks_per_second() / 1_000_000)
+    }
+
+    /// Whole microseconds in so many ticks.
+    pub fn whole_us(&self, ticks: u64) -> u64 {
+        ticks / self.ticks(1)
+    }
+
     /// Present time in ticks since power-up.
     pub fn now(&self) -> u64 {
         self.board.cycles()
@@ -175,7 +183,7 @@ impl Rig {
 
     /// The same of an instant, in ticks since power-up.
     pub fn us_at(&self, tick: u64) -> u64 {
-        self.zero.map_or(0, |zero| tick.saturating_sub(zero) / TICKS_PER_US)
+        self.zero.map_or(0, |zero| self.whole_us(tick.saturating_sub(zero)))
     }
 
     /// Whether the scenario's time has begun.
@@ -228,7 +236,7 @@ impl Rig {
     /// When the scenario acts next, in ticks.
     fn next_action(&self) -> Option<u64> {
         let zero = self.zero?;
-        self.scenario.next_us().map(|us| zero.saturating_add(us.saturating_mul(TICKS_PER_US)))
+        self.scenario.next_us().map(|us| zero.saturating_add(self.ticks(us)))
     }
 
     /// Whether nothing is planned any more.
@@ -373,6 +381,7 @@ impl Rig {
     }
 
     fn look_at_outputs(&mut self) {
+        let per_us = self.ticks(1);
         let zero = self.zero;
         for change in self.board.plant_mut().take_output_changes() {
             let n = i32::from(change.output);
@@ -381,7 +390,7 @@ impl Rig {
             let on = change.on != inverted;
             self.outputs.push((change.cycle, n, on));
             if let Some(zero) = zero {
-                let us = change.cycle.saturating_sub(zero) / TICKS_PER_US;
+                let us = change.cycle.saturating_sub(zero) / per_us;
                 self.scenario.output_changed(n, on, us);
             }
         }
@@ -458,22 +467,24 @@ impl Rig {
     }
 }
 
-/// What the registers of USCI_A0 say (user's guide SLAU144, chapter 15): the nearest of our rates
-/// to the divider's, and the parity bits.
+/// What the registers of the UART say (user's guides SLAU144, chapter 15, and SLAU208, chapter 36): the
+/// nearest of our rates to the divider's, and the parity bits.
 fn uart_format(board: &mut Board) -> Format {
-    const UCA0CTL0: u16 = 0x60;
-    const UCA0BR0: u16 = 0x62;
-    const UCA0MCTL: u16 = 0x64;
-    let divider =
-        u64::from(board.bus_read8(UCA0BR0)) | u64::from(board.bus_read8(UCA0BR0 + 1)) << 8;
-    let oversampling = if board.bus_read8(UCA0MCTL) & 1 != 0 { 16 } else { 1 };
+    // CTL0, BR0 and MCTL of USCI_A0, of USCI_A1.
+    let [ctl0, br0, mctl] = match board.part().family {
+        Family::Msp430 => [0x60u16, 0x62, 0x64],
+        Family::Msp430X => [0x601, 0x606, 0x608],
+    };
+    let clock = board.smclk_hz();
+    let divider = u64::from(board.bus_read8(br0)) | u64::from(board.bus_read8(br0 + 1)) << 8;
+    let oversampling = if board.bus_read8(mctl) & 1 != 0 { 16 } else { 1 };
     let divider = (divider * oversampling).max(1);
     let rates = [9_600u32, 19_200, 57_600, 115_200];
     let baud = rates
         .into_iter()
-        .min_by_key(|rate| (TICKS_PER_SECOND / divider).abs_diff(u64::from(*rate)))
+        .min_by_key(|rate| (clock / divider).abs_diff(u64::from(*rate)))
         .unwrap_or(115_200);
-    let parity = match board.bus_read8(UCA0CTL0) >> 6 {
+    let parity = match board.bus_read8(ctl0) >> 6 {
         0b10 => Parity::Odd,
         0b11 => Parity::Even,
         _ => Parity::None,

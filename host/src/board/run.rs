@@ -16,7 +16,7 @@ use super::health::Health;
 use super::judge::Judge;
 use super::link::InProcess;
 use super::path::PathRecorder;
-use super::rig::{HostAction, Rig, TICKS_PER_US};
+use super::rig::{HostAction, Rig};
 use super::stuck;
 use super::teller::Teller;
 use super::uses::Uses;
@@ -110,12 +110,14 @@ impl<'a, 'b> Run<'a, 'b> {
     /// # Errors
     /// The board does not start it.
     pub fn start(&mut self) -> Result<(), BoardError> {
+        let ticks = |us| self.rig.borrow().ticks(us);
+        let (press, patience, look) = (ticks(PRESS_US), ticks(START_PATIENCE_US), ticks(LOOK_US));
         let pressed = self.rig.borrow().now();
-        self.release_start_at = Some(pressed + PRESS_US * TICKS_PER_US);
+        self.release_start_at = Some(pressed + press);
         self.rig.borrow_mut().board().plant_mut().press_start(true);
         while !self.rig.borrow().has_begun() {
             let now = self.rig.borrow().now();
-            if now > pressed + START_PATIENCE_US * TICKS_PER_US {
+            if now > pressed + patience {
                 let status = self.client.status()?;
                 let fault = status.fault.unwrap_or_default();
                 return Err(BoardError::Board(format!(
@@ -123,7 +125,7 @@ impl<'a, 'b> Run<'a, 'b> {
                     status.state
                 )));
             }
-            self.rig.borrow_mut().run_to_event(now + LOOK_US * TICKS_PER_US)?;
+            self.rig.borrow_mut().run_to_event(now + look)?;
             self.release_start();
         }
         self.path.start(&self.rig.borrow());
@@ -150,7 +152,7 @@ impl<'a, 'b> Run<'a, 'b> {
             let limit = {
                 let rig = self.rig.borrow();
                 let left = self.job.options.limit_us.saturating_sub(rig.us()).max(1);
-                rig.now() + LOOK_US.min(left) * TICKS_PER_US
+                rig.now() + rig.ticks(LOOK_US.min(left))
             };
             self.rig.borrow_mut().run_to_event(limit)?;
             self.look()?;

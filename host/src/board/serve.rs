@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::clients::Clients;
-use super::rig::{HostAction, Rig, TICKS_PER_US};
+use super::rig::{HostAction, Rig};
 use crate::output;
 use crate::sim::world::WorldError;
 
@@ -68,15 +68,15 @@ impl Server {
             // Who is behind the board's time does not rest.
             let wait = if behind { Duration::ZERO } else { Duration::from_millis(1) };
             self.clients.read(wait);
-            if let Some(bytes) = self.clients.next(rig.now()) {
+            if let Some(bytes) = self.clients.next(rig.whole_us(rig.now())) {
                 rig.board().uart_send(&bytes);
             }
-            let slice = rig.now() + SLICE_US * TICKS_PER_US;
+            let slice = rig.now() + rig.ticks(SLICE_US);
             let target = match speed {
                 Speed::Max => slice,
                 Speed::Times(times) => {
                     let us = began.elapsed().as_secs_f64() * times * 1e6;
-                    first + us as u64 * TICKS_PER_US
+                    first + rig.ticks(us as u64)
                 }
             };
             // A host that fell behind catches up slice by slice, so that replies do not wait.
@@ -84,11 +84,13 @@ impl Server {
             behind = speed == Speed::Max || target > slice;
             // What a reply says is done outlives the process.
             self.save_flash(rig)?;
-            self.clients.heard(&rig.board().uart_take());
-            self.clients.answer(rig.now());
+            let heard = rig.board().uart_take();
+            let heard = heard.into_iter().map(|(at, byte)| (rig.whole_us(at), byte));
+            self.clients.heard(&heard.collect::<Vec<_>>());
+            self.clients.answer(rig.whole_us(rig.now()));
             if rig.now() >= follow_at {
                 rig.follow_uart();
-                follow_at = rig.now() + FOLLOW_US * TICKS_PER_US;
+                follow_at = rig.now() + rig.ticks(FOLLOW_US);
             }
             for action in rig.take_host_actions() {
                 press(rig, action);

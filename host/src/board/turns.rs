@@ -4,20 +4,19 @@
 //! come any more. A client of Modbus TCP that gets none is told so by the exception that gateways
 //! have for it; a client that speaks as on a serial line hears nothing, as there.
 
-use super::rig::TICKS_PER_US;
 use crate::link::adu::{Mbap, NotMbap, open_rtu, rtu, rtu_request};
 
 /// Silence that ends a frame: 3.5 characters at 19200 bits per second and more (Modbus over Serial
 /// Line V1.02, 2.5.1.1), and more than a character at 9600: within a reply the chip does not pause.
-const SILENCE: u64 = 1_750 * TICKS_PER_US;
+const SILENCE: u64 = 1_750;
 /// A board has answered after this long: the commit of an upload takes it 300 ms (wire.rs, Upload).
-const NO_ANSWER: u64 = 400_000 * TICKS_PER_US;
+const NO_ANSWER: u64 = 400_000;
 /// At an address that has not answered before there is hardly a board; the others wait meanwhile.
-const STRANGER: u64 = 100_000 * TICKS_PER_US;
+const STRANGER: u64 = 100_000;
 /// What is for all boards has no answer, but they need time for it (2.4.1: 100 to 200 ms).
-const TURNAROUND: u64 = 150_000 * TICKS_PER_US;
+const TURNAROUND: u64 = 150_000;
 /// Time on the line of a character at the slowest rate, 11 bits at 9600.
-const CHARACTER: u64 = 1_146 * TICKS_PER_US;
+const CHARACTER: u64 = 1_146;
 /// `Gateway target device failed to respond` (Modbus Application Protocol V1.1b3, 7).
 const NO_TARGET: u8 = 11;
 
@@ -128,7 +127,7 @@ impl Turns {
         self.turn.is_none()
     }
 
-    /// It is `client`'s turn at `now`, in ticks; gives the bytes for the line.
+    /// It is `client`'s turn at `now`, in us; gives the bytes for the line.
     pub fn begin(&mut self, client: u64, question: Question, now: u64) -> Vec<u8> {
         let frame = match &question {
             Question::Serial(bytes) => bytes.clone(),
@@ -157,7 +156,7 @@ impl Turns {
         frame
     }
 
-    /// The board sent these bytes, each with its tick.
+    /// The board sent these bytes, each with its time, us.
     pub fn heard(&mut self, bytes: &[(u64, u8)]) {
         let text = bytes.iter().map(|(_, byte)| *byte);
         match (&mut self.turn, bytes.last()) {

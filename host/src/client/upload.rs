@@ -3,7 +3,7 @@
 use std::fmt;
 
 use lang::image::Image;
-use lang::part::{Lack, PARTS, Part};
+use lang::part::{G2553, Lack, PARTS, Part};
 use lang::record::feature;
 use lang::wire::{self, Exception, Refusal, Upload};
 
@@ -33,7 +33,7 @@ pub enum UploadError {
         area: u16,
     },
     /// The firmware has no such feature; the first build that runs the program, if one does.
-    Lacks(Lack, Option<&'static str>),
+    Lacks(Lack, Option<&'static Part>),
     /// A program runs or an axis moves.
     Busy,
     /// The board checked the image and refused it.
@@ -63,9 +63,15 @@ impl fmt::Display for UploadError {
             UploadError::Lacks(lack, build) => {
                 write!(f, "the board's firmware lacks what the program wants: {lack}")?;
                 match build {
-                    Some(name) => {
-                        write!(f, "; `pasapas flash --part {name}` writes one that has it")
+                    // Only the G2553's firmware lacks anything: what suits that board is another build for it.
+                    Some(part) if part.chip == G2553.chip => {
+                        write!(f, "; `pasapas flash --part {}` writes one that has it", part.name)
                     }
+                    Some(part) => write!(
+                        f,
+                        "; that of another chip, the {}, has it: `pasapas sim` runs the program without a board",
+                        part.chip
+                    ),
                     None => f.write_str(
                         "; no chip's firmware has it: `pasapas sim` runs the program without a board",
                     ),
@@ -121,10 +127,7 @@ impl<L: Link> Client<L> {
                 let runs = |part: &&Part| {
                     part.is_hardware() && part.lacks(&image.header, image.events()).is_none()
                 };
-                return Err(UploadError::Lacks(
-                    lack,
-                    PARTS.iter().find(runs).map(|part| part.name),
-                ));
+                return Err(UploadError::Lacks(lack, PARTS.iter().find(runs)));
             }
         }
         let area = identity.area_bytes;

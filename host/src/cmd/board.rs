@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::part::Choice;
 use super::{Console, Options, world};
-use crate::board::rig::{Rig, TICKS_PER_US};
+use crate::board::rig::Rig;
 use crate::board::serve::{ServeError, Server, Speed};
 use crate::board::turns::Manner;
 use crate::failure::Failure;
@@ -90,12 +90,12 @@ impl Board {
         // A board whose flash was kept has its profile there.
         if options.profile.is_some() && !self.flash.as_ref().is_some_and(|file| file.exists()) {
             let record = BoardRecord::of(&profile, 1).to_bytes();
-            let first = firmware::PROFILES[0];
+            let first = build.part.profiles[0];
             (first..).zip(record).for_each(|(at, byte)| rig.board().poke8(at, byte));
         }
         rig.begin();
         // A client that comes as soon as the port is there must not meet a chip that still boots.
-        rig.run_until(BOOT_US * TICKS_PER_US).map_err(|error| world::wrong(&error, console))?;
+        rig.run_until(rig.ticks(BOOT_US)).map_err(|error| world::wrong(&error, console))?;
         interrupt::watch();
         self.open(&mut server, console)?;
         match server.run(&mut rig, self.speed, &mut |_, _| interrupt::asked()) {

@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use emulator::Family;
 
 use super::{Console, Options};
 use crate::board::image_file::Format;
@@ -17,7 +18,7 @@ use crate::usb::{self, Device, Role};
 #[derive(Debug, Args)]
 pub struct Flash {
     /// The image to write: g2553, the LaunchPad's own, g2553-handlers for the same chip (ON ERROR and
-    /// events)
+    /// events), f5529 to a file
     #[arg(long, value_name = "NAME", value_parser = super::part::named)]
     part: Option<&'static Build>,
     /// Driver of mspdebug; without it that of the programmer that is plugged in: rf2500 for the
@@ -47,6 +48,13 @@ impl Flash {
         if let Some(path) = &self.save {
             return save(build, path);
         }
+        if build.chip.family == Family::Msp430X {
+            return Err(Failure::Usage(format!(
+                "this command cannot write to the {} yet: save the image with --save FILE.txt and write it \
+                 with a tool of the chip's maker",
+                build.part.chip
+            )));
+        }
         let driver = match &self.driver {
             Some(driver) => driver.clone(),
             None => driver(&usb::devices())?,
@@ -71,7 +79,7 @@ impl Flash {
         ))
     }
 
-    /// Whether the chip is that of the image. Every image for chips is for the G2553.
+    /// Whether the chip is that of the image. Every image that comes here is for the G2553.
     fn judge(&self, chip: Chip) -> Result<(), Failure> {
         match chip {
             Chip::G2553 => Ok(()),

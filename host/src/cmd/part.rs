@@ -19,8 +19,8 @@ use crate::render::Note;
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Choice {
     /// The board's firmware: g2553 (16 KB of flash, 512 bytes of RAM), g2553-handlers (the same chip
-    /// with ON ERROR and events) or virtual (everything). Without it the first of them that runs the
-    /// program
+    /// with ON ERROR and events), virtual (everything, in the emulator only) or f5529 (the same on the
+    /// MSP430F5529). Without it the first of them that runs the program
     #[arg(long, value_name = "NAME", value_parser = named)]
     pub part: Option<&'static Build>,
 }

@@ -58,9 +58,15 @@ impl Status {
     }
 }
 
-/// The bits of IFG1 in words.
+/// The bits of the reset's cause in words.
 fn reset_cause(bits: u16) -> String {
-    let names = [(2, "power on"), (3, "RST pin"), (0, "watchdog"), (4, "NMI")];
+    let names = [
+        (2, "power on"),
+        (3, "RST pin"),
+        (0, "watchdog"),
+        (4, "NMI"),
+        (5, "the crystal does not run"),
+    ];
     let set: Vec<&str> =
         names.iter().filter(|(bit, _)| bits >> bit & 1 != 0).map(|(_, name)| *name).collect();
     if set.is_empty() { "software".to_owned() } else { set.join(", ") }

@@ -165,7 +165,7 @@ fn two_masters(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
         stand.board.uart_send(&both);
     } else {
         stand.board.uart_send(&one);
-        stand.board.uart_send_at(start + rng.below(16 * 12_000), &other);
+        stand.board.uart_send_at(start + stand.ticks(rng.below(12_000)), &other);
     }
     stand.board.run_us(60_000);
     if stand.answers() { Ok(()) } else { Err("no answer behind two masters".to_owned()) }
@@ -177,16 +177,16 @@ fn start_under_load(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
         let start = framed(&write_body(lang::wire::RUN_CONTROL, &[Control::Start as u16]));
         let gone = stand.board.uart_send(&start);
         let other = framed(&read_body(RUN_STATE, 1 + rng.below(20) as u8));
-        let later = gone + 16 * (1_750 + rng.below(40_000));
+        let later = gone + stand.ticks(1_750 + rng.below(40_000));
         stand.board.uart_take();
         stand.board.uart_send_at(later, &other);
-        stand.board.run_until(later + 16 * 80_000);
+        stand.board.run_until(later + stand.ticks(80_000));
         let bytes: Vec<(u64, u8)> = stand.board.uart_take();
         // Frames are parted by 1750 us (Modbus over serial line V1.02, 2.5.1.1).
         let mut frames: Vec<Vec<u8>> = Vec::new();
         let mut last = 0;
         for (at, byte) in bytes {
-            if at > last + 16 * 1_750 {
+            if at > last + stand.ticks(1_750) {
                 frames.push(Vec::new());
             }
             last = at;

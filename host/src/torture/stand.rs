@@ -89,6 +89,11 @@ impl Stand {
         Ok(stand)
     }
 
+    /// Ticks of the board's chip in so many microseconds.
+    pub fn ticks(&self, us: u64) -> u64 {
+        us * (self.board.ticks_per_second() / 1_000_000)
+    }
+
     /// Sends bytes and listens until the line rests.
     pub fn exchange(&mut self, bytes: &[u8]) -> Answer {
         self.board.uart_take();

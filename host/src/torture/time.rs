@@ -45,7 +45,8 @@ pub fn busy(stand: &mut Stand, rng: &mut Rng) -> Result<(), String> {
         stand.board.uart_take();
         stand.board.uart_send(&framed(&read_body(RUN_STATE, 1)));
         stand.board.run_us(ANSWER_US);
-        let first = stand.board.uart_take().first().map(|(at, _)| (at - began) / 16);
+        let per_us = stand.ticks(1);
+        let first = stand.board.uart_take().first().map(|(at, _)| (at - began) / per_us);
         let state = stand.state();
         if first.is_none() || state != Some(RunState::Running as u16) {
             return Err(format!("the answer began after {first:?} us, in state {state:?}"));

@@ -2,11 +2,12 @@
 
 use super::Core;
 use crate::chain;
+use crate::chip::timer;
 use lang::record::{BoardRecord, FULL_POWER};
 use lang::wire::RunState;
 
-/// A millisecond of light, thousandths of 0.5 us.
-const A_MILLISECOND: i32 = 2000 * FULL_POWER;
+/// A millisecond of light, thousandths of the timer's ticks.
+const A_MILLISECOND: i32 = timer::PER_MS as i32 * FULL_POWER;
 /// As much light is owed, or was given too much, at most: what a lost line owes is not for the next.
 const MOST: i32 = 8 * A_MILLISECOND;
 
@@ -73,6 +74,8 @@ impl Core {
     /// Sends the outputs and takes the inputs 1 to 16, before the filter.
     pub(super) fn exchange(&mut self) -> u16 {
         let levels = self.levels() ^ self.record.output_invert;
+        let fault = self.outputs & self.record.fault.keep | self.record.fault.on;
+        crate::chip::flash::remember_stop(fault ^ self.record.output_invert);
         let raw = if self.chained() { chain::exchange(levels) } else { chain::pins(levels) };
         self.raw = raw ^ self.record.input_invert;
         self.raw
@@ -85,7 +88,7 @@ impl Core {
         if laser == 0 {
             return self.outputs;
         }
-        let now = crate::reg::timer0().tar.read().bits();
+        let now = timer::now();
         let since = now.wrapping_sub(self.shone);
         self.shone = now;
         let was = core::mem::replace(&mut self.lit, false);

@@ -10,6 +10,8 @@
 //! their step counts 75, lateness 10.
 
 use super::{PathSlot, PathState, Shared, SingleState};
+use crate::chip::ports::{self, DIR};
+use crate::chip::timer::{FIRST, STEP_CCR, STEP_CCTL, STEP_IV, STEP_R};
 use core::arch::global_asm;
 use core::mem::offset_of;
 use firmware::motion::Segment;
@@ -17,16 +19,27 @@ use firmware::motion::queue::SLOTS;
 
 global_asm!(
     r#"
-    .set TA1CCTL0, 0x0182
-    .set TA1CCTL1, 0x0184
-    .set TA1CCTL2, 0x0186
-    .set TA1R,     0x0190
-    .set TA1CCR0,  0x0192
-    .set TA1CCR1,  0x0194
-    .set TA1CCR2,  0x0196
-    .set TA1IV,    0x011e
-    .set P1IN,     0x0020
-    .set P2OUT,    0x0029
+    /* channel 0, which has a path's events, and those of the axes: X shares it or has one of its own */
+    .set EVENT_CCTL, {cctl}
+    .set EVENT_CCR, {ccr}
+    .set APART, {first}
+    .set X_CCTL, {cctl}+2*APART
+    .set Y_CCTL, X_CCTL+2
+    .set Z_CCTL, X_CCTL+4
+    .set X_CCR, {ccr}+2*APART
+    .set Y_CCR, X_CCR+2
+    .set Z_CCR, X_CCR+4
+    .if APART
+    .set X_RISES, 0x0020
+    .set EVENT_FALLS, 0x0010
+    .else
+    .set X_RISES, 0x0030
+    .set EVENT_FALLS, 0x00b0
+    .endif
+    .set COUNTER, {counter}
+    .set STEP_IV, {vector_register}
+    .set PINS_IN, {pins_in}
+    .set DIR_OUT, {dir_out}
 
     /* fields of Shared */
     .set VECTOR, PASAPAS_STEP+{vector}
@@ -63,27 +76,31 @@ global_asm!(
 
     .section .text.step,"ax",@progbits
 module.motion.step:
-    .global TIMER1_A0
-TIMER1_A0:
+    .global pasapas_event
+pasapas_event:
     br &VECTOR
 
     /* long pulse, first half: the pins have just risen, let them fall in WIDTH ticks */
     .global pasapas_path_long
 pasapas_path_long:
-    add &WIDTH, &TA1CCR0
-    mov &TA1CCR0, &TA1CCR1
-    mov &TA1CCR0, &TA1CCR2
-    mov #0x00b0, &TA1CCTL0
-    mov #0x00a0, &TA1CCTL1
-    mov #0x00a0, &TA1CCTL2
+    add &WIDTH, &EVENT_CCR
+    .if APART
+    mov &EVENT_CCR, &X_CCR
+    mov #0x00a0, &X_CCTL
+    .endif
+    mov &EVENT_CCR, &Y_CCR
+    mov &EVENT_CCR, &Z_CCR
+    mov #EVENT_FALLS, &EVENT_CCTL
+    mov #0x00a0, &Y_CCTL
+    mov #0x00a0, &Z_CCTL
     mov #pasapas_path_fallen, &VECTOR
     /* past already, as behind another interrupt: the compare would not come before 4 ms */
-    cmp &TA1R, &TA1CCR0
+    cmp &COUNTER, &EVENT_CCR
     jn pasapas_path_fallen
     reti
 pasapas_path_fallen:
     mov #pasapas_path_long, &VECTOR
-    sub &WIDTH, &TA1CCR0
+    sub &WIDTH, &EVENT_CCR
 
     /* an event of a path: the pins have just risen (or fallen again) */
     .global pasapas_path_event
@@ -95,15 +112,21 @@ pasapas_path_event:
     jnc path_switch
 path_schedule:
     add @r15, &FRAC
-    addc INTERVAL+2(r15), &TA1CCR0
-    mov &TA1CCR0, &TA1CCR1
-    mov &TA1CCR0, &TA1CCR2
+    addc INTERVAL+2(r15), &EVENT_CCR
+    .if APART
+    mov &EVENT_CCR, &X_CCR
+    .endif
+    mov &EVENT_CCR, &Y_CCR
+    mov &EVENT_CCR, &Z_CCR
     add DIF(r15), INTERVAL(r15)
     addc DIF+2(r15), INTERVAL+2(r15)
-    mov #0x0010, &TA1CCTL0
-    clr &TA1CCTL1
-    clr &TA1CCTL2
-    mov.b &P1IN, r14
+    mov #0x0010, &EVENT_CCTL
+    .if APART
+    clr &X_CCTL
+    .endif
+    clr &Y_CCTL
+    clr &Z_CCTL
+    mov.b &PINS_IN, r14
     xor.b &IDLE, r14
     and.b &WATCH, r14
     jne path_hit
@@ -113,21 +136,21 @@ path_arm:
     add INC(r15), &ACC
     addc INC+2(r15), &ACC+2
     jnc 1f
-    mov #0x0030, &TA1CCTL0
+    mov #X_RISES, &X_CCTL
     add &SENSE, &COUNT
 1:  add INC+4(r15), &ACC+4
     addc INC+6(r15), &ACC+6
     jnc 2f
-    mov #0x0020, &TA1CCTL1
+    mov #0x0020, &Y_CCTL
     add &SENSE+2, &COUNT+2
 2:  add INC+8(r15), &ACC+8
     addc INC+10(r15), &ACC+10
     jnc path_armed
-    mov #0x0020, &TA1CCTL2
+    mov #0x0020, &Z_CCTL
     add &SENSE+4, &COUNT+4
 path_armed:
-    mov &TA1CCR0, r14
-    sub &TA1R, r14
+    mov &EVENT_CCR, r14
+    sub &COUNTER, r14
     cmp #4, r14
     jl path_late
     pop r14
@@ -137,11 +160,14 @@ path_armed:
     /* the next event is due already: 64 ticks from now */
 path_late:
     inc &LATE
-    mov &TA1R, r14
+    mov &COUNTER, r14
     add #64, r14
-    mov r14, &TA1CCR0
-    mov r14, &TA1CCR1
-    mov r14, &TA1CCR2
+    mov r14, &EVENT_CCR
+    .if APART
+    mov r14, &X_CCR
+    .endif
+    mov r14, &Y_CCR
+    mov r14, &Z_CCR
     pop r14
     pop r15
     reti
@@ -174,10 +200,10 @@ path_switch:
     jnc path_empty
     tst.b FLAGS(r15)
     jge path_schedule
-    mov.b &P2OUT, r14
-    and.b #0x37, r14
+    mov.b &DIR_OUT, r14
+    and.b #{dirs_off}, r14
     bis.b DIRS(r15), r14
-    mov.b r14, &P2OUT
+    mov.b r14, &DIR_OUT
     clr &ACC
     mov BLOCK_ACC(r15), &ACC+2
     clr &ACC+4
@@ -201,19 +227,22 @@ path_switch:
 path_empty:
     clr EVENTS(r15)
 path_stop:
-    clr &TA1CCTL0
-    clr &TA1CCTL1
-    clr &TA1CCTL2
+    clr &EVENT_CCTL
+    .if APART
+    clr &X_CCTL
+    .endif
+    clr &Y_CCTL
+    clr &Z_CCTL
     pop r14
     pop r15
     reti
 
-    /* an event of one axis; r13 is twice its number, as TA1IV has it */
-    .global TIMER1_A1
-TIMER1_A1:
+    /* an event of one axis; r13 is twice the number of its channel, as the vector register has it */
+    .global pasapas_channels
+pasapas_channels:
     push r15
     push r13
-    mov &TA1IV, r13
+    mov &STEP_IV, r13
     jmp single_event
     .global pasapas_single_event
 pasapas_single_event:
@@ -222,7 +251,7 @@ pasapas_single_event:
     clr r13
 single_event:
     push r14
-    mov single_states(r13), r15
+    mov single_states-2*APART(r13), r15
     tst &WIDTH
     jne single_long
 single_fallen:
@@ -230,22 +259,27 @@ single_fallen:
     jnc single_switch
 single_schedule:
     add @r15, AXIS_FRAC(r15)
-    addc INTERVAL+2(r15), TA1CCR0(r13)
+    addc INTERVAL+2(r15), EVENT_CCR(r13)
     add DIF(r15), INTERVAL(r15)
     addc DIF+2(r15), INTERVAL+2(r15)
-    mov #0x0010, TA1CCTL0(r13)
-    mov.b &P1IN, r14
+    /* no pulse is shorter than 48 cycles, and this core takes less for what is above */
+    .if APART
+    nop
+    nop
+    .endif
+    mov #0x0010, EVENT_CCTL(r13)
+    mov.b &PINS_IN, r14
     xor.b &IDLE, r14
     and.b &WATCH, r14
     jne single_hit
 single_arm:
     bit MASK(r15), EVENTS(r15)
     jne single_armed
-    mov #0x0030, TA1CCTL0(r13)
-    add SENSE(r13), COUNT(r13)
+    mov #0x0030, EVENT_CCTL(r13)
+    add SENSE-2*APART(r13), COUNT-2*APART(r13)
 single_armed:
-    mov TA1CCR0(r13), r14
-    sub &TA1R, r14
+    mov EVENT_CCR(r13), r14
+    sub &COUNTER, r14
     cmp #4, r14
     jl single_late
 single_exit:
@@ -256,22 +290,22 @@ single_exit:
 
 single_late:
     inc &LATE
-    mov &TA1R, r14
+    mov &COUNTER, r14
     add #64, r14
-    mov r14, TA1CCR0(r13)
+    mov r14, EVENT_CCR(r13)
     jmp single_exit
 
     /* output mode 5 is on: the long pulse is over; else it has just begun */
 single_long:
-    bit #0x0080, TA1CCTL0(r13)
+    bit #0x0080, EVENT_CCTL(r13)
     jne 1f
-    add &WIDTH, TA1CCR0(r13)
-    mov #0x00b0, TA1CCTL0(r13)
+    add &WIDTH, EVENT_CCR(r13)
+    mov #0x00b0, EVENT_CCTL(r13)
     /* past already: by the difference's sign, as the timer goes round */
-    cmp &TA1R, TA1CCR0(r13)
+    cmp &COUNTER, EVENT_CCR(r13)
     jn 1f
     jmp single_exit
-1:  sub &WIDTH, TA1CCR0(r13)
+1:  sub &WIDTH, EVENT_CCR(r13)
     jmp single_fallen
 
 single_hit:
@@ -301,21 +335,21 @@ single_switch:
     mov NEXT+MASK(r15), MASK(r15)
     clr NEXT+EVENTS(r15)
     mov MASK(r15), r14
-    xor SENSE(r13), r14
+    xor SENSE-2*APART(r13), r14
     tst r14
     jge 1f
-    xor.b single_dir(r13), &P2OUT
-    inv SENSE(r13)
-    inc SENSE(r13)
+    xor.b single_dir-2*APART(r13), &DIR_OUT
+    inv SENSE-2*APART(r13)
+    inc SENSE-2*APART(r13)
 1:  dec EVENTS(r15)
     jmp single_schedule
-    /* TA1IV may have told of an axis that had risen just then: its last pulse is no shorter than the
+    /* the register may have told of an axis that had risen just then: its last pulse is no shorter than the
        others */
 single_stop:
     mov #5, r14
 1:  dec r14
     jne 1b
-    clr TA1CCTL0(r13)
+    clr EVENT_CCTL(r13)
     jmp single_exit
 
     /* below the vectors, where there is room */
@@ -323,8 +357,19 @@ single_stop:
 single_states:
     .short PASAPAS_PLAY, PASAPAS_PLAY+SINGLE, PASAPAS_PLAY+2*SINGLE
 single_dir:
-    .short 0x08, 0x40, 0x80
+    .short {dir_x}, {dir_y}, {dir_z}
     "#,
+    cctl = const STEP_CCTL,
+    ccr = const STEP_CCR,
+    first = const FIRST,
+    counter = const STEP_R,
+    vector_register = const STEP_IV,
+    pins_in = const ports::IN,
+    dir_out = const ports::DIR_OUT,
+    dirs_off = const !(DIR[0] | DIR[1] | DIR[2]),
+    dir_x = const DIR[0],
+    dir_y = const DIR[1],
+    dir_z = const DIR[2],
     vector = const offset_of!(Shared, vector),
     current = const offset_of!(Shared, current),
     frac = const offset_of!(Shared, frac),

@@ -59,6 +59,13 @@ impl Board {
         with!(&mut self.chip, c => c.bus.write16(addr.wide() as _, value));
     }
 
+    /// Rate of SMCLK in hertz, 0 while it stands still.
+    #[must_use]
+    pub fn smclk_hz(&self) -> u64 {
+        let ticks = with!(&self.chip, c => c.bus.smclk());
+        self.ticks_per_second().checked_div(ticks).unwrap_or(0)
+    }
+
     /// Low 16 bits of register `n` of R0 to R15; 0 for others.
     #[must_use]
     pub fn reg(&self, n: usize) -> u16 {

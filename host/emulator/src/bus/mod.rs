@@ -166,6 +166,11 @@ impl Bus {
         self.mem[base..base + 2].copy_from_slice(&sum.wrapping_neg().to_le_bytes());
     }
 
+    /// Ticks of a period of SMCLK, 0 while it stands still.
+    pub fn smclk(&self) -> u64 {
+        self.clock.rates.smclk
+    }
+
     /// The part.
     pub fn part(&self) -> &Part {
         &self.part

@@ -79,6 +79,7 @@ const KEPT: usize = 10_000;
 pub struct Plant {
     wiring: Wiring,
     board: Pins,
+    ticks_per_second: u64,
     /// Axes X, Y, Z.
     pub motors: [Motor; 3],
     /// Reference switches X, Y, Z.
@@ -122,6 +123,7 @@ impl Plant {
         let mut plant = Plant {
             wiring,
             board: Pins::of(part.family),
+            ticks_per_second: part.ticks_per_second,
             motors: Default::default(),
             switches: [None; 3],
             probes: [None; 3],
@@ -155,6 +157,12 @@ impl Plant {
     #[must_use]
     pub fn board(&self) -> &Pins {
         &self.board
+    }
+
+    /// Ticks in a second of the board's chip, in which all times are.
+    #[must_use]
+    pub fn ticks_per_second(&self) -> u64 {
+        self.ticks_per_second
     }
 
     /// The wiring.

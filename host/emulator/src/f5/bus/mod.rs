@@ -209,6 +209,11 @@ impl Bus {
         &self.part
     }
 
+    /// Ticks of a period of SMCLK, 0 while it stands still.
+    pub fn smclk(&self) -> u64 {
+        self.ucs.rates.smclk
+    }
+
     /// Ticks of a number of microseconds.
     fn ticks(&self, us: u64) -> u64 {
         us * (self.part.ticks_per_second / 1_000_000)

@@ -8,6 +8,9 @@ use crate::cpu::{PC, SP};
 use crate::f5::bus::Bus;
 use crate::warn::Kind as Warning;
 
+/// From here on a register holds a negative number of 16 bits, extended.
+const NEGATIVE: u32 = 0xF_8000;
+
 /// Where a result goes.
 #[derive(Clone, Copy)]
 pub enum Place {
@@ -138,7 +141,9 @@ impl CpuX {
 
     #[cold]
     pub(super) fn lost_pointer(&mut self, bus: &mut Bus, reg: u8) {
-        if usize::from(reg) != PC {
+        // SXT extends through bit 19: such a value is a negative number, and no pointer reaches there.
+        let number = self.r[usize::from(reg & 15)] >= NEGATIVE;
+        if usize::from(reg) != PC && !number {
             bus.warn(Warning::PointerTruncated, bus.pc);
         }
     }

@@ -1,0 +1,19 @@
+//! The chip: what has a register's address is in its room, all else of the image is the same on every chip.
+//!
+//! A room has the modules
+//! - `clock`: from reset to the rate of the processor, watchdog, causes of resets;
+//! - `ports`: pins of buttons, inputs, outputs, directions and shift registers;
+//! - `timer`: the millisecond, the silence of the line, the compare channels of the step engine;
+//! - `line`: the UART of the link;
+//! - `flash`: one operation of the flash controller;
+//!
+//! and constants that say where things lie in flash.
+
+#[cfg(feature = "f5529")]
+#[path = "chip/f5529/mod.rs"]
+mod room;
+#[cfg(feature = "virtual")]
+#[path = "chip/virtual/mod.rs"]
+mod room;
+
+pub use room::*;

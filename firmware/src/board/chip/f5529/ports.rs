@@ -1,0 +1,182 @@
+//! The pins of the LaunchPad: buttons, inputs, outputs, directions and shift registers.
+//!
+//! | pin | use |
+//! |---|---|
+//! | P1.2, P1.3, P1.4 | STEP X, Y, Z: TA0.1 to TA0.3 |
+//! | P6.0, P6.1, P6.2 | DIR X, Y, Z |
+//! | P1.1 (S2), P2.0 | Stop, to ground |
+//! | P2.1 (S1), P1.6 | Start, to ground |
+//! | P2.4 to P2.7 | direct wiring: inputs 1 to 4, that is reference X, Y, Z and the probe; P2.4 in the chain wiring: the probe, input 17 |
+//! | P3.0, P3.1, P3.2 | chain wiring: SPI out, in, clock |
+//! | P8.1, P8.2 | direct wiring: outputs 1 and 2; chain wiring: latch and output enable, active low |
+//! | P4.4, P4.5 | UART transmit, receive: the back channel |
+
+use super::clock::RATE;
+use super::reg::{
+    P1DIR, P1IN, P1OUT, P1REN, P1SEL, P2DIR, P2IE, P2IES, P2IFG, P2IN, P2OUT, P2REN, P2SEL, P3OUT,
+    P3REN, P3SEL, P4DIR, P4OUT, P4REN, P4SEL, P5OUT, P5REN, P5SEL, P6DIR, P6OUT, P6REN, P6SEL,
+    P7OUT, P7REN, P8DIR, P8OUT, UCB0BR0, UCB0BR1, UCB0CTL0, UCB0CTL1, UCB0RXBUF, UCB0STAT,
+    UCB0TXBUF,
+};
+
+const P1_STEP: u8 = 1 << 2 | 1 << 3 | 1 << 4;
+const P1_STOP: u8 = 1 << 1;
+const P1_START: u8 = 1 << 6;
+const P2_STOP: u8 = 1 << 0;
+const P2_START: u8 = 1 << 1;
+pub(super) const P3_CHAIN: u8 = 1 << 0 | 1 << 1 | 1 << 2;
+const P4_UART: u8 = 1 << 4 | 1 << 5;
+const P4_RECEIVE: u8 = 1 << 5;
+const P5_XT2: u8 = 1 << 2 | 1 << 3;
+pub(super) const P8_OUT1_OR_LATCH: u8 = 1 << 1;
+const P8_OUT2_OR_ENABLE: u8 = 1 << 2;
+/// LEDs of the board, which are off.
+const P1_LED: u8 = 1 << 0;
+const P4_LED: u8 = 1 << 7;
+
+/// The probe of the chain wiring among the [`inputs`].
+pub const PROBE: u8 = 1 << 4;
+/// DIR of each axis, in the port of directions.
+pub const DIR: [u8; 3] = [1 << 0, 1 << 1, 1 << 2];
+const DIRS: u8 = DIR[0] | DIR[1] | DIR[2];
+/// The latch of the shift registers, in its port.
+pub const LATCH: u8 = P8_OUT1_OR_LATCH;
+
+/// For the handlers: levels of the inputs, flags of their edges, which edges, which of them answer.
+pub const IN: u16 = P2IN.0;
+/// See [`IN`].
+pub const IFG: u16 = P2IFG.0;
+/// See [`IN`].
+pub const IES: u16 = P2IES.0;
+/// See [`IN`].
+pub const IE: u16 = super::reg::P2IE.0;
+/// The port of directions, and that of the latch.
+pub const DIR_OUT: u16 = P6OUT.0;
+/// See [`DIR_OUT`].
+pub const LATCH_OUT: u16 = P8OUT.0;
+/// The chain's SPI: status, received and sent byte.
+pub const SPI_STAT: u16 = UCB0STAT.0;
+/// See [`SPI_STAT`].
+pub const SPI_RXBUF: u16 = UCB0RXBUF.0;
+/// See [`SPI_STAT`].
+pub const SPI_TXBUF: u16 = UCB0TXBUF.0;
+
+/// Every pin to its state of rest. Outputs of the machine stay as their resistors have them until the first
+/// exchange; contacts, and the receive pin of a cable that is off, are pulled up; pins without a use down.
+pub(super) fn open() {
+    let contacts = P1_STOP | P1_START;
+    P1OUT.set(contacts);
+    P1SEL.set(0);
+    P1DIR.set(P1_STEP | P1_LED);
+    P1REN.set(!(P1_STEP | P1_LED));
+    P2OUT.set(0xFF);
+    P2SEL.set(0);
+    P2DIR.set(0);
+    P2REN.set(0xFF);
+    P3OUT.set(0);
+    P3REN.set(0xFF);
+    P4OUT.set(P4_RECEIVE);
+    P4SEL.set(P4_UART);
+    P4DIR.set(P4_LED);
+    P4REN.set(!P4_LED);
+    P5OUT.set(0);
+    P5SEL.set(P5_XT2);
+    P5REN.set(!P5_XT2);
+    P6OUT.set(0);
+    P6SEL.set(0);
+    P6DIR.set(DIRS);
+    P6REN.set(!DIRS);
+    P7OUT.set(0);
+    P7REN.set(0xFF);
+    P8DIR.set(0);
+}
+
+/// Levels of the port of inputs: bits 4 to 7 are inputs 1 to 4 of the direct wiring, low when closed.
+#[inline(always)]
+pub fn inputs() -> u8 {
+    P2IN.get()
+}
+
+/// Bit 0 Stop, bit 1 Start, on when closed to ground.
+pub fn buttons() -> u16 {
+    let (one, two) = (!P1IN.get(), !P2IN.get());
+    let stop = one & P1_STOP | two & P2_STOP != 0;
+    let start = one & P1_START | two & P2_START != 0;
+    u16::from(stop) | u16::from(start) << 1
+}
+
+/// Direct wiring: levels of the two outputs.
+#[inline(always)]
+pub fn set_outputs(levels: u16) {
+    for (bit, pin) in [(1, P8_OUT1_OR_LATCH), (2, P8_OUT2_OR_ENABLE)] {
+        if levels & bit != 0 {
+            P8OUT.raise(pin);
+        } else {
+            P8OUT.clear(pin);
+        }
+    }
+    // Not before they have their levels.
+    P8DIR.set(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
+}
+
+/// Makes port 3 the SPI master of the chain: some 4 MHz, as the 74HC165 take their time, data valid at the
+/// rising edge.
+pub fn open_chain() {
+    UCB0CTL1.set(0b10 << 6 | 1);
+    UCB0CTL0.set(1 << 7 | 1 << 5 | 1 << 3 | 1);
+    UCB0BR0.set((RATE / 4_000_000) as u8);
+    UCB0BR1.set(0);
+    UCB0CTL1.set(0b10 << 6);
+    P3REN.set(!P3_CHAIN);
+    P3SEL.set(P3_CHAIN);
+    // The outputs' enable stays high until the registers hold what the chip sends.
+    P8OUT.raise(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
+    P8DIR.set(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
+}
+
+/// Sends a byte to the chain and brings the one that comes.
+#[inline(always)]
+pub fn chain_byte(out: u8) -> u8 {
+    UCB0TXBUF.set(out);
+    while UCB0STAT.get() & 1 != 0 {}
+    UCB0RXBUF.get()
+}
+
+/// Takes the chain's inputs and shows its outputs.
+#[inline(always)]
+pub fn latch() {
+    P8OUT.clear(P8_OUT1_OR_LATCH);
+    P8OUT.raise(P8_OUT1_OR_LATCH);
+}
+
+/// The chain's outputs drive from now on.
+#[inline(always)]
+pub fn enable_chain() {
+    P8OUT.clear(P8_OUT2_OR_ENABLE);
+}
+
+/// Which edge of an input answers: `falling` those that go low.
+pub fn set_edges(falling: u8) {
+    P2IES.set(falling);
+    // Another edge than before may be taken for one that has come.
+    P2IFG.set(0);
+}
+
+/// Inputs whose edges answer.
+#[inline(always)]
+pub fn watch_edges(pins: u8) {
+    P2IE.set(pins);
+}
+
+/// Gives the timer the STEP pins.
+#[inline(always)]
+pub fn give_steps() {
+    P1SEL.set(P1_STEP);
+}
+
+/// Levels of the DIR pins.
+#[inline(always)]
+pub fn set_dirs(levels: u8) {
+    P6OUT.clear(DIRS);
+    P6OUT.raise(levels);
+}

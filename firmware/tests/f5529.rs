@@ -1,0 +1,207 @@
+//! What only the image of the MSP430F5529 has: its crystal and what stands in for it, erasing from RAM, silicon of
+//! any kind.
+
+use emulator::{Board, Config, FlashSpeed, Fll, Image, Part, Silicon, Wiring};
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use lang::part::{F5529, SEGMENT, SLOT_HEAD};
+use lang::profile::Profile;
+use lang::record::BoardRecord;
+use lang::wire::{self, CRC_START, Control, RunState, Upload, crc16};
+
+/// From reset to the main loop.
+const BOOT_US: u64 = 200_000;
+/// Longest erase of a segment, us.
+const ERASE_US: u64 = 32_000;
+
+fn machine(more: &str) -> Profile {
+    let (_, text) =
+        lang::profile::BUILT_IN.iter().find(|(name, _)| *name == "mill").expect("built in");
+    Profile::parse(&format!("{text}\n{more}")).expect("a profile")
+}
+
+/// A board with a profile and a program that waits, come up.
+fn on(silicon: Silicon, profile: &Profile) -> Board {
+    let wiring = match profile.wiring {
+        lang::profile::Wiring::Direct => Wiring::Direct,
+        lang::profile::Wiring::Chain => Wiring::Chain,
+    };
+    let image = Image::parse(include_bytes!("../image/pasapas-f5529.elf")).expect("the image");
+    let config = Config { part: Part::F5529, wiring, silicon, ..Config::default() };
+    let mut board = Board::with_config(&config, &image);
+    board.power_cut();
+    let record = BoardRecord::of(profile, 1).to_bytes();
+    (F5529.profiles[1]..).zip(record).for_each(|(at, byte)| board.poke8(at, byte));
+    let (source, _) = Source::decode("test", b"SetOut 1, ON\nWait 999s\n");
+    let (program, diags) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
+    let program = program.unwrap_or_else(|| panic!("{diags:?}"));
+    let program = lang::back::compile(&program).expect("it fits").image;
+    let slot = 0xFE00 - (SEGMENT * usize::from(F5529.segments)) as u16;
+    (slot..).zip(0xA500u16.to_le_bytes()).for_each(|(at, byte)| board.poke8(at, byte));
+    (slot + SLOT_HEAD as u16..).zip(program).for_each(|(at, byte)| board.poke8(at, byte));
+    board.power_up();
+    board.run_us(BOOT_US);
+    board
+}
+
+fn frame(body: &[u8]) -> Vec<u8> {
+    let crc = body.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
+    [body, &crc.to_le_bytes()].concat()
+}
+
+fn ask(board: &mut Board, body: &[u8], us: u64) -> Vec<u8> {
+    board.uart_take();
+    let end = board.uart_send(&frame(body));
+    board.run_until(end);
+    board.run_us(us);
+    board.uart_take().into_iter().map(|(_, byte)| byte).collect()
+}
+
+fn read(board: &mut Board, register: u16) -> Option<u16> {
+    let [high, low] = register.to_be_bytes();
+    let reply = ask(board, &[1, 3, high, low, 0, 1], 20_000);
+    (reply.len() == 7).then(|| u16::from_be_bytes([reply[3], reply[4]]))
+}
+
+fn write_body(register: u16, value: u16) -> [u8; 6] {
+    let ([a, b], [c, d]) = (register.to_be_bytes(), value.to_be_bytes());
+    [1, 6, a, b, c, d]
+}
+
+fn write(board: &mut Board, register: u16, value: u16) {
+    let body = write_body(register, value);
+    assert_eq!(ask(board, &body, 20_000).get(..6), Some(&body[..]), "register {register}");
+}
+
+/// Milliseconds that the board counts in a second of the world.
+fn milliseconds(board: &mut Board) -> u16 {
+    let place = board.symbol("PASAPAS_MILLIS").expect("the milliseconds have a name in the image");
+    let before = board.peek16(place);
+    board.run_us(1_000_000);
+    board.peek16(place).wrapping_sub(before)
+}
+
+#[test]
+fn its_time_is_the_crystals_and_nothing_is_wrong() {
+    for fll in [Fll::AtOnce, Fll::Ramp, Fll::Hunting] {
+        let mut board = on(Silicon { fll, ..Silicon::default() }, &machine(""));
+        let counted = milliseconds(&mut board);
+        assert!(counted.abs_diff(1000) <= 3, "{fll:?}: {counted} ms");
+        assert_eq!(read(&mut board, wire::RESET_CAUSE), Some(1 << 2), "{fll:?}");
+        assert_eq!(board.warnings(), &[], "{fll:?}");
+    }
+}
+
+#[test]
+fn without_its_crystal_it_runs_from_refo_and_says_so() {
+    // 3.5 % either way, the link at its worst.
+    for refo_hz in [32_768, 31_950, 33_590] {
+        let silicon = Silicon { xt2_fitted: false, refo_hz, ..Silicon::default() };
+        let mut board = on(silicon, &machine(""));
+        let counted = f64::from(milliseconds(&mut board));
+        let wanted = 1000.0 * refo_hz as f64 / 32_768.0;
+        assert!((counted - wanted).abs() < 4.0, "{refo_hz} Hz: {counted} ms");
+        assert_eq!(read(&mut board, wire::RESET_CAUSE), Some(1 << 2 | 1 << 5), "{refo_hz} Hz");
+        assert_eq!(board.warnings(), &[], "{refo_hz} Hz");
+    }
+}
+
+#[test]
+fn a_supply_that_is_too_low_is_waited_for() {
+    let image = Image::parse(include_bytes!("../image/pasapas-f5529.elf")).expect("the image");
+    let config = Config { part: Part::F5529, vcc: 2_100, ..Config::default() };
+    let mut board = Board::with_config(&config, &image);
+    board.run_us(1_000_000);
+    assert_eq!(read(&mut board, wire::RUN_STATE), None);
+    board.set_supply(3_300);
+    board.run_us(BOOT_US);
+    assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Empty as u16));
+    assert_eq!(board.warnings(), &[]);
+}
+
+/// Begins an upload, whose erases take [`ERASE_US`] each, and comes back some way into the first.
+fn erasing(board: &mut Board) {
+    write(board, wire::UPLOAD_LENGTH, 2_000);
+    let erases = board.wear().erases.values().sum::<u32>();
+    let end = board.uart_send(&frame(&write_body(wire::UPLOAD_CONTROL, Upload::Begin as u16)));
+    board.run_until(end);
+    while board.wear().erases.values().sum::<u32>() == erases {
+        board.run_us(100);
+    }
+}
+
+#[test]
+fn an_erase_loses_no_character_and_no_millisecond() {
+    let stop = "[[input]]\nn = 6\nrole = \"emergency_stop\"\n";
+    for flash in [FlashSpeed::Fast, FlashSpeed::Slow] {
+        let mut board = on(Silicon { flash, ..Silicon::default() }, &machine(stop));
+        let place = board.symbol("PASAPAS_MILLIS").expect("a name");
+        let (began, at) = (board.peek16(place), board.cycles());
+        let erases = |board: &Board| board.wear().erases.values().sum::<u32>();
+        let before = erases(&board);
+        // The log of faults is erased when it is full: outside of any request.
+        let mut faults = 0;
+        while erases(&board) == before {
+            write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
+            board.plant_mut().set_input(6, true);
+            for _ in 0..40 {
+                board.run_us(500);
+                if erases(&board) != before {
+                    break;
+                }
+            }
+            board.plant_mut().set_input(6, false);
+            faults += 1;
+            assert!(faults < 20, "nothing is erased");
+            if erases(&board) == before {
+                board.run_us(50_000);
+                write(&mut board, wire::RUN_CONTROL, Control::Acknowledge as u16);
+            }
+        }
+        // A request that comes while flash is busy, of which all but the first character would be lost.
+        let [high, low] = wire::FAULT.to_be_bytes();
+        let reply = ask(&mut board, &[1, 3, high, low, 0, 1], ERASE_US);
+        assert_eq!(reply.get(..5), Some(&[1, 3, 2, 0, 14][..]), "{flash:?}");
+        let passed = (board.cycles() - at) / (board.ticks_per_second() / 1000);
+        let counted = u64::from(board.peek16(place).wrapping_sub(began));
+        assert!(counted.abs_diff(passed) <= 1, "{flash:?}: {counted} ms of {passed}");
+        assert_eq!(board.warnings(), &[], "{flash:?}");
+    }
+}
+
+#[test]
+fn an_emergency_stop_switches_outputs_off_in_the_middle_of_an_erase() {
+    let role = |n: u8| format!("[[input]]\nn = {n}\nrole = \"emergency_stop\"\n");
+    let direct = |n: u8| {
+        let mut profile = machine("");
+        profile.wiring = lang::profile::Wiring::Direct;
+        profile.outputs.truncate(2);
+        profile.inputs = machine(&role(n)).inputs;
+        profile
+    };
+    for (profile, input, within_us) in
+        [(machine(&role(6)), 6, 1_100), (machine(&role(17)), 17, 100), (direct(2), 2, 100)]
+    {
+        let mut board = on(Silicon::default(), &profile);
+        write(&mut board, wire::OUTPUTS, 0b11);
+        assert_eq!(board.plant().outputs() & 0b11, 0b11, "input {input}");
+        erasing(&mut board);
+        board.plant_mut().set_input(input, true);
+        board.run_us(within_us);
+        assert_eq!(board.plant().outputs() & 0b11, 0, "input {input}");
+        board.run_us(10 * ERASE_US);
+        assert_eq!(read(&mut board, wire::FAULT), Some(14), "input {input}");
+        assert_eq!(read(&mut board, wire::FAULT_INPUT), Some(input.into()));
+        assert_eq!(board.warnings(), &[], "input {input}");
+    }
+}
+
+#[test]
+fn nothing_depends_on_interrupts_while_flash_is_busy() {
+    let silicon = Silicon { interrupts_while_busy: true, ..Silicon::default() };
+    let mut board = on(silicon, &machine(""));
+    erasing(&mut board);
+    board.run_us(10 * ERASE_US);
+    assert_eq!(read(&mut board, wire::UPLOAD_RESULT), Some(0));
+    assert_eq!(board.warnings(), &[]);
+}
