@@ -1,26 +1,47 @@
 //! The `pasapas` tool as a library, so that tests and the bench run the same code.
 //!
-//! [`cmd`] is the command line, one file for each command; the rest knows nothing of it.
+//! [`cmd`] is the command line, one file for each command; the rest knows nothing of it. Without the
+//! feature `desktop` what remains is what a web page can do: check, simulate, draw, help to write.
 
+#[cfg(feature = "desktop")]
 pub mod bench;
+#[cfg(feature = "desktop")]
 pub mod board;
+#[cfg(feature = "desktop")]
 pub mod client;
+#[cfg(feature = "desktop")]
 pub mod cmd;
+#[cfg(feature = "desktop")]
 pub mod dap;
+#[cfg(feature = "desktop")]
 pub mod failure;
+#[cfg(feature = "desktop")]
 pub mod fleet;
+#[cfg(feature = "gateway")]
 pub mod gateway;
+#[cfg(feature = "desktop")]
+pub mod hall;
+#[cfg(feature = "desktop")]
 pub mod helm;
 pub mod input;
+#[cfg(feature = "desktop")]
 pub mod interrupt;
+#[cfg(feature = "desktop")]
 pub mod link;
 pub mod lsp;
+#[cfg(feature = "desktop")]
 pub mod output;
 pub mod plot;
+#[cfg(feature = "desktop")]
 pub mod programmer;
 pub mod render;
 pub mod sim;
+#[cfg(feature = "desktop")]
 pub mod stream;
+#[cfg(feature = "desktop")]
 pub mod torture;
+pub mod trial;
+#[cfg(feature = "desktop")]
 pub mod usb;
+#[cfg(feature = "desktop")]
 pub mod workbench;

@@ -61,30 +61,28 @@ fn broken(error: impl std::fmt::Display) -> Broken {
 /// # Errors
 /// The connection breaks.
 pub fn serve(connection: &Connection, profile: Option<&Profile>) -> Result<(), Broken> {
-    let capabilities = serde_json::to_value(capabilities()).map_err(broken)?;
-    connection.initialize(capabilities).map_err(broken)?;
-    let mut server = Server { documents: HashMap::new(), profile };
+    connection.initialize(capabilities()).map_err(broken)?;
+    let mut server = Server::new(profile);
     for message in &connection.receiver {
-        let answer = match message {
-            Message::Request(request) => {
-                if connection.handle_shutdown(&request).map_err(broken)? {
-                    return Ok(());
-                }
-                Some(Message::Response(server.answer(request)))
-            }
-            Message::Notification(notification) => {
-                server.take_note(notification).map(Message::Notification)
-            }
-            Message::Response(_) => None,
-        };
-        if let Some(answer) = answer {
+        if let Message::Request(request) = &message
+            && connection.handle_shutdown(request).map_err(broken)?
+        {
+            return Ok(());
+        }
+        if let Some(answer) = server.hear(message) {
             connection.sender.send(answer).map_err(broken)?;
         }
     }
     Ok(())
 }
 
-fn capabilities() -> ServerCapabilities {
+/// What the server can do, as the protocol tells it.
+pub fn capabilities() -> Value {
+    // Nothing in it has no JSON form.
+    serde_json::to_value(all_capabilities()).unwrap_or_default()
+}
+
+fn all_capabilities() -> ServerCapabilities {
     let strings = |signs: &[&str]| Some(signs.iter().map(|&sign| sign.to_owned()).collect());
     ServerCapabilities {
         text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::FULL)),
@@ -121,13 +119,28 @@ fn capabilities() -> ServerCapabilities {
     }
 }
 
-/// The open documents.
-struct Server<'a> {
+/// A server behind any connection, or none: what an editor says goes in, what it is to hear comes out.
+pub struct Server<'a> {
+    /// The open documents.
     documents: HashMap<String, Document>,
     profile: Option<&'a Profile>,
 }
 
-impl Server<'_> {
+impl<'a> Server<'a> {
+    /// One without documents. `profile` is the machine for scripts that name none.
+    pub fn new(profile: Option<&'a Profile>) -> Server<'a> {
+        Server { documents: HashMap::new(), profile }
+    }
+
+    /// Takes a message behind the handshake and gives the answer to it, or the diagnostics to be shown.
+    pub fn hear(&mut self, message: Message) -> Option<Message> {
+        match message {
+            Message::Request(request) => Some(Message::Response(self.answer(request))),
+            Message::Notification(note) => self.take_note(note).map(Message::Notification),
+            Message::Response(_) => None,
+        }
+    }
+
     /// Takes what the editor says about its documents; gives the diagnostics to be shown.
     fn take_note(&mut self, notification: Notification) -> Option<Notification> {
         let params = notification.params;

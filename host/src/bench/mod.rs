@@ -4,6 +4,7 @@
 //! own engines are this computer's.
 
 pub(crate) mod code;
+#[cfg(feature = "gateway")]
 mod gateway;
 mod import;
 mod jitter;
@@ -77,10 +78,11 @@ pub type Sink<'a> = &'a mut dyn FnMut(Figure) -> Result<(), String>;
 pub type Group = (&'static str, fn(Sink<'_>) -> Result<(), String>);
 
 /// Every group, the quick ones first.
-pub const GROUPS: [Group; 8] = [
+pub const GROUPS: &[Group] = &[
     ("code", code::run),
     ("import", import::run),
     ("link", link::run),
+    #[cfg(feature = "gateway")]
     ("gateway", gateway::run),
     ("vm", vm::run),
     ("motion", motion::run),

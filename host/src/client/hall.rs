@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::{Client, ClientError, Patience};
-use crate::gateway::counters::{BOARD_STEP, FIRST_BOARD, OWN_UNIT};
-use crate::gateway::known::{
+use crate::hall::counters::{BOARD_STEP, FIRST_BOARD, OWN_UNIT};
+use crate::hall::known::{
     Known, MOST_BYTES, Program, read_request, records_of, text_of, write_request,
 };
 use crate::link::Link;

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 #[derive(Debug, Args)]
 pub struct Bench {
     /// Measure one group only
-    #[arg(value_parser = PossibleValuesParser::new(GROUPS.map(|(name, _)| name)))]
+    #[arg(value_parser = PossibleValuesParser::new(GROUPS.iter().map(|(name, _)| *name)))]
     group: Option<String>,
 }
 
@@ -22,7 +22,7 @@ impl Bench {
     /// A figure cannot be measured.
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
         let mut failed = Vec::new();
-        for (name, measure) in GROUPS {
+        for &(name, measure) in GROUPS {
             if self.group.as_ref().is_some_and(|group| group != name) {
                 continue;
             }

@@ -14,6 +14,10 @@ mod disasm;
 mod flash;
 mod fleet;
 mod fmt;
+#[cfg(feature = "gateway")]
+mod gateway;
+#[cfg(not(feature = "gateway"))]
+#[path = "no_gateway.rs"]
 mod gateway;
 mod import;
 mod lsp;
@@ -29,13 +33,14 @@ mod summary;
 mod torture;
 mod trace;
 mod upload;
+mod version;
 mod workbench;
 mod world;
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use lang::front::diag::Diag;
 use lang::front::source::Source;
 use lang::profile::Profile;
@@ -46,7 +51,7 @@ use crate::render::{self, Note};
 
 /// A small BASIC for machines that step: check, simulate, upload and watch its scripts.
 #[derive(Debug, Parser)]
-#[command(name = "pasapas", version, infer_subcommands = false)]
+#[command(name = "pasapas", version, long_version = version::LONG, infer_subcommands = false)]
 struct Cli {
     #[command(flatten)]
     options: Options,
@@ -172,6 +177,11 @@ impl Command {
             Command::Profile(command) => command.run(options, console),
         }
     }
+}
+
+/// The command line as clap knows it: man pages and completions are made from it.
+pub fn command_line() -> clap::Command {
+    Cli::command()
 }
 
 /// Runs the command line of this process.

@@ -13,7 +13,7 @@ use crate::torture::{KINDS, Length, Row, Settings};
 #[derive(Debug, Args)]
 pub struct Torture {
     /// Kinds of faults; without one all of them
-    #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(KINDS.map(|(name, _)| name)))]
+    #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(KINDS.iter().map(|(name, _)| *name)))]
     kinds: Vec<String>,
     /// Few cases: all kinds within a minute
     #[arg(long, conflicts_with = "long")]
@@ -56,7 +56,7 @@ impl Torture {
                 "kind", "part", "fault", "tried", "survived", "lost", "seed"
             ))?;
         }
-        for (name, kind) in KINDS {
+        for &(name, kind) in KINDS {
             if !self.kinds.is_empty() && !self.kinds.iter().any(|wanted| wanted == name) {
                 continue;
             }

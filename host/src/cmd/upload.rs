@@ -17,7 +17,7 @@ use crate::client::identity;
 use crate::client::lock::words_of;
 use crate::client::upload::UploadError;
 use crate::failure::Failure;
-use crate::gateway::known::{Program, variables};
+use crate::hall::known::{Program, variables};
 
 /// `pasapas upload`
 #[derive(Debug, Args)]

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::client::identity::differences as record_differences;
 use crate::client::{Client, ClientError};
-use crate::gateway::known::Known;
+use crate::hall::known::Known;
 use crate::link::{self, Link};
 
 /// Which boards are meant: all that have one of the tags or one of the names; without any, all.
@@ -245,7 +245,7 @@ pub fn table(members: &[Member], standings: &[Standing], differ: &[Vec<&str>]) -
 #[cfg(test)]
 mod tests {
     use super::{Choice, Member, Standing, differences, profile, table};
-    use crate::gateway::known::Known;
+    use crate::hall::known::Known;
     use lang::profile::Profile;
     use lang::record::{BoardRecord, MachineRecord};
 

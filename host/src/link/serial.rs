@@ -25,6 +25,7 @@ pub struct Serial {
     turns: Option<Turns>,
     opened: Instant,
     /// When we last let others have the line.
+    #[cfg(unix)]
     given: Duration,
 }
 
@@ -93,7 +94,7 @@ fn open(path: String) -> io::Result<Serial> {
 #[cfg(not(unix))]
 fn open(path: String) -> io::Result<Serial> {
     let port = builder(&path).open().map_err(plain)?;
-    Ok(Serial { path, port, opened: Instant::now(), given: Duration::ZERO })
+    Ok(Serial { path, port, opened: Instant::now() })
 }
 
 fn builder(path: &str) -> serialport::SerialPortBuilder {

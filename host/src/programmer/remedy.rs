@@ -2,6 +2,9 @@
 
 use std::io::{Error, ErrorKind};
 
+/// The rules that the Debian package installs.
+const UDEV: &str = include_str!("../../dist/70-pasapas.rules");
+
 /// What mspdebug and TI's library say when something failed, in lower case, and what helps. The
 /// first that fits counts: causes stand before what follows from them.
 const FAILURES: [(&[&str], Help); 9] = [
@@ -106,15 +109,11 @@ fn rights(driver: &str) -> String {
     if !cfg!(target_os = "linux") {
         return "your user may not open it: run this once as administrator".to_owned();
     }
-    let id = if driver == "rf2500" {
-        "ATTRS{idVendor}==\"0451\", ATTRS{idProduct}==\"f432\""
-    } else {
-        "ATTRS{idVendor}==\"2047\""
-    };
+    let vendor = if driver == "rf2500" { "0451" } else { "2047" };
+    let line = UDEV.lines().find(|line| line.contains(vendor)).unwrap_or_default();
     format!(
         "your user may not open it: put this line into /etc/udev/rules.d/70-pasapas.rules, then \
-         unplug it and plug it in\n  \
-         SUBSYSTEM==\"usb|tty|hidraw\", {id}, TAG+=\"uaccess\", ENV{{ID_MM_DEVICE_IGNORE}}=\"1\""
+         unplug it and plug it in\n  {line}"
     )
 }
 

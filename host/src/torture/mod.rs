@@ -5,6 +5,7 @@
 //! everything holds that the device or the tool promises under that fault; else it is lost.
 
 pub mod compare;
+#[cfg(feature = "gateway")]
 pub mod gateway;
 pub mod generate;
 pub mod host;
@@ -117,7 +118,7 @@ pub type Sink<'a> = &'a mut dyn FnMut(Row) -> Result<(), String>;
 pub type Kind = (&'static str, fn(&Settings, Sink<'_>) -> Result<(), String>);
 
 /// Every kind.
-pub const KINDS: [Kind; 9] = [
+pub const KINDS: &[Kind] = &[
     ("programs", programs::run),
     ("images", images::run),
     ("people", people::run),
@@ -126,6 +127,7 @@ pub const KINDS: [Kind; 9] = [
     ("time", time::run),
     ("stack", stack::run),
     ("host", host::run),
+    #[cfg(feature = "gateway")]
     ("gateway", gateway::run),
 ];
 

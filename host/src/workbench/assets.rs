@@ -34,6 +34,7 @@ assets! {
     "/run.js" JS "run.js"
     "/sha1.js" JS "sha1.js"
     "/style.css" CSS "style.css"
+    "/tabs.js" JS "tabs.js"
     "/trial.js" JS "trial.js"
 }
 
@@ -61,9 +62,15 @@ mod tests {
     fn every_module_that_is_named_is_there() {
         for (path, _, bytes) in ALL {
             let text = std::str::from_utf8(bytes).expect("text");
-            for (at, _) in text.match_indices("from './") {
-                let name = text[at + 7..].split('\'').next().expect("a quote");
-                assert!(ALL.iter().any(|asset| asset.0[1..] == name[1..]), "{path} wants {name}");
+            for (at, _) in text.match_indices("import './").chain(text.match_indices("from './")) {
+                let name = text[at..]
+                    .split_once('\'')
+                    .expect("a quote")
+                    .1
+                    .split('\'')
+                    .next()
+                    .expect("a quote");
+                assert!(ALL.iter().any(|asset| asset.0[1..] == name[2..]), "{path} wants {name}");
             }
         }
     }

@@ -5,8 +5,6 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use lang::axis::Axis;
-use lang::fault::Fault;
-use lang::front::words::{Func, Kw};
 use lang::profile::Profile;
 use serde_json::{Value, json};
 
@@ -14,11 +12,11 @@ use super::client::Client;
 use super::desk::Desk;
 use super::gate::Gate;
 use super::message::{State, ToPage, Welcome};
-use super::trial::{self, Loaded, Trial};
 use crate::board::Build;
 use crate::board::live::{Live, Touch};
 use crate::helm::{Entry, Helm, Picture};
 use crate::sim::world::World;
+use crate::trial::{self, Loaded, Trial};
 
 /// Between two looks at the script's file.
 const FILE_LOOK: Duration = Duration::from_millis(500);
@@ -124,7 +122,7 @@ impl Bench {
             virtual_board: self.setting.live.is_some(),
             operator: self.setting.operator,
             board: self.setting.board.clone(),
-            words: words(),
+            words: trial::words(),
             lsp: desk.capabilities().clone(),
             machine: machine.as_ref().map_or(Value::Null, trial::machine),
             files: desk.files(),
@@ -283,7 +281,8 @@ impl Bench {
                 (desk.number(), desk.text().to_owned())
             };
             let loaded = trial::load(&text, bench.setting.profile.as_ref());
-            let trial = trial::simulate(number, &loaded, &bench.setting.world, bench.setting.part);
+            let trial =
+                trial::simulate(number, &loaded, &bench.setting.world, &bench.setting.part.part);
             if let Ok(loaded) = loaded {
                 lock(&bench.loaded)[TEXT] = Some(Arc::new(loaded));
                 bench.tell(&ToPage::Program(bench.program()));
@@ -417,20 +416,4 @@ fn tell_of_language(clients: &[Arc<Client>], mut message: Value) {
     if let Some(client) = clients.iter().find(|client| client.number == page) {
         client.send(&ToPage::Lsp(message));
     }
-}
-
-/// The reserved words by class, for the colours that must be there with the key, and what faults mean.
-fn words() -> Value {
-    let kw: Vec<&str> = Kw::ALL.iter().map(|kw| kw.entry().text).collect();
-    let functions: Vec<&str> = Func::ALL.iter().map(|func| func.text()).collect();
-    let faults: Vec<Value> = Fault::ALL
-        .iter()
-        .map(|fault| {
-            json!({
-                "code": fault.to_string(), "text": fault.text(),
-                "cause": fault.cause(), "remedy": fault.remedy(),
-            })
-        })
-        .collect();
-    json!({ "words": kw, "functions": functions, "faults": faults })
 }

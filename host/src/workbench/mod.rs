@@ -15,7 +15,6 @@ mod machine;
 mod message;
 mod server;
 mod session;
-mod trial;
 mod ws;
 
 use std::net::{SocketAddr, TcpListener};

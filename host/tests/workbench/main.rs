@@ -12,4 +12,5 @@ mod machine;
 mod operator;
 mod run;
 mod safety;
+mod site;
 mod stand;

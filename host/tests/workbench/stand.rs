@@ -86,7 +86,7 @@ impl Board {
 
 /// Everything of a story.
 pub struct Stand {
-    /// Stories come one after the other: each wants the machine's time for itself.
+    /// See [`turn`].
     _turn: MutexGuard<'static, ()>,
     _tool: Process,
     /// The browser.
@@ -111,11 +111,10 @@ impl Stand {
     }
 
     fn with(text: &str, more: &[&str], outside: bool) -> Outcome<Option<Stand>> {
-        static TURN: Mutex<()> = Mutex::new(());
         if !has_chromium() {
             return Ok(None);
         }
-        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let turn = turn();
         let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
         let script = folder.path().join("job.bas");
         std::fs::write(&script, text).map_err(|error| error.to_string())?;
@@ -198,7 +197,14 @@ impl Page {
     }
 }
 
-fn has_chromium() -> bool {
+/// Stories come one after the other: each wants the machine's time for itself.
+pub fn turn() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Whether the browser is there; stories that want it say so where it is not.
+pub fn has_chromium() -> bool {
     let found = Command::new("chromium")
         .arg("--version")
         .stdout(Stdio::null())

@@ -4,14 +4,16 @@ use std::sync::Arc;
 
 use lang::axis::Axis;
 use lang::back::Compiled;
+use lang::fault::Fault;
 use lang::front::source::Source;
+use lang::front::words::{Func, Kw};
 use lang::front::{ProfileChoice, compile};
 use lang::hir::{Program, Storage};
 use lang::image::{Image, crc_in};
+use lang::part::{PARTS, Part, VIRTUAL};
 use lang::profile::Profile;
 use serde_json::{Value, json};
 
-use crate::board::Build;
 use crate::plot::{Curve, Plot, Style};
 use crate::sim::trace::{Event, What};
 use crate::sim::world::World;
@@ -82,9 +84,15 @@ impl Loaded {
     }
 
     /// Whether the program runs on a part, and if not, what that lacks.
-    pub fn lack(&self, build: &Build) -> Option<String> {
+    pub fn lack(&self, part: &Part) -> Option<String> {
         let image = Image::new(&self.compiled.image).ok()?;
-        build.part.lacks(&image.header, image.events()).map(|lack| lack.to_string())
+        part.lacks(&image.header, image.events()).map(|lack| lack.to_string())
+    }
+
+    /// The smallest part on which the program runs; of one that is too large for all the last.
+    pub fn part(&self) -> &'static Part {
+        let runs = PARTS.iter().find(|part| self.lack(part).is_none());
+        runs.unwrap_or(&VIRTUAL)
     }
 }
 
@@ -133,12 +141,7 @@ pub struct Trial {
 }
 
 /// Simulates text number `number`, or says why that cannot be.
-pub fn simulate(
-    number: u64,
-    loaded: &Result<Loaded, String>,
-    world: &World,
-    part: &Build,
-) -> Trial {
+pub fn simulate(number: u64, loaded: &Result<Loaded, String>, world: &World, part: &Part) -> Trial {
     let refused = |words: String| Trial {
         about: json!({ "number": number, "words": words }),
         path: Arc::new(number_bytes(number)),
@@ -149,7 +152,7 @@ pub fn simulate(
     };
     let options = sim::Options {
         statements: STATEMENTS,
-        look_ahead: part.part.look_ahead,
+        look_ahead: part.look_ahead,
         ..sim::Options::default()
     };
     let nobody = World::unattended();
@@ -218,11 +221,11 @@ pub fn machine(profile: &Profile) -> Value {
                 .find(|axis| profile.axis(*axis).is_some() && profile.reference_input(*axis) == n)
                 .map(|axis| format!("reference {}", axis.letter()));
             let probe = (profile.probe_input() == n).then(|| "probe".to_owned());
-            let given = own.and_then(|own| own.role.as_ref()).map(words);
+            let given = own.and_then(|own| own.role.as_ref()).map(role_words);
             (own.and_then(|own| own.name.clone()), given.or(reference).or(probe))
         } else {
             let own = profile.outputs.iter().find(|output| output.n == n);
-            let given = own.and_then(|own| own.role.as_ref()).map(words);
+            let given = own.and_then(|own| own.role.as_ref()).map(role_words);
             (own.and_then(|own| own.name.clone()), given)
         }
     };
@@ -242,12 +245,12 @@ pub fn machine(profile: &Profile) -> Value {
 }
 
 /// A role's name as profiles write it, with blanks.
-fn words(role: &impl serde::Serialize) -> String {
+fn role_words(role: &impl serde::Serialize) -> String {
     let name = serde_json::to_value(role).ok();
     name.as_ref().and_then(Value::as_str).unwrap_or_default().replace('_', " ")
 }
 
-fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: &Build) -> Value {
+fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: &Part) -> Value {
     let Outcome { end, summary, record, .. } = plot.outcome;
     let lines = events.iter().take(MOST_EVENTS).map(|event| {
         let text = match &event.what {
@@ -258,7 +261,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
     });
     let rows = plot.rows().into_iter().map(|row| json!([row.name, row.output, row.on]));
     let stopped = summary.stopped.map(sim::record::StopReason::text);
-    let room = part.part.room_for(loaded.compiled.keeps > 0);
+    let room = part.room_for(loaded.compiled.keeps > 0);
     json!({
         "number": number,
         "machine": machine(&loaded.program.profile),
@@ -266,9 +269,9 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
             "status": end.status,
             "line": end.line,
             "fault": end.fault.map(|fault| fault.to_string()),
-            "text": end.fault.map(lang::fault::Fault::text),
-            "cause": end.fault.map(lang::fault::Fault::cause),
-            "remedy": end.fault.map(lang::fault::Fault::remedy),
+            "text": end.fault.map(Fault::text),
+            "cause": end.fault.map(Fault::cause),
+            "remedy": end.fault.map(Fault::remedy),
             "stopped": stopped,
         },
         "us": summary.us,
@@ -277,7 +280,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         "travel_um": summary.travel_um,
         "bytes": loaded.compiled.image.len(),
         "room": room,
-        "part": part.part.name,
+        "part": part.name,
         "lack": loaded.lack(part),
         "events": lines.collect::<Vec<_>>(),
         "rows": rows.collect::<Vec<_>>(),
@@ -287,4 +290,20 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         "failures": plot.outcome.failures,
         "truncated": record.truncated,
     })
+}
+
+/// The reserved words by class, for the colours that must be there with the key, and what faults mean.
+pub fn words() -> Value {
+    let kw: Vec<&str> = Kw::ALL.iter().map(|kw| kw.entry().text).collect();
+    let functions: Vec<&str> = Func::ALL.iter().map(|func| func.text()).collect();
+    let faults: Vec<Value> = Fault::ALL
+        .iter()
+        .map(|fault| {
+            json!({
+                "code": fault.to_string(), "text": fault.text(),
+                "cause": fault.cause(), "remedy": fault.remedy(),
+            })
+        })
+        .collect();
+    json!({ "words": kw, "functions": functions, "faults": faults })
 }
