@@ -1,0 +1,3 @@
+CONST WIDTH = 40mm
+Home
+G0 X[WIDHT] Y500
