@@ -69,7 +69,9 @@ pub fn tokens(document: &Document) -> Vec<SemanticToken> {
     let mut before = Position::new(0, 0);
     let mut tokens = Vec::new();
     let mut mentions = document.index().mentions().iter().peekable();
+    let mut behind_as = false;
     for token in document.tokens() {
+        let is_kind = std::mem::replace(&mut behind_as, token.tok == Tok::Kw(Kw::As));
         while mentions.next_if(|m| m.span.start < token.span.start).is_some() {}
         let named = mentions.peek().filter(|m| m.span.start == token.span.start);
         let (paint, modifiers, span) = match named {
@@ -79,6 +81,8 @@ pub fn tokens(document: &Document) -> Vec<SemanticToken> {
                 let (paint, modifiers) = of_sort(symbol.sort);
                 (paint, modifiers | declared, mention.span)
             }
+            // LENGTH and STEPS are functions elsewhere.
+            None if is_kind => (Paint::Kind, 0, token.span),
             None => match of_token(token.tok, token.span.of(document.source().text())) {
                 Some((paint, modifiers, skip)) => {
                     (paint, modifiers, Span::new(token.span.start + skip, token.span.end))

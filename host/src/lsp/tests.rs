@@ -60,6 +60,23 @@ impl Editor {
         self.ask(method, json!({ "textDocument": { "uri": URI }, "position": position }))
     }
 
+    /// The open document's tokens: line, column, length, what they are.
+    fn colours(&mut self) -> Vec<(u64, u64, u64, String)> {
+        let document = json!({ "textDocument": { "uri": URI } });
+        let tokens = self.ask("textDocument/semanticTokens/full", document);
+        let data: Vec<u64> =
+            tokens["data"].as_array().into_iter().flatten().filter_map(Value::as_u64).collect();
+        let (mut line, mut column, mut seen) = (0, 0, Vec::new());
+        for token in data.chunks(5) {
+            column = if token[0] == 0 { column + token[1] } else { token[1] };
+            line += token[0];
+            let legend = super::look::legend();
+            let name = legend.token_types[token[3] as usize].as_str().to_owned();
+            seen.push((line, column, token[2], name));
+        }
+        seen
+    }
+
     fn close(mut self) {
         assert_eq!(self.ask("shutdown", Value::Null), Value::Null);
         self.tell("exit", Value::Null);
@@ -285,20 +302,7 @@ fn colours_folds_and_hints() {
     let mut editor = Editor::new();
     editor.open("DIM n\nFOR n = 1 TO 3 ' \u{1F600}\n  G1 X[n * 1mm]\nNEXT\n");
     let document = json!({ "textDocument": { "uri": URI } });
-    let tokens = editor.ask("textDocument/semanticTokens/full", document.clone());
-    let data: Vec<u64> =
-        tokens["data"].as_array().into_iter().flatten().filter_map(Value::as_u64).collect();
-    let (mut line, mut column, mut seen) = (0, 0, Vec::new());
-    for token in data.chunks(5) {
-        column = if token[0] == 0 { column + token[1] } else { token[1] };
-        line += token[0];
-        seen.push((
-            line,
-            column,
-            token[2],
-            super::look::legend().token_types[token[3] as usize].as_str().to_owned(),
-        ));
-    }
+    let seen = editor.colours();
     let seen: Vec<(u64, u64, u64, &str)> =
         seen.iter().map(|(l, c, n, t)| (*l, *c, *n, t.as_str())).collect();
     assert_eq!(
@@ -327,6 +331,21 @@ fn colours_folds_and_hints() {
     let params = json!({ "textDocument": { "uri": URI }, "range": range });
     let hints = editor.ask("textDocument/inlayHint", params);
     assert_eq!(hints[0]["label"], "AS NUMBER");
+    editor.close();
+}
+
+/// LENGTH and STEPS name functions, too.
+#[test]
+fn a_kind_is_a_kind_behind_as_and_a_function_elsewhere() {
+    let mut editor = Editor::new();
+    editor.open("DIM a AS LENGTH, b AS STEPS, c AS SPEED\na = LENGTH(X, b)\nb = STEPS(X, a)\n");
+    let mut seen = editor.colours();
+    seen.retain(|(_, _, length, _)| *length >= 5);
+    let seen: Vec<(u64, u64, &str)> =
+        seen.iter().map(|(l, c, _, t)| (*l, *c, t.as_str())).collect();
+    let functions = [(1, 4, "function"), (2, 4, "function")];
+    assert_eq!(seen[..3], [(0, 9, "type"), (0, 22, "type"), (0, 34, "type")]);
+    assert_eq!(seen[3..], functions);
     editor.close();
 }
 

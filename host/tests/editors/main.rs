@@ -4,6 +4,7 @@
 //! `UPDATE_EDITORS=1 cargo test -p pasapas --test editors` rewrites what is made from the tables.
 
 mod grammar;
+mod helix;
 mod neovim;
 mod package;
 
@@ -18,6 +19,13 @@ fn host(path: &str) -> PathBuf {
 /// A file of the host's folder as text.
 fn text(path: &str) -> String {
     std::fs::read_to_string(host(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// The first block of that language on the page for editors.
+fn block(language: &str) -> String {
+    let page = text("editors.md");
+    let behind = page.split_once(&format!("```{language}\n")).expect("a block").1;
+    behind.split_once("```").expect("its end").0.to_owned()
 }
 
 /// Whether a program is there; tests that want it say so where it is not.
