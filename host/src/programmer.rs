@@ -3,16 +3,40 @@
 
 use std::process::Command;
 
+pub mod boot_loader;
 mod remedy;
 
-/// Where the chips of TI keep their name (SLAU144, "Device ID"), and what the G2553's says.
-const ID_ADDRESS: &str = "0x0ff0";
-/// Bytes of the identity of an MSP430G2553.
-const ID_G2553: [u8; 2] = [0x25, 0x53];
-/// Names that mspdebug and TI's library have for it.
-const NAMES_G2553: [&str; 2] = ["MSP430G2553", "MSP430G2xx3"];
+/// Where the chips of TI keep their name: those of the 2xx family (SLAU144, "Device ID") and those of the 5xx
+/// family (SLAU208, "Device Descriptor Table").
+const ID_ADDRESSES: [u32; 2] = [0x0FF0, 0x1A04];
 /// The first release of mspdebug that works with TI's library of today.
 const TILIB_SINCE: (u32, u32) = (0, 25);
+
+/// A chip that a firmware is for.
+struct Known {
+    chip: Chip,
+    /// Where its identity is.
+    address: u32,
+    /// Its bytes there.
+    id: [u8; 2],
+    /// Names that mspdebug and TI's library have for it.
+    names: &'static [&'static str],
+}
+
+const KNOWN: [Known; 2] = [
+    Known {
+        chip: Chip::G2553,
+        address: ID_ADDRESSES[0],
+        id: [0x25, 0x53],
+        names: &["MSP430G2553", "MSP430G2xx3"],
+    },
+    Known {
+        chip: Chip::F5529,
+        address: ID_ADDRESSES[1],
+        id: [0x55, 0x29],
+        names: &["MSP430F5529"],
+    },
+];
 
 /// A programmer behind a driver of mspdebug.
 #[derive(Clone, Debug)]
@@ -26,6 +50,8 @@ pub struct Programmer {
 pub enum Chip {
     /// An MSP430G2553.
     G2553,
+    /// An MSP430F5529.
+    F5529,
     /// Another, by its two bytes or its name.
     Other(String),
     /// It says nothing.
@@ -58,15 +84,29 @@ impl Programmer {
     /// # Errors
     /// What the programmer said, and the remedy.
     pub fn chip(&self) -> Result<Chip, String> {
-        self.ask(&[format!("md {ID_ADDRESS} 16")]).map(|text| chip(&text))
+        let commands = ID_ADDRESSES.map(|address| format!("md {address:#06x} 16"));
+        self.ask(&commands).map(|text| chip(&text))
     }
 
-    /// Writes and verifies an image.
+    /// Writes and verifies an image; all of the main flash is erased before.
     ///
     /// # Errors
     /// What the programmer said, and the remedy.
     pub fn write(&self, image: &str) -> Result<(), String> {
         self.ask(&[format!("prog {image}"), format!("verify {image}")]).map(drop)
+    }
+
+    /// Writes and verifies an image; nothing but the given ranges of whole flash segments, first address and
+    /// bytes, is erased before.
+    ///
+    /// # Errors
+    /// What the programmer said, and the remedy.
+    pub fn write_ranges(&self, image: &str, ranges: &[(u32, u32)]) -> Result<(), String> {
+        let erase =
+            |(first, bytes): &(u32, u32)| format!("erase segrange {first:#x} {bytes:#x} 0x200");
+        let mut commands: Vec<String> = ranges.iter().map(erase).collect();
+        commands.extend([format!("load {image}"), format!("verify {image}")]);
+        self.ask(&commands).map(drop)
     }
 
     /// Runs commands; gives what was said.
@@ -102,22 +142,24 @@ fn version(text: &str) -> Option<(u32, u32)> {
 }
 
 fn chip(said: &str) -> Chip {
-    if let Some(id) = identity(said) {
-        return match id {
-            ID_G2553 => Chip::G2553,
-            // Erased flash and an address that leads nowhere.
-            [0xFF, 0xFF] | [0, 0] => named(said),
-            [high, low] => Chip::Other(format!("{high:02x}{low:02x}")),
-        };
+    for known in &KNOWN {
+        if identity(said, known.address) == Some(known.id) {
+            return known.chip.clone();
+        }
     }
-    named(said)
+    // Erased flash, an address that leads nowhere, and vacant memory say nothing.
+    let told = ID_ADDRESSES.iter().filter_map(|address| identity(said, *address));
+    match told.into_iter().find(|id| !matches!(id, [0xFF, 0xFF] | [0, 0] | [0xFF, 0x3F])) {
+        Some([high, low]) => Chip::Other(format!("{high:02x}{low:02x}")),
+        None => named(said),
+    }
 }
 
 /// The bytes in the line of the address: `    00ff0: 25 53 00 ...`
-fn identity(said: &str) -> Option<[u8; 2]> {
+fn identity(said: &str, wanted: u32) -> Option<[u8; 2]> {
     said.lines().find_map(|line| {
         let (address, bytes) = line.trim().split_once(':')?;
-        (u32::from_str_radix(address, 16).ok()? == 0x0FF0).then_some(())?;
+        (u32::from_str_radix(address, 16).ok()? == wanted).then_some(())?;
         let mut bytes = bytes.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).ok());
         Some([bytes.next()??, bytes.next()??])
     })
@@ -127,11 +169,12 @@ fn identity(said: &str) -> Option<[u8; 2]> {
 fn named(said: &str) -> Chip {
     let names = said.lines().filter_map(|line| line.trim().strip_prefix("Device: "));
     let names: Vec<&str> = names.filter_map(|rest| rest.split_whitespace().next()).collect();
-    match names.last() {
-        Some(_) if names.iter().any(|name| NAMES_G2553.iter().any(|own| name.starts_with(own))) => {
-            Chip::G2553
-        }
-        Some(name) if name.starts_with("MSP430") => Chip::Other((*name).to_owned()),
+    let is = |known: &&Known| {
+        names.iter().any(|name| known.names.iter().any(|own| name.starts_with(own)))
+    };
+    match (KNOWN.iter().find(is), names.last()) {
+        (Some(known), _) => known.chip.clone(),
+        (None, Some(name)) if name.starts_with("MSP430") => Chip::Other((*name).to_owned()),
         _ => Chip::Unnamed,
     }
 }

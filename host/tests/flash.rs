@@ -60,7 +60,7 @@ impl Desk {
         }
         let tool = format!(
             "#!/bin/sh\ncd '{}'\necho \"$@\" >> commands.txt\ncat version.txt\ncase \"$*\" in\n\
-             --version) ;;\n*prog*) cat writing.txt; exit {} ;;\n*) cat asked.txt >&2; exit {} ;;\n\
+             --version) ;;\n*prog*|*load*) cat writing.txt; exit {} ;;\n*) cat asked.txt >&2; exit {} ;;\n\
              esac\n",
             self.folder.path().display(),
             writing.1,
@@ -126,6 +126,50 @@ fn another_chip_is_never_written_whatever_its_name() {
     assert!(code == Some(2) && text.contains("runs in the emulator only"), "{text}");
 }
 
+/// mspdebug 0.25 with TI's library and an MSP430F5529, whose identity lies elsewhere.
+fn f5529() -> String {
+    TILIB.replace("MSP430G2xx3 (id = 0x0040)", "MSP430F5529 (id = 0x0030)").replace(
+        "    00ff0: 25 53 00 00 00 00 00 00 00 00 00 00 00 00 00 00 |%S..|",
+        "    00ff0: ff 3f ff 3f ff 3f ff 3f ff 3f ff 3f ff 3f ff 3f |.?.?|\n    01a04: 55 29 18 11 06 0a \
+         00 00 00 00 00 00 00 00 00 00 |U)..|",
+    )
+}
+
+#[test]
+fn of_an_f5529_only_the_firmwares_own_segments_are_erased() {
+    let desk = Desk::new(&[EZ_FET]);
+    desk.says("0.25", (&f5529(), 0), WRITTEN);
+    let (code, text) = desk.flash(&[]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("the stored program, the KEEP values, the machine's profile"), "{text}");
+    assert!(text.contains("the firmware f5529 for the MSP430F5529 is on the board"), "{text}");
+    let commands = desk.commands();
+    assert!(!commands.contains("prog ") && commands.contains("load "), "{commands}");
+    // Flash below 64 KB up to the program area, what is above, and the vectors.
+    let ranges: Vec<&str> = commands.split("erase segrange ").skip(1).collect();
+    assert!(ranges.len() >= 2 && ranges[0].starts_with("0x4400 "), "{commands}");
+    for range in ranges {
+        let numbers: Vec<u32> = range
+            .split_whitespace()
+            .take(3)
+            .filter_map(|word| u32::from_str_radix(word.trim_start_matches("0x"), 16).ok())
+            .collect();
+        let [first, bytes, segment] = numbers[..] else { panic!("{range}") };
+        assert_eq!((segment, first % 512, bytes % 512), (512, 0, 0), "{range}");
+        let end = 0xFE00;
+        let store = end - 512 * u32::from(lang::part::F5529.segments);
+        assert!(first + bytes <= store || first >= end, "{range} is in the program area");
+    }
+    // The other chip's image is not for it.
+    let (code, text) = desk.flash(&["--part", "g2553"]);
+    assert!(code == Some(4) && text.contains("it is MSP430F5529"), "{text}");
+    let desk = Desk::new(&[RF2500]);
+    desk.says("0.25", (&rf2500("MSP430G2xx3", "25 53"), 0), WRITTEN);
+    let (code, text) = desk.flash(&["--part", "f5529"]);
+    assert!(code == Some(4) && text.contains("it is MSP430G2553"), "{text}");
+    assert!(!desk.commands().contains("load"), "{}", desk.commands());
+}
+
 #[test]
 fn a_chip_without_a_name_is_written_only_when_the_part_is_named() {
     let desk = Desk::new(&[RF2500]);
@@ -181,7 +225,8 @@ fn an_old_mspdebug_is_refused_where_it_would_write_nothing() {
 fn what_is_plugged_in_is_told_when_it_cannot_be_written() {
     let cases: [(&[(&str, &str)], &str); 3] = [
         (&[], "no LaunchPad is plugged in"),
-        (&[BOOT_LOADER], "USB boot loader of an MSP430F5529"),
+        // It is told in the sysfs of this test only.
+        (&[EZ_FET, BOOT_LOADER], "hold its BSL button"),
         (&[RF2500, EZ_FET], "LaunchPad LP0, LaunchPad with eZ-FET LP1"),
     ];
     for (devices, word) in cases {

@@ -51,7 +51,10 @@ impl Format {
 
 /// What is loaded, by the address at which it is kept: that of initialised data is another than where it is
 /// used.
-fn pieces(image: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, String> {
+///
+/// # Errors
+/// It is no ELF file of such a chip.
+pub fn pieces(image: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, String> {
     let file = ElfFile32::<Endianness>::parse(image).map_err(|error| error.to_string())?;
     let endian = file.endian();
     let mut pieces = Vec::new();

@@ -5,20 +5,22 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use emulator::Family;
+use indicatif::ProgressBar;
 
 use super::{Console, Options};
 use crate::board::image_file::Format;
-use crate::board::{Build, G2553, VIRTUAL};
+use crate::board::{Build, F5529, G2553, VIRTUAL};
 use crate::failure::Failure;
 use crate::output;
+use crate::programmer::boot_loader::{self, Segments, Told};
 use crate::programmer::{Chip, Programmer};
 use crate::usb::{self, Device, Role};
 
 /// `pasapas flash`
 #[derive(Debug, Args)]
 pub struct Flash {
-    /// The image to write: g2553, the LaunchPad's own, g2553-handlers for the same chip (ON ERROR and
-    /// events), f5529 to a file
+    /// The image to write; without it that of the chip: g2553, g2553-handlers for the same chip (ON ERROR
+    /// and events), f5529
     #[arg(long, value_name = "NAME", value_parser = super::part::named)]
     part: Option<&'static Build>,
     /// Driver of mspdebug; without it that of the programmer that is plugged in: rf2500 for the
@@ -31,70 +33,146 @@ pub struct Flash {
     save: Option<PathBuf>,
 }
 
+/// What leads to the chip's flash.
+enum Way {
+    /// A driver of mspdebug.
+    Driver(String),
+    /// The chip's own boot loader.
+    BootLoader,
+}
+
 impl Flash {
     /// Writes and verifies the image.
     ///
     /// # Errors
     /// No programmer is there, mspdebug is missing or fails, or the chip is not that of the image.
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
-        let build = self.part.unwrap_or(&G2553);
-        if build.part == VIRTUAL.part {
+        if self.part.is_some_and(|build| build.part == VIRTUAL.part) {
             return Err(Failure::Usage(
-                "the part `virtual` runs in the emulator only, no chip has its pins: write g2553 or \
-                 g2553-handlers, or use `pasapas board` for a board without a board"
+                "the part `virtual` runs in the emulator only, no chip has its pins: write g2553, \
+                 g2553-handlers or f5529, or use `pasapas board` for a board without a board"
                     .to_owned(),
             ));
         }
         if let Some(path) = &self.save {
-            return save(build, path);
+            return save(self.part.unwrap_or(&G2553), path);
         }
-        if build.chip.family == Family::Msp430X {
-            return Err(Failure::Usage(format!(
-                "this command cannot write to the {} yet: save the image with --save FILE.txt and write it \
-                 with a tool of the chip's maker",
-                build.part.chip
-            )));
-        }
-        let driver = match &self.driver {
-            Some(driver) => driver.clone(),
-            None => driver(&usb::devices())?,
+        let way = match &self.driver {
+            Some(driver) => Way::Driver(driver.clone()),
+            None => way(&usb::devices())?,
         };
+        match way {
+            Way::BootLoader => self.by_boot_loader(console),
+            Way::Driver(driver) => self.by_mspdebug(driver, console),
+        }
+    }
+
+    fn by_mspdebug(&self, driver: String, console: &Console) -> Result<(), Failure> {
         let programmer = Programmer { driver };
         programmer.check().map_err(Failure::Board)?;
-        self.judge(programmer.chip().map_err(Failure::Board)?)?;
-        console.complain(
-            "writing erases the main flash: the stored program and the KEEP values go; the machine's \
-             profile and the log of faults stay",
-        );
+        let build = self.judge(programmer.chip().map_err(Failure::Board)?)?;
+        let elf = Format::Elf.of_image(build.elf).map_err(|error| broken(build, &error))?;
         let folder = std::env::temp_dir();
         let image = tempfile::Builder::new()
             .suffix(".elf")
             .tempfile_in(&folder)
-            .and_then(|mut file| file.write_all(build.elf).map(|()| file))
+            .and_then(|mut file| file.write_all(&elf).map(|()| file))
             .map_err(|error| Failure::writing(&folder.display().to_string(), &error))?;
-        programmer.write(&image.path().display().to_string()).map_err(Failure::Board)?;
-        console.result(&format!(
-            "the firmware {} for the {} is on the board; set the TX and RX jumpers to HW UART\n",
-            build.part.name, build.part.chip
-        ))
+        let image = image.path().display().to_string();
+        if build.chip.family == Family::Msp430X {
+            let segments = segments(build)?;
+            console.complain(&format!(
+                "writing erases {} segments, the firmware's own: the stored program, the KEEP values, the \
+                 machine's profile and the log of faults stay",
+                segments.len()
+            ));
+            programmer.write_ranges(&image, &segments.ranges()).map_err(Failure::Board)?;
+            return console.result(&on_board(build, "its link is the second of its two ports"));
+        }
+        console.complain(
+            "writing erases the main flash: the stored program and the KEEP values go; the machine's \
+             profile and the log of faults stay",
+        );
+        programmer.write(&image).map_err(Failure::Board)?;
+        console.result(&on_board(build, "set the TX and RX jumpers to HW UART"))
     }
 
-    /// Whether the chip is that of the image. Every image that comes here is for the G2553.
-    fn judge(&self, chip: Chip) -> Result<(), Failure> {
-        match chip {
-            Chip::G2553 => Ok(()),
-            Chip::Unnamed if self.part.is_some() => Ok(()),
-            Chip::Unnamed => Err(Failure::Board(format!(
-                "the programmer does not name the chip: if it is an {0}, write with --part {1}",
-                G2553.part.chip, G2553.part.name
+    fn by_boot_loader(&self, console: &Console) -> Result<(), Failure> {
+        if let Some(build) = self.part.filter(|build| build.part != F5529.part) {
+            return Err(Failure::Board(format!(
+                "this is the boot loader of an {}, and the firmware {} is for the {}: nothing was written",
+                F5529.part.chip, build.part.name, build.part.chip
+            )));
+        }
+        let segments = segments(&F5529)?;
+        console.complain(
+            "a board with this very firmware keeps program and KEEP values; any other erases its main flash as \
+             the boot loader is opened, and the stored program and the KEEP values go. The machine's profile \
+             and the log of faults stay. Let go of the BSL button",
+        );
+        let mut computer = boot_loader::usb::Computer::new().map_err(Failure::Board)?;
+        let bar = console.shows_progress().then(|| ProgressBar::new(0));
+        let written = boot_loader::write(&mut computer, &segments, &mut |told| match told {
+            Told::Kept => console.complain("it has this firmware: only that is written anew"),
+            Told::Erased => console.complain("it had another one: it has erased its main flash"),
+            Told::Again => console.complain("not all has arrived: once more"),
+            Told::Rounds(done, all) => bar.iter().for_each(|bar| {
+                bar.set_length(all as u64);
+                bar.set_position(done as u64);
+            }),
+        });
+        bar.iter().for_each(ProgressBar::finish_and_clear);
+        written.map_err(|trouble| Failure::Board(trouble.to_string()))?;
+        console.result(&on_board(&F5529, "its link is the second of the LaunchPad's two ports"))
+    }
+
+    /// The image for this chip, or the one that was asked for if it is for it.
+    fn judge(&self, chip: Chip) -> Result<&'static Build, Failure> {
+        let fits = match chip {
+            Chip::G2553 => Some(&G2553),
+            Chip::F5529 => Some(&F5529),
+            Chip::Unnamed | Chip::Other(_) => None,
+        };
+        match (fits, self.part, chip) {
+            (Some(fits), None, _) => Ok(fits),
+            (Some(fits), Some(asked), _) if asked.part.chip == fits.part.chip => Ok(asked),
+            (None, Some(asked), Chip::Unnamed) => Ok(asked),
+            (None, None, Chip::Unnamed) => Err(Failure::Board(format!(
+                "the programmer does not name the chip: if it is an {0}, write with --part {1}, if an {2} with \
+                 --part {3}",
+                G2553.part.chip, G2553.part.name, F5529.part.chip, F5529.part.name
             ))),
-            Chip::Other(name) => Err(Failure::Board(format!(
-                "the chip says that it is {name}, and the firmware is for the {}: nothing was \
-                 written; exchange the chip",
-                G2553.part.chip
-            ))),
+            (_, asked, chip) => {
+                let name = match chip {
+                    Chip::Other(name) => name,
+                    _ => fits.map_or("another one", |fits| fits.part.chip).to_owned(),
+                };
+                let wanted = asked.map_or_else(
+                    || format!("{} or the {}", G2553.part.chip, F5529.part.chip),
+                    |asked| asked.part.chip.to_owned(),
+                );
+                Err(Failure::Board(format!(
+                    "the chip says that it is {name}, and the firmware is for the {wanted}: nothing was \
+                     written; exchange the chip"
+                )))
+            }
         }
     }
+}
+
+fn on_board(build: &Build, then: &str) -> String {
+    format!(
+        "the firmware {} for the {} is on the board; {then}\n",
+        build.part.name, build.part.chip
+    )
+}
+
+fn segments(build: &Build) -> Result<Segments, Failure> {
+    Segments::of_image(build.elf).map_err(|error| broken(build, &error))
+}
+
+fn broken(build: &Build, error: &str) -> Failure {
+    Failure::Board(format!("the image {}: {error}", build.part.name))
 }
 
 /// Writes the image in the format that the file's ending says.
@@ -102,14 +180,18 @@ fn save(build: &Build, path: &Path) -> Result<(), Failure> {
     let ending = path.extension().and_then(|ending| ending.to_str());
     let format = Format::of(ending)
         .map_err(|error| Failure::Usage(format!("--save {}: {error}", path.display())))?;
-    let bytes = format
-        .of_image(build.elf)
-        .map_err(|error| Failure::Board(format!("the image {}: {error}", build.part.name)))?;
+    let bytes = format.of_image(build.elf).map_err(|error| broken(build, &error))?;
     output::write(path, bytes)
 }
 
-/// The driver of the one programmer that is there.
-fn driver(devices: &[Device]) -> Result<String, Failure> {
+/// By the one device that is there. A board whose boot loader is up shows its programmer too: the boot loader
+/// was asked for by hand.
+fn way(devices: &[Device]) -> Result<Way, Failure> {
+    let loaders = devices.iter().filter(|device| device.kind.role == Role::BootLoader).count();
+    // Only Linux shows devices that have no serial port.
+    if loaders > 0 || !cfg!(target_os = "linux") && boot_loader::usb::count() > 0 {
+        return Ok(Way::BootLoader);
+    }
     let programmers: Vec<(&Device, &str)> = devices
         .iter()
         .filter_map(|device| match device.kind.role {
@@ -118,18 +200,14 @@ fn driver(devices: &[Device]) -> Result<String, Failure> {
         })
         .collect();
     match &programmers[..] {
-        [(_, driver)] => Ok((*driver).to_owned()),
-        [] if !devices.is_empty() => Err(Failure::Board(format!(
-            "a {} is plugged in: there is no firmware for that chip; plug in a LaunchPad with an {}",
-            devices[0].kind.name, G2553.part.chip
-        ))),
-        // Only Linux shows devices that have no serial port.
+        [(_, driver)] => Ok(Way::Driver((*driver).to_owned())),
         [] if cfg!(target_os = "linux") => Err(Failure::Board(
-            "no LaunchPad is plugged in (USB 0451:f432 or 2047:0013): use a cable that carries data; \
-             for another programmer name mspdebug's --driver"
+            "no LaunchPad is plugged in (USB 0451:f432, 2047:0013, or the boot loader 2047:0200 of an \
+             MSP-EXP430F5529LP whose BSL button was held): use a cable that carries data; for another \
+             programmer name mspdebug's --driver"
                 .to_owned(),
         )),
-        [] => Ok("rf2500".to_owned()),
+        [] => Ok(Way::Driver("rf2500".to_owned())),
         _ => {
             let names = programmers.iter().map(|(device, _)| {
                 let serial = device.serial.as_deref().unwrap_or("without a number");

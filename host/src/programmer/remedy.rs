@@ -105,7 +105,8 @@ fn library() -> &'static str {
     }
 }
 
-fn rights(driver: &str) -> String {
+/// Who may open the device behind a driver.
+pub fn rights(driver: &str) -> String {
     if !cfg!(target_os = "linux") {
         return "your user may not open it: run this once as administrator".to_owned();
     }

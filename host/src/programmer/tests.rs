@@ -56,7 +56,12 @@ fn the_identity_counts_and_names_where_there_is_none() {
         assert_eq!(chip(said), Chip::G2553, "{said}");
     }
     let other = TILIB_025.replace("MSP430G2xx3", "MSP430F5529");
-    assert_eq!(chip(&other), Chip::Other("MSP430F5529".to_owned()));
+    assert_eq!(chip(&other), Chip::F5529);
+    let far = format!("{other}    00ff0: ff 3f ff 3f\n    01a04: 55 29 18 11\n");
+    assert_eq!(chip(&far), Chip::F5529);
+    assert_eq!(chip(&far.replace("55 29", "55 28")), Chip::Other("5528".to_owned()));
+    let other = TILIB_025.replace("MSP430G2xx3", "MSP430F5438A");
+    assert_eq!(chip(&other), Chip::Other("MSP430F5438A".to_owned()));
     assert_eq!(chip("nothing\n"), Chip::Unnamed);
 }
 
