@@ -44,11 +44,11 @@ def build():
 def page():
     """The workbench's page without board, helm and password, with addresses beside it."""
     text = (BENCH / "index.html").read_text()
-    cuts = [r'  <section id="(run|machine)".*?</section>\n', r'<form id="lock".*?</form>\n',
-            r' *<button type="button" role="tab" data-tab="(run|machine)".*?</button>\n',
+    cuts = [r'  <section id="(run|machine|pattern)".*?</section>\n', r'<form id="lock".*?</form>\n',
+            r' *<button type="button" role="tab" data-tab="(run|machine|pattern)".*?</button>\n',
             r' *<button id="(quit|helm|stop)".*?</button>\n', r' *<span class="status">.*?</span></span>\n',
             r' *<p id="(split|conflict)".*?</p>\n']
-    for cut, count in zip(cuts, (2, 1, 2, 3, 1, 2)):
+    for cut, count in zip(cuts, (3, 1, 3, 3, 1, 2)):
         text, found = re.subn(cut, "", text, flags=re.S)
         if found != count:
             sys.exit(f"the workbench's page has {found} of {cut}, not {count}")

@@ -13,6 +13,7 @@ mod excellon;
 mod gcode;
 mod isel;
 mod line;
+pub mod pattern;
 mod script;
 mod share;
 mod text;

@@ -65,6 +65,8 @@ pub struct Hold {
     pub accel: u32,
     /// Lowest and highest machine position in steps once the axis is homed.
     pub travel: (i64, i64),
+    /// Machine position in steps that it does not go beyond.
+    bound: Option<i64>,
     begun: Instant,
     accepted: Instant,
     /// A keep-alive was accepted and is not on the board yet.
@@ -93,11 +95,18 @@ impl Hold {
             rate,
             accel: accel.max(1),
             travel,
+            bound: None,
             begun: now,
             accepted: now,
             due: true,
             released: false,
         }
+    }
+
+    /// The same, which goes no further than a machine position in steps.
+    #[must_use]
+    pub const fn bounded(self, bound: Option<i64>) -> Hold {
+        Hold { bound, ..self }
     }
 
     /// Whose it is.
@@ -174,6 +183,12 @@ impl Hold {
         } else {
             last.unwrap_or(i64::MAX).min(at - reach)
         };
+        // Where it is to go, an axis that stands beyond stays.
+        let target = match self.bound {
+            Some(bound) if self.positive => target.min(bound.max(at)),
+            Some(bound) => target.max(bound.min(at)),
+            None => target,
+        };
         if !homed {
             return target;
         }
@@ -245,6 +260,17 @@ mod tests {
         let far = hold.target(0, None, true, now);
         assert!(hold.target(10, Some(far + 50), true, now) >= far + 50);
         assert!(far > 100 && far < 600, "{far}");
+    }
+
+    #[test]
+    fn a_hold_with_an_end_stops_there_and_never_turns_round() {
+        let hold = hold(2_000, 25_000).bounded(Some(50));
+        let now = hold.begun;
+        assert_eq!(hold.target(0, None, false, now), 50);
+        assert_eq!(hold.target(60, None, true, now), 60, "it stands beyond: it stays");
+        let back = Hold { positive: false, ..hold };
+        assert_eq!(back.target(100, None, true, now), 50);
+        assert_eq!(back.target(20, None, false, now), 20);
     }
 
     #[test]

@@ -31,10 +31,12 @@ assets! {
     "/operator.css" CSS "operator.css"
     "/operator.js" JS "operator.js"
     "/path.js" JS "path.js"
+    "/pattern.js" JS "pattern.js"
     "/run.js" JS "run.js"
     "/sha1.js" JS "sha1.js"
     "/style.css" CSS "style.css"
     "/tabs.js" JS "tabs.js"
+    "/teach.js" JS "teach.js"
     "/trial.js" JS "trial.js"
 }
 

@@ -202,6 +202,29 @@ impl Desk {
         Ok(())
     }
 
+    /// Writes a new script of the folder, and opens it.
+    ///
+    /// # Errors
+    /// This one is not saved, the name is taken or none of a script, or it cannot be written.
+    pub fn create(&mut self, name: &str, text: String) -> Result<(), String> {
+        if self.text != self.on_disk && self.file.is_some() {
+            return Err("the script is not saved: save it, or undo its changes".to_owned());
+        }
+        let file = beside(self.file.as_deref(), name)?;
+        if file.exists() {
+            return Err(format!("{name} exists already: take another name"));
+        }
+        if text.len() > LONGEST {
+            return Err(format!("a script has at most {LONGEST} bytes"));
+        }
+        write(&file, &text).map_err(|error| format!("{}: {error}", file.display()))?;
+        self.file = Some(file);
+        self.on_disk.clone_from(&text);
+        self.conflict = false;
+        self.replace(text);
+        Ok(())
+    }
+
     /// Scripts of the folder.
     pub fn files(&self) -> Vec<String> {
         let folder = folder(self.file.as_deref());
@@ -338,5 +361,13 @@ mod tests {
             assert!(desk.save(Some(wrong)).is_err(), "{wrong}");
         }
         assert!(desk.change("../a.bas").is_err() && desk.change("a.bas").is_ok());
+        // A new one is written beside, and never over another or over what is not saved.
+        assert!(desk.create("b.bas", "Home\n".to_owned()).is_err(), "it is there");
+        assert!(desk.create("../c.bas", "Home\n".to_owned()).is_err());
+        desk.set(desk.number(), "Wait 1s\n".to_owned()).expect("newest");
+        assert!(desk.create("c.bas", "Home\n".to_owned()).is_err(), "not saved");
+        desk.save(None).expect("it is written");
+        desk.create("c.bas", "Home Y\n".to_owned()).expect("a new one");
+        assert_eq!((desk.text(), desk.name().as_deref()), ("Home Y\n", Some("c.bas")));
     }
 }

@@ -9,6 +9,7 @@ use lang::axis::Axis;
 use lang::profile::{AxisProfile, Profile};
 use lang::record::BoardRecord;
 use lang::wire::{self, Control, RunState, command};
+use serde_json::{Value, json};
 
 use super::bench::Bench;
 use super::client::Client;
@@ -72,6 +73,7 @@ pub fn serve(
             order.extend(orders::words(0));
             return later.order(order);
         }
+        Wish::Place => return later.place(),
         Wish::Home(axes) => return later.home(axes.into_iter().map(|axis| axis.0).collect()),
         Wish::Probe(wish) => return later.probe(&wish),
         Wish::Output(n, on) => {
@@ -115,10 +117,19 @@ impl Ask<'_> {
         &self,
         job: impl FnOnce(&mut Board) -> Result<(), String> + Send + 'static,
     ) -> Result<Answer, String> {
+        self.answer(move |board| job(board).map(|()| None))
+    }
+
+    /// The same with a value.
+    fn answer(
+        &self,
+        job: impl FnOnce(&mut Board) -> Result<Option<Value>, String> + Send + 'static,
+    ) -> Result<Answer, String> {
         let (client, ask) = (self.client.clone(), self.ask);
-        let done = move |result: Result<(), String>| {
+        let done = move |result: Result<Option<Value>, String>| {
             client.send(&match result {
-                Ok(()) => ToPage::Done { ask, words: None },
+                Ok(Some(value)) => ToPage::Answer { ask, value },
+                Ok(None) => ToPage::Done { ask, words: None },
                 Err(words) => ToPage::Refused { ask, words },
             });
         };
@@ -126,6 +137,20 @@ impl Ask<'_> {
             done(board.map_err(str::to_owned).and_then(job));
         });
         asked.map(|()| Answer::Later).map_err(|_| "too much waits for the board already".to_owned())
+    }
+
+    /// Asks the board where it stands: a picture is made of several looks, of which one may be older
+    /// than the axes' rest.
+    fn place(&self) -> Result<Answer, String> {
+        self.answer(|board| {
+            let words = |error: crate::client::ClientError| error.to_string();
+            if board.input(wire::MOVING, 1).map_err(words)?[0] & 0xFF != 0 {
+                return Err("an axis moves: wait until it rests".to_owned());
+            }
+            let own = board.holding(wire::MACHINE_POSITIONS, 6).map_err(words)?;
+            let at = |n: usize| long(own[2 * n], own[2 * n + 1]);
+            Ok(Some(json!({ "X": at(0), "Y": at(1), "Z": at(2) })))
+        })
     }
 
     fn order(&self, order: Vec<u16>) -> Result<Answer, String> {
@@ -232,7 +257,8 @@ impl Ask<'_> {
             wish.positive,
             (rate, up.min(down)),
             (travel[0], travel[1]),
-        );
+        )
+        .bounded(wish.to.map(i64::from));
         self.bench.helm.hold(hold).map_err(|_| "another jog is not over yet".to_owned())
     }
 

@@ -1,5 +1,7 @@
 //! What page and server say to each other: JSON objects of one name and its values.
 
+use import::pattern::Pattern;
+use import::pattern::table::Row;
 use lang::axis::Axis;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -47,6 +49,33 @@ pub enum Wish {
     Open(String),
     /// Take the file's text although this one is newer (true), or keep this one (false).
     Reload(bool),
+    /// Write a text to a new script of the folder, and open it.
+    New {
+        /// Its file's name.
+        name: String,
+        /// All of it.
+        text: String,
+    },
+    /// Where the resting machine stands, in its own steps.
+    Place,
+    /// The tables of places in the text.
+    Tables,
+    /// What to write so that the text has this table of places.
+    Table(TableWish),
+    /// Read the places of a file: a list, positions of parts, or a drill file.
+    Points {
+        /// The file's name.
+        name: String,
+        /// All of it.
+        text: String,
+    },
+    /// Write a pattern as a script, or as a piece of this one.
+    Pattern {
+        /// What is to be written.
+        pattern: Box<Pattern>,
+        /// A piece of the text.
+        into: bool,
+    },
     /// Simulate the text.
     Simulate,
     /// Compile the text and bring it to the board.
@@ -130,6 +159,24 @@ pub struct HoldWish {
     pub positive: bool,
     /// um/s.
     pub speed: u32,
+    /// Machine position that it does not go beyond, steps.
+    #[serde(default)]
+    pub to: Option<i32>,
+}
+
+/// A table of places as it shall be.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableWish {
+    /// Its name.
+    pub name: String,
+    /// Columns, 1 to 3.
+    pub columns: usize,
+    /// The comment on its first line.
+    #[serde(default)]
+    pub remark: String,
+    /// Its rows.
+    pub rows: Vec<Row>,
 }
 
 /// A move of one axis.
@@ -166,6 +213,13 @@ pub enum ToPage {
         /// What there is to say.
         #[serde(skip_serializing_if = "Option::is_none")]
         words: Option<String>,
+    },
+    /// What was asked for.
+    Answer {
+        /// The wish's number.
+        ask: u32,
+        /// It.
+        value: Value,
     },
     /// Something was not done.
     Refused {

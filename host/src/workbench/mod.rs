@@ -15,6 +15,7 @@ mod machine;
 mod message;
 mod server;
 mod session;
+mod teach;
 mod ws;
 
 use std::net::{SocketAddr, TcpListener};

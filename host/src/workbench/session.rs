@@ -3,10 +3,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use serde_json::Value;
+
 use super::bench::{Bench, lock};
 use super::client::Client;
 use super::machine;
 use super::message::{FromPage, ToPage, Wish};
+use super::teach;
 
 /// A wrong proof costs so long: nobody tries many.
 const WRONG: Duration = Duration::from_secs(1);
@@ -39,6 +42,7 @@ impl Session {
         }
         match self.serve(ask, wish) {
             Ok(Answer::Done) => self.client.send(&ToPage::Done { ask, words: None }),
+            Ok(Answer::Value(value)) => self.client.send(&ToPage::Answer { ask, value }),
             Ok(Answer::Later) => {}
             Err(words) => self.refuse(ask, words),
         }
@@ -99,6 +103,22 @@ impl Session {
                 self.tell_text();
                 bench.want_simulation();
             }
+            Wish::New { name, text } => {
+                lock(&bench.desk).create(&name, text)?;
+                self.tell_text();
+                bench.want_simulation();
+            }
+            Wish::Tables => return Ok(Answer::Value(teach::tables(&lock(&bench.desk)))),
+            Wish::Table(wish) => {
+                return Ok(Answer::Value(teach::table(&lock(&bench.desk), &wish)?));
+            }
+            Wish::Points { name, text } => return Ok(Answer::Value(teach::points(&name, &text)?)),
+            Wish::Pattern { pattern, into } => {
+                let profile = bench.profile()?;
+                let text = lock(&bench.desk).text().to_owned();
+                let into = into.then_some(text.as_str());
+                return Ok(Answer::Value(teach::pattern(&pattern, &profile, into)?));
+            }
             Wish::Simulate => bench.want_simulation(),
             Wish::Quit => bench.end(),
             Wish::Keep { id, echo } => {
@@ -146,6 +166,8 @@ pub enum Answer {
     Done,
     /// It comes later.
     Later,
+    /// What was asked for.
+    Value(Value),
 }
 
 /// Whether only the page with the helm may ask it.
@@ -160,6 +182,12 @@ fn acts(wish: &Wish) -> bool {
             | Wish::Save(_)
             | Wish::Open(_)
             | Wish::Reload(_)
+            | Wish::New { .. }
+            | Wish::Place
+            | Wish::Tables
+            | Wish::Table(_)
+            | Wish::Points { .. }
+            | Wish::Pattern { .. }
             | Wish::Simulate
             | Wish::Release(_)
             | Wish::Quit

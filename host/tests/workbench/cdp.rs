@@ -287,6 +287,14 @@ impl Page {
         }
         Ok(())
     }
+    /// Gives a file to an input for files.
+    pub fn choose(&self, selector: &str, file: &Path) -> Outcome<()> {
+        let root = self.call("DOM.getDocument", json!({}))?["root"]["nodeId"].clone();
+        let asked = json!({ "nodeId": root, "selector": selector });
+        let node = self.call("DOM.querySelector", asked)?["nodeId"].clone();
+        let given = json!({ "nodeId": node, "files": [file.display().to_string()] });
+        self.call("DOM.setFileInputFiles", given).map(drop)
+    }
     /// Writes a picture of the page.
     pub fn screenshot(&self, file: &Path) -> Outcome<()> {
         let data = self.call("Page.captureScreenshot", json!({ "format": "png" }))?;

@@ -33,7 +33,7 @@ fn every_part_fits_every_screen_in_both_themes() -> Outcome<()> {
         page.window(width, height, mobile)?;
         for dark in [false, true] {
             page.theme(dark)?;
-            for tab in ["script", "simulate", "run", "machine"] {
+            for tab in ["script", "simulate", "run", "machine", "pattern"] {
                 if tab == "script" && width == 1440 {
                     continue;
                 }
@@ -69,6 +69,7 @@ fn a_screen_reader_is_told_what_is_there() -> Outcome<()> {
         "button \"Stop\"",
         "button \"Breakpoint in line 1\"",
         "tab \"Machine\"",
+        "button \"Record this place\"",
         "tabpanel \"Machine\"",
         "button \"Jog X plus\"",
         "button \"Home Z\"",

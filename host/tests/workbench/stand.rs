@@ -177,6 +177,27 @@ impl Page {
         self.click(selector)
     }
 
+    /// Waits until a text is in the script.
+    pub fn has(&self, text: &str) -> Outcome<()> {
+        const SCRIPT: &str = "document.querySelector('.ed .text').textContent";
+        self.wait(&format!("{SCRIPT}.includes({text:?})"), PATIENCE).map_err(|error| {
+            let (has, notes) =
+                (self.eval(SCRIPT), self.eval("document.querySelector('#notes').textContent"));
+            format!("{error}; it is {has:?}, and the page says {notes:?}")
+        })
+    }
+
+    /// Writes a value into a field, as somebody who leaves it.
+    pub fn fill(&self, selector: &str, value: &str) -> Outcome<()> {
+        let js = format!(
+            "(() => {{ const e = document.querySelector({selector:?}); e.value = {value:?}; \
+             e.dispatchEvent(new Event('input', {{ bubbles: true }})); \
+             e.dispatchEvent(new Event('change', {{ bubbles: true }})) }})()"
+        );
+        self.wait(&format!("document.querySelector({selector:?}) !== null"), PATIENCE)?;
+        self.eval(&js).map(drop)
+    }
+
     /// Shows a part of the workbench.
     pub fn tab(&self, name: &str) -> Outcome<()> {
         self.click(&format!("[data-tab={name}]"))

@@ -11,10 +11,14 @@ mod read;
 mod words;
 mod write;
 
+use std::collections::BTreeMap;
+
 use super::Job;
 use super::codes::Code;
 use super::diag::{Diag, Diags};
+use super::pattern::Point;
 use super::script::Made;
+use super::text::Lines;
 use lang::axis::Axis;
 use read::Reader;
 
@@ -91,9 +95,9 @@ enum Kind {
     Routes,
 }
 
-/// Makes a script of a drill file.
-pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
-    let lines = job.lines.numbered(diags);
+/// Reads a drill file: what is cut, and the tools' sizes.
+fn read(lines: &Lines, diags: &mut Diags) -> (Vec<Step>, BTreeMap<u32, String>) {
+    let lines = lines.numbered(diags);
     let mut reader = Reader::new(&lines, diags);
     for (number, line) in &lines {
         reader.line(*number, line);
@@ -101,7 +105,30 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
             break;
         }
     }
-    let (cuts, sizes) = reader.finish();
+    reader.finish()
+}
+
+/// The holes of a drill file, each with its tool; slots and routes are told and left out.
+pub(crate) fn holes(lines: &Lines, diags: &mut Diags) -> Vec<Point> {
+    let (cuts, sizes) = read(lines, diags);
+    let mut points = Vec::new();
+    for Step { tool, cut, .. } in &cuts {
+        if let Cut::Hole(at) = cut {
+            let size = sizes.get(tool).map_or(String::new(), |size| format!(", {size}"));
+            points.push(Point { name: String::new(), at: *at, group: format!("T{tool}{size}") });
+        }
+    }
+    let left = cuts.len() - points.len();
+    if left > 0 {
+        let text = format!("{left} slots and routes are left out: only holes are points");
+        diags.push(Diag::new(Code::LeftOut, 1, 1, text).warning());
+    }
+    points
+}
+
+/// Makes a script of a drill file.
+pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
+    let (cuts, sizes) = read(job.lines, diags);
     if let Some(axis) = Axis::ALL.into_iter().find(|axis| job.profile.axis(*axis).is_none()) {
         let text = format!("the machine `{}` has no axis {}", job.profile.name, axis.letter());
         diags.push(Diag::new(Code::WrongAxis, 1, 1, text).hint("choose another with `--profile`"));

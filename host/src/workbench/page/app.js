@@ -10,6 +10,8 @@ import { PathView } from './path.js';
 import { Trial } from './trial.js';
 import { Run } from './run.js';
 import { Machine } from './machine.js';
+import { Teach } from './teach.js';
+import { Pattern } from './pattern.js';
 import './tabs.js';
 
 const link = new Link();
@@ -61,7 +63,8 @@ function build(welcome) {
   const assist = new Assist(editor, language);
   const run = new Run(link, editor, script, welcome.words.faults);
   const machine = new Machine(link);
-  Object.assign(parts, { editor, script, language, assist, view, trial, run, machine });
+  const teach = new Teach(link, machine, script), pattern = new Pattern(link, machine, script);
+  Object.assign(parts, { editor, script, language, assist, view, trial, run, machine, teach, pattern });
   trial.dispatch = about => machine.build(about.machine, parts.welcome.virtual_board);
   script.addEventListener('changed', title);
   $('#edit-buttons').append(
@@ -128,6 +131,7 @@ function show(state) {
   text($('#helm'), state.mine ? 'You have the helm' : state.taken ? 'Take the helm (another page has it)' : 'Take the helm');
   parts.run.show(state);
   parts.machine.show(state);
+  parts.teach.show(state);
   parts.trial.runs = parts.run.runs;
   const place = parts.machine.place(state);
   if (place) parts.view.follow(place, ['running', 'paused'].includes(picture.status?.state));

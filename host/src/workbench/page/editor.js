@@ -34,6 +34,7 @@ export class Editor {
       const { line } = e.target.dataset;
       if (line !== undefined) this.toggle(+line);
     });
+    document.addEventListener('selectionchange', () => { if (document.activeElement === this.text) this.last = this.caret(); });
     root.addEventListener('scroll', () => this.later());
     new ResizeObserver(() => this.later()).observe(root);
   }

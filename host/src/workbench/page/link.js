@@ -56,11 +56,12 @@ export class Link extends EventTarget {
     if (name === 'challenge') {
       this.open = true;
       this.socket.send(JSON.stringify({ do: { hello: { proof: hmac(this.key, value) } } }));
-    } else if (name === 'done' || name === 'refused') {
+    } else if (name === 'done' || name === 'answer' || name === 'refused') {
       const asked = this.#asked.get(value.ask);
       this.#asked.delete(value.ask);
       if (!this.known && name === 'refused') { this.#tell('locked', value.words); this.key = ''; }
       else if (name === 'done') asked?.done(value.words);
+      else if (name === 'answer') asked?.done(value.value);
       else if (asked) asked.refused(new Error(value.words));
       else this.#tell('words', value.words);
     } else {

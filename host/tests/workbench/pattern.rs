@@ -1,0 +1,85 @@
+//! The wizard for patterns: what it writes is simulated, what cannot be is told.
+
+use crate::cdp::{Outcome, Page};
+use crate::stand::{PATIENCE, Stand};
+
+/// The editor's text.
+const TEXT: &str = "document.querySelector('.ed .text').textContent";
+
+/// Answers the next question of the page.
+fn answer(page: &Page, text: &str) -> Outcome<()> {
+    page.eval(&format!("window.prompt = () => {text:?}")).map(drop)
+}
+
+#[test]
+fn a_pattern_becomes_a_script_that_a_person_would_have_written() -> Outcome<()> {
+    let Some(stand) = Stand::start("Home\n", &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.tab("pattern")?;
+    for (field, value) in [("x", "20"), ("y", "30"), ("surface", "-20")] {
+        page.fill(&format!("#pattern [name={field}]"), value)?;
+    }
+    page.push("#show-pattern")?;
+    page.says("#made", "FOR column = 0 TO 4")?;
+    page.says("#pattern-words", "15 points.")?;
+    assert_eq!(page.eval(TEXT)?, "Home\n", "showing changes nothing");
+    answer(&page, "grid.bas")?;
+    page.push("#new-pattern")?;
+    page.says("#file", "grid.bas")?;
+    page.has("FOR column = 0 TO 4")?;
+    page.says("#sums", "runs to its end")?;
+    let file = std::fs::read_to_string(stand.folder.path().join("grid.bas"));
+    assert!(file.map_err(|error| error.to_string())?.contains("PROFILE \"mill\"\n"));
+    // A piece of the same script, with names of its own.
+    page.fill("#shape", "circle")?;
+    page.fill("#act", "pulse")?;
+    page.end_of_script()?;
+    page.push("#insert-pattern")?;
+    page.has("TABLE holes(2) = _")?;
+    page.has("Pulse 3, 500ms")?;
+    page.says("#problem-count", "no problems")?;
+    page.says("#sums", "runs to its end")?;
+    page.undo()?;
+    page.wait(&format!("!{TEXT}.includes('TABLE holes')"), PATIENCE)
+}
+
+#[test]
+fn points_of_a_file_lie_where_two_of_them_were_taught() -> Outcome<()> {
+    let Some(stand) = Stand::start("Home\n", &[])? else { return Ok(()) };
+    let file = |name: &str, text: &str| -> Outcome<std::path::PathBuf> {
+        let path = stand.folder.path().join(name);
+        std::fs::write(&path, text).map_err(|error| error.to_string())?;
+        Ok(path)
+    };
+    let page = stand.page()?;
+    page.tab("pattern")?;
+    page.fill("#shape", "points")?;
+    // A hostile file first: told in words, and nothing else happens.
+    let hostile = "name,x,y\n\"<img src=x onerror=alert(1)>,1,2\n=cmd|' /C calc'!A0,1e999,NaN\n";
+    page.choose("#points-file", &file("bad.csv", hostile)?)?;
+    page.wait("document.querySelector('#pattern-words').className === 'bad'", PATIENCE)?;
+    assert_eq!(page.eval("document.querySelectorAll('#pattern img').length")?, 0);
+    page.push("#show-pattern")?;
+    page.says("#pattern-words", "1 to 10000 points")?;
+    let good = "name;x;y;side\nA;0;0;top\nB;100;0;top\nC;100;50;bottom\n";
+    page.choose("#points-file", &file("parts.csv", good)?)?;
+    page.says("#pattern-words", "parts.csv: a list, 3 points.")?;
+    page.click("#pattern [value=bottom]")?;
+    for (n, (name, x, y)) in [("A", "50", "20"), ("B", "50", "120")].into_iter().enumerate() {
+        let n = n + 1;
+        page.push("#add-pair")?;
+        page.fill(&format!("[aria-label='Name of taught point {n}']"), name)?;
+        page.fill(&format!("[aria-label='Taught X of point {n}']"), x)?;
+        page.fill(&format!("[aria-label='Taught Y of point {n}']"), y)?;
+    }
+    page.fill("#pattern [name=surface]", "-10")?;
+    page.push("#show-pattern")?;
+    page.says("#made", "50mm, 20mm; _ ' A")?;
+    page.says("#made", "50mm, 120mm ' B")?;
+    page.says("#pattern-words", "turned by 90.000 degrees")?;
+    page.fill("[aria-label='Taught Y of point 2']", "125")?;
+    page.push("#show-pattern")?;
+    page.says("#pattern-words", "(+5.00 %)")?;
+    assert_eq!(page.eval(TEXT)?, "Home\n", "nothing was written");
+    Ok(())
+}
