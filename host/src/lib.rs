@@ -35,6 +35,8 @@ pub mod plot;
 #[cfg(feature = "desktop")]
 pub mod programmer;
 pub mod render;
+#[cfg(feature = "desktop")]
+pub mod selftest;
 pub mod sim;
 #[cfg(feature = "desktop")]
 pub mod stream;

@@ -25,6 +25,7 @@ mod part;
 mod port;
 mod profile;
 mod script;
+mod selftest;
 mod sim;
 mod size;
 mod status;
@@ -138,6 +139,8 @@ enum Command {
     Torture(torture::Torture),
     /// Write the firmware to a LaunchPad
     Flash(flash::Flash),
+    /// Measure on a board what the emulator promises: clock, link, flash, inputs, outputs, motion
+    Selftest(selftest::Selftest),
     /// Show the machine descriptions that the tool knows, or those of a board
     Profile(profile::Profile),
 }
@@ -174,6 +177,7 @@ impl Command {
             Command::Bench(command) => command.run(options, console),
             Command::Torture(command) => command.run(options, console),
             Command::Flash(command) => command.run(options, console),
+            Command::Selftest(command) => command.run(options, console),
             Command::Profile(command) => command.run(options, console),
         }
     }

@@ -32,6 +32,13 @@ impl Port {
         self.port.as_ref().is_some_and(|port| port.starts_with("tcp:"))
     }
 
+    /// Whether the port has bits a second: a pseudo-terminal and a network have none.
+    pub fn has_rate(&self) -> bool {
+        let Some(port) = &self.port else { return true };
+        let path = std::fs::canonicalize(port).unwrap_or_else(|_| port.into());
+        !port.starts_with("tcp:") && !port.starts_with("rtu:") && !path.starts_with("/dev/pts")
+    }
+
     /// Opens the port and finds the board's rate and parity.
     ///
     /// # Errors

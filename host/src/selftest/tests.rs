@@ -1,0 +1,189 @@
+//! The test on virtual boards, which pass it, and on boards with something wrong, which do not.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use lang::profile::Profile;
+
+use super::{Plan, Report, Trouble, Verdict, run};
+use crate::board::link::InProcess;
+use crate::board::rig::Rig;
+use crate::board::{Build, F5529, G2553, G2553_HANDLERS};
+use crate::client::Client;
+use crate::link::{Link, Mode};
+use crate::sim::world::World;
+
+const ALL: Plan = Plan {
+    unplugged: true,
+    jumpers: true,
+    hands: false,
+    replace: false,
+    rates: true,
+    listen: Duration::from_secs(2),
+};
+
+/// Wires from the outputs to the inputs of their numbers, but for some.
+fn wires(ends: impl Fn(u16) -> Option<u16>) -> World {
+    let wire = |n: u16| {
+        let end = ends(n)?;
+        Some(format!(
+            "after_out({n}, true, 0, || set_in({end}, true));\nafter_out({n}, false, 0, || set_in({end}, \
+             false));\n"
+        ))
+    };
+    let text: String = (1..=16).filter_map(wire).collect();
+    World::parse("wires", &text).expect("a world")
+}
+
+/// A link whose clock runs otherwise than the board's.
+struct Skewed(InProcess, f64);
+
+impl Link for Skewed {
+    fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        self.0.send(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> std::io::Result<usize> {
+        self.0.receive(buffer, patience)
+    }
+
+    fn now(&self) -> Duration {
+        self.0.now().mul_f64(self.1)
+    }
+
+    fn pause(&mut self, time: Duration) {
+        self.0.pause(time);
+    }
+
+    fn set_mode(&mut self, mode: Mode) -> std::io::Result<bool> {
+        self.0.set_mode(mode)
+    }
+}
+
+type Board = (Rc<RefCell<Rig>>, Client<InProcess>);
+
+fn board(build: &Build, world: &World) -> Board {
+    let mill = Profile::built_in("mill").expect("built in");
+    let firmware = build.image().expect("the firmware");
+    let rig = Rig::new(build, &firmware, &mill, world).expect("a rig");
+    let rig = Rc::new(RefCell::new(rig));
+    rig.borrow_mut().begin();
+    let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
+    client.find().expect("it answers");
+    (rig, client)
+}
+
+fn measured(board: &mut Client<InProcess>, plan: Plan) -> Result<Report, Trouble> {
+    run(board, plan, &mut |_| {}, &mut |_| {})
+}
+
+/// The checks that found something else than expected.
+fn bad(report: &Report) -> Vec<&str> {
+    let bad = report.rows.iter().filter(|row| row.verdict == Verdict::Bad);
+    bad.map(|row| row.check.as_str()).collect()
+}
+
+#[test]
+fn virtual_boards_keep_what_is_promised() {
+    for build in [&G2553, &G2553_HANDLERS, &F5529] {
+        let (_rig, mut client) = board(build, &wires(Some));
+        let before = client.board_record().expect("its profile");
+        let report = measured(&mut client, ALL).expect("it is measured");
+        assert_eq!(bad(&report), [""; 0], "{}: {:#?}", build.part.name, report.rows);
+        assert_eq!(report.part, build.part.name);
+        assert!(report.rows.len() >= 20 && report.left == 1, "{:#?}", report.rows);
+        let after = client.board_record().expect("its profile");
+        assert_eq!((before.flags, before.rate), (after.flags, after.rate));
+        assert_eq!(client.identity().expect("it answers").program_bytes, 0);
+    }
+}
+
+#[test]
+fn each_fault_is_found_by_its_check() {
+    // A wire that is broken, one that goes elsewhere, and no emergency stop.
+    let world = wires(|n| match n {
+        1 | 7 => None,
+        3 => Some(4),
+        n => Some(n),
+    });
+    let (_rig, mut client) = board(&F5529, &world);
+    let report = measured(&mut client, ALL).expect("it is measured");
+    assert_eq!(bad(&report), ["it comes back through 16 wires", "emergency stop by a contact"]);
+    let found = report.rows.iter().find(|row| row.check.starts_with("it comes back"));
+    let found = found.map(|row| row.found.as_str());
+    let told = "output 1 changes nothing; output 3 changes [4]; output 7 changes nothing";
+    assert_eq!(found, Some(told));
+    // A clock that is off: that of the board, as the computer sees it.
+    let plan = Plan { unplugged: false, ..ALL };
+    for (build, off) in [(&G2553, 1.04), (&F5529, 0.992)] {
+        let (_rig, client) = board(build, &World::empty());
+        let mut client = Client::new(Skewed(client.into_link(), off), 1);
+        let report = run(&mut client, plan, &mut |_| {}, &mut |_| {}).expect("it is measured");
+        let found = bad(&report);
+        assert!(found.contains(&"millisecond"), "{found:?}");
+    }
+    // A line with noise.
+    let (rig, mut client) = board(&F5529, &World::empty());
+    rig.borrow_mut().board().set_uart_noise(5, 200);
+    let noisy = measured(&mut client, plan);
+    let found = noisy.map(|report| bad(&report).iter().any(|check| check.starts_with("link at")));
+    assert!(found.unwrap_or(true), "noise is not seen");
+}
+
+#[test]
+fn nothing_is_moved_or_switched_unasked() {
+    let (rig, mut client) = board(&F5529, &World::empty());
+    let plan = Plan { unplugged: false, ..ALL };
+    let report = measured(&mut client, plan).expect("it is measured");
+    let left: Vec<&str> = report
+        .rows
+        .iter()
+        .filter(|row| matches!(row.verdict, Verdict::Left(_)))
+        .map(|row| row.check.as_str())
+        .collect();
+    assert_eq!(left, ["outputs", "inputs", "motion", "Start, Stop, RST"]);
+    let mut rig = rig.borrow_mut();
+    assert_eq!((rig.pulses(), rig.take_output_edges()), ([0; 3], Vec::new()));
+}
+
+#[test]
+fn a_program_is_given_up_only_when_that_is_said() {
+    let (_rig, mut client) = board(&G2553, &World::empty());
+    let plan = Plan { unplugged: false, listen: Duration::from_secs(1), ..ALL };
+    // As a fresh board with a program of its own.
+    let (_, image) = crate::bench::stand::image_for(
+        &Profile::built_in("mill").expect("built in"),
+        "SetOut 1, ON\n",
+    )
+    .expect("a program");
+    client.upload(&image, true, &mut |_| {}).expect("it is taken");
+    let refused = measured(&mut client, plan).expect_err("it holds a program");
+    assert!(refused.to_string().contains("--replace"), "{refused}");
+    assert!(client.identity().expect("it answers").program_bytes > 0);
+    assert!(measured(&mut client, Plan { replace: true, ..plan }).is_ok());
+}
+
+#[test]
+fn hands_are_seen() {
+    let plan = Plan { hands: true, unplugged: false, listen: Duration::from_millis(100), ..ALL };
+    let verdicts = |report: &Report| {
+        let rows = report.rows.iter().filter(|row| ["Start", "Stop", "RST"].contains(&&*row.check));
+        rows.map(|row| row.verdict == Verdict::Good).collect::<Vec<_>>()
+    };
+    let (rig, mut client) = board(&F5529, &World::empty());
+    let mut press = |words: &str| {
+        let mut rig = rig.borrow_mut();
+        rig.board().plant_mut().press_start(words.contains("Start"));
+        rig.board().plant_mut().press_stop(words.contains("Stop"));
+        if words.contains("RST") {
+            rig.board().reset_pin();
+        }
+    };
+    let report = run(&mut client, plan, &mut |_| {}, &mut press).expect("it is measured");
+    assert_eq!(verdicts(&report), [true; 3], "{:#?}", report.rows);
+    // Nobody is there.
+    let (_rig, mut client) = board(&F5529, &World::empty());
+    let report = measured(&mut client, plan).expect("it is measured");
+    assert_eq!(verdicts(&report), [false; 3], "{:#?}", report.rows);
+}
