@@ -55,6 +55,7 @@ def header(table, column):
         colour = colour_of(words)
         x, edge, anchor = (290, 316, "end") if left else (470, 444, "start")
         lines.append(f'<rect x="{x if left else 450}" y="{y - 7}" width="20" height="14" fill="{colour}"/>')
+        lines.append(f'<text x="{300 if left else 460}" y="{y + 4}" fill="#fff" font-size="10" text-anchor="middle">{n + 1}</text>')
         lines.append(f'<text x="{edge}" y="{y + 5}" fill="#fff" font-size="11" text-anchor="{"start" if left else "end"}">{pin}</text>')
         lines.append(f'<text x="{x - 8 if left else x + 8}" y="{y + 5}" fill="{colour}" text-anchor="{anchor}">{escape(words)}</text>')
     return "\n".join([*lines, "</svg>"])
@@ -87,7 +88,9 @@ def headers(table, column):
     lines = ['<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 980 340" width="980" font-family="sans-serif" font-size="13">',
              '<rect width="980" height="340" fill="#fbfcfe"/>',
              '<rect x="350" y="16" width="280" height="312" rx="6" fill="#23272e"/>',
-             '<text x="490" y="176" fill="#fff" text-anchor="middle">LaunchPad</text>']
+             '<rect x="460" y="6" width="60" height="26" fill="#8b949e"/>',
+             '<text x="490" y="24" fill="#fff" font-size="12" text-anchor="middle">USB</text>',
+             '<text x="490" y="176" fill="#fff" text-anchor="middle">MSP-EXP430F5529LP</text>']
     for row in range(10):
         y = 40 + 29 * row
         for side, (outer, inner) in (("end", (1 + row, 21 + row)), ("start", (20 - row, 40 - row))):
@@ -100,4 +103,51 @@ def headers(table, column):
             x = 342 if side == "end" else 638
             words = " \u00b7 ".join(told)
             lines.append(f'<text x="{x}" y="{y + 4}" fill="{colour_of(words)}" text-anchor="{side}">{escape(words)}</text>')
+    return "\n".join([*lines, "</svg>"])
+
+
+# The shift registers' pins for each signal of the chain (data sheets 74HC165 and 74HC595): of every register, or of the
+# one that is nearest to the controller.
+REGISTERS = [("SPI clock", "clock (2), all", "shift clock (11), all"), ("SPI in", "Q7 (9), nearest", ""),
+             ("SPI out", "", "DS (14), nearest"), ("latch", "load (1), all", "store clock (12), all"),
+             ("output enable", "", "OE (13), all")]
+
+
+def chain(tables):
+    """The wires of the chain as a table: signal, pin of each board, pins of the registers."""
+    boards = {name: (functions(table, "chain") if name == "MSP430G2553" else
+                     {words.split(" ", 1)[0]: f"{words.split(' ', 1)[1]} ({at})"
+                      for at, words in places(table, "chain").items() if words.startswith("P")})
+              for name, table in tables.items()}
+    rows = [["signal", *boards, "74HC165", "74HC595"], ["---"] * (len(boards) + 3)]
+    for signal, one, other in REGISTERS:
+        at = []
+        for name, found in boards.items():
+            pins = [pin + words[words.rfind(" ("):] * (" (" in words) for pin, words in found.items() if words.startswith(signal)]
+            if len(pins) != 1:
+                raise ValueError(f"{signal} of the {name}: {pins}")
+            at += pins
+        rows.append([signal, *at, one, other])
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def registers():
+    """The four registers in their row, with the contacts of each."""
+    lines = ['<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 860 250" width="860" font-family="sans-serif" font-size="13">',
+             '<rect width="860" height="250" fill="#fbfcfe"/>',
+             '<rect x="20" y="40" width="120" height="170" rx="6" fill="#23272e"/>',
+             '<text x="80" y="130" fill="#fff" text-anchor="middle">controller</text>']
+    for y, name, first, data, colour in ((50, "74HC165", "inputs", ("Q7 9", "DS 10"), "#7a4fd0"),
+                                         (150, "74HC595", "outputs", ("DS 14", "Q7S 9"), "#b35900")):
+        for n, x in enumerate((330, 620)):
+            lines.append(f'<rect x="{x}" y="{y}" width="170" height="60" rx="6" fill="{colour}"/>')
+            lines.append(f'<text x="{x + 85}" y="{y + 25}" fill="#fff" text-anchor="middle">{name}</text>')
+            lines.append(f'<text x="{x + 85}" y="{y + 45}" fill="#fff" text-anchor="middle">{first} {8 * n + 1} to {8 * n + 8}</text>')
+            begin, end = (140, x) if n == 0 else (500, x)
+            near, far = ("SPI in" if first == "inputs" else "SPI out", data[0]) if n == 0 else (data[1], data[0])
+            lines.append(f'<path d="M{begin} {y + 30}H{end}" stroke="{colour}" stroke-width="2"/>')
+            lines.append(f'<text x="{begin + 4}" y="{y + 24}" fill="{colour}">{near}</text>')
+            lines.append(f'<text x="{end - 4}" y="{y + 24}" fill="{colour}" text-anchor="end">{far}</text>')
+    lines.append('<text x="235" y="128" fill="#46536b" text-anchor="middle">clock and latch go to all,</text>')
+    lines.append('<text x="235" y="143" fill="#46536b" text-anchor="middle">enable to the 74HC595</text>')
     return "\n".join([*lines, "</svg>"])

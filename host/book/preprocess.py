@@ -10,6 +10,7 @@ and fails where something cannot be filled or a link leads nowhere. PASAPAS name
     {{#wrong ARGUMENTS}}       the same where the exit code is 1: the input is wrong
     {{#plot ARGUMENTS}}        the picture that `pasapas sim ARGUMENTS --plot` draws
     {{#pins CHIP COLUMN}}      the pins of MSP430G2553 or MSP430F5529 as that column of the firmware's table names them
+    {{#chain}}                 the shift registers and their wires to both
 """
 import base64
 import json
@@ -21,7 +22,7 @@ import subprocess
 import sys
 import tempfile
 
-from pins import header, headers
+from pins import chain, header, headers, registers
 
 BOOK = pathlib.Path(__file__).resolve().parent
 ROOT = BOOK.parents[1]
@@ -75,6 +76,12 @@ def image(svg, words):
     return f'<img alt="{words}" src="data:image/svg+xml;base64,{base64.b64encode(svg).decode()}">'
 
 
+def pin_table(chip):
+    """The table of a chip's pins in the firmware's manual."""
+    heading = "Pins" if chip == "MSP430G2553" else chip
+    return section((ROOT / "firmware/README.md").read_text(), heading).split("\n#")[0]
+
+
 class Book:
     """The pages by their paths below src, filled."""
 
@@ -104,10 +111,11 @@ class Book:
                     return plot(what)
                 if kind == "pins":
                     chip, column = what.split()
-                    manual = (ROOT / "firmware/README.md").read_text()
-                    heading, draw = ("Pins", header) if chip == "MSP430G2553" else (chip, headers)
-                    table = section(manual, heading).split("\n#")[0]
-                    return image(draw(table, column).encode(), f"Pins of the {chip}, {column} wiring")
+                    draw = header if chip == "MSP430G2553" else headers
+                    return image(draw(pin_table(chip), column).encode(), f"Pins of the {chip}, {column} wiring")
+                if kind == "chain":
+                    tables = {chip: pin_table(chip) for chip in ("MSP430G2553", "MSP430F5529")}
+                    return image(registers().encode(), "The shift registers of the chain") + "\n\n" + chain(tables)
             except (OSError, ValueError) as error:
                 raise SystemExit(f"{path}: {match[0]}: {error}") from error
             raise SystemExit(f"{path}: {match[0]}: no such directive")
