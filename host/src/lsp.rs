@@ -8,7 +8,7 @@ mod diagnostics;
 mod document;
 mod look;
 mod names;
-mod path;
+pub(crate) mod path;
 mod signature;
 
 use std::collections::HashMap;

@@ -96,19 +96,15 @@ impl Loaded {
     }
 }
 
-/// Checks and compiles a text for the machine that is given, or for the one that it names.
+/// Checks and compiles a text for a machine.
 ///
 /// # Errors
 /// It does not compile; the language server says where and why, this the first of it.
-pub fn load(text: &str, profile: Option<&Profile>) -> Result<Loaded, String> {
+pub fn load(text: &str, choice: ProfileChoice<'_>) -> Result<Loaded, String> {
     let (source, decoding) = Source::decode("script.bas", text.as_bytes());
     if let Some(diag) = decoding.iter().find(|diag| diag.is_error()) {
         return Err(diag.message.clone());
     }
-    let choice = match profile {
-        Some(profile) => ProfileChoice::Given(Box::new(profile.clone())),
-        None => ProfileChoice::built_in(),
-    };
     let (program, diags) = compile(&source, choice);
     let Some(program) = program else {
         let diags = diags.into_sorted();

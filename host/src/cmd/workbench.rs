@@ -3,6 +3,7 @@
 use std::net::{Ipv4Addr, SocketAddr};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
 
 use clap::Args;
 use serde_json::json;
@@ -15,7 +16,7 @@ use crate::failure::Failure;
 use crate::helm::{Helm, Open};
 use crate::link;
 use crate::sim::world::World;
-use crate::workbench::{Door, Setting, Workbench as Served, password};
+use crate::workbench::{Door, Opens, Setting, Workbench as Served, password};
 
 /// Environment variable with the password for `--listen`: arguments can be read by everybody.
 const PASSWORD: &str = "PASAPAS_PASSWORD";
@@ -49,6 +50,9 @@ pub struct Workbench {
     /// Only what a person at the machine needs: programs, quantities, Start, Pause, Stop
     #[arg(long)]
     operator: bool,
+    /// The set-up of a new machine: its profile step by step, each tried on the machine
+    #[arg(long, conflicts_with = "operator")]
+    setup: bool,
 }
 
 impl Workbench {
@@ -61,9 +65,9 @@ impl Workbench {
         let world = world::load(self.world.as_deref(), World::empty(), console)?;
         let part = self.part.or_default();
         let machine = options.machine(console)?;
-        let address = self.address.unwrap_or(machine.link.address);
+        let address = Arc::new(AtomicU8::new(self.address.unwrap_or(machine.link.address)));
         let (open, live, board): (Open, _, _) = match &self.port {
-            Some(port) => (real(port.clone(), address), None, port.clone()),
+            Some(port) => (real(port.clone(), address.clone()), None, port.clone()),
             None => {
                 let live = Live::start(part, &machine, &world).map_err(|error| match error {
                     LiveError::World(error) => world::wrong(&error, console),
@@ -74,7 +78,12 @@ impl Workbench {
                 (Box::new(move || own.connect()), Some(live), part.part.name.to_owned())
             }
         };
-        let setting = Setting { profile, world, part, live, board, operator: self.operator };
+        let opens = match (self.operator, self.setup) {
+            (true, _) => Opens::Operator,
+            (_, true) => Opens::Setup,
+            _ => Opens::Workbench,
+        };
+        let setting = Setting { profile, world, part, live, board, opens, address };
         let served = Served::open(self.door()?, Helm::start(open), setting, self.file.as_deref());
         let served = served.map_err(Failure::Board)?;
         let url = served.url();
@@ -115,8 +124,9 @@ impl Workbench {
 }
 
 /// Opens a real port, and finds the board's rate and parity.
-fn real(port: String, address: u8) -> Open {
+fn real(port: String, address: Arc<AtomicU8>) -> Open {
     Box::new(move || {
+        let address = address.load(Ordering::SeqCst);
         let mut client = Client::new(link::open(&port)?, address);
         client.find().map_err(|error| format!("board {address} on {port}: {error}"))?;
         client.identity().map_err(|error| error.to_string())?.check()?;

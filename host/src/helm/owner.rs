@@ -5,7 +5,7 @@ use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use lang::wire::{self, command};
+use lang::wire::{self, RunState, command};
 
 use super::follow::{Debug, Follow};
 use super::hold::{Due, Hold};
@@ -13,7 +13,7 @@ use super::log::Entry;
 use super::picture::{Picture, Port, Round};
 use super::{Board, Job, Open, Shared, lock};
 use crate::client::orders;
-use crate::client::status::long;
+use crate::client::status::{StatusWords, long};
 use crate::client::{ClientError, Patience};
 
 /// Between the beginnings of two rounds of looks.
@@ -61,6 +61,8 @@ struct Holding {
     /// Work position less machine position, from when the axis rested.
     offset: i64,
     last: Option<i64>,
+    /// State of the run, fault and its input, as the last look found them.
+    fault: Option<[u16; 3]>,
 }
 
 impl Owner {
@@ -178,7 +180,7 @@ impl Owner {
         let result = match &mut self.board {
             Some(board) => {
                 if first {
-                    self.holding = Holding { id: Some(hold.id()), offset: 0, last: None };
+                    self.holding = Holding { id: Some(hold.id()), ..Holding::default() };
                 }
                 advance(board, &hold, &mut self.holding)
             }
@@ -382,8 +384,17 @@ struct Seen {
 fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), String> {
     let words = |error: ClientError| error.to_string();
     let axis = hold.axis.index() as u16;
-    let at = board.holding(wire::MACHINE_POSITIONS + 2 * axis, 2).map_err(words)?;
-    let at = i64::from(long(at[0], at[1]));
+    let seen = board.holding(wire::RUN_STATE, StatusWords::RUN_LENGTH).map_err(words)?;
+    let of = |register: u16| seen[usize::from(register - wire::RUN_STATE)];
+    // A fault on the way ends it: what stopped the axis may be over before the button is let go.
+    let fault = [of(wire::RUN_STATE), of(wire::FAULT), of(wire::FAULT_INPUT)];
+    let is_fault = RunState::from_number(fault[0]) == Some(RunState::Fault);
+    if is_fault && holding.fault.is_some_and(|before| before != fault) {
+        return Err("the board told a fault".to_owned());
+    }
+    holding.fault = Some(fault);
+    let place = wire::MACHINE_POSITIONS + 2 * axis;
+    let at = i64::from(long(of(place), of(place + 1)));
     if holding.last.is_none() {
         if board.input(wire::MOVING, 1).map_err(words)?[0] & 0xFF != 0 {
             return Err("an axis moves already".to_owned());
@@ -391,7 +402,7 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
         let work = board.input(wire::WORK_POSITIONS + 2 * axis, 2).map_err(words)?;
         holding.offset = i64::from(long(work[0], work[1])) - at;
     }
-    let homed = board.holding(wire::HOMED, 1).map_err(words)?[0] >> axis & 1 != 0;
+    let homed = of(wire::HOMED) >> axis & 1 != 0;
     let target = hold.target(at, holding.last, homed, Instant::now());
     if holding.last == Some(target) || (holding.last.is_none() && target == at) {
         holding.last = Some(target);
@@ -404,7 +415,12 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
             Ok(())
         }
         Err(error) if error.is_exception(lang::wire::Exception::Busy) && holding.last.is_some() => {
-            Ok(())
+            // A part that takes no target on the way is busy while the axis moves; one that rests is
+            // held by an emergency stop.
+            if board.input(wire::MOVING, 1).map_err(words)?[0] & 0xFF != 0 {
+                return Ok(());
+            }
+            Err("the board takes no move now: look at the emergency stop".to_owned())
         }
         Err(error) => Err(words(error)),
     }

@@ -12,7 +12,7 @@ use lang::wire;
 
 use super::{Debug, Entry, Helm, Hold, LOOK_AHEAD, Pace, Picture, Port, User};
 use crate::board::VIRTUAL;
-use crate::board::live::Live;
+use crate::board::live::{Live, Touch};
 use crate::sim::world::World;
 
 /// Everything of these tests ends long before this, on a loaded machine too.
@@ -23,7 +23,11 @@ fn mill() -> Profile {
 }
 
 fn stand() -> (Arc<Live>, Helm) {
-    let live = Live::start(&VIRTUAL, &mill(), &World::empty()).expect("a board");
+    stand_of(&mill())
+}
+
+fn stand_of(machine: &Profile) -> (Arc<Live>, Helm) {
+    let live = Live::start(&VIRTUAL, machine, &World::empty()).expect("a board");
     let live = Arc::new(live);
     let own = live.clone();
     let helm = Helm::start(Box::new(move || own.connect()));
@@ -58,6 +62,42 @@ fn upload(helm: &Helm, user: User, text: &str) -> (lang::hir::Program, lang::bac
 
 fn hold_x(helm: &Helm, user: User, id: u64) {
     helm.hold(Hold::new((user, id), Axis::X, true, (2_000, 25_000), (0, 30_000))).expect("free");
+}
+
+/// An emergency stop that is let go again ends the hold all the same: nothing moves until somebody
+/// presses a button anew.
+#[test]
+fn a_fault_on_the_way_ends_a_hold_that_is_kept() {
+    let stop = "\n[[input]]\nn = 4\nrole = \"emergency_stop\"\n";
+    let machine = Profile::parse(&(lang::profile::BUILT_IN[0].1.to_owned() + stop));
+    let (live, helm) = stand_of(&machine.expect("a profile"));
+    let user = User::new();
+    hold_x(&helm, user, 1);
+    let begun = Instant::now();
+    let mut over = None;
+    while begun.elapsed() < Duration::from_millis(2000) {
+        std::thread::sleep(Duration::from_millis(50));
+        let at = begun.elapsed().as_millis();
+        if (500..560).contains(&at) {
+            live.touch(Touch::Input(4, true));
+        } else if at > 600 {
+            live.touch(Touch::Input(4, false));
+        }
+        if helm.keep(user, 1).is_err() {
+            over.get_or_insert((begun.elapsed(), live.seen().motors[0]));
+        }
+    }
+    let (when, motors) = over.expect("the hold goes on behind an emergency stop");
+    assert!(when > Duration::from_millis(450) && motors > 100, "{when:?} {motors}");
+    assert_eq!(live.seen().motors[0], motors, "it moved on");
+    let told = helm.picture().1.status.as_ref().and_then(|status| status.fault.clone());
+    assert_eq!(told.as_deref(), Some("F14"));
+    // Whoever presses anew moves again.
+    hold_x(&helm, user, 2);
+    std::thread::sleep(Duration::from_millis(100));
+    helm.keep(user, 2).expect("alive");
+    std::thread::sleep(Duration::from_millis(600));
+    assert!(live.seen().motors[0] > motors);
 }
 
 #[test]

@@ -14,6 +14,19 @@ pub fn of(uri: &Uri) -> String {
     drive.map_or_else(|| path.clone(), str::to_owned)
 }
 
+/// The URI of an absolute path.
+pub fn uri(path: &str) -> String {
+    let mut uri = String::from(if path.starts_with('/') { "file://" } else { "file:///" });
+    for byte in path.replace('\\', "/").bytes() {
+        if byte.is_ascii_alphanumeric() || b"/-_.~:".contains(&byte) {
+            uri.push(char::from(byte));
+        } else {
+            uri.push_str(&format!("%{byte:02X}"));
+        }
+    }
+    uri
+}
+
 /// `%20` and its like.
 fn decoded(text: &str) -> String {
     let mut bytes = Vec::with_capacity(text.len());
@@ -37,7 +50,7 @@ fn decoded(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::of;
+    use super::{of, uri};
 
     #[test]
     fn uris_become_paths() {
@@ -49,5 +62,9 @@ mod tests {
         ] {
             assert_eq!(of(&uri.parse().expect("a URI")), path);
         }
+        for path in ["/a/b c.bas", "c:/J\u{fc}rgen/100%.bas", "/a#b?.bas"] {
+            assert_eq!(of(&uri(path).parse().expect("a URI")), path);
+        }
+        assert_eq!(uri("C:\\x.bas"), "file:///C:/x.bas");
     }
 }

@@ -1,10 +1,12 @@
 //! Everything that the pages share: script, simulation, board, and who has the helm.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use lang::axis::Axis;
+use lang::front::ProfileChoice;
 use lang::profile::Profile;
 use serde_json::{Value, json};
 
@@ -12,9 +14,11 @@ use super::client::Client;
 use super::desk::Desk;
 use super::gate::Gate;
 use super::message::{State, ToPage, Welcome};
+use super::setup::Setup;
 use crate::board::Build;
 use crate::board::live::{Live, Touch};
 use crate::helm::{Entry, Helm, Picture};
+use crate::input;
 use crate::sim::world::World;
 use crate::trial::{self, Loaded, Trial};
 
@@ -35,8 +39,28 @@ pub struct Setting {
     pub live: Option<Arc<Live>>,
     /// Its name, or the port's.
     pub board: String,
+    /// Which page it opens; the operator's serves nothing else.
+    pub opens: Opens,
+    /// Modbus address of the board, which a set-up may change.
+    pub address: Arc<AtomicU8>,
+}
+
+/// The page that is opened first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Opens {
+    /// All of it.
+    Workbench,
     /// Only what a person at the machine needs.
-    pub operator: bool,
+    Operator,
+    /// The set-up of a machine.
+    Setup,
+}
+
+impl Setting {
+    /// Whether pages get only what a person at the machine needs.
+    pub fn is_operators(&self) -> bool {
+        self.opens == Opens::Operator
+    }
 }
 
 /// The shared state.
@@ -60,8 +84,10 @@ pub struct Bench {
     wanted: Mutex<bool>,
     called: Condvar,
     over: AtomicBool,
-    /// A sequence of reference runs is under way.
+    /// A sequence of reference runs or a trial is under way.
     pub homing: AtomicBool,
+    /// The set-up that goes on.
+    pub setup: Mutex<Option<Setup>>,
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -103,6 +129,7 @@ impl Bench {
             called: Condvar::new(),
             over: AtomicBool::new(false),
             homing: AtomicBool::new(false),
+            setup: Mutex::default(),
         });
         for work in [Bench::simulate, Bench::follow_file, Bench::tell_states] {
             let own = bench.clone();
@@ -120,7 +147,7 @@ impl Bench {
         let welcome = Welcome {
             version: env!("CARGO_PKG_VERSION"),
             virtual_board: self.setting.live.is_some(),
-            operator: self.setting.operator,
+            operator: self.setting.is_operators(),
             board: self.setting.board.clone(),
             words: trial::words(),
             lsp: desk.capabilities().clone(),
@@ -197,8 +224,23 @@ impl Bench {
     /// # Errors
     /// It does not compile.
     pub fn compile(&self) -> Result<Loaded, String> {
-        let text = lock(&self.desk).text().to_owned();
-        trial::load(&text, self.setting.profile.as_ref())
+        let (text, folder) = {
+            let desk = lock(&self.desk);
+            (desk.text().to_owned(), desk.folder())
+        };
+        self.load(&text, &folder)
+    }
+
+    /// A text, compiled for the machine that was given or the one that it names: a built-in one, or
+    /// one that stands beside the script.
+    fn load(&self, text: &str, folder: &Path) -> Result<Loaded, String> {
+        let script = folder.join("script.bas").display().to_string();
+        let find = |name: &str| input::profile_beside(name, &script).map(|(profile, _)| profile);
+        let choice = match &self.setting.profile {
+            Some(profile) => ProfileChoice::Given(Box::new(profile.clone())),
+            None => ProfileChoice::Script(&find),
+        };
+        trial::load(text, choice)
     }
 
     /// A program was brought to the board.
@@ -216,8 +258,11 @@ impl Bench {
         loaded.iter().flatten().find(|loaded| is(loaded)).map(|loaded| (loaded.clone(), current))
     }
 
-    /// The machine of the text, or the one that was given.
+    /// The machine that is being set up, the one that was given, or that of the text.
     pub fn profile(&self) -> Result<Profile, String> {
+        if let Some(setup) = &*lock(&self.setup) {
+            return Ok(setup.machine());
+        }
         if let Some(profile) = &self.setting.profile {
             return Ok(profile.clone());
         }
@@ -276,11 +321,11 @@ impl Bench {
             }
             *wanted = false;
             drop(wanted);
-            let (number, text) = {
+            let (number, text, folder) = {
                 let desk = lock(&bench.desk);
-                (desk.number(), desk.text().to_owned())
+                (desk.number(), desk.text().to_owned(), desk.folder())
             };
-            let loaded = trial::load(&text, bench.setting.profile.as_ref());
+            let loaded = bench.load(&text, &folder);
             let trial =
                 trial::simulate(number, &loaded, &bench.setting.world, &bench.setting.part.part);
             if let Ok(loaded) = loaded {

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::message::Text;
 use crate::input;
-use crate::lsp;
+use crate::lsp::{self, path};
 
 /// Longest script that a page may send: what the compiler takes at most is far less.
 pub const LONGEST: usize = 512 << 10;
@@ -28,14 +28,20 @@ pub struct Desk {
     /// What the file held when it was last read or written.
     on_disk: String,
     conflict: bool,
+    /// See [`uri`].
+    uri: String,
     /// To the language server.
     lsp: Connection,
     /// What it can do.
     capabilities: Value,
 }
 
-/// The name by which the language server knows the text.
-const URI: &str = "file:///script.bas";
+/// The name by which the language server knows the text: any script of its folder, where the machines
+/// are that a script can name.
+fn uri(file: Option<&Path>) -> String {
+    let script = folder(file).join("script.bas");
+    path::uri(&std::path::absolute(&script).unwrap_or(script).to_string_lossy())
+}
 
 impl Desk {
     /// Opens a file, or begins a new script. What the language server says goes to `heard`.
@@ -53,11 +59,12 @@ impl Desk {
         };
         let (lsp, capabilities) = serve(profile, heard);
         let on_disk = if file.is_some() { text.clone() } else { String::new() };
-        let desk = Desk { number: 1, text, file, on_disk, conflict: false, lsp, capabilities };
+        let uri = uri(file.as_deref());
+        let desk = Desk { number: 1, text, file, on_disk, conflict: false, uri, lsp, capabilities };
         desk.note(
             "textDocument/didOpen",
             json!({ "textDocument": {
-                "uri": URI, "languageId": "pasapas", "version": 1, "text": desk.text
+                "uri": desk.uri, "languageId": "pasapas", "version": 1, "text": desk.text
             } }),
         );
         Ok(desk)
@@ -123,7 +130,7 @@ impl Desk {
         self.note(
             "textDocument/didChange",
             json!({
-                "textDocument": { "uri": URI, "version": self.number },
+                "textDocument": { "uri": self.uri, "version": self.number },
                 "contentChanges": [{ "text": self.text }]
             }),
         );
@@ -236,12 +243,17 @@ impl Desk {
         names
     }
 
+    /// The folder of the script.
+    pub fn folder(&self) -> PathBuf {
+        folder(self.file.as_deref())
+    }
+
     /// Passes a page's request on; the answer carries the page's number in its own.
     pub fn request(&self, page: u64, message: &Value) {
         let id = format!("{page}/{}", message["id"]);
         let Some(method) = message["method"].as_str() else { return };
         let mut params = message["params"].clone();
-        params["textDocument"] = json!({ "uri": URI });
+        params["textDocument"] = json!({ "uri": self.uri });
         let request = Request { id: RequestId::from(id), method: method.to_owned(), params };
         // A server that has ended answers nobody.
         let _ = self.lsp.sender.send(Message::Request(request));
@@ -290,7 +302,7 @@ fn read(file: &Path) -> Result<String, String> {
 }
 
 /// Replaces a file in one step, with the rights that it had.
-fn write(file: &Path, text: &str) -> io::Result<()> {
+pub(super) fn write(file: &Path, text: &str) -> io::Result<()> {
     let mut beside = file.as_os_str().to_owned();
     beside.push(".new");
     let beside = PathBuf::from(beside);

@@ -105,10 +105,13 @@ const fn pace(step: bool) -> Pace {
 }
 
 /// A wish whose answer comes later.
-struct Ask<'a> {
-    bench: &'a Arc<Bench>,
-    client: &'a Arc<Client>,
-    ask: u32,
+pub(super) struct Ask<'a> {
+    /// What the pages share.
+    pub bench: &'a Arc<Bench>,
+    /// Who asks.
+    pub client: &'a Arc<Client>,
+    /// Number of the wish.
+    pub ask: u32,
 }
 
 impl Ask<'_> {
@@ -121,7 +124,7 @@ impl Ask<'_> {
     }
 
     /// The same with a value.
-    fn answer(
+    pub(super) fn answer(
         &self,
         job: impl FnOnce(&mut Board) -> Result<Option<Value>, String> + Send + 'static,
     ) -> Result<Answer, String> {
@@ -328,12 +331,12 @@ fn speed(axis: &AxisProfile, um_s: u32) -> u32 {
 }
 
 /// What the board takes for out of range.
-fn refused() -> String {
+pub(super) fn refused() -> String {
     "the board refuses this: a rate, a place or an input is out of its range".to_owned()
 }
 
 /// Machine and work position of an axis, steps.
-fn places(board: &mut Board, axis: Axis) -> Result<(i64, i64), String> {
+pub(super) fn places(board: &mut Board, axis: Axis) -> Result<(i64, i64), String> {
     let words = |error: crate::client::ClientError| error.to_string();
     let first = 2 * axis.index() as u16;
     let machine = board.holding(wire::MACHINE_POSITIONS + first, 2).map_err(words)?;
@@ -393,7 +396,12 @@ struct Homing {
 }
 
 /// One reference run from its order to its end.
-fn home(bench: &Arc<Bench>, client: &Arc<Client>, axis: Axis, order: &[u16]) -> Result<(), String> {
+pub(super) fn home(
+    bench: &Arc<Bench>,
+    client: &Arc<Client>,
+    axis: Axis,
+    order: &[u16],
+) -> Result<(), String> {
     let own = order.to_vec();
     ask_for(bench, client, move |board| board.order(&own, refused))?;
     let begun = Instant::now();
@@ -432,7 +440,7 @@ fn home(bench: &Arc<Bench>, client: &Arc<Client>, axis: Axis, order: &[u16]) -> 
 }
 
 /// Has the helm do something and waits for what comes of it.
-fn ask_for<T: Send + 'static>(
+pub(super) fn ask_for<T: Send + 'static>(
     bench: &Arc<Bench>,
     client: &Arc<Client>,
     job: impl FnOnce(&mut Board) -> Result<T, String> + Send + 'static,

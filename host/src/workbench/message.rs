@@ -6,6 +6,7 @@ use lang::axis::Axis;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::setup::TrialWish;
 use crate::helm::{Entry, Picture};
 use crate::sim::trace::AxisLetter;
 
@@ -143,8 +144,54 @@ pub enum Wish {
         /// Pressed.
         down: bool,
     },
+    /// The set-up of a machine.
+    Setup(SetupWish),
     /// End the tool.
     Quit,
+}
+
+/// A wish of a set-up.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum SetupWish {
+    /// How far it is, or with what one can begin.
+    Look,
+    /// Take one up again, or begin it.
+    Open {
+        /// The machine's name.
+        name: String,
+        /// The machine that a new one is like.
+        base: Option<String>,
+    },
+    /// Leave it; it can be taken up again.
+    Close,
+    /// A JSON merge patch of the profile.
+    Change(Value),
+    /// A length that was asked for and measured, um.
+    Scale {
+        /// The axis.
+        axis: AxisLetter,
+        /// What was asked for.
+        asked_um: i64,
+        /// What was measured.
+        measured_um: i64,
+    },
+    /// A step is done; of the emergency stop the board must say so.
+    Done {
+        /// Its name.
+        step: String,
+        /// What was found.
+        words: String,
+    },
+    /// Bring the machine to the board.
+    Apply,
+    /// Try a rate and a ramp.
+    Trial(TrialWish),
+    /// Write profile and report.
+    Finish {
+        /// The day, as the person writes it.
+        when: String,
+    },
 }
 
 /// A held jog.

@@ -8,6 +8,7 @@
 mod assets;
 mod bench;
 mod client;
+mod commission;
 mod desk;
 mod gate;
 mod http;
@@ -15,6 +16,7 @@ mod machine;
 mod message;
 mod server;
 mod session;
+mod setup;
 mod teach;
 mod ws;
 
@@ -22,7 +24,7 @@ use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use bench::Setting;
+pub use bench::{Opens, Setting};
 
 use crate::helm::Helm;
 use crate::interrupt;
@@ -79,7 +81,11 @@ impl Workbench {
 
     /// The page's address, with the key behind `#`, which no server and no log sees.
     pub fn url(&self) -> String {
-        let path = if self.bench.setting.operator { "/operator" } else { "/" };
+        let path = match self.bench.setting.opens {
+            Opens::Workbench => "/",
+            Opens::Operator => "/operator",
+            Opens::Setup => "/setup",
+        };
         let mut address = self.address;
         if address.ip().is_unspecified() {
             address.set_ip(std::net::Ipv4Addr::LOCALHOST.into());

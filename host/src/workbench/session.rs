@@ -7,8 +7,9 @@ use serde_json::Value;
 
 use super::bench::{Bench, lock};
 use super::client::Client;
+use super::commission;
 use super::machine;
-use super::message::{FromPage, ToPage, Wish};
+use super::message::{FromPage, SetupWish, ToPage, Wish};
 use super::teach;
 
 /// A wrong proof costs so long: nobody tries many.
@@ -75,7 +76,7 @@ impl Session {
             bench.helm.stop();
             return Ok(Answer::Done);
         }
-        if bench.setting.operator && !is_operators(&wish) {
+        if bench.setting.is_operators() && !is_operators(&wish) {
             return Err("this page only starts, pauses and stops".to_owned());
         }
         if acts(&wish) && !bench.has_helm(&self.client) {
@@ -130,6 +131,7 @@ impl Session {
                 }
                 return Ok(Answer::Later);
             }
+            Wish::Setup(wish) => return commission::serve(bench, &self.client, ask, wish),
             wish => return machine::serve(bench, &self.client, ask, wish),
         }
         Ok(Answer::Done)
@@ -188,6 +190,7 @@ fn acts(wish: &Wish) -> bool {
             | Wish::Table(_)
             | Wish::Points { .. }
             | Wish::Pattern { .. }
+            | Wish::Setup(SetupWish::Look)
             | Wish::Simulate
             | Wish::Release(_)
             | Wish::Quit

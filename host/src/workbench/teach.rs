@@ -77,6 +77,7 @@ pub fn pattern(wish: &Pattern, profile: &Profile, into: Option<&str>) -> Result<
 #[cfg(test)]
 mod tests {
     use import::pattern::{Act, Down, Pattern, Point, Shape, Work, table::Row};
+    use lang::front::ProfileChoice;
     use lang::profile::Profile;
 
     use super::super::desk::Desk;
@@ -88,7 +89,8 @@ mod tests {
 
     /// Where a script goes down, mm of the machine times 1000.
     fn visited(text: &str) -> Vec<[i64; 2]> {
-        let loaded = trial::load(text, None).unwrap_or_else(|words| panic!("{words}\n{text}"));
+        let loaded = trial::load(text, ProfileChoice::built_in())
+            .unwrap_or_else(|words| panic!("{words}\n{text}"));
         let (outcome, events) = sim::run_traced(
             &loaded.program,
             Engine::Vm,

@@ -12,7 +12,8 @@ use crate::stand::{PATIENCE, Stand};
 /// A program with everything to see.
 const TEXT: &str = include_str!("../../../examples/pocket.bas");
 
-fn picture(page: &Page, name: &str) -> Outcome<()> {
+/// Writes a picture of a page where they are wanted.
+pub fn picture(page: &Page, name: &str) -> Outcome<()> {
     let Some(folder) = std::env::var_os("WORKBENCH_PICTURES").map(PathBuf::from) else {
         return Ok(());
     };

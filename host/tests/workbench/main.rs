@@ -13,6 +13,7 @@ mod operator;
 mod pattern;
 mod run;
 mod safety;
+mod setup;
 mod site;
 mod stand;
 mod teach;

@@ -52,8 +52,8 @@ pub struct Board {
 }
 
 impl Board {
-    fn start() -> Outcome<Board> {
-        let (process, port) = Process::start(&["board", "--tcp", "0"])?;
+    fn start(more: &[&str]) -> Outcome<Board> {
+        let (process, port) = Process::start(&[&["board", "--tcp", "0"], more].concat())?;
         let mut client = Client::new(link::open(&port)?, 1);
         client.find().map_err(|error| error.to_string())?;
         Ok(Board { _process: process, port, client })
@@ -67,6 +67,11 @@ impl Board {
     /// X of the machine, steps.
     pub fn x(&mut self) -> Outcome<i32> {
         Ok(self.status()?.pos.x.unwrap_or(0))
+    }
+
+    /// Switches an output, as a hand in its world understands it.
+    pub fn output(&mut self, n: u16, on: bool) -> Outcome<()> {
+        self.client.set_coil(lang::wire::COILS + n - 1, on).map_err(|error| error.to_string())
     }
 
     /// Waits until its state fits.
@@ -102,15 +107,20 @@ pub struct Stand {
 impl Stand {
     /// A workbench for a script, with a board of its own (`None` where there is no Chromium).
     pub fn start(text: &str, more: &[&str]) -> Outcome<Option<Stand>> {
-        Stand::with(text, more, false)
+        Stand::with(text, more, None)
     }
 
     /// A workbench for a board that the story asks too.
     pub fn with_board(text: &str) -> Outcome<Option<Stand>> {
-        Stand::with(text, &[], true)
+        Stand::with(text, &[], Some(""))
     }
 
-    fn with(text: &str, more: &[&str], outside: bool) -> Outcome<Option<Stand>> {
+    /// The same with a world around the board, and options for the workbench.
+    pub fn with_world(text: &str, world: &str, more: &[&str]) -> Outcome<Option<Stand>> {
+        Stand::with(text, more, Some(world))
+    }
+
+    fn with(text: &str, more: &[&str], outside: Option<&str>) -> Outcome<Option<Stand>> {
         if !has_chromium() {
             return Ok(None);
         }
@@ -119,7 +129,16 @@ impl Stand {
         let script = folder.path().join("job.bas");
         std::fs::write(&script, text).map_err(|error| error.to_string())?;
         let script = script.display().to_string();
-        let board = if outside { Some(Board::start()?) } else { None };
+        let around = folder.path().join("world.rhai");
+        let around_name = around.display().to_string();
+        let board = match outside {
+            None => None,
+            Some("") => Some(Board::start(&[])?),
+            Some(world) => {
+                std::fs::write(&around, world).map_err(|error| error.to_string())?;
+                Some(Board::start(&["--world", &around_name])?)
+            }
+        };
         let mut args = vec!["workbench", "--no-open", &script];
         args.extend(more);
         if let Some(board) = &board {
@@ -201,6 +220,19 @@ impl Page {
     /// Shows a part of the workbench.
     pub fn tab(&self, name: &str) -> Outcome<()> {
         self.click(&format!("[data-tab={name}]"))
+    }
+
+    /// Waits until what changed is painted.
+    pub fn rest(&self) -> Outcome<()> {
+        self.eval("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+            .map(drop)
+    }
+
+    /// Writes another script in the place of this one.
+    pub fn select_script(&self, text: &str) -> Outcome<()> {
+        self.click(".ed .text")?;
+        self.select_all()?;
+        self.type_text(text)
     }
 
     /// Puts the caret at the end of the script.

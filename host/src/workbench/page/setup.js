@@ -1,0 +1,144 @@
+// The set-up of a machine: which step is shown, what the machine does now, and what the tool keeps.
+import { h, $, text, tell, action, lamp, mm } from './dom.js';
+import { Link } from './link.js';
+import { Jog } from './jog.js';
+import { STEPS } from './steps.js';
+
+const link = new Link();
+let own = null, shown = null, current = '', state = null;
+
+// um/s of a jog in the set-up: slow, and no faster than the axis.
+const SLOW = 3000;
+const jog = new Jog(link, () => SLOW, () => 0);
+jog.refused = words => tell(words, true);
+
+link.addEventListener('locked', e => { $('#lock').hidden = false; text($('#lock-words'), e.detail); $('#password').focus(); });
+$('#lock').addEventListener('submit', e => { e.preventDefault(); link.connect($('#password').value.trim()); });
+link.addEventListener('lost', () => blind('The tool does not answer: use the emergency stop at the machine.'));
+link.addEventListener('blind', () => blind('No news from the tool: what this page shows may be old.'));
+link.addEventListener('bye', () => blind('The workbench has ended.'));
+link.addEventListener('words', e => tell(e.detail, true));
+link.addEventListener('welcome', e => {
+  $('#lock').hidden = true;
+  text($('#board'), `${e.detail.board}:`);
+  link.ask({ setup: 'look' }).then(take).catch(error => tell(error.message, true));
+});
+link.addEventListener('state', e => show(e.detail));
+function blind(words) { $('#blind').hidden = false; text($('#blind'), words); document.body.classList.add('blind'); }
+
+$('#stop').addEventListener('pointerdown', stop);
+$('#stop').addEventListener('click', stop);
+addEventListener('keydown', e => { if (e.key === 'Escape' && e.shiftKey) { stop(); e.preventDefault(); } });
+function stop() { jog.end(); link.say('stop'); }
+$('#helm').addEventListener('click', () => link.ask({ helm: !state?.mine }).catch(error => tell(error.message, true)));
+
+// What the tool keeps: a set-up, or those that one can begin with.
+function take(value) {
+  own = value.profile ? value : null;
+  $('#begin').hidden = !!own;
+  $('#guide').hidden = !own;
+  text($('#file'), own?.name ?? '');
+  if (!own) {
+    $('#base').replaceChildren(...[...value.profiles, ...value.built_in].map(name => h('option', { value: name }, name)));
+    $('#base').value = 'mill';
+    $('#begun').replaceChildren(...value.begun.map(name => action(`Go on with ${name}`, () => open(name, null))));
+    return;
+  }
+  if (!own.steps.some(step => step.id === current)) current = own.steps.find(step => !step.done)?.id ?? 'finish';
+  steps();
+  draw();
+}
+async function open(name, base) { take(await link.ask({ setup: { open: { name, base } } })); }
+$('#begin').addEventListener('submit', e => {
+  e.preventDefault();
+  open($('#name').value.trim(), $('#base').value).catch(error => tell(error.message, true));
+});
+
+function title(id) {
+  const [step, letter] = id.split('_');
+  return (letter ? `${letter.toUpperCase()}: ` : '') + STEPS[step].title;
+}
+function steps() {
+  const list = [...own.steps, { id: 'finish' }];
+  $('#steps').replaceChildren(...list.map(step => h('li', {}, h('button', {
+    type: 'button', className: step.done ? 'done' : step.stale ? 'stale' : '', ariaCurrent: step.id === current ? 'step' : 'false',
+    title: step.words ?? '', onclick: () => go(step.id) }, title(step.id)))));
+  $('#steps [aria-current=step]')?.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+}
+function go(id) {
+  jog.end();
+  current = id;
+  steps();
+  draw();
+}
+
+// What a step may use.
+const kit = {
+  get own() { return own; },
+  get state() { return state; },
+  link, jog,
+  async ask(wish) { take(await link.ask({ setup: wish })); },
+  change: patch => kit.ask({ change: patch }),
+  done: (step, words) => kit.ask({ done: { step, words } }),
+  // Marks the step as done and shows the next one that is not.
+  async next(step, words) {
+    await kit.done(step, words);
+    const at = own.steps.findIndex(one => one.id === step);
+    go((own.steps.slice(at + 1).find(one => !one.done) ?? { id: 'finish' }).id);
+  },
+  // Nothing is tried on a board that never got this machine, or (`now`) that has another one by now.
+  must(now = false) {
+    if (!own.board || now && !own.applied) throw new Error('bring the machine to the board first');
+    return kit;
+  },
+  // Asks for something that moves, in words where it is refused.
+  move: wish => link.ask(wish),
+  // The machine's place of an axis in mm, by the profile in the making.
+  async place(letter) { return (await link.ask('place'))[letter] * kit.step(letter); },
+  step(letter) { const { scale } = own.profile[letter.toLowerCase()]; return scale.um / scale.steps / 1000; },
+  // Buttons that jog an axis while they are held.
+  pad: letter => [false, true].map(positive => {
+    const button = h('button', { type: 'button', className: 'jog', ariaLabel: `Jog ${letter} ${positive ? 'plus' : 'minus'}` }, `${letter}${positive ? '+' : '−'}`);
+    jog.arm(button, letter, positive);
+    return button;
+  }),
+};
+
+function draw() {
+  const [step, letter] = current.split('_');
+  const done = own.steps.find(one => one.id === current);
+  const box = $('#step');
+  shown = STEPS[step].draw(kit, letter?.toUpperCase(), current);
+  const bring = own.applied || ['wiring', 'link'].includes(step) && !done?.done && step !== 'link' ? null
+    : h('p', { className: 'todo bar' }, 'The board does not have this machine yet. ',
+      action('Bring it to the board', async () => { await kit.ask('apply'); tell('The board has this machine now.'); }, { id: 'apply' }),
+      h('span', { className: 'soft' }, 'It takes the place of the program that is stored there, and restarts the board.'));
+  box.replaceChildren(h('h2', {}, title(current)), ...[bring].filter(Boolean),
+    done?.words && (done.done || done.stale) ? h('p', { className: done.done ? 'found' : 'todo' }, done.stale ? `Tried before with other values: ${done.words}` : done.words) : '',
+    ...shown.content);
+  if (state) show(state);
+}
+
+function show(next) {
+  state = next;
+  $('#blind').hidden = true;
+  document.body.classList.remove('blind');
+  const { picture } = state, { status } = picture, up = picture.port === 'up';
+  lamp($('#port'), up);
+  text($('#port-words'), up ? 'it answers' : picture.lost ?? 'opening the port');
+  $('#helm').setAttribute('aria-pressed', state.mine);
+  text($('#helm'), state.mine ? 'You have the helm' : state.taken ? 'Take the helm (another page has it)' : 'Take the helm');
+  if (!own || !status) return;
+  const rows = ['X', 'Y', 'Z'].filter(letter => own.profile[letter.toLowerCase()]).map(letter =>
+    [letter, `${mm(status.pos[letter] * kit.step(letter), 2)} mm${status.homed.includes(letter) ? ', homed' : ''}${status.moving.includes(letter) ? ', moves' : ''}`]);
+  rows.push(['Inputs on', status.inputs.join(', ') || 'none'], ['Outputs on', status.outputs.join(', ') || 'none'],
+    ['State', status.state === 'fault' ? `${status.fault} ${status.text}` : status.state]);
+  const key = JSON.stringify([rows, state.mine]);
+  if (key !== $('#now').dataset.key) {
+    $('#now').dataset.key = key;
+    $('#now').replaceChildren(h('dl', {}, ...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)])),
+      status.state === 'fault' ? action('Acknowledge', () => link.ask('start'), { id: 'acknowledge' }) : '');
+  }
+  for (const button of $('#step').querySelectorAll('button, input, select')) button.disabled = !state.mine;
+  shown?.show?.(state);
+}

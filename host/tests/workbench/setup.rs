@@ -1,0 +1,196 @@
+//! A new machine from its first wire to its profile, each step tried on the board.
+
+use lang::profile::{InputRole, Profile};
+
+use crate::cdp::{Outcome, Page};
+use crate::look::picture;
+use crate::stand::{PATIENCE, Stand};
+
+/// What hands do to the machine: output 16 presses the emergency stop, whose contact opens; output 15
+/// makes the motor of X lose steps.
+const WORLD: &str = "set_in(4, true);\n\
+    after_out(16, true, 0, || set_in(4, false));\n\
+    after_out(16, false, 0, || set_in(4, true));\n\
+    after_out(15, true, 0, || fault_at(0, \"stall\", \"X\", 60));\n";
+
+/// Brings the machine to the board.
+fn apply(page: &Page) -> Outcome<()> {
+    page.push("#apply")?;
+    page.wait("document.querySelector('#apply') === null", PATIENCE)
+}
+
+fn is_at(page: &Page, step: &str) -> Outcome<()> {
+    page.says("#steps [aria-current=step]", step)
+}
+
+#[test]
+fn a_machine_is_set_up_step_by_step_left_and_taken_up_again() -> Outcome<()> {
+    let Some(mut stand) = Stand::with_world("Home\n", WORLD, &["--setup"])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.fill("#name", "../bench")?;
+    page.eval("document.querySelector('#begin').noValidate = true")?;
+    page.push("#begin [type=submit]")?;
+    page.says("#notes", "is no name for a machine")?;
+    page.fill("#name", "bench")?;
+    page.push("#begin [type=submit]")?;
+    is_at(&page, "Wiring and pins")?;
+    for (width, height, mobile) in [(1440, 900, false), (820, 1180, true), (390, 844, true)] {
+        page.window(width, height, mobile)?;
+        for dark in [false, true] {
+            page.theme(dark)?;
+            page.rest()?;
+            let wide = page.eval("document.documentElement.scrollWidth")?.as_u64().unwrap_or(0);
+            assert!(wide <= u64::from(width), "the set-up is {wide} wide on a screen of {width}");
+            picture(&page, &format!("setup-{width}-{}", if dark { "dark" } else { "light" }))?;
+        }
+    }
+    page.window(1440, 900, false)?;
+    page.wait("document.querySelectorAll('svg.chip').length === 2", PATIENCE)?;
+    page.eval("[...document.querySelectorAll('#step button')].find(b => b.textContent === 'It is wired like this').click()")?;
+    is_at(&page, "Link")?;
+    // What the board does not answer is not done.
+    page.push("#link-done")?;
+    page.says("#notes", "bring the machine to the board first")?;
+    apply(&page)?;
+    page.push("#link-done")?;
+    is_at(&page, "Switches")?;
+    page.push("[aria-label='Press emergency stop']")?;
+    stand.board()?.output(16, true)?;
+    page.says("#step table", "input 4, on when open")?;
+    stand.board()?.output(16, false)?;
+    apply(&page)?;
+    page.eval("[...document.querySelectorAll('#step button')].find(b => b.textContent === 'All of them answer').click()")?;
+    is_at(&page, "Emergency stop")?;
+    // Nothing but the board's own word counts.
+    page.push("#stop-done")?;
+    page.says("#notes", "has told no emergency stop")?;
+    let at = page.centre("[aria-label='Jog X plus']")?;
+    page.mouse("mousePressed", at)?;
+    stand.board()?.until("a jog", |status| status.moving.contains(&'X'))?;
+    stand.board()?.output(16, true)?;
+    stand.board()?.until("F14", |status| {
+        status.fault.as_deref() == Some("F14") && status.moving.is_empty()
+    })?;
+    page.mouse("mouseReleased", at)?;
+    page.says("#now", "F14")?;
+    page.push("#stop-done")?;
+    is_at(&page, "Outputs")?;
+    stand.board()?.output(16, false)?;
+    page.push("#acknowledge")?;
+    page.wait("!document.querySelector('#now').textContent.includes('F14')", PATIENCE)?;
+    page.push("[aria-label='Output 1 on']")?;
+    stand.board()?.until("output 1", |status| status.outputs == [1])?;
+    page.push("[aria-label='Output 1 off']")?;
+    stand.board()?.until("no output", |status| status.outputs.is_empty())?;
+    page.fill("[aria-label='Name of output 1']", "mill motor")?;
+    page.push("[aria-label='Keep output 1']")?;
+    page.wait("document.querySelector('#apply') !== null", PATIENCE)?;
+    // Left, and taken up again.
+    let url = stand.url.clone();
+    page.go("about:blank")?;
+    page.go(&url)?;
+    page.wait("document.querySelector('#port')?.classList.contains('on')", PATIENCE)?;
+    page.says("#file", "bench")?;
+    page.push("[aria-label='Take output 2 out']")?;
+    page.wait("document.querySelector('[aria-label=\"Take output 2 out\"]') === null", PATIENCE)?;
+    apply(&page)?;
+    page.eval("[...document.querySelectorAll('#step button')].find(b => b.textContent === 'Each was tried').click()")?;
+    is_at(&page, "X: Direction")?;
+    axis(&page, &mut stand)?;
+    page.eval("[...document.querySelectorAll('#steps button')].at(-1).click()")?;
+    page.says("#step", "steps were not tried")?;
+    page.push("#write")?;
+    page.says("#written", "bench.toml and bench.report.html")?;
+    let text = std::fs::read_to_string(stand.folder.path().join("bench.toml"));
+    let profile = Profile::parse(&text.map_err(|error| error.to_string())?);
+    let profile = profile.map_err(|error| error.to_string())?;
+    let stop = profile.input_with(InputRole::EmergencyStop).ok_or("no emergency stop")?;
+    assert_eq!((stop.n, stop.invert), (4, true));
+    let x = profile.x.ok_or("no X")?;
+    assert_eq!((x.min_um, x.max_um, x.invert), (0, 250_000, false));
+    assert_eq!((x.scale.steps, x.scale.um), (100, 987));
+    assert!((2000..=2100).contains(&x.top_rate), "{}", x.top_rate);
+    assert_eq!(profile.outputs.len(), 1);
+    let report = std::fs::read_to_string(stand.folder.path().join("bench.report.html"));
+    let report = report.map_err(|error| error.to_string())?;
+    for words in
+        ["the board told F14", "asked 10 mm, measured 9.87 mm", "no step lost", "not tried"]
+    {
+        assert!(report.contains(words), "no {words} in {report}");
+    }
+    // A script names the machine that stands beside it.
+    page.push("#leave")?;
+    page.wait("!document.querySelector('#begin').hidden", PATIENCE)?;
+    page.click("#back")?;
+    page.wait("document.querySelector('#problem-count') !== null", PATIENCE)?;
+    page.wait("document.querySelector('#port')?.classList.contains('on')", PATIENCE)?;
+    page.select_script("PROFILE \"bench\"\nG0 X200\n")?;
+    page.says("#problem-count", "no problems")?;
+    page.says("#sums", "runs to its end")?;
+    // Two thirds of 3000 steps/s at 101.3 steps per mm.
+    page.says("#sums", "19.7 mm/s")
+}
+
+/// The steps of X.
+fn axis(page: &Page, stand: &mut Stand) -> Outcome<()> {
+    // Wrong, turned round, wrong again, right.
+    for _ in 0..2 {
+        page.push("#wrong")?;
+        page.wait("document.querySelector('#apply') !== null", PATIENCE)?;
+        page.push("#plus")?;
+        page.says("#notes", "bring the machine to the board first")?;
+        apply(page)?;
+    }
+    page.push("#plus")?;
+    stand
+        .board()?
+        .until("+1 mm", |status| status.pos.x == Some(100) && status.moving.is_empty())?;
+    page.push("#right")?;
+    is_at(page, "X: Steps per millimetre")?;
+    page.fill("#asked", "10")?;
+    page.push("#forward")?;
+    stand
+        .board()?
+        .until("10 mm", |status| status.pos.x == Some(1100) && status.moving.is_empty())?;
+    page.fill("#measured", "9.87")?;
+    page.push("#take-scale")?;
+    page.says("#step", "100 steps for 0.987 mm")?;
+    page.says("#step .found", "asked 10 mm, measured 9.87 mm")?;
+    apply(page)?;
+    page.eval("[...document.querySelectorAll('#steps button')].find(b => b.textContent.startsWith('X: Reference')).click()")?;
+    page.push("#home-done")?;
+    page.says("#notes", "X is not homed: let it run")?;
+    page.push("#home")?;
+    page.says("#notes", "X is homed.")?;
+    page.says("#now", "homed")?;
+    page.push("#home-done")?;
+    is_at(page, "X: Travel")?;
+    page.fill("#lowest", "0")?;
+    page.fill("#highest", "250")?;
+    page.push("#take-travel")?;
+    is_at(page, "X: Top rate and ramp")?;
+    apply(page)?;
+    for (label, value) in [
+        ("First rate, steps/s", "3000"),
+        ("Fastest rate, steps/s", "3000"),
+        ("Way, mm", "20"),
+        ("Times", "1"),
+    ] {
+        page.fill(&format!("[aria-label='{label}']"), value)?;
+    }
+    page.push("#climb")?;
+    page.says("#trials", "no step lost")?;
+    page.says("#trial-words", "Up to 3000 steps/s no step was lost.")?;
+    // Steps that are lost on the way are seen at the switch.
+    page.push("#climb")?;
+    stand.board()?.until("a run", |status| status.pos.x > Some(1000))?;
+    stand.board()?.output(15, true)?;
+    page.says("#trials", "steps lost")?;
+    page.says("#trial-words", "Steps were lost at the first rate")?;
+    stand.board()?.output(15, false)?;
+    page.push("#climb")?;
+    page.says("#trial-words", "Up to 3000")?;
+    page.push("#take-rate")?;
+    is_at(page, "Y: Direction")?;
+    apply(page)
+}
