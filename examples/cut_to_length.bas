@@ -1,10 +1,12 @@
-' Cutting to length: feed, clamp, cut. Length and count are registers that an HMI writes.
+' Cutting to length: feed, clamp, cut. The operator types length and count, presses Start and reads what is done.
 OUTPUT clamp = 3, saw = 4
 INPUT clamped = 1, saw_up = 2
-DIM wanted AS LENGTH AT 3000, count_ AT 3002, done AT 3004
+DIM wanted AS LENGTH AT 3000 LABEL "Length" MIN 5mm MAX 300mm, _
+    count_ AT 3002 LABEL "Pieces" MIN 1 MAX 500, done AT 3004 LABEL "Done"
 
 IF wanted = 0mm THEN wanted = 35mm
 IF count_ = 0 THEN count_ = 3
+done = 0
 SetPos X, 0mm
 WHILE done < count_
   MoveRel X, wanted, 60mm/s

@@ -24,5 +24,6 @@ pub const WHOLE: Part = Part {
     chip: "MSP430G2553 with 32 KB",
     features: G2553.features | feature::KEEP | feature::LINES | feature::EVENTS,
     segments: 6,
+    at_room: 0,
     ..G2553
 };

@@ -129,6 +129,82 @@ fn several_clients_of_modbus_tcp_get_all_their_answers() {
     }
 }
 
+/// What an operator does to AT variables: types, presses Start, reads, changes nothing, starts again.
+const OPERATOR: &str = r#"
+import sys, time
+from pymodbus.client import ModbusSerialClient
+
+board = ModbusSerialClient(sys.argv[1], baudrate=115200, parity="N", timeout=1)
+assert board.connect()
+
+def read(register):
+    reply = board.read_holding_registers(register, count=2)
+    assert not reply.isError(), reply
+    return reply.registers[0] | reply.registers[1] << 16
+
+def write(register, value):
+    return board.write_registers(register, [value & 0xFFFF, value >> 16])
+
+def run():
+    before = board.read_holding_registers(5027, count=1).registers
+    assert not board.write_register(5050, 1).isError()
+    end = time.time() + 30
+    while board.read_holding_registers(5020, count=1).registers != [1] \
+            or board.read_holding_registers(5027, count=1).registers == before:
+        assert time.time() < end, "the run goes on"
+        time.sleep(0.02)
+
+if sys.argv[2] == "zero":
+    assert [read(3000), read(3004)] == [0, 0], [read(3000), read(3004)]
+    sys.exit()
+# After the upload: 0, and the operator's at once; the gap at 3002 is nobody's, 3006 is the program's.
+assert [read(3000), read(3004)] == [0, 0]
+assert not write(3000, 70000).isError()
+assert read(3000) == 70000
+assert write(3006, 1).exception_code == 4 and read(3006) == 0
+assert write(3999, 1).isError()
+run()
+# Start kept the quantity, the run its result; what belongs to the program alone began with 0.
+assert [read(3000), read(3004)] == [70000, 70001], [read(3000), read(3004)]
+assert read(3006) == 0
+run()
+assert [read(3000), read(3004)] == [70000, 140002], [read(3000), read(3004)]
+assert not write(3004, 0).isError()
+assert not board.write_register(3000, 5).isError()
+run()
+assert [read(3000), read(3004)] == [5, 6], [read(3000), read(3004)]
+board.close()
+"#;
+
+#[test]
+fn at_variables_are_the_operators_whether_a_program_runs_or_not() {
+    if !has("python3", &["-c", "import pymodbus, serial"]) {
+        return;
+    }
+    let operator = |port: &str, what: &str| {
+        let output = Command::new("python3").args(["-c", OPERATOR, port, what]).output();
+        let output = output.expect("python ends");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{what}: {said}");
+    };
+    for part in ["g2553", "virtual"] {
+        let board = Board::start(&["--part", part]);
+        let port = board.port();
+        let port = port.to_str().expect("UTF-8");
+        let upload = |name: &str, text: &str| {
+            let script = board.folder.path().join(name);
+            std::fs::write(&script, text).expect("a script");
+            pasapas(&["upload", script.to_str().expect("UTF-8"), "--port", port]);
+        };
+        let counts = "DIM qty AT 3000, total AT 3004\nDIM own\nKEEP runs\nown = own + 1\n\
+                      runs = runs + 1\ntotal = total + qty + own\n";
+        upload("counts.bas", counts);
+        operator(port, "operate");
+        upload("other.bas", &counts.replace("+ own", "+ own * 2"));
+        operator(port, "zero");
+    }
+}
+
 /// The block of a language in the firmware's manual that begins behind the heading of the session.
 fn session(language: &str) -> String {
     let manual = include_str!("../../firmware/README.md");

@@ -81,8 +81,35 @@ pub struct Var {
     pub array: bool,
     /// Where it lives.
     pub storage: Storage,
+    /// What a panel shows of it; of AT variables.
+    pub panel: Panel,
     /// Its declaration.
     pub span: Span,
+}
+
+/// What an operator panel shows of a variable.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Panel {
+    /// LABEL.
+    pub label: Option<String>,
+    /// MIN and MAX.
+    pub limits: Limits,
+}
+
+/// Values that an operator may give a variable, in the unit of its cells. The program itself is not
+/// bound by them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// The least.
+    pub least: i32,
+    /// The greatest.
+    pub greatest: i32,
+}
+
+impl Default for Limits {
+    fn default() -> Limits {
+        Limits { least: i32::MIN, greatest: i32::MAX }
+    }
 }
 
 /// Where a variable lives.
@@ -90,7 +117,8 @@ pub struct Var {
 pub enum Storage {
     /// Visible everywhere, 0 at the start of a run.
     Global,
-    /// `DIM name AT register`: a global that the link sees at this register.
+    /// `DIM name AT register`: a global that the link sees at this register. It is 0 after power-up and
+    /// after an upload, not at the start of a run.
     At(u16),
     /// KEEP number 0..=7: a global with a life after power loss.
     Keep(u8),

@@ -28,7 +28,7 @@
 //! | 14 | cells |
 //! | 15 | deepest expression of one routine |
 //! | 16 | depth of the call stack |
-//! | 17 | first KEEP cell; the others follow it |
+//! | 17 | first KEEP cell; the others follow it. Those before it are AT variables', kept from run to run |
 //! | 18, 19 | hash of the profile; in a wide image the third bytes of the two lengths |
 
 pub mod statements;
@@ -64,7 +64,7 @@ pub mod at {
     pub const FRAME: usize = 15;
     /// Entries of the call stack.
     pub const CALLS: usize = 16;
-    /// First KEEP cell.
+    /// First KEEP cell, and so the number of cells before it, which AT variables take.
     pub const KEEP_BASE: usize = 17;
     /// Hash of the profile.
     pub const PROFILE: usize = 18;
@@ -146,7 +146,7 @@ pub struct Header {
     pub calls: u8,
     /// KEEP values.
     pub keeps: u8,
-    /// First KEEP cell.
+    /// First KEEP cell, and so the number of cells before it, which AT variables take.
     pub keep_base: u8,
     /// Hash of the profile, 0 in a wide image.
     pub profile_hash: u16,

@@ -28,6 +28,9 @@ pub struct Part {
     /// Consecutive G1, G2 and G3 run through their corners; without it each begins and ends at the
     /// start rate.
     pub look_ahead: bool,
+    /// Bytes of the call stack and of AT variables behind it that may live between runs
+    /// ([`Part::keeps_at`]), 0 for none.
+    pub at_room: u16,
 }
 
 /// 16 KB of flash, 512 bytes of RAM.
@@ -41,6 +44,7 @@ pub const G2553: Part = Part {
     // Segments C and B (SLAU144, 7.2).
     profiles: [0x1080, 0x1040],
     look_ahead: false,
+    at_room: 18,
 };
 
 /// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
@@ -48,6 +52,7 @@ pub const G2553_HANDLERS: Part = Part {
     name: "g2553-handlers",
     features: G2553.features | feature::LINES | feature::EVENTS,
     segments: 3,
+    at_room: 0,
     ..G2553
 };
 
@@ -69,6 +74,7 @@ pub const VIRTUAL: Part = Part {
     segments: 6,
     profiles: G2553.profiles,
     look_ahead: true,
+    at_room: u16::MAX,
 };
 
 /// The same on a chip that is sold, on its LaunchPad.
@@ -181,6 +187,12 @@ impl Part {
         let available = self.room_for(keeps);
         let flash = (used > available).then_some(Lack::Flash { used, available, keeps });
         lacking.chain(memory).chain(flash)
+    }
+
+    /// Whether the AT variables of the program of this header live between runs: the link reads and writes
+    /// them, and Start keeps them. An entry of the call stack has two bytes, a cell four.
+    pub const fn keeps_at(&self, header: &Header) -> bool {
+        2 * header.calls as u16 + 4 * header.keep_base as u16 <= self.at_room
     }
 
     /// Bytes of the longest image, of a program without KEEP values or with them.

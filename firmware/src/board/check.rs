@@ -9,7 +9,7 @@
 //! | r7 | the instruction behind it |
 //! | r8 | values that it takes |
 //! | r9 | depth of the expression stack |
-//! | r10 | scratch memory: [`CODE_START`] to [`ANCHOR_TABLE`] |
+//! | r10 | scratch memory: [`SCRATCH`] bytes |
 //! | r11 to r15 | free |
 //!
 //! Addresses are absolute. 1 KB of code takes 60 ms at most in programs as people write them.
@@ -41,11 +41,8 @@ const FREE: u8 = 8;
 /// Bytes of the pool that ON lines take.
 const EVENT_POOL: [u16; 2] =
     if PART.features & feature::EVENTS != 0 { PART.event_pool } else { [0, 0] };
-/// Of the anchors.
-const ANCHOR_TABLE: u8 = FREE + if EVENT_POOL[0] != 0 { 2 } else { 0 };
-/// Scratch memory of the check, bytes.
-#[cfg(feature = "board")]
-pub const SCRATCH: usize = ANCHOR_TABLE as usize + ANCHORS;
+/// Scratch memory of the check, bytes; the anchors are its end.
+pub const SCRATCH: usize = FREE as usize + if EVENT_POOL[0] != 0 { 2 } else { 0 } + ANCHORS;
 
 #[cfg(feature = "board")]
 unsafe extern "C" {
@@ -150,7 +147,7 @@ global_asm!(
     event_pool = const EVENT_POOL[0],
     event_bytes = const EVENT_POOL[1],
     max_events = const MAX_EVENTS,
-    anchor = const ANCHOR_TABLE,
+    anchor = const SCRATCH - ANCHORS,
     anchors = const ANCHORS,
     version = const Refusal::Version as u8,
     feature = const Refusal::Feature as u8,

@@ -209,12 +209,12 @@ impl Core {
         self.store.image().map(|offset| crate::flash::AREA + offset)
     }
 
-    /// Checks the image at an address; the pool must be free.
+    /// Checks the image at an address. The pool stays as it is: AT variables live in it between runs.
     pub fn check(&mut self, image: u16) -> bool {
-        // SAFETY: no program runs, so the pool is free for the check's anchors.
-        let scratch = unsafe {
-            &mut *core::ptr::addr_of_mut!(crate::vm::CALLS).cast::<[u8; check::SCRATCH]>()
-        };
+        // Words: the check needs an even address.
+        static mut SCRATCH: [u16; check::SCRATCH.div_ceil(2)] = [0; check::SCRATCH.div_ceil(2)];
+        // SAFETY: used only here, and the check calls nothing of the board.
+        let scratch = unsafe { &mut *addr_of_mut!(SCRATCH).cast::<[u8; check::SCRATCH]>() };
         self.refusal = check::verify(image, LIMITS.features, scratch).err().unwrap_or(0);
         self.refusal == 0
     }

@@ -40,6 +40,9 @@ pub const INPUTS_AT: usize = offset_of!(Guard, inputs);
 #[cfg(feature = "f5529")]
 pub const TRIPPED_AT: usize = offset_of!(Guard, tripped);
 
+/// Interrupts may come, in the status register.
+const GIE: u16 = 1 << 3;
+
 /// [`Guard::tripped`]: none of the pins of inputs.
 const CHAIN: u8 = 1;
 
@@ -97,12 +100,20 @@ guard_exit:
     /* The millisecond's interrupt goes on here. The registers of the outputs are sent what they hold. */
     .global pasapas_guard_chain
 pasapas_guard_chain:
-    eint
+    push r15
+    mov #{gie}, r15
+    jmp 1f
     /* and here while flash is busy, where no interrupt may come between */
     .global pasapas_guard_alone
 pasapas_guard_alone:
     push r15
+    clr r15
+1:  push r13
     push r14
+    /* behind a flash operation milliseconds come one upon the other: the next finds the chain lent */
+    mov &INPUTS, r13
+    clr &INPUTS
+    bis r15, r2
     bic.b #{latch}, &LATCH_OUT
     bis.b #{latch}, &LATCH_OUT
     mov.b &OUTPUTS+1, &SPI_TXBUF
@@ -118,7 +129,15 @@ pasapas_guard_alone:
     pop r14
     dint
     xor &INVERT, r15
-    and &INPUTS, r15
+    and r13, r15
+    tst.b &TRIPPED
+    jne 2f
+    mov r13, &INPUTS
+    tst r15
+    jne 3f
+2:  clr r15
+3:  pop r13
+    tst r15
     jeq guard_exit
     mov r15, &ANSWERED
     mov.b #{chain}, r15
@@ -144,6 +163,7 @@ pasapas_guard_alone:
     spi_txbuf = const ports::SPI_TXBUF,
     latch = const ports::LATCH,
     chain = const CHAIN,
+    gie = const GIE,
 );
 
 fn guard() -> *mut Guard {

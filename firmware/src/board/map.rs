@@ -312,10 +312,7 @@ impl Map for Core {
             }
             POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Core::work_position),
             CELLS..KEEPS => {
-                if !self.session.is_active() {
-                    return 0;
-                }
-                let value = vm().cell((address - CELLS) >> 1);
+                let value = self.open_cell((address - CELLS) >> 1);
                 self.half(address, value)
             }
             _ => 0,
@@ -418,16 +415,7 @@ impl Map for Core {
 
     fn write_long(&mut self, address: u16, value: i32) -> Result<(), Exception> {
         match address {
-            CELLS..KEEPS => {
-                if !self.session.is_active() {
-                    return Err(Exception::DeviceFailure);
-                }
-                if vm().set_cell((address - CELLS) >> 1, value) {
-                    Ok(())
-                } else {
-                    Err(Exception::IllegalValue)
-                }
-            }
+            CELLS..KEEPS => self.set_open_cell((address - CELLS) >> 1, value),
             KEEPS.. if address < KEEPS_END => {
                 if self.session.is_active() || self.motor.moving() == 0 {
                     if self.set_kept((address - KEEPS) >> 1, value) {

@@ -161,7 +161,7 @@ pub fn follow(core: &mut Core) -> bool {
     }
     let vm = vm();
     let (open, handler) = (vm.flags & (flag::EVENT | flag::ERROR), vm.handler);
-    vm.begin(slot(stream.next));
+    vm.begin(slot(stream.next), 0);
     vm.flags = open;
     vm.handler = handler;
     core.effect_pc = vm.pc.wrapping_sub(1);

@@ -121,18 +121,19 @@ struct Place {
 }
 
 impl State {
-    /// Lays the pool out for the verified image at `image` and stands at its beginning; cells are 0.
-    pub fn begin(&mut self, image: u16) {
-        let head = Image(image);
-        // SAFETY: nothing of the pool is in use between runs.
-        unsafe { CALLS = [0; POOL_WORDS] };
-        let calls = u16::from(head.byte(at::CALLS as u16));
+    /// Stands at the beginning of the verified image at `image`. Cells are 0, but for the first `kept`
+    /// of the program that ran or was attached before.
+    pub fn begin(&mut self, image: u16, kept: u16) {
         self.attach(image);
-        self.pc = self.code + head.word(at::ENTRY as u16);
+        let stays = self.cells..self.cells + 4 * kept;
+        for address in (pool()..pool() + 2 * POOL_WORDS as u16).step_by(2) {
+            if !stays.contains(&address) {
+                // SAFETY: a word of the pool, of which nothing is in use between runs.
+                unsafe { (address as *mut u16).write(0) };
+            }
+        }
+        self.pc = self.code + Image(image).word(at::ENTRY as u16);
         self.calls = pool();
-        self.calls_end = pool() + 2 * calls;
-        self.cells = self.calls_end;
-        self.cell_count = head.byte(at::CELLS as u16);
         self.sp = pool() + 2 * POOL_WORDS as u16;
         self.base = self.sp;
         self.handler = 0;
@@ -140,14 +141,24 @@ impl State {
         self.flags = 0;
     }
 
-    /// The verified program at `image` is the stored one, or none is (0).
+    /// The verified program at `image` is the stored one, or none is (0). One that was not attached
+    /// before gets a pool of its layout, with cells of 0.
     pub fn attach(&mut self, image: u16) {
-        self.code = 0;
-        if image != 0 {
-            self.code = image + CODE;
-            self.data = self.code + Image(image).word(at::CODE_LEN as u16);
+        let code = if image == 0 { 0 } else { image + CODE };
+        if code == 0 || code != self.code {
+            // SAFETY: nothing of the pool is in use between runs.
+            unsafe { CALLS = [0; POOL_WORDS] };
+            self.cell_count = 0;
         }
-        self.pc = self.code;
+        self.code = code;
+        if code != 0 {
+            let head = Image(image);
+            self.data = code + head.word(at::CODE_LEN as u16);
+            self.calls_end = pool() + 2 * u16::from(head.byte(at::CALLS as u16));
+            self.cells = self.calls_end;
+            self.cell_count = head.byte(at::CELLS as u16);
+        }
+        self.pc = code;
     }
 
     /// Address of a cell; `None` when the program does not have it.

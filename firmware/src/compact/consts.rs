@@ -38,7 +38,6 @@ constants! {
     RUN_FAULT = RunState::Fault;
     RUN_WAIT_START = RunState::WaitStart;
     RUN_STOPPING = RunState::Stopping;
-    END_NONE = End::None;
     END_DONE = End::Done;
     END_STOPPED = End::Stopped;
     END_FAULT = End::Fault;
@@ -94,7 +93,6 @@ constants! {
     MACHINE_SIZE = MachineRecord::SIZE;
     MC_FLAGS = offset_of!(MachineRecord, flags);
     MC_KEEPS = offset_of!(MachineRecord, keeps);
-    MC_CORNER = offset_of!(MachineRecord, corner);
     MC_FEED = offset_of!(MachineRecord, default_feed);
     MC_AXES = offset_of!(MachineRecord, axes);
     MC_REQUIRE_HOMING = MachineRecord::REQUIRE_HOMING;
@@ -119,7 +117,6 @@ constants! {
     AXIS_INVERT = AxisRecord::INVERT;
     AXIS_HOME_POSITIVE = AxisRecord::HOME_POSITIVE;
     // Offsets in an image: header, MachineRecord, code.
-    IMAGE_HEADER = HEADER;
     IMAGE_CODE = HEADER + MachineRecord::SIZE;
     F_OVERFLOW = Fault::Overflow.number();
     F_SOFT_LIMIT = Fault::SoftLimit.number();
@@ -148,9 +145,10 @@ constants! {
     P2_DIR_Z = pins::P2_DIR[2];
     P2_OUT1_OR_LATCH = pins::P2_OUT1_OR_LATCH;
     P2_OUT2_OR_ENABLE = pins::P2_OUT2_OR_ENABLE;
-    VM_STATE_SIZE = core::mem::size_of::<vm::State>();
-    // What the build leaves out costs no byte: `.if HAS_...` in the sources.
+    // What the build leaves out costs no byte: `.if HAS_...`, `.if AT_ROOM` in the sources.
+    CHECK_SCRATCH_SIZE = crate::check::SCRATCH;
     HAS_EVENTS = (vm::PART.features & lang::record::feature::EVENTS != 0);
+    AT_ROOM = vm::PART.at_room;
     HAS_LINES = (vm::PART.features & lang::record::feature::LINES != 0);
 }
 

@@ -27,12 +27,3 @@ loop:
     call #emergency_input
     call #run
     jmp loop
-
-/* Clears RAM from r12 on to the pool's end, which r12 is then. */
-    .global clear_ram
-clear_ram:
-    clr 0(r12)
-    incd r12
-    cmp #POOL_END, r12
-    jne clear_ram
-    ret

@@ -48,6 +48,13 @@
     VAR TICK, 4                 /* interval at speed 1, ticks */
     .set LOCALS, TICK           /* at rest: bytes of a statement or command that begins */
     VAR WATCH, 1                /* inputs of port 1 that catch, or TRIPPED */
+    .if AT_ROOM
+    /* at rest, where the pool holds variables: slot_check forgets LEFT again */
+    .set CHECK_SCRATCH, INC
+    .if WATCH-INC < CHECK_SCRATCH_SIZE
+    .error "the check's scratch memory"
+    .endif
+    .endif
     VAR IDLE, 1                 /* their levels at rest; WATCH_ENDS: the step that is caught is the last */
     VAR HIT, 1                  /* what answered, 0 for nothing yet; where nothing is watched 1 in a rapid
                                    move, LONE in that of a single axis, else 0 */
@@ -183,12 +190,19 @@
     .set FEED_ASIDE, OPEN
 
 /* The program's pool: call stack upward, cells, expression stack downward from POOL_END. Without a
-   run it holds the command buffer, and while an image is checked the check's anchors. */
+   run its end holds the command buffer; cells of AT variables in front of that live on. */
     MODULE pool
     .set POOL, HERE
-    .set COMMAND, POOL+4        /* 21 registers */
     .set STACK_ROOM, 70-2*HAS_LINES /* the machine stack below 0x0400, with 24 bytes to spare */
     .set POOL_END, 0x0400-STACK_ROOM
+    .set COMMAND, POOL_END-42   /* 21 registers, the first two of them in COMMAND_HEAD */
+    .set HOME_RECORD, COMMAND-4 /* the arguments of 106 as a record of an axis */
+    .if AT_ROOM && HOME_RECORD-POOL != AT_ROOM
+    .error "the part's room for AT variables"
+    .endif
+    .if !AT_ROOM
+    .set CHECK_SCRATCH, POOL
+    .endif
     .set ram.stack, POOL_END
     .global POOL, POOL_END, VM_STATE
 

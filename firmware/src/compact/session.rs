@@ -27,7 +27,6 @@ constants! {
     FEATURE_EVENTS = feature::EVENTS;
     CALL_EVENT = (entry::EVENT as u16) << 12;
     CALL_ERROR = (entry::ERROR as u16) << 12;
-    CALL_FUNC = (entry::FUNC as u16) << 12;
     FEATURE_LINES = feature::LINES;
     // Where an image's header says what the pool is made of (`lang::image`).
     IMAGE_ENTRY = at::ENTRY;

@@ -38,7 +38,6 @@ constants! {
     // FCTL1 (SLAU144, 7.4) with its password.
     FLASH_WRITE = 0xA500 | 1 << 6;
     FLASH_ERASE = 0xA500 | 1 << 1;
-    UPLOAD_BEGIN = Upload::Begin;
     UPLOAD_REPLACE = Upload::Replace;
     UPLOAD_COMMIT = Upload::Commit;
     UPLOAD_ERASE = Upload::Erase;

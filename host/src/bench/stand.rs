@@ -18,7 +18,7 @@ use crate::board::{Build, DEFAULT};
 use crate::client::identity::Identity;
 use crate::client::{Client, ClientError};
 use crate::link::Link;
-use crate::sim::world::World;
+use crate::sim::world::{Registers, World};
 
 /// Vectors of the step engine's timer: of Timer1_A (SLAS735, interrupt vector addresses) and of the F5529's
 /// TA0 (SLAS590).
@@ -82,7 +82,8 @@ impl Stand {
 
     fn with(build: &Build, profile: &Profile, world: &World) -> Result<Stand, String> {
         let firmware = build.image().map_err(|error| error.to_string())?;
-        let rig = Rig::new(build, &firmware, profile, world).map_err(|e| e.to_string())?;
+        let rig = Rig::new(build, &firmware, profile, world, &Registers::default())
+            .map_err(|e| e.to_string())?;
         let rig = Rc::new(RefCell::new(rig));
         let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
         client.find().map_err(|error| error.to_string())?;

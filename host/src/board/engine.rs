@@ -21,7 +21,7 @@ use crate::client::upload::UploadError;
 use crate::client::{Client, ClientError, Patience};
 use crate::link::Link;
 use crate::sim::trace::Event;
-use crate::sim::world::{World, WorldError};
+use crate::sim::world::{Registers, World, WorldError};
 use crate::sim::{Options, Outcome};
 
 /// A request that the board loses while it erases flash is asked again soon.
@@ -127,7 +127,8 @@ impl From<UploadError> for BoardError {
 /// See [`BoardError`]. A fault of the script is no error: it is the outcome's end.
 pub fn run<'a>(job: &'a Job<'_>, sinks: Sinks<'a>) -> Result<BoardRun, BoardError> {
     let firmware = job.build.image().map_err(BoardError::Firmware)?;
-    let rig = Rig::new(job.build, &firmware, &job.program.profile, job.world)?;
+    let registers = Registers::on_board(job.program);
+    let rig = Rig::new(job.build, &firmware, &job.program.profile, job.world, &registers)?;
     let rig = Rc::new(RefCell::new(rig));
     let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
     client.find()?;
@@ -188,10 +189,22 @@ fn prepare(
     client.upload(job.image, false, &mut |_| {})?;
     client.set_patience(RUN_PATIENCE);
     rig.borrow_mut().set_the_scene()?;
+    if lang::image::Image::new(job.image).is_ok_and(|image| job.build.part.keeps_at(&image.header))
+    {
+        let written = rig.borrow_mut().take_registers();
+        for (register, value) in written {
+            client.write_all(register, &halves(value))?;
+        }
+    }
     let now = client.link().now();
     client.link().pause((reset + ALONE).saturating_sub(now).max(FILTERS));
     if !rig.borrow_mut().observe() {
         return Err(BoardError::Board("the firmware image has no symbols to watch".to_owned()));
     }
     Ok(())
+}
+
+/// Both halves of an AT variable.
+pub(super) fn halves(value: i32) -> [u16; 2] {
+    [value as u16, (value >> 16) as u16]
 }

@@ -15,7 +15,7 @@ use crate::client::Client;
 use crate::client::identity::differences;
 use crate::helm::Board;
 use crate::link::{Link, Pipe, pipe};
-use crate::sim::world::{Button, World, WorldError};
+use crate::sim::world::{Button, Registers, World, WorldError};
 
 /// Time from power-up to the first answer, and some more.
 const BOOT_US: u64 = 200_000;
@@ -148,7 +148,8 @@ pub enum LiveError {
 
 fn power_up(build: &Build, profile: &Profile, world: &World) -> Result<Rig, LiveError> {
     let firmware = build.image().map_err(|error| LiveError::Firmware(error.to_string()))?;
-    let mut rig = Rig::new(build, &firmware, profile, world).map_err(LiveError::World)?;
+    let mut rig = Rig::new(build, &firmware, profile, world, &Registers::default())
+        .map_err(LiveError::World)?;
     rig.begin();
     rig.run_until(rig.ticks(BOOT_US)).map_err(LiveError::World)?;
     Ok(rig)

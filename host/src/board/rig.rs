@@ -8,7 +8,7 @@ use lang::wire::{Seen, TraceKind};
 
 use super::Build;
 use super::observe::{Observed, Observer, Sight};
-use crate::sim::world::{Action, Button, Scenario, World, WorldError};
+use crate::sim::world::{Action, Button, Registers, Scenario, World, WorldError};
 
 /// Where a reference switch stands when the world does not say: this far away, um.
 const SWITCH_AWAY_UM: i64 = 20_000;
@@ -20,6 +20,8 @@ pub enum HostAction {
     Char(i32),
     /// Send the emergency stop: no input has that role.
     EmergencyStop,
+    /// Give the AT variable at a register a value.
+    Register(u16, i32),
 }
 
 /// The emulated board, its machine and its world.
@@ -51,7 +53,7 @@ pub struct Rig {
 
 impl Rig {
     /// A board with the firmware `image` of a build in its flash, the machine of `profile` and a
-    /// world, powered up.
+    /// world, which knows these AT variables, powered up.
     ///
     /// # Errors
     /// The world's script fails.
@@ -60,6 +62,7 @@ impl Rig {
         image: &emulator::Image,
         profile: &Profile,
         world: &World,
+        registers: &Registers,
     ) -> Result<Rig, WorldError> {
         let wiring = match profile.wiring {
             Wiring::Direct => PlantWiring::Direct,
@@ -67,7 +70,7 @@ impl Rig {
         };
         let config = Config { part: build.chip.clone(), wiring, ..Config::default() };
         let board = Board::with_config(&config, image);
-        let scenario = world.start()?;
+        let scenario = world.start(registers)?;
         let mut rig = Rig {
             board,
             profile: profile.clone(),
@@ -233,6 +236,11 @@ impl Rig {
             || Axis::ALL.into_iter().any(|axis| self.profile.reference_input(axis) == n)
     }
 
+    /// What the operator has given AT variables before the time of the scenario begins.
+    pub fn take_registers(&mut self) -> Vec<(u16, i32)> {
+        self.scenario.take_registers()
+    }
+
     /// When the scenario acts next, in ticks.
     fn next_action(&self) -> Option<u64> {
         let zero = self.zero?;
@@ -364,6 +372,9 @@ impl Rig {
             Action::Char(c) => {
                 self.host_actions.retain(|action| !matches!(action, HostAction::Char(_)));
                 self.host_actions.push(HostAction::Char(c));
+            }
+            Action::Register { register, value } => {
+                self.host_actions.push(HostAction::Register(register, value));
             }
             Action::Stall { axis, steps } => {
                 let steps = u64::from(steps.unsigned_abs());

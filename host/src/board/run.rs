@@ -11,7 +11,7 @@ use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::wire::{self, Control, RunState};
 
-use super::engine::{BoardError, BoardRun, Job, Sinks};
+use super::engine::{BoardError, BoardRun, Job, Sinks, halves};
 use super::health::Health;
 use super::judge::Judge;
 use super::link::InProcess;
@@ -290,6 +290,9 @@ impl<'a, 'b> Run<'a, 'b> {
                     self.client.write(wire::CHAR_IN, value)?;
                 }
                 HostAction::EmergencyStop => self.client.control(Control::EmergencyStop)?,
+                HostAction::Register(register, value) => {
+                    self.client.write_all(register, &halves(value))?;
+                }
             }
         }
         Ok(())

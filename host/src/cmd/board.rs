@@ -16,7 +16,7 @@ use crate::board::turns::Manner;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::output;
-use crate::sim::world::World;
+use crate::sim::world::{Registers, World};
 
 /// Time from power-up to the first answer, and some more.
 const BOOT_US: u64 = 200_000;
@@ -79,7 +79,7 @@ impl Board {
         let build = self.part.or_default();
         let firmware =
             build.image().map_err(|error| Failure::Board(format!("firmware: {error}")))?;
-        let mut rig = Rig::new(build, &firmware, &profile, &world)
+        let mut rig = Rig::new(build, &firmware, &profile, &world, &Registers::default())
             .map_err(|error| world::wrong(&error, console))?;
         let mut server = Server::default();
         if let Some(file) = &self.flash {

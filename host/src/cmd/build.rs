@@ -2,7 +2,7 @@
 
 use clap::Args;
 use lang::back::Compiled;
-use lang::hir::Storage;
+use lang::hir::{self, Storage};
 use lang::image::{Image, pool_limit};
 use serde::Serialize;
 
@@ -63,6 +63,12 @@ struct CellUse {
 struct RegisterUse {
     name: String,
     register: u16,
+    /// What a panel calls it.
+    label: Option<String>,
+    /// The least that an operator may give it.
+    min: i32,
+    /// The greatest.
+    max: i32,
 }
 
 impl Build {
@@ -121,7 +127,14 @@ fn figures(file: &str, script: &Script, compiled: &Compiled, build: &Firmware) -
             Storage::Keep(n) => lang::wire::KEEPS + 2 * u16::from(n),
             Storage::Global | Storage::Local(_) => continue,
         };
-        registers.push(RegisterUse { name: var.name.clone(), register });
+        let hir::Panel { label, limits } = var.panel.clone();
+        registers.push(RegisterUse {
+            name: var.name.clone(),
+            register,
+            label,
+            min: limits.least,
+            max: limits.greatest,
+        });
     }
     Figures {
         file: file.to_owned(),

@@ -38,7 +38,7 @@ use self::waits::{Slot, Wait};
 use super::record::StopReason;
 use super::trace::{PerAxis, Status, What};
 use super::unattended::Unattended;
-use super::world::{Scenario, World, WorldError};
+use super::world::{Registers, Scenario, World, WorldError};
 use super::{End, Options, SimError, Sink};
 
 /// Simulated time that a statement takes, us (lang/README.md, The machine).
@@ -125,7 +125,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A machine at power-up; `texts` are those of PRINT, by index.
+    /// A machine at power-up; `texts` are those of PRINT, by index, `registers` the AT variables.
     ///
     /// # Errors
     /// The world's script fails at its start.
@@ -134,9 +134,10 @@ impl Machine {
         world: &World,
         options: &Options,
         texts: Vec<String>,
+        registers: &Registers,
         sink: Sink,
     ) -> Result<Machine, SimError> {
-        let scenario = world.start()?;
+        let scenario = world.start(registers)?;
         let record = MachineRecord::of(profile);
         let mut machine = Machine {
             plant: Plant::new(profile, &record, &scenario),

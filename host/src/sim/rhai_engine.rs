@@ -25,7 +25,7 @@ use rhai::{Array, Engine, EvalAltResult, OptimizationLevel, Scope};
 
 use self::runtime::{Final, Runtime};
 use super::machine::Machine;
-use super::world::World;
+use super::world::{Registers, World};
 use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
 
 /// Deepest expression that Rhai is given.
@@ -49,7 +49,8 @@ pub fn run(
 ) -> Result<Outcome, SimError> {
     let translation = translate::translate(program);
     let texts = translation.texts.clone();
-    let machine = Machine::new(&program.profile, world, options, texts, sink)?;
+    let registers = Registers::of(program);
+    let machine = Machine::new(&program.profile, world, options, texts, &registers, sink)?;
     let runtime = Runtime::new(machine, &translation, depth, options.statements);
     let runtime = Rc::new(RefCell::new(runtime));
     // Without Rhai's own library: the script calls nothing but what is registered here.
@@ -67,6 +68,7 @@ pub fn run(
     let refused = |error: &dyn std::fmt::Display| SimError::Engine(format!("rhai: {error}"));
     let ast = engine.compile(&translation.script.source).map_err(|error| refused(&error))?;
     let mut scope = Scope::new();
+    share(program, &registers, &mut scope);
     let ended = engine.run_ast_with_scope(&mut scope, &ast);
     let mut runtime = runtime.borrow_mut();
     let mut place = None;
@@ -98,6 +100,21 @@ pub fn run(
     };
     let vars = variables(program, &scope);
     outcome(&mut runtime.machine, fault, line, vars)
+}
+
+/// The AT variables, whose values the world shares.
+fn share(program: &Program, registers: &Registers, scope: &mut Scope<'_>) {
+    for (index, var) in program.vars.iter().enumerate() {
+        let Storage::At(first) = var.storage else { continue };
+        let own = (first..=u16::MAX).step_by(2).take(var.len as usize);
+        let mut values: Array = own.filter_map(|register| registers.shared(register)).collect();
+        let name = format!("v{index}");
+        if var.array {
+            scope.push_dynamic(name, values.into());
+        } else if let Some(value) = values.pop() {
+            scope.push_dynamic(name, value);
+        }
+    }
 }
 
 fn innermost(error: &EvalAltResult) -> &EvalAltResult {

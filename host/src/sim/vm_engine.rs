@@ -10,10 +10,11 @@ use lang::hir::{Program, Storage};
 use lang::image::Image;
 use lang::isa::Op;
 use lang::vm::{Exit, State, Vm, flag};
+use rhai::Dynamic;
 
 use super::machine::{Machine, Step};
 use super::record::{Change, RECORD_LIMIT};
-use super::world::World;
+use super::world::{Registers, World, put};
 use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
 
 /// What a handler came between.
@@ -95,6 +96,8 @@ struct Driver<'a, 'm, 'w> {
     /// Values of the cells at the last effect, where the run is recorded.
     cells: Vec<i32>,
     changes: Vec<Change>,
+    /// Cells of AT variables, with the values that the world shares.
+    shared: Vec<(u8, Dynamic)>,
 }
 
 /// Runs a program.
@@ -125,7 +128,8 @@ pub fn watched(
 ) -> Result<Outcome, SimError> {
     let refused = |flaw: &dyn std::fmt::Debug| SimError::Engine(format!("vm: {flaw:?}"));
     let image = Image::new(&compiled.image).map_err(|flaw| refused(&flaw))?;
-    let machine = Machine::new(&program.profile, world, options, Vec::new(), sink)?;
+    let registers = Registers::of(program);
+    let machine = Machine::new(&program.profile, world, options, Vec::new(), &registers, sink)?;
     let mut state = State::new(&image.header);
     let mut pool = vec![0; image.header.pool_bytes()];
     let mut driver = Driver {
@@ -139,6 +143,10 @@ pub fn watched(
         left: options.statements,
         cells: vec![0; if options.record { image.header.cells.into() } else { 0 }],
         changes: Vec::new(),
+        shared: registers
+            .by_cell()
+            .filter_map(|(n, at)| Some((u8::try_from(n).ok()?, at)))
+            .collect(),
     };
     let (fault, line) = match driver.execute() {
         Final::End(line) | Final::Stopped(line) => (None, line),
@@ -157,10 +165,11 @@ impl Driver<'_, '_, '_> {
     }
 
     fn execute(&mut self) -> Final {
+        self.accept();
         loop {
             let pc = self.vm.state.pc;
             if self.places.count(pc) > 0
-                && let Err(end) = self.statement(pc)
+                && let Err(end) = self.with_world(|driver| driver.statement(pc))
             {
                 return end;
             }
@@ -168,14 +177,33 @@ impl Driver<'_, '_, '_> {
             let exit = self.vm.step();
             let done = match exit {
                 None | Some(Exit::Budget) => Ok(()),
-                Some(Exit::Effect) => self.effect(),
-                Some(Exit::HandlerEnd) => self.handler_end(pc),
-                Some(Exit::Fault(fault)) => self.fault(fault, Before::Fault),
-                Some(Exit::End) => return self.end(),
+                Some(Exit::Effect) => self.with_world(Driver::effect),
+                Some(Exit::HandlerEnd) => self.with_world(|driver| driver.handler_end(pc)),
+                Some(Exit::Fault(fault)) => {
+                    self.with_world(|driver| driver.fault(fault, Before::Fault))
+                }
+                Some(Exit::End) => return self.with_world(Driver::end),
             };
             if let Err(end) = done {
                 return end;
             }
+        }
+    }
+
+    /// Does what lets time pass: the world sees the AT variables as they are, and may change them.
+    fn with_world<T>(&mut self, what: impl FnOnce(&mut Self) -> T) -> T {
+        for (cell, value) in &mut self.shared {
+            put(value, self.vm.cell(*cell));
+        }
+        let result = what(self);
+        self.accept();
+        result
+    }
+
+    /// The cells take over what the world made of them.
+    fn accept(&mut self) {
+        for (cell, value) in &self.shared {
+            self.vm.set_cell(*cell, value.as_int().unwrap_or(0));
         }
     }
 

@@ -6,6 +6,7 @@
 
 mod functions;
 mod plan;
+mod registers;
 #[cfg(test)]
 mod tests;
 
@@ -19,6 +20,7 @@ use rhai::{AST, Engine, EvalAltResult, Position, Scope};
 
 pub use self::functions::FUNCTIONS;
 use self::plan::{Job, Plan};
+pub use self::registers::{Registers, put};
 use super::trace::PerAxis;
 
 /// A press that is not held, us.
@@ -51,6 +53,13 @@ pub enum Action {
     EmergencyStop,
     /// The host sends a synchronisation character.
     Char(i32),
+    /// The operator gives an AT variable a value; a simulation's has it already.
+    Register {
+        /// Its register.
+        register: u16,
+        /// The value.
+        value: i32,
+    },
     /// A motor loses steps: it stands behind its commanded place from now on.
     Stall {
         /// Axis.
@@ -164,13 +173,14 @@ impl World {
         Ok(world)
     }
 
-    /// Runs the script at time 0.
+    /// Runs the script at time 0, with the AT variables of the program.
     ///
     /// # Errors
     /// The script fails.
-    pub fn start(&self) -> Result<Scenario, WorldError> {
+    pub fn start(&self, registers: &Registers) -> Result<Scenario, WorldError> {
         let plan = Rc::new(RefCell::new(Plan::default()));
         plan.borrow_mut().switches = self.switches;
+        plan.borrow_mut().registers = registers.clone();
         let (file, unattended) = (self.file.clone(), self.unattended);
         if self.is_empty() {
             let (engine, ast) = (Engine::new_raw(), AST::empty());
@@ -269,6 +279,11 @@ impl Scenario {
                 Job::Act(action) => self.plan.borrow_mut().act(action),
             }
         }
+    }
+
+    /// Values that the operator has given AT variables and the controller has not felt, in order.
+    pub fn take_registers(&mut self) -> Vec<(u16, i32)> {
+        self.plan.borrow_mut().take_registers()
     }
 
     /// Output `n` changed at `now_us`: hooks that wait for it are scheduled.

@@ -14,7 +14,7 @@ use lang::profile::{BUILT_IN, Profile};
 
 use super::images::judge;
 use super::{Row, Settings, Sink, Verdict};
-use crate::sim::world::World;
+use crate::sim::world::{Registers, World};
 
 pub use liar::client_replies;
 
@@ -130,7 +130,7 @@ pub fn world_file(data: &[u8]) -> Result<(), String> {
     let Ok(world) = World::parse("fuzz.rhai", &String::from_utf8_lossy(data)) else {
         return Ok(());
     };
-    let Ok(mut scenario) = world.start() else { return Ok(()) };
+    let Ok(mut scenario) = world.start(&Registers::default()) else { return Ok(()) };
     for _ in 0..200 {
         match scenario.next_us() {
             Some(us) if us < WORLD_US => {

@@ -1,7 +1,8 @@
 //! Cells of variables.
 //!
-//! AT variables lie where they say, the others in the gaps from the lowest cell on: KEEP values in
-//! a row, globals, then locals. Locals of routines that never run at the same time share cells:
+//! AT variables lie where they say and the others behind the last of them: KEEP values in a row,
+//! globals, then locals. The device keeps the cells before the first KEEP cell from run to run, so no
+//! other variable may fill the gaps between AT variables. Locals of routines that never run at the same time share cells:
 //! a routine's begin behind those of all its callers, an event handler's behind the main
 //! program's, an error handler's behind both.
 
@@ -24,7 +25,7 @@ pub struct Cells {
     pub count: usize,
     /// KEEP variables in order.
     pub keeps: Vec<VarId>,
-    /// First KEEP cell.
+    /// First KEEP cell: how many cells the AT variables take, also without KEEP values.
     pub keep_base: u32,
 }
 
@@ -96,12 +97,12 @@ pub fn allocate(program: &Program, unit: &Unit, graph: &Graph) -> Cells {
         Storage::Keep(index) => index,
         _ => u8::MAX,
     });
-    if !cells.keeps.is_empty() {
-        cells.keep_base = taken.lowest(cells.keeps.len()) as u32;
-        for (i, &id) in cells.keeps.iter().enumerate() {
-            cells.of.insert(id, cells.keep_base + i as u32);
-        }
+    taken.low = taken.cells.len();
+    cells.keep_base = taken.low as u32;
+    for (i, &id) in cells.keeps.iter().enumerate() {
+        cells.of.insert(id, cells.keep_base + i as u32);
     }
+    taken.take(taken.low, cells.keeps.len());
     // Scalars first: the lowest cells have instructions of one byte.
     let main_local = |storage| matches!(storage, Storage::Global | Storage::Local(RoutineId(0)));
     for arrays in [false, true] {

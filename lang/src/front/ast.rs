@@ -4,13 +4,15 @@
 //! [`MAX_BLOCK_DEPTH`] deep, so a walk may recurse.
 
 mod expr;
+mod machine;
 
 pub use expr::{BinaryOp, Expr, ExprKind, UnaryOp};
+pub use machine::{InputState, Machine};
 
 use super::literal::Decimal;
 use super::span::Span;
 use crate::axis::Axis;
-use crate::effect::{Plane, Want};
+use crate::effect::Want;
 use crate::kind::Kind;
 use core::fmt;
 use std::collections::BTreeSet;
@@ -149,9 +151,9 @@ pub enum StmtKind {
         /// Names and their numbers.
         ports: Vec<(Name, Expr)>,
     },
-    /// `DIM a, b(8) AS LENGTH, c AT 3000`
+    /// `DIM a, b(8) AS LENGTH, c AT 3000 LABEL "Pieces" MIN 1 MAX 500`
     Dim(Vec<Variable>),
-    /// `KEEP a AS TIME`; neither size nor AT is refused here.
+    /// `KEEP a AS TIME`; neither size nor what belongs to DIM alone is refused here.
     Keep(Vec<Variable>),
     /// `TABLE t(2) = 1, 2; 3, 4`
     Table {
@@ -284,6 +286,12 @@ pub struct Variable {
     pub kind: Option<KindRef>,
     /// Its AT.
     pub at: Option<Expr>,
+    /// Its LABEL.
+    pub label: Option<Text>,
+    /// Its MIN.
+    pub least: Option<Expr>,
+    /// Its MAX.
+    pub greatest: Option<Expr>,
 }
 
 /// A branch of an IF.
@@ -343,122 +351,6 @@ pub enum Enclosing {
     Sub,
     /// FUNCTION
     Function,
-}
-
-/// The machine's statements; optional arguments that were left out are None.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Machine {
-    /// MoveAxe, MoveRel
-    Move {
-        /// START stands before it.
-        start: bool,
-        /// MoveRel.
-        relative: bool,
-        /// Which axis.
-        axis: AxisRef,
-        /// Target or distance.
-        target: Expr,
-        /// Top speed.
-        speed: Option<Expr>,
-        /// Acceleration.
-        accel: Option<Expr>,
-        /// Deceleration.
-        decel: Option<Expr>,
-    },
-    /// WaitMove
-    WaitMove(Option<AxisRef>),
-    /// MoveSpeed
-    MoveSpeed(AxisRef, Expr),
-    /// StopAxe
-    StopAxe(AxisRef),
-    /// StopAll
-    StopAll,
-    /// Home, Home?
-    Home {
-        /// Written with `?`.
-        quiet: bool,
-        /// In order; empty is the profile's order.
-        axes: Vec<AxisRef>,
-    },
-    /// Probe, Probe?
-    Probe {
-        /// Written with `?`.
-        quiet: bool,
-        /// Which axis.
-        axis: AxisRef,
-        /// Absolute limit.
-        limit: Expr,
-        /// Speed.
-        speed: Expr,
-        /// Input.
-        input: Option<Expr>,
-        /// State.
-        state: Option<Expr>,
-    },
-    /// ProbeMask, ProbeMask?
-    ProbeMask {
-        /// Written with `?`.
-        quiet: bool,
-        /// Which axis.
-        axis: AxisRef,
-        /// Absolute limit.
-        limit: Expr,
-        /// Speed.
-        speed: Expr,
-        /// AND mask.
-        and: Expr,
-        /// XOR mask.
-        xor: Expr,
-    },
-    /// SetPos
-    SetPos(AxisRef, Expr),
-    /// SetOut
-    SetOut(Expr, Expr),
-    /// Pulse
-    Pulse(Expr, Expr),
-    /// SetPort
-    SetPort(Expr),
-    /// Motors
-    Motors(Expr, Option<AxisRef>),
-    /// Wait
-    Wait(Expr),
-    /// WaitIn, WaitIn?
-    WaitIn {
-        /// Written with `?`.
-        quiet: bool,
-        /// Input.
-        input: Expr,
-        /// What it waits for.
-        state: InputState,
-        /// Timeout.
-        timeout: Option<Expr>,
-    },
-    /// WaitStart
-    WaitStart,
-    /// Send
-    Send(Expr),
-    /// WaitChar, WaitChar?
-    WaitChar {
-        /// Written with `?`.
-        quiet: bool,
-        /// Character.
-        code: Expr,
-        /// Timeout.
-        timeout: Option<Expr>,
-    },
-    /// PRINT
-    Print(Vec<PrintPart>),
-    /// PLANE
-    Plane(Plane),
-}
-
-/// What WaitIn waits for.
-#[derive(Clone, Debug, PartialEq)]
-pub enum InputState {
-    /// RISE or FALL.
-    Edge(Want),
-    /// ON, OFF or an expression of them.
-    Level(Expr),
 }
 
 /// A part of a PRINT.

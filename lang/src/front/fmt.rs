@@ -5,7 +5,7 @@ use super::diag::{Diag, Diags};
 use super::lexer::lex;
 use super::parser::parse;
 use super::token::{Sign, Tok, Token};
-use super::words::Kw;
+use super::words::{Func, Kw};
 
 /// Blanks for one level.
 const INDENT: usize = 2;
@@ -161,6 +161,8 @@ fn is_unary_minus(line: &[Token], n: usize, token: Token) -> bool {
     let mut words = line.iter().take(n).rev().filter(|t| !t.tok.is_trivia());
     let Some(before) = words.next() else { return true };
     match before.tok {
+        // Without a parenthesis they are the limits of a DIM.
+        Tok::Func(Func::Min | Func::Max) => true,
         Tok::Number | Tok::Text | Tok::Func(_) => false,
         Tok::Sign(sign) => !matches!(sign, Sign::Close | Sign::CloseBracket),
         Tok::Kw(Kw::True | Kw::False | Kw::On | Kw::Off) => false,

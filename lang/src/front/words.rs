@@ -60,7 +60,7 @@ keywords! {
     Const "CONST" Declaration "CONST name = expression" "A name for a value that never changes."
     Input "INPUT" Declaration "INPUT name = number" "A name for an input, counted from 1."
     Output "OUTPUT" Declaration "OUTPUT name = number" "A name for an output, counted from 1."
-    Dim "DIM" Declaration "DIM name[(size)] [AS kind] [AT address] [, ...]" "Variables and arrays, in RAM; 0 at the start of a run."
+    Dim "DIM" Declaration "DIM name[(size)] [AS kind] [AT address [LABEL \"text\"] [MIN value] [MAX value]] [, ...]" "Variables and arrays, in RAM; 0 at the start of a run, but for those with AT."
     Table "TABLE" Declaration "TABLE name[(columns)] = value, ... [; value, ...]" "Constant values in flash, by rows."
     Keep "KEEP" Declaration "KEEP name [AS kind] [, ...]" "A value kept through power loss."
     Sub "SUB" Declaration "SUB name[(name [AS kind], ...)]" "Opens a SUB; END SUB closes it."
@@ -131,6 +131,7 @@ keywords! {
     Is "IS" Part "CASE IS < value" ""
     Rem "REM" Part "REM comment" ""
 
+    Label "LABEL" Soft "DIM name AT address LABEL \"text\"" "What a panel calls the variable."
     Error "ERROR" Soft "ON ERROR GOTO label" ""
     Stop "STOP" Soft "ON ERROR STOP" ""
     Every "EVERY" Soft "ON EVERY time GOSUB sub" ""

@@ -9,6 +9,9 @@ use pasapas::sim::{Engine, Options, Outcome, run_traced};
 
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../host/worlds.md");
 
+/// Only the engines without a link of their own have it, as the table says.
+const SIMULATED: &str = "at_value(";
+
 fn page() -> String {
     std::fs::read_to_string(PAGE).expect("the page")
 }
@@ -86,11 +89,15 @@ fn the_examples_do_what_the_page_says_on_every_engine() {
         let source = Source::new("worlds.md", script.to_owned());
         let (program, diags) = compile(&source, ProfileChoice::built_in());
         let program = program.unwrap_or_else(|| panic!("{script}\n{}", diags.render(&source)));
+        let on_board = !world.contains(SIMULATED);
         let world = World::parse("worlds.md", world).unwrap_or_else(|error| panic!("{error}"));
         for engine in [Engine::Rhai, Engine::Vm] {
             let (outcome, events) = run_traced(&program, engine, &world, &options)
                 .unwrap_or_else(|error| panic!("{script}\n{error}"));
             assert_eq!(said(&outcome, &events), expected, "{engine:?}:\n{script}");
+        }
+        if !on_board {
+            continue;
         }
         let compiled = lang::back::compile(&program).expect("it fits");
         let (image, sidecar) = (&compiled.image, &compiled.sidecar);

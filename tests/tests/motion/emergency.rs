@@ -3,10 +3,13 @@
 use emulator::plant::Contact;
 use lang::fault::Fault;
 use lang::profile::{Input, InputRole, Profile, Wiring};
-use lang::wire::{FAULT, FAULT_INPUT, HOMED, MACHINE_POSITIONS, RUN_STATE, RunState};
+use lang::wire::{
+    FAULT, FAULT_INPUT, HOMED, MACHINE_POSITIONS, RUN_STATE, RunState, UPLOAD_CONTROL,
+    UPLOAD_LENGTH, Upload,
+};
 use pasapas::bench::stand::fast_mill;
 use pasapas::board::{Build, G2553, VIRTUAL};
-use pasapas::torture::stand::{framed, read_body};
+use pasapas::torture::stand::{framed, read_body, write_body};
 
 use crate::lab::{Dice, Lab, MS, Step};
 
@@ -157,4 +160,25 @@ fn a_disturbance_of_2_us_stops_all_or_nothing() {
         }
     }
     assert!(stopped > 0, "some are long enough");
+}
+
+/// Behind a flash operation, which holds the processor for 12 ms, the millisecond's interrupts come close
+/// together, and each reads the chain: whatever the instant, none finds a contact open that is closed.
+#[test]
+fn an_upload_never_looks_like_an_open_contact() {
+    let profile = mill(Wiring::Chain, 12);
+    let idle = Lab::new(&VIRTUAL, &profile, "Wait 1ms").board.clone();
+    for phase in 0..300 {
+        let mut board = idle.clone();
+        board.run_us(phase * 7);
+        for (at, values) in [(UPLOAD_LENGTH, 200), (UPLOAD_CONTROL, Upload::Begin as u16)] {
+            board.uart_send(&framed(&write_body(at, &[values])));
+            board.run_us(30_000);
+        }
+        board.uart_take();
+        board.uart_send(&framed(&read_body(FAULT, 1)));
+        board.run_us(10_000);
+        let reply: Vec<u8> = board.uart_take().into_iter().map(|(_, byte)| byte).collect();
+        assert_eq!(reply.get(..5), Some(&[1, 3, 2, 0, 0][..]), "begun {} us later", 7 * phase);
+    }
 }

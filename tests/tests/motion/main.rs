@@ -9,6 +9,7 @@ mod judged;
 mod lab;
 mod limits;
 mod pause;
+mod profiles;
 mod smooth;
 mod speed;
 mod timing;

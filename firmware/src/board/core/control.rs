@@ -73,7 +73,7 @@ impl Core {
             self.fail(Fault::ImageRefused);
             return;
         }
-        vm().begin(image);
+        vm().begin(image, self.keep_base());
         self.load();
         #[cfg(feature = "stream")]
         crate::stream::close();

@@ -6,9 +6,10 @@ use super::Core;
 use crate::flash::{Area, Image};
 use crate::vm::vm;
 use firmware::keep::{self, Kept};
-use firmware::verify::{Bytes, MACHINE};
+use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::image::at;
 use lang::record::MachineRecord;
+use lang::wire::Exception;
 
 impl Core {
     /// KEEP values of the stored program.
@@ -57,9 +58,36 @@ impl Core {
         true
     }
 
-    /// Cell of the first of them.
+    /// Cell of the first of them: how many cells AT variables take.
     pub(super) fn keep_base(&self) -> u16 {
         u16::from(Image(self.image().unwrap_or(0)).byte(at::KEEP_BASE as u16))
+    }
+
+    /// Cells that the link reaches: all while a program runs, then those of AT variables, as long as the
+    /// VM stands in the stored program and not in a piece of a streamed job.
+    fn open_cells(&self) -> u16 {
+        if self.session.is_active() {
+            return u16::MAX;
+        }
+        let own = self.image().is_some_and(|image| image + CODE == vm().code);
+        if own { self.keep_base() } else { 0 }
+    }
+
+    /// The value of a cell, 0 of one that the link does not reach.
+    pub fn open_cell(&self, n: u16) -> i32 {
+        if n < self.open_cells() { vm().cell(n) } else { 0 }
+    }
+
+    /// Changes a cell.
+    ///
+    /// # Errors
+    /// A failure when the link does not reach it, an illegal value when a running program does not have
+    /// it.
+    pub fn set_open_cell(&mut self, n: u16, value: i32) -> Result<(), Exception> {
+        if n >= self.open_cells() {
+            return Err(Exception::DeviceFailure);
+        }
+        if vm().set_cell(n, value) { Ok(()) } else { Err(Exception::IllegalValue) }
     }
 
     /// Gives the program's KEEP cells what flash holds.

@@ -341,19 +341,28 @@ map_half:
 1:  mov r4, r12
 2:  ret
 
-/* Cells, 0 without a run or beyond the program's. */
+/* Cells: of the program that runs, else those that live between runs; others are 0. */
 map_cells:
-    bit.b #RUN_ACTIVE, &RUN
-    jeq map_zero
     call #map_cell_at
     jhs map_zero
     mov @r12, r12
     ret
-/* r12 = word of the cells   leaves r12 = its address, or carry set   clobbers r14 */
+/* r12 = word of the cells   leaves r12 = its address, or carry set   clobbers r14, r15 */
 map_cell_at:
     mov.b &VM_CELL_COUNT, r14
     rla r14
-    cmp r14, r12
+    bit.b #RUN_ACTIVE, &RUN
+    jne 2f
+    .if AT_ROOM
+    mov &VM_CODE, r14
+    tst r14
+    jeq 2f
+    call #kept_bytes
+    rra r14
+    .else
+    clr r14
+    .endif
+2:  cmp r14, r12
     jhs 1f
     rla r12
     add &VM_CELLS, r12

@@ -57,12 +57,13 @@ map_write_override:
     .balign 2, 0
 
 map_write_cell:
-    bit.b #RUN_ACTIVE, &RUN
-    jeq refused
     call #map_cell_at
-    jhs illegal_value
+    jhs 1f
     mov r13, 0(r12)
     jmp map_written
+1:  bit.b #RUN_ACTIVE, &RUN
+    jeq refused
+    jmp illegal_value
 
 map_write_position:
     cmp #6, r12

@@ -7,7 +7,6 @@ module.moves.commands:
 
     /* What command 106 brings, made an AxisRecord of steps: its place and clearance stand where
        the record wants them, speed and ramps stay in the command. */
-    .set HOME_RECORD, COMMAND-4
     .set HOME_SPEED, COMMAND+2*6
     .set HOME_SLOW_SPEED, COMMAND+2*8
     .set HOME_UP, COMMAND+2*10

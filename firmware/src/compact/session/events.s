@@ -140,12 +140,10 @@ event_serve:
     mov #CALL_EVENT, r11
     call #call_entry
     jeq event_full
-    mov.b @r13+, r12
-    mov.b @r13, r13
-    swpb r13
-    bis r13, r12
-    add &VM_CODE, r12
-    mov r12, &VM_PC
+    mov r13, r14
+    call #word_at
+    add &VM_CODE, r11
+    mov r11, &VM_PC
     bis.b #VM_EVENT, &VM_FLAGS
     MICRO
     F load EFFECT
@@ -185,7 +183,6 @@ fx_event:
     call #operand_byte
     mov r12, r8
     mov r12, r10
-    clr r13
     and #EVENT_KIND, r8
     jeq event_off
     call #pop_value

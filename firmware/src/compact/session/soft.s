@@ -53,16 +53,14 @@ soft_convert:
 
     .if HAS_LINES
 soft_on_error:
-    call #operand_byte
-    mov r12, r13
-    call #operand_byte
-    swpb r12
-    add r13, r12
-    add &VM_CODE, r12
+    mov &VM_PC, r14
+    call #word_at
+    mov r14, &VM_PC
+    add &VM_CODE, r11
     jmp 1f
 soft_on_error_stop:
-    clr r12
-1:  mov r12, &VM_HANDLER
+    clr r11
+1:  mov r11, &VM_HANDLER
     jmp soft_done
 
 /* A GOTO out of the error handler itself leaves everything that is open; where nothing is, that changes
@@ -160,8 +158,7 @@ line_of:
     jne 2f
     mov.b @r14+, r11
     add r11, r9
-2:  mov r9, r13
-    rla.b r10
+2:  rla.b r10
     jn 3f
     jnc 5f
     mov.b @r14+, r11
@@ -172,7 +169,8 @@ line_of:
     jmp 5f
 4:  call #word_at
     mov r11, r15
-5:  bit #64, r10
+5:  mov r9, r13
+    bit #64, r10
     jeq 1b
     call #word_at
     mov r11, r13
@@ -183,13 +181,12 @@ line_of:
     pop r10
     ret
 
-/* r11 = the word at r14, which need not be even; r14 moves behind it. */
+/* r11 = the word at r14, which need not be even; r14 moves behind it. Clobbers r13. */
+    .global word_at
 word_at:
     mov.b @r14+, r11
-    swpb r11
-    push r11
-    mov.b @r14+, r11
-    bis @r1+, r11
-    swpb r11
+    mov.b @r14+, r13
+    swpb r13
+    bis r13, r11
     ret
     .endif

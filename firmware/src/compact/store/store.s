@@ -55,24 +55,29 @@ program_attach:
     jne 1f
 /* The program that the check has just taken is the stored one: it leaves the addresses of its code
    and data. */
+    .global attach_checked
 attach_checked:
-    mov &POOL+CHECK_CODE, &VM_CODE
-    mov &POOL+CHECK_DATA, &VM_DATA
+    mov &CHECK_SCRATCH+CHECK_CODE, &VM_CODE
+    mov &CHECK_SCRATCH+CHECK_DATA, &VM_DATA
     mov #1, r12
 1:  br #program_stored
 
 /* r12 = a slot; leaves r12 = 0 when its image may run, or its Refusal; of r4 to r9 keeps none. Takes about
-   60 ms for each KB and kicks the watchdog; the pool is scratch. */
+   60 ms for each KB and kicks the watchdog. */
 slot_check:
     add #SLOT_HEAD, r12
     call #image_sound
     mov #REFUSAL_CRC, r12
     jne 1f
     mov r15, r12
-    mov #POOL, r14
+    mov #CHECK_SCRATCH, r14
     push r10
     call #pasapas_verify
     pop r10
+    .if AT_ROOM
+    clr &LEFT
+    clr &LEFT+2
+    .endif
 1:  ret
 
 /* r12 = address behind the current slot. slot_bytes: r12 = bytes of the slot for an image of r12. */
@@ -218,7 +223,7 @@ commit:
     clr &OPEN
     mov r11, r12
     call #flash_erase
-    call #attach_checked
+    call #attach_new
     clr r15
 1:  mov r15, r12
     ret

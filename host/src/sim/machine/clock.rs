@@ -154,6 +154,8 @@ impl Machine {
             }
             Action::EmergencyStop => self.emergency_stop(),
             Action::Char(c) => self.char_in = c,
+            // The engine shares the value.
+            Action::Register { .. } => {}
             Action::Stall { axis, steps } => {
                 let direction = self.motion.direction(axis);
                 self.plant.lose(axis, if direction < 0 { steps.saturating_neg() } else { steps });

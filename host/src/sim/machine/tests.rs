@@ -8,7 +8,7 @@ use lang::profile::{BUILT_IN, Profile};
 
 use super::{Machine, Step};
 use crate::sim::trace::{Event, Status, to_text};
-use crate::sim::world::World;
+use crate::sim::world::{Registers, World};
 use crate::sim::{End, Options};
 
 fn work(um: i32) -> Coord {
@@ -36,7 +36,8 @@ fn run_with(profile: &Profile, world: &str, effects: &[Effect]) -> (String, End,
     let log = events.clone();
     let sink = Box::new(move |event: &Event| log.borrow_mut().push(event.clone()));
     let options = Options { times: false, ..Options::default() };
-    let mut machine = Machine::new(profile, &world, &options, Vec::new(), sink).unwrap();
+    let mut machine =
+        Machine::new(profile, &world, &options, Vec::new(), &Registers::default(), sink).unwrap();
     let mut fault = None;
     let mut last = 0;
     for (index, effect) in effects.iter().enumerate() {
@@ -214,7 +215,8 @@ fn a_speed_move_rests_at_its_soft_limit() {
     let sink = Box::new(|_: &Event| {});
     let options = Options::default();
     let world = World::empty();
-    let mut machine = Machine::new(&profile, &world, &options, Vec::new(), sink).unwrap();
+    let mut machine =
+        Machine::new(&profile, &world, &options, Vec::new(), &Registers::default(), sink).unwrap();
     assert_eq!(machine.begin(&effects[0]), Step::Done(0));
     assert_eq!(machine.begin(&effects[1]), Step::Done(0));
     assert_eq!(machine.begin(&effects[2]), Step::Late(Fault::SoftLimit));

@@ -9,6 +9,7 @@ use rhai::{Array, Dynamic, Engine, EvalAltResult, Position};
 
 use super::runtime::{Break, Runtime};
 use crate::sim::machine::scaled;
+use crate::sim::world::put;
 
 type Shared = Rc<RefCell<Runtime>>;
 type Out<T> = Result<T, Box<EvalAltResult>>;
@@ -106,7 +107,8 @@ fn cells(engine: &mut Engine, runtime: &Shared) {
     engine.register_fn("st", move |cells: &mut Array, at: i32, value: i32| -> Out<()> {
         match cells.get_mut(index(at)) {
             Some(cell) => {
-                *cell = Dynamic::from(value);
+                // An AT variable's element is shared with the world.
+                put(cell, value);
                 Ok(())
             }
             None => raise(&shared, Fault::ArrayIndex.into()),

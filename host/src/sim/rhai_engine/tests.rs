@@ -144,3 +144,48 @@ END SUB
     );
     assert_eq!(lines, ["edge", "3", "edge", "1"]);
 }
+
+#[test]
+fn a_world_writes_and_reads_at_variables() {
+    let text = "\
+DIM wanted AT 3000 LABEL \"Pieces\" MIN 1 MAX 50, row(2) AS LENGTH AT 3004, done AT 3008
+DIM n
+PRINT wanted; \" \"; row(1)
+row(0) = row(1) + 1mm
+WHILE done < wanted
+  done = done + 1
+  Wait 100ms
+  FOR n = 1 TO 3
+    done = done + n - n
+  NEXT
+WEND
+FOR done = 1 TO 2
+NEXT
+PRINT done; \" \"; wanted; \" \"; row(0)
+";
+    let world = "\
+set_at(3000, 20);
+set_at(3006, 4000);
+at(250, || {
+    if at_value(3008) == 3 && at_value(3004) == 5000 { set_at(3000, 4); }
+    if at_value(3000) == 4 { set_at(3004, 7000); }
+});
+";
+    assert_eq!(prints_in(text, world), ["20 4000um", "3 4 7000um"]);
+}
+
+#[test]
+fn a_world_writes_only_what_the_program_has_and_allows() {
+    let refusal = |world: &str| {
+        let program = program("DIM wanted AT 3000 MIN -1 MAX 50\nPRINT wanted\n");
+        let world = World::parse("w.rhai", world).unwrap();
+        let run = run_traced(&program, Engine::Vm, &world, &Options::default());
+        run.unwrap_err().to_string()
+    };
+    assert!(refusal("set_at(3000, 51);").contains("`wanted` is -1 to 50, not 51"));
+    for other in [3001, 3002, 0, -1, 70_000] {
+        let text = refusal(&format!("set_at({other}, 1);"));
+        assert!(text.contains("the program has 3000 wanted"), "{text}");
+    }
+    assert!(refusal("at_value(4000);").contains("no variable stands AT 4000"));
+}

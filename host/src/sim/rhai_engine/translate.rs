@@ -3,7 +3,7 @@
 use lang::effect::{Effect, Read};
 use lang::hir::{
     Block, CaseTest, Expr, ExprKind, GosubTarget, LabelId, Place, PrintPart, Program, RoutineId,
-    Stmt, StmtKind,
+    Stmt, StmtKind, Storage,
 };
 
 use super::control::Loop;
@@ -89,6 +89,10 @@ pub fn translate(program: &Program) -> Translation {
     translator.routines();
     let mut declarations = Vec::new();
     for (index, var) in program.vars.iter().enumerate() {
+        if matches!(var.storage, Storage::At(_)) {
+            // Shared with the world, in the scope.
+            continue;
+        }
         declarations.push(if var.array {
             format!("let v{index} = cells({});", var.len)
         } else {

@@ -40,6 +40,8 @@ pub const FUNCTIONS: &[(&str, &str)] = &[
         "fault_at(ms, \"stall\", \"Y\", steps)",
         "The motor loses so many steps: it stands behind its commanded place by them.",
     ),
+    ("set_at(3000, value)", "The operator gives the `AT` variable at this register a value."),
+    ("at_value(3000)", "The value of the `AT` variable at this register; engines rhai and vm."),
     ("expect_out(n, on)", "At the end of the run output `n` must be on or off."),
     (
         "expect_pos(\"X\", steps)",
@@ -165,6 +167,23 @@ fn stimuli(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
         plan.borrow_mut().act(Action::Char(code));
         Ok(())
     });
+    let plan = shared.clone();
+    engine.register_fn(
+        "set_at",
+        move |c: NativeCallContext<'_>, register: i32, value: i32| -> Done {
+            let mut plan = plan.borrow_mut();
+            let register = plan.registers.set(register, value).or_else(|text| fail(&c, text))?;
+            plan.act(Action::Register { register, value });
+            Ok(())
+        },
+    );
+    let plan = shared.clone();
+    engine.register_fn(
+        "at_value",
+        move |c: NativeCallContext<'_>, register: i32| -> Result<i32, Box<EvalAltResult>> {
+            plan.borrow().registers.get(register).or_else(|text| fail(&c, text))
+        },
+    );
     let plan = shared.clone();
     engine.register_fn(
         "switch_at",

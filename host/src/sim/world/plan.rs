@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lang::axis::Axis;
 use rhai::FnPtr;
 
-use super::{Action, Button};
+use super::{Action, Button, Registers};
 use crate::sim::trace::PerAxis;
 
 /// Jobs and hooks that a world may have at a time.
@@ -51,6 +51,8 @@ pub struct Plan {
     pub switches: [Option<i32>; 3],
     /// Probe plates: machine position, side.
     pub plates: [Option<(i32, i32)>; 3],
+    /// The program's AT variables.
+    pub registers: Registers,
     jobs: BTreeMap<(u64, u64), Job>,
     sequence: u64,
     hooks: Vec<Hook>,
@@ -95,6 +97,19 @@ impl Plan {
         self.sequence += 1;
         self.jobs.insert((us.max(self.now_us), self.sequence), job);
         Ok(())
+    }
+
+    /// Of what was done since, the values given to AT variables.
+    pub fn take_registers(&mut self) -> Vec<(u16, i32)> {
+        let actions = std::mem::take(&mut self.actions);
+        let (registers, others): (Vec<Action>, Vec<Action>) =
+            actions.into_iter().partition(|action| matches!(action, Action::Register { .. }));
+        self.actions = others;
+        let pair = |action| match action {
+            Action::Register { register, value } => Some((register, value)),
+            _ => None,
+        };
+        registers.into_iter().filter_map(pair).collect()
     }
 
     /// The controller feels `action` now.

@@ -1,6 +1,6 @@
 use lang::axis::Axis;
 
-use super::{Action, Button, World};
+use super::{Action, Button, Registers, World};
 use crate::sim::trace::PerAxis;
 
 fn press(button: Button, down: bool) -> Action {
@@ -9,7 +9,8 @@ fn press(button: Button, down: bool) -> Action {
 
 /// Everything that a world does until it is empty, with its times.
 fn play(source: &str) -> Vec<(u64, Action)> {
-    let mut scenario = World::parse("w.rhai", source).unwrap().start().unwrap();
+    let mut scenario =
+        World::parse("w.rhai", source).unwrap().start(&Registers::default()).unwrap();
     let mut seen = Vec::new();
     while let Some(us) = scenario.next_us() {
         seen.extend(scenario.advance(us).unwrap().into_iter().map(|action| (us, action)));
@@ -20,7 +21,7 @@ fn play(source: &str) -> Vec<(u64, Action)> {
 fn error(source: &str) -> String {
     match World::parse("w.rhai", source) {
         Err(error) => error.to_string(),
-        Ok(world) => match world.start() {
+        Ok(world) => match world.start(&Registers::default()) {
             Err(error) => error.to_string(),
             Ok(mut scenario) => {
                 while let Some(us) = scenario.next_us() {
@@ -62,7 +63,7 @@ fn an_output_hook_fires_at_each_edge_and_closures_keep_their_state() {
         "w.rhai",
         "let count = 0; after_out(1, true, 80, || { count += 1; set_in(2, count == 2); });",
     );
-    let mut scenario = world.unwrap().start().unwrap();
+    let mut scenario = world.unwrap().start(&Registers::default()).unwrap();
     scenario.output_changed(1, true, 1_000);
     scenario.output_changed(1, false, 2_000);
     assert_eq!(scenario.next_us(), Some(81_000));
@@ -78,7 +79,7 @@ fn plates_have_a_side_and_expectations_name_their_line() {
         "w.rhai",
         "probe_at(\"Z\", -1840); switch_at(\"X\", -2000);\nexpect_out(1, false);\nexpect_pos(\"X\", 5);",
     );
-    let scenario = world.unwrap().start().unwrap();
+    let scenario = world.unwrap().start(&Registers::default()).unwrap();
     assert_eq!(scenario.switch_place(Axis::X), Some(-2000));
     assert!(!scenario.probe_touches([0, 0, -1839]));
     assert!(scenario.probe_touches([0, 0, -1840]));
@@ -127,12 +128,12 @@ fn worlds_are_bounded_in_time_and_memory() {
     ];
     for source in hungry {
         let world = World::parse("w.rhai", source);
-        let ended = world.and_then(|world| world.start().map(drop));
+        let ended = world.and_then(|world| world.start(&Registers::default()).map(drop));
         assert!(ended.is_err(), "{source} goes on");
     }
     // A callback is bounded, too.
     let world = World::parse("w.rhai", "at(1, || { loop { } });").expect("it is sound");
-    let mut scenario = world.start().expect("it starts");
+    let mut scenario = world.start(&Registers::default()).expect("it starts");
     assert!(scenario.advance(2_000).is_err());
 }
 
@@ -149,7 +150,8 @@ fn worlds_touch_no_files_and_run_nothing() {
         "env(\"HOME\")",
     ];
     for source in reaching {
-        let ended = World::parse("w.rhai", source).and_then(|world| world.start().map(drop));
+        let ended = World::parse("w.rhai", source)
+            .and_then(|world| world.start(&Registers::default()).map(drop));
         assert!(ended.is_err(), "{source} is taken");
     }
 }

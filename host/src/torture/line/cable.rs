@@ -16,7 +16,7 @@ use crate::board::link::InProcess;
 use crate::board::rig::Rig;
 use crate::client::Client;
 use crate::link::{Link, Mode};
-use crate::sim::world::World;
+use crate::sim::world::{Registers, World};
 
 /// Bytes of the longest upload here, and some more.
 const LONGEST: u64 = 600;
@@ -89,7 +89,7 @@ impl Desk {
     fn new(build: &Build, noise: u64, rng: Rng) -> Result<Desk, String> {
         let firmware = build.image().map_err(|error| error.to_string())?;
         let profile = Profile::built_in("mill").map_err(|error| error.to_string())?;
-        let rig = Rig::new(build, &firmware, &profile, &World::empty());
+        let rig = Rig::new(build, &firmware, &profile, &World::empty(), &Registers::default());
         let rig = Rc::new(RefCell::new(rig.map_err(|error| error.to_string())?));
         let left = Rc::new(RefCell::new(u64::MAX));
         let cable =

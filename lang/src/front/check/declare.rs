@@ -8,7 +8,7 @@ use crate::front::codes::Code;
 use crate::front::diag::Diag;
 use crate::front::span::Span;
 use crate::front::words::Func;
-use crate::hir::{self, RoutineId, Storage, TableId};
+use crate::hir::{self, RoutineId, Storage, TableId, VarId};
 use crate::kind::Kind;
 
 /// First holding register of the variables (firmware/README.md, Link).
@@ -121,17 +121,22 @@ impl<'a> Checker<'a> {
     }
 
     fn dim(&mut self, variable: &'a Variable) {
-        let kind = kind_or_open(variable.kind);
         let name = &variable.name;
+        let limits = [&variable.least, &variable.greatest]
+            .map(|limit| limit.as_ref().and_then(|limit| Some((limit, self.constant(limit)?))));
+        // What a limit is fixes the kind as the first assignment does.
+        let fixed = limits.iter().flatten().map(|(_, (kind, _))| *kind).next();
+        let kind = variable.kind.map(|k| k.kind).or(fixed).unwrap_or(Kind::Number);
         let storage = match &variable.at {
             _ if self.scope != MAIN && variable.at.is_none() => Storage::Local(self.scope),
             None => Storage::Global,
             Some(at) => self.register(variable, at),
         };
         let var = self.add_var(&name.text, kind, name.span, storage);
-        if variable.kind.is_none() {
+        if variable.kind.is_none() && fixed.is_none() {
             self.open.push(var);
         }
+        self.panel(variable, var, limits);
         if let Some(size) = &variable.size {
             let len = self.plain_constant(size, "the size of an array").unwrap_or(1);
             if !(1..=MAX_ARRAY).contains(&len) {
@@ -151,6 +156,54 @@ impl<'a> Checker<'a> {
             self.names.take(self.scope, &name.key);
             self.check_overlap(name.span);
         }
+    }
+
+    /// LABEL, MIN and MAX of a variable, the limits with their values.
+    fn panel(
+        &mut self,
+        variable: &'a Variable,
+        var: VarId,
+        limits: [Option<(&'a Expr, (Kind, i32))>; 2],
+    ) {
+        let label = variable.label.as_ref();
+        let first = [&variable.least, &variable.greatest].into_iter().flatten().next();
+        if variable.at.is_none()
+            && let Some(span) = label.map(|text| text.span).or(first.map(|limit| limit.span))
+        {
+            self.error(
+                Code::BadAt,
+                span,
+                format!("`{}` is no variable of a panel", variable.name.text),
+                "LABEL, MIN and MAX belong to a variable with AT: `DIM qty AT 3000 MIN 1 MAX 500`",
+            );
+            return;
+        }
+        let kind = self.vars[var.0 as usize].kind;
+        for (limit, (own, _)) in limits.into_iter().flatten() {
+            if own != kind && !(kinds::is_plain(own) && kinds::is_plain(kind)) {
+                let message = format!(
+                    "`{}` is {}, its limit {}",
+                    variable.name.text,
+                    kinds::a(kind),
+                    kinds::a(own)
+                );
+                let hint = "MIN and MAX have the kind of their variable";
+                self.error(Code::ArgumentKind, limit.span, message, hint);
+            }
+        }
+        let mut panel =
+            hir::Panel { label: label.map(|text| text.text.clone()), ..Default::default() };
+        if let Some((_, (_, least))) = limits[0] {
+            panel.limits.least = least;
+        }
+        if let Some((limit, (_, greatest))) = limits[1] {
+            panel.limits.greatest = greatest;
+            if greatest < panel.limits.least {
+                let message = format!("no value of `{}` is allowed", variable.name.text);
+                self.error(Code::BadAt, limit.span, message, "MAX is at least MIN");
+            }
+        }
+        self.vars[var.0 as usize].panel = panel;
     }
 
     /// The register behind AT.
@@ -216,9 +269,11 @@ impl<'a> Checker<'a> {
                 "declare it outside: there is one for the whole script",
             );
         }
-        if let Some(extra) = variable.size.as_ref().or(variable.at.as_ref()) {
+        let extras = [&variable.size, &variable.at, &variable.least, &variable.greatest];
+        let extra = extras.into_iter().flatten().next().map(|extra| extra.span);
+        if let Some(extra) = extra.or(variable.label.as_ref().map(|label| label.span)) {
             let hint = "KEEP values stand at holding registers 4000 on; an array can not be kept";
-            self.error(Code::BadKeep, extra.span, "KEEP takes a plain name", hint);
+            self.error(Code::BadKeep, extra, "KEEP takes a plain name", hint);
         }
         if self.keeps == MAX_KEEPS {
             self.error(

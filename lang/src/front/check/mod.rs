@@ -171,7 +171,9 @@ impl<'a> Checker<'a> {
     fn add_var(&mut self, name: &str, kind: Kind, span: Span, storage: Storage) -> VarId {
         let id = VarId(self.vars.len() as u32);
         let name = name.to_owned();
-        self.vars.push(Var { name, kind, len: 1, array: false, storage, span: range(span) });
+        let panel = crate::hir::Panel::default();
+        let span = range(span);
+        self.vars.push(Var { name, kind, len: 1, array: false, storage, panel, span });
         if let Storage::Local(routine) = storage {
             self.infos[routine.0 as usize].locals.push(id);
         }

@@ -2,10 +2,10 @@
 
 use super::control::as_kind;
 use super::expr::expr;
-use super::input::{In, Parsed, comma, name, tok};
+use super::input::{In, Parsed, comma, name, text, tok};
 use crate::front::ast::{Expr, Name, StmtKind, Variable};
 use crate::front::token::{Sign, Tok};
-use crate::front::words::Kw;
+use crate::front::words::{Func, Kw};
 use nom::Parser;
 use nom::combinator::{cut, map, opt};
 use nom::multi::separated_list1;
@@ -21,7 +21,7 @@ pub fn equations(i: In<'_>) -> Parsed<'_, Vec<(Name, Expr)>> {
     separated_list1(comma, cut(equation)).parse(i)
 }
 
-/// `name[(size)] [AS kind] [AT address], ...`
+/// `name[(size)] [AS kind] [AT address [LABEL "text"] [MIN value] [MAX value]], ...`
 pub fn variables(i: In<'_>) -> Parsed<'_, Vec<Variable>> {
     separated_list1(comma, cut(variable)).parse(i)
 }
@@ -29,7 +29,8 @@ pub fn variables(i: In<'_>) -> Parsed<'_, Vec<Variable>> {
 fn variable(i: In<'_>) -> Parsed<'_, Variable> {
     let (rest, name) = name(i)?;
     let (rest, size) = opt(parenthesised).parse(rest)?;
-    let mut variable = Variable { name, size, kind: None, at: None };
+    let (kind, at, label, least, greatest) = (None, None, None, None, None);
+    let mut variable = Variable { name, size, kind, at, label, least, greatest };
     let mut rest = rest;
     loop {
         match rest.tok() {
@@ -41,6 +42,21 @@ fn variable(i: In<'_>) -> Parsed<'_, Variable> {
             Tok::Kw(Kw::At) if variable.at.is_none() => {
                 let (after, at) = map(cut(expr), Some).parse(rest.rest())?;
                 variable.at = at;
+                rest = after;
+            }
+            Tok::Kw(Kw::Label) if variable.label.is_none() => {
+                let (after, label) = map(cut(text), Some).parse(rest.rest())?;
+                variable.label = label;
+                rest = after;
+            }
+            Tok::Func(Func::Min) if variable.least.is_none() => {
+                let (after, least) = map(cut(expr), Some).parse(rest.rest())?;
+                variable.least = least;
+                rest = after;
+            }
+            Tok::Func(Func::Max) if variable.greatest.is_none() => {
+                let (after, greatest) = map(cut(expr), Some).parse(rest.rest())?;
+                variable.greatest = greatest;
                 rest = after;
             }
             _ => return Ok((rest, variable)),

@@ -7,7 +7,7 @@ use crate::front::diag::Diag;
 use crate::front::literal;
 use crate::front::span::Span;
 use crate::front::token::{Sign, Tok, Token};
-use crate::front::words::Kw;
+use crate::front::words::{Func, Kw};
 use core::cell::{Cell, RefCell};
 use core::iter::{Copied, Enumerate};
 use core::slice::Iter;
@@ -351,7 +351,10 @@ pub fn named(i: In<'_>, word: &str, span: Span) -> Name {
     Name { text, key, span }
 }
 
-/// Whether the word is one of the units.
+/// Whether the word is one of the units. MIN is none in front of a value: there it is the limit of a DIM.
 pub fn is_unit(i: In<'_>) -> bool {
-    matches!(i.tok(), Tok::Name | Tok::Func(_)) && literal::is_unit(i.word())
+    let begins =
+        |tok| matches!(tok, Tok::Number | Tok::Name | Tok::Func(_) | Tok::Sign(Sign::Minus));
+    let limit = i.tok() == Tok::Func(Func::Min) && begins(i.second().tok);
+    matches!(i.tok(), Tok::Name | Tok::Func(_)) && literal::is_unit(i.word()) && !limit
 }

@@ -45,3 +45,4 @@ table named(2)=1,2; _'glued
 g1 x1 _ ' half
   y2
 i-5 j0 x10
+dim label at 3000 label "Pieces"  min -5  max 10,b at 3002 max count (spots)-1

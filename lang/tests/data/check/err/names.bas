@@ -201,3 +201,9 @@ PRINT COUNT(5)
 ' ---
 DIM X_1
 PRINT X + 1
+' ---
+DIM a LABEL "A", b MIN 1
+' ---
+DIM a AS LENGTH AT 3000 MIN 1, b AT 3002 MIN 5 MAX 4
+' ---
+KEEP k MAX 3

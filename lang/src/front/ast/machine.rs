@@ -1,0 +1,120 @@
+//! The machine's statements in the syntax tree.
+
+use super::{AxisRef, Expr, PrintPart};
+use crate::effect::{Plane, Want};
+
+/// The machine's statements; optional arguments that were left out are None.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Machine {
+    /// MoveAxe, MoveRel
+    Move {
+        /// START stands before it.
+        start: bool,
+        /// MoveRel.
+        relative: bool,
+        /// Which axis.
+        axis: AxisRef,
+        /// Target or distance.
+        target: Expr,
+        /// Top speed.
+        speed: Option<Expr>,
+        /// Acceleration.
+        accel: Option<Expr>,
+        /// Deceleration.
+        decel: Option<Expr>,
+    },
+    /// WaitMove
+    WaitMove(Option<AxisRef>),
+    /// MoveSpeed
+    MoveSpeed(AxisRef, Expr),
+    /// StopAxe
+    StopAxe(AxisRef),
+    /// StopAll
+    StopAll,
+    /// Home, Home?
+    Home {
+        /// Written with `?`.
+        quiet: bool,
+        /// In order; empty is the profile's order.
+        axes: Vec<AxisRef>,
+    },
+    /// Probe, Probe?
+    Probe {
+        /// Written with `?`.
+        quiet: bool,
+        /// Which axis.
+        axis: AxisRef,
+        /// Absolute limit.
+        limit: Expr,
+        /// Speed.
+        speed: Expr,
+        /// Input.
+        input: Option<Expr>,
+        /// State.
+        state: Option<Expr>,
+    },
+    /// ProbeMask, ProbeMask?
+    ProbeMask {
+        /// Written with `?`.
+        quiet: bool,
+        /// Which axis.
+        axis: AxisRef,
+        /// Absolute limit.
+        limit: Expr,
+        /// Speed.
+        speed: Expr,
+        /// AND mask.
+        and: Expr,
+        /// XOR mask.
+        xor: Expr,
+    },
+    /// SetPos
+    SetPos(AxisRef, Expr),
+    /// SetOut
+    SetOut(Expr, Expr),
+    /// Pulse
+    Pulse(Expr, Expr),
+    /// SetPort
+    SetPort(Expr),
+    /// Motors
+    Motors(Expr, Option<AxisRef>),
+    /// Wait
+    Wait(Expr),
+    /// WaitIn, WaitIn?
+    WaitIn {
+        /// Written with `?`.
+        quiet: bool,
+        /// Input.
+        input: Expr,
+        /// What it waits for.
+        state: InputState,
+        /// Timeout.
+        timeout: Option<Expr>,
+    },
+    /// WaitStart
+    WaitStart,
+    /// Send
+    Send(Expr),
+    /// WaitChar, WaitChar?
+    WaitChar {
+        /// Written with `?`.
+        quiet: bool,
+        /// Character.
+        code: Expr,
+        /// Timeout.
+        timeout: Option<Expr>,
+    },
+    /// PRINT
+    Print(Vec<PrintPart>),
+    /// PLANE
+    Plane(Plane),
+}
+
+/// What WaitIn waits for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InputState {
+    /// RISE or FALL.
+    Edge(Want),
+    /// ON, OFF or an expression of them.
+    Level(Expr),
+}
