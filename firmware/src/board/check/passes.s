@@ -5,7 +5,7 @@ verify_code:
     mov #CHECK_ANCHORS, r12
     .if CHECK_COMPACT
     /* the scratch memory is the pool */
-1:  mov.b #-1, POOL+CHECK_ANCHOR-1(r12)
+1:  mov.b #-1, CHECK_SCRATCH+CHECK_ANCHOR-1(r12)
     .else
     mov r10, r11
 1:  mov.b #-1, CHECK_ANCHOR(r11)
