@@ -125,12 +125,15 @@ impl State {
     /// of the program that ran or was attached before.
     pub fn begin(&mut self, image: u16, kept: u16) {
         self.attach(image);
-        let stays = self.cells..self.cells + 4 * kept;
-        for address in (pool()..pool() + 2 * POOL_WORDS as u16).step_by(2) {
-            if !stays.contains(&address) {
-                // SAFETY: a word of the pool, of which nothing is in use between runs.
-                unsafe { (address as *mut u16).write(0) };
+        let (mut address, end) = (pool(), pool() + 2 * POOL_WORDS as u16);
+        while address < end {
+            if kept != 0 && address == self.cells {
+                address += 4 * kept;
+                continue;
             }
+            // SAFETY: a word of the pool, of which nothing is in use between runs.
+            unsafe { (address as *mut u16).write(0) };
+            address += 2;
         }
         self.pc = self.code + Image(image).word(at::ENTRY as u16);
         self.calls = pool();

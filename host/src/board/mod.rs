@@ -19,6 +19,7 @@ pub mod size;
 mod stuck;
 pub mod teller;
 pub mod turns;
+mod uart;
 mod uses;
 
 use emulator::{Image, LoadError, Part};
