@@ -12,7 +12,7 @@ use crate::board::rig::Rig;
 use crate::board::{Build, F5529, G2553, G2553_HANDLERS};
 use crate::client::Client;
 use crate::link::{Link, Mode};
-use crate::sim::world::World;
+use crate::sim::world::{Registers, World};
 
 const ALL: Plan = Plan {
     unplugged: true,
@@ -66,7 +66,7 @@ type Board = (Rc<RefCell<Rig>>, Client<InProcess>);
 fn board(build: &Build, world: &World) -> Board {
     let mill = Profile::built_in("mill").expect("built in");
     let firmware = build.image().expect("the firmware");
-    let rig = Rig::new(build, &firmware, &mill, world).expect("a rig");
+    let rig = Rig::new(build, &firmware, &mill, world, &Registers::default()).expect("a rig");
     let rig = Rc::new(RefCell::new(rig));
     rig.borrow_mut().begin();
     let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
