@@ -60,7 +60,7 @@ pub fn of(said: &str, driver: &str) -> String {
     let said = said.to_lowercase();
     let fits = |(words, _): &&(&[&str], Help)| words.iter().any(|words| said.contains(words));
     match FAILURES.iter().find(fits).map(|(_, help)| *help) {
-        Some(Help::Library) => library(),
+        Some(Help::Library) => return format!("{}; {ITSELF}", library()),
         Some(Help::FetUpdate) => {
             "its own firmware is older than TI's library: `mspdebug tilib --allow-fw-update` renews \
              it once; leave it plugged in until that ends"
@@ -90,6 +90,10 @@ pub fn of(said: &str, driver: &str) -> String {
     }
     .to_owned()
 }
+
+/// The way without any tool.
+const ITSELF: &str = "an MSP-EXP430F5529LP needs none of this: hold its button BSL while you plug it in, and start \
+                      this again";
 
 fn library() -> &'static str {
     if cfg!(target_os = "windows") {
@@ -132,7 +136,7 @@ pub fn not_started(error: &Error) -> String {
     };
     format!(
         "mspdebug is needed to write the flash: {install}; `pasapas flash --save FILE.hex` writes \
-         the image for another tool such as TI's UniFlash"
+         the image for another tool such as TI's UniFlash; {ITSELF}"
     )
 }
 
