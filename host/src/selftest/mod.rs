@@ -180,6 +180,7 @@ impl<L: Link> Bench<'_, L> {
         self.set_record(self.record)?;
         self.after_reset()?;
         self.store()?;
+        self.erase_under_requests()?;
         self.clock()?;
         self.contacts()?;
         self.motion()?;

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use lang::image::crc_in;
-use lang::wire::{self, Upload};
+use lang::record::feature;
+use lang::wire::{self, Control, Upload};
 
 use super::{Bench, Trouble};
 use crate::client::ClientError;
@@ -11,6 +12,13 @@ use crate::link::Link;
 
 /// A program that takes some of the area.
 const FILLER: &str = "DIM a\nREPEAT 3\n  a = a + 1\nEND REPEAT\nPRINT a\n";
+/// Eight KEEP values that change all the while: a pause writes them, and each 14 such records fill a segment.
+const KEEPER: &str = "KEEP a, b, c, d, e, f, g, h\nDO\n  a = a + 1\n  b = b + 1\n  c = c + 1\n  d = d + 1\n  e = e + 1\n  \
+                      f = f + 1\n  g = g + 1\n  h = h + 1\n  Wait 2ms\nLOOP\n";
+/// Pauses, which two erases and more fall to.
+const PAUSES: u32 = 32;
+/// From one order to the next: longer than a pause with an erase takes.
+const PAUSING: Duration = Duration::from_millis(60);
 /// Longest time to the answer of an erase of the whole area (`wire`, Upload).
 const ERASE: Duration = Duration::from_millis(250);
 
@@ -42,6 +50,38 @@ impl<L: Link> Bench<'_, L> {
             format!("{} bytes, CRC {:04X}", held.program_bytes, held.program_crc),
             same,
         );
+        Ok(())
+    }
+
+    /// Requests all the while KEEP values are written, and segments erased for them: none may be lost.
+    pub(super) fn erase_under_requests(&mut self) -> Result<(), Trouble> {
+        const CHECK: &str = "requests while flash is erased";
+        if self.part.lacks_feature(feature::STREAM) {
+            self.left_out(CHECK, "this chip stands still meanwhile");
+            return Ok(());
+        }
+        self.program(KEEPER)?;
+        self.board.control(Control::Start)?;
+        let (mut asked, mut lost) = (0, 0);
+        for _ in 0..PAUSES {
+            for control in [Control::Pause, Control::Resume] {
+                // An order that an erase swallows is given again: both may come twice.
+                self.board.write(wire::RUN_CONTROL, control as u16)?;
+                let until = self.board.link().now() + PAUSING;
+                while self.board.link().now() < until {
+                    asked += 1;
+                    match self.board.once(|board| board.run_state()) {
+                        Ok(_) => {}
+                        Err(ClientError::Silent | ClientError::Noise(_)) => lost += 1,
+                        Err(error) => return Err(error.into()),
+                    }
+                }
+            }
+        }
+        self.board.control(Control::Stop)?;
+        self.at_rest()?;
+        let found = format!("{lost} of {asked} lost");
+        self.row(CHECK, "none lost", found, lost == 0);
         Ok(())
     }
 }
