@@ -8,7 +8,7 @@ use lang::fault::Fault;
 use lang::front::source::Source;
 use lang::front::words::{Func, Kw};
 use lang::front::{ProfileChoice, compile};
-use lang::hir::{Program, Storage};
+use lang::hir::{Limits, Program, Storage, Var};
 use lang::image::{Image, crc_in};
 use lang::part::{PARTS, Part, VIRTUAL};
 use lang::profile::Profile;
@@ -51,8 +51,8 @@ impl Loaded {
         self.compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line)
     }
 
-    /// Names, cells and units of the variables; those with AT or KEEP are an operator's, with what
-    /// the comment behind their declaration says.
+    /// Names, cells and units of the variables; those with AT or KEEP are an operator's, with their
+    /// label and range.
     pub fn variables(&self) -> Value {
         let mut places: Vec<_> = self.compiled.vars.iter().collect();
         places.sort_by_key(|place| place.var);
@@ -61,18 +61,52 @@ impl Loaded {
             if matches!(var.storage, Storage::Local(_)) || var.name.contains(' ') {
                 return None;
             }
-            let operator = matches!(var.storage, Storage::At(_) | Storage::Keep(_));
+            let quantity = self.quantity(var);
             Some(json!({
                 "name": var.name,
                 "cell": place.cell,
                 "len": place.len,
                 "array": var.array,
                 "unit": var.kind.unit().suffix(),
-                "operator": operator,
-                "about": if operator { self.remark(var.span.start) } else { None },
+                "operator": quantity.is_some(),
+                "label": quantity.as_ref().map(|own| own.label.as_str()),
+                "low": quantity.as_ref().map(|own| own.limits.least),
+                "high": quantity.as_ref().map(|own| own.limits.greatest),
             }))
         });
         Value::Array(listed.collect())
+    }
+
+    /// What an operator may do with a variable: LABEL, MIN and MAX say it, or else the comment behind
+    /// the declaration, `Pieces, 1..50`.
+    fn quantity(&self, var: &Var) -> Option<Quantity> {
+        if !matches!(var.storage, Storage::At(_) | Storage::Keep(_)) {
+            return None;
+        }
+        let (words, range) = self.remark(var.span.start).map_or((String::new(), None), range_of);
+        let named = var.panel.label.clone().or(Some(words)).filter(|label| !label.is_empty());
+        let label = named.unwrap_or_else(|| var.name.clone());
+        let given = var.panel.limits != Limits::default();
+        let limits = if given { var.panel.limits } else { range.unwrap_or_default() };
+        Some(Quantity { label, limits })
+    }
+
+    /// Whether an operator may give a cell a value.
+    ///
+    /// # Errors
+    /// The cell is no quantity of the operator's, or the value out of its range; in words.
+    pub fn may_set(&self, cell: u16, value: i32) -> Result<(), String> {
+        let here = |place: &&lang::back::VarPlace| {
+            (place.cell..place.cell + place.len.max(1)).contains(&u32::from(cell))
+        };
+        let var = self.compiled.vars.iter().find(here).map(|place| self.program.var(place.var));
+        let quantity = var.and_then(|var| self.quantity(var));
+        let Quantity { label, limits } =
+            quantity.ok_or("this variable is not one that an operator sets")?;
+        if (limits.least..=limits.greatest).contains(&value) {
+            return Ok(());
+        }
+        Err(format!("{label}: {} to {}", limits.least, limits.greatest))
     }
 
     /// The comment at the end of the line of an offset.
@@ -124,6 +158,35 @@ pub fn load(text: &str, choice: ProfileChoice<'_>) -> Result<Loaded, String> {
     })?;
     let crc = crc_in(&compiled.image);
     Ok(Loaded { program, compiled, crc, text: source.text().to_owned() })
+}
+
+/// What an operator may do with a variable.
+struct Quantity {
+    label: String,
+    limits: Limits,
+}
+
+/// A remark without its range, and that: `Pieces, 1..50`.
+fn range_of(remark: String) -> (String, Option<Limits>) {
+    let found = remark.split_once("..").and_then(|(left, right)| {
+        let number = |c: char| c.is_ascii_digit() || c == '-';
+        let (left, right) = (left.trim_end(), right.trim_start());
+        let from = left.rfind(|c: char| !number(c)).map_or(0, |at| at + c_len(left, at));
+        let to = right.find(|c: char| !number(c)).unwrap_or(right.len());
+        let limits =
+            Limits { least: left[from..].parse().ok()?, greatest: right[..to].parse().ok()? };
+        let words = format!("{}{}", left[..from].trim().trim_end_matches(','), &right[to..]);
+        (limits.least <= limits.greatest).then(|| (words.trim().to_owned(), limits))
+    });
+    match found {
+        Some((words, limits)) => (words, Some(limits)),
+        None => (remark, None),
+    }
+}
+
+/// Bytes of the sign at a place.
+fn c_len(text: &str, at: usize) -> usize {
+    text[at..].chars().next().map_or(0, char::len_utf8)
 }
 
 /// A simulation as a page gets it.
@@ -302,4 +365,37 @@ pub fn words() -> Value {
         })
         .collect();
     json!({ "words": kw, "functions": functions, "faults": faults })
+}
+
+#[cfg(test)]
+mod tests {
+    use lang::front::ProfileChoice;
+
+    use super::load;
+
+    #[test]
+    fn quantities_have_labels_and_ranges() {
+        let text = "DIM qty AT 3000 LABEL \"Pieces\" MIN 1 MAX 500\nKEEP wanted ' St\u{fc}ck, -5..50 in all\n\
+                    KEEP plain\nDIM own\nDIM way AS LENGTH AT 3002 ' Way of 3..1\nown = 1\nway = 1mm\n";
+        let loaded = load(text, ProfileChoice::built_in()).expect("it compiles");
+        let vars = loaded.variables();
+        let of = |name: &str| {
+            let list = vars.as_array().expect("a list");
+            list.iter().find(|var| var["name"] == name).expect("the variable").clone()
+        };
+        let shown = |name: &str| {
+            let var = of(name);
+            (var["label"].as_str().map(str::to_owned), var["low"].as_i64(), var["high"].as_i64())
+        };
+        let all = (Some(i32::MIN.into()), Some(i32::MAX.into()));
+        assert_eq!(shown("qty"), (Some("Pieces".to_owned()), Some(1), Some(500)));
+        assert_eq!(shown("wanted"), (Some("St\u{fc}ck in all".to_owned()), Some(-5), Some(50)));
+        assert_eq!(shown("plain"), (Some("plain".to_owned()), all.0, all.1));
+        assert_eq!(shown("way"), (Some("Way of 3..1".to_owned()), all.0, all.1));
+        assert_eq!(shown("own"), (None, None, None));
+        let cell = |name: &str| of(name)["cell"].as_u64().expect("a cell") as u16;
+        assert_eq!(loaded.may_set(cell("qty"), 500), Ok(()));
+        assert_eq!(loaded.may_set(cell("qty"), 501), Err("Pieces: 1 to 500".to_owned()));
+        assert!(loaded.may_set(cell("own"), 1).is_err() && loaded.may_set(4000, 1).is_err());
+    }
 }

@@ -60,6 +60,12 @@ pub fn serve(
             if usize::from(cell) >= cells {
                 return Err("the stored program has no such variable".to_owned());
             }
+            if bench.setting.is_operators() {
+                let (_, picture) = bench.helm.picture();
+                let loaded =
+                    bench.on_board(&picture).ok_or("the stored program is not known here")?;
+                loaded.0.may_set(cell, value)?;
+            }
             let value = value.cast_unsigned();
             let words = vec![value as u16, (value >> 16) as u16];
             return later.write(wire::CELLS + 2 * cell, words);

@@ -7,6 +7,8 @@
 
 mod assets;
 mod bench;
+#[cfg(test)]
+mod bench_tests;
 mod client;
 mod commission;
 mod desk;

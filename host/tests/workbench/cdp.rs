@@ -295,9 +295,15 @@ impl Page {
         let given = json!({ "nodeId": node, "files": [file.display().to_string()] });
         self.call("DOM.setFileInputFiles", given).map(drop)
     }
-    /// Writes a picture of the page.
+    /// Writes a picture of the page; a small one where the file's name ends in `.webp`.
     pub fn screenshot(&self, file: &Path) -> Outcome<()> {
-        let data = self.call("Page.captureScreenshot", json!({ "format": "png" }))?;
+        let small = file.extension().is_some_and(|end| end == "webp");
+        let format = if small {
+            json!({ "format": "webp", "quality": 80 })
+        } else {
+            json!({ "format": "png" })
+        };
+        let data = self.call("Page.captureScreenshot", format)?;
         let bytes = unbase64(data["data"].as_str().unwrap_or(""));
         std::fs::write(file, bytes).map_err(|e| e.to_string())
     }

@@ -133,3 +133,20 @@ fn names_are_coloured_mended_renamed_and_found() -> Outcome<()> {
     page.press("Escape", "Escape", 27, "", 0)?;
     page.wait("document.querySelector('#signature').hidden", PATIENCE)
 }
+
+#[test]
+fn two_runs_are_compared() -> Outcome<()> {
+    let Some(stand) = Stand::start("MoveAxe X, 10mm, 10mm/s\n", &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    page.push("#compare")?;
+    page.select_script("MoveAxe X, 30mm, 10mm/s\n")?;
+    page.says("#sums", "(+2.00 s)")?;
+    page.says("#sums", "3,000 (+2,000)")?;
+    // Against the run that was kept, not against the one before.
+    page.select_script("MoveAxe X, 20mm, 10mm/s\n")?;
+    page.says("#sums", "2,000 (+1,000)")?;
+    page.says("#sums", "20.0 / 0.0 / 0.0 mm (+10.0 mm)")?;
+    page.push("#compare")?;
+    page.wait("!document.querySelector('#sums').textContent.includes('(+')", PATIENCE)
+}

@@ -58,6 +58,27 @@ fn every_part_fits_every_screen_in_both_themes() -> Outcome<()> {
     Ok(())
 }
 
+/// The picture of the README: `WORKBENCH_PICTURES=FOLDER cargo test -p pasapas --test workbench readme` makes
+/// it anew as `readme.webp`, which is `host/workbench.webp`.
+#[test]
+fn the_readmes_picture_is_small() -> Outcome<()> {
+    let Some(stand) = Stand::start(TEXT, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.window(1160, 720, false)?;
+    page.theme(false)?;
+    page.says("#sums", "runs to its end")?;
+    page.fill("#scrub", "6200")?;
+    page.rest()?;
+    let file = stand.folder.path().join("readme.webp");
+    page.screenshot(&file)?;
+    let bytes = std::fs::metadata(&file).map_err(|error| error.to_string())?.len();
+    assert!((10_000..100_000).contains(&bytes), "the picture has {bytes} bytes");
+    match std::env::var_os("WORKBENCH_PICTURES") {
+        Some(folder) => page.screenshot(&PathBuf::from(folder).join("readme.webp")),
+        None => Ok(()),
+    }
+}
+
 #[test]
 fn a_screen_reader_is_told_what_is_there() -> Outcome<()> {
     let Some(stand) = Stand::start(TEXT, &[])? else { return Ok(()) };

@@ -9,6 +9,7 @@ mod cdp;
 mod edit;
 mod look;
 mod machine;
+mod measure;
 mod operator;
 mod pattern;
 mod run;

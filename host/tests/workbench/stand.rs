@@ -93,7 +93,7 @@ impl Board {
 pub struct Stand {
     /// See [`turn`].
     _turn: MutexGuard<'static, ()>,
-    _tool: Process,
+    tool: Process,
     /// The browser.
     pub browser: Arc<Browser>,
     /// Where the page is, with the key.
@@ -146,7 +146,7 @@ impl Stand {
         }
         let (tool, url) = Process::start(&args)?;
         let browser = Browser::start()?;
-        Ok(Some(Stand { _turn: turn, _tool: tool, browser, url, folder, board }))
+        Ok(Some(Stand { _turn: turn, tool, browser, url, folder, board }))
     }
 
     /// A page that has drawn a state of the board.
@@ -161,6 +161,20 @@ impl Stand {
         };
         page.wait(ready, PATIENCE)?;
         Ok(page)
+    }
+
+    /// Memory of the tool that no other process shares, MB.
+    pub fn memory(&self) -> Outcome<u64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.tool.0.id()));
+        let status = status.map_err(|error| error.to_string())?;
+        let line =
+            status.lines().find_map(|line| line.strip_prefix("RssAnon:")).ok_or("no RssAnon")?;
+        let kb = line
+            .split_whitespace()
+            .next()
+            .and_then(|kb| kb.parse::<u64>().ok())
+            .ok_or("no number")?;
+        Ok(kb / 1024)
     }
 
     /// The script's file.

@@ -31,15 +31,12 @@ $('#program').addEventListener('change', async e => {
 });
 link.addEventListener('text', e => { if (e.detail.file) $('#program').value = e.detail.file; });
 
-// Quantities: variables with AT or KEEP; the comment behind one is its label, `1..50` in it its range.
+// Quantities: variables with AT or KEEP, with the label and the range that the script gives them.
 link.addEventListener('program', e => {
   if (program && e.detail && program.crc === e.detail.crc) return;
   program = e.detail;
   rows = (program?.vars ?? []).filter(v => v.operator && v.len === 1).map(v => {
-    const about = v.about ?? v.name;
-    const range = /(-?\d+)\s*\.\.\s*(-?\d+)/.exec(about);
-    const label = about.replace(/,?\s*-?\d+\s*\.\.\s*-?\d+\s*/, ' ').trim() || v.name;
-    const low = range ? +range[1] : -(2 ** 31), high = range ? +range[2] : 2 ** 31 - 1;
+    const { label, low, high } = v, range = low > -(2 ** 31) || high < 2 ** 31 - 1;
     const input = h('input', { type: 'number', inputMode: 'numeric', min: low, max: high, ariaLabel: label });
     const set = async value => {
       if (!Number.isInteger(value) || value < low || value > high) {

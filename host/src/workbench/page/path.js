@@ -15,7 +15,7 @@ const colour = n => `hsl(${250 - 250 * n / (CLASSES - 1)} 80% 50%)`;
 export class PathView {
   points = new Float32Array(0); words = new Uint32Array(0); count = 0; fastest = 0;
   view = 'top'; zoom = 1; x = 0; y = 0; marker = null; live = null; trail = []; machine = null; ghost = null;
-  #due = null; #rest = null; #bitmap = null; #made = null; #moving = false;
+  #due = null; #rest = null; #bitmap = null; #made = null; #moving = false; #kept = null;
 
   constructor(canvas) {
     this.canvas = canvas;
@@ -40,7 +40,6 @@ export class PathView {
   }
   // A new path: see `Trial::path` of the tool.
   set(buffer) {
-    if (this.count && this.keep) this.ghost = this.#lines(null);
     this.points = new Float32Array(buffer, 4);
     this.words = new Uint32Array(buffer, 4);
     this.count = this.points.length / WIDTH;
@@ -64,8 +63,8 @@ export class PathView {
     this.classes = Uint8Array.from(speed, v => Math.min(CLASSES - 1, Math.floor(v / (most || 1) * CLASSES)));
   }
   // One Path2D for each class, in mm; null: all in one.
-  #lines(each = true) {
-    const [a, b] = VIEWS[this.view], { points, words, count, classes } = this;
+  #lines(each = true, of = this) {
+    const [a, b] = VIEWS[this.view], { points, words, count, classes } = of;
     const paths = Array.from({ length: each === null ? 1 : CLASSES }, () => new Path2D());
     let last = -1, home = false;
     for (let i = 0; i < count; i++) {
@@ -81,8 +80,14 @@ export class PathView {
   }
   look(view) {
     this.view = view;
-    this.ghost = null;
+    this.ghost = this.#kept && this.#lines(null, this.#kept);
     this.fit();
+  }
+  // Keeps the present path below those that come, or lets it go.
+  hold(on) {
+    const { points, words, count, classes } = this;
+    this.#kept = on ? { points, words, count, classes } : null;
+    this.look(this.view);
   }
   // The whole path in sight, or the machine's travel where there is none.
   fit() {

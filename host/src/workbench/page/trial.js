@@ -2,7 +2,7 @@
 import { h, $, text, time, mm, tell } from './dom.js';
 
 export class Trial {
-  about = null; us = 0; playing = false;
+  about = null; kept = null; us = 0; playing = false;
 
   constructor(link, view, editor) {
     Object.assign(this, { link, view, editor });
@@ -33,29 +33,30 @@ export class Trial {
     }
     document.body.classList.remove('stale');
     $('#sim-words').hidden = true;
-    const before = this.about;
     this.about = about;
     this.view.machine = about.machine;
     this.view.set(buffer);
-    this.#sum(before);
+    this.#sum();
     this.#prints();
     this.seek(Math.min(this.us, about.us));
     this.#timeline();
     this.dispatch?.(about);
   }
-  #sum(before) {
-    const { about } = this;
+  #sum() {
+    const { about, kept } = this;
     const end = about.end;
     const faulty = end.status === 'fault';
     const how = faulty ? `${end.fault} ${end.text} in line ${end.line}` : end.status === 'stopped'
       ? `stops in line ${end.line}: ${end.stopped ?? ''}` : 'runs to its end';
-    const steps = about.steps.reduce((sum, n) => sum + n, 0);
-    const more = this.view.keep && before ? ` (${about.us >= before.us ? '+' : '−'}${time(Math.abs(about.us - before.us))})` : '';
+    // What is more or less than in the run that was kept.
+    const more = (value, before, words) => kept && value !== before ? ` (${value > before ? '+' : '−'}${words(Math.abs(value - before))})` : '';
+    const sum = list => list.reduce((all, n) => all + n, 0), whole = n => n.toLocaleString('en');
+    const steps = sum(about.steps);
     const list = [
-      ['Time', time(about.us) + more], ['Steps', steps.toLocaleString('en')],
-      ['Way', about.travel_um.map(um => mm(um / 1000, 1)).join(' / ') + ' mm'],
+      ['Time', time(about.us) + more(about.us, kept?.us, time)], ['Steps', whole(steps) + more(steps, kept && sum(kept.steps), whole)],
+      ['Way', about.travel_um.map(um => mm(um / 1000, 1)).join(' / ') + ' mm' + more(sum(about.travel_um), kept && sum(kept.travel_um), um => `${mm(um / 1000, 1)} mm`)],
       ['Fastest', `${mm(this.view.fastest, 1)} mm/s`],
-      ['Program', `${about.bytes} of ${about.room} bytes`], ['End', how],
+      ['Program', `${about.bytes} of ${about.room} bytes` + more(about.bytes, kept?.bytes, whole)], ['End', how],
     ];
     $('#sums').replaceChildren(...list.map(([name, value]) => h('div', {}, h('dt', {}, name), h('dd', {}, value))));
     const card = $('#sim-fault');
@@ -164,10 +165,13 @@ export class Trial {
     };
     requestAnimationFrame(next);
   }
+  // Keeps the run as it is; those that come are drawn over it and counted against it.
   compare(button) {
-    this.view.keep = !this.view.keep;
-    button.setAttribute('aria-pressed', this.view.keep);
-    if (!this.view.keep) { this.view.ghost = null; this.view.look(this.view.view); }
-    else tell('The next change is shown over this run.');
+    if (!this.about) return;
+    this.kept = this.kept ? null : this.about;
+    button.setAttribute('aria-pressed', !!this.kept);
+    this.view.hold(!!this.kept);
+    this.#sum();
+    if (this.kept) tell('What is changed now is shown over this run.');
   }
 }
