@@ -3,7 +3,7 @@
 import { h, text, tell, action } from './dom.js';
 
 export class Teach {
-  tables = []; name = ''; rows = []; letters = []; #due = null; #busy = false;
+  tables = []; name = ''; rows = []; letters = []; #due = null; #busy = false; #tail = Promise.resolve();
 
   constructor(link, machine, script) {
     Object.assign(this, { link, machine, script });
@@ -68,12 +68,18 @@ export class Teach {
     const at = await this.place();
     const loose = this.letters.filter(letter => !this.link.state.picture.status.homed.includes(letter));
     if (loose.length) tell(`${loose.join(', ')} not homed: this place counts from where the machine was switched on.`, true);
-    await this.#write([...this.rows, { name: this.label.value.trim(), at }]);
+    const name = this.label.value.trim();
+    await this.#edit(rows => [...rows, { name, at }]);
     this.label.value = '';
+  }
+  // Changes the rows, behind the change that is being written.
+  #edit(change) {
+    const done = this.#tail.then(() => this.#write(change(this.rows)));
+    this.#tail = done.catch(() => {});
+    return done;
   }
   // Puts the table with these rows into the script.
   async #write(rows) {
-    if (this.#busy) throw new Error('the change before is still being written: once more');
     this.#busy = true;
     try {
       await this.script.sync();
@@ -93,9 +99,11 @@ export class Teach {
     await this.#read();
   }
   #swap(n, by) {
-    const rows = [...this.rows];
-    [rows[n], rows[n + by]] = [rows[n + by], rows[n]];
-    return this.#write(rows);
+    return this.#edit(old => {
+      const rows = [...old];
+      [rows[n], rows[n + by]] = [rows[n + by], rows[n]];
+      return rows;
+    });
   }
   // Whoever goes through the list by keyboard stays where they are.
   #draw() {
@@ -105,7 +113,7 @@ export class Teach {
   }
   #rows() {
     this.list.replaceChildren(...this.rows.map((row, n) => {
-      const change = given => this.#write(this.rows.map((own, m) => m === n ? { ...own, ...given } : own))
+      const change = given => this.#edit(rows => rows.map((own, m) => m === n ? { ...own, ...given } : own))
         .catch(error => tell(error.message, true));
       const what = row.name || `point ${n + 1}`;
       const name = h('input', { className: 'name', value: row.name, ariaLabel: `Name of point ${n + 1}`, maxLength: 60,
@@ -114,7 +122,7 @@ export class Teach {
         ariaLabel: `${this.letters[k] ?? 'Column'} of ${what}, mm`, onchange: e => {
           const value = Math.round(+e.target.value * 1000);
           if (e.target.value === '' || !Number.isFinite(value)) { tell('A place is a number of mm.', true); e.target.value = um / 1000; return; }
-          change({ at: row.at.map((old, m) => m === k ? value : old) });
+          this.#edit(rows => rows.map((own, m) => m === n ? { ...own, at: own.at.map((old, l) => l === k ? value : old) } : own)).catch(error => tell(error.message, true));
         } }));
       const go = h('button', { type: 'button', ariaLabel: `Go to ${what} while held`, title: 'Goes there while it is held' }, 'Go');
       this.machine.jog.armTo(go, () => this.#way(row));
@@ -122,7 +130,7 @@ export class Teach {
         action('Here', async () => change({ at: await this.place() }), { ariaLabel: `${what} is here`, title: 'The present place becomes this point' }),
         action('↑', () => this.#swap(n, -1), { ariaLabel: `${what} up`, disabled: n === 0 }),
         action('↓', () => this.#swap(n, 1), { ariaLabel: `${what} down`, disabled: n === this.rows.length - 1 }),
-        action('✕', () => this.#write(this.rows.filter((_, m) => m !== n)), { ariaLabel: `${what} out`, disabled: this.rows.length === 1 })));
+        action('✕', () => this.#edit(rows => rows.filter((_, m) => m !== n)), { ariaLabel: `${what} out`, disabled: this.rows.length === 1 })));
     }));
   }
   // X and Y first, Z up before them and down behind them: the way to a point, axis by axis.
