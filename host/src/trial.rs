@@ -19,8 +19,9 @@ use crate::sim::trace::{Event, What};
 use crate::sim::world::World;
 use crate::sim::{self, Engine, Outcome, SimError};
 
-/// Statements that a simulation may execute: some seconds of a desktop.
-const STATEMENTS: u64 = 20_000_000;
+/// Statements that a simulation may execute: a second or two of a desktop, and what an endless script
+/// leaves in memory meanwhile.
+const STATEMENTS: u64 = 5_000_000;
 /// Points of a path that are sent; a longer path is shown up to there.
 const MOST_POINTS: usize = 600_000;
 /// Events that are sent.

@@ -14,7 +14,8 @@ pub fn of(uri: &Uri) -> String {
     drive.map_or_else(|| path.clone(), str::to_owned)
 }
 
-/// The URI of an absolute path.
+/// The URI of an absolute path, for the workbench's own documents.
+#[cfg(feature = "desktop")]
 pub fn uri(path: &str) -> String {
     let mut uri = String::from(if path.starts_with('/') { "file://" } else { "file:///" });
     for byte in path.replace('\\', "/").bytes() {

@@ -114,6 +114,23 @@ fn a_page_that_dies_hangs_or_hides_in_a_held_jog_ends_it() -> Outcome<()> {
     rests(&mut stand)
 }
 
+/// Closed or gone to another address with the button still down; the helm is free for the next page.
+#[test]
+fn a_page_that_is_closed_or_left_in_a_held_jog_ends_it() -> Outcome<()> {
+    let Some(mut stand) = Stand::with_board("Wait 1s\n")? else { return Ok(()) };
+    let page = stand.page()?;
+    hold(&page, &mut stand)?;
+    page.go("about:blank")?;
+    rests(&mut stand)?;
+    page.close()?;
+    let page = stand.page()?;
+    page.says("#helm", "You have the helm")?;
+    hold(&page, &mut stand)?;
+    page.close()?;
+    rests(&mut stand)?;
+    stand.page()?.says("#helm", "You have the helm")
+}
+
 #[test]
 fn axes_are_referenced_sent_and_zeroed_and_ports_are_switched() -> Outcome<()> {
     let Some(mut stand) = Stand::with_board("Wait 1s\n")? else { return Ok(()) };
