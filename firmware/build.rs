@@ -1,6 +1,6 @@
 //! Writes the part's memory map where the linker finds it; `link.x` comes from `msp430-rt`.
 
-use lang::part::{F5529, G2553, G2553_HANDLERS, Part, SEGMENT, VIRTUAL};
+use lang::part::{F5529, G2553, G2553_HANDLERS, Part, SEGMENT};
 use std::path::Path;
 
 /// Address behind the program store: the chip's last segment belongs to the vectors and to the
@@ -9,7 +9,6 @@ const STORE_END: usize = 0xFE00;
 
 /// Start and length of RAM, start of flash (SLAS735, SLAS800: memory organization).
 const SMALL: [usize; 3] = [0x0200, 0x0200, 0xC000];
-const LARGE: [usize; 3] = [0x1100, 0x1000, 0x2100];
 /// For tests: the small part's RAM, 32 KB of flash and the large part's store.
 const WHOLE: [usize; 3] = [0x0200, 0x0200, 0x8000];
 
@@ -67,12 +66,10 @@ fn main() {
     let has = |feature: &str| std::env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
     let map = if has("F5529") {
         large()
-    } else if has("VIRTUAL") {
-        small(LARGE, &VIRTUAL)
     } else if !has("G2553") {
         return;
     } else if has("WHOLE") {
-        small(WHOLE, &VIRTUAL)
+        small(WHOLE, &F5529)
     } else if has("HANDLERS") {
         small(SMALL, &G2553_HANDLERS)
     } else {

@@ -17,7 +17,7 @@ export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$MSP430_LD"
 # A rustup override in the caller's environment must not pick another toolchain.
 unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS || true
 # Panics end in `abort`, without a message or a place to tell. The heuristics of the middle end are
-# those with which the virtual part's image is smallest, 930 bytes less: none of them changes a meaning.
+# those with which the largest image is smallest, 930 bytes less: none of them changes a meaning.
 small="-Zmir-opt-level=1 -Cllvm-args=-inline-threshold=12 -Cllvm-args=-enable-pre=false"
 small="$small -Cllvm-args=-bonus-inst-threshold=0 -Cllvm-args=-join-globalcopies -Cllvm-args=-pre-RA-sched=list-burr"
 export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust -Zunstable-options -Cpanic=immediate-abort $small"
@@ -30,13 +30,13 @@ far() {
     export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$root/target/msp430/release/far"
     export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="$CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS -Cjump-tables=no"
 }
-for part in ${*:-g2553 g2553-handlers virtual whole f5529}; do
+for part in ${*:-g2553 g2553-handlers whole f5529}; do
     program=g2553 features=$part
     case $part in
         # All that the G2553's sources can do, on a chip of the tests.
         whole) features=g2553,whole ;;
         g2553-*) features=g2553,${part#g2553-} ;;
-        virtual | f5529) program=board ;;
+        f5529) program=board ;;
     esac
     (
         [ "$part" != f5529 ] || far

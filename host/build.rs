@@ -11,7 +11,7 @@ fn main() {
     let released = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
     let commit = given.or_else(|| commit().filter(|_| released));
     println!("cargo:rustc-env=PASAPAS_COMMIT={}", commit.as_deref().unwrap_or("unknown"));
-    for name in ["g2553", "g2553-handlers", "virtual", "f5529"] {
+    for name in ["g2553", "g2553-handlers", "f5529"] {
         let path = format!("../firmware/image/pasapas-{name}.elf");
         match std::fs::read(&path) {
             Ok(image) => {

@@ -3,7 +3,7 @@
 //! `UPDATE_README=1 cargo test` rewrites them.
 
 use lang::fault::Fault;
-use lang::part::{Lack, PARTS, VIRTUAL};
+use lang::part::{F5529, Lack, PARTS};
 use lang::wire::command::{self, Argument};
 use lang::wire::{
     BLOCKS, Called, Control, Direct, End, Exception, LONG, NAMES, Refusal, RunState, Stream,
@@ -49,7 +49,7 @@ fn parts() -> String {
             if one == several { one.to_string() } else { format!("{one}, interpolated {several}") };
         let mut lacks: Vec<String> = (0..16)
             .map(|bit| 1 << bit)
-            .filter(|bit| VIRTUAL.features & bit != 0 && part.lacks_feature(*bit))
+            .filter(|bit| F5529.features & bit != 0 && part.lacks_feature(*bit))
             .map(|bit| Lack::Feature(bit).to_string())
             .collect();
         if !part.look_ahead {

@@ -5,7 +5,7 @@ use emulator::{Board, Config, Image, Part, Stop, WarningKind, Wiring};
 use lang::fault::Fault;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
-use lang::part::{self, F5529, G2553, G2553_HANDLERS, SEGMENT, SLOT_HEAD, VIRTUAL};
+use lang::part::{self, F5529, G2553, G2553_HANDLERS, SEGMENT, SLOT_HEAD};
 use lang::profile::{Profile, SafeState};
 use lang::record::BoardRecord;
 use lang::wire::{self, CRC_START, Control, RunState, crc16};
@@ -20,7 +20,7 @@ struct Build {
     watchdog: u16,
 }
 
-const BUILDS: [Build; 4] = [
+const BUILDS: [Build; 3] = [
     Build {
         name: "g2553",
         elf: include_bytes!("../image/pasapas-g2553.elf"),
@@ -33,13 +33,6 @@ const BUILDS: [Build; 4] = [
         elf: include_bytes!("../image/pasapas-g2553-handlers.elf"),
         chip: Part::G2553,
         part: G2553_HANDLERS,
-        watchdog: 0x0120,
-    },
-    Build {
-        name: "virtual",
-        elf: include_bytes!("../image/pasapas-virtual.elf"),
-        chip: Part::VIRTUAL,
-        part: VIRTUAL,
         watchdog: 0x0120,
     },
     Build {

@@ -10,7 +10,7 @@ use lang::front::words::{Func, Kw};
 use lang::front::{ProfileChoice, compile};
 use lang::hir::{Limits, Program, Storage, Var};
 use lang::image::{Image, crc_in};
-use lang::part::{PARTS, Part, VIRTUAL};
+use lang::part::{F5529, PARTS, Part};
 use lang::profile::Profile;
 use serde_json::{Value, json};
 
@@ -127,7 +127,7 @@ impl Loaded {
     /// The smallest part on which the program runs; of one that is too large for all the last.
     pub fn part(&self) -> &'static Part {
         let runs = PARTS.iter().find(|part| self.lack(part).is_none());
-        runs.unwrap_or(&VIRTUAL)
+        runs.unwrap_or(&F5529)
     }
 }
 

@@ -173,7 +173,7 @@ fn the_binders_programs_run_on_the_small_chip() {
 
 #[test]
 fn the_binders_programs_run_on_the_large_one() {
-    binder("virtual");
+    binder("f5529");
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn a_stop_byte_ends_the_move_and_what_waits_is_not_made() {
 
 #[test]
 fn a_stored_program_is_halted_and_goes_on_or_ends() {
-    let stand = Stand::start("virtual", "");
+    let stand = Stand::start("f5529", "");
     let mut client = stand.client();
     for line in
         ["@07", "@0i", "0 3000,1000,0,21,0,21,0,21", "2 50", "0 500,1000,0,21,0,21,0,21", "9"]
@@ -318,7 +318,7 @@ fn when_the_gateway_is_killed_a_line_ends_on_the_board() {
 /// nothing, one that ends them by LF CR.
 #[test]
 fn sequences_of_other_programs_are_answered_as_they_await_it() {
-    let stand = Stand::start("virtual", "dialect = \"imcs8\"");
+    let stand = Stand::start("f5529", "dialect = \"imcs8\"");
     let mut client = stand.client();
     for line in ["@07", "@0IX", "@0d3000,3000,3000", "@0IR7", "@0IW", "@0z1", "@0J1000", "@0R7"] {
         assert_eq!(client.say(line), "0", "{line}");
@@ -356,7 +356,7 @@ fn programs_of_others_run_unchanged() {
     let place = tempfile::tempdir().expect("a folder");
     let link = place.path().join("card");
     let more = format!("pty = {:?}\nanswer = \"cr\"\ndialect = \"imcs8\"", text(&link));
-    let stand = Stand::start("virtual", &more);
+    let stand = Stand::start("f5529", &more);
     let output = Command::new("python3")
         .args(["-c", TRAVERSE, text(&folder), text(&link)])
         .output()

@@ -237,7 +237,7 @@ fn build_gives_its_figures_for_each_file() {
 fn build_tells_the_limits_of_the_part_that_it_names() {
     let bench = Bench::new();
     bench.file("a.bas", "KEEP n\nON EVERY 1s GOSUB t\nWait 3s\nEND\nt:\nn = n + 1\nRETURN\n");
-    for (part, image, cells) in [("g2553-handlers", 508, 9), ("virtual", 2044, 46)] {
+    for (part, image, cells) in [("g2553-handlers", 508, 9), ("f5529", 2044, 46)] {
         let (_, lines) = bench.json(&["build", "a.bas", "--part", part, "--format", "json"]);
         let limits = [&lines[0]["image_limit"], &lines[0]["cells_limit"]];
         assert_eq!(limits, [image, cells], "{part}: {}", lines[0]);
@@ -424,7 +424,7 @@ fn sim_shows_the_speeds_of_the_part_that_runs_the_script() {
         let summary: Value = serde_json::from_str(last).expect("JSON");
         summary["us"].as_u64().expect("a time")
     };
-    let (small, large) = (us(&["--part", "g2553"]), us(&["--part", "virtual"]));
+    let (small, large) = (us(&["--part", "g2553"]), us(&["--part", "f5529"]));
     // The corners are flat: with look-ahead the second and third line need no ramps.
     assert!(small > large + 100_000, "{small} us without look-ahead, {large} us with it");
     assert_eq!(us(&[]), small, "the smallest part that runs it");
@@ -442,7 +442,7 @@ fn sim_shows_the_speeds_of_the_part_that_runs_the_script() {
         .collect();
     assert_eq!(places, ["all.bas:4:1", "all.bas:2:1", "all.bas:1:1"], "{}", refused.err);
     assert!(refused.err.contains("`--part g2553-handlers` has it"), "{}", refused.err);
-    assert!(refused.err.contains("the emulator only"), "{}", refused.err);
+    assert!(refused.err.contains("`--part f5529` has it"), "{}", refused.err);
     let long = (0..600).map(|n| format!("MoveAxe X, {}.{}37mm, {}st/s\n", n % 90, n % 9, 1001 + n));
     bench.file("long.bas", long.collect::<String>());
     let refused = bench.run(&["check", "long.bas", "--part", "g2553"]);

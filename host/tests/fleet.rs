@@ -19,7 +19,7 @@ impl Hall {
     fn start() -> Hall {
         let small = ["--part", "g2553"];
         let boards =
-            [Board::start(&small), Board::start(&small), Board::start(&["--part", "virtual"])];
+            [Board::start(&small), Board::start(&small), Board::start(&["--part", "f5529"])];
         let port = |n: usize| text(&boards[n].port()).to_owned();
         let board = |name: &str, n: usize, unit: u8, tags: &str| {
             format!(

@@ -70,7 +70,7 @@ fn many_clients_of_modbus_tcp_share_two_boards() {
     if !has("python3", &["-c", "import pymodbus"]) {
         return;
     }
-    let (one, other) = (Board::start(&[]), Board::start(&["--part", "virtual"]));
+    let (one, other) = (Board::start(&[]), Board::start(&["--part", "f5529"]));
     let script = one.folder.path().join("keeps.bas");
     let keeps = "KEEP a, b, c, d, e\na = 1: b = 1: c = 1: d = 1: e = 1\nWait 1000s\n";
     std::fs::write(&script, keeps).expect("a script");

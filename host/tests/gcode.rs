@@ -95,7 +95,7 @@ for line in ("G81 X1 Y1 Z-1 R1 F100", "hello", "G1 X", "G1 A5 F100"):
     assert send(line) == 3, line
 assert client.write_registers(2000, [1000, 40, 0x3047], device_id=1).exception_code == 3
 "#;
-    run("virtual", script);
+    run("f5529", script);
 }
 
 #[test]
@@ -130,7 +130,7 @@ x = position()[0]
 time.sleep(0.5)
 assert position()[0] == x and x > 1000, x
 "#;
-    run("virtual", script);
+    run("f5529", script);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use std::time::Duration;
 use common::{Board, has};
 
 /// Every master talks to both chips.
-const PARTS: [&str; 2] = ["g2553", "virtual"];
+const PARTS: [&str; 2] = ["g2553", "f5529"];
 
 /// Runs mbpoll once and gives what it printed.
 fn mbpoll(port: &Path, args: &[&str]) -> String {
@@ -187,7 +187,7 @@ fn at_variables_are_the_operators_whether_a_program_runs_or_not() {
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success(), "{what}: {said}");
     };
-    for part in ["g2553", "virtual"] {
+    for part in ["g2553", "f5529"] {
         let board = Board::start(&["--part", part]);
         let port = board.port();
         let port = port.to_str().expect("UTF-8");

@@ -63,7 +63,7 @@ fn simulated(board: &Board) -> String {
 
 #[test]
 fn the_trace_of_a_board_is_the_simulators() {
-    for part in ["g2553", "virtual"] {
+    for part in ["g2553", "f5529"] {
         let board = board(part);
         let (code, out, err) = pasapas(&board, &["trace", "a.bas"], "");
         assert_eq!((code, out), (0, simulated(&board)), "{part}: {err}");
@@ -94,7 +94,7 @@ fn a_halted_program_shows_its_variables_and_takes_new_values() {
 
 #[test]
 fn a_stepped_program_waits_and_can_be_ended() {
-    let board = board("virtual");
+    let board = board("f5529");
     let trace = ["trace", "a.bas", "--step"];
     let (code, out, err) = pasapas(&board, &trace, "\n\ns\nq\n");
     assert_eq!(code, 3, "{err}");
@@ -129,7 +129,7 @@ fn what_the_board_lacks_is_named_with_the_remedy_and_its_program_stays() {
 
 #[test]
 fn a_board_starts_with_the_profile_that_it_is_given() {
-    let board = Board::start(&["--part", "virtual", "--speed", "max", "--profile", "laser"]);
+    let board = Board::start(&["--part", "f5529", "--speed", "max", "--profile", "laser"]);
     fs::write(board.folder.path().join("l.bas"), "PROFILE \"laser\"\nM3 S500\n").expect("a file");
     let (code, _, err) = pasapas(&board, &["upload", "l.bas"], "");
     assert_eq!(code, 0, "{err}");
@@ -137,7 +137,7 @@ fn a_board_starts_with_the_profile_that_it_is_given() {
 
 #[test]
 fn jog_and_home_refuse_a_board_with_another_machine() {
-    for part in ["g2553", "virtual"] {
+    for part in ["g2553", "f5529"] {
         let board = board(part);
         let mill = lang::profile::BUILT_IN[0].1;
         // The same wiring and roles, another thread at X.

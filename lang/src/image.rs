@@ -73,7 +73,7 @@ pub mod at {
 /// Bytes of the device's RAM that cells, expression stack and call stack share, as the language
 /// promises them.
 pub const fn pool_limit(features: u8) -> usize {
-    part::VIRTUAL.pool_for(features as u16) as usize
+    part::F5529.pool_for(features as u16) as usize
 }
 
 /// Why an image is refused, in detail.

@@ -11,7 +11,7 @@ use crate::record::feature;
 pub struct Part {
     /// As on the command line.
     pub name: &'static str,
-    /// As on the package; of [`VIRTUAL`] that there is none.
+    /// As on the package.
     pub chip: &'static str,
     /// Features ([`crate::record::feature`]) that it has.
     pub features: u16,
@@ -56,11 +56,11 @@ pub const G2553_HANDLERS: Part = Part {
     ..G2553
 };
 
-/// A chip that only the emulator has, a G2553 with 56 KB of flash and 4 KB of RAM: everything, with the limits that the language promises. 192 bytes
+/// 128 KB of flash, 8 KB of RAM: everything, with the limits that the language promises. 192 bytes
 /// hold 36 cells, depth 8 and 8 calls; 108 hold 18, 6 and 6 (firmware/README.md, Parts).
-pub const VIRTUAL: Part = Part {
-    name: "virtual",
-    chip: "emulator only",
+pub const F5529: Part = Part {
+    name: "f5529",
+    chip: "MSP430F5529",
     features: feature::INTERPOLATE
         | feature::START
         | feature::ARC
@@ -72,18 +72,10 @@ pub const VIRTUAL: Part = Part {
     pool: [192, 108],
     event_pool: [0, 0],
     segments: 6,
-    profiles: G2553.profiles,
-    look_ahead: true,
-    at_room: u16::MAX,
-};
-
-/// The same on a chip that is sold, on its LaunchPad.
-pub const F5529: Part = Part {
-    name: "f5529",
-    chip: "MSP430F5529",
     // Segments C and B (SLAS590, "Memory Organization").
     profiles: [0x1880, 0x1900],
-    ..VIRTUAL
+    look_ahead: true,
+    at_room: u16::MAX,
 };
 
 /// Bytes of a flash segment (SLAU144, 7.2).
@@ -92,7 +84,7 @@ pub const SEGMENT: usize = 512;
 pub const SLOT_HEAD: usize = 4;
 
 /// Every part, the smallest first.
-pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, VIRTUAL, F5529];
+pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, F5529];
 
 /// The longest STEP pulse that one interrupt makes, us.
 const SHORT_PULSE_US: u8 = 3;
@@ -134,11 +126,6 @@ pub enum Lack {
 }
 
 impl Part {
-    /// Whether a chip is sold that this firmware runs on.
-    pub fn is_hardware(&self) -> bool {
-        *self != VIRTUAL
-    }
-
     /// The part with this name.
     pub fn named(name: &str) -> Option<Part> {
         PARTS.iter().copied().find(|part| part.name == name)
@@ -235,7 +222,7 @@ impl core::fmt::Display for Lack {
 
 #[cfg(test)]
 mod tests {
-    use super::{G2553, Lack, Part, VIRTUAL, top_rate};
+    use super::{F5529, G2553, Lack, Part, top_rate};
     use crate::image::Header;
     use crate::record::feature;
 
@@ -249,7 +236,7 @@ mod tests {
     fn a_part_names_what_it_lacks() {
         let mut header = Header { features: feature::ARC as u8, ..Header::default() };
         assert_eq!(G2553.lacks(&header, 0), Some(Lack::Feature(feature::ARC)));
-        assert_eq!(VIRTUAL.lacks(&header, 0), None);
+        assert_eq!(F5529.lacks(&header, 0), None);
         header = Header { len: 4000, cells: 40, ..header };
         let all: [Lack; 3] = [
             Lack::Feature(feature::ARC),
@@ -258,12 +245,12 @@ mod tests {
         ];
         assert!(G2553.all_lacks(&header, 0).eq(all));
         header = Header { cells: 40, stack: 9, ..Header::default() };
-        assert_eq!(VIRTUAL.lacks(&header, 0), Some(Lack::Memory { used: 196, available: 192 }));
+        assert_eq!(F5529.lacks(&header, 0), Some(Lack::Memory { used: 196, available: 192 }));
         let small = Part { features: u16::MAX, ..G2553 };
         header = Header { features: feature::EVENTS as u8, cells: 4, stack: 3, ..header };
         assert_eq!(small.lacks(&header, 2), None);
         assert_eq!(small.lacks(&header, 3), Some(Lack::Memory { used: 70, available: 64 }));
-        assert_eq!(VIRTUAL.lacks(&header, 4), None);
+        assert_eq!(F5529.lacks(&header, 4), None);
         assert_eq!(Part::named("g2553"), Some(G2553));
         assert_eq!(Part::named("g2452"), None);
     }

@@ -18,8 +18,10 @@ const PLACE: u16 = BACK - (SEGMENT * G2553.segments as usize) as u16;
 /// Where the routine returns to: nothing runs there.
 const BACK: u16 = 0xFE00;
 /// Scratch memory, away from the machine stack.
-const SCRATCH: u16 = 0x1100;
-const STACK: u16 = 0x1400;
+const SCRATCH: u16 = 0x2400;
+const STACK: u16 = 0x4300;
+/// From reset to the main loop.
+const BOOT_US: u64 = 200_000;
 const FEATURES: u8 = !(feature::WIDE as u8);
 /// Accepted.
 const GOOD: u16 = 0;
@@ -43,11 +45,10 @@ impl Chip {
     fn new() -> Chip {
         let firmware = pasapas::board::DEFAULT.image().expect("the shipped image is an ELF file");
         let mut board = Board::new(pasapas::board::DEFAULT.chip.clone(), &firmware);
+        // Clocks are the firmware's own; then the watchdog is off until the routine sets it (SLAU208, 16.3.1).
+        board.run_us(BOOT_US);
         board.set_breakpoint(BACK);
-        // ACLK from the VLO: the routine sets the watchdog to it (SLAU144, 5.3.4).
-        board.bus_write8(0x0053, 0x20);
-        // Watchdog off until then (SLAU144, 10.3.1).
-        board.bus_write16(0x0120, 0x5A80);
+        board.bus_write16(0x015C, 0x5A80);
         Chip(board)
     }
 
@@ -64,7 +65,7 @@ impl Chip {
         {
             board.set_reg(register, value);
         }
-        let limit = board.cycles() + 3 * emulator::TICKS_PER_SECOND;
+        let limit = board.cycles() + 3 * board.ticks_per_second();
         assert_eq!(board.run_until(limit), Stop::Breakpoint(BACK.into()), "it hangs");
         assert_eq!(board.reg(1), STACK + 2, "the machine stack is not what it was");
         board.reg(12)

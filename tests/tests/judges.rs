@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use emulator::{Board, Config, Rng};
-use lang::part::{SEGMENT, VIRTUAL};
+use lang::part::{F5529, SEGMENT};
 use lang::record::BoardRecord;
 use pasapas::board::{BUILDS, Build, DEFAULT};
 use pasapas::torture::generate::generate;
@@ -18,7 +18,7 @@ const SETTINGS: Settings =
     Settings { length: Length::Short, count: Some(40), seed: 11, from: 0, builds: &BUILDS };
 
 /// The program area of [`DEFAULT`].
-const AREA: u16 = 0xFE00 - (SEGMENT * VIRTUAL.segments as usize) as u16;
+const AREA: u16 = 0xFE00 - (SEGMENT * F5529.segments as usize) as u16;
 
 /// The first program of a kind that compiles.
 fn any_program(fault: &str) -> Made {
@@ -102,7 +102,7 @@ fn cable_finds_a_program_that_a_pulled_plug_damaged_and_one_that_was_never_writt
 fn erase(board: &mut Board) {
     (AREA..0xFE00).for_each(|at| board.poke8(at, 0xFF));
     board.reset_pin();
-    board.run_us(60_000);
+    board.run_us(200_000);
 }
 
 #[test]
@@ -116,8 +116,10 @@ fn random_cuts_find_a_damaged_program_and_a_board_that_starts_by_itself() {
     assert!(matches!(cut(&|stand| erase(&mut stand.board)), Verdict::Lost(_)));
     let reset = BoardRecord { sequence: 9, reset_on: 1, ..BoardRecord::DEFAULT }.sealed();
     let lit = |stand: &mut Stand| {
-        // Output 1 goes on at power-up: the first copy of the profile, segment B.
-        (0x1080..).zip(reset.to_bytes()).for_each(|(at, byte)| stand.board.poke8(at, byte));
+        // Output 1 goes on at power-up: the first copy of the profile.
+        (F5529.profiles[0]..)
+            .zip(reset.to_bytes())
+            .for_each(|(at, byte)| stand.board.poke8(at, byte));
     };
     assert!(matches!(cut(&lit), Verdict::Lost(_)));
 }

@@ -4,7 +4,8 @@ use emulator::Signal;
 use emulator::{Board, Image, Part};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{
-    Arc, Block, Ends, Feed, Pace, Path, PathSegment, Segment, Single, physics, queue,
+    Arc, Block, Ends, Feed, Pace, Path, PathSegment, Segment, Single, TICKS_PER_SECOND, physics,
+    queue,
 };
 use lang::record::AxisRecord;
 use proptest::prelude::*;
@@ -12,22 +13,31 @@ use proptest::test_runner::TestRunner;
 
 /// The shipped image, symbols and all.
 fn board() -> Board {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/image/pasapas-virtual.elf");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/image/pasapas-f5529.elf");
     let bytes = std::fs::read(path).expect("the shipped image");
-    Board::new(Part::VIRTUAL, &Image::parse(&bytes).expect("an ELF file"))
+    Board::new(Part::F5529, &Image::parse(&bytes).expect("an ELF file"))
 }
 
-/// Watchdog held, 16 MHz, interrupts off, the CPU in an endless loop at the top of RAM.
+/// Emulated ticks in a tick of the step timer, 1/16 us.
+const TICK: u64 = Part::F5529.ticks_per_second / TICKS_PER_SECOND as u64;
+
+/// Lets the firmware start, so that clocks and pins are its own; then the watchdog is held, the millisecond is
+/// off, interrupts are off, and the CPU stands in an endless loop at the top of RAM.
 fn quiet(board: &mut Board) {
-    board.bus_write16(0x0120, 0x5A80);
-    let (bc1, dco) = (board.peek8(0x10F9), board.peek8(0x10F8));
-    board.bus_write8(0x57, bc1);
-    board.bus_write8(0x56, dco);
+    board.run_us(200_000);
+    for (register, value) in [(WDTCTL, 0x5A80), (TA1CCTL0, 0), (TA1CCTL1, 0)] {
+        board.bus_write16(register, value);
+    }
     board.poke16(HOME, 0x3FFF);
     for (register, value) in [(0, HOME), (1, STACK), (2, 0)] {
         board.set_reg(register, value);
     }
 }
+
+/// Registers (SLAS590, peripheral file map).
+const WDTCTL: u16 = 0x015C;
+const TA1CCTL0: u16 = 0x0382;
+const TA1CCTL1: u16 = 0x0384;
 
 /// A chip on which single functions are called, interrupts off.
 struct Chip {
@@ -37,8 +47,8 @@ struct Chip {
 }
 
 /// Top of RAM: an endless loop, the return address of a call, and below it the stack.
-const HOME: u16 = 0x20FC;
-const STACK: u16 = 0x20F0;
+const HOME: u16 = 0x43FC;
+const STACK: u16 = 0x43F0;
 
 impl Chip {
     fn new() -> Chip {
@@ -63,13 +73,13 @@ impl Chip {
         for kept in 4..11 {
             self.board.set_reg(kept, 0x1110 * kept as u16);
         }
-        self.board.run_for(100_000);
+        self.board.run_for(100_000 * TICK);
         assert_eq!(self.board.reg(0), HOME, "{name}({a:#x}, {b:#x}) did not return");
         assert_eq!(self.board.reg(1), sp + 2, "{name} leaves the stack as it was");
         for kept in 4..11 {
             assert_eq!(self.board.reg(kept), 0x1110 * kept as u16, "{name} keeps r{kept}");
         }
-        self.worst = self.worst.max(self.board.cycles() - from);
+        self.worst = self.worst.max((self.board.cycles() - from) / TICK);
         u32::from(self.board.reg(12)) | u32::from(self.board.reg(13)) << 16
     }
 }
@@ -129,10 +139,13 @@ struct Engine {
     fill: u16,
 }
 
-/// TA1CCTL0, TA1CCR0, TA1R
-const CONTROL: u16 = 0x0182;
-const COMPARE: u16 = 0x0192;
-const COUNTER: u16 = 0x0190;
+/// TA0CCTL0, TA0CCR0, TA0R, and the vector of the first; channels 1 to 3 are the axes'.
+const CONTROL: u16 = 0x0342;
+const COMPARE: u16 = 0x0352;
+const COUNTER: u16 = 0x0350;
+const VECTOR: u16 = 0xFFEA;
+/// P6OUT, whose lowest pins are DIR.
+const DIR_OUT: u16 = 0x0243;
 
 impl Engine {
     fn new(width_ticks: u16) -> Engine {
@@ -148,10 +161,7 @@ impl Engine {
         board.poke16(step, handler);
         board.poke16(step + 2, play);
         board.poke16(step + 20, width_ticks);
-        // P2DIR, P2SEL, P2SEL's reset value would make P2.6 and P2.7 crystal pins.
-        board.bus_write8(0x2A, 0xFF);
-        board.bus_write8(0x2E, 0x13);
-        board.bus_write16(0x0180, 0x0224);
+        board.bus_write8(DIR_OUT, 0);
         board.set_reg(2, 8);
         board.record(true);
         Engine { board, play, step, fill: 0 }
@@ -179,8 +189,7 @@ impl Engine {
         for (n, inc) in s.inc.iter().enumerate() {
             long(&mut self.board, slot + 12 + 4 * n as u16, *inc);
         }
-        let pins = [0x08, 0x40, 0x80];
-        let dirs: u8 = (0..3).filter(|a| s.negative >> a & 1 == 0).map(|a| pins[a]).sum();
+        let dirs = !s.negative & 0b111;
         for (n, acc) in s.acc.iter().enumerate() {
             self.board.poke16(slot + 24 + 2 * n as u16, *acc);
         }
@@ -228,7 +237,7 @@ fn steps(engine: &mut Engine) -> [Vec<(u64, bool)>; 3] {
         match edge.signal {
             Signal::Dir(a) => dirs[usize::from(a)] = edge.level,
             Signal::Step(a) if edge.level => {
-                out[usize::from(a)].push((edge.cycle, dirs[usize::from(a)]))
+                out[usize::from(a)].push((edge.cycle / TICK, dirs[usize::from(a)]))
             }
             _ => {}
         }
@@ -297,7 +306,7 @@ fn plays_as_planned(axes: &[AxisRecord; 3], blocks: &[Piece], width: u16) -> Eng
                 break;
             }
         }
-        engine.board.run_for(200);
+        engine.board.run_for(200 * TICK);
     }
     assert_eq!(engine.late(), 0);
     let made = steps(&mut engine);
@@ -315,9 +324,9 @@ fn plays_as_planned(axes: &[AxisRecord; 3], blocks: &[Piece], width: u16) -> Eng
     engine
 }
 
-/// Longest Timer1_A CCR0 interrupt, cycles.
+/// Longest interrupt of channel 0, cycles.
 fn worst(engine: &Engine) -> u64 {
-    engine.board.stats().interrupts.get(&0xFFFA).map_or(0, |stats| stats.worst)
+    engine.board.stats().interrupts.get(&VECTOR).map_or(0, |stats| stats.worst / TICK)
 }
 
 #[test]
@@ -354,8 +363,9 @@ fn three_axes_reach_sixty_thousand_steps_a_second() {
         axis.decel = 200_000;
     }
     let engine = plays_as_planned(&axes, &fast, 0);
-    let stats = engine.board.stats().interrupts[&0xFFFA];
-    assert!(stats.total / stats.count <= 190, "{} cycles", stats.total / stats.count);
+    let stats = engine.board.stats().interrupts[&VECTOR];
+    let mean = stats.total / stats.count / TICK;
+    assert!(mean <= 190, "{mean} cycles");
 }
 
 /// Playing and next segment and fraction of each axis: 26 bytes.
@@ -370,10 +380,10 @@ fn put_axis(engine: &mut Engine, axis: u16, s: &Segment, negative: bool) {
     }
     engine.board.poke16(next + 10, s.mask | u16::from(negative) << 15);
     engine.board.poke16(next + 8, s.events);
-    let control = CONTROL + 2 * axis;
+    let control = CONTROL + 2 + 2 * axis;
     if engine.board.bus_read16(control) & 0x10 == 0 {
         let at = engine.board.bus_read16(COUNTER).wrapping_add(160);
-        engine.board.bus_write16(COMPARE + 2 * axis, at);
+        engine.board.bus_write16(COMPARE + 2 + 2 * axis, at);
         engine.board.bus_write16(control, 0x10);
     }
 }
@@ -393,12 +403,12 @@ fn started_axes_play_as_planned_and_as_their_motors_can() {
     for n in 0..3 {
         engine.board.poke16(step + 12 + 2 * n, 1);
     }
-    engine.board.bus_write8(0x29, 0xC8);
+    engine.board.bus_write8(DIR_OUT, 0b111);
     let mut singles = [Single::new(0), Single::new(0), Single::new(0)];
     let mut planned: [Vec<(bool, Segment)>; 3] = Default::default();
     let from = engine.board.cycles();
     for _ in 0..40_000 {
-        let ms = (engine.board.cycles() - from) / 16_000;
+        let ms = (engine.board.cycles() - from) / (16_000 * TICK);
         for (n, single) in singles.iter_mut().enumerate() {
             for (due, target) in orders[n] {
                 if ms >= *due && single.target() != *target && planned[n].len() < 1_000 {
@@ -415,7 +425,7 @@ fn started_axes_play_as_planned_and_as_their_motors_can() {
                 put_axis(&mut engine, n as u16, &segment, single.negative());
             }
         }
-        engine.board.run_for(800);
+        engine.board.run_for(800 * TICK);
     }
     assert_eq!(engine.late(), 0);
     let made = steps(&mut engine);

@@ -5,7 +5,7 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use pasapas::board::engine::{self, BoardError, BoardRun};
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 use pasapas::sim::record::StopReason;
 use pasapas::sim::trace::{Event, What, to_text};
 use pasapas::sim::world::World;
@@ -48,7 +48,7 @@ fn alike(builds: &[&Build], script: &str, world: &str) -> Vec<Vec<Event>> {
     builds.iter().map(run).collect()
 }
 
-const BOTH: [&Build; 2] = [&G2553, &VIRTUAL];
+const BOTH: [&Build; 2] = [&G2553, &F5529];
 
 #[test]
 fn a_loop_takes_the_time_that_it_takes_unobserved() {
@@ -76,10 +76,10 @@ fn the_world_sees_the_first_statements_and_what_it_set_is_there() {
     alike(&BOTH, "PRINT \"more than the ring of sixteen bytes \"; 1234567890\nPRINT 2", "");
     let fails = "DIM none\nON ERROR GOTO away\nPRINT \"lost \"; 1 / none\nPRINT \"here\"\nEND\n\
                  away:\nRESUME NEXT";
-    alike(&[&VIRTUAL], fails, "");
+    alike(&[&F5529], fails, "");
     // A stop takes effect where a segment of 8 ms ends: not at a time within 2 ms of such an end, which
     // the board's planning decides.
-    alike(&[&VIRTUAL], "MoveSpeed X, 10mm/s\nWait 97ms\nStopAll", "");
+    alike(&[&F5529], "MoveSpeed X, 10mm/s\nWait 97ms\nStopAll", "");
 }
 
 #[test]

@@ -10,6 +10,9 @@ use lang::wire::{
 };
 use pasapas::board::DEFAULT;
 
+/// From power-up to the main loop, a program's check included.
+const BOOT_US: u64 = 200_000;
+
 struct Rig(Board);
 
 fn image(script: &str) -> Vec<u8> {
@@ -26,7 +29,7 @@ impl Rig {
     fn with_config(config: Config) -> Rig {
         let image = DEFAULT.image().expect("the shipped image");
         let mut rig = Rig(Board::with_config(&config, &image));
-        rig.0.run_us(60_000);
+        rig.0.run_us(BOOT_US);
         rig
     }
 
@@ -114,7 +117,7 @@ fn an_upload_cut_anywhere_leaves_the_old_program_or_the_new() {
         rig.0.set_flash_contents(&flash).expect("it is this part's");
         rig.0.power_cut();
         rig.0.power_up();
-        rig.0.run_us(60_000);
+        rig.0.run_us(BOOT_US);
         rig.0.cut_at_flash_operation(cuts + 1, cuts);
         let done = rig.upload(&new, false).is_some();
         if done {
@@ -123,7 +126,7 @@ fn an_upload_cut_anywhere_leaves_the_old_program_or_the_new() {
         cuts += 1;
         rig.0.power_cut();
         rig.0.power_up();
-        rig.0.run_us(60_000);
+        rig.0.run_us(BOOT_US);
         let found = rig.stored();
         assert!(found == identity(&old) || found == identity(&new), "cut {cuts}: {found:?}");
         seen[usize::from(found == identity(&new))] = true;
@@ -150,7 +153,7 @@ fn a_keep_value_cut_anywhere_is_the_old_one_or_the_new() {
         rig.0.set_flash_contents(&flash).expect("it is this part's");
         rig.0.power_cut();
         rig.0.power_up();
-        rig.0.run_us(60_000);
+        rig.0.run_us(BOOT_US);
         rig.0.cut_at_flash_operation(cuts + 1, cuts);
         rig.run();
         if rig.0.powered() {
@@ -159,7 +162,7 @@ fn a_keep_value_cut_anywhere_is_the_old_one_or_the_new() {
         }
         cuts += 1;
         rig.0.power_up();
-        rig.0.run_us(60_000);
+        rig.0.run_us(BOOT_US);
         let found = kept(&mut rig);
         assert!(found == 1000 || found == 2000, "cut {cuts}: {found}");
         assert_eq!(rig.stored(), identity(&counter));

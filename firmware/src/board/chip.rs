@@ -12,8 +12,5 @@
 #[cfg(feature = "f5529")]
 #[path = "chip/f5529/mod.rs"]
 mod room;
-#[cfg(feature = "virtual")]
-#[path = "chip/virtual/mod.rs"]
-mod room;
 
 pub use room::*;

@@ -105,6 +105,8 @@ extern "C" fn main() -> ! {
         }
         slave.poll(&mut line, core);
         core.line_rests = line.rests();
+        // A request of many registers takes as long as a short segment lasts.
+        core.motor.poll(core.trace.full);
         core.ticks();
         core.motor.poll(core.trace.full);
         core.tripped();

@@ -12,6 +12,13 @@ global_asm!(
 module.math$mspabi_mul:
     .global __mspabi_mpyi
 __mspabi_mpyi:
+    .if {multiplier}
+    /* MPY, OP2, RESLO */
+    mov r12, &0x04c0
+    mov r13, &0x04c8
+    mov &0x04ca, r12
+    ret
+    .else
     mov r12, r14
     clr r12
     jmp 3f
@@ -22,11 +29,21 @@ __mspabi_mpyi:
     jc 1b
     jne 2b
     ret
+    .endif
 
     .section .text.mspabi_mull,"ax",@progbits
 module.math$mspabi_mull:
     .global __mspabi_mpyl
 __mspabi_mpyl:
+    .if {multiplier}
+    mov r12, &0x04d0
+    mov r13, &0x04d2
+    mov r14, &0x04e0
+    mov r15, &0x04e2
+    mov &0x04e4, r12
+    mov &0x04e6, r13
+    ret
+    .else
     push r10
     mov r12, r10
     mov r13, r11
@@ -46,6 +63,7 @@ __mspabi_mpyl:
     jne 2b
     pop r10
     ret
+    .endif
 
     .section .text.mspabi_div,"ax",@progbits
 module.math$mspabi_div:
@@ -215,6 +233,19 @@ pasapas_mul_div:
 
     /* r13:r12 times r15:r14: high half in r11:r10, low half in r15:r14; uses r9 */
 pasapas_product:
+    .if {multiplier}
+    /* MPY32L, MPY32H, OP2L, OP2H; RES0 to RES3 are ready in time in this order (SLAU208, 25.2). No
+       interrupt uses it: its state cannot be saved (erratum MPY1). */
+    mov r12, &0x04d0
+    mov r13, &0x04d2
+    mov r14, &0x04e0
+    mov r15, &0x04e2
+    mov &0x04e4, r14
+    mov &0x04e6, r15
+    mov &0x04e8, r10
+    mov &0x04ea, r11
+    ret
+    .else
     mov #32, r9
     /* r11:r10 = r13:r12 times the r9 low bits of r15:r14, down by r9 */
 pasapas_product_bits:
@@ -231,6 +262,7 @@ pasapas_product_bits:
     dec r9
     jne 1b
     ret
+    .endif
 
     .global pasapas_fraction
     /* r13:r12 times 2^32 over r15:r14 */
@@ -382,7 +414,8 @@ memset:
 2:  tst r14
     jne 1b
     ret
-    "#
+    "#,
+    multiplier = const cfg!(feature = "f5529") as u8,
 );
 
 #[cfg(feature = "board")]

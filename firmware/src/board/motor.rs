@@ -316,6 +316,7 @@ impl Motor {
     ///
     /// With `hold` commanded places stay what they are: the host has not read those of the event
     /// that waits for it.
+    #[inline(never)]
     pub fn poll(&mut self, hold: bool) {
         let mut n = AXES;
         while n != 0 {

@@ -2,7 +2,7 @@
 //!
 //! A number is its mantissa in bits 0..=23 and its exponent in bits 24..=31; operands come in
 //! r13:r12 and r15:r14, results go to r13:r12, r11, r14, r15 are free, but that `new` keeps r14 and
-//! r15. Cycles are the longest path: times 360, over 410, root 530, plus, minus and new 250, floor
+//! r15. Cycles are the longest path: times 360, 150 with a multiplier, over 410, root 530, plus, minus and new 250, floor
 //! 130; exponents that lie 74 apart, as in the planner at most, cost 440 more.
 
 use core::arch::global_asm;
@@ -34,8 +34,20 @@ pasapas_scaled_times:
     /* the product of 48 bits down by 23 */
     rla r12
     rlc r13
+    .if {multiplier}
+    call #pasapas_product
+    swpb r15
+    mov.b r15, r15
+    swpb r10
+    mov.b r10, r14
+    xor r14, r10
+    bis r15, r10
+    swpb r11
+    bis r14, r11
+    .else
     mov #24, r9
     call #pasapas_product_bits
+    .endif
 scaled_restore:
     mov r10, r12
     mov r11, r13
@@ -251,5 +263,6 @@ pasapas_scaled_exponent_over:
     mov.b r13, r12
     sxt r12
     ret
-    "#
+    "#,
+    multiplier = const cfg!(feature = "f5529") as u8,
 );

@@ -113,7 +113,6 @@ pub fn is_dry() -> bool {
 
 /// A handler has begun, that of the event in `slot` or of the fault: what was to come is forgotten.
 #[inline(never)]
-#[cfg_attr(feature = "virtual", unsafe(link_section = ".tail.stream"))]
 pub fn call(place: Called, slot: u8, fault: u8) {
     let stream = stream();
     let idle = stream.dry && matches!(place, Called::Behind) && fault == 0;
@@ -125,7 +124,6 @@ pub fn call(place: Called, slot: u8, fault: u8) {
 
 /// No piece waits, and none was the last.
 #[inline(never)]
-#[cfg_attr(feature = "virtual", unsafe(link_section = ".tail.stream"))]
 fn forget(stream: &mut Store) {
     stream.accepted = stream.begun;
     stream.filling = stream.next;
@@ -203,7 +201,6 @@ pub fn write_machine(index: u16, value: u16) {
 /// # Errors
 /// No slot is free, the piece is too long or was refused.
 #[inline(never)]
-#[cfg_attr(feature = "virtual", unsafe(link_section = ".tail.stream"))]
 pub fn write(index: u16, value: u16) -> Result<(), Exception> {
     let stream = stream();
     // The slot of the running piece is not free, also not while the run waits for another.

@@ -13,7 +13,6 @@ use msp430_rt as _;
 // Brings the interrupt vectors' names into the link.
 use msp430g2553 as _;
 
-#[path = "../board/chip/virtual/pins.rs"]
 mod pins;
 mod vm;
 // Symbols come first, so that the assembler knows constants when it meets them.

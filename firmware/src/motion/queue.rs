@@ -1,6 +1,6 @@
 //! How far ahead of the playing segment a path is planned.
 //!
-//! The main loop plans nothing while it does anything else. On the virtual part the longest such stretch
+//! The main loop plans nothing while it does anything else. On the F5529 the longest such stretch
 //! is an arc that follows an arc: taking its words from the stack 3 ms, its corner 2 ms, its first
 //! chord 3 ms, and up to three times that when the step interrupts take two thirds of the CPU. What
 //! the engine holds must outlast it, or the axes stop dead between two steps. A pause, a stop and a

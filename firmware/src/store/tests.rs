@@ -1,6 +1,6 @@
 use super::{Denied, Flash, SEGMENT, SLOT_HEAD, Store};
 
-const SEGMENTS: u8 = lang::part::VIRTUAL.segments;
+const SEGMENTS: u8 = lang::part::F5529.segments;
 
 /// Flash that can lose power in the middle of an operation: that one leaves some of its bits
 /// undone, the later ones do nothing.

@@ -23,8 +23,6 @@ pub struct Part {
     pub ticks_per_second: u64,
     /// Main RAM.
     pub ram: RangeInclusive<u32>,
-    /// Second window onto the first bytes of `ram`, as some parts have it.
-    pub ram_mirror: Option<RangeInclusive<u32>>,
     /// RAM of the USB module, plain memory while that is off.
     pub usb_ram: Option<RangeInclusive<u32>>,
     /// Information memory, four segments D, C, B, A upwards.
@@ -47,22 +45,10 @@ impl Part {
         family: Family::Msp430,
         ticks_per_second: crate::TICKS_PER_SECOND,
         ram: 0x0200..=0x03FF,
-        ram_mirror: None,
         usb_ram: None,
         info: 0x1000..=0x10FF,
         flash: 0xC000..=0xFFFF,
         banks: &[0xC000],
-    };
-
-    /// A chip that nobody makes: the G2553 with 56 KB of flash and 4 KB of RAM, of which 2 KB are
-    /// mirrored at 0x0200, to run the firmware with every feature.
-    pub const VIRTUAL: Part = Part {
-        name: "virtual chip",
-        ram: 0x1100..=0x20FF,
-        ram_mirror: Some(0x0200..=0x09FF),
-        flash: 0x2100..=0xFFFF,
-        banks: &[0x2100],
-        ..Part::G2553
     };
 
     /// MSP430F5529 (SLAS590): 128 KB flash of which 80 KB are above 64 KB, 8 KB RAM, 25 MHz. A tick
@@ -72,7 +58,6 @@ impl Part {
         family: Family::Msp430X,
         ticks_per_second: 10_000_000_000,
         ram: 0x2400..=0x43FF,
-        ram_mirror: None,
         usb_ram: Some(0x1C00..=0x23FF),
         info: 0x1800..=0x19FF,
         flash: 0x4400..=0x2_43FF,
@@ -98,10 +83,8 @@ impl Part {
             let bytes = self.info_segment();
             Some((addr & !(bytes - 1), bytes))
         } else if self.flash.contains(&addr) {
-            // 0x2100 is not a multiple of 512: the lowest segment of such a part is a short one.
-            let start = (addr & !(MAIN_SEGMENT - 1)).max(*self.flash.start());
-            let end = addr | (MAIN_SEGMENT - 1);
-            Some((start, end - start + 1))
+            let start = addr & !(MAIN_SEGMENT - 1);
+            Some((start, MAIN_SEGMENT))
         } else {
             None
         }

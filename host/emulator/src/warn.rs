@@ -39,7 +39,7 @@ pub enum Kind {
     InterruptsOnOff,
     /// Erratum CPU40: the word behind a jump makes the program counter go wrong.
     JumpErratum,
-    /// The multiplier used in a handler, or with interrupts on.
+    /// The multiplier used both in a handler and, with interrupts on, outside of them.
     MultiplierShared,
     /// A result of the multiplier read before it was ready.
     MultiplierEarly,

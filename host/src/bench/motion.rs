@@ -7,7 +7,7 @@ use lang::profile::Profile;
 
 use super::stand::{Stand, fast_mill, image_for, rises};
 use super::{Sink, at_least, at_most, jitter, path};
-use crate::board::{Build, G2553, VIRTUAL};
+use crate::board::{Build, F5529, G2553};
 
 /// Rates that are asked for, highest first, until one is done without a lost step.
 const RATES: [u32; 9] = [100_000, 80_000, 60_000, 50_000, 40_000, 30_000, 20_000, 15_000, 10_000];
@@ -26,7 +26,7 @@ const STARTED: &str =
 
 /// Figures of the G2553: `steps_3axis`, `steps_1axis`, `cpu_left` (with three axes at 40 000
 /// events/s, ramps on, before planner and link), `step_interrupt`, `step_edge`, `ram_unused`; with
-/// `_virtual` those of the virtual part, which alone has `steps_started`. Of both: `step_jitter_...` and
+/// `_f5529` those of the F5529, which alone has `steps_started`. Of both: `step_jitter_...` and
 /// `move_time_...` over random moves while a client asks all the while, `moves_checked_...`; then
 /// those of [`path`].
 ///
@@ -45,15 +45,15 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     let unused = three.unused.min(one.unused).min(must.unused).min(steady.unused);
     sink(at_least("ram_unused", "bytes", unused, 24.0, 64.0))?;
 
-    let three = best(&VIRTUAL, THREE, &[0])?;
-    sink(at_least("steps_3axis_virtual", "events/s", three.rate, 40_000.0, 60_000.0))?;
-    let one = best(&VIRTUAL, ONE, &[0])?;
-    sink(at_least("steps_1axis_virtual", "steps/s", one.rate, 60_000.0, 100_000.0))?;
-    let started = best(&VIRTUAL, STARTED, &[0, 1, 2])?;
+    let three = best(&F5529, THREE, &[0])?;
+    sink(at_least("steps_3axis_f5529", "events/s", three.rate, 40_000.0, 60_000.0))?;
+    let one = best(&F5529, ONE, &[0])?;
+    sink(at_least("steps_1axis_f5529", "steps/s", one.rate, 60_000.0, 100_000.0))?;
+    let started = best(&F5529, STARTED, &[0, 1, 2])?;
     sink(at_least("steps_started", "steps/s", started.rate, 20_000.0, 40_000.0))?;
-    let must = at_rate(&VIRTUAL, THREE, &[0], 40_000)?;
-    sink(at_least("cpu_left_virtual", "%", must.cpu_left, 30.0, 55.0))?;
-    sink(at_most("step_interrupt_virtual", "cycles", must.interrupt as f64, 300.0, 200.0))?;
+    let must = at_rate(&F5529, THREE, &[0], 40_000)?;
+    sink(at_least("cpu_left_f5529", "%", must.cpu_left, 30.0, 55.0))?;
+    sink(at_most("step_interrupt_f5529", "cycles", must.interrupt as f64, 300.0, 200.0))?;
 
     let mill = Profile::built_in("mill").map_err(|error| error.to_string())?;
     let all = jitter::MOVES as f64;
@@ -61,10 +61,10 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     sink(at_most("step_jitter_g2553", "us", found.jitter_us, EDGE_US, 0.1))?;
     sink(at_most("move_time_g2553", "%", found.time_off, 0.1, 0.02))?;
     sink(at_least("moves_checked_g2553", "moves", found.in_limits as f64, all, all))?;
-    let found = jitter::measure(&VIRTUAL, &mill)?;
-    sink(at_most("step_jitter_virtual", "us", found.jitter_us, EDGE_US, 0.1))?;
-    sink(at_most("move_time_virtual", "%", found.time_off, 0.1, 0.02))?;
-    sink(at_least("moves_checked_virtual", "moves", found.in_limits as f64, all, all))?;
+    let found = jitter::measure(&F5529, &mill)?;
+    sink(at_most("step_jitter_f5529", "us", found.jitter_us, EDGE_US, 0.1))?;
+    sink(at_most("move_time_f5529", "%", found.time_off, 0.1, 0.02))?;
+    sink(at_least("moves_checked_f5529", "moves", found.in_limits as f64, all, all))?;
     path::run(sink)
 }
 

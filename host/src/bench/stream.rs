@@ -96,7 +96,7 @@ fn handler() -> Result<f64, String> {
         return Err(format!("{} edges, {} handlers", edges.len(), served.len()));
     }
     let late = edges.iter().zip(&served).map(|(edge, served)| served - edge).max().unwrap_or(0);
-    Ok(late as f64 * 1e3 / emulator::TICKS_PER_SECOND as f64)
+    Ok(late as f64 / rig.ticks(1_000) as f64)
 }
 
 /// Streams a raster of so many lines; gives lines a second and how often motion stood.

@@ -75,5 +75,5 @@ fn only_parts_with_the_feature_take_power() {
     let header = lang::image::Header::read(&graded.image).expect("a header");
     let lack = lang::part::G2553.lacks(&header, 0).expect("no room for it");
     assert!(lack.to_string().contains("laser's power"), "{lack}");
-    assert_eq!(lang::part::VIRTUAL.lacks(&header, 0), None);
+    assert_eq!(lang::part::F5529.lacks(&header, 0), None);
 }

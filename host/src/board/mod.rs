@@ -51,13 +51,6 @@ pub static G2553_HANDLERS: Build = Build {
 };
 
 /// The build with everything.
-pub static VIRTUAL: Build = Build {
-    part: part::VIRTUAL,
-    chip: Part::VIRTUAL,
-    elf: include_bytes!("../../../firmware/image/pasapas-virtual.elf"),
-};
-
-/// The same on the MSP430F5529.
 pub static F5529: Build = Build {
     part: part::F5529,
     chip: Part::F5529,
@@ -65,10 +58,10 @@ pub static F5529: Build = Build {
 };
 
 /// Every build, in the order in which a program finds its own ([`part::PARTS`]).
-pub static BUILDS: [&Build; 4] = [&G2553, &G2553_HANDLERS, &VIRTUAL, &F5529];
+pub static BUILDS: [&Build; 3] = [&G2553, &G2553_HANDLERS, &F5529];
 
 /// The build of a board that nobody chose: what runs every program.
-pub static DEFAULT: &Build = &VIRTUAL;
+pub static DEFAULT: &Build = &F5529;
 
 impl Build {
     /// The build for the part with this name.

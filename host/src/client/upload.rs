@@ -124,9 +124,7 @@ impl<L: Link> Client<L> {
             let missing = u16::from(image.header.features) & !identity.features;
             if missing != 0 {
                 let lack = Lack::Feature(1 << missing.trailing_zeros());
-                let runs = |part: &&Part| {
-                    part.is_hardware() && part.lacks(&image.header, image.events()).is_none()
-                };
+                let runs = |part: &&Part| part.lacks(&image.header, image.events()).is_none();
                 return Err(UploadError::Lacks(lack, PARTS.iter().find(runs)));
             }
         }

@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 
 use super::{Console, Options};
 use crate::board::image_file::Format;
-use crate::board::{Build, F5529, G2553, VIRTUAL};
+use crate::board::{Build, F5529, G2553};
 use crate::failure::Failure;
 use crate::output;
 use crate::programmer::boot_loader::{self, Segments, Told};
@@ -47,13 +47,6 @@ impl Flash {
     /// # Errors
     /// No programmer is there, mspdebug is missing or fails, or the chip is not that of the image.
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
-        if self.part.is_some_and(|build| build.part == VIRTUAL.part) {
-            return Err(Failure::Usage(
-                "the part `virtual` runs in the emulator only, no chip has its pins: write g2553, \
-                 g2553-handlers or f5529, or use `pasapas board` for a board without a board"
-                    .to_owned(),
-            ));
-        }
         if let Some(path) = &self.save {
             return save(self.part.unwrap_or(&G2553), path);
         }

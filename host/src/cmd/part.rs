@@ -11,7 +11,7 @@ use lang::record::feature;
 
 use super::Console;
 use super::script::Script;
-use crate::board::{BUILDS, Build, DEFAULT};
+use crate::board::{BUILDS, Build, DEFAULT, F5529};
 use crate::failure::Failure;
 use crate::render::Note;
 
@@ -19,14 +19,18 @@ use crate::render::Note;
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Choice {
     /// The board's firmware: g2553 (16 KB of flash, 512 bytes of RAM), g2553-handlers (the same chip
-    /// with ON ERROR and events), virtual (everything, in the emulator only) or f5529 (the same on the
-    /// MSP430F5529). Without it the first of them that runs the program
+    /// with ON ERROR and events) or f5529 (the MSP430F5529, with everything). Without it the first of them
+    /// that runs the program
     #[arg(long, value_name = "NAME", value_parser = named)]
     pub part: Option<&'static Build>,
 }
 
+/// What the build with everything was called while no chip for it was sold.
+const BEFORE_F5529: &str = "virtual";
+
 /// The build that `--part` names.
 pub fn named(name: &str) -> Result<&'static Build, String> {
+    let name = if name == BEFORE_F5529 { F5529.part.name } else { name };
     Build::named(name).ok_or_else(|| {
         let names: Vec<&str> = BUILDS.iter().map(|build| build.part.name).collect();
         format!("the parts are {}", names.join(", "))
@@ -150,8 +154,7 @@ fn remedy(lack: Lack) -> String {
         Lack::Feature(_) => "write the program without it",
     };
     match PARTS.iter().find(has) {
-        Some(part) if part.is_hardware() => format!("`--part {}` has it; or {without}", part.name),
-        Some(part) => format!("{without}; `--part {}`, in the emulator only, has it", part.name),
+        Some(part) => format!("`--part {}` has it; or {without}", part.name),
         None => without.to_owned(),
     }
 }

@@ -11,7 +11,7 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::{FORMAT, Image, crc_in, crc_of};
-use lang::part::{VIRTUAL, top_rate};
+use lang::part::{F5529, top_rate};
 use lang::profile::AxisProfile;
 use lang::record::feature;
 
@@ -254,7 +254,7 @@ pub fn must_fit(script: &Script, compiled: &Compiled, console: &Console) -> Resu
 
 /// Bytes of an image that the device holds, as the language promises them.
 pub fn room_for(keeps: bool) -> usize {
-    VIRTUAL.room_for(keeps)
+    F5529.room_for(keeps)
 }
 
 fn excess_note(excess: &Excess, script: &Script) -> Note {

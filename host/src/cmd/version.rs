@@ -10,8 +10,6 @@ pub const LONG: &str = concat!(
     env!("PASAPAS_IMAGE_G2553"),
     "\nfirmware g2553-handlers ",
     env!("PASAPAS_IMAGE_G2553_HANDLERS"),
-    "\nfirmware virtual ",
-    env!("PASAPAS_IMAGE_VIRTUAL"),
     "\nfirmware f5529 ",
     env!("PASAPAS_IMAGE_F5529"),
 );

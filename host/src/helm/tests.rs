@@ -11,7 +11,7 @@ use lang::profile::Profile;
 use lang::wire;
 
 use super::{Debug, Entry, Helm, Hold, LOOK_AHEAD, Pace, Picture, Port, User};
-use crate::board::VIRTUAL;
+use crate::board::F5529;
 use crate::board::live::{Live, Touch};
 use crate::sim::world::World;
 
@@ -27,7 +27,7 @@ fn stand() -> (Arc<Live>, Helm) {
 }
 
 fn stand_of(machine: &Profile) -> (Arc<Live>, Helm) {
-    let live = Live::start(&VIRTUAL, machine, &World::empty()).expect("a board");
+    let live = Live::start(&F5529, machine, &World::empty()).expect("a board");
     let live = Arc::new(live);
     let own = live.clone();
     let helm = Helm::start(Box::new(move || own.connect()));

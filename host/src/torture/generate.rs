@@ -6,7 +6,7 @@ mod expr;
 mod gcode;
 mod tape;
 
-use lang::part::{Part, VIRTUAL};
+use lang::part::{F5529, Part};
 use lang::record::feature;
 use tape::Tape;
 
@@ -47,7 +47,7 @@ struct Writer<'t> {
 
 /// Makes a case of a tape, of all that the language has.
 pub fn generate(data: &[u16]) -> Case {
-    write(data, false, VIRTUAL)
+    write(data, false, F5529)
 }
 
 /// Makes a case of a tape without what the part lacks; it may still be too large for it.

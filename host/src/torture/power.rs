@@ -362,7 +362,7 @@ pub fn random_cut(
 }
 
 /// Segments of the program area of the fake flash.
-const SEGMENTS: usize = part::VIRTUAL.segments as usize;
+const SEGMENTS: usize = part::F5529.segments as usize;
 
 /// A flash memory that counts.
 #[derive(Clone)]

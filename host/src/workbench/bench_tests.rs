@@ -11,7 +11,7 @@ use super::bench::{Bench, Opens, Setting, lock};
 use super::client::Client;
 use super::gate::{Gate, proof};
 use super::session::Session;
-use crate::board::VIRTUAL;
+use crate::board::F5529;
 use crate::board::live::Live;
 use crate::helm::{Helm, Port};
 use crate::sim::world::World;
@@ -26,13 +26,13 @@ const SHARE: Duration = Duration::from_millis(40);
 
 fn bench() -> (Arc<Live>, Arc<Bench>) {
     let mill = Profile::built_in("mill").expect("built in");
-    let live = Arc::new(Live::start(&VIRTUAL, &mill, &World::empty()).expect("a board"));
+    let live = Arc::new(Live::start(&F5529, &mill, &World::empty()).expect("a board"));
     let own = live.clone();
     let helm = Helm::start(Box::new(move || own.connect()));
     let setting = Setting {
         profile: Some(mill),
         world: World::empty(),
-        part: &VIRTUAL,
+        part: &F5529,
         live: Some(live.clone()),
         board: "virtual".to_owned(),
         opens: Opens::Workbench,

@@ -7,7 +7,7 @@ use crate::stand::{PATIENCE, Stand};
 
 #[test]
 fn a_program_is_uploaded_started_paused_resumed_and_stopped() -> Outcome<()> {
-    let text = "DIM n\nFOR n = 1 TO 50\n  PRINT \"to \"; n\n  MoveAxe X, 20mm, 10mm/s\n  MoveAxe X, 0mm, 10mm/s\nNEXT\n";
+    let text = "DIM n\nFOR n = 1 TO 60\n  PRINT \"to \"; n\n  MoveAxe X, 20mm, 10mm/s\n  MoveAxe X, 0mm, 10mm/s\nNEXT\n";
     let Some(mut stand) = Stand::with_board(text)? else { return Ok(()) };
     let page = stand.page()?;
     page.upload()?;

@@ -1,7 +1,7 @@
 //! What the page has: a script, its world, and the language server that reads it.
 
 use lang::front::ProfileChoice;
-use lang::part::VIRTUAL;
+use lang::part::F5529;
 use lsp_server::{Message, Notification, Request, RequestId};
 use pasapas::lsp::{self, Server};
 use pasapas::sim::world::World;
@@ -175,7 +175,7 @@ impl Desk {
     /// The run of the text, on the smallest part that has what it wants.
     fn simulate(&self) -> Vec<Said> {
         let loaded = trial::load(&self.text, ProfileChoice::built_in());
-        let part = loaded.as_ref().map_or(&VIRTUAL, Loaded::part);
+        let part = loaded.as_ref().map_or(&F5529, Loaded::part);
         let run = trial::simulate(self.number, &loaded, &self.world, part);
         vec![text(&json!({ "simulated": run.about })), Said::Bytes(run.path.to_vec())]
     }

@@ -8,7 +8,7 @@ use lang::wire::{
     UPLOAD_LENGTH, Upload,
 };
 use pasapas::bench::stand::fast_mill;
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 use pasapas::torture::stand::{framed, read_body, write_body};
 
 use crate::lab::{Dice, Lab, MS, Step};
@@ -112,7 +112,7 @@ fn stops(build: &Build, dice: &mut Dice) {
             }
             let name = format!("{script} on {}, input {n} {wiring:?}", build.part.name);
             let mut lab = moving(build, &profile, script, dice);
-            let at = lab.board.cycles();
+            let at = lab.now();
             lab.board.plant_mut().set_input(n as u8, true);
             ceases(&mut lab, at, delay, &name);
             assert!(lab.pulses() > 100, "{name}: it moved");
@@ -124,14 +124,14 @@ fn stops(build: &Build, dice: &mut Dice) {
 #[test]
 fn a_contact_stops_every_move_within_a_step() {
     stops(&G2553, &mut Dice(21));
-    stops(&VIRTUAL, &mut Dice(22));
+    stops(&F5529, &mut Dice(22));
 }
 
 #[test]
 fn a_disturbance_of_2_us_stops_all_or_nothing() {
     let mut dice = Dice(31);
     let mut stopped = 0;
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         for (wiring, n) in [(Wiring::Direct, 4), (Wiring::Chain, 17), (Wiring::Chain, 12)] {
             let script = "G1 X40 Y37 Z-9 F9000\nMoveAxe X, 0mm";
             let mut whole = moving(build, &mill(wiring, n), script, &mut dice);
@@ -142,7 +142,7 @@ fn a_disturbance_of_2_us_stops_all_or_nothing() {
                 lab.board.plant_mut().set_input(n as u8, true);
                 lab.board.run_us(2);
                 lab.board.plant_mut().set_input(n as u8, false);
-                let at = lab.board.cycles();
+                let at = lab.now();
                 let name = format!("2 us at input {n} {wiring:?} on {}", build.part.name);
                 // What was asked is answered.
                 lab.run_ms(10);
@@ -167,13 +167,13 @@ fn a_disturbance_of_2_us_stops_all_or_nothing() {
 #[test]
 fn an_upload_never_looks_like_an_open_contact() {
     let profile = mill(Wiring::Chain, 12);
-    let idle = Lab::new(&VIRTUAL, &profile, "Wait 1ms").board.clone();
+    let idle = Lab::new(&F5529, &profile, "Wait 1ms").board.clone();
     for phase in 0..300 {
         let mut board = idle.clone();
         board.run_us(phase * 7);
         for (at, values) in [(UPLOAD_LENGTH, 200), (UPLOAD_CONTROL, Upload::Begin as u16)] {
             board.uart_send(&framed(&write_body(at, &[values])));
-            board.run_us(30_000);
+            board.run_us(400_000);
         }
         board.uart_take();
         board.uart_send(&framed(&read_body(FAULT, 1)));

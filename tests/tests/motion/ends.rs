@@ -5,7 +5,7 @@ use firmware::motion::physics;
 use lang::fault::Fault;
 use lang::profile::Profile;
 use lang::wire::{Control, FAULT, HOMED, RUN_CONTROL, RUN_STATE, RunState};
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 
 use crate::lab::{Dice, Lab, Step};
 
@@ -51,7 +51,7 @@ fn rests_on_ramp(made: &[Step], name: &str) {
 #[test]
 fn a_stop_comes_to_rest_on_the_ramp() {
     let mut dice = Dice(5);
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         for (n, script) in SCRIPTS.iter().enumerate() {
             let name = format!("{script} on {}", build.part.name);
             let ms = 150 + dice.below(300);
@@ -74,7 +74,7 @@ fn a_stop_comes_to_rest_on_the_ramp() {
 #[test]
 fn an_emergency_stop_ceases_within_a_step() {
     let mut dice = Dice(7);
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         for script in SCRIPTS {
             let ms = 150 + dice.below(300);
             let name = format!("{script} on {} after {ms} ms", build.part.name);
@@ -82,7 +82,7 @@ fn an_emergency_stop_ceases_within_a_step() {
             let (mut lab, made) = ended(build, script, ms, |lab| {
                 lab.stops_abruptly("an emergency stop");
                 assert!(lab.write(RUN_CONTROL, Control::EmergencyStop as u16));
-                told = lab.board.cycles();
+                told = lab.now();
                 lab.run_ms(50);
             });
             // The request is obeyed before its reply has left: no step behind that.

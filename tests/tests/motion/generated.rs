@@ -4,7 +4,7 @@
 use emulator::plant::Contact;
 use lang::profile::Profile;
 use lang::wire::OVERRIDES;
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 
 use crate::lab::{Dice, Lab, PRESS_MS};
 
@@ -98,7 +98,7 @@ fn disturb(lab: &mut Lab, dice: &mut Dice, large: bool) {
 
 fn plays(build: &Build, number: u64) {
     let mut dice = Dice(number << 8 | u64::from(build.part.look_ahead));
-    let large = build.part == VIRTUAL.part;
+    let large = build.part == F5529.part;
     let name = ["mill", "charly"][dice.below(2) as usize];
     let profile = Profile::built_in(name).expect("a profile");
     let down = if name == "mill" { "-" } else { "" };
@@ -120,7 +120,7 @@ fn plays(build: &Build, number: u64) {
 fn generated_moves_are_what_motors_and_drivers_follow() {
     for number in 0..6 {
         plays(&G2553, number);
-        plays(&VIRTUAL, number);
+        plays(&F5529, number);
     }
 }
 
@@ -129,6 +129,6 @@ fn generated_moves_are_what_motors_and_drivers_follow() {
 fn generated_moves_in_great_number_are_what_motors_and_drivers_follow() {
     for number in 100..400 {
         plays(&G2553, number);
-        plays(&VIRTUAL, number);
+        plays(&F5529, number);
     }
 }

@@ -4,7 +4,7 @@ use emulator::plant::Contact;
 use lang::fault::Fault;
 use lang::profile::{Input, InputRole, Profile};
 use lang::wire::{FAULT, HOMED, RUN_STATE, RunState};
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 
 use crate::lab::{Lab, Run};
 
@@ -53,7 +53,7 @@ fn every_axis_is_homed_in_the_profiles_order_and_leaves_its_switch_by_the_cleara
     for axis in [&mut profile.x, &mut profile.z].into_iter().flatten() {
         axis.home.clearance_um = 1_500;
     }
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         let mut lab = lab(build, &profile, "Home", [-120, -90, 75]);
         let run = lab.play(|_| {});
         let begins = [0, 1, 2].map(|axis| run.steps.iter().position(|s| s.by[axis] != 0));
@@ -67,7 +67,7 @@ fn every_axis_is_homed_in_the_profiles_order_and_leaves_its_switch_by_the_cleara
 
 #[test]
 fn a_switch_that_is_closed_at_the_start_is_left_slowly() {
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         let mut lab = lab(build, &mill(), "Home X", [60, -500, 500]);
         let run = lab.play(|_| {});
         assert!(own(&run, 0).iter().all(|by| *by == 1), "never toward the switch");
@@ -80,7 +80,7 @@ fn a_switch_that_is_closed_at_the_start_is_left_slowly() {
 
 #[test]
 fn a_switch_beyond_the_stroke_and_one_that_stays_closed_are_faults() {
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         let mut lost = lab(build, &mill(), "Home Y", [-500, -900, 500]);
         assert_eq!(fault(&mut lost), Some(Fault::HomeNotFound), "{}", build.part.name);
         assert_eq!((places(&lost)[1], lost.read(HOMED)), (-500, 0), "{}", build.part.name);
@@ -98,7 +98,7 @@ fn two_axes_find_one_switch() {
         let input = Input { n: 9, name: None, role: Some(role), invert: false, filter_ms: 5 };
         profile.inputs.push(input);
     }
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         let mut lab = lab(build, &profile, "Home Y, X", [-80, -9_000, 500]);
         let run = lab.play(|lab| {
             // The plant has a switch for each axis: Y's contact closes the same input by hand.

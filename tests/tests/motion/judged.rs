@@ -10,7 +10,7 @@ use lang::profile::Profile;
 use lang::record::MachineRecord;
 use pasapas::bench::stand::image_for;
 use pasapas::board::judge::Judge;
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 use pasapas::sim::record::SegmentKind;
 use pasapas::sim::trace::Status;
 use pasapas::sim::world::World;
@@ -157,7 +157,7 @@ pub fn judge(
 #[test]
 fn the_judges_of_every_test_find_what_is_seeded() {
     let script = "G1 X3 Y1 F1800\nG1 X1 Y0.5\nMoveAxe Z, -2mm";
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         let mill = Profile::built_in("mill").expect("the mill");
         let (program, _) = image_for(&mill, script).expect("a script");
         let commanded = Commanded::by(build, &mill, &program, script).expect("known places");
@@ -189,8 +189,7 @@ fn the_judges_of_every_test_find_what_is_seeded() {
         judge.add(&run.steps);
         assert!(judge.judge(&Plant::new(Wiring::Chain), false).is_err(), "too quick a ramp");
         // Drivers that want longer pulses, and DIR longer before STEP, than the board was told.
-        let drivers: [fn(&mut DriverLimits); 2] =
-            [|own| own.pulse = 600, |own| own.setup = 200_000];
+        let drivers: [fn(&mut DriverLimits); 2] = [|own| own.pulse *= 15, |own| own.setup *= 6_000];
         for slower in drivers {
             let mut lab = Lab::new(build, &mill, script);
             slower(&mut lab.board.plant_mut().limits);

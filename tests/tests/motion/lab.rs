@@ -86,10 +86,22 @@ impl Lab {
         *self.board.plant_mut() = plant;
     }
 
-    /// Every edge since the last call.
+    /// Ticks since power-up, [`TICKS_PER_SECOND`] of them on every part.
+    pub fn now(&self) -> u64 {
+        self.board.cycles() / self.unit()
+    }
+
+    /// The emulator's ticks in one of the tests'.
+    fn unit(&self) -> u64 {
+        self.board.ticks_per_second() / TICKS_PER_SECOND
+    }
+
+    /// Every edge since the last call, at ticks as [`Lab::now`] has them.
     pub fn edges(&mut self) -> Vec<Edge> {
-        let edges = self.board.take_edges();
+        let mut edges = self.board.take_edges();
         self.judge.take(&edges);
+        let unit = self.unit();
+        edges.iter_mut().for_each(|edge| edge.cycle /= unit);
         edges
     }
 
@@ -192,7 +204,7 @@ impl Lab {
     pub fn play(&mut self, meanwhile: impl FnOnce(&mut Lab)) -> Run {
         self.edges();
         let before = self.judge.steps().len();
-        let began = self.board.cycles();
+        let began = self.now();
         self.start();
         meanwhile(self);
         for _ in 0..LONGEST_MS / 10 {

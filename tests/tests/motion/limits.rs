@@ -4,7 +4,7 @@ use emulator::plant::Contact;
 use lang::fault::Fault;
 use lang::profile::{Profile, Wiring};
 use lang::wire::{FAULT, FAULT_INPUT, HOMED, RUN_STATE, RunState};
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 
 use crate::lab::{Dice, Lab};
 
@@ -46,7 +46,7 @@ fn a_move_beyond_its_travel_makes_no_step() {
         ("Home\nG0 X4.99 Y20\nG2 X4.99 Y30 J5 F900", Some([5, 20, 0])),
         ("Home\nG0 X5 Y2 Z-2\nG18 G2 X5 I2.01 F900", Some([5, 2, -2])),
     ];
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         for (script, rest) in both {
             let mut lab = lab(build, script);
             assert_eq!(faults(&mut lab), Some(Fault::SoftLimit), "{script}");
@@ -55,7 +55,7 @@ fn a_move_beyond_its_travel_makes_no_step() {
         }
     }
     for (script, rest) in large {
-        let mut lab = lab(&VIRTUAL, script);
+        let mut lab = lab(&F5529, script);
         let Some(rest) = rest else {
             lab.play(|_| {});
             continue;
@@ -98,9 +98,9 @@ fn a_limit_switch_stops_the_axes_within_a_step_at_a_pin_and_a_millisecond_in_the
             let steps = beyond(&G2553, wiring, script, 1);
             assert!(steps <= 6, "{script}, {wiring:?}: {steps} steps");
         }
-        let steps = beyond(&VIRTUAL, Wiring::Direct, script, 4);
+        let steps = beyond(&F5529, Wiring::Direct, script, 4);
         assert!(steps <= 1, "{script}: {steps} steps");
-        let steps = beyond(&VIRTUAL, Wiring::Chain, script, 4);
+        let steps = beyond(&F5529, Wiring::Chain, script, 4);
         assert!(steps <= 5, "{script}: {steps} steps");
     }
 }
@@ -108,7 +108,7 @@ fn a_limit_switch_stops_the_axes_within_a_step_at_a_pin_and_a_millisecond_in_the
 #[test]
 fn a_probe_tells_its_very_step_at_every_speed() {
     let mut dice = Dice(11);
-    for build in [&G2553, &VIRTUAL] {
+    for build in [&G2553, &F5529] {
         for _ in 0..4 {
             let (speed, plate) = (300 + dice.below(7_000), 100 + dice.below(1_500) as i64);
             let script = format!("Probe Z, -40mm, {speed}st/s\nMoveAxe Z, PROBEDST(Z)");

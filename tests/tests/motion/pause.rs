@@ -4,7 +4,7 @@
 use emulator::plant::Contact;
 use firmware::motion::physics;
 use lang::profile::Profile;
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 
 use crate::lab::{Dice, Lab, MS, PRESS_MS, Run};
 
@@ -215,7 +215,7 @@ fn holds(build: &Build, case: &Case, count: u64) {
 #[test]
 fn a_pause_at_any_instant_leaves_the_path_as_it_is() {
     for case in &CASES {
-        holds(&VIRTUAL, case, 2);
+        holds(&F5529, case, 2);
         if case.small {
             holds(&G2553, case, 2);
         }
@@ -226,7 +226,7 @@ fn a_pause_at_any_instant_leaves_the_path_as_it_is() {
 #[ignore = "minutes: the long form"]
 fn pauses_in_great_number_leave_the_path_as_it_is() {
     for case in &CASES {
-        holds(&VIRTUAL, case, 200);
+        holds(&F5529, case, 200);
         if case.small {
             holds(&G2553, case, 200);
         }

@@ -3,7 +3,7 @@
 //! goes with the pulse width, any corner. What `lab` holds every test to is all that is asked.
 
 use lang::profile::{Profile, Scale};
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 
 use crate::lab::{Dice, Lab};
 
@@ -119,6 +119,6 @@ fn plays(build: &Build, number: u64) {
 fn machines_of_every_kind_move_as_their_profiles_say() {
     for number in 0..8 {
         plays(&G2553, number);
-        plays(&VIRTUAL, number);
+        plays(&F5529, number);
     }
 }

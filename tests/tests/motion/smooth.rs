@@ -2,7 +2,7 @@
 
 use lang::profile::Profile;
 use pasapas::bench::stand::fast_mill;
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 
 use crate::lab::{Dice, Lab, MS, Run};
 
@@ -54,7 +54,7 @@ fn is_smooth(build: &Build, profile: &Profile, script: &str) {
 fn paths_have_no_holes_while_a_client_polls() {
     let mill = Profile::built_in("mill").expect("the mill");
     for n in 0..4 {
-        is_smooth(&VIRTUAL, &mill, &path(&mut Dice(n), 24));
+        is_smooth(&F5529, &mill, &path(&mut Dice(n), 24));
     }
 }
 
@@ -65,7 +65,7 @@ fn fast_moves_have_no_holes_while_a_client_polls() {
     // their planning, and one in some hundred comes 0.1 ms late.
     let fast = fast_mill(20_000, 100_000).expect("a profile");
     is_smooth(&G2553, &fast, line);
-    is_smooth(&VIRTUAL, &fast, line);
+    is_smooth(&F5529, &fast, line);
     let arcs = "F12000\nG2 X40 Y40 I40\nG3 X70 Y70 J30\nG1 X90\nG2 X110 Y50 Z-9 J-20\nG1 Y20";
-    is_smooth(&VIRTUAL, &fast, arcs);
+    is_smooth(&F5529, &fast, arcs);
 }

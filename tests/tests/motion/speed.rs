@@ -4,7 +4,7 @@ use emulator::TICKS_PER_SECOND;
 use firmware::motion::physics;
 use lang::profile::Profile;
 use lang::wire::OVERRIDES;
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 
 use crate::lab::{Lab, Run, Step};
 
@@ -59,7 +59,7 @@ fn feeds_rapids_and_axes_of_their_own_follow_their_override() {
         ("MoveAxe X, 30mm, 20mm/s", FEED, 2_000.0, Some(0)),
         ("F1200\nG2 X20 Y20 I20\nG2 X0 Y0 I-20", FEED, 2_000.0, None),
     ];
-    let boards = [&G2553, &VIRTUAL];
+    let boards = [&G2553, &F5529];
     let tries = boards.iter().flat_map(|board| cases.map(|case| (*board, case)));
     for (board, (script, register, rate, axis)) in tries {
         if board.part == G2553.part && script.contains("G2") {
@@ -87,7 +87,7 @@ fn feeds_rapids_and_axes_of_their_own_follow_their_override() {
 
 #[test]
 fn two_hundred_percent_double_a_feed_up_to_the_top() {
-    for board in [&G2553, &VIRTUAL] {
+    for board in [&G2553, &F5529] {
         let fast = run(board, "G1 X30 F1200", &[(50, FEED, 200)]);
         let top = fastest(&fast.steps);
         assert!((top / 4_000.0 - 1.0).abs() < 0.02, "{top} events/s");
@@ -98,7 +98,7 @@ fn two_hundred_percent_double_a_feed_up_to_the_top() {
         holds_ramps(&limited, 0);
     }
     let started = run(
-        &VIRTUAL,
+        &F5529,
         "START MoveAxe X, 30mm, 10mm/s\nMoveAxe Y, 30mm, 20mm/s\nWaitMove",
         &[(50, FEED, 200)],
     );
@@ -114,7 +114,7 @@ fn two_hundred_percent_double_a_feed_up_to_the_top() {
 #[test]
 fn homing_and_probing_keep_their_speeds_and_odd_percents_are_refused() {
     let mill = Profile::built_in("mill").expect("the mill");
-    for board in [&G2553, &VIRTUAL] {
+    for board in [&G2553, &F5529] {
         let mut lab = Lab::new(board, &mill, "Home X\nProbe? Z, -3mm, 5mm/s");
         for (register, percent) in [(FEED, 9), (FEED, 201), (RAPID, 9), (RAPID, 101), (FEED, 0)] {
             assert!(!lab.write(register, percent), "{percent} % in {register}");

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use emulator::{Signal, TICKS_PER_SECOND};
 use lang::profile::Profile;
 use pasapas::bench::stand::image_for;
-use pasapas::board::{Build, G2553, VIRTUAL};
+use pasapas::board::{Build, F5529, G2553};
 use pasapas::sim::trace::{Event, What};
 use pasapas::sim::world::World;
 use pasapas::sim::{self, Engine, Options};
@@ -74,7 +74,7 @@ fn starts_stops_and_new_targets_take_what_the_simulator_says() {
         MoveSpeed X, 4000st/s\nMoveSpeed Y, -700st/s\nWait 220ms\nSetOut 3, ON\nStopAxe X\n\
         SetOut 3, OFF\nWait 10ms\nSetOut 4, ON\nStopAll\nSetOut 4, OFF\nMoveSpeed Z, -8000st/s\n\
         Wait 313ms\nSetOut 5, ON\nStopAxe Z\nSetOut 5, OFF";
-    agrees(&VIRTUAL, script, true);
+    agrees(&F5529, script, true);
 }
 
 #[test]
@@ -84,8 +84,8 @@ fn moves_take_what_the_simulator_says() {
         SetOut 3, ON\nG4 P0.1\nSetOut 3, OFF\nG99 G81 X3 Y3 Z-5 R-3.5\nG82 X2 Z-6 R-3.5 P0.05\n\
         G80\nSetOut 4, ON";
     agrees(&G2553, common, false);
-    agrees(&VIRTUAL, common, false);
+    agrees(&F5529, common, false);
     let large = "SetOut 1, ON\nF1800\nG1 X9\nG3 X12 Y3 J3\nG1 Y9\nG2 X15 Y12 Z-2 I3\n\
         SetOut 1, OFF\nG61 G1 X4\nG1 X4.5\nG1 X5 Y3\nG64 G1 X4 Y2\nSetOut 2, ON";
-    agrees(&VIRTUAL, large, false);
+    agrees(&F5529, large, false);
 }

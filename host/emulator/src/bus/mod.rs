@@ -198,7 +198,7 @@ impl Bus {
     /// Reads a code word.
     pub fn fetch(&mut self, addr: u16) -> u16 {
         if self.map[usize::from(addr >> 6)] == Block::Slow {
-            return self.ram_mirror(addr).map_or(VACANT, |a| self.word(a));
+            return VACANT;
         }
         self.word(addr)
     }
@@ -206,7 +206,7 @@ impl Bus {
     /// An instruction at `pc`: true when the part resets instead of executing it.
     #[inline]
     pub fn fetch_fault(&mut self, pc: u16) -> bool {
-        if self.map[usize::from(pc >> 6)] != Block::Slow || self.ram_mirror(pc).is_some() {
+        if self.map[usize::from(pc >> 6)] != Block::Slow {
             return false;
         }
         self.pc = pc;
@@ -242,12 +242,6 @@ impl Bus {
         self.code_changed = Some((0, 0xFFFF));
         self.attention = true;
         &mut self.mem[..]
-    }
-
-    fn ram_mirror(&self, addr: u16) -> Option<u16> {
-        let addr = u32::from(addr);
-        let window = self.part.ram_mirror.as_ref().filter(|w| w.contains(&addr))?;
-        Some((addr - window.start() + self.part.ram.start()) as u16)
     }
 
     /// Reads a byte as an instruction does.

@@ -51,9 +51,6 @@ impl Bus {
     }
 
     pub(super) fn slow_read8(&mut self, addr: u16) -> u8 {
-        if let Some(at) = self.ram_mirror(addr) {
-            return self.mem[usize::from(at)];
-        }
         self.catch_up();
         match addr {
             0..0x100 => self.read_byte_register(addr).unwrap_or_else(|| {
@@ -75,9 +72,6 @@ impl Bus {
     }
 
     pub(super) fn slow_read16(&mut self, addr: u16) -> u16 {
-        if let Some(at) = self.ram_mirror(addr) {
-            return self.word(at);
-        }
         self.catch_up();
         match addr {
             0..0x100 => {
@@ -100,10 +94,6 @@ impl Bus {
             let word = u16::from(value) << (8 * (addr & 1));
             return self.write_flash(addr, word, 0xFF << (8 * (addr & 1)));
         }
-        if let Some(at) = self.ram_mirror(addr) {
-            self.mem[usize::from(at)] = value;
-            return;
-        }
         self.catch_up();
         match addr {
             0..0x100 => self.write_byte_register(addr, value),
@@ -120,11 +110,6 @@ impl Bus {
     pub(super) fn slow_write16(&mut self, addr: u16, value: u16) {
         if self.is_flash(addr) {
             return self.write_flash(addr, value, 0xFFFF);
-        }
-        if let Some(at) = self.ram_mirror(addr) {
-            let at = usize::from(at);
-            self.mem[at..at + 2].copy_from_slice(&value.to_le_bytes());
-            return;
         }
         self.catch_up();
         match addr {

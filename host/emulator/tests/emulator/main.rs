@@ -54,5 +54,4 @@ fn parts_have_their_memory_map() {
     assert_eq!(Part::G2553.segment(0xFFFF), Some((0xFE00, 512)));
     assert_eq!(Part::G2553.segment(0x10C5), Some((0x10C0, 64)));
     assert_eq!(Part::G2553.segment(0x0200), None);
-    assert_eq!(Part::VIRTUAL.segment(0x2100), Some((0x2100, 256)));
 }

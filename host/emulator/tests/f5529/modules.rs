@@ -254,7 +254,7 @@ fn the_multiplier_agrees_with_the_host() {
 }
 
 #[test]
-fn a_shared_or_hasty_multiplication_is_noticed() {
+fn a_hasty_multiplication_is_noticed() {
     let notices = |code: &[u16], kind: WarningKind| {
         let mut b = board(code);
         b.set_reg(5, 0x04CA);
@@ -263,12 +263,34 @@ fn a_shared_or_hasty_multiplication_is_noticed() {
         }
         b.warnings().iter().any(|w| w.kind == kind)
     };
-    // MOV R4,&MPY with interrupts on, and off.
-    assert!(notices(&[0xD232, 0x4303, 0x4482, 0x04C0], WarningKind::MultiplierShared));
-    assert!(!notices(&[0x4482, 0x04C0], WarningKind::MultiplierShared));
     // MOV R4,&OP2 and MOV @R5,R6, or MOV &RESLO,R6.
     assert!(notices(&[0x4482, 0x04C8, 0x4526], WarningKind::MultiplierEarly));
     assert!(!notices(&[0x4482, 0x04C8, 0x4216, 0x04CA], WarningKind::MultiplierEarly));
+}
+
+#[test]
+fn a_multiplication_in_a_handler_that_may_interrupt_another_is_noticed() {
+    // EINT and NOP or DINT and NOP, MOV R4,&MPY or nothing, EINT, NOP, JMP $; the handler of P1 multiplies, too.
+    let multiply = [0x4482, 0x04C0];
+    let shared = |first: u16, outside: &[u16]| {
+        let mut b = board(&[&[first, 0x4303], outside, &[0xD232, 0x4303, 0x3FFF]].concat());
+        b.poke16(0xFFDE, 0x5000);
+        for (n, word) in multiply.into_iter().chain([0x1300]).enumerate() {
+            b.poke16(0x5000 + 2 * n as u32, word);
+        }
+        for _ in 0..8 {
+            b.step();
+        }
+        b.bus_write8(0x021A, 1);
+        b.bus_write8(0x021C, 1);
+        for _ in 0..8 {
+            b.step();
+        }
+        b.warnings().iter().any(|w| w.kind == WarningKind::MultiplierShared)
+    };
+    assert!(shared(0xD232, &multiply), "interrupts are on");
+    assert!(!shared(0xC232, &multiply), "interrupts are off");
+    assert!(!shared(0xD232, &[]), "nothing but the handler multiplies");
 }
 
 #[test]

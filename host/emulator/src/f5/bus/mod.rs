@@ -103,6 +103,8 @@ pub struct Bus {
     pub status: u16,
     /// An interrupt handler is being executed.
     pub in_handler: bool,
+    /// Since power-up the multiplier was used with interrupts on outside of handlers, and in one.
+    multiplied: [bool; 2],
     /// Broken rules.
     pub warnings: Warnings,
     /// World around the pins.
@@ -176,6 +178,7 @@ impl Bus {
             stack_limit: 0,
             status: 0,
             in_handler: false,
+            multiplied: [false; 2],
             warnings: Warnings::default(),
             plant,
             line: HostLine::new(part.ticks_per_second),

@@ -241,9 +241,13 @@ impl Bus {
         if mask != 0xFFFF {
             self.warn(Kind::RegisterWidth, even.into());
         }
-        let interruptible = self.status & crate::cpu::flags::GIE != 0;
-        if Mpy32::is_operand(offset) && (interruptible || self.in_handler) {
-            self.warn(Kind::MultiplierShared, even.into());
+        if Mpy32::is_operand(offset) {
+            let interruptible = self.status & crate::cpu::flags::GIE != 0;
+            self.multiplied[0] |= interruptible && !self.in_handler;
+            self.multiplied[1] |= self.in_handler;
+            if self.multiplied == [true; 2] {
+                self.warn(Kind::MultiplierShared, even.into());
+            }
         }
         match self.mpy.write(offset, value & mask, self.now) {
             Some(mpy32::Outcome::Unsupported) => {
