@@ -50,13 +50,17 @@ fn a_quantity_is_set_before_start_by_its_label_and_within_its_range() -> Outcome
     page.says("#quantities", "Pieces")?;
     page.fill(".quantity input", "10")?;
     page.says("#notes", "Pieces: 1 to 9")?;
-    page.fill(".quantity input", "4")?;
-    page.eval("document.activeElement.blur()")?;
-    page.wait("document.querySelector('.quantity input').value === '4'", PATIENCE)?;
+    // By the button, whose number comes back from the board.
+    for n in 1..=4 {
+        page.push(".quantity button:last-of-type")?;
+        page.wait(&format!("document.querySelector('.quantity input').value === '{n}'"), PATIENCE)?;
+    }
     // Past the page's own look the tool refuses too.
     page.eval("(async () => { const { Link } = await import('/link.js'); const link = new Link(), program = new Promise(done => link.addEventListener('program', e => done(e.detail))); await new Promise(done => link.addEventListener('welcome', done)); await link.ask({ helm: true }); const told = await program; try { await link.ask({ set: { cell: told.vars[0].cell, value: 10 } }); document.title = 'set' } catch (e) { document.title = e.message } await link.ask({ helm: false }) })()")?;
     page.wait("document.title === 'Pieces: 1 to 9'", PATIENCE)?;
+    page.wait("!document.querySelector('#helm').hidden", PATIENCE)?;
     page.push("#helm")?;
+    page.wait("document.querySelector('#helm').hidden", PATIENCE)?;
     page.push("#start")?;
     page.says("#message", "made 4")?;
     page.says("#lamp", "Ready")?;

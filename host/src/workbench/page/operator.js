@@ -5,7 +5,7 @@ import { Link } from './link.js';
 
 const link = new Link();
 const WORDS = { empty: 'No program', ready: 'Ready', running: 'Running', paused: 'Paused', fault: 'Fault', waitstart: 'Press Start', stopping: 'Stopping' };
-let faults = [], rows = [], state = null, program = null;
+let faults = [], rows = [], state = null, program = null, printed = 0;
 
 const refuse = error => tell(error.message, true);
 link.addEventListener('locked', e => { $('#lock').hidden = false; text($('#lock-words'), e.detail); $('#password').focus(); });
@@ -54,8 +54,9 @@ link.addEventListener('program', e => {
 });
 link.addEventListener('log', e => {
   for (const entry of e.detail) {
-    if (entry.print !== undefined) text($('#message'), entry.print);
-    else if (entry.begun !== undefined) text($('#message'), '');
+    if (entry.print !== undefined) { text($('#message'), entry.print); printed = performance.now(); }
+    // What a short run prints is heard before its beginning is seen.
+    else if (entry.begun !== undefined && performance.now() - printed > 1000) text($('#message'), '');
   }
 });
 link.addEventListener('state', e => {
