@@ -161,7 +161,7 @@ fn an_erase_loses_no_character_and_no_millisecond() {
         // A request that comes while flash is busy, of which all but the first character would be lost. Its
         // answer follows the erase and what is written behind it.
         let [high, low] = wire::FAULT.to_be_bytes();
-        let reply = ask(&mut board, &[1, 3, high, low, 0, 1], 2 * ERASE_US);
+        let reply = ask(&mut board, &[1, 3, high, low, 0, 1], ERASE_US + 5_000);
         assert_eq!(reply.get(..5), Some(&[1, 3, 2, 0, 14][..]), "{flash:?}");
         let passed = (board.cycles() - at) / (board.ticks_per_second() / 1000);
         let counted = u64::from(board.peek16(place).wrapping_sub(began));
