@@ -41,7 +41,7 @@ pub struct Motor {
     path_axes: u8,
     /// Second leg of a rapid move that lifts or lowers Z apart; all 0 for none.
     leg: [i32; 3],
-    /// Bit per axis: last moved in negative direction.
+    /// Bit per axis: moves in negative direction; at rest the one in which it moved last.
     pub negative: u8,
     path: Path,
     /// S: power of a laser, 0 to 1000.
@@ -173,11 +173,24 @@ impl Motor {
     /// Sends an axis to a place on its own ramp; `seeks`: as it looks for a switch or a probe.
     pub fn go(&mut self, n: u8, steps: i32, pace: Pace, seeks: bool) {
         let i = usize::from(n);
+        self.face(n, steps < self.actual[i]);
         self.running &= !(1 << n);
         self.seeks &= !(1 << n);
         self.seeks |= u8::from(seeks) << n;
         self.single[i].percent = self.percent(n);
         self.single[i].go(axis(n), steps, pace);
+    }
+
+    /// A resting axis is about to move: where it stands at its closed switch, away from it is no fault.
+    fn face(&mut self, n: u8, negative: bool) {
+        if !self.moves(n) {
+            self.set_negative(n, negative);
+        }
+    }
+
+    fn set_negative(&mut self, n: u8, on: bool) {
+        self.negative &= !(1 << n);
+        self.negative |= u8::from(on) << n;
     }
 
     /// Where a homed axis must stop in a direction, steps.
@@ -233,6 +246,7 @@ impl Motor {
 
     /// Runs an axis at a speed.
     pub fn run(&mut self, n: u8, negative: bool, limit: Option<i32>, pace: Pace) {
+        self.face(n, negative);
         self.running |= 1 << n;
         self.seeks &= !(1 << n);
         self.single[usize::from(n)].percent = self.percents[0];
@@ -275,7 +289,11 @@ impl Motor {
         let mut n = AXES;
         while n != 0 {
             n -= 1;
-            if steps[usize::from(n)] != 0 {
+            let way = steps[usize::from(n)];
+            if way != 0 {
+                if self.path_axes >> n & 1 == 0 {
+                    self.set_negative(n, way < 0);
+                }
                 self.path_axes |= 1 << n;
             }
         }
@@ -325,10 +343,7 @@ impl Motor {
             let before = self.actual[i];
             step::fold(i, &mut self.actual[i]);
             if self.actual[i] != before {
-                self.negative &= !(1 << n);
-                if self.actual[i] < before {
-                    self.negative |= 1 << n;
-                }
+                self.set_negative(n, self.actual[i] < before);
             }
         }
         if self.path_axes != 0 {

@@ -122,3 +122,33 @@ fn a_probe_tells_its_very_step_at_every_speed() {
         }
     }
 }
+
+#[test]
+fn an_axis_leaves_its_closed_switch_and_does_not_move_on_toward_it() {
+    // Z stands 2 mm beyond its switch, as behind a fault or by hand.
+    let closed = |build: &Build, script: &str| {
+        let mut lab = lab(build, script);
+        let switch = Contact { axis: 2, position: -200, above: true };
+        lab.board.plant_mut().switches[2] = Some(switch);
+        lab
+    };
+    let both =
+        ["MoveAxe Z, -5mm", "G0 Z-5", "G1 X4 F1200\nG1 Z-5", "MoveRel Z, -5mm\nMoveRel X, 1mm"];
+    let large =
+        ["START MoveAxe Z, -5mm\nWaitMove", "MoveSpeed Z, -9mm/s\nWait 500ms\nStopAll\nWaitMove"];
+    let small = both.iter().map(|script| (&G2553, *script));
+    let large = both.iter().chain(&large).map(|script| (&F5529, *script));
+    for (build, script) in small.chain(large) {
+        let mut lab = closed(build, script);
+        lab.play(|_| {});
+        assert!(lab.told()[2] < -300, "{script} on {}", build.part.name);
+    }
+    for build in [&G2553, &F5529] {
+        for script in ["MoveAxe Z, 5mm", "G1 X4 F1200\nG1 Z5"] {
+            let mut lab = closed(build, script);
+            assert_eq!(faults(&mut lab), Some(Fault::LimitSwitch), "{script}");
+            lab.stops_abruptly("a limit switch");
+            assert!(lab.told()[2] < 10, "{script} on {}: {:?}", build.part.name, lab.told());
+        }
+    }
+}

@@ -262,10 +262,12 @@ single_schedule:
     addc INTERVAL+2(r15), EVENT_CCR(r13)
     add DIF(r15), INTERVAL(r15)
     addc DIF+2(r15), INTERVAL+2(r15)
-    /* no pulse is shorter than 48 cycles, and this core takes less for what is above */
+    /* no pulse is shorter than 48 cycles, and this core takes less for what is above, most of all when the
+       register told of an axis that rose in the very cycle in which it was read */
     .if APART
+    .rept 3
     nop
-    nop
+    .endr
     .endif
     mov #0x0010, EVENT_CCTL(r13)
     mov.b &PINS_IN, r14
