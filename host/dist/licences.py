@@ -22,7 +22,7 @@ In the builds for Windows made with MinGW-w64 its runtime: public domain or ZPL-
 
 def metadata(target):
     told = subprocess.run(
-        ["cargo", "metadata", "--locked", "--format-version", "1", "--all-features",
+        ["cargo", "metadata", "--locked", "--format-version", "1", "--features", "pasapas/gateway",
          "--filter-platform", target, "--filter-platform", "msp430-none-elf"],
         check=True, capture_output=True, text=True)
     return json.loads(told.stdout)

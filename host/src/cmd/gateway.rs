@@ -6,12 +6,12 @@ use std::path::Path;
 use clap::Args;
 use serde_json::json;
 
-use super::{Console, Options, script};
+use super::{Console, Options, script, upload};
 use crate::client::Client;
 use crate::failure::Failure;
 use crate::gateway::config::{BoardSetting, ClientSetting};
 use crate::gateway::describe::{COLUMNS, rows};
-use crate::gateway::known::{Known, programs_in, variables};
+use crate::gateway::known::{Known, Program, programs_in, variables};
 use crate::gateway::{CardSetting, Config, Ranges, Running};
 use crate::{input, interrupt, link};
 
@@ -52,9 +52,17 @@ impl Gateway {
     /// # Errors
     /// The file is wrong, or an address cannot be listened on.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        let config = self.config(options, console)?;
+        let mut config = self.config(options, console)?;
         if self.describe {
             return self.describe(&config, options, console);
+        }
+        for board in &mut config.boards {
+            let Some(file) = &board.script else { continue };
+            board.program = self.program(file, options, console);
+            if board.program.is_none() {
+                let name = &board.name;
+                console.complain(&format!("the variables of {name} have no names: see above"));
+            }
         }
         let running = Running::start(&config).map_err(Failure::Board)?;
         interrupt::watch();
@@ -75,6 +83,14 @@ impl Gateway {
                 console.result(&format!("{board} is an interface card at {place}\n"))?;
             }
         }
+        if let Some(address) = running.opcua() {
+            let url = format!("opc.tcp://{address}/");
+            if console.json() {
+                console.json_line(&json!({ "opcua": url }))?;
+            } else {
+                console.result(&format!("OPC UA is at {url}\n"))?;
+            }
+        }
         let open = |card: &CardSetting| card.listen.is_some_and(|at| !at.ip().is_loopback());
         if config.cards.iter().any(open) {
             console.complain("the network can reach a card, and cards know no login");
@@ -89,6 +105,13 @@ impl Gateway {
             std::thread::sleep(std::time::Duration::from_millis(50));
         }
         Ok(())
+    }
+
+    /// What the script is that a board has by the file; none when it is wrong, which was written.
+    fn program(&self, file: &str, options: &Options, console: &Console) -> Option<Program> {
+        let script = script::load(&self.beside(file), options, console).ok()?;
+        let compiled = script::compile_any(&script, console).ok()?;
+        Some(upload::about(&compiled.image, &script))
     }
 
     /// A table for Node-RED, Telegraf, Ignition and whoever else wants to know.

@@ -10,7 +10,9 @@ use serde::Deserialize;
 use super::card::CardSetting;
 use super::counters::OWN_UNIT;
 use super::gcode::GcodeSetting;
+use super::known::Program;
 use super::mqtt::MqttSetting;
+use super::opcua::OpcuaSetting;
 use super::rights::{Network, Ranges, Rule};
 use super::sparkplug::SparkplugSetting;
 use crate::input::{self, code};
@@ -35,6 +37,8 @@ pub struct Config {
     pub mqtt: Option<MqttSetting>,
     /// The edge node at that broker, if there is one.
     pub sparkplug: Option<SparkplugSetting>,
+    /// The OPC UA server, if there is one.
+    pub opcua: Option<OpcuaSetting>,
     /// The old cards that boards stand in for.
     #[serde(default, rename = "card")]
     pub cards: Vec<CardSetting>,
@@ -103,8 +107,11 @@ pub struct BoardSetting {
     /// For lists and orders to several boards.
     #[serde(default)]
     pub tags: Vec<String>,
-    /// The script that is on it: names of its AT and KEEP variables for `--describe`.
+    /// The script that is on it: names of its AT and KEEP variables, where no upload left them.
     pub script: Option<String>,
+    /// What that script is, when it could be read.
+    #[serde(skip)]
+    pub program: Option<Program>,
 }
 
 const fn one() -> u8 {
@@ -148,6 +155,7 @@ impl Config {
             fresh_unit: None,
             tags: Vec::new(),
             script: None,
+            program: None,
         };
         let (modbus, boards) = (Modbus::default(), vec![board]);
         Config {
@@ -155,6 +163,7 @@ impl Config {
             names: None,
             mqtt: None,
             sparkplug: None,
+            opcua: None,
             cards: Vec::new(),
             gcode: Vec::new(),
             lines: Vec::new(),
@@ -246,6 +255,9 @@ impl Config {
                 return Err(Wrong(at(), "[sparkplug] goes by the broker of [mqtt]: add it".into()));
             }
         }
+        if let Some(opcua) = &self.opcua {
+            opcua.check().map_err(|words| Wrong("[opcua]".to_owned(), words))?;
+        }
         for (n, card) in self.cards.iter().enumerate() {
             let at = || "[[card]]".to_owned();
             card.check(self.boards.iter().map(|board| board.name.as_str()))
@@ -287,6 +299,12 @@ impl Config {
         let line = self.lines.iter().find(|line| line.port == port);
         let usual = if port.starts_with("tcp:") || port.starts_with("rtu:") { 1000 } else { 150 };
         Duration::from_millis(line.and_then(|line| line.reply_ms).unwrap_or(usual))
+    }
+
+    /// Between two looks at a board, if somebody wants to see it.
+    pub fn every(&self) -> Option<Duration> {
+        let opcua = self.opcua.as_ref().map(|one| Duration::from_millis(one.look_ms));
+        self.mqtt.as_ref().map(MqttSetting::every).into_iter().chain(opcua).min()
     }
 
     /// The rules for clients.

@@ -13,7 +13,9 @@ use lang::wire;
 use super::backoff::{Backoff, Health};
 use super::cache::Cache;
 use super::counters::Counters;
+use super::known::Program;
 use super::looks::Looks;
+use super::named::Named;
 use super::pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
 use super::turns::{Asker, Turns};
 use crate::client::{Client, ClientError, Patience};
@@ -37,11 +39,20 @@ const RENEW: Duration = Duration::from_secs(30);
 /// Longest wait for the reply to a write: a board erases and writes its flash meanwhile (wire.rs, Upload).
 const WRITING: Duration = Duration::from_millis(400);
 
+/// All that a board shows.
+#[derive(Clone, Debug, Default)]
+pub struct Seen {
+    /// What every board has.
+    pub picture: Picture,
+    /// The variables of its program, if their names are known.
+    pub variables: Vec<Named>,
+}
+
 /// What a look at a board brought.
 #[derive(Clone, Debug)]
 pub enum Look {
     /// What it shows.
-    Picture(Box<Picture>),
+    Picture(Box<Seen>),
     /// It printed a line.
     Print(String),
     /// It does not answer, or its line is lost.
@@ -53,6 +64,10 @@ pub enum Look {
 pub struct Watch {
     /// Between two looks at a board.
     pub every: Duration,
+    /// Lines that are printed are taken from the boards; who else asks for them finds none.
+    pub prints: bool,
+    /// What is known of the program with this CRC, of the board at a place on the line.
+    pub program: Box<dyn Fn(usize, u16) -> Option<Program> + Send>,
     /// Hears of each look.
     pub tell: Box<dyn Fn(usize, Look) + Send>,
 }

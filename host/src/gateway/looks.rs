@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::line::{Board, Look, Station, Watch};
+use super::line::{Board, Look, Seen, Station, Watch};
+use super::named::Names;
 use crate::client::ClientError;
 use crate::client::print::LINE_END;
-use crate::helm::Round;
+use crate::helm::{Picture, Round};
 
 /// Bytes of a printed line that is still open; a longer one is told in pieces.
 const LONGEST_LINE: usize = 1024;
@@ -14,6 +15,9 @@ const LONGEST_LINE: usize = 1024;
 /// The state of looking at a board.
 struct One {
     round: Round,
+    /// The round's picture, while the program's variables are still to be read.
+    picture: Option<Picture>,
+    names: Names,
     began: Instant,
     due: Instant,
     /// Print that has no line end yet.
@@ -33,7 +37,15 @@ impl Looks {
     pub fn new(watch: Watch, count: usize) -> Looks {
         let one = || {
             let now = Instant::now();
-            One { round: Round::new(), began: now, due: now, line: Vec::new(), up: None }
+            One {
+                round: Round::new(),
+                picture: None,
+                names: Names::default(),
+                began: now,
+                due: now,
+                line: Vec::new(),
+                up: None,
+            }
         };
         Looks { watch, each: (0..count).map(|_| one()).collect() }
     }
@@ -50,9 +62,17 @@ impl Looks {
     /// See [`ClientError`].
     pub fn look(&mut self, place: usize, board: &mut Board) -> Result<(), ClientError> {
         let one = &mut self.each[place];
+        if one.picture.is_some() {
+            if !one.names.look(board)? {
+                self.tell(place);
+            }
+            return Ok(());
+        }
         if one.round.is_fresh() {
             one.began = Instant::now();
-            one.line.extend(board.take_print()?);
+            if self.watch.prints {
+                one.line.extend(board.take_print()?);
+            }
             while let Some(end) = one.line.iter().position(|byte| *byte == LINE_END) {
                 let text: Vec<u8> = one.line.drain(..=end).collect();
                 let text = String::from_utf8_lossy(&text[..end]).into_owned();
@@ -65,18 +85,32 @@ impl Looks {
         }
         let picture = one.round.look(board)?;
         // What hardly takes time goes on at once, the next round when it is time.
-        one.due = if picture.is_some() { one.began + self.watch.every } else { Instant::now() };
+        one.due = Instant::now();
         if let Some(picture) = picture {
-            one.up = Some(true);
-            (self.watch.tell)(place, Look::Picture(Box::new(picture)));
+            let crc = picture.identity.as_ref().map(|identity| identity.program_crc);
+            one.names.begin(crc.and_then(|crc| (self.watch.program)(place, crc)));
+            one.picture = Some(picture);
+            if one.names.is_empty() {
+                self.tell(place);
+            }
         }
         Ok(())
+    }
+
+    /// Tells what a whole round brought.
+    fn tell(&mut self, place: usize) {
+        let one = &mut self.each[place];
+        let Some(picture) = one.picture.take() else { return };
+        (one.up, one.due) = (Some(true), one.began + self.watch.every);
+        let seen = Seen { picture, variables: one.names.values() };
+        (self.watch.tell)(place, Look::Picture(Box::new(seen)));
     }
 
     /// A board does not answer.
     pub fn silent(&mut self, place: usize) {
         let one = &mut self.each[place];
         one.round.restart();
+        one.picture = None;
         one.due = Instant::now() + self.watch.every;
         if one.up != Some(false) {
             one.up = Some(false);

@@ -14,6 +14,8 @@ pub mod light;
 pub mod line;
 mod looks;
 mod mqtt;
+mod named;
+mod opcua;
 mod open;
 mod outbox;
 mod pdu;
@@ -68,7 +70,7 @@ pub struct Gateway {
     /// Names of the boards, in the order of the file.
     names: Vec<String>,
     /// What is known of them.
-    book: Book,
+    book: Arc<Book>,
     /// G-code that waits for boards, by their number in the file.
     texts: OnceLock<Buffers>,
     /// What orders by MQTT may write.
@@ -85,6 +87,8 @@ pub struct Running {
     cards: Option<Cards>,
     /// These end their runs.
     hosts: Option<Hosts>,
+    #[cfg(feature = "opcua")]
+    opcua: Option<self::opcua::Opcua>,
     /// Go first: they say goodbye.
     talks: (Option<Mqtt>, Option<Sparkplug>),
     gateway: Arc<Gateway>,
@@ -115,13 +119,23 @@ impl Gateway {
             let (unit, fresh_unit) = (board.unit(), board.fresh_unit);
             places.push(Place { unit, fresh_unit, line, station });
         }
+        let known = |board: &config::BoardSetting| Known {
+            board: board.name.clone(),
+            unit: board.unit(),
+            tags: board.tags.clone(),
+            program: board.program.clone(),
+        };
+        let book = Book::open(config.boards.iter().map(known).collect(), config.names.as_deref());
+        let book = Arc::new(book);
         let watch = |line: usize| {
-            let (tell, every) = (tell?.clone(), config.mqtt.as_ref()?.every());
+            let (tell, every, prints) = (tell?.clone(), config.every()?, config.mqtt.is_some());
             let mine = |(_, place): &(usize, &Place)| place.line == line;
             let boards: Vec<usize> =
                 places.iter().enumerate().filter(mine).map(|(board, _)| board).collect();
+            let (book, own) = (book.clone(), boards.clone());
+            let program = Box::new(move |station: usize, crc| book.program(own[station], crc));
             let tell = Box::new(move |station: usize, look| tell(boards[station], look));
-            Some(Watch { every, tell })
+            Some(Watch { every, prints, program, tell })
         };
         let start = |(line, (port, addresses)): (usize, &(&str, Vec<u8>))| {
             Line::start(addresses, config.reply_time(port), watch(line), open(port, addresses))
@@ -137,13 +151,6 @@ impl Gateway {
         let guests = Guests::new(config.modbus.clients);
         let names = config.boards.iter().map(|board| board.name.clone()).collect();
         let orders = config.mqtt.as_ref().map_or(Ok(Ranges::default()), MqttSetting::rights)?;
-        let known = |board: &config::BoardSetting| Known {
-            board: board.name.clone(),
-            unit: board.unit(),
-            tags: board.tags.clone(),
-            program: None,
-        };
-        let book = Book::open(config.boards.iter().map(known).collect(), config.names.as_deref());
         Ok(Gateway {
             lines,
             places,
@@ -294,9 +301,13 @@ impl Running {
         let words = |error: std::io::Error| error.to_string();
         let address = listener.local_addr().map_err(words)?;
         let (mqtt, sparkplug) = (unbounded_channel(), unbounded_channel());
+        #[cfg(feature = "opcua")]
+        let looks = unbounded_channel();
         let to: Vec<_> = [
             config.mqtt.as_ref().map(|_| mqtt.0.clone()),
             config.sparkplug.as_ref().map(|_| sparkplug.0.clone()),
+            #[cfg(feature = "opcua")]
+            config.opcua.as_ref().map(|_| looks.0.clone()),
         ]
         .into_iter()
         .flatten()
@@ -313,6 +324,11 @@ impl Running {
         let cards = Cards::start(&config.cards, &gateway)?;
         let (hosts, texts) = Hosts::start(&config.gcode, &gateway)?;
         gateway.texts.get_or_init(|| texts);
+        #[cfg(feature = "opcua")]
+        let opcua = match &config.opcua {
+            Some(setting) => Some(self::opcua::Opcua::start(setting, &gateway, looks)?),
+            None => None,
+        };
         let talks = match &config.mqtt {
             None => (None, None),
             Some(setting) => {
@@ -336,6 +352,8 @@ impl Running {
             address,
             cards: Some(cards),
             hosts: Some(hosts),
+            #[cfg(feature = "opcua")]
+            opcua,
             talks,
             gateway,
             runtime: Some(runtime),
@@ -352,6 +370,14 @@ impl Running {
         self.cards.as_ref().map_or(&[], |cards| &cards.places)
     }
 
+    /// Where the OPC UA server listens, if there is one.
+    pub fn opcua(&self) -> Option<SocketAddr> {
+        #[cfg(feature = "opcua")]
+        return self.opcua.as_ref().map(self::opcua::Opcua::address);
+        #[cfg(not(feature = "opcua"))]
+        None
+    }
+
     /// What is counted of the boards, in the order of the file.
     pub fn counters(&self) -> Vec<Vec<u32>> {
         let of = |place| self.gateway.station(place).counters.values();
@@ -362,6 +388,10 @@ impl Running {
 impl Drop for Running {
     fn drop(&mut self) {
         (self.cards, self.hosts) = (None, None);
+        #[cfg(feature = "opcua")]
+        {
+            self.opcua = None;
+        }
         self.talks = (None, None);
         if let Some(runtime) = self.runtime.take() {
             // Tasks that wait for nobody any more.

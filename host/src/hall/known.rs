@@ -194,6 +194,9 @@ pub struct Book {
 
 struct Page {
     known: Known,
+    /// What the gateway's own file says of its program, which may be on the board though another one was
+    /// told of.
+    script: Option<Program>,
     /// Records that come.
     coming: Vec<u8>,
 }
@@ -204,8 +207,9 @@ impl Book {
     pub fn open(boards: Vec<Known>, file: Option<&Path>) -> Book {
         let before = file.map(programs_in).unwrap_or_default();
         let page = |mut known: Known| {
-            known.program = before.get(&known.board).cloned();
-            Page { known, coming: Vec::new() }
+            let script = known.program.take();
+            known.program = before.get(&known.board).cloned().or_else(|| script.clone());
+            Page { known, script, coming: Vec::new() }
         };
         let pages = Mutex::new(boards.into_iter().map(page).collect());
         Book { file: file.map(Path::to_owned), pages }
@@ -218,6 +222,14 @@ impl Book {
     /// What is known of a board, by its number in the file.
     pub fn known(&self, board: usize) -> Option<Known> {
         self.pages().get(board).map(|page| page.known.clone())
+    }
+
+    /// What is known of the program with this CRC that a board has, by the board's number in the file.
+    pub fn program(&self, board: usize, crc: u16) -> Option<Program> {
+        let pages = self.pages();
+        let page = pages.get(board)?;
+        let told = [&page.known.program, &page.script].into_iter().flatten();
+        told.clone().find(|program| program.crc == crc).cloned()
     }
 
     /// The board whose file a request reads, or writes: true.

@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::Note;
-use crate::client::ClientError;
 use crate::gateway::Gateway;
+use crate::gateway::known::Program;
 use crate::gateway::line::Board;
 use crate::gateway::pdu::Touch;
 use crate::gateway::turns::Asker;
@@ -34,8 +34,10 @@ struct Order {
     output: Option<u16>,
     /// Of `set`: a register, or the low one of two.
     register: Option<u16>,
-    /// Of `set`: what it is to be.
-    value: Option<i32>,
+    /// Of `set`: a variable of the board's program, an array's with its index.
+    variable: Option<String>,
+    /// Of `set`: what it is to be; a variable in its unit.
+    value: Option<f64>,
     /// Of `set` with `register`: 32 bits in two registers.
     #[serde(default)]
     long: bool,
@@ -46,6 +48,8 @@ enum Write {
     Control(Control),
     Coil(u16, bool),
     Registers(u16, Vec<u16>),
+    /// A variable's register and value, if the board has the program with this CRC.
+    Variable(u16, u16, i32),
 }
 
 impl Order {
@@ -61,14 +65,15 @@ impl Order {
         serde_json::from_value(json!({ "do": text })).map_err(|error| error.to_string())
     }
 
-    fn write(&self) -> Result<Write, String> {
+    /// What is to be written; `program` is the one that the board is known to have.
+    fn write(&self, program: Option<&Program>) -> Result<Write, String> {
         let control = match self.what.as_str() {
             "start" => Control::Start,
             "stop" => Control::Stop,
             "pause" => Control::Pause,
             "resume" => Control::Resume,
             "acknowledge" => Control::Acknowledge,
-            "set" => return self.set(),
+            "set" => return self.set(program),
             other => {
                 return Err(format!(
                     "`{other}` is no order: start, stop, pause, resume, acknowledge, set"
@@ -78,21 +83,47 @@ impl Order {
         Ok(Write::Control(control))
     }
 
-    fn set(&self) -> Result<Write, String> {
+    fn set(&self, program: Option<&Program>) -> Result<Write, String> {
         let value = self.value.ok_or("set wants a value")?;
+        if let (Some(name), None, None) = (&self.variable, self.output, self.register) {
+            return variable(name, value, program);
+        }
+        let value = whole(value).ok_or("the value is a whole number of 32 bits")?;
         match (self.output, self.register) {
+            _ if self.variable.is_some() => Err("set wants one thing".to_owned()),
             (Some(n @ 1..=16), None) => Ok(Write::Coil(wire::COILS + n - 1, value != 0)),
-            (None, Some(register)) if self.long => {
-                let bits = value.cast_unsigned();
-                Ok(Write::Registers(register, vec![bits as u16, (bits >> 16) as u16]))
-            }
+            (None, Some(register)) if self.long => Ok(Write::Registers(register, pair(value))),
             (None, Some(register)) => match u16::try_from(value) {
                 Ok(value) => Ok(Write::Registers(register, vec![value])),
                 Err(_) => Err("a register holds 0 to 65535; `long` is for 32 bits".to_owned()),
             },
-            _ => Err("set wants an output from 1 to 16, or a register".to_owned()),
+            _ => Err("set wants an output from 1 to 16, a register or a variable".to_owned()),
         }
     }
+}
+
+/// A number that 32 bits hold.
+fn whole(value: f64) -> Option<i32> {
+    let fits = value.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&value);
+    fits.then_some(value as i32)
+}
+
+/// The write of a variable by its name.
+fn variable(name: &str, value: f64, program: Option<&Program>) -> Result<Write, String> {
+    let program = program.ok_or("nobody told the names of this board's program: upload it")?;
+    for variable in &program.variables {
+        if let Some((_, register)) = variable.values().find(|(own, _)| own == name) {
+            let (_, scale) = variable.unit();
+            let value = whole((value / scale).round()).ok_or("the value is too large")?;
+            return Ok(Write::Variable(program.crc, register, value));
+        }
+    }
+    Err(format!("{} shows no variable `{name}`", program.script))
+}
+
+fn pair(value: i32) -> Vec<u16> {
+    let bits = value.cast_unsigned();
+    vec![bits as u16, (bits >> 16) as u16]
 }
 
 impl Write {
@@ -101,6 +132,7 @@ impl Write {
             Write::Control(_) => (Table::Holding, wire::RUN_CONTROL, 1),
             Write::Coil(address, _) => (Table::Coils, *address, 1),
             Write::Registers(first, values) => (Table::Holding, *first, values.len() as u16),
+            Write::Variable(_, first, _) => (Table::Holding, *first, 2),
         };
         Touch { table, first, count, write: true }
     }
@@ -109,12 +141,20 @@ impl Write {
         matches!(self, Write::Control(Control::Stop | Control::Pause))
     }
 
-    fn send(&self, board: &mut Board) -> Result<(), ClientError> {
-        match self {
+    fn send(&self, board: &mut Board) -> Result<(), String> {
+        let sent = match self {
             Write::Control(control) => board.control(*control),
             Write::Coil(address, on) => board.set_coil(*address, *on),
             Write::Registers(first, values) => board.write_all(*first, values),
-        }
+            Write::Variable(crc, first, value) => match board.holding(wire::PROGRAM_CRC, 1) {
+                Ok(words) if words[0] != *crc => {
+                    return Err("the board has another program by now".to_owned());
+                }
+                Ok(_) => board.write_all(*first, &pair(*value)),
+                Err(error) => Err(error),
+            },
+        };
+        sent.map_err(|error| error.to_string())
     }
 }
 
@@ -152,7 +192,8 @@ pub fn carry_out(
         // The conversation is over when nobody hears it.
         let _ = notes.send(Note::Reply(topic, text.to_string()));
     };
-    let write = match order.and_then(|order| order.write()) {
+    let program = gateway.book.known(board).and_then(|known| known.program);
+    let write = match order.and_then(|order| order.write(program.as_ref())) {
         Ok(write) => write,
         Err(words) => return reply(Err(words)),
     };
@@ -163,7 +204,7 @@ pub fn carry_out(
     let urgent = write.is_stop();
     let job = Box::new(move |board: Result<&mut Board, &str>| {
         reply(match board {
-            Ok(board) => write.send(board).map_err(|error| error.to_string()),
+            Ok(board) => write.send(board),
             Err(why) => Err(why.to_owned()),
         });
     });
@@ -172,10 +213,11 @@ pub fn carry_out(
 
 #[cfg(test)]
 mod tests {
-    use super::{Order, is_topic};
+    use super::{Order, Write, is_topic};
+    use crate::gateway::known::{Program, Variable};
 
     fn good(text: &str) -> bool {
-        Order::read(text.as_bytes()).and_then(|order| order.write()).is_ok()
+        Order::read(text.as_bytes()).and_then(|order| order.write(None)).is_ok()
     }
 
     #[test]
@@ -197,6 +239,9 @@ mod tests {
             r#"{"do":"set","register":3000,"value":-5}"#,
             r#"{"do":"set","register":3000}"#,
             r#"{"do":"set","register":3000,"output":1,"value":1}"#,
+            r#"{"do":"set","register":3000,"value":1.5,"long":true}"#,
+            r#"{"do":"set","register":3000,"value":3e9,"long":true}"#,
+            r#"{"do":"set","variable":"made","value":1}"#,
             r#"{"do":"start","colour":1}"#,
             &"x".repeat(10_000),
         ] {
@@ -205,5 +250,43 @@ mod tests {
         assert!(
             is_topic("a/b") && !is_topic("a/#") && !is_topic("") && !is_topic(&"x".repeat(300))
         );
+    }
+
+    #[test]
+    fn a_variable_is_set_by_its_name_in_its_unit() {
+        let variable = |name: &str, register, count, kind: &str| Variable {
+            name: name.to_owned(),
+            register,
+            count,
+            array: count > 1,
+            kind: kind.to_owned(),
+            keep: false,
+        };
+        let program = Program {
+            crc: 7,
+            script: "a.bas".to_owned(),
+            profile: "mill".to_owned(),
+            variables: vec![
+                variable("depth", 3000, 1, "Length"),
+                variable("list", 3010, 3, "Number"),
+            ],
+        };
+        let write = |text: &str| {
+            let order = Order::read(text.as_bytes()).expect("an order");
+            order.write(Some(&program)).map(|write| match write {
+                Write::Variable(crc, register, value) => (crc, register, value),
+                _ => panic!("{text}"),
+            })
+        };
+        let set = |name: &str, value: &str| {
+            write(&format!(r#"{{"do":"set","variable":"{name}","value":{value}}}"#))
+        };
+        assert_eq!(set("depth", "-1.1"), Ok((7, 3000, -1100)));
+        assert_eq!(set("list[2]", "5"), Ok((7, 3014, 5)));
+        for (name, value) in [("list", "1"), ("list[3]", "1"), ("depth", "3e9"), ("none", "1")] {
+            assert!(set(name, value).is_err(), "{name}");
+        }
+        let both = r#"{"do":"set","variable":"depth","register":3000,"value":1}"#;
+        assert!(write(both).is_err());
     }
 }

@@ -2,7 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::gateway::line::Look;
+use crate::gateway::line::{Look, Seen};
+use crate::gateway::named::Named;
 use crate::helm::Picture;
 
 /// What was told of a board last.
@@ -18,7 +19,8 @@ pub struct Report {
 }
 
 /// The state of a board that shows a picture.
-fn state_of(picture: &Picture) -> Value {
+fn state_of(seen: &Seen) -> Value {
+    let picture = &seen.picture;
     let status = picture.status.as_ref().and_then(|status| serde_json::to_value(status).ok());
     let mut state = match status {
         Some(Value::Object(state)) => state,
@@ -32,6 +34,12 @@ fn state_of(picture: &Picture) -> Value {
         state.insert("program_crc".to_owned(), json!(identity.program_crc));
     }
     state.insert("cells".to_owned(), json!(picture.cells));
+    let value = |named: &Named| named.real().map_or_else(|| json!(named.value), |real| json!(real));
+    let variables: Map<String, Value> =
+        seen.variables.iter().map(|named| (named.name.clone(), value(named))).collect();
+    if !variables.is_empty() {
+        state.insert("variables".to_owned(), Value::Object(variables));
+    }
     Value::Object(state)
 }
 
@@ -54,7 +62,7 @@ impl Report {
                 return (false, Vec::new());
             }
             Look::Silent => (json!({ "health": "silent" }), self.printed()),
-            Look::Picture(picture) => (state_of(&picture), self.happened(&picture)),
+            Look::Picture(seen) => (state_of(&seen), self.happened(&seen.picture)),
         };
         let state = state.to_string();
         let changed = state != self.state;
@@ -121,7 +129,7 @@ impl Report {
 mod tests {
     use super::Report;
     use crate::client::status::StatusWords;
-    use crate::gateway::line::Look;
+    use crate::gateway::line::{Look, Seen};
     use crate::helm::Picture;
     use lang::wire::{self, End, RunState};
 
@@ -139,7 +147,8 @@ mod tests {
         }
         let words = StatusWords { run, ..StatusWords::default() };
         let status = Some(words.status());
-        Look::Picture(Box::new(Picture { status, ..Picture::default() }))
+        let picture = Picture { status, ..Picture::default() };
+        Look::Picture(Box::new(Seen { picture, variables: Vec::new() }))
     }
 
     fn names(report: &mut Report, look: Look) -> Vec<String> {

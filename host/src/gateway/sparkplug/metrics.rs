@@ -3,7 +3,8 @@
 use serde_json::json;
 
 use super::payload::{DataType, Metric, Value};
-use crate::helm::Picture;
+use crate::gateway::line::Seen;
+use crate::gateway::named::Named;
 
 /// The metric that takes a word: start, stop, pause, resume, acknowledge.
 pub const CONTROL: &str = "Control";
@@ -21,9 +22,13 @@ fn long(name: &str, value: i32) -> Metric {
     Metric::new(name, DataType::Int32, Value::Int(value.cast_unsigned()))
 }
 
-/// All metrics of a board that shows a picture, and the line that it printed last. They have the same
-/// names each time, as a birth promises.
-pub fn of(picture: &Picture, printed: &str) -> Vec<Metric> {
+/// First part of the names of a program's variables.
+pub const VARIABLE: &str = "Variables/";
+
+/// All metrics of what a board shows, and the line that it printed last. They have the same names each
+/// time while the program is the same, as a birth promises.
+pub fn of(seen: &Seen, printed: &str) -> Vec<Metric> {
+    let picture = &seen.picture;
     let Some(status) = &picture.status else { return Vec::new() };
     let on = |list: &[u16], n: u16| Value::Boolean(list.contains(&n));
     let mut metrics = vec![
@@ -54,13 +59,39 @@ pub fn of(picture: &Picture, printed: &str) -> Vec<Metric> {
     }
     let firmware = picture.identity.as_ref().map(|identity| identity.firmware.as_str());
     metrics.push(text("Properties/Firmware", firmware));
+    metrics.extend(seen.variables.iter().map(variable));
     metrics
+}
+
+fn variable(named: &Named) -> Metric {
+    let name = format!("{VARIABLE}{}", named.name);
+    let metric = match named.real() {
+        Some(real) => Metric::new(&name, DataType::Double, Value::Double(real)),
+        None => long(&name, named.value),
+    };
+    metric.with_unit(named.unit)
+}
+
+/// A number that a host writes: whole ones come signed or not.
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Int(bits) => Some(bits.cast_signed().into()),
+        Value::Long(bits) => i32::try_from(bits.cast_signed()).ok().map(f64::from),
+        Value::Float(real) => Some((*real).into()),
+        Value::Double(real) => Some(*real),
+        Value::Boolean(_) | Value::Text(_) => None,
+    }
 }
 
 /// The order that a written metric is; none for one that is not written.
 pub fn order(name: &str, value: &Value) -> Option<String> {
     match (name, value) {
         (CONTROL, Value::Text(word)) => Some(json!({ "do": word }).to_string()),
+        (name, value) if name.starts_with(VARIABLE) => {
+            let variable = name.strip_prefix(VARIABLE)?;
+            let value = number(value)?;
+            Some(json!({ "do": "set", "variable": variable, "value": value }).to_string())
+        }
         (name, Value::Boolean(on)) => {
             let n: u16 = name.strip_prefix(OUTPUT)?.parse().ok()?;
             Some(json!({ "do": "set", "output": n, "value": i32::from(*on) }).to_string())

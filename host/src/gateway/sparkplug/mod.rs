@@ -33,6 +33,8 @@ use payload::Metric;
 const AGAIN: Duration = Duration::from_millis(100);
 /// Longest rest.
 const LONGEST: Duration = Duration::from_secs(15);
+/// The broker takes a message by then.
+const TAKE_TIME: Duration = Duration::from_secs(10);
 /// Time to say goodbye.
 const GOODBYE: Duration = Duration::from_secs(1);
 /// A connection stands by then.
@@ -119,8 +121,10 @@ impl Session {
     async fn run(&mut self, mut notes: UnboundedReceiver<Note>) {
         let mut rest = AGAIN;
         loop {
-            let mut stood = false;
-            match self.connection(&mut notes, &mut stood).await {
+            let (mut stood, begun) = (false, Instant::now());
+            let over = self.connection(&mut notes, &mut stood).await;
+            let host_gone = matches!(over, Over::HostGone);
+            match over {
                 Over::Closed => return,
                 Over::HostGone => {}
                 Over::Lost(why) if self.said != why => {
@@ -130,6 +134,8 @@ impl Session {
                 Over::Lost(_) => {}
             }
             self.node.leave();
+            // What the broker keeps for us may end each connection: it is not asked for all the time.
+            stood &= begun.elapsed() > LONGEST || host_gone;
             rest = if stood { AGAIN } else { (2 * rest).min(LONGEST) };
             let until = Instant::now() + rest;
             while let Ok(note) = timeout_at(until, notes.recv()).await {
@@ -148,7 +154,7 @@ impl Session {
             Some(Note::Look(board, look)) => {
                 let metrics: Option<Vec<Metric>> = match look {
                     Look::Silent => None,
-                    Look::Picture(picture) => Some(metrics::of(&picture, &self.printed[board])),
+                    Look::Picture(seen) => Some(metrics::of(&seen, &self.printed[board])),
                     Look::Print(text) => {
                         // It shows with the next picture.
                         self.printed[board] = text;
@@ -267,7 +273,10 @@ impl Session {
 async fn publish(client: &AsyncClient, told: Vec<Publish>) -> Result<(), String> {
     for Publish { topic, payload } in told {
         let sent = client.publish(topic, payload.encode_to_vec(), PublishOptions::at_most_once());
-        sent.await.map_err(|error| error.to_string())?;
+        // A broker that takes nothing, while what it says waits for us.
+        let sent =
+            timeout(TAKE_TIME, sent).await.map_err(|_| "the broker takes nothing".to_owned())?;
+        sent.map_err(|error| error.to_string())?;
     }
     Ok(())
 }

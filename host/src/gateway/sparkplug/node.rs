@@ -3,7 +3,7 @@
 //! One writer owns the sequence number, so that the order on the wire is the order of the numbers
 //! (Sparkplug 3.0, 6.4.5): births before data, each number one more than the one before.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use prost::Message as _;
 
@@ -69,6 +69,11 @@ pub struct Node {
 /// What of the new metrics differs from the old ones.
 fn changes(old: &[Metric], new: &[Metric]) -> Vec<Metric> {
     new.iter().filter(|metric| !old.contains(metric)).cloned().collect()
+}
+
+/// Names of metrics with their types.
+fn names(metrics: &[Metric]) -> BTreeSet<(&Option<String>, Option<u32>)> {
+    metrics.iter().map(|metric| (&metric.name, metric.datatype)).collect()
 }
 
 impl Node {
@@ -159,7 +164,13 @@ impl Node {
         }
         while let Some((place, then, metrics)) = self.kept.pop_front() {
             // A device that does not answer any more has no birth that data could follow.
-            if self.devices[place].born {
+            // What it does not show any more, a variable of another program, is in no birth.
+            let shown = self.devices[place].metrics.as_ref().map(|all| names(all));
+            let mut metrics = metrics;
+            metrics.retain(|metric| {
+                shown.as_ref().is_some_and(|all| all.contains(&(&metric.name, metric.datatype)))
+            });
+            if self.devices[place].born && !metrics.is_empty() {
                 told.push(self.data(place, then, metrics, true));
             }
         }
@@ -180,6 +191,7 @@ impl Node {
     fn data(&mut self, place: usize, then: u64, mut metrics: Vec<Metric>, old: bool) -> Publish {
         for metric in &mut metrics {
             metric.timestamp = Some(then);
+            metric.properties = None;
             metric.is_historical = old.then_some(true);
         }
         let topic = self.topic("DDATA", Some(&self.devices[place].name));
@@ -211,6 +223,10 @@ impl Node {
                 vec![Publish { topic, payload }]
             }
             (false, Some(_)) => self.birth_of(place, now).into_iter().collect(),
+            // Another program has other variables: a birth has every metric.
+            (true, Some(new)) if old.as_ref().is_none_or(|old| names(old) != names(&new)) => {
+                self.birth_of(place, now).into_iter().collect()
+            }
             (true, Some(new)) => {
                 let changed = changes(&old.unwrap_or_default(), &new);
                 if changed.is_empty() {

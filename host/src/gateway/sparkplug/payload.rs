@@ -12,6 +12,8 @@ pub enum DataType {
     Int64 = 4,
     /// Unsigned, 32 bits.
     UInt32 = 7,
+    /// IEEE 754, 64 bits.
+    Double = 10,
     /// True or false.
     Boolean = 11,
     /// Text.
@@ -53,8 +55,11 @@ pub struct Metric {
     /// It has none.
     #[prost(bool, optional, tag = "7")]
     pub is_null: Option<bool>,
+    /// More of it, told at its birth.
+    #[prost(message, optional, tag = "9")]
+    pub properties: Option<Properties>,
     /// The value.
-    #[prost(oneof = "Value", tags = "10, 11, 13, 14, 15")]
+    #[prost(oneof = "Value", tags = "10, 11, 12, 13, 14, 15")]
     pub value: Option<Value>,
 }
 
@@ -67,6 +72,9 @@ pub enum Value {
     /// 64 bits.
     #[prost(uint64, tag = "11")]
     Long(u64),
+    /// IEEE 754, 32 bits.
+    #[prost(float, tag = "12")]
+    Float(f32),
     /// IEEE 754, 64 bits.
     #[prost(double, tag = "13")]
     Double(f64),
@@ -78,7 +86,38 @@ pub enum Value {
     Text(String),
 }
 
+/// Keys with their values, in the same order.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Properties {
+    /// Keys.
+    #[prost(string, repeated, tag = "1")]
+    pub keys: Vec<String>,
+    /// Values.
+    #[prost(message, repeated, tag = "2")]
+    pub values: Vec<Property>,
+}
+
+/// A property's value: all of ours are text.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Property {
+    /// [`DataType`]
+    #[prost(uint32, optional, tag = "1")]
+    pub datatype: Option<u32>,
+    /// The text.
+    #[prost(string, optional, tag = "8")]
+    pub text: Option<String>,
+}
+
 impl Metric {
+    /// Says what one of the value is, by the key that hosts know (`engUnit`).
+    pub fn with_unit(mut self, unit: &str) -> Metric {
+        let value =
+            Property { datatype: Some(DataType::String as u32), text: Some(unit.to_owned()) };
+        self.properties = (!unit.is_empty())
+            .then(|| Properties { keys: vec!["engUnit".to_owned()], values: vec![value] });
+        self
+    }
+
     /// A value with its name and type.
     pub fn new(name: &str, datatype: DataType, value: Value) -> Metric {
         Metric {

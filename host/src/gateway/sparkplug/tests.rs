@@ -169,6 +169,43 @@ fn births_wait_for_the_primary_host_and_what_it_missed_is_historical() {
 }
 
 #[test]
+fn another_program_is_another_birth_and_what_it_has_not_is_not_told() {
+    let with = |name: &str, value: u32| {
+        let variable = Metric::new(name, DataType::Int32, Value::Int(value)).with_unit("mm");
+        metrics(1).map(|mut all| {
+            all.push(variable);
+            all
+        })
+    };
+    let kind = |message: &Publish| message.topic.split('/').nth(2).map(str::to_owned);
+    let (mut host, mut node) = (Host::default(), Node::new("hall", "gw", None, &names(1)));
+    host.hear(&node.connect(1));
+    assert_eq!(node.device(0, metrics(1), 2), []);
+    host.all(node.birth(3));
+    for (shows, wanted) in [
+        (with("Variables/a", 1), "DBIRTH"),
+        (with("Variables/a", 2), "DDATA"),
+        (with("Variables/b", 2), "DBIRTH"),
+        (metrics(1), "DBIRTH"),
+    ] {
+        let told = node.device(0, shows, 4);
+        assert_eq!(told.iter().map(kind).collect::<Vec<_>>(), [Some(wanted.to_owned())]);
+        // The unit is told at the birth alone.
+        let units = told[0].payload.metrics.iter().filter(|metric| metric.properties.is_some());
+        assert!(wanted == "DBIRTH" || units.count() == 0);
+        host.all(told);
+    }
+    // While nobody hears it a variable comes, changes and goes.
+    node.leave();
+    for shows in [with("Variables/a", 1), with("Variables/a", 2), metrics(1)] {
+        assert_eq!(node.device(0, shows, 5), []);
+    }
+    host.hear(&node.connect(6));
+    assert_eq!(host.all(node.birth(7)), 2);
+    assert_eq!(host.historical, 0);
+}
+
+#[test]
 fn what_hosts_send_is_read_or_left_and_never_harms() {
     let mut node = Node::new("hall", "gw", None, &names(2));
     let metric = Metric::new("Control", DataType::String, Value::Text("start".to_owned()));
