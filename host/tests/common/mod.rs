@@ -86,6 +86,11 @@ impl Gateway {
         Gateway { child, port: place.parse().expect("a number"), said }
     }
 
+    /// KB of memory that it holds.
+    pub fn memory(&self) -> u64 {
+        memory(self.child.id())
+    }
+
     /// The next line of what it says.
     pub fn next_line(&mut self) -> serde_json::Value {
         let mut line = String::new();
@@ -99,6 +104,13 @@ impl Drop for Gateway {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// KB of memory that a process holds, where the system tells it.
+pub fn memory(id: u32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
 }
 
 /// A path as an argument.

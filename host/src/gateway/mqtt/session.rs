@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use rumqttc::mqttbytes::QoS;
 use rumqttc::{
-    AsyncClient, AsyncClientBuilder, Event, EventLoop, MqttOptions, Outgoing, Packet,
-    PublishOptions,
+    AsyncClient, AsyncClientBuilder, ConnectionError, Event, EventLoop, MqttOptions, Outgoing,
+    Packet, PublishOptions, StateError, mqttbytes,
 };
 use serde_json::json;
 use tokio::sync::mpsc::{self, Receiver, Sender, UnboundedReceiver};
@@ -32,6 +32,11 @@ const AGAIN: Duration = Duration::from_millis(100);
 const LONGEST: Duration = Duration::from_secs(15);
 /// Time to say goodbye.
 const GOODBYE: Duration = Duration::from_secs(1);
+/// A packet larger than any order that comes within this time of the connection's begin is one that the
+/// broker keeps and gives to each new connection.
+const KEPT_TIME: Duration = Duration::from_secs(5);
+/// No orders are taken for so long behind such a one: events must not wait for whoever takes it away.
+const DEAF_TIME: Duration = Duration::from_secs(60);
 /// Replies to orders that may wait for the broker.
 const MOST_REPLIES: usize = 256;
 
@@ -46,6 +51,8 @@ pub enum End {
 /// Why a connection is over.
 enum Over {
     Lost(String),
+    /// A packet came that is larger than any order.
+    Oversized(String),
     End(End),
 }
 
@@ -76,6 +83,8 @@ pub struct Session {
     base: String,
     status: String,
     home_assistant: bool,
+    /// Until then no orders are taken.
+    deaf_until: Option<Instant>,
     /// What was said of the last lost connection.
     said: String,
 }
@@ -100,9 +109,18 @@ impl Flight {
 }
 
 /// Runs the library's loop until it fails.
-async fn poll(mut events: EventLoop, to: Sender<Result<Event, String>>) {
+async fn poll(mut events: EventLoop, to: Sender<Result<Event, Over>>) {
+    let why = |error: ConnectionError| {
+        let words = error.to_string();
+        match error {
+            ConnectionError::MqttState(StateError::Deserialization(
+                mqttbytes::Error::PayloadSizeLimitExceeded(_),
+            )) => Over::Oversized(words),
+            _ => Over::Lost(words),
+        }
+    };
     loop {
-        let event = events.poll().await.map_err(|error| error.to_string());
+        let event = events.poll().await.map_err(why);
         let over = event.is_err();
         if to.send(event).await.is_err() || over {
             return;
@@ -127,6 +145,7 @@ impl Session {
             base: setting.base(),
             status: setting.status(),
             home_assistant: setting.home_assistant,
+            deaf_until: None,
             said: String::new(),
         }
     }
@@ -141,11 +160,16 @@ impl Session {
     pub async fn run(&mut self, mut notes: UnboundedReceiver<Note>, orders: Orders) -> End {
         let mut rest = AGAIN;
         loop {
-            let mut stood = false;
+            let (mut stood, begun) = (false, Instant::now());
             let why = match self.connection(&mut notes, &orders, &mut stood).await {
                 Ok(never) => match never {},
                 Err(Over::End(end)) => return end,
                 Err(Over::Lost(why)) => why,
+                Err(Over::Oversized(why)) if begun.elapsed() > KEPT_TIME => why,
+                Err(Over::Oversized(why)) => {
+                    self.deaf_until = Some(Instant::now() + DEAF_TIME);
+                    format!("{why}: no orders are taken for {} s", DEAF_TIME.as_secs())
+                }
             };
             if self.said != why {
                 eprintln!("pasapas: MQTT: {why}");
@@ -233,8 +257,8 @@ impl Session {
             };
             tokio::select! {
                 event = from.recv() => {
-                    let event = event.unwrap_or_else(|| Err("the connection ended".to_owned()));
-                    self.event(event.map_err(Over::Lost)?, &client, &mut flight, orders, stood)?;
+                    let ended = || Err(Over::Lost("the connection ended".to_owned()));
+                    self.event(event.unwrap_or_else(ended)?, &client, &mut flight, orders, stood)?;
                 }
                 note = notes.recv() => {
                     if let Err(over) = self.hear(note, notes) {
@@ -243,6 +267,10 @@ impl Session {
                         }
                         return Err(over);
                     }
+                }
+                () = sleep_until(self.deaf_until.unwrap_or(begun)), if *stood && self.deaf_until.is_some() => {
+                    self.deaf_until = None;
+                    self.listen(&client)?;
                 }
                 () = sleep_until(limit), if !*stood || oldest.is_some() => {
                     let why = if *stood { "acknowledges nothing" } else { "does not answer" };
@@ -290,10 +318,9 @@ impl Session {
                 *stood = true;
                 self.said.clear();
                 self.welcome();
-                let filter = format!("{}/+/command", self.base);
-                client
-                    .try_subscribe(filter, QoS::AtLeastOnce)
-                    .map_err(|error| Over::Lost(error.to_string()))?;
+                if self.deaf_until.is_none() {
+                    self.listen(client)?;
+                }
             }
             // 0 is the number of what is not acknowledged.
             Event::Outgoing(Outgoing::Publish(number)) if number != 0 => {
@@ -317,6 +344,13 @@ impl Session {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Takes orders.
+    fn listen(&self, client: &AsyncClient) -> Result<(), Over> {
+        let filter = format!("{}/+/command", self.base);
+        let asked = client.try_subscribe(filter, QoS::AtLeastOnce);
+        asked.map_err(|error| Over::Lost(error.to_string()))
     }
 
     /// What a new connection is told first.
@@ -349,7 +383,7 @@ impl Session {
     async fn goodbye(
         &mut self,
         client: &AsyncClient,
-        from: &mut Receiver<Result<Event, String>>,
+        from: &mut Receiver<Result<Event, Over>>,
         flight: &mut Flight,
     ) {
         let how = PublishOptions::at_least_once().retained();

@@ -117,14 +117,20 @@ fn no_event_is_lost_or_out_of_order_over_fifty_breaks() {
     let own = record.clone();
     std::thread::spawn(move || {
         let mut rng = Rng::new(20_261_122);
-        let mut connections = 0;
-        for mut stream in listener.incoming().flatten() {
-            connections += 1;
+        let mut listener = listener;
+        for connection in 1.. {
+            let Ok((mut stream, _)) = listener.accept() else { continue };
             // Some are cut before anything is acknowledged, the last one stays.
-            let all = if connections > BREAKS { usize::MAX / 2 } else { rng.below(90) as usize };
+            let all = if connection > BREAKS { usize::MAX / 2 } else { rng.below(90) as usize };
             // Fewer than the window, but for one broker that acknowledges nothing and cuts nothing.
-            let withheld = if connections == BREAKS / 2 { 1_000 } else { rng.below(30) as usize };
+            let withheld = if connection == BREAKS / 2 { 1_000 } else { rng.below(30) as usize };
             let _ = serve(&mut stream, &own, all, withheld);
+            // Every other one is killed and is gone for a while, the others cut the line alone.
+            if connection % 2 == 0 {
+                drop((stream, listener));
+                std::thread::sleep(Duration::from_millis(rng.below(80)));
+                listener = TcpListener::bind(("127.0.0.1", port)).expect("the port again");
+            }
         }
     });
     let setting = setting(format!("127.0.0.1:{port}"), folder.path());
