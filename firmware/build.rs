@@ -1,4 +1,5 @@
-//! Writes the part's memory map where the linker finds it; `link.x` comes from `msp430-rt`.
+//! Writes the part's memory map where the linker finds it (`link.x` comes from `msp430-rt`), and what the assembly
+//! takes from the tables of `firmware/micro`.
 
 use lang::part::{F5529, G2553, G2553_HANDLERS, Part, SEGMENT};
 use std::path::Path;
@@ -76,8 +77,10 @@ fn main() {
         small(SMALL, &G2553)
     };
     let out = std::env::var("OUT_DIR").unwrap_or_default();
-    if let Err(error) = std::fs::write(Path::new(&out).join("memory.x"), map) {
-        println!("cargo:error=cannot write the memory map: {error}");
+    for (name, text) in [("memory.x", map), ("micro.s", micro::asm::notation())] {
+        if let Err(error) = std::fs::write(Path::new(&out).join(name), text) {
+            println!("cargo:error=cannot write {name}: {error}");
+        }
     }
     println!("cargo:rustc-link-search={out}");
 }

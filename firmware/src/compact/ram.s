@@ -237,5 +237,3 @@
     .set EFFECT_END, 0xfe       /* no opcode of this part */
 /* What an effect returns in r12, besides FAULTED + fault number. */
     .set DONE, 0
-    .set NOT_YET, 1
-    .set FAULTED, 0x100

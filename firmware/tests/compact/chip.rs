@@ -4,11 +4,11 @@ use emulator::{Board, Config, Image, Part, Stop, TICKS_PER_SECOND, Wiring};
 
 const IMAGE: &[u8] = include_bytes!("../../image/pasapas-whole.elf");
 /// Where a routine returns to: nothing runs there.
-const BACK: u16 = 0xFDFE;
+pub const BACK: u16 = 0xFDFE;
 /// From reset to the main loop, without a program: the supply has been waited for.
 pub const BOOT_US: u64 = 100_000;
 /// The machine stack's end.
-const STACK: u16 = 0x0400;
+pub const STACK: u16 = 0x0400;
 
 /// The chip of [`firmware::WHOLE`].
 fn chip() -> Part {

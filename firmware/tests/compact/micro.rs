@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 
 use firmware::motion::scaled::Scaled;
+use micro::isa::{AXIS, FORMULA, NEW};
 use proptest::prelude::*;
 
 use crate::chip::Chip;
@@ -13,12 +14,8 @@ const NUMBERS: u16 = 0x0240;
 const RECORD: u16 = 0x0280;
 /// Where the formula lies.
 const CODE: u16 = 0x0300;
-// Flags as notation.s has them.
-const FORMULA: u8 = 0x80;
-const RECORD_32: u8 = 0x40;
-const RECORD_16: u8 = 0x60;
-const AXIS: u8 = 0x20;
-const NEW: u8 = 0x10;
+const RECORD_32: u8 = micro::isa::RECORD;
+const RECORD_16: u8 = RECORD_32 | AXIS;
 
 /// Operations: those of formulas in the order of their codes, then routines and operations of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -42,6 +42,7 @@ direct:
     TO command_illegal
     TO command_control          /* 130: pause */
     TO command_control          /* 129: resume */
+    PLACES_END
 
 command_jog_ends:
     IF_NONE MOTION, M_JOG, 1f
@@ -139,6 +140,7 @@ command_execute:
     TO command_move_by
     TO command_move
     TO command_speed_far
+    PLACES_END
 
     /* ramp up, speed, ramp down, work position */
 command_move:

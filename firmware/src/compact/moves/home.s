@@ -53,6 +53,7 @@ module.moves.home:
     TO home_clear
     TO home_fast
     TO home_slow
+    PLACES_END
 home_slow:
     DO home_closed
     IF_NOT_EQUAL home_stays_closed

@@ -79,6 +79,7 @@ speed_range:
     TO read_port
     TO read_timer
     TO read_char
+    PLACES_END
 read_char:
     GET CHAR_IN
     LET CHAR_IN, 0

@@ -29,6 +29,7 @@ control:
     TO emergency
     TO acknowledge
     TO restart
+    PLACES_END
 
     .balign 2, 0
 /* Stop or hold: ramp down and pause. A spindle's time to come up begins anew. */
