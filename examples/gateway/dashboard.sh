@@ -4,9 +4,10 @@
 # pasapas_x_steps. Ctrl-C ends it; what was measured is kept nowhere.
 set -eu
 cd "$(dirname "$0")"
+. ./children.sh
 data=$(mktemp -d)
-trap 'trap - INT TERM EXIT; kill $(jobs -p) 2>/dev/null; wait; rm -r "$data"' INT TERM EXIT
-prometheus-mqtt-exporter -config mqtt.yaml -listen-address 127.0.0.1 -log-level error &
-prometheus --config.file=prometheus.yaml --storage.tsdb.path="$data" --web.listen-address=127.0.0.1:9090 \
-    --log.level=error &
+trap 'trap - EXIT; kill $children 2>/dev/null || true; wait; rm -r "$data"' EXIT
+begin prometheus-mqtt-exporter -config mqtt.yaml -listen-address 127.0.0.1 -log-level error
+begin prometheus --config.file=prometheus.yaml --storage.tsdb.path="$data" --web.listen-address=127.0.0.1:9090 \
+    --log.level=error
 wait

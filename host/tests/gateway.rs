@@ -3,9 +3,14 @@
 //! mbpoll and pymodbus are packages of the system; where one is missing its test says so and
 //! passes, and CI installs both.
 
+#![cfg(unix)]
+
 mod common;
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use common::{Board, Gateway, has, pasapas, text};
 
@@ -144,6 +149,75 @@ fn one_board_needs_no_file_and_our_own_commands_go_through() {
     assert!(poll(&["-t", "0", "-r", "2"], &["1"]).0);
     let (good, said) = poll(&["-t", "0", "-r", "0", "-c", "4"], &[]);
     assert!(good && said.contains("[2]: \t1") && said.contains("[1]: \t0"), "{said}");
+}
+
+/// Silence, half a header, half a request, all that it takes and nothing read, from a thousand at once.
+#[test]
+fn a_thousand_connections_are_held_or_turned_away_and_cost_the_others_nothing() {
+    use rustix::process::{Resource, getrlimit, setrlimit};
+
+    let mut limit = getrlimit(Resource::Nofile);
+    limit.current = limit.maximum;
+    setrlimit(Resource::Nofile, limit).expect("as many files as may be");
+    let board = Board::start(&[]);
+    let port = board.port();
+    for most in [1_200, 128] {
+        let file = board.folder.path().join("many.toml");
+        let config = format!(
+            "[modbus]\nclients = {most}\n[[board]]\nname = \"b\"\nport = {port:?}\n\
+             [[client]]\nfrom = \"any\"\nfresh = true\n"
+        );
+        std::fs::write(&file, config).expect("a file");
+        // It asks the system for the files that it needs.
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "ulimit -S -n 100; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_pasapas")]);
+        let gateway = Gateway::start_by(&mut shell, &[text(&file)]);
+        let address = ("127.0.0.1", gateway.port);
+        let mut honest = TcpStream::connect(address).expect("it listens");
+        honest.set_read_timeout(Some(Duration::from_secs(20))).expect("a socket");
+        let mut ask = |n: u16| {
+            let [high, low] = n.to_be_bytes();
+            let begun = Instant::now();
+            let request = [high, low, 0, 0, 0, 6, 1, 3, 0x13, 0x88, 0, 1];
+            honest.write_all(&request).expect("open");
+            let mut reply = [0; 11];
+            honest.read_exact(&mut reply).expect("an answer");
+            assert_eq!(reply[..9], [high, low, 0, 0, 0, 5, 1, 3, 2], "{reply:?}");
+            begun.elapsed()
+        };
+        let quiet: Vec<Duration> = (0..50).map(&mut ask).collect();
+        let before = gateway.memory();
+        let whole = [0, 1, 0, 0, 0, 6, 9, 3, 0, 0, 0, 1];
+        let mut guests = Vec::new();
+        let mut times = Vec::new();
+        for n in 0..1_000_u16 {
+            let mut guest = TcpStream::connect(address).expect("it listens");
+            let said = match n % 4 {
+                0 => Vec::new(),
+                1 => vec![0, 1, 0, 0, 0],
+                2 => [&[0, 1, 0, 0, 0, 250, 1, 16][..], &[7; 200]].concat(),
+                _ => whole.repeat(2_000),
+            };
+            // One that is turned away or displaced cannot say all of it.
+            guest.set_nonblocking(true).expect("a socket");
+            let _ = guest.write(&said);
+            guests.push(guest);
+            if n % 10 == 0 {
+                times.push(ask(n));
+            }
+        }
+        times.extend((0..50).map(ask));
+        let grown = gateway.memory().saturating_sub(before);
+        times.sort_unstable();
+        let (middle, slowest) = (times[times.len() / 2], times[times.len() - 1]);
+        let before = quiet.iter().max().expect("some");
+        println!("{most}: {grown} KB more; {middle:?}, at most {slowest:?} ({before:?} before)");
+        assert!(grown < 8 << 10, "{grown} KB more for a thousand connections");
+        assert!(
+            middle < Duration::from_millis(100) && slowest < Duration::from_secs(2),
+            "{slowest:?}"
+        );
+    }
 }
 
 #[test]

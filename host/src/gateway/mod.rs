@@ -297,6 +297,7 @@ impl Running {
     /// # Errors
     /// An address cannot be listened on; in words.
     pub fn with(config: &Config, open: impl FnMut(&str, &[u8]) -> Open) -> Result<Running, String> {
+        server::make_room(config.modbus.clients)?;
         let listener = server::bind(config.modbus.listen)?;
         let words = |error: std::io::Error| error.to_string();
         let address = listener.local_addr().map_err(words)?;

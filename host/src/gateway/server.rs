@@ -22,6 +22,9 @@ const WRITE_TIME: Duration = Duration::from_secs(5);
 const FRAME_TIME: Duration = Duration::from_secs(10);
 /// A client that asked within this time, ms, makes room for nobody.
 const IDLE: u64 = 5_000;
+/// Files that the gateway itself takes: lines, brokers, the outbox.
+#[cfg(unix)]
+const OWN_FILES: u64 = 200;
 /// Rest when the system has no room for another connection.
 const NO_ROOM: Duration = Duration::from_millis(100);
 
@@ -171,6 +174,32 @@ async fn client(
         }
         received.extend(&piece[..count]);
     }
+}
+
+/// Lets this process have the files that so many clients take, beside its own.
+///
+/// # Errors
+/// The system does not allow it; in words.
+pub fn make_room(clients: usize) -> Result<(), String> {
+    #[cfg(not(unix))]
+    let _ = clients;
+    #[cfg(unix)]
+    {
+        use rustix::process::{Resource, getrlimit, setrlimit};
+        let (wanted, mut limit) = (clients as u64 + OWN_FILES, getrlimit(Resource::Nofile));
+        if limit.current.is_none_or(|now| now >= wanted) {
+            return Ok(());
+        }
+        if let Some(most) = limit.maximum.filter(|most| *most < wanted) {
+            return Err(format!(
+                "{clients} clients take {wanted} files, and the system allows {most}: lower `clients`, or \
+                 raise `ulimit -n`"
+            ));
+        }
+        limit.current = Some(wanted);
+        setrlimit(Resource::Nofile, limit).map_err(|error| error.to_string())?;
+    }
+    Ok(())
 }
 
 /// Binds the address.

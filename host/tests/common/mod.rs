@@ -72,7 +72,12 @@ pub struct Gateway {
 impl Gateway {
     /// Starts it at a free port.
     pub fn start(args: &[&str]) -> Gateway {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+        Gateway::start_by(&mut Command::new(env!("CARGO_BIN_EXE_pasapas")), args)
+    }
+
+    /// The same by a command that takes the tool's arguments.
+    pub fn start_by(command: &mut Command, args: &[&str]) -> Gateway {
+        let mut child = command
             .args(["gateway", "--format", "json", "--listen", "127.0.0.1:0"])
             .args(args)
             .stdout(Stdio::piped())
