@@ -13,8 +13,9 @@ const SMALL: [usize; 3] = [0x0200, 0x0200, 0xC000];
 /// For tests: the small part's RAM, 32 KB of flash and the large part's store.
 const WHOLE: [usize; 3] = [0x0200, 0x0200, 0x8000];
 
-/// The MSP430F5529's (SLAS590: memory organization).
-const F5529_MEMORY: [usize; 3] = [0x2400, 0x2000, 0x4400];
+/// The MSP430F5529's (SLAS590: memory organization): 2 KB of USB RAM, which is plain RAM while that module is
+/// off, in front of the 8 KB.
+const F5529_MEMORY: [usize; 3] = [0x1C00, 0x2800, 0x4400];
 
 /// What the linker may use of a chip up to its vectors, which begin at `end`. TAIL is what is left of the last
 /// segment below them and what stands in front of them: sections named .tail.* go there.

@@ -4,8 +4,8 @@ use emulator::Signal;
 use emulator::{Board, Image, Part};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{
-    Arc, Block, Ends, Feed, Pace, Path, PathSegment, Segment, Single, TICKS_PER_SECOND, physics,
-    queue,
+    Arc, Block, Ends, Feed, Manner, Pace, Path, PathSegment, Segment, Single, TICKS_PER_SECOND,
+    physics, queue,
 };
 use lang::record::AxisRecord;
 use proptest::prelude::*;
@@ -255,13 +255,13 @@ impl Piece {
     fn offer(&self, path: &mut Path, axes: &[AxisRecord; 3]) -> bool {
         match self {
             Piece::Line(block) => path.push(axes, block),
-            Piece::Arc(arc, feed) => path.push_arc(axes, arc, *feed, false),
+            Piece::Arc(arc, feed) => path.push_arc(axes, arc, &Manner::new(*feed, false)),
         }
     }
 }
 
 fn line(steps: [i32; 3], feed: Feed, exact: bool) -> Piece {
-    Piece::Line(Block { steps, feed, exact })
+    Piece::Line(Block { steps, um: [0; 3], manner: Manner::new(feed, exact) })
 }
 
 /// Plays blocks on the chip and on the twin; every edge must agree to the tick.

@@ -102,11 +102,12 @@ extern "C" fn main() -> ! {
         {
             core.host = true;
             core.silence = 0;
+            slave.poll(&mut line, core);
+            // A request of many registers takes as long as a short segment lasts.
+            core.motor.poll(core.trace.full);
         }
         slave.poll(&mut line, core);
         core.line_rests = line.rests();
-        // A request of many registers takes as long as a short segment lasts.
-        core.motor.poll(core.trace.full);
         core.ticks();
         core.motor.poll(core.trace.full);
         core.tripped();

@@ -297,6 +297,18 @@ pasapas_udivmod:
     /* the same of r11:r10:r15:r14 over r13:r12 */
 pasapas_divide:
     mov #32, r9
+    .if {roomy}
+    /* below 2^16 the upper half of the quotient is 0 */
+    tst r15
+    jne 1f
+    tst r10
+    jne 1f
+    tst r11
+    jne 1f
+    mov r14, r15
+    clr r14
+    mov #16, r9
+    .endif
 1:  rla r14
     rlc r15
     rlc r10
@@ -416,6 +428,7 @@ memset:
     ret
     "#,
     multiplier = const cfg!(feature = "f5529") as u8,
+    roomy = const cfg!(feature = "f5529") as u8,
 );
 
 #[cfg(feature = "board")]

@@ -3,7 +3,7 @@
 use crate::step;
 use crate::vm::{axis, convert, machine};
 use ::core::ptr::addr_of_mut;
-use firmware::motion::{Arc, Block, Feed, Pace, Path, PathSegment, Segment, Single, queue};
+use firmware::motion::{Arc, Block, Feed, Manner, Pace, Path, PathSegment, Segment, Single, queue};
 use lang::fault::Fault;
 use lang::place::{self, Aimed, Place, Target};
 use lang::record::{AxisRecord, MachineRecord};
@@ -46,13 +46,6 @@ pub struct Motor {
     path: Path,
     /// S: power of a laser, 0 to 1000.
     pub power: u16,
-    /// Powers of the path's two blocks at most that have not begun.
-    powers: [u16; 2],
-    /// Blocks that the path was given, and those that have begun.
-    given: u8,
-    begun: u8,
-    /// Power of the block whose segments are handed out.
-    beam: u16,
     segment: PathSegment,
     single: [Single; 3],
 }
@@ -99,7 +92,9 @@ impl Motor {
         // SAFETY: the caller's; the rest is integers.
         unsafe {
             addr_of_mut!((*motor).percents).write([100; 2]);
-            addr_of_mut!((*motor).path).write(Path::IDLE);
+            // All 0 is a path, whose overrides are missing.
+            (*motor).path.clear();
+            (*motor).path.set_override(100, 100);
             addr_of_mut!((*motor).segment).write(PathSegment::default());
             addr_of_mut!((*motor).single).write([Single::default(); 3]);
         }
@@ -109,7 +104,6 @@ impl Motor {
     pub fn begin(&mut self) {
         self.offset = [0; 3];
         self.placed = 0;
-        self.clear_path();
         self.path.begin(machine().corner);
         self.running = 0;
         self.stopped = 0;
@@ -278,11 +272,11 @@ impl Motor {
                 self.leg = [0, 0, steps[2]];
             }
         }
-        self.line(first, Feed::Rapid, true);
+        self.line(first, [0; 3], Feed::Rapid, true);
     }
 
-    /// Appends a line to the path, which has room.
-    pub fn line(&mut self, steps: [i32; 3], feed: Feed, exact: bool) {
+    /// Appends a line to the path, which has room; `um` as [`Block::um`].
+    pub fn line(&mut self, steps: [i32; 3], um: [i32; 3], feed: Feed, exact: bool) {
         if self.path_axes == 0 {
             step::clear();
         }
@@ -298,8 +292,9 @@ impl Motor {
             }
         }
         // A rapid move is dark.
-        self.give_power(if let Feed::Rapid = feed { 0 } else { self.power });
-        self.path.push(&machine().axes, &Block { steps, feed, exact });
+        let power = if let Feed::Rapid = feed { 0 } else { self.power };
+        self.path
+            .push(&machine().axes, &Block { steps, um, manner: Manner { feed, exact, power } });
     }
 
     /// Appends an arc to the path, which has room.
@@ -308,21 +303,7 @@ impl Motor {
             step::clear();
         }
         self.path_axes |= 0b111;
-        self.give_power(self.power);
-        self.path.push_arc(&machine().axes, arc, feed, exact);
-    }
-
-    /// The block that the path is given now has this power.
-    #[inline(never)]
-    fn give_power(&mut self, power: u16) {
-        self.powers[usize::from(self.given & 1)] = power;
-        self.given = self.given.wrapping_add(1);
-    }
-
-    #[inline(never)]
-    fn clear_path(&mut self) {
-        self.path.clear();
-        self.begun = self.given;
+        self.path.push_arc(&machine().axes, arc, &Manner { feed, exact, power: self.power });
     }
 
     /// Power of a laser for what moves at this instant.
@@ -355,26 +336,24 @@ impl Motor {
 
     fn poll_path(&mut self, hold: bool) {
         if self.stopped & self.path_axes != 0 && self.path.is_paused() && !step::is_running() {
-            self.clear_path();
+            self.path.clear();
             self.leg = [0; 3];
         }
         if self.leg[0] | self.leg[1] | self.leg[2] != 0 && self.path.has_room() {
             let leg = core::mem::take(&mut self.leg);
-            self.line(leg, Feed::Rapid, true);
+            self.line(leg, [0; 3], Feed::Rapid, true);
         }
         let mut fetches = queue::FETCHES;
+        let mut ahead = step::ahead();
         while fetches != 0
-            && step::ahead() < queue::wanted(&self.path)
+            && ahead < queue::wanted(&self.path)
+            && step::path_has_room()
             && self.path.next_segment(&machine().axes, &mut self.segment)
         {
             fetches -= 1;
-            if self.segment.begin && !self.segment.within {
-                self.beam = self.powers[usize::from(self.begun & 1)];
-                self.begun = self.begun.wrapping_add(1);
-            }
-            step::put_path(&self.segment, self.beam);
+            ahead += step::put_path(&self.segment);
             // As long as there is time, the link and the program come between two segments.
-            if step::ahead() >= queue::LOW {
+            if ahead >= queue::LOW {
                 break;
             }
         }
@@ -508,7 +487,7 @@ impl Motor {
     /// Steps cease at once.
     pub fn halt(&mut self) {
         step::halt();
-        self.clear_path();
+        self.path.clear();
         self.leg = [0; 3];
         self.path_axes = 0;
         let mut n = AXES;

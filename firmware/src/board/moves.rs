@@ -187,15 +187,16 @@ impl Core {
                 };
                 places[usize::from(n)] = self.motor.aim(n, target)?;
             }
-            let mut steps = [0; 3];
+            let (mut steps, mut um) = ([0; 3], [0; 3]);
             let mut moved = 0;
             n = AXES;
             while n != 0 {
                 n -= 1;
                 if bits >> n & 1 != 0 {
-                    let distance = self.motor.command(n, places[usize::from(n)]);
-                    steps[usize::from(n)] = distance;
-                    moved |= distance;
+                    let i = usize::from(n);
+                    um[i] = places[i].um.wrapping_sub(self.motor.um[i]);
+                    steps[i] = self.motor.command(n, places[i]);
+                    moved |= steps[i];
                 }
             }
             let rapid = bits & flags::RAPID != 0;
@@ -208,7 +209,7 @@ impl Core {
             if rapid {
                 self.motor.rapid(steps);
             } else {
-                self.motor.line(steps, self.feed, self.effect.bits != 0);
+                self.motor.line(steps, um, self.feed, self.effect.bits != 0);
             }
         }
         Ok(self.effect.bits == 0 || self.motor.path_rests())

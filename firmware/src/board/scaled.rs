@@ -116,9 +116,23 @@ scaled_close:
     tst r13
     jne 2f
     tst r12
+    .if {roomy}
+    jne 5f
+    .else
     jne 4f
+    .endif
 scaled_end:
     ret
+    .if {roomy}
+    /* up by whole bytes first: small integers have many bits to go */
+5:  swpb r12
+    mov.b r12, r13
+    bic #0xff, r12
+    sub.b #8, r11
+    tst r13
+    jeq 5b
+    jmp 4f
+    .endif
 1:  clrc
     rrc r13
     rrc r12
@@ -265,4 +279,5 @@ pasapas_scaled_exponent_over:
     ret
     "#,
     multiplier = const cfg!(feature = "f5529") as u8,
+    roomy = const cfg!(feature = "f5529") as u8,
 );

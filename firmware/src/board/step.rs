@@ -206,24 +206,32 @@ fn moves() -> bool {
     enabled(0) || enabled(1) || enabled(2)
 }
 
-/// Time that the segments behind the playing one last ([`queue::time`]); `u16::MAX` when every slot
-/// is taken.
+/// Whether a segment of a path would be taken.
+pub fn path_has_room() -> bool {
+    // SAFETY: a byte of the main loop's own.
+    !is_held(slot(usize::from(unsafe { (*shared()).fill })))
+}
+
+/// Time that the segments behind the playing one last ([`queue::time`]).
 pub fn ahead() -> u16 {
     let mut time = 0;
-    // SAFETY: a byte of the main loop's own, single words that the interrupt writes.
+    // SAFETY: a byte of the main loop's own, single words that the interrupt writes; the places are inside the
+    // path's state.
     unsafe {
-        let mut n = usize::from((*shared()).fill);
-        if is_held(n) {
-            return u16::MAX;
-        }
+        let first = slot(0);
+        let fill = slot(usize::from((*shared()).fill));
+        let mut at = fill;
         loop {
-            n = (n + SLOTS - 1) % SLOTS;
-            let slot = slot(n);
-            let current = (&raw const (*shared()).current).read_volatile() == slot as u16;
-            if current || !is_held(n) {
+            // From slot to slot: an index would be multiplied each time.
+            if at == first {
+                at = first.add(SLOTS);
+            }
+            at = at.sub(1);
+            let current = (&raw const (*shared()).current).read_volatile() == at as u16;
+            if current || at == fill || !is_held(at) {
                 return time;
             }
-            time += (*slot).time;
+            time += (*at).time;
         }
     }
 }
@@ -235,8 +243,7 @@ fn slot(n: usize) -> *mut PathSlot {
 }
 
 /// Whether a slot plays or waits.
-fn is_held(n: usize) -> bool {
-    let slot = slot(n);
+fn is_held(slot: *mut PathSlot) -> bool {
     // SAFETY: single words.
     unsafe {
         (&raw const (*slot).ramp.events).read_volatile() != 0
@@ -253,12 +260,13 @@ pub fn power() -> u16 {
     }
 }
 
-/// Hands a segment of a path to the engine, with a laser's power for it; there must be room. A
-/// resting engine starts.
-pub fn put_path(segment: &PathSegment, power: u16) {
+/// Hands a segment of a path to the engine; there must be room. A resting engine starts. Returns the time that it
+/// takes ([`queue::time`]).
+pub fn put_path(segment: &PathSegment) -> u16 {
     // SAFETY: only the main loop reads and writes it.
     let n = usize::from(unsafe { (*shared()).fill });
     let slot = slot(n);
+    let time = queue::time(&segment.ramp);
     let mut dirs = 0;
     for (axis, pin) in DIR.iter().enumerate() {
         if segment.negative >> axis & 1 == 0 {
@@ -274,8 +282,8 @@ pub fn put_path(segment: &PathSegment, power: u16) {
         (*slot).ramp.interval = segment.ramp.interval;
         (*slot).ramp.dif = segment.ramp.dif;
         (*slot).ramp.mask = segment.ramp.mask;
-        (*slot).time = queue::time(&segment.ramp);
-        (*slot).power = power;
+        (*slot).time = time;
+        (*slot).power = segment.power;
         guard::arm(&raw mut (*slot).ramp.events, segment.ramp.events);
         (*shared()).fill = ((n + 1) % SLOTS) as u8;
         if !is_running() {
@@ -287,6 +295,7 @@ pub fn put_path(segment: &PathSegment, power: u16) {
             start(0);
         }
     }
+    time
 }
 
 /// Whether a segment of an axis of its own would be taken.

@@ -80,14 +80,9 @@ impl Ends {
         let mut arc = Arc {
             first: self.first,
             clockwise: self.clockwise,
-            center: [0; 2],
-            from: [0; 2],
-            to: [0; 2],
-            radius: Scaled::ZERO,
-            begin: 0,
-            sweep: 0,
             start: self.start,
             end: self.end,
+            ..Arc::NONE
         };
         for i in 0..2 {
             let from = self.from_um[axes[i]];
@@ -172,6 +167,20 @@ fn distance(v: [i32; 2]) -> Scaled {
 }
 
 impl Arc {
+    /// Nothing.
+    pub const NONE: Arc = Arc {
+        first: 0,
+        clockwise: false,
+        center: [0; 2],
+        from: [0; 2],
+        to: [0; 2],
+        radius: Scaled::ZERO,
+        begin: 0,
+        sweep: 0,
+        start: [0; 3],
+        end: [0; 3],
+    };
+
     /// Indices of the plane's axes and of the helix axis.
     pub fn axes(&self) -> [usize; 3] {
         let [a, b] = plane(self.first);

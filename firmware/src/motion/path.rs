@@ -5,16 +5,22 @@
 //! by `acc += inc` with the carry as the step, `inc = steps * 2^32 / events` and `acc` starting at
 //! one half: each stays within half a step of the ideal line and all arrive together.
 //!
-//! One block ahead of the playing one is known. The speed at the corner between them is the
-//! largest of which the deviation of an inscribed arc stays within the profile's corner
-//! tolerance (junction deviation), with which the next block can still come to rest, and that
-//! neither block's feed forbids.
+//! Up to 64 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
+//! them is the largest of which the deviation of an inscribed arc stays within the profile's corner
+//! tolerance (junction deviation), with which the arc that touches both, in the middle of the shorter
+//! one, needs no more than their ramp, that neither block's feed forbids, and from which all that is
+//! known behind it can come to rest.
+
+mod geometry;
+pub mod ring;
 
 use super::arc::{Arc, Walk};
-use super::math::{fraction, largest, signed, size};
+use super::math::{fraction, largest, size};
 use super::ramp::{Limits, Run, Segment};
 use super::scaled::Scaled;
+use geometry::{Geometry, Shape, Tail, tangent, to_um};
 use lang::record::AxisRecord;
+use ring::Ring;
 
 /// How fast a block may go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,10 +38,29 @@ pub enum Feed {
 pub struct Block {
     /// Distance of each axis, steps.
     pub steps: [i32; 3],
+    /// The same in um as it was commanded, from which its direction follows: whole steps would turn the
+    /// chords of a curve to and fro. All 0: from the steps.
+    pub um: [i32; 3],
+    /// How it runs.
+    pub manner: Manner,
+}
+
+/// How a block runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Manner {
     /// Its speed.
     pub feed: Feed,
     /// Come to rest at the end (G61).
     pub exact: bool,
+    /// Power of a laser on its way, 0 to 1000.
+    pub power: u16,
+}
+
+impl Manner {
+    /// Dark.
+    pub const fn new(feed: Feed, exact: bool) -> Manner {
+        Manner { feed, exact, power: 0 }
+    }
 }
 
 /// A segment with what the engine's three accumulators need.
@@ -54,6 +79,8 @@ pub struct PathSegment {
     pub begin: bool,
     /// A chord of an arc after its first one: no new block.
     pub within: bool,
+    /// Power of a laser, 0 to 1000.
+    pub power: u16,
 }
 
 impl PathSegment {
@@ -73,35 +100,6 @@ impl PathSegment {
 /// Where the accumulators of a line begin: one half.
 const HALF: u16 = 1 << 15;
 
-/// What follows from a block's shape, in um, um/s, um/s2.
-#[derive(Clone, Copy, Debug)]
-struct Geometry {
-    length: Scaled,
-    start: Scaled,
-    top: Scaled,
-    accel: Scaled,
-    decel: Scaled,
-    feed: Scaled,
-    /// Direction at its beginning, 32768 is 1.
-    unit: [i16; 3],
-}
-
-/// A block that waits, or one that plays.
-#[derive(Clone, Copy, Debug)]
-enum Shape {
-    Line([i32; 3]),
-    Arc(Arc),
-}
-
-/// The block that waits.
-#[derive(Clone, Copy, Debug)]
-struct Next {
-    shape: Shape,
-    geometry: Geometry,
-    rapid: bool,
-    exact: bool,
-}
-
 /// The planner of interpolated motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Path {
@@ -116,8 +114,6 @@ pub struct Path {
     feed: Scaled,
     /// Its axes' top, um/s.
     top: Scaled,
-    /// Direction at its end.
-    unit: [i16; 3],
     /// Increments, accumulators and directions of the line or chord that plays.
     inc: [u32; 3],
     acc: [u16; 3],
@@ -136,7 +132,11 @@ pub struct Path {
     walk: Option<Walk>,
     /// Length of each of its chords, um.
     stride: Scaled,
-    next: Option<Next>,
+    /// Power of the block.
+    power: u16,
+    /// The end of the newest block; `None` where the next one begins at rest.
+    tail: Option<Tail>,
+    ring: Ring,
 }
 
 impl Path {
@@ -149,7 +149,6 @@ impl Path {
         decel: Scaled::ZERO,
         feed: Scaled::ZERO,
         top: Scaled::ZERO,
-        unit: [0; 3],
         inc: [0; 3],
         acc: [0; 3],
         negative: 0,
@@ -163,7 +162,9 @@ impl Path {
         corner: 0,
         walk: None,
         stride: Scaled::ZERO,
-        next: None,
+        power: 0,
+        tail: None,
+        ring: Ring::EMPTY,
     };
 
     /// An idle path that may leave a corner by `corner` um.
@@ -177,39 +178,61 @@ impl Path {
         self.corner = corner;
     }
 
-    /// Takes a line; `false` when a block is waiting already: offer it again later. A block without
-    /// any step is taken and forgotten.
+    /// Takes a line; `false` when no more may wait: offer it again later. A block without any step is taken
+    /// and forgotten.
     pub fn push(&mut self, axes: &[AxisRecord; 3], block: &Block) -> bool {
-        let shape = Shape::Line(block.steps);
-        block.steps == [0; 3] || self.append(axes, shape, block.feed, block.exact)
+        if block.steps == [0; 3] {
+            return true;
+        }
+        let shape = Shape::Line(&block.steps, &block.um);
+        self.append(axes, &shape, &block.manner)
     }
 
     /// Takes an arc, as [`Path::push`] a line.
-    pub fn push_arc(&mut self, axes: &[AxisRecord; 3], arc: &Arc, feed: Feed, exact: bool) -> bool {
-        self.append(axes, Shape::Arc(*arc), feed, exact)
+    pub fn push_arc(&mut self, axes: &[AxisRecord; 3], arc: &Arc, manner: &Manner) -> bool {
+        self.append(axes, &Shape::Arc(arc), manner)
     }
 
-    fn append(&mut self, axes: &[AxisRecord; 3], shape: Shape, feed: Feed, exact: bool) -> bool {
-        if self.next.is_some() {
+    /// Appends a block and raises the speeds at the ends of those before it.
+    fn append(&mut self, axes: &[AxisRecord; 3], shape: &Shape, manner: &Manner) -> bool {
+        if !self.has_room() {
             return false;
         }
-        let geometry = geometry(axes, &shape, feed);
-        if self.active && !self.exact {
-            self.join(&geometry);
+        let g = Geometry::of(axes, shape, manner.feed);
+        let corner2 = match &self.tail {
+            Some(tail) => g.corner2(tail, self.corner),
+            None => Scaled::ZERO,
+        };
+        self.tail = None;
+        if !manner.exact {
+            let mut unit = g.unit;
+            if let Shape::Arc(arc) = shape {
+                unit = tangent(arc, g.length, true);
+            }
+            self.tail = Some(Tail { length: g.length, feed: g.feed, unit });
         }
-        let rapid = matches!(feed, Feed::Rapid);
-        self.next = Some(Next { shape, geometry, rapid, exact });
+        let enter2 = self.ring.append(shape, &g, manner, corner2);
+        if let (true, Some(enter2)) = (self.active, enter2) {
+            let gain = enter2.minus(self.exit2);
+            self.limits.exit2 = self.limits.exit2.plus(gain);
+            self.exit2 = self.exit2.plus(gain);
+        }
         true
     }
 
     /// Whether another block would be taken.
     pub fn has_room(&self) -> bool {
-        self.next.is_none()
+        self.ring.has_room()
+    }
+
+    /// Whether the block after the playing one is known.
+    pub fn knows_next(&self) -> bool {
+        !self.ring.is_empty()
     }
 
     /// Whether every block has been handed out as segments.
     pub fn is_idle(&self) -> bool {
-        !self.active && self.next.is_none()
+        !self.active && self.ring.is_empty()
     }
 
     /// Ramps down to a pause (`true`), or goes on with the rest.
@@ -225,7 +248,9 @@ impl Path {
     /// Forgets the rest of the path; for a stop, when [`Path::is_paused`].
     pub fn clear(&mut self) {
         self.active = false;
-        self.next = None;
+        self.walk = None;
+        self.ring.clear();
+        self.tail = None;
         self.paused = false;
     }
 
@@ -255,6 +280,7 @@ impl Path {
         if self.begin {
             self.begin = false;
             segment.within = self.within;
+            segment.power = self.power;
             segment.inc = self.inc;
             segment.acc = self.acc;
             segment.negative = self.negative;
@@ -275,46 +301,55 @@ impl Path {
     /// Makes the waiting block the playing one, entered at the present speed but at least its
     /// start rate.
     fn activate(&mut self, axes: &[AxisRecord; 3]) {
-        let Some(next) = self.next.take() else { return };
-        let g = &next.geometry;
-        self.active = true;
-        self.within = false;
-        self.exact = next.exact;
-        self.rapid = next.rapid;
-        self.feed = g.feed;
-        self.top = g.top;
-        self.accel = g.accel;
-        self.decel = g.decel;
-        self.unit = g.unit;
-        self.limits.start2 = g.start.times(g.start);
-        self.exit2 = self.limits.start2;
-        self.set_nominal();
-        self.run.v2 = self.run.v2.most(self.limits.start2.least(self.limits.nominal2));
-        match next.shape {
-            Shape::Line(steps) => {
-                let events = largest(&steps);
-                self.negative = 0;
-                for axis in 0..3 {
-                    let steps = steps[axis];
-                    self.inc[axis] = fraction(size(steps), events);
-                    self.acc[axis] = HALF;
-                    self.negative |= u8::from(steps < 0) << axis;
-                }
-                self.run.left = events;
-                self.begin = true;
-                self.limits.exit2 = self.exit2;
-                let pitch = g.length.over(Scaled::new(events));
-                self.limits.set_pitch(pitch, g.accel, g.decel);
-                self.walk = None;
-            }
-            Shape::Arc(arc) => {
-                self.unit = tangent(&arc, g.length, true);
-                let walk = Walk::new(axes, &arc);
-                self.stride = g.length.over(Scaled::new(walk.chords().into()));
+        while !self.active {
+            let Some(n) = self.ring.take() else {
+                // The next block, if one comes, begins at rest.
+                self.tail = None;
+                return;
+            };
+            let block = &self.ring.blocks[n];
+            let (length, arc) = (block.length, block.arc);
+            self.within = false;
+            self.exact = block.exact;
+            self.rapid = block.rapid;
+            self.power = block.power;
+            self.feed = block.feed;
+            self.top = block.top;
+            self.accel = block.accel;
+            self.decel = block.decel;
+            self.limits.start2 = block.start2;
+            self.exit2 = self.ring.exit2[n];
+            self.set_nominal();
+            self.run.v2 = self.run.v2.most(self.limits.start2.least(self.limits.nominal2));
+            if arc {
+                let arc = self.ring.take_arc();
+                let walk = Walk::new(axes, &self.ring.arcs[arc]);
+                self.stride = length.over(Scaled::new(walk.chords().into()));
                 self.walk = Some(walk);
+                // One without any step is over already.
                 self.active = self.chord(axes);
+            } else {
+                self.line(n);
             }
         }
+    }
+
+    /// Begins the line that was at a place of the ring.
+    fn line(&mut self, n: usize) {
+        let block = &self.ring.blocks[n];
+        let events = largest(&block.steps);
+        self.negative = 0;
+        for axis in 0..3 {
+            let steps = block.steps[axis];
+            self.inc[axis] = fraction(size(steps), events);
+            self.acc[axis] = HALF;
+            self.negative |= u8::from(steps < 0) << axis;
+        }
+        self.limits.set_pitch(block.length, self.accel, self.decel);
+        self.limits.exit2 = self.exit2;
+        self.run.left = events;
+        self.active = true;
+        self.begin = true;
     }
 
     /// Begins the next chord of an arc; `false` when there is none.
@@ -348,148 +383,15 @@ impl Path {
 
     /// The playing block's speed under the override.
     fn set_nominal(&mut self) {
-        let percent = Scaled::new(self.percents[usize::from(self.rapid)].into()).over(HUNDRED);
-        let nominal = self.feed.times(percent).least(self.top);
+        let percent = self.percents[usize::from(self.rapid)];
+        let mut nominal = self.feed;
+        if percent != 100 {
+            let percent = Scaled::new(percent.into()).over(HUNDRED);
+            nominal = nominal.times(percent).least(self.top);
+        }
         self.limits.nominal2 = nominal.times(nominal);
     }
-
-    /// Raises the speed at the end of the playing block to that of the corner into `next`.
-    fn join(&mut self, next: &Geometry) {
-        // Half the difference of the unit vectors is the sine q of half the deflection, c its
-        // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
-        let mut turn = Scaled::ZERO;
-        for axis in 0..3 {
-            let d = Scaled::size(i32::from(self.unit[axis]) - i32::from(next.unit[axis]));
-            turn = turn.plus(d.times(d));
-        }
-        let q2 = turn.shifted(-32);
-        let c = ONE.minus(q2).root();
-        let smooth = next.accel.least(next.decel).times(Scaled::new(self.corner.into()));
-        let smooth = smooth.times(c).times(ONE.plus(c));
-        // What the axes may jump by anyway: their start rate.
-        let start2 = next.start.times(next.start);
-        let corner = smooth.most(start2.shifted(-2)).over(q2);
-        // What the next block can brake from, on the ramp that it will be given (`Limits::set_pitch`).
-        let ramp = next.decel.times(next.length).shifted(1);
-        let reach = start2.plus(ramp.minus(ramp.shifted(-5)));
-        // What lasts as long as the block after it takes to plan.
-        let feed = self.feed.least(next.feed).least(next.length.times(BLOCKS));
-        let exit2 = corner.least(reach).least(feed.times(feed));
-        let gain = exit2.minus(self.exit2);
-        self.limits.exit2 = self.limits.exit2.plus(gain);
-        self.exit2 = self.exit2.plus(gain);
-    }
 }
 
-/// 1
-const ONE: Scaled = Scaled::constant(1);
-/// Blocks a second that the board's main loop can plan while it steps and answers.
-const BLOCKS: Scaled = Scaled::constant(200);
-/// The same for chords, 285 a second: 0.8 times its square.
-const CHORDS: Scaled = Scaled::constant(64_980);
 /// 100
 const HUNDRED: Scaled = Scaled::constant(100);
-/// 2^32 to a turn: one part in radians.
-const RADIAN: Scaled = Scaled::constant(0xC90F_DAA2).shift(-61);
-
-/// A distance or rate of an axis in steps as one in um.
-fn to_um(axis: &AxisRecord, steps: Scaled) -> Scaled {
-    steps.times(Scaled::new(axis.um.into())).over(Scaled::new(axis.steps.into()))
-}
-
-/// Direction of an arc of some length along its helix, at its beginning or end.
-fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i16; 3] {
-    let mut unit = [0; 3];
-    let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN).over(length);
-    let part = |of: i16, part: Scaled| {
-        let size = part.times(Scaled::size(of.into())).floor().min(0x7FFF);
-        signed(size as i32, of.into()) as i16
-    };
-    let [a, b, c] = arc.axes();
-    let [x, y] = arc.tangent(at_end);
-    unit[a] = part(x, plane);
-    unit[b] = part(y, plane);
-    let rise = arc.end[c].wrapping_sub(arc.start[c]);
-    let along = ONE.minus(plane.times(plane)).root();
-    unit[c] = part(if rise < 0 { -0x7FFF } else { 0x7FFF }, along);
-    unit
-}
-
-impl Geometry {
-    const NONE: Geometry = Geometry {
-        length: Scaled::ZERO,
-        start: Scaled::MAX,
-        top: Scaled::MAX,
-        accel: Scaled::MAX,
-        decel: Scaled::MAX,
-        feed: Scaled::MAX,
-        unit: [0; 3],
-    };
-
-    /// Lowers the limits to those of an axis that moves by one step in `along` um of path.
-    fn limit(&mut self, axis: &AxisRecord, along: Scaled) {
-        self.start = self.start.least(along.times(Scaled::new(axis.start_rate.max(1).into())));
-        self.top = self.top.least(along.times(Scaled::new(axis.top_rate)));
-        self.accel = self.accel.least(along.times(Scaled::new(axis.accel)));
-        self.decel = self.decel.least(along.times(Scaled::new(axis.decel)));
-    }
-
-    /// Lowers the speed to a feed; the path is `steps` steps long.
-    fn feed(&mut self, feed: Feed, steps: Scaled) {
-        let feed = match feed {
-            Feed::Rapid => self.top,
-            Feed::Um(feed) => Scaled::new(feed.max(1)),
-            Feed::Steps(feed) => Scaled::new(feed.max(1)).times(self.length).over(steps),
-        };
-        self.feed = self.feed.least(feed).least(self.top);
-    }
-}
-
-/// Length, direction and limits along the path of a block.
-fn geometry(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
-    let mut g = Geometry::NONE;
-    match shape {
-        Shape::Line(steps) => {
-            let mut um = [Scaled::ZERO; 3];
-            let mut sum = Scaled::ZERO;
-            let mut in_steps = Scaled::ZERO;
-            for a in 0..3 {
-                let steps = Scaled::size(steps[a]);
-                um[a] = to_um(&axes[a], steps);
-                sum = sum.plus(um[a].times(um[a]));
-                in_steps = in_steps.plus(steps.times(steps));
-            }
-            g.length = sum.root();
-            for a in 0..3 {
-                if steps[a] == 0 {
-                    continue;
-                }
-                g.limit(&axes[a], g.length.over(Scaled::size(steps[a])));
-                let unit = um[a].over(g.length).shifted(15).floor().min(0x7FFF);
-                g.unit[a] = signed(unit as i32, steps[a]) as i16;
-            }
-            g.feed(feed, in_steps.root());
-        }
-        Shape::Arc(arc) => {
-            let [a, b, c] = arc.axes();
-            let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN);
-            let rise = Scaled::size(arc.end[c].wrapping_sub(arc.start[c]));
-            let rise_um = to_um(&axes[c], rise);
-            g.length = plane.times(plane).plus(rise_um.times(rise_um)).root();
-            // Each axis of the plane carries the whole speed somewhere.
-            g.limit(&axes[a], to_um(&axes[a], ONE));
-            g.limit(&axes[b], to_um(&axes[b], ONE));
-            // The ramp must also hold the arc: v^2 / r, and a chord must last as long as the next one
-            // takes to plan. Its square is 0.8 r steps (0.1 steps of sagitta).
-            let per_step = to_um(&axes[a], ONE).least(to_um(&axes[b], ONE));
-            let bend = g.accel.least(g.decel).least(per_step.times(CHORDS));
-            g.top = g.top.least(bend.times(arc.radius).root());
-            if rise.0 != 0 {
-                g.limit(&axes[c], g.length.over(rise));
-            }
-            g.unit = tangent(arc, g.length, false);
-            g.feed(feed, g.length.over(per_step));
-        }
-    }
-    g
-}

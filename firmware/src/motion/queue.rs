@@ -10,7 +10,7 @@ use super::path::Path;
 use super::ramp::Segment;
 
 /// Segments that the engine holds, the playing one among them.
-pub const SLOTS: usize = 8;
+pub const SLOTS: usize = 16;
 
 /// Units of [`time`] in a millisecond: 256 timer ticks, 16 us.
 const PER_MS: u16 = 62;
@@ -42,5 +42,5 @@ pub fn time(segment: &Segment) -> u16 {
 
 /// Time that the segments behind the playing one are to last, 256 timer ticks.
 pub fn wanted(path: &Path) -> u16 {
-    if path.has_room() { UNKNOWN } else { KNOWN }
+    if path.knows_next() { KNOWN } else { UNKNOWN }
 }

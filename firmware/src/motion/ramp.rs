@@ -99,11 +99,13 @@ pub struct Run {
     pub left: u32,
     /// Square of the present speed, not 0.
     pub v2: Scaled,
+    /// The last one that was taken a root of, with it: segments follow one another.
+    pub known: (Scaled, Scaled),
 }
 
 impl Run {
     /// At its end.
-    pub const NONE: Run = Run { left: 0, v2: Scaled::ZERO };
+    pub const NONE: Run = Run { left: 0, v2: Scaled::ZERO, known: (Scaled::ZERO, Scaled::ZERO) };
 
     /// Whether what is left suffices to come down to the exit speed.
     pub fn can_stop(&self, limits: &Limits) -> bool {
@@ -120,7 +122,7 @@ impl Run {
         if self.left == 0 || braking && self.v2 <= limits.start2 {
             return false;
         }
-        let v0 = self.v2.root();
+        let v0 = if self.v2 == self.known.0 { self.known.1 } else { self.v2.root() };
         let n = self.slice(limits, v0, braking);
         self.left -= u32::from(n);
         let target = if braking { limits.start2 } else { limits.nominal2 };
@@ -136,6 +138,7 @@ impl Run {
         v2 = v2.least(limits.exit2.plus(limits.decel2.times(Scaled::new(self.left))));
         // At a constant speed, most of the time of a long move, one root and one division do.
         let v1 = if v2 == self.v2 { v0 } else { v2.root() };
+        self.known = (v2, v1);
         let sum = v0.plus(v1);
         let sub = LONGEST.saturating_sub(sum.exponent_over(limits.tick)).clamp(0, 15);
         let shortest = limits.tick.over(v0.most(v1)).shifted(16 - sub).floor();

@@ -183,7 +183,7 @@ proptest! {
         let axes = [mill(); 3];
         let arc = ends.around(offset).unwrap();
         let mut path = Path::new(20);
-        prop_assert!(path.push_arc(&axes, &arc, Feed::Um(feed), true));
+        prop_assert!(path.push_arc(&axes, &arc, &Manner::new(Feed::Um(feed), true)));
         let made = play_path(&mut path, &axes, ends.start);
         prop_assert_eq!(made.last().unwrap().1, ends.end);
         let [a, b, _] = arc.axes();
@@ -212,7 +212,7 @@ fn an_arc_keeps_its_feed() {
         };
         let arc = ends.around([-radius, 0]).unwrap();
         let mut path = Path::new(20);
-        assert!(path.push_arc(&axes, &arc, Feed::Um(feed), true));
+        assert!(path.push_arc(&axes, &arc, &Manner::new(Feed::Um(feed), true)));
         let made = play_path(&mut path, &axes, ends.start);
         let mut cruise = 0;
         // Speed between points 60 steps apart, by the angle between them: a position is known to
@@ -253,7 +253,8 @@ fn a_polygon_of_half_millimetres_runs_at_its_feed() {
         while k < 126 && path.has_room() {
             let (a, b) = (corner(k), corner(k + 1));
             let steps = [b[0] - a[0], b[1] - a[1], 0];
-            assert!(path.push(&axes, &Block { steps, feed: Feed::Um(15_000), exact: false }));
+            let manner = Manner::new(Feed::Um(15_000), false);
+            assert!(path.push(&axes, &Block { steps, um: [0; 3], manner }));
             k += 1;
         }
         if !path.next_segment(&axes, &mut segment) {
@@ -317,7 +318,8 @@ proptest! {
         let mut path = Path::new(20);
         path.set_override(percent, percent / 2);
         let feed = if in_steps { Feed::Steps(feed) } else { Feed::Um(feed) };
-        let taken = path.push(&axes, &Block { steps, feed, exact: false });
+        let manner = Manner::new(feed, false);
+        let taken = path.push(&axes, &Block { steps, um: [0; 3], manner });
         prop_assert!(taken);
         let (mut segment, mut acc, mut position) = (PathSegment::default(), [0; 3], [0; 3]);
         for _ in 0..4_000 {

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use firmware::motion::scaled::Scaled;
-use firmware::motion::{Block, Feed, Pace, Path, PathSegment, Segment, Single};
+use firmware::motion::{Block, Feed, Manner, Pace, Path, PathSegment, Segment, Single};
 use lang::record::{AxisRecord, MachineRecord};
 use proptest::prelude::*;
 
@@ -112,7 +112,8 @@ fn lines_are_planned_as_one_block_of_a_path() {
         // Without a feed the axes go as fast as they can, by the override of feeds.
         let fastest = if rapid { percents[1] } else { percents[0].min(100) };
         path.set_override(percents[0], fastest);
-        path.push(&axes, &Block { steps, feed, exact: true });
+        let manner = Manner::new(feed, true);
+        path.push(&axes, &Block { steps, um: [0; 3], manner });
         let mut planned = PathSegment::default();
         for n in 0..SEGMENTS {
             let going = path.next_segment(&axes, &mut planned);

@@ -72,7 +72,7 @@ fn segments_are_the_twins_to_the_bit() {
     let worst = RefCell::new(0);
     proptest!(ProptestConfig::with_cases(400), |(limits in limits(), left in left, pauses in pauses)| {
         let mut chip = chip.borrow_mut();
-        let mut run = Run { left, v2: limits.start2.least(limits.nominal2) };
+        let mut run = Run { left, v2: limits.start2.least(limits.nominal2), ..Run::NONE };
         install(&mut chip, &limits, &run);
         let mut braking = false;
         let mut pauses = pauses.iter();

@@ -4,7 +4,7 @@
 use emulator::{Signal, Stop, TICKS_PER_SECOND};
 use firmware::motion::physics;
 use firmware::motion::scaled::Scaled;
-use firmware::motion::{Block, Feed, Pace, Path, PathSegment, Segment, Single};
+use firmware::motion::{Block, Feed, Manner, Pace, Path, PathSegment, Segment, Single};
 use lang::record::{AxisRecord, MachineRecord};
 use lang::wire::{CRC_START, crc16};
 use proptest::prelude::*;
@@ -191,7 +191,8 @@ impl Plan {
     fn line(from: u64, axes: &[AxisRecord; 3], steps: [i32; 3], feed: Feed) -> Plan {
         let (feed, axes) = &in_the_unit_of(feed, *axes);
         let mut path = Path::new(0);
-        path.push(axes, &Block { steps, feed: *feed, exact: true });
+        let manner = Manner::new(*feed, true);
+        path.push(axes, &Block { steps, um: [0; 3], manner });
         let mut plan = Plan { time: from, acc: [1 << 31; 3], ..Plan::default() };
         let mut segment = PathSegment::default();
         while path.next_segment(axes, &mut segment) {

@@ -4,7 +4,9 @@
 use std::time::Duration;
 
 use emulator::{Edge, Rng, Signal, TICKS_PER_SECOND};
-use firmware::motion::{Arc, Block, Ends, Feed, Pace, Path, PathSegment, Segment, Single, physics};
+use firmware::motion::{
+    Arc, Block, Ends, Feed, Manner, Pace, Path, PathSegment, Segment, Single, physics,
+};
 use lang::profile::Profile;
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -105,9 +107,10 @@ fn plan(one: &Move, record: &MachineRecord) -> Instants {
             return out;
         }
         Move::Line(steps, feed) => {
-            path.push(axes, &Block { steps: *steps, feed: Feed::Um(*feed), exact: true })
+            let manner = Manner::new(Feed::Um(*feed), true);
+            path.push(axes, &Block { steps: *steps, um: [0; 3], manner })
         }
-        Move::Arc(arc, feed) => path.push_arc(axes, arc, Feed::Um(*feed), true),
+        Move::Arc(arc, feed) => path.push_arc(axes, arc, &Manner::new(Feed::Um(*feed), true)),
     };
     let (mut segments, mut segment) = (Vec::new(), PathSegment::default());
     while taken && path.next_segment(axes, &mut segment) {

@@ -11,10 +11,13 @@ mod jitter;
 mod link;
 mod motion;
 mod path;
+mod paths;
 mod speed;
 pub mod stand;
 pub(crate) mod stream;
 mod vm;
+
+use std::borrow::Cow;
 
 use serde::Serialize;
 
@@ -33,7 +36,7 @@ pub enum Want {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
     /// Its stable name.
-    pub figure: &'static str,
+    pub figure: Cow<'static, str>,
     /// What was measured.
     pub value: f64,
     /// Unit of all three values.
@@ -44,6 +47,9 @@ pub struct Figure {
     pub must: f64,
     /// What it is to reach.
     pub aim: f64,
+    /// What it was made from, if that is worth a word.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub note: String,
 }
 
 impl Figure {
@@ -58,12 +64,20 @@ impl Figure {
 
 /// A figure that must reach at least so much.
 fn at_least(figure: &'static str, unit: &'static str, value: f64, must: f64, aim: f64) -> Figure {
-    Figure { figure, value: round(value), unit, want: Want::AtLeast, must, aim }
+    let (figure, value, note) = (figure.into(), round(value), String::new());
+    Figure { figure, value, unit, want: Want::AtLeast, must, aim, note }
 }
 
 /// A figure that must stay below so much.
-fn at_most(figure: &'static str, unit: &'static str, value: f64, must: f64, aim: f64) -> Figure {
-    Figure { figure, value: round(value), unit, want: Want::AtMost, must, aim }
+fn at_most(
+    figure: impl Into<Cow<'static, str>>,
+    unit: &'static str,
+    value: f64,
+    must: f64,
+    aim: f64,
+) -> Figure {
+    let (figure, value, note) = (figure.into(), round(value), String::new());
+    Figure { figure, value, unit, want: Want::AtMost, must, aim, note }
 }
 
 /// Three digits behind the point are more than any figure has.
@@ -88,4 +102,8 @@ pub const GROUPS: &[Group] = &[
     ("motion", motion::run),
     ("stream", stream::run),
     ("speed", speed::run),
+    ("paths", paths::run),
 ];
+
+/// Groups that have a short form.
+pub const SHORT: &[Group] = &[("paths", paths::run_short)];

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use emulator::{Board, Edge, Family, Signal, TICKS_PER_SECOND};
+use lang::back::Compiled;
 use lang::hir::Program;
 use lang::profile::{BUILT_IN, Profile};
 use lang::record::BoardRecord;
@@ -19,6 +20,7 @@ use crate::client::identity::Identity;
 use crate::client::{Client, ClientError};
 use crate::link::Link;
 use crate::sim::world::{Registers, World};
+use crate::stream::pump::Outcome;
 
 /// Vectors of the step engine's timer: of Timer1_A (SLAS735, interrupt vector addresses) and of the F5529's
 /// TA0 (SLAS590).
@@ -27,6 +29,17 @@ fn step_vectors(family: Family) -> [u16; 2] {
         Family::Msp430 => [0xFFF8, 0xFFFA],
         Family::Msp430X => [0xFFE8, 0xFFEA],
     }
+}
+
+/// Ends the record of edges, on which the judge looks; gives them in cycles of 16 MHz.
+fn judged(rig: &mut Rig, judge: &mut Judge) -> Result<Vec<Edge>, String> {
+    rig.board().record(false);
+    let mut edges = rig.board().take_edges();
+    judge.take(&edges);
+    judge.judge(rig.plant(), false)?;
+    let unit = ticks_per_cycle(rig.board());
+    edges.iter_mut().for_each(|edge| edge.cycle /= unit);
+    Ok(edges)
 }
 
 /// The board's ticks in a cycle of 16 MHz.
@@ -149,14 +162,23 @@ impl Stand {
                 _ => {}
             }
         }
+        judged(&mut self.rig.borrow_mut(), &mut judge)
+    }
+
+    /// Streams a job to its end; gives the edges at the pins, and how it went.
+    ///
+    /// # Errors
+    /// The board cannot stream, the job ends in anything but done, or it makes steps that no motor of
+    /// the profile follows.
+    pub fn stream(&mut self, compiled: &Compiled) -> Result<(Vec<Edge>, Outcome), String> {
+        let mut judge = {
+            let mut rig = self.rig.borrow_mut();
+            rig.board().record(true);
+            Judge::new(&self.profile, rig.plant())
+        };
+        let outcome = super::stream::feed(self, compiled)?;
         let mut rig = self.rig.borrow_mut();
-        rig.board().record(false);
-        let mut edges = rig.board().take_edges();
-        judge.take(&edges);
-        judge.judge(rig.plant(), false)?;
-        let unit = ticks_per_cycle(rig.board());
-        edges.iter_mut().for_each(|edge| edge.cycle /= unit);
-        Ok(edges)
+        Ok((judged(&mut rig, &mut judge)?, outcome))
     }
 
     /// Longest step interrupt since the board was made, and all that step interrupts took, cycles.

@@ -110,7 +110,7 @@ fn stream(raster: &str, lines: u32, profile: &Profile) -> Result<(f64, u16), Str
 }
 
 /// Streams a job to its end.
-fn feed(stand: &mut Stand, compiled: &Compiled) -> Result<Outcome, String> {
+pub(super) fn feed(stand: &mut Stand, compiled: &Compiled) -> Result<Outcome, String> {
     let client = stand.client();
     let slots = client.stream_slots().map_err(|error| error.to_string())?;
     let slots = slots.ok_or("the board cannot stream")?;

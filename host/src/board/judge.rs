@@ -145,6 +145,13 @@ impl Judge {
                      rate of {start} and its ramps {most} is the most"
                 );
             }
+            What::Bend => {
+                let most = violation.bound.round();
+                return format!(
+                    "{letter} changes its speed by {found} steps/s{place}, where its ramps and one \
+                     corner allow {most}"
+                );
+            }
             What::Accel => ("speeds up", own.accel),
             What::Decel => ("brakes", own.decel),
         };

@@ -348,7 +348,7 @@ single_switch:
     /* the register may have told of an axis that had risen just then: its last pulse is no shorter than the
        others */
 single_stop:
-    mov #5, r14
+    mov #6, r14
 1:  dec r14
     jne 1b
     clr EVENT_CCTL(r13)

@@ -56,6 +56,8 @@ pub enum What {
     Accel,
     /// Slowed down too fast.
     Decel,
+    /// Changed its speed, forward or backward, by more steps/s than its ramps do in that time.
+    Bend,
 }
 
 impl Limits {

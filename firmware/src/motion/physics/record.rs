@@ -61,6 +61,12 @@ const SHARED: usize = 8;
 /// An axis that steps so many times slower from one step to the next has stopped between them.
 const STOPS: u64 = 3;
 
+/// Half windows over which an axis may change its speed, whatever the path's direction does, no more than
+/// its ramps do and a corner allows: ticks...
+const BENDS: [u64; 4] = [320_000, 640_000, 1_280_000, 2_560_000];
+/// ... and events at least.
+const BEND_EVENTS: usize = 20;
+
 impl Machine {
     /// What the records of a profile say.
     pub fn of(axes: &[AxisRecord; 3], corner: u16) -> Machine {
@@ -142,6 +148,7 @@ impl Machine {
         for (axis, limits) in self.axes.iter().enumerate() {
             self.tops(motion, axis, limits)?;
             self.stops(motion, axis, limits, abrupt)?;
+            self.bends(motion, axis, limits)?;
             let leads = |step: &Step| step.by[axis];
             let mut first = 0;
             for run in motion.chunk_by(|a, b| leads(a) == leads(b)) {
@@ -167,6 +174,58 @@ impl Machine {
         Ok(())
     }
 
+    /// What a corner may change the speed of an axis by at once, steps/s: its start rate to and fro or what
+    /// junction deviation allows at any angle.
+    ///
+    /// v^2 = a d c / (1 - c) and the change is 2 v sin, so at most the root of 8 a d. A diagonal path's a is
+    /// root 3 times that of its axes at most.
+    fn corner(&self, axis: usize, ramp: f64) -> f64 {
+        (8.0 * 3_f64.sqrt() * self.corner_um / self.um[axis] * ramp).sqrt() * 1.05
+    }
+
+    /// The speed of an axis changes by no more than its ramps allow and one corner: what each of many
+    /// corners may do, all of them together may not.
+    pub(super) fn bends(
+        &self,
+        motion: &[Step],
+        axis: usize,
+        limits: &Limits,
+    ) -> Result<(), Violation> {
+        let ramp = limits.accel.max(limits.decel);
+        let once = self.corner(axis, ramp).max(2.0 * limits.jump(ramp));
+        let mut place = 0;
+        let places: Vec<i32> = motion
+            .iter()
+            .map(|step| {
+                place += i32::from(step.by[axis]);
+                place
+            })
+            .collect();
+        for ticks in BENDS {
+            let behind = |first: usize| {
+                let at = motion[first].at + ticks;
+                let end = first + motion[first..].partition_point(|step| step.at < at);
+                let end = end.max(first + BEND_EVENTS);
+                (end < motion.len()).then_some(end)
+            };
+            let mut first = 0;
+            while let Some((mid, end)) = behind(first).and_then(|mid| Some((mid, behind(mid)?))) {
+                let [before, after] = [(first, mid), (mid, end)].map(|(a, b)| {
+                    let time = (motion[b].at - motion[a].at) as f64 / HZ;
+                    (f64::from(places[b] - places[a]) / time, time)
+                });
+                let change = (after.0 - before.0).abs();
+                // Either end of a half window may lie a step off.
+                let slack = 2.0 / before.1 + 2.0 / after.1;
+                let time = (before.1 + after.1) / 2.0;
+                bound(What::Bend, mid, change, 1.05 * ramp * time + slack + once)?;
+                let next = motion[first].at + ticks / 4;
+                first += motion[first..].partition_point(|step| step.at < next).max(1);
+            }
+        }
+        Ok(())
+    }
+
     /// An axis that stops or turns round, or begins, does so at no more than a corner allows.
     fn stops(
         &self,
@@ -177,12 +236,7 @@ impl Machine {
     ) -> Result<(), Violation> {
         let own: Vec<usize> = (0..motion.len()).filter(|n| motion[*n].by[axis] != 0).collect();
         let at = |n: usize| motion[own[n]].at;
-        // The largest change of speed that junction deviation allows at any angle: v^2 = a d c / (1 - c)
-        // and the change is 2 v sin, so at most the root of 8 a d. A diagonal path's a is root 3 times
-        // that of its axes at most.
-        let path = 8.0 * 3_f64.sqrt() * self.corner_um / self.um[axis];
-        let corner = |ramp: f64| (ramp * path).sqrt();
-        let most = |ramp: f64| limits.jump(ramp).max(corner(ramp) * 1.05);
+        let most = |ramp: f64| limits.jump(ramp).max(self.corner(axis, ramp));
         // The lowest of the rates over one to four steps: steps fall on events.
         let before = |n: usize| {
             let rates = (1..=4.min(n)).map(|k| k as f64 * HZ / (at(n) - at(n - k)) as f64);

@@ -78,3 +78,40 @@ fn an_axis_that_turns_round_at_full_speed_is_found() {
         assert_eq!(found(&steps), Some(What::Start), "{slope}");
     }
 }
+
+/// A circle, 8 mm across, at a speed of which it asks so many steps/s2 of its axes.
+fn circle(bend: f64) -> Vec<Step> {
+    let radius = 400.0_f64;
+    let speed = (bend * radius).sqrt();
+    let mut steps = Vec::new();
+    let mut place = [0_i32; 3];
+    for n in 0..400_000_u64 {
+        let at = 1_000 + 200 * n;
+        // From rest along its first quarter, slowly enough.
+        let time = at as f64 / 16e6;
+        let way = if time < 1.0 { 0.5 * speed * time * time } else { speed * (time - 0.5) };
+        let (sin, cos) = (way / radius).sin_cos();
+        let want = [radius * sin, radius * (1.0 - cos), 0.0];
+        let by: [i8; 3] = std::array::from_fn(|n| (want[n].round() as i32 - place[n]) as i8);
+        for (place, by) in place.iter_mut().zip(by) {
+            *place += i32::from(by);
+        }
+        if by != [0; 3] {
+            steps.push(Step { at, by });
+        }
+    }
+    steps
+}
+
+#[test]
+fn a_curve_that_asks_more_than_the_ramps_is_found() {
+    let bends = |bend: f64| {
+        let steps = circle(bend);
+        (0..2).map(|axis| MACHINE.bends(&steps, axis, &MILL)).find(Result::is_err)
+    };
+    assert_eq!(bends(24_000.0), None);
+    for bend in [45_000.0, 100_000.0] {
+        let found = bends(bend).and_then(Result::err).map(|violation| violation.what);
+        assert_eq!(found, Some(What::Bend), "{bend}");
+    }
+}

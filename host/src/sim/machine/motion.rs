@@ -8,7 +8,7 @@
 use std::collections::VecDeque;
 
 use firmware::motion::arc::Arc;
-use firmware::motion::path::{Block, Feed, Path, PathSegment};
+use firmware::motion::path::{Block, Manner, Path, PathSegment};
 use firmware::motion::queue;
 use firmware::motion::ramp::Segment;
 use firmware::motion::single::{Pace, Single};
@@ -116,8 +116,8 @@ impl Solo {
 /// What began or ended while motion went on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Milestone {
-    /// A block of the path begins.
-    BlockBegins,
+    /// A block of the path begins, with this power of a laser.
+    BlockBegins(u16),
     /// The path's speed at the end of a segment: events/s of its fastest axis, um/s along it.
     PathRate(f64, f64),
     /// The path has come to its end.
@@ -319,7 +319,7 @@ impl Motion {
         }
         if let Some((segment, exit)) = self.path_queue.pop_front() {
             if segment.begin && !segment.within {
-                self.milestones.push((at, Milestone::BlockBegins));
+                self.milestones.push((at, Milestone::BlockBegins(segment.power)));
             }
             self.path_play = Some((Play { begin, segment: segment.ramp }, segment));
             self.path_exit = exit;
@@ -332,17 +332,17 @@ impl Motion {
     fn fetch_path(&mut self, us: u64) {
         while self.path_queue.len() + 1 < queue::SLOTS {
             let ahead: u16 = self.path_queue.iter().map(|(own, _)| queue::time(&own.ramp)).sum();
-            let room = self.path.has_room();
+            let unknown = !self.path.knows_next();
             if ahead >= queue::wanted(&self.path)
-                || room && us < self.fetch_us && ahead >= queue::LOW
+                || unknown && us < self.fetch_us && ahead >= queue::LOW
                 || !self.path.next_segment(&self.records, &mut self.segment)
             {
                 return;
             }
             self.path_queue.push_back((self.segment, self.path.velocity()));
-            if room {
+            if unknown {
                 self.fetch_us += FETCH_US;
-            } else if self.path.has_room() {
+            } else if !self.path.knows_next() {
                 self.fetch_us = self.fetch_us.max(us) + FETCH_US;
             }
         }
@@ -386,9 +386,9 @@ impl Motion {
     }
 
     /// The same for an arc.
-    pub fn push_arc(&mut self, arc: &Arc, feed: Feed, exact: bool, us: u64) {
+    pub fn push_arc(&mut self, arc: &Arc, manner: &Manner, us: u64) {
         self.fetch(us);
-        self.path.push_arc(&self.records, arc, feed, exact);
+        self.path.push_arc(&self.records, arc, manner);
         self.kick(us);
     }
 

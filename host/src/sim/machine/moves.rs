@@ -20,8 +20,6 @@ use crate::sim::trace::{AxisLetter, MoveKind, What};
 pub struct Pieces {
     /// One for each block that waits for its beginning; a block that continues a piece has none.
     pub blocks: VecDeque<Option<Segment>>,
-    /// Their powers: the `S` that held when each was given to the path.
-    pub powers: VecDeque<i32>,
     /// Power of the block that plays.
     pub beam: Option<i32>,
     /// Number in the record of the piece that the path plays.
@@ -222,8 +220,8 @@ impl Machine {
     pub(super) fn log_milestones(&mut self) {
         for (us, what) in std::mem::take(&mut self.motion.milestones) {
             match what {
-                Milestone::BlockBegins => {
-                    self.pieces.beam = self.pieces.powers.pop_front();
+                Milestone::BlockBegins(power) => {
+                    self.pieces.beam = Some(power.into());
                     let Some(Some(mut segment)) = self.pieces.blocks.pop_front() else { continue };
                     segment.start_us = us;
                     segment.end_us = us;
@@ -234,7 +232,6 @@ impl Machine {
                     self.end_path(us);
                     self.pieces.path = None;
                     self.pieces.blocks.clear();
-                    self.pieces.powers.clear();
                     self.pieces.beam = None;
                 }
                 Milestone::PathRate(rate, speed) => {

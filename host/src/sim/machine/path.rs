@@ -1,12 +1,13 @@
 //! Interpolated moves: G0 to G3.
 
-use firmware::motion::path::{Block, Feed};
+use firmware::motion::path::{Block, Feed, Manner};
 use firmware::motion::{Arc, Ends};
 use lang::axis::Axis;
 use lang::effect::{Center, Coord, Dist, Plane, Rate};
 use lang::fault::Fault;
 use lang::place::Place;
 use lang::profile::OutputRole;
+use lang::record::FULL_POWER;
 
 use super::Machine;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
@@ -77,6 +78,10 @@ impl Machine {
         let kind = if rapid { MoveKind::Rapid } else { MoveKind::Line };
         let from = Axis::ALL.map(|axis| self.axes.steps(axis));
         let to = goal.map(|place| place.steps);
+        let um = Axis::ALL.map(|axis| {
+            let to = goal[axis.index()].um;
+            to.wrapping_sub(self.axes.place(axis).um)
+        });
         self.command(&goal);
         if from == to {
             return Ok(());
@@ -92,8 +97,10 @@ impl Machine {
             legs.insert(0, [to[0], to[1], from[2]]);
         }
         let mut at = from;
+        // A rapid move has no corners.
+        let um = if rapid { [0; 3] } else { um };
         for leg in legs {
-            self.push_block(SegmentKind::Move(kind), at, leg, feed, exact);
+            self.push_block(SegmentKind::Move(kind), [at, leg], um, feed, exact);
             at = leg;
         }
         if exact {
@@ -126,12 +133,17 @@ impl Machine {
         Some(if self.outputs.read(laser.n) == Ok(true) { self.power } else { 0 })
     }
 
-    /// Gives the path a line as soon as it takes one.
+    /// `S` as a laser's power in what moves next; a spindle's is not looked at.
+    fn beam(&self) -> u16 {
+        self.power.clamp(0, FULL_POWER) as u16
+    }
+
+    /// Gives the path a line as soon as it takes one; `um` as [`Block::um`].
     fn push_block(
         &mut self,
         kind: SegmentKind,
-        from: [i32; 3],
-        to: [i32; 3],
+        [from, to]: [[i32; 3]; 2],
+        um: [i32; 3],
         feed: Feed,
         exact: bool,
     ) {
@@ -142,7 +154,6 @@ impl Machine {
         let steps = [0, 1, 2].map(|index: usize| to[index].wrapping_sub(from[index]));
         // A rapid move is dark.
         let dark = feed == Feed::Rapid;
-        self.pieces.powers.push_back(if dark { 0 } else { self.power });
         let light = self.light().map(|power| if dark { 0 } else { power });
         self.pieces.blocks.push_back(Some(Segment {
             kind,
@@ -157,7 +168,8 @@ impl Machine {
             exit_speed: None,
             power: light,
         }));
-        self.motion.push(&Block { steps, feed, exact }, self.now);
+        let manner = Manner { feed, exact, power: if dark { 0 } else { self.beam() } };
+        self.motion.push(&Block { steps, um, manner }, self.now);
         self.log_milestones();
         self.next = 0;
     }
@@ -190,7 +202,6 @@ impl Machine {
         self.command(&goal);
         let targets = self.targets();
         self.write(What::Move { line: self.line, kind: MoveKind::Arc, to: targets });
-        self.pieces.powers.push_back(self.power);
         self.pieces.blocks.push_back(Some(Segment {
             kind: SegmentKind::Move(MoveKind::Arc),
             line: self.line,
@@ -204,7 +215,8 @@ impl Machine {
             exit_speed: None,
             power: self.light(),
         }));
-        self.motion.push_arc(&arc, feed, exact, self.now);
+        let manner = Manner { feed, exact, power: self.beam() };
+        self.motion.push_arc(&arc, &manner, self.now);
         self.log_milestones();
         self.next = 0;
         if exact {

@@ -1,0 +1,246 @@
+//! What follows from a block's shape: its length and direction, its limits along the path, and how fast
+//! the corner in front of it may be passed.
+
+use super::Feed;
+use crate::motion::arc::Arc;
+use crate::motion::math::signed;
+use crate::motion::scaled::Scaled;
+use lang::record::AxisRecord;
+
+/// A block's shape.
+#[derive(Clone, Copy, Debug)]
+pub enum Shape<'a> {
+    /// A line of so many steps of each axis, with the same in um as [`super::Block::um`].
+    Line(&'a [i32; 3], &'a [i32; 3]),
+    /// An arc.
+    Arc(&'a Arc),
+}
+
+/// A distance or rate of an axis in steps as one in um.
+pub fn to_um(axis: &AxisRecord, steps: Scaled) -> Scaled {
+    let um = steps.times(Scaled::new(axis.um.into()));
+    // Most machines have steps of whole um, and a quotient takes as long as ten products.
+    if axis.steps == 1 { um } else { um.over(Scaled::new(axis.steps.into())) }
+}
+
+/// In um, um/s, um/s2.
+#[derive(Clone, Copy, Debug)]
+pub struct Geometry {
+    /// Length along the path.
+    pub length: Scaled,
+    /// Of a line the part of it that belongs to a step of the axis with most steps.
+    pub pitch: Scaled,
+    /// Speed at which it may begin and end at rest.
+    pub start: Scaled,
+    /// The most that its axes can.
+    pub top: Scaled,
+    /// Ramp up.
+    pub accel: Scaled,
+    /// Ramp down.
+    pub decel: Scaled,
+    /// Programmed speed, at most `top`.
+    pub feed: Scaled,
+    /// Steps of the axis with most steps, of an arc of one of its plane.
+    pub events: Scaled,
+    /// Direction at its beginning, 32768 is 1.
+    pub unit: [i16; 3],
+}
+
+/// What the corner behind a block follows from.
+#[derive(Clone, Copy, Debug)]
+pub struct Tail {
+    /// The block's length, um.
+    pub length: Scaled,
+    /// Its programmed speed, um/s.
+    pub feed: Scaled,
+    /// Direction at its end, 32768 is 1.
+    pub unit: [i16; 3],
+}
+
+/// 1
+const ONE: Scaled = Scaled::constant(1);
+/// 1 of a direction.
+const UNIT: Scaled = Scaled::constant(1 << 15);
+/// us in a second.
+const MILLION: Scaled = Scaled::constant(1_000_000);
+/// us that the board's main loop takes for a block at most: its statement, its plan, its first segment,
+/// with the link and the milliseconds between them.
+const PLANNING: Scaled = Scaled::constant(1_700);
+/// us that an event's interrupt takes from the main loop: 212 cycles.
+const EVENT: Scaled = Scaled::constant(14);
+/// Chords of an arc a second that the main loop can plan, 285: 0.8 times its square.
+const CHORDS: Scaled = Scaled::constant(64_980);
+/// 2^32 to a turn: one part in radians.
+const RADIAN: Scaled = Scaled::constant(0xC90F_DAA2).shift(-61);
+
+/// Direction of an arc of some length along its helix, at its beginning or end.
+pub fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i16; 3] {
+    let mut unit = [0; 3];
+    let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN).over(length);
+    let part = |of: i16, part: Scaled| {
+        let size = part.times(Scaled::size(of.into())).floor().min(0x7FFF);
+        signed(size as i32, of.into()) as i16
+    };
+    let [a, b, c] = arc.axes();
+    let [x, y] = arc.tangent(at_end);
+    unit[a] = part(x, plane);
+    unit[b] = part(y, plane);
+    let rise = arc.end[c].wrapping_sub(arc.start[c]);
+    let along = ONE.minus(plane.times(plane)).root();
+    unit[c] = part(if rise < 0 { -0x7FFF } else { 0x7FFF }, along);
+    unit
+}
+
+impl Geometry {
+    const NONE: Geometry = Geometry {
+        length: Scaled::ZERO,
+        pitch: Scaled::MAX,
+        start: Scaled::MAX,
+        top: Scaled::MAX,
+        accel: Scaled::MAX,
+        decel: Scaled::MAX,
+        feed: Scaled::MAX,
+        events: Scaled::ZERO,
+        unit: [0; 3],
+    };
+
+    /// Of a block with any step.
+    pub fn of(axes: &[AxisRecord; 3], shape: &Shape, feed: Feed) -> Geometry {
+        let mut g = Geometry::NONE;
+        match shape {
+            Shape::Line(steps, way) => g.line(axes, steps, way, feed),
+            Shape::Arc(arc) => g.arc(axes, arc, feed),
+        }
+        g
+    }
+
+    fn line(&mut self, axes: &[AxisRecord; 3], steps: &[i32; 3], way: &[i32; 3], feed: Feed) {
+        let mut um = [Scaled::ZERO; 3];
+        let mut sum = Scaled::ZERO;
+        for a in 0..3 {
+            if steps[a] != 0 {
+                let steps = Scaled::size(steps[a]);
+                um[a] = to_um(&axes[a], steps);
+                sum = sum.plus(um[a].times(um[a]));
+                self.events = self.events.most(steps);
+            }
+        }
+        self.length = sum.root();
+        let mut long = self.length;
+        let exact = way[0] | way[1] | way[2] != 0;
+        if exact {
+            let mut sum = Scaled::ZERO;
+            for (um, way) in um.iter_mut().zip(way) {
+                *um = Scaled::size(*way);
+                sum = sum.plus(um.times(*um));
+            }
+            long = sum.root();
+        }
+        let long = UNIT.over(long);
+        for a in 0..3 {
+            if steps[a] != 0 {
+                let along = self.length.over(Scaled::size(steps[a]));
+                self.pitch = self.pitch.least(along);
+                self.limit(&axes[a], along);
+            }
+            let unit = um[a].times(long).floor().min(0x7FFF);
+            self.unit[a] = signed(unit as i32, if exact { way[a] } else { steps[a] }) as i16;
+        }
+        let mut in_steps = Scaled::ZERO;
+        if let Feed::Steps(_) = feed {
+            for steps in steps {
+                let steps = Scaled::size(*steps);
+                in_steps = in_steps.plus(steps.times(steps));
+            }
+            in_steps = in_steps.root();
+        }
+        self.feed(feed, in_steps);
+    }
+
+    fn arc(&mut self, axes: &[AxisRecord; 3], arc: &Arc, feed: Feed) {
+        let [a, b, c] = arc.axes();
+        let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN);
+        let rise = Scaled::size(arc.end[c].wrapping_sub(arc.start[c]));
+        let rise_um = to_um(&axes[c], rise);
+        self.length = plane.times(plane).plus(rise_um.times(rise_um)).root();
+        // Each axis of the plane carries the whole speed somewhere.
+        let (step_a, step_b) = (to_um(&axes[a], ONE), to_um(&axes[b], ONE));
+        self.limit(&axes[a], step_a);
+        self.limit(&axes[b], step_b);
+        // The ramp must also hold the arc: v^2 / r, and a chord must last as long as the next one
+        // takes to plan. Its square is 0.8 r steps (0.1 steps of sagitta).
+        let per_step = step_a.least(step_b);
+        let bend = self.accel.least(self.decel).least(per_step.times(CHORDS));
+        self.top = self.top.least(bend.times(arc.radius).root());
+        if rise.0 != 0 {
+            self.limit(&axes[c], self.length.over(rise));
+        }
+        self.events = self.length.over(per_step);
+        self.unit = tangent(arc, self.length, false);
+        self.feed(feed, self.events);
+    }
+
+    /// Lowers the limits to those of an axis that moves by one step in `along` um of path.
+    fn limit(&mut self, axis: &AxisRecord, along: Scaled) {
+        self.start = self.start.least(along.times(Scaled::new(axis.start_rate.max(1).into())));
+        self.top = self.top.least(along.times(Scaled::new(axis.top_rate)));
+        self.accel = self.accel.least(along.times(Scaled::new(axis.accel)));
+        self.decel = self.decel.least(along.times(Scaled::new(axis.decel)));
+    }
+
+    /// Lowers the speed to a feed; the path is `steps` steps long.
+    fn feed(&mut self, feed: Feed, steps: Scaled) {
+        let feed = match feed {
+            Feed::Rapid => self.top,
+            Feed::Um(feed) => Scaled::new(feed.max(1)),
+            Feed::Steps(feed) => Scaled::new(feed.max(1)).times(self.length).over(steps),
+        };
+        self.feed = self.feed.least(feed).least(self.top);
+    }
+
+    /// Square of the speed from which and to which it may jump.
+    pub fn start2(&self) -> Scaled {
+        self.start.times(self.start)
+    }
+
+    /// What it can take away from a squared speed, on the ramp that it will be given
+    /// ([`crate::motion::ramp::Limits::set_pitch`]).
+    pub fn ramp2(&self) -> Scaled {
+        let ramp = self.decel.times(self.length).shifted(1);
+        ramp.minus(ramp.shifted(-5))
+    }
+
+    /// Square of the speed at which it may follow another block: by the corner between them, from which the
+    /// path may stay away `corner` um, by both lengths and feeds, and by what the chip needs to plan it. Not
+    /// by what can be braked over.
+    pub fn corner2(&self, before: &Tail, corner: u16) -> Scaled {
+        // Half the difference of the unit vectors is the sine q of half the deflection, c its
+        // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
+        let mut turn = Scaled::ZERO;
+        for (before, own) in before.unit.iter().zip(&self.unit) {
+            let d = Scaled::size(i32::from(*before) - i32::from(*own));
+            turn = turn.plus(d.times(d));
+        }
+        // It must last as long as the block after it takes to plan.
+        let time = self.events.times(EVENT).plus(PLANNING);
+        let mut feed = before.feed.least(self.feed);
+        let way = self.length.times(MILLION);
+        if feed.times(time) > way {
+            feed = way.over(time);
+        }
+        let feed2 = feed.times(feed);
+        if turn == Scaled::ZERO {
+            return feed2;
+        }
+        let q2 = turn.shifted(-32);
+        let c = ONE.minus(q2).root();
+        let ramp = self.accel.least(self.decel).times(c);
+        let smooth = ramp.times(Scaled::new(corner.into())).times(ONE.plus(c));
+        // What the axes may jump by anyway: their start rate.
+        let corner = smooth.most(self.start2().shifted(-2));
+        // The arc that touches both blocks, in the middle of the shorter one, has a radius of half of its
+        // length by the tangent: without this bound chords might be the faster the shorter they are.
+        let bend = ramp.times(before.length.least(self.length)).times(q2.root()).shifted(-1);
+        corner.least(bend).over(q2).least(feed2)
+    }
+}
