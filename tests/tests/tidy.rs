@@ -153,3 +153,38 @@ fn no_source_file_is_long() {
     }
     assert!(wrong.is_empty(), "at most {LONGEST} lines a file:\n{}", wrong.join("\n"));
 }
+
+/// Names that a file gives the assembler as constants: `.set NAME, ` and rows of `constants!`.
+fn set(file: &str, text: &str) -> Vec<String> {
+    let named = |name: &str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    let mut inside = false;
+    let mut names = Vec::new();
+    for line in text.lines() {
+        inside = (inside || line.starts_with("constants! {")) && line != "}";
+        let name = if file.ends_with(".s") {
+            line.trim_start().strip_prefix(".set ").and_then(|row| Some(row.split_once(',')?.0))
+        } else if inside {
+            line.split_once(" = ").map(|(name, _)| name.trim())
+        } else {
+            None
+        };
+        names.extend(name.filter(|name| named(name)).map(str::to_owned));
+    }
+    names
+}
+
+#[test]
+fn a_constant_of_the_assembler_is_set_in_one_place() {
+    let (_, texts) = texts();
+    let mut places = std::collections::BTreeMap::<String, Vec<&str>>::new();
+    for (file, text) in texts.iter().filter(|(file, _)| file.starts_with("firmware/src/compact/")) {
+        for name in set(file, text) {
+            places.entry(name).or_default().push(file);
+        }
+    }
+    assert!(places.len() > 300, "only {} were found", places.len());
+    places.retain(|_, files| files.len() > 1);
+    assert!(places.is_empty(), "set twice: {places:?}");
+    assert_eq!(set("a.s", "    .set P1IN, 0x20\n"), ["P1IN"]);
+    assert_eq!(set("a.rs", "constants! {\n    P1IN = 0x20;\n}\n    NO = 1;\n"), ["P1IN"]);
+}

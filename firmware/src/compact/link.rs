@@ -120,21 +120,6 @@ constants! {
     PART_FEATURES = PART.features;
     STORE_AREA = PART.room_for(false);
     POOL_WORDS = crate::vm::POOL / 2;
-    // USCI_A0, special function registers and Timer0_A (SLAU144, chapters 15, 2.2 and 12).
-    UCA0CTL0 = 0x60;
-    UCA0CTL1 = 0x61;
-    UCA0BR0 = 0x62;
-    UCA0BR1 = 0x63;
-    UCA0MCTL = 0x64;
-    UCA0RXBUF = 0x66;
-    UCA0TXBUF = 0x67;
-    IE2 = 0x01;
-    UCA0RXIE = 1;
-    UCA0TXIE = 2;
-    TA0CCTL1 = 0x0164;
-    TA0R = 0x0170;
-    TA0CCR0 = 0x0172;
-    TA0CCR1 = 0x0174;
 }
 
 core::arch::global_asm!(include_str!("link/uart.s"), options(raw));

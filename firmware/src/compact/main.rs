@@ -17,6 +17,10 @@ mod pins;
 mod vm;
 // Symbols come first, so that the assembler knows constants when it meets them.
 mod consts;
+
+mod chip;
+mod ram;
+
 mod micro;
 
 #[path = "../board/check.rs"]

@@ -3,14 +3,14 @@
 module.main:
     .global Reset
 Reset:
-    mov #0x0400, r1
-    mov #0x5a80, &0x0120
+    mov #RAM_END, r1
+    mov #WATCHDOG_OFF, &WATCHDOG
     mov #CLEARED, r12
     call #clear_ram
     /* what the stack never reaches stays painted */
 1:  mov #0xa5a5, 0(r12)
     incd r12
-    cmp #0x0400, r12
+    cmp #RAM_END, r12
     jne 1b
     call #boot
     /* The pin of an emergency stop interrupts. Another edge than before may be taken for one that has

@@ -48,7 +48,6 @@ constants! {
     OP_MOVE = Op::Move;
     OP_RAPID = Op::Rapid;
     OP_LINEAR_MIXED = Op::LinearMixed;
-    OP_FEED = Op::Feed;
     OP_SPINDLE = Op::Spindle;
     LOOK_CHAR_IN = Look::CharIn;
     LOOK_PROBE_OK = Look::ProbeOk;

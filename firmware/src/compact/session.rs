@@ -10,9 +10,6 @@ use lang::wire::{Control, End, RunState};
 constants! {
     OP_FIRST_EFFECT = lang::isa::EFFECTS;
     OP_ERR = Op::Err;
-    OP_PULSE = Op::Pulse;
-    OP_WAIT_START = Op::WaitStart;
-    OP_WAIT = Op::Wait;
     VM_ERROR = flag::ERROR;
     VM_EVENT = flag::EVENT;
     VM_MORE = flag::MORE;

@@ -35,9 +35,6 @@ constants! {
     PROFILE_SECOND = crate::vm::PART.profiles[1];
     RECORD_VERSION = RECORD_VERSION;
     FEATURES = PART.features;
-    // FCTL1 (SLAU144, 7.4) with its password.
-    FLASH_WRITE = 0xA500 | 1 << 6;
-    FLASH_ERASE = 0xA500 | 1 << 1;
     UPLOAD_REPLACE = Upload::Replace;
     UPLOAD_COMMIT = Upload::Commit;
     UPLOAD_ERASE = Upload::Erase;

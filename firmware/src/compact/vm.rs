@@ -1,5 +1,6 @@
-//! Where the VM's registers and memory lie; `ram.s` names the same places.
+//! Where the VM's registers and memory lie; `ram.rs` lays them out.
 
+pub use crate::ram::FRAME_AT;
 use lang::part::{self, Part};
 
 /// The part that this image is for.
@@ -11,7 +12,7 @@ pub const PART: Part = if cfg!(feature = "whole") {
     part::G2553
 };
 
-/// Registers of the VM, as its core loads and stores them: `VM_STATE` in `ram.s`.
+/// Registers of the VM, as its core loads and stores them: `VM_STATE` in `ram.rs`.
 #[repr(C)]
 pub struct State {
     /// Address in flash of the next instruction.
@@ -57,13 +58,11 @@ unsafe extern "C" {
     pub static mut CALLS: [u8; POOL];
 }
 
-/// Bytes of the pool: `POOL` to `POOL_END` in `ram.s`.
+/// Bytes of the pool: `POOL` to `POOL_END` in `ram.rs`.
 pub const POOL: usize = POOL_LIMITS[0] as usize;
 /// The same for every program.
 pub const POOL_LIMITS: [u16; 2] = PART.pool;
 /// Offset from [`VM`] of the end of the call stack: the cells follow it.
 pub const CALLS_END_AT: i16 = core::mem::offset_of!(State, cells) as i16;
-/// Offset from [`VM`] of the word in which the core keeps the machine stack's address.
-pub const FRAME_AT: i16 = -200;
 /// Nobody needs registers over a call of the core.
 pub const SAVES: u16 = 0;

@@ -11,7 +11,7 @@ use crate::chip::Chip;
 use crate::machine::{install, mill, scale};
 
 /// What a routine leaves in r12 when it ends with a fault.
-pub const FAULTED: u16 = 0x100;
+pub use micro::isa::FAULTED;
 
 /// um to steps or back by a record, half away from zero; `None` is F01.
 pub fn converted(axis: &AxisRecord, value: i32, to_steps: bool) -> Option<i32> {

@@ -230,9 +230,9 @@ fn a_trace_slot_is_read_by_parity() {
     chip.set_byte("TRACING", 3);
     assert_eq!(read(chip, 8), 7);
     assert_eq!([10, 11, 12, 13].map(|index| read(chip, index)), [0x123, 5, 4, 0]);
-    assert_eq!(chip.byte("TRACING"), 3 | T_HEARD, "not received yet");
+    assert_eq!(chip.byte("TRACING"), 3 | *T_HEARD, "not received yet");
     assert_eq!(read(chip, 0), 0);
-    assert_eq!(chip.byte("TRACING"), 1 | T_HEARD);
+    assert_eq!(chip.byte("TRACING"), 1 | *T_HEARD);
 }
 
 #[test]

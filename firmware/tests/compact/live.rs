@@ -43,7 +43,7 @@ impl Live {
         live.board.run_us(BOOT_US + 100_000);
         assert_eq!(live.state(), RunState::Ready);
         let tracing = live.at("TRACING");
-        live.board.poke8(tracing, T_ON | T_HEARD);
+        live.board.poke8(tracing, *T_ON | *T_HEARD);
         live
     }
 
@@ -93,9 +93,9 @@ impl Live {
 
     fn take(&mut self) {
         let at = self.at("TRACING");
-        let flags = self.board.peek8(at) | T_HEARD;
+        let flags = self.board.peek8(at) | *T_HEARD;
         self.board.poke8(at, flags);
-        if flags & T_FULL == 0 {
+        if flags & *T_FULL == 0 {
             return;
         }
         // The board may be just about to fill the slot; it waits with a full one.
@@ -105,7 +105,7 @@ impl Live {
         let value = self.longs("TRACE_VALUE")[0];
         self.events.push(Event { kind, argument, value });
         self.targets.push(self.longs("STEPS"));
-        self.board.poke8(at, flags & !T_FULL);
+        self.board.poke8(at, flags & !*T_FULL);
     }
 
     /// Presses Start.

@@ -1,5 +1,7 @@
 //! A whole program on the chip: the test takes the main loop's place, millisecond by millisecond.
 
+use std::sync::LazyLock;
+
 use emulator::Wiring;
 use emulator::plant::OutputChange;
 use lang::front::source::Source;
@@ -9,6 +11,8 @@ use lang::record::BoardRecord;
 use lang::wire::{RunState, TraceKind};
 
 use crate::chip::Chip;
+use crate::verify::Elf;
+use micro::decode::Code;
 
 /// The first slot of the program area, and where its image lies.
 pub const SLOT: u16 = crate::area::AREA;
@@ -17,18 +21,18 @@ pub const IMAGE: u16 = SLOT + 4;
 pub const COMMITTED: u16 = 0xA500;
 /// Where the board's profile lies: segment C.
 pub const PROFILE: u16 = lang::part::G2553.profiles[1];
-const WDTCTL: u16 = 0x0120;
-const P2DIR: u16 = 0x2A;
-const P1OUT: u16 = 0x21;
-const P1REN: u16 = 0x27;
 /// Outputs or latch and enable of the chain: driven by the firmware when they have their levels.
 const OUTPUTS: u8 = 1 << 2 | 1 << 5;
-/// `T_` flags of `ram.s`.
-pub const T_ON: u8 = 1;
+/// `T_` flags, as the image has them: trace mode.
+pub static T_ON: LazyLock<u8> = LazyLock::new(|| flag("T_ON"));
 /// See [`T_ON`]: the host reads on.
-pub const T_HEARD: u8 = 0x70;
-/// See [`T_ON`].
-pub const T_FULL: u8 = 2;
+pub static T_HEARD: LazyLock<u8> = LazyLock::new(|| flag("T_HEARD"));
+/// See [`T_ON`]: an event waits.
+pub static T_FULL: LazyLock<u8> = LazyLock::new(|| flag("T_FULL"));
+
+fn flag(name: &str) -> u8 {
+    Elf::of("whole").symbol(name).expect("a constant of the image") as u8
+}
 
 /// One trace event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,8 +95,8 @@ impl Rig {
         put(IMAGE, image);
         put(PROFILE, &BoardRecord::of(profile, 1).to_bytes());
         // As the boot table has it.
-        for (register, value) in [(P2DIR, !OUTPUTS), (P1OUT, 0xFF), (P1REN, 0xFF)] {
-            chip.board.bus_write8(register, value);
+        for (register, value) in [("P2DIR", !OUTPUTS), ("P1OUT", 0xFF), ("P1REN", 0xFF)] {
+            chip.board.bus_write8(chip.at(register), value);
         }
         chip.set_word("BOARD", PROFILE);
         chip.set_word("OVERRIDE", 0x6464);
@@ -106,7 +110,7 @@ impl Rig {
     /// The same with a host that traces.
     pub fn traced(profile: &str, script: &str) -> Rig {
         let mut rig = Rig::new(profile, script);
-        rig.chip.set_byte("TRACING", T_ON | T_HEARD);
+        rig.chip.set_byte("TRACING", *T_ON | *T_HEARD);
         rig
     }
 
@@ -121,7 +125,8 @@ impl Rig {
             let now = self.chip.word("MILLIS").wrapping_add(1);
             self.chip.set_word("MILLIS", now);
             // An image check starts the watchdog, which the main loop would kick.
-            self.chip.board.bus_write16(WDTCTL, 0x5A80);
+            let [watchdog, off] = ["WATCHDOG", "WATCHDOG_OFF"].map(|name| self.chip.at(name));
+            self.chip.board.bus_write16(watchdog, off);
             self.chip.call("ticks", &[]);
             for _ in 0..4 {
                 self.chip.call("emergency_input", &[]);
@@ -134,16 +139,16 @@ impl Rig {
     /// What a host does between two polls: takes the event and the print.
     fn host(&mut self) {
         let mut flags = self.chip.byte("TRACING");
-        if flags & T_ON != 0 {
-            flags |= T_HEARD;
+        if flags & *T_ON != 0 {
+            flags |= *T_HEARD;
             self.chip.set_byte("TRACING", flags);
         }
-        if flags & T_FULL != 0 {
+        if flags & *T_FULL != 0 {
             let kind = self.chip.byte("TRACE_KIND");
             let argument = self.chip.byte("TRACE_ARGUMENT");
             let value = self.chip.long("TRACE_VALUE", 0).cast_signed();
             self.events.push(Event { kind, argument, value });
-            self.chip.set_byte("TRACING", flags & !T_FULL);
+            self.chip.set_byte("TRACING", flags & !*T_FULL);
         }
         if self.takes {
             let ring = self.chip.at("PRINT");

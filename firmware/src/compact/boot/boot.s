@@ -1,8 +1,5 @@
 /* From reset to a board that knows its profile and its program. */
 
-    .set ADC10CTL0, 0x01b0
-    .set ADC10CTL1, 0x01b2
-    .set ADC10MEM, 0x01b4
     /* Channel 11, half the supply; the converter's own clock over 8 (SLAU144, 22.3) */
     .set ADC_HALF_SUPPLY, 11<<12 | 7<<5
     /* Against the reference, of 2.5 V and switched on, 64 clocks of sampling, converter on, begin */
@@ -20,7 +17,7 @@ boot:
     /* Pins safe: STEP and DIR low, outputs as their resistors have them until the first exchange. All of port
        1 is pulled up, the receive pin of a cable that is off too. UART on P1.1 and P1.2. */
     DO poke
-    .byte 0x53, 0x20            /* BCSCTL3: ACLK from the VLO, P2.6 and P2.7 free */
+    .byte BCSCTL3, 0x20         /* ACLK from the VLO, P2.6 and P2.7 free */
     .byte P2OUT, 0, P2SEL, 0, P2DIR, 0xff&~(P2_OUT1_OR_LATCH|P2_OUT2_OR_ENABLE)
     .byte P1OUT, 0xff, P1REN, 0xff, P1SEL, P1_UART, P1SEL2, P1_UART, 0
     END
@@ -50,20 +47,20 @@ boot:
     .endif
     /* Erased calibration bytes (FF) would run the DCO beyond the chip's limit: then the reset value
        of 1.1 MHz stays, the link is dead and nothing moves. */
-    mov.b &0x10f9, r12
+    mov.b &CALBC1_16MHZ, r12
     cmp.b #-1, r12
     jeq 1f
-    clr.b &0x0056
-    mov.b r12, &0x0057
-    mov.b &0x10f8, &0x0056
+    clr.b &DCOCTL
+    mov.b r12, &BCSCTL1
+    mov.b &CALDCO_16MHZ, &DCOCTL
 1:  /* Timer0_A: SMCLK / 8 = 2 MHz, continuous; CCR0 is the millisecond, CCR1 the link's silence */
     clr &TA0CCTL1
-    mov #2000, &0x0172
-    mov #0x0010, &0x0162
-    mov #0x02e4, &0x0160
+    mov #TICKS_A_MS, &TA0CCR0
+    mov #CCIE, &TA0CCTL0
+    mov #0x02e4, &TA0CTL
     /* IFG1: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI */
-    mov.b &0x0002, r12
-    clr.b &0x0002
+    mov.b &IFG1, r12
+    clr.b &IFG1
     MICRO
     ANDI 0x1d
     PUT CAUSE

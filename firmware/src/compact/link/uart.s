@@ -44,7 +44,7 @@ USCIAB0RX:
     mov.b #SPOILED, &HEAD
 2:  add &SILENCE_TICKS, r12
     mov r12, &TA0CCR1
-    mov #0x0010, &TA0CCTL1
+    mov #CCIE, &TA0CCTL1
 3:  pop r13
     pop r12
     reti
@@ -75,7 +75,7 @@ USCIAB0TX:
 
     .global TIMER0_A0
 TIMER0_A0:
-    add #2000, &TA0CCR0
+    add #TICKS_A_MS, &TA0CCR0
     inc &MILLIS
     mov.b #1, &VM_POLL
     reti

@@ -11,21 +11,6 @@
 
    Cycles from entry to RETI: three axes stepping 168, two 157, one 146; at a segment change 16
    more, while an input is watched 16 more. 6 bytes of stack, 8 as it comes to rest. */
-    .set P1IN,     0x0020
-    .set P1IFG,    0x0023
-    .set P1IES,    0x0024
-    .set P1IE,     0x0025
-    .set P2OUT,    0x0029
-    .set P2SEL,    0x002e
-    .set TA1CTL,   0x0180
-    .set TA1CCTL0, 0x0182
-    .set TA1CCTL1, 0x0184
-    .set TA1CCTL2, 0x0186
-    .set TA1R,     0x0190
-    .set TA1CCR0,  0x0192
-    .set TA1CCR1,  0x0194
-    .set TA1CCR2,  0x0196
-    .set CCIE,     0x0010
     /* output modes 0 (low), 1 (set), 5 (reset) */
     .set ARMED,    0x0020
     .set FALLS,    0x00a0

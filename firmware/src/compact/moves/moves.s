@@ -131,12 +131,12 @@ read_done:
     ROUTINE_ODD rate
     PUT UNIT
     DO scaled_most
-    IF_NONE UNIT, 0x45, 1f
+    IF_NONE UNIT, FL_ACCEL|FL_DECEL|FL_SPEED, 1f
     DO pop_value
     ROUTINE_ODD rate_of
     DO not_negative
     DO new
-    IF_ANY UNIT, 0x8a, 1f
+    IF_ANY UNIT, FL_ACCEL_STEPS|FL_DECEL_STEPS|FL_SPEED_STEPS, 1f
     FR times A_STEPS, SHORT, NEW
     FR over A_UM, SHORT, NEW
 1:  DO test_long

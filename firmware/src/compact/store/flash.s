@@ -29,21 +29,21 @@ flash_write:
     jlo 4f
 2:  mov #KICK, &WATCHDOG
     dint
-    mov r14, &0x0128
+    mov r14, &FCTL1
     bit #FLASH_ERASE&~FLASH_WRITE, r14
     jeq 3f
     /* the milliseconds of an erase; their interrupt waits and adds the one that began */
-    add #12*2000, &0x0172
+    add #12*TICKS_A_MS, &TA0CCR0
     add #12, &MILLIS
     /* FCTL2: MCLK / 40 = 400 kHz, in its limits with a DCO that is 19 % too fast or 35 % too slow. FCTL3:
        unlocked, then locked. */
-3:  bis #0x67, r14
-    mov r14, &0x012a
-    bic #0x67, r14
-    mov r14, &0x012c
+3:  bis #FLASH_CLOCK, r14
+    mov r14, &FCTL2
+    bic #FLASH_CLOCK, r14
+    mov r14, &FCTL3
     mov r13, 0(r12)
-    bis #0x10, r14
-    mov r14, &0x012c
+    bis #FLASH_LOCK, r14
+    mov r14, &FCTL3
     eint
 4:  ret
 
