@@ -223,7 +223,7 @@ const HOME_RECORD: u16 = COMMAND - 4;
 /// Where the VM's core keeps the machine stack's address: a word of TEMP, from the VM's registers.
 pub const FRAME_AT: i16 = at!(TEMP) as i16 + 8 - at!(VM_STATE) as i16;
 
-const _: () = assert!(at!(VM_STATE) % 2 == 0 && POOL % 2 == 0, "words stand at even addresses");
+const _: () = assert!((at!(VM_STATE) | POOL) & 1 == 0, "words stand at even addresses");
 // Its deepest is 46 bytes (budget.toml).
 const _: () = assert!(END - POOL_END >= 46 + 22, "the machine stack has 22 bytes to spare");
 const _: () = assert!(
