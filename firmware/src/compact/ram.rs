@@ -22,7 +22,7 @@ const PRINT_SIZE: usize = 16;
 /// The address of a variable.
 macro_rules! at {
     ($name:ident) => {
-        START + offset_of!(Ram, $name) as u16
+        (START + offset_of!(Ram, $name) as u16)
     };
 }
 
