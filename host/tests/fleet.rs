@@ -1,8 +1,15 @@
 //! `pasapas fleet` over two gateways with three boards of the real firmware.
 
+#![cfg(unix)]
+
 mod common;
 
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::Duration;
+
 use common::{Board, Gateway, pasapas, text};
+use rustix::process::Signal;
 use serde_json::Value;
 
 /// Boards, their gateways, and the option that names these.
@@ -10,6 +17,31 @@ struct Hall {
     boards: [Board; 3],
     gateways: Vec<Gateway>,
     option: String,
+}
+
+/// A command that works.
+struct Roll {
+    child: Child,
+    lines: BufReader<ChildStdout>,
+    said: String,
+}
+
+impl Roll {
+    /// Waits until it has said that.
+    fn until(&mut self, what: &str) {
+        while !self.said.contains(what) {
+            let count = self.lines.read_line(&mut self.said).expect("text");
+            assert!(count > 0, "it does not say {what}: {}", self.said);
+        }
+    }
+
+    /// Its exit code, and all that it said.
+    fn end(mut self) -> (i32, String) {
+        self.lines.read_to_string(&mut self.said).expect("text");
+        let output = self.child.wait_with_output().expect("it ends");
+        let said = self.said + &String::from_utf8_lossy(&output.stderr);
+        (output.status.code().unwrap_or(-1), said)
+    }
 }
 
 const GOOD: &str = "KEEP made\nDIM deep AS LENGTH\nmade = made + 1\nSetOut 2, ON\nWait 60s\n";
@@ -58,6 +90,20 @@ impl Hall {
         pasapas(&[&["fleet"], args, &["--gateway", &self.option]].concat())
     }
 
+    /// Begins it, to be looked at while it works.
+    fn begin(&self, args: &[&str]) -> Roll {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .arg("fleet")
+            .args(args)
+            .args(["--gateway", &self.option])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let lines = BufReader::new(child.stdout.take().expect("its output"));
+        Roll { child, lines, said: String::new() }
+    }
+
     /// A board's line of the table.
     fn standing(&self, board: &str) -> Value {
         let (_, said) = self.fleet(&["status", "--format", "json"]);
@@ -88,7 +134,8 @@ fn a_program_rolls_over_the_boards_with_a_tag_and_stops_at_the_first_fault() {
     let before = hall.standing("saw")["program"].clone();
     let (code, said) = hall.fleet(&["upload", &fails, "--tag", "hall", "--replace", "--start"]);
     assert_eq!(code, 4, "{said}");
-    assert!(said.contains("F02") && said.contains("left alone: saw"), "{said}");
+    assert!(said.contains("F02") && said.contains("in line 3"), "{said}");
+    assert!(said.contains("left alone: saw"), "{said}");
     assert_eq!(hall.standing("saw")["program"], before);
     assert_eq!(hall.standing("drill")["state"], "fault");
 
@@ -145,4 +192,60 @@ fn what_can_be_reached_is_stopped_whatever_else_fails() {
     let (code, table) = pasapas(&["gateway", "--describe", text(&file)]);
     assert_eq!(code, 0, "{table}");
     assert!(table.contains(&format!("saw,2{row}")), "{table}");
+}
+
+/// Larger than anything that a board gets between two looks at what the tool says.
+fn long_script(first: &str) -> String {
+    let steps: String = (1..150).map(|n| format!("Wait {n}ms\nSetOut 2, ON\n")).collect();
+    format!("KEEP made\n{first}\n{steps}")
+}
+
+#[test]
+fn a_roll_that_breaks_in_the_middle_is_finished_by_the_next_one() {
+    let mut hall = Hall::start();
+    let all = ["--all", "--replace"];
+    let upload = |hall: &Hall, script: &str| hall.fleet(&[&["upload", script], &all[..]].concat());
+    let (old, new) = (long_script("made = 1"), long_script("made = 2"));
+    let (old, new) = (hall.script("old.bas", &old), hall.script("new.bas", &new));
+    let (code, said) = upload(&hall, &old);
+    assert_eq!(code, 0, "{said}");
+    // While the second one gets it, it does not answer for a while: it gets it all the same.
+    let mut roll = hall.begin(&[&["upload", &new], &all[..]].concat());
+    roll.until("drill: uploaded");
+    std::thread::sleep(Duration::from_millis(60));
+    hall.boards[1].signal(Signal::STOP);
+    std::thread::sleep(Duration::from_millis(1500));
+    hall.boards[1].signal(Signal::CONT);
+    let (code, said) = roll.end();
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("once more in") && said.contains("press: uploaded"), "{said}");
+    let crc = hall.standing("drill")["program"].clone();
+    assert!(["saw", "press"].into_iter().all(|board| hall.standing(board)["program"] == crc));
+
+    // Its cable is pulled: the roll ends there, and what is behind it stays as it was.
+    let mut roll = hall.begin(&[&["upload", &old], &all[..]].concat());
+    roll.until("drill: uploaded");
+    std::thread::sleep(Duration::from_millis(60));
+    hall.boards[1].end(Signal::KILL);
+    let (code, said) = roll.end();
+    assert_eq!(code, 4, "{said}");
+    assert!(said.contains("left alone: press"), "{said}");
+    assert_ne!(hall.standing("drill")["program"], crc);
+    assert_eq!(hall.standing("press")["program"], crc);
+    assert!(!hall.standing("saw")["error"].is_null());
+
+    // Another board is put there; the next roll does what is left.
+    hall.boards[1].begin_again(&["--part", "g2553"]);
+    let (code, said) = upload(&hall, &old);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("drill: it has the program already"), "{said}");
+    assert!(said.contains("saw: uploaded") && said.contains("press: uploaded"), "{said}");
+
+    // A gateway that ends in the middle: what hangs on the other one is left alone.
+    let mut roll = hall.begin(&[&["upload", &new], &all[..]].concat());
+    roll.until("drill: uploaded");
+    drop(hall.gateways.remove(0));
+    let (code, said) = roll.end();
+    assert_eq!(code, 4, "{said}");
+    assert!(said.contains("left alone: press"), "{said}");
 }

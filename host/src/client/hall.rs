@@ -41,7 +41,7 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// See [`ClientError`]: what answers is no gateway, or it does not let us.
     pub fn leave(&mut self, unit: u8, program: &Program) -> Result<(), ClientError> {
-        let text = serde_json::to_vec(program).unwrap_or_default();
+        let text = program.text();
         self.as_gateway(|gateway| {
             for (n, part) in records_of(&text).chunks(2 * RECORDS).enumerate() {
                 let first = (n * RECORDS) as u16;

@@ -28,6 +28,9 @@ pub struct Status {
     /// Its line, where the program tells lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u16>,
+    /// Offset in the code of the statement that it came from.
+    #[serde(skip)]
+    pub fault_pc: u16,
     /// The input that caused it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<u16>,
@@ -113,6 +116,7 @@ impl StatusWords {
             fault: fault.map(|fault| fault.to_string()),
             text: fault.map(Fault::text),
             line: some(wire::FAULT_LINE),
+            fault_pc: at(wire::FAULT_PC),
             input: some(wire::FAULT_INPUT),
             last_end,
             runs: at(wire::RUN_COUNT),

@@ -11,13 +11,17 @@ use super::control::{self, Action};
 use super::port::Board;
 use super::script::{self, Code};
 use super::{Console, Options, upload};
-use crate::client::Client;
+use crate::client::upload::UploadError;
+use crate::client::{Client, ClientError};
 use crate::failure::Failure;
 use crate::fleet::{Choice, Found, Member, Standing, members, table};
 use crate::interrupt;
 
 /// Boards that are asked at the same time.
 const AT_ONCE: usize = 16;
+/// Rests before a board that did not answer in the middle gets its next try: longer than its gateway
+/// leaves it alone.
+const RESTS: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(5)];
 /// Between two looks at a board that was just started.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -117,6 +121,64 @@ fn nobody() -> Failure {
     )
 }
 
+/// Why a board is not done.
+struct Trouble {
+    failure: Failure,
+    /// It may be over by the next try: a cable, a reset, a gateway that comes back.
+    passes: bool,
+}
+
+impl From<Failure> for Trouble {
+    fn from(failure: Failure) -> Trouble {
+        Trouble { failure, passes: false }
+    }
+}
+
+impl From<ClientError> for Trouble {
+    fn from(error: ClientError) -> Trouble {
+        let passes = matches!(
+            error,
+            ClientError::Silent
+                | ClientError::Noise(_)
+                | ClientError::Port(_)
+                | ClientError::Exception(10 | 11)
+        );
+        Trouble { failure: error.into(), passes }
+    }
+}
+
+impl From<UploadError> for Trouble {
+    fn from(error: UploadError) -> Trouble {
+        match error {
+            UploadError::Client(error) => error.into(),
+            error => Failure::Board(error.to_string()).into(),
+        }
+    }
+}
+
+/// Does it, and once more when a trouble that may pass was in the way: what is repeated must bear it.
+fn again_and_again<T>(
+    name: &str,
+    console: &Console,
+    mut job: impl FnMut() -> Result<T, Trouble>,
+) -> Result<T, Failure> {
+    for rest in RESTS {
+        match job() {
+            Ok(done) => return Ok(done),
+            Err(trouble) if trouble.passes && !interrupt::asked() => {
+                let why = words(&trouble.failure);
+                console.complain(&format!("{name}: {why}; once more in {} s", rest.as_secs()));
+                let until = Instant::now() + rest;
+                while Instant::now() < until && !interrupt::asked() {
+                    std::thread::sleep(LOOK);
+                }
+            }
+            Err(trouble) => return Err(trouble.failure),
+        }
+    }
+    job().map_err(|trouble| trouble.failure)
+}
+
 /// Opens the way to a board.
 fn connect(member: &Member) -> Result<Board, Failure> {
     let mut board = Client::new(member.link().map_err(Failure::Board)?, member.known.unit);
@@ -203,13 +265,21 @@ impl Fleet {
         }
         let members = which.all_of_them(console)?;
         one_by_one(&members, console, |member| {
-            let mut board = connect(member)?;
-            if *stop && !control::is_idle(board.run_state()?.0) {
-                control::act(&mut board, Action::Stop)?;
-            }
-            let told = bring(&mut board, &code, (*replace, *any_profile), console)?;
+            let name = &member.known.board;
+            let (mut board, told) = again_and_again(name, console, || {
+                let link = member
+                    .link()
+                    .map_err(|why| Trouble { failure: Failure::Board(why), passes: true })?;
+                let mut board = Client::new(link, member.known.unit);
+                board.find()?;
+                if *stop && !control::is_idle(board.run_state()?.0) {
+                    control::act(&mut board, Action::Stop)?;
+                }
+                let told = bring(&mut board, &code, (*replace, *any_profile), console)?;
+                Ok((board, told))
+            })?;
             if *start {
-                return run_for(&mut board, Duration::from_secs(*watch))
+                return run_for(&mut board, &code, Duration::from_secs(*watch))
                     .map(|ran| format!("{told}, {ran}"));
             }
             Ok(told.to_owned())
@@ -307,9 +377,9 @@ fn bring(
     code: &Code,
     (replace, any_profile): (bool, bool),
     console: &Console,
-) -> Result<&'static str, Failure> {
+) -> Result<&'static str, Trouble> {
     if let (Some(script), false) = (&code.script, any_profile) {
-        upload::compare(board, &script.program.profile)?;
+        upload::must_match(&board.board_record()?, &script.program.profile)?;
     }
     let there = board.identity()?;
     let crc = lang::image::crc_in(&code.image);
@@ -319,24 +389,22 @@ fn bring(
     let told = if has(&there) {
         "it has the program already"
     } else {
-        board
-            .upload(&code.image, replace, &mut |_| ())
-            .map_err(|error| Failure::Board(error.to_string()))?;
+        board.upload(&code.image, replace, &mut |_| ())?;
         if !has(&board.identity()?) {
             let text =
                 "the board shows another program than it was sent: somebody else uploads, too";
-            return Err(Failure::Board(text.to_owned()));
+            return Err(Failure::Board(text.to_owned()).into());
         }
         "uploaded"
     };
-    if let Some(script) = &code.script {
-        upload::leave(board, &code.image, script, console);
+    if let (Some(script), Some(compiled)) = (&code.script, &code.compiled) {
+        upload::leave(board, compiled, script, console);
     }
     Ok(told)
 }
 
 /// Starts a board and sees that it runs for a time, or to its end.
-fn run_for(board: &mut Board, time: Duration) -> Result<String, Failure> {
+fn run_for(board: &mut Board, code: &Code, time: Duration) -> Result<String, Failure> {
     if control::act(board, Action::Start)?.acknowledged {
         control::act(board, Action::Start)?;
     }
@@ -345,7 +413,10 @@ fn run_for(board: &mut Board, time: Duration) -> Result<String, Failure> {
         let status = board.status()?;
         let rests = control::is_idle(status.run_state);
         if let Some(fault) = status.fault.filter(|_| rests) {
-            let line = status.line.map_or(String::new(), |line| format!(" in line {line}"));
+            let sidecar = code.compiled.as_ref().map(|compiled| &compiled.sidecar);
+            let mark = sidecar.and_then(|sidecar| sidecar.at(status.fault_pc.into()));
+            let line = mark.map(|mark| mark.line).or(status.line.map(u32::from));
+            let line = line.map_or(String::new(), |line| format!(" in line {line}"));
             let text = status.text.unwrap_or_default();
             return Err(Failure::Board(format!("started, and failed: {fault} {text}{line}")));
         }

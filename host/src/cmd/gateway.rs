@@ -111,7 +111,7 @@ impl Gateway {
     fn program(&self, file: &str, options: &Options, console: &Console) -> Option<Program> {
         let script = script::load(&self.beside(file), options, console).ok()?;
         let compiled = script::compile_any(&script, console).ok()?;
-        Some(upload::about(&compiled.image, &script))
+        Some(upload::about(&compiled, &script))
     }
 
     /// A table for Node-RED, Telegraf, Ignition and whoever else wants to know.

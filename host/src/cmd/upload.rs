@@ -4,6 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use lang::back::Compiled;
 use lang::image::crc_in;
 use lang::profile::Profile;
 use lang::record::BoardRecord;
@@ -17,7 +18,7 @@ use crate::client::identity;
 use crate::client::lock::words_of;
 use crate::client::upload::UploadError;
 use crate::failure::Failure;
-use crate::hall::known::{Program, variables};
+use crate::hall::known::{Program, lines, variables};
 
 /// `pasapas upload`
 #[derive(Debug, Args)]
@@ -62,10 +63,10 @@ impl Upload {
             Some(code) => Ok(board.set_lock(words_of(code))?),
             None => Ok(()),
         });
-        if let (Ok(()), Some(script)) = (&result, &script)
+        if let (Ok(()), Some(script), Some(compiled)) = (&result, &script, &compiled)
             && self.port.is_tcp()
         {
-            leave(&mut board, &image, script, console);
+            leave(&mut board, compiled, script, console);
         }
         match result {
             Ok(()) if console.json() => {
@@ -83,20 +84,21 @@ impl Upload {
 }
 
 /// What a gateway may know of a program.
-pub fn about(image: &[u8], script: &Script) -> Program {
+pub fn about(compiled: &Compiled, script: &Script) -> Program {
     let name = Path::new(script.source.name()).file_name().unwrap_or_default();
     Program {
-        crc: crc_in(image),
+        crc: crc_in(&compiled.image),
         script: name.to_string_lossy().into_owned(),
         profile: script.program.profile.name.clone(),
         variables: variables(&script.program),
+        lines: lines(&compiled.sidecar),
     }
 }
 
 /// Leaves the names of a program's variables with the gateway, if the board is behind one.
-pub fn leave(board: &mut Board, image: &[u8], script: &Script, console: &Console) {
+pub fn leave(board: &mut Board, compiled: &Compiled, script: &Script, console: &Console) {
     let unit = board.address();
-    match board.leave(unit, &about(image, script)) {
+    match board.leave(unit, &about(compiled, script)) {
         // What answers may be a board, which has no such unit, function or file.
         Ok(()) | Err(ClientError::Exception(1 | 10 | 11)) => {}
         Err(ClientError::Silent | ClientError::Noise(_)) => {}

@@ -167,7 +167,8 @@ impl Standing {
         };
         let told = known.program.as_ref().filter(|program| program.crc == identity.program_crc);
         let fault = status.fault.as_ref().map(|fault| {
-            let line = status.line.map_or(String::new(), |line| format!(", line {line}"));
+            let line = status.line.or_else(|| told?.line(status.fault_pc));
+            let line = line.map_or(String::new(), |line| format!(", line {line}"));
             format!("{fault} {}{line}", status.text.unwrap_or_default())
         });
         Ok(Standing {

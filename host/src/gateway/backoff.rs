@@ -7,6 +7,9 @@ const FIRST: Duration = Duration::from_millis(500);
 /// Longest rest.
 const LONGEST: Duration = Duration::from_secs(10);
 
+/// Rest between two tries to stop a board that is left alone otherwise.
+const STOP_REST: Duration = Duration::from_secs(1);
+
 /// Whether a board answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -25,6 +28,7 @@ pub struct Backoff {
     asked: bool,
     misses: u32,
     until: Option<Instant>,
+    stop_until: Option<Instant>,
 }
 
 impl Backoff {
@@ -33,16 +37,31 @@ impl Backoff {
         self.until.is_none_or(|until| now >= until)
     }
 
+    /// Whether the board may be told to stop now.
+    pub fn may_stop(&self, now: Instant) -> bool {
+        self.may_ask(now) || self.stop_until.is_none_or(|until| now >= until)
+    }
+
+    /// The same; the next try has to rest, unless the board answers.
+    pub fn takes_stop(&mut self, now: Instant) -> bool {
+        let may = self.may_stop(now);
+        if may {
+            self.stop_until = Some(now + STOP_REST);
+        }
+        may
+    }
+
     /// The board answered.
     pub fn hit(&mut self) {
-        *self = Backoff { asked: true, misses: 0, until: None };
+        *self = Backoff { asked: true, ..Backoff::default() };
     }
 
     /// The board did not answer.
     pub fn miss(&mut self, now: Instant) {
         let rest = FIRST.saturating_mul(1 << self.misses.min(16)).min(LONGEST);
-        *self =
-            Backoff { asked: true, misses: self.misses.saturating_add(1), until: Some(now + rest) };
+        self.asked = true;
+        self.misses = self.misses.saturating_add(1);
+        self.until = Some(now + rest);
     }
 
     /// Requests without an answer since the last one with one.
@@ -62,7 +81,7 @@ impl Backoff {
 
 #[cfg(test)]
 mod tests {
-    use super::{Backoff, Health, LONGEST};
+    use super::{Backoff, Health, LONGEST, STOP_REST};
     use std::time::{Duration, Instant};
 
     #[test]
@@ -86,5 +105,19 @@ mod tests {
         backoff.hit();
         assert!(backoff.may_ask(now));
         assert_eq!(backoff.health(), Health::Up);
+    }
+
+    #[test]
+    fn a_stop_goes_to_a_board_that_is_left_alone_but_not_all_the_time() {
+        let mut backoff = Backoff::default();
+        let mut now = Instant::now();
+        (0..9).for_each(|_| backoff.miss(now));
+        assert!(!backoff.may_ask(now) && backoff.may_stop(now) && backoff.takes_stop(now));
+        backoff.miss(now);
+        assert!(!backoff.may_stop(now) && !backoff.takes_stop(now));
+        now += STOP_REST;
+        assert!(!backoff.may_ask(now) && backoff.takes_stop(now));
+        backoff.hit();
+        assert!(backoff.may_ask(now) && backoff.may_stop(now));
     }
 }

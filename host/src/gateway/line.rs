@@ -10,13 +10,12 @@ use std::time::{Duration, Instant};
 
 use lang::wire;
 
-use super::backoff::{Backoff, Health};
-use super::cache::Cache;
-use super::counters::Counters;
+use super::backoff::Health;
 use super::known::Program;
 use super::looks::Looks;
 use super::named::Named;
 use super::pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
+use super::station::Station;
 use super::turns::{Asker, Turns};
 use crate::client::{Client, ClientError, Patience};
 use crate::helm::Picture;
@@ -81,16 +80,6 @@ enum State {
     Lost,
 }
 
-/// A board of a line, for everybody.
-pub struct Station {
-    /// Modbus address.
-    address: u8,
-    /// What is counted of it.
-    pub counters: Counters,
-    cache: Mutex<Cache>,
-    backoff: Mutex<Backoff>,
-}
-
 /// Takes the reply to a request: function and data.
 pub type Answer = Box<dyn FnOnce(Vec<u8>) + Send>;
 
@@ -98,8 +87,19 @@ pub type Answer = Box<dyn FnOnce(Vec<u8>) + Send>;
 pub type Job = Box<dyn FnOnce(Result<&mut Board, &str>) + Send>;
 
 enum Work {
-    Ask { station: Arc<Station>, pdu: Vec<u8>, touch: Touch, age: Duration, answer: Answer },
-    Do { station: Arc<Station>, job: Job },
+    Ask {
+        station: Arc<Station>,
+        pdu: Vec<u8>,
+        touch: Touch,
+        age: Duration,
+        answer: Answer,
+    },
+    /// `stops`: it ends motion.
+    Do {
+        station: Arc<Station>,
+        stops: bool,
+        job: Job,
+    },
 }
 
 /// The way to a line's thread. The last copy that goes ends it.
@@ -123,43 +123,6 @@ struct Wants {
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Station {
-    fn new(address: u8) -> Station {
-        Station {
-            address,
-            counters: Counters::default(),
-            cache: Mutex::default(),
-            backoff: Mutex::default(),
-        }
-    }
-
-    /// Whether it answers.
-    pub fn health(&self) -> Health {
-        lock(&self.backoff).health()
-    }
-
-    fn hit(&self) {
-        lock(&self.backoff).hit();
-        self.counters.health.set(Health::Up as u32);
-    }
-
-    fn miss(&self) {
-        lock(&self.backoff).miss(Instant::now());
-        lock(&self.cache).forget();
-        self.counters.timeouts.add();
-        self.counters.health.set(Health::Silent as u32);
-    }
-
-    /// Whether it may be asked now.
-    pub fn may_ask(&self) -> bool {
-        lock(&self.backoff).may_ask(Instant::now())
-    }
-
-    fn kept(&self, touch: &Touch, age: Duration) -> Option<Vec<u8>> {
-        lock(&self.cache).reply(touch, age, Instant::now())
-    }
 }
 
 impl Line {
@@ -194,18 +157,21 @@ impl Line {
             return answer(reply);
         }
         let lost = self.shared.state.load(Ordering::Relaxed) == State::Lost as u8;
-        if lost || !station.may_ask() {
+        let urgent = touch.is_stop(&pdu);
+        // One reply that was lost must not keep a stop from the board.
+        let may = station.may_ask() || urgent && station.may_stop();
+        if lost || !may {
             station.counters.spared.add();
             return answer(refusal(&pdu, if lost { NO_PATH } else { NO_ANSWER }));
         }
-        let urgent = touch.is_stop(&pdu);
         let work = Work::Ask { station: station.clone(), pdu, touch, age, answer };
         self.put(asker, urgent, work);
     }
 
     /// Does something with a board that takes more than a request. It must not wait for motion.
     pub fn order(&self, asker: Asker, station: usize, urgent: bool, job: Job) {
-        self.put(asker, urgent, Work::Do { station: self.stations[station].clone(), job });
+        let station = self.stations[station].clone();
+        self.put(asker, urgent, Work::Do { station, stops: urgent, job });
     }
 
     fn put(&self, asker: Asker, urgent: bool, work: Work) {
@@ -291,7 +257,7 @@ impl Owner {
                     let reply = self.ask(&station, &pdu, &touch, age);
                     answer(reply);
                 }
-                Some(Work::Do { station, job }) => self.order(&station, job),
+                Some(Work::Do { station, stops, job }) => self.order(&station, stops, job),
             }
             self.renew();
         }
@@ -395,31 +361,35 @@ impl Owner {
             station.counters.cached.add();
             return reply;
         }
-        if !station.may_ask() {
+        let stops = touch.is_stop(pdu);
+        if !(station.may_ask() || stops && station.takes_stop()) {
             station.counters.spared.add();
             return refusal(pdu, NO_ANSWER);
         }
         let known = station.health() == Health::Up;
         // To a board that hardly is there no write is sent that nobody would know to be done.
-        if !known && touch.write {
+        if !known && touch.write && !stops {
             let [high, low] = wire::VERSION.to_be_bytes();
             let probe = [3, high, low, 0, 1];
             if let Err(code) = self.exchange(station, &probe, 4, self.first_wait(station)) {
                 return refusal(pdu, code);
             }
         }
-        let wait = if touch.write { self.reply.max(WRITING) } else { self.first_wait(station) };
+        let wait = match (touch.write, stops) {
+            (false, _) => self.first_wait(station),
+            (true, true) => self.reply,
+            (true, false) => self.reply.max(WRITING),
+        };
         let length = touch.reply_length();
         let mut result = self.exchange(station, pdu, length, wait);
-        // A read that was lost on the way is asked for once more.
-        if known && !touch.write && result == Err(NO_ANSWER) && self.board.is_some() {
+        // A read that was lost on the way is asked for once more, and a stop is told once more.
+        if known && (!touch.write || stops) && result == Err(NO_ANSWER) && self.board.is_some() {
             result = self.exchange(station, pdu, length, self.reply);
         }
-        let now = Instant::now();
         if touch.write {
-            lock(&station.cache).forget();
+            station.forget();
         } else if let Ok(reply) = &result {
-            lock(&station.cache).keep(touch, reply, now);
+            station.keep(touch, reply);
         }
         result.unwrap_or_else(|code| refusal(pdu, code))
     }
@@ -428,7 +398,7 @@ impl Owner {
     /// dead one keeps the others from it as briefly as can be. Each fourth time all of it, for a board that
     /// is slower than the others.
     fn first_wait(&self, station: &Station) -> Duration {
-        if self.usual.is_zero() || lock(&station.backoff).misses() % 4 == 3 {
+        if self.usual.is_zero() || station.misses() % 4 == 3 {
             return self.reply;
         }
         (4 * self.usual).clamp(self.reply / HASTE, self.reply)
@@ -478,15 +448,17 @@ impl Owner {
         }
     }
 
-    fn order(&mut self, station: &Station, job: Job) {
+    fn order(&mut self, station: &Station, stops: bool, job: Job) {
         match &mut self.board {
             None => job(Err(&self.lost)),
-            Some(_) if !station.may_ask() => job(Err("the board does not answer")),
+            Some(_) if !(station.may_ask() || stops && station.takes_stop()) => {
+                job(Err("the board does not answer"))
+            }
             Some(board) => {
                 board.set_patience(Patience::default());
                 board.set_address(station.address);
                 job(Ok(board));
-                lock(&station.cache).forget();
+                station.forget();
             }
         }
     }

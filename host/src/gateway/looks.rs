@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::line::{Board, Look, Seen, Station, Watch};
+use super::line::{Board, Look, Seen, Watch};
 use super::named::Names;
+use super::station::Station;
 use crate::client::ClientError;
 use crate::client::print::LINE_END;
 use crate::helm::{Picture, Round};
@@ -100,7 +101,10 @@ impl Looks {
     /// Tells what a whole round brought.
     fn tell(&mut self, place: usize) {
         let one = &mut self.each[place];
-        let Some(picture) = one.picture.take() else { return };
+        let Some(mut picture) = one.picture.take() else { return };
+        if let Some(status) = picture.status.as_mut().filter(|status| status.fault.is_some()) {
+            status.line = status.line.or_else(|| one.names.line(status.fault_pc));
+        }
         (one.up, one.due) = (Some(true), one.began + self.watch.every);
         let seen = Seen { picture, variables: one.names.values() };
         (self.watch.tell)(place, Look::Picture(Box::new(seen)));

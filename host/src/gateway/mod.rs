@@ -22,6 +22,7 @@ mod pdu;
 mod rights;
 mod server;
 mod sparkplug;
+mod station;
 #[cfg(test)]
 mod tests;
 mod turns;
@@ -43,12 +44,13 @@ use card::Cards;
 use counters::{Counters, OWN_UNIT, Totals};
 use gcode::{Buffers, Hosts, Texts};
 use known::{Book, Known, READ_FILE, WRITE_FILE};
-use line::{Line, Look, Open, Station, Watch};
+use line::{Line, Look, Open, Watch};
 use mqtt::{Mqtt, MqttSetting, Note};
 use pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
 use rights::Rule;
 use server::Guests;
 use sparkplug::Sparkplug;
+use station::Station;
 use turns::Asker;
 
 /// A board as clients see it.

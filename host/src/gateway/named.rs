@@ -78,6 +78,11 @@ impl Names {
         self.pieces.is_empty()
     }
 
+    /// The program's line whose code holds an offset.
+    pub fn line(&self, pc: u16) -> Option<u16> {
+        self.program.as_ref()?.line(pc)
+    }
+
     /// Makes the next exchange of a round; false: there is none left.
     ///
     /// # Errors

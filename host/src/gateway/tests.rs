@@ -123,6 +123,33 @@ fn a_unit_that_there_is_not_and_a_board_that_is_dead_are_told_at_once() {
 }
 
 #[test]
+fn a_stop_reaches_a_board_whose_reply_was_lost_at_once() {
+    let rule = "[[client]]\nfrom = \"any\"\nwrite = [\"RUN_CONTROL\"]\n";
+    let (memory, running) = stand(1, rule);
+    let mut guest = Guest::new(running.address());
+    let [high, low] = lang::wire::RUN_CONTROL.to_be_bytes();
+    let (start, stop) = ([6, high, low, 0, 1], [6, high, low, 0, 2]);
+    assert_eq!(guest.ask(1, &start), start);
+    let dead = |dead: Vec<u8>| {
+        memory.lock().unwrap_or_else(PoisonError::into_inner).dead = dead;
+    };
+    dead(vec![1]);
+    assert_eq!(guest.ask(1, &start), [0x86, 0x0B]);
+    dead(Vec::new());
+    let exchanges = heard(&memory);
+    assert_eq!(guest.ask(1, &start), [0x86, 0x0B], "it is left alone for half a second");
+    assert_eq!(heard(&memory), exchanges);
+    assert_eq!(guest.ask(1, &stop), stop);
+    // Of a board that is dead the others have more than stops that nobody hears.
+    dead(vec![1]);
+    let exchanges = heard(&memory);
+    for _ in 0..100 {
+        assert_eq!(guest.ask(1, &stop), [0x86, 0x0B]);
+    }
+    assert!(heard(&memory) - exchanges <= 6, "{}", heard(&memory) - exchanges);
+}
+
+#[test]
 fn nothing_is_written_unless_the_file_says_so() {
     let write = |register: u16, value: u8| {
         let [high, low] = register.to_be_bytes();

@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use lang::back::Sidecar;
 use lang::hir::{self, Storage};
 use lang::kind::Kind;
 use lang::wire::{self, Exception};
@@ -26,6 +27,18 @@ pub const READ_FILE: u8 = 20;
 pub const WRITE_FILE: u8 = 21;
 /// The only kind of reference that there is.
 const REFERENCE: u8 = 6;
+
+/// Where lines of a script begin in its code.
+pub fn lines(sidecar: &Sidecar) -> Vec<(u16, u16)> {
+    let mut lines: Vec<(u16, u16)> = Vec::new();
+    for mark in &sidecar.marks {
+        let (Ok(pc), Ok(line)) = (u16::try_from(mark.pc), u16::try_from(mark.line)) else { break };
+        if lines.last().is_none_or(|(_, last)| *last != line) {
+            lines.push((pc, line));
+        }
+    }
+    lines
+}
 
 /// A variable of a script that the link sees.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,6 +72,9 @@ pub struct Program {
     pub profile: String,
     /// What the link sees of its variables.
     pub variables: Vec<Variable>,
+    /// Where lines of the script begin in its code: offset and line, in ascending order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<(u16, u16)>,
 }
 
 /// What is known of a board.
@@ -114,6 +130,22 @@ impl Variable {
 }
 
 impl Program {
+    /// The text that is left with a gateway. One that is longer than a file goes without its lines.
+    pub fn text(&self) -> Vec<u8> {
+        let text = |program: &Program| serde_json::to_vec(program).unwrap_or_default();
+        let whole = text(self);
+        if whole.len() < MOST_BYTES {
+            return whole;
+        }
+        text(&Program { lines: Vec::new(), ..self.clone() })
+    }
+
+    /// The line whose code holds an offset.
+    pub fn line(&self, pc: u16) -> Option<u16> {
+        let behind = self.lines.partition_point(|(first, _)| *first <= pc);
+        self.lines.get(behind.checked_sub(1)?).map(|(_, line)| *line)
+    }
+
     /// Reads what somebody left.
     fn parse(text: &[u8]) -> Option<Program> {
         let program: Program = serde_json::from_slice(text).ok()?;
@@ -127,7 +159,8 @@ impl Program {
                 && usize::from(var.register) + 2 * values <= 0x1_0000
         };
         let values: usize = program.variables.iter().map(|var| usize::from(var.count)).sum();
-        (values <= MOST_VARIABLES && program.variables.iter().all(good)).then_some(program)
+        let good = values <= MOST_VARIABLES && program.variables.iter().all(good);
+        (good && program.lines.is_sorted()).then_some(program)
     }
 }
 
@@ -318,7 +351,8 @@ mod tests {
     }
 
     const LEFT: &str = r#"{"crc":4660,"script":"a.bas","profile":"mill","variables":
-        [{"name":"made","register":4000,"count":1,"kind":"Number","keep":true}]}"#;
+        [{"name":"made","register":4000,"count":1,"kind":"Number","keep":true}],
+        "lines":[[0,1],[5,3],[9,2]]}"#;
 
     #[test]
     fn the_standards_examples_of_records_are_read() {
@@ -350,6 +384,7 @@ mod tests {
         }
         let known = book(Some(&file)).known(1).and_then(|known| known.program).expect("known");
         assert_eq!((known.crc, &known.variables[0].name[..]), (0x1234, "made"));
+        assert_eq!([0, 4, 5, 8, 9, 900].map(|pc| known.line(pc)), [1, 1, 3, 3, 2, 2].map(Some));
         assert!(book(Some(&file)).known(0).expect("a board").program.is_none());
         for wrong in ["{}", "", &LEFT.replace("made", "a b"), &LEFT.replace("Number", "Colour")] {
             let request = records_of(wrong.as_bytes());

@@ -91,6 +91,11 @@ wanted = []
 for piece in (2, 3):
     wanted += [("start", None), ("print", f"piece {piece}"), ("end", None)]
 assert new == wanted, new
+# A fault has its line, though the program itself tells none.
+assert order(first, do="set", variable="depth", value=0)["ok"]
+assert order(first, do="start")["ok"]
+fault = json.loads(wait("a fault", event("fault"))[1])
+assert (fault["fault"], fault["line"], fault["run"]) == ("F13", 6, 4) and fault["text"], fault
 # A state that is retained comes to whoever subscribes.
 third = client("third", True)
 wait("retained", lambda topic, text, retain: retain and topic == "pasapas/gateway/drill/state")
@@ -106,7 +111,8 @@ fn paho_watches_orders_and_misses_nothing_while_it_is_away() {
     let board = Board::start(&["--part", "f5529"]);
     upload(
         &board,
-        "DIM depth AS LENGTH AT 3000\nKEEP made\nmade = made + 1\nPRINT \"piece \"; made\n",
+        "DIM depth AS LENGTH AT 3000\nKEEP made\nmade = made + 1\nPRINT \"piece \"; made\n\
+         IF depth = 0mm THEN\n  WaitIn 5, RISE, 50ms\nEND IF\n",
     );
     let port = free_port();
     let _broker = broker(&program, folder.path(), port, "max_queued_messages 1000\n");

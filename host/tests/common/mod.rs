@@ -23,21 +23,21 @@ impl Board {
 
     /// The same with the pseudo-terminal in a folder.
     pub fn start_in(folder: TempDir, more: &[&str]) -> Board {
-        let link = folder.path().join("board");
-        let child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
-            .args(["board", "--pty"])
-            .arg(&link)
-            .args(more)
-            .stdout(Stdio::null())
-            .spawn()
-            .expect("the board starts");
-        let board = Board { child, folder };
-        let begun = Instant::now();
-        while !link.exists() {
-            assert!(begun.elapsed() < Duration::from_secs(20), "no pseudo-terminal appeared");
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        board
+        let child = board_at(&folder.path().join("board"), more);
+        Board { child, folder }
+    }
+
+    /// Another board in the place of one that ended.
+    pub fn begin_again(&mut self, more: &[&str]) {
+        // One that was killed leaves its name behind.
+        let _ = std::fs::remove_file(self.port());
+        self.child = board_at(&self.port(), more);
+    }
+
+    /// Sends it a signal.
+    #[cfg(unix)]
+    pub fn signal(&self, by: rustix::process::Signal) {
+        signal(&self.child, by);
     }
 
     /// Ends the board by a signal.
@@ -58,6 +58,23 @@ impl Drop for Board {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Starts `pasapas board` and waits until its pseudo-terminal is there.
+fn board_at(link: &Path, more: &[&str]) -> Child {
+    let child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+        .args(["board", "--pty"])
+        .arg(link)
+        .args(more)
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the board starts");
+    let begun = Instant::now();
+    while !link.exists() {
+        assert!(begun.elapsed() < Duration::from_secs(20), "no pseudo-terminal appeared");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child
 }
 
 /// A gateway that runs until it is dropped.

@@ -270,6 +270,7 @@ mod tests {
                 variable("depth", 3000, 1, "Length"),
                 variable("list", 3010, 3, "Number"),
             ],
+            lines: Vec::new(),
         };
         let write = |text: &str| {
             let order = Order::read(text.as_bytes()).expect("an order");
