@@ -11,12 +11,6 @@ use lang::isa::Op;
 use lang::record::AxisRecord;
 use lang::wire::{Control, Direct, Exception, command};
 
-/// Registers of the command buffer.
-pub const BUFFER: usize = 21;
-
-/// Milliseconds without a valid request after which 102 and 1111 ramp down.
-pub const SILENCE: u16 = 2000;
-
 /// A 32-bit float as thousandths, rounded half up; saturates.
 fn thousandths(low: u16, high: u16) -> i32 {
     let exponent = (high >> 7 & 0xFF) as i16;

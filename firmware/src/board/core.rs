@@ -15,7 +15,6 @@ use trace::Trace;
 
 use crate::check;
 use crate::chip::PART;
-use crate::commands::BUFFER;
 use crate::flash::Area;
 use crate::home::Plan;
 use crate::lock::Lock;
@@ -34,6 +33,9 @@ use lang::record::{BoardRecord, feature};
 /// Image features of this firmware.
 pub const FEATURES: u16 =
     PART.features & if cfg!(feature = "stream") { !0 } else { !feature::STREAM };
+
+/// Registers of the command buffer.
+const BUFFER: usize = 21;
 
 /// What the chip can run.
 pub const LIMITS: Limits = Limits {

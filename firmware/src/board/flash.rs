@@ -1,8 +1,9 @@
 //! The flash controller, the program area behind the store, and images in it.
 
 pub use crate::chip::AREA;
+use crate::chip::clock::kick;
 use crate::chip::{self, PART};
-use crate::{boot, link};
+use crate::link;
 use firmware::store::{Flash, SEGMENT};
 use firmware::verify::{self, Bytes};
 
@@ -32,13 +33,13 @@ fn operate(key: Key, mode: u16, address: u16, word: u16) {
     if !(AREA..AREA_END).contains(&address) && !chip::INFORMATION.contains(&address) {
         return;
     }
-    boot::kick();
+    kick();
     msp430::interrupt::disable();
     chip::flash::operate(key, mode, address, word);
     link::catch_up();
     // SAFETY: interrupts were on, no critical section is open in the main loop.
     unsafe { msp430::interrupt::enable() };
-    boot::kick();
+    kick();
 }
 
 /// Clears bits of a word.
@@ -72,7 +73,7 @@ impl Bytes for Image {
     #[inline(always)]
     fn crc(crc: u16, byte: u8) -> u16 {
         // 3 KB take 20 ms, and the check of the code follows.
-        boot::kick();
+        kick();
         crate::math::crc16(crc, byte)
     }
 }

@@ -1,7 +1,6 @@
 //! What is done each millisecond.
 
 use super::Core;
-use crate::commands::SILENCE;
 use crate::{chain, link};
 use lang::fault::Fault;
 use lang::record::BoardRecord;
@@ -9,6 +8,9 @@ use lang::wire::{Control, RunState};
 
 /// Autorun gives up after so many watchdog resets in a row.
 const BITES: u16 = 3;
+
+/// Milliseconds without a valid request after which commands 102 and 1111 ramp down.
+const SILENCE: u16 = 2000;
 
 impl Core {
     /// Milliseconds that have passed since the last call, one by one.

@@ -3,17 +3,7 @@
 use lang::hir::{Arm, BinOp, Block, Case, DoTest, Expr, LoopKind, Stmt, StmtKind, VarId};
 
 use super::expr::comparison;
-use super::translate::Translator;
-
-/// A loop that is being translated.
-#[derive(Clone, Copy, Debug)]
-pub struct Loop {
-    kind: LoopKind,
-    /// Where EXIT goes.
-    pub exit: usize,
-    /// Where CONTINUE goes.
-    pub again: usize,
-}
+use super::translate::{Loop, Translator};
 
 impl Translator<'_> {
     /// The innermost loop of a kind.

@@ -2,11 +2,10 @@
 
 use lang::effect::{Effect, Read};
 use lang::hir::{
-    Block, CaseTest, Expr, ExprKind, GosubTarget, LabelId, Place, PrintPart, Program, RoutineId,
-    Stmt, StmtKind, Storage,
+    Block, CaseTest, Expr, ExprKind, GosubTarget, LabelId, LoopKind, Place, PrintPart, Program,
+    RoutineId, Stmt, StmtKind, Storage,
 };
 
-use super::control::Loop;
 use super::cycle::Plan;
 use super::effects::{self, Template};
 use super::emit::{Emitter, Script};
@@ -29,6 +28,17 @@ pub struct Translation {
     pub cycles: Vec<Plan>,
     /// Each statement announces itself; otherwise the source's lines tell them apart.
     pub precise: bool,
+}
+
+/// A loop that is being translated.
+#[derive(Clone, Copy, Debug)]
+pub struct Loop {
+    /// Which EXIT and CONTINUE mean it.
+    pub kind: LoopKind,
+    /// Where EXIT goes.
+    pub exit: usize,
+    /// Where CONTINUE goes.
+    pub again: usize,
 }
 
 /// See the module.
