@@ -57,7 +57,7 @@ assert mine.read_holding_registers(5000, count=1, device_id=77).exception_code =
 assert mine.write_register(5051, 1, device_id=1).exception_code == 2
 assert mine.write_coil(0, True, device_id=1).exception_code == 2
 assert mine.read_holding_registers(9999, count=1, device_id=1).exception_code == 2
-counts = mine.read_input_registers(100, count=40, device_id=250).registers
+counts = mine.read_input_registers(100, count=40, device_id=247).registers
 assert counts[0] == 1 and counts[2] == 1, counts
 # An input that the program waits for would not come: it is stopped over the gateway.
 assert not mine.write_register(5050, 1, device_id=2).isError()
@@ -146,6 +146,9 @@ fn one_board_needs_no_file_and_our_own_commands_go_through() {
     };
     let (good, said) = poll(&["-t", "4", "-r", "5000", "-c", "1"], &[]);
     assert!(good && said.contains("[5000]: \t1"), "{said}");
+    // The gateway's own counters: one board.
+    let (good, said) = poll(&["-a", "247", "-t", "3:int", "-r", "0", "-c", "1"], &[]);
+    assert!(good && said.contains("[0]: \t1"), "{said}");
     assert!(poll(&["-t", "0", "-r", "2"], &["1"]).0);
     let (good, said) = poll(&["-t", "0", "-r", "0", "-c", "4"], &[]);
     assert!(good && said.contains("[2]: \t1") && said.contains("[1]: \t0"), "{said}");

@@ -151,7 +151,7 @@ impl Config {
             name: "board".to_owned(),
             port: port.to_owned(),
             address,
-            unit: None,
+            unit: (address == OWN_UNIT).then_some(1),
             fresh_unit: None,
             tags: Vec::new(),
             script: None,
@@ -223,7 +223,10 @@ impl Config {
             }
             for unit in [Some(one.unit()), one.fresh_unit].into_iter().flatten() {
                 if !(1..OWN_UNIT).contains(&unit) {
-                    let words = format!("{name}: a unit is 1 to {}", OWN_UNIT - 1);
+                    let words = format!(
+                        "{name}: a unit is 1 to {}, {OWN_UNIT} is the gateway's own; give it another `unit`",
+                        OWN_UNIT - 1
+                    );
                     return Err(Wrong(format!("\"{name}\""), words));
                 }
                 if units.contains(&unit) {
@@ -346,7 +349,7 @@ mod tests {
         let second = "[[board]]\nname = \"saw\"\nport = \"/dev/ttyACM1\"\n";
         let cases = [
             (format!("{GOOD}{second}"), (5, 8), "unit 1 is taken"),
-            (format!("{GOOD}{second}unit = 0\n"), (5, 8), "a unit is 1 to 249"),
+            (format!("{GOOD}{second}unit = 0\n"), (5, 8), "a unit is 1 to 246"),
             (GOOD.replace("drill", "dr/ill"), (2, 8), "is no name of a board"),
             (format!("{GOOD}[[client]]\nfrom = \"hall\"\n"), (5, 8), "is no machine"),
             (format!("{GOOD}[[line]]\nport = \"COM9\"\n"), (4, 1), "no board is on COM9"),

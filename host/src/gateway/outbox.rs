@@ -6,7 +6,7 @@
 //! is dropped. Bounded: the oldest message makes room, and that is counted and told.
 
 use std::collections::VecDeque;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
@@ -55,12 +55,29 @@ pub struct Outbox {
     /// Messages that made room and of which nobody was told yet.
     dropped: u64,
     dirty: bool,
+    /// Held for as long as the messages are ours.
+    _lock: File,
 }
 
 fn write_line(file: &mut impl Write, line: &Line) -> io::Result<()> {
     let mut text = serde_json::to_string(line)?;
     text.push('\n');
     file.write_all(text.as_bytes())
+}
+
+/// Takes the messages for this process: two that write them would lose those of each other. The file itself is
+/// made anew now and then, so the lock is one beside it.
+fn lock(path: &Path) -> io::Result<File> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".lock");
+    let file = File::create(&name)?;
+    file.try_lock().map_err(|error| match error {
+        TryLockError::WouldBlock => {
+            io::Error::other("another gateway has it; give it another `outbox`")
+        }
+        TryLockError::Error(error) => error,
+    })?;
+    Ok(file)
 }
 
 /// Writes the file with what waits alone, in one step.
@@ -81,8 +98,9 @@ impl Outbox {
     /// Opens the file or makes it, with at most `most` messages.
     ///
     /// # Errors
-    /// It cannot be read or written.
+    /// It cannot be read or written, or another gateway has it.
     pub fn open(path: &Path, most: usize) -> io::Result<Outbox> {
+        let lock = lock(path)?;
         let mut waiting: VecDeque<Letter> = VecDeque::new();
         let (mut newest, mut done) = (0, 0);
         match File::open(path) {
@@ -112,8 +130,18 @@ impl Outbox {
         // What was torn goes before anything is written behind it.
         let file = write_anew(path, newest, &waiting)?;
         let (path, lines, most) = (path.to_owned(), 1 + waiting.len(), most.max(1));
-        let mut outbox =
-            Outbox { path, file, waiting, bytes, newest, most, lines, dropped: 0, dirty: false };
+        let mut outbox = Outbox {
+            path,
+            file,
+            waiting,
+            bytes,
+            newest,
+            most,
+            lines,
+            dropped: 0,
+            dirty: false,
+            _lock: lock,
+        };
         outbox.make_room()?;
         Ok(outbox)
     }
@@ -232,6 +260,8 @@ mod tests {
         drop(file);
         let mut outbox = Outbox::open(&path, 100).expect("there");
         assert_eq!(ids(&outbox), [3, 4, 5]);
+        let other = Outbox::open(&path, 100).map(|_| ()).expect_err("it is taken");
+        assert!(other.to_string().contains("another gateway"), "{other}");
         outbox.push("t", text).expect("room");
         outbox.arrived(6).expect("a disk");
         assert_eq!(outbox.len(), 0);

@@ -91,8 +91,9 @@ counts! {
     }
 }
 
-/// Unit that shows the counters; no board on a serial line has it (Modbus over Serial Line V1.02, 2.2).
-pub const OWN_UNIT: u8 = 250;
+/// Unit that shows the counters: the last one that every client can ask for (Modbus over Serial Line
+/// V1.02, 2.2; libmodbus takes none above it). A board with this address needs a unit of its own.
+pub const OWN_UNIT: u8 = 247;
 /// Register from which on the first board's counters stand, each as 32 bits, low word first.
 pub const FIRST_BOARD: u16 = 100;
 /// Registers from one board to the next.

@@ -33,11 +33,12 @@ fn tls_and_passwords_are_kept_to() {
             ),
         );
     }
-    // A good one, one of another host, one that is over.
+    // A good one, one of another host, one that is over, and one for the gateway.
     for (name, host, days) in [
         ("server", "DNS:localhost,IP:127.0.0.1", 2),
         ("far", "DNS:elsewhere", 2),
         ("old", "DNS:localhost", 0),
+        ("own", "DNS:hall", 2),
     ] {
         std::fs::write(place.join("ext"), format!("subjectAltName={host}\n")).expect("a file");
         let request = format!(
@@ -54,12 +55,13 @@ fn tls_and_passwords_are_kept_to() {
     run(place, "mosquitto_passwd", "-c -b users hall secret");
     std::fs::write(place.join("password"), "secret\n").expect("a file");
     std::fs::write(place.join("wrong"), "sekret\n").expect("a file");
-    let (plain, port, far, old) = (free_port(), free_port(), free_port(), free_port());
+    let [plain, port, far, old, strict] = [0; 5].map(|_| free_port());
     let path = |name: &str| place.join(name).display().to_string();
     let mut more = format!("per_listener_settings false\npassword_file {}\n", path("users"));
-    for (port, name) in [(port, "server"), (far, "far"), (old, "old")] {
+    for (port, name) in [(port, "server"), (far, "far"), (old, "old"), (strict, "server")] {
         more += &format!(
-            "listener {port} 127.0.0.1\ncafile {}\ncertfile {}\nkeyfile {}\n",
+            "listener {port} 127.0.0.1\nrequire_certificate {}\ncafile {}\ncertfile {}\nkeyfile {}\n",
+            port == strict,
             path("ca.pem"),
             path(&format!("{name}.pem")),
             path(&format!("{name}.key"))
@@ -84,6 +86,7 @@ fn tls_and_passwords_are_kept_to() {
         setting("thief", port, "ca.pem", "wrong"),
         setting("astray", far, "ca.pem", "password"),
         setting("late", old, "ca.pem", "password"),
+        setting("nobody", strict, "ca.pem", "password"),
     ] {
         let gateway = Gateway::start(&[text(&gateway_file(&board, &folder, &setting))]);
         let before = gateway.memory();
@@ -93,8 +96,18 @@ fn tls_and_passwords_are_kept_to() {
         let grown = gateway.memory().saturating_sub(before);
         assert!(grown < 8 << 10, "{grown} KB more");
     }
-    let _gateway = gateway(&board, &folder, &setting("good", port, "ca.pem", "password"));
+    let good = gateway(&board, &folder, &setting("good", port, "ca.pem", "password"));
     let (topic, _) =
         ear.wait("online", |topic, text| topic.ends_with("/status") && text == "online");
     assert_eq!(topic, "pasapas/good/status");
+    drop(good);
+    // A broker that wants to see ours.
+    let known = format!(
+        "{}\ncertificate = {:?}\nkey = {:?}",
+        setting("known", strict, "ca.pem", "password"),
+        place.join("own.pem"),
+        place.join("own.key")
+    );
+    let _known = gateway(&board, &folder, &known);
+    ear.wait("known", |topic, text| topic == "pasapas/known/status" && text == "online");
 }
