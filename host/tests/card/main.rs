@@ -3,16 +3,16 @@
 
 #![cfg(unix)]
 
+#[path = "../common/mod.rs"]
 mod common;
+mod others;
+mod serial;
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
-use common::{Board, Gateway, has, pasapas, signal, text};
-use rustix::process::Signal;
+use common::{Board, Gateway, pasapas, text};
 
 /// Longer than any move of these tests takes, on a loaded machine too.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -345,122 +345,3 @@ fn sequences_of_other_programs_are_answered_as_they_await_it() {
         assert!(begun.elapsed() < PATIENCE, "it does not run: {}", stand.status());
     }
 }
-
-/// A cable between two serial ports, until it is dropped.
-struct Cable(Child);
-
-impl Cable {
-    fn new(one: &Path, other: &Path) -> Cable {
-        let end = |path: &Path| format!("pty,raw,echo=0,link={}", text(path));
-        let child = Command::new("socat").args([end(one), end(other)]).spawn();
-        let begun = Instant::now();
-        while !(one.exists() && other.exists()) {
-            assert!(begun.elapsed() < PATIENCE, "no cable");
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        Cable(child.expect("socat starts"))
-    }
-}
-
-impl Drop for Cable {
-    fn drop(&mut self) {
-        signal(&self.0, Signal::TERM);
-        let _ = self.0.wait();
-    }
-}
-
-/// At a serial port, with pyserial at the other end of the cable; the cable is pulled and put back.
-#[test]
-fn a_client_at_a_serial_port_is_answered_before_and_behind_a_pulled_cable() {
-    if !has("socat", &["-V"]) || !has("python3", &["-c", "import serial"]) {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a folder");
-    let (card, client) = (folder.path().join("card"), folder.path().join("client"));
-    let cable = Cable::new(&card, &client);
-    let more = format!("port = {:?}\nrate = 19200", text(&card));
-    let stand = Stand::start("g2553", &more);
-    let run = |x: u32| {
-        let (x, client) = (x.to_string(), text(&client));
-        let output = Command::new("python3").args(["-c", SERIAL, client, &x]).output();
-        let output = output.expect("python starts");
-        let said = [output.stdout, output.stderr].concat();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&said));
-    };
-    run(300);
-    assert_eq!(stand.at("X"), 300);
-    drop(cable);
-    std::thread::sleep(Duration::from_millis(500));
-    let _cable = Cable::new(&card, &client);
-    std::thread::sleep(Duration::from_secs(2));
-    run(500);
-    assert_eq!(stand.at("X"), 500);
-}
-
-/// Sends lines, waits for each one's character; a stop in the middle of a move.
-const SERIAL: &str = r#"
-import sys, time
-import serial
-
-port = serial.Serial(sys.argv[1], 19200, timeout=60)
-def say(line, answer):
-    port.write(line.encode() + b"\r")
-    got = port.read(len(answer))
-    assert got == answer, (line, got)
-say("@07", b"0")
-say("@0R7", b"0")
-port.write(b"@0A 20000,900,0,21,0,21,0,21\r")
-time.sleep(0.5)
-port.write(b"\xff")
-assert port.read(1) == b"0"
-say("@0M %s,900,0,21,0,21,0,21" % sys.argv[2], b"0")
-say("@0P", b"0" + b"%06X" % int(sys.argv[2]) + b"0" * 12)
-"#;
-
-/// Programs of others, unchanged, where a folder with them is named: they are fetched, never kept here.
-#[test]
-fn programs_of_others_run_unchanged() {
-    let Some(folder) = std::env::var_os("PASAPAS_CARD_CLIENTS").map(PathBuf::from) else {
-        eprintln!("PASAPAS_CARD_CLIENTS names no folder with programs: they are left out");
-        return;
-    };
-    if !has("python3", &["-c", "import serial, numpy, tqdm"]) {
-        return;
-    }
-    let place = tempfile::tempdir().expect("a folder");
-    let link = place.path().join("card");
-    let more = format!("pty = {:?}\nanswer = \"cr\"\ndialect = \"imcs8\"", text(&link));
-    let stand = Stand::start("f5529", &more);
-    let output = Command::new("python3")
-        .args(["-c", TRAVERSE, text(&folder), text(&link)])
-        .output()
-        .expect("python starts");
-    let said = [output.stdout, output.stderr].concat();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&said));
-    assert_eq!([stand.at("X"), stand.at("Y"), stand.at("Z")], [3200, 6400, 1600]);
-}
-
-/// Uses `commands.py` of traverse-control as its README says; 320 steps are its millimetre.
-const TRAVERSE: &str = r#"
-import contextlib, io, sys
-sys.path.insert(0, sys.argv[1])
-from commands import Traverse
-traverse = Traverse(port=sys.argv[2])
-
-def end(reply):
-    # It gives a long move up after 2 s; the answer comes when the motion has ended.
-    while not reply:
-        reply = traverse.ser.read_until(b"\r")
-    return reply
-
-assert traverse.initialize() == b"0\r"
-assert traverse.get_version_data() == b"0\r"
-assert end(traverse.reference_run()) == b"0\r"
-assert end(traverse.execute_absolute_movement(10, 20, 5)) == b"0\r"
-told = io.StringIO()
-with contextlib.redirect_stdout(told):
-    traverse.get_position()
-assert told.getvalue() == "x: 10.0 y: 20.0 z: 5.0\n", told.getvalue()
-assert end(traverse.execute_absolute_movement(1, 20, 500)) == b"2\r"
-assert end(traverse.execute_absolute_movement(10, 20, 5)) == b"0\r"
-"#;
