@@ -7,6 +7,7 @@ pub mod keep;
 pub mod modbus;
 pub mod motion;
 pub mod print;
+pub mod rules;
 pub mod session;
 pub mod store;
 pub mod verify;

@@ -9,11 +9,12 @@ use crate::vm::{POOL_WORDS, vm};
 use firmware::RELEASE;
 use firmware::modbus::Map;
 use firmware::print::RING;
+use firmware::rules::{Axis, Machine, status};
 use firmware::store::{Denied, Store};
 use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::image::at;
-use lang::isa::{FINGERPRINT, Op};
+use lang::isa::FINGERPRINT;
 use lang::record::{AxisRecord, BoardRecord};
 #[expect(
     clippy::wildcard_imports,
@@ -205,27 +206,6 @@ impl Core {
         Ok(())
     }
 
-    /// The axis that homes or probes, as a bit.
-    fn under_way(&self, probe: bool) -> u8 {
-        let code = self.effect.code;
-        let homes = (Op::Home as u8..=Op::HomeQuery as u8).contains(&code);
-        let wanted = if probe { code == Op::Probe as u8 } else { homes };
-        u8::from(wanted) << self.effect.n
-    }
-
-    fn cnc_state(&self) -> u16 {
-        let state = self.session.state();
-        let record = self.record;
-        let on = |numbers: &[u8]| self.first_on(numbers) != 0;
-        u16::from(state == RunState::Fault)
-            | u16::from(self.under_way(false) != 0) << 2
-            | u16::from(self.session.is_active()) << 3
-            | u16::from(state == RunState::Paused) << 4
-            | u16::from(self.jog && self.motor.moving() != 0) << 5
-            | u16::from(on(&record.door)) << 6
-            | u16::from(on(&record.emergency)) << 8
-    }
-
     fn status(&mut self, address: u16) -> u16 {
         match address {
             INPUTS => self.inputs.levels(),
@@ -234,23 +214,12 @@ impl Core {
                 let direction = !self.motor.negative & 0b111;
                 u16::from_le_bytes([self.motor.moving(), direction])
             }
-            HOMING => u16::from_le_bytes([self.under_way(false), self.homing_error]),
+            HOMING => status::homing(self),
             MISC_STATUS => u16::from(self.motor.percents != [100; 2]) << 13,
-            PROBING => u16::from(self.under_way(true)) << 8,
+            PROBING => status::probing(self),
             PROBE_ERROR => u16::from(self.probe_error),
-            PLC_STATUS => u16::from(self.session.is_active()) << 10,
-            LIMITS => {
-                let at = |core: &Core, n: u8, positive: bool| {
-                    let home = crate::vm::axis(n).flags & AxisRecord::HOME_POSITIVE != 0;
-                    home == positive && core.input(core.record.reference[usize::from(n)])
-                };
-                let mut limits = 0;
-                for n in 0..AXES {
-                    limits |= u16::from(at(self, n, false)) << n;
-                    limits |= u16::from(at(self, n, true)) << (n + 8);
-                }
-                limits
-            }
+            PLC_STATUS => status::plc_status(self),
+            LIMITS => status::limit_switches(self),
             WORK_POSITIONS..ACTUAL_SPEEDS => {
                 self.axis_value(address, WORK_POSITIONS, Core::work_position)
             }
@@ -260,8 +229,8 @@ impl Core {
             TARGETS..TARGETS_END => self.axis_value(address, TARGETS, |core, n| {
                 core.motor.steps[usize::from(n)].wrapping_sub(core.offset_steps(n))
             }),
-            COMMAND_ROOM => u16::from(self.idle().is_ok()) * 21,
-            CNC_STATE => self.cnc_state(),
+            COMMAND_ROOM => status::command_room(self),
+            CNC_STATE => status::cnc_state(self),
             CNC_ALARM => alarm(self.session.fault(), self.session.state()),
             PROBE_RESULT_TEXT..PROBE_RESULT => {
                 self.axis_value(address, PROBE_RESULT_TEXT, |core, n| {
@@ -273,6 +242,45 @@ impl Core {
             }
             _ => 0,
         }
+    }
+}
+
+impl Machine for Core {
+    fn is_active(&self) -> bool {
+        self.session.is_active()
+    }
+    fn is_fault(&self) -> bool {
+        self.session.state() as u8 == RunState::Fault as u8
+    }
+    fn is_paused(&self) -> bool {
+        self.session.state() as u8 == RunState::Paused as u8
+    }
+    fn jogs(&self) -> bool {
+        self.jog && self.motor.moving() != 0
+    }
+    fn is_idle(&self) -> bool {
+        self.idle().is_ok()
+    }
+    fn door(&self) -> bool {
+        self.first_on(&self.record.door) != 0
+    }
+    fn emergency(&self) -> bool {
+        self.first_on(&self.record.emergency) != 0
+    }
+    fn effect(&self) -> u8 {
+        self.effect.code
+    }
+    fn axis(&self) -> Axis {
+        Axis::new(self.effect.n)
+    }
+    fn homing_failed(&self) -> u8 {
+        self.homing_error
+    }
+    fn reference_closed(&self, axis: Axis) -> bool {
+        self.input(self.record.reference[usize::from(axis.n())])
+    }
+    fn home_positive(&self, axis: Axis) -> bool {
+        crate::vm::axis(axis.n()).flags & AxisRecord::HOME_POSITIVE != 0
     }
 }
 

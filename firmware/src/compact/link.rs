@@ -109,7 +109,7 @@ constants! {
     CONTROLS = Control::ALL.len();
     CONTROL_START = Control::Start;
     CONTROL_RESTART = Control::Restart;
-    COMMAND_WORDS = block(Table::Holding, wire::COMMAND).count;
+    COMMAND_WORDS = firmware::rules::status::COMMAND_WORDS;
     UPLOAD_COUNT = block(Table::Holding, wire::UPLOAD_WINDOW).count;
     WIRE_VERSION = wire::WIRE_VERSION;
     RELEASE = firmware::RELEASE;
@@ -126,4 +126,6 @@ core::arch::global_asm!(include_str!("link/uart.s"), options(raw));
 core::arch::global_asm!(include_str!("link/modbus.s"), options(raw));
 core::arch::global_asm!(include_str!("link/tables.s"), options(raw));
 core::arch::global_asm!(include_str!("link/map.s"), options(raw));
+// Made of firmware/src/rules/status.rs; MAP_CODE reaches it behind the registers above.
+core::arch::global_asm!(include_str!("made/status.s"), options(raw));
 core::arch::global_asm!(include_str!("link/write.s"), options(raw));

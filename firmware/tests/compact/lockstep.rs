@@ -24,9 +24,11 @@ const OPERANDS: u16 = CODE + 0x1C0;
 const RAM: std::ops::Range<u16> = 0x0200..0x03B8;
 
 /// A chip whose micro-code the interpreter runs; instructions run on the chip.
-struct OnChip {
-    chip: Chip,
-    elf: Elf,
+pub struct OnChip {
+    /// The chip.
+    pub chip: Chip,
+    /// Its image.
+    pub elf: Elf,
     /// Whether scaled numbers are the chip's work, too; else they are the twin's.
     counts: bool,
 }
@@ -114,7 +116,8 @@ impl World for OnChip {
 }
 
 impl OnChip {
-    fn of(chip: &Chip, elf: &Elf, counts: bool) -> OnChip {
+    /// With a copy of a chip.
+    pub fn of(chip: &Chip, elf: &Elf, counts: bool) -> OnChip {
         OnChip { chip: chip.clone(), elf: elf.clone(), counts }
     }
 
@@ -255,7 +258,7 @@ fn base() -> OnChip {
 }
 
 /// A runner of so many cases, that keeps no file.
-fn runner(cases: u32) -> TestRunner {
+pub fn runner(cases: u32) -> TestRunner {
     TestRunner::new(Config { cases, failure_persistence: None, ..Config::default() })
 }
 

@@ -26,6 +26,7 @@ mod micro;
 mod moves;
 mod numbers;
 mod ramp;
+mod rules;
 mod session;
 mod step;
 mod store;

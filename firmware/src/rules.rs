@@ -1,0 +1,80 @@
+//! Rules of the machine that every chip keeps, each written once. rustc compiles them for the host and the larger
+//! chip; `firmware/lower` makes micro-code of the same functions for the small one, whose page says what may stand
+//! here. What a chip does its own way is a leaf, a function of [`Machine`].
+
+pub mod status;
+
+/// An axis of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Axis(u8);
+
+impl Axis {
+    /// All of them, the last one first.
+    pub const DOWN: [Axis; 3] = [Axis(2), Axis(1), Axis(0)];
+
+    /// The axis `n`, from 0.
+    pub const fn new(n: u8) -> Axis {
+        Axis(n)
+    }
+
+    /// Its number, from 0.
+    pub const fn n(self) -> u8 {
+        self.0
+    }
+
+    /// Its bit.
+    pub const fn bit(self) -> u8 {
+        1 << self.0
+    }
+}
+
+/// What a rule looks at. `micro` says what the small chip does for it: a byte; a bit of one; a byte that is a value; code
+/// behind which a flag tells.
+pub trait Machine {
+    /// A run was begun and has not ended.
+    #[cfg_attr(any(), micro(any = "RUN, RUN_ACTIVE"))]
+    fn is_active(&self) -> bool;
+    /// A fault is latched.
+    #[cfg_attr(any(), micro(is = "RUN, RUN_FAULT"))]
+    fn is_fault(&self) -> bool;
+    /// A run rests in a pause.
+    #[cfg_attr(any(), micro(is = "RUN, RUN_PAUSED"))]
+    fn is_paused(&self) -> bool;
+    /// An axis moves for as long as the host speaks.
+    #[cfg_attr(any(), micro(any = "MOTION, M_JOG", bit = 32))]
+    fn jogs(&self) -> bool;
+    /// No run is active and nothing moves.
+    #[cfg_attr(any(), micro(code = "DO idle", holds = "EQUAL"))]
+    fn is_idle(&self) -> bool;
+    /// An input with the role of a door is on.
+    #[cfg_attr(
+        any(),
+        micro(
+            code = "PROFILE B_DOOR; DO input",
+            or = "PROFILE B_DOOR+1; DO input",
+            holds = "NOT_EQUAL"
+        )
+    )]
+    fn door(&self) -> bool;
+    /// An emergency stop is on.
+    #[cfg_attr(any(), micro(code = "CALL emergency_now", holds = "NOT_EQUAL"))]
+    fn emergency(&self) -> bool;
+    /// Code of the effect under way, 0 for none.
+    #[cfg_attr(any(), micro(byte = "EFFECT"))]
+    fn effect(&self) -> u8;
+    /// The axis of that effect.
+    #[cfg_attr(any(), micro(axis = "DO axis_n"))]
+    fn axis(&self) -> Axis;
+    /// Bit per axis: homing by command failed.
+    #[cfg_attr(any(), micro(byte = "HOMING_ERROR"))]
+    fn homing_failed(&self) -> u8;
+    /// The axis's reference switch is closed.
+    #[cfg_attr(any(), micro(code = "CALL reference_at; DO input", holds = "NOT_EQUAL"))]
+    fn reference_closed(&self, axis: Axis) -> bool;
+    /// That switch is at the positive end.
+    #[cfg_attr(
+        any(),
+        micro(code = "FR word A_FLAGS, SHORT; TESTI AXIS_HOME_POSITIVE", holds = "NOT_EQUAL")
+    )]
+    fn home_positive(&self, axis: Axis) -> bool;
+}

@@ -1,0 +1,181 @@
+//! The rules that both chips share: what rustc makes of a function against the micro-code that `lower` has made of it,
+//! from the same random state; and what stands in the repository against what `lower` makes now.
+
+use firmware::rules::{Axis, Machine, status};
+use lang::isa::Op;
+use lang::record::{AxisRecord, BoardRecord, MachineRecord};
+use lang::wire::RunState;
+use micro::run::{End, Flags, Registers, run};
+use proptest::prelude::*;
+
+use crate::chip::Chip;
+use crate::lockstep::{OnChip, runner};
+use crate::machine::{install, mill};
+use crate::rig::PROFILE;
+use crate::verify::Elf;
+
+/// The chip's state as a rule sees it. Leaves that are routines are the chip's own.
+struct State<'a>(&'a Chip);
+
+impl State<'_> {
+    /// A routine on a copy of the chip: r12 and Z behind it.
+    fn leaf(&self, routine: &str, r12: u16) -> (u16, bool) {
+        let mut chip = self.0.clone();
+        chip.call(routine, &[(12, r12)]);
+        (chip.reg(12), chip.reg(2) & 2 != 0)
+    }
+
+    fn input(&self, n: u8) -> bool {
+        self.leaf("input", n.into()).0 != 0
+    }
+
+    fn record(&self) -> BoardRecord {
+        BoardRecord::from_bytes(&std::array::from_fn(|at| self.0.board.peek8(PROFILE + at as u16)))
+    }
+}
+
+impl Machine for State<'_> {
+    fn is_active(&self) -> bool {
+        self.0.byte("RUN") & RunState::Running as u8 != 0
+    }
+    fn is_fault(&self) -> bool {
+        self.0.byte("RUN") == RunState::Fault as u8
+    }
+    fn is_paused(&self) -> bool {
+        self.0.byte("RUN") == RunState::Paused as u8
+    }
+    fn jogs(&self) -> bool {
+        self.0.byte("MOTION") & 32 != 0
+    }
+    fn is_idle(&self) -> bool {
+        self.leaf("idle", 0).1
+    }
+    fn door(&self) -> bool {
+        self.record().door.iter().any(|n| self.input(*n))
+    }
+    fn emergency(&self) -> bool {
+        self.leaf("emergency_now", 0).0 != 0
+    }
+    fn effect(&self) -> u8 {
+        self.0.byte("EFFECT")
+    }
+    fn axis(&self) -> Axis {
+        Axis::new(self.0.byte("N"))
+    }
+    fn homing_failed(&self) -> u8 {
+        self.0.byte("HOMING_ERROR")
+    }
+    fn reference_closed(&self, axis: Axis) -> bool {
+        self.input(self.record().reference[usize::from(axis.n())])
+    }
+    fn home_positive(&self, axis: Axis) -> bool {
+        let machine = self.0.word("VM_CODE") - MachineRecord::SIZE as u16;
+        let axes = machine + std::mem::offset_of!(MachineRecord, axes) as u16;
+        let at = axes + u16::from(axis.n()) * AxisRecord::SIZE as u16;
+        let flags = self.0.board.peek16(at + std::mem::offset_of!(AxisRecord, flags) as u16);
+        flags & AxisRecord::HOME_POSITIVE != 0
+    }
+}
+
+/// What the rules look at.
+#[derive(Clone, Debug)]
+pub struct Seen {
+    bytes: [u8; 6],
+    levels: [u16; 2],
+    roles: [u8; 9],
+    positive: u8,
+}
+
+/// Any of it; effects and roles often those that matter.
+pub fn seen() -> impl Strategy<Value = Seen> {
+    let effect = prop_oneof![
+        Just(0),
+        Op::Home as u8 - 1..Op::HomeQuery as u8 + 2,
+        Just(Op::Probe as u8),
+        any::<u8>()
+    ];
+    let bytes = (0u8..7, any::<u8>(), effect, 0u8..3, any::<u8>(), 0u8..2);
+    let roles = prop::array::uniform9(prop_oneof![3 => 0u8..19, 1 => Just(0xFF)]);
+    (bytes, any::<[u16; 2]>(), roles, 0u8..8).prop_map(|(bytes, levels, roles, positive)| {
+        let (run, motion, effect, n, failed, moving) = bytes;
+        Seen { bytes: [run, motion, effect, n, failed, moving], levels, roles, positive }
+    })
+}
+
+impl Seen {
+    /// Puts it into a chip.
+    pub fn put(&self, chip: &mut Chip) {
+        let mut axes = mill().axes;
+        for (n, axis) in axes.iter_mut().enumerate() {
+            let positive = self.positive >> n & 1 != 0;
+            axis.flags = if positive { AxisRecord::HOME_POSITIVE } else { 0 } | AxisRecord::PRESENT;
+        }
+        install(chip, &MachineRecord { axes, ..mill() });
+        let roles = self.roles.map(|n| if n > 18 { 0 } else { n });
+        let mut record = BoardRecord::DEFAULT;
+        record.door = [roles[0], roles[1]];
+        record.reference = [roles[2], roles[3], roles[4]];
+        record.emergency = [roles[5], roles[6], roles[7], roles[8]];
+        for (at, byte) in (PROFILE..).zip(record.to_bytes()) {
+            chip.board.poke8(at, byte);
+        }
+        chip.set_word("BOARD", PROFILE);
+        let names = ["RUN", "MOTION", "EFFECT", "N", "HOMING_ERROR", "MOVING"];
+        for (name, byte) in names.into_iter().zip(self.bytes) {
+            chip.set_byte(name, byte);
+        }
+        chip.set_word("INPUT", self.levels[0]);
+        chip.set_word("RAW", self.levels[1]);
+        chip.set_word("TEMP", self.levels[0] ^ self.levels[1]);
+    }
+}
+
+/// r12 behind a routine of micro-code in the interpreter, and C.
+fn made(on: &OnChip, label: &str) -> (u16, Option<bool>) {
+    let mut here = OnChip::of(&on.chip, &on.elf, true);
+    let at = here.chip.at(label);
+    let mut registers =
+        Registers { flags: Flags::of(false, false, true, false), ..Registers::default() };
+    let end = run(&mut here, at, &mut registers).unwrap_or_else(|trap| panic!("{label}: {trap}"));
+    assert_eq!(end, End::Returned);
+    (registers.acc as u16, registers.flags.c)
+}
+
+/// A rule that makes a word.
+type Rule = fn(&State<'_>) -> u16;
+
+#[test]
+fn rules_say_the_same_by_rustc_and_as_micro_code() {
+    let elf = Elf::of("whole");
+    let base = Chip::new();
+    let words: [(&str, Rule); 6] = [
+        ("map_command_room", |m| status::command_room(m)),
+        ("map_plc_status", |m| status::plc_status(m)),
+        ("map_cnc_state", |m| status::cnc_state(m)),
+        ("map_limit_switches", |m| status::limit_switches(m)),
+        ("map_probing", |m| status::probing(m)),
+        ("map_homing", |m| status::homing(m)),
+    ];
+    let result = runner(150).run(&seen(), |seen| {
+        let mut on = OnChip::of(&base, &elf, true);
+        seen.put(&mut on.chip);
+        for (label, rule) in words {
+            prop_assert_eq!(made(&on, label).0, rule(&State(&on.chip)), "{}", label);
+        }
+        // Carry says that none homes.
+        prop_assert_eq!(made(&on, "map_homes").1, Some(!status::homes(&State(&on.chip))));
+        Ok(())
+    });
+    result.unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn what_lower_has_made_is_what_it_makes() {
+    let read = |path: &str| {
+        let path = format!("{}/{path}", env!("CARGO_MANIFEST_DIR"));
+        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
+    };
+    let made = lower::lower(&read("src/rules.rs"), &read("src/rules/status.rs"), "status");
+    let made = made.unwrap_or_else(|refused| panic!("{refused}"));
+    assert_eq!(made.text, read("src/compact/made/status.s"), "run `cargo run -p lower`");
+}
