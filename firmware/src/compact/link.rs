@@ -30,63 +30,25 @@ const fn tables(block: Block) -> u16 {
         | (block.flags as u16 & LONG as u16) << 6
 }
 
-/// Makes of each block `BLOCK_NAME` (its first address), `COUNT_NAME` and `TABLES_NAME`.
-macro_rules! blocks {
-    ($($name:ident: $table:ident;)*) => {
+/// Makes of each block `BLOCK_NAME` (its first address), `COUNT_NAME` and `TABLES_NAME`, of each register `AT_NAME`,
+/// its offset in the block.
+macro_rules! symbols {
+    (
+        blocks { $($block:ident: $table:ident $first:literal + $count:literal, $flags:expr;)* }
+        registers { $($(#[doc = $doc:literal])+ $name:ident: $in:ident + $offset:literal;)* }
+    ) => {
         $(core::arch::global_asm!(
-            concat!(".set BLOCK_", stringify!($name), ", {first}"),
-            concat!(".set COUNT_", stringify!($name), ", {count}"),
-            concat!(".set TABLES_", stringify!($name), ", {tables}"),
-            first = const wire::$name,
-            count = const count(block(Table::$table, wire::$name)),
-            tables = const tables(block(Table::$table, wire::$name)),
+            concat!(".set BLOCK_", stringify!($block), ", ", $first),
+            concat!(".set COUNT_", stringify!($block), ", {count}"),
+            concat!(".set TABLES_", stringify!($block), ", {tables}"),
+            count = const count(block(Table::$table, wire::$block)),
+            tables = const tables(block(Table::$table, wire::$block)),
         );)*
+        core::arch::global_asm!($(concat!(".set AT_", stringify!($name), ", ", $offset),)*);
     };
 }
 
-/// Makes of each register `AT_NAME`: its offset in the block.
-macro_rules! registers {
-    ($($block:ident: $($name:ident)*;)*) => {
-        $($(core::arch::global_asm!(
-            concat!(".set AT_", stringify!($name), ", {}"),
-            const wire::$name - wire::$block,
-        );)*)*
-    };
-}
-
-blocks! {
-    COILS: Coils;
-    INPUT_BITS: Inputs;
-    STATUS_BITS: Inputs;
-    STATUS: InputRegisters;
-    PROBE_RESULT_TEXT: InputRegisters;
-    PROBE_RESULT: InputRegisters;
-    CNC_STATUS: InputRegisters;
-    COMMAND: Holding;
-    OUTPUTS: Holding;
-    POSITIONS: Holding;
-    SPEEDS: Holding;
-    OVERRIDES: Holding;
-    CELLS: Holding;
-    KEEPS: Holding;
-    OWN: Holding;
-    PROFILE_WINDOW: Holding;
-    UPLOAD_WINDOW: Holding;
-}
-
-registers! {
-    STATUS:
-        INPUTS_HIGH MOVING HOMING LIMITS PLC_STATUS PROBING PROBE_ERROR WORK_POSITIONS
-        ACTUAL_SPEEDS TARGETS;
-    CNC_STATUS:
-        COMMAND_ROOM CNC_STATE CNC_ALARM;
-    OWN:
-        VERSION FIRMWARE_VERSION ISA_FINGERPRINT PROFILE_HASH FEATURES AREA_BYTES FREE_BYTES
-        PROGRAM_LENGTH PROGRAM_CRC RESET_CAUSE STACK_FREE MISSED_DEADLINES POOL_WORDS_REGISTER
-        RUN_STATE FAULT FAULT_PC FAULT_LINE FAULT_INPUT PROGRAM_COUNTER LAST_END RUN_COUNT HOMED
-        BLOCKING_INPUT MACHINE_POSITIONS COMMANDED RUN_CONTROL TRACE_MODE UPLOAD_CONTROL
-        UPLOAD_LENGTH UPLOAD_RESULT TRACE_EVEN PRINT_COUNT PRINT_TAIL PRINT_TEXT CHAR_OUT CHAR_IN;
-}
+lang::register_rows!(symbols);
 
 const _: () = assert!(LONG == 2 && wire::OWN == wire::OWN_INPUT);
 

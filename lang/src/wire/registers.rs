@@ -1,0 +1,167 @@
+//! The map of the registers: the one place where a register or a block of them is described.
+//!
+//! A block is `NAME: Table first + count, flags`, a register `NAME: BLOCK + offset` under what it says. What one shows on
+//! each chip is an arm of `firmware/src/board/map.rs` and a row of `firmware/src/compact/link/tables.s`.
+
+/// Hands all rows to a macro: `lang` makes constants and tables of them, the firmware the assembler's symbols.
+#[macro_export]
+macro_rules! register_rows {
+    ($consumer:ident) => {
+        $consumer! {
+            blocks {
+                COILS: Coils 0 + 16, WRITABLE;
+                INPUT_BITS: Inputs 0 + 32, 0;
+                STATUS_BITS: Inputs 256 + 128, 0;
+                STATUS: InputRegisters 1000 + 100, 0;
+                PROBE_RESULT_TEXT: InputRegisters 1330 + 12, 0;
+                PROBE_RESULT: InputRegisters 1350 + 12, 0;
+                CNC_STATUS: InputRegisters 3000 + 5, 0;
+                OWN_INPUT: InputRegisters 5000 + 200, 0;
+                COMMAND: Holding 2000 + 21, WRITABLE;
+                OUTPUTS: Holding 2160 + 6, WRITABLE;
+                POSITIONS: Holding 2400 + 12, WRITABLE | LONG;
+                SPEEDS: Holding 2412 + 12, 0;
+                OVERRIDES: Holding 2430 + 2, WRITABLE;
+                CELLS: Holding 3000 + 72, WRITABLE | LONG;
+                KEEPS: Holding 4000 + 16, WRITABLE | LONG;
+                OWN: Holding 5000 + 200, WRITABLE;
+                PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
+                UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;
+                STREAM_MACHINE: Holding 9600 + 73, WRITABLE;
+                STREAM_PIECE: Holding 9700 + 256, WRITABLE;
+            }
+            registers {
+                /// Inputs 1..16, bit n-1; input 17 is bit 0 of the next register. Also input bits 0...
+                INPUTS: STATUS + 0;
+                /// Bit 0: input 17, the probe of the chain wiring.
+                INPUTS_HIGH: STATUS + 1;
+                /// Low byte: moving, bit per axis; high byte: direction, 1 positive. Also bits 256.., 264...
+                MOVING: STATUS + 16;
+                /// Low byte: homing; high byte: homing error. Also bits 272.., 280...
+                HOMING: STATUS + 17;
+                /// Low byte: limit at the negative end; high byte: at the positive end. Also bits 288.., 296...
+                LIMITS: STATUS + 18;
+                /// Bit 13: override is not 100 %. Also bit 333.
+                MISC_STATUS: STATUS + 20;
+                /// Bit 10: program running. Also bit 346.
+                PLC_STATUS: STATUS + 21;
+                /// High byte: probing, bit per axis. Also bits 360...
+                PROBING: STATUS + 22;
+                /// Low byte: probe error, bit per axis. Also bits 368...
+                PROBE_ERROR: STATUS + 23;
+                /// Work positions in steps, 32 bits for each axis; the same as holding 2400.
+                WORK_POSITIONS: STATUS + 30;
+                /// Present speeds in steps/s, signed, 32 bits for each axis; the same as holding 2412.
+                ACTUAL_SPEEDS: STATUS + 42;
+                /// Targets last commanded, work positions in steps, 32 bits for each axis.
+                TARGETS: STATUS + 60;
+                /// Free registers of the command buffer: 21 when it takes a command, else 0.
+                COMMAND_ROOM: CNC_STATUS + 0;
+                /// Bit 0 alarm, 2 homing, 3 program running, 4 paused, 5 jog, 6 door, 8 emergency stop.
+                CNC_STATE: CNC_STATUS + 3;
+                /// InterpCNC's alarm code of the latched fault, 0 for none.
+                CNC_ALARM: CNC_STATUS + 4;
+                /// [`WIRE_VERSION`]
+                VERSION: OWN + 0;
+                /// Firmware version, major in the high byte.
+                FIRMWARE_VERSION: OWN + 1;
+                /// Fingerprint of the instruction set.
+                ISA_FINGERPRINT: OWN + 2;
+                /// CRC of the board profile in use.
+                PROFILE_HASH: OWN + 3;
+                /// Image features ([`crate::record`]) that this firmware runs.
+                FEATURES: OWN + 4;
+                /// Bytes that the program area has in all.
+                AREA_BYTES: OWN + 5;
+                /// Largest image that fits beside the stored program.
+                FREE_BYTES: OWN + 6;
+                /// Length of the stored program in bytes, 0 for none.
+                PROGRAM_LENGTH: OWN + 7;
+                /// CRC of the stored program.
+                PROGRAM_CRC: OWN + 8;
+                /// Hash of the axes' profile in the stored program.
+                PROGRAM_PROFILE: OWN + 9;
+                /// Cells of the stored program.
+                PROGRAM_CELLS: OWN + 10;
+                /// Why the board came up: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI; 5: the crystal does not run.
+                RESET_CAUSE: OWN + 11;
+                /// Bytes of stack never used since reset.
+                STACK_FREE: OWN + 12;
+                /// Milliseconds that were served late since reset.
+                MISSED_DEADLINES: OWN + 13;
+                /// Free RAM words of the largest pool, in 16-bit words.
+                POOL_WORDS_REGISTER: OWN + 14;
+                /// Why a streamed run waits for a handler, 0 when it does not. Bits 0..3: [`Called`]; bits 4, 5:
+                /// slot of the event; high byte: number of the fault instead. What is read behind it in one
+                /// request is of that instant or later.
+                STREAM_CALL: OWN + 19;
+                /// [`RunState`]
+                RUN_STATE: OWN + 20;
+                /// Number of the last fault, 0 for none since the last start.
+                FAULT: OWN + 21;
+                /// Offset in the image's code of the failing effect.
+                FAULT_PC: OWN + 22;
+                /// Line of the fault when the image tells lines, else 0.
+                FAULT_LINE: OWN + 23;
+                /// Input that caused it, from 1, or 0.
+                FAULT_INPUT: OWN + 24;
+                /// Offset in the image's code of the statement that runs; FFFF before a piece's first.
+                PROGRAM_COUNTER: OWN + 25;
+                /// [`End`] of the last run.
+                LAST_END: OWN + 26;
+                /// Runs begun since reset.
+                RUN_COUNT: OWN + 27;
+                /// Homed axes, bit per axis.
+                HOMED: OWN + 28;
+                /// Input that keeps Start or a move from working, from 1, or 0.
+                BLOCKING_INPUT: OWN + 29;
+                /// Machine positions in steps, 32 bits for each axis.
+                MACHINE_POSITIONS: OWN + 30;
+                /// Commanded machine positions in steps (trace lines' `to`), 32 bits for each axis.
+                COMMANDED: OWN + 36;
+                /// Pieces accepted since [`Stream::Open`], modulo 65536.
+                STREAM_ACCEPTED: OWN + 42;
+                /// Pieces begun; [`PROGRAM_COUNTER`] and [`FAULT_PC`] lie in the newest.
+                STREAM_BEGUN: OWN + 43;
+                /// 1: the newest piece has ended and no other is there.
+                STREAM_DRY: OWN + 44;
+                /// How often the axes came to rest because no piece was there.
+                STREAM_STARVED: OWN + 45;
+                /// [`Refusal`] of the newest piece.
+                STREAM_RESULT: OWN + 46;
+                /// Write one [`Control`] code.
+                RUN_CONTROL: OWN + 50;
+                /// 1: trace mode.
+                TRACE_MODE: OWN + 51;
+                /// Write one [`Upload`] code.
+                UPLOAD_CONTROL: OWN + 60;
+                /// Length of the image to come, bytes; bit 15: it uses KEEP.
+                UPLOAD_LENGTH: OWN + 61;
+                /// [`Refusal`] of the last upload, or of the stored program at power-up.
+                UPLOAD_RESULT: OWN + 62;
+                /// Write one [`Stream`] code.
+                STREAM_CONTROL: OWN + 64;
+                /// Pieces that the board holds.
+                STREAM_SLOTS: OWN + 65;
+                /// Bytes of code and data that a piece may have.
+                STREAM_BYTES: OWN + 66;
+                /// Registers that one request may write.
+                STREAM_REQUEST: OWN + 67;
+                /// Trace slot of events with an even number.
+                TRACE_EVEN: OWN + 100;
+                /// Trace slot of events with an odd number.
+                TRACE_ODD: OWN + 108;
+                /// Bytes of print that wait.
+                PRINT_COUNT: OWN + 120;
+                /// Number of the first of them; write to take some.
+                PRINT_TAIL: OWN + 121;
+                /// 16 registers of text.
+                PRINT_TEXT: OWN + 122;
+                /// Last `Send`.
+                CHAR_OUT: OWN + 140;
+                /// Character for `WaitChar` and `CHARIN`.
+                CHAR_IN: OWN + 141;
+            }
+        }
+    };
+}
