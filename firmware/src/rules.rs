@@ -34,6 +34,24 @@ pub trait Machine {
     /// A run was begun and has not ended.
     #[cfg_attr(any(), micro(any = "RUN, RUN_ACTIVE"))]
     fn is_active(&self) -> bool;
+    /// Address of the effect's instruction, or of the next one.
+    #[cfg_attr(any(), micro(word = "EFFECT_PC"))]
+    fn effect_pc(&self) -> u16;
+    /// Address of the instruction of the last fault.
+    #[cfg_attr(any(), micro(word = "VM_FAULT_PC"))]
+    fn fault_pc(&self) -> u16;
+    /// Address of the program's code.
+    #[cfg_attr(any(), micro(word = "VM_CODE"))]
+    fn code(&self) -> u16;
+    /// A host traces.
+    #[cfg_attr(any(), micro(any = "TRACING, T_ON", bit = 1))]
+    fn traces(&self) -> bool;
+    /// The first input that keeps Start or a move from working, from 1, or 0.
+    #[cfg_attr(any(), micro(number = "DO blocking"))]
+    fn blocking(&self) -> u8;
+    /// Level of input 17, 0 or 1.
+    #[cfg_attr(any(), micro(number = "LIT 17; DO input"))]
+    fn input_17(&self) -> u8;
     /// A fault is latched.
     #[cfg_attr(any(), micro(is = "RUN, RUN_FAULT"))]
     fn is_fault(&self) -> bool;

@@ -3,6 +3,7 @@
 //! What is known makes it short: r12 is 0 when a register is read, so a rule that says 0 says nothing; all words
 //! of a file have one end, which the last of them falls into; a bit of a byte that is the word's own comes over as it is.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use micro::isa::{CALLED, OWN, Operand, ROUTINES};
@@ -22,6 +23,8 @@ struct Writer<'a> {
     text: String,
     labels: usize,
     bytes: usize,
+    /// Ends that there are: an operation and RETURN.
+    tails: BTreeMap<String, String>,
 }
 
 /// Writes all functions of a file.
@@ -33,7 +36,7 @@ pub fn write(functions: &[Function], leaves: &Leaves, file: &str) -> Result<Made
         "/* Made by `cargo run -p lower` of firmware/src/rules/{file}.rs: change that. */\n\n    \
          .section .text.micro,\"axR\",@progbits\nmodule.link.{file}:\n"
     );
-    let mut writer = Writer { leaves, file, text, labels: 0, bytes: 0 };
+    let mut writer = Writer { leaves, file, text, labels: 0, bytes: 0, tails: BTreeMap::new() };
     let mut bytes = Vec::new();
     let is_word = |function: &&Function| matches!(function.body, Body::Word(..));
     let last = functions.iter().rfind(is_word).map(|function| &function.name);
@@ -118,6 +121,33 @@ impl Writer<'_> {
             Body::Cond(cond) => {
                 return self.refuse(&format!("{}: {cond:?} leaves no flag", function.name));
             }
+            Body::Leaf(leaf) => {
+                match self.leaves.get(leaf).cloned() {
+                    Some(Leaf::Byte(byte)) => self.op(&format!("    GET {byte}")),
+                    Some(Leaf::Word(word)) => self.op(&format!("    F word {word}")),
+                    Some(Leaf::Number(code)) => self.ops(&code),
+                    Some(Leaf::Any(place, Some(1))) => {
+                        let Some((byte, mask)) = place.split_once(", ") else {
+                            return self.refuse(&format!("{leaf}: a byte and its bits"));
+                        };
+                        self.same(mask, 1);
+                        self.op(&format!("    GET {byte}"));
+                        self.op(&format!("    ANDI {mask}"));
+                    }
+                    _ => return self.refuse(&format!("{leaf} is no number and no bit that is 1")),
+                }
+                self.op("    RETURN");
+            }
+            Body::Less(first, second) => {
+                let leaves = self.leaves;
+                let (Some(Leaf::Word(a)), Some(Leaf::Word(b))) =
+                    (leaves.get(first), leaves.get(second))
+                else {
+                    return self.refuse(&format!("{first}, {second}: words"));
+                };
+                self.op(&format!("    F word {a}"));
+                self.tail(&format!("    F sub {b}"));
+            }
             Body::Either(cond, number) => {
                 let end = self.label();
                 self.unless(cond, &end)?;
@@ -139,6 +169,26 @@ impl Writer<'_> {
             }
         }
         Ok(())
+    }
+
+    /// An operation and RETURN: the same of a function before is gone on with.
+    fn tail(&mut self, line: &str) {
+        if let Some(label) = self.tails.get(line).cloned() {
+            self.op(&format!("    GOTO {label}"));
+            return;
+        }
+        let label = self.label();
+        self.place(&label);
+        self.tails.insert(line.to_owned(), label);
+        self.op(line);
+        self.op("    RETURN");
+    }
+
+    /// The assembler sees to it that a bit is what the leaf says.
+    fn same(&mut self, mask: &str, bit: u16) {
+        self.op(&format!("    .if {mask} != {bit}"));
+        self.op("    .error \"a leaf's bit\"");
+        self.op("    .endif");
     }
 
     /// Whether the last operation goes there anyhow.
@@ -182,9 +232,7 @@ impl Writer<'_> {
                     && let Some((byte, mask)) = place.split_once(", ")
                 {
                     let (byte, mask) = (byte.to_owned(), mask.to_owned());
-                    self.op(&format!("    .if {mask} != {bit}"));
-                    self.op("    .error \"a leaf's bit\"");
-                    self.op("    .endif");
+                    self.same(&mask, *bit);
                     self.op(&format!("    GET {byte}"));
                     self.op(&format!("    ANDI {mask}"));
                     self.op(&format!("    F put {}", WORD[0]));

@@ -59,6 +59,10 @@ pub enum Body {
     Cond(Cond),
     /// A number if a condition holds, else 0.
     Either(Cond, Number),
+    /// What a leaf says: a byte, a word, a number, a bit that is 1.
+    Leaf(String),
+    /// A word less another one, modulo 65536.
+    Less(String, String),
     /// A word from its first value, in the high byte or not.
     Word(Value, bool, Vec<Stmt>),
 }
@@ -157,6 +161,9 @@ impl Reader<'_> {
             let number = self.number(tail(&both.then_branch)?)?;
             return Ok(Body::Either(self.cond(&both.cond)?, number));
         }
+        if let [RustStmt::Expr(expr, None)] = &block.stmts[..] {
+            return self.plain(expr);
+        }
         let Some((RustStmt::Local(local), rest)) = block.stmts.split_first() else {
             return no(block, "`let mut word = ..;` first");
         };
@@ -172,6 +179,39 @@ impl Reader<'_> {
             return no(last, "the word as the result");
         }
         Ok(Body::Word(value, high, self.stmts(rest)?))
+    }
+
+    /// A leaf as the result, or the difference of two.
+    fn plain(&self, expr: &Expr) -> Result<Body, Refused> {
+        let leaf = |expr: &Expr, words: bool| match expr {
+            Expr::MethodCall(call) => {
+                let name = call.method.to_string();
+                let word = matches!(self.leaves.get(&name)?, Leaf::Word(_));
+                (word == words).then_some(name)
+            }
+            _ => None,
+        };
+        if let Some(name) = leaf(expr, true) {
+            return Ok(Body::Leaf(name));
+        }
+        if let Expr::MethodCall(less) = expr
+            && less.method == "wrapping_sub"
+            && let Some(first) = leaf(&less.receiver, true)
+            && let Some(second) = less.args.first().and_then(|second| leaf(second, true))
+        {
+            return Ok(Body::Less(first, second));
+        }
+        if let Expr::Call(call) = expr
+            && call.func.to_token_stream().to_string() == "u16 :: from"
+            && let Some(name) = call.args.first().and_then(|inner| leaf(inner, false))
+            && !matches!(self.leaves[&name], Leaf::Axis(_) | Leaf::Is(_) | Leaf::Code(..))
+        {
+            return Ok(Body::Leaf(name));
+        }
+        no(
+            expr,
+            "a word, a word less another, `u16::from(..)` of a byte, a number or a bit that is 1",
+        )
     }
 
     fn stmts(&mut self, stmts: &[RustStmt]) -> Result<Vec<Stmt>, Refused> {

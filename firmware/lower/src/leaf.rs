@@ -12,6 +12,10 @@ use crate::Refused;
 pub enum Leaf {
     /// The value of a byte of RAM.
     Byte(String),
+    /// The value of a word of RAM.
+    Word(String),
+    /// Code that leaves a number in r12.
+    Number(String),
     /// Whether one of these bits of a byte is set; the bit's value when it is told.
     Any(String, Option<u16>),
     /// Whether a byte has a value.
@@ -69,7 +73,10 @@ pub fn read(file: &File) -> Result<Leaves, Refused> {
                 return Err(Refused::at(function, format!("{name} says nothing of micro-code")));
             };
             let leaf = one(tokens?).ok_or_else(|| {
-                Refused::at(function, format!("{name}: byte, any, is, axis, or code and holds"))
+                Refused::at(
+                    function,
+                    format!("{name}: byte, word, number, any, is, axis, or code and holds"),
+                )
             })?;
             leaves.insert(name, leaf);
         }
@@ -95,6 +102,10 @@ fn one(tokens: proc_macro2::TokenStream) -> Option<Leaf> {
     let mut take = |name: &str| said.remove(name);
     let leaf = if let Some(byte) = take("byte") {
         Leaf::Byte(byte)
+    } else if let Some(word) = take("word") {
+        Leaf::Word(word)
+    } else if let Some(number) = take("number") {
+        Leaf::Number(number)
     } else if let Some(any) = take("any") {
         Leaf::Any(any, bit)
     } else if let Some(is) = take("is") {

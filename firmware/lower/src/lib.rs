@@ -73,6 +73,12 @@ mod tests {
         fn either(&self) -> bool;
         #[cfg_attr(any(), micro(axis = "DO axis_n"))]
         fn axis(&self) -> Axis;
+        #[cfg_attr(any(), micro(word = "EFFECT_PC"))]
+        fn pc(&self) -> u16;
+        #[cfg_attr(any(), micro(word = "VM_CODE"))]
+        fn code(&self) -> u16;
+        #[cfg_attr(any(), micro(any = "TRACING, T_ON", bit = 1))]
+        fn traces(&self) -> bool;
     }"#;
 
     fn made(rules: &str) -> String {
@@ -100,9 +106,23 @@ mod tests {
     }
 
     #[test]
+    fn a_leaf_is_a_result_and_differences_share_their_end() {
+        let rule = "fn a(m: &impl Machine) -> u16 { m.pc().wrapping_sub(m.code()) }
+            fn b(m: &impl Machine) -> u16 { m.code().wrapping_sub(m.code()) }
+            fn c(m: &impl Machine) -> u16 { u16::from(m.traces()) }";
+        let code = "map_a:; F word EFFECT_PC; .Ltest_1:; F sub VM_CODE; RETURN; map_b:; F word VM_CODE; GOTO .Ltest_1; \
+            map_c:; .if T_ON != 1; .error \"a leaf's bit\"; .endif; GET TRACING; ANDI T_ON; RETURN; .balign 2, 0";
+        assert_eq!(made(rule), code);
+        let rule = "fn a(m: &impl Machine) -> u16 { u16::from(m.is_active()) }";
+        let refused = lower(MACHINE, rule, "test").expect_err("a bit whose value is not told");
+        assert!(refused.text.contains("no bit that is 1"), "{refused}");
+    }
+
+    #[test]
     fn what_the_subset_lacks_is_refused_with_its_line() {
         let cases = [
-            ("fn a(m: &impl Machine) -> u16 { 3 }", "let mut word"),
+            ("fn a(m: &impl Machine) -> u16 { 3 }", "a word, a word less another"),
+            ("fn a(m: &impl Machine) -> u16 { m.pc(); m.code() }", "let mut word"),
             ("fn a(m: &impl Machine) -> u32 { 3 }", "bool, u16"),
             ("fn a(n: u8) -> bool { true }", "one argument"),
             ("fn a(m: &impl Machine) -> bool { m.effect() < 3 }", "a leaf, a function"),

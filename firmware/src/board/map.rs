@@ -73,14 +73,14 @@ impl Core {
             POOL_WORDS_REGISTER => POOL_WORDS as u16,
             RUN_STATE => self.session.state() as u16,
             FAULT => u16::from(self.session.fault()),
-            FAULT_PC => vm().fault_pc.wrapping_sub(vm().code),
+            FAULT_PC => status::fault_pc(self),
             FAULT_LINE => vm().line(vm().fault_pc),
             FAULT_INPUT => u16::from(self.fault_input),
-            PROGRAM_COUNTER => self.effect_pc.wrapping_sub(vm().code),
+            PROGRAM_COUNTER => status::program_counter(self),
             LAST_END => self.session.last() as u16,
             RUN_COUNT => self.session.runs(),
             HOMED => u16::from(self.motor.homed),
-            BLOCKING_INPUT => u16::from(self.blocking()),
+            BLOCKING_INPUT => status::blocking(self),
             MACHINE_POSITIONS..COMMANDED => {
                 self.axis_value(address, MACHINE_POSITIONS, |core, n| core.motor.position(n))
             }
@@ -91,7 +91,7 @@ impl Core {
             STREAM_CALL | STREAM_ACCEPTED..=STREAM_RESULT | STREAM_SLOTS..=STREAM_REQUEST => {
                 crate::stream::read(address)
             }
-            TRACE_MODE => u16::from(self.trace.on),
+            TRACE_MODE => status::trace_mode(self),
             UPLOAD_LENGTH => self.upload_length,
             UPLOAD_RESULT => u16::from(self.refusal),
             TRACE_EVEN..PRINT_COUNT => self.slot(address),
@@ -209,7 +209,7 @@ impl Core {
     fn status(&mut self, address: u16) -> u16 {
         match address {
             INPUTS => self.inputs.levels(),
-            INPUTS_HIGH => u16::from(self.input(17)),
+            INPUTS_HIGH => status::probe_input(self),
             MOVING => {
                 let direction = !self.motor.negative & 0b111;
                 u16::from_le_bytes([self.motor.moving(), direction])
@@ -248,6 +248,24 @@ impl Core {
 impl Machine for Core {
     fn is_active(&self) -> bool {
         self.session.is_active()
+    }
+    fn effect_pc(&self) -> u16 {
+        self.effect_pc
+    }
+    fn fault_pc(&self) -> u16 {
+        vm().fault_pc
+    }
+    fn code(&self) -> u16 {
+        vm().code
+    }
+    fn traces(&self) -> bool {
+        self.trace.on
+    }
+    fn blocking(&self) -> u8 {
+        Core::blocking(self)
+    }
+    fn input_17(&self) -> u8 {
+        u8::from(self.input(17))
     }
     fn is_fault(&self) -> bool {
         self.session.state() as u8 == RunState::Fault as u8

@@ -23,6 +23,31 @@ pub const COMMAND_WORDS: u16 = {
     BLOCKS[n].count
 };
 
+/// The input that keeps Start or a move from working, from 1, or 0.
+pub fn blocking(m: &impl Machine) -> u16 {
+    u16::from(m.blocking())
+}
+
+/// Offset in the code of the statement that runs.
+pub fn program_counter(m: &impl Machine) -> u16 {
+    m.effect_pc().wrapping_sub(m.code())
+}
+
+/// Offset in the code of the failing instruction.
+pub fn fault_pc(m: &impl Machine) -> u16 {
+    m.fault_pc().wrapping_sub(m.code())
+}
+
+/// 1 in trace mode.
+pub fn trace_mode(m: &impl Machine) -> u16 {
+    u16::from(m.traces())
+}
+
+/// Input 17, the probe of the chain wiring.
+pub fn probe_input(m: &impl Machine) -> u16 {
+    u16::from(m.input_17())
+}
+
 /// Free words of the command buffer: all of them, or none while the machine works.
 pub fn command_room(m: &impl Machine) -> u16 {
     if m.is_idle() { COMMAND_WORDS } else { 0 }

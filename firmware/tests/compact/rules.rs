@@ -38,6 +38,24 @@ impl Machine for State<'_> {
     fn is_active(&self) -> bool {
         self.0.byte("RUN") & RunState::Running as u8 != 0
     }
+    fn effect_pc(&self) -> u16 {
+        self.0.word("EFFECT_PC")
+    }
+    fn fault_pc(&self) -> u16 {
+        self.0.word("VM_FAULT_PC")
+    }
+    fn code(&self) -> u16 {
+        self.0.word("VM_CODE")
+    }
+    fn traces(&self) -> bool {
+        self.0.byte("TRACING") & 1 != 0
+    }
+    fn blocking(&self) -> u8 {
+        self.leaf("blocking", 0).0 as u8
+    }
+    fn input_17(&self) -> u8 {
+        self.input(17).into()
+    }
     fn is_fault(&self) -> bool {
         self.0.byte("RUN") == RunState::Fault as u8
     }
@@ -126,6 +144,9 @@ impl Seen {
         }
         chip.set_word("INPUT", self.levels[0]);
         chip.set_word("RAW", self.levels[1]);
+        chip.set_word("EFFECT_PC", self.levels[0]);
+        chip.set_word("VM_FAULT_PC", self.levels[1]);
+        chip.set_byte("TRACING", self.bytes[4]);
         chip.set_word("TEMP", self.levels[0] ^ self.levels[1]);
     }
 }
@@ -148,7 +169,12 @@ type Rule = fn(&State<'_>) -> u16;
 fn rules_say_the_same_by_rustc_and_as_micro_code() {
     let elf = Elf::of("whole");
     let base = Chip::new();
-    let words: [(&str, Rule); 6] = [
+    let words: [(&str, Rule); 11] = [
+        ("map_blocking", |m| status::blocking(m)),
+        ("map_program_counter", |m| status::program_counter(m)),
+        ("map_fault_pc", |m| status::fault_pc(m)),
+        ("map_trace_mode", |m| status::trace_mode(m)),
+        ("map_probe_input", |m| status::probe_input(m)),
         ("map_command_room", |m| status::command_room(m)),
         ("map_plc_status", |m| status::plc_status(m)),
         ("map_cnc_state", |m| status::cnc_state(m)),

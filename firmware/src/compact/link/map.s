@@ -174,9 +174,6 @@ MAP_MICRO:
     F base STORED
     FR word SLOT_HEAD+6, SHORT
     RETURN
-map_blocking:
-    DO blocking
-    RETURN
 map_pool_words:
     LIT POOL_WORDS
 map_nothing:
@@ -193,27 +190,12 @@ map_fault_line:
     CALL line_of
     RETURN
     .endif
-map_program_counter:
-    F load EFFECT_PC
-    GOTO 1f
-map_fault_pc:
-    F load VM_FAULT_PC
-1:  F sub VM_CODE
-    RETURN
-map_trace_mode:
-    GET TRACING
-    ANDI T_ON
-    RETURN
     /* Who finds nothing to take listens, and so does who takes what there is. */
 map_print_count:
     GET PRINT_READY
     IF_SET PRINT_READY, 1f
     F clear UNHEARD
 1:  RETURN
-map_probe_input:
-    LIT 17
-    DO input
-    RETURN
     .balign 2, 0
 
     .section .text.map,"axR",@progbits
