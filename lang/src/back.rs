@@ -18,7 +18,7 @@ mod report;
 mod tests;
 
 pub use emit::constant;
-pub use report::{Compiled, Excess, Mark, MarkKind, Resource, Sidecar, VarPlace};
+pub use report::{Compiled, Excess, MAX_DEPTH, Mark, MarkKind, Resource, Sidecar, VarPlace};
 
 use crate::hir::Program;
 use crate::record::feature;
@@ -26,27 +26,10 @@ use crate::record::feature;
 /// Compiles a checked program.
 ///
 /// # Errors
-/// The program wants more cells, KEEP values, stack or calls than the device has; each with a
-/// place in the source. The size of code and tables is no reason: compare
-/// [`Compiled::image`]'s length with what a board offers.
+/// The program wants more cells, KEEP values, stack or calls than an image can say and the largest part has;
+/// each with a place in the source. What smaller parts lack is [`crate::part::Part::all_lacks`]'s. The size of
+/// code and tables is no reason: compare [`Compiled::image`]'s length with what a board offers.
 pub fn compile(program: &Program) -> Result<Compiled, Vec<Excess>> {
-    compile_for(program, Room::Device)
-}
-
-/// Where an image is to run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Room {
-    /// On a device with the memory that the language promises.
-    Device,
-    /// On a computer: only what the image's format can say is a limit.
-    Format,
-}
-
-/// [`compile`] for a place with more or less room.
-///
-/// # Errors
-/// As those of [`compile`].
-pub fn compile_for(program: &Program, room: Room) -> Result<Compiled, Vec<Excess>> {
     let mut unit = lower::lower(program);
     let resumes = unit.features & feature::LINES != 0;
     for routine in &mut unit.routines {
@@ -54,7 +37,7 @@ pub fn compile_for(program: &Program, room: Room) -> Result<Compiled, Vec<Excess
     }
     let graph = graph::analyse(program, &mut unit);
     let cells = cells::allocate(program, &unit, &graph);
-    let excesses = report::excesses(program, &unit, &graph, &cells, room);
+    let excesses = report::excesses(program, &unit, &graph, &cells);
     if !excesses.is_empty() {
         return Err(excesses);
     }

@@ -56,8 +56,8 @@ pub const G2553_HANDLERS: Part = Part {
     ..G2553
 };
 
-/// 128 KB of flash, 8 KB of RAM: everything, with the limits that the language promises. 192 bytes
-/// hold 36 cells, depth 8 and 8 calls; 108 hold 18, 6 and 6 (firmware/README.md, Parts).
+/// 128 KB of flash, 10 KB of RAM: everything. Its pool holds 255 cells, as many as an image can count, with
+/// depth 16 and 16 calls (firmware/README.md, Parts).
 pub const F5529: Part = Part {
     name: "f5529",
     chip: "MSP430F5529",
@@ -69,7 +69,7 @@ pub const F5529: Part = Part {
         | feature::LINES
         | feature::POWER
         | feature::STREAM,
-    pool: [192, 108],
+    pool: [1120, 1120],
     event_pool: [0, 0],
     segments: 6,
     // Segments C and B (SLAS590, "Memory Organization").
@@ -152,7 +152,8 @@ impl Part {
     pub const fn cells_for(&self, header: &Header, events: u8) -> usize {
         let pool = self.pool_for(header.features as u16) as usize;
         let own = header.pool_bytes() - 4 * header.cells as usize;
-        pool.saturating_sub(own + self.event_bytes(events) as usize) / 4
+        let cells = pool.saturating_sub(own + self.event_bytes(events) as usize) / 4;
+        if cells > u8::MAX as usize { u8::MAX as usize } else { cells }
     }
 
     /// The first thing that the program of this header, with so many ON lines, wants and the part
@@ -244,10 +245,13 @@ mod tests {
             Lack::Flash { used: 4000, available: 2556, keeps: false },
         ];
         assert!(G2553.all_lacks(&header, 0).eq(all));
-        header = Header { cells: 40, stack: 9, ..Header::default() };
-        assert_eq!(F5529.lacks(&header, 0), Some(Lack::Memory { used: 196, available: 192 }));
+        header = Header { cells: 255, stack: 15, calls: 15, ..Header::default() };
+        assert_eq!(F5529.lacks(&header, 0), None);
+        header.calls = 25;
+        assert_eq!(F5529.lacks(&header, 0), Some(Lack::Memory { used: 1130, available: 1120 }));
         let small = Part { features: u16::MAX, ..G2553 };
-        header = Header { features: feature::EVENTS as u8, cells: 4, stack: 3, ..header };
+        let features = feature::EVENTS as u8;
+        header = Header { features, cells: 4, stack: 3, calls: 0, ..header };
         assert_eq!(small.lacks(&header, 2), None);
         assert_eq!(small.lacks(&header, 3), Some(Lack::Memory { used: 70, available: 64 }));
         assert_eq!(F5529.lacks(&header, 4), None);

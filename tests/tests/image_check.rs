@@ -8,7 +8,7 @@ use firmware::verify::{ANCHORS, Bytes, Limits, verify};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::image::{Image, seal};
-use lang::part::{G2553, SEGMENT};
+use lang::part::{F5529, G2553, SEGMENT};
 use lang::record::feature;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -35,7 +35,7 @@ impl Bytes for Flat<'_> {
 }
 
 fn twin(image: &[u8]) -> u16 {
-    let limits = Limits { bytes: 3072, features: FEATURES, pool: [192, 108], event_pool: [0, 0] };
+    let limits = Limits { bytes: 3072, features: FEATURES, pool: F5529.pool, event_pool: [0, 0] };
     verify(&Flat(image), &limits, &mut [0; ANCHORS]).err().map_or(GOOD, |refusal| refusal as u16)
 }
 

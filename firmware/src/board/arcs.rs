@@ -19,7 +19,7 @@ impl Core {
     pub fn arc(&mut self, code: u8) -> Result<bool, Fault> {
         if self.effect.phase == 0 {
             let alone = self.motor.path_rests() && self.motor.moving() != 0;
-            if alone || !self.motor.path_has_room() {
+            if alone || !self.path_has_room() {
                 return Ok(false);
             }
             self.effect.phase = 1;
@@ -33,8 +33,8 @@ impl Core {
             }
             self.effect.bits = u8::from(bits & flags::EXACT != 0);
             let arc = self.pop_arc(bits, frames, in_steps)?;
-            self.emit(TraceKind::Arc, 0, 0);
-            self.motor.arc(&arc, self.feed, self.effect.bits != 0);
+            let tag = self.tell_block(TraceKind::Arc);
+            self.motor.arc(&arc, self.feed, self.effect.bits != 0, tag);
         }
         Ok(self.effect.bits == 0 || self.motor.path_rests())
     }

@@ -321,7 +321,7 @@ impl Core {
             self.motor.settle(n, targets[usize::from(n)]);
         }
         self.jog = true;
-        self.motor.line(steps, [0; 3], Feed::Um(feed as u32), true);
+        self.motor.line(steps, [0; 3], Feed::Um(feed as u32), true, 0);
         Ok(())
     }
 }

@@ -250,7 +250,7 @@ impl Machine for Core {
         self.session.is_active()
     }
     fn effect_pc(&self) -> u16 {
-        self.effect_pc
+        self.place()
     }
     fn fault_pc(&self) -> u16 {
         vm().fault_pc

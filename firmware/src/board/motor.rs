@@ -1,5 +1,6 @@
 //! The axes: commanded places, planners, and the step engine that plays their segments.
 
+use crate::observe;
 use crate::step;
 use crate::vm::{axis, convert, machine};
 use ::core::ptr::addr_of_mut;
@@ -7,9 +8,16 @@ use firmware::motion::{Arc, Block, Feed, Manner, Pace, Path, PathSegment, Segmen
 use lang::fault::Fault;
 use lang::place::{self, Aimed, Place, Target};
 use lang::record::{AxisRecord, MachineRecord};
+use lang::wire::TraceKind;
 
 /// Axes.
 pub const AXES: u8 = 3;
+
+/// What a block of the path is known by: the event that its beginning is, 0 for none, and where its statement
+/// stands in the program's code.
+pub fn tag(kind: Option<TraceKind>, pc: u16) -> u32 {
+    u32::from(kind.map_or(0, |kind| kind as u8)) << 16 | u32::from(pc)
+}
 
 /// Where the axes are and what they do.
 pub struct Motor {
@@ -44,6 +52,12 @@ pub struct Motor {
     /// Bit per axis: moves in negative direction; at rest the one in which it moved last.
     pub negative: u8,
     path: Path,
+    /// Where the path's block that plays ends, steps.
+    block_end: [i32; 3],
+    /// Where its statement stands in the program's code.
+    block_pc: u16,
+    /// A stop or a fault has cut the path there.
+    cut: bool,
     /// S: power of a laser, 0 to 1000.
     pub power: u16,
     segment: PathSegment,
@@ -105,6 +119,7 @@ impl Motor {
         self.offset = [0; 3];
         self.placed = 0;
         self.path.begin(machine().corner);
+        self.cut = false;
         self.running = 0;
         self.stopped = 0;
         let mut invert = 0;
@@ -247,9 +262,9 @@ impl Motor {
         self.single[usize::from(n)].run(axis(n), negative, limit, pace);
     }
 
-    /// Whether the path would take another block.
-    pub fn path_has_room(&self) -> bool {
-        self.path.has_room()
+    /// Whether the path would take another block, `soon`: one of which it wants to know already.
+    pub fn path_has_room(&self, soon: bool) -> bool {
+        self.path.has_room() && !(soon && self.path.knows_next())
     }
 
     /// Whether nothing is left of the path.
@@ -259,7 +274,7 @@ impl Motor {
 
     /// Moves rapidly from rest; with Z apart when the profile wants that: first when it lifts, that
     /// is toward its reference switch, else last.
-    pub fn rapid(&mut self, steps: [i32; 3]) {
+    pub fn rapid(&mut self, steps: [i32; 3], tag: u32) {
         let mut first = steps;
         let apart = machine().flags & MachineRecord::RAPID_Z_APART != 0;
         if apart && steps[2] != 0 && (steps[0] | steps[1]) != 0 {
@@ -272,13 +287,17 @@ impl Motor {
                 self.leg = [0, 0, steps[2]];
             }
         }
-        self.line(first, [0; 3], Feed::Rapid, true);
+        self.line(first, [0; 3], Feed::Rapid, true, tag);
     }
 
-    /// Appends a line to the path, which has room; `um` as [`Block::um`].
-    pub fn line(&mut self, steps: [i32; 3], um: [i32; 3], feed: Feed, exact: bool) {
+    /// Appends a line to the path, which has room; `um` as [`Block::um`], `tag` as of [`tag`].
+    pub fn line(&mut self, steps: [i32; 3], um: [i32; 3], feed: Feed, exact: bool, tag: u32) {
         if self.path_axes == 0 {
-            step::clear();
+            let mut start = self.steps;
+            for (start, way) in start.iter_mut().zip(&steps) {
+                *start = start.wrapping_sub(*way);
+            }
+            self.begin_path(start, tag);
         }
         let mut n = AXES;
         while n != 0 {
@@ -293,17 +312,31 @@ impl Motor {
         }
         // A rapid move is dark.
         let power = if let Feed::Rapid = feed { 0 } else { self.power };
-        self.path
-            .push(&machine().axes, &Block { steps, um, manner: Manner { feed, exact, power } });
+        self.path.push(
+            &machine().axes,
+            &Block { steps, um, manner: Manner { feed, exact, power, tag } },
+        );
     }
 
     /// Appends an arc to the path, which has room.
-    pub fn arc(&mut self, arc: &Arc, feed: Feed, exact: bool) {
+    pub fn arc(&mut self, arc: &Arc, feed: Feed, exact: bool, tag: u32) {
         if self.path_axes == 0 {
-            step::clear();
+            self.begin_path(arc.start, tag);
         }
         self.path_axes |= 0b111;
-        self.path.push_arc(&machine().axes, arc, &Manner { feed, exact, power: self.power });
+        self.path.push_arc(&machine().axes, arc, &Manner { feed, exact, power: self.power, tag });
+    }
+
+    /// A path begins where the axes rest, with the block of this tag.
+    fn begin_path(&mut self, start: [i32; 3], tag: u32) {
+        step::clear();
+        self.block_end = start;
+        self.block_pc = tag as u16;
+    }
+
+    /// Where the statement of the path's block stands that plays, or that a stop or fault has cut.
+    pub fn block_pc(&self) -> Option<u16> {
+        (self.cut || self.path_axes != 0).then_some(self.block_pc)
     }
 
     /// Power of a laser for what moves at this instant.
@@ -337,11 +370,12 @@ impl Motor {
     fn poll_path(&mut self, hold: bool) {
         if self.stopped & self.path_axes != 0 && self.path.is_paused() && !step::is_running() {
             self.path.clear();
+            self.cut = true;
             self.leg = [0; 3];
         }
         if self.leg[0] | self.leg[1] | self.leg[2] != 0 && self.path.has_room() {
             let leg = core::mem::take(&mut self.leg);
-            self.line(leg, [0; 3], Feed::Rapid, true);
+            self.line(leg, [0; 3], Feed::Rapid, true, u32::from(self.block_pc));
         }
         let mut fetches = queue::FETCHES;
         let mut ahead = step::ahead();
@@ -352,6 +386,9 @@ impl Motor {
         {
             fetches -= 1;
             ahead += step::put_path(&self.segment);
+            if self.segment.begin && !self.segment.within {
+                self.block_begins();
+            }
             // As long as there is time, the link and the program come between two segments.
             if ahead >= queue::LOW {
                 break;
@@ -373,6 +410,19 @@ impl Motor {
             self.path_axes = 0;
             self.stopped = 0;
             step::clear();
+        }
+    }
+
+    /// The first segment of a block has been handed out.
+    fn block_begins(&mut self) {
+        let segment = &self.segment;
+        for (end, way) in self.block_end.iter_mut().zip(&segment.way) {
+            *end = end.wrapping_add(*way);
+        }
+        self.block_pc = segment.tag as u16;
+        let kind = (segment.tag >> 16) as u8;
+        if kind != 0 {
+            observe::event(kind, 0, 0, &self.block_end, self.block_pc);
         }
     }
 
@@ -487,6 +537,7 @@ impl Motor {
     /// Steps cease at once.
     pub fn halt(&mut self) {
         step::halt();
+        self.cut |= self.path_axes != 0;
         self.path.clear();
         self.leg = [0; 3];
         self.path_axes = 0;

@@ -156,7 +156,7 @@ impl Core {
                 }
             };
             let alone = rapid || self.motor.path_rests();
-            if alone && self.motor.moving() != 0 || !self.motor.path_has_room() {
+            if alone && self.motor.moving() != 0 || !self.path_has_room() {
                 return Ok(false);
             }
             self.effect.phase = 1;
@@ -205,11 +205,11 @@ impl Core {
             if moved == 0 {
                 return Ok(true);
             }
-            self.emit(if rapid { TraceKind::Rapid } else { TraceKind::Line }, 0, 0);
+            let tag = self.tell_block(if rapid { TraceKind::Rapid } else { TraceKind::Line });
             if rapid {
-                self.motor.rapid(steps);
+                self.motor.rapid(steps, tag);
             } else {
-                self.motor.line(steps, um, self.feed, self.effect.bits != 0);
+                self.motor.line(steps, um, self.feed, self.effect.bits != 0, tag);
             }
         }
         Ok(self.effect.bits == 0 || self.motor.path_rests())

@@ -4,7 +4,7 @@
 
 use core::arch::global_asm;
 
-use lang::wire::{Seen, TraceKind};
+use lang::wire::Seen;
 
 global_asm!(
     r#"
@@ -20,9 +20,9 @@ unsafe extern "C" {
     fn pasapas_observe(code: u16, value: i32, commanded: *const [i32; 3], pc: u16);
 }
 
-/// An event of the trace, with the commanded places, steps, and its address in the code.
-pub fn event(kind: TraceKind, argument: u8, value: i32, commanded: &[i32; 3], pc: u16) {
-    let code = u16::from_le_bytes([kind as u8, argument]);
+/// An event of the trace ([`TraceKind`]), with the commanded places, steps, and its address in the code.
+pub fn event(kind: u8, argument: u8, value: i32, commanded: &[i32; 3], pc: u16) {
+    let code = u16::from_le_bytes([kind, argument]);
     // SAFETY: the routine returns at once.
     unsafe { pasapas_observe(code, value, commanded, pc) }
 }

@@ -54,12 +54,14 @@ pub struct Manner {
     pub exact: bool,
     /// Power of a laser on its way, 0 to 1000.
     pub power: u16,
+    /// What the caller knows it by: comes back with its first segment.
+    pub tag: u32,
 }
 
 impl Manner {
     /// Dark.
     pub const fn new(feed: Feed, exact: bool) -> Manner {
-        Manner { feed, exact, power: 0 }
+        Manner { feed, exact, power: 0, tag: 0 }
     }
 }
 
@@ -81,6 +83,10 @@ pub struct PathSegment {
     pub within: bool,
     /// Power of a laser, 0 to 1000.
     pub power: u16,
+    /// The block's [`Manner::tag`].
+    pub tag: u32,
+    /// Its whole way, steps of each axis.
+    pub way: [i32; 3],
 }
 
 impl PathSegment {
@@ -132,8 +138,10 @@ pub struct Path {
     walk: Option<Walk>,
     /// Length of each of its chords, um.
     stride: Scaled,
-    /// Power of the block.
+    /// See [`PathSegment`].
     power: u16,
+    tag: u32,
+    way: [i32; 3],
     /// The end of the newest block; `None` where the next one begins at rest.
     tail: Option<Tail>,
     ring: Ring,
@@ -163,6 +171,8 @@ impl Path {
         walk: None,
         stride: Scaled::ZERO,
         power: 0,
+        tag: 0,
+        way: [0; 3],
         tail: None,
         ring: Ring::EMPTY,
     };
@@ -197,6 +207,9 @@ impl Path {
     fn append(&mut self, axes: &[AxisRecord; 3], shape: &Shape, manner: &Manner) -> bool {
         if !self.has_room() {
             return false;
+        }
+        if self.is_idle() {
+            self.ring.begin(axes);
         }
         let g = Geometry::of(axes, shape, manner.feed);
         let corner2 = match &self.tail {
@@ -281,6 +294,8 @@ impl Path {
             self.begin = false;
             segment.within = self.within;
             segment.power = self.power;
+            segment.tag = self.tag;
+            segment.way = self.way;
             segment.inc = self.inc;
             segment.acc = self.acc;
             segment.negative = self.negative;
@@ -313,12 +328,14 @@ impl Path {
             self.exact = block.exact;
             self.rapid = block.rapid;
             self.power = block.power;
+            self.tag = block.tag;
+            self.way = block.steps;
             self.feed = block.feed;
             self.top = block.top;
             self.accel = block.accel;
             self.decel = block.decel;
             self.limits.start2 = block.start2;
-            self.exit2 = self.ring.exit2[n];
+            self.exit2 = self.ring.exit2(n);
             self.set_nominal();
             self.run.v2 = self.run.v2.most(self.limits.start2.least(self.limits.nominal2));
             if arc {

@@ -97,7 +97,7 @@ impl Course {
     }
 }
 
-/// Figures `path_error`, `path_time`, `moves_in_limits` of the virtual part, `path_error_g2553` of lines.
+/// Figures `path_error`, `path_time`, `moves_in_limits` of the F5529, `path_error_g2553` of lines.
 ///
 /// # Errors
 /// The board does not run the path.
@@ -171,7 +171,7 @@ fn nearest(ideal: &[[f64; 3]], from: usize, place: &[f64; 3]) -> (usize, f64) {
 }
 
 /// Seconds from output 1 going on to its going off, as the simulator has it.
-fn simulated(program: &lang::hir::Program) -> Result<f64, String> {
+pub(super) fn simulated(program: &lang::hir::Program) -> Result<f64, String> {
     let times = Rc::new(RefCell::new(Vec::new()));
     let heard = Rc::clone(&times);
     let sink = Box::new(move |event: &sim::trace::Event| {

@@ -2,8 +2,9 @@
 
 use clap::Args;
 use lang::back::Compiled;
+use lang::back::MAX_DEPTH;
 use lang::hir::{self, Storage};
-use lang::image::{Image, pool_limit};
+use lang::image::Image;
 use serde::Serialize;
 
 use super::check::each;
@@ -106,10 +107,7 @@ impl Build {
 fn figures(file: &str, script: &Script, compiled: &Compiled, build: &Firmware) -> Figures {
     let program = &script.program;
     let image = Image::new(&compiled.image).ok();
-    let features = image.map_or(0, |image| image.header.features);
     let cells = image.map(|image| build.part.cells_for(&image.header, image.events()));
-    // What is promised with these features (firmware/README.md, Parts).
-    let roomy = pool_limit(features) >= pool_limit(0);
     let mut cell_map: Vec<CellUse> = compiled
         .vars
         .iter()
@@ -148,9 +146,9 @@ fn figures(file: &str, script: &Script, compiled: &Compiled, build: &Firmware) -
         cells: compiled.cells,
         cells_limit: cells.unwrap_or(compiled.cells_available),
         stack: compiled.stack,
-        stack_limit: if roomy { 8 } else { 6 },
+        stack_limit: MAX_DEPTH,
         calls: compiled.calls,
-        calls_limit: if roomy { 8 } else { 6 },
+        calls_limit: MAX_DEPTH,
         keeps: compiled.keeps,
         cell_map,
         registers,

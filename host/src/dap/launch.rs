@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver};
 
-use lang::back::Room;
 use lang::profile::Profile;
 use serde_json::Value;
 
@@ -97,8 +96,7 @@ impl Launch {
             Some(name) => Some(input::profile(name).map_err(|note| note.line())?),
             None => setup.profile.clone(),
         };
-        let room = if self.is_simulated() { Room::Format } else { Room::Device };
-        program::load(&self.program, profile, room)
+        program::load(&self.program, profile)
     }
 
     fn world(&self) -> Result<World, String> {

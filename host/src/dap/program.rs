@@ -1,6 +1,6 @@
 //! From a file's name to a program that can be looked at while it runs.
 
-use lang::back::{self, Compiled, Room};
+use lang::back::{self, Compiled};
 use lang::front::index::Index;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, analyse};
@@ -25,11 +25,11 @@ pub struct Loaded {
     pub lines: Vec<u32>,
 }
 
-/// Reads and compiles a script: for a device's room or for that of a computer.
+/// Reads and compiles a script.
 ///
 /// # Errors
 /// It cannot be read or is wrong; every diagnostic, a line each.
-pub fn load(file: &str, profile: Option<Profile>, room: Room) -> Result<Loaded, String> {
+pub fn load(file: &str, profile: Option<Profile>) -> Result<Loaded, String> {
     let bytes = input::read_bytes(file, import::MAX_BYTES).map_err(|note| note.line())?;
     if import::is_importable(file, &bytes) {
         return Err(format!(
@@ -50,7 +50,7 @@ pub fn load(file: &str, profile: Option<Profile>, room: Room) -> Result<Loaded, 
     let Some(program) = analysis.program.take() else {
         return Err(analysis.diags.render(&source));
     };
-    let compiled = back::compile_for(&program, room).map_err(|excesses| {
+    let compiled = back::compile(&program).map_err(|excesses| {
         let told = excesses.iter().map(|excess| {
             let back::Excess { resource, used, available, .. } = excess;
             format!("{resource:?}: {used} used, {available} available")

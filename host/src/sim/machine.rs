@@ -109,6 +109,8 @@ pub struct Machine {
     interrupted: fn() -> bool,
     /// Something but the clock must be looked at before the next statement.
     attention: bool,
+    /// Line of the path's block that a fault has cut.
+    cut: Option<u32>,
     paused_since: Option<u64>,
     paused_us: u64,
     outputs_paused: bool,
@@ -171,6 +173,7 @@ impl Machine {
             stopped: None,
             interrupted: options.interrupted,
             attention: false,
+            cut: None,
             paused_since: None,
             paused_us: 0,
             outputs_paused: false,
@@ -495,7 +498,8 @@ impl Machine {
         if self.halt.is_some() { Step::Stop } else { Step::Done(0) }
     }
 
-    /// Ends the run: `fault` is the program's, `None` its END or whatever stopped it.
+    /// Ends the run: `fault` is the program's, `None` its END or whatever stopped it. `line` is that of the
+    /// statement under way; what cuts a path does so in the line of the block that plays.
     ///
     /// # Errors
     /// The world's script failed on the way.
@@ -521,7 +525,9 @@ impl Machine {
                 self.now = self.now.max(at);
                 self.motion.advance(self.now);
             }
+            self.log_milestones();
         }
+        let line = self.cut.or(self.pieces.line).unwrap_or(line);
         self.motion.forget(self.now);
         self.log_milestones();
         self.outputs.safe(status == Status::Fault);

@@ -14,7 +14,7 @@ pub mod world;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use lang::back::{self, Room};
+use lang::back;
 use lang::fault::Fault;
 use lang::hir::Program;
 
@@ -155,8 +155,7 @@ pub fn run(
     options: &Options,
     sink: Sink,
 ) -> Result<Outcome, SimError> {
-    // The device's limits are those of `check` and `upload`; here a program may be larger.
-    let compiled = back::compile_for(program, Room::Format);
+    let compiled = back::compile(program);
     match (engine, compiled) {
         (Engine::Rhai, compiled) => {
             let depth = compiled.map_or(MAX_CALLS, |compiled| compiled.calls);

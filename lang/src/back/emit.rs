@@ -6,7 +6,7 @@ use crate::back::cells::Cells;
 use crate::back::data::{self, Data};
 use crate::back::graph::Graph;
 use crate::back::ir::{Cond, Handler, Item, Label, Unit};
-use crate::back::report::{Compiled, Mark, MarkKind, Sidecar, VarPlace};
+use crate::back::report::{Compiled, MAX_CELLS, Mark, MarkKind, Sidecar, VarPlace};
 use crate::hir::{Program, RoutineId, VarId};
 use crate::image::statements::{self, Place};
 use crate::image::{self, HEADER, Header, pool_limit};
@@ -67,7 +67,7 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
         code_bytes: code.bytes.len(),
         table_bytes: data_len,
         cells: cells.count,
-        cells_available: pool_limit(features as u8).saturating_sub(depths) / 4,
+        cells_available: (pool_limit(features as u8).saturating_sub(depths) / 4).min(MAX_CELLS),
         stack: graph.stack(),
         calls: graph.calls,
         keeps: cells.keeps.len(),

@@ -1,11 +1,9 @@
 //! What a compilation gives besides code: places, amounts, excesses.
 
-use crate::back::Room;
 use crate::back::cells::Cells;
 use crate::back::graph::Graph;
 use crate::back::ir::Unit;
 use crate::hir::{Program, RoutineId, Span, VarId};
-use crate::image::pool_limit;
 
 /// What begins at a mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,60 +124,22 @@ const MAX_KEEPS: usize = 8;
 /// Bytes of texts at most: short columns may lie before them.
 const MAX_TEXTS: usize = 0x8000;
 /// Largest number of cells that the header's byte holds.
-const MAX_CELLS: usize = u8::MAX as usize;
+pub const MAX_CELLS: usize = u8::MAX as usize;
 /// Largest number that the header's half bytes hold.
 pub const MAX_DEPTH: usize = 15;
 
-/// Expression depth and call depth that are promised with these features.
-const fn promised_depth(features: u16) -> usize {
-    if pool_limit(features as u8) >= 192 { 8 } else { 6 }
-}
-
-/// Everything that the program has too much of for that room.
-pub fn excesses(
-    program: &Program,
-    unit: &Unit,
-    graph: &Graph,
-    cells: &Cells,
-    room: Room,
-) -> Vec<Excess> {
+/// Everything that the program has too much of for an image, which the largest part runs.
+pub fn excesses(program: &Program, unit: &Unit, graph: &Graph, cells: &Cells) -> Vec<Excess> {
     let mut found = Vec::new();
     let mut check = |resource, used: usize, available: usize, span: &Span| {
         if used > available {
             found.push(Excess { resource, used, available, span: span.clone() });
         }
     };
-    let depth = promised_depth(unit.features);
     let (stack, calls) = (graph.stack(), graph.calls);
-    let pool = match room {
-        Room::Device => pool_limit(unit.features as u8),
-        Room::Format => 4 * (MAX_CELLS + stack) + 2 * calls,
-    };
-    let cells_available = pool.saturating_sub(4 * stack + 2 * calls) / 4;
-    if cells.count > cells_available {
-        // Depths within the promise leave the cells that were promised: then the variables are
-        // too many, otherwise the depths are.
-        let rest = pool.saturating_sub(4 * cells.count);
-        if stack > depth {
-            check(
-                Resource::Stack,
-                stack,
-                (rest.saturating_sub(2 * calls) / 4).max(depth),
-                &graph.stack_span,
-            );
-        }
-        if calls > depth {
-            check(
-                Resource::Calls,
-                calls,
-                (rest.saturating_sub(4 * stack) / 2).max(depth),
-                &graph.calls_span,
-            );
-        }
-        if stack <= depth && calls <= depth {
-            let span = cells.beyond(program, cells_available);
-            check(Resource::Cells, cells.count, cells_available, &span);
-        }
+    if cells.count > MAX_CELLS {
+        let span = cells.beyond(program, MAX_CELLS);
+        check(Resource::Cells, cells.count, MAX_CELLS, &span);
     }
     check(Resource::Stack, stack, MAX_DEPTH, &graph.stack_span);
     check(Resource::Calls, calls, MAX_DEPTH, &graph.calls_span);

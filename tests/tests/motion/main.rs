@@ -1,6 +1,7 @@
 //! Motion on the shipped images, at the emulated pins: pause and resume at random instants, paths
 //! without holes, and times against the simulator's.
 
+mod ahead;
 mod emergency;
 mod ends;
 mod generated;

@@ -83,5 +83,6 @@ fn a_storm_of_edges_harms_nothing() {
     let hits: i64 = last.split(' ').next().and_then(|n| n.parse().ok()).expect("a number");
     assert_eq!(last, format!("{hits} 26 {SUM}"));
     assert_eq!(run.motors, [25 * 40, hits * 30, -25 * 10], "{printed}");
-    assert!((10..=150).contains(&hits), "{hits}");
+    // Some lines are taken ahead of the first edge, and none of them is behind a handler.
+    assert!((5..=150).contains(&hits), "{hits}");
 }

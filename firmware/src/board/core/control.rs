@@ -120,7 +120,7 @@ impl Core {
     pub fn fail(&mut self, fault: Fault) {
         if vm().fault != fault.number() {
             vm().fault = fault.number();
-            vm().fault_pc = self.effect_pc;
+            vm().fault_pc = self.place();
         }
         let order = self.session.end(Some(fault));
         self.obey(order);

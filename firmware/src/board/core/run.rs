@@ -123,8 +123,11 @@ impl Core {
             }
             if end as u8 == End::Fault as u8 {
                 self.effect_pc = vm().fault_pc;
-            } else if end as u8 != End::Done as u8 && self.effect.code == 0 {
-                self.effect_pc = vm().pc;
+            } else if end as u8 != End::Done as u8 {
+                if self.effect.code == 0 {
+                    self.effect_pc = vm().pc;
+                }
+                self.effect_pc = self.place();
             }
             self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
             self.forget();

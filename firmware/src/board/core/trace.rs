@@ -1,6 +1,7 @@
 //! What the host is told in trace mode, event by event.
 
 use super::Core;
+use crate::motor::tag;
 use crate::observe;
 use crate::vm::vm;
 use lang::wire::{TRACE_OK, TraceKind};
@@ -43,7 +44,7 @@ impl Core {
     /// One event for the host; the slot is free when this is called.
     pub fn emit(&mut self, kind: TraceKind, argument: u8, value: i32) {
         let pc = self.pc_of_effect();
-        observe::event(kind, argument, value, &self.motor.steps, pc);
+        observe::event(kind as u8, argument, value, &self.motor.steps, pc);
         if !self.trace.on {
             return;
         }
@@ -53,6 +54,32 @@ impl Core {
         self.trace.argument = argument;
         self.trace.pc = pc;
         self.trace.value = value;
+    }
+
+    /// A block of the path is about to be appended: its tag. Its beginning is an event, but of a rapid move, which
+    /// begins at once. A host in trace mode is told here, and so is who observes a streamed job, whose pieces
+    /// have no lasting place.
+    pub fn tell_block(&mut self, kind: TraceKind) -> u32 {
+        let pc = self.pc_of_effect();
+        let at_once = kind as u8 == TraceKind::Rapid as u8;
+        if at_once || self.trace.on || crate::streams() {
+            self.emit(kind, 0, 0);
+            return tag(None, pc);
+        }
+        tag(Some(kind), pc)
+    }
+
+    /// Whether the path would take another block: in trace mode one ahead of the playing one.
+    pub fn path_has_room(&self) -> bool {
+        self.motor.path_has_room(self.trace.on)
+    }
+
+    /// Where what runs stands in memory: the statement of the path's block that plays, else the effect's.
+    pub fn place(&self) -> u16 {
+        match self.motor.block_pc() {
+            Some(pc) if !crate::streams() => pc.wrapping_add(vm().code),
+            _ => self.effect_pc,
+        }
     }
 
     /// Address of the effect's instruction in the program's code.

@@ -65,11 +65,13 @@ const UNIT: Scaled = Scaled::constant(1 << 15);
 const MILLION: Scaled = Scaled::constant(1_000_000);
 /// us that the board's main loop takes for a block at most: its statement, its plan, its first segment,
 /// with the link and the milliseconds between them.
-const PLANNING: Scaled = Scaled::constant(1_700);
+const PLANNING: Scaled = Scaled::constant(1_800);
+/// The same for a chord of an arc.
+const CHORD: Scaled = Scaled::constant(1_400);
 /// us that an event's interrupt takes from the main loop: 212 cycles.
 const EVENT: Scaled = Scaled::constant(14);
-/// Chords of an arc a second that the main loop can plan, 285: 0.8 times its square.
-const CHORDS: Scaled = Scaled::constant(64_980);
+/// The square of a chord's steps is 0.8 times the radius in steps: 0.1 steps of sagitta.
+const SAGITTA: Scaled = Scaled::constant(0xCCCC_CCCD).shift(-32);
 /// 2^32 to a turn: one part in radians.
 const RADIAN: Scaled = Scaled::constant(0xC90F_DAA2).shift(-61);
 
@@ -167,11 +169,12 @@ impl Geometry {
         let (step_a, step_b) = (to_um(&axes[a], ONE), to_um(&axes[b], ONE));
         self.limit(&axes[a], step_a);
         self.limit(&axes[b], step_b);
-        // The ramp must also hold the arc: v^2 / r, and a chord must last as long as the next one
-        // takes to plan. Its square is 0.8 r steps (0.1 steps of sagitta).
+        // The ramp must also hold the arc: v^2 / r, and a chord must last as long as the next one takes to plan.
         let per_step = step_a.least(step_b);
-        let bend = self.accel.least(self.decel).least(per_step.times(CHORDS));
-        self.top = self.top.least(bend.times(arc.radius).root());
+        let bend = self.accel.least(self.decel).times(arc.radius).root();
+        let events = arc.radius.over(per_step).times(SAGITTA).root();
+        let planned = events.times(per_step).times(MILLION).over(events.times(EVENT).plus(CHORD));
+        self.top = self.top.least(bend).least(planned);
         if rise.0 != 0 {
             self.limit(&axes[c], self.length.over(rise));
         }

@@ -3,12 +3,15 @@
 //! A block may end as fast as the corner behind it allows and as all that is known behind that can be
 //! braked over: `exit^2 = min(corner^2, exit^2 + 2 d length)` of the next one, from the newest block, which
 //! ends at rest, back to the playing one. A new block raises these speeds and never lowers one, so the pass
-//! ends at the first block that it does not change.
+//! ends at the first block that it does not change. Inside the ring squares of speeds are integers in a unit of
+//! which the machine's highest are some 2^30: a sum takes a tenth of what one of [`Scaled`] does, and the pass is
+//! up to 64 of them for each block.
 
-use super::geometry::{Geometry, Shape};
+use super::geometry::{Geometry, Shape, to_um};
 use super::{Feed, Manner};
 use crate::motion::arc::Arc;
 use crate::motion::scaled::Scaled;
+use lang::record::AxisRecord;
 
 /// Blocks that may wait, a power of two.
 pub const DEPTH: usize = 64;
@@ -18,7 +21,7 @@ pub const ARCS: usize = 4;
 /// What of a block its beginning needs; um, um/s, um/s2.
 #[derive(Clone, Copy, Debug)]
 pub struct Waiting {
-    /// Distance of each axis of a line, steps.
+    /// Distance of each axis, steps.
     pub steps: [i32; 3],
     /// [`Geometry::pitch`] of a line, the length of an arc.
     pub length: Scaled,
@@ -32,8 +35,10 @@ pub struct Waiting {
     pub decel: Scaled,
     /// Square of the speed from which it may start.
     pub start2: Scaled,
-    /// Power of a laser, 0 to 1000.
+    /// See [`Manner`].
     pub power: u16,
+    /// See [`Manner`].
+    pub tag: u32,
     /// A rapid move.
     pub rapid: bool,
     /// Rests at its end.
@@ -52,6 +57,7 @@ impl Waiting {
         decel: Scaled::ZERO,
         start2: Scaled::ZERO,
         power: 0,
+        tag: 0,
         rapid: false,
         exact: false,
         arc: false,
@@ -64,11 +70,13 @@ pub struct Ring {
     /// What their beginnings need.
     pub blocks: [Waiting; DEPTH],
     /// Squares of the speeds at which each may be entered by its corner...
-    corner2: [Scaled; DEPTH],
+    corner2: [u32; DEPTH],
     /// ... what each can take away from a squared speed, ...
-    ramp2: [Scaled; DEPTH],
+    ramp2: [u32; DEPTH],
     /// ... and at which it may end.
-    pub exit2: [Scaled; DEPTH],
+    exit2: [u32; DEPTH],
+    /// They are (um/s)^2 times 2 to this.
+    unit: i8,
     /// The oldest block.
     first: u8,
     count: u8,
@@ -78,31 +86,53 @@ pub struct Ring {
     first_arc: u8,
     arc_count: u8,
     /// Sum of `ramp2`.
-    ahead2: Scaled,
+    ahead2: u32,
     /// Square of the newest block's top speed: no more than that need be braked over.
-    top2: Scaled,
+    top2: u32,
 }
 
 impl Ring {
     /// Nothing waits.
     pub const EMPTY: Ring = Ring {
         blocks: [Waiting::NONE; DEPTH],
-        corner2: [Scaled::ZERO; DEPTH],
-        ramp2: [Scaled::ZERO; DEPTH],
-        exit2: [Scaled::ZERO; DEPTH],
+        corner2: [0; DEPTH],
+        ramp2: [0; DEPTH],
+        exit2: [0; DEPTH],
+        unit: 0,
         first: 0,
         count: 0,
         arcs: [Arc::NONE; ARCS],
         first_arc: 0,
         arc_count: 0,
-        ahead2: Scaled::ZERO,
-        top2: Scaled::ZERO,
+        ahead2: 0,
+        top2: 0,
     };
 
     /// Forgets all.
     pub fn clear(&mut self) {
         self.count = 0;
         self.arc_count = 0;
+        self.ahead2 = 0;
+    }
+
+    /// A path begins: its unit is that of the axes.
+    pub fn begin(&mut self, axes: &[AxisRecord; 3]) {
+        let mut top = Scaled::ZERO;
+        for axis in axes {
+            top = top.most(to_um(axis, Scaled::new(axis.top_rate.max(1))));
+        }
+        // Three axes at their top together are below 2^31.
+        self.unit = 28i8.saturating_sub(top.times(top).exponent_over(Scaled::constant(1)));
+    }
+
+    /// A squared speed in the ring's unit, at most 2^31.
+    fn fixed(&self, v2: Scaled) -> u32 {
+        v2.shifted(self.unit).floor()
+    }
+
+    /// A squared speed of the ring's unit.
+    fn scaled(&self, v2: u32) -> Scaled {
+        Scaled::new(v2).shifted(-self.unit)
     }
 
     /// Whether nothing waits.
@@ -135,6 +165,7 @@ impl Ring {
         block.decel = g.decel;
         block.start2 = g.start2();
         block.power = manner.power;
+        block.tag = manner.tag;
         block.rapid = matches!(manner.feed, Feed::Rapid);
         block.exact = manner.exact;
         block.arc = false;
@@ -145,26 +176,26 @@ impl Ring {
             }
             Shape::Arc(arc) => {
                 block.arc = true;
+                for axis in 0..3 {
+                    block.steps[axis] = arc.end[axis].wrapping_sub(arc.start[axis]);
+                }
                 block.length = g.length;
                 self.arcs[usize::from(self.first_arc + self.arc_count) % ARCS] = **arc;
                 self.arc_count += 1;
             }
         }
-        let mut exit2 = block.start2;
-        self.corner2[n] = corner2;
+        let mut exit2 = self.fixed(self.blocks[n].start2);
+        self.corner2[n] = self.fixed(corner2);
         self.exit2[n] = exit2;
-        self.ramp2[n] = g.ramp2();
-        if self.count == 0 {
-            self.ahead2 = Scaled::ZERO;
-        }
-        self.ahead2 = self.ahead2.plus(self.ramp2[n]);
-        self.top2 = g.top.times(g.top);
+        self.ramp2[n] = self.fixed(g.ramp2());
+        self.ahead2 = self.ahead2.saturating_add(self.ramp2[n]);
+        self.top2 = self.fixed(g.top.times(g.top));
         self.count += 1;
         let first = usize::from(self.first);
         loop {
-            let enter2 = self.corner2[n].least(exit2.plus(self.ramp2[n]));
+            let enter2 = self.corner2[n].min(exit2.saturating_add(self.ramp2[n]));
             if n == first {
-                return Some(enter2);
+                return Some(self.scaled(enter2));
             }
             n = (n + DEPTH - 1) % DEPTH;
             exit2 = self.exit2[n];
@@ -176,7 +207,7 @@ impl Ring {
         }
     }
 
-    /// Takes the oldest block: its place in [`Ring::blocks`] and [`Ring::exit2`] until the next one is appended.
+    /// Takes the oldest block: its place in [`Ring::blocks`] and for [`Ring::exit2`] until the next one is appended.
     pub fn take(&mut self) -> Option<usize> {
         if self.count == 0 {
             return None;
@@ -184,8 +215,13 @@ impl Ring {
         let n = usize::from(self.first);
         self.first = ((n + 1) % DEPTH) as u8;
         self.count -= 1;
-        self.ahead2 = self.ahead2.minus(self.ramp2[n]);
+        self.ahead2 = self.ahead2.saturating_sub(self.ramp2[n]);
         Some(n)
+    }
+
+    /// Square of the speed at which the block at a place may end.
+    pub fn exit2(&self, n: usize) -> Scaled {
+        self.scaled(self.exit2[n]).most(self.blocks[n].start2)
     }
 
     /// Takes the oldest arc: its place in [`Ring::arcs`], as for [`Ring::take`].

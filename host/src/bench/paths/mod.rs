@@ -16,6 +16,7 @@ use lang::image::Image;
 use lang::profile::Profile;
 
 use super::code::program;
+use super::path::simulated;
 use super::stand::{Stand, gate};
 use super::{Sink, at_most};
 use crate::board::{Build, F5529, G2553};
@@ -47,7 +48,8 @@ struct Way {
 }
 
 /// Figures `path_over_ideal_worst` and `path_over_ideal_mean` of the F5529, stored and streamed,
-/// those of the G2553 apart, stored, for blocks of 10 ms and more and for others; before them each job's.
+/// those of the G2553 apart, stored, for blocks of 10 ms and more and for others; before them each job's. Behind
+/// them `path_vm_off_worst`: how far a time of the simulator's is from that of the F5529, stored.
 ///
 /// # Errors
 /// A job does not run, or makes steps that no motor of the profile follows.
@@ -75,6 +77,7 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
         .collect::<Result<Vec<Way>, String>>()?;
     let classes = [ON_F5529, LONG, OTHERS];
     let mut ratios: [Vec<f64>; 3] = Default::default();
+    let mut vm_off = (0.0, String::new());
     let mut wrong = Vec::new();
     for job in jobs {
         let best = machine.best(&job.legs);
@@ -90,6 +93,13 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
                     continue;
                 }
             };
+            if way.build.part == F5529.part && !way.streamed {
+                let planned = simulated(&checked)?;
+                let off = (seconds - planned).abs() / planned * 100.0;
+                if off > vm_off.0 {
+                    vm_off = (off, format!("{}: {planned:.3} s for {seconds:.3}", job.name));
+                }
+            }
             let class = way.class(&best);
             let [must, aim] = classes[class].worst;
             let ratio = seconds / best.seconds;
@@ -108,6 +118,9 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
         let [must, aim] = class.mean;
         sink(at_most(name("mean"), "of ideal", mean, must, aim))?;
     }
+    let mut figure = at_most("path_vm_off_worst", "%", vm_off.0, 0.5, 0.2);
+    figure.note = vm_off.1;
+    sink(figure)?;
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("; ")) }
 }
 

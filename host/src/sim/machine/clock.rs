@@ -216,6 +216,7 @@ impl Machine {
     }
 
     fn emergency_stop(&mut self) {
+        self.cut = self.pieces.line;
         self.motion.halt(self.now);
         self.log_milestones();
         for axis in Axis::ALL {
@@ -288,6 +289,7 @@ impl Machine {
                 && self.motion.direction(axis) == toward
                 && self.inputs.raw(self.profile.reference_input(axis))
             {
+                self.cut = self.pieces.line;
                 self.motion.halt(self.now);
                 self.log_milestones();
                 self.axes.set_homed(axis, false);

@@ -18,8 +18,10 @@ use crate::sim::trace::{AxisLetter, MoveKind, What};
 /// Pieces of the path that are under way.
 #[derive(Debug, Default)]
 pub struct Pieces {
-    /// One for each block that waits for its beginning; a block that continues a piece has none.
-    pub blocks: VecDeque<Option<Segment>>,
+    /// One for each block that waits for its beginning, with what is written then.
+    pub blocks: VecDeque<(Option<What>, Segment)>,
+    /// Line of the block that plays.
+    pub line: Option<u32>,
     /// Power of the block that plays.
     pub beam: Option<i32>,
     /// Number in the record of the piece that the path plays.
@@ -222,7 +224,13 @@ impl Machine {
             match what {
                 Milestone::BlockBegins(power) => {
                     self.pieces.beam = Some(power.into());
-                    let Some(Some(mut segment)) = self.pieces.blocks.pop_front() else { continue };
+                    let Some((what, mut segment)) = self.pieces.blocks.pop_front() else {
+                        continue;
+                    };
+                    if let Some(what) = what {
+                        self.log.write(us, what);
+                    }
+                    self.pieces.line = Some(segment.line);
                     segment.start_us = us;
                     segment.end_us = us;
                     self.end_path(us);
@@ -233,6 +241,7 @@ impl Machine {
                     self.pieces.path = None;
                     self.pieces.blocks.clear();
                     self.pieces.beam = None;
+                    self.pieces.line = None;
                 }
                 Milestone::PathRate(rate, speed) => {
                     if let Some(segment) = self.log.segment(self.pieces.path) {

@@ -87,7 +87,7 @@ impl Machine {
             return Ok(());
         }
         let targets = self.targets();
-        self.write(What::Move { line: self.line, kind, to: targets });
+        let what = What::Move { line: self.line, kind, to: targets };
         let exact = exact || rapid || !self.look_ahead;
         let mut legs = vec![to];
         let (up, down) = (self.z_leg(from, to, rapid), self.z_leg(to, from, rapid));
@@ -96,11 +96,11 @@ impl Machine {
         } else if down {
             legs.insert(0, [to[0], to[1], from[2]]);
         }
-        let mut at = from;
+        let (mut at, mut what) = (from, Some(what));
         // A rapid move has no corners.
         let um = if rapid { [0; 3] } else { um };
         for leg in legs {
-            self.push_block(SegmentKind::Move(kind), [at, leg], um, feed, exact);
+            self.push_block(what.take(), SegmentKind::Move(kind), [at, leg], um, feed, exact);
             at = leg;
         }
         if exact {
@@ -138,9 +138,10 @@ impl Machine {
         self.power.clamp(0, FULL_POWER) as u16
     }
 
-    /// Gives the path a line as soon as it takes one; `um` as [`Block::um`].
+    /// Gives the path a line as soon as it takes one; `what` is written when it begins, `um` as [`Block::um`].
     fn push_block(
         &mut self,
+        what: Option<What>,
         kind: SegmentKind,
         [from, to]: [[i32; 3]; 2],
         um: [i32; 3],
@@ -155,7 +156,7 @@ impl Machine {
         // A rapid move is dark.
         let dark = feed == Feed::Rapid;
         let light = self.light().map(|power| if dark { 0 } else { power });
-        self.pieces.blocks.push_back(Some(Segment {
+        let segment = Segment {
             kind,
             line: self.line,
             from,
@@ -167,8 +168,10 @@ impl Machine {
             peak_rate: 0.0,
             exit_speed: None,
             power: light,
-        }));
-        let manner = Manner { feed, exact, power: if dark { 0 } else { self.beam() } };
+        };
+        self.pieces.blocks.push_back((what, segment));
+        let power = if dark { 0 } else { self.beam() };
+        let manner = Manner { power, ..Manner::new(feed, exact) };
         self.motion.push(&Block { steps, um, manner }, self.now);
         self.log_milestones();
         self.next = 0;
@@ -201,8 +204,8 @@ impl Machine {
         self.check_arc(&arc)?;
         self.command(&goal);
         let targets = self.targets();
-        self.write(What::Move { line: self.line, kind: MoveKind::Arc, to: targets });
-        self.pieces.blocks.push_back(Some(Segment {
+        let what = What::Move { line: self.line, kind: MoveKind::Arc, to: targets };
+        let segment = Segment {
             kind: SegmentKind::Move(MoveKind::Arc),
             line: self.line,
             from: arc.start,
@@ -214,8 +217,9 @@ impl Machine {
             peak_rate: 0.0,
             exit_speed: None,
             power: self.light(),
-        }));
-        let manner = Manner { feed, exact, power: self.beam() };
+        };
+        self.pieces.blocks.push_back((Some(what), segment));
+        let manner = Manner { power: self.beam(), ..Manner::new(feed, exact) };
         self.motion.push_arc(&arc, &manner, self.now);
         self.log_milestones();
         self.next = 0;
