@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::Duration;
@@ -104,12 +105,16 @@ impl Hall {
         Roll { child, lines, said: String::new() }
     }
 
-    /// A board's line of the table.
-    fn standing(&self, board: &str) -> Value {
+    /// The boards' lines of the table, by their names.
+    fn standings(&self) -> HashMap<String, Value> {
         let (_, said) = self.fleet(&["status", "--format", "json"]);
         let lines = said.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-        let mut lines = lines.filter(|line| line["board"] == board);
-        lines.next().unwrap_or_else(|| panic!("no {board}: {said}"))
+        lines.map(|line| (line["board"].as_str().unwrap_or_default().to_owned(), line)).collect()
+    }
+
+    /// A board's line of the table.
+    fn standing(&self, board: &str) -> Value {
+        self.standings().remove(board).unwrap_or_else(|| panic!("no {board}"))
     }
 }
 
@@ -196,7 +201,7 @@ fn what_can_be_reached_is_stopped_whatever_else_fails() {
 
 /// Larger than anything that a board gets between two looks at what the tool says.
 fn long_script(first: &str) -> String {
-    let steps: String = (1..150).map(|n| format!("Wait {n}ms\nSetOut 2, ON\n")).collect();
+    let steps: String = (1..250).map(|n| format!("Wait {n}ms\nSetOut 2, ON\n")).collect();
     format!("KEEP made\n{first}\n{steps}")
 }
 
@@ -214,13 +219,14 @@ fn a_roll_that_breaks_in_the_middle_is_finished_by_the_next_one() {
     roll.until("drill: uploaded");
     std::thread::sleep(Duration::from_millis(60));
     hall.boards[1].signal(Signal::STOP);
-    std::thread::sleep(Duration::from_millis(1500));
+    std::thread::sleep(Duration::from_secs(1));
     hall.boards[1].signal(Signal::CONT);
     let (code, said) = roll.end();
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("once more in") && said.contains("press: uploaded"), "{said}");
-    let crc = hall.standing("drill")["program"].clone();
-    assert!(["saw", "press"].into_iter().all(|board| hall.standing(board)["program"] == crc));
+    let all_of_them = hall.standings();
+    let crc = all_of_them["drill"]["program"].clone();
+    assert!(all_of_them.values().all(|one| one["program"] == crc), "{all_of_them:?}");
 
     // Its cable is pulled: the roll ends there, and what is behind it stays as it was.
     let mut roll = hall.begin(&[&["upload", &old], &all[..]].concat());
@@ -230,9 +236,10 @@ fn a_roll_that_breaks_in_the_middle_is_finished_by_the_next_one() {
     let (code, said) = roll.end();
     assert_eq!(code, 4, "{said}");
     assert!(said.contains("left alone: press"), "{said}");
-    assert_ne!(hall.standing("drill")["program"], crc);
-    assert_eq!(hall.standing("press")["program"], crc);
-    assert!(!hall.standing("saw")["error"].is_null());
+    let all_of_them = hall.standings();
+    assert_ne!(all_of_them["drill"]["program"], crc);
+    assert_eq!(all_of_them["press"]["program"], crc);
+    assert!(!all_of_them["saw"]["error"].is_null());
 
     // Another board is put there; the next roll does what is left.
     hall.boards[1].begin_again(&["--part", "g2553"]);
@@ -240,12 +247,18 @@ fn a_roll_that_breaks_in_the_middle_is_finished_by_the_next_one() {
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("drill: it has the program already"), "{said}");
     assert!(said.contains("saw: uploaded") && said.contains("press: uploaded"), "{said}");
+}
 
-    // A gateway that ends in the middle: what hangs on the other one is left alone.
-    let mut roll = hall.begin(&[&["upload", &new], &all[..]].concat());
+#[test]
+fn a_gateway_that_ends_in_the_middle_ends_the_roll() {
+    let mut hall = Hall::start();
+    let new = hall.script("new.bas", &long_script("made = 2"));
+    // What hangs on the other one is left alone.
+    let mut roll = hall.begin(&["upload", &new, "--all"]);
     roll.until("drill: uploaded");
     drop(hall.gateways.remove(0));
     let (code, said) = roll.end();
     assert_eq!(code, 4, "{said}");
     assert!(said.contains("left alone: press"), "{said}");
+    assert_eq!(hall.standing("press")["state"], "empty");
 }

@@ -128,6 +128,11 @@ fn one_board_needs_no_file_and_our_own_commands_go_through() {
         let (code, said) = pasapas(&[args, &["--port", &over]].concat());
         assert_eq!(code, 0, "{args:?}: {said}");
     }
+    // Its run ends before the next one begins.
+    let begun = Instant::now();
+    while !pasapas(&["status", "--port", &over]).1.contains("ready") {
+        assert!(begun.elapsed() < Duration::from_secs(20), "its run does not end");
+    }
     let (code, said) = pasapas(&["trace", text(&script), "--port", &over]);
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("hello") && said.contains("\"X\":200"), "{said}");

@@ -21,7 +21,7 @@ use crate::interrupt;
 const AT_ONCE: usize = 16;
 /// Rests before a board that did not answer in the middle gets its next try: longer than its gateway
 /// leaves it alone.
-const RESTS: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(5)];
+const RESTS: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(4)];
 /// Between two looks at a board that was just started.
 const LOOK: Duration = Duration::from_millis(50);
 
