@@ -18,7 +18,7 @@ use lang::profile::Profile;
 use super::code::program;
 use super::path::simulated;
 use super::stand::{Stand, gate};
-use super::{Sink, at_most};
+use super::{Sink, at_least, at_most};
 use crate::board::{Build, F5529, G2553};
 use ideal::{Best, Machine};
 use jobs::Job;
@@ -27,6 +27,9 @@ use jobs::Job;
 const LIMIT: Duration = Duration::from_secs(300);
 /// Blocks of which the small part is to make more than of others, s: planning one takes it 3 ms.
 const LONG_BLOCK: f64 = 0.010;
+
+/// Blocks of the loop that is planned as fast as the board can.
+const BLOCKS: u32 = 1_000;
 
 /// Ratios of a class of jobs: the name of its worst, what must be reached and what is aimed at of the
 /// worst, then of the mean.
@@ -49,7 +52,7 @@ struct Way {
 
 /// Figures `path_over_ideal_worst` and `path_over_ideal_mean` of the F5529, stored and streamed,
 /// those of the G2553 apart, stored, for blocks of 10 ms and more and for others; before them each job's. Behind
-/// them `path_vm_off_worst`: how far a time of the simulator's is from that of the F5529, stored.
+/// them `blocks_planned_f5529`, and `path_vm_off_worst`: how far a time of the simulator's is from that of the F5529, stored.
 ///
 /// # Errors
 /// A job does not run, or makes steps that no motor of the profile follows.
@@ -118,6 +121,9 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
         let [must, aim] = class.mean;
         sink(at_most(name("mean"), "of ideal", mean, must, aim))?;
     }
+    if let Some(stored) = ways.first_mut() {
+        sink(at_least("blocks_planned_f5529", "blocks/s", stored.planned()?, 800.0, 1_500.0))?;
+    }
     let mut figure = at_most("path_vm_off_worst", "%", vm_off.0, 0.5, 0.2);
     figure.note = vm_off.1;
     sink(figure)?;
@@ -137,6 +143,17 @@ impl Way {
             true if best.leg >= LONG_BLOCK => 1,
             true => 2,
         }
+    }
+
+    /// Blocks a second that the board plans, of one step of two axes each, in a loop.
+    fn planned(&mut self) -> Result<f64, String> {
+        let text = format!(
+            "G90\nG0 X0 Y0 Z0\nF4800\nSetOut 1, ON\nG91\nREPEAT {BLOCKS}\nG1 X0.01 Y0.01\n\
+             END REPEAT\nSetOut 1, OFF\n"
+        );
+        let (checked, _) = program("blocks", &text)?;
+        let seconds = self.seconds(&checked)?.ok_or("this board has no room for a loop")?;
+        Ok(f64::from(BLOCKS) / seconds)
     }
 
     /// What a job takes at the pins; `None` where the part lacks what it needs, or room for it.
