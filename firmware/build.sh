@@ -30,15 +30,16 @@ far() {
     export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$root/target/msp430/release/far"
     export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="$CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS -Cjump-tables=no"
 }
-for part in ${*:-g2553 g2553-handlers whole f5529}; do
-    program=g2553 features=$part
+parts=$(sed -n 's/^    name: "\(.*\)",$/\1/p' lang/src/part.rs)
+for part in ${*:-$parts whole}; do
+    program=g2553 features=g2553 name=$part
     case $part in
         # All that the G2553's sources can do, on a chip of the tests.
-        whole) features=g2553,whole ;;
-        g2553-*) features=g2553,${part#g2553-} ;;
-        f5529) program=board ;;
+        whole) features=g2553,whole name=g2553 ;;
+        f5529) program=board features=f5529 ;;
     esac
     (
+        export PASAPAS_PART="$name"
         [ "$part" != f5529 ] || far
         "$CARGO" build --quiet --locked -Zbuild-std=core --target msp430-none-elf \
             --profile firmware -p firmware --bin "pasapas-$program" --features "$features" \

@@ -1,5 +1,6 @@
-//! Tells `pasapas --version` the commit and the fingerprints of the firmware images.
+//! Brings the firmware images, and tells `pasapas --version` their fingerprints and the commit.
 
+use std::path::Path;
 use std::process::Command;
 
 fn main() {
@@ -11,17 +12,46 @@ fn main() {
     let released = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
     let commit = given.or_else(|| commit().filter(|_| released));
     println!("cargo:rustc-env=PASAPAS_COMMIT={}", commit.as_deref().unwrap_or("unknown"));
-    for name in ["g2553", "g2553-handlers", "f5529"] {
-        let path = format!("../firmware/image/pasapas-{name}.elf");
-        match std::fs::read(&path) {
-            Ok(image) => {
-                let sum = sha1_smol::Sha1::from(image).digest().to_string();
-                let variable = name.to_uppercase().replace('-', "_");
-                println!("cargo:rustc-env=PASAPAS_IMAGE_{variable}={}", &sum[..12]);
-            }
-            Err(error) => println!("cargo:error={path}: {error}"),
-        }
+    if let Err(error) = builds() {
+        println!("cargo:error={error}");
     }
+}
+
+/// Makes of each part of `lang::part` its build, and a line of its image's sum.
+fn builds() -> Result<(), Box<dyn std::error::Error>> {
+    let images = Path::new(&std::env::var("CARGO_MANIFEST_DIR")?).join("../firmware/image");
+    let (mut builds, mut names, mut sums) = (String::new(), Vec::new(), String::new());
+    for (n, part) in lang::part::PARTS.iter().enumerate() {
+        let elf = images.join(format!("pasapas-{}.elf", part.name));
+        let image = std::fs::read(&elf).map_err(|error| format!("{}: {error}", elf.display()))?;
+        let sum = sha1_smol::Sha1::from(image).digest().to_string();
+        sums += &format!("\nfirmware {} {}", part.name, &sum[..12]);
+        let name = part.name.to_uppercase().replace('-', "_");
+        builds += &format!(
+            "/// The build of the part {} of the {}.
+pub static {name}: Build = Build {{
+    part: part::PARTS[{n}],
+    chip: Part::{},
+    elf: include_bytes!({elf:?}),
+}};
+",
+            part.name,
+            part.chip,
+            part.chip.trim_start_matches("MSP430"),
+        );
+        names.push(format!("&{name}"));
+    }
+    builds += &format!(
+        "/// Every build, in the order in which a program finds its own ([`part::PARTS`]).
+pub static BUILDS: [&Build; {}] = [{}];
+",
+        names.len(),
+        names.join(", ")
+    );
+    let out = std::env::var("OUT_DIR")?;
+    std::fs::write(Path::new(&out).join("builds.rs"), builds)?;
+    std::fs::write(Path::new(&out).join("sums.txt"), sums)?;
+    Ok(())
 }
 
 /// The commit of this checkout, with a `+` where files differ from it; nothing in another's.

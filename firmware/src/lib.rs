@@ -23,6 +23,7 @@ pub const RELEASE: u16 = 0x0001;
 pub const WHOLE: Part = Part {
     name: "whole",
     chip: "MSP430G2553 with 32 KB",
+    memory: [0x0200, 0x0200, 0x8000],
     features: G2553.features | feature::KEEP | feature::LINES | feature::EVENTS,
     segments: 6,
     at_room: 0,

@@ -13,6 +13,8 @@ pub struct Part {
     pub name: &'static str,
     /// As on the package.
     pub chip: &'static str,
+    /// Start and length of its RAM, start of its flash.
+    pub memory: [u16; 3],
     /// Features ([`crate::record::feature`]) that it has.
     pub features: u16,
     /// Bytes of RAM for cells, expression stack and call stack: of a program that moves one axis at
@@ -37,6 +39,8 @@ pub struct Part {
 pub const G2553: Part = Part {
     name: "g2553",
     chip: "MSP430G2553",
+    // SLAS735 and SLAS800, memory organization.
+    memory: [0x0200, 0x0200, 0xC000],
     features: feature::INTERPOLATE | feature::KEEP,
     pool: [64, 64],
     event_pool: [12, 10],
@@ -61,6 +65,8 @@ pub const G2553_HANDLERS: Part = Part {
 pub const F5529: Part = Part {
     name: "f5529",
     chip: "MSP430F5529",
+    // SLAS590, memory organization: 2 KB of USB RAM, which is plain RAM while that module is off, in front of the 8 KB.
+    memory: [0x1C00, 0x2800, 0x4400],
     features: feature::INTERPOLATE
         | feature::START
         | feature::ARC
@@ -125,10 +131,25 @@ pub enum Lack {
     },
 }
 
+const fn same(a: &[u8], b: &[u8]) -> bool {
+    let mut n = 0;
+    while n < a.len() && n < b.len() && a[n] == b[n] {
+        n += 1;
+    }
+    n == a.len() && n == b.len()
+}
+
 impl Part {
-    /// The part with this name.
-    pub fn named(name: &str) -> Option<Part> {
-        PARTS.iter().copied().find(|part| part.name == name)
+    /// The part of this name.
+    pub const fn named(name: &str) -> Option<Part> {
+        let mut n = 0;
+        while n < PARTS.len() {
+            if same(PARTS[n].name.as_bytes(), name.as_bytes()) {
+                return Some(PARTS[n]);
+            }
+            n += 1;
+        }
+        None
     }
 
     /// Whether it lacks this [`feature`].

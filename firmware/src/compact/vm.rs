@@ -1,15 +1,13 @@
 //! Where the VM's registers and memory lie; `ram.rs` lays them out.
 
 pub use crate::ram::FRAME_AT;
-use lang::part::{self, Part};
+use lang::part::Part;
 
 /// The part that this image is for.
 pub const PART: Part = if cfg!(feature = "whole") {
     firmware::WHOLE
-} else if cfg!(feature = "handlers") {
-    part::G2553_HANDLERS
 } else {
-    part::G2553
+    Part::named(env!("PASAPAS_PART")).expect("build.rs knows it")
 };
 
 /// Registers of the VM, as its core loads and stores them: `VM_STATE` in `ram.rs`.

@@ -36,29 +36,8 @@ pub struct Build {
     pub elf: &'static [u8],
 }
 
-/// The build for 16 KB of flash and 512 bytes of RAM.
-pub static G2553: Build = Build {
-    part: part::G2553,
-    chip: Part::G2553,
-    elf: include_bytes!("../../../firmware/image/pasapas-g2553.elf"),
-};
-
-/// The same chip with ON ERROR, ON IN and ON EVERY.
-pub static G2553_HANDLERS: Build = Build {
-    part: part::G2553_HANDLERS,
-    chip: Part::G2553,
-    elf: include_bytes!("../../../firmware/image/pasapas-g2553-handlers.elf"),
-};
-
-/// The build with everything.
-pub static F5529: Build = Build {
-    part: part::F5529,
-    chip: Part::F5529,
-    elf: include_bytes!("../../../firmware/image/pasapas-f5529.elf"),
-};
-
-/// Every build, in the order in which a program finds its own ([`part::PARTS`]).
-pub static BUILDS: [&Build; 3] = [&G2553, &G2553_HANDLERS, &F5529];
+// Of each part of `lang::part` a static with its name, and `BUILDS`.
+include!(concat!(env!("OUT_DIR"), "/builds.rs"));
 
 /// The build of a board that nobody chose: what runs every program.
 pub static DEFAULT: &Build = &F5529;

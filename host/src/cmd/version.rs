@@ -6,12 +6,7 @@ pub const LONG: &str = concat!(
     env!("CARGO_PKG_VERSION"),
     "\ncommit ",
     env!("PASAPAS_COMMIT"),
-    "\nfirmware g2553 ",
-    env!("PASAPAS_IMAGE_G2553"),
-    "\nfirmware g2553-handlers ",
-    env!("PASAPAS_IMAGE_G2553_HANDLERS"),
-    "\nfirmware f5529 ",
-    env!("PASAPAS_IMAGE_F5529"),
+    include_str!(concat!(env!("OUT_DIR"), "/sums.txt")),
 );
 
 #[cfg(test)]
