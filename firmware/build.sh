@@ -30,7 +30,7 @@ far() {
     export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$root/target/msp430/release/far"
     export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="$CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS -Cjump-tables=no"
 }
-parts=$(sed -n 's/^    name: "\(.*\)",$/\1/p' lang/src/part.rs)
+parts=$(sed -n 's/.* name: "\([^"]*\)",.*/\1/p' lang/src/part.rs)
 for part in ${*:-$parts whole}; do
     program=g2553 features=g2553 name=$part
     case $part in
