@@ -13,6 +13,9 @@ begin "$pasapas" board --tcp 1602 >/dev/null
 sleep 2
 "$pasapas" upload ../counter.bas --port tcp:1601 --any-profile
 begin "$pasapas" gateway hall.toml
+sleep 1
+# What kept it from starting was said.
+kill -0 "$last"
 begin mosquitto_sub -v -t 'pasapas/#' ${1:+-W "$1"}
 # It ends by itself when its time is over.
 wait "$last" || true

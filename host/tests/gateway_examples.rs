@@ -8,6 +8,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use common::{Board, Gateway, end_of, has, pasapas, signal, text};
@@ -40,18 +41,23 @@ fn up_brings_everything_up_and_leaves_nothing_behind() {
         .spawn()
         .expect("a shell");
     let lines = BufReader::new(script.stdout.take().expect("its output")).lines();
+    let (to, told) = mpsc::channel();
+    std::thread::spawn(move || lines.map_while(Result::ok).try_for_each(|line| to.send(line)));
     let mut said = Vec::new();
-    for line in lines.map_while(Result::ok) {
+    while let Ok(line) = told.recv_timeout(PATIENCE) {
         let ready = line.starts_with("pasapas/hall/drill/state") && line.contains("\"parts\":0");
         said.push(line);
         if ready {
             break;
         }
     }
+    let all_up = PORTS.into_iter().all(is_taken);
+    // The shell alone is told to end, as by `kill`; it may have ended by itself.
+    if script.try_wait().expect("a child").is_none() {
+        signal(&script, Signal::TERM);
+    }
     assert!(said.last().is_some_and(|line| line.contains("\"health\":\"up\"")), "{said:#?}");
-    assert!(PORTS.into_iter().all(is_taken), "{said:#?}");
-    // The shell alone is told to end, as by `kill`.
-    signal(&script, Signal::TERM);
+    assert!(all_up, "{said:#?}");
     assert!(end_of(&mut script, PATIENCE).is_some(), "it does not end");
     let begun = Instant::now();
     while PORTS.into_iter().any(is_taken) {
