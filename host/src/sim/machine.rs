@@ -143,7 +143,7 @@ impl Machine {
         let record = MachineRecord::of(profile);
         let mut machine = Machine {
             plant: Plant::new(profile, &record, &scenario),
-            motion: Motion::new(record.axes, record.corner),
+            motion: Motion::new(record.axes, record.corner, options.look_ahead),
             axes: Axes::new(profile, &record),
             inputs: Inputs::new(profile),
             outputs: Outputs::new(profile),

@@ -22,6 +22,10 @@ const FINE_PER_US: u64 = 16 * 65_536;
 /// whose next block is not known: a pass of the board's main loop with a statement in it.
 const FETCH_US: u64 = 200;
 
+/// From a statement to the event of a path that begins at rest, us: for a chip that looks ahead and for the
+/// small one, and more for each axis that moves (`pasapas bench paths`).
+const PATH_BEGINS_US: [[u64; 2]; 2] = [[1_350, 500], [1_950, 300]];
+
 /// A segment and when it began.
 #[derive(Clone, Copy, Debug)]
 struct Play {
@@ -132,6 +136,7 @@ pub enum Milestone {
 #[derive(Debug)]
 pub struct Motion {
     records: [AxisRecord; 3],
+    look_ahead: bool,
     path: Path,
     path_play: Option<(Play, PathSegment)>,
     /// Speed at the end of the segment that plays, um/s.
@@ -155,10 +160,11 @@ pub struct Motion {
 
 impl Motion {
     /// All axes at 0 and at rest.
-    pub fn new(records: [AxisRecord; 3], corner_um: u16) -> Motion {
+    pub fn new(records: [AxisRecord; 3], corner_um: u16, look_ahead: bool) -> Motion {
         let solo = || Solo { single: Single::new(0), play: None, negative: false, next: None };
         Motion {
             records,
+            look_ahead,
             path: Path::new(corner_um),
             path_play: None,
             path_exit: 0,
@@ -381,15 +387,24 @@ impl Motion {
     /// Gives the path a block; see [`Motion::has_room`].
     pub fn push(&mut self, block: &Block, us: u64) {
         self.fetch(us);
+        let moving = block.steps.iter().filter(|steps| **steps != 0).count();
+        let begin = us + self.path_begins_us(moving);
         self.path.push(&self.records, block);
-        self.kick(us);
+        self.kick_path(begin);
+    }
+
+    /// How long a block of so many axes takes to begin.
+    fn path_begins_us(&self, moving: usize) -> u64 {
+        let [base, axis] = PATH_BEGINS_US[usize::from(self.look_ahead)];
+        if self.is_path_idle() { base + axis * moving as u64 } else { 0 }
     }
 
     /// The same for an arc.
     pub fn push_arc(&mut self, arc: &Arc, manner: &Manner, us: u64) {
         self.fetch(us);
+        let begin = us + self.path_begins_us(3);
         self.path.push_arc(&self.records, arc, manner);
-        self.kick(us);
+        self.kick_path(begin);
     }
 
     /// Moves an axis on its own to `target` steps.
@@ -487,12 +502,17 @@ impl Motion {
         }
     }
 
+    /// Begins the path that waits if none plays.
+    fn kick_path(&mut self, us: u64) {
+        if self.path_play.is_none() && !self.is_path_idle() {
+            self.begin_path(us * FINE_PER_US);
+        }
+    }
+
     /// Begins what waits where nothing plays.
     fn kick(&mut self, us: u64) {
         let begin = us * FINE_PER_US;
-        if self.path_play.is_none() && !self.is_path_idle() {
-            self.begin_path(begin);
-        }
+        self.kick_path(us);
         for axis in Axis::ALL {
             if self.solo[axis.index()].play.is_none() && !self.is_solo_idle(axis) {
                 self.begin_solo(axis, begin);
