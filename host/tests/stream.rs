@@ -1,6 +1,8 @@
 //! `pasapas stream` as a user has it: a virtual board in real time, keys through a terminal.
 #![cfg(unix)]
 
+mod common;
+
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
@@ -9,30 +11,13 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use serialport::{SerialPort, TTYPort};
-use tempfile::TempDir;
 
-/// A board that is killed when it is dropped.
-struct Board {
-    child: Child,
-    folder: TempDir,
-}
+/// A board, and jobs streamed to it.
+struct Board(common::Board);
 
 impl Board {
     fn start() -> Board {
-        let folder = tempfile::tempdir().expect("a folder");
-        let link = folder.path().join("board");
-        let child = Command::new(env!("CARGO_BIN_EXE_pasapas"))
-            .args(["board", "--pty"])
-            .arg(&link)
-            .stdout(Stdio::null())
-            .spawn()
-            .expect("the board starts");
-        let begun = Instant::now();
-        while !link.exists() {
-            assert!(begun.elapsed() < Duration::from_secs(20), "no pseudo-terminal appeared");
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        Board { child, folder }
+        Board(common::Board::start(&[]))
     }
 
     /// Streams a job with a terminal as standard input.
@@ -42,7 +27,7 @@ impl Board {
 
     /// The same under a name that tells what it is.
     fn stream_as(&self, name: &str, job: &str, more: &[&str]) -> Stream {
-        let file = self.folder.path().join(name);
+        let file = self.0.folder.path().join(name);
         std::fs::write(&file, job).expect("a file");
         let (keys, terminal) = TTYPort::pair().expect("a pseudo-terminal");
         let device = terminal.name().expect("a name");
@@ -51,7 +36,7 @@ impl Board {
             .arg("stream")
             .arg(&file)
             .arg("--port")
-            .arg(self.folder.path().join("board"))
+            .arg(self.0.port())
             .args(more)
             .stdin(Stdio::from(input))
             .stdout(Stdio::piped())
@@ -65,17 +50,10 @@ impl Board {
     fn status(&self) -> String {
         let output = Command::new(env!("CARGO_BIN_EXE_pasapas"))
             .args(["status", "--format", "json", "--port"])
-            .arg(self.folder.path().join("board"))
+            .arg(self.0.port())
             .output()
             .expect("it starts");
         String::from_utf8_lossy(&output.stdout).into_owned()
-    }
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 
