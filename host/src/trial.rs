@@ -121,7 +121,7 @@ impl Loaded {
     /// Whether the program runs on a part, and if not, what that lacks.
     pub fn lack(&self, part: &Part) -> Option<String> {
         let image = Image::new(&self.compiled.image).ok()?;
-        part.lacks(&image.header, image.events()).map(|lack| lack.to_string())
+        part.lacks(&image, self.program.profile.pulse_us).map(|lack| lack.to_string())
     }
 
     /// The smallest part on which the program runs; of one that is too large for all the last.
@@ -210,11 +210,7 @@ pub fn simulate(number: u64, loaded: &Result<Loaded, String>, world: &World, par
         Ok(loaded) => loaded,
         Err(words) => return refused(words.clone()),
     };
-    let options = sim::Options {
-        statements: STATEMENTS,
-        look_ahead: part.look_ahead,
-        ..sim::Options::default()
-    };
+    let options = sim::Options { statements: STATEMENTS, part: *part, ..sim::Options::default() };
     let nobody = World::unattended();
     let world = if world.is_empty() { &nobody } else { world };
     match sim::run_traced(&loaded.program, Engine::Vm, world, &options) {

@@ -312,6 +312,16 @@ impl<'a> Image<'a> {
         Some((u16::from_le_bytes([steps, steps_high]), u16::from_le_bytes([um, um_high])))
     }
 
+    /// Top rate of the fastest axis, steps/s.
+    pub fn top_rate(&self) -> u32 {
+        let rate = |axis: usize| {
+            // Behind seven words, as [`AxisRecord`] has them.
+            let place = 8 + axis * AxisRecord::SIZE + 14;
+            self.machine.get(place..)?.first_chunk::<4>().map(|bytes| u32::from_le_bytes(*bytes))
+        };
+        (0..3).filter_map(rate).max().unwrap_or(0)
+    }
+
     /// Number of ON lines.
     pub fn events(&self) -> u8 {
         match self.data.first() {

@@ -3,7 +3,7 @@
 //! The G2553 build leaves out what its 512 bytes of RAM and 16 KB of flash cannot hold; the
 //! compiler names it, and the board's verifier refuses it once more.
 
-use crate::image::Header;
+use crate::image::{Header, Image};
 use crate::record::feature;
 
 /// A chip with the firmware made for it.
@@ -13,6 +13,11 @@ pub struct Part {
     pub name: &'static str,
     /// As on the package.
     pub chip: &'static str,
+    /// Rate of its processor and of the step timer, Hz.
+    pub clock: u32,
+    /// Cycles between two step events that leave its processor enough for everything else, with pulses of 2 us
+    /// and of 3 us (`pasapas bench motion`).
+    pub event_cycles: [u32; 2],
     /// Start and length of its RAM, start of its flash.
     pub memory: [u16; 3],
     /// Features ([`crate::record::feature`]) that it has.
@@ -39,6 +44,8 @@ pub struct Part {
 pub const G2553: Part = Part {
     name: "g2553",
     chip: "MSP430G2553",
+    clock: 16_000_000,
+    event_cycles: [266, 266],
     // SLAS735 and SLAS800, memory organization.
     memory: [0x0200, 0x0200, 0xC000],
     features: feature::INTERPOLATE | feature::KEEP,
@@ -65,6 +72,8 @@ pub const G2553_HANDLERS: Part = Part {
 pub const F5529: Part = Part {
     name: "f5529",
     chip: "MSP430F5529",
+    clock: 25_000_000,
+    event_cycles: [250, 266],
     // SLAS590, memory organization: 2 KB of USB RAM, which is plain RAM while that module is off, in front of the 8 KB.
     memory: [0x1C00, 0x2800, 0x4400],
     features: feature::INTERPOLATE
@@ -93,19 +102,31 @@ pub const SLOT_HEAD: usize = 4;
 pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, F5529];
 
 /// The longest STEP pulse that one interrupt makes, us.
-const SHORT_PULSE_US: u8 = 3;
+pub const SHORT_PULSE_US: u8 = 3;
 
-/// Step events in a second that the engine of every part keeps up with pulses of this width, the link
-/// busy: those of a path or a single axis, or of each axis where they move on their own (START).
-///
-/// A longer pulse takes a second interrupt: its width, both interrupts and what else may come between
-/// must pass before the next event, 360 cycles of 16 MHz (`pasapas bench motion`).
-pub const fn top_rate(pulse_us: u8, on_their_own: bool) -> u32 {
-    let rate = match pulse_us {
-        0..=SHORT_PULSE_US => 60_000,
-        _ => 16_000_000 / (16 * pulse_us as u32 + 360),
-    };
-    if on_their_own { rate / 2 } else { rate }
+/// A longer pulse takes a second interrupt: beside its width both interrupts and what else may come between
+/// must pass before the next event, cycles.
+const LONG_EVENT_CYCLES: u32 = 360;
+
+impl Part {
+    /// Step events in a second that the engine keeps up with pulses of this width, the link
+    /// busy: those of a path or a single axis, or of each axis where they move on their own (START).
+    pub const fn top_rate(&self, pulse_us: u8, on_their_own: bool) -> u32 {
+        let cycles = match pulse_us {
+            0..SHORT_PULSE_US => self.event_cycles[0],
+            SHORT_PULSE_US => self.event_cycles[1],
+            _ => self.clock / 1_000_000 * pulse_us as u32 + LONG_EVENT_CYCLES,
+        };
+        // Whole thousands where it is for the reader.
+        let rate = self.clock / cycles;
+        let rate = if pulse_us <= SHORT_PULSE_US { rate / 1000 * 1000 } else { rate };
+        if on_their_own { rate / 2 } else { rate }
+    }
+}
+
+/// The highest [`Part::top_rate`] of all parts: what a profile may ask for.
+pub fn top_rate(pulse_us: u8) -> u32 {
+    PARTS.iter().map(|part| part.top_rate(pulse_us, false)).max().unwrap_or(0)
 }
 
 /// What a program wants that a part does not have.
@@ -119,6 +140,13 @@ pub enum Lack {
         used: u16,
         /// There.
         available: u16,
+    },
+    /// Steps in a second of the fastest axis.
+    Rate {
+        /// Its top rate.
+        wanted: u32,
+        /// What the chip makes with these pulses.
+        possible: u32,
     },
     /// Bytes of flash for the image.
     Flash {
@@ -177,14 +205,21 @@ impl Part {
         if cells > u8::MAX as usize { u8::MAX as usize } else { cells }
     }
 
-    /// The first thing that the program of this header, with so many ON lines, wants and the part
-    /// lacks.
-    pub fn lacks(&self, header: &Header, events: u8) -> Option<Lack> {
-        self.all_lacks(header, events).next()
+    /// The first thing that a program, on a board with STEP pulses of this width, wants and the part lacks.
+    pub fn lacks(&self, image: &Image<'_>, pulse_us: u8) -> Option<Lack> {
+        self.all_lacks(image, pulse_us).next()
     }
 
-    /// Everything that the program of this header, with so many ON lines, wants and the part lacks.
-    pub fn all_lacks(&self, header: &Header, events: u8) -> impl Iterator<Item = Lack> + use<> {
+    /// Everything that a program, on a board with STEP pulses of this width, wants and the part lacks.
+    pub fn all_lacks(&self, image: &Image<'_>, pulse_us: u8) -> impl Iterator<Item = Lack> + use<> {
+        let starts = u16::from(image.header.features) & feature::START != 0;
+        let (wanted, possible) = (image.top_rate(), self.top_rate(pulse_us, starts));
+        let rate = (wanted > possible).then_some(Lack::Rate { wanted, possible });
+        self.header_lacks(&image.header, image.events()).chain(rate)
+    }
+
+    /// Those that the header tells of, for so many ON lines.
+    fn header_lacks(&self, header: &Header, events: u8) -> impl Iterator<Item = Lack> + use<> {
         let features = u16::from(header.features);
         let missing = features & !self.features;
         let bits = (0..u16::BITS).map(|bit| 1 << bit);
@@ -228,6 +263,9 @@ impl core::fmt::Display for Lack {
                     "{used} bytes of RAM for variables and stacks, of which it has {available}"
                 );
             }
+            Lack::Rate { wanted, possible } => {
+                return write!(f, "{wanted} steps/s of an axis, of which it makes {possible}");
+            }
             Lack::Feature(feature::INTERPOLATE) => "interpolated moves (G0, G1)",
             Lack::Feature(feature::START) => "axes on their own (START, MoveSpeed)",
             Lack::Feature(feature::ARC) => "arcs (G2, G3)",
@@ -244,38 +282,49 @@ impl core::fmt::Display for Lack {
 
 #[cfg(test)]
 mod tests {
-    use super::{F5529, G2553, Lack, Part, top_rate};
+    use super::{F5529, G2553, Lack, PARTS, Part, top_rate};
     use crate::image::Header;
     use crate::record::feature;
 
     #[test]
     fn longer_pulses_make_slower_engines() {
-        let rates = [2, 3, 4, 10, 20, 30].map(|pulse| top_rate(pulse, false));
-        assert!(rates.is_sorted_by(|a, b| a >= b) && rates[0] == 60_000 && rates[5] == 19_047);
+        for part in PARTS {
+            let rates = [2, 3, 4, 10, 20, 30].map(|pulse| part.top_rate(pulse, false));
+            assert!(rates.is_sorted_by(|a, b| a >= b), "{}: {rates:?}", part.name);
+        }
+        assert_eq!([2, 30].map(|pulse| G2553.top_rate(pulse, false)), [60_000, 19_047]);
+        assert_eq!([2, 30].map(|pulse| F5529.top_rate(pulse, false)), [100_000, 22_522]);
+        assert_eq!([2, 30].map(top_rate), [100_000, 22_522]);
     }
 
     #[test]
     fn a_part_names_what_it_lacks() {
         let mut header = Header { features: feature::ARC as u8, ..Header::default() };
-        assert_eq!(G2553.lacks(&header, 0), Some(Lack::Feature(feature::ARC)));
-        assert_eq!(F5529.lacks(&header, 0), None);
+        assert_eq!(G2553.header_lacks(&header, 0).next(), Some(Lack::Feature(feature::ARC)));
+        assert_eq!(F5529.header_lacks(&header, 0).next(), None);
         header = Header { len: 4000, cells: 40, ..header };
         let all: [Lack; 3] = [
             Lack::Feature(feature::ARC),
             Lack::Memory { used: 160, available: 64 },
             Lack::Flash { used: 4000, available: 2556, keeps: false },
         ];
-        assert!(G2553.all_lacks(&header, 0).eq(all));
+        assert!(G2553.header_lacks(&header, 0).eq(all));
         header = Header { cells: 255, stack: 15, calls: 15, ..Header::default() };
-        assert_eq!(F5529.lacks(&header, 0), None);
+        assert_eq!(F5529.header_lacks(&header, 0).next(), None);
         header.calls = 25;
-        assert_eq!(F5529.lacks(&header, 0), Some(Lack::Memory { used: 1130, available: 1120 }));
+        assert_eq!(
+            F5529.header_lacks(&header, 0).next(),
+            Some(Lack::Memory { used: 1130, available: 1120 })
+        );
         let small = Part { features: u16::MAX, ..G2553 };
         let features = feature::EVENTS as u8;
         header = Header { features, cells: 4, stack: 3, calls: 0, ..header };
-        assert_eq!(small.lacks(&header, 2), None);
-        assert_eq!(small.lacks(&header, 3), Some(Lack::Memory { used: 70, available: 64 }));
-        assert_eq!(F5529.lacks(&header, 4), None);
+        assert_eq!(small.header_lacks(&header, 2).next(), None);
+        assert_eq!(
+            small.header_lacks(&header, 3).next(),
+            Some(Lack::Memory { used: 70, available: 64 })
+        );
+        assert_eq!(F5529.header_lacks(&header, 4).next(), None);
         assert_eq!(Part::named("g2553"), Some(G2553));
         assert_eq!(Part::named("g2452"), None);
     }

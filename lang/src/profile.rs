@@ -628,7 +628,7 @@ impl Profile {
             range(&at("accel"), part.accel.into(), 100, 10_000_000)?;
             range(&at("decel"), part.decel.unwrap_or(part.accel).into(), 100, 10_000_000)?;
             range(&at("top_rate"), part.top_rate.into(), 1, i64::from(i32::MAX))?;
-            let possible = crate::part::top_rate(self.pulse_us, false);
+            let possible = crate::part::top_rate(self.pulse_us);
             if part.top_rate.unsigned_abs() > possible {
                 return Err(ProfileError(format!(
                     "{} is {}; with pulses of {} us the controller makes {possible} steps/s",

@@ -72,7 +72,7 @@ fn short_examples_run_on_the_board() {
         let (run, events) = run.unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(run.outcome.failures, Vec::<String>::new(), "{name}");
         assert_eq!(&to_text(&events), trace, "{name}");
-        let options = Options { look_ahead: DEFAULT.part.look_ahead, ..options };
+        let options = Options { part: DEFAULT.part, ..options };
         let (simulated, _) = run_traced(program, Engine::Vm, world, &options).unwrap();
         let [there, here] = [run.outcome.summary.us, simulated.summary.us].map(|us| us as f64);
         assert!((there / here - 1.0).abs() < 0.01, "{name}: {there} us on the board, vm {here}");

@@ -4,9 +4,9 @@ use emulator::Signal;
 use emulator::{Board, Image, Part};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{
-    Arc, Block, Ends, Feed, Manner, Pace, Path, PathSegment, Segment, Single, TICKS_PER_SECOND,
-    physics, queue,
+    Arc, Block, Ends, Feed, Manner, Pace, Path, PathSegment, Segment, Single, physics, queue,
 };
+use lang::part::SHORT_PULSE_US;
 use lang::record::AxisRecord;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -18,8 +18,12 @@ fn board() -> Board {
     Board::new(Part::F5529, &Image::parse(&bytes).expect("an ELF file"))
 }
 
-/// Emulated ticks in a tick of the step timer, 1/16 us.
-const TICK: u64 = Part::F5529.ticks_per_second / TICKS_PER_SECOND as u64;
+/// Rate of the step timer.
+const HZ: u32 = lang::part::F5529.clock;
+/// For the planner.
+const CLOCK: Scaled = Scaled::constant(HZ);
+/// Emulated ticks in a tick of the step timer.
+const TICK: u64 = Part::F5529.ticks_per_second / HZ as u64;
 
 /// Lets the firmware start, so that clocks and pins are its own; then the watchdog is held, the millisecond is
 /// off, interrupts are off, and the CPU stands in an endless loop at the top of RAM.
@@ -233,11 +237,18 @@ fn axes(top: u32) -> [AxisRecord; 3] {
 fn steps(engine: &mut Engine) -> [Vec<(u64, bool)>; 3] {
     let mut dirs = [false; 3];
     let mut out = [const { Vec::new() }; 3];
+    let mut rose = [0; 3];
     for edge in engine.board.take_edges() {
         match edge.signal {
             Signal::Dir(a) => dirs[usize::from(a)] = edge.level,
             Signal::Step(a) if edge.level => {
+                rose[usize::from(a)] = edge.cycle;
                 out[usize::from(a)].push((edge.cycle / TICK, dirs[usize::from(a)]))
+            }
+            Signal::Step(a) => {
+                let pulse = (edge.cycle - rose[usize::from(a)]) / TICK;
+                let least = u64::from(SHORT_PULSE_US) * u64::from(HZ) / 1_000_000;
+                assert!(pulse >= least, "a pulse of {pulse} ticks");
             }
             _ => {}
         }
@@ -267,7 +278,7 @@ fn line(steps: [i32; 3], feed: Feed, exact: bool) -> Piece {
 /// Plays blocks on the chip and on the twin; every edge must agree to the tick.
 fn plays_as_planned(axes: &[AxisRecord; 3], blocks: &[Piece], width: u16) -> Engine {
     let mut engine = Engine::new(width);
-    let mut path = Path::new(20);
+    let mut path = Path::new(20, CLOCK);
     let mut segment = PathSegment::default();
     let mut waiting = blocks.iter();
     let mut planned: [Vec<(u64, bool)>; 3] = Default::default();
@@ -306,7 +317,7 @@ fn plays_as_planned(axes: &[AxisRecord; 3], blocks: &[Piece], width: u16) -> Eng
                 break;
             }
         }
-        engine.board.run_for(200 * TICK);
+        engine.board.run_us(8);
     }
     assert_eq!(engine.late(), 0);
     let made = steps(&mut engine);
@@ -351,13 +362,13 @@ fn path_engine_plays_every_edge_as_planned() {
     let engine = plays_as_planned(&axes(8_000), &blocks, 0);
     assert!(worst(&engine) <= 270, "{} cycles", worst(&engine));
     // Pulses of 20 us, as optocoupled drivers want them.
-    plays_as_planned(&axes(8_000), &blocks, 20 * 16);
+    plays_as_planned(&axes(8_000), &blocks, 20 * 25);
 }
 
 #[test]
-fn three_axes_reach_sixty_thousand_steps_a_second() {
+fn three_axes_reach_ninety_thousand_steps_a_second() {
     let fast = [line([40_000, 40_000, -40_000], Feed::Rapid, false)];
-    let mut axes = axes(60_000);
+    let mut axes = axes(90_000);
     for axis in &mut axes {
         axis.accel = 200_000;
         axis.decel = 200_000;
@@ -365,7 +376,7 @@ fn three_axes_reach_sixty_thousand_steps_a_second() {
     let engine = plays_as_planned(&axes, &fast, 0);
     let stats = engine.board.stats().interrupts[&VECTOR];
     let mean = stats.total / stats.count / TICK;
-    assert!(mean <= 190, "{mean} cycles");
+    assert!(mean <= 195, "{mean} cycles");
 }
 
 /// Playing and next segment and fraction of each axis: 26 bytes.
@@ -404,11 +415,11 @@ fn started_axes_play_as_planned_and_as_their_motors_can() {
         engine.board.poke16(step + 12 + 2 * n, 1);
     }
     engine.board.bus_write8(DIR_OUT, 0b111);
-    let mut singles = [Single::new(0), Single::new(0), Single::new(0)];
+    let mut singles = [Single::new(0, CLOCK), Single::new(0, CLOCK), Single::new(0, CLOCK)];
     let mut planned: [Vec<(bool, Segment)>; 3] = Default::default();
     let from = engine.board.cycles();
     for _ in 0..40_000 {
-        let ms = (engine.board.cycles() - from) / (16_000 * TICK);
+        let ms = (engine.board.cycles() - from) / (u64::from(HZ) / 1000 * TICK);
         for (n, single) in singles.iter_mut().enumerate() {
             for (due, target) in orders[n] {
                 if ms >= *due && single.target() != *target && planned[n].len() < 1_000 {
@@ -425,7 +436,7 @@ fn started_axes_play_as_planned_and_as_their_motors_can() {
                 put_axis(&mut engine, n as u16, &segment, single.negative());
             }
         }
-        engine.board.run_for(800 * TICK);
+        engine.board.run_us(50);
     }
     assert_eq!(engine.late(), 0);
     let made = steps(&mut engine);
@@ -444,7 +455,8 @@ fn started_axes_play_as_planned_and_as_their_motors_can() {
                 assert!(off <= 1, "axis {n}: an edge is {off} ticks off");
             }
             assert!(these.iter().all(|e| e.1 != run[0].0), "direction of axis {n}");
-            assert_eq!(physics::check(&ticks, &bounds), Ok(()), "axis {n}");
+            let record: Vec<u64> = ticks.iter().map(|at| physics::ticks(*at, HZ)).collect();
+            assert_eq!(physics::check(&record, &bounds), Ok(()), "axis {n}");
         }
         assert!(edges.is_empty(), "axis {n} made {} steps more", edges.len());
     }

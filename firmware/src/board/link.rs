@@ -4,7 +4,7 @@
 //! One that comes after more than 1.5 characters of silence spoils the frame (Modbus over Serial
 //! Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
-use crate::chip::{line, timer};
+use crate::chip::{clock, line, timer};
 use crate::vm::{State, VM};
 use ::core::arch::global_asm;
 use ::core::mem::offset_of;
@@ -25,6 +25,9 @@ struct Shared {
     silence: u16,
     /// `silence` less the ticks from a character's end to the latest end of the next.
     slack: u16,
+    /// Code of the rate, and whether the clock came from REFO when that was chosen.
+    code: u8,
+    refo: bool,
 }
 
 const SPOILED: u8 = 0xFF;
@@ -34,8 +37,16 @@ const SENDING: u8 = 2;
 /// The reply is complete in the ring.
 const LAST: u8 = 3;
 
-static mut SHARED: Shared =
-    Shared { buffer: [0; FRAME], head: 0, tail: 0, state: LISTEN, silence: 0, slack: 0 };
+static mut SHARED: Shared = Shared {
+    buffer: [0; FRAME],
+    head: 0,
+    tail: 0,
+    state: LISTEN,
+    silence: 0,
+    slack: 0,
+    code: 0,
+    refo: false,
+};
 
 /// Milliseconds, counted by their interrupt.
 #[unsafe(export_name = "PASAPAS_MILLIS")]
@@ -190,12 +201,11 @@ struct Rate {
     slack: u16,
 }
 
-const fn rate(bits_per_second: u32) -> Rate {
-    let clock = line::CLOCK;
+const fn rate(clock: u32, bits_per_second: u32) -> Rate {
     let divider = clock / bits_per_second;
     let modulation = ((clock % bits_per_second) * 8 + bits_per_second / 2) / bits_per_second;
     // A character is 11 bits; from end to end there is one more than the silence between.
-    let per_ms = timer::PER_MS as u32;
+    let per_ms = clock / 8000;
     let character = 11 * 1000 * per_ms / bits_per_second;
     let (gap, silence) = if bits_per_second > 19_200 {
         (per_ms * 3 / 4 + character, per_ms * 7 / 4)
@@ -210,14 +220,21 @@ const fn rate(bits_per_second: u32) -> Rate {
     }
 }
 
-/// By the profile's rate code.
-static RATES: [Rate; 4] = [rate(9600), rate(19_200), rate(57_600), rate(115_200)];
+const fn rates(clock: u32) -> [Rate; 4] {
+    [rate(clock, 9600), rate(clock, 19_200), rate(clock, 57_600), rate(clock, 115_200)]
+}
+
+/// By the source of the clock and the profile's rate code.
+static RATES: [[Rate; 4]; 2] = [rates(line::CLOCKS[0]), rates(line::CLOCKS[1])];
 
 impl Uart {
     /// Starts the UART: `code` as in the board record, rate in the low nibble and parity in the
     /// high one.
     pub fn open(code: u8) {
-        let rate = &RATES[usize::from(code & 3)];
+        let refo = clock::is_refo();
+        put!(code, code);
+        put!(refo, refo);
+        let rate = &RATES[usize::from(refo)][usize::from(code & 3)];
         put!(silence, rate.silence);
         put!(slack, rate.slack);
         let parity = match code >> 4 {
@@ -226,6 +243,13 @@ impl Uart {
             _ => 0b10 << 6,
         };
         line::open(rate.divider, rate.modulation, parity);
+    }
+
+    /// Keeps the line's rate when the crystal has failed.
+    pub fn follow_clock(&self) {
+        if clock::is_refo() != get!(refo) && !line::is_busy() {
+            Uart::open(get!(code));
+        }
     }
 
     /// A frame's length once its silence has passed. After a reply the next character listens.

@@ -108,6 +108,9 @@ extern "C" fn main() -> ! {
         }
         slave.poll(&mut line, core);
         core.line_rests = line.rests();
+        if core.line_rests {
+            line.follow_clock();
+        }
         core.ticks();
         core.motor.poll(core.trace.full);
         core.tripped();

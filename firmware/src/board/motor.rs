@@ -1,14 +1,19 @@
 //! The axes: commanded places, planners, and the step engine that plays their segments.
 
+use crate::chip::clock::RATE;
 use crate::observe;
 use crate::step;
 use crate::vm::{axis, convert, machine};
 use ::core::ptr::addr_of_mut;
+use firmware::motion::scaled::Scaled;
 use firmware::motion::{Arc, Block, Feed, Manner, Pace, Path, PathSegment, Segment, Single, queue};
 use lang::fault::Fault;
 use lang::place::{self, Aimed, Place, Target};
 use lang::record::{AxisRecord, MachineRecord};
 use lang::wire::TraceKind;
+
+/// The step timer's rate for the planner.
+const CLOCK: Scaled = Scaled::constant(RATE);
 
 /// Axes.
 pub const AXES: u8 = 3;
@@ -118,7 +123,7 @@ impl Motor {
     pub fn begin(&mut self) {
         self.offset = [0; 3];
         self.placed = 0;
-        self.path.begin(machine().corner);
+        self.path.begin(machine().corner, CLOCK);
         self.cut = false;
         self.running = 0;
         self.stopped = 0;
@@ -140,7 +145,7 @@ impl Motor {
         let i = usize::from(n);
         self.actual[i] = steps;
         step::set_count(i, steps);
-        self.single[i] = Single::new(steps);
+        self.single[i] = Single::new(steps, CLOCK);
         self.settle(n, steps);
     }
 
@@ -380,7 +385,7 @@ impl Motor {
         let mut fetches = queue::FETCHES;
         let mut ahead = step::ahead();
         while fetches != 0
-            && ahead < queue::wanted(&self.path)
+            && ahead < queue::wanted(&self.path, RATE)
             && step::path_has_room()
             && self.path.next_segment(&machine().axes, &mut self.segment)
         {
@@ -390,7 +395,7 @@ impl Motor {
                 self.block_begins();
             }
             // As long as there is time, the link and the program come between two segments.
-            if ahead >= queue::LOW {
+            if ahead >= queue::low(RATE) {
                 break;
             }
         }
@@ -401,7 +406,7 @@ impl Motor {
                 n -= 1;
                 let i = usize::from(n);
                 if self.path_axes >> n & 1 != 0 {
-                    self.single[i] = Single::new(self.actual[i]);
+                    self.single[i] = Single::new(self.actual[i], CLOCK);
                 }
                 if self.stopped >> n & 1 != 0 {
                     self.settle_here(n);

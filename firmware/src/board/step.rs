@@ -1,6 +1,6 @@
 //! The step engine: a timer raises the STEP edges, its interrupts play segments.
 //!
-//! The timer runs freely at 16 MHz and three of its outputs are the STEP pins. When an event is due
+//! The timer runs freely at the processor's rate and three of its outputs are the STEP pins. When an event is due
 //! the hardware raises the pins that were armed for it and the interrupt begins: it schedules the
 //! next event, drops the pins, looks at the inputs, and arms the axes that step next. Interrupt
 //! latency is therefore no jitter as long as the next event is armed in time; a late one is
@@ -22,6 +22,7 @@ use firmware::motion::{PathSegment, Segment};
 use crate::chip::ports::{self, DIR};
 use crate::chip::timer::{FIRST, STEP_CCR, STEP_CCTL, STEP_CTL, STEP_PER_US, STEP_R};
 use crate::guard;
+use lang::part::SHORT_PULSE_US;
 
 /// A segment of all axes in the engine's memory.
 #[derive(Clone, Copy)]
@@ -162,8 +163,8 @@ fn answers(channel: usize) -> bool {
     unsafe { (&raw const (*CCTL)[channel]).read_volatile() & CCIE != 0 }
 }
 
-/// Ticks from now to the event that starts a motion.
-const LEAD: u16 = 160;
+/// Ticks from now to the event that starts a motion: 10 us.
+const LEAD: u16 = 10 * STEP_PER_US;
 
 // SAFETY of both: the chip has one core; what an interrupt also touches is read and written through
 // these pointers in single words.
@@ -179,8 +180,7 @@ fn state() -> *mut State {
 /// profile, `invert` the DIR pins that are low for the positive direction.
 pub fn init(width_us: u8, invert: u8) {
     ports::give_steps();
-    // A short pulse lasts until the interrupt drops it, 51 cycles (3.2 us) at least.
-    let width = if width_us <= 3 { 0 } else { u16::from(width_us) * STEP_PER_US };
+    let width = if width_us <= SHORT_PULSE_US { 0 } else { u16::from(width_us) * STEP_PER_US };
     // SAFETY: interrupts of the timer are still off.
     unsafe {
         // A watchdog reset leaves Timer_A as it was (SLAU144, 12.3: these bits are reset by POR), and

@@ -50,7 +50,7 @@
 //!
 //! # In a simulator
 //! The same calls without an engine: [`Segment::duration`] is the exact time of a segment in
-//! 1/65536 timer ticks ([`TICKS_PER_SECOND`]), so a move's time is their sum, and
+//! 1/65536 ticks of the step timer ([`lang::part::Part::clock`]), so a move's time is their sum, and
 //! [`PathSegment::played`] or [`Segment::steps`] move the positions. A simulator may take a
 //! segment as a whole or stop inside it at any event.
 
@@ -68,9 +68,6 @@ pub use arc::{Arc, Ends};
 pub use path::{Block, Feed, Manner, Path, PathSegment};
 pub use ramp::Segment;
 pub use single::{Pace, Single};
-
-/// Rate of the step timer: SMCLK without divider.
-pub const TICKS_PER_SECOND: u32 = 16_000_000;
 
 #[cfg(test)]
 mod tests;

@@ -135,6 +135,8 @@ pub struct Path {
     rapid: bool,
     /// Corner tolerance, um.
     corner: u16,
+    /// Rate of the step timer, Hz.
+    clock: Scaled,
     walk: Option<Walk>,
     /// Length of each of its chords, um.
     stride: Scaled,
@@ -168,6 +170,7 @@ impl Path {
         percents: [100; 2],
         rapid: false,
         corner: 0,
+        clock: Scaled::ZERO,
         walk: None,
         stride: Scaled::ZERO,
         power: 0,
@@ -177,15 +180,16 @@ impl Path {
         ring: Ring::EMPTY,
     };
 
-    /// An idle path that may leave a corner by `corner` um.
-    pub fn new(corner: u16) -> Path {
-        Path { corner, ..Path::IDLE }
+    /// An idle path that may leave a corner by `corner` um, for a step timer of `clock` Hz.
+    pub fn new(corner: u16, clock: Scaled) -> Path {
+        Path { corner, clock, ..Path::IDLE }
     }
 
-    /// A new run begins with an empty path that may leave a corner by `corner` um.
-    pub fn begin(&mut self, corner: u16) {
+    /// A new run begins with an empty path, otherwise as [`Path::new`].
+    pub fn begin(&mut self, corner: u16, clock: Scaled) {
         self.clear();
         self.corner = corner;
+        self.clock = clock;
     }
 
     /// Takes a line; `false` when no more may wait: offer it again later. A block without any step is taken
@@ -362,7 +366,7 @@ impl Path {
             self.acc[axis] = HALF;
             self.negative |= u8::from(steps < 0) << axis;
         }
-        self.limits.set_pitch(block.length, self.accel, self.decel);
+        self.limits.set_pitch(block.length, self.accel, self.decel, self.clock);
         self.limits.exit2 = self.exit2;
         self.run.left = events;
         self.active = true;
@@ -389,7 +393,7 @@ impl Path {
         self.begin = true;
         self.run.left = chord.events;
         let pitch = length.over(chord.span());
-        self.limits.set_pitch(pitch, self.accel, self.decel);
+        self.limits.set_pitch(pitch, self.accel, self.decel, self.clock);
         // What can be braked over the chords that follow, of which the whole steps of this one take a
         // part or leave one.
         let rest = self.stride.over(pitch).times(Scaled::new(chord.after.into()));

@@ -12,26 +12,23 @@ use super::ramp::Segment;
 /// Segments that the engine holds, the playing one among them.
 pub const SLOTS: usize = 16;
 
-/// Units of [`time`] in a millisecond: 256 timer ticks, 16 us.
-const PER_MS: u16 = 62;
-
 /// Time that the segments behind the playing one are to last while the block after the one that is
-/// planned is known.
-const KNOWN: u16 = 24 * PER_MS;
+/// planned is known, ms.
+const KNOWN_MS: u16 = 24;
 
 /// The same while it is not: what is handed out ends at the start rate if the block does, so no
 /// more than needed is.
-const UNKNOWN: u16 = 16 * PER_MS;
+const UNKNOWN_MS: u16 = 16;
 
-/// So much is fetched at once; beyond it the link is served and the program may bring the next block
+/// So much is fetched at once, ms; beyond it the link is served and the program may bring the next block
 /// between two segments.
-pub const LOW: u16 = 8 * PER_MS;
+const LOW_MS: u16 = 8;
 
 /// No more than so many are fetched at once: the watchdog and the link must be served, too.
 pub const FETCHES: u8 = 4;
 
-/// A segment counts as no longer than this: the sum of all fits into 16 bits.
-const LONGEST: u32 = 0x1FFF;
+/// A segment counts as no longer than this, some 42 ms at 25 MHz: the sum of all fits into 16 bits.
+const LONGEST: u32 = u16::MAX as u32 / SLOTS as u32;
 
 /// About how long a segment takes, 256 timer ticks; at least 1.
 #[inline(always)]
@@ -41,6 +38,17 @@ pub fn time(segment: &Segment) -> u16 {
 }
 
 /// Time that the segments behind the playing one are to last, 256 timer ticks.
-pub fn wanted(path: &Path) -> u16 {
-    if path.knows_next() { KNOWN } else { UNKNOWN }
+#[inline(always)]
+pub fn wanted(path: &Path, clock: u32) -> u16 {
+    if path.knows_next() { units(KNOWN_MS, clock) } else { units(UNKNOWN_MS, clock) }
+}
+
+/// Time that is fetched at once, 256 timer ticks.
+pub const fn low(clock: u32) -> u16 {
+    units(LOW_MS, clock)
+}
+
+/// Milliseconds as units of 256 ticks of a timer of `clock` Hz.
+const fn units(ms: u16, clock: u32) -> u16 {
+    (ms as u32 * (clock / 1000) / 256) as u16
 }

@@ -10,7 +10,6 @@
 //! so the mean acceleration of a segment never exceeds the ramp, and the last term makes a short
 //! move a triangle by itself. A segment takes two roots and three divisions, a step takes none.
 
-use super::TICKS_PER_SECOND;
 use super::scaled::Scaled;
 
 /// A piece of a motion with linearly changing time between events, as the step engine takes it.
@@ -21,7 +20,7 @@ use super::scaled::Scaled;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Segment {
-    /// First interval, 1/65536 timer ticks of 1/16 us, below 2^31.
+    /// First interval, 1/65536 timer ticks, below 2^31.
     pub interval: u32,
     /// Change of the interval after each sub-event, 1/65536 ticks.
     pub dif: i32,
@@ -65,9 +64,6 @@ pub struct Limits {
     pub tick: Scaled,
 }
 
-/// 16 MHz.
-const TICK_RATE: Scaled = Scaled::constant(TICKS_PER_SECOND);
-
 /// Twice a ramp, less 1/32: that leaves room for what a linear interval exceeds constant
 /// acceleration by within a segment.
 const TWICE: Scaled = Scaled::constant(31);
@@ -83,12 +79,13 @@ impl Limits {
         tick: Scaled::ZERO,
     };
 
-    /// Sets what depends on the pitch, units per event: `accel` and `decel` in units/s2.
-    pub fn set_pitch(&mut self, pitch: Scaled, accel: Scaled, decel: Scaled) {
+    /// Sets what depends on the pitch, units per event: `accel` and `decel` in units/s2, the step timer's `clock`
+    /// in Hz.
+    pub fn set_pitch(&mut self, pitch: Scaled, accel: Scaled, decel: Scaled, clock: Scaled) {
         let energy = pitch.times(TWICE).shifted(-4);
         self.accel2 = accel.times(energy);
         self.decel2 = decel.times(energy);
-        self.tick = pitch.times(TICK_RATE);
+        self.tick = pitch.times(clock);
     }
 }
 

@@ -87,6 +87,8 @@ pub struct Single {
     limits: Limits,
     position: i32,
     target: i32,
+    /// Rate of the step timer, Hz.
+    clock: Scaled,
     pace: Pace,
     state: State,
     negative: bool,
@@ -97,9 +99,9 @@ pub struct Single {
 }
 
 impl Single {
-    /// A resting axis at `position` steps.
-    pub fn new(position: i32) -> Single {
-        Single { position, target: position, ..Single::default() }
+    /// A resting axis at `position` steps, for a step timer of `clock` Hz.
+    pub fn new(position: i32, clock: Scaled) -> Single {
+        Single { position, target: position, clock, ..Single::default() }
     }
 
     /// Where the axis is when every segment handed out has been played, steps.
@@ -265,7 +267,7 @@ impl Single {
             speed = speed.times(percent).least(Scaled::new(axis.top_rate));
         }
         let start = Scaled::new(axis.start_rate.max(1).into()).least(speed);
-        self.limits.set_pitch(ONE, self.pace.accel, self.pace.decel);
+        self.limits.set_pitch(ONE, self.pace.accel, self.pace.decel, self.clock);
         self.limits.nominal2 = speed.times(speed);
         self.limits.start2 = start.times(start);
         self.limits.exit2 = self.limits.start2;

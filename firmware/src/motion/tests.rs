@@ -1,9 +1,13 @@
 //! Planned motion against physics and arithmetic.
 
-use super::physics::{Limits, check, instants};
+use super::physics::{Limits, TICKS_PER_SECOND, check, instants};
+use super::scaled::Scaled;
 use super::*;
 use lang::record::AxisRecord;
 use proptest::prelude::*;
+
+/// The step timer's rate.
+const CLOCK: Scaled = Scaled::constant(physics::TICKS_PER_SECOND);
 
 fn mill() -> AxisRecord {
     AxisRecord {
@@ -68,7 +72,7 @@ proptest! {
         let distance = distance % (20 * speed.min(top) as i32);
         let start = start.min(top) as u16;
         let axis = AxisRecord { start_rate: start, top_rate: top, accel, decel, ..mill() };
-        let mut single = Single::new(0);
+        let mut single = Single::new(0, CLOCK);
         single.go(&axis, distance, Pace::of(&axis).with_steps(speed));
         let mut steps = 0;
         for (_, segment) in play(&mut single) {
@@ -95,7 +99,7 @@ proptest! {
         let distance = distance % (20 * speed.min(top) as i32);
         let start = start.min(top) as u16;
         let axis = AxisRecord { start_rate: start, top_rate: top, accel, decel, ..mill() };
-        let mut single = Single::new(7);
+        let mut single = Single::new(7, CLOCK);
         single.go(&axis, 7 + distance, Pace::of(&axis).with_steps(speed));
         let segments = play(&mut single);
         prop_assert_eq!(single.position(), 7 + distance);
@@ -110,7 +114,7 @@ proptest! {
         speed in 100u32..8_000,
     ) {
         let axis = mill();
-        let mut single = Single::new(0);
+        let mut single = Single::new(0, CLOCK);
         single.go(&axis, first, Pace::of(&axis));
         let mut segments = Vec::new();
         for _ in 0..after {
@@ -182,7 +186,7 @@ proptest! {
     fn an_arc_stays_within_a_step_of_its_circle((ends, offset) in arcs(), feed in 500u32..60_000) {
         let axes = [mill(); 3];
         let arc = ends.around(offset).unwrap();
-        let mut path = Path::new(20);
+        let mut path = Path::new(20, CLOCK);
         prop_assert!(path.push_arc(&axes, &arc, &Manner::new(Feed::Um(feed), true)));
         let made = play_path(&mut path, &axes, ends.start);
         prop_assert_eq!(made.last().unwrap().1, ends.end);
@@ -211,7 +215,7 @@ fn an_arc_keeps_its_feed() {
             end: [radius / 10, 0, 0],
         };
         let arc = ends.around([-radius, 0]).unwrap();
-        let mut path = Path::new(20);
+        let mut path = Path::new(20, CLOCK);
         assert!(path.push_arc(&axes, &arc, &Manner::new(Feed::Um(feed), true)));
         let made = play_path(&mut path, &axes, ends.start);
         let mut cruise = 0;
@@ -243,7 +247,7 @@ fn an_arc_keeps_its_feed() {
 #[test]
 fn a_polygon_of_half_millimetres_runs_at_its_feed() {
     let axes = [mill(); 3];
-    let mut path = Path::new(20);
+    let mut path = Path::new(20, CLOCK);
     let corner = |k: i32| {
         let a = f64::from(k) * 0.05;
         [(1000.0 * a.cos()).round() as i32, (1000.0 * a.sin()).round() as i32, 0]
@@ -315,7 +319,7 @@ proptest! {
             ..AxisRecord::default()
         };
         let axes = [axis; 3];
-        let mut path = Path::new(20);
+        let mut path = Path::new(20, CLOCK);
         path.set_override(percent, percent / 2);
         let feed = if in_steps { Feed::Steps(feed) } else { Feed::Um(feed) };
         let manner = Manner::new(feed, false);
@@ -331,7 +335,7 @@ proptest! {
         }
         prop_assert!(path.is_idle());
         prop_assert_eq!(position, steps);
-        let mut single = Single::new(0);
+        let mut single = Single::new(0, CLOCK);
         single.go(&axis, steps[0], Pace::of(&axis).with_um(&axis, 77));
         play(&mut single);
         prop_assert_eq!(single.position(), steps[0]);

@@ -1,6 +1,10 @@
 //! Calls single routines of the image: registers and RAM in, registers and RAM out.
 
 use emulator::{Board, Config, Image, Part, Stop, TICKS_PER_SECOND, Wiring};
+use firmware::motion::scaled::Scaled;
+
+/// Rate of the step timer, for the planner.
+pub const CLOCK: Scaled = Scaled::constant(lang::part::G2553.clock);
 
 const IMAGE: &[u8] = include_bytes!("../../image/pasapas-whole.elf");
 /// Where a routine returns to: nothing runs there.

@@ -7,7 +7,7 @@ use firmware::motion::{Block, Feed, Manner, Pace, Path, PathSegment, Segment, Si
 use lang::record::{AxisRecord, MachineRecord};
 use proptest::prelude::*;
 
-use crate::chip::Chip;
+use crate::chip::{CLOCK, Chip};
 use crate::machine::{install, mill};
 use crate::ramp::segment;
 
@@ -108,7 +108,7 @@ fn lines_are_planned_as_one_block_of_a_path() {
         prop_assert_eq!(chip.byte("MOVING"), moving);
         let (feed, axes) = in_the_unit_of(feed, axes);
         let feed = if rapid { Feed::Rapid } else { feed };
-        let mut path = Path::new(0);
+        let mut path = Path::new(0, CLOCK);
         // Without a feed the axes go as fast as they can, by the override of feeds.
         let fastest = if rapid { percents[1] } else { percents[0].min(100) };
         path.set_override(percents[0], fastest);
@@ -163,7 +163,7 @@ fn single_axes_are_planned_as_single() {
         chip.set_byte("N", n as u8);
         chip.call("axis_begin", &[(12, 1 << n)]);
         prop_assert_eq!(chip.byte("MOVING"), if by == 0 { 0 } else { 1 << n });
-        let mut single = Single::new(from);
+        let mut single = Single::new(from, CLOCK);
         single.percent = percent;
         single.go(&axes[i], end[i], pace);
         for a in 0..3u16 {

@@ -7,7 +7,7 @@ use firmware::motion::ramp::{Limits, Run};
 use firmware::motion::scaled::Scaled;
 use proptest::prelude::*;
 
-use crate::chip::Chip;
+use crate::chip::{CLOCK, Chip};
 
 /// `MOTION`: brake to a pause.
 pub const PAUSE: u8 = 1;
@@ -57,7 +57,7 @@ fn limits() -> impl Strategy<Value = Limits> {
             let mut limits =
                 Limits { nominal2: speed.times(speed), start2, exit2: start2, ..Limits::NONE };
             let (accel, decel) = (Scaled::new(accel).times(pitch), Scaled::new(decel).times(pitch));
-            limits.set_pitch(pitch, accel, decel);
+            limits.set_pitch(pitch, accel, decel, CLOCK);
             limits
         },
     )

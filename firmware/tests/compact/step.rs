@@ -9,7 +9,7 @@ use lang::record::{AxisRecord, MachineRecord};
 use lang::wire::{CRC_START, crc16};
 use proptest::prelude::*;
 
-use crate::chip::{BOOT_US, Chip};
+use crate::chip::{BOOT_US, CLOCK, Chip};
 use crate::line::{aim, feed_word, in_the_unit_of};
 use crate::machine::{install, mill};
 use crate::ramp::PAUSE;
@@ -190,7 +190,7 @@ impl Plan {
 
     fn line(from: u64, axes: &[AxisRecord; 3], steps: [i32; 3], feed: Feed) -> Plan {
         let (feed, axes) = &in_the_unit_of(feed, *axes);
-        let mut path = Path::new(0);
+        let mut path = Path::new(0, CLOCK);
         let manner = Manner::new(*feed, true);
         path.push(axes, &Block { steps, um: [0; 3], manner });
         let mut plan = Plan { time: from, acc: [1 << 31; 3], ..Plan::default() };
@@ -202,7 +202,7 @@ impl Plan {
     }
 
     fn axis(from: u64, axis: &AxisRecord, n: u16, steps: i32, pace: Pace) -> Plan {
-        let mut single = Single::new(0);
+        let mut single = Single::new(0, CLOCK);
         single.go(axis, steps, pace);
         let mut plan = Plan { time: from, acc: [1 << 31; 3], ..Plan::default() };
         let mut inc = [0; 3];
@@ -515,7 +515,7 @@ fn an_axis_that_meets_a_switch_rests_where_the_twin_does() {
         prop_assert_eq!(machine.commanded()[1], rests);
         let net: i32 = machine.steps()[1].iter().map(|step| if step.1 { 1 } else { -1 }).sum();
         prop_assert_eq!(rests, net);
-        let mut twin = Single::new(0);
+        let mut twin = Single::new(0, CLOCK);
         twin.go(&axis, by, pace);
         let mut segment = Segment::NONE;
         while twin.position().abs() < caught.abs() {

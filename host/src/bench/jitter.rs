@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 
-use emulator::{Edge, Rng, Signal, TICKS_PER_SECOND};
+use emulator::{Edge, Rng, Signal};
+use firmware::motion::scaled::Scaled;
 use firmware::motion::{
     Arc, Block, Ends, Feed, Manner, Pace, Path, PathSegment, Segment, Single, physics,
 };
@@ -37,7 +38,7 @@ enum Move {
     Arc(Box<Arc>, u32),
 }
 
-/// Instants of the steps of each axis, ticks.
+/// Instants of the steps of each axis, ticks of the step timer.
 type Instants = [Vec<u64>; 3];
 
 /// A script of random moves, and the moves.
@@ -90,13 +91,14 @@ fn script(rng: &mut Rng, arcs: bool) -> Result<(String, Vec<Move>), String> {
 }
 
 /// What the planner makes of a move.
-fn plan(one: &Move, record: &MachineRecord) -> Instants {
+fn plan(one: &Move, record: &MachineRecord, clock: u32) -> Instants {
     let axes: &[AxisRecord; 3] = &record.axes;
     let mut out: Instants = Default::default();
-    let mut path = Path::new(record.corner);
+    let rate = Scaled::constant(clock);
+    let mut path = Path::new(record.corner, rate);
     let taken = match one {
         Move::Axis(axis, steps, speed) => {
-            let mut single = Single::new(0);
+            let mut single = Single::new(0, rate);
             single.go(&axes[*axis], *steps, Pace::of(&axes[*axis]).with_steps(*speed));
             let mut segments = Vec::new();
             let mut segment = Segment::default();
@@ -130,12 +132,12 @@ fn plan(one: &Move, record: &MachineRecord) -> Instants {
 }
 
 /// The steps at the pins, one move after the other.
-fn made(edges: &[Edge]) -> Vec<Instants> {
+fn made(edges: &[Edge], clock: u32) -> Vec<Instants> {
     let mut out: Vec<Instants> = Vec::new();
     let mut last = None;
     for edge in edges {
         let (Signal::Step(axis), true) = (edge.signal, edge.level) else { continue };
-        let rest = REST_MS * TICKS_PER_SECOND / 1_000 * 2 / 3;
+        let rest = REST_MS * u64::from(clock) / 1_000 * 2 / 3;
         if last.is_none_or(|last| edge.cycle > last + rest) {
             out.push(Default::default());
         }
@@ -163,17 +165,18 @@ pub fn measure(build: &Build, profile: &Profile) -> Result<Found, String> {
     let arcs = build.part.features & lang::record::feature::ARC != 0;
     let (text, moves) = script(&mut Rng::new(4), arcs)?;
     let (_, image) = image_for(profile, &text)?;
-    let mut stand = Stand::on(build, profile)?;
+    let clock = build.part.clock;
+    let mut stand = Stand::on(build, profile)?.in_ticks();
     stand.upload(&image)?;
     let edges = stand.run_asking(Duration::from_secs(120), ASK_EVERY)?;
-    let made = made(&edges);
+    let made = made(&edges, clock);
     if made.len() != moves.len() {
         return Err(format!("{} moves were made, not {}", made.len(), moves.len()));
     }
     let record = MachineRecord::of(profile);
     let mut found = Found { jitter_us: 0.0, time_off: 0.0, in_limits: 0 };
     for (n, (one, made)) in moves.iter().zip(&made).enumerate() {
-        let planned = plan(one, &record);
+        let planned = plan(one, &record, clock);
         let (here, there) = (first(made), first(&planned));
         for axis in 0..3 {
             if made[axis].len() != planned[axis].len() {
@@ -182,7 +185,7 @@ pub fn measure(build: &Build, profile: &Profile) -> Result<Found, String> {
             }
             for (made, planned) in made[axis].iter().zip(&planned[axis]) {
                 let off = (made - here).abs_diff(planned - there);
-                found.jitter_us = found.jitter_us.max(off as f64 * 1e6 / TICKS_PER_SECOND as f64);
+                found.jitter_us = found.jitter_us.max(off as f64 * 1e6 / f64::from(clock));
             }
         }
         let (took, wanted) = (last(made) - here, last(&planned) - there);
@@ -197,7 +200,8 @@ pub fn measure(build: &Build, profile: &Profile) -> Result<Found, String> {
             decel: own.decel.into(),
         };
         if !matches!(one, Move::Arc(..)) {
-            physics::check(&made[axis], &limits).map_err(|v| format!("move {n}: {v:?}"))?;
+            let times: Vec<u64> = made[axis].iter().map(|at| physics::ticks(*at, clock)).collect();
+            physics::check(&times, &limits).map_err(|v| format!("move {n}: {v:?}"))?;
         }
         found.in_limits += 1;
     }

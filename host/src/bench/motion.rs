@@ -10,7 +10,8 @@ use super::{Sink, at_least, at_most, jitter, path};
 use crate::board::{Build, F5529, G2553};
 
 /// Rates that are asked for, highest first, until one is done without a lost step.
-const RATES: [u32; 9] = [100_000, 80_000, 60_000, 50_000, 40_000, 30_000, 20_000, 15_000, 10_000];
+const RATES: [u32; 11] =
+    [100_000, 90_000, 80_000, 60_000, 50_000, 45_000, 40_000, 30_000, 20_000, 15_000, 10_000];
 /// Rate at which the edges are compared with the ideal ones: no divisor of the clock.
 const STEADY_RATE: u32 = 17_777;
 /// How far an edge may be from its place, us.
@@ -46,12 +47,12 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     sink(at_least("ram_unused", "bytes", unused, 24.0, 64.0))?;
 
     let three = best(&F5529, THREE, &[0])?;
-    sink(at_least("steps_3axis_f5529", "events/s", three.rate, 40_000.0, 60_000.0))?;
+    sink(at_least("steps_3axis_f5529", "events/s", three.rate, 90_000.0, 120_000.0))?;
     let one = best(&F5529, ONE, &[0])?;
-    sink(at_least("steps_1axis_f5529", "steps/s", one.rate, 60_000.0, 100_000.0))?;
+    sink(at_least("steps_1axis_f5529", "steps/s", one.rate, 100_000.0, 150_000.0))?;
     let started = best(&F5529, STARTED, &[0, 1, 2])?;
-    sink(at_least("steps_started", "steps/s", started.rate, 20_000.0, 40_000.0))?;
-    let must = at_rate(&F5529, THREE, &[0], 40_000)?;
+    sink(at_least("steps_started", "steps/s", started.rate, 45_000.0, 55_000.0))?;
+    let must = at_rate(&F5529, THREE, &[0], 62_500)?;
     sink(at_least("cpu_left_f5529", "%", must.cpu_left, 30.0, 55.0))?;
     sink(at_most("step_interrupt_f5529", "cycles", must.interrupt as f64, 300.0, 200.0))?;
 
@@ -62,7 +63,7 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     sink(at_most("move_time_g2553", "%", found.time_off, 0.1, 0.02))?;
     sink(at_least("moves_checked_g2553", "moves", found.in_limits as f64, all, all))?;
     let found = jitter::measure(&F5529, &mill)?;
-    sink(at_most("step_jitter_f5529", "us", found.jitter_us, EDGE_US, 0.1))?;
+    sink(at_most("step_jitter_f5529", "us", found.jitter_us, 0.2, 0.04))?;
     sink(at_most("move_time_f5529", "%", found.time_off, 0.1, 0.02))?;
     sink(at_least("moves_checked_f5529", "moves", found.in_limits as f64, all, all))?;
     path::run(sink)
@@ -168,7 +169,6 @@ fn edge_error(edges: &[Edge], axis: u8) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use lang::part::top_rate;
     use lang::record::feature;
 
     use super::{EDGE_US, ONE, STARTED, THREE, at_rate, with_profile};
@@ -192,13 +192,13 @@ mod tests {
     #[test]
     fn every_rate_that_a_profile_may_have_is_kept_while_the_link_is_busy() {
         for build in BUILDS {
-            for pulse in [3, 4, 6, 10, 30] {
+            for pulse in [2, 3, 4, 6, 10, 30] {
                 let mut scripts = vec![(ONE, &[0][..], false), (THREE, &[0], false)];
                 if build.part.features & feature::START != 0 {
                     scripts.push((STARTED, &[0, 1, 2], true));
                 }
                 for (script, axes, on_their_own) in scripts {
-                    let rate = top_rate(pulse, on_their_own);
+                    let rate = build.part.top_rate(pulse, on_their_own);
                     let mut profile = fast_mill(rate, 400_000).expect("a profile");
                     profile.pulse_us = pulse;
                     let what = format!("{}, {pulse} us, {rate} st/s, {script}", build.part.name);

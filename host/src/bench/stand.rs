@@ -7,6 +7,7 @@ use std::time::Duration;
 use emulator::{Board, Edge, Family, Signal, TICKS_PER_SECOND};
 use lang::back::Compiled;
 use lang::hir::Program;
+use lang::part::Part;
 use lang::profile::{BUILT_IN, Profile};
 use lang::record::BoardRecord;
 use lang::wire::{Control, RunState};
@@ -31,20 +32,15 @@ fn step_vectors(family: Family) -> [u16; 2] {
     }
 }
 
-/// Ends the record of edges, on which the judge looks; gives them in cycles of 16 MHz.
-fn judged(rig: &mut Rig, judge: &mut Judge) -> Result<Vec<Edge>, String> {
+/// Ends the record of edges, on which the judge looks; gives them in ticks of `hz`.
+fn judged(rig: &mut Rig, judge: &mut Judge, hz: u64) -> Result<Vec<Edge>, String> {
     rig.board().record(false);
     let mut edges = rig.board().take_edges();
     judge.take(&edges);
     judge.judge(rig.plant(), false)?;
-    let unit = ticks_per_cycle(rig.board());
+    let unit = rig.board().ticks_per_second() / hz;
     edges.iter_mut().for_each(|edge| edge.cycle /= unit);
     Ok(edges)
-}
-
-/// The board's ticks in a cycle of 16 MHz.
-fn ticks_per_cycle(board: &Board) -> u64 {
-    board.ticks_per_second() / TICKS_PER_SECOND
 }
 
 /// A board with a program.
@@ -52,6 +48,9 @@ pub struct Stand {
     rig: Rc<RefCell<Rig>>,
     client: Client<InProcess>,
     profile: Profile,
+    part: Part,
+    /// Of the edges' times, in a second.
+    hz: u64,
 }
 
 /// The mill with another top rate and ramps, the shortest pulses and no fuss about travel.
@@ -105,7 +104,13 @@ impl Stand {
         client.set_board_record(&record).map_err(text)?;
         client.restart().map_err(text)?;
         client.find().map_err(text)?;
-        Ok(Stand { rig, client, profile: profile.clone() })
+        Ok(Stand { rig, client, profile: profile.clone(), part: build.part, hz: TICKS_PER_SECOND })
+    }
+
+    /// Gives edges in ticks of the chip's step timer instead of cycles of 16 MHz.
+    pub fn in_ticks(mut self) -> Stand {
+        self.hz = self.part.clock.into();
+        self
     }
 
     /// The board's master.
@@ -162,7 +167,7 @@ impl Stand {
                 _ => {}
             }
         }
-        judged(&mut self.rig.borrow_mut(), &mut judge)
+        judged(&mut self.rig.borrow_mut(), &mut judge, self.hz)
     }
 
     /// Streams a job to its end; gives the edges at the pins, and how it went.
@@ -178,19 +183,21 @@ impl Stand {
         };
         let outcome = super::stream::feed(self, compiled)?;
         let mut rig = self.rig.borrow_mut();
-        Ok((judged(&mut rig, &mut judge)?, outcome))
+        Ok((judged(&mut rig, &mut judge, self.hz)?, outcome))
     }
 
-    /// Longest step interrupt since the board was made, and all that step interrupts took, cycles.
+    /// Longest step interrupt since the board was made, cycles of the chip, and all that step interrupts took,
+    /// cycles of 16 MHz.
     pub fn step_interrupts(&self) -> (u64, u64) {
         let mut rig = self.rig.borrow_mut();
-        let unit = ticks_per_cycle(rig.board());
+        let unit = rig.board().ticks_per_second() / TICKS_PER_SECOND;
+        let cycle = rig.board().ticks_per_second() / u64::from(self.part.clock);
         let vectors = step_vectors(rig.board().part().family);
         let interrupts = &rig.board().stats().interrupts;
         let own = vectors.iter().filter_map(|vector| interrupts.get(vector));
         let (worst, total) =
             own.fold((0, 0), |(worst, total), one| (worst.max(one.worst), total + one.total));
-        (worst / unit, total / unit)
+        (worst / cycle, total / unit)
     }
 
     /// Who the board is, and how it fared.

@@ -2,8 +2,9 @@
 
 use emulator::plant::motor::{DriverLimits, ViolationKind};
 use emulator::{Edge, Plant, Signal};
-use firmware::motion::TICKS_PER_SECOND;
-use firmware::motion::physics::{Count, HALF_WINDOW, Machine, Step, Violation, What};
+use firmware::motion::physics::{
+    Count, HALF_WINDOW, Machine, Step, TICKS_PER_SECOND, Violation, What,
+};
 use lang::axis::Axis;
 use lang::profile::Profile;
 use lang::record::MachineRecord;

@@ -72,8 +72,8 @@ fn only_parts_with_the_feature_take_power() {
     let (_, mill) = program("a", "M3 S500\n").expect("a script");
     let needs = |compiled: &back::Compiled| u16::from(compiled.image[1]) & feature::POWER != 0;
     assert_eq!([needs(&graded), needs(&plain), needs(&mill)], [true, false, false]);
-    let header = lang::image::Header::read(&graded.image).expect("a header");
-    let lack = lang::part::G2553.lacks(&header, 0).expect("no room for it");
+    let image = lang::image::Image::new(&graded.image).expect("an image");
+    let lack = lang::part::G2553.lacks(&image, 3).expect("no room for it");
     assert!(lack.to_string().contains("laser's power"), "{lack}");
-    assert_eq!(lang::part::F5529.lacks(&header, 0), None);
+    assert_eq!(lang::part::F5529.lacks(&image, 3), None);
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use lang::image::Image;
-use lang::part::{G2553, Lack, PARTS, Part};
+use lang::part::{G2553, Lack, PARTS, Part, SHORT_PULSE_US};
 use lang::record::feature;
 use lang::wire::{self, Exception, Refusal, Upload};
 
@@ -124,7 +124,7 @@ impl<L: Link> Client<L> {
             let missing = u16::from(image.header.features) & !identity.features;
             if missing != 0 {
                 let lack = Lack::Feature(1 << missing.trailing_zeros());
-                let runs = |part: &&Part| part.lacks(&image.header, image.events()).is_none();
+                let runs = |part: &&Part| part.lacks(&image, SHORT_PULSE_US).is_none();
                 return Err(UploadError::Lacks(lack, PARTS.iter().find(runs)));
             }
         }

@@ -6,7 +6,7 @@ use clap::Args;
 use lang::back::Compiled;
 use lang::hir::{Program, Stmt, StmtKind, Storage};
 use lang::image::Image;
-use lang::part::{Lack, PARTS, Part};
+use lang::part::{Lack, PARTS, Part, SHORT_PULSE_US};
 use lang::record::feature;
 
 use super::Console;
@@ -43,19 +43,19 @@ impl Choice {
         self.part.unwrap_or(DEFAULT)
     }
 
-    /// Whether the board that would run the script looks ahead: the part asked for, or the smallest
-    /// one that runs it.
+    /// The chip that would run the script: the part asked for, or the smallest one that runs it.
     ///
     /// # Errors
     /// The part asked for lacks something that the program wants; that was written.
-    pub fn looks_ahead(self, script: &Script, console: &Console) -> Result<bool, Failure> {
-        let parts = self.part.as_ref().map_or(&BUILDS[..], std::slice::from_ref);
-        if parts.iter().all(|build| build.part.look_ahead) {
-            return Ok(true);
+    pub fn to_simulate(self, script: &Script, console: &Console) -> Result<Part, Failure> {
+        if let Some(build) = self.part.filter(|build| build.part.look_ahead) {
+            return Ok(build.part);
         }
-        // What is too large for any board has no part without look-ahead either.
-        let Ok(compiled) = lang::back::compile(&script.program) else { return Ok(true) };
-        Ok(self.for_program(script, &compiled, console)?.part.look_ahead)
+        // What is too large for any board is simulated on the one that has all of the language.
+        match lang::back::compile(&script.program) {
+            Ok(compiled) => Ok(self.for_program(script, &compiled, console)?.part),
+            Err(_) => Ok(self.or_default().part),
+        }
     }
 
     /// The part asked for, or the smallest one that runs the program.
@@ -69,11 +69,12 @@ impl Choice {
         console: &Console,
     ) -> Result<&'static Build, Failure> {
         let Ok(image) = Image::new(&compiled.image) else { return Ok(self.or_default()) };
-        let runs = |build: &&Build| build.part.lacks(&image.header, image.events()).is_none();
+        let pulse_us = script.program.profile.pulse_us;
+        let runs = |build: &&Build| build.part.lacks(&image, pulse_us).is_none();
         let first = BUILDS.into_iter().find(runs);
         let Some(build) = self.part else { return Ok(first.unwrap_or(DEFAULT)) };
         let part = build.part;
-        let mut lacks = part.all_lacks(&image.header, image.events()).peekable();
+        let mut lacks = part.all_lacks(&image, pulse_us).peekable();
         if lacks.peek().is_none() {
             return Ok(build);
         }
@@ -144,10 +145,12 @@ fn remedy(lack: Lack) -> String {
     let has = |part: &&Part| match lack {
         Lack::Feature(feature) => !part.lacks_feature(feature),
         Lack::Memory { used, .. } => part.pool.iter().all(|pool| used <= *pool),
+        Lack::Rate { wanted, .. } => wanted <= part.top_rate(SHORT_PULSE_US, false),
         Lack::Flash { used, keeps, .. } => used <= part.room_for(keeps),
     };
     let without = match lack {
         Lack::Flash { .. } => "`pasapas stream` runs jobs of any length, piece by piece",
+        Lack::Rate { .. } => "lower top_rate in the profile",
         Lack::Memory { .. } => "fewer variables, calls within calls and ON lines need less",
         Lack::Feature(feature::ARC) => "let the CAM tool write lines instead of arcs",
         Lack::Feature(feature::POWER) => "without S the laser is on or off by M3 and M5",

@@ -11,7 +11,7 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::{FORMAT, Image, crc_in, crc_of};
-use lang::part::{F5529, top_rate};
+use lang::part::F5529;
 use lang::profile::AxisProfile;
 use lang::record::feature;
 
@@ -214,7 +214,7 @@ fn must_keep_up(script: &Script, compiled: &Compiled, console: &Console) -> Resu
         return Ok(());
     }
     let profile = &script.program.profile;
-    let possible = top_rate(profile.pulse_us, true);
+    let possible = F5529.top_rate(profile.pulse_us, true);
     let rate = |(axis, own): (Axis, &AxisProfile)| (own.top_rate.unsigned_abs(), axis);
     let Some((rate, axis)) = profile.axes().map(rate).max().filter(|(rate, _)| *rate > possible)
     else {

@@ -154,7 +154,7 @@ impl Sim {
                 return board_run::run(script, self.part, world, &options, vcd, sink, console);
             }
         };
-        options.look_ahead = self.part.looks_ahead(script, console)?;
+        options.part = self.part.to_simulate(script, console)?;
         sim::run(&script.program, engine, world, &options, sink).map_err(|error| match error {
             SimError::World(error) => world::wrong(&error, console),
             SimError::Engine(text) => console.refuse(&Note::error(&self.file, code::ENGINE, text)),

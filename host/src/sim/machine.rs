@@ -143,7 +143,7 @@ impl Machine {
         let record = MachineRecord::of(profile);
         let mut machine = Machine {
             plant: Plant::new(profile, &record, &scenario),
-            motion: Motion::new(record.axes, record.corner, options.look_ahead),
+            motion: Motion::new(record.axes, record.corner, options.part),
             axes: Axes::new(profile, &record),
             inputs: Inputs::new(profile),
             outputs: Outputs::new(profile),
@@ -154,7 +154,7 @@ impl Machine {
             next: 0,
             limit: options.limit_us,
             statement_us: options.statement_us,
-            look_ahead: options.look_ahead,
+            look_ahead: options.part.look_ahead,
             statements: 0,
             line: 1,
             feed: None,

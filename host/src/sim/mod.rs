@@ -17,6 +17,7 @@ use std::rc::Rc;
 use lang::back;
 use lang::fault::Fault;
 use lang::hir::Program;
+use lang::part::{F5529, Part};
 
 use record::{Record, Summary};
 use trace::{Event, Status};
@@ -52,9 +53,9 @@ pub struct Options {
     pub statements: u64,
     /// Simulated time of a statement, us.
     pub statement_us: u64,
-    /// G1, G2 and G3 run through their corners, as on a part with look-ahead
-    /// ([`lang::part::Part::look_ahead`]).
-    pub look_ahead: bool,
+    /// The chip whose times are shown: its step timer, whether blocks run into one another, how long a
+    /// path takes to begin.
+    pub part: Part,
     /// Asked now and then: `true` ends the run as [`record::StopReason::Interrupted`].
     pub interrupted: fn() -> bool,
 }
@@ -70,7 +71,7 @@ impl Default for Options {
             record: true,
             statements: DEFAULT_STATEMENTS,
             statement_us: machine::STATEMENT_US,
-            look_ahead: true,
+            part: F5529,
             interrupted: || false,
         }
     }

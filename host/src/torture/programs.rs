@@ -9,7 +9,7 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::Image;
-use lang::part::Part;
+use lang::part::{F5529, Part};
 
 use super::compare::{Run, difference, on_rhai, on_vm, trace_difference, varied};
 use super::generate::{Case, generate, generate_still};
@@ -30,7 +30,7 @@ const OPTIONS: Options = Options {
     record: false,
     statements: 4_000,
     statement_us: STATEMENT_US,
-    look_ahead: true,
+    part: F5529,
     interrupted: || false,
 };
 /// Longest program that goes to the board, us: emulated time is dear.
@@ -68,7 +68,7 @@ pub fn make(case: Case) -> Option<Made> {
 pub fn make_for(build: &Build, case: Case) -> Option<Made> {
     let made = make(case)?;
     let image = Image::new(&made.compiled.image).ok()?;
-    build.part.lacks(&image.header, image.events()).is_none().then_some(made)
+    build.part.lacks(&image, made.program.profile.pulse_us).is_none().then_some(made)
 }
 
 /// The choices of case `n`.
@@ -83,7 +83,7 @@ pub fn tape(settings: &Settings, fault: &str, n: u64) -> Vec<u16> {
 /// # Errors
 /// The board does not do what it is told.
 pub fn on_board(build: &Build, made: &Made, image: &[u8]) -> Result<(Run, BoardRun), BoardError> {
-    let options = Options { times: false, look_ahead: build.part.look_ahead, ..OPTIONS };
+    let options = Options { times: false, part: build.part, ..OPTIONS };
     let sidecar = &made.compiled.sidecar;
     let (run, trace) =
         engine::run_traced(build, &made.program, image, sidecar, &made.world, &options)?;
@@ -146,8 +146,7 @@ pub fn reference(part: Part, made: &Made) -> Option<Run> {
     let run = |made: &Made, statement_us: u64| {
         // Slower statements take longer in all.
         let limit_us = OPTIONS.limit_us + OPTIONS.statements * statement_us;
-        let look_ahead = part.look_ahead;
-        let options = Options { statement_us, limit_us, look_ahead, ..OPTIONS };
+        let options = Options { statement_us, limit_us, part, ..OPTIONS };
         let run = on_rhai(&made.program, &made.compiled, &made.world, &options).ok()?;
         (run.outcome.end.status != Status::Stopped).then_some(run)
     };

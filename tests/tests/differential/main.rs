@@ -9,6 +9,7 @@ use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::{Image, seal};
 use lang::isa::{Op, ROWS};
+use lang::part::F5529;
 use pasapas::sim::Options;
 use pasapas::sim::machine::STATEMENT_US;
 use pasapas::sim::trace::to_text;
@@ -28,7 +29,7 @@ const OPTIONS: Options = Options {
     record: false,
     statements: 4_000,
     statement_us: STATEMENT_US,
-    look_ahead: true,
+    part: F5529,
     interrupted: || false,
 };
 

@@ -47,7 +47,7 @@ impl Commanded {
             return None;
         }
         let limit_us = LONGEST_US;
-        let options = Options { look_ahead: build.part.look_ahead, limit_us, ..Options::default() };
+        let options = Options { part: build.part, limit_us, ..Options::default() };
         let (outcome, _) = run_traced(program, Engine::Vm, &World::empty(), &options).ok()?;
         // It waits for ever behind its end.
         if outcome.end.status == Status::Fault {

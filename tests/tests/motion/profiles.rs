@@ -2,6 +2,7 @@
 //! micrometre to one in 65 mm, start rates from 1 step/s, ramps to 10 000 000 steps/s2, any top rate that
 //! goes with the pulse width, any corner. What `lab` holds every test to is all that is asked.
 
+use lang::part::Part;
 use lang::profile::{Profile, Scale};
 use pasapas::board::{Build, F5529, G2553};
 
@@ -20,12 +21,12 @@ fn any(dice: &mut Dice, low: i64, high: i64) -> i64 {
 }
 
 /// A machine of any axes.
-fn machine(dice: &mut Dice) -> Profile {
+fn machine(dice: &mut Dice, part: &Part) -> Profile {
     let mut profile = Profile::built_in("mill").expect("a profile");
     profile.pulse_us = any(dice, 2, 30) as u8;
     profile.dir_setup_us = any(dice, 1, 30) as u8;
     profile.corner_um = any(dice, 0, 10_000) as i32;
-    let possible = i64::from(lang::part::top_rate(profile.pulse_us, false));
+    let possible = i64::from(part.top_rate(profile.pulse_us, false));
     let scale = |dice: &mut Dice| Scale {
         steps: any(dice, 1, 65_535) as u16,
         um: any(dice, 1, 65_535) as u16,
@@ -106,7 +107,7 @@ fn script(dice: &mut Dice, profile: &Profile, build: &Build) -> String {
 
 fn plays(build: &Build, number: u64) {
     let mut dice = Dice(0xA11 << 32 | number << 8 | u64::from(build.part.look_ahead));
-    let profile = machine(&mut dice);
+    let profile = machine(&mut dice, &build.part);
     let script = script(&mut dice, &profile, build);
     println!("{number} on {}:\n{}{script}", build.part.name, text(&profile));
     let mut lab = Lab::new(build, &profile, &script);

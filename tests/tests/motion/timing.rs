@@ -35,8 +35,7 @@ fn simulated(build: &Build, script: &str) -> Vec<Stretch> {
         let out = matches!(event.what, What::Out { .. });
         heard.borrow_mut().push((event.us.unwrap_or_default() as f64 / 1e3, out));
     });
-    let look_ahead = build.part.look_ahead;
-    let options = Options { record: false, look_ahead, ..Options::default() };
+    let options = Options { record: false, part: build.part, ..Options::default() };
     sim::run(&program, Engine::Vm, &World::empty(), &options, sink).expect("a run");
     let events = events.borrow();
     let outs: Vec<usize> = (0..events.len()).filter(|&n| events[n].1).collect();

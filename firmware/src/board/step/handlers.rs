@@ -11,11 +11,12 @@
 
 use super::{PathSlot, PathState, Shared, SingleState};
 use crate::chip::ports::{self, DIR};
-use crate::chip::timer::{FIRST, STEP_CCR, STEP_CCTL, STEP_IV, STEP_R};
+use crate::chip::timer::{FIRST, STEP_CCR, STEP_CCTL, STEP_IV, STEP_PER_US, STEP_R};
 use core::arch::global_asm;
 use core::mem::offset_of;
 use firmware::motion::Segment;
 use firmware::motion::queue::SLOTS;
+use lang::part::SHORT_PULSE_US;
 
 global_asm!(
     r#"
@@ -74,6 +75,20 @@ global_asm!(
     .set ACC, PASAPAS_PLAY+{acc}
     .set SLOTS_END, PASAPAS_PLAY+{slots}*SLOT
 
+    /* A short pulse ends where the interrupt drops it. What stands before that takes `taken` cycles from the
+       edge at least: the loop, 3 cycles a round, r14, is for the rest. */
+    .macro lasts taken
+    .if {pulse} > \taken+1
+    mov #({pulse}-\taken-1+2)/3, r14
+8:  dec r14
+    jne 8b
+    .endif
+    .endm
+    .set PATH_PULSE, 76
+    .set SINGLE_PULSE, 64
+    .set STOP_PULSE, 30
+    .set PATH_STOP_PULSE, 55
+
     .section .text.step,"ax",@progbits
 module.motion.step:
     .global pasapas_event
@@ -120,18 +135,20 @@ path_schedule:
     mov &EVENT_CCR, &Z_CCR
     add DIF(r15), INTERVAL(r15)
     addc DIF+2(r15), INTERVAL+2(r15)
+    mov.b &PINS_IN, r14
+    xor.b &IDLE, r14
+    and.b &WATCH, r14
+    jne path_hit
+path_arm:
+    lasts PATH_PULSE
+    /* a move keeps the flags */
+    bit MASK(r15), EVENTS(r15)
     mov #0x0010, &EVENT_CCTL
     .if APART
     clr &X_CCTL
     .endif
     clr &Y_CCTL
     clr &Z_CCTL
-    mov.b &PINS_IN, r14
-    xor.b &IDLE, r14
-    and.b &WATCH, r14
-    jne path_hit
-path_arm:
-    bit MASK(r15), EVENTS(r15)
     jne path_armed
     add INC(r15), &ACC
     addc INC+2(r15), &ACC+2
@@ -157,11 +174,11 @@ path_armed:
     pop r15
     reti
 
-    /* the next event is due already: 64 ticks from now */
+    /* the next event is due already: 4 us from now */
 path_late:
     inc &LATE
     mov &COUNTER, r14
-    add #64, r14
+    add #{late_ticks}, r14
     mov r14, &EVENT_CCR
     .if APART
     mov r14, &X_CCR
@@ -227,6 +244,7 @@ path_switch:
 path_empty:
     clr EVENTS(r15)
 path_stop:
+    lasts PATH_STOP_PULSE
     clr &EVENT_CCTL
     .if APART
     clr &X_CCTL
@@ -262,20 +280,14 @@ single_schedule:
     addc INTERVAL+2(r15), EVENT_CCR(r13)
     add DIF(r15), INTERVAL(r15)
     addc DIF+2(r15), INTERVAL+2(r15)
-    /* no pulse is shorter than 48 cycles, and this core takes less for what is above, most of all when the
-       register told of an axis that rose in the very cycle in which it was read */
-    .if APART
-    .rept 3
-    nop
-    .endr
-    .endif
-    mov #0x0010, EVENT_CCTL(r13)
     mov.b &PINS_IN, r14
     xor.b &IDLE, r14
     and.b &WATCH, r14
     jne single_hit
 single_arm:
+    lasts SINGLE_PULSE
     bit MASK(r15), EVENTS(r15)
+    mov #0x0010, EVENT_CCTL(r13)
     jne single_armed
     mov #0x0030, EVENT_CCTL(r13)
     add SENSE-2*APART(r13), COUNT-2*APART(r13)
@@ -293,7 +305,7 @@ single_exit:
 single_late:
     inc &LATE
     mov &COUNTER, r14
-    add #64, r14
+    add #{late_ticks}, r14
     mov r14, EVENT_CCR(r13)
     jmp single_exit
 
@@ -345,12 +357,8 @@ single_switch:
     inc SENSE-2*APART(r13)
 1:  dec EVENTS(r15)
     jmp single_schedule
-    /* the register may have told of an axis that had risen just then: its last pulse is no shorter than the
-       others */
 single_stop:
-    mov #6, r14
-1:  dec r14
-    jne 1b
+    lasts STOP_PULSE
     clr EVENT_CCTL(r13)
     jmp single_exit
 
@@ -361,6 +369,8 @@ single_states:
 single_dir:
     .short {dir_x}, {dir_y}, {dir_z}
     "#,
+    pulse = const STEP_PER_US * SHORT_PULSE_US as u16,
+    late_ticks = const 4 * STEP_PER_US,
     cctl = const STEP_CCTL,
     ccr = const STEP_CCR,
     first = const FIRST,

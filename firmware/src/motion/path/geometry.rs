@@ -65,11 +65,11 @@ const UNIT: Scaled = Scaled::constant(1 << 15);
 const MILLION: Scaled = Scaled::constant(1_000_000);
 /// us that the board's main loop takes for a block at most: its statement, its plan, its first segment,
 /// with the link and the milliseconds between them.
-const PLANNING: Scaled = Scaled::constant(1_800);
+const PLANNING: Scaled = Scaled::constant(1_150);
 /// The same for a chord of an arc.
-const CHORD: Scaled = Scaled::constant(1_400);
+const CHORD: Scaled = Scaled::constant(900);
 /// us that an event's interrupt takes from the main loop: 212 cycles.
-const EVENT: Scaled = Scaled::constant(14);
+const EVENT: Scaled = Scaled::constant(9);
 /// The square of a chord's steps is 0.8 times the radius in steps: 0.1 steps of sagitta.
 const SAGITTA: Scaled = Scaled::constant(0xCCCC_CCCD).shift(-32);
 /// 2^32 to a turn: one part in radians.

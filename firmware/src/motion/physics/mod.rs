@@ -16,8 +16,14 @@ pub use record::{Count, Machine, Step};
 /// Steps in each half of a window.
 pub const HALF_WINDOW: usize = 10;
 
-/// Ticks in a second.
-const HZ: f64 = super::TICKS_PER_SECOND as f64;
+/// Ticks in a second of the records that are checked, whatever the chip's step timer has.
+pub const TICKS_PER_SECOND: u32 = 16_000_000;
+const HZ: f64 = TICKS_PER_SECOND as f64;
+
+/// A time of a step timer of `clock` Hz in the ticks of a record.
+pub fn ticks(time: u64, clock: u32) -> u64 {
+    time * u64::from(TICKS_PER_SECOND) / u64::from(clock)
+}
 
 /// What the axis can follow.
 #[derive(Clone, Copy, Debug)]

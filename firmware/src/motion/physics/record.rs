@@ -150,8 +150,11 @@ impl Machine {
             self.stops(motion, axis, limits, abrupt)?;
             self.bends(motion, axis, limits)?;
             let leads = |step: &Step| step.by[axis];
+            // Below its own start rate it may do as it likes, too.
+            let rest = (1.05 * HZ / limits.start) as u64;
             let mut first = 0;
-            for run in motion.chunk_by(|a, b| leads(a) == leads(b)) {
+            let goes_on = |a: &Step, b: &Step| leads(a) == leads(b) && b.at - a.at <= rest;
+            for run in motion.chunk_by(goes_on) {
                 if leads(&run[0]) != 0 {
                     self.leading(run, axis).map_err(|v| Violation { step: v.step + first, ..v })?;
                 }

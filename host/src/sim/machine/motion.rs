@@ -11,12 +11,11 @@ use firmware::motion::arc::Arc;
 use firmware::motion::path::{Block, Manner, Path, PathSegment};
 use firmware::motion::queue;
 use firmware::motion::ramp::Segment;
+use firmware::motion::scaled::Scaled;
 use firmware::motion::single::{Pace, Single};
 use lang::axis::Axis;
+use lang::part::Part;
 use lang::record::AxisRecord;
-
-/// Units of [`Segment::duration`] in a microsecond: 1/65536 of a tick of 1/16 us.
-const FINE_PER_US: u64 = 16 * 65_536;
 
 /// From the beginning of a segment to the fetch of the next one, and between two fetches for a path
 /// whose next block is not known: a pass of the board's main loop with a statement in it.
@@ -24,18 +23,45 @@ const FETCH_US: u64 = 200;
 
 /// From a statement to the event of a path that begins at rest, us: for a chip that looks ahead and for the
 /// small one, and more for each axis that moves (`pasapas bench paths`).
-const PATH_BEGINS_US: [[u64; 2]; 2] = [[1_350, 500], [1_950, 300]];
+const PATH_BEGINS_US: [[u64; 2]; 2] = [[1_350, 500], [1_250, 190]];
 
 /// A segment and when it began.
 #[derive(Clone, Copy, Debug)]
 struct Play {
+    /// Fine units, as [`Segment::duration`] has them.
     begin: u64,
     segment: Segment,
+    clock: Clock,
+}
+
+/// The step timer.
+#[derive(Clone, Copy, Debug)]
+struct Clock {
+    /// Ticks in a second.
+    hz: u32,
+}
+
+impl Clock {
+    /// Units of [`Segment::duration`] in a microsecond: 1/65536 of a tick.
+    fn fine_per_us(self) -> u64 {
+        u64::from(self.hz) / 1_000_000 * 65_536
+    }
+
+    /// Fine units as us, rounded up.
+    fn us(self, fine: u64) -> u64 {
+        fine.div_ceil(self.fine_per_us())
+    }
+
+    /// For the planner.
+    fn rate(self) -> Scaled {
+        Scaled::constant(self.hz)
+    }
 }
 
 /// Whether the segment after this one is fetched by `us`.
 fn is_fetched(play: &Play, us: u64) -> bool {
-    us * FINE_PER_US >= play.begin + FETCH_US * FINE_PER_US
+    let fine = play.clock.fine_per_us();
+    us * fine >= play.begin + FETCH_US * fine
 }
 
 impl Play {
@@ -53,17 +79,17 @@ impl Play {
 
     /// When it ends, us, rounded up.
     fn end_us(&self) -> u64 {
-        (self.begin + self.segment.duration()).div_ceil(FINE_PER_US)
+        self.clock.us(self.begin + self.segment.duration())
     }
 
     /// When its `step`th step comes, us, rounded up.
     fn step_us(&self, step: u16) -> u64 {
-        (self.begin + self.offset(u32::from(step) * self.per_step())).div_ceil(FINE_PER_US)
+        self.clock.us(self.begin + self.offset(u32::from(step) * self.per_step()))
     }
 
     /// Steps made until `us`.
     fn steps_at(&self, us: u64) -> u16 {
-        let gone = (us * FINE_PER_US).saturating_sub(self.begin);
+        let gone = (us * self.clock.fine_per_us()).saturating_sub(self.begin);
         let (mut low, mut high) = (0_u32, u32::from(self.segment.events));
         while low < high {
             let middle = (low + high).div_ceil(2);
@@ -82,7 +108,7 @@ impl Play {
         let events = i64::from(s.events);
         let last = i64::from(s.interval) + (events - 1).max(0) * i64::from(s.dif);
         let ticks = last.max(1) as f64 * f64::from(self.per_step()) / 65_536.0;
-        16_000_000.0 / ticks
+        f64::from(self.clock.hz) / ticks
     }
 }
 
@@ -137,6 +163,7 @@ pub enum Milestone {
 pub struct Motion {
     records: [AxisRecord; 3],
     look_ahead: bool,
+    clock: Clock,
     path: Path,
     path_play: Option<(Play, PathSegment)>,
     /// Speed at the end of the segment that plays, um/s.
@@ -160,12 +187,15 @@ pub struct Motion {
 
 impl Motion {
     /// All axes at 0 and at rest.
-    pub fn new(records: [AxisRecord; 3], corner_um: u16, look_ahead: bool) -> Motion {
-        let solo = || Solo { single: Single::new(0), play: None, negative: false, next: None };
+    pub fn new(records: [AxisRecord; 3], corner_um: u16, part: Part) -> Motion {
+        let clock = Clock { hz: part.clock };
+        let single = || Single::new(0, clock.rate());
+        let solo = || Solo { single: single(), play: None, negative: false, next: None };
         Motion {
             records,
-            look_ahead,
-            path: Path::new(corner_um),
+            look_ahead: part.look_ahead,
+            clock,
+            path: Path::new(corner_um, clock.rate()),
             path_play: None,
             path_exit: 0,
             path_queue: VecDeque::new(),
@@ -317,7 +347,7 @@ impl Motion {
 
     /// The engine begins the path's next segment.
     fn begin_path(&mut self, begin: u64) {
-        let at = begin.div_ceil(FINE_PER_US);
+        let at = self.clock.us(begin);
         self.fetch_path(at);
         if self.path_queue.is_empty() && self.path.next_segment(&self.records, &mut self.segment) {
             self.path_queue.push_back((self.segment, self.path.velocity()));
@@ -327,7 +357,8 @@ impl Motion {
             if segment.begin && !segment.within {
                 self.milestones.push((at, Milestone::BlockBegins(segment.power)));
             }
-            self.path_play = Some((Play { begin, segment: segment.ramp }, segment));
+            self.path_play =
+                Some((Play { begin, segment: segment.ramp, clock: self.clock }, segment));
             self.path_exit = exit;
         } else if self.path.is_idle() {
             self.milestones.push((at, Milestone::PathEnds));
@@ -339,8 +370,8 @@ impl Motion {
         while self.path_queue.len() + 1 < queue::SLOTS {
             let ahead: u16 = self.path_queue.iter().map(|(own, _)| queue::time(&own.ramp)).sum();
             let unknown = !self.path.knows_next();
-            if ahead >= queue::wanted(&self.path)
-                || unknown && us < self.fetch_us && ahead >= queue::LOW
+            if ahead >= queue::wanted(&self.path, self.clock.hz)
+                || unknown && us < self.fetch_us && ahead >= queue::low(self.clock.hz)
                 || !self.path.next_segment(&self.records, &mut self.segment)
             {
                 return;
@@ -360,9 +391,9 @@ impl Motion {
         solo.fetch();
         if let Some((segment, negative)) = solo.next.take() {
             solo.negative = negative;
-            solo.play = Some(Play { begin, segment });
+            solo.play = Some(Play { begin, segment, clock: self.clock });
         } else if solo.single.is_idle() {
-            let at = begin.div_ceil(FINE_PER_US);
+            let at = self.clock.us(begin);
             self.milestones.push((at, Milestone::AxisRests(axis)));
         }
     }
@@ -505,13 +536,13 @@ impl Motion {
     /// Begins the path that waits if none plays.
     fn kick_path(&mut self, us: u64) {
         if self.path_play.is_none() && !self.is_path_idle() {
-            self.begin_path(us * FINE_PER_US);
+            self.begin_path(us * self.clock.fine_per_us());
         }
     }
 
     /// Begins what waits where nothing plays.
     fn kick(&mut self, us: u64) {
-        let begin = us * FINE_PER_US;
+        let begin = us * self.clock.fine_per_us();
         self.kick_path(us);
         for axis in Axis::ALL {
             if self.solo[axis.index()].play.is_none() && !self.is_solo_idle(axis) {

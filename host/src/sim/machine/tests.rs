@@ -164,7 +164,7 @@ fn a_pause_changes_neither_trace_nor_end() {
     ];
     let plain = run("", &effects);
     assert_eq!(plain.1.status, Status::Done);
-    for at in [500, 1_500, 2_500, 3_700, 6_100, 8_000] {
+    for at in [500, 1_500, 2_500, 3_700, 6_100, 7_950] {
         let world = format!("at({at}, || press_stop()); at({}, || press_start());", at + 1_000);
         let paused = run(&world, &effects);
         assert_eq!(paused.0, plain.0, "paused at {at}");

@@ -11,14 +11,16 @@ use super::{ports, timer};
 use core::arch::{asm, global_asm};
 
 /// Rate of MCLK and SMCLK.
-pub const RATE: u32 = 16_000_000;
+pub const RATE: u32 = super::PART.clock;
 /// DCORSEL: the range of the DCO whose lowest tap is never above that rate and whose highest never below
 /// it (SLAS590, "DCO Frequency").
-const RANGE: u16 = 5 << 4;
+const RANGE: u16 = 6 << 4;
 /// The loop's reference XT2 / 16 = 250 kHz, and by how much it is multiplied, less one.
 const XT2: [u16; 2] = [0x0055, (RATE / 250_000 - 1) as u16];
-/// REFO, 32 768 Hz; rounded down, so that its 3.5 % stay within what the core voltage is for.
-const REFO: [u16; 2] = [0x0020, (RATE / 32_768 - 1) as u16];
+/// REFO, 32 768 Hz, good for 3.5 %, of which the fastest may not exceed what the core voltage is for.
+const REFO: [u16; 2] = [0x0020, (RATE / 1035 * 1000 / 32_768 - 1) as u16];
+/// [`RATE`] from REFO: everything but the link, which is told, takes 4 % longer.
+pub const RATE_OF_REFO: u32 = (REFO[1] as u32 + 1) * 32_768;
 
 /// XT2OFFG.
 const NO_XT2: u16 = 1 << 3;
@@ -69,11 +71,17 @@ pasapas_oscillator:
     enable = const SFRIE1.0,
 );
 
+/// Whether the crystal failed, at the start or later.
+#[inline(always)]
+pub fn is_refo() -> bool {
+    // SAFETY: a byte.
+    unsafe { (&raw const PASAPAS_REFO).read_volatile() != 0 }
+}
+
 /// What is wrong with the clock, a bit of the register of [`cause`]: 5, the crystal does not run.
 #[inline(always)]
 pub fn fault() -> u8 {
-    // SAFETY: a byte.
-    unsafe { (&raw const PASAPAS_REFO).read_volatile() << 5 }
+    u8::from(is_refo()) << 5
 }
 
 /// Core voltage for 25 MHz once the supply is there, clocks, pins to their safe states, the timer of the

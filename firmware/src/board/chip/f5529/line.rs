@@ -1,12 +1,12 @@
 //! USCI_A1: the UART of the link, the LaunchPad's back channel.
 
-use super::clock::RATE;
+use super::clock::{RATE, RATE_OF_REFO};
 use super::reg::{
     UCA1BR0, UCA1BR1, UCA1CTL0, UCA1CTL1, UCA1IE, UCA1MCTL, UCA1RXBUF, UCA1STAT, UCA1TXBUF,
 };
 
-/// Rate of its clock, SMCLK.
-pub const CLOCK: u32 = RATE;
+/// Rates of its clock, SMCLK: from the crystal and from REFO.
+pub const CLOCKS: [u32; 2] = [RATE, RATE_OF_REFO];
 
 /// For the handlers: status, received character, character to be sent.
 pub const STAT: u16 = UCA1STAT.0;

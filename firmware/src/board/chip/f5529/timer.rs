@@ -8,7 +8,7 @@ use super::reg::{
 /// Timer ticks in a millisecond: SMCLK / 8.
 pub const PER_MS: u16 = (RATE / 8000) as u16;
 /// Ticks of the step engine in a microsecond.
-pub const STEP_PER_US: u16 = (RATE / 1_000_000) as u16;
+pub const STEP_PER_US: u16 = RATE.div_ceil(1_000_000) as u16;
 /// Channel of the step engine that is the STEP pin of the first axis.
 pub const FIRST: usize = 1;
 
