@@ -12,8 +12,10 @@ use lang::hir::{Limits, Program, Storage, Var};
 use lang::image::{Image, crc_in};
 use lang::part::{F5529, PARTS, Part};
 use lang::profile::Profile;
+use lang::record::feature;
 use serde_json::{Value, json};
 
+use crate::chords;
 use crate::plot::{Curve, Plot, Style};
 use crate::sim::trace::{Event, What};
 use crate::sim::world::World;
@@ -116,6 +118,22 @@ impl Loaded {
         let line = rest.lines().next()?;
         let (_, remark) = line.split_once('\'')?;
         Some(remark.trim().to_owned()).filter(|remark| !remark.is_empty())
+    }
+
+    /// The same for firmware with these [`feature`] bits: arcs that it lacks are chords. Where one cannot
+    /// become chords all stays as it is, and the firmware lacks arcs.
+    #[must_use]
+    pub fn for_features(self, features: u16) -> Loaded {
+        let wants =
+            Image::new(&self.compiled.image).map_or(0, |image| image.header.features.into());
+        if wants & !features & feature::ARC == 0 {
+            return self;
+        }
+        let Ok((program, _)) = chords::drawn(&self.program) else { return self };
+        match lang::back::compile(&program) {
+            Ok(compiled) => Loaded { crc: crc_in(&compiled.image), program, compiled, ..self },
+            Err(_) => self,
+        }
     }
 
     /// Whether the program runs on a part, and if not, what that lacks.
@@ -371,6 +389,7 @@ pub fn words() -> Value {
 #[cfg(test)]
 mod tests {
     use lang::front::ProfileChoice;
+    use lang::part::{F5529, G2553};
 
     use super::load;
 
@@ -398,5 +417,15 @@ mod tests {
         assert_eq!(loaded.may_set(cell("qty"), 500), Ok(()));
         assert_eq!(loaded.may_set(cell("qty"), 501), Err("Pieces: 1 to 500".to_owned()));
         assert!(loaded.may_set(cell("own"), 1).is_err() && loaded.may_set(4000, 1).is_err());
+    }
+
+    #[test]
+    fn arcs_are_drawn_for_firmware_that_has_none() {
+        let of = |text: &str| load(text, ProfileChoice::built_in()).expect("it compiles");
+        let arc = "G91 G2 X2 I1 F600\n";
+        assert_eq!(of(arc).for_features(G2553.features).lack(&G2553), None);
+        assert_eq!(of(arc).for_features(F5529.features).crc, of(arc).crc);
+        let open = "G2 X2 I1 F600\n";
+        assert!(of(open).for_features(G2553.features).lack(&G2553).is_some());
     }
 }

@@ -451,6 +451,43 @@ fn sim_shows_the_speeds_of_the_part_that_runs_the_script() {
     bench.file("arc.bas", "G1 X10 F1500\nG2 X20 Y10 I10\n");
     let refused = bench.run(&["sim", "arc.bas", "--part", "g2553"]);
     assert!(refused.code == 1 && refused.err.contains("arcs (G2, G3)"), "{}", refused.err);
+    assert!(refused.err.contains("where Y is when it begins"), "{}", refused.err);
+    assert!(refused.err.contains("arc.bas:2:1: error[B008]"), "{}", refused.err);
+    assert!(refused.err.contains("write a G0 or G1 with a number for Y"), "{}", refused.err);
+}
+
+/// A part without arcs runs chords of them, which all engines show alike; what they cost is told.
+#[test]
+fn arcs_become_chords_for_a_part_that_has_none() {
+    let bench = Bench::new();
+    bench.file("arc.bas", "G1 X10 Y0 F1500\nG2 X20 Y10 I10\nG1 X0\n");
+    let mut traces = Vec::new();
+    for engine in ["rhai", "vm", "board"] {
+        let args = ["sim", "arc.bas", "--part", "g2553", "--engine", engine, "--trace", "-"];
+        let done = bench.run(&args);
+        assert_eq!(done.code, 0, "{}", done.err);
+        let told = "arc.bas:2:1: note[B011]: `g2553` for the MSP430G2553 draws no arcs: 1 arc became 13 lines, at most 20um off";
+        assert!(done.err.contains(told), "{}", done.err);
+        let mut lines: Vec<Value> =
+            done.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+        for line in &mut lines {
+            line.as_object_mut().expect("an object").remove("us");
+        }
+        traces.push(lines);
+    }
+    assert!(traces[0] == traces[1] && traces[0] == traces[2], "{traces:?}");
+    assert_eq!(traces[0].len(), 1 + 13 + 1 + 1);
+    assert_eq!(traces[0][13]["to"], serde_json::json!({ "X": 2000, "Y": 1000, "Z": 0 }));
+    // A part with arcs keeps them.
+    let done = bench.run(&["sim", "arc.bas", "--trace", "-"]);
+    assert!(done.out.contains("\"kind\":\"arc\"") && !done.err.contains("B011"), "{}", done.err);
+    // Too many for the flash: who does without, and what makes fewer.
+    bench.file("many.bas", format!("F900\nG91\n{}", "G2 I20\n".repeat(12)));
+    let refused = bench.run(&["build", "many.bas", "--part", "g2553"]);
+    assert_eq!(refused.code, 1);
+    assert!(refused.err.contains("`--part f5529` draws arcs itself"), "{}", refused.err);
+    let (code, lines) = bench.json(&["check", "arc.bas", "--part", "g2553", "--format", "json"]);
+    assert_eq!((code, lines[0]["severity"].as_str()), (0, Some("note")));
 }
 
 #[test]

@@ -61,6 +61,17 @@ pub enum Plane {
     Yz = 2,
 }
 
+impl Plane {
+    /// First and second axis: a counter-clockwise arc turns from the one to the other.
+    pub const fn axes(self) -> [Axis; 2] {
+        match self {
+            Plane::Xy => [Axis::X, Axis::Y],
+            Plane::Zx => [Axis::Z, Axis::X],
+            Plane::Yz => [Axis::Y, Axis::Z],
+        }
+    }
+}
+
 /// How an arc's centre is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Center {

@@ -204,10 +204,12 @@ impl Ask<'_> {
 
     /// Compiles the text and brings it to the board.
     fn upload(&self) -> Result<Answer, String> {
-        let loaded = Arc::new(self.bench.compile()?);
+        let loaded = self.bench.compile()?;
         let (bench, client, ask) = (self.bench.clone(), self.client.clone(), self.ask);
         self.ask(move |board| {
             compare(board, &loaded.program.profile)?;
+            let identity = board.identity().map_err(|error| error.to_string())?;
+            let loaded = Arc::new(loaded.for_features(identity.features));
             let image = &loaded.compiled.image;
             let all = image.len().max(1) as f32;
             let result = board.upload(image, true, &mut |bytes| {
