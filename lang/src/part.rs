@@ -33,6 +33,9 @@ pub struct Part {
     /// Bytes of the call stack and of AT variables behind it that may live between runs
     /// ([`Part::keeps_at`]), 0 for none.
     pub at_room: u16,
+    /// A host in trace mode halts the program before any effect, and sees which one it is and who called
+    /// for it ([`crate::wire::WAITS`]).
+    pub halts: bool,
 }
 
 /// 16 KB of flash, 512 bytes of RAM.
@@ -49,6 +52,7 @@ pub const G2553: Part = Part {
     profiles: [0x1080, 0x1040],
     look_ahead: false,
     at_room: 18,
+    halts: true,
 };
 
 /// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
@@ -57,6 +61,7 @@ pub const G2553_HANDLERS: Part = Part {
     features: G2553.features | feature::LINES | feature::EVENTS,
     segments: 3,
     at_room: 0,
+    halts: false,
     ..G2553
 };
 
@@ -82,6 +87,7 @@ pub const F5529: Part = Part {
     profiles: [0x1880, 0x1900],
     look_ahead: true,
     at_room: u16::MAX,
+    halts: true,
 };
 
 /// Bytes of a flash segment (SLAU144, 7.2).
