@@ -94,18 +94,21 @@ impl Loaded {
         Some(Quantity { label, limits })
     }
 
-    /// Whether an operator may give a cell a value.
+    /// Whether a cell may be given a value: by an `operator` none but those that the script gives
+    /// him, by others any; in the range that the script says.
     ///
     /// # Errors
-    /// The cell is no quantity of the operator's, or the value out of its range; in words.
-    pub fn may_set(&self, cell: u16, value: i32) -> Result<(), String> {
+    /// It may not; in words.
+    pub fn may_set(&self, cell: u16, value: i32, operator: bool) -> Result<(), String> {
         let here = |place: &&lang::back::VarPlace| {
             (place.cell..place.cell + place.len.max(1)).contains(&u32::from(cell))
         };
         let var = self.compiled.vars.iter().find(here).map(|place| self.program.var(place.var));
         let quantity = var.and_then(|var| self.quantity(var));
-        let Quantity { label, limits } =
-            quantity.ok_or("this variable is not one that an operator sets")?;
+        let Some(Quantity { label, limits }) = quantity else {
+            let other = "this variable is not one that an operator sets";
+            return if operator { Err(other.to_owned()) } else { Ok(()) };
+        };
         if (limits.least..=limits.greatest).contains(&value) {
             return Ok(());
         }
@@ -276,8 +279,9 @@ fn path(number: u64, curves: &[Curve]) -> Vec<u8> {
     bytes
 }
 
-/// Axes of a machine with their travel, as pages show them.
-pub fn machine(profile: &Profile) -> Value {
+/// Axes of a machine with their travel, its inputs and outputs, as pages show them: with the names
+/// that a program gives them.
+pub fn machine(profile: &Profile, program: Option<&Program>) -> Value {
     let axes = profile.axes().map(|(axis, own)| {
         let mm = f64::from(own.scale.um) / f64::from(own.scale.steps) / 1000.0;
         json!({
@@ -292,6 +296,7 @@ pub fn machine(profile: &Profile) -> Value {
     });
     let axes: Vec<Value> = axes.collect();
     let named = |n: i32, inputs: bool| -> (Option<String>, Option<String>) {
+        let name = program.and_then(|program| program.port_name(!inputs, n)).map(str::to_owned);
         if inputs {
             let own = profile.inputs.iter().find(|input| input.n == n);
             let reference = Axis::ALL
@@ -300,11 +305,11 @@ pub fn machine(profile: &Profile) -> Value {
                 .map(|axis| format!("reference {}", axis.letter()));
             let probe = (profile.probe_input() == n).then(|| "probe".to_owned());
             let given = own.and_then(|own| own.role.as_ref()).map(role_words);
-            (own.and_then(|own| own.name.clone()), given.or(reference).or(probe))
+            (name.or_else(|| own?.name.clone()), given.or(reference).or(probe))
         } else {
             let own = profile.outputs.iter().find(|output| output.n == n);
             let given = own.and_then(|own| own.role.as_ref()).map(role_words);
-            (own.and_then(|own| own.name.clone()), given)
+            (name.or_else(|| own?.name.clone()), given)
         }
     };
     let list = |count: i32, inputs: bool| -> Vec<Value> {
@@ -342,7 +347,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
     let room = part.room_for(loaded.compiled.keeps > 0);
     json!({
         "number": number,
-        "machine": machine(&loaded.program.profile),
+        "machine": machine(&loaded.program.profile, Some(&loaded.program)),
         "end": {
             "status": end.status,
             "line": end.line,
@@ -414,9 +419,13 @@ mod tests {
         assert_eq!(shown("way"), (Some("Way of 3..1".to_owned()), all.0, all.1));
         assert_eq!(shown("own"), (None, None, None));
         let cell = |name: &str| of(name)["cell"].as_u64().expect("a cell") as u16;
-        assert_eq!(loaded.may_set(cell("qty"), 500), Ok(()));
-        assert_eq!(loaded.may_set(cell("qty"), 501), Err("Pieces: 1 to 500".to_owned()));
-        assert!(loaded.may_set(cell("own"), 1).is_err() && loaded.may_set(4000, 1).is_err());
+        for operator in [true, false] {
+            let may_set = |cell, value| loaded.may_set(cell, value, operator);
+            assert_eq!(may_set(cell("qty"), 500), Ok(()));
+            assert_eq!(may_set(cell("qty"), 501), Err("Pieces: 1 to 500".to_owned()));
+            assert_eq!(may_set(cell("own"), 1).is_err(), operator);
+        }
+        assert!(loaded.may_set(4000, 1, true).is_err());
     }
 
     #[test]

@@ -151,7 +151,7 @@ impl Bench {
             board: self.setting.board.clone(),
             words: trial::words(),
             lsp: desk.capabilities().clone(),
-            machine: machine.as_ref().map_or(Value::Null, trial::machine),
+            machine: machine.as_ref().map_or(Value::Null, |own| trial::machine(own, None)),
             files: desk.files(),
             text: desk.shown(),
         };

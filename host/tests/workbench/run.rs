@@ -79,3 +79,26 @@ fn a_breakpoint_halts_and_steps_follow() -> Outcome<()> {
     assert_eq!((rest.last_end, rest.pos.x, rest.pos.y), (Some("done"), Some(200), Some(100)));
     page.says("#run-state", "ready")
 }
+
+/// What the operator is asked for has the script's words and range on this page, too.
+#[test]
+fn a_quantity_is_set_by_its_name_and_within_its_range() -> Outcome<()> {
+    let text = "DIM wanted AT 3000 LABEL \"Pieces\" MIN 1 MAX 9\nDIM n\nFOR n = 1 TO wanted\n  PRINT \"piece \"; n\nNEXT\nPRINT \"made \"; wanted\n";
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.upload()?;
+    page.says("#vars", "wanted")?;
+    page.says("#vars", "Pieces, 1 to 9")?;
+    page.fill("[aria-label=wanted]", "10")?;
+    page.says("#notes", "Pieces: 1 to 9")?;
+    // Past the page's own look the tool refuses too; what is no quantity has no such range.
+    page.eval("(async () => { const { Link } = await import('/link.js'); const link = new Link(), program = new Promise(done => link.addEventListener('program', e => done(e.detail))); await new Promise(done => link.addEventListener('welcome', done)); await link.ask({ helm: true }); const told = await program; const cell = told.vars.find(own => own.name === 'wanted').cell; try { await link.ask({ set: { cell, value: 10 } }); document.title = 'set' } catch (e) { document.title = e.message } await link.ask({ helm: false }) })()")?;
+    page.wait("document.title === 'Pieces: 1 to 9'", PATIENCE)?;
+    page.says("#helm", "Take the helm")?;
+    page.push("#helm")?;
+    page.says("#helm", "You have the helm")?;
+    page.fill("[aria-label=wanted]", "4")?;
+    page.push("#start")?;
+    page.says("#console", "made 4")?;
+    page.wait("document.querySelector('[aria-label=wanted]').value === '4'", PATIENCE)
+}

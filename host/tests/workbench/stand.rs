@@ -89,6 +89,17 @@ impl Board {
     }
 }
 
+/// See [`Stand::footprint`].
+#[derive(Clone, Copy, Debug)]
+pub struct Footprint {
+    /// Memory that no other process shares, KB.
+    pub kb: u64,
+    /// Open files.
+    pub files: u64,
+    /// Threads.
+    pub threads: u64,
+}
+
 /// Everything of a story.
 pub struct Stand {
     /// See [`turn`].
@@ -163,18 +174,23 @@ impl Stand {
         Ok(page)
     }
 
-    /// Memory of the tool that no other process shares, MB.
-    pub fn memory(&self) -> Outcome<u64> {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", self.tool.0.id()));
+    /// What the tool takes of the system.
+    pub fn footprint(&self) -> Outcome<Footprint> {
+        let process = format!("/proc/{}", self.tool.0.id());
+        let status = std::fs::read_to_string(format!("{process}/status"));
         let status = status.map_err(|error| error.to_string())?;
-        let line =
-            status.lines().find_map(|line| line.strip_prefix("RssAnon:")).ok_or("no RssAnon")?;
-        let kb = line
-            .split_whitespace()
-            .next()
-            .and_then(|kb| kb.parse::<u64>().ok())
-            .ok_or("no number")?;
-        Ok(kb / 1024)
+        let number = |name: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(name));
+            let number = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+            number.ok_or_else(|| format!("no {name}"))
+        };
+        let files =
+            std::fs::read_dir(format!("{process}/fd")).map_err(|error| error.to_string())?;
+        Ok(Footprint {
+            kb: number("RssAnon:")?,
+            files: files.count() as u64,
+            threads: number("Threads:")?,
+        })
     }
 
     /// The script's file.
