@@ -1,6 +1,7 @@
 //! Runs on the board.
 
-use std::time::Duration;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
 
 use crate::cdp::Outcome;
 use crate::stand::{PATIENCE, Stand};
@@ -101,4 +102,60 @@ fn a_quantity_is_set_by_its_name_and_within_its_range() -> Outcome<()> {
     page.push("#start")?;
     page.says("#console", "made 4")?;
     page.wait("document.querySelector('[aria-label=wanted]').value === '4'", PATIENCE)
+}
+
+/// What a command of the tool does at the board that the workbench has.
+fn command(port: &str, args: &[&str]) -> Outcome<String> {
+    let begun = Instant::now();
+    let done = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+        .args(args)
+        .args(["--port", port])
+        .output()
+        .map_err(|error| error.to_string())?;
+    let Output { status, stdout, stderr } = done;
+    let (out, words) = (String::from_utf8_lossy(&stdout), String::from_utf8_lossy(&stderr));
+    assert!(status.success(), "{args:?}: {words}");
+    assert!(begun.elapsed() < Duration::from_secs(10), "{args:?} took {:?}", begun.elapsed());
+    Ok(out.into_owned())
+}
+
+/// The line has one owner at a time: who asks has it until the reply is there, workbench and command
+/// line in turns, and both show the same board.
+#[test]
+fn the_command_line_has_its_turns_beside_the_workbench() -> Outcome<()> {
+    let text = "DIM n\nFOR n = 1 TO 500\n  PRINT n\n  Wait 20ms\nNEXT\n";
+    let Some(mut stand) = Stand::with_line(text)? else { return Ok(()) };
+    let page = stand.page()?;
+    let port = stand.board()?.port.clone();
+    let script = stand.script().display().to_string();
+    command(&port, &["upload", &script])?;
+    page.tab("run")?;
+    page.wait("document.querySelector('#start').matches(':enabled')", PATIENCE)?;
+    command(&port, &["start"])?;
+    page.says("#run-state", "running")?;
+    page.says("#console", "run 1 begins")?;
+    command(&port, &["pause"])?;
+    page.says("#run-state", "paused")?;
+    page.push("#resume")?;
+    page.says("#run-state", "running")?;
+    assert!(command(&port, &["status", "--format", "json"])?.contains("\"state\":\"running\""));
+    command(&port, &["stop"])?;
+    page.says("#run-state", "last run: stopped")?;
+    // A button that is held goes on while others ask.
+    page.tab("machine")?;
+    let at = page.centre("[aria-label='Jog X plus']")?;
+    page.mouse("mousePressed", at)?;
+    page.wait("document.querySelector('.jog.held') !== null", PATIENCE)?;
+    for _ in 0..8 {
+        command(&port, &["status"])?;
+    }
+    assert_eq!(page.eval("document.querySelector('.jog.held') !== null")?, true, "the jog ended");
+    assert!(command(&port, &["status", "--format", "json"])?.contains("\"moving\":[\"X\"]"));
+    // And Stop from another window ends it.
+    command(&port, &["stop"])?;
+    let rest = stand.board()?.until("rest", |status| status.moving.is_empty())?;
+    page.wait("document.querySelector('.jog.held') === null", PATIENCE)?;
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(stand.board()?.status()?.pos, rest.pos, "it went on though it is still held");
+    page.mouse("mouseReleased", at)
 }

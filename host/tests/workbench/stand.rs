@@ -16,6 +16,9 @@ use crate::cdp::{Browser, Outcome, Page};
 /// Everything comes true long before this, on a loaded machine too.
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
+/// Instead of a world: the board is at a serial line.
+const LINE: &str = "line";
+
 /// A process of the tool that is ended with its story.
 struct Process(Child);
 
@@ -53,7 +56,7 @@ pub struct Board {
 
 impl Board {
     fn start(more: &[&str]) -> Outcome<Board> {
-        let (process, port) = Process::start(&[&["board", "--tcp", "0"], more].concat())?;
+        let (process, port) = Process::start(&[&["board"], more].concat())?;
         let mut client = Client::new(link::open(&port)?, 1);
         client.find().map_err(|error| error.to_string())?;
         Ok(Board { _process: process, port, client })
@@ -126,6 +129,11 @@ impl Stand {
         Stand::with(text, &[], Some(""))
     }
 
+    /// The same with a board at a serial line, which several processes have open.
+    pub fn with_line(text: &str) -> Outcome<Option<Stand>> {
+        Stand::with(text, &[], Some(LINE))
+    }
+
     /// The same with a world around the board, and options for the workbench.
     pub fn with_world(text: &str, world: &str, more: &[&str]) -> Outcome<Option<Stand>> {
         Stand::with(text, more, Some(world))
@@ -144,10 +152,11 @@ impl Stand {
         let around_name = around.display().to_string();
         let board = match outside {
             None => None,
-            Some("") => Some(Board::start(&[])?),
+            Some("") => Some(Board::start(&["--tcp", "0"])?),
+            Some(LINE) => Some(Board::start(&[])?),
             Some(world) => {
                 std::fs::write(&around, world).map_err(|error| error.to_string())?;
-                Some(Board::start(&["--world", &around_name])?)
+                Some(Board::start(&["--tcp", "0", "--world", &around_name])?)
             }
         };
         let mut args = vec!["workbench", "--no-open", &script];
