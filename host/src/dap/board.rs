@@ -130,8 +130,7 @@ impl Eye<'_> {
             }
             Follow::join(board, profile, line_of).map_err(words)?
         } else {
-            let how = (Steps::Step, true);
-            Follow::start(board, profile, line_of, BTreeSet::new(), how).map_err(words)?
+            Follow::start(board, profile, line_of, BTreeSet::new(), Steps::Step).map_err(words)?
         };
         self.exact = run.is_exact();
         self.explain(&run);

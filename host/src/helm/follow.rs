@@ -42,7 +42,7 @@ pub enum Debug {
         profile: Box<Profile>,
         /// From code to text.
         line_of: LineOf,
-        /// Lines to halt behind.
+        /// Lines to halt at: before their effects, where the board does not tell behind them.
         breaks: BTreeSet<u32>,
         /// How to begin.
         pace: Pace,
@@ -62,6 +62,8 @@ pub struct Halt {
     pub behind: u32,
     /// The line that comes next, where it is known.
     pub next: u32,
+    /// It is known, and its effect has not begun.
+    pub exact: bool,
     /// Where exactly, and who called for it; `None` where the board does not tell.
     #[serde(skip)]
     pub standing: Option<Standing>,
@@ -87,6 +89,8 @@ pub struct Follow {
     pace: Pace,
     stage: Stage,
     exact: bool,
+    /// Where it would have halted last: line, place, open calls.
+    last: Option<(u32, u16, usize)>,
     /// When the last event came, or the board's state was asked for.
     heard: Instant,
     /// It ends, and nothing moves any more.
@@ -95,8 +99,7 @@ pub struct Follow {
 }
 
 impl Follow {
-    /// Starts the stored program in trace mode. `entry`: where the board can, it halts before its
-    /// first effect.
+    /// Starts the stored program in trace mode.
     ///
     /// # Errors
     /// See [`ClientError`].
@@ -105,7 +108,7 @@ impl Follow {
         profile: Profile,
         line_of: LineOf,
         breaks: BTreeSet<u32>,
-        (pace, entry): (Pace, bool),
+        pace: Pace,
     ) -> Result<Follow, ClientError> {
         let exact = board.identity()?.part().halts;
         board.drop_print()?;
@@ -116,8 +119,11 @@ impl Follow {
         }
         let lines = line_of.clone();
         let tracer = Tracer::new(profile, Box::new(move |pc| lines(pc)));
-        let stage = if entry && exact { Stage::Arrives(0) } else { Stage::Runs };
-        Ok(Follow::new(tracer, line_of, breaks, pace, stage, exact))
+        let mut follow = Follow::new(tracer, line_of, breaks, pace, Stage::Runs, exact);
+        if exact && follow.may_halt() {
+            follow.stage = Stage::Arrives(0);
+        }
+        Ok(follow)
     }
 
     /// Follows the run that goes on, or the one that begins next. It halts before the next effect, on
@@ -155,8 +161,26 @@ impl Follow {
         exact: bool,
     ) -> Follow {
         let heard = Instant::now();
-        let (ending, over) = (false, false);
-        Follow { tracer, line_of, breaks, pace, stage, exact, heard, ending, over }
+        let (last, ending, over) = (None, false, false);
+        Follow { tracer, line_of, breaks, pace, stage, exact, last, heard, ending, over }
+    }
+
+    fn may_halt(&self) -> bool {
+        self.pace == Pace::Step || !self.breaks.is_empty()
+    }
+
+    /// The program waits there, behind the effect of a line: whether it halts.
+    fn arrive(&mut self, behind: u32, standing: Standing) -> Stage {
+        let next = (self.line_of)(standing.place);
+        let here = (next, standing.place, standing.calls.len());
+        // A line's second effect is no new arrival.
+        let begins = self.last.replace(here).is_none_or(|(line, place, calls)| {
+            line != next || calls != here.2 || standing.place <= place
+        });
+        if self.pace == Pace::Go && !(begins && self.breaks.contains(&next)) {
+            return Stage::Runs;
+        }
+        Stage::Halted(Halt { behind, next, exact: true, standing: Some(standing) })
     }
 
     /// Where it is halted.
@@ -220,8 +244,7 @@ impl Follow {
             Stage::Arrives(behind) => {
                 let standing = board.standing()?;
                 if standing.waits {
-                    let next = (self.line_of)(standing.place);
-                    self.stage = Stage::Halted(Halt { behind, next, standing: Some(standing) });
+                    self.stage = self.arrive(behind, standing);
                 } else if quiet {
                     self.keep(board)?;
                 }
@@ -260,13 +283,14 @@ impl Follow {
         self.heard = Instant::now();
         self.over = matches!(what, What::End { .. });
         let behind = what.line();
-        if !self.over && (self.pace == Pace::Step || self.breaks.contains(&behind)) {
-            self.stage = if self.exact {
-                Stage::Arrives(behind)
-            } else {
-                let next = (self.line_of)(board.status()?.program_counter);
-                Stage::Halted(Halt { behind, next, standing: None })
-            };
+        if self.over {
+            return Ok(Some(vec![what]));
+        }
+        if self.exact && self.may_halt() {
+            self.stage = Stage::Arrives(behind);
+        } else if !self.exact && (self.pace == Pace::Step || self.breaks.contains(&behind)) {
+            let next = (self.line_of)(board.status()?.program_counter);
+            self.stage = Stage::Halted(Halt { behind, next, exact: false, standing: None });
         }
         Ok(Some(vec![what]))
     }

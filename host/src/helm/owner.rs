@@ -215,7 +215,7 @@ impl Owner {
         let Some(board) = &mut self.board else { return };
         match (debug, &mut self.follow) {
             (Debug::Start { profile, line_of, breaks, pace }, None) => {
-                match Follow::start(board, *profile, line_of, breaks, (pace, false)) {
+                match Follow::start(board, *profile, line_of, breaks, pace) {
                     Ok(follow) => self.follow = Some(follow),
                     Err(error) => self.log(Entry::Port(format!("it did not start: {error}"))),
                 }

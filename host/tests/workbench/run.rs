@@ -68,13 +68,18 @@ fn a_breakpoint_halts_and_steps_follow() -> Outcome<()> {
     page.upload()?;
     page.click(".ed .gutter [data-line='1']")?;
     page.push("#debug")?;
-    page.says("#run-state", "halted behind line 2")?;
-    page.says("#console", "here")?;
-    std::thread::sleep(Duration::from_millis(300));
+    page.says("#run-state", "halted before line 2")?;
+    // Longer than a board waits for a reader that is gone.
+    std::thread::sleep(Duration::from_millis(2_600));
+    assert_eq!(
+        page.eval("document.querySelector('#console').textContent.includes('here')")?,
+        false
+    );
     let halted = stand.board()?.status()?;
     assert_eq!((halted.pos.x, halted.pos.y), (Some(100), Some(0)));
     page.push("#step")?;
-    page.says("#run-state", "halted behind line 3")?;
+    page.says("#run-state", "halted before line 3")?;
+    page.says("#console", "here")?;
     page.push("#go")?;
     let rest = stand.board()?.until("its end", |status| status.state == "ready")?;
     assert_eq!((rest.last_end, rest.pos.x, rest.pos.y), (Some("done"), Some(200), Some(100)));

@@ -105,7 +105,7 @@ export class Run {
     const active = ['running', 'paused', 'waitstart', 'stopping'].includes(status?.state);
     const halted = picture.halted;
     const line = halted ? halted.next || halted.behind : state.line;
-    text($('#run-state'), !status ? 'no board' : halted ? `halted behind line ${halted.behind}`
+    text($('#run-state'), !status ? 'no board' : halted ? (halted.exact ? `halted before line ${halted.next}` : `halted behind line ${halted.behind}`)
       : WORDS[status.state] + (line ? ` · line ${line}` : '')
       + (!active && status.last_end && status.state === 'ready' ? ` · last run: ${status.last_end}` : ''));
     lamp($('#run-state'), status?.state === 'running', 'on');
