@@ -3,6 +3,7 @@
 use super::{BinOp, Expr, LabelId, RoutineId, Span, VarId};
 use crate::axis::Axis;
 use crate::effect::{Frame, Plane, Want};
+use crate::plain::Plain;
 
 /// Statements in order.
 pub type Block = Vec<Stmt>;
@@ -181,6 +182,8 @@ pub struct Cycle {
 /// What a statement does.
 #[derive(Clone, Debug)]
 pub enum StmtKind {
+    /// Arguments, then an opcode; the spindle's and coolant's M words, G4, M0 and M6 among them.
+    Plain(Plain, Vec<Expr>),
     /// `place = value`
     Assign(Place, Expr),
     /// IF, in both forms.
@@ -321,8 +324,6 @@ pub enum StmtKind {
     },
     /// StopAxe
     StopAxe(Axis),
-    /// StopAll
-    StopAll,
     /// WaitMove
     WaitMove(Option<Axis>),
     /// Home; a bare `Home` has the profile's order here.
@@ -352,22 +353,6 @@ pub enum StmtKind {
         /// Length.
         value: Expr,
     },
-    /// SetOut, M3 to M9.
-    SetOut {
-        /// Output number.
-        n: Expr,
-        /// Truth or Number.
-        on: Box<Expr>,
-    },
-    /// Pulse
-    Pulse {
-        /// Output number.
-        n: Expr,
-        /// Time.
-        time: Box<Expr>,
-    },
-    /// SetPort
-    SetPort(Expr),
     /// Motors
     Motors {
         /// Truth or Number.
@@ -375,8 +360,6 @@ pub enum StmtKind {
         /// One axis or all.
         axis: Option<Axis>,
     },
-    /// Wait, G4.
-    Wait(Expr),
     /// WaitIn
     WaitIn {
         /// Input number.
@@ -388,10 +371,6 @@ pub enum StmtKind {
         /// `WaitIn?`
         query: bool,
     },
-    /// WaitStart, M0, M6, M1 where the profile says so.
-    WaitStart,
-    /// Send
-    Send(Expr),
     /// WaitChar
     WaitChar {
         /// Character.

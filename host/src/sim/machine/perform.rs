@@ -3,6 +3,7 @@
 use lang::axis::Axis;
 use lang::effect::{Effect, Rate, Read};
 use lang::fault::Fault;
+use lang::plain::Plain;
 use lang::profile::OutputRole;
 use lang::record::FULL_POWER;
 
@@ -49,7 +50,7 @@ impl Machine {
             Effect::StopAxe(axis) => {
                 self.stop_axes(&[axis]);
             }
-            Effect::StopAll => {
+            Effect::Plain(Plain::StopAll, _) => {
                 let axes: Vec<Axis> = self.profile.axes().map(|(axis, _)| axis).collect();
                 self.stop_axes(&axes);
             }
@@ -63,8 +64,8 @@ impl Machine {
                 }
                 self.axes.set_work(axis, value)?;
             }
-            Effect::SetOut { n, on } => self.set_out(n, on)?,
-            Effect::SetPort(value) => self.set_port(value),
+            Effect::Plain(Plain::SetOut, [n, on]) => self.set_out(n, on != 0)?,
+            Effect::Plain(Plain::SetPort, [value, _]) => self.set_port(value),
             Effect::Motors { on, axis } => {
                 let axes = axis.map_or(Axis::ALL.to_vec(), |axis| vec![axis]);
                 if !on {
@@ -74,12 +75,12 @@ impl Machine {
                 self.outputs_changed();
             }
             Effect::WaitMove(_)
-            | Effect::Wait(_)
             | Effect::WaitIn { .. }
-            | Effect::WaitStart
             | Effect::WaitChar { .. }
-            | Effect::Pulse { .. } => return self.begin_wait(effect),
-            Effect::Send(c) => {
+            | Effect::Plain(Plain::Wait | Plain::WaitStart | Plain::Pulse, _) => {
+                return self.begin_wait(effect);
+            }
+            Effect::Plain(Plain::Send, [c, _]) => {
                 if !(33..=125).contains(&c) {
                     return Err(Fault::ValueRange);
                 }

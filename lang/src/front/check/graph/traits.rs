@@ -25,13 +25,8 @@ pub(super) fn arguments(machine: &Machine) -> Vec<&Expr> {
             [limit, speed].into_iter().chain(input).chain(state).collect()
         }
         Machine::ProbeMask { limit, speed, and, xor, .. } => vec![limit, speed, and, xor],
-        Machine::SetOut(a, b) | Machine::Pulse(a, b) => vec![a, b],
-        Machine::MoveSpeed(_, e)
-        | Machine::SetPos(_, e)
-        | Machine::SetPort(e)
-        | Machine::Motors(e, _)
-        | Machine::Wait(e)
-        | Machine::Send(e) => vec![e],
+        Machine::Plain(_, list) => list.iter().collect(),
+        Machine::MoveSpeed(_, e) | Machine::SetPos(_, e) | Machine::Motors(e, _) => vec![e],
         Machine::WaitIn { input, state, timeout, .. } => {
             let level = match state {
                 InputState::Level(e) => Some(e),
