@@ -50,7 +50,9 @@ fn run(bytes: &[u8], image: Image<'_>) {
             Exit::Effect => {
                 let effect = vm.effect().expect("the verifier knows every flag");
                 match effect {
-                    Effect::Plain(Plain::Wait, [..0, _]) => vm.fault(Fault::ValueRange).err(),
+                    Effect::Plain(Plain::Wait, [ms, _]) if ms < 0 => {
+                        vm.fault(Fault::ValueRange).err()
+                    }
                     Effect::Probe { .. } if step % 5 == 0 => {
                         vm.fault_between(Fault::SoftLimit).err()
                     }

@@ -42,7 +42,7 @@ impl Machine {
             }
             Effect::Read(Read::Timer) => return Ok(1000),
             Effect::Read(_) => return Ok(0),
-            Effect::Plain(Plain::Wait, [..0, _]) => return Err(Fault::ValueRange),
+            Effect::Plain(Plain::Wait, [ms, _]) if *ms < 0 => return Err(Fault::ValueRange),
             Effect::MoveAxe { to, .. } if to.value == lang::effect::Dist::Um(999_000) => {
                 return Err(Fault::SoftLimit);
             }

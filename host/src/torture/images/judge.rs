@@ -99,7 +99,7 @@ fn pass(vm: &mut Vm<'_, '_>, image: &Image<'_>, rng: &mut Rng) -> Result<bool, S
             let shape = image.code.get(vm.state.pc).and_then(|code| isa::shape(*code));
             shape.ok_or("an effect without a shape")?;
             match effect {
-                Effect::Plain(Plain::Wait, [..0, _]) => vm.fault(Fault::ValueRange).err(),
+                Effect::Plain(Plain::Wait, [ms, _]) if ms < 0 => vm.fault(Fault::ValueRange).err(),
                 Effect::Probe { .. } if rng.below(4) == 0 => {
                     vm.fault_between(Fault::SoftLimit).err()
                 }
