@@ -1,8 +1,8 @@
 ' A round-cornered pocket, 40 x 25 mm with corners of 8 mm, cleared from the middle outward in
-' three layers of 1 mm. The tighter the corner, the slower it is taken.
+' three layers of 1 mm. The tighter the corner, the slower it is taken. The arcs are written in numbers, so
+' that chips that draw none run them as short lines.
 CONST LAYERS = 3
-CONST RINGS = 3
-DIM layer, ring, inset AS LENGTH, r AS LENGTH
+DIM layer
 
 Home
 M3 S12000
@@ -12,23 +12,45 @@ SetPos Y, 0mm
 G0 X8 Y6 Z-10
 FOR layer = 1 TO LAYERS
   G1 Z[-10mm - layer * 1mm] F240
-  FOR ring = RINGS - 1 TO 0 STEP -1
-    inset = ring * 3mm
-    r = 8mm - inset
-    outline
-  NEXT
+  inner
+  middle
+  outer
 NEXT
 G0 Z0
 M5
 
-SUB outline
-  G1 X8 Y[inset] F2400
+SUB inner                        ' corners of 2 mm
+  G1 X8 Y6 F2400
   G1 X32
-  G3 X[40mm - inset] Y8 J[r]
+  G3 X34 Y8 J2
   G1 Y17
-  G3 X32 Y[25mm - inset] I[-r]
+  G3 X32 Y19 I-2
   G1 X8
-  G3 X[inset] Y17 J[-r]
+  G3 X6 Y17 J-2
   G1 Y8
-  G3 X8 Y[inset] I[r]
+  G3 X8 Y6 I2
+END SUB
+
+SUB middle                       ' corners of 5 mm
+  G1 X8 Y3
+  G1 X32
+  G3 X37 Y8 J5
+  G1 Y17
+  G3 X32 Y22 I-5
+  G1 X8
+  G3 X3 Y17 J-5
+  G1 Y8
+  G3 X8 Y3 I5
+END SUB
+
+SUB outer                        ' corners of 8 mm
+  G1 X8 Y0
+  G1 X32
+  G3 X40 Y8 J8
+  G1 Y17
+  G3 X32 Y25 I-8
+  G1 X8
+  G3 X0 Y17 J-8
+  G1 Y8
+  G3 X8 Y0 I8
 END SUB

@@ -376,12 +376,19 @@ fn link_and_motion_hold_with_a_clock_3_percent_off() {
     }
 }
 
+/// Starts in trace mode; where the program waits before its first effect it is let go.
+fn start_traced(board: &mut Board) {
+    write(board, wire::TRACE_MODE, 1);
+    write(board, wire::RUN_CONTROL, Control::Start as u16);
+    read(board, wire::TRACE_ODD);
+    board.run_us(2_200);
+}
+
 /// A traced run whose host has gone, an event untold.
 fn abandoned(build: &Build) -> Board {
     let script = "KEEP n\nn = n + 1\nSetOut 2, ON\nSetOut 3, ON\nWait 99s\n";
     let mut board = on(build, &Config::default(), &profile("mill", ""), script);
-    write(&mut board, wire::TRACE_MODE, 1);
-    write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
+    start_traced(&mut board);
     assert_eq!(board.plant().outputs(), 0b10, "{}: the first event fills the slot", build.name);
     board
 }
@@ -398,8 +405,7 @@ fn the_emergency_stop_switches_outputs_whatever_waits() {
     for build in &BUILDS {
         let script = "KEEP n\nn = n + 1\nSetOut 2, ON\nWait 99s\n";
         let mut board = on(build, &Config::default(), &profile("mill", text), script);
-        write(&mut board, wire::TRACE_MODE, 1);
-        write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
+        start_traced(&mut board);
         assert_eq!(board.plant().outputs(), 0b10, "{}", build.name);
         board.plant_mut().set_input(6, true);
         // The chain is read once in a millisecond.

@@ -2,6 +2,7 @@
 //! virtual board or a real one.
 
 mod board;
+mod breaks;
 mod eval;
 mod launch;
 mod names;
@@ -55,7 +56,10 @@ pub fn serve(from: impl BufRead + Send + 'static, to: impl Write, setup: Setup) 
             Heard::Editor(request) if !session.serve(&request)? => return Ok(()),
             Heard::Editor(_) => {}
             Heard::Run(report) => session.report(report)?,
-            Heard::Gone => return Ok(()),
+            Heard::Gone => {
+                session.close();
+                return Ok(());
+            }
         }
     }
     Ok(())

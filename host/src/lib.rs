@@ -7,6 +7,7 @@
 pub mod bench;
 #[cfg(feature = "desktop")]
 pub mod board;
+pub mod chords;
 #[cfg(feature = "desktop")]
 pub mod client;
 #[cfg(feature = "desktop")]

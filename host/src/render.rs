@@ -19,6 +19,8 @@ pub enum Severity {
     Error,
     /// It can run.
     Warning,
+    /// It runs, and this is worth knowing.
+    Note,
 }
 
 impl Severity {
@@ -26,6 +28,7 @@ impl Severity {
         match self {
             Severity::Error => "error",
             Severity::Warning => "warning",
+            Severity::Note => "note",
         }
     }
 }
@@ -109,6 +112,13 @@ impl Note {
         self
     }
 
+    /// The same as a remark.
+    #[must_use]
+    pub fn note(mut self) -> Note {
+        self.severity = Severity::Note;
+        self
+    }
+
     /// The same with a remedy.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Note {
@@ -189,6 +199,7 @@ fn drawn(note: &Note, source: &Source, colours: bool) -> String {
     let (kind, color) = match note.severity {
         Severity::Error => (ReportKind::Error, Color::Red),
         Severity::Warning => (ReportKind::Warning, Color::Yellow),
+        Severity::Note => (ReportKind::Advice, Color::Blue),
     };
     let file = source.name();
     let span = range(&note.span);

@@ -12,8 +12,10 @@ use lang::hir::{Limits, Program, Storage, Var};
 use lang::image::{Image, crc_in};
 use lang::part::{F5529, PARTS, Part};
 use lang::profile::Profile;
+use lang::record::feature;
 use serde_json::{Value, json};
 
+use crate::chords;
 use crate::plot::{Curve, Plot, Style};
 use crate::sim::trace::{Event, What};
 use crate::sim::world::World;
@@ -92,18 +94,21 @@ impl Loaded {
         Some(Quantity { label, limits })
     }
 
-    /// Whether an operator may give a cell a value.
+    /// Whether a cell may be given a value: by an `operator` none but those that the script gives
+    /// him, by others any; in the range that the script says.
     ///
     /// # Errors
-    /// The cell is no quantity of the operator's, or the value out of its range; in words.
-    pub fn may_set(&self, cell: u16, value: i32) -> Result<(), String> {
+    /// It may not; in words.
+    pub fn may_set(&self, cell: u16, value: i32, operator: bool) -> Result<(), String> {
         let here = |place: &&lang::back::VarPlace| {
             (place.cell..place.cell + place.len.max(1)).contains(&u32::from(cell))
         };
         let var = self.compiled.vars.iter().find(here).map(|place| self.program.var(place.var));
         let quantity = var.and_then(|var| self.quantity(var));
-        let Quantity { label, limits } =
-            quantity.ok_or("this variable is not one that an operator sets")?;
+        let Some(Quantity { label, limits }) = quantity else {
+            let other = "this variable is not one that an operator sets";
+            return if operator { Err(other.to_owned()) } else { Ok(()) };
+        };
         if (limits.least..=limits.greatest).contains(&value) {
             return Ok(());
         }
@@ -116,6 +121,22 @@ impl Loaded {
         let line = rest.lines().next()?;
         let (_, remark) = line.split_once('\'')?;
         Some(remark.trim().to_owned()).filter(|remark| !remark.is_empty())
+    }
+
+    /// The same for firmware with these [`feature`] bits: arcs that it lacks are chords. Where one cannot
+    /// become chords all stays as it is, and the firmware lacks arcs.
+    #[must_use]
+    pub fn for_features(self, features: u16) -> Loaded {
+        let wants =
+            Image::new(&self.compiled.image).map_or(0, |image| image.header.features.into());
+        if wants & !features & feature::ARC == 0 {
+            return self;
+        }
+        let Ok((program, _)) = chords::drawn(&self.program) else { return self };
+        match lang::back::compile(&program) {
+            Ok(compiled) => Loaded { crc: crc_in(&compiled.image), program, compiled, ..self },
+            Err(_) => self,
+        }
     }
 
     /// Whether the program runs on a part, and if not, what that lacks.
@@ -254,8 +275,9 @@ fn path(number: u64, curves: &[Curve]) -> Vec<u8> {
     bytes
 }
 
-/// Axes of a machine with their travel, as pages show them.
-pub fn machine(profile: &Profile) -> Value {
+/// Axes of a machine with their travel, its inputs and outputs, as pages show them: with the names
+/// that a program gives them.
+pub fn machine(profile: &Profile, program: Option<&Program>) -> Value {
     let axes = profile.axes().map(|(axis, own)| {
         let mm = f64::from(own.scale.um) / f64::from(own.scale.steps) / 1000.0;
         json!({
@@ -270,6 +292,7 @@ pub fn machine(profile: &Profile) -> Value {
     });
     let axes: Vec<Value> = axes.collect();
     let named = |n: i32, inputs: bool| -> (Option<String>, Option<String>) {
+        let name = program.and_then(|program| program.port_name(!inputs, n)).map(str::to_owned);
         if inputs {
             let own = profile.inputs.iter().find(|input| input.n == n);
             let reference = Axis::ALL
@@ -278,11 +301,11 @@ pub fn machine(profile: &Profile) -> Value {
                 .map(|axis| format!("reference {}", axis.letter()));
             let probe = (profile.probe_input() == n).then(|| "probe".to_owned());
             let given = own.and_then(|own| own.role.as_ref()).map(role_words);
-            (own.and_then(|own| own.name.clone()), given.or(reference).or(probe))
+            (name.or_else(|| own?.name.clone()), given.or(reference).or(probe))
         } else {
             let own = profile.outputs.iter().find(|output| output.n == n);
             let given = own.and_then(|own| own.role.as_ref()).map(role_words);
-            (own.and_then(|own| own.name.clone()), given)
+            (name.or_else(|| own?.name.clone()), given)
         }
     };
     let list = |count: i32, inputs: bool| -> Vec<Value> {
@@ -320,7 +343,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
     let room = part.room_for(loaded.compiled.keeps > 0);
     json!({
         "number": number,
-        "machine": machine(&loaded.program.profile),
+        "machine": machine(&loaded.program.profile, Some(&loaded.program)),
         "end": {
             "status": end.status,
             "line": end.line,
@@ -367,6 +390,7 @@ pub fn words() -> Value {
 #[cfg(test)]
 mod tests {
     use lang::front::ProfileChoice;
+    use lang::part::{F5529, G2553};
 
     use super::load;
 
@@ -391,8 +415,22 @@ mod tests {
         assert_eq!(shown("way"), (Some("Way of 3..1".to_owned()), all.0, all.1));
         assert_eq!(shown("own"), (None, None, None));
         let cell = |name: &str| of(name)["cell"].as_u64().expect("a cell") as u16;
-        assert_eq!(loaded.may_set(cell("qty"), 500), Ok(()));
-        assert_eq!(loaded.may_set(cell("qty"), 501), Err("Pieces: 1 to 500".to_owned()));
-        assert!(loaded.may_set(cell("own"), 1).is_err() && loaded.may_set(4000, 1).is_err());
+        for operator in [true, false] {
+            let may_set = |cell, value| loaded.may_set(cell, value, operator);
+            assert_eq!(may_set(cell("qty"), 500), Ok(()));
+            assert_eq!(may_set(cell("qty"), 501), Err("Pieces: 1 to 500".to_owned()));
+            assert_eq!(may_set(cell("own"), 1).is_err(), operator);
+        }
+        assert!(loaded.may_set(4000, 1, true).is_err());
+    }
+
+    #[test]
+    fn arcs_are_drawn_for_firmware_that_has_none() {
+        let of = |text: &str| load(text, ProfileChoice::built_in()).expect("it compiles");
+        let arc = "G91 G2 X2 I1 F600\n";
+        assert_eq!(of(arc).for_features(G2553.features).lack(&G2553), None);
+        assert_eq!(of(arc).for_features(F5529.features).crc, of(arc).crc);
+        let open = "G2 X2 I1 F600\n";
+        assert!(of(open).for_features(G2553.features).lack(&G2553).is_some());
     }
 }

@@ -126,6 +126,23 @@ fn p_pauses_r_goes_on_and_q_stops() {
     assert!(status.contains(r#""last_end":"stopped""#) && status.contains(r#""outputs":[]"#));
 }
 
+/// Where no terminal turns Ctrl-C into a key it is a signal: that stops the job on a ramp, too.
+#[test]
+fn ctrl_c_from_outside_stops_the_job() {
+    for more in [&["--any-profile"][..], &["--any-profile", "--stored"]] {
+        let board = Board::start();
+        let mut stream = board.stream(LONG, more);
+        std::thread::sleep(Duration::from_millis(900));
+        common::signal(&stream.child, rustix::process::Signal::INT);
+        stream.hears("stopping");
+        stream.hears("stopped here");
+        assert_eq!(stream.end().0, 3);
+        let status = board.status();
+        assert!(status.contains(r#""last_end":"stopped""#), "{status}");
+        assert!(status.contains(r#""outputs":[]"#), "{status}");
+    }
+}
+
 #[test]
 fn a_killed_host_leaves_a_board_that_halts_with_its_outputs_off() {
     let board = Board::start();

@@ -116,15 +116,38 @@ fn another_program_is_named() {
 #[test]
 fn what_the_board_lacks_is_named_with_the_remedy_and_its_program_stays() {
     let board = board("g2553");
-    fs::write(board.folder.path().join("arc.bas"), "G1 X2 F600\nG2 X4 I1 J0\n").expect("a file");
-    let (code, _, err) = pasapas(&board, &["upload", "arc.bas"], "");
+    let file = |name: &str, text: &str| {
+        fs::write(board.folder.path().join(name), text).expect("a file");
+    };
+    file("start.bas", "START MoveAxe X, 2mm\nWaitMove\n");
+    let (code, _, err) = pasapas(&board, &["upload", "start.bas"], "");
     assert_eq!(code, 4, "{err}");
     assert!(
-        err.contains("arcs (G2, G3)") && err.contains("another chip, the MSP430F5529"),
+        err.contains("axes on their own") && err.contains("another chip, the MSP430F5529"),
         "{err}"
     );
+    file("arc.bas", "DIM i\nG1 X2 F600\nG2 X4 I[i + 1] J0\n");
+    let (code, _, err) = pasapas(&board, &["upload", "arc.bas"], "");
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("arc.bas:3:1: error[B008]") && err.contains("I is only known"), "{err}");
     let (code, out, err) = pasapas(&board, &["trace", "a.bas"], "");
     assert!(code == 0 && out.contains("at 4"), "{out} {err}");
+}
+
+#[test]
+fn a_board_without_arcs_runs_their_chords() {
+    let board = board("g2553");
+    fs::write(board.folder.path().join("arc.bas"), "G1 X2 F600\nG2 X4 I1 J0\n").expect("a file");
+    let (code, _, err) = pasapas(&board, &["upload", "arc.bas"], "");
+    assert!(
+        code == 0 && err.contains("arc.bas:2:1: note[B011]: this board draws no arcs"),
+        "{err}"
+    );
+    let (code, out, err) = pasapas(&board, &["trace", "arc.bas"], "");
+    assert_eq!(code, 0, "{err}");
+    let lines: Vec<&str> = out.lines().filter(|line| line.contains("\"line\":2,")).collect();
+    let last = lines.iter().rfind(|line| line.contains("\"ev\":\"move\"")).expect("chords");
+    assert!(lines.len() > 4 && last.contains("{\"X\":400,\"Y\":0,"), "{out}");
 }
 
 #[test]

@@ -7,6 +7,7 @@
 //! difference between engines is a difference between two lists of effects.
 
 use crate::axis::Axis;
+use crate::plain::{self, Plain};
 
 /// A length in um or a count of motor steps, as the script wrote it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +62,17 @@ pub enum Plane {
     Yz = 2,
 }
 
+impl Plane {
+    /// First and second axis: a counter-clockwise arc turns from the one to the other.
+    pub const fn axes(self) -> [Axis; 2] {
+        match self {
+            Plane::Xy => [Axis::X, Axis::Y],
+            Plane::Zx => [Axis::Z, Axis::X],
+            Plane::Yz => [Axis::Y, Axis::Z],
+        }
+    }
+}
+
 /// How an arc's centre is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Center {
@@ -111,6 +123,9 @@ pub enum Sensor {
 /// a [`Fault`](crate::fault::Fault).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
+    /// Arguments, then an opcode, with the values of its arguments and zeros behind them: numbers of outputs
+    /// from 1, states with 0 for off, milliseconds, characters.
+    Plain(Plain, [i32; plain::MOST]),
     /// `MoveAxe`, `MoveRel`, with `START` when `wait` is false. `None` is the profile's value.
     MoveAxe {
         /// The axis.
@@ -135,8 +150,6 @@ pub enum Effect {
     },
     /// `StopAxe`: ramped stop, returns at rest.
     StopAxe(Axis),
-    /// `StopAll`.
-    StopAll,
     /// `WaitMove`; `None` is all axes.
     WaitMove(Option<Axis>),
     /// G0 and G1 and the moves of canned cycles. Words that are absent keep the commanded place.
@@ -192,22 +205,6 @@ pub enum Effect {
         /// um.
         value: i32,
     },
-    /// `SetOut`.
-    SetOut {
-        /// Output number, from 1.
-        n: i32,
-        /// New state.
-        on: bool,
-    },
-    /// `Pulse`: on, `ms` later off; returns when over.
-    Pulse {
-        /// Output number, from 1.
-        n: i32,
-        /// Milliseconds.
-        ms: i32,
-    },
-    /// `SetPort`: outputs 1..8 from bits 0..7.
-    SetPort(i32),
     /// `Motors`; `None` is all axes.
     Motors {
         /// Drivers on or off.
@@ -215,8 +212,6 @@ pub enum Effect {
         /// One axis or all.
         axis: Option<Axis>,
     },
-    /// `Wait`, `G4`: milliseconds.
-    Wait(i32),
     /// `WaitIn`; `query` is `WaitIn?`.
     WaitIn {
         /// Input number, from 1.
@@ -228,10 +223,6 @@ pub enum Effect {
         /// Return plainly and set TIMEDOUT.
         query: bool,
     },
-    /// `WaitStart`, M0, M6.
-    WaitStart,
-    /// `Send`.
-    Send(i32),
     /// `WaitChar`.
     WaitChar {
         /// Character, 33..=125.
@@ -291,12 +282,10 @@ impl Effect {
     pub const fn waits(&self) -> bool {
         matches!(
             self,
-            Effect::Wait(_)
+            Effect::Plain(Plain::Wait | Plain::WaitStart | Plain::Pulse, _)
                 | Effect::WaitIn { .. }
-                | Effect::WaitStart
                 | Effect::WaitChar { .. }
                 | Effect::WaitMove(_)
-                | Effect::Pulse { .. }
         )
     }
 }

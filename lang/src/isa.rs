@@ -173,6 +173,22 @@ pub struct Row {
     pub doc: &'static str,
 }
 
+/// Rows by their codes.
+const fn sorted<const N: usize>(mut rows: [Row; N]) -> [Row; N] {
+    let mut end = 1;
+    while end < N {
+        let mut at = end;
+        while at > 0 && rows[at].code < rows[at - 1].code {
+            let row = rows[at];
+            rows[at] = rows[at - 1];
+            rows[at - 1] = row;
+            at -= 1;
+        }
+        end += 1;
+    }
+    rows
+}
+
 macro_rules! opcodes {
     ($($code:literal x $count:literal $name:ident $text:literal
        $operands:ident $pops:literal $pushes:literal $class:ident $doc:literal;)*) => {
@@ -182,7 +198,7 @@ macro_rules! opcodes {
         pub enum Op { $(#[doc = $doc] $name = $code,)* }
 
         /// The opcode table in ascending order of codes.
-        pub const ROWS: &[Row] = &[$(Row {
+        pub const ROWS: &[Row] = &sorted([$(Row {
             op: Op::$name,
             code: $code,
             count: $count,
@@ -192,7 +208,7 @@ macro_rules! opcodes {
             pushes: $pushes,
             class: Class::$class,
             doc: $doc,
-        },)*];
+        },)*]);
 
         impl Op {
             /// The instruction of a code and the small operand that the code carries.

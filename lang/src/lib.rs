@@ -22,6 +22,7 @@ pub mod isa;
 pub mod kind;
 pub mod part;
 pub mod place;
+pub mod plain;
 #[cfg(feature = "compiler")]
 pub mod profile;
 pub mod record;

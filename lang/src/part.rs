@@ -15,9 +15,6 @@ pub struct Part {
     pub chip: &'static str,
     /// Rate of its processor and of the step timer, Hz.
     pub clock: u32,
-    /// Cycles between two step events that leave its processor enough for everything else, with pulses of 2 us
-    /// and of 3 us (`pasapas bench motion`).
-    pub event_cycles: [u32; 2],
     /// Start and length of its RAM, start of its flash.
     pub memory: [u16; 3],
     /// Features ([`crate::record::feature`]) that it has.
@@ -38,6 +35,9 @@ pub struct Part {
     /// Bytes of the call stack and of AT variables behind it that may live between runs
     /// ([`Part::keeps_at`]), 0 for none.
     pub at_room: u16,
+    /// A host in trace mode halts the program before any effect, and sees which one it is and who called
+    /// for it ([`crate::wire::WAITS`]).
+    pub halts: bool,
 }
 
 /// 16 KB of flash, 512 bytes of RAM.
@@ -45,7 +45,6 @@ pub const G2553: Part = Part {
     name: "g2553",
     chip: "MSP430G2553",
     clock: 16_000_000,
-    event_cycles: [266, 266],
     // SLAS735 and SLAS800, memory organization.
     memory: [0x0200, 0x0200, 0xC000],
     features: feature::INTERPOLATE | feature::KEEP,
@@ -56,6 +55,7 @@ pub const G2553: Part = Part {
     profiles: [0x1080, 0x1040],
     look_ahead: false,
     at_room: 18,
+    halts: true,
 };
 
 /// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
@@ -64,6 +64,7 @@ pub const G2553_HANDLERS: Part = Part {
     features: G2553.features | feature::LINES | feature::EVENTS,
     segments: 3,
     at_room: 0,
+    halts: false,
     ..G2553
 };
 
@@ -73,7 +74,6 @@ pub const F5529: Part = Part {
     name: "f5529",
     chip: "MSP430F5529",
     clock: 25_000_000,
-    event_cycles: [250, 266],
     // SLAS590, memory organization: 2 KB of USB RAM, which is plain RAM while that module is off, in front of the 8 KB.
     memory: [0x1C00, 0x2800, 0x4400],
     features: feature::INTERPOLATE
@@ -91,6 +91,7 @@ pub const F5529: Part = Part {
     profiles: [0x1880, 0x1900],
     look_ahead: true,
     at_room: u16::MAX,
+    halts: true,
 };
 
 /// Bytes of a flash segment (SLAU144, 7.2).
@@ -104,6 +105,8 @@ pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, F5529];
 /// The longest STEP pulse that one interrupt makes, us.
 pub const SHORT_PULSE_US: u8 = 3;
 
+/// Cycles between two step events that leave the processor enough for everything else (`pasapas bench motion`).
+const EVENT_CYCLES: u32 = 266;
 /// A longer pulse takes a second interrupt: beside its width both interrupts and what else may come between
 /// must pass before the next event, cycles.
 const LONG_EVENT_CYCLES: u32 = 360;
@@ -113,8 +116,7 @@ impl Part {
     /// busy: those of a path or a single axis, or of each axis where they move on their own (START).
     pub const fn top_rate(&self, pulse_us: u8, on_their_own: bool) -> u32 {
         let cycles = match pulse_us {
-            0..SHORT_PULSE_US => self.event_cycles[0],
-            SHORT_PULSE_US => self.event_cycles[1],
+            0..=SHORT_PULSE_US => EVENT_CYCLES,
             _ => self.clock / 1_000_000 * pulse_us as u32 + LONG_EVENT_CYCLES,
         };
         // Whole thousands where it is for the reader.
@@ -293,8 +295,8 @@ mod tests {
             assert!(rates.is_sorted_by(|a, b| a >= b), "{}: {rates:?}", part.name);
         }
         assert_eq!([2, 30].map(|pulse| G2553.top_rate(pulse, false)), [60_000, 19_047]);
-        assert_eq!([2, 30].map(|pulse| F5529.top_rate(pulse, false)), [100_000, 22_522]);
-        assert_eq!([2, 30].map(top_rate), [100_000, 22_522]);
+        assert_eq!([2, 30].map(|pulse| F5529.top_rate(pulse, false)), [93_000, 22_522]);
+        assert_eq!([2, 30].map(top_rate), [93_000, 22_522]);
     }
 
     #[test]

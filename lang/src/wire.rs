@@ -41,9 +41,13 @@
 //! its number is 2, and so on. One request for each event, and a lost reply harms nothing.
 //! `pc` is the offset of the statement's effect in the image's code. Move events carry no targets:
 //! read [`COMMANDED`] in the same poll; it does not change before the next slot is free.
-//! A host that takes no event halts the program before its next effect: steps and breakpoints. It
-//! reads the slot of the last one again meanwhile, as trace mode ends 2 s after its reader: when no
-//! slot has been read for that long. Stop and an emergency stop wait for nobody.
+//! A host that takes no event halts the program before its next effect: steps and breakpoints. The
+//! one under way goes on to its end; where it tells more than one event it halts between them. When
+//! [`WAITS`] is 1, [`EFFECT_PLACE`] says which effect comes next, and [`OPEN_CALLS`] who called for it
+//! ([`entry`](crate::vm::entry)). A run that begins in trace mode waits before its first effect, as if
+//! an event 0 stood in the even slot. The host reads the slot of the last event again meanwhile, as trace
+//! mode ends 2 s after its reader: when no slot has been read for that long. Stop and an emergency
+//! stop wait for nobody.
 //!
 //! # Print
 //! [`PRINT_COUNT`] bytes wait, the first is number [`PRINT_TAIL`] modulo 65536, up to 32 of them

@@ -6,7 +6,9 @@ use lang::axis::Axis;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
-use pasapas::board::{DEFAULT, engine};
+use lang::image::Image;
+use lang::record::feature;
+use pasapas::board::{Build, DEFAULT, engine};
 use pasapas::sim::trace::to_text;
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, run_traced};
@@ -56,6 +58,55 @@ fn examples_run_as_their_traces_say() {
 /// Longest example that the emulated board runs here, us: each simulated second takes a tenth of
 /// a second and more.
 const LONGEST_US: u64 = 16_000_000;
+
+/// All but the laser's run on the LaunchPad with the small chip: those with handlers with the image that
+/// has them, those with arcs as chords.
+#[test]
+fn examples_run_on_the_small_chip() {
+    let examples = examples();
+    let mut drawn = Vec::new();
+    for Example { name, program, world, trace } in &examples {
+        let compile = |program: &Program| lang::back::compile(program).unwrap();
+        let compiled = compile(program);
+        let wants = u16::from(Image::new(&compiled.image).unwrap().header.features);
+        if wants & feature::POWER != 0 {
+            assert_eq!(name, "laser");
+            continue;
+        }
+        let (program, compiled) = match wants & feature::ARC {
+            0 => (program.clone(), compiled),
+            _ => {
+                let (program, _) = pasapas::chords::drawn(program).unwrap();
+                let compiled = compile(&program);
+                drawn.push(name.as_str());
+                (program, compiled)
+            }
+        };
+        let image = Image::new(&compiled.image).unwrap();
+        let runs = |part: &&Build| part.part.lacks(&image, 3).is_none();
+        let builds = ["g2553", "g2553-handlers"].map(|name| Build::named(name).unwrap());
+        let build = builds.into_iter().find(runs);
+        let build = build.unwrap_or_else(|| panic!("{name} runs on neither of the two"));
+        let options = Options { part: build.part, ..Options::default() };
+        let (outcome, events) = run_traced(&program, Engine::Rhai, world, &options).unwrap();
+        assert_eq!(outcome.failures, Vec::<String>::new(), "{name}");
+        let (_, on_vm) = run_traced(&program, Engine::Vm, world, &options).unwrap();
+        let own = to_text(&events);
+        assert_eq!(own, to_text(&on_vm), "{name}");
+        assert_eq!(own.lines().last(), trace.lines().last(), "{name}");
+        let has_arcs = drawn.last() == Some(&name.as_str());
+        assert!(has_arcs || own == *trace, "{name}");
+        // Emulated time is dear: of the others the large part runs the short ones below.
+        if has_arcs {
+            let (image, sidecar) = (&compiled.image, &compiled.sidecar);
+            let run = engine::run_traced(build, &program, image, sidecar, world, &options);
+            let (run, events) = run.unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!(run.outcome.failures, Vec::<String>::new(), "{name}");
+            assert_eq!(to_text(&events), own, "{name} on the board");
+        }
+    }
+    assert_eq!(drawn, ["drawing", "pocket", "thesis"]);
+}
 
 #[test]
 fn short_examples_run_on_the_board() {

@@ -139,10 +139,10 @@ const ONCE_DIFFERENT: [(&str, &str, &str); 13] = [
 fn the_board_does_as_the_other_engines_where_it_once_did_not() {
     for (what, script, world) in ONCE_DIFFERENT {
         let script = script.replace("LONG", &"long ".repeat(50));
-        let made = make(Case { script, world: world.to_owned(), independent: false });
-        let made = made.unwrap_or_else(|| panic!("{what}: it does not compile"));
-        let builds = BUILDS.iter().filter(|build| make_for(build, made.case.clone()).is_some());
-        for build in builds {
+        let case = Case { script, world: world.to_owned(), independent: false };
+        assert!(make(case.clone()).is_some(), "{what}: it does not compile");
+        for build in BUILDS {
+            let Some(made) = make_for(build, case.clone()) else { continue };
             let wanted = reference(build.part, &made);
             let wanted = wanted.unwrap_or_else(|| panic!("{what}: hangs on an instant"));
             let (verdict, _) = against_the_board(build, &made, &made.compiled.image, &wanted);

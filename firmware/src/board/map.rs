@@ -106,6 +106,9 @@ impl Core {
             }
             CHAR_OUT => self.char_out,
             CHAR_IN => u16::from(self.char_in),
+            WAITS => u16::from(self.waits()),
+            EFFECT_PLACE => self.pc_of_effect(),
+            OPEN_CALLS.. => vm().open_call(address - OPEN_CALLS),
             _ => 0,
         }
     }

@@ -371,6 +371,16 @@ impl State {
         Ok(false)
     }
 
+    /// Entry `n` of the call stack, the outermost first; 0 behind the newest.
+    pub fn open_call(&self, n: u16) -> u16 {
+        let address = pool() + 2 * n;
+        if address >= self.calls {
+            return 0;
+        }
+        // SAFETY: an entry of the call stack in the pool.
+        unsafe { (address as *const u16).read() }
+    }
+
     fn newest(&self) -> u16 {
         if self.calls == pool() {
             return 0;

@@ -159,6 +159,7 @@ constants! {
     // What the build leaves out costs no byte: `.if HAS_...`, `.if AT_ROOM` in the sources.
     HAS_EVENTS = (vm::PART.features & lang::record::feature::EVENTS != 0);
     AT_ROOM = vm::PART.at_room;
+    HAS_HALTS = vm::PART.halts;
     HAS_LINES = (vm::PART.features & lang::record::feature::LINES != 0);
 }
 

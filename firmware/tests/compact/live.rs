@@ -103,8 +103,11 @@ impl Live {
         let kind = self.byte("TRACE_KIND");
         let argument = self.byte("TRACE_ARGUMENT");
         let value = self.longs("TRACE_VALUE")[0];
-        self.events.push(Event { kind, argument, value });
-        self.targets.push(self.longs("STEPS"));
+        // A run begins as if there had been an event 0.
+        if self.board.peek16(self.at("TRACE_NUMBER")) != 0 {
+            self.events.push(Event { kind, argument, value });
+            self.targets.push(self.longs("STEPS"));
+        }
         self.board.poke8(at, flags & !*T_FULL);
     }
 

@@ -147,7 +147,10 @@ impl Rig {
             let kind = self.chip.byte("TRACE_KIND");
             let argument = self.chip.byte("TRACE_ARGUMENT");
             let value = self.chip.long("TRACE_VALUE", 0).cast_signed();
-            self.events.push(Event { kind, argument, value });
+            // A run begins as if there had been an event 0.
+            if self.chip.word("TRACE_NUMBER") != 0 {
+                self.events.push(Event { kind, argument, value });
+            }
             self.chip.set_byte("TRACING", flags & !*T_FULL);
         }
         if self.takes {

@@ -121,13 +121,13 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         Format::Laser | Format::Gcode => gcode::expanded(&lines, &mut diags),
         _ => None,
     };
-    let lines = made.unwrap_or(lines);
+    let (lines, params) = made.unwrap_or((lines, Vec::new()));
     let job = Job { name, lines: &lines, profile: &profile, options };
     let mut made = match format {
         Format::Isel => isel::import(&job, &mut diags),
         Format::Charlysoft => charlysoft::import(&job, &mut diags),
         Format::Cde => cde::import(&job, &mut diags),
-        Format::Laser | Format::Gcode => gcode::import(&job, format, &mut diags),
+        Format::Laser | Format::Gcode => gcode::import(&job, format, &params, &mut diags),
         Format::Excellon => excellon::import(&job, &mut diags),
     };
     if made.text.len() > lang::front::source::MAX_SOURCE_BYTES {

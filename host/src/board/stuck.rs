@@ -1,6 +1,7 @@
 //! Whether a run on the board can still go on by itself.
 
 use lang::hir::{Block, Program, Stmt, StmtKind};
+use lang::plain::Plain;
 
 /// A board is asked what it waits for only after this long without a sign of life, us.
 const QUIET_US: u64 = 500_000;
@@ -53,7 +54,7 @@ pub fn waits_for_ever(program: &Program, line: u32) -> bool {
                 stmt.kind,
                 StmtKind::WaitIn { timeout: None, .. }
                     | StmtKind::WaitChar { timeout: None, .. }
-                    | StmtKind::WaitStart
+                    | StmtKind::Plain(Plain::WaitStart, _)
             )
     };
     any(program, &waits) && !has_ticks(program)

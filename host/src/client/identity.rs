@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use lang::isa::FINGERPRINT;
+use lang::part::{G2553, PARTS, Part};
 use lang::profile::Profile;
 use lang::record::{BoardRecord, RECORD_VERSION};
 use lang::wire;
@@ -118,6 +119,12 @@ impl<L: Link> Client<L> {
 }
 
 impl Identity {
+    /// The part whose firmware has these features; of several the last one, which is sold.
+    pub fn part(&self) -> &'static Part {
+        let alike = |part: &&Part| part.features == self.features;
+        PARTS.iter().rev().find(alike).unwrap_or(&G2553)
+    }
+
     /// Whether this tool can talk to the board; otherwise what differs and what to do.
     ///
     /// # Errors

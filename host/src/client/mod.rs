@@ -10,6 +10,7 @@ pub mod identity;
 pub mod lock;
 pub mod orders;
 pub mod print;
+pub mod standing;
 pub mod status;
 pub mod stream;
 pub mod trace;

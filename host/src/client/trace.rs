@@ -37,6 +37,11 @@ impl<'a> Tracer<'a> {
         Tracer { next: 1, profile, line_of, line: Vec::new(), idle: 0 }
     }
 
+    /// A reader for a run that goes on already, whose newest event has number `last`.
+    pub fn behind(profile: Profile, line_of: LineOf<'a>, last: u16) -> Tracer<'a> {
+        Tracer { next: last.wrapping_add(1), ..Tracer::new(profile, line_of) }
+    }
+
     /// Tells the board that its reader is still there, without taking another event: for a host that
     /// halts the program.
     ///

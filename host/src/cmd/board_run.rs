@@ -20,7 +20,7 @@ use crate::sim::{self, Options, Outcome, Sink};
 /// # Errors
 /// The script does not fit, the world is wrong, the board fails, or the VCD cannot be written.
 pub fn run(
-    script: &Script,
+    script: &mut Script,
     part: Choice,
     world: &World,
     options: &Options,
@@ -29,7 +29,7 @@ pub fn run(
     console: &Console,
 ) -> Result<Outcome, Failure> {
     let compiled = script::compile_for_device(script, console)?;
-    let build = part.for_program(script, &compiled, console)?;
+    let (compiled, build) = part.fit(script, compiled, console)?;
     let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
     // The emulated machine has its switches from power-up on.
     let placed = if world.is_unattended() {

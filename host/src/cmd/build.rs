@@ -83,10 +83,10 @@ impl Build {
         }
         let mut all = Vec::new();
         let result = each(&self.files, |file| {
-            let script = script::load(file, options, console)?;
+            let mut script = script::load(file, options, console)?;
             script.keep_inputs(file, options, None, &[("-o", self.output.as_ref())])?;
             let compiled = script::compile_for_device(&script, console)?;
-            let build = self.part.for_program(&script, &compiled, console)?;
+            let (compiled, build) = self.part.fit(&mut script, compiled, console)?;
             if let Some(path) = &self.output {
                 output::write(path, &compiled.image)?;
             }

@@ -23,9 +23,9 @@ impl Check {
     /// A script has errors or cannot be read.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         each(&self.files, |file| {
-            let script = script::load(file, options, console)?;
+            let mut script = script::load(file, options, console)?;
             let compiled = script::compile_any(&script, console)?;
-            self.part.for_program(&script, &compiled, console).map(drop)
+            self.part.fit(&mut script, compiled, console).map(drop)
         })
     }
 }

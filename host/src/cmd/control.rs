@@ -1,7 +1,7 @@
 //! `pasapas start`, `stop`, `pause` and `resume`: run control of a board.
 
 use clap::Args;
-use lang::wire::{Control as Code, Exception, RunState};
+use lang::wire::{self, Control as Code, Exception, RunState, command};
 
 use super::port::{Board, Port};
 use super::{Console, Options};
@@ -21,7 +21,7 @@ pub struct Control {
 pub enum Action {
     /// Run the stored program, release WaitStart, or acknowledge a fault.
     Start,
-    /// End the run on a ramp.
+    /// End the run on a ramp, or what moves by hand.
     Stop,
     /// Ramp down and pause.
     Pause,
@@ -67,6 +67,10 @@ pub fn act(board: &mut Board, action: Action) -> Result<Done, Failure> {
         (Action::Resume, _) => (Code::Resume, &STARTED),
     };
     refuse_impossible(action, before)?;
+    if action == Action::Stop && is_idle(before) {
+        // No run, but a jog, homing or probing may be under way, of another process too.
+        board.write_all(wire::COMMAND, &[command::STOP_AXES, 0b111])?;
+    }
     send(board, code)?;
     let done = |state| Done { state, acknowledged: code == Code::Acknowledge };
     match board.wait_for(wanted)? {

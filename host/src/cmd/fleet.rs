@@ -266,6 +266,8 @@ impl Fleet {
         let members = which.all_of_them(console)?;
         one_by_one(&members, console, |member| {
             let name = &member.known.board;
+            // For boards that draw no arcs another one.
+            let mut own = None;
             let (mut board, told) = again_and_again(name, console, || {
                 let link = member
                     .link()
@@ -275,12 +277,20 @@ impl Fleet {
                 if *stop && !control::is_idle(board.run_state()?.0) {
                     control::act(&mut board, Action::Stop)?;
                 }
-                let told = bring(&mut board, &code, (*replace, *any_profile), console)?;
+                if own.is_none() {
+                    own = code.for_board(board.identity()?.features, console)?;
+                }
+                let code = own.as_ref().unwrap_or(&code);
+                let told = bring(&mut board, code, (*replace, *any_profile), console)?;
                 Ok((board, told))
             })?;
             if *start {
-                return run_for(&mut board, &code, Duration::from_secs(*watch))
-                    .map(|ran| format!("{told}, {ran}"));
+                return run_for(
+                    &mut board,
+                    own.as_ref().unwrap_or(&code),
+                    Duration::from_secs(*watch),
+                )
+                .map(|ran| format!("{told}, {ran}"));
             }
             Ok(told.to_owned())
         })

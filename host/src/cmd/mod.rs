@@ -2,6 +2,7 @@
 //!
 //! Names, exit codes and formats are a contract with other tools (see [`Failure`]).
 
+mod arcs;
 mod axes;
 mod bench;
 mod board;

@@ -9,8 +9,8 @@ use lang::image::Image;
 use lang::part::{Lack, PARTS, Part, SHORT_PULSE_US};
 use lang::record::feature;
 
-use super::Console;
 use super::script::Script;
+use super::{Console, arcs};
 use crate::board::{BUILDS, Build, DEFAULT, F5529};
 use crate::failure::Failure;
 use crate::render::Note;
@@ -43,48 +43,68 @@ impl Choice {
         self.part.unwrap_or(DEFAULT)
     }
 
-    /// The chip that would run the script: the part asked for, or the smallest one that runs it.
+    /// The chip that would run the script: the part asked for, or the smallest one that runs it. The script becomes what runs there, as in [`Choice::fit`].
     ///
     /// # Errors
     /// The part asked for lacks something that the program wants; that was written.
-    pub fn to_simulate(self, script: &Script, console: &Console) -> Result<Part, Failure> {
+    pub fn to_simulate(self, script: &mut Script, console: &Console) -> Result<Part, Failure> {
         if let Some(build) = self.part.filter(|build| build.part.look_ahead) {
             return Ok(build.part);
         }
         // What is too large for any board is simulated on the one that has all of the language.
         match lang::back::compile(&script.program) {
-            Ok(compiled) => Ok(self.for_program(script, &compiled, console)?.part),
+            Ok(compiled) => Ok(self.fit(script, compiled, console)?.1.part),
             Err(_) => Ok(self.or_default().part),
         }
     }
 
-    /// The part asked for, or the smallest one that runs the program.
+    /// The program as it runs on the part asked for, where arcs that this one lacks are chords; or
+    /// as it is, for the smallest part that runs it.
     ///
     /// # Errors
     /// The part asked for lacks something that the program wants; that was written.
-    pub fn for_program(
+    pub fn fit(
         self,
-        script: &Script,
-        compiled: &Compiled,
+        script: &mut Script,
+        mut compiled: Compiled,
         console: &Console,
-    ) -> Result<&'static Build, Failure> {
-        let Ok(image) = Image::new(&compiled.image) else { return Ok(self.or_default()) };
+    ) -> Result<(Compiled, &'static Build), Failure> {
         let pulse_us = script.program.profile.pulse_us;
-        let runs = |build: &&Build| build.part.lacks(&image, pulse_us).is_none();
-        let first = BUILDS.into_iter().find(runs);
-        let Some(build) = self.part else { return Ok(first.unwrap_or(DEFAULT)) };
-        let part = build.part;
-        let mut lacks = part.all_lacks(&image, pulse_us).peekable();
-        if lacks.peek().is_none() {
-            return Ok(build);
+        let Some(build) = self.part else {
+            let build = smallest(&compiled, pulse_us).unwrap_or(DEFAULT);
+            return Ok((compiled, build));
+        };
+        let part = &build.part;
+        let who = format!("`{}` for the {}", part.name, part.chip);
+        let with_arcs = arcs::are_missing(&compiled, part.features).then(|| compiled.clone());
+        let mut fits = true;
+        if let Some(with_arcs) = &with_arcs {
+            match arcs::without(script, with_arcs, &who, console) {
+                Ok(lines) => compiled = lines,
+                Err(Failure::Input) => fits = false,
+                Err(failure) => return Err(failure),
+            }
         }
-        for lack in lacks {
-            let text = format!(
-                "`{}` for the {} lacks what this program wants: {lack}",
-                part.name, part.chip
-            );
+        let Ok(image) = Image::new(&compiled.image) else { return Ok((compiled, build)) };
+        for lack in part.all_lacks(&image, pulse_us) {
+            fits = false;
+            if lack == Lack::Feature(feature::ARC) {
+                // Told with the reason.
+                continue;
+            }
+            let text = format!("{who} lacks what this program wants: {lack}");
             let (line, span) = first_place(&script.program, lack);
-            let note = Note::in_source(&script.source, span, "B008", text).hint(remedy(lack));
+            // Of a program that is too long with its chords other parts run the one with arcs.
+            let other = with_arcs.as_ref().and_then(|compiled| smallest(compiled, pulse_us));
+            let remedy = match (lack, other) {
+                (Lack::Flash { .. }, Some(other)) => format!(
+                    "`--part {}` draws arcs itself; a larger corner_um in the profile makes fewer lines \
+                     of them; or {IN_PIECES}",
+                    other.part.name
+                ),
+                _ => remedy(lack),
+            };
+            let note = Note::in_source(&script.source, span, "B008", text).hint(remedy);
             let note = match line {
                 Some(line) => note.at((script.line_of_file(line), 1)),
                 None => note.at((1, 1)),
@@ -94,9 +114,18 @@ impl Choice {
                 false => console.note_in(&note, &script.source)?,
             }
         }
-        Err(Failure::Input)
+        if fits { Ok((compiled, build)) } else { Err(Failure::Input) }
     }
 }
+
+/// The smallest part that runs a program as it is, with STEP pulses of this width.
+fn smallest(compiled: &Compiled, pulse_us: u8) -> Option<&'static Build> {
+    let image = Image::new(&compiled.image).ok()?;
+    BUILDS.into_iter().find(|build| build.part.lacks(&image, pulse_us).is_none())
+}
+
+/// What runs a program that no part's flash holds.
+const IN_PIECES: &str = "`pasapas stream` runs jobs of any length, piece by piece";
 
 /// Where a program first wants this; without a line where it is all of the program.
 fn first_place(program: &Program, lack: Lack) -> (Option<u32>, Range<usize>) {
@@ -149,10 +178,9 @@ fn remedy(lack: Lack) -> String {
         Lack::Flash { used, keeps, .. } => used <= part.room_for(keeps),
     };
     let without = match lack {
-        Lack::Flash { .. } => "`pasapas stream` runs jobs of any length, piece by piece",
+        Lack::Flash { .. } => IN_PIECES,
         Lack::Rate { .. } => "lower top_rate in the profile",
         Lack::Memory { .. } => "fewer variables, calls within calls and ON lines need less",
-        Lack::Feature(feature::ARC) => "let the CAM tool write lines instead of arcs",
         Lack::Feature(feature::POWER) => "without S the laser is on or off by M3 and M5",
         Lack::Feature(_) => "write the program without it",
     };

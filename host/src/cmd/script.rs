@@ -22,6 +22,7 @@ use crate::output;
 use crate::render::Note;
 
 /// A script that can run.
+#[derive(Clone)]
 pub struct Script {
     /// Its text.
     pub source: Source,

@@ -106,7 +106,7 @@ impl Sim {
                 "--vcd needs --engine board: only that has pins".to_owned(),
             ));
         }
-        let script = script::load(&self.file, options, console)?;
+        let mut script = script::load(&self.file, options, console)?;
         let outputs = [
             ("--trace", self.trace.as_ref()),
             ("--plot", self.plot.as_ref()),
@@ -120,7 +120,7 @@ impl Sim {
         let listener = Rc::new(RefCell::new(listener));
         let sink = Rc::clone(&listener);
         let sink = Box::new(move |event: &Event| sink.borrow_mut().hear(event));
-        let mut outcome = self.simulate(&script, &world, console, sink)?;
+        let mut outcome = self.simulate(&mut script, &world, console, sink)?;
         listener.borrow_mut().finish()?;
         self.plot(&script, &outcome)?;
         // Of another system's program the user sees its own lines, not those of the script.
@@ -135,7 +135,7 @@ impl Sim {
 
     fn simulate(
         &self,
-        script: &Script,
+        script: &mut Script,
         world: &World,
         console: &Console,
         sink: sim::Sink,

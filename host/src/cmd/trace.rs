@@ -16,7 +16,7 @@ use lang::wire::{self, Control, RunState};
 
 use super::port::{Board, Port};
 use super::script::{self, Script};
-use super::{Console, Options};
+use super::{Console, Options, arcs};
 use crate::client::status::long;
 use crate::client::trace::Tracer;
 use crate::failure::Failure;
@@ -55,11 +55,14 @@ impl Trace {
     /// The script is wrong, the board holds another program, does not start or does not answer; the
     /// run ends in a fault or is stopped.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        let script = script::load(&self.file, options, console)?;
-        let compiled = script::compile_for_device(&script, console)?;
+        let mut script = script::load(&self.file, options, console)?;
+        let mut compiled = script::compile_for_device(&script, console)?;
         let mut board = self.port.connect(options, console)?;
         let identity = board.identity()?;
         identity.check().map_err(Failure::Board)?;
+        if arcs::are_missing(&compiled, identity.features) {
+            compiled = arcs::without(&mut script, &compiled, "this board", console)?;
+        }
         if (usize::from(identity.program_bytes), identity.program_crc)
             != (compiled.image.len(), crc_in(&compiled.image))
         {

@@ -45,11 +45,15 @@ impl Upload {
     /// # Errors
     /// The script is wrong or too large; the board does not answer or refuses.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        let Code { image, compiled, script } = script::load_code(&self.file, options, console)?;
-        if let (Some(script), Some(compiled)) = (&script, &compiled) {
+        let code = script::load_code(&self.file, options, console)?;
+        if let (Some(script), Some(compiled)) = (&code.script, &code.compiled) {
             script::must_fit(script, compiled, console)?;
         }
         let mut board = self.port.connect(options, console)?;
+        let identity = board.identity()?;
+        identity.check().map_err(|why| Failure::Board(UploadError::Mismatch(why).to_string()))?;
+        let own = code.for_board(identity.features, console)?;
+        let Code { image, compiled, script } = own.unwrap_or(code);
         if let Some(script) = &script
             && !self.any_profile
         {

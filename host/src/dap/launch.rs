@@ -108,7 +108,7 @@ impl Launch {
         World::parse(file, &text).map_err(|error| error.to_string())
     }
 
-    /// Starts the run in a thread of its own.
+    /// Starts the run in a thread of its own; the channel ends with it.
     ///
     /// # Errors
     /// The world is wrong, or the board does not take the program; in words.
@@ -117,12 +117,16 @@ impl Launch {
         loaded: Arc<Loaded>,
         orders: Receiver<Order>,
         ear: Ear,
-    ) -> Result<(), String> {
+    ) -> Result<Receiver<()>, String> {
         let (halts, trace) = (self.halts, self.trace);
         let world = self.world()?;
+        let (over, ended) = mpsc::channel();
         if self.is_simulated() {
-            std::thread::spawn(move || sim::run(&loaded, &world, halts, trace, orders, &ear));
-            return Ok(());
+            std::thread::spawn(move || {
+                sim::run(&loaded, &world, halts, trace, orders, &ear);
+                drop(over);
+            });
+            return Ok(ended);
         }
         let own = self.clone();
         let (ready, begun) = mpsc::channel();
@@ -131,13 +135,15 @@ impl Launch {
             match own.connect(&world, &loaded) {
                 Ok((board, live)) => {
                     let _ = ready.send(Ok(()));
-                    board::run(board, &loaded, halts, trace, orders, &ear);
+                    let how = board::Meeting { attach: own.attach, halts, trace };
+                    board::run(board, &loaded, how, orders, &ear);
                     drop(live);
                 }
                 Err(words) => drop(ready.send(Err(words))),
             }
+            drop(over);
         });
-        begun.recv().unwrap_or_else(|_| Err("the board's thread ended".to_owned()))
+        begun.recv().unwrap_or_else(|_| Err("the board's thread ended".to_owned())).map(|()| ended)
     }
 
     /// The board with the program in it, and what keeps it alive.

@@ -1,10 +1,14 @@
 //! From a file's name to a program that can be looked at while it runs.
 
-use lang::back::{self, Compiled};
+use std::collections::{BTreeMap, BTreeSet};
+
+use lang::back::{self, Compiled, disasm};
 use lang::front::index::Index;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, analyse};
 use lang::hir::Program;
+use lang::image::Image;
+use lang::isa::{Class, Op};
 use lang::profile::Profile;
 
 use super::names::Names;
@@ -23,7 +27,14 @@ pub struct Loaded {
     pub names: Names,
     /// Lines of which something runs, ascending.
     pub lines: Vec<u32>,
+    /// Those of them with an effect, before which a board halts.
+    pub effects: Vec<u32>,
+    /// What each routine calls itself; `None` is the main program.
+    calls: Calls,
 }
+
+/// Callees of each routine.
+type Calls = BTreeMap<Option<usize>, BTreeSet<Option<usize>>>;
 
 /// Reads and compiles a script.
 ///
@@ -61,13 +72,54 @@ pub fn load(file: &str, profile: Option<Profile>) -> Result<Loaded, String> {
     let mut lines: Vec<u32> = beginnings(&compiled.sidecar).into_values().flatten().collect();
     lines.sort_unstable();
     lines.dedup();
-    Ok(Loaded { file: file.to_owned(), program, compiled, names, lines })
+    let (effects, calls) = of_code(&compiled, &names);
+    Ok(Loaded { file: file.to_owned(), program, compiled, names, lines, effects, calls })
+}
+
+/// Lines with an effect, ascending, and who calls whom.
+fn of_code(compiled: &Compiled, names: &Names) -> (Vec<u32>, Calls) {
+    let (mut effects, mut calls) = (BTreeSet::new(), BTreeMap::new());
+    let line = |pc: usize| compiled.sidecar.at(pc).map_or(0, |mark| mark.line);
+    let code = Image::new(&compiled.image).map(|image| disasm::instructions(&image));
+    for insn in code.unwrap_or_default() {
+        let Some((op, _)) = Op::decode(insn.bytes[0]) else { continue };
+        let here = line(insn.pc);
+        if op.row().class == Class::Effect {
+            effects.insert(here);
+        }
+        if matches!(op, Op::Call | Op::CallFar | Op::Func) {
+            let address =
+                insn.bytes[1..].iter().rev().fold(0, |at, byte| at << 8 | usize::from(*byte));
+            let to: &mut BTreeSet<_> = calls.entry(names.routine_at(here)).or_default();
+            to.insert(names.routine_at(line(address)));
+        }
+    }
+    (effects.into_iter().collect(), calls)
 }
 
 impl Loaded {
-    /// The line of a breakpoint: this one, or the next of which something runs.
-    pub fn line_from(&self, line: u32) -> Option<u32> {
-        let at = self.lines.partition_point(|own| *own < line);
-        self.lines.get(at).copied()
+    /// The line of a breakpoint: this one, or the next of which something runs; on a board (`effects`)
+    /// the next with an effect.
+    pub fn line_from(&self, line: u32, effects: bool) -> Option<u32> {
+        let lines = if effects { &self.effects } else { &self.lines };
+        let at = lines.partition_point(|own| *own < line);
+        lines.get(at).copied()
+    }
+
+    /// Whether a line is of what the routine of another line calls, or they call in turn.
+    pub fn is_called_from(&self, caller: u32, line: u32) -> bool {
+        let wanted = self.names.routine_at(line);
+        let (mut seen, mut open) = (BTreeSet::new(), vec![self.names.routine_at(caller)]);
+        while let Some(routine) = open.pop() {
+            for callee in self.calls.get(&routine).into_iter().flatten() {
+                if *callee == wanted {
+                    return true;
+                }
+                if seen.insert(*callee) {
+                    open.push(*callee);
+                }
+            }
+        }
+        false
     }
 }

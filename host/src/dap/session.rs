@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::Arc;
-use std::sync::mpsc::{self, Sender};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
@@ -18,6 +19,8 @@ use crate::lsp::quantity;
 
 /// The one thread that a program has.
 const THREAD: u64 = 1;
+/// Longest wait for a run that is to end: a ramp down from the top rate.
+const LEAVE: Duration = Duration::from_secs(6);
 
 /// What a halted run shows, and what the editor was told of it.
 struct Halted {
@@ -33,6 +36,8 @@ pub struct Session<W> {
     loaded: Option<Arc<Loaded>>,
     launch: Option<Launch>,
     orders: Option<Sender<Order>>,
+    /// Ends with the run's thread.
+    ended: Option<Receiver<()>>,
     halted: Option<Halted>,
     breaks: BTreeMap<u32, Break>,
     faults: bool,
@@ -52,6 +57,7 @@ impl<W: Write> Session<W> {
             loaded: None,
             launch: None,
             orders: None,
+            ended: None,
             halted: None,
             breaks: BTreeMap::new(),
             faults: true,
@@ -94,8 +100,12 @@ impl<W: Write> Session<W> {
             "pause" => self.order(Order::Pause).map(|()| json!({})),
             "restart" => self.restart(arguments),
             "terminate" | "disconnect" => {
+                let attached = self.launch.as_ref().is_some_and(|launch| launch.attach);
+                let ends = arguments["terminateDebuggee"].as_bool().unwrap_or(!attached);
+                let order = if command == "terminate" || ends { Order::End } else { Order::Leave };
                 // A run that is over already hears nothing.
-                let _ = self.order(Order::End);
+                let _ = self.order(order);
+                self.close();
                 Ok(json!({}))
             }
             _ => Err(format!("`{command}` is not served")),
@@ -128,6 +138,11 @@ impl<W: Write> Session<W> {
                 }
                 self.mouth.event("stopped", body)
             }
+            Report::GoesOn => {
+                self.halted = None;
+                let body = json!({ "threadId": THREAD, "allThreadsContinued": true });
+                self.mouth.event("continued", body)
+            }
             Report::Said(category, text) => {
                 self.mouth.event("output", json!({ "category": category, "output": text }))
             }
@@ -156,6 +171,7 @@ impl<W: Write> Session<W> {
             "supportsStepBack": true,
             "supportsRestartRequest": true,
             "supportsTerminateRequest": true,
+            "supportTerminateDebuggee": true,
             "supportsBreakpointLocationsRequest": true,
             "exceptionBreakpointFilters": [{
                 "filter": "faults", "label": "Faults", "default": true,
@@ -177,7 +193,11 @@ impl<W: Write> Session<W> {
     /// Behind the answer to launch: what is possible here, and that breakpoints may come.
     fn began(&mut self) -> io::Result<()> {
         let simulated = self.launch.as_ref().is_some_and(Launch::is_simulated);
-        let capabilities = json!({ "supportsStepBack": simulated });
+        let mut capabilities = json!({ "supportsStepBack": simulated });
+        if !simulated {
+            // A board takes its axes down at once.
+            capabilities["exceptionBreakpointFilters"] = json!([]);
+        }
         self.mouth.event("capabilities", json!({ "capabilities": capabilities }))?;
         self.mouth.event("initialized", json!({}))
     }
@@ -190,10 +210,19 @@ impl<W: Write> Session<W> {
         let breaks = self.breaks.values().cloned().collect();
         // Known before the first statement.
         let _ = orders.send(Order::Breaks(breaks, self.faults));
-        launch.start(loaded.clone(), heard, self.ear.clone())?;
+        self.ended = Some(launch.start(loaded.clone(), heard, self.ear.clone())?);
         self.orders = Some(orders);
         self.over = false;
         Ok(())
+    }
+
+    /// Waits until the run's thread has left the machine in order.
+    pub fn close(&mut self) {
+        self.orders = None;
+        if let Some(ended) = self.ended.take() {
+            // Nothing is ever sent: it ends, or it takes too long.
+            let _ = ended.recv_timeout(LEAVE);
+        }
     }
 
     fn configured(&mut self) -> Result<Value, String> {
@@ -224,7 +253,7 @@ impl<W: Write> Session<W> {
         let mut told = Vec::new();
         for wanted in arguments["breakpoints"].as_array().into_iter().flatten() {
             let asked = self.line(&wanted["line"]);
-            let line = loaded.line_from(asked).filter(|_| own);
+            let line = loaded.line_from(asked, !simulated).filter(|_| own);
             let Some(line) = line else {
                 let message =
                     if own { "nothing runs from here on" } else { "not the file that runs" };
@@ -241,7 +270,7 @@ impl<W: Write> Session<W> {
             });
             let mut answer = json!({ "verified": true, "line": self.told(line) });
             if !simulated {
-                answer["message"] = json!("halts where an effect of this line comes next");
+                answer["message"] = json!("a board halts before effects: this is a line with one");
             }
             match hits.transpose() {
                 Ok(hits) => {
@@ -319,6 +348,7 @@ impl<W: Write> Session<W> {
             return Ok(json!({}));
         }
         let _ = self.order(Order::End);
+        self.close();
         self.loaded = Some(Arc::new(loaded));
         self.start()?;
         Ok(json!({}))
@@ -340,10 +370,21 @@ impl<W: Write> Session<W> {
         };
         let from = arguments["startFrame"].as_u64().unwrap_or(0) as usize;
         let levels = arguments["levels"].as_u64().filter(|n| *n > 0).unwrap_or(u64::MAX);
-        let all = halted.at.frames.iter().enumerate().map(frame);
-        let some: Vec<Value> =
-            all.skip(from).take(usize::try_from(levels).unwrap_or(usize::MAX)).collect();
-        Ok(json!({ "stackFrames": some, "totalFrames": halted.at.frames.len() }))
+        let mut all: Vec<Value> = halted.at.frames.iter().enumerate().map(frame).collect();
+        if !halted.at.known {
+            // A board that does not tell who called.
+            all.push(json!({
+                "id": all.len() + 1, "name": "its callers: not known on this board",
+                "line": 0, "column": 0, "presentationHint": "label",
+            }));
+        }
+        let total = all.len();
+        let some: Vec<Value> = all
+            .into_iter()
+            .skip(from)
+            .take(usize::try_from(levels).unwrap_or(usize::MAX))
+            .collect();
+        Ok(json!({ "stackFrames": some, "totalFrames": total }))
     }
 
     /// The line of a frame by its number; of none the innermost's.

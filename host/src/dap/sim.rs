@@ -12,10 +12,10 @@ use lang::back::{Compiled, MarkKind, Sidecar};
 use lang::fault::Fault;
 use lang::image::Image;
 
-use super::eval::eval;
+use super::breaks::Breaks;
 use super::names::Names;
 use super::program::Loaded;
-use super::snapshot::{Break, Frame, Order, Pace, Report, Snapshot};
+use super::snapshot::{Order, Pace, Report, Snapshot, Stand, frames};
 use crate::sim::trace::{Event, Status, What};
 use crate::sim::vm_engine::{self, At, Watcher};
 use crate::sim::world::World;
@@ -59,9 +59,8 @@ pub fn run(
         orders,
         ear: ear.clone(),
         quiet: quiet.clone(),
-        breaks: Vec::new(),
+        breaks: Breaks::default(),
         faults: false,
-        hits: HashMap::new(),
         ordinal: 0,
         pace: Pace::Go,
         from: (0, 0, 0),
@@ -75,7 +74,7 @@ pub fn run(
     let options = Options { record: false, times: false, ..Options::default() };
     loop {
         (eye.ordinal, eye.after) = (0, After::Over);
-        eye.hits.clear();
+        eye.breaks.forget_hits();
         quiet.set(eye.goal.is_some());
         let (silent, told) = (quiet.clone(), ear.clone());
         let sink = Box::new(move |event: &Event| {
@@ -154,15 +153,13 @@ struct Eye<'a> {
     orders: Receiver<Order>,
     ear: Ear,
     quiet: Rc<Cell<bool>>,
-    breaks: Vec<Break>,
+    breaks: Breaks,
     faults: bool,
-    /// How often each breakpoint's line began.
-    hits: HashMap<u32, u64>,
     /// Statements that have begun.
     ordinal: u64,
     pace: Pace,
     /// Where a step began: depth, line, address.
-    from: (u8, u32, usize),
+    from: Stand,
     entry: bool,
     pausing: bool,
     /// The statement up to which the run is made anew.
@@ -198,16 +195,7 @@ impl Watcher for Eye<'_> {
         if !self.listen() {
             return false;
         }
-        let stepped = {
-            let (depth, line, pc) = self.from;
-            let (here, same) = (at.vm.state.calls, at.line == line && at.pc > pc);
-            match self.pace {
-                Pace::Over => here < depth || (here == depth && !same),
-                Pace::Into => here != depth || !same,
-                Pace::Out => here < depth,
-                _ => false,
-            }
-        };
+        let stepped = self.pace.ends(self.from, (at.vm.state.calls, at.line, at.pc));
         let reason = match hit {
             _ if std::mem::take(&mut self.entry) => "entry",
             _ if std::mem::take(&mut self.pausing) => "pause",
@@ -237,10 +225,13 @@ impl Eye<'_> {
     fn listen(&mut self) -> bool {
         loop {
             match self.orders.try_recv() {
-                Ok(Order::Breaks(breaks, faults)) => (self.breaks, self.faults) = (breaks, faults),
+                Ok(Order::Breaks(breaks, faults)) => {
+                    self.breaks.set(breaks);
+                    self.faults = faults;
+                }
                 Ok(Order::Pause) => self.pausing = true,
                 Ok(Order::Restart) => return self.leave(After::Restart),
-                Ok(Order::End) | Err(TryRecvError::Disconnected) => {
+                Ok(Order::End | Order::Leave) | Err(TryRecvError::Disconnected) => {
                     return self.leave(After::End);
                 }
                 // A run that goes is not set.
@@ -255,51 +246,22 @@ impl Eye<'_> {
         if self.breaks.is_empty() {
             return None;
         }
-        let lines = self.beginnings.get(&at.pc)?;
-        let wanted = self.breaks.iter().find(|wanted| lines.contains(&wanted.line))?;
+        let n = self.breaks.at(self.beginnings.get(&at.pc)?)?;
         let shown = self.snapshot(at);
-        if let Some(condition) = &wanted.condition {
-            match eval(condition, at.line, self.names, &shown) {
-                Ok((_, 0)) => return None,
-                Ok(_) => {}
-                // What cannot be read halts: else nobody would notice.
-                Err(words) if !self.quiet.get() => {
-                    let text = format!("the condition `{condition}`: {words}\n");
-                    (self.ear)(Report::Said("stderr", text));
-                }
-                Err(_) => {}
+        let (quiet, ear) = (self.quiet.get(), &self.ear);
+        let mut say = |category, text| {
+            if !quiet {
+                ear(Report::Said(category, text));
             }
-        }
-        let hits = self.hits.entry(wanted.line).or_default();
-        *hits += 1;
-        if wanted.hits.is_some_and(|from| *hits < from) {
-            return None;
-        }
-        let Some(log) = &wanted.log else { return Some(()) };
-        if !self.quiet.get() {
-            (self.ear)(Report::Said("console", filled(log, at.line, self.names, &shown) + "\n"));
-        }
-        None
+        };
+        self.breaks.hit(n, at.line, self.names, &shown, &mut say).then_some(())
     }
 
     fn snapshot(&self, at: &At<'_, '_, '_>) -> Snapshot {
         let line = |pc: usize| self.compiled.sidecar.at(pc).map_or(0, |mark| mark.line);
-        let open = at.vm.frames();
-        let mut frames = Vec::with_capacity(open.len() + 1);
-        let mut here = at.line;
-        for (kind, back) in open {
-            frames.push(Frame { line: here, kind: Some(kind) });
-            // What follows a call may be another line's.
-            here = match kind {
-                lang::vm::entry::EVENT
-                | lang::vm::entry::ERROR
-                | lang::vm::entry::ERROR_BETWEEN => line(back),
-                _ => line(back.saturating_sub(1)),
-            };
-        }
-        frames.push(Frame { line: here, kind: None });
+        let frames = frames(at.line, at.vm.frames(), line);
         let cells = (0..self.cells).map(|n| at.vm.cell(n)).collect();
-        Snapshot { frames, cells, view: at.machine.view() }
+        Snapshot { frames, known: true, cells, view: at.machine.view() }
     }
 
     /// Tells how things stand, and does what the session says until the run goes on or ends. `behind`
@@ -315,7 +277,10 @@ impl Eye<'_> {
         (self.ear)(Report::Halted { reason, text, at: told });
         loop {
             match self.orders.recv() {
-                Ok(Order::Breaks(breaks, faults)) => (self.breaks, self.faults) = (breaks, faults),
+                Ok(Order::Breaks(breaks, faults)) => {
+                    self.breaks.set(breaks);
+                    self.faults = faults;
+                }
                 Ok(Order::Set(cell, value)) => {
                     if let Ok(cell) = u8::try_from(cell) {
                         at.vm.set_cell(cell, value);
@@ -324,7 +289,7 @@ impl Eye<'_> {
                 }
                 Ok(Order::Pause) => {}
                 Ok(Order::Restart) => return self.leave(After::Restart),
-                Ok(Order::End) | Err(_) => return self.leave(After::End),
+                Ok(Order::End | Order::Leave) | Err(_) => return self.leave(After::End),
                 Ok(Order::Go(pace @ (Pace::Back | Pace::Reverse))) => {
                     let to = behind.saturating_sub(1).max(1);
                     self.scan = (pace == Pace::Reverse).then_some(None);
@@ -341,20 +306,4 @@ impl Eye<'_> {
             }
         }
     }
-}
-
-/// A log point's text with its `{expressions}` evaluated.
-fn filled(text: &str, line: u32, names: &Names, at: &Snapshot) -> String {
-    let mut out = String::new();
-    let mut rest = text;
-    while let Some((before, behind)) = rest.split_once('{') {
-        let Some((inside, after)) = behind.split_once('}') else { break };
-        out.push_str(before);
-        match eval(inside, line, names, at) {
-            Ok((kind, value)) => out.push_str(&format!("{value}{}", kind.unit().suffix())),
-            Err(words) => out.push_str(&format!("{{{words}}}")),
-        }
-        rest = after;
-    }
-    out + rest
 }

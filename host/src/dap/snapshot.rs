@@ -25,11 +25,33 @@ impl Frame {
     }
 }
 
+/// The frames of a run at line `here` with these open calls, the newest first: kind, and where it
+/// goes back to.
+pub fn frames(
+    mut here: u32,
+    open: impl IntoIterator<Item = (u8, usize)>,
+    line: impl Fn(usize) -> u32,
+) -> Vec<Frame> {
+    let mut frames = Vec::new();
+    for (kind, back) in open {
+        frames.push(Frame { line: here, kind: Some(kind) });
+        // What follows a call may be another line's.
+        here = match kind {
+            entry::EVENT | entry::ERROR | entry::ERROR_BETWEEN => line(back),
+            _ => line(back.saturating_sub(1)),
+        };
+    }
+    frames.push(Frame { line: here, kind: None });
+    frames
+}
+
 /// All that a halted run shows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Snapshot {
     /// Open calls, the innermost first; at least the main program.
     pub frames: Vec<Frame>,
+    /// These are all of them.
+    pub known: bool,
     /// Cells.
     pub cells: Vec<i32>,
     /// The machine.
@@ -73,6 +95,23 @@ pub enum Pace {
     Reverse,
 }
 
+/// Where a run stands: open calls, line, address.
+pub type Stand = (u8, u32, usize);
+
+impl Pace {
+    /// Whether a step that began at `from` is over at `here`.
+    pub fn ends(self, from: Stand, here: Stand) -> bool {
+        let ((depth, line, pc), (now, at, place)) = (from, here);
+        let same = at == line && place > pc;
+        match self {
+            Pace::Over => now < depth || (now == depth && !same),
+            Pace::Into => now != depth || !same,
+            Pace::Out => now < depth,
+            _ => false,
+        }
+    }
+}
+
 /// What a session says to what runs.
 #[derive(Debug)]
 pub enum Order {
@@ -86,8 +125,10 @@ pub enum Order {
     Set(usize, i32),
     /// Begin anew.
     Restart,
-    /// End.
+    /// End it.
     End,
+    /// Leave it alone from now on.
+    Leave,
 }
 
 /// What a run says to its session.
@@ -102,6 +143,8 @@ pub enum Report {
         /// How things stand.
         at: Box<Snapshot>,
     },
+    /// It is not halted any more, though nobody here let it go on: somebody else ends it.
+    GoesOn,
     /// It said something: the protocol's category, and the text.
     Said(&'static str, String),
     /// It is over; exit code as of `pasapas sim`, and why.

@@ -174,6 +174,17 @@ impl Hold {
         (ways + peak * (time - ramps).max(0.0)) as i64
     }
 
+    /// Whether an axis that has `left` steps to its target was stopped by somebody else, another process
+    /// at the line or the machine's own Stop: it rests there, or became slower (steps/s) farther away
+    /// than its ramp begins.
+    pub(super) fn was_stopped(&self, left: i64, before: u32, now: u32) -> bool {
+        let left = left.unsigned_abs() as f64;
+        let ramp = f64::from(before) * f64::from(before) / (2.0 * f64::from(self.accel));
+        // Speeds are told to some per cent, and places are a moment older.
+        let slower = f64::from(now) < 0.8 * f64::from(before);
+        left > 0.0 && slower && left > 1.5 * ramp + 20.0
+    }
+
     /// The target for an axis at machine position `at`, which never comes back behind `last`.
     pub(super) fn target(&self, at: i64, last: Option<i64>, homed: bool, now: Instant) -> i64 {
         let reach = self.reach(now);
@@ -271,6 +282,18 @@ mod tests {
         let back = Hold { positive: false, ..hold };
         assert_eq!(back.target(100, None, true, now), 50);
         assert_eq!(back.target(20, None, false, now), 20);
+    }
+
+    #[test]
+    fn an_axis_that_somebody_else_stops_is_told_from_one_that_arrives() {
+        let hold = hold(2_000, 25_000);
+        // Its ramp is 80 steps.
+        assert!(!hold.was_stopped(500, 0, 1_000), "it speeds up");
+        assert!(!hold.was_stopped(500, 2_000, 1_950));
+        assert!(!hold.was_stopped(60, 2_000, 1_700), "it comes to its place");
+        assert!(!hold.was_stopped(0, 2_000, 0), "it is there");
+        assert!(hold.was_stopped(400, 2_000, 1_200));
+        assert!(hold.was_stopped(-400, 2_000, 0));
     }
 
     #[test]

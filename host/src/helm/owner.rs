@@ -61,6 +61,8 @@ struct Holding {
     /// Work position less machine position, from when the axis rested.
     offset: i64,
     last: Option<i64>,
+    /// How fast the axis was when it got that target, steps/s.
+    speed: u32,
     /// State of the run, fault and its input, as the last look found them.
     fault: Option<[u16; 3]>,
 }
@@ -404,6 +406,14 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
         }
         let work = usize::from(wire::WORK_POSITIONS + 2 * axis - wire::MOVING);
         holding.offset = i64::from(long(seen[work], seen[work + 1])) - at;
+    }
+    if let Some(last) = holding.last {
+        let seen = board.holding(wire::SPEEDS + 2 * axis, 2).map_err(words)?;
+        let speed = long(seen[0], seen[1]).unsigned_abs();
+        let before = std::mem::replace(&mut holding.speed, speed);
+        if hold.was_stopped(last - at, before, speed) {
+            return Err("somebody else stopped it".to_owned());
+        }
     }
     let homed = of(wire::HOMED) >> axis & 1 != 0;
     let target = hold.target(at, holding.last, homed, Instant::now());

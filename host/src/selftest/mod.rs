@@ -18,7 +18,7 @@ use std::time::Duration;
 
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
-use lang::part::{G2553, PARTS, Part};
+use lang::part::{PARTS, Part};
 use lang::record::{BoardRecord, feature};
 use serde::Serialize;
 
@@ -142,7 +142,7 @@ pub fn run<L: Link>(
         ));
     }
     let own = board.board_record()?;
-    let part = part_of(&identity);
+    let part = identity.part();
     // Contacts of a machine would act on the test.
     let chained = own.flags & BoardRecord::CHAIN;
     let record = BoardRecord {
@@ -166,12 +166,6 @@ pub fn run<L: Link>(
     let bad = count(|verdict| *verdict == Verdict::Bad);
     let left = count(|verdict| matches!(verdict, Verdict::Left(_)));
     Ok(Report { part: part.name, board: identity, rows, bad, left })
-}
-
-/// The part whose firmware has these features; of several the last one, which is sold.
-fn part_of(identity: &Identity) -> &'static Part {
-    let alike = |part: &&Part| part.features == identity.features;
-    PARTS.iter().rev().find(alike).unwrap_or(&G2553)
 }
 
 impl<L: Link> Bench<'_, L> {

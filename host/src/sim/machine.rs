@@ -12,6 +12,7 @@ mod motion;
 mod moves;
 mod outputs;
 mod path;
+mod perform;
 mod seek;
 mod view;
 mod waits;
@@ -20,9 +21,9 @@ mod waits;
 mod tests;
 
 use lang::axis::Axis;
-use lang::effect::{Effect, Rate, Read};
+use lang::effect::{Effect, Rate};
 use lang::fault::Fault;
-use lang::profile::{OutputRole, Profile};
+use lang::profile::Profile;
 use lang::record::{FULL_POWER, MachineRecord};
 
 use self::axes::Axes;
@@ -302,129 +303,6 @@ impl Machine {
         }
     }
 
-    fn execute(&mut self, effect: &Effect) -> Result<Step, Fault> {
-        match *effect {
-            Effect::SetFeed(rate) => self.feed = Some(positive(rate)?),
-            Effect::SetSpindle(value) => {
-                let laser = self.profile.output_with(OutputRole::Laser).is_some();
-                if laser && !(0..=FULL_POWER).contains(&value) {
-                    return Err(Fault::ValueRange);
-                }
-                self.power = value;
-            }
-            Effect::Keep { .. } => {}
-            Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
-            Effect::Arc { clockwise, plane, to, center, exact } => {
-                self.arc(clockwise, plane, &to, &center, exact)?;
-            }
-            _ => {
-                self.sync_path();
-                if self.halt.is_some() {
-                    return Ok(Step::Stop);
-                }
-                return self.execute_at_rest(effect);
-            }
-        }
-        Ok(Step::Done(0))
-    }
-
-    fn execute_at_rest(&mut self, effect: &Effect) -> Result<Step, Fault> {
-        match *effect {
-            Effect::MoveAxe { axis, to, speed, accel, decel, wait } => {
-                self.move_axe(axis, to, [speed, accel, decel], wait)?;
-            }
-            Effect::MoveSpeed { axis, speed } => self.move_speed(axis, speed)?,
-            Effect::StopAxe(axis) => {
-                self.stop_axes(&[axis]);
-            }
-            Effect::StopAll => {
-                let axes: Vec<Axis> = self.profile.axes().map(|(axis, _)| axis).collect();
-                self.stop_axes(&axes);
-            }
-            Effect::Home { axis, query } => self.home(axis, query)?,
-            Effect::Probe { axis, limit, speed, sensor, query } => {
-                self.probe(axis, limit, speed, sensor, query)?;
-            }
-            Effect::SetPos { axis, value } => {
-                if self.motion.is_moving(axis) {
-                    return Err(Fault::ValueRange);
-                }
-                self.axes.set_work(axis, value)?;
-            }
-            Effect::SetOut { n, on } => self.set_out(n, on)?,
-            Effect::SetPort(value) => self.set_port(value),
-            Effect::Motors { on, axis } => {
-                let axes = axis.map_or(Axis::ALL.to_vec(), |axis| vec![axis]);
-                if !on {
-                    axes.iter().for_each(|axis| self.axes.set_homed(*axis, false));
-                }
-                self.outputs.enable(on);
-                self.outputs_changed();
-            }
-            Effect::WaitMove(_)
-            | Effect::Wait(_)
-            | Effect::WaitIn { .. }
-            | Effect::WaitStart
-            | Effect::WaitChar { .. }
-            | Effect::Pulse { .. } => return self.begin_wait(effect),
-            Effect::Send(c) => {
-                if !(33..=125).contains(&c) {
-                    return Err(Fault::ValueRange);
-                }
-                self.write(What::Send { line: self.line, c });
-            }
-            Effect::PrintText(index) => {
-                if let Some(text) = self.texts.get(usize::from(index)) {
-                    self.print.push_str(text);
-                }
-            }
-            Effect::PrintValue(value, unit) => {
-                self.print.push_str(&format!("{value}{}", unit.suffix()));
-            }
-            Effect::PrintEnd => {
-                let text = std::mem::take(&mut self.print);
-                self.write(What::Print { line: self.line, text });
-            }
-            Effect::OnInput { slot, n, want } => self.on_input(slot, n, want)?,
-            Effect::OffInput(n) => self.off_input(n),
-            Effect::OnEvery { slot, ms } => self.on_every(slot, ms)?,
-            Effect::OffEvery => self.off_every(),
-            Effect::EnterHandler => self.feeds_aside.push(self.feed.take()),
-            Effect::LeaveHandler => {
-                if let Some(feed) = self.feeds_aside.pop() {
-                    self.feed = feed;
-                }
-            }
-            Effect::Read(read) => return self.read(read).map(Step::Done),
-            Effect::SetFeed(_)
-            | Effect::SetSpindle(_)
-            | Effect::Keep { .. }
-            | Effect::Linear { .. }
-            | Effect::Arc { .. } => {}
-        }
-        Ok(Step::Done(0))
-    }
-
-    fn read(&mut self, read: Read) -> Result<i32, Fault> {
-        Ok(match read {
-            Read::In(n) => self.inputs.read(n)?.into(),
-            Read::InPort => self.inputs.port(),
-            Read::Out(n) => self.outputs.read(n)?.into(),
-            Read::Pos(axis) => {
-                self.axes.work_at(axis, self.motion.positions(self.now)[axis.index()])?
-            }
-            Read::PosSteps(axis) => self.motion.positions(self.now)[axis.index()],
-            Read::Probed(axis) => self.axes.probed_work(axis)?,
-            Read::ProbedSteps(axis) => self.axes.probed_steps(axis),
-            Read::ProbeOk(axis) => self.axes.probe_ok(axis).into(),
-            Read::Moving(axis) => self.motion.is_moving(axis).into(),
-            Read::Homed(axis) => self.axes.is_homed(axis).into(),
-            Read::Timer => i32::try_from(self.run_clock() / 1_000).unwrap_or(i32::MAX),
-            Read::TimedOut => self.timed_out.into(),
-            Read::CharIn => std::mem::take(&mut self.char_in),
-        })
-    }
-
     /// A text of PRINT that is in no list.
     pub fn print_text(&mut self, text: &str) {
         self.print.push_str(text);
@@ -583,10 +461,4 @@ impl Machine {
             self.log.results(end, self.stopped, self.now, self.statements, travelled);
         (summary, record, failures)
     }
-}
-
-/// The rate, if it is above 0.
-fn positive(rate: Rate) -> Result<Rate, Fault> {
-    let (Rate::Um(value) | Rate::Steps(value)) = rate;
-    if value > 0 { Ok(rate) } else { Err(Fault::SpeedRange) }
 }

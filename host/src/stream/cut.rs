@@ -8,6 +8,7 @@
 use lang::back::{self, Sidecar};
 use lang::hir::{Block, Expr, ExprKind, Program, RoutineId, Stmt, StmtKind, Storage};
 use lang::kind::Kind;
+use lang::plain::Plain;
 
 use super::feed::Refused;
 
@@ -141,7 +142,7 @@ fn preamble(program: &Program, state: &State) -> Block {
     if let Some((_, stmt)) = state.outputs.last().filter(|_| spin_up > 0) {
         let time =
             Expr { kind: Kind::Time, span: stmt.span.clone(), node: ExprKind::Const(spin_up) };
-        out.push(Stmt { kind: StmtKind::Wait(time), ..stmt.clone() });
+        out.push(Stmt { kind: StmtKind::Plain(Plain::Wait, vec![time]), ..stmt.clone() });
     }
     out
 }
@@ -235,14 +236,15 @@ fn follow(program: &Program, stmt: &Stmt, state: &mut State, depth: usize) -> Re
             constant(value)?;
             state.spindle = Some(stmt.clone());
         }
-        StmtKind::SetOut { n, on } => {
+        StmtKind::Plain(Plain::SetOut, values) => {
+            let [n, on] = &values[..] else { return Ok(()) };
             let n = constant(n)?;
             state.outputs.retain(|(other, _)| *other != n);
             if constant(on)? != 0 {
                 state.outputs.push((n, stmt.clone()));
             }
         }
-        StmtKind::SetPort(_) | StmtKind::Motors { .. } => return Err(unknown()),
+        StmtKind::Plain(Plain::SetPort, _) | StmtKind::Motors { .. } => return Err(unknown()),
         StmtKind::Call(RoutineId(id), _) if depth < MAX_DEPTH => {
             let body = program.routines.get(*id as usize).map(|routine| &routine.body[..]);
             for stmt in body.unwrap_or_default() {

@@ -9,6 +9,7 @@ use lang::effect::{Coord, Effect, Rate, Want};
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
 use lang::place::Place;
+use lang::plain::Plain;
 use lang::profile::{OutputRole, Profile, Wiring};
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -71,7 +72,7 @@ impl Track {
                 | Effect::Probe { .. }
                 | Effect::MoveSpeed { .. }
                 | Effect::StopAxe(_)
-                | Effect::StopAll
+                | Effect::Plain(Plain::StopAll, _)
         )
     }
 
@@ -111,18 +112,18 @@ impl Track {
                 self.feed = Some(rate);
             }
             Effect::SetSpindle(value) => self.spindle = Some(value),
-            Effect::SetOut { n, on } => {
+            Effect::Plain(Plain::SetOut, [n, on]) => {
                 self.output(n)?;
-                self.outputs.insert(n, on);
+                self.outputs.insert(n, on != 0);
             }
-            Effect::Pulse { n, ms } => {
+            Effect::Plain(Plain::Pulse, [n, ms]) => {
                 self.output(n)?;
                 if ms < 0 {
                     return Err(Fault::ValueRange);
                 }
                 self.outputs.insert(n, false);
             }
-            Effect::SetPort(value) => {
+            Effect::Plain(Plain::SetPort, [value, _]) => {
                 for n in 1..=self.most_outputs().min(8) {
                     let role = self.profile.outputs.iter().find(|output| output.n == n);
                     let role = role.and_then(|output| output.role);
@@ -154,7 +155,7 @@ impl Track {
             }
             Effect::OffEvery => self.disarm(|(kind, _)| kind == flags::ON_EVERY),
             Effect::OffInput(n) => self.disarm(|event| event.0 != flags::ON_EVERY && event.1 == n),
-            Effect::Wait(ms) if ms < 0 => return Err(Fault::ValueRange),
+            Effect::Plain(Plain::Wait, [ms, _]) if ms < 0 => return Err(Fault::ValueRange),
             _ => {}
         }
         Ok(())

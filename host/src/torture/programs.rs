@@ -10,6 +10,7 @@ use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::Image;
 use lang::part::{F5529, Part};
+use lang::record::feature;
 
 use super::compare::{Run, difference, on_rhai, on_vm, trace_difference, varied};
 use super::generate::{Case, generate, generate_still};
@@ -17,6 +18,7 @@ use super::{Row, Settings, Sink, Verdict};
 use crate::board::Build;
 use crate::board::engine::{self, BoardError, BoardRun};
 use crate::board::health::Health;
+use crate::chords;
 use crate::sim::Options;
 use crate::sim::machine::STATEMENT_US;
 use crate::sim::trace::{Event, Status, What, to_text};
@@ -64,11 +66,22 @@ pub fn make(case: Case) -> Option<Made> {
     Some(Made { case, program, compiled, world })
 }
 
-/// The same for a board; `None` also when its part has no room for the program.
+/// The same for a board, with chords where its part draws no arcs; `None` also when that has no room for
+/// the program.
 pub fn make_for(build: &Build, case: Case) -> Option<Made> {
-    let made = make(case)?;
+    let made = drawn(make(case)?, build.part)?;
     let image = Image::new(&made.compiled.image).ok()?;
     build.part.lacks(&image, made.program.profile.pulse_us).is_none().then_some(made)
+}
+
+/// With chords for a part that draws no arcs.
+fn drawn(mut made: Made, part: Part) -> Option<Made> {
+    let wants = Image::new(&made.compiled.image).ok()?.header.features;
+    if u16::from(wants) & !part.features & feature::ARC != 0 {
+        made.program = chords::drawn(&made.program).ok()?.0;
+        made.compiled = lang::back::compile(&made.program).ok()?;
+    }
+    Some(made)
 }
 
 /// The choices of case `n`.
@@ -157,7 +170,7 @@ pub fn reference(part: Part, made: &Made) -> Option<Run> {
     let mut later = varied(&made.case, LATER);
     // How far an axis runs by MoveSpeed hangs on the wait behind it.
     later.script = later.script.replace("Wait 40ms", "Wait 50ms");
-    let later = make(later)?;
+    let later = drawn(make(later)?, part)?;
     let same = |mut other: Run| {
         for event in &mut other.trace {
             if let What::Wait { ms, .. } = &mut event.what {

@@ -151,7 +151,7 @@ impl Bench {
             board: self.setting.board.clone(),
             words: trial::words(),
             lsp: desk.capabilities().clone(),
-            machine: machine.as_ref().map_or(Value::Null, trial::machine),
+            machine: machine.as_ref().map_or(Value::Null, |own| trial::machine(own, None)),
             files: desk.files(),
             text: desk.shown(),
         };
@@ -325,9 +325,9 @@ impl Bench {
                 let desk = lock(&bench.desk);
                 (desk.number(), desk.text().to_owned(), desk.folder())
             };
-            let loaded = bench.load(&text, &folder);
-            let trial =
-                trial::simulate(number, &loaded, &bench.setting.world, &bench.setting.part.part);
+            let part = &bench.setting.part.part;
+            let loaded = bench.load(&text, &folder).map(|own| own.for_features(part.features));
+            let trial = trial::simulate(number, &loaded, &bench.setting.world, part);
             if let Ok(loaded) = loaded {
                 lock(&bench.loaded)[TEXT] = Some(Arc::new(loaded));
                 bench.tell(&ToPage::Program(bench.program()));

@@ -60,11 +60,11 @@ pub fn serve(
             if usize::from(cell) >= cells {
                 return Err("the stored program has no such variable".to_owned());
             }
-            if bench.setting.is_operators() {
-                let (_, picture) = bench.helm.picture();
-                let loaded =
-                    bench.on_board(&picture).ok_or("the stored program is not known here")?;
-                loaded.0.may_set(cell, value)?;
+            let operator = bench.setting.is_operators();
+            match bench.on_board(&bench.helm.picture().1) {
+                Some((loaded, _)) => loaded.may_set(cell, value, operator)?,
+                None if operator => return Err("the stored program is not known here".to_owned()),
+                None => {}
             }
             let value = value.cast_unsigned();
             let words = vec![value as u16, (value >> 16) as u16];
@@ -204,10 +204,12 @@ impl Ask<'_> {
 
     /// Compiles the text and brings it to the board.
     fn upload(&self) -> Result<Answer, String> {
-        let loaded = Arc::new(self.bench.compile()?);
+        let loaded = self.bench.compile()?;
         let (bench, client, ask) = (self.bench.clone(), self.client.clone(), self.ask);
         self.ask(move |board| {
             compare(board, &loaded.program.profile)?;
+            let identity = board.identity().map_err(|error| error.to_string())?;
+            let loaded = Arc::new(loaded.for_features(identity.features));
             let image = &loaded.compiled.image;
             let all = image.len().max(1) as f32;
             let result = board.upload(image, true, &mut |bytes| {

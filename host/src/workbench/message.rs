@@ -87,9 +87,9 @@ pub enum Wish {
     Start,
     /// Start it and follow it effect by effect.
     Debug {
-        /// Lines to halt behind.
+        /// Lines to halt at.
         breaks: Vec<u32>,
-        /// Halt behind the first effect.
+        /// Halt at the first effect.
         step: bool,
     },
     /// Go on from a halt: to the next effect, or to the next breakpoint.

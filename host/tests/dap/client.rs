@@ -256,6 +256,13 @@ impl Client {
         found["result"].as_str().expect("a result").to_owned()
     }
 
+    /// Names of the open calls.
+    pub fn calls(&mut self) -> Vec<String> {
+        let calls = self.ask("stackTrace", json!({ "threadId": 1 }));
+        let name = |frame: &Value| frame["name"].as_str().unwrap_or("").to_owned();
+        calls["stackFrames"].as_array().into_iter().flatten().map(name).collect()
+    }
+
     /// Says good-bye; the adapter ends.
     pub fn close(mut self) {
         self.ask("disconnect", json!({}));
@@ -270,6 +277,7 @@ fn check_event(message: &Value) {
     let body = &message["body"];
     let good = match message["event"].as_str().unwrap_or("") {
         "initialized" | "terminated" => true,
+        "continued" => body["threadId"].is_u64(),
         "stopped" => {
             let reasons =
                 ["step", "breakpoint", "exception", "pause", "entry", "goto", "data breakpoint"];
@@ -298,7 +306,7 @@ fn check_body(command: &str, body: &Value) {
                 && f["name"].is_string()
                 && f["line"].is_u64()
                 && f["column"].is_u64()
-                && f["source"]["path"].is_string()
+                && (f["source"]["path"].is_string() || f["presentationHint"] == "label")
         }),
         "scopes" => each(&body["scopes"], &|s| {
             s["name"].is_string() && s["variablesReference"].is_u64() && s["expensive"].is_boolean()

@@ -332,6 +332,22 @@ impl Page {
         self.browser.call(None, "Target.closeTarget", json!({ "targetId": self.target })).map(drop)
     }
 
+    /// Name and states of everything with a role, as a screen reader is told, one a line.
+    pub fn states(&self, role: &str) -> Outcome<String> {
+        let tree = self.call("Accessibility.getFullAXTree", json!({}))?;
+        let own = tree["nodes"].as_array().into_iter().flatten();
+        let own = own.filter(|n| n["ignored"] != true && n["role"]["value"] == role);
+        let told = own.map(|n| {
+            let states = n["properties"].as_array().into_iter().flatten().map(|own| {
+                let value = &own["value"]["value"];
+                let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+                format!(" {}={value}", own["name"].as_str().unwrap_or("?"))
+            });
+            format!("{}{}\n", n["name"]["value"].as_str().unwrap_or(""), states.collect::<String>())
+        });
+        Ok(told.collect())
+    }
+
     /// Role and name of everything that a screen reader is told, one a line.
     pub fn roles(&self) -> Outcome<String> {
         let tree = self.call("Accessibility.getFullAXTree", json!({}))?;

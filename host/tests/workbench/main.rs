@@ -7,6 +7,7 @@
 
 mod cdp;
 mod edit;
+mod keyboard;
 mod look;
 mod machine;
 mod measure;

@@ -141,12 +141,12 @@ fn eight_hours_leave_nothing_behind() -> Outcome<()> {
         page.eval(hour)?;
     }
     let first = held(&page)?;
-    let tool = stand.memory()?;
+    let tool = stand.footprint()?.kb / 1024;
     for _ in 2..8 {
         page.eval(hour)?;
     }
     let last = held(&page)?;
-    let after = stand.memory()?;
+    let after = stand.footprint()?.kb / 1024;
     eprintln!(
         "page: {first:?} MB and nodes behind two hours, {last:?} behind eight; tool: {tool} and {after} MB"
     );
@@ -154,5 +154,69 @@ fn eight_hours_leave_nothing_behind() -> Outcome<()> {
     // A list of what a simulation printed, 500 rows, may be on its way out.
     assert!(last.1 < first.1 + 2000, "the page's nodes grow: {first:?} {last:?}");
     assert!(after < tool + 40, "the tool grows: {tool} {after} MB");
+    Ok(())
+}
+
+/// Rounds of [`ROUND`] until everything has been used once, and those that are judged.
+const ROUNDS: [u32; 2] = [20, 80];
+/// What a page asks of the tool and the board, all of it over its socket: help while writing, simulation,
+/// outputs, inputs, places, tables, moves; every tenth time a program is brought and run.
+const ROUND: &str = "(async (first, count) => {
+    const { Link } = await import('/link.js');
+    const came = link => new Promise(done => link.addEventListener('welcome', done, { once: true }));
+    if (!window.own) { window.own = new Link(); await came(own); await own.ask({ helm: true }); window.asked = 0; }
+    const ask = async wish => { asked++; try { return await own.ask(wish); } catch (e) { window.refused = e.message; window.refusals = (window.refusals ?? 0) + 1; } };
+    for (let k = first; k < first + count; k++) {
+        for (let n = 0; n < 16; n++) await ask({ output: [1 + n, (k + n) % 2 === 0] });
+        for (let n = 0; n < 8; n++) await ask({ input: [1 + n, (k + n) % 2 === 0] });
+        for (let n = 0; n < 4; n++) await ask('place');
+        for (let n = 0; n < 17; n++, asked++) own.say({ lsp: { id: k * 100 + n, method: 'textDocument/hover', params: { textDocument: { uri: 'file:///script.bas' }, position: { line: n % 4, character: 6 } } } });
+        await ask('tables');
+        await ask('simulate');
+        await ask({ jog: { axis: 'X', um: k % 2 ? -100 : 100, speed: 20000 } });
+        await ask({ override: [50 + k % 100, 100] });
+        await new Promise(done => setTimeout(done, 20));
+        if (k % 10 === 0) {
+            await ask('upload');
+            await ask('start');
+            await new Promise(done => setTimeout(done, 150));
+            await ask('stop');
+            await new Promise(done => setTimeout(done, 50));
+        }
+    }
+    return [asked, window.refusals ?? 0, window.refused ?? ''];
+})";
+
+/// As much as ten requests a minute are in eight hours, all of it real, and pages that come and go: the
+/// tool's memory, files and threads, the page's heap and nodes stay as they were once everything had
+/// been used.
+#[test]
+fn thousands_of_requests_leave_nothing_behind() -> Outcome<()> {
+    let text = "DIM n\nFOR n = 1 TO 500\n  PRINT \"piece \"; n\n  Wait 2ms\nNEXT\n";
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    let round = |first: u32, count: u32| page.eval(&format!("{ROUND}({first}, {count})"));
+    round(0, ROUNDS[0])?;
+    stand.page()?.close()?;
+    page.front()?;
+    let (first, tool) = (held(&page)?, stand.footprint()?);
+    let mut asked = json!(null);
+    // In pieces, each shorter than the longest wait for the browser.
+    for piece in 0..10 {
+        asked = round(ROUNDS[0] + piece * ROUNDS[1] / 10, ROUNDS[1] / 10)?;
+        stand.page()?.close()?;
+        page.front()?;
+    }
+    let (last, after) = (held(&page)?, stand.footprint()?);
+    eprintln!(
+        "{asked} asked, refused, last words; page {first:?} then {last:?}; tool {tool:?} then {after:?}"
+    );
+    assert!(asked[0].as_u64() > Some(4_800), "{asked}");
+    assert!(last.0 < first.0 + 2.0, "the page's heap grows: {first:?} {last:?}");
+    assert!(last.1 < first.1 + 2000, "the page's nodes grow: {first:?} {last:?}");
+    assert!(after.kb < tool.kb + 4_000, "the tool grows: {tool:?} {after:?}");
+    assert!(after.files <= tool.files + 2, "the tool keeps files open: {tool:?} {after:?}");
+    assert!(after.threads <= tool.threads + 2, "the tool keeps threads: {tool:?} {after:?}");
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Runs on the board.
 
-use std::time::Duration;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
 
 use crate::cdp::Outcome;
 use crate::stand::{PATIENCE, Stand};
@@ -67,15 +68,99 @@ fn a_breakpoint_halts_and_steps_follow() -> Outcome<()> {
     page.upload()?;
     page.click(".ed .gutter [data-line='1']")?;
     page.push("#debug")?;
-    page.says("#run-state", "halted behind line 2")?;
-    page.says("#console", "here")?;
-    std::thread::sleep(Duration::from_millis(300));
+    page.says("#run-state", "halted before line 2")?;
+    // Longer than a board waits for a reader that is gone.
+    std::thread::sleep(Duration::from_millis(2_600));
+    assert_eq!(
+        page.eval("document.querySelector('#console').textContent.includes('here')")?,
+        false
+    );
     let halted = stand.board()?.status()?;
     assert_eq!((halted.pos.x, halted.pos.y), (Some(100), Some(0)));
     page.push("#step")?;
-    page.says("#run-state", "halted behind line 3")?;
+    page.says("#run-state", "halted before line 3")?;
+    page.says("#console", "here")?;
     page.push("#go")?;
     let rest = stand.board()?.until("its end", |status| status.state == "ready")?;
     assert_eq!((rest.last_end, rest.pos.x, rest.pos.y), (Some("done"), Some(200), Some(100)));
     page.says("#run-state", "ready")
+}
+
+/// What the operator is asked for has the script's words and range on this page, too.
+#[test]
+fn a_quantity_is_set_by_its_name_and_within_its_range() -> Outcome<()> {
+    let text = "DIM wanted AT 3000 LABEL \"Pieces\" MIN 1 MAX 9\nDIM n\nFOR n = 1 TO wanted\n  PRINT \"piece \"; n\nNEXT\nPRINT \"made \"; wanted\n";
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.upload()?;
+    page.says("#vars", "wanted")?;
+    page.says("#vars", "Pieces, 1 to 9")?;
+    page.fill("[aria-label=wanted]", "10")?;
+    page.says("#notes", "Pieces: 1 to 9")?;
+    // Past the page's own look the tool refuses too; what is no quantity has no such range.
+    page.eval("(async () => { const { Link } = await import('/link.js'); const link = new Link(), program = new Promise(done => link.addEventListener('program', e => done(e.detail))); await new Promise(done => link.addEventListener('welcome', done)); await link.ask({ helm: true }); const told = await program; const cell = told.vars.find(own => own.name === 'wanted').cell; try { await link.ask({ set: { cell, value: 10 } }); document.title = 'set' } catch (e) { document.title = e.message } await link.ask({ helm: false }) })()")?;
+    page.wait("document.title === 'Pieces: 1 to 9'", PATIENCE)?;
+    page.says("#helm", "Take the helm")?;
+    page.push("#helm")?;
+    page.says("#helm", "You have the helm")?;
+    page.fill("[aria-label=wanted]", "4")?;
+    page.push("#start")?;
+    page.says("#console", "made 4")?;
+    page.wait("document.querySelector('[aria-label=wanted]').value === '4'", PATIENCE)
+}
+
+/// What a command of the tool does at the board that the workbench has.
+fn command(port: &str, args: &[&str]) -> Outcome<String> {
+    let begun = Instant::now();
+    let done = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+        .args(args)
+        .args(["--port", port])
+        .output()
+        .map_err(|error| error.to_string())?;
+    let Output { status, stdout, stderr } = done;
+    let (out, words) = (String::from_utf8_lossy(&stdout), String::from_utf8_lossy(&stderr));
+    assert!(status.success(), "{args:?}: {words}");
+    assert!(begun.elapsed() < Duration::from_secs(10), "{args:?} took {:?}", begun.elapsed());
+    Ok(out.into_owned())
+}
+
+/// The line has one owner at a time: who asks has it until the reply is there, workbench and command
+/// line in turns, and both show the same board.
+#[test]
+fn the_command_line_has_its_turns_beside_the_workbench() -> Outcome<()> {
+    let text = "DIM n\nFOR n = 1 TO 500\n  PRINT n\n  Wait 20ms\nNEXT\n";
+    let Some(mut stand) = Stand::with_line(text)? else { return Ok(()) };
+    let page = stand.page()?;
+    let port = stand.board()?.port.clone();
+    let script = stand.script().display().to_string();
+    command(&port, &["upload", &script])?;
+    page.tab("run")?;
+    page.wait("document.querySelector('#start').matches(':enabled')", PATIENCE)?;
+    command(&port, &["start"])?;
+    page.says("#run-state", "running")?;
+    page.says("#console", "run 1 begins")?;
+    command(&port, &["pause"])?;
+    page.says("#run-state", "paused")?;
+    page.push("#resume")?;
+    page.says("#run-state", "running")?;
+    assert!(command(&port, &["status", "--format", "json"])?.contains("\"state\":\"running\""));
+    command(&port, &["stop"])?;
+    page.says("#run-state", "last run: stopped")?;
+    // A button that is held goes on while others ask.
+    page.tab("machine")?;
+    let at = page.centre("[aria-label='Jog X plus']")?;
+    page.mouse("mousePressed", at)?;
+    page.wait("document.querySelector('.jog.held') !== null", PATIENCE)?;
+    for _ in 0..8 {
+        command(&port, &["status"])?;
+    }
+    assert_eq!(page.eval("document.querySelector('.jog.held') !== null")?, true, "the jog ended");
+    assert!(command(&port, &["status", "--format", "json"])?.contains("\"moving\":[\"X\"]"));
+    // And Stop from another window ends it.
+    command(&port, &["stop"])?;
+    let rest = stand.board()?.until("rest", |status| status.moving.is_empty())?;
+    page.wait("document.querySelector('.jog.held') === null", PATIENCE)?;
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(stand.board()?.status()?.pos, rest.pos, "it went on though it is still held");
+    page.mouse("mouseReleased", at)
 }

@@ -16,6 +16,9 @@ use crate::cdp::{Browser, Outcome, Page};
 /// Everything comes true long before this, on a loaded machine too.
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
+/// Instead of a world: the board is at a serial line.
+const LINE: &str = "line";
+
 /// A process of the tool that is ended with its story.
 struct Process(Child);
 
@@ -53,7 +56,7 @@ pub struct Board {
 
 impl Board {
     fn start(more: &[&str]) -> Outcome<Board> {
-        let (process, port) = Process::start(&[&["board", "--tcp", "0"], more].concat())?;
+        let (process, port) = Process::start(&[&["board"], more].concat())?;
         let mut client = Client::new(link::open(&port)?, 1);
         client.find().map_err(|error| error.to_string())?;
         Ok(Board { _process: process, port, client })
@@ -89,6 +92,17 @@ impl Board {
     }
 }
 
+/// See [`Stand::footprint`].
+#[derive(Clone, Copy, Debug)]
+pub struct Footprint {
+    /// Memory that no other process shares, KB.
+    pub kb: u64,
+    /// Open files.
+    pub files: u64,
+    /// Threads.
+    pub threads: u64,
+}
+
 /// Everything of a story.
 pub struct Stand {
     /// See [`turn`].
@@ -115,6 +129,11 @@ impl Stand {
         Stand::with(text, &[], Some(""))
     }
 
+    /// The same with a board at a serial line, which several processes have open.
+    pub fn with_line(text: &str) -> Outcome<Option<Stand>> {
+        Stand::with(text, &[], Some(LINE))
+    }
+
     /// The same with a world around the board, and options for the workbench.
     pub fn with_world(text: &str, world: &str, more: &[&str]) -> Outcome<Option<Stand>> {
         Stand::with(text, more, Some(world))
@@ -133,10 +152,11 @@ impl Stand {
         let around_name = around.display().to_string();
         let board = match outside {
             None => None,
-            Some("") => Some(Board::start(&[])?),
+            Some("") => Some(Board::start(&["--tcp", "0"])?),
+            Some(LINE) => Some(Board::start(&[])?),
             Some(world) => {
                 std::fs::write(&around, world).map_err(|error| error.to_string())?;
-                Some(Board::start(&["--world", &around_name])?)
+                Some(Board::start(&["--tcp", "0", "--world", &around_name])?)
             }
         };
         let mut args = vec!["workbench", "--no-open", &script];
@@ -163,18 +183,23 @@ impl Stand {
         Ok(page)
     }
 
-    /// Memory of the tool that no other process shares, MB.
-    pub fn memory(&self) -> Outcome<u64> {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", self.tool.0.id()));
+    /// What the tool takes of the system.
+    pub fn footprint(&self) -> Outcome<Footprint> {
+        let process = format!("/proc/{}", self.tool.0.id());
+        let status = std::fs::read_to_string(format!("{process}/status"));
         let status = status.map_err(|error| error.to_string())?;
-        let line =
-            status.lines().find_map(|line| line.strip_prefix("RssAnon:")).ok_or("no RssAnon")?;
-        let kb = line
-            .split_whitespace()
-            .next()
-            .and_then(|kb| kb.parse::<u64>().ok())
-            .ok_or("no number")?;
-        Ok(kb / 1024)
+        let number = |name: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(name));
+            let number = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+            number.ok_or_else(|| format!("no {name}"))
+        };
+        let files =
+            std::fs::read_dir(format!("{process}/fd")).map_err(|error| error.to_string())?;
+        Ok(Footprint {
+            kb: number("RssAnon:")?,
+            files: files.count() as u64,
+            threads: number("Threads:")?,
+        })
     }
 
     /// The script's file.

@@ -1,11 +1,15 @@
 //! From text to tokens. Two logos lexers take turns: one for BASIC, one for G-code blocks; which
 //! one reads is decided at the start of each statement.
 
+mod begins;
+mod gcode;
+
+pub use self::begins::begins_gcode;
 use super::codes::Code;
 use super::diag::{Diag, Diags};
 use super::literal;
 use super::span::Span;
-use super::token::{Basic, Foreign, Gcode, Sign, Tok, Token};
+use super::token::{Basic, Foreign, Sign, Tok, Token};
 use super::words::{self, Kw, Reserved};
 use logos::{Lexer, Logos};
 
@@ -402,232 +406,8 @@ impl<'a> State<'a> {
         }
         self.push(Tok::Bad, span);
     }
-
-    /// Reads G-code until the block ends or a bracket opens.
-    fn gcode(&mut self, at: usize) -> usize {
-        let text = self.text;
-        let mut lexer = Gcode::lexer(text.get(at..).unwrap_or(""));
-        while !self.diags.hopeless()
-            && let Some(piece) = lexer.next()
-        {
-            let range = lexer.span();
-            let span = Span::new((at + range.start) as u32, (at + range.end) as u32);
-            match piece {
-                Ok(Gcode::Word) => self.push(Tok::GWord, span),
-                Ok(Gcode::Bracket) => {
-                    self.push(Tok::GLetter, Span::new(span.start, span.start + 1));
-                    self.push(Tok::Sign(Sign::OpenBracket), Span::new(span.start + 1, span.end));
-                    self.brackets = 1;
-                    return span.end as usize;
-                }
-                Ok(Gcode::Parenthesis) => {
-                    let letter = &span.of(text)[..1];
-                    let message = format!("`{letter}(` is no G-code word");
-                    let hint = format!("expressions stand in brackets: `{letter}[...]`");
-                    self.bad_word(span, message, &hint);
-                    let rest = lexer.remainder();
-                    let line = rest.find(['\r', '\n']).unwrap_or(rest.len());
-                    lexer.bump(rest[..line].find(')').map_or(0, |close| close + 1));
-                }
-                Ok(Gcode::Remark) => self.push(Tok::GComment, span),
-                Ok(Gcode::UnclosedRemark) => {
-                    let hint = "a comment in a G-code block ends with `)` on its line";
-                    self.report(Code::UnclosedComment, span, "the comment has no `)`", hint);
-                    self.push(Tok::GComment, span);
-                }
-                Ok(Gcode::Comment) => self.push(Tok::Comment, span),
-                Ok(Gcode::Letters) => {
-                    let word = lexer.slice();
-                    if ends_block(word, lexer.remainder()) {
-                        self.gcode = false;
-                        return span.start as usize;
-                    }
-                    self.gcode_letters(&mut lexer, span);
-                }
-                Ok(Gcode::Colon) => {
-                    self.push(Tok::Sign(Sign::Colon), span);
-                    return span.end as usize;
-                }
-                Ok(Gcode::LineEnd) => {
-                    self.push(Tok::LineEnd, span);
-                    return span.end as usize;
-                }
-                Ok(Gcode::Continuation) if self.blank_before(span) => {
-                    self.push(Tok::Continuation, span);
-                }
-                Ok(Gcode::Continuation) => {
-                    let underscore = Span::new(span.start, span.start + 1);
-                    self.stray_underscore(underscore);
-                    return underscore.end as usize;
-                }
-                Err(()) => self.gcode_stray(&mut lexer, span),
-            }
-        }
-        text.len()
-    }
-
-    /// Letters without a number.
-    fn gcode_letters(&mut self, lexer: &mut Lexer<'a, Gcode>, span: Span) {
-        let rest = lexer.remainder();
-        let number = rest.bytes().take_while(|&b| b.is_ascii_digit() || b == b'.').count();
-        lexer.bump(number);
-        let span = Span::new(span.start, span.end + number as u32);
-        let word = span.of(self.text);
-        let message = format!("`{word}` is no G-code word");
-        let apart = rest.trim_start_matches([' ', '\t']);
-        let hint = if word.len() == 1 && apart.starts_with(|c: char| "+-.0123456789[".contains(c)) {
-            format!("the number follows its letter directly: `{word}{}`", value_start(apart))
-        } else if apart.starts_with('#') {
-            PARAMETERS.to_owned()
-        } else if words::lookup(word).is_some() {
-            "a `:` separates statements".to_owned()
-        } else {
-            "a word is a letter directly followed by a number or `[expression]`".to_owned()
-        };
-        self.bad_word(span, message, &hint);
-    }
-
-    /// Reports the first wrong word of a block.
-    fn bad_word(&mut self, span: Span, message: String, hint: &str) {
-        if !self.block_reported {
-            self.report(Code::GcodeWord, span, message, hint);
-        }
-        self.block_reported = true;
-        self.push(Tok::Bad, span);
-    }
-
-    fn gcode_stray(&mut self, lexer: &mut Lexer<'a, Gcode>, span: Span) {
-        let first = span.of(self.text).chars().next().unwrap_or(' ');
-        let hint = match first {
-            '#' => PARAMETERS,
-            '/' => "there is no block delete: use IF",
-            '*' => "checksums are not used here: delete it",
-            ',' => "words stand side by side: `G1 X10 Y5`",
-            '=' => "a name that begins like a G-code word needs an underscore: `x_1 = 5`",
-            _ => "a word is a letter directly followed by a number or `[expression]`",
-        };
-        let apart = |c: char| c.is_ascii_digit() || "+-.".contains(c);
-        let rest = lexer.remainder();
-        let more = rest.len() - rest.trim_start_matches(apart).len();
-        lexer.bump(if apart(first) { more } else { 0 });
-        let span = Span::new(span.start, (self.text.len() - lexer.remainder().len()) as u32);
-        let shown: String = span.of(self.text).chars().take(20).collect();
-        let message = format!("`{shown}` is no G-code word");
-        self.bad_word(span, message, hint);
-    }
 }
-
-/// The hint for `#5`.
-const PARAMETERS: &str = "parameters of G-code are not known here: use a variable, as in `X[a]`";
 
 fn is_soft(reserved: Reserved) -> bool {
     matches!(reserved, Reserved::Kw(kw) if kw.is_soft())
-}
-
-fn ends_block(word: &str, rest: &str) -> bool {
-    let whole = !rest.bytes().next().is_some_and(literal::is_name_byte);
-    whole && (word.eq_ignore_ascii_case("ELSE") || word.eq_ignore_ascii_case("REM"))
-}
-
-/// The characters of a number, for a hint.
-fn value_start(text: &str) -> &str {
-    let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.[".contains(c)));
-    text.get(..end.unwrap_or(text.len()).min(12)).unwrap_or("")
-}
-
-/// Whether the statement that begins `rest` (blanks first) is a G-code block or a G-code comment.
-///
-/// It begins with one of G M F S T N X Y Z and a number or `[`. A run of name characters counts
-/// only where it falls apart into such words (`G1X10F300`, `G1X[a]`): `t2max` is a name. With a
-/// letter of [`LATER`] and plain digits, which are a name, it counts where a word follows that is
-/// none: `I5 X10`.
-pub fn begins_gcode(rest: &str) -> bool {
-    let mut rest = blanks_off(rest.as_bytes());
-    if rest.first().is_some_and(|first| matches!(first, b'(' | b';' | b'%')) {
-        return true;
-    }
-    loop {
-        match run(rest) {
-            Run::Block => return true,
-            Run::Name => return false,
-            Run::Either(length) => rest = blanks_off(&rest[length..]),
-        }
-    }
-}
-
-/// Letters that a block may begin with although they and a number are a name.
-const LATER: &[u8] = b"IJKRPQL";
-
-/// What a run of name characters is.
-enum Run {
-    Block,
-    Name,
-    /// A name of so many characters, or a word of a block.
-    Either(usize),
-}
-
-fn run(rest: &[u8]) -> Run {
-    let block = |is: bool| if is { Run::Block } else { Run::Name };
-    let Some(first) = rest.first().map(u8::to_ascii_uppercase) else { return Run::Name };
-    let later = LATER.contains(&first);
-    if !later && !b"GMFSTNXYZ".contains(&first) {
-        return Run::Name;
-    }
-    let mut at = 0;
-    while let Some(letter) = rest.get(at).filter(|b| b.is_ascii_alphabetic()) {
-        let value = rest.get(at + 1).copied().unwrap_or(b' ');
-        if matches!(value, b'[' | b'+' | b'-' | b'.') {
-            let value = &rest[at + 1..];
-            return block(match value[0] {
-                b'[' => !(later && is_assigned(value)),
-                _ => is_number(value),
-            });
-        }
-        if !value.is_ascii_digit() {
-            // The run ends in a letter without a number: X10 and ELSE may still touch.
-            return block(at > 0 && !later && touches_else(*letter, &rest[at..]));
-        }
-        at += 1;
-        at += rest[at..].iter().take_while(|b| b.is_ascii_digit()).count();
-        if rest.get(at) == Some(&b'.') {
-            return Run::Block;
-        }
-    }
-    match rest.get(at).is_some_and(|&b| literal::is_name_byte(b)) {
-        true => Run::Name,
-        false if later => Run::Either(at),
-        false => Run::Block,
-    }
-}
-
-fn blanks_off(rest: &[u8]) -> &[u8] {
-    let is_blank = |rest: &[u8]| match rest {
-        [b' ' | b'\t' | 0x0B | 0x0C, ..] => 1,
-        [0xC2, 0xA0, ..] => 2,
-        _ => 0,
-    };
-    let mut rest = rest;
-    while is_blank(rest) > 0 {
-        rest = &rest[is_blank(rest)..];
-    }
-    rest
-}
-
-/// `[index] =`: what other languages write for an array.
-fn is_assigned(rest: &[u8]) -> bool {
-    let line = rest.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(rest.len());
-    let close = rest[..line].iter().position(|b| *b == b']');
-    close.is_some_and(|close| blanks_off(&rest[close + 1..]).first() == Some(&b'='))
-}
-
-fn is_number(rest: &[u8]) -> bool {
-    let unsigned = rest.strip_prefix(b"-").or_else(|| rest.strip_prefix(b"+")).unwrap_or(rest);
-    let digits = unsigned.strip_prefix(b".").unwrap_or(unsigned);
-    digits.first().is_some_and(u8::is_ascii_digit)
-}
-
-fn touches_else(letter: u8, rest: &[u8]) -> bool {
-    letter.eq_ignore_ascii_case(&b'E')
-        && rest.get(..4).is_some_and(|w| w.eq_ignore_ascii_case(b"ELSE"))
-        && !rest.get(4).is_some_and(|&b| literal::is_name_byte(b))
 }

@@ -55,7 +55,9 @@ macro_rules! keywords {
     };
 }
 
-keywords! {
+macro_rules! with_plain {
+    ($($plain:ident $plain_text:literal $code:literal $mnemonic:literal $count:literal
+       [$($argument:ident)*] $plain_usage:literal $plain_about:literal $doc:literal;)*) => { keywords! {
     Profile "PROFILE" Declaration "PROFILE \"name\"" "Names the machine; first statement of a script."
     Const "CONST" Declaration "CONST name = expression" "A name for a value that never changes."
     Input "INPUT" Declaration "INPUT name = number" "A name for an input, counted from 1."
@@ -94,19 +96,13 @@ keywords! {
     WaitMove "WaitMove" Machine "WaitMove [axis]" "Waits until one axis, or all, are at rest."
     MoveSpeed "MoveSpeed" Machine "MoveSpeed axis, speed" "Runs an axis at a speed until it is stopped; the sign is the direction."
     StopAxe "StopAxe" Machine "StopAxe axis" "Stops an axis on its ramp."
-    StopAll "StopAll" Machine "StopAll" "Stops every axis on its ramp."
     Home "Home" Machine "Home[?] [axis, ...]" "Finds the reference switches; `Home?` sets HOMED instead of raising F10."
     Probe "Probe" Machine "Probe[?] axis, limit, speed [, input [, state]]" "Moves until an input has the state; `Probe?` sets PROBEOK instead of raising F12."
     ProbeMask "ProbeMask" Machine "ProbeMask[?] axis, limit, speed, and, xor" "Moves until ((INPORT() AND and) XOR xor) is not 0."
     SetPos "SetPos" Machine "SetPos axis, value" "Makes the present position the work position `value`."
-    SetOut "SetOut" Machine "SetOut n, ON|OFF" "Switches an output."
-    Pulse "Pulse" Machine "Pulse n, time" "Switches an output on for a time."
-    SetPort "SetPort" Machine "SetPort value" "Sets outputs 1 to 8 from the bits of a Number."
+    $($plain $plain_text Machine $plain_usage $plain_about)*
     Motors "Motors" Machine "Motors ON|OFF [, axis]" "Enables the drivers; OFF clears HOMED."
-    Wait "Wait" Machine "Wait time" "Waits for a time."
     WaitIn "WaitIn" Machine "WaitIn[?] n, ON|OFF|RISE|FALL [, timeout]" "Waits for an input; `WaitIn?` sets TIMEDOUT instead of raising F13."
-    WaitStart "WaitStart" Machine "WaitStart" "Waits for a press of the Start button."
-    Send "Send" Machine "Send code" "Sends a synchronisation character, 33 to 125."
     WaitChar "WaitChar" Machine "WaitChar[?] code [, timeout]" "Waits for a synchronisation character; `WaitChar?` sets TIMEDOUT instead of raising F13."
     Print "PRINT" Machine "PRINT expression; \"text\"; ..." "Writes a line to the host."
     Plane "PLANE" Machine "PLANE XY|XZ|YZ" "Chooses the interpolation plane."
@@ -147,7 +143,10 @@ keywords! {
     StepRate "STEPRATE" Soft "AS STEPRATE" "Steps per second: `2000st/s`."
     Accel "ACCEL" Soft "AS ACCEL" "Micrometres per second squared: `250mm/s2`."
     StepAccel "STEPACCEL" Soft "AS STEPACCEL" "Steps per second squared: `25000st/s2`."
+} };
 }
+
+crate::plain_rows!([with_plain]);
 
 impl Kw {
     /// Canonical spelling.

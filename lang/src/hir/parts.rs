@@ -56,4 +56,21 @@ impl StmtKind {
             _ => Vec::new(),
         }
     }
+
+    /// The same to change what stands in them.
+    pub fn blocks_mut(&mut self) -> Vec<&mut Block> {
+        match self {
+            StmtKind::If { arms, otherwise, .. } => {
+                arms.iter_mut().map(|arm| &mut arm.body).chain([otherwise]).collect()
+            }
+            StmtKind::Select { cases, otherwise, .. } => {
+                cases.iter_mut().map(|case| &mut case.body).chain([otherwise]).collect()
+            }
+            StmtKind::For { body, .. }
+            | StmtKind::While { body, .. }
+            | StmtKind::Do { body, .. }
+            | StmtKind::Repeat { body, .. } => vec![body],
+            _ => Vec::new(),
+        }
+    }
 }

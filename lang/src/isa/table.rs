@@ -1,4 +1,5 @@
-//! The opcode table: the one place where an instruction is described.
+//! The opcode table: the one place where an instruction is described, but for those of plain statements,
+//! whose rows are [`crate::plain`]'s and come last.
 //!
 //! A row is `code x count Name "mnemonic" Operands pops pushes Class "what it does"`.
 //! With `count` above 1 the instruction has that many codes and `n` is the code's distance from
@@ -10,6 +11,11 @@
 #[macro_export]
 macro_rules! opcode_rows {
     ($consumer:ident) => {
+        $crate::plain_rows! { [$crate::opcode_rows] @with $consumer }
+    };
+    (@with $consumer:ident
+     $($name:ident $text:literal $code:literal $mnemonic:literal $count:literal [$($argument:ident)*]
+       $usage:literal $about:literal $doc:literal;)*) => {
         $consumer! {
             // Flow and constants. 0xFF, erased flash, is no instruction.
             0x00 x 1 End "end" None 0 0 Ends "the run ends";
@@ -126,19 +132,12 @@ macro_rules! opcode_rows {
             0xC6 x 3 Home "home" None 0 0 Effect "Home axis n";
             0xC9 x 1 HomeQuery "homequery" Axis 0 0 Effect "Home? axis";
             0xCA x 1 StopAxe "stopaxe" Axis 0 0 Effect "StopAxe";
-            0xCB x 1 StopAll "stopall" None 0 0 Effect "StopAll";
             0xCC x 3 SetPosZero "setposzero" None 0 0 Effect "SetPos axis n, 0";
             0xCF x 16 OutShort "out" None 0 0 Effect "SetOut n / 2 + 1, n AND 1";
             0xDF x 1 PrintEnd "printend" None 0 0 Effect "PRINT's line is complete";
-            0xE0 x 1 WaitStart "waitstart" None 0 0 Effect "WaitStart";
-            0xE1 x 1 SetOut "setout" None 2 0 Effect "SetOut n, on";
-            0xE2 x 1 Pulse "pulse" None 2 0 Effect "Pulse n, ms";
             0xE3 x 1 WaitIn "waitin" Flags 0 0 Effect "WaitIn [n][, level][, ms]";
             0xE4 x 1 Motors "motors" Flags 1 0 Effect "Motors on; 3 is all axes";
             0xE5 x 1 WaitChar "waitchar" Flags 1 0 Effect "WaitChar c[, ms]";
-            0xE6 x 1 Wait "wait" None 1 0 Effect "Wait ms";
-            0xE7 x 1 Send "send" None 1 0 Effect "Send";
-            0xE8 x 1 SetPort "setport" None 1 0 Effect "SetPort";
             0xE9 x 1 Feed "feed" None 1 0 Effect "F in um/s";
             0xEA x 1 FeedSteps "feedsteps" None 1 0 Effect "F in steps/s";
             0xEB x 1 Spindle "spindle" None 1 0 Effect "S";
@@ -156,6 +155,7 @@ macro_rules! opcode_rows {
             0xFA x 1 ArcMixed "arcmixed" Flags3 1 0 Effect "G2 or G3 with a unit and a frame for each word";
             0xFB x 1 ArcBy "arcby" Flags 1 0 Effect "G2 or G3, relative um: axes, then I J K of the plane or R";
             0xFC x 1 Event "event" Flags 0 0 Effect "ON IN n, ON EVERY ms and their OFF";
+            $($code x 1 $name $mnemonic None $count 0 Effect $doc;)*
         }
     };
 }

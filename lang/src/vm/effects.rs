@@ -5,6 +5,7 @@ use crate::axis::{Axis, AxisSet};
 use crate::effect::{Center, Coord, Dist, Effect, Frame, Plane, Rate, Read, Sensor, Unit, Want};
 use crate::isa::{Look, Op, SHORT_AXES, flags};
 use crate::place::Target;
+use crate::plain::{self, Plain};
 
 /// Most arguments of an effect: an arc with three words and two offsets.
 pub const MAX_ARGUMENTS: usize = 5;
@@ -136,8 +137,15 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
     let (op, n) = Op::decode(code)?;
     let [b, b2, b3] = operands;
     let mut args = Arguments(arguments, 0);
+    if let Some(statement) = Plain::of(op) {
+        let mut values = [0; plain::MOST];
+        for value in values.iter_mut().take(statement.arguments().len()) {
+            *value = args.next();
+        }
+        return Some(Effect::Plain(statement, values));
+    }
     Some(match op {
-        Op::OutShort => Effect::SetOut { n: i32::from(n >> 1) + 1, on: n & 1 != 0 },
+        Op::OutShort => Effect::Plain(Plain::SetOut, [i32::from(n >> 1) + 1, (n & 1).into()]),
         Op::MoveTo | Op::MoveBy => move_axe(n, relative_if(op == Op::MoveBy), 0, args)?,
         Op::Move => move_axe(b, b, 0, args)?,
         Op::MoveRamp => move_axe(b, b, b2, args)?,
@@ -175,13 +183,8 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
             Effect::MoveSpeed { axis: axis(b)?, speed }
         }
         Op::StopAxe => Effect::StopAxe(axis(b)?),
-        Op::StopAll => Effect::StopAll,
         Op::WaitMove => Effect::WaitMove(axis_or_all(b)?),
-        Op::SetOut => Effect::SetOut { n: args.next(), on: args.next() != 0 },
-        Op::Pulse => Effect::Pulse { n: args.next(), ms: args.next() },
-        Op::SetPort => Effect::SetPort(args.next()),
         Op::Motors => Effect::Motors { on: args.next() != 0, axis: axis_or_all(b)? },
-        Op::Wait => Effect::Wait(args.next()),
         Op::WaitIn => {
             let n = match args.next_if(b & flags::INPUT_ON_STACK != 0) {
                 Some(n) => n,
@@ -195,8 +198,6 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
             let timeout = args.next_if(b & flags::TIMEOUT != 0);
             Effect::WaitIn { n, want, timeout, query: b & flags::WAIT_QUERY != 0 }
         }
-        Op::WaitStart => Effect::WaitStart,
-        Op::Send => Effect::Send(args.next()),
         Op::WaitChar => Effect::WaitChar {
             c: args.next(),
             timeout: args.next_if(b & flags::TIMEOUT != 0),

@@ -161,6 +161,12 @@ macro_rules! register_rows {
                 CHAR_OUT: OWN + 140;
                 /// Character for `WaitChar` and `CHARIN`.
                 CHAR_IN: OWN + 141;
+                /// 1 while the program waits with its next effect until a host in trace mode has received the last event.
+                WAITS: OWN + 142;
+                /// Offset in the image's code of that effect, or of the one under way.
+                EFFECT_PLACE: OWN + 143;
+                /// Open calls of the program that runs, the outermost first, 0 behind the newest: bits 0..11 the offset it goes back to, above them the kind.
+                OPEN_CALLS: OWN + 144;
             }
         }
     };

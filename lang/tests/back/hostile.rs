@@ -5,6 +5,7 @@
 use lang::effect::{Effect, Read};
 use lang::fault::Fault;
 use lang::image::{self, HEADER, Image, at};
+use lang::plain::Plain;
 use lang::record::MachineRecord;
 use lang::vm::{Exit, State, Vm};
 use proptest::prelude::*;
@@ -49,7 +50,9 @@ fn run(bytes: &[u8], image: Image<'_>) {
             Exit::Effect => {
                 let effect = vm.effect().expect("the verifier knows every flag");
                 match effect {
-                    Effect::Wait(..0) => vm.fault(Fault::ValueRange).err(),
+                    Effect::Plain(Plain::Wait, [ms, _]) if ms < 0 => {
+                        vm.fault(Fault::ValueRange).err()
+                    }
                     Effect::Probe { .. } if step % 5 == 0 => {
                         vm.fault_between(Fault::SoftLimit).err()
                     }

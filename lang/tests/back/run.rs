@@ -6,6 +6,7 @@ use lang::back::Compiled;
 use lang::effect::{Effect, Read};
 use lang::fault::Fault;
 use lang::image::Image;
+use lang::plain::Plain;
 use lang::vm::{Exit, State, Vm, flag};
 
 /// Instructions after which a run counts as endless.
@@ -41,7 +42,7 @@ impl Machine {
             }
             Effect::Read(Read::Timer) => return Ok(1000),
             Effect::Read(_) => return Ok(0),
-            Effect::Wait(..0) => return Err(Fault::ValueRange),
+            Effect::Plain(Plain::Wait, [ms, _]) if *ms < 0 => return Err(Fault::ValueRange),
             Effect::MoveAxe { to, .. } if to.value == lang::effect::Dist::Um(999_000) => {
                 return Err(Fault::SoftLimit);
             }
@@ -76,7 +77,7 @@ pub fn run(compiled: &Compiled) -> (String, Vec<i32>, Ended) {
                             registered.push(slot);
                         }
                         // Every wait lets each event come once.
-                        if let Effect::Wait(_) = effect
+                        if let Effect::Plain(Plain::Wait, _) = effect
                             && vm.can_interrupt()
                             && let Some(slot) = registered.pop()
                         {

@@ -176,18 +176,12 @@ fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
         StmtKind::SetPos { axis, value } => {
             let _ = writeln!(out, "setpos {axis:?} {}", e(value));
         }
-        StmtKind::SetOut { n, on } => {
-            let _ = writeln!(out, "setout {} {}", e(n), e(on));
+        StmtKind::Plain(statement, values) => {
+            let name = format!("{statement:?}").to_lowercase();
+            let values: String = values.iter().map(|value| format!(" {}", e(value))).collect();
+            let _ = writeln!(out, "{name}{values}");
         }
-        StmtKind::Pulse { n, time } => {
-            let _ = writeln!(out, "pulse {} {}", e(n), e(time));
-        }
-        StmtKind::SetPort(v)
-        | StmtKind::Wait(v)
-        | StmtKind::Send(v)
-        | StmtKind::SetFeed(v)
-        | StmtKind::SetSpindle(v)
-        | StmtKind::OffInput(v) => {
+        StmtKind::SetFeed(v) | StmtKind::SetSpindle(v) | StmtKind::OffInput(v) => {
             let name = format!("{:?}", stmt.kind);
             let name = name.split('(').next().unwrap_or("").to_lowercase();
             let _ = writeln!(out, "{name} {}", e(v));

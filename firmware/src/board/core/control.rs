@@ -96,7 +96,8 @@ impl Core {
             event.kind = 0;
         }
         self.trace.number = 0;
-        self.trace.full = false;
+        // A host in trace mode may halt the program before its first effect.
+        self.trace.full = self.trace.on;
         self.timer = 0;
         self.timed_out = false;
         self.announced = false;

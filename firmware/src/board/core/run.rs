@@ -13,6 +13,17 @@ use lang::wire::{End, RunState, TraceKind};
 /// Codes from here on are effects.
 const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
 
+/// Whether an effect tells nothing behind its first call.
+fn tells_once(code: u8) -> bool {
+    const LINEAR: u8 = Op::Linear as u8;
+    const MOVE_RAMP: u8 = Op::MoveRamp as u8;
+    const ARC: u8 = Op::Arc as u8;
+    const ARC_BY: u8 = Op::ArcBy as u8;
+    const WAIT: u8 = Op::Wait as u8;
+    const STOP_AXE: u8 = Op::StopAxe as u8;
+    matches!(code, LINEAR..=MOVE_RAMP | ARC..=ARC_BY | WAIT | STOP_AXE)
+}
+
 impl Core {
     /// One pass of the program.
     pub fn run(&mut self) {
@@ -72,7 +83,10 @@ impl Core {
         const TEXT_FAR: u8 = Op::PrintTextFar as u8;
         const END: u8 = Op::PrintEnd as u8;
         let prints = matches!(self.effect.code, NUMBER..=TEXT_FAR | END);
-        let free = !self.trace.full || self.announced && prints;
+        // What tells its only event at its beginning goes on to its end: a host halts the program before
+        // the next effect.
+        let told = self.effect.phase != 0 && tells_once(self.effect.code);
+        let free = !self.trace.full || told || self.announced && prints;
         if self.effect.code != 0 && free {
             match self.perform() {
                 Ok(true) => {

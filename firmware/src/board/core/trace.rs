@@ -92,6 +92,11 @@ impl Core {
         self.emit(kind, argument | if ok { TRACE_OK } else { 0 }, value);
     }
 
+    /// The program waits with its next effect for the host that traces.
+    pub fn waits(&self) -> bool {
+        self.trace.full && self.effect.code != 0 && self.effect.phase == 0
+    }
+
     /// The host has received every event before number `number`.
     pub fn received(&mut self, odd: bool) {
         self.trace.left = PATIENCE;

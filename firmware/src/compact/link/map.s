@@ -190,6 +190,15 @@ map_fault_line:
     CALL line_of
     RETURN
     .endif
+    .if HAS_HALTS
+    /* an effect that has not begun waits for the host */
+map_waits:
+    IF_NONE TRACING, T_FULL, map_nothing
+    IF_ZERO EFFECT, map_nothing
+    IF_SET PHASE, map_nothing
+    LIT 1
+    RETURN
+    .endif
     /* Who finds nothing to take listens, and so does who takes what there is. */
 map_print_count:
     GET PRINT_READY
@@ -268,6 +277,17 @@ map_cell_at:
     rla r12
     add &VM_CELLS, r12
 1:  ret
+
+    .if HAS_HALTS
+/* Open calls, 0 behind the newest. */
+map_calls:
+    rla r12
+    add #POOL, r12
+    cmp &VM_CALLS, r12
+    jhs map_zero
+    mov @r12, r12
+    ret
+    .endif
 
 map_moving:
     mov &MOVING, r12            ; and NEGATIVE

@@ -95,7 +95,14 @@ map_list_own:
     MAP_WORDS 1, PRINT_TAIL
     MAP_ROUTINE AT_CHAR_OUT-AT_PRINT_TEXT, map_print_text
     MAP_WORDS 1, CHAR_OUT
+    .if HAS_HALTS
+    MAP_BYTE 1, CHAR_IN
+    MAP_CODE 1, map_waits
+    MAP_CODE 1, map_program_counter
+    MAP_ROUTINE REST, map_calls
+    .else
     MAP_BYTE REST, CHAR_IN
+    .endif
 map_list_status:
     MAP_WORDS AT_INPUTS_HIGH, INPUT
     MAP_CODE AT_MOVING-AT_INPUTS_HIGH, map_probe_input

@@ -98,9 +98,20 @@ run:
 run_perform:
     bit.b #T_FULL, &TRACING
     jeq 1f
-    /* only a line goes on whose event fills the slot: the host takes it before the next one */
+    /* a line goes on whose event fills the slot: the host takes it before the next one */
     bit.b #T_ANNOUNCED, &TRACING
+    .if HAS_HALTS
+    jne 1f
+    /* so does what told its only event at its beginning: a wait, and a motion */
+    tst.b &PHASE
     jeq 9f
+    cmp.b #OP_WAIT, &EFFECT
+    jeq 1f
+    cmp.b #OP_PROBE, &EFFECT
+    jhs 9f
+    .else
+    jeq 9f
+    .endif
 1:  call #effect_poll
     /* no fault is number 1 */
 run_done:

@@ -149,6 +149,12 @@ start_:
     .endif
     BITS_OFF RUN_FLAGS, R_WAITING|R_TIMED_OUT
     BITS_OFF TRACING, ~(T_ON|T_HEARD|T_LOCKED)&0xff
+    .if HAS_HALTS
+    /* a host in trace mode may halt the program before its first effect */
+    IF_NONE TRACING, T_ON, 1f
+    BITS_ON TRACING, T_FULL
+1:
+    .endif
     END
     /* for an observer of the chip */
     .global run_begun

@@ -55,7 +55,15 @@ fn axis_word(letter: char) -> bool {
 /// Whether two blocks are one but for where X and Y go.
 fn alike(a: &Block<'_>, b: &Block<'_>) -> bool {
     let clean = |block: &Block<'_>| {
-        block.remark.is_empty() && block.message.is_none() && block.statement.is_empty()
+        // A table has no names.
+        let named = |(letter, value): &(char, Value<'_>)| {
+            axis_word(*letter) && matches!(value, Value::Named { .. })
+        };
+        block.remark.is_empty()
+            && block.message.is_none()
+            && block.statement.is_empty()
+            && block.sets.is_empty()
+            && !block.words.iter().any(named)
     };
     if !clean(a) || !clean(b) || a.motion != b.motion {
         return false;

@@ -1,10 +1,12 @@
 //! Parameters and expressions of G-code files: `#1 = 5`, `#<safe> = 2`, `X[#1 / 2]`.
 //!
 //! A file without O-words runs from its first line to its last, so what a parameter holds in a line
-//! is known: its value is written there. Files with O-words are refused by line elsewhere.
+//! is known: its value is written there. Files with O-words are refused by line elsewhere. Which words
+//! are a parameter and nothing else is kept, for [`super::named`].
 
 use std::collections::HashMap;
 
+use super::named::Param;
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
 use crate::text::Lines;
@@ -14,12 +16,13 @@ const MAX_DEPTH: usize = 20;
 /// Parameters of a file.
 const MAX_PARAMETERS: usize = 1000;
 
-/// The text with values in place of parameters and expressions; nothing where it has none.
-pub(crate) fn expanded(lines: &Lines, diags: &mut Diags) -> Option<Lines> {
+/// The text with values in place of parameters and expressions, and what it says of its parameters;
+/// nothing where it has none.
+pub(crate) fn expanded(lines: &Lines, diags: &mut Diags) -> Option<(Lines, Vec<Param>)> {
     if !lines.text().contains(['#', '[']) {
         return None;
     }
-    let mut values = HashMap::new();
+    let mut known = Known::default();
     let mut out = String::with_capacity(lines.text().len());
     let mut at = 1;
     for (number, line) in lines.numbered(diags) {
@@ -27,7 +30,7 @@ pub(crate) fn expanded(lines: &Lines, diags: &mut Diags) -> Option<Lines> {
             out.push('\n');
             at += 1;
         }
-        match replaced(line, &mut values) {
+        match replaced(number, line, &mut known) {
             Ok(line) => out.push_str(&line),
             // What cannot be read is told where the line's words are.
             Err(Wrong::Unreadable) => out.push_str(line),
@@ -37,9 +40,10 @@ pub(crate) fn expanded(lines: &Lines, diags: &mut Diags) -> Option<Lines> {
             }
         }
     }
-    let text = "parameters `#` and expressions in brackets: their values are written";
+    let text = "parameters `#` and expressions in brackets: their values are written, but for plain \
+                numbers, which keep a name";
     diags.push(Diag::new(Code::Changed, 1, 1, text).note());
-    Some(Lines::of(out))
+    Some((Lines::of(out), known.params))
 }
 
 /// Why a line stays as it is.
@@ -50,13 +54,37 @@ enum Wrong {
     Value(String),
 }
 
-type Values = HashMap<String, f64>;
+/// The parameters, in the order in which they are set.
+#[derive(Default)]
+struct Known {
+    /// What each holds, and its place in the list.
+    values: HashMap<String, (f64, usize)>,
+    params: Vec<Param>,
+}
+
+impl Known {
+    /// A line sets a parameter.
+    fn set(&mut self, key: String, value: f64, set: (u32, Option<String>)) {
+        let next = self.params.len();
+        let (held, index) = self.values.entry(key.clone()).or_insert((value, next));
+        *held = value;
+        if *index == next {
+            self.params.push(Param { key, ..Param::default() });
+        }
+        self.params[*index].sets.push(set);
+    }
+
+    fn param(&mut self, key: &str) -> Option<&mut Param> {
+        self.params.get_mut(self.values.get(key)?.1)
+    }
+}
 
 /// A line with its values; what it assigns holds from the next one on (RS274/NGC 3.3.2.1).
-fn replaced(line: &str, values: &mut Values) -> Result<String, Wrong> {
+fn replaced(line_number: u32, line: &str, known: &mut Known) -> Result<String, Wrong> {
     let mut out = String::with_capacity(line.len());
     let mut set = Vec::new();
-    let mut i = Cursor { rest: line, values };
+    let (mut plain, mut mixed) = (Vec::new(), Vec::new());
+    let mut i = Cursor { rest: line, known, read: Vec::new() };
     while let Some(c) = i.rest.chars().next() {
         match c {
             ';' => {
@@ -73,8 +101,13 @@ fn replaced(line: &str, values: &mut Values) -> Result<String, Wrong> {
                 if !i.sign('=') {
                     return Err(Wrong::Unreadable);
                 }
+                let before = i.rest;
                 let value = i.sum(0)?;
-                set.push((name, value));
+                mixed.append(&mut i.read);
+                let number = before[..before.len() - i.rest.len()].trim().trim_start_matches('+');
+                let digits = number.strip_prefix('-').unwrap_or(number);
+                let is_plain = digits.chars().all(|c| c.is_ascii_digit() || c == '.');
+                set.push((name, value, is_plain.then(|| number.to_owned())));
                 let said = &whole[..whole.len() - i.rest.len()];
                 out.push_str(&format!(" ({})", said.trim().replace(['(', ')'], " ")));
             }
@@ -83,15 +116,33 @@ fn replaced(line: &str, values: &mut Values) -> Result<String, Wrong> {
                 let value = i.rest.trim_start();
                 let unsigned = value.strip_prefix(['-', '+']).unwrap_or(value).trim_start();
                 if unsigned.starts_with(['#', '[']) {
+                    let minus = value.starts_with('-');
+                    let is_plain = unsigned.starts_with('#');
                     let value = i.factor(0)?;
                     out.push_str(&written(value)?);
+                    match is_plain.then(|| i.read.pop()).flatten() {
+                        Some(name) => plain.push((name, c.to_ascii_uppercase(), minus)),
+                        None => mixed.append(&mut i.read),
+                    }
                 }
             }
             _ => out.push_str(i.take(c.len_utf8())),
         }
     }
-    values.extend(set);
-    if values.len() > MAX_PARAMETERS {
+    for name in mixed {
+        if let Some(param) = known.param(&name) {
+            param.mixed = true;
+        }
+    }
+    for (name, letter, minus) in plain {
+        if let Some(param) = known.param(&name) {
+            param.uses.push((line_number, letter, minus));
+        }
+    }
+    for (name, value, number) in set {
+        known.set(name, value, (line_number, number));
+    }
+    if known.values.len() > MAX_PARAMETERS {
         return Err(Wrong::Value(format!("more than {MAX_PARAMETERS} parameters")));
     }
     Ok(out)
@@ -109,7 +160,9 @@ fn written(value: f64) -> Result<String, Wrong> {
 
 struct Cursor<'a, 'v> {
     rest: &'a str,
-    values: &'v Values,
+    known: &'v Known,
+    /// Parameters whose values were asked for.
+    read: Vec<String>,
 }
 
 impl<'a> Cursor<'a, '_> {
@@ -189,7 +242,8 @@ impl<'a> Cursor<'a, '_> {
         self.rest = self.rest.trim_start();
         if self.rest.starts_with('#') {
             let name = self.name()?;
-            let value = self.values.get(&name).copied();
+            let value = self.known.values.get(&name).map(|(value, _)| *value);
+            self.read.push(name.clone());
             return value.ok_or_else(|| Wrong::Value(format!("nothing has set `#{name}` before")));
         }
         let digits = self.rest.bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();

@@ -30,6 +30,8 @@ pub(super) struct Block<'a> {
     pub motion: i64,
     /// Where X and Y go, um, as far as it is known; under G91 it is not told.
     pub to: [Option<i64>; 2],
+    /// Named parameters that it sets behind its motion, and the values.
+    pub sets: Vec<(u16, String)>,
 }
 
 /// A word's number.
@@ -39,18 +41,23 @@ pub(super) enum Value<'a> {
     Text(&'a str),
     /// Made by the importer.
     Whole(i64),
+    /// A parameter that keeps a name ([`super::named`]).
+    Named { index: u16, minus: bool },
 }
 
 impl core::fmt::Display for Value<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Value::Text(text) = self else {
-            let Value::Whole(value) = self else { return Ok(()) };
-            return value.fmt(f);
+        let text = match self {
+            Value::Text(text) => *text,
+            Value::Whole(value) => return value.fmt(f),
+            Value::Named { index, minus } => {
+                return write!(f, "{}#{index}", if *minus { "-" } else { "" });
+            }
         };
         // `X.5` and `X5.` are what other controllers write for 0.5 and 5.
         let (sign, digits) = match text.strip_prefix(['-', '+']) {
             Some(digits) => (&text[..1], digits),
-            None => ("", *text),
+            None => ("", text),
         };
         let digits = digits.trim_end_matches('.');
         let sign = if sign == "+" { "" } else { sign };

@@ -3,7 +3,8 @@
 use core::fmt::Write;
 
 use super::fold::{self, Part};
-use super::read::Block;
+use super::named::{self, Name};
+use super::read::{Block, Value};
 use crate::codes::Code;
 use crate::diag::{Diag, Diags};
 use crate::script::{Made, Script, literal, mm};
@@ -17,9 +18,10 @@ const ROWS_A_LINE: usize = 4;
 pub(super) fn script(
     job: &Job<'_>,
     format: Format,
-    blocks: &[Block<'_>],
+    all: (&[Block<'_>], &[Name]),
     diags: &mut Diags,
 ) -> Made {
+    let (blocks, _) = all;
     if blocks.iter().all(|block| block.words.is_empty() && block.statement.is_empty()) {
         diags.push(Diag::new(Code::NoProgram, 1, 1, "no line of the file does anything"));
         return Made::default();
@@ -27,13 +29,13 @@ pub(super) fn script(
     let plain = [Part::Plain(0, blocks.len())];
     let parts = if job.options.plain { plain.to_vec() } else { fold::parts(blocks) };
     if parts == plain {
-        return write(job, format, blocks, &plain, None);
+        return write(job, format, all, &plain, None);
     }
-    let long = write(job, format, blocks, &plain, None);
+    let long = write(job, format, all, &plain, None);
     if long.text.len() > MAX_SIZED {
-        return write(job, format, blocks, &parts, None);
+        return write(job, format, all, &parts, None);
     }
-    let folded = write(job, format, blocks, &parts, None);
+    let folded = write(job, format, all, &parts, None);
     match (size(job.profile, &long.text), size(job.profile, &folded.text)) {
         (Some(before), Some(after)) if after < before => {
             let saved = format!(
@@ -42,7 +44,7 @@ pub(super) fn script(
                 before - after
             );
             diags.push(Diag::new(Code::Said, 1, 1, saved.clone()).note());
-            write(job, format, blocks, &parts, Some(&saved))
+            write(job, format, all, &parts, Some(&saved))
         }
         // A mode that differs between the ways into a loop: the lines stay as they are.
         _ => long,
@@ -52,7 +54,7 @@ pub(super) fn script(
 fn write(
     job: &Job<'_>,
     format: Format,
-    blocks: &[Block<'_>],
+    (blocks, names): (&[Block<'_>], &[Name]),
     parts: &[Part],
     saved: Option<&str>,
 ) -> Made {
@@ -65,6 +67,7 @@ fn write(
     if let Some(saved) = saved {
         script.remark(saved);
     }
+    named::declare(&mut script, names);
     let tables = parts.iter().filter(|part| matches!(part, Part::Table { .. })).count();
     if tables > 0 {
         script.line("DIM i");
@@ -82,13 +85,13 @@ fn write(
         match part {
             Part::Plain(from, to) => {
                 for block in &blocks[*from..*to] {
-                    line(&mut script, block, None);
+                    line(&mut script, block, names, None);
                 }
             }
             Part::Same { from, len, times } => {
                 script.open(&format!("REPEAT {times}"));
                 for block in &blocks[*from..from + len] {
-                    line(&mut script, block, None);
+                    line(&mut script, block, names, None);
                 }
                 script.close("END REPEAT");
             }
@@ -103,7 +106,7 @@ fn write(
                 ));
                 script.open(&format!("FOR i = 0 TO COUNT({name}) - 1"));
                 for block in &blocks[*from..from + len] {
-                    line(&mut script, block, Some(&name));
+                    line(&mut script, block, names, Some(&name));
                 }
                 script.close("NEXT");
             }
@@ -133,8 +136,17 @@ fn table(script: &mut Script, name: &str, rows: &[[i64; 2]]) {
 }
 
 /// One block; `table` names the table whose row X and Y come from.
-fn line(script: &mut Script, block: &Block<'_>, table: Option<&str>) {
+fn line(script: &mut Script, block: &Block<'_>, names: &[Name], table: Option<&str>) {
     script.set_place(block.line);
+    moves(script, block, names, table);
+    for (index, value) in &block.sets {
+        let name = names.get(usize::from(*index)).map_or("", |own| &own.name);
+        script.line(&format!("{name} = {value}"));
+    }
+}
+
+/// Its words, its remark and its message.
+fn moves(script: &mut Script, block: &Block<'_>, names: &[Name], table: Option<&str>) {
     if let Some(message) = &block.message {
         script.line(&format!("PRINT \"{}\"", literal(message)));
     }
@@ -159,7 +171,14 @@ fn line(script: &mut Script, block: &Block<'_>, table: Option<&str>) {
                 }
                 write!(text, "{separator}X[{name}(i, 0)] Y[{name}(i, 1)]")
             }
-            _ => write!(text, "{separator}{letter}{value}"),
+            _ => match value {
+                Value::Named { index, minus } => {
+                    text.push_str(separator);
+                    named::word(&mut text, *letter, names, *index, *minus);
+                    Ok(())
+                }
+                _ => write!(text, "{separator}{letter}{value}"),
+            },
         };
     }
     // In a loop each line says for itself how it moves: the ways into it may bring another mode.

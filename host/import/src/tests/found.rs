@@ -44,7 +44,7 @@ fn parameters_and_expressions_are_worth_their_values() {
         "#1=5 (five)\n#<safe> = 2.5\nG1 X#1 Y[#1*2+1] Z-#<safe>\n#1 = [#1 + 10] / 4\n\
          X#1 Y[-[2-6]*.5]\n#1=7 X#1\n",
     );
-    for wanted in ["G1 X5 Y11 Z-2.5\n", "\nX3.75 Y2\n", "\nX3.75 "] {
+    for wanted in ["G1 X5 Y11 Z[-safe]\n", "\nX3.75 Y2\n", "\nX3.75 "] {
         assert!(script.contains(wanted), "{wanted} in {script}");
     }
     for (text, wanted) in [
@@ -57,6 +57,30 @@ fn parameters_and_expressions_are_worth_their_values() {
         let said = refused("a.nc", &format!("{HEAD}{text}\n"));
         assert!(said.contains(wanted), "{text}: {said}");
     }
+    // Plain numbers in plain words keep a name, others their values.
+    let script = gcode(
+        "#1=5\n#<safe> = 2.5\n#2=300\n#3=1\n#4=2\n#5=3.\n#6=.5\n#<G1>=7\nG0 Z#<safe>\nG1 X#1 Y#3 F#2\nX-#1 Y[#3]\n#1=-7.5\nX#1 Z#<G1>\n\
+         G4 P#5\nX#4\nF#4\nG20 X#6 Z1\n",
+    );
+    for wanted in [
+        "\nDIM p1",
+        "\nCONST safe = 2.5mm",
+        "\nCONST p2 = 300mm/min",
+        "\nCONST p6 = 0.5in",
+        "\nCONST p_g1 = 7mm",
+        "\np1 = 5mm\n",
+        "\nG0 Z[safe]\n",
+        "\nG1 X[p1] Y1 F[p2]\n",
+        "\nX[-p1] Y1\n",
+        "\np1 = -7.5mm\nX[p1] Z[p_g1]\n",
+        "\nG4 P3\nX2\nF2\n",
+        "\nG20 X[p6] Z1\n",
+    ] {
+        assert!(script.contains(wanted), "{wanted} in {script}");
+    }
+    // A part without arcs wants to know them before the run.
+    let script = gcode("#1=5\nG0 X#1\n#1=6\n#2=1\nG2 X7 I#2\nG1 X#1\n");
+    assert!(script.contains("\nG0 X5\n") && script.contains("I[p2]\nG1 X6\n"), "{script}");
     let deep = format!("{HEAD}G1 X{}1{}\n", "[".repeat(1500), "]".repeat(1500));
     assert!(refused("a.nc", &deep).contains("nested too deeply"));
 }

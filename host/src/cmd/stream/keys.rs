@@ -3,6 +3,8 @@
 use std::io::{BufRead, IsTerminal};
 use std::sync::mpsc::{self, Receiver};
 
+use crate::interrupt;
+
 /// What a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Key {
@@ -28,9 +30,17 @@ impl Key {
     }
 }
 
-/// Where they come from.
+/// What the user asks for: by keys, or by Ctrl-C and SIGTERM where no terminal turns that into one.
 #[derive(Debug)]
-pub(super) enum Keys {
+pub(super) struct Keys {
+    from: Typed,
+    /// The signal was told.
+    stopped: bool,
+}
+
+/// Where keys come from.
+#[derive(Debug)]
+enum Typed {
     /// A terminal without line editing.
     #[cfg(unix)]
     Terminal(terminal::Terminal<std::io::Stdin>),
@@ -39,15 +49,43 @@ pub(super) enum Keys {
 }
 
 impl Keys {
-    /// Listens to standard input. `busy` when something else is read from there.
+    /// Listens to standard input and to signals. `busy` when something else is read from there.
     pub(super) fn open(busy: bool) -> Keys {
+        interrupt::watch();
+        Keys { from: Typed::open(busy), stopped: false }
+    }
+
+    /// What they do, for the user; nothing where nobody types.
+    pub(super) fn help(&self) -> Option<&'static str> {
+        match self.from {
+            #[cfg(unix)]
+            Typed::Terminal(_) => Some("p pauses, r goes on, q stops"),
+            Typed::Lines(_) if std::io::stdin().is_terminal() => {
+                Some("p pauses, r goes on, q stops (each with Enter)")
+            }
+            Typed::Lines(_) => None,
+        }
+    }
+
+    /// The next key, if one was pressed; the first signal is one.
+    pub(super) fn next(&mut self) -> Option<Key> {
+        if !self.stopped && interrupt::asked() {
+            self.stopped = true;
+            return Some(Key::Stop);
+        }
+        self.from.next()
+    }
+}
+
+impl Typed {
+    fn open(busy: bool) -> Typed {
         let (send, receive) = mpsc::channel();
         if busy {
-            return Keys::Lines(receive);
+            return Typed::Lines(receive);
         }
         #[cfg(unix)]
         if let Some(terminal) = terminal::Terminal::open(std::io::stdin()) {
-            return Keys::Terminal(terminal);
+            return Typed::Terminal(terminal);
         }
         std::thread::spawn(move || {
             for line in std::io::stdin().lock().lines() {
@@ -57,27 +95,14 @@ impl Keys {
                 }
             }
         });
-        Keys::Lines(receive)
+        Typed::Lines(receive)
     }
 
-    /// What they do, for the user; nothing where nobody types.
-    pub(super) fn help(&self) -> Option<&'static str> {
+    fn next(&mut self) -> Option<Key> {
         match self {
             #[cfg(unix)]
-            Keys::Terminal(_) => Some("p pauses, r goes on, q stops"),
-            Keys::Lines(_) if std::io::stdin().is_terminal() => {
-                Some("p pauses, r goes on, q stops (each with Enter)")
-            }
-            Keys::Lines(_) => None,
-        }
-    }
-
-    /// The next key, if one was pressed.
-    pub(super) fn next(&mut self) -> Option<Key> {
-        match self {
-            #[cfg(unix)]
-            Keys::Terminal(terminal) => terminal.byte().map(Key::of),
-            Keys::Lines(lines) => {
+            Typed::Terminal(terminal) => terminal.byte().map(Key::of),
+            Typed::Lines(lines) => {
                 let line = lines.try_recv().ok()?;
                 match line.trim().as_bytes() {
                     [byte] => Some(Key::of(*byte)),
@@ -150,7 +175,7 @@ pub(super) mod terminal {
 #[cfg(all(test, unix))]
 mod tests {
     use super::terminal::Terminal;
-    use super::{Key, Keys};
+    use super::{Key, Keys, Typed};
     use rustix::fs::{Mode, OFlags};
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     use rustix::termios::{LocalModes, SpecialCodeIndex, tcgetattr};
@@ -200,7 +225,7 @@ mod tests {
     #[test]
     fn a_pipe_gives_lines() {
         let (send, lines) = std::sync::mpsc::channel();
-        let mut keys = Keys::Lines(lines);
+        let mut keys = Keys { from: Typed::Lines(lines), stopped: false };
         assert_eq!(keys.next(), None);
         for line in ["p", " q \r", "quit"] {
             send.send(line.to_owned()).expect("sent");

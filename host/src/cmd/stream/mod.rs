@@ -20,7 +20,7 @@ use keys::{Key, Keys};
 use super::port::{Board, Port};
 use super::script::{self, Script};
 use super::upload::compare;
-use super::{Console, Options};
+use super::{Console, Options, arcs};
 use crate::client::stream::Slots;
 use crate::failure::Failure;
 use crate::render::Note;
@@ -63,19 +63,22 @@ impl Stream {
     /// The job is wrong or cannot be streamed; the board does not answer; the run faults or is
     /// stopped.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        let script = script::load_plain(&self.file, options, console)?;
+        let mut script = script::load_plain(&self.file, options, console)?;
         let keeps = [("the file of KEEP values", Some(format!("{}.keep", self.file)))];
         script.keep_inputs(&self.file, options, None, &keeps)?;
         let mut compiled = script::compile_any(&script, console)?;
-        // What is told and asked for are lines of the file, also of another system's.
-        for mark in &mut compiled.sidecar.marks {
-            mark.line = script.line_of_file(mark.line);
-        }
         let mut board = self.port.connect(options, console)?;
         let identity = board.identity()?;
         identity.check().map_err(Failure::Board)?;
         if !self.any_profile {
             compare(&mut board, &script.program.profile)?;
+        }
+        if arcs::are_missing(&compiled, identity.features) {
+            compiled = arcs::without(&mut script, &compiled, "this board", console)?;
+        }
+        // What is told and asked for are lines of the file, also of another system's.
+        for mark in &mut compiled.sidecar.marks {
+            mark.line = script.line_of_file(mark.line);
         }
         let slots = if self.stored { None } else { board.stream_slots()? };
         let Some(slots) = slots else {

@@ -5,143 +5,23 @@
 //! several ([`queue`]), which the board's main loop fetches one after the other. A stop, a pause or
 //! a new target takes effect behind them.
 
+mod play;
+
 use std::collections::VecDeque;
 
 use firmware::motion::arc::Arc;
 use firmware::motion::path::{Block, Manner, Path, PathSegment};
 use firmware::motion::queue;
-use firmware::motion::ramp::Segment;
-use firmware::motion::scaled::Scaled;
 use firmware::motion::single::{Pace, Single};
 use lang::axis::Axis;
 use lang::part::Part;
 use lang::record::AxisRecord;
 
-/// From the beginning of a segment to the fetch of the next one, and between two fetches for a path
-/// whose next block is not known: a pass of the board's main loop with a statement in it.
-const FETCH_US: u64 = 200;
+use self::play::{Clock, FETCH_US, Play, Solo, is_fetched};
 
 /// From a statement to the event of a path that begins at rest, us: for a chip that looks ahead and for the
 /// small one, and more for each axis that moves (`pasapas bench paths`).
 const PATH_BEGINS_US: [[u64; 2]; 2] = [[1_350, 500], [1_250, 190]];
-
-/// A segment and when it began.
-#[derive(Clone, Copy, Debug)]
-struct Play {
-    /// Fine units, as [`Segment::duration`] has them.
-    begin: u64,
-    segment: Segment,
-    clock: Clock,
-}
-
-/// The step timer.
-#[derive(Clone, Copy, Debug)]
-struct Clock {
-    /// Ticks in a second.
-    hz: u32,
-}
-
-impl Clock {
-    /// Units of [`Segment::duration`] in a microsecond: 1/65536 of a tick.
-    fn fine_per_us(self) -> u64 {
-        u64::from(self.hz) / 1_000_000 * 65_536
-    }
-
-    /// Fine units as us, rounded up.
-    fn us(self, fine: u64) -> u64 {
-        fine.div_ceil(self.fine_per_us())
-    }
-
-    /// For the planner.
-    fn rate(self) -> Scaled {
-        Scaled::constant(self.hz)
-    }
-}
-
-/// Whether the segment after this one is fetched by `us`.
-fn is_fetched(play: &Play, us: u64) -> bool {
-    let fine = play.clock.fine_per_us();
-    us * fine >= play.begin + FETCH_US * fine
-}
-
-impl Play {
-    /// Time of the `n`th sub-event after the beginning, fine units.
-    fn offset(&self, n: u32) -> u64 {
-        let n = i64::from(n);
-        let s = &self.segment;
-        (n * i64::from(s.interval) + n * (n - 1) / 2 * i64::from(s.dif)).unsigned_abs()
-    }
-
-    /// Sub-events of a step.
-    fn per_step(&self) -> u32 {
-        u32::from(self.segment.mask) + 1
-    }
-
-    /// When it ends, us, rounded up.
-    fn end_us(&self) -> u64 {
-        self.clock.us(self.begin + self.segment.duration())
-    }
-
-    /// When its `step`th step comes, us, rounded up.
-    fn step_us(&self, step: u16) -> u64 {
-        self.clock.us(self.begin + self.offset(u32::from(step) * self.per_step()))
-    }
-
-    /// Steps made until `us`.
-    fn steps_at(&self, us: u64) -> u16 {
-        let gone = (us * self.clock.fine_per_us()).saturating_sub(self.begin);
-        let (mut low, mut high) = (0_u32, u32::from(self.segment.events));
-        while low < high {
-            let middle = (low + high).div_ceil(2);
-            if self.offset(middle) <= gone {
-                low = middle;
-            } else {
-                high = middle - 1;
-            }
-        }
-        (low / self.per_step()) as u16
-    }
-
-    /// Speed at its end, events/s.
-    fn rate(&self) -> f64 {
-        let s = &self.segment;
-        let events = i64::from(s.events);
-        let last = i64::from(s.interval) + (events - 1).max(0) * i64::from(s.dif);
-        let ticks = last.max(1) as f64 * f64::from(self.per_step()) / 65_536.0;
-        f64::from(self.clock.hz) / ticks
-    }
-}
-
-/// An axis on its own.
-#[derive(Debug)]
-struct Solo {
-    single: Single,
-    play: Option<Play>,
-    /// Direction of the segment that plays.
-    negative: bool,
-    /// The segment that the engine plays next, and its direction.
-    next: Option<(Segment, bool)>,
-}
-
-impl Solo {
-    /// The planner's next segment for the engine.
-    fn fetch(&mut self) {
-        let mut segment = Segment::default();
-        if self.next.is_none() && self.single.next_segment(&mut segment) {
-            self.next = Some((segment, self.single.negative()));
-        }
-    }
-
-    /// Nothing is left of what the engine holds.
-    fn is_empty(&self) -> bool {
-        self.play.is_none() && self.next.is_none()
-    }
-
-    /// Steps with the sign of the direction.
-    fn signed(&self, steps: u16) -> i32 {
-        if self.negative { -i32::from(steps) } else { i32::from(steps) }
-    }
-}
 
 /// What began or ended while motion went on.
 #[derive(Clone, Copy, Debug, PartialEq)]

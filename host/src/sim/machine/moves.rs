@@ -9,9 +9,10 @@ use lang::effect::{Coord, Rate};
 use lang::fault::Fault;
 use lang::place::{Place, way};
 
+use super::Machine;
 use super::axes::scaled;
 use super::motion::Milestone;
-use super::{Machine, positive};
+use super::perform::positive;
 use crate::sim::record::{Segment, SegmentKind};
 use crate::sim::trace::{AxisLetter, MoveKind, What};
 

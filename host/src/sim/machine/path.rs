@@ -238,17 +238,13 @@ impl Machine {
         goal: &[Place; 3],
         center: &Center,
     ) -> Result<Arc, Fault> {
-        let (first, axes) = match plane {
-            Plane::Xy => (0, [Axis::X, Axis::Y]),
-            Plane::Yz => (1, [Axis::Y, Axis::Z]),
-            Plane::Zx => (2, [Axis::Z, Axis::X]),
-        };
+        let axes = plane.axes();
         let um = |dist: Dist, axis: Axis| match dist {
             Dist::Um(um) => Ok(um),
             Dist::Steps(steps) => self.axes.length(axis, steps),
         };
         let ends = Ends {
-            first,
+            first: axes[0].index() as u8,
             clockwise,
             from_um: start.map(|place| place.um),
             to_um: goal.map(|place| place.um),

@@ -188,7 +188,7 @@ impl Machine {
             self.inputs.read(n)?;
         }
         let speed = match speed.or(self.feed) {
-            Some(speed) => super::positive(speed)?,
+            Some(speed) => super::perform::positive(speed)?,
             None => Rate::Um(self.profile.default_feed_um_s.ok_or(Fault::SpeedRange)?),
         };
         let to = self.axes.aim(axis, limit, self.axes.place(axis))?;

@@ -4,6 +4,7 @@ use std::rc::Rc;
 use lang::axis::Axis;
 use lang::effect::{Center, Coord, Dist, Effect, Frame, Plane, Rate, Read, Sensor, Want};
 use lang::fault::Fault;
+use lang::plain::Plain;
 use lang::profile::{BUILT_IN, Profile};
 
 use super::{Machine, Step};
@@ -159,7 +160,7 @@ fn a_pause_changes_neither_trace_nor_end() {
         line(30_000, 10_000, false),
         line(30_000, 40_000, false),
         line(0, 0, true),
-        Effect::Wait(500),
+        Effect::Plain(Plain::Wait, [500, 0]),
         go(Axis::Y, 5_000),
     ];
     let plain = run("", &effects);
@@ -186,10 +187,10 @@ fn stop_held_nothing_left_and_the_emergency_stop_end_a_run() {
     let (_, end, us) = run("at(10, || set_in(3, true));", &wait);
     assert_eq!((end.status, us), (Status::Done, 15_000));
     // The buttons have the same: the pause begins 5 ms late, a bounce is none.
-    let (_, end, us) = run("hold_stop(10, 3);", &[Effect::Wait(500)]);
+    let (_, end, us) = run("hold_stop(10, 3);", &[Effect::Plain(Plain::Wait, [500, 0])]);
     assert_eq!((end.status, us), (Status::Done, 500_000));
     let paused = "hold_stop(10, 50); at(110, || press_start());";
-    let (_, end, us) = run(paused, &[Effect::Wait(500)]);
+    let (_, end, us) = run(paused, &[Effect::Plain(Plain::Wait, [500, 0])]);
     assert_eq!((end.status, us), (Status::Done, 600_000));
 }
 
@@ -209,7 +210,7 @@ fn a_speed_move_rests_at_its_soft_limit() {
     let effects = [
         Effect::Home { axis: Axis::Y, query: false },
         Effect::MoveSpeed { axis: Axis::Y, speed: Rate::Steps(4_000) },
-        Effect::Wait(10_000),
+        Effect::Plain(Plain::Wait, [10_000, 0]),
     ];
     let profile = Profile::built_in("mill").unwrap();
     let sink = Box::new(|_: &Event| {});
@@ -237,7 +238,10 @@ fn independent_axes_run_at_once_and_the_last_target_holds() {
     let both = run("", &[start(Axis::X, 20_000), start(Axis::Y, 20_000), Effect::WaitMove(None)]);
     let one = run("", &[start(Axis::X, 20_000), Effect::WaitMove(Some(Axis::X))]);
     assert!(both.2 < one.2 + 1_000, "{} {}", both.2, one.2);
-    let turned = run("", &[start(Axis::X, 50_000), Effect::Wait(1_000), go(Axis::X, -1_000)]);
+    let turned = run(
+        "",
+        &[start(Axis::X, 50_000), Effect::Plain(Plain::Wait, [1_000, 0]), go(Axis::X, -1_000)],
+    );
     assert!(turned.0.contains("\"pos\":{\"X\":-100,"), "{}", turned.0);
 }
 
@@ -265,10 +269,10 @@ fn outputs_take_their_end_states_and_pulses_write_two_lines() {
     let (trace, end, us) = run(
         "after_out(1, true, 20, || set_in(2, true)); expect_out(1, false); expect_out(3, false);",
         &[
-            Effect::SetOut { n: 1, on: true },
+            Effect::Plain(Plain::SetOut, [1, 1]),
             Effect::WaitIn { n: 2, want: Want::Rise, timeout: Some(1_000), query: false },
-            Effect::Pulse { n: 3, ms: 40 },
-            Effect::SetPort(0b101),
+            Effect::Plain(Plain::Pulse, [3, 40]),
+            Effect::Plain(Plain::SetPort, [0b101, 0]),
         ],
     );
     assert_eq!(end.status, Status::Done);

@@ -3,6 +3,7 @@
 use lang::axis::Axis;
 use lang::effect::{Effect, Want};
 use lang::fault::Fault;
+use lang::plain::Plain;
 
 use super::{Machine, Step};
 use crate::sim::trace::What;
@@ -67,7 +68,7 @@ impl Machine {
         };
         let limit = |ms: Option<i32>| ms.map(deadline).transpose();
         let wait = match *effect {
-            Effect::Wait(ms) => {
+            Effect::Plain(Plain::Wait, [ms, _]) => {
                 let end = deadline(ms)?;
                 self.write(What::Wait { line, ms });
                 Wait { line, until: Until::Clock, deadline: Some(end), query: false }
@@ -77,7 +78,7 @@ impl Machine {
                 let until = Until::Input { n, want, before };
                 Wait { line, until, deadline: limit(timeout)?, query }
             }
-            Effect::WaitStart => {
+            Effect::Plain(Plain::WaitStart, _) => {
                 let until = Until::Start(self.start_presses);
                 if self.scenario.waits_for_start(self.now) {
                     self.released.push(line);
@@ -102,7 +103,7 @@ impl Machine {
                 }
                 Wait { line, until: Until::Axes(which), deadline: None, query: false }
             }
-            Effect::Pulse { n, ms } => {
+            Effect::Plain(Plain::Pulse, [n, ms]) => {
                 self.outputs.check(n)?;
                 let Ok(ms) = u64::try_from(ms) else { return Err(Fault::ValueRange) };
                 self.set_out(n, true)?;

@@ -5,6 +5,7 @@ use lang::effect::{Coord, Dist, Effect, Frame, Read};
 use lang::fault::Fault;
 use lang::hir::{Cycle, CycleKind, Expr, Stmt};
 use lang::kind::Kind;
+use lang::plain::Plain;
 
 use super::translate::Translator;
 use crate::sim::machine::{Machine, Step, scaled};
@@ -240,7 +241,7 @@ pub fn run(machine: &mut Machine, plan: &Plan, values: &[i32]) -> Result<(), Bro
             let frame = if plan.z.1 { Frame::Relative } else { Frame::Work };
             tool.z(false, z_unit.coord(z, frame), plan.exact)?;
             if plan.kind == Kinds::Dwell {
-                tool.act(&Effect::Wait(parameter))?;
+                tool.act(&Effect::Plain(Plain::Wait, [parameter, 0]))?;
             }
         }
         let top = old_z.map_or(r, |old| old.max(r));

@@ -3,6 +3,7 @@
 use lang::effect::{Center, Coord, Dist, Effect, Frame, Rate, Read, Sensor, Want};
 use lang::hir::{ArcCenter, Expr, InWant, ProbeSensor, ReadKind, StmtKind, Word};
 use lang::kind::Kind;
+use lang::plain;
 
 /// An effect with zeros, and the expressions that replace them.
 pub type Shaped<'p> = (Effect, Vec<&'p Expr>);
@@ -29,6 +30,10 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
     let mut values = Vec::new();
     let optional = |expr: &Option<Box<Expr>>| expr.as_deref().map(rate);
     let effect = match kind {
+        StmtKind::Plain(statement, list) => {
+            values.extend(list);
+            Effect::Plain(*statement, [0; plain::MOST])
+        }
         StmtKind::MoveAxe { axis, target, relative, start, speed, accel, decel } => {
             let rates = [optional(speed), optional(accel), optional(decel)];
             values.push(target);
@@ -48,7 +53,6 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
             Effect::MoveSpeed { axis: *axis, speed: rate(speed) }
         }
         StmtKind::StopAxe(axis) => Effect::StopAxe(*axis),
-        StmtKind::StopAll => Effect::StopAll,
         StmtKind::WaitMove(axis) => Effect::WaitMove(*axis),
         StmtKind::Probe { axis, limit, speed, sensor, query } => {
             values.push(&limit.value);
@@ -71,25 +75,9 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
             values.push(value);
             Effect::SetPos { axis: *axis, value: 0 }
         }
-        StmtKind::SetOut { n, on } => {
-            values.extend([n, &**on]);
-            Effect::SetOut { n: 0, on: false }
-        }
-        StmtKind::Pulse { n, time } => {
-            values.extend([n, &**time]);
-            Effect::Pulse { n: 0, ms: 0 }
-        }
-        StmtKind::SetPort(value) => {
-            values.push(value);
-            Effect::SetPort(0)
-        }
         StmtKind::Motors { on, axis } => {
             values.push(on);
             Effect::Motors { on: false, axis: *axis }
-        }
-        StmtKind::Wait(time) => {
-            values.push(time);
-            Effect::Wait(0)
         }
         StmtKind::WaitIn { n, want, timeout, query } => {
             values.push(n);
@@ -102,11 +90,6 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
             };
             values.extend(timeout.as_deref());
             Effect::WaitIn { n: 0, want, timeout: timeout.as_ref().map(|_| 0), query: *query }
-        }
-        StmtKind::WaitStart => Effect::WaitStart,
-        StmtKind::Send(c) => {
-            values.push(c);
-            Effect::Send(0)
         }
         StmtKind::WaitChar { c, timeout, query } => {
             values.push(c);
@@ -213,6 +196,10 @@ impl Template {
         let mut next = || values.next().unwrap_or(0);
         let mut effect = self.effect;
         match &mut effect {
+            Effect::Plain(statement, list) => {
+                let given = list.iter_mut().take(statement.arguments().len());
+                given.for_each(|value| *value = next());
+            }
             Effect::MoveAxe { to, speed, accel, decel, .. } => {
                 set_dist(&mut to.value, next());
                 [speed, accel, decel].into_iter().flatten().for_each(|r| set_rate(r, next()));
@@ -262,20 +249,9 @@ impl Template {
                 *c = next();
                 timeout.iter_mut().for_each(|timeout| *timeout = next());
             }
-            Effect::SetOut { n, on } => {
-                *n = next();
-                *on = next() != 0;
-            }
             Effect::Motors { on, .. } => *on = next() != 0,
-            Effect::Pulse { n, ms } => {
-                *n = next();
-                *ms = next();
-            }
             Effect::SetPos { value, .. }
             | Effect::SetSpindle(value)
-            | Effect::SetPort(value)
-            | Effect::Wait(value)
-            | Effect::Send(value)
             | Effect::PrintValue(value, _)
             | Effect::OffInput(value)
             | Effect::OnInput { n: value, .. }

@@ -20,11 +20,12 @@ impl Writer<'_> {
             0 | 1 => write!(text, "{mode} G0 X{}", self.word()),
             2..=5 => write!(text, "{stop} {mode} G1 X{} Y{} {feed}", self.word(), self.word()),
             6 => write!(text, "{stop} G91 G1 Z-{} {feed}", self.tape.of(&["1", "0.5"])),
-            7 if arcs => {
+            // A part that draws no arcs gets the chords of these.
+            7 => {
                 let x = self.tape.of(&["4", "0", "3"]);
                 write!(text, "G17 {stop} G91 {turn} X{x} Y0 I2 J0 {feed}")
             }
-            8 if arcs => {
+            8 => {
                 let plane =
                     self.tape.of(&["G17 G91 G2 X3 Y3", "G18 G91 G3 X2 Z2", "G19 G91 G2 Y2 Z-2"]);
                 write!(text, "{plane} R{} {stop} {feed}", self.tape.of(&["5", "-5", "1"]))

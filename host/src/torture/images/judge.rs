@@ -5,6 +5,7 @@ use lang::effect::Effect;
 use lang::fault::Fault;
 use lang::image::{Image, crc_in, crc_of};
 use lang::isa::{self, Op};
+use lang::plain::Plain;
 use lang::verify::{Limits, verify};
 use lang::vm::{Exit, State, Vm};
 
@@ -98,7 +99,7 @@ fn pass(vm: &mut Vm<'_, '_>, image: &Image<'_>, rng: &mut Rng) -> Result<bool, S
             let shape = image.code.get(vm.state.pc).and_then(|code| isa::shape(*code));
             shape.ok_or("an effect without a shape")?;
             match effect {
-                Effect::Wait(..0) => vm.fault(Fault::ValueRange).err(),
+                Effect::Plain(Plain::Wait, [ms, _]) if ms < 0 => vm.fault(Fault::ValueRange).err(),
                 Effect::Probe { .. } if rng.below(4) == 0 => {
                     vm.fault_between(Fault::SoftLimit).err()
                 }

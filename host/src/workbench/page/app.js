@@ -78,9 +78,13 @@ function build(welcome) {
   $('#from-disk').addEventListener('click', () => link.ask({ reload: true }));
   $('#keep-text').addEventListener('click', () => link.ask({ reload: false }));
   for (const [id, stop] of [['#press-start', false], ['#press-stop', true]]) {
-    const press = down => link.say({ press: { stop, down } });
+    let held = false;
+    const press = down => { if (held !== down) link.say({ press: { stop, down: held = down } }); };
+    const key = e => e.key === ' ' || e.key === 'Enter';
     $(id).addEventListener('pointerdown', () => press(true));
-    for (const name of ['pointerup', 'pointercancel', 'pointerleave']) $(id).addEventListener(name, () => press(false));
+    for (const name of ['pointerup', 'pointercancel', 'pointerleave', 'blur']) $(id).addEventListener(name, () => press(false));
+    $(id).addEventListener('keydown', e => { if (key(e)) press(true); });
+    $(id).addEventListener('keyup', e => { if (key(e)) press(false); });
   }
 }
 

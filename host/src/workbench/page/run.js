@@ -65,16 +65,21 @@ export class Run {
     this.program = program;
     this.rows = (program?.vars ?? []).flatMap(v => Array.from({ length: Math.min(v.len, 16) }, (_, n) => {
       const name = v.array ? `${v.name}(${n})` : v.name;
-      const value = h('input', { type: 'number', ariaLabel: name, onchange: e => this.#set(v.cell + n, e.target) });
+      // What the operator's page asks for has the script's own words and range here, too.
+      const { label, low, high } = v.operator ? v : {}, range = low > -(2 ** 31) || high < 2 ** 31 - 1;
+      const value = h('input', { type: 'number', ariaLabel: name, onchange: e => this.#set(v.cell + n, e.target, range ? [label, low, high] : null) });
+      if (range) Object.assign(value, { min: low, max: high });
+      const about = [label && label !== v.name ? label : '', range ? `${low} to ${high}` : ''].filter(Boolean).join(', ');
       const plot = h('input', { type: 'checkbox', ariaLabel: `Plot ${name}`, onchange: e => this.chart.show(name, e.target.checked) });
-      const row = h('tr', {}, h('td', {}, plot), h('th', { scope: 'row' }, name), h('td', {}, value, ' ', v.unit));
+      const row = h('tr', {}, h('td', {}, plot), h('th', { scope: 'row' }, name), h('td', {}, value, ' ', v.unit), h('td', { className: 'soft' }, about));
       return { name, cell: v.cell + n, value, row };
     }));
     $('#vars').replaceChildren(...this.rows.map(row => row.row));
     $('#vars-box').hidden = !this.rows.length;
   }
-  async #set(cell, input) {
+  async #set(cell, input, limits) {
     const value = Math.trunc(+input.value);
+    if (limits && !(value >= limits[1] && value <= limits[2])) { tell(`${limits[0]}: ${limits[1]} to ${limits[2]}`, true); return; }
     if (!(Math.abs(value) < 2 ** 31)) { tell('A variable is a whole number of 32 bits.', true); return; }
     try { await this.link.ask({ set: { cell, value } }); } catch (error) { tell(error.message, true); }
     input.blur();
@@ -100,7 +105,7 @@ export class Run {
     const active = ['running', 'paused', 'waitstart', 'stopping'].includes(status?.state);
     const halted = picture.halted;
     const line = halted ? halted.next || halted.behind : state.line;
-    text($('#run-state'), !status ? 'no board' : halted ? `halted behind line ${halted.behind}`
+    text($('#run-state'), !status ? 'no board' : halted ? (halted.exact ? `halted before line ${halted.next}` : `halted behind line ${halted.behind}`)
       : WORDS[status.state] + (line ? ` · line ${line}` : '')
       + (!active && status.last_end && status.state === 'ready' ? ` · last run: ${status.last_end}` : ''));
     lamp($('#run-state'), status?.state === 'running', 'on');

@@ -15,9 +15,13 @@ tabs.forEach((own, n) => {
   own.addEventListener('keydown', e => {
     const by = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
     if (!by) return;
-    const next = tabs[(n + by + tabs.length) % tabs.length];
+    // On a wide screen the script is beside all of them, and no tab.
+    let next = own, at = n;
+    do next = tabs[at = (at + by + tabs.length) % tabs.length]; while (!next.checkVisibility());
     next.focus();
     tab(next.dataset.tab);
   });
 });
-tab(matchMedia('(min-width: 1100px)').matches ? 'simulate' : 'script');
+const wide = matchMedia('(min-width: 1100px)');
+tab(wide.matches ? 'simulate' : 'script');
+wide.addEventListener('change', () => { if (wide.matches && document.body.dataset.tab === 'script') tab('simulate'); });

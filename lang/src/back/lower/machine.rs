@@ -7,6 +7,7 @@ use crate::effect::{Frame, Plane, Want};
 use crate::hir::{ArcCenter, Expr, ExprKind, InWant, PrintPart, ProbeSensor, StmtKind, Word};
 use crate::isa::{Op, SHORT_AXES, flags};
 use crate::kind::Kind;
+use crate::plain::Plain;
 use crate::profile::OutputRole;
 use crate::record::feature;
 use crate::vm::effects::plane_axes;
@@ -34,6 +35,7 @@ impl Lower<'_> {
 
     pub(super) fn machine(&mut self, kind: &StmtKind) {
         match kind {
+            StmtKind::Plain(statement, values) => self.plain_statement(*statement, values),
             StmtKind::OnInput { slot, n, want, target } => {
                 self.handler(*slot, *target);
                 self.expr(n);
@@ -61,7 +63,6 @@ impl Lower<'_> {
                 self.flags(Op::MoveSpeed, [bits, 0, 0]);
             }
             StmtKind::StopAxe(axis) => self.flags(Op::StopAxe, [*axis as u8, 0, 0]),
-            StmtKind::StopAll => self.plain(Op::StopAll),
             StmtKind::WaitMove(axis) => self.flags(Op::WaitMove, [axis_or_all(*axis), 0, 0]),
             StmtKind::Home { axes, query } => self.home(axes, *query),
             StmtKind::Probe { axis, limit, speed, sensor, query } => {
@@ -71,25 +72,13 @@ impl Lower<'_> {
                 self.expr(value);
                 self.flags(Op::SetPos, [*axis as u8, 0, 0]);
             }
-            StmtKind::SetOut { n, on } => match (constant(n), constant(on)) {
-                (Some(n @ 1..=8), Some(on)) => {
-                    let code = 2 * (n as u8 - 1) + u8::from(on != 0);
-                    self.push(Item::Short(Op::OutShort, code));
-                }
-                _ => self.with(&[n, on], Op::SetOut),
-            },
-            StmtKind::Pulse { n, time } => self.with(&[n, time], Op::Pulse),
-            StmtKind::SetPort(value) => self.with(&[value], Op::SetPort),
             StmtKind::Motors { on, axis } => {
                 self.expr(on);
                 self.flags(Op::Motors, [axis_or_all(*axis), 0, 0]);
             }
-            StmtKind::Wait(time) => self.with(&[time], Op::Wait),
             StmtKind::WaitIn { n, want, timeout, query } => {
                 self.wait_in(n, want, timeout.as_deref(), *query);
             }
-            StmtKind::WaitStart => self.plain(Op::WaitStart),
-            StmtKind::Send(value) => self.with(&[value], Op::Send),
             StmtKind::WaitChar { c, timeout, query } => {
                 self.expr(c);
                 let mut bits = bit(*query, flags::WAIT_QUERY);
@@ -121,6 +110,19 @@ impl Lower<'_> {
             // Everything else was lowered before.
             _ => {}
         }
+    }
+
+    fn plain_statement(&mut self, statement: Plain, values: &[Expr]) {
+        if let (Plain::SetOut, [n, on]) = (statement, values)
+            && let (Some(n @ 1..=8), Some(on)) = (constant(n), constant(on))
+        {
+            let code = 2 * (n as u8 - 1) + u8::from(on != 0);
+            return self.push(Item::Short(Op::OutShort, code));
+        }
+        for value in values {
+            self.expr(value);
+        }
+        self.plain(statement.op());
     }
 
     fn with(&mut self, arguments: &[&Expr], op: Op) {

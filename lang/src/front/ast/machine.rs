@@ -2,10 +2,13 @@
 
 use super::{AxisRef, Expr, PrintPart};
 use crate::effect::{Plane, Want};
+use crate::plain::Plain;
 
 /// The machine's statements; optional arguments that were left out are None.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Machine {
+    /// Arguments, then an opcode.
+    Plain(Plain, Vec<Expr>),
     /// MoveAxe, MoveRel
     Move {
         /// START stands before it.
@@ -29,8 +32,6 @@ pub enum Machine {
     MoveSpeed(AxisRef, Expr),
     /// StopAxe
     StopAxe(AxisRef),
-    /// StopAll
-    StopAll,
     /// Home, Home?
     Home {
         /// Written with `?`.
@@ -70,16 +71,8 @@ pub enum Machine {
     },
     /// SetPos
     SetPos(AxisRef, Expr),
-    /// SetOut
-    SetOut(Expr, Expr),
-    /// Pulse
-    Pulse(Expr, Expr),
-    /// SetPort
-    SetPort(Expr),
     /// Motors
     Motors(Expr, Option<AxisRef>),
-    /// Wait
-    Wait(Expr),
     /// WaitIn, WaitIn?
     WaitIn {
         /// Written with `?`.
@@ -91,10 +84,6 @@ pub enum Machine {
         /// Timeout.
         timeout: Option<Expr>,
     },
-    /// WaitStart
-    WaitStart,
-    /// Send
-    Send(Expr),
     /// WaitChar, WaitChar?
     WaitChar {
         /// Written with `?`.

@@ -1,15 +1,18 @@
 //! The control flow of the whole script, as far as calls and G-code state need it: statements that
 //! touch neither have no node.
 
+mod traits;
+
+pub(super) use self::traits::moves;
+use self::traits::{arguments, is_true, may_fault};
 use super::names::Entity;
 use super::{Checker, MAIN, gcode};
 use crate::effect::Plane;
 use crate::front::ast::{
-    self, BinaryOp, Block, CaseTest, Enclosing, Expr, ExprKind, GValue, InputState, Machine, Name,
-    PrintPart, Stmt, StmtKind,
+    self, BinaryOp, Block, CaseTest, Enclosing, Expr, ExprKind, GValue, Machine, Name, Stmt,
+    StmtKind,
 };
 use crate::front::span::Span;
-use crate::front::words::Func;
 use crate::hir::{LabelId, LoopKind, RoutineId};
 
 /// Index of a node.
@@ -469,84 +472,6 @@ impl<'a> Builder<'_, 'a> {
                 self.expr(left);
                 self.expr(right);
             }
-        }
-    }
-}
-
-/// Whether a statement moves an axis.
-pub(super) fn moves(machine: &Machine) -> bool {
-    matches!(
-        machine,
-        Machine::Move { .. }
-            | Machine::MoveSpeed(..)
-            | Machine::Home { .. }
-            | Machine::Probe { .. }
-            | Machine::ProbeMask { .. }
-    )
-}
-
-/// Expressions of a machine statement in the order of evaluation.
-fn arguments(machine: &Machine) -> Vec<&Expr> {
-    match machine {
-        Machine::Move { target, speed, accel, decel, .. } => {
-            core::iter::once(target).chain(speed).chain(accel).chain(decel).collect()
-        }
-        Machine::Probe { limit, speed, input, state, .. } => {
-            [limit, speed].into_iter().chain(input).chain(state).collect()
-        }
-        Machine::ProbeMask { limit, speed, and, xor, .. } => vec![limit, speed, and, xor],
-        Machine::SetOut(a, b) | Machine::Pulse(a, b) => vec![a, b],
-        Machine::MoveSpeed(_, e)
-        | Machine::SetPos(_, e)
-        | Machine::SetPort(e)
-        | Machine::Motors(e, _)
-        | Machine::Wait(e)
-        | Machine::Send(e) => vec![e],
-        Machine::WaitIn { input, state, timeout, .. } => {
-            let level = match state {
-                InputState::Level(e) => Some(e),
-                InputState::Edge(_) => None,
-            };
-            core::iter::once(input).chain(level).chain(timeout).collect()
-        }
-        Machine::WaitChar { code, timeout, .. } => core::iter::once(code).chain(timeout).collect(),
-        Machine::Print(parts) => parts
-            .iter()
-            .filter_map(|part| match part {
-                PrintPart::Value(e) => Some(e),
-                PrintPart::Text(_) => None,
-            })
-            .collect(),
-        _ => Vec::new(),
-    }
-}
-
-/// A condition that is written as true.
-fn is_true(e: &Expr) -> bool {
-    matches!(e.kind, ExprKind::Literal { value, .. } if value != 0)
-}
-
-/// Whether evaluating it can raise a fault.
-fn may_fault(e: &Expr) -> bool {
-    match &e.kind {
-        ExprKind::Literal { .. } | ExprKind::Axis(_) | ExprKind::Name(_) => false,
-        ExprKind::Apply(..) => true,
-        ExprKind::Builtin(func, args) => {
-            matches!(func, Func::Abs | Func::Sqr | Func::Steps | Func::Length)
-                || args.iter().any(|arg| may_fault(arg) || matches!(arg.kind, ExprKind::Name(_)))
-        }
-        ExprKind::Unary(_, inner) => may_fault(inner),
-        ExprKind::Binary(op, left, right) => {
-            let safe = op.is_comparison()
-                || matches!(
-                    op,
-                    BinaryOp::And
-                        | BinaryOp::Or
-                        | BinaryOp::Xor
-                        | BinaryOp::AndAlso
-                        | BinaryOp::OrElse
-                );
-            !safe || may_fault(left) || may_fault(right)
         }
     }
 }

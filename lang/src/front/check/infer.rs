@@ -313,16 +313,12 @@ impl<'a> Inference<'_, 'a> {
                     self.expr(e);
                 }
             }
-            Machine::SetOut(a, b) | Machine::Pulse(a, b) => {
-                self.expr(a);
-                self.expr(b);
+            Machine::Plain(_, list) => {
+                for e in list {
+                    self.expr(e);
+                }
             }
-            Machine::MoveSpeed(_, e)
-            | Machine::SetPos(_, e)
-            | Machine::SetPort(e)
-            | Machine::Motors(e, _)
-            | Machine::Wait(e)
-            | Machine::Send(e) => {
+            Machine::MoveSpeed(_, e) | Machine::SetPos(_, e) | Machine::Motors(e, _) => {
                 self.expr(e);
             }
             Machine::WaitIn { input, state, timeout, .. } => {

@@ -11,6 +11,7 @@ use crate::front::codes::Code;
 use crate::front::span::Span;
 use crate::hir::{self, InWant, ProbeSensor, StmtKind, Word};
 use crate::kind::Kind;
+use crate::plain::{Argument, Plain};
 
 /// Synchronisation characters (lang/README.md, Outputs, inputs, characters).
 const CHARACTERS: core::ops::RangeInclusive<i32> = 33..=125;
@@ -20,6 +21,7 @@ impl<'a> Checker<'a> {
     pub(super) fn machine(&mut self, machine: &'a Machine, span: Span) -> Option<Vec<StmtKind>> {
         let one = |kind| Some(vec![kind]);
         match machine {
+            Machine::Plain(statement, list) => one(self.plain_statement(*statement, list)?),
             Machine::Move { start, relative, axis, target, speed, accel, decel } => {
                 let word = if *relative { "MoveRel" } else { "MoveAxe" };
                 let target_value = self.quantity(target, PLACE, word);
@@ -50,7 +52,6 @@ impl<'a> Checker<'a> {
                 one(StmtKind::MoveSpeed { axis, speed: value })
             }
             Machine::StopAxe(axis) => one(StmtKind::StopAxe(self.axis(*axis)?)),
-            Machine::StopAll => one(StmtKind::StopAll),
             Machine::Home { quiet, axes } => one(self.home(*quiet, axes, span)?),
             Machine::Probe { quiet, axis, limit, speed, input, state } => {
                 let input_number = input.as_ref().map(|input| self.port(input, false));
@@ -77,26 +78,6 @@ impl<'a> Checker<'a> {
                 self.note_offset(axis);
                 one(StmtKind::SetPos { axis, value: value? })
             }
-            Machine::SetOut(n, on) => {
-                let number = self.port(n, true);
-                let on = self.condition(on, "the state of an output");
-                let number = number?;
-                if !self.settable(&number, n.span) {
-                    return None;
-                }
-                one(StmtKind::SetOut { n: number, on: Box::new(on?) })
-            }
-            Machine::Pulse(n, time) => {
-                let number = self.port(n, true);
-                let length = self.quantity(time, TIME, "Pulse");
-                let (number, length) = (number?, length?);
-                if !self.settable(&number, n.span) {
-                    return None;
-                }
-                self.check_time(&length, time.span, 0);
-                one(StmtKind::Pulse { n: number, time: Box::new(length) })
-            }
-            Machine::SetPort(value) => one(StmtKind::SetPort(self.plain(value, "SetPort")?)),
             Machine::Motors(on, axis) => {
                 let on = self.condition(on, "the state of the drivers");
                 let axis = match axis {
@@ -104,11 +85,6 @@ impl<'a> Checker<'a> {
                     None => None,
                 };
                 one(StmtKind::Motors { on: on?, axis })
-            }
-            Machine::Wait(time) => {
-                let value = self.quantity(time, TIME, "Wait")?;
-                self.check_time(&value, time.span, 0);
-                one(StmtKind::Wait(value))
             }
             Machine::WaitIn { quiet, input, state, timeout } => {
                 let n = self.port(input, false);
@@ -122,8 +98,6 @@ impl<'a> Checker<'a> {
                 let timeout = timeout?.map(Box::new);
                 one(StmtKind::WaitIn { n: n?, want: want?, timeout, query: *quiet })
             }
-            Machine::WaitStart => one(StmtKind::WaitStart),
-            Machine::Send(code) => one(StmtKind::Send(self.character(code, "Send")?)),
             Machine::WaitChar { quiet, code, timeout } => {
                 let c = self.character(code, "WaitChar");
                 let timeout = self.timeout(timeout.as_ref(), "the timeout of WaitChar");
@@ -148,6 +122,30 @@ impl<'a> Checker<'a> {
             // Modal state only: it costs the device nothing.
             Machine::Plane(_) => Some(Vec::new()),
         }
+    }
+
+    /// A plain statement: all of its arguments are looked at before any is refused for its value.
+    fn plain_statement(&mut self, statement: Plain, list: &'a [Expr]) -> Option<StmtKind> {
+        let word = statement.word().text();
+        let mut values = Vec::with_capacity(list.len());
+        for (argument, expr) in statement.arguments().iter().zip(list) {
+            values.push(match argument {
+                Argument::Output => self.port(expr, true),
+                Argument::State => self.condition(expr, "the state of an output"),
+                Argument::Time => self.quantity(expr, TIME, word),
+                Argument::Number => self.plain(expr, word),
+                Argument::Character => self.character(expr, word),
+            });
+        }
+        let values = values.into_iter().collect::<Option<Vec<_>>>()?;
+        for ((argument, expr), value) in statement.arguments().iter().zip(list).zip(&values) {
+            match argument {
+                Argument::Output if !self.settable(value, expr.span) => return None,
+                Argument::Time => self.check_time(value, expr.span, 0),
+                _ => {}
+            }
+        }
+        Some(StmtKind::Plain(statement, values))
     }
 
     fn home(&mut self, query: bool, axes: &'a [AxisRef], span: Span) -> Option<StmtKind> {

@@ -10,6 +10,7 @@ mod control;
 mod declare;
 mod expr;
 mod fold;
+mod func;
 mod gcode;
 mod graph;
 mod infer;

@@ -99,10 +99,10 @@ fn arguments(kind: &mut StmtKind) -> Vec<Argument<'_>> {
         StmtKind::Assign(_, value) if !matches!(value.node, ExprKind::Read(_)) => {
             vec![once(value)]
         }
-        StmtKind::SetFeed(value)
-        | StmtKind::SetSpindle(value)
-        | StmtKind::Wait(value)
-        | StmtKind::SetPos { value, .. } => vec![once(value)],
+        StmtKind::SetFeed(value) | StmtKind::SetSpindle(value) | StmtKind::SetPos { value, .. } => {
+            vec![once(value)]
+        }
+        StmtKind::Plain(_, list) => list.iter_mut().map(once).collect(),
         StmtKind::Probe { limit, .. } => vec![once(&mut limit.value)],
         StmtKind::Linear { to, .. } => {
             to.iter_mut().flatten().map(|word| once(&mut word.value)).collect()

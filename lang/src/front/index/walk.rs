@@ -229,18 +229,13 @@ impl Walk {
                 all(&[target]);
                 [speed, accel, decel].into_iter().flatten().for_each(|e| self.expr(e));
             }
-            Machine::MoveSpeed(_, e)
-            | Machine::SetPos(_, e)
-            | Machine::SetPort(e)
-            | Machine::Motors(e, _)
-            | Machine::Wait(e)
-            | Machine::Send(e) => all(&[e]),
+            Machine::MoveSpeed(_, e) | Machine::SetPos(_, e) | Machine::Motors(e, _) => all(&[e]),
             Machine::Probe { limit, speed, input, state, .. } => {
                 all(&[limit, speed]);
                 input.iter().chain(state).for_each(|e| self.expr(e));
             }
             Machine::ProbeMask { limit, speed, and, xor, .. } => all(&[limit, speed, and, xor]),
-            Machine::SetOut(a, b) | Machine::Pulse(a, b) => all(&[a, b]),
+            Machine::Plain(_, list) => list.iter().for_each(|e| self.expr(e)),
             Machine::WaitIn { input, state, timeout, .. } => {
                 all(&[input]);
                 if let InputState::Level(level) = state {
@@ -261,9 +256,7 @@ impl Walk {
             }
             Machine::WaitMove(_)
             | Machine::StopAxe(_)
-            | Machine::StopAll
             | Machine::Home { .. }
-            | Machine::WaitStart
             | Machine::Plane(_) => {}
         }
     }

@@ -7,6 +7,7 @@ use crate::effect::{Plane, Want};
 use crate::front::ast::{AxisRef, Expr, InputState, Machine, PrintPart};
 use crate::front::token::{Sign, Tok};
 use crate::front::words::Kw;
+use crate::plain::Plain;
 use nom::Parser;
 use nom::branch::alt;
 use nom::combinator::{cut, map, opt, value};
@@ -18,6 +19,9 @@ pub fn machine<'a>(word: Kw, quiet: bool, i: In<'a>) -> Parsed<'a, Machine> {
     if let Some(diag) = foreign::parenthesised_list(word, i) {
         return Err(i.fail(diag));
     }
+    if let Some(statement) = Plain::of_word(word) {
+        return plain(statement, i);
+    }
     match word {
         Kw::Start => start(i),
         Kw::MoveAxe => movement(false, false, i),
@@ -25,7 +29,6 @@ pub fn machine<'a>(word: Kw, quiet: bool, i: In<'a>) -> Parsed<'a, Machine> {
         Kw::WaitMove => map(optional_axis, Machine::WaitMove).parse(i),
         Kw::MoveSpeed => map((axis, next_expr), |(a, v)| Machine::MoveSpeed(a, v)).parse(i),
         Kw::StopAxe => map(axis, Machine::StopAxe).parse(i),
-        Kw::StopAll => Ok((i, Machine::StopAll)),
         Kw::Home if i.at_end() => Ok((i, Machine::Home { quiet, axes: Vec::new() })),
         Kw::Home => {
             map(separated_list1(comma, axis), |axes| Machine::Home { quiet, axes }).parse(i)
@@ -33,17 +36,11 @@ pub fn machine<'a>(word: Kw, quiet: bool, i: In<'a>) -> Parsed<'a, Machine> {
         Kw::Probe => probe(quiet, i),
         Kw::ProbeMask => probe_mask(quiet, i),
         Kw::SetPos => map((axis, next_expr), |(a, v)| Machine::SetPos(a, v)).parse(i),
-        Kw::SetOut => map((expr, next_expr), |(n, on)| Machine::SetOut(n, on)).parse(i),
-        Kw::Pulse => map((expr, next_expr), |(n, t)| Machine::Pulse(n, t)).parse(i),
-        Kw::SetPort => map(expr, Machine::SetPort).parse(i),
         Kw::Motors => {
             let axis = opt(preceded(comma, axis));
             map((expr, axis), |(on, axis)| Machine::Motors(on, axis)).parse(i)
         }
-        Kw::Wait => map(expr, Machine::Wait).parse(i),
         Kw::WaitIn => wait_in(quiet, i),
-        Kw::WaitStart => Ok((i, Machine::WaitStart)),
-        Kw::Send => map(expr, Machine::Send).parse(i),
         Kw::WaitChar => {
             map((expr, optional_expr), |(code, timeout)| Machine::WaitChar { quiet, code, timeout })
                 .parse(i)
@@ -52,6 +49,19 @@ pub fn machine<'a>(word: Kw, quiet: bool, i: In<'a>) -> Parsed<'a, Machine> {
         Kw::Plane => plane(i),
         _ => Err(i.expected("a statement")),
     }
+}
+
+/// As many expressions as the statement has arguments.
+fn plain(statement: Plain, i: In<'_>) -> Parsed<'_, Machine> {
+    let mut list = Vec::with_capacity(statement.arguments().len());
+    let mut rest = i;
+    for _ in statement.arguments() {
+        let (after, argument) =
+            if list.is_empty() { expr.parse(rest)? } else { next_expr.parse(rest)? };
+        list.push(argument);
+        rest = after;
+    }
+    Ok((rest, Machine::Plain(statement, list)))
 }
 
 fn next_expr(i: In<'_>) -> Parsed<'_, Expr> {

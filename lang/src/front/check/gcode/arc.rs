@@ -3,7 +3,8 @@
 use super::block::Block;
 use super::modal::Group;
 use super::word::Context;
-use crate::effect::{Frame, Plane};
+use crate::axis::Axis;
+use crate::effect::Frame;
 use crate::fault::Fault;
 use crate::front::check::Checker;
 use crate::front::check::expr::value_of;
@@ -15,15 +16,6 @@ use crate::kind::Kind;
 const MISS_UM: f64 = 5.0;
 /// And in parts of the radius.
 const MISS_PART: f64 = 0.001;
-
-/// First and second axis of a plane.
-const fn plane_axes(plane: Plane) -> [usize; 2] {
-    match plane {
-        Plane::Xy => [0, 1],
-        Plane::Zx => [2, 0],
-        Plane::Yz => [1, 2],
-    }
-}
 
 impl<'a> Checker<'a> {
     pub(super) fn arc(
@@ -50,7 +42,7 @@ impl<'a> Checker<'a> {
         if !ok {
             return None;
         }
-        let axes = plane_axes(plane);
+        let axes = plane.axes().map(Axis::index);
         let outside = (0..3).find(|i| !axes.contains(i)).and_then(|i| block.offsets[i]);
         if let Some(word) = outside {
             let message = format!("{} lies outside the active plane", word.letter);

@@ -15,6 +15,7 @@ use crate::front::diag::Diag;
 use crate::front::span::Span;
 use crate::hir::{ProbeSensor, StmtKind, Word};
 use crate::kind::Kind;
+use crate::plain::Plain;
 use crate::profile::OutputRole;
 
 impl<'a> Checker<'a> {
@@ -72,7 +73,7 @@ impl<'a> Checker<'a> {
         if block.dwell {
             match block.p {
                 Some(p) => match self.seconds_word(p) {
-                    Some(time) => out.push(StmtKind::Wait(time)),
+                    Some(time) => out.push(StmtKind::Plain(Plain::Wait, vec![time])),
                     None => ok = false,
                 },
                 None => {
@@ -101,8 +102,10 @@ impl<'a> Checker<'a> {
         }
         for (m, _) in stops {
             match m {
-                0 => out.push(StmtKind::WaitStart),
-                1 if self.profile.optional_stop => out.push(StmtKind::WaitStart),
+                0 => out.push(StmtKind::Plain(Plain::WaitStart, Vec::new())),
+                1 if self.profile.optional_stop => {
+                    out.push(StmtKind::Plain(Plain::WaitStart, Vec::new()))
+                }
                 1 => {}
                 _ => out.push(StmtKind::End),
             }
@@ -126,7 +129,7 @@ impl<'a> Checker<'a> {
     /// M3 to M9.
     fn switch(&mut self, m: i64, span: Span) -> Option<StmtKind> {
         let (role, what, on) = match m {
-            6 => return Some(StmtKind::WaitStart),
+            6 => return Some(StmtKind::Plain(Plain::WaitStart, Vec::new())),
             3 | 4 => (OutputRole::Spindle, "spindle", 1),
             5 => (OutputRole::Spindle, "spindle", 0),
             7 | 8 => (OutputRole::Coolant, "coolant", 1),
@@ -143,10 +146,8 @@ impl<'a> Checker<'a> {
             self.error(Code::NoPort, span, message, hint);
             return None;
         };
-        Some(StmtKind::SetOut {
-            n: number(output.n, Kind::Number, span),
-            on: Box::new(number(on, Kind::Truth, span)),
-        })
+        let values = vec![number(output.n, Kind::Number, span), number(on, Kind::Truth, span)];
+        Some(StmtKind::Plain(Plain::SetOut, values))
     }
 
     /// What the axis words of the block ask for.

@@ -1,5 +1,7 @@
 //! The command line's contract: names, exit codes, formats.
 
+mod parts;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -234,17 +236,6 @@ fn build_gives_its_figures_for_each_file() {
 }
 
 #[test]
-fn build_tells_the_limits_of_the_part_that_it_names() {
-    let bench = Bench::new();
-    bench.file("a.bas", "KEEP n\nON EVERY 1s GOSUB t\nWait 3s\nEND\nt:\nn = n + 1\nRETURN\n");
-    for (part, image, cells) in [("g2553-handlers", 508, 9), ("f5529", 2044, 255)] {
-        let (_, lines) = bench.json(&["build", "a.bas", "--part", part, "--format", "json"]);
-        let limits = [&lines[0]["image_limit"], &lines[0]["cells_limit"]];
-        assert_eq!(limits, [image, cells], "{part}: {}", lines[0]);
-    }
-}
-
-#[test]
 fn an_image_can_be_written_and_taken_apart() {
     let bench = Bench::new();
     assert_eq!(bench.file("a.bas", GOOD).run(&["build", "a.bas", "-o", "a.img"]).code, 0);
@@ -410,47 +401,6 @@ fn an_importable_file_is_told_by_its_own_lines() {
     assert!(result.err.contains("(in the script: `G1 X400`)"), "{}", result.err);
     assert!(result.err.contains("far.nc:9:1: fault F05"), "{}", result.err);
     assert!(result.out.contains("fault in line 9"), "{}", result.out);
-}
-
-#[test]
-fn sim_shows_the_speeds_of_the_part_that_runs_the_script() {
-    let bench = Bench::new();
-    bench.file("corners.bas", "G1 X10 F1500\nG1 X20 Y1\nG1 X30 Y4\n");
-    let us = |more: &[&str]| {
-        let args = [&["sim", "corners.bas", "--format", "json"], more].concat();
-        let done = bench.run(&args);
-        assert_eq!(done.code, 0, "{}", done.err);
-        let last = done.out.lines().last().expect("a summary");
-        let summary: Value = serde_json::from_str(last).expect("JSON");
-        summary["us"].as_u64().expect("a time")
-    };
-    let (small, large) = (us(&["--part", "g2553"]), us(&["--part", "f5529"]));
-    // The corners are flat: with look-ahead the second and third line need no ramps.
-    assert!(small > large + 100_000, "{small} us without look-ahead, {large} us with it");
-    assert_eq!(us(&[]), small, "the smallest part that runs it");
-    // All that a part lacks, each at its line, with what to do.
-    bench.file(
-        "all.bas",
-        "DIM a(20)\nON ERROR GOTO h\nG1 X10 F1500\nG2 X20 Y10 I10\nEND\nh: PRINT ERR\nEND\n",
-    );
-    let refused = bench.run(&["check", "all.bas", "--part", "g2553"]);
-    let places: Vec<&str> = refused
-        .err
-        .lines()
-        .filter_map(|line| line.split_once(": error[B008]"))
-        .map(|(place, _)| place)
-        .collect();
-    assert_eq!(places, ["all.bas:4:1", "all.bas:2:1", "all.bas:1:1"], "{}", refused.err);
-    assert!(refused.err.contains("`--part g2553-handlers` has it"), "{}", refused.err);
-    assert!(refused.err.contains("`--part f5529` has it"), "{}", refused.err);
-    let long = (0..600).map(|n| format!("MoveAxe X, {}.{}37mm, {}st/s\n", n % 90, n % 9, 1001 + n));
-    bench.file("long.bas", long.collect::<String>());
-    let refused = bench.run(&["check", "long.bas", "--part", "g2553"]);
-    assert!(refused.err.contains("`pasapas stream` runs jobs of any length"), "{}", refused.err);
-    // An arc is what only the large part does: with it the script looks ahead.
-    bench.file("arc.bas", "G1 X10 F1500\nG2 X20 Y10 I10\n");
-    let refused = bench.run(&["sim", "arc.bas", "--part", "g2553"]);
-    assert!(refused.code == 1 && refused.err.contains("arcs (G2, G3)"), "{}", refused.err);
 }
 
 #[test]

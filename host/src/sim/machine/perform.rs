@@ -1,0 +1,146 @@
+//! What each effect does to the machine.
+
+use lang::axis::Axis;
+use lang::effect::{Effect, Rate, Read};
+use lang::fault::Fault;
+use lang::plain::Plain;
+use lang::profile::OutputRole;
+use lang::record::FULL_POWER;
+
+use super::{Machine, Step};
+use crate::sim::trace::What;
+
+impl Machine {
+    /// Carries out an effect, or begins the wait that it is.
+    ///
+    /// # Errors
+    /// The fault that it raises.
+    pub(super) fn execute(&mut self, effect: &Effect) -> Result<Step, Fault> {
+        match *effect {
+            Effect::SetFeed(rate) => self.feed = Some(positive(rate)?),
+            Effect::SetSpindle(value) => {
+                let laser = self.profile.output_with(OutputRole::Laser).is_some();
+                if laser && !(0..=FULL_POWER).contains(&value) {
+                    return Err(Fault::ValueRange);
+                }
+                self.power = value;
+            }
+            Effect::Keep { .. } => {}
+            Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
+            Effect::Arc { clockwise, plane, to, center, exact } => {
+                self.arc(clockwise, plane, &to, &center, exact)?;
+            }
+            _ => {
+                self.sync_path();
+                if self.halt.is_some() {
+                    return Ok(Step::Stop);
+                }
+                return self.execute_at_rest(effect);
+            }
+        }
+        Ok(Step::Done(0))
+    }
+
+    fn execute_at_rest(&mut self, effect: &Effect) -> Result<Step, Fault> {
+        match *effect {
+            Effect::MoveAxe { axis, to, speed, accel, decel, wait } => {
+                self.move_axe(axis, to, [speed, accel, decel], wait)?;
+            }
+            Effect::MoveSpeed { axis, speed } => self.move_speed(axis, speed)?,
+            Effect::StopAxe(axis) => {
+                self.stop_axes(&[axis]);
+            }
+            Effect::Plain(Plain::StopAll, _) => {
+                let axes: Vec<Axis> = self.profile.axes().map(|(axis, _)| axis).collect();
+                self.stop_axes(&axes);
+            }
+            Effect::Home { axis, query } => self.home(axis, query)?,
+            Effect::Probe { axis, limit, speed, sensor, query } => {
+                self.probe(axis, limit, speed, sensor, query)?;
+            }
+            Effect::SetPos { axis, value } => {
+                if self.motion.is_moving(axis) {
+                    return Err(Fault::ValueRange);
+                }
+                self.axes.set_work(axis, value)?;
+            }
+            Effect::Plain(Plain::SetOut, [n, on]) => self.set_out(n, on != 0)?,
+            Effect::Plain(Plain::SetPort, [value, _]) => self.set_port(value),
+            Effect::Motors { on, axis } => {
+                let axes = axis.map_or(Axis::ALL.to_vec(), |axis| vec![axis]);
+                if !on {
+                    axes.iter().for_each(|axis| self.axes.set_homed(*axis, false));
+                }
+                self.outputs.enable(on);
+                self.outputs_changed();
+            }
+            Effect::WaitMove(_)
+            | Effect::WaitIn { .. }
+            | Effect::WaitChar { .. }
+            | Effect::Plain(Plain::Wait | Plain::WaitStart | Plain::Pulse, _) => {
+                return self.begin_wait(effect);
+            }
+            Effect::Plain(Plain::Send, [c, _]) => {
+                if !(33..=125).contains(&c) {
+                    return Err(Fault::ValueRange);
+                }
+                self.write(What::Send { line: self.line, c });
+            }
+            Effect::PrintText(index) => {
+                if let Some(text) = self.texts.get(usize::from(index)) {
+                    self.print.push_str(text);
+                }
+            }
+            Effect::PrintValue(value, unit) => {
+                self.print.push_str(&format!("{value}{}", unit.suffix()));
+            }
+            Effect::PrintEnd => {
+                let text = std::mem::take(&mut self.print);
+                self.write(What::Print { line: self.line, text });
+            }
+            Effect::OnInput { slot, n, want } => self.on_input(slot, n, want)?,
+            Effect::OffInput(n) => self.off_input(n),
+            Effect::OnEvery { slot, ms } => self.on_every(slot, ms)?,
+            Effect::OffEvery => self.off_every(),
+            Effect::EnterHandler => self.feeds_aside.push(self.feed.take()),
+            Effect::LeaveHandler => {
+                if let Some(feed) = self.feeds_aside.pop() {
+                    self.feed = feed;
+                }
+            }
+            Effect::Read(read) => return self.read(read).map(Step::Done),
+            Effect::SetFeed(_)
+            | Effect::SetSpindle(_)
+            | Effect::Keep { .. }
+            | Effect::Linear { .. }
+            | Effect::Arc { .. } => {}
+        }
+        Ok(Step::Done(0))
+    }
+
+    fn read(&mut self, read: Read) -> Result<i32, Fault> {
+        Ok(match read {
+            Read::In(n) => self.inputs.read(n)?.into(),
+            Read::InPort => self.inputs.port(),
+            Read::Out(n) => self.outputs.read(n)?.into(),
+            Read::Pos(axis) => {
+                self.axes.work_at(axis, self.motion.positions(self.now)[axis.index()])?
+            }
+            Read::PosSteps(axis) => self.motion.positions(self.now)[axis.index()],
+            Read::Probed(axis) => self.axes.probed_work(axis)?,
+            Read::ProbedSteps(axis) => self.axes.probed_steps(axis),
+            Read::ProbeOk(axis) => self.axes.probe_ok(axis).into(),
+            Read::Moving(axis) => self.motion.is_moving(axis).into(),
+            Read::Homed(axis) => self.axes.is_homed(axis).into(),
+            Read::Timer => i32::try_from(self.run_clock() / 1_000).unwrap_or(i32::MAX),
+            Read::TimedOut => self.timed_out.into(),
+            Read::CharIn => std::mem::take(&mut self.char_in),
+        })
+    }
+}
+
+/// The rate, if it is above 0.
+pub(super) fn positive(rate: Rate) -> Result<Rate, Fault> {
+    let (Rate::Um(value) | Rate::Steps(value)) = rate;
+    if value > 0 { Ok(rate) } else { Err(Fault::SpeedRange) }
+}

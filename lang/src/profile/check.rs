@@ -1,0 +1,214 @@
+//! What a profile may say: ranges, and each number, name and role once.
+
+use super::{InputRole, OutputRole, Profile, ProfileError, SafeState, Wiring};
+use crate::axis::Axis;
+
+impl Profile {
+    /// Each number, name and role once, but for roles that a machine may have several of.
+    fn check_roles(&self) -> Result<(), ProfileError> {
+        fn twice<T: PartialEq>(list: &[Option<T>]) -> Option<(usize, usize)> {
+            let known = list.iter().enumerate().filter(|(_, item)| item.is_some());
+            known.clone().find_map(|(at, item)| {
+                known
+                    .clone()
+                    .find(|(other, same)| *other > at && *same == item)
+                    .map(|(b, _)| (at, b))
+            })
+        }
+        let refuse = |what: &str, section: &str, (a, b): (usize, usize), remedy: &str| {
+            let (a, b) = (a + 1, b + 1);
+            Err(ProfileError(format!(
+                "[[{section}]] number {a} and {b} both have {what}; {remedy}"
+            )))
+        };
+        let inputs: Vec<_> = self.inputs.iter().map(|input| Some(input.n)).collect();
+        if let Some(at) = twice(&inputs) {
+            let what = format!("n = {}", self.inputs[at.0].n);
+            return refuse(&what, "input", at, "write one section with all of its keys");
+        }
+        let outputs: Vec<_> = self.outputs.iter().map(|output| Some(output.n)).collect();
+        if let Some(at) = twice(&outputs) {
+            let what = format!("n = {}", self.outputs[at.0].n);
+            return refuse(&what, "output", at, "write one section with all of its keys");
+        }
+        for role in InputRole::ALL {
+            let with: Vec<usize> =
+                (0..self.inputs.len()).filter(|at| self.inputs[*at].role == Some(role)).collect();
+            let (name, most) = (role.name(), role.most());
+            if let Some(last) = with.get(most) {
+                let remedy = if most == 1 {
+                    "a machine has one".to_owned()
+                } else {
+                    format!("a machine has at most {most}; join contacts of more in series")
+                };
+                let what = format!("role = \"{name}\"");
+                return refuse(&what, "input", (with[0], *last), &remedy);
+            }
+            let start_17 = role == InputRole::Start
+                && with.iter().any(|at| self.inputs[*at].n == Wiring::Chain.probe());
+            if start_17 {
+                return Err(ProfileError(
+                    "input 17 has role = \"start\", but no filter; take one of the inputs 1 to 16"
+                        .to_owned(),
+                ));
+            }
+        }
+        for role in OutputRole::ALL {
+            let with: Vec<_> = self
+                .outputs
+                .iter()
+                .map(|output| (output.role == Some(role)).then_some(role))
+                .collect();
+            if let Some(at) = twice(&with) {
+                let what = format!("role = \"{}\"", role.name());
+                return refuse(&what, "output", at, "a machine has one");
+            }
+        }
+        let names: Vec<_> = self.inputs.iter().map(|input| input.name.as_deref()).collect();
+        if let Some(at) = twice(&names) {
+            let what = format!("the name {:?}", names[at.0].unwrap_or_default());
+            return refuse(&what, "input", at, "give one of them another");
+        }
+        let names: Vec<_> = self.outputs.iter().map(|output| output.name.as_deref()).collect();
+        if let Some(at) = twice(&names) {
+            let what = format!("the name {:?}", names[at.0].unwrap_or_default());
+            return refuse(&what, "output", at, "give one of them another");
+        }
+        let order: Vec<_> = self.home_order.iter().map(|name| Some(Axis::from(*name))).collect();
+        if let Some((a, b)) = twice(&order) {
+            return Err(ProfileError(format!(
+                "home_order names {:?} at place {} and {}; name each axis once",
+                self.home_order[a],
+                a + 1,
+                b + 1
+            )));
+        }
+        Ok(())
+    }
+
+    /// Whether all of it may stand in a profile.
+    pub(super) fn check(&self) -> Result<(), ProfileError> {
+        fn range(field: &str, value: i64, low: i64, high: i64) -> Result<(), ProfileError> {
+            if (low..=high).contains(&value) {
+                return Ok(());
+            }
+            Err(ProfileError(format!("{field} is {value}; it must lie in {low}..{high}")))
+        }
+        if self.axes().next().is_none() {
+            return Err(ProfileError("the profile has no axis; write a section [x]".to_owned()));
+        }
+        range("pulse_us", self.pulse_us.into(), 2, 30)?;
+        for (axis, part) in self.axes() {
+            let at = |field: &str| format!("{}.{field}", axis.letter().to_ascii_lowercase());
+            range(&at("scale.steps"), part.scale.steps.into(), 1, 65_535)?;
+            range(&at("scale.um"), part.scale.um.into(), 1, 65_535)?;
+            // Words of the record.
+            let slow = i64::from(part.top_rate).min(65_535);
+            range(&at("start_rate"), part.start_rate.into(), 1, slow)?;
+            range(&at("accel"), part.accel.into(), 100, 10_000_000)?;
+            range(&at("decel"), part.decel.unwrap_or(part.accel).into(), 100, 10_000_000)?;
+            range(&at("top_rate"), part.top_rate.into(), 1, i64::from(i32::MAX))?;
+            let possible = crate::part::top_rate(self.pulse_us);
+            if part.top_rate.unsigned_abs() > possible {
+                return Err(ProfileError(format!(
+                    "{} is {}; with pulses of {} us the controller makes {possible} steps/s",
+                    at("top_rate"),
+                    part.top_rate,
+                    self.pulse_us
+                )));
+            }
+            range(&at("min_um"), part.min_um.into(), -10_000_000, part.max_um.into())?;
+            range(&at("max_um"), part.max_um.into(), part.min_um.into(), 10_000_000)?;
+            range(&at("home.fast_rate"), part.home.fast_rate.into(), 1, slow)?;
+            range(
+                &at("home.slow_rate"),
+                part.home.slow_rate.into(),
+                1,
+                part.home.fast_rate.into(),
+            )?;
+            range(&at("home.stroke_um"), part.home.stroke_um.into(), 1, 20_000_000)?;
+            range(&at("home.position_um"), part.home.position_um.into(), -10_000_000, 10_000_000)?;
+            range(&at("home.clearance_um"), part.home.clearance_um.into(), -1_000_000, 1_000_000)?;
+            // Sums of two places in steps fit into 32 bits.
+            let reach = [part.min_um, part.max_um, part.home.stroke_um, part.home.position_um];
+            let longest = reach.map(|um| i64::from(um).abs()).into_iter().max().unwrap_or_default();
+            let steps = longest * i64::from(part.scale.steps) / i64::from(part.scale.um);
+            range(&format!("the longest way of {}, steps,", axis.letter()), steps, 0, 1 << 30)?;
+        }
+        if let Some(name) = self.home_order.iter().find(|name| self.axis((**name).into()).is_none())
+        {
+            return Err(ProfileError(format!(
+                "home_order names {name:?}, which the machine does not have"
+            )));
+        }
+        range("dir_setup_us", self.dir_setup_us.into(), 1, 30)?;
+        range("corner_um", self.corner_um.into(), 0, 10_000)?;
+        range("default_feed_um_s", self.default_feed_um_s.unwrap_or(1).into(), 1, 1_000_000)?;
+        range("link.address", self.link.address.into(), 1, 247)?;
+        if ![9_600, 19_200, 57_600, 115_200].contains(&self.link.rate) {
+            return Err(ProfileError(format!(
+                "link.rate is {}; it must be 9600, 19200, 57600 or 115200",
+                self.link.rate
+            )));
+        }
+        for input in &self.inputs {
+            range("input.n", input.n.into(), 1, self.wiring.inputs().into())?;
+            range("input.filter_ms", input.filter_ms.into(), 1, 50)?;
+        }
+        self.check_roles()?;
+        for output in &self.outputs {
+            range("output.n", output.n.into(), 1, self.wiring.outputs().into())?;
+            if output.reset == SafeState::Keep {
+                return Err(ProfileError(format!("output {}: reset must be on or off", output.n)));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{BUILT_IN, Profile};
+
+    #[test]
+    fn doubled_numbers_names_and_roles_are_refused_with_their_places() {
+        let input = |n: u8, role: &str| format!("\n[[input]]\nn = {n}\nrole = \"{role}\"\n");
+        let mill = BUILT_IN[0].1;
+        let error = |text: String| Profile::parse(&(mill.to_owned() + &text)).expect_err(&text).0;
+        let base = mill.matches("[[input]]").count();
+        let many = |role: &str, count: u8| (1..=count).map(|n| input(n, role)).collect::<String>();
+        for (role, most) in [("emergency_stop", 4), ("hold", 2), ("door", 2), ("stop", 2)] {
+            let text = mill.to_owned() + &many(role, most);
+            assert!(Profile::parse(&text).is_ok(), "{most} of {role}");
+            let told = error(many(role, most + 1));
+            let (first, last) = (base + 1, base + 1 + usize::from(most));
+            let start = format!("[[input]] number {first} and {last} both have role = \"{role}\"");
+            assert!(told.starts_with(&start), "{told}");
+        }
+        for role in ["start", "probe", "reference_x", "reference_y", "reference_z"] {
+            assert!(error(many(role, 2)).ends_with("a machine has one"), "{role}");
+        }
+        assert!(error(input(5, "hold") + &input(5, "emergency_stop")).contains("n = 5"));
+        assert!(error(input(17, "start")).contains("no filter"));
+        let output = |n: u8, rest: &str| format!("\n[[output]]\nn = {n}\n{rest}\n");
+        assert!(error(output(9, "") + &output(9, "")).contains("both have n = 9"));
+        for role in ["coolant", "lamp", "enable", "laser"] {
+            let text = output(9, &format!("role = \"{role}\""))
+                + &output(10, &format!("role = \"{role}\""));
+            assert!(error(text).contains(role), "{role}");
+        }
+        let named = |n: u8| format!("\n[[input]]\nn = {n}\nname = \"same\"\n");
+        assert!(error(named(5) + &named(6)).contains("\"same\""));
+        let line = mill.lines().find(|line| line.starts_with("home_order")).expect("a home order");
+        let text = mill.replace(line, "home_order = [\"X\", \"Y\", \"X\"]");
+        let told = Profile::parse(&text).expect_err("X twice").0;
+        assert!(told.contains("place 1 and 3"), "{told}");
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_named() {
+        let text = BUILT_IN[0].1.replace("pulse_us = 3", "pulse_us = 31");
+        let error = Profile::parse(&text).unwrap_err();
+        assert_eq!(error.0, "pulse_us is 31; it must lie in 2..30");
+    }
+}
