@@ -50,6 +50,14 @@ fn alike(builds: &[&Build], script: &str, world: &str) -> Vec<Vec<Event>> {
 
 const BOTH: [&Build; 2] = [&G2553, &F5529];
 
+/// What the operator gave before Start is there in the first statement, on every engine.
+#[test]
+fn variables_of_the_operator_have_their_values_from_the_first_statement_on() {
+    let script = "DIM qty AT 3000, far AS LENGTH AT 3004\nPRINT qty; far";
+    alike(&BOTH, script, "set_at(3000, 5);\nset_at(3004, -70000);");
+    alike(&BOTH, script, "at(0, || { set_at(3000, 7); set_at(3004, 1); });");
+}
+
 #[test]
 fn a_loop_takes_the_time_that_it_takes_unobserved() {
     let script = "DIM i\nFOR i = 1 TO 300\nSetOut 3, ON\nWait 5ms\nSetOut 3, OFF\nWait 5ms\nNEXT";
