@@ -409,6 +409,10 @@ impl Rig {
             // A low-active output's level is the other way round.
             let inverted = self.profile.outputs.iter().any(|o| o.n == n && o.invert);
             let on = change.on != inverted;
+            if zero.is_none() {
+                // Only the level counts: before a board has its profile, pins of wiring `direct` are a clock's.
+                self.outputs.retain(|(_, other, _)| *other != n);
+            }
             self.outputs.push((change.cycle, n, on));
             if let Some(zero) = zero {
                 let us = change.cycle.saturating_sub(zero) / per_us;
