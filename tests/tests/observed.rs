@@ -50,6 +50,29 @@ fn alike(builds: &[&Build], script: &str, world: &str) -> Vec<Vec<Event>> {
 
 const BOTH: [&Build; 2] = [&G2553, &F5529];
 
+/// Before the board has its profile the pins of wiring `direct` carry the shift registers' clock and data.
+#[test]
+fn outputs_of_a_run_are_those_of_the_run() {
+    let used = |build: &Build, script: &str| {
+        let (run, _) = on_board(build, script, "").expect("a run");
+        let used = run.outcome.summary.outputs.iter();
+        used.map(|own| (own.n, own.switched_on)).collect::<Vec<_>>()
+    };
+    for build in BOTH {
+        assert_eq!(used(build, "PROFILE \"thesis\"\nMoveAxe X, 1mm"), [], "{}", build.part.name);
+        let script = "PROFILE \"thesis\"\nSetOut 2, ON\nWait 20ms\nSetOut 2, OFF\nWait 20ms";
+        assert_eq!(used(build, script), [(2, 1)], "{}", build.part.name);
+    }
+}
+
+/// What the operator gave before Start is there in the first statement, on every engine.
+#[test]
+fn variables_of_the_operator_have_their_values_from_the_first_statement_on() {
+    let script = "DIM qty AT 3000, far AS LENGTH AT 3004\nPRINT qty; far";
+    alike(&BOTH, script, "set_at(3000, 5);\nset_at(3004, -70000);");
+    alike(&BOTH, script, "at(0, || { set_at(3000, 7); set_at(3004, 1); });");
+}
+
 #[test]
 fn a_loop_takes_the_time_that_it_takes_unobserved() {
     let script = "DIM i\nFOR i = 1 TO 300\nSetOut 3, ON\nWait 5ms\nSetOut 3, OFF\nWait 5ms\nNEXT";

@@ -236,9 +236,19 @@ impl Rig {
             || Axis::ALL.into_iter().any(|axis| self.profile.reference_input(axis) == n)
     }
 
-    /// What the operator has given AT variables before the time of the scenario begins.
+    /// What the operator has given AT variables before the time of the scenario begins, of a scene that
+    /// is set.
     pub fn take_registers(&mut self) -> Vec<(u16, i32)> {
-        self.scenario.take_registers()
+        let is_register = |action: &Action| matches!(action, Action::Register { .. });
+        let first = std::mem::take(&mut self.first);
+        let (registers, others): (Vec<Action>, Vec<Action>) =
+            first.into_iter().partition(is_register);
+        self.first = others;
+        let pair = |action| match action {
+            Action::Register { register, value } => Some((register, value)),
+            _ => None,
+        };
+        registers.into_iter().filter_map(pair).collect()
     }
 
     /// When the scenario acts next, in ticks.
@@ -399,6 +409,10 @@ impl Rig {
             // A low-active output's level is the other way round.
             let inverted = self.profile.outputs.iter().any(|o| o.n == n && o.invert);
             let on = change.on != inverted;
+            if zero.is_none() {
+                // Only the level counts: before a board has its profile, pins of wiring `direct` are a clock's.
+                self.outputs.retain(|(_, other, _)| *other != n);
+            }
             self.outputs.push((change.cycle, n, on));
             if let Some(zero) = zero {
                 let us = change.cycle.saturating_sub(zero) / per_us;

@@ -281,11 +281,6 @@ impl Scenario {
         }
     }
 
-    /// Values that the operator has given AT variables and the controller has not felt, in order.
-    pub fn take_registers(&mut self) -> Vec<(u16, i32)> {
-        self.plan.borrow_mut().take_registers()
-    }
-
     /// Output `n` changed at `now_us`: hooks that wait for it are scheduled.
     pub fn output_changed(&mut self, n: i32, on: bool, now_us: u64) {
         self.plan.borrow_mut().output_changed(n, on, now_us);

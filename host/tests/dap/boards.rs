@@ -43,6 +43,25 @@ fn a_virtual_board_halts_before_the_next_effect() {
     client.close();
 }
 
+#[test]
+fn hits_and_log_points_are_a_boards_too() {
+    let (_folder, file) = script(COUNTS);
+    let mut client = Client::start();
+    let breaks = json!([
+        { "line": 3, "logMessage": "turn {i}" }, { "line": 5, "hitCondition": "3" },
+    ]);
+    client.launch(json!({ "program": file, "board": "virtual" }), breaks);
+    assert_eq!(client.halt(), stop("breakpoint", &[5]));
+    assert_eq!(client.watch("i"), "3");
+    assert_eq!(client.output("console"), "turn 1\nturn 2\nturn 3\n");
+    // Anew, and stopped by hand while it is halted.
+    client.ask("restart", json!({}));
+    assert_eq!(client.halt(), stop("breakpoint", &[5]));
+    client.ask("terminate", json!({}));
+    client.event("terminated");
+    client.close();
+}
+
 /// Lines: 1 DIM, 2 FOR, 3 square, 4 SetOut, 5 NEXT, 6 PRINT, 7 END; 8 SUB square to 13, 14 SUB side to 17.
 const CALLS: &str = "DIM i\nFOR i = 1 TO 3\n  square i\n  SetOut 2, ON\nNEXT\nPRINT i\nEND\n\
     SUB square(n)\n  MoveAxe X, n * 1mm\n  SetOut 1, ON\n  side n\n  SetOut 1, OFF\nEND SUB\n\

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::cdp::Outcome;
+use crate::cdp::{Outcome, Page};
 use crate::stand::{PATIENCE, Stand};
 
 /// The editor's text.
@@ -76,6 +76,17 @@ fn a_file_that_changes_on_disk_is_followed_and_nothing_is_lost() -> Outcome<()> 
     page.wait(&format!("{TEXT}.includes('Wait 2s')"), PATIENCE)
 }
 
+/// Points of a canvas in a colour of the page.
+fn colours(page: &Page, canvas: &str, name: &str) -> Outcome<u64> {
+    let js = format!(
+        "(() => {{ const c = document.querySelector({canvas:?}), t = document.createElement('canvas').getContext('2d', {{ willReadFrequently: true }});
+            t.fillStyle = getComputedStyle(c).getPropertyValue({name:?}); t.fillRect(0, 0, 1, 1);
+            const want = t.getImageData(0, 0, 1, 1).data, all = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+            let n = 0; for (let i = 0; i < all.length; i += 4) if (all[i] === want[0] && all[i + 1] === want[1] && all[i + 2] === want[2] && all[i + 3] === 255) n++; return n }})()"
+    );
+    Ok(page.eval(&js)?.as_u64().unwrap_or(0))
+}
+
 #[test]
 fn each_pause_in_typing_shows_the_run_that_will_be() -> Outcome<()> {
     let text = "DIM n\nG0 X10\nFOR n = 1 TO 3\n  PRINT \"pass \"; n\n  Wait 1s\nNEXT\n";
@@ -83,6 +94,13 @@ fn each_pause_in_typing_shows_the_run_that_will_be() -> Outcome<()> {
     let page = stand.page()?;
     page.says("#sums", "runs to its end")?;
     page.says("#prints", "pass 3")?;
+    page.wait(
+        "document.querySelector('#rows').ariaLabel.includes('3 lines printed; no fault')",
+        PATIENCE,
+    )?;
+    assert!(colours(&page, "#rows", "--accent")? > 20, "nothing marks what is printed");
+    // The switches stand at the ends of the travel where the machine has them.
+    page.wait("document.querySelector('#path').ariaLabel.includes('X lower end, Y lower end, Z upper end')", PATIENCE)?;
     // Half of the run: the second pass waits.
     page.eval("(() => { const s = document.querySelector('#scrub'); s.value = 5000; s.dispatchEvent(new Event('input')) })()")?;
     page.says("#now", "line 5")?;
@@ -92,6 +110,8 @@ fn each_pause_in_typing_shows_the_run_that_will_be() -> Outcome<()> {
     page.end_of_script()?;
     page.type_text("\nWaitIn 3, ON, 50ms")?;
     page.says("#sim-fault", "Line 7")?;
+    page.wait("document.querySelector('#rows').ariaLabel.includes('F13 at 3.')", PATIENCE)?;
+    assert!(colours(&page, "#rows", "--bad")? > 40, "nothing marks the fault");
     // A script that never ends does no harm.
     page.select_all()?;
     page.type_text("again: GOTO again\n")?;

@@ -244,7 +244,15 @@ fn a_screen_reader_is_told_every_part_and_what_changes() -> Outcome<()> {
     page.upload()?;
     page.says("#vars", "wanted")?;
     let shown: [(&str, &[&str]); 5] = [
-        ("script", &["textbox \"Script\"", "combobox \"Open another script\"", "button \"Save\""]),
+        (
+            "script",
+            &[
+                "textbox \"Script\"",
+                "combobox \"Open another script\"",
+                "button \"Breakpoint in line 1\"",
+                "button \"Save\"",
+            ],
+        ),
         (
             "simulate",
             &["slider \"Time of the simulation\"", "button \"Play\"", "image \"Tool path"],
@@ -267,7 +275,15 @@ fn a_screen_reader_is_told_every_part_and_what_changes() -> Outcome<()> {
             &[
                 "group \"By hand\"",
                 "group \"Step in mm\"",
+                "tab \"Machine\"",
+                "tabpanel \"Machine\"",
                 "button \"Jog Z minus\"",
+                "button \"Home Z\"",
+                "spinbutton \"Go to Y, mm\"",
+                "button \"Input 11 reference Z\"",
+                "button \"Output 1 spindle\"",
+                "button \"Record this place\"",
+                "slider \"Speed",
                 "status \"X position\"",
                 "image \"X homed: off\"",
                 "button \"Input 5 lid\"",

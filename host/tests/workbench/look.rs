@@ -1,5 +1,4 @@
-//! How it looks on a desk, a tablet and a phone, in the dark and in light, to a screen reader and to
-//! somebody without a mouse.
+//! How it looks on a desk, a tablet and a phone, in the dark and in light.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -7,7 +6,7 @@ use std::time::Duration;
 use serde_json::json;
 
 use crate::cdp::{Outcome, Page};
-use crate::stand::{PATIENCE, Stand};
+use crate::stand::Stand;
 
 /// A program with everything to see.
 const TEXT: &str = include_str!("../../../examples/pocket.bas");
@@ -77,74 +76,4 @@ fn the_readmes_picture_is_small() -> Outcome<()> {
         Some(folder) => page.screenshot(&PathBuf::from(folder).join("readme.webp")),
         None => Ok(()),
     }
-}
-
-#[test]
-fn a_screen_reader_is_told_what_is_there() -> Outcome<()> {
-    let Some(stand) = Stand::start(TEXT, &[])? else { return Ok(()) };
-    let page = stand.page()?;
-    page.says("#sums", "runs to its end")?;
-    page.tab("machine")?;
-    let roles = page.roles()?;
-    for wanted in [
-        "textbox \"Script\"",
-        "button \"Stop\"",
-        "button \"Breakpoint in line 1\"",
-        "tab \"Machine\"",
-        "button \"Record this place\"",
-        "tabpanel \"Machine\"",
-        "button \"Jog X plus\"",
-        "button \"Home Z\"",
-        "spinbutton \"Go to Y, mm\"",
-        "image \"X homed: off\"",
-        "button \"Input 11 reference Z\"",
-        "button \"Output 1 spindle\"",
-        "slider \"Speed",
-    ] {
-        assert!(roles.contains(wanted), "no {wanted} in\n{roles}");
-    }
-    let nameless: Vec<&str> = roles
-        .lines()
-        .filter(|line| {
-            ["button \"\"", "slider \"\"", "textbox \"\"", "spinbutton \"\"", "combobox \"\""]
-                .contains(line)
-        })
-        .collect();
-    assert!(nameless.is_empty(), "{nameless:?}");
-    Ok(())
-}
-
-#[test]
-fn everything_is_reached_by_the_keyboard_alone() -> Outcome<()> {
-    let Some(mut stand) = Stand::with_board("MoveAxe X, 100mm, 5mm/s\n")? else { return Ok(()) };
-    let page = stand.page()?;
-    let focused = || {
-        page.eval("document.activeElement === document.body ? '' : document.activeElement.id || document.activeElement.dataset.tab || document.activeElement.className")
-    };
-    let until = |name: &str| -> Outcome<()> {
-        for _ in 0..80 {
-            if focused()?.as_str() == Some(name) {
-                return Ok(());
-            }
-            // Tab leaves the script behind Escape.
-            page.press("Escape", "Escape", 27, "", 0)?;
-            page.press("Tab", "Tab", 9, "", 0)?;
-        }
-        Err(format!("no Tab leads to {name}"))
-    };
-    until("simulate")?;
-    page.press("ArrowRight", "ArrowRight", 39, "", 0)?;
-    assert_eq!(focused()?, "run");
-    until("upload")?;
-    page.press("Enter", "Enter", 13, "\r", 0)?;
-    page.wait("document.querySelector('#start').matches(':enabled')", PATIENCE)?;
-    until("start")?;
-    page.press(" ", "Space", 32, " ", 0)?;
-    stand
-        .board()?
-        .until("a run", |status| status.state == "running" && !status.moving.is_empty())?;
-    page.press("Escape", "Escape", 27, "", 8)?;
-    let rest = stand.board()?.until("its end", |status| status.state == "ready")?;
-    assert_eq!(rest.last_end, Some("stopped"));
-    Ok(())
 }

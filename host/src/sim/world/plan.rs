@@ -99,19 +99,6 @@ impl Plan {
         Ok(())
     }
 
-    /// Of what was done since, the values given to AT variables.
-    pub fn take_registers(&mut self) -> Vec<(u16, i32)> {
-        let actions = std::mem::take(&mut self.actions);
-        let (registers, others): (Vec<Action>, Vec<Action>) =
-            actions.into_iter().partition(|action| matches!(action, Action::Register { .. }));
-        self.actions = others;
-        let pair = |action| match action {
-            Action::Register { register, value } => Some((register, value)),
-            _ => None,
-        };
-        registers.into_iter().filter_map(pair).collect()
-    }
-
     /// The controller feels `action` now.
     pub fn act(&mut self, action: Action) {
         self.actions.push(action);

@@ -120,6 +120,21 @@ export class PathView {
     const [, , u, v] = VIEWS[this.view];
     return [range(u), range(v)];
   }
+  // A bar at each end of the travel where an axis in sight has its reference switch.
+  #switches(paper, thin) {
+    const [, , u, v] = VIEWS[this.view], [across, up] = this.#travel(), found = [];
+    paper.lineWidth = 3 * thin;
+    paper.beginPath();
+    for (const axis of this.machine?.axes ?? []) {
+      if (!axis.switch) continue;
+      const end = axis.home_low ? 0 : 1;
+      if (axis.axis === u) { paper.moveTo(across[end], -up[0]); paper.lineTo(across[end], -up[1]); }
+      if (axis.axis === v) { paper.moveTo(across[0], -up[end]); paper.lineTo(across[1], -up[end]); }
+      found.push(`${axis.axis} ${axis.home_low ? 'lower' : 'upper'} end`);
+    }
+    paper.stroke();
+    this.canvas.ariaLabel = `Tool path, coloured by speed. Reference switches: ${found.join(', ') || 'none'}. Arrow keys move it, plus and minus zoom, 0 shows all.`;
+  }
   #size() { return { width: this.canvas.clientWidth, height: this.canvas.clientHeight }; }
   #resize() {
     const ratio = devicePixelRatio || 1, { width, height } = this.#size();
@@ -192,6 +207,7 @@ export class PathView {
     paper.setLineDash([6 * thin, 4 * thin]);
     paper.strokeRect(u[0], -v[1], u[1] - u[0], v[1] - v[0]);
     paper.setLineDash([]);
+    this.#switches(paper, thin);
     paper.lineWidth = 1.5 * thin;
     if (this.ghost) {
       paper.strokeStyle = style.getPropertyValue('--ghost');

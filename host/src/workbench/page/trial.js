@@ -111,9 +111,14 @@ export class Trial {
     $('#sim-vars').replaceChildren(...rows);
     $('#sim-vars-box').hidden = !rows.length;
   }
-  // Inputs, outputs and the end over time.
+  // Inputs, outputs, what is printed and the fault over time.
   #timeline() {
-    const canvas = this.rows, ratio = devicePixelRatio || 1, { rows, us } = this.about ?? { rows: [], us: 0 };
+    const canvas = this.rows, ratio = devicePixelRatio || 1, { us, events, end } = this.about ?? { us: 0, events: [] };
+    const prints = events.filter(event => event[2] !== null), faulty = end?.status === 'fault';
+    // [name, is an output, spans]; marks are spans without a length.
+    const rows = [...this.about?.rows ?? []];
+    if (prints.length || faulty) rows.push(['PRINT, fault', false, []]);
+    canvas.ariaLabel = `Inputs and outputs over time; ${prints.length} lines printed; ${faulty ? `${end.fault} at ${time(us)}` : 'no fault'}`;
     const height = Math.max(1, rows.length) * 18 + 6, width = canvas.clientWidth;
     canvas.hidden = !rows.length;
     if (!rows.length || !width) return;
@@ -133,6 +138,13 @@ export class Trial {
       paper.fillStyle = style.getPropertyValue(output ? '--on' : '--in');
       for (const [from, to] of spans) paper.fillRect(x(from), y + 1, Math.max(2, x(to) - x(from)), 12);
     });
+    if (prints.length || faulty) {
+      const y = 4 + (rows.length - 1) * 18;
+      paper.fillStyle = style.getPropertyValue('--accent');
+      for (const [at] of prints) paper.fillRect(x(at) - 1, y + 1, 2, 12);
+      paper.fillStyle = style.getPropertyValue('--bad');
+      if (faulty) paper.fillRect(x(us) - 4, y + 1, 8, 12);
+    }
     this.picture = paper.getImageData(0, 0, canvas.width, canvas.height);
     this.x = x;
     this.#cursor();
