@@ -16,7 +16,7 @@ const CRYSTAL: f64 = 5_500.0;
 const CALIBRATED: f64 = 30_000.0;
 const REFO: f64 = 35_000.0;
 /// How much slower than from its crystal the firmware runs the F5529 from REFO.
-const SLOWER: f64 = 1e6 - 732.0 * 32_768.0 / 25.0;
+const SLOWER: f64 = 1e6 - 737.0 * 32_768.0 / 25.0;
 /// Bits of the reset's cause (`wire`, RESET_CAUSE).
 const NO_CRYSTAL: u16 = 1 << 5;
 /// Power on, RST pin, NMI. The software resets by the watchdog, whose bit tells so on the G2553.

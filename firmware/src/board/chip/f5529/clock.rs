@@ -19,7 +19,7 @@ const RANGE: u16 = 6 << 4;
 const XT2: [u16; 2] = [0x0055, (RATE / 250_000 - 1) as u16];
 /// REFO, 32 768 Hz, good for 3.5 %, of which the fastest may not exceed what the core voltage is for.
 const REFO: [u16; 2] = [0x0020, (RATE / 1035 * 1000 / 32_768 - 1) as u16];
-/// [`RATE`] from REFO: everything but the link, which is told, takes 4 % longer.
+/// [`RATE`] from REFO: everything but the link, which is told, takes 3.5 % longer.
 pub const RATE_OF_REFO: u32 = (REFO[1] as u32 + 1) * 32_768;
 
 /// XT2OFFG.

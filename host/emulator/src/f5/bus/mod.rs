@@ -73,6 +73,9 @@ struct UsciB {
     ifg: u8,
 }
 
+/// SYSNMI and UNMI, as bits of [`Bus::irq`].
+const NMI: u64 = 3 << 61;
+
 /// Everything at the other end of the CPU's buses.
 #[derive(Clone)]
 pub struct Bus {
@@ -89,6 +92,8 @@ pub struct Bus {
     /// Pending and enabled interrupts: bit n for the vector at 0xFF80 + 2 n.
     pub irq: u64,
     irq_since: [u64; 64],
+    /// Those of [`NMI`] whose handlers run.
+    served: u64,
     /// A reset that was asked for.
     pub reset: Option<Reset>,
     /// Power failed during a flash operation.
@@ -171,6 +176,7 @@ impl Bus {
             next_event: 0,
             irq: 0,
             irq_since: [0; 64],
+            served: 0,
             reset: None,
             power_lost: false,
             flash_written: false,
@@ -291,6 +297,7 @@ impl Bus {
         self.ucs.reset(self.now);
         self.wdt = Watchdog::new(Variant::A, self.now, &self.ucs.rates);
         self.irq = 0;
+        self.served = 0;
         self.reclock();
         self.update_pins(self.now);
         self.update();
@@ -307,6 +314,7 @@ impl Bus {
         self.interrupted_erase();
         self.update_pins(self.now);
         self.irq = 0;
+        self.served = 0;
     }
 
     /// Power comes up after `power_off`; flash bits settle when they are `unstable`.
@@ -327,9 +335,11 @@ impl Bus {
     /// Vector address of the highest pending interrupt that may be served.
     #[inline]
     pub fn pending(&self, maskable: bool) -> Option<(u16, u64)> {
-        /// SYSNMI and UNMI.
-        const NMI: u64 = 3 << 61;
         let mut irq = if maskable { self.irq } else { self.irq & NMI };
+        // A handler is not interrupted by another of its level before its RETI (SLAU208, 1.3.2).
+        if self.served != 0 {
+            irq &= !(NMI & (self.served | self.served >> 1));
+        }
         if self.flash_is_busy() && !self.silicon.interrupts_while_busy {
             irq = 0;
         }
@@ -357,9 +367,17 @@ impl Bus {
             0xFFEA => self.timers[0].accepted0(),
             0xFFE2 => self.timers[1].accepted0(),
             0xFFD8 => self.timers[2].accepted0(),
+            0xFFFA | 0xFFFC => self.served |= 1 << ((vector - VECTORS) / 2),
             _ => {}
         }
         self.update();
+    }
+
+    /// A handler has come back: the highest of those that are not masked, as the others wait for them.
+    pub fn returned(&mut self) {
+        if self.served != 0 {
+            self.served &= !(1 << (63 - self.served.leading_zeros()));
+        }
     }
 }
 

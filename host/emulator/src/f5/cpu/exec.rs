@@ -163,6 +163,7 @@ impl CpuX {
                 self.write_sr(bus, sr & 0x0FFF);
                 // A pending interrupt is accepted straight after RETI.
                 self.shadow = false;
+                bus.returned();
                 self.r[PC] = (u32::from(sr & 0xF000) << 4 | u32::from(pc)) & !1;
                 bus.attention = true;
                 self.stats.leave(bus.now);
