@@ -200,6 +200,9 @@ crate::register_rows!(map);
 pub const LOCK_CODE: u16 =
     PROFILE_WINDOW + core::mem::offset_of!(crate::record::BoardRecord, lock) as u16 / 2;
 
+/// What commands move goes on for so long behind a write of [`JOG_HOLD`], ms.
+pub const JOG_HOLD_MS: u16 = 300;
+
 /// Registers of a trace slot.
 pub const TRACE_LENGTH: u16 = 5;
 

@@ -55,12 +55,13 @@ const APART: u16 = 200;
 /// Written only on the small part: it counts the words that come.
 const WRITTEN: [&str; 1] = ["UPLOAD_LENGTH"];
 /// Nothing that the states below bring about shows in these.
-const QUIET: [&str; 24] = [
+const QUIET: [&str; 25] = [
     "BLOCKING_INPUT",
     "FAULT_INPUT",
     "FAULT_LINE",
     "HOMING",
     "INPUTS_HIGH",
+    "JOG_HOLD",
     "LIMITS",
     "MISC_STATUS",
     "OPEN_CALLS",

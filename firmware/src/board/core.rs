@@ -96,6 +96,8 @@ pub struct Core {
     pub restart: bool,
     /// A motion by 102 or 1111 is under way.
     pub jog: bool,
+    /// Milliseconds that what commands move still goes on, 0 without such a bound.
+    pub hold: u16,
     /// Milliseconds since the last sound request.
     pub silence: u16,
     /// Command buffer.

@@ -92,6 +92,7 @@ impl Core {
                 crate::stream::read(address)
             }
             TRACE_MODE => status::trace_mode(self),
+            JOG_HOLD => self.hold,
             UPLOAD_LENGTH => self.upload_length,
             UPLOAD_RESULT => u16::from(self.refusal),
             TRACE_EVEN..PRINT_COUNT => self.slot(address),
@@ -375,6 +376,10 @@ impl Map for Core {
                 self.trace.on = value != 0;
                 self.trace.full = false;
                 self.trace.left = trace::PATIENCE;
+                Ok(())
+            }
+            JOG_HOLD => {
+                self.hold = if value == 0 { 0 } else { JOG_HOLD_MS };
                 Ok(())
             }
             UPLOAD_CONTROL => self.upload(value),

@@ -425,7 +425,13 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
     match board.once(|board| board.write_all(wire::COMMAND, &order)) {
         Ok(()) => {
             holding.last = Some(target);
-            Ok(())
+            // The board's own clock, where it has one, ends the hold as well.
+            match board.once(|board| board.write_all(wire::JOG_HOLD, &[1])) {
+                Err(error) if !error.is_exception(lang::wire::Exception::IllegalAddress) => {
+                    Err(words(error))
+                }
+                _ => Ok(()),
+            }
         }
         Err(error) if error.is_exception(lang::wire::Exception::Busy) && holding.last.is_some() => {
             // A part that takes no target on the way is busy while the axis moves; one that rests is

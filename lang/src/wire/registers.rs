@@ -133,6 +133,8 @@ macro_rules! register_rows {
                 RUN_CONTROL: OWN + 50;
                 /// 1: trace mode.
                 TRACE_MODE: OWN + 51;
+                /// F5529: milliseconds that what commands move still goes on, 0 without a bound. Write 1 for 300 of them, again while a button is held; 0 takes the bound away, as rest does.
+                JOG_HOLD: OWN + 52;
                 /// Write one [`Upload`] code.
                 UPLOAD_CONTROL: OWN + 60;
                 /// Length of the image to come, bytes; bit 15: it uses KEEP.

@@ -72,6 +72,14 @@ impl Core {
             self.jog = false;
             self.motor.stop(0b111);
         }
+        if self.hold != 0 {
+            self.hold -= 1;
+            if self.session.is_active() || self.motor.moving() == 0 {
+                self.hold = 0;
+            } else if self.hold == 0 {
+                self.motor.stop(0b111);
+            }
+        }
         // Once: the count stays at its end.
         if crate::streams() && self.silence == SILENCE + 1 && self.session.is_active() {
             self.fail(Fault::LinkLost);
