@@ -112,10 +112,10 @@ impl Motor {
         unsafe {
             addr_of_mut!((*motor).percents).write([100; 2]);
             // All 0 is a path, whose overrides are missing.
-            (*motor).path.clear();
+            (*motor).path.begin(0, CLOCK);
             (*motor).path.set_override(100, 100);
             addr_of_mut!((*motor).segment).write(PathSegment::default());
-            addr_of_mut!((*motor).single).write([Single::default(); 3]);
+            addr_of_mut!((*motor).single).write([Single::new(0, CLOCK); 3]);
         }
     }
 

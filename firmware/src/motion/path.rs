@@ -150,8 +150,8 @@ pub struct Path {
 }
 
 impl Path {
-    /// Nothing to do, no corner tolerance.
-    pub const IDLE: Path = Path {
+    /// Nothing to do, no corner tolerance, no clock.
+    const IDLE: Path = Path {
         run: Run::NONE,
         limits: Limits::NONE,
         exit2: Scaled::ZERO,

@@ -80,7 +80,7 @@ enum State {
 }
 
 /// The planner of one independent axis.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Single {
     run: Run,
     /// What pace and override allow.
@@ -100,8 +100,19 @@ pub struct Single {
 
 impl Single {
     /// A resting axis at `position` steps, for a step timer of `clock` Hz.
-    pub fn new(position: i32, clock: Scaled) -> Single {
-        Single { position, target: position, clock, ..Single::default() }
+    pub const fn new(position: i32, clock: Scaled) -> Single {
+        Single {
+            run: Run::NONE,
+            limits: Limits::NONE,
+            position,
+            target: position,
+            clock,
+            pace: Pace { speed: Scaled::ZERO, accel: Scaled::ZERO, decel: Scaled::ZERO },
+            state: State::Idle,
+            negative: false,
+            paused: false,
+            percent: 0,
+        }
     }
 
     /// Where the axis is when every segment handed out has been played, steps.
