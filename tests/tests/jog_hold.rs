@@ -33,7 +33,9 @@ fn a_held_jog_ends_by_itself_behind_its_last_write() {
         stand.write(JOG_HOLD, &[1]);
         let before = steps(&stand);
         stand.board.run_us(100_000);
-        assert!(steps(&stand) > before + 50, "it moves");
+        // At 2000 steps/s, before any program has run.
+        let made = steps(&stand) - before;
+        assert!((50..=230).contains(&made), "{made} steps in 0.1 s and an exchange");
     }
     // The ramp from 2000 steps/s takes 80 ms.
     stand.board.run_us((u64::from(JOG_HOLD_MS) + 100) * 1_000);

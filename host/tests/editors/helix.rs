@@ -1,5 +1,5 @@
-//! The lines for Helix on the page for editors. Debian 12 has no Helix: the file's form is tried, and what it
-//! starts is.
+//! The lines for Helix on the page for editors: the file's form is tried here, and what it starts; Helix
+//! itself, which Debian 12 does not have, by `.ci/helix`.
 
 use std::process::{Command, Stdio};
 
