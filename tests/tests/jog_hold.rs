@@ -6,9 +6,9 @@ use lang::axis::Axis;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::wire::{COMMAND, JOG_HOLD, JOG_HOLD_MS};
-use pasapas::board::F5529;
+use pasapas::board::{F5529, G2553};
 use pasapas::client::orders;
-use pasapas::torture::stand::Stand;
+use pasapas::torture::stand::{Answer, Stand};
 
 /// A board with a mill's program whose X goes a long way at 2000 steps/s.
 fn moving() -> Stand {
@@ -58,4 +58,12 @@ fn without_the_register_a_command_goes_its_way() {
     stand.write(COMMAND, &orders::move_to(Axis::X, [25_000; 2], 2_000, 29_000));
     stand.board.run_us(2_000_000);
     assert_eq!(steps(&stand), 31_000);
+}
+
+#[test]
+fn a_part_without_the_register_says_so() {
+    let mut stand = Stand::new(&G2553, &Config::default()).expect("the shipped image");
+    assert!(stand.answers());
+    // The helm's bounded moves are all that a hold has there.
+    assert_eq!(stand.write(JOG_HOLD, &[1]), Answer::Exception(2));
 }

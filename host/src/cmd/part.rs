@@ -43,7 +43,8 @@ impl Choice {
         self.part.unwrap_or(DEFAULT)
     }
 
-    /// The chip that would run the script: the part asked for, or the smallest one that runs it. The script becomes what runs there, as in [`Choice::fit`].
+    /// The chip that would run the script: the part asked for, or the smallest one that runs it. The script
+    /// becomes what runs there, as in [`Choice::fit`].
     ///
     /// # Errors
     /// The part asked for lacks something that the program wants; that was written.
