@@ -11,6 +11,7 @@ mod harm;
 mod kills;
 mod paho;
 mod plain;
+mod relay;
 mod sparkplug;
 mod tls;
 
