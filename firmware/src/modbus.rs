@@ -45,6 +45,12 @@ pub trait Map {
     /// # Errors
     /// The exception to answer with.
     fn write(&mut self, address: u16, value: u16) -> Result<(), Exception>;
+    /// Whether a 32-bit value may be written at its low register. A request asks for all of its values
+    /// before it writes the first.
+    ///
+    /// # Errors
+    /// The exception to answer with.
+    fn may_write_long(&self, address: u16, value: i32) -> Result<(), Exception>;
     /// Writes a 32-bit value at its low register.
     ///
     /// # Errors
@@ -88,6 +94,22 @@ fn block(table: Table, address: u16, count: u16) -> Result<&'static Block, Excep
 
 fn word<L: Line>(line: &L, index: u8) -> u16 {
     u16::from_be_bytes([line.byte(index), line.byte(index + 1)])
+}
+
+/// The 32-bit values of function 16, each low word first, with their offset from the address.
+fn longs<L: Line>(
+    line: &L,
+    registers: u16,
+    mut each: impl FnMut(u16, i32) -> Result<(), Exception>,
+) -> Result<(), Exception> {
+    let mut offset = 0;
+    while offset < registers {
+        let index = 7 + 2 * offset as u8;
+        let value = u32::from(word(line, index + 2)) << 16 | u32::from(word(line, index));
+        each(offset, value as i32)?;
+        offset += 2;
+    }
+    Ok(())
 }
 
 impl Slave {
@@ -237,7 +259,9 @@ impl Slave {
                     if address & 1 != 0 {
                         return Err(Exception::IllegalValue);
                     }
-                    return map.write_long(address, i32::from(value as i16));
+                    let value = i32::from(value as i16);
+                    map.may_write_long(address, value)?;
+                    return map.write_long(address, value);
                 }
                 map.write(address, value)?;
                 map.written(address)
@@ -258,21 +282,18 @@ impl Slave {
                 if long && (address | value) & 1 != 0 {
                     return Err(Exception::IllegalValue);
                 }
+                if long {
+                    longs(line, value, |at, own| map.may_write_long(address + at, own))?;
+                    longs(line, value, |at, own| map.write_long(address + at, own))?;
+                    return map.written(address);
+                }
                 let mut index = 0;
                 while index < value {
                     if function == 15 {
                         let byte = line.byte(7 + (index >> 3) as u8);
                         map.write_bit(address + index, byte >> (index & 7) & 1 != 0)?;
                     } else {
-                        let low = word(line, 7 + (index as u8) * 2);
-                        if long {
-                            let high = word(line, 9 + (index as u8) * 2);
-                            let value = u32::from(high) << 16 | u32::from(low);
-                            map.write_long(address + index, value as i32)?;
-                            index += 1;
-                        } else {
-                            map.write(address + index, low)?;
-                        }
+                        map.write(address + index, word(line, 7 + (index as u8) * 2))?;
                     }
                     index += 1;
                 }

@@ -65,6 +65,8 @@ pub struct Limits {
     pub pool: [u16; 2],
     /// Bytes of these that ON lines take: all of them, and each.
     pub event_pool: [u16; 2],
+    /// It looks at the limits of AT variables.
+    pub at_limits: bool,
 }
 
 /// Length of the image, if its CRC is right.
@@ -132,6 +134,7 @@ pub fn verify<B: Bytes>(
         cells,
         frame,
         features: limits.features,
+        at_limits: limits.at_limits,
     };
     if check.code() { Ok(()) } else { Err(Refusal::Code) }
 }
@@ -158,6 +161,7 @@ struct Check<'a, B> {
     cells: u8,
     frame: u8,
     features: u8,
+    at_limits: bool,
 }
 
 impl<B: Bytes> Check<'_, B> {
@@ -241,7 +245,19 @@ impl<B: Bytes> Check<'_, B> {
                 event += 1;
             }
         }
-        if features & feature::LINES == 0 {
+        let lines = features & feature::LINES != 0;
+        if self.at_limits && self.image.byte(MACHINE) & MachineRecord::AT_LIMITS != 0 {
+            let at = at + if lines { 2 } else { 0 };
+            if at + 2 > self.data_len {
+                return false;
+            }
+            let column = self.image.word(self.data + at);
+            // Whole entries of four values.
+            if !self.column(column) || !self.image.word(self.data + column + 1).is_multiple_of(4) {
+                return false;
+            }
+        }
+        if !lines {
             return true;
         }
         if at + 2 > self.data_len {

@@ -55,6 +55,9 @@ fn parts() -> String {
         if !part.look_ahead {
             lacks.push("look-ahead".to_owned());
         }
+        if !part.at_limits {
+            lacks.push("refusing what MIN and MAX of an AT variable exclude".to_owned());
+        }
         if !part.halts {
             lacks.push("halts of a debugger before any effect, and its open calls".to_owned());
         }

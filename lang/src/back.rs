@@ -17,6 +17,7 @@ mod report;
 #[cfg(test)]
 mod tests;
 
+pub use data::column;
 pub use emit::constant;
 pub use report::{Compiled, Excess, MAX_DEPTH, Mark, MarkKind, Resource, Sidecar, VarPlace};
 

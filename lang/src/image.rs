@@ -5,10 +5,11 @@
 //! | header | 20 |
 //! | axes' part of the profile: [`MachineRecord`] | [`MachineRecord::SIZE`] |
 //! | code | `code_len` |
-//! | data: table of handlers, texts, table columns, statement table | the rest |
+//! | data: table of handlers, texts, table columns, limits of AT variables, statement table | the rest |
 //!
 //! With feature `EVENTS` the data begins with the number of ON lines in one byte and the targets of
-//! their handlers; with feature `LINES` the data offset of the statement table follows.
+//! their handlers; with feature `LINES` the data offset of the statement table follows, with
+//! [`MachineRecord::AT_LIMITS`] that of the [`limits`].
 //!
 //! Numbers stand least byte first. Addresses count from the start of the code, data offsets from
 //! the start of the data; both have two bytes, in a wide image three. Only the host runs wide
@@ -31,6 +32,7 @@
 //! | 17 | first KEEP cell; the others follow it. Those before it are AT variables', kept from run to run |
 //! | 18, 19 | hash of the profile; in a wide image the third bytes of the two lengths |
 
+pub mod limits;
 pub mod statements;
 
 use crate::record::{AxisRecord, MachineRecord, feature};
@@ -338,17 +340,36 @@ impl<'a> Image<'a> {
         self.address_at(1 + usize::from(slot) * self.address_bytes())
     }
 
+    /// Bytes of the table of handlers.
+    fn handlers(&self) -> usize {
+        match self.header.has(feature::EVENTS) {
+            true => 1 + usize::from(self.events()) * self.address_bytes(),
+            false => 0,
+        }
+    }
+
     /// The statement table of a program with ON ERROR.
     pub fn statements(&self) -> Option<statements::Statements<'a>> {
         if !self.header.has(feature::LINES) {
             return None;
         }
-        let handlers = match self.header.has(feature::EVENTS) {
-            true => 1 + usize::from(self.events()) * self.address_bytes(),
-            false => 0,
-        };
-        let offset = self.address_at(handlers)?;
+        let offset = self.address_at(self.handlers())?;
         Some(statements::Statements::new(self.data.get(offset..)?, self.header.wide()))
+    }
+
+    /// Whether AT variables have limits.
+    pub fn has_limits(&self) -> bool {
+        self.machine.first().is_some_and(|flags| flags & MachineRecord::AT_LIMITS != 0)
+    }
+
+    /// The limits of AT variables, of a program that has some.
+    pub fn limits(&self) -> Option<limits::Limits<'a>> {
+        if !self.has_limits() {
+            return None;
+        }
+        let lines = usize::from(self.header.has(feature::LINES));
+        let offset = self.address_at(self.handlers() + lines * self.address_bytes())?;
+        limits::Limits::new(self.column(offset)?)
     }
 
     /// The text at a data offset: its length in one byte, then its bytes.

@@ -35,6 +35,8 @@ pub struct Part {
     /// Bytes of the call stack and of AT variables behind it that may live between runs
     /// ([`Part::keeps_at`]), 0 for none.
     pub at_room: u16,
+    /// The link refuses a value outside of the MIN and MAX of an AT variable.
+    pub at_limits: bool,
     /// A host in trace mode halts the program before any effect, and sees which one it is and who called
     /// for it ([`crate::wire::WAITS`]).
     pub halts: bool,
@@ -55,6 +57,7 @@ pub const G2553: Part = Part {
     profiles: [0x1080, 0x1040],
     look_ahead: false,
     at_room: 18,
+    at_limits: false,
     halts: true,
 };
 
@@ -91,6 +94,7 @@ pub const F5529: Part = Part {
     profiles: [0x1880, 0x1900],
     look_ahead: true,
     at_room: u16::MAX,
+    at_limits: true,
     halts: true,
 };
 

@@ -120,6 +120,9 @@ impl MachineRecord {
     pub const REQUIRE_HOMING: u8 = 1 << 0;
     /// [`MachineRecord::flags`]: G0 lifts Z first and lowers it last.
     pub const RAPID_Z_APART: u8 = 1 << 1;
+    /// [`MachineRecord::flags`], of a program and of no profile: its image has limits of AT variables
+    /// ([`crate::image::limits`]).
+    pub const AT_LIMITS: u8 = 1 << 2;
     /// Bytes of the record.
     pub const SIZE: usize = 8 + 3 * AxisRecord::SIZE;
 }

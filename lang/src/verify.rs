@@ -148,6 +148,9 @@ impl Verifier<'_, '_> {
             depth = after(&insn, depth)?;
             pc = insn.next;
         }
+        if image.has_limits() && image.limits().is_none() {
+            return Err(Flaw::Layout);
+        }
         self.check_target(image.header.entry, 0)?;
         for slot in 0..image.events() {
             self.check_target(image.event_target(slot).ok_or(Flaw::Layout)?, 0)?;

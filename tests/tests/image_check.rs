@@ -8,8 +8,9 @@ use firmware::verify::{ANCHORS, Bytes, Limits, verify};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::image::{Image, seal};
-use lang::part::{F5529, G2553, SEGMENT};
+use lang::part::{F5529, G2553, Part, SEGMENT};
 use lang::record::feature;
+use lang::wire::Refusal;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
@@ -35,7 +36,8 @@ impl Bytes for Flat<'_> {
 }
 
 fn twin(image: &[u8]) -> u16 {
-    let limits = Limits { bytes: 3072, features: FEATURES, pool: F5529.pool, event_pool: [0, 0] };
+    let Part { pool, event_pool, at_limits, .. } = F5529;
+    let limits = Limits { bytes: 3072, features: FEATURES, pool, event_pool, at_limits };
     verify(&Flat(image), &limits, &mut [0; ANCHORS]).err().map_or(GOOD, |refusal| refusal as u16)
 }
 
@@ -90,14 +92,47 @@ fn examples() -> Vec<Vec<u8>> {
         }
     }
     assert!(images.len() >= 16, "only {} examples fit", images.len());
+    images.extend([LIMITS, LIMITS_AND_HANDLERS].map(|text| {
+        let source = Source::new("limits.bas", text.to_owned());
+        let (program, _) = compile(&source, ProfileChoice::built_in());
+        lang::back::compile(&program.expect("a program")).expect("fits").image
+    }));
     images
 }
+
+/// Limits of AT variables, which no example has beside handlers.
+const LIMITS: &str = "DIM n AT 3000 MIN 1 MAX 500, a(3) AT 3004 MIN -5\nPRINT n + a(1)\n";
+const LIMITS_AND_HANDLERS: &str = "DIM n AT 3000 MAX 9\nON ERROR GOTO h\nON IN 3 RISE GOSUB e\n\
+    n = n + 1\nEND\ne: n = 0\nRETURN\nh: PRINT ERR\nRESUME NEXT\n";
 
 #[test]
 fn the_chip_accepts_every_example() {
     let mut chip = Chip::new();
     for image in examples() {
         assert_eq!((twin(&image), chip.verify(&image)), (GOOD, GOOD));
+    }
+}
+
+#[test]
+fn limits_that_are_no_column_of_whole_entries_are_refused() {
+    let mut chip = Chip::new();
+    let source = Source::new("limits.bas", LIMITS.to_owned());
+    let (program, _) = compile(&source, ProfileChoice::built_in());
+    let good = lang::back::compile(&program.expect("a program")).expect("fits").image;
+    let image = Image::new(&good).expect("an image");
+    let data = good.len() - image.data.len();
+    let column = data + usize::from(u16::from_le_bytes([good[data], good[data + 1]]));
+    let rows = good[column + 1];
+    assert_eq!(rows, 8, "two variables of four values");
+    for (at, byte) in [(column + 1, 6), (column + 1, 12), (column, 5), (column, 0), (data + 1, 9)] {
+        let mut image = good.clone();
+        image[at] = byte;
+        seal(&mut image);
+        let verdicts = (twin(&image), chip.verify(&image));
+        assert_eq!(verdicts, (Refusal::Code as u16, Refusal::Code as u16), "{at} {byte}");
+        let image = Image::new(&image).expect("its layout holds");
+        let limits = lang::verify::Limits::device(image.header.features);
+        assert!(lang::verify::verify(&image, &limits, &mut [0; 24]).is_err(), "{at} {byte}");
     }
 }
 

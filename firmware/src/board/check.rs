@@ -63,6 +63,15 @@ pub fn verify(image: u16, features: u8, scratch: &mut [u8; SCRATCH]) -> Result<(
     }
 }
 
+#[cfg(feature = "board")]
+global_asm!(
+    ".set CHECK_AT_LIMITS, {}",
+    ".set CHECK_MACHINE, {}",
+    const lang::record::MachineRecord::AT_LIMITS,
+    const MACHINE,
+);
+const _: () = assert!(PART.at_limits == cfg!(feature = "board"));
+
 global_asm!(
     r#"
     .set CHECK_KICK, {kick}

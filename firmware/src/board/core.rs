@@ -43,6 +43,7 @@ pub const LIMITS: Limits = Limits {
     features: FEATURES as u8,
     pool: crate::vm::POOL_LIMITS,
     event_pool: PART.event_pool,
+    at_limits: PART.at_limits,
 };
 
 /// The board.

@@ -78,6 +78,16 @@ impl Bytes for Image {
     }
 }
 
+impl Image {
+    /// The stored image here, taken apart as the host does it.
+    pub fn parts(self) -> Option<lang::image::Image<'static>> {
+        let length = self.word(lang::image::at::LEN as u16);
+        // SAFETY: a stored image lies in flash whole; what erases it keeps nothing of it.
+        let bytes = unsafe { core::slice::from_raw_parts(self.0 as *const u8, length.into()) };
+        lang::image::Image::new(bytes).ok()
+    }
+}
+
 /// The program area.
 pub struct Area;
 

@@ -447,9 +447,19 @@ impl Map for Core {
         }
     }
 
+    fn may_write_long(&self, address: u16, value: i32) -> Result<(), Exception> {
+        match address {
+            CELLS..KEEPS => self.may_set_cell((address - CELLS) >> 1, value),
+            _ => Ok(()),
+        }
+    }
+
     fn write_long(&mut self, address: u16, value: i32) -> Result<(), Exception> {
         match address {
-            CELLS..KEEPS => self.set_open_cell((address - CELLS) >> 1, value),
+            CELLS..KEEPS => {
+                vm().set_cell((address - CELLS) >> 1, value);
+                Ok(())
+            }
             KEEPS.. if address < KEEPS_END => {
                 if self.session.is_active() || self.motor.moving() == 0 {
                     if self.set_kept((address - KEEPS) >> 1, value) {

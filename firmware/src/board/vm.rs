@@ -166,7 +166,12 @@ impl State {
 
     /// Address of a cell; `None` when the program does not have it.
     fn cell_address(&self, n: u16) -> Option<u16> {
-        (n < u16::from(self.cell_count)).then(|| self.cells + 4 * n)
+        self.has_cell(n).then(|| self.cells + 4 * n)
+    }
+
+    /// Whether the program has a cell.
+    pub fn has_cell(&self, n: u16) -> bool {
+        n < u16::from(self.cell_count)
     }
 
     /// The value of a cell, 0 for one that the program does not have.

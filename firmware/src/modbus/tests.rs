@@ -27,6 +27,8 @@ impl Line for TestLine {
 struct TestMap {
     writes: Vec<(u16, i32)>,
     refuse: Option<Exception>,
+    /// The greatest 32-bit value that may be written.
+    most: Option<i32>,
 }
 
 impl TestMap {
@@ -46,6 +48,12 @@ impl Map for TestMap {
     }
     fn write(&mut self, address: u16, value: u16) -> Result<(), Exception> {
         self.note(address, value.into())
+    }
+    fn may_write_long(&self, _: u16, value: i32) -> Result<(), Exception> {
+        if self.most.is_some_and(|most| value > most) {
+            return Err(Exception::IllegalValue);
+        }
+        Ok(())
     }
     fn write_long(&mut self, address: u16, value: i32) -> Result<(), Exception> {
         self.note(address, value)
@@ -129,6 +137,18 @@ fn long_registers_are_written_whole() {
     assert_eq!(map.writes, [(POSITIONS, -1)], "function 6 extends the sign");
     assert_eq!(ask(&[1, 6, address[0], address[1] + 1, 0, 0]), [1, 0x86, 3]);
     assert_eq!(ask(&[1, 16, address[0], address[1] + 1, 0, 2, 4, 0, 0, 0, 0]), [1, 0x90, 3]);
+}
+
+#[test]
+fn one_value_that_may_not_be_leaves_all_of_a_request_unwritten() {
+    let [high, low] = [high(POSITIONS), POSITIONS as u8];
+    let both = |last: u8| sealed(&[1, 16, high, low, 0, 4, 8, 0, 5, 0, 0, 0, last, 0, 0]);
+    let mut map = TestMap { most: Some(7), ..TestMap::default() };
+    assert_eq!(exchange(&mut map, both(8)), [1, 0x90, 3]);
+    assert_eq!(exchange(&mut map, sealed(&[1, 6, high, low, 0, 8])), [1, 0x86, 3]);
+    assert_eq!(map.writes, []);
+    assert_eq!(exchange(&mut map, both(7)), [1, 16, high, low, 0, 4]);
+    assert_eq!(map.writes, [(POSITIONS, 5), (POSITIONS + 2, 7)]);
 }
 
 #[test]

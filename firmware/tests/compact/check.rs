@@ -27,8 +27,8 @@ impl Bytes for Flat<'_> {
 
 fn twin(image: &[u8]) -> u16 {
     let bytes = WHOLE.room_for(false) as u16;
-    let Part { features, pool, event_pool, .. } = WHOLE;
-    let limits = Limits { bytes, features: features as u8, pool, event_pool };
+    let Part { features, pool, event_pool, at_limits, .. } = WHOLE;
+    let limits = Limits { bytes, features: features as u8, pool, event_pool, at_limits };
     verify(&Flat(image), &limits, &mut [0; ANCHORS]).err().map_or(0, |refusal| refusal as u16)
 }
 

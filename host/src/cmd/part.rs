@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use clap::Args;
 use lang::back::Compiled;
-use lang::hir::{Program, Stmt, StmtKind, Storage};
+use lang::hir::{Limits, Program, Stmt, StmtKind, Storage, Var};
 use lang::image::Image;
 use lang::part::{Lack, PARTS, Part, SHORT_PULSE_US};
 use lang::record::feature;
@@ -115,8 +115,32 @@ impl Choice {
                 false => console.note_in(&note, &script.source)?,
             }
         }
-        if fits { Ok((compiled, build)) } else { Err(Failure::Input) }
+        if !fits {
+            return Err(Failure::Input);
+        }
+        unlimited(script, part, console)?;
+        Ok((compiled, build))
     }
+}
+
+/// Says of a part that does not know limits of AT variables which ones it lets pass.
+///
+/// # Errors
+/// Standard output is full or gone.
+pub fn unlimited(script: &Script, part: &Part, console: &Console) -> Result<(), Failure> {
+    let limited = |var: &&Var| var.panel.limits != Limits::default();
+    let Some(var) = script.program.vars.iter().find(limited).filter(|_| !part.at_limits) else {
+        return Ok(());
+    };
+    let text = format!(
+        "`{}` for the {} takes any value for MIN and MAX of `{}`: the panel must refuse them",
+        part.name, part.chip, var.name
+    );
+    let note = Note::in_source(&script.source, var.span.clone(), "B012", text).note();
+    console.note_in(
+        &note.hint("`--part f5529` answers a value outside with exception 3"),
+        &script.source,
+    )
 }
 
 /// The smallest part that runs a program as it is, with STEP pulses of this width.

@@ -10,6 +10,7 @@ use lang::profile::Profile;
 use lang::record::BoardRecord;
 use serde_json::json;
 
+use super::part;
 use super::port::{Board, Port};
 use super::script::{self, Code, Script};
 use super::{Console, Options};
@@ -58,6 +59,9 @@ impl Upload {
             && !self.any_profile
         {
             compare(&mut board, &script.program.profile)?;
+        }
+        if let Some(script) = &script {
+            part::unlimited(script, identity.part(), console)?;
         }
         let bar = bar(image.len(), console);
         let result =

@@ -63,7 +63,7 @@ pub fn lay_out(program: &Program, unit: &Unit, head: Vec<u8>) -> Data {
     let mut column_ids: Vec<ColumnId> = columns.into_iter().collect();
     column_ids.sort_unstable();
     for id in column_ids {
-        pieces.push((Piece::Column(id), encode(&values(program, id.0, id.1))));
+        pieces.push((Piece::Column(id), column(&values(program, id.0, id.1))));
     }
     pieces.sort_by_key(|(_, bytes)| bytes.len());
     let mut data = Data { bytes: head, ..Data::default() };
@@ -107,7 +107,7 @@ fn gcd(mut a: u32, mut b: u32) -> u32 {
 }
 
 /// The shortest form of a column ([`crate::image::Column`]).
-fn encode(values: &[i32]) -> Vec<u8> {
+pub fn column(values: &[i32]) -> Vec<u8> {
     let mut scale = values.iter().fold(0, |scale, value| gcd(scale, value.unsigned_abs())).max(1);
     if scale > u32::from(u16::MAX) {
         // The largest divisor that two bytes hold.

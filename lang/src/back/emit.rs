@@ -7,7 +7,7 @@ use crate::back::data::{self, Data};
 use crate::back::graph::Graph;
 use crate::back::ir::{Cond, Handler, Item, Label, Unit};
 use crate::back::report::{Compiled, MAX_CELLS, Mark, MarkKind, Sidecar, VarPlace};
-use crate::hir::{Program, RoutineId, VarId};
+use crate::hir::{Limits, Program, RoutineId, Storage, VarId};
 use crate::image::statements::{self, Place};
 use crate::image::{self, HEADER, Header, pool_limit};
 use crate::isa::{LOW_CELLS, Op, SHORT_CELLS, SMALL};
@@ -30,7 +30,10 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
     };
     let profile = MachineRecord::of(&program.profile);
     let profile_hash = profile.hash();
-    let machine = MachineRecord { keeps: keeps_id(program, cells), ..profile }.to_bytes();
+    let limits = if code.limits { MachineRecord::AT_LIMITS } else { 0 };
+    let own =
+        MachineRecord { flags: profile.flags | limits, keeps: keeps_id(program, cells), ..profile };
+    let machine = own.to_bytes();
     let data_len = code.data.bytes.len() + code.table.len();
     let features = unit.features | if wide { feature::WIDE } else { 0 };
     let header = Header {
@@ -86,6 +89,22 @@ fn keeps_id(program: &Program, cells: &Cells) -> u8 {
     if text.is_empty() { 0 } else { (1 + hash(text.as_bytes()) % 254) as u8 }
 }
 
+/// What [`limits`](crate::image::limits) holds: of each AT variable with MIN or MAX its cells and these.
+fn limits(program: &Program, cells: &Cells) -> Vec<i32> {
+    let bound = |var: VarId| {
+        let var = program.var(var);
+        matches!(var.storage, Storage::At(_)) && var.panel.limits != Limits::default()
+    };
+    let mut vars: Vec<_> = cells.of.iter().filter(|(var, _)| bound(**var)).collect();
+    vars.sort_unstable_by_key(|(_, cell)| **cell);
+    let values = vars.into_iter().flat_map(|(&var, &cell)| {
+        let var = program.var(var);
+        let Limits { least, greatest } = var.panel.limits;
+        [cell as i32, var.len as i32, least, greatest]
+    });
+    values.collect()
+}
+
 /// The shortest instruction that pushes `value`.
 pub fn constant(value: i32) -> Vec<u8> {
     let with = |op: Op, bytes: &[u8]| [&[op.code()], bytes].concat();
@@ -123,6 +142,8 @@ struct Code {
     bytes: Vec<u8>,
     entry: usize,
     data: Data,
+    /// AT variables have limits.
+    limits: bool,
     /// The statement table.
     table: Vec<u8>,
     marks: Vec<Mark>,
@@ -141,6 +162,8 @@ struct Emitter<'a> {
     sizes: Vec<usize>,
     addresses: Vec<usize>,
     data: Data,
+    /// Where in the data the limits of AT variables stand, if there are any.
+    limits: Option<usize>,
 }
 
 impl<'a> Emitter<'a> {
@@ -154,7 +177,16 @@ impl<'a> Emitter<'a> {
         if unit.features & feature::LINES != 0 {
             head.resize(head.len() + address, 0);
         }
-        let data = data::lay_out(program, unit, head);
+        let limits = limits(program, cells);
+        if !limits.is_empty() {
+            head.resize(head.len() + address, 0);
+        }
+        let mut data = data::lay_out(program, unit, head);
+        let limits = (!limits.is_empty()).then(|| {
+            let at = data.bytes.len();
+            data.bytes.extend(data::column(&limits));
+            at
+        });
         let mut emitter = Emitter {
             program,
             unit,
@@ -166,6 +198,7 @@ impl<'a> Emitter<'a> {
             sizes: Vec::new(),
             addresses: Vec::new(),
             data,
+            limits,
         };
         emitter.arrange(false);
         emitter.relax();
@@ -393,7 +426,8 @@ impl<'a> Emitter<'a> {
         if marks.first().is_none_or(|mark| mark.pc != 0) {
             marks.insert(0, Mark { pc: 0, line: 1, span: 0..0, kind: MarkKind::Glue });
         }
-        Code { bytes, entry: self.entry(), data: self.data, table, marks }
+        let limits = self.limits.is_some();
+        Code { bytes, entry: self.entry(), data: self.data, limits, table, marks }
     }
 
     /// The statement table of a program with ON ERROR. The last place, the END of the main program
@@ -424,6 +458,7 @@ impl<'a> Emitter<'a> {
         if self.unit.features & feature::LINES != 0 {
             head.extend(self.address(self.data.bytes.len()));
         }
+        head.extend(self.limits.map(|at| self.address(at)).into_iter().flatten());
         self.data.bytes[..head.len()].copy_from_slice(&head);
     }
 }

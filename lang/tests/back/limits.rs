@@ -4,6 +4,7 @@ use lang::back::{self, Excess, Resource};
 use lang::front::source::Source;
 use lang::front::{self, ProfileChoice};
 use lang::image::Image;
+use lang::image::limits::Entry;
 use lang::vm::{State, Vm};
 
 fn excesses(text: &str) -> Vec<Excess> {
@@ -114,4 +115,29 @@ fn texts_beyond_what_an_address_reaches_are_refused() {
     let found = excesses(&text);
     let texts = |excess: &Excess| excess.resource == Resource::Texts;
     assert!(matches!(&found[..], [excess] if texts(excess)), "{found:?}");
+}
+
+#[test]
+fn limits_of_at_variables_are_in_the_image_and_nothing_else_changes() {
+    let with = "DIM n AT 3000 MIN 1 MAX 500, free AT 3002\nDIM row(3) AT 3006 MIN -2mm\n\
+                DIM own\nown = n\nPRINT \"n \"; own; row(1)\n";
+    let handlers = "ON ERROR GOTO h\nON IN 3 RISE GOSUB e\n";
+    let behind = "END\ne: n = 0\nRETURN\nh: PRINT ERR\nRESUME NEXT\n";
+    for text in [with.to_owned(), [handlers, with, behind].concat()] {
+        let bytes = super::compile(&text).image;
+        let image = super::check(&bytes).expect("accepted");
+        let entries: Vec<_> = image.limits().expect("limits").entries().collect();
+        let entry = |cell, count, least, greatest| Entry { cell, count, least, greatest };
+        assert_eq!(entries, [entry(0, 1, 1, 500), entry(3, 3, -2000, i32::MAX)]);
+        let plain = text.replace(" MIN 1 MAX 500", "").replace(" MIN -2mm", " AS LENGTH");
+        let plain = plain.replace("row(3) AT 3006 AS LENGTH", "row(3) AS LENGTH AT 3006");
+        let without = super::compile(&plain).image;
+        let other = super::check(&without).expect("accepted");
+        assert!(!other.has_limits() && other.limits().is_none());
+        assert_eq!(image.header.cells, other.header.cells);
+        // An offset, the column's head, two entries of values of four bytes.
+        assert_eq!(image.data.len(), other.data.len() + 2 + 5 + 2 * 16);
+        assert_eq!(image.machine[1..], other.machine[1..]);
+        assert_eq!(image.header.profile_hash, other.header.profile_hash);
+    }
 }

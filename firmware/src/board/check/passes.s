@@ -120,6 +120,23 @@ verify_code:
     jne 1b
 2:
     .endif
+    .ifdef CHECK_AT_LIMITS
+    /* limits of AT variables: a column of whole entries; its place stands behind the statement table's */
+    mov @r10, r4
+    bit.b #CHECK_AT_LIMITS, CHECK_MACHINE-CHECK_CODE(r4)
+    jeq 2f
+    push r5
+    bit #CHECK_LINES, r6
+    jeq 1f
+    incd r5
+1:  call #verify_word
+    mov r13, r12
+    call #verify_column
+    bit #3, r15
+    jne verify_fail
+    pop r5
+2:
+    .endif
     .if CHECK_HAS_LINES
     bit #CHECK_LINES, r6
     jeq verify_good

@@ -63,14 +63,17 @@ impl Core {
         u16::from(Image(self.image().unwrap_or(0)).byte(at::KEEP_BASE as u16))
     }
 
-    /// Cells that the link reaches: all while a program runs, then those of AT variables, as long as the
-    /// VM stands in the stored program and not in a piece of a streamed job.
+    /// The stored image, while the VM stands in it and not in a piece of a streamed job.
+    fn own_image(&self) -> Option<Image> {
+        self.image().filter(|image| image + CODE == vm().code).map(Image)
+    }
+
+    /// Cells that the link reaches: all while a program runs, then those of AT variables.
     fn open_cells(&self) -> u16 {
         if self.session.is_active() {
             return u16::MAX;
         }
-        let own = self.image().is_some_and(|image| image + CODE == vm().code);
-        if own { self.keep_base() } else { 0 }
+        if self.own_image().is_some() { self.keep_base() } else { 0 }
     }
 
     /// The value of a cell, 0 of one that the link does not reach.
@@ -78,16 +81,18 @@ impl Core {
         if n < self.open_cells() { vm().cell(n) } else { 0 }
     }
 
-    /// Changes a cell.
+    /// Whether the link may give a cell this value.
     ///
     /// # Errors
     /// A failure when the link does not reach it, an illegal value when a running program does not have
-    /// it.
-    pub fn set_open_cell(&mut self, n: u16, value: i32) -> Result<(), Exception> {
+    /// it or an AT variable has limits.
+    pub fn may_set_cell(&self, n: u16, value: i32) -> Result<(), Exception> {
         if n >= self.open_cells() {
             return Err(Exception::DeviceFailure);
         }
-        if vm().set_cell(n, value) { Ok(()) } else { Err(Exception::IllegalValue) }
+        let limits = self.own_image().and_then(|image| image.parts()?.limits());
+        let allowed = limits.is_none_or(|limits| limits.allow(n, value));
+        if allowed && vm().has_cell(n) { Ok(()) } else { Err(Exception::IllegalValue) }
     }
 
     /// Gives the program's KEEP cells what flash holds.

@@ -7,6 +7,7 @@ use emulator::{Config, Rng, WarningKind};
 use firmware::verify::{ANCHORS, Bytes, Limits, sound, verify};
 use lang::fault::Fault;
 use lang::image::Image;
+use lang::part::Part;
 use lang::wire::{Control, FAULT, PROGRAM_COUNTER, RUN_COUNT, Refusal, RunState};
 
 use super::super::stand::{Answer, Fresh, Stand};
@@ -44,7 +45,8 @@ pub fn wanted(build: &Build, image: &[u8]) -> Wanted {
     let flat = Flat(image);
     let part = &build.part;
     let (bytes, features) = (part.room_for(false) as u16, part.features as u8);
-    let limits = Limits { bytes, features, pool: part.pool, event_pool: part.event_pool };
+    let Part { pool, event_pool, at_limits, .. } = *part;
+    let limits = Limits { bytes, features, pool, event_pool, at_limits };
     if sound(&flat, limits.bytes).is_none_or(|length| usize::from(length) != image.len())
         || verify(&flat, &limits, &mut [0; ANCHORS]).is_err()
     {

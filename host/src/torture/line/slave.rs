@@ -54,6 +54,9 @@ impl Map for Counts {
     fn write(&mut self, address: u16, _value: u16) -> Result<(), Exception> {
         self.take(address)
     }
+    fn may_write_long(&self, address: u16, _value: i32) -> Result<(), Exception> {
+        if address.is_multiple_of(5) { Err(Exception::IllegalValue) } else { Ok(()) }
+    }
     fn write_long(&mut self, address: u16, _value: i32) -> Result<(), Exception> {
         self.take(address)
     }
