@@ -1,4 +1,4 @@
-//! The check of an image before it may run: the device's own code, and the host's.
+//! The check of an image before the host's VM runs it. The chips have their own, in assembly (`firmware/src/board/check.rs`).
 //!
 //! After it the VM can touch nothing but the image, its cells, its stack and its call stack. What
 //! only a run can know it tests itself: array and table indices, kinds on the call stack, room for
@@ -12,7 +12,7 @@
 //! block of code, which the first pass leaves in a few bytes of memory; the second pass looks up
 //! each target by reading on from the anchor before it.
 
-use crate::image::{Flaw, Image, pool_limit};
+use crate::image::{Flaw, Image, MAX_EVENTS, pool_limit};
 use crate::isa::{self, Class, Op, Operands};
 use crate::record::feature;
 use crate::vm::{effects, entry};
@@ -152,6 +152,11 @@ impl Verifier<'_, '_> {
             return Err(Flaw::Layout);
         }
         self.check_target(image.header.entry, 0)?;
+        if image.header.has(feature::EVENTS)
+            && image.data.first().is_none_or(|&lines| usize::from(lines) > MAX_EVENTS)
+        {
+            return Err(Flaw::Layout);
+        }
         for slot in 0..image.events() {
             self.check_target(image.event_target(slot).ok_or(Flaw::Layout)?, 0)?;
         }

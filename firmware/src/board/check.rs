@@ -1,5 +1,5 @@
-//! The check of an image in assembly: the twin of [`firmware::verify::verify`], a quarter of what
-//! the compiler makes of that. `tests/tests/image_check.rs` holds the two together.
+//! The check of an image in assembly: held to [`firmware::verify`]'s model, a quarter of
+//! what the compiler makes of that.
 //!
 //! | register | holds |
 //! |---|---|

@@ -26,7 +26,6 @@ use firmware::motion::Feed;
 use firmware::print::Print;
 use firmware::session::Session;
 use firmware::store::Store;
-use firmware::verify::Limits;
 use lang::fault::Fault;
 use lang::record::{BoardRecord, feature};
 
@@ -36,15 +35,6 @@ pub const FEATURES: u16 =
 
 /// Registers of the command buffer.
 const BUFFER: usize = 21;
-
-/// What the chip can run.
-pub const LIMITS: Limits = Limits {
-    bytes: Store::area::<Area>(),
-    features: FEATURES as u8,
-    pool: crate::vm::POOL_LIMITS,
-    event_pool: PART.event_pool,
-    at_limits: PART.at_limits,
-};
 
 /// The board.
 pub struct Core {
@@ -220,7 +210,7 @@ impl Core {
         static mut SCRATCH: [u16; check::SCRATCH.div_ceil(2)] = [0; check::SCRATCH.div_ceil(2)];
         // SAFETY: used only here, and the check calls nothing of the board.
         let scratch = unsafe { &mut *addr_of_mut!(SCRATCH).cast::<[u8; check::SCRATCH]>() };
-        self.refusal = check::verify(image, LIMITS.features, scratch).err().unwrap_or(0);
+        self.refusal = check::verify(image, FEATURES as u8, scratch).err().unwrap_or(0);
         self.refusal == 0
     }
 }

@@ -1,13 +1,13 @@
-//! The check of an image, in the assembly's build, against [`firmware::verify`].
+//! The check of an image, in the assembly's build, against its model.
 
 use std::cell::RefCell;
 use std::path::Path;
 
 use firmware::WHOLE;
-use firmware::verify::{ANCHORS, Bytes, Limits, feature_of, verify};
+use firmware::verify::model::{Limits, verify};
+use firmware::verify::{Bytes, feature_of};
 use lang::image::seal;
 use lang::isa::{Op, flags};
-use lang::part::Part;
 use lang::wire::Refusal;
 use proptest::prelude::*;
 
@@ -25,11 +25,8 @@ impl Bytes for Flat<'_> {
     }
 }
 
-fn twin(image: &[u8]) -> u16 {
-    let bytes = WHOLE.room_for(false) as u16;
-    let Part { features, pool, event_pool, at_limits, .. } = WHOLE;
-    let limits = Limits { bytes, features: features as u8, pool, event_pool, at_limits };
-    verify(&Flat(image), &limits, &mut [0; ANCHORS]).err().map_or(0, |refusal| refusal as u16)
+fn model(image: &[u8]) -> u16 {
+    verify(&Flat(image), &Limits::of(&WHOLE)).err().map_or(0, |refusal| refusal as u16)
 }
 
 fn check(chip: &mut Chip, image: &[u8]) -> u16 {
@@ -60,18 +57,18 @@ fn programs() -> Vec<Vec<u8>> {
     images.push(image("DIM a(3), i\nFOR i = 0 TO 2: a(i) = i * 70000: NEXT\nPRINT a(1)"));
     images
         .push(image("TABLE t = 10mm, 22.5mm, 35mm\nDIM i\nFOR i = 0 TO 2: MoveAxe X, t(i): NEXT"));
-    images.retain(|image| image.len() <= WHOLE.room_for(false) && twin(image) == 0);
+    images.retain(|image| image.len() <= WHOLE.room_for(false) && model(image) == 0);
     println!("{} programs", images.len());
     assert!(images.len() >= 8, "only {} programs fit", images.len());
     images
 }
 
 #[test]
-fn what_the_twin_takes_is_taken_and_what_it_refuses_refused() {
+fn what_the_model_takes_is_taken_and_what_it_refuses_refused() {
     let images = programs();
     let chip = RefCell::new(Chip::new());
     for image in &images {
-        assert_eq!((twin(image), check(&mut chip.borrow_mut(), image)), (0, 0));
+        assert_eq!((model(image), check(&mut chip.borrow_mut(), image)), (0, 0));
     }
     let slip = (any::<prop::sample::Index>(), any::<u8>());
     let change = (0..images.len(), prop::collection::vec(slip, 1..4));
@@ -84,7 +81,7 @@ fn what_the_twin_takes_is_taken_and_what_it_refuses_refused() {
                 image[at] = byte;
             }
         }
-        prop_assert_eq!(check(&mut chip.borrow_mut(), &image), twin(&image));
+        prop_assert_eq!(check(&mut chip.borrow_mut(), &image), model(&image));
     });
 }
 
@@ -98,7 +95,7 @@ fn instructions_of_a_feature_that_the_part_lacks_are_none() {
         image[CODE] = op as u8;
         seal(&mut image);
         assert_eq!(check(&mut chip, &image), Refusal::Code as u16, "{op:?}");
-        assert_eq!(twin(&image), Refusal::Code as u16, "{op:?}");
+        assert_eq!(model(&image), Refusal::Code as u16, "{op:?}");
     }
 }
 
@@ -107,11 +104,11 @@ fn a_probes_input_is_never_in_the_code() {
     let mut image = image("Probe Z, -5mm, 2mm/s");
     let at =
         CODE + image[CODE..].iter().position(|&code| code == Op::ProbeMm as u8).expect("short");
-    assert_eq!(twin(&image), 0);
+    assert_eq!(model(&image), 0);
     // A sensor bit in place of the speed's: as many values, another meaning.
     image[at + 3] &= !flags::SPEED;
     image[at + 4] |= flags::SENSOR & 2;
     seal(&mut image);
     assert_eq!(check(&mut Chip::new(), &image), Refusal::Code as u16);
-    assert_eq!(twin(&image), Refusal::Code as u16);
+    assert_eq!(model(&image), Refusal::Code as u16);
 }

@@ -163,7 +163,9 @@ verify_code:
     bit #0x40, r11
     jeq 5f
     inc r5
-5:  push r5
+5:  cmp r5, CHECK_IMAGE_END(r10)
+    jlo verify_fail
+    push r5
     push r11
     push r12
     push r14
@@ -183,8 +185,7 @@ verify_code:
     pop r14
     pop r5
     jmp 8f
-7:  cmp CHECK_CODE_END(r10), r14
-    jhs 8f
+7:  /* RESUME NEXT goes on behind the entry, inside the code */
     push r5
     push r14
     mov r14, r13

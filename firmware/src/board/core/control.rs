@@ -1,12 +1,13 @@
 //! Begin, pause and end of a run, and the faults that end one.
 
+use super::Core;
 use super::effect::Effect;
 use super::events::handlers;
-use super::{Core, LIMITS};
-use crate::flash::Image;
+use crate::flash::{Area, Image};
 use crate::observe;
 use crate::vm::vm;
 use firmware::session::Order;
+use firmware::store::Store;
 use firmware::verify;
 use lang::fault::Fault;
 use lang::record::FULL_POWER;
@@ -69,7 +70,7 @@ impl Core {
         if self.trace.full {
             return;
         }
-        if verify::sound(&Image(image), LIMITS.bytes).is_none() || !self.check(image) {
+        if verify::sound(&Image(image), Store::area::<Area>()).is_none() || !self.check(image) {
             self.fail(Fault::ImageRefused);
             return;
         }

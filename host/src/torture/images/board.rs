@@ -4,10 +4,10 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use emulator::{Config, Rng, WarningKind};
-use firmware::verify::{ANCHORS, Bytes, Limits, sound, verify};
+use firmware::verify::model::{Limits, verify};
+use firmware::verify::{Bytes, sound};
 use lang::fault::Fault;
 use lang::image::Image;
-use lang::part::Part;
 use lang::wire::{Control, FAULT, PROGRAM_COUNTER, RUN_COUNT, Refusal, RunState};
 
 use super::super::stand::{Answer, Fresh, Stand};
@@ -44,11 +44,9 @@ pub enum Wanted {
 pub fn wanted(build: &Build, image: &[u8]) -> Wanted {
     let flat = Flat(image);
     let part = &build.part;
-    let (bytes, features) = (part.room_for(false) as u16, part.features as u8);
-    let Part { pool, event_pool, at_limits, .. } = *part;
-    let limits = Limits { bytes, features, pool, event_pool, at_limits };
-    if sound(&flat, limits.bytes).is_none_or(|length| usize::from(length) != image.len())
-        || verify(&flat, &limits, &mut [0; ANCHORS]).is_err()
+    if sound(&flat, part.room_for(false) as u16)
+        .is_none_or(|length| usize::from(length) != image.len())
+        || verify(&flat, &Limits::of(part)).is_err()
     {
         return Wanted::Refuse;
     }
