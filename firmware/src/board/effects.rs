@@ -3,18 +3,15 @@
 //! In phase 0 the operands and arguments are taken; later phases wait. Trace events are written
 //! one for each call at most: the caller sees to it that the slot is free.
 
+mod print;
+mod waits;
+
 use crate::core::{Core, END, Event, PENDING, PULSE_BEGUN};
-use crate::flash::Image;
 use crate::motor::AXES;
-use crate::observe;
 use crate::vm::{convert, vm};
-use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::isa::{Look, Op, flags};
-use lang::wire::{Seen, TraceKind};
-
-/// Wants of WaitIn: level off, level on, rise, fall.
-const WANT_EDGE: u8 = 2;
+use lang::wire::TraceKind;
 
 impl Core {
     /// Goes on with the effect; `true` when it is done.
@@ -290,138 +287,12 @@ impl Core {
         Ok(true)
     }
 
-    fn wait_in(&mut self) -> Result<bool, Fault> {
-        if self.first() {
-            let bits = vm().operand();
-            self.effect.left = if bits & flags::TIMEOUT != 0 { vm().pop() } else { -1 };
-            if bits & flags::TIMEOUT != 0 && self.effect.left < 0 {
-                return Err(Fault::ValueRange);
-            }
-            let mut want = bits & 3;
-            if bits & flags::LEVEL != 0 {
-                want = u8::from(vm().pop() != 0);
-            }
-            let n = match bits & flags::INPUT_ON_STACK {
-                0 => u16::from(bits >> flags::INPUT) + 1,
-                _ => vm().pop_small(17),
-            };
-            if n == 0 || n > 17 {
-                return Err(Fault::ValueRange);
-            }
-            self.effect.n = n as u8;
-            self.effect.bits = bits & flags::WAIT_QUERY | want;
-            // Bit 1 of the phase: the level before.
-            self.effect.phase = 1 | u8::from(self.input(n as u8)) << 1;
-        }
-        let now = self.input(self.effect.n);
-        let before = self.effect.phase & 2 != 0;
-        let want = self.effect.bits & 3;
-        let met = now == (want & 1 != 0) && (want & WANT_EDGE == 0 || now != before);
-        self.effect.phase = 1 | u8::from(now) << 1;
-        let level = i32::from(want & 1);
-        self.outcome(TraceKind::WaitIn, met, level)
-    }
-
-    fn wait_char(&mut self) -> Result<bool, Fault> {
-        if self.first() {
-            let bits = vm().operand();
-            self.effect.left = if bits & flags::TIMEOUT != 0 { vm().pop() } else { -1 };
-            self.effect.bits = bits & flags::WAIT_QUERY;
-            self.effect.n = vm().pop_small(125) as u8;
-            if !(33..=125).contains(&self.effect.n) {
-                return Err(Fault::ValueRange);
-            }
-        }
-        let met = self.char_in == self.effect.n;
-        if met {
-            self.char_in = 0;
-        }
-        self.outcome(TraceKind::WaitChar, met, i32::from(self.effect.n))
-    }
-
     /// The work zero of an axis that moves cannot be set.
     fn must_rest(&self, axis: u8) -> Result<(), Fault> {
         if self.motor.moves(axis) {
             return Err(Fault::ValueRange);
         }
         Ok(())
-    }
-
-    /// The end of a wait: met, timed out, or not yet.
-    fn outcome(&mut self, kind: TraceKind, met: bool, value: i32) -> Result<bool, Fault> {
-        if !met && self.effect.left != 0 {
-            return Ok(false);
-        }
-        self.emit_outcome(kind, self.effect.n, met, value);
-        if self.effect.bits & flags::WAIT_QUERY != 0 {
-            self.timed_out = !met;
-        } else if !met {
-            return Err(Fault::TimedOut);
-        }
-        Ok(true)
-    }
-
-    /// Puts text into the ring; in trace mode it waits for room, without it drops the line. A line
-    /// longer than the ring is announced before it is complete, so that the host begins to take it.
-    fn put(&mut self, byte: u8) -> bool {
-        if !self.trace.on {
-            self.print.put_or_drop(byte);
-        }
-        if !self.trace.on || self.print.put(byte) {
-            observe::beside(Seen::Byte, byte, self.pc_of_effect());
-            return true;
-        }
-        self.print.flush();
-        if !self.announced {
-            self.announced = true;
-            self.emit(TraceKind::Print, 0, 0);
-        }
-        false
-    }
-
-    fn print_text(&mut self, far: bool) -> bool {
-        if self.first() {
-            let offset = if far { vm().operand_word() } else { u16::from(vm().operand()) };
-            self.effect.left = i32::from(vm().data + offset + 1);
-        }
-        let at = self.effect.left as u16;
-        let text = Image(at - 1);
-        while self.effect.n < text.byte(0) {
-            if !self.put(Image(at).byte(u16::from(self.effect.n))) {
-                return false;
-            }
-            self.effect.n += 1;
-        }
-        true
-    }
-
-    fn print_number(&mut self) -> bool {
-        if self.first() {
-            self.effect.left = vm().pop();
-        }
-        // A sign and ten digits.
-        let mut text: heapless::String<11> = heapless::String::new();
-        let _ = ufmt::uwrite!(Text(&mut text), "{}", self.effect.left);
-        let bytes = text.as_bytes();
-        while usize::from(self.effect.n) < bytes.len() {
-            if !self.put(bytes[usize::from(self.effect.n)]) {
-                return false;
-            }
-            self.effect.n += 1;
-        }
-        true
-    }
-
-    fn print_end(&mut self) -> bool {
-        if !self.put(b'\n') {
-            return false;
-        }
-        self.print.end();
-        if !self.announced {
-            self.emit(TraceKind::Print, 0, 0);
-        }
-        self.announced = false;
-        true
     }
 
     fn event(&mut self) -> Result<(), Fault> {
@@ -489,14 +360,5 @@ impl Core {
             }
         };
         vm().push(value);
-    }
-}
-
-struct Text<'a>(&'a mut heapless::String<11>);
-
-impl ufmt::uWrite for Text<'_> {
-    type Error = ();
-    fn write_str(&mut self, text: &str) -> Result<(), ()> {
-        self.0.push_str(text).map_err(|_| ())
     }
 }

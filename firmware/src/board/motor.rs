@@ -1,28 +1,23 @@
-//! The axes: commanded places, planners, and the step engine that plays their segments.
+//! The axes: their planners, and the step engine that plays the segments of these.
+
+mod path;
+mod places;
+
+pub use path::tag;
 
 use crate::chip::clock::RATE;
-use crate::observe;
 use crate::step;
-use crate::vm::{axis, convert, machine};
+use crate::vm::{axis, machine};
 use ::core::ptr::addr_of_mut;
 use firmware::motion::scaled::Scaled;
-use firmware::motion::{Arc, Block, Feed, Manner, Pace, Path, PathSegment, Segment, Single, queue};
-use lang::fault::Fault;
-use lang::place::{self, Aimed, Place, Target};
-use lang::record::{AxisRecord, MachineRecord};
-use lang::wire::TraceKind;
+use firmware::motion::{Pace, Path, PathSegment, Segment, Single};
+use lang::record::AxisRecord;
 
 /// The step timer's rate for the planner.
 const CLOCK: Scaled = Scaled::constant(RATE);
 
 /// Axes.
 pub const AXES: u8 = 3;
-
-/// What a block of the path is known by: the event that its beginning is, 0 for none, and where its statement
-/// stands in the program's code.
-pub fn tag(kind: Option<TraceKind>, pc: u16) -> u32 {
-    u32::from(kind.map_or(0, |kind| kind as u8)) << 16 | u32::from(pc)
-}
 
 /// Where the axes are and what they do.
 pub struct Motor {
@@ -69,39 +64,6 @@ pub struct Motor {
     single: [Single; 3],
 }
 
-/// An axis of the machine.
-struct Standing<'a> {
-    motor: &'a Motor,
-    n: u8,
-}
-
-impl Aimed for Standing<'_> {
-    fn record(&self) -> &AxisRecord {
-        axis(self.n)
-    }
-
-    fn commanded(&self) -> Place {
-        let i = usize::from(self.n);
-        Place { um: self.motor.um[i], steps: self.motor.steps[i] }
-    }
-
-    fn offset(&self) -> i32 {
-        self.motor.offset[usize::from(self.n)]
-    }
-
-    fn is_homed(&self) -> bool {
-        self.motor.homed >> self.n & 1 != 0
-    }
-
-    fn is_lost(&self) -> bool {
-        self.motor.placed >> self.n & 1 == 0 && machine().flags & MachineRecord::REQUIRE_HOMING != 0
-    }
-
-    fn convert(&self, value: i32, to_steps: bool) -> Result<i32, Fault> {
-        convert(self.n, value, to_steps)
-    }
-}
-
 impl Motor {
     /// Everything at 0.
     ///
@@ -140,50 +102,6 @@ impl Motor {
         step::set_invert(invert);
     }
 
-    /// The resting axis stands at `steps`.
-    pub fn place(&mut self, n: u8, steps: i32) {
-        let i = usize::from(n);
-        self.actual[i] = steps;
-        step::set_count(i, steps);
-        self.single[i] = Single::new(steps, CLOCK);
-        self.settle(n, steps);
-    }
-
-    /// The commanded place is that of `steps`.
-    pub fn settle(&mut self, n: u8, steps: i32) {
-        let i = usize::from(n);
-        self.steps[i] = steps;
-        if axis(n).steps != 0 {
-            self.um[i] = convert(n, steps, false).unwrap_or(0);
-        }
-    }
-
-    /// The commanded place is where the axis is.
-    #[inline(never)]
-    pub fn settle_here(&mut self, n: u8) {
-        self.settle(n, self.actual[usize::from(n)]);
-    }
-
-    /// Where a target lies.
-    ///
-    /// # Errors
-    /// F01, F05, F07, F20 for an axis that the machine lacks.
-    pub fn aim(&self, n: u8, target: Target) -> Result<Place, Fault> {
-        if n >= AXES {
-            return Err(Fault::ValueRange);
-        }
-        place::aim(&Standing { motor: self, n }, target)
-    }
-
-    /// Makes a place the commanded one. Returns the steps to go.
-    pub fn command(&mut self, n: u8, place: Place) -> i32 {
-        let i = usize::from(n);
-        let before = self.steps[i];
-        self.um[i] = place.um;
-        self.steps[i] = place.steps;
-        place.steps.wrapping_sub(before)
-    }
-
     /// Sends an axis to a place on its own ramp; `seeks`: as it looks for a switch or a probe.
     pub fn go(&mut self, n: u8, steps: i32, pace: Pace, seeks: bool) {
         let i = usize::from(n);
@@ -205,24 +123,6 @@ impl Motor {
     fn set_negative(&mut self, n: u8, on: bool) {
         self.negative &= !(1 << n);
         self.negative |= u8::from(on) << n;
-    }
-
-    /// Where a homed axis must stop in a direction, steps.
-    pub fn limit(&self, n: u8, negative: bool) -> Option<i32> {
-        if self.homed >> n & 1 == 0 {
-            return None;
-        }
-        let um = if negative { axis(n).min } else { axis(n).max };
-        convert(n, um, true).ok()
-    }
-
-    /// Whether a place lies within the travel of a homed axis, and less than 2^31 steps away.
-    pub fn within(&self, n: u8, steps: i32) -> bool {
-        if place::way(self.position(n), steps).is_err() {
-            return false;
-        }
-        let (low, high) = (self.limit(n, true), self.limit(n, false));
-        low.is_none_or(|low| steps >= low) && high.is_none_or(|high| steps <= high)
     }
 
     /// Axes that MoveSpeed runs.
@@ -267,88 +167,6 @@ impl Motor {
         self.single[usize::from(n)].run(axis(n), negative, limit, pace);
     }
 
-    /// Whether the path would take another block, `soon`: one of which it wants to know already.
-    pub fn path_has_room(&self, soon: bool) -> bool {
-        self.path.has_room() && !(soon && self.path.knows_next())
-    }
-
-    /// Whether nothing is left of the path.
-    pub fn path_rests(&self) -> bool {
-        self.path_axes == 0
-    }
-
-    /// Moves rapidly from rest; with Z apart when the profile wants that: first when it lifts, that
-    /// is toward its reference switch, else last.
-    pub fn rapid(&mut self, steps: [i32; 3], tag: u32) {
-        let mut first = steps;
-        let apart = machine().flags & MachineRecord::RAPID_Z_APART != 0;
-        if apart && steps[2] != 0 && (steps[0] | steps[1]) != 0 {
-            let up = axis(2).flags & AxisRecord::HOME_POSITIVE != 0;
-            if (steps[2] > 0) == up {
-                first = [0, 0, steps[2]];
-                self.leg = [steps[0], steps[1], 0];
-            } else {
-                first = [steps[0], steps[1], 0];
-                self.leg = [0, 0, steps[2]];
-            }
-        }
-        self.line(first, [0; 3], Feed::Rapid, true, tag);
-    }
-
-    /// Appends a line to the path, which has room; `um` as [`Block::um`], `tag` as of [`tag`].
-    pub fn line(&mut self, steps: [i32; 3], um: [i32; 3], feed: Feed, exact: bool, tag: u32) {
-        if self.path_axes == 0 {
-            let mut start = self.steps;
-            for (start, way) in start.iter_mut().zip(&steps) {
-                *start = start.wrapping_sub(*way);
-            }
-            self.begin_path(start, tag);
-        }
-        let mut n = AXES;
-        while n != 0 {
-            n -= 1;
-            let way = steps[usize::from(n)];
-            if way != 0 {
-                if self.path_axes >> n & 1 == 0 {
-                    self.set_negative(n, way < 0);
-                }
-                self.path_axes |= 1 << n;
-            }
-        }
-        // A rapid move is dark.
-        let power = if let Feed::Rapid = feed { 0 } else { self.power };
-        self.path.push(
-            &machine().axes,
-            &Block { steps, um, manner: Manner { feed, exact, power, tag } },
-        );
-    }
-
-    /// Appends an arc to the path, which has room.
-    pub fn arc(&mut self, arc: &Arc, feed: Feed, exact: bool, tag: u32) {
-        if self.path_axes == 0 {
-            self.begin_path(arc.start, tag);
-        }
-        self.path_axes |= 0b111;
-        self.path.push_arc(&machine().axes, arc, &Manner { feed, exact, power: self.power, tag });
-    }
-
-    /// A path begins where the axes rest, with the block of this tag.
-    fn begin_path(&mut self, start: [i32; 3], tag: u32) {
-        step::clear();
-        self.block_end = start;
-        self.block_pc = tag as u16;
-    }
-
-    /// Where the statement of the path's block stands that plays, or that a stop or fault has cut.
-    pub fn block_pc(&self) -> Option<u16> {
-        (self.cut || self.path_axes != 0).then_some(self.block_pc)
-    }
-
-    /// Power of a laser for what moves at this instant.
-    pub fn shine(&self) -> u16 {
-        if self.path_axes != 0 { step::power() } else { self.power }
-    }
-
     /// Hands segments to the engine and takes its counts.
     ///
     /// With `hold` commanded places stay what they are: the host has not read those of the event
@@ -369,65 +187,6 @@ impl Motor {
             self.poll_path(hold);
         } else {
             self.poll_singles(hold);
-        }
-    }
-
-    fn poll_path(&mut self, hold: bool) {
-        if self.stopped & self.path_axes != 0 && self.path.is_paused() && !step::is_running() {
-            self.path.clear();
-            self.cut = true;
-            self.leg = [0; 3];
-        }
-        if self.leg[0] | self.leg[1] | self.leg[2] != 0 && self.path.has_room() {
-            let leg = core::mem::take(&mut self.leg);
-            self.line(leg, [0; 3], Feed::Rapid, true, u32::from(self.block_pc));
-        }
-        let mut fetches = queue::FETCHES;
-        let mut ahead = step::ahead();
-        while fetches != 0
-            && ahead < queue::wanted(&self.path, RATE)
-            && step::path_has_room()
-            && self.path.next_segment(&machine().axes, &mut self.segment)
-        {
-            fetches -= 1;
-            ahead += step::put_path(&self.segment);
-            if self.segment.begin && !self.segment.within {
-                self.block_begins();
-            }
-            // As long as there is time, the link and the program come between two segments.
-            if ahead >= queue::low(RATE) {
-                break;
-            }
-        }
-        let settles = !hold || self.stopped == 0;
-        if settles && self.path.is_idle() && !step::is_running() {
-            let mut n = AXES;
-            while n != 0 {
-                n -= 1;
-                let i = usize::from(n);
-                if self.path_axes >> n & 1 != 0 {
-                    self.single[i] = Single::new(self.actual[i], CLOCK);
-                }
-                if self.stopped >> n & 1 != 0 {
-                    self.settle_here(n);
-                }
-            }
-            self.path_axes = 0;
-            self.stopped = 0;
-            step::clear();
-        }
-    }
-
-    /// The first segment of a block has been handed out.
-    fn block_begins(&mut self) {
-        let segment = &self.segment;
-        for (end, way) in self.block_end.iter_mut().zip(&segment.way) {
-            *end = end.wrapping_add(*way);
-        }
-        self.block_pc = segment.tag as u16;
-        let kind = (segment.tag >> 16) as u8;
-        if kind != 0 {
-            observe::event(kind, 0, 0, &self.block_end, self.block_pc);
         }
     }
 
@@ -500,12 +259,6 @@ impl Motor {
     /// Whether everything rests and the commanded places of what was stopped are where it stands.
     pub fn settled(&self) -> bool {
         self.stopped == 0 && self.rests()
-    }
-
-    /// Where an axis is at this instant, steps.
-    #[inline(never)]
-    pub fn position(&self, n: u8) -> i32 {
-        self.actual[usize::from(n)]
     }
 
     /// Speed of an axis of its own, steps/s with sign.

@@ -1,0 +1,159 @@
+//! The path: its blocks on their way to the step engine.
+
+use super::{AXES, CLOCK, Motor};
+use crate::chip::clock::RATE;
+use crate::observe;
+use crate::step;
+use crate::vm::{axis, machine};
+use firmware::motion::{Arc, Block, Feed, Manner, Single, queue};
+use lang::record::{AxisRecord, MachineRecord};
+use lang::wire::TraceKind;
+
+/// What a block of the path is known by: the event that its beginning is, 0 for none, and where its statement
+/// stands in the program's code.
+pub fn tag(kind: Option<TraceKind>, pc: u16) -> u32 {
+    u32::from(kind.map_or(0, |kind| kind as u8)) << 16 | u32::from(pc)
+}
+
+impl Motor {
+    /// Whether the path would take another block, `soon`: one of which it wants to know already.
+    pub fn path_has_room(&self, soon: bool) -> bool {
+        self.path.has_room() && !(soon && self.path.knows_next())
+    }
+
+    /// Whether nothing is left of the path.
+    pub fn path_rests(&self) -> bool {
+        self.path_axes == 0
+    }
+
+    /// Moves rapidly from rest; with Z apart when the profile wants that: first when it lifts, that
+    /// is toward its reference switch, else last.
+    pub fn rapid(&mut self, steps: [i32; 3], tag: u32) {
+        let mut first = steps;
+        let apart = machine().flags & MachineRecord::RAPID_Z_APART != 0;
+        if apart && steps[2] != 0 && (steps[0] | steps[1]) != 0 {
+            let up = axis(2).flags & AxisRecord::HOME_POSITIVE != 0;
+            if (steps[2] > 0) == up {
+                first = [0, 0, steps[2]];
+                self.leg = [steps[0], steps[1], 0];
+            } else {
+                first = [steps[0], steps[1], 0];
+                self.leg = [0, 0, steps[2]];
+            }
+        }
+        self.line(first, [0; 3], Feed::Rapid, true, tag);
+    }
+
+    /// Appends a line to the path, which has room; `um` as [`Block::um`], `tag` as of [`tag`].
+    pub fn line(&mut self, steps: [i32; 3], um: [i32; 3], feed: Feed, exact: bool, tag: u32) {
+        if self.path_axes == 0 {
+            let mut start = self.steps;
+            for (start, way) in start.iter_mut().zip(&steps) {
+                *start = start.wrapping_sub(*way);
+            }
+            self.begin_path(start, tag);
+        }
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            let way = steps[usize::from(n)];
+            if way != 0 {
+                if self.path_axes >> n & 1 == 0 {
+                    self.set_negative(n, way < 0);
+                }
+                self.path_axes |= 1 << n;
+            }
+        }
+        // A rapid move is dark.
+        let power = if let Feed::Rapid = feed { 0 } else { self.power };
+        self.path.push(
+            &machine().axes,
+            &Block { steps, um, manner: Manner { feed, exact, power, tag } },
+        );
+    }
+
+    /// Appends an arc to the path, which has room.
+    pub fn arc(&mut self, arc: &Arc, feed: Feed, exact: bool, tag: u32) {
+        if self.path_axes == 0 {
+            self.begin_path(arc.start, tag);
+        }
+        self.path_axes |= 0b111;
+        self.path.push_arc(&machine().axes, arc, &Manner { feed, exact, power: self.power, tag });
+    }
+
+    /// A path begins where the axes rest, with the block of this tag.
+    fn begin_path(&mut self, start: [i32; 3], tag: u32) {
+        step::clear();
+        self.block_end = start;
+        self.block_pc = tag as u16;
+    }
+
+    /// Where the statement of the path's block stands that plays, or that a stop or fault has cut.
+    pub fn block_pc(&self) -> Option<u16> {
+        (self.cut || self.path_axes != 0).then_some(self.block_pc)
+    }
+
+    /// Power of a laser for what moves at this instant.
+    pub fn shine(&self) -> u16 {
+        if self.path_axes != 0 { step::power() } else { self.power }
+    }
+
+    pub(super) fn poll_path(&mut self, hold: bool) {
+        if self.stopped & self.path_axes != 0 && self.path.is_paused() && !step::is_running() {
+            self.path.clear();
+            self.cut = true;
+            self.leg = [0; 3];
+        }
+        if self.leg[0] | self.leg[1] | self.leg[2] != 0 && self.path.has_room() {
+            let leg = core::mem::take(&mut self.leg);
+            self.line(leg, [0; 3], Feed::Rapid, true, u32::from(self.block_pc));
+        }
+        let mut fetches = queue::FETCHES;
+        let mut ahead = step::ahead();
+        while fetches != 0
+            && ahead < queue::wanted(&self.path, RATE)
+            && step::path_has_room()
+            && self.path.next_segment(&machine().axes, &mut self.segment)
+        {
+            fetches -= 1;
+            ahead += step::put_path(&self.segment);
+            if self.segment.begin && !self.segment.within {
+                self.block_begins();
+            }
+            // As long as there is time, the link and the program come between two segments.
+            if ahead >= queue::low(RATE) {
+                break;
+            }
+        }
+        let settles = !hold || self.stopped == 0;
+        if settles && self.path.is_idle() && !step::is_running() {
+            let mut n = AXES;
+            while n != 0 {
+                n -= 1;
+                let i = usize::from(n);
+                if self.path_axes >> n & 1 != 0 {
+                    self.single[i] = Single::new(self.actual[i], CLOCK);
+                }
+                if self.stopped >> n & 1 != 0 {
+                    self.settle_here(n);
+                }
+            }
+            self.path_axes = 0;
+            self.stopped = 0;
+            step::clear();
+        }
+    }
+
+    /// The first segment of a block has been handed out.
+    fn block_begins(&mut self) {
+        let segment = &self.segment;
+        for (end, way) in self.block_end.iter_mut().zip(&segment.way) {
+            *end = end.wrapping_add(*way);
+        }
+        self.block_pc = segment.tag as u16;
+        let kind = (segment.tag >> 16) as u8;
+        if kind != 0 {
+            observe::event(kind, 0, 0, &self.block_end, self.block_pc);
+        }
+    }
+}
