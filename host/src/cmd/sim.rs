@@ -5,6 +5,8 @@ use std::io::{self, BufWriter, Write};
 use std::rc::Rc;
 
 use clap::{Args, ValueEnum};
+use lang::fault::Fault;
+use lang::profile::Profile;
 
 use super::part::Choice;
 use super::script::{self, Script};
@@ -15,7 +17,7 @@ use crate::interrupt;
 use crate::output::{self, OutputFile};
 use crate::plot::{Form, Plot};
 use crate::render::Note;
-use crate::sim::trace::{Event, Status, What, write_line};
+use crate::sim::trace::{Event, PerAxis, Status, What, write_line};
 use crate::sim::world::World;
 use crate::sim::{self, DEFAULT_LIMIT_US, Outcome, SimError};
 
@@ -130,7 +132,8 @@ impl Sim {
         let to_stderr = self.trace.as_deref() == Some("-");
         let engine = self.engine.name();
         summary::write(&self.file, engine, &script.program, &outcome, &notes, to_stderr, console)?;
-        verdict(&self.file, &outcome, console)
+        let rests = listener.borrow().rests;
+        verdict(&self.file, &outcome, &script.program.profile, &rests, console)
     }
 
     fn simulate(
@@ -173,7 +176,13 @@ impl Sim {
 }
 
 /// Exit code 3 for everything but a run that was done and met its expectations.
-fn verdict(file: &str, outcome: &Outcome, console: &Console) -> Result<(), Failure> {
+fn verdict(
+    file: &str,
+    outcome: &Outcome,
+    profile: &Profile,
+    rests: &PerAxis,
+    console: &Console,
+) -> Result<(), Failure> {
     let end = &outcome.end;
     let line = end.line;
     match (end.status, end.fault) {
@@ -182,7 +191,11 @@ fn verdict(file: &str, outcome: &Outcome, console: &Console) -> Result<(), Failu
         (Status::Fault, None) => console.complain(&format!("{file}:{line}:1: fault")),
         (Status::Fault, Some(fault)) => {
             console.complain(&format!("{file}:{line}:1: fault {fault}: {}", fault.text()));
-            console.complain(&format!("  {}\n  hint: {}", fault.cause(), fault.remedy()));
+            console.complain(&format!("  {}", fault.cause()));
+            if matches!(fault, Fault::SoftLimit | Fault::LimitSwitch) {
+                console.complain(&format!("  machine positions: {}", places(profile, rests)));
+            }
+            console.complain(&format!("  hint: {}", fault.remedy()));
         }
     }
     for failure in &outcome.failures {
@@ -190,6 +203,17 @@ fn verdict(file: &str, outcome: &Outcome, console: &Console) -> Result<(), Failu
     }
     let good = end.status == Status::Done && outcome.failures.is_empty();
     if good { Ok(()) } else { Err(Failure::Run) }
+}
+
+/// Where each axis rests in the travel of its machine.
+fn places(profile: &Profile, rests: &PerAxis) -> String {
+    let axes = profile.axes().filter_map(|(axis, own)| {
+        let um = i64::from(rests.get(axis)?) * i64::from(own.scale.um) / i64::from(own.scale.steps);
+        let [at, least, most] =
+            [um, own.min_um.into(), own.max_um.into()].map(|um: i64| um as f64 / 1000.0);
+        Some(format!("{} {at:.3} mm (travel {least:.3} to {most:.3})", axis.letter()))
+    });
+    axes.collect::<Vec<_>>().join(", ")
 }
 
 /// Where the trace goes.
@@ -204,6 +228,8 @@ struct Listener {
     to: Option<TraceTo>,
     prints: Option<Console>,
     failed: Option<Failure>,
+    /// Where the axes rest at the end, steps.
+    rests: PerAxis,
 }
 
 impl Listener {
@@ -216,7 +242,8 @@ impl Listener {
                 Some(TraceTo::File(file.map_err(|error| Failure::writing(path, &error))?))
             }
         };
-        Ok(Listener { name: name.unwrap_or_default().to_owned(), to, prints, failed: None })
+        let name = name.unwrap_or_default().to_owned();
+        Ok(Listener { name, to, prints, failed: None, rests: PerAxis::default() })
     }
 
     fn hear(&mut self, event: &Event) {
@@ -228,6 +255,9 @@ impl Listener {
     }
 
     fn try_hear(&mut self, event: &Event) -> Result<(), Failure> {
+        if let What::End { pos, .. } = &event.what {
+            self.rests = *pos;
+        }
         if let (Some(console), What::Print { text, .. }) = (&self.prints, &event.what) {
             console.result(&format!("{text}\n"))?;
         }

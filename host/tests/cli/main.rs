@@ -162,6 +162,7 @@ fn a_run_that_goes_wrong_is_exit_code_3() {
     let bench = Bench::new();
     bench
         .file("fault.bas", "DIM a\na = 0\na = 5 / a\n")
+        .file("limit.bas", "DIM n\nHome\nn = 400\nMoveAxe X, n * 1mm\n")
         .file("stuck.bas", "WaitIn 3, ON\n")
         .file("good.bas", GOOD)
         .file("expect.rhai", "expect_pos(\"X\", 601);");
@@ -169,6 +170,9 @@ fn a_run_that_goes_wrong_is_exit_code_3() {
         let fault = bench.run(&["sim", "fault.bas", "--engine", engine]);
         assert_eq!(fault.code, 3, "{}", fault.err);
         assert!(fault.err.contains("fault.bas:3:1: fault F02: division by zero"), "{}", fault.err);
+        let limit = bench.run(&["sim", "limit.bas", "--engine", engine]);
+        let place = "machine positions: X 0.000 mm (travel 0.000 to 300.000), Y 0.000 mm (travel ";
+        assert!(limit.code == 3 && limit.err.contains(place), "{}", limit.err);
         assert_eq!(bench.run(&["sim", "stuck.bas", "--engine", engine]).code, 3);
         let world = ["sim", "good.bas", "--world", "expect.rhai", "--engine", engine];
         let expect = bench.run(&world);

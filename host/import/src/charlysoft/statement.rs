@@ -214,7 +214,8 @@ impl Reader<'_, '_> {
                         return Err(Refused::new(
                             Code::WrongCount,
                             format!("`{text}` has no speed"),
-                            "write it in parentheses, in steps/s: `10(2000)`",
+                            "write it in parentheses, in steps/s: `10(2000)`; or the usual one once: \
+                             `#define () (2000);`",
                         ));
                     };
                     self.warn(
