@@ -6,10 +6,12 @@
 
 mod check;
 mod ports;
+mod pwm;
 
 use serde::{Deserialize, Serialize};
 
 pub use self::ports::{Input, InputRole, Output, OutputRole, SafeState, Wiring};
+pub use self::pwm::{Pwm, PwmKind};
 use crate::axis::Axis;
 
 /// A machine.
@@ -59,6 +61,9 @@ pub struct Profile {
     /// The serial link.
     #[serde(default)]
     pub link: Link,
+    /// The hardware PWM, of parts that have one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pwm: Option<Pwm>,
     /// Inputs that have a name, a role or a polarity of their own.
     #[serde(default, rename = "input")]
     pub inputs: Vec<Input>,

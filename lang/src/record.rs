@@ -4,8 +4,11 @@
 //! Both are little endian and laid out as the `repr(C)` structures below, which the device reads in
 //! place. The host writes them with `encode` (feature `compiler`).
 
-/// The `S` of a laser's full power; 0 is dark.
+/// The `S` of full power unless a profile says otherwise; 0 is dark.
 pub const FULL_POWER: i32 = 1000;
+
+/// What M4 makes of the output of a PWM's laser: on, and its power follows the speed. Any other state than 0 is on.
+pub const FOLLOWS: i32 = 2;
 
 /// Version of both layouts.
 pub const RECORD_VERSION: u16 = 2;
@@ -26,7 +29,7 @@ pub mod feature {
     pub const LINES: u16 = 1 << 5;
     /// Addresses of three bytes; only the host runs such images.
     pub const WIDE: u16 = 1 << 6;
-    /// `S` on a machine with a laser: its power, see [`FULL_POWER`](super::FULL_POWER).
+    /// `S` on a machine with a laser or a PWM: its power, see [`FULL_POWER`](super::FULL_POWER).
     pub const POWER: u16 = 1 << 7;
     /// The firmware runs streamed pieces ([`wire`](crate::wire), Streaming); no image has it.
     pub const STREAM: u16 = 1 << 8;
@@ -137,7 +140,7 @@ pub struct OutputStates {
     pub on: u16,
 }
 
-/// The board's part of a profile: 64 bytes of information memory, 32 registers of the link.
+/// The board's part of a profile: 64 bytes of information memory, 32 registers of the link, and on some parts more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct BoardRecord {
@@ -208,10 +211,59 @@ pub struct BoardRecord {
     pub emergency_pin: u8,
     /// Those of them where the stop is pressed when the pin goes low.
     pub emergency_falls: u8,
-    /// Zero.
-    pub reserved: u16,
+    /// CRC of `more`, 0 where that is nothing.
+    pub more_crc: u16,
     /// CRC of the 62 bytes before.
     pub crc: u16,
+    /// What boards with room for it hold behind the record; see [`BoardRecord::more`].
+    pub more: MoreRecord,
+}
+
+/// What a profile says of a PWM, which only some parts have: 32 bytes behind the record, 16 registers of the link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct MoreRecord {
+    /// Frequency of the PWM, Hz, 0 for none.
+    pub pwm_hz: u16,
+    /// S of its full power, at most 32767.
+    pub pwm_range: u16,
+    /// On at the least S above 0, thousandths of the period.
+    pub pwm_minimum: u16,
+    /// A servo's pulse at S0, us.
+    pub servo_low: u16,
+    /// A servo's pulse at full S, us.
+    pub servo_high: u16,
+    /// Number of the output that switches it.
+    pub pwm_output: u8,
+    /// [`MoreRecord::LASER`] and others.
+    pub pwm_kind: u8,
+    /// Zero.
+    pub reserved: [u16; 9],
+    /// CRC of the 30 bytes before.
+    pub crc: u16,
+}
+
+impl MoreRecord {
+    /// [`MoreRecord::pwm_kind`]: dark at rest.
+    pub const LASER: u8 = 0;
+    /// [`MoreRecord::pwm_kind`]: as S says.
+    pub const SPINDLE: u8 = 1;
+    /// [`MoreRecord::pwm_kind`]: pulses of an RC servo.
+    pub const SERVO: u8 = 2;
+    /// Bytes of the record.
+    pub const SIZE: usize = 32;
+    /// Nothing.
+    pub const NONE: MoreRecord = MoreRecord {
+        pwm_hz: 0,
+        pwm_range: 0,
+        pwm_minimum: 0,
+        servo_low: 0,
+        servo_high: 0,
+        pwm_output: 0,
+        pwm_kind: 0,
+        reserved: [0; 9],
+        crc: 0,
+    };
 }
 
 impl BoardRecord {
@@ -221,7 +273,7 @@ impl BoardRecord {
     pub const AUTORUN: u16 = 1 << 1;
     /// [`BoardRecord::end_of_stops`]: no number of an input, bit 7 set.
     pub const END_OF_STOPS: u8 = 0xFF;
-    /// Bytes of the record.
+    /// Bytes of the record, without `more`.
     pub const SIZE: usize = 64;
 
     /// What a board that was never given a profile assumes: that of the built-in `mill`.
@@ -258,9 +310,15 @@ impl BoardRecord {
         lock: [0; 2],
         emergency_pin: 0,
         emergency_falls: 0,
-        reserved: 0,
+        more_crc: 0,
         crc: 0,
+        more: MoreRecord::NONE,
     };
+
+    /// What the board knows besides, as far as the record says that it is there.
+    pub fn more(&self) -> &MoreRecord {
+        if self.more_crc == 0 { &MoreRecord::NONE } else { &self.more }
+    }
 
     /// The pin of port 1 that carries input `n`, as a mask; 0 for one in the chain and for none.
     pub const fn pin(&self, n: u8) -> u8 {

@@ -95,6 +95,10 @@
 //! holds); it takes effect at the next reset ([`Control::Restart`]). Exception 6 while a program
 //! runs.
 //!
+//! On parts with more to say, the 16 registers at [`PROFILE_MORE`] hold what belongs to the record
+//! ([`MoreRecord`](crate::record::MoreRecord)). They are written before the last word of the record, whose
+//! register 30 is their CRC, or 0 where there is nothing; then they need not be written.
+//!
 //! # Lock
 //! A board profile with a lock code ([`BoardRecord::lock`](crate::record::BoardRecord::lock)) locks
 //! program and profile at the next reset: uploads, erasing and profile writes are exception 4, and

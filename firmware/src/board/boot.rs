@@ -5,7 +5,7 @@ use crate::flash::{self, Image, Key};
 use ::core::arch::global_asm;
 use firmware::verify::Bytes;
 use lang::fault::Fault;
-use lang::record::{BoardRecord, RECORD_VERSION};
+use lang::record::{BoardRecord, MoreRecord, RECORD_VERSION};
 use lang::wire::CRC_START;
 
 // `msp430-rt`'s own start-up object uses a relocation that LLD does not know, so `Reset` is
@@ -60,7 +60,7 @@ pub fn stack_free() -> u16 {
     at - first
 }
 
-/// The profile at an address of the information memory, if it is whole.
+/// The profile at an address of the information memory, if it is whole with what belongs to it.
 pub fn profile(address: u16) -> Option<&'static BoardRecord> {
     let bytes = Image(address);
     let mut crc = CRC_START;
@@ -72,8 +72,20 @@ pub fn profile(address: u16) -> Option<&'static BoardRecord> {
     if crc != 0 || bytes.word(2) != RECORD_VERSION {
         return None;
     }
-    // SAFETY: a whole record at an even address of flash; it is only erased when it is not in use.
-    Some(unsafe { &*(address as *const BoardRecord) })
+    // SAFETY: a whole record at an even address of flash; it is only erased when it is not in use. What lies behind it is
+    // integers.
+    let record = unsafe { &*(address as *const BoardRecord) };
+    if record.more_crc != 0 {
+        crc = CRC_START;
+        while at < (BoardRecord::SIZE + MoreRecord::SIZE) as u16 {
+            crc = Image::crc(crc, bytes.byte(at));
+            at += 1;
+        }
+        if crc != 0 || record.more.crc != record.more_crc {
+            return None;
+        }
+    }
+    Some(record)
 }
 
 /// The profile in use: the later of two whole copies, else that of a board never given one.

@@ -4,6 +4,7 @@
 //! - `clock`: from reset to the rate of the processor, watchdog, causes of resets;
 //! - `ports`: pins of buttons, inputs, outputs, directions and shift registers;
 //! - `timer`: the millisecond, the silence of the line, the compare channels of the step engine;
+//! - `pwm`: the PWM of a laser, a spindle or a servo;
 //! - `line`: the UART of the link;
 //! - `flash`: one operation of the flash controller;
 //!

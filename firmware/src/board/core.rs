@@ -5,6 +5,7 @@ mod effect;
 mod events;
 mod io;
 mod keep;
+mod power;
 mod run;
 mod tick;
 pub mod trace;

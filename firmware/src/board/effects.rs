@@ -11,6 +11,7 @@ use crate::motor::AXES;
 use crate::vm::{convert, vm};
 use lang::fault::Fault;
 use lang::isa::{Look, Op, flags};
+use lang::record::FOLLOWS;
 use lang::wire::TraceKind;
 
 impl Core {
@@ -72,7 +73,7 @@ impl Core {
         match code {
             OUT..=OUT_LAST => {
                 let n = (code - OUT) >> 1;
-                self.out(u16::from(n) + 1, (code - OUT) & 1 != 0)?;
+                self.out(u16::from(n) + 1, i32::from((code - OUT) & 1))?;
             }
             MOVE_TO..=MOVE_RAMP => return self.move_axe(code),
             LINEAR..=LINE_LAST => return self.linear(code),
@@ -133,9 +134,9 @@ impl Core {
                 return Ok(self.motor.moving() & self.effect.n == 0);
             }
             SET_OUT => {
-                let on = vm().pop() != 0;
+                let state = vm().pop();
                 let n = vm().pop_small(16);
-                self.out(n, on)?;
+                self.out(n, state)?;
             }
             PULSE => return self.pulse(),
             SET_PORT => return self.set_port(),
@@ -219,9 +220,13 @@ impl Core {
         first
     }
 
-    fn out(&mut self, n: u16, on: bool) -> Result<(), Fault> {
+    fn out(&mut self, n: u16, state: i32) -> Result<(), Fault> {
+        let on = state != 0;
         if !self.set_output(n, on) {
             return Err(Fault::ValueRange);
+        }
+        if self.motor.pwm.is_switched_by(n) {
+            self.motor.follows = state == FOLLOWS;
         }
         self.emit(TraceKind::Out, n as u8, i32::from(on));
         Ok(())
@@ -236,14 +241,14 @@ impl Core {
             }
             self.effect.n = n as u8;
             self.effect.phase = PULSE_BEGUN;
-            self.out(n, true)?;
+            self.out(n, 1)?;
             return Ok(false);
         }
         if self.effect.left != 0 {
             return Ok(false);
         }
         if self.effect.phase == PULSE_BEGUN {
-            self.out(u16::from(self.effect.n), false)?;
+            self.out(u16::from(self.effect.n), 0)?;
         }
         Ok(true)
     }
@@ -261,7 +266,7 @@ impl Core {
                 }
                 continue;
             }
-            self.out(u16::from(n), self.effect.bits >> (n - 1) & 1 != 0)?;
+            self.out(u16::from(n), i32::from(self.effect.bits >> (n - 1) & 1))?;
             // They change together, unless a host that traces must hear of each first.
             if n == 8 || self.trace.full {
                 return Ok(n == 8);

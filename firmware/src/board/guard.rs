@@ -8,7 +8,7 @@
 //! until it has called [`release`] the engine takes no segment and is said to run.
 //!
 //! A pin that does not answer any more when the interrupt looks at it, a disturbance of 1 us or so,
-//! stops nothing. The port's interrupt takes 118 cycles; that of the millisecond lets others come between.
+//! stops nothing. The port's interrupt takes 122 cycles; that of the millisecond lets others come between.
 
 use core::arch::global_asm;
 use core::mem::{offset_of, size_of};
@@ -79,6 +79,7 @@ pasapas_pins:
     jeq guard_exit
 guard_trips:
     mov.b r15, &TRIPPED
+    clr &{pwm}
     clr.b &GUARD_IE
     clr &INPUTS
     /* the slots of a path, then what each single axis plays and has next */
@@ -163,6 +164,7 @@ pasapas_guard_alone:
     spi_txbuf = const ports::SPI_TXBUF,
     latch = const ports::LATCH,
     chain = const CHAIN,
+    pwm = const crate::chip::pwm::CCTL,
     gie = const GIE,
 );
 

@@ -27,6 +27,8 @@ mod motor;
 mod moves;
 mod observe;
 mod probe;
+mod profile;
+mod pwm;
 mod scaled;
 mod step;
 #[cfg(feature = "stream")]
@@ -80,6 +82,8 @@ extern "C" fn main() -> ! {
     if core.chained() {
         chain::open();
     }
+    core.motor.pwm.open(core.record.more());
+    core.motor.power = core.full_power();
     guard::open(core.record.falling(), core.record.input_invert);
     core.cause = chip::clock::cause();
     core.bites = boot::bites(core.cause);

@@ -1,10 +1,11 @@
 //! The registers and bits of the link (`lang::wire`).
 
-use crate::chip::{PART, clock};
+use crate::chip::clock;
 use crate::core::Core;
 use crate::core::trace;
-use crate::flash::{self, Area, Key};
+use crate::flash::{self, Area};
 use crate::motor::AXES;
+use crate::profile::profile_word;
 use crate::vm::{POOL_WORDS, vm};
 use firmware::RELEASE;
 use firmware::modbus::Map;
@@ -15,7 +16,7 @@ use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::image::at;
 use lang::isa::FINGERPRINT;
-use lang::record::{AxisRecord, BoardRecord};
+use lang::record::AxisRecord;
 #[expect(
     clippy::wildcard_imports,
     reason = "the table of the registers: what this file serves"
@@ -187,29 +188,6 @@ impl Core {
         if self.refusal == 0 { Ok(()) } else { Err(Exception::DeviceFailure) }
     }
 
-    /// A word of the copy of the profile that is not in use; the last one makes it valid.
-    fn write_profile(&mut self, index: u16, value: u16) -> Result<(), Exception> {
-        if self.lock.closed {
-            return self.unlock(index, value);
-        }
-        self.idle()?;
-        let current = core::ptr::from_ref(self.record) as u16;
-        let [first, second] = PART.profiles;
-        let copy = if current == first { second } else { first };
-        if index == 0 {
-            flash::erase(Key::new(), copy);
-        }
-        let address = copy + 2 * index;
-        flash::write(Key::new(), address, value);
-        if flash::read(address) != value {
-            return Err(Exception::DeviceFailure);
-        }
-        if index == BoardRecord::SIZE as u16 / 2 - 1 && crate::boot::profile(copy).is_none() {
-            return Err(Exception::DeviceFailure);
-        }
-        Ok(())
-    }
-
     fn status(&mut self, address: u16) -> u16 {
         match address {
             INPUTS => self.inputs.levels(),
@@ -325,7 +303,7 @@ impl Map for Core {
             PROFILE_WINDOW..UPLOAD_WINDOW if self.lock.closed => 0,
             PROFILE_WINDOW..UPLOAD_WINDOW => {
                 let record = core::ptr::from_ref(self.record) as u16;
-                flash::read(record + 2 * (address - PROFILE_WINDOW))
+                flash::read(record + 2 * profile_word(address))
             }
             _ if table as u8 == Table::InputRegisters as u8 => self.status(address),
             OUTPUTS => self.outputs,
@@ -435,7 +413,7 @@ impl Map for Core {
                 self.motor.set_override(percents);
                 Ok(())
             }
-            PROFILE_WINDOW..UPLOAD_WINDOW => self.write_profile(address - PROFILE_WINDOW, value),
+            PROFILE_WINDOW..UPLOAD_WINDOW => self.write_profile(profile_word(address), value),
             UPLOAD_WINDOW.. => {
                 self.may_replace()?;
                 // The link brings the earlier byte in the low half, as flash has it.

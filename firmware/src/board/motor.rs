@@ -6,6 +6,7 @@ mod places;
 pub use path::tag;
 
 use crate::chip::clock::RATE;
+use crate::pwm::Pwm;
 use crate::step;
 use crate::vm::{axis, machine};
 use ::core::ptr::addr_of_mut;
@@ -58,8 +59,12 @@ pub struct Motor {
     block_pc: u16,
     /// A stop or a fault has cut the path there.
     cut: bool,
-    /// S: power of a laser, 0 to 1000.
+    /// S: power of a laser, 0 to 1000; with a PWM its level.
     pub power: u16,
+    /// M4: a laser's power follows the speed.
+    pub follows: bool,
+    /// The PWM.
+    pub pwm: Pwm,
     segment: PathSegment,
     single: [Single; 3],
 }

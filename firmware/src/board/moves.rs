@@ -36,7 +36,10 @@ impl Core {
     /// F08, F20.
     pub fn set_feed(&mut self, code: u8, value: i32) -> Result<(), Fault> {
         if code == Op::Spindle as u8 {
-            if self.record.laser != 0 {
+            if self.motor.pwm.is_open() {
+                self.motor.power = self.level(value).ok_or(Fault::ValueRange)?;
+                self.drive_pwm();
+            } else if self.record.laser != 0 {
                 if value as u32 > FULL_POWER as u32 {
                     return Err(Fault::ValueRange);
                 }

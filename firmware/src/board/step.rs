@@ -38,7 +38,7 @@ pub struct PathSlot {
     flags: u8,
     /// Time that it takes ([`queue::time`]).
     time: u16,
-    /// Power of a laser, 0 to 1000.
+    /// Power of a laser, 0 to 1000; with a PWM its compare value.
     power: u16,
 }
 
@@ -99,6 +99,9 @@ struct Shared {
     fill: u8,
     /// Exclusive-or of the DIR pins: axes whose positive direction is low.
     invert: u8,
+    /// Where the power of a path's segment goes when it begins: a compare register, or the word behind this.
+    beam: u16,
+    nowhere: u16,
 }
 
 #[unsafe(no_mangle)]
@@ -190,6 +193,7 @@ pub fn init(width_us: u8, invert: u8) {
         }
         // SMCLK, continuous, cleared.
         (STEP_CTL as *mut u16).write_volatile(0b10 << 8 | 0b10 << 4 | 1 << 2);
+        (*shared()).beam = &raw const (*shared()).nowhere as u16;
         (*shared()).width = width;
         (*shared()).invert = invert;
         (*shared()).sense = [1; 3];
@@ -260,9 +264,15 @@ pub fn power() -> u16 {
     }
 }
 
-/// Hands a segment of a path to the engine; there must be room. A resting engine starts. Returns the time that it
-/// takes ([`queue::time`]).
-pub fn put_path(segment: &PathSegment) -> u16 {
+/// The compare register at this address gets the power of each segment of a path.
+pub fn shine_at(address: u16) {
+    // SAFETY: no channel is enabled, so no interrupt looks at it.
+    unsafe { (*shared()).beam = address };
+}
+
+/// Hands a segment of a path to the engine, with the power that [`PathSlot`] wants; there must be room. A resting
+/// engine starts. Returns the time that it takes ([`queue::time`]).
+pub fn put_path(segment: &PathSegment, power: u16) -> u16 {
     // SAFETY: only the main loop reads and writes it.
     let n = usize::from(unsafe { (*shared()).fill });
     let slot = slot(n);
@@ -283,7 +293,7 @@ pub fn put_path(segment: &PathSegment) -> u16 {
         (*slot).ramp.dif = segment.ramp.dif;
         (*slot).ramp.mask = segment.ramp.mask;
         (*slot).time = time;
-        (*slot).power = segment.power;
+        (*slot).power = power;
         guard::arm(&raw mut (*slot).ramp.events, segment.ramp.events);
         (*shared()).fill = ((n + 1) % SLOTS) as u8;
         if !is_running() {

@@ -51,7 +51,11 @@ constants! {
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".tail.board")]
 #[used]
-static BOARD_DEFAULT: BoardRecord = BoardRecord::DEFAULT;
+static BOARD_DEFAULT: [u16; BoardRecord::SIZE / 2] = {
+    let default = BoardRecord::DEFAULT;
+    // SAFETY: the record begins with so many words without a gap.
+    unsafe { *(&raw const default).cast() }
+};
 
 // In this order, so that the link reaches what it asks for by near jumps.
 core::arch::global_asm!(include_str!("store/flash.s"), options(raw));

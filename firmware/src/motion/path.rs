@@ -45,6 +45,11 @@ pub struct Block {
     pub manner: Manner,
 }
 
+/// [`Manner::power`]: the power is 0 to [`FULL`] and follows the speed.
+pub const FOLLOWS: u16 = 1 << 15;
+/// The most that such a power comes to, when an override makes the speed higher than what was programmed.
+pub const FULL: u16 = 1 << 14;
+
 /// How a block runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Manner {
@@ -52,7 +57,7 @@ pub struct Manner {
     pub feed: Feed,
     /// Come to rest at the end (G61).
     pub exact: bool,
-    /// Power of a laser on its way, 0 to 1000.
+    /// Power of a laser on its way, below [`FOLLOWS`], which may be added.
     pub power: u16,
     /// What the caller knows it by: comes back with its first segment.
     pub tag: u32,
@@ -81,7 +86,7 @@ pub struct PathSegment {
     pub begin: bool,
     /// A chord of an arc after its first one: no new block.
     pub within: bool,
-    /// Power of a laser, 0 to 1000.
+    /// Power of a laser: [`Manner::power`], or the part of it that the speed is of the programmed one.
     pub power: u16,
     /// The block's [`Manner::tag`].
     pub tag: u32,
@@ -142,6 +147,8 @@ pub struct Path {
     stride: Scaled,
     /// See [`PathSegment`].
     power: u16,
+    /// Where it follows the speed: over twice the programmed speed; 0 elsewhere.
+    gain: Scaled,
     tag: u32,
     way: [i32; 3],
     /// The end of the newest block; `None` where the next one begins at rest.
@@ -174,6 +181,7 @@ impl Path {
         walk: None,
         stride: Scaled::ZERO,
         power: 0,
+        gain: Scaled::ZERO,
         tag: 0,
         way: [0; 3],
         tail: None,
@@ -293,11 +301,14 @@ impl Path {
         if !self.active || !self.run.segment(&self.limits, self.paused, &mut segment.ramp) {
             return false;
         }
+        segment.power = self.power;
+        if self.gain != Scaled::ZERO {
+            segment.power = self.run.sum.times(self.gain).floor().min(FULL.into()) as u16;
+        }
         segment.begin = self.begin;
         if self.begin {
             self.begin = false;
             segment.within = self.within;
-            segment.power = self.power;
             segment.tag = self.tag;
             segment.way = self.way;
             segment.inc = self.inc;
@@ -331,7 +342,11 @@ impl Path {
             self.within = false;
             self.exact = block.exact;
             self.rapid = block.rapid;
-            self.power = block.power;
+            self.power = block.power & !FOLLOWS;
+            self.gain = Scaled::ZERO;
+            if block.power & FOLLOWS != 0 {
+                self.gain = Scaled::new(self.power.into()).over(block.feed).shifted(-1);
+            }
             self.tag = block.tag;
             self.way = block.steps;
             self.feed = block.feed;

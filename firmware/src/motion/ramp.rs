@@ -98,11 +98,14 @@ pub struct Run {
     pub v2: Scaled,
     /// The last one that was taken a root of, with it: segments follow one another.
     pub known: (Scaled, Scaled),
+    /// Sum of the speeds at both ends of the last segment.
+    pub sum: Scaled,
 }
 
 impl Run {
     /// At its end.
-    pub const NONE: Run = Run { left: 0, v2: Scaled::ZERO, known: (Scaled::ZERO, Scaled::ZERO) };
+    pub const NONE: Run =
+        Run { left: 0, v2: Scaled::ZERO, known: (Scaled::ZERO, Scaled::ZERO), sum: Scaled::ZERO };
 
     /// Whether what is left suffices to come down to the exit speed.
     pub fn can_stop(&self, limits: &Limits) -> bool {
@@ -137,6 +140,7 @@ impl Run {
         let v1 = if v2 == self.v2 { v0 } else { v2.root() };
         self.known = (v2, v1);
         let sum = v0.plus(v1);
+        self.sum = sum;
         let sub = LONGEST.saturating_sub(sum.exponent_over(limits.tick)).clamp(0, 15);
         let shortest = limits.tick.over(v0.most(v1)).shifted(16 - sub).floor();
         let events = n << sub;

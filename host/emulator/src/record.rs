@@ -26,6 +26,8 @@ pub enum Signal {
     Rx,
     /// The chip's transmit pin.
     Tx,
+    /// The pin of the PWM.
+    Pwm,
 }
 
 impl fmt::Display for Signal {
@@ -41,6 +43,7 @@ impl fmt::Display for Signal {
             Signal::Probe => f.write_str("probe"),
             Signal::Rx => f.write_str("rx"),
             Signal::Tx => f.write_str("tx"),
+            Signal::Pwm => f.write_str("pwm"),
         }
     }
 }

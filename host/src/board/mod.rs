@@ -12,6 +12,8 @@ pub mod live;
 pub mod observe;
 mod path;
 pub(crate) mod pty;
+#[cfg(test)]
+mod pwm;
 pub mod rig;
 mod run;
 pub mod serve;

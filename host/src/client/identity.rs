@@ -5,7 +5,7 @@ use std::time::Duration;
 use lang::isa::FINGERPRINT;
 use lang::part::{G2553, PARTS, Part};
 use lang::profile::Profile;
-use lang::record::{BoardRecord, RECORD_VERSION};
+use lang::record::{BoardRecord, MoreRecord, RECORD_VERSION};
 use lang::wire;
 use serde::Serialize;
 
@@ -83,8 +83,19 @@ impl<L: Link> Client<L> {
         for (pair, word) in bytes.chunks_exact_mut(2).zip(words) {
             pair.copy_from_slice(&word.to_le_bytes());
         }
-        let record = BoardRecord::from_bytes(&bytes);
-        if record.version == 0 { Err(ClientError::Locked) } else { Ok(record) }
+        let mut record = BoardRecord::from_bytes(&bytes);
+        if record.version == 0 {
+            return Err(ClientError::Locked);
+        }
+        if record.more_crc != 0 {
+            let words = self.holding(wire::PROFILE_MORE, MoreRecord::SIZE as u16 / 2)?;
+            let mut bytes = [0; MoreRecord::SIZE];
+            for (pair, word) in bytes.chunks_exact_mut(2).zip(words) {
+                pair.copy_from_slice(&word.to_le_bytes());
+            }
+            record.more = MoreRecord::from_bytes(&bytes);
+        }
+        Ok(record)
     }
 
     /// Writes the board's part of a profile; it holds from the next reset on.
@@ -92,12 +103,27 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// See [`ClientError`].
     pub fn set_board_record(&mut self, record: &BoardRecord) -> Result<(), ClientError> {
-        let bytes = record.to_bytes();
-        let words: Vec<u16> =
-            bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
-        // In ascending order, as many at a time as every board takes.
+        // In ascending order, as many at a time as every board takes; the first word erases, the last one makes it
+        // valid, with what was written between.
+        let words = words_of(&record.to_bytes());
+        let (head, last) = words.split_at(if record.more_crc == 0 { 16 } else { words.len() - 1 });
+        self.write_words(wire::PROFILE_WINDOW, head)?;
+        if record.more_crc != 0 {
+            self.write_words(wire::PROFILE_MORE, &words_of(&record.more.to_bytes())).map_err(
+                |error| match error {
+                    error if error.is_exception(wire::Exception::IllegalAddress) => {
+                        ClientError::NoPwm
+                    }
+                    error => error,
+                },
+            )?;
+        }
+        self.write_words(wire::PROFILE_WINDOW + head.len() as u16, last)
+    }
+
+    fn write_words(&mut self, first: u16, words: &[u16]) -> Result<(), ClientError> {
         for (i, part) in words.chunks(16).enumerate() {
-            self.write_all(wire::PROFILE_WINDOW + 16 * i as u16, part)?;
+            self.write_all(first + 16 * i as u16, part)?;
         }
         Ok(())
     }
@@ -149,6 +175,10 @@ impl Identity {
     }
 }
 
+fn words_of(bytes: &[u8]) -> Vec<u16> {
+    bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect()
+}
+
 /// Names of what differs between the board's part of a profile and what the board holds.
 pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static str> {
     let mut names = Vec::new();
@@ -183,6 +213,7 @@ pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static st
         (laser, lamp, enable, spindle)
     };
     compare("roles of outputs", roles(board) == roles(wanted));
+    compare("PWM", board.more() == wanted.more());
     names
 }
 

@@ -60,6 +60,8 @@ pub enum ClientError {
     Locked,
     /// The code does not open the lock, or a wrong one was given since reset.
     WrongCode,
+    /// The profile has a PWM, the board none.
+    NoPwm,
     /// The port failed.
     Port(io::Error),
     /// Somebody wants to stop the machine: the request was not sent.
@@ -111,6 +113,9 @@ impl fmt::Display for ClientError {
             ClientError::WrongCode => f.write_str(
                 "this code does not open the board's lock; behind a wrong one the board takes none \
                  until its next reset: press its reset button and try again",
+            ),
+            ClientError::NoPwm => f.write_str(
+                "this board has no PWM; take [pwm] out of the profile, or a board with an MSP430F5529",
             ),
             ClientError::Port(error) => write!(f, "the port failed: {error}"),
             ClientError::Interrupted => f.write_str("Stop came before it"),

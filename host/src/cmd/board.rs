@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lang::profile::Profile;
-use lang::record::BoardRecord;
+use lang::record::{BoardRecord, feature};
 use serde_json::json;
 
 use super::part::Choice;
@@ -13,6 +13,7 @@ use super::{Console, Options, world};
 use crate::board::rig::Rig;
 use crate::board::serve::{ServeError, Server, Speed};
 use crate::board::turns::Manner;
+use crate::client::ClientError;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::output;
@@ -89,9 +90,16 @@ impl Board {
         }
         // A board whose flash was kept has its profile there.
         if options.profile.is_some() && !self.flash.as_ref().is_some_and(|file| file.exists()) {
-            let record = BoardRecord::of(&profile, 1).to_bytes();
+            let record = BoardRecord::of(&profile, 1);
+            let mut bytes = record.to_bytes().to_vec();
+            if record.more_crc != 0 {
+                if build.part.lacks_feature(feature::POWER) {
+                    return Err(Failure::Board(ClientError::NoPwm.to_string()));
+                }
+                bytes.extend(record.more.to_bytes());
+            }
             let first = build.part.profiles[0];
-            (first..).zip(record).for_each(|(at, byte)| rig.board().poke8(at, byte));
+            (first..).zip(bytes).for_each(|(at, byte)| rig.board().poke8(at, byte));
         }
         rig.begin();
         // A client that comes as soon as the port is there must not meet a chip that still boots.

@@ -2,7 +2,6 @@
 
 use lang::axis::Axis;
 use lang::profile::Profile;
-use lang::record::FULL_POWER;
 
 use super::Style;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
@@ -197,7 +196,7 @@ fn curve(segment: &Segment, entry: f64, exit: f64, profile: &Profile, detail: bo
         axes: segment.axes,
         home: segment.kind == SegmentKind::Home,
         arc: segment.arc.is_some(),
-        power: segment.power.map(|s| f64::from(s) / f64::from(FULL_POWER)),
+        power: segment.power.map(|s| f64::from(s) / f64::from(profile.full_power())),
     }
 }
 

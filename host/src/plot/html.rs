@@ -1,7 +1,6 @@
 //! The picture as one HTML page with nothing beside it: the run as data, and a viewer for it.
 
 use lang::axis::Axis;
-use lang::record::FULL_POWER;
 use serde::Serialize;
 
 use super::curve::Curve;
@@ -72,7 +71,7 @@ pub fn render(plot: &Plot<'_>) -> String {
         running: thinned(plot.running(&curves), plot.duration_us()),
         prints: printed.iter().map(|own| (own.us, own.line, own.text.as_str())).collect(),
         fault: if plot.outcome.end.status == Status::Fault { plot.ending() } else { String::new() },
-        full: if curves.iter().any(|own| own.power.is_some()) { FULL_POWER } else { 0 },
+        full: if curves.iter().any(|own| own.power.is_some()) { profile.full_power() } else { 0 },
         curves: curves.iter().map(flat).collect(),
         rows: plot.rows().into_iter().map(|row| flat_row(row, plot.duration_us())).collect(),
     };

@@ -68,7 +68,7 @@ circle.rapid { display: none; }
 pub fn render(plot: &Plot<'_>) -> String {
     let curves = plot.curves();
     let lines = Lines::of(plot.source);
-    let speeds = Speeds::of(&curves);
+    let speeds = Speeds::of(&curves, plot.program.profile.full_power());
     let mut css = CSS.to_owned();
     for (name, colours) in [("v", COLOURS), ("s", GREYS)] {
         for (i, colour) in colours.iter().enumerate() {

@@ -11,7 +11,6 @@ use super::scale::{Scale, Span};
 use super::svg_page::{Panel, frame, round, text};
 use super::{Plot, Style};
 use lang::axis::Axis;
-use lang::record::FULL_POWER;
 
 /// Colours from slow to fast: even steps of viridis without its pale end.
 pub const COLOURS: [&str; 8] =
@@ -38,16 +37,19 @@ pub struct Speeds {
     top: f64,
     /// The moves' powers are known.
     laser: bool,
+    /// S of its full power.
+    full: i32,
 }
 
 impl Speeds {
     /// The range that the curves have.
-    pub fn of(curves: &[Curve]) -> Speeds {
+    pub fn of(curves: &[Curve], full: i32) -> Speeds {
         let cuts = curves.iter().filter(|curve| curve.style == Style::Cut);
         let pairs = cuts.clone().flat_map(|curve| curve.points.windows(2));
         Speeds {
             top: pairs.map(|pair| speed(&pair[0], &pair[1])).fold(0.0, f64::max),
             laser: cuts.clone().any(|curve| curve.power.is_some()),
+            full,
         }
     }
 
@@ -67,7 +69,7 @@ impl Speeds {
         let mut group = Group::new();
         let from = right - WIDTH * COLOURS.len() as f64;
         let (colours, name) = if self.laser {
-            (GREYS, format!("laser: S0 to S{FULL_POWER}"))
+            (GREYS, format!("laser: S0 to S{}", self.full))
         } else {
             (COLOURS, format!("line, arc: 0 to {:.0} mm/min", self.top * 60.0))
         };

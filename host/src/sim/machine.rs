@@ -24,7 +24,7 @@ use lang::axis::Axis;
 use lang::effect::{Effect, Rate};
 use lang::fault::Fault;
 use lang::profile::Profile;
-use lang::record::{FULL_POWER, MachineRecord};
+use lang::record::MachineRecord;
 
 use self::axes::Axes;
 pub use self::axes::scaled;
@@ -159,7 +159,7 @@ impl Machine {
             statements: 0,
             line: 1,
             feed: None,
-            power: FULL_POWER,
+            power: profile.full_power(),
             feeds_aside: Vec::new(),
             handler: false,
             held: false,

@@ -57,7 +57,7 @@ pub struct Segment {
     pub peak_rate: f64,
     /// Speed along the path at its end, um/s, where the planner tells: 0 when it comes to rest.
     pub exit_speed: Option<f64>,
-    /// A laser's power, 0 to [`lang::record::FULL_POWER`]; `None` without a laser, or where the
+    /// A laser's power, 0 to [`lang::profile::Profile::full_power`]; `None` without a laser, or where the
     /// engine does not know it.
     pub power: Option<i32>,
 }

@@ -26,7 +26,7 @@ pub struct Track {
     axes: Axes,
     feed: Option<Rate>,
     spindle: Option<i32>,
-    outputs: BTreeMap<i32, bool>,
+    outputs: BTreeMap<i32, i32>,
     /// Axes whose work zero the job has set.
     zeroed: [bool; 3],
     drivers: Option<bool>,
@@ -114,21 +114,21 @@ impl Track {
             Effect::SetSpindle(value) => self.spindle = Some(value),
             Effect::Plain(Plain::SetOut, [n, on]) => {
                 self.output(n)?;
-                self.outputs.insert(n, on != 0);
+                self.outputs.insert(n, on);
             }
             Effect::Plain(Plain::Pulse, [n, ms]) => {
                 self.output(n)?;
                 if ms < 0 {
                     return Err(Fault::ValueRange);
                 }
-                self.outputs.insert(n, false);
+                self.outputs.insert(n, 0);
             }
             Effect::Plain(Plain::SetPort, [value, _]) => {
                 for n in 1..=self.most_outputs().min(8) {
                     let role = self.profile.outputs.iter().find(|output| output.n == n);
                     let role = role.and_then(|output| output.role);
                     if !matches!(role, Some(OutputRole::Enable | OutputRole::Lamp)) {
-                        self.outputs.insert(n, value >> (n - 1) & 1 != 0);
+                        self.outputs.insert(n, value >> (n - 1) & 1);
                     }
                 }
             }
@@ -235,11 +235,11 @@ impl Track {
         if let Some(on) = self.drivers {
             list.push((vec![on.into()], vec![Op::Motors.code(), flags::ALL_AXES]));
         }
-        for (&n, _) in self.outputs.iter().filter(|(_, on)| **on) {
-            list.push((vec![n, 1], vec![Op::SetOut.code()]));
+        for (&n, &on) in self.outputs.iter().filter(|(_, on)| **on != 0) {
+            list.push((vec![n, on], vec![Op::SetOut.code()]));
         }
         let spin_up = i32::from(self.profile.run.spin_up_ms);
-        if spin_up > 0 && self.outputs.values().any(|on| *on) {
+        if spin_up > 0 && self.outputs.values().any(|on| *on != 0) {
             list.push((vec![spin_up], vec![Op::Wait.code()]));
         }
         for (slot, event) in (0..).zip(&self.events) {

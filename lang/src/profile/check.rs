@@ -155,6 +155,7 @@ impl Profile {
             range("input.n", input.n.into(), 1, self.wiring.inputs().into())?;
             range("input.filter_ms", input.filter_ms.into(), 1, 50)?;
         }
+        self.check_pwm(range)?;
         self.check_roles()?;
         for output in &self.outputs {
             range("output.n", output.n.into(), 1, self.wiring.outputs().into())?;

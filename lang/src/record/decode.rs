@@ -1,13 +1,13 @@
 //! From the bytes of a board's record to its fields, and back into a profile.
 
-use super::{BoardRecord, OutputStates};
+use super::{BoardRecord, MoreRecord, OutputStates};
 use crate::profile::{
-    Input, InputRole, Link, Output, OutputRole, Parity, Profile, SafeState, Wiring,
+    Input, InputRole, Link, Output, OutputRole, Parity, Profile, Pwm, PwmKind, SafeState, Wiring,
 };
 
 impl BoardRecord {
     /// Reads what the information memory or the link gives. Neither version nor CRC is
-    /// checked.
+    /// checked; what lies behind it is not there yet ([`BoardRecord::more`]).
     pub fn from_bytes(bytes: &[u8; BoardRecord::SIZE]) -> BoardRecord {
         let byte = |at: usize| bytes[at];
         let word = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
@@ -45,8 +45,9 @@ impl BoardRecord {
             lock: [word(54), word(56)],
             emergency_pin: byte(58),
             emergency_falls: byte(59),
-            reserved: word(60),
+            more_crc: word(60),
             crc: word(62),
+            more: MoreRecord::NONE,
         }
     }
 
@@ -71,6 +72,7 @@ impl BoardRecord {
         profile.dir_setup_us = self.setup;
         profile.inputs = self.inputs(&base.inputs, profile.wiring);
         profile.outputs = self.outputs(&base.outputs, profile.wiring);
+        profile.pwm = self.more().pwm();
         profile
     }
 
@@ -161,9 +163,44 @@ impl BoardRecord {
     }
 }
 
+impl MoreRecord {
+    /// Reads what the information memory or the link gives.
+    pub fn from_bytes(bytes: &[u8; MoreRecord::SIZE]) -> MoreRecord {
+        let word = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+        MoreRecord {
+            pwm_hz: word(0),
+            pwm_range: word(2),
+            pwm_minimum: word(4),
+            servo_low: word(6),
+            servo_high: word(8),
+            pwm_output: bytes[10],
+            pwm_kind: bytes[11],
+            reserved: core::array::from_fn(|n| word(12 + 2 * n)),
+            crc: word(30),
+        }
+    }
+
+    fn pwm(&self) -> Option<Pwm> {
+        let kind = match self.pwm_kind {
+            MoreRecord::LASER => PwmKind::Laser,
+            MoreRecord::SPINDLE => PwmKind::Spindle,
+            _ => PwmKind::Servo,
+        };
+        (self.pwm_hz != 0).then(|| Pwm {
+            output: self.pwm_output.into(),
+            kind,
+            frequency_hz: Some(self.pwm_hz),
+            range: self.pwm_range.into(),
+            minimum: self.pwm_minimum,
+            low_us: self.servo_low,
+            high_us: self.servo_high,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{BoardRecord, Profile};
+    use super::{BoardRecord, MoreRecord, Profile};
     use crate::profile::BUILT_IN;
 
     #[test]
@@ -174,5 +211,19 @@ mod tests {
             assert_eq!(BoardRecord::from_bytes(&record.to_bytes()), record);
             assert_eq!(BoardRecord::of(&record.into_profile(&profile), 7), record);
         }
+    }
+
+    #[test]
+    fn what_lies_behind_the_record_comes_back_and_is_bound_to_it() {
+        let plain = Profile::built_in("laser").unwrap();
+        assert_eq!(BoardRecord::of(&plain, 7).more_crc, 0);
+        let text = include_str!("../../../examples/profiles/laser.toml").to_owned()
+            + "[pwm]\noutput = 1\nkind = \"spindle\"\nfrequency_hz = 50\nrange = 24000\nminimum = 20\n";
+        let record = BoardRecord::of(&Profile::parse(&text).unwrap(), 7);
+        assert_ne!(record.more_crc, 0);
+        let more = MoreRecord::from_bytes(&record.more.to_bytes());
+        let head = BoardRecord::from_bytes(&record.to_bytes());
+        assert_eq!(BoardRecord { more, ..head }, record);
+        assert_eq!(BoardRecord::of(&record.into_profile(&plain), 7), record);
     }
 }

@@ -1,9 +1,10 @@
 //! From a profile to its records, and to bytes.
 
-use super::{AxisRecord, BoardRecord, MachineRecord, OutputStates, RECORD_VERSION};
+use super::{AxisRecord, BoardRecord, MachineRecord, MoreRecord, OutputStates, RECORD_VERSION};
 use crate::axis::Axis;
 use crate::profile::{
-    AxisProfile, Direction, InputRole, Output, OutputRole, Parity, Profile, SafeState, Wiring,
+    AxisProfile, Direction, InputRole, Output, OutputRole, Parity, Profile, PwmKind, SafeState,
+    Wiring,
 };
 use crate::wire::{CRC_START, crc16};
 
@@ -194,17 +195,20 @@ impl BoardRecord {
             lock: [0; 2],
             emergency_pin: 0,
             emergency_falls: 0,
-            reserved: 0,
+            more_crc: 0,
             crc: 0,
+            more: MoreRecord::of(profile),
         };
         let emergency_pin = record.emergency.iter().fold(0, |pins, n| pins | record.pin(*n));
         let emergency_falls = emergency_pin & record.falling();
         BoardRecord { emergency_pin, emergency_falls, ..record }.sealed()
     }
 
-    /// The record with the CRC that its other fields make.
+    /// The record with the CRCs that its other fields make.
     #[must_use]
     pub fn sealed(mut self) -> BoardRecord {
+        self.more = self.more.sealed();
+        self.more_crc = self.more.crc;
         let bytes = self.to_bytes();
         self.crc = bytes[..BoardRecord::SIZE - 2].iter().fold(CRC_START, |crc, &b| crc16(crc, b));
         self
@@ -243,10 +247,64 @@ impl BoardRecord {
         words(&[pair(self.laser, self.lamp), pair(self.enable, self.spindle), self.spin_up]);
         words(&self.lock);
         words(&[pair(self.emergency_pin, self.emergency_falls)]);
-        words(&[self.reserved]);
+        words(&[self.more_crc]);
         words(&[self.crc]);
         let mut bytes = [0; BoardRecord::SIZE];
         bytes.copy_from_slice(&out);
+        bytes
+    }
+}
+
+impl MoreRecord {
+    /// What `profile` says of them, with its CRC.
+    fn of(profile: &Profile) -> MoreRecord {
+        let Some(pwm) = &profile.pwm else { return MoreRecord::NONE };
+        MoreRecord {
+            pwm_hz: pwm.hz(),
+            pwm_range: rate16(pwm.range),
+            pwm_minimum: pwm.minimum,
+            servo_low: pwm.low_us,
+            servo_high: pwm.high_us,
+            pwm_output: number(pwm.output),
+            pwm_kind: match pwm.kind {
+                PwmKind::Laser => MoreRecord::LASER,
+                PwmKind::Spindle => MoreRecord::SPINDLE,
+                PwmKind::Servo => MoreRecord::SERVO,
+            },
+            ..MoreRecord::NONE
+        }
+    }
+
+    /// The record with the CRC that its other fields make, which is never 0; 0 of nothing.
+    fn sealed(mut self) -> MoreRecord {
+        self.crc = 0;
+        if self == MoreRecord::NONE {
+            return self;
+        }
+        let crc = |record: &MoreRecord| {
+            record.to_bytes()[..MoreRecord::SIZE - 2]
+                .iter()
+                .fold(CRC_START, |crc, &b| crc16(crc, b))
+        };
+        self.crc = crc(&self);
+        if self.crc == 0 {
+            // Nobody looks at this word.
+            self.reserved[8] = 1;
+            self.crc = crc(&self);
+        }
+        self
+    }
+
+    /// The record as the information memory holds it.
+    pub fn to_bytes(&self) -> [u8; MoreRecord::SIZE] {
+        let kind = u16::from_le_bytes([self.pwm_output, self.pwm_kind]);
+        let pwm = [self.pwm_hz, self.pwm_range, self.pwm_minimum];
+        let words = pwm.into_iter().chain([self.servo_low, self.servo_high, kind]);
+        let words = words.chain(self.reserved).chain([self.crc]);
+        let mut bytes = [0; MoreRecord::SIZE];
+        for (place, word) in bytes.chunks_exact_mut(2).zip(words) {
+            place.copy_from_slice(&word.to_le_bytes());
+        }
         bytes
     }
 }
@@ -267,7 +325,7 @@ fn states(profile: &Profile, of: impl Fn(&Output) -> SafeState, others: SafeStat
 
 #[cfg(test)]
 mod tests {
-    use super::{BoardRecord, MachineRecord, Profile};
+    use super::{BoardRecord, MachineRecord, MoreRecord, Profile};
 
     #[test]
     fn a_board_without_a_profile_is_a_mill() {
@@ -306,6 +364,7 @@ mod tests {
     fn encoded_sizes_are_those_of_the_structures() {
         let mill = Profile::built_in("mill").unwrap();
         assert_eq!(MachineRecord::of(&mill).to_bytes().len(), MachineRecord::SIZE);
-        assert_eq!(size_of::<BoardRecord>(), BoardRecord::SIZE);
+        assert_eq!(core::mem::offset_of!(BoardRecord, more), BoardRecord::SIZE);
+        assert_eq!(size_of::<MoreRecord>(), MoreRecord::SIZE);
     }
 }

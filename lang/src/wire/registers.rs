@@ -26,6 +26,7 @@ macro_rules! register_rows {
                 KEEPS: Holding 4000 + 16, WRITABLE | LONG;
                 OWN: Holding 5000 + 200, WRITABLE;
                 PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
+                PROFILE_MORE: Holding 5240 + 16, WRITABLE;
                 UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;
                 STREAM_MACHINE: Holding 9600 + 73, WRITABLE;
                 STREAM_PIECE: Holding 9700 + 256, WRITABLE;

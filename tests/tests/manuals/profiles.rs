@@ -9,17 +9,18 @@ use toml::{Table, Value};
 const PAGE: &str = include_str!("../../../host/profiles.md");
 
 /// Heading and the place of its keys in a file.
-const SECTIONS: [(&str, &str); 6] = [
+const SECTIONS: [(&str, &str); 7] = [
     ("## The machine", ""),
     ("## An axis", "x"),
     ("## Start, Stop", "run"),
     ("## The serial link", "link"),
     ("## Inputs", "input"),
     ("## Outputs", "output"),
+    ("## The PWM", "pwm"),
 ];
 /// Keys of a section that hold sections of their own.
 const INNER: [(&str, &[&str]); 2] =
-    [("", &["x", "y", "z", "run", "link", "input", "output"]), ("x", &["scale", "home"])];
+    [("", &["x", "y", "z", "run", "link", "pwm", "input", "output"]), ("x", &["scale", "home"])];
 
 #[derive(Clone, Debug)]
 struct Row {

@@ -10,7 +10,6 @@ use firmware::session::Order;
 use firmware::store::Store;
 use firmware::verify;
 use lang::fault::Fault;
-use lang::record::FULL_POWER;
 #[cfg(feature = "stream")]
 use lang::wire::Called;
 use lang::wire::{Control, RunState, Seen};
@@ -91,7 +90,8 @@ impl Core {
         self.forget();
         self.outer = Effect::NONE;
         self.feed = self.default_feed();
-        self.motor.power = FULL_POWER as u16;
+        self.motor.power = self.full_power();
+        self.motor.follows = false;
         self.late = None;
         for event in &mut self.events {
             event.kind = 0;
@@ -109,6 +109,7 @@ impl Core {
     /// Steps cease at once, outputs go to their safe states whatever trace and KEEP values have to do,
     /// F14 is latched.
     pub fn emergency(&mut self, input: u8) {
+        self.darken();
         self.motor.halt();
         self.motor.homed = 0;
         self.outputs = self.outputs & self.record.fault.keep | self.record.fault.on;

@@ -73,6 +73,7 @@ impl Core {
 
     /// Sends the outputs and takes the inputs 1 to 16, before the filter.
     pub(super) fn exchange(&mut self) -> u16 {
+        self.drive_pwm();
         let levels = self.levels() ^ self.record.output_invert;
         let fault = self.outputs & self.record.fault.keep | self.record.fault.on;
         crate::chip::flash::remember_stop(fault ^ self.record.output_invert);
@@ -81,11 +82,11 @@ impl Core {
         self.raw
     }
 
-    /// Outputs as they go out: a laser is off whenever nothing moves, and on for as much of the time
+    /// Outputs as they go out: a laser without a PWM is off whenever nothing moves, and on for as much of the time
     /// as its power is of the full one. Milliseconds that come late are as long as they were.
     fn levels(&mut self) -> u16 {
         let laser = self.record.laser;
-        if laser == 0 {
+        if laser == 0 || self.motor.pwm.is_open() {
             return self.outputs;
         }
         let now = timer::now();

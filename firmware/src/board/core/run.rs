@@ -130,6 +130,7 @@ impl Core {
         let states = stopped.map_or(self.record.pause, |end| self.states_at(end));
         self.resume_outputs = self.outputs;
         self.outputs = self.outputs & states.keep | states.on;
+        self.drive_pwm();
         if let Some(end) = stopped {
             crate::boot::mark(false);
             if let End::Fault = end {

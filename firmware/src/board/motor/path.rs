@@ -5,6 +5,7 @@ use crate::chip::clock::RATE;
 use crate::observe;
 use crate::step;
 use crate::vm::{axis, machine};
+use firmware::motion::path::FOLLOWS;
 use firmware::motion::{Arc, Block, Feed, Manner, Single, queue};
 use lang::record::{AxisRecord, MachineRecord};
 use lang::wire::TraceKind;
@@ -65,7 +66,7 @@ impl Motor {
             }
         }
         // A rapid move is dark.
-        let power = if let Feed::Rapid = feed { 0 } else { self.power };
+        let power = if let Feed::Rapid = feed { 0 } else { self.beam() };
         self.path.push(
             &machine().axes,
             &Block { steps, um, manner: Manner { feed, exact, power, tag } },
@@ -78,7 +79,12 @@ impl Motor {
             self.begin_path(arc.start, tag);
         }
         self.path_axes |= 0b111;
-        self.path.push_arc(&machine().axes, arc, &Manner { feed, exact, power: self.power, tag });
+        self.path.push_arc(&machine().axes, arc, &Manner { feed, exact, power: self.beam(), tag });
+    }
+
+    /// Power of a laser in the next block.
+    fn beam(&self) -> u16 {
+        self.power | if self.follows { FOLLOWS } else { 0 }
     }
 
     /// A path begins where the axes rest, with the block of this tag.
@@ -116,7 +122,11 @@ impl Motor {
             && self.path.next_segment(&machine().axes, &mut self.segment)
         {
             fetches -= 1;
-            ahead += step::put_path(&self.segment);
+            let mut power = self.segment.power;
+            if self.pwm.is_laser() {
+                power = self.pwm.compare(power);
+            }
+            ahead += step::put_path(&self.segment, power);
             if self.segment.begin && !self.segment.within {
                 self.block_begins();
             }

@@ -11,6 +11,7 @@
 
 use super::{PathSlot, PathState, Shared, SingleState};
 use crate::chip::ports::{self, DIR};
+use crate::chip::pwm::DARK;
 use crate::chip::timer::{FIRST, STEP_CCR, STEP_CCTL, STEP_IV, STEP_PER_US, STEP_R};
 use core::arch::global_asm;
 use core::mem::offset_of;
@@ -55,6 +56,7 @@ global_asm!(
     .set HIT, PASAPAS_STEP+{hit}
     .set HALT, PASAPAS_STEP+{halt}
     .set CAUGHT, PASAPAS_STEP+{caught}
+    .set BEAM, PASAPAS_STEP+{beam}
 
     /* offsets in a segment, in a slot of a path, in the state of a single axis, whose first is what plays */
     .set INTERVAL, {interval}
@@ -65,6 +67,7 @@ global_asm!(
     .set BLOCK_ACC, {block_acc}
     .set DIRS, {dirs}
     .set FLAGS, {flags}
+    .set POWER, {power}
     .set NEXT, {next}
     .set AXIS_FRAC, {axis_frac}
     .set SINGLE, {single}
@@ -215,6 +218,8 @@ path_switch:
 1:  mov r15, &CURRENT
     dec EVENTS(r15)
     jnc path_empty
+    mov &BEAM, r14
+    mov POWER(r15), 0(r14)
     tst.b FLAGS(r15)
     jge path_schedule
     mov.b &DIR_OUT, r14
@@ -251,6 +256,8 @@ path_stop:
     .endif
     clr &Y_CCTL
     clr &Z_CCTL
+    mov &BEAM, r14
+    mov #{dark}, 0(r14)
     pop r14
     pop r15
     reti
@@ -360,6 +367,14 @@ single_switch:
 single_stop:
     lasts STOP_PULSE
     clr EVENT_CCTL(r13)
+    /* dark when no other moves */
+    mov &X_CCTL, r14
+    bis &Y_CCTL, r14
+    bis &Z_CCTL, r14
+    bit #0x0010, r14
+    jne single_exit
+    mov &BEAM, r14
+    mov #{dark}, 0(r14)
     jmp single_exit
 
     /* below the vectors, where there is room */
@@ -394,6 +409,8 @@ single_dir:
     hit = const offset_of!(Shared, hit),
     halt = const offset_of!(Shared, halt),
     caught = const offset_of!(Shared, caught),
+    beam = const offset_of!(Shared, beam),
+    dark = const DARK,
     interval = const offset_of!(Segment, interval),
     dif = const offset_of!(Segment, dif),
     events = const offset_of!(Segment, events),
@@ -402,6 +419,7 @@ single_dir:
     block_acc = const offset_of!(PathSlot, acc),
     dirs = const offset_of!(PathSlot, dirs),
     flags = const offset_of!(PathSlot, flags),
+    power = const offset_of!(PathSlot, power),
     next = const offset_of!(SingleState, next),
     axis_frac = const offset_of!(SingleState, frac),
     single = const size_of::<SingleState>(),

@@ -305,6 +305,9 @@ impl Plant {
         if let Some((_, signal)) = named.iter().find(|(p, _)| *p == pin) {
             return Some(*signal);
         }
+        if board.pwm == Some(pin) {
+            return Some(Signal::Pwm);
+        }
         if board.input(self.wiring, self.probe_input()) == Some(pin) {
             return Some(Signal::Probe);
         }

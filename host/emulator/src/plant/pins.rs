@@ -47,6 +47,8 @@ pub struct Pins {
     pub latch: u8,
     /// Output enable of the shift registers, low when on; output 2 in the `direct` wiring.
     pub enable: u8,
+    /// PWM of a laser, a spindle or a servo, of boards that have one.
+    pub pwm: Option<u8>,
 }
 
 impl Pins {
@@ -65,6 +67,7 @@ impl Pins {
         simo: pin(1, 7),
         latch: pin(2, 2),
         enable: pin(2, 5),
+        pwm: None,
     };
 
     /// The F5529 LaunchPad, with the host at its back channel.
@@ -82,6 +85,7 @@ impl Pins {
         simo: pin(3, 0),
         latch: pin(8, 1),
         enable: pin(8, 2),
+        pwm: Some(pin(3, 5)),
     };
 
     /// The board that parts of a family sit on.

@@ -8,8 +8,6 @@ use crate::line::column;
 use crate::{Format, Job};
 use lang::axis::Axis;
 use lang::front::literal::Decimal;
-use lang::profile::OutputRole;
-use lang::record::FULL_POWER;
 
 /// A block of the script.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -96,7 +94,7 @@ pub(super) fn read<'a>(job: &'a Job<'a>, format: Format, diags: &mut Diags) -> V
     let lines = job.lines.numbered(diags);
     let laser = (format == Format::Laser).then(|| full_power(job, &lines));
     // Elsewhere S is a spindle's speed, which no output follows.
-    let graded = !job.options.on_off && job.profile.output_with(OutputRole::Laser).is_some();
+    let graded = !job.options.on_off && job.profile.has_power();
     let mut reader = Reader {
         job,
         laser,
@@ -126,12 +124,12 @@ pub(super) fn read<'a>(job: &'a Job<'a>, format: Format, diags: &mut Diags) -> V
         }
     }
     if let Some(full) = laser {
+        let own = job.profile.full_power();
         let beam = match graded {
             true => "S0 is dark",
             false => "M3 and M5 follow it: the beam is on or off",
         };
-        let text =
-            format!("full power is taken to be S{full}; the script's is S{FULL_POWER}, and {beam}");
+        let text = format!("full power is taken to be S{full}; the script's is S{own}, and {beam}");
         reader
             .diags
             .push(Diag::new(Code::Said, 1, 1, text).note().hint("`--s-max` says otherwise"));
@@ -315,8 +313,9 @@ impl<'a> Reader<'a, '_> {
             'G' | 'M' => Value::Text(plain(number)),
             'S' => match self.laser {
                 Some(full) => {
+                    let own = self.job.profile.full_power().unsigned_abs();
                     let Some((value, _)) =
-                        decimal.scaled(FULL_POWER as u32, u32::try_from(full).unwrap_or(u32::MAX))
+                        decimal.scaled(own, u32::try_from(full).unwrap_or(u32::MAX))
                     else {
                         return self.error(
                             block.line,
@@ -326,7 +325,7 @@ impl<'a> Reader<'a, '_> {
                             "",
                         );
                     };
-                    if !(0..=i64::from(FULL_POWER)).contains(&value) {
+                    if !(0..=i64::from(own)).contains(&value) {
                         let text = format!("a power of S{number}; full power is S{full}");
                         return self.error(
                             block.line,

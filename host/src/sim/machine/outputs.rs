@@ -17,6 +17,8 @@ struct Output {
     /// State before the pause.
     before: bool,
     role: Option<OutputRole>,
+    /// Dark at rest.
+    beam: bool,
     pause: SafeState,
     fault: SafeState,
     end: SafeState,
@@ -51,6 +53,8 @@ impl Outputs {
                 continue;
             };
             line.role = output.role;
+            // Beside a PWM it is the laser's enable.
+            line.beam = output.role == Some(OutputRole::Laser) && profile.pwm.is_none();
             line.pause = output.pause;
             line.fault = output.fault;
             line.end = output.end;
@@ -68,8 +72,7 @@ impl Outputs {
     /// States at the terminals from those of the script.
     fn drive(&mut self) {
         for line in &mut self.lines {
-            let dark = line.role == Some(OutputRole::Laser) && !self.turning;
-            line.real = line.state && !dark;
+            line.real = line.state && (self.turning || !line.beam);
         }
     }
 

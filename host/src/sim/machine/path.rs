@@ -6,8 +6,6 @@ use lang::axis::Axis;
 use lang::effect::{Center, Coord, Dist, Plane, Rate};
 use lang::fault::Fault;
 use lang::place::Place;
-use lang::profile::OutputRole;
-use lang::record::FULL_POWER;
 
 use super::Machine;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
@@ -129,13 +127,13 @@ impl Machine {
 
     /// Power of the laser in what moves next, if the machine has one.
     pub(super) fn light(&self) -> Option<i32> {
-        let laser = self.profile.output_with(OutputRole::Laser)?;
-        Some(if self.outputs.read(laser.n) == Ok(true) { self.power } else { 0 })
+        let laser = self.profile.laser()?;
+        Some(if self.outputs.read(laser) == Ok(true) { self.power } else { 0 })
     }
 
     /// `S` as a laser's power in what moves next; a spindle's is not looked at.
     fn beam(&self) -> u16 {
-        self.power.clamp(0, FULL_POWER) as u16
+        self.power.clamp(0, i16::MAX.into()) as u16
     }
 
     /// Gives the path a line as soon as it takes one; `what` is written when it begins, `um` as [`Block::um`].

@@ -4,8 +4,6 @@ use lang::axis::Axis;
 use lang::effect::{Effect, Rate, Read};
 use lang::fault::Fault;
 use lang::plain::Plain;
-use lang::profile::OutputRole;
-use lang::record::FULL_POWER;
 
 use super::{Machine, Step};
 use crate::sim::trace::What;
@@ -19,8 +17,8 @@ impl Machine {
         match *effect {
             Effect::SetFeed(rate) => self.feed = Some(positive(rate)?),
             Effect::SetSpindle(value) => {
-                let laser = self.profile.output_with(OutputRole::Laser).is_some();
-                if laser && !(0..=FULL_POWER).contains(&value) {
+                let graded = self.profile.has_power();
+                if graded && !(0..=self.profile.full_power()).contains(&value) {
                     return Err(Fault::ValueRange);
                 }
                 self.power = value;

@@ -8,7 +8,6 @@ use crate::hir::{ArcCenter, Expr, ExprKind, InWant, PrintPart, ProbeSensor, Stmt
 use crate::isa::{Op, SHORT_AXES, flags};
 use crate::kind::Kind;
 use crate::plain::Plain;
-use crate::profile::OutputRole;
 use crate::record::feature;
 use crate::vm::effects::plane_axes;
 
@@ -93,7 +92,7 @@ impl Lower<'_> {
                 self.with(&[feed], if steps(feed) { Op::FeedSteps } else { Op::Feed });
             }
             StmtKind::SetSpindle(value) => {
-                if self.program.profile.output_with(OutputRole::Laser).is_some() {
+                if self.program.profile.has_power() {
                     self.features |= feature::POWER;
                 }
                 self.with(&[value], Op::Spindle);
@@ -114,9 +113,9 @@ impl Lower<'_> {
 
     fn plain_statement(&mut self, statement: Plain, values: &[Expr]) {
         if let (Plain::SetOut, [n, on]) = (statement, values)
-            && let (Some(n @ 1..=8), Some(on)) = (constant(n), constant(on))
+            && let (Some(n @ 1..=8), Some(on @ 0..=1)) = (constant(n), constant(on))
         {
-            let code = 2 * (n as u8 - 1) + u8::from(on != 0);
+            let code = 2 * (n as u8 - 1) + on as u8;
             return self.push(Item::Short(Op::OutShort, code));
         }
         for value in values {

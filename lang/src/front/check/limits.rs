@@ -11,7 +11,6 @@ use crate::front::span::Span;
 use crate::hir;
 use crate::kind::Kind;
 use crate::profile::OutputRole;
-use crate::record::FULL_POWER;
 
 /// A constant target, kept until it is known which axes the script homes.
 #[derive(Debug)]
@@ -185,13 +184,13 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// A constant S on a machine with a laser.
+    /// A constant S on a machine with a laser or a PWM.
     pub(super) fn check_power(&mut self, power: &hir::Expr, span: Span) {
-        let laser = self.profile.output_with(OutputRole::Laser).is_some();
-        let Some(value) = value_of(power).filter(|_| laser) else { return };
-        if !(0..=FULL_POWER).contains(&value) {
-            let hint = format!("full power is S{FULL_POWER}, S0 is dark");
-            self.ends_here(Fault::ValueRange, span, "a power that the laser does not have", hint);
+        let (has, full) = (self.profile.has_power(), self.profile.full_power());
+        let Some(value) = value_of(power).filter(|_| has) else { return };
+        if !(0..=full).contains(&value) {
+            let hint = format!("full power is S{full}, S0 is dark");
+            self.ends_here(Fault::ValueRange, span, "a power that the machine does not have", hint);
         }
     }
 

@@ -7,6 +7,7 @@ pub mod flash;
 mod gates;
 pub mod line;
 pub mod ports;
+pub mod pwm;
 mod reg;
 pub mod timer;
 mod vectors;

@@ -9,13 +9,15 @@
 //! | P2.4 to P2.7 | direct wiring: inputs 1 to 4, that is reference X, Y, Z and the probe; P2.4 in the chain wiring: the probe, input 17 |
 //! | P3.0, P3.1, P3.2 | chain wiring: SPI out, in, clock |
 //! | P8.1, P8.2 | direct wiring: outputs 1 and 2; chain wiring: latch and output enable, active low |
+//! | P3.5 | PWM of a laser, a spindle or a servo: TB0.5 |
+//! | P3.7 | high: the PWM's pin is let go, without any software: TB0OUTH |
 //! | P4.4, P4.5 | UART transmit, receive: the back channel |
 
 use super::clock::RATE;
 use super::reg::{
-    P1DIR, P1IN, P1OUT, P1REN, P1SEL, P2DIR, P2IE, P2IES, P2IFG, P2IN, P2OUT, P2REN, P2SEL, P3OUT,
-    P3REN, P3SEL, P4DIR, P4OUT, P4REN, P4SEL, P5OUT, P5REN, P5SEL, P6DIR, P6OUT, P6REN, P6SEL,
-    P7OUT, P7REN, P8DIR, P8OUT, UCB0BR0, UCB0BR1, UCB0CTL0, UCB0CTL1, UCB0RXBUF, UCB0STAT,
+    P1DIR, P1IN, P1OUT, P1REN, P1SEL, P2DIR, P2IE, P2IES, P2IFG, P2IN, P2OUT, P2REN, P2SEL, P3DIR,
+    P3OUT, P3REN, P3SEL, P4DIR, P4OUT, P4REN, P4SEL, P5OUT, P5REN, P5SEL, P6DIR, P6OUT, P6REN,
+    P6SEL, P7OUT, P7REN, P8DIR, P8OUT, UCB0BR0, UCB0BR1, UCB0CTL0, UCB0CTL1, UCB0RXBUF, UCB0STAT,
     UCB0TXBUF,
 };
 
@@ -25,6 +27,8 @@ const P1_START: u8 = 1 << 6;
 const P2_STOP: u8 = 1 << 0;
 const P2_START: u8 = 1 << 1;
 pub(super) const P3_CHAIN: u8 = 1 << 0 | 1 << 1 | 1 << 2;
+const P3_PWM: u8 = 1 << 5;
+const P3_PWM_OFF: u8 = 1 << 7;
 const P4_UART: u8 = 1 << 4 | 1 << 5;
 const P4_RECEIVE: u8 = 1 << 5;
 const P5_XT2: u8 = 1 << 2 | 1 << 3;
@@ -127,11 +131,17 @@ pub fn open_chain() {
     UCB0BR0.set((RATE / 4_000_000) as u8);
     UCB0BR1.set(0);
     UCB0CTL1.set(0b10 << 6);
-    P3REN.set(!P3_CHAIN);
-    P3SEL.set(P3_CHAIN);
+    P3REN.clear(P3_CHAIN);
+    P3SEL.raise(P3_CHAIN);
     // The outputs' enable stays high until the registers hold what the chip sends.
     P8OUT.raise(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
     P8DIR.set(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
+}
+
+/// Gives the PWM its pin, and the one that lets it go, which the chip pulls down.
+pub fn open_pwm() {
+    P3SEL.raise(P3_PWM | P3_PWM_OFF);
+    P3DIR.raise(P3_PWM);
 }
 
 /// Sends a byte to the chain and brings the one that comes.

@@ -91,6 +91,7 @@ pub const P2IE: Byte = Byte(0x021B);
 pub const P2IFG: Byte = Byte(0x021D);
 pub const P3OUT: Byte = Byte(0x0222);
 pub const P4OUT: Byte = Byte(0x0223);
+pub const P3DIR: Byte = Byte(0x0224);
 pub const P4DIR: Byte = Byte(0x0225);
 pub const P3REN: Byte = Byte(0x0226);
 pub const P4REN: Byte = Byte(0x0227);
@@ -119,6 +120,11 @@ pub const TA1CCTL1: Word = Word(0x0384);
 pub const TA1R: Word = Word(0x0390);
 pub const TA1CCR0: Word = Word(0x0392);
 pub const TA1CCR1: Word = Word(0x0394);
+
+pub const TB0CTL: Word = Word(0x03C0);
+pub const TB0CCTL5: Word = Word(0x03CC);
+pub const TB0CCR0: Word = Word(0x03D2);
+pub const TB0CCR5: Word = Word(0x03DC);
 
 pub const UCB0CTL1: Byte = Byte(0x05E0);
 pub const UCB0CTL0: Byte = Byte(0x05E1);

@@ -17,6 +17,7 @@ use crate::hir::{ProbeSensor, StmtKind, Word};
 use crate::kind::Kind;
 use crate::plain::Plain;
 use crate::profile::OutputRole;
+use crate::record::FOLLOWS;
 
 impl<'a> Checker<'a> {
     /// Lowers one block.
@@ -130,23 +131,24 @@ impl<'a> Checker<'a> {
     fn switch(&mut self, m: i64, span: Span) -> Option<StmtKind> {
         let (role, what, on) = match m {
             6 => return Some(StmtKind::Plain(Plain::WaitStart, Vec::new())),
+            4 if self.profile.follows_speed() => (OutputRole::Spindle, "spindle", FOLLOWS),
             3 | 4 => (OutputRole::Spindle, "spindle", 1),
             5 => (OutputRole::Spindle, "spindle", 0),
             7 | 8 => (OutputRole::Coolant, "coolant", 1),
             _ => (OutputRole::Coolant, "coolant", 0),
         };
-        let mut output = self.profile.output_with(role);
-        if role == OutputRole::Spindle {
-            output = output.or_else(|| self.profile.output_with(OutputRole::Laser));
-        }
-        let Some(output) = output else {
+        let n = match role {
+            OutputRole::Spindle => self.profile.switched(),
+            _ => self.profile.output_with(role).map(|output| output.n),
+        };
+        let Some(n) = n else {
             let message = format!("the machine `{}` has no {what} output", self.profile.name);
             let hint =
                 format!("give an output of the profile the role {what}, or write `SetOut n, ON`");
             self.error(Code::NoPort, span, message, hint);
             return None;
         };
-        let values = vec![number(output.n, Kind::Number, span), number(on, Kind::Truth, span)];
+        let values = vec![number(n, Kind::Number, span), number(on, Kind::Truth, span)];
         Some(StmtKind::Plain(Plain::SetOut, values))
     }
 

@@ -1,0 +1,40 @@
+//! The board's profile as the link writes it.
+
+use crate::chip::PART;
+use crate::core::Core;
+use crate::flash::{self, Key};
+use lang::record::BoardRecord;
+use lang::wire::{Exception, PROFILE_MORE, PROFILE_WINDOW};
+
+/// The word of the profile at a register; what belongs to the record lies behind it.
+pub fn profile_word(address: u16) -> u16 {
+    match address {
+        PROFILE_MORE.. => address - PROFILE_MORE + BoardRecord::SIZE as u16 / 2,
+        _ => address - PROFILE_WINDOW,
+    }
+}
+
+impl Core {
+    /// A word of the copy of the profile that is not in use; the last one makes it valid.
+    pub fn write_profile(&mut self, index: u16, value: u16) -> Result<(), Exception> {
+        if self.lock.closed {
+            return self.unlock(index, value);
+        }
+        self.idle()?;
+        let current = core::ptr::from_ref(self.record) as u16;
+        let [first, second] = PART.profiles;
+        let copy = if current == first { second } else { first };
+        if index == 0 {
+            flash::erase(Key::new(), copy);
+        }
+        let address = copy + 2 * index;
+        flash::write(Key::new(), address, value);
+        if flash::read(address) != value {
+            return Err(Exception::DeviceFailure);
+        }
+        if index == BoardRecord::SIZE as u16 / 2 - 1 && crate::boot::profile(copy).is_none() {
+            return Err(Exception::DeviceFailure);
+        }
+        Ok(())
+    }
+}
