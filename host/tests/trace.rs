@@ -93,6 +93,19 @@ fn a_halted_program_shows_its_variables_and_takes_new_values() {
 }
 
 #[test]
+fn a_value_outside_of_min_and_max_is_refused_in_words_and_the_trace_goes_on() {
+    let board = board("f5529");
+    let text = "DIM qty AT 3000 MIN 1 MAX 500\nqty = 7\nWait 1ms\nWait 2ms\nPRINT qty\n";
+    fs::write(board.folder.path().join("limits.bas"), text).expect("a file");
+    let (code, _, err) = pasapas(&board, &["upload", "limits.bas"], "");
+    assert_eq!(code, 0, "{err}");
+    let said = "set qty=501\nset qty 500\nc\n";
+    let (code, out, err) = pasapas(&board, &["trace", "limits.bas", "--break", "3"], said);
+    assert!(err.contains("501 is outside of MIN and MAX of `qty`"), "{err}");
+    assert!(code == 0 && out.contains("\"text\":\"500\""), "{code} {out} {err}");
+}
+
+#[test]
 fn a_stepped_program_waits_and_can_be_ended() {
     let board = board("f5529");
     let trace = ["trace", "a.bas", "--step"];

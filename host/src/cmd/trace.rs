@@ -12,7 +12,7 @@ use clap::Args;
 use lang::back::Compiled;
 use lang::hir::Var;
 use lang::image::crc_in;
-use lang::wire::{self, Control, RunState};
+use lang::wire::{self, Control, Exception, RunState};
 
 use super::port::{Board, Port};
 use super::script::{self, Script};
@@ -343,8 +343,15 @@ impl Session<'_> {
             return Ok(format!("`{value}` is no whole number of 32 bits"));
         };
         let (low, high) = (value as u16, (value >> 16) as u16);
-        self.board.write_all(register(cell + index), &[low, high])?;
-        self.show(name)
+        match self.board.write_all(register(cell + index), &[low, high]) {
+            Err(error) if error.is_exception(Exception::IllegalValue) => {
+                Ok(format!("{value} is outside of MIN and MAX of `{name}`"))
+            }
+            written => {
+                written?;
+                self.show(name)
+            }
+        }
     }
 }
 

@@ -1,11 +1,12 @@
 //! What the names of a script mean in a run: their cells, values and places, for watches and lists.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use lang::back::Compiled;
 use lang::front::Analysis;
 use lang::front::index::{Index, Sort};
-use lang::hir::{Program, Storage};
+use lang::hir::{Limits, Program, Storage};
 use lang::kind::Kind;
 use lang::profile::Profile;
 
@@ -52,6 +53,8 @@ pub struct Names {
     pub variables: Vec<Variable>,
     /// Name, first and last line of each routine.
     routines: Vec<(String, u32, u32)>,
+    /// Cells of variables with MIN or MAX, and these.
+    limits: Vec<(Range<usize>, Limits)>,
     /// What the script, or else the profile, calls inputs (false) and outputs (true).
     ports: HashMap<(bool, i32), String>,
     /// The machine.
@@ -94,6 +97,7 @@ impl Names {
             bindings.insert((symbol.local_to, symbol.name.key.to_string()), binding);
         }
         let mut variables = Vec::new();
+        let mut limits = Vec::new();
         for (n, var) in program.vars.iter().enumerate() {
             if var.name.contains(' ') {
                 continue;
@@ -105,6 +109,10 @@ impl Names {
                 array: var.array,
                 kind: var.kind,
             });
+            if let Some(place) = place.filter(|_| var.panel.limits != Limits::default()) {
+                let first = place.cell as usize;
+                limits.push((first..first + place.len as usize, var.panel.limits));
+            }
             let local_to = match var.storage {
                 Storage::Local(routine) => (routine.0 as usize).checked_sub(1),
                 _ => None,
@@ -121,12 +129,19 @@ impl Names {
             ports: ports.collect(),
             bindings,
             variables,
+            limits,
             routines: routines
                 .iter()
                 .map(|routine| (routine.name.text.to_string(), routine.line, routine.end_line))
                 .collect(),
             profile: profile.clone(),
         }
+    }
+
+    /// MIN and MAX of the variable that a cell belongs to.
+    pub fn limits(&self, cell: usize) -> Limits {
+        let own = self.limits.iter().find(|(cells, _)| cells.contains(&cell));
+        own.map_or_else(Limits::default, |(_, limits)| *limits)
     }
 
     /// The routine that a line belongs to.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
+use lang::hir::Limits;
 use serde_json::{Value, json};
 
 use super::eval::{eval, place};
@@ -459,6 +460,11 @@ impl<W: Write> Session<W> {
         let (own, value) = eval(text, line, &loaded.names, at)?;
         if own != kind && own != lang::kind::Kind::Number {
             return Err(format!("`{target}` is a {kind}, this is a {own}"));
+        }
+        let Limits { least, greatest } = loaded.names.limits(cell);
+        if !(least..=greatest).contains(&value) {
+            let [least, greatest] = [least, greatest].map(|limit| quantity(kind, limit));
+            return Err(format!("`{target}` is {least} to {greatest}, by its MIN and MAX"));
         }
         self.order(Order::Set(cell, value))?;
         if let Some(own) = self.halted.as_mut().and_then(|halted| halted.at.cells.get_mut(cell)) {

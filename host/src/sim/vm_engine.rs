@@ -192,12 +192,17 @@ impl Driver<'_, '_, '_> {
 
     /// Does what lets time pass: the world sees the AT variables as they are, and may change them.
     fn with_world<T>(&mut self, what: impl FnOnce(&mut Self) -> T) -> T {
-        for (cell, value) in &mut self.shared {
-            put(value, self.vm.cell(*cell));
-        }
+        self.share();
         let result = what(self);
         self.accept();
         result
+    }
+
+    /// The world sees the cells as they are.
+    fn share(&mut self) {
+        for (cell, value) in &mut self.shared {
+            put(value, self.vm.cell(*cell));
+        }
     }
 
     /// The cells take over what the world made of them.
@@ -216,6 +221,10 @@ impl Driver<'_, '_, '_> {
             && !watcher.before(At { pc, line, vm, machine })
         {
             return Err(Final::Stopped(line));
+        }
+        if self.watcher.is_some() {
+            // Who looks on may have changed some.
+            self.share();
         }
         if !std::mem::take(&mut self.again) {
             let count = self.places.count(pc);

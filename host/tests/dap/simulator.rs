@@ -132,8 +132,9 @@ fn faults_halt_and_can_be_looked_at() {
 
 #[test]
 fn variables_are_set_and_a_run_is_paused_and_restarted() {
-    let (_folder, file) =
-        script("DIM go_on AS LENGTH\nWHILE go_on = 0mm\n  Wait 1ms\nWEND\nPRINT go_on\n");
+    let (_folder, file) = script(
+        "DIM go_on AS LENGTH AT 3000 MAX 9mm\nWHILE go_on = 0mm\n  Wait 1ms\nWEND\nPRINT go_on\n",
+    );
     let mut client = Client::start();
     client.launch(json!({ "program": file }), json!([]));
     client.ask("pause", json!({ "threadId": 1 }));
@@ -146,6 +147,7 @@ fn variables_are_set_and_a_run_is_paused_and_restarted() {
     let set =
         |value: &str| json!({ "variablesReference": globals, "name": "go_on", "value": value });
     assert!(client.refused("setVariable", set("2s")).contains("Length"));
+    assert!(client.refused("setVariable", set("10mm")).contains("to 9mm, by its MIN and MAX"));
     assert_eq!(client.ask("setVariable", set("2.5mm"))["value"], "2.5mm");
     client.ask("continue", json!({ "threadId": 1 }));
     client.event("terminated");

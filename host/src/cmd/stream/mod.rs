@@ -5,6 +5,7 @@ mod keys;
 mod stored;
 
 use std::io::{BufRead, IsTerminal, Write};
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -175,10 +176,17 @@ impl Stream {
         }
         let bar = bar(checked.count, compiled.statements.into(), console);
         let mut keys = self.keys(console);
+        let mut diary = Diary { last: Instant::now(), all: checked.count };
         let mut told = None;
         let mut watch = |progress: &Progress| {
             bar.set_position(progress.count);
             bar.set_message(progress.line.to_string());
+            if !console.shows_progress()
+                && !console.json()
+                && let Some(entry) = diary.entry(Instant::now(), progress)
+            {
+                console.complain(&entry);
+            }
             if told != progress.state {
                 match progress.state {
                     Some(RunState::Paused) => console.complain("paused; r goes on"),
@@ -311,6 +319,31 @@ impl Stream {
     }
 }
 
+/// Tells a log how far the job is, where no terminal shows it.
+struct Diary {
+    last: Instant,
+    /// Statements that are known to come, 0 for not.
+    all: u64,
+}
+
+impl Diary {
+    /// Time between two entries.
+    const EVERY: Duration = Duration::from_secs(30);
+
+    /// What to write now, if it is time.
+    fn entry(&mut self, now: Instant, progress: &Progress) -> Option<String> {
+        if now.duration_since(self.last) < Diary::EVERY {
+            return None;
+        }
+        self.last = now;
+        let Progress { line, count, .. } = progress;
+        Some(match (count * 100).checked_div(self.all) {
+            Some(percent) => format!("line {line}, {percent} %"),
+            None => format!("line {line}, {count} statements"),
+        })
+    }
+}
+
 /// Progress and the time left, on a terminal only. `count` statements are known to come, otherwise
 /// `guess`.
 fn bar(count: u64, guess: u64, console: &Console) -> ProgressBar {
@@ -323,4 +356,25 @@ fn bar(count: u64, guess: u64, console: &Console) -> ProgressBar {
         bar.set_style(style);
     }
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::{Diary, Progress};
+
+    #[test]
+    fn a_log_hears_of_a_long_job_now_and_then() {
+        let begun = Instant::now();
+        let mut diary = Diary { last: begun, all: 400 };
+        let progress = Progress { state: None, line: 17, count: 100, keeps: Vec::new() };
+        let mut at = |s| diary.entry(begun + Duration::from_secs(s), &progress);
+        assert_eq!([at(1), at(29)], [None, None]);
+        assert_eq!(at(31).as_deref(), Some("line 17, 25 %"));
+        assert_eq!(at(60), None);
+        let mut diary = Diary { last: begun, all: 0 };
+        let later = begun + Duration::from_secs(90);
+        assert_eq!(diary.entry(later, &progress).as_deref(), Some("line 17, 100 statements"));
+    }
 }
