@@ -9,8 +9,17 @@ use lang::isa::Op;
 use lang::record::{MachineRecord, feature};
 use lang::wire::{CRC_START, crc16};
 
-/// Scratch: one anchor for each 64 bytes of code; 48 of them cover 3 KB.
-pub const ANCHORS: usize = 48;
+/// Bytes of code that one anchor stands for, where an image has so many bytes at most. Small blocks make the check
+/// faster, large ones its scratch memory smaller.
+pub const fn block(longest: usize) -> usize {
+    if longest > 1 << 12 { 256 } else { 64 }
+}
+
+/// Bytes of scratch memory: one anchor for each block of code.
+pub const fn anchors(longest: usize) -> usize {
+    longest.div_ceil(block(longest))
+}
+
 /// Offset of the code in an image.
 pub const CODE: u16 = (HEADER + MachineRecord::SIZE) as u16;
 /// Offset of the axes' part of the profile in an image.

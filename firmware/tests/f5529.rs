@@ -1,10 +1,12 @@
 //! What only the image of the MSP430F5529 has: its crystal and what stands in for it, erasing from RAM, silicon of
 //! any kind.
 
+mod slot;
+
 use emulator::{Board, Config, FlashSpeed, Fll, Image, Part, Silicon, Wiring};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
-use lang::part::{F5529, SEGMENT, SLOT_HEAD};
+use lang::part::F5529;
 use lang::profile::Profile;
 use lang::record::BoardRecord;
 use lang::wire::{self, CRC_START, Control, RunState, Upload, crc16};
@@ -36,9 +38,8 @@ fn on(silicon: Silicon, profile: &Profile) -> Board {
     let (program, diags) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
     let program = program.unwrap_or_else(|| panic!("{diags:?}"));
     let program = lang::back::compile(&program).expect("it fits").image;
-    let slot = 0xFE00 - (SEGMENT * usize::from(F5529.segments)) as u16;
-    (slot..).zip(0xA500u16.to_le_bytes()).for_each(|(at, byte)| board.poke8(at, byte));
-    (slot + SLOT_HEAD as u16..).zip(program).for_each(|(at, byte)| board.poke8(at, byte));
+    let (first, slot) = slot::slot(&F5529, &program);
+    (first..).zip(slot).for_each(|(at, byte)| board.poke8(at, byte));
     board.power_up();
     board.run_us(BOOT_US);
     board

@@ -1,11 +1,13 @@
 //! The images on silicon as it is: random shift registers, slow supplies and wires, spikes, clocks that
 //! are off, hosts that go away.
 
+mod slot;
+
 use emulator::{Board, Config, Image, Part, Stop, WarningKind, Wiring};
 use lang::fault::Fault;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
-use lang::part::{self, F5529, G2553, G2553_HANDLERS, SEGMENT, SLOT_HEAD};
+use lang::part::{self, F5529, G2553, G2553_HANDLERS};
 use lang::profile::{Profile, SafeState};
 use lang::record::BoardRecord;
 use lang::wire::{self, CRC_START, Control, RunState, crc16};
@@ -44,8 +46,6 @@ const BUILDS: [Build; 3] = [
     },
 ];
 
-/// A stored slot's first word.
-const COMMITTED: u16 = 0xA500;
 /// From reset to the main loop, a small program's check included.
 const BOOT_US: u64 = 200_000;
 
@@ -69,14 +69,13 @@ fn off(build: &Build, config: &Config, profile: &Profile, script: &str) -> Board
     let (program, diags) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
     let program = program.unwrap_or_else(|| panic!("{script}: {diags:?}"));
     let program = lang::back::compile(&program).expect("it fits").image;
-    let slot = 0xFE00 - (SEGMENT * usize::from(build.part.segments)) as u16;
     let mut put = |first: u16, bytes: &[u8]| {
         for (address, &byte) in (first..).zip(bytes) {
             board.poke8(address, byte);
         }
     };
-    put(slot, &COMMITTED.to_le_bytes());
-    put(slot + SLOT_HEAD as u16, &program);
+    let (first, slot) = slot::slot(&build.part, &program);
+    put(first, &slot);
     put(build.part.profiles[1], &BoardRecord::of(profile, 1).to_bytes());
     board
 }

@@ -110,10 +110,13 @@ faults! {
     ValueRange = 20, true, 3, "value out of range",
         "An argument lies outside what the statement accepts.",
         "Check the value against the manual.";
+    NoProgram = 21, true, 3, "no such program",
+        "The library holds no program of that name or number.",
+        "Upload it (`pasapas upload FILE --as NAME`), or choose one of those that `pasapas list` shows.";
 }
 
 impl Fault {
-    /// The number, 1..=20.
+    /// The number, 1..=21.
     pub const fn number(self) -> u8 {
         self as u8
     }
@@ -138,6 +141,6 @@ mod tests {
             assert_eq!(Fault::from_number(fault.number()), Some(fault));
         }
         assert_eq!(Fault::from_number(0), None);
-        assert_eq!(Fault::from_number(21), None);
+        assert_eq!(Fault::from_number(22), None);
     }
 }

@@ -43,6 +43,8 @@ use crate::{isa, part};
 pub const FORMAT: u8 = 3;
 /// Bytes of the header.
 pub const HEADER: usize = 20;
+/// Longest image with addresses of two bytes: the link tells its length in 15 bits.
+pub const NARROW: usize = 0x7FFF;
 /// ON lines that a program may have.
 pub const MAX_EVENTS: usize = 4;
 
@@ -165,14 +167,9 @@ impl Header {
         self.features as u16 & feature != 0
     }
 
-    /// Bytes of an entry of the call stack: 12 bits of address and 4 of kind on the device.
-    pub const fn call_bytes(&self) -> usize {
-        if self.wide() { 4 } else { 2 }
-    }
-
-    /// Bytes of memory that the VM needs.
+    /// Bytes of memory that the host's VM needs, and the largest part's.
     pub const fn pool_bytes(&self) -> usize {
-        4 * (self.cells as usize + self.stack as usize) + self.call_bytes() * self.calls as usize
+        part::F5529.pool_bytes(self)
     }
 
     /// The header of an image.

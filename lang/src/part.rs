@@ -3,7 +3,7 @@
 //! The G2553 build leaves out what its 512 bytes of RAM and 16 KB of flash cannot hold; the
 //! compiler names it, and the board's verifier refuses it once more.
 
-use crate::image::{Header, Image};
+use crate::image::{Header, Image, NARROW};
 use crate::record::feature;
 
 /// A chip with the firmware made for it.
@@ -25,8 +25,13 @@ pub struct Part {
     /// Bytes of it that a program with ON lines leaves to them: for what a handler interrupts, and for
     /// each line. Nothing where they have memory of their own.
     pub event_pool: [u16; 2],
-    /// Flash segments of 512 bytes that hold programs; KEEP values take the last two of them.
+    /// Bytes of an entry of the call stack: two hold 12 bits of address and 4 of kind, four a word of each.
+    pub call_bytes: u8,
+    /// Flash segments of 512 bytes that hold programs. KEEP values take the last two of them, in a library two of
+    /// each program that has any.
     pub segments: u8,
+    /// Programs that they hold, with a name each where there are several.
+    pub programs: u8,
     /// Where in the information memory the two copies of the board's profile are.
     pub profiles: [u16; 2],
     /// Consecutive G1, G2 and G3 run through their corners; without it each begins and ends at the
@@ -52,7 +57,9 @@ pub const G2553: Part = Part {
     features: feature::INTERPOLATE | feature::KEEP,
     pool: [64, 64],
     event_pool: [12, 10],
+    call_bytes: 2,
     segments: 5,
+    programs: 1,
     // Segments C and B (SLAU144, 7.2).
     profiles: [0x1080, 0x1040],
     look_ahead: false,
@@ -86,10 +93,14 @@ pub const F5529: Part = Part {
         | feature::KEEP
         | feature::LINES
         | feature::POWER
-        | feature::STREAM,
-    pool: [1120, 1120],
+        | feature::STREAM
+        | feature::LIBRARY,
+    pool: [1152, 1152],
     event_pool: [0, 0],
-    segments: 6,
+    call_bytes: 4,
+    // 39 KB: what assembly, tables and vectors leave of the flash below 64 KB.
+    segments: 78,
+    programs: 64,
     // Segments C and B (SLAS590, "Memory Organization").
     profiles: [0x1880, 0x1900],
     look_ahead: true,
@@ -100,8 +111,14 @@ pub const F5529: Part = Part {
 
 /// Bytes of a flash segment (SLAU144, 7.2).
 pub const SEGMENT: usize = 512;
-/// Bytes of a slot of the program store before its image.
-pub const SLOT_HEAD: usize = 4;
+/// Characters of a program's name in a library.
+pub const NAME: usize = 16;
+
+/// Bytes of a slot before its image, in a store of so many programs: commit word and spare word, in a library number
+/// and size of the slot, and the name.
+pub const fn slot_head(programs: u8) -> usize {
+    if programs > 1 { 6 + NAME } else { 4 }
+}
 
 /// Every part, the smallest first.
 pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, F5529];
@@ -203,10 +220,16 @@ impl Part {
         if events == 0 { 0 } else { all + each * events as u16 }
     }
 
+    /// Bytes of RAM that the program of this header takes, beside its ON lines.
+    pub const fn pool_bytes(&self, header: &Header) -> usize {
+        let calls = self.call_bytes as usize * header.calls as usize;
+        4 * (header.cells as usize + header.stack as usize) + calls
+    }
+
     /// Cells that the program of this header, with so many ON lines, may have beside its stacks.
     pub const fn cells_for(&self, header: &Header, events: u8) -> usize {
         let pool = self.pool_for(header.features as u16) as usize;
-        let own = header.pool_bytes() - 4 * header.cells as usize;
+        let own = self.pool_bytes(header) - 4 * header.cells as usize;
         let cells = pool.saturating_sub(own + self.event_bytes(events) as usize) / 4;
         if cells > u8::MAX as usize { u8::MAX as usize } else { cells }
     }
@@ -227,11 +250,12 @@ impl Part {
     /// Those that the header tells of, for so many ON lines.
     fn header_lacks(&self, header: &Header, events: u8) -> impl Iterator<Item = Lack> + use<> {
         let features = u16::from(header.features);
-        let missing = features & !self.features;
+        // Addresses of three bytes are for what is too large for the flash anyway, which is told below.
+        let missing = features & !self.features & !feature::WIDE;
         let bits = (0..u16::BITS).map(|bit| 1 << bit);
         let lacking = bits.filter(move |bit| missing & bit != 0).map(Lack::Feature);
         let lines = self.event_bytes(events);
-        let (used, available) = (header.pool_bytes() as u16 + lines, self.pool_for(features));
+        let (used, available) = (self.pool_bytes(header) as u16 + lines, self.pool_for(features));
         let memory = (used > available).then_some(Lack::Memory { used, available });
         let (used, keeps) = (header.len, header.keeps > 0);
         let available = self.room_for(keeps);
@@ -240,15 +264,16 @@ impl Part {
     }
 
     /// Whether the AT variables of the program of this header live between runs: the link reads and writes
-    /// them, and Start keeps them. An entry of the call stack has two bytes, a cell four.
+    /// them, and Start keeps them.
     pub const fn keeps_at(&self, header: &Header) -> bool {
-        2 * header.calls as u16 + 4 * header.keep_base as u16 <= self.at_room
+        self.call_bytes as u16 * header.calls as u16 + 4 * header.keep_base as u16 <= self.at_room
     }
 
     /// Bytes of the longest image, of a program without KEEP values or with them.
     pub const fn room_for(&self, keeps: bool) -> usize {
         let segments = if keeps { self.segments.saturating_sub(2) } else { self.segments };
-        (segments as usize * SEGMENT).saturating_sub(SLOT_HEAD)
+        let room = (segments as usize * SEGMENT).saturating_sub(slot_head(self.programs));
+        if room > NARROW { NARROW } else { room }
     }
 }
 
@@ -278,9 +303,10 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::EVENTS) => "events (ON IN, ON EVERY)",
             Lack::Feature(feature::KEEP) => "KEEP variables",
             Lack::Feature(feature::STREAM) => "jobs larger than its memory (stream)",
+            Lack::Feature(feature::LIBRARY) => "several programs (RUN)",
             Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",
-            Lack::Feature(_) => "more than 64 KB of program",
+            Lack::Feature(_) => "more than 32 KB of program",
         };
         f.write_str(what)
     }
@@ -315,12 +341,12 @@ mod tests {
             Lack::Flash { used: 4000, available: 2556, keeps: false },
         ];
         assert!(G2553.header_lacks(&header, 0).eq(all));
-        header = Header { cells: 255, stack: 15, calls: 15, ..Header::default() };
+        header = Header { cells: 255, stack: 16, calls: 16, ..Header::default() };
         assert_eq!(F5529.header_lacks(&header, 0).next(), None);
-        header.calls = 25;
+        header.calls = 18;
         assert_eq!(
             F5529.header_lacks(&header, 0).next(),
-            Some(Lack::Memory { used: 1130, available: 1120 })
+            Some(Lack::Memory { used: 1156, available: 1152 })
         );
         let small = Part { features: u16::MAX, ..G2553 };
         let features = feature::EVENTS as u8;

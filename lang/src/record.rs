@@ -33,6 +33,8 @@ pub mod feature {
     pub const POWER: u16 = 1 << 7;
     /// The firmware runs streamed pieces ([`wire`](crate::wire), Streaming); no image has it.
     pub const STREAM: u16 = 1 << 8;
+    /// The firmware holds several programs ([`wire`](crate::wire), Library); no image has it.
+    pub const LIBRARY: u16 = 1 << 9;
 }
 
 /// One axis in an image.
@@ -182,8 +184,9 @@ pub struct BoardRecord {
     pub end_of_stops: u8,
     /// Input number of a second Start, 0 for none.
     pub start: u8,
-    /// Zero.
-    pub spare: u8,
+    /// Inputs that choose the program: the first in bits 0..4, how many in the upper three, 1 to 6; 0 for none.
+    /// [`BoardRecord::NEXT`]: the one input is a button for the next program.
+    pub select: u8,
     /// Outputs that are on after reset.
     pub reset_on: u16,
     /// Outputs whose on is a low level.
@@ -267,6 +270,8 @@ impl MoreRecord {
 }
 
 impl BoardRecord {
+    /// [`BoardRecord::select`]: the upper three bits of a button for the next program.
+    pub const NEXT: u8 = 7;
     /// [`BoardRecord::flags`]: chain wiring, otherwise direct.
     pub const CHAIN: u16 = 1 << 0;
     /// [`BoardRecord::flags`]: run the stored program at power-up.
@@ -296,7 +301,7 @@ impl BoardRecord {
         emergency: [0; 4],
         end_of_stops: BoardRecord::END_OF_STOPS,
         start: 0,
-        spare: 0,
+        select: 0,
         reset_on: 0,
         output_invert: 0,
         pause: OutputStates { keep: 0xFFFF, on: 0 },

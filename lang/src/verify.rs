@@ -12,7 +12,7 @@
 //! block of code, which the first pass leaves in a few bytes of memory; the second pass looks up
 //! each target by reading on from the anchor before it.
 
-use crate::image::{Flaw, Image, MAX_EVENTS, pool_limit};
+use crate::image::{Flaw, Image, MAX_EVENTS, NARROW, pool_limit};
 use crate::isa::{self, Class, Op, Operands};
 use crate::record::feature;
 use crate::vm::{effects, entry};
@@ -21,8 +21,6 @@ use crate::vm::{effects, entry};
 const BLOCK: usize = 64;
 /// An anchor of a block in which no instruction begins with depth 0.
 const NO_ANCHOR: u16 = u16::MAX;
-/// Longest code whose addresses fit into an entry of the call stack.
-const NARROW_CODE: usize = 1 << 12;
 
 /// What a VM has to offer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,7 +84,7 @@ fn check_header(image: &Image<'_>, limits: &Limits) -> Result<(), Flaw> {
     {
         return Err(Flaw::Memory);
     }
-    if !header.wide() && header.code_len > NARROW_CODE || header.code_len == 0 {
+    if !header.wide() && header.len > NARROW || header.code_len == 0 {
         return Err(Flaw::Layout);
     }
     for axis in 0..3 {

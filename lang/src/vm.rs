@@ -45,8 +45,8 @@ pub mod flag {
     pub const WITHIN: u8 = 1 << 3;
 }
 
-/// Kinds of entries of the call stack: the top four bits of an entry of two bytes, the top byte of
-/// one of four. An entry of a FUNCTION has [`entry::FUNC`] set and, below it, the depth of the
+/// Kinds of entries of the call stack, four bits: above the address, in the part's way
+/// ([`Part::call_bytes`](crate::part::Part::call_bytes)). An entry of a FUNCTION has [`entry::FUNC`] set and, below it, the depth of the
 /// expression that calls it.
 pub mod entry {
     /// GOSUB

@@ -26,11 +26,20 @@
 //!    4 when both do not fit ([`FREE_BYTES`]). [`Upload::Replace`] gives the old one up. Exception 6
 //!    while a program runs or is paused, or while an axis moves. Allow 200 ms for the reply.
 //! 3. Write the image in ascending order to [`UPLOAD_WINDOW`]: image byte 2n is the low byte of
-//!    register `UPLOAD_WINDOW + n`. An odd image is padded with FF. The same request may be
-//!    repeated: a word that already has its value stays; a different value is exception 4.
+//!    register `UPLOAD_WINDOW + n`, and on parts with room for more than 3 KB (F5529) of
+//!    `UPLOAD_LARGE + n`, too. An odd image is padded with FF. The same request may be
+//!    repeated: a word that already has its value stays; a different value is exception 4, on the F5529 to the next
+//!    request, as it writes flash while that arrives.
 //! 4. Write [`Upload::Commit`]: checks length, CRC, header and code, then makes the new program the
-//!    stored one by its last word. Allow 300 ms. Exception 4: refused, [`UPLOAD_RESULT`] holds the
+//!    stored one by its last word. Allow 300 ms, and 60 us for each byte of more than
+//!    4 KB. Exception 4: refused, [`UPLOAD_RESULT`] holds the
 //!    [`Refusal`], and the old program is still there after `Begin`.
+//!
+//! # Library
+//! A part with a library (F5529) holds up to 64 programs of up to 16 characters of name each. [`UPLOAD_NUMBER`] and
+//! [`UPLOAD_NAME`] say which one an upload brings: the older version stays whole until the new one is there. Of program n
+//! 16 registers from `LIBRARY + 16 (n - 1)` on tell length, CRC, KEEP values, and from the eighth on the name. Writing
+//! [`SELECTED`] chooses the one that Start runs; a host that knows of no library replaces that one.
 //!
 //! # Trace
 //! Write 1 to [`TRACE_MODE`]. The program then waits for room instead of losing an event. Event
@@ -206,6 +215,24 @@ pub const LOCK_CODE: u16 =
 
 /// What commands move goes on for so long behind a write of [`JOG_HOLD`], ms.
 pub const JOG_HOLD_MS: u16 = 300;
+
+/// Registers of a program in [`LIBRARY`]: its length in bytes, 0 for none, its CRC, its KEEP values, and from
+/// [`LIBRARY_NAME`] on its name.
+pub const LIBRARY_ENTRY: u16 = 16;
+/// See [`LIBRARY_ENTRY`].
+pub const LIBRARY_NAME: u16 = 8;
+
+/// First register of the window that takes an image of so many bytes.
+pub const fn upload_window(length: usize) -> u16 {
+    // 1536 registers.
+    if length > 3072 { UPLOAD_LARGE } else { UPLOAD_WINDOW }
+}
+
+/// How long a board's reply to [`Upload::Commit`], and to a [`Control::Start`] that begins a run, may take: it checks
+/// an image of so many bytes, ms.
+pub const fn check_ms(length: usize) -> u64 {
+    300 + length.saturating_sub(4096) as u64 * 60 / 1000
+}
 
 /// Registers of a trace slot.
 pub const TRACE_LENGTH: u16 = 5;

@@ -6,7 +6,7 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::wire::{
     CRC_START, Control, KEEPS, PROGRAM_CRC, PROGRAM_LENGTH, RUN_CONTROL, RUN_STATE, RunState,
-    UPLOAD_CONTROL, UPLOAD_LENGTH, UPLOAD_WINDOW, Upload, crc16,
+    UPLOAD_CONTROL, UPLOAD_LENGTH, Upload, crc16, upload_window,
 };
 use pasapas::board::DEFAULT;
 
@@ -39,7 +39,8 @@ impl Rig {
         self.0.uart_take();
         self.0.uart_send(&[body, &crc(body).to_le_bytes()].concat());
         let mut reply = Vec::new();
-        for _ in 0..600 {
+        // A program that fills the area takes 2 s to check.
+        for _ in 0..6000 {
             if self.0.run_us(500) == Stop::NoPower {
                 return None;
             }
@@ -78,7 +79,7 @@ impl Rig {
             .map(|pair| u16::from_le_bytes([pair[0], *pair.get(1).unwrap_or(&0xFF)]))
             .collect();
         for (n, words) in words.chunks(21).enumerate() {
-            self.write(UPLOAD_WINDOW + 21 * n as u16, words)?;
+            self.write(upload_window(image.len()) + 21 * n as u16, words)?;
         }
         self.write(UPLOAD_CONTROL, &[Upload::Commit as u16])
     }
@@ -174,7 +175,7 @@ fn a_keep_value_cut_anywhere_is_the_old_one_or_the_new() {
 #[test]
 fn a_program_that_fills_the_area_is_checked_before_the_fastest_watchdog_bites() {
     let line = |i: u32| format!("G0 X{}.{} Y{}.3\n", i * 7 % 250, i % 10, i * 11 % 180);
-    let large = image(&(0..418).map(line).collect::<String>());
+    let large = image(&(0..4765).map(line).collect::<String>());
     let room = DEFAULT.part.room_for(false);
     assert!((room - 168..=room).contains(&large.len()), "{} bytes do not fill it", large.len());
     // The VLO's upper limit (SLAS735, VLO frequency): the watchdog's interval is 25 ms.

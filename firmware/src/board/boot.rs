@@ -142,17 +142,31 @@ pub fn bites(cause: u8) -> u16 {
     }
 }
 
+/// End of the faults in their segment. Behind them stand the numbers of the programs that were selected.
+const FAULTS_END: u16 = LOG + 64;
+const SELECTED_END: u16 = LOG + 128;
+/// Marks a number of a program.
+const SELECTION: u16 = 0x5000;
+
 /// Appends a fault to the log, records of three words and their exclusive or: number and input, place in the
 /// code, line.
 pub fn log(words: [u16; 3]) {
     let mut at = LOG;
-    while at < LOG + 64 && flash::read(at) != 0xFFFF {
+    while at < FAULTS_END && flash::read(at) != 0xFFFF {
         at += 8;
     }
-    if at == LOG + 64 {
-        at = LOG;
+    if at == FAULTS_END {
+        let number = selected();
         flash::erase(Key::new(), LOG);
+        at = LOG;
+        if number != 0 {
+            select(number);
+        }
     }
+    write_fault(at, words);
+}
+
+fn write_fault(mut at: u16, words: [u16; 3]) {
     for word in words {
         flash::write(Key::new(), at, word);
         at += 2;
@@ -164,7 +178,7 @@ pub fn log(words: [u16; 3]) {
 pub fn logged() -> Option<[u16; 3]> {
     let mut found = None;
     let mut at = LOG;
-    while at < LOG + 64 {
+    while at < FAULTS_END {
         let words = [flash::read(at), flash::read(at + 2), flash::read(at + 4)];
         if words[0] != 0xFFFF && flash::read(at + 6) == words[0] ^ words[1] ^ words[2] {
             found = Some(words);
@@ -172,6 +186,55 @@ pub fn logged() -> Option<[u16; 3]> {
         at += 8;
     }
     found
+}
+
+/// Where the next number of a selected program goes, and the newest one with its place; 0 before the first.
+fn selections() -> (u16, u8, u16) {
+    let (mut at, mut newest, mut place) = (FAULTS_END, 0, 0);
+    while at < SELECTED_END && flash::read(at) != 0xFFFF {
+        let word = flash::read(at);
+        if word == selection(word as u8) {
+            newest = word as u8;
+            place = at;
+        }
+        at += 4;
+    }
+    (at, newest, place)
+}
+
+/// A number as its word: with the number of its zeros, so that one of which some bits were not written is none.
+const fn selection(number: u8) -> u16 {
+    SELECTION | (number.count_zeros() as u16) << 8 | number as u16
+}
+
+/// Number of the program that was selected last, 0 for none. A cut in the moment when their segment is full leaves none:
+/// then nothing starts before one is selected again.
+pub fn selected() -> u8 {
+    selections().1
+}
+
+/// As at a reset: a word that was cut short and reads well now does so from now on, which the word behind it tells.
+pub fn settle_selected() -> u8 {
+    let (_, number, at) = selections();
+    if number != 0 && flash::read(at + 2) != 0 {
+        flash::write(Key::new(), at, selection(number));
+        flash::write(Key::new(), at + 2, 0);
+    }
+    number
+}
+
+/// Remembers it over any reset.
+pub fn select(number: u8) {
+    let (mut at, ..) = selections();
+    if at == SELECTED_END {
+        let last = logged();
+        flash::erase(Key::new(), LOG);
+        at = FAULTS_END;
+        if let Some(words) = last {
+            write_fault(LOG, words);
+        }
+    }
+    flash::write(Key::new(), at, selection(number));
 }
 
 /// Resets the chip. It counts as a bite, but this one was asked for.

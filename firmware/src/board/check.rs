@@ -16,7 +16,7 @@
 
 use ::core::arch::global_asm;
 use firmware::keep::KEEPS;
-use firmware::verify::{ANCHORS, CODE, MACHINE};
+use firmware::verify::{self, CODE, MACHINE};
 use lang::image::{FORMAT, MAX_EVENTS, at};
 use lang::isa::{FINGERPRINT, LOW_CELLS, Op, SHORT_CELLS, flags};
 use lang::record::{AxisRecord, feature};
@@ -41,6 +41,9 @@ const FREE: u8 = 8;
 /// Bytes of the pool that ON lines take.
 const EVENT_POOL: [u16; 2] =
     if PART.features & feature::EVENTS != 0 { PART.event_pool } else { [0, 0] };
+/// Longest image.
+const ROOM: usize = PART.room_for(false);
+const ANCHORS: usize = verify::anchors(ROOM);
 /// Scratch memory of the check, bytes; the anchors are its end.
 pub const SCRATCH: usize = FREE as usize + if EVENT_POOL[0] != 0 { 2 } else { 0 } + ANCHORS;
 
@@ -108,8 +111,8 @@ global_asm!(
     .set CHECK_FRAME_DEPTH, {frame_depth}
     .set CHECK_CALLS, {calls}
     .set CHECK_KEEP_BASE, {keep_base}
-    .set CHECK_ROOM, {room}
-    .set CHECK_MAX_CODE, {max_code}
+    .set CHECK_BLOCK, {block}
+    .set CHECK_CALL_BYTES, {call_bytes}
     .set CHECK_AXES, {axes}
     .set CHECK_AXIS_SIZE, {axis_size}
     .set CHECK_PRESENT, {present}
@@ -180,8 +183,8 @@ global_asm!(
     frame_depth = const at::FRAME,
     calls = const at::CALLS,
     keep_base = const at::KEEP_BASE,
-    room = const PART.room_for(false),
-    max_code = const 64 * ANCHORS + 1,
+    block = const verify::block(ROOM),
+    call_bytes = const PART.call_bytes,
     axes = const MACHINE + 8,
     axis_size = const AxisRecord::SIZE,
     present = const AxisRecord::PRESENT,

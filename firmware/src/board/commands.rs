@@ -156,7 +156,7 @@ impl Core {
                     Effect { code: Op::Home as u8 + n, phase: BEGIN, n, bits: 0, left: 0 };
             }
             command::HOME_PROFILE => {
-                if self.store.image().is_none() {
+                if self.image().is_none() {
                     return Err(Exception::DeviceFailure);
                 }
                 let n = self.resting_axis()?;
@@ -195,7 +195,7 @@ impl Core {
                 }
             }
             command::JOG => {
-                if self.store.image().is_none() {
+                if self.image().is_none() {
                     return Err(Exception::DeviceFailure);
                 }
                 return self.jog();

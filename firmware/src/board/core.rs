@@ -5,6 +5,7 @@ mod effect;
 mod events;
 mod io;
 mod keep;
+mod library;
 mod power;
 mod run;
 mod tick;
@@ -12,12 +13,14 @@ pub mod trace;
 
 pub use effect::{END, Effect, PULSE_BEGUN};
 pub use events::{Event, PENDING};
+use keep::Carried;
 use trace::Trace;
 
 use crate::check;
 use crate::chip::PART;
 use crate::flash::Area;
 use crate::home::Plan;
+use crate::library::{Library, Staged};
 use crate::lock::Lock;
 use crate::motor::Motor;
 use crate::vm::vm;
@@ -82,6 +85,12 @@ pub struct Core {
     pub probe_error: u8,
     /// No reply is being sent: flash may be written, which would tear it apart.
     pub line_rests: bool,
+    /// Which program is meant.
+    pub library: Library,
+    /// What the last request of an upload brought.
+    pub staged: Staged,
+    /// KEEP values of the one that an upload replaces.
+    carried: Carried,
     /// The lock of program and profile.
     pub lock: Lock,
     /// Reset the chip once the reply is out.
@@ -180,6 +189,7 @@ impl Core {
     pub fn mount(&mut self) {
         self.outputs = self.record.reset_on;
         self.store.mount(&mut Area);
+        self.reselect();
         self.stored();
         if let Some([number, pc, _]) = crate::boot::logged() {
             self.session.remember(number as u8);
@@ -202,7 +212,7 @@ impl Core {
 
     /// Address of the stored image.
     pub fn image(&self) -> Option<u16> {
-        self.store.image().map(|offset| crate::flash::AREA + offset)
+        self.store.image::<Area>().map(|offset| crate::flash::AREA + offset)
     }
 
     /// Checks the image at an address. The pool stays as it is: AT variables live in it between runs.

@@ -4,8 +4,9 @@ pub use crate::chip::AREA;
 use crate::chip::clock::kick;
 use crate::chip::{self, PART};
 use crate::link;
-use firmware::store::{Flash, SEGMENT};
+use firmware::store::{Flash, KEEP_SEGMENTS, SEGMENT};
 use firmware::verify::{self, Bytes};
+use lang::image::at;
 
 /// End of the program area.
 pub const AREA_END: u16 = AREA + SEGMENT * PART.segments as u16;
@@ -93,6 +94,7 @@ pub struct Area;
 
 impl Flash for Area {
     const SEGMENTS: u8 = PART.segments;
+    const PROGRAMS: u8 = PART.programs;
     fn read(&self, offset: u16) -> u16 {
         read(AREA + offset)
     }
@@ -105,5 +107,32 @@ impl Flash for Area {
     fn image(&self, offset: u16) -> Option<u16> {
         let start = AREA + offset;
         verify::sound(&Image(start), AREA_END - start)
+    }
+    fn length(&self, offset: u16) -> u16 {
+        Image(AREA + offset).word(at::LEN as u16)
+    }
+}
+
+/// A program's KEEP values: two segments from an offset in the program area.
+#[derive(Clone, Copy)]
+pub struct Ring(pub u16);
+
+impl Flash for Ring {
+    const SEGMENTS: u8 = KEEP_SEGMENTS;
+    fn read(&self, offset: u16) -> u16 {
+        Area.read(self.0 + offset)
+    }
+    fn write(&mut self, offset: u16, word: u16) {
+        Area.write(self.0 + offset, word);
+    }
+    fn erase(&mut self, offset: u16) {
+        Area.erase(self.0 + offset);
+    }
+    // It holds none.
+    fn image(&self, _: u16) -> Option<u16> {
+        None
+    }
+    fn length(&self, _: u16) -> u16 {
+        0
     }
 }

@@ -18,6 +18,7 @@ mod effects;
 mod flash;
 mod guard;
 mod home;
+mod library;
 mod limits;
 mod link;
 mod lock;
@@ -111,6 +112,7 @@ extern "C" fn main() -> ! {
             core.motor.poll(core.trace.full);
         }
         slave.poll(&mut line, core);
+        core.write_staged();
         core.line_rests = line.rests();
         if core.line_rests {
             line.follow_clock();

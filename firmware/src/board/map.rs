@@ -11,7 +11,7 @@ use firmware::RELEASE;
 use firmware::modbus::Map;
 use firmware::print::RING;
 use firmware::rules::{Axis, Machine, status};
-use firmware::store::{Denied, Store};
+use firmware::store::{NAME, Store};
 use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::image::at;
@@ -28,6 +28,7 @@ const COMMAND_END: u16 = COMMAND + 21;
 const RAPID_OVERRIDE: u16 = OVERRIDES + 1;
 const ACTUAL_SPEEDS_END: u16 = ACTUAL_SPEEDS + 6;
 const TARGETS_END: u16 = TARGETS + 6;
+const UPLOAD_NAME_END: u16 = UPLOAD_NAME + NAME as u16;
 const KEEPS_END: u16 = KEEPS + 16;
 
 impl Core {
@@ -63,8 +64,8 @@ impl Core {
             PROFILE_HASH => self.record.crc,
             FEATURES => crate::core::FEATURES,
             AREA_BYTES => Store::area::<Area>(),
-            FREE_BYTES => self.store.free::<Area>(),
-            PROGRAM_LENGTH => self.store.length(),
+            FREE_BYTES => self.store.free(&Area),
+            PROGRAM_LENGTH => self.store.length(&Area),
             PROGRAM_CRC => self.header(at::CRC),
             PROGRAM_PROFILE => self.header(at::PROFILE),
             PROGRAM_CELLS => self.header(at::CELLS) & 0xFF,
@@ -108,6 +109,12 @@ impl Core {
             }
             CHAR_OUT => self.char_out,
             CHAR_IN => u16::from(self.char_in),
+            PROGRAM_NUMBER => u16::from(self.store.current()),
+            SELECTED => u16::from(self.library.selected),
+            UPLOAD_NUMBER => u16::from(self.library.number),
+            UPLOAD_NAME..UPLOAD_NAME_END => {
+                self.library.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)]
+            }
             WAITS => u16::from(self.waits()),
             EFFECT_PLACE => self.pc_of_effect(),
             OPEN_CALLS.. => vm().open_call(address - OPEN_CALLS),
@@ -150,42 +157,6 @@ impl Core {
             return Err(Exception::Busy);
         }
         Ok(())
-    }
-
-    fn upload(&mut self, value: u16) -> Result<(), Exception> {
-        self.may_replace()?;
-        let code = Upload::from_number(value).ok_or(Exception::IllegalValue)?;
-        let length = self.upload_length & 0x7FFF;
-        let keep = self.upload_length & 0x8000 != 0;
-        let result = match code {
-            Upload::Begin => self.store.begin(&mut Area, length, keep, false),
-            Upload::Replace => self.store.begin(&mut Area, length, keep, true),
-            Upload::Erase => {
-                vm().attach(0);
-                self.store.discard(&mut Area);
-                Ok(())
-            }
-            Upload::Commit => {
-                if let Some(open) = self.store.open_image()
-                    && !self.check(flash::AREA + open)
-                {
-                    let refusal = self.refusal;
-                    self.stored();
-                    self.refusal = refusal;
-                    return Err(Exception::DeviceFailure);
-                }
-                self.store.commit(&mut Area)
-            }
-        };
-        self.stored();
-        self.refusal = match result {
-            Ok(()) => Refusal::None,
-            Err(Denied::NotBegun) => Refusal::NotBegun,
-            Err(Denied::TooLong) => Refusal::TooLong,
-            Err(Denied::Flash) => Refusal::Flash,
-            Err(Denied::Image) => Refusal::Crc,
-        } as u8;
-        if self.refusal == 0 { Ok(()) } else { Err(Exception::DeviceFailure) }
     }
 
     fn status(&mut self, address: u16) -> u16 {
@@ -300,8 +271,8 @@ impl Map for Core {
     fn read(&mut self, table: Table, address: u16) -> u16 {
         match address {
             OWN..PROFILE_WINDOW => self.own(address),
-            PROFILE_WINDOW..UPLOAD_WINDOW if self.lock.closed => 0,
-            PROFILE_WINDOW..UPLOAD_WINDOW => {
+            PROFILE_WINDOW..LIBRARY if self.lock.closed => 0,
+            PROFILE_WINDOW..LIBRARY => {
                 let record = core::ptr::from_ref(self.record) as u16;
                 flash::read(record + 2 * profile_word(address))
             }
@@ -319,6 +290,7 @@ impl Map for Core {
                 self.half(address, value)
             }
             POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Core::work_position),
+            LIBRARY..UPLOAD_WINDOW => self.listed(address - LIBRARY),
             CELLS..KEEPS => {
                 let value = self.open_cell((address - CELLS) >> 1);
                 self.half(address, value)
@@ -342,7 +314,7 @@ impl Map for Core {
                 let control = Control::from_number(value).ok_or(Exception::IllegalValue)?;
                 match control {
                     Control::Restart => self.idle()?,
-                    Control::Start if self.store.image().is_none() && !crate::streams() => {
+                    Control::Start if self.image().is_none() && !crate::streams() => {
                         return Err(Exception::DeviceFailure);
                     }
                     _ => {}
@@ -360,7 +332,19 @@ impl Map for Core {
                 self.hold = if value == 0 { 0 } else { JOG_HOLD_MS };
                 Ok(())
             }
+            SELECTED => self.select(value),
             UPLOAD_CONTROL => self.upload(value),
+            UPLOAD_NUMBER => {
+                if value > u16::from(crate::chip::PART.programs) {
+                    return Err(Exception::IllegalValue);
+                }
+                self.library.number = value as u8;
+                Ok(())
+            }
+            UPLOAD_NAME..UPLOAD_NAME_END => {
+                self.library.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)] = value;
+                Ok(())
+            }
             #[cfg(feature = "stream")]
             STREAM_CONTROL => crate::stream::control(self, value, self.idle().is_ok()),
             #[cfg(feature = "stream")]
@@ -370,7 +354,7 @@ impl Map for Core {
                 Ok(())
             }
             #[cfg(feature = "stream")]
-            STREAM_PIECE.. => crate::stream::write(address - STREAM_PIECE, value),
+            STREAM_PIECE..UPLOAD_LARGE => crate::stream::write(address - STREAM_PIECE, value),
             UPLOAD_LENGTH => {
                 self.upload_length = value;
                 Ok(())
@@ -413,14 +397,9 @@ impl Map for Core {
                 self.motor.set_override(percents);
                 Ok(())
             }
-            PROFILE_WINDOW..UPLOAD_WINDOW => self.write_profile(profile_word(address), value),
-            UPLOAD_WINDOW.. => {
-                self.may_replace()?;
-                // The link brings the earlier byte in the low half, as flash has it.
-                self.store
-                    .write(&mut Area, 2 * (address - UPLOAD_WINDOW), value)
-                    .map_err(|_| Exception::DeviceFailure)
-            }
+            PROFILE_WINDOW..LIBRARY => self.write_profile(profile_word(address), value),
+            UPLOAD_LARGE.. => self.take_word(address - UPLOAD_LARGE, value),
+            UPLOAD_WINDOW..STREAM_MACHINE => self.take_word(address - UPLOAD_WINDOW, value),
             _ => Err(Exception::IllegalAddress),
         }
     }

@@ -132,6 +132,14 @@ fn forget(stream: &mut Store) {
     stream.rests = false;
 }
 
+/// Memory of the pieces while none runs: they are forgotten.
+pub fn lend() -> &'static mut [u16] {
+    let stream = stream();
+    forget(stream);
+    stream.owns = false;
+    stream.slots.as_flattened_mut()
+}
+
 /// The stored program begins.
 pub fn close() {
     stream().owns = false;

@@ -64,6 +64,8 @@ pub const FRAME_AT: i16 = offset_of!(State, frame) as i16;
 pub const SAVES: u16 = 1;
 /// The part that this image is for.
 pub const PART: lang::part::Part = crate::chip::PART;
+/// Bytes of an entry of the call stack: offset in the code, and kind in the upper 4 bits.
+const CALL: u16 = PART.call_bytes as u16;
 /// Bytes of the pool: for a program that moves one axis at a time, and for any other.
 pub const POOL_LIMITS: [u16; 2] = PART.pool;
 
@@ -157,7 +159,7 @@ impl State {
         if code != 0 {
             let head = Image(image);
             self.data = code + head.word(at::CODE_LEN as u16);
-            self.calls_end = pool() + 2 * u16::from(head.byte(at::CALLS as u16));
+            self.calls_end = pool() + CALL * u16::from(head.byte(at::CALLS as u16));
             self.cells = self.calls_end;
             self.cell_count = head.byte(at::CELLS as u16);
         }
@@ -235,10 +237,10 @@ impl State {
         if self.calls == self.calls_end {
             return false;
         }
-        let entry = (address - self.code) | u16::from(kind) << 12;
+        let entry = [address - self.code, u16::from(kind) << 12];
         // SAFETY: `calls` lies below `calls_end` in the pool.
-        unsafe { (self.calls as *mut u16).write(entry) };
-        self.calls += 2;
+        unsafe { (self.calls as *mut [u16; 2]).write(entry) };
+        self.calls += CALL;
         true
     }
 
@@ -351,7 +353,7 @@ impl State {
         const TO_STEPS: u8 = Op::ToSteps as u8;
         match code {
             LEAVE => {
-                if crate::streams() || self.newest_kind() | 1 == entry::ERROR | 1 {
+                if crate::streams() || self.newest().1 | 1 == entry::ERROR | 1 {
                     self.calls = pool();
                     self.sp = pool() + 2 * POOL_WORDS as u16;
                     self.base = self.sp;
@@ -376,7 +378,7 @@ impl State {
         Ok(false)
     }
 
-    /// Entry `n` of the call stack, the outermost first; 0 behind the newest.
+    /// Word `n` of the call stack, the outermost entry first; 0 behind the newest.
     pub fn open_call(&self, n: u16) -> u16 {
         let address = pool() + 2 * n;
         if address >= self.calls {
@@ -386,16 +388,14 @@ impl State {
         unsafe { (address as *const u16).read() }
     }
 
-    fn newest(&self) -> u16 {
+    /// Offset in the code and kind of the newest entry, 0 of none.
+    fn newest(&self) -> (u16, u8) {
         if self.calls == pool() {
-            return 0;
+            return (0, 0);
         }
         // SAFETY: an entry of the call stack in the pool.
-        unsafe { ((self.calls - 2) as *const u16).read() }
-    }
-
-    fn newest_kind(&self) -> u8 {
-        (self.newest() >> 12) as u8
+        let [address, kind] = unsafe { ((self.calls - CALL) as *const [u16; 2]).read() };
+        (address, (kind >> 12) as u8)
     }
 
     fn resume_next(&mut self) -> Result<bool, Fault> {
@@ -409,10 +409,9 @@ impl State {
             return Err(Fault::Stack);
         }
         loop {
-            let entry = self.newest();
-            let kind = (entry >> 12) as u8;
-            self.calls -= 2;
-            let address = self.code + (entry & 0x0FFF);
+            let (address, kind) = self.newest();
+            self.calls -= CALL;
+            let address = self.code + address;
             match kind {
                 entry::ERROR => self.pc = self.statement(address).resume,
                 entry::ERROR_BETWEEN => self.pc = address,

@@ -102,6 +102,7 @@ global_asm!(
     .set CORE_HANDLER_END, {handler_end}
     .set CORE_IMAGE_CELLS, {image_cells}-{code}
     .set CORE_IMAGE_FRAME, {image_frame}-{code}
+    .set CORE_CALL_BYTES, {call_bytes}
     .set CORE_KIND_SUB, {kind_sub}
     .set CORE_KIND_EVENT, {kind_event}
     "#,
@@ -141,6 +142,7 @@ global_asm!(
     image_cells = const lang::image::at::CELLS,
     image_frame = const lang::image::at::FRAME,
     code = const firmware::verify::CODE,
+    call_bytes = const PART.call_bytes,
     kind_sub = const (lang::vm::entry::SUB as u16) << 12,
     kind_event = const (lang::vm::entry::EVENT as u16) << 12,
 );

@@ -2,7 +2,7 @@
 
 use crate::consts::constants;
 use crate::vm::PART;
-use firmware::store::{SEGMENT, SLOT_HEAD};
+use firmware::store::SEGMENT;
 use lang::image::at;
 use lang::record::{BoardRecord, RECORD_VERSION};
 use lang::wire::{Exception, Refusal, Upload};
@@ -20,7 +20,7 @@ constants! {
     AREA_END = AREA_END;
     AREA_BYTES = PART.room_for(false);
     SEGMENT = SEGMENT;
-    SLOT_HEAD = SLOT_HEAD;
+    SLOT_HEAD = lang::part::slot_head(PART.programs);
     // Where an image's header says how many KEEP values there are, and where.
     IMAGE_KEEPS = at::KEEPS;
     IMAGE_KEEP_BASE = at::KEEP_BASE;

@@ -155,7 +155,7 @@ fn one_value_that_may_not_be_leaves_all_of_a_request_unwritten() {
 fn exceptions_are_those_of_the_standard() {
     assert_eq!(ask(&[1, 7, 0, 0, 0, 0]), [1, 0x87, 1]);
     assert_eq!(ask(&[1, 7]), [1, 0x87, 1], "a function without data is judged by its number");
-    assert_eq!(ask(&[1, 3, 0x40, 0, 0, 1]), [1, 0x83, 2]);
+    assert_eq!(ask(&[1, 3, 0x70, 0, 0, 1]), [1, 0x83, 2]);
     assert_eq!(ask(&[1, 3, 0x13, 0x88, 0, 201 - 100 + 99]), [1, 0x83, 3], "more than 125");
     assert_eq!(ask(&[1, 4, 0x05, 0x32 + 10, 0, 40]), [1, 0x84, 2], "leaves its block");
     assert_eq!(ask(&[1, 3, 0x13, 0x88, 0, 0]), [1, 0x83, 3], "no register");

@@ -1,6 +1,10 @@
-use super::{Denied, Flash, SEGMENT, SLOT_HEAD, Store};
+use super::{Denied, Flash, NAME, SEGMENT, Store, Upload};
+use lang::part::slot_head;
 
-const SEGMENTS: u8 = lang::part::F5529.segments;
+mod library;
+
+const SLOT_HEAD: u16 = slot_head(1) as u16;
+const SEGMENTS: u8 = 6;
 
 /// Flash that can lose power in the middle of an operation: that one leaves some of its bits
 /// undone, the later ones do nothing.
@@ -12,11 +16,14 @@ pub(crate) struct Chip {
     pub noise: u16,
 }
 
-const WORDS: usize = SEGMENTS as usize * SEGMENT as usize / 2;
-
 impl Chip {
     pub fn new() -> Chip {
-        Chip { words: vec![0xFFFF; WORDS], operations: 0, cut_at: u32::MAX, noise: 0x5A3C }
+        Chip::of(SEGMENTS)
+    }
+
+    fn of(segments: u8) -> Chip {
+        let words = vec![0xFFFF; usize::from(segments) * usize::from(SEGMENT) / 2];
+        Chip { words, operations: 0, cut_at: u32::MAX, noise: 0x5A3C }
     }
 
     fn partial(&mut self) -> u16 {
@@ -56,6 +63,9 @@ impl Flash for Chip {
         (length > 1 && body.iter().fold(0u16, |sum, word| sum.wrapping_add(*word)) == 0)
             .then_some(2 * length as u16)
     }
+    fn length(&self, offset: u16) -> u16 {
+        2 * self.read(offset)
+    }
 }
 
 fn image(words: u16, seed: u16) -> Vec<u16> {
@@ -67,16 +77,20 @@ fn image(words: u16, seed: u16) -> Vec<u16> {
 }
 
 fn upload(store: &mut Store, chip: &mut Chip, image: &[u16], replace: bool) -> Result<(), Denied> {
-    store.begin(chip, 2 * image.len() as u16, false, replace)?;
+    store.begin(chip, alone(2 * image.len() as u16), replace)?;
     for (at, &word) in image.iter().enumerate() {
         store.write(chip, 2 * at as u16, word)?;
     }
-    store.commit(chip)
+    store.commit(chip, &[0; NAME])
+}
+
+fn alone(length: u16) -> Upload {
+    Upload { number: 1, length, keeps: false }
 }
 
 fn stored(store: &Store, chip: &Chip) -> Option<Vec<u16>> {
-    let first = usize::from(store.image()?) / 2;
-    Some(chip.words[first..first + usize::from(store.length()) / 2].to_vec())
+    let first = usize::from(store.image::<Chip>()?) / 2;
+    Some(chip.words[first..first + usize::from(store.length(chip)) / 2].to_vec())
 }
 
 #[test]
@@ -93,13 +107,13 @@ fn what_does_not_fit_beside_the_old_program_is_refused() {
     let (mut store, mut chip) = (Store::new(), Chip::new());
     let large = image(Store::area::<Chip>() / 2, 3);
     upload(&mut store, &mut chip, &large, false).unwrap();
-    assert_eq!(store.free::<Chip>(), 0);
+    assert_eq!(store.free(&chip), 0);
     assert_eq!(upload(&mut store, &mut chip, &image(10, 5), false), Err(Denied::TooLong));
     assert_eq!(stored(&store, &chip), Some(large));
     upload(&mut store, &mut chip, &image(10, 5), true).unwrap();
     assert_eq!(stored(&store, &chip), Some(image(10, 5)));
     assert_eq!(
-        store.begin(&mut chip, Store::area::<Chip>() + 2, false, true),
+        store.begin(&mut chip, alone(Store::area::<Chip>() + 2), true),
         Err(Denied::TooLong)
     );
 }
@@ -175,7 +189,7 @@ fn a_commit_word_that_wavers_is_settled_at_the_first_reset() {
         upload(&mut store, &mut chip, &old, false).unwrap();
         upload(&mut store, &mut chip, &new, false).unwrap();
         // As if the second commit had been cut short: the older slot is there still.
-        let slot = usize::from(store.image().unwrap() - SLOT_HEAD) / 2;
+        let slot = usize::from(store.image::<Chip>().unwrap() - SLOT_HEAD) / 2;
         chip.words[0] = 0xA500;
         chip.words[2..2 + old.len()].copy_from_slice(&old);
         chip.words[slot] = first;

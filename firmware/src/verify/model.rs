@@ -13,10 +13,8 @@ use lang::part::Part;
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::wire::Refusal;
 
-use super::{ANCHORS, Bytes, CODE, MACHINE, feature_of};
+use super::{Bytes, CODE, MACHINE, anchors, block, feature_of};
 
-/// Code that one anchor stands for.
-const BLOCK: u16 = 64;
 const NO_ANCHOR: u8 = 0xFF;
 
 /// What the firmware has.
@@ -31,13 +29,18 @@ pub struct Limits {
     pub event_pool: [u16; 2],
     /// It looks at the limits of AT variables.
     pub at_limits: bool,
+    /// Bytes of an entry of the call stack.
+    pub call_bytes: u8,
+    /// The longest image.
+    pub longest: usize,
 }
 
 impl Limits {
     /// Those of a part's firmware.
     pub const fn of(part: &Part) -> Limits {
-        let Part { features, pool, event_pool, at_limits, .. } = *part;
-        Limits { features: features as u8, pool, event_pool, at_limits }
+        let Part { features, pool, event_pool, at_limits, call_bytes, .. } = *part;
+        let longest = part.room_for(false);
+        Limits { features: features as u8, pool, event_pool, at_limits, call_bytes, longest }
     }
 }
 
@@ -59,7 +62,8 @@ pub fn verify<B: Bytes>(image: &B, limits: &Limits) -> Result<(), Refusal> {
     let calls = image.byte(at::CALLS as u16);
     let keeps = image.byte(at::KEEPS as u16);
     let frame = image.byte(at::FRAME as u16);
-    let pool = (u16::from(cells) + u16::from(stack)) * 4 + u16::from(calls) * 2;
+    let pool =
+        (u16::from(cells) + u16::from(stack)) * 4 + u16::from(calls) * u16::from(limits.call_bytes);
     if pool > limits.pool[usize::from(many)]
         || frame > stack
         || keeps > 8
@@ -69,7 +73,7 @@ pub fn verify<B: Bytes>(image: &B, limits: &Limits) -> Result<(), Refusal> {
     }
     let code_len = image.word(at::CODE_LEN as u16);
     let length = image.word(at::LEN as u16);
-    if code_len == 0 || code_len > length - CODE || code_len > BLOCK * ANCHORS as u16 {
+    if code_len == 0 || code_len > length - CODE {
         return Err(Refusal::Code);
     }
     let mut at = MACHINE + 8;
@@ -83,7 +87,8 @@ pub fn verify<B: Bytes>(image: &B, limits: &Limits) -> Result<(), Refusal> {
     let data = CODE + code_len;
     let mut check = Check {
         image,
-        anchors: [NO_ANCHOR; ANCHORS],
+        block: block(limits.longest) as u16,
+        anchors: vec![NO_ANCHOR; anchors(limits.longest)],
         free: limits.pool[usize::from(many)] - pool,
         event_pool: limits.event_pool,
         code_len,
@@ -110,7 +115,8 @@ struct Insn {
 
 struct Check<'a, B> {
     image: &'a B,
-    anchors: [u8; ANCHORS],
+    block: u16,
+    anchors: Vec<u8>,
     free: u16,
     event_pool: [u16; 2],
     code_len: u16,
@@ -137,10 +143,10 @@ impl<B: Bytes> Check<'_, B> {
         let mut ends = false;
         while pc < self.code_len {
             if depth == 0
-                && let Some(anchor) = self.anchors.get_mut(usize::from(pc / BLOCK))
+                && let Some(anchor) = self.anchors.get_mut(usize::from(pc / self.block))
                 && *anchor == NO_ANCHOR
             {
-                *anchor = (pc % BLOCK) as u8;
+                *anchor = (pc % self.block) as u8;
             }
             let Some(insn) = self.insn(pc) else { return false };
             if insn.next > self.code_len || !self.operands(pc, &insn) || !room(&insn, depth) {
@@ -362,11 +368,11 @@ impl<B: Bytes> Check<'_, B> {
         if target >= self.code_len {
             return false;
         }
-        let mut block = target / BLOCK;
+        let mut block = target / self.block;
         let mut pc;
         loop {
             let anchor = self.anchors.get(usize::from(block)).copied().unwrap_or(NO_ANCHOR);
-            pc = block * BLOCK + u16::from(anchor);
+            pc = block * self.block + u16::from(anchor);
             if anchor != NO_ANCHOR && pc <= target {
                 break;
             }

@@ -57,6 +57,9 @@ impl Flash for Area {
     fn image(&self, offset: u16) -> Option<u16> {
         verify::sound(&From(&self.0[usize::from(offset)..]), BYTES as u16 - offset)
     }
+    fn length(&self, offset: u16) -> u16 {
+        self.read(offset + lang::image::at::LEN as u16)
+    }
 }
 
 /// The image of a script.

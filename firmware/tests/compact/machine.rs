@@ -1,7 +1,7 @@
 //! A machine of three axes in the emulated flash, for routines that look at its record.
 
 use lang::image::HEADER;
-use lang::part::SLOT_HEAD;
+use lang::part::slot_head;
 use lang::profile::Profile;
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -24,7 +24,7 @@ pub fn install(chip: &mut Chip, machine: &MachineRecord) {
     chip.set_word("VM_CODE", CODE);
     // As the boot leaves it: 100 % each.
     chip.set_word("OVERRIDE", 0x6464);
-    chip.set_word("STORED", first - (SLOT_HEAD + HEADER) as u16);
+    chip.set_word("STORED", first - (slot_head(1) + HEADER) as u16);
 }
 
 /// An axis with this scale.

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use firmware::store::{Denied, Store};
+use firmware::store::{Denied, NAME, Store, Upload as Whole};
 use lang::image::at;
 use lang::wire::{Exception, Refusal, Upload};
 use proptest::prelude::*;
@@ -79,7 +79,14 @@ fn run(steps: &[Step]) -> Result<(), TestCaseError> {
                 chip.set_word("UPLOAD", length | u16::from(keep) << 15);
                 let code = if replace { Upload::Replace } else { Upload::Begin };
                 let refusal = control(&mut chip, code);
-                prop_assert_eq!(refusal, number(twin.begin(&mut area, length, keep, replace)));
+                prop_assert_eq!(
+                    refusal,
+                    number(twin.begin(
+                        &mut area,
+                        Whole { number: 1, length, keeps: keep },
+                        replace
+                    ))
+                );
                 sent = which;
             }
             Step::Words { from, to, damage } => {
@@ -96,11 +103,11 @@ fn run(steps: &[Step]) -> Result<(), TestCaseError> {
             }
             Step::Commit => {
                 let refusal = control(&mut chip, Upload::Commit);
-                prop_assert_eq!(refusal, number(twin.commit(&mut area)));
+                prop_assert_eq!(refusal, number(twin.commit(&mut area, &[0; NAME])));
             }
             Step::Erase => {
                 prop_assert_eq!(control(&mut chip, Upload::Erase), 0);
-                twin.discard(&mut area);
+                twin.discard(&mut area, 1);
             }
             Step::Reset => {
                 chip.restart();
@@ -109,12 +116,12 @@ fn run(steps: &[Step]) -> Result<(), TestCaseError> {
             }
         }
         prop_assert!(Area::of(&chip) == area, "the flash differs after {:?}", step);
-        let slot = twin.image().map_or(0, |offset| AREA + offset - 4);
+        let slot = twin.image::<Area>().map_or(0, |offset| AREA + offset - 4);
         prop_assert_eq!(chip.word("STORED"), slot);
         chip.call("program_length", &[]);
-        prop_assert_eq!(chip.reg(12), twin.length());
+        prop_assert_eq!(chip.reg(12), twin.length(&area));
         chip.call("free_bytes", &[]);
-        prop_assert_eq!(chip.reg(12), twin.free::<Area>());
+        prop_assert_eq!(chip.reg(12), twin.free(&area));
         let code = if slot == 0 { 0 } else { slot + 4 + firmware::verify::CODE };
         prop_assert_eq!(chip.word("VM_CODE"), code);
     }

@@ -7,6 +7,7 @@
 pub mod frame;
 pub mod hall;
 pub mod identity;
+pub mod library;
 pub mod lock;
 pub mod orders;
 pub mod print;
@@ -168,6 +169,16 @@ impl<L: Link> Client<L> {
     /// Waits otherwise from now on; gives how it waited.
     pub fn set_patience(&mut self, patience: Patience) -> Patience {
         std::mem::replace(&mut self.patience, patience)
+    }
+
+    /// Does what makes the board check an image of so many bytes, and waits longer for each reply meanwhile.
+    fn while_it_checks<T>(&mut self, length: usize, action: impl FnOnce(&mut Client<L>) -> T) -> T {
+        let usual = self.patience;
+        self.patience.reply +=
+            Duration::from_millis(lang::wire::check_ms(length) - lang::wire::check_ms(0));
+        let result = action(self);
+        self.patience = usual;
+        result
     }
 
     /// From now on no exchange begins while `interrupt` is set, so that a long job makes room for who

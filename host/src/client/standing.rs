@@ -1,5 +1,6 @@
 //! Where a program stands that a host in trace mode halts.
 
+use lang::record::feature;
 use lang::wire;
 
 use super::{Client, ClientError};
@@ -27,8 +28,6 @@ pub struct Standing {
 
 /// Calls that a board may have open.
 const MOST_CALLS: u16 = 16;
-/// Bits of an address in an entry.
-const ADDRESS_BITS: u32 = 12;
 
 impl<L: Link> Client<L> {
     /// Where the program stands, in one exchange. Of use on parts whose
@@ -37,13 +36,19 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// See [`ClientError`].
     pub fn standing(&mut self) -> Result<Standing, ClientError> {
-        let count = wire::OPEN_CALLS + MOST_CALLS - wire::WAITS;
+        // Boards with room for long programs have a word for each of the two.
+        let large = self.holding(wire::FEATURES, 1)?[0] & feature::LIBRARY != 0;
+        let entry = if large { 2 } else { 1 };
+        let count = wire::OPEN_CALLS + entry * MOST_CALLS - wire::WAITS;
         let words = self.holding(wire::WAITS, count)?;
         let at = |register: u16| usize::from(register - wire::WAITS);
-        let open = words[at(wire::OPEN_CALLS)..].iter().take_while(|entry| **entry != 0);
-        let call = |entry: &u16| Call {
-            kind: (entry >> ADDRESS_BITS) as u8,
-            address: entry & ((1 << ADDRESS_BITS) - 1),
+        let entries = words[at(wire::OPEN_CALLS)..].chunks(entry.into());
+        // No call goes back to the start of the code.
+        let open = entries.take_while(|entry| entry[0] != 0);
+        let call = |entry: &[u16]| match *entry {
+            [address, kind, ..] => Call { kind: (kind >> 12) as u8, address },
+            [packed] => Call { kind: (packed >> 12) as u8, address: packed & 0x0FFF },
+            [] => Call { kind: 0, address: 0 },
         };
         let mut calls: Vec<Call> = open.map(call).collect();
         calls.reverse();

@@ -162,7 +162,13 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// See [`ClientError`].
     pub fn control(&mut self, control: Control) -> Result<(), ClientError> {
-        self.once(|client| client.write(wire::RUN_CONTROL, control as u16))
+        let length = match control {
+            Control::Start => self.holding(wire::PROGRAM_LENGTH, 1)?[0],
+            _ => 0,
+        };
+        self.while_it_checks(length.into(), |client| {
+            client.once(|client| client.write(wire::RUN_CONTROL, control as u16))
+        })
     }
 
     /// Waits until the state is one of `wanted`, or says which it stayed in.

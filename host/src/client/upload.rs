@@ -7,6 +7,7 @@ use lang::part::{G2553, Lack, PARTS, Part, SHORT_PULSE_US};
 use lang::record::feature;
 use lang::wire::{self, Exception, Refusal, Upload};
 
+use super::library::{Called, name_of, words_of};
 use super::{Client, ClientError};
 use crate::link::Link;
 
@@ -38,6 +39,8 @@ pub enum UploadError {
     Busy,
     /// The board checked the image and refused it.
     Refused(Option<Refusal>),
+    /// The board's library has no place for it.
+    NoPlace(String),
     /// It was not made for this board.
     Mismatch(String),
 }
@@ -54,8 +57,8 @@ impl fmt::Display for UploadError {
             UploadError::Client(error) => error.fmt(f),
             UploadError::NoRoomBeside { image, free } => write!(
                 f,
-                "the program has {image} bytes and {free} are free beside the stored one; \
-                 --replace gives that up first (a cut cable then leaves the board without one)"
+                "the program has {image} bytes and {free} are free beside what is stored; --replace gives the one \
+                 that it replaces up first (a cut cable then leaves the board without it)"
             ),
             UploadError::TooLong { image, area } => {
                 write!(f, "the program has {image} bytes; the board holds {area}")
@@ -84,7 +87,7 @@ impl fmt::Display for UploadError {
                 let reason = reason(*refusal);
                 write!(f, "the board refused the program: {reason}")
             }
-            UploadError::Mismatch(text) => f.write_str(text),
+            UploadError::NoPlace(text) | UploadError::Mismatch(text) => f.write_str(text),
         }
     }
 }
@@ -118,8 +121,28 @@ impl<L: Link> Client<L> {
         replace: bool,
         progress: &mut dyn FnMut(usize),
     ) -> Result<(), UploadError> {
+        self.upload_as(image, None, replace, progress)
+    }
+
+    /// The same for the program of that number in the board's library, which gets that name.
+    ///
+    /// # Errors
+    /// See [`UploadError`].
+    pub fn upload_as(
+        &mut self,
+        image: &[u8],
+        place: Option<(u8, &str)>,
+        replace: bool,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<(), UploadError> {
         let identity = self.identity()?;
         identity.check().map_err(UploadError::Mismatch)?;
+        if identity.features & feature::LIBRARY != 0 {
+            self.write(wire::UPLOAD_NUMBER, place.map_or(0, |(number, _)| number.into()))?;
+            if let Some((_, name)) = place {
+                self.write_all(wire::UPLOAD_NAME, &words_of(name))?;
+            }
+        }
         if let Ok(image) = Image::new(image) {
             let missing = u16::from(image.header.features) & !identity.features;
             if missing != 0 {
@@ -156,17 +179,53 @@ impl<L: Link> Client<L> {
             }
             other => other?,
         }
+        let window = wire::upload_window(image.len());
+        // Boards that take streamed jobs take longer requests.
+        let most = match identity.features & feature::STREAM {
+            0 => REGISTERS,
+            _ => usize::from(self.holding(wire::STREAM_REQUEST, 1)?[0]).max(REGISTERS),
+        };
         let mut sent = 0;
-        for (i, chunk) in image.chunks(2 * REGISTERS).enumerate() {
+        for (i, chunk) in image.chunks(2 * most).enumerate() {
             let values: Vec<u16> = chunk
                 .chunks(2)
                 .map(|pair| u16::from_le_bytes([pair[0], *pair.get(1).unwrap_or(&0xFF)]))
                 .collect();
-            self.write_all(wire::UPLOAD_WINDOW + (i * REGISTERS) as u16, &values)?;
+            self.write_all(window + (i * most) as u16, &values)?;
             sent += chunk.len();
             progress(sent);
         }
-        self.step(Upload::Commit)
+        self.while_it_checks(image.len(), |client| client.step(Upload::Commit))
+    }
+
+    /// Brings the program of a file to the board, in whose library it takes the place of the one that is `called` so, or
+    /// else so as the file, and is what Start runs. Number and name of that place, if there is a library.
+    ///
+    /// # Errors
+    /// See [`UploadError`].
+    pub fn bring(
+        &mut self,
+        image: &[u8],
+        (called, file): (Option<&Called>, &str),
+        replace: bool,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Option<(u8, String)>, UploadError> {
+        let Some(library) = self.library()? else {
+            return match called {
+                None | Some(Called::Number(1)) => {
+                    self.upload(image, replace, progress).map(|()| None)
+                }
+                Some(called) => Err(UploadError::NoPlace(format!(
+                    "this board holds one program, not a library: {called} cannot be chosen; leave --as away"
+                ))),
+            };
+        };
+        let by_file = Called::Name(name_of(file));
+        let (number, name) =
+            library.place(called.unwrap_or(&by_file), file).map_err(UploadError::NoPlace)?;
+        self.upload_as(image, Some((number, &name)), replace, progress)?;
+        self.select(number)?;
+        Ok(Some((number, name)))
     }
 
     /// Erases the stored program.

@@ -4,8 +4,9 @@ use clap::Args;
 use lang::wire::{self, Control as Code, Exception, RunState, command};
 
 use super::port::{Board, Port};
-use super::{Console, Options};
+use super::{Console, Options, library};
 use crate::client::ClientError;
+use crate::client::library::Called;
 use crate::client::status::state_name;
 use crate::failure::Failure;
 
@@ -14,6 +15,30 @@ use crate::failure::Failure;
 pub struct Control {
     #[command(flatten)]
     port: Port,
+}
+
+/// `pasapas start`
+#[derive(Debug, Args)]
+pub struct Start {
+    /// A program of the board's library, by name or number: Start runs it from now on
+    #[arg(value_name = "NAME|N")]
+    program: Option<Called>,
+    #[command(flatten)]
+    control: Control,
+}
+
+impl Start {
+    /// Chooses the program, if one is named, and starts it.
+    ///
+    /// # Errors
+    /// As those of [`Control::run`]; there is no such program.
+    pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let mut board = self.control.port.connect(options, console)?;
+        if let Some(called) = &self.program {
+            library::select(&mut board, called)?;
+        }
+        done(&mut board, Action::Start, console)
+    }
 }
 
 /// What to do.
@@ -36,12 +61,16 @@ impl Control {
     /// The board does not answer, refuses, or stays in another state.
     pub fn run(&self, action: Action, options: &Options, console: &Console) -> Result<(), Failure> {
         let mut board = self.port.connect(options, console)?;
-        let done = act(&mut board, action)?;
-        if done.acknowledged {
-            console.complain("the fault is acknowledged; `pasapas start` again runs");
-        }
-        tell(done.state, console)
+        done(&mut board, action, console)
     }
+}
+
+fn done(board: &mut Board, action: Action, console: &Console) -> Result<(), Failure> {
+    let done = act(board, action)?;
+    if done.acknowledged {
+        console.complain("the fault is acknowledged; `pasapas start` again runs");
+    }
+    tell(done.state, console)
 }
 
 /// What an action led to.
@@ -98,7 +127,8 @@ const STARTED: [RunState; 2] = [RunState::Running, RunState::WaitStart];
 fn refuse_impossible(action: Action, state: Option<RunState>) -> Result<(), Failure> {
     let text = match (action, state) {
         (Action::Start | Action::Resume, Some(RunState::Empty)) => {
-            "the board holds no program; `pasapas upload` brings one"
+            "the board holds no program, or none is chosen; `pasapas upload` brings one, `pasapas list` shows \
+             those that there are"
         }
         (Action::Resume, Some(state)) if state != RunState::Paused => {
             "nothing is paused; `pasapas start` runs the stored program"

@@ -399,7 +399,8 @@ fn bring(
     let told = if has(&there) {
         "it has the program already"
     } else {
-        board.upload(&code.image, replace, &mut |_| ())?;
+        let file = code.script.as_ref().map_or("program", |script| script.source.name());
+        board.bring(&code.image, (None, file), replace, &mut |_| ())?;
         if !has(&board.identity()?) {
             let text =
                 "the board shows another program than it was sent: somebody else uploads, too";

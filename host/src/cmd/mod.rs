@@ -21,6 +21,7 @@ mod gateway;
 #[path = "no_gateway.rs"]
 mod gateway;
 mod import;
+mod library;
 mod lsp;
 mod part;
 mod port;
@@ -100,10 +101,14 @@ enum Command {
     Board(board::Board),
     /// Bring a program to a board
     Upload(upload::Upload),
+    /// Show the programs that a board holds
+    List(library::List),
+    /// Erase a program of a board
+    Erase(library::Erase),
     /// Run a job larger than the board's memory, piece by piece
     Stream(stream::Stream),
     /// Run a board's stored program, release its WaitStart, or acknowledge its fault
-    Start(control::Control),
+    Start(control::Start),
     /// End a board's run on a ramp
     Stop(control::Control),
     /// Pause a board's run on a ramp
@@ -167,7 +172,9 @@ impl Command {
             Command::Home(command) => command.run(options, console),
             Command::Jog(command) => command.run(options, console),
             Command::Io(command) => command.run(options, console),
-            Command::Start(command) => command.run(Action::Start, options, console),
+            Command::List(command) => command.run(options, console),
+            Command::Erase(command) => command.run(options, console),
+            Command::Start(command) => command.run(options, console),
             Command::Stop(command) => command.run(Action::Stop, options, console),
             Command::Pause(command) => command.run(Action::Pause, options, console),
             Command::Resume(command) => command.run(Action::Resume, options, console),

@@ -16,6 +16,7 @@ use super::script::{self, Code, Script};
 use super::{Console, Options};
 use crate::client::ClientError;
 use crate::client::identity;
+use crate::client::library::Called;
 use crate::client::lock::words_of;
 use crate::client::upload::UploadError;
 use crate::failure::Failure;
@@ -28,6 +29,9 @@ pub struct Upload {
     file: String,
     #[command(flatten)]
     port: Port,
+    /// Name or number in the board's library; without it the file's name, whose program it replaces
+    #[arg(long = "as", value_name = "NAME|N")]
+    called: Option<Called>,
     /// Give the stored program up first when both do not fit
     #[arg(long)]
     replace: bool,
@@ -64,27 +68,36 @@ impl Upload {
             part::unlimited(script, identity.part(), console)?;
         }
         let bar = bar(image.len(), console);
+        let place = (self.called.as_ref(), self.file.as_str());
         let result =
-            board.upload(&image, self.replace, &mut |bytes| bar.set_position(bytes as u64));
+            board.bring(&image, place, self.replace, &mut |bytes| bar.set_position(bytes as u64));
         bar.finish_and_clear();
-        let result = result.and_then(|()| match &self.lock {
-            Some(code) => Ok(board.set_lock(words_of(code))?),
-            None => Ok(()),
+        let result = result.and_then(|place| match &self.lock {
+            Some(code) => Ok(board.set_lock(words_of(code)).map(|()| place)?),
+            None => Ok(place),
         });
-        if let (Ok(()), Some(script), Some(compiled)) = (&result, &script, &compiled)
+        if let (Ok(_), Some(script), Some(compiled)) = (&result, &script, &compiled)
             && self.port.is_tcp()
         {
             leave(&mut board, compiled, script, console);
         }
         match result {
-            Ok(()) if console.json() => {
-                console.json_line(&json!({ "uploaded": self.file, "bytes": image.len() }))
+            Ok(place) if console.json() => {
+                let mut line = json!({ "uploaded": self.file, "bytes": image.len() });
+                if let Some((number, name)) = place {
+                    (line["number"], line["name"]) = (json!(number), json!(name));
+                }
+                console.json_line(&line)
             }
-            Ok(()) => console.result(&format!(
-                "{}: {} bytes are on the board; Start or `pasapas start` runs them\n",
-                self.file,
-                image.len()
-            )),
+            Ok(place) => {
+                let bytes = image.len();
+                let place =
+                    place.map_or_else(String::new, |(number, name)| format!(" as {number} {name}"));
+                console.result(&format!(
+                    "{}: {bytes} bytes are on the board{place}; Start or `pasapas start` runs them\n",
+                    self.file
+                ))
+            }
             Err(UploadError::Client(error)) => Err(error.into()),
             Err(error) => Err(Failure::Board(error.to_string())),
         }

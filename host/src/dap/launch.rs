@@ -172,7 +172,10 @@ impl Launch {
             ));
         }
         board::fits(&mut board, loaded)?;
-        board.upload(&loaded.compiled.image, false, &mut |_| {}).map_err(|e| e.to_string())?;
+        let place = (None, loaded.file.as_str());
+        board
+            .bring(&loaded.compiled.image, place, false, &mut |_| {})
+            .map_err(|e| e.to_string())?;
         Ok(board)
     }
 }

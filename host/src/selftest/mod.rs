@@ -252,7 +252,7 @@ impl<L: Link> Bench<'_, L> {
         let program = program.ok_or_else(|| Trouble::Words(diags.render(&source)))?;
         let compiled = lang::back::compile(&program)
             .map_err(|excesses| Trouble::Words(format!("{excesses:?}")))?;
-        let uploaded = self.board.upload(&compiled.image, true, &mut |_| {});
+        let uploaded = self.board.bring(&compiled.image, (None, "selftest"), true, &mut |_| {});
         uploaded.map_err(|error| Trouble::Words(error.to_string()))?;
         Ok(compiled.image)
     }

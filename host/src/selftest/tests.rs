@@ -133,7 +133,7 @@ fn each_fault_is_found_by_its_check() {
     assert!(found.unwrap_or(true), "noise is not seen");
 }
 
-/// KEEP values take the last two segments of the program area.
+/// KEEP values take two segments behind their program: they alone are erased again and again.
 #[test]
 fn segments_are_erased_under_requests() {
     let plan = Plan { unplugged: false, listen: Duration::from_millis(100), ..ALL };
@@ -143,8 +143,8 @@ fn segments_are_erased_under_requests() {
     assert!(row.is_some_and(|row| row.verdict == Verdict::Good), "{row:?}");
     let mut rig = rig.borrow_mut();
     let erases = &rig.board().wear().erases;
-    let kept = [0xFA00, 0xFC00].map(|at| erases.get(&at).copied().unwrap_or(0));
-    assert!(kept.iter().sum::<u32>() >= 3, "{erases:x?}");
+    let again = erases.values().filter(|count| **count > 1);
+    assert!(again.sum::<u32>() >= 3, "{erases:x?}");
 }
 
 #[test]

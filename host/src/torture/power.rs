@@ -9,7 +9,7 @@ use lang::part;
 use lang::record::{BoardRecord, OutputStates, feature};
 use lang::wire::{
     Control, FAULT, HOMED, KEEPS, LAST_END, MACHINE_POSITIONS, PROFILE_WINDOW, RUN_STATE, RunState,
-    UPLOAD_CONTROL, UPLOAD_LENGTH, UPLOAD_WINDOW, Upload,
+    UPLOAD_CONTROL, UPLOAD_LENGTH, Upload, upload_window,
 };
 
 use super::generate::{Case, generate_for};
@@ -95,10 +95,11 @@ fn run_through(stand: &mut Stand) {
 }
 
 fn replace(stand: &mut Stand, image: &[u8]) {
+    stand.expects(image.len());
     stand.write(UPLOAD_LENGTH, &[image.len() as u16]);
     stand.write(UPLOAD_CONTROL, &[Upload::Replace as u16]);
     for (n, words) in words(image).chunks(21).enumerate() {
-        stand.write(UPLOAD_WINDOW + 21 * n as u16, words);
+        stand.write(upload_window(image.len()) + 21 * n as u16, words);
     }
     stand.write(UPLOAD_CONTROL, &[Upload::Commit as u16]);
 }
@@ -421,6 +422,9 @@ impl Flash for Counted {
     }
     fn image(&self, _offset: u16) -> Option<u16> {
         None
+    }
+    fn length(&self, _offset: u16) -> u16 {
+        0
     }
 }
 

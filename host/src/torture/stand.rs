@@ -5,13 +5,13 @@ use std::sync::{Mutex, PoisonError};
 use emulator::{Board, Config, Stop};
 use lang::wire::{
     CRC_START, Control, PROGRAM_CRC, PROGRAM_LENGTH, RUN_CONTROL, RUN_STATE, UPLOAD_CONTROL,
-    UPLOAD_LENGTH, UPLOAD_RESULT, UPLOAD_WINDOW, Upload, VERSION, WIRE_VERSION, crc16,
+    UPLOAD_LENGTH, UPLOAD_RESULT, Upload, VERSION, WIRE_VERSION, check_ms, crc16, upload_window,
 };
 
 use crate::board::Build;
 
-/// Longest wait for the first byte of a reply, us: an upload's erase and check take 300 ms.
-const PATIENCE_US: u64 = 400_000;
+/// Beyond what an upload's erase and check may take, the longest wait for the first byte of a reply, us.
+const BEYOND_US: u64 = 100_000;
 /// Two looks for characters, us.
 const LOOK_US: u64 = 200;
 /// Silence that ends a frame and lets the next one begin, us.
@@ -74,6 +74,8 @@ pub fn words(image: &[u8]) -> Vec<u16> {
 pub struct Stand {
     /// The board.
     pub board: Board,
+    /// Longest wait for the first byte of a reply, us.
+    patience_us: u64,
 }
 
 impl Stand {
@@ -84,9 +86,15 @@ impl Stand {
     pub fn new(build: &Build, config: &Config) -> Result<Stand, String> {
         let image = build.image().map_err(|error| error.to_string())?;
         let config = Config { part: build.chip.clone(), ..config.clone() };
-        let mut stand = Stand { board: Board::with_config(&config, &image) };
+        let mut stand = Stand { board: Board::with_config(&config, &image), patience_us: 0 };
+        stand.expects(0);
         stand.board.run_us(BOOT_US);
         Ok(stand)
+    }
+
+    /// From now on an image of so many bytes may be checked before a reply comes.
+    pub fn expects(&mut self, length: usize) {
+        self.patience_us = BEYOND_US + 1000 * check_ms(length);
     }
 
     /// Ticks of the board's chip in so many microseconds.
@@ -103,7 +111,7 @@ impl Stand {
         }
         let mut reply = Vec::new();
         let (mut waited, mut silent) = (0, 0);
-        while waited < PATIENCE_US && (reply.is_empty() || silent < SILENCE_US) {
+        while waited < self.patience_us && (reply.is_empty() || silent < SILENCE_US) {
             if self.board.run_us(LOOK_US) == Stop::NoPower {
                 return Answer::NoPower;
             }
@@ -180,11 +188,12 @@ impl Stand {
             Answer::Reply(_) => Ok(()),
             other => Err(other),
         };
+        self.expects(image.len());
         let length = image.len() as u16 | u16::from(keep) << 15;
         done(self.write(UPLOAD_LENGTH, &[length]))?;
         done(self.write(UPLOAD_CONTROL, &[Upload::Begin as u16]))?;
         for (n, words) in words(image).chunks(REGISTERS).enumerate() {
-            done(self.write(UPLOAD_WINDOW + (REGISTERS * n) as u16, words))?;
+            done(self.write(upload_window(image.len()) + (REGISTERS * n) as u16, words))?;
         }
         done(self.write(UPLOAD_CONTROL, &[Upload::Commit as u16]))
     }

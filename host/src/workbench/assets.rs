@@ -43,6 +43,7 @@ assets! {
     "/style.css" CSS "style.css"
     "/tabs.js" JS "tabs.js"
     "/teach.js" JS "teach.js"
+    "/library.js" JS "library.js"
     "/trial.js" JS "trial.js"
 }
 

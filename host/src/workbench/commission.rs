@@ -124,7 +124,7 @@ fn apply(later: &Ask<'_>) -> Result<Answer, String> {
 
 fn bring(board: &mut Board, image: &[u8], profile: &Profile) -> Result<(), String> {
     let words = |error: ClientError| error.to_string();
-    board.upload(image, true, &mut |_| ()).map_err(|error| error.to_string())?;
+    board.bring(image, (None, "setup"), true, &mut |_| ()).map_err(|error| error.to_string())?;
     let held = board.board_record().map_err(words)?;
     let wanted =
         BoardRecord { lock: held.lock, ..BoardRecord::of(profile, held.sequence.wrapping_add(1)) }

@@ -11,8 +11,9 @@ use lang::record::BoardRecord;
 use lang::wire::{self, Control, RunState, command};
 use serde_json::{Value, json};
 
-use super::bench::Bench;
+use super::bench::{Bench, lock};
 use super::client::Client;
+use super::library;
 use super::message::{HoldWish, MoveWish, ToPage, Wish};
 use super::session::Answer;
 use crate::board::live::Touch;
@@ -40,6 +41,9 @@ pub fn serve(
     let later = Ask { bench, client, ask };
     match wish {
         Wish::Upload => return later.upload(),
+        Wish::Library => return later.answer(library::list),
+        Wish::Choose(number) => return later.answer(move |board| library::select(board, number)),
+        Wish::Erase(number) => return later.answer(move |board| library::erase(board, number)),
         Wish::Profile => return later.profile(),
         Wish::Start => return later.run(Control::Start),
         Wish::Pause => return later.run(Control::Pause),
@@ -206,13 +210,14 @@ impl Ask<'_> {
     fn upload(&self) -> Result<Answer, String> {
         let loaded = self.bench.compile()?;
         let (bench, client, ask) = (self.bench.clone(), self.client.clone(), self.ask);
+        let file = lock(&self.bench.desk).name().unwrap_or_default();
         self.ask(move |board| {
             compare(board, &loaded.program.profile)?;
             let identity = board.identity().map_err(|error| error.to_string())?;
             let loaded = Arc::new(loaded.for_features(identity.features));
             let image = &loaded.compiled.image;
             let all = image.len().max(1) as f32;
-            let result = board.upload(image, true, &mut |bytes| {
+            let result = board.bring(image, (None, &file), true, &mut |bytes| {
                 client.send(&ToPage::Progress { ask, part: bytes as f32 / all });
             });
             result.map_err(|error| error.to_string())?;

@@ -81,6 +81,12 @@ pub enum Wish {
     Simulate,
     /// Compile the text and bring it to the board.
     Upload,
+    /// The programs that the board holds.
+    Library,
+    /// Start runs the program of this number from now on.
+    Choose(u8),
+    /// Erase the program of this number.
+    Erase(u8),
     /// Give the board the script's machine.
     Profile,
     /// Start the stored program, release WaitStart, or acknowledge a fault.

@@ -14,6 +14,7 @@ mod commission;
 mod desk;
 mod gate;
 mod http;
+mod library;
 mod machine;
 mod message;
 mod server;

@@ -192,6 +192,7 @@ fn acts(wish: &Wish) -> bool {
             | Wish::Pattern { .. }
             | Wish::Setup(SetupWish::Look)
             | Wish::Simulate
+            | Wish::Library
             | Wish::Release(_)
             | Wish::Quit
     )

@@ -15,7 +15,7 @@ fn nothing_is_lost_when_the_broker_is_killed_and_a_board_outlives_the_gateway() 
     let Some(program) = mosquitto() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let board = Board::start(&[]);
-    upload(&board, "DIM n\nFOR n = 1 TO 30000\n  PRINT n\n  Wait 20ms\nNEXT\n");
+    upload(&board, "DIM n\nFOR n = 1 TO 30000\n  PRINT n\n  Wait 40ms\nNEXT\n");
     let port = free_port();
     // The broker keeps what it has acknowledged, but for what came since its loop last wrote its file: mosquitto
     // acknowledges first. What is missing must be of that kind, which a witness between the two tells.
@@ -46,7 +46,7 @@ fn nothing_is_lost_when_the_broker_is_killed_and_a_board_outlives_the_gateway() 
     // All that the board printed so far, and some of what it prints behind the last kill.
     let (mut newest, mut printed, mut doubled, mut forgotten) = (None, 0, 0, 0);
     let begun = std::time::Instant::now();
-    let wanted = 50 * KILLS as u64;
+    let wanted = 25 * KILLS as u64;
     while printed < wanted {
         assert!(begun.elapsed() < PATIENCE, "{printed} of {wanted} lines came");
         let (_, said) = ear.wait("event", |_, _| true);

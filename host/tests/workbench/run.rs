@@ -164,3 +164,27 @@ fn the_command_line_has_its_turns_beside_the_workbench() -> Outcome<()> {
     assert_eq!(stand.board()?.status()?.pos, rest.pos, "it went on though it is still held");
     page.mouse("mouseReleased", at)
 }
+
+#[test]
+fn programs_of_the_board_are_listed_chosen_and_erased() -> Outcome<()> {
+    let Some(mut stand) = Stand::with_board("PRINT \"here\"\n")? else { return Ok(()) };
+    let page = stand.page()?;
+    page.upload()?;
+    page.says("#library", "Start runs it")?;
+    // Another program beside it, as from the command line.
+    stand.board()?.bring("SetOut 2, ON\n", "second")?;
+    page.says("#library", "second")?;
+    let choose = "button[aria-label^='Choose']";
+    page.wait(&format!("document.querySelectorAll(\"#library {choose}\").length === 1"), PATIENCE)?;
+    page.push(&format!("#library {choose}"))?;
+    page.wait(
+        &format!("!document.querySelector(\"#library {choose}\").ariaLabel.includes('second')"),
+        PATIENCE,
+    )?;
+    page.push("#start")?;
+    page.says("#console", "here")?;
+    page.eval("window.confirm = () => true")?;
+    page.push("#library button[aria-label='Erase second']")?;
+    page.wait("!document.querySelector('#library').textContent.includes('second')", PATIENCE)?;
+    Ok(())
+}

@@ -77,6 +77,15 @@ impl Board {
         self.client.set_coil(lang::wire::COILS + n - 1, on).map_err(|error| error.to_string())
     }
 
+    /// Brings another program into its library.
+    pub fn bring(&mut self, script: &str, name: &str) -> Outcome<()> {
+        let source = lang::front::source::Source::new("test", script.to_owned());
+        let (program, _) = lang::front::compile(&source, lang::front::ProfileChoice::built_in());
+        let compiled = lang::back::compile(&program.ok_or("a script")?).map_err(|_| "a program")?;
+        let done = self.client.bring(&compiled.image, (None, name), false, &mut |_| {});
+        done.map(drop).map_err(|error| error.to_string())
+    }
+
     /// Waits until its state fits.
     pub fn until(&mut self, what: &str, fits: impl Fn(&Status) -> bool) -> Outcome<Status> {
         let end = Instant::now() + PATIENCE;

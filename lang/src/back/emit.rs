@@ -9,19 +9,23 @@ use crate::back::ir::{Cond, Handler, Item, Label, Unit};
 use crate::back::report::{Compiled, MAX_CELLS, Mark, MarkKind, Sidecar, VarPlace};
 use crate::hir::{Limits, Program, RoutineId, Storage, VarId};
 use crate::image::statements::{self, Place};
-use crate::image::{self, HEADER, Header, pool_limit};
+use crate::image::{self, HEADER, Header, NARROW, pool_limit};
 use crate::isa::{LOW_CELLS, Op, SHORT_CELLS, SMALL};
 use crate::record::{MachineRecord, feature};
 use crate::wire::{CRC_START, crc16};
-
-/// Longest code with two-byte addresses: an entry of the call stack has 12 bits.
-const NARROW_CODE: usize = 1 << 12;
 
 /// Writes the image of a program that fits.
 pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Compiled {
     let narrow = Emitter::new(program, &unit, cells, false).finish();
     let fits = |code: &Code| {
-        code.bytes.len() <= NARROW_CODE && code.data.bytes.len() + code.table.len() <= 0xFFFF
+        let parts = [
+            HEADER,
+            MachineRecord::SIZE,
+            code.bytes.len(),
+            code.data.bytes.len(),
+            code.table.len(),
+        ];
+        parts.iter().sum::<usize>() <= NARROW
     };
     let (code, wide) = if fits(&narrow) {
         (narrow, false)

@@ -5,6 +5,28 @@ use crate::axis::Axis;
 
 impl Profile {
     /// Each number, name and role once, but for roles that a machine may have several of.
+    /// The inputs that choose a program follow one another, as the board's record has them.
+    fn check_selection(&self) -> Result<(), ProfileError> {
+        let places = InputRole::SELECT.map(|role| self.input_with(role).map(|input| input.n));
+        let count = places.iter().flatten().count();
+        let first = places[0].unwrap_or_default();
+        let in_order = (first..).zip(places).take(count).all(|(n, place)| place == Some(n));
+        if !in_order {
+            return Err(ProfileError(
+                "the inputs that choose a program have the roles select_1, select_2 and so on, without a gap, at \
+                 numbers that follow one another: select_1 at input 4, select_2 at input 5"
+                    .to_owned(),
+            ));
+        }
+        if count > 0 && self.input_with(InputRole::NextProgram).is_some() {
+            return Err(ProfileError(
+                "a machine chooses its program by inputs (select_1 ...) or by a button (next_program), not by both"
+                    .to_owned(),
+            ));
+        }
+        Ok(())
+    }
+
     fn check_roles(&self) -> Result<(), ProfileError> {
         fn twice<T: PartialEq>(list: &[Option<T>]) -> Option<(usize, usize)> {
             let known = list.iter().enumerate().filter(|(_, item)| item.is_some());
@@ -44,15 +66,15 @@ impl Profile {
                 let what = format!("role = \"{name}\"");
                 return refuse(&what, "input", (with[0], *last), &remedy);
             }
-            let start_17 = role == InputRole::Start
-                && with.iter().any(|at| self.inputs[*at].n == Wiring::Chain.probe());
-            if start_17 {
-                return Err(ProfileError(
-                    "input 17 has role = \"start\", but no filter; take one of the inputs 1 to 16"
-                        .to_owned(),
-                ));
+            let filtered = InputRole::SELECT.contains(&role)
+                || matches!(role, InputRole::Start | InputRole::NextProgram);
+            if filtered && with.iter().any(|at| self.inputs[*at].n == Wiring::Chain.probe()) {
+                return Err(ProfileError(format!(
+                    "input 17 has role = \"{name}\", but no filter; take one of the inputs 1 to 16"
+                )));
             }
         }
+        self.check_selection()?;
         for role in OutputRole::ALL {
             let with: Vec<_> = self
                 .outputs
@@ -190,6 +212,18 @@ mod tests {
             assert!(error(many(role, 2)).ends_with("a machine has one"), "{role}");
         }
         assert!(error(input(5, "hold") + &input(5, "emergency_stop")).contains("n = 5"));
+        let select = |first: u8, count: u8| {
+            (0..count).map(|n| input(first + n, &format!("select_{}", n + 1))).collect::<String>()
+        };
+        for count in 1..=6 {
+            assert!(Profile::parse(&(mill.to_owned() + &select(1, count))).is_ok(), "{count}");
+        }
+        let apart = input(1, "select_1") + &input(3, "select_2");
+        for wrong in [input(1, "select_2"), apart, input(1, "select_1") + &input(2, "select_3")] {
+            assert!(error(wrong).contains("without a gap"));
+        }
+        assert!(error(select(1, 2) + &input(5, "next_program")).contains("not by both"));
+        assert!(error(input(17, "next_program")).contains("no filter"));
         assert!(error(input(17, "start")).contains("no filter"));
         let output = |n: u8, rest: &str| format!("\n[[output]]\nn = {n}\n{rest}\n");
         assert!(error(output(9, "") + &output(9, "")).contains("both have n = 9"));

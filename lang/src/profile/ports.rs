@@ -91,11 +91,31 @@ pub enum InputRole {
     ReferenceZ,
     /// Emergency stop, normally closed.
     EmergencyStop,
+    /// Chooses the program that Start runs, with the other ones of its kind: 1 of the binary number.
+    #[serde(rename = "select_1")]
+    Select1,
+    /// Chooses the program that Start runs, with the other ones of its kind: 2 of the binary number.
+    #[serde(rename = "select_2")]
+    Select2,
+    /// Chooses the program that Start runs, with the other ones of its kind: 4 of the binary number.
+    #[serde(rename = "select_3")]
+    Select3,
+    /// Chooses the program that Start runs, with the other ones of its kind: 8 of the binary number.
+    #[serde(rename = "select_4")]
+    Select4,
+    /// Chooses the program that Start runs, with the other ones of its kind: 16 of the binary number.
+    #[serde(rename = "select_5")]
+    Select5,
+    /// Chooses the program that Start runs, with the other ones of its kind: 32 of the binary number.
+    #[serde(rename = "select_6")]
+    Select6,
+    /// A button that chooses the next program of the library.
+    NextProgram,
 }
 
 impl InputRole {
     /// All roles.
-    pub const ALL: [InputRole; 9] = [
+    pub const ALL: [InputRole; 16] = [
         InputRole::Start,
         InputRole::Stop,
         InputRole::Hold,
@@ -105,6 +125,23 @@ impl InputRole {
         InputRole::ReferenceY,
         InputRole::ReferenceZ,
         InputRole::EmergencyStop,
+        InputRole::Select1,
+        InputRole::Select2,
+        InputRole::Select3,
+        InputRole::Select4,
+        InputRole::Select5,
+        InputRole::Select6,
+        InputRole::NextProgram,
+    ];
+
+    /// Those that choose a program, the lowest bit of its number first.
+    pub const SELECT: [InputRole; 6] = [
+        InputRole::Select1,
+        InputRole::Select2,
+        InputRole::Select3,
+        InputRole::Select4,
+        InputRole::Select5,
+        InputRole::Select6,
     ];
 
     /// As a profile names it.
@@ -119,6 +156,13 @@ impl InputRole {
             InputRole::ReferenceY => "reference_y",
             InputRole::ReferenceZ => "reference_z",
             InputRole::EmergencyStop => "emergency_stop",
+            InputRole::Select1 => "select_1",
+            InputRole::Select2 => "select_2",
+            InputRole::Select3 => "select_3",
+            InputRole::Select4 => "select_4",
+            InputRole::Select5 => "select_5",
+            InputRole::Select6 => "select_6",
+            InputRole::NextProgram => "next_program",
         }
     }
 

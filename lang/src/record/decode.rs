@@ -31,7 +31,7 @@ impl BoardRecord {
             emergency: [byte(25), byte(26), byte(27), byte(28)],
             end_of_stops: byte(29),
             start: byte(30),
-            spare: byte(31),
+            select: byte(31),
             reset_on: word(32),
             output_invert: word(34),
             pause: states(36),
@@ -86,6 +86,12 @@ impl BoardRecord {
             several(&self.door, InputRole::Door),
         ]
         .concat();
+        let (first, count) = (self.select & 31, self.select >> 5);
+        let chooses = match count {
+            BoardRecord::NEXT => vec![(first, InputRole::NextProgram)],
+            count => (first..first + count).zip(InputRole::SELECT).collect(),
+        };
+        let stops = [stops, chooses].concat();
         let single = [
             (self.start, InputRole::Start),
             (self.probe, InputRole::Probe),

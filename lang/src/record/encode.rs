@@ -181,7 +181,7 @@ impl BoardRecord {
             emergency: core::array::from_fn(|_| emergency()),
             end_of_stops: BoardRecord::END_OF_STOPS,
             start: input(InputRole::Start),
-            spare: 0,
+            select: select(profile),
             output_invert: profile.outputs.iter().filter(|o| o.invert).map(|o| bit(o.n)).sum(),
             reset_on: states(profile, |output| output.reset, SafeState::Off).on,
             pause: states(profile, pause, SafeState::Keep),
@@ -237,7 +237,7 @@ impl BoardRecord {
             pair(self.door[1], self.emergency[0]),
             pair(self.emergency[1], self.emergency[2]),
             pair(self.emergency[3], self.end_of_stops),
-            pair(self.start, self.spare),
+            pair(self.start, self.select),
             self.reset_on,
             self.output_invert,
         ]);
@@ -321,6 +321,17 @@ fn states(profile: &Profile, of: impl Fn(&Output) -> SafeState, others: SafeStat
         }
     }
     states
+}
+
+/// [`BoardRecord::select`]
+fn select(profile: &Profile) -> u8 {
+    let at = |role| profile.input_with(role).map_or(0, |input| input.n as u8);
+    let count = InputRole::SELECT.into_iter().filter(|role| at(*role) != 0).count() as u8;
+    match at(InputRole::NextProgram) {
+        0 if count == 0 => 0,
+        0 => at(InputRole::Select1) | count << 5,
+        next => next | BoardRecord::NEXT << 5,
+    }
 }
 
 #[cfg(test)]

@@ -5,29 +5,28 @@ use crate::fault::Fault;
 use crate::isa::Op;
 use crate::record::feature;
 
-/// Shift of the kind in an entry of two bytes: 12 bits of address lie below it.
-const KIND: u32 = 12;
-/// Shift of the kind in an entry of four bytes, which only wide images have.
-const WIDE_KIND: u32 = 24;
+/// Bytes of an entry.
+const ENTRY: usize = crate::part::F5529.call_bytes as usize;
+/// Shift of the kind in an entry: the address lies below it.
+const KIND: u32 = 24;
 
 impl Vm<'_, '_> {
     fn entry_at(&self, index: u8) -> Option<usize> {
-        let header = &self.image.header;
-        header.pool_bytes().checked_sub((usize::from(index) + 1) * header.call_bytes())
+        self.image.header.pool_bytes().checked_sub((usize::from(index) + 1) * ENTRY)
+    }
+
+    /// Kind ([`super::entry`]) and address of an open call: where it goes back to, or of an error handler what
+    /// failed.
+    pub(super) fn call(&self, index: u8) -> Option<(u8, usize)> {
+        let bytes = self.pool.get(self.entry_at(index)?..)?;
+        let entry = u32::from_le_bytes(*bytes.first_chunk()?);
+        let address = usize::try_from(entry & ((1 << KIND) - 1)).ok()?;
+        Some(((entry >> KIND) as u8, address))
     }
 
     /// Kind and address of the newest entry.
     fn top(&self) -> Option<(u8, usize)> {
-        let at = self.entry_at(self.state.calls.checked_sub(1)?)?;
-        let bytes = self.pool.get(at..)?;
-        if self.image.header.wide() {
-            let entry = u32::from_le_bytes(*bytes.first_chunk()?);
-            let address = usize::try_from(entry & ((1 << WIDE_KIND) - 1)).ok()?;
-            Some(((entry >> WIDE_KIND) as u8, address))
-        } else {
-            let entry = u16::from_le_bytes(*bytes.first_chunk()?);
-            Some(((entry >> KIND) as u8, usize::from(entry & ((1 << KIND) - 1))))
-        }
+        self.call(self.state.calls.checked_sub(1)?)
     }
 
     fn open(&mut self, kind: u8, address: usize) -> Result<(), Fault> {
@@ -36,13 +35,8 @@ impl Vm<'_, '_> {
         }
         let at = self.entry_at(self.state.calls).ok_or(BROKEN)?;
         let bytes = self.pool.get_mut(at..).ok_or(BROKEN)?;
-        if self.image.header.wide() {
-            let entry = u32::from(kind) << WIDE_KIND | address as u32;
-            *bytes.first_chunk_mut().ok_or(BROKEN)? = entry.to_le_bytes();
-        } else {
-            let entry = u16::from(kind) << KIND | address as u16;
-            *bytes.first_chunk_mut().ok_or(BROKEN)? = entry.to_le_bytes();
-        }
+        let entry = u32::from(kind) << KIND | address as u32;
+        *bytes.first_chunk_mut().ok_or(BROKEN)? = entry.to_le_bytes();
         self.state.calls += 1;
         Ok(())
     }

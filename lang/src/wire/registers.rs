@@ -27,9 +27,11 @@ macro_rules! register_rows {
                 OWN: Holding 5000 + 200, WRITABLE;
                 PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
                 PROFILE_MORE: Holding 5240 + 16, WRITABLE;
+                LIBRARY: Holding 6000 + 1024, 0;
                 UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;
                 STREAM_MACHINE: Holding 9600 + 73, WRITABLE;
                 STREAM_PIECE: Holding 9700 + 256, WRITABLE;
+                UPLOAD_LARGE: Holding 10000 + 16384, WRITABLE;
             }
             registers {
                 /// Inputs 1..16, bit n-1; input 17 is bit 0 of the next register. Also input bits 0...
@@ -92,6 +94,8 @@ macro_rules! register_rows {
                 MISSED_DEADLINES: OWN + 13;
                 /// Free RAM words of the largest pool, in 16-bit words.
                 POOL_WORDS_REGISTER: OWN + 14;
+                /// F5529: number in the library of the stored program that these registers tell of: the one that runs or ran last, or is selected.
+                PROGRAM_NUMBER: OWN + 15;
                 /// Why a streamed run waits for a handler, 0 when it does not. Bits 0..3: [`Called`]; bits 4, 5:
                 /// slot of the event; high byte: number of the fault instead. What is read behind it in one
                 /// request is of that instant or later.
@@ -136,12 +140,16 @@ macro_rules! register_rows {
                 TRACE_MODE: OWN + 51;
                 /// F5529: milliseconds that what commands move still goes on, 0 without a bound. Write 1 for 300 of them, again while a button is held; 0 takes the bound away, as rest does.
                 JOG_HOLD: OWN + 52;
+                /// F5529: number of the program that Start runs, 0 for none. Writing it selects one, over any reset: exception 3 when there is none of that number, 6 while a program runs.
+                SELECTED: OWN + 53;
                 /// Write one [`Upload`] code.
                 UPLOAD_CONTROL: OWN + 60;
                 /// Length of the image to come, bytes; bit 15: it uses KEEP.
                 UPLOAD_LENGTH: OWN + 61;
                 /// [`Refusal`] of the last upload, or of the stored program at power-up.
                 UPLOAD_RESULT: OWN + 62;
+                /// F5529: number of the program in the library, 1 to 64, that an upload or an erase is for; 0, as behind each of them, for the selected one or a free number.
+                UPLOAD_NUMBER: OWN + 63;
                 /// Write one [`Stream`] code.
                 STREAM_CONTROL: OWN + 64;
                 /// Pieces that the board holds.
@@ -150,6 +158,8 @@ macro_rules! register_rows {
                 STREAM_BYTES: OWN + 66;
                 /// Registers that one request may write.
                 STREAM_REQUEST: OWN + 67;
+                /// F5529: name that the upload gives its program, 8 registers of two characters, the first in the high byte, 0 behind the last.
+                UPLOAD_NAME: OWN + 68;
                 /// Trace slot of events with an even number.
                 TRACE_EVEN: OWN + 100;
                 /// Trace slot of events with an odd number.
@@ -168,7 +178,7 @@ macro_rules! register_rows {
                 WAITS: OWN + 142;
                 /// Offset in the image's code of that effect, or of the one under way.
                 EFFECT_PLACE: OWN + 143;
-                /// Open calls of the program that runs, the outermost first, 0 behind the newest: bits 0..11 the offset it goes back to, above them the kind.
+                /// Open calls of the program that runs, the outermost first, 0 behind the newest: bits 0..11 the offset it goes back to, above them the kind; on the F5529 two registers each, the offset and the kind in the upper 4 bits.
                 OPEN_CALLS: OWN + 144;
             }
         }

@@ -37,11 +37,16 @@ pasapas_verify:
     mov.b CHECK_STACK(r4), r12
     cmp.b CHECK_FRAME_DEPTH(r4), r12
     jlo verify_leave
-    /* 4 (cells + stack) + 2 calls = 2 (2 (cells + stack) + calls) */
+    /* 4 (cells + stack) + 2 calls = 2 (2 (cells + stack) + calls), or 4 (cells + stack + calls) */
     add r11, r12
+    .if CHECK_CALL_BYTES == 2
     rla r12
+    .endif
     mov.b CHECK_CALLS(r4), r13
     add r13, r12
+    .if CHECK_CALL_BYTES == 4
+    rla r12
+    .endif
     rla r12
     .if CHECK_EVENT_POOL | (CHECK_POOL_MANY-CHECK_POOL_ONE)
     mov #CHECK_POOL_MANY, r14
@@ -71,10 +76,6 @@ pasapas_verify:
     add r4, r12
     mov r12, CHECK_IMAGE_END(r10)
     mov CHECK_CODE_LEN(r4), r13
-    .if CHECK_ROOM - CHECK_CODE > CHECK_MAX_CODE - 1
-    cmp #CHECK_MAX_CODE, r13
-    jhs verify_fail
-    .endif
     /* axes that are there have a scale; the code follows the last one, and the first pass finds no
        room for an instruction in none */
     add #CHECK_AXES, r4

@@ -1,5 +1,15 @@
 /* The two passes over the code, and where jumps lead. */
 
+    /* the number of the block that offset \r lies in */
+    .macro BLOCK_OF r
+    .if CHECK_BLOCK == 64
+    rla \r
+    rla \r
+    .endif
+    swpb \r
+    mov.b \r, \r
+    .endm
+
     /* first pass: instructions, operands, depths; leaves the anchors */
 verify_code:
     mov #CHECK_ANCHORS, r12
@@ -20,11 +30,8 @@ verify_code:
     mov r4, r12
     sub @r10, r12
     mov r12, r11
-    rla r11
-    rla r11
-    swpb r11
-    mov.b r11, r11
-    and #63, r12
+    BLOCK_OF r11
+    and #CHECK_BLOCK-1, r12
     add r10, r11
     cmp.b #-1, CHECK_ANCHOR(r11)
     jne 3f
@@ -251,12 +258,9 @@ verify_lands:
     jlo verify_fail
     mov r13, r12
     sub r4, r12
-    cmp #64, r12
+    cmp #CHECK_BLOCK, r12
     jlo 4f
-    rla r11
-    rla r11
-    swpb r11
-    mov.b r11, r11
+    BLOCK_OF r11
 1:  mov r10, r12
     add r11, r12
     mov.b CHECK_ANCHOR(r12), r4
@@ -264,8 +268,10 @@ verify_lands:
     jeq 2f
     mov r11, r15
     swpb r15
+    .if CHECK_BLOCK == 64
     rra r15
     rra r15
+    .endif
     add r15, r4
     add @r10, r4
     cmp r4, r13

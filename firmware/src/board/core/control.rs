@@ -17,7 +17,7 @@ use lang::wire::{Control, RunState, Seen};
 impl Core {
     /// A control code from the link.
     pub fn control(&mut self, control: Control) {
-        let program = self.store.image().is_some();
+        let program = self.image().is_some();
         let blocked = self.blocked();
         let order = match control {
             Control::Start => self.session.start(blocked, program),
@@ -64,11 +64,15 @@ impl Core {
 
     /// Checks the stored program and starts it.
     pub(super) fn begin(&mut self) {
-        let Some(image) = self.image() else { return };
         // The host has not read how the last run ended: the press comes too early.
         if self.trace.full {
             return;
         }
+        if let Err(fault) = self.choose() {
+            self.fail(fault);
+            return;
+        }
+        let Some(image) = self.image() else { return };
         if verify::sound(&Image(image), Store::area::<Area>()).is_none() || !self.check(image) {
             self.fail(Fault::ImageRefused);
             return;

@@ -103,7 +103,7 @@ impl Core {
     }
 
     /// The status lamp: off without a program, lit when ready, blinking slowly in a run and fast in
-    /// a pause, a fault's number in blinks.
+    /// a pause, a fault's number in blinks, and once that of a program that the button for the next one chose.
     pub(super) fn lamp(&mut self) {
         let n = self.record.lamp;
         if n == 0 {
@@ -112,6 +112,13 @@ impl Core {
         self.blink = self.blink.wrapping_add(1);
         let on = match self.session.state() {
             RunState::Empty => false,
+            RunState::Ready if self.library.shown != 0 => {
+                let blinks = u16::from(self.library.shown);
+                if self.blink >= (blinks + 4) * 256 {
+                    self.library.shown = 0;
+                }
+                self.blink < blinks * 256 && self.blink & 128 != 0
+            }
             RunState::Ready => true,
             RunState::Running | RunState::WaitStart => self.blink & 512 != 0,
             RunState::Paused | RunState::Stopping => self.blink & 128 != 0,

@@ -3,13 +3,22 @@
 use core::mem::offset_of;
 
 use super::Core;
-use crate::flash::{Area, Image};
+use crate::flash::{Area, Image, Ring};
 use crate::vm::vm;
 use firmware::keep::{self, Kept};
+use firmware::store::{Denied, Flash, SEGMENT};
 use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::image::at;
 use lang::record::MachineRecord;
 use lang::wire::Exception;
+
+/// KEEP values on their way from a program to the one that replaces it.
+#[derive(Clone, Copy, Default)]
+pub struct Carried {
+    count: u8,
+    mark: u8,
+    values: [i32; keep::KEEPS as usize],
+}
 
 impl Core {
     /// KEEP values of the stored program.
@@ -33,12 +42,17 @@ impl Core {
         self.image().map_or(0, |image| Image(image).byte(place))
     }
 
+    /// Where flash has its values.
+    fn ring(&self) -> Ring {
+        Ring(self.store.keeps_at(&Area))
+    }
+
     /// KEEP value `index`: of the running program its cell.
     pub fn kept(&self, index: u16) -> i32 {
         if self.session.is_active() && index < self.keep_count() {
             return vm().cell(self.keep_base() + index);
         }
-        keep::read(&Area, self.keep(), index)
+        keep::read(&self.ring(), self.keep(), index)
     }
 
     /// Changes a KEEP value.
@@ -52,7 +66,7 @@ impl Core {
         let mut values = [0; keep::KEEPS as usize];
         let kept = self.keep();
         for (of, slot) in (0..kept.count).zip(&mut values) {
-            *slot = if of == index { value } else { keep::read(&Area, kept, of) };
+            *slot = if of == index { value } else { keep::read(&self.ring(), kept, of) };
         }
         self.write_kept(&values);
         true
@@ -102,7 +116,7 @@ impl Core {
             return;
         }
         for index in 0..kept.count.min(keep::KEEPS) {
-            vm().set_cell(self.keep_base() + index, keep::read(&Area, kept, index));
+            vm().set_cell(self.keep_base() + index, keep::read(&self.ring(), kept, index));
         }
         self.save();
     }
@@ -121,7 +135,44 @@ impl Core {
     fn write_kept(&self, values: &[i32]) {
         match values.get(..usize::from(self.keep_count())) {
             Some([]) | None => {}
-            Some(values) => keep::save(&mut Area, self.mark(), values),
+            Some(values) => keep::save(&mut self.ring(), self.mark(), values),
         }
+    }
+
+    /// Remembers the values of the program that an upload is to replace.
+    pub fn carry(&mut self, number: u8) {
+        let current = self.store.current();
+        self.carried = Carried::default();
+        if !self.store.choose(number) {
+            return;
+        }
+        let kept = self.keep();
+        let ring = self.ring();
+        for (index, value) in (0..kept.count).zip(&mut self.carried.values) {
+            *value = keep::read(&ring, kept, index);
+        }
+        self.carried.count = kept.count as u8;
+        self.carried.mark = kept.mark;
+        self.store.choose(current);
+    }
+
+    /// Gives them to the one that replaces it and declares the same; nothing else is in its segments.
+    ///
+    /// # Errors
+    /// There is no room for its values.
+    pub fn hand_over(&mut self) -> Result<(), Denied> {
+        let Some(image) = self.store.open_image::<Area>() else { return Ok(()) };
+        let image = Image(crate::flash::AREA + image);
+        let keeps = image.byte(at::KEEPS as u16);
+        let Some(ring) = self.store.open_keeps(&Area, keeps != 0)? else { return Ok(()) };
+        let mut ring = Ring(ring);
+        ring.erase(0);
+        ring.erase(SEGMENT);
+        let place = MACHINE + offset_of!(MachineRecord, keeps) as u16;
+        let Carried { count, mark, values } = self.carried;
+        if image.byte(place) == mark && keeps == count {
+            keep::save(&mut ring, mark, values.get(..usize::from(count)).unwrap_or_default());
+        }
+        Ok(())
     }
 }

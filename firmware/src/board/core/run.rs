@@ -147,7 +147,7 @@ impl Core {
             self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
             self.forget();
             // A streamed run leaves what is stored, or nothing.
-            self.session.stored(self.store.image().is_some());
+            self.session.stored(self.image().is_some());
         }
     }
 

@@ -20,7 +20,7 @@ impl Core {
             return;
         }
         if late > 2 {
-            self.missed = self.missed.wrapping_add(late - 2);
+            self.missed = self.missed.saturating_add(1);
         }
         self.tick = self.tick.wrapping_add(1);
         self.millisecond();
@@ -39,6 +39,7 @@ impl Core {
             let second = u16::from(self.input(self.record.start)) << 1;
             self.buttons.sample(chain::buttons() | second);
             self.pressed(self.buttons.accepted() & !pressed);
+            self.next_program();
             // Hold, door and a second Stop.
             if self.blocking() != 0 {
                 self.control(Control::Pause);

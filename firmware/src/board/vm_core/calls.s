@@ -1,4 +1,5 @@
-/* Calls: an entry of the call stack is 12 bits of return address and 4 of kind. */
+/* Calls: an entry of the call stack is 12 bits of return address and 4 of kind, or a word of address and one with
+   the kind in the same 4 bits. */
 
     .if CORE_EVENTS
 vm_more:
@@ -43,9 +44,15 @@ vm_enter:
     cmp &CORE_VM+CORE_CALLS_END, r15
     jhs vm_no_call
     sub r4, r5
+    .if CORE_CALL_BYTES == 4
+    mov r14, 2(r15)
+    mov r5, 0(r15)
+    add #4, &CORE_VM+CORE_CALLS
+    .else
     bis r14, r5
     mov r5, 0(r15)
     incd &CORE_VM+CORE_CALLS
+    .endif
     /* on at address r12 of the code */
 vm_goto:
     mov r12, r5
@@ -60,12 +67,19 @@ vm_entry:
     mov &CORE_VM+CORE_CALLS, r15
     cmp #CORE_CALLS_START, r15
     jeq vm_no_call
+    .if CORE_CALL_BYTES == 4
+    sub #4, r15
+    mov r15, &CORE_VM+CORE_CALLS
+    mov @r15, r12
+    mov 2(r15), r13
+    .else
     decd r15
     mov r15, &CORE_VM+CORE_CALLS
     mov @r15, r12
     mov r12, r13
     and #0xf000, r13
     bic r13, r12
+    .endif
     ret
 vm_exitsub:
     call #vm_entry

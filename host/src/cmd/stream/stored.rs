@@ -92,7 +92,7 @@ impl Stream {
         console: &Console,
     ) -> Result<(), Failure> {
         board
-            .upload(&piece.image, true, &mut |_| ())
+            .bring(&piece.image, (None, "stream"), true, &mut |_| ())
             .map_err(|error| Failure::Board(error.to_string()))?;
         let (_, runs) = board.run_state()?;
         board.control(Control::Start)?;

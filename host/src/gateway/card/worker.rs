@@ -182,7 +182,7 @@ impl Worker {
         if (usize::from(there.program_bytes), there.program_crc) == (image.len(), crc) {
             return Ok(crc);
         }
-        client.upload(&image, true, &mut |_| ()).map_err(|error| {
+        client.bring(&image, (None, "memory"), true, &mut |_| ()).map_err(|error| {
             use crate::client::upload::UploadError;
             eprintln!("pasapas: the card of {}: {error}", self.board);
             match error {

@@ -10,6 +10,7 @@ import { PathView } from './path.js';
 import { Trial } from './trial.js';
 import { Run } from './run.js';
 import { Machine } from './machine.js';
+import { Library } from './library.js';
 import { Teach } from './teach.js';
 import { Pattern } from './pattern.js';
 import './tabs.js';
@@ -64,7 +65,8 @@ function build(welcome) {
   const run = new Run(link, editor, script, welcome.words.faults);
   const machine = new Machine(link);
   const teach = new Teach(link, machine, script), pattern = new Pattern(link, machine, script);
-  Object.assign(parts, { editor, script, language, assist, view, trial, run, machine, teach, pattern });
+  const library = new Library(link);
+  Object.assign(parts, { library, editor, script, language, assist, view, trial, run, machine, teach, pattern });
   trial.dispatch = about => machine.build(about.machine, parts.welcome.virtual_board);
   script.addEventListener('changed', title);
   $('#edit-buttons').append(
@@ -134,6 +136,7 @@ function show(state) {
   $('#helm').setAttribute('aria-pressed', state.mine);
   text($('#helm'), state.mine ? 'You have the helm' : state.taken ? 'Take the helm (another page has it)' : 'Take the helm');
   parts.run.show(state);
+  parts.library.show(state);
   parts.machine.show(state);
   parts.teach.show(state);
   parts.trial.runs = parts.run.runs;

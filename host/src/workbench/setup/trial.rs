@@ -156,7 +156,10 @@ impl Runs {
     fn bring(&self, machine: &Profile) -> Result<(), String> {
         let image = stub(machine)?;
         self.ask(move |board| {
-            board.upload(&image, true, &mut |_| ()).map_err(|error| error.to_string())
+            board
+                .bring(&image, (None, "setup"), true, &mut |_| ())
+                .map_err(|error| error.to_string())?;
+            Ok(())
         })
     }
 
