@@ -21,8 +21,11 @@ pub const KEEP_SEGMENTS: u8 = 2;
 /// Programs of the largest library.
 const MOST: usize = part::F5529.programs as usize;
 
-/// Segments that a request erases at most: some 200 ms, which the host waits.
-const AT_ONCE: u8 = 6;
+/// Segments that the beginning of an upload erases: at most 200 ms, which the host waits. The others of a library are
+/// erased while the next request arrives.
+const fn at_once(programs: u8) -> u8 {
+    if programs > 1 { 1 } else { 6 }
+}
 
 /// High byte of a commit word; the low byte is the sequence number.
 const COMMITTED: u16 = 0xA500;
@@ -348,7 +351,7 @@ impl Store {
         }
         let first = self.fit(flash, wanted, limit).ok_or(Denied::TooLong)?;
         self.erased = 0;
-        while self.erased < image.min(AT_ONCE) {
+        while self.erased < image.min(at_once(F::PROGRAMS)) {
             flash.erase(at(first + self.erased));
             self.erased += 1;
         }

@@ -30,6 +30,7 @@ use firmware::motion::Feed;
 use firmware::print::Print;
 use firmware::session::Session;
 use firmware::store::Store;
+use firmware::verify::CODE;
 use lang::fault::Fault;
 use lang::record::{BoardRecord, feature};
 
@@ -203,9 +204,12 @@ impl Core {
         }
     }
 
-    /// The stored program has changed: it is checked and its profile holds.
+    /// The stored program may have changed: it is checked, unless it is attached and so was before, and its
+    /// profile holds.
     pub fn stored(&mut self) {
-        let image = self.image().filter(|&image| self.check(image));
+        let attached = vm().code;
+        let image =
+            self.image().filter(|&image| image + CODE == attached || self.check(image));
         vm().attach(image.unwrap_or(0));
         self.session.stored(image.is_some());
     }

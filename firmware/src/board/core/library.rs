@@ -104,6 +104,7 @@ impl Core {
                     return Err(Exception::DeviceFailure);
                 }
                 let number = self.store.open_number();
+                let opened = self.store.open_image::<Area>();
                 let result = self
                     .hand_over()
                     .and_then(|()| self.store.commit(&mut Area, &self.library.name));
@@ -112,6 +113,12 @@ impl Core {
                     self.library.number = 0;
                     if self.library.selected == 0 {
                         self.remember(number);
+                    }
+                    if number == self.library.selected
+                        && let Some(opened) = opened
+                    {
+                        // It was checked just now.
+                        vm().attach(flash::AREA + opened);
                     }
                 }
                 result
