@@ -355,17 +355,28 @@ pasapas_high:
     .section .text.crc16,"ax",@progbits
 module.math$crc16:
     .global pasapas_crc16
-    /* r12 CRC, r13 byte (high byte 0); 8 rounds of 9 cycles at most */
+    /* r12 CRC, r13 byte (high byte 0); four bits at a time, 24 cycles: rrum.w #4, r12 is 0f5c (SLAU208, 6.6.3) */
 pasapas_crc16:
     xor r13, r12
-    mov #8, r14
-1:  clrc
-    rrc r12
-    jnc 2f
-    xor #0xa001, r12
-2:  dec r14
-    jne 1b
+    mov r12, r14
+    and #15, r14
+    rla r14
+    .short 0x0f5c
+    xor crc16_steps(r14), r12
+    mov r12, r14
+    and #15, r14
+    rla r14
+    .short 0x0f5c
+    xor crc16_steps(r14), r12
     ret
+
+    .section .rodata.crc16,"a",@progbits
+module.math$crc16_steps:
+    .balign 2
+    /* what four zero bits make of a CRC of 0 to 15 */
+crc16_steps:
+    .short 0x0000, 0xcc01, 0xd801, 0x1400, 0xf001, 0x3c00, 0x2800, 0xe401
+    .short 0xa001, 0x6c00, 0x7800, 0xb401, 0x5000, 0x9c01, 0x8801, 0x4400
 
     .section .text.memcpy,"ax",@progbits
 module.math$memcpy:

@@ -132,12 +132,15 @@ fn forget(stream: &mut Store) {
     stream.rests = false;
 }
 
-/// Memory of the pieces while none runs: they are forgotten.
-pub fn lend() -> &'static mut [u16] {
-    let stream = stream();
-    forget(stream);
-    stream.owns = false;
-    stream.slots.as_flattened_mut()
+/// The pieces that came are forgotten; none runs.
+pub fn forget_pieces() {
+    forget(stream());
+    close();
+}
+
+/// Memory of the pieces, for others while there are none.
+pub fn memory() -> &'static mut [u16] {
+    stream().slots.as_flattened_mut()
 }
 
 /// The stored program begins.

@@ -16,7 +16,10 @@ impl Core {
     /// # Errors
     /// Busy or locked; no upload is open, or an earlier word does not hold its value.
     pub fn take_word(&mut self, index: u16, value: u16) -> Result<(), Exception> {
-        self.may_replace()?;
+        if self.staged.count == 0 {
+            self.may_replace()?;
+            crate::stream::forget_pieces();
+        }
         let staged = &mut self.staged;
         if staged.failed || !self.store.takes(2 * index) {
             return Err(Exception::DeviceFailure);
@@ -26,7 +29,7 @@ impl Core {
         }
         // One request brings words one behind the other, and no more than these.
         let next = staged.first.wrapping_add(u16::from(staged.count));
-        let Some(place) = crate::stream::lend().get_mut(usize::from(staged.count)) else {
+        let Some(place) = crate::stream::memory().get_mut(usize::from(staged.count)) else {
             return Err(Exception::DeviceFailure);
         };
         if index != next {
@@ -44,7 +47,7 @@ impl Core {
         }
         for n in 0..self.staged.count {
             let place = self.staged.first + u16::from(n);
-            let word = crate::stream::lend().get(usize::from(n)).copied().unwrap_or_default();
+            let word = crate::stream::memory().get(usize::from(n)).copied().unwrap_or_default();
             // The link brings the earlier byte in the low half, as flash has it.
             self.staged.failed |= self.store.write(&mut Area, 2 * place, word).is_err();
         }
