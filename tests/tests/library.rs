@@ -235,7 +235,7 @@ fn a_button_chooses_the_next_program_and_the_lamp_blinks_its_number() {
     let press = |stand: &mut Stand| {
         for down in [true, false] {
             stand.board.plant_mut().set_input(7, down);
-            stand.board.run_us(100_000);
+            stand.board.run_us(30_000);
         }
     };
     for number in [2, 3] {

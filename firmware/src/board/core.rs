@@ -208,8 +208,7 @@ impl Core {
     /// profile holds.
     pub fn stored(&mut self) {
         let attached = vm().code;
-        let image =
-            self.image().filter(|&image| image + CODE == attached || self.check(image));
+        let image = self.image().filter(|&image| image + CODE == attached || self.check(image));
         vm().attach(image.unwrap_or(0));
         self.session.stored(image.is_some());
     }
