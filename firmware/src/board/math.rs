@@ -355,9 +355,11 @@ pasapas_high:
     .section .text.crc16,"ax",@progbits
 module.math$crc16:
     .global pasapas_crc16
-    /* r12 CRC, r13 byte (high byte 0); four bits at a time, 24 cycles: rrum.w #4, r12 is 0f5c (SLAU208, 6.6.3) */
+    /* r12 CRC, r13 byte (high byte 0) */
 pasapas_crc16:
     xor r13, r12
+    .if {roomy}
+    /* four bits at a time, 24 cycles; rrum.w #4, r12 is 0f5c (SLAU208, 6.6.3) */
     mov r12, r14
     and #15, r14
     rla r14
@@ -377,6 +379,17 @@ module.math$crc16_steps:
 crc16_steps:
     .short 0x0000, 0xcc01, 0xd801, 0x1400, 0xf001, 0x3c00, 0x2800, 0xe401
     .short 0xa001, 0x6c00, 0x7800, 0xb401, 0x5000, 0x9c01, 0x8801, 0x4400
+    .else
+    /* 8 rounds of 9 cycles at most */
+    mov #8, r14
+1:  clrc
+    rrc r12
+    jnc 2f
+    xor #0xa001, r12
+2:  dec r14
+    jne 1b
+    ret
+    .endif
 
     .section .text.memcpy,"ax",@progbits
 module.math$memcpy:
