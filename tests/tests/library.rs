@@ -118,8 +118,7 @@ fn a_selection_cut_anywhere_is_the_old_one_or_the_new() {
         let (old, new) = (1 + before % 2, 2 - before % 2);
         for operation in 1.. {
             let mut cut = stand.clone();
-            cut.board
-                .cut_at_flash_operation(operation, u64::from(operation) * 7 + u64::from(before));
+            cut.board.cut_at_flash_operation(operation, operation * 7 + u64::from(before));
             if select(&mut cut, new) {
                 break;
             }
