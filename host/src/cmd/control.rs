@@ -1,5 +1,7 @@
 //! `pasapas start`, `stop`, `pause` and `resume`: run control of a board.
 
+use std::time::Duration;
+
 use clap::Args;
 use lang::wire::{self, Control as Code, Exception, RunState, command};
 
@@ -40,6 +42,13 @@ impl Start {
         done(&mut board, Action::Start, console)
     }
 }
+
+/// How often axes that move are stopped.
+const STOPS: u32 = 20;
+/// Rest before it is done again: longer than another process waits between two targets of a held jog.
+const AGAIN: Duration = Duration::from_millis(250);
+/// Rest between two looks.
+const LOOK: Duration = Duration::from_millis(20);
 
 /// What to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,8 +106,7 @@ pub fn act(board: &mut Board, action: Action) -> Result<Done, Failure> {
     };
     refuse_impossible(action, before)?;
     if action == Action::Stop && is_idle(before) {
-        // No run, but a jog, homing or probing may be under way, of another process too.
-        board.write_all(wire::COMMAND, &[command::STOP_AXES, 0b111])?;
+        stop_axes(board)?;
     }
     send(board, code)?;
     let done = |state| Done { state, acknowledged: code == Code::Acknowledge };
@@ -112,6 +120,22 @@ pub fn act(board: &mut Board, action: Action) -> Result<Done, Failure> {
             blocked(board)?
         ))),
     }
+}
+
+/// No run, but a jog, homing or probing may be under way, of another process too. That one may be about to tell the axis
+/// its next target, which would take the ramp back: what still moves is stopped again.
+fn stop_axes(board: &mut Board) -> Result<(), Failure> {
+    for _ in 0..STOPS {
+        board.write_all(wire::COMMAND, &[command::STOP_AXES, 0b111])?;
+        let until = board.link().now() + AGAIN;
+        while board.link().now() < until {
+            if board.status()?.moving.is_empty() {
+                return Ok(());
+            }
+            board.link().pause(LOOK);
+        }
+    }
+    Err(Failure::Board("an axis still moves: press the machine's Stop".to_owned()))
 }
 
 /// Whether no program runs.
