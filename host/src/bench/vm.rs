@@ -8,25 +8,33 @@ use lang::profile::Profile;
 
 use super::stand::{Stand, gate, image_for};
 use super::{Sink, at_most};
-use crate::board::G2553;
+use crate::board::{Build, F5529, G2553};
 
 /// Passes of a measured loop: the gate's jitter of 1 ms is then less than a cycle each.
 const PASSES: u32 = 30_000;
 
-/// Figures `for_loop` and `simple_op`.
+/// Figures `for_loop` and `simple_op` of the G2553, and `_f5529` of the F5529.
 ///
 /// # Errors
 /// The board does not run the loops.
 pub fn run(sink: Sink<'_>) -> Result<(), String> {
     let mill = Profile::built_in("mill").map_err(|error| error.to_string())?;
-    let mut stand = Stand::on(&G2553, &mill)?;
-    let one = cycles(&mut stand, &mill, "a = b + i")?;
-    sink(at_most("for_loop", "cycles", one.cycles, 160.0, 100.0))?;
+    let (one, mean) = of(&G2553, &mill)?;
+    sink(at_most("for_loop", "cycles", one, 160.0, 100.0))?;
+    sink(at_most("simple_op", "cycles", mean, 30.0, 20.0))?;
+    let (one, mean) = of(&F5529, &mill)?;
+    sink(at_most("for_loop_f5529", "cycles", one, 120.0, 100.0))?;
+    sink(at_most("simple_op_f5529", "cycles", mean, 24.0, 20.0))
+}
+
+/// Cycles of a loop's pass with one sum in it, and of an instruction at mean.
+fn of(build: &Build, mill: &Profile) -> Result<(f64, f64), String> {
+    let mut stand = Stand::on(build, mill)?;
+    let one = cycles(&mut stand, mill, "a = b + i")?;
     let body = "a = b + i: b = a - i: a = a AND b: b = a OR i: a = b XOR i";
-    let many = cycles(&mut stand, &mill, body)?;
+    let many = cycles(&mut stand, mill, body)?;
     let operations = many.instructions - one.instructions;
-    let mean = (many.cycles - one.cycles) / operations as f64;
-    sink(at_most("simple_op", "cycles", mean, 30.0, 20.0))
+    Ok((one.cycles, (many.cycles - one.cycles) / operations as f64))
 }
 
 /// One pass of a loop.
