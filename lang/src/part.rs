@@ -17,6 +17,8 @@ pub struct Part {
     pub clock: u32,
     /// Start and length of its RAM, start of its flash.
     pub memory: [u16; 3],
+    /// Cycles between two steps of an axis that leave the processor enough for everything else (`pasapas bench motion`).
+    pub event_cycles: u32,
     /// Features ([`crate::record::feature`]) that it has.
     pub features: u16,
     /// Bytes of RAM for cells, expression stack and call stack: of a program that moves one axis at
@@ -52,6 +54,7 @@ pub const G2553: Part = Part {
     name: "g2553",
     chip: "MSP430G2553",
     clock: 16_000_000,
+    event_cycles: 266,
     // SLAS735 and SLAS800, memory organization.
     memory: [0x0200, 0x0200, 0xC000],
     features: feature::INTERPOLATE | feature::KEEP,
@@ -84,6 +87,7 @@ pub const F5529: Part = Part {
     name: "f5529",
     chip: "MSP430F5529",
     clock: 25_000_000,
+    event_cycles: 250,
     // SLAS590, memory organization: 2 KB of USB RAM, which is plain RAM while that module is off, in front of the 8 KB.
     memory: [0x1C00, 0x2800, 0x4400],
     features: feature::INTERPOLATE
@@ -123,21 +127,23 @@ pub const fn slot_head(programs: u8) -> usize {
 /// Every part, the smallest first.
 pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, F5529];
 
+/// Step events of a path in a second, at most: the interrupt with which a line begins takes 267 cycles of the F5529's
+/// 25 MHz. An axis on its own is as fast as [`Part::top_rate`].
+pub const PATH_RATE: u32 = 93_000;
+
 /// The longest STEP pulse that one interrupt makes, us.
 pub const SHORT_PULSE_US: u8 = 3;
 
-/// Cycles between two step events that leave the processor enough for everything else (`pasapas bench motion`).
-const EVENT_CYCLES: u32 = 266;
 /// A longer pulse takes a second interrupt: beside its width both interrupts and what else may come between
 /// must pass before the next event, cycles.
 const LONG_EVENT_CYCLES: u32 = 360;
 
 impl Part {
-    /// Step events in a second that the engine keeps up with pulses of this width, the link
-    /// busy: those of a path or a single axis, or of each axis where they move on their own (START).
+    /// Steps in a second that the engine keeps up with pulses of this width, the link busy: those of a single axis or,
+    /// up to [`PATH_RATE`], of a path, or of each axis where they move on their own (START).
     pub const fn top_rate(&self, pulse_us: u8, on_their_own: bool) -> u32 {
         let cycles = match pulse_us {
-            0..=SHORT_PULSE_US => EVENT_CYCLES,
+            0..=SHORT_PULSE_US => self.event_cycles,
             _ => self.clock / 1_000_000 * pulse_us as u32 + LONG_EVENT_CYCLES,
         };
         // Whole thousands where it is for the reader.
@@ -325,8 +331,8 @@ mod tests {
             assert!(rates.is_sorted_by(|a, b| a >= b), "{}: {rates:?}", part.name);
         }
         assert_eq!([2, 30].map(|pulse| G2553.top_rate(pulse, false)), [60_000, 19_047]);
-        assert_eq!([2, 30].map(|pulse| F5529.top_rate(pulse, false)), [93_000, 22_522]);
-        assert_eq!([2, 30].map(top_rate), [93_000, 22_522]);
+        assert_eq!([2, 30].map(|pulse| F5529.top_rate(pulse, false)), [100_000, 22_522]);
+        assert_eq!([2, 30].map(top_rate), [100_000, 22_522]);
     }
 
     #[test]
