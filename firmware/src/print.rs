@@ -3,7 +3,7 @@
 use ufmt::uWrite;
 
 /// Bytes of the ring, a power of two.
-pub const RING: usize = 128;
+pub const RING: usize = 512;
 
 /// The ring. Lines are put byte by byte and become visible when they are complete.
 #[derive(Debug)]
@@ -12,9 +12,9 @@ pub struct Print {
     /// Number of the first byte that waits, modulo 65536.
     tail: u16,
     /// Bytes that wait and belong to complete lines.
-    ready: u8,
+    ready: u16,
     /// Bytes of the line that is being put.
-    open: u8,
+    open: u16,
     /// The line that is being put does not fit.
     dropped: bool,
 }
@@ -73,7 +73,7 @@ impl Print {
     }
 
     /// Bytes that wait.
-    pub fn count(&self) -> u8 {
+    pub fn count(&self) -> u16 {
         self.ready
     }
 
@@ -83,7 +83,7 @@ impl Print {
     }
 
     /// The byte `index` places behind the first one; 0 beyond those that wait.
-    pub fn byte(&self, index: u8) -> u8 {
+    pub fn byte(&self, index: u16) -> u8 {
         if index >= self.ready {
             return 0;
         }
@@ -94,11 +94,11 @@ impl Print {
     /// The host has taken what lies before number `tail`; `false` when it is not one of those.
     pub fn take(&mut self, tail: u16) -> bool {
         let taken = tail.wrapping_sub(self.tail);
-        if taken > u16::from(self.ready) {
+        if taken > self.ready {
             return false;
         }
         self.tail = tail;
-        self.ready -= taken as u8;
+        self.ready -= taken;
         true
     }
 }

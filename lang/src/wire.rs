@@ -58,6 +58,12 @@
 //! mode ends 2 s after its reader: when no slot has been read for that long. Stop and an emergency
 //! stop wait for nobody.
 //!
+//! A part whose [`TRACE_ROOM`] is not 0 has a queue of so many events, for a host that does not halt the program: write
+//! [`TRACE_QUEUED`] to [`TRACE_MODE`]. Then the events that wait stand from `TRACE_QUEUE` on, oldest first,
+//! [`TRACE_QUEUE_LENGTH`] registers each: those of a slot and the six of [`COMMANDED`] as they were then. One with
+//! number 0 and kind 0 is none. Write the number of the last one that was read to [`TRACE_TAKEN`]; the program waits only
+//! while the queue is full.
+//!
 //! # Print
 //! [`PRINT_COUNT`] bytes wait, the first is number [`PRINT_TAIL`] modulo 65536, up to 32 of them
 //! stand in [`PRINT_TEXT`] on. Write `PRINT_TAIL + n` to [`PRINT_TAIL`] to take n. A line ends with
@@ -236,6 +242,11 @@ pub const fn check_ms(length: usize) -> u64 {
 
 /// Registers of a trace slot.
 pub const TRACE_LENGTH: u16 = 5;
+
+/// Registers of an event in the queue.
+pub const TRACE_QUEUE_LENGTH: u16 = TRACE_LENGTH + 6;
+/// [`TRACE_MODE`] with a queue.
+pub const TRACE_QUEUED: u16 = 2;
 
 /// [`TraceKind`] arguments: the outcome was good.
 pub const TRACE_OK: u8 = 0x80;

@@ -220,11 +220,7 @@ impl Core {
 
     /// Checks the image at an address. The pool stays as it is: AT variables live in it between runs.
     pub fn check(&mut self, image: u16) -> bool {
-        // Words: the check needs an even address.
-        static mut SCRATCH: [u16; check::SCRATCH.div_ceil(2)] = [0; check::SCRATCH.div_ceil(2)];
-        // SAFETY: used only here, and the check calls nothing of the board.
-        let scratch = unsafe { &mut *addr_of_mut!(SCRATCH).cast::<[u8; check::SCRATCH]>() };
-        self.refusal = check::verify(image, FEATURES as u8, scratch).err().unwrap_or(0);
+        self.refusal = check::verify(image, FEATURES as u8, crate::stream::scratch()).err().unwrap_or(0);
         self.refusal == 0
     }
 }

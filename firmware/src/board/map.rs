@@ -9,7 +9,6 @@ use crate::profile::profile_word;
 use crate::vm::{POOL_WORDS, vm};
 use firmware::RELEASE;
 use firmware::modbus::Map;
-use firmware::print::RING;
 use firmware::rules::{Axis, Machine, status};
 use firmware::store::{NAME, Store};
 use firmware::verify::Bytes;
@@ -94,17 +93,16 @@ impl Core {
                 crate::stream::read(address)
             }
             TRACE_MODE => status::trace_mode(self),
+            TRACE_ROOM => trace::ROOM.into(),
+            TRACE_TAKEN => self.trace.number,
             JOG_HOLD => self.hold,
             UPLOAD_LENGTH => self.upload_length,
             UPLOAD_RESULT => u16::from(self.refusal),
             TRACE_EVEN..PRINT_COUNT => self.slot(address),
-            PRINT_COUNT => u16::from(self.print.count()),
+            PRINT_COUNT => self.print.count(),
             PRINT_TAIL => self.print.tail(),
             PRINT_TEXT..CHAR_OUT => {
-                let at = ((address - PRINT_TEXT) * 2) as u8;
-                if usize::from(at) >= RING {
-                    return 0;
-                }
+                let at = (address - PRINT_TEXT) * 2;
                 u16::from_be_bytes([self.print.byte(at), self.print.byte(at + 1)])
             }
             CHAR_OUT => self.char_out,
@@ -132,17 +130,19 @@ impl Core {
         if (self.trace.number & 1 != 0) != odd {
             return 0;
         }
+        let told = self.trace.event(self.trace.number);
         match address & 7 ^ TRACE_EVEN & 7 {
             0 => self.trace.number,
-            1 => u16::from_le_bytes([self.trace.kind, self.trace.argument]),
-            2 => self.trace.pc,
-            3 => self.trace.value as u16,
+            1 => u16::from_le_bytes([told.kind, told.argument]),
+            2 => told.pc,
+            3 => told.value as u16,
             4 => {
+                let high = (told.value >> 16) as u16;
                 // Nothing follows an end, by which its reception could be told.
-                if self.trace.kind == TraceKind::End as u8 {
+                if told.kind == TraceKind::End as u8 {
                     self.trace.full = false;
                 }
-                (self.trace.value >> 16) as u16
+                high
             }
             _ => 0,
         }
@@ -290,7 +290,8 @@ impl Map for Core {
                 self.half(address, value)
             }
             POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Core::work_position),
-            LIBRARY..UPLOAD_WINDOW => self.listed(address - LIBRARY),
+            LIBRARY..TRACE_QUEUE => self.listed(address - LIBRARY),
+            TRACE_QUEUE..UPLOAD_WINDOW => self.trace.queue(address - TRACE_QUEUE),
             CELLS..KEEPS => {
                 let value = self.open_cell((address - CELLS) >> 1);
                 self.half(address, value)
@@ -323,10 +324,15 @@ impl Map for Core {
                 Ok(())
             }
             TRACE_MODE => {
-                self.trace.on = value != 0;
-                self.trace.full = false;
-                self.trace.left = trace::PATIENCE;
+                self.trace.set(value);
                 Ok(())
+            }
+            TRACE_TAKEN => {
+                if self.trace.take(value) {
+                    Ok(())
+                } else {
+                    Err(Exception::IllegalValue)
+                }
             }
             JOG_HOLD => {
                 self.hold = if value == 0 { 0 } else { JOG_HOLD_MS };

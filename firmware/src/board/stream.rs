@@ -1,9 +1,10 @@
 //! A job larger than the program area, run from RAM in pieces (`lang::wire`, Streaming).
 //!
-//! Flash cannot be written while steps are made, so the pieces stay in RAM: [`SLOTS`] images, of
-//! which one runs and the others wait. The code is linked behind the program area, where the last
-//! segment has room. The VM, the check and the run state are those of stored
-//! programs; only where a piece ends the next one begins instead of the run's end.
+//! Flash cannot be written while steps are made, so the pieces stay in RAM: [`WAITING`] of them, each without
+//! the axes' part of the profile, which is the same for all. What runs is a copy in a frame that has
+//! it: an image like a stored one. The code is linked behind the program area, where the last segment
+//! has room. The VM, the check and the run state are those of stored programs; only where a piece ends the
+//! next one begins instead of the run's end.
 
 use crate::check;
 use crate::core::{Core, FEATURES};
@@ -12,7 +13,8 @@ use crate::vm::vm;
 use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::FRAME;
 use firmware::verify::{self, Bytes, CODE, MACHINE};
-use lang::image::HEADER;
+use lang::fault::Fault;
+use lang::image::{HEADER, at};
 use lang::isa::Op;
 use lang::record::feature;
 use lang::vm::flag;
@@ -22,11 +24,15 @@ use lang::vm::flag;
 )]
 use lang::wire::{Stream as Code, *};
 
-/// Pieces in RAM: one runs, one waits, one is being filled.
-const SLOTS: u16 = 3;
-/// Words of a piece: header, axes' part of the profile, code and data. The check of 186 bytes
-/// takes 4 ms, in which the planner stands still: less than what the step engine has ahead.
-const SLOT_WORDS: usize = 176;
+/// Pieces that wait, beside the one that runs: 2 KB.
+const WAITING: u16 = 8;
+/// Words of a piece, header, code and data: two requests of the link. Their check takes 4 ms, in which the
+/// planner stands still: less than what the step engine has ahead.
+const PIECE_WORDS: usize = 126;
+/// Words of the axes' part of the profile.
+const MACHINE_WORDS: usize = ((CODE - MACHINE) / 2) as usize;
+/// Words of an image.
+const FRAME_WORDS: usize = PIECE_WORDS + MACHINE_WORDS;
 /// What a piece must not use: its data is gone when it ends.
 const FOREIGN: u16 = feature::KEEP | feature::LINES;
 /// Byte of the header that says whether a piece answers a call: the first KEEP cell.
@@ -35,11 +41,14 @@ const ANSWERS: u16 = 17;
 const ANSWERS_WORD: u16 = ANSWERS / 2;
 /// What the VM stands at while it waits for a handler.
 static NOTHING: u8 = Op::End as u8;
-/// First word of the code.
-const CODE_WORD: u16 = CODE / 2;
+/// First word of the code in a piece.
+const CODE_WORD: usize = HEADER / 2;
 
 struct Store {
-    slots: [[u16; SLOT_WORDS]; SLOTS as usize],
+    /// The image of the piece that runs.
+    frame: [u16; FRAME_WORDS],
+    /// Pieces that wait.
+    slots: [[u16; PIECE_WORDS]; WAITING as usize],
     /// Pieces accepted.
     accepted: u16,
     /// Pieces begun.
@@ -65,7 +74,8 @@ struct Store {
 }
 
 static mut STREAM: Store = Store {
-    slots: [[0; SLOT_WORDS]; SLOTS as usize],
+    frame: [0; FRAME_WORDS],
+    slots: [[0; PIECE_WORDS]; WAITING as usize],
     accepted: 0,
     begun: 0,
     filling: 0,
@@ -85,15 +95,37 @@ fn stream() -> &'static mut Store {
     unsafe { &mut *addr_of_mut!(STREAM) }
 }
 
-/// Address of a slot.
-fn slot(n: u8) -> u16 {
+/// A piece that waits, as the image that it will be.
+struct Waiting<'a>(&'a Store, u8);
+
+impl Bytes for Waiting<'_> {
+    fn byte(&self, offset: u16) -> u8 {
+        let Waiting(store, n) = self;
+        let at = usize::from(offset / 2);
+        let word = if at < CODE_WORD || at >= CODE_WORD + MACHINE_WORDS {
+            let at = if at < CODE_WORD { at } else { at - MACHINE_WORDS };
+            store.slots[usize::from(*n) % usize::from(WAITING)].get(at)
+        } else {
+            store.frame.get(at)
+        };
+        let [low, high] = word.copied().unwrap_or_default().to_le_bytes();
+        if offset & 1 == 0 { low } else { high }
+    }
+
+    fn crc(crc: u16, byte: u8) -> u16 {
+        Image::crc(crc, byte)
+    }
+}
+
+/// Address of the image that runs.
+fn frame() -> u16 {
     // SAFETY: only an address is taken.
-    unsafe { addr_of!(STREAM.slots) as u16 + u16::from(n) * (2 * SLOT_WORDS as u16) }
+    unsafe { addr_of!(STREAM.frame) as u16 }
 }
 
 /// The slot after one.
 fn after(n: u8) -> u8 {
-    if u16::from(n) + 1 == SLOTS { 0 } else { n + 1 }
+    if u16::from(n) + 1 == WAITING { 0 } else { n + 1 }
 }
 
 /// Whether the VM stands in a piece, not in the stored program.
@@ -143,6 +175,13 @@ pub fn memory() -> &'static mut [u16] {
     stream().slots.as_flattened_mut()
 }
 
+/// Memory for the check of a stored program: that of the code of the piece that runs, which none does then.
+pub fn scratch() -> &'static mut [u8; check::SCRATCH] {
+    const { assert!(CODE as usize + check::SCRATCH <= 2 * FRAME_WORDS) };
+    // SAFETY: it lies inside the frame, at an even address, and the check is over before a piece begins.
+    unsafe { &mut *(usize::from(frame() + CODE) as *mut [u8; check::SCRATCH]) }
+}
+
 /// The stored program begins.
 pub fn close() {
     stream().owns = false;
@@ -150,27 +189,42 @@ pub fn close() {
 
 /// The piece has come to its end: the next one begins, or the run waits for it; `false` when it was
 /// the last.
-pub fn follow(core: &mut Core) -> bool {
+///
+/// # Errors
+/// Its check refuses the next one.
+pub fn follow(core: &mut Core) -> Result<bool, Fault> {
     let stream = stream();
     if !stream.owns {
-        return false;
+        return Ok(false);
     }
     if stream.begun == stream.accepted {
         if stream.finished {
-            return false;
+            return Ok(false);
         }
         // The end is executed again.
         vm().pc -= 1;
         stream.dry = true;
         stream.rests |= core.motor.rests();
-        return true;
+        return Ok(true);
     }
     if stream.rests {
         stream.starved = stream.starved.wrapping_add(1);
     }
+    let slot = &mut stream.slots[usize::from(stream.next) % usize::from(WAITING)];
+    stream.frame[..CODE_WORD].copy_from_slice(&slot[..CODE_WORD]);
+    stream.frame[CODE_WORD + MACHINE_WORDS..].copy_from_slice(&slot[CODE_WORD..]);
+    // The copy is what runs: the check may have the memory.
+    const { assert!(check::SCRATCH <= 2 * PIECE_WORDS) };
+    // SAFETY: the slot is larger, at an even address, and of bytes.
+    let scratch = unsafe { &mut *slot.as_mut_ptr().cast::<[u8; check::SCRATCH]>() };
+    if let Err(refusal) = check::verify(frame(), (FEATURES & !FOREIGN) as u8, scratch) {
+        stream.result = refusal;
+        forget(stream);
+        return Err(Fault::ImageRefused);
+    }
     let vm = vm();
     let (open, handler) = (vm.flags & (flag::EVENT | flag::ERROR), vm.handler);
-    vm.begin(slot(stream.next), 0);
+    vm.begin(frame(), 0);
     vm.flags = open;
     vm.handler = handler;
     core.effect_pc = vm.pc.wrapping_sub(1);
@@ -178,7 +232,7 @@ pub fn follow(core: &mut Core) -> bool {
     stream.begun = stream.begun.wrapping_add(1);
     stream.dry = false;
     stream.rests = false;
-    true
+    Ok(true)
 }
 
 /// A status register.
@@ -191,67 +245,58 @@ pub fn read(address: u16) -> u16 {
         STREAM_STARVED => stream.starved,
         STREAM_RESULT => u16::from(stream.result),
         STREAM_CALL => stream.call,
-        STREAM_SLOTS => SLOTS,
-        STREAM_BYTES => 2 * SLOT_WORDS as u16 - CODE,
+        STREAM_SLOTS => WAITING + 1,
+        STREAM_BYTES => 2 * PIECE_WORDS as u16 - HEADER as u16,
         _ => (FRAME as u16 - 9) / 2,
     }
 }
 
-/// A word of the axes' part of the profile, for every slot.
+/// A word of the axes' part of the profile.
 pub fn write_machine(index: u16, value: u16) {
-    let at = usize::from(MACHINE / 2 + index);
-    for slot in &mut stream().slots {
-        if let Some(place) = slot.get_mut(at) {
-            *place = value;
-        }
+    let stream = stream();
+    // What waits was sealed with the words before.
+    forget(stream);
+    let machine = &mut stream.frame[CODE_WORD..][..MACHINE_WORDS];
+    if let Some(place) = machine.get_mut(usize::from(index)) {
+        *place = value;
     }
 }
 
-/// A word of the next piece; its last one has it checked.
+/// A word of the next piece; with its last one it is complete.
 ///
 /// # Errors
-/// No slot is free, the piece is too long or was refused.
+/// No slot is free, the piece is too long or its CRC wrong.
 #[inline(never)]
 pub fn write(index: u16, value: u16) -> Result<(), Exception> {
     let stream = stream();
-    // The slot of the running piece is not free, also not while the run waits for another.
-    let room = if stream.running { SLOTS - 1 } else { SLOTS };
-    if stream.accepted.wrapping_sub(stream.begun) >= room {
+    if stream.accepted.wrapping_sub(stream.begun) >= WAITING {
         return Err(Exception::Busy);
     }
-    let in_slot = if index < HEADER as u16 / 2 { index } else { index + (CODE - MACHINE) / 2 };
-    let slots = &mut stream.slots;
-    let Some(place) = slots
-        .get_mut(usize::from(stream.filling))
-        .and_then(|slot| slot.get_mut(usize::from(in_slot)))
-    else {
+    let filling = stream.filling;
+    let slot = &mut stream.slots[usize::from(filling) % usize::from(WAITING)];
+    let Some(place) = slot.get_mut(usize::from(index)) else {
         return Err(Exception::IllegalValue);
     };
     *place = value;
-    let address = slot(stream.filling);
-    let piece = Image(address);
+    let piece = Waiting(stream, filling);
     // The host does not know yet that what it sends was forgotten.
-    if stream.call != 0 && in_slot >= ANSWERS_WORD && piece.byte(ANSWERS) == 0 {
+    if stream.call != 0 && index >= ANSWERS_WORD && piece.byte(ANSWERS) == 0 {
         return Err(Exception::Busy);
     }
     // What an earlier piece left here has another number.
-    if in_slot < CODE_WORD
-        || in_slot != (piece.word(6) - 1) / 2
-        || piece.word(18) != stream.accepted
+    if index < CODE_WORD as u16
+        || index + MACHINE_WORDS as u16 != (piece.word(at::LEN as u16) - 1) / 2
+        || piece.word(at::PROFILE as u16) != stream.accepted
     {
         return Ok(());
     }
-    let mut scratch = [0; check::SCRATCH];
-    stream.result = if verify::sound(&piece, 2 * SLOT_WORDS as u16).is_none() {
-        Refusal::Crc as u8
-    } else {
-        check::verify(address, (FEATURES & !FOREIGN) as u8, &mut scratch).err().unwrap_or(0)
-    };
-    if stream.result != 0 {
+    if verify::sound(&piece, 2 * FRAME_WORDS as u16).is_none() {
+        stream.result = Refusal::Crc as u8;
         return Err(Exception::DeviceFailure);
     }
+    stream.result = 0;
     stream.call = 0;
-    stream.filling = after(stream.filling);
+    stream.filling = after(filling);
     stream.accepted = stream.accepted.wrapping_add(1);
     Ok(())
 }
@@ -290,14 +335,17 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
         forget(stream);
         return Ok(());
     }
-    if stream.accepted == 0 || core.blocked() {
+    if stream.accepted == stream.begun || core.blocked() {
         return Err(Exception::Busy);
     }
     stream.owns = true;
-    stream.running = true;
     vm().flags = 0;
     vm().handler = 0;
-    follow(core);
+    if follow(core).is_err() {
+        stream.owns = false;
+        return Err(Exception::DeviceFailure);
+    }
+    stream.running = true;
     core.begun();
     Ok(())
 }

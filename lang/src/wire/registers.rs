@@ -28,6 +28,7 @@ macro_rules! register_rows {
                 PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
                 PROFILE_MORE: Holding 5240 + 16, WRITABLE;
                 LIBRARY: Holding 6000 + 1024, 0;
+                TRACE_QUEUE: Holding 7100 + 88, 0;
                 UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;
                 STREAM_MACHINE: Holding 9600 + 73, WRITABLE;
                 STREAM_PIECE: Holding 9700 + 256, WRITABLE;
@@ -136,12 +137,16 @@ macro_rules! register_rows {
                 STREAM_RESULT: OWN + 46;
                 /// Write one [`Control`] code.
                 RUN_CONTROL: OWN + 50;
-                /// 1: trace mode.
+                /// 1: trace mode. F5529: write 2 for one in which events are queued.
                 TRACE_MODE: OWN + 51;
                 /// F5529: milliseconds that what commands move still goes on, 0 without a bound. Write 1 for 300 of them, again while a button is held; 0 takes the bound away, as rest does.
                 JOG_HOLD: OWN + 52;
                 /// F5529: number of the program that Start runs, 0 for none. Writing it selects one, over any reset: exception 3 when there is none of that number, 6 while a program runs.
                 SELECTED: OWN + 53;
+                /// F5529: events that the queue of trace mode holds.
+                TRACE_ROOM: OWN + 55;
+                /// F5529: number of the last event; write the number up to which all were received.
+                TRACE_TAKEN: OWN + 56;
                 /// Write one [`Upload`] code.
                 UPLOAD_CONTROL: OWN + 60;
                 /// Length of the image to come, bytes; bit 15: it uses KEEP.

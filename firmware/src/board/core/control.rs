@@ -65,7 +65,7 @@ impl Core {
     /// Checks the stored program and starts it.
     pub(super) fn begin(&mut self) {
         // The host has not read how the last run ended: the press comes too early.
-        if self.trace.full {
+        if self.trace.is_unread() {
             return;
         }
         if let Err(fault) = self.choose() {
@@ -100,9 +100,7 @@ impl Core {
         for event in &mut self.events {
             event.kind = 0;
         }
-        self.trace.number = 0;
-        // A host in trace mode may halt the program before its first effect.
-        self.trace.full = self.trace.on;
+        self.trace.begin();
         self.timer = 0;
         self.timed_out = false;
         self.announced = false;

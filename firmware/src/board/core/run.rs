@@ -102,6 +102,18 @@ impl Core {
         }
     }
 
+    /// The program or piece has come to its end.
+    fn ended(&mut self) {
+        #[cfg(feature = "stream")]
+        match crate::stream::follow(self) {
+            Ok(true) if crate::stream::is_dry() => return self.serve(),
+            Ok(true) => return,
+            Ok(false) => {}
+            Err(fault) => return self.fail(fault),
+        }
+        self.effect.code = END;
+    }
+
     /// Goes on with a homing or probing command.
     fn direct_effect(&mut self) {
         let result = self.perform();
@@ -166,13 +178,7 @@ impl Core {
                 vm.flags &= !flag::EVENT;
                 self.handler_left();
             }
-            #[cfg(feature = "stream")]
-            0 if crate::stream::follow(self) => {
-                if crate::stream::is_dry() {
-                    self.serve();
-                }
-            }
-            0 => self.effect.code = END,
+            0 => self.ended(),
             FIRST_EFFECT..=0xFF => {
                 let more = vm.flags & flag::MORE != 0;
                 vm.flags &= !(flag::MORE | flag::WITHIN);

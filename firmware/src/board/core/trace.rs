@@ -4,16 +4,14 @@ use super::Core;
 use crate::motor::tag;
 use crate::observe;
 use crate::vm::vm;
-use lang::wire::{TRACE_OK, TraceKind};
+use lang::wire::{TRACE_OK, TRACE_QUEUE_LENGTH, TRACE_QUEUED, TraceKind};
 
-/// The event that a host in trace mode has not received yet.
-pub struct Trace {
-    /// Trace mode.
-    pub on: bool,
-    /// The slot holds an event that was not received.
-    pub full: bool,
-    /// Number of the last event.
-    pub number: u16,
+/// Events that a queue holds, a power of two.
+pub const ROOM: u8 = 8;
+
+/// What happened.
+#[derive(Clone, Copy)]
+pub struct Told {
     /// [`TraceKind`] and argument.
     pub kind: u8,
     /// See `kind`.
@@ -22,12 +20,30 @@ pub struct Trace {
     pub pc: u16,
     /// Its value.
     pub value: i32,
+    /// Commanded places then, steps.
+    pub commanded: [i32; 3],
+}
+
+/// The events that a host in trace mode has not received yet: one, or a queue of [`ROOM`].
+pub struct Trace {
+    /// Trace mode.
+    pub on: bool,
+    /// The program need not wait for each event.
+    queued: bool,
+    /// There is no room for another event.
+    pub full: bool,
+    /// Number of the last event.
+    pub number: u16,
+    /// The newest events, by number.
+    told: [Told; ROOM as usize],
+    /// How many of them were not received, of a queue.
+    waiting: u8,
     /// Milliseconds until trace mode ends, as its reader has gone.
-    pub left: u16,
+    left: u16,
 }
 
 /// Trace mode ends so long after its reader, ms.
-pub const PATIENCE: u16 = 2000;
+const PATIENCE: u16 = 2000;
 
 impl Trace {
     /// A millisecond without a reader.
@@ -36,24 +52,100 @@ impl Trace {
         if self.left == 0 {
             self.on = false;
             self.full = false;
+            self.waiting = 0;
         }
+    }
+
+    /// What a host writes to TRACE_MODE.
+    pub fn set(&mut self, mode: u16) {
+        self.on = mode != 0;
+        self.queued = mode == TRACE_QUEUED;
+        self.full = false;
+        self.waiting = 0;
+        self.left = PATIENCE;
+    }
+
+    /// A run begins. A host may halt the program before its first effect, but from a queue.
+    pub(super) fn begin(&mut self) {
+        self.number = 0;
+        self.waiting = 0;
+        self.full = self.on && !self.queued;
+    }
+
+    /// Whether events of the last run were not received.
+    pub(super) fn is_unread(&self) -> bool {
+        self.full || self.waiting != 0
+    }
+
+    /// The event of a number, if it is one of the newest.
+    pub fn event(&self, number: u16) -> &Told {
+        &self.told[usize::from(number as u8 % ROOM)]
+    }
+
+    fn put(&mut self, told: Told) {
+        self.number = self.number.wrapping_add(1);
+        self.told[usize::from(self.number as u8 % ROOM)] = told;
+        self.full = true;
+        if self.queued {
+            if self.waiting != ROOM {
+                self.waiting += 1;
+            }
+            self.full = self.waiting == ROOM;
+        }
+    }
+
+    /// A register of the queue: of its events, oldest first, [`TRACE_QUEUE_LENGTH`] each; 0 behind the newest.
+    pub fn queue(&mut self, at: u16) -> u16 {
+        self.left = PATIENCE;
+        let mut n = 0;
+        let mut field = at;
+        while field >= TRACE_QUEUE_LENGTH {
+            field -= TRACE_QUEUE_LENGTH;
+            n += 1;
+        }
+        if n >= u16::from(self.waiting) {
+            return 0;
+        }
+        let number = self.number.wrapping_sub(u16::from(self.waiting)).wrapping_add(n + 1);
+        let told = self.event(number);
+        match field {
+            0 => number,
+            1 => u16::from_le_bytes([told.kind, told.argument]),
+            2 => told.pc,
+            _ => {
+                let value = match field {
+                    3 | 4 => told.value,
+                    _ => told.commanded[usize::from(((field - 5) >> 1) as u8) % 3],
+                };
+                if field & 1 != 0 { value as u16 } else { (value >> 16) as u16 }
+            }
+        }
+    }
+
+    /// The host has received the events up to number `number`; `false` when they are not there.
+    pub fn take(&mut self, number: u16) -> bool {
+        let later = self.number.wrapping_sub(number);
+        if later > u16::from(self.waiting) {
+            return false;
+        }
+        self.waiting = later as u8;
+        if self.queued {
+            self.full = false;
+        }
+        true
     }
 }
 
 impl Core {
-    /// One event for the host; the slot is free when this is called.
+    /// One event for the host; there is room when this is called.
     pub fn emit(&mut self, kind: TraceKind, argument: u8, value: i32) {
         let pc = self.pc_of_effect();
         observe::event(kind as u8, argument, value, &self.motor.steps, pc);
         if !self.trace.on {
             return;
         }
-        self.trace.number = self.trace.number.wrapping_add(1);
-        self.trace.full = true;
-        self.trace.kind = kind as u8;
-        self.trace.argument = argument;
-        self.trace.pc = pc;
-        self.trace.value = value;
+        let commanded = self.motor.steps;
+        self.trace.put(Told { kind: kind as u8, argument, pc, value, commanded });
     }
 
     /// A block of the path is about to be appended: its tag. Its beginning is an event, but of a rapid move, which

@@ -14,7 +14,7 @@ use crate::motion::scaled::Scaled;
 use lang::record::AxisRecord;
 
 /// Blocks that may wait, a power of two.
-pub const DEPTH: usize = 64;
+pub const DEPTH: usize = 32;
 /// Arcs among them: an arc is no faster than half of its radius can brake, so few are enough.
 pub const ARCS: usize = 4;
 
