@@ -55,7 +55,7 @@ const APART: u16 = 200;
 /// Written only on the small part: it counts the words that come.
 const WRITTEN: [&str; 1] = ["UPLOAD_LENGTH"];
 /// Nothing that the states below bring about shows in these.
-const QUIET: [&str; 27] = [
+const QUIET: [&str; 28] = [
     "BLOCKING_INPUT",
     "FAULT_INPUT",
     "FAULT_LINE",
@@ -79,6 +79,7 @@ const QUIET: [&str; 27] = [
     "STREAM_STARVED",
     "TRACE_EVEN",
     "TRACE_ODD",
+    "TRACE_TAKEN",
     "UPLOAD_CONTROL",
     "UPLOAD_NAME",
     "UPLOAD_NUMBER",
@@ -88,6 +89,8 @@ const QUIET: [&str; 27] = [
 const OF_HALTS: [&str; 3] = ["WAITS", "EFFECT_PLACE", "OPEN_CALLS"];
 /// What a part with one program lacks.
 const OF_LIBRARY: [&str; 4] = ["PROGRAM_NUMBER", "SELECTED", "UPLOAD_NAME", "UPLOAD_NUMBER"];
+/// What a part without a queue of events lacks.
+const OF_QUEUE: [&str; 2] = ["TRACE_ROOM", "TRACE_TAKEN"];
 /// The same, where a good upload leaves 0 and nobody traces.
 const GOOD: [&str; 2] = ["UPLOAD_RESULT", "TRACE_MODE"];
 
@@ -133,6 +136,7 @@ fn every_image_has_every_named_register() {
                 let lacks = name.starts_with("STREAM")
                     || !part.halts && OF_HALTS.contains(name)
                     || part.programs == 1 && OF_LIBRARY.contains(name)
+                    || OF_QUEUE.contains(name)
                     || WRITTEN.contains(name)
                     || (*name, *table) == FIRST_AT;
                 let good = match name {

@@ -220,7 +220,8 @@ impl Core {
 
     /// Checks the image at an address. The pool stays as it is: AT variables live in it between runs.
     pub fn check(&mut self, image: u16) -> bool {
-        self.refusal = check::verify(image, FEATURES as u8, crate::stream::scratch()).err().unwrap_or(0);
+        self.refusal =
+            check::verify(image, FEATURES as u8, crate::stream::scratch()).err().unwrap_or(0);
         self.refusal == 0
     }
 }

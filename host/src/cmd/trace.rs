@@ -134,7 +134,7 @@ impl Session<'_> {
         let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
         let mut tracer = Tracer::new(self.script.program.profile.clone(), Box::new(line_of));
         self.board.drop_print()?;
-        self.start()?;
+        tracer = tracer.queued(self.start()?);
         let mut heard = Instant::now();
         let mut over = false;
         loop {
@@ -198,9 +198,11 @@ impl Session<'_> {
         self.script.source.line_text(line).trim()
     }
 
-    fn start(&mut self) -> Result<(), Failure> {
+    /// Starts the program; tells whether the board queues its events.
+    fn start(&mut self) -> Result<bool, Failure> {
         let (_, runs) = self.board.run_state()?;
-        self.board.write(wire::TRACE_MODE, 1)?;
+        let halts = self.steps || !self.breakpoints.is_empty();
+        let queued = self.board.begin_trace(halts)?;
         self.board.control(Control::Start)?;
         let begun = Instant::now();
         while self.board.run_state()?.1 == runs {
@@ -216,7 +218,7 @@ impl Session<'_> {
                 )));
             }
         }
-        Ok(())
+        Ok(queued)
     }
 
     /// Whether nothing runs; the last event comes before that shows.

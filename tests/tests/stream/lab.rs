@@ -6,7 +6,7 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::profile::Profile;
-use lang::wire::{CHAR_IN, TRACE_MODE};
+use lang::wire::CHAR_IN;
 use pasapas::bench::stand::Stand;
 use pasapas::board::rig::HostAction;
 use pasapas::client::trace::Tracer;
@@ -91,9 +91,10 @@ pub fn stream(case: &Case, traced: bool) -> (Run, Outcome, String) {
     let client = stand.client();
     let slots = client.stream_slots().expect("an answer").expect("it can stream");
     let mut job = Job::new(Feed::new(&compiled).expect("an image"), slots.bytes.into());
-    let mut tracer = Tracer::new(profile, Box::new(|_| 0));
+    // Half of the traced cases wait for each event, the others have a queue of them.
+    let queued = traced && client.begin_trace(case.script.len() % 2 == 0).expect("trace mode");
+    let mut tracer = Tracer::new(profile, Box::new(|_| 0)).queued(queued);
     let mut trace = Vec::new();
-    client.write(TRACE_MODE, traced.into()).expect("trace mode");
     let mut begun = false;
     let mut printed = Vec::new();
     let mut print = |bytes: &[u8]| printed.extend_from_slice(bytes);
@@ -114,15 +115,18 @@ pub fn stream(case: &Case, traced: bool) -> (Run, Outcome, String) {
                     client.write(CHAR_IN, u16::try_from(c).unwrap_or(0))?;
                 }
             }
+            while queued && let Some(event) = tracer.poll(client)? {
+                trace.push(event);
+            }
             // The second look tells the board that an event was received.
-            for _ in 0..if traced { 3 } else { 0 } {
+            for _ in 0..if traced && !queued { 3 } else { 0 } {
                 trace.extend(tracer.poll(client)?);
             }
             Ok(())
         },
     );
     let outcome = outcome.unwrap_or_else(|error| panic!("{error}\n{}", case.script));
-    for _ in 0..if traced { 3 } else { 0 } {
+    for _ in 0..if traced { 12 } else { 0 } {
         trace.extend(tracer.poll(client).expect("an answer"));
     }
     let motors = stand.motors();
