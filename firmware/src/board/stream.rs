@@ -1,7 +1,7 @@
 //! A job larger than the program area, run from RAM in pieces (`lang::wire`, Streaming).
 //!
 //! Flash cannot be written while steps are made, so the pieces stay in RAM: [`WAITING`] of them, each without
-//! the axes' part of the profile, which is the same for all. What runs is a copy in a frame that has
+//! the axes' part of the profile, which is the same for all, in the memory that a stored program has for its cells. What runs is a copy in a frame that has
 //! it: an image like a stored one. The code is linked behind the program area, where the last segment
 //! has room. The VM, the check and the run state are those of stored programs; only where a piece ends the
 //! next one begins instead of the run's end.
@@ -9,7 +9,7 @@
 use crate::check;
 use crate::core::{Core, FEATURES};
 use crate::flash::Image;
-use crate::vm::vm;
+use crate::vm::{PIECE_POOL, POOL_WORDS, behind, vm};
 use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::FRAME;
 use firmware::verify::{self, Bytes, CODE, MACHINE};
@@ -44,11 +44,12 @@ static NOTHING: u8 = Op::End as u8;
 /// First word of the code in a piece.
 const CODE_WORD: usize = HEADER / 2;
 
+/// Words of the pieces that wait.
+pub const WAITING_WORDS: usize = WAITING as usize * PIECE_WORDS;
+
 struct Store {
     /// The image of the piece that runs.
     frame: [u16; FRAME_WORDS],
-    /// Pieces that wait.
-    slots: [[u16; PIECE_WORDS]; WAITING as usize],
     /// Pieces accepted.
     accepted: u16,
     /// Pieces begun.
@@ -59,6 +60,8 @@ struct Store {
     next: u8,
     starved: u16,
     result: u8,
+    /// The memory of a stored program's cells is the pieces'.
+    open: bool,
     /// A run was begun since the stream was opened.
     running: bool,
     /// The VM stands in a piece.
@@ -75,13 +78,13 @@ struct Store {
 
 static mut STREAM: Store = Store {
     frame: [0; FRAME_WORDS],
-    slots: [[0; PIECE_WORDS]; WAITING as usize],
     accepted: 0,
     begun: 0,
     filling: 0,
     next: 0,
     starved: 0,
     result: 0,
+    open: false,
     running: false,
     owns: false,
     finished: false,
@@ -96,17 +99,20 @@ fn stream() -> &'static mut Store {
 }
 
 /// A piece that waits, as the image that it will be.
-struct Waiting<'a>(&'a Store, u8);
+struct Waiting<'a> {
+    slot: &'a [u16],
+    frame: &'a [u16],
+}
 
 impl Bytes for Waiting<'_> {
     fn byte(&self, offset: u16) -> u8 {
-        let Waiting(store, n) = self;
         let at = usize::from(offset / 2);
-        let word = if at < CODE_WORD || at >= CODE_WORD + MACHINE_WORDS {
-            let at = if at < CODE_WORD { at } else { at - MACHINE_WORDS };
-            store.slots[usize::from(*n) % usize::from(WAITING)].get(at)
+        let word = if at < CODE_WORD {
+            self.slot.get(at)
+        } else if at < CODE_WORD + MACHINE_WORDS {
+            self.frame.get(at)
         } else {
-            store.frame.get(at)
+            self.slot.get(at - MACHINE_WORDS)
         };
         let [low, high] = word.copied().unwrap_or_default().to_le_bytes();
         if offset & 1 == 0 { low } else { high }
@@ -115,6 +121,12 @@ impl Bytes for Waiting<'_> {
     fn crc(crc: u16, byte: u8) -> u16 {
         Image::crc(crc, byte)
     }
+}
+
+/// The words of a piece that waits.
+fn slot(n: u8) -> &'static mut [u16] {
+    let at = PIECE_POOL + usize::from(n) * PIECE_WORDS;
+    behind(at).get_mut(..PIECE_WORDS).unwrap_or_default()
 }
 
 /// Address of the image that runs.
@@ -170,9 +182,9 @@ pub fn forget_pieces() {
     close();
 }
 
-/// Memory of the pieces, for others while there are none.
+/// Memory of the last pieces, for others while there are none. No stored program has cells there.
 pub fn memory() -> &'static mut [u16] {
-    stream().slots.as_flattened_mut()
+    behind(POOL_WORDS)
 }
 
 /// Memory for the check of a stored program: that of the code of the piece that runs, which none does then.
@@ -182,9 +194,10 @@ pub fn scratch() -> &'static mut [u8; check::SCRATCH] {
     unsafe { &mut *(usize::from(frame() + CODE) as *mut [u8; check::SCRATCH]) }
 }
 
-/// The stored program begins.
+/// A stored program has its memory again.
 pub fn close() {
     stream().owns = false;
+    stream().open = false;
 }
 
 /// The piece has come to its end: the next one begins, or the run waits for it; `false` when it was
@@ -210,14 +223,18 @@ pub fn follow(core: &mut Core) -> Result<bool, Fault> {
     if stream.rests {
         stream.starved = stream.starved.wrapping_add(1);
     }
-    let slot = &mut stream.slots[usize::from(stream.next) % usize::from(WAITING)];
+    let slot = slot(stream.next);
     stream.frame[..CODE_WORD].copy_from_slice(&slot[..CODE_WORD]);
     stream.frame[CODE_WORD + MACHINE_WORDS..].copy_from_slice(&slot[CODE_WORD..]);
     // The copy is what runs: the check may have the memory.
     const { assert!(check::SCRATCH <= 2 * PIECE_WORDS) };
     // SAFETY: the slot is larger, at an even address, and of bytes.
     let scratch = unsafe { &mut *slot.as_mut_ptr().cast::<[u8; check::SCRATCH]>() };
-    if let Err(refusal) = check::verify(frame(), (FEATURES & !FOREIGN) as u8, scratch) {
+    let mut result = check::verify(frame(), (FEATURES & !FOREIGN) as u8, scratch);
+    if !fits(&Image(frame())) {
+        result = Err(Refusal::Memory as u8);
+    }
+    if let Err(refusal) = result {
         stream.result = refusal;
         forget(stream);
         return Err(Fault::ImageRefused);
@@ -233,6 +250,13 @@ pub fn follow(core: &mut Core) -> Result<bool, Fault> {
     stream.dry = false;
     stream.rests = false;
     Ok(true)
+}
+
+/// Whether a piece's cells and stacks fit into its pool.
+fn fits(piece: &Image) -> bool {
+    let of = |place: usize| usize::from(piece.byte(place as u16));
+    let entries = of(at::CELLS) + of(at::STACK) + of(at::CALLS);
+    4 * entries <= 2 * PIECE_POOL
 }
 
 /// A status register.
@@ -265,20 +289,20 @@ pub fn write_machine(index: u16, value: u16) {
 /// A word of the next piece; with its last one it is complete.
 ///
 /// # Errors
-/// No slot is free, the piece is too long or its CRC wrong.
+/// No slot is free or no job open, the piece is too long or its CRC wrong.
 #[inline(never)]
 pub fn write(index: u16, value: u16) -> Result<(), Exception> {
     let stream = stream();
-    if stream.accepted.wrapping_sub(stream.begun) >= WAITING {
+    if !stream.open || stream.accepted.wrapping_sub(stream.begun) >= WAITING {
         return Err(Exception::Busy);
     }
     let filling = stream.filling;
-    let slot = &mut stream.slots[usize::from(filling) % usize::from(WAITING)];
+    let slot = slot(filling);
     let Some(place) = slot.get_mut(usize::from(index)) else {
         return Err(Exception::IllegalValue);
     };
     *place = value;
-    let piece = Waiting(stream, filling);
+    let piece = Waiting { slot, frame: &stream.frame };
     // The host does not know yet that what it sends was forgotten.
     if stream.call != 0 && index >= ANSWERS_WORD && piece.byte(ANSWERS) == 0 {
         return Err(Exception::Busy);
@@ -333,6 +357,8 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
         stream.running = false;
         stream.call = 0;
         forget(stream);
+        stream.open = true;
+        vm().give_cells();
         return Ok(());
     }
     if stream.accepted == stream.begun || core.blocked() {

@@ -12,12 +12,23 @@ use lang::isa::Op;
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::vm::{entry, flag};
 
+#[cfg(feature = "stream")]
+use crate::stream::WAITING_WORDS;
+#[cfg(not(feature = "stream"))]
+const WAITING_WORDS: usize = 0;
+
 /// Words of RAM for cells, expression stack and call stack: the part's pool.
 pub const POOL_WORDS: usize = POOL_LIMITS[0] as usize / 2;
 
+/// Words of the pool of a streamed piece, which has a cell and no calls. The pieces that wait lie behind it.
+pub const PIECE_POOL: usize = 64;
+/// Words of the pool, or of that of a piece and those that wait.
+const MEMORY_WORDS: usize =
+    if PIECE_POOL + WAITING_WORDS > POOL_WORDS { PIECE_POOL + WAITING_WORDS } else { POOL_WORDS };
+
 /// The pool: call stack from its start upward, cells behind it, the expression stack from its end
 /// downward.
-pub static mut CALLS: [u16; POOL_WORDS] = [0; POOL_WORDS];
+pub static mut CALLS: [u16; MEMORY_WORDS] = [0; MEMORY_WORDS];
 
 /// Registers of the VM, as the core loads and stores them.
 #[repr(C)]
@@ -101,6 +112,19 @@ fn pool() -> u16 {
     addr_of!(CALLS) as u16
 }
 
+/// End of the pool of what the VM stands in.
+fn pool_end() -> u16 {
+    let words = if crate::streams() { PIECE_POOL } else { POOL_WORDS };
+    pool() + 2 * words as u16
+}
+
+/// The memory behind the first `words` of the pool: nobody else uses it meanwhile.
+pub fn behind(words: usize) -> &'static mut [u16] {
+    // SAFETY: the caller's, who gives this back before the VM runs.
+    let memory = unsafe { &mut *addr_of_mut!(CALLS) };
+    memory.get_mut(words..).unwrap_or_default()
+}
+
 fn load(address: u16) -> i32 {
     // SAFETY: called for slots of the pool only; they are aligned to words as i32 is here.
     unsafe { (address as *const i32).read() }
@@ -126,8 +150,10 @@ impl State {
     /// Stands at the beginning of the verified image at `image`. Cells are 0, but for the first `kept`
     /// of the program that ran or was attached before.
     pub fn begin(&mut self, image: u16, kept: u16) {
+        // Where pieces have been, no cell is what it was.
+        let kept = if self.cell_count == 0 { 0 } else { kept };
         self.attach(image);
-        let (mut address, end) = (pool(), pool() + 2 * POOL_WORDS as u16);
+        let (mut address, end) = (pool(), pool_end());
         while address < end {
             if kept != 0 && address == self.cells {
                 address += 4 * kept;
@@ -139,7 +165,7 @@ impl State {
         }
         self.pc = self.code + Image(image).word(at::ENTRY as u16);
         self.calls = pool();
-        self.sp = pool() + 2 * POOL_WORDS as u16;
+        self.sp = end;
         self.base = self.sp;
         self.handler = 0;
         self.fault = 0;
@@ -150,9 +176,13 @@ impl State {
     /// before gets a pool of its layout, with cells of 0.
     pub fn attach(&mut self, image: u16) {
         let code = if image == 0 { 0 } else { image + CODE };
-        if code == 0 || code != self.code {
-            // SAFETY: nothing of the pool is in use between runs.
-            unsafe { CALLS = [0; POOL_WORDS] };
+        if code == 0 || code != self.code || self.cell_count == 0 {
+            let mut address = pool();
+            while address != pool_end() {
+                // SAFETY: a word of the pool, of which nothing is in use between runs.
+                unsafe { (address as *mut u16).write(0) };
+                address += 2;
+            }
             self.cell_count = 0;
         }
         self.code = code;
@@ -164,6 +194,11 @@ impl State {
             self.cell_count = head.byte(at::CELLS as u16);
         }
         self.pc = code;
+    }
+
+    /// The cells' memory is given to others until the next program is attached or begins.
+    pub fn give_cells(&mut self) {
+        self.cell_count = 0;
     }
 
     /// Address of a cell; `None` when the program does not have it.
@@ -355,7 +390,7 @@ impl State {
             LEAVE => {
                 if crate::streams() || self.newest().1 | 1 == entry::ERROR | 1 {
                     self.calls = pool();
-                    self.sp = pool() + 2 * POOL_WORDS as u16;
+                    self.sp = pool_end();
                     self.base = self.sp;
                     self.flags &= !(flag::EVENT | flag::ERROR);
                     return Ok(true);

@@ -59,7 +59,7 @@ pub struct Manner {
     pub exact: bool,
     /// Power of a laser on its way, below [`FOLLOWS`], which may be added.
     pub power: u16,
-    /// What the caller knows it by: comes back with its first segment.
+    /// What the caller knows it by, 24 bits: comes back with its first segment.
     pub tag: u32,
 }
 
@@ -123,7 +123,7 @@ pub struct Path {
     decel: Scaled,
     /// Programmed speed of the block, um/s.
     feed: Scaled,
-    /// Its axes' top, um/s.
+    /// Its axes' top, um/s, less than a hundredth below.
     top: Scaled,
     /// Increments, accumulators and directions of the line or chord that plays.
     inc: [u32; 3],
@@ -337,51 +337,49 @@ impl Path {
                 self.tail = None;
                 return;
             };
+            let far = self.ring.way(n, &mut self.way);
             let block = &self.ring.blocks[n];
-            let (length, arc) = (block.length, block.arc);
+            let (length, arc) = (block.length, block.is_arc());
             self.within = false;
-            self.exact = block.exact;
-            self.rapid = block.rapid;
+            self.exact = block.is_exact();
+            self.rapid = block.is_rapid();
             self.power = block.power & !FOLLOWS;
             self.gain = Scaled::ZERO;
             if block.power & FOLLOWS != 0 {
                 self.gain = Scaled::new(self.power.into()).over(block.feed).shifted(-1);
             }
-            self.tag = block.tag;
-            self.way = block.steps;
+            self.tag = block.tag();
             self.feed = block.feed;
-            self.top = block.top;
-            self.accel = block.accel;
-            self.decel = block.decel;
-            self.limits.start2 = block.start2;
-            self.exit2 = self.ring.exit2(n);
+            let (bounds, exit2) = self.ring.bounds(n);
+            self.top = bounds.top;
+            self.accel = bounds.accel;
+            self.decel = bounds.decel;
+            self.limits.start2 = bounds.start2;
+            self.exit2 = exit2;
             self.set_nominal();
             self.run.v2 = self.run.v2.most(self.limits.start2.least(self.limits.nominal2));
             if arc {
-                let arc = self.ring.take_arc();
-                let walk = Walk::new(axes, &self.ring.arcs[arc]);
+                let walk = Walk::new(axes, &self.ring.far[far]);
                 self.stride = length.over(Scaled::new(walk.chords().into()));
                 self.walk = Some(walk);
                 // One without any step is over already.
                 self.active = self.chord(axes);
             } else {
-                self.line(n);
+                self.line(length);
             }
         }
     }
 
-    /// Begins the line that was at a place of the ring.
-    fn line(&mut self, n: usize) {
-        let block = &self.ring.blocks[n];
-        let events = largest(&block.steps);
+    /// Begins a line of some [`Geometry::pitch`].
+    fn line(&mut self, pitch: Scaled) {
+        let events = largest(&self.way);
         self.negative = 0;
-        for axis in 0..3 {
-            let steps = block.steps[axis];
-            self.inc[axis] = fraction(size(steps), events);
+        for (axis, steps) in self.way.iter().enumerate() {
+            self.inc[axis] = fraction(size(*steps), events);
             self.acc[axis] = HALF;
-            self.negative |= u8::from(steps < 0) << axis;
+            self.negative |= u8::from(*steps < 0) << axis;
         }
-        self.limits.set_pitch(block.length, self.accel, self.decel, self.clock);
+        self.limits.set_pitch(pitch, self.accel, self.decel, self.clock);
         self.limits.exit2 = self.exit2;
         self.run.left = events;
         self.active = true;
@@ -423,7 +421,7 @@ impl Path {
         let mut nominal = self.feed;
         if percent != 100 {
             let percent = Scaled::new(percent.into()).over(HUNDRED);
-            nominal = nominal.times(percent).least(self.top);
+            nominal = nominal.times(percent).least(self.top.most(self.feed));
         }
         self.limits.nominal2 = nominal.times(nominal);
     }

@@ -179,6 +179,68 @@ fn arcs() -> impl Strategy<Value = (Ends, [i32; 2])> {
         })
 }
 
+/// Plays blocks as fast as they are taken: the segments, and where they end.
+fn play_blocks(axes: &[AxisRecord; 3], blocks: &[Block]) -> (Vec<(bool, Segment)>, [i32; 3]) {
+    let mut path = Path::new(20, CLOCK);
+    let (mut acc, mut position) = ([0; 3], [0; 3]);
+    let (mut out, mut segment) = (Vec::new(), PathSegment::default());
+    let mut blocks = blocks.iter();
+    loop {
+        while path.has_room() {
+            let Some(block) = blocks.next() else { break };
+            assert!(path.push(axes, block));
+        }
+        if !path.next_segment(axes, &mut segment) {
+            return (out, position);
+        }
+        segment.played(segment.ramp.steps(), &mut acc, &mut position);
+        out.push((segment.negative & 1 != 0, segment.ramp));
+    }
+}
+
+fn way() -> impl Strategy<Value = i32> {
+    prop_oneof![4 => -9..9i32, 4 => -400..400i32, 1 => -70_000..70_000i32]
+}
+
+proptest! {
+    /// However long they are and however many wait: every step is made.
+    #[test]
+    fn blocks_in_a_row_end_where_they_shall(
+        ways in prop::collection::vec([way(), way(), way()], 1..150),
+        accel in magnitudes(1_000, 1_000_000),
+        feed in magnitudes(1_000, 100_000),
+    ) {
+        let axis = AxisRecord { accel, decel: accel / 2, ..mill() };
+        let axes = [axis, AxisRecord { start_rate: 100, ..axis }, AxisRecord { um: 1_000, ..axis }];
+        let manner = Manner::new(Feed::Um(feed), false);
+        let blocks: Vec<_> =
+            ways.iter().map(|steps| Block { steps: *steps, um: [0; 3], manner }).collect();
+        let (_, position) = play_blocks(&axes, &blocks);
+        for axis in 0..3 {
+            prop_assert_eq!(position[axis], ways.iter().map(|way| way[axis]).sum::<i32>());
+        }
+    }
+
+    /// A row of blocks in one direction is one long move with changing speeds, within the ramps from its first step to
+    /// its last. Feeds are above the start rate, below which an axis jumps.
+    #[test]
+    fn blocks_in_one_direction_keep_the_ramps(
+        ways in prop::collection::vec((way(), magnitudes(20_000, 100_000)), 1..150),
+        start in magnitudes(100, 2_000),
+        accel in magnitudes(1_000, 100_000),
+        decel in magnitudes(1_000, 100_000),
+    ) {
+        let axis = AxisRecord { start_rate: start as u16, accel, decel, ..mill() };
+        let block = |(way, feed): &(i32, u32)| {
+            let manner = Manner::new(Feed::Um(*feed), false);
+            Block { steps: [way.abs(), 0, 0], um: [0; 3], manner }
+        };
+        let blocks: Vec<_> = ways.iter().map(block).collect();
+        let (segments, _) = play_blocks(&[axis; 3], &blocks);
+        check_all(&segments, &limits(&axis))?;
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 

@@ -58,7 +58,7 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
         axis.accel = 2_000_000;
     }
     let (link, _) = stream(&at_rest(&raster(LINES, 6000)), LINES, &laser)?;
-    sink(at_least("stream_link", "lines/s", link, 170.0, 500.0))?;
+    sink(at_least("stream_link", "lines/s", link, 800.0, 1500.0))?;
     let (fast, _) = stream(&raster(LINES, 6000), LINES, &steep)?;
     sink(at_least("stream_rate", "lines/s", fast, 170.0, 500.0))?;
     let (_, starved) = stream(&raster(LINES / 3, 1000), LINES / 3, &laser)?;

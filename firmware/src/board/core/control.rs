@@ -77,10 +77,10 @@ impl Core {
             self.fail(Fault::ImageRefused);
             return;
         }
+        #[cfg(feature = "stream")]
+        crate::stream::forget_pieces();
         vm().begin(image, self.keep_base());
         self.load();
-        #[cfg(feature = "stream")]
-        crate::stream::close();
         self.begun();
     }
 
