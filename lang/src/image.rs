@@ -45,6 +45,8 @@ pub const FORMAT: u8 = 3;
 pub const HEADER: usize = 20;
 /// Longest image with addresses of two bytes: the link tells its length in 15 bits.
 pub const NARROW: usize = 0x7FFF;
+/// Cells that a program may have: as many as a byte names.
+pub const MAX_CELLS: usize = 256;
 /// ON lines that a program may have.
 pub const MAX_EVENTS: usize = 4;
 
@@ -62,7 +64,7 @@ pub mod at {
     pub const KEEPS: usize = 11;
     /// Address of the main program.
     pub const ENTRY: usize = 12;
-    /// Cells.
+    /// Cells, see [`cells`](super::cells).
     pub const CELLS: usize = 14;
     /// Values that one routine has on the expression stack at most.
     pub const FRAME: usize = 15;
@@ -72,6 +74,11 @@ pub mod at {
     pub const KEEP_BASE: usize = 17;
     /// Hash of the profile.
     pub const PROFILE: usize = 18;
+}
+
+/// Cells of a program whose header has this byte: 255 stands for 256.
+pub const fn cells(byte: u8) -> u16 {
+    if byte == u8::MAX { 256 } else { byte as u16 }
 }
 
 /// Bytes of the device's RAM that cells, expression stack and call stack share, as the language
@@ -140,8 +147,8 @@ pub struct Header {
     pub code_len: usize,
     /// Address of the main program.
     pub entry: usize,
-    /// Cells.
-    pub cells: u8,
+    /// Cells, at most 256.
+    pub cells: u16,
     /// Values on the expression stack at most.
     pub stack: u8,
     /// Values that one routine has on it at most.
@@ -195,7 +202,7 @@ impl Header {
             len: long(word(at::LEN), len_high)?,
             code_len: long(word(at::CODE_LEN), code_high)?,
             entry: usize::from(word(at::ENTRY)),
-            cells: h[at::CELLS],
+            cells: cells(h[at::CELLS]),
             stack: h[at::STACK],
             frame: h[at::FRAME],
             calls: h[at::CALLS],
@@ -223,7 +230,7 @@ impl Header {
         }
         h[at::STACK] = self.stack;
         h[at::KEEPS] = self.keeps;
-        h[at::CELLS] = self.cells;
+        h[at::CELLS] = if self.cells < 0xFF { self.cells as u8 } else { 0xFF };
         h[at::FRAME] = self.frame;
         h[at::CALLS] = self.calls;
         h[at::KEEP_BASE] = self.keep_base;

@@ -3,7 +3,7 @@
 //! The G2553 build leaves out what its 512 bytes of RAM and 16 KB of flash cannot hold; the
 //! compiler names it, and the board's verifier refuses it once more.
 
-use crate::image::{Header, Image, NARROW};
+use crate::image::{Header, Image, MAX_CELLS, NARROW};
 use crate::record::feature;
 
 /// A chip with the firmware made for it.
@@ -81,7 +81,7 @@ pub const G2553_HANDLERS: Part = Part {
     ..G2553
 };
 
-/// 128 KB of flash, 10 KB of RAM: everything. Its pool holds 255 cells, as many as an image can count, with
+/// 128 KB of flash, 10 KB of RAM: everything. Its pool holds 256 cells, as many as an instruction can name, with
 /// depth 16 and 16 calls (firmware/README.md, Parts).
 pub const F5529: Part = Part {
     name: "f5529",
@@ -237,7 +237,7 @@ impl Part {
         let pool = self.pool_for(header.features as u16) as usize;
         let own = self.pool_bytes(header) - 4 * header.cells as usize;
         let cells = pool.saturating_sub(own + self.event_bytes(events) as usize) / 4;
-        if cells > u8::MAX as usize { u8::MAX as usize } else { cells }
+        if cells > MAX_CELLS { MAX_CELLS } else { cells }
     }
 
     /// The first thing that a program, on a board with STEP pulses of this width, wants and the part lacks.

@@ -141,7 +141,7 @@ impl<'a, 'm> Vm<'a, 'm> {
 
     /// Changes a cell; nothing happens when the program does not have it.
     pub fn set_cell(&mut self, n: u8, value: i32) {
-        if n < self.image.header.cells {
+        if u16::from(n) < self.image.header.cells {
             self.set_slot(usize::from(n), value).unwrap_or_default();
         }
     }

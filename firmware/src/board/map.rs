@@ -13,7 +13,7 @@ use firmware::rules::{Axis, Machine, status};
 use firmware::store::{NAME, Store};
 use firmware::verify::Bytes;
 use lang::fault::Fault;
-use lang::image::at;
+use lang::image::{at, cells};
 use lang::isa::FINGERPRINT;
 use lang::record::AxisRecord;
 #[expect(
@@ -67,7 +67,7 @@ impl Core {
             PROGRAM_LENGTH => self.store.length(&Area),
             PROGRAM_CRC => self.header(at::CRC),
             PROGRAM_PROFILE => self.header(at::PROFILE),
-            PROGRAM_CELLS => self.header(at::CELLS) & 0xFF,
+            PROGRAM_CELLS => cells(self.header(at::CELLS) as u8),
             RESET_CAUSE => u16::from(self.cause | clock::fault()),
             STACK_FREE => crate::boot::stack_free(),
             MISSED_DEADLINES => self.missed.wrapping_add(crate::step::late()),

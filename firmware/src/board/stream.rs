@@ -9,7 +9,7 @@
 use crate::check;
 use crate::core::{Core, FEATURES};
 use crate::flash::Image;
-use crate::vm::{PIECE_POOL, POOL_WORDS, behind, vm};
+use crate::vm::{PIECE_POOL, POOL_WORDS, WAITING_WORDS, behind, vm};
 use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::FRAME;
 use firmware::verify::{self, Bytes, CODE, MACHINE};
@@ -44,8 +44,7 @@ static NOTHING: u8 = Op::End as u8;
 /// First word of the code in a piece.
 const CODE_WORD: usize = HEADER / 2;
 
-/// Words of the pieces that wait.
-pub const WAITING_WORDS: usize = WAITING as usize * PIECE_WORDS;
+const _: () = assert!(WAITING as usize * PIECE_WORDS == WAITING_WORDS);
 
 struct Store {
     /// The image of the piece that runs.

@@ -7,24 +7,21 @@ use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::motion::math::{signed, size};
 use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::fault::Fault;
-use lang::image::{HEADER, at};
+use lang::image::{HEADER, at, cells};
 use lang::isa::Op;
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::vm::{entry, flag};
-
-#[cfg(feature = "stream")]
-use crate::stream::WAITING_WORDS;
-#[cfg(not(feature = "stream"))]
-const WAITING_WORDS: usize = 0;
 
 /// Words of RAM for cells, expression stack and call stack: the part's pool.
 pub const POOL_WORDS: usize = POOL_LIMITS[0] as usize / 2;
 
 /// Words of the pool of a streamed piece, which has a cell and no calls. The pieces that wait lie behind it.
 pub const PIECE_POOL: usize = 64;
+/// Words of those: 2 KB.
+pub const WAITING_WORDS: usize = 1008;
 /// Words of the pool, or of that of a piece and those that wait.
-const MEMORY_WORDS: usize =
-    if PIECE_POOL + WAITING_WORDS > POOL_WORDS { PIECE_POOL + WAITING_WORDS } else { POOL_WORDS };
+const MEMORY_WORDS: usize = PIECE_POOL + WAITING_WORDS;
+const _: () = assert!(MEMORY_WORDS >= POOL_WORDS);
 
 /// The pool: call stack from its start upward, cells behind it, the expression stack from its end
 /// downward.
@@ -64,7 +61,7 @@ pub struct State {
     /// [`flag`] bits.
     pub flags: u8,
     /// Number of cells.
-    pub cell_count: u8,
+    pub cell_count: u16,
 }
 
 /// Offset from [`VM`] of the end of the call stack.
@@ -191,7 +188,7 @@ impl State {
             self.data = code + head.word(at::CODE_LEN as u16);
             self.calls_end = pool() + CALL * u16::from(head.byte(at::CALLS as u16));
             self.cells = self.calls_end;
-            self.cell_count = head.byte(at::CELLS as u16);
+            self.cell_count = cells(head.byte(at::CELLS as u16));
         }
         self.pc = code;
     }
@@ -208,7 +205,7 @@ impl State {
 
     /// Whether the program has a cell.
     pub fn has_cell(&self, n: u16) -> bool {
-        n < u16::from(self.cell_count)
+        n < self.cell_count
     }
 
     /// The value of a cell, 0 for one that the program does not have.

@@ -57,17 +57,17 @@ pub fn verify<B: Bytes>(image: &B, limits: &Limits) -> Result<(), Refusal> {
         return Err(Refusal::Feature);
     }
     let many = features & (feature::INTERPOLATE | feature::START) as u8 != 0;
-    let cells = image.byte(at::CELLS as u16);
+    let cells = lang::image::cells(image.byte(at::CELLS as u16));
     let stack = image.byte(at::STACK as u16);
     let calls = image.byte(at::CALLS as u16);
     let keeps = image.byte(at::KEEPS as u16);
     let frame = image.byte(at::FRAME as u16);
     let pool =
-        (u16::from(cells) + u16::from(stack)) * 4 + u16::from(calls) * u16::from(limits.call_bytes);
+        (cells + u16::from(stack)) * 4 + u16::from(calls) * u16::from(limits.call_bytes);
     if pool > limits.pool[usize::from(many)]
         || frame > stack
         || keeps > 8
-        || u16::from(image.byte(at::KEEP_BASE as u16)) + u16::from(keeps) > u16::from(cells)
+        || u16::from(image.byte(at::KEEP_BASE as u16)) + u16::from(keeps) > cells
     {
         return Err(Refusal::Memory);
     }
@@ -122,7 +122,7 @@ struct Check<'a, B> {
     code_len: u16,
     data: u16,
     data_len: u16,
-    cells: u8,
+    cells: u16,
     frame: u8,
     features: u8,
     at_limits: bool,
@@ -315,11 +315,11 @@ impl<B: Bytes> Check<'_, B> {
         let b = self.byte(pc + 1);
         let low = u16::from(b);
         match insn.operands {
-            Operands::Cell | Operands::CellRel | Operands::CellWordRel => b < self.cells,
+            Operands::Cell | Operands::CellRel | Operands::CellWordRel => u16::from(b) < self.cells,
             Operands::MmFlags | Operands::Mm2Flags | Operands::Mm3Flags | Operands::Mm2Flags2 => {
                 self.inline_fits(pc, insn.code)
             }
-            Operands::Array => low + u16::from(self.byte(pc + 2)) <= u16::from(self.cells),
+            Operands::Array => low + u16::from(self.byte(pc + 2)) <= self.cells,
             Operands::Column8 => self.column(low),
             Operands::Column => self.column(self.word(pc + 1)),
             Operands::Text8 => self.text(low),
@@ -346,8 +346,8 @@ impl<B: Bytes> Check<'_, B> {
                 const LOW: u8 = Op::NextShort as u8;
                 let short = insn.code.wrapping_sub(isa::LOAD);
                 let low = insn.code.wrapping_sub(LOW);
-                (short >= 2 * SHORT_CELLS || short % SHORT_CELLS < self.cells)
-                    && (low >= 3 * LOW_CELLS || low % LOW_CELLS < self.cells)
+                (short >= 2 * SHORT_CELLS || u16::from(short % SHORT_CELLS) < self.cells)
+                    && (low >= 3 * LOW_CELLS || u16::from(low % LOW_CELLS) < self.cells)
             }
         }
     }

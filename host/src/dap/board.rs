@@ -72,7 +72,7 @@ pub struct Meeting {
 
 /// Follows runs of the board's program until the session ends it.
 pub fn run(mut board: Board, loaded: &Loaded, how: Meeting, orders: Receiver<Order>, ear: &Ear) {
-    let cells = Image::new(&loaded.compiled.image).map_or(0, |image| image.header.cells.into());
+    let cells = Image::new(&loaded.compiled.image).map_or(0, |image| image.header.cells);
     let breaks = Breaks::default();
     let mut eye =
         Eye { loaded, cells, orders, ear, breaks, how, from: (0, 0, 0), last: None, exact: false };

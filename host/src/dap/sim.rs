@@ -147,7 +147,7 @@ enum After {
 
 struct Eye<'a> {
     compiled: &'a Compiled,
-    cells: u8,
+    cells: u16,
     names: &'a Names,
     beginnings: HashMap<usize, Vec<u32>>,
     orders: Receiver<Order>,
@@ -260,7 +260,7 @@ impl Eye<'_> {
     fn snapshot(&self, at: &At<'_, '_, '_>) -> Snapshot {
         let line = |pc: usize| self.compiled.sidecar.at(pc).map_or(0, |mark| mark.line);
         let frames = frames(at.line, at.vm.frames(), line);
-        let cells = (0..self.cells).map(|n| at.vm.cell(n)).collect();
+        let cells = (0..self.cells).map(|n| at.vm.cell(n as u8)).collect();
         Snapshot { frames, known: true, cells, view: at.machine.view() }
     }
 

@@ -6,10 +6,10 @@ use crate::back::cells::Cells;
 use crate::back::data::{self, Data};
 use crate::back::graph::Graph;
 use crate::back::ir::{Cond, Handler, Item, Label, Unit};
-use crate::back::report::{Compiled, MAX_CELLS, Mark, MarkKind, Sidecar, VarPlace};
+use crate::back::report::{Compiled, Mark, MarkKind, Sidecar, VarPlace};
 use crate::hir::{Limits, Program, RoutineId, Storage, VarId};
 use crate::image::statements::{self, Place};
-use crate::image::{self, HEADER, Header, NARROW, pool_limit};
+use crate::image::{self, HEADER, Header, MAX_CELLS, NARROW, pool_limit};
 use crate::isa::{LOW_CELLS, Op, SHORT_CELLS, SMALL};
 use crate::record::{MachineRecord, feature};
 use crate::wire::{CRC_START, crc16};
@@ -45,7 +45,7 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
         len: HEADER + machine.len() + code.bytes.len() + data_len,
         code_len: code.bytes.len(),
         entry: code.entry,
-        cells: cells.count as u8,
+        cells: cells.count as u16,
         stack: graph.stack() as u8,
         frame: graph.frame as u8,
         calls: graph.calls as u8,

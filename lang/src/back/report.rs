@@ -4,6 +4,7 @@ use crate::back::cells::Cells;
 use crate::back::graph::Graph;
 use crate::back::ir::Unit;
 use crate::hir::{Program, RoutineId, Span, VarId};
+use crate::image::MAX_CELLS;
 
 /// What begins at a mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,10 +124,8 @@ pub struct Excess {
 const MAX_KEEPS: usize = 8;
 /// Bytes of texts at most: short columns may lie before them.
 const MAX_TEXTS: usize = 0x8000;
-/// Largest number of cells that the header's byte holds.
-pub const MAX_CELLS: usize = u8::MAX as usize;
-/// Largest number that the header's half bytes hold.
-pub const MAX_DEPTH: usize = 15;
+/// Values on the expression stack and entries of the call stack at most: what parts promise.
+pub const MAX_DEPTH: usize = 16;
 
 /// Everything that the program has too much of for an image, which the largest part runs.
 pub fn excesses(program: &Program, unit: &Unit, graph: &Graph, cells: &Cells) -> Vec<Excess> {

@@ -1,5 +1,15 @@
 /* The way in and the header. */
 
+    /* where there is memory for them, 255 stands for 256 */
+    .macro cells_of count
+    .if CHECK_CALL_BYTES == 4
+    cmp.b #-1, \count
+    jne 9f
+    inc \count
+9:
+    .endif
+    .endm
+
     .section .text.verify,"ax",@progbits
 module.check:
     .global pasapas_verify
@@ -34,6 +44,7 @@ pasapas_verify:
     jne verify_leave
     mov #CHECK_MEMORY, r15
     mov.b CHECK_CELLS(r4), r11
+    cells_of r11
     mov.b CHECK_STACK(r4), r12
     cmp.b CHECK_FRAME_DEPTH(r4), r12
     jlo verify_leave

@@ -4,6 +4,7 @@
 verify_operands:
     mov @r10, r15
     mov.b CHECK_CELLS-CHECK_CODE(r15), r14
+    cells_of r14
     mov.b 1(r4), r12
     .if CHECK_HAS_EVENTS
     cmp.b #CHECK_EVENT, r5

@@ -24,6 +24,13 @@ vm_func:
        itself, which the compiler refuses but an image may hold */
     mov.b CORE_IMAGE_FRAME(r4), r13
     mov.b CORE_IMAGE_CELLS(r4), r15
+    .if CORE_CALL_BYTES == 4
+    /* 255 stands for 256 */
+    cmp.b #-1, r15
+    jne 1f
+    inc r15
+1:
+    .endif
     add r15, r13
     rla r13
     rla r13
