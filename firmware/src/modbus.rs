@@ -40,6 +40,13 @@ pub trait Map {
     fn read(&mut self, table: Table, address: u16) -> u16;
     /// The bit at an address that lies in a block.
     fn read_bit(&mut self, table: Table, address: u16) -> bool;
+    /// Whether who asks may write at all: a request from this address on, its value when it is of one register.
+    ///
+    /// # Errors
+    /// Busy.
+    fn may_steer(&mut self, _address: u16, _value: Option<u16>) -> Result<(), Exception> {
+        Ok(())
+    }
     /// Writes a register.
     ///
     /// # Errors
@@ -252,6 +259,7 @@ impl Slave {
                 if block.flags & WRITABLE == 0 {
                     return Err(Exception::IllegalAddress);
                 }
+                map.may_steer(address, (function == 6).then_some(value))?;
                 if function == 5 {
                     return map.write_bit(address, value != 0);
                 }
@@ -282,6 +290,8 @@ impl Slave {
                 if long && (address | value) & 1 != 0 {
                     return Err(Exception::IllegalValue);
                 }
+                let one = function == 16 && value == 1;
+                map.may_steer(address, one.then(|| word(line, 7)))?;
                 if long {
                     longs(line, value, |at, own| map.may_write_long(address + at, own))?;
                     longs(line, value, |at, own| map.write_long(address + at, own))?;

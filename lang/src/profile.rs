@@ -61,6 +61,9 @@ pub struct Profile {
     /// The serial link.
     #[serde(default)]
     pub link: Link,
+    /// The RS-485 line beside it, of parts that have one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rs485: Option<Link>,
     /// The hardware PWM, of parts that have one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pwm: Option<Pwm>,

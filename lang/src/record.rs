@@ -222,7 +222,7 @@ pub struct BoardRecord {
     pub more: MoreRecord,
 }
 
-/// What a profile says of a PWM, which only some parts have: 32 bytes behind the record, 16 registers of the link.
+/// What a profile says of a PWM and an RS-485 line, which only some parts have: 32 bytes behind the record, 16 registers of the link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct MoreRecord {
@@ -240,8 +240,12 @@ pub struct MoreRecord {
     pub pwm_output: u8,
     /// [`MoreRecord::LASER`] and others.
     pub pwm_kind: u8,
+    /// Modbus address on the RS-485 line, 0 without one.
+    pub rs485_address: u8,
+    /// Its rate and parity, as [`BoardRecord::rate`].
+    pub rs485_rate: u8,
     /// Zero.
-    pub reserved: [u16; 9],
+    pub reserved: [u16; 8],
     /// CRC of the 30 bytes before.
     pub crc: u16,
 }
@@ -264,7 +268,9 @@ impl MoreRecord {
         servo_high: 0,
         pwm_output: 0,
         pwm_kind: 0,
-        reserved: [0; 9],
+        rs485_address: 0,
+        rs485_rate: 0,
+        reserved: [0; 8],
         crc: 0,
     };
 }

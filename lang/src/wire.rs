@@ -114,6 +114,11 @@
 //! ([`MoreRecord`](crate::record::MoreRecord)). They are written before the last word of the record, whose
 //! register 30 is their CRC, or 0 where there is nothing; then they need not be written.
 //!
+//! # Two lines
+//! A board with an RS-485 line beside the back channel answers on both. The one that wrote last holds the helm for 2 s
+//! behind its last write ([`HELM`]): writes of the other one are exception 6 meanwhile, but for the codes of
+//! [`RUN_CONTROL`] that stop, pause or stop at once. Only its requests count where motion goes on no longer than a host asks.
+//!
 //! # Lock
 //! A board profile with a lock code ([`BoardRecord::lock`](crate::record::BoardRecord::lock)) locks
 //! program and profile at the next reset: uploads, erasing and profile writes are exception 4, and
@@ -239,6 +244,8 @@ pub const fn upload_window(length: usize) -> u16 {
 pub const fn check_ms(length: usize) -> u64 {
     300 + length.saturating_sub(4096) as u64 * 60 / 1000
 }
+/// The line that wrote last holds the helm for so long, ms.
+pub const HELM_MS: u16 = 2000;
 
 /// Registers of a trace slot.
 pub const TRACE_LENGTH: u16 = 5;

@@ -6,6 +6,7 @@
 //! - `timer`: the millisecond, the silence of the line, the compare channels of the step engine;
 //! - `pwm`: the PWM of a laser, a spindle or a servo;
 //! - `line`: the UART of the link;
+//! - `rs485`: the UART of the other one;
 //! - `flash`: one operation of the flash controller;
 //!
 //! and constants that say where things lie in flash.

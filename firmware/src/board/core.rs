@@ -144,10 +144,16 @@ pub struct Core {
     pub upload_length: u16,
     /// [`lang::wire::Refusal`]
     pub refusal: u8,
-    /// High half of a 32-bit value being read.
-    pub latch: u16,
-    /// Address after the one whose value is latched.
-    pub latched: u16,
+    /// The line that is served: 0 the back channel, 1 RS-485.
+    pub line: u8,
+    /// The line that wrote last, and one more; 0 for none since reset.
+    pub helm: u8,
+    /// Milliseconds that it still holds the helm.
+    pub helm_left: u16,
+    /// Of each line: high half of a 32-bit value being read.
+    pub latch: [u16; 2],
+    /// Of each line: address after the one whose value is latched.
+    pub latched: [u16; 2],
     /// Milliseconds served late.
     pub missed: u16,
     /// IFG1 at reset.

@@ -4,49 +4,60 @@
 //! One that comes after more than 1.5 characters of silence spoils the frame (Modbus over Serial
 //! Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
-use crate::chip::{clock, line, timer};
+use crate::chip::{clock, line, rs485, timer};
 use crate::vm::{State, VM};
 use ::core::arch::global_asm;
 use ::core::mem::offset_of;
-use ::core::ptr::{addr_of, addr_of_mut};
+use ::core::ptr::addr_of;
 use firmware::modbus::{FRAME, Line};
 
 /// What the interrupts share with the main loop.
 #[repr(C)]
-struct Shared {
+pub struct Shared {
     buffer: [u8; FRAME],
     /// Receiving: bytes so far, [`SPOILED`] after an error. Sending: where the next byte goes.
-    head: u8,
+    pub head: u8,
     /// Sending: the next byte to go out.
-    tail: u8,
+    pub tail: u8,
     /// [`LISTEN`], [`FRAME_READY`] or [`SENDING`].
-    state: u8,
+    pub state: u8,
     /// Timer ticks from a character's end to the frame's end.
-    silence: u16,
+    pub silence: u16,
     /// `silence` less the ticks from a character's end to the latest end of the next.
-    slack: u16,
+    pub slack: u16,
+    /// Timer ticks of a character of 11 bits.
+    pub character: u16,
     /// Code of the rate, and whether the clock came from REFO when that was chosen.
     code: u8,
     refo: bool,
 }
 
 const SPOILED: u8 = 0xFF;
-const LISTEN: u8 = 0;
-const FRAME_READY: u8 = 1;
+/// [`Shared::state`]: a request may come.
+pub const LISTEN: u8 = 0;
+/// [`Shared::state`]: a request is there.
+pub const FRAME_READY: u8 = 1;
 const SENDING: u8 = 2;
 /// The reply is complete in the ring.
-const LAST: u8 = 3;
+pub const LAST: u8 = 3;
 
-static mut SHARED: Shared = Shared {
-    buffer: [0; FRAME],
-    head: 0,
-    tail: 0,
-    state: LISTEN,
-    silence: 0,
-    slack: 0,
-    code: 0,
-    refo: false,
-};
+impl Shared {
+    const IDLE: Shared = Shared {
+        buffer: [0; FRAME],
+        head: 0,
+        tail: 0,
+        state: LISTEN,
+        silence: 0,
+        slack: 0,
+        character: 0,
+        code: 0,
+        refo: false,
+    };
+}
+
+static mut SHARED: Shared = Shared::IDLE;
+/// The same of the RS-485 line (`bus.rs`).
+pub static mut BUS: Shared = Shared::IDLE;
 
 /// Milliseconds, counted by their interrupt.
 #[unsafe(export_name = "PASAPAS_MILLIS")]
@@ -157,19 +168,6 @@ pasapas_millisecond:
     poll = const offset_of!(State, poll),
 );
 
-// SAFETY (all accesses to the statics below): they are single-byte or single-word volatile
-// accesses, which one instruction does; who may write which field depends on `state` alone.
-macro_rules! get {
-    ($field:ident) => {
-        unsafe { addr_of!(SHARED.$field).read_volatile() }
-    };
-}
-macro_rules! put {
-    ($field:ident, $value:expr) => {
-        unsafe { addr_of_mut!(SHARED.$field).write_volatile($value) }
-    };
-}
-
 /// Milliseconds since reset, modulo 65536.
 #[inline(always)]
 pub fn millis() -> u16 {
@@ -190,8 +188,25 @@ pub fn catch_up() {
     }
 }
 
-/// The line.
-pub struct Uart;
+/// A line: the back channel, or the RS-485 line.
+#[derive(Clone, Copy)]
+pub struct Uart {
+    shared: *mut Shared,
+    bus: bool,
+}
+
+// SAFETY (all): they are single-byte or single-word volatile accesses, which one instruction does; who may write which
+// field depends on `state` alone.
+macro_rules! get {
+    ($line:ident.$field:ident) => {
+        unsafe { (&raw const (*$line.shared).$field).read_volatile() }
+    };
+}
+macro_rules! put {
+    ($line:ident.$field:ident, $value:expr) => {
+        unsafe { (&raw mut (*$line.shared).$field).write_volatile($value) }
+    };
+}
 
 /// Divider and modulation of the UART's clock, silence and slack in ticks of the timer.
 struct Rate {
@@ -199,6 +214,7 @@ struct Rate {
     modulation: u8,
     silence: u16,
     slack: u16,
+    character: u16,
 }
 
 const fn rate(clock: u32, bits_per_second: u32) -> Rate {
@@ -217,6 +233,7 @@ const fn rate(clock: u32, bits_per_second: u32) -> Rate {
         modulation: (modulation << 1) as u8,
         silence: silence as u16,
         slack: (silence as i32 - gap as i32) as u16,
+        character: character as u16,
     }
 }
 
@@ -228,40 +245,55 @@ const fn rates(clock: u32) -> [Rate; 4] {
 static RATES: [[Rate; 4]; 2] = [rates(line::CLOCKS[0]), rates(line::CLOCKS[1])];
 
 impl Uart {
+    /// The back channel.
+    pub fn back() -> Uart {
+        Uart { shared: &raw mut SHARED, bus: false }
+    }
+
+    /// The RS-485 line.
+    pub fn rs485() -> Uart {
+        Uart { shared: &raw mut BUS, bus: true }
+    }
+
     /// Starts the UART: `code` as in the board record, rate in the low nibble and parity in the
     /// high one.
-    pub fn open(code: u8) {
+    pub fn open(&self, code: u8) {
         let refo = clock::is_refo();
-        put!(code, code);
-        put!(refo, refo);
+        put!(self.code, code);
+        put!(self.refo, refo);
         let rate = &RATES[usize::from(refo)][usize::from(code & 3)];
-        put!(silence, rate.silence);
-        put!(slack, rate.slack);
+        put!(self.silence, rate.silence);
+        put!(self.slack, rate.slack);
         let parity = match code >> 4 {
             0 => 0,
             1 => 0b11 << 6,
             _ => 0b10 << 6,
         };
-        line::open(rate.divider, rate.modulation, parity);
+        put!(self.character, rate.character);
+        if self.bus {
+            rs485::open(rate.divider, rate.modulation, parity);
+        } else {
+            line::open(rate.divider, rate.modulation, parity);
+        }
     }
 
     /// Keeps the line's rate when the crystal has failed.
     pub fn follow_clock(&self) {
-        if clock::is_refo() != get!(refo) && !line::is_busy() {
-            Uart::open(get!(code));
+        if clock::is_refo() != get!(self.refo) && !self.is_busy() {
+            self.open(get!(self.code));
         }
     }
 
     /// A frame's length once its silence has passed. After a reply the next character listens.
     pub fn frame(&mut self) -> Option<u8> {
-        let state = get!(state);
+        let state = get!(self.state);
         if state != FRAME_READY {
             return None;
         }
-        let length = get!(head);
+        let length = get!(self.head);
         if length == SPOILED {
-            put!(head, 0);
-            put!(state, LISTEN);
+            put!(self.head, 0);
+            put!(self.state, LISTEN);
             return None;
         }
         Some(length)
@@ -271,8 +303,20 @@ impl Uart {
 impl Uart {
     /// Whether no reply is being sent.
     pub fn rests(&self) -> bool {
-        let sent = get!(state) == LAST && get!(tail) == get!(head);
-        get!(state) == LISTEN || sent && !line::is_busy()
+        let sent = get!(self.state) == LAST && get!(self.tail) == get!(self.head);
+        get!(self.state) == LISTEN || !self.bus && sent && !self.is_busy()
+    }
+
+    fn is_busy(&self) -> bool {
+        if self.bus { rs485::is_busy() } else { line::is_busy() }
+    }
+
+    fn transmit(&self) {
+        if self.bus {
+            rs485::transmit();
+        } else {
+            line::transmit();
+        }
     }
 }
 
@@ -281,36 +325,43 @@ impl Line for Uart {
     fn byte(&self, index: u8) -> u8 {
         // SAFETY: `index` is below 256 and the request's length was bounded by the interrupt; a
         // read past the buffer meets the fields behind it or other RAM, never a fault.
-        unsafe { addr_of!(SHARED.buffer).cast::<u8>().add(usize::from(index)).read() }
+        unsafe { (&raw const (*self.shared).buffer).cast::<u8>().add(usize::from(index)).read() }
     }
 
     fn room(&self) -> u8 {
-        let used = get!(head).wrapping_sub(get!(tail));
+        let used = get!(self.head).wrapping_sub(get!(self.tail));
         let used = if used as i8 >= 0 { used } else { used.wrapping_add(FRAME as u8) };
         FRAME as u8 - 1 - used
     }
 
     fn put(&mut self, byte: u8) {
-        if get!(state) == FRAME_READY {
-            put!(head, 0);
-            put!(tail, 0);
-            put!(state, SENDING);
+        if get!(self.state) == FRAME_READY {
+            put!(self.head, 0);
+            put!(self.tail, 0);
+            put!(self.state, SENDING);
         }
-        let head = get!(head);
+        let head = get!(self.head);
         // SAFETY: `head` stays below FRAME.
         unsafe {
-            addr_of_mut!(SHARED.buffer).cast::<u8>().add(usize::from(head)).write_volatile(byte)
+            (&raw mut (*self.shared).buffer)
+                .cast::<u8>()
+                .add(usize::from(head))
+                .write_volatile(byte)
         };
-        put!(head, if head + 1 == FRAME as u8 { 0 } else { head + 1 });
-        line::transmit();
+        put!(self.head, if head + 1 == FRAME as u8 { 0 } else { head + 1 });
+        self.transmit();
     }
 
     fn finish(&mut self) {
-        if get!(state) == SENDING {
-            put!(state, LAST);
+        if get!(self.state) == SENDING {
+            put!(self.state, LAST);
+            // Its interrupt sees to the end, also when it was faster.
+            if self.bus {
+                self.transmit();
+            }
         } else {
-            put!(head, 0);
-            put!(state, LISTEN);
+            put!(self.head, 0);
+            put!(self.state, LISTEN);
         }
     }
 

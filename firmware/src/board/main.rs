@@ -9,6 +9,7 @@ use msp430_rt as _;
 
 mod arcs;
 mod boot;
+mod bus;
 mod chain;
 mod check;
 mod chip;
@@ -17,6 +18,7 @@ mod core;
 mod effects;
 mod flash;
 mod guard;
+mod helm;
 mod home;
 mod library;
 mod limits;
@@ -27,6 +29,7 @@ mod math;
 mod motor;
 mod moves;
 mod observe;
+mod pool;
 mod probe;
 mod profile;
 mod pwm;
@@ -70,15 +73,15 @@ fn streams() -> bool {
 }
 
 static mut CORE: MaybeUninit<Core> = MaybeUninit::zeroed();
-static mut SLAVE: Slave = Slave::new();
+static mut SLAVES: [Slave; 2] = [Slave::new(), Slave::new()];
 
 /// Called by `Reset` once RAM is ready.
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
     chip::clock::hardware();
     // SAFETY: `main` is the only code that knows these statics, and never returns; they are zero.
-    let (core, slave) =
-        unsafe { (Core::init(addr_of_mut!(CORE).cast()), &mut *addr_of_mut!(SLAVE)) };
+    let (core, slaves) =
+        unsafe { (Core::init(addr_of_mut!(CORE).cast()), &mut *addr_of_mut!(SLAVES)) };
     step::init(core.record.pulse, 0);
     if core.chained() {
         chain::open();
@@ -89,34 +92,47 @@ extern "C" fn main() -> ! {
     core.cause = chip::clock::cause();
     core.bites = boot::bites(core.cause);
     // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
-    let mut address = core.record.address;
+    let mut lines = [Uart::back(), Uart::rs485()];
+    let more = core.record.more();
+    let mut addresses = [core.record.address, more.rs485_address];
     if chain::buttons() & 1 != 0 {
-        address = 1;
-        Uart::open(0);
+        addresses[0] = 1;
+        lines[0].open(0);
     } else {
-        Uart::open(core.record.rate);
+        lines[0].open(core.record.rate);
+    }
+    let mut open = 1;
+    if addresses[1] != 0 {
+        lines[1].open(more.rs485_rate);
+        open = lines.len();
     }
     // SAFETY: the set-up shares nothing with an interrupt any more.
     unsafe { msp430::interrupt::enable() };
     core.mount();
-    let mut line = Uart;
     loop {
         boot::kick();
-        if let Some(length) = line.frame()
-            && slave.request(&mut line, core, address, length)
-        {
-            core.host = true;
-            core.silence = 0;
-            slave.poll(&mut line, core);
-            // A request of many registers takes as long as a short segment lasts.
-            core.motor.poll(core.trace.full);
+        core.line_rests = true;
+        let mut n = 0;
+        while n != open {
+            let (line, slave) = (&mut lines[n], &mut slaves[n]);
+            core.line = n as u8;
+            if let Some(length) = line.frame()
+                && slave.request(line, core, addresses[n], length)
+            {
+                core.heard();
+                slave.poll(line, core);
+                // A request of many registers takes as long as a short segment lasts.
+                core.motor.poll(core.trace.full);
+            }
+            slave.poll(line, core);
+            if line.rests() {
+                line.follow_clock();
+            } else {
+                core.line_rests = false;
+            }
+            n += 1;
         }
-        slave.poll(&mut line, core);
         core.write_staged();
-        core.line_rests = line.rests();
-        if core.line_rests {
-            line.follow_clock();
-        }
         core.ticks();
         core.motor.poll(core.trace.full);
         core.tripped();

@@ -5,8 +5,9 @@ use crate::core::Core;
 use crate::core::trace;
 use crate::flash::{self, Area};
 use crate::motor::AXES;
+use crate::pool::POOL_WORDS;
 use crate::profile::profile_word;
-use crate::vm::{POOL_WORDS, vm};
+use crate::vm::vm;
 use firmware::RELEASE;
 use firmware::modbus::Map;
 use firmware::rules::{Axis, Machine, status};
@@ -33,12 +34,13 @@ const KEEPS_END: u16 = KEEPS + 16;
 impl Core {
     /// One half of a 32-bit value: both are of one instant when they are read in one request.
     fn half(&mut self, address: u16, value: i32) -> u16 {
+        let line = usize::from(self.line & 1);
         if address & 1 == 0 {
-            self.latch = (value >> 16) as u16;
-            self.latched = address + 1;
+            self.latch[line] = (value >> 16) as u16;
+            self.latched[line] = address + 1;
             return value as u16;
         }
-        if self.latched == address { self.latch } else { (value >> 16) as u16 }
+        if self.latched[line] == address { self.latch[line] } else { (value >> 16) as u16 }
     }
 
     fn axis_value(&mut self, address: u16, first: u16, of: fn(&Core, u8) -> i32) -> u16 {
@@ -96,6 +98,7 @@ impl Core {
             TRACE_ROOM => trace::ROOM.into(),
             TRACE_TAKEN => self.trace.number,
             JOG_HOLD => self.hold,
+            HELM => self.helm_now(),
             UPLOAD_LENGTH => self.upload_length,
             UPLOAD_RESULT => u16::from(self.refusal),
             TRACE_EVEN..PRINT_COUNT => self.slot(address),
@@ -265,7 +268,11 @@ fn alarm(fault: u8, state: RunState) -> u16 {
 
 impl Map for Core {
     fn begin(&mut self) {
-        self.latched = 0;
+        self.latched[usize::from(self.line & 1)] = 0;
+    }
+
+    fn may_steer(&mut self, address: u16, value: Option<u16>) -> Result<(), Exception> {
+        self.take_helm(address, value)
     }
 
     fn read(&mut self, table: Table, address: u16) -> u16 {

@@ -9,7 +9,8 @@
 use crate::check;
 use crate::core::{Core, FEATURES};
 use crate::flash::Image;
-use crate::vm::{PIECE_POOL, POOL_WORDS, WAITING_WORDS, behind, vm};
+use crate::pool::{PIECE_POOL, POOL_WORDS, WAITING_WORDS, behind};
+use crate::vm::vm;
 use ::core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::FRAME;
 use firmware::verify::{self, Bytes, CODE, MACHINE};

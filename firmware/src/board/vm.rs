@@ -2,8 +2,11 @@
 
 use crate::flash::Image;
 use crate::math::mul_div;
+/// Where the core, which both chips share, looks for it.
+pub use crate::pool::CALLS;
+use crate::pool::{load, pool, pool_end, store};
 use ::core::mem::offset_of;
-use ::core::ptr::{addr_of, addr_of_mut};
+use ::core::ptr::addr_of_mut;
 use firmware::motion::math::{signed, size};
 use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::fault::Fault;
@@ -11,21 +14,6 @@ use lang::image::{HEADER, at, cells};
 use lang::isa::Op;
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::vm::{entry, flag};
-
-/// Words of RAM for cells, expression stack and call stack: the part's pool.
-pub const POOL_WORDS: usize = POOL_LIMITS[0] as usize / 2;
-
-/// Words of the pool of a streamed piece, which has a cell and no calls. The pieces that wait lie behind it.
-pub const PIECE_POOL: usize = 64;
-/// Words of those: 2 KB.
-pub const WAITING_WORDS: usize = 1008;
-/// Words of the pool, or of that of a piece and those that wait.
-const MEMORY_WORDS: usize = PIECE_POOL + WAITING_WORDS;
-const _: () = assert!(MEMORY_WORDS >= POOL_WORDS);
-
-/// The pool: call stack from its start upward, cells behind it, the expression stack from its end
-/// downward.
-pub static mut CALLS: [u16; MEMORY_WORDS] = [0; MEMORY_WORDS];
 
 /// Registers of the VM, as the core loads and stores them.
 #[repr(C)]
@@ -74,8 +62,6 @@ pub const SAVES: u16 = 1;
 pub const PART: lang::part::Part = crate::chip::PART;
 /// Bytes of an entry of the call stack: offset in the code, and kind in the upper 4 bits.
 const CALL: u16 = PART.call_bytes as u16;
-/// Bytes of the pool: for a program that moves one axis at a time, and for any other.
-pub const POOL_LIMITS: [u16; 2] = PART.pool;
 
 /// The VM.
 pub static mut VM: State = State {
@@ -103,33 +89,6 @@ pub fn vm() -> &'static mut State {
     // SAFETY: only the main loop calls this and keeps no reference over another call; interrupts
     // write nothing but `poll`, by one instruction.
     unsafe { &mut *addr_of_mut!(VM) }
-}
-
-fn pool() -> u16 {
-    addr_of!(CALLS) as u16
-}
-
-/// End of the pool of what the VM stands in.
-fn pool_end() -> u16 {
-    let words = if crate::streams() { PIECE_POOL } else { POOL_WORDS };
-    pool() + 2 * words as u16
-}
-
-/// The memory behind the first `words` of the pool: nobody else uses it meanwhile.
-pub fn behind(words: usize) -> &'static mut [u16] {
-    // SAFETY: the caller's, who gives this back before the VM runs.
-    let memory = unsafe { &mut *addr_of_mut!(CALLS) };
-    memory.get_mut(words..).unwrap_or_default()
-}
-
-fn load(address: u16) -> i32 {
-    // SAFETY: called for slots of the pool only; they are aligned to words as i32 is here.
-    unsafe { (address as *const i32).read() }
-}
-
-fn store(address: u16, value: i32) {
-    // SAFETY: as for `load`.
-    unsafe { (address as *mut i32).write(value) }
 }
 
 fn byte(address: u16) -> u8 {

@@ -57,9 +57,7 @@ unsafe extern "C" {
 }
 
 /// Bytes of the pool: `POOL` to `POOL_END` in `ram.rs`.
-pub const POOL: usize = POOL_LIMITS[0] as usize;
-/// The same for every program.
-pub const POOL_LIMITS: [u16; 2] = PART.pool;
+pub const POOL: usize = PART.pool[0] as usize;
 /// Offset from [`VM`] of the end of the call stack: the cells follow it.
 pub const CALLS_END_AT: i16 = core::mem::offset_of!(State, cells) as i16;
 /// Nobody needs registers over a call of the core.

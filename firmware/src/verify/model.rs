@@ -62,8 +62,7 @@ pub fn verify<B: Bytes>(image: &B, limits: &Limits) -> Result<(), Refusal> {
     let calls = image.byte(at::CALLS as u16);
     let keeps = image.byte(at::KEEPS as u16);
     let frame = image.byte(at::FRAME as u16);
-    let pool =
-        (cells + u16::from(stack)) * 4 + u16::from(calls) * u16::from(limits.call_bytes);
+    let pool = (cells + u16::from(stack)) * 4 + u16::from(calls) * u16::from(limits.call_bytes);
     if pool > limits.pool[usize::from(many)]
         || frame > stack
         || keeps > 8

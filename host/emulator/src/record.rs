@@ -28,6 +28,10 @@ pub enum Signal {
     Tx,
     /// The pin of the PWM.
     Pwm,
+    /// Data to the RS-485 transceiver.
+    Rs485,
+    /// High while that drives its line.
+    Drive,
 }
 
 impl fmt::Display for Signal {
@@ -44,6 +48,8 @@ impl fmt::Display for Signal {
             Signal::Rx => f.write_str("rx"),
             Signal::Tx => f.write_str("tx"),
             Signal::Pwm => f.write_str("pwm"),
+            Signal::Rs485 => f.write_str("rs485"),
+            Signal::Drive => f.write_str("rs485_drive"),
         }
     }
 }

@@ -213,7 +213,17 @@ pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static st
         (laser, lamp, enable, spindle)
     };
     compare("roles of outputs", roles(board) == roles(wanted));
-    compare("PWM", board.more() == wanted.more());
+    let rs485 = |record: &BoardRecord| {
+        let more = record.more();
+        (more.rs485_address, more.rs485_rate)
+    };
+    compare("RS-485", rs485(board) == rs485(wanted));
+    let pwm = |record: &BoardRecord| {
+        let more = record.more();
+        let pulses = (more.servo_low, more.servo_high);
+        (more.pwm_hz, more.pwm_range, more.pwm_minimum, pulses, more.pwm_output, more.pwm_kind)
+    };
+    compare("PWM", pwm(board) == pwm(wanted));
     names
 }
 
@@ -224,7 +234,7 @@ pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static st
 pub fn must_match(held: &BoardRecord, profile: &Profile) -> Result<(), String> {
     let mut differ = differences(held, &BoardRecord::of(profile, held.sequence));
     // Where the board hangs on the line is no matter of the program.
-    differ.retain(|what| *what != "link");
+    differ.retain(|what| !["link", "RS-485"].contains(what));
     if differ.is_empty() {
         return Ok(());
     }

@@ -61,7 +61,7 @@ pub enum ClientError {
     Locked,
     /// The code does not open the lock, or a wrong one was given since reset.
     WrongCode,
-    /// The profile has a PWM, the board none.
+    /// The profile has a PWM or an RS-485 line, the board none.
     NoPwm,
     /// The port failed.
     Port(io::Error),
@@ -116,7 +116,8 @@ impl fmt::Display for ClientError {
                  until its next reset: press its reset button and try again",
             ),
             ClientError::NoPwm => f.write_str(
-                "this board has no PWM; take [pwm] out of the profile, or a board with an MSP430F5529",
+                "this board has no PWM and no RS-485; take [pwm] and [rs485] out of the profile, or a board with \
+                 an MSP430F5529",
             ),
             ClientError::Port(error) => write!(f, "the port failed: {error}"),
             ClientError::Interrupted => f.write_str("Stop came before it"),

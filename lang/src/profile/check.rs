@@ -166,12 +166,16 @@ impl Profile {
         range("dir_setup_us", self.dir_setup_us.into(), 1, 30)?;
         range("corner_um", self.corner_um.into(), 0, 10_000)?;
         range("default_feed_um_s", self.default_feed_um_s.unwrap_or(1).into(), 1, 1_000_000)?;
-        range("link.address", self.link.address.into(), 1, 247)?;
-        if ![9_600, 19_200, 57_600, 115_200].contains(&self.link.rate) {
-            return Err(ProfileError(format!(
-                "link.rate is {}; it must be 9600, 19200, 57600 or 115200",
-                self.link.rate
-            )));
+        let lines = [("link", Some(&self.link)), ("rs485", self.rs485.as_ref())];
+        for (name, line) in lines {
+            let Some(line) = line else { continue };
+            range(&format!("{name}.address"), line.address.into(), 1, 247)?;
+            if ![9_600, 19_200, 57_600, 115_200].contains(&line.rate) {
+                return Err(ProfileError(format!(
+                    "{name}.rate is {}; it must be 9600, 19200, 57600 or 115200",
+                    line.rate
+                )));
+            }
         }
         for input in &self.inputs {
             range("input.n", input.n.into(), 1, self.wiring.inputs().into())?;

@@ -59,20 +59,15 @@ impl BoardRecord {
             if self.flags & BoardRecord::CHAIN != 0 { Wiring::Chain } else { Wiring::Direct };
         profile.run.autorun = self.flags & BoardRecord::AUTORUN != 0;
         profile.run.spin_up_ms = self.spin_up;
-        profile.link = Link {
-            address: self.address,
-            rate: [9_600, 19_200, 57_600, 115_200][usize::from(self.rate & 3)],
-            parity: match self.rate >> 4 {
-                1 => Parity::Even,
-                2 => Parity::Odd,
-                _ => Parity::None,
-            },
-        };
+        profile.link = link(self.address, self.rate);
         profile.pulse_us = self.pulse;
         profile.dir_setup_us = self.setup;
         profile.inputs = self.inputs(&base.inputs, profile.wiring);
         profile.outputs = self.outputs(&base.outputs, profile.wiring);
-        profile.pwm = self.more().pwm();
+        let more = self.more();
+        profile.pwm = more.pwm();
+        profile.rs485 =
+            (more.rs485_address != 0).then(|| link(more.rs485_address, more.rs485_rate));
         profile
     }
 
@@ -169,6 +164,19 @@ impl BoardRecord {
     }
 }
 
+/// A line by its record.
+fn link(address: u8, rate: u8) -> Link {
+    Link {
+        address,
+        rate: [9_600, 19_200, 57_600, 115_200][usize::from(rate & 3)],
+        parity: match rate >> 4 {
+            1 => Parity::Even,
+            2 => Parity::Odd,
+            _ => Parity::None,
+        },
+    }
+}
+
 impl MoreRecord {
     /// Reads what the information memory or the link gives.
     pub fn from_bytes(bytes: &[u8; MoreRecord::SIZE]) -> MoreRecord {
@@ -181,7 +189,9 @@ impl MoreRecord {
             servo_high: word(8),
             pwm_output: bytes[10],
             pwm_kind: bytes[11],
-            reserved: core::array::from_fn(|n| word(12 + 2 * n)),
+            rs485_address: bytes[12],
+            rs485_rate: bytes[13],
+            reserved: core::array::from_fn(|n| word(14 + 2 * n)),
             crc: word(30),
         }
     }

@@ -143,17 +143,6 @@ impl BoardRecord {
         if profile.run.autorun {
             flags |= BoardRecord::AUTORUN;
         }
-        let rate = match profile.link.rate {
-            9_600 => 0,
-            19_200 => 1,
-            57_600 => 2,
-            _ => 3,
-        };
-        let parity = match profile.link.parity {
-            Parity::None => 0,
-            Parity::Even => 1,
-            Parity::Odd => 2,
-        };
         let inverted = |n: i32| profile.inputs.iter().any(|input| input.n == n && input.invert);
         // A laser never stays on in a pause.
         let pause = |output: &Output| match output.role {
@@ -167,7 +156,7 @@ impl BoardRecord {
             version: RECORD_VERSION,
             flags,
             address: profile.link.address,
-            rate: rate | parity << 4,
+            rate: rate_code(profile.link.rate, profile.link.parity),
             pulse: profile.pulse_us,
             setup: profile.dir_setup_us,
             filter: profile.inputs.iter().map(|input| input.filter_ms).max().unwrap_or(5),
@@ -255,10 +244,31 @@ impl BoardRecord {
     }
 }
 
+/// [`BoardRecord::rate`]
+fn rate_code(rate: u32, parity: Parity) -> u8 {
+    let rate = match rate {
+        9_600 => 0,
+        19_200 => 1,
+        57_600 => 2,
+        _ => 3,
+    };
+    let parity = match parity {
+        Parity::None => 0,
+        Parity::Even => 1,
+        Parity::Odd => 2,
+    };
+    rate | parity << 4
+}
+
 impl MoreRecord {
     /// What `profile` says of them, with its CRC.
     fn of(profile: &Profile) -> MoreRecord {
-        let Some(pwm) = &profile.pwm else { return MoreRecord::NONE };
+        let mut more = MoreRecord::NONE;
+        if let Some(rs485) = &profile.rs485 {
+            more.rs485_address = rs485.address;
+            more.rs485_rate = rate_code(rs485.rate, rs485.parity);
+        }
+        let Some(pwm) = &profile.pwm else { return more };
         MoreRecord {
             pwm_hz: pwm.hz(),
             pwm_range: rate16(pwm.range),
@@ -271,7 +281,7 @@ impl MoreRecord {
                 PwmKind::Spindle => MoreRecord::SPINDLE,
                 PwmKind::Servo => MoreRecord::SERVO,
             },
-            ..MoreRecord::NONE
+            ..more
         }
     }
 
@@ -289,7 +299,7 @@ impl MoreRecord {
         self.crc = crc(&self);
         if self.crc == 0 {
             // Nobody looks at this word.
-            self.reserved[8] = 1;
+            self.reserved[7] = 1;
             self.crc = crc(&self);
         }
         self
@@ -299,7 +309,8 @@ impl MoreRecord {
     pub fn to_bytes(&self) -> [u8; MoreRecord::SIZE] {
         let kind = u16::from_le_bytes([self.pwm_output, self.pwm_kind]);
         let pwm = [self.pwm_hz, self.pwm_range, self.pwm_minimum];
-        let words = pwm.into_iter().chain([self.servo_low, self.servo_high, kind]);
+        let rs485 = u16::from_le_bytes([self.rs485_address, self.rs485_rate]);
+        let words = pwm.into_iter().chain([self.servo_low, self.servo_high, kind, rs485]);
         let words = words.chain(self.reserved).chain([self.crc]);
         let mut bytes = [0; MoreRecord::SIZE];
         for (place, word) in bytes.chunks_exact_mut(2).zip(words) {

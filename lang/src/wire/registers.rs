@@ -143,6 +143,8 @@ macro_rules! register_rows {
                 JOG_HOLD: OWN + 52;
                 /// F5529: number of the program that Start runs, 0 for none. Writing it selects one, over any reset: exception 3 when there is none of that number, 6 while a program runs.
                 SELECTED: OWN + 53;
+                /// F5529: line that may write now, 1 the back channel, 2 RS-485; 0: whichever comes first.
+                HELM: OWN + 54;
                 /// F5529: events that the queue of trace mode holds.
                 TRACE_ROOM: OWN + 55;
                 /// F5529: number of the last event; write the number up to which all were received.

@@ -9,7 +9,7 @@ use toml::{Table, Value};
 const PAGE: &str = include_str!("../../../host/profiles.md");
 
 /// Heading and the place of its keys in a file.
-const SECTIONS: [(&str, &str); 7] = [
+const SECTIONS: [(&str, &str); 8] = [
     ("## The machine", ""),
     ("## An axis", "x"),
     ("## Start, Stop", "run"),
@@ -17,10 +17,13 @@ const SECTIONS: [(&str, &str); 7] = [
     ("## Inputs", "input"),
     ("## Outputs", "output"),
     ("## The PWM", "pwm"),
+    ("## RS-485", "rs485"),
 ];
 /// Keys of a section that hold sections of their own.
-const INNER: [(&str, &[&str]); 2] =
-    [("", &["x", "y", "z", "run", "link", "pwm", "input", "output"]), ("x", &["scale", "home"])];
+const INNER: [(&str, &[&str]); 2] = [
+    ("", &["x", "y", "z", "run", "link", "rs485", "pwm", "input", "output"]),
+    ("x", &["scale", "home"]),
+];
 
 #[derive(Clone, Debug)]
 struct Row {

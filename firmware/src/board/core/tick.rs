@@ -68,6 +68,7 @@ impl Core {
             self.held = 0;
         }
         self.silence = self.silence.saturating_add(1);
+        self.helm_left = self.helm_left.saturating_sub(1);
         self.trace.tick();
         if self.jog && self.silence > SILENCE {
             self.jog = false;

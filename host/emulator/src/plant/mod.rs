@@ -308,6 +308,14 @@ impl Plant {
         if board.pwm == Some(pin) {
             return Some(Signal::Pwm);
         }
+        if let Some([data, drive]) = board.rs485 {
+            if pin == data {
+                return Some(Signal::Rs485);
+            }
+            if pin == drive {
+                return Some(Signal::Drive);
+            }
+        }
         if board.input(self.wiring, self.probe_input()) == Some(pin) {
             return Some(Signal::Probe);
         }

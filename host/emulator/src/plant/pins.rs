@@ -49,6 +49,8 @@ pub struct Pins {
     pub enable: u8,
     /// PWM of a laser, a spindle or a servo, of boards that have one.
     pub pwm: Option<u8>,
+    /// RS-485: data to the transceiver, and what lets it drive.
+    pub rs485: Option<[u8; 2]>,
 }
 
 impl Pins {
@@ -68,6 +70,7 @@ impl Pins {
         latch: pin(2, 2),
         enable: pin(2, 5),
         pwm: None,
+        rs485: None,
     };
 
     /// The F5529 LaunchPad, with the host at its back channel.
@@ -86,6 +89,7 @@ impl Pins {
         latch: pin(8, 1),
         enable: pin(8, 2),
         pwm: Some(pin(3, 5)),
+        rs485: Some([pin(3, 3), pin(4, 0)]),
     };
 
     /// The board that parts of a family sit on.

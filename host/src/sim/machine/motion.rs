@@ -42,7 +42,8 @@ pub enum Milestone {
 #[derive(Debug)]
 pub struct Motion {
     records: [AxisRecord; 3],
-    look_ahead: bool,
+    /// Blocks of a path run into one another.
+    pub look_ahead: bool,
     clock: Clock,
     path: Path,
     path_play: Option<(Play, PathSegment)>,

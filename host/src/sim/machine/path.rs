@@ -3,7 +3,7 @@
 use firmware::motion::path::{Block, Feed, Manner};
 use firmware::motion::{Arc, Ends};
 use lang::axis::Axis;
-use lang::effect::{Center, Coord, Dist, Plane, Rate};
+use lang::effect::{Center, Coord, Dist, Plane};
 use lang::fault::Fault;
 use lang::place::Place;
 
@@ -17,8 +17,8 @@ impl Machine {
         if self.motion.is_path_idle() {
             return;
         }
-        self.next = 0;
-        while self.halt.is_none() && !self.motion.is_path_idle() && self.tick(None) {}
+        self.clock.look_anew();
+        while !self.is_halted() && !self.motion.is_path_idle() && self.tick(None) {}
     }
 
     /// The commanded places with the words applied, and within the travel. Z is the first to fail, as
@@ -42,20 +42,8 @@ impl Machine {
         if Axis::ALL.into_iter().any(|axis| self.axes.is_running(axis)) {
             return Err(Fault::ValueRange);
         }
-        self.next = 0;
-        while self.halt.is_none() && !self.all_rest() && self.tick(None) {}
+        self.rest_all();
         Ok(())
-    }
-
-    fn programmed_feed(&self) -> Result<Feed, Fault> {
-        match self.feed {
-            Some(Rate::Um(um)) => Ok(Feed::Um(um.unsigned_abs())),
-            Some(Rate::Steps(steps)) => Ok(Feed::Steps(steps.unsigned_abs())),
-            None => match self.profile.default_feed_um_s {
-                Some(um) => Ok(Feed::Um(um.unsigned_abs())),
-                None => Err(Fault::SpeedRange),
-            },
-        }
     }
 
     /// G0 and G1.
@@ -68,7 +56,7 @@ impl Machine {
         self.before_path(!rapid)?;
         // As on the board, a block begins when the path has room for it.
         self.await_room();
-        if self.halt.is_some() {
+        if self.is_halted() {
             return Ok(());
         }
         let goal = self.goal(words)?;
@@ -86,7 +74,7 @@ impl Machine {
         }
         let targets = self.targets();
         let what = What::Move { line: self.line, kind, to: targets };
-        let exact = exact || rapid || !self.look_ahead;
+        let exact = exact || rapid || !self.motion.look_ahead;
         let mut legs = vec![to];
         let (up, down) = (self.z_leg(from, to, rapid), self.z_leg(to, from, rapid));
         if up {
@@ -125,17 +113,6 @@ impl Machine {
         }
     }
 
-    /// Power of the laser in what moves next, if the machine has one.
-    pub(super) fn light(&self) -> Option<i32> {
-        let laser = self.profile.laser()?;
-        Some(if self.outputs.read(laser) == Ok(true) { self.power } else { 0 })
-    }
-
-    /// `S` as a laser's power in what moves next; a spindle's is not looked at.
-    fn beam(&self) -> u16 {
-        self.power.clamp(0, i16::MAX.into()) as u16
-    }
-
     /// Gives the path a line as soon as it takes one; `what` is written when it begins, `um` as [`Block::um`].
     fn push_block(
         &mut self,
@@ -147,7 +124,7 @@ impl Machine {
         exact: bool,
     ) {
         self.await_room();
-        if self.halt.is_some() || from == to {
+        if self.is_halted() || from == to {
             return;
         }
         let steps = [0, 1, 2].map(|index: usize| to[index].wrapping_sub(from[index]));
@@ -161,23 +138,23 @@ impl Machine {
             to,
             axes: steps.map(|steps| steps != 0),
             arc: None,
-            start_us: self.now,
-            end_us: self.now,
+            start_us: self.clock.now(),
+            end_us: self.clock.now(),
             peak_rate: 0.0,
             exit_speed: None,
             power: light,
         };
         self.pieces.blocks.push_back((what, segment));
-        let power = if dark { 0 } else { self.beam() };
+        let power = if dark { 0 } else { self.modal.beam() };
         let manner = Manner { power, ..Manner::new(feed, exact) };
-        self.motion.push(&Block { steps, um, manner }, self.now);
+        self.motion.push(&Block { steps, um, manner }, self.clock.now());
         self.log_milestones();
-        self.next = 0;
+        self.clock.look_anew();
     }
 
     fn await_room(&mut self) {
-        self.next = 0;
-        while self.halt.is_none() && !self.motion.has_room() && self.tick(None) {}
+        self.clock.look_anew();
+        while !self.is_halted() && !self.motion.has_room() && self.tick(None) {}
     }
 
     /// G2 and G3.
@@ -191,12 +168,12 @@ impl Machine {
     ) -> Result<(), Fault> {
         self.before_path(true)?;
         self.await_room();
-        if self.halt.is_some() {
+        if self.is_halted() {
             return Ok(());
         }
         let goal = self.goal(words)?;
         let feed = self.programmed_feed()?;
-        let exact = exact || !self.look_ahead;
+        let exact = exact || !self.motion.look_ahead;
         let start = Axis::ALL.map(|axis| self.axes.place(axis));
         let arc = self.geometry(clockwise, plane, &start, &goal, center)?;
         self.check_arc(&arc)?;
@@ -210,17 +187,17 @@ impl Machine {
             to: arc.end,
             axes: [true; 3],
             arc: Some(shape(&arc, &start)),
-            start_us: self.now,
-            end_us: self.now,
+            start_us: self.clock.now(),
+            end_us: self.clock.now(),
             peak_rate: 0.0,
             exit_speed: None,
             power: self.light(),
         };
         self.pieces.blocks.push_back((Some(what), segment));
-        let manner = Manner { power: self.beam(), ..Manner::new(feed, exact) };
-        self.motion.push_arc(&arc, &manner, self.now);
+        let manner = Manner { power: self.modal.beam(), ..Manner::new(feed, exact) };
+        self.motion.push_arc(&arc, &manner, self.clock.now());
         self.log_milestones();
-        self.next = 0;
+        self.clock.look_anew();
         if exact {
             self.sync_path();
         }

@@ -15,14 +15,8 @@ impl Machine {
     /// The fault that it raises.
     pub(super) fn execute(&mut self, effect: &Effect) -> Result<Step, Fault> {
         match *effect {
-            Effect::SetFeed(rate) => self.feed = Some(positive(rate)?),
-            Effect::SetSpindle(value) => {
-                let graded = self.profile.has_power();
-                if graded && !(0..=self.profile.full_power()).contains(&value) {
-                    return Err(Fault::ValueRange);
-                }
-                self.power = value;
-            }
+            Effect::SetFeed(rate) => self.modal.feed = Some(positive(rate)?),
+            Effect::SetSpindle(value) => self.set_power(value)?,
             Effect::Keep { .. } => {}
             Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
             Effect::Arc { clockwise, plane, to, center, exact } => {
@@ -30,7 +24,7 @@ impl Machine {
             }
             _ => {
                 self.sync_path();
-                if self.halt.is_some() {
+                if self.is_halted() {
                     return Ok(Step::Stop);
                 }
                 return self.execute_at_rest(effect);
@@ -84,28 +78,20 @@ impl Machine {
                 }
                 self.write(What::Send { line: self.line, c });
             }
-            Effect::PrintText(index) => {
-                if let Some(text) = self.texts.get(usize::from(index)) {
-                    self.print.push_str(text);
-                }
-            }
+            Effect::PrintText(index) => self.print.text(index),
             Effect::PrintValue(value, unit) => {
-                self.print.push_str(&format!("{value}{}", unit.suffix()));
+                self.print.push(format_args!("{value}{}", unit.suffix()));
             }
             Effect::PrintEnd => {
-                let text = std::mem::take(&mut self.print);
+                let text = self.print.take();
                 self.write(What::Print { line: self.line, text });
             }
             Effect::OnInput { slot, n, want } => self.on_input(slot, n, want)?,
-            Effect::OffInput(n) => self.off_input(n),
+            Effect::OffInput(n) => self.events.off_input(n),
             Effect::OnEvery { slot, ms } => self.on_every(slot, ms)?,
-            Effect::OffEvery => self.off_every(),
-            Effect::EnterHandler => self.feeds_aside.push(self.feed.take()),
-            Effect::LeaveHandler => {
-                if let Some(feed) = self.feeds_aside.pop() {
-                    self.feed = feed;
-                }
-            }
+            Effect::OffEvery => self.events.off_every(),
+            Effect::EnterHandler => self.modal.enter_handler(),
+            Effect::LeaveHandler => self.modal.leave_handler(),
             Effect::Read(read) => return self.read(read).map(Step::Done),
             Effect::SetFeed(_)
             | Effect::SetSpindle(_)
@@ -122,17 +108,17 @@ impl Machine {
             Read::InPort => self.inputs.port(),
             Read::Out(n) => self.outputs.read(n)?.into(),
             Read::Pos(axis) => {
-                self.axes.work_at(axis, self.motion.positions(self.now)[axis.index()])?
+                self.axes.work_at(axis, self.motion.positions(self.clock.now())[axis.index()])?
             }
-            Read::PosSteps(axis) => self.motion.positions(self.now)[axis.index()],
+            Read::PosSteps(axis) => self.motion.positions(self.clock.now())[axis.index()],
             Read::Probed(axis) => self.axes.probed_work(axis)?,
             Read::ProbedSteps(axis) => self.axes.probed_steps(axis),
             Read::ProbeOk(axis) => self.axes.probe_ok(axis).into(),
             Read::Moving(axis) => self.motion.is_moving(axis).into(),
             Read::Homed(axis) => self.axes.is_homed(axis).into(),
             Read::Timer => i32::try_from(self.run_clock() / 1_000).unwrap_or(i32::MAX),
-            Read::TimedOut => self.timed_out.into(),
-            Read::CharIn => std::mem::take(&mut self.char_in),
+            Read::TimedOut => self.waits.timed_out.into(),
+            Read::CharIn => std::mem::take(&mut self.waits.char_in),
         })
     }
 }

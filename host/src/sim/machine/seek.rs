@@ -13,9 +13,17 @@ use crate::sim::trace::{AxisLetter, What};
 /// The board looks at a switch once in a millisecond; what the axis does next may be fetched by then.
 const LOOK_US: u64 = 1_000;
 
+/// The move to an input that is under way.
+#[derive(Debug, Default)]
+pub struct Search {
+    seek: Option<Seek>,
+    /// The axis that is homing: its switch is no limit switch.
+    pub homing: Option<Axis>,
+}
+
 /// What a move looks for.
 #[derive(Clone, Copy, Debug)]
-pub struct Seek {
+struct Seek {
     axis: Axis,
     target: Target,
     /// Where it answered, steps.
@@ -30,25 +38,20 @@ enum Target {
 }
 
 impl Machine {
-    /// The axis that is homing: its switch is no limit switch.
-    pub(super) fn homing(&self) -> Option<Axis> {
-        self.homing_axis
-    }
-
     /// An input may have changed: a move that looks for it reacts.
     pub(super) fn seek_inputs(&mut self) {
-        let Some(seek) = self.seek.filter(|seek| seek.caught.is_none()) else { return };
+        let Some(seek) = self.search.seek.filter(|seek| seek.caught.is_none()) else { return };
         if self.satisfied(&seek) {
-            let caught = self.motion.positions(self.now)[seek.axis.index()];
-            self.seek = Some(Seek { caught: Some(caught), ..seek });
+            let caught = self.motion.positions(self.clock.now())[seek.axis.index()];
+            self.search.seek = Some(Seek { caught: Some(caught), ..seek });
             // Only where the switch opens counts: on the fast way to it the axis just ramps down.
             if matches!(seek.target, Target::Reference(true)) {
-                self.motion.stop(seek.axis, self.now + LOOK_US);
+                self.motion.stop(seek.axis, self.clock.now() + LOOK_US);
             } else {
-                self.motion.hit(seek.axis, self.now);
+                self.motion.hit(seek.axis, self.clock.now());
             }
             self.log_milestones();
-            self.next = 0;
+            self.clock.look_anew();
         }
     }
 
@@ -71,12 +74,12 @@ impl Machine {
         kind: SegmentKind,
     ) -> Result<Option<i32>, Fault> {
         let pace = self.pace(axis, [Some(speed), None, None])?;
-        self.seek = Some(Seek { axis, target, caught: None });
+        self.search.seek = Some(Seek { axis, target, caught: None });
         self.begin_solo(axis, kind, to);
-        self.motion.go(axis, to, pace, self.now);
+        self.motion.go(axis, to, pace, self.clock.now());
         self.log_milestones();
         self.rest_solo(axis);
-        let caught = self.seek.take().and_then(|seek| seek.caught);
+        let caught = self.search.seek.take().and_then(|seek| seek.caught);
         self.adopt(axis);
         Ok(caught)
     }
@@ -93,14 +96,14 @@ impl Machine {
     pub(super) fn home(&mut self, axis: Axis, query: bool) -> Result<(), Fault> {
         self.rest_before(axis)?;
         self.axes.set_homed(axis, false);
-        self.homing_axis = Some(axis);
+        self.search.homing = Some(axis);
         let outcome = self.reference_run(axis);
-        self.homing_axis = None;
-        self.seek = None;
-        if self.halt.is_some() {
+        self.search.homing = None;
+        self.search.seek = None;
+        if self.is_halted() {
             return Ok(());
         }
-        let pos = self.motion.positions(self.now)[axis.index()];
+        let pos = self.motion.positions(self.clock.now())[axis.index()];
         let ok = outcome.is_ok();
         self.write(What::Home { line: self.line, axis: AxisLetter(axis), ok, pos });
         match outcome {
@@ -124,11 +127,11 @@ impl Machine {
         let stroke = self.axes.to_steps(axis, home.stroke_um)?;
         let reach = |from: i32, steps: i32| from.checked_add(steps).ok_or(Fault::Overflow);
         if !self.inputs.raw(input) {
-            let here = self.motion.positions(self.now)[axis.index()];
+            let here = self.motion.positions(self.clock.now())[axis.index()];
             let to = reach(here, stroke.saturating_mul(toward))?;
             let fast = Rate::Steps(home.fast_rate);
             let found = self.seek(axis, Target::Reference(true), to, fast, kind)?;
-            if self.halt.is_some() {
+            if self.is_halted() {
                 return Ok(());
             }
             if found.is_none() {
@@ -136,20 +139,20 @@ impl Machine {
             }
         }
         let until = self.run_clock() + u64::from(home.pause_ms) * 1_000;
-        self.next = 0;
-        while self.halt.is_none() && (self.paused_since.is_some() || self.run_clock() < until) {
-            let deadline = self.paused_since.is_none().then(|| self.at_run_clock(until));
+        self.clock.look_anew();
+        while !self.is_halted() && (self.pause.is_on() || self.run_clock() < until) {
+            let deadline = (!self.pause.is_on()).then(|| self.pause.at_run_clock(until));
             self.tick(deadline);
         }
-        let here = self.motion.positions(self.now)[axis.index()];
+        let here = self.motion.positions(self.clock.now())[axis.index()];
         let to = reach(here, stroke.saturating_mul(-toward))?;
         let slow = Rate::Steps(home.slow_rate);
         let opened = self.seek(axis, Target::Reference(false), to, slow, kind)?;
-        if self.halt.is_some() {
+        if self.is_halted() {
             return Ok(());
         }
         let Some(opened) = opened else { return Err(Fault::HomeStaysClosed) };
-        let rest = self.motion.positions(self.now)[axis.index()];
+        let rest = self.motion.positions(self.clock.now())[axis.index()];
         let zero = self.axes.to_steps(axis, home.position_um)?;
         let now_at = zero + (rest - opened);
         self.plant.rename(axis, rest, now_at);
@@ -161,11 +164,11 @@ impl Machine {
         if place.steps != now_at {
             let pace = self.pace(axis, [Some(Rate::Steps(home.fast_rate)), None, None])?;
             self.begin_solo(axis, kind, place.steps);
-            self.motion.go(axis, place.steps, pace, self.now);
+            self.motion.go(axis, place.steps, pace, self.clock.now());
             self.log_milestones();
             self.rest_solo(axis);
         }
-        if self.halt.is_none() {
+        if !self.is_halted() {
             self.axes.adopt(axis, place.steps);
         }
         Ok(())
@@ -181,13 +184,13 @@ impl Machine {
         query: bool,
     ) -> Result<(), Fault> {
         self.rest_before(axis)?;
-        if self.halt.is_some() {
+        if self.is_halted() {
             return Ok(());
         }
         if let Sensor::Input { n, .. } = sensor {
             self.inputs.read(n)?;
         }
-        let speed = match speed.or(self.feed) {
+        let speed = match speed.or(self.modal.feed) {
             Some(speed) => super::perform::positive(speed)?,
             None => Rate::Um(self.profile.default_feed_um_s.ok_or(Fault::SpeedRange)?),
         };
@@ -209,10 +212,10 @@ impl Machine {
             steps @ Rate::Steps(_) => steps,
         };
         let caught = self.seek(axis, seek.target, to.steps, speed, SegmentKind::Probe)?;
-        if self.halt.is_some() {
+        if self.is_halted() {
             return Ok(());
         }
-        let pos = caught.unwrap_or(self.motion.positions(self.now)[axis.index()]);
+        let pos = caught.unwrap_or(self.motion.positions(self.clock.now())[axis.index()]);
         self.axes.set_probed(axis, caught);
         self.write(What::Probe { line, axis: letter, ok: caught.is_some(), pos });
         if caught.is_none() && !query {

@@ -35,7 +35,7 @@ pub struct View {
 impl Machine {
     /// What can be seen of it now.
     pub fn view(&self) -> View {
-        let steps = self.motion.positions(self.now);
+        let steps = self.motion.positions(self.clock.now());
         let axis = |axis: Axis| AxisView {
             axis,
             um: self.axes.work_at(axis, steps[axis.index()]).unwrap_or_default(),
@@ -45,7 +45,7 @@ impl Machine {
         };
         let most = 16;
         View {
-            us: self.now,
+            us: self.clock.now(),
             inputs: (1..=most).filter_map(|n| Some((n, self.inputs.read(n).ok()?))).collect(),
             outputs: (1..=most).filter_map(|n| Some((n, self.outputs.read(n).ok()?))).collect(),
             axes: self.profile.axes().map(|(letter, _)| axis(letter)).collect(),

@@ -1,4 +1,4 @@
-//! Waits, during which event handlers may run, and the events themselves.
+//! Waits, during which event handlers may run.
 
 use lang::axis::Axis;
 use lang::effect::{Effect, Want};
@@ -7,17 +7,6 @@ use lang::plain::Plain;
 
 use super::{Machine, Step};
 use crate::sim::trace::What;
-
-/// ON IN or ON EVERY.
-#[derive(Clone, Copy, Debug)]
-pub struct Slot {
-    /// Input and edge; `None` for ON EVERY.
-    input: Option<(i32, bool)>,
-    /// Next tick, us of the run clock.
-    pub tick: Option<u64>,
-    period_us: u64,
-    pending: bool,
-}
 
 /// What a statement waits for.
 #[derive(Clone, Copy, Debug)]
@@ -43,12 +32,32 @@ enum Until {
 
 /// A statement that waits.
 #[derive(Clone, Copy, Debug)]
-pub struct Wait {
+struct Wait {
     line: u32,
     until: Until,
     /// us of the run clock.
     deadline: Option<u64>,
     query: bool,
+}
+
+/// Waits under way, and what they leave.
+#[derive(Debug, Default)]
+pub struct Waits {
+    /// The innermost last: those before it are interrupted by handlers.
+    open: Vec<Wait>,
+    /// TIMEDOUT: the last wait with a query ended by its time.
+    pub timed_out: bool,
+    /// The character that came last, 0 when it has been taken.
+    pub char_in: i32,
+    /// Lines whose wait for Start an unattended world ended.
+    pub released: Vec<u32>,
+}
+
+impl Waits {
+    /// A GOTO left every handler: what they interrupted is dropped.
+    pub fn drop_all(&mut self) {
+        self.open.clear();
+    }
 }
 
 /// How a wait ended.
@@ -79,9 +88,9 @@ impl Machine {
                 Wait { line, until, deadline: limit(timeout)?, query }
             }
             Effect::Plain(Plain::WaitStart, _) => {
-                let until = Until::Start(self.start_presses);
-                if self.scenario.waits_for_start(self.now) {
-                    self.released.push(line);
+                let until = Until::Start(self.buttons.presses);
+                if self.scenario.waits_for_start(self.clock.now()) {
+                    self.waits.released.push(line);
                 }
                 Wait { line, until, deadline: None, query: false }
             }
@@ -107,50 +116,46 @@ impl Machine {
                 self.outputs.check(n)?;
                 let Ok(ms) = u64::try_from(ms) else { return Err(Fault::ValueRange) };
                 self.set_out(n, true)?;
-                let until = self.now + ms * 1_000;
+                let until = self.clock.now() + ms * 1_000;
                 self.outputs.pulse(n, until, line);
                 Wait { line, until: Until::Pulse(until), deadline: None, query: false }
             }
             _ => return Ok(Step::Done(0)),
         };
-        self.waits.push(wait);
-        self.next = 0;
+        self.waits.open.push(wait);
+        self.clock.look_anew();
         Ok(self.resume())
     }
 
     /// Goes on with the innermost wait after an event handler.
     pub fn resume(&mut self) -> Step {
         loop {
-            if self.halt.is_some() {
+            if self.is_halted() {
                 return Step::Stop;
             }
-            let Some(mut wait) = self.waits.pop() else { return Step::Done(0) };
+            let Some(mut wait) = self.waits.open.pop() else { return Step::Done(0) };
             self.line = wait.line;
-            if self.paused_since.is_none() {
+            if !self.pause.is_on() {
                 if let Some(ended) = self.ended(&mut wait) {
                     return self.report(&wait, &ended);
                 }
-                if !self.handler
-                    && !self.held
-                    && let Some(step) = self.interruption()
+                if self.events.may_interrupt()
+                    && let Some(step) = self.events.interruption()
                 {
-                    match step {
-                        Step::Event(slot) => self.take_event(slot),
-                        _ => self.late = None,
-                    }
-                    self.waits.push(wait);
+                    self.events.take(step);
+                    self.waits.open.push(wait);
                     return step;
                 }
             }
             let deadline = match wait.until {
                 // A pulse that ends in a pause is over; what follows waits for the pause's end.
-                Until::Pulse(until) if until > self.now || self.paused_since.is_none() => {
-                    Some(until.max(self.now))
+                Until::Pulse(until) if until > self.clock.now() || !self.pause.is_on() => {
+                    Some(until.max(self.clock.now()))
                 }
-                _ if self.paused_since.is_some() => None,
-                _ => wait.deadline.map(|run| self.at_run_clock(run)),
+                _ if self.pause.is_on() => None,
+                _ => wait.deadline.map(|run| self.pause.at_run_clock(run)),
             };
-            self.waits.push(wait);
+            self.waits.open.push(wait);
             self.tick(deadline);
         }
     }
@@ -169,12 +174,12 @@ impl Machine {
                     Want::Fall => edge && !state,
                 }
             }
-            Until::Start(presses) => self.start_presses > *presses,
-            Until::Char(c) => self.char_in == *c,
+            Until::Start(presses) => self.buttons.presses > *presses,
+            Until::Char(c) => self.waits.char_in == *c,
             Until::Axes(which) => Axis::ALL
                 .into_iter()
                 .all(|axis| !which[axis.index()] || self.motion.is_solo_idle(axis)),
-            Until::Pulse(until) => self.now >= *until,
+            Until::Pulse(until) => self.clock.now() >= *until,
         };
         if over {
             return Some(Ended::Ok);
@@ -196,7 +201,7 @@ impl Machine {
             }
             Until::Char(c) => {
                 if ok {
-                    self.char_in = 0;
+                    self.waits.char_in = 0;
                 }
                 self.write(What::WaitChar { line, c, ok });
             }
@@ -205,93 +210,13 @@ impl Machine {
         }
         if matches!(wait.until, Until::Input { .. } | Until::Char(_)) {
             if ok {
-                self.timed_out &= !wait.query;
+                self.waits.timed_out &= !wait.query;
             } else if wait.query {
-                self.timed_out = true;
+                self.waits.timed_out = true;
             } else {
                 return Step::Fault(Fault::TimedOut);
             }
         }
         Step::Done(0)
-    }
-
-    /// ON IN.
-    pub(super) fn on_input(&mut self, slot: u8, n: i32, want: Want) -> Result<(), Fault> {
-        self.inputs.read(n)?;
-        if let Some(place) = self.slots.get_mut(usize::from(slot)) {
-            let input = Some((n, want == Want::Rise));
-            *place = Some(Slot { input, tick: None, period_us: 0, pending: false });
-        }
-        Ok(())
-    }
-
-    /// ON IN n OFF.
-    pub(super) fn off_input(&mut self, n: i32) {
-        for slot in &mut self.slots {
-            if slot.is_some_and(|slot| slot.input.is_some_and(|(input, _)| input == n)) {
-                *slot = None;
-            }
-        }
-    }
-
-    /// ON EVERY.
-    pub(super) fn on_every(&mut self, slot: u8, ms: i32) -> Result<(), Fault> {
-        let Ok(period) = u64::try_from(ms) else { return Err(Fault::ValueRange) };
-        if period == 0 {
-            return Err(Fault::ValueRange);
-        }
-        let period_us = period * 1_000;
-        let tick = Some(self.run_clock() + period_us);
-        if let Some(place) = self.slots.get_mut(usize::from(slot)) {
-            *place = Some(Slot { input: None, tick, period_us, pending: false });
-        }
-        Ok(())
-    }
-
-    /// ON EVERY OFF.
-    pub(super) fn off_every(&mut self) {
-        for slot in &mut self.slots {
-            if slot.is_some_and(|slot| slot.tick.is_some()) {
-                *slot = None;
-            }
-        }
-    }
-
-    /// An input changed: its events are remembered once.
-    pub(super) fn input_event(&mut self, n: i32, on: bool) {
-        for slot in self.slots.iter_mut().flatten() {
-            if slot.input == Some((n, on)) {
-                slot.pending = true;
-                self.attention = true;
-            }
-        }
-    }
-
-    /// Ticks that are due are remembered once each.
-    pub(super) fn every(&mut self) {
-        if self.paused_since.is_some() {
-            return;
-        }
-        let clock = self.run_clock();
-        for slot in self.slots.iter_mut().flatten() {
-            while let Some(tick) = slot.tick.filter(|tick| *tick <= clock) {
-                slot.tick = Some(tick + slot.period_us);
-                slot.pending = true;
-                self.attention = true;
-            }
-        }
-    }
-
-    /// The first slot whose event waits to be served.
-    pub(super) fn pending_slot(&self) -> Option<u8> {
-        let pending = |slot: &Option<Slot>| slot.is_some_and(|slot| slot.pending);
-        self.slots.iter().position(pending).map(|slot| slot as u8)
-    }
-
-    /// The event of `slot` is served.
-    pub(super) fn take_event(&mut self, slot: u8) {
-        if let Some(slot) = self.slots.get_mut(usize::from(slot)).and_then(Option::as_mut) {
-            slot.pending = false;
-        }
     }
 }

@@ -9,6 +9,7 @@ pub mod line;
 pub mod ports;
 pub mod pwm;
 mod reg;
+pub mod rs485;
 pub mod timer;
 mod vectors;
 

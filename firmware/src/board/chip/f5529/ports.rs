@@ -9,6 +9,8 @@
 //! | P2.4 to P2.7 | direct wiring: inputs 1 to 4, that is reference X, Y, Z and the probe; P2.4 in the chain wiring: the probe, input 17 |
 //! | P3.0, P3.1, P3.2 | chain wiring: SPI out, in, clock |
 //! | P8.1, P8.2 | direct wiring: outputs 1 and 2; chain wiring: latch and output enable, active low |
+//! | P3.3, P3.4 | RS-485 transmit, receive |
+//! | P4.0 | RS-485: high while it drives |
 //! | P3.5 | PWM of a laser, a spindle or a servo: TB0.5 |
 //! | P3.7 | high: the PWM's pin is let go, without any software: TB0OUTH |
 //! | P4.4, P4.5 | UART transmit, receive: the back channel |
@@ -27,6 +29,10 @@ const P1_START: u8 = 1 << 6;
 const P2_STOP: u8 = 1 << 0;
 const P2_START: u8 = 1 << 1;
 pub(super) const P3_CHAIN: u8 = 1 << 0 | 1 << 1 | 1 << 2;
+const P3_RS485: u8 = 1 << 3 | 1 << 4;
+const P3_RECEIVE: u8 = 1 << 4;
+/// Direction of the RS-485 line's transceiver, in its port.
+pub const P4_DRIVE: u8 = 1 << 0;
 const P3_PWM: u8 = 1 << 5;
 const P3_PWM_OFF: u8 = 1 << 7;
 const P4_UART: u8 = 1 << 4 | 1 << 5;
@@ -58,6 +64,8 @@ pub const IE: u16 = super::reg::P2IE.0;
 pub const DIR_OUT: u16 = P6OUT.0;
 /// See [`DIR_OUT`].
 pub const LATCH_OUT: u16 = P8OUT.0;
+/// See [`P4_DRIVE`].
+pub const DRIVE_OUT: u16 = P4OUT.0;
 /// The chain's SPI: status, received and sent byte.
 pub const SPI_STAT: u16 = UCB0STAT.0;
 /// See [`SPI_STAT`].
@@ -136,6 +144,22 @@ pub fn open_chain() {
     // The outputs' enable stays high until the registers hold what the chip sends.
     P8OUT.raise(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
     P8DIR.set(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
+}
+
+/// Gives the RS-485 line its pins; its transceiver listens.
+pub fn open_rs485() {
+    P4OUT.clear(P4_DRIVE);
+    P4REN.clear(P4_DRIVE);
+    P4DIR.raise(P4_DRIVE);
+    // Pulled up while the transceiver gives no level.
+    P3OUT.raise(P3_RECEIVE);
+    P3SEL.raise(P3_RS485);
+}
+
+/// The RS-485 line's transceiver drives.
+#[inline(always)]
+pub fn drive_rs485() {
+    P4OUT.raise(P4_DRIVE);
 }
 
 /// Gives the PWM its pin, and the one that lets it go, which the chip pulls down.

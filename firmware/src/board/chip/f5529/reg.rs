@@ -117,14 +117,26 @@ pub const TA0IV: Word = Word(0x036E);
 pub const TA1CTL: Word = Word(0x0380);
 pub const TA1CCTL0: Word = Word(0x0382);
 pub const TA1CCTL1: Word = Word(0x0384);
+pub const TA1CCTL2: Word = Word(0x0386);
 pub const TA1R: Word = Word(0x0390);
 pub const TA1CCR0: Word = Word(0x0392);
 pub const TA1CCR1: Word = Word(0x0394);
+pub const TA1CCR2: Word = Word(0x0396);
 
 pub const TB0CTL: Word = Word(0x03C0);
 pub const TB0CCTL5: Word = Word(0x03CC);
 pub const TB0CCR0: Word = Word(0x03D2);
 pub const TB0CCR5: Word = Word(0x03DC);
+
+pub const UCA0CTL1: Byte = Byte(0x05C0);
+pub const UCA0CTL0: Byte = Byte(0x05C1);
+pub const UCA0BR0: Byte = Byte(0x05C6);
+pub const UCA0BR1: Byte = Byte(0x05C7);
+pub const UCA0MCTL: Byte = Byte(0x05C8);
+pub const UCA0STAT: Byte = Byte(0x05CA);
+pub const UCA0RXBUF: Byte = Byte(0x05CC);
+pub const UCA0TXBUF: Byte = Byte(0x05CE);
+pub const UCA0IE: Byte = Byte(0x05DC);
 
 pub const UCB0CTL1: Byte = Byte(0x05E0);
 pub const UCB0CTL0: Byte = Byte(0x05E1);

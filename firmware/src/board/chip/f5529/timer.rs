@@ -1,8 +1,9 @@
-//! TA1: the millisecond and the line's silence. TA0: the step engine, whose channels 1 to 3 are the STEP pins.
+//! TA1: the millisecond and the lines' silences. TA0: the step engine, whose channels 1 to 3 are the STEP pins.
 
 use super::clock::RATE;
 use super::reg::{
-    TA0CCR0, TA0CCTL0, TA0CTL, TA0IV, TA0R, TA1CCR0, TA1CCR1, TA1CCTL0, TA1CCTL1, TA1CTL, TA1R,
+    TA0CCR0, TA0CCTL0, TA0CTL, TA0IV, TA0R, TA1CCR0, TA1CCR1, TA1CCR2, TA1CCTL0, TA1CCTL1,
+    TA1CCTL2, TA1CTL, TA1R,
 };
 
 /// Timer ticks in a millisecond: SMCLK / 8.
@@ -24,6 +25,11 @@ pub const SILENCE_CCTL: u16 = TA1CCTL1.0;
 /// See [`R`].
 pub const SILENCE_CCR: u16 = TA1CCR1.0;
 
+/// See [`R`]: of the RS-485 line.
+pub const BUS_CCTL: u16 = TA1CCTL2.0;
+/// See [`BUS_CCTL`].
+pub const BUS_CCR: u16 = TA1CCR2.0;
+
 /// Of the step engine: control, control of the first channel, counter, compare register of the first
 /// channel, interrupt vector.
 pub const STEP_CTL: u16 = TA0CTL.0;
@@ -42,6 +48,7 @@ pub fn open() {
     TA1CCTL0.set(1 << 4);
     // A watchdog reset leaves it as it was.
     TA1CCTL1.set(0);
+    TA1CCTL2.set(0);
     TA1CTL.set(0b10 << 8 | 0b11 << 6 | 0b10 << 4 | 1 << 2);
 }
 

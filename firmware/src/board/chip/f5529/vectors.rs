@@ -28,7 +28,7 @@ __INTERRUPTS:
     .short DefaultHandler       /* FFDA USCI_B1 */
     .short pasapas_uart         /* FFDC USCI_A1 */
     .short DefaultHandler       /* FFDE PORT1 */
-    .short pasapas_silence      /* FFE0 TIMER1_A1 */
+    .short pasapas_silences     /* FFE0 TIMER1_A1 */
     .short pasapas_millisecond  /* FFE2 TIMER1_A0 */
     .short DefaultHandler       /* FFE4 DMA */
     .short DefaultHandler       /* FFE6 USB_UBM */
@@ -36,7 +36,7 @@ __INTERRUPTS:
     .short pasapas_event        /* FFEA TIMER0_A0 */
     .short DefaultHandler       /* FFEC ADC12 */
     .short DefaultHandler       /* FFEE USCI_B0 */
-    .short DefaultHandler       /* FFF0 USCI_A0 */
+    .short pasapas_bus          /* FFF0 USCI_A0 */
     .short DefaultHandler       /* FFF2 WDT */
     .short DefaultHandler       /* FFF4 TIMER0_B1 */
     .short DefaultHandler       /* FFF6 TIMER0_B0 */
