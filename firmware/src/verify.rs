@@ -32,6 +32,7 @@ pub const fn feature_of(code: u8) -> u16 {
     const ARC_BY: u8 = Op::ArcBy as u8;
     const EVENT: u8 = Op::Event as u8;
     const MOVE_SPEED: u8 = Op::MoveSpeed as u8;
+    const RUN: u8 = Op::Run as u8;
     const LEAVE: u8 = Op::Leave as u8;
     const RESUME_NEXT: u8 = Op::ResumeNext as u8;
     const MORE: u8 = Op::More as u8;
@@ -41,6 +42,7 @@ pub const fn feature_of(code: u8) -> u16 {
         ARC | ARC_MIXED | ARC_BY => feature::ARC,
         EVENT => feature::EVENTS,
         MOVE_SPEED => feature::START,
+        RUN => feature::LIBRARY,
         _ => 0,
     }
 }

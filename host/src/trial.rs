@@ -352,6 +352,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
             "cause": end.fault.map(Fault::cause),
             "remedy": end.fault.map(Fault::remedy),
             "stopped": stopped,
+            "onward": plot.outcome.onward,
         },
         "us": summary.us,
         "statements": summary.statements,

@@ -241,6 +241,11 @@ pub enum Effect {
     PrintValue(i32, Unit),
     /// The PRINT's line is complete.
     PrintEnd,
+    /// `RUN`: the run ends, and the program of this name begins.
+    Run(
+        /// Index of the name in the list of texts, as [`Effect::PrintText`]'s.
+        u16,
+    ),
     /// `ON IN n RISE|FALL GOSUB`: slot 0..=3; edges are remembered once from now on.
     OnInput {
         /// Event slot in order of the ON lines.

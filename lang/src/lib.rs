@@ -10,6 +10,7 @@
 pub mod axis;
 #[cfg(feature = "compiler")]
 pub mod back;
+pub mod called;
 pub mod effect;
 pub mod fault;
 #[cfg(feature = "compiler")]

@@ -3,6 +3,7 @@
 //! The G2553 build leaves out what its 512 bytes of RAM and 16 KB of flash cannot hold; the
 //! compiler names it, and the board's verifier refuses it once more.
 
+use crate::called;
 use crate::image::{Header, Image, MAX_CELLS, NARROW};
 use crate::record::feature;
 
@@ -250,7 +251,10 @@ impl Part {
         let starts = u16::from(image.header.features) & feature::START != 0;
         let (wanted, possible) = (image.top_rate(), self.top_rate(pulse_us, starts));
         let rate = (wanted > possible).then_some(Lack::Rate { wanted, possible });
-        self.header_lacks(&image.header, image.events()).chain(rate)
+        let library = Lack::Feature(feature::LIBRARY);
+        let runs = self.lacks_feature(feature::LIBRARY) && called::runs(image).next().is_some();
+        let runs = runs.then_some(library);
+        self.header_lacks(&image.header, image.events()).chain(runs).chain(rate)
     }
 
     /// Those that the header tells of, for so many ON lines.
@@ -309,7 +313,7 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::EVENTS) => "events (ON IN, ON EVERY)",
             Lack::Feature(feature::KEEP) => "KEEP variables",
             Lack::Feature(feature::STREAM) => "jobs larger than its memory (stream)",
-            Lack::Feature(feature::LIBRARY) => "several programs (RUN)",
+            Lack::Feature(feature::LIBRARY) => "a library of programs (RUN)",
             Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",
             Lack::Feature(_) => "more than 32 KB of program",

@@ -33,7 +33,8 @@ pub mod feature {
     pub const POWER: u16 = 1 << 7;
     /// The firmware runs streamed pieces ([`wire`](crate::wire), Streaming); no image has it.
     pub const STREAM: u16 = 1 << 8;
-    /// The firmware holds several programs ([`wire`](crate::wire), Library); no image has it.
+    /// The firmware holds several programs ([`wire`](crate::wire), Library); no image's header has it: those with
+    /// RUN want it ([`called::runs`](crate::called::runs)).
     pub const LIBRARY: u16 = 1 << 9;
 }
 

@@ -24,7 +24,7 @@ const SCRATCH: u16 = 0x2400;
 const STACK: u16 = 0x4300;
 /// From reset to the main loop.
 const BOOT_US: u64 = 200_000;
-const FEATURES: u8 = !(feature::WIDE as u8);
+const FEATURES: u16 = !feature::WIDE;
 /// Accepted.
 const GOOD: u16 = 0;
 
@@ -69,7 +69,7 @@ impl Chip {
         board.poke16(STACK, BACK);
         let routine = board.symbol("pasapas_verify").expect("the image has the routine");
         for (register, value) in
-            [(0, routine), (1, STACK), (2, 0), (12, PLACE), (13, FEATURES.into()), (14, SCRATCH)]
+            [(0, routine), (1, STACK), (2, 0), (12, PLACE), (13, FEATURES), (14, SCRATCH)]
         {
             board.set_reg(register, value);
         }
@@ -98,7 +98,7 @@ fn examples() -> Vec<Vec<u8>> {
         }
     }
     assert!(images.len() >= 16, "only {} examples fit", images.len());
-    images.extend([LIMITS, LIMITS_AND_HANDLERS].map(|text| {
+    images.extend([LIMITS, LIMITS_AND_HANDLERS, RUNS].map(|text| {
         let source = Source::new("limits.bas", text.to_owned());
         let (program, _) = compile(&source, ProfileChoice::built_in());
         lang::back::compile(&program.expect("a program")).expect("fits").image
@@ -106,6 +106,8 @@ fn examples() -> Vec<Vec<u8>> {
     images
 }
 
+/// RUN, which no example has.
+const RUNS: &str = "PRINT \"one\"\nIF IN(1) THEN RUN \"another one\"\nRUN \"two\"\n";
 /// Limits of AT variables, which no example has beside handlers.
 const LIMITS: &str = "DIM n AT 3000 MIN 1 MAX 500, a(3) AT 3004 MIN -5\nPRINT n + a(1)\n";
 const LIMITS_AND_HANDLERS: &str = "DIM n AT 3000 MAX 9\nON ERROR GOTO h\nON IN 3 RISE GOSUB e\n\

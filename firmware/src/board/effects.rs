@@ -60,6 +60,7 @@ impl Core {
         const IN: u8 = Op::In as u8;
         const OUT_STATE: u8 = Op::Out as u8;
         const READ: u8 = Op::Read as u8;
+        const RUN: u8 = Op::Run as u8;
         let code = self.effect.code;
         // Whatever looks at or acts on the machine waits for the path's end first.
         if !(LINEAR..=LINE_LAST).contains(&code)
@@ -174,16 +175,16 @@ impl Core {
             PRINT_NUMBER => return Ok(self.print_number()),
             PRINT_END => return Ok(self.print_end()),
             END => {
-                // STARTed moves finish, MoveSpeed axes ramp down.
-                let running = self.motor.running();
-                if running != 0 {
-                    self.motor.stop(running);
+                if self.come_to_rest() {
+                    let order = self.session.end(None);
+                    self.obey(order);
                 }
-                if self.motor.moving() != 0 {
-                    return Ok(false);
+                return Ok(false);
+            }
+            RUN => {
+                if self.come_to_rest() {
+                    self.run_other()?;
                 }
-                let order = self.session.end(None);
-                self.obey(order);
                 return Ok(false);
             }
             EVENT => self.event()?,
@@ -210,6 +211,15 @@ impl Core {
             _ => return Err(Fault::ValueRange),
         }
         Ok(true)
+    }
+
+    /// STARTed moves finish, MoveSpeed axes ramp down; whether all rest.
+    fn come_to_rest(&mut self) -> bool {
+        let running = self.motor.running();
+        if running != 0 {
+            self.motor.stop(running);
+        }
+        self.motor.moving() == 0
     }
 
     /// Whether this is the effect's first call.

@@ -20,8 +20,8 @@ const NO_ANCHOR: u8 = 0xFF;
 /// What the firmware has.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Features.
-    pub features: u8,
+    /// Features, those beyond the header's byte among them.
+    pub features: u16,
     /// Bytes for cells, expression stack and calls: for programs that move one axis at a time,
     /// and for those that interpolate or use START.
     pub pool: [u16; 2],
@@ -40,7 +40,7 @@ impl Limits {
     pub const fn of(part: &Part) -> Limits {
         let Part { features, pool, event_pool, at_limits, call_bytes, .. } = *part;
         let longest = part.room_for(false);
-        Limits { features: features as u8, pool, event_pool, at_limits, call_bytes, longest }
+        Limits { features, pool, event_pool, at_limits, call_bytes, longest }
     }
 }
 
@@ -53,7 +53,7 @@ pub fn verify<B: Bytes>(image: &B, limits: &Limits) -> Result<(), Refusal> {
         return Err(Refusal::Version);
     }
     let features = image.byte(1);
-    if features & !limits.features != 0 {
+    if u16::from(features) & !limits.features != 0 {
         return Err(Refusal::Feature);
     }
     let many = features & (feature::INTERPOLATE | feature::START) as u8 != 0;
@@ -123,7 +123,7 @@ struct Check<'a, B> {
     data_len: u16,
     cells: u16,
     frame: u8,
-    features: u8,
+    features: u16,
     at_limits: bool,
 }
 
@@ -266,7 +266,7 @@ impl<B: Bytes> Check<'_, B> {
 
     fn insn(&self, pc: u16) -> Option<Insn> {
         let code = self.byte(pc);
-        if feature_of(code) & !u16::from(self.features) != 0 {
+        if feature_of(code) & !self.features != 0 {
             return None;
         }
         let shape = shape(code)?;

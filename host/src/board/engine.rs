@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use emulator::LoadError;
 use firmware::motion::physics::Count;
-use lang::back::Sidecar;
+use lang::back::{Compiled, Sidecar};
 use lang::hir::Program;
 use lang::record::BoardRecord;
 
@@ -20,6 +20,7 @@ use super::run::Run;
 use crate::client::upload::UploadError;
 use crate::client::{Client, ClientError, Patience};
 use crate::link::Link;
+use crate::sim::chain::Chain;
 use crate::sim::trace::Event;
 use crate::sim::world::{Registers, World, WorldError};
 use crate::sim::{Options, Outcome};
@@ -42,10 +43,37 @@ pub struct Job<'a> {
     pub image: &'a [u8],
     /// Line of an address in its code.
     pub line_of: &'a dyn Fn(u16) -> u32,
+    /// What RUN calls it; nothing where that does not.
+    pub name: &'a str,
+    /// Programs that RUN begins.
+    pub others: &'a [Other<'a>],
     /// Everything around the board.
     pub world: &'a World,
     /// Limits of the run.
     pub options: &'a Options,
+}
+
+/// A program of the board's library that RUN begins.
+#[derive(Clone, Copy)]
+pub struct Other<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The checked script.
+    pub program: &'a Program,
+    /// Its image.
+    pub image: &'a [u8],
+    /// Line of an address in its code.
+    pub line_of: &'a dyn Fn(u16) -> u32,
+}
+
+impl<'a> Job<'a> {
+    /// Every program of the board's library, by number from 1.
+    pub(super) fn library(&self) -> Vec<Other<'a>> {
+        let Job { name, program, image, line_of, others, .. } = *self;
+        std::iter::once(Other { name, program, image, line_of })
+            .chain(others.iter().copied())
+            .collect()
+    }
 }
 
 /// Where a run writes while it runs.
@@ -156,14 +184,49 @@ pub fn run_traced(
     options: &Options,
 ) -> Result<(BoardRun, Vec<Event>), BoardError> {
     let line_of = |pc: u16| sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
-    let job = Job { build, program, image, line_of: &line_of, world, options };
+    let job =
+        Job { build, program, image, line_of: &line_of, name: "", others: &[], world, options };
+    trace_of(&job)
+}
+
+/// Runs the first program of a chain, and those that RUN begins; `compiled` are theirs.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn run_chain_traced(
+    build: &Build,
+    chain: &Chain<'_>,
+    compiled: &[Compiled],
+    world: &World,
+    options: &Options,
+) -> Result<(BoardRun, Vec<Event>), BoardError> {
+    let lines: Vec<_> = compiled
+        .iter()
+        .map(|own| |pc: u16| own.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line))
+        .collect();
+    let programs = chain.programs().iter().zip(chain.names()).zip(compiled).zip(&lines);
+    let library: Vec<Other<'_>> = programs
+        .map(|(((&program, name), own), line_of)| Other {
+            name,
+            program,
+            image: &own.image,
+            line_of,
+        })
+        .collect();
+    let Some((&Other { name, program, image, line_of }, others)) = library.split_first() else {
+        return Err(BoardError::Board("a chain without a program".to_owned()));
+    };
+    trace_of(&Job { build, program, image, line_of, name, others, world, options })
+}
+
+fn trace_of(job: &Job<'_>) -> Result<(BoardRun, Vec<Event>), BoardError> {
     let mut trace = Vec::new();
     let sinks = Sinks {
         trace: &mut |event: &Event| trace.push(event.clone()),
         vcd: None,
         progress: &mut |_| {},
     };
-    let run = run(&job, sinks)?;
+    let run = run(job, sinks)?;
     Ok((run, trace))
 }
 
@@ -186,7 +249,13 @@ fn prepare(
         client.set_address(wanted.address);
         client.find()?;
     }
-    client.upload(job.image, false, &mut |_| {})?;
+    if job.name.is_empty() {
+        client.upload(job.image, false, &mut |_| {})?;
+    } else {
+        for (number, own) in (1..).zip(job.library()) {
+            client.upload_as(own.image, Some((number, own.name)), false, &mut |_| {})?;
+        }
+    }
     client.set_patience(RUN_PATIENCE);
     rig.borrow_mut().set_the_scene()?;
     if lang::image::Image::new(job.image).is_ok_and(|image| job.build.part.keeps_at(&image.header))

@@ -236,6 +236,11 @@ impl Rig {
             || Axis::ALL.into_iter().any(|axis| self.profile.reference_input(axis) == n)
     }
 
+    /// From now on these are the AT variables.
+    pub fn set_registers(&mut self, registers: &Registers) {
+        self.scenario.set_registers(registers);
+    }
+
     /// What the operator has given AT variables before the time of the scenario begins, of a scene that
     /// is set.
     pub fn take_registers(&mut self) -> Vec<(u16, i32)> {

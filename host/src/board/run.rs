@@ -11,7 +11,7 @@ use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::wire::{self, Control, RunState};
 
-use super::engine::{BoardError, BoardRun, Job, Sinks, halves};
+use super::engine::{BoardError, BoardRun, Job, Other, Sinks, halves};
 use super::health::Health;
 use super::judge::Judge;
 use super::link::InProcess;
@@ -23,9 +23,10 @@ use super::uses::Uses;
 use crate::client::Client;
 use crate::client::status::Status as BoardStatus;
 use crate::link::Link;
-use crate::sim::record::{Edge, Record, StopReason, Summary};
+use crate::sim::record::{Away, Edge, Record, StopReason, Summary};
 use crate::sim::trace::{Event, Status, What};
 use crate::sim::unattended::Unattended;
+use crate::sim::world::Registers;
 use crate::sim::{End, Outcome};
 
 /// Longest simulated time between two looks at the pins, us.
@@ -59,6 +60,10 @@ pub struct Run<'a, 'b> {
     stopping: Option<(StopReason, u64)>,
     /// What nobody told it.
     unattended: Unattended,
+    /// Puts the trace together.
+    teller: Teller<'a>,
+    /// Times in which another program ran than the first.
+    aways: Vec<Away>,
 }
 
 impl<'a, 'b> Run<'a, 'b> {
@@ -102,6 +107,8 @@ impl<'a, 'b> Run<'a, 'b> {
             release_start_at: None,
             stopping: None,
             unattended,
+            teller: Teller::new(&job.program.profile, job.library()),
+            aways: Vec::new(),
         })
     }
 
@@ -146,8 +153,6 @@ impl<'a, 'b> Run<'a, 'b> {
     /// # Errors
     /// The world fails, the board does not end the run, or the VCD cannot be written.
     pub fn follow(&mut self) -> Result<What, BoardError> {
-        let job = self.job;
-        let mut teller = Teller::new(&job.program.profile, job.line_of);
         loop {
             let limit = {
                 let rig = self.rig.borrow();
@@ -163,10 +168,14 @@ impl<'a, 'b> Run<'a, 'b> {
                 if self.stopping.is_none() {
                     self.watch.something_happened(us);
                 }
-                let Some(what) = teller.tell(&seen) else { continue };
+                let Some(what) = self.teller.tell(&seen) else { continue };
                 self.path.event(&what);
+                if let What::Run { line, .. } = what {
+                    self.turn(us, line);
+                }
                 if let Some(line) = what.motion_line() {
-                    self.judge.line(seen.tick, line);
+                    let away = self.aways.last().filter(|last| last.to_us == u64::MAX);
+                    self.judge.line(seen.tick, away.map_or(line, |away| away.line));
                 }
                 let event = Event { what, us: self.job.options.times.then_some(us) };
                 (self.trace)(&event);
@@ -176,6 +185,22 @@ impl<'a, 'b> Run<'a, 'b> {
             }
             self.host_actions()?;
             self.stop_in_time()?;
+        }
+    }
+
+    /// RUN in this line has begun a program.
+    fn turn(&mut self, us: u64, line: u32) {
+        let (place, program) = self.teller.runs();
+        if let Some(own) = program {
+            self.rig.borrow_mut().set_registers(&Registers::on_board(own.program));
+        }
+        let open = self.aways.last_mut().filter(|last| last.to_us == u64::MAX);
+        match open {
+            Some(last) if place == 0 => last.to_us = us,
+            None if place != 0 => {
+                self.aways.push(Away { from_us: us, to_us: u64::MAX, line });
+            }
+            _ => {}
         }
     }
 
@@ -222,8 +247,8 @@ impl<'a, 'b> Run<'a, 'b> {
         }
         let status = self.status()?;
         let rests = status.moving.is_empty();
-        let line = (self.job.line_of)(status.program_counter);
-        let program = self.job.program;
+        let line = self.teller.line_of(status.program_counter);
+        let (_, Some(Other { program, .. })) = self.teller.runs() else { return Ok(None) };
         let over = match status.run_state {
             // What a pause interrupted still counts as moving.
             Some(RunState::Paused) => true,
@@ -345,8 +370,19 @@ impl<'a, 'b> Run<'a, 'b> {
         // Nothing happened in the time that it took to find that nothing can.
         let us = if stopped == Some(StopReason::Idle) { self.watch.since_us() } else { us };
         let outputs = self.uses.until(us);
-        let summary =
-            Summary { status, fault, stopped, line, us, statements: 0, steps, travel_um, outputs };
+        let (place, own) = self.teller.runs();
+        let summary = Summary {
+            status,
+            fault,
+            stopped,
+            line,
+            program: (place != 0).then(|| own.map_or("", |own| own.name).to_owned()),
+            us,
+            statements: 0,
+            steps,
+            travel_um,
+            outputs,
+        };
         let remarks = rig.warnings().iter().take(5);
         let remarks = remarks.map(|warning| format!("the emulator warns: {warning}")).collect();
         let tick = rig.now();
@@ -355,12 +391,23 @@ impl<'a, 'b> Run<'a, 'b> {
             vcd.finish(tick).map_err(BoardError::Vcd)?;
         }
         let [inputs, outputs] = [&mut self.inputs, &mut self.outputs].map(std::mem::take);
-        let record: Record = std::mem::take(&mut self.path).record(inputs, outputs);
+        let mut record: Record = std::mem::take(&mut self.path).record(inputs, outputs);
+        record.show(&self.aways);
         let end = End { status, fault: fault_number, line };
         let alone = self.rig.borrow().is_unattended();
         let unattended =
             if alone { std::mem::take(&mut self.unattended) } else { Unattended::default() };
-        let outcome = Outcome { end, summary, record, vars: Vec::new(), failures, unattended };
+        let vars = Vec::new();
+        let outcome = Outcome {
+            end,
+            summary,
+            record,
+            vars,
+            failures,
+            unattended,
+            program: place,
+            onward: None,
+        };
         Ok(BoardRun { outcome, remarks, health, judged })
     }
 }

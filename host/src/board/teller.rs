@@ -5,6 +5,7 @@ use lang::fault::Fault;
 use lang::profile::Profile;
 use lang::wire::{End, Seen, TRACE_OK, TraceKind};
 
+use super::engine::Other;
 use super::observe::{Observed, Sight};
 use crate::client::print::LINE_END;
 use crate::sim::trace::{AxisLetter, MoveKind, PerAxis, Status, What};
@@ -15,21 +16,33 @@ const LONGEST: usize = 4096;
 /// Puts the trace together.
 pub struct Teller<'a> {
     profile: &'a Profile,
-    /// Line of an address in the program's code.
-    line_of: &'a dyn Fn(u16) -> u32,
+    /// The programs of the board, by number from 1.
+    programs: Vec<Other<'a>>,
+    /// Place of the one that runs.
+    runs: usize,
     /// What has come of the line that is being printed.
     printed: Vec<u8>,
 }
 
 impl<'a> Teller<'a> {
     /// For a run that is about to start.
-    pub fn new(profile: &'a Profile, line_of: &'a dyn Fn(u16) -> u32) -> Teller<'a> {
-        Teller { profile, line_of, printed: Vec::new() }
+    pub fn new(profile: &'a Profile, programs: Vec<Other<'a>>) -> Teller<'a> {
+        Teller { profile, programs, runs: 0, printed: Vec::new() }
+    }
+
+    /// The program that runs, and its place among those of the board.
+    pub fn runs(&self) -> (usize, Option<&Other<'a>>) {
+        (self.runs, self.programs.get(self.runs))
+    }
+
+    /// Its line at an address in its code.
+    pub fn line_of(&self, pc: u16) -> u32 {
+        self.programs.get(self.runs).map_or(0, |own| (own.line_of)(pc))
     }
 
     /// The line that this makes, if it makes one.
     pub fn tell(&mut self, observed: &Observed) -> Option<What> {
-        let line = (self.line_of)(observed.pc);
+        let line = self.line_of(observed.pc);
         match observed.sight {
             Sight::Beside(Seen::Byte, LINE_END) => {
                 let text = std::mem::take(&mut self.printed);
@@ -44,6 +57,11 @@ impl<'a> Teller<'a> {
             Sight::Beside(Seen::Begun | Seen::Abandoned, _) => {
                 self.printed.clear();
                 None
+            }
+            Sight::Event { kind: TraceKind::Run, argument, .. } => {
+                self.runs = usize::from(argument).wrapping_sub(1);
+                let program = self.programs.get(self.runs).map(|own| own.name.to_owned());
+                Some(What::Run { line, program: program.unwrap_or_default() })
             }
             Sight::Event { kind, argument, value, commanded } => {
                 event(self.profile, line, kind, argument, value, commanded)
@@ -70,7 +88,8 @@ pub fn event(
     let on = u8::from(value != 0);
     let movement = |kind| Some(What::Move { line, kind, to });
     match kind {
-        TraceKind::None | TraceKind::Print => None,
+        // Who knows the programs' names tells it.
+        TraceKind::None | TraceKind::Print | TraceKind::Run => None,
         TraceKind::Home => axis().map(|axis| What::Home { line, axis, ok, pos: value }),
         TraceKind::Axe => movement(MoveKind::Axe),
         TraceKind::Rapid => movement(MoveKind::Rapid),

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use lang::called;
 use lang::part::NAME;
 use lang::record::feature;
 use lang::wire::{self, LIBRARY_ENTRY, LIBRARY_NAME};
@@ -67,17 +68,7 @@ impl std::str::FromStr for Called {
                 _ => Err(format!("programs have the numbers 1 to {programs}")),
             };
         }
-        let plain = |c: char| c.is_ascii_graphic() && c != '"' || c == ' ';
-        match text.chars().find(|c| !plain(*c)) {
-            Some(other) => Err(format!("a program's name cannot have {other:?}: ASCII, no quotes")),
-            None if text.trim() != text || text.is_empty() => {
-                Err("a program's name begins and ends with a letter or a sign".to_owned())
-            }
-            None if text.len() > NAME => {
-                Err(format!("a program's name has {NAME} characters at most"))
-            }
-            None => Ok(Called::Name(text.to_owned())),
-        }
+        called::check(text).map(|()| Called::Name(text.to_owned()))
     }
 }
 
@@ -112,7 +103,7 @@ impl Library {
     pub fn find(&self, called: &Called) -> Option<&Entry> {
         self.entries.iter().find(|entry| match called {
             Called::Number(number) => entry.number == *number,
-            Called::Name(name) => entry.name.eq_ignore_ascii_case(name),
+            Called::Name(name) => called::same(&entry.name, name),
         })
     }
 
@@ -186,6 +177,15 @@ impl<L: Link> Client<L> {
             }
         }
         Ok(Some(Library { entries, selected }))
+    }
+
+    /// What the program of a number is called, nothing for one without a name or that there is not.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn program_name(&mut self, number: u8) -> Result<String, ClientError> {
+        let first = wire::LIBRARY + u16::from(number.saturating_sub(1)) * LIBRARY_ENTRY;
+        Ok(name_in(&self.holding(first + LIBRARY_NAME, LIBRARY_ENTRY - LIBRARY_NAME)?))
     }
 
     /// From now on Start runs this program.

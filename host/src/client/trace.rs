@@ -94,6 +94,11 @@ impl<'a> Tracer<'a> {
         Tracer { next: last.wrapping_add(1), ..Tracer::new(profile, line_of) }
     }
 
+    /// Behind RUN: the lines of the program that runs now. Without this all of its lines are 0.
+    pub fn turn(&mut self, line_of: LineOf<'a>) {
+        self.line_of = line_of;
+    }
+
     /// Tells the board that its reader is still there, without taking another event: for a host that
     /// halts the program.
     ///
@@ -154,6 +159,11 @@ impl<'a> Tracer<'a> {
         let Event { kind, argument, value, .. } = *event;
         if kind == TraceKind::Print {
             return Ok(Some(What::Print { line, text: self.printed_line(client)? }));
+        }
+        if kind == TraceKind::Run {
+            // What follows stands in code that this reader does not know.
+            self.line_of = Box::new(|_| 0);
+            return Ok(Some(What::Run { line, program: client.program_name(argument)? }));
         }
         let placed = [TraceKind::Axe, TraceKind::Rapid, TraceKind::Line, TraceKind::Arc];
         let commanded = match commanded {

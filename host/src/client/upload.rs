@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use lang::called;
 use lang::image::Image;
 use lang::part::{G2553, Lack, PARTS, Part, SHORT_PULSE_US};
 use lang::record::feature;
@@ -144,7 +145,8 @@ impl<L: Link> Client<L> {
             }
         }
         if let Ok(image) = Image::new(image) {
-            let missing = u16::from(image.header.features) & !identity.features;
+            let runs = called::runs(&image).next().map_or(0, |_| feature::LIBRARY);
+            let missing = (u16::from(image.header.features) | runs) & !identity.features;
             if missing != 0 {
                 let lack = Lack::Feature(1 << missing.trailing_zeros());
                 let runs = |part: &&Part| part.lacks(&image, SHORT_PULSE_US).is_none();

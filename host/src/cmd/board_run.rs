@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::others::Others;
 use super::part::Choice;
 use super::script::{self, Script};
 use super::{Console, world};
@@ -12,6 +13,7 @@ use crate::board::engine::{self, BoardError, Job, Sinks};
 use crate::failure::Failure;
 use crate::output::OutputFile;
 use crate::plot::time;
+use crate::sim::chain;
 use crate::sim::world::World;
 use crate::sim::{self, Options, Outcome, Sink};
 
@@ -21,19 +23,41 @@ use crate::sim::{self, Options, Outcome, Sink};
 /// The script does not fit, the world is wrong, the board fails, or the VCD cannot be written.
 pub fn run(
     script: &mut Script,
+    others: &Others,
     part: Choice,
-    world: &World,
+    (world, vcd): (&World, Option<&str>),
     options: &Options,
-    vcd: Option<&str>,
     mut sink: Sink,
     console: &Console,
 ) -> Result<Outcome, Failure> {
     let compiled = script::compile_for_device(script, console)?;
     let (compiled, build) = part.fit(script, compiled, console)?;
     let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
+    for other in &others.list {
+        script::must_fit(&other.script, &other.compiled, console)?;
+    }
+    let lines: Vec<_> = others
+        .list
+        .iter()
+        .map(|other| {
+            |pc: u16| other.compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line)
+        })
+        .collect();
+    let library: Vec<engine::Other<'_>> = others
+        .list
+        .iter()
+        .zip(&lines)
+        .map(|(other, line_of)| engine::Other {
+            name: &other.name,
+            program: &other.script.program,
+            image: &other.compiled.image,
+            line_of,
+        })
+        .collect();
+    let runs = !chain::calls(&script.program).is_empty();
     // The emulated machine has its switches from power-up on.
     let placed = if world.is_unattended() {
-        let switches = sim::unattended::switches(&script.program, options);
+        let switches = sim::unattended::switches(&others.chain(script), options);
         let switches = switches.map_err(|error| Failure::Board(error.to_string()))?;
         Some(world.clone().with_switches(switches))
     } else {
@@ -45,6 +69,8 @@ pub fn run(
         program: &script.program,
         image: &compiled.image,
         line_of: &line_of,
+        name: if runs { others.name() } else { "" },
+        others: &library,
         world,
         options,
     };

@@ -2,6 +2,7 @@
 
 use clap::Args;
 
+use super::others::Others;
 use super::part::Choice;
 use super::{Console, Options, script};
 use crate::failure::Failure;
@@ -25,6 +26,7 @@ impl Check {
         each(&self.files, |file| {
             let mut script = script::load(file, options, console)?;
             let compiled = script::compile_any(&script, console)?;
+            Others::find(file, &script, options, console)?;
             self.part.fit(&mut script, compiled, console).map(drop)
         })
     }

@@ -23,6 +23,7 @@ mod gateway;
 mod import;
 mod library;
 mod lsp;
+mod others;
 mod part;
 mod port;
 mod profile;
@@ -207,7 +208,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(code).unwrap_or(2));
         }
     };
-    let console = Console { format: cli.options.format };
+    let console = Console { format: cli.options.format, quiet: false };
     match cli.command.run(&cli.options, &console) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
@@ -223,9 +224,16 @@ pub fn main() -> ExitCode {
 #[derive(Clone, Copy, Debug)]
 pub struct Console {
     format: Format,
+    /// Diagnostics are not shown.
+    quiet: bool,
 }
 
 impl Console {
+    /// The same for what is looked at beside: its diagnostics are not shown.
+    pub fn quiet(self) -> Console {
+        Console { quiet: true, ..self }
+    }
+
     /// Whether results are JSON lines.
     pub fn json(&self) -> bool {
         self.format == Format::Json
@@ -276,6 +284,9 @@ impl Console {
     /// # Errors
     /// Standard output is full or gone.
     pub fn note(&self, note: &Note) -> Result<(), Failure> {
+        if self.quiet {
+            return Ok(());
+        }
         if self.json() {
             return self.result(&format!("{}\n", note.json()));
         }
@@ -288,7 +299,7 @@ impl Console {
     /// # Errors
     /// Standard output is full or gone.
     pub fn note_in(&self, note: &Note, source: &Source) -> Result<(), Failure> {
-        if self.json() || !render::stderr_is_rich() {
+        if self.quiet || self.json() || !render::stderr_is_rich() {
             return self.note(note);
         }
         let _ = std::io::stderr().lock().write_all(render::excerpt(note, source).as_bytes());

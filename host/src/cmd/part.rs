@@ -188,6 +188,7 @@ const fn wants(kind: &StmtKind) -> u16 {
         StmtKind::OnInput { .. } | StmtKind::OnEvery { .. } => feature::EVENTS,
         StmtKind::MoveAxe { start: true, .. } | StmtKind::MoveSpeed { .. } => feature::START,
         StmtKind::SetSpindle(_) => feature::POWER,
+        StmtKind::Run(_) => feature::LIBRARY,
         StmtKind::Linear { .. } | StmtKind::Cycle(_) => feature::INTERPOLATE,
         StmtKind::Arc { .. } => feature::INTERPOLATE | feature::ARC,
         _ => 0,

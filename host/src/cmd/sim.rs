@@ -2,12 +2,14 @@
 
 use std::cell::RefCell;
 use std::io::{self, BufWriter, Write};
+use std::path::Path;
 use std::rc::Rc;
 
 use clap::{Args, ValueEnum};
 use lang::fault::Fault;
 use lang::profile::Profile;
 
+use super::others::Others;
 use super::part::Choice;
 use super::script::{self, Script};
 use super::{Console, Options, board_run, summary, world};
@@ -115,6 +117,9 @@ impl Sim {
             ("--vcd", self.vcd.as_ref()),
         ];
         script.keep_inputs(&self.file, options, self.world.as_deref(), &outputs)?;
+        let others = Others::find(&self.file, &script, options, console)?;
+        let beside: Vec<_> = others.list.iter().map(|other| Some(Path::new(&other.file))).collect();
+        output::keep_inputs(&outputs, &beside)?;
         let world = world::load(self.world.as_deref(), World::unattended(), console)?;
         interrupt::watch();
         let prints = !console.json() && self.trace.as_deref() != Some("-");
@@ -122,23 +127,27 @@ impl Sim {
         let listener = Rc::new(RefCell::new(listener));
         let sink = Rc::clone(&listener);
         let sink = Box::new(move |event: &Event| sink.borrow_mut().hear(event));
-        let mut outcome = self.simulate(&mut script, &world, console, sink)?;
+        let mut outcome = self.simulate(&mut script, &others, &world, console, sink)?;
         listener.borrow_mut().finish()?;
         self.plot(&script, &outcome)?;
         // Of another system's program the user sees its own lines, not those of the script.
-        outcome.summary.line = script.line_of_file(outcome.summary.line);
-        outcome.end.line = script.line_of_file(outcome.end.line);
+        if outcome.program == 0 {
+            outcome.summary.line = script.line_of_file(outcome.summary.line);
+            outcome.end.line = script.line_of_file(outcome.end.line);
+        }
         let notes = outcome.unattended.notes(&script.program, |line| script.line_of_file(line));
         let to_stderr = self.trace.as_deref() == Some("-");
         let engine = self.engine.name();
         summary::write(&self.file, engine, &script.program, &outcome, &notes, to_stderr, console)?;
         let rests = listener.borrow().rests;
-        verdict(&self.file, &outcome, &script.program.profile, &rests, console)
+        let file = others.file(outcome.program).unwrap_or(&self.file);
+        verdict(file, &outcome, &script.program.profile, &rests, console)
     }
 
     fn simulate(
         &self,
         script: &mut Script,
+        others: &Others,
         world: &World,
         console: &Console,
         sink: sim::Sink,
@@ -154,11 +163,13 @@ impl Sim {
             Engine::Vm => sim::Engine::Vm,
             Engine::Board => {
                 let vcd = self.vcd.as_deref();
-                return board_run::run(script, self.part, world, &options, vcd, sink, console);
+                let scene = (world, vcd);
+                return board_run::run(script, others, self.part, scene, &options, sink, console);
             }
         };
         options.part = self.part.to_simulate(script, console)?;
-        sim::run(&script.program, engine, world, &options, sink).map_err(|error| match error {
+        let chain = others.chain(script);
+        sim::run_chain(&chain, engine, world, &options, sink).map_err(|error| match error {
             SimError::World(error) => world::wrong(&error, console),
             SimError::Engine(text) => console.refuse(&Note::error(&self.file, code::ENGINE, text)),
         })

@@ -10,15 +10,18 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use lang::back::Compiled;
+use lang::called;
 use lang::hir::Var;
 use lang::image::crc_in;
 use lang::wire::{self, Control, Exception, RunState};
 
+use super::others::Others;
 use super::port::{Board, Port};
 use super::script::{self, Script};
 use super::{Console, Options, arcs};
+use crate::client::identity::Identity;
 use crate::client::status::long;
-use crate::client::trace::Tracer;
+use crate::client::trace::{LineOf, Tracer};
 use crate::failure::Failure;
 use crate::sim::trace::{Event, Status, What};
 
@@ -58,22 +61,32 @@ impl Trace {
         let mut script = script::load(&self.file, options, console)?;
         let mut compiled = script::compile_for_device(&script, console)?;
         let mut board = self.port.connect(options, console)?;
-        let identity = board.identity()?;
+        let mut identity = board.identity()?;
         identity.check().map_err(Failure::Board)?;
         if arcs::are_missing(&compiled, identity.features) {
             compiled = arcs::without(&mut script, &compiled, "this board", console)?;
         }
-        if (usize::from(identity.program_bytes), identity.program_crc)
-            != (compiled.image.len(), crc_in(&compiled.image))
-        {
+        let wanted = (compiled.image.len(), crc_in(&compiled.image));
+        let held = |own: &Identity| (usize::from(own.program_bytes), own.program_crc);
+        if held(&identity) != wanted {
+            // What ran last may have begun another one: Start begins the selected one.
+            if let Some(library) = board.library()?.filter(|library| library.selected != 0) {
+                board.select(library.selected)?;
+                identity = board.identity()?;
+            }
+        }
+        if held(&identity) != wanted {
             return Err(Failure::Board(format!(
                 "the board's program is not {file}: `pasapas upload {file}` brings it",
                 file = self.file
             )));
         }
+        let others = Others::find(&self.file, &script, options, console)?;
+        let first = (others.name(), &script, &compiled);
+        let beside = others.list.iter().map(|own| (own.name.as_str(), &own.script, &own.compiled));
         let mut session = Session {
-            script: &script,
-            compiled: &compiled,
+            programs: std::iter::once(first).chain(beside).collect(),
+            runs: Some(0),
             board: &mut board,
             console,
             steps: self.step,
@@ -95,8 +108,10 @@ impl Trace {
 
 /// A run that is being looked at.
 struct Session<'a> {
-    script: &'a Script,
-    compiled: &'a Compiled,
+    /// The script and those that it runs: name, text, image.
+    programs: Vec<(&'a str, &'a Script, &'a Compiled)>,
+    /// Which of them runs; none that is known.
+    runs: Option<usize>,
     board: &'a mut Board,
     console: &'a Console,
     steps: bool,
@@ -127,12 +142,42 @@ enum Answer {
     Quit,
 }
 
-impl Session<'_> {
+impl<'a> Session<'a> {
+    /// The lines of the program that runs, 0 where they are not known.
+    fn lines(&self) -> LineOf<'a> {
+        let compiled = self.program().map(|(_, _, compiled)| compiled);
+        Box::new(move |pc: u16| {
+            let mark = compiled.and_then(|compiled| compiled.sidecar.at(usize::from(pc)));
+            mark.map_or(0, |mark| mark.line)
+        })
+    }
+
+    fn program(&self) -> Option<(&'a str, &'a Script, &'a Compiled)> {
+        self.programs.get(self.runs?).copied()
+    }
+
+    /// RUN has begun the program of this name: its lines are told if its script stands beside this one.
+    fn turn(&mut self, tracer: &mut Tracer<'a>, name: &str) -> Result<(), Failure> {
+        let identity = self.board.identity()?;
+        let held = (usize::from(identity.program_bytes), identity.program_crc);
+        let is_it = |(own, _, compiled): &(&str, &Script, &Compiled)| {
+            called::same(own, name) && (compiled.image.len(), crc_in(&compiled.image)) == held
+        };
+        self.runs = self.programs.iter().position(is_it);
+        if self.runs.is_none() {
+            self.console.complain(&format!(
+                "the board's program \"{name}\" is none of the scripts beside this one: its lines are \
+                 told as 0"
+            ));
+        }
+        tracer.turn(self.lines());
+        Ok(())
+    }
+
     /// From Start to the last event.
     fn follow(&mut self) -> Result<Status, Failure> {
-        let compiled = self.compiled;
-        let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
-        let mut tracer = Tracer::new(self.script.program.profile.clone(), Box::new(line_of));
+        let Some((_, script, _)) = self.program() else { return Ok(Status::Done) };
+        let mut tracer = Tracer::new(script.program.profile.clone(), self.lines());
         self.board.drop_print()?;
         tracer = tracer.queued(self.start()?);
         let mut heard = Instant::now();
@@ -154,18 +199,24 @@ impl Session<'_> {
                 continue;
             };
             let line = what.line();
+            let text = self.text(line).to_owned();
             let end = match &what {
                 What::End { status, .. } => Some(*status),
+                What::Run { program, .. } => {
+                    self.turn(&mut tracer, program)?;
+                    None
+                }
                 _ => None,
             };
             self.console.json_line(&Event { what, us: None })?;
             if let Some(status) = end {
                 return Ok(status);
             }
-            let wanted = self.steps || self.breakpoints.contains(&line);
+            // Breakpoints are lines of the script that was named.
+            let wanted = self.steps || self.runs == Some(0) && self.breakpoints.contains(&line);
             if wanted && !self.alone {
-                let mut place = format!("line {line} is done: {}", self.text(line));
-                if let Some(next) = self.next_line(line, &line_of)? {
+                let mut place = format!("line {line} is done: {text}");
+                if let Some(next) = self.next_line(line)? {
                     place += &format!("\nline {next} is next: {}", self.text(next));
                 }
                 if self.ask(&place, Some(&tracer))? == Answer::Quit {
@@ -178,11 +229,8 @@ impl Session<'_> {
     }
 
     /// Where the program waits with its next effect, if it comes to another line within [`QUIET`].
-    fn next_line(
-        &mut self,
-        line: u32,
-        line_of: &dyn Fn(u16) -> u32,
-    ) -> Result<Option<u32>, Failure> {
+    fn next_line(&mut self, line: u32) -> Result<Option<u32>, Failure> {
+        let line_of = self.lines();
         let begun = Instant::now();
         while begun.elapsed() < QUIET {
             let next = line_of(self.board.status()?.program_counter);
@@ -195,7 +243,7 @@ impl Session<'_> {
 
     /// The line as it is written.
     fn text(&self, line: u32) -> &str {
-        self.script.source.line_text(line).trim()
+        self.program().map_or("", |(_, script, _)| script.source.line_text(line).trim())
     }
 
     /// Starts the program; tells whether the board queues its events.
@@ -284,8 +332,9 @@ impl Session<'_> {
 
     fn show_all(&mut self) -> Result<String, Failure> {
         let mut text = String::new();
-        for place in &self.compiled.vars {
-            let var = self.script.program.var(place.var);
+        let Some((_, script, compiled)) = self.program() else { return Ok(String::new()) };
+        for place in &compiled.vars {
+            let var = script.program.var(place.var);
             for index in 0..place.len {
                 text += &self.value(var, place.cell, index)?;
             }
@@ -310,9 +359,11 @@ impl Session<'_> {
                 Err(_) => return Err(format!("`{index}` is no index")),
             },
         };
-        let program = &self.script.program;
-        let found = self
-            .compiled
+        let Some((_, script, compiled)) = self.program() else {
+            return Err("the script of the program that runs is not known".to_owned());
+        };
+        let program = &script.program;
+        let found = compiled
             .vars
             .iter()
             .map(|place| (program.var(place.var), place))

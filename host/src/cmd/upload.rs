@@ -1,11 +1,13 @@
 //! `pasapas upload`: brings a program to a board.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use lang::back::Compiled;
-use lang::image::crc_in;
+use lang::called;
+use lang::image::{Image, crc_in};
 use lang::profile::Profile;
 use lang::record::BoardRecord;
 use serde_json::json;
@@ -81,6 +83,9 @@ impl Upload {
         {
             leave(&mut board, compiled, script, console);
         }
+        if result.is_ok() {
+            missing(&mut board, &image, console)?;
+        }
         match result {
             Ok(place) if console.json() => {
                 let mut line = json!({ "uploaded": self.file, "bytes": image.len() });
@@ -102,6 +107,28 @@ impl Upload {
             Err(error) => Err(Failure::Board(error.to_string())),
         }
     }
+}
+
+/// Names what the image runs and the board does not hold.
+fn missing(board: &mut Board, image: &[u8], console: &Console) -> Result<(), Failure> {
+    let Ok(image) = Image::new(image) else { return Ok(()) };
+    let names: BTreeSet<String> =
+        called::runs(&image).map(|(_, name)| String::from_utf8_lossy(name).into_owned()).collect();
+    if names.is_empty() {
+        return Ok(());
+    }
+    let library = board.library()?.unwrap_or_default();
+    for name in names {
+        if library.find(&Called::Name(name.clone())).is_none() {
+            console.complain(&format!(
+                "the program runs \"{name}\", which the board does not hold ({}): there it ends with \
+                 F21; `pasapas upload FILE --as \"{name}\"` brings it, and `start` then says which \
+                 one begins",
+                library.names()
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// What a gateway may know of a program.

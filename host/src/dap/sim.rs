@@ -121,7 +121,10 @@ fn ending(result: &Result<Outcome, SimError>) -> (u8, String) {
             let line = outcome.end.line;
             match (outcome.end.status, outcome.end.fault) {
                 (Status::Done, _) if outcome.failures.is_empty() => {
-                    (0, format!("done in line {line}\n"))
+                    let onward = outcome.onward.as_ref().map_or_else(String::new, |name| {
+                        format!(": RUN \"{name}\" is another program, which is debugged by itself")
+                    });
+                    (0, format!("done in line {line}{onward}\n"))
                 }
                 (Status::Done, _) => (3, outcome.failures.join("\n") + "\n"),
                 (Status::Fault, Some(fault)) => {

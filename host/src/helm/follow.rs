@@ -283,6 +283,10 @@ impl Follow {
         self.heard = Instant::now();
         self.over = matches!(what, What::End { .. });
         let behind = what.line();
+        if let What::Run { .. } = what {
+            // The lines of the other program are not known here.
+            self.line_of = Arc::new(|_| 0);
+        }
         if self.over {
             return Ok(Some(vec![what]));
         }

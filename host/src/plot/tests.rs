@@ -86,6 +86,7 @@ fn outcome() -> Outcome {
             fault: None,
             stopped: None,
             line: 9,
+            program: None,
             us: 5_200_000,
             statements: 9,
             steps: [5000, 4000, 800],
@@ -96,6 +97,8 @@ fn outcome() -> Outcome {
         vars: Vec::new(),
         failures: Vec::new(),
         unattended: Default::default(),
+        program: 0,
+        onward: None,
     }
 }
 

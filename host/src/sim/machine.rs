@@ -15,6 +15,7 @@ mod log;
 mod modal;
 mod motion;
 mod moves;
+mod other;
 mod outputs;
 mod path;
 mod pause;

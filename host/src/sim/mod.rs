@@ -3,6 +3,7 @@
 //! An engine follows the program; the [`machine`] carries out its effects in simulated
 //! microseconds; the [`world`] is everything around the controller.
 
+pub mod chain;
 pub mod machine;
 pub mod record;
 pub mod rhai_engine;
@@ -14,11 +15,12 @@ pub mod world;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use lang::back;
+use lang::back::{self, Compiled};
 use lang::fault::Fault;
 use lang::hir::Program;
 use lang::part::{F5529, Part};
 
+use chain::Chain;
 use record::{Record, Summary};
 use trace::{Event, Status};
 use unattended::Unattended;
@@ -112,6 +114,10 @@ pub struct Outcome {
     pub failures: Vec<String>,
     /// What the run took upon itself where nobody was there.
     pub unattended: Unattended,
+    /// Number of the program in which it ended, in the [`Chain`]; the record has the first one's lines.
+    pub program: usize,
+    /// The program that RUN would begin, where nobody knows what stands beside this one.
+    pub onward: Option<String>,
 }
 
 /// Why a run could not be made, or not to its end.
@@ -156,27 +162,50 @@ pub fn run(
     options: &Options,
     sink: Sink,
 ) -> Result<Outcome, SimError> {
-    let compiled = back::compile(program);
-    match (engine, compiled) {
-        (Engine::Rhai, compiled) => {
-            let depth = compiled.map_or(MAX_CALLS, |compiled| compiled.calls);
-            rhai_engine::run(program, world, options, depth, sink)
+    run_chain(&Chain::alone(program), engine, world, options, sink)
+}
+
+/// The same of the first program of a chain, and of those that RUN begins.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_chain(
+    chain: &Chain<'_>,
+    engine: Engine,
+    world: &World,
+    options: &Options,
+    sink: Sink,
+) -> Result<Outcome, SimError> {
+    let compiled = chain.programs().iter().map(|program| back::compile(program));
+    let mut outcome = match engine {
+        Engine::Rhai => {
+            let depth = |compiled: Result<Compiled, _>| compiled.map_or(MAX_CALLS, |own| own.calls);
+            let depths: Vec<usize> = compiled.map(depth).collect();
+            rhai_engine::run_chain(chain, world, options, &depths, sink)?
         }
-        (Engine::Vm, Ok(compiled)) => vm_engine::run(program, &compiled, world, options, sink),
-        (Engine::Vm, Err(excesses)) => {
-            let list: Vec<String> = excesses
-                .iter()
-                .map(|excess| {
-                    let back::Excess { resource, used, available, .. } = excess;
-                    format!("{resource:?}: {used} used, {available} available")
-                })
-                .collect();
-            Err(SimError::Engine(format!(
-                "no image can hold this program: {}; `--engine rhai` runs it",
-                list.join("; ")
-            )))
+        Engine::Vm => {
+            let compiled = compiled.collect::<Result<Vec<_>, _>>().map_err(too_much)?;
+            vm_engine::run_chain(chain, &compiled, world, options, sink, None)?
         }
+    };
+    if outcome.program != 0 {
+        outcome.summary.program = chain.names().get(outcome.program).cloned();
     }
+    Ok(outcome)
+}
+
+fn too_much(excesses: Vec<back::Excess>) -> SimError {
+    let list: Vec<String> = excesses
+        .iter()
+        .map(|excess| {
+            let back::Excess { resource, used, available, .. } = excess;
+            format!("{resource:?}: {used} used, {available} available")
+        })
+        .collect();
+    SimError::Engine(format!(
+        "no image can hold this program: {}; `--engine rhai` runs it",
+        list.join("; ")
+    ))
 }
 
 /// Ends a run on the machine and collects what it leaves.
@@ -189,7 +218,7 @@ fn outcome(
     let end = machine.finish(fault, line)?;
     let (summary, record, failures) = machine.results(&end);
     let unattended = machine.unattended();
-    Ok(Outcome { end, summary, record, vars, failures, unattended })
+    Ok(Outcome { end, summary, record, vars, failures, unattended, program: 0, onward: None })
 }
 
 /// As [`run`], with the whole trace in memory.
@@ -202,9 +231,22 @@ pub fn run_traced(
     world: &World,
     options: &Options,
 ) -> Result<(Outcome, Vec<Event>), SimError> {
+    run_chain_traced(&Chain::alone(program), engine, world, options)
+}
+
+/// As [`run_chain`], with the whole trace in memory.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_chain_traced(
+    chain: &Chain<'_>,
+    engine: Engine,
+    world: &World,
+    options: &Options,
+) -> Result<(Outcome, Vec<Event>), SimError> {
     let events = Rc::new(RefCell::new(Vec::new()));
     let sink = events.clone();
     let sink = Box::new(move |event: &Event| sink.borrow_mut().push(event.clone()));
-    let outcome = run(program, engine, world, options, sink)?;
+    let outcome = run_chain(chain, engine, world, options, sink)?;
     Ok((outcome, events.take()))
 }

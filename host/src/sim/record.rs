@@ -159,6 +159,9 @@ pub struct Summary {
     pub stopped: Option<StopReason>,
     /// Line of the end.
     pub line: u32,
+    /// The program that this line is of, where RUN has begun another one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub program: Option<String>,
     /// Simulated time from the first statement to the end, us, pauses included.
     pub us: u64,
     /// Statements executed.
@@ -188,4 +191,33 @@ pub struct Record {
     pub changes: Vec<Change>,
     /// Something was left out because [`RECORD_LIMIT`] was reached.
     pub truncated: bool,
+}
+
+/// A time in which another program ran than the one whose lines a record has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Away {
+    /// From here on, us.
+    pub from_us: u64,
+    /// Up to here, us.
+    pub to_us: u64,
+    /// Line of the RUN that began it.
+    pub line: u32,
+}
+
+impl Record {
+    /// What other programs did is the doing of the RUN that began them.
+    pub fn show(&mut self, aways: &[Away]) {
+        for away in aways {
+            let during = |us: u64| (away.from_us..away.to_us).contains(&us);
+            let segments = self.path.iter_mut().map(|own| (own.start_us, &mut own.line));
+            let begun = self.begun.iter_mut().map(|own| (own.us, &mut own.line));
+            let printed = self.printed.iter_mut().map(|own| (own.us, &mut own.line));
+            for (us, line) in segments.chain(begun).chain(printed) {
+                if during(us) {
+                    *line = away.line;
+                }
+            }
+        }
+        self.begun.dedup_by_key(|own| own.line);
+    }
 }

@@ -18,12 +18,14 @@ mod translate;
 mod tests;
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use lang::hir::{Program, Storage};
 use rhai::{Array, Engine, EvalAltResult, OptimizationLevel, Scope};
 
 use self::runtime::{Final, Runtime};
+use super::chain::{Chain, RUN_STATEMENTS};
 use super::machine::Machine;
 use super::world::{Registers, World};
 use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
@@ -47,11 +49,69 @@ pub fn run(
     depth: usize,
     sink: Sink,
 ) -> Result<Outcome, SimError> {
-    let translation = translate::translate(program);
+    run_chain(&Chain::alone(program), world, options, &[depth], sink)
+}
+
+/// Runs the first program of a chain, and those that RUN begins; of each so many calls may be open at once.
+///
+/// # Errors
+/// As [`super::run`].
+pub fn run_chain(
+    chain: &Chain<'_>,
+    world: &World,
+    options: &Options,
+    depths: &[usize],
+    sink: Sink,
+) -> Result<Outcome, SimError> {
+    let refused = |error: &dyn std::fmt::Display| SimError::Engine(format!("rhai: {error}"));
+    let [first, ..] = chain.programs() else { return Err(refused(&"no program")) };
+    let mut registers = Registers::of(first);
+    let mut translation = translate::translate(first);
     let texts = translation.texts.clone();
-    let registers = Registers::of(program);
-    let machine = Machine::new(&program.profile, world, options, texts, &registers, sink)?;
-    let runtime = Runtime::new(machine, &translation, depth, options.statements);
+    let mut machine = Machine::new(&first.profile, world, options, texts, &registers, sink)?;
+    let mut keeps = vec![BTreeMap::new(); chain.programs().len()];
+    let (mut left, mut number) = (options.statements, 0);
+    loop {
+        let Some(program) = chain.programs().get(number) else {
+            return Err(refused(&"a program that there is not"));
+        };
+        let depth = depths.get(number).copied().unwrap_or_default();
+        let runtime = Runtime::new(machine, &translation, depth, left, chain.names().to_vec());
+        let mut scope = Scope::new();
+        share(program, &registers, &keeps[number], &mut scope);
+        let (mut runtime, ended) = execute(program, &translation, runtime, &mut scope)?;
+        let (fault, line) = match ended {
+            Final::End(line) | Final::Stopped(line) => (None, line),
+            Final::Fault(fault, line) => (Some(fault), line),
+            Final::Run(next) => {
+                keeps[number] = kept(program, &scope);
+                let other = chain.programs().get(next).copied().unwrap_or(program);
+                if next != number {
+                    registers = Registers::of(other);
+                    translation = translate::translate(other);
+                }
+                runtime.machine.set_out_anew(translation.texts.clone(), &registers);
+                left = runtime.left.saturating_sub(RUN_STATEMENTS);
+                machine = runtime.machine;
+                number = next;
+                continue;
+            }
+        };
+        let vars = variables(program, &scope);
+        let mut outcome = outcome(&mut runtime.machine, fault, line, vars)?;
+        outcome.program = number;
+        outcome.onward = runtime.onward.take();
+        return Ok(outcome);
+    }
+}
+
+/// Runs one program to where it ends.
+fn execute(
+    program: &Program,
+    translation: &translate::Translation,
+    runtime: Runtime,
+    scope: &mut Scope<'_>,
+) -> Result<(Runtime, Final), SimError> {
     let runtime = Rc::new(RefCell::new(runtime));
     // Without Rhai's own library: the script calls nothing but what is registered here.
     let mut engine = Engine::new_raw();
@@ -67,10 +127,12 @@ pub fn run(
     natives::register(&mut engine, &runtime, scales);
     let refused = |error: &dyn std::fmt::Display| SimError::Engine(format!("rhai: {error}"));
     let ast = engine.compile(&translation.script.source).map_err(|error| refused(&error))?;
-    let mut scope = Scope::new();
-    share(program, &registers, &mut scope);
-    let ended = engine.run_ast_with_scope(&mut scope, &ast);
-    let mut runtime = runtime.borrow_mut();
+    let ended = engine.run_ast_with_scope(scope, &ast);
+    drop(engine);
+    let Ok(runtime) = Rc::try_unwrap(runtime) else {
+        return Err(refused(&"the script is still there"));
+    };
+    let mut runtime = runtime.into_inner();
     let mut place = None;
     match ended {
         Ok(()) => {}
@@ -92,29 +154,49 @@ pub fn run(
             _ => return Err(refused(&error)),
         },
     }
-    let (fault, line) = match runtime.ended() {
-        Final::End(line) => (None, line),
-        // Without precise statements only the place in the Rhai source tells the line.
-        Final::Stopped(line) => (None, place.unwrap_or(line)),
-        Final::Fault(fault, line) => (Some(fault), place.unwrap_or(line)),
+    // Without precise statements only the place in the Rhai source tells the line.
+    let ended = match runtime.ended() {
+        Final::Stopped(line) => Final::Stopped(place.unwrap_or(line)),
+        Final::Fault(fault, line) => Final::Fault(fault, place.unwrap_or(line)),
+        ended => ended,
     };
-    let vars = variables(program, &scope);
-    outcome(&mut runtime.machine, fault, line, vars)
+    Ok((runtime, ended))
 }
 
-/// The AT variables, whose values the world shares.
-fn share(program: &Program, registers: &Registers, scope: &mut Scope<'_>) {
+/// The AT variables, whose values the world shares, and the KEEP values that the program left.
+fn share(
+    program: &Program,
+    registers: &Registers,
+    keeps: &BTreeMap<usize, i32>,
+    scope: &mut Scope<'_>,
+) {
     for (index, var) in program.vars.iter().enumerate() {
-        let Storage::At(first) = var.storage else { continue };
+        let name = format!("v{index}");
+        let first = match var.storage {
+            Storage::Keep(_) => {
+                scope.push(name, keeps.get(&index).copied().unwrap_or(0));
+                continue;
+            }
+            Storage::At(first) => first,
+            _ => continue,
+        };
         let own = (first..=u16::MAX).step_by(2).take(var.len as usize);
         let mut values: Array = own.filter_map(|register| registers.shared(register)).collect();
-        let name = format!("v{index}");
         if var.array {
             scope.push_dynamic(name, values.into());
         } else if let Some(value) = values.pop() {
             scope.push_dynamic(name, value);
         }
     }
+}
+
+/// The KEEP values, by the numbers of their variables.
+fn kept(program: &Program, scope: &Scope<'_>) -> BTreeMap<usize, i32> {
+    let keeps = program.vars.iter().enumerate();
+    keeps
+        .filter(|(_, var)| matches!(var.storage, Storage::Keep(_)))
+        .map(|(index, _)| (index, scope.get_value(&format!("v{index}")).unwrap_or(0)))
+        .collect()
 }
 
 fn innermost(error: &EvalAltResult) -> &EvalAltResult {

@@ -202,6 +202,13 @@ pub enum What {
         /// Axis.
         axis: AxisLetter,
     },
+    /// RUN, when the other program begins: what follows has that one's lines.
+    Run {
+        /// Line.
+        line: u32,
+        /// Name of the program, as it is called itself.
+        program: String,
+    },
     /// The last line.
     End {
         /// How.
@@ -254,6 +261,7 @@ impl What {
             | What::WaitStart { line, .. }
             | What::Speed { line, .. }
             | What::Stop { line, .. }
+            | What::Run { line, .. }
             | What::End { line, .. } => line,
         }
     }

@@ -4,8 +4,9 @@ use lang::axis::Axis;
 use lang::hir::{Block, Program, StmtKind};
 use lang::profile::AxisProfile;
 
+use super::chain::Chain;
 use super::world::World;
-use super::{Engine, Options, SimError, run};
+use super::{Engine, Options, SimError, run_chain};
 
 /// Statements after which the look ahead for [`switches`] gives up.
 const LOOK_AHEAD: u64 = 5_000_000;
@@ -76,18 +77,19 @@ impl Unattended {
     }
 }
 
-/// Where the reference switches of the axes stand that the program homes, found by running it; for
+/// Where the reference switches of the axes stand that the programs home, found by running it; for
 /// an engine whose switches must be up when the run begins.
 ///
 /// # Errors
-/// Those of [`run`].
-pub fn switches(program: &Program, options: &Options) -> Result<[Option<i32>; 3], SimError> {
-    if !program.routines.iter().any(|routine| homes(&routine.body)) {
+/// Those of [`run_chain`].
+pub fn switches(chain: &Chain<'_>, options: &Options) -> Result<[Option<i32>; 3], SimError> {
+    let mut routines = chain.programs().iter().flat_map(|program| &program.routines);
+    if !routines.any(|routine| homes(&routine.body)) {
         return Ok([None; 3]);
     }
     let options =
         Options { record: false, statements: LOOK_AHEAD.min(options.statements), ..*options };
-    let outcome = run(program, Engine::Rhai, &World::unattended(), &options, Box::new(|_| {}))?;
+    let outcome = run_chain(chain, Engine::Rhai, &World::unattended(), &options, Box::new(|_| {}))?;
     Ok(outcome.unattended.switches)
 }
 

@@ -12,6 +12,7 @@ use lang::isa::Op;
 use lang::vm::{Exit, State, Vm, flag};
 use rhai::Dynamic;
 
+use super::chain::{Chain, RUN_STATEMENTS};
 use super::machine::{Machine, Step};
 use super::record::{Change, RECORD_LIMIT};
 use super::world::{Registers, World, put};
@@ -33,6 +34,10 @@ enum Final {
     End(u32),
     Fault(Fault, u32),
     Stopped(u32),
+    /// RUN: that program of the chain begins.
+    Run(usize),
+    /// RUN in this line, which is the end of a program alone, of this name.
+    Onward(u32, String),
 }
 
 /// Lines and beginnings of statements, by address.
@@ -98,6 +103,7 @@ struct Driver<'a, 'm, 'w> {
     changes: Vec<Change>,
     /// Cells of AT variables, with the values that the world shares.
     shared: Vec<(u8, Dynamic)>,
+    chain: &'a Chain<'a>,
 }
 
 /// Runs a program.
@@ -126,37 +132,94 @@ pub fn watched(
     sink: Sink,
     watcher: Option<&mut dyn Watcher>,
 ) -> Result<Outcome, SimError> {
+    let compiled = std::slice::from_ref(compiled);
+    run_chain(&Chain::alone(program), compiled, world, options, sink, watcher)
+}
+
+/// Runs the first program of a chain, and those that RUN begins; `compiled` are theirs.
+///
+/// # Errors
+/// As [`super::run`].
+pub fn run_chain(
+    chain: &Chain<'_>,
+    compiled: &[Compiled],
+    world: &World,
+    options: &Options,
+    sink: Sink,
+    mut watcher: Option<&mut dyn Watcher>,
+) -> Result<Outcome, SimError> {
     let refused = |flaw: &dyn std::fmt::Debug| SimError::Engine(format!("vm: {flaw:?}"));
-    let image = Image::new(&compiled.image).map_err(|flaw| refused(&flaw))?;
-    let registers = Registers::of(program);
-    let machine = Machine::new(&program.profile, world, options, Vec::new(), &registers, sink)?;
-    let mut state = State::new(&image.header);
-    let mut pool = vec![0; image.header.pool_bytes()];
-    let mut driver = Driver {
-        watcher,
-        vm: Vm::new(image, &mut state, &mut pool),
-        image,
-        machine,
-        places: Places::new(compiled, image.code.len()),
-        handlers: Vec::new(),
-        again: false,
-        left: options.statements,
-        cells: vec![0; if options.record { image.header.cells.into() } else { 0 }],
-        changes: Vec::new(),
-        shared: registers
-            .by_cell()
-            .filter_map(|(n, at)| Some((u8::try_from(n).ok()?, at)))
-            .collect(),
-    };
-    let (fault, line) = match driver.execute() {
-        Final::End(line) | Final::Stopped(line) => (None, line),
-        Final::Fault(fault, line) => (Some(fault), line),
-    };
-    let vars = variables(program, compiled, &driver.vm);
-    driver.note_changes();
-    let mut outcome = outcome(&mut driver.machine, fault, line, vars)?;
-    outcome.record.changes = driver.changes;
-    Ok(outcome)
+    let [first, ..] = chain.programs() else { return Err(refused(&"no program")) };
+    let mut registers = Registers::of(first);
+    let mut machine = Machine::new(&first.profile, world, options, Vec::new(), &registers, sink)?;
+    let mut keeps = vec![Vec::new(); compiled.len()];
+    let (mut left, mut changes, mut known) = (options.statements, Vec::new(), Vec::new());
+    let mut number = 0;
+    loop {
+        let (Some(program), Some(own)) = (chain.programs().get(number), compiled.get(number))
+        else {
+            return Err(refused(&"a program that there is not"));
+        };
+        let image = Image::new(&own.image).map_err(|flaw| refused(&flaw))?;
+        let mut state = State::new(&image.header);
+        let mut pool = vec![0; image.header.pool_bytes()];
+        let shown = options.record && number == 0;
+        let mut cells = if shown { std::mem::take(&mut known) } else { Vec::new() };
+        cells.resize(if shown { image.header.cells.into() } else { 0 }, 0);
+        let mut driver = Driver {
+            watcher,
+            vm: Vm::new(image, &mut state, &mut pool),
+            image,
+            machine,
+            places: Places::new(own, image.code.len()),
+            handlers: Vec::new(),
+            again: false,
+            left,
+            cells,
+            changes,
+            shared: registers
+                .by_cell()
+                .filter_map(|(n, at)| Some((u8::try_from(n).ok()?, at)))
+                .collect(),
+            chain,
+        };
+        let kept = image.header.keep_base..image.header.keep_base + image.header.keeps;
+        for (cell, value) in kept.clone().zip(&keeps[number]) {
+            driver.vm.set_cell(cell, *value);
+        }
+        let mut onward = None;
+        let (fault, line) = match driver.execute() {
+            Final::Onward(line, name) => {
+                onward = Some(name);
+                (None, line)
+            }
+            Final::End(line) | Final::Stopped(line) => (None, line),
+            Final::Fault(fault, line) => (Some(fault), line),
+            Final::Run(next) => {
+                driver.note_changes();
+                keeps[number] = kept.map(|cell| driver.vm.cell(cell)).collect();
+                if next != number {
+                    let other = chain.programs().get(next).copied().unwrap_or(program);
+                    registers = Registers::of(other);
+                }
+                driver.machine.set_out_anew(Vec::new(), &registers);
+                left = driver.left.saturating_sub(RUN_STATEMENTS);
+                Driver { watcher, machine, changes, .. } = driver;
+                if shown {
+                    known = driver.cells;
+                }
+                number = next;
+                continue;
+            }
+        };
+        let vars = variables(program, own, &driver.vm);
+        driver.note_changes();
+        let mut outcome = outcome(&mut driver.machine, fault, line, vars)?;
+        outcome.record.changes = driver.changes;
+        outcome.program = number;
+        outcome.onward = onward;
+        return Ok(outcome);
+    }
 }
 
 impl Driver<'_, '_, '_> {
@@ -312,6 +375,9 @@ impl Driver<'_, '_, '_> {
         let Some(effect) = self.vm.effect() else {
             return Err(Final::Fault(Fault::ImageRefused, line));
         };
+        if let Effect::Run(name) = effect {
+            return self.run_other(usize::from(name));
+        }
         let waits = effect.waits();
         if waits {
             // Its arguments are in the effect: the stack is clear for a handler.
@@ -329,6 +395,26 @@ impl Driver<'_, '_, '_> {
             return Ok(());
         }
         self.waited(step, pc, next)
+    }
+
+    /// RUN of the program whose name is that text.
+    fn run_other(&mut self, name: usize) -> Result<(), Final> {
+        let name = String::from_utf8_lossy(self.image.text(name).unwrap_or_default()).into_owned();
+        if self.chain.is_alone() {
+            return Err(match self.end() {
+                Final::End(line) => Final::Onward(line, name),
+                stopped => stopped,
+            });
+        }
+        let number = self.chain.find(&name);
+        let step = self
+            .machine
+            .run_other(number.and_then(|number| self.chain.names().get(number)), number == Some(0));
+        if let (Step::Done(_), Some(number)) = (step, number) {
+            return Err(Final::Run(number));
+        }
+        let pc = self.vm.state.pc;
+        self.waited(step, pc, pc)
     }
 
     /// What came of an effect at `pc` that goes on at `next`.

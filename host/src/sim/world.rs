@@ -246,6 +246,11 @@ pub struct Scenario {
 }
 
 impl Scenario {
+    /// From now on these are the AT variables.
+    pub fn set_registers(&mut self, registers: &Registers) {
+        self.plan.borrow_mut().registers = registers.clone();
+    }
+
     /// When something happens next, us; `None` when nothing is left.
     pub fn next_us(&self) -> Option<u64> {
         self.plan.borrow().next_us()

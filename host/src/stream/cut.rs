@@ -10,7 +10,8 @@ use lang::hir::{Block, Expr, ExprKind, Program, RoutineId, Stmt, StmtKind, Stora
 use lang::kind::Kind;
 use lang::plain::Plain;
 
-use super::feed::Refused;
+use super::feed::{Refused, no_run};
+use crate::sim::chain;
 
 /// Statements that the first try of a piece has.
 const FIRST_TRY: usize = 200;
@@ -46,6 +47,9 @@ struct State {
 /// The job does not fit and does what cannot be cut: jumps, handlers, values that live on, moves
 /// that go on. Or one statement alone is larger than the board.
 pub fn cut(mut program: Program, room: usize, from: u32) -> Result<Vec<Piece>, Refused> {
+    if let Some(call) = chain::calls(&program).first() {
+        return Err(no_run(call.line, &call.name));
+    }
     if from <= 1
         && let Ok(compiled) = back::compile(&program)
         && compiled.image.len() <= room

@@ -1,6 +1,7 @@
 //! A program's control flow, run on the host: what reaches the machine, in order.
 
 use lang::back::{Compiled, MarkKind, Sidecar};
+use lang::called;
 use lang::effect::Effect;
 use lang::fault::Fault;
 use lang::image::Image;
@@ -30,6 +31,14 @@ impl Refused {
     pub fn new(line: u32, text: impl Into<String>, hint: &'static str) -> Refused {
         Refused { line, text: text.into(), hint }
     }
+}
+
+/// Refuses RUN.
+pub(super) fn no_run(line: u32, name: &str) -> Refused {
+    let text = format!(
+        "RUN \"{name}\" cannot be streamed: a job that is fed is no program of the library"
+    );
+    Refused::new(line, text, "upload the program, or stream the other one behind this job")
 }
 
 /// What the program does next.
@@ -75,6 +84,10 @@ impl<'a> Feed<'a> {
     pub fn new(compiled: &'a Compiled) -> Result<Feed<'a>, Refused> {
         let image = Image::new(&compiled.image)
             .map_err(|flaw| Refused::new(1, format!("the image is damaged: {flaw:?}"), ""))?;
+        if let Some((pc, name)) = called::runs(&image).next() {
+            let line = compiled.sidecar.at(pc).map_or(1, |mark| mark.line);
+            return Err(no_run(line, &String::from_utf8_lossy(name)));
+        }
         let mut starts = Vec::new();
         if image.header.has(feature::EVENTS | feature::LINES) {
             starts = vec![false; image.code.len()];

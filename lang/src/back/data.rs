@@ -42,7 +42,7 @@ pub fn lay_out(program: &Program, unit: &Unit, head: Vec<u8>) -> Data {
     let mut texts: HashSet<TextId> = HashSet::new();
     for item in unit.routines.iter().flat_map(|routine| &routine.items) {
         match item {
-            Item::Text(id) => {
+            Item::Text(id) | Item::Run(id) => {
                 texts.insert(*id);
             }
             Item::Table(table, column) => {

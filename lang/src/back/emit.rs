@@ -384,6 +384,7 @@ impl<'a> Emitter<'a> {
                 self.on_data(Op::Table, Op::TableFar, self.data.column((*table, *column)))
             }
             Item::Text(id) => self.on_data(Op::PrintText, Op::PrintTextFar, self.data.text(*id)),
+            Item::Run(id) => self.far(Op::Run, self.data.text(*id)),
             Item::Label(_) | Item::Mark(_) => Vec::new(),
         }
     }

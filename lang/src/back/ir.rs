@@ -141,6 +141,8 @@ pub enum Item {
     Table(TableId, Option<u32>),
     /// A text of PRINT.
     Text(TextId),
+    /// RUN of the program that this text names.
+    Run(TextId),
     /// Jumps lead here.
     Label(Label),
     /// What follows belongs to this place in the source.
@@ -187,6 +189,7 @@ impl Item {
             | Item::Gosub(_)
             | Item::OnError(_)
             | Item::Text(_)
+            | Item::Run(_)
             | Item::Label(_)
             | Item::Mark(_) => return (0, 0),
         };

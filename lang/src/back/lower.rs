@@ -275,6 +275,10 @@ impl Lower<'_> {
                 }
             }
             StmtKind::End => self.plain(Op::End),
+            StmtKind::Run(name) => {
+                let id = self.text(name.as_bytes());
+                self.push(Item::Run(id));
+            }
             StmtKind::OnError(Some(label)) => {
                 self.features |= feature::LINES;
                 let label = self.named(*label);

@@ -300,6 +300,7 @@ pub fn written_first(items: &[Item], var: VarId) -> bool {
             | Item::StoreElem(_)
             | Item::Table(..)
             | Item::Text(_)
+            | Item::Run(_)
             | Item::Mark(_)
             | Item::Flags(..)
             | Item::Short(..) => {}

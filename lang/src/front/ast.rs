@@ -256,6 +256,8 @@ pub enum StmtKind {
     Return(Option<Expr>),
     /// END
     End,
+    /// `RUN "name"`
+    Run(Text),
     /// `ON ERROR GOTO label`; None is `ON ERROR STOP`.
     OnError(Option<Name>),
     /// `RESUME NEXT`

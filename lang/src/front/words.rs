@@ -87,6 +87,7 @@ macro_rules! with_plain {
     Return "RETURN" Control "RETURN [expression]" "Ends a GOSUB, a SUB, or a FUNCTION with its value."
     Call "CALL" Control "CALL name(argument, ...)" "Calls a SUB; the word may be left out."
     End "END" Control "END" "Ends the run."
+    Run "RUN" Control "RUN \"name\"" "Ends the run and begins another program of the library."
     On "ON" Control "ON ERROR GOTO label, ON ERROR STOP, ON IN n RISE|FALL GOSUB sub, ON IN n OFF, ON EVERY time GOSUB sub, ON EVERY OFF" "Says what serves a fault, an edge or a clock tick; as a value it is 1."
     Resume "RESUME" Control "RESUME NEXT" "Ends an error handler: goes on behind the statement that failed."
 

@@ -270,6 +270,8 @@ pub enum StmtKind {
     Call(RoutineId, Vec<Expr>),
     /// END, M2, M30.
     End,
+    /// RUN, with the name of the program that begins.
+    Run(String),
     /// ON ERROR GOTO, or STOP for `None`.
     OnError(Option<LabelId>),
     /// RESUME NEXT

@@ -155,6 +155,7 @@ macro_rules! opcode_rows {
             0xFA x 1 ArcMixed "arcmixed" Flags3 1 0 Effect "G2 or G3 with a unit and a frame for each word";
             0xFB x 1 ArcBy "arcby" Flags 1 0 Effect "G2 or G3, relative um: axes, then I J K of the plane or R";
             0xFC x 1 Event "event" Flags 0 0 Effect "ON IN n, ON EVERY ms and their OFF";
+            0xFD x 1 Run "run" Text 0 0 Effect "RUN: the run ends, the program of this name begins";
             $($code x 1 $name $mnemonic None $count 0 Effect $doc;)*
         }
     };

@@ -205,6 +205,7 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
         },
         Op::PrintText => Effect::PrintText(u16::from(b)),
         Op::PrintTextFar => Effect::PrintText(u16::from_le_bytes([b, b2])),
+        Op::Run => Effect::Run(u16::from_le_bytes([b, b2])),
         Op::PrintNumber => Effect::PrintValue(args.next(), Unit::None),
         Op::PrintEnd => Effect::PrintEnd,
         Op::Event => event(b, args)?,

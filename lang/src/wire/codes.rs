@@ -203,6 +203,8 @@ codes! {
         Stop = 15,
         /// Argument: [`End`]. Value: fault number; positions are in [`COMMANDED`](super::COMMANDED).
         End = 16,
+        /// RUN. Argument: number of the program that begins; what follows stands in its code.
+        Run = 17,
     }
 }
 

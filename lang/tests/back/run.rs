@@ -112,7 +112,7 @@ pub fn run(compiled: &Compiled) -> (String, Vec<i32>, Ended) {
         }
     }
     let vm = Vm::new(image, &mut state, &mut pool);
-    let cells = (0..image.header.cells).map(|n| vm.cell(n)).collect();
+    let cells = (0..image.header.cells).map(|n| vm.cell(n as u8)).collect();
     (machine.log, cells, ended)
 }
 

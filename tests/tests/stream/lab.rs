@@ -52,6 +52,7 @@ fn bare(what: What) -> What {
         What::WaitStart { .. } => What::WaitStart { line: 0 },
         What::Speed { axis, v, .. } => What::Speed { line: 0, axis, v },
         What::Stop { axis, .. } => What::Stop { line: 0, axis },
+        What::Run { program, .. } => What::Run { line: 0, program },
         What::End { status, fault, text, pos, .. } => {
             What::End { status, fault, text, line: 0, pos }
         }

@@ -73,19 +73,33 @@ impl Core {
             return;
         }
         let Some(image) = self.image() else { return };
-        if verify::sound(&Image(image), Store::area::<Area>()).is_none() || !self.check(image) {
+        if !self.enter(image) {
             self.fail(Fault::ImageRefused);
             return;
+        }
+        self.begun();
+    }
+
+    /// The VM stands at the beginning of the program at an address; `false` when that fails its check.
+    pub(super) fn enter(&mut self, image: u16) -> bool {
+        if verify::sound(&Image(image), Store::area::<Area>()).is_none() || !self.check(image) {
+            return false;
         }
         #[cfg(feature = "stream")]
         crate::stream::forget_pieces();
         vm().begin(image, self.keep_base());
         self.load();
-        self.begun();
+        true
     }
 
     /// The VM stands at the beginning of a run.
     pub fn begun(&mut self) {
+        self.trace.begin();
+        self.set_out_anew();
+    }
+
+    /// The VM stands at the beginning of a program, whose run goes on from another's: the host hears of both.
+    pub fn set_out_anew(&mut self) {
         observe::beside(Seen::Begun, 0, 0);
         crate::boot::mark(true);
         self.jog = false;
@@ -100,7 +114,6 @@ impl Core {
         for event in &mut self.events {
             event.kind = 0;
         }
-        self.trace.begin();
         self.timer = 0;
         self.timed_out = false;
         self.announced = false;

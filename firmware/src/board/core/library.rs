@@ -8,7 +8,7 @@ use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::image::at;
 use lang::record::BoardRecord;
-use lang::wire::{Exception, LIBRARY_NAME, Refusal, RunState, Upload};
+use lang::wire::{Exception, LIBRARY_NAME, Refusal, RunState, TraceKind, Upload};
 
 impl Core {
     /// Word `index` of the image that is uploaded.
@@ -185,6 +185,55 @@ impl Core {
             number => number,
         };
         if self.store.choose(number) { Ok(()) } else { Err(Fault::NoProgram) }
+    }
+
+    /// RUN at rest, once the line rests, too: the run ends, and another program's begins in its place. The selection
+    /// stays.
+    ///
+    /// # Errors
+    /// The library has none of that name. One that fails its check ends the run as it would end a start.
+    pub fn run_other(&mut self) -> Result<(), Fault> {
+        if self.first() {
+            let name = vm().data + vm().operand_word();
+            let called = |number: &u8| self.is_called(*number, Image(name));
+            let number = (1..=crate::chip::PART.programs).find(called);
+            // A piece of a streamed job is no program that could end.
+            let number = number.filter(|_| !crate::streams());
+            self.effect.n = number.ok_or(Fault::NoProgram)?;
+        }
+        if !self.motor.settled() || !self.line_rests {
+            return Ok(());
+        }
+        self.save();
+        self.outputs = self.outputs & self.record.end.keep | self.record.end.on;
+        // Not behind the check, which takes a while.
+        self.exchange();
+        let (before, number) = (self.store.current(), self.effect.n);
+        let pc = self.pc_of_effect();
+        self.store.choose(number);
+        if !self.image().is_some_and(|image| self.enter(image)) {
+            self.store.choose(before);
+            self.fail(Fault::ImageRefused);
+            return Ok(());
+        }
+        self.set_out_anew();
+        // Where RUN stood in the other one's code.
+        self.effect_pc = vm().code.wrapping_add(pc);
+        self.emit(TraceKind::Run, number, 0);
+        Ok(())
+    }
+
+    /// Whether there is a program of this number whose name is that text, which begins with its length. Letters of
+    /// both cases are the same.
+    fn is_called(&self, number: u8, text: Image) -> bool {
+        let length = u16::from(text.byte(0));
+        let alike = |at: u16| {
+            let [even, odd] = self.store.name(&Area, number, at >> 1).to_be_bytes();
+            let has = if at & 1 == 0 { even } else { odd };
+            let wanted = if at < length { text.byte(at + 1) } else { 0 };
+            has.eq_ignore_ascii_case(&wanted)
+        };
+        length != 0 && length <= 2 * NAME as u16 && (0..2 * NAME as u16).all(alike)
     }
 
     /// The binary number of the selection inputs' levels, the lowest input first; 0 without such.

@@ -216,6 +216,13 @@ impl Axes {
         Ok(())
     }
 
+    /// A run begins where the axis is: without a work offset, and what SetPos told holds no more.
+    pub fn begin_run(&mut self, axis: Axis) {
+        let state = self.state_mut(axis);
+        state.offset = 0;
+        state.referenced = state.homed;
+    }
+
     /// Forgets the work offset.
     pub fn clear_offset(&mut self, axis: Axis) {
         self.state_mut(axis).offset = 0;

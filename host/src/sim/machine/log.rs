@@ -3,7 +3,7 @@
 use lang::record::AxisRecord;
 
 use crate::sim::record::{
-    Begun, Edge, OutputUse, Printed, RECORD_LIMIT, Record, Segment, StopReason, Summary,
+    Away, Begun, Edge, OutputUse, Printed, RECORD_LIMIT, Record, Segment, StopReason, Summary,
 };
 use crate::sim::trace::{Event, What};
 use crate::sim::{End, Options, Sink};
@@ -25,6 +25,8 @@ pub struct Log {
     axes: [AxisRecord; 3],
     record: Record,
     uses: [Use; 17],
+    /// Times in which a program ran that is not shown.
+    aways: Vec<Away>,
 }
 
 impl Log {
@@ -37,7 +39,23 @@ impl Log {
             axes,
             record: Record::default(),
             uses: [Use::default(); 17],
+            aways: Vec::new(),
         }
+    }
+
+    /// Another program begins: one that is not shown, by RUN in this line, or the one that is.
+    pub fn turn(&mut self, now: u64, away: Option<u32>) {
+        let open = self.aways.last_mut().filter(|last| last.to_us == u64::MAX);
+        match (away, open) {
+            (None, Some(last)) => last.to_us = now,
+            (Some(line), None) => self.aways.push(Away { from_us: now, to_us: u64::MAX, line }),
+            _ => {}
+        }
+    }
+
+    /// The line of the program that is shown for this one of the program that runs.
+    pub fn shown(&self, line: u32) -> u32 {
+        self.aways.last().filter(|last| last.to_us == u64::MAX).map_or(line, |last| last.line)
     }
 
     /// A line of the trace.
@@ -141,12 +159,15 @@ impl Log {
             fault: end.fault.map(|fault| fault.to_string()),
             stopped,
             line: end.line,
+            program: None,
             us: now,
             statements,
             steps,
             travel_um,
             outputs: self.uses.iter().enumerate().filter_map(used).collect(),
         };
-        (summary, std::mem::take(&mut self.record))
+        let mut record = std::mem::take(&mut self.record);
+        record.show(&self.aways);
+        (summary, record)
     }
 }

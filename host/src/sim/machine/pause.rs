@@ -9,6 +9,8 @@ pub struct Pause {
     since: Option<u64>,
     /// What the pauses before it took, us.
     before_us: u64,
+    /// What the run clock showed when the program that runs began, us.
+    pub program_us: u64,
     /// The machine stands and its outputs have their pause states.
     outputs: bool,
     /// When the machine goes on behind a spindle's run-up, us.

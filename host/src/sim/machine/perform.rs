@@ -93,6 +93,8 @@ impl Machine {
             Effect::EnterHandler => self.modal.enter_handler(),
             Effect::LeaveHandler => self.modal.leave_handler(),
             Effect::Read(read) => return self.read(read).map(Step::Done),
+            // The engines' own: they have the programs.
+            Effect::Run(_) => return Err(Fault::NoProgram),
             Effect::SetFeed(_)
             | Effect::SetSpindle(_)
             | Effect::Keep { .. }
@@ -116,7 +118,10 @@ impl Machine {
             Read::ProbeOk(axis) => self.axes.probe_ok(axis).into(),
             Read::Moving(axis) => self.motion.is_moving(axis).into(),
             Read::Homed(axis) => self.axes.is_homed(axis).into(),
-            Read::Timer => i32::try_from(self.run_clock() / 1_000).unwrap_or(i32::MAX),
+            Read::Timer => {
+                let us = self.run_clock() - self.pause.program_us;
+                i32::try_from(us / 1_000).unwrap_or(i32::MAX)
+            }
             Read::TimedOut => self.waits.timed_out.into(),
             Read::CharIn => std::mem::take(&mut self.waits.char_in),
         })

@@ -90,7 +90,7 @@ impl Machine {
             Effect::Plain(Plain::WaitStart, _) => {
                 let until = Until::Start(self.buttons.presses);
                 if self.scenario.waits_for_start(self.clock.now()) {
-                    self.waits.released.push(line);
+                    self.waits.released.push(self.log.shown(line));
                 }
                 Wait { line, until, deadline: None, query: false }
             }

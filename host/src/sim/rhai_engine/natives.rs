@@ -189,6 +189,11 @@ fn control(engine: &mut Engine, runtime: &Shared) {
         raise(&shared, cause)
     });
     let shared = runtime.clone();
+    engine.register_fn("run", move |line: i32, name: i32| -> Out<()> {
+        let cause = shared.borrow_mut().run_other(line.unsigned_abs(), name.unsigned_abs());
+        raise(&shared, cause)
+    });
+    let shared = runtime.clone();
     engine.register_fn("caught", move |error: Dynamic| -> Out<i32> {
         // Rhai's own errors come as a map; only its checked arithmetic may fail.
         if let Some(map) = error.read_lock::<rhai::Map>() {

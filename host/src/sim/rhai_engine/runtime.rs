@@ -6,6 +6,7 @@ use super::cycle::{self, Broken};
 use super::effects::Template;
 use super::emit::Info;
 use super::translate::Translation;
+use crate::sim::chain;
 use crate::sim::machine::{Machine, Step};
 
 /// Why the script stops for a moment, or for good.
@@ -34,6 +35,8 @@ pub enum Final {
     Fault(Fault, u32),
     /// The machine stopped it, in the current statement.
     Stopped(u32),
+    /// RUN: that program of the chain begins.
+    Run(usize),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,12 +80,23 @@ pub struct Runtime {
     /// By the machine, in the current statement.
     stopped: bool,
     /// Statements that may still be executed.
-    left: u64,
+    pub left: u64,
+    texts: Vec<String>,
+    /// Names of the programs that RUN finds.
+    names: Vec<String>,
+    /// What RUN would begin, where nobody knows of others.
+    pub onward: Option<String>,
 }
 
 impl Runtime {
-    /// At the beginning of a run; `depth` calls may be open at once, `statements` executed.
-    pub fn new(machine: Machine, program: &Translation, depth: usize, statements: u64) -> Runtime {
+    /// At the beginning of a run; `depth` calls may be open at once, `statements` executed; RUN finds `names`.
+    pub fn new(
+        machine: Machine,
+        program: &Translation,
+        depth: usize,
+        statements: u64,
+        names: Vec<String>,
+    ) -> Runtime {
         Runtime {
             machine,
             templates: program.templates.clone(),
@@ -103,6 +117,9 @@ impl Runtime {
             ended: None,
             stopped: false,
             left: statements,
+            texts: program.texts.clone(),
+            names,
+            onward: None,
         }
     }
 
@@ -361,6 +378,26 @@ impl Runtime {
             _ => Final::End(line),
         });
         Break::Over
+    }
+
+    /// RUN of the program whose name is that text.
+    pub fn run_other(&mut self, line: u32, name: u32) -> Break {
+        self.machine.set_line(line);
+        let name = self.texts.get(name as usize).cloned().unwrap_or_default();
+        if self.names.iter().all(String::is_empty) {
+            self.onward = Some(name);
+            return self.end(line);
+        }
+        let number = chain::find(&self.names, &name);
+        let own = number.and_then(|number| self.names.get(number));
+        match self.machine.run_other(own, number == Some(0)) {
+            Step::Done(_) => {
+                self.ended = number.map(Final::Run);
+                Break::Over
+            }
+            Step::Fault(fault) => fault.into(),
+            _ => self.stop(),
+        }
     }
 
     /// How the run ended; a break without an end of its own is a fault of the current statement.

@@ -99,8 +99,8 @@ pub fn translate(program: &Program) -> Translation {
     translator.routines();
     let mut declarations = Vec::new();
     for (index, var) in program.vars.iter().enumerate() {
-        if matches!(var.storage, Storage::At(_)) {
-            // Shared with the world, in the scope.
+        if matches!(var.storage, Storage::At(_) | Storage::Keep(_)) {
+            // Shared with the world, or what an earlier run of the program left: in the scope.
             continue;
         }
         declarations.push(if var.array {
@@ -257,6 +257,10 @@ impl Translator<'_> {
             }
             StmtKind::Call(routine, arguments) => self.call(*routine, arguments),
             StmtKind::End => self.out.close(format!("fin({});", stmt.line)),
+            StmtKind::Run(name) => {
+                let index = self.text(name);
+                self.out.close(format!("run({}, {index});", stmt.line));
+            }
             StmtKind::OnError(label) => {
                 let to = label.map_or(-1, |label| self.label(label) as i32);
                 self.out.line(format!("oe({to});"));
@@ -299,6 +303,16 @@ impl Translator<'_> {
         }
     }
 
+    /// Index of a text.
+    fn text(&mut self, text: &str) -> u16 {
+        let index = self.texts.iter().position(|known| known == text);
+        let index = index.unwrap_or_else(|| {
+            self.texts.push(text.to_owned());
+            self.texts.len() - 1
+        });
+        u16::try_from(index).unwrap_or(u16::MAX)
+    }
+
     fn print(&mut self, line: u32, parts: &[PrintPart]) {
         // A FUNCTION may print: its value is there before the line begins.
         let call = parts.iter().find_map(|part| match part {
@@ -314,12 +328,7 @@ impl Translator<'_> {
         for part in parts {
             match part {
                 PrintPart::Text(text) => {
-                    let index = self.texts.iter().position(|known| known == text);
-                    let index = index.unwrap_or_else(|| {
-                        self.texts.push(text.clone());
-                        self.texts.len() - 1
-                    });
-                    let index = u16::try_from(index).unwrap_or(u16::MAX);
+                    let index = self.text(text);
                     self.plain(line, Effect::PrintText(index), Vec::new());
                 }
                 PrintPart::Value(value) => {

@@ -47,7 +47,8 @@ export class Trial {
     const end = about.end;
     const faulty = end.status === 'fault';
     const how = faulty ? `${end.fault} ${end.text} in line ${end.line}` : end.status === 'stopped'
-      ? `stops in line ${end.line}: ${end.stopped ?? ''}` : 'runs to its end';
+      ? `stops in line ${end.line}: ${end.stopped ?? ''}` : end.onward ? `ends in line ${end.line}, where RUN begins “${end.onward}”, which is tried by itself`
+      : 'runs to its end';
     // What is more or less than in the run that was kept.
     const more = (value, before, words) => kept && value !== before ? ` (${value > before ? '+' : '−'}${words(Math.abs(value - before))})` : '';
     const sum = list => list.reduce((all, n) => all + n, 0), whole = n => n.toLocaleString('en');

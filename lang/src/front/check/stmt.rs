@@ -3,6 +3,7 @@
 use super::labels::BlockId;
 use super::names::Entity;
 use super::{Checker, MAIN, argument, kinds, range};
+use crate::called;
 use crate::effect::Want;
 use crate::front::ast::{Block, Enclosing, Expr, Name, Stmt, StmtKind};
 use crate::front::codes::Code;
@@ -127,6 +128,16 @@ impl<'a> Checker<'a> {
             StmtKind::Return(None) => last(hir::StmtKind::Return),
             StmtKind::Return(Some(value)) => last(self.return_value(value)?),
             StmtKind::End => last(hir::StmtKind::End),
+            StmtKind::Run(name) => {
+                if let Err(why) = called::check(&name.text) {
+                    let hint =
+                        "write the name that `pasapas list` shows, or the file's without .bas";
+                    self.error(Code::BadProgram, name.span, why, hint);
+                    return None;
+                }
+                // A handler may go on behind one that there is not.
+                one(hir::StmtKind::Run(name.text.clone()))
+            }
             StmtKind::OnError(None) => one(hir::StmtKind::OnError(None)),
             StmtKind::OnError(Some(name)) => {
                 let label = self.handler_label(name)?;

@@ -217,6 +217,7 @@ impl Walk {
             | StmtKind::Exit(_)
             | StmtKind::Continue(_)
             | StmtKind::End
+            | StmtKind::Run(_)
             | StmtKind::ResumeNext
             | StmtKind::OnEvery(None) => {}
         }

@@ -111,6 +111,7 @@ fn keyword(kw_: Kw, i: In<'_>) -> Parsed<'_, Piece> {
         Kw::Return => stmt(map(expr, |e| StmtKind::Return(Some(e))).parse(rest)?),
         Kw::Call => stmt(call(rest)?),
         Kw::End => end_word(rest),
+        Kw::Run => stmt(map(cut(text), StmtKind::Run).parse(rest)?),
         Kw::On => stmt(control::on(rest)?),
         Kw::Resume => stmt(map(kw(Kw::Next), |_| StmtKind::ResumeNext).parse(rest)?),
         kw_ if kw_.entry().class == Class::Machine => {
