@@ -135,7 +135,7 @@ proptest! {
     #[test]
     fn any_code_at_all(
         code in prop::collection::vec(any::<u8>(), 1..60),
-        cells in 0u8..20,
+        cells in prop_oneof![0u8..20, 253u8..],
         depths in (0u8..16, 0u8..16, 0u8..16),
     ) {
         let mut bytes = images()[0].clone();

@@ -18,19 +18,20 @@ fn excesses(text: &str) -> Vec<Excess> {
 fn the_promised_cells_fit_beside_the_promised_depths() {
     let deep = "PRINT 1 + (2 + (n + (3 + (n + (4 + (n + 5))))))\n";
     for machine in ["G0 X1", "START MoveAxe X, 1mm", "MoveAxe X, 1mm"] {
-        let text = format!("DIM n, rest(253), last\n{machine}\nlast = n\n{deep}");
+        let text = format!("DIM n, rest(254), last\n{machine}\nlast = n\n{deep}");
         assert_eq!(excesses(&text), [], "{machine}");
+        assert_eq!(super::compile(&text).cells, 256);
     }
 }
 
 #[test]
 fn too_many_cells_are_refused_at_the_variable_that_is_too_much() {
-    let text = "DIM small(30)\nDIM large(226)\nlarge(small(1)) = 1\n";
+    let text = "DIM small(31)\nDIM large(226)\nlarge(small(1)) = 1\n";
     let found = excesses(text);
-    let [Excess { resource: Resource::Cells, used: 256, available, span }] = &found[..] else {
+    let [Excess { resource: Resource::Cells, used: 257, available, span }] = &found[..] else {
         panic!("{found:?}")
     };
-    assert_eq!(*available, 255);
+    assert_eq!(*available, 256);
     assert_eq!(&text[span.clone()], "large");
 }
 

@@ -93,7 +93,8 @@ pub fn stream(case: &Case, traced: bool) -> (Run, Outcome, String) {
     let slots = client.stream_slots().expect("an answer").expect("it can stream");
     let mut job = Job::new(Feed::new(&compiled).expect("an image"), slots.bytes.into());
     // Half of the traced cases wait for each event, the others have a queue of them.
-    let queued = traced && client.begin_trace(case.script.len() % 2 == 0).expect("trace mode");
+    let queued =
+        traced && client.begin_trace(case.script.len().is_multiple_of(2)).expect("trace mode");
     let mut tracer = Tracer::new(profile, Box::new(|_| 0)).queued(queued);
     let mut trace = Vec::new();
     let mut begun = false;

@@ -117,7 +117,7 @@ pub fn client_replies(data: &[u8]) -> Result<(), String> {
     let _ = client.set_lock([1, 2]);
     let _ = client.upload(&[0x55; 300], true, &mut |_| {});
     let profile = Profile::built_in("mill").map_err(|error| error.to_string())?;
-    let queued = client.begin_trace(data.len() % 2 == 0).unwrap_or_default();
+    let queued = client.begin_trace(data.len().is_multiple_of(2)).unwrap_or_default();
     let mut tracer = Tracer::new(profile, Box::new(u32::from)).queued(queued);
     for _ in 0..40 {
         let _ = tracer.poll(&mut client);

@@ -59,7 +59,8 @@ fn any_code(rng: &mut Rng, shell: &[u8]) -> Vec<u8> {
     image[header::CODE_LEN..][..2].copy_from_slice(&(length as u16 + 1).to_le_bytes());
     image[1] = 0;
     image[header::ENTRY..][..2].fill(0);
-    image[header::CELLS] = rng.below(20) as u8;
+    // 255 stands for 256.
+    image[header::CELLS] = [rng.below(20) as u8, 254, 255][at(rng, 3)];
     image[header::STACK] = rng.below(16) as u8;
     image[header::FRAME] = rng.below(16) as u8;
     image[header::CALLS] = rng.below(16) as u8;
