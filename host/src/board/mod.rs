@@ -1,5 +1,6 @@
 //! The virtual board: the shipped firmware image in the emulator, with a world around it.
 
+mod chip;
 pub mod clients;
 pub mod engine;
 pub mod health;

@@ -14,7 +14,8 @@ pub mod timer;
 mod vectors;
 
 /// What it runs.
-pub const PART: lang::part::Part = lang::part::F5529;
+pub const PART: lang::part::Part =
+    lang::part::Part::named(env!("PASAPAS_PART")).expect("build.rs knows it");
 
 /// Start of the program area.
 pub const AREA: u16 = 0xFE00 - (lang::part::SEGMENT * PART.segments as usize) as u16;
