@@ -18,7 +18,7 @@ mod fmt;
 #[cfg(feature = "gateway")]
 mod gateway;
 #[cfg(not(feature = "gateway"))]
-#[path = "no_gateway.rs"]
+#[path = "cmd/no_gateway.rs"]
 mod gateway;
 mod import;
 mod library;
