@@ -6,10 +6,10 @@
 //! programs; only where a piece ends the next one begins instead of the run's end.
 
 use crate::check;
-use crate::core::{Core, FEATURES};
+use crate::controller::{Controller, FEATURES};
 use crate::flash::Image;
 use crate::vm::vm;
-use ::core::ptr::{addr_of, addr_of_mut};
+use core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::FRAME;
 use firmware::verify::{self, Bytes, CODE, MACHINE};
 use lang::image::HEADER;
@@ -150,7 +150,7 @@ pub fn close() {
 
 /// The piece has come to its end: the next one begins, or the run waits for it; `false` when it was
 /// the last.
-pub fn follow(core: &mut Core) -> bool {
+pub fn follow(controller: &mut Controller) -> bool {
     let stream = stream();
     if !stream.owns {
         return false;
@@ -162,7 +162,7 @@ pub fn follow(core: &mut Core) -> bool {
         // The end is executed again.
         vm().pc -= 1;
         stream.dry = true;
-        stream.rests |= core.motor.rests();
+        stream.rests |= controller.motor.rests();
         return true;
     }
     if stream.rests {
@@ -173,7 +173,7 @@ pub fn follow(core: &mut Core) -> bool {
     vm.begin(slot(stream.next), 0);
     vm.flags = open;
     vm.handler = handler;
-    core.effect_pc = vm.pc.wrapping_sub(1);
+    controller.effect_pc = vm.pc.wrapping_sub(1);
     stream.next = after(stream.next);
     stream.begun = stream.begun.wrapping_add(1);
     stream.dry = false;
@@ -261,7 +261,7 @@ pub fn write(index: u16, value: u16) -> Result<(), Exception> {
 /// # Errors
 /// Busy, or a code that there is not.
 #[inline(never)]
-pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception> {
+pub fn control(controller: &mut Controller, value: u16, idle: bool) -> Result<(), Exception> {
     let stream = stream();
     let code = Code::from_number(value).ok_or(Exception::IllegalValue)?;
     if let Code::Finish = code {
@@ -277,7 +277,7 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
     {
         return Ok(());
     }
-    let fault = core.session.state() as u8 == RunState::Fault as u8;
+    let fault = controller.session.state() as u8 == RunState::Fault as u8;
     if !idle || fault {
         return Err(Exception::Busy);
     }
@@ -290,14 +290,14 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
         forget(stream);
         return Ok(());
     }
-    if stream.accepted == 0 || core.blocked() {
+    if stream.accepted == 0 || controller.blocked() {
         return Err(Exception::Busy);
     }
     stream.owns = true;
     stream.running = true;
     vm().flags = 0;
     vm().handler = 0;
-    follow(core);
-    core.begun();
+    follow(controller);
+    controller.begun();
     Ok(())
 }

@@ -2,8 +2,8 @@
 
 use crate::flash::Image;
 use crate::math::mul_div;
-use ::core::mem::offset_of;
-use ::core::ptr::{addr_of, addr_of_mut};
+use core::mem::offset_of;
+use core::ptr::{addr_of, addr_of_mut};
 use firmware::motion::math::{signed, size};
 use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::fault::Fault;

@@ -1,12 +1,12 @@
 //! S, and what the PWM makes of it.
 
-use super::Core;
+use super::Controller;
 use crate::chip::pwm::{self, DARK};
 use crate::{guard, step};
 use firmware::motion::path::FULL;
 use lang::record::{FULL_POWER, MoreRecord};
 
-impl Core {
+impl Controller {
     /// The level of an S, `None` above full power.
     pub fn level(&self, s: i32) -> Option<u16> {
         let range = u32::from(self.record.more().pwm_range);

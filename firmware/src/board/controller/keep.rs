@@ -2,7 +2,7 @@
 
 use core::mem::offset_of;
 
-use super::Core;
+use super::Controller;
 use crate::flash::{Area, Image, Ring};
 use crate::vm::vm;
 use firmware::keep::{self, Kept};
@@ -20,7 +20,7 @@ pub struct Carried {
     values: [i32; keep::KEEPS as usize],
 }
 
-impl Core {
+impl Controller {
     /// KEEP values of the stored program.
     pub(super) fn keep_count(&self) -> u16 {
         // A streamed run has no KEEP, whatever is stored; the VM may still stand in its last piece.

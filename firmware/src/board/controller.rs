@@ -24,7 +24,7 @@ use crate::library::{Library, Staged};
 use crate::lock::Lock;
 use crate::motor::Motor;
 use crate::vm::vm;
-use ::core::ptr::addr_of_mut;
+use core::ptr::addr_of_mut;
 use firmware::inputs::Inputs;
 use firmware::motion::Feed;
 use firmware::print::Print;
@@ -42,7 +42,7 @@ pub const FEATURES: u16 =
 const BUFFER: usize = 21;
 
 /// The board.
-pub struct Core {
+pub struct Controller {
     /// Run state.
     pub session: Session,
     /// Program store.
@@ -168,27 +168,27 @@ pub struct Core {
     pub record: &'static BoardRecord,
 }
 
-impl Core {
+impl Controller {
     /// At reset. Built as a value it would be made on the stack and copied: 650 bytes of RAM and 400
     /// of flash.
     ///
     /// # Safety
-    /// `core` points to zeroed memory that nothing else refers to.
-    pub unsafe fn init(core: *mut Core) -> &'static mut Core {
+    /// `controller` points to zeroed memory that nothing else refers to.
+    pub unsafe fn init(controller: *mut Controller) -> &'static mut Controller {
         // SAFETY: the caller's; what is not written is integers and booleans, of which zeroes are
         // a value.
         unsafe {
-            addr_of_mut!((*core).session).write(Session::new());
-            addr_of_mut!((*core).store).write(Store::new());
-            Motor::init(addr_of_mut!((*core).motor));
-            addr_of_mut!((*core).feed).write(Feed::Rapid);
-            addr_of_mut!((*core).feeds_aside).write([Feed::Rapid; 2]);
-            addr_of_mut!((*core).line_rests).write(true);
-            addr_of_mut!((*core).late).write(None);
+            addr_of_mut!((*controller).session).write(Session::new());
+            addr_of_mut!((*controller).store).write(Store::new());
+            Motor::init(addr_of_mut!((*controller).motor));
+            addr_of_mut!((*controller).feed).write(Feed::Rapid);
+            addr_of_mut!((*controller).feeds_aside).write([Feed::Rapid; 2]);
+            addr_of_mut!((*controller).line_rests).write(true);
+            addr_of_mut!((*controller).late).write(None);
             let record = crate::boot::newest_profile();
-            addr_of_mut!((*core).record).write(record);
-            addr_of_mut!((*core).lock).write(Lock::new(record.lock));
-            &mut *core
+            addr_of_mut!((*controller).record).write(record);
+            addr_of_mut!((*controller).lock).write(Lock::new(record.lock));
+            &mut *controller
         }
     }
 

@@ -1,6 +1,6 @@
 //! What the host is told in trace mode, event by event.
 
-use super::Core;
+use super::Controller;
 use crate::motor::tag;
 use crate::observe;
 use crate::vm::vm;
@@ -40,7 +40,7 @@ impl Trace {
     }
 }
 
-impl Core {
+impl Controller {
     /// One event for the host; the slot is free when this is called.
     pub fn emit(&mut self, kind: TraceKind, argument: u8, value: i32) {
         let pc = self.pc_of_effect();

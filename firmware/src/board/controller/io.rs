@@ -1,6 +1,6 @@
 //! Inputs and outputs as the program and the roles of the profile see them.
 
-use super::Core;
+use super::Controller;
 use crate::chain;
 use crate::chip::timer;
 use lang::record::{BoardRecord, FULL_POWER};
@@ -11,7 +11,7 @@ const A_MILLISECOND: i32 = timer::PER_MS as i32 * FULL_POWER;
 /// As much light is owed, or was given too much, at most: what a lost line owes is not for the next.
 const MOST: i32 = 8 * A_MILLISECOND;
 
-impl Core {
+impl Controller {
     /// Whether Stop is held or a hold, door or emergency stop input is active.
     pub fn blocked(&self) -> bool {
         self.buttons.accepted() & 1 != 0 || self.blocking() != 0

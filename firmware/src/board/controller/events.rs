@@ -1,6 +1,6 @@
 //! ON lines and the handlers that they and faults begin.
 
-use super::Core;
+use super::Controller;
 use super::effect::{Effect, PULSE};
 use crate::vm::vm;
 use firmware::motion::Feed;
@@ -31,7 +31,7 @@ pub(super) fn handlers() -> usize {
     usize::from(vm().flags & flag::EVENT != 0) + usize::from(vm().flags & flag::ERROR != 0)
 }
 
-impl Core {
+impl Controller {
     /// A handler begins inside `open` others, without F.
     pub(super) fn put_feed_aside(&mut self, open: usize) {
         self.feeds_aside[open & 1] = self.feed;

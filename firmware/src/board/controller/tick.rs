@@ -1,6 +1,6 @@
 //! What is done each millisecond.
 
-use super::Core;
+use super::Controller;
 use crate::{chain, link};
 use lang::fault::Fault;
 use lang::record::BoardRecord;
@@ -12,7 +12,7 @@ const BITES: u16 = 3;
 /// Milliseconds without a valid request after which commands 102 and 1111 ramp down.
 const SILENCE: u16 = 2000;
 
-impl Core {
+impl Controller {
     /// Milliseconds that have passed since the last call, one by one.
     pub fn ticks(&mut self) {
         let late = link::millis().wrapping_sub(self.tick);

@@ -1,6 +1,6 @@
 //! Begin, pause and end of a run, and the faults that end one.
 
-use super::Core;
+use super::Controller;
 use super::effect::Effect;
 use super::events::handlers;
 use crate::flash::{Area, Image};
@@ -14,7 +14,7 @@ use lang::fault::Fault;
 use lang::wire::Called;
 use lang::wire::{Control, RunState, Seen};
 
-impl Core {
+impl Controller {
     /// A control code from the link.
     pub fn control(&mut self, control: Control) {
         let program = self.image().is_some();

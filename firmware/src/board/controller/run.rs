@@ -1,6 +1,6 @@
 //! One pass of the program: the VM to its next effect, the effect as far as it gets.
 
-use super::Core;
+use super::Controller;
 use super::effect::{END, Effect};
 use crate::vm::vm;
 use crate::vm_core;
@@ -24,7 +24,7 @@ fn tells_once(code: u8) -> bool {
     matches!(code, LINEAR..=MOVE_RAMP | ARC..=ARC_BY | WAIT | STOP_AXE)
 }
 
-impl Core {
+impl Controller {
     /// One pass of the program.
     pub fn run(&mut self) {
         if self.session.is_paused() {

@@ -1,6 +1,6 @@
 //! The library: uploads into it, and which of its programs Start runs.
 
-use super::Core;
+use super::Controller;
 use crate::flash::{self, Area, Image};
 use crate::vm::vm;
 use firmware::store::{self, Denied, NAME};
@@ -10,7 +10,7 @@ use lang::image::at;
 use lang::record::BoardRecord;
 use lang::wire::{Exception, LIBRARY_NAME, Refusal, RunState, TraceKind, Upload};
 
-impl Core {
+impl Controller {
     /// Word `index` of the image that is uploaded.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! The effect under way.
 
-use super::Core;
+use super::Controller;
 use lang::isa::Op;
 use lang::wire::TraceKind;
 
@@ -44,7 +44,7 @@ pub const PULSE_BEGUN: u8 = 1;
 /// Code of the pseudo-effect that ends a run.
 pub const END: u8 = 0xFF;
 
-impl Core {
+impl Controller {
     /// No effect is under way any more.
     #[inline(never)]
     pub fn forget(&mut self) {
