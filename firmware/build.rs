@@ -1,6 +1,8 @@
 //! Writes the part's memory map where the linker finds it (`link.x` comes from `msp430-rt`), and what the assembly
-//! takes from the tables of `firmware/micro`.
+//! takes from the tables of `firmware/micro` and of the opcodes.
 
+use lang::isa;
+use lang::part::chip::Chip;
 use lang::part::{Part, SEGMENT};
 use std::path::Path;
 
@@ -10,9 +12,9 @@ const STORE_END: usize = 0xFE00;
 
 /// What the linker may use of a chip up to its vectors, which begin at `end`. TAIL is what is left of the last
 /// segment below them and what stands in front of them: sections named .tail.* go there.
-fn map(part: &Part, end: usize, more: &str, sections: &str) -> String {
-    let [ram, ram_size, rom] = part.memory.map(usize::from);
-    let store = STORE_END - SEGMENT * usize::from(part.segments);
+fn map(chip: &Chip, segments: u8, end: usize, more: &str, sections: &str) -> String {
+    let ([ram, ram_size], rom) = (chip.ram, chip.flash[0] as usize);
+    let store = STORE_END - SEGMENT * usize::from(segments);
     format!(
         "MEMORY
 {{
@@ -33,25 +35,36 @@ SECTIONS
 }
 
 /// A chip with the boot loader's key word (FFDE, SLAU319 1.3) in front of 16 vectors.
-fn small(part: &Part) -> String {
+fn small(chip: &Chip, segments: u8) -> String {
     let more = "  BSLKEY  : ORIGIN = 0xFFDE, LENGTH = 0x0002
   VECTORS : ORIGIN = 0xFFE0, LENGTH = 0x0020
 ";
-    map(part, 0xFFDE, more, "  .bslkey : { KEEP(*(.bslkey)) } > BSLKEY\n")
+    map(chip, segments, 0xFFDE, more, "  .bslkey : { KEEP(*(.bslkey)) } > BSLKEY\n")
 }
 
-/// The MSP430F5529: 64 vectors, and flash above 64 KB, where compiled functions go that `far` has made for
+/// An MSP430X: 64 vectors, and flash above 64 KB, where compiled functions go that `far` has made for
 /// addresses from 10000 to 1FFFF.
-fn large(part: &Part) -> String {
-    let more = "  VECTORS : ORIGIN = 0xFF80, LENGTH = 0x0080
-  HIGH    : ORIGIN = 0x10000, LENGTH = 0x10000
-";
-    map(part, 0xFF80, more, "  .high : { *(.high.*) } > HIGH\n")
+fn large(chip: &Chip, segments: u8) -> String {
+    let [first, bytes] = chip.flash;
+    let high = (first + bytes).clamp(0x1_0000, 0x2_0000) - 0x1_0000;
+    let more = format!(
+        "  VECTORS : ORIGIN = 0xFF80, LENGTH = 0x0080
+  HIGH    : ORIGIN = 0x10000, LENGTH = {high:#x}
+"
+    );
+    map(chip, segments, 0xFF80, &more, "  .high : { *(.high.*) } > HIGH\n")
 }
 
-/// What of `firmware::WHOLE` the map wants.
-fn whole(part: Part) -> Part {
-    Part { memory: [part.memory[0], part.memory[1], 0x8000], segments: 6, ..part }
+/// The code of each effect: `OP_SET_OUT` of `Op::SetOut`.
+fn effects() -> String {
+    let rows = isa::ROWS.iter().filter(|row| row.class == isa::Class::Effect);
+    let sets = rows.map(|row| {
+        let name = format!("{:?}", row.op);
+        let words =
+            name.chars().flat_map(|c| c.is_uppercase().then_some('_').into_iter().chain([c]));
+        format!(".set OP{}, {:#x}\n", words.collect::<String>().to_uppercase(), row.code)
+    });
+    sets.collect()
 }
 
 fn main() {
@@ -69,14 +82,16 @@ fn main() {
     };
     println!("cargo:rustc-env=PASAPAS_PART={name}");
     let map = if has("WHOLE") {
-        small(&whole(part))
+        // What of `firmware::WHOLE` the map wants.
+        let chip = Chip { flash: [0x8000, 0x8000], ..*part.chip };
+        small(&chip, 6)
     } else if has("F5529") {
-        large(&part)
+        large(part.chip, part.segments)
     } else {
-        small(&part)
+        small(part.chip, part.segments)
     };
     let out = std::env::var("OUT_DIR").unwrap_or_default();
-    for (name, text) in [("memory.x", map), ("micro.s", micro::asm::notation())] {
+    for (name, text) in [("memory.x", map), ("micro.s", micro::asm::notation() + &effects())] {
         if let Err(error) = std::fs::write(Path::new(&out).join(name), text) {
             println!("cargo:error=cannot write {name}: {error}");
         }

@@ -30,17 +30,21 @@ far() {
     export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$root/target/msp430/release/far"
     export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="$CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS -Cjump-tables=no"
 }
-parts=$(sed -n 's/.* name: "\([^"]*\)",.*/\1/p' lang/src/part.rs)
+# Name and chip of each part. What TI calls MSP430F5 is of the family of the MSP430F5529, whose image is `src/board`.
+rows=lang/src/part/rows.rs
+parts=$(sed -n '/: Part = /,/^};/s/^ *name: "\(.*\)",$/\1/p' $rows)
 for part in ${*:-$parts whole}; do
     program=g2553 features=g2553 name=$part
-    case $part in
+    case $part-$(sed -n "/ name: \"$part\"/,/^};/s/^ *chip: &\(.*\),\$/\1/p" $rows) in
         # All that the G2553's sources can do, on a chip of the tests.
-        whole) features=g2553,whole name=g2553 ;;
-        f5529) program=board features=f5529 ;;
+        whole-) features=g2553,whole name=g2553 ;;
+        *-MSP430G2*) ;;
+        *-MSP430F5*) program=board features=f5529 ;;
+        *) echo "$rows has no part $part, or of a chip without sources" >&2; exit 1 ;;
     esac
     (
         export PASAPAS_PART="$name"
-        [ "$part" != f5529 ] || far
+        [ "$program" != board ] || far
         "$CARGO" build --quiet --locked -Zbuild-std=core --target msp430-none-elf \
             --profile firmware -p firmware --bin "pasapas-$program" --features "$features" \
             --target-dir "$root/target/msp430"

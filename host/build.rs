@@ -31,13 +31,11 @@ fn builds() -> Result<(), Box<dyn std::error::Error>> {
             "/// The build of the part {} of the {}.
 pub static {name}: Build = Build {{
     part: part::PARTS[{n}],
-    chip: Part::{},
+    chip: chip::emulated(part::PARTS[{n}].chip),
     elf: include_bytes!({elf:?}),
 }};
 ",
-            part.name,
-            part.chip,
-            part.chip.trim_start_matches("MSP430"),
+            part.name, part.chip.name,
         );
         names.push(format!("&{name}"));
     }

@@ -12,6 +12,7 @@ pub mod session;
 pub mod store;
 pub mod verify;
 
+use lang::part::chip::Chip;
 use lang::part::{G2553, Part};
 use lang::record::feature;
 
@@ -22,8 +23,7 @@ pub const RELEASE: u16 = 0x0001;
 /// flash, the G2553's RAM. What does not fit into 16 KB is tested there.
 pub const WHOLE: Part = Part {
     name: "whole",
-    chip: "MSP430G2553 with 32 KB",
-    memory: [0x0200, 0x0200, 0x8000],
+    chip: &Chip { name: "MSP430G2553 with 32 KB", flash: [0x8000, 0x8000], ..*G2553.chip },
     features: G2553.features | feature::KEEP | feature::LINES | feature::EVENTS,
     segments: 6,
     at_room: 0,

@@ -64,7 +64,7 @@ fn parts() -> String {
         text += &format!(
             "| {} | {} | {} | {keeps} | {pool} | {} |\n",
             part.name,
-            part.chip,
+            part.chip.name,
             part.room_for(false),
             lacks.join(", ")
         );

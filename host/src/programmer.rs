@@ -3,40 +3,14 @@
 
 use std::process::Command;
 
+use lang::part;
+use lang::part::chip::{self, Family};
+
 pub mod boot_loader;
 mod remedy;
 
-/// Where the chips of TI keep their name: those of the 2xx family (SLAU144, "Device ID") and those of the 5xx
-/// family (SLAU208, "Device Descriptor Table").
-const ID_ADDRESSES: [u32; 2] = [0x0FF0, 0x1A04];
 /// The first release of mspdebug that works with TI's library of today.
 const TILIB_SINCE: (u32, u32) = (0, 25);
-
-/// A chip that a firmware is for.
-struct Known {
-    chip: Chip,
-    /// Where its identity is.
-    address: u32,
-    /// Its bytes there.
-    id: [u8; 2],
-    /// Names that mspdebug and TI's library have for it.
-    names: &'static [&'static str],
-}
-
-const KNOWN: [Known; 2] = [
-    Known {
-        chip: Chip::G2553,
-        address: ID_ADDRESSES[0],
-        id: [0x25, 0x53],
-        names: &["MSP430G2553", "MSP430G2xx3"],
-    },
-    Known {
-        chip: Chip::F5529,
-        address: ID_ADDRESSES[1],
-        id: [0x55, 0x29],
-        names: &["MSP430F5529"],
-    },
-];
 
 /// A programmer behind a driver of mspdebug.
 #[derive(Clone, Debug)]
@@ -48,10 +22,8 @@ pub struct Programmer {
 /// What a programmer says of the chip.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Chip {
-    /// An MSP430G2553.
-    G2553,
-    /// An MSP430F5529.
-    F5529,
+    /// One that a firmware is for.
+    Known(&'static chip::Chip),
     /// Another, by its two bytes or its name.
     Other(String),
     /// It says nothing.
@@ -84,8 +56,8 @@ impl Programmer {
     /// # Errors
     /// What the programmer said, and the remedy.
     pub fn chip(&self) -> Result<Chip, String> {
-        let commands = ID_ADDRESSES.map(|address| format!("md {address:#06x} 16"));
-        self.ask(&commands).map(|text| chip(&text))
+        let commands = Family::ALL.map(|family| format!("md {:#06x} 16", family.id_address()));
+        self.ask(&commands).map(|text| told(&text))
     }
 
     /// Writes and verifies an image; all of the main flash is erased before.
@@ -141,15 +113,16 @@ fn version(text: &str) -> Option<(u32, u32)> {
     Some((major.parse().ok()?, digits.parse().ok()?))
 }
 
-fn chip(said: &str) -> Chip {
-    for known in &KNOWN {
-        if identity(said, known.address) == Some(known.id) {
-            return known.chip.clone();
-        }
+/// The chip that the programmer's words tell of.
+fn told(said: &str) -> Chip {
+    let is = |chip: &&chip::Chip| identity(said, chip.family.id_address()) == Some(chip.id);
+    if let Some(chip) = part::chips().find(is) {
+        return Chip::Known(chip);
     }
     // Erased flash, an address that leads nowhere, and vacant memory say nothing.
-    let told = ID_ADDRESSES.iter().filter_map(|address| identity(said, *address));
-    match told.into_iter().find(|id| !matches!(id, [0xFF, 0xFF] | [0, 0] | [0xFF, 0x3F])) {
+    let told = Family::ALL.map(|family| identity(said, family.id_address()));
+    match told.into_iter().flatten().find(|id| !matches!(id, [0xFF, 0xFF] | [0, 0] | [0xFF, 0x3F]))
+    {
         Some([high, low]) => Chip::Other(format!("{high:02x}{low:02x}")),
         None => named(said),
     }
@@ -169,11 +142,11 @@ fn identity(said: &str, wanted: u32) -> Option<[u8; 2]> {
 fn named(said: &str) -> Chip {
     let names = said.lines().filter_map(|line| line.trim().strip_prefix("Device: "));
     let names: Vec<&str> = names.filter_map(|rest| rest.split_whitespace().next()).collect();
-    let is = |known: &&Known| {
-        names.iter().any(|name| known.names.iter().any(|own| name.starts_with(own)))
+    let is = |chip: &&chip::Chip| {
+        names.iter().any(|name| chip.aliases.iter().any(|own| name.starts_with(own)))
     };
-    match (KNOWN.iter().find(is), names.last()) {
-        (Some(known), _) => known.chip.clone(),
+    match (part::chips().find(is), names.last()) {
+        (Some(chip), _) => Chip::Known(chip),
         (None, Some(name)) if name.starts_with("MSP430") => Chip::Other((*name).to_owned()),
         _ => Chip::Unnamed,
     }

@@ -1,8 +1,13 @@
-//! The chips that the firmware is built for, and what each build runs.
+//! What each build of the firmware runs. The chips and the builds themselves are rows of `part/rows.rs`.
 //!
 //! The G2553 build leaves out what its 512 bytes of RAM and 16 KB of flash cannot hold; the
 //! compiler names it, and the board's verifier refuses it once more.
 
+pub mod chip;
+mod rows;
+
+use self::chip::Chip;
+pub use self::rows::{F5529, G2553, G2553_HANDLERS, PARTS};
 use crate::called;
 use crate::image::{Header, Image, MAX_CELLS, NARROW};
 use crate::record::feature;
@@ -12,12 +17,12 @@ use crate::record::feature;
 pub struct Part {
     /// As on the command line.
     pub name: &'static str,
-    /// As on the package.
-    pub chip: &'static str,
+    /// What it is, in a few words, where it is chosen.
+    pub about: &'static str,
+    /// What it runs on.
+    pub chip: &'static Chip,
     /// Rate of its processor and of the step timer, Hz.
     pub clock: u32,
-    /// Start and length of its RAM, start of its flash.
-    pub memory: [u16; 3],
     /// Cycles between two steps of an axis that leave the processor enough for everything else (`pasapas bench motion`).
     pub event_cycles: u32,
     /// Features ([`crate::record::feature`]) that it has.
@@ -50,70 +55,6 @@ pub struct Part {
     pub halts: bool,
 }
 
-/// 16 KB of flash, 512 bytes of RAM.
-pub const G2553: Part = Part {
-    name: "g2553",
-    chip: "MSP430G2553",
-    clock: 16_000_000,
-    event_cycles: 266,
-    // SLAS735 and SLAS800, memory organization.
-    memory: [0x0200, 0x0200, 0xC000],
-    features: feature::INTERPOLATE | feature::KEEP,
-    pool: [64, 64],
-    event_pool: [12, 10],
-    call_bytes: 2,
-    segments: 5,
-    programs: 1,
-    // Segments C and B (SLAU144, 7.2).
-    profiles: [0x1080, 0x1040],
-    look_ahead: false,
-    at_room: 18,
-    at_limits: false,
-    halts: true,
-};
-
-/// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
-pub const G2553_HANDLERS: Part = Part {
-    name: "g2553-handlers",
-    features: G2553.features | feature::LINES | feature::EVENTS,
-    segments: 3,
-    at_room: 0,
-    halts: false,
-    ..G2553
-};
-
-/// 128 KB of flash, 10 KB of RAM: everything. Its pool holds 256 cells, as many as an instruction can name, with
-/// depth 16 and 16 calls (firmware/README.md, Parts).
-pub const F5529: Part = Part {
-    name: "f5529",
-    chip: "MSP430F5529",
-    clock: 25_000_000,
-    event_cycles: 250,
-    // SLAS590, memory organization: 2 KB of USB RAM, which is plain RAM while that module is off, in front of the 8 KB.
-    memory: [0x1C00, 0x2800, 0x4400],
-    features: feature::INTERPOLATE
-        | feature::START
-        | feature::ARC
-        | feature::EVENTS
-        | feature::KEEP
-        | feature::LINES
-        | feature::POWER
-        | feature::STREAM
-        | feature::LIBRARY,
-    pool: [1152, 1152],
-    event_pool: [0, 0],
-    call_bytes: 4,
-    // 39 KB: what assembly, tables and vectors leave of the flash below 64 KB.
-    segments: 78,
-    programs: 64,
-    // Segments C and B (SLAS590, "Memory Organization").
-    profiles: [0x1880, 0x1900],
-    look_ahead: true,
-    at_room: u16::MAX,
-    at_limits: true,
-    halts: true,
-};
-
 /// Bytes of a flash segment (SLAU144, 7.2).
 pub const SEGMENT: usize = 512;
 /// Characters of a program's name in a library.
@@ -125,8 +66,11 @@ pub const fn slot_head(programs: u8) -> usize {
     if programs > 1 { 6 + NAME } else { 4 }
 }
 
-/// Every part, the smallest first.
-pub const PARTS: &[Part] = &[G2553, G2553_HANDLERS, F5529];
+/// Every chip that a part is for.
+pub fn chips() -> impl Iterator<Item = &'static Chip> {
+    let first = |n: usize| PARTS.iter().position(|part| part.chip == PARTS[n].chip) == Some(n);
+    (0..PARTS.len()).filter(move |n| first(*n)).map(|n| PARTS[n].chip)
+}
 
 /// Step events of a path in a second, at most: the interrupt with which a line begins takes 267 cycles of the F5529's
 /// 25 MHz. An axis on its own is as fast as [`Part::top_rate`].

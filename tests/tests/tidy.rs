@@ -136,6 +136,17 @@ fn no_source_file_is_long() {
     assert!(wrong.is_empty(), "at most {LONGEST} lines a file:\n{}", wrong.join("\n"));
 }
 
+#[test]
+fn a_modules_file_stands_beside_its_folder() {
+    let (names, _) = texts();
+    // Beside the tests of a crate it would be one of them.
+    let shared = ["firmware/tests/slot/mod.rs", "host/tests/common/mod.rs"];
+    assert!(shared.iter().all(|file| names.contains(*file)));
+    let inside = |name: &&String| name.ends_with("/mod.rs") && !shared.contains(&name.as_str());
+    let wrong: Vec<&String> = names.iter().filter(inside).collect();
+    assert!(wrong.is_empty(), "a/b.rs, not a/b/mod.rs: {wrong:?}");
+}
+
 /// Names that a file gives the assembler as constants: `.set NAME, ` and rows of `constants!`.
 fn set(file: &str, text: &str) -> Vec<String> {
     let named = |name: &str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');

@@ -1,6 +1,6 @@
 //! The effect of G2 and G3.
 
-use crate::core::Core;
+use crate::controller::Controller;
 use crate::motor::AXES;
 use crate::vm::{axis, convert, vm};
 use firmware::motion::{Arc, Ends};
@@ -11,7 +11,7 @@ use lang::place::{Place, Target};
 use lang::vm::effects::ALL_RELATIVE;
 use lang::wire::TraceKind;
 
-impl Core {
+impl Controller {
     /// G2 and G3.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use crate::chip::{LOG, PART, clock};
 use crate::flash::{self, Image, Key};
-use ::core::arch::global_asm;
+use core::arch::global_asm;
 use firmware::verify::Bytes;
 use lang::fault::Fault;
 use lang::record::{BoardRecord, MoreRecord, RECORD_VERSION};
@@ -112,13 +112,13 @@ const RUNS: u16 = 0x52A1;
 /// Marks that a program runs.
 pub fn mark(runs: bool) {
     // SAFETY: one word that only this module touches.
-    unsafe { ::core::ptr::addr_of_mut!(RUNNING).write_volatile(if runs { RUNS } else { 0 }) };
+    unsafe { core::ptr::addr_of_mut!(RUNNING).write_volatile(if runs { RUNS } else { 0 }) };
 }
 
 /// The fault that a reset in the middle of a run is: F17 by the watchdog, F14 by the RST pin.
 pub fn interrupted(cause: u8) -> Option<Fault> {
     // SAFETY: one word that only this module touches.
-    let runs = unsafe { ::core::ptr::addr_of!(RUNNING).read_volatile() } == RUNS;
+    let runs = unsafe { core::ptr::addr_of!(RUNNING).read_volatile() } == RUNS;
     mark(false);
     if !runs || cause & 1 << 2 != 0 {
         return None;
@@ -134,7 +134,7 @@ static mut BITES: u16 = 0;
 pub fn bites(cause: u8) -> u16 {
     // SAFETY: one word that only this function and `restart` touch.
     unsafe {
-        let place = ::core::ptr::addr_of_mut!(BITES);
+        let place = core::ptr::addr_of_mut!(BITES);
         let before = if cause & 1 << 2 != 0 { 0 } else { place.read_volatile() };
         let bites = if cause & 1 != 0 { before.wrapping_add(1) } else { 0 };
         place.write_volatile(bites);
@@ -242,7 +242,7 @@ pub fn restart() -> ! {
     msp430::interrupt::disable();
     // SAFETY: interrupts are off, and only `bites` touches the word otherwise.
     unsafe {
-        let place = ::core::ptr::addr_of_mut!(BITES);
+        let place = core::ptr::addr_of_mut!(BITES);
         place.write_volatile(place.read_volatile().wrapping_sub(1));
     }
     clock::reset()

@@ -7,8 +7,8 @@
 
 use crate::chip::{ports, rs485, timer};
 use crate::link::{BUS, FRAME_READY, LAST, LISTEN, Shared};
-use ::core::arch::global_asm;
-use ::core::mem::offset_of;
+use core::arch::global_asm;
+use core::mem::offset_of;
 use firmware::modbus::FRAME;
 
 // In flash: while that is written the line waits, and a frame that was cut is nobody's.

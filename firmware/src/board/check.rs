@@ -14,7 +14,7 @@
 //!
 //! Addresses are absolute. 1 KB of code takes 60 ms at most in programs as people write them.
 
-use ::core::arch::global_asm;
+use core::arch::global_asm;
 use firmware::keep::KEEPS;
 use firmware::verify::{self, CODE, MACHINE};
 use lang::image::{FORMAT, MAX_EVENTS, at};

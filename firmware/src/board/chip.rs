@@ -12,7 +12,7 @@
 //! and constants that say where things lie in flash.
 
 #[cfg(feature = "f5529")]
-#[path = "chip/f5529/mod.rs"]
-mod room;
+mod f5529;
 
-pub use room::*;
+#[cfg(feature = "f5529")]
+pub use f5529::*;

@@ -1,6 +1,6 @@
 //! InterpCNC commands in holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands).
 
-use crate::core::{Core, Effect};
+use crate::controller::{Controller, Effect};
 use crate::home::{BEGIN, Plan};
 use crate::motor::AXES;
 use crate::vm::{axis, convert};
@@ -33,7 +33,7 @@ fn thousandths(low: u16, high: u16) -> i32 {
     signed(value, i32::from(high as i16))
 }
 
-impl Core {
+impl Controller {
     fn word(&self, n: usize) -> u16 {
         self.command.get(n).copied().unwrap_or(0)
     }

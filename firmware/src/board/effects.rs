@@ -6,7 +6,7 @@
 mod print;
 mod waits;
 
-use crate::core::{Core, END, Event, PENDING, PULSE_BEGUN};
+use crate::controller::{Controller, END, Event, PENDING, PULSE_BEGUN};
 use crate::motor::AXES;
 use crate::vm::{convert, vm};
 use lang::fault::Fault;
@@ -14,7 +14,7 @@ use lang::isa::{Look, Op, flags};
 use lang::record::FOLLOWS;
 use lang::wire::TraceKind;
 
-impl Core {
+impl Controller {
     /// Goes on with the effect; `true` when it is done.
     ///
     /// # Errors

@@ -1,9 +1,9 @@
 //! Two lines: both read, one writes.
 
-use crate::core::Core;
+use crate::controller::Controller;
 use lang::wire::{Control, Exception, HELM_MS, RUN_CONTROL};
 
-impl Core {
+impl Controller {
     /// The line that is served wants to write, one `value` or several: it takes the helm, or has it, or only stops the
     /// machine.
     ///

@@ -1,6 +1,6 @@
 //! Reference runs.
 
-use crate::core::Core;
+use crate::controller::Controller;
 use crate::vm::{axis, convert, vm};
 use firmware::motion::Pace;
 use lang::fault::Fault;
@@ -40,7 +40,7 @@ pub struct Plan {
     pub clearance: i32,
 }
 
-impl Core {
+impl Controller {
     /// Plans a reference run by the profile.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Limit switches and the emergency stop while axes move.
 
-use crate::core::Core;
+use crate::controller::Controller;
 use crate::guard;
 use crate::motor::AXES;
 use crate::vm::axis;
@@ -8,7 +8,7 @@ use lang::fault::Fault;
 use lang::isa::Op;
 use lang::record::{AxisRecord, BoardRecord};
 
-impl Core {
+impl Controller {
     /// Reference switches outside homing: an axis that moves toward its closed switch stops (F06).
     pub fn limits(&mut self) {
         let axes = self.approaching();

@@ -6,9 +6,9 @@
 
 use crate::chip::{clock, line, rs485, timer};
 use crate::vm::{State, VM};
-use ::core::arch::global_asm;
-use ::core::mem::offset_of;
-use ::core::ptr::addr_of;
+use core::arch::global_asm;
+use core::mem::offset_of;
+use core::ptr::addr_of;
 use firmware::modbus::{FRAME, Line};
 
 /// What the interrupts share with the main loop.

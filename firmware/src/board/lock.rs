@@ -1,6 +1,6 @@
 //! The lock of program and profile (`lang::wire`, Lock).
 
-use crate::core::Core;
+use crate::controller::Controller;
 use lang::wire::{Exception, LOCK_CODE, PROFILE_WINDOW};
 
 /// What is known of the code since reset.
@@ -21,7 +21,7 @@ impl Lock {
     }
 }
 
-impl Core {
+impl Controller {
     /// Whether program and profile may be replaced now.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ mod chain;
 mod check;
 mod chip;
 mod commands;
-mod core;
+mod controller;
 mod effects;
 mod flash;
 mod guard;
@@ -40,16 +40,16 @@ mod stream;
 mod vm;
 mod vm_core;
 
-use crate::core::Core;
+use crate::controller::Controller;
 use crate::link::Uart;
-use ::core::mem::MaybeUninit;
-use ::core::ptr::addr_of_mut;
+use core::mem::MaybeUninit;
+use core::ptr::addr_of_mut;
 use firmware::modbus::Slave;
 
 /// Nothing panics on purpose: an unexpected one hangs with interrupts off until the watchdog
 /// resets the chip (25 to 128 ms), which reports F17.
 #[panic_handler]
-fn panic(_: &::core::panic::PanicInfo) -> ! {
+fn panic(_: &core::panic::PanicInfo) -> ! {
     loop {
         msp430::interrupt::disable();
     }
@@ -72,7 +72,7 @@ fn streams() -> bool {
     false
 }
 
-static mut CORE: MaybeUninit<Core> = MaybeUninit::zeroed();
+static mut CONTROLLER: MaybeUninit<Controller> = MaybeUninit::zeroed();
 static mut SLAVES: [Slave; 2] = [Slave::new(), Slave::new()];
 
 /// Called by `Reset` once RAM is ready.
@@ -80,26 +80,26 @@ static mut SLAVES: [Slave; 2] = [Slave::new(), Slave::new()];
 extern "C" fn main() -> ! {
     chip::clock::hardware();
     // SAFETY: `main` is the only code that knows these statics, and never returns; they are zero.
-    let (core, slaves) =
-        unsafe { (Core::init(addr_of_mut!(CORE).cast()), &mut *addr_of_mut!(SLAVES)) };
-    step::init(core.record.pulse, 0);
-    if core.chained() {
+    let (controller, slaves) =
+        unsafe { (Controller::init(addr_of_mut!(CONTROLLER).cast()), &mut *addr_of_mut!(SLAVES)) };
+    step::init(controller.record.pulse, 0);
+    if controller.chained() {
         chain::open();
     }
-    core.motor.pwm.open(core.record.more());
-    core.motor.power = core.full_power();
-    guard::open(core.record.falling(), core.record.input_invert);
-    core.cause = chip::clock::cause();
-    core.bites = boot::bites(core.cause);
+    controller.motor.pwm.open(controller.record.more());
+    controller.motor.power = controller.full_power();
+    guard::open(controller.record.falling(), controller.record.input_invert);
+    controller.cause = chip::clock::cause();
+    controller.bites = boot::bites(controller.cause);
     // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
     let mut lines = [Uart::back(), Uart::rs485()];
-    let more = core.record.more();
-    let mut addresses = [core.record.address, more.rs485_address];
+    let more = controller.record.more();
+    let mut addresses = [controller.record.address, more.rs485_address];
     if chain::buttons() & 1 != 0 {
         addresses[0] = 1;
         lines[0].open(0);
     } else {
-        lines[0].open(core.record.rate);
+        lines[0].open(controller.record.rate);
     }
     let mut open = 1;
     if addresses[1] != 0 {
@@ -108,36 +108,36 @@ extern "C" fn main() -> ! {
     }
     // SAFETY: the set-up shares nothing with an interrupt any more.
     unsafe { msp430::interrupt::enable() };
-    core.mount();
+    controller.mount();
     loop {
         boot::kick();
-        core.line_rests = true;
+        controller.line_rests = true;
         let mut n = 0;
         while n != open {
             let (line, slave) = (&mut lines[n], &mut slaves[n]);
-            core.line = n as u8;
+            controller.line = n as u8;
             if let Some(length) = line.frame()
-                && slave.request(line, core, addresses[n], length)
+                && slave.request(line, controller, addresses[n], length)
             {
-                core.heard();
-                slave.poll(line, core);
+                controller.heard();
+                slave.poll(line, controller);
                 // A request of many registers takes as long as a short segment lasts.
-                core.motor.poll(core.trace.full);
+                controller.motor.poll(controller.trace.full);
             }
-            slave.poll(line, core);
+            slave.poll(line, controller);
             if line.rests() {
                 line.follow_clock();
             } else {
-                core.line_rests = false;
+                controller.line_rests = false;
             }
             n += 1;
         }
-        core.write_staged();
-        core.ticks();
-        core.motor.poll(core.trace.full);
-        core.tripped();
-        core.run();
-        if core.restart && core.line_rests {
+        controller.write_staged();
+        controller.ticks();
+        controller.motor.poll(controller.trace.full);
+        controller.tripped();
+        controller.run();
+        if controller.restart && controller.line_rests {
             boot::restart();
         }
     }

@@ -1,8 +1,8 @@
 //! The registers and bits of the link (`lang::wire`).
 
 use crate::chip::clock;
-use crate::core::Core;
-use crate::core::trace;
+use crate::controller::Controller;
+use crate::controller::trace;
 use crate::flash::{self, Area};
 use crate::motor::AXES;
 use crate::pool::POOL_WORDS;
@@ -31,7 +31,7 @@ const TARGETS_END: u16 = TARGETS + 6;
 const UPLOAD_NAME_END: u16 = UPLOAD_NAME + NAME as u16;
 const KEEPS_END: u16 = KEEPS + 16;
 
-impl Core {
+impl Controller {
     /// One half of a 32-bit value: both are of one instant when they are read in one request.
     fn half(&mut self, address: u16, value: i32) -> u16 {
         let line = usize::from(self.line & 1);
@@ -43,7 +43,7 @@ impl Core {
         if self.latched[line] == address { self.latch[line] } else { (value >> 16) as u16 }
     }
 
-    fn axis_value(&mut self, address: u16, first: u16, of: fn(&Core, u8) -> i32) -> u16 {
+    fn axis_value(&mut self, address: u16, first: u16, of: fn(&Controller, u8) -> i32) -> u16 {
         let n = ((address - first) >> 1) as u8;
         if n >= AXES {
             return 0;
@@ -63,7 +63,7 @@ impl Core {
             ISA_FINGERPRINT => FINGERPRINT,
             PROFILE_HASH if self.lock.closed => 0,
             PROFILE_HASH => self.record.crc,
-            FEATURES => crate::core::FEATURES,
+            FEATURES => crate::controller::FEATURES,
             AREA_BYTES => Store::area::<Area>(),
             FREE_BYTES => self.store.free(&Area),
             PROGRAM_LENGTH => self.store.length(&Area),
@@ -85,11 +85,13 @@ impl Core {
             HOMED => u16::from(self.motor.homed),
             BLOCKING_INPUT => status::blocking(self),
             MACHINE_POSITIONS..COMMANDED => {
-                self.axis_value(address, MACHINE_POSITIONS, |core, n| core.motor.position(n))
+                self.axis_value(address, MACHINE_POSITIONS, |controller, n| {
+                    controller.motor.position(n)
+                })
             }
-            COMMANDED..COMMANDED_END => {
-                self.axis_value(address, COMMANDED, |core, n| core.motor.steps[usize::from(n)])
-            }
+            COMMANDED..COMMANDED_END => self.axis_value(address, COMMANDED, |controller, n| {
+                controller.motor.steps[usize::from(n)]
+            }),
             #[cfg(feature = "stream")]
             STREAM_CALL | STREAM_ACCEPTED..=STREAM_RESULT | STREAM_SLOTS..=STREAM_REQUEST => {
                 crate::stream::read(address)
@@ -177,31 +179,33 @@ impl Core {
             PLC_STATUS => status::plc_status(self),
             LIMITS => status::limit_switches(self),
             WORK_POSITIONS..ACTUAL_SPEEDS => {
-                self.axis_value(address, WORK_POSITIONS, Core::work_position)
+                self.axis_value(address, WORK_POSITIONS, Controller::work_position)
             }
             ACTUAL_SPEEDS..ACTUAL_SPEEDS_END => {
-                self.axis_value(address, ACTUAL_SPEEDS, |core, n| core.motor.velocity(n))
+                self.axis_value(address, ACTUAL_SPEEDS, |controller, n| {
+                    controller.motor.velocity(n)
+                })
             }
-            TARGETS..TARGETS_END => self.axis_value(address, TARGETS, |core, n| {
-                core.motor.steps[usize::from(n)].wrapping_sub(core.offset_steps(n))
+            TARGETS..TARGETS_END => self.axis_value(address, TARGETS, |controller, n| {
+                controller.motor.steps[usize::from(n)].wrapping_sub(controller.offset_steps(n))
             }),
             COMMAND_ROOM => status::command_room(self),
             CNC_STATE => status::cnc_state(self),
             CNC_ALARM => alarm(self.session.fault(), self.session.state()),
             PROBE_RESULT_TEXT..PROBE_RESULT => {
-                self.axis_value(address, PROBE_RESULT_TEXT, |core, n| {
-                    core.motor.probed[usize::from(n)]
+                self.axis_value(address, PROBE_RESULT_TEXT, |controller, n| {
+                    controller.motor.probed[usize::from(n)]
                 })
             }
-            PROBE_RESULT..CNC_STATUS => {
-                self.axis_value(address, PROBE_RESULT, |core, n| core.motor.probed[usize::from(n)])
-            }
+            PROBE_RESULT..CNC_STATUS => self.axis_value(address, PROBE_RESULT, |controller, n| {
+                controller.motor.probed[usize::from(n)]
+            }),
             _ => 0,
         }
     }
 }
 
-impl Machine for Core {
+impl Machine for Controller {
     fn is_active(&self) -> bool {
         self.session.is_active()
     }
@@ -218,7 +222,7 @@ impl Machine for Core {
         self.trace.on
     }
     fn blocking(&self) -> u8 {
-        Core::blocking(self)
+        Controller::blocking(self)
     }
     fn input_17(&self) -> u8 {
         u8::from(self.input(17))
@@ -266,7 +270,7 @@ fn alarm(fault: u8, state: RunState) -> u16 {
     }
 }
 
-impl Map for Core {
+impl Map for Controller {
     fn begin(&mut self) {
         self.latched[usize::from(self.line & 1)] = 0;
     }
@@ -291,12 +295,14 @@ impl Map for Core {
             OVERRIDES | RAPID_OVERRIDE => {
                 u16::from(self.motor.percents[usize::from(address - OVERRIDES)])
             }
-            SPEEDS..OVERRIDES => self.axis_value(address, SPEEDS, |core, n| core.motor.velocity(n)),
+            SPEEDS..OVERRIDES => {
+                self.axis_value(address, SPEEDS, |controller, n| controller.motor.velocity(n))
+            }
             KEEPS.. if address < KEEPS_END => {
                 let value = self.kept((address - KEEPS) >> 1);
                 self.half(address, value)
             }
-            POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Core::work_position),
+            POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Controller::work_position),
             LIBRARY..TRACE_QUEUE => self.listed(address - LIBRARY),
             TRACE_QUEUE..UPLOAD_WINDOW => self.trace.queue(address - TRACE_QUEUE),
             CELLS..KEEPS => {

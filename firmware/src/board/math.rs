@@ -4,7 +4,7 @@
 //! r13, 32-bit operands in r13:r12 and r15:r14, result in r12 or r13:r12; r11 to r15 are free to
 //! use, r4 to r10 are kept. Division by zero yields all ones, the caller tests before.
 
-use ::core::arch::global_asm;
+use core::arch::global_asm;
 
 global_asm!(
     r#"

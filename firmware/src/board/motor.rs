@@ -9,7 +9,7 @@ use crate::chip::clock::RATE;
 use crate::pwm::Pwm;
 use crate::step;
 use crate::vm::{axis, machine};
-use ::core::ptr::addr_of_mut;
+use core::ptr::addr_of_mut;
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{Pace, Path, PathSegment, Segment, Single};
 use lang::record::AxisRecord;
@@ -73,7 +73,7 @@ impl Motor {
     /// Everything at 0.
     ///
     /// # Safety
-    /// As [`crate::core::Core::init`].
+    /// As [`crate::controller::Controller::init`].
     pub unsafe fn init(motor: *mut Motor) {
         // SAFETY: the caller's; the rest is integers.
         unsafe {

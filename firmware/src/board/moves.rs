@@ -1,6 +1,6 @@
 //! Effects that move axes to a place or at a speed.
 
-use crate::core::Core;
+use crate::controller::Controller;
 use crate::motor::AXES;
 use crate::vm::{axis, machine, vm};
 use firmware::motion::math::{signed, size};
@@ -21,7 +21,7 @@ pub fn rate(n: u8, value: i32, in_steps: bool) -> Result<Scaled, Fault> {
     Ok(if in_steps { Scaled::new(value as u32) } else { steps_of(axis(n), value as u32) })
 }
 
-impl Core {
+impl Controller {
     /// The feed that holds when no F was written.
     pub fn default_feed(&self) -> Feed {
         match machine().default_feed {

@@ -2,7 +2,7 @@
 //! the pieces that wait.
 
 use crate::chip::PART;
-use ::core::ptr::{addr_of, addr_of_mut};
+use core::ptr::{addr_of, addr_of_mut};
 
 /// Words of RAM for cells, expression stack and call stack: the part's pool.
 pub const POOL_WORDS: usize = PART.pool[0] as usize / 2;

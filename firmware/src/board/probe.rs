@@ -1,6 +1,6 @@
 //! Probe and ProbeMask.
 
-use crate::core::Core;
+use crate::controller::Controller;
 use crate::moves::rate;
 use crate::step;
 use crate::vm::{axis, vm};
@@ -12,7 +12,7 @@ use lang::isa::flags;
 use lang::place::Target;
 use lang::wire::TraceKind;
 
-impl Core {
+impl Controller {
     /// Probe, ProbeMask.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! The board's profile as the link writes it.
 
 use crate::chip::PART;
-use crate::core::Core;
+use crate::controller::Controller;
 use crate::flash::{self, Key};
 use lang::record::BoardRecord;
 use lang::wire::{Exception, PROFILE_MORE, PROFILE_WINDOW};
@@ -14,7 +14,7 @@ pub fn profile_word(address: u16) -> u16 {
     }
 }
 
-impl Core {
+impl Controller {
     /// A word of the copy of the profile that is not in use; the last one makes it valid.
     pub fn write_profile(&mut self, index: u16, value: u16) -> Result<(), Exception> {
         if self.lock.closed {

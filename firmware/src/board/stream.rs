@@ -7,11 +7,11 @@
 //! next one begins instead of the run's end.
 
 use crate::check;
-use crate::core::{Core, FEATURES};
+use crate::controller::{Controller, FEATURES};
 use crate::flash::Image;
 use crate::pool::{PIECE_POOL, POOL_WORDS, WAITING_WORDS, behind};
 use crate::vm::vm;
-use ::core::ptr::{addr_of, addr_of_mut};
+use core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::FRAME;
 use firmware::verify::{self, Bytes, CODE, MACHINE};
 use lang::fault::Fault;
@@ -205,7 +205,7 @@ pub fn close() {
 ///
 /// # Errors
 /// Its check refuses the next one.
-pub fn follow(core: &mut Core) -> Result<bool, Fault> {
+pub fn follow(controller: &mut Controller) -> Result<bool, Fault> {
     let stream = stream();
     if !stream.owns {
         return Ok(false);
@@ -217,7 +217,7 @@ pub fn follow(core: &mut Core) -> Result<bool, Fault> {
         // The end is executed again.
         vm().pc -= 1;
         stream.dry = true;
-        stream.rests |= core.motor.rests();
+        stream.rests |= controller.motor.rests();
         return Ok(true);
     }
     if stream.rests {
@@ -244,7 +244,7 @@ pub fn follow(core: &mut Core) -> Result<bool, Fault> {
     vm.begin(frame(), 0);
     vm.flags = open;
     vm.handler = handler;
-    core.effect_pc = vm.pc.wrapping_sub(1);
+    controller.effect_pc = vm.pc.wrapping_sub(1);
     stream.next = after(stream.next);
     stream.begun = stream.begun.wrapping_add(1);
     stream.dry = false;
@@ -330,7 +330,7 @@ pub fn write(index: u16, value: u16) -> Result<(), Exception> {
 /// # Errors
 /// Busy, or a code that there is not.
 #[inline(never)]
-pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception> {
+pub fn control(controller: &mut Controller, value: u16, idle: bool) -> Result<(), Exception> {
     let stream = stream();
     let code = Code::from_number(value).ok_or(Exception::IllegalValue)?;
     if let Code::Finish = code {
@@ -346,7 +346,7 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
     {
         return Ok(());
     }
-    let fault = core.session.state() as u8 == RunState::Fault as u8;
+    let fault = controller.session.state() as u8 == RunState::Fault as u8;
     if !idle || fault {
         return Err(Exception::Busy);
     }
@@ -361,17 +361,17 @@ pub fn control(core: &mut Core, value: u16, idle: bool) -> Result<(), Exception>
         vm().give_cells();
         return Ok(());
     }
-    if stream.accepted == stream.begun || core.blocked() {
+    if stream.accepted == stream.begun || controller.blocked() {
         return Err(Exception::Busy);
     }
     stream.owns = true;
     vm().flags = 0;
     vm().handler = 0;
-    if follow(core).is_err() {
+    if follow(controller).is_err() {
         stream.owns = false;
         return Err(Exception::DeviceFailure);
     }
     stream.running = true;
-    core.begun();
+    controller.begun();
     Ok(())
 }

@@ -5,8 +5,8 @@ use crate::math::mul_div;
 /// Where the core, which both chips share, looks for it.
 pub use crate::pool::CALLS;
 use crate::pool::{load, pool, pool_end, store};
-use ::core::mem::offset_of;
-use ::core::ptr::addr_of_mut;
+use core::mem::offset_of;
+use core::ptr::addr_of_mut;
 use firmware::motion::math::{signed, size};
 use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::fault::Fault;

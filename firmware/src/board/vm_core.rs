@@ -19,8 +19,8 @@
 //! Cycles (with the dispatch of 10): add 18, load 24, store 27, small constant 27, `nextword` 54.
 
 use crate::vm::{CALLS, CALLS_END_AT, FRAME_AT, PART, SAVES, State, VM};
-use ::core::arch::global_asm;
-use ::core::mem::offset_of;
+use core::arch::global_asm;
+use core::mem::offset_of;
 use lang::isa::Op;
 use lang::record::feature;
 

@@ -29,17 +29,10 @@ use crate::{pins, vm};
 use core::mem::offset_of;
 use lang::fault::Fault;
 use lang::image::HEADER;
-use lang::isa::Op;
 use lang::record::{AxisRecord, BoardRecord, MachineRecord};
 use lang::wire::{End, RunState, TraceKind};
 
 constants! {
-    // Effects that several files tell apart.
-    OP_HOME = Op::Home;
-    OP_HOME_QUERY = Op::HomeQuery;
-    OP_PROBE = Op::Probe;
-    OP_SET_POS_ZERO = Op::SetPosZero;
-    OP_STOP_AXE = Op::StopAxe;
     // The bit of a state that says that a run was begun and has not ended.
     RUN_ACTIVE = RunState::Running;
     RUN_EMPTY = RunState::Empty;

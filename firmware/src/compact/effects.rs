@@ -1,34 +1,10 @@
 //! Effects that move nothing, the trace slot and the print ring.
 
 use crate::consts::constants;
-use lang::isa::{Op, flags};
+use lang::isa::flags;
 use lang::wire;
 
 constants! {
-    OP_LINEAR = Op::Linear;
-    OP_MOVE_TO = Op::MoveTo;
-    OP_OUT_SHORT = Op::OutShort;
-    OP_PRINT_END = Op::PrintEnd;
-    OP_WAIT_START = Op::WaitStart;
-    OP_SET_OUT = Op::SetOut;
-    OP_PULSE = Op::Pulse;
-    OP_WAIT_IN = Op::WaitIn;
-    OP_MOTORS = Op::Motors;
-    OP_WAIT_CHAR = Op::WaitChar;
-    OP_WAIT = Op::Wait;
-    OP_SEND = Op::Send;
-    OP_SET_PORT = Op::SetPort;
-    OP_FEED = Op::Feed;
-    OP_PRINT_NUMBER = Op::PrintNumber;
-    OP_PRINT_TEXT = Op::PrintText;
-    OP_SET_POS = Op::SetPos;
-    OP_IN_SHORT = Op::InShort;
-    OP_TIMED_OUT = Op::TimedOut;
-    OP_IN = Op::In;
-    OP_OUT_STATE = Op::Out;
-    OP_READ = Op::Read;
-    OP_MOVE_SPEED = Op::MoveSpeed;
-    OP_EVENT = Op::Event;
     FLAG_LEVEL = flags::LEVEL;
     FLAG_TIMEOUT = flags::TIMEOUT;
     FLAG_WAIT_QUERY = flags::WAIT_QUERY;

@@ -45,10 +45,6 @@ static FREE_AXIS: FreeAxis = FreeAxis {
 };
 
 constants! {
-    OP_MOVE = Op::Move;
-    OP_RAPID = Op::Rapid;
-    OP_LINEAR_MIXED = Op::LinearMixed;
-    OP_SPINDLE = Op::Spindle;
     LOOK_CHAR_IN = Look::CharIn;
     LOOK_PROBE_OK = Look::ProbeOk;
     FL_AXIS = flags::AXIS;

@@ -16,7 +16,7 @@ pub const STACK: u16 = 0x0400;
 
 /// The chip of [`firmware::WHOLE`].
 fn chip() -> Part {
-    Part { name: firmware::WHOLE.chip, flash: 0x8000..=0xFFFF, ..Part::G2553 }
+    Part { name: firmware::WHOLE.chip.name, flash: 0x8000..=0xFFFF, ..Part::G2553 }
 }
 
 /// A chip that has just been reset and does nothing on its own.

@@ -74,7 +74,7 @@ impl fmt::Display for UploadError {
                     Some(part) => write!(
                         f,
                         "; that of another chip, the {}, has it: `pasapas sim` runs the program without a board",
-                        part.chip
+                        part.chip.name
                     ),
                     None => f.write_str(
                         "; no chip's firmware has it: `pasapas sim` runs the program without a board",

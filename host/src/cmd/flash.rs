@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use emulator::Family;
 use indicatif::ProgressBar;
+use lang::part;
 
 use super::{Console, Options};
 use crate::board::image_file::Format;
-use crate::board::{Build, F5529, G2553};
+use crate::board::{BUILDS, Build, F5529, G2553};
 use crate::failure::Failure;
 use crate::output;
 use crate::programmer::boot_loader::{self, Segments, Told};
@@ -19,9 +20,7 @@ use crate::usb::{self, Device, Role};
 /// `pasapas flash`
 #[derive(Debug, Args)]
 pub struct Flash {
-    /// The image to write; without it that of the chip: g2553, g2553-handlers for the same chip (ON ERROR
-    /// and events), f5529
-    #[arg(long, value_name = "NAME", value_parser = super::part::named)]
+    #[arg(long, value_name = "NAME", help = super::part::listed("The image to write:", "; without it that of the chip"), value_parser = super::part::named)]
     part: Option<&'static Build>,
     /// Driver of mspdebug; without it that of the programmer that is plugged in: rf2500 for the
     /// MSP-EXP430G2, tilib for newer LaunchPads
@@ -91,13 +90,14 @@ impl Flash {
     }
 
     fn by_boot_loader(&self, console: &Console) -> Result<(), Failure> {
-        if let Some(build) = self.part.filter(|build| build.part != F5529.part) {
+        let build = self.part.unwrap_or(&F5529);
+        if build.chip.family != F5529.chip.family {
             return Err(Failure::Board(format!(
                 "this is the boot loader of an {}, and the firmware {} is for the {}: nothing was written",
-                F5529.part.chip, build.part.name, build.part.chip
+                F5529.part.chip.name, build.part.name, build.part.chip.name
             )));
         }
-        let segments = segments(&F5529)?;
+        let segments = segments(build)?;
         console.complain(
             "a board with this very firmware keeps program and KEEP values; any other erases its main flash as \
              the boot loader is opened, and the stored program and the KEEP values go. The machine's profile \
@@ -116,33 +116,41 @@ impl Flash {
         });
         bar.iter().for_each(ProgressBar::finish_and_clear);
         written.map_err(|trouble| Failure::Board(trouble.to_string()))?;
-        console.result(&on_board(&F5529, "its link is the second of the LaunchPad's two ports"))
+        console.result(&on_board(build, "its link is the second of the LaunchPad's two ports"))
     }
 
     /// The image for this chip, or the one that was asked for if it is for it.
     fn judge(&self, chip: Chip) -> Result<&'static Build, Failure> {
         let fits = match chip {
-            Chip::G2553 => Some(&G2553),
-            Chip::F5529 => Some(&F5529),
+            Chip::Known(chip) => firsts().find(|build| build.part.chip == chip),
             Chip::Unnamed | Chip::Other(_) => None,
         };
         match (fits, self.part, chip) {
             (Some(fits), None, _) => Ok(fits),
             (Some(fits), Some(asked), _) if asked.part.chip == fits.part.chip => Ok(asked),
             (None, Some(asked), Chip::Unnamed) => Ok(asked),
-            (None, None, Chip::Unnamed) => Err(Failure::Board(format!(
-                "the programmer does not name the chip: if it is an {0}, write with --part {1}, if an {2} with \
-                 --part {3}",
-                G2553.part.chip, G2553.part.name, F5529.part.chip, F5529.part.name
-            ))),
+            (None, None, Chip::Unnamed) => {
+                let ways = firsts().map(|build| {
+                    format!("of an {} with --part {}", build.part.chip.name, build.part.name)
+                });
+                Err(Failure::Board(format!(
+                    "the programmer does not name the chip: write that {}",
+                    ways.collect::<Vec<_>>().join(", that ")
+                )))
+            }
             (_, asked, chip) => {
                 let name = match chip {
                     Chip::Other(name) => name,
-                    _ => fits.map_or("another one", |fits| fits.part.chip).to_owned(),
+                    _ => fits.map_or("another one", |fits| fits.part.chip.name).to_owned(),
                 };
                 let wanted = asked.map_or_else(
-                    || format!("{} or the {}", G2553.part.chip, F5529.part.chip),
-                    |asked| asked.part.chip.to_owned(),
+                    || {
+                        firsts()
+                            .map(|build| build.part.chip.name)
+                            .collect::<Vec<_>>()
+                            .join(" or the ")
+                    },
+                    |asked| asked.part.chip.name.to_owned(),
                 );
                 Err(Failure::Board(format!(
                     "the chip says that it is {name}, and the firmware is for the {wanted}: nothing was \
@@ -156,8 +164,14 @@ impl Flash {
 fn on_board(build: &Build, then: &str) -> String {
     format!(
         "the firmware {} for the {} is on the board; {then}\n",
-        build.part.name, build.part.chip
+        build.part.name, build.part.chip.name
     )
+}
+
+/// The first build of each chip.
+fn firsts() -> impl Iterator<Item = &'static Build> {
+    let of = |chip| BUILDS.into_iter().find(move |build| build.part.chip == chip);
+    part::chips().filter_map(of)
 }
 
 fn segments(build: &Build) -> Result<Segments, Failure> {

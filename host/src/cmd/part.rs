@@ -18,11 +18,21 @@ use crate::render::Note;
 /// The option of the commands that have to do with a board's chip.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Choice {
-    /// The board's firmware: g2553 (16 KB of flash, 512 bytes of RAM), g2553-handlers (the same chip
-    /// with ON ERROR and events) or f5529 (the MSP430F5529, with everything). Without it the first of them
-    /// that runs the program
-    #[arg(long, value_name = "NAME", value_parser = named)]
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_parser = named,
+        help = listed("The board's firmware:", ". Without it the first of them that runs the program")
+    )]
     pub part: Option<&'static Build>,
+}
+
+/// Names of the parts, each with what it is, between what stands before and behind them in a help.
+pub fn listed(before: &str, behind: &str) -> String {
+    let mut names: Vec<String> =
+        PARTS.iter().map(|part| format!("{} ({})", part.name, part.about)).collect();
+    let last = names.pop().unwrap_or_default();
+    format!("{before} {} or {last}{behind}", names.join(", "))
 }
 
 /// What the build with everything was called while no chip for it was sold.
@@ -76,7 +86,7 @@ impl Choice {
             return Ok((compiled, build));
         };
         let part = &build.part;
-        let who = format!("`{}` for the {}", part.name, part.chip);
+        let who = format!("`{}` for the {}", part.name, part.chip.name);
         let with_arcs = arcs::are_missing(&compiled, part.features).then(|| compiled.clone());
         let mut fits = true;
         if let Some(with_arcs) = &with_arcs {
@@ -134,7 +144,7 @@ pub fn unlimited(script: &Script, part: &Part, console: &Console) -> Result<(), 
     };
     let text = format!(
         "`{}` for the {} takes any value for MIN and MAX of `{}`: the panel must refuse them",
-        part.name, part.chip, var.name
+        part.name, part.chip.name, var.name
     );
     let note = Note::in_source(&script.source, var.span.clone(), "B012", text).note();
     console.note_in(

@@ -32,7 +32,7 @@ impl Size {
                     .json_line(&json!({ "module": module, "flash": own.flash, "ram": own.ram }))?;
             }
             return console.json_line(&json!({
-                "module": "all", "part": build.part.chip,
+                "module": "all", "part": build.part.chip.name,
                 "flash": sizes.total.flash, "flash_limit": budget.flash,
                 "ram": sizes.total.ram, "ram_limit": budget.ram,
             }));
@@ -50,7 +50,7 @@ impl Size {
             "budget",
             budget.flash,
             budget.ram,
-            build.part.chip
+            build.part.chip.name
         );
         console.result(&text)
     }

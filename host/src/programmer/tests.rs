@@ -1,7 +1,8 @@
 //! Words of mspdebug 0.22 and 0.25 and of TI's library, after the logs in mspdebug's issues 4, 27, 28,
 //! 33, 43, 85 and 102, with the G2553's name and identity where a log had another chip.
 
-use super::{Chip, chip, quoted, remedy, version};
+use super::{Chip, quoted, remedy, told, version};
+use lang::part::{F5529, G2553};
 
 /// 0.22 with the driver rf2500.
 const RF2500_022: &str = "\
@@ -49,20 +50,20 @@ MSP430_EEM_Init
 #[test]
 fn the_identity_counts_and_names_where_there_is_none() {
     let with = |bytes: &str| format!("{RF2500_022}    00ff0: {bytes} 00 00 |%S..|\n");
-    assert_eq!(chip(&with("25 53")), Chip::G2553);
-    assert_eq!(chip(&with("24 52")), Chip::Other("2452".to_owned()));
-    assert_eq!(chip("    0ff0: 25 53\n"), Chip::G2553);
+    assert_eq!(told(&with("25 53")), Chip::Known(G2553.chip));
+    assert_eq!(told(&with("24 52")), Chip::Other("2452".to_owned()));
+    assert_eq!(told("    0ff0: 25 53\n"), Chip::Known(G2553.chip));
     for said in [&with("ff ff"), RF2500_022, TILIB_025] {
-        assert_eq!(chip(said), Chip::G2553, "{said}");
+        assert_eq!(told(said), Chip::Known(G2553.chip), "{said}");
     }
     let other = TILIB_025.replace("MSP430G2xx3", "MSP430F5529");
-    assert_eq!(chip(&other), Chip::F5529);
+    assert_eq!(told(&other), Chip::Known(F5529.chip));
     let far = format!("{other}    00ff0: ff 3f ff 3f\n    01a04: 55 29 18 11\n");
-    assert_eq!(chip(&far), Chip::F5529);
-    assert_eq!(chip(&far.replace("55 29", "55 28")), Chip::Other("5528".to_owned()));
+    assert_eq!(told(&far), Chip::Known(F5529.chip));
+    assert_eq!(told(&far.replace("55 29", "55 28")), Chip::Other("5528".to_owned()));
     let other = TILIB_025.replace("MSP430G2xx3", "MSP430F5438A");
-    assert_eq!(chip(&other), Chip::Other("MSP430F5438A".to_owned()));
-    assert_eq!(chip("nothing\n"), Chip::Unnamed);
+    assert_eq!(told(&other), Chip::Other("MSP430F5438A".to_owned()));
+    assert_eq!(told("nothing\n"), Chip::Unnamed);
 }
 
 #[test]

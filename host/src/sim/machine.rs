@@ -5,16 +5,20 @@
 //! a pause holds everything, and when the run is over; the engine owns the control flow.
 
 pub(crate) mod axes;
+mod books;
 mod buttons;
 mod clock;
 mod course;
 mod ending;
 mod events;
+mod feel;
+mod finish;
 mod inputs;
 mod log;
 mod modal;
 mod motion;
 mod moves;
+mod operate;
 mod other;
 mod outputs;
 mod path;
@@ -23,8 +27,11 @@ mod perform;
 mod pieces;
 mod plant;
 mod print;
+mod search;
 mod seek;
+mod step;
 mod view;
+mod wait;
 mod waits;
 
 #[cfg(test)]
@@ -32,7 +39,6 @@ mod tests;
 
 use lang::axis::Axis;
 use lang::effect::Effect;
-use lang::fault::Fault;
 use lang::profile::Profile;
 use lang::record::MachineRecord;
 
@@ -51,7 +57,8 @@ use self::pause::Pause;
 use self::pieces::Pieces;
 use self::plant::Plant;
 use self::print::Print;
-use self::seek::Search;
+use self::search::Search;
+pub use self::step::Step;
 pub use self::view::{AxisView, View};
 use self::waits::Waits;
 use super::trace::{PerAxis, What};
@@ -61,23 +68,6 @@ use super::{End, Options, SimError, Sink};
 
 /// Simulated time that a statement takes, us (lang/README.md, The machine).
 pub const STATEMENT_US: u64 = 20;
-
-/// What an engine does next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// Go on; the value of a [`Effect::Read`], else 0.
-    Done(i32),
-    /// Serve the handler of this event slot, then the statement that was about to run, or
-    /// [`Machine::resume`] when it came from a wait.
-    Event(u8),
-    /// The statement failed.
-    Fault(Fault),
-    /// A fault that came by itself (MoveSpeed at a soft limit): ERL is the statement about to run
-    /// or waiting, and RESUME NEXT goes on with it.
-    Late(Fault),
-    /// The run is over; call [`Machine::finish`].
-    Stop,
-}
 
 /// See the module.
 pub struct Machine {

@@ -1,13 +1,13 @@
 //! PRINT: texts and numbers into the ring that the host reads.
 
-use crate::core::Core;
+use crate::controller::Controller;
 use crate::flash::Image;
 use crate::observe;
 use crate::vm::vm;
 use firmware::verify::Bytes;
 use lang::wire::{Seen, TraceKind};
 
-impl Core {
+impl Controller {
     /// Puts text into the ring; in trace mode it waits for room, without it drops the line. A line
     /// longer than the ring is announced before it is complete, so that the host begins to take it.
     fn put(&mut self, byte: u8) -> bool {

@@ -1,6 +1,6 @@
 //! Waits for inputs and characters, and how they end.
 
-use crate::core::Core;
+use crate::controller::Controller;
 use crate::vm::vm;
 use lang::fault::Fault;
 use lang::isa::flags;
@@ -9,7 +9,7 @@ use lang::wire::TraceKind;
 /// Wants of WaitIn: level off, level on, rise, fall.
 const WANT_EDGE: u8 = 2;
 
-impl Core {
+impl Controller {
     pub(super) fn wait_in(&mut self) -> Result<bool, Fault> {
         if self.first() {
             let bits = vm().operand();

@@ -10,7 +10,7 @@
    | 2 | period less one, ms |
    | 6 | milliseconds to the next tick, less one |
 
-   Twin: board/core.rs (serve, listen), board/effects.rs (event). */
+   Twin: board/controller.rs (serve, listen), board/effects.rs (event). */
 
     .if HAS_EVENTS
     .set EVENT_ASIDE, POOL_END-EVENT_ASIDE_SIZE

@@ -1,10 +1,5 @@
 //! Start and Stop.
 
-use lang::profile::InputRole;
-
-use super::Machine;
-use crate::sim::world::Button;
-
 /// Stop held that long ends the run, us.
 const HOLD_US: u64 = 2_000_000;
 
@@ -12,7 +7,7 @@ const HOLD_US: u64 = 2_000_000;
 #[derive(Debug, Default)]
 pub struct Buttons {
     /// Since when Stop is down, us.
-    stop_since: Option<u64>,
+    pub stop_since: Option<u64>,
     /// How often Start was pressed while no pause held the run: what WaitStart waits for.
     pub presses: u64,
 }
@@ -30,37 +25,5 @@ impl Buttons {
             self.stop_since = None;
         }
         held
-    }
-}
-
-impl Machine {
-    /// A button, or an input that acts as one, changed behind its filter.
-    pub(super) fn button(&mut self, button: Button, down: bool) {
-        match (button, down) {
-            (Button::Stop, true) => {
-                self.buttons.stop_since = Some(self.clock.now());
-                self.hold();
-            }
-            (Button::Stop, false) => self.buttons.stop_since = None,
-            (Button::Start, true) => {
-                if self.buttons.stop_since.is_some() || self.is_held() {
-                    return;
-                }
-                if !self.pause.is_on() {
-                    self.buttons.presses += 1;
-                } else if self.pause.resume_at.is_none() {
-                    self.start_again();
-                }
-            }
-            (Button::Start, false) => {}
-        }
-    }
-
-    /// Whether an input with role hold, door or emergency stop is active.
-    fn is_held(&self) -> bool {
-        self.profile.inputs.iter().any(|input| {
-            matches!(input.role, Some(InputRole::Hold | InputRole::Door | InputRole::EmergencyStop))
-                && self.inputs.read(input.n).unwrap_or(false)
-        })
     }
 }

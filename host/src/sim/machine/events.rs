@@ -1,19 +1,20 @@
 //! What may come between two statements: ON IN, ON EVERY, a fault that comes by itself.
 
-use lang::effect::Want;
 use lang::fault::Fault;
 
-use super::{Machine, Step};
+use super::step::Step;
 
 /// ON IN or ON EVERY.
 #[derive(Clone, Copy, Debug)]
-struct Slot {
+pub struct Slot {
     /// Input and edge; `None` for ON EVERY.
-    input: Option<(i32, bool)>,
+    pub input: Option<(i32, bool)>,
     /// Next tick, us of the run clock.
-    tick: Option<u64>,
-    period_us: u64,
-    pending: bool,
+    pub tick: Option<u64>,
+    /// From tick to tick, us.
+    pub period_us: u64,
+    /// It has happened and waits to be served.
+    pub pending: bool,
 }
 
 /// See the module.
@@ -122,31 +123,10 @@ impl Events {
         }
     }
 
-    fn set(&mut self, slot: u8, to: Slot) {
+    /// ON IN, ON EVERY: `slot` waits for this from now on.
+    pub fn set(&mut self, slot: u8, to: Slot) {
         if let Some(place) = self.slots.get_mut(usize::from(slot)) {
             *place = Some(to);
         }
-    }
-}
-
-impl Machine {
-    /// ON IN.
-    pub(super) fn on_input(&mut self, slot: u8, n: i32, want: Want) -> Result<(), Fault> {
-        self.inputs.read(n)?;
-        let input = Some((n, want == Want::Rise));
-        self.events.set(slot, Slot { input, tick: None, period_us: 0, pending: false });
-        Ok(())
-    }
-
-    /// ON EVERY.
-    pub(super) fn on_every(&mut self, slot: u8, ms: i32) -> Result<(), Fault> {
-        let Ok(period) = u64::try_from(ms) else { return Err(Fault::ValueRange) };
-        if period == 0 {
-            return Err(Fault::ValueRange);
-        }
-        let period_us = period * 1_000;
-        let tick = Some(self.run_clock() + period_us);
-        self.events.set(slot, Slot { input: None, tick, period_us, pending: false });
-        Ok(())
     }
 }

@@ -1,11 +1,7 @@
 //! Outputs: states, roles, pulses, and what becomes of them in a pause and at the end.
 
-use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::profile::{OutputRole, Profile, SafeState};
-
-use super::Machine;
-use crate::sim::trace::What;
 
 /// Highest output number and one more.
 const LINES: usize = 17;
@@ -218,46 +214,6 @@ impl Outputs {
     /// Outputs that are on at their terminals.
     pub fn on(&self) -> impl Iterator<Item = i32> {
         self.lines.iter().enumerate().filter(|(_, line)| line.real).map(|(n, _)| n as i32)
-    }
-}
-
-impl Machine {
-    /// SetOut.
-    pub(super) fn set_out(&mut self, n: i32, on: bool) -> Result<(), Fault> {
-        self.outputs.set(n, on)?;
-        self.write(What::Out { line: self.line, n, v: on.into() });
-        self.outputs_changed();
-        Ok(())
-    }
-
-    /// SetPort.
-    pub(super) fn set_port(&mut self, value: i32) {
-        for n in self.outputs.port() {
-            let on = value >> (n - 1) & 1 != 0;
-            if self.outputs.set(n, on).is_ok() {
-                self.write(What::Out { line: self.line, n, v: on.into() });
-            }
-        }
-        self.outputs_changed();
-    }
-
-    /// A laser shines only while an axis turns, and with some power. What the board makes of less
-    /// than full power, on and off each millisecond, counts as on here.
-    pub(super) fn laser(&mut self) {
-        let power = self.pieces.beam.unwrap_or(self.modal.power);
-        let turning = power > 0 && Axis::ALL.into_iter().any(|axis| self.motion.turns(axis));
-        if self.outputs.shine(turning) {
-            self.outputs_changed();
-        }
-    }
-
-    /// Tells the world and the record which outputs changed.
-    pub(super) fn outputs_changed(&mut self) {
-        for (n, on) in self.outputs.take_changes() {
-            self.log.output(self.clock.now(), n, on);
-            self.scenario.output_changed(n, on, self.clock.now());
-        }
-        self.clock.look_anew();
     }
 }
 

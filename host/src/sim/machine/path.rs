@@ -3,7 +3,7 @@
 use firmware::motion::path::{Block, Feed, Manner};
 use firmware::motion::{Arc, Ends};
 use lang::axis::Axis;
-use lang::effect::{Center, Coord, Dist, Plane};
+use lang::effect::{Center, Coord, Dist, Plane, Rate};
 use lang::fault::Fault;
 use lang::place::Place;
 
@@ -44,6 +44,27 @@ impl Machine {
         }
         self.rest_all();
         Ok(())
+    }
+
+    /// Speed of G1 to G3: F, or what the profile has in its place.
+    ///
+    /// # Errors
+    /// F08 without either.
+    pub(super) fn programmed_feed(&self) -> Result<Feed, Fault> {
+        match self.modal.feed {
+            Some(Rate::Um(um)) => Ok(Feed::Um(um.unsigned_abs())),
+            Some(Rate::Steps(steps)) => Ok(Feed::Steps(steps.unsigned_abs())),
+            None => match self.profile.default_feed_um_s {
+                Some(um) => Ok(Feed::Um(um.unsigned_abs())),
+                None => Err(Fault::SpeedRange),
+            },
+        }
+    }
+
+    /// Power of the laser in what moves next, if the machine has one.
+    pub(super) fn light(&self) -> Option<i32> {
+        let laser = self.profile.laser()?;
+        Some(if self.outputs.read(laser) == Ok(true) { self.modal.power } else { 0 })
     }
 
     /// G0 and G1.

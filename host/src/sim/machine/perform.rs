@@ -1,10 +1,11 @@
 //! What each effect does to the machine.
 
 use lang::axis::Axis;
-use lang::effect::{Effect, Rate, Read};
+use lang::effect::{Effect, Rate, Read, Want};
 use lang::fault::Fault;
 use lang::plain::Plain;
 
+use super::events::Slot;
 use super::{Machine, Step};
 use crate::sim::trace::What;
 
@@ -102,6 +103,55 @@ impl Machine {
             | Effect::Arc { .. } => {}
         }
         Ok(Step::Done(0))
+    }
+
+    /// S.
+    pub(super) fn set_power(&mut self, value: i32) -> Result<(), Fault> {
+        let graded = self.profile.has_power();
+        if graded && !(0..=self.profile.full_power()).contains(&value) {
+            return Err(Fault::ValueRange);
+        }
+        self.modal.power = value;
+        Ok(())
+    }
+
+    /// SetOut.
+    pub(super) fn set_out(&mut self, n: i32, on: bool) -> Result<(), Fault> {
+        self.outputs.set(n, on)?;
+        self.write(What::Out { line: self.line, n, v: on.into() });
+        self.outputs_changed();
+        Ok(())
+    }
+
+    /// SetPort.
+    pub(super) fn set_port(&mut self, value: i32) {
+        for n in self.outputs.port() {
+            let on = value >> (n - 1) & 1 != 0;
+            if self.outputs.set(n, on).is_ok() {
+                self.write(What::Out { line: self.line, n, v: on.into() });
+            }
+        }
+        self.outputs_changed();
+    }
+
+    /// ON IN.
+    pub(super) fn on_input(&mut self, slot: u8, n: i32, want: Want) -> Result<(), Fault> {
+        self.inputs.read(n)?;
+        let input = Some((n, want == Want::Rise));
+        self.events.set(slot, Slot { input, tick: None, period_us: 0, pending: false });
+        Ok(())
+    }
+
+    /// ON EVERY.
+    pub(super) fn on_every(&mut self, slot: u8, ms: i32) -> Result<(), Fault> {
+        let Ok(period) = u64::try_from(ms) else { return Err(Fault::ValueRange) };
+        if period == 0 {
+            return Err(Fault::ValueRange);
+        }
+        let period_us = period * 1_000;
+        let tick = Some(self.run_clock() + period_us);
+        self.events.set(slot, Slot { input: None, tick, period_us, pending: false });
+        Ok(())
     }
 
     fn read(&mut self, read: Read) -> Result<i32, Fault> {

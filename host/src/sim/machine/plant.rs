@@ -1,11 +1,9 @@
 //! The plant behind reference switches and probe.
 
 use lang::axis::Axis;
-use lang::fault::Fault;
 use lang::profile::{Profile, Wiring};
 use lang::record::MachineRecord;
 
-use super::Machine;
 use crate::sim::world::Scenario;
 
 /// Where a reference switch is unless the world says: so far from power-up, um.
@@ -122,51 +120,5 @@ impl Plant {
             .flatten()
             .map(move |place| place.saturating_add(lost))
             .flat_map(|place| [place.saturating_sub(1), place, place.saturating_add(1)])
-    }
-}
-
-impl Machine {
-    /// When a moving axis comes to a place where its switch or the plate changes.
-    pub(super) fn next_crossing(&self) -> Option<u64> {
-        let mut first = None;
-        for axis in Axis::ALL {
-            if !self.motion.turns(axis) {
-                continue;
-            }
-            for place in self.plant.thresholds(axis, &self.scenario) {
-                let at = self.motion.reaches(axis, place, self.clock.now());
-                first = first.into_iter().chain(at).min();
-            }
-        }
-        first
-    }
-
-    /// Reference switches and probe as they are now.
-    pub(super) fn feel_plant(&mut self) {
-        let at = self.motion.positions(self.clock.now());
-        self.plant.reach(at);
-        for axis in Axis::ALL {
-            let closed = self.plant.switch_closed(axis, at[axis.index()], &self.scenario);
-            self.inputs.sense(self.profile.reference_input(axis), closed, self.clock.now());
-        }
-        let touches = self.scenario.probe_touches(self.plant.true_positions(at));
-        self.inputs.sense(self.profile.probe_input(), touches, self.clock.now());
-        self.seek_inputs();
-        self.limit_switches();
-    }
-
-    /// F06: an axis runs into its closed reference switch outside homing.
-    fn limit_switches(&mut self) {
-        for axis in Axis::ALL {
-            let Some(part) = self.profile.axis(axis) else { continue };
-            let toward = part.home.direction.sign();
-            if self.search.homing != Some(axis)
-                && !self.is_halted()
-                && self.motion.direction(axis) == toward
-                && self.inputs.raw(self.profile.reference_input(axis))
-            {
-                self.cut_motion(&[axis], Fault::LimitSwitch);
-            }
-        }
     }
 }

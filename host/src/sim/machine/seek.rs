@@ -7,35 +7,12 @@ use lang::place::Place;
 
 use super::Machine;
 use super::axes::scaled;
+use super::search::{Seek, Target};
 use crate::sim::record::SegmentKind;
 use crate::sim::trace::{AxisLetter, What};
 
 /// The board looks at a switch once in a millisecond; what the axis does next may be fetched by then.
 const LOOK_US: u64 = 1_000;
-
-/// The move to an input that is under way.
-#[derive(Debug, Default)]
-pub struct Search {
-    seek: Option<Seek>,
-    /// The axis that is homing: its switch is no limit switch.
-    pub homing: Option<Axis>,
-}
-
-/// What a move looks for.
-#[derive(Clone, Copy, Debug)]
-struct Seek {
-    axis: Axis,
-    target: Target,
-    /// Where it answered, steps.
-    caught: Option<i32>,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Target {
-    /// The axis's reference switch takes a state.
-    Reference(bool),
-    Sensor(Sensor),
-}
 
 impl Machine {
     /// An input may have changed: a move that looks for it reacts.

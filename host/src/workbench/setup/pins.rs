@@ -1,18 +1,23 @@
 //! What hangs where: the pin tables of the firmware's manual, as pages and reports show them.
 
+use lang::part::{self, chip::Family};
 use lang::profile::Wiring;
 use serde_json::{Value, json};
 
 /// The manual, whose tables are the only ones.
 const MANUAL: &str = include_str!("../../../../firmware/README.md");
-/// Chips, and the heading above each one's table.
-const CHIPS: [(&str, &str); 2] = [("MSP430G2553", "## Pins"), ("MSP430F5529", "### MSP430F5529")];
+
+/// The heading above the table of the board that chips of a family sit on.
+const fn heading(family: Family) -> &'static str {
+    match family {
+        Family::Msp430 => "## Pins",
+        Family::Msp430X => "### MSP430F5529",
+    }
+}
 
 /// For each chip its pins and what they do with a wiring: `[[pins, function], ...]`.
 pub fn tables(wiring: Wiring) -> Value {
-    let chips =
-        CHIPS.map(|(chip, heading)| json!({ "chip": chip, "pins": table(heading, wiring) }));
-    Value::Array(chips.to_vec())
+    chips().map(|(chip, heading)| json!({ "chip": chip, "pins": table(heading, wiring) })).collect()
 }
 
 /// Rows of the table below a heading: the pins, and the column of the wiring.
@@ -35,6 +40,6 @@ pub fn table(heading: &str, wiring: Wiring) -> Vec<[String; 2]> {
 }
 
 /// The chips' names and the headings of their tables.
-pub const fn chips() -> [(&'static str, &'static str); 2] {
-    CHIPS
+pub fn chips() -> impl Iterator<Item = (&'static str, &'static str)> {
+    part::chips().map(|chip| (chip.name, heading(chip.family)))
 }

@@ -116,7 +116,7 @@ pub fn page(profile: &Profile, steps: &[(&str, Option<&Done>)], file: &str, when
         env!("CARGO_PKG_VERSION"),
         profile.link.address,
         profile.link.rate,
-        pins.concat(),
+        pins.collect::<String>(),
         escaped(file),
         when = escaped(&when),
     )

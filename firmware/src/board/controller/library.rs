@@ -1,0 +1,281 @@
+//! The library: uploads into it, and which of its programs Start runs.
+
+use super::Controller;
+use crate::flash::{self, Area, Image};
+use crate::vm::vm;
+use firmware::store::{self, Denied, NAME};
+use firmware::verify::Bytes;
+use lang::fault::Fault;
+use lang::image::at;
+use lang::record::BoardRecord;
+use lang::wire::{Exception, LIBRARY_NAME, Refusal, RunState, TraceKind, Upload};
+
+impl Controller {
+    /// Word `index` of the image that is uploaded.
+    ///
+    /// # Errors
+    /// Busy or locked; no upload is open, or an earlier word does not hold its value.
+    pub fn take_word(&mut self, index: u16, value: u16) -> Result<(), Exception> {
+        if self.staged.count == 0 {
+            self.may_replace()?;
+            crate::stream::forget_pieces();
+        }
+        let staged = &mut self.staged;
+        if staged.failed || !self.store.takes(2 * index) {
+            return Err(Exception::DeviceFailure);
+        }
+        if staged.count == 0 {
+            staged.first = index;
+        }
+        // One request brings words one behind the other, and no more than these.
+        let next = staged.first.wrapping_add(u16::from(staged.count));
+        let Some(place) = crate::stream::memory().get_mut(usize::from(staged.count)) else {
+            return Err(Exception::DeviceFailure);
+        };
+        if index != next {
+            return Err(Exception::DeviceFailure);
+        }
+        *place = value;
+        staged.count += 1;
+        Ok(())
+    }
+
+    /// Between two requests: what the last one brought goes to flash.
+    pub fn write_staged(&mut self) {
+        if self.staged.count == 0 {
+            return;
+        }
+        for n in 0..self.staged.count {
+            let place = self.staged.first + u16::from(n);
+            let word = crate::stream::memory().get(usize::from(n)).copied().unwrap_or_default();
+            // The link brings the earlier byte in the low half, as flash has it.
+            self.staged.failed |= self.store.write(&mut Area, 2 * place, word).is_err();
+        }
+        self.staged.count = 0;
+    }
+
+    /// The program that an upload or an erase is for.
+    fn meant(&self) -> u8 {
+        match (self.library.number, self.library.selected) {
+            (0, 0) => {
+                let free = |number: &u8| self.store.image_of::<Area>(*number).is_none();
+                (1..=crate::chip::PART.programs).find(free).unwrap_or(1)
+            }
+            (0, number) | (number, _) => number,
+        }
+    }
+
+    /// A code of the link for the upload.
+    ///
+    /// # Errors
+    /// Busy, locked, or refused, as the register says.
+    pub fn upload(&mut self, value: u16) -> Result<(), Exception> {
+        self.may_replace()?;
+        let code = Upload::from_number(value).ok_or(Exception::IllegalValue)?;
+        let number = self.meant();
+        let result = match code {
+            Upload::Begin | Upload::Replace => {
+                self.staged.failed = false;
+                // No fault is told from a piece any more.
+                crate::stream::close();
+                self.carry(number);
+                if self.library.number == 0 {
+                    // Nobody called it anything else.
+                    for n in 0..NAME as u16 {
+                        let word = self.store.name(&Area, number, n);
+                        self.library.name[usize::from(n) & (NAME - 1)] = word;
+                    }
+                }
+                let length = self.upload_length & 0x7FFF;
+                let keeps = self.upload_length & 0x8000 != 0;
+                let upload = store::Upload { number, length, keeps };
+                self.store.begin(&mut Area, upload, code as u16 == Upload::Replace as u16)
+            }
+            Upload::Erase => {
+                self.store.discard(&mut Area, number);
+                self.library.number = 0;
+                Ok(())
+            }
+            Upload::Commit if self.staged.failed => Err(Denied::Flash),
+            Upload::Commit => {
+                if let Some(open) = self.store.open_image::<Area>()
+                    && !self.check(flash::AREA + open)
+                {
+                    let refusal = self.refusal;
+                    self.stored();
+                    self.refusal = refusal;
+                    return Err(Exception::DeviceFailure);
+                }
+                let number = self.store.open_number();
+                let opened = self.store.open_image::<Area>();
+                let result = self
+                    .hand_over()
+                    .and_then(|()| self.store.commit(&mut Area, &self.library.name));
+                if result.is_ok() {
+                    // Who uploads next says again what he means.
+                    self.library.number = 0;
+                    if self.library.selected == 0 {
+                        self.remember(number);
+                    }
+                    if number == self.library.selected
+                        && let Some(opened) = opened
+                    {
+                        // It was checked just now.
+                        vm().attach(flash::AREA + opened);
+                    }
+                }
+                result
+            }
+        };
+        // The selected one is what Start runs, whatever ran last.
+        self.store.choose(self.library.selected);
+        if self.image().is_none() {
+            vm().attach(0);
+        }
+        self.stored();
+        self.refusal = match result {
+            Ok(()) => Refusal::None,
+            Err(Denied::NotBegun) => Refusal::NotBegun,
+            Err(Denied::TooLong) => Refusal::TooLong,
+            Err(Denied::Flash) => Refusal::Flash,
+            Err(Denied::Image) => Refusal::Crc,
+        } as u8;
+        if self.refusal == 0 { Ok(()) } else { Err(Exception::DeviceFailure) }
+    }
+
+    fn remember(&mut self, number: u8) {
+        self.library.selected = number;
+        if crate::boot::selected() != number {
+            crate::boot::select(number);
+        }
+    }
+
+    /// From now on Start runs this program, over any reset.
+    ///
+    /// # Errors
+    /// There is none of that number, or something runs.
+    pub fn select(&mut self, number: u16) -> Result<(), Exception> {
+        self.idle()?;
+        let number = u8::try_from(number).map_err(|_| Exception::IllegalValue)?;
+        if !self.store.choose(number) {
+            return Err(Exception::IllegalValue);
+        }
+        self.remember(number);
+        self.stored();
+        Ok(())
+    }
+
+    /// After a reset: the program that was selected before, or the only one.
+    pub fn reselect(&mut self) {
+        let before = crate::boot::settle_selected();
+        self.library.selected = match self.store.choose(before) {
+            true => before,
+            false => self.store.current(),
+        };
+    }
+
+    /// The program of the selection inputs becomes the one that a start runs, where the profile has such; else the
+    /// selected one does.
+    ///
+    /// # Errors
+    /// The library has none of that number.
+    pub fn choose(&mut self) -> Result<(), Fault> {
+        let number = match self.select_inputs() {
+            0 => self.library.selected,
+            number => number,
+        };
+        if self.store.choose(number) { Ok(()) } else { Err(Fault::NoProgram) }
+    }
+
+    /// RUN at rest, once the line rests, too: the run ends, and another program's begins in its place. The selection
+    /// stays.
+    ///
+    /// # Errors
+    /// The library has none of that name. One that fails its check ends the run as it would end a start.
+    pub fn run_other(&mut self) -> Result<(), Fault> {
+        if self.first() {
+            let name = vm().data + vm().operand_word();
+            let called = |number: &u8| self.is_called(*number, Image(name));
+            let number = (1..=crate::chip::PART.programs).find(called);
+            // A piece of a streamed job is no program that could end.
+            let number = number.filter(|_| !crate::streams());
+            self.effect.n = number.ok_or(Fault::NoProgram)?;
+        }
+        if !self.motor.settled() || !self.line_rests {
+            return Ok(());
+        }
+        self.save();
+        self.outputs = self.outputs & self.record.end.keep | self.record.end.on;
+        // Not behind the check, which takes a while.
+        self.exchange();
+        let (before, number) = (self.store.current(), self.effect.n);
+        let pc = self.pc_of_effect();
+        self.store.choose(number);
+        if !self.image().is_some_and(|image| self.enter(image)) {
+            self.store.choose(before);
+            self.fail(Fault::ImageRefused);
+            return Ok(());
+        }
+        self.set_out_anew();
+        // Where RUN stood in the other one's code.
+        self.effect_pc = vm().code.wrapping_add(pc);
+        self.emit(TraceKind::Run, number, 0);
+        Ok(())
+    }
+
+    /// Whether there is a program of this number whose name is that text, which begins with its length. Letters of
+    /// both cases are the same.
+    fn is_called(&self, number: u8, text: Image) -> bool {
+        let length = u16::from(text.byte(0));
+        let alike = |at: u16| {
+            let [even, odd] = self.store.name(&Area, number, at >> 1).to_be_bytes();
+            let has = if at & 1 == 0 { even } else { odd };
+            let wanted = if at < length { text.byte(at + 1) } else { 0 };
+            has.eq_ignore_ascii_case(&wanted)
+        };
+        length != 0 && length <= 2 * NAME as u16 && (0..2 * NAME as u16).all(alike)
+    }
+
+    /// The binary number of the selection inputs' levels, the lowest input first; 0 without such.
+    fn select_inputs(&self) -> u8 {
+        let (first, count) = (self.record.select & 31, self.record.select >> 5);
+        if count == BoardRecord::NEXT {
+            return 0;
+        }
+        (0..count).map(|n| u8::from(self.input(first + n)) << n).sum()
+    }
+
+    /// Each millisecond: the button for the next program selects it where it is pressed, if nothing runs.
+    pub fn next_program(&mut self) {
+        let (input, what) = (self.record.select & 31, self.record.select >> 5);
+        let pressed = what == BoardRecord::NEXT && self.input(input);
+        let was = core::mem::replace(&mut self.library.pressed, pressed);
+        if !pressed || was || self.idle().is_err() || self.session.state() == RunState::Fault {
+            return;
+        }
+        let most = crate::chip::PART.programs;
+        let mut number = self.library.selected;
+        for _ in 0..most {
+            number = if number >= most { 1 } else { number + 1 };
+            if self.select(number.into()).is_ok() {
+                self.library.shown = number;
+                self.blink = 0;
+                return;
+            }
+        }
+    }
+
+    /// Register `index` of the list of programs: 16 for each, from that of program 1 on.
+    pub fn listed(&self, index: u16) -> u16 {
+        let (number, field) = ((index >> 4) as u8 + 1, index & 15);
+        let Some(offset) = self.store.image_of::<Area>(number) else { return 0 };
+        let image = Image(flash::AREA + offset);
+        match field {
+            0 => image.word(at::LEN as u16),
+            1 => image.word(at::CRC as u16),
+            2 => u16::from(image.byte(at::KEEPS as u16)),
+            LIBRARY_NAME.. => self.store.name(&Area, number, field - LIBRARY_NAME),
+            _ => 0,
+        }
+    }
+}

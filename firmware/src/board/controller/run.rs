@@ -1,0 +1,206 @@
+//! One pass of the program: the VM to its next effect, the effect as far as it gets.
+
+use super::Controller;
+use super::effect::{END, Effect};
+use crate::vm::vm;
+use crate::vm_core;
+use lang::fault::Fault;
+use lang::isa::Op;
+use lang::record::OutputStates;
+use lang::vm::flag;
+use lang::wire::{End, RunState, TraceKind};
+
+/// Codes from here on are effects.
+const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
+
+/// Whether an effect tells nothing behind its first call.
+fn tells_once(code: u8) -> bool {
+    const LINEAR: u8 = Op::Linear as u8;
+    const MOVE_RAMP: u8 = Op::MoveRamp as u8;
+    const ARC: u8 = Op::Arc as u8;
+    const ARC_BY: u8 = Op::ArcBy as u8;
+    const WAIT: u8 = Op::Wait as u8;
+    const STOP_AXE: u8 = Op::StopAxe as u8;
+    matches!(code, LINEAR..=MOVE_RAMP | ARC..=ARC_BY | WAIT | STOP_AXE)
+}
+
+impl Controller {
+    /// One pass of the program.
+    pub fn run(&mut self) {
+        if self.session.is_paused() {
+            let ramping = self.session.state() == RunState::Stopping;
+            if ramping && self.motor.rests() {
+                // Outputs wait for nothing, the end for the host that traces; KEEP values for the line.
+                let ends = self.session.ends();
+                if let Some(end) = ends {
+                    let states = self.states_at(end);
+                    self.outputs = self.outputs & states.keep | states.on;
+                }
+                if self.motor.settled() && (ends.is_none() || !self.trace.full) && self.line_rests {
+                    self.rested();
+                }
+            } else if ramping && self.seeks() {
+                // What it looks for may come on the way to rest, too.
+                self.go_on();
+            }
+            return;
+        }
+        if !self.session.executes() {
+            if !self.session.is_active() && self.effect.code != 0 {
+                self.direct_effect();
+            }
+            return;
+        }
+        // The handler comes over the link.
+        #[cfg(feature = "stream")]
+        if crate::stream::waits() {
+            return;
+        }
+        if self.motor.take_limited() != 0 {
+            let pc = if self.effect.code != 0 { self.effect_pc } else { vm().pc };
+            self.raise(Fault::SoftLimit, pc, true);
+            return;
+        }
+        if let Some((fault, pc)) = self.late {
+            if self.motor.path_rests() {
+                self.late = None;
+                self.raise(fault, pc, false);
+            }
+            return;
+        }
+        self.pulse_over();
+        if self.effect.code == 0 {
+            self.step();
+        }
+        self.go_on();
+    }
+
+    /// Goes on with the effect under way, if there is one.
+    fn go_on(&mut self) {
+        // A line longer than the ring was announced by the event that fills the slot, and the host
+        // takes it before it asks for the next one.
+        const NUMBER: u8 = Op::PrintNumber as u8;
+        const TEXT_FAR: u8 = Op::PrintTextFar as u8;
+        const END: u8 = Op::PrintEnd as u8;
+        let prints = matches!(self.effect.code, NUMBER..=TEXT_FAR | END);
+        // What tells its only event at its beginning goes on to its end: a host halts the program before
+        // the next effect.
+        let told = self.effect.phase != 0 && tells_once(self.effect.code);
+        let free = !self.trace.full || told || self.announced && prints;
+        if self.effect.code != 0 && free {
+            match self.perform() {
+                Ok(true) => {
+                    self.forget();
+                    self.serve();
+                }
+                Ok(false) => self.serve(),
+                Err(fault) => {
+                    let pc = self.effect_pc;
+                    self.found(fault, pc);
+                }
+            }
+        }
+    }
+
+    /// The program or piece has come to its end.
+    fn ended(&mut self) {
+        #[cfg(feature = "stream")]
+        match crate::stream::follow(self) {
+            Ok(true) if crate::stream::is_dry() => return self.serve(),
+            Ok(true) => return,
+            Ok(false) => {}
+            Err(fault) => return self.fail(fault),
+        }
+        self.effect.code = END;
+    }
+
+    /// Goes on with a homing or probing command.
+    fn direct_effect(&mut self) {
+        let result = self.perform();
+        if let Ok(false) = result {
+            return;
+        }
+        if result.is_err() {
+            let bit = 1 << self.effect.n;
+            if self.effect.code == Op::Probe as u8 {
+                self.probe_error |= bit;
+            } else {
+                self.homing_error |= bit;
+            }
+        }
+        self.forget();
+    }
+
+    /// What the outputs come to where a run ends.
+    fn states_at(&self, end: End) -> OutputStates {
+        if end as u8 == End::Fault as u8 { self.record.fault } else { self.record.end }
+    }
+
+    fn rested(&mut self) {
+        self.save();
+        let stopped = self.session.rested();
+        let states = stopped.map_or(self.record.pause, |end| self.states_at(end));
+        self.resume_outputs = self.outputs;
+        self.outputs = self.outputs & states.keep | states.on;
+        self.drive_pwm();
+        if let Some(end) = stopped {
+            crate::boot::mark(false);
+            if let End::Fault = end {
+                self.log();
+            }
+            if end as u8 == End::Fault as u8 {
+                self.effect_pc = vm().fault_pc;
+            } else if end as u8 != End::Done as u8 {
+                if self.effect.code == 0 {
+                    self.effect_pc = vm().pc;
+                }
+                self.effect_pc = self.place();
+            }
+            self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
+            self.forget();
+            // A streamed run leaves what is stored, or nothing.
+            self.session.stored(self.image().is_some());
+        }
+    }
+
+    /// Lets the VM run to its next effect, or for a slice.
+    fn step(&mut self) {
+        vm().poll = 0;
+        let exit = vm_core::run();
+        let vm = vm();
+        // Codes above a byte leave the core between two instructions.
+        // Behind an instruction, and behind the wait that a handler goes back to.
+        let behind = exit <= 0xFF || exit == vm_core::HANDLER_END;
+        self.effect_pc = vm.pc.wrapping_sub(u16::from(behind));
+        match exit {
+            vm_core::YIELD => self.serve(),
+            vm_core::HANDLER_END => {
+                vm.flags &= !flag::EVENT;
+                self.handler_left();
+            }
+            0 => self.ended(),
+            FIRST_EFFECT..=0xFF => {
+                let more = vm.flags & flag::MORE != 0;
+                vm.flags &= !(flag::MORE | flag::WITHIN);
+                if more {
+                    vm.flags |= flag::WITHIN;
+                }
+                self.effect.code = exit as u8;
+            }
+            0x01..FIRST_EFFECT => match vm.soft(exit as u8) {
+                Ok(false) => {}
+                // A GOTO left the error handler and with it what it had interrupted.
+                Ok(true) if exit as u8 == Op::Leave as u8 => {
+                    self.outer = Effect::NONE;
+                    self.serve();
+                }
+                Ok(true) => self.handler_left(),
+                Err(fault) => self.found(fault, vm.pc.wrapping_sub(1)),
+            },
+            _ => {
+                let fault = Fault::from_number(exit as u8).unwrap_or(Fault::ImageRefused);
+                self.found(fault, vm.pc.wrapping_sub(1));
+            }
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! What the host is told in trace mode, event by event.
+
+use super::Controller;
+use crate::motor::tag;
+use crate::observe;
+use crate::vm::vm;
+use lang::wire::{TRACE_OK, TRACE_QUEUE_LENGTH, TRACE_QUEUED, TraceKind};
+
+/// Events that a queue holds, a power of two.
+pub const ROOM: u8 = 8;
+
+/// What happened.
+#[derive(Clone, Copy)]
+pub struct Told {
+    /// [`TraceKind`] and argument.
+    pub kind: u8,
+    /// See `kind`.
+    pub argument: u8,
+    /// Where the effect stands in the code.
+    pub pc: u16,
+    /// Its value.
+    pub value: i32,
+    /// Commanded places then, steps.
+    pub commanded: [i32; 3],
+}
+
+/// The events that a host in trace mode has not received yet: one, or a queue of [`ROOM`].
+pub struct Trace {
+    /// Trace mode.
+    pub on: bool,
+    /// The program need not wait for each event.
+    queued: bool,
+    /// There is no room for another event.
+    pub full: bool,
+    /// Number of the last event.
+    pub number: u16,
+    /// The newest events, by number.
+    told: [Told; ROOM as usize],
+    /// How many of them were not received, of a queue.
+    waiting: u8,
+    /// Milliseconds until trace mode ends, as its reader has gone.
+    left: u16,
+}
+
+/// Trace mode ends so long after its reader, ms.
+const PATIENCE: u16 = 2000;
+
+impl Trace {
+    /// A millisecond without a reader.
+    pub(super) fn tick(&mut self) {
+        self.left = self.left.saturating_sub(1);
+        if self.left == 0 {
+            self.on = false;
+            self.full = false;
+            self.waiting = 0;
+        }
+    }
+
+    /// What a host writes to TRACE_MODE.
+    pub fn set(&mut self, mode: u16) {
+        self.on = mode != 0;
+        self.queued = mode == TRACE_QUEUED;
+        self.full = false;
+        self.waiting = 0;
+        self.left = PATIENCE;
+    }
+
+    /// A run begins. A host may halt the program before its first effect, but from a queue.
+    pub(super) fn begin(&mut self) {
+        self.number = 0;
+        self.waiting = 0;
+        self.full = self.on && !self.queued;
+    }
+
+    /// Whether events of the last run were not received.
+    pub(super) fn is_unread(&self) -> bool {
+        self.full || self.waiting != 0
+    }
+
+    /// The event of a number, if it is one of the newest.
+    pub fn event(&self, number: u16) -> &Told {
+        &self.told[usize::from(number as u8 % ROOM)]
+    }
+
+    fn put(&mut self, told: Told) {
+        self.number = self.number.wrapping_add(1);
+        self.told[usize::from(self.number as u8 % ROOM)] = told;
+        self.full = true;
+        if self.queued {
+            if self.waiting != ROOM {
+                self.waiting += 1;
+            }
+            self.full = self.waiting == ROOM;
+        }
+    }
+
+    /// A register of the queue: of its events, oldest first, [`TRACE_QUEUE_LENGTH`] each; 0 behind the newest.
+    pub fn queue(&mut self, at: u16) -> u16 {
+        self.left = PATIENCE;
+        let mut n = 0;
+        let mut field = at;
+        while field >= TRACE_QUEUE_LENGTH {
+            field -= TRACE_QUEUE_LENGTH;
+            n += 1;
+        }
+        if n >= u16::from(self.waiting) {
+            return 0;
+        }
+        let number = self.number.wrapping_sub(u16::from(self.waiting)).wrapping_add(n + 1);
+        let told = self.event(number);
+        match field {
+            0 => number,
+            1 => u16::from_le_bytes([told.kind, told.argument]),
+            2 => told.pc,
+            _ => {
+                let value = match field {
+                    3 | 4 => told.value,
+                    _ => told.commanded[usize::from(((field - 5) >> 1) as u8) % 3],
+                };
+                if field & 1 != 0 { value as u16 } else { (value >> 16) as u16 }
+            }
+        }
+    }
+
+    /// The host has received the events up to number `number`; `false` when they are not there.
+    pub fn take(&mut self, number: u16) -> bool {
+        let later = self.number.wrapping_sub(number);
+        if later > u16::from(self.waiting) {
+            return false;
+        }
+        self.waiting = later as u8;
+        if self.queued {
+            self.full = false;
+        }
+        true
+    }
+}
+
+impl Controller {
+    /// One event for the host; there is room when this is called.
+    pub fn emit(&mut self, kind: TraceKind, argument: u8, value: i32) {
+        let pc = self.pc_of_effect();
+        observe::event(kind as u8, argument, value, &self.motor.steps, pc);
+        if !self.trace.on {
+            return;
+        }
+        let commanded = self.motor.steps;
+        self.trace.put(Told { kind: kind as u8, argument, pc, value, commanded });
+    }
+
+    /// A block of the path is about to be appended: its tag. Its beginning is an event, but of a rapid move, which
+    /// begins at once. A host in trace mode is told here, and so is who observes a streamed job, whose pieces
+    /// have no lasting place.
+    pub fn tell_block(&mut self, kind: TraceKind) -> u32 {
+        let pc = self.pc_of_effect();
+        let at_once = kind as u8 == TraceKind::Rapid as u8;
+        if at_once || self.trace.on || crate::streams() {
+            self.emit(kind, 0, 0);
+            return tag(None, pc);
+        }
+        tag(Some(kind), pc)
+    }
+
+    /// Whether the path would take another block: in trace mode one ahead of the playing one.
+    pub fn path_has_room(&self) -> bool {
+        self.motor.path_has_room(self.trace.on)
+    }
+
+    /// Where what runs stands in memory: the statement of the path's block that plays, else the effect's.
+    pub fn place(&self) -> u16 {
+        match self.motor.block_pc() {
+            Some(pc) if !crate::streams() => pc.wrapping_add(vm().code),
+            _ => self.effect_pc,
+        }
+    }
+
+    /// Address of the effect's instruction in the program's code.
+    pub fn pc_of_effect(&self) -> u16 {
+        self.effect_pc.wrapping_sub(vm().code)
+    }
+
+    /// An event with an outcome.
+    pub fn emit_outcome(&mut self, kind: TraceKind, argument: u8, ok: bool, value: i32) {
+        self.emit(kind, argument | if ok { TRACE_OK } else { 0 }, value);
+    }
+
+    /// The program waits with its next effect for the host that traces.
+    pub fn waits(&self) -> bool {
+        self.trace.full && self.effect.code != 0 && self.effect.phase == 0
+    }
+
+    /// The host has received every event before number `number`.
+    pub fn received(&mut self, odd: bool) {
+        self.trace.left = PATIENCE;
+        // Reading the slot of the other parity says that the event in this one was received.
+        if self.trace.full && (self.trace.number & 1 != 0) != odd {
+            self.trace.full = false;
+        }
+    }
+}
