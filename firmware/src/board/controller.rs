@@ -16,7 +16,6 @@ pub use events::{Event, PENDING};
 use keep::Carried;
 use trace::Trace;
 
-use crate::check;
 use crate::chip::PART;
 use crate::flash::Area;
 use crate::home::Plan;
@@ -30,7 +29,6 @@ use firmware::motion::Feed;
 use firmware::print::Print;
 use firmware::session::Session;
 use firmware::store::Store;
-use firmware::verify::CODE;
 use lang::fault::Fault;
 use lang::record::{BoardRecord, feature};
 
@@ -210,26 +208,8 @@ impl Controller {
         }
     }
 
-    /// The stored program may have changed: it is checked, unless it is attached and so was before, and its
-    /// profile holds.
-    pub fn stored(&mut self) {
-        #[cfg(feature = "stream")]
-        crate::stream::forget_pieces();
-        let attached = vm().code;
-        let image = self.image().filter(|&image| image + CODE == attached || self.check(image));
-        vm().attach(image.unwrap_or(0));
-        self.session.stored(image.is_some());
-    }
-
     /// Address of the stored image.
     pub fn image(&self) -> Option<u16> {
         self.store.image::<Area>().map(|offset| crate::flash::AREA + offset)
-    }
-
-    /// Checks the image at an address. The pool stays as it is: AT variables live in it between runs.
-    pub fn check(&mut self, image: u16) -> bool {
-        self.refusal =
-            check::verify(image, FEATURES as u8, crate::stream::scratch()).err().unwrap_or(0);
-        self.refusal == 0
     }
 }

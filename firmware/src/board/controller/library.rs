@@ -1,16 +1,35 @@
 //! The library: uploads into it, and which of its programs Start runs.
 
-use super::Controller;
+use super::{Controller, FEATURES};
+use crate::check;
 use crate::flash::{self, Area, Image};
 use crate::vm::vm;
 use firmware::store::{self, Denied, NAME};
-use firmware::verify::Bytes;
+use firmware::verify::{Bytes, CODE};
 use lang::fault::Fault;
 use lang::image::at;
 use lang::record::BoardRecord;
 use lang::wire::{Exception, LIBRARY_NAME, Refusal, RunState, TraceKind, Upload};
 
 impl Controller {
+    /// The stored program may have changed: it is checked, unless it is attached and so was before, and its
+    /// profile holds.
+    pub fn stored(&mut self) {
+        #[cfg(feature = "stream")]
+        crate::stream::forget_pieces();
+        let attached = vm().code;
+        let image = self.image().filter(|&image| image + CODE == attached || self.check(image));
+        vm().attach(image.unwrap_or(0));
+        self.session.stored(image.is_some());
+    }
+
+    /// Checks the image at an address. The pool stays as it is: AT variables live in it between runs.
+    pub fn check(&mut self, image: u16) -> bool {
+        self.refusal =
+            check::verify(image, FEATURES as u8, crate::stream::scratch()).err().unwrap_or(0);
+        self.refusal == 0
+    }
+
     /// Word `index` of the image that is uploaded.
     ///
     /// # Errors
