@@ -62,7 +62,8 @@
 //! [`TRACE_QUEUED`] to [`TRACE_MODE`]. Then the events that wait stand from `TRACE_QUEUE` on, oldest first,
 //! [`TRACE_QUEUE_LENGTH`] registers each: those of a slot and the six of [`COMMANDED`] as they were then. One with
 //! number 0 and kind 0 is none. Write the number of the last one that was read to [`TRACE_TAKEN`]; the program waits only
-//! while the queue is full.
+//! while the queue is full. A streamed job has fewer slots beside a queue, so it begins before [`Stream::Open`]: exception 6
+//! while a job has them all.
 //!
 //! # Print
 //! [`PRINT_COUNT`] bytes wait, the first is number [`PRINT_TAIL`] modulo 65536, up to 32 of them

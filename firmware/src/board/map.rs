@@ -135,7 +135,7 @@ impl Controller {
         if (self.trace.number & 1 != 0) != odd {
             return 0;
         }
-        let told = self.trace.event(self.trace.number);
+        let told = self.trace.newest;
         match address & 7 ^ TRACE_EVEN & 7 {
             0 => self.trace.number,
             1 => u16::from_le_bytes([told.kind, told.argument]),
@@ -337,6 +337,13 @@ impl Map for Controller {
                 Ok(())
             }
             TRACE_MODE => {
+                #[cfg(feature = "stream")]
+                if value == TRACE_QUEUED && !crate::stream::gives_queue() {
+                    if self.session.is_active() {
+                        return Err(Exception::Busy);
+                    }
+                    crate::stream::forget_pieces();
+                }
                 self.trace.set(value);
                 Ok(())
             }

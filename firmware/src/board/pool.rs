@@ -11,6 +11,12 @@ pub const POOL_WORDS: usize = PART.pool[0] as usize / 2;
 pub const PIECE_POOL: usize = 64;
 /// Words of those: 2 KB.
 pub const WAITING_WORDS: usize = 1008;
+/// Words of the last of them, in which a queue of events may be instead.
+pub const QUEUE_WORDS: usize = 3 * WAITING_WORDS / 8;
+/// Where that begins, in words.
+pub const QUEUE: usize = PIECE_POOL + WAITING_WORDS - QUEUE_WORDS;
+// A request that brings a program lies between, too.
+const _: () = assert!(QUEUE >= POOL_WORDS + 64);
 /// Words of the pool, or of that of a piece and those that wait.
 const MEMORY_WORDS: usize = PIECE_POOL + WAITING_WORDS;
 const _: () = assert!(MEMORY_WORDS >= POOL_WORDS);

@@ -9,7 +9,7 @@
 use crate::check;
 use crate::controller::{Controller, FEATURES};
 use crate::flash::Image;
-use crate::pool::{PIECE_POOL, POOL_WORDS, WAITING_WORDS, behind};
+use crate::pool::{PIECE_POOL, POOL_WORDS, QUEUE_WORDS, WAITING_WORDS, behind};
 use crate::vm::vm;
 use core::ptr::{addr_of, addr_of_mut};
 use firmware::modbus::FRAME;
@@ -27,6 +27,9 @@ use lang::wire::{Stream as Code, *};
 
 /// Pieces that wait, beside the one that runs: 2 KB.
 const WAITING: u16 = 8;
+/// The same where a queue of events has the memory of the last.
+const BESIDE_QUEUE: u16 = 5;
+const _: () = assert!((WAITING - BESIDE_QUEUE) as usize * PIECE_WORDS == QUEUE_WORDS);
 /// Words of a piece, header, code and data: two requests of the link. Their check takes 4 ms, in which the
 /// planner stands still: less than what the step engine has ahead.
 const PIECE_WORDS: usize = 126;
@@ -54,6 +57,8 @@ struct Store {
     accepted: u16,
     /// Pieces begun.
     begun: u16,
+    /// How many may wait.
+    places: u8,
     /// Slot of the next piece to arrive.
     filling: u8,
     /// Slot of the next piece to run.
@@ -80,6 +85,7 @@ static mut STREAM: Store = Store {
     frame: [0; FRAME_WORDS],
     accepted: 0,
     begun: 0,
+    places: WAITING as u8,
     filling: 0,
     next: 0,
     starved: 0,
@@ -137,7 +143,7 @@ fn frame() -> u16 {
 
 /// The slot after one.
 fn after(n: u8) -> u8 {
-    if u16::from(n) + 1 == WAITING { 0 } else { n + 1 }
+    if n + 1 >= stream().places { 0 } else { n + 1 }
 }
 
 /// Whether the VM stands in a piece, not in the stored program.
@@ -180,6 +186,12 @@ fn forget(stream: &mut Store) {
 pub fn forget_pieces() {
     forget(stream());
     close();
+}
+
+/// Whether a queue of events may have the memory of the last pieces.
+pub fn gives_queue() -> bool {
+    let stream = stream();
+    !stream.open || u16::from(stream.places) == BESIDE_QUEUE
 }
 
 /// Memory of the last pieces, for others while there are none. No stored program has cells there.
@@ -269,7 +281,7 @@ pub fn read(address: u16) -> u16 {
         STREAM_STARVED => stream.starved,
         STREAM_RESULT => u16::from(stream.result),
         STREAM_CALL => stream.call,
-        STREAM_SLOTS => WAITING + 1,
+        STREAM_SLOTS => u16::from(stream.places) + 1,
         STREAM_BYTES => 2 * PIECE_WORDS as u16 - HEADER as u16,
         _ => (FRAME as u16 - 9) / 2,
     }
@@ -293,7 +305,7 @@ pub fn write_machine(index: u16, value: u16) {
 #[inline(never)]
 pub fn write(index: u16, value: u16) -> Result<(), Exception> {
     let stream = stream();
-    if !stream.open || stream.accepted.wrapping_sub(stream.begun) >= WAITING {
+    if !stream.open || stream.accepted.wrapping_sub(stream.begun) >= u16::from(stream.places) {
         return Err(Exception::Busy);
     }
     let filling = stream.filling;
@@ -353,6 +365,8 @@ pub fn control(controller: &mut Controller, value: u16, idle: bool) -> Result<()
     if let Code::Open = code {
         stream.begun = 0;
         stream.next = 0;
+        let places = if controller.trace.has_queue() { BESIDE_QUEUE } else { WAITING };
+        stream.places = places as u8;
         stream.starved = 0;
         stream.running = false;
         stream.call = 0;

@@ -11,7 +11,7 @@ use crate::board::{Build, F5529, G2553};
 
 /// Rates that are asked for, highest first, until one is done without a lost step.
 const RATES: [u32; 12] = [
-    100_000, 93_000, 90_000, 80_000, 60_000, 50_000, 45_000, 40_000, 30_000, 20_000, 15_000, 10_000,
+    100_000, 91_000, 90_000, 80_000, 60_000, 50_000, 45_000, 40_000, 30_000, 20_000, 15_000, 10_000,
 ];
 /// Rate at which the edges are compared with the ideal ones: no divisor of the clock.
 const STEADY_RATE: u32 = 17_777;

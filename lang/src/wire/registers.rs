@@ -28,7 +28,7 @@ macro_rules! register_rows {
                 PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
                 PROFILE_MORE: Holding 5240 + 16, WRITABLE;
                 LIBRARY: Holding 6000 + 1024, 0;
-                TRACE_QUEUE: Holding 7100 + 88, 0;
+                TRACE_QUEUE: Holding 7100 + 352, 0;
                 UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;
                 STREAM_MACHINE: Holding 9600 + 73, WRITABLE;
                 STREAM_PIECE: Holding 9700 + 256, WRITABLE;

@@ -3,11 +3,21 @@
 use super::Controller;
 use crate::motor::tag;
 use crate::observe;
+use crate::pool;
 use crate::vm::vm;
 use lang::wire::{TRACE_OK, TRACE_QUEUE_LENGTH, TRACE_QUEUED, TraceKind};
 
 /// Events that a queue holds, a power of two.
-pub const ROOM: u8 = 8;
+pub const ROOM: u8 = 32;
+const _: () = assert!(ROOM as usize * size_of::<Told>() <= 2 * pool::QUEUE_WORDS);
+
+/// The queue: the last of the memory behind the pool.
+fn events() -> &'static mut [Told; ROOM as usize] {
+    let memory = pool::behind(pool::QUEUE);
+    // SAFETY: it is large enough, at an even address, of numbers only, and while the queue is in use nobody else
+    // has this memory.
+    unsafe { &mut *memory.as_mut_ptr().cast() }
+}
 
 /// What happened.
 #[derive(Clone, Copy)]
@@ -34,8 +44,8 @@ pub struct Trace {
     pub full: bool,
     /// Number of the last event.
     pub number: u16,
-    /// The newest events, by number.
-    told: [Told; ROOM as usize],
+    /// The newest event.
+    pub newest: Told,
     /// How many of them were not received, of a queue.
     waiting: u8,
     /// Milliseconds until trace mode ends, as its reader has gone.
@@ -56,7 +66,12 @@ impl Trace {
         }
     }
 
-    /// What a host writes to TRACE_MODE.
+    /// Whether the queue's memory is in use.
+    pub fn has_queue(&self) -> bool {
+        self.on && self.queued
+    }
+
+    /// What a host writes to TRACE_MODE. A queue is for nobody whose pieces may be in its memory.
     pub fn set(&mut self, mode: u16) {
         self.on = mode != 0;
         self.queued = mode == TRACE_QUEUED;
@@ -77,16 +92,12 @@ impl Trace {
         self.full || self.waiting != 0
     }
 
-    /// The event of a number, if it is one of the newest.
-    pub fn event(&self, number: u16) -> &Told {
-        &self.told[usize::from(number as u8 % ROOM)]
-    }
-
     fn put(&mut self, told: Told) {
         self.number = self.number.wrapping_add(1);
-        self.told[usize::from(self.number as u8 % ROOM)] = told;
+        self.newest = told;
         self.full = true;
         if self.queued {
+            events()[usize::from(self.number as u8 % ROOM)] = told;
             if self.waiting != ROOM {
                 self.waiting += 1;
             }
@@ -107,7 +118,7 @@ impl Trace {
             return 0;
         }
         let number = self.number.wrapping_sub(u16::from(self.waiting)).wrapping_add(n + 1);
-        let told = self.event(number);
+        let told = &events()[usize::from(number as u8 % ROOM)];
         match field {
             0 => number,
             1 => u16::from_le_bytes([told.kind, told.argument]),
