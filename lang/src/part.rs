@@ -23,7 +23,7 @@ pub struct Part {
     pub chip: &'static Chip,
     /// Rate of its processor and of the step timer, Hz.
     pub clock: u32,
-    /// Cycles between two step events that leave the processor enough for everything else (`pasapas bench motion`).
+    /// Cycles between two steps of an axis that leave the processor enough for everything else (`pasapas bench motion`).
     pub event_cycles: u32,
     /// Features ([`crate::record::feature`]) that it has.
     pub features: u16,
@@ -72,6 +72,10 @@ pub fn chips() -> impl Iterator<Item = &'static Chip> {
     (0..PARTS.len()).filter(move |n| first(*n)).map(|n| PARTS[n].chip)
 }
 
+/// Step events of a path in a second, at most: its interrupt of 212 cycles at a segment's change comes behind one of the
+/// link's of 55, and the F5529 has 274 of its 25 MHz. An axis on its own is as fast as [`Part::top_rate`].
+pub const PATH_RATE: u32 = 91_000;
+
 /// The longest STEP pulse that one interrupt makes, us.
 pub const SHORT_PULSE_US: u8 = 3;
 
@@ -80,8 +84,8 @@ pub const SHORT_PULSE_US: u8 = 3;
 const LONG_EVENT_CYCLES: u32 = 360;
 
 impl Part {
-    /// Step events in a second that the engine keeps up with pulses of this width, the link
-    /// busy: those of a path or a single axis, or of each axis where they move on their own (START).
+    /// Steps in a second that the engine keeps up with pulses of this width, the link busy: those of a single axis or,
+    /// up to [`PATH_RATE`], of a path, or of each axis where they move on their own (START).
     pub const fn top_rate(&self, pulse_us: u8, on_their_own: bool) -> u32 {
         let cycles = match pulse_us {
             0..=SHORT_PULSE_US => self.event_cycles,
@@ -275,8 +279,8 @@ mod tests {
             assert!(rates.is_sorted_by(|a, b| a >= b), "{}: {rates:?}", part.name);
         }
         assert_eq!([2, 30].map(|pulse| G2553.top_rate(pulse, false)), [60_000, 19_047]);
-        assert_eq!([2, 30].map(|pulse| F5529.top_rate(pulse, false)), [91_000, 22_522]);
-        assert_eq!([2, 30].map(top_rate), [91_000, 22_522]);
+        assert_eq!([2, 30].map(|pulse| F5529.top_rate(pulse, false)), [100_000, 22_522]);
+        assert_eq!([2, 30].map(top_rate), [100_000, 22_522]);
     }
 
     #[test]

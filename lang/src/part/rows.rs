@@ -74,8 +74,8 @@ pub const F5529: Part = Part {
     about: "the MSP430F5529, with everything",
     chip: &MSP430F5529,
     clock: 25_000_000,
-    // A path's interrupt of 190 behind a character's and the millisecond's, 77 together.
-    event_cycles: 274,
+    // The single handler's 181 at a segment's change, behind one of the link's of 55.
+    event_cycles: 250,
     features: feature::INTERPOLATE
         | feature::START
         | feature::ARC

@@ -5,6 +5,7 @@ use super::Feed;
 use crate::motion::arc::Arc;
 use crate::motion::math::signed;
 use crate::motion::scaled::Scaled;
+use lang::part::PATH_RATE;
 use lang::record::AxisRecord;
 
 /// A block's shape.
@@ -186,7 +187,7 @@ impl Geometry {
     /// Lowers the limits to those of an axis that moves by one step in `along` um of path.
     fn limit(&mut self, axis: &AxisRecord, along: Scaled) {
         self.start = self.start.least(along.times(Scaled::new(axis.start_rate.max(1).into())));
-        self.top = self.top.least(along.times(Scaled::new(axis.top_rate)));
+        self.top = self.top.least(along.times(Scaled::new(axis.top_rate.min(PATH_RATE))));
         self.accel = self.accel.least(along.times(Scaled::new(axis.accel)));
         self.decel = self.decel.least(along.times(Scaled::new(axis.decel)));
     }
