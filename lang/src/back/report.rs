@@ -124,6 +124,8 @@ pub struct Excess {
 const MAX_KEEPS: usize = 8;
 /// Bytes of texts at most: short columns may lie before them.
 const MAX_TEXTS: usize = 0x8000;
+/// Cells of an array at most: an instruction has its length in a byte.
+const MAX_ARRAY: usize = u8::MAX as usize;
 /// Values on the expression stack and entries of the call stack at most: what parts promise.
 pub const MAX_DEPTH: usize = 16;
 
@@ -139,6 +141,11 @@ pub fn excesses(program: &Program, unit: &Unit, graph: &Graph, cells: &Cells) ->
     if cells.count > MAX_CELLS {
         let span = cells.beyond(program, MAX_CELLS);
         check(Resource::Cells, cells.count, MAX_CELLS, &span);
+    }
+    let long = |var: &&VarId| program.var(**var).len as usize > MAX_ARRAY;
+    if let Some(var) = cells.of.keys().filter(long).min() {
+        let var = program.var(*var);
+        check(Resource::Cells, var.len as usize, MAX_ARRAY, &var.span);
     }
     check(Resource::Stack, stack, MAX_DEPTH, &graph.stack_span);
     check(Resource::Calls, calls, MAX_DEPTH, &graph.calls_span);

@@ -36,6 +36,17 @@ fn too_many_cells_are_refused_at_the_variable_that_is_too_much() {
 }
 
 #[test]
+fn an_array_is_no_longer_than_an_instruction_can_say() {
+    assert_eq!(excesses("DIM a(255)\na(a(1)) = 1\n"), []);
+    let text = "DIM a(256)\na(a(1)) = 1\n";
+    let found = excesses(text);
+    let [Excess { resource: Resource::Cells, used: 256, available: 255, span }] = &found[..] else {
+        panic!("{found:?}")
+    };
+    assert_eq!(&text[span.clone()], "a");
+}
+
+#[test]
 fn locals_of_subs_that_never_run_together_share_cells() {
     let text = "one 1\ntwo 2\nSUB one(a)\n  DIM u(20)\n  u(a) = a\nEND SUB\n\
                 SUB two(b)\n  DIM v(20)\n  v(b) = b\nEND SUB\n";
