@@ -2,6 +2,7 @@
 //! chip; `firmware/lower` makes micro-code of the same functions for the small one, whose page says what may stand
 //! here. What a chip does its own way is a leaf, a function of [`Machine`].
 
+pub mod coords;
 pub mod status;
 
 /// An axis of the machine.
@@ -22,6 +23,11 @@ impl Axis {
         self.0
     }
 
+    /// The same as an index.
+    pub const fn i(self) -> usize {
+        self.0 as usize
+    }
+
     /// Its bit.
     pub const fn bit(self) -> u8 {
         1 << self.0
@@ -35,22 +41,22 @@ pub trait Machine {
     #[cfg_attr(any(), micro(any = "RUN, RUN_ACTIVE"))]
     fn is_active(&self) -> bool;
     /// Address of the effect's instruction, or of the next one.
-    #[cfg_attr(any(), micro(word = "EFFECT_PC"))]
+    #[cfg_attr(any(), micro(place = "EFFECT_PC"))]
     fn effect_pc(&self) -> u16;
     /// Address of the instruction of the last fault.
-    #[cfg_attr(any(), micro(word = "VM_FAULT_PC"))]
+    #[cfg_attr(any(), micro(place = "VM_FAULT_PC"))]
     fn fault_pc(&self) -> u16;
     /// Address of the program's code.
-    #[cfg_attr(any(), micro(word = "VM_CODE"))]
+    #[cfg_attr(any(), micro(place = "VM_CODE"))]
     fn code(&self) -> u16;
     /// A host traces.
     #[cfg_attr(any(), micro(any = "TRACING, T_ON", bit = 1))]
     fn traces(&self) -> bool;
     /// The first input that keeps Start or a move from working, from 1, or 0.
-    #[cfg_attr(any(), micro(number = "DO blocking"))]
+    #[cfg_attr(any(), micro(code = "DO blocking"))]
     fn blocking(&self) -> u8;
     /// Level of input 17, 0 or 1.
-    #[cfg_attr(any(), micro(number = "LIT 17; DO input"))]
+    #[cfg_attr(any(), micro(code = "LIT 17; DO input"))]
     fn input_17(&self) -> u8;
     /// A fault is latched.
     #[cfg_attr(any(), micro(is = "RUN, RUN_FAULT"))]
@@ -78,13 +84,13 @@ pub trait Machine {
     #[cfg_attr(any(), micro(code = "CALL emergency_now", holds = "NOT_EQUAL"))]
     fn emergency(&self) -> bool;
     /// Code of the effect under way, 0 for none.
-    #[cfg_attr(any(), micro(byte = "EFFECT"))]
+    #[cfg_attr(any(), micro(place = "EFFECT"))]
     fn effect(&self) -> u8;
     /// The axis of that effect.
-    #[cfg_attr(any(), micro(axis = "DO axis_n"))]
+    #[cfg_attr(any(), micro(code = "DO axis_n"))]
     fn axis(&self) -> Axis;
     /// Bit per axis: homing by command failed.
-    #[cfg_attr(any(), micro(byte = "HOMING_ERROR"))]
+    #[cfg_attr(any(), micro(place = "HOMING_ERROR"))]
     fn homing_failed(&self) -> u8;
     /// The axis's reference switch is closed.
     #[cfg_attr(any(), micro(code = "CALL reference_at; DO input", holds = "NOT_EQUAL"))]

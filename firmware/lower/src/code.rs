@@ -1,378 +1,460 @@
-//! Notation of micro-code from functions.
-//!
-//! What is known makes it short: r12 is 0 when a register is read, so a rule that says 0 says nothing; all words
-//! of a file have one end, which the last of them falls into; a bit of a byte that is the word's own comes over as it is.
+//! Micro-code of functions: statements. [`value`] makes values, [`cond`] conditions, [`end`] ends, [`state`] keeps what is
+//! known along the way, which is what makes it short.
 
-use std::collections::BTreeMap;
-use std::fmt::Write as _;
+mod cond;
+mod end;
+mod state;
+mod value;
 
-use micro::isa::{CALLED, OWN, Operand, ROUTINES};
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::front::{Body, Cond, Function, Number, Stmt, Value};
-use crate::leaf::{Holds, Leaf, Leaves};
-use crate::{Made, Refused};
+use crate::Refused;
+use crate::leaf::Type;
+use crate::ops::{HOLE, Line, Op, PLACE, routine};
+use crate::tree::{Cond, End, Expr, Function, Number, Size, Stmt, Var, Vars, live};
+use state::{Held, Record, State};
 
-/// Where a word is made: its bytes are scratch of one routine.
+/// Where a word is made that bits are put into.
 const WORD: [&str; 2] = ["TEMP", "TEMP+1"];
 
-/// What is written so far.
+/// Why code cannot be made as it stands.
+#[derive(Debug)]
+enum Stop {
+    /// Ways meet that have put a variable into different places.
+    Lost(Var),
+    /// It is not to be made.
+    Refused(Refused),
+}
+
+type Made<T> = Result<T, Stop>;
+
+/// A function while its code is made.
 struct Writer<'a> {
-    leaves: &'a Leaves,
+    function: &'a Function,
     /// The file's name, in labels.
     file: &'a str,
-    text: String,
-    labels: usize,
-    bytes: usize,
-    /// Ends that there are: an operation and RETURN.
-    tails: BTreeMap<String, String>,
+    lines: Vec<Line>,
+    labels: &'a mut usize,
+    state: State,
+    /// What is known on each way to a label.
+    ways: BTreeMap<String, Vec<State>>,
+    /// Where variables are put by.
+    slots: BTreeMap<Var, String>,
+    /// Ends with a fault.
+    faults: BTreeMap<String, String>,
+    /// Where the next turn of each loop around is, and the variables that it needs.
+    turns: Vec<(String, Vars)>,
 }
 
-/// Writes all functions of a file.
+/// The code of a function. With `zero` r12 is 0 when it begins.
 ///
 /// # Errors
-/// A condition that no jump can tell, or a leaf of another kind.
-pub fn write(functions: &[Function], leaves: &Leaves, file: &str) -> Result<Made, Refused> {
-    let text = format!(
-        "/* Made by `cargo run -p lower` of firmware/src/rules/{file}.rs: change that. */\n\n    \
-         .section .text.micro,\"axR\",@progbits\nmodule.link.{file}:\n"
-    );
-    let mut writer = Writer { leaves, file, text, labels: 0, bytes: 0, tails: BTreeMap::new() };
-    let mut bytes = Vec::new();
-    let is_word = |function: &&Function| matches!(function.body, Body::Word(..));
-    let last = functions.iter().rfind(is_word).map(|function| &function.name);
-    let [words, others] = [true, false]
-        .map(|wanted| functions.iter().filter(move |function| is_word(function) == wanted));
-    // Words last, so that one of them falls into their end.
-    for function in others.chain(words) {
-        writer.bytes = 0;
-        let falls = Some(&function.name) == last;
-        writer.function(function, falls)?;
-        bytes.push((function.name.clone(), writer.bytes));
-    }
-    writer.op("    .balign 2, 0");
-    Ok(Made { text: writer.text, bytes })
-}
-
-/// Bytes of a line.
-fn size(line: &str) -> usize {
-    let mut words = line.split_whitespace();
-    let (Some(name), operands) = (words.next(), words.collect::<Vec<_>>()) else { return 0 };
-    match name {
-        "F" | "FR" => 2,
-        "DO" => 1,
-        "LIT" => 1 + usize::from(operands != ["0"]),
-        _ => {
-            let row = OWN.iter().find(|row| row.notation == Some(name));
-            let bytes = |operand: &Operand| match operand {
-                Operand::Word | Operand::Routine => 2,
-                _ => 1,
-            };
-            row.map_or(0, |row| 1 + row.operands.iter().map(bytes).sum::<usize>())
+/// There is none.
+pub fn write(
+    function: &Function,
+    file: &str,
+    labels: &mut usize,
+    zero: bool,
+) -> Result<Vec<Line>, Refused> {
+    let mut writer = Writer {
+        function,
+        file,
+        lines: Vec::new(),
+        labels,
+        state: State { zero, ..State::default() },
+        ways: BTreeMap::new(),
+        slots: BTreeMap::new(),
+        faults: BTreeMap::new(),
+        turns: Vec::new(),
+    };
+    match writer.all() {
+        Ok(()) => Ok(writer.lines),
+        Err(Stop::Refused(refused)) => Err(refused),
+        Err(Stop::Lost(_)) => {
+            Err(Refused { line: function.line, text: "a variable is in two places".into() })
         }
     }
-}
-
-fn symbol(name: &str) -> String {
-    format!("map_{name}")
 }
 
 impl Writer<'_> {
-    fn op(&mut self, line: &str) {
-        self.bytes += size(line);
-        let _ = writeln!(self.text, "{line}");
-    }
-
-    /// Operations that stand in a leaf, one behind the other.
-    fn ops(&mut self, code: &str) {
-        for op in code.split(';') {
-            self.op(&format!("    {}", op.trim()));
-        }
+    fn refuse<T>(&self, text: impl AsRef<str>) -> Made<T> {
+        let text = format!("{}: {}", self.function.name, text.as_ref());
+        Err(Stop::Refused(Refused { line: self.function.line, text }))
     }
 
     fn label(&mut self) -> String {
-        self.labels += 1;
+        *self.labels += 1;
         format!(".L{}_{}", self.file, self.labels)
     }
 
-    fn place(&mut self, label: &str) {
-        let _ = writeln!(self.text, "{label}:");
+    /// An operation that jumps nowhere.
+    fn op(&mut self, text: &str) {
+        self.put(Op::read(text));
     }
 
-    fn end(&self) -> String {
-        format!(".L{}_word", self.file)
-    }
-
-    fn function(&mut self, function: &Function, falls: bool) -> Result<(), Refused> {
-        let name = symbol(&function.name);
-        let numbered = ROUTINES.iter().chain(CALLED).any(|row| row.label == name);
-        let _ = writeln!(self.text, "    /* {} */", function.name);
-        if numbered {
-            self.op(&format!("    ROUTINE_ODD {name}, module.link.{}", self.file));
-        } else {
-            self.place(&name);
+    /// One that may jump.
+    fn jump(&mut self, text: &str, label: &str) {
+        if self.state.dead {
+            return;
         }
-        match &function.body {
-            Body::Cond(Cond::Within(byte, first, last)) => {
-                self.get(byte)?;
-                self.op(&format!("    ADDI -{}", first.text));
-                self.op(&format!("    CMPI {}+1-{}", last.text, first.text));
-                self.op("    RETURN");
+        let way = self.state.without_flags();
+        self.ways.entry(label.to_owned()).or_default().push(way);
+        self.put(Op::read(text).to(label));
+    }
+
+    fn put(&mut self, op: Op) {
+        if !self.state.dead {
+            self.state.after(&op);
+            self.lines.push(Line::Op(op));
+        }
+    }
+
+    /// Ways meet; behind it `out` are needed.
+    fn place(&mut self, label: &str, out: &Vars) -> Made<()> {
+        self.lines.push(Line::Label(label.to_owned(), false));
+        let mut ways = self.ways.remove(label).unwrap_or_default();
+        if !self.state.dead {
+            ways.push(self.state.without_flags());
+        }
+        let Some(first) = ways.pop() else {
+            self.state.dead = true;
+            return Ok(());
+        };
+        let met = ways.iter().fold(first, State::meet);
+        for &var in out {
+            let kind = self.function.vars[var];
+            if matches!(kind, Type::Byte | Type::Long) && !met.has(var) {
+                return Err(Stop::Lost(var));
             }
-            Body::Cond(cond) => {
-                return self.refuse(&format!("{}: {cond:?} leaves no flag", function.name));
-            }
-            Body::Leaf(leaf) => {
-                match self.leaves.get(leaf).cloned() {
-                    Some(Leaf::Byte(byte)) => self.op(&format!("    GET {byte}")),
-                    Some(Leaf::Word(word)) => self.op(&format!("    F word {word}")),
-                    Some(Leaf::Number(code)) => self.ops(&code),
-                    Some(Leaf::Any(place, Some(1))) => {
-                        let Some((byte, mask)) = place.split_once(", ") else {
-                            return self.refuse(&format!("{leaf}: a byte and its bits"));
-                        };
-                        self.same(mask, 1);
-                        self.op(&format!("    GET {byte}"));
-                        self.op(&format!("    ANDI {mask}"));
-                    }
-                    _ => return self.refuse(&format!("{leaf} is no number and no bit that is 1")),
-                }
-                self.op("    RETURN");
-            }
-            Body::Less(first, second) => {
-                let leaves = self.leaves;
-                let (Some(Leaf::Word(a)), Some(Leaf::Word(b))) =
-                    (leaves.get(first), leaves.get(second))
-                else {
-                    return self.refuse(&format!("{first}, {second}: words"));
-                };
-                self.op(&format!("    F word {a}"));
-                self.tail(&format!("    F sub {b}"));
-            }
-            Body::Either(cond, number) => {
-                let end = self.label();
-                self.unless(cond, &end)?;
-                self.number(number);
-                self.place(&end);
-                self.op("    RETURN");
-            }
-            Body::Word(value, high, stmts) => {
-                let end = self.end();
-                let rest = self.begin(value, *high, stmts)?;
-                self.stmts(rest, &end)?;
-                if falls {
-                    self.place(&end);
-                    self.op(&format!("    F word {}", WORD[0]));
-                    self.op("    RETURN");
-                } else if !self.jumps_to(&end) {
-                    self.op(&format!("    GOTO {end}"));
-                }
+        }
+        self.state = met;
+        Ok(())
+    }
+
+    /// Where a variable is put by.
+    fn slot(&mut self, var: Var, out: &Vars) -> Made<String> {
+        if let Some(slot) = self.slots.get(&var) {
+            return Ok(slot.clone());
+        }
+        let function = self.function;
+        let places = match function.vars[var] {
+            Type::Byte => &function.bytes,
+            _ => &function.longs,
+        };
+        let taken = self.slots.iter().filter(|(other, _)| out.contains(other));
+        let taken = taken.map(|(_, slot)| slot).collect::<BTreeSet<_>>();
+        let Some(slot) = places.iter().find(|slot| !taken.contains(slot)).cloned() else {
+            return self.refuse("no room for a variable: micro(longs = .., bytes = ..)");
+        };
+        self.slots.insert(var, slot.clone());
+        Ok(slot)
+    }
+
+    /// The variable in the accumulator is put by.
+    fn put_by(&mut self, var: Var, out: &Vars) -> Made<()> {
+        let slot = self.slot(var, out)?;
+        for other in self.slots.iter().filter(|(other, at)| **at == slot && **other != var) {
+            self.state.stored.remove(other.0);
+        }
+        self.state.forget(&slot);
+        if self.function.vars[var] == Type::Byte {
+            self.op(&format!("PUT {slot}"));
+        } else {
+            self.op(&format!("F store {slot}"));
+        }
+        self.state.stored.insert(var);
+        Ok(())
+    }
+
+    /// The accumulator is about to change: variables of `out` that are nowhere else are put by.
+    fn clobber(&mut self, out: &Vars) -> Made<()> {
+        if self.state.dead {
+            return Ok(());
+        }
+        for var in self.state.alone() {
+            if out.contains(&var) {
+                self.put_by(var, out)?;
             }
         }
         Ok(())
     }
 
-    /// An operation and RETURN: the same of a function before is gone on with.
-    fn tail(&mut self, line: &str) {
-        if let Some(label) = self.tails.get(line).cloned() {
-            self.op(&format!("    GOTO {label}"));
-            return;
+    fn all(&mut self) -> Made<()> {
+        let function = self.function;
+        self.lines.push(Line::Label(function.label.clone(), true));
+        self.state.first = true;
+        let row = routine(&function.label);
+        for &(var, kind) in &function.takes {
+            match kind {
+                Type::Axis => match row {
+                    Some(row) if !row.needs.contains('a') => {
+                        self.op("DO axis_select");
+                        self.state.axis = Some(var);
+                        self.state.record = Some(Record::Axis(var));
+                    }
+                    row => {
+                        self.state.axis = Some(var);
+                        if row.is_some_and(|row| row.needs.contains('r')) {
+                            self.state.record = Some(Record::Axis(var));
+                        }
+                    }
+                },
+                Type::Bool => {}
+                _ => {
+                    self.state.held.insert(Held::Var(var));
+                }
+            }
         }
-        let label = self.label();
-        self.place(&label);
-        self.tails.insert(line.to_owned(), label);
-        self.op(line);
-        self.op("    RETURN");
+        self.block(&function.body, &Vars::new())?;
+        if !self.state.dead {
+            return self.refuse("an end is missing");
+        }
+        for (fault, label) in std::mem::take(&mut self.faults) {
+            self.place(&label, &Vars::new())?;
+            self.op(&format!("FAULT {fault}"));
+        }
+        Ok(())
+    }
+
+    fn block(&mut self, stmts: &[Stmt], out: &Vars) -> Made<()> {
+        let mut rest = stmts;
+        while let Some((stmt, behind)) = rest.split_first() {
+            if self.state.dead {
+                break;
+            }
+            rest = behind;
+            if let (Stmt::Word(_, Expr::Number(zero)), Some((next, behind))) =
+                (stmt, rest.split_first())
+                && zero.value == Some(0)
+                && let Some((byte, mask, bit)) = first_bit(next)
+            {
+                // The byte's bit is the word's: it comes over as it is.
+                self.same(mask, bit);
+                self.op(&format!("GET {byte}"));
+                self.op(&format!("ANDI {mask}"));
+                self.op(&format!("F put {}", WORD[0]));
+                rest = behind;
+                continue;
+            }
+            let out = live(rest, out);
+            self.again(&mut |writer| writer.stmt(stmt, &out), &out)?;
+        }
+        Ok(())
     }
 
     /// The assembler sees to it that a bit is what the leaf says.
     fn same(&mut self, mask: &str, bit: u16) {
-        self.op(&format!("    .if {mask} != {bit}"));
-        self.op("    .error \"a leaf's bit\"");
-        self.op("    .endif");
+        let check = format!("    .if {mask} != {bit}\n    .error \"a leaf's bit\"\n    .endif");
+        self.lines.push(Line::Check(check));
     }
 
-    /// Whether the last operation goes there anyhow.
-    fn jumps_to(&self, label: &str) -> bool {
-        self.text.trim_end().ends_with(&format!("GOTO {label}"))
+    /// Once more with a variable put by that the ways of it would put into different places.
+    fn again(&mut self, make: &mut dyn FnMut(&mut Self) -> Made<()>, out: &Vars) -> Made<()> {
+        loop {
+            let before = (
+                self.lines.len(),
+                self.state.clone(),
+                self.ways.clone(),
+                self.slots.clone(),
+                self.faults.clone(),
+            );
+            match make(self) {
+                Err(Stop::Lost(var)) if before.1.held.contains(&Held::Var(var)) => {
+                    self.lines.truncate(before.0);
+                    (self.state, self.ways, self.slots, self.faults) =
+                        (before.1, before.2, before.3, before.4);
+                    let mut out = out.clone();
+                    out.insert(var);
+                    self.put_by(var, &out)?;
+                }
+                made => return made,
+            }
+        }
     }
 
-    fn refuse<T>(&self, text: &str) -> Result<T, Refused> {
-        Err(Refused { line: 0, text: text.to_owned() })
-    }
-
-    fn get(&mut self, leaf: &str) -> Result<(), Refused> {
-        let Some(Leaf::Byte(byte)) = self.leaves.get(leaf) else {
-            return self.refuse(&format!("{leaf} is no byte"));
-        };
-        self.op(&format!("    GET {byte}"));
+    fn stmt(&mut self, stmt: &Stmt, out: &Vars) -> Made<()> {
+        match stmt {
+            Stmt::Set(var, value) => {
+                let mut kept = out.clone();
+                kept.remove(var);
+                self.value(value, &kept)?;
+                self.state.set(*var);
+            }
+            Stmt::Word(_, value) => self.word(value, out)?,
+            Stmt::Or(_, value) => self.or(value, out)?,
+            Stmt::Axis(var, value) => {
+                self.value(value, out)?;
+                if !matches!(value, Expr::Call(call) if call.gives == Type::Axis) {
+                    self.op("DO axis_select");
+                    self.state.record = Some(Record::Axis(*var));
+                } else if self.state.record == Some(Record::New) {
+                    self.state.record = Some(Record::Axis(*var));
+                }
+                self.state.axis = Some(*var);
+            }
+            Stmt::Put(place, value) => self.store(place, value, out)?,
+            Stmt::Bit(byte, var, on) => {
+                self.value(&Expr::Bit(*var), out)?;
+                self.state.forget(byte);
+                self.op(&format!("AXIS_{} {byte}", if *on { "ON" } else { "OFF" }));
+            }
+            Stmt::Call(call, tried) => {
+                self.call(call, out)?;
+                if *tried && call.gives == Type::Fault && !self.ends_caller() {
+                    self.op("DO or_return");
+                    self.state.zero = true;
+                }
+            }
+            Stmt::If(cond, then, other) => self.branch(cond, then, other, out)?,
+            Stmt::Axes(var, body) => self.axes(*var, body, out)?,
+            Stmt::Loop(body) => {
+                let needed =
+                    live(body, out).into_iter().chain(out.iter().copied()).collect::<Vars>();
+                self.clobber(&needed)?;
+                let head = self.label();
+                self.lines.push(Line::Label(head.clone(), false));
+                self.state = State { stored: self.state.stored.clone(), ..State::default() };
+                self.turns.push((head.clone(), needed.clone()));
+                self.block(body, &needed)?;
+                self.turns.pop();
+                self.turn(&head, &needed)?;
+            }
+            Stmt::Continue => {
+                let Some((label, needed)) = self.turns.last().cloned() else {
+                    return self.refuse("no loop goes on");
+                };
+                self.turn(&label, &needed)?;
+            }
+            Stmt::Match(value, arms, other) => self.choice(value, arms, other, out)?,
+            Stmt::Return(end) => self.end(end)?,
+        }
         Ok(())
     }
 
-    /// r12 = a number.
-    fn number(&mut self, number: &Number) {
-        let op = if number.value.is_some_and(|value| value > 0xFF) { "LIT16" } else { "LIT" };
-        self.op(&format!("    {op} {}", number.text));
+    fn turn(&mut self, label: &str, needed: &Vars) -> Made<()> {
+        self.clobber(needed)?;
+        if !self.state.dead {
+            self.put(Op::read("GOTO").to(label));
+        }
+        Ok(())
     }
 
-    /// The word's first value; statements that it has done already are left out.
-    fn begin<'s>(
+    /// Whether the last operation ends the function itself when need be.
+    fn ends_caller(&self) -> bool {
+        matches!(self.lines.last(), Some(Line::Op(op)) if op.facts().ends_caller)
+    }
+
+    fn branch(&mut self, cond: &Cond, then: &[Stmt], other: &[Stmt], out: &Vars) -> Made<()> {
+        // The operation itself returns NOT_YET.
+        if let (Cond::Not(inner), [Stmt::Return(End::NotYet)], []) = (cond, then, other)
+            && let Cond::Call(call) = &**inner
+            && call.code.last().is_some_and(|op| Op::read(op).facts().ends_caller)
+        {
+            return self.call(call, out);
+        }
+        let (before, behind) = (live(then, out), live(other, out));
+        let otherwise = self.label();
+        let both = before.union(&behind).copied().collect();
+        self.unless(cond, &otherwise, &both)?;
+        self.block(then, out)?;
+        if other.is_empty() {
+            return self.place(&otherwise, out);
+        }
+        let end = self.label();
+        self.jump("GOTO", &end);
+        self.place(&otherwise, &behind)?;
+        self.block(other, out)?;
+        self.place(&end, out)
+    }
+
+    fn axes(&mut self, var: Var, body: &[Stmt], out: &Vars) -> Made<()> {
+        let needed = live(body, out).into_iter().chain(out.iter().copied()).collect::<Vars>();
+        self.clobber(&needed)?;
+        self.op("DO micro_first_axis");
+        let (head, next) = (self.label(), self.label());
+        self.lines.push(Line::Label(head.clone(), false));
+        let stored = self.state.stored.clone();
+        self.state = State { axis: Some(var), stored, ..State::default() };
+        self.turns.push((next.clone(), needed.clone()));
+        self.block(body, &needed)?;
+        self.clobber(&needed)?;
+        self.turns.pop();
+        self.lines.push(Line::Label(next, false));
+        self.state.dead = false;
+        self.put(Op::read("NEXT_AXIS").to(&head));
+        let stored = self.state.stored.clone();
+        self.state = State { stored, ..State::default() };
+        Ok(())
+    }
+
+    fn choice(
         &mut self,
-        value: &Value,
-        high: bool,
-        stmts: &'s [Stmt],
-    ) -> Result<&'s [Stmt], Refused> {
-        let clear = format!("    F clear {}", WORD[0]);
-        match value {
-            Value::Number(zero) if zero.value == Some(0) => {
-                if let Some((Stmt::If(Cond::Leaf(leaf), then, other), rest)) = stmts.split_first()
-                    && let Some(Leaf::Any(place, Some(bit))) = self.leaves.get(leaf)
-                    && let [Stmt::Or(Value::Number(number), false)] = &then[..]
-                    && number.value == Some(*bit)
-                    && other.is_empty()
-                    && let Some((byte, mask)) = place.split_once(", ")
-                {
-                    let (byte, mask) = (byte.to_owned(), mask.to_owned());
-                    self.same(&mask, *bit);
-                    self.op(&format!("    GET {byte}"));
-                    self.op(&format!("    ANDI {mask}"));
-                    self.op(&format!("    F put {}", WORD[0]));
-                    return Ok(rest);
-                }
-                self.op(&clear);
-            }
-            Value::Byte(leaf) if high => {
-                self.op(&clear);
-                self.get(leaf)?;
-                self.op(&format!("    PUT {}", WORD[1]));
-            }
-            Value::Byte(leaf) => {
-                self.get(leaf)?;
-                self.op(&format!("    F put {}", WORD[0]));
-            }
-            value => return self.refuse(&format!("a word does not begin with {value:?}")),
+        value: &Expr,
+        arms: &[(Number, Vec<Stmt>)],
+        other: &[Stmt],
+        out: &Vars,
+    ) -> Made<()> {
+        let mut needed = live(other, out);
+        for (_, arm) in arms {
+            needed.extend(live(arm, out));
         }
-        Ok(stmts)
-    }
-
-    /// Statements, behind which all goes on at `end`.
-    fn stmts(&mut self, stmts: &[Stmt], end: &str) -> Result<(), Refused> {
-        for (n, stmt) in stmts.iter().enumerate() {
-            let last = n + 1 == stmts.len();
-            match stmt {
-                Stmt::Or(value, high) => self.or(value, *high)?,
-                Stmt::If(cond, then, other) => {
-                    let behind = if last { end.to_owned() } else { self.label() };
-                    if other.is_empty() {
-                        self.unless(cond, &behind)?;
-                        self.stmts(then, &behind)?;
-                    } else {
-                        let otherwise = self.label();
-                        self.unless(cond, &otherwise)?;
-                        self.stmts(then, &behind)?;
-                        self.op(&format!("    GOTO {behind}"));
-                        self.place(&otherwise);
-                        self.stmts(other, &behind)?;
-                    }
-                    if !last {
-                        self.place(&behind);
-                    }
-                }
-                Stmt::Axes(body) => {
-                    let [again, next] = [self.label(), self.label()];
-                    self.op("    DO micro_first_axis");
-                    self.place(&again);
-                    self.op("    DO axis_at");
-                    self.stmts(body, &next)?;
-                    self.place(&next);
-                    self.op(&format!("    NEXT_AXIS {again}"));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn or(&mut self, value: &Value, high: bool) -> Result<(), Refused> {
-        let place = WORD[usize::from(high)];
-        match value {
-            Value::Number(number) => {
-                let Some(value) = number.value else {
-                    return self.refuse(&format!("bits of {} are not known", number.text));
-                };
-                for (place, byte) in WORD.iter().zip(value.to_le_bytes()) {
-                    if byte != 0 {
-                        self.op(&format!("    BITS_ON {place}, {byte:#x}"));
-                    }
-                }
-            }
-            Value::Bit(axis) => {
-                if let Some(leaf) = axis {
-                    let Some(Leaf::Axis(code)) = self.leaves.get(leaf) else {
-                        return self.refuse(&format!("{leaf} is no axis"));
-                    };
-                    let code = code.clone();
-                    self.ops(&code);
-                }
-                self.op("    DO axis_bit");
-                self.op(&format!("    AXIS_ON {place}"));
-            }
-            Value::Byte(leaf) => {
-                self.get(leaf)?;
-                self.op(&format!("    AXIS_ON {place}"));
-            }
-        }
-        Ok(())
-    }
-
-    /// Goes to `label` unless a condition holds.
-    fn unless(&mut self, cond: &Cond, label: &str) -> Result<(), Refused> {
-        match cond {
-            Cond::Is(leaf, number) => {
-                let Some(Leaf::Byte(byte)) = self.leaves.get(leaf) else {
-                    return self.refuse(&format!("{leaf} is no byte"));
-                };
-                let line = format!("    IF_IS_NOT {byte}, {}, {label}", number.text);
-                self.op(&line);
-            }
-            Cond::Within(byte, first, last) => {
-                self.get(byte)?;
-                self.op(&format!("    ADDI -{}", first.text));
-                self.op(&format!("    CMPI {}+1-{}", last.text, first.text));
-                self.jump(Holds::NoCarry, false, label);
-            }
-            Cond::Call(name) => {
-                self.op(&format!("    DO {}", symbol(name)));
-                self.jump(Holds::NoCarry, false, label);
-            }
-            Cond::Leaf(leaf) => match self.leaves.get(leaf).cloned() {
-                Some(Leaf::Any(place, _)) => self.op(&format!("    IF_NONE {place}, {label}")),
-                Some(Leaf::Is(place)) => self.op(&format!("    IF_IS_NOT {place}, {label}")),
-                Some(Leaf::Code(code, other, holds)) => {
-                    self.ops(&code);
-                    match other {
-                        None => self.jump(holds, false, label),
-                        Some(other) => {
-                            let yes = self.label();
-                            self.jump(holds, true, &yes);
-                            self.ops(&other);
-                            self.jump(holds, false, label);
-                            self.place(&yes);
-                        }
-                    }
-                }
-                _ => return self.refuse(&format!("{leaf} is not true or false")),
-            },
-        }
-        Ok(())
-    }
-
-    /// Jumps when a flag says that something holds, or that it does not.
-    fn jump(&mut self, holds: Holds, when: bool, label: &str) {
-        let op = match (holds, when) {
-            (Holds::Equal, true) | (Holds::NotEqual, false) => "IF_EQUAL",
-            (Holds::Equal, false) | (Holds::NotEqual, true) => "IF_NOT_EQUAL",
-            // Carry says that it does not; nothing jumps when carry is clear.
-            (Holds::NoCarry, _) => "IF_CARRY",
+        self.value(value, &needed)?;
+        let byte = match value {
+            Expr::Place(place) => Some(place.symbol.clone()),
+            _ => None,
         };
-        self.op(&format!("    {op} {label}"));
+        let labels = arms.iter().map(|_| self.label()).collect::<Vec<_>>();
+        let (otherwise, end) = (self.label(), self.label());
+        let values = arms.iter().map(|(number, _)| number.value).collect::<Option<Vec<_>>>();
+        if let Some(values) = values {
+            // Each value has its place; what is left between them, or the next one, is the last arm.
+            self.clobber(&needed)?;
+            self.op("DO micro_switch");
+            let (first, last) = (values.iter().min(), values.iter().max());
+            let (Some(&first), Some(&last)) = (first, last) else {
+                return self.refuse("a match of numbers");
+            };
+            let way = State { dead: false, ..self.state.without_flags() };
+            for _ in 0..first {
+                self.lines.push(Line::Op(Op::read(&format!("{HOLE} 0"))));
+            }
+            let full = (first..=last).all(|n| values.contains(&n));
+            for n in first..=last + u16::from(full) {
+                let at = values.iter().position(|value| *value == n);
+                let label = at.map_or(&otherwise, |at| &labels[at]);
+                self.lines.push(Line::Op(Op::read(PLACE).to(label)));
+                self.ways.entry(label.clone()).or_default().push(way.clone());
+            }
+            self.lines.push(Line::Check(String::from("    PLACES_END")));
+            self.state.dead = true;
+        } else {
+            for ((number, _), label) in arms.iter().zip(&labels) {
+                self.jump(&format!("CASE {}", number.text), label);
+            }
+            self.jump("GOTO", &otherwise);
+        }
+        for ((number, arm), label) in arms.iter().zip(&labels) {
+            self.place(label, &needed)?;
+            if let (Some(byte), Some(value)) = (&byte, number.value) {
+                self.state.known.insert(byte.clone(), value);
+            }
+            self.block(arm, out)?;
+            self.jump("GOTO", &end);
+        }
+        self.place(&otherwise, &needed)?;
+        self.block(other, out)?;
+        self.place(&end, out)
     }
+}
+
+/// `if` a byte's bit is set, the same one of the word.
+fn first_bit(stmt: &Stmt) -> Option<(&str, &str, u16)> {
+    let Stmt::If(Cond::Any(byte, mask, Some(bit)), then, other) = stmt else { return None };
+    let [Stmt::Or(_, Expr::Number(number))] = &then[..] else { return None };
+    (other.is_empty() && number.value == Some(*bit)).then_some((byte, mask, *bit))
+}
+
+/// Whether a place takes a byte.
+const fn is_byte(size: Size) -> bool {
+    matches!(size, Size::Byte)
 }

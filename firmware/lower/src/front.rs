@@ -1,124 +1,141 @@
-//! Functions of the subset from Rust.
+//! Functions of the subset from Rust: items, signatures, statements. [`value`] reads values and conditions.
 
-use std::collections::BTreeMap;
+mod value;
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use quote::ToTokens;
-use syn::{BinOp, Block, Expr, File, Item, ItemFn, Lit, Pat, ReturnType, Stmt as RustStmt};
+use syn::{Block, Expr as Rust, File, Item, ItemFn, Lit, Pat, Stmt as RustStmt};
 
 use crate::Refused;
-use crate::leaf::{Leaf, Leaves, micro};
+use crate::leaf::{Holds, Kind, Leaves, Type, micro, signature};
+use crate::tree::{End, Expr, Function, Number, Size, Stmt, Var};
 
-/// A number: what the assembler is told, and its value where it is written out.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Number {
-    /// A number or a constant's name.
-    pub text: String,
-    /// Its value, unless it is a name.
-    pub value: Option<u16>,
+/// A rule as its callers see it.
+#[derive(Clone, Debug)]
+pub struct Rule {
+    /// Its label.
+    pub label: String,
+    /// It changes the machine.
+    pub changes: bool,
+    /// Its parameters.
+    pub takes: Vec<(String, Type)>,
+    /// Its result.
+    pub gives: Type,
+    /// The flag of its result.
+    pub holds: Option<Holds>,
+    said: BTreeMap<String, String>,
 }
 
-/// What is true or not.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Cond {
-    /// A leaf.
-    Leaf(String),
-    /// A function of the file.
-    Call(String),
-    /// A byte that is a value.
-    Is(String, Number),
-    /// A byte from a value to another one.
-    Within(String, Number, Number),
-}
+/// Rules by their names.
+pub type Rules = BTreeMap<String, Rule>;
 
-/// What a word may be made of.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Value {
-    /// A number.
-    Number(Number),
-    /// A byte.
-    Byte(String),
-    /// The bit of an axis: of a leaf's, or of the loop's.
-    Bit(Option<String>),
-}
-
-/// A statement.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Stmt {
-    /// `word |= value`, or `<< 8`.
-    Or(Value, bool),
-    /// `if`, with `else`.
-    If(Cond, Vec<Stmt>, Vec<Stmt>),
-    /// `for axis in Axis::DOWN`.
-    Axes(Vec<Stmt>),
-}
-
-/// What a function does.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Body {
-    /// It is a condition.
-    Cond(Cond),
-    /// A number if a condition holds, else 0.
-    Either(Cond, Number),
-    /// What a leaf says: a byte, a word, a number, a bit that is 1.
-    Leaf(String),
-    /// A word less another one, modulo 65536.
-    Less(String, String),
-    /// A word from its first value, in the high byte or not.
-    Word(Value, bool, Vec<Stmt>),
-}
-
-/// A function.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Function {
-    /// Its name.
-    pub name: String,
-    /// What it does.
-    pub body: Body,
+/// What a file says of itself: its mark, and what its functions' labels begin with.
+#[derive(Clone, Debug, Default)]
+pub struct About {
+    /// The module's mark.
+    pub module: String,
+    /// See above.
+    pub prefix: String,
 }
 
 /// What is read along the way.
-struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     leaves: &'a Leaves,
-    /// Names of constants in the assembler.
-    constants: BTreeMap<String, String>,
-    functions: Vec<String>,
-    /// The variable that is made, and that of the loop.
-    word: String,
-    axis: String,
+    rules: &'a Rules,
+    /// Constants of the file.
+    constants: BTreeMap<String, Number>,
+    vars: Vec<Type>,
+    names: BTreeMap<String, Var>,
+    /// Names of words that bits are put into.
+    words: BTreeSet<String>,
+    gives: Type,
 }
 
-fn no<T>(place: &(impl syn::spanned::Spanned + ToTokens), wanted: &str) -> Result<T, Refused> {
+pub(crate) fn no<T>(
+    place: &(impl syn::spanned::Spanned + ToTokens),
+    wanted: &str,
+) -> Result<T, Refused> {
     let text = place.to_token_stream().to_string();
     Err(Refused::at(place, format!("`{text}` is not of the subset: {wanted}")))
+}
+
+/// What a file says of itself.
+///
+/// # Errors
+/// It says nothing.
+pub fn about(file: &File) -> Result<About, Refused> {
+    let mut said = micro(&file.attrs)?.unwrap_or_default();
+    let mut take = |key: &str| said.remove(key);
+    let (module, prefix) = (take("module"), take("prefix").unwrap_or_default());
+    match module {
+        Some(module) => Ok(About { module, prefix }),
+        None => {
+            Err(Refused { line: 1, text: "the file says no module, `micro(module = ..)`".into() })
+        }
+    }
+}
+
+/// The signatures of a file's functions.
+///
+/// # Errors
+/// One is not of the subset.
+pub fn rules(file: &File, about: &About, rules: &mut Rules) -> Result<(), Refused> {
+    for item in &file.items {
+        let Item::Fn(function) = item else { continue };
+        let name = function.sig.ident.to_string();
+        let Some((changes, takes, gives)) = signature(&function.sig) else {
+            return no(
+                &function.sig,
+                "`m: &impl Trait` or `m: &mut impl Trait`, then Axis, bool, u8, i32; bool, u8, u16, i32, \
+                 Result<(), Fault>, Progress",
+            );
+        };
+        let said = micro(&function.attrs)?.unwrap_or_default();
+        let label = said.get("label").cloned().unwrap_or_else(|| format!("{}{name}", about.prefix));
+        let holds = match said.get("holds").map(String::as_str) {
+            Some("EQUAL") => Some(Holds::Equal),
+            Some("NO_CARRY") => Some(Holds::NoCarry),
+            _ if gives == Type::Bool => Some(Holds::NotEqual),
+            _ => None,
+        };
+        rules.insert(name, Rule { label, changes, takes, gives, holds, said });
+    }
+    Ok(())
 }
 
 /// The functions of a file.
 ///
 /// # Errors
 /// Something is not of the subset.
-pub fn read(file: &File, leaves: &Leaves) -> Result<Vec<Function>, Refused> {
+pub fn read(file: &File, leaves: &Leaves, rules: &Rules) -> Result<Vec<Function>, Refused> {
     let mut reader = Reader {
         leaves,
+        rules,
         constants: BTreeMap::new(),
-        functions: Vec::new(),
-        word: String::new(),
-        axis: String::new(),
+        vars: Vec::new(),
+        names: BTreeMap::new(),
+        words: BTreeSet::new(),
+        gives: Type::Nothing,
     };
     for item in &file.items {
         match item {
             Item::Const(constant) => {
-                let Some(tokens) = micro(&constant.attrs) else {
-                    return no(
-                        constant,
-                        "a constant says its name in the assembler, `micro(\"NAME\")`",
-                    );
+                let name = micro(&constant.attrs)?.and_then(|mut said| said.remove("name"));
+                let number = match (&*constant.expr, name) {
+                    (_, Some(text)) => Number { text, value: None },
+                    (Rust::Lit(_), None) => reader.number(&constant.expr)?,
+                    _ => {
+                        return no(
+                            constant,
+                            "a constant is a number or says its name in the assembler, `micro(\"NAME\")`",
+                        );
+                    }
                 };
-                let name = syn::parse2::<syn::LitStr>(tokens?)?.value();
-                reader.constants.insert(constant.ident.to_string(), name);
+                reader.constants.insert(constant.ident.to_string(), number);
             }
-            Item::Fn(function) => reader.functions.push(function.sig.ident.to_string()),
-            Item::Use(_) => {}
-            item => return no(item, "functions, constants, use"),
+            Item::Fn(_) | Item::Use(_) | Item::Trait(_) | Item::Impl(_) => {}
+            item => return no(item, "functions, constants, traits of leaves, use"),
         }
     }
     let functions = file.items.iter().filter_map(|item| match item {
@@ -128,245 +145,317 @@ pub fn read(file: &File, leaves: &Leaves) -> Result<Vec<Function>, Refused> {
     functions.map(|function| reader.function(function)).collect()
 }
 
-fn path(expr: &Expr) -> Option<String> {
-    let Expr::Path(path) = expr else { return None };
+pub(crate) fn path(expr: &Rust) -> Option<String> {
+    let Rust::Path(path) = expr else { return None };
     Some(path.path.get_ident()?.to_string())
 }
 
+/// `F_SOFT_LIMIT` of `SoftLimit`.
+fn upper(prefix: &str, name: &str) -> String {
+    let words = name.chars().flat_map(|c| c.is_uppercase().then_some('_').into_iter().chain([c]));
+    format!("{prefix}{}", words.collect::<String>().to_uppercase())
+}
+
+/// The symbol of an item of an enum: `Fault::SoftLimit`, `TraceKind::Home`.
+pub(crate) fn item(expr: &Rust, of: &str) -> Option<String> {
+    let Rust::Path(path) = expr else { return None };
+    let mut names = path.path.segments.iter().map(|segment| segment.ident.to_string());
+    let (kind, name) = (names.next()?, names.next()?);
+    let prefix = match of {
+        "Fault" => "F",
+        _ => "TRACE",
+    };
+    (kind == of && names.next().is_none()).then(|| upper(prefix, &name))
+}
+
 impl Reader<'_> {
+    fn var(&mut self, name: &str, kind: Type) -> Var {
+        self.vars.push(kind);
+        self.names.insert(name.to_owned(), self.vars.len() - 1);
+        self.vars.len() - 1
+    }
+
     fn function(&mut self, function: &ItemFn) -> Result<Function, Refused> {
         let name = function.sig.ident.to_string();
-        let machine = function.sig.inputs.to_token_stream().to_string();
-        if machine != "m : & impl Machine" {
-            return no(&function.sig, "one argument, `m: &impl Machine`");
-        }
-        let ReturnType::Type(_, result) = &function.sig.output else {
-            return no(&function.sig, "a result");
+        let rule = &self.rules[&name];
+        (self.vars, self.names, self.words) = Default::default();
+        self.gives = rule.gives;
+        let takes = rule.takes.iter().map(|(name, kind)| (self.var(name, *kind), *kind)).collect();
+        words(&function.block, &mut self.words);
+        let list = |key: &str| {
+            let text = rule.said.get(key).map_or("", String::as_str);
+            text.split(", ").filter(|one| !one.is_empty()).map(str::to_owned).collect::<Vec<_>>()
         };
-        let body = match result.to_token_stream().to_string().as_str() {
-            "bool" => Body::Cond(self.cond(tail(&function.block)?)?),
-            "u16" => self.word(&function.block)?,
-            _ => return no(result, "bool, u16"),
-        };
-        Ok(Function { name, body })
-    }
-
-    fn word(&mut self, block: &Block) -> Result<Body, Refused> {
-        if let [RustStmt::Expr(Expr::If(both), None)] = &block.stmts[..] {
-            let Some((_, other)) = &both.else_branch else { return no(both, "an else") };
-            let Expr::Block(other) = &**other else { return no(other, "a block") };
-            if self.number(tail(&other.block)?)?.value != Some(0) {
-                return no(&other.block, "0");
-            }
-            let number = self.number(tail(&both.then_branch)?)?;
-            return Ok(Body::Either(self.cond(&both.cond)?, number));
-        }
-        if let [RustStmt::Expr(expr, None)] = &block.stmts[..] {
-            return self.plain(expr);
-        }
-        let Some((RustStmt::Local(local), rest)) = block.stmts.split_first() else {
-            return no(block, "`let mut word = ..;` first");
-        };
-        let (Pat::Ident(name), Some(init)) = (&local.pat, &local.init) else {
-            return no(local, "`let mut word = ..;`");
-        };
-        self.word = name.ident.to_string();
-        let (value, high) = self.value(&init.expr)?;
-        let Some((RustStmt::Expr(last, None), rest)) = rest.split_last() else {
-            return no(block, "the word as its result");
-        };
-        if path(last).as_ref() != Some(&self.word) {
-            return no(last, "the word as the result");
-        }
-        Ok(Body::Word(value, high, self.stmts(rest)?))
-    }
-
-    /// A leaf as the result, or the difference of two.
-    fn plain(&self, expr: &Expr) -> Result<Body, Refused> {
-        let leaf = |expr: &Expr, words: bool| match expr {
-            Expr::MethodCall(call) => {
-                let name = call.method.to_string();
-                let word = matches!(self.leaves.get(&name)?, Leaf::Word(_));
-                (word == words).then_some(name)
-            }
-            _ => None,
-        };
-        if let Some(name) = leaf(expr, true) {
-            return Ok(Body::Leaf(name));
-        }
-        if let Expr::MethodCall(less) = expr
-            && less.method == "wrapping_sub"
-            && let Some(first) = leaf(&less.receiver, true)
-            && let Some(second) = less.args.first().and_then(|second| leaf(second, true))
-        {
-            return Ok(Body::Less(first, second));
-        }
-        if let Expr::Call(call) = expr
-            && call.func.to_token_stream().to_string() == "u16 :: from"
-            && let Some(name) = call.args.first().and_then(|inner| leaf(inner, false))
-            && !matches!(self.leaves[&name], Leaf::Axis(_) | Leaf::Is(_) | Leaf::Code(..))
-        {
-            return Ok(Body::Leaf(name));
-        }
-        no(
-            expr,
-            "a word, a word less another, `u16::from(..)` of a byte, a number or a bit that is 1",
-        )
-    }
-
-    fn stmts(&mut self, stmts: &[RustStmt]) -> Result<Vec<Stmt>, Refused> {
-        stmts.iter().map(|stmt| self.stmt(stmt)).collect()
-    }
-
-    fn stmt(&mut self, stmt: &RustStmt) -> Result<Stmt, Refused> {
-        let RustStmt::Expr(expr, _) = stmt else { return no(stmt, "an if, a loop or `|=`") };
-        match expr {
-            Expr::Binary(or) if matches!(or.op, BinOp::BitOrAssign(_)) => {
-                if path(&or.left).as_ref() != Some(&self.word) {
-                    return no(&or.left, "the word");
+        let mut body = self.block(&function.block, true)?;
+        if rule.gives == Type::Nothing && !matches!(body.last(), Some(Stmt::Return(_))) {
+            let end = match body.pop() {
+                Some(Stmt::Call(call, false)) => End::Value(Expr::Call(call)),
+                last => {
+                    body.extend(last);
+                    End::Nothing
                 }
-                let (value, high) = self.value(&or.right)?;
-                Ok(Stmt::Or(value, high))
-            }
-            Expr::If(branch) => {
-                let other = match &branch.else_branch {
-                    None => Vec::new(),
-                    Some((_, other)) => match &**other {
-                        Expr::Block(block) => self.stmts(&block.block.stmts)?,
-                        other => return no(other, "a block"),
-                    },
-                };
-                let then = self.stmts(&branch.then_branch.stmts)?;
-                Ok(Stmt::If(self.cond(&branch.cond)?, then, other))
-            }
-            Expr::ForLoop(each) if each.expr.to_token_stream().to_string() == "Axis :: DOWN" => {
-                let Pat::Ident(axis) = &*each.pat else { return no(&each.pat, "a name") };
-                self.axis = axis.ident.to_string();
-                let body = self.stmts(&each.body.stmts)?;
-                self.axis.clear();
-                Ok(Stmt::Axes(body))
-            }
-            expr => no(expr, "an if, `for axis in Axis::DOWN` or `word |= ..`"),
-        }
-    }
-
-    fn value(&self, expr: &Expr) -> Result<(Value, bool), Refused> {
-        if let Ok(number) = self.number(expr) {
-            return Ok((Value::Number(number), false));
-        }
-        if let Expr::Binary(shift) = expr
-            && matches!(shift.op, BinOp::Shl(_))
-            && self.number(&shift.right)?.value == Some(8)
-        {
-            return Ok((self.value(&shift.left)?.0, true));
-        }
-        let Expr::Call(call) = expr else { return no(expr, "a number, `u16::from(..)`, `<< 8`") };
-        if call.func.to_token_stream().to_string() != "u16 :: from" {
-            return no(&call.func, "u16::from");
-        }
-        let [Expr::MethodCall(inner)] = &call.args.iter().collect::<Vec<_>>()[..] else {
-            return no(&call.args, "a byte of the machine or an axis's bit");
-        };
-        if inner.method == "bit" {
-            return match &*inner.receiver {
-                Expr::MethodCall(axis) => {
-                    let name = axis.method.to_string();
-                    match self.leaves.get(&name) {
-                        Some(Leaf::Axis(_)) => Ok((Value::Bit(Some(name)), false)),
-                        _ => no(axis, "a leaf that is an axis"),
-                    }
-                }
-                axis if !self.axis.is_empty() && path(axis).as_ref() == Some(&self.axis) => {
-                    Ok((Value::Bit(None), false))
-                }
-                axis => no(axis, "the loop's axis or a leaf that is one"),
             };
+            body.push(Stmt::Return(end));
         }
-        let name = inner.method.to_string();
-        match self.leaves.get(&name) {
-            Some(Leaf::Byte(_)) => Ok((Value::Byte(name), false)),
-            _ => no(inner, "a leaf that is a byte"),
-        }
+        Ok(Function {
+            name,
+            label: rule.label.clone(),
+            takes,
+            gives: rule.gives,
+            holds: rule.holds,
+            longs: list("longs"),
+            bytes: list("bytes"),
+            vars: self.vars.clone(),
+            body,
+            line: function.sig.ident.span().start().line,
+        })
     }
 
-    fn cond(&self, expr: &Expr) -> Result<Cond, Refused> {
-        match expr {
-            Expr::MethodCall(call) if path(&call.receiver).as_deref() == Some("m") => {
-                let name = call.method.to_string();
-                let of_axis = match call.args.first() {
-                    None => true,
-                    Some(axis) => !self.axis.is_empty() && path(axis).as_ref() == Some(&self.axis),
-                };
-                match self.leaves.get(&name) {
-                    Some(Leaf::Any(..) | Leaf::Is(_) | Leaf::Code(..)) if of_axis => {
-                        Ok(Cond::Leaf(name))
-                    }
-                    _ => no(call, "a leaf that is true or not, of the loop's axis"),
-                }
+    /// Statements; the value of the last one is the function's when `last`.
+    fn block(&mut self, block: &Block, last: bool) -> Result<Vec<Stmt>, Refused> {
+        let mut stmts = Vec::new();
+        for (n, stmt) in block.stmts.iter().enumerate() {
+            let last = last && n + 1 == block.stmts.len();
+            match stmt {
+                RustStmt::Expr(expr, None) if last => stmts.push(self.end(expr)?),
+                stmt => stmts.push(self.stmt(stmt, last)?),
             }
-            Expr::Call(call) => match path(&call.func) {
-                Some(name) if self.functions.contains(&name) => Ok(Cond::Call(name)),
-                _ => no(call, "a function of this file"),
+        }
+        Ok(stmts)
+    }
+
+    fn other(&mut self, branch: &syn::ExprIf, last: bool) -> Result<Vec<Stmt>, Refused> {
+        match &branch.else_branch {
+            None => Ok(Vec::new()),
+            Some((_, other)) => match &**other {
+                Rust::Block(block) => self.block(&block.block, last),
+                other if last => Ok(vec![self.end(other)?]),
+                Rust::If(other) => Ok(vec![self.branch(other, last)?]),
+                other => no(other, "a block"),
             },
-            Expr::Binary(equal) if matches!(equal.op, BinOp::Eq(_)) => {
-                Ok(Cond::Is(self.byte(&equal.left)?, self.number(&equal.right)?))
-            }
-            Expr::Macro(matches) if matches.mac.path.is_ident("matches") => {
-                let args = |input: syn::parse::ParseStream<'_>| {
-                    let byte = input.parse::<Expr>()?;
-                    input.parse::<syn::Token![,]>()?;
-                    Ok((byte, input.parse::<syn::ExprRange>()?))
-                };
-                let (byte, range) = matches.mac.parse_body_with(args)?;
-                let (Some(first), Some(last)) = (&range.start, &range.end) else {
-                    return no(&range, "FIRST..=LAST");
-                };
-                if !matches!(range.limits, syn::RangeLimits::Closed(_)) {
-                    return no(&range, "FIRST..=LAST");
+        }
+    }
+
+    fn branch(&mut self, branch: &syn::ExprIf, last: bool) -> Result<Stmt, Refused> {
+        let cond = self.cond(&branch.cond)?;
+        let then = self.block(&branch.then_branch, last)?;
+        Ok(Stmt::If(cond, then, self.other(branch, last)?))
+    }
+
+    fn stmt(&mut self, stmt: &RustStmt, last: bool) -> Result<Stmt, Refused> {
+        match stmt {
+            RustStmt::Local(local) => self.local(local),
+            RustStmt::Expr(expr, _) => match expr {
+                Rust::Assign(set) => {
+                    let Some(&var) = path(&set.left).and_then(|name| self.names.get(&name)) else {
+                        return no(&set.left, "a variable");
+                    };
+                    Ok(Stmt::Set(var, self.value(&set.right)?.0))
                 }
-                Ok(Cond::Within(self.byte(&byte)?, self.number(first)?, self.number(last)?))
-            }
-            expr => no(expr, "a leaf, a function, `==`, `matches!`"),
+                Rust::Binary(or) if matches!(or.op, syn::BinOp::BitOrAssign(_)) => {
+                    let Some(&var) = path(&or.left).and_then(|name| self.names.get(&name)) else {
+                        return no(&or.left, "a word");
+                    };
+                    Ok(Stmt::Or(var, self.value(&or.right)?.0))
+                }
+                Rust::If(branch) => self.branch(branch, last && self.gives == Type::Nothing),
+                Rust::ForLoop(each)
+                    if each.expr.to_token_stream().to_string() == "Axis :: DOWN" =>
+                {
+                    let Pat::Ident(axis) = &*each.pat else { return no(&each.pat, "a name") };
+                    let var = self.var(&axis.ident.to_string(), Type::Axis);
+                    Ok(Stmt::Axes(var, self.block(&each.body, false)?))
+                }
+                Rust::Loop(each) => Ok(Stmt::Loop(self.block(&each.body, false)?)),
+                Rust::Continue(_) => Ok(Stmt::Continue),
+                Rust::Return(back) => match &back.expr {
+                    None => Ok(Stmt::Return(End::Nothing)),
+                    Some(expr) => self.end(expr),
+                },
+                Rust::Match(of) => self.choice(of, last && self.gives == Type::Nothing),
+                Rust::Try(tried) => Ok(Stmt::Call(self.call(&tried.expr)?, true)),
+                expr => self.action(expr),
+            },
+            stmt => no(stmt, "let, an assignment, a call, if, match, for, loop, return"),
         }
     }
 
-    fn byte(&self, expr: &Expr) -> Result<String, Refused> {
-        let name = match expr {
-            Expr::MethodCall(call) => call.method.to_string(),
-            expr => return no(expr, "a leaf that is a byte"),
+    /// A call whose result is not looked at: a leaf that writes among them.
+    fn action(&mut self, expr: &Rust) -> Result<Stmt, Refused> {
+        if let Rust::MethodCall(call) = expr
+            && path(&call.receiver).as_deref() == Some("m")
+            && let Some(leaf) = self.leaves.get(&call.method.to_string())
+        {
+            let place = match &leaf.kind {
+                Kind::Place(..) => {
+                    let (axis, value) = self.arguments(call)?;
+                    let Some(value) = value else { return no(call, "a leaf that writes") };
+                    let mut place = self.place(leaf, axis);
+                    if let Some((_, kind)) = leaf.takes.last() {
+                        place.size = size(*kind);
+                    }
+                    let value = match value {
+                        Expr::Number(_) if place.size == Size::Long => Expr::Wide(Box::new(value)),
+                        value => value,
+                    };
+                    return Ok(Stmt::Put(place, value));
+                }
+                Kind::Bit(byte, Some(on)) => Some((byte.clone(), *on)),
+                _ => None,
+            };
+            if let Some((byte, on)) = place {
+                let (Some(axis), None) = self.arguments(call)? else { return no(call, "an axis") };
+                return Ok(Stmt::Bit(byte, axis, on));
+            }
+        }
+        Ok(Stmt::Call(self.call(expr)?, false))
+    }
+
+    fn local(&mut self, local: &syn::Local) -> Result<Stmt, Refused> {
+        let (mut pat, mut kind) = (&local.pat, None);
+        if let Pat::Type(typed) = pat {
+            kind = crate::leaf::type_of(&typed.ty.to_token_stream().to_string());
+            pat = &typed.pat;
+        }
+        let (Pat::Ident(name), Some(init)) = (pat, &local.init) else {
+            return no(local, "`let name = ..;`");
         };
-        match self.leaves.get(&name) {
-            Some(Leaf::Byte(_)) => Ok(name),
-            _ => no(expr, "a leaf that is a byte"),
+        let name = name.ident.to_string();
+        let (value, of) = self.value(&init.expr)?;
+        if self.words.contains(&name) {
+            return Ok(Stmt::Word(self.var(&name, Type::Word), value));
+        }
+        let kind = kind.or(of).unwrap_or(Type::Byte);
+        if !matches!(kind, Type::Byte | Type::Long | Type::Axis) {
+            return no(local, "a variable is u8, i32 or an axis, or a word that bits are put into");
+        }
+        let var = self.var(&name, kind);
+        Ok(if kind == Type::Axis { Stmt::Axis(var, value) } else { Stmt::Set(var, value) })
+    }
+
+    fn choice(&mut self, of: &syn::ExprMatch, last: bool) -> Result<Stmt, Refused> {
+        let value = self.value(&of.expr)?.0;
+        let (mut arms, mut other) = (Vec::new(), None);
+        for arm in &of.arms {
+            if arm.guard.is_some() || other.is_some() {
+                return no(&arm.pat, "a constant, `_` last");
+            }
+            let body = match &*arm.body {
+                Rust::Block(block) => self.block(&block.block, last)?,
+                body if last => vec![self.end(body)?],
+                body => vec![self.stmt(&RustStmt::Expr(body.clone(), None), false)?],
+            };
+            match &arm.pat {
+                Pat::Wild(_) => other = Some(body),
+                Pat::Ident(name) => match self.constants.get(&name.ident.to_string()) {
+                    Some(number) => arms.push((number.clone(), body)),
+                    None => return no(&arm.pat, "a constant of this file"),
+                },
+                Pat::Lit(number) => arms.push((self.number(&Rust::Lit(number.clone()))?, body)),
+                pat => return no(pat, "a constant, `_` last"),
+            }
+        }
+        match other {
+            Some(other) => Ok(Stmt::Match(value, arms, other)),
+            None => no(of, "`_` last"),
         }
     }
 
-    fn number(&self, expr: &Expr) -> Result<Number, Refused> {
+    /// The function's result.
+    fn end(&mut self, expr: &Rust) -> Result<Stmt, Refused> {
         match expr {
-            Expr::Lit(literal) => {
-                let Lit::Int(number) = &literal.lit else { return no(literal, "a number") };
-                let value = number.base10_parse::<u16>()?;
-                Ok(Number { text: value.to_string(), value: Some(value) })
+            Rust::If(branch) => return self.branch(branch, true),
+            Rust::Match(of) => return self.choice(of, true),
+            Rust::Return(_) | Rust::ForLoop(_) | Rust::Loop(_) | Rust::Assign(_) => {
+                return self.stmt(&RustStmt::Expr(expr.clone(), None), true);
             }
-            Expr::Binary(shift) if matches!(shift.op, BinOp::Shl(_)) => {
-                let [left, right] = [self.number(&shift.left)?, self.number(&shift.right)?];
-                let value = left.value.zip(right.value);
-                let Some(value) = value.and_then(|(a, b)| a.checked_shl(b.into())) else {
-                    return no(shift, "a number");
-                };
-                Ok(Number { text: value.to_string(), value: Some(value) })
+            _ => {}
+        }
+        if path(expr).as_deref() == Some("DONE") {
+            return Ok(Stmt::Return(End::Done));
+        }
+        if path(expr).as_deref() == Some("NOT_YET") {
+            return Ok(Stmt::Return(End::NotYet));
+        }
+        if let Rust::Call(call) = expr
+            && let Some(name) = path(&call.func)
+            && let Some(argument) = call.args.first()
+        {
+            match name.as_str() {
+                "Ok" if matches!(argument, Rust::Tuple(unit) if unit.elems.is_empty()) => {
+                    return Ok(Stmt::Return(End::Done));
+                }
+                "Err" => {
+                    let Some(fault) = item(argument, "Fault") else {
+                        return no(argument, "Fault::..");
+                    };
+                    return Ok(Stmt::Return(End::Fault(fault)));
+                }
+                _ => {}
+            }
+        }
+        Ok(match self.gives {
+            Type::Nothing => match self.action(expr)? {
+                Stmt::Call(call, _) => Stmt::Return(End::Value(Expr::Call(call))),
+                stmt => stmt,
+            },
+            Type::Bool => Stmt::Return(End::Cond(self.cond(expr)?)),
+            Type::Fault | Type::Progress => Stmt::Return(End::Value(Expr::Call(self.call(expr)?))),
+            _ => Stmt::Return(End::Value(self.value(expr)?.0)),
+        })
+    }
+
+    fn number(&self, expr: &Rust) -> Result<Number, Refused> {
+        match expr {
+            Rust::Lit(literal) => {
+                let Lit::Int(number) = &literal.lit else { return no(literal, "a number") };
+                Ok(Number::of(number.base10_parse::<u16>()?))
+            }
+            Rust::Paren(inner) => self.number(&inner.expr),
+            Rust::Binary(pair) => {
+                let [left, right] = [self.number(&pair.left)?, self.number(&pair.right)?];
+                let op = pair.op.to_token_stream().to_string();
+                let values = left.value.zip(right.value);
+                if let Some((a, b)) = values {
+                    let value = match op.as_str() {
+                        "<<" => a.checked_shl(b.into()),
+                        "|" => Some(a | b),
+                        "+" => a.checked_add(b),
+                        "-" => a.checked_sub(b),
+                        _ => None,
+                    };
+                    return match value {
+                        Some(value) => Ok(Number::of(value)),
+                        None => no(pair, "a number"),
+                    };
+                }
+                if !matches!(op.as_str(), "|" | "+" | "-") {
+                    return no(pair, "a number");
+                }
+                Ok(Number { text: format!("({}{op}{})", left.text, right.text), value: None })
             }
             expr => match path(expr).and_then(|name| self.constants.get(&name)) {
-                Some(name) => Ok(Number { text: name.clone(), value: None }),
+                Some(number) => Ok(number.clone()),
                 None => no(expr, "a number or a constant of this file"),
             },
         }
     }
 }
 
-fn tail(block: &Block) -> Result<&Expr, Refused> {
-    match &block.stmts[..] {
-        [RustStmt::Expr(expr, None)] => Ok(expr),
-        _ => no(block, "one expression"),
+/// Of a place of this type.
+fn size(kind: Type) -> Size {
+    match kind {
+        Type::Byte => Size::Byte,
+        Type::Word => Size::Word,
+        _ => Size::Long,
+    }
+}
+
+/// Names of words that bits are put into.
+fn words(block: &Block, to: &mut BTreeSet<String>) {
+    let text = block.to_token_stream().to_string();
+    let parts = text.split(" |= ").collect::<Vec<_>>();
+    for part in &parts[..parts.len().saturating_sub(1)] {
+        to.extend(part.rsplit(' ').next().map(str::to_owned));
     }
 }

@@ -1,124 +1,259 @@
-//! Leaves: what the trait `Machine` says of the small chip in its attributes `micro(..)`, and constants' names.
+//! Leaves: what the traits of the rules say of the small chip in their attributes `micro(..)`.
 
 use std::collections::BTreeMap;
 
+use quote::ToTokens;
 use syn::punctuated::Punctuated;
-use syn::{Attribute, Expr, ExprLit, File, Item, Lit, Meta, Token, TraitItem};
+use syn::{
+    Attribute, Expr, ExprLit, File, FnArg, Item, Lit, Meta, Pat, ReturnType, Token, TraitItem,
+};
 
 use crate::Refused;
 
-/// What stands for a leaf.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Leaf {
-    /// The value of a byte of RAM.
-    Byte(String),
-    /// The value of a word of RAM.
-    Word(String),
-    /// Code that leaves a number in r12.
-    Number(String),
-    /// Whether one of these bits of a byte is set; the bit's value when it is told.
-    Any(String, Option<u16>),
-    /// Whether a byte has a value.
-    Is(String),
-    /// Code behind which a flag tells; a second one that may tell as well.
-    Code(String, Option<String>, Holds),
-    /// Code that makes an axis the one of r8 and r9.
-    Axis(String),
-}
-
-/// The flag that says that something holds.
+/// A flag and how it has to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
     /// Z is set.
     Equal,
     /// Z is clear.
     NotEqual,
+    /// C is set.
+    Carry,
     /// C is clear.
     NoCarry,
+    /// N is set.
+    Negative,
+    /// V is set.
+    Overflow,
+}
+
+impl Holds {
+    fn named(name: &str) -> Option<Holds> {
+        Some(match name {
+            "EQUAL" => Holds::Equal,
+            "NOT_EQUAL" => Holds::NotEqual,
+            "CARRY" => Holds::Carry,
+            "NO_CARRY" => Holds::NoCarry,
+            "NEGATIVE" => Holds::Negative,
+            "OVERFLOW" => Holds::Overflow,
+            _ => return None,
+        })
+    }
+}
+
+/// What a function takes or gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Type {
+    /// `()`.
+    Nothing,
+    /// `bool`.
+    Bool,
+    /// `u8`.
+    Byte,
+    /// `u16`.
+    Word,
+    /// `i32`.
+    Long,
+    /// `Axis`.
+    Axis,
+    /// `Option<i32>`.
+    Maybe,
+    /// `Result<(), Fault>`.
+    Fault,
+    /// `Result<u8, Fault>`.
+    ByteOrFault,
+    /// `Progress`.
+    Progress,
+    /// An item of an enum that is a number in the code: `TraceKind`.
+    Number,
+}
+
+/// Parameters, each with its name.
+pub type Named = Vec<(String, Type)>;
+
+/// The type that is written.
+pub fn type_of(text: &str) -> Option<Type> {
+    Some(match text.replace(' ', "").as_str() {
+        "" => Type::Nothing,
+        "bool" => Type::Bool,
+        "u8" => Type::Byte,
+        "u16" => Type::Word,
+        "i32" => Type::Long,
+        "Axis" => Type::Axis,
+        "Option<i32>" => Type::Maybe,
+        "Result<(),Fault>" => Type::Fault,
+        "Result<u8,Fault>" => Type::ByteOrFault,
+        "Progress" => Type::Progress,
+        "TraceKind" => Type::Number,
+        _ => return None,
+    })
+}
+
+/// What stands for a leaf.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A byte, word or long of RAM, read or written as the function's type says; code that loads it.
+    Place(String, Option<String>),
+    /// A field of the record at r9; whether 16 bits of it.
+    Record(String, bool),
+    /// Whether one of these bits of a byte is set; the bit's value when it is told.
+    Any(String, String, Option<u16>),
+    /// Whether a byte has a value.
+    Is(String, String),
+    /// The axis's bit in a byte: whether it is set; set it; clear it.
+    Bit(String, Option<bool>),
+    /// Code; a second one of which a flag tells as well.
+    Code(String, Option<String>),
+}
+
+/// A leaf.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Leaf {
+    /// What stands for it.
+    pub kind: Kind,
+    /// It changes the machine.
+    pub changes: bool,
+    /// Its parameters and their names.
+    pub takes: Vec<(String, Type)>,
+    /// Its result.
+    pub gives: Type,
+    /// The flag that says that it is so, or that there is nothing.
+    pub holds: Option<Holds>,
+    /// r12 is 0 behind it.
+    pub zero: bool,
+    /// What r9 is when its code reads a record: nothing is the axis's own; likewise behind its code.
+    pub record: Option<String>,
+    /// See `record`.
+    pub sets_record: Option<String>,
 }
 
 /// Leaves by their names.
 pub type Leaves = BTreeMap<String, Leaf>;
 
-/// What an attribute `cfg_attr(any(), micro(..))` says: no build sees it.
-pub fn micro(attributes: &[Attribute]) -> Option<syn::Result<proc_macro2::TokenStream>> {
-    let rows = attributes.iter().filter(|row| row.path().is_ident("cfg_attr"));
-    for row in rows {
-        let list = row.parse_args_with(Punctuated::<Meta, Token![,]>::parse_terminated);
-        for meta in list.into_iter().flatten() {
+/// What attributes `cfg_attr(any(), micro(..))` say, by key: no build sees them.
+///
+/// # Errors
+/// It is no list of `key = "text"` or numbers.
+pub fn micro(attributes: &[Attribute]) -> Result<Option<BTreeMap<String, String>>, Refused> {
+    for row in attributes.iter().filter(|row| row.path().is_ident("cfg_attr")) {
+        let list = row.parse_args_with(Punctuated::<Meta, Token![,]>::parse_terminated)?;
+        for meta in list {
             if let Meta::List(list) = meta
                 && list.path.is_ident("micro")
             {
-                return Some(Ok(list.tokens));
+                return Ok(Some(said(&list)?));
             }
         }
     }
-    None
+    Ok(None)
 }
 
-/// The leaves of the trait `Machine`.
+fn said(list: &syn::MetaList) -> Result<BTreeMap<String, String>, Refused> {
+    if let Ok(name) = syn::parse2::<syn::LitStr>(list.tokens.clone()) {
+        return Ok(BTreeMap::from([(String::from("name"), name.value())]));
+    }
+    let rows = list.parse_args_with(Punctuated::<Meta, Token![,]>::parse_terminated)?;
+    let mut said = BTreeMap::new();
+    for row in rows {
+        let Meta::NameValue(row) = row else { return Err(Refused::at(&row, "key = value")) };
+        let value = match &row.value {
+            Expr::Lit(ExprLit { lit: Lit::Str(text), .. }) => text.value(),
+            Expr::Lit(ExprLit { lit: Lit::Int(number), .. }) => number.to_string(),
+            value => return Err(Refused::at(value, "a text or a number")),
+        };
+        said.insert(row.path.to_token_stream().to_string(), value);
+    }
+    Ok(said)
+}
+
+/// The leaves of all traits of a file.
 ///
 /// # Errors
 /// One says nothing, or nothing that is known.
-pub fn read(file: &File) -> Result<Leaves, Refused> {
-    let mut leaves = Leaves::new();
+pub fn read(file: &File, leaves: &mut Leaves) -> Result<(), Refused> {
     for item in &file.items {
         let Item::Trait(machine) = item else { continue };
         for item in &machine.items {
             let TraitItem::Fn(function) = item else {
-                return Err(Refused::at(item, "Machine has functions alone"));
+                return Err(Refused::at(item, "a trait of leaves has functions alone"));
             };
             let name = function.sig.ident.to_string();
-            let Some(tokens) = micro(&function.attrs) else {
+            let Some(said) = micro(&function.attrs)? else {
                 return Err(Refused::at(function, format!("{name} says nothing of micro-code")));
             };
-            let leaf = one(tokens?).ok_or_else(|| {
+            let leaf = one(function, said).ok_or_else(|| {
                 Refused::at(
                     function,
-                    format!("{name}: byte, word, number, any, is, axis, or code and holds"),
+                    format!("{name}: place, record, any, is, has, on, off, or code and holds"),
                 )
             })?;
             leaves.insert(name, leaf);
         }
     }
-    Ok(leaves)
+    Ok(())
 }
 
-fn one(tokens: proc_macro2::TokenStream) -> Option<Leaf> {
-    use syn::parse::Parser;
-    let rows = Punctuated::<Meta, Token![,]>::parse_terminated.parse2(tokens).ok()?;
-    let mut said = BTreeMap::new();
-    let mut bit = None;
-    for row in rows {
-        let Meta::NameValue(row) = row else { return None };
-        match row.value {
-            Expr::Lit(ExprLit { lit: Lit::Str(text), .. }) => {
-                said.insert(row.path.get_ident()?.to_string(), text.value());
-            }
-            Expr::Lit(ExprLit { lit: Lit::Int(number), .. }) => bit = number.base10_parse().ok(),
-            _ => return None,
-        }
-    }
-    let mut take = |name: &str| said.remove(name);
-    let leaf = if let Some(byte) = take("byte") {
-        Leaf::Byte(byte)
-    } else if let Some(word) = take("word") {
-        Leaf::Word(word)
-    } else if let Some(number) = take("number") {
-        Leaf::Number(number)
-    } else if let Some(any) = take("any") {
-        Leaf::Any(any, bit)
-    } else if let Some(is) = take("is") {
-        Leaf::Is(is)
-    } else if let Some(axis) = take("axis") {
-        Leaf::Axis(axis)
-    } else {
-        let holds = match take("holds")?.as_str() {
-            "EQUAL" => Holds::Equal,
-            "NOT_EQUAL" => Holds::NotEqual,
-            _ => return None,
-        };
-        Leaf::Code(take("code")?, take("or"), holds)
+fn one(function: &syn::TraitItemFn, mut said: BTreeMap<String, String>) -> Option<Leaf> {
+    let (changes, takes, gives) = signature(&function.sig)?;
+    let pair = |text: &str| {
+        let (byte, value) = text.split_once(", ")?;
+        Some((byte.to_owned(), value.to_owned()))
     };
+    let holds = match said.remove("holds") {
+        None => None,
+        Some(name) => Some(Holds::named(&name)?),
+    };
+    let [record, sets_record] = ["of", "sets"].map(|key| said.remove(key));
+    let zero = said.remove("leaves").is_some_and(|value| value == "0");
+    let kind = if let Some(place) = said.remove("place") {
+        Kind::Place(place, said.remove("load"))
+    } else if let Some(field) = said.remove("record") {
+        Kind::Record(field, gives != Type::Long)
+    } else if let Some(any) = said.remove("any") {
+        let (byte, mask) = pair(&any)?;
+        let bit = said.remove("bit").and_then(|bit| bit.parse().ok());
+        Kind::Any(byte, mask, bit)
+    } else if let Some(is) = said.remove("is") {
+        let (byte, value) = pair(&is)?;
+        Kind::Is(byte, value)
+    } else if let Some(byte) = said.remove("has") {
+        Kind::Bit(byte, None)
+    } else if let Some(byte) = said.remove("on") {
+        Kind::Bit(byte, Some(true))
+    } else if let Some(byte) = said.remove("off") {
+        Kind::Bit(byte, Some(false))
+    } else {
+        let code = said.remove("code")?;
+        if matches!(gives, Type::Bool | Type::Maybe) && holds.is_none() {
+            return None;
+        }
+        Kind::Code(code, said.remove("or"))
+    };
+    let leaf = Leaf { kind, changes, takes, gives, holds, zero, record, sets_record };
     said.is_empty().then_some(leaf)
+}
+
+/// Whether a function changes the machine, its parameters behind that, its result.
+#[must_use]
+pub fn signature(sig: &syn::Signature) -> Option<(bool, Named, Type)> {
+    let mut inputs = sig.inputs.iter();
+    let machine = inputs.next()?.to_token_stream().to_string();
+    let changes = match machine.as_str() {
+        "& self" => false,
+        "& mut self" => true,
+        text if text.starts_with("m : & impl ") => false,
+        text if text.starts_with("m : & mut impl ") => true,
+        _ => return None,
+    };
+    let mut takes = Vec::new();
+    for input in inputs {
+        let FnArg::Typed(input) = input else { return None };
+        let Pat::Ident(name) = &*input.pat else { return None };
+        takes.push((name.ident.to_string(), type_of(&input.ty.to_token_stream().to_string())?));
+    }
+    let gives = match &sig.output {
+        ReturnType::Default => Type::Nothing,
+        ReturnType::Type(_, result) => type_of(&result.to_token_stream().to_string())?,
+    };
+    Some((changes, takes, gives))
 }

@@ -3,28 +3,26 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-/// The files of rules.
-const FILES: [&str; 1] = ["status"];
-
 fn main() -> ExitCode {
-    let firmware = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    for name in FILES {
-        if let Err(error) = make(&firmware, name) {
-            eprintln!("firmware/src/rules/{name}.rs: {error}");
-            return ExitCode::FAILURE;
+    match make() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
         }
     }
-    ExitCode::SUCCESS
 }
 
-fn make(firmware: &Path, name: &str) -> Result<(), Box<dyn std::error::Error>> {
-    let read = |path: &str| std::fs::read_to_string(firmware.join(path));
-    let machine = read("src/rules.rs")?;
-    let made = lower::lower(&machine, &read(&format!("src/rules/{name}.rs"))?, name)?;
-    std::fs::write(firmware.join(format!("src/compact/made/{name}.s")), made.text)?;
-    for (function, bytes) in &made.bytes {
-        println!("{name}::{function}: {bytes} bytes");
+fn make() -> Result<(), Box<dyn std::error::Error>> {
+    let firmware = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let made = lower::of_firmware(&firmware)?;
+    for made in &made {
+        std::fs::write(firmware.join(format!("src/compact/made/{}.s", made.name)), &made.text)?;
+        for (function, bytes) in &made.bytes {
+            println!("{}::{function}: {bytes} bytes", made.name);
+        }
+        let sum = made.bytes.iter().map(|(_, bytes)| bytes).sum::<usize>();
+        println!("{}: {sum} bytes", made.name);
     }
-    println!("{name}: {} bytes", made.bytes.iter().map(|(_, bytes)| bytes).sum::<usize>());
     Ok(())
 }

@@ -7,6 +7,7 @@ use crate::vm::{axis, convert};
 use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{Feed, Pace};
+use firmware::rules::{Axis, coords};
 use lang::isa::Op;
 use lang::record::AxisRecord;
 use lang::wire::{Control, Direct, Exception, command};
@@ -219,7 +220,7 @@ impl Controller {
 
     /// The axis's work offset in steps.
     pub fn offset_steps(&self, n: u8) -> i32 {
-        convert(n, self.motor.offset[usize::from(n)], true).unwrap_or(0)
+        coords::offset_steps(&self.motor, Axis::new(n))
     }
 
     /// SetPos on a resting axis: its work position becomes `value` steps.

@@ -10,7 +10,7 @@ use crate::profile::profile_word;
 use crate::vm::vm;
 use firmware::RELEASE;
 use firmware::modbus::Map;
-use firmware::rules::{Axis, Machine, status};
+use firmware::rules::{Axis, Machine, coords, status};
 use firmware::store::{NAME, Store};
 use firmware::verify::Bytes;
 use lang::fault::Fault;
@@ -53,7 +53,7 @@ impl Controller {
     }
 
     fn work_position(&self, n: u8) -> i32 {
-        self.motor.position(n).wrapping_sub(self.offset_steps(n))
+        coords::work_steps(&self.motor, Axis::new(n))
     }
 
     fn own(&mut self, address: u16) -> u16 {
@@ -187,7 +187,7 @@ impl Controller {
                 })
             }
             TARGETS..TARGETS_END => self.axis_value(address, TARGETS, |controller, n| {
-                controller.motor.steps[usize::from(n)].wrapping_sub(controller.offset_steps(n))
+                coords::target_steps(&controller.motor, Axis::new(n))
             }),
             COMMAND_ROOM => status::command_room(self),
             CNC_STATE => status::cnc_state(self),

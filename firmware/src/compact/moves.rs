@@ -121,6 +121,8 @@ const _: () = assert!(
 );
 
 core::arch::global_asm!(include_str!("moves/coords.s"), options(raw));
+// Made of firmware/src/rules/coords.rs.
+core::arch::global_asm!(include_str!("made/coords.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/moves.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/home.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/probe.s"), options(raw));

@@ -1,4 +1,5 @@
 //! Words of the link that tell the machine's state as InterpCNC has them (`lang::wire`, status).
+#![cfg_attr(any(), micro(module = "link.status", prefix = "map_"))]
 
 use super::{Axis, Machine};
 use lang::isa::Op;
@@ -22,6 +23,12 @@ pub const COMMAND_WORDS: u16 = {
     }
     BLOCKS[n].count
 };
+
+/// Whether an axis homes.
+#[cfg_attr(any(), micro(holds = "NO_CARRY"))]
+pub fn homes(m: &impl Machine) -> bool {
+    matches!(m.effect(), HOME..=HOME_QUERY)
+}
 
 /// The input that keeps Start or a move from working, from 1, or 0.
 pub fn blocking(m: &impl Machine) -> u16 {
@@ -104,7 +111,8 @@ pub fn limit_switches(m: &impl Machine) -> u16 {
 pub fn probing(m: &impl Machine) -> u16 {
     let mut word = 0;
     if m.effect() == PROBE {
-        word |= u16::from(m.axis().bit()) << 8;
+        let axis = m.axis();
+        word |= u16::from(axis.bit()) << 8;
     }
     word
 }
@@ -113,12 +121,8 @@ pub fn probing(m: &impl Machine) -> u16 {
 pub fn homing(m: &impl Machine) -> u16 {
     let mut word = u16::from(m.homing_failed()) << 8;
     if homes(m) {
-        word |= u16::from(m.axis().bit());
+        let axis = m.axis();
+        word |= u16::from(axis.bit());
     }
     word
-}
-
-/// Whether an axis homes.
-pub fn homes(m: &impl Machine) -> bool {
-    matches!(m.effect(), HOME..=HOME_QUERY)
 }

@@ -21,7 +21,8 @@ pub fn converted(axis: &AxisRecord, value: i32, to_steps: bool) -> Option<i32> {
     Some(if value < 0 { -half } else { half })
 }
 
-fn axis() -> impl Strategy<Value = AxisRecord> {
+/// Any axis.
+pub fn axis() -> impl Strategy<Value = AxisRecord> {
     // A travel is below 2^31 um: 2 km.
     let end = -(1i32 << 30)..1i32 << 30;
     (1u16.., 1u16.., end.clone(), end, any::<bool>()).prop_map(|(steps, um, a, b, present)| {
@@ -34,7 +35,8 @@ fn axis() -> impl Strategy<Value = AxisRecord> {
     })
 }
 
-fn value() -> impl Strategy<Value = i32> {
+/// A place or way, often near.
+pub fn value() -> impl Strategy<Value = i32> {
     prop_oneof![-100_000i32..100_000, any::<i32>()]
 }
 

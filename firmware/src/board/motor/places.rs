@@ -4,40 +4,105 @@ use super::{AXES, CLOCK, Motor};
 use crate::step;
 use crate::vm::{axis, convert, machine};
 use firmware::motion::Single;
+use firmware::rules::Axis;
+use firmware::rules::coords::{self, Settles, Stands, Targets};
 use lang::fault::Fault;
-use lang::place::{self, Aimed, Place, Target};
+use lang::place::{self, Place, Target};
 use lang::record::{AxisRecord, MachineRecord};
 
-/// An axis of the machine.
-struct Standing<'a> {
-    motor: &'a Motor,
-    n: u8,
+impl Stands for Motor {
+    fn position(&self, axis: Axis) -> i32 {
+        self.actual[axis.i()]
+    }
+    fn steps(&self, axis: Axis) -> i32 {
+        self.steps[axis.i()]
+    }
+    fn offset(&self, axis: Axis) -> i32 {
+        self.offset[axis.i()]
+    }
+    #[inline(always)]
+    fn to_steps(&self, axis: Axis, um: i32) -> Option<i32> {
+        convert(axis.n(), um, true).ok()
+    }
+    #[inline(always)]
+    fn to_um(&self, axis: Axis, steps: i32) -> Option<i32> {
+        convert(axis.n(), steps, false).ok()
+    }
 }
 
-impl Aimed for Standing<'_> {
-    fn record(&self) -> &AxisRecord {
-        axis(self.n)
+impl Settles for Motor {
+    fn set_um(&mut self, axis: Axis, um: i32) {
+        self.um[axis.i()] = um;
     }
-
-    fn commanded(&self) -> Place {
-        let i = usize::from(self.n);
-        Place { um: self.motor.um[i], steps: self.motor.steps[i] }
+    fn set_steps(&mut self, axis: Axis, steps: i32) {
+        self.steps[axis.i()] = steps;
     }
+}
 
-    fn offset(&self) -> i32 {
-        self.motor.offset[usize::from(self.n)]
+/// An axis with a target, and where that lies.
+struct Aimed<'a> {
+    motor: &'a Motor,
+    target: Target,
+    place: Place,
+}
+
+impl Stands for Aimed<'_> {
+    fn position(&self, axis: Axis) -> i32 {
+        Stands::position(self.motor, axis)
     }
-
-    fn is_homed(&self) -> bool {
-        self.motor.homed >> self.n & 1 != 0
+    fn steps(&self, axis: Axis) -> i32 {
+        self.motor.steps(axis)
     }
-
-    fn is_lost(&self) -> bool {
-        self.motor.placed >> self.n & 1 == 0 && machine().flags & MachineRecord::REQUIRE_HOMING != 0
+    fn offset(&self, axis: Axis) -> i32 {
+        self.motor.offset(axis)
     }
+    fn to_steps(&self, axis: Axis, um: i32) -> Option<i32> {
+        self.motor.to_steps(axis, um)
+    }
+    fn to_um(&self, axis: Axis, steps: i32) -> Option<i32> {
+        self.motor.to_um(axis, steps)
+    }
+}
 
-    fn convert(&self, value: i32, to_steps: bool) -> Result<i32, Fault> {
-        convert(self.n, value, to_steps)
+impl Targets for Aimed<'_> {
+    fn is_there(&self, n: Axis) -> bool {
+        axis(n.n()).flags & AxisRecord::PRESENT != 0
+    }
+    fn in_steps(&self) -> bool {
+        self.target.in_steps
+    }
+    fn is_relative(&self) -> bool {
+        self.target.frame == Target::RELATIVE
+    }
+    fn is_machine(&self) -> bool {
+        self.target.frame == Target::MACHINE
+    }
+    fn um(&self, axis: Axis) -> i32 {
+        self.motor.um[axis.i()]
+    }
+    fn set_new_um(&mut self, _: Axis, um: i32) {
+        self.place.um = um;
+    }
+    fn set_new_steps(&mut self, _: Axis, steps: i32) {
+        self.place.steps = steps;
+    }
+    fn is_too_far(&self, axis: Axis) -> bool {
+        place::way(self.steps(axis), self.place.steps).is_err()
+    }
+    fn is_homed(&self, axis: Axis) -> bool {
+        self.motor.homed & axis.bit() != 0
+    }
+    fn is_above(&self, n: Axis) -> bool {
+        self.place.um > axis(n.n()).max
+    }
+    fn is_below(&self, n: Axis) -> bool {
+        self.place.um < axis(n.n()).min
+    }
+    fn is_placed(&self, axis: Axis) -> bool {
+        self.motor.placed & axis.bit() != 0
+    }
+    fn wants_homing(&self) -> bool {
+        machine().flags & MachineRecord::REQUIRE_HOMING != 0
     }
 }
 
@@ -53,17 +118,13 @@ impl Motor {
 
     /// The commanded place is that of `steps`.
     pub fn settle(&mut self, n: u8, steps: i32) {
-        let i = usize::from(n);
-        self.steps[i] = steps;
-        if axis(n).steps != 0 {
-            self.um[i] = convert(n, steps, false).unwrap_or(0);
-        }
+        coords::settle(self, Axis::new(n), steps);
     }
 
     /// The commanded place is where the axis is.
     #[inline(never)]
     pub fn settle_here(&mut self, n: u8) {
-        self.settle(n, self.actual[usize::from(n)]);
+        coords::settle_here(self, Axis::new(n));
     }
 
     /// Where a target lies.
@@ -74,7 +135,9 @@ impl Motor {
         if n >= AXES {
             return Err(Fault::ValueRange);
         }
-        place::aim(&Standing { motor: self, n }, target)
+        let mut aimed = Aimed { motor: self, target, place: Place::default() };
+        coords::aim(&mut aimed, Axis::new(n), target.value)?;
+        Ok(aimed.place)
     }
 
     /// Makes a place the commanded one. Returns the steps to go.

@@ -1,4 +1,4 @@
-/* Places of the axes: um and steps, targets, soft limits.
+/* Places of the axes: what firmware/src/rules/coords.rs builds on.
 
    What works on one axis takes it as two registers: r8 = 4 * axis, which indexes UM, STEPS, OFFSET,
    ACTUAL, PROBED, and r9 = address of its AxisRecord. */
@@ -19,30 +19,6 @@ module.moves.coords:
     .set F_STEPS, 4
     .set F_MACHINE, 8
     .set F_RELATIVE, 16
-
-    /* Where the axis r12 stands, or is to stand, for the link: r13:r12 = work position in steps.
-       Uses r8, r9. */
-    .global work_steps, target_steps
-    ROUTINE_ODD work_steps
-    DO axis_select
-    DO offset_steps
-    F sub ACTUAL, AXIS
-    DO negate
-    RETURN
-    ROUTINE_ODD target_steps
-    DO axis_select
-    DO offset_steps
-    F sub STEPS, AXIS
-    DO negate
-    RETURN
-
-    /* r13:r12 = work offset of the axis in steps, 0 when it does not fit. */
-    ROUTINE_ODD offset_steps
-    F load OFFSET, AXIS
-    DO to_steps
-    DO zero_if_carry
-    RETURN
-    .balign 2, 0
 
     /* r13:r12 um as steps of the axis, half away from zero; carry when they do not fit.
        Uses r11, r14, r15. */
@@ -120,73 +96,6 @@ axis_there:
 1:  cmp r8, r8
     ret
 
-    /* Where a target lies: r13:r12 um or steps as FRAME_OF says. NEW_UM, NEW_STEPS of the axis hold it
-       and r12 is 0, or FAULTED with F01, F05, F07, or F20 for an axis that the machine lacks. */
-    ROUTINE_ODD aim
-    DO axis_there
-    IF_EQUAL aim_lacks
-    /* relative: to the commanded place in its unit; work um: to the offset */
-    IF_NONE FRAME_OF, F_RELATIVE, 1f
-    IF_ANY FRAME_OF, F_STEPS, 0f
-    F add UM, AXIS
-    GOTO 2f
-0:  F add STEPS, AXIS
-    GOTO 2f
-1:  IF_ANY FRAME_OF, F_STEPS|F_MACHINE, aim_place
-    F add OFFSET, AXIS
-2:  IF_OVERFLOW aim_overflow
-    /* The same for a machine position; F_RELATIVE allows it to an axis not homed. */
-    ROUTINE_ODD aim_place
-    IF_ANY FRAME_OF, F_STEPS, 4f
-    F store NEW_UM, AXIS
-    DO to_steps
-    IF_CARRY aim_overflow
-    F store NEW_STEPS, AXIS
-    GOTO 7f
-4:  F store NEW_STEPS, AXIS
-    DO to_um
-    IF_CARRY aim_overflow
-    F store NEW_UM, AXIS
-    /* a way of 2^31 steps or more would wrap */
-7:  F load NEW_STEPS, AXIS
-    F sub ACTUAL, AXIS
-    IF_OVERFLOW aim_overflow
-    IF_NOT_AXIS HOMED, 5f
-    /* both differences may wrap: all is well as long as the travel is below 2^31 um */
-    FR load A_MAX, LONG
-    F sub NEW_UM, AXIS
-    IF_NEGATIVE aim_limit
-    F load NEW_UM, AXIS
-    FR sub A_MIN, LONG
-    IF_NEGATIVE aim_limit
-6:  DONE_
-5:  IF_NOT_AXIS PLACED, 8f
-    DONE_
-8:  IF_ANY FRAME_OF, F_RELATIVE, 6b
-    F base STORED
-    FR word PROGRAM_MACHINE+MC_FLAGS, SHORT
-    TESTI MC_REQUIRE_HOMING
-    IF_EQUAL 6b
-    FAULT F_NOT_HOMED
-aim_limit:
-    FAULT F_SOFT_LIMIT
-aim_lacks:
-    FAULT F_VALUE_RANGE
-aim_overflow:
-    FAULT F_OVERFLOW
-
-    /* Makes NEW_UM, NEW_STEPS of the resting axis the commanded place; Z when it stands there in
-       steps. */
-    ROUTINE_ODD command
-    F load NEW_UM, AXIS
-    F store UM, AXIS
-    F load NEW_STEPS, AXIS
-    F store STEPS, AXIS
-    F sub ACTUAL, AXIS
-    DO test_long
-    RETURN
-    .balign 2, 0
-
     /* A new run: no work offsets, and the commanded places are those where the axes stand. Keeps r4
        to r7 and r10. */
     .global motion_reset, settle_all
@@ -209,14 +118,4 @@ settle_all:
     F load ACTUAL, AXIS
     RETURN
 
-    /* The commanded place is where the axis stands. */
-    ROUTINE_ODD settle_here
-    DO here
-    /* The commanded place is that of r13:r12 steps; um are 0 when they do not fit. */
-    ROUTINE_ODD settle
-    F store STEPS, AXIS
-    DO to_um
-    DO zero_if_carry
-    F store UM, AXIS
-    RETURN
     .balign 2, 0

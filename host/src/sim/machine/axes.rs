@@ -4,10 +4,12 @@
 //! from zero; after a move in Steps, a stop, a probe or Home the um value is LENGTH of the steps
 //! (lang/README.md, The machine).
 
+use firmware::rules::Axis as Nth;
+use firmware::rules::coords::{self, Stands, Targets};
 use lang::axis::Axis;
 use lang::effect::Coord;
 use lang::fault::Fault;
-use lang::place::{self, Aimed, Place};
+use lang::place::{self, Place, Target};
 use lang::profile::Profile;
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -36,40 +38,78 @@ pub struct Axes {
     require_homing: bool,
 }
 
-/// An axis of which relative words count from `from`.
-struct Standing<'a> {
+/// An axis with a target, which counts from `from` when it is relative, and where that lies.
+struct Aimed<'a> {
     axes: &'a Axes,
     axis: Axis,
     from: Place,
+    target: Target,
+    place: Place,
 }
 
-impl Aimed for Standing<'_> {
-    fn record(&self) -> &AxisRecord {
-        &self.axes.state(self.axis).record
+impl Aimed<'_> {
+    fn state(&self) -> &State {
+        self.axes.state(self.axis)
     }
+}
 
-    fn commanded(&self) -> Place {
-        self.from
+impl Stands for Aimed<'_> {
+    fn position(&self, _: Nth) -> i32 {
+        self.from.steps
     }
-
-    fn offset(&self) -> i32 {
-        self.axes.state(self.axis).offset
+    fn steps(&self, _: Nth) -> i32 {
+        self.from.steps
     }
-
-    fn is_homed(&self) -> bool {
-        self.axes.is_homed(self.axis)
+    fn offset(&self, _: Nth) -> i32 {
+        self.state().offset
     }
-
-    fn is_lost(&self) -> bool {
-        self.axes.require_homing && !self.axes.state(self.axis).referenced
+    fn to_steps(&self, _: Nth, um: i32) -> Option<i32> {
+        self.axes.to_steps(self.axis, um).ok()
     }
+    fn to_um(&self, _: Nth, steps: i32) -> Option<i32> {
+        self.axes.length(self.axis, steps).ok()
+    }
+}
 
-    fn convert(&self, value: i32, to_steps: bool) -> Result<i32, Fault> {
-        if to_steps {
-            self.axes.to_steps(self.axis, value)
-        } else {
-            self.axes.length(self.axis, value)
-        }
+impl Targets for Aimed<'_> {
+    fn is_there(&self, _: Nth) -> bool {
+        self.axes.is_present(self.axis)
+    }
+    fn in_steps(&self) -> bool {
+        self.target.in_steps
+    }
+    fn is_relative(&self) -> bool {
+        self.target.frame == Target::RELATIVE
+    }
+    fn is_machine(&self) -> bool {
+        self.target.frame == Target::MACHINE
+    }
+    fn um(&self, _: Nth) -> i32 {
+        self.from.um
+    }
+    fn set_new_um(&mut self, _: Nth, um: i32) {
+        self.place.um = um;
+    }
+    fn set_new_steps(&mut self, _: Nth, steps: i32) {
+        self.place.steps = steps;
+    }
+    fn is_too_far(&self, _: Nth) -> bool {
+        place::way(self.from.steps, self.place.steps).is_err()
+    }
+    fn is_homed(&self, _: Nth) -> bool {
+        self.state().homed
+    }
+    fn is_above(&self, _: Nth) -> bool {
+        self.place.um > self.state().record.max
+    }
+    fn is_below(&self, _: Nth) -> bool {
+        self.place.um < self.state().record.min
+    }
+    fn is_placed(&self, _: Nth) -> bool {
+        self.state().referenced
+    }
+    fn wants_homing(&self) -> bool {
+        self.axes.require_homing
     }
 }
 
@@ -161,9 +201,12 @@ impl Axes {
     /// a homed axis.
     ///
     /// # Errors
-    /// Those of [`place::aim`].
+    /// Those of [`coords::aim`].
     pub fn aim(&self, axis: Axis, word: Coord, from: Place) -> Result<Place, Fault> {
-        place::aim(&Standing { axes: self, axis, from }, word.into())
+        let target = Target::from(word);
+        let mut aimed = Aimed { axes: self, axis, from, target, place: Place::default() };
+        coords::aim(&mut aimed, Nth::new(axis.index() as u8), target.value)?;
+        Ok(aimed.place)
     }
 
     /// The commanded place.

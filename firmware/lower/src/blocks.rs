@@ -1,0 +1,256 @@
+//! Code as blocks: what ends alike is one, what jumps to an end is that end, what is jumped to falls through.
+//!
+//! Each rule of [`SHORTER`] makes the code shorter or leaves it; they are tried until none does.
+
+mod ends;
+mod flow;
+
+use std::collections::BTreeSet;
+
+use crate::ops::{Line, Op, PLACE, TAIL};
+
+/// How far a jump is trusted to reach: 127 bytes less what padding may add.
+const REACH: usize = 110;
+
+/// A rule: the lines anew, when it finds its place.
+type Rule = fn(&Blocks) -> Option<Vec<Line>>;
+
+/// All of them.
+const SHORTER: [Rule; 4] = [ends::merge, ends::sink, ends::elsewhere, flow::follow];
+
+/// Lines and what is known of them.
+pub struct Blocks {
+    lines: Vec<Line>,
+    /// Functions of the file.
+    here: BTreeSet<String>,
+    /// What is made so far: names of labels.
+    file: String,
+}
+
+/// The shortest code that the rules find.
+#[must_use]
+pub fn shorten(lines: Vec<Line>, file: &str) -> Vec<Line> {
+    let here = lines.iter().filter_map(|line| match line {
+        Line::Label(name, true) => Some(name.clone()),
+        _ => None,
+    });
+    let mut blocks = Blocks { here: here.collect(), file: file.to_owned(), lines };
+    blocks.clean();
+    'again: loop {
+        for rule in SHORTER {
+            if let Some(lines) = rule(&blocks) {
+                let mut other =
+                    Blocks { lines, here: blocks.here.clone(), file: blocks.file.clone() };
+                other.clean();
+                if other.bytes() < blocks.bytes() {
+                    blocks = other;
+                    continue 'again;
+                }
+            }
+        }
+        return blocks.lines;
+    }
+}
+
+impl Blocks {
+    /// Bytes of an operation.
+    fn size(&self, op: &Op) -> usize {
+        op.size(&|name| self.here.contains(name))
+    }
+
+    fn bytes(&self) -> usize {
+        self.places().last().copied().unwrap_or(0)
+    }
+
+    /// The offset of each line, and of the end.
+    fn places(&self) -> Vec<usize> {
+        let mut at = 0;
+        let mut places = vec![0];
+        for line in &self.lines {
+            if let Line::Op(op) = line {
+                at += self.size(op);
+            }
+            places.push(at);
+        }
+        places
+    }
+
+    /// A label that no other has.
+    fn label(&self) -> String {
+        let taken = |n: &usize| {
+            let name = format!(".L{}_m{n}", self.file);
+            self.lines.iter().any(|line| matches!(line, Line::Label(label, _) if *label == name))
+        };
+        let n = (0..).find(|n| !taken(n)).unwrap_or_default();
+        format!(".L{}_m{n}", self.file)
+    }
+
+    fn op(&self, at: usize) -> Option<&Op> {
+        match self.lines.get(at) {
+            Some(Line::Op(op)) => Some(op),
+            _ => None,
+        }
+    }
+
+    /// The lines of operations.
+    fn ops(&self) -> Vec<usize> {
+        (0..self.lines.len()).filter(|at| self.op(*at).is_some()).collect()
+    }
+
+    /// The labels directly in front of a line.
+    fn labels_of(&self, at: usize) -> Vec<&str> {
+        let before = self.lines[..at].iter().rev();
+        let labels = before.map_while(|line| match line {
+            Line::Label(name, _) => Some(name.as_str()),
+            _ => None,
+        });
+        labels.collect()
+    }
+
+    /// The operation that a label stands in front of.
+    fn target(&self, label: &str) -> Option<usize> {
+        let at = self
+            .lines
+            .iter()
+            .position(|line| matches!(line, Line::Label(name, _) if name == label))?;
+        let on = (at..self.lines.len()).find(|at| !matches!(self.lines[*at], Line::Label(..)))?;
+        self.op(on).map(|_| on)
+    }
+
+    /// The labels that something jumps to, and functions.
+    fn used(&self) -> BTreeSet<&str> {
+        let mut used = self.here.iter().map(String::as_str).collect::<BTreeSet<_>>();
+        for line in &self.lines {
+            if let Line::Op(op) = line {
+                used.extend(op.to.as_deref());
+            }
+        }
+        used
+    }
+
+    /// Where an operation goes: a jump's label, or the function of a last call.
+    fn goes_to<'a>(&self, op: &'a Op) -> Option<&'a str> {
+        match op.name.as_str() {
+            TAIL => op.operands.get(1).map(String::as_str),
+            "GOTO" => op.to.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// What can be done at any time: no jump to a jump, no dead code, no jump to what follows.
+    fn clean(&mut self) {
+        loop {
+            let before = self.lines.clone();
+            self.thread();
+            self.bury();
+            self.fall();
+            while self.invert() {}
+            if self.lines == before {
+                return;
+            }
+        }
+    }
+
+    /// Jumps go to the end of their way; a jump to an end is that end.
+    fn thread(&mut self) {
+        for at in 0..self.lines.len() {
+            let Some(op) = self.op(at) else { continue };
+            let Some(mut label) = op.to.clone() else { continue };
+            for _ in 0..self.lines.len() {
+                let next = self.target(&label).and_then(|target| self.op(target));
+                match next.filter(|next| next.name == "GOTO") {
+                    Some(next) => label = next.to.clone().unwrap_or(label),
+                    None => break,
+                }
+            }
+            let end = self.target(&label).and_then(|target| self.op(target));
+            let end = end.filter(|end| op.name == "GOTO" && end.returns()).cloned();
+            if let Line::Op(op) = &mut self.lines[at] {
+                match end {
+                    Some(end) => *op = end,
+                    None => op.to = Some(label),
+                }
+            }
+        }
+    }
+
+    /// What no way comes to goes, and labels that nothing names.
+    fn bury(&mut self) {
+        let used = self.used().into_iter().map(str::to_owned).collect::<BTreeSet<_>>();
+        let (mut dead, mut list) = (false, false);
+        self.lines.retain(|line| match line {
+            Line::Label(name, _) => {
+                let keep = used.contains(name);
+                dead &= !keep;
+                list &= !keep;
+                keep
+            }
+            Line::Op(op) if op.name == PLACE || op.name == crate::ops::HOLE => list,
+            Line::Check(check) if check.trim() == "PLACES_END" => list,
+            Line::Check(_) => !dead,
+            Line::Op(op) => {
+                let keep = !dead;
+                list = keep && op.first() == "micro_switch";
+                dead |= op.is_end();
+                keep
+            }
+        });
+    }
+
+    /// A jump to what follows goes.
+    fn fall(&mut self) {
+        let mut at = 0;
+        while at < self.lines.len() {
+            let next = self.op(at).and_then(|op| self.goes_to(op)).is_some_and(|label| {
+                let behind = self.lines[at + 1..].iter();
+                let mut labels = behind.take_while(|line| matches!(line, Line::Label(..)));
+                labels.any(|line| matches!(line, Line::Label(name, _) if name == label))
+            });
+            if next {
+                self.lines.remove(at);
+            } else {
+                at += 1;
+            }
+        }
+    }
+
+    /// A jump over a jump, or over an end that there is elsewhere, is one jump.
+    fn invert(&mut self) -> bool {
+        let places = self.places();
+        for at in 0..self.lines.len().saturating_sub(2) {
+            let (Some(over), Some(end)) = (self.op(at), self.op(at + 1)) else { continue };
+            let (Some(inverse), Some(past)) = (crate::ops::inverse(&over.name), &over.to) else {
+                continue;
+            };
+            let behind = self.lines[at + 2..].iter();
+            let mut behind = behind.take_while(|line| matches!(line, Line::Label(..)));
+            if !behind.any(|line| matches!(line, Line::Label(name, _) if name == past)) {
+                continue;
+            }
+            let mut turned = Op { name: inverse.to_owned(), ..over.clone() };
+            if end.name == "GOTO" {
+                turned.to.clone_from(&end.to);
+                self.lines[at] = Line::Op(turned);
+                self.lines.remove(at + 1);
+                return true;
+            }
+            if !end.returns() {
+                continue;
+            }
+            let others = self.ops().into_iter().filter(|other| {
+                *other != at + 1
+                    && self.op(*other) == Some(end)
+                    && places[*other].abs_diff(places[at]) < REACH
+            });
+            if let Some(other) = others.min_by_key(|other| places[*other].abs_diff(places[at])) {
+                let label = self.label();
+                turned.to = Some(label.clone());
+                self.lines[at] = Line::Op(turned);
+                self.lines.insert(other, Line::Label(label, false));
+                self.lines.remove(if other > at { at + 1 } else { at + 2 });
+                return true;
+            }
+        }
+        false
+    }
+}

@@ -1,0 +1,77 @@
+//! Ends: a value, a flag, a number, or the call of what returns in the function's place.
+
+use super::{Made, Writer};
+use crate::leaf::Holds;
+use crate::ops::{Line, Op, TAIL};
+use crate::tree::{Call, Cond, End, Expr, Vars};
+
+impl Writer<'_> {
+    /// A call is the last thing: what is called returns in the function's place.
+    fn last_call(&mut self, call: &Call) -> Made<()> {
+        self.call(call, &Vars::new())?;
+        let Some(Line::Op(op)) = self.lines.last() else { return self.refuse("a call") };
+        if matches!(op.name.as_str(), "DO" | "CALL") && !self.state.dead {
+            let tail = format!("{TAIL} {}, {}", op.name, op.first());
+            self.lines.pop();
+            self.put(Op::read(&tail));
+        } else {
+            self.op("RETURN");
+        }
+        Ok(())
+    }
+
+    pub(super) fn end(&mut self, end: &End) -> Made<()> {
+        let none = Vars::new();
+        match end {
+            End::Nothing => self.op("RETURN"),
+            End::Done if self.state.zero => self.op("RETURN"),
+            End::Done => self.op("DONE_"),
+            End::NotYet => self.op("NOT_YET_"),
+            End::Fault(fault) => self.op(&format!("FAULT {fault}")),
+            End::Value(Expr::Call(call)) if call.or.is_none() => return self.last_call(call),
+            End::Value(value) => {
+                self.value(value, &none)?;
+                self.op("RETURN");
+            }
+            End::Cond(cond) => return self.end_cond(cond),
+        }
+        Ok(())
+    }
+
+    /// The flag of the function's result is left.
+    fn end_cond(&mut self, cond: &Cond) -> Made<()> {
+        let none = Vars::new();
+        let holds = self.function.holds;
+        match (cond, holds) {
+            (Cond::Call(call), holds) if call.holds == holds && call.or.is_none() => {
+                return self.last_call(call);
+            }
+            (Cond::Bits(value, mask), Some(Holds::NotEqual)) => {
+                self.value(value, &none)?;
+                self.op(&format!("TESTI {}", mask.text));
+            }
+            (Cond::Within(value, first, last), Some(Holds::NoCarry)) => {
+                self.within(value, first, last, &none)?;
+            }
+            (Cond::Same(value, zero), Some(Holds::Equal)) => self.zero(value, zero)?,
+            (Cond::Not(inner), Some(Holds::NotEqual)) => match &**inner {
+                Cond::Same(value, zero) => self.zero(value, zero)?,
+                _ => return self.refuse("leaves no flag"),
+            },
+            _ => return self.refuse("leaves no flag"),
+        }
+        self.op("RETURN");
+        Ok(())
+    }
+
+    fn zero(&mut self, value: &Expr, zero: &Expr) -> Made<()> {
+        if !matches!(zero, Expr::Number(zero) if zero.value == Some(0)) {
+            return self.refuse("leaves no flag");
+        }
+        self.value(value, &Vars::new())?;
+        if !self.state.z {
+            self.op("DO test_long");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,183 @@
+use super::*;
+
+const MACHINE: &str = r#"pub trait Machine {
+    #[cfg_attr(any(), micro(any = "RUN, RUN_ACTIVE"))]
+    fn is_active(&self) -> bool;
+    #[cfg_attr(any(), micro(place = "EFFECT"))]
+    fn effect(&self) -> u8;
+    #[cfg_attr(any(), micro(code = "DO first", or = "DO second", holds = "NOT_EQUAL"))]
+    fn either(&self) -> bool;
+    #[cfg_attr(any(), micro(code = "DO axis_n"))]
+    fn axis(&self) -> Axis;
+    #[cfg_attr(any(), micro(place = "EFFECT_PC"))]
+    fn pc(&self) -> u16;
+    #[cfg_attr(any(), micro(place = "VM_CODE"))]
+    fn code(&self) -> u16;
+    #[cfg_attr(any(), micro(any = "TRACING, T_ON", bit = 1))]
+    fn traces(&self) -> bool;
+    #[cfg_attr(any(), micro(place = "PHASE"))]
+    fn phase(&self) -> u8;
+    #[cfg_attr(any(), micro(place = "PHASE"))]
+    fn set_phase(&mut self, phase: u8);
+    #[cfg_attr(any(), micro(place = "UM"))]
+    fn um(&self, axis: Axis) -> i32;
+    #[cfg_attr(any(), micro(place = "UM"))]
+    fn set_um(&mut self, axis: Axis, um: i32);
+    #[cfg_attr(any(), micro(code = "DO to_um", holds = "CARRY"))]
+    fn to_um(&self, axis: Axis, steps: i32) -> Option<i32>;
+    #[cfg_attr(any(), micro(record = "A_MAX"))]
+    fn max(&self, axis: Axis) -> i32;
+    #[cfg_attr(any(), micro(has = "HOMED"))]
+    fn is_homed(&self, axis: Axis) -> bool;
+    #[cfg_attr(any(), micro(off = "HOMED"))]
+    fn forget(&mut self, axis: Axis);
+    #[cfg_attr(any(), micro(code = "DO time_up", holds = "EQUAL"))]
+    fn is_over(&self) -> bool;
+    #[cfg_attr(any(), micro(code = "POP_NUMBER {least}, {most}"))]
+    fn pop(&mut self, least: u8, most: u8) -> Result<u8, Fault>;
+    #[cfg_attr(any(), micro(code = "EVENT {kind}", leaves = 0))]
+    fn tell(&mut self, kind: TraceKind, value: i32);
+    #[cfg_attr(any(), micro(code = "DO input"))]
+    fn input(&self, n: u8) -> u8;
+}"#;
+
+fn lowered(rules: &str) -> Result<Made, Refused> {
+    let rules = format!("#![cfg_attr(any(), micro(module = \"test\"))]\n{rules}");
+    let made = lower(MACHINE, &[("test", &rules)]).map_err(|(_, refused)| refused)?;
+    Ok(made.into_iter().next().expect("one file"))
+}
+
+fn made(rules: &str) -> String {
+    let made = lowered(rules).unwrap_or_else(|refused| panic!("{refused}"));
+    made.text.lines().skip(4).map(str::trim).collect::<Vec<_>>().join("; ")
+}
+
+#[test]
+fn a_number_or_nothing_is_a_jump_over_it() {
+    let rule = "fn a(m: &impl Machine) -> u16 { if m.is_active() { 1 << 10 } else { 0 } }";
+    let code =
+        "a:; IF_NONE RUN, RUN_ACTIVE, .Ltest_m0; LIT16 1024; .Ltest_m0:; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn words_share_their_end() {
+    let rule = "fn a(m: &impl Machine) -> u16 { let mut w = 0; if m.either() { w |= 3 << 7; } w }
+        fn b(m: &impl Machine) -> u16 {
+            let mut w = u16::from(m.effect()) << 8; let axis = m.axis(); w |= u16::from(axis.bit()); w }";
+    let a = "a:; F clear TEMP; DO first; IF_NOT_EQUAL .Ltest_2; DO second; IF_EQUAL .Ltest_m0; .Ltest_2:; \
+        BITS_ON TEMP, 0x80; BITS_ON TEMP+1, 0x1; GOTO .Ltest_m0";
+    let b = "b:; F clear TEMP; GET EFFECT; PUT TEMP+1; DO axis_n; DO axis_bit; AXIS_ON TEMP; .Ltest_m0:; \
+        F word TEMP; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), format!("{a}; {b}"));
+}
+
+#[test]
+fn a_leaf_is_a_result_and_differences_share_their_end() {
+    let rule = "fn a(m: &impl Machine) -> u16 { m.pc().wrapping_sub(m.code()) }
+        fn b(m: &impl Machine) -> u16 { m.code().wrapping_sub(m.code()) }
+        fn c(m: &impl Machine) -> u16 { u16::from(m.traces()) }";
+    let code = "a:; F word EFFECT_PC; GOTO .Ltest_m0; b:; F word VM_CODE; .Ltest_m0:; F sub VM_CODE; RETURN; c:; \
+        .if T_ON != 1; .error \"a leaf's bit\"; .endif; GET TRACING; ANDI T_ON; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+    let rule = "fn a(m: &impl Machine) -> u16 { u16::from(m.is_active()) }";
+    let refused = lowered(rule).expect_err("a bit whose value is not told");
+    assert!(refused.text.contains("a leaf of code"), "{refused}");
+}
+
+#[test]
+fn a_value_stays_where_it_is() {
+    let rule = "fn a(m: &mut impl Machine, axis: Axis, steps: i32) -> Result<(), Fault> {
+        let um = m.to_um(axis, steps).ok_or(Fault::Overflow)?;
+        m.set_um(axis, um);
+        if m.is_homed(axis) && m.max(axis).wrapping_sub(m.um(axis)) < 0 { return Err(Fault::SoftLimit); }
+        Ok(())
+    }";
+    // Nothing is known of the record at the entry of a function without a row.
+    let code = "a:; DO axis_at; DO to_um; IF_CARRY .Ltest_1; F store UM, AXIS; IF_NOT_AXIS HOMED, .Ltest_2; \
+        FR load A_MAX, LONG; F sub UM, AXIS; IF_NOT_NEGATIVE .Ltest_2; FAULT F_SOFT_LIMIT; .Ltest_2:; DONE_; \
+        .Ltest_1:; FAULT F_OVERFLOW; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn a_wait_asks_first_of_all_and_returns_by_itself() {
+    let rule = "fn a(m: &mut impl Machine, first: bool) -> Progress {
+        if first { let n = m.pop(1, 17)?; m.set_phase(n); }
+        if !m.is_over() { return NOT_YET; }
+        m.tell(TraceKind::WaitIn, i32::from(m.phase()));
+        DONE
+    }";
+    let code = "a:; IF_NOT_EQUAL .Ltest_1; POP_NUMBER 1, 17; PUT PHASE; .Ltest_1:; DO time_up; GET PHASE; \
+        EVENT TRACE_WAIT_IN; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn phases_are_a_switch_and_the_next_one_is_up() {
+    let rule = "const BEGIN: u8 = 1; const REST: u8 = 2;
+        fn a(m: &mut impl Machine) -> Progress { match m.phase() {
+            BEGIN => { m.set_phase(REST); NOT_YET }
+            REST => NOT_YET,
+            _ => DONE,
+        } }";
+    let code = "a:; GET PHASE; DO micro_switch; .byte 0; TO .Ltest_1; TO .Ltest_m0; TO .Ltest_3; PLACES_END; \
+        .Ltest_1:; UP PHASE; .Ltest_m0:; NOT_YET_; .Ltest_3:; DONE_; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn what_is_overwritten_and_needed_is_put_by() {
+    let rule = "#[cfg_attr(any(), micro(bytes = \"UNIT\"))]
+        fn a(m: &mut impl Machine) -> Progress {
+            let before = m.input(1); m.set_phase(m.input(2)); if before == m.phase() { return NOT_YET; } DONE }";
+    let code = "a:; LIT 1; DO input; PUT UNIT; LIT 2; DO input; PUT PHASE; GET UNIT; COMPARE PHASE; \
+        IF_NOT_EQUAL .Ltest_1; NOT_YET_; .Ltest_1:; DONE_; .balign 2, 0";
+    assert_eq!(made(rule), code);
+    let refused = lowered(&rule[rule.find("fn").expect("a function")..]).expect_err("no room");
+    assert!(refused.text.contains("no room for a variable"), "{refused}");
+}
+
+#[test]
+fn what_the_subset_lacks_is_refused_with_its_line() {
+    let cases = [
+        ("fn a(m: &impl Machine) -> u16 { m.pc(); m.code() }", "a leaf that writes"),
+        ("fn a(m: &impl Machine) -> u32 { 3 }", "u8, u16, i32"),
+        ("fn a(n: u8) -> bool { true }", "m: &impl Trait"),
+        ("fn a(m: &impl Machine) -> bool { m.um() < 3 }", "as many arguments"),
+        ("fn a(m: &impl Machine) -> bool { m.nothing() }", "a leaf that is true or not"),
+        ("fn a(m: &impl Machine) -> bool { m.is_active() }", "leaves no flag"),
+        ("fn a(m: &impl Machine) -> u16 { let mut w = 0; while m.is_active() {} w }", "a call"),
+        (
+            "fn a(m: &impl Machine) -> u16 { let mut w = 0; w |= u16::from(axis.bit()); w }",
+            "a variable",
+        ),
+        ("const A: u8 = B;", "a constant is a number or says its name"),
+        ("struct A;", "functions, constants, traits of leaves, use"),
+        (
+            "fn a(m: &mut impl Machine, first: bool) -> Progress { m.set_phase(3); if first { return DONE; } NOT_YET }",
+            "asked first of all",
+        ),
+        (
+            "fn a(m: &mut impl Machine, axis: Axis) { let other = m.axis(); m.forget(other); m.forget(axis); }",
+            "one axis at a time",
+        ),
+    ];
+    for (rule, text) in cases {
+        let refused = lowered(&format!("\n{rule}")).expect_err(rule);
+        assert!(refused.text.contains(text), "{rule}: {refused}");
+    }
+    let refused = lowered("\n\nstruct A;").expect_err("a struct");
+    let text =
+        "line 4: `struct A ;` is not of the subset: functions, constants, traits of leaves, use";
+    assert_eq!(refused.to_string(), text);
+}
+
+#[test]
+fn a_leaf_that_says_nothing_is_refused() {
+    let of = |machine: &str| lower(machine, &[]).expect_err("a leaf").1.text;
+    assert_eq!(of("pub trait Machine { fn a(&self) -> bool; }"), "a says nothing of micro-code");
+    let code =
+        "pub trait Machine { #[cfg_attr(any(), micro(code = \"DO a\"))] fn a(&self) -> bool; }";
+    assert!(of(code).contains("holds"));
+}
