@@ -3,7 +3,17 @@
 //! here. What a chip does its own way is a leaf, a function of [`Machine`].
 
 pub mod coords;
+pub mod effects;
 pub mod status;
+
+use lang::fault::Fault;
+
+/// What a statement has come to: it is done, or not yet; or its fault.
+pub type Progress = Result<bool, Fault>;
+/// It is done.
+pub const DONE: Progress = Ok(true);
+/// It goes on when it is called again.
+pub const NOT_YET: Progress = Ok(false);
 
 /// An axis of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -184,6 +184,7 @@ impl Writer<'_> {
         self.lines.push(Line::Label(function.label.clone(), true));
         self.state.first = true;
         let row = routine(&function.label);
+        self.state.record = function.record.clone().map(Record::Named);
         for &(var, kind) in &function.takes {
             match kind {
                 Type::Axis => match row {
@@ -235,6 +236,12 @@ impl Writer<'_> {
                 self.op(&format!("F put {}", WORD[0]));
                 rest = behind;
                 continue;
+            }
+            if let (Stmt::Call(call, true), [Stmt::Return(End::Done)]) = (stmt, rest)
+                && call.gives == Type::Fault
+            {
+                // What it returns is what is returned.
+                return self.last_call(call);
             }
             let out = live(rest, out);
             self.again(&mut |writer| writer.stmt(stmt, &out), &out)?;
@@ -300,7 +307,7 @@ impl Writer<'_> {
             }
             Stmt::Call(call, tried) => {
                 self.call(call, out)?;
-                if *tried && call.gives == Type::Fault && !self.ends_caller() {
+                if *tried && call.gives == Type::Fault && !call.sure && !self.ends_caller() {
                     self.op("DO or_return");
                     self.state.zero = true;
                 }
@@ -399,10 +406,10 @@ impl Writer<'_> {
             needed.extend(live(arm, out));
         }
         self.value(value, &needed)?;
-        let byte = match value {
-            Expr::Place(place) => Some(place.symbol.clone()),
+        let byte = self.state.held.iter().find_map(|held| match held {
+            Held::Place(place) if is_byte(place.size) => Some(place.symbol.clone()),
             _ => None,
-        };
+        });
         let labels = arms.iter().map(|_| self.label()).collect::<Vec<_>>();
         let (otherwise, end) = (self.label(), self.label());
         let values = arms.iter().map(|(number, _)| number.value).collect::<Option<Vec<_>>>();

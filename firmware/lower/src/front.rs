@@ -203,6 +203,7 @@ impl Reader<'_> {
             takes,
             gives: rule.gives,
             holds: rule.holds,
+            record: rule.said.get("of").cloned(),
             longs: list("longs"),
             bytes: list("bytes"),
             vars: self.vars.clone(),
@@ -316,6 +317,9 @@ impl Reader<'_> {
         if let Pat::Type(typed) = pat {
             kind = crate::leaf::type_of(&typed.ty.to_token_stream().to_string());
             pat = &typed.pat;
+        }
+        if let (Pat::Wild(_), Some(init)) = (pat, &local.init) {
+            return Ok(Stmt::Call(self.call(&init.expr)?, false));
         }
         let (Pat::Ident(name), Some(init)) = (pat, &local.init) else {
             return no(local, "`let name = ..;`");

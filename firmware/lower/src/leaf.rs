@@ -62,6 +62,8 @@ pub enum Type {
     Fault,
     /// `Result<u8, Fault>`.
     ByteOrFault,
+    /// `Result<i32, Fault>`.
+    LongOrFault,
     /// `Progress`.
     Progress,
     /// An item of an enum that is a number in the code: `TraceKind`.
@@ -83,6 +85,7 @@ pub fn type_of(text: &str) -> Option<Type> {
         "Option<i32>" => Type::Maybe,
         "Result<(),Fault>" => Type::Fault,
         "Result<u8,Fault>" => Type::ByteOrFault,
+        "Result<i32,Fault>" => Type::LongOrFault,
         "Progress" => Type::Progress,
         "TraceKind" => Type::Number,
         _ => return None,
@@ -102,6 +105,8 @@ pub enum Kind {
     Is(String, String),
     /// The axis's bit in a byte: whether it is set; set it; clear it.
     Bit(String, Option<bool>),
+    /// What never is so on the small chip.
+    Never,
     /// Code; a second one of which a flag tells as well.
     Code(String, Option<String>),
 }
@@ -121,6 +126,8 @@ pub struct Leaf {
     pub holds: Option<Holds>,
     /// r12 is 0 behind it.
     pub zero: bool,
+    /// It never fails.
+    pub sure: bool,
     /// What r9 is when its code reads a record: nothing is the axis's own; likewise behind its code.
     pub record: Option<String>,
     /// See `record`.
@@ -205,6 +212,7 @@ fn one(function: &syn::TraitItemFn, mut said: BTreeMap<String, String>) -> Optio
     };
     let [record, sets_record] = ["of", "sets"].map(|key| said.remove(key));
     let zero = said.remove("leaves").is_some_and(|value| value == "0");
+    let sure = said.remove("sure").is_some();
     let kind = if let Some(place) = said.remove("place") {
         Kind::Place(place, said.remove("load"))
     } else if let Some(field) = said.remove("record") {
@@ -222,6 +230,8 @@ fn one(function: &syn::TraitItemFn, mut said: BTreeMap<String, String>) -> Optio
         Kind::Bit(byte, Some(true))
     } else if let Some(byte) = said.remove("off") {
         Kind::Bit(byte, Some(false))
+    } else if said.remove("never").is_some() {
+        Kind::Never
     } else {
         let code = said.remove("code")?;
         if matches!(gives, Type::Bool | Type::Maybe) && holds.is_none() {
@@ -229,7 +239,7 @@ fn one(function: &syn::TraitItemFn, mut said: BTreeMap<String, String>) -> Optio
         }
         Kind::Code(code, said.remove("or"))
     };
-    let leaf = Leaf { kind, changes, takes, gives, holds, zero, record, sets_record };
+    let leaf = Leaf { kind, changes, takes, gives, holds, zero, sure, record, sets_record };
     said.is_empty().then_some(leaf)
 }
 

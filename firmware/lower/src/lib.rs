@@ -95,7 +95,7 @@ pub fn lower(machine: &str, files: &[(&str, &str)]) -> Result<Vec<Made>, (String
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 2] = ["status", "coords"];
+const FILES: [&str; 3] = ["status", "coords", "effects"];
 
 /// What the rules in the firmware's directory become.
 ///

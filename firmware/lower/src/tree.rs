@@ -73,6 +73,8 @@ pub struct Call {
     pub changes: bool,
     /// r12 is 0 behind it.
     pub zero: bool,
+    /// It never fails.
+    pub sure: bool,
     /// The record that it reads, and that there is behind it.
     pub record: Option<String>,
     /// See `record`.
@@ -142,6 +144,8 @@ pub enum Cond {
     Call(Call),
     /// This is the first call of the effect.
     First,
+    /// It is never so.
+    Never,
     /// Two values are the same.
     Same(Expr, Expr),
     /// A byte is below another; a long below 0.
@@ -213,6 +217,8 @@ pub struct Function {
     pub gives: Type,
     /// The flag of its result.
     pub holds: Option<Holds>,
+    /// What r9 is at its beginning.
+    pub record: Option<String>,
     /// Places for longs and bytes that are put by.
     pub longs: Vec<String>,
     /// See `longs`.
@@ -273,7 +279,7 @@ impl Cond {
                 a.vars(to);
                 b.vars(to);
             }
-            Cond::Any(..) | Cond::Is(..) | Cond::First => {}
+            Cond::Any(..) | Cond::Is(..) | Cond::First | Cond::Never => {}
             Cond::In(_, var) => {
                 to.insert(*var);
             }

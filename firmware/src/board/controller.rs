@@ -65,6 +65,10 @@ pub struct Controller {
     pub outer: Effect,
     /// Address of that one's instruction.
     outer_pc: u16,
+    /// The level that the effect gives: bit 0.
+    pub level: u8,
+    /// An output that is given it follows the feed's power.
+    pub follows: bool,
     /// F.
     pub feed: Feed,
     /// What F was where a handler began: the outer one's, and that of an error handler within an

@@ -3,15 +3,15 @@
 //! In phase 0 the operands and arguments are taken; later phases wait. Trace events are written
 //! one for each call at most: the caller sees to it that the slot is free.
 
+mod leaves;
 mod print;
-mod waits;
 
-use crate::controller::{Controller, END, Event, PENDING, PULSE_BEGUN};
+use crate::controller::{Controller, END, Event, PENDING};
 use crate::motor::AXES;
 use crate::vm::{convert, vm};
+use firmware::rules::effects as rules;
 use lang::fault::Fault;
 use lang::isa::{Look, Op, flags};
-use lang::record::FOLLOWS;
 use lang::wire::TraceKind;
 
 impl Controller {
@@ -72,10 +72,7 @@ impl Controller {
             return Ok(false);
         }
         match code {
-            OUT..=OUT_LAST => {
-                let n = (code - OUT) >> 1;
-                self.out(u16::from(n) + 1, i32::from((code - OUT) & 1))?;
-            }
+            OUT..=OUT_LAST => return rules::out_short(self, code),
             MOVE_TO..=MOVE_RAMP => return self.move_axe(code),
             LINEAR..=LINE_LAST => return self.linear(code),
             ARC..=ARC_BY => return self.arc(code),
@@ -134,43 +131,33 @@ impl Controller {
                 }
                 return Ok(self.motor.moving() & self.effect.n == 0);
             }
-            SET_OUT => {
-                let state = vm().pop();
-                let n = vm().pop_small(16);
-                self.out(n, state)?;
+            SET_OUT => return rules::set_out(self),
+            PULSE => {
+                let first = self.first();
+                return rules::pulse(self, first);
             }
-            PULSE => return self.pulse(),
-            SET_PORT => return self.set_port(),
+            SET_PORT => {
+                let first = self.first();
+                return rules::set_port(self, first);
+            }
             MOTORS => return self.motors(),
             WAIT => {
-                if self.first() {
-                    self.effect.left = vm().pop();
-                    if self.effect.left < 0 {
-                        return Err(Fault::ValueRange);
-                    }
-                    self.emit(TraceKind::Wait, 0, self.effect.left);
-                }
-                return Ok(self.effect.left == 0);
+                let first = self.first();
+                return rules::wait(self, first);
             }
-            WAIT_IN => return self.wait_in(),
+            WAIT_IN => {
+                let first = self.first();
+                return rules::wait_in(self, first);
+            }
             WAIT_START => {
-                if self.first() {
-                    self.session.wait_start();
-                }
-                if !self.session.take_start() {
-                    return Ok(false);
-                }
-                self.emit_outcome(TraceKind::WaitStart, 0, true, 0);
+                let first = self.first();
+                return rules::wait_start(self, first);
             }
-            SEND => {
-                let c = vm().pop_small(125);
-                if !(33..=125).contains(&c) {
-                    return Err(Fault::ValueRange);
-                }
-                self.char_out = (self.char_out & 0xFF00).wrapping_add(0x100) | c;
-                self.emit(TraceKind::Send, 0, i32::from(c));
+            SEND => return rules::send(self),
+            WAIT_CHAR => {
+                let first = self.first();
+                return rules::wait_char(self, first);
             }
-            WAIT_CHAR => return self.wait_char(),
             PRINT_TEXT | PRINT_TEXT_FAR => return Ok(self.print_text(code == PRINT_TEXT_FAR)),
             PRINT_NUMBER => return Ok(self.print_number()),
             PRINT_END => return Ok(self.print_end()),
@@ -188,25 +175,10 @@ impl Controller {
                 return Ok(false);
             }
             EVENT => self.event()?,
-            IN_SHORT..=IN_SHORT_LAST => {
-                let on = self.input(code - IN_SHORT + 1);
-                vm().push(i32::from(on));
-            }
-            TIMED_OUT => vm().push(i32::from(self.timed_out)),
-            IN => {
-                let n = vm().pop_small(17);
-                if n == 0 || n > 17 {
-                    return Err(Fault::ValueRange);
-                }
-                vm().push(i32::from(self.input(n as u8)));
-            }
-            OUT_STATE => {
-                let n = vm().pop_small(16);
-                if n == 0 || n > 16 {
-                    return Err(Fault::ValueRange);
-                }
-                vm().push(i32::from(self.outputs >> (n - 1) & 1));
-            }
+            IN_SHORT..=IN_SHORT_LAST => return rules::in_short(self, code),
+            TIMED_OUT => return rules::timed_out(self),
+            IN => return rules::input(self),
+            OUT_STATE => return rules::out_state(self),
             READ => self.read(),
             _ => return Err(Fault::ValueRange),
         }
@@ -228,64 +200,6 @@ impl Controller {
         let first = self.effect.phase == 0;
         self.effect.phase |= 1;
         first
-    }
-
-    fn out(&mut self, n: u16, state: i32) -> Result<(), Fault> {
-        let on = state != 0;
-        if !self.set_output(n, on) {
-            return Err(Fault::ValueRange);
-        }
-        if self.motor.pwm.is_switched_by(n) {
-            self.motor.follows = state == FOLLOWS;
-        }
-        self.emit(TraceKind::Out, n as u8, i32::from(on));
-        Ok(())
-    }
-
-    fn pulse(&mut self) -> Result<bool, Fault> {
-        if self.effect.phase == 0 {
-            self.effect.left = vm().pop();
-            let n = vm().pop_small(16);
-            if self.effect.left < 0 {
-                return Err(Fault::ValueRange);
-            }
-            self.effect.n = n as u8;
-            self.effect.phase = PULSE_BEGUN;
-            self.out(n, 1)?;
-            return Ok(false);
-        }
-        if self.effect.left != 0 {
-            return Ok(false);
-        }
-        if self.effect.phase == PULSE_BEGUN {
-            self.out(u16::from(self.effect.n), 0)?;
-        }
-        Ok(true)
-    }
-
-    fn set_port(&mut self) -> Result<bool, Fault> {
-        if self.first() {
-            self.effect.bits = vm().pop() as u8;
-        }
-        loop {
-            self.effect.n += 1;
-            let n = self.effect.n;
-            if n > 8 || !self.is_script_output(n) {
-                if n >= 8 {
-                    return Ok(true);
-                }
-                continue;
-            }
-            self.out(u16::from(n), i32::from(self.effect.bits >> (n - 1) & 1))?;
-            // They change together, unless a host that traces must hear of each first.
-            if n == 8 || self.trace.full {
-                return Ok(n == 8);
-            }
-        }
-    }
-
-    fn is_script_output(&self, n: u8) -> bool {
-        (self.chained() || n <= 2) && n != self.record.enable && n != self.record.lamp
     }
 
     fn motors(&mut self) -> Result<bool, Fault> {

@@ -75,7 +75,10 @@ impl World for OnChip {
         let known = [(12, acc as u16), (13, (acc >> 16) as u16), (8, registers.axis)];
         // The machine has just looked whether the address is odd; behind END flags are those of before.
         let entered = if routine == behind { bits(registers.flags) } else { 2 };
-        let known = known.into_iter().chain([(9, registers.record), (10, behind), (2, entered)]);
+        // r15: where the machine keeps the flags of before; what ends its caller gives them back.
+        let before = bits(registers.flags);
+        let more = [(9, registers.record), (10, behind), (2, entered), (15, before)];
+        let known = known.into_iter().chain(more);
         for (n, value) in known {
             board.set_reg(n, value);
         }

@@ -2,6 +2,7 @@
 //! from the same random state; and what stands in the repository against what `lower` makes now.
 
 mod coords;
+mod effects;
 
 use firmware::rules::{Axis, Machine, status};
 use lang::isa::Op;
@@ -209,16 +210,25 @@ pub struct Twin {
 /// RAM that both must have alike: below the machine stack.
 const RAM: std::ops::Range<u16> = 0x0200..0x03B8;
 
+/// How a rule begins.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Entry {
+    /// The axis in r8, its record in r9.
+    pub axis: Option<Axis>,
+    /// r13:r12.
+    pub acc: u32,
+    /// Z: it is the first call of a statement.
+    pub first: bool,
+}
+
 /// The rule that has this label leaves the same by rustc and as micro-code: memory, and its result as its row
-/// promises it (of a condition Z, set when it holds). Both begin with what `put` makes of a chip with this machine, the
-/// axis in r8 and its record in r9, and r13:r12.
+/// promises it (of a condition Z, set when it holds). Both begin with what `put` makes of a chip with this machine.
 pub fn proved(
     base: &OnChip,
     label: &str,
     machine: &MachineRecord,
     put: &dyn Fn(&mut Chip),
-    axis: Option<Axis>,
-    acc: u32,
+    entry: &Entry,
     rule: &dyn Fn(&mut Twin) -> Option<u32>,
 ) {
     let begin = || {
@@ -230,9 +240,9 @@ pub fn proved(
     let mut twin = Twin { chip: begin(), machine: *machine };
     let result = rule(&mut twin);
     let mut here = OnChip::of(&begin(), &base.elf, true);
-    let mut registers = Registers { acc, ..Registers::default() };
-    registers.flags = Flags::of(false, false, true, false);
-    if let Some(axis) = axis {
+    let mut registers = Registers { acc: entry.acc, ..Registers::default() };
+    registers.flags = Flags::of(entry.first, false, true, false);
+    if let Some(axis) = entry.axis {
         let mut chip = here.chip.clone();
         chip.call("axis_select", &[(12, axis.n().into())]);
         (registers.axis, registers.record) = (chip.reg(8), chip.reg(9));

@@ -41,6 +41,12 @@ impl Writer<'_> {
                 self.jump(&format!("{} {byte}, {mask}", bits(so)), label);
                 Ok(())
             }
+            Cond::Never => {
+                if !so {
+                    self.jump("GOTO", label);
+                }
+                Ok(())
+            }
             Cond::Is(byte, value) => {
                 let jump = if so { "IF_IS" } else { "IF_IS_NOT" };
                 self.jump(&format!("{jump} {byte}, {value}"), label);

@@ -7,7 +7,7 @@ use crate::tree::{Call, Cond, End, Expr, Vars};
 
 impl Writer<'_> {
     /// A call is the last thing: what is called returns in the function's place.
-    fn last_call(&mut self, call: &Call) -> Made<()> {
+    pub(super) fn last_call(&mut self, call: &Call) -> Made<()> {
         self.call(call, &Vars::new())?;
         let Some(Line::Op(op)) = self.lines.last() else { return self.refuse("a call") };
         if matches!(op.name.as_str(), "DO" | "CALL") && !self.state.dead {

@@ -4,7 +4,7 @@ use super::state::{Held, Record};
 use super::{Made, WORD, Writer, is_byte};
 use crate::leaf::{Holds, Type};
 use crate::ops::{Op, is_numbered, routine};
-use crate::tree::{Call, Expr, Pair, Place, Size, Var, Vars};
+use crate::tree::{Call, Cond, Expr, Pair, Place, Size, Var, Vars};
 
 impl Writer<'_> {
     /// r8 is this axis.
@@ -189,6 +189,14 @@ impl Writer<'_> {
                 self.jump(jump, &label);
                 self.state.held = held;
             }
+            Expr::If(cond, a, b) if is_pure(a) && is_pure(b) && looks_at_bytes(cond) => {
+                // The one is there; the other takes its place.
+                let end = self.label();
+                self.value(b, out)?;
+                self.unless(cond, &end, out)?;
+                self.value(a, out)?;
+                self.place(&end, out)?;
+            }
             Expr::If(cond, a, b) => {
                 let (otherwise, end) = (self.label(), self.label());
                 let mut both = out.clone();
@@ -293,8 +301,12 @@ impl Writer<'_> {
         }
         if let Some(rule) = &call.rule
             && routine(rule).is_none()
+            && call.axis.is_some()
         {
-            self.need_axis(call.axis.or(self.state.axis))?;
+            self.need_axis(call.axis)?;
+            if call.record.is_some() {
+                self.need_record(call.axis, call.record.as_ref())?;
+            }
         }
         if ops.iter().any(|op| op.facts().gives != micro::isa::Gives::Kept) {
             self.clobber(out)?;
@@ -308,6 +320,9 @@ impl Writer<'_> {
             }
             self.op(text);
         }
+        // A byte that comes as a long has its high half at 0.
+        let long = ops.last().is_some_and(|op| op.facts().gives == micro::isa::Gives::Long);
+        self.state.wide |= long && matches!(call.gives, Type::Byte | Type::ByteOrFault);
         if call.zero {
             self.state.zero = true;
         }
@@ -393,6 +408,23 @@ impl Writer<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// Whether a value needs nothing of what was before.
+fn is_pure(value: &Expr) -> bool {
+    match value {
+        Expr::Number(_) => true,
+        Expr::Place(place) => place.record.is_none() && place.axis.is_none(),
+        _ => false,
+    }
+}
+
+/// Whether a condition leaves the accumulator.
+fn looks_at_bytes(cond: &Cond) -> bool {
+    match cond {
+        Cond::Not(inner) => looks_at_bytes(inner),
+        cond => matches!(cond, Cond::Any(..) | Cond::Is(..)),
     }
 }
 

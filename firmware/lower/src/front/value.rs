@@ -104,6 +104,7 @@ impl Reader<'_> {
                     holds: leaf.holds,
                     changes: leaf.changes,
                     zero: leaf.zero,
+                    sure: leaf.sure,
                     record: leaf.record,
                     sets_record: leaf.sets_record,
                 })
@@ -126,7 +127,8 @@ impl Reader<'_> {
                     holds: rule.holds,
                     changes: rule.changes,
                     zero: false,
-                    record: None,
+                    sure: false,
+                    record: rule.said.get("of").cloned(),
                     sets_record: None,
                 })
             }
@@ -267,10 +269,14 @@ impl Reader<'_> {
             return Ok((Expr::OrFault(Box::new(value), fault), Some(Type::Long)));
         }
         let call = self.call(expr)?;
-        if call.gives != Type::ByteOrFault {
-            return no(expr, "`ok_or(Fault::..)?`, or a leaf that gives Result<u8, Fault>");
-        }
-        Ok((Expr::Call(call), Some(Type::Byte)))
+        let kind = match call.gives {
+            Type::ByteOrFault => Type::Byte,
+            Type::LongOrFault => Type::Long,
+            _ => {
+                return no(expr, "`ok_or(Fault::..)?`, or a leaf that gives u8 or i32, or a fault");
+            }
+        };
+        Ok((Expr::Call(call), Some(kind)))
     }
 
     /// What is so or not.
@@ -292,6 +298,7 @@ impl Reader<'_> {
                 match leaf.kind {
                     Kind::Any(byte, mask, bit) => Ok(Cond::Any(byte, mask, bit)),
                     Kind::Is(byte, value) => Ok(Cond::Is(byte, value)),
+                    Kind::Never => Ok(Cond::Never),
                     Kind::Bit(byte, None) => match self.arguments(call)? {
                         (Some(axis), None) => Ok(Cond::In(byte, axis)),
                         _ => no(call, "an axis"),

@@ -6,7 +6,7 @@ use lang::fault::Fault;
 use lang::record::{AxisRecord, MachineRecord};
 use proptest::prelude::*;
 
-use super::{Twin, proved};
+use super::{Entry, Twin, proved};
 use crate::chip::Chip;
 use crate::coords::{axis, converted, value};
 use crate::lockstep::{OnChip, runner};
@@ -145,7 +145,8 @@ fn places_and_targets_are_the_same_by_rustc_and_as_micro_code() {
         let place = |chip: &mut Chip| put(chip, places, bytes);
         let n = Axis::new(n);
         let same = |label, acc: i32, rule: &dyn Fn(&mut Twin) -> Option<u32>| {
-            proved(&base, label, &machine, &place, Some(n), acc as u32, rule);
+            let entry = Entry { axis: Some(n), acc: acc as u32, first: false };
+            proved(&base, label, &machine, &place, &entry, rule);
         };
         same("work_steps", n.n().into(), &|m| Some(coords::work_steps(m, n) as u32));
         same("target_steps", n.n().into(), &|m| Some(coords::target_steps(m, n) as u32));
