@@ -4,6 +4,7 @@
 
 pub mod coords;
 pub mod effects;
+pub mod home;
 pub mod status;
 
 use lang::fault::Fault;

@@ -182,6 +182,9 @@ impl Writer<'_> {
     fn all(&mut self) -> Made<()> {
         let function = self.function;
         self.lines.push(Line::Label(function.label.clone(), true));
+        if function.entry {
+            self.lines.push(Line::Check(String::from("    MICRO")));
+        }
         self.state.first = true;
         let row = routine(&function.label);
         self.state.record = function.record.clone().map(Record::Named);
@@ -440,6 +443,10 @@ impl Writer<'_> {
             }
             self.jump("GOTO", &otherwise);
         }
+        // The last arm, often the shortest, stands first: the places of a switch reach 127 bytes.
+        self.place(&otherwise, &needed)?;
+        self.block(other, out)?;
+        self.jump("GOTO", &end);
         for ((number, arm), label) in arms.iter().zip(&labels) {
             self.place(label, &needed)?;
             if let (Some(byte), Some(value)) = (&byte, number.value) {
@@ -448,8 +455,6 @@ impl Writer<'_> {
             self.block(arm, out)?;
             self.jump("GOTO", &end);
         }
-        self.place(&otherwise, &needed)?;
-        self.block(other, out)?;
         self.place(&end, out)
     }
 }

@@ -24,10 +24,12 @@ pub struct Rule {
     pub gives: Type,
     /// The flag of its result.
     pub holds: Option<Holds>,
+    /// r12 is 0 behind it.
+    pub zero: bool,
     said: BTreeMap<String, String>,
 }
 
-/// Rules by their names.
+/// Rules by their names, with that of the file in front: `coords::aim`.
 pub type Rules = BTreeMap<String, Rule>;
 
 /// What a file says of itself: its mark, and what its functions' labels begin with.
@@ -41,6 +43,8 @@ pub struct About {
 
 /// What is read along the way.
 pub(crate) struct Reader<'a> {
+    /// The file's name.
+    module: &'a str,
     leaves: &'a Leaves,
     rules: &'a Rules,
     /// Constants of the file.
@@ -80,7 +84,7 @@ pub fn about(file: &File) -> Result<About, Refused> {
 ///
 /// # Errors
 /// One is not of the subset.
-pub fn rules(file: &File, about: &About, rules: &mut Rules) -> Result<(), Refused> {
+pub fn rules(file: &File, module: &str, about: &About, rules: &mut Rules) -> Result<(), Refused> {
     for item in &file.items {
         let Item::Fn(function) = item else { continue };
         let name = function.sig.ident.to_string();
@@ -92,14 +96,19 @@ pub fn rules(file: &File, about: &About, rules: &mut Rules) -> Result<(), Refuse
             );
         };
         let said = micro(&function.attrs)?.unwrap_or_default();
-        let label = said.get("label").cloned().unwrap_or_else(|| format!("{}{name}", about.prefix));
+        let zero = said.get("leaves").is_some_and(|value| value == "0");
+        let label = said.get("label").or_else(|| said.get("entry")).cloned();
+        let label = label.unwrap_or_else(|| format!("{}{name}", about.prefix));
         let holds = match said.get("holds").map(String::as_str) {
             Some("EQUAL") => Some(Holds::Equal),
             Some("NO_CARRY") => Some(Holds::NoCarry),
             _ if gives == Type::Bool => Some(Holds::NotEqual),
             _ => None,
         };
-        rules.insert(name, Rule { label, changes, takes, gives, holds, said });
+        rules.insert(
+            format!("{module}::{name}"),
+            Rule { label, changes, takes, gives, holds, zero, said },
+        );
     }
     Ok(())
 }
@@ -108,8 +117,14 @@ pub fn rules(file: &File, about: &About, rules: &mut Rules) -> Result<(), Refuse
 ///
 /// # Errors
 /// Something is not of the subset.
-pub fn read(file: &File, leaves: &Leaves, rules: &Rules) -> Result<Vec<Function>, Refused> {
+pub fn read(
+    file: &File,
+    module: &str,
+    leaves: &Leaves,
+    rules: &Rules,
+) -> Result<Vec<Function>, Refused> {
     let mut reader = Reader {
+        module,
         leaves,
         rules,
         constants: BTreeMap::new(),
@@ -177,7 +192,7 @@ impl Reader<'_> {
 
     fn function(&mut self, function: &ItemFn) -> Result<Function, Refused> {
         let name = function.sig.ident.to_string();
-        let rule = &self.rules[&name];
+        let rule = &self.rules[&format!("{}::{name}", self.module)];
         (self.vars, self.names, self.words) = Default::default();
         self.gives = rule.gives;
         let takes = rule.takes.iter().map(|(name, kind)| (self.var(name, *kind), *kind)).collect();
@@ -204,6 +219,8 @@ impl Reader<'_> {
             gives: rule.gives,
             holds: rule.holds,
             record: rule.said.get("of").cloned(),
+            entry: rule.said.contains_key("entry"),
+            zero: rule.zero,
             longs: list("longs"),
             bytes: list("bytes"),
             vars: self.vars.clone(),

@@ -77,12 +77,12 @@ pub fn lower(machine: &str, files: &[(&str, &str)]) -> Result<Vec<Made>, (String
         let file = parse(text).map_err(at(name))?;
         let about = front::about(&file).map_err(at(name))?;
         leaf::read(&file, &mut leaves).map_err(at(name))?;
-        front::rules(&file, &about, &mut rules).map_err(at(name))?;
+        front::rules(&file, name, &about, &mut rules).map_err(at(name))?;
         parsed.push((*name, file, about));
     }
     let mut made = Vec::new();
     for (name, file, about) in &parsed {
-        let functions = front::read(file, &leaves, &rules).map_err(at(name))?;
+        let functions = front::read(file, name, &leaves, &rules).map_err(at(name))?;
         let (mut lines, mut labels) = (Vec::new(), 0);
         for function in &functions {
             let zero = function.gives == leaf::Type::Word;
@@ -95,7 +95,7 @@ pub fn lower(machine: &str, files: &[(&str, &str)]) -> Result<Vec<Made>, (String
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 3] = ["status", "coords", "effects"];
+const FILES: [&str; 4] = ["status", "coords", "effects", "home"];
 
 /// What the rules in the firmware's directory become.
 ///

@@ -122,7 +122,7 @@ fn phases_are_a_switch_and_the_next_one_is_up() {
             _ => DONE,
         } }";
     let code = "a:; GET PHASE; DO micro_switch; .byte 0; TO .Ltest_1; TO .Ltest_m0; TO .Ltest_3; PLACES_END; \
-        .Ltest_1:; UP PHASE; .Ltest_m0:; NOT_YET_; .Ltest_3:; DONE_; .balign 2, 0";
+        .Ltest_3:; DONE_; .Ltest_1:; UP PHASE; .Ltest_m0:; NOT_YET_; .balign 2, 0";
     assert_eq!(made(rule), code);
 }
 

@@ -43,11 +43,13 @@ pub fn write(lines: &[Line], file: &str, about: &About) -> Made {
     );
     let mut bytes: Vec<(String, usize)> = Vec::new();
     at = 0;
-    for line in lines {
+    for (n, line) in lines.iter().enumerate() {
         match line {
             Line::Label(name, true) => {
                 bytes.push((name.clone(), 0));
-                if routine(name).is_some() || called.contains(name.as_str()) {
+                if matches!(lines.get(n + 1), Some(Line::Check(entry)) if entry.trim() == "MICRO") {
+                    let _ = writeln!(text, "    .balign 2, 0\n    .global {name}\n{name}:");
+                } else if routine(name).is_some() || called.contains(name.as_str()) {
                     let _ = writeln!(text, "    .global {name}\n    ROUTINE_ODD {name}, {mark}");
                 } else {
                     let _ = writeln!(text, "{name}:");

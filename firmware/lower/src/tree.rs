@@ -219,6 +219,10 @@ pub struct Function {
     pub holds: Option<Holds>,
     /// What r9 is at its beginning.
     pub record: Option<String>,
+    /// Instructions call it.
+    pub entry: bool,
+    /// It leaves r12 = 0.
+    pub zero: bool,
     /// Places for longs and bytes that are put by.
     pub longs: Vec<String>,
     /// See `longs`.

@@ -1,12 +1,13 @@
 //! InterpCNC commands in holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands).
 
 use crate::controller::{Controller, Effect};
-use crate::home::{BEGIN, Plan};
+use crate::home::Plan;
 use crate::motor::AXES;
 use crate::vm::{axis, convert};
 use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{Feed, Pace};
+use firmware::rules::home::BEGIN;
 use firmware::rules::{Axis, coords};
 use lang::isa::Op;
 use lang::record::AxisRecord;

@@ -3,20 +3,11 @@
 use crate::controller::Controller;
 use crate::vm::{axis, convert, vm};
 use firmware::motion::Pace;
+use firmware::rules::home::{BEGIN, FAST, Homes, SLOW, home};
+use firmware::rules::{Axis, Progress};
 use lang::fault::Fault;
 use lang::isa::Op;
 use lang::record::AxisRecord;
-use lang::wire::TraceKind;
-
-/// Phases of homing.
-const FAST: u8 = 1;
-const REST: u8 = 2;
-const PAUSE: u8 = 3;
-const SLOW: u8 = 4;
-const OPEN: u8 = 5;
-const CLEAR: u8 = 6;
-/// The plan is made.
-pub const BEGIN: u8 = 7;
 
 /// A reference run, in steps.
 pub struct Plan {
@@ -65,87 +56,16 @@ impl Controller {
         Ok(())
     }
 
-    fn closed(&self) -> bool {
-        self.unfiltered(self.plan.input) == self.plan.closed
-    }
-
-    /// Home: fast to the switch, rest, slowly off it, clearance.
+    /// Home, Home?.
     ///
     /// # Errors
-    /// F10, F11.
+    /// F20, F01, F10, F11.
     pub fn home(&mut self, code: u8) -> Result<bool, Fault> {
-        if self.effect.phase == 0 {
-            self.effect.n = code.wrapping_sub(Op::Home as u8);
-            if code == Op::HomeQuery as u8 {
-                self.effect.n = vm().operand();
-            }
-            if axis(self.effect.n).flags & AxisRecord::PRESENT == 0 {
-                return Err(Fault::ValueRange);
-            }
-            self.plan_home(self.effect.n)?;
+        let first = self.effect.phase == 0;
+        if first {
             self.effect.phase = BEGIN;
         }
-        let n = self.effect.n;
-        let rests = !self.motor.moves(n);
-        match self.effect.phase {
-            BEGIN => {
-                self.motor.homed &= !(1 << n);
-                self.motor.placed &= !(1 << n);
-                self.motor.offset[usize::from(n)] = 0;
-                self.effect.phase = REST;
-                if !self.closed() {
-                    self.effect.phase = FAST;
-                    self.seek(n, self.plan.positive, self.plan.pace);
-                }
-            }
-            FAST => {
-                if self.closed() {
-                    self.motor.stop(1 << n);
-                    self.effect.phase = REST;
-                } else if rests {
-                    return self.not_homed(n, Fault::HomeNotFound);
-                }
-            }
-            REST => {
-                if rests {
-                    self.effect.left = i32::from(self.plan.pause);
-                    self.effect.phase = PAUSE;
-                }
-            }
-            PAUSE => {
-                if self.effect.left == 0 {
-                    let pace = self.plan.pace.with_steps(self.plan.slow);
-                    self.seek(n, !self.plan.positive, pace);
-                    self.effect.phase = SLOW;
-                }
-            }
-            SLOW => {
-                if !self.closed() {
-                    self.motor.hit(n, self.motor.position(n));
-                    self.effect.phase = OPEN;
-                } else if rests {
-                    return self.not_homed(n, Fault::HomeStaysClosed);
-                }
-            }
-            OPEN => {
-                if rests {
-                    self.motor.place(n, self.plan.position);
-                    self.motor.homed |= 1 << n;
-                    let steps = self.plan.position.wrapping_add(self.plan.clearance);
-                    self.motor.settle(n, steps);
-                    self.motor.go(n, steps, self.plan.pace, true);
-                    self.effect.phase = CLEAR;
-                }
-            }
-            _ => {
-                if rests {
-                    let position = self.motor.position(n);
-                    self.emit_outcome(TraceKind::Home, n, true, position);
-                    return Ok(true);
-                }
-            }
-        }
-        Ok(false)
+        home(self, code, first)
     }
 
     /// Whether the effect under way looks for a switch or a probe at this instant.
@@ -159,21 +79,118 @@ impl Controller {
             _ => false,
         }
     }
+}
 
-    fn not_homed(&mut self, n: u8, fault: Fault) -> Result<bool, Fault> {
-        self.motor.settle_here(n);
-        let position = self.motor.position(n);
-        self.emit_outcome(TraceKind::Home, n, false, position);
-        let query = self.effect.code == Op::HomeQuery as u8;
-        if query && fault as u8 == Fault::HomeNotFound as u8 { Ok(true) } else { Err(fault) }
+impl Homes for Controller {
+    fn operand(&mut self) -> u8 {
+        vm().operand()
     }
-
-    /// Sends an axis toward or off its reference switch, by the stroke at most.
-    fn seek(&mut self, n: u8, positive: bool, pace: Pace) {
-        let position = self.motor.position(n);
-        let stroke = self.plan.stroke;
-        let target =
-            if positive { position.wrapping_add(stroke) } else { position.wrapping_sub(stroke) };
-        self.motor.go(n, target, pace, true);
+    fn plan(&mut self, n: u8) -> Result<(), Fault> {
+        self.effect.n = n;
+        if axis(n).flags & AxisRecord::PRESENT == 0 {
+            return Err(Fault::ValueRange);
+        }
+        self.plan_home(n)
+    }
+    fn axis(&self) -> Axis {
+        Axis::new(self.effect.n)
+    }
+    // The plan was made of an axis that is there.
+    fn is_there(&self, _: Axis) -> bool {
+        true
+    }
+    fn take_pace(&mut self, _: Axis) {}
+    fn is_by_command(&self) -> bool {
+        false
+    }
+    fn command_speed(&mut self) -> i32 {
+        0
+    }
+    fn profile_speed(&mut self, _: Axis) -> i32 {
+        0
+    }
+    fn bound_speed(&mut self, _: i32) {}
+    fn slow_down(&mut self, _: Axis) {}
+    // What moves when the run begins is sent on from where it is.
+    fn moving(&self) -> u8 {
+        if self.effect.phase == BEGIN { 0 } else { self.motor.moving() & 1 << self.effect.n }
+    }
+    fn phase(&self) -> u8 {
+        self.effect.phase
+    }
+    fn set_phase(&mut self, phase: u8) {
+        self.effect.phase = phase;
+    }
+    fn forget_home(&mut self, axis: Axis) {
+        self.motor.homed &= !axis.bit();
+    }
+    fn set_home(&mut self, axis: Axis) {
+        self.motor.homed |= axis.bit();
+    }
+    fn forget_place(&mut self, axis: Axis) {
+        self.motor.placed &= !axis.bit();
+    }
+    fn set_offset(&mut self, axis: Axis, um: i32) {
+        self.motor.offset[axis.i()] = um;
+    }
+    #[inline(never)]
+    fn is_closed(&self) -> bool {
+        self.unfiltered(self.plan.input) == self.plan.closed
+    }
+    fn way(&self, _: Axis) -> u8 {
+        if self.plan.positive { AxisRecord::HOME_POSITIVE as u8 } else { 0 }
+    }
+    fn stroke(&self, _: Axis) -> i32 {
+        self.plan.stroke
+    }
+    fn place(&self, _: Axis) -> i32 {
+        self.plan.position
+    }
+    // The plan's has its sign already.
+    fn clearance(&self, _: Axis) -> i32 {
+        if self.plan.positive { self.plan.clearance.wrapping_neg() } else { self.plan.clearance }
+    }
+    fn pause(&self, _: Axis) -> u16 {
+        self.plan.pause
+    }
+    fn planned(&self, _: Axis, steps: i32) -> i32 {
+        steps
+    }
+    fn time(&self) -> i32 {
+        self.effect.left
+    }
+    fn set_time(&mut self, ms: i32) {
+        self.effect.left = ms;
+    }
+    fn position(&self, axis: Axis) -> i32 {
+        self.motor.position(axis.n())
+    }
+    #[inline(never)]
+    fn seek_to(&mut self, axis: Axis, steps: i32) -> Progress {
+        let mut pace = self.plan.pace;
+        if self.effect.phase == SLOW {
+            pace = pace.with_steps(self.plan.slow);
+        }
+        self.motor.go(axis.n(), steps, pace, true);
+        Ok(false)
+    }
+    fn rest_at(&mut self, axis: Axis, steps: i32) -> Progress {
+        self.motor.settle(axis.n(), steps);
+        self.seek_to(axis, steps)
+    }
+    fn brake(&mut self, axis: Axis) {
+        self.motor.stop(axis.bit());
+    }
+    fn catch(&mut self, axis: Axis) {
+        self.motor.hit(axis.n(), self.position(axis));
+    }
+    fn set_place(&mut self, axis: Axis) {
+        self.motor.place(axis.n(), self.plan.position);
+    }
+    fn settle_here(&mut self, axis: Axis) {
+        self.motor.settle_here(axis.n());
+    }
+    fn asks(&self) -> bool {
+        self.effect.code == Op::HomeQuery as u8
     }
 }

@@ -125,5 +125,7 @@ core::arch::global_asm!(include_str!("moves/coords.s"), options(raw));
 core::arch::global_asm!(include_str!("made/coords.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/moves.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/home.s"), options(raw));
+// Made of firmware/src/rules/home.rs.
+core::arch::global_asm!(include_str!("made/home.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/probe.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/commands.s"), options(raw));

@@ -14,8 +14,18 @@ impl Writer<'_> {
             let tail = format!("{TAIL} {}, {}", op.name, op.first());
             self.lines.pop();
             self.put(Op::read(&tail));
+            self.promised(false)
         } else {
+            self.promised(self.state.zero)?;
             self.op("RETURN");
+            Ok(())
+        }
+    }
+
+    /// Whether r12 is as callers are told.
+    fn promised(&self, zero: bool) -> Made<()> {
+        if self.function.zero && !zero {
+            return self.refuse("r12 is not known to be 0 at its end");
         }
         Ok(())
     }
@@ -23,7 +33,10 @@ impl Writer<'_> {
     pub(super) fn end(&mut self, end: &End) -> Made<()> {
         let none = Vars::new();
         match end {
-            End::Nothing => self.op("RETURN"),
+            End::Nothing => {
+                self.promised(self.state.zero)?;
+                self.op("RETURN");
+            }
             End::Done if self.state.zero => self.op("RETURN"),
             End::Done => self.op("DONE_"),
             End::NotYet => self.op("NOT_YET_"),

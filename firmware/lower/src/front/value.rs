@@ -111,8 +111,13 @@ impl Reader<'_> {
             }
             Rust::Call(call) => {
                 let Rust::Path(of) = &*call.func else { return no(call, "a rule") };
-                let name = of.path.segments.last().map(|segment| segment.ident.to_string());
-                let Some(rule) = name.and_then(|name| self.rules.get(&name)).cloned() else {
+                let names = of.path.segments.iter().map(|segment| segment.ident.to_string());
+                let names = names.collect::<Vec<_>>();
+                let name = match &names[..] {
+                    [name] => format!("{}::{name}", self.module),
+                    names => names.join("::"),
+                };
+                let Some(rule) = self.rules.get(&name).cloned() else {
                     return no(call, "a leaf or a rule");
                 };
                 let arguments = call.args.iter().skip(1).collect::<Vec<_>>();
@@ -126,7 +131,7 @@ impl Reader<'_> {
                     gives: rule.gives,
                     holds: rule.holds,
                     changes: rule.changes,
-                    zero: false,
+                    zero: rule.zero,
                     sure: false,
                     record: rule.said.get("of").cloned(),
                     sets_record: None,
@@ -334,7 +339,10 @@ impl Reader<'_> {
     }
 
     fn compared(&mut self, pair: &syn::ExprBinary) -> Result<Cond, Refused> {
-        let not = |cond| Cond::Not(Box::new(cond));
+        let not = |cond| match cond {
+            Cond::Not(inner) => *inner,
+            cond => Cond::Not(Box::new(cond)),
+        };
         match &pair.op {
             BinOp::And(_) | BinOp::Or(_) => {
                 let (a, b) = (self.cond(&pair.left)?, self.cond(&pair.right)?);

@@ -145,7 +145,7 @@ fn places_and_targets_are_the_same_by_rustc_and_as_micro_code() {
         let place = |chip: &mut Chip| put(chip, places, bytes);
         let n = Axis::new(n);
         let same = |label, acc: i32, rule: &dyn Fn(&mut Twin) -> Option<u32>| {
-            let entry = Entry { axis: Some(n), acc: acc as u32, first: false };
+            let entry = Entry { axis: Some(n), acc: acc as u32, ..Entry::default() };
             proved(&base, label, &machine, &place, &entry, rule);
         };
         same("work_steps", n.n().into(), &|m| Some(coords::work_steps(m, n) as u32));
