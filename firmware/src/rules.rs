@@ -5,6 +5,7 @@
 pub mod coords;
 pub mod effects;
 pub mod home;
+pub mod moves;
 pub mod status;
 
 use lang::fault::Fault;

@@ -242,6 +242,7 @@ impl Writer<'_> {
             }
             if let (Stmt::Call(call, true), [Stmt::Return(End::Done)]) = (stmt, rest)
                 && call.gives == Type::Fault
+                && !call.sure
             {
                 // What it returns is what is returned.
                 return self.last_call(call);

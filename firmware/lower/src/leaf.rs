@@ -194,6 +194,9 @@ pub fn read(file: &File, leaves: &mut Leaves) -> Result<(), Refused> {
                     format!("{name}: place, record, any, is, has, on, off, or code and holds"),
                 )
             })?;
+            if leaves.get(&name).is_some_and(|other| *other != leaf) {
+                return Err(Refused::at(function, format!("{name} is another leaf elsewhere")));
+            }
             leaves.insert(name, leaf);
         }
     }

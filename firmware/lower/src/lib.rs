@@ -95,7 +95,7 @@ pub fn lower(machine: &str, files: &[(&str, &str)]) -> Result<Vec<Made>, (String
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 4] = ["status", "coords", "effects", "home"];
+const FILES: [&str; 5] = ["status", "coords", "effects", "home", "moves"];
 
 /// What the rules in the firmware's directory become.
 ///

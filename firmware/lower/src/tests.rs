@@ -37,6 +37,8 @@ const MACHINE: &str = r#"pub trait Machine {
     fn pop(&mut self, least: u8, most: u8) -> Result<u8, Fault>;
     #[cfg_attr(any(), micro(code = "EVENT {kind}", leaves = 0))]
     fn tell(&mut self, kind: TraceKind, value: i32);
+    #[cfg_attr(any(), micro(code = "", sure = 1))]
+    fn must(&self) -> Result<(), Fault>;
     #[cfg_attr(any(), micro(code = "DO input"))]
     fn input(&self, n: u8) -> u8;
 }"#;
@@ -111,6 +113,13 @@ fn a_wait_asks_first_of_all_and_returns_by_itself() {
     let code = "a:; IF_NOT_EQUAL .Ltest_1; POP_NUMBER 1, 17; PUT PHASE; .Ltest_1:; DO time_up; GET PHASE; \
         EVENT TRACE_WAIT_IN; RETURN; .balign 2, 0";
     assert_eq!(made(rule), code);
+}
+
+#[test]
+fn what_never_fails_leaves_nothing_to_return() {
+    let rule =
+        "fn a(m: &mut impl Machine) -> Progress { m.set_phase(m.input(1)); m.must()?; DONE }";
+    assert_eq!(made(rule), "a:; LIT 1; DO input; PUT PHASE; DONE_; .balign 2, 0");
 }
 
 #[test]

@@ -4,14 +4,15 @@
 //! one for each call at most: the caller sees to it that the slot is free.
 
 mod leaves;
+mod looks;
 mod print;
 
 use crate::controller::{Controller, END, Event, PENDING};
 use crate::motor::AXES;
-use crate::vm::{convert, vm};
-use firmware::rules::effects as rules;
+use crate::vm::vm;
+use firmware::rules::{effects as rules, moves};
 use lang::fault::Fault;
-use lang::isa::{Look, Op, flags};
+use lang::isa::{Op, flags};
 use lang::wire::TraceKind;
 
 impl Controller {
@@ -76,29 +77,12 @@ impl Controller {
             MOVE_TO..=MOVE_RAMP => return self.move_axe(code),
             LINEAR..=LINE_LAST => return self.linear(code),
             ARC..=ARC_BY => return self.arc(code),
-            FEED..=SPINDLE => {
-                let value = vm().pop();
-                self.set_feed(code, value)?;
-            }
+            FEED..=SPINDLE => return moves::feed(self, code),
             HOME..=HOME_QUERY => return self.home(code),
             PROBE => return self.probe(),
             MOVE_SPEED => return self.move_speed(),
-            SET_POS => {
-                let n = vm().operand();
-                let i = usize::from(n);
-                let value = vm().pop();
-                self.must_rest(n)?;
-                self.motor.offset[i] =
-                    self.motor.um[i].checked_sub(value).ok_or(Fault::Overflow)?;
-                self.motor.placed |= 1 << n;
-            }
-            SET_POS_ZERO..=SET_POS_ZERO_LAST => {
-                let n = code - SET_POS_ZERO;
-                let i = usize::from(n);
-                self.must_rest(n)?;
-                self.motor.offset[i] = self.motor.um[i];
-                self.motor.placed |= 1 << n;
-            }
+            SET_POS => return moves::set_pos(self),
+            SET_POS_ZERO..=SET_POS_ZERO_LAST => return moves::set_pos_zero(self, code),
             STOP_AXE => {
                 if self.first() {
                     self.effect.n = vm().operand();
@@ -179,7 +163,7 @@ impl Controller {
             TIMED_OUT => return rules::timed_out(self),
             IN => return rules::input(self),
             OUT_STATE => return rules::out_state(self),
-            READ => self.read(),
+            READ => return moves::read(self),
             _ => return Err(Fault::ValueRange),
         }
         Ok(true)
@@ -216,14 +200,6 @@ impl Controller {
         Ok(true)
     }
 
-    /// The work zero of an axis that moves cannot be set.
-    fn must_rest(&self, axis: u8) -> Result<(), Fault> {
-        if self.motor.moves(axis) {
-            return Err(Fault::ValueRange);
-        }
-        Ok(())
-    }
-
     fn event(&mut self) -> Result<(), Fault> {
         let bits = vm().operand();
         let slot = usize::from(bits & 3);
@@ -254,40 +230,5 @@ impl Controller {
             }
         }
         Ok(())
-    }
-
-    fn read(&mut self) {
-        const POS: u8 = Look::Pos as u8;
-        const POS_STEPS: u8 = Look::PosSteps as u8;
-        const PROBED: u8 = Look::Probed as u8;
-        const PROBED_STEPS: u8 = Look::ProbedSteps as u8;
-        const PROBE_OK: u8 = Look::ProbeOk as u8;
-        const MOVING: u8 = Look::Moving as u8;
-        const HOMED: u8 = Look::Homed as u8;
-        const IN_PORT: u8 = Look::InPort as u8;
-        const TIMER: u8 = Look::Timer as u8;
-        let bits = vm().operand();
-        let n = bits & flags::AXIS;
-        let i = usize::from(n % AXES);
-        let bit = |set: u8| i32::from(set >> n & 1);
-        let work =
-            |steps: i32, offset: i32| convert(n, steps, false).unwrap_or(0).wrapping_sub(offset);
-        let value = match bits >> 2 {
-            POS => work(self.motor.position(i as u8), self.motor.offset[i]),
-            POS_STEPS => self.motor.position(i as u8),
-            PROBED => work(self.motor.probed[i], self.motor.offset[i]),
-            PROBED_STEPS => self.motor.probed[i],
-            PROBE_OK => bit(self.motor.probe_ok),
-            MOVING => bit(self.motor.moving()),
-            HOMED => bit(self.motor.homed),
-            IN_PORT => i32::from(self.inputs.levels()) | i32::from(self.input(17)) << 16,
-            TIMER => self.timer,
-            _ => {
-                let c = self.char_in;
-                self.char_in = 0;
-                i32::from(c)
-            }
-        };
-        vm().push(value);
     }
 }

@@ -10,7 +10,6 @@ use firmware::motion::{Feed, Pace};
 use lang::fault::Fault;
 use lang::isa::{Op, SHORT_AXES, flags};
 use lang::place::{Place, Target, way};
-use lang::record::FULL_POWER;
 use lang::wire::TraceKind;
 
 /// A speed or ramp that must be above 0, in steps.
@@ -28,31 +27,6 @@ impl Controller {
             0 => Feed::Rapid,
             feed => Feed::Um(feed),
         }
-    }
-
-    /// F and S.
-    ///
-    /// # Errors
-    /// F08, F20.
-    pub fn set_feed(&mut self, code: u8, value: i32) -> Result<(), Fault> {
-        if code == Op::Spindle as u8 {
-            if self.motor.pwm.is_open() {
-                self.motor.power = self.level(value).ok_or(Fault::ValueRange)?;
-                self.drive_pwm();
-            } else if self.record.laser != 0 {
-                if value as u32 > FULL_POWER as u32 {
-                    return Err(Fault::ValueRange);
-                }
-                self.motor.power = value as u16;
-            }
-            return Ok(());
-        }
-        if value <= 0 {
-            return Err(Fault::SpeedRange);
-        }
-        self.feed =
-            if code == Op::Feed as u8 { Feed::Um(value as u32) } else { Feed::Steps(value as u32) };
-        Ok(())
     }
 
     /// MoveAxe and MoveRel.

@@ -3,7 +3,7 @@
 use core::mem::offset_of;
 
 use crate::consts::constants;
-use lang::isa::{Look, Op, SHORT_AXES, flags};
+use lang::isa::{Op, SHORT_AXES, flags};
 use lang::record::AxisRecord;
 use lang::wire::{Control, Exception, command};
 
@@ -45,8 +45,6 @@ static FREE_AXIS: FreeAxis = FreeAxis {
 };
 
 constants! {
-    LOOK_CHAR_IN = Look::CharIn;
-    LOOK_PROBE_OK = Look::ProbeOk;
     FL_AXIS = flags::AXIS;
     FL_STEPS = flags::STEPS;
     FL_RELATIVE = flags::RELATIVE;
@@ -76,7 +74,7 @@ constants! {
 }
 
 // What the assembly does by shifts: pairs of a flag and its unit, frames and units of axes, the
-// order of the looks, of commands, direct ones among them, and of short forms.
+// order of commands, direct ones among them, and of short forms.
 const _: () = assert!(
     command::MOVE_TO == command::MOVE_SPEED + 1
         && command::MOVE_BY == command::MOVE_TO + 1
@@ -108,21 +106,13 @@ const _: () = assert!(
         && SHORT_AXES[2].0 == 3
         && SHORT_AXES[3].0 == 4
         && SHORT_AXES[4].0 == 7
-        && Look::Pos as u8 == 0
-        && Look::PosSteps as u8 == 1
-        && Look::Probed as u8 == 2
-        && Look::ProbedSteps as u8 == 3
-        && Look::ProbeOk as u8 == 4
-        && Look::Moving as u8 == 5
-        && Look::Homed as u8 == 6
-        && Look::InPort as u8 == 7
-        && Look::Timer as u8 == 8
-        && Look::CharIn as u8 == 9
 );
 
 core::arch::global_asm!(include_str!("moves/coords.s"), options(raw));
 // Made of firmware/src/rules/coords.rs.
 core::arch::global_asm!(include_str!("made/coords.s"), options(raw));
+// Made of firmware/src/rules/moves.rs.
+core::arch::global_asm!(include_str!("made/moves.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/moves.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/home.s"), options(raw));
 // Made of firmware/src/rules/home.rs.

@@ -4,6 +4,7 @@
 mod coords;
 mod effects;
 mod home;
+mod moves;
 
 use firmware::rules::{Axis, Machine, status};
 use lang::isa::Op;
@@ -222,8 +223,8 @@ pub struct Entry {
     pub acc: u32,
     /// Z: it is the first call of a statement.
     pub first: bool,
-    /// Bytes that micro-code puts something by in.
-    pub scratch: &'static [&'static str],
+    /// Where micro-code puts something by, and how many bytes.
+    pub scratch: &'static [(&'static str, u16)],
 }
 
 /// The rule that has this label leaves the same by rustc and as micro-code: memory, and its result as its row
@@ -257,8 +258,11 @@ pub fn proved(
     let at = if at & 1 == 0 && here.chip.board.peek16(at) == CALL { at + 4 } else { at };
     let end = run(&mut here, at, &mut registers).unwrap_or_else(|trap| panic!("{label}: {trap}"));
     assert_eq!(end, End::Returned);
-    let scratch = entry.scratch.iter().map(|name| base.chip.at(name)).collect::<Vec<_>>();
-    for at in RAM.filter(|at| !scratch.contains(at)) {
+    let scratch = entry.scratch.iter().map(|(name, bytes)| (base.chip.at(name), *bytes));
+    let scratch = scratch.collect::<Vec<_>>();
+    let counts =
+        |at: &u16| !scratch.iter().any(|(first, bytes)| (*first..first + bytes).contains(at));
+    for at in RAM.filter(counts) {
         let (a, b) = (twin.chip.board.peek8(at), here.chip.board.peek8(at));
         assert_eq!(a, b, "{label}: the byte at {at:04x}, by rustc and as micro-code");
     }

@@ -134,7 +134,7 @@ impl Writer<'_> {
                 }
                 self.call(call, out)?;
             }
-            Expr::Pair(op, a, b) => self.pair(*op, a, b, out)?,
+            Expr::Pair(op, a, b) => self.pair(*op, a, b, false, out)?,
             Expr::Of(routine, a) => {
                 self.value(a, out)?;
                 self.clobber(out)?;
@@ -174,7 +174,10 @@ impl Writer<'_> {
                 self.op("DO zero_if_carry");
             }
             Expr::OrFault(a, fault) => {
-                self.value(a, out)?;
+                match &**a {
+                    Expr::Pair(op, x, y) => self.pair(*op, x, y, true, out)?,
+                    a => self.value(a, out)?,
+                }
                 let jump = match flag_of_nothing(a) {
                     Some(Holds::Carry) => "IF_CARRY",
                     Some(Holds::Overflow) => "IF_OVERFLOW",
@@ -215,7 +218,8 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn pair(&mut self, op: Pair, a: &Expr, b: &Expr, out: &Vars) -> Made<()> {
+    /// Of two values; `exact` when flags of the result are looked at.
+    fn pair(&mut self, op: Pair, a: &Expr, b: &Expr, exact: bool, out: &Vars) -> Made<()> {
         if let Expr::Number(number) = b {
             if let Some(bit) = number.value.filter(|bit| number.text != bit.to_string()) {
                 self.same(&number.text, bit);
@@ -244,7 +248,14 @@ impl Writer<'_> {
         }
         let mut kept = out.clone();
         b.vars(&mut kept);
-        if self.operand(b).is_none() && op == Pair::Sub && self.operand(a).is_some() {
+        if let Expr::Var(var) = b
+            && exact
+            && self.operand(b).is_none()
+            && self.state.held.contains(&Held::Var(*var))
+        {
+            self.put_by(*var, &kept)?;
+        }
+        if self.operand(b).is_none() && op == Pair::Sub && !exact && self.operand(a).is_some() {
             self.value(b, out)?;
             self.formula(name, a, out)?;
             self.op("DO negate");

@@ -92,8 +92,10 @@ impl Reader<'_> {
                 let Kind::Code(code, or) = &leaf.kind else { return no(call, "a leaf of code") };
                 let arguments = call.args.iter().collect::<Vec<_>>();
                 let (axis, value, code) = self.bound(&leaf.takes, &arguments, call, code)?;
-                let split =
-                    |code: &str| code.split(';').map(|op| op.trim().to_owned()).collect::<Vec<_>>();
+                let split = |code: &str| {
+                    let ops = code.split(';').map(|op| op.trim().to_owned());
+                    ops.filter(|op| !op.is_empty()).collect::<Vec<_>>()
+                };
                 Ok(Call {
                     code: split(&code),
                     or: or.as_deref().map(split),

@@ -1,4 +1,4 @@
-/* Effects that move axes to places, set work zeros, or look at the machine: micro-code, entered with
+/* Effects that move axes to places: micro-code, entered with
    r12 = the effect's code, Z set in phase 0. They leave r12 = DONE, NOT_YET, or FAULTED plus the fault. A motion blocks:
    no other begins before MOVING is 0. */
     .section .text.micro,"axR",@progbits
@@ -12,41 +12,6 @@ not_negative:
     clr r13
 1:  ret
 
-    /* F and S. */
-    ROUTINE_ODD fx_feed
-    PUT UNIT
-    DO pop_value
-    IF_IS UNIT, OP_SPINDLE, 2f
-    DO not_negative
-    DO test_long
-    IF_EQUAL speed_range
-    IF_IS UNIT, OP_FEED, 1f
-    DO negate
-1:  F store FEED
-2:  DONE_
-speed_range:
-    FAULT F_SPEED_RANGE
-
-    /* Work zeros: the commanded place becomes 0, or the value on the stack. */
-    ROUTINE_ODD fx_set_pos_zero
-    ADDI -OP_SET_POS_ZERO
-    DO axis_select
-    LIT 0
-    GOTO 1f
-    ROUTINE_ODD fx_set_pos
-    DO operand_byte
-    DO axis_select
-    DO pop_value
-1:  F store SPARE
-    F load UM, AXIS
-    F sub SPARE
-    IF_OVERFLOW 2f
-    F store OFFSET, AXIS
-    DO axis_bit
-    AXIS_ON PLACED
-    DONE_
-2:  FAULT F_OVERFLOW
-
     /* StopAxe, StopAll, WaitMove: nothing moves when a statement begins. */
     ROUTINE_ODD fx_stop
     CASE_NOT OP_STOP_AXE, 1f
@@ -58,72 +23,6 @@ speed_range:
     ROUTINE_ODD fx_wait_move
     DO operand_byte
 1:  DONE_
-
-    /* What a program may look at: flags are look << 2 | axis. */
-    ROUTINE_ODD fx_read
-    DO operand_byte
-    PUT FLAGS
-    ANDI FL_AXIS
-    DO axis_select
-    GET FLAGS
-    DO half
-    DO half
-    DO micro_switch
-    TO read_pos
-    TO read_pos_steps
-    TO read_probed
-    TO read_probed_steps
-    TO read_probe_ok
-    TO read_moving
-    TO read_homed
-    TO read_port
-    TO read_timer
-    TO read_char
-    PLACES_END
-read_char:
-    GET CHAR_IN
-    LET CHAR_IN, 0
-    GOTO read_done
-read_timer:
-    F load TIMER_MS
-    GOTO read_done
-read_port:
-    LIT 17
-    DO input
-    F put TEMP+2
-    F word INPUT
-    F put TEMP
-    F load TEMP
-    GOTO read_done
-read_probe_ok:
-    IF_NOT_AXIS PROBE_OK, 1f
-    GOTO 2f
-read_moving:
-    IF_NOT_AXIS MOVING, 1f
-    GOTO 2f
-read_homed:
-    IF_NOT_AXIS HOMED, 1f
-2:  LIT 1
-    GOTO read_done
-1:  LIT 0
-    GOTO read_done
-read_pos_steps:
-    DO here
-    GOTO read_done
-read_pos:
-    DO here
-    GOTO 2f
-read_probed:
-    F load PROBED, AXIS
-2:  DO to_um
-    DO zero_if_carry
-    F sub OFFSET, AXIS
-    GOTO read_done
-read_probed_steps:
-    F load PROBED, AXIS
-read_done:
-    CALL push_value
-    DONE_
 
     /* A speed or ramp from the stack when bit 0, 2 or 6 of r12 is set, in steps when bit 1, 3 or 7 is,
        else in um: r13:r12 = scaled steps, above every number without one, 0 with Z when it is not

@@ -25,7 +25,7 @@ const WAITING: u8 = 1;
 const TIMED_OUT: u8 = 4;
 
 /// The third of the bytes of a statement.
-fn unit(chip: &Chip) -> u16 {
+pub fn unit(chip: &Chip) -> u16 {
     chip.at("BYTES") + 2
 }
 

@@ -330,7 +330,7 @@ fn reference_runs_and_limits_are_the_same_by_rustc_and_as_micro_code() {
             proved(&base, label, &machine, &put, &entry, rule);
         };
         let code = Op::Home as u8 + code;
-        let run = Entry { acc: code.into(), first, scratch: &["BYTES"], ..Entry::default() };
+        let run = Entry { acc: code.into(), first, scratch: &[("BYTES", 1)], ..Entry::default() };
         same("fx_home", run, &|m| progress(home::home(m, code, first)));
         let of_axis = Entry { axis: Some(axis), ..Entry::default() };
         same("home_missed", of_axis, &|m| {
@@ -344,7 +344,7 @@ fn reference_runs_and_limits_are_the_same_by_rustc_and_as_micro_code() {
             home::by_profile(m, found.n);
             None
         });
-        same("limits", Entry { scratch: &["TEMP"], ..Entry::default() }, &|m| {
+        same("limits", Entry { scratch: &[("TEMP", 1)], ..Entry::default() }, &|m| {
             home::limits(m);
             None
         });
