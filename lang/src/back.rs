@@ -5,6 +5,7 @@
 //! their cells; [`emit`] chooses the shortest forms, lays out code and data and writes the image.
 
 pub mod cells;
+mod courses;
 mod data;
 pub mod disasm;
 mod emit;
@@ -17,6 +18,7 @@ mod report;
 #[cfg(test)]
 mod tests;
 
+pub use courses::Courses;
 pub use data::column;
 pub use emit::constant;
 pub use report::{Compiled, Excess, MAX_DEPTH, Mark, MarkKind, Resource, Sidecar, VarPlace};
@@ -31,6 +33,14 @@ use crate::record::feature;
 /// each with a place in the source. What smaller parts lack is [`crate::part::Part::all_lacks`]'s. The size of
 /// code and tables is no reason: compare [`Compiled::image`]'s length with what a board offers.
 pub fn compile(program: &Program) -> Result<Compiled, Vec<Excess>> {
+    compile_with(program, &Courses::default())
+}
+
+/// The same with slow points, which stand in front of the lines that begin their courses.
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_with(program: &Program, courses: &Courses) -> Result<Compiled, Vec<Excess>> {
     let mut unit = lower::lower(program);
     let resumes = unit.features & feature::LINES != 0;
     for routine in &mut unit.routines {
@@ -42,5 +52,5 @@ pub fn compile(program: &Program) -> Result<Compiled, Vec<Excess>> {
     if !excesses.is_empty() {
         return Err(excesses);
     }
-    Ok(emit::emit(program, unit, &graph, &cells))
+    Ok(emit::emit(program, unit, &graph, &cells, courses))
 }

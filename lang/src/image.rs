@@ -32,6 +32,7 @@
 //! | 17 | first KEEP cell; the others follow it. Those before it are AT variables', kept from run to run |
 //! | 18, 19 | hash of the profile; in a wide image the third bytes of the two lengths |
 
+pub mod course;
 pub mod limits;
 pub mod statements;
 
@@ -374,6 +375,16 @@ impl<'a> Image<'a> {
         let lines = usize::from(self.header.has(feature::LINES));
         let offset = self.address_at(self.handlers() + lines * self.address_bytes())?;
         limits::Limits::new(self.column(offset)?)
+    }
+
+    /// Whether lines run through their corners by slow points.
+    pub fn has_courses(&self) -> bool {
+        self.machine.first().is_some_and(|flags| flags & MachineRecord::COURSES != 0)
+    }
+
+    /// The slow points of a course, whose record is at a data offset.
+    pub fn course(&self, offset: usize) -> impl Iterator<Item = course::Entry> + use<'a> {
+        course::entries(self.data.get(offset + 1..).unwrap_or_default())
     }
 
     /// The text at a data offset: its length in one byte, then its bytes.

@@ -33,6 +33,9 @@ pub struct Part {
     /// Bytes of it that a program with ON lines leaves to them: for what a handler interrupts, and for
     /// each line. Nothing where they have memory of their own.
     pub event_pool: [u16; 2],
+    /// Bytes of it that a program with slow points ([`crate::image::course`]) leaves to them, a multiple of 4; 0 where
+    /// the part knows none.
+    pub course_pool: u16,
     /// Bytes of an entry of the call stack: two hold 12 bits of address and 4 of kind, four a word of each.
     pub call_bytes: u8,
     /// Flash segments of 512 bytes that hold programs. KEEP values take the last two of them, in a library two of
@@ -198,7 +201,9 @@ impl Part {
         let library = Lack::Feature(feature::LIBRARY);
         let runs = self.lacks_feature(feature::LIBRARY) && called::runs(image).next().is_some();
         let runs = runs.then_some(library);
-        self.header_lacks(&image.header, image.events()).chain(runs).chain(rate)
+        let courses = image.has_courses() && self.lacks_feature(feature::COURSE);
+        let courses = courses.then_some(Lack::Feature(feature::COURSE));
+        self.header_lacks(&image.header, image.events()).chain(runs).chain(courses).chain(rate)
     }
 
     /// Those that the header tells of, for so many ON lines.

@@ -36,6 +36,9 @@ pub mod feature {
     /// The firmware holds several programs ([`wire`](crate::wire), Library); no image's header has it: those with
     /// RUN want it ([`called::runs`](crate::called::runs)).
     pub const LIBRARY: u16 = 1 << 9;
+    /// Lines run through their corners by slow points that the host has computed ([`course`](crate::image::course)); no
+    /// image's header has it: those with [`MachineRecord::COURSES`](super::MachineRecord::COURSES) want it.
+    pub const COURSE: u16 = 1 << 10;
 }
 
 /// One axis in an image.
@@ -129,6 +132,9 @@ impl MachineRecord {
     /// [`MachineRecord::flags`], of a program and of no profile: its image has limits of AT variables
     /// ([`crate::image::limits`]).
     pub const AT_LIMITS: u8 = 1 << 2;
+    /// [`MachineRecord::flags`], of a program and of no profile: it has courses, whose memory is the end of its pool
+    /// ([`crate::image::course`]).
+    pub const COURSES: u8 = 1 << 3;
     /// Bytes of the record.
     pub const SIZE: usize = 8 + 3 * AxisRecord::SIZE;
 }

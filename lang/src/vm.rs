@@ -25,6 +25,8 @@ pub enum Exit {
     Effect,
     /// The slice is used up; call again.
     Budget,
+    /// A course may begin whose slow points have this data offset; `pc` is behind the instruction.
+    Course(usize),
     /// An event handler or an error handler was left; [`State::flags`] says which are still open.
     HandlerEnd,
     /// The instruction at `pc` failed; go on with [`Vm::fault`].
@@ -368,6 +370,11 @@ impl<'a, 'm> Vm<'a, 'm> {
                 let value = self.pop()?;
                 let (times, over) = if op == Op::ToSteps { (steps, um) } else { (um, steps) };
                 self.push(math::scale(value, times, over)?)?;
+            }
+            Op::Course => {
+                let offset = self.address(pc + 1)?;
+                self.state.pc = next;
+                return Err(Stop::Exit(Exit::Course(offset)));
             }
             Op::More => self.state.flags |= flag::MORE,
             Op::End => return Err(Stop::Exit(Exit::End)),

@@ -52,6 +52,7 @@ const _: () = assert!(
         && Op::OnError as u8 == Op::Err as u8 + 3
         && Op::OnErrorStop as u8 == Op::Err as u8 + 4
         && Op::ResumeNext as u8 == Op::Err as u8 + 5
+        && Op::Course as u8 == Op::Err as u8 - 3
         && Op::ToSteps as u8 == Op::Err as u8 - 2
         && Op::ToLength as u8 == Op::Err as u8 - 1
 );

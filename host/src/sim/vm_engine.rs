@@ -239,7 +239,7 @@ impl Driver<'_, '_, '_> {
             let pc = self.vm.state.pc;
             let exit = self.vm.step();
             let done = match exit {
-                None | Some(Exit::Budget) => Ok(()),
+                None | Some(Exit::Budget | Exit::Course(_)) => Ok(()),
                 Some(Exit::Effect) => self.with_world(Driver::effect),
                 Some(Exit::HandlerEnd) => self.with_world(|driver| driver.handler_end(pc)),
                 Some(Exit::Fault(fault)) => {

@@ -187,7 +187,7 @@ impl<'a> Feed<'a> {
                 None => Step::Fault(Fault::ImageRefused, self.line()),
             },
             Exit::HandlerEnd => Step::Left(all, self.line()),
-            Exit::Budget => Step::Thinks,
+            Exit::Budget | Exit::Course(_) => Step::Thinks,
             Exit::Fault(fault) => Step::Fault(fault, self.line()),
             Exit::End => Step::End,
         }

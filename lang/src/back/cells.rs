@@ -12,6 +12,7 @@ use crate::back::graph::{Graph, context};
 use crate::back::ir::Unit;
 use crate::back::report::MAX_DEPTH;
 use crate::hir::{Program, RoutineId, Span, Storage, VarId};
+use crate::wire::{CRC_START, crc16};
 
 /// First register of the cells on the link.
 const FIRST_REGISTER: u16 = 3000;
@@ -179,4 +180,16 @@ fn locals(
         }
     }
     end
+}
+
+fn hash(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte))
+}
+
+/// [`MachineRecord::keeps`](crate::record::MachineRecord::keeps) of names and kinds in their order.
+pub fn keeps_id(program: &Program, cells: &Cells) -> u8 {
+    let declared = cells.keeps.iter().map(|&id| program.var(id));
+    let text: String =
+        declared.map(|var| format!("{} {}\n", var.name.to_ascii_lowercase(), var.kind)).collect();
+    if text.is_empty() { 0 } else { (1 + hash(text.as_bytes()) % 254) as u8 }
 }

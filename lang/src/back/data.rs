@@ -42,7 +42,7 @@ pub fn lay_out(program: &Program, unit: &Unit, head: Vec<u8>) -> Data {
     let mut texts: HashSet<TextId> = HashSet::new();
     for item in unit.routines.iter().flat_map(|routine| &routine.items) {
         match item {
-            Item::Text(id) | Item::Run(id) => {
+            Item::Text(id) | Item::Run(id) | Item::Course(id) => {
                 texts.insert(*id);
             }
             Item::Table(table, column) => {
@@ -56,7 +56,7 @@ pub fn lay_out(program: &Program, unit: &Unit, head: Vec<u8>) -> Data {
     text_ids.sort_unstable();
     for id in text_ids {
         let text = &unit.texts[id.0 as usize];
-        let mut bytes = vec![text.len() as u8];
+        let mut bytes = vec![text.len().min(255) as u8];
         bytes.extend(text);
         pieces.push((Piece::Text(id), bytes));
     }

@@ -2,20 +2,42 @@
 
 use std::collections::HashMap;
 
-use crate::back::cells::Cells;
+use crate::back::cells::{self, Cells};
+use crate::back::courses::Courses;
 use crate::back::data::{self, Data};
 use crate::back::graph::Graph;
-use crate::back::ir::{Cond, Handler, Item, Label, Unit};
+use crate::back::ir::{Cond, Handler, Item, Label, RoutineCode, Unit};
 use crate::back::report::{Compiled, Mark, MarkKind, Sidecar, VarPlace};
 use crate::hir::{Limits, Program, RoutineId, Storage, VarId};
 use crate::image::statements::{self, Place};
 use crate::image::{self, HEADER, Header, MAX_CELLS, NARROW, pool_limit};
 use crate::isa::{LOW_CELLS, Op, SHORT_CELLS, SMALL};
 use crate::record::{MachineRecord, feature};
-use crate::wire::{CRC_START, crc16};
+
+/// Where the items of each routine lie in the image, and their bytes.
+pub fn places(
+    program: &Program,
+    unit: &Unit,
+    cells: &Cells,
+) -> HashMap<RoutineId, Vec<(usize, usize)>> {
+    let plain = Emitter::new(program, unit, cells, false);
+    let of = |routine: &RoutineCode| {
+        let first = plain.entries.get(&routine.id).copied().unwrap_or(0);
+        let all = first..first + routine.items.len();
+        (routine.id, all.map(|i| (plain.addresses[i], plain.sizes[i])).collect())
+    };
+    unit.routines.iter().map(of).collect()
+}
 
 /// Writes the image of a program that fits.
-pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Compiled {
+pub fn emit(
+    program: &Program,
+    mut unit: Unit,
+    graph: &Graph,
+    cells: &Cells,
+    courses: &Courses,
+) -> Compiled {
+    courses.insert(program, &mut unit, cells);
     let narrow = Emitter::new(program, &unit, cells, false).finish();
     let fits = |code: &Code| {
         let parts = [
@@ -35,8 +57,15 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
     let profile = MachineRecord::of(&program.profile);
     let profile_hash = profile.hash();
     let limits = if code.limits { MachineRecord::AT_LIMITS } else { 0 };
-    let own =
-        MachineRecord { flags: profile.flags | limits, keeps: keeps_id(program, cells), ..profile };
+    let (flag, stack) = match courses.records.is_empty() {
+        true => (0, graph.stack()),
+        false => (MachineRecord::COURSES, graph.stack() + usize::from(courses.pool / 4)),
+    };
+    let own = MachineRecord {
+        flags: profile.flags | limits | flag,
+        keeps: cells::keeps_id(program, cells),
+        ..profile
+    };
     let machine = own.to_bytes();
     let data_len = code.data.bytes.len() + code.table.len();
     let features = unit.features | if wide { feature::WIDE } else { 0 };
@@ -46,7 +75,7 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
         code_len: code.bytes.len(),
         entry: code.entry,
         cells: cells.count as u16,
-        stack: graph.stack() as u8,
+        stack: stack as u8,
         frame: graph.frame as u8,
         calls: graph.calls as u8,
         keeps: cells.keeps.len() as u8,
@@ -79,18 +108,6 @@ pub fn emit(program: &Program, unit: Unit, graph: &Graph, cells: &Cells) -> Comp
         calls: graph.calls,
         keeps: cells.keeps.len(),
     }
-}
-
-fn hash(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte))
-}
-
-/// [`MachineRecord::keeps`] of names and kinds in their order.
-fn keeps_id(program: &Program, cells: &Cells) -> u8 {
-    let declared = cells.keeps.iter().map(|&id| program.var(id));
-    let text: String =
-        declared.map(|var| format!("{} {}\n", var.name.to_ascii_lowercase(), var.kind)).collect();
-    if text.is_empty() { 0 } else { (1 + hash(text.as_bytes()) % 254) as u8 }
 }
 
 /// What [`limits`](crate::image::limits) holds: of each AT variable with MIN or MAX its cells and these.
@@ -385,6 +402,7 @@ impl<'a> Emitter<'a> {
             }
             Item::Text(id) => self.on_data(Op::PrintText, Op::PrintTextFar, self.data.text(*id)),
             Item::Run(id) => self.far(Op::Run, self.data.text(*id)),
+            Item::Course(id) => self.far(Op::Course, self.data.text(*id)),
             Item::Label(_) | Item::Mark(_) => Vec::new(),
         }
     }

@@ -143,6 +143,8 @@ pub enum Item {
     Text(TextId),
     /// RUN of the program that this text names.
     Run(TextId),
+    /// The slow points of the course that begins with the next effect.
+    Course(TextId),
     /// Jumps lead here.
     Label(Label),
     /// What follows belongs to this place in the source.
@@ -190,6 +192,7 @@ impl Item {
             | Item::OnError(_)
             | Item::Text(_)
             | Item::Run(_)
+            | Item::Course(_)
             | Item::Label(_)
             | Item::Mark(_) => return (0, 0),
         };

@@ -301,6 +301,7 @@ pub fn written_first(items: &[Item], var: VarId) -> bool {
             | Item::Table(..)
             | Item::Text(_)
             | Item::Run(_)
+            | Item::Course(_)
             | Item::Mark(_)
             | Item::Flags(..)
             | Item::Short(..) => {}

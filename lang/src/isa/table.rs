@@ -89,16 +89,18 @@ macro_rules! opcode_rows {
             // Tables and the profile.
             0x47 x 1 TableFar "tablefar" Column 1 1 Pure "i = pop; F03 unless a row; push column[i]";
             0x48 x 1 Check "check" U8 1 1 Pure "F03 unless 0 <= top < u8";
-            0x49 x 1 ToSteps "tosteps" Axis 1 1 Pure "um to steps by the profile, half away from zero; F01";
-            0x4A x 1 ToLength "tolength" Axis 1 1 Pure "steps to um by the profile, half away from zero; F01";
+            // What the host knows of a path that begins: [`crate::image::course`].
+            0x49 x 1 Course "course" Text 0 0 Pure "slow points of the lines that follow, as far as none are open";
+            0x4A x 1 ToSteps "tosteps" Axis 1 1 Pure "um to steps by the profile, half away from zero; F01";
+            0x4B x 1 ToLength "tolength" Axis 1 1 Pure "steps to um by the profile, half away from zero; F01";
             // Errors. Statement table: [`crate::image::statements`].
-            0x4B x 1 Err "err" None 0 1 Pure "number of the last fault, 0 before one";
-            0x4C x 1 Erl "erl" None 0 1 Pure "line of the last fault, 0 before one";
-            0x4D x 1 Leave "leave" None 0 0 Pure "in an error handler itself: drop all calls and leave all handlers";
-            0x4E x 1 OnError "onerror" Sub 0 0 Pure "error handler = address";
-            0x4F x 1 OnErrorStop "onerrorstop" None 0 0 Pure "no error handler";
-            0x50 x 1 ResumeNext "resumenext" None 0 0 Ends "go on after the statement that failed; F16 outside an error handler";
-            0x51 x 1 More "more" None 0 0 Pure "the next effect does not end its statement: serve no event behind it";
+            0x4C x 1 Err "err" None 0 1 Pure "number of the last fault, 0 before one";
+            0x4D x 1 Erl "erl" None 0 1 Pure "line of the last fault, 0 before one";
+            0x4E x 1 Leave "leave" None 0 0 Pure "in an error handler itself: drop all calls and leave all handlers";
+            0x4F x 1 OnError "onerror" Sub 0 0 Pure "error handler = address";
+            0x50 x 1 OnErrorStop "onerrorstop" None 0 0 Pure "no error handler";
+            0x51 x 1 ResumeNext "resumenext" None 0 0 Ends "go on after the statement that failed; F16 outside an error handler";
+            0x52 x 1 More "more" None 0 0 Pure "the next effect does not end its statement: serve no event behind it";
             // Short forms.
             0x60 x 32 Small "small" None 0 1 Pure "push n";
             0x80 x 16 Load "load" None 0 1 Pure "push cell[n]";

@@ -44,6 +44,7 @@ pub const G2553: Part = Part {
     features: feature::INTERPOLATE | feature::KEEP,
     pool: [64, 64],
     event_pool: [12, 10],
+    course_pool: 0,
     call_bytes: 2,
     segments: 5,
     programs: 1,
@@ -87,6 +88,7 @@ pub const F5529: Part = Part {
         | feature::LIBRARY,
     pool: [1152, 1152],
     event_pool: [0, 0],
+    course_pool: 0,
     call_bytes: 4,
     // 39 KB: what assembly, tables and vectors leave of the flash below 64 KB.
     segments: 78,

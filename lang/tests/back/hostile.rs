@@ -46,7 +46,7 @@ fn run(bytes: &[u8], image: Image<'_>) {
                     None
                 }
             }
-            Exit::HandlerEnd => None,
+            Exit::HandlerEnd | Exit::Course(_) => None,
             Exit::Effect => {
                 let effect = vm.effect().expect("the verifier knows every flag");
                 match effect {

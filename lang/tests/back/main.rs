@@ -1,5 +1,6 @@
 //! The back end and the VM: listings and runs of data files, hostile images.
 
+mod courses;
 mod hostile;
 mod limits;
 mod listing;

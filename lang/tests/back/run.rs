@@ -65,7 +65,7 @@ pub fn run(compiled: &Compiled) -> (String, Vec<i32>, Ended) {
     for _ in 0..MAX_STEPS {
         let mut vm = Vm::new(image, &mut state, &mut pool);
         match vm.run(1) {
-            Exit::Budget => {}
+            Exit::Budget | Exit::Course(_) => {}
             Exit::Effect => {
                 let line = line_of(vm.state.pc);
                 let effect = vm.effect().expect("verified");

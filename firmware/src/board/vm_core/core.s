@@ -50,6 +50,7 @@ vm_tosteps:
 vm_tolength:
 vm_err:
 vm_erl:
+vm_course:
 vm_leave:
 vm_onerror:
 vm_onerrorstop:

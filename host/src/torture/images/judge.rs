@@ -90,7 +90,7 @@ fn pass(vm: &mut Vm<'_, '_>, image: &Image<'_>, rng: &mut Rng) -> Result<bool, S
         Exit::Budget if rng.below(16) == 0 && vm.can_interrupt() && image.events() > 0 => {
             vm.interrupt(rng.below(u64::from(image.events())) as u8).err()
         }
-        Exit::Budget | Exit::HandlerEnd => None,
+        Exit::Budget | Exit::HandlerEnd | Exit::Course(_) => None,
         Exit::Effect => {
             let effect = vm.effect().ok_or_else(|| {
                 let stack = vm.state.sp;

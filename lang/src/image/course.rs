@@ -1,0 +1,50 @@
+//! Slow points of a course: how fast the lines of a path may end, for a chip that knows none ahead.
+//!
+//! A course is a series of lines between which nothing but pure instructions is executed and that the host knows before
+//! the run. `course`, in front of the first one, names its record, which stands in the data as a text does: a length
+//! byte, 255 where it is longer, then entries of three bytes. Each stands for so many lines that have steps to make; a
+//! line without any does not count.
+//!
+//! | byte | holds |
+//! |---|---|
+//! | 0 | lines, 1 to 255; 0 behind the last entry |
+//! | 1, 2 | [`Entry::bound`] |
+//!
+//! A line of an entry behind its first may end as fast as the one before it, less what its own braking takes of the
+//! square: `2 d length`. Where that is no more than the square of the start rate, the line ends at rest, as
+//! every line does without a course. The last one always does.
+//!
+//! `course` is executed anew in each pass of a loop: while lines of a course are left it changes nothing.
+//! A program with courses says so in [`MachineRecord::COURSES`], and leaves
+//! [`Part::course_pool`](crate::part::Part::course_pool) bytes of its memory to them, which count as stack in its header.
+//!
+//! [`MachineRecord::COURSES`]: crate::record::MachineRecord::COURSES
+
+/// Bytes of an entry.
+const ENTRY: usize = 3;
+
+/// Lines of a course up to the next slow point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// How many, 1..=255.
+    pub lines: u8,
+    /// Square of the speed at which the first of them may end, (um/s)^2: the upper half of a number with 24 bits of
+    /// mantissa and, in its top byte, the power of two plus 128.
+    pub bound: u16,
+}
+
+/// The entries of a record, which begins behind its length byte.
+pub fn entries(record: &[u8]) -> impl Iterator<Item = Entry> {
+    let whole = |bytes: &[u8]| match *bytes {
+        [lines, low, high] => Entry { lines, bound: u16::from_le_bytes([low, high]) },
+        _ => Entry { lines: 0, bound: 0 },
+    };
+    record.chunks(ENTRY).map(whole).take_while(|entry| entry.lines != 0)
+}
+
+/// The record of these entries, without its length byte.
+#[cfg(feature = "compiler")]
+pub fn record(entries: &[Entry]) -> Vec<u8> {
+    let bytes = |entry: &Entry| [&[entry.lines][..], &entry.bound.to_le_bytes()].concat();
+    entries.iter().flat_map(bytes).chain([0]).collect()
+}
