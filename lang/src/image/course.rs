@@ -7,11 +7,11 @@
 //!
 //! | byte | holds |
 //! |---|---|
-//! | 0 | lines, 1 to 255; 0 behind the last entry |
+//! | 0 | lines, 1 to 127, and bit 7: [`Entry::holds`]; 0 behind the last entry |
 //! | 1, 2 | [`Entry::bound`] |
 //!
 //! A line of an entry behind its first may end as fast as the one before it, less what its own braking takes of the
-//! square: `2 d length`. Where that is no more than the square of the start rate, the line ends at rest, as
+//! square, `2 d length`, but no less than 0; of one that holds, as fast as the first. Where that is no more than the square of the start rate, the line ends at rest, as
 //! every line does without a course. The last one always does.
 //!
 //! `course` is executed anew in each pass of a loop: while lines of a course are left it changes nothing.
@@ -22,12 +22,18 @@
 
 /// Bytes of an entry.
 const ENTRY: usize = 3;
+/// Bit of an entry's first byte: [`Entry::holds`].
+const HOLDS: u8 = 1 << 7;
+/// Lines of an entry at most.
+pub const MOST: u8 = HOLDS - 1;
 
 /// Lines of a course up to the next slow point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// How many, 1..=255.
+    /// How many, 1..=127.
     pub lines: u8,
+    /// The bound is that of each of them.
+    pub holds: bool,
     /// Square of the speed at which the first of them may end, (um/s)^2: the upper half of a number with 24 bits of
     /// mantissa and, in its top byte, the power of two plus 128.
     pub bound: u16,
@@ -36,8 +42,12 @@ pub struct Entry {
 /// The entries of a record, which begins behind its length byte.
 pub fn entries(record: &[u8]) -> impl Iterator<Item = Entry> {
     let whole = |bytes: &[u8]| match *bytes {
-        [lines, low, high] => Entry { lines, bound: u16::from_le_bytes([low, high]) },
-        _ => Entry { lines: 0, bound: 0 },
+        [head, low, high] => Entry {
+            lines: head & !HOLDS,
+            holds: head & HOLDS != 0,
+            bound: u16::from_le_bytes([low, high]),
+        },
+        _ => Entry { lines: 0, holds: false, bound: 0 },
     };
     record.chunks(ENTRY).map(whole).take_while(|entry| entry.lines != 0)
 }
@@ -45,6 +55,9 @@ pub fn entries(record: &[u8]) -> impl Iterator<Item = Entry> {
 /// The record of these entries, without its length byte.
 #[cfg(feature = "compiler")]
 pub fn record(entries: &[Entry]) -> Vec<u8> {
-    let bytes = |entry: &Entry| [&[entry.lines][..], &entry.bound.to_le_bytes()].concat();
+    let bytes = |entry: &Entry| {
+        let head = entry.lines | if entry.holds { HOLDS } else { 0 };
+        [&[head][..], &entry.bound.to_le_bytes()].concat()
+    };
     entries.iter().flat_map(bytes).chain([0]).collect()
 }

@@ -26,7 +26,12 @@ fn slow_points_stand_in_front_of_the_lines_that_begin_their_courses() {
     assert_eq!(lines.len(), 4, "{:?}", disasm::instructions(&image));
     // One is longer than what a length byte tells.
     let entries: Vec<Vec<Entry>> = (0..4_u16)
-        .map(|n| vec![Entry { lines: 1 + n as u8, bound: 0x9000 + n }; 1 + 40 * usize::from(n)])
+        .map(|n| {
+            vec![
+                Entry { lines: 1 + n as u8, holds: n & 1 != 0, bound: 0x9000 + n };
+                1 + 40 * usize::from(n)
+            ]
+        })
         .collect();
     let records = lines.iter().zip(&entries).map(|(pc, entries)| (*pc, record(entries)));
     let courses = Courses { pool: 24, records: records.collect() };
