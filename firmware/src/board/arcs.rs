@@ -17,12 +17,12 @@ impl Controller {
     /// # Errors
     /// Those of the targets, F09, F05 when an extreme lies outside the travel.
     pub fn arc(&mut self, code: u8) -> Result<bool, Fault> {
-        if self.effect.phase == 0 {
+        if self.program.effect.phase == 0 {
             let alone = self.motor.path_rests() && self.motor.moving() != 0;
             if alone || !self.path_has_room() {
                 return Ok(false);
             }
-            self.effect.phase = 1;
+            self.program.effect.phase = 1;
             let bits = vm().operand();
             let (mut frames, mut in_steps) = (0, 0);
             if code == Op::ArcMixed as u8 {
@@ -31,12 +31,12 @@ impl Controller {
             } else if code == Op::ArcBy as u8 {
                 frames = ALL_RELATIVE;
             }
-            self.effect.bits = u8::from(bits & flags::EXACT != 0);
+            self.program.effect.bits = u8::from(bits & flags::EXACT != 0);
             let arc = self.pop_arc(bits, frames, in_steps)?;
             let tag = self.tell_block(TraceKind::Arc);
-            self.motor.arc(&arc, self.feed, self.effect.bits != 0, tag);
+            self.motor.arc(&arc, self.program.feed, self.program.effect.bits != 0, tag);
         }
-        Ok(self.effect.bits == 0 || self.motor.path_rests())
+        Ok(self.program.effect.bits == 0 || self.motor.path_rests())
     }
 
     /// Takes the words from the stack, tests them, and makes the end the commanded place.

@@ -103,6 +103,18 @@ pub fn newest_profile() -> &'static BoardRecord {
     }
 }
 
+/// What is known of the last reset and since.
+pub struct Reset {
+    /// IFG1 then.
+    pub cause: u8,
+    /// Watchdog resets in a row.
+    pub bites: u16,
+    /// Half a second has passed since.
+    pub booted: bool,
+    /// The chip is to be reset once the reply is out.
+    pub wanted: bool,
+}
+
 /// Says that a program runs, over any reset but power-up.
 #[unsafe(link_section = ".noinit")]
 static mut RUNNING: u16 = 0;

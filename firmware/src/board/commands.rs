@@ -1,7 +1,6 @@
 //! InterpCNC commands in holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands).
 
-use crate::controller::{Controller, Effect};
-use crate::home::Plan;
+use crate::controller::{Controller, Effect, Plan};
 use crate::motor::AXES;
 use crate::vm::{axis, convert};
 use firmware::motion::math::{signed, size};
@@ -36,17 +35,9 @@ fn thousandths(low: u16, high: u16) -> i32 {
 }
 
 impl Controller {
-    fn word(&self, n: usize) -> u16 {
-        self.command.get(n).copied().unwrap_or(0)
-    }
-
-    fn long(&self, n: usize) -> i32 {
-        (u32::from(self.word(n + 1)) << 16 | u32::from(self.word(n))) as i32
-    }
-
     /// Argument 1 as an axis.
     fn axis_argument(&self) -> Result<u8, Exception> {
-        let n = self.word(1).wrapping_sub(1);
+        let n = self.command.word(1).wrapping_sub(1);
         if n >= u16::from(AXES) || axis(n as u8).flags & AxisRecord::PRESENT == 0 {
             return Err(Exception::IllegalValue);
         }
@@ -55,7 +46,7 @@ impl Controller {
 
     /// A speed or ramp, not above the machine's; 0 or less is refused.
     fn rate_argument(&self, at: usize) -> Result<Scaled, Exception> {
-        let value = self.long(at);
+        let value = self.command.long(at);
         if value <= 0 { Err(Exception::IllegalValue) } else { Ok(Scaled::new(value as u32)) }
     }
 
@@ -72,13 +63,13 @@ impl Controller {
     /// # Errors
     /// Illegal value, busy, or no program whose profile 1110 and 1111 need.
     pub fn execute(&mut self) -> Result<(), Exception> {
-        let code = self.word(0);
+        let code = self.command.word(0);
         match code {
             command::STOP_AXIS | command::STOP_AXES => {
                 let axes = if code == command::STOP_AXIS {
                     1 << self.axis_argument()?
                 } else {
-                    (self.word(1) & 0b111) as u8
+                    (self.command.word(1) & 0b111) as u8
                 };
                 if self.session.is_active() {
                     self.control(Control::Stop);
@@ -92,7 +83,7 @@ impl Controller {
             command::DIRECT => return self.direct(),
             _ => {}
         }
-        if self.session.is_active() || self.effect.code != 0 {
+        if self.session.is_active() || self.program.effect.code != 0 {
             return Err(Exception::Busy);
         }
         if self.first_on(&self.record.emergency) != 0 {
@@ -101,7 +92,7 @@ impl Controller {
         match code {
             command::MOVE_SPEED => {
                 let n = self.free_axis()?;
-                let speed = self.long(4);
+                let speed = self.command.long(4);
                 if speed == 0 {
                     self.motor.stop(1 << n);
                     return Ok(());
@@ -111,13 +102,13 @@ impl Controller {
                 pace.accel = pace.accel.least(ramp);
                 pace.decel = pace.decel.least(ramp);
                 pace.speed = pace.speed.least(Scaled::size(speed));
-                self.jog = true;
+                self.command.jogs = true;
                 self.motor.run(n, speed < 0, self.motor.limit(n, speed < 0), pace);
             }
             command::MOVE_TO | command::MOVE_BY => {
                 let n = self.free_axis()?;
                 let pace = self.pace(n, 2, 4, 6)?;
-                let value = self.long(8);
+                let value = self.command.long(8);
                 let from = if code == command::MOVE_BY {
                     self.motor.position(n)
                 } else {
@@ -132,29 +123,33 @@ impl Controller {
             }
             command::SET_POSITION => {
                 let n = self.axis_argument()?;
-                return self.set_work_position(n, self.long(2));
+                return self.set_work_position(n, self.command.long(2));
             }
             command::HOME => {
                 let n = self.resting_axis()?;
-                let input = self.word(3);
-                if self.word(2) != 0 || input > 16 || self.word(4) > 1 || self.word(5) > 1 {
+                let input = self.command.word(3);
+                if self.command.word(2) != 0
+                    || input > 16
+                    || self.command.word(4) > 1
+                    || self.command.word(5) > 1
+                {
                     return Err(Exception::IllegalValue);
                 }
                 let pace = self.pace(n, 10, 6, 12)?;
                 self.rate_argument(8)?;
-                self.plan = Plan {
+                self.seek.plan = Plan {
                     input: input as u8 + 1,
-                    closed: self.word(4) != 0,
-                    positive: self.word(5) != 0,
+                    closed: self.command.word(4) != 0,
+                    positive: self.command.word(5) != 0,
                     pace,
-                    slow: self.long(8) as u32,
-                    stroke: size(self.long(14)) as i32,
-                    pause: self.word(16),
-                    position: self.long(17),
-                    clearance: self.long(19),
+                    slow: self.command.long(8) as u32,
+                    stroke: size(self.command.long(14)) as i32,
+                    pause: self.command.word(16),
+                    position: self.command.long(17),
+                    clearance: self.command.long(19),
                 };
-                self.homing_error &= !(1 << n);
-                self.effect =
+                self.command.homing_error &= !(1 << n);
+                self.program.effect =
                     Effect { code: Op::Home as u8 + n, phase: BEGIN, n, bits: 0, left: 0 };
             }
             command::HOME_PROFILE => {
@@ -162,9 +157,9 @@ impl Controller {
                     return Err(Exception::DeviceFailure);
                 }
                 let n = self.resting_axis()?;
-                self.homing_error &= !(1 << n);
+                self.command.homing_error &= !(1 << n);
                 self.plan_home(n).map_err(|_| Exception::IllegalValue)?;
-                self.effect =
+                self.program.effect =
                     Effect { code: Op::Home as u8 + n, phase: BEGIN, n, bits: 0, left: 0 };
             }
             command::PROBE | command::PROBE_MASK => {
@@ -174,26 +169,27 @@ impl Controller {
                 let pace = self.pace(n, at, at + 2, at + 4)?;
                 let (and, xor);
                 if mask {
-                    and = self.long(2) as u32;
-                    xor = self.long(4) as u32;
+                    and = self.command.long(2) as u32;
+                    xor = self.command.long(4) as u32;
                 } else {
-                    let input = self.word(2);
-                    if input > 16 || self.word(3) > 1 {
+                    let input = self.command.word(2);
+                    if input > 16 || self.command.word(3) > 1 {
                         return Err(Exception::IllegalValue);
                     }
                     and = 1 << input;
-                    xor = if self.word(3) == 0 { and } else { 0 };
+                    xor = if self.command.word(3) == 0 { and } else { 0 };
                 }
-                let target = self.motor.position(n).checked_add(self.long(at + 6));
+                let target = self.motor.position(n).checked_add(self.command.long(at + 6));
                 let target = target.ok_or(Exception::IllegalValue)?;
                 if !self.motor.within(n, target) {
                     return Err(Exception::IllegalValue);
                 }
-                self.probe_error &= !(1 << n);
-                self.effect = Effect { code: Op::Probe as u8, phase: 1, n, bits: 0, left: 0 };
+                self.command.probe_error &= !(1 << n);
+                self.program.effect =
+                    Effect { code: Op::Probe as u8, phase: 1, n, bits: 0, left: 0 };
                 if self.begin_probe(and, xor, target, pace).is_err() {
-                    self.forget();
-                    self.probe_error |= 1 << n;
+                    self.program.forget();
+                    self.command.probe_error |= 1 << n;
                 }
             }
             command::JOG => {
@@ -239,8 +235,8 @@ impl Controller {
     }
 
     fn force(&mut self) -> Result<(), Exception> {
-        let n = self.word(1);
-        let level = match self.word(2) {
+        let n = self.command.word(1);
+        let level = match self.command.word(2) {
             0 => Some(false),
             1 => Some(true),
             0xFFFF => None,
@@ -255,16 +251,16 @@ impl Controller {
         if n >= 16 || taken() {
             return Err(Exception::IllegalValue);
         }
-        self.inputs.force(1 << n, level);
+        self.io.inputs.force(1 << n, level);
         Ok(())
     }
 
     fn direct(&mut self) -> Result<(), Exception> {
-        match Direct::from_number(self.word(1)).ok_or(Exception::IllegalValue)? {
+        match Direct::from_number(self.command.word(1)).ok_or(Exception::IllegalValue)? {
             Direct::Acknowledge => self.control(Control::Acknowledge),
             Direct::Resume => self.control(Control::Resume),
             Direct::Pause => self.control(Control::Pause),
-            Direct::StopJog if self.jog => self.motor.stop(0b111),
+            Direct::StopJog if self.command.jogs => self.motor.stop(0b111),
             Direct::StopJog => {}
             Direct::Stop if self.session.is_active() => self.control(Control::Stop),
             Direct::Stop => {
@@ -277,26 +273,26 @@ impl Controller {
 
     /// A homing or probing command that was stopped counts as failed.
     fn abandon(&mut self) {
-        let bit = 1 << self.effect.n;
-        match self.effect.code {
+        let bit = 1 << self.program.effect.n;
+        match self.program.effect.code {
             0 => return,
-            code if code == Op::Probe as u8 => self.probe_error |= bit,
-            _ => self.homing_error |= bit,
+            code if code == Op::Probe as u8 => self.command.probe_error |= bit,
+            _ => self.command.homing_error |= bit,
         }
         crate::step::watch(0, 0, false);
-        self.forget();
+        self.program.forget();
     }
 
     fn jog(&mut self) -> Result<(), Exception> {
         if self.motor.moving() != 0 {
             return Err(Exception::Busy);
         }
-        let axes = self.word(1);
+        let axes = self.command.word(1);
         if axes & 0b111 == 0 || axes & !0b100_0111 != 0 {
             return Err(Exception::IllegalValue);
         }
         // um/min, so a sixtieth of it is um/s.
-        let feed = thousandths(self.word(2), self.word(3)) / 60;
+        let feed = thousandths(self.command.word(2), self.command.word(3)) / 60;
         if feed <= 0 {
             return Err(Exception::IllegalValue);
         }
@@ -309,7 +305,7 @@ impl Controller {
             if axes >> n & 1 == 0 {
                 continue;
             }
-            let um = thousandths(self.word(at), self.word(at + 1));
+            let um = thousandths(self.command.word(at), self.command.word(at + 1));
             at += 2;
             let value = convert(n, um, true).map_err(|_| Exception::IllegalValue)?;
             let from = if axes & 0x40 != 0 { targets[i] } else { self.offset_steps(n) };
@@ -322,7 +318,7 @@ impl Controller {
         for n in 0..AXES {
             self.motor.settle(n, targets[usize::from(n)]);
         }
-        self.jog = true;
+        self.command.jogs = true;
         self.motor.line(steps, [0; 3], Feed::Um(feed as u32), true, 0);
         Ok(())
     }

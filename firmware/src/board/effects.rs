@@ -62,12 +62,12 @@ impl Controller {
         const OUT_STATE: u8 = Op::Out as u8;
         const READ: u8 = Op::Read as u8;
         const RUN: u8 = Op::Run as u8;
-        let code = self.effect.code;
+        let code = self.program.effect.code;
         // Whatever looks at or acts on the machine waits for the path's end first.
         if !(LINEAR..=LINE_LAST).contains(&code)
             && !(FEED..=SPINDLE).contains(&code)
             && !(ARC..=ARC_BY).contains(&code)
-            && self.effect.phase == 0
+            && self.program.effect.phase == 0
             && !self.motor.path_rests()
         {
             return Ok(false);
@@ -84,21 +84,21 @@ impl Controller {
             SET_POS => return moves::set_pos(self),
             SET_POS_ZERO..=SET_POS_ZERO_LAST => return moves::set_pos_zero(self, code),
             STOP_AXE => {
-                if self.first() {
-                    self.effect.n = vm().operand();
-                    self.motor.stop(1 << self.effect.n);
-                    self.emit(TraceKind::Stop, self.effect.n, 0);
+                if self.program.first() {
+                    self.program.effect.n = vm().operand();
+                    self.motor.stop(1 << self.program.effect.n);
+                    self.emit(TraceKind::Stop, self.program.effect.n, 0);
                 }
-                return Ok(!self.motor.moves(self.effect.n));
+                return Ok(!self.motor.moves(self.program.effect.n));
             }
             STOP_ALL => {
-                if self.first() {
+                if self.program.first() {
                     self.motor.stop(0b111);
                 }
                 // One event for each axis: the next one waits until a host that traces has this one.
-                while self.effect.n < AXES {
-                    self.emit(TraceKind::Stop, self.effect.n, 0);
-                    self.effect.n += 1;
+                while self.program.effect.n < AXES {
+                    self.emit(TraceKind::Stop, self.program.effect.n, 0);
+                    self.program.effect.n += 1;
                     if self.trace.full {
                         return Ok(false);
                     }
@@ -106,40 +106,40 @@ impl Controller {
                 return Ok(self.motor.moving() == 0);
             }
             WAIT_MOVE => {
-                if self.first() {
+                if self.program.first() {
                     let n = vm().operand();
-                    self.effect.n = if n < AXES { 1 << n } else { 0b111 };
-                    if self.motor.running() & self.effect.n != 0 {
+                    self.program.effect.n = if n < AXES { 1 << n } else { 0b111 };
+                    if self.motor.running() & self.program.effect.n != 0 {
                         return Err(Fault::ValueRange);
                     }
                 }
-                return Ok(self.motor.moving() & self.effect.n == 0);
+                return Ok(self.motor.moving() & self.program.effect.n == 0);
             }
             SET_OUT => return rules::set_out(self),
             PULSE => {
-                let first = self.first();
+                let first = self.program.first();
                 return rules::pulse(self, first);
             }
             SET_PORT => {
-                let first = self.first();
+                let first = self.program.first();
                 return rules::set_port(self, first);
             }
             MOTORS => return self.motors(),
             WAIT => {
-                let first = self.first();
+                let first = self.program.first();
                 return rules::wait(self, first);
             }
             WAIT_IN => {
-                let first = self.first();
+                let first = self.program.first();
                 return rules::wait_in(self, first);
             }
             WAIT_START => {
-                let first = self.first();
+                let first = self.program.first();
                 return rules::wait_start(self, first);
             }
             SEND => return rules::send(self),
             WAIT_CHAR => {
-                let first = self.first();
+                let first = self.program.first();
                 return rules::wait_char(self, first);
             }
             PRINT_TEXT | PRINT_TEXT_FAR => return Ok(self.print_text(code == PRINT_TEXT_FAR)),
@@ -178,14 +178,6 @@ impl Controller {
         self.motor.moving() == 0
     }
 
-    /// Whether this is the effect's first call.
-    #[inline(never)]
-    pub fn first(&mut self) -> bool {
-        let first = self.effect.phase == 0;
-        self.effect.phase |= 1;
-        first
-    }
-
     fn motors(&mut self) -> Result<bool, Fault> {
         let n = vm().operand();
         let on = vm().pop() != 0;
@@ -210,18 +202,18 @@ impl Controller {
                 if value <= 0 {
                     return Err(Fault::ValueRange);
                 }
-                self.events[slot] = Event { kind: 3, n: 1, period: value, left: value };
+                self.program.events[slot] = Event { kind: 3, n: 1, period: value, left: value };
             }
             flags::ON_RISE | flags::ON_FALL => {
                 if !(1..=17).contains(&value) {
                     return Err(Fault::ValueRange);
                 }
                 let kind = if kind == flags::ON_RISE { 1 } else { 2 };
-                self.events[slot] = Event { kind, n: value as u8, period: 0, left: 0 };
+                self.program.events[slot] = Event { kind, n: value as u8, period: 0, left: 0 };
             }
             _ => {
                 let every = kind != flags::OFF_INPUT;
-                for event in &mut self.events {
+                for event in &mut self.program.events {
                     let is_every = event.kind & !PENDING == 3;
                     if is_every == every && (every || i32::from(event.n) == value) {
                         event.kind = 0;

@@ -1,6 +1,6 @@
 //! Reference runs.
 
-use crate::controller::Controller;
+use crate::controller::{Controller, Plan};
 use crate::vm::{axis, convert, vm};
 use firmware::motion::Pace;
 use firmware::rules::home::{BEGIN, FAST, Homes, SLOW, home};
@@ -8,28 +8,6 @@ use firmware::rules::{Axis, Progress};
 use lang::fault::Fault;
 use lang::isa::Op;
 use lang::record::AxisRecord;
-
-/// A reference run, in steps.
-pub struct Plan {
-    /// Input number of the switch.
-    pub input: u8,
-    /// Its level when closed.
-    pub closed: bool,
-    /// It lies in positive direction.
-    pub positive: bool,
-    /// Speed toward it and ramps.
-    pub pace: Pace,
-    /// Speed off it, steps/s.
-    pub slow: u32,
-    /// How far to look for it.
-    pub stroke: i32,
-    /// Rest between the two, ms.
-    pub pause: u16,
-    /// Position where it opens.
-    pub position: i32,
-    /// Clearance move, signed.
-    pub clearance: i32,
-}
 
 impl Controller {
     /// Plans a reference run by the profile.
@@ -42,7 +20,7 @@ impl Controller {
         let position = convert(n, record.home_position, true)?;
         let away = if positive { -record.home_clearance } else { record.home_clearance };
         let rest = convert(n, record.home_position.wrapping_add(away), true)?;
-        self.plan = Plan {
+        self.seek.plan = Plan {
             input: self.record.reference[usize::from(n)],
             closed: true,
             positive,
@@ -61,9 +39,9 @@ impl Controller {
     /// # Errors
     /// F20, F01, F10, F11.
     pub fn home(&mut self, code: u8) -> Result<bool, Fault> {
-        let first = self.effect.phase == 0;
+        let first = self.program.effect.phase == 0;
         if first {
-            self.effect.phase = BEGIN;
+            self.program.effect.phase = BEGIN;
         }
         home(self, code, first)
     }
@@ -73,9 +51,9 @@ impl Controller {
         const HOME: u8 = Op::Home as u8;
         const HOME_QUERY: u8 = Op::HomeQuery as u8;
         const PROBE: u8 = Op::Probe as u8;
-        match self.effect.code {
-            HOME..=HOME_QUERY => matches!(self.effect.phase, FAST | SLOW),
-            PROBE => self.effect.phase == 1,
+        match self.program.effect.code {
+            HOME..=HOME_QUERY => matches!(self.program.effect.phase, FAST | SLOW),
+            PROBE => self.program.effect.phase == 1,
             _ => false,
         }
     }
@@ -86,14 +64,14 @@ impl Homes for Controller {
         vm().operand()
     }
     fn plan(&mut self, n: u8) -> Result<(), Fault> {
-        self.effect.n = n;
+        self.program.effect.n = n;
         if axis(n).flags & AxisRecord::PRESENT == 0 {
             return Err(Fault::ValueRange);
         }
         self.plan_home(n)
     }
     fn axis(&self) -> Axis {
-        Axis::new(self.effect.n)
+        Axis::new(self.program.effect.n)
     }
     // The plan was made of an axis that is there.
     fn is_there(&self, _: Axis) -> bool {
@@ -113,13 +91,17 @@ impl Homes for Controller {
     fn slow_down(&mut self, _: Axis) {}
     // What moves when the run begins is sent on from where it is.
     fn moving(&self) -> u8 {
-        if self.effect.phase == BEGIN { 0 } else { self.motor.moving() & 1 << self.effect.n }
+        if self.program.effect.phase == BEGIN {
+            0
+        } else {
+            self.motor.moving() & 1 << self.program.effect.n
+        }
     }
     fn phase(&self) -> u8 {
-        self.effect.phase
+        self.program.effect.phase
     }
     fn set_phase(&mut self, phase: u8) {
-        self.effect.phase = phase;
+        self.program.effect.phase = phase;
     }
     fn forget_home(&mut self, axis: Axis) {
         self.motor.homed &= !axis.bit();
@@ -135,41 +117,45 @@ impl Homes for Controller {
     }
     #[inline(never)]
     fn is_closed(&self) -> bool {
-        self.unfiltered(self.plan.input) == self.plan.closed
+        self.unfiltered(self.seek.plan.input) == self.seek.plan.closed
     }
     fn way(&self, _: Axis) -> u8 {
-        if self.plan.positive { AxisRecord::HOME_POSITIVE as u8 } else { 0 }
+        if self.seek.plan.positive { AxisRecord::HOME_POSITIVE as u8 } else { 0 }
     }
     fn stroke(&self, _: Axis) -> i32 {
-        self.plan.stroke
+        self.seek.plan.stroke
     }
     fn place(&self, _: Axis) -> i32 {
-        self.plan.position
+        self.seek.plan.position
     }
     // The plan's has its sign already.
     fn clearance(&self, _: Axis) -> i32 {
-        if self.plan.positive { self.plan.clearance.wrapping_neg() } else { self.plan.clearance }
+        if self.seek.plan.positive {
+            self.seek.plan.clearance.wrapping_neg()
+        } else {
+            self.seek.plan.clearance
+        }
     }
     fn pause(&self, _: Axis) -> u16 {
-        self.plan.pause
+        self.seek.plan.pause
     }
     fn planned(&self, _: Axis, steps: i32) -> i32 {
         steps
     }
     fn time(&self) -> i32 {
-        self.effect.left
+        self.program.effect.left
     }
     fn set_time(&mut self, ms: i32) {
-        self.effect.left = ms;
+        self.program.effect.left = ms;
     }
     fn position(&self, axis: Axis) -> i32 {
         self.motor.position(axis.n())
     }
     #[inline(never)]
     fn seek_to(&mut self, axis: Axis, steps: i32) -> Progress {
-        let mut pace = self.plan.pace;
-        if self.effect.phase == SLOW {
-            pace = pace.with_steps(self.plan.slow);
+        let mut pace = self.seek.plan.pace;
+        if self.program.effect.phase == SLOW {
+            pace = pace.with_steps(self.seek.plan.slow);
         }
         self.motor.go(axis.n(), steps, pace, true);
         Ok(false)
@@ -185,12 +171,12 @@ impl Homes for Controller {
         self.motor.hit(axis.n(), self.position(axis));
     }
     fn set_place(&mut self, axis: Axis) {
-        self.motor.place(axis.n(), self.plan.position);
+        self.motor.place(axis.n(), self.seek.plan.position);
     }
     fn settle_here(&mut self, axis: Axis) {
         self.motor.settle_here(axis.n());
     }
     fn asks(&self) -> bool {
-        self.effect.code == Op::HomeQuery as u8
+        self.program.effect.code == Op::HomeQuery as u8
     }
 }

@@ -46,14 +46,15 @@ impl Controller {
         if moving == 0 || self.motor.rests() {
             return 0;
         }
-        let homing = (Op::Home as u8..=Op::HomeQuery as u8).contains(&self.effect.code);
+        let homing = (Op::Home as u8..=Op::HomeQuery as u8).contains(&self.program.effect.code);
         let mut axes = 0;
         let mut n = AXES;
         while n != 0 {
             n -= 1;
             let toward = axis(n).flags & AxisRecord::HOME_POSITIVE != 0;
             let positive = self.motor.negative >> n & 1 == 0;
-            if moving >> n & 1 != 0 && toward == positive && !(homing && self.effect.n == n) {
+            if moving >> n & 1 != 0 && toward == positive && !(homing && self.program.effect.n == n)
+            {
                 axes |= 1 << n;
             }
         }
@@ -65,7 +66,7 @@ impl Controller {
     fn limited(&mut self, n: u8) {
         self.motor.halt();
         self.motor.homed &= !(1 << n);
-        self.fault_input = self.record.reference[usize::from(n)];
+        self.program.fault_input = self.record.reference[usize::from(n)];
         self.fail(Fault::LimitSwitch);
     }
 

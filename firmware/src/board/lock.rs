@@ -1,6 +1,5 @@
 //! The lock of program and profile (`lang::wire`, Lock).
 
-use crate::controller::Controller;
 use lang::wire::{Exception, LOCK_CODE, PROFILE_WINDOW};
 
 /// What is known of the code since reset.
@@ -19,39 +18,27 @@ impl Lock {
     pub fn new(code: [u16; 2]) -> Lock {
         Lock { closed: code[0] != 0, half: false, wrong: false }
     }
-}
 
-impl Controller {
-    /// Whether program and profile may be replaced now.
-    ///
-    /// # Errors
-    /// Device failure while they are locked, busy while anything runs.
-    #[inline(never)]
-    pub fn may_replace(&self) -> Result<(), Exception> {
-        if self.lock.closed { Err(Exception::DeviceFailure) } else { self.idle() }
-    }
-
-    /// A word for register `index` of the locked profile: of the code, or refused. The high one opens
+    /// A word for register `index` of the locked profile: of its `code`, or refused. The high one opens
     /// the lock when both were right and none before was wrong.
     ///
     /// # Errors
     /// Device failure.
-    pub fn unlock(&mut self, index: u16, word: u16) -> Result<(), Exception> {
-        self.idle()?;
+    pub fn unlock(&mut self, code: [u16; 2], index: u16, word: u16) -> Result<(), Exception> {
         let high = match index.wrapping_sub(LOCK_CODE - PROFILE_WINDOW) {
             0 => false,
             1 => true,
             _ => return Err(Exception::DeviceFailure),
         };
-        self.lock.wrong |= word != self.record.lock[usize::from(high)];
+        self.wrong |= word != code[usize::from(high)];
         if !high {
-            self.lock.half = true;
+            self.half = true;
             return Ok(());
         }
-        if self.lock.wrong || !self.lock.half {
+        if self.wrong || !self.half {
             return Err(Exception::DeviceFailure);
         }
-        self.lock.closed = false;
+        self.closed = false;
         Ok(())
     }
 }

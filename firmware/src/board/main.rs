@@ -18,10 +18,9 @@ mod controller;
 mod effects;
 mod flash;
 mod guard;
-mod helm;
 mod home;
-mod library;
 mod limits;
+mod lines;
 mod link;
 mod lock;
 mod map;
@@ -89,8 +88,8 @@ extern "C" fn main() -> ! {
     controller.motor.pwm.open(controller.record.more());
     controller.motor.power = controller.full_power();
     guard::open(controller.record.falling(), controller.record.input_invert);
-    controller.cause = chip::clock::cause();
-    controller.bites = boot::bites(controller.cause);
+    controller.reset.cause = chip::clock::cause();
+    controller.reset.bites = boot::bites(controller.reset.cause);
     // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
     let mut lines = [Uart::back(), Uart::rs485()];
     let more = controller.record.more();
@@ -111,15 +110,15 @@ extern "C" fn main() -> ! {
     controller.mount();
     loop {
         boot::kick();
-        controller.line_rests = true;
+        controller.lines.rests = true;
         let mut n = 0;
         while n != open {
             let (line, slave) = (&mut lines[n], &mut slaves[n]);
-            controller.line = n as u8;
+            controller.lines.line = n as u8;
             if let Some(length) = line.frame()
                 && slave.request(line, controller, addresses[n], length)
             {
-                controller.heard();
+                controller.lines.heard();
                 slave.poll(line, controller);
                 // A request of many registers takes as long as a short segment lasts.
                 controller.motor.poll(controller.trace.full);
@@ -128,16 +127,16 @@ extern "C" fn main() -> ! {
             if line.rests() {
                 line.follow_clock();
             } else {
-                controller.line_rests = false;
+                controller.lines.rests = false;
             }
             n += 1;
         }
-        controller.write_staged();
+        controller.incoming.write(&mut controller.store);
         controller.ticks();
         controller.motor.poll(controller.trace.full);
         controller.tripped();
         controller.run();
-        if controller.restart && controller.line_rests {
+        if controller.reset.wanted && controller.lines.rests {
             boot::restart();
         }
     }

@@ -32,24 +32,13 @@ const UPLOAD_NAME_END: u16 = UPLOAD_NAME + NAME as u16;
 const KEEPS_END: u16 = KEEPS + 16;
 
 impl Controller {
-    /// One half of a 32-bit value: both are of one instant when they are read in one request.
-    fn half(&mut self, address: u16, value: i32) -> u16 {
-        let line = usize::from(self.line & 1);
-        if address & 1 == 0 {
-            self.latch[line] = (value >> 16) as u16;
-            self.latched[line] = address + 1;
-            return value as u16;
-        }
-        if self.latched[line] == address { self.latch[line] } else { (value >> 16) as u16 }
-    }
-
     fn axis_value(&mut self, address: u16, first: u16, of: fn(&Controller, u8) -> i32) -> u16 {
         let n = ((address - first) >> 1) as u8;
         if n >= AXES {
             return 0;
         }
         let value = of(self, n);
-        self.half(address, value)
+        self.lines.half(address, value)
     }
 
     fn work_position(&self, n: u8) -> i32 {
@@ -70,15 +59,15 @@ impl Controller {
             PROGRAM_CRC => self.header(at::CRC),
             PROGRAM_PROFILE => self.header(at::PROFILE),
             PROGRAM_CELLS => cells(self.header(at::CELLS) as u8),
-            RESET_CAUSE => u16::from(self.cause | clock::fault()),
+            RESET_CAUSE => u16::from(self.reset.cause | clock::fault()),
             STACK_FREE => crate::boot::stack_free(),
-            MISSED_DEADLINES => self.missed.wrapping_add(crate::step::late()),
+            MISSED_DEADLINES => self.clock.missed.wrapping_add(crate::step::late()),
             POOL_WORDS_REGISTER => POOL_WORDS as u16,
             RUN_STATE => self.session.state() as u16,
             FAULT => u16::from(self.session.fault()),
             FAULT_PC => status::fault_pc(self),
             FAULT_LINE => vm().line(vm().fault_pc),
-            FAULT_INPUT => u16::from(self.fault_input),
+            FAULT_INPUT => u16::from(self.program.fault_input),
             PROGRAM_COUNTER => status::program_counter(self),
             LAST_END => self.session.last() as u16,
             RUN_COUNT => self.session.runs(),
@@ -99,24 +88,24 @@ impl Controller {
             TRACE_MODE => status::trace_mode(self),
             TRACE_ROOM => trace::ROOM.into(),
             TRACE_TAKEN => self.trace.number,
-            JOG_HOLD => self.hold,
-            HELM => self.helm_now(),
-            UPLOAD_LENGTH => self.upload_length,
-            UPLOAD_RESULT => u16::from(self.refusal),
+            JOG_HOLD => self.command.hold,
+            HELM => self.lines.helm(),
+            UPLOAD_LENGTH => self.incoming.length,
+            UPLOAD_RESULT => u16::from(self.incoming.refusal),
             TRACE_EVEN..PRINT_COUNT => self.slot(address),
-            PRINT_COUNT => self.print.count(),
-            PRINT_TAIL => self.print.tail(),
+            PRINT_COUNT => self.talk.print.count(),
+            PRINT_TAIL => self.talk.print.tail(),
             PRINT_TEXT..CHAR_OUT => {
                 let at = (address - PRINT_TEXT) * 2;
-                u16::from_be_bytes([self.print.byte(at), self.print.byte(at + 1)])
+                u16::from_be_bytes([self.talk.print.byte(at), self.talk.print.byte(at + 1)])
             }
-            CHAR_OUT => self.char_out,
-            CHAR_IN => u16::from(self.char_in),
+            CHAR_OUT => self.talk.char_out,
+            CHAR_IN => u16::from(self.talk.char_in),
             PROGRAM_NUMBER => u16::from(self.store.current()),
             SELECTED => u16::from(self.library.selected),
-            UPLOAD_NUMBER => u16::from(self.library.number),
+            UPLOAD_NUMBER => u16::from(self.incoming.number),
             UPLOAD_NAME..UPLOAD_NAME_END => {
-                self.library.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)]
+                self.incoming.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)]
             }
             WAITS => u16::from(self.waits()),
             EFFECT_PLACE => self.pc_of_effect(),
@@ -166,7 +155,7 @@ impl Controller {
 
     fn status(&mut self, address: u16) -> u16 {
         match address {
-            INPUTS => self.inputs.levels(),
+            INPUTS => self.io.inputs.levels(),
             INPUTS_HIGH => status::probe_input(self),
             MOVING => {
                 let direction = !self.motor.negative & 0b111;
@@ -175,7 +164,7 @@ impl Controller {
             HOMING => status::homing(self),
             MISC_STATUS => u16::from(self.motor.percents != [100; 2]) << 13,
             PROBING => status::probing(self),
-            PROBE_ERROR => u16::from(self.probe_error),
+            PROBE_ERROR => u16::from(self.command.probe_error),
             PLC_STATUS => status::plc_status(self),
             LIMITS => status::limit_switches(self),
             WORK_POSITIONS..ACTUAL_SPEEDS => {
@@ -234,7 +223,7 @@ impl Machine for Controller {
         self.session.state() as u8 == RunState::Paused as u8
     }
     fn jogs(&self) -> bool {
-        self.jog && self.motor.moving() != 0
+        self.command.jogs && self.motor.moving() != 0
     }
     fn is_idle(&self) -> bool {
         self.idle().is_ok()
@@ -246,13 +235,13 @@ impl Machine for Controller {
         self.first_on(&self.record.emergency) != 0
     }
     fn effect(&self) -> u8 {
-        self.effect.code
+        self.program.effect.code
     }
     fn axis(&self) -> Axis {
-        Axis::new(self.effect.n)
+        Axis::new(self.program.effect.n)
     }
     fn homing_failed(&self) -> u8 {
-        self.homing_error
+        self.command.homing_error
     }
     fn reference_closed(&self, axis: Axis) -> bool {
         self.input(self.record.reference[usize::from(axis.n())])
@@ -272,11 +261,11 @@ fn alarm(fault: u8, state: RunState) -> u16 {
 
 impl Map for Controller {
     fn begin(&mut self) {
-        self.latched[usize::from(self.line & 1)] = 0;
+        self.lines.begin();
     }
 
     fn may_steer(&mut self, address: u16, value: Option<u16>) -> Result<(), Exception> {
-        self.take_helm(address, value)
+        self.lines.take_helm(address, value)
     }
 
     fn read(&mut self, table: Table, address: u16) -> u16 {
@@ -288,10 +277,8 @@ impl Map for Controller {
                 flash::read(record + 2 * profile_word(address))
             }
             _ if table as u8 == Table::InputRegisters as u8 => self.status(address),
-            OUTPUTS => self.outputs,
-            COMMAND..COMMAND_END => {
-                self.command.get(usize::from(address - COMMAND)).copied().unwrap_or(0)
-            }
+            OUTPUTS => self.io.outputs,
+            COMMAND..COMMAND_END => self.command.word(usize::from(address - COMMAND)),
             OVERRIDES | RAPID_OVERRIDE => {
                 u16::from(self.motor.percents[usize::from(address - OVERRIDES)])
             }
@@ -300,14 +287,14 @@ impl Map for Controller {
             }
             KEEPS.. if address < KEEPS_END => {
                 let value = self.kept((address - KEEPS) >> 1);
-                self.half(address, value)
+                self.lines.half(address, value)
             }
             POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Controller::work_position),
             LIBRARY..TRACE_QUEUE => self.listed(address - LIBRARY),
             TRACE_QUEUE..UPLOAD_WINDOW => self.trace.queue(address - TRACE_QUEUE),
             CELLS..KEEPS => {
                 let value = self.open_cell((address - CELLS) >> 1);
-                self.half(address, value)
+                self.lines.half(address, value)
             }
             _ => 0,
         }
@@ -315,7 +302,7 @@ impl Map for Controller {
 
     fn read_bit(&mut self, table: Table, address: u16) -> bool {
         let word = match table {
-            Table::Coils => self.outputs,
+            Table::Coils => self.io.outputs,
             _ if address < STATUS_BITS => self.status(INPUTS + (address >> 4)),
             _ => self.status(MOVING + ((address - STATUS_BITS) >> 4)),
         };
@@ -355,7 +342,7 @@ impl Map for Controller {
                 }
             }
             JOG_HOLD => {
-                self.hold = if value == 0 { 0 } else { JOG_HOLD_MS };
+                self.command.hold = if value == 0 { 0 } else { JOG_HOLD_MS };
                 Ok(())
             }
             SELECTED => self.select(value),
@@ -364,11 +351,11 @@ impl Map for Controller {
                 if value > u16::from(crate::chip::PART.programs) {
                     return Err(Exception::IllegalValue);
                 }
-                self.library.number = value as u8;
+                self.incoming.number = value as u8;
                 Ok(())
             }
             UPLOAD_NAME..UPLOAD_NAME_END => {
-                self.library.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)] = value;
+                self.incoming.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)] = value;
                 Ok(())
             }
             #[cfg(feature = "stream")]
@@ -382,11 +369,11 @@ impl Map for Controller {
             #[cfg(feature = "stream")]
             STREAM_PIECE..UPLOAD_LARGE => crate::stream::write(address - STREAM_PIECE, value),
             UPLOAD_LENGTH => {
-                self.upload_length = value;
+                self.incoming.length = value;
                 Ok(())
             }
             PRINT_TAIL => {
-                if self.print.take(value) {
+                if self.talk.print.take(value) {
                     Ok(())
                 } else {
                     Err(Exception::IllegalValue)
@@ -396,7 +383,7 @@ impl Map for Controller {
                 if !(33..=125).contains(&value) {
                     return Err(Exception::IllegalValue);
                 }
-                self.char_in = value as u8;
+                self.talk.char_in = value as u8;
                 Ok(())
             }
             OUTPUTS => {
@@ -404,11 +391,11 @@ impl Map for Controller {
                 if value & !wired != 0 {
                     return Err(Exception::IllegalValue);
                 }
-                self.outputs = value;
+                self.io.outputs = value;
                 Ok(())
             }
             COMMAND..COMMAND_END => {
-                if let Some(place) = self.command.get_mut(usize::from(address - COMMAND)) {
+                if let Some(place) = self.command.words.get_mut(usize::from(address - COMMAND)) {
                     *place = value;
                 }
                 Ok(())

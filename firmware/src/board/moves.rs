@@ -20,21 +20,21 @@ pub fn rate(n: u8, value: i32, in_steps: bool) -> Result<Scaled, Fault> {
     Ok(if in_steps { Scaled::new(value as u32) } else { steps_of(axis(n), value as u32) })
 }
 
-impl Controller {
-    /// The feed that holds when no F was written.
-    pub fn default_feed(&self) -> Feed {
-        match machine().default_feed {
-            0 => Feed::Rapid,
-            feed => Feed::Um(feed),
-        }
+/// The feed that holds when no F was written.
+pub fn default_feed() -> Feed {
+    match machine().default_feed {
+        0 => Feed::Rapid,
+        feed => Feed::Um(feed),
     }
+}
 
+impl Controller {
     /// MoveAxe and MoveRel.
     ///
     /// # Errors
     /// Those of the target and of the speed.
     pub fn move_axe(&mut self, code: u8) -> Result<bool, Fault> {
-        if self.first() {
+        if self.program.first() {
             let bits = match code.wrapping_sub(Op::MoveTo as u8) {
                 n @ 0..=2 => n,
                 n @ 3..=5 => (n - 3) | flags::RELATIVE,
@@ -68,8 +68,8 @@ impl Controller {
                 in_steps: bits & flags::STEPS != 0,
                 frame: if bits & flags::RELATIVE != 0 { Target::RELATIVE } else { Target::WORK },
             };
-            self.effect.n = n;
-            self.effect.bits = bits;
+            self.program.effect.n = n;
+            self.program.effect.bits = bits;
             // MoveSpeed has no target: what counts from one does so from where the axis is.
             if self.motor.running() >> n & 1 != 0 {
                 self.motor.settle_here(n);
@@ -84,8 +84,8 @@ impl Controller {
                 self.motor.go(n, place.steps, pace, false);
             }
         }
-        let busy = self.motor.moves(self.effect.n);
-        Ok(self.effect.bits & flags::START != 0 || !busy)
+        let busy = self.motor.moves(self.program.effect.n);
+        Ok(self.program.effect.bits & flags::START != 0 || !busy)
     }
 
     /// MoveSpeed.
@@ -122,7 +122,7 @@ impl Controller {
         const MIXED: u8 = Op::LinearMixed as u8;
         // A feed block joins the path when there is room; axes of their own must rest first, and
         // everything before a rapid move.
-        if self.effect.phase == 0 {
+        if self.program.effect.phase == 0 {
             let rapid = match code {
                 RAPID..LINE => true,
                 LINE..=LINE_LAST => false,
@@ -136,7 +136,7 @@ impl Controller {
             if alone && self.motor.moving() != 0 || !self.path_has_room() {
                 return Ok(false);
             }
-            self.effect.phase = 1;
+            self.program.effect.phase = 1;
             let mut frames = 0;
             let bits = match code {
                 RAPID..LINE => SHORT_AXES[usize::from(code - RAPID)].0 | flags::RAPID,
@@ -178,7 +178,7 @@ impl Controller {
             }
             let rapid = bits & flags::RAPID != 0;
             // A rapid move rests at its end, as the trace of what follows it promises.
-            self.effect.bits = u8::from(rapid || bits & flags::EXACT != 0);
+            self.program.effect.bits = u8::from(rapid || bits & flags::EXACT != 0);
             if moved == 0 {
                 return Ok(true);
             }
@@ -186,10 +186,10 @@ impl Controller {
             if rapid {
                 self.motor.rapid(steps, tag);
             } else {
-                self.motor.line(steps, um, self.feed, self.effect.bits != 0, tag);
+                self.motor.line(steps, um, self.program.feed, self.program.effect.bits != 0, tag);
             }
         }
-        Ok(self.effect.bits == 0 || self.motor.path_rests())
+        Ok(self.program.effect.bits == 0 || self.motor.path_rests())
     }
 
     /// Takes back the first operand: the effect begins again later.

@@ -18,7 +18,7 @@ impl Controller {
     /// # Errors
     /// F19, F12, those of the limit and of the speed.
     pub fn probe(&mut self) -> Result<bool, Fault> {
-        if self.effect.phase == 0 {
+        if self.program.effect.phase == 0 {
             let bits = vm().operand();
             let n = bits & flags::AXIS;
             if self.motor.moves(n) {
@@ -50,7 +50,7 @@ impl Controller {
             if bits & flags::SPEED != 0 {
                 pace.speed = pace.speed.least(rate(n, vm().pop(), bits & flags::SPEED_STEPS != 0)?);
             } else {
-                pace.speed = match self.feed {
+                pace.speed = match self.program.feed {
                     Feed::Rapid => return Err(Fault::SpeedRange),
                     Feed::Um(feed) => pace.speed.least(steps_of(axis(n), feed)),
                     Feed::Steps(feed) => pace.speed.least(Scaled::new(feed)),
@@ -62,18 +62,18 @@ impl Controller {
                 frame: bits >> flags::PROBE_FRAME & 3,
             };
             let place = self.motor.aim(n, limit)?;
-            self.effect.n = n;
-            self.effect.bits = bits;
-            self.effect.phase = 1;
+            self.program.effect.n = n;
+            self.program.effect.bits = bits;
+            self.program.effect.phase = 1;
             if let Err(fault) = self.begin_probe(and, xor, place.steps, pace) {
                 self.emit_outcome(TraceKind::Probe, n, false, self.motor.position(n));
                 return Err(fault);
             }
             return Ok(false);
         }
-        let n = self.effect.n;
+        let n = self.program.effect.n;
         let i = usize::from(n);
-        if self.effect.phase == 1 {
+        if self.program.effect.phase == 1 {
             let position = self.motor.position(n);
             let pin = step::hit() != 0;
             if pin || self.probed() {
@@ -81,9 +81,9 @@ impl Controller {
                 self.motor.probed[i] = caught;
                 self.motor.probe_ok |= 1 << n;
                 self.motor.hit(n, caught);
-                self.effect.phase = 2;
+                self.program.effect.phase = 2;
             } else if !self.motor.moves(n) {
-                self.effect.phase = 3;
+                self.program.effect.phase = 3;
             }
             return Ok(false);
         }
@@ -91,10 +91,10 @@ impl Controller {
             return Ok(false);
         }
         step::watch(0, 0, false);
-        let ok = self.effect.phase == 2;
+        let ok = self.program.effect.phase == 2;
         let place = if ok { self.motor.probed[i] } else { self.motor.position(n) };
         self.emit_outcome(TraceKind::Probe, n, ok, place);
-        if !ok && self.effect.bits & flags::QUERY == 0 {
+        if !ok && self.program.effect.bits & flags::QUERY == 0 {
             return Err(Fault::ProbeMissed);
         }
         Ok(true)
@@ -111,9 +111,9 @@ impl Controller {
         target: i32,
         pace: Pace,
     ) -> Result<(), Fault> {
-        let n = self.effect.n;
-        self.probe_and = and;
-        self.probe_xor = xor;
+        let n = self.program.effect.n;
+        self.seek.and = and;
+        self.seek.xor = xor;
         self.motor.probe_ok &= !(1 << n);
         if self.probed() {
             return Err(Fault::InputActive);
@@ -140,10 +140,10 @@ impl Controller {
     }
 
     fn probed(&self) -> bool {
-        let mut inputs = u32::from(self.raw);
+        let mut inputs = u32::from(self.io.raw);
         if self.input(17) {
             inputs |= 1 << 16;
         }
-        (inputs & self.probe_and) ^ self.probe_xor != 0
+        self.seek.probes(inputs)
     }
 }

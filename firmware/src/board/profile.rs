@@ -17,10 +17,10 @@ pub fn profile_word(address: u16) -> u16 {
 impl Controller {
     /// A word of the copy of the profile that is not in use; the last one makes it valid.
     pub fn write_profile(&mut self, index: u16, value: u16) -> Result<(), Exception> {
-        if self.lock.closed {
-            return self.unlock(index, value);
-        }
         self.idle()?;
+        if self.lock.closed {
+            return self.lock.unlock(self.record.lock, index, value);
+        }
         let current = core::ptr::from_ref(self.record) as u16;
         let [first, second] = PART.profiles;
         let copy = if current == first { second } else { first };

@@ -256,7 +256,7 @@ pub fn follow(controller: &mut Controller) -> Result<bool, Fault> {
     vm.begin(frame(), 0);
     vm.flags = open;
     vm.handler = handler;
-    controller.effect_pc = vm.pc.wrapping_sub(1);
+    controller.program.pc = vm.pc.wrapping_sub(1);
     stream.next = after(stream.next);
     stream.begun = stream.begun.wrapping_add(1);
     stream.dry = false;

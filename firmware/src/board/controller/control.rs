@@ -1,9 +1,9 @@
 //! Begin, pause and end of a run, and the faults that end one.
 
 use super::Controller;
-use super::effect::Effect;
 use super::events::handlers;
 use crate::flash::{Area, Image};
+use crate::moves::default_feed;
 use crate::observe;
 use crate::vm::vm;
 use firmware::session::Order;
@@ -29,7 +29,7 @@ impl Controller {
                 Order::None
             }
             Control::Restart if !self.session.is_active() && self.motor.moving() == 0 => {
-                self.restart = true;
+                self.reset.wanted = true;
                 Order::None
             }
             Control::Acknowledge if self.session.state() as u8 == RunState::Fault as u8 => {
@@ -49,13 +49,13 @@ impl Controller {
                 self.motor.pause(true);
             }
             Order::Resume => {
-                let before = self.outputs;
-                self.outputs = self.resume_outputs;
+                let before = self.io.outputs;
+                self.io.outputs = self.io.resume;
                 let spindle = self.record.spindle;
                 let bit = if spindle == 0 { 0 } else { 1 << ((spindle - 1) & 15) };
-                self.spin = 1;
-                if self.outputs & !before & bit != 0 {
-                    self.spin += self.record.spin_up;
+                self.clock.spin = 1;
+                if self.io.outputs & !before & bit != 0 {
+                    self.clock.spin += self.record.spin_up;
                 }
             }
             Order::Finish => self.motor.stop(0b111),
@@ -102,23 +102,13 @@ impl Controller {
     pub fn set_out_anew(&mut self) {
         observe::beside(Seen::Begun, 0, 0);
         crate::boot::mark(true);
-        self.jog = false;
+        self.command.jogs = false;
         self.session.begun();
         self.motor.begin();
-        self.forget();
-        self.outer = Effect::NONE;
-        self.feed = self.default_feed();
+        self.program.begin(default_feed());
         self.motor.power = self.full_power();
         self.motor.follows = false;
-        self.late = None;
-        for event in &mut self.events {
-            event.kind = 0;
-        }
-        self.timer = 0;
-        self.timed_out = false;
-        self.announced = false;
-        self.print.abandon();
-        self.fault_input = 0;
+        self.talk.abandon();
     }
 
     /// Steps cease at once, outputs go to their safe states whatever trace and KEEP values have to do,
@@ -127,10 +117,11 @@ impl Controller {
         self.darken();
         self.motor.halt();
         self.motor.homed = 0;
-        self.outputs = self.outputs & self.record.fault.keep | self.record.fault.on;
+        self.io.outputs = self.io.outputs & self.record.fault.keep | self.record.fault.on;
         self.exchange();
-        self.fault_input = input;
-        self.effect.code = if self.session.is_active() { self.effect.code } else { 0 };
+        self.program.fault_input = input;
+        self.program.effect.code =
+            if self.session.is_active() { self.program.effect.code } else { 0 };
         self.fail(Fault::EmergencyStop);
     }
 
@@ -148,12 +139,12 @@ impl Controller {
     pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) {
         self.motor.stop(0b111);
         let open = handlers();
-        let waits = self.effect.code != 0;
-        self.forget();
-        self.print.abandon();
+        let waits = self.program.effect.code != 0;
+        self.program.forget();
+        self.talk.print.abandon();
         observe::beside(Seen::Abandoned, 0, pc);
         if vm().raise(fault, pc, between) {
-            self.put_feed_aside(open);
+            self.program.put_feed_aside(open);
             #[cfg(feature = "stream")]
             if crate::stream::owns() {
                 let place = match (between, waits) {
@@ -173,8 +164,8 @@ impl Controller {
         if self.motor.path_rests() {
             self.raise(fault, pc, false);
         } else {
-            self.forget();
-            self.late = Some((fault, pc));
+            self.program.forget();
+            self.program.late = Some((fault, pc));
         }
     }
 
@@ -182,6 +173,10 @@ impl Controller {
     pub(super) fn log(&mut self) {
         let pc = vm().fault_pc.wrapping_sub(vm().code);
         let number = u16::from(self.session.fault());
-        crate::boot::log([number | u16::from(self.fault_input) << 8, pc, vm().line(vm().fault_pc)]);
+        crate::boot::log([
+            number | u16::from(self.program.fault_input) << 8,
+            pc,
+            vm().line(vm().fault_pc),
+        ]);
     }
 }

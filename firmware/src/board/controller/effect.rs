@@ -1,6 +1,8 @@
 //! The effect under way.
 
 use super::Controller;
+use super::io::Io;
+use super::program::Program;
 use lang::isa::Op;
 use lang::wire::TraceKind;
 
@@ -44,37 +46,33 @@ pub const PULSE_BEGUN: u8 = 1;
 /// Code of the pseudo-effect that ends a run.
 pub const END: u8 = 0xFF;
 
-impl Controller {
-    /// No effect is under way any more.
-    #[inline(never)]
-    pub fn forget(&mut self) {
-        self.effect = Effect::NONE;
-    }
-
+impl Program {
     /// A pulse ends in time even in a pause or while a handler runs.
-    pub(super) fn pulse_tick(&mut self) {
+    pub(super) fn pulse_tick(&mut self, io: &mut Io) {
         for effect in [&mut self.effect, &mut self.outer] {
             if effect.code == PULSE && effect.phase == PULSE_BEGUN && effect.left > 0 {
                 effect.left -= 1;
                 if effect.left == 0 {
                     let bit = 1 << ((effect.n - 1) & 15);
-                    self.outputs &= !bit;
-                    self.resume_outputs &= !bit;
+                    io.outputs &= !bit;
+                    io.resume &= !bit;
                 }
             }
         }
     }
+}
 
+impl Controller {
     /// A pulse that ended while a handler runs is told before the handler does anything more.
     pub(super) fn pulse_over(&mut self) {
-        let pulse = &mut self.outer;
+        let pulse = &mut self.program.outer;
         if pulse.code != PULSE || pulse.phase != PULSE_BEGUN || pulse.left != 0 || self.trace.full {
             return;
         }
         pulse.phase += 1;
         let n = pulse.n;
-        let pc = core::mem::replace(&mut self.effect_pc, self.outer_pc);
+        let pc = core::mem::replace(&mut self.program.pc, self.program.outer_pc);
         self.emit(TraceKind::Out, n, 0);
-        self.effect_pc = pc;
+        self.program.pc = pc;
     }
 }

@@ -2,8 +2,8 @@
 
 use super::Controller;
 use super::effect::{Effect, PULSE};
+use super::program::Program;
 use crate::vm::vm;
-use firmware::motion::Feed;
 use lang::fault::Fault;
 use lang::isa::Op;
 use lang::vm::flag;
@@ -32,22 +32,16 @@ pub(super) fn handlers() -> usize {
 }
 
 impl Controller {
-    /// A handler begins inside `open` others, without F.
-    pub(super) fn put_feed_aside(&mut self, open: usize) {
-        self.feeds_aside[open & 1] = self.feed;
-        self.feed = Feed::Rapid;
-    }
-
     /// A handler has come to its end: what it interrupted goes on.
     pub(super) fn handler_left(&mut self) {
         let open = handlers();
-        self.feed = self.feeds_aside[open & 1];
+        self.program.feed = self.program.feeds_aside[open & 1];
         if open == 0 {
-            self.effect = self.outer;
-            self.outer = Effect::NONE;
+            self.program.effect = self.program.outer;
+            self.program.outer = Effect::NONE;
         }
         // A wait that was interrupted may be over: then that comes first.
-        if self.effect.code == 0 {
+        if self.program.effect.code == 0 {
             self.serve();
         }
     }
@@ -65,21 +59,21 @@ impl Controller {
             Op::WaitStart as u8,
             Op::WaitMove as u8,
         ];
-        let code = self.effect.code;
+        let code = self.program.effect.code;
         #[expect(clippy::manual_contains, reason = "a call of memchr is longer")]
         let waits = WAITS.iter().any(|&wait| wait == code);
-        if !vm.can_interrupt() || !waits || (code != 0 && self.effect.phase == 0) {
+        if !vm.can_interrupt() || !waits || (code != 0 && self.program.effect.phase == 0) {
             return;
         }
         let mut slot = 0;
-        while slot < self.events.len() {
-            let event = &mut self.events[slot];
+        while slot < self.program.events.len() {
+            let event = &mut self.program.events[slot];
             if event.kind & PENDING != 0 {
                 event.kind &= !PENDING;
-                self.outer = self.effect;
-                self.outer_pc = self.effect_pc;
-                self.forget();
-                self.put_feed_aside(0);
+                self.program.outer = self.program.effect;
+                self.program.outer_pc = self.program.pc;
+                self.program.forget();
+                self.program.put_feed_aside(0);
                 #[cfg(feature = "stream")]
                 if crate::stream::owns() {
                     vm.flags |= flag::EVENT;
@@ -95,11 +89,12 @@ impl Controller {
             slot += 1;
         }
     }
+}
 
+impl Program {
     /// A millisecond of the ON lines: inputs that went on and off, input n in bit n - 1. Edges in a
     /// pause are remembered, the clocks of ON EVERY stand still.
-    pub(super) fn listen(&mut self, rose: u32, fell: u32) {
-        let executes = self.session.executes();
+    pub(super) fn listen(&mut self, executes: bool, rose: u32, fell: u32) {
         for event in &mut self.events {
             let edges = match event.kind & !PENDING {
                 1 => rose,

@@ -2,19 +2,30 @@
 
 use super::Controller;
 use crate::chain;
-use crate::chip::timer;
-use lang::record::{BoardRecord, FULL_POWER};
+use firmware::inputs::Inputs;
+use lang::record::BoardRecord;
 use lang::wire::RunState;
 
-/// A millisecond of light, thousandths of the timer's ticks.
-const A_MILLISECOND: i32 = timer::PER_MS as i32 * FULL_POWER;
-/// As much light is owed, or was given too much, at most: what a lost line owes is not for the next.
-const MOST: i32 = 8 * A_MILLISECOND;
+/// Inputs and outputs, number n in bit n - 1.
+pub struct Io {
+    /// Filtered inputs 1..16.
+    pub inputs: Inputs,
+    /// Start and Stop as they were accepted: bit 0 Stop, bit 1 Start.
+    pub buttons: Inputs,
+    /// Outputs 1..16.
+    pub outputs: u16,
+    /// Outputs as they were before a pause.
+    pub resume: u16,
+    /// Levels of the inputs before the filter.
+    pub raw: u16,
+    /// Level of input 17, which has no filter, in the last millisecond.
+    pub probe: bool,
+}
 
 impl Controller {
     /// Whether Stop is held or a hold, door or emergency stop input is active.
     pub fn blocked(&self) -> bool {
-        self.buttons.accepted() & 1 != 0 || self.blocking() != 0
+        self.io.buttons.accepted() & 1 != 0 || self.blocking() != 0
     }
 
     /// The input that blocks, 0 for none.
@@ -38,7 +49,7 @@ impl Controller {
     /// Input `n` from 1; false beyond those there are.
     pub fn input(&self, n: u8) -> bool {
         match n {
-            1..=16 => self.inputs.levels() >> (n - 1) & 1 != 0,
+            1..=16 => self.io.inputs.levels() >> (n - 1) & 1 != 0,
             17 if self.chained() => chain::probe() != (self.record.input_invert_high != 0),
             _ => false,
         }
@@ -47,7 +58,7 @@ impl Controller {
     /// An input before its filter: switches and probes are watched step by step.
     pub fn unfiltered(&self, number: u8) -> bool {
         match number {
-            1..=16 => self.raw >> (number - 1) & 1 != 0,
+            1..=16 => self.io.raw >> (number - 1) & 1 != 0,
             _ => self.input(number),
         }
     }
@@ -64,9 +75,9 @@ impl Controller {
             return false;
         }
         let bit = 1 << (n - 1);
-        self.outputs &= !bit;
+        self.io.outputs &= !bit;
         if on {
-            self.outputs |= bit;
+            self.io.outputs |= bit;
         }
         true
     }
@@ -74,32 +85,16 @@ impl Controller {
     /// Sends the outputs and takes the inputs 1 to 16, before the filter.
     pub(super) fn exchange(&mut self) -> u16 {
         self.drive_pwm();
-        let levels = self.levels() ^ self.record.output_invert;
-        let fault = self.outputs & self.record.fault.keep | self.record.fault.on;
+        let outputs = match self.record.laser {
+            0 => self.io.outputs,
+            laser => self.light.shine(laser, self.io.outputs, &self.motor),
+        };
+        let levels = outputs ^ self.record.output_invert;
+        let fault = self.io.outputs & self.record.fault.keep | self.record.fault.on;
         crate::chip::flash::remember_stop(fault ^ self.record.output_invert);
         let raw = if self.chained() { chain::exchange(levels) } else { chain::pins(levels) };
-        self.raw = raw ^ self.record.input_invert;
-        self.raw
-    }
-
-    /// Outputs as they go out: a laser without a PWM is off whenever nothing moves, and on for as much of the time
-    /// as its power is of the full one. Milliseconds that come late are as long as they were.
-    fn levels(&mut self) -> u16 {
-        let laser = self.record.laser;
-        if laser == 0 || self.motor.pwm.is_open() {
-            return self.outputs;
-        }
-        let now = timer::now();
-        let since = now.wrapping_sub(self.shone);
-        self.shone = now;
-        let was = core::mem::replace(&mut self.lit, false);
-        if crate::step::is_running() {
-            let power = self.motor.shine() as i16;
-            let owed = if was { power - FULL_POWER as i16 } else { power };
-            self.shine = (self.shine + i32::from(owed) * i32::from(since)).clamp(-MOST, MOST);
-            self.lit = power != 0 && self.shine >= A_MILLISECOND;
-        }
-        if self.lit { self.outputs } else { self.outputs & !(1 << ((laser - 1) & 15)) }
+        self.io.raw = raw ^ self.record.input_invert;
+        self.io.raw
     }
 
     /// The status lamp: off without a program, lit when ready, blinking slowly in a run and fast in
@@ -109,25 +104,25 @@ impl Controller {
         if n == 0 {
             return;
         }
-        self.blink = self.blink.wrapping_add(1);
+        self.clock.blink = self.clock.blink.wrapping_add(1);
         let on = match self.session.state() {
             RunState::Empty => false,
             RunState::Ready if self.library.shown != 0 => {
                 let blinks = u16::from(self.library.shown);
-                if self.blink >= (blinks + 4) * 256 {
+                if self.clock.blink >= (blinks + 4) * 256 {
                     self.library.shown = 0;
                 }
-                self.blink < blinks * 256 && self.blink & 128 != 0
+                self.clock.blink < blinks * 256 && self.clock.blink & 128 != 0
             }
             RunState::Ready => true,
-            RunState::Running | RunState::WaitStart => self.blink & 512 != 0,
-            RunState::Paused | RunState::Stopping => self.blink & 128 != 0,
+            RunState::Running | RunState::WaitStart => self.clock.blink & 512 != 0,
+            RunState::Paused | RunState::Stopping => self.clock.blink & 128 != 0,
             RunState::Fault => {
                 let blinks = u16::from(self.session.fault());
-                if self.blink >= (blinks + 4) * 256 {
-                    self.blink = 0;
+                if self.clock.blink >= (blinks + 4) * 256 {
+                    self.clock.blink = 0;
                 }
-                self.blink < blinks * 256 && self.blink & 128 != 0
+                self.clock.blink < blinks * 256 && self.clock.blink & 128 != 0
             }
         };
         self.set_output(u16::from(n), on);

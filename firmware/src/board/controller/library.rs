@@ -4,14 +4,68 @@ use super::{Controller, FEATURES};
 use crate::check;
 use crate::flash::{self, Area, Image};
 use crate::vm::vm;
-use firmware::store::{self, Denied, NAME};
+use firmware::store::{self, Denied, NAME, Store};
 use firmware::verify::{Bytes, CODE};
 use lang::fault::Fault;
 use lang::image::at;
 use lang::record::BoardRecord;
 use lang::wire::{Exception, LIBRARY_NAME, Refusal, RunState, TraceKind, Upload};
 
+/// Which program of the library is meant.
+pub struct Library {
+    /// Number of the one that Start runs, 0 for none.
+    pub selected: u8,
+    /// The button for the next program was down a millisecond ago.
+    pressed: bool,
+    /// Number that the status lamp blinks, once; 0 for none.
+    pub shown: u8,
+}
+
+/// What the link says of the next upload, and the words of its image on their way to flash. They lie in the memory of
+/// streamed pieces and are written once the reply is on its way, while the next request arrives.
+pub struct Incoming {
+    /// Number that it or an erase is for, 0 for the selected one or a free one.
+    pub number: u8,
+    /// Name that it gives.
+    pub name: [u16; NAME],
+    /// Announced length, bit 15 KEEP.
+    pub length: u16,
+    /// [`lang::wire::Refusal`]
+    pub refusal: u8,
+    /// Place of the first word in the image, words.
+    first: u16,
+    /// How many.
+    count: u8,
+    /// One was not taken: the upload cannot be sound any more.
+    failed: bool,
+}
+
+impl Incoming {
+    /// Between two requests: what the last one brought goes to flash.
+    pub fn write(&mut self, store: &mut Store) {
+        if self.count == 0 {
+            return;
+        }
+        for n in 0..self.count {
+            let place = self.first + u16::from(n);
+            let word = crate::stream::memory().get(usize::from(n)).copied().unwrap_or_default();
+            // The link brings the earlier byte in the low half, as flash has it.
+            self.failed |= store.write(&mut Area, 2 * place, word).is_err();
+        }
+        self.count = 0;
+    }
+}
+
 impl Controller {
+    /// Whether program and profile may be replaced now.
+    ///
+    /// # Errors
+    /// Device failure while they are locked, busy while anything runs.
+    #[inline(never)]
+    fn may_replace(&self) -> Result<(), Exception> {
+        if self.lock.closed { Err(Exception::DeviceFailure) } else { self.idle() }
+    }
+
     /// The stored program may have changed: it is checked, unless it is attached and so was before, and its
     /// profile holds.
     pub fn stored(&mut self) {
@@ -25,9 +79,9 @@ impl Controller {
 
     /// Checks the image at an address. The pool stays as it is: AT variables live in it between runs.
     pub fn check(&mut self, image: u16) -> bool {
-        self.refusal =
+        self.incoming.refusal =
             check::verify(image, FEATURES as u8, crate::stream::scratch()).err().unwrap_or(0);
-        self.refusal == 0
+        self.incoming.refusal == 0
     }
 
     /// Word `index` of the image that is uploaded.
@@ -35,11 +89,11 @@ impl Controller {
     /// # Errors
     /// Busy or locked; no upload is open, or an earlier word does not hold its value.
     pub fn take_word(&mut self, index: u16, value: u16) -> Result<(), Exception> {
-        if self.staged.count == 0 {
+        if self.incoming.count == 0 {
             self.may_replace()?;
             crate::stream::forget_pieces();
         }
-        let staged = &mut self.staged;
+        let staged = &mut self.incoming;
         if staged.failed || !self.store.takes(2 * index) {
             return Err(Exception::DeviceFailure);
         }
@@ -59,23 +113,9 @@ impl Controller {
         Ok(())
     }
 
-    /// Between two requests: what the last one brought goes to flash.
-    pub fn write_staged(&mut self) {
-        if self.staged.count == 0 {
-            return;
-        }
-        for n in 0..self.staged.count {
-            let place = self.staged.first + u16::from(n);
-            let word = crate::stream::memory().get(usize::from(n)).copied().unwrap_or_default();
-            // The link brings the earlier byte in the low half, as flash has it.
-            self.staged.failed |= self.store.write(&mut Area, 2 * place, word).is_err();
-        }
-        self.staged.count = 0;
-    }
-
     /// The program that an upload or an erase is for.
     fn meant(&self) -> u8 {
-        match (self.library.number, self.library.selected) {
+        match (self.incoming.number, self.library.selected) {
             (0, 0) => {
                 let free = |number: &u8| self.store.image_of::<Area>(*number).is_none();
                 (1..=crate::chip::PART.programs).find(free).unwrap_or(1)
@@ -94,45 +134,45 @@ impl Controller {
         let number = self.meant();
         let result = match code {
             Upload::Begin | Upload::Replace => {
-                self.staged.failed = false;
+                self.incoming.failed = false;
                 // No fault is told from a piece any more.
                 crate::stream::close();
                 self.carry(number);
-                if self.library.number == 0 {
+                if self.incoming.number == 0 {
                     // Nobody called it anything else.
                     for n in 0..NAME as u16 {
                         let word = self.store.name(&Area, number, n);
-                        self.library.name[usize::from(n) & (NAME - 1)] = word;
+                        self.incoming.name[usize::from(n) & (NAME - 1)] = word;
                     }
                 }
-                let length = self.upload_length & 0x7FFF;
-                let keeps = self.upload_length & 0x8000 != 0;
+                let length = self.incoming.length & 0x7FFF;
+                let keeps = self.incoming.length & 0x8000 != 0;
                 let upload = store::Upload { number, length, keeps };
                 self.store.begin(&mut Area, upload, code as u16 == Upload::Replace as u16)
             }
             Upload::Erase => {
                 self.store.discard(&mut Area, number);
-                self.library.number = 0;
+                self.incoming.number = 0;
                 Ok(())
             }
-            Upload::Commit if self.staged.failed => Err(Denied::Flash),
+            Upload::Commit if self.incoming.failed => Err(Denied::Flash),
             Upload::Commit => {
                 if let Some(open) = self.store.open_image::<Area>()
                     && !self.check(flash::AREA + open)
                 {
-                    let refusal = self.refusal;
+                    let refusal = self.incoming.refusal;
                     self.stored();
-                    self.refusal = refusal;
+                    self.incoming.refusal = refusal;
                     return Err(Exception::DeviceFailure);
                 }
                 let number = self.store.open_number();
                 let opened = self.store.open_image::<Area>();
                 let result = self
                     .hand_over()
-                    .and_then(|()| self.store.commit(&mut Area, &self.library.name));
+                    .and_then(|()| self.store.commit(&mut Area, &self.incoming.name));
                 if result.is_ok() {
                     // Who uploads next says again what he means.
-                    self.library.number = 0;
+                    self.incoming.number = 0;
                     if self.library.selected == 0 {
                         self.remember(number);
                     }
@@ -152,14 +192,14 @@ impl Controller {
             vm().attach(0);
         }
         self.stored();
-        self.refusal = match result {
+        self.incoming.refusal = match result {
             Ok(()) => Refusal::None,
             Err(Denied::NotBegun) => Refusal::NotBegun,
             Err(Denied::TooLong) => Refusal::TooLong,
             Err(Denied::Flash) => Refusal::Flash,
             Err(Denied::Image) => Refusal::Crc,
         } as u8;
-        if self.refusal == 0 { Ok(()) } else { Err(Exception::DeviceFailure) }
+        if self.incoming.refusal == 0 { Ok(()) } else { Err(Exception::DeviceFailure) }
     }
 
     fn remember(&mut self, number: u8) {
@@ -212,22 +252,22 @@ impl Controller {
     /// # Errors
     /// The library has none of that name. One that fails its check ends the run as it would end a start.
     pub fn run_other(&mut self) -> Result<(), Fault> {
-        if self.first() {
+        if self.program.first() {
             let name = vm().data + vm().operand_word();
             let called = |number: &u8| self.is_called(*number, Image(name));
             let number = (1..=crate::chip::PART.programs).find(called);
             // A piece of a streamed job is no program that could end.
             let number = number.filter(|_| !crate::streams());
-            self.effect.n = number.ok_or(Fault::NoProgram)?;
+            self.program.effect.n = number.ok_or(Fault::NoProgram)?;
         }
-        if !self.motor.settled() || !self.line_rests {
+        if !self.motor.settled() || !self.lines.rests {
             return Ok(());
         }
         self.save();
-        self.outputs = self.outputs & self.record.end.keep | self.record.end.on;
+        self.io.outputs = self.io.outputs & self.record.end.keep | self.record.end.on;
         // Not behind the check, which takes a while.
         self.exchange();
-        let (before, number) = (self.store.current(), self.effect.n);
+        let (before, number) = (self.store.current(), self.program.effect.n);
         let pc = self.pc_of_effect();
         self.store.choose(number);
         if !self.image().is_some_and(|image| self.enter(image)) {
@@ -237,7 +277,7 @@ impl Controller {
         }
         self.set_out_anew();
         // Where RUN stood in the other one's code.
-        self.effect_pc = vm().code.wrapping_add(pc);
+        self.program.pc = vm().code.wrapping_add(pc);
         self.emit(TraceKind::Run, number, 0);
         Ok(())
     }
@@ -278,7 +318,7 @@ impl Controller {
             number = if number >= most { 1 } else { number + 1 };
             if self.select(number.into()).is_ok() {
                 self.library.shown = number;
-                self.blink = 0;
+                self.clock.blink = 0;
                 return;
             }
         }

@@ -28,7 +28,7 @@ impl Controller {
         if !own.is_open() {
             return;
         }
-        let on = self.outputs >> ((own.output - 1) & 15) & 1 != 0;
+        let on = self.io.outputs >> ((own.output - 1) & 15) & 1 != 0;
         let power = self.motor.power;
         match own.kind {
             // The path's own segments say what it is.

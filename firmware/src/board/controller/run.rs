@@ -34,9 +34,10 @@ impl Controller {
                 let ends = self.session.ends();
                 if let Some(end) = ends {
                     let states = self.states_at(end);
-                    self.outputs = self.outputs & states.keep | states.on;
+                    self.io.outputs = self.io.outputs & states.keep | states.on;
                 }
-                if self.motor.settled() && (ends.is_none() || !self.trace.full) && self.line_rests {
+                if self.motor.settled() && (ends.is_none() || !self.trace.full) && self.lines.rests
+                {
                     self.rested();
                 }
             } else if ramping && self.seeks() {
@@ -46,7 +47,7 @@ impl Controller {
             return;
         }
         if !self.session.executes() {
-            if !self.session.is_active() && self.effect.code != 0 {
+            if !self.session.is_active() && self.program.effect.code != 0 {
                 self.direct_effect();
             }
             return;
@@ -57,19 +58,19 @@ impl Controller {
             return;
         }
         if self.motor.take_limited() != 0 {
-            let pc = if self.effect.code != 0 { self.effect_pc } else { vm().pc };
+            let pc = if self.program.effect.code != 0 { self.program.pc } else { vm().pc };
             self.raise(Fault::SoftLimit, pc, true);
             return;
         }
-        if let Some((fault, pc)) = self.late {
+        if let Some((fault, pc)) = self.program.late {
             if self.motor.path_rests() {
-                self.late = None;
+                self.program.late = None;
                 self.raise(fault, pc, false);
             }
             return;
         }
         self.pulse_over();
-        if self.effect.code == 0 {
+        if self.program.effect.code == 0 {
             self.step();
         }
         self.go_on();
@@ -82,20 +83,20 @@ impl Controller {
         const NUMBER: u8 = Op::PrintNumber as u8;
         const TEXT_FAR: u8 = Op::PrintTextFar as u8;
         const END: u8 = Op::PrintEnd as u8;
-        let prints = matches!(self.effect.code, NUMBER..=TEXT_FAR | END);
+        let prints = matches!(self.program.effect.code, NUMBER..=TEXT_FAR | END);
         // What tells its only event at its beginning goes on to its end: a host halts the program before
         // the next effect.
-        let told = self.effect.phase != 0 && tells_once(self.effect.code);
-        let free = !self.trace.full || told || self.announced && prints;
-        if self.effect.code != 0 && free {
+        let told = self.program.effect.phase != 0 && tells_once(self.program.effect.code);
+        let free = !self.trace.full || told || self.talk.announced && prints;
+        if self.program.effect.code != 0 && free {
             match self.perform() {
                 Ok(true) => {
-                    self.forget();
+                    self.program.forget();
                     self.serve();
                 }
                 Ok(false) => self.serve(),
                 Err(fault) => {
-                    let pc = self.effect_pc;
+                    let pc = self.program.pc;
                     self.found(fault, pc);
                 }
             }
@@ -111,7 +112,7 @@ impl Controller {
             Ok(false) => {}
             Err(fault) => return self.fail(fault),
         }
-        self.effect.code = END;
+        self.program.effect.code = END;
     }
 
     /// Goes on with a homing or probing command.
@@ -121,14 +122,14 @@ impl Controller {
             return;
         }
         if result.is_err() {
-            let bit = 1 << self.effect.n;
-            if self.effect.code == Op::Probe as u8 {
-                self.probe_error |= bit;
+            let bit = 1 << self.program.effect.n;
+            if self.program.effect.code == Op::Probe as u8 {
+                self.command.probe_error |= bit;
             } else {
-                self.homing_error |= bit;
+                self.command.homing_error |= bit;
             }
         }
-        self.forget();
+        self.program.forget();
     }
 
     /// What the outputs come to where a run ends.
@@ -140,8 +141,8 @@ impl Controller {
         self.save();
         let stopped = self.session.rested();
         let states = stopped.map_or(self.record.pause, |end| self.states_at(end));
-        self.resume_outputs = self.outputs;
-        self.outputs = self.outputs & states.keep | states.on;
+        self.io.resume = self.io.outputs;
+        self.io.outputs = self.io.outputs & states.keep | states.on;
         self.drive_pwm();
         if let Some(end) = stopped {
             crate::boot::mark(false);
@@ -149,15 +150,15 @@ impl Controller {
                 self.log();
             }
             if end as u8 == End::Fault as u8 {
-                self.effect_pc = vm().fault_pc;
+                self.program.pc = vm().fault_pc;
             } else if end as u8 != End::Done as u8 {
-                if self.effect.code == 0 {
-                    self.effect_pc = vm().pc;
+                if self.program.effect.code == 0 {
+                    self.program.pc = vm().pc;
                 }
-                self.effect_pc = self.place();
+                self.program.pc = self.place();
             }
             self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
-            self.forget();
+            self.program.forget();
             // A streamed run leaves what is stored, or nothing.
             self.session.stored(self.image().is_some());
         }
@@ -171,7 +172,7 @@ impl Controller {
         // Codes above a byte leave the core between two instructions.
         // Behind an instruction, and behind the wait that a handler goes back to.
         let behind = exit <= 0xFF || exit == vm_core::HANDLER_END;
-        self.effect_pc = vm.pc.wrapping_sub(u16::from(behind));
+        self.program.pc = vm.pc.wrapping_sub(u16::from(behind));
         match exit {
             vm_core::YIELD => self.serve(),
             vm_core::HANDLER_END => {
@@ -185,13 +186,13 @@ impl Controller {
                 if more {
                     vm.flags |= flag::WITHIN;
                 }
-                self.effect.code = exit as u8;
+                self.program.effect.code = exit as u8;
             }
             0x01..FIRST_EFFECT => match vm.soft(exit as u8) {
                 Ok(false) => {}
                 // A GOTO left the error handler and with it what it had interrupted.
                 Ok(true) if exit as u8 == Op::Leave as u8 => {
-                    self.outer = Effect::NONE;
+                    self.program.outer = Effect::NONE;
                     self.serve();
                 }
                 Ok(true) => self.handler_left(),

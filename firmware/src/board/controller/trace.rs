@@ -181,13 +181,13 @@ impl Controller {
     pub fn place(&self) -> u16 {
         match self.motor.block_pc() {
             Some(pc) if !crate::streams() => pc.wrapping_add(vm().code),
-            _ => self.effect_pc,
+            _ => self.program.pc,
         }
     }
 
     /// Address of the effect's instruction in the program's code.
     pub fn pc_of_effect(&self) -> u16 {
-        self.effect_pc.wrapping_sub(vm().code)
+        self.program.pc.wrapping_sub(vm().code)
     }
 
     /// An event with an outcome.
@@ -197,7 +197,7 @@ impl Controller {
 
     /// The program waits with its next effect for the host that traces.
     pub fn waits(&self) -> bool {
-        self.trace.full && self.effect.code != 0 && self.effect.phase == 0
+        self.trace.full && self.program.effect.code != 0 && self.program.effect.phase == 0
     }
 
     /// The host has received every event before number `number`.

@@ -27,78 +27,78 @@ impl Effects for Controller {
         if time < 0 {
             return Err(Fault::ValueRange);
         }
-        self.effect.left = time;
+        self.program.effect.left = time;
         Ok(time)
     }
     fn pop_level(&mut self) {
         let state = vm().pop();
-        self.level = u8::from(state != 0);
-        self.follows = state == FOLLOWS;
+        self.program.level = u8::from(state != 0);
+        self.program.follows = state == FOLLOWS;
     }
     fn push(&mut self, value: u8) {
         vm().push(value.into());
     }
     fn is_over(&self) -> bool {
-        self.effect.left == 0
+        self.program.effect.left == 0
     }
     fn begin_wait(&mut self) -> Result<(), Fault> {
-        self.effect.bits = vm().operand();
-        self.effect.left = -1;
-        if self.effect.bits & flags::TIMEOUT != 0 {
+        self.program.effect.bits = vm().operand();
+        self.program.effect.left = -1;
+        if self.program.effect.bits & flags::TIMEOUT != 0 {
             self.pop_time()?;
         }
         Ok(())
     }
     fn level(&self) -> u8 {
-        self.level
+        self.program.level
     }
     fn set_level(&mut self, level: u8) {
-        self.level = level;
-        self.follows = false;
+        self.program.level = level;
+        self.program.follows = false;
     }
     fn number(&self) -> u8 {
-        self.effect.n
+        self.program.effect.n
     }
     fn set_number(&mut self, n: u8) {
-        self.effect.n = n;
+        self.program.effect.n = n;
     }
     fn next_number(&mut self) {
-        self.effect.n += 1;
+        self.program.effect.n += 1;
     }
     fn bits(&self) -> u8 {
-        self.effect.bits
+        self.program.effect.bits
     }
     fn set_bits(&mut self, bits: u8) {
-        self.effect.bits = bits;
+        self.program.effect.bits = bits;
     }
     fn has_level(&self) -> bool {
-        self.effect.bits & flags::LEVEL != 0
+        self.program.effect.bits & flags::LEVEL != 0
     }
     fn has_input(&self) -> bool {
-        self.effect.bits & flags::INPUT_ON_STACK != 0
+        self.program.effect.bits & flags::INPUT_ON_STACK != 0
     }
     fn is_query(&self) -> bool {
-        self.effect.bits & flags::WAIT_QUERY != 0
+        self.program.effect.bits & flags::WAIT_QUERY != 0
     }
     fn wants_edge(&self) -> bool {
-        self.effect.bits & EDGE != 0
+        self.program.effect.bits & EDGE != 0
     }
     fn forget_edge(&mut self) {
-        self.effect.bits &= !EDGE;
+        self.program.effect.bits &= !EDGE;
     }
     fn want_level(&mut self) {
-        self.effect.bits = self.effect.bits & !WANT | self.level;
+        self.program.effect.bits = self.program.effect.bits & !WANT | self.program.level;
     }
     fn input(&self, n: u8) -> u8 {
         Controller::input(self, n).into()
     }
     fn output(&self, n: u8) -> u8 {
-        (self.outputs >> (n - 1)) as u8 & 1
+        (self.io.outputs >> (n - 1)) as u8 & 1
     }
     fn drive(&mut self, n: u8) -> bool {
-        let there = self.set_output(n.into(), self.level & 1 != 0);
+        let there = self.set_output(n.into(), self.program.level & 1 != 0);
         if there && self.motor.pwm.is_switched_by(n.into()) {
-            self.motor.follows = self.follows;
+            self.motor.follows = self.program.follows;
         }
         there
     }
@@ -112,31 +112,31 @@ impl Effects for Controller {
         self.trace.full
     }
     fn was_told(&self) -> bool {
-        self.effect.phase != PULSE_BEGUN
+        self.program.effect.phase != PULSE_BEGUN
     }
     fn tell(&mut self, kind: TraceKind, value: i32) {
-        self.emit(kind, self.effect.n, value);
+        self.emit(kind, self.program.effect.n, value);
     }
     fn tell_met(&mut self, kind: TraceKind, value: i32) {
-        self.emit_outcome(kind, self.effect.n, true, value);
+        self.emit_outcome(kind, self.program.effect.n, true, value);
     }
     fn has_timed_out(&self) -> bool {
-        self.timed_out
+        self.program.timed_out
     }
     fn set_timed_out(&mut self) {
-        self.timed_out = true;
+        self.program.timed_out = true;
     }
     fn set_in_time(&mut self) {
-        self.timed_out = false;
+        self.program.timed_out = false;
     }
     fn char_in(&self) -> u8 {
-        self.char_in
+        self.talk.char_in
     }
     fn set_char_in(&mut self, c: u8) {
-        self.char_in = c;
+        self.talk.char_in = c;
     }
     fn send(&mut self, c: u8) {
-        self.char_out = (self.char_out & 0xFF00).wrapping_add(0x100) | u16::from(c);
+        self.talk.send(c);
     }
     fn await_start(&mut self) {
         self.session.wait_start();

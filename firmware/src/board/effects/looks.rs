@@ -27,10 +27,10 @@ impl Moves for Controller {
     }
     fn set_code(&mut self, _: u8) {}
     fn is_spindle(&self) -> bool {
-        self.effect.code == Op::Spindle as u8
+        self.program.effect.code == Op::Spindle as u8
     }
     fn is_feed(&self) -> bool {
-        self.effect.code == Op::Feed as u8
+        self.program.effect.code == Op::Feed as u8
     }
     fn set_power(&mut self, value: i32) -> Result<(), Fault> {
         if self.motor.pwm.is_open() {
@@ -45,7 +45,8 @@ impl Moves for Controller {
         Ok(())
     }
     fn set_feed(&mut self, feed: i32) {
-        self.feed = if feed < 0 { Feed::Steps(feed.unsigned_abs()) } else { Feed::Um(feed as u32) };
+        self.program.feed =
+            if feed < 0 { Feed::Steps(feed.unsigned_abs()) } else { Feed::Um(feed as u32) };
     }
     fn must_rest(&self, axis: Axis) -> Result<(), Fault> {
         if self.motor.moves(axis.n()) { Err(Fault::ValueRange) } else { Ok(()) }
@@ -82,15 +83,15 @@ impl Moves for Controller {
         self.motor.homed & axis.bit() != 0
     }
     fn port(&self) -> i32 {
-        i32::from(self.inputs.levels()) | i32::from(self.input(17)) << 16
+        i32::from(self.io.inputs.levels()) | i32::from(self.input(17)) << 16
     }
     fn timer(&self) -> i32 {
-        self.timer
+        self.program.timer
     }
     fn char_in(&self) -> u8 {
-        self.char_in
+        self.talk.char_in
     }
     fn set_char_in(&mut self, c: u8) {
-        self.char_in = c;
+        self.talk.char_in = c;
     }
 }

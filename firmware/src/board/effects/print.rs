@@ -12,49 +12,49 @@ impl Controller {
     /// longer than the ring is announced before it is complete, so that the host begins to take it.
     fn put(&mut self, byte: u8) -> bool {
         if !self.trace.on {
-            self.print.put_or_drop(byte);
+            self.talk.print.put_or_drop(byte);
         }
-        if !self.trace.on || self.print.put(byte) {
+        if !self.trace.on || self.talk.print.put(byte) {
             observe::beside(Seen::Byte, byte, self.pc_of_effect());
             return true;
         }
-        self.print.flush();
-        if !self.announced {
-            self.announced = true;
+        self.talk.print.flush();
+        if !self.talk.announced {
+            self.talk.announced = true;
             self.emit(TraceKind::Print, 0, 0);
         }
         false
     }
 
     pub(super) fn print_text(&mut self, far: bool) -> bool {
-        if self.first() {
+        if self.program.first() {
             let offset = if far { vm().operand_word() } else { u16::from(vm().operand()) };
-            self.effect.left = i32::from(vm().data + offset + 1);
+            self.program.effect.left = i32::from(vm().data + offset + 1);
         }
-        let at = self.effect.left as u16;
+        let at = self.program.effect.left as u16;
         let text = Image(at - 1);
-        while self.effect.n < text.byte(0) {
-            if !self.put(Image(at).byte(u16::from(self.effect.n))) {
+        while self.program.effect.n < text.byte(0) {
+            if !self.put(Image(at).byte(u16::from(self.program.effect.n))) {
                 return false;
             }
-            self.effect.n += 1;
+            self.program.effect.n += 1;
         }
         true
     }
 
     pub(super) fn print_number(&mut self) -> bool {
-        if self.first() {
-            self.effect.left = vm().pop();
+        if self.program.first() {
+            self.program.effect.left = vm().pop();
         }
         // A sign and ten digits.
         let mut text: heapless::String<11> = heapless::String::new();
-        let _ = ufmt::uwrite!(Text(&mut text), "{}", self.effect.left);
+        let _ = ufmt::uwrite!(Text(&mut text), "{}", self.program.effect.left);
         let bytes = text.as_bytes();
-        while usize::from(self.effect.n) < bytes.len() {
-            if !self.put(bytes[usize::from(self.effect.n)]) {
+        while usize::from(self.program.effect.n) < bytes.len() {
+            if !self.put(bytes[usize::from(self.program.effect.n)]) {
                 return false;
             }
-            self.effect.n += 1;
+            self.program.effect.n += 1;
         }
         true
     }
@@ -63,11 +63,11 @@ impl Controller {
         if !self.put(b'\n') {
             return false;
         }
-        self.print.end();
-        if !self.announced {
+        self.talk.print.end();
+        if !self.talk.announced {
             self.emit(TraceKind::Print, 0, 0);
         }
-        self.announced = false;
+        self.talk.announced = false;
         true
     }
 }
