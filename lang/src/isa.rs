@@ -16,8 +16,11 @@
 //! [`Op`], [`ROWS`], the encoder, the decoder, the disassembler, the verifier's stack effects and
 //! the reference manual's table all come from `isa/table.rs`.
 
+mod codes;
 pub mod flags;
 mod table;
+
+pub use codes::{first, last};
 
 use crate::axis::AxisSet;
 use crate::wire::{CRC_START, crc16};

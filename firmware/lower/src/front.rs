@@ -135,7 +135,8 @@ pub fn read(
     };
     for item in &file.items {
         match item {
-            // What rustc checks.
+            // What rustc checks, and rows for others.
+            Item::Macro(_) => {}
             Item::Const(constant) if constant.ident == "_" => {}
             Item::Const(constant) => {
                 let name = micro(&constant.attrs)?.and_then(|mut said| said.remove("name"));

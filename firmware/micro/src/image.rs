@@ -69,22 +69,22 @@ pub fn entries(code: &dyn Code) -> Vec<Entry> {
     found
 }
 
-/// Of each statement: `effect_table`, which has as many rows as `effect_ends` up to its mark FF; those are the
-/// codes behind each row's.
+/// Of each statement: `effect_codes` has the first code of each row of `effect_table`, the highest one first.
 fn effects(code: &dyn Code) -> Vec<Entry> {
-    let (Some(ends), Some(table)) = (code.symbol("effect_ends"), code.symbol("effect_table"))
+    let (Some(codes), Some(table)) = (code.symbol("effect_codes"), code.symbol("effect_table"))
     else {
         return Vec::new();
     };
     let mut found = Vec::new();
-    let mut first = 0;
-    for (place, row) in (ends..table).zip((table..).step_by(2)) {
-        let end = code.byte(place);
-        found.push(Entry { at: code.word(row), by: By::Effect(first, end - 1) });
-        first = end;
-        if end == 0xFF {
+    let mut last = 0xFF;
+    for (place, row) in (codes..table).zip((table..).step_by(2)) {
+        let first = code.byte(place);
+        // Behind the last row there may be a byte for an even address.
+        if first == 0 {
             break;
         }
+        found.push(Entry { at: code.word(row), by: By::Effect(first, last) });
+        last = first - 1;
     }
     found
 }

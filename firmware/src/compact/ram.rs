@@ -312,7 +312,7 @@ constants! {
     T_LOCKED = 128;
     // EFFECT.
     // No opcode of this part.
-    EFFECT_END = 0xfe;
+    EFFECT_END = 0xff;
     // What an effect returns in r12, besides FAULTED + fault number.
     DONE = 0;
 }

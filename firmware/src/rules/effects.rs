@@ -15,6 +15,31 @@ const OUT_SHORT: u8 = Op::OutShort as u8;
 #[cfg_attr(any(), micro("OP_IN_SHORT"))]
 const IN_SHORT: u8 = Op::InShort as u8;
 
+/// Hands the effects among these rules to a macro: first and last instruction, the rule, and what it takes beside the
+/// machine. Both chips find their rule by it, and the test that proves them.
+#[macro_export]
+macro_rules! effect_rows {
+    ($consumer:ident) => {
+        $consumer! {
+            effects {
+                OutShort OutShort out_short(code);
+                SetOut SetOut set_out();
+                Pulse Pulse pulse(first);
+                SetPort SetPort set_port(first);
+                Wait Wait wait(first);
+                WaitIn WaitIn wait_in(first);
+                WaitChar WaitChar wait_char(first);
+                WaitStart WaitStart wait_start(first);
+                Send Send send();
+                InShort InShort in_short(code);
+                In In input();
+                Out Out out_state();
+                TimedOut TimedOut timed_out();
+            }
+        }
+    };
+}
+
 /// What these rules look at and change.
 pub trait Effects {
     /// The top of the stack, taken.
@@ -322,7 +347,6 @@ pub fn in_short(m: &mut impl Effects, code: u8) -> Progress {
 }
 
 /// IN.
-#[cfg_attr(any(), micro(label = "fx_in"))]
 pub fn input(m: &mut impl Effects) -> Progress {
     let n = m.pop_number(1, 17)?;
     m.push(m.input(n));

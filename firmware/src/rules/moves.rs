@@ -35,6 +35,21 @@ const _: () = assert!(
         && Look::CharIn as u8 == 9
 );
 
+/// As [`crate::effect_rows`].
+#[macro_export]
+macro_rules! move_rows {
+    ($consumer:ident) => {
+        $consumer! {
+            moves {
+                Feed Spindle feed(code);
+                SetPos SetPos set_pos();
+                SetPosZero SetPosZero set_pos_zero(code);
+                Read Read read();
+            }
+        }
+    };
+}
+
 /// What these rules look at and change.
 pub trait Moves {
     /// The statement's next operand byte.

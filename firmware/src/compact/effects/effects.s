@@ -4,6 +4,13 @@
    DONE, NOT_YET or FAULTED + fault. They may destroy all registers and emit one trace event a call. PHASE
    is 1 as soon as they were called. */
 
+    .section .text.effects,"axR",@progbits
+module.effects$table:
+effect_codes:
+    .subsection 0x100
+    .balign 2, 0
+effect_table:
+
     .section .text.micro,"axR",@progbits
 module.effects:
 
@@ -12,10 +19,10 @@ module.effects:
 effect_poll:
     mov.b &EFFECT, r12
     mov #-2, r14
-    mov #effect_ends, r13
+    mov #effect_codes, r13
 1:  incd r14
     cmp.b @r13+, r12
-    jhs 1b
+    jlo 1b
     tst.b &PHASE
     jne 2f
     inc.b &PHASE
@@ -23,6 +30,7 @@ effect_poll:
 2:  mov effect_table(r14), r11
     jmp micro_enter
 
+    EFFECT OP_MOTORS, fx_motors
     /* The bit of axis 3, which stands for all of them, is 6. */
 fx_motors:
     DO operand_byte
@@ -49,6 +57,7 @@ fx_motors:
     UP UNIT
 3:  RETURN
 
+    EFFECT EFFECT_END, fx_end
 fx_end:
     LIT END_DONE
     CALL run_finish
@@ -102,25 +111,3 @@ pop_number:
     cmp r12, r15
     jhs fx_return
     jmp fx_out_of_range
-
-/* The first code behind each effect's, and the effect. Codes between them are those of a larger part:
-   the image check refuses them. */
-effect_ends:
-    .byte OP_LINEAR, OP_MOVE_TO, OP_PROBE, OP_HOME, OP_STOP_AXE, OP_SET_POS_ZERO, OP_OUT_SHORT
-    .byte OP_PRINT_END, OP_WAIT_START, OP_SET_OUT, OP_PULSE, OP_WAIT_IN, OP_MOTORS, OP_WAIT_CHAR
-    .byte OP_WAIT, OP_SEND, OP_SET_PORT, OP_FEED, OP_PRINT_NUMBER, OP_PRINT_TEXT, OP_SET_POS
-    .byte OP_IN_SHORT, OP_TIMED_OUT, OP_IN, OP_OUT, OP_READ, OP_MOVE_SPEED
-    .if HAS_EVENTS
-    .byte OP_EVENT+1
-    .endif
-    .byte 0xff
-    .balign 2, 0
-effect_table:
-    .short fx_wait_move, fx_linear, fx_move, fx_probe, fx_home, fx_stop, fx_set_pos_zero
-    .short fx_out_short, fx_print_end, fx_wait_start, fx_set_out, fx_pulse, fx_wait_in, fx_motors
-    .short fx_wait_char, fx_wait, fx_send, fx_set_port, fx_feed, fx_print_number, fx_print_text
-    .short fx_set_pos, fx_in_short, fx_timed_out, fx_in, fx_out_state, fx_read
-    .if HAS_EVENTS
-    .short fx_event
-    .endif
-    .short fx_end

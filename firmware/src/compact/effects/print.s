@@ -46,6 +46,7 @@ print_flush:
     jmp emit
 
 /* A text: its length, then its bytes. */
+    EFFECT OP_PRINT_TEXT, fx_print_text
 fx_print_text:
     IF_NOT_EQUAL 1f
     DO operand_byte
@@ -76,6 +77,7 @@ print_done:
     ret
 
 /* A number. The digits are made anew at each call. */
+    EFFECT OP_PRINT_NUMBER, fx_print_number
 fx_print_number:
     IF_NOT_EQUAL 1f
     DO pop_value
@@ -101,6 +103,7 @@ fx_print_number:
     mov.b #'-', 0(r8)
     jmp print_rest
 
+    EFFECT OP_PRINT_END, fx_print_end
 fx_print_end:
     END
     mov #'\n', r12

@@ -148,7 +148,7 @@ fx_wait_start:
 fx_in_short:
     ADDI -(OP_IN_SHORT-1)
     GOTO .Leffects_m1
-fx_in:
+fx_input:
     POP_NUMBER 1, 17
 .Leffects_m1:
     DO input

@@ -40,6 +40,17 @@
     .set FRAME_OF, LOCALS+3     /* F_STEPS: steps, else um; F_MACHINE, F_RELATIVE, else work */
     .global FRAME_OF
 
+    /* An effect: its first code, and its micro-code. The assembler puts the rows of the table in order, the
+       highest code first; effects/effects.s looks them up. */
+    .macro EFFECT code, label
+    .pushsection .text.effects,0x100-(\code),"axR",@progbits
+    .byte \code
+    .popsection
+    .pushsection .text.effects,0x200-(\code),"axR",@progbits
+    .short \label
+    .popsection
+    .endm
+
     /* what may stand behind an operand */
     .set AXIS, F_AXIS
     .set NEW, F_NEW

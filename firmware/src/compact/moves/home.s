@@ -1,6 +1,7 @@
 /* Reference runs and switches: what firmware/src/rules/home.rs builds on. */
     .section .text.micro,"axR",@progbits
 module.moves.home:
+    EFFECT OP_HOME, fx_home
 
     /* BITS of a reference run: input number of the switch and */
     .set HOME_INVERT, 0x40      /* it is off when closed */

@@ -13,6 +13,7 @@ not_negative:
 1:  ret
 
     /* StopAxe, StopAll, WaitMove: nothing moves when a statement begins. */
+    EFFECT OP_STOP_AXE, fx_stop
     ROUTINE_ODD fx_stop
     CASE_NOT OP_STOP_AXE, 1f
     DO operand_byte
@@ -20,6 +21,7 @@ not_negative:
     LIT 0
     EVENT TRACE_STOP
     RETURN
+    EFFECT OP_WAIT_MOVE, fx_wait_move
     ROUTINE_ODD fx_wait_move
     DO operand_byte
 1:  DONE_
@@ -74,6 +76,7 @@ not_negative:
     NOT_YET_
 
     /* MoveAxe, MoveRel. */
+    EFFECT OP_MOVE_TO, fx_move
     ROUTINE_ODD fx_move
     IF_NOT_EQUAL moved
     LET RAMPS, 0
@@ -141,6 +144,7 @@ move_range:
     RETURN
 
     /* G0 and G1. A rapid move with Z apart is two lines; N holds the axes of the second. */
+    EFFECT OP_LINEAR, fx_linear
     ROUTINE_ODD fx_linear
     IF_EQUAL 1f
     IF_SET MOVING, linear_wait

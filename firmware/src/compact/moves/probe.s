@@ -14,6 +14,7 @@ module.moves.probe:
     .set PROBE_MISSED, 3
 
     /* Probe, ProbeMask, command 107. */
+    EFFECT OP_PROBE, fx_probe
     ROUTINE_ODD fx_probe
     IF_NOT_EQUAL probe_goes
     DO operand_byte

@@ -178,6 +178,7 @@ event_left:
     .balign 2, 0
 
 /* ON IN, ON EVERY and their OFF: slot and kind in the operand, input or time on the stack. */
+    EFFECT OP_EVENT, fx_event
 fx_event:
     END
     call #operand_byte

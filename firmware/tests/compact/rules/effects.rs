@@ -4,10 +4,11 @@ use emulator::Rng;
 use firmware::rules::Progress;
 use firmware::rules::effects::{self, Effects};
 use lang::fault::Fault;
-use lang::isa::{Op, flags};
+use lang::isa::{first, flags, last};
 use lang::record::BoardRecord;
 use lang::wire::TraceKind;
 use proptest::prelude::*;
+use std::ops::RangeInclusive;
 
 use super::{Entry, Twin, proved};
 use crate::chip::Chip;
@@ -271,40 +272,48 @@ impl Found {
     }
 }
 
+/// A rule by rustc, for a code, called for the first time or again.
+type Rule = fn(&mut Twin, u8, bool) -> Progress;
+
+/// The rules that are effects: the label, the codes, the rule.
+macro_rules! by_rustc {
+    ($module:ident { $($first:ident $last:ident $rule:ident($($with:ident)?);)* }) => {
+        const RULES: &[(&str, RangeInclusive<u8>, Rule)] = &[$((
+            concat!("fx_", stringify!($rule)),
+            first::$first..=last::$last,
+            |m, code, first| by_rustc!(@ m code first $module $rule $($with)?),
+        ),)*];
+    };
+    (@ $m:ident $code:ident $again:ident $module:ident $rule:ident) => {{
+        let _ = ($code, $again);
+        $module::$rule($m)
+    }};
+    (@ $m:ident $code:ident $again:ident $module:ident $rule:ident code) => {{
+        let _ = $again;
+        $module::$rule($m, $code)
+    }};
+    (@ $m:ident $code:ident $again:ident $module:ident $rule:ident first) => {{
+        let _ = $code;
+        $module::$rule($m, $again)
+    }};
+}
+firmware::effect_rows!(by_rustc);
+
 #[test]
 fn statements_do_the_same_by_rustc_and_as_micro_code() {
-    type Rule = fn(&mut Twin, bool) -> Progress;
     let base = OnChip::of(&Chip::new(), &Elf::of("whole"), true);
-    let rules: [(&str, Rule); 12] = [
-        ("fx_set_out", |m, _| effects::set_out(m)),
-        ("fx_output", |m, _| effects::output(m, 3).map(|()| true)),
-        ("fx_pulse", |m, first| effects::pulse(m, first)),
-        ("fx_set_port", |m, first| effects::set_port(m, first)),
-        ("fx_wait", |m, first| effects::wait(m, first)),
-        ("fx_wait_in", |m, first| effects::wait_in(m, first)),
-        ("fx_wait_char", |m, first| effects::wait_char(m, first)),
-        ("fx_send", |m, _| effects::send(m)),
-        ("fx_wait_start", |m, first| effects::wait_start(m, first)),
-        ("fx_in", |m, _| effects::input(m)),
-        ("fx_out_state", |m, _| effects::out_state(m)),
-        ("fx_timed_out", |m, _| effects::timed_out(m)),
-    ];
-    let start = (found(), any::<bool>(), 0u8..16, 0u8..4);
-    let result = runner(250).run(&start, |(found, first, out, input)| {
+    let start = (found(), any::<bool>(), 0u8..16);
+    let result = runner(250).run(&start, |(found, first, nth)| {
         let machine = mill();
         let put = |chip: &mut Chip| found.put(chip);
-        for (label, rule) in rules {
-            let entry = Entry { acc: 3, first, ..Entry::default() };
-            proved(&base, label, &machine, &put, &entry, &|m| progress(rule(m, first)));
+        for (label, codes, rule) in RULES {
+            let code = codes.start() + nth % (codes.end() - codes.start() + 1);
+            let entry = Entry { acc: code.into(), first, ..Entry::default() };
+            proved(&base, label, &machine, &put, &entry, &|m| progress(rule(m, code, first)));
         }
-        let code = Op::OutShort as u8 + out;
-        let entry = Entry { acc: code.into(), first, ..Entry::default() };
-        let rule = |m: &mut Twin| progress(effects::out_short(m, code));
-        proved(&base, "fx_out_short", &machine, &put, &entry, &rule);
-        let code = Op::InShort as u8 + input;
-        let entry = Entry { acc: code.into(), first, ..Entry::default() };
-        let rule = |m: &mut Twin| progress(effects::in_short(m, code));
-        proved(&base, "fx_in_short", &machine, &put, &entry, &rule);
+        let entry = Entry { acc: 3, first, ..Entry::default() };
+        let rule = |m: &mut Twin| progress(effects::output(m, 3).map(|()| true));
+        proved(&base, "fx_output", &machine, &put, &entry, &rule);
         Ok(())
     });
     result.unwrap_or_else(|error| panic!("{error}"));
