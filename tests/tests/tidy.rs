@@ -1,5 +1,6 @@
 //! What the repository says of itself: files that comments and documents name exist, `unsafe` stands
-//! only where the README says, and no file of the sources is long.
+//! only where the README says, no file of the sources is long, modules have one style, crates know none
+//! that they must not.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -116,6 +117,15 @@ fn unsafe_stands_only_where_the_readme_says() {
         }
     }
     assert!(inside > 50, "only {inside} were found");
+    // Told in the second of two rows of the code map, of both.
+    let readme = texts.iter().find(|(file, _)| file == "README.md").map(|(_, text)| text.as_str());
+    let lines = readme.unwrap_or_default().lines().collect::<Vec<_>>();
+    let told = lines.windows(2).find(|rows| rows[1].contains("All `unsafe`")).map(<[&str]>::concat);
+    for place in allowed {
+        let name = place.trim_start_matches("firmware/src/motion/").trim_end_matches('/');
+        let told = told.as_ref().is_some_and(|told| told.contains(name));
+        assert!(told, "the README does not say that unsafe stands in {place}");
+    }
     assert!(outside.is_empty(), "unsafe outside of {allowed:?}:\n{}", outside.join("\n"));
 }
 
@@ -145,6 +155,55 @@ fn a_modules_file_stands_beside_its_folder() {
     let inside = |name: &&String| name.ends_with("/mod.rs") && !shared.contains(&name.as_str());
     let wrong: Vec<&String> = names.iter().filter(inside).collect();
     assert!(wrong.is_empty(), "a/b.rs, not a/b/mod.rs: {wrong:?}");
+}
+
+/// Which of our crates a crate may build on: nothing up, and nothing across.
+const BOUNDARIES: [(&str, &[&str]); 9] = [
+    ("lang", &[]),
+    ("firmware", &["lang", "micro"]),
+    ("firmware/far", &[]),
+    ("firmware/micro", &[]),
+    ("firmware/lower", &["micro"]),
+    ("host/emulator", &[]),
+    ("host/import", &["lang"]),
+    ("host", &["lang", "firmware", "emulator", "import"]),
+    ("host/web", &["lang", "import", "pasapas"]),
+];
+
+/// The crates of `ours` that a manifest names, but for what its tests want.
+fn builds_on(manifest: &toml::Table, ours: &BTreeSet<String>) -> BTreeSet<String> {
+    let targets = manifest.get("target").and_then(|target| target.as_table());
+    let targets = targets.into_iter().flat_map(|targets| targets.values());
+    let tables = targets.filter_map(|target| target.as_table()).chain([manifest]);
+    let mut found = BTreeSet::new();
+    for table in tables {
+        for kind in ["dependencies", "build-dependencies"] {
+            let named = table.get(kind).and_then(|named| named.as_table());
+            found.extend(named.into_iter().flat_map(|named| named.keys().cloned()));
+        }
+    }
+    found.retain(|name| ours.contains(name));
+    found
+}
+
+#[test]
+fn a_crate_builds_on_none_that_it_must_not_know() {
+    let (_, texts) = texts();
+    let read = |folder: &str| -> toml::Table {
+        let path = format!("{folder}/Cargo.toml");
+        let text = texts.iter().find(|(name, _)| *name == path).map(|(_, text)| text.as_str());
+        text.unwrap_or_else(|| panic!("no {path}")).parse().expect("a manifest")
+    };
+    let name = |manifest: &toml::Table| manifest["package"]["name"].as_str().unwrap().to_owned();
+    let crates = BOUNDARIES.map(|(folder, allowed)| (read(folder), allowed));
+    let ours = crates.iter().map(|(manifest, _)| name(manifest)).collect::<BTreeSet<_>>();
+    for (manifest, allowed) in &crates {
+        let found = builds_on(manifest, &ours);
+        let allowed = allowed.iter().map(|&name| name.to_owned()).collect::<BTreeSet<_>>();
+        assert!(found.is_subset(&allowed), "{} builds on {found:?}", name(manifest));
+    }
+    let wrong = "[target.'cfg(unix)'.dependencies]\nlang = \"1\"\nsyn = \"2\"".parse().unwrap();
+    assert_eq!(builds_on(&wrong, &ours), BTreeSet::from(["lang".to_owned()]));
 }
 
 /// Names that a file gives the assembler as constants: `.set NAME, ` and rows of `constants!`.
