@@ -6,6 +6,9 @@ use lang::front::fmt::format;
 use lang::front::source::Source;
 use lang::front::words::{Func, Kw};
 use lang::front::{ProfileChoice, compile};
+use lang::image::Header;
+use lang::part::PARTS;
+use lang::record::feature;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -59,6 +62,31 @@ fn diagnostics() -> String {
     out
 }
 
+/// Values and calls that the program of the table of limits has open at most.
+const OPEN: (u8, u8) = (4, 2);
+
+fn limits() -> String {
+    let mut out = "| part | program, bytes | with KEEP | memory, bytes | of it a call | ON lines | and each | cells |\n\
+                   |---|---|---|---|---|---|---|---|\n"
+        .to_owned();
+    for part in PARTS {
+        let (stack, calls) = OPEN;
+        let header = Header { stack, calls, ..Header::default() };
+        let ([all, each], [code, keeps]) =
+            (part.event_pool, [false, true].map(|k| part.room_for(k)));
+        let (pool, call) = (part.pool_for(0), part.call_bytes);
+        let lines = part.features & feature::EVENTS != 0;
+        let [all, each] = [all, each].map(|n| if lines { n.to_string() } else { "-".into() });
+        let cells = part.cells_for(&header, 0);
+        let _ = writeln!(
+            out,
+            "| {} | {code} | {keeps} | {pool} | {call} | {all} | {each} | {cells} |",
+            part.name
+        );
+    }
+    out
+}
+
 #[test]
 fn tables_are_those_of_the_code() {
     let mut text = manual();
@@ -67,6 +95,7 @@ fn tables_are_those_of_the_code() {
         ("functions", functions()),
         ("faults", faults()),
         ("diagnostics", diagnostics()),
+        ("limits", limits()),
         ("instructions", lang::isa::markdown()),
     ] {
         let start = format!("<!-- table: {name} -->\n");
