@@ -2,6 +2,7 @@
 //! chip; `firmware/lower` makes micro-code of the same functions for the small one, whose page says what may stand
 //! here. What a chip does its own way is a leaf, a function of [`Machine`].
 
+pub mod commands;
 pub mod coords;
 pub mod effects;
 pub mod home;
@@ -9,6 +10,7 @@ pub mod moves;
 pub mod status;
 
 use lang::fault::Fault;
+use lang::wire::Exception;
 
 /// What a statement has come to: it is done, or not yet; or its fault.
 pub type Progress = Result<bool, Fault>;
@@ -17,6 +19,9 @@ pub const DONE: Progress = Ok(true);
 /// It goes on when it is called again.
 pub const NOT_YET: Progress = Ok(false);
 
+/// What a request has come to.
+pub type Answer = Result<(), Exception>;
+
 /// An axis of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Axis(u8);
@@ -24,6 +29,10 @@ pub struct Axis(u8);
 impl Axis {
     /// All of them, the last one first.
     pub const DOWN: [Axis; 3] = [Axis(2), Axis(1), Axis(0)];
+    /// All of them, the first one first.
+    pub const UP: [Axis; 3] = [Axis(0), Axis(1), Axis(2)];
+    /// Four numbers in a row, counted as axes are, the last one first.
+    pub const FOUR: [Axis; 4] = [Axis(3), Axis(2), Axis(1), Axis(0)];
 
     /// The axis `n`, from 0.
     pub const fn new(n: u8) -> Axis {

@@ -3,11 +3,12 @@
 //! Each rule of [`SHORTER`] makes the code shorter or leaves it; they are tried until none does.
 
 mod ends;
+mod far;
 mod flow;
 
 use std::collections::BTreeSet;
 
-use crate::ops::{Line, Op, PLACE, TAIL};
+use crate::ops::{Line, Op, TAIL};
 
 /// How far a jump is trusted to reach: 127 bytes less what padding may add.
 const REACH: usize = 110;
@@ -16,7 +17,7 @@ const REACH: usize = 110;
 type Rule = fn(&Blocks) -> Option<Vec<Line>>;
 
 /// All of them.
-const SHORTER: [Rule; 4] = [ends::merge, ends::sink, ends::elsewhere, flow::follow];
+const SHORTER: [Rule; 5] = [ends::merge, ends::sink, ends::elsewhere, flow::hoist, flow::follow];
 
 /// Lines and what is known of them.
 pub struct Blocks {
@@ -35,6 +36,7 @@ pub fn shorten(lines: Vec<Line>, file: &str) -> Vec<Line> {
         _ => None,
     });
     let mut blocks = Blocks { here: here.collect(), file: file.to_owned(), lines };
+    blocks.jump();
     blocks.clean();
     'again: loop {
         for rule in SHORTER {
@@ -48,8 +50,13 @@ pub fn shorten(lines: Vec<Line>, file: &str) -> Vec<Line> {
                 }
             }
         }
-        return blocks.lines;
+        break;
     }
+    far::order(&mut blocks);
+    while let Some(lines) = far::step(&blocks) {
+        blocks.lines = lines;
+    }
+    blocks.lines
 }
 
 impl Blocks {
@@ -137,6 +144,19 @@ impl Blocks {
         }
     }
 
+    /// The last call of a function of the file is a jump to it.
+    fn jump(&mut self) {
+        for line in &mut self.lines {
+            if let Line::Op(op) = line
+                && op.name == TAIL
+                && let [_, name] = &op.operands[..]
+                && self.here.contains(name)
+            {
+                *op = Op::read("GOTO").to(name);
+            }
+        }
+    }
+
     /// What can be done at any time: no jump to a jump, no dead code, no jump to what follows.
     fn clean(&mut self) {
         loop {
@@ -185,7 +205,7 @@ impl Blocks {
                 list &= !keep;
                 keep
             }
-            Line::Op(op) if op.name == PLACE || op.name == crate::ops::HOLE => list,
+            Line::Op(op) if op.is_place() => list,
             Line::Check(check) if check.trim() == "PLACES_END" => list,
             Line::Check(_) => !dead,
             Line::Op(op) => {

@@ -1,21 +1,25 @@
-//! Micro-code of functions: statements. [`value`] makes values, [`cond`] conditions, [`end`] ends, [`state`] keeps what is
-//! known along the way, which is what makes it short.
+//! Micro-code of functions: statements. [`value`] makes values, [`cond`] conditions, [`ways`] loops and
+//! switches, [`end`] ends, [`state`] keeps what is known along the way, which is what makes it short.
 
 mod cond;
 mod end;
 mod state;
 mod value;
+mod ways;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::Refused;
 use crate::leaf::Type;
-use crate::ops::{HOLE, Line, Op, PLACE, routine};
-use crate::tree::{Cond, End, Expr, Function, Number, Size, Stmt, Var, Vars, live};
+use crate::ops::{Line, Op, routine};
+use crate::tree::{Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live};
 use state::{Held, Record, State};
 
 /// Where a word is made that bits are put into.
 const WORD: [&str; 2] = ["TEMP", "TEMP+1"];
+
+/// What r9 is when it is the axis's own record.
+const OWN_RECORD: &str = "axis";
 
 /// Why code cannot be made as it stands.
 #[derive(Debug)]
@@ -183,11 +187,13 @@ impl Writer<'_> {
         let function = self.function;
         self.lines.push(Line::Label(function.label.clone(), true));
         if function.entry {
-            self.lines.push(Line::Check(String::from("    MICRO")));
+            let begins = function.begins.iter().map(|text| format!("    {text}\n"));
+            self.lines.push(Line::Check(begins.chain([String::from("    MICRO")]).collect()));
         }
         self.state.first = true;
         let row = routine(&function.label);
-        self.state.record = function.record.clone().map(Record::Named);
+        let named = function.record.clone().filter(|name| name != OWN_RECORD);
+        self.state.record = named.map(Record::Named);
         for &(var, kind) in &function.takes {
             match kind {
                 Type::Axis => match row {
@@ -198,7 +204,8 @@ impl Writer<'_> {
                     }
                     row => {
                         self.state.axis = Some(var);
-                        if row.is_some_and(|row| row.needs.contains('r')) {
+                        let own = function.record.as_deref() == Some(OWN_RECORD);
+                        if own || row.is_some_and(|row| row.needs.contains('r')) {
                             self.state.record = Some(Record::Axis(var));
                         }
                     }
@@ -215,7 +222,7 @@ impl Writer<'_> {
         }
         for (fault, label) in std::mem::take(&mut self.faults) {
             self.place(&label, &Vars::new())?;
-            self.op(&format!("FAULT {fault}"));
+            self.fail(&fault);
         }
         Ok(())
     }
@@ -240,7 +247,7 @@ impl Writer<'_> {
                 rest = behind;
                 continue;
             }
-            if let (Stmt::Call(call, true), [Stmt::Return(End::Done)]) = (stmt, rest)
+            if let (Stmt::Call(call, Tried::Ends), [Stmt::Return(End::Done)]) = (stmt, rest)
                 && call.gives == Type::Fault
                 && !call.sure
             {
@@ -311,13 +318,17 @@ impl Writer<'_> {
             }
             Stmt::Call(call, tried) => {
                 self.call(call, out)?;
-                if *tried && call.gives == Type::Fault && !call.sure && !self.ends_caller() {
-                    self.op("DO or_return");
-                    self.state.zero = true;
+                if call.gives == Type::Fault && !call.sure && !self.ends_caller() {
+                    match tried {
+                        Tried::Never => {}
+                        Tried::Ends => self.op("DO or_return"),
+                        Tried::Refuses => self.op("BELOW 1"),
+                    }
+                    self.state.zero |= *tried != Tried::Never;
                 }
             }
             Stmt::If(cond, then, other) => self.branch(cond, then, other, out)?,
-            Stmt::Axes(var, body) => self.axes(*var, body, out)?,
+            Stmt::Axes(order, var, body) => self.axes(*order, *var, body, out)?,
             Stmt::Loop(body) => {
                 let needed =
                     live(body, out).into_iter().chain(out.iter().copied()).collect::<Vars>();
@@ -363,6 +374,9 @@ impl Writer<'_> {
         {
             return self.call(call, out);
         }
+        if other.is_empty() && self.refuses(cond, then, out)? {
+            return Ok(());
+        }
         let (before, behind) = (live(then, out), live(other, out));
         let otherwise = self.label();
         let both = before.union(&behind).copied().collect();
@@ -375,87 +389,6 @@ impl Writer<'_> {
         self.jump("GOTO", &end);
         self.place(&otherwise, &behind)?;
         self.block(other, out)?;
-        self.place(&end, out)
-    }
-
-    fn axes(&mut self, var: Var, body: &[Stmt], out: &Vars) -> Made<()> {
-        let needed = live(body, out).into_iter().chain(out.iter().copied()).collect::<Vars>();
-        self.clobber(&needed)?;
-        self.op("DO micro_first_axis");
-        let (head, next) = (self.label(), self.label());
-        self.lines.push(Line::Label(head.clone(), false));
-        let stored = self.state.stored.clone();
-        self.state = State { axis: Some(var), stored, ..State::default() };
-        self.turns.push((next.clone(), needed.clone()));
-        self.block(body, &needed)?;
-        self.clobber(&needed)?;
-        self.turns.pop();
-        self.lines.push(Line::Label(next, false));
-        self.state.dead = false;
-        self.put(Op::read("NEXT_AXIS").to(&head));
-        let stored = self.state.stored.clone();
-        self.state = State { stored, ..State::default() };
-        Ok(())
-    }
-
-    fn choice(
-        &mut self,
-        value: &Expr,
-        arms: &[(Number, Vec<Stmt>)],
-        other: &[Stmt],
-        out: &Vars,
-    ) -> Made<()> {
-        let mut needed = live(other, out);
-        for (_, arm) in arms {
-            needed.extend(live(arm, out));
-        }
-        self.value(value, &needed)?;
-        let byte = self.state.held.iter().find_map(|held| match held {
-            Held::Place(place) if is_byte(place.size) => Some(place.symbol.clone()),
-            _ => None,
-        });
-        let labels = arms.iter().map(|_| self.label()).collect::<Vec<_>>();
-        let (otherwise, end) = (self.label(), self.label());
-        let values = arms.iter().map(|(number, _)| number.value).collect::<Option<Vec<_>>>();
-        if let Some(values) = values {
-            // Each value has its place; what is left between them, or the next one, is the last arm.
-            self.clobber(&needed)?;
-            self.op("DO micro_switch");
-            let (first, last) = (values.iter().min(), values.iter().max());
-            let (Some(&first), Some(&last)) = (first, last) else {
-                return self.refuse("a match of numbers");
-            };
-            let way = State { dead: false, ..self.state.without_flags() };
-            for _ in 0..first {
-                self.lines.push(Line::Op(Op::read(&format!("{HOLE} 0"))));
-            }
-            let full = (first..=last).all(|n| values.contains(&n));
-            for n in first..=last + u16::from(full) {
-                let at = values.iter().position(|value| *value == n);
-                let label = at.map_or(&otherwise, |at| &labels[at]);
-                self.lines.push(Line::Op(Op::read(PLACE).to(label)));
-                self.ways.entry(label.clone()).or_default().push(way.clone());
-            }
-            self.lines.push(Line::Check(String::from("    PLACES_END")));
-            self.state.dead = true;
-        } else {
-            for ((number, _), label) in arms.iter().zip(&labels) {
-                self.jump(&format!("CASE {}", number.text), label);
-            }
-            self.jump("GOTO", &otherwise);
-        }
-        // The last arm, often the shortest, stands first: the places of a switch reach 127 bytes.
-        self.place(&otherwise, &needed)?;
-        self.block(other, out)?;
-        self.jump("GOTO", &end);
-        for ((number, arm), label) in arms.iter().zip(&labels) {
-            self.place(label, &needed)?;
-            if let (Some(byte), Some(value)) = (&byte, number.value) {
-                self.state.known.insert(byte.clone(), value);
-            }
-            self.block(arm, out)?;
-            self.jump("GOTO", &end);
-        }
         self.place(&end, out)
     }
 }

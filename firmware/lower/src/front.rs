@@ -1,6 +1,10 @@
-//! Functions of the subset from Rust: items, signatures, statements. [`value`] reads values and conditions.
+//! Functions of the subset from Rust: statements. [`items`] has what a file and its functions say of themselves,
+//! [`value`] reads values and conditions.
 
+mod items;
 mod value;
+
+pub use items::{About, Rules, about, rules};
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,38 +12,8 @@ use quote::ToTokens;
 use syn::{Block, Expr as Rust, File, Item, ItemFn, Lit, Pat, Stmt as RustStmt};
 
 use crate::Refused;
-use crate::leaf::{Holds, Kind, Leaves, Type, micro, signature};
-use crate::tree::{End, Expr, Function, Number, Size, Stmt, Var};
-
-/// A rule as its callers see it.
-#[derive(Clone, Debug)]
-pub struct Rule {
-    /// Its label.
-    pub label: String,
-    /// It changes the machine.
-    pub changes: bool,
-    /// Its parameters.
-    pub takes: Vec<(String, Type)>,
-    /// Its result.
-    pub gives: Type,
-    /// The flag of its result.
-    pub holds: Option<Holds>,
-    /// r12 is 0 behind it.
-    pub zero: bool,
-    said: BTreeMap<String, String>,
-}
-
-/// Rules by their names, with that of the file in front: `coords::aim`.
-pub type Rules = BTreeMap<String, Rule>;
-
-/// What a file says of itself: its mark, and what its functions' labels begin with.
-#[derive(Clone, Debug, Default)]
-pub struct About {
-    /// The module's mark.
-    pub module: String,
-    /// See above.
-    pub prefix: String,
-}
+use crate::leaf::{Kind, Leaves, Type, micro};
+use crate::tree::{End, Expr, Function, Number, Order, Size, Stmt, Tried, Var};
 
 /// What is read along the way.
 pub(crate) struct Reader<'a> {
@@ -62,55 +36,6 @@ pub(crate) fn no<T>(
 ) -> Result<T, Refused> {
     let text = place.to_token_stream().to_string();
     Err(Refused::at(place, format!("`{text}` is not of the subset: {wanted}")))
-}
-
-/// What a file says of itself.
-///
-/// # Errors
-/// It says nothing.
-pub fn about(file: &File) -> Result<About, Refused> {
-    let mut said = micro(&file.attrs)?.unwrap_or_default();
-    let mut take = |key: &str| said.remove(key);
-    let (module, prefix) = (take("module"), take("prefix").unwrap_or_default());
-    match module {
-        Some(module) => Ok(About { module, prefix }),
-        None => {
-            Err(Refused { line: 1, text: "the file says no module, `micro(module = ..)`".into() })
-        }
-    }
-}
-
-/// The signatures of a file's functions.
-///
-/// # Errors
-/// One is not of the subset.
-pub fn rules(file: &File, module: &str, about: &About, rules: &mut Rules) -> Result<(), Refused> {
-    for item in &file.items {
-        let Item::Fn(function) = item else { continue };
-        let name = function.sig.ident.to_string();
-        let Some((changes, takes, gives)) = signature(&function.sig) else {
-            return no(
-                &function.sig,
-                "`m: &impl Trait` or `m: &mut impl Trait`, then Axis, bool, u8, i32; bool, u8, u16, i32, \
-                 Result<(), Fault>, Progress",
-            );
-        };
-        let said = micro(&function.attrs)?.unwrap_or_default();
-        let zero = said.get("leaves").is_some_and(|value| value == "0");
-        let label = said.get("label").or_else(|| said.get("entry")).cloned();
-        let label = label.unwrap_or_else(|| format!("{}{name}", about.prefix));
-        let holds = match said.get("holds").map(String::as_str) {
-            Some("EQUAL") => Some(Holds::Equal),
-            Some("NO_CARRY") => Some(Holds::NoCarry),
-            _ if gives == Type::Bool => Some(Holds::NotEqual),
-            _ => None,
-        };
-        rules.insert(
-            format!("{module}::{name}"),
-            Rule { label, changes, takes, gives, holds, zero, said },
-        );
-    }
-    Ok(())
 }
 
 /// The functions of a file.
@@ -141,7 +66,7 @@ pub fn read(
             Item::Const(constant) => {
                 let name = micro(&constant.attrs)?.and_then(|mut said| said.remove("name"));
                 let number = match (&*constant.expr, name) {
-                    (_, Some(text)) => Number { text, value: None },
+                    (_, Some(text)) => Number { text, value: None, wide: false },
                     (Rust::Lit(_), None) => reader.number(&constant.expr)?,
                     _ => {
                         return no(
@@ -152,6 +77,7 @@ pub fn read(
                 };
                 reader.constants.insert(constant.ident.to_string(), number);
             }
+            Item::Mod(file) if file.content.is_none() => {}
             Item::Fn(_) | Item::Use(_) | Item::Trait(_) | Item::Impl(_) => {}
             item => return no(item, "functions, constants, traits of leaves, use"),
         }
@@ -174,6 +100,11 @@ fn upper(prefix: &str, name: &str) -> String {
     format!("{prefix}{}", words.collect::<String>().to_uppercase())
 }
 
+/// The symbol of what a function fails with: `Fault::SoftLimit`, `Exception::Busy`.
+pub(crate) fn failure(expr: &Rust) -> Option<String> {
+    item(expr, "Fault").or_else(|| item(expr, "Exception"))
+}
+
 /// The symbol of an item of an enum: `Fault::SoftLimit`, `TraceKind::Home`.
 pub(crate) fn item(expr: &Rust, of: &str) -> Option<String> {
     let Rust::Path(path) = expr else { return None };
@@ -181,6 +112,7 @@ pub(crate) fn item(expr: &Rust, of: &str) -> Option<String> {
     let (kind, name) = (names.next()?, names.next()?);
     let prefix = match of {
         "Fault" => "F",
+        "Exception" => "EX",
         _ => "TRACE",
     };
     (kind == of && names.next().is_none()).then(|| upper(prefix, &name))
@@ -207,7 +139,7 @@ impl Reader<'_> {
         let mut body = self.block(&function.block, true)?;
         if rule.gives == Type::Nothing && !matches!(body.last(), Some(Stmt::Return(_))) {
             let end = match body.pop() {
-                Some(Stmt::Call(call, false)) => End::Value(Expr::Call(call)),
+                Some(Stmt::Call(call, Tried::Never)) => End::Value(Expr::Call(call)),
                 last => {
                     body.extend(last);
                     End::Nothing
@@ -223,6 +155,7 @@ impl Reader<'_> {
             holds: rule.holds,
             record: rule.said.get("of").cloned(),
             entry: rule.said.contains_key("entry"),
+            begins: rule.said.get("begins").cloned(),
             zero: rule.zero,
             longs: list("longs"),
             bytes: list("bytes"),
@@ -280,12 +213,16 @@ impl Reader<'_> {
                     Ok(Stmt::Or(var, self.value(&or.right)?.0))
                 }
                 Rust::If(branch) => self.branch(branch, last && self.gives == Type::Nothing),
-                Rust::ForLoop(each)
-                    if each.expr.to_token_stream().to_string() == "Axis :: DOWN" =>
-                {
+                Rust::ForLoop(each) => {
+                    let order = match each.expr.to_token_stream().to_string().as_str() {
+                        "Axis :: DOWN" => Order::Down,
+                        "Axis :: UP" => Order::Up,
+                        "Axis :: FOUR" => Order::Four,
+                        _ => return no(&each.expr, "Axis::DOWN, Axis::UP, Axis::FOUR"),
+                    };
                     let Pat::Ident(axis) = &*each.pat else { return no(&each.pat, "a name") };
                     let var = self.var(&axis.ident.to_string(), Type::Axis);
-                    Ok(Stmt::Axes(var, self.block(&each.body, false)?))
+                    Ok(Stmt::Axes(order, var, self.block(&each.body, false)?))
                 }
                 Rust::Loop(each) => Ok(Stmt::Loop(self.block(&each.body, false)?)),
                 Rust::Continue(_) => Ok(Stmt::Continue),
@@ -294,7 +231,16 @@ impl Reader<'_> {
                     Some(expr) => self.end(expr),
                 },
                 Rust::Match(of) => self.choice(of, last && self.gives == Type::Nothing),
-                Rust::Try(tried) => Ok(Stmt::Call(self.call(&tried.expr)?, true)),
+                Rust::Try(tried) => match &*tried.expr {
+                    Rust::MethodCall(map) if map.method == "map_err" => {
+                        let to = map.args.first().map(|to| to.to_token_stream().to_string());
+                        if to.as_deref() != Some("| _ | Exception :: IllegalValue") {
+                            return no(map, "map_err(|_| Exception::IllegalValue)");
+                        }
+                        Ok(Stmt::Call(self.call(&map.receiver)?, Tried::Refuses))
+                    }
+                    call => Ok(Stmt::Call(self.call(call)?, Tried::Ends)),
+                },
                 expr => self.action(expr),
             },
             stmt => no(stmt, "let, an assignment, a call, if, match, for, loop, return"),
@@ -329,7 +275,17 @@ impl Reader<'_> {
                 return Ok(Stmt::Bit(byte, axis, on));
             }
         }
-        Ok(Stmt::Call(self.call(expr)?, false))
+        Ok(Stmt::Call(self.call(expr)?, Tried::Never))
+    }
+
+    /// Statements and the value behind them.
+    fn ended(&mut self, block: &Block) -> Result<(Vec<Stmt>, Expr, Option<Type>), Refused> {
+        let Some((RustStmt::Expr(last, None), stmts)) = block.stmts.split_last() else {
+            return no(block, "a value at the end");
+        };
+        let stmts = stmts.iter().map(|stmt| self.stmt(stmt, false)).collect::<Result<_, _>>()?;
+        let (value, kind) = self.value(last)?;
+        Ok((stmts, value, kind))
     }
 
     fn local(&mut self, local: &syn::Local) -> Result<Stmt, Refused> {
@@ -339,12 +295,25 @@ impl Reader<'_> {
             pat = &typed.pat;
         }
         if let (Pat::Wild(_), Some(init)) = (pat, &local.init) {
-            return Ok(Stmt::Call(self.call(&init.expr)?, false));
+            return Ok(Stmt::Call(self.call(&init.expr)?, Tried::Never));
         }
         let (Pat::Ident(name), Some(init)) = (pat, &local.init) else {
             return no(local, "`let name = ..;`");
         };
         let name = name.ident.to_string();
+        if let Rust::If(branch) = &*init.expr
+            && branch.then_branch.stmts.len() > 1
+            && let Some((_, other)) = &branch.else_branch
+            && let Rust::Block(other) = &**other
+        {
+            let cond = self.cond(&branch.cond)?;
+            let (mut then, value, of) = self.ended(&branch.then_branch)?;
+            let (mut other, also, _) = self.ended(&other.block)?;
+            let var = self.var(&name, kind.or(of).unwrap_or(Type::Byte));
+            then.push(Stmt::Set(var, value));
+            other.push(Stmt::Set(var, also));
+            return Ok(Stmt::If(cond, then, other));
+        }
         let (value, of) = self.value(&init.expr)?;
         if self.words.contains(&name) {
             return Ok(Stmt::Word(self.var(&name, Type::Word), value));
@@ -410,8 +379,8 @@ impl Reader<'_> {
                     return Ok(Stmt::Return(End::Done));
                 }
                 "Err" => {
-                    let Some(fault) = item(argument, "Fault") else {
-                        return no(argument, "Fault::..");
+                    let Some(fault) = failure(argument) else {
+                        return no(argument, "Fault::.., Exception::..");
                     };
                     return Ok(Stmt::Return(End::Fault(fault)));
                 }
@@ -456,7 +425,8 @@ impl Reader<'_> {
                 if !matches!(op.as_str(), "|" | "+" | "-") {
                     return no(pair, "a number");
                 }
-                Ok(Number { text: format!("({}{op}{})", left.text, right.text), value: None })
+                let text = format!("({}{op}{})", left.text, right.text);
+                Ok(Number { text, value: None, wide: left.wide || right.wide })
             }
             expr => match path(expr).and_then(|name| self.constants.get(&name)) {
                 Some(number) => Ok(number.clone()),

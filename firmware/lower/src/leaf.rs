@@ -52,13 +52,13 @@ pub enum Type {
     Byte,
     /// `u16`.
     Word,
-    /// `i32`.
+    /// `i32`, `Scaled`.
     Long,
     /// `Axis`.
     Axis,
     /// `Option<i32>`.
     Maybe,
-    /// `Result<(), Fault>`.
+    /// `Result<(), Fault>`, `Answer`.
     Fault,
     /// `Result<u8, Fault>`.
     ByteOrFault,
@@ -80,10 +80,10 @@ pub fn type_of(text: &str) -> Option<Type> {
         "bool" => Type::Bool,
         "u8" => Type::Byte,
         "u16" => Type::Word,
-        "i32" => Type::Long,
+        "i32" | "Scaled" => Type::Long,
         "Axis" => Type::Axis,
         "Option<i32>" => Type::Maybe,
-        "Result<(),Fault>" => Type::Fault,
+        "Result<(),Fault>" | "Answer" => Type::Fault,
         "Result<u8,Fault>" => Type::ByteOrFault,
         "Result<i32,Fault>" => Type::LongOrFault,
         "Progress" => Type::Progress,

@@ -58,19 +58,24 @@ pub struct Made {
     pub bytes: Vec<(String, usize)>,
 }
 
-/// Makes micro-code of files of rules, each with its name; `machine` has traits of leaves and no rules.
+/// Makes micro-code of files of rules, each with its name; those of `traits` have traits of leaves and no rules.
 ///
 /// # Errors
 /// Something is not of the subset: the file's name, and what.
-pub fn lower(machine: &str, files: &[(&str, &str)]) -> Result<Vec<Made>, (String, Refused)> {
+pub fn lower(
+    traits: &[(&str, &str)],
+    files: &[(&str, &str)],
+) -> Result<Vec<Made>, (String, Refused)> {
     let at = |name: &str| {
         let name = name.to_owned();
         move |refused: Refused| (name, refused)
     };
     let parse = |text: &str| syn::parse_file(text).map_err(Refused::from);
     let mut leaves = leaf::Leaves::new();
-    let machine = parse(machine).map_err(at("rules"))?;
-    leaf::read(&machine, &mut leaves).map_err(at("rules"))?;
+    for (name, text) in traits {
+        let file = parse(text).map_err(at(name))?;
+        leaf::read(&file, &mut leaves).map_err(at(name))?;
+    }
     let mut rules = front::Rules::new();
     let mut parsed = Vec::new();
     for (name, text) in files {
@@ -95,7 +100,9 @@ pub fn lower(machine: &str, files: &[(&str, &str)]) -> Result<Vec<Made>, (String
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 5] = ["status", "coords", "effects", "home", "moves"];
+const FILES: [&str; 6] = ["status", "coords", "effects", "home", "moves", "commands"];
+/// Those that have leaves alone.
+const TRAITS: [&str; 2] = ["rules", "rules/commands/leaves"];
 
 /// What the rules in the firmware's directory become.
 ///
@@ -103,14 +110,16 @@ const FILES: [&str; 5] = ["status", "coords", "effects", "home", "moves"];
 /// A file cannot be read, or is refused: its path and why.
 pub fn of_firmware(firmware: &Path) -> Result<Vec<Made>, Box<dyn std::error::Error>> {
     let read = |path: String| std::fs::read_to_string(firmware.join(path));
-    let machine = read(String::from("src/rules.rs"))?;
-    let mut files = Vec::new();
-    for name in FILES {
-        files.push((name, read(format!("src/rules/{name}.rs"))?));
-    }
-    let files = files.iter().map(|(name, text)| (*name, text.as_str())).collect::<Vec<_>>();
-    let made = lower(&machine, &files);
-    Ok(made.map_err(|(name, refused)| format!("firmware/src/{name}.rs: {refused}"))?)
+    let read = |name: &'static str, path: String| Ok((name, read(path)?));
+    let files = |names: &[&'static str], at: &str| {
+        let texts = names.iter().map(|name| read(name, format!("src/{at}{name}.rs")));
+        texts.collect::<Result<Vec<_>, std::io::Error>>()
+    };
+    let (traits, files) = (files(&TRAITS, "")?, files(&FILES, "rules/")?);
+    let [traits, files] = [&traits, &files]
+        .map(|files| files.iter().map(|(name, text)| (*name, text.as_str())).collect::<Vec<_>>());
+    let made = lower(&traits, &files);
+    Ok(made.map_err(|(name, refused)| format!("{name}.rs: {refused}"))?)
 }
 
 #[cfg(test)]

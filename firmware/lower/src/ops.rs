@@ -133,6 +133,24 @@ impl Op {
         }
     }
 
+    /// Whether it makes the accumulator of what is there, and changes nothing else.
+    #[must_use]
+    pub fn only_looks(&self) -> bool {
+        match self.name.as_str() {
+            "LIT" | "LIT16" | "GET" | "PROFILE" | "F load" | "F word" | "FR load" | "FR word" => {
+                true
+            }
+            "DO" => matches!(self.first(), "axis_bit" | "here" | "zero" | "scaled_most"),
+            _ => false,
+        }
+    }
+
+    /// Whether it is one of a switch's places.
+    #[must_use]
+    pub fn is_place(&self) -> bool {
+        self.name == PLACE || self.name == HOLE
+    }
+
     /// Whether what follows is not come to.
     #[must_use]
     pub fn is_end(&self) -> bool {

@@ -41,11 +41,21 @@ const MACHINE: &str = r#"pub trait Machine {
     fn must(&self) -> Result<(), Fault>;
     #[cfg_attr(any(), micro(code = "DO input"))]
     fn input(&self, n: u8) -> u8;
+    #[cfg_attr(any(), micro(code = "DO axis_there", holds = "NOT_EQUAL"))]
+    fn is_there(&self, axis: Axis) -> bool;
+    #[cfg_attr(any(), micro(on = "HOMED"))]
+    fn set_homed(&mut self, axis: Axis);
+    #[cfg_attr(any(), micro(code = "DO rate_of"))]
+    fn rate(&mut self, axis: Axis, value: i32) -> Scaled;
+    #[cfg_attr(any(), micro(place = "SPARE"))]
+    fn spare(&self) -> Scaled;
+    #[cfg_attr(any(), micro(code = "DO output_states"))]
+    fn states(&mut self, n: u8);
 }"#;
 
 fn lowered(rules: &str) -> Result<Made, Refused> {
     let rules = format!("#![cfg_attr(any(), micro(module = \"test\"))]\n{rules}");
-    let made = lower(MACHINE, &[("test", &rules)]).map_err(|(_, refused)| refused)?;
+    let made = lower(&[("rules", MACHINE)], &[("test", &rules)]).map_err(|(_, refused)| refused)?;
     Ok(made.into_iter().next().expect("one file"))
 }
 
@@ -136,6 +146,83 @@ fn phases_are_a_switch_and_the_next_one_is_up() {
 }
 
 #[test]
+fn what_is_illegal_is_refused_by_one_operation() {
+    let rule = "fn a(m: &mut impl Machine, axis: Axis) -> Answer {
+            if m.pc() >= 17 { return Err(Exception::IllegalValue); }
+            if m.pc() & 7 == 0 { return Err(Exception::IllegalValue); }
+            if !m.is_there(axis) { return Err(Exception::IllegalValue); }
+            if m.um(axis) == 0 { return Err(Exception::IllegalValue); }
+            b(m).map_err(|_| Exception::IllegalValue)?;
+            Err(Exception::Busy)
+        }
+        fn b(m: &mut impl Machine) -> Result<(), Fault> { m.set_phase(3); Ok(()) }";
+    let code = "a:; F word EFFECT_PC; BELOW 17; TESTI 7; WANTED; DO axis_at; DO axis_there; WANTED; F load UM, AXIS; \
+        DO test_long; WANTED; CALL b; BELOW 1; LIT EX_BUSY; RETURN; .global b; ROUTINE_ODD b, module.test; \
+        LET PHASE, 3; DONE_; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn a_word_is_matched_by_how_far_it_lies_below_the_last_one() {
+    let rule = "fn a(m: &mut impl Machine) -> Answer { match m.pc() {
+            1000 => { m.states(2); Ok(()) }
+            1002 => { m.states(0); Ok(()) }
+            _ => Err(Exception::IllegalValue),
+        } }
+        fn b(m: &mut impl Machine) -> Answer { if m.pc() == 1000 { return Ok(()); } Err(Exception::Busy) }";
+    // What is subtracted is what the arm wants already.
+    let code = "a:; LIT16 1002; F sub EFFECT_PC; BELOW 3; DO micro_switch; TO .Ltest_2; TO .Ltest_3; TO .Ltest_1; \
+        PLACES_END; .Ltest_3:; LIT EX_ILLEGAL_VALUE; RETURN; .Ltest_1:; DO output_states; DONE_; \
+        .Ltest_2:; DO output_states; .Ltest_m0:; DONE_; \
+        b:; LIT16 1000; F cmp EFFECT_PC; IF_EQUAL .Ltest_m0; LIT EX_BUSY; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn both_ways_begin_alike_and_axes_go_up() {
+    let rule = "fn a(m: &mut impl Machine) { for axis in Axis::UP {
+            if m.is_active() { m.set_homed(axis); } else { m.forget(axis); }
+        } }";
+    let code = "a:; LIT 0; DO axis_select; .Ltest_1:; DO axis_bit; IF_NONE RUN, RUN_ACTIVE, .Ltest_3; AXIS_ON HOMED; \
+        GOTO .Ltest_4; .Ltest_3:; AXIS_OFF HOMED; .Ltest_4:; UP_AXIS .Ltest_1; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn scaled_numbers_are_formulas() {
+    let rule = "fn a(m: &mut impl Machine, axis: Axis, value: i32) -> Scaled {
+        m.rate(axis, value).least(m.spare()).times(Scaled::new(m.um(axis) as u32)) }";
+    let code =
+        "a:; DO axis_at; DO rate_of; F least SPARE; F times UM, AXIS, NEW; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn what_is_too_far_for_a_byte_goes_by_a_step() {
+    let arm = |n: u8| format!("{n} => {{ {} NOT_YET }}", format!("m.states({n}); ").repeat(12));
+    let arms = (0..6).map(arm).collect::<String>();
+    let code = made(&format!(
+        "fn a(m: &mut impl Machine) -> Progress {{ match m.phase() {{ {arms} _ => DONE }} }}"
+    ));
+    let lines =
+        code.split("; ").filter(|line| !line.starts_with(['.', 'P']) || line.ends_with(':'));
+    let lines = lines.collect::<Vec<_>>();
+    let bytes =
+        |line: &&str| if line.ends_with(':') { 0 } else { ops::Op::read(line).size(&|_| true) };
+    let mut steps = 0;
+    for (at, line) in lines.iter().enumerate() {
+        let Some(label) = line.split(' ').nth(1).filter(|word| word.starts_with(".L")) else {
+            continue;
+        };
+        let place = lines.iter().position(|line| *line == format!("{label}:")).expect(label);
+        steps += usize::from(lines[place + 1].starts_with("GOTO"));
+        let between = lines[at.min(place)..at.max(place)].iter().map(bytes).sum::<usize>();
+        assert!(between < 127, "{line}: {between} bytes");
+    }
+    assert!(steps > 0, "{code}");
+}
+
+#[test]
 fn what_is_overwritten_and_needed_is_put_by() {
     let rule = "#[cfg_attr(any(), micro(bytes = \"UNIT\"))]
         fn a(m: &mut impl Machine) -> Progress {
@@ -184,7 +271,7 @@ fn what_the_subset_lacks_is_refused_with_its_line() {
 
 #[test]
 fn a_leaf_that_says_nothing_is_refused() {
-    let of = |machine: &str| lower(machine, &[]).expect_err("a leaf").1.text;
+    let of = |machine: &str| lower(&[("rules", machine)], &[]).expect_err("a leaf").1.text;
     assert_eq!(of("pub trait Machine { fn a(&self) -> bool; }"), "a says nothing of micro-code");
     let code =
         "pub trait Machine { #[cfg_attr(any(), micro(code = \"DO a\"))] fn a(&self) -> bool; }";

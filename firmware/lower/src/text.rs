@@ -47,7 +47,8 @@ pub fn write(lines: &[Line], file: &str, about: &About) -> Made {
         match line {
             Line::Label(name, true) => {
                 bytes.push((name.clone(), 0));
-                if matches!(lines.get(n + 1), Some(Line::Check(entry)) if entry.trim() == "MICRO") {
+                if matches!(lines.get(n + 1), Some(Line::Check(entry)) if entry.ends_with("MICRO"))
+                {
                     let _ = writeln!(text, "    .balign 2, 0\n    .global {name}\n{name}:");
                 } else if routine(name).is_some() || called.contains(name.as_str()) {
                     let _ = writeln!(text, "    .global {name}\n    ROUTINE_ODD {name}, {mark}");

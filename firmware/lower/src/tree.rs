@@ -11,13 +11,15 @@ pub struct Number {
     pub text: String,
     /// Its value, unless it is a name.
     pub value: Option<u16>,
+    /// It does not fit into a byte.
+    pub wide: bool,
 }
 
 impl Number {
     /// One that is written out.
     #[must_use]
     pub fn of(value: u16) -> Number {
-        Number { text: value.to_string(), value: Some(value) }
+        Number { text: value.to_string(), value: Some(value), wide: value > 0xFF }
     }
 }
 
@@ -92,6 +94,12 @@ pub enum Pair {
     And,
     /// Shifted right.
     Half,
+    /// Of scaled numbers: the product.
+    Times,
+    /// The quotient.
+    Over,
+    /// The smaller one.
+    Least,
 }
 
 /// A value.
@@ -119,7 +127,7 @@ pub enum Expr {
     High(Box<Expr>),
     /// 0 when there is nothing.
     OrZero(Box<Expr>),
-    /// The function ends with a fault when there is nothing, or the sum overflows.
+    /// The function ends with a fault or exception when there is nothing, or the sum overflows.
     OrFault(Box<Expr>, String),
     /// One of two.
     If(Box<Cond>, Box<Expr>, Box<Expr>),
@@ -165,12 +173,34 @@ pub enum End {
     Done,
     /// `Ok(false)`.
     NotYet,
-    /// `Err(Fault::..)`, by its symbol.
+    /// `Err(Fault::..)` or `Err(Exception::..)`, by its symbol.
     Fault(String),
     /// With a value.
     Value(Expr),
     /// With whether something is so.
     Cond(Cond),
+}
+
+/// What becomes of a call's fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tried {
+    /// Nothing.
+    Never,
+    /// It ends the function.
+    Ends,
+    /// It ends the function as an illegal value.
+    Refuses,
+}
+
+/// The order of a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// `Axis::DOWN`: the last one first.
+    Down,
+    /// `Axis::UP`: the first one first.
+    Up,
+    /// `Axis::FOUR`: four numbers in a row, counted as axes are, the last one first.
+    Four,
 }
 
 /// A statement.
@@ -188,12 +218,12 @@ pub enum Stmt {
     Put(Place, Expr),
     /// The axis's bit of a byte is set or cleared.
     Bit(String, Var, bool),
-    /// A call; `true` when a fault of it ends the function.
-    Call(Call, bool),
+    /// A call, and what becomes of its fault.
+    Call(Call, Tried),
     /// `if`, with `else`.
     If(Cond, Vec<Stmt>, Vec<Stmt>),
-    /// For each axis, the last one first.
-    Axes(Var, Vec<Stmt>),
+    /// For each axis in an order.
+    Axes(Order, Var, Vec<Stmt>),
     /// For ever.
     Loop(Vec<Stmt>),
     /// To the next turn.
@@ -221,6 +251,8 @@ pub struct Function {
     pub record: Option<String>,
     /// Instructions call it.
     pub entry: bool,
+    /// The instruction that it begins with then.
+    pub begins: Option<String>,
     /// It leaves r12 = 0.
     pub zero: bool,
     /// Places for longs and bytes that are put by.
@@ -328,7 +360,7 @@ impl Stmt {
                 out = both;
                 cond.vars(&mut out);
             }
-            Stmt::Axes(_, body) | Stmt::Loop(body) => {
+            Stmt::Axes(_, _, body) | Stmt::Loop(body) => {
                 out.extend(live(body, &out));
                 out = live(body, &out).into_iter().chain(out).collect();
             }

@@ -1,16 +1,18 @@
-//! InterpCNC commands in holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands).
+//! What commands look at and do here; their rules are [`firmware::rules::commands`].
 
-use crate::controller::{Controller, Effect, Plan};
+use crate::controller::{Controller, Effect};
 use crate::motor::AXES;
 use crate::vm::{axis, convert};
-use firmware::motion::math::{signed, size};
+use firmware::motion::math::signed;
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{Feed, Pace};
+use firmware::rules::commands::{self, Commands};
+use firmware::rules::coords::Stands;
 use firmware::rules::home::BEGIN;
-use firmware::rules::{Axis, coords};
-use lang::isa::Op;
+use firmware::rules::{Answer, Axis};
+use lang::fault::Fault;
 use lang::record::AxisRecord;
-use lang::wire::{Control, Direct, Exception, command};
+use lang::wire::{Control, Exception, command};
 
 /// A 32-bit float as thousandths, rounded half up; saturates.
 fn thousandths(low: u16, high: u16) -> i32 {
@@ -35,291 +37,344 @@ fn thousandths(low: u16, high: u16) -> i32 {
 }
 
 impl Controller {
-    /// Argument 1 as an axis.
-    fn axis_argument(&self) -> Result<u8, Exception> {
-        let n = self.command.word(1).wrapping_sub(1);
-        if n >= u16::from(AXES) || axis(n as u8).flags & AxisRecord::PRESENT == 0 {
-            return Err(Exception::IllegalValue);
-        }
-        Ok(n as u8)
-    }
-
-    /// A speed or ramp, not above the machine's; 0 or less is refused.
-    fn rate_argument(&self, at: usize) -> Result<Scaled, Exception> {
-        let value = self.command.long(at);
-        if value <= 0 { Err(Exception::IllegalValue) } else { Ok(Scaled::new(value as u32)) }
-    }
-
-    fn pace(&self, n: u8, accel: usize, speed: usize, decel: usize) -> Result<Pace, Exception> {
-        let mut pace = Pace::of(axis(n));
-        pace.accel = pace.accel.least(self.rate_argument(accel)?);
-        pace.speed = pace.speed.least(self.rate_argument(speed)?);
-        pace.decel = pace.decel.least(self.rate_argument(decel)?);
-        Ok(pace)
-    }
-
     /// Executes the command in the buffer.
     ///
     /// # Errors
-    /// Illegal value, busy, or no program whose profile 1110 and 1111 need.
-    pub fn execute(&mut self) -> Result<(), Exception> {
-        let code = self.command.word(0);
-        match code {
-            command::STOP_AXIS | command::STOP_AXES => {
-                let axes = if code == command::STOP_AXIS {
-                    1 << self.axis_argument()?
-                } else {
-                    (self.command.word(1) & 0b111) as u8
-                };
-                if self.session.is_active() {
-                    self.control(Control::Stop);
-                } else {
-                    self.abandon();
-                    self.motor.stop(axes);
-                }
-                return Ok(());
-            }
-            command::FORCE_INPUT => return self.force(),
-            command::DIRECT => return self.direct(),
-            _ => {}
-        }
-        if self.session.is_active() || self.program.effect.code != 0 {
-            return Err(Exception::Busy);
-        }
-        if self.first_on(&self.record.emergency) != 0 {
-            return Err(Exception::Busy);
-        }
-        match code {
-            command::MOVE_SPEED => {
-                let n = self.free_axis()?;
-                let speed = self.command.long(4);
-                if speed == 0 {
-                    self.motor.stop(1 << n);
-                    return Ok(());
-                }
-                let mut pace = Pace::of(axis(n));
-                let ramp = self.rate_argument(2)?;
-                pace.accel = pace.accel.least(ramp);
-                pace.decel = pace.decel.least(ramp);
-                pace.speed = pace.speed.least(Scaled::size(speed));
-                self.command.jogs = true;
-                self.motor.run(n, speed < 0, self.motor.limit(n, speed < 0), pace);
-            }
-            command::MOVE_TO | command::MOVE_BY => {
-                let n = self.free_axis()?;
-                let pace = self.pace(n, 2, 4, 6)?;
-                let value = self.command.long(8);
-                let from = if code == command::MOVE_BY {
-                    self.motor.position(n)
-                } else {
-                    self.offset_steps(n)
-                };
-                let target = from.checked_add(value).ok_or(Exception::IllegalValue)?;
-                if !self.motor.within(n, target) {
-                    return Err(Exception::IllegalValue);
-                }
-                self.motor.settle(n, target);
-                self.motor.go(n, target, pace, false);
-            }
-            command::SET_POSITION => {
-                let n = self.axis_argument()?;
-                return self.set_work_position(n, self.command.long(2));
-            }
-            command::HOME => {
-                let n = self.resting_axis()?;
-                let input = self.command.word(3);
-                if self.command.word(2) != 0
-                    || input > 16
-                    || self.command.word(4) > 1
-                    || self.command.word(5) > 1
-                {
-                    return Err(Exception::IllegalValue);
-                }
-                let pace = self.pace(n, 10, 6, 12)?;
-                self.rate_argument(8)?;
-                self.seek.plan = Plan {
-                    input: input as u8 + 1,
-                    closed: self.command.word(4) != 0,
-                    positive: self.command.word(5) != 0,
-                    pace,
-                    slow: self.command.long(8) as u32,
-                    stroke: size(self.command.long(14)) as i32,
-                    pause: self.command.word(16),
-                    position: self.command.long(17),
-                    clearance: self.command.long(19),
-                };
-                self.command.homing_error &= !(1 << n);
-                self.program.effect =
-                    Effect { code: Op::Home as u8 + n, phase: BEGIN, n, bits: 0, left: 0 };
-            }
-            command::HOME_PROFILE => {
-                if self.image().is_none() {
-                    return Err(Exception::DeviceFailure);
-                }
-                let n = self.resting_axis()?;
-                self.command.homing_error &= !(1 << n);
-                self.plan_home(n).map_err(|_| Exception::IllegalValue)?;
-                self.program.effect =
-                    Effect { code: Op::Home as u8 + n, phase: BEGIN, n, bits: 0, left: 0 };
-            }
-            command::PROBE | command::PROBE_MASK => {
-                let n = self.resting_axis()?;
-                let mask = code == command::PROBE_MASK;
-                let at = if mask { 6 } else { 4 };
-                let pace = self.pace(n, at, at + 2, at + 4)?;
-                let (and, xor);
-                if mask {
-                    and = self.command.long(2) as u32;
-                    xor = self.command.long(4) as u32;
-                } else {
-                    let input = self.command.word(2);
-                    if input > 16 || self.command.word(3) > 1 {
-                        return Err(Exception::IllegalValue);
-                    }
-                    and = 1 << input;
-                    xor = if self.command.word(3) == 0 { and } else { 0 };
-                }
-                let target = self.motor.position(n).checked_add(self.command.long(at + 6));
-                let target = target.ok_or(Exception::IllegalValue)?;
-                if !self.motor.within(n, target) {
-                    return Err(Exception::IllegalValue);
-                }
-                self.command.probe_error &= !(1 << n);
-                self.program.effect =
-                    Effect { code: Op::Probe as u8, phase: 1, n, bits: 0, left: 0 };
-                if self.begin_probe(and, xor, target, pace).is_err() {
-                    self.program.forget();
-                    self.command.probe_error |= 1 << n;
-                }
-            }
-            command::JOG => {
-                if self.image().is_none() {
-                    return Err(Exception::DeviceFailure);
-                }
-                return self.jog();
-            }
-            _ => return Err(Exception::IllegalValue),
-        }
-        Ok(())
+    /// See [`commands::execute`].
+    pub fn execute(&mut self) -> Answer {
+        self.command.next = 2;
+        commands::execute(self)
     }
 
-    /// An axis that a position or speed command may take: no path moves it.
-    fn free_axis(&self) -> Result<u8, Exception> {
-        let n = self.axis_argument()?;
-        if self.motor.path_rests() { Ok(n) } else { Err(Exception::Busy) }
+    fn next_at(&mut self) -> usize {
+        let at = self.command.next;
+        self.command.next += 2;
+        at.into()
     }
+}
 
-    /// An axis at rest.
-    fn resting_axis(&self) -> Result<u8, Exception> {
-        let n = self.axis_argument()?;
-        if self.motor.moving() == 0 { Ok(n) } else { Err(Exception::Busy) }
+impl Stands for Controller {
+    fn position(&self, axis: Axis) -> i32 {
+        self.motor.position(axis.n())
     }
-
-    /// The axis's work offset in steps.
-    pub fn offset_steps(&self, n: u8) -> i32 {
-        coords::offset_steps(&self.motor, Axis::new(n))
+    fn steps(&self, axis: Axis) -> i32 {
+        self.motor.steps(axis)
     }
+    fn offset(&self, axis: Axis) -> i32 {
+        self.motor.offset(axis)
+    }
+    fn to_steps(&self, axis: Axis, um: i32) -> Option<i32> {
+        convert(axis.n(), um, true).ok()
+    }
+    fn to_um(&self, axis: Axis, steps: i32) -> Option<i32> {
+        convert(axis.n(), steps, false).ok()
+    }
+}
 
-    /// SetPos on a resting axis: its work position becomes `value` steps.
-    ///
-    /// # Errors
-    /// Busy while it moves.
-    pub fn set_work_position(&mut self, n: u8, value: i32) -> Result<(), Exception> {
-        if self.motor.moves(n) {
-            return Err(Exception::Busy);
+impl Commands for Controller {
+    fn command(&self) -> u16 {
+        self.command.word(0)
+    }
+    fn argument(&self) -> u16 {
+        self.command.word(1)
+    }
+    #[inline(never)]
+    fn next(&mut self) -> i32 {
+        let at = self.next_at();
+        match at {
+            // The buffer stays as the host has written it: a speed has its sign, one ramp is both.
+            4 if self.command.word(0) == command::MOVE_SPEED => self.command.long(4).wrapping_abs(),
+            6 if self.command.word(0) == command::MOVE_SPEED => self.command.long(2),
+            _ => self.command.long(at),
         }
-        let offset = self.motor.position(n).wrapping_sub(value);
-        self.motor.offset[usize::from(n)] =
-            convert(n, offset, false).map_err(|_| Exception::IllegalValue)?;
-        Ok(())
     }
-
-    fn force(&mut self) -> Result<(), Exception> {
-        let n = self.command.word(1);
+    fn next_thousandths(&mut self) -> i32 {
+        let at = self.next_at();
+        thousandths(self.command.word(at), self.command.word(at + 1))
+    }
+    fn force(&mut self, n: u8) -> Answer {
         let level = match self.command.word(2) {
             0 => Some(false),
             1 => Some(true),
             0xFFFF => None,
             _ => return Err(Exception::IllegalValue),
         };
-        let number = n as u8 + 1;
         let record = self.record;
         let stops: [&[u8]; 5] =
             [&record.stop, &record.hold, &record.door, &record.emergency, &record.reference];
         #[expect(clippy::manual_contains, reason = "a call of memchr is longer")]
-        let taken = || stops.iter().any(|list| list.iter().any(|&role| role == number));
-        if n >= 16 || taken() {
+        let taken = stops.iter().any(|list| list.iter().any(|&role| role == n));
+        if taken {
             return Err(Exception::IllegalValue);
         }
-        self.io.inputs.force(1 << n, level);
+        self.io.inputs.force(1 << (n - 1), level);
         Ok(())
     }
-
-    fn direct(&mut self) -> Result<(), Exception> {
-        match Direct::from_number(self.command.word(1)).ok_or(Exception::IllegalValue)? {
-            Direct::Acknowledge => self.control(Control::Acknowledge),
-            Direct::Resume => self.control(Control::Resume),
-            Direct::Pause => self.control(Control::Pause),
-            Direct::StopJog if self.command.jogs => self.motor.stop(0b111),
-            Direct::StopJog => {}
-            Direct::Stop if self.session.is_active() => self.control(Control::Stop),
-            Direct::Stop => {
-                self.abandon();
-                self.motor.stop(0b111);
-            }
+    fn control(&mut self, code: u8) {
+        if let Some(control) = Control::from_number(code.into()) {
+            Controller::control(self, control);
         }
-        Ok(())
     }
-
-    /// A homing or probing command that was stopped counts as failed.
-    fn abandon(&mut self) {
-        let bit = 1 << self.program.effect.n;
-        match self.program.effect.code {
-            0 => return,
-            code if code == Op::Probe as u8 => self.command.probe_error |= bit,
-            _ => self.command.homing_error |= bit,
-        }
+    fn is_active(&self) -> bool {
+        self.session.is_active()
+    }
+    fn has_program(&self) -> bool {
+        self.image().is_some()
+    }
+    fn blocking(&self) -> u8 {
+        Controller::blocking(self)
+    }
+    fn is_held(&self) -> bool {
+        self.command.jogs
+    }
+    fn set_held(&mut self) {
+        self.command.jogs = true;
+    }
+    fn effect(&self) -> u8 {
+        self.program.effect.code
+    }
+    fn set_effect(&mut self, code: u8) {
+        self.program.effect.code = code;
+    }
+    fn first_phase(&mut self) {
+        let n = self.program.effect.n;
+        self.program.effect = Effect { phase: BEGIN, n, ..Effect::NONE };
+    }
+    fn forget(&mut self) {
         crate::step::watch(0, 0, false);
         self.program.forget();
     }
-
-    fn jog(&mut self) -> Result<(), Exception> {
-        if self.motor.moving() != 0 {
-            return Err(Exception::Busy);
+    fn number(&self) -> u8 {
+        self.program.effect.n
+    }
+    fn set_number(&mut self, n: u8) {
+        self.program.effect.n = n;
+    }
+    fn axis(&self) -> Axis {
+        Axis::new(self.program.effect.n)
+    }
+    fn set_homing_failed(&mut self, axis: Axis) {
+        self.command.homing_error |= axis.bit();
+    }
+    fn set_homing(&mut self, axis: Axis) {
+        self.command.homing_error &= !axis.bit();
+    }
+    fn set_probe_failed(&mut self, axis: Axis) {
+        self.command.probe_error |= axis.bit();
+    }
+    fn set_probing(&mut self, axis: Axis) {
+        self.command.probe_error &= !axis.bit();
+    }
+    fn is_there(&self, n: Axis) -> bool {
+        n.n() < AXES && axis(n.n()).flags & AxisRecord::PRESENT != 0
+    }
+    fn is_homed(&self, axis: Axis) -> bool {
+        self.motor.homed & axis.bit() != 0
+    }
+    fn is_moving(&self, axis: Axis) -> bool {
+        self.motor.moves(axis.n())
+    }
+    fn moving(&self) -> u8 {
+        self.motor.moving()
+    }
+    fn moving_of(&self, axis: Axis) -> u8 {
+        u8::from(self.is_moving(axis))
+    }
+    fn in_the_way(&self) -> u8 {
+        match self.command.word(0) {
+            command::MOVE_SPEED..=command::MOVE_BY => u8::from(!self.motor.path_rests()),
+            command::SET_POSITION => 0,
+            _ => self.moving(),
         }
-        let axes = self.command.word(1);
-        if axes & 0b111 == 0 || axes & !0b100_0111 != 0 {
-            return Err(Exception::IllegalValue);
-        }
-        // um/min, so a sixtieth of it is um/s.
-        let feed = thousandths(self.command.word(2), self.command.word(3)) / 60;
-        if feed <= 0 {
-            return Err(Exception::IllegalValue);
-        }
+    }
+    fn set_axes(&mut self, axes: u8) {
+        self.command.axes = axes;
+    }
+    fn is_meant(&self, axis: Axis) -> bool {
+        self.command.axes & axis.bit() != 0
+    }
+    fn brake(&mut self, axis: Axis) {
+        self.motor.stop(axis.bit());
+    }
+    fn brake_all(&mut self) {
+        self.motor.stop(0b111);
+    }
+    fn set_offset(&mut self, axis: Axis, um: i32) {
+        self.motor.offset[axis.i()] = um;
+    }
+    fn take_pace(&mut self, n: Axis) {
+        self.seek.plan.pace = Pace::of(axis(n.n()));
+    }
+    fn count_in_steps(&mut self) {}
+    #[inline(never)]
+    fn rate(&mut self, _: Axis, value: i32) -> Scaled {
+        Scaled::new(value.max(0) as u32)
+    }
+    fn least_up(&mut self, rate: Scaled) -> Scaled {
+        self.seek.plan.pace.accel = self.seek.plan.pace.accel.least(rate);
+        self.seek.plan.pace.accel
+    }
+    fn least_speed(&mut self, rate: Scaled) -> Scaled {
+        self.seek.plan.pace.speed = self.seek.plan.pace.speed.least(rate);
+        self.seek.plan.pace.speed
+    }
+    fn least_down(&mut self, rate: Scaled) -> Scaled {
+        self.seek.plan.pace.decel = self.seek.plan.pace.decel.least(rate);
+        self.seek.plan.pace.decel
+    }
+    fn pace_up(&self) -> Scaled {
+        self.seek.plan.pace.accel
+    }
+    fn pace_speed(&self) -> Scaled {
+        self.seek.plan.pace.speed
+    }
+    fn start(&self) -> i32 {
+        self.command.start
+    }
+    fn set_start(&mut self, steps: i32) {
+        self.command.start = steps;
+    }
+    fn aim_steps(&mut self, axis: Axis, steps: i32) -> Result<(), Fault> {
+        self.command.places[axis.i()] = steps;
+        self.motor.allows(axis, steps)
+    }
+    fn go(&mut self, axis: Axis) {
+        let place = self.command.places[axis.i()];
+        self.motor.settle(axis.n(), place);
+        self.motor.go(axis.n(), place, self.seek.plan.pace, false);
+    }
+    fn go_in_line(&mut self) {
         let mut steps = [0; 3];
-        let mut targets = [0; 3];
-        let mut at = 4;
-        for n in 0..AXES {
-            let i = usize::from(n);
-            targets[i] = self.motor.position(n);
-            if axes >> n & 1 == 0 {
-                continue;
+        for axis in Axis::UP {
+            if self.is_named(axis) {
+                let place = self.command.places[axis.i()];
+                self.motor.settle(axis.n(), place);
+                steps[axis.i()] = place.wrapping_sub(self.position(axis));
             }
-            let um = thousandths(self.command.word(at), self.command.word(at + 1));
-            at += 2;
-            let value = convert(n, um, true).map_err(|_| Exception::IllegalValue)?;
-            let from = if axes & 0x40 != 0 { targets[i] } else { self.offset_steps(n) };
-            targets[i] = from.checked_add(value).ok_or(Exception::IllegalValue)?;
-            if !self.motor.within(n, targets[i]) {
-                return Err(Exception::IllegalValue);
-            }
-            steps[i] = targets[i].wrapping_sub(self.motor.position(n));
         }
-        for n in 0..AXES {
-            self.motor.settle(n, targets[usize::from(n)]);
-        }
-        self.command.jogs = true;
-        self.motor.line(steps, [0; 3], Feed::Um(feed as u32), true, 0);
-        Ok(())
+        self.motor.line(steps, [0; 3], Feed::Um(self.command.feed as u32), true, 0);
+    }
+    fn set_flags(&mut self, flags: u8) {
+        self.command.axes = flags;
+    }
+    fn is_named(&self, axis: Axis) -> bool {
+        self.is_meant(axis)
+    }
+    fn counts_from_here(&self) -> bool {
+        self.command.axes & 64 != 0
+    }
+    fn set_feed(&mut self, feed: i32) {
+        self.command.feed = feed;
+    }
+    fn ramp(&self) -> i32 {
+        self.command.long(2)
+    }
+    // See `next`: the buffer stays as the host has written it.
+    fn set_ramp_down(&mut self, _: i32) {}
+    fn speed(&self) -> i32 {
+        self.command.long(4)
+    }
+    fn set_speed(&mut self, _: i32) {}
+    fn set_far(&mut self) {}
+    fn set_far_to(&mut self, _: i32) {}
+    fn far(&self) -> i32 {
+        signed(1 << 29, self.speed())
+    }
+    fn travel_begin(&self, n: Axis) -> i32 {
+        axis(n.n()).min
+    }
+    fn travel_end(&self, n: Axis) -> i32 {
+        axis(n.n()).max
+    }
+    fn travel_steps(&self, axis: Axis, um: i32) -> i32 {
+        self.to_steps(axis, um).unwrap_or(0)
+    }
+    fn set_target(&mut self, _: Axis, steps: i32) {
+        self.command.start = steps;
+    }
+    fn run(&mut self, axis: Axis) {
+        let negative = self.command.start < self.position(axis);
+        self.motor.run(axis.n(), negative, Some(self.command.start), self.seek.plan.pace);
+    }
+    fn work_position(&self) -> i32 {
+        self.command.long(2)
+    }
+    fn nothing(&self) -> u16 {
+        self.command.word(2)
+    }
+    fn switch(&self) -> u16 {
+        self.command.word(3)
+    }
+    fn set_switch(&mut self, input: u16) {
+        self.seek.plan.input = input as u8 + 1;
+        self.seek.plan.closed = true;
+    }
+    fn closed_level(&self) -> u16 {
+        self.command.word(4)
+    }
+    fn set_inverted(&mut self) {
+        self.seek.plan.closed = false;
+    }
+    fn home_side(&self) -> u16 {
+        self.command.word(5)
+    }
+    fn set_way(&mut self, flags: u8) {
+        self.seek.plan.positive = flags != 0;
+    }
+    fn home_rate(&self, which: Axis) -> i32 {
+        self.command.long(6 + 2 * which.i())
+    }
+    fn take_plan(&mut self, n: Axis) {
+        let [speed, up, down] = [6, 10, 12].map(|n| Scaled::new(self.command.long(n) as u32));
+        self.seek.plan.pace = Pace::of(axis(n.n())).with_ramps(up, down);
+        self.least_speed(speed);
+        self.seek.plan.slow = self.command.long(8) as u32;
+        self.seek.plan.pause = self.command.word(16);
+        self.seek.plan.position = self.command.long(17);
+        self.seek.plan.clearance = self.command.long(19);
+    }
+    fn home_stroke(&self) -> i32 {
+        self.command.long(14)
+    }
+    fn set_stroke(&mut self, steps: i32) {
+        self.seek.plan.stroke = steps;
+    }
+    fn home_clearance(&self) -> i32 {
+        self.command.long(19)
+    }
+    // The plan's has its sign.
+    fn set_clearance(&mut self, _: i32) {}
+    fn plan(&mut self, n: u8) -> Result<(), Fault> {
+        self.plan_home(n)
+    }
+    fn probe_input(&self) -> u16 {
+        self.command.word(2)
+    }
+    fn probe_level(&self) -> u16 {
+        self.command.word(3)
+    }
+    fn set_level(&mut self, level: u8) {
+        self.program.level = level;
+    }
+    fn await_input(&mut self, n: u8) {
+        self.seek.and = 1 << (n - 1);
+        self.seek.xor = if self.program.level != 0 { 0 } else { self.seek.and };
+    }
+    fn and(&self) -> i32 {
+        self.command.long(2)
+    }
+    fn xor(&self) -> i32 {
+        self.command.long(4)
+    }
+    fn await_off(&mut self, inputs: i32) {
+        self.seek.xor = inputs as u32;
+    }
+    fn await_of(&mut self, inputs: i32) {
+        self.seek.and = inputs as u32;
+    }
+    fn begin_probe(&mut self, axis: Axis) -> bool {
+        let target = self.command.places[axis.i()];
+        Controller::begin_probe(self, self.seek.and, self.seek.xor, target, self.seek.plan.pace)
+            .is_ok()
     }
 }

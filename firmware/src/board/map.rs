@@ -10,7 +10,7 @@ use crate::profile::profile_word;
 use crate::vm::vm;
 use firmware::RELEASE;
 use firmware::modbus::Map;
-use firmware::rules::{Axis, Machine, coords, status};
+use firmware::rules::{Axis, Machine, commands, coords, status};
 use firmware::store::{NAME, Store};
 use firmware::verify::Bytes;
 use lang::fault::Fault;
@@ -447,7 +447,7 @@ impl Map for Controller {
                 if self.session.is_active() {
                     return Err(Exception::Busy);
                 }
-                self.set_work_position(n, value)
+                commands::position_is(self, Axis::new(n), value)
             }
             _ => Err(Exception::IllegalAddress),
         }

@@ -30,7 +30,7 @@ use core::mem::offset_of;
 use lang::fault::Fault;
 use lang::image::HEADER;
 use lang::record::{AxisRecord, BoardRecord, MachineRecord};
-use lang::wire::{End, RunState, TraceKind};
+use lang::wire::{End, Exception, RunState, TraceKind};
 
 constants! {
     // The bit of a state that says that a run was begun and has not ended.
@@ -60,6 +60,9 @@ constants! {
     TRACE_STOP = TraceKind::Stop;
     TRACE_END = TraceKind::End;
     TRACE_OK = lang::wire::TRACE_OK;
+    EX_ILLEGAL_VALUE = Exception::IllegalValue;
+    EX_DEVICE_FAILURE = Exception::DeviceFailure;
+    EX_BUSY = Exception::Busy;
     // Offsets in the board's part of the profile.
     B_FLAGS = offset_of!(BoardRecord, flags);
     B_ADDRESS = offset_of!(BoardRecord, address);

@@ -5,7 +5,6 @@ use core::mem::offset_of;
 use crate::consts::constants;
 use lang::isa::{Op, SHORT_AXES, flags};
 use lang::record::AxisRecord;
-use lang::wire::{Control, Exception, command};
 
 /// What stands for an [`AxisRecord`] without a program, where a command's own parameters decide:
 /// its fields but the last ones, which belong to reference runs by the profile.
@@ -58,34 +57,11 @@ constants! {
     FL_QUERY = flags::QUERY;
     FL_SENSOR = flags::SENSOR;
     FL_MASK = flags::MASK;
-    CMD_STOP_AXIS = command::STOP_AXIS;
-    CMD_STOP_AXES = command::STOP_AXES;
-    CMD_MOVE_SPEED = command::MOVE_SPEED;
-    CMD_PROBE_MASK = command::PROBE_MASK;
-    CMD_HOME_PROFILE = command::HOME_PROFILE;
-    CMD_JOG = command::JOG;
-    CMD_DIRECT = command::DIRECT;
-    CMD_FORCE_INPUT = command::FORCE_INPUT;
-    ILLEGAL_VALUE = Exception::IllegalValue;
-    DEVICE_FAILURE = Exception::DeviceFailure;
-    EXCEPTION_BUSY = Exception::Busy;
-    CONTROL_STOP = Control::Stop;
-    CONTROL_ACKNOWLEDGE = Control::Acknowledge;
 }
 
-// What the assembly does by shifts: pairs of a flag and its unit, frames and units of axes, the
-// order of commands, direct ones among them, and of short forms.
+// What the assembly does by shifts: pairs of a flag and its unit, frames and units of axes, the order of short forms.
 const _: () = assert!(
-    command::MOVE_TO == command::MOVE_SPEED + 1
-        && command::MOVE_BY == command::MOVE_TO + 1
-        && command::SET_POSITION == command::MOVE_TO + 2
-        && command::HOME == command::MOVE_TO + 3
-        && command::PROBE == command::MOVE_TO + 4
-        && command::PROBE_MASK == command::MOVE_TO + 5
-        && command::JOG == command::HOME_PROFILE + 1
-        && Control::Pause as u8 == 133 - 130
-        && Control::Resume as u8 == 133 - 129
-        && flags::STEPS == 4
+    flags::STEPS == 4
         && flags::SPEED == 1 << 6
         && flags::SPEED_STEPS == 1 << 7
         && flags::ACCEL == 1
@@ -119,3 +95,5 @@ core::arch::global_asm!(include_str!("moves/home.s"), options(raw));
 core::arch::global_asm!(include_str!("made/home.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/probe.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/commands.s"), options(raw));
+// Made of firmware/src/rules/commands.rs.
+core::arch::global_asm!(include_str!("made/commands.s"), options(raw));

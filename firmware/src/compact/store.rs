@@ -5,7 +5,7 @@ use crate::vm::PART;
 use firmware::store::SEGMENT;
 use lang::image::at;
 use lang::record::{BoardRecord, RECORD_VERSION};
-use lang::wire::{Exception, Refusal, Upload};
+use lang::wire::{Refusal, Upload};
 
 /// Start of the program area.
 const AREA: u16 = AREA_END - SEGMENT * PART.segments as u16;
@@ -42,9 +42,6 @@ constants! {
     REFUSAL_TOO_LONG = Refusal::TooLong;
     REFUSAL_CRC = Refusal::Crc;
     REFUSAL_FLASH = Refusal::Flash;
-    EX_ILLEGAL_VALUE = Exception::IllegalValue;
-    EX_DEVICE_FAILURE = Exception::DeviceFailure;
-    EX_BUSY = Exception::Busy;
 }
 
 /// What a board that was never given a profile assumes.

@@ -1,6 +1,7 @@
 //! The rules that both chips share: what rustc makes of a function against the micro-code that `lower` has made of it,
 //! from the same random state; and what stands in the repository against what `lower` makes now.
 
+mod commands;
 mod coords;
 mod effects;
 mod home;
@@ -202,11 +203,16 @@ fn rules_say_the_same_by_rustc_and_as_micro_code() {
 }
 
 /// A chip that rules change as rustc has made them.
+#[derive(Clone)]
 pub struct Twin {
     /// The chip.
     pub chip: Chip,
     /// The record of its stored program.
     pub machine: MachineRecord,
+    /// The word of a command's next argument.
+    pub next: u16,
+    /// High half of the inputs that a probe wants off.
+    pub off: u16,
 }
 
 /// `call #..`.
@@ -243,7 +249,7 @@ pub fn proved(
         put(&mut chip);
         chip
     };
-    let mut twin = Twin { chip: begin(), machine: *machine };
+    let mut twin = Twin { chip: begin(), machine: *machine, next: 2, off: 0 };
     let result = rule(&mut twin);
     let mut here = OnChip::of(&begin(), &base.elf, true);
     let mut registers = Registers { acc: entry.acc, ..Registers::default() };
@@ -255,7 +261,13 @@ pub fn proved(
     }
     // Behind the call of the machine, where instructions come to it.
     let at = here.chip.at(label);
-    let at = if at & 1 == 0 && here.chip.board.peek16(at) == CALL { at + 4 } else { at };
+    let mut calls = (at..at + 6).step_by(2).filter(|at| here.chip.board.peek16(*at) == CALL);
+    let at = calls.next().filter(|at| at & 1 == 0).map_or(at, |at| at + 4);
+    // A command's arguments: the next one, and the second.
+    let command = commands::place(&here.chip, 2);
+    let second = here.chip.board.peek16(command);
+    here.chip.board.set_reg(5, command);
+    here.chip.board.set_reg(4, second);
     let end = run(&mut here, at, &mut registers).unwrap_or_else(|trap| panic!("{label}: {trap}"));
     assert_eq!(end, End::Returned);
     let scratch = entry.scratch.iter().map(|(name, bytes)| (base.chip.at(name), *bytes));

@@ -1,7 +1,7 @@
 //! Rules of ends: of two ways that end alike one jumps into the other.
 
 use super::{Blocks, REACH};
-use crate::ops::{HOLE, Line, Op, PLACE};
+use crate::ops::{Line, Op};
 
 /// Of two ways with the same operations up to their ends the one jumps into the other: the longest first.
 pub fn merge(blocks: &Blocks) -> Option<Vec<Line>> {
@@ -11,7 +11,6 @@ pub fn merge(blocks: &Blocks) -> Option<Vec<Line>> {
     let ends = (0..ops.len())
         .filter(|n| op(*n).is_some_and(|op| op.returns() || op.name == "GOTO"))
         .collect::<Vec<_>>();
-    let is_list = |op: &Op| op.name == PLACE || op.name == HOLE;
     let mut best: Option<(usize, usize, usize, usize)> = None;
     for &x in &ends {
         for &y in &ends {
@@ -21,7 +20,7 @@ pub fn merge(blocks: &Blocks) -> Option<Vec<Line>> {
             let (mut length, mut bytes) = (0, 0);
             while length <= x && length <= y && x - length != y {
                 let (Some(a), Some(b)) = (op(x - length), op(y - length)) else { break };
-                if a != b || is_list(a) || length > 0 && a.is_end() {
+                if a != b || a.is_place() || length > 0 && a.is_end() {
                     break;
                 }
                 bytes += blocks.size(a);

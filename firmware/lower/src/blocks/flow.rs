@@ -1,27 +1,11 @@
-//! The order of blocks: one that a jump goes to stands behind it.
+//! The order of blocks: one that a jump goes to stands behind it; what both ways begin with stands in front of the jump.
 
 use super::Blocks;
-use crate::ops::Line;
+use crate::ops::{Line, Op};
 
 /// A block that nothing falls into moves behind a jump to it.
 pub fn follow(blocks: &Blocks) -> Option<Vec<Line>> {
-    // Blocks end where execution does not go on, and the list of a switch with it.
-    let mut parts: Vec<Vec<Line>> = vec![Vec::new()];
-    for line in &blocks.lines {
-        let ended = parts.last().and_then(|part| {
-            part.iter().rev().find_map(|line| match line {
-                Line::Op(op) => Some(op.is_end()),
-                Line::Label(..) => Some(false),
-                Line::Check(_) => None,
-            })
-        });
-        if ended == Some(true) && matches!(line, Line::Label(..)) {
-            parts.push(Vec::new());
-        }
-        if let Some(part) = parts.last_mut() {
-            part.push(line.clone());
-        }
-    }
+    let parts = parts(&blocks.lines);
     let mut best: Option<(usize, Vec<Line>)> = None;
     for x in 0..parts.len() {
         let Some(Line::Op(last)) = parts[x].last() else { continue };
@@ -43,4 +27,52 @@ pub fn follow(blocks: &Blocks) -> Option<Vec<Line>> {
         }
     }
     best.map(|(_, lines)| lines)
+}
+
+/// Blocks end where execution does not go on, and the list of a switch with it.
+pub fn parts(lines: &[Line]) -> Vec<Vec<Line>> {
+    let mut parts: Vec<Vec<Line>> = vec![Vec::new()];
+    for line in lines {
+        let ended = parts.last().and_then(|part| {
+            part.iter().rev().find_map(|line| match line {
+                Line::Op(op) => Some(op.is_end()),
+                Line::Label(..) => Some(false),
+                Line::Check(_) => None,
+            })
+        });
+        if ended == Some(true) && matches!(line, Line::Label(..)) {
+            parts.push(Vec::new());
+        }
+        if let Some(part) = parts.last_mut() {
+            part.push(line.clone());
+        }
+    }
+    parts
+}
+
+/// What both ways of a jump begin with, that looks at a byte, stands in front of it.
+pub fn hoist(blocks: &Blocks) -> Option<Vec<Line>> {
+    for at in blocks.ops() {
+        let (Some(jump), Some(next)) = (blocks.op(at), blocks.op(at + 1)) else { continue };
+        let looks = matches!(
+            jump.name.as_str(),
+            "IF_ZERO" | "IF_SET" | "IF_ANY" | "IF_NONE" | "IF_IS" | "IF_IS_NOT"
+        );
+        let Some(label) = jump.to.as_deref().filter(|_| looks) else { continue };
+        let Some(there) = blocks.target(label).filter(|there| blocks.op(*there) == Some(next))
+        else {
+            continue;
+        };
+        let ways = |op: &Op| op.to.as_deref() == Some(label);
+        let users = blocks.ops().into_iter().filter(|n| blocks.op(*n).is_some_and(ways)).count();
+        let fallen = blocks.op(there.checked_sub(2)?).is_none_or(|before| !before.is_end());
+        let alone = users == 1 && !fallen && blocks.labels_of(there).len() == 1;
+        if alone && next.only_looks() {
+            let mut lines = blocks.lines.clone();
+            lines.remove(there);
+            lines.swap(at, at + 1);
+            return Some(lines);
+        }
+    }
+    None
 }

@@ -1,9 +1,10 @@
 //! Conditions: jumps by flags that are right already, by a byte, or by a comparison.
 
 use super::state::Held;
+use super::ways::refused;
 use super::{Made, Writer, is_byte};
 use crate::leaf::{Holds, Type};
-use crate::tree::{Call, Cond, Expr, Number, Vars};
+use crate::tree::{Call, Cond, Expr, Number, Size, Stmt, Vars};
 
 impl Writer<'_> {
     /// Goes to `label` unless a condition holds; variables of `out` are needed on either way.
@@ -86,6 +87,45 @@ impl Writer<'_> {
                 self.either(Some("IF_NEGATIVE"), Some("IF_CARRY"), so, label, out)
             }
         }
+    }
+
+    /// `if` a condition holds, a value is illegal: the operation that returns by itself then, where there is one.
+    pub(super) fn refuses(&mut self, cond: &Cond, then: &[Stmt], out: &Vars) -> Made<bool> {
+        if !refused(then) {
+            return Ok(false);
+        }
+        let zero = |value: &Expr| matches!(value, Expr::Number(zero) if zero.value == Some(0));
+        let flag = |call: &Call, holds| call.holds == Some(holds) && call.or.is_none();
+        match cond {
+            Cond::Not(inner) => match &**inner {
+                Cond::Below(value, Expr::Number(number)) if !self.is_long(value) => {
+                    self.value(value, out)?;
+                    self.op(&format!("BELOW {}", number.text));
+                    return Ok(true);
+                }
+                Cond::Same(value, none) if zero(none) && !self.is_long(value) => {
+                    self.value(value, out)?;
+                    self.op("BELOW 1");
+                    return Ok(true);
+                }
+                Cond::Bits(value, mask) => {
+                    self.value(value, out)?;
+                    self.op(&format!("TESTI {}", mask.text));
+                }
+                Cond::Call(call) if flag(call, Holds::NotEqual) => self.call(call, out)?,
+                _ => return Ok(false),
+            },
+            Cond::Same(value, none) if zero(none) && self.is_long(value) => {
+                self.value(value, out)?;
+                if !self.state.z {
+                    self.op("DO test_long");
+                }
+            }
+            Cond::Call(call) if flag(call, Holds::Equal) => self.call(call, out)?,
+            _ => return Ok(false),
+        }
+        self.op("WANTED");
+        Ok(true)
     }
 
     /// A jump by a flag: one for each sense, where there is one.
@@ -194,6 +234,13 @@ impl Writer<'_> {
             }
             self.either(Some("IF_EQUAL"), Some("IF_NOT_EQUAL"), so, label, out)?;
         } else {
+            if let (Expr::Place(word), true) = (a, number.wide)
+                && word.size == Size::Word
+            {
+                self.value(b, out)?;
+                self.formula("cmp", a, out)?;
+                return self.either(Some("IF_EQUAL"), Some("IF_NOT_EQUAL"), so, label, out);
+            }
             self.value(a, out)?;
             if number.value == Some(0) && self.state.z {
                 self.either(Some("IF_EQUAL"), Some("IF_NOT_EQUAL"), so, label, out)?;

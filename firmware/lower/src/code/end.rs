@@ -40,7 +40,7 @@ impl Writer<'_> {
             End::Done if self.state.zero => self.op("RETURN"),
             End::Done => self.op("DONE_"),
             End::NotYet => self.op("NOT_YET_"),
-            End::Fault(fault) => self.op(&format!("FAULT {fault}")),
+            End::Fault(fault) => self.fail(fault),
             End::Value(Expr::Call(call)) if call.or.is_none() => return self.last_call(call),
             End::Value(value) => {
                 self.value(value, &none)?;
@@ -49,6 +49,16 @@ impl Writer<'_> {
             End::Cond(cond) => return self.end_cond(cond),
         }
         Ok(())
+    }
+
+    /// With a fault or an exception.
+    pub(super) fn fail(&mut self, symbol: &str) {
+        if symbol.starts_with("EX_") {
+            self.op(&format!("LIT {symbol}"));
+            self.op("RETURN");
+        } else {
+            self.op(&format!("FAULT {symbol}"));
+        }
     }
 
     /// The flag of the function's result is left.

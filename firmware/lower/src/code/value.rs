@@ -1,7 +1,7 @@
 //! Values: into the accumulator, from there to places; calls.
 
 use super::state::{Held, Record};
-use super::{Made, WORD, Writer, is_byte};
+use super::{Made, OWN_RECORD, WORD, Writer, is_byte};
 use crate::leaf::{Holds, Type};
 use crate::ops::{Op, is_numbered, routine};
 use crate::tree::{Call, Cond, Expr, Pair, Place, Size, Var, Vars};
@@ -18,14 +18,14 @@ impl Writer<'_> {
     /// r9 is this record, the axis's own unless it has a name.
     fn need_record(&mut self, axis: Option<Var>, name: Option<&String>) -> Made<()> {
         let wanted = match (axis, name) {
-            (_, Some(name)) => Record::Named(name.clone()),
-            (Some(axis), None) => Record::Axis(axis),
-            (None, None) => return self.refuse("a record of no axis"),
+            (_, Some(name)) if name != OWN_RECORD => Record::Named(name.clone()),
+            (Some(axis), _) => Record::Axis(axis),
+            (None, _) => return self.refuse("a record of no axis"),
         };
         if self.state.dead || self.state.record.as_ref() == Some(&wanted) {
             return Ok(());
         }
-        if name.is_some() {
+        if matches!(wanted, Record::Named(_)) {
             return self.refuse("r9 is no longer that record");
         }
         self.need_axis(axis)?;
@@ -41,6 +41,10 @@ impl Writer<'_> {
                 if self.function.vars[*var] == Type::Long && self.state.stored.contains(var) =>
             {
                 Some(("F", self.slots[var].clone()))
+            }
+            Expr::Of("new", value) if is_whole(value) => {
+                let (formula, operand) = self.operand(value)?;
+                Some((formula, format!("{operand}, NEW")))
             }
             _ => None,
         }
@@ -135,6 +139,9 @@ impl Writer<'_> {
                 self.call(call, out)?;
             }
             Expr::Pair(op, a, b) => self.pair(*op, a, b, false, out)?,
+            Expr::Of("new", a) if is_whole(a) && self.operand(a).is_some() && !self.is_held(a) => {
+                self.formula("load", value, out)?;
+            }
             Expr::Of(routine, a) => {
                 self.value(a, out)?;
                 self.clobber(out)?;
@@ -224,6 +231,11 @@ impl Writer<'_> {
             if let Some(bit) = number.value.filter(|bit| number.text != bit.to_string()) {
                 self.same(&number.text, bit);
             }
+            // Sums of bytes take no more than that.
+            let a = match (op, a) {
+                (Pair::Add | Pair::Sub | Pair::And, Expr::Low(inner)) => inner,
+                _ => a,
+            };
             self.value(a, out)?;
             self.clobber(out)?;
             match (op, number.value) {
@@ -238,6 +250,9 @@ impl Writer<'_> {
         let name = match op {
             Pair::Add => "add",
             Pair::Sub => "sub",
+            Pair::Times => "times",
+            Pair::Over => "over",
+            Pair::Least => "least",
             _ => return self.refuse("& and >> with a number"),
         };
         let (mut a, mut b) = (a, b);
@@ -270,8 +285,9 @@ impl Writer<'_> {
         self.formula(name, b, out)
     }
 
-    fn formula(&mut self, name: &str, x: &Expr, out: &Vars) -> Made<()> {
-        if let Expr::Place(place) = x {
+    pub(super) fn formula(&mut self, name: &str, x: &Expr, out: &Vars) -> Made<()> {
+        let place = if let Expr::Of("new", inner) = x { &**inner } else { x };
+        if let Expr::Place(place) = place {
             self.pointers(place)?;
         }
         let Some((formula, operand)) = self.operand(x) else {
@@ -419,6 +435,17 @@ impl Writer<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// Whether a formula that makes a scaled number of a value reads no more than that.
+fn is_whole(value: &Expr) -> bool {
+    match value {
+        Expr::Place(place) => {
+            place.load.is_none() && (place.record.is_some() || place.size == Size::Long)
+        }
+        Expr::Var(_) => true,
+        _ => false,
     }
 }
 

@@ -3,7 +3,7 @@
 use quote::ToTokens;
 use syn::{BinOp, Expr as Rust, UnOp};
 
-use super::{Reader, item, no, path, size};
+use super::{Reader, failure, item, no, path, size};
 use crate::Refused;
 use crate::leaf::{Kind, Leaf, Type};
 use crate::tree::{Call, Cond, Expr, Number, Pair, Place, Size, Var};
@@ -24,7 +24,8 @@ impl Reader<'_> {
             Kind::Place(symbol, load) => Place {
                 symbol: symbol.clone(),
                 size: size(leaf.gives),
-                axis,
+                // Bytes have no place by axis.
+                axis: axis.filter(|_| leaf.gives != Type::Byte),
                 record: None,
                 load: load.clone(),
             },
@@ -156,6 +157,9 @@ impl Reader<'_> {
         }
         match expr {
             Rust::Paren(inner) => self.value(&inner.expr),
+            Rust::Path(path) if path.to_token_stream().to_string() == "Scaled :: ZERO" => {
+                Ok((Expr::Number(Number::of(0)), Some(Type::Long)))
+            }
             Rust::Path(_) => match path(expr).and_then(|name| self.names.get(&name)) {
                 Some(&var) => Ok((Expr::Var(var), Some(self.vars[var]))),
                 None => no(expr, "a variable, a number"),
@@ -173,9 +177,12 @@ impl Reader<'_> {
                 };
                 self.pair(op, &pair.left, &pair.right)
             }
-            Rust::Cast(cast) if cast.ty.to_token_stream().to_string() == "u8" => {
-                Ok((Expr::Low(Box::new(self.value(&cast.expr)?.0)), Some(Type::Byte)))
-            }
+            Rust::Cast(cast) => match cast.ty.to_token_stream().to_string().as_str() {
+                "u8" => Ok((Expr::Low(Box::new(self.value(&cast.expr)?.0)), Some(Type::Byte))),
+                // The same bits.
+                "u32" | "i32" => self.value(&cast.expr),
+                _ => no(cast, "as u8, as i32, as u32"),
+            },
             Rust::Try(tried) => self.tried(&tried.expr),
             Rust::If(branch) => {
                 let cond = self.cond(&branch.cond)?;
@@ -193,6 +200,14 @@ impl Reader<'_> {
                 let wide = match name.as_str() {
                     "u16::from" => Type::Word,
                     "i32::from" => Type::Long,
+                    "Scaled::new" => {
+                        let Some(n) = call.args.first() else { return no(call, "a number") };
+                        let n = match self.value(n)?.0 {
+                            n @ Expr::Number(_) => Expr::Wide(Box::new(n)),
+                            n => n,
+                        };
+                        return Ok((Expr::Of("new", Box::new(n)), Some(Type::Long)));
+                    }
                     "Axis::new" => {
                         let Some(n) = call.args.first() else { return no(call, "a number") };
                         return Ok((self.value(n)?.0, Some(Type::Axis)));
@@ -216,7 +231,7 @@ impl Reader<'_> {
                         record: None,
                         load: None,
                     };
-                    let mask = Expr::Number(Number { text: mask, value: Some(1) });
+                    let mask = Expr::Number(Number { text: mask, value: Some(1), wide: false });
                     let bit = Expr::Pair(Pair::And, Box::new(Expr::Place(byte)), Box::new(mask));
                     return Ok((Expr::Wide(Box::new(bit)), Some(wide)));
                 }
@@ -251,6 +266,10 @@ impl Reader<'_> {
             },
             ("wrapping_add" | "checked_add", Some(b)) => self.pair(Pair::Add, &call.receiver, b),
             ("wrapping_sub" | "checked_sub", Some(b)) => self.pair(Pair::Sub, &call.receiver, b),
+            ("times", Some(b)) => self.pair(Pair::Times, &call.receiver, b),
+            ("over", Some(b)) => self.pair(Pair::Over, &call.receiver, b),
+            ("least", Some(b)) => self.pair(Pair::Least, &call.receiver, b),
+            ("floor", None) => Ok(of("floor", self.value(&call.receiver)?)),
             ("wrapping_neg", None) => Ok(of("negate", self.value(&call.receiver)?)),
             ("wrapping_abs", None) => Ok(of("abs", self.value(&call.receiver)?)),
             ("max", Some(b)) if self.number(b)?.value == Some(0) => {
@@ -260,7 +279,10 @@ impl Reader<'_> {
                 let value = self.value(&call.receiver)?.0;
                 Ok((Expr::OrZero(Box::new(value)), Some(Type::Long)))
             }
-            _ => no(call, "wrapping_add, wrapping_sub, wrapping_neg, max(0), unwrap_or(0), bit"),
+            _ => no(
+                call,
+                "wrapping_add, wrapping_sub, wrapping_neg, max(0), unwrap_or(0), bit, times, over, least, floor",
+            ),
         }
     }
 
@@ -269,8 +291,8 @@ impl Reader<'_> {
         if let Rust::MethodCall(call) = expr
             && call.method == "ok_or"
         {
-            let Some(fault) = call.args.first().and_then(|fault| item(fault, "Fault")) else {
-                return no(call, "Fault::..");
+            let Some(fault) = call.args.first().and_then(failure) else {
+                return no(call, "Fault::.., Exception::..");
             };
             let value = self.value(&call.receiver)?.0;
             return Ok((Expr::OrFault(Box::new(value), fault), Some(Type::Long)));

@@ -161,7 +161,7 @@ pub const ROUTINES: &[Routine] = &[
         .loses("r")
         .means("the pace and the place behind it: r12 = 0, or not"),
     row("command_pace", Nothing, Long, "Z")
-        .needs("r")
+        .needs("ar")
         .leaves(Scratch::TEMP)
         .means("TEMP = the pace at r5; Z when one is not above 0"),
     row("command_axes", Nothing, Lost, "")

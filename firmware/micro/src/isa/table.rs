@@ -63,11 +63,11 @@ own! {
     NextAxis "micro_next_axis" "NEXT_AXIS" "micro_next_axis" [Jump] Nothing Kept OFF, "a" "" If "while there is another axis, r8 = 8, 4, 0";
     UpAxis "micro_up_axis" "UP_AXIS" "micro_up_axis" [Jump] Nothing Kept OFF, "a" "" If "the same upward from X";
     OrReturn "or_return" "" "micro_or_return" [] Low Kept Are("Z"), "" "" OnOrReturn "returns a fault in r12, goes on with 0";
-    Wanted "micro_wanted" "WANTED" "micro_wanted" [] Nothing Kept OFF, "" "" OnOrReturn "returns ILLEGAL_VALUE unless Z is clear";
+    Wanted "micro_wanted" "WANTED" "micro_wanted" [] Nothing Kept OFF, "" "" OnOrReturn "returns EX_ILLEGAL_VALUE unless Z is clear";
     ZeroIfCarry "zero_if_carry" "" "micro_zero_if_carry" [] Long Long OFF, "" "" On "acc = 0 when C is set";
     TestLong "test_long" "" "micro_test_long" [] Long Kept Are("Z"), "" "" On "Z of acc as a whole";
     Half "half" "" "micro_half" [] Low Low Are("ZNC"), "" "" On "r12 = half of it, rounded down; C = the bit that dropped";
-    Below "micro_below" "BELOW" "micro_below" [Number] Low Kept OFF, "" "" OnOrReturn "returns ILLEGAL_VALUE unless r12 < n";
+    Below "micro_below" "BELOW" "micro_below" [Number] Low Kept OFF, "" "" OnOrReturn "returns EX_ILLEGAL_VALUE unless r12 < n";
     CmpI "micro_cmpi" "CMPI" "micro_cmpi" [Number] Low Kept Are("ZNCV"), "" "" On "flags of r12 - n";
     Case "micro_case" "CASE" "micro_case" [Number, Jump] Low Kept OFF, "" "" If "if r12 is n";
     CaseNot "micro_case_not" "CASE_NOT" "micro_case_not" [Number, Jump] Low Kept OFF, "" "" If "if it is not";

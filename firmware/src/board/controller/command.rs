@@ -15,6 +15,16 @@ pub struct Command {
     pub homing_error: u8,
     /// Bit per axis: probing failed.
     pub probe_error: u8,
+    /// The word of the next argument.
+    pub next: u8,
+    /// Axes that are meant, and 64 for distances.
+    pub axes: u8,
+    /// Where a distance begins, or a run ends, steps.
+    pub start: i32,
+    /// um/s.
+    pub feed: i32,
+    /// New places of the axes, steps.
+    pub places: [i32; 3],
 }
 
 impl Command {
@@ -24,6 +34,7 @@ impl Command {
     }
 
     /// The 32 bits at word `n`, the low word first.
+    #[inline(never)]
     pub fn long(&self, n: usize) -> i32 {
         (u32::from(self.word(n + 1)) << 16 | u32::from(self.word(n))) as i32
     }

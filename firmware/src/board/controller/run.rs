@@ -4,6 +4,7 @@ use super::Controller;
 use super::effect::{END, Effect};
 use crate::vm::vm;
 use crate::vm_core;
+use firmware::rules::commands;
 use lang::fault::Fault;
 use lang::isa::Op;
 use lang::record::OutputStates;
@@ -122,12 +123,7 @@ impl Controller {
             return;
         }
         if result.is_err() {
-            let bit = 1 << self.program.effect.n;
-            if self.program.effect.code == Op::Probe as u8 {
-                self.command.probe_error |= bit;
-            } else {
-                self.command.homing_error |= bit;
-            }
+            commands::abandon(self);
         }
         self.program.forget();
     }

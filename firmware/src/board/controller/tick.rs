@@ -85,7 +85,7 @@ impl Controller {
         }
         self.lines.tick();
         self.trace.tick();
-        if self.command.jogs && self.lines.silence > SILENCE {
+        if self.command.jogs && (self.lines.silence > SILENCE || self.motor.moving() == 0) {
             self.command.jogs = false;
             self.motor.stop(0b111);
         }

@@ -158,13 +158,14 @@ impl Motor {
         convert(n, um, true).ok()
     }
 
-    /// Whether a place lies within the travel of a homed axis, and less than 2^31 steps away.
-    pub fn within(&self, n: u8, steps: i32) -> bool {
-        if place::way(self.position(n), steps).is_err() {
-            return false;
-        }
-        let (low, high) = (self.limit(n, true), self.limit(n, false));
-        low.is_none_or(|low| steps >= low) && high.is_none_or(|high| steps <= high)
+    /// Whether a command may send an axis to a place, steps, homed or not.
+    ///
+    /// # Errors
+    /// F01, F05.
+    pub fn allows(&self, axis: Axis, steps: i32) -> Result<(), Fault> {
+        place::way(self.position(axis.n()), steps)?;
+        let target = Target { value: steps, in_steps: true, frame: Target::RELATIVE };
+        coords::aim_place(&mut Aimed { motor: self, target, place: Place::default() }, axis, steps)
     }
 
     /// Where an axis is at this instant, steps.

@@ -36,11 +36,10 @@ module.rules.coords:
     F add UM, AXIS
     GOTO .Lcoords_m2
 .Lcoords_2:
-    IF_ANY FRAME_OF, F_STEPS|F_MACHINE, .Lcoords_7
+    IF_ANY FRAME_OF, F_STEPS|F_MACHINE, aim_place
     F add OFFSET, AXIS
 .Lcoords_m2:
     IF_OVERFLOW .Lcoords_m3
-.Lcoords_7:
     .global aim_place
     ROUTINE_ODD aim_place, module.rules.coords
     IF_NONE FRAME_OF, F_STEPS, .Lcoords_8

@@ -129,7 +129,7 @@ micro_wanted:
     bit #2, r15
     jeq micro_nothing
 micro_refuse:
-    mov #ILLEGAL_VALUE, r12
+    mov #EX_ILLEGAL_VALUE, r12
 micro_return:
     incd r1
     pop r10

@@ -59,7 +59,7 @@ impl Twin {
     }
 
     /// A routine of the chip for an axis.
-    fn of_axis(&mut self, routine: &str, axis: Axis, acc: i32) {
+    pub fn of_axis(&mut self, routine: &str, axis: Axis, acc: i32) {
         let mut chip = self.chip.clone();
         chip.call("axis_select", &[(12, axis.n().into())]);
         let registers = [(8, chip.reg(8)), (9, chip.reg(9)), (12, acc as u16)];
@@ -127,7 +127,7 @@ impl Homes for Twin {
         self.chip.set_long("OFFSET", 4 * u16::from(axis.n()), um as u32);
     }
     fn is_closed(&self) -> bool {
-        home::closed(&mut Twin { chip: self.chip.clone(), machine: self.machine })
+        home::closed(&mut self.clone())
     }
     fn way(&self, axis: Axis) -> u8 {
         self.field(axis, offset_of!(AxisRecord, flags), |r| r.flags.into()) as u8
