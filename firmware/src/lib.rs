@@ -24,7 +24,9 @@ pub const RELEASE: u16 = 0x0001;
 pub const WHOLE: Part = Part {
     name: "whole",
     chip: &Chip { name: "MSP430G2553 with 32 KB", flash: [0x8000, 0x8000], ..*G2553.chip },
-    features: G2553.features | feature::KEEP | feature::LINES | feature::EVENTS,
+    features: G2553.features | feature::LINES | feature::EVENTS | feature::COURSE,
+    course_pool: 28,
+    halts: true,
     segments: 6,
     at_room: 0,
     ..G2553

@@ -8,7 +8,7 @@
 //! - [`AxisRecord`](lang::record::AxisRecord): what an axis can do, from the program image.
 //! - [`scaled`]: numbers with a 24-bit mantissa and an exponent, assembly on the chip.
 //! - [`ramp`]: a run of equal events, as [`Segment`]s of 2 to 8 ms.
-//! - [`path`]: interpolated moves (G0 to G3) with 64 blocks of look-ahead, as [`PathSegment`]s.
+//! - [`path`]: interpolated moves (G0 to G3) with 95 blocks of look-ahead, as [`PathSegment`]s.
 //! - [`arc`]: G2 and G3: centre, limits, chords.
 //! - [`single`]: an axis on its own ramp (MoveAxe, MoveRel, START, MoveSpeed, homing, probing),
 //!   retargeted on the fly.
@@ -20,7 +20,7 @@
 //! formula, without a division for a step and without knowing the shape of the move in advance.
 //! Its intervals then change linearly. Measured over windows of 20 steps on 20 000 generated
 //! moves the acceleration stays within the ramp plus 5 % and one timer tick; ramps are planned
-//! 1/32 lower for that. A line of two axes costs the MSP430F5529 27 000 cycles, its statement, its first
+//! 1/32 lower for that. A line of two axes costs the MSP430F5529 21 000 cycles, its statement, its first
 //! segment and the main loop's share of that time among them.
 //!
 //! # Paths

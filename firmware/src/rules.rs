@@ -7,6 +7,7 @@ pub mod coords;
 pub mod effects;
 pub mod home;
 pub mod moves;
+pub mod probe;
 pub mod status;
 
 use lang::fault::Fault;
@@ -102,7 +103,7 @@ pub trait Machine {
     )]
     fn door(&self) -> bool;
     /// An emergency stop is on.
-    #[cfg_attr(any(), micro(code = "CALL emergency_now", holds = "NOT_EQUAL"))]
+    #[cfg_attr(any(), micro(code = "DO emergency_now", holds = "NOT_EQUAL"))]
     fn emergency(&self) -> bool;
     /// Code of the effect under way, 0 for none.
     #[cfg_attr(any(), micro(place = "EFFECT"))]
@@ -114,7 +115,7 @@ pub trait Machine {
     #[cfg_attr(any(), micro(place = "HOMING_ERROR"))]
     fn homing_failed(&self) -> u8;
     /// The axis's reference switch is closed.
-    #[cfg_attr(any(), micro(code = "CALL reference_at; DO input", holds = "NOT_EQUAL"))]
+    #[cfg_attr(any(), micro(code = "DO reference_at; DO input", holds = "NOT_EQUAL"))]
     fn reference_closed(&self, axis: Axis) -> bool;
     /// That switch is at the positive end.
     #[cfg_attr(

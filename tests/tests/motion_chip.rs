@@ -64,10 +64,13 @@ impl Chip {
 
     /// Calls a function with two 32-bit arguments; its 32-bit result.
     fn call(&mut self, name: &str, a: u32, b: u32) -> u32 {
-        let at = self.board.symbol(name).unwrap_or_else(|| panic!("no symbol {name}"));
-        let sp = STACK;
-        self.board.poke16(sp, HOME);
-        for (register, value) in [(0, at), (1, sp), (2, 0), (12, a as u16), (13, (a >> 16) as u16)]
+        let at = self.board.far_symbol(name).unwrap_or_else(|| panic!("no symbol {name}"));
+        // CALLA #at (SLAU208, 6.5.2) in front of the loop.
+        let (call, sp) = (HOME - 4, STACK + 2);
+        self.board.poke16(call, 0x13B0 | (at >> 16) as u16);
+        self.board.poke16(call + 2, at as u16);
+        for (register, value) in
+            [(0, call), (1, sp), (2, 0), (12, a as u16), (13, (a >> 16) as u16)]
         {
             self.board.set_reg(register, value);
         }
@@ -79,7 +82,7 @@ impl Chip {
         }
         self.board.run_for(100_000 * TICK);
         assert_eq!(self.board.reg(0), HOME, "{name}({a:#x}, {b:#x}) did not return");
-        assert_eq!(self.board.reg(1), sp + 2, "{name} leaves the stack as it was");
+        assert_eq!(self.board.reg(1), sp, "{name} leaves the stack as it was");
         for kept in 4..11 {
             assert_eq!(self.board.reg(kept), 0x1110 * kept as u16, "{name} keeps r{kept}");
         }

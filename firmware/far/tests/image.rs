@@ -39,7 +39,8 @@ fn every_way_out_of_a_far_function_is_a_far_one() {
     let code =
         |symbol: &object::Symbol<'_, '_>| symbol.kind() == SymbolKind::Text && symbol.size() > 0;
     let functions: Vec<_> = file.symbols().filter(code).collect();
-    let starts: BTreeSet<u64> = functions.iter().map(|own| own.address()).collect();
+    // Several functions of the arithmetic share a section, with labels of their own.
+    let starts: BTreeSet<u64> = file.symbols().map(|own| own.address()).collect();
     let gates: BTreeSet<u64> = file
         .symbols()
         .filter(|own| own.name().is_ok_and(|name| name.starts_with("gate.")))

@@ -9,6 +9,7 @@ use firmware::motion::{Feed, Pace};
 use firmware::rules::commands::{self, Commands};
 use firmware::rules::coords::Stands;
 use firmware::rules::home::BEGIN;
+use firmware::rules::probe::Paces;
 use firmware::rules::{Answer, Axis};
 use lang::fault::Fault;
 use lang::record::AxisRecord;
@@ -144,15 +145,6 @@ impl Commands for Controller {
         crate::step::watch(0, 0, false);
         self.program.forget();
     }
-    fn number(&self) -> u8 {
-        self.program.effect.n
-    }
-    fn set_number(&mut self, n: u8) {
-        self.program.effect.n = n;
-    }
-    fn axis(&self) -> Axis {
-        Axis::new(self.program.effect.n)
-    }
     fn set_homing_failed(&mut self, axis: Axis) {
         self.command.homing_error |= axis.bit();
     }
@@ -177,9 +169,6 @@ impl Commands for Controller {
     fn moving(&self) -> u8 {
         self.motor.moving()
     }
-    fn moving_of(&self, axis: Axis) -> u8 {
-        u8::from(self.is_moving(axis))
-    }
     fn in_the_way(&self) -> u8 {
         match self.command.word(0) {
             command::MOVE_SPEED..=command::MOVE_BY => u8::from(!self.motor.path_rests()),
@@ -201,32 +190,6 @@ impl Commands for Controller {
     }
     fn set_offset(&mut self, axis: Axis, um: i32) {
         self.motor.offset[axis.i()] = um;
-    }
-    fn take_pace(&mut self, n: Axis) {
-        self.seek.plan.pace = Pace::of(axis(n.n()));
-    }
-    fn count_in_steps(&mut self) {}
-    #[inline(never)]
-    fn rate(&mut self, _: Axis, value: i32) -> Scaled {
-        Scaled::new(value.max(0) as u32)
-    }
-    fn least_up(&mut self, rate: Scaled) -> Scaled {
-        self.seek.plan.pace.accel = self.seek.plan.pace.accel.least(rate);
-        self.seek.plan.pace.accel
-    }
-    fn least_speed(&mut self, rate: Scaled) -> Scaled {
-        self.seek.plan.pace.speed = self.seek.plan.pace.speed.least(rate);
-        self.seek.plan.pace.speed
-    }
-    fn least_down(&mut self, rate: Scaled) -> Scaled {
-        self.seek.plan.pace.decel = self.seek.plan.pace.decel.least(rate);
-        self.seek.plan.pace.decel
-    }
-    fn pace_up(&self) -> Scaled {
-        self.seek.plan.pace.accel
-    }
-    fn pace_speed(&self) -> Scaled {
-        self.seek.plan.pace.speed
     }
     fn start(&self) -> i32 {
         self.command.start
@@ -353,28 +316,10 @@ impl Commands for Controller {
     fn probe_level(&self) -> u16 {
         self.command.word(3)
     }
-    fn set_level(&mut self, level: u8) {
-        self.program.level = level;
-    }
-    fn await_input(&mut self, n: u8) {
-        self.seek.and = 1 << (n - 1);
-        self.seek.xor = if self.program.level != 0 { 0 } else { self.seek.and };
-    }
     fn and(&self) -> i32 {
         self.command.long(2)
     }
     fn xor(&self) -> i32 {
         self.command.long(4)
-    }
-    fn await_off(&mut self, inputs: i32) {
-        self.seek.xor = inputs as u32;
-    }
-    fn await_of(&mut self, inputs: i32) {
-        self.seek.and = inputs as u32;
-    }
-    fn begin_probe(&mut self, axis: Axis) -> bool {
-        let target = self.command.places[axis.i()];
-        Controller::begin_probe(self, self.seek.and, self.seek.xor, target, self.seek.plan.pace)
-            .is_ok()
     }
 }

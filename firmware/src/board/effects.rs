@@ -10,7 +10,7 @@ mod print;
 use crate::controller::{Controller, END, Event, PENDING};
 use crate::motor::AXES;
 use crate::vm::vm;
-use firmware::rules::{Progress, effects, moves};
+use firmware::rules::{Progress, effects, moves, probe};
 use lang::fault::Fault;
 use lang::isa::{first, flags, last};
 use lang::wire::TraceKind;
@@ -37,6 +37,7 @@ macro_rules! by_rule {
 }
 firmware::effect_rows!(by_rule);
 firmware::move_rows!(by_rule);
+firmware::probe_rows!(by_rule);
 
 impl Controller {
     /// Goes on with the effect; `true` when it is done.
@@ -54,10 +55,13 @@ impl Controller {
         {
             return Ok(false);
         }
+        if let Some(progress) = moves(self, code) {
+            return progress;
+        }
         if let Some(progress) = effects(self, code) {
             return progress;
         }
-        if let Some(progress) = moves(self, code) {
+        if let Some(progress) = probe(self, code) {
             return progress;
         }
         match code {
@@ -65,7 +69,6 @@ impl Controller {
             first::Linear..=last::Line => return self.linear(code),
             first::Arc..=last::ArcBy => return self.arc(code),
             first::Home..=last::HomeQuery => return self.home(code),
-            first::Probe => return self.probe(),
             first::MoveSpeed => return self.move_speed(),
             first::StopAxe => {
                 if self.program.first() {

@@ -6,7 +6,7 @@ use firmware::motion::Pace;
 use firmware::rules::home::{BEGIN, FAST, Homes, SLOW, home};
 use firmware::rules::{Axis, Progress};
 use lang::fault::Fault;
-use lang::isa::Op;
+use lang::isa::{first, last};
 use lang::record::AxisRecord;
 
 impl Controller {
@@ -48,12 +48,9 @@ impl Controller {
 
     /// Whether the effect under way looks for a switch or a probe at this instant.
     pub fn seeks(&self) -> bool {
-        const HOME: u8 = Op::Home as u8;
-        const HOME_QUERY: u8 = Op::HomeQuery as u8;
-        const PROBE: u8 = Op::Probe as u8;
         match self.program.effect.code {
-            HOME..=HOME_QUERY => matches!(self.program.effect.phase, FAST | SLOW),
-            PROBE => self.program.effect.phase == 1,
+            first::Home..=last::HomeQuery => matches!(self.program.effect.phase, FAST | SLOW),
+            first::Probe => self.program.effect.phase == 1,
             _ => false,
         }
     }
@@ -177,6 +174,6 @@ impl Homes for Controller {
         self.motor.settle_here(axis.n());
     }
     fn asks(&self) -> bool {
-        self.program.effect.code == Op::HomeQuery as u8
+        self.program.effect.code == first::HomeQuery
     }
 }

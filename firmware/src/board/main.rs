@@ -25,6 +25,7 @@ mod link;
 mod lock;
 mod map;
 mod math;
+mod memory;
 mod motor;
 mod moves;
 mod observe;

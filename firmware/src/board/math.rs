@@ -296,19 +296,45 @@ pasapas_udivmod:
     clr r11
     /* the same of r11:r10:r15:r14 over r13:r12 */
 pasapas_divide:
-    mov #32, r9
     .if {roomy}
-    /* below 2^16 the upper half of the quotient is 0 */
-    tst r15
-    jne 1f
+    /* by 15 bits a word of the quotient at a time, the upper one only where there is one */
+    tst r13
+    jne 4f
+    tst r12
+    jn 4f
     tst r10
-    jne 1f
-    tst r11
-    jne 1f
+    jne 5f
+    cmp r12, r15
+    jhs 5f
+    mov r15, r10
+    clr r15
+    jmp 6f
+5:  call #pasapas_word
+6:  mov r15, r13
     mov r14, r15
-    clr r14
-    mov #16, r9
+    push r13
+    call #pasapas_word
+    mov r15, r12
+    pop r13
+    ret
+    /* r10:r15 over r12: 16 bits of quotient in r15, remainder in r10; uses r9 */
+pasapas_word:
+    mov #4, r9
+7:  .rept 4
+    rla r15
+    rlc r10
+    cmp r12, r10
+    jlo 8f
+    sub r12, r10
+    inc r15
+8:
+    .endr
+    dec r9
+    jne 7b
+    ret
+4:
     .endif
+    mov #32, r9
 1:  rla r14
     rlc r15
     rlc r10
@@ -390,66 +416,6 @@ crc16_steps:
     jne 1b
     ret
     .endif
-
-    .section .text.memcpy,"ax",@progbits
-module.math$memcpy:
-    .global memcpy
-    /* r12 to, r13 from, r14 bytes; returns r12 */
-memcpy:
-    mov r12, r15
-    bit #1, r12
-    jne 2f
-    bit #1, r13
-    jne 2f
-    /* words as long as there are two bytes, and both ends are even */
-    jmp 4f
-3:  mov @r13+, r11
-    mov r11, 0(r15)
-    incd r15
-4:  decd r14
-    jc 3b
-    incd r14
-    jmp 2f
-1:  mov.b @r13+, r11
-    mov.b r11, 0(r15)
-    inc r15
-    dec r14
-2:  tst r14
-    jne 1b
-    ret
-
-    .section .text.memmove,"ax",@progbits
-module.math$memmove:
-    .global memmove
-    /* as memcpy; from the end when the places overlap that way */
-memmove:
-    cmp r13, r12
-    jlo memcpy
-    mov r12, r15
-    add r14, r15
-    add r14, r13
-    jmp 2f
-1:  dec r13
-    dec r15
-    mov.b @r13, r11
-    mov.b r11, 0(r15)
-    dec r14
-2:  tst r14
-    jne 1b
-    ret
-
-    .section .text.memset,"ax",@progbits
-module.math$memset:
-    .global memset
-memset:
-    mov r12, r15
-    jmp 2f
-1:  mov.b r13, 0(r15)
-    inc r15
-    dec r14
-2:  tst r14
-    jne 1b
-    ret
     "#,
     multiplier = const cfg!(feature = "f5529") as u8,
     roomy = const cfg!(feature = "f5529") as u8,

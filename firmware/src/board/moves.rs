@@ -8,7 +8,7 @@ use firmware::motion::scaled::Scaled;
 use firmware::motion::single::steps_of;
 use firmware::motion::{Feed, Pace};
 use lang::fault::Fault;
-use lang::isa::{Op, SHORT_AXES, flags};
+use lang::isa::{SHORT_AXES, first, flags, last};
 use lang::place::{Place, Target, way};
 use lang::wire::TraceKind;
 
@@ -35,14 +35,14 @@ impl Controller {
     /// Those of the target and of the speed.
     pub fn move_axe(&mut self, code: u8) -> Result<bool, Fault> {
         if self.program.first() {
-            let bits = match code.wrapping_sub(Op::MoveTo as u8) {
+            let bits = match code.wrapping_sub(first::MoveTo) {
                 n @ 0..=2 => n,
                 n @ 3..=5 => (n - 3) | flags::RELATIVE,
                 _ => vm().operand(),
             };
             let n = bits & flags::AXIS;
             let mut ramps = 0;
-            if code == Op::MoveRamp as u8 {
+            if code == first::MoveRamp {
                 ramps = vm().operand();
             }
             let mut pace = Pace::of(axis(n));
@@ -115,17 +115,12 @@ impl Controller {
     /// # Errors
     /// Those of the targets.
     pub fn linear(&mut self, code: u8) -> Result<bool, Fault> {
-        const RAPID: u8 = Op::Rapid as u8;
-        const LINE: u8 = Op::Line as u8;
-        const LINE_LAST: u8 = LINE + 4;
-        const LINEAR: u8 = Op::Linear as u8;
-        const MIXED: u8 = Op::LinearMixed as u8;
         // A feed block joins the path when there is room; axes of their own must rest first, and
         // everything before a rapid move.
         if self.program.effect.phase == 0 {
             let rapid = match code {
-                RAPID..LINE => true,
-                LINE..=LINE_LAST => false,
+                first::Rapid..=last::Rapid => true,
+                first::Line..=last::Line => false,
                 _ => {
                     let bits = vm().operand();
                     self.vm_back();
@@ -139,15 +134,17 @@ impl Controller {
             self.program.effect.phase = 1;
             let mut frames = 0;
             let bits = match code {
-                RAPID..LINE => SHORT_AXES[usize::from(code - RAPID)].0 | flags::RAPID,
-                LINE..=LINE_LAST => SHORT_AXES[usize::from(code - LINE)].0,
+                first::Rapid..=last::Rapid => {
+                    SHORT_AXES[usize::from(code - first::Rapid)].0 | flags::RAPID
+                }
+                first::Line..=last::Line => SHORT_AXES[usize::from(code - first::Line)].0,
                 _ => vm().operand(),
             };
             let mut in_steps = if bits & flags::COMMON_STEPS != 0 { 0xFF } else { 0 };
-            if code == MIXED {
+            if code == first::LinearMixed {
                 frames = vm().operand();
                 in_steps = bits >> 5;
-            } else if code == LINEAR {
+            } else if code == first::Linear {
                 frames = (bits >> flags::COMMON_FRAME) * 0b01_0101;
             }
             let mut places = [Place::default(); 3];

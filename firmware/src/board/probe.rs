@@ -1,124 +1,29 @@
-//! Probe and ProbeMask.
+//! Probe and ProbeMask: what [`firmware::rules::probe`] looks at and does here.
 
 use crate::controller::Controller;
-use crate::moves::rate;
 use crate::step;
 use crate::vm::{axis, vm};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::single::steps_of;
 use firmware::motion::{Feed, Pace};
+use firmware::rules::Axis;
+use firmware::rules::probe::{MOVES, Paces, Probes};
 use lang::fault::Fault;
 use lang::isa::flags;
 use lang::place::Target;
-use lang::wire::TraceKind;
 
 impl Controller {
-    /// Probe, ProbeMask.
-    ///
-    /// # Errors
-    /// F19, F12, those of the limit and of the speed.
-    pub fn probe(&mut self) -> Result<bool, Fault> {
-        if self.program.effect.phase == 0 {
-            let bits = vm().operand();
-            let n = bits & flags::AXIS;
-            if self.motor.moves(n) {
-                self.vm_back();
-                return Ok(false);
-            }
-            let sensor = vm().operand();
-            let and;
-            let mut xor = 0u32;
-            if sensor & flags::MASK != 0 {
-                xor = vm().pop() as u32;
-                and = vm().pop() as u32;
-            } else {
-                let mut number = u16::from(self.record.probe);
-                let mut on = true;
-                if sensor & flags::SENSOR != 0 {
-                    on = vm().pop() != 0;
-                    number = vm().pop_small(17);
-                }
-                if number == 0 || number > 17 {
-                    return Err(Fault::ValueRange);
-                }
-                and = 1 << (number - 1);
-                if !on {
-                    xor = and;
-                }
-            }
-            let mut pace = Pace::of(axis(n));
-            if bits & flags::SPEED != 0 {
-                pace.speed = pace.speed.least(rate(n, vm().pop(), bits & flags::SPEED_STEPS != 0)?);
-            } else {
-                pace.speed = match self.program.feed {
-                    Feed::Rapid => return Err(Fault::SpeedRange),
-                    Feed::Um(feed) => pace.speed.least(steps_of(axis(n), feed)),
-                    Feed::Steps(feed) => pace.speed.least(Scaled::new(feed)),
-                };
-            }
-            let limit = Target {
-                value: vm().pop(),
-                in_steps: bits & flags::STEPS != 0,
-                frame: bits >> flags::PROBE_FRAME & 3,
-            };
-            let place = self.motor.aim(n, limit)?;
-            self.program.effect.n = n;
-            self.program.effect.bits = bits;
-            self.program.effect.phase = 1;
-            if let Err(fault) = self.begin_probe(and, xor, place.steps, pace) {
-                self.emit_outcome(TraceKind::Probe, n, false, self.motor.position(n));
-                return Err(fault);
-            }
-            return Ok(false);
+    fn inputs_answer(&self) -> bool {
+        let mut inputs = u32::from(self.io.raw);
+        if self.input(17) {
+            inputs |= 1 << 16;
         }
-        let n = self.program.effect.n;
-        let i = usize::from(n);
-        if self.program.effect.phase == 1 {
-            let position = self.motor.position(n);
-            let pin = step::hit() != 0;
-            if pin || self.probed() {
-                let caught = if pin { step::caught(i, position) } else { position };
-                self.motor.probed[i] = caught;
-                self.motor.probe_ok |= 1 << n;
-                self.motor.hit(n, caught);
-                self.program.effect.phase = 2;
-            } else if !self.motor.moves(n) {
-                self.program.effect.phase = 3;
-            }
-            return Ok(false);
-        }
-        if self.motor.moves(n) {
-            return Ok(false);
-        }
-        step::watch(0, 0, false);
-        let ok = self.program.effect.phase == 2;
-        let place = if ok { self.motor.probed[i] } else { self.motor.position(n) };
-        self.emit_outcome(TraceKind::Probe, n, ok, place);
-        if !ok && self.program.effect.bits & flags::QUERY == 0 {
-            return Err(Fault::ProbeMissed);
-        }
-        Ok(true)
+        self.seek.probes(inputs)
     }
 
-    /// Begins a probe move to `target` steps until `(inputs & and) ^ xor` is not 0.
-    ///
-    /// # Errors
-    /// F19.
-    pub fn begin_probe(
-        &mut self,
-        and: u32,
-        xor: u32,
-        target: i32,
-        pace: Pace,
-    ) -> Result<(), Fault> {
-        let n = self.program.effect.n;
-        self.seek.and = and;
-        self.seek.xor = xor;
-        self.motor.probe_ok &= !(1 << n);
-        if self.probed() {
-            return Err(Fault::InputActive);
-        }
-        // The probe pin stops the counting at its very step.
+    /// The probe pin stops the counting at its very step.
+    fn watch_probe(&mut self) {
+        let and = self.seek.and;
         let pin = if !self.chained() {
             ((and as u8) << 4) & 0xF0
         } else if and == 1 << 16 {
@@ -131,19 +36,175 @@ impl Controller {
             if !self.chained() {
                 inverted = self.record.input_invert & and as u16 != 0;
             }
-            let idle = if (xor == 0) != inverted { pin } else { 0 };
+            let idle = if (self.seek.xor == 0) != inverted { pin } else { 0 };
             step::watch(pin, idle, false);
         }
-        self.motor.settle(n, target);
-        self.motor.go(n, target, pace, true);
+    }
+}
+
+impl Paces for Controller {
+    fn take_pace(&mut self, n: Axis) {
+        self.seek.plan.pace = Pace::of(axis(n.n()));
+    }
+    fn count_in_steps(&mut self) {
+        self.command.in_um = false;
+    }
+    fn count_in_um(&mut self) {
+        self.command.in_um = true;
+    }
+    #[inline(never)]
+    fn rate(&mut self, n: Axis, value: i32) -> Scaled {
+        if value <= 0 {
+            return Scaled::ZERO;
+        }
+        if self.command.in_um {
+            steps_of(axis(n.n()), value as u32)
+        } else {
+            Scaled::new(value as u32)
+        }
+    }
+    fn least_up(&mut self, rate: Scaled) -> Scaled {
+        let pace = &mut self.seek.plan.pace;
+        pace.accel = pace.accel.least(rate);
+        pace.accel
+    }
+    #[inline(never)]
+    fn least_speed(&mut self, rate: Scaled) -> Scaled {
+        let pace = &mut self.seek.plan.pace;
+        pace.speed = pace.speed.least(rate);
+        pace.speed
+    }
+    fn least_down(&mut self, rate: Scaled) -> Scaled {
+        let pace = &mut self.seek.plan.pace;
+        pace.decel = pace.decel.least(rate);
+        pace.decel
+    }
+    fn pace_up(&self) -> Scaled {
+        self.seek.plan.pace.accel
+    }
+    fn pace_speed(&self) -> Scaled {
+        self.seek.plan.pace.speed
+    }
+}
+
+impl Probes for Controller {
+    fn take_flags(&mut self) -> Axis {
+        let bits = vm().operand();
+        let axis = Axis::new(bits & flags::AXIS);
+        self.program.effect.n = axis.n();
+        self.program.effect.bits = bits;
+        self.take_pace(axis);
+        axis
+    }
+    fn comes_later(&mut self, axis: Axis) -> bool {
+        let later = self.motor.moves(axis.n());
+        if later {
+            self.vm_back();
+            self.program.effect.phase = 0;
+        }
+        later
+    }
+    fn take_sensor(&mut self) {
+        self.program.effect.left = vm().operand().into();
+    }
+    fn has_masks(&self) -> bool {
+        self.program.effect.left as u8 & flags::MASK != 0
+    }
+    fn has_sensor(&self) -> bool {
+        self.program.effect.left as u8 & flags::SENSOR != 0
+    }
+    fn sensor(&self) -> u8 {
+        self.record.probe
+    }
+    fn await_off(&mut self, inputs: i32) {
+        self.seek.xor = inputs as u32;
+    }
+    fn await_of(&mut self, inputs: i32) {
+        self.seek.and = inputs as u32;
+    }
+    #[inline(never)]
+    fn await_input(&mut self, n: u8) {
+        self.seek.and = 1 << ((n - 1) & 31);
+        self.seek.xor = if self.program.level != 0 { 0 } else { self.seek.and };
+    }
+    fn has_speed(&self) -> bool {
+        self.program.effect.bits & flags::SPEED != 0
+    }
+    fn take_speed(&mut self, axis: Axis) -> Scaled {
+        self.command.in_um = self.program.effect.bits & flags::SPEED_STEPS == 0;
+        let speed = self.rate(axis, vm().pop());
+        self.least_speed(speed)
+    }
+    fn feed(&self) -> i32 {
+        match self.program.feed {
+            Feed::Rapid => 0,
+            Feed::Um(feed) => feed as i32,
+            Feed::Steps(feed) => (feed as i32).wrapping_neg(),
+        }
+    }
+    fn take_frame(&mut self) {}
+    fn aim_at(&mut self, axis: Axis, limit: i32) -> Result<(), Fault> {
+        let bits = self.program.effect.bits;
+        let limit = Target {
+            value: limit,
+            in_steps: bits & flags::STEPS != 0,
+            frame: bits >> flags::PROBE_FRAME & 3,
+        };
+        self.command.places[axis.i()] = self.motor.aim(axis.n(), limit)?.steps;
         Ok(())
     }
-
-    fn probed(&self) -> bool {
-        let mut inputs = u32::from(self.io.raw);
-        if self.input(17) {
-            inputs |= 1 << 16;
+    fn begin_probe(&mut self, axis: Axis) -> bool {
+        self.motor.probe_ok &= !axis.bit();
+        if self.inputs_answer() {
+            return false;
         }
-        self.seek.probes(inputs)
+        self.watch_probe();
+        let target = self.command.places[axis.i()];
+        self.motor.settle(axis.n(), target);
+        self.motor.go(axis.n(), target, self.seek.plan.pace, true);
+        self.program.effect.phase = MOVES;
+        true
+    }
+    fn axis(&self) -> Axis {
+        Axis::new(self.program.effect.n)
+    }
+    fn phase(&self) -> u8 {
+        self.program.effect.phase
+    }
+    fn set_phase(&mut self, phase: u8) {
+        self.program.effect.phase = phase;
+    }
+    fn next_phase(&mut self) {
+        self.program.effect.phase += 1;
+    }
+    fn hit(&self) -> u8 {
+        step::hit()
+    }
+    fn caught(&mut self, axis: Axis) -> i32 {
+        step::caught(axis.i(), self.motor.position(axis.n()))
+    }
+    fn answers(&self) -> bool {
+        self.inputs_answer()
+    }
+    fn moving_of(&self, axis: Axis) -> u8 {
+        u8::from(self.motor.moves(axis.n()))
+    }
+    fn probed(&self, axis: Axis) -> i32 {
+        self.motor.probed[axis.i()]
+    }
+    fn set_probed(&mut self, axis: Axis, steps: i32) {
+        self.motor.probed[axis.i()] = steps;
+    }
+    fn set_answered(&mut self, axis: Axis) {
+        self.motor.probe_ok |= axis.bit();
+    }
+    fn brake_from(&mut self, axis: Axis, steps: i32) {
+        self.motor.hit(axis.n(), steps);
+    }
+    fn watch_nothing(&mut self) {
+        step::watch(0, 0, false);
+    }
+    fn is_asked(&self) -> bool {
+        self.program.effect.bits & flags::QUERY != 0
     }
 }

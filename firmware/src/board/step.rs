@@ -102,6 +102,9 @@ struct Shared {
     /// Where the power of a path's segment goes when it begins: a compare register, or the word behind this.
     beam: u16,
     nowhere: u16,
+    /// Path: the slot that played when the main loop looked last, and the time of those behind it.
+    seen: u16,
+    ahead: u16,
 }
 
 #[unsafe(no_mangle)]
@@ -141,6 +144,8 @@ pub fn clear() {
         state().write(core::mem::zeroed());
         (*shared()).fill = 0;
         (*shared()).current = 0;
+        (*shared()).seen = 0;
+        (*shared()).ahead = 0;
     }
 }
 
@@ -216,27 +221,26 @@ pub fn path_has_room() -> bool {
     !is_held(slot(usize::from(unsafe { (*shared()).fill })))
 }
 
-/// Time that the segments behind the playing one last ([`queue::time`]).
+/// Time that the segments behind the playing one last ([`queue::time`]): of those that have begun since the last time
+/// it is taken off. 0 at rest, where the place behind the last one plays, which has an old time.
 pub fn ahead() -> u16 {
-    let mut time = 0;
-    // SAFETY: a byte of the main loop's own, single words that the interrupt writes; the places are inside the
-    // path's state.
+    if !is_running() {
+        return 0;
+    }
+    // SAFETY: words of the main loop's own, a single one that the interrupt writes; the places are inside the path's
+    // state.
     unsafe {
-        let first = slot(0);
-        let fill = slot(usize::from((*shared()).fill));
-        let mut at = fill;
-        loop {
-            // From slot to slot: an index would be multiplied each time.
-            if at == first {
-                at = first.add(SLOTS);
+        let shared = shared();
+        let current = (&raw const (*shared).current).read_volatile();
+        while (*shared).seen != current {
+            let mut next = ((*shared).seen as *mut PathSlot).add(1);
+            if next == slot(0).add(SLOTS) {
+                next = slot(0);
             }
-            at = at.sub(1);
-            let current = (&raw const (*shared()).current).read_volatile() == at as u16;
-            if current || at == fill || !is_held(at) {
-                return time;
-            }
-            time += (*at).time;
+            (*shared).seen = next as u16;
+            (*shared).ahead -= (*next).time;
         }
+        (*shared).ahead
     }
 }
 
@@ -271,8 +275,10 @@ pub fn shine_at(address: u16) {
 }
 
 /// Hands a segment of a path to the engine, with the power that [`PathSlot`] wants; there must be room. A resting
-/// engine starts. Returns the time that it takes ([`queue::time`]).
-pub fn put_path(segment: &PathSegment, power: u16) -> u16 {
+/// engine starts.
+pub fn put_path(segment: &PathSegment, power: u16) {
+    // What began meanwhile may be the slot's last segment.
+    ahead();
     // SAFETY: only the main loop reads and writes it.
     let n = usize::from(unsafe { (*shared()).fill });
     let slot = slot(n);
@@ -296,16 +302,18 @@ pub fn put_path(segment: &PathSegment, power: u16) -> u16 {
         (*slot).power = power;
         guard::arm(&raw mut (*slot).ramp.events, segment.ramp.events);
         (*shared()).fill = ((n + 1) % SLOTS) as u8;
+        (*shared()).ahead += time;
         if !is_running() {
             // The slot before, an empty one: the first interrupt leaves it and begins this one.
             (*shared()).current = self::slot((n + SLOTS - 1) % SLOTS) as u16;
+            (*shared()).seen = (*shared()).current;
+            (*shared()).ahead = time;
             let long = (*shared()).width != 0;
             let handler = if long { pasapas_path_long } else { pasapas_path_event };
             (*shared()).vector = handler as *const () as usize as u16;
             start(0);
         }
     }
-    time
 }
 
 /// Whether a segment of an axis of its own would be taken.

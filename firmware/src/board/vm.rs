@@ -11,7 +11,7 @@ use firmware::motion::math::{signed, size};
 use firmware::verify::{Bytes, CODE, MACHINE};
 use lang::fault::Fault;
 use lang::image::{HEADER, at, cells};
-use lang::isa::Op;
+use lang::isa::first;
 use lang::record::{AxisRecord, MachineRecord, feature};
 use lang::vm::{entry, flag};
 
@@ -335,15 +335,8 @@ impl State {
     /// # Errors
     /// The fault of the instruction.
     pub fn soft(&mut self, code: u8) -> Result<bool, Fault> {
-        const LEAVE: u8 = Op::Leave as u8;
-        const ON_ERROR: u8 = Op::OnError as u8;
-        const ON_ERROR_STOP: u8 = Op::OnErrorStop as u8;
-        const RESUME_NEXT: u8 = Op::ResumeNext as u8;
-        const ERR: u8 = Op::Err as u8;
-        const ERL: u8 = Op::Erl as u8;
-        const TO_STEPS: u8 = Op::ToSteps as u8;
         match code {
-            LEAVE => {
+            first::Leave => {
                 if crate::streams() || self.newest().1 | 1 == entry::ERROR | 1 {
                     self.calls = pool();
                     self.sp = pool_end();
@@ -352,18 +345,18 @@ impl State {
                     return Ok(true);
                 }
             }
-            ON_ERROR => self.handler = self.code + self.operand_word(),
-            ON_ERROR_STOP => self.handler = 0,
-            RESUME_NEXT => return self.resume_next(),
-            ERR => self.push(i32::from(self.fault)),
-            ERL => {
+            first::OnError => self.handler = self.code + self.operand_word(),
+            first::OnErrorStop => self.handler = 0,
+            first::ResumeNext => return self.resume_next(),
+            first::Err => self.push(i32::from(self.fault)),
+            first::Erl => {
                 let line = if self.fault == 0 { 0 } else { self.line(self.fault_pc) };
                 self.push(i32::from(line));
             }
             _ => {
                 let axis = self.operand();
                 let value = self.top;
-                self.top = convert(axis, value, code == TO_STEPS)?;
+                self.top = convert(axis, value, code == first::ToSteps)?;
             }
         }
         Ok(false)

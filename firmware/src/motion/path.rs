@@ -5,70 +5,26 @@
 //! by `acc += inc` with the carry as the step, `inc = steps * 2^32 / events` and `acc` starting at
 //! one half: each stays within half a step of the ideal line and all arrive together.
 //!
-//! Up to 64 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
+//! Up to 95 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
 //! them is the largest of which the deviation of an inscribed arc stays within the profile's corner
 //! tolerance (junction deviation), with which the arc that touches both, in the middle of the shorter
 //! one, needs no more than their ramp, that neither block's feed forbids, and from which all that is
 //! known behind it can come to rest.
 
-mod geometry;
-pub mod ring;
+mod block;
+mod brakes;
+pub mod geometry;
+mod ring;
+mod waiting;
 
 use super::arc::{Arc, Walk};
-use super::math::{fraction, largest, size};
+use super::math::{fraction, size};
 use super::ramp::{Limits, Run, Segment};
 use super::scaled::Scaled;
+pub use block::{Block, FOLLOWS, FULL, Feed, Manner};
 use geometry::{Geometry, Shape, Tail, tangent, to_um};
 use lang::record::AxisRecord;
-use ring::Ring;
-
-/// How fast a block may go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Feed {
-    /// As fast as every axis can.
-    Rapid,
-    /// um/s along the path.
-    Um(u32),
-    /// steps/s along the path.
-    Steps(u32),
-}
-
-/// An interpolated move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Block {
-    /// Distance of each axis, steps.
-    pub steps: [i32; 3],
-    /// The same in um as it was commanded, from which its direction follows: whole steps would turn the
-    /// chords of a curve to and fro. All 0: from the steps.
-    pub um: [i32; 3],
-    /// How it runs.
-    pub manner: Manner,
-}
-
-/// [`Manner::power`]: the power is 0 to [`FULL`] and follows the speed.
-pub const FOLLOWS: u16 = 1 << 15;
-/// The most that such a power comes to, when an override makes the speed higher than what was programmed.
-pub const FULL: u16 = 1 << 14;
-
-/// How a block runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Manner {
-    /// Its speed.
-    pub feed: Feed,
-    /// Come to rest at the end (G61).
-    pub exact: bool,
-    /// Power of a laser on its way, below [`FOLLOWS`], which may be added.
-    pub power: u16,
-    /// What the caller knows it by, 24 bits: comes back with its first segment.
-    pub tag: u32,
-}
-
-impl Manner {
-    /// Dark.
-    pub const fn new(feed: Feed, exact: bool) -> Manner {
-        Manner { feed, exact, power: 0, tag: 0 }
-    }
-}
+use ring::{Ring, Taken};
 
 /// A segment with what the engine's three accumulators need.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -110,6 +66,18 @@ impl PathSegment {
 
 /// Where the accumulators of a line begin: one half.
 const HALF: u16 = 1 << 15;
+
+/// A line of the small chip, where the ring keeps less.
+#[cfg(not(target_arch = "msp430"))]
+#[derive(Clone, Copy, Debug)]
+struct Ending {
+    /// Square of the speed at which it may end.
+    end2: Scaled,
+    /// See [`Geometry`].
+    pitch: Scaled,
+    /// See [`Geometry`].
+    feed: Scaled,
+}
 
 /// The planner of interpolated motion.
 #[derive(Clone, Copy, Debug)]
@@ -154,6 +122,9 @@ pub struct Path {
     /// The end of the newest block; `None` where the next one begins at rest.
     tail: Option<Tail>,
     ring: Ring,
+    /// The newest line, where the host has said how fast it may end ([`Path::push_ending`]).
+    #[cfg(not(target_arch = "msp430"))]
+    ending: Option<Ending>,
 }
 
 impl Path {
@@ -186,6 +157,8 @@ impl Path {
         way: [0; 3],
         tail: None,
         ring: Ring::EMPTY,
+        #[cfg(not(target_arch = "msp430"))]
+        ending: None,
     };
 
     /// An idle path that may leave a corner by `corner` um, for a step timer of `clock` Hz.
@@ -210,6 +183,24 @@ impl Path {
         self.append(axes, &shape, &block.manner)
     }
 
+    /// Takes a line that may end at a speed of this square, (um/s)^2, though none behind it is known: as the small chip
+    /// plans, to the last bit. One at a time may wait, and what is pushed behind it must be a line of the same kind.
+    #[cfg(not(target_arch = "msp430"))]
+    pub fn push_ending(&mut self, axes: &[AxisRecord; 3], block: &Block, end2: Scaled) {
+        if block.steps == [0; 3] {
+            return;
+        }
+        let before = self.ending.take().map_or(Scaled::ZERO, |ending| ending.end2);
+        let shape = Shape::Line(&block.steps, &block.um);
+        if self.is_idle() {
+            self.ring.begin(axes);
+        }
+        let g = Geometry::of(axes, &shape, block.manner.feed);
+        self.ring.append(&shape, &g, &block.manner, before);
+        let end2 = if block.manner.exact { Scaled::ZERO } else { end2 };
+        self.ending = Some(Ending { end2, pitch: g.pitch, feed: g.feed });
+    }
+
     /// Takes an arc, as [`Path::push`] a line.
     pub fn push_arc(&mut self, axes: &[AxisRecord; 3], arc: &Arc, manner: &Manner) -> bool {
         self.append(axes, &Shape::Arc(arc), manner)
@@ -224,8 +215,11 @@ impl Path {
             self.ring.begin(axes);
         }
         let g = Geometry::of(axes, shape, manner.feed);
+        // A lower speed is seen to while the block plays: an override that goes up again finds its corners so fast.
+        let rapid = matches!(manner.feed, Feed::Rapid);
+        let fast = g.feed.most(overridden(g.feed, g.top, self.percents[usize::from(rapid)]));
         let corner2 = match &self.tail {
-            Some(tail) => g.corner2(tail, self.corner),
+            Some(tail) => g.corner2(tail, fast, self.corner),
             None => Scaled::ZERO,
         };
         self.tail = None;
@@ -234,7 +228,7 @@ impl Path {
             if let Shape::Arc(arc) = shape {
                 unit = tangent(arc, g.length, true);
             }
-            self.tail = Some(Tail { length: g.length, feed: g.feed, unit });
+            self.tail = Some(Tail { length: g.length, fast, unit });
         }
         let enter2 = self.ring.append(shape, &g, manner, corner2);
         if let (true, Some(enter2)) = (self.active, enter2) {
@@ -277,6 +271,10 @@ impl Path {
         self.ring.clear();
         self.tail = None;
         self.paused = false;
+        #[cfg(not(target_arch = "msp430"))]
+        {
+            self.ending = None;
+        }
     }
 
     /// Speed override: 10 to 200 percent of each block's feed, 10 to 100 percent of a rapid move's
@@ -332,50 +330,56 @@ impl Path {
     /// start rate.
     fn activate(&mut self, axes: &[AxisRecord; 3]) {
         while !self.active {
-            let Some(n) = self.ring.take() else {
+            let Some(Taken { n, far, events }) = self.ring.take(&mut self.way) else {
                 // The next block, if one comes, begins at rest.
                 self.tail = None;
                 return;
             };
-            let far = self.ring.way(n, &mut self.way);
             let block = &self.ring.blocks[n];
-            let (length, arc) = (block.length, block.is_arc());
+            let sort = self.ring.sorts[n];
+            #[cfg_attr(target_arch = "msp430", allow(unused_mut))]
+            let mut length = block.length();
             self.within = false;
-            self.exact = block.is_exact();
-            self.rapid = block.is_rapid();
+            self.exact = sort.is_exact();
+            self.rapid = sort.is_rapid();
             self.power = block.power & !FOLLOWS;
             self.gain = Scaled::ZERO;
             if block.power & FOLLOWS != 0 {
-                self.gain = Scaled::new(self.power.into()).over(block.feed).shifted(-1);
+                self.gain = Scaled::new(self.power.into()).over(block.feed()).shifted(-1);
             }
-            self.tag = block.tag();
-            self.feed = block.feed;
+            self.tag = sort.tag(block);
+            self.feed = block.feed();
             let (bounds, exit2) = self.ring.bounds(n);
             self.top = bounds.top;
             self.accel = bounds.accel;
             self.decel = bounds.decel;
             self.limits.start2 = bounds.start2;
             self.exit2 = exit2;
+            #[cfg(not(target_arch = "msp430"))]
+            if let Some(ending) = &self.ending {
+                length = ending.pitch;
+                self.feed = ending.feed;
+                self.exit2 = exit2.most(ending.end2);
+            }
             self.set_nominal();
             self.run.v2 = self.run.v2.most(self.limits.start2.least(self.limits.nominal2));
-            if arc {
+            if sort.is_arc() {
                 let walk = Walk::new(axes, &self.ring.far[far]);
                 self.stride = length.over(Scaled::new(walk.chords().into()));
                 self.walk = Some(walk);
                 // One without any step is over already.
                 self.active = self.chord(axes);
             } else {
-                self.line(length);
+                self.line(length, events);
             }
         }
     }
 
-    /// Begins a line of some [`Geometry::pitch`].
-    fn line(&mut self, pitch: Scaled) {
-        let events = largest(&self.way);
+    /// Begins a line of some [`Geometry::pitch`] and so many events.
+    fn line(&mut self, pitch: Scaled, events: u32) {
         self.negative = 0;
         for (axis, steps) in self.way.iter().enumerate() {
-            self.inc[axis] = fraction(size(*steps), events);
+            self.inc[axis] = if *steps == 0 { 0 } else { fraction(size(*steps), events) };
             self.acc[axis] = HALF;
             self.negative |= u8::from(*steps < 0) << axis;
         }
@@ -418,13 +422,18 @@ impl Path {
     /// The playing block's speed under the override.
     fn set_nominal(&mut self) {
         let percent = self.percents[usize::from(self.rapid)];
-        let mut nominal = self.feed;
-        if percent != 100 {
-            let percent = Scaled::new(percent.into()).over(HUNDRED);
-            nominal = nominal.times(percent).least(self.top.most(self.feed));
-        }
+        let nominal = overridden(self.feed, self.top, percent);
         self.limits.nominal2 = nominal.times(nominal);
     }
+}
+
+/// A programmed speed under an override, no more than its axes can.
+fn overridden(feed: Scaled, top: Scaled, percent: u8) -> Scaled {
+    if percent == 100 {
+        return feed;
+    }
+    let percent = Scaled::new(percent.into()).over(HUNDRED);
+    feed.times(percent).least(top.most(feed))
 }
 
 /// 100

@@ -67,6 +67,7 @@ macro_rules! operations {
                 $(pub safe fn $chip(this: Scaled, $($arg: $type),*) -> $result;)*
                 pub safe fn pasapas_scaled_new(value: u32) -> Scaled;
                 pub safe fn pasapas_scaled_size(value: i32) -> Scaled;
+                pub safe fn pasapas_scaled_squares(values: &[i32; 3]) -> Scaled;
             }
         }
     };
@@ -111,6 +112,15 @@ impl Scaled {
         #[cfg(not(target_arch = "msp430"))]
         twin::new(value.unsigned_abs())
     }
+
+    /// Sum of the squares of integers.
+    #[inline]
+    pub fn squares(values: &[i32; 3]) -> Scaled {
+        #[cfg(target_arch = "msp430")]
+        return chip::pasapas_scaled_squares(values);
+        #[cfg(not(target_arch = "msp430"))]
+        twin::squares(values)
+    }
 }
 
 #[cfg(not(target_arch = "msp430"))]
@@ -136,6 +146,15 @@ mod twin {
 
     pub fn new(value: u32) -> Scaled {
         if value == 0 { Scaled::ZERO } else { Scaled::constant(value) }
+    }
+
+    pub fn squares(values: &[i32; 3]) -> Scaled {
+        let sum: u64 = values.iter().map(|&v| u64::from(v.unsigned_abs()).pow(2)).sum();
+        if sum == 0 {
+            return Scaled::ZERO;
+        }
+        let up = sum.leading_zeros();
+        pack((sum << up >> 40) as u32, 168 - up)
     }
 
     pub fn floor(a: Scaled) -> u32 {
@@ -256,6 +275,12 @@ mod tests {
             prop_assert_eq!(a < b, real(a) < real(b));
             let d = a.minus(b);
             prop_assert!((real(d) - (real(a) - real(b)).max(0.0)).abs() <= real(a) * 1.2e-7);
+        }
+
+        #[test]
+        fn squares_agree_with_reals(v in prop::array::uniform3(i32::MIN..), down in 0u32..31) {
+            let v = v.map(|v| v >> down);
+            close(Scaled::squares(&v), v.iter().map(|&v| f64::from(v).powi(2)).sum())?;
         }
 
         #[test]

@@ -1,5 +1,7 @@
 //! Planned motion against physics and arithmetic.
 
+mod ahead;
+
 use super::physics::{Limits, TICKS_PER_SECOND, check, instants};
 use super::scaled::Scaled;
 use super::*;

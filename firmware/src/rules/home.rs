@@ -166,7 +166,7 @@ pub trait Switches: Effects {
     #[cfg_attr(any(), micro(code = "CALL reference"))]
     fn reference(&self, n: u8) -> u8;
     /// The same.
-    #[cfg_attr(any(), micro(code = "CALL reference_at"))]
+    #[cfg_attr(any(), micro(code = "DO reference_at"))]
     fn reference_at(&self, axis: Axis) -> u8;
     /// Level of an input before its filter, 0 or 1.
     #[cfg_attr(any(), micro(code = "DO unfiltered"))]

@@ -19,6 +19,8 @@ pub struct Command {
     pub next: u8,
     /// Axes that are meant, and 64 for distances.
     pub axes: u8,
+    /// Rates are in um.
+    pub in_um: bool,
     /// Where a distance begins, or a run ends, steps.
     pub start: i32,
     /// um/s.

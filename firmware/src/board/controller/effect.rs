@@ -3,7 +3,7 @@
 use super::Controller;
 use super::io::Io;
 use super::program::Program;
-use lang::isa::Op;
+use lang::isa::{first, last};
 use lang::wire::TraceKind;
 
 #[derive(Clone, Copy)]
@@ -26,12 +26,10 @@ impl Effect {
 
     /// A millisecond less for what waits; others keep something else in `left`.
     pub(super) fn count_down(&mut self) {
-        const HOME: u8 = Op::Home as u8;
-        const HOME_QUERY: u8 = Op::HomeQuery as u8;
-        const WAIT: u8 = Op::Wait as u8;
-        const WAIT_IN: u8 = Op::WaitIn as u8;
-        const WAIT_CHAR: u8 = Op::WaitChar as u8;
-        let waits = matches!(self.code, HOME..=HOME_QUERY | WAIT | WAIT_IN | WAIT_CHAR);
+        let waits = matches!(
+            self.code,
+            first::Home..=last::HomeQuery | first::Wait | first::WaitIn | first::WaitChar
+        );
         if waits && self.left > 0 {
             self.left -= 1;
         }
@@ -39,7 +37,7 @@ impl Effect {
 }
 
 /// Code of Pulse.
-pub(super) const PULSE: u8 = Op::Pulse as u8;
+pub(super) const PULSE: u8 = first::Pulse;
 /// Phase of a Pulse that lasts; behind it the pulse is over and was told.
 pub const PULSE_BEGUN: u8 = 1;
 

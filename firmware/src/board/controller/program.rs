@@ -75,7 +75,9 @@ impl Program {
     #[inline(never)]
     pub fn first(&mut self) -> bool {
         let first = self.effect.phase == 0;
-        self.effect.phase |= 1;
+        if first {
+            self.effect.phase = 1;
+        }
         first
     }
 

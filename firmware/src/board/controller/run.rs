@@ -6,7 +6,7 @@ use crate::vm::vm;
 use crate::vm_core;
 use firmware::rules::commands;
 use lang::fault::Fault;
-use lang::isa::Op;
+use lang::isa::{first, last};
 use lang::record::OutputStates;
 use lang::vm::flag;
 use lang::wire::{End, RunState, TraceKind};
@@ -16,13 +16,7 @@ const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
 
 /// Whether an effect tells nothing behind its first call.
 fn tells_once(code: u8) -> bool {
-    const LINEAR: u8 = Op::Linear as u8;
-    const MOVE_RAMP: u8 = Op::MoveRamp as u8;
-    const ARC: u8 = Op::Arc as u8;
-    const ARC_BY: u8 = Op::ArcBy as u8;
-    const WAIT: u8 = Op::Wait as u8;
-    const STOP_AXE: u8 = Op::StopAxe as u8;
-    matches!(code, LINEAR..=MOVE_RAMP | ARC..=ARC_BY | WAIT | STOP_AXE)
+    matches!(code, first::Linear..=last::MoveRamp | first::Arc..=last::ArcBy | first::Wait | first::StopAxe)
 }
 
 impl Controller {
@@ -81,10 +75,10 @@ impl Controller {
     fn go_on(&mut self) {
         // A line longer than the ring was announced by the event that fills the slot, and the host
         // takes it before it asks for the next one.
-        const NUMBER: u8 = Op::PrintNumber as u8;
-        const TEXT_FAR: u8 = Op::PrintTextFar as u8;
-        const END: u8 = Op::PrintEnd as u8;
-        let prints = matches!(self.program.effect.code, NUMBER..=TEXT_FAR | END);
+        let prints = matches!(
+            self.program.effect.code,
+            first::PrintNumber..=last::PrintTextFar | first::PrintEnd
+        );
         // What tells its only event at its beginning goes on to its end: a host halts the program before
         // the next effect.
         let told = self.program.effect.phase != 0 && tells_once(self.program.effect.code);
@@ -187,7 +181,7 @@ impl Controller {
             0x01..FIRST_EFFECT => match vm.soft(exit as u8) {
                 Ok(false) => {}
                 // A GOTO left the error handler and with it what it had interrupted.
-                Ok(true) if exit as u8 == Op::Leave as u8 => {
+                Ok(true) if exit as u8 == first::Leave => {
                     self.program.outer = Effect::NONE;
                     self.serve();
                 }

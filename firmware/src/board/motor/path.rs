@@ -115,9 +115,8 @@ impl Motor {
             self.line(leg, [0; 3], Feed::Rapid, true, u32::from(self.block_pc));
         }
         let mut fetches = queue::FETCHES;
-        let mut ahead = step::ahead();
         while fetches != 0
-            && ahead < queue::wanted(&self.path, RATE)
+            && step::ahead() < queue::wanted(&self.path, RATE)
             && step::path_has_room()
             && self.path.next_segment(&machine().axes, &mut self.segment)
         {
@@ -126,12 +125,12 @@ impl Motor {
             if self.pwm.is_laser() {
                 power = self.pwm.compare(power);
             }
-            ahead += step::put_path(&self.segment, power);
+            step::put_path(&self.segment, power);
             if self.segment.begin && !self.segment.within {
                 self.block_begins();
             }
             // As long as there is time, the link and the program come between two segments.
-            if ahead >= queue::low(RATE) {
+            if step::ahead() >= queue::low(RATE) {
                 break;
             }
         }

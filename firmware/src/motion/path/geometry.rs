@@ -1,9 +1,9 @@
 //! What follows from a block's shape: its length and direction, its limits along the path, and how fast
 //! the corner in front of it may be passed.
 
-use super::Feed;
+use super::block::Feed;
 use crate::motion::arc::Arc;
-use crate::motion::math::signed;
+use crate::motion::math::{largest, signed, size};
 use crate::motion::scaled::Scaled;
 use lang::part::PATH_RATE;
 use lang::record::AxisRecord;
@@ -11,7 +11,7 @@ use lang::record::AxisRecord;
 /// A block's shape.
 #[derive(Clone, Copy, Debug)]
 pub enum Shape<'a> {
-    /// A line of so many steps of each axis, with the same in um as [`super::Block::um`].
+    /// A line of so many steps of each axis, with the same in um as [`super::block::Block::um`].
     Line(&'a [i32; 3], &'a [i32; 3]),
     /// An arc.
     Arc(&'a Arc),
@@ -52,8 +52,8 @@ pub struct Geometry {
 pub struct Tail {
     /// The block's length, um.
     pub length: Scaled,
-    /// Its programmed speed, um/s.
-    pub feed: Scaled,
+    /// Its speed as far as an override makes it higher, um/s.
+    pub fast: Scaled,
     /// Direction at its end, 32768 is 1.
     pub unit: [i16; 3],
 }
@@ -64,9 +64,9 @@ const ONE: Scaled = Scaled::constant(1);
 const UNIT: Scaled = Scaled::constant(1 << 15);
 /// us in a second.
 const MILLION: Scaled = Scaled::constant(1_000_000);
-/// us that the board's main loop takes for a block at most: its statement, its plan, its first segment,
-/// with the link and the milliseconds between them.
-const PLANNING: Scaled = Scaled::constant(1_150);
+/// us that the board's main loop takes for a block: its statement, its plan, its first segment, with the link and the
+/// milliseconds between them. Where a statement takes longer, the path knows less and slows down by itself.
+const PLANNING: Scaled = Scaled::constant(900);
 /// The same for a chord of an arc.
 const CHORD: Scaled = Scaled::constant(900);
 /// us that an event's interrupt takes from the main loop: 212 cycles.
@@ -75,6 +75,27 @@ const EVENT: Scaled = Scaled::constant(9);
 const SAGITTA: Scaled = Scaled::constant(0xCCCC_CCCD).shift(-32);
 /// 2^32 to a turn: one part in radians.
 const RADIAN: Scaled = Scaled::constant(0xC90F_DAA2).shift(-61);
+
+/// Parts of um in the direction of a line that is only known in steps: 2 to this.
+const FINE: i8 = 8;
+
+/// Whether an axis of a line is bounded by another one: with the same rates that one makes more steps.
+fn is_within(axes: &[AxisRecord; 3], steps: &[i32; 3], n: usize) -> bool {
+    let (own, way) = (&axes[n], size(steps[n]));
+    for other in 0..3 {
+        let more = size(steps[other]);
+        let axis = &axes[other];
+        if (more > way || more == way && other < n)
+            && axis.accel == own.accel
+            && axis.decel == own.decel
+            && axis.top_rate == own.top_rate
+            && axis.start_rate == own.start_rate
+        {
+            return true;
+        }
+    }
+    false
+}
 
 /// Direction of an arc of some length along its helix, at its beginning or end.
 pub fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i16; 3] {
@@ -118,44 +139,35 @@ impl Geometry {
     }
 
     fn line(&mut self, axes: &[AxisRecord; 3], steps: &[i32; 3], way: &[i32; 3], feed: Feed) {
-        let mut um = [Scaled::ZERO; 3];
         let mut sum = Scaled::ZERO;
+        let mut way = *way;
+        let exact = way[0] | way[1] | way[2] != 0;
         for a in 0..3 {
             if steps[a] != 0 {
-                let steps = Scaled::size(steps[a]);
-                um[a] = to_um(&axes[a], steps);
-                sum = sum.plus(um[a].times(um[a]));
-                self.events = self.events.most(steps);
+                let um = to_um(&axes[a], Scaled::size(steps[a]));
+                sum = sum.plus(um.times(um));
+                if !exact {
+                    way[a] = signed(um.shifted(FINE).floor() as i32, steps[a]);
+                }
             }
         }
         self.length = sum.root();
-        let mut long = self.length;
-        let exact = way[0] | way[1] | way[2] != 0;
-        if exact {
-            let mut sum = Scaled::ZERO;
-            for (um, way) in um.iter_mut().zip(way) {
-                *um = Scaled::size(*way);
-                sum = sum.plus(um.times(*um));
-            }
-            long = sum.root();
-        }
-        let long = UNIT.over(long);
+        let long = UNIT.over(Scaled::squares(&way).root());
+        self.events = Scaled::new(largest(steps));
         for a in 0..3 {
-            if steps[a] != 0 {
+            if steps[a] != 0 && !is_within(axes, steps, a) {
                 let along = self.length.over(Scaled::size(steps[a]));
                 self.pitch = self.pitch.least(along);
                 self.limit(&axes[a], along);
             }
-            let unit = um[a].times(long).floor().min(0x7FFF);
-            self.unit[a] = signed(unit as i32, if exact { way[a] } else { steps[a] }) as i16;
+            if way[a] != 0 {
+                let unit = Scaled::size(way[a]).times(long).floor().min(0x7FFF);
+                self.unit[a] = signed(unit as i32, way[a]) as i16;
+            }
         }
         let mut in_steps = Scaled::ZERO;
         if let Feed::Steps(_) = feed {
-            for steps in steps {
-                let steps = Scaled::size(*steps);
-                in_steps = in_steps.plus(steps.times(steps));
-            }
-            in_steps = in_steps.root();
+            in_steps = Scaled::squares(steps).root();
         }
         self.feed(feed, in_steps);
     }
@@ -207,27 +219,20 @@ impl Geometry {
         self.start.times(self.start)
     }
 
-    /// What it can take away from a squared speed, on the ramp that it will be given
-    /// ([`crate::motion::ramp::Limits::set_pitch`]).
-    pub fn ramp2(&self) -> Scaled {
-        let ramp = self.decel.times(self.length).shifted(1);
-        ramp.minus(ramp.shifted(-5))
-    }
-
-    /// Square of the speed at which it may follow another block: by the corner between them, from which the
-    /// path may stay away `corner` um, by both lengths and feeds, and by what the chip needs to plan it. Not
-    /// by what can be braked over.
-    pub fn corner2(&self, before: &Tail, corner: u16) -> Scaled {
+    /// Square of the speed at which it may follow another block, itself as `fast` as that: by the corner between them,
+    /// from which the path may stay away `corner` um, by both lengths and speeds, and by what the chip needs to plan
+    /// it. Not by what can be braked over.
+    pub fn corner2(&self, before: &Tail, fast: Scaled, corner: u16) -> Scaled {
         // Half the difference of the unit vectors is the sine q of half the deflection, c its
         // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
-        let mut turn = Scaled::ZERO;
-        for (before, own) in before.unit.iter().zip(&self.unit) {
-            let d = Scaled::size(i32::from(*before) - i32::from(*own));
-            turn = turn.plus(d.times(d));
+        let mut turn = [0; 3];
+        for (n, turn) in turn.iter_mut().enumerate() {
+            *turn = i32::from(before.unit[n]) - i32::from(self.unit[n]);
         }
+        let turn = Scaled::squares(&turn);
         // It must last as long as the block after it takes to plan.
         let time = self.events.times(EVENT).plus(PLANNING);
-        let mut feed = before.feed.least(self.feed);
+        let mut feed = before.fast.least(fast);
         let way = self.length.times(MILLION);
         if feed.times(time) > way {
             feed = way.over(time);

@@ -1,12 +1,11 @@
 //! What commands look at and do.
 
-use crate::motion::scaled::Scaled;
-use crate::rules::coords::Stands;
+use crate::rules::probe::Probes;
 use crate::rules::{Answer, Axis};
 use lang::fault::Fault;
 
 /// What commands look at and do.
-pub trait Commands: Stands {
+pub trait Commands: Probes {
     /// The command.
     #[cfg_attr(any(), micro(place = "COMMAND_HEAD"))]
     fn command(&self) -> u16;
@@ -26,7 +25,7 @@ pub trait Commands: Stands {
     #[cfg_attr(any(), micro(code = "CALL force_input"))]
     fn force(&mut self, n: u8) -> Answer;
     /// As a control code says.
-    #[cfg_attr(any(), micro(code = "CALL control"))]
+    #[cfg_attr(any(), micro(code = "DO control"))]
     fn control(&mut self, code: u8);
     /// A run was begun and has not ended.
     #[cfg_attr(any(), micro(any = "RUN, RUN_ACTIVE"))]
@@ -56,15 +55,6 @@ pub trait Commands: Stands {
     /// No effect is under way any more.
     #[cfg_attr(any(), micro(code = "F clear EFFECT"))]
     fn forget(&mut self);
-    /// The effect's number.
-    #[cfg_attr(any(), micro(place = "N"))]
-    fn number(&self) -> u8;
-    /// See [`Commands::number`].
-    #[cfg_attr(any(), micro(place = "N"))]
-    fn set_number(&mut self, n: u8);
-    /// The same as an axis.
-    #[cfg_attr(any(), micro(code = "DO axis_n"))]
-    fn axis(&self) -> Axis;
     /// Homing the axis by command failed.
     #[cfg_attr(any(), micro(on = "HOMING_ERROR"))]
     fn set_homing_failed(&mut self, axis: Axis);
@@ -90,9 +80,6 @@ pub trait Commands: Stands {
     /// Axes that move.
     #[cfg_attr(any(), micro(place = "MOVING"))]
     fn moving(&self) -> u8;
-    /// The axis when it does; on the small chip all.
-    #[cfg_attr(any(), micro(place = "MOVING"))]
-    fn moving_of(&self, axis: Axis) -> u8;
     /// Those that keep the command from beginning: all, or fewer where an axis may be sent elsewhere.
     #[cfg_attr(any(), micro(place = "MOVING"))]
     fn in_the_way(&self) -> u8;
@@ -112,31 +99,6 @@ pub trait Commands: Stands {
     #[cfg_attr(any(), micro(place = "OFFSET"))]
     fn set_offset(&mut self, axis: Axis, um: i32);
 
-    /// The pace of the command is the axis's own.
-    #[cfg_attr(any(), micro(code = "DO axis_pace"))]
-    fn take_pace(&mut self, axis: Axis);
-    /// Rates are in steps.
-    #[cfg_attr(any(), micro(code = "LET UNIT, 2"))]
-    fn count_in_steps(&mut self);
-    /// A rate as a scaled number, 0 when it is not above 0.
-    #[cfg_attr(any(), micro(code = "DO rate_of"))]
-    fn rate(&mut self, axis: Axis, value: i32) -> Scaled;
-    /// It bounds the pace's ramp up; which is then the smaller one.
-    #[cfg_attr(any(), micro(code = "F bound TEMP+4"))]
-    fn least_up(&mut self, rate: Scaled) -> Scaled;
-    /// It bounds the speed.
-    #[cfg_attr(any(), micro(code = "DO speed_least"))]
-    fn least_speed(&mut self, rate: Scaled) -> Scaled;
-    /// It bounds the ramp down.
-    #[cfg_attr(any(), micro(code = "F bound TEMP+8"))]
-    fn least_down(&mut self, rate: Scaled) -> Scaled;
-    /// The pace's ramp up.
-    #[cfg_attr(any(), micro(place = "TEMP+4"))]
-    fn pace_up(&self) -> Scaled;
-    /// Its speed.
-    #[cfg_attr(any(), micro(place = "TEMP"))]
-    fn pace_speed(&self) -> Scaled;
-
     /// Where a distance begins, steps.
     #[cfg_attr(any(), micro(place = "SPARE"))]
     fn start(&self) -> i32;
@@ -153,7 +115,7 @@ pub trait Commands: Stands {
     #[cfg_attr(any(), micro(code = "DO command; DO begin_axis"))]
     fn go(&mut self, axis: Axis);
     /// So are those of the axes of the flags, in a line.
-    #[cfg_attr(any(), micro(code = "DO command_axes; GET RAMPS; CALL line_begin"))]
+    #[cfg_attr(any(), micro(code = "DO command_axes; GET RAMPS; DO line_begin"))]
     fn go_in_line(&mut self);
 
     /// Command 1111: its first argument.
@@ -267,25 +229,10 @@ pub trait Commands: Stands {
     /// Its level.
     #[cfg_attr(any(), micro(place = "COMMAND+6"))]
     fn probe_level(&self) -> u16;
-    /// See [`Commands::probe_level`].
-    #[cfg_attr(any(), micro(place = "UNIT"))]
-    fn set_level(&mut self, level: u8);
-    /// The probe waits for this input, from 1.
-    #[cfg_attr(any(), micro(code = "DO probe_input"))]
-    fn await_input(&mut self, n: u8);
     /// Command 108: the inputs that count.
     #[cfg_attr(any(), micro(place = "COMMAND+4"))]
     fn and(&self) -> i32;
     /// Those that must be off.
     #[cfg_attr(any(), micro(place = "COMMAND+8"))]
     fn xor(&self) -> i32;
-    /// The probe waits for what is on of these; said first.
-    #[cfg_attr(any(), micro(code = "DO probe_xor"))]
-    fn await_off(&mut self, inputs: i32);
-    /// See [`Commands::await_off`].
-    #[cfg_attr(any(), micro(code = "DO probe_and"))]
-    fn await_of(&mut self, inputs: i32);
-    /// The probe sets off to the new place; not when the inputs answer already.
-    #[cfg_attr(any(), micro(code = "DO probe_begin", holds = "EQUAL"))]
-    fn begin_probe(&mut self, axis: Axis) -> bool;
 }

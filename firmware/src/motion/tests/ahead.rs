@@ -1,0 +1,140 @@
+//! What holds on every path of short blocks: feeds under an override, a power that follows the speed, exact stops.
+
+use super::{CLOCK, mill};
+use crate::motion::path::{Block, FOLLOWS, FULL, Feed, Manner, Path, PathSegment};
+use std::f64::consts::TAU;
+
+/// um/s
+const FEED: u32 = 20_000;
+/// Of a laser at its feed, thousandths.
+const POWER: u16 = 400;
+/// The start rate, um/s.
+const START: u32 = 4_000;
+
+/// A polygon of chords on a circle, a wave, and a row of chords with a right angle in its middle; chords in um.
+fn courses() -> [Vec<[i32; 2]>; 3] {
+    let at = |n: u32, count: u32| f64::from(n) / f64::from(count) * TAU;
+    let round = |radius: f64, count: u32| {
+        let place = move |n: u32| [at(n, count).cos() * radius, at(n, count).sin() * radius];
+        (0..=count).map(place).collect::<Vec<_>>()
+    };
+    let wave = (0..=600).map(|n| [f64::from(n) * 100.0, 400.0 * at(n, 150).sin()]).collect();
+    let corner = (0..=400).map(|n| [f64::from(n.min(200)) * 150.0, f64::from(n.max(200)) * 150.0]);
+    [round(12_000.0, 500), wave, corner.collect()].map(|places: Vec<[f64; 2]>| {
+        let places: Vec<_> = places.iter().map(|place| place.map(|um| um.round() as i32)).collect();
+        places.windows(2).map(|pair| [0, 1].map(|n| pair[1][n] - pair[0][n])).collect()
+    })
+}
+
+/// A segment that was played: speed at its end, um/s, its mean speed and its power, and whether a block ends with it.
+struct Played {
+    exit: u32,
+    mean: f64,
+    power: u16,
+    ends: bool,
+}
+
+fn play(course: &[[i32; 2]], percent: u8, manner: Manner) -> Vec<Played> {
+    let axes = [mill(); 3];
+    let mut path = Path::new(20, CLOCK);
+    path.set_override(percent, 100);
+    let (mut at, mut steps) = ([0; 2], [0; 2]);
+    let mut blocks = course.iter();
+    let (mut out, mut segment, mut length) = (Vec::<Played>::new(), PathSegment::default(), 0.0);
+    loop {
+        while path.has_room() {
+            let Some(way) = blocks.next() else { break };
+            let before = steps;
+            at = [at[0] + way[0], at[1] + way[1]];
+            steps = at.map(|um: i32| (f64::from(um) / 10.0).round() as i32);
+            let by = [steps[0] - before[0], steps[1] - before[1], 0];
+            assert!(path.push(&axes, &Block { steps: by, um: [way[0], way[1], 0], manner }));
+        }
+        if !path.next_segment(&axes, &mut segment) {
+            return out;
+        }
+        if segment.begin {
+            if let Some(last) = out.last_mut() {
+                last.ends = true;
+            }
+            let way = segment.way.map(f64::from);
+            let events = way[0].abs().max(way[1].abs());
+            length = way[0].hypot(way[1]) * 10.0 / events;
+        }
+        let seconds = segment.ramp.duration() as f64 / 65_536.0 / 16e6;
+        out.push(Played {
+            exit: path.velocity(),
+            mean: f64::from(segment.ramp.steps()) * length / seconds,
+            power: segment.power,
+            ends: false,
+        });
+    }
+}
+
+#[test]
+fn an_override_makes_every_path_as_fast_as_it_says() {
+    for course in courses() {
+        for percent in [50, 100, 200] {
+            let wanted = f64::from(FEED) * f64::from(percent) / 100.0;
+            let run = play(&course, percent, Manner::new(Feed::Um(FEED), false));
+            let fastest = run.iter().map(|one| one.mean).fold(0.0, f64::max);
+            assert!((0.99..1.005).contains(&(fastest / wanted)), "{fastest} for {wanted} um/s");
+        }
+    }
+}
+
+#[test]
+fn an_override_that_comes_down_holds_at_once() {
+    let manner = Manner::new(Feed::Um(FEED), false);
+    let axes = [mill(); 3];
+    let mut path = Path::new(20, CLOCK);
+    path.set_override(200, 100);
+    let mut segment = PathSegment::default();
+    for n in 0..800 {
+        while path.has_room() {
+            let block = Block { steps: [10, 0, 0], um: [100, 0, 0], manner };
+            assert!(path.push(&axes, &block));
+        }
+        assert!(path.next_segment(&axes, &mut segment));
+        if n == 400 {
+            assert!(path.velocity() > 39_000, "{}", path.velocity());
+            path.set_override(50, 100);
+        }
+        // 3 mm of the ramp down, a block of which is one or two segments.
+        assert!(n < 480 || path.velocity() <= FEED / 2, "{} at {n}", path.velocity());
+    }
+}
+
+#[test]
+fn a_power_that_follows_is_the_part_of_the_feed_that_the_speed_is() {
+    for course in courses() {
+        for percent in [50, 100, 200] {
+            let manner = Manner { power: POWER | FOLLOWS, ..Manner::new(Feed::Um(FEED), false) };
+            for one in play(&course, percent, manner) {
+                let wanted = f64::from(POWER) * one.mean / f64::from(FEED);
+                // On a ramp the mean of both ends' speeds is not quite the mean speed.
+                let off = (f64::from(one.power) - wanted).abs();
+                assert!(
+                    one.power <= FULL && off <= 0.01 * wanted + 1.0,
+                    "{} for {wanted}",
+                    one.power
+                );
+            }
+            let manner = Manner { power: POWER, ..Manner::new(Feed::Um(FEED), false) };
+            assert!(play(&course, percent, manner).iter().all(|one| one.power == POWER));
+        }
+    }
+}
+
+#[test]
+fn an_exact_stop_is_one_at_every_corner() {
+    for course in courses() {
+        let run = play(&course, 100, Manner::new(Feed::Um(FEED), true));
+        let ends = run.iter().filter(|one| one.ends);
+        // Along a diagonal both axes start at their rate.
+        assert!(ends.clone().all(|one| one.exit <= START * 1415 / 1000), "{START} um/s");
+        assert_eq!(ends.count(), course.len() - 1);
+        // Without it the same path is as fast as its feed somewhere.
+        assert!(run.iter().all(|one| one.mean < f64::from(FEED) * 0.9));
+    }
+}
