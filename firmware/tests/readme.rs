@@ -53,7 +53,9 @@ fn parts() -> String {
             .map(|bit| Lack::Feature(bit).to_string())
             .collect();
         if !part.look_ahead {
-            lacks.push("look-ahead".to_owned());
+            let instead =
+                if part.course_pool > 0 { " but by [slow points](#slow-points)" } else { "" };
+            lacks.push(format!("look-ahead{instead}"));
         }
         if !part.at_limits {
             lacks.push("refusing what MIN and MAX of an AT variable exclude".to_owned());

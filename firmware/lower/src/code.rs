@@ -46,6 +46,8 @@ struct Writer<'a> {
     slots: BTreeMap<Var, String>,
     /// Ends with a fault.
     faults: BTreeMap<String, String>,
+    /// Ends of jumps whose flag is the result.
+    known: BTreeMap<bool, String>,
     /// Where the next turn of each loop around is, and the variables that it needs.
     turns: Vec<(String, Vars)>,
 }
@@ -69,6 +71,7 @@ pub fn write(
         ways: BTreeMap::new(),
         slots: BTreeMap::new(),
         faults: BTreeMap::new(),
+        known: BTreeMap::new(),
         turns: Vec::new(),
     };
     match writer.all() {
@@ -101,7 +104,12 @@ impl Writer<'_> {
         if self.state.dead {
             return;
         }
-        let way = self.state.without_flags();
+        let mut way = self.state.without_flags();
+        way.equal = match text {
+            "IF_EQUAL" => Some(true),
+            "IF_NOT_EQUAL" => Some(false),
+            _ => None,
+        };
         self.ways.entry(label.to_owned()).or_default().push(way);
         self.put(Op::read(text).to(label));
     }
@@ -223,6 +231,10 @@ impl Writer<'_> {
         for (fault, label) in std::mem::take(&mut self.faults) {
             self.place(&label, &Vars::new())?;
             self.fail(&fault);
+        }
+        for (so, label) in std::mem::take(&mut self.known) {
+            self.place(&label, &Vars::new())?;
+            self.end_known(so)?;
         }
         Ok(())
     }
@@ -377,6 +389,16 @@ impl Writer<'_> {
         if other.is_empty() && self.refuses(cond, then, out)? {
             return Ok(());
         }
+        if let ([Stmt::Return(End::Cond(end))], []) = (then, other)
+            && let Some(so) = always(end)
+        {
+            let label = match self.known.get(&so) {
+                Some(label) => label.clone(),
+                None => self.label(),
+            };
+            self.known.insert(so, label.clone());
+            return self.when(cond, true, &label, out);
+        }
         let (before, behind) = (live(then, out), live(other, out));
         let otherwise = self.label();
         let both = before.union(&behind).copied().collect();
@@ -390,6 +412,15 @@ impl Writer<'_> {
         self.place(&otherwise, &behind)?;
         self.block(other, out)?;
         self.place(&end, out)
+    }
+}
+
+/// What is always so, or never.
+fn always(cond: &Cond) -> Option<bool> {
+    match cond {
+        Cond::Never => Some(false),
+        Cond::Not(inner) if **inner == Cond::Never => Some(true),
+        _ => None,
     }
 }
 

@@ -100,7 +100,7 @@ pub fn lower(
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 6] = ["status", "coords", "effects", "home", "moves", "commands"];
+const FILES: [&str; 7] = ["status", "coords", "effects", "home", "moves", "probe", "commands"];
 /// Those that have leaves alone.
 const TRAITS: [&str; 2] = ["rules", "rules/commands/leaves"];
 

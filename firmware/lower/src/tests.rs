@@ -223,6 +223,19 @@ fn what_is_too_far_for_a_byte_goes_by_a_step() {
 }
 
 #[test]
+fn a_flag_that_a_jump_has_looked_at_is_the_result() {
+    let rule = "#[cfg_attr(any(), micro(holds = \"EQUAL\"))]
+        fn a(m: &mut impl Machine, axis: Axis) -> bool {
+            if m.is_there(axis) { return false; }
+            m.set_phase(3);
+            true
+        }";
+    let code = "a:; DO axis_at; DO axis_there; IF_NOT_EQUAL .Ltest_m0; LET PHASE, 3; LIT 0; DO test_long; \
+        .Ltest_m0:; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
 fn what_is_overwritten_and_needed_is_put_by() {
     let rule = "#[cfg_attr(any(), micro(bytes = \"UNIT\"))]
         fn a(m: &mut impl Machine) -> Progress {

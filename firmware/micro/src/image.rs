@@ -12,6 +12,8 @@ pub enum By {
     Row(&'static Routine),
     /// The statement that begins or goes on: r12 = its code, from the first to the last of these, Z set in phase 0.
     Effect(u8, u8),
+    /// The same of a line, of which the planner keeps in [`Scratch::SPARE_TOO`] what is left while it moves.
+    Line(u8, u8),
     /// A register that is read: r12 = 0.
     Register,
     /// Instructions in front of it, which leave all that it looks at.
@@ -83,7 +85,10 @@ fn effects(code: &dyn Code) -> Vec<Entry> {
         if first == 0 {
             break;
         }
-        found.push(Entry { at: code.word(row), by: By::Effect(first, last) });
+        let at = code.word(row);
+        let is_line = code.symbol("fx_linear") == Some(at);
+        let by = if is_line { By::Line(first, last) } else { By::Effect(first, last) };
+        found.push(Entry { at, by });
         last = first - 1;
     }
     found

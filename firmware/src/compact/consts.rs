@@ -104,6 +104,7 @@ constants! {
     MC_AXES = offset_of!(MachineRecord, axes);
     MC_REQUIRE_HOMING = MachineRecord::REQUIRE_HOMING;
     MC_RAPID_Z_APART = MachineRecord::RAPID_Z_APART;
+    MC_COURSES = MachineRecord::COURSES;
     AXIS_SIZE = AxisRecord::SIZE;
     A_FLAGS = offset_of!(AxisRecord, flags);
     A_STEPS = offset_of!(AxisRecord, steps);
@@ -156,6 +157,7 @@ constants! {
     HAS_EVENTS = (vm::PART.features & lang::record::feature::EVENTS != 0);
     AT_ROOM = vm::PART.at_room;
     HAS_HALTS = vm::PART.halts;
+    HAS_COURSES = (vm::PART.features & lang::record::feature::COURSE != 0);
     HAS_LINES = (vm::PART.features & lang::record::feature::LINES != 0);
 }
 

@@ -25,15 +25,20 @@ mod micro;
 
 #[path = "../board/check.rs"]
 mod check;
-#[path = "../board/math.rs"]
-mod math;
-#[path = "../board/scaled.rs"]
-mod scaled;
+#[path = "../board/memory.rs"]
+mod memory;
 #[path = "../board/vm_core.rs"]
 mod vm_core;
 
 mod boot;
 mod effects;
+
+// Beside the ramps, which reach them by near jumps.
+#[path = "../board/math.rs"]
+mod math;
+
+mod scaled;
+
 mod motion;
 mod moves;
 

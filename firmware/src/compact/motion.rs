@@ -7,6 +7,7 @@ constants! {
     LEAD = 160;
 }
 
-core::arch::global_asm!(include_str!("motion/step.s"), options(raw));
+// The ramps first: they reach the scaled numbers by near jumps.
 core::arch::global_asm!(include_str!("motion/ramp.s"), options(raw));
+core::arch::global_asm!(include_str!("motion/step.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/line.s"), options(raw));

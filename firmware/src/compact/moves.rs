@@ -94,6 +94,8 @@ core::arch::global_asm!(include_str!("moves/home.s"), options(raw));
 // Made of firmware/src/rules/home.rs.
 core::arch::global_asm!(include_str!("made/home.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/probe.s"), options(raw));
+// Made of firmware/src/rules/probe.rs.
+core::arch::global_asm!(include_str!("made/probe.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/commands.s"), options(raw));
 // Made of firmware/src/rules/commands.rs.
 core::arch::global_asm!(include_str!("made/commands.s"), options(raw));

@@ -77,23 +77,24 @@ ram! {
     motion_step = "motion.step" {
         STEP_SLOT: 2, "The slot that plays: 0, or SLOT1-SLOT0.";
         STEP_FRAC: 2, "Fraction of the compare registers.";
-        COUNT: 6, "Low halves of the positions, negated in negative direction.";
         WIDTH: 2, "Ticks of a long pulse, 0 for a short one.";
-        CAUGHT: 4, "Count of axis N when a watched input answered, homing uses it too; else the speed that overrides act on.";
         SLOT0: 12, "A segment: interval 4, change 4, events 2, mask 2.";
         SLOT1: 12, "The other one.";
+        COUNT: 6, "Low halves of the positions, negated in negative direction.";
         INC: 12, "What an event adds to each accumulator.";
         ACC: 12, "Accumulators; a carry is a step.";
     }
-    /// Planner (ramp.s, line.s). Scaled numbers but for LEFT.
+    /// Planner (ramp.s, line.s). Scaled numbers but for LEFT. From V to NOMINAL2 targets lie while a statement looks at
+    /// its axes (coords.s).
     motion_ramp = "motion.ramp" {
         V2: 4, "Square of the present speed.";
         V: 4, "Its root.";
         LEFT: 4, "Events that no segment has taken yet.";
-        NOMINAL2: 4, "Square of the speed to run at.";
-        START2: 4, "Square of the speed from and to rest.";
+        CAUGHT: 4, "Count of axis N when a watched input answered, homing uses it too; else the speed that overrides act on.";
         ACCEL2: 4, "Growth of the square over one event.";
         DECEL2: 4, "Its decline while braking.";
+        NOMINAL2: 4, "Square of the speed to run at.";
+        START2: 4, "Square of the speed from and to rest.";
         TICK: 4, "Interval at speed 1, ticks.";
         WATCH: 1, "Inputs of port 1 that catch, or TRIPPED.";
         IDLE: 1, "Their levels at rest; WATCH_ENDS: the step that is caught is the last.";
@@ -219,11 +220,18 @@ const POOL_END: u16 = POOL + vm::POOL as u16;
 const COMMAND: u16 = POOL_END - 2 * 21;
 /// The arguments of 106 as a record of an axis.
 const HOME_RECORD: u16 = COMMAND - 4;
+/// In a run of a program with courses its end is theirs.
+const COURSE: u16 = POOL_END - PART.course_pool;
 
 /// Where the VM's core keeps the machine stack's address: a word of TEMP, from the VM's registers.
 pub const FRAME_AT: i16 = at!(TEMP) as i16 + 8 - at!(VM_STATE) as i16;
 
 const _: () = assert!((at!(VM_STATE) | POOL) & 1 == 0, "words stand at even addresses");
+const _: () = assert!(PART.course_pool == 0 || PART.course_pool == 28, "COURSE_LINES is the end");
+const _: () = assert!(
+    at!(INC) == at!(COUNT) + 6 && at!(NOMINAL2) == at!(V) + 20 && at!(ACCEL2) == at!(V) + 12,
+    "COUNT and INC change at once; six numbers in a row hold targets"
+);
 // Its deepest is 46 bytes (budget.toml).
 const _: () = assert!(END - POOL_END >= 46 + 22, "the machine stack has 22 bytes to spare");
 const _: () = assert!(
@@ -261,6 +269,16 @@ constants! {
     POOL = POOL;
     POOL_END = POOL_END;
     COMMAND = COMMAND;
+    // What changes as the next line of a course begins: NEGATIVE, DIR pins; COUNT, INC.
+    NEXT_DIRS = COURSE;
+    NEXT_COUNT = COURSE + 2;
+    NEXT_INC = COURSE + 8;
+    // Square of the speed at which the line under way may end, scaled.
+    EXIT2 = COURSE + 20;
+    // The entry of slow points that comes next, and what is left of the one before: its first byte.
+    COURSE_AT = COURSE + 24;
+    COURSE_LINES = COURSE + 26;
+    COURSE = COURSE;
     HOME_RECORD = HOME_RECORD;
     // At rest: bytes of a statement or command that begins.
     LOCALS = at!(TICK);
@@ -273,10 +291,16 @@ constants! {
     // MOTION: how the motion under way goes on.
     // Brake to a pause, or rest in one.
     M_PAUSE = 1;
+    // Lines of a course are left.
+    M_COURSE = 2;
+    // The line ends at speed, EXIT2: the next one is planned while its last segments play.
+    M_THROUGH = 4;
+    // That one waits for its first segment to begin: NEXT_ is what changes then.
+    M_NEXT = 8;
     // Brake, then forget the rest.
-    M_STOP = 2;
+    M_STOP = 16;
     // The commanded places will be where it ends.
-    M_SETTLE = 4;
+    M_SETTLE = 64;
     // Brake when the host falls silent; the link's bit for it.
     M_JOG = 32;
     // WATCH: no more steps are made.
@@ -294,6 +318,9 @@ constants! {
     R_HALF = 16;
     // A word of a lock code was wrong: none is taken until reset.
     R_WRONG = 32;
+    // The courses of this run are taken: not once a host traced where one might have begun, as lines of it may have
+    // passed.
+    R_COURSES = 64;
     // Reset the chip once the reply is out; its sign.
     R_RESTART = 128;
     // TRACING.

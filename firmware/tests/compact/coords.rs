@@ -119,7 +119,7 @@ fn targets_are_found_and_refused_as_the_board_does() {
         chip.set_byte("FRAME_OF", (frame << 3) as u8 | u8::from(steps) << 2);
         chip.call("aim", &[(12, low), (13, high)]);
         let result = match chip.reg(12) {
-            0 => Ok((chip.long("INC", 4 * n) as i32, chip.long("ACC", 4 * n) as i32)),
+            0 => Ok((chip.long("NEW_UM", 4 * n) as i32, chip.long("NEW_STEPS", 4 * n) as i32)),
             fault => Err(fault),
         };
         let expected = aimed(&axis, &state, value, frame, steps);
@@ -179,5 +179,5 @@ fn without_a_program_an_axis_has_no_limits() {
     chip.set_byte("FRAME_OF", 4);
     chip.call("aim", &[(12, 0x1234), (13, 0x3FFF)]);
     assert_eq!(chip.reg(12), 0);
-    assert_eq!(chip.long("INC", 8), 0x3FFF_1234);
+    assert_eq!(chip.long("NEW_UM", 8), 0x3FFF_1234);
 }

@@ -345,7 +345,9 @@ fn routines_leave_in_the_interpreter_what_they_leave_on_the_chip() {
         let result = runner(12).run(&(start(), any::<[u8; 3]>(), 0u16..4), |(start, bytes, n)| {
             let low = match entry.by {
                 By::Row(row) if row.sets.contains('a') || row.name == "home_by_profile" => n,
-                By::Effect(first, last) => u16::from(last.saturating_sub(bytes[0] % 3).max(first)),
+                By::Effect(first, last) | By::Line(first, last) => {
+                    u16::from(last.saturating_sub(bytes[0] % 3).max(first))
+                }
                 By::Register => 0,
                 By::Row(_) => start.acc as u16,
                 By::Instructions => 0,
@@ -380,9 +382,11 @@ fn routines_leave_in_the_interpreter_what_they_leave_on_the_chip() {
 fn settle(chip: &mut Chip, code: u16, bytes: [u8; 3]) {
     let row = ROWS.iter().find(|row| (0..row.count).any(|n| u16::from(row.code + n) == code));
     let axis = row.is_none_or(|row| row.operands == Operands::Axis);
+    // The small chip takes the codes behind, which none of its programs has, for it.
+    let reads = (Op::Read as u8..=Op::ArcBy as u8).map(u16::from).any(|own| own == code);
     for (at, byte) in (OPERANDS..).zip(bytes) {
         // Flags, or what is looked at, have an axis in their low bits.
-        let flags = if code == u16::from(Op::Read as u8) { (byte % 10) << 2 } else { byte & 0x7C };
+        let flags = if reads { (byte % 10) << 2 } else { byte & 0x7C };
         chip.board.poke8(at, if axis { 0 } else { flags } | (byte % 3));
     }
     let code = chip.word("VM_CODE");
@@ -399,6 +403,8 @@ fn settle(chip: &mut Chip, code: u16, bytes: [u8; 3]) {
     ] {
         chip.set_word(name, value);
     }
+    // COURSE_AT.
+    chip.board.poke16(end - 4, code);
     chip.set_byte("PHASE", bytes[1] % 8);
     chip.set_byte("MOVING", if bytes[2] & 1 == 0 { 0 } else { bytes[2] >> 1 & 7 });
     chip.set_byte("N", bytes[0] % 3);

@@ -12,6 +12,7 @@ mod rig;
 mod check;
 mod commands;
 mod coords;
+mod courses;
 mod effects;
 mod events;
 mod force;

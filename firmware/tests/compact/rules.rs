@@ -6,6 +6,7 @@ mod coords;
 mod effects;
 mod home;
 mod moves;
+mod probe;
 
 use firmware::rules::{Axis, Machine, status};
 use lang::isa::Op;

@@ -1,20 +1,21 @@
 //! Slow points of a course: how fast the lines of a path may end, for a chip that knows none ahead.
 //!
-//! A course is a series of lines between which nothing but pure instructions is executed and that the host knows before
-//! the run. `course`, in front of the first one, names its record, which stands in the data as a text does: a length
+//! A course is a series of lines that the host knows before the run and between which nothing but F and pure instructions
+//! is executed. `course`, in front of the first one, names its record, which stands in the data as a text does: a length
 //! byte, 255 where it is longer, then entries of three bytes. Each stands for so many lines that have steps to make; a
 //! line without any does not count.
 //!
 //! | byte | holds |
 //! |---|---|
-//! | 0 | lines, 1 to 127, and bit 7: [`Entry::holds`]; 0 behind the last entry |
+//! | 0 | twice its lines, 1 to 127, and bit 0: [`Entry::holds`]; 0 behind the last entry |
 //! | 1, 2 | [`Entry::bound`] |
 //!
 //! A line of an entry behind its first may end as fast as the one before it, less what its own braking takes of the
 //! square, `2 d length`, but no less than 0; of one that holds, as fast as the first. Where that is no more than the square of the start rate, the line ends at rest, as
 //! every line does without a course. The last one always does.
 //!
-//! `course` is executed anew in each pass of a loop: while lines of a course are left it changes nothing.
+//! `course` is executed anew in each pass of a loop: while lines of a course are left it changes nothing. Where a host
+//! traces, no course begins, nor does one later in that run: each line rests.
 //! A program with courses says so in [`MachineRecord::COURSES`], and leaves
 //! [`Part::course_pool`](crate::part::Part::course_pool) bytes of its memory to them, which count as stack in its header.
 //!
@@ -23,9 +24,9 @@
 /// Bytes of an entry.
 const ENTRY: usize = 3;
 /// Bit of an entry's first byte: [`Entry::holds`].
-const HOLDS: u8 = 1 << 7;
+const HOLDS: u8 = 1;
 /// Lines of an entry at most.
-pub const MOST: u8 = HOLDS - 1;
+pub const MOST: u8 = u8::MAX >> 1;
 
 /// Lines of a course up to the next slow point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +44,7 @@ pub struct Entry {
 pub fn entries(record: &[u8]) -> impl Iterator<Item = Entry> {
     let whole = |bytes: &[u8]| match *bytes {
         [head, low, high] => Entry {
-            lines: head & !HOLDS,
+            lines: head >> 1,
             holds: head & HOLDS != 0,
             bound: u16::from_le_bytes([low, high]),
         },
@@ -56,7 +57,7 @@ pub fn entries(record: &[u8]) -> impl Iterator<Item = Entry> {
 #[cfg(feature = "compiler")]
 pub fn record(entries: &[Entry]) -> Vec<u8> {
     let bytes = |entry: &Entry| {
-        let head = entry.lines | if entry.holds { HOLDS } else { 0 };
+        let head = entry.lines << 1 | if entry.holds { HOLDS } else { 0 };
         [&[head][..], &entry.bound.to_le_bytes()].concat()
     };
     entries.iter().flat_map(bytes).chain([0]).collect()

@@ -41,10 +41,12 @@ pub const G2553: Part = Part {
     chip: &MSP430G2553,
     clock: 16_000_000,
     event_cycles: 266,
-    features: feature::INTERPOLATE | feature::KEEP,
+    // 40 more where a line may begin at speed.
+    long_event_cycles: 400,
+    features: feature::INTERPOLATE | feature::KEEP | feature::COURSE,
     pool: [64, 64],
     event_pool: [12, 10],
-    course_pool: 0,
+    course_pool: 28,
     call_bytes: 2,
     segments: 5,
     programs: 1,
@@ -53,7 +55,7 @@ pub const G2553: Part = Part {
     look_ahead: false,
     at_room: 18,
     at_limits: false,
-    halts: true,
+    halts: false,
 };
 
 /// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
@@ -61,7 +63,9 @@ pub const G2553_HANDLERS: Part = Part {
     name: "g2553-handlers",
     about: "the same chip with ON ERROR and events",
     chip: &MSP430G2553,
-    features: G2553.features | feature::LINES | feature::EVENTS,
+    features: feature::INTERPOLATE | feature::KEEP | feature::LINES | feature::EVENTS,
+    long_event_cycles: 360,
+    course_pool: 0,
     segments: 3,
     at_room: 0,
     halts: false,
@@ -77,6 +81,7 @@ pub const F5529: Part = Part {
     clock: 25_000_000,
     // The single handler's 181 at a segment's change, behind one of the link's of 55.
     event_cycles: 250,
+    long_event_cycles: 360,
     features: feature::INTERPOLATE
         | feature::START
         | feature::ARC

@@ -13,7 +13,7 @@ impl Writer<'_> {
     }
 
     /// Goes to `label` when a condition is `so`.
-    fn when(&mut self, cond: &Cond, so: bool, label: &str, out: &Vars) -> Made<()> {
+    pub(super) fn when(&mut self, cond: &Cond, so: bool, label: &str, out: &Vars) -> Made<()> {
         if self.state.dead {
             return Ok(());
         }

@@ -1,6 +1,6 @@
 //! Ends: a value, a flag, a number, or the call of what returns in the function's place.
 
-use super::{Made, Writer};
+use super::{Made, Writer, always};
 use crate::leaf::Holds;
 use crate::ops::{Line, Op, TAIL};
 use crate::tree::{Call, Cond, End, Expr, Vars};
@@ -65,6 +65,9 @@ impl Writer<'_> {
     fn end_cond(&mut self, cond: &Cond) -> Made<()> {
         let none = Vars::new();
         let holds = self.function.holds;
+        if let Some(so) = always(cond) {
+            return self.end_known(so);
+        }
         match (cond, holds) {
             (Cond::Call(call), holds) if call.holds == holds && call.or.is_none() => {
                 return self.last_call(call);
@@ -82,6 +85,21 @@ impl Writer<'_> {
                 _ => return self.refuse("leaves no flag"),
             },
             _ => return self.refuse("leaves no flag"),
+        }
+        self.op("RETURN");
+        Ok(())
+    }
+
+    /// With what is known.
+    pub(super) fn end_known(&mut self, so: bool) -> Made<()> {
+        let equal = match self.function.holds {
+            Some(Holds::Equal) => so,
+            Some(Holds::NotEqual) => !so,
+            _ => return self.refuse("leaves no flag"),
+        };
+        if self.state.equal != Some(equal) {
+            self.op(if equal { "LIT 0" } else { "LIT 1" });
+            self.op("DO test_long");
         }
         self.op("RETURN");
         Ok(())

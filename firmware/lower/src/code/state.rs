@@ -48,6 +48,8 @@ pub struct State {
     pub z: bool,
     /// N is its sign.
     pub n: bool,
+    /// Z, behind a jump by it.
+    pub equal: Option<bool>,
     /// The axis of r8.
     pub axis: Option<Var>,
     /// What r9 points to.
@@ -75,6 +77,7 @@ impl State {
             zero: self.zero && other.zero,
             z: false,
             n: false,
+            equal: if self.equal == other.equal { self.equal } else { None },
             axis: if self.axis == other.axis { self.axis } else { None },
             record: same(&self.record, &other.record),
             stored: self.stored.intersection(&other.stored).copied().collect(),
@@ -127,6 +130,7 @@ impl State {
     pub fn after(&mut self, op: &Op) {
         let facts = op.facts();
         self.first = false;
+        self.equal = None;
         let changes = facts.gives != Gives::Kept;
         if changes {
             self.held.clear();

@@ -319,6 +319,11 @@ impl Reader<'_> {
                 Some(&var) if self.vars[var] == Type::Bool => Ok(Cond::First),
                 _ => no(expr, "`first`"),
             },
+            Rust::Lit(literal) => match &literal.lit {
+                syn::Lit::Bool(so) if so.value => Ok(Cond::Not(Box::new(Cond::Never))),
+                syn::Lit::Bool(_) => Ok(Cond::Never),
+                _ => no(literal, "true, false"),
+            },
             Rust::Binary(pair) => self.compared(pair),
             Rust::MethodCall(call) if path(&call.receiver).as_deref() == Some("m") => {
                 let Some(leaf) = self.leaves.get(&call.method.to_string()).cloned() else {

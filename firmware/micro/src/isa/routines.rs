@@ -145,16 +145,8 @@ pub const ROUTINES: &[Routine] = &[
     row("probe_answers", Nothing, Lost, "Z").means("Z clear when the inputs answer"),
     row("home_missed", Nothing, Only, "").needs("a").sets("r").means("a reference run that failed"),
     row("input", LOW, Only, "Z").means("level of input r12"),
-    row("segment_by_speed", LONG, Lost, "").means("a segment's events at most, by speed"),
-    row("segment_by_time", LONG, Lost, "").means("a segment's events by time"),
-    row("segment_divide", LONG, Lost, "")
-        .sets("a")
-        .means("sub-events; r8 is the slot from here on"),
     row("segment_scale", LONG, Long, "").means("scaled acc * 2^r7 as an integer"),
     row("segment_sign", LONG, Long, "Z").means("keeps the sign; Z for 0"),
-    row("segment_take", Nothing, Long, "N")
-        .leaves(Scratch::SPARE_TOO)
-        .means("events of a segment, scaled, and the sign that was kept"),
     row("command_target", LONG, Only, "")
         .needs("ar")
         .leaves(Scratch::TEMP)
@@ -175,6 +167,20 @@ pub const ROUTINES: &[Routine] = &[
     row("motion_nominal", Nothing, Lost, "").loses("ar").means("NOMINAL2 from feed and override"),
     row("idle", Nothing, Kept, "Z").means("Z when no run is active and nothing moves"),
     row("map_homes", Nothing, Long, "C").means("C unless an axis homes"),
+    row("emergency_now", Nothing, Only, "Z").means("the emergency stop that is on, 0 for none"),
+    row("reference_at", Nothing, Low, "")
+        .needs("a")
+        .means("input of the reference switch of axis r8"),
+    row("motion_poll", Nothing, Lost, "")
+        .loses("ar")
+        .writes(PLANNER)
+        .leaves(Scratch::SPARE_TOO)
+        .means("fills a slot, ends the motion"),
+    row("line_begin", LOW, Lost, "")
+        .loses("ar")
+        .writes(PLANNER)
+        .means("a line of these axes begins"),
+    row("control", LOW, Lost, "").loses("ar").writes(Scratch::ALL).means("obeys a Control code"),
 ];
 
 /// Those that are called by their address.
@@ -200,8 +206,7 @@ pub const CALLED: &[Routine] = &[
         .loses("r")
         .means("the place acc + SPARE: r12 = 0, or not"),
     row("command_scaled", LONG, Long, "").means("a float without its sign as a scaled number"),
-    row("control", LOW, Lost, "").loses("ar").writes(Scratch::ALL).means("obeys a Control code"),
-    row("emergency_now", Nothing, Only, "Z").means("the emergency stop that is on, 0 for none"),
+    row("course_line", LONG, Lost, "").means("EXIT2 of the line, acc where its entry falls"),
     row("event_pulse_over", Nothing, Lost, "").means("what a handler has interrupted is over"),
     row("fault_log", Nothing, Lost, "").means("appends the last fault to the log"),
     row("force_input", LOW, Only, "").means("input r12 keeps a level: 0 or an exception"),
@@ -216,10 +221,7 @@ pub const CALLED: &[Routine] = &[
         .loses("ar")
         .writes(Scratch::ALL)
         .means("KEEP values to flash"),
-    row("line_begin", LOW, Lost, "")
-        .loses("ar")
-        .writes(PLANNER)
-        .means("a line of these axes begins"),
+    row("line_change", LONG, Long, "").needs("a").means("how acc differs from INC"),
     row("line_direction", LONG, Kept, "").needs("ar").means("the axis goes the way of acc"),
     row("line_fraction", LONG, Long, "").reads(Scratch::SPARE_TOO).means("acc * 2^32 over LEFT"),
     row("line_of", LOW, Only, "").means("r12 = the line of an address"),
@@ -229,10 +231,6 @@ pub const CALLED: &[Routine] = &[
     row("motion_caught", Nothing, Long, "")
         .needs("a")
         .means("where the axis was when the input answered"),
-    row("motion_poll", Nothing, Lost, "")
-        .loses("ar")
-        .writes(PLANNER)
-        .means("fills a slot, ends the motion"),
     row("motion_speed", LOW, Long, "")
         .sets("ar")
         .planner(Scratch::LOCALS)
@@ -250,15 +248,20 @@ pub const CALLED: &[Routine] = &[
     row("push_small", LOW, Long, "").means("puts r12 on the stack"),
     row("push_value", LONG, Kept, "").means("puts acc on the stack"),
     row("reference", LOW, Low, "").means("input of the reference switch of axis r12"),
-    row("reference_at", Nothing, Low, "")
-        .needs("a")
-        .means("input of the reference switch of axis r8"),
     row("run_finish", LOW, Lost, "").means("ends the run"),
+    row("segment_by_speed", LONG, Lost, "").means("a segment's events at most, by speed"),
+    row("segment_by_time", LONG, Lost, "").means("a segment's events by time"),
     row("segment_change", LONG, Long, "")
         .loses("r")
         .means("change of the interval from an event to the next"),
     row("segment_cruises", LONG, Lost, "C").means("C when the brake is far away"),
+    row("segment_divide", LONG, Lost, "")
+        .sets("a")
+        .means("sub-events; r8 is the slot from here on"),
     row("segment_half", LONG, Long, "").means("half a change before the first event"),
+    row("segment_take", Nothing, Long, "N")
+        .leaves(Scratch::SPARE_TOO)
+        .means("events of a segment, scaled, and the sign that was kept"),
     row("set_output", LONG, Lost, "Z")
         .means("output r12 on or off by r13; Z when it does not exist"),
     row("settle", LONG, Long, "").needs("ar").means("the commanded place is that of acc"),

@@ -62,6 +62,7 @@ impl State {
                 state(low, row.takes == Takes::Long, "", row.needs, written)
             }
             By::Effect(..) => state(true, false, "Z", "", Scratch::NONE),
+            By::Line(..) => state(true, false, "Z", "", Scratch::SPARE_TOO),
             By::Register => state(true, false, "", "", Scratch::NONE),
             By::Instructions => state(true, true, "ZNCV", "ar", Scratch::ALL),
         }
@@ -206,7 +207,7 @@ impl Image<'_> {
         state.give(row.gives);
         match by {
             By::Row(row) => promised(row, state, tell),
-            By::Effect(..) | By::Register if !state.low.good => {
+            By::Effect(..) | By::Line(..) | By::Register if !state.low.good => {
                 tell("ends with nothing in r12".into())
             }
             _ => {}

@@ -18,7 +18,7 @@ module.effects:
     .global effect_poll
 effect_poll:
     mov.b &EFFECT, r12
-    mov #-2, r14
+    clr r14
     mov #effect_codes, r13
 1:  incd r14
     cmp.b @r13+, r12
@@ -27,7 +27,7 @@ effect_poll:
     jne 2f
     inc.b &PHASE
     setz
-2:  mov effect_table(r14), r11
+2:  mov effect_table-2(r14), r11
     jmp micro_enter
 
     EFFECT OP_MOTORS, fx_motors

@@ -17,6 +17,11 @@ micro_event:
    free. Leaves r12 = DONE. */
     .global emit
 emit:
+    .if HAS_COURSES
+    /* the lines of a course do not wait for a host */
+    bit.b #M_COURSE, &MOTION
+    jne 1f
+    .endif
     bit.b #T_ON, &TRACING
     jeq 1f
     bis.b #T_FULL, &TRACING

@@ -59,6 +59,11 @@ map_write_override:
 map_write_cell:
     call #map_cell_at
     jhs 1f
+    .if HAS_COURSES
+    /* slow points are of the program as it is */
+    bit.b #R_COURSES, &RUN_FLAGS
+    jne busy
+    .endif
     mov r13, 0(r12)
     jmp map_written
 1:  bit.b #RUN_ACTIVE, &RUN
@@ -112,7 +117,7 @@ map_write_own:
 2:  CASE_NOT CONTROL_RESTART, 3f
     DO idle
     IF_NOT_EQUAL map_busy
-3:  CALL control
+3:  DO control
     /* neither routine keeps a register that another word would need */
 map_last:
     FAULT 0

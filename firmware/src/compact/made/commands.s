@@ -57,12 +57,14 @@ command_execute:
     TO .Lcommands_12
     TO .Lcommands_m8
     PLACES_END
-command_force:
-    F word COMMAND_HEAD+2
-    BELOW 16
-    ADDI 1
-    CALL force_input
-    RETURN
+.Lcommands_12:
+    DO offset_steps
+command_go:
+    DO command_target
+    DO or_return
+    DO command
+    DO begin_axis
+    DONE_
 command_direct:
     F word COMMAND_HEAD+2
     CASE 255, command_stop
@@ -73,16 +75,14 @@ command_stop:
     IF_NONE RUN, RUN_ACTIVE, .Lcommands_26
     LIT 2
 command_control:
-    CALL control
+    DO control
     DONE_
-.Lcommands_12:
-    DO offset_steps
-command_go:
-    DO command_target
-    DO or_return
-    DO command
-    DO begin_axis
-    DONE_
+command_force:
+    F word COMMAND_HEAD+2
+    BELOW 16
+    ADDI 1
+    CALL force_input
+    RETURN
 .Lcommands_13:
     DO here
     GOTO command_go
@@ -260,7 +260,7 @@ command_jog:
     UP_AXIS .Lcommands_47
     DO command_axes
     GET RAMPS
-    CALL line_begin
+    DO line_begin
     GOTO command_held
     .global command_target
     ROUTINE_ODD command_target, module.rules.commands

@@ -14,7 +14,7 @@ limits:
 .Lhome_1:
     DO micro_first_axis
 .Lhome_3:
-    CALL reference_at
+    DO reference_at
     PUT TEMP
     DO unfiltered
     IF_EQUAL .Lhome_4

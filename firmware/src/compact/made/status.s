@@ -70,7 +70,7 @@ map_cnc_state:
 .Lstatus_10:
     BITS_ON TEMP, 0x40
 .Lstatus_9:
-    CALL emergency_now
+    DO emergency_now
     IF_EQUAL .Lstatus_m1
     BITS_ON TEMP+1, 0x1
     GOTO .Lstatus_m1
@@ -78,7 +78,7 @@ map_limit_switches:
     F clear TEMP
     DO micro_first_axis
 .Lstatus_12:
-    CALL reference_at
+    DO reference_at
     DO input
     IF_EQUAL .Lstatus_14
     DO axis_at

@@ -6,6 +6,8 @@
 
     .section .text.line,"axR",@progbits
 module.motion.line:
+    /* steps of each axis while a line is planned, in numbers that come last */
+    .set DISTANCE, NEW_STEPS
     /* line_begin, rapid. */
 line_rapid:
     mov #1, r13
@@ -36,7 +38,7 @@ line_begin:
     DO axis_select
 1:  DO axis_at
     LIT 0
-    F store INC, AXIS
+    F store DISTANCE, AXIS
     IF_NOT_AXIS MOVING, 4f
     F load STEPS, AXIS
     F sub ACTUAL, AXIS
@@ -44,22 +46,21 @@ line_begin:
     IF_EQUAL 3f
     CALL line_direction
     DO abs
-    F store INC, AXIS
+    F store DISTANCE, AXIS
     F most LEFT
     F store LEFT
-    F load INC, AXIS, NEW
+    F load DISTANCE, AXIS, NEW
     IF_ANY FEED+3, 0x80, 2f
     FR times A_UM, SHORT, NEW
     FR over A_STEPS, SHORT, NEW
-2:  F store V2
-    F times V2
+2:  F store CAUGHT
+    F times CAUGHT
     F plus TICK
     F store TICK
     GOTO 4f
 3:  DO axis_bit
     AXIS_OFF MOVING
-4:  CALL line_origin
-    UP_AXIS 1b
+4:  UP_AXIS 1b
     IF_SET MOVING, 1f
     RETURN
 
@@ -76,32 +77,40 @@ line_begin:
 1:  F load LEFT, NEW
 2:  F store TICK
     DO scaled_most
-    F store START2
+    F store V
     LIT 0
     DO axis_select
 3:  IF_NOT_AXIS MOVING, 4f
     DO axis_at
-    /* V2 = path for each step of the axis */
+    /* CAUGHT = path for each step of the axis */
     F load TICK
-    F over INC, AXIS, NEW
-    F store V2
+    F over DISTANCE, AXIS, NEW
+    F store CAUGHT
     FR times A_TOP_RATE, LONG, NEW
     F bound TEMP
-    F load V2
+    F load CAUGHT
     FR times A_ACCEL, LONG, NEW
     F bound TEMP+4
-    F load V2
+    F load CAUGHT
     FR times A_DECEL, LONG, NEW
     F bound TEMP+8
     LIT 1
     DO new
     FR most A_START_RATE, SHORT, NEW
-    F times V2
-    F bound START2
-    F load INC, AXIS
+    F times CAUGHT
+    F bound V
+4:  F load DISTANCE, AXIS
     CALL line_fraction
+    .if HAS_COURSES
+    IF_NONE MOTION, M_NEXT, 5f
+    CALL line_change
+    F store NEXT_INC, AXIS
+    GOTO 6f
+5:
+    .endif
     F store INC, AXIS
-4:  UP_AXIS 3b
+    CALL line_origin
+6:  UP_AXIS 3b
 
     F load TEMP
     F store CAUGHT
@@ -122,16 +131,39 @@ line_begin:
     F load ACCEL2
     F times TEMP+4
     F store ACCEL2
-    F load START2
-    F times START2
+    F load V
+    F times V
+    .if HAS_COURSES
+    /* at the speed of the line before, and to rest as slowly as either wants it */
+    IF_NONE MOTION, M_NEXT, 5f
+    F bound START2
+    F load V2
+    GOTO 6f
+5:
+    .endif
     F store START2
     F least NOMINAL2
     F store V2
-    DO root
+6:  DO root
     F store V
     DO ticks_a_second
     F times TICK
     F store TICK
+    .if HAS_COURSES
+    BITS_OFF MOTION, M_THROUGH
+    IF_NONE MOTION, M_COURSE, 9f
+    F load LEFT, NEW
+    F times DECEL2
+    F store TEMP
+    F load EXIT2
+    F minus TEMP
+    CALL course_line
+    F load START2
+    F sub EXIT2
+    IF_CARRY 9f
+    BITS_ON MOTION, M_THROUGH
+9:
+    .endif
     RETURN
     .balign 2, 0
 
@@ -185,10 +217,64 @@ ticks_a_second:
 line_end:
     ret
 
+    .if HAS_COURSES
+    /* A line of a course is planned: EXIT2, which becomes r13:r12 where its entry falls. Uses r11 to r15. */
+course_line:
+    mov &COURSE_LINES, r14
+    cmp #2, r14
+    jhs 1f
+    /* an entry begins: twice its lines, the upper half of a bound */
+    mov &COURSE_AT, r15
+    mov.b @r15+, r14
+    clr r12
+    mov.b @r15+, r13
+    mov.b @r15+, r11
+    swpb r11
+    bis r11, r13
+    mov r15, &COURSE_AT
+    tst r14
+    jne 2f
+    bic.b #M_COURSE, &MOTION
+    clr r13
+    /* bit 0: it does not fall */
+1:  bit #1, r14
+    jne 3f
+2:  mov r12, &EXIT2
+    mov r13, &EXIT2+2
+3:  decd r14
+    mov r14, &COURSE_LINES
+    ret
+
+    /* r13:r12 = how it differs from what an event adds to the accumulator of the axis r8 */
+line_change:
+    xor INC(r8), r12
+    xor INC+2(r8), r13
+    ret
+
+    /* The next line's part of line_direction. */
+line_next:
+    mov r13, r14
+    bit.b r12, &NEGATIVE
+    jeq 1f
+    inv r14
+1:  tst r14
+    jge 3f
+    bis.b r12, &NEXT_DIRS
+    bis.b line_dirs-1(r12), &NEXT_DIRS+1
+    mov r8, r14
+    rra r14
+    mov #-1, NEXT_COUNT(r14)
+    jmp 3f
+    .endif
+
     /* The axis r8 goes the way of r13:r12: NEGATIVE, its DIR pin. Uses r11, r14. */
 line_direction:
     push r12
     call #axis_bit
+    .if HAS_COURSES
+    bit.b #M_NEXT, &MOTION
+    jne line_next
+    .endif
     bic.b r12, &NEGATIVE
     mov A_FLAGS(r9), r14
     tst r13
@@ -236,7 +322,7 @@ motion_poll:
     jne 1f
     call #segment
     jnc 1f
-    bit #CCIE, &TA1CCTL0
+    call #motion_rests
     jne 1f
     /* it rests: the first interrupt begins the slot, leaving the one before if it stands there */
     mov &TA1R, r12
@@ -247,6 +333,10 @@ motion_poll:
 1:  mov &TA1CCTL0, r5
     mov #8, r8
 2:  mov r8, r13
+    .if HAS_COURSES
+    /* the interrupt changes count and direction at once */
+    dint
+    .endif
     rra r13
     mov COUNT(r13), r13
     call #counted
@@ -261,14 +351,20 @@ motion_poll:
     IF_NOT_EQUAL 4f
 3:  LET MOVING, 0
     IF_NONE MOTION, M_STOP|M_SETTLE|M_JOG, 4f
-    BITS_OFF MOTION, M_STOP|M_SETTLE|M_JOG
+    BITS_OFF MOTION, ~M_PAUSE&0xff
 motion_settle:
     CALL settle_all
 4:  RETURN
 
     /* Ramps down and forgets the rest, also of a pause. */
     ROUTINE_ODD motion_stop, module.motion.line
+    .if HAS_COURSES
+    /* the lines of a course come all the same, while it brakes */
+    BITS_OFF MOTION, M_PAUSE|M_SETTLE|M_JOG
+    BITS_ON MOTION, M_STOP
+    .else
     LET MOTION, M_STOP
+    .endif
     IF_SET MOVING, 1f
     LET MOTION, 0
 1:  RETURN
@@ -312,16 +408,20 @@ motion_settle:
     /* Steps cease at once: none after the next event, which is armed already and at most 2 ms away.
        The rest is forgotten, the commanded places are where the axes stand. No register is kept. */
     ROUTINE_ODD motion_halt, module.motion.line
+    LIT 0
+    .if HAS_COURSES
+    /* the step engine takes no offence */
+    F store V2
+    .endif
     /* at rest, too: the interrupt may have left them */
     F clear SLOT0+EVENTS
     F clear SLOT1+EVENTS
     IF_ZERO MOVING, motion_settle
-    LIT 0
     F store LEFT
     LET MOTION, M_STOP
 1:  DO motion_rests
     IF_NOT_EQUAL 1b
-    CALL motion_poll
+    DO motion_poll
     RETURN
     .balign 2, 0
 
@@ -335,6 +435,9 @@ motion_caught:
 counted:
     call #axis_bit
     bit.b r12, &NEGATIVE
+    .if HAS_COURSES
+    eint
+    .endif
     mov r13, r12
     jeq 1f
     inv r12

@@ -32,7 +32,7 @@ segment_none:
        near, and there no more than change the speed by about 1/32, or 1 to 2 ms */
 2:  F load TICK
     F sub V
-    DO segment_by_time
+    CALL segment_by_time
     F load V2
     F sub NOMINAL2, AXIS
     DO segment_sign
@@ -42,11 +42,16 @@ segment_none:
     F minus V2
     CALL segment_cruises
     IF_CARRY 4f
-3:  F load ACCEL2
+3:
+    .if HAS_COURSES
+    /* but behind the last segments of a line that ends at speed the next one is planned, which takes time */
+    IF_ANY MOTION, M_THROUGH, 4f
+    .endif
+    F load ACCEL2
     F most DECEL2
     F sub V2
-    DO segment_by_speed
-4:  DO segment_take
+    CALL segment_by_speed
+4:  CALL segment_take
 
     /* TEMP+4 = square of the speed at the end, TEMP = the speed */
     IF_NOT_NEGATIVE 1f
@@ -62,14 +67,20 @@ segment_none:
 2:  F store TEMP+4
     F load LEFT, NEW
     F times DECEL2
+    .if HAS_COURSES
+    IF_NONE MOTION, M_THROUGH, 1f
+    F plus EXIT2
+    GOTO 2f
+1:
+    .endif
     F plus START2
-    F bound TEMP+4
+2:  F bound TEMP+4
     DO root
     F store TEMP
     F plus V
     F store TEMP+8
     F sub TICK
-    DO segment_divide
+    CALL segment_divide
 
     /* the interval at the faster end, 1/65536 ticks */
     F load V
@@ -188,14 +199,22 @@ segment_divide:
     sub #1<<8, r7
     cmp #1<<8, r7
     jne 3b
-4:  mov r4, SLOT0+MASK(r6)
+4:
+    .if HAS_COURSES
+    /* the mark of a line that begins at speed */
+    bit.b #M_NEXT, &MOTION
+    jeq 5f
+    bis #1<<15, r4
+5:
+    .endif
+    mov r4, SLOT0+MASK(r6)
     mov r6, r8
     ret
 
     /* scaled r13:r12 times 2^r7, as an integer */
 segment_scale:
     add r7, r13
-    br #pasapas_scaled_floor
+    jmp pasapas_scaled_floor
 
     /* Change of the interval from an event to the next: r13:r12 twice over r5, positive when slower.
        r9:r7 = 0, or when faster, from the longest interval down, the whole. */
@@ -216,7 +235,7 @@ segment_change:
     clr r9
     clr r7
     ret
-6:  br #negate
+6:  jmp negate
 
     /* half of r13:r12, toward 0, before the first event, and r9:r7 */
 segment_half:

@@ -5,9 +5,11 @@
     .section .text.micro,"axR",@progbits
 module.moves.coords:
 
-    /* A target while a statement looks at all of its axes; the engine rests and leaves its memory. */
-    .set NEW_UM, INC
-    .set NEW_STEPS, ACC
+    /* A target while a statement looks at all of its axes, in planner's numbers that are free until the line
+       is planned, at rest and in a course. */
+    .set NEW_UM, V
+    .set NEW_STEPS, ACCEL2
+    .global NEW_UM, NEW_STEPS
     /* planner's numbers that are free at rest */
     .set SPARE, V2
     .set SPARE_TOO, LEFT

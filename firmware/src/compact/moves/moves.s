@@ -147,7 +147,7 @@ move_range:
     EFFECT OP_LINEAR, fx_linear
     ROUTINE_ODD fx_linear
     IF_EQUAL 1f
-    IF_SET MOVING, linear_wait
+    IF_SET MOVING, linear_moves
     IF_ZERO N, linear_done
     GET N
     LET N, 0
@@ -162,8 +162,22 @@ move_range:
 2:  PUT FLAGS
     IF_IS_NOT UNIT, OP_LINEAR_MIXED, 3f
     CALL linear_mixed
+3:
+    .if HAS_COURSES
+    IF_ZERO MOVING, 1f
+    /* in a course: from where the line before ends */
+    BITS_ON MOTION, M_NEXT
+    LIT 0
+    F store NEXT_DIRS
+    F store NEXT_COUNT+2
+    DO micro_first_axis
+2:  F load STEPS, AXIS
+    F store ACTUAL, AXIS
+    NEXT_AXIS 2b
+1:
+    .endif
     /* steps and frame of all axes */
-3:  GET FLAGS
+    GET FLAGS
     DO half
     DO half
     DO half
@@ -181,12 +195,29 @@ move_range:
     DO or_return
 5:  NEXT_AXIS 4b
     DO command_axes
-    IF_ZERO RAMPS, linear_done
     LIT 0
+    .if HAS_COURSES
+    /* targets lie there until here: of a line without a step nothing is left */
+    F store LEFT
+    .endif
+    IF_ZERO RAMPS, linear_done
     IF_ANY FLAGS, FL_RAPID, 8f
     EVENT TRACE_LINE
     GET RAMPS
-    CALL line_begin
+    DO line_begin
+    .if HAS_COURSES
+    DO motion_poll
+linear_moves:
+    /* done when the next line may be planned: all segments are made, and the first one plays */
+    GET MOTION
+    ANDI M_THROUGH|M_NEXT
+    CASE_NOT M_THROUGH, linear_wait
+    F load LEFT
+    DO test_long
+    IF_EQUAL linear_done
+    .else
+linear_moves:
+    .endif
 linear_wait:
     NOT_YET_
 linear_done:

@@ -38,6 +38,14 @@ event_lines:
 stack_end:
     call #event_lines
     mov #POOL_END, r12
+    .if HAS_COURSES
+    /* no program has both */
+    mov &VM_CODE, r15
+    bit #MC_COURSES, MC_FLAGS-MACHINE_SIZE(r15)
+    jeq 2f
+    mov #COURSE, r12
+2:
+    .endif
     tst r14
     jeq 2f
     sub #EVENT_ASIDE_SIZE, r12

@@ -63,11 +63,20 @@ run:
     call #command_done
     jmp run_no_effect
 
-1:  tst.b &EFFECT
+1:
+run_goes:
+    tst.b &EFFECT
     jne run_perform
-    /* a ramp that a command or a fault began */
+    .if HAS_LINES
+    /* a ramp that a fault began, for its handler; what moves else is a line that goes on through its end */
+    .if HAS_COURSES
+    bit.b #M_THROUGH, &MOTION
+    jne 1f
+    .endif
     tst.b &MOVING
     jne 9f
+1:
+    .endif
     clr.b &VM_POLL
     call #pasapas_vm_run
     mov &VM_PC, &EFFECT_PC
@@ -83,7 +92,7 @@ run:
     jhs 3f
     tst r12
     jne 2f
-    mov #EFFECT_END, r12
+    mov.b #EFFECT_END-0x100, r12
     /* PHASE is 0 then */
 3:  mov r12, &EFFECT
     clr &N
@@ -218,13 +227,17 @@ run_stopping:
     MICRO
     DO motion_rests
     IF_EQUAL 1f
+    .if HAS_COURSES
+    /* it brakes along the path: lines go on */
+    IF_ANY MOTION, M_THROUGH, 2f
+    .endif
     /* what homing or probing looks for may come on the way to rest, too */
     GET EFFECT
     ADDI -OP_PROBE
     CMPI OP_HOME_QUERY-OP_PROBE+1
     IF_CARRY 9f
-    END
-    jmp run_perform
+2:  END
+    jmp run_goes
 1:  IF_ZERO ENDING, 2f
     /* outputs wait for nothing, the end for the host that traces */
     LIT B_AT_END
@@ -241,6 +254,9 @@ run_stopping:
     PUT LAST_END
     PUT N
     LET ENDING, 0
+    .if HAS_COURSES
+    BITS_OFF RUN_FLAGS, R_COURSES
+    .endif
     F clear OPEN
     F clear RUNNING
     CASE_NOT END_FAULT, 1f

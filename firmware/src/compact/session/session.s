@@ -10,7 +10,7 @@ module.session:
 emergency_input:
     MICRO
     IF_IS WATCH, TRIPPED&255, emergency
-    CALL emergency_now
+    DO emergency_now
     IF_NOT_EQUAL emergency
     RETURN
 
@@ -69,7 +69,7 @@ emergency:
     LIT B_AT_FAULT
     DO output_states
     CALL io_exchange
-    CALL emergency_now
+    DO emergency_now
     PUT FAULT_IN
     LIT F_EMERGENCY_STOP
     DO fail
@@ -84,6 +84,13 @@ fail:
     MICRO
 fail_:
     PUT VM_FAULT
+    .if HAS_COURSES
+    /* a line that was to go on, and none of whose targets may be reached: it has no events */
+    IF_NONE MOTION, M_NEXT, 1f
+    LIT 0
+    F store LEFT
+1:
+    .endif
     F word EFFECT_PC
     F put VM_FAULT_PC
     LIT END_FAULT
@@ -138,6 +145,17 @@ start_:
     FR word SLOT_HEAD+IMAGE_ENTRY, SHORT
     F add VM_CODE
     F put VM_PC
+    BITS_OFF RUN_FLAGS, R_WAITING|R_TIMED_OUT|R_COURSES
+    .if HAS_COURSES
+    FR word SLOT_HEAD+IMAGE_CODE-MACHINE_SIZE+MC_FLAGS, SHORT
+    TESTI MC_COURSES
+    IF_EQUAL 1f
+    BITS_ON RUN_FLAGS, R_COURSES
+    LIT16 COURSE
+    F put VM_SP
+    F put VM_BASE
+1:
+    .endif
     CALL keep_load
     LIT16 RUNS_MARK
     F put RUNNING
@@ -147,7 +165,6 @@ start_:
     F put VM_SP
     F put VM_BASE
     .endif
-    BITS_OFF RUN_FLAGS, R_WAITING|R_TIMED_OUT
     BITS_OFF TRACING, ~(T_ON|T_HEARD|T_LOCKED)&0xff
     .if HAS_HALTS
     /* a host in trace mode may halt the program before its first effect */

@@ -42,6 +42,10 @@ soft_convert:
     MICRO
     PUT FRAME_OF
     DO operand_byte
+    .if HAS_COURSES
+    /* Course, by its code */
+    IF_NONE FRAME_OF, 8, 2f
+    .endif
     DO axis_select
     F load VM_TOP
     CALL to_other
@@ -49,6 +53,24 @@ soft_convert:
     F store VM_TOP
     DONE_
 1:  FAULT F_OVERFLOW
+    .if HAS_COURSES
+    /* slow points, behind a length byte; not while others are left, nor where each line waits for a host, nor
+       behind that: in a loop they would be those of its first pass */
+2:  PUT TEMP
+    DO operand_byte
+    PUT TEMP+1
+    IF_ANY MOTION, M_COURSE, 1f
+    IF_NONE TRACING, T_ON, 2f
+    BITS_OFF RUN_FLAGS, R_COURSES
+2:  IF_NONE RUN_FLAGS, R_COURSES, 1f
+    BITS_ON MOTION, M_COURSE
+    LIT 1
+    F add TEMP
+    F add VM_DATA
+    F put COURSE_AT
+    F clear COURSE_LINES
+1:  DONE_
+    .endif
     .balign 2, 0
 
     .if HAS_LINES

@@ -6,6 +6,7 @@ use lang::wire::{self, RunState};
 
 use super::{sealed, words};
 use crate::chip::Chip;
+use crate::machine::{install, mill};
 
 /// What the slave makes of a request, without the line: the chip does nothing else.
 fn exchange(chip: &mut Chip, body: &[u8]) -> Vec<u8> {
@@ -27,6 +28,7 @@ fn exchange(chip: &mut Chip, body: &[u8]) -> Vec<u8> {
 /// A chip whose program runs with three cells.
 fn running() -> Chip {
     let mut chip = Chip::new();
+    install(&mut chip, &mill());
     let board = chip.at("BOARD_DEFAULT");
     chip.set_word("BOARD", board);
     chip.set_byte("ADDRESS", 1);

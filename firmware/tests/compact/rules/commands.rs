@@ -2,16 +2,13 @@
 
 mod found;
 
-use firmware::motion::scaled::Scaled;
 use firmware::rules::commands::{self, Commands};
 use firmware::rules::coords::Stands;
 use firmware::rules::{Answer, Axis, home};
 use lang::fault::Fault;
 use lang::record::{AxisRecord, MachineRecord};
 use lang::wire::Exception;
-use proptest::prelude::*;
 
-use super::effects::unit;
 use super::{Entry, Twin, proved};
 use crate::chip::Chip;
 use crate::coords::value;
@@ -30,8 +27,8 @@ const BY_COMMAND: u8 = 0x80;
 /// A run by command 102 of an axis that has not homed.
 const FAR: u32 = 0x2000;
 /// Bytes of a statement or command: its flags, and axes that have steps to make.
-const FLAGS: u16 = 0;
-const RAMPS: u16 = 1;
+pub const FLAGS: u16 = 0;
+pub const RAMPS: u16 = 1;
 
 /// The address of a command's word, from 0: the first two stand apart.
 pub fn place(chip: &Chip, n: u16) -> u16 {
@@ -65,25 +62,19 @@ impl Twin {
         self.chip.board.poke16(at, value);
     }
 
-    fn statement_byte(&self, at: u16) -> u8 {
+    pub fn statement_byte(&self, at: u16) -> u8 {
         self.chip.board.peek8(self.chip.at("BYTES") + at)
     }
 
-    fn set_statement_byte(&mut self, at: u16, value: u8) {
+    pub fn set_statement_byte(&mut self, at: u16, value: u8) {
         let at = self.chip.at("BYTES") + at;
         self.chip.board.poke8(at, value);
     }
 
     /// A routine of the chip; r13:r12 behind it.
-    fn calls(&mut self, routine: &str, acc: u32) -> u32 {
+    pub fn calls(&mut self, routine: &str, acc: u32) -> u32 {
         self.chip.call(routine, &[(12, acc as u16), (13, (acc >> 16) as u16)]);
         self.chip.result()
-    }
-
-    fn least(&mut self, at: u16, rate: Scaled) -> Scaled {
-        let least = Scaled(self.chip.long("TEMP", at)).least(rate);
-        self.chip.set_long("TEMP", at, least.0);
-        least
     }
 }
 
@@ -148,15 +139,6 @@ impl Commands for Twin {
     fn forget(&mut self) {
         self.chip.set_word("EFFECT", 0);
     }
-    fn number(&self) -> u8 {
-        self.chip.byte("N")
-    }
-    fn set_number(&mut self, n: u8) {
-        self.chip.set_byte("N", n);
-    }
-    fn axis(&self) -> Axis {
-        Axis::new(self.chip.byte("N"))
-    }
     fn set_homing_failed(&mut self, axis: Axis) {
         self.bits_of("HOMING_ERROR", 0, axis.bit());
     }
@@ -181,9 +163,6 @@ impl Commands for Twin {
     fn moving(&self) -> u8 {
         self.chip.byte("MOVING")
     }
-    fn moving_of(&self, _: Axis) -> u8 {
-        self.chip.byte("MOVING")
-    }
     fn in_the_way(&self) -> u8 {
         self.chip.byte("MOVING")
     }
@@ -201,31 +180,6 @@ impl Commands for Twin {
     }
     fn set_offset(&mut self, axis: Axis, um: i32) {
         self.chip.set_long("OFFSET", 4 * u16::from(axis.n()), um as u32);
-    }
-    fn take_pace(&mut self, axis: Axis) {
-        self.of_axis("axis_pace", axis, 0);
-    }
-    fn count_in_steps(&mut self) {
-        let at = unit(&self.chip);
-        self.chip.board.poke8(at, 2);
-    }
-    fn rate(&mut self, _: Axis, value: i32) -> Scaled {
-        Scaled::new(value.max(0) as u32)
-    }
-    fn least_up(&mut self, rate: Scaled) -> Scaled {
-        self.least(4, rate)
-    }
-    fn least_speed(&mut self, rate: Scaled) -> Scaled {
-        self.least(0, rate)
-    }
-    fn least_down(&mut self, rate: Scaled) -> Scaled {
-        self.least(8, rate)
-    }
-    fn pace_up(&self) -> Scaled {
-        Scaled(self.chip.long("TEMP", 4))
-    }
-    fn pace_speed(&self) -> Scaled {
-        Scaled(self.chip.long("TEMP", 0))
     }
     fn start(&self) -> i32 {
         self.chip.long("V2", 0) as i32
@@ -357,30 +311,11 @@ impl Commands for Twin {
     fn probe_level(&self) -> u16 {
         self.word(3)
     }
-    fn set_level(&mut self, level: u8) {
-        let at = unit(&self.chip);
-        self.chip.board.poke8(at, level);
-    }
-    fn await_input(&mut self, n: u8) {
-        self.calls("probe_input", n.into());
-    }
     fn and(&self) -> i32 {
         self.argument_long(2)
     }
     fn xor(&self) -> i32 {
         self.argument_long(4)
-    }
-    fn await_off(&mut self, inputs: i32) {
-        self.calls("probe_xor", inputs as u32);
-        self.off = self.chip.reg(7);
-    }
-    fn await_of(&mut self, inputs: i32) {
-        let high = (inputs >> 16) as u16;
-        self.chip.call("probe_and", &[(12, inputs as u16), (13, high), (7, self.off)]);
-    }
-    fn begin_probe(&mut self, axis: Axis) -> bool {
-        self.of_axis("probe_begin", axis, 0);
-        self.chip.reg(2) & 2 != 0
     }
 }
 

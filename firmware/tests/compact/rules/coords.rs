@@ -81,10 +81,10 @@ impl Targets for Twin {
         self.at("UM", axis)
     }
     fn set_new_um(&mut self, axis: Axis, um: i32) {
-        self.set("INC", axis, um);
+        self.set("NEW_UM", axis, um);
     }
     fn set_new_steps(&mut self, axis: Axis, steps: i32) {
-        self.set("ACC", axis, steps);
+        self.set("NEW_STEPS", axis, steps);
     }
     fn is_too_far(&self, axis: Axis) -> bool {
         self.new_steps(axis).checked_sub(self.position(axis)).is_none()
@@ -108,16 +108,18 @@ impl Targets for Twin {
 
 impl Commands for Twin {
     fn new_um(&self, axis: Axis) -> i32 {
-        self.at("INC", axis)
+        self.at("NEW_UM", axis)
     }
     fn new_steps(&self, axis: Axis) -> i32 {
-        self.at("ACC", axis)
+        self.at("NEW_STEPS", axis)
     }
 }
 
 /// Places of the axes, and whether they have homed or were placed.
 fn put(chip: &mut Chip, places: [[i32; 3]; 6], bytes: [u8; 3]) {
-    for (name, places) in ["UM", "STEPS", "OFFSET", "ACTUAL", "INC", "ACC"].iter().zip(places) {
+    for (name, places) in
+        ["UM", "STEPS", "OFFSET", "ACTUAL", "NEW_UM", "NEW_STEPS"].iter().zip(places)
+    {
         for (n, place) in (0..).zip(places) {
             chip.set_long(name, 4 * n, place as u32);
         }

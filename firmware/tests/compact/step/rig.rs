@@ -1,6 +1,7 @@
 //! The running image with a busy host, and what is planned for its motions.
 
 use emulator::{Signal, Stop, TICKS_PER_SECOND};
+use firmware::motion::scaled::Scaled;
 use firmware::motion::{Block, Feed, Manner, Pace, Path, PathSegment, Segment, Single};
 use lang::record::{AxisRecord, MachineRecord};
 use lang::wire::{CRC_START, crc16};
@@ -199,7 +200,7 @@ impl Plan {
         let (feed, axes) = &in_the_unit_of(feed, *axes);
         let mut path = Path::new(0, CLOCK);
         let manner = Manner::new(*feed, true);
-        path.push(axes, &Block { steps, um: [0; 3], manner });
+        path.push_ending(axes, &Block { steps, um: [0; 3], manner }, Scaled::ZERO);
         let mut plan = Plan { time: from, acc: [1 << 31; 3], ..Plan::default() };
         let mut segment = PathSegment::default();
         while path.next_segment(axes, &mut segment) {
