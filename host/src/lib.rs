@@ -12,6 +12,7 @@ pub mod chords;
 pub mod client;
 #[cfg(feature = "desktop")]
 pub mod cmd;
+pub mod course;
 #[cfg(feature = "desktop")]
 pub mod dap;
 #[cfg(feature = "desktop")]
@@ -43,6 +44,7 @@ pub mod sim;
 pub mod stream;
 #[cfg(feature = "desktop")]
 pub mod torture;
+pub mod track;
 pub mod trial;
 #[cfg(feature = "desktop")]
 pub mod usb;

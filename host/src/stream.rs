@@ -1,7 +1,7 @@
 //! Jobs larger than a board's memory.
 //!
 //! A board that can stream runs straight-line pieces from RAM: [`feed`] runs the program's control
-//! flow on the host, [`job`] writes what it does to the machine into pieces ([`piece`]); [`place`]
+//! flow on the host, [`job`] writes what it does to the machine into pieces ([`piece`]); [`crate::track`]
 //! follows what the job sets, so that it can begin anew in the middle, [`check`] does so for the whole
 //! job before the first move; [`pump`] keeps the board supplied. For a board without that, [`cut`] makes
 //! programs of their own that are stored one after the other.
@@ -18,7 +18,6 @@ pub mod feed;
 pub mod job;
 pub mod late;
 pub mod piece;
-pub mod place;
 pub mod pump;
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ use lang::record::feature;
 use serde_json::{Value, json};
 
 use crate::chords;
+use crate::course;
 use crate::plot::{Curve, Plot, Style};
 use crate::sim::trace::{Event, What};
 use crate::sim::world::World;
@@ -123,20 +124,20 @@ impl Loaded {
         Some(remark.trim().to_owned()).filter(|remark| !remark.is_empty())
     }
 
-    /// The same for firmware with these [`feature`] bits: arcs that it lacks are chords. Where one cannot
-    /// become chords all stays as it is, and the firmware lacks arcs.
+    /// The same for a part: arcs that it lacks are chords, and lines have slow points where it takes them. Where an arc
+    /// cannot become chords all stays as it is, and the part lacks arcs.
     #[must_use]
-    pub fn for_features(self, features: u16) -> Loaded {
+    pub fn for_part(self, part: &Part) -> Loaded {
         let wants =
             Image::new(&self.compiled.image).map_or(0, |image| image.header.features.into());
-        if wants & !features & feature::ARC == 0 {
-            return self;
+        let mut own = self;
+        if wants & !part.features & feature::ARC != 0 {
+            let Ok((program, _)) = chords::drawn(&own.program) else { return own };
+            let Ok(compiled) = lang::back::compile(&program) else { return own };
+            own = Loaded { program, compiled, ..own };
         }
-        let Ok((program, _)) = chords::drawn(&self.program) else { return self };
-        match lang::back::compile(&program) {
-            Ok(compiled) => Loaded { crc: crc_in(&compiled.image), program, compiled, ..self },
-            Err(_) => self,
-        }
+        let compiled = course::put_into(own.compiled, &own.program, part);
+        Loaded { crc: crc_in(&compiled.image), compiled, ..own }
     }
 
     /// Whether the program runs on a part, and if not, what that lacks.
@@ -429,9 +430,9 @@ mod tests {
     fn arcs_are_drawn_for_firmware_that_has_none() {
         let of = |text: &str| load(text, ProfileChoice::built_in()).expect("it compiles");
         let arc = "G91 G2 X2 I1 F600\n";
-        assert_eq!(of(arc).for_features(G2553.features).lack(&G2553), None);
-        assert_eq!(of(arc).for_features(F5529.features).crc, of(arc).crc);
+        assert_eq!(of(arc).for_part(&G2553).lack(&G2553), None);
+        assert_eq!(of(arc).for_part(&F5529).crc, of(arc).crc);
         let open = "G2 X2 I1 F600\n";
-        assert!(of(open).for_features(G2553.features).lack(&G2553).is_some());
+        assert!(of(open).for_part(&G2553).lack(&G2553).is_some());
     }
 }

@@ -19,6 +19,7 @@ use crate::board::rig::Rig;
 use crate::board::{Build, DEFAULT};
 use crate::client::identity::Identity;
 use crate::client::{Client, ClientError};
+use crate::course;
 use crate::link::Link;
 use crate::sim::world::{Registers, World};
 use crate::stream::pump::Outcome;
@@ -229,15 +230,29 @@ impl Stand {
     }
 }
 
-/// Compiles a script for a machine of the bench.
+/// Compiles a script for a machine of the bench, as every part takes it.
 ///
 /// # Errors
 /// It is wrong.
 pub fn image_for(profile: &Profile, text: &str) -> Result<(Program, Vec<u8>), String> {
+    compiled(profile, text).map(|(program, compiled)| (program, compiled.image))
+}
+
+/// [`image_for`], with slow points where the part runs through its corners by them.
+///
+/// # Errors
+/// It is wrong.
+pub fn image_on(part: &Part, profile: &Profile, text: &str) -> Result<(Program, Vec<u8>), String> {
+    let (program, compiled) = compiled(profile, text)?;
+    let image = course::put_into(compiled, &program, part).image;
+    Ok((program, image))
+}
+
+fn compiled(profile: &Profile, text: &str) -> Result<(Program, Compiled), String> {
     let (mut checked, _) = program("bench", text)?;
     checked.profile = profile.clone();
     let compiled = lang::back::compile(&checked).map_err(|excesses| format!("{excesses:?}"))?;
-    Ok((checked, compiled.image))
+    Ok((checked, compiled))
 }
 
 /// Ticks of the rising edges of a signal.

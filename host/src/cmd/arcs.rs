@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use lang::back::Compiled;
 use lang::image::Image;
+use lang::part::Part;
 use lang::record::feature;
 
 use super::Console;
+use super::part::with_slow_points;
 use super::script::{self, Code, Script};
 use crate::chords::{self, Refused};
 use crate::failure::Failure;
@@ -37,11 +39,10 @@ pub fn without(
     let compiled = script::compile_any(script, console)?;
     let chords::Cost { arcs, chords, tolerance_um, line } = cost;
     let bytes = compiled.image.len() as i64 - before.image.len() as i64;
-    let [s, each] =
-        if arcs == 1 { ["", "It begins and ends"] } else { ["s", "Each begins and ends"] };
+    let s = if arcs == 1 { "" } else { "s" };
     let text = format!(
         "{who} draws no arcs: {arcs} arc{s} became {chords} lines, at most {tolerance_um:.0}um off, for \
-         {bytes} more bytes. {each} at the start rate",
+         {bytes} more bytes",
     );
     let note = Note::error(script.source.name(), "B011", text)
         .note()
@@ -84,20 +85,24 @@ fn refuse(script: &Script, refused: &[Refused], who: &str, console: &Console) ->
 }
 
 impl Code {
-    /// The same with chords, for a board with these [`feature`] bits if that lacks arcs; `None` where it
-    /// runs as it is. An image stays what it is.
+    /// The same for a board's part: with chords where that lacks arcs, and with slow points where it takes them; `None`
+    /// where it runs as it is. An image stays what it is.
     ///
     /// # Errors
     /// As [`without`].
-    pub fn for_board(&self, features: u16, console: &Console) -> Result<Option<Code>, Failure> {
-        let (Some(script), Some(compiled)) = (&self.script, &self.compiled) else {
+    pub fn for_board(&self, part: &Part, console: &Console) -> Result<Option<Code>, Failure> {
+        let (Some(script), Some(before)) = (&self.script, &self.compiled) else {
             return Ok(None);
         };
-        if !are_missing(compiled, features) {
+        let mut script = script.clone();
+        let mut compiled = before.clone();
+        if are_missing(before, part.features) {
+            compiled = without(&mut script, before, "this board", console)?;
+        }
+        let compiled = with_slow_points(&script, compiled, part, console)?;
+        if compiled.image == before.image {
             return Ok(None);
         }
-        let mut script = script.clone();
-        let compiled = without(&mut script, compiled, "this board", console)?;
         let image = compiled.image.clone();
         Ok(Some(Code { image, compiled: Some(compiled), script: Some(script) }))
     }

@@ -278,7 +278,7 @@ impl Fleet {
                     control::act(&mut board, Action::Stop)?;
                 }
                 if own.is_none() {
-                    own = code.for_board(board.identity()?.features, console)?;
+                    own = code.for_board(board.identity()?.part(), console)?;
                 }
                 let code = own.as_ref().unwrap_or(&code);
                 let told = bring(&mut board, code, (*replace, *any_profile), console)?;

@@ -12,6 +12,7 @@ use lang::record::feature;
 use super::script::Script;
 use super::{Console, arcs};
 use crate::board::{BUILDS, Build, DEFAULT, F5529};
+use crate::course::{self, Obstacle};
 use crate::failure::Failure;
 use crate::render::Note;
 
@@ -83,7 +84,7 @@ impl Choice {
         let pulse_us = script.program.profile.pulse_us;
         let Some(build) = self.part else {
             let build = smallest(&compiled, pulse_us).unwrap_or(DEFAULT);
-            return Ok((compiled, build));
+            return Ok((with_slow_points(script, compiled, &build.part, console)?, build));
         };
         let part = &build.part;
         let who = format!("`{}` for the {}", part.name, part.chip.name);
@@ -129,8 +130,32 @@ impl Choice {
             return Err(Failure::Input);
         }
         unlimited(script, part, console)?;
-        Ok((compiled, build))
+        Ok((with_slow_points(script, compiled, part, console)?, build))
     }
+}
+
+/// The program with slow points where the part takes them; says why there are none of a program whose lines could
+/// run through their corners.
+///
+/// # Errors
+/// Standard output is full or gone.
+pub fn with_slow_points(
+    script: &Script,
+    plain: Compiled,
+    part: &Part,
+    console: &Console,
+) -> Result<Compiled, Failure> {
+    if let Some(obstacle) = course::obstacle(&script.program, &plain, part) {
+        let text = format!(
+            "`{}` for the {} rests at the end of each G1: how fast it may go there is computed before the run, \
+             and {obstacle}",
+            part.name, part.chip.name
+        );
+        let line = if let Obstacle::Asks(line) = obstacle { script.line_of_file(line) } else { 1 };
+        let note = Note::error(script.source.name(), "B013", text).note().at((line, 1));
+        console.note(&note.hint("`--part f5529` looks ahead by itself"))?;
+    }
+    Ok(course::put_into(plain, &script.program, part))
 }
 
 /// Says of a part that does not know limits of AT variables which ones it lets pass.

@@ -29,8 +29,8 @@ use crate::stream::check::{self, Checked};
 use crate::stream::feed::{Feed, Refused};
 use crate::stream::job::Job;
 use crate::stream::late;
-use crate::stream::place::Track;
 use crate::stream::pump::{self, Outcome, Progress, PumpError};
+use crate::track::Track;
 
 /// `pasapas stream`
 #[derive(Debug, Args)]

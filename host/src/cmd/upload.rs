@@ -59,7 +59,7 @@ impl Upload {
         let mut board = self.port.connect(options, console)?;
         let identity = board.identity()?;
         identity.check().map_err(|why| Failure::Board(UploadError::Mismatch(why).to_string()))?;
-        let own = code.for_board(identity.features, console)?;
+        let own = code.for_board(identity.part(), console)?;
         let Code { image, compiled, script } = own.unwrap_or(code);
         if let Some(script) = &script
             && !self.any_profile

@@ -29,6 +29,7 @@ use super::chain::{Chain, RUN_STATEMENTS};
 use super::machine::Machine;
 use super::world::{Registers, World};
 use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
+use crate::course;
 
 /// Deepest expression that Rhai is given.
 const EXPRESSION_DEPTH: usize = 400;
@@ -69,6 +70,7 @@ pub fn run_chain(
     let mut translation = translate::translate(first);
     let texts = translation.texts.clone();
     let mut machine = Machine::new(&first.profile, world, options, texts, &registers, sink)?;
+    machine.set_ends(course::ends(first, &options.part));
     let mut keeps = vec![BTreeMap::new(); chain.programs().len()];
     let (mut left, mut number) = (options.statements, 0);
     loop {

@@ -17,6 +17,7 @@ use super::machine::{Machine, Step};
 use super::record::{Change, RECORD_LIMIT};
 use super::world::{Registers, World, put};
 use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
+use crate::course;
 
 /// What a handler came between.
 #[derive(Clone, Copy, Debug)]
@@ -152,6 +153,7 @@ pub fn run_chain(
     let [first, ..] = chain.programs() else { return Err(refused(&"no program")) };
     let mut registers = Registers::of(first);
     let mut machine = Machine::new(&first.profile, world, options, Vec::new(), &registers, sink)?;
+    machine.set_ends(course::ends(first, &options.part));
     let mut keeps = vec![Vec::new(); compiled.len()];
     let (mut left, mut changes, mut known) = (options.statements, Vec::new(), Vec::new());
     let mut number = 0;

@@ -3,7 +3,7 @@
 use lang::fault::Fault;
 
 use super::feed::{BUDGET, Feed, Refused, Step};
-use super::place::Track;
+use crate::track::Track;
 
 /// Instructions that the check executes at most.
 pub(super) const CHECK: u64 = 50_000_000;

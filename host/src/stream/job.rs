@@ -10,8 +10,8 @@ use lang::wire::Called;
 use super::check::{CHECK, fails};
 use super::feed::{BUDGET, Feed, Moment, Refused, Step};
 use super::piece::{Piece, Writer, answers, failing};
-use super::place::Track;
 use crate::client::stream::Call;
+use crate::track::Track;
 
 /// What stands at a place of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,12 +15,12 @@ use lang::wire::{Control, End, Exception, RunState, Stream};
 use super::check::{self, Checked};
 use super::feed::{Feed, Refused};
 use super::job::Job;
-use super::place::Track;
 use super::pump::{self, Outcome, Progress};
 use crate::bench::stand::Stand;
 use crate::bench::stream::raster;
 use crate::client::stream::Slots;
 use crate::link::Link;
+use crate::track::Track;
 
 fn mill() -> Profile {
     Profile::built_in("mill").expect("built in")

@@ -19,6 +19,7 @@ use crate::board::Build;
 use crate::board::engine::{self, BoardError, BoardRun};
 use crate::board::health::Health;
 use crate::chords;
+use crate::course;
 use crate::sim::Options;
 use crate::sim::machine::STATEMENT_US;
 use crate::sim::trace::{Event, Status, What, to_text};
@@ -74,13 +75,14 @@ pub fn make_for(build: &Build, case: Case) -> Option<Made> {
     build.part.lacks(&image, made.program.profile.pulse_us).is_none().then_some(made)
 }
 
-/// With chords for a part that draws no arcs.
+/// With chords for a part that draws no arcs, and slow points for one that does not look ahead.
 fn drawn(mut made: Made, part: Part) -> Option<Made> {
     let wants = Image::new(&made.compiled.image).ok()?.header.features;
     if u16::from(wants) & !part.features & feature::ARC != 0 {
         made.program = chords::drawn(&made.program).ok()?.0;
         made.compiled = lang::back::compile(&made.program).ok()?;
     }
+    made.compiled = course::put_into(made.compiled, &made.program, &part);
     Some(made)
 }
 

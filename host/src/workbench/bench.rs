@@ -326,7 +326,7 @@ impl Bench {
                 (desk.number(), desk.text().to_owned(), desk.folder())
             };
             let part = &bench.setting.part.part;
-            let loaded = bench.load(&text, &folder).map(|own| own.for_features(part.features));
+            let loaded = bench.load(&text, &folder).map(|own| own.for_part(part));
             let trial = trial::simulate(number, &loaded, &bench.setting.world, part);
             if let Ok(loaded) = loaded {
                 lock(&bench.loaded)[TEXT] = Some(Arc::new(loaded));

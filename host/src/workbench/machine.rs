@@ -214,7 +214,7 @@ impl Ask<'_> {
         self.ask(move |board| {
             compare(board, &loaded.program.profile)?;
             let identity = board.identity().map_err(|error| error.to_string())?;
-            let loaded = Arc::new(loaded.for_features(identity.features));
+            let loaded = Arc::new(loaded.for_part(identity.part()));
             let image = &loaded.compiled.image;
             let all = image.len().max(1) as f32;
             let result = board.bring(image, (None, &file), true, &mut |bytes| {

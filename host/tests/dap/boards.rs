@@ -129,13 +129,12 @@ fn calls_and_steps_on_a_virtual_board() {
 }
 
 #[test]
-fn calls_and_steps_on_the_small_chip() {
-    walks(&Served::start("g2553").1);
+fn a_board_that_does_not_tell_calls_says_so_and_steps_by_the_lines() {
+    steps_by_the_lines(&Served::start("g2553"));
+    steps_by_the_lines(&Served::start("g2553-handlers"));
 }
 
-#[test]
-fn a_board_that_does_not_tell_calls_says_so_and_steps_by_the_lines() {
-    let board = Served::start("g2553-handlers");
+fn steps_by_the_lines(board: &Served) {
     let (_folder, file) = script(CALLS);
     let mut client = Client::start();
     client.launch(json!({ "program": file, "board": board.1 }), json!([{ "line": 12 }]));

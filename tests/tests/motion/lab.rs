@@ -4,7 +4,7 @@ use emulator::{Board, Edge, Plant, Signal, TICKS_PER_SECOND};
 pub use firmware::motion::physics::Step;
 use lang::profile::{Profile, Wiring};
 use lang::wire::{FAULT, MACHINE_POSITIONS, RUN_STATE};
-use pasapas::bench::stand::{Stand, image_for};
+use pasapas::bench::stand::{Stand, image_on};
 use pasapas::board::Build;
 use pasapas::board::judge::Judge;
 use pasapas::torture::stand::{framed, read_body, write_body};
@@ -49,7 +49,7 @@ impl Lab {
         // An end would take the output back, and a Start press would run the program again.
         let done = if profile.wiring == Wiring::Chain { DONE } else { 2 };
         let text = format!("{script}\nSetOut {done}, ON\nWaitIn {done}, ON\n");
-        let (program, image) = image_for(profile, &text).expect("a script");
+        let (program, image) = image_on(&build.part, profile, &text).expect("a script");
         let mut stand = Stand::on(build, profile).expect("a board");
         stand.upload(&image).expect("an upload");
         let mut board = stand.copy();

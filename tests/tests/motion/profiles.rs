@@ -105,10 +105,45 @@ fn script(dice: &mut Dice, profile: &Profile, build: &Build) -> String {
     text
 }
 
-fn plays(build: &Build, number: u64) {
+/// A curve of short lines, in steps, with an edge here and there: most lines turn by less than 20 degrees and take
+/// 6 to 40 ms at the feed.
+fn curve(dice: &mut Dice, profile: &Profile, _: &Build) -> String {
+    let rate = any(dice, 1, 60_000);
+    let mut text = format!("G91\nF[{rate}st/s]\n");
+    let [x, y, z] = [&profile.x, &profile.y, &profile.z].map(|own| {
+        let own = own.as_ref().expect("a mill has three");
+        (own.accel.min(own.decel.unwrap_or(own.accel)) / 8).clamp(3, 600)
+    });
+    let reach = f64::from(x.min(y));
+    let (mut heading, mut left) = (0.0f64, [0i64; 3]);
+    for _ in 0..20 + dice.below(30) {
+        heading += match dice.below(12) {
+            0 => dice.below(7) as f64,
+            _ => (dice.below(200) as f64 - 100.0) / 300.0,
+        };
+        let length = (rate as f64 * (6 + dice.below(35)) as f64 / 1_000.0).clamp(1.0, reach);
+        let down = if dice.below(3) == 0 { any(dice, 0, z.into()).min(length as i64) } else { 0 };
+        let way = [
+            (length * heading.cos()).round() as i64,
+            (length * heading.sin()).round() as i64,
+            -down,
+        ];
+        let [a, b, c] = way;
+        text += &format!("G1 X[{a}st] Y[{b}st] Z[{c}st]\n");
+        left = std::array::from_fn(|axis| left[axis] - way[axis]);
+    }
+    let [a, b, c] = left;
+    text += &format!("G1 X[{a}st] Y[{b}st] Z[{c}st]\nG90\n");
+    text
+}
+
+/// Draws a script for a machine on a part.
+type Draw = fn(&mut Dice, &Profile, &Build) -> String;
+
+fn plays(build: &Build, number: u64, draw: Draw) {
     let mut dice = Dice(0xA11 << 32 | number << 8 | u64::from(build.part.look_ahead));
     let profile = machine(&mut dice, &build.part);
-    let script = script(&mut dice, &profile, build);
+    let script = draw(&mut dice, &profile, build);
     println!("{number} on {}:\n{}{script}", build.part.name, text(&profile));
     let mut lab = Lab::new(build, &profile, &script);
     // Nobody homes: no move may find a limit switch.
@@ -119,7 +154,17 @@ fn plays(build: &Build, number: u64) {
 #[test]
 fn machines_of_every_kind_move_as_their_profiles_say() {
     for number in 0..8 {
-        plays(&G2553, number);
-        plays(&F5529, number);
+        plays(&G2553, number, script);
+        plays(&F5529, number, script);
+    }
+}
+
+#[test]
+fn machines_of_every_kind_run_through_corners_as_their_profiles_say() {
+    for number in 0..12 {
+        plays(&G2553, number, curve);
+    }
+    for number in 0..4 {
+        plays(&F5529, number, curve);
     }
 }

@@ -12,6 +12,7 @@ use std::collections::VecDeque;
 use firmware::motion::arc::Arc;
 use firmware::motion::path::{Block, Manner, Path, PathSegment};
 use firmware::motion::queue;
+use firmware::motion::scaled::Scaled;
 use firmware::motion::single::{Pace, Single};
 use lang::axis::Axis;
 use lang::part::Part;
@@ -19,9 +20,13 @@ use lang::record::AxisRecord;
 
 use self::play::{Clock, FETCH_US, Play, Solo, is_fetched};
 
-/// From a statement to the event of a path that begins at rest, us: for a chip that looks ahead and for the
-/// small one, and more for each axis that moves (`pasapas bench paths`).
-const PATH_BEGINS_US: [[u64; 2]; 2] = [[1_350, 500], [1_250, 190]];
+/// From a statement to the event of a path that begins at rest, us: for the small chip and for one that looks
+/// ahead, and more for each axis that moves (`pasapas bench paths`).
+const PATH_BEGINS_US: [[u64; 2]; 2] = [[1_350, 500], [1_030, 100]];
+
+/// What the main loop of a chip that looks ahead takes for a block of a path, its statement and its plan, us, and more
+/// for each axis that moves (`pasapas bench paths`).
+const BLOCK_US: [u64; 2] = [650, 100];
 
 /// What began or ended while motion went on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +58,8 @@ pub struct Motion {
     path_queue: VecDeque<(PathSegment, u32)>,
     /// When the path may be asked for another segment though its next block is not known, us.
     fetch_us: u64,
+    /// When the board has taken the newest block and may take another one, us.
+    pub ready_us: u64,
     /// The path's last segment: the planner writes increments and directions only when a block
     /// begins.
     segment: PathSegment,
@@ -81,6 +88,7 @@ impl Motion {
             path_exit: 0,
             path_queue: VecDeque::new(),
             fetch_us: 0,
+            ready_us: 0,
             segment: PathSegment::default(),
             acc: [0; 3],
             solo: [solo(), solo(), solo()],
@@ -205,7 +213,7 @@ impl Motion {
             self.path_play = None;
             self.milestones
                 .push((play.end_us(), Milestone::PathRate(play.rate(), self.path_exit.into())));
-            self.begin_path(play.begin + play.segment.duration());
+            self.begin_path(play.begin + play.segment.duration(), false);
         }
         for axis in Axis::ALL {
             let index = axis.index();
@@ -226,10 +234,13 @@ impl Motion {
         }
     }
 
-    /// The engine begins the path's next segment.
-    fn begin_path(&mut self, begin: u64) {
+    /// The engine begins the path's next segment; at rest in the pass in which the block came.
+    fn begin_path(&mut self, begin: u64, rests: bool) {
         let at = self.clock.us(begin);
-        self.fetch_path(at);
+        // As long as the main loop plans a block it fetches nothing.
+        if rests || at >= self.ready_us {
+            self.fetch_path(at, !rests);
+        }
         if self.path_queue.is_empty() && self.path.next_segment(&self.records, &mut self.segment) {
             self.path_queue.push_back((self.segment, self.path.velocity()));
             self.fetch_us = at + FETCH_US;
@@ -246,8 +257,10 @@ impl Motion {
         }
     }
 
-    /// Fills the engine as far as the board has come by `us`.
-    fn fetch_path(&mut self, us: u64) {
+    /// Fills the engine as far as the board has come by `us`: in many passes of its main loop, or in the one behind a
+    /// block.
+    fn fetch_path(&mut self, us: u64, passes: bool) {
+        let mut fetches = 0;
         while self.path_queue.len() + 1 < queue::SLOTS {
             let ahead: u16 = self.path_queue.iter().map(|(own, _)| queue::time(&own.ramp)).sum();
             let unknown = !self.path.knows_next();
@@ -258,6 +271,11 @@ impl Motion {
                 return;
             }
             self.path_queue.push_back((self.segment, self.path.velocity()));
+            fetches += 1;
+            let ahead = ahead + queue::time(&self.segment.ramp);
+            if !passes && (ahead >= queue::low(self.clock.hz) || fetches == queue::FETCHES) {
+                return;
+            }
             if unknown {
                 self.fetch_us += FETCH_US;
             } else if !self.path.knows_next() {
@@ -282,7 +300,7 @@ impl Motion {
     /// What the board has fetched by `us`; before every order that changes what comes.
     fn fetch(&mut self, us: u64) {
         if self.path_play.is_some() {
-            self.fetch_path(us);
+            self.fetch_path(us, true);
         }
         for solo in &mut self.solo {
             if solo.play.is_some_and(|play| is_fetched(&play, us)) {
@@ -293,29 +311,48 @@ impl Motion {
 
     /// Whether a further block would be taken.
     pub fn has_room(&self) -> bool {
-        self.path.has_room()
+        if self.look_ahead { self.path.has_room() } else { !self.path.knows_next() }
     }
 
-    /// Gives the path a block; see [`Motion::has_room`].
-    pub fn push(&mut self, block: &Block, us: u64) {
-        self.fetch(us);
+    /// Gives the path a block; see [`Motion::has_room`]. Without look-ahead its end may have a speed of this square,
+    /// (um/s)^2, as slow points say.
+    pub fn push(&mut self, block: &Block, end2: f64, us: u64) {
         let moving = block.steps.iter().filter(|steps| **steps != 0).count();
-        let begin = us + self.path_begins_us(moving);
-        self.path.push(&self.records, block);
-        self.kick_path(begin);
-    }
-
-    /// How long a block of so many axes takes to begin.
-    fn path_begins_us(&self, moving: usize) -> u64 {
-        let [base, axis] = PATH_BEGINS_US[usize::from(self.look_ahead)];
-        if self.is_path_idle() { base + axis * moving as u64 } else { 0 }
+        let begin = self.block_begins(moving, us);
+        if self.look_ahead {
+            self.path.push(&self.records, block);
+        } else {
+            self.path.push_ending(&self.records, block, Scaled::new(end2 as u32));
+        }
+        self.go_on(us, begin);
     }
 
     /// The same for an arc.
     pub fn push_arc(&mut self, arc: &Arc, manner: &Manner, us: u64) {
-        self.fetch(us);
-        let begin = us + self.path_begins_us(3);
+        let begin = self.block_begins(3, us);
         self.path.push_arc(&self.records, arc, manner);
+        self.go_on(us, begin);
+    }
+
+    /// A block of so many axes comes: when it begins, if the path rests.
+    fn block_begins(&mut self, moving: usize, us: u64) -> u64 {
+        let mut begin = us;
+        let part = usize::from(self.look_ahead);
+        let lasts = |[base, axis]: [u64; 2]| base + axis * moving as u64;
+        if self.is_path_idle() {
+            begin += lasts(PATH_BEGINS_US[part]);
+        }
+        if self.look_ahead {
+            self.ready_us = begin + lasts(BLOCK_US);
+        }
+        begin
+    }
+
+    /// A block has come: the main loop looks for segments before it takes the next one.
+    fn go_on(&mut self, us: u64, begin: u64) {
+        if self.path_play.is_some() {
+            self.fetch_path(us, false);
+        }
         self.kick_path(begin);
     }
 
@@ -417,7 +454,7 @@ impl Motion {
     /// Begins the path that waits if none plays.
     fn kick_path(&mut self, us: u64) {
         if self.path_play.is_none() && !self.is_path_idle() {
-            self.begin_path(us * self.clock.fine_per_us());
+            self.begin_path(us * self.clock.fine_per_us(), true);
         }
     }
 

@@ -8,6 +8,7 @@ use lang::fault::Fault;
 use lang::place::Place;
 
 use super::Machine;
+use crate::course::LineEnds;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
 use crate::sim::trace::{MoveKind, What};
 
@@ -95,7 +96,8 @@ impl Machine {
         }
         let targets = self.targets();
         let what = What::Move { line: self.line, kind, to: targets };
-        let exact = exact || rapid || !self.motion.look_ahead;
+        let end2 = if exact || rapid { 0.0 } else { self.next_end() };
+        let exact = exact || rapid || !self.motion.look_ahead && end2 == 0.0;
         let mut legs = vec![to];
         let (up, down) = (self.z_leg(from, to, rapid), self.z_leg(to, from, rapid));
         if up {
@@ -107,7 +109,7 @@ impl Machine {
         // A rapid move has no corners.
         let um = if rapid { [0; 3] } else { um };
         for leg in legs {
-            self.push_block(what.take(), SegmentKind::Move(kind), [at, leg], um, feed, exact);
+            self.push_block(what.take(), kind, [at, leg], um, (feed, exact, end2));
             at = leg;
         }
         if exact {
@@ -126,6 +128,16 @@ impl Machine {
             && (i64::from(to[2]) - i64::from(from[2])) * up > 0
     }
 
+    /// Lines end as slow points say, one after the other.
+    pub fn set_ends(&mut self, ends: Option<LineEnds>) {
+        self.pieces.ends = ends;
+    }
+
+    /// The square of the speed at which the next line may end by slow points, 0 where it rests.
+    fn next_end(&mut self) -> f64 {
+        self.pieces.ends.as_mut().map_or(0.0, LineEnds::take_next)
+    }
+
     fn command(&mut self, goal: &[Place; 3]) {
         for axis in Axis::ALL {
             if self.axes.is_present(axis) {
@@ -138,11 +150,10 @@ impl Machine {
     fn push_block(
         &mut self,
         what: Option<What>,
-        kind: SegmentKind,
+        kind: MoveKind,
         [from, to]: [[i32; 3]; 2],
         um: [i32; 3],
-        feed: Feed,
-        exact: bool,
+        (feed, exact, end2): (Feed, bool, f64),
     ) {
         self.await_room();
         if self.is_halted() || from == to {
@@ -153,7 +164,7 @@ impl Machine {
         let dark = feed == Feed::Rapid;
         let light = self.light().map(|power| if dark { 0 } else { power });
         let segment = Segment {
-            kind,
+            kind: SegmentKind::Move(kind),
             line: self.line,
             from,
             to,
@@ -168,7 +179,7 @@ impl Machine {
         self.pieces.blocks.push_back((what, segment));
         let power = if dark { 0 } else { self.modal.beam() };
         let manner = Manner { power, ..Manner::new(feed, exact) };
-        self.motion.push(&Block { steps, um, manner }, self.clock.now());
+        self.motion.push(&Block { steps, um, manner }, end2, self.clock.now());
         self.log_milestones();
         self.clock.look_anew();
     }
@@ -176,6 +187,9 @@ impl Machine {
     fn await_room(&mut self) {
         self.clock.look_anew();
         while !self.is_halted() && !self.motion.has_room() && self.tick(None) {}
+        if !self.motion.is_path_idle() {
+            self.advance_to(self.motion.ready_us);
+        }
     }
 
     /// G2 and G3.

@@ -2,12 +2,15 @@
 
 use std::collections::VecDeque;
 
+use crate::course::LineEnds;
 use crate::sim::record::Segment;
 use crate::sim::trace::What;
 
 /// See the module.
 #[derive(Debug, Default)]
 pub struct Pieces {
+    /// How fast the lines of the program may end, on a part that takes slow points.
+    pub ends: Option<LineEnds>,
     /// One for each block that waits for its beginning, with what is written then.
     pub blocks: VecDeque<(Option<What>, Segment)>,
     /// Line of the block that plays.

@@ -9,7 +9,6 @@ use lang::wire::{Called, Control, End, Exception, RunState, Stream};
 
 use super::super::feed::Feed;
 use super::super::job::Job;
-use super::super::place::Track;
 use super::super::pump::{self, Outcome};
 use super::{by_hand, checked, compile, mill, quietly, stream};
 use crate::bench::stand::Stand;
@@ -18,6 +17,7 @@ use crate::link::Link;
 use crate::sim::trace::What;
 use crate::sim::world::World;
 use crate::sim::{Engine, Options, run_traced};
+use crate::track::Track;
 
 /// Streams a job to a board in a world; it prints and ends as in the simulation.
 fn as_in_the_simulation(text: &str, world: &str) -> (Outcome, [i64; 3]) {

@@ -59,6 +59,25 @@ impl Track {
         }
     }
 
+    /// Where an axis is commanded to.
+    pub fn place(&self, axis: Axis) -> Place {
+        self.axes.place(axis)
+    }
+
+    /// Where its work position is 0, um.
+    ///
+    /// # Errors
+    /// F01.
+    pub fn zero(&self, axis: Axis) -> Result<i32, Fault> {
+        let work = self.axes.work_at(axis, self.axes.steps(axis))?;
+        self.axes.place(axis).um.checked_sub(work).ok_or(Fault::Overflow)
+    }
+
+    /// F.
+    pub fn feed(&self) -> Option<Rate> {
+        self.feed
+    }
+
     /// Commanded machine positions, steps.
     pub fn steps(&self) -> [i32; 3] {
         Axis::ALL.map(|axis| self.axes.steps(axis))

@@ -1,0 +1,363 @@
+//! The lines that a program will make, in their order.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use lang::axis::Axis;
+use lang::back::{Compiled, Sidecar};
+use lang::effect::{Coord, Effect, Frame, Rate};
+use lang::hir::Program;
+use lang::image::{Header, Image};
+use lang::isa::Op;
+use lang::place::Place;
+use lang::profile::Profile;
+use lang::record::MachineRecord;
+use lang::vm::{Exit, State, Vm};
+
+use crate::track::Track;
+
+/// us that F takes, which is an effect of its own: a round of the chip's main loop.
+const F_US: u32 = 1_000;
+/// Instructions between two effects: a program that computes longer than that is not followed.
+const MOST_INSTRUCTIONS: u32 = 2_000_000;
+/// Effects of a run: the courses of a longer one are not all known.
+const MOST_EFFECTS: u32 = 500_000;
+
+/// A line that has steps to make.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Line {
+    /// Address of its instruction.
+    pub pc: usize,
+    /// Distance of each axis, steps.
+    pub steps: [i32; 3],
+    /// The same as it was commanded, um.
+    pub um: [i32; 3],
+    /// Its speed, um/s.
+    pub feed: u32,
+    /// What the program takes from the line before to this one, beside what every line takes, us.
+    pub thought_us: u32,
+}
+
+/// The lines of a run that may be passed at speed, in their order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Walked {
+    /// Each different course once.
+    pub courses: Vec<Vec<Line>>,
+    /// What was executed.
+    pub order: Vec<Piece>,
+    /// From here on that repeats itself without end.
+    pub repeats: Option<usize>,
+    /// Addresses of lines that are made alone, too, or without a step: slow points in front of them would be those of
+    /// the lines that follow.
+    pub barred: BTreeSet<usize>,
+    /// The first reason for which another run may be another one.
+    pub obstacle: Option<Obstacle>,
+}
+
+/// What keeps the lines of a run from being known before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// KEEP values are those of the run before.
+    Keep,
+    /// An operator may give AT variables any value.
+    At,
+    /// The statement of this line asks the machine.
+    Asks(u32),
+    /// It neither ends nor repeats itself as long as it is looked at.
+    Long,
+}
+
+impl fmt::Display for Obstacle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Obstacle::Keep => write!(f, "KEEP values are those of the run before"),
+            Obstacle::At => write!(f, "a panel may give its AT variables any value"),
+            Obstacle::Asks(line) => write!(f, "line {line} asks the machine"),
+            Obstacle::Long => {
+                write!(
+                    f,
+                    "the program neither ends nor repeats itself, as with a variable that counts on"
+                )
+            }
+        }
+    }
+}
+
+/// G1 that have steps to make.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Piece {
+    /// One that rests at its end.
+    Alone,
+    /// A course, by its index.
+    Course(usize),
+}
+
+/// Follows a run to its end, or to where it begins to repeat itself; what the machine would answer is taken for 0.
+/// `None` for a damaged image.
+pub fn walk(program: &Program, compiled: &Compiled) -> Option<Walked> {
+    let image = Image::new(&compiled.image).ok()?;
+    let obstacle = match image.header {
+        Header { keeps: 1.., .. } => Some(Obstacle::Keep),
+        Header { keep_base: 1.., .. } => Some(Obstacle::At),
+        _ => None,
+    };
+    let mut profile = program.profile.clone();
+    // Whether axes are homed before the run is not known here, so no statement fails for it.
+    profile.require_homing = false;
+    let mut walk = Walk {
+        image,
+        track: Track::new(&profile, [0; 3], 0),
+        machine: MachineRecord::of(&profile),
+        profile,
+        state: State::new(&image.header),
+        pool: vec![0; image.header.pool_bytes()],
+        known: [false; 3],
+        zero_known: [true; 3],
+        unbound: [false; 3],
+        lines: Vec::new(),
+        thought_us: 0,
+        found: BTreeMap::new(),
+        walked: Walked { obstacle, ..Walked::default() },
+        seen: HashMap::new(),
+    };
+    if let Err(obstacle) = walk.run(&compiled.sidecar) {
+        walk.walked.obstacle.get_or_insert(obstacle);
+    }
+    Some(walk.walked)
+}
+
+struct Walk<'a> {
+    image: Image<'a>,
+    profile: Profile,
+    machine: MachineRecord,
+    track: Track,
+    state: State,
+    pool: Vec<u8>,
+    /// Where the axis is commanded to is known: at a start it may stand anywhere.
+    known: [bool; 3],
+    /// So is its work zero.
+    zero_known: [bool; 3],
+    /// It has gone beyond its travel, so it is not homed.
+    unbound: [bool; 3],
+    /// Those of the course that is open.
+    lines: Vec<Line>,
+    /// See [`Line::thought_us`].
+    thought_us: u32,
+    /// Courses by their lines.
+    found: BTreeMap<Vec<Line>, usize>,
+    walked: Walked,
+    /// States between courses, and what was executed before them.
+    seen: HashMap<u64, usize>,
+}
+
+impl Walk<'_> {
+    /// # Errors
+    /// The run is too long to be followed.
+    fn run(&mut self, places: &Sidecar) -> Result<(), Obstacle> {
+        let (mut instructions, mut effects) = (0, 0);
+        loop {
+            let code = self.image.code.get(self.state.pc).copied().unwrap_or_default();
+            self.thought_us = self.thought_us.saturating_add(cost_us(code));
+            instructions += 1;
+            if instructions > MOST_INSTRUCTIONS || effects > MOST_EFFECTS {
+                return Err(Obstacle::Long);
+            }
+            let mut vm = Vm::new(self.image, &mut self.state, &mut self.pool);
+            match vm.step() {
+                None | Some(Exit::Budget | Exit::Course(_)) => {}
+                Some(Exit::Effect) => {
+                    (instructions, effects) = (0, effects + 1);
+                    let Some(effect) = vm.effect() else { return Ok(()) };
+                    if matches!(effect, Effect::Read(_) | Effect::MoveSpeed { .. }) {
+                        let line = places.at(self.state.pc).map_or(1, |mark| mark.line);
+                        self.walked.obstacle.get_or_insert(Obstacle::Asks(line));
+                    }
+                    match self.effect(&effect) {
+                        Next::On => {
+                            Vm::new(self.image, &mut self.state, &mut self.pool).complete(0)
+                        }
+                        Next::Ends => return Ok(()),
+                    }
+                }
+                // Handlers are not of a part that takes slow points.
+                Some(Exit::HandlerEnd | Exit::Fault(_) | Exit::End) => {
+                    self.close();
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    fn effect(&mut self, effect: &Effect) -> Next {
+        let before = Axis::ALL.map(|axis| self.track.place(axis));
+        if self.track.follow(effect).is_err() {
+            self.close();
+            return Next::Ends;
+        }
+        let leaves = self.leaves_travel(&before);
+        match effect {
+            Effect::Linear { rapid: false, to, exact: false } => {
+                let joins = self.learn(to);
+                let after = Axis::ALL.map(|axis| self.track.place(axis));
+                let steps = [0, 1, 2].map(|n: usize| after[n].steps.wrapping_sub(before[n].steps));
+                if steps == [0; 3] {
+                    // It takes its time all the same: the line before must rest.
+                    self.walked.barred.insert(self.state.pc);
+                    self.close();
+                    return Next::On;
+                }
+                let um = [0, 1, 2].map(|n: usize| after[n].um.wrapping_sub(before[n].um));
+                match self.feed() {
+                    Some(Rate::Um(feed)) if joins && !leaves => {
+                        let thought_us = std::mem::take(&mut self.thought_us);
+                        let (pc, feed) = (self.state.pc, feed.unsigned_abs());
+                        self.lines.push(Line { pc, steps, um, feed, thought_us });
+                        return Next::On;
+                    }
+                    _ => {}
+                }
+                self.close();
+                self.alone(self.state.pc);
+                self.end_of_course()
+            }
+            // It neither looks at the machine nor moves it.
+            Effect::SetFeed(_) => {
+                self.thought_us += F_US;
+                Next::On
+            }
+            Effect::Linear { to, .. } | Effect::Arc { to, .. } => {
+                self.learn(to);
+                self.end_of_course()
+            }
+            Effect::MoveAxe { axis, to, .. } => {
+                let mut words = [None; 3];
+                words[axis.index()] = Some(*to);
+                self.learn(&words);
+                self.end_of_course()
+            }
+            Effect::Home { axis, .. } => {
+                self.unbound[axis.index()] = false;
+                self.known[axis.index()] = true;
+                self.zero_known[axis.index()] = true;
+                self.end_of_course()
+            }
+            Effect::Probe { axis, .. } => {
+                self.known[axis.index()] = false;
+                self.end_of_course()
+            }
+            // A machine that wants its axes homed would refuse the next place of one.
+            Effect::Motors { on: false, axis } => {
+                for n in Axis::ALL.into_iter().filter(|own| axis.is_none_or(|axis| axis == *own)) {
+                    self.known[n.index()] = false;
+                }
+                self.end_of_course()
+            }
+            Effect::SetPos { axis, .. } => {
+                self.zero_known[axis.index()] = self.known[axis.index()];
+                self.end_of_course()
+            }
+            _ => self.end_of_course(),
+        }
+    }
+
+    /// Whether an axis goes beyond its travel for the first time: were it homed, the run would stop there, and so the
+    /// line before rests.
+    fn leaves_travel(&mut self, before: &[Place; 3]) -> bool {
+        let mut leaves = false;
+        for axis in Axis::ALL {
+            let own = &self.machine.axes[axis.index()];
+            let place = self.track.place(axis);
+            let goes = place.steps != before[axis.index()].steps;
+            if goes && !(own.min..=own.max).contains(&place.um) {
+                leaves |= !std::mem::replace(&mut self.unbound[axis.index()], true);
+            }
+        }
+        leaves
+    }
+
+    /// What the words of a move say of where the axes are; whether they were known before, so that their way is.
+    fn learn(&mut self, words: &[Option<Coord>; 3]) -> bool {
+        let mut all = true;
+        for (n, word) in words.iter().enumerate() {
+            let Some(word) = word else { continue };
+            all &= self.known[n];
+            match word.frame {
+                Frame::Machine => self.known[n] = true,
+                Frame::Work => self.known[n] = self.zero_known[n],
+                Frame::Relative => {}
+            }
+        }
+        all
+    }
+
+    /// F, or what the profile has in its place.
+    fn feed(&self) -> Option<Rate> {
+        self.track.feed().or_else(|| self.profile.default_feed_um_s.map(Rate::Um))
+    }
+
+    /// A course ends, if one was open; the run does when it has been in this state before.
+    fn end_of_course(&mut self) -> Next {
+        self.close();
+        let mut hasher = DefaultHasher::new();
+        (self.state.pc, self.state.sp, self.state.calls, &self.pool).hash(&mut hasher);
+        (self.known, self.zero_known, self.unbound, format!("{:?}", self.feed())).hash(&mut hasher);
+        for axis in Axis::ALL {
+            let place = self.track.place(axis);
+            (place.um, place.steps, self.track.zero(axis).ok()).hash(&mut hasher);
+        }
+        let here = self.walked.order.len();
+        match self.seen.insert(hasher.finish(), here) {
+            None => Next::On,
+            Some(before) => {
+                self.walked.repeats = (before < here).then_some(before);
+                Next::Ends
+            }
+        }
+    }
+
+    fn close(&mut self) {
+        let lines = std::mem::take(&mut self.lines);
+        match &lines[..] {
+            [] => {}
+            [line] => self.alone(line.pc),
+            _ => {
+                let Walked { courses, .. } = &mut self.walked;
+                let index = *self.found.entry(lines).or_insert_with_key(|lines| {
+                    courses.push(lines.clone());
+                    courses.len() - 1
+                });
+                self.walked.order.push(Piece::Course(index));
+            }
+        }
+    }
+
+    fn alone(&mut self, pc: usize) {
+        self.walked.barred.insert(pc);
+        self.walked.order.push(Piece::Alone);
+    }
+}
+
+/// us that an instruction takes on the chip at most: what multiplies, divides or looks into a table some 3 000 cycles.
+fn cost_us(code: u8) -> u32 {
+    match Op::decode(code) {
+        Some((
+            Op::Mul
+            | Op::Div
+            | Op::Mod
+            | Op::Sqr
+            | Op::Table
+            | Op::TableFar
+            | Op::ToSteps
+            | Op::ToLength,
+            _,
+        )) => 190,
+        _ => 5,
+    }
+}
+
+/// What comes behind an effect.
+enum Next {
+    On,
+    Ends,
+}
