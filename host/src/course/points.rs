@@ -6,7 +6,7 @@ use super::bounds::Bounds;
 
 /// What a line's end may lose of the square of its best speed, from the first that leaves the program room: half of that
 /// of the speed. Beyond them a line takes as long as at half its speed.
-pub const LOSSES: [f64; 4] = [0.02, 0.1, 0.3, 0.75];
+pub const LOSSES: [f64; 9] = [0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.75];
 
 /// The squares that the first line of an entry may have: none is lost below the one, none is too fast up to the other.
 #[derive(Clone, Copy, Debug)]
