@@ -164,23 +164,15 @@ impl Machine {
         Ok(())
     }
 
-    /// No axis is faster than its top one way: over [`HALF_WINDOW`] steps where it leads. Elsewhere over twice as many, of
-    /// which either end may lie half a step off: they fall on events of other axes, and a line begins with half a step.
+    /// No axis is faster than its top over [`HALF_WINDOW`] steps, which fall on events.
     fn tops(&self, motion: &[Step], axis: usize, limits: &Limits) -> Result<(), Violation> {
         let own: Vec<usize> = (0..motion.len()).filter(|n| motion[*n].by[axis] != 0).collect();
-        let one_way = |a: &usize, b: &usize| motion[*a].by[axis] == motion[*b].by[axis];
-        for way in own.chunk_by(one_way) {
-            for (count, off) in [(HALF_WINDOW, 0), (2 * HALF_WINDOW, 1)] {
-                for window in way.windows(count + 1) {
-                    let (a, b) = (window[0], window[count]);
-                    if off == 0 && b - a != count {
-                        continue;
-                    }
-                    let ticks = motion[b].at - motion[a].at + 1;
-                    let rate = (count - off) as f64 * HZ / ticks as f64;
-                    bound(What::Top, a, rate, limits.top * 1.02)?;
-                }
-            }
+        for window in own.windows(HALF_WINDOW + 1) {
+            let (a, b) = (window[0], window[HALF_WINDOW]);
+            let leads = b - a == HALF_WINDOW;
+            let event = if leads { 0 } else { motion[b].at - motion[b - 1].at };
+            let ticks = motion[b].at - motion[a].at + event + 1;
+            bound(What::Top, a, HALF_WINDOW as f64 * HZ / ticks as f64, limits.top * 1.02)?;
         }
         Ok(())
     }
