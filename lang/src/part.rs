@@ -25,8 +25,6 @@ pub struct Part {
     pub clock: u32,
     /// Cycles between two steps of an axis that leave the processor enough for everything else (`pasapas bench motion`).
     pub event_cycles: u32,
-    /// The same beside the width of a pulse longer than [`SHORT_PULSE_US`], which takes a second interrupt.
-    pub long_event_cycles: u32,
     /// Features ([`crate::record::feature`]) that it has.
     pub features: u16,
     /// Bytes of RAM for cells, expression stack and call stack: of a program that moves one axis at
@@ -84,13 +82,17 @@ pub const PATH_RATE: u32 = 91_000;
 /// The longest STEP pulse that one interrupt makes, us.
 pub const SHORT_PULSE_US: u8 = 3;
 
+/// A longer pulse takes a second interrupt: beside its width both interrupts and what else may come between
+/// must pass before the next event, cycles.
+const LONG_EVENT_CYCLES: u32 = 360;
+
 impl Part {
     /// Steps in a second that the engine keeps up with pulses of this width, the link busy: those of a single axis or,
     /// up to [`PATH_RATE`], of a path, or of each axis where they move on their own (START).
     pub const fn top_rate(&self, pulse_us: u8, on_their_own: bool) -> u32 {
         let cycles = match pulse_us {
             0..=SHORT_PULSE_US => self.event_cycles,
-            _ => self.clock / 1_000_000 * pulse_us as u32 + self.long_event_cycles,
+            _ => self.clock / 1_000_000 * pulse_us as u32 + LONG_EVENT_CYCLES,
         };
         // Whole thousands where it is for the reader.
         let rate = self.clock / cycles;
@@ -281,7 +283,7 @@ mod tests {
             let rates = [2, 3, 4, 10, 20, 30].map(|pulse| part.top_rate(pulse, false));
             assert!(rates.is_sorted_by(|a, b| a >= b), "{}: {rates:?}", part.name);
         }
-        assert_eq!([2, 30].map(|pulse| G2553.top_rate(pulse, false)), [60_000, 18_181]);
+        assert_eq!([2, 30].map(|pulse| G2553.top_rate(pulse, false)), [60_000, 19_047]);
         assert_eq!([2, 30].map(|pulse| F5529.top_rate(pulse, false)), [100_000, 22_522]);
         assert_eq!([2, 30].map(top_rate), [100_000, 22_522]);
     }

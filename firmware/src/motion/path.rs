@@ -100,7 +100,6 @@ pub struct Path {
     active: bool,
     begin: bool,
     within: bool,
-    exact: bool,
     paused: bool,
     /// Percent of the programmed speed: of feeds 10..=200, of rapid moves 10..=100.
     percents: [u8; 2],
@@ -143,7 +142,6 @@ impl Path {
         active: false,
         begin: false,
         within: false,
-        exact: true,
         paused: false,
         percents: [100; 2],
         rapid: false,
@@ -219,7 +217,7 @@ impl Path {
         let rapid = matches!(manner.feed, Feed::Rapid);
         let fast = g.feed.most(overridden(g.feed, g.top, self.percents[usize::from(rapid)]));
         let corner2 = match &self.tail {
-            Some(tail) => g.corner2(tail, fast, self.corner),
+            Some(tail) => g.corner2(tail, self.ring.ramp().least(g.ramp()), fast, self.corner),
             None => Scaled::ZERO,
         };
         self.tail = None;
@@ -317,7 +315,9 @@ impl Path {
             self.within = true;
             self.active = self.chord(axes);
             if !self.active {
-                if self.exact {
+                // It rests where its own start rate is as fast as the corner: the next line has one of its own, which
+                // may be a hundred times lower.
+                if self.exit2 <= self.limits.start2 {
                     self.run.v2 = Scaled::ZERO;
                 }
                 self.activate(axes);
@@ -340,7 +340,6 @@ impl Path {
             #[cfg_attr(target_arch = "msp430", allow(unused_mut))]
             let mut length = block.length();
             self.within = false;
-            self.exact = sort.is_exact();
             self.rapid = sort.is_rapid();
             self.power = block.power & !FOLLOWS;
             self.gain = Scaled::ZERO;

@@ -241,6 +241,53 @@ proptest! {
         let (segments, _) = play_blocks(&[axis; 3], &blocks);
         check_all(&segments, &limits(&axis))?;
     }
+
+    /// At a right angle of one axis and another, with no tolerance, each begins as it may from rest, however fast the
+    /// other one is there: X a hundred times as fast as Y, or Y as X, is a machine.
+    #[test]
+    fn a_line_begins_no_faster_than_its_own_axis_may(
+        ways in prop::collection::vec(prop_oneof![-9..9i32, -400..400i32], 2..100),
+        machine in prop::array::uniform2((
+            magnitudes(1, 3_000), magnitudes(1, 3_000), magnitudes(1, 600), magnitudes(1_000, 100_000),
+        )),
+        feed in magnitudes(1_000, 100_000),
+    ) {
+        let axes = [0, 1, 0].map(|n: usize| {
+            let (steps, um, start, accel) = machine[n];
+            AxisRecord {
+                steps: steps as u16, um: um as u16, start_rate: start as u16, top_rate: 10 * start,
+                accel, decel: accel, ..mill()
+            }
+        });
+        let manner = Manner::new(Feed::Um(feed), false);
+        let mut path = Path::new(0, CLOCK);
+        let mut blocks = ways.iter().enumerate().map(|(n, way)| {
+            let mut steps = [0; 3];
+            steps[n % 2] = *way;
+            Block { steps, um: [0; 3], manner }
+        });
+        let mut segment = PathSegment::default();
+        let mut waits = blocks.next();
+        let mut before = None;
+        loop {
+            while let (true, Some(block)) = (path.has_room(), &waits) {
+                prop_assert!(path.push(&axes, block));
+                waits = blocks.next();
+            }
+            if !path.next_segment(&axes, &mut segment) {
+                break;
+            }
+            let moved = usize::from(segment.way[0] == 0);
+            if segment.begin && before.replace(moved) != Some(moved) {
+                let start = f64::from(axes[moved].start_rate);
+                let most = (start * start + 2.0 * f64::from(axes[moved].accel)).sqrt();
+                let interval = f64::from(segment.ramp.interval) * f64::from(segment.ramp.mask + 1);
+                let rate = 65_536.0 * f64::from(TICKS_PER_SECOND) / interval;
+                prop_assert!(rate < most * 1.05, "{} begins with {} steps/s of {}", moved, rate, start);
+            }
+            segment.begin = false;
+        }
+    }
 }
 
 proptest! {

@@ -89,5 +89,6 @@ impl Bounds {
 /// Square of the speed that the corner between two lines allows, whatever their feeds are.
 fn corner(own: &Geometry, next: &Geometry, tolerance: u16) -> Scaled {
     let fast = Scaled::constant(ANY);
-    next.corner2(&Tail { length: own.length, fast, unit: own.unit }, fast, tolerance)
+    let before = Tail { length: own.length, fast, unit: own.unit };
+    next.corner2(&before, own.ramp().least(next.ramp()), fast, tolerance)
 }

@@ -41,8 +41,6 @@ pub const G2553: Part = Part {
     chip: &MSP430G2553,
     clock: 16_000_000,
     event_cycles: 266,
-    // 40 more where a line may begin at speed.
-    long_event_cycles: 400,
     features: feature::INTERPOLATE | feature::KEEP | feature::COURSE,
     pool: [64, 64],
     event_pool: [12, 10],
@@ -64,7 +62,6 @@ pub const G2553_HANDLERS: Part = Part {
     about: "the same chip with ON ERROR and events",
     chip: &MSP430G2553,
     features: feature::INTERPOLATE | feature::KEEP | feature::LINES | feature::EVENTS,
-    long_event_cycles: 360,
     course_pool: 0,
     segments: 3,
     at_room: 0,
@@ -81,7 +78,6 @@ pub const F5529: Part = Part {
     clock: 25_000_000,
     // The single handler's 181 at a segment's change, behind one of the link's of 55.
     event_cycles: 250,
-    long_event_cycles: 360,
     features: feature::INTERPOLATE
         | feature::START
         | feature::ARC

@@ -253,12 +253,10 @@ line_change:
 
     /* The next line's part of line_direction. */
 line_next:
-    mov r13, r14
     bit.b r12, &NEGATIVE
-    jeq 1f
-    inv r14
-1:  tst r14
-    jge 3f
+    subc r14, r14
+    xor r13, r14
+    jn 3f
     bis.b r12, &NEXT_DIRS
     bis.b line_dirs-1(r12), &NEXT_DIRS+1
     mov r8, r14

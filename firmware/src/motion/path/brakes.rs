@@ -22,7 +22,7 @@ pub struct Brakes {
     first: u8,
     count: u8,
     /// The first one's line at the beginning of the oldest block.
-    front2: u32,
+    front2: i32,
     /// The last one's line at the end of the newest block; below 0 where no block stops so fast.
     back2: i32,
 }
@@ -80,7 +80,7 @@ impl Brakes {
         let last = self.last();
         self.places[last] = place;
         if self.count == 1 {
-            self.front2 = corner2 + ahead2;
+            self.front2 = (corner2 + ahead2) as i32;
             self.back2 = corner2 as i32;
             self.gaps[last] = 0;
         } else {
@@ -103,19 +103,19 @@ impl Brakes {
         if self.places[usize::from(self.first)] == place {
             self.first = behind(self.first);
             self.count -= 1;
-            self.front2 += long(self.gaps[usize::from(self.first)]);
+            self.front2 += long(self.gaps[usize::from(self.first)]) as i32;
         }
-        self.front2 = self.front2.saturating_sub(ramp2);
+        self.front2 -= ramp2 as i32;
     }
 
     /// Whether a corner is lower than what lies behind all of them, `end2`.
     pub fn hold(&self, end2: u32) -> bool {
-        self.count != 0 && self.front2 <= end2
+        self.count != 0 && self.front2 <= end2 as i32
     }
 
     /// The square of the speed at which the oldest block may be entered, with `end2` behind all corners.
     pub fn least(&self, end2: u32) -> u32 {
-        if self.hold(end2) { self.front2 } else { end2 }
+        if self.hold(end2) { self.front2.max(0) as u32 } else { end2 }
     }
 }
 

@@ -184,7 +184,7 @@ impl Geometry {
         self.limit(&axes[b], step_b);
         // The ramp must also hold the arc: v^2 / r, and a chord must last as long as the next one takes to plan.
         let per_step = step_a.least(step_b);
-        let bend = self.accel.least(self.decel).times(arc.radius).root();
+        let bend = self.ramp().times(arc.radius).root();
         let events = arc.radius.over(per_step).times(SAGITTA).root();
         let planned = events.times(per_step).times(MILLION).over(events.times(EVENT).plus(CHORD));
         self.top = self.top.least(bend).least(planned);
@@ -214,15 +214,20 @@ impl Geometry {
         self.feed = self.feed.least(feed).least(self.top);
     }
 
+    /// What it can do to change its direction, um/s2.
+    pub fn ramp(&self) -> Scaled {
+        self.accel.least(self.decel)
+    }
+
     /// Square of the speed from which and to which it may jump.
     pub fn start2(&self) -> Scaled {
         self.start.times(self.start)
     }
 
     /// Square of the speed at which it may follow another block, itself as `fast` as that: by the corner between them,
-    /// from which the path may stay away `corner` um, by both lengths and speeds, and by what the chip needs to plan
-    /// it. Not by what can be braked over.
-    pub fn corner2(&self, before: &Tail, fast: Scaled, corner: u16) -> Scaled {
+    /// from which the path may stay away `corner` um on the lower of both ramps, by both lengths and speeds, and by
+    /// what the chip needs to plan it. Not by what can be braked over.
+    pub fn corner2(&self, before: &Tail, ramp: Scaled, fast: Scaled, corner: u16) -> Scaled {
         // Half the difference of the unit vectors is the sine q of half the deflection, c its
         // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
         let mut turn = [0; 3];
@@ -243,7 +248,7 @@ impl Geometry {
         }
         let q2 = turn.shifted(-32);
         let c = ONE.minus(q2).root();
-        let ramp = self.accel.least(self.decel).times(c);
+        let ramp = ramp.times(c);
         let smooth = ramp.times(Scaled::new(corner.into())).times(ONE.plus(c));
         // What the axes may jump by anyway: their start rate.
         let corner = smooth.most(self.start2().shifted(-2));

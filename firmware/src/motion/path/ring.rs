@@ -119,6 +119,11 @@ impl Ring {
         Scaled::new(v2).shifted(-self.unit)
     }
 
+    /// What the newest block can do to change its direction, um/s2.
+    pub fn ramp(&self) -> Scaled {
+        self.newest.accel.least(self.newest.decel)
+    }
+
     /// Whether nothing waits.
     pub fn is_empty(&self) -> bool {
         self.count == 0
@@ -166,7 +171,7 @@ impl Ring {
         self.far_count += u8::from(sort.is_far());
         let ramp2 = self.ramp2(n, g.events);
         let settled = self.brakes.hold(self.end2 + self.ahead2);
-        self.enter(n, self.fixed(start2), ramp2, self.fixed(corner2));
+        self.enter(n, ramp2, self.fixed(corner2));
         self.top2 = self.fixed(g.top.times(g.top));
         (!settled).then(|| self.scaled(self.brakes.least(self.end2 + self.ahead2)))
     }
@@ -182,24 +187,13 @@ impl Ring {
         self.fixed(ramp)
     }
 
-    /// Square of the speed that the end of the newest block may have, as long as nothing behind it is known: of a block
-    /// that begins with `least2` at least, what it cannot take away, too.
-    fn end_of_newest(start2: u32, ramp2: u32, least2: u32) -> u32 {
-        start2.max(least2.saturating_sub(ramp2))
-    }
-
     /// The corner in front of the newest block, at a place, and what its end may have.
-    fn enter(&mut self, n: usize, start2: u32, ramp2: u32, corner2: u32) {
-        // The block before ends at what its own end has at least. Where this one cannot come down from there
-        // the axes jump, and never from more.
-        let least2 = if self.count == 0 { 0 } else { self.end2 };
-        let mut enter2 = least2;
-        if least2 <= start2 + ramp2 {
-            enter2 = enter2.max(corner2);
-        }
-        self.brakes.append(n as u8, enter2, self.ahead2);
+    fn enter(&mut self, n: usize, ramp2: u32, corner2: u32) {
+        // The block before rests where its own start rate is as fast.
+        let rest2 = if self.count == 0 { 0 } else { self.end2 };
+        self.brakes.append(n as u8, corner2.max(rest2), self.ahead2);
         self.brakes.go(ramp2);
-        self.end2 = Ring::end_of_newest(start2, ramp2, least2);
+        self.end2 = self.fixed(self.blocks[n].bounds().start2);
         self.ahead2 += ramp2;
         self.count += 1;
     }

@@ -36,12 +36,10 @@ pub struct Sort(u8);
 const TAG: u8 = 0x0F;
 /// [`Sort`]: a rapid move.
 const RAPID: u8 = 1 << 4;
-/// [`Sort`]: rests at its end.
-const EXACT: u8 = 1 << 5;
 /// [`Sort`]: an arc.
-const ARC: u8 = 1 << 6;
+const ARC: u8 = 1 << 5;
 /// [`Sort`]: an arc or the way of a line lies in [`super::ring::Ring::far`].
-const IS_FAR: u8 = 1 << 7;
+const IS_FAR: u8 = 1 << 6;
 
 impl Sort {
     /// A line that lies near.
@@ -52,9 +50,6 @@ impl Sort {
         let mut sort = (manner.tag >> 16) as u8 & TAG;
         if let Feed::Rapid = manner.feed {
             sort |= RAPID;
-        }
-        if manner.exact {
-            sort |= EXACT;
         }
         Sort(sort)
     }
@@ -67,11 +62,6 @@ impl Sort {
     /// A rapid move.
     pub fn is_rapid(self) -> bool {
         self.0 & RAPID != 0
-    }
-
-    /// Rests at its end.
-    pub fn is_exact(self) -> bool {
-        self.0 & EXACT != 0
     }
 
     /// An arc, the oldest of [`super::ring::Ring::far`].
