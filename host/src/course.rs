@@ -30,17 +30,17 @@ use walk::Walked;
 /// How long a part takes for a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pace {
-    /// The least time of a line whose end is passed at speed: the next one is planned meanwhile, us.
-    line_us: f64,
+    /// See [`Part::course_us`].
+    line_us: [f64; 3],
     /// What each event takes from that planning, us.
     event_us: f64,
 }
 
 impl Pace {
-    /// That of a part which takes slow points. Lines of the G2553 last 5 ms at least: planning the next one takes
-    /// 3.5 ms with a busy link.
+    /// That of a part which takes slow points.
     fn of(part: &Part) -> Option<Pace> {
-        (part.course_pool > 0).then_some(Pace { line_us: 5_000.0, event_us: 12.0 })
+        let line_us = part.course_us.map(f64::from);
+        (part.course_pool > 0).then_some(Pace { line_us, event_us: 12.0 })
     }
 }
 
@@ -63,8 +63,8 @@ impl Found {
             return None;
         }
         let found = Found::in_walk(walked, program, &pace)?;
-        points::LOSSES.iter().find_map(|loss| {
-            let found = found.with_loss(*loss);
+        points::worths().find_map(|worth| {
+            let found = found.worth(worth);
             let compiled = found.put_into(program, plain, part)?;
             Some((found, compiled))
         })
@@ -75,17 +75,17 @@ impl Found {
         let of = |lines: &Vec<walk::Line>| Bounds::of(lines, program, pace);
         let bounds: Vec<Bounds> = walked.courses.iter().map(of).collect();
         let found = Found { walked, bounds, records: BTreeMap::new() };
-        let found = found.with_loss(points::LOSSES[0]);
+        let found = found.worth(points::FINEST);
         (!found.records.is_empty()).then_some(found)
     }
 
-    /// With entries that lose so much of the squares of speeds.
-    fn with_loss(&self, loss: f64) -> Found {
+    /// With entries of which a byte is worth so many seconds.
+    fn worth(&self, worth: f64) -> Found {
         let Found { walked, bounds, .. } = self;
         let mut records = BTreeMap::new();
         let mut refused = Vec::new();
         for (lines, bounds) in walked.courses.iter().zip(bounds) {
-            let (Some(first), Some(entries)) = (lines.first(), points::entries(bounds, loss))
+            let (Some(first), Some(entries)) = (lines.first(), points::entries(bounds, worth))
             else {
                 continue;
             };

@@ -36,6 +36,9 @@ pub struct Part {
     /// Bytes of it that a program with slow points ([`crate::image::course`]) leaves to them, a multiple of 4; 0 where
     /// the part knows none.
     pub course_pool: u16,
+    /// The least time of a line that such a program passes at speed, us, by the axes that move in the next one, 1 to 3,
+    /// which is planned meanwhile.
+    pub course_us: [u16; 3],
     /// Bytes of an entry of the call stack: two hold 12 bits of address and 4 of kind, four a word of each.
     pub call_bytes: u8,
     /// Flash segments of 512 bytes that hold programs. KEEP values take the last two of them, in a library two of

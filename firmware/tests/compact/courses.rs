@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 
 use lang::fault::Fault;
 use lang::image::course::{Entry, record};
+use lang::part::G2553;
 use lang::wire::{self, Control, End, RunState};
 
 use self::rig::{Line, Made, Mill, Mover, bound, each, image, in_order, judge, mill, script};
@@ -71,6 +72,28 @@ fn run(places: &[Place]) -> Made {
 fn chords_of_a_line_are_one_line() {
     let made = run(&chords(100, [0.4, 0.0, 0.0]));
     assert!(made.top > 49_000.0 && made.time < 1.0, "{made:?}");
+}
+
+/// The pace of the host's slow points, while a host asks without a pause.
+#[test]
+fn lines_as_short_as_the_host_makes_them_come_in_time() {
+    let ways = [[0.16, 0.0, 0.0], [0.0, 0.12, 0.14], [0.12, 0.1, 0.1]];
+    for (by, least_us) in ways.into_iter().zip(G2553.course_us) {
+        for phase in 0..3 {
+            let mut mill = mill();
+            // Each step's interrupts take 12 us from the planner.
+            let events = by.iter().fold(0.0, |most, by| f64::max(most, by * 100.0));
+            mill.least = (f64::from(least_us) + 12.0 * events) / 1e6;
+            let places = chords(250, by);
+            let (mut mover, lines) = board(&mill, &places);
+            mover.start();
+            mover.run_us(20_000 + phase * 1_000);
+            mover.storm = Some(mover.board.cycles());
+            mover.end(20);
+            let made = whole(&mill, &mover, &lines);
+            assert!(mover.replies > 100 && made.time < 1.2 * 250.0 * mill.least, "{made:?}");
+        }
+    }
 }
 
 #[test]

@@ -13,6 +13,8 @@ use super::walk::Line;
 const ROUNDING: f64 = 1e-4;
 /// The part of a ramp that the chip uses ([`firmware::motion::ramp`]).
 const RAMP: f64 = 31.0 / 32.0;
+/// What a line that rests at its end loses beside its ramps, s: the next one is planned only then.
+const REST_S: f64 = 0.004;
 /// Faster than any machine, um/s: a corner without a feed.
 const ANY: u32 = 1 << 30;
 
@@ -25,6 +27,8 @@ pub struct Bounds {
     pub best: Vec<f64>,
     /// What its braking takes away.
     pub ramp: Vec<f64>,
+    /// Its length, um.
+    length: Vec<f64>,
     /// That of a speed at which every axis may rest: no more is no speed at all.
     pub rest: f64,
 }
@@ -56,8 +60,10 @@ impl Bounds {
         // A line whose end is passed at speed lasts as long as planning the next one takes.
         let paced = |n: usize| {
             let g = &shapes[n];
-            let thought = lines.get(n + 1).map_or(0, |next| next.thought_us);
-            let least_us = pace.line_us + pace.event_us * number(g.events) + f64::from(thought);
+            let Some(next) = lines.get(n + 1) else { return f64::INFINITY };
+            let axes = next.steps.iter().filter(|steps| **steps != 0).count();
+            let planned_us = pace.line_us[axes - 1] + f64::from(next.thought_us);
+            let least_us = planned_us + pace.event_us * number(g.events);
             (number(g.length) * 1e6 / least_us).powi(2)
         };
         let count = lines.len();
@@ -82,7 +88,21 @@ impl Bounds {
             before = most[n].min(gained).min(square(g.feed));
             best[n] = before;
         }
-        Bounds { most, best, ramp, rest }
+        let length = shapes.iter().map(|g| number(g.length)).collect();
+        Bounds { most, best, ramp, length, rest }
+    }
+
+    /// What it costs that the square of the speed at the end of the n-th line is no more than this, s, nearly: a dip on its
+    /// ramps, or the whole line as slow as that.
+    pub fn lost(&self, n: usize, end: f64) -> f64 {
+        let (best, end) = (self.best[n], f64::max(end, 0.0));
+        if end >= best || best <= self.rest {
+            return 0.0;
+        }
+        let (fast, slow) = (best.sqrt(), f64::max(end, self.rest).sqrt());
+        let dip = (fast - slow).powi(2) * 2.0 * self.length[n] / (self.ramp[n] * fast);
+        let whole = self.length[n] * (1.0 / slow - 1.0 / fast);
+        f64::min(dip, whole) + if end > self.rest { 0.0 } else { REST_S }
     }
 }
 

@@ -1,33 +1,19 @@
-//! The fewest entries that let every line of a course end as fast as it can.
+//! The entries of a course: as few as the time is worth that others would save.
 
 use lang::image::course::{Entry, MOST};
 
 use super::bounds::Bounds;
 
-/// What a line's end may lose of the square of its best speed, from the first that leaves the program room: half of that
-/// of the speed. Beyond them a line takes as long as at half its speed.
-pub const LOSSES: [f64; 9] = [0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.75];
+/// What a byte is worth where there is room, s.
+pub const FINEST: f64 = 1e-6;
 
-/// The squares that the first line of an entry may have: none is lost below the one, none is too fast up to the other.
-#[derive(Clone, Copy, Debug)]
-struct Span {
-    least: f64,
-    most: f64,
+/// What a byte may be worth, s, more and more until what is left of the entries fits.
+pub fn worths() -> impl Iterator<Item = f64> {
+    (0..13).map(|n| FINEST * 3f64.powi(n))
 }
 
-impl Span {
-    const ANY: Span = Span { least: 0.0, most: f64::INFINITY };
-
-    fn with(self, least: f64, most: f64) -> Span {
-        Span { least: self.least.max(least), most: self.most.min(most) }
-    }
-
-    /// The largest value of an entry in it.
-    fn bound(self) -> Option<u16> {
-        let bound = upper(self.most);
-        (value(bound) >= self.least).then_some(bound)
-    }
-}
+/// Bytes of an entry.
+const BYTES: f64 = 3.0;
 
 /// The upper half of the number of 24 bits next below.
 fn upper(square: f64) -> u16 {
@@ -47,52 +33,65 @@ pub fn value(bound: u16) -> f64 {
     mantissa / 128.0 * 2f64.powi(exponent - 105)
 }
 
-/// The entries of a course, for each of its lines: in a loop one behind them would begin them anew. `None` when all of
-/// its lines rest.
-pub fn entries(bounds: &Bounds, loss: f64) -> Option<Vec<Entry>> {
+/// The entries of a course, for each of its lines: in a loop one behind them would begin them anew. Of all that never
+/// let a line end too fast those whose bytes, at `worth` s each, and lost time are the least together. `None` when all
+/// of its lines rest.
+pub fn entries(bounds: &Bounds, worth: f64) -> Option<Vec<Entry>> {
     let count = bounds.most.len();
     if bounds.most.iter().all(|most| *most == 0.0) {
         return None;
     }
+    // From each line on the least cost, and the entry to begin with.
+    let mut least = vec![(0.0, None); count + 1];
+    for n in (0..count).rev() {
+        let mut best = (f64::INFINITY, None);
+        for holds in [false, true] {
+            for (entry, lost) in candidates(bounds, worth, n, holds) {
+                let (behind, _) = least[n + usize::from(entry.lines)];
+                let cost = worth * BYTES + lost + behind;
+                if cost < best.0 {
+                    best = (cost, Some(entry));
+                }
+            }
+        }
+        least[n] = best;
+    }
     let mut all = Vec::new();
     let mut n = 0;
-    while n < count {
-        let declines = longest(bounds, loss, n, false);
-        let holds = longest(bounds, loss, n, true);
-        let (lines, bound, holds) = match holds.0 > declines.0 {
-            true => (holds.0, holds.1, true),
-            false => (declines.0, declines.1, false),
-        };
-        all.push(Entry { lines: lines as u8, holds, bound });
-        n += lines;
+    while let Some(entry) = least[n].1 {
+        all.push(entry);
+        n += usize::from(entry.lines);
     }
     Some(all)
 }
 
-/// How many lines from the n-th on one entry serves, and its value.
-fn longest(bounds: &Bounds, loss: f64, n: usize, holds: bool) -> (usize, u16) {
-    let count = bounds.most.len();
-    let (mut span, mut taken) = (Span::ANY, 0.0);
-    let (mut lines, mut bound) = (0, 0);
-    while n + lines < count && lines < MOST.into() {
-        let at = n + lines;
-        if lines > 0 && !holds {
+/// Entries for the lines from the n-th on, one line longer each, and the time that they lose, s; up to where each line of
+/// an own entry would do better.
+fn candidates(bounds: &Bounds, worth: f64, n: usize, holds: bool) -> Vec<(Entry, f64)> {
+    let mut found: Vec<(Entry, f64)> = Vec::new();
+    let (mut most, mut taken, mut lost) = (f64::INFINITY, 0.0, 0.0);
+    for lines in 1..=(bounds.most.len() - n).min(MOST.into()) {
+        let at = n + lines - 1;
+        if lines > 1 && !holds {
             taken += bounds.ramp[at];
         }
-        let most = if bounds.most[at] > 0.0 { bounds.most[at] } else { bounds.rest * 0.99 };
-        // What rests loses nothing, and no more than what rest allows is worth an entry.
-        let least = match bounds.best[at] > bounds.rest {
-            true => bounds.best[at] * (1.0 - loss) - 0.2 * bounds.rest,
-            false => f64::NEG_INFINITY,
-        };
-        span = span.with(least + taken, most + taken);
-        match span.bound() {
-            Some(found) => bound = found,
-            // One line is served in any case, as well as two bytes say it.
-            None if lines == 0 => bound = upper(span.most),
-            None => break,
+        let own = if bounds.most[at] > 0.0 { bounds.most[at] } else { bounds.rest * 0.99 };
+        most = f64::min(most, own + taken);
+        let bound = upper(most);
+        if found.last().is_some_and(|(entry, _)| entry.bound == bound) {
+            lost += bounds.lost(at, value(bound) - taken);
+        } else {
+            let mut end = value(bound);
+            lost = bounds.lost(n, end);
+            for line in n + 1..=at {
+                end -= if holds { 0.0 } else { bounds.ramp[line] };
+                lost += bounds.lost(line, end);
+            }
         }
-        lines += 1;
+        found.push((Entry { lines: lines as u8, holds, bound }, lost));
+        if lost > worth * BYTES * lines as f64 {
+            break;
+        }
     }
-    (lines, bound)
+    found
 }
