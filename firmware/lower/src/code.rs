@@ -205,13 +205,15 @@ impl Writer<'_> {
         for &(var, kind) in &function.takes {
             match kind {
                 Type::Axis => match row {
-                    Some(row) if !row.needs.contains('a') => {
+                    Some(row) if row.needs.is_empty() => {
                         self.op("DO axis_select");
                         self.state.axis = Some(var);
                         self.state.record = Some(Record::Axis(var));
                     }
                     row => {
-                        self.state.axis = Some(var);
+                        if row.is_none_or(|row| row.needs.contains('a')) {
+                            self.state.axis = Some(var);
+                        }
                         let own = function.record.as_deref() == Some(OWN_RECORD);
                         if own || row.is_some_and(|row| row.needs.contains('r')) {
                             self.state.record = Some(Record::Axis(var));
@@ -240,6 +242,7 @@ impl Writer<'_> {
     }
 
     fn block(&mut self, stmts: &[Stmt], out: &Vars) -> Made<()> {
+        let gives_axis = self.function.gives == Type::Axis;
         let mut rest = stmts;
         while let Some((stmt, behind)) = rest.split_first() {
             if self.state.dead {
@@ -264,6 +267,15 @@ impl Writer<'_> {
                 && !call.sure
             {
                 // What it returns is what is returned.
+                return self.last_call(call);
+            }
+            if let (Stmt::Call(call, Tried::Never), [Stmt::Return(End::Value(Expr::Var(axis)))]) =
+                (stmt, rest)
+                && gives_axis
+                && call.axis == Some(*axis)
+                && self.keeps_pointers(call)
+            {
+                // The axis is where it was.
                 return self.last_call(call);
             }
             let out = live(rest, out);

@@ -49,6 +49,14 @@ const MACHINE: &str = r#"pub trait Machine {
     fn rate(&mut self, axis: Axis, value: i32) -> Scaled;
     #[cfg_attr(any(), micro(place = "SPARE"))]
     fn spare(&self) -> Scaled;
+    #[cfg_attr(any(), micro(place = "SPARE"))]
+    fn spare_long(&self) -> i32;
+    #[cfg_attr(any(), micro(code = "F bound TEMP"))]
+    fn least(&mut self, rate: Scaled) -> Scaled;
+    #[cfg_attr(any(), micro(record = "A_STEPS"))]
+    fn steps(&self, axis: Axis) -> u16;
+    #[cfg_attr(any(), micro(code = "DO axis_pace"))]
+    fn take_pace(&mut self, axis: Axis);
     #[cfg_attr(any(), micro(code = "DO output_states"))]
     fn states(&mut self, n: u8);
 }"#;
@@ -170,10 +178,10 @@ fn a_word_is_matched_by_how_far_it_lies_below_the_last_one() {
             _ => Err(Exception::IllegalValue),
         } }
         fn b(m: &mut impl Machine) -> Answer { if m.pc() == 1000 { return Ok(()); } Err(Exception::Busy) }";
-    // What is subtracted is what the arm wants already.
-    let code = "a:; LIT16 1002; F sub EFFECT_PC; BELOW 3; DO micro_switch; TO .Ltest_2; TO .Ltest_3; TO .Ltest_1; \
-        PLACES_END; .Ltest_3:; LIT EX_ILLEGAL_VALUE; RETURN; .Ltest_1:; DO output_states; DONE_; \
-        .Ltest_2:; DO output_states; .Ltest_m0:; DONE_; \
+    // What is subtracted is what the arm wants already, so both are the same.
+    let code = "a:; LIT16 1002; F sub EFFECT_PC; BELOW 3; DO micro_switch; TO .Ltest_2; TO .Ltest_3; TO .Ltest_m1; \
+        PLACES_END; .Ltest_3:; LIT EX_ILLEGAL_VALUE; RETURN; .Ltest_2:; .Ltest_m1:; DO output_states; \
+        .Ltest_m0:; DONE_; \
         b:; LIT16 1000; F cmp EFFECT_PC; IF_EQUAL .Ltest_m0; LIT EX_BUSY; RETURN; .balign 2, 0";
     assert_eq!(made(rule), code);
 }
@@ -194,6 +202,63 @@ fn scaled_numbers_are_formulas() {
         m.rate(axis, value).least(m.spare()).times(Scaled::new(m.um(axis) as u32)) }";
     let code =
         "a:; DO axis_at; DO rate_of; F least SPARE; F times UM, AXIS, NEW; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn a_number_whose_row_tells_z_is_tested_once() {
+    let rule = "fn rate(m: &mut impl Machine, axis: Axis, flags: u8) -> Scaled {
+            m.set_phase(flags);
+            if !m.is_active() { return Scaled::MAX; }
+            let value = m.um(axis);
+            rate_of(m, axis, value)
+        }
+        fn rate_of(m: &mut impl Machine, axis: Axis, value: i32) -> Scaled {
+            let mut rate = Scaled::new(value.max(0) as u32);
+            if m.traces() { rate = rate.times(Scaled::new(u32::from(m.steps(axis)))); }
+            rate
+        }";
+    // Callers give the record alone.
+    let refused = lowered(rule).expect_err("an axis");
+    assert!(refused.text.contains("r8 is no longer the axis"), "{refused}");
+    let code = "rate:; PUT PHASE; DO scaled_most; IF_NONE RUN, RUN_ACTIVE, .Ltest_m0; F load SPARE; \
+        .global rate_of; ROUTINE_ODD rate_of, module.test; DO not_negative; DO new; IF_NONE TRACING, T_ON, .Ltest_2; \
+        FR times A_STEPS, SHORT, NEW; .Ltest_2:; .Ltest_m0:; DO test_long; RETURN; .balign 2, 0";
+    let made = made(&rule.replace("m.um(axis)", "m.spare_long()"));
+    assert_eq!(
+        made,
+        format!(".global rate; ROUTINE_ODD {}", code.replacen("rate:", "rate, module.test", 1))
+    );
+}
+
+#[test]
+fn an_axis_is_a_result_behind_what_leaves_it() {
+    let rule = "fn axis_flags(m: &mut impl Machine, flags: u8) -> Axis {
+            let n = flags & 3;
+            m.set_phase(n);
+            let axis = Axis::new(n);
+            m.take_pace(axis);
+            axis
+        }
+        fn a(m: &mut impl Machine) { let axis = axis_flags(m, 5); m.set_homed(axis); }";
+    let code = ".global axis_flags; ROUTINE_ODD axis_flags, module.test; ANDI 3; PUT PHASE; DO axis_select; DO axis_pace; \
+        RETURN; a:; LIT 5; DO axis_flags; DO axis_bit; AXIS_ON HOMED; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn one_of_two_values_in_memory_takes_the_others_place() {
+    let rule = "#[cfg_attr(any(), micro(longs = \"SPARE, SPARE_TOO\"))]
+        fn a(m: &mut impl Machine, axis: Axis) {
+            let a = m.rate(axis, 1);
+            let b = m.rate(axis, 2);
+            m.set_phase(1);
+            m.least(b);
+            m.least(if m.is_active() { a } else { b });
+        }";
+    let code = "a:; LIT 1; DO axis_at; DO rate_of; F store SPARE; LIT 2; DO rate_of; LET PHASE, 1; F store SPARE_TOO; \
+        F bound TEMP; F load SPARE_TOO; IF_NONE RUN, RUN_ACTIVE, .Ltest_1; F load SPARE; .Ltest_1:; F bound TEMP; \
+        RETURN; .balign 2, 0";
     assert_eq!(made(rule), code);
 }
 

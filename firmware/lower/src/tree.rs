@@ -113,6 +113,8 @@ pub enum Expr {
     Place(Place),
     /// The bit of an axis.
     Bit(Var),
+    /// Above every scaled number.
+    Most,
     /// A call.
     Call(Call),
     /// A value of two.
@@ -271,7 +273,7 @@ impl Expr {
     /// Its variables.
     pub fn vars(&self, to: &mut Vars) {
         match self {
-            Expr::Number(_) => {}
+            Expr::Number(_) | Expr::Most => {}
             Expr::Var(var) | Expr::Bit(var) => {
                 to.insert(*var);
             }

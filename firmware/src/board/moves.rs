@@ -1,24 +1,18 @@
-//! Effects that move axes to a place or at a speed.
+//! Effects that move axes to a place or at a speed; what the rules of paces and of axes on their own look at and do.
 
 use crate::controller::Controller;
 use crate::motor::AXES;
 use crate::vm::{axis, machine, vm};
 use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
-use firmware::motion::single::steps_of;
 use firmware::motion::{Feed, Pace};
+use firmware::rules::axes::Axes;
+use firmware::rules::pace::{self, Paces};
+use firmware::rules::{Axis, Progress};
 use lang::fault::Fault;
-use lang::isa::{SHORT_AXES, first, flags, last};
+use lang::isa::{Op, SHORT_AXES, first, flags, last};
 use lang::place::{Place, Target, way};
 use lang::wire::TraceKind;
-
-/// A speed or ramp that must be above 0, in steps.
-pub fn rate(n: u8, value: i32, in_steps: bool) -> Result<Scaled, Fault> {
-    if value <= 0 {
-        return Err(Fault::SpeedRange);
-    }
-    Ok(if in_steps { Scaled::new(value as u32) } else { steps_of(axis(n), value as u32) })
-}
 
 /// The feed that holds when no F was written.
 pub fn default_feed() -> Feed {
@@ -29,84 +23,33 @@ pub fn default_feed() -> Feed {
 }
 
 impl Controller {
-    /// MoveAxe and MoveRel.
-    ///
-    /// # Errors
-    /// Those of the target and of the speed.
-    pub fn move_axe(&mut self, code: u8) -> Result<bool, Fault> {
-        if self.program.first() {
-            let bits = match code.wrapping_sub(first::MoveTo) {
-                n @ 0..=2 => n,
-                n @ 3..=5 => (n - 3) | flags::RELATIVE,
-                _ => vm().operand(),
-            };
-            let n = bits & flags::AXIS;
-            let mut ramps = 0;
-            if code == first::MoveRamp {
-                ramps = vm().operand();
-            }
-            let mut pace = Pace::of(axis(n));
-            let (mut accel, mut decel) = (None, None);
-            if ramps & flags::DECEL != 0 {
-                decel = Some(rate(n, vm().pop(), ramps & flags::DECEL_STEPS != 0)?);
-            }
-            if ramps & flags::ACCEL != 0 {
-                accel = Some(rate(n, vm().pop(), ramps & flags::ACCEL_STEPS != 0)?);
-            }
-            if let Some(accel) = accel {
-                pace.accel = pace.accel.least(accel);
-            }
-            if let Some(decel) = decel.or(accel) {
-                pace.decel = pace.decel.least(decel);
-            }
-            if bits & flags::SPEED != 0 {
-                let speed = rate(n, vm().pop(), bits & flags::SPEED_STEPS != 0)?;
-                pace.speed = pace.speed.least(speed);
-            }
-            let target = Target {
-                value: vm().pop(),
-                in_steps: bits & flags::STEPS != 0,
-                frame: if bits & flags::RELATIVE != 0 { Target::RELATIVE } else { Target::WORK },
-            };
-            self.program.effect.n = n;
-            self.program.effect.bits = bits;
-            // MoveSpeed has no target: what counts from one does so from where the axis is.
-            if self.motor.running() >> n & 1 != 0 {
-                self.motor.settle_here(n);
-            }
-            let place = self.motor.aim(n, target)?;
-            way(self.motor.position(n), place.steps)?;
-            let distance = self.motor.command(n, place);
-            if distance != 0 {
-                self.emit(TraceKind::Axe, n, 0);
-            }
-            if distance != 0 || self.motor.moves(n) {
-                self.motor.go(n, place.steps, pace, false);
-            }
-        }
-        let busy = self.motor.moves(self.program.effect.n);
-        Ok(self.program.effect.bits & flags::START != 0 || !busy)
-    }
-
     /// MoveSpeed.
     ///
     /// # Errors
     /// F08.
     pub fn move_speed(&mut self) -> Result<bool, Fault> {
         let bits = vm().operand();
-        let n = bits & flags::AXIS;
+        let axis = pace::axis_flags(self, bits);
         let value = vm().pop();
-        let speed = rate(n, size(value) as i32, bits & flags::STEPS != 0)?;
-        let mut pace = Pace::of(axis(n));
-        pace.speed = pace.speed.least(speed);
-        let shown = pace.speed.floor() as i32;
+        if bits & flags::STEPS != 0 {
+            self.count_in_steps();
+        } else {
+            self.count_in_um();
+        }
+        let speed = pace::rate_of(self, axis, size(value) as i32);
+        let speed = pace::speed_least(self, speed);
+        if speed == Scaled::ZERO {
+            return Err(Fault::SpeedRange);
+        }
+        let shown = speed.floor() as i32;
+        let n = axis.n();
         let limit = self.motor.limit(n, value < 0);
         let here = self.motor.position(n);
         if limit.is_some_and(|end| if value < 0 { here <= end } else { here >= end }) {
             return Err(Fault::SoftLimit);
         }
         self.emit(TraceKind::Speed, n, signed(shown, value));
-        self.motor.run(n, value < 0, limit, pace);
+        self.motor.run(n, value < 0, limit, self.seek.plan.pace);
         Ok(true)
     }
 
@@ -192,5 +135,143 @@ impl Controller {
     /// Takes back the first operand: the effect begins again later.
     pub fn vm_back(&mut self) {
         vm().pc -= 1;
+    }
+}
+
+impl Paces for Controller {
+    fn flags(&self) -> u8 {
+        self.program.effect.bits
+    }
+    fn keep_flags(&mut self, flags: u8) {
+        self.program.effect.bits = flags;
+    }
+    fn set_unit(&mut self, flags: u8) {
+        self.command.unit = flags;
+    }
+    fn brings_rate(&self) -> bool {
+        self.command.unit & (flags::ACCEL | flags::DECEL | flags::SPEED) != 0
+    }
+    fn counts_steps(&self) -> bool {
+        self.command.unit & (flags::ACCEL_STEPS | flags::DECEL_STEPS | flags::SPEED_STEPS) != 0
+    }
+    fn count_in_steps(&mut self) {
+        self.command.unit = flags::ACCEL_STEPS;
+    }
+    fn count_in_um(&mut self) {
+        self.command.unit = 0;
+    }
+    fn steps_of(&self, n: Axis) -> u16 {
+        axis(n.n()).steps
+    }
+    fn um_of(&self, n: Axis) -> u16 {
+        axis(n.n()).um
+    }
+    fn take_pace(&mut self, n: Axis) {
+        self.seek.plan.pace = Pace::of(axis(n.n()));
+    }
+    fn least_up(&mut self, rate: Scaled) -> Scaled {
+        let pace = &mut self.seek.plan.pace;
+        pace.accel = pace.accel.least(rate);
+        pace.accel
+    }
+    #[inline(never)]
+    fn least_speed(&mut self, rate: Scaled) -> Scaled {
+        let pace = &mut self.seek.plan.pace;
+        pace.speed = pace.speed.least(rate);
+        pace.speed
+    }
+    fn least_down(&mut self, rate: Scaled) -> Scaled {
+        let pace = &mut self.seek.plan.pace;
+        pace.decel = pace.decel.least(rate);
+        pace.decel
+    }
+    fn pace_up(&self) -> Scaled {
+        self.seek.plan.pace.accel
+    }
+    fn pace_speed(&self) -> Scaled {
+        self.seek.plan.pace.speed
+    }
+}
+
+impl Axes for Controller {
+    fn set_code(&mut self, _: u8) {}
+    fn is_move(&self) -> bool {
+        self.program.effect.code == Op::Move as u8
+    }
+    fn short_flags(&self, code: u8) -> u8 {
+        match code.wrapping_sub(first::MoveTo) {
+            n @ 0..=2 => n,
+            n => (n - 3) | flags::RELATIVE,
+        }
+    }
+    fn ramps(&self) -> u8 {
+        self.program.effect.left as u8
+    }
+    fn set_ramps(&mut self, flags: u8) {
+        self.program.effect.left = flags.into();
+    }
+    fn has_decel(&self) -> bool {
+        self.ramps() & flags::DECEL != 0
+    }
+    fn take_move_frame(&mut self) {}
+    // Nothing fails behind it: the place is commanded at once.
+    fn aim_move(&mut self, axis: Axis, target: i32) -> Result<(), Fault> {
+        let (n, bits) = (axis.n(), self.program.effect.bits);
+        let target = Target {
+            value: target,
+            in_steps: bits & flags::STEPS != 0,
+            frame: if bits & flags::RELATIVE != 0 { Target::RELATIVE } else { Target::WORK },
+        };
+        // MoveSpeed has no target: what counts from one does so from where the axis is.
+        if self.motor.running() >> n & 1 != 0 {
+            self.motor.settle_here(n);
+        }
+        let place = self.motor.aim(n, target)?;
+        way(self.motor.position(n), place.steps)?;
+        self.program.effect.left = self.motor.command(n, place);
+        Ok(())
+    }
+    fn command_place(&mut self, _: Axis) -> bool {
+        self.program.effect.left == 0
+    }
+    fn is_sent_again(&self, axis: Axis) -> bool {
+        self.motor.moves(axis.n())
+    }
+    fn set_out(&mut self, axis: Axis) -> Progress {
+        let place = self.motor.steps[axis.i()];
+        self.motor.go(axis.n(), place, self.seek.plan.pace, false);
+        Ok(self.program.effect.bits & flags::START != 0 || Axes::moving(self) == 0)
+    }
+    fn moving(&self) -> u8 {
+        self.motor.moving() & 1 << self.program.effect.n
+    }
+    fn goes_on(&mut self) -> bool {
+        !self.program.first()
+    }
+    fn stop_axis(&mut self, n: u8) {
+        self.program.effect.bits = 1 << n;
+        self.motor.stop(1 << n);
+    }
+    fn stop_axes(&mut self) {
+        self.program.effect.bits = 0b111;
+        self.motor.stop(0b111);
+    }
+    fn tells_stops(&mut self) -> bool {
+        while self.program.effect.n < AXES {
+            self.emit(TraceKind::Stop, self.program.effect.n, 0);
+            self.program.effect.n += 1;
+            if self.trace.full {
+                return true;
+            }
+        }
+        false
+    }
+    fn await_axis(&mut self, n: u8) -> Result<(), Fault> {
+        let axes = if n < AXES { 1 << n } else { 0b111 };
+        self.program.effect.bits = axes;
+        if self.motor.running() & axes != 0 { Err(Fault::ValueRange) } else { Ok(()) }
+    }
+    fn awaits_move(&self) -> bool {
+        self.motor.moving() & self.program.effect.bits != 0
     }
 }
