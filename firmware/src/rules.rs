@@ -7,6 +7,7 @@ pub mod commands;
 pub mod coords;
 pub mod effects;
 pub mod home;
+pub mod lines;
 pub mod moves;
 pub mod pace;
 pub mod probe;

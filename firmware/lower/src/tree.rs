@@ -156,6 +156,8 @@ pub enum Cond {
     First,
     /// It is never so.
     Never,
+    /// The image is built so.
+    Built(String),
     /// Two values are the same.
     Same(Expr, Expr),
     /// A byte is below another; a long below 0.
@@ -317,7 +319,7 @@ impl Cond {
                 a.vars(to);
                 b.vars(to);
             }
-            Cond::Any(..) | Cond::Is(..) | Cond::First | Cond::Never => {}
+            Cond::Any(..) | Cond::Is(..) | Cond::First | Cond::Never | Cond::Built(_) => {}
             Cond::In(_, var) => {
                 to.insert(*var);
             }

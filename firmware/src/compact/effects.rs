@@ -34,6 +34,7 @@ firmware::effect_rows!(effects);
 firmware::move_rows!(effects);
 firmware::probe_rows!(effects);
 firmware::axis_rows!(effects);
+firmware::line_rows!(effects);
 
 // WaitIn's input stands in the two top bits of its flags, the want in the two lowest.
 const _: () = assert!(flags::INPUT == 6 && flags::WAIT_QUERY & 3 == 0);

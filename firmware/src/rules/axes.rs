@@ -111,6 +111,13 @@ pub trait Axes: Paces {
     fn awaits_move(&self) -> bool;
 }
 
+/// The small chip's planner.
+pub trait Begins {
+    /// The axis of this bit goes to its commanded place at the pace, where it is not there already.
+    #[cfg_attr(any(), micro(code = "CALL axis_begin"))]
+    fn begin(&mut self, axis: u8);
+}
+
 /// MoveAxe, MoveRel.
 ///
 /// # Errors
@@ -161,6 +168,13 @@ pub fn move_axe(m: &mut impl Axes, code: u8, first: bool) -> Progress {
         return NOT_YET;
     }
     DONE
+}
+
+/// On the small chip the axis sets off to its commanded place at the pace.
+#[cfg_attr(any(), micro(label = "begin_axis"))]
+pub fn begin_axis(m: &mut impl Begins, axis: Axis) -> Progress {
+    m.begin(axis.bit());
+    NOT_YET
 }
 
 /// StopAxe.

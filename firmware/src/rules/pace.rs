@@ -111,6 +111,17 @@ pub fn rate_of(m: &mut impl Paces, axis: Axis, value: i32) -> Scaled {
     rate
 }
 
+/// A speed that the statement's flags say bounds the pace's, which is then 0 when it is not above 0.
+pub fn speed_flags(m: &mut impl Paces, axis: Axis) -> Scaled {
+    let speed = rate(m, axis, m.flags() & (SPEED | SPEED_STEPS));
+    speed_least(m, speed)
+}
+
+/// A speed bounds the pace's.
+pub fn speed_least(m: &mut impl Paces, speed: Scaled) -> Scaled {
+    m.least_speed(speed)
+}
+
 /// The flags of a statement name an axis, which is the effect's; its pace is the move's.
 pub fn axis_flags(m: &mut impl Paces, flags: u8) -> Axis {
     m.keep_flags(flags);
@@ -126,15 +137,4 @@ pub fn axis_pace(m: &mut impl OwnPaces, axis: Axis) {
     m.set_pace_speed(Scaled::new(m.top_rate(axis) as u32));
     m.set_pace_up(Scaled::new(m.ramp_up(axis) as u32));
     m.set_pace_down(Scaled::new(m.ramp_down(axis) as u32));
-}
-
-/// A speed that the statement's flags say bounds the pace's, which is then 0 when it is not above 0.
-pub fn speed_flags(m: &mut impl Paces, axis: Axis) -> Scaled {
-    let speed = rate(m, axis, m.flags() & (SPEED | SPEED_STEPS));
-    speed_least(m, speed)
-}
-
-/// A speed bounds the pace's.
-pub fn speed_least(m: &mut impl Paces, speed: Scaled) -> Scaled {
-    m.least_speed(speed)
 }

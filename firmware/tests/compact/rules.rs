@@ -6,6 +6,7 @@ mod commands;
 mod coords;
 mod effects;
 mod home;
+mod lines;
 mod moves;
 mod pace;
 mod probe;
@@ -216,6 +217,8 @@ pub struct Twin {
     pub next: u16,
     /// High half of the inputs that a probe wants off.
     pub off: u16,
+    /// Units and frames of a line's words, the next one last.
+    pub frames: Vec<u8>,
 }
 
 impl Twin {
@@ -223,7 +226,7 @@ impl Twin {
     pub fn of(chip: &Chip, machine: &MachineRecord) -> Twin {
         let mut chip = chip.clone();
         install(&mut chip, machine);
-        Twin { chip, machine: *machine, next: 2, off: 0 }
+        Twin { chip, machine: *machine, next: 2, off: 0, frames: Vec::new() }
     }
 }
 

@@ -57,7 +57,8 @@ pub fn hoist(blocks: &Blocks) -> Option<Vec<Line>> {
     for at in blocks.ops() {
         let (Some(jump), Some(next)) = (blocks.op(at), blocks.op(at + 1)) else { continue };
         let there = blocks.only_way(at, jump).filter(|there| blocks.op(*there) == Some(next));
-        if let Some(there) = there.filter(|_| next.only_looks()) {
+        // A jump that is not taken leaves no flags.
+        if let Some(there) = there.filter(|_| next.only_looks() && next.facts().flags.is_empty()) {
             let mut lines = blocks.lines.clone();
             lines.remove(there);
             lines.swap(at, at + 1);

@@ -336,6 +336,7 @@ impl Reader<'_> {
                     Kind::Any(byte, mask, bit) => Ok(Cond::Any(byte, mask, bit)),
                     Kind::Is(byte, value) => Ok(Cond::Is(byte, value)),
                     Kind::Never => Ok(Cond::Never),
+                    Kind::Built(symbol) => Ok(Cond::Built(symbol)),
                     Kind::Bit(byte, None) => match self.arguments(call)? {
                         (Some(axis), None) => Ok(Cond::In(byte, axis)),
                         _ => no(call, "an axis"),

@@ -54,11 +54,16 @@ fx_move_axe:
     IF_EQUAL .Laxes_m3
     LIT 0
     EVENT TRACE_AXE
-    DO begin_axis
-    RETURN
-.Laxes_1:
-    IF_ZERO MOVING, .Laxes_m3
+    .global begin_axis
+    ROUTINE_ODD begin_axis, module.rules.axes
+    DO axis_bit
+    CALL axis_begin
+.Laxes_m2:
     NOT_YET_
+.Laxes_1:
+    IF_SET MOVING, .Laxes_m2
+.Laxes_m3:
+    DONE_
 fx_stop_axe:
     DO operand_byte
     PUT N
@@ -66,7 +71,6 @@ fx_stop_axe:
     EVENT TRACE_STOP
     RETURN
 fx_stop_all:
-.Laxes_m3:
     DONE_
 fx_wait_move:
     DO operand_byte

@@ -19,6 +19,16 @@ module.rules.pace:
 .Lpace_m0:
     DO test_long
     RETURN
+    .global speed_flags
+    ROUTINE_ODD speed_flags, module.rules.pace
+    GET FLAGS
+    ANDI (FL_SPEED|FL_SPEED_STEPS)
+    DO rate
+    .global speed_least
+    ROUTINE_ODD speed_least, module.rules.pace
+    F bound TEMP
+    DO test_long
+    RETURN
     .global axis_flags
     ROUTINE_ODD axis_flags, module.rules.pace
     PUT FLAGS
@@ -33,15 +43,5 @@ module.rules.pace:
     F store TEMP+4
     FR load A_DECEL, LONG, NEW
     F store TEMP+8
-    RETURN
-    .global speed_flags
-    ROUTINE_ODD speed_flags, module.rules.pace
-    GET FLAGS
-    ANDI (FL_SPEED|FL_SPEED_STEPS)
-    DO rate
-    .global speed_least
-    ROUTINE_ODD speed_least, module.rules.pace
-    F bound TEMP
-    DO test_long
     RETURN
     .balign 2, 0

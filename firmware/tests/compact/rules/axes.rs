@@ -1,7 +1,8 @@
 //! Statements that move, stop and wait for axes: [`axes`] by rustc and as micro-code.
 
 use emulator::Rng;
-use firmware::rules::axes::{self, Axes};
+use firmware::motion::scaled::Scaled;
+use firmware::rules::axes::{self, Axes, Begins};
 use firmware::rules::{Axis, Progress, coords};
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
@@ -84,6 +85,12 @@ impl Axes for Twin {
     }
 }
 
+impl Begins for Twin {
+    fn begin(&mut self, axis: u8) {
+        self.calls("axis_begin", axis.into());
+    }
+}
+
 /// What a statement finds.
 #[derive(Clone, Debug)]
 struct Found {
@@ -160,6 +167,18 @@ fn moves_and_stops_are_the_same_by_rustc_and_as_micro_code() {
         };
         for code in Op::MoveTo as u8..=Op::MoveRamp as u8 {
             same("fx_move_axe", code, first, &|m| progress(axes::move_axe(m, code, first)));
+        }
+        for axis in Axis::UP {
+            let entry = Entry { axis: Some(axis), ..Entry::default() };
+            let put = |chip: &mut Chip| {
+                put(chip);
+                for at in [0, 4, 8] {
+                    let rate = found.seed as u32 >> at & 0x3FFF;
+                    chip.set_long("TEMP", at, Scaled::new(rate + 1).0);
+                }
+            };
+            let begins = |m: &mut Twin| progress(axes::begin_axis(m, axis));
+            proved(&base, "begin_axis", &machine, &put, &entry, &begins);
         }
         same("fx_stop_axe", 0, true, &|m| progress(axes::stop_axe(m)));
         same("fx_stop_all", 0, true, &|m| progress(axes::stop_all(m)));
