@@ -55,6 +55,8 @@ const MACHINE: &str = r#"pub trait Machine {
     fn least(&mut self, rate: Scaled) -> Scaled;
     #[cfg_attr(any(), micro(record = "A_STEPS"))]
     fn steps(&self, axis: Axis) -> u16;
+    #[cfg_attr(any(), micro(built = "HAS_IT"))]
+    fn has_it(&self) -> bool;
     #[cfg_attr(any(), micro(code = "DO axis_pace"))]
     fn take_pace(&mut self, axis: Axis);
     #[cfg_attr(any(), micro(code = "DO output_states"))]
@@ -259,6 +261,44 @@ fn one_of_two_values_in_memory_takes_the_others_place() {
     let code = "a:; LIT 1; DO axis_at; DO rate_of; F store SPARE; LIT 2; DO rate_of; LET PHASE, 1; F store SPARE_TOO; \
         F bound TEMP; F load SPARE_TOO; IF_NONE RUN, RUN_ACTIVE, .Ltest_1; F load SPARE; .Ltest_1:; F bound TEMP; \
         RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn what_some_images_lack_stands_by_itself() {
+    let rule = "fn a(m: &mut impl Machine, first: bool) -> Progress {
+            if first {
+                if m.has_it() && m.phase() != 0 { m.set_phase(3); }
+                return b(m);
+            }
+            if m.is_active() { return b(m); }
+            DONE
+        }
+        fn b(m: &mut impl Machine) -> Progress {
+            if m.has_it() && m.is_active() && m.spare_long() == 0 { return DONE; }
+            NOT_YET
+        }";
+    let code = "a:; IF_NOT_EQUAL .Ltest_1; .if HAS_IT; IF_ZERO PHASE, .Ltest_2; LET PHASE, 3; .Ltest_2:; .endif; \
+        b:; .if HAS_IT; IF_NONE RUN, RUN_ACTIVE, .Ltest_4; F load SPARE; DO test_long; IF_NOT_EQUAL .Ltest_4; DONE_; \
+        .Ltest_4:; .endif; NOT_YET_; .Ltest_1:; IF_ANY RUN, RUN_ACTIVE, b; DONE_; .balign 2, 0";
+    assert_eq!(made(rule), code);
+    let rule = "fn a(m: &mut impl Machine) -> Progress { if m.has_it() { return DONE; } else { return NOT_YET; } }";
+    assert!(lowered(rule).expect_err("an else").text.contains("of an image"));
+    let rule = "fn a(m: &mut impl Machine, axis: Axis) -> Result<(), Fault> {
+            if m.has_it() { m.to_um(axis, 3).ok_or(Fault::Overflow)?; } Ok(()) }";
+    let refused = lowered(&rule.replace("m.to_um", "let um = m.to_um")).expect_err("a way out");
+    assert!(refused.text.contains("jumps out of it"), "{refused}");
+}
+
+#[test]
+fn a_flag_stands_where_ways_meet_that_both_leave_it() {
+    let rule = "fn a(m: &mut impl Machine, axis: Axis) {
+            let mut way = m.max(axis).wrapping_sub(m.um(axis));
+            if m.is_active() { way = way.wrapping_neg(); }
+            if way < 0 { m.set_phase(1); }
+        }";
+    let code = "a:; DO axis_at; FR load A_MAX, LONG; F sub UM, AXIS; IF_NONE RUN, RUN_ACTIVE, .Ltest_1; DO negate; \
+        .Ltest_1:; IF_NOT_NEGATIVE .Ltest_2; LET PHASE, 1; .Ltest_2:; RETURN; .balign 2, 0";
     assert_eq!(made(rule), code);
 }
 
