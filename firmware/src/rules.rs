@@ -2,11 +2,14 @@
 //! chip; `firmware/lower` makes micro-code of the same functions for the small one, whose page says what may stand
 //! here. What a chip does its own way is a leaf, a function of [`Machine`].
 
+pub mod axes;
 pub mod commands;
 pub mod coords;
 pub mod effects;
 pub mod home;
+pub mod lines;
 pub mod moves;
+pub mod pace;
 pub mod probe;
 pub mod status;
 

@@ -17,7 +17,8 @@ const REACH: usize = 110;
 type Rule = fn(&Blocks) -> Option<Vec<Line>>;
 
 /// All of them.
-const SHORTER: [Rule; 5] = [ends::merge, ends::sink, ends::elsewhere, flow::hoist, flow::follow];
+const SHORTER: [Rule; 7] =
+    [ends::merge, ends::sink, ends::elsewhere, ends::over, flow::hoist, flow::ahead, flow::follow];
 
 /// Lines and what is known of them.
 pub struct Blocks {

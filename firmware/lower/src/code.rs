@@ -10,6 +10,7 @@ mod ways;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::Refused;
+use crate::blocks::shorten;
 use crate::leaf::Type;
 use crate::ops::{Line, Op, routine};
 use crate::tree::{Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live};
@@ -104,7 +105,7 @@ impl Writer<'_> {
         if self.state.dead {
             return;
         }
-        let mut way = self.state.without_flags();
+        let mut way = self.state.on_way();
         way.equal = match text {
             "IF_EQUAL" => Some(true),
             "IF_NOT_EQUAL" => Some(false),
@@ -126,7 +127,7 @@ impl Writer<'_> {
         self.lines.push(Line::Label(label.to_owned(), false));
         let mut ways = self.ways.remove(label).unwrap_or_default();
         if !self.state.dead {
-            ways.push(self.state.without_flags());
+            ways.push(self.state.on_way());
         }
         let Some(first) = ways.pop() else {
             self.state.dead = true;
@@ -205,13 +206,15 @@ impl Writer<'_> {
         for &(var, kind) in &function.takes {
             match kind {
                 Type::Axis => match row {
-                    Some(row) if !row.needs.contains('a') => {
+                    Some(row) if row.needs.is_empty() => {
                         self.op("DO axis_select");
                         self.state.axis = Some(var);
                         self.state.record = Some(Record::Axis(var));
                     }
                     row => {
-                        self.state.axis = Some(var);
+                        if row.is_none_or(|row| row.needs.contains('a')) {
+                            self.state.axis = Some(var);
+                        }
                         let own = function.record.as_deref() == Some(OWN_RECORD);
                         if own || row.is_some_and(|row| row.needs.contains('r')) {
                             self.state.record = Some(Record::Axis(var));
@@ -240,6 +243,7 @@ impl Writer<'_> {
     }
 
     fn block(&mut self, stmts: &[Stmt], out: &Vars) -> Made<()> {
+        let gives_axis = self.function.gives == Type::Axis;
         let mut rest = stmts;
         while let Some((stmt, behind)) = rest.split_first() {
             if self.state.dead {
@@ -264,6 +268,15 @@ impl Writer<'_> {
                 && !call.sure
             {
                 // What it returns is what is returned.
+                return self.last_call(call);
+            }
+            if let (Stmt::Call(call, Tried::Never), [Stmt::Return(End::Value(Expr::Var(axis)))]) =
+                (stmt, rest)
+                && gives_axis
+                && call.axis == Some(*axis)
+                && self.keeps_pointers(call)
+            {
+                // The axis is where it was.
                 return self.last_call(call);
             }
             let out = live(rest, out);
@@ -378,6 +391,32 @@ impl Writer<'_> {
         matches!(self.lines.last(), Some(Line::Op(op)) if op.facts().ends_caller)
     }
 
+    /// Statements that images without something lack: one operation for all that stands around them.
+    fn part(&mut self, symbol: &str, stmts: &[Stmt], out: &Vars) -> Made<()> {
+        let without = self.state.on_way();
+        let outside = (std::mem::take(&mut self.lines), std::mem::take(&mut self.ways));
+        let (faults, known) = (std::mem::take(&mut self.faults), std::mem::take(&mut self.known));
+        let made = self.block(stmts, out);
+        let lines = std::mem::replace(&mut self.lines, outside.0);
+        let ways = std::mem::replace(&mut self.ways, outside.1);
+        let faults = std::mem::replace(&mut self.faults, faults);
+        let known = std::mem::replace(&mut self.known, known);
+        made?;
+        if !(ways.is_empty() && faults.is_empty() && known.is_empty()) {
+            return self.refuse("a part of an image jumps out of it");
+        }
+        let name = format!("{}_{}", self.file, *self.labels);
+        self.lines.push(Line::Op(crate::text::part(symbol, &shorten(lines, &name))));
+        let with = self.state.on_way();
+        self.state = if with.dead { without } else { without.meet(&with) };
+        match out.iter().find(|var| {
+            matches!(self.function.vars[**var], Type::Byte | Type::Long) && !self.state.has(**var)
+        }) {
+            Some(var) => Err(Stop::Lost(*var)),
+            None => Ok(()),
+        }
+    }
+
     fn branch(&mut self, cond: &Cond, then: &[Stmt], other: &[Stmt], out: &Vars) -> Made<()> {
         // The operation itself returns NOT_YET.
         if let (Cond::Not(inner), [Stmt::Return(End::NotYet)], []) = (cond, then, other)
@@ -388,6 +427,10 @@ impl Writer<'_> {
         }
         if other.is_empty() && self.refuses(cond, then, out)? {
             return Ok(());
+        }
+        if let (Some((symbol, rest)), []) = (built(cond), other) {
+            let inner = rest.map(|rest| vec![Stmt::If(rest, then.to_vec(), Vec::new())]);
+            return self.part(symbol, inner.as_deref().unwrap_or(then), out);
         }
         if let ([Stmt::Return(End::Cond(end))], []) = (then, other)
             && let Some(so) = always(end)
@@ -412,6 +455,19 @@ impl Writer<'_> {
         self.place(&otherwise, &behind)?;
         self.block(other, out)?;
         self.place(&end, out)
+    }
+}
+
+/// What the assembler knows of the image, and what has to be so besides.
+fn built(cond: &Cond) -> Option<(&str, Option<Cond>)> {
+    match cond {
+        Cond::Built(symbol) => Some((symbol, None)),
+        Cond::And(a, b) => {
+            let (symbol, rest) = built(a)?;
+            let both = |rest| Cond::And(Box::new(rest), b.clone());
+            Some((symbol, Some(rest.map_or_else(|| (**b).clone(), both))))
+        }
+        _ => None,
     }
 }
 

@@ -302,9 +302,9 @@ impl Reader<'_> {
         };
         let name = name.ident.to_string();
         if let Rust::If(branch) = &*init.expr
-            && branch.then_branch.stmts.len() > 1
             && let Some((_, other)) = &branch.else_branch
             && let Rust::Block(other) = &**other
+            && (branch.then_branch.stmts.len() > 1 || other.block.stmts.len() > 1)
         {
             let cond = self.cond(&branch.cond)?;
             let (mut then, value, of) = self.ended(&branch.then_branch)?;

@@ -100,7 +100,8 @@ pub fn lower(
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 7] = ["status", "coords", "effects", "home", "moves", "probe", "commands"];
+const FILES: [&str; 10] =
+    ["status", "coords", "effects", "home", "moves", "pace", "axes", "lines", "probe", "commands"];
 /// Those that have leaves alone.
 const TRAITS: [&str; 2] = ["rules", "rules/commands/leaves"];
 

@@ -30,6 +30,8 @@ pub struct Op {
 pub const TAIL: &str = "TAIL";
 /// A place of a switch.
 pub const PLACE: &str = "TO";
+/// Operations that some images lack: what the assembler looks at, their text, their bytes.
+pub const PART: &str = ".if";
 /// A number of a switch that never comes.
 pub const HOLE: &str = ".byte";
 
@@ -117,6 +119,7 @@ impl Op {
         match self.name.as_str() {
             "DO" | PLACE | HOLE => 1,
             "LIT" => 1 + usize::from(self.first() != "0"),
+            PART => self.operands.get(2).and_then(|bytes| bytes.parse().ok()).unwrap_or(0),
             TAIL if self.first() == "DO" || here(&self.operands[1]) => 2,
             TAIL => 4,
             name if name.starts_with('F') && name.contains(' ') => 2,

@@ -49,6 +49,16 @@ const MACHINE: &str = r#"pub trait Machine {
     fn rate(&mut self, axis: Axis, value: i32) -> Scaled;
     #[cfg_attr(any(), micro(place = "SPARE"))]
     fn spare(&self) -> Scaled;
+    #[cfg_attr(any(), micro(place = "SPARE"))]
+    fn spare_long(&self) -> i32;
+    #[cfg_attr(any(), micro(code = "F bound TEMP"))]
+    fn least(&mut self, rate: Scaled) -> Scaled;
+    #[cfg_attr(any(), micro(record = "A_STEPS"))]
+    fn steps(&self, axis: Axis) -> u16;
+    #[cfg_attr(any(), micro(built = "HAS_IT"))]
+    fn has_it(&self) -> bool;
+    #[cfg_attr(any(), micro(code = "DO axis_pace"))]
+    fn take_pace(&mut self, axis: Axis);
     #[cfg_attr(any(), micro(code = "DO output_states"))]
     fn states(&mut self, n: u8);
 }"#;
@@ -170,10 +180,10 @@ fn a_word_is_matched_by_how_far_it_lies_below_the_last_one() {
             _ => Err(Exception::IllegalValue),
         } }
         fn b(m: &mut impl Machine) -> Answer { if m.pc() == 1000 { return Ok(()); } Err(Exception::Busy) }";
-    // What is subtracted is what the arm wants already.
-    let code = "a:; LIT16 1002; F sub EFFECT_PC; BELOW 3; DO micro_switch; TO .Ltest_2; TO .Ltest_3; TO .Ltest_1; \
-        PLACES_END; .Ltest_3:; LIT EX_ILLEGAL_VALUE; RETURN; .Ltest_1:; DO output_states; DONE_; \
-        .Ltest_2:; DO output_states; .Ltest_m0:; DONE_; \
+    // What is subtracted is what the arm wants already, so both are the same.
+    let code = "a:; LIT16 1002; F sub EFFECT_PC; BELOW 3; DO micro_switch; TO .Ltest_2; TO .Ltest_3; TO .Ltest_m1; \
+        PLACES_END; .Ltest_3:; LIT EX_ILLEGAL_VALUE; RETURN; .Ltest_2:; .Ltest_m1:; DO output_states; \
+        .Ltest_m0:; DONE_; \
         b:; LIT16 1000; F cmp EFFECT_PC; IF_EQUAL .Ltest_m0; LIT EX_BUSY; RETURN; .balign 2, 0";
     assert_eq!(made(rule), code);
 }
@@ -194,6 +204,101 @@ fn scaled_numbers_are_formulas() {
         m.rate(axis, value).least(m.spare()).times(Scaled::new(m.um(axis) as u32)) }";
     let code =
         "a:; DO axis_at; DO rate_of; F least SPARE; F times UM, AXIS, NEW; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn a_number_whose_row_tells_z_is_tested_once() {
+    let rule = "fn rate(m: &mut impl Machine, axis: Axis, flags: u8) -> Scaled {
+            m.set_phase(flags);
+            if !m.is_active() { return Scaled::MAX; }
+            let value = m.um(axis);
+            rate_of(m, axis, value)
+        }
+        fn rate_of(m: &mut impl Machine, axis: Axis, value: i32) -> Scaled {
+            let mut rate = Scaled::new(value.max(0) as u32);
+            if m.traces() { rate = rate.times(Scaled::new(u32::from(m.steps(axis)))); }
+            rate
+        }";
+    // Callers give the record alone.
+    let refused = lowered(rule).expect_err("an axis");
+    assert!(refused.text.contains("r8 is no longer the axis"), "{refused}");
+    let code = "rate:; PUT PHASE; DO scaled_most; IF_NONE RUN, RUN_ACTIVE, .Ltest_m0; F load SPARE; \
+        .global rate_of; ROUTINE_ODD rate_of, module.test; DO not_negative; DO new; IF_NONE TRACING, T_ON, .Ltest_2; \
+        FR times A_STEPS, SHORT, NEW; .Ltest_2:; .Ltest_m0:; DO test_long; RETURN; .balign 2, 0";
+    let made = made(&rule.replace("m.um(axis)", "m.spare_long()"));
+    assert_eq!(
+        made,
+        format!(".global rate; ROUTINE_ODD {}", code.replacen("rate:", "rate, module.test", 1))
+    );
+}
+
+#[test]
+fn an_axis_is_a_result_behind_what_leaves_it() {
+    let rule = "fn axis_flags(m: &mut impl Machine, flags: u8) -> Axis {
+            let n = flags & 3;
+            m.set_phase(n);
+            let axis = Axis::new(n);
+            m.take_pace(axis);
+            axis
+        }
+        fn a(m: &mut impl Machine) { let axis = axis_flags(m, 5); m.set_homed(axis); }";
+    let code = ".global axis_flags; ROUTINE_ODD axis_flags, module.test; ANDI 3; PUT PHASE; DO axis_select; DO axis_pace; \
+        RETURN; a:; LIT 5; DO axis_flags; DO axis_bit; AXIS_ON HOMED; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn one_of_two_values_in_memory_takes_the_others_place() {
+    let rule = "#[cfg_attr(any(), micro(longs = \"SPARE, SPARE_TOO\"))]
+        fn a(m: &mut impl Machine, axis: Axis) {
+            let a = m.rate(axis, 1);
+            let b = m.rate(axis, 2);
+            m.set_phase(1);
+            m.least(b);
+            m.least(if m.is_active() { a } else { b });
+        }";
+    let code = "a:; LIT 1; DO axis_at; DO rate_of; F store SPARE; LIT 2; DO rate_of; LET PHASE, 1; F store SPARE_TOO; \
+        F bound TEMP; F load SPARE_TOO; IF_NONE RUN, RUN_ACTIVE, .Ltest_1; F load SPARE; .Ltest_1:; F bound TEMP; \
+        RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn what_some_images_lack_stands_by_itself() {
+    let rule = "fn a(m: &mut impl Machine, first: bool) -> Progress {
+            if first {
+                if m.has_it() && m.phase() != 0 { m.set_phase(3); }
+                return b(m);
+            }
+            if m.is_active() { return b(m); }
+            DONE
+        }
+        fn b(m: &mut impl Machine) -> Progress {
+            if m.has_it() && m.is_active() && m.spare_long() == 0 { return DONE; }
+            NOT_YET
+        }";
+    let code = "a:; IF_NOT_EQUAL .Ltest_1; .if HAS_IT; IF_ZERO PHASE, .Ltest_2; LET PHASE, 3; .Ltest_2:; .endif; \
+        b:; .if HAS_IT; IF_NONE RUN, RUN_ACTIVE, .Ltest_4; F load SPARE; DO test_long; IF_NOT_EQUAL .Ltest_4; DONE_; \
+        .Ltest_4:; .endif; NOT_YET_; .Ltest_1:; IF_ANY RUN, RUN_ACTIVE, b; DONE_; .balign 2, 0";
+    assert_eq!(made(rule), code);
+    let rule = "fn a(m: &mut impl Machine) -> Progress { if m.has_it() { return DONE; } else { return NOT_YET; } }";
+    assert!(lowered(rule).expect_err("an else").text.contains("of an image"));
+    let rule = "fn a(m: &mut impl Machine, axis: Axis) -> Result<(), Fault> {
+            if m.has_it() { m.to_um(axis, 3).ok_or(Fault::Overflow)?; } Ok(()) }";
+    let refused = lowered(&rule.replace("m.to_um", "let um = m.to_um")).expect_err("a way out");
+    assert!(refused.text.contains("jumps out of it"), "{refused}");
+}
+
+#[test]
+fn a_flag_stands_where_ways_meet_that_both_leave_it() {
+    let rule = "fn a(m: &mut impl Machine, axis: Axis) {
+            let mut way = m.max(axis).wrapping_sub(m.um(axis));
+            if m.is_active() { way = way.wrapping_neg(); }
+            if way < 0 { m.set_phase(1); }
+        }";
+    let code = "a:; DO axis_at; FR load A_MAX, LONG; F sub UM, AXIS; IF_NONE RUN, RUN_ACTIVE, .Ltest_1; DO negate; \
+        .Ltest_1:; IF_NOT_NEGATIVE .Ltest_2; LET PHASE, 1; .Ltest_2:; RETURN; .balign 2, 0";
     assert_eq!(made(rule), code);
 }
 

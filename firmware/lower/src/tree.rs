@@ -113,6 +113,8 @@ pub enum Expr {
     Place(Place),
     /// The bit of an axis.
     Bit(Var),
+    /// Above every scaled number.
+    Most,
     /// A call.
     Call(Call),
     /// A value of two.
@@ -154,6 +156,8 @@ pub enum Cond {
     First,
     /// It is never so.
     Never,
+    /// The image is built so.
+    Built(String),
     /// Two values are the same.
     Same(Expr, Expr),
     /// A byte is below another; a long below 0.
@@ -271,7 +275,7 @@ impl Expr {
     /// Its variables.
     pub fn vars(&self, to: &mut Vars) {
         match self {
-            Expr::Number(_) => {}
+            Expr::Number(_) | Expr::Most => {}
             Expr::Var(var) | Expr::Bit(var) => {
                 to.insert(*var);
             }
@@ -315,7 +319,7 @@ impl Cond {
                 a.vars(to);
                 b.vars(to);
             }
-            Cond::Any(..) | Cond::Is(..) | Cond::First | Cond::Never => {}
+            Cond::Any(..) | Cond::Is(..) | Cond::First | Cond::Never | Cond::Built(_) => {}
             Cond::In(_, var) => {
                 to.insert(*var);
             }

@@ -9,7 +9,7 @@ use firmware::motion::{Feed, Pace};
 use firmware::rules::commands::{self, Commands};
 use firmware::rules::coords::Stands;
 use firmware::rules::home::BEGIN;
-use firmware::rules::probe::Paces;
+use firmware::rules::pace::Paces;
 use firmware::rules::{Answer, Axis};
 use lang::fault::Fault;
 use lang::record::AxisRecord;

@@ -10,19 +10,18 @@ mod print;
 use crate::controller::{Controller, END, Event, PENDING};
 use crate::motor::AXES;
 use crate::vm::vm;
-use firmware::rules::{Progress, effects, moves, probe};
+use firmware::rules::{Progress, axes, effects, moves, probe};
 use lang::fault::Fault;
 use lang::isa::{first, flags, last};
-use lang::wire::TraceKind;
 
 /// What the effect of a code has come to, if it is one of these rules.
 macro_rules! by_rule {
-    ($module:ident { $($first:ident $last:ident $rule:ident($($with:ident)?);)* }) => {
+    ($module:ident { $($first:ident $last:ident $rule:ident($($with:ident)*);)* }) => {
         #[inline(always)]
         fn $module(controller: &mut Controller, code: u8) -> Option<Progress> {
             Some(match code {
                 $(first::$first..=last::$last => {
-                    by_rule!(@ controller code $module $rule $($with)?)
+                    by_rule!(@ controller code $module $rule $($with)*)
                 })*
                 _ => return None,
             })
@@ -34,10 +33,15 @@ macro_rules! by_rule {
         let first = $m.program.first();
         $module::$rule($m, first)
     }};
+    (@ $m:ident $code:ident $module:ident $rule:ident code first) => {{
+        let first = $m.program.first();
+        $module::$rule($m, $code, first)
+    }};
 }
 firmware::effect_rows!(by_rule);
 firmware::move_rows!(by_rule);
 firmware::probe_rows!(by_rule);
+firmware::axis_rows!(by_rule);
 
 impl Controller {
     /// Goes on with the effect; `true` when it is done.
@@ -64,44 +68,14 @@ impl Controller {
         if let Some(progress) = probe(self, code) {
             return progress;
         }
+        if let Some(progress) = axes(self, code) {
+            return progress;
+        }
         match code {
-            first::MoveTo..=last::MoveRamp => return self.move_axe(code),
             first::Linear..=last::Line => return self.linear(code),
             first::Arc..=last::ArcBy => return self.arc(code),
             first::Home..=last::HomeQuery => return self.home(code),
             first::MoveSpeed => return self.move_speed(),
-            first::StopAxe => {
-                if self.program.first() {
-                    self.program.effect.n = vm().operand();
-                    self.motor.stop(1 << self.program.effect.n);
-                    self.emit(TraceKind::Stop, self.program.effect.n, 0);
-                }
-                return Ok(!self.motor.moves(self.program.effect.n));
-            }
-            first::StopAll => {
-                if self.program.first() {
-                    self.motor.stop(0b111);
-                }
-                // One event for each axis: the next one waits until a host that traces has this one.
-                while self.program.effect.n < AXES {
-                    self.emit(TraceKind::Stop, self.program.effect.n, 0);
-                    self.program.effect.n += 1;
-                    if self.trace.full {
-                        return Ok(false);
-                    }
-                }
-                return Ok(self.motor.moving() == 0);
-            }
-            first::WaitMove => {
-                if self.program.first() {
-                    let n = vm().operand();
-                    self.program.effect.n = if n < AXES { 1 << n } else { 0b111 };
-                    if self.motor.running() & self.program.effect.n != 0 {
-                        return Err(Fault::ValueRange);
-                    }
-                }
-                return Ok(self.motor.moving() & self.program.effect.n == 0);
-            }
             first::Motors => return self.motors(),
             first::PrintText => return Ok(self.print_text(false)),
             first::PrintTextFar => return Ok(self.print_text(true)),

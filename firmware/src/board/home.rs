@@ -1,7 +1,7 @@
 //! Reference runs.
 
 use crate::controller::{Controller, Plan};
-use crate::vm::{axis, convert, vm};
+use crate::vm::{axis, convert};
 use firmware::motion::Pace;
 use firmware::rules::home::{BEGIN, FAST, Homes, SLOW, home};
 use firmware::rules::{Axis, Progress};
@@ -57,9 +57,6 @@ impl Controller {
 }
 
 impl Homes for Controller {
-    fn operand(&mut self) -> u8 {
-        vm().operand()
-    }
     fn plan(&mut self, n: u8) -> Result<(), Fault> {
         self.program.effect.n = n;
         if axis(n).flags & AxisRecord::PRESENT == 0 {

@@ -2,12 +2,10 @@
 
 use crate::controller::Controller;
 use crate::step;
-use crate::vm::{axis, vm};
-use firmware::motion::scaled::Scaled;
-use firmware::motion::single::steps_of;
-use firmware::motion::{Feed, Pace};
+use crate::vm::vm;
+use firmware::motion::Feed;
 use firmware::rules::Axis;
-use firmware::rules::probe::{MOVES, Paces, Probes};
+use firmware::rules::probe::{MOVES, Probes};
 use lang::fault::Fault;
 use lang::isa::flags;
 use lang::place::Target;
@@ -42,60 +40,7 @@ impl Controller {
     }
 }
 
-impl Paces for Controller {
-    fn take_pace(&mut self, n: Axis) {
-        self.seek.plan.pace = Pace::of(axis(n.n()));
-    }
-    fn count_in_steps(&mut self) {
-        self.command.in_um = false;
-    }
-    fn count_in_um(&mut self) {
-        self.command.in_um = true;
-    }
-    #[inline(never)]
-    fn rate(&mut self, n: Axis, value: i32) -> Scaled {
-        if value <= 0 {
-            return Scaled::ZERO;
-        }
-        if self.command.in_um {
-            steps_of(axis(n.n()), value as u32)
-        } else {
-            Scaled::new(value as u32)
-        }
-    }
-    fn least_up(&mut self, rate: Scaled) -> Scaled {
-        let pace = &mut self.seek.plan.pace;
-        pace.accel = pace.accel.least(rate);
-        pace.accel
-    }
-    #[inline(never)]
-    fn least_speed(&mut self, rate: Scaled) -> Scaled {
-        let pace = &mut self.seek.plan.pace;
-        pace.speed = pace.speed.least(rate);
-        pace.speed
-    }
-    fn least_down(&mut self, rate: Scaled) -> Scaled {
-        let pace = &mut self.seek.plan.pace;
-        pace.decel = pace.decel.least(rate);
-        pace.decel
-    }
-    fn pace_up(&self) -> Scaled {
-        self.seek.plan.pace.accel
-    }
-    fn pace_speed(&self) -> Scaled {
-        self.seek.plan.pace.speed
-    }
-}
-
 impl Probes for Controller {
-    fn take_flags(&mut self) -> Axis {
-        let bits = vm().operand();
-        let axis = Axis::new(bits & flags::AXIS);
-        self.program.effect.n = axis.n();
-        self.program.effect.bits = bits;
-        self.take_pace(axis);
-        axis
-    }
     fn comes_later(&mut self, axis: Axis) -> bool {
         let later = self.motor.moves(axis.n());
         if later {
@@ -129,11 +74,6 @@ impl Probes for Controller {
     }
     fn has_speed(&self) -> bool {
         self.program.effect.bits & flags::SPEED != 0
-    }
-    fn take_speed(&mut self, axis: Axis) -> Scaled {
-        self.command.in_um = self.program.effect.bits & flags::SPEED_STEPS == 0;
-        let speed = self.rate(axis, vm().pop());
-        self.least_speed(speed)
     }
     fn feed(&self) -> i32 {
         match self.program.feed {

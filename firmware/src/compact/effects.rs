@@ -23,7 +23,7 @@ core::arch::global_asm!(include_str!("effects/print.s"), options(raw));
 
 /// A row of the table of effects for each rule.
 macro_rules! effects {
-    ($module:ident { $($first:ident $last:ident $rule:ident($($with:ident)?);)* }) => {
+    ($module:ident { $($first:ident $last:ident $rule:ident($($with:ident)*);)* }) => {
         core::arch::global_asm!(
             $(concat!("EFFECT {}, fx_", stringify!($rule)),)*
             $(const lang::isa::first::$first as u16,)*
@@ -33,6 +33,8 @@ macro_rules! effects {
 firmware::effect_rows!(effects);
 firmware::move_rows!(effects);
 firmware::probe_rows!(effects);
+firmware::axis_rows!(effects);
+firmware::line_rows!(effects);
 
 // WaitIn's input stands in the two top bits of its flags, the want in the two lowest.
 const _: () = assert!(flags::INPUT == 6 && flags::WAIT_QUERY & 3 == 0);

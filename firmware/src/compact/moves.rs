@@ -90,6 +90,12 @@ core::arch::global_asm!(include_str!("made/coords.s"), options(raw));
 // Made of firmware/src/rules/moves.rs.
 core::arch::global_asm!(include_str!("made/moves.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/moves.s"), options(raw));
+// Made of firmware/src/rules/pace.rs.
+core::arch::global_asm!(include_str!("made/pace.s"), options(raw));
+// Made of firmware/src/rules/axes.rs.
+core::arch::global_asm!(include_str!("made/axes.s"), options(raw));
+// Made of firmware/src/rules/lines.rs.
+core::arch::global_asm!(include_str!("made/lines.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/home.s"), options(raw));
 // Made of firmware/src/rules/home.rs.
 core::arch::global_asm!(include_str!("made/home.s"), options(raw));

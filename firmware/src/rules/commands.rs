@@ -9,7 +9,7 @@ mod leaves;
 
 pub use leaves::Commands;
 
-use super::{Answer, Axis, coords};
+use super::{Answer, Axis, coords, pace};
 use crate::motion::scaled::Scaled;
 use lang::isa::Op;
 use lang::record::AxisRecord;
@@ -272,13 +272,13 @@ fn pace(m: &mut impl Commands, axis: Axis) -> bool {
     m.take_pace(axis);
     m.count_in_steps();
     let up = m.next();
-    let up = m.rate(axis, up);
+    let up = pace::rate_of(m, axis, up);
     m.least_up(up);
     let speed = m.next();
-    let speed = m.rate(axis, speed);
-    m.least_speed(speed);
+    let speed = pace::rate_of(m, axis, speed);
+    pace::speed_least(m, speed);
     let down = m.next();
-    let down = m.rate(axis, down);
+    let down = pace::rate_of(m, axis, down);
     m.least_down(down).least(m.pace_up()).least(m.pace_speed()) != Scaled::ZERO
 }
 

@@ -42,6 +42,9 @@ macro_rules! effect_rows {
 
 /// What these rules look at and change.
 pub trait Effects {
+    /// The statement's next operand byte.
+    #[cfg_attr(any(), micro(code = "DO operand_byte"))]
+    fn operand(&mut self) -> u8;
     /// The top of the stack, taken.
     #[cfg_attr(any(), micro(code = "DO pop_value"))]
     fn pop(&mut self) -> i32;

@@ -41,9 +41,6 @@ pub const SLOW: u8 = 7;
 
 /// What a reference run looks at and does.
 pub trait Homes: Effects {
-    /// The statement's next operand byte.
-    #[cfg_attr(any(), micro(code = "DO operand_byte"))]
-    fn operand(&mut self) -> u8;
     /// Plans the run of an axis by the profile: it is the effect's.
     ///
     /// # Errors

@@ -4,9 +4,8 @@
 //! probe sets off.
 #![cfg_attr(any(), micro(module = "rules.probe", prefix = "probe_"))]
 
-use super::coords::Stands;
-use super::effects::Effects;
-use super::{Axis, DONE, NOT_YET, Progress};
+use super::pace::Paces;
+use super::{Axis, DONE, NOT_YET, Progress, pace};
 use crate::motion::scaled::Scaled;
 use lang::fault::Fault;
 use lang::wire::TraceKind;
@@ -30,42 +29,8 @@ macro_rules! probe_rows {
     };
 }
 
-/// The pace of a move: a speed and ramps.
-pub trait Paces: Stands {
-    /// It is the axis's own.
-    #[cfg_attr(any(), micro(code = "DO axis_pace"))]
-    fn take_pace(&mut self, axis: Axis);
-    /// Rates are in steps.
-    #[cfg_attr(any(), micro(code = "LET UNIT, 2"))]
-    fn count_in_steps(&mut self);
-    /// They are in um.
-    #[cfg_attr(any(), micro(code = "LET UNIT, 0"))]
-    fn count_in_um(&mut self);
-    /// A rate as a scaled number of steps, 0 when it is not above 0.
-    #[cfg_attr(any(), micro(code = "DO rate_of"))]
-    fn rate(&mut self, axis: Axis, value: i32) -> Scaled;
-    /// It bounds the pace's ramp up; which is then the smaller one.
-    #[cfg_attr(any(), micro(code = "F bound TEMP+4"))]
-    fn least_up(&mut self, rate: Scaled) -> Scaled;
-    /// It bounds the speed.
-    #[cfg_attr(any(), micro(code = "DO speed_least"))]
-    fn least_speed(&mut self, rate: Scaled) -> Scaled;
-    /// It bounds the ramp down.
-    #[cfg_attr(any(), micro(code = "F bound TEMP+8"))]
-    fn least_down(&mut self, rate: Scaled) -> Scaled;
-    /// The pace's ramp up.
-    #[cfg_attr(any(), micro(place = "TEMP+4"))]
-    fn pace_up(&self) -> Scaled;
-    /// Its speed.
-    #[cfg_attr(any(), micro(place = "TEMP"))]
-    fn pace_speed(&self) -> Scaled;
-}
-
 /// What a probe looks at and does.
-pub trait Probes: Effects + Paces {
-    /// The statement's flags and its axis, whose pace is the move's.
-    #[cfg_attr(any(), micro(code = "DO operand_byte; DO axis_flags"))]
-    fn take_flags(&mut self) -> Axis;
+pub trait Probes: Paces {
     /// The axis moves yet: the statement begins again later. On the small chip nothing does then.
     #[cfg_attr(any(), micro(never = 1))]
     fn comes_later(&mut self, axis: Axis) -> bool;
@@ -93,9 +58,6 @@ pub trait Probes: Effects + Paces {
     /// The statement brings a speed.
     #[cfg_attr(any(), micro(any = "FLAGS, FL_SPEED"))]
     fn has_speed(&self) -> bool;
-    /// It bounds the pace's; 0 when it is not above 0.
-    #[cfg_attr(any(), micro(code = "DO speed_flags"))]
-    fn take_speed(&mut self, axis: Axis) -> Scaled;
     /// F: um/s, negative steps/s, 0 for none.
     #[cfg_attr(any(), micro(place = "FEED"))]
     fn feed(&self) -> i32;
@@ -202,7 +164,8 @@ pub trait Watches: Probes {
 #[cfg_attr(any(), micro(label = "fx_probe"))]
 pub fn probe(m: &mut impl Probes, first: bool) -> Progress {
     if first {
-        let axis = m.take_flags();
+        let bits = m.operand();
+        let axis = pace::axis_flags(m, bits);
         if m.comes_later(axis) {
             return NOT_YET;
         }
@@ -225,7 +188,7 @@ pub fn probe(m: &mut impl Probes, first: bool) -> Progress {
             m.await_input(n);
         }
         if m.has_speed() {
-            if m.take_speed(axis) == Scaled::ZERO {
+            if pace::speed_flags(m, axis) == Scaled::ZERO {
                 return Err(Fault::SpeedRange);
             }
         } else {
@@ -235,8 +198,8 @@ pub fn probe(m: &mut impl Probes, first: bool) -> Progress {
                 m.count_in_steps();
                 feed = feed.wrapping_neg();
             }
-            let speed = m.rate(axis, feed);
-            if m.least_speed(speed) == Scaled::ZERO {
+            let speed = pace::rate_of(m, axis, feed);
+            if pace::speed_least(m, speed) == Scaled::ZERO {
                 return Err(Fault::SpeedRange);
             }
         }

@@ -1,11 +1,14 @@
 //! The rules that both chips share: what rustc makes of a function against the micro-code that `lower` has made of it,
 //! from the same random state; and what stands in the repository against what `lower` makes now.
 
+mod axes;
 mod commands;
 mod coords;
 mod effects;
 mod home;
+mod lines;
 mod moves;
+mod pace;
 mod probe;
 
 use firmware::rules::{Axis, Machine, status};
@@ -214,6 +217,17 @@ pub struct Twin {
     pub next: u16,
     /// High half of the inputs that a probe wants off.
     pub off: u16,
+    /// Units and frames of a line's words, the next one last.
+    pub frames: Vec<u8>,
+}
+
+impl Twin {
+    /// With a copy of a chip that has this machine stored.
+    pub fn of(chip: &Chip, machine: &MachineRecord) -> Twin {
+        let mut chip = chip.clone();
+        install(&mut chip, machine);
+        Twin { chip, machine: *machine, next: 2, off: 0, frames: Vec::new() }
+    }
 }
 
 /// `call #..`.
@@ -230,6 +244,8 @@ pub struct Entry {
     pub acc: u32,
     /// Z: it is the first call of a statement.
     pub first: bool,
+    /// The result is a number, also where Z tells something: whether it is 0.
+    pub number: bool,
     /// Where micro-code puts something by, and how many bytes.
     pub scratch: &'static [(&'static str, u16)],
 }
@@ -245,14 +261,13 @@ pub fn proved(
     rule: &dyn Fn(&mut Twin) -> Option<u32>,
 ) {
     let begin = || {
-        let mut chip = base.chip.clone();
-        install(&mut chip, machine);
-        put(&mut chip);
-        chip
+        let mut twin = Twin::of(&base.chip, machine);
+        put(&mut twin.chip);
+        twin
     };
-    let mut twin = Twin { chip: begin(), machine: *machine, next: 2, off: 0 };
+    let mut twin = begin();
     let result = rule(&mut twin);
-    let mut here = OnChip::of(&begin(), &base.elf, true);
+    let mut here = OnChip::of(&begin().chip, &base.elf, true);
     let mut registers = Registers { acc: entry.acc, ..Registers::default() };
     registers.flags = Flags::of(entry.first, false, true, false);
     if let Some(axis) = entry.axis {
@@ -282,6 +297,9 @@ pub fn proved(
     let Some(result) = result else { return };
     let row = ROUTINES.iter().chain(CALLED).find(|row| row.label == label);
     match row {
+        Some(row) if row.flags == "Z" && entry.number => {
+            assert_eq!((registers.acc, registers.flags.z), (result, Some(result == 0)), "{label}")
+        }
         Some(row) if row.flags == "Z" => {
             assert_eq!(registers.flags.z, Some(result != 0), "{label}")
         }

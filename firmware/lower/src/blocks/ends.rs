@@ -74,17 +74,17 @@ pub fn sink(blocks: &Blocks) -> Option<Vec<Line>> {
     None
 }
 
-/// An end that only jumps come to, and that there is elsewhere, is jumped to there.
+/// Operations up to an end that only jumps come to, and that there are elsewhere, are jumped to there.
 pub fn elsewhere(blocks: &Blocks) -> Option<Vec<Line>> {
     let places = blocks.places();
     for at in blocks.ops() {
-        let Some(end) = blocks.op(at).filter(|op| op.returns()) else { continue };
         let labels = blocks.labels_of(at);
         let Some(before) = at.checked_sub(labels.len() + 1) else { continue };
         let fallen = blocks.op(before).is_none_or(|op| !op.is_end());
         if labels.is_empty() || fallen || labels.iter().any(|label| blocks.here.contains(*label)) {
             continue;
         }
+        let Some(length) = blocks.way(at) else { continue };
         let users = blocks.ops().into_iter().filter(|user| {
             let to = blocks.op(*user).and_then(|op| op.to.as_deref());
             to.is_some_and(|to| labels.contains(&to))
@@ -92,19 +92,14 @@ pub fn elsewhere(blocks: &Blocks) -> Option<Vec<Line>> {
         let users = users.collect::<Vec<_>>();
         let near =
             |other: &usize| users.iter().all(|user| places[*user].abs_diff(places[*other]) < REACH);
-        let mut others = blocks.ops().into_iter();
-        let Some(other) =
-            others.find(|other| *other != at && blocks.op(*other) == Some(end) && near(other))
-        else {
-            continue;
-        };
+        let Some(other) = blocks.same_ways(at, length).into_iter().find(near) else { continue };
         let label = blocks.label();
         let mut lines = Vec::new();
         for (n, line) in blocks.lines.iter().enumerate() {
             if n == other {
                 lines.push(Line::Label(label.clone(), false));
             }
-            if n > before && n <= at {
+            if n > before && n < at + length {
                 continue;
             }
             lines.push(match line {
@@ -115,4 +110,53 @@ pub fn elsewhere(blocks: &Blocks) -> Option<Vec<Line>> {
         return Some(lines);
     }
     None
+}
+
+/// A jump over operations up to an end that there are elsewhere is the inverse jump to them there.
+pub fn over(blocks: &Blocks) -> Option<Vec<Line>> {
+    let places = blocks.places();
+    for at in blocks.ops() {
+        let Some(over) = blocks.op(at) else { continue };
+        let (Some(inverse), Some(past)) = (crate::ops::inverse(&over.name), &over.to) else {
+            continue;
+        };
+        let Some(length) = blocks.way(at + 1) else { continue };
+        let behind = blocks.lines[at + 1 + length..].iter();
+        let mut behind = behind.take_while(|line| matches!(line, Line::Label(..)));
+        if !behind.any(|line| matches!(line, Line::Label(name, _) if name == past)) {
+            continue;
+        }
+        let near = |other: &usize| places[*other].abs_diff(places[at]);
+        let others = blocks.same_ways(at + 1, length).into_iter();
+        let Some(other) = others.filter(|other| near(other) < REACH).min_by_key(near) else {
+            continue;
+        };
+        let label = blocks.label();
+        let turned = Op { name: inverse.to_owned(), to: Some(label.clone()), ..over.clone() };
+        let mut lines = blocks.lines.clone();
+        lines[at] = Line::Op(turned);
+        lines.insert(other, Line::Label(label, false));
+        let first = if other > at { at + 1 } else { at + 2 };
+        lines.drain(first..first + length);
+        return Some(lines);
+    }
+    None
+}
+
+impl Blocks {
+    /// How many operations lead from a line to an end, when no other way comes in between.
+    pub(super) fn way(&self, at: usize) -> Option<usize> {
+        let mut ops = (1..).map_while(|n| Some((n, self.op(at + n - 1)?.returns())));
+        ops.find_map(|(n, returns)| returns.then_some(n))
+    }
+
+    /// Other places from which the same operations lead to an end.
+    pub(super) fn same_ways(&self, at: usize, length: usize) -> Vec<usize> {
+        let ops = self.ops();
+        let same = |first: usize, n: usize| {
+            ops.get(first + n).and_then(|n| self.op(*n)) == self.op(at + n)
+        };
+        let alike = |first: &usize| (0..length).all(|n| same(*first, n));
+        (0..ops.len()).filter(alike).map(|n| ops[n]).filter(|other| *other != at).collect()
+    }
 }

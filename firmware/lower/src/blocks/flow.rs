@@ -1,5 +1,7 @@
 //! The order of blocks: one that a jump goes to stands behind it; what both ways begin with stands in front of the jump.
 
+use micro::isa::{Gives, Takes};
+
 use super::Blocks;
 use crate::ops::{Line, Op};
 
@@ -54,20 +56,9 @@ pub fn parts(lines: &[Line]) -> Vec<Vec<Line>> {
 pub fn hoist(blocks: &Blocks) -> Option<Vec<Line>> {
     for at in blocks.ops() {
         let (Some(jump), Some(next)) = (blocks.op(at), blocks.op(at + 1)) else { continue };
-        let looks = matches!(
-            jump.name.as_str(),
-            "IF_ZERO" | "IF_SET" | "IF_ANY" | "IF_NONE" | "IF_IS" | "IF_IS_NOT"
-        );
-        let Some(label) = jump.to.as_deref().filter(|_| looks) else { continue };
-        let Some(there) = blocks.target(label).filter(|there| blocks.op(*there) == Some(next))
-        else {
-            continue;
-        };
-        let ways = |op: &Op| op.to.as_deref() == Some(label);
-        let users = blocks.ops().into_iter().filter(|n| blocks.op(*n).is_some_and(ways)).count();
-        let fallen = blocks.op(there.checked_sub(2)?).is_none_or(|before| !before.is_end());
-        let alone = users == 1 && !fallen && blocks.labels_of(there).len() == 1;
-        if alone && next.only_looks() {
+        let there = blocks.only_way(at, jump).filter(|there| blocks.op(*there) == Some(next));
+        // A jump that is not taken leaves no flags.
+        if let Some(there) = there.filter(|_| next.only_looks() && next.facts().flags.is_empty()) {
             let mut lines = blocks.lines.clone();
             lines.remove(there);
             lines.swap(at, at + 1);
@@ -75,4 +66,60 @@ pub fn hoist(blocks: &Blocks) -> Option<Vec<Line>> {
         }
     }
     None
+}
+
+/// What one way of a jump begins with stands in front of it, where the other way makes the accumulator anew.
+pub fn ahead(blocks: &Blocks) -> Option<Vec<Line>> {
+    let anew = |op: &Op| {
+        let facts = op.facts();
+        facts.takes == Takes::Nothing && facts.gives == Gives::Long
+    };
+    let moves = |op: &Op| op.only_looks() && op.facts().flags.is_empty();
+    for at in blocks.ops() {
+        let (Some(jump), Some(next)) = (blocks.op(at), blocks.op(at + 1)) else { continue };
+        let Some(target) = looks_at_byte(jump).and_then(|label| blocks.target(label)) else {
+            continue;
+        };
+        let Some(first) = blocks.op(target) else { continue };
+        let from = if anew(first) && moves(next) {
+            at + 1
+        } else if anew(next) && moves(first) && blocks.only_way(at, jump).is_some() {
+            target
+        } else {
+            continue;
+        };
+        let mut lines = blocks.lines.clone();
+        let op = lines.remove(from);
+        lines.insert(if from < at { at - 1 } else { at }, op);
+        let mut tried = Blocks { lines, here: blocks.here.clone(), file: blocks.file.clone() };
+        tried.clean();
+        if let Some(lines) = super::ends::over(&tried) {
+            return Some(lines);
+        }
+        if tried.bytes() < blocks.bytes() {
+            return Some(tried.lines);
+        }
+    }
+    None
+}
+
+/// Where a jump goes that looks at a byte.
+fn looks_at_byte(jump: &Op) -> Option<&str> {
+    let looks = matches!(
+        jump.name.as_str(),
+        "IF_ZERO" | "IF_SET" | "IF_ANY" | "IF_NONE" | "IF_IS" | "IF_IS_NOT"
+    );
+    jump.to.as_deref().filter(|_| looks)
+}
+
+impl Blocks {
+    /// Where a jump that looks at a byte goes to, when nothing else comes there.
+    fn only_way(&self, at: usize, jump: &Op) -> Option<usize> {
+        let label = looks_at_byte(jump)?;
+        let there = self.target(label).filter(|there| *there != at)?;
+        let ways = |op: &Op| op.to.as_deref() == Some(label);
+        let users = self.ops().into_iter().filter(|n| self.op(*n).is_some_and(ways)).count();
+        let fallen = self.op(there.checked_sub(2)?).is_none_or(|before| !before.is_end());
+        (users == 1 && !fallen && self.labels_of(there).len() == 1).then_some(there)
+    }
 }

@@ -42,6 +42,7 @@ impl Writer<'_> {
                 self.jump(&format!("{} {byte}, {mask}", bits(so)), label);
                 Ok(())
             }
+            Cond::Built(_) => self.refuse("of an image: `if m.LEAF() { .. }` without more"),
             Cond::Never => {
                 if !so {
                     self.jump("GOTO", label);

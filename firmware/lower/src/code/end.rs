@@ -1,8 +1,8 @@
 //! Ends: a value, a flag, a number, or the call of what returns in the function's place.
 
 use super::{Made, Writer, always};
-use crate::leaf::Holds;
-use crate::ops::{Line, Op, TAIL};
+use crate::leaf::{Holds, Type};
+use crate::ops::{Line, Op, TAIL, routine};
 use crate::tree::{Call, Cond, End, Expr, Vars};
 
 impl Writer<'_> {
@@ -30,6 +30,30 @@ impl Writer<'_> {
         Ok(())
     }
 
+    /// Whether callers are told that Z says whether the result is 0.
+    fn promises_z(&self) -> bool {
+        let row = routine(&self.function.label);
+        self.function.gives == Type::Long && row.is_some_and(|row| row.flags == "Z")
+    }
+
+    /// Whether Z says so behind a call, or no one asks.
+    fn tells_zero(&self, call: &Call) -> bool {
+        let says = |op: &String| Op::read(op).facts().flags.contains('Z');
+        let rule = call.rule.as_ref().and_then(|rule| routine(rule));
+        !self.promises_z()
+            || rule.is_some_and(|row| row.flags.contains('Z'))
+            || call.code.last().is_some_and(says)
+    }
+
+    /// Whether a call leaves r8 and r9 as they are.
+    pub(super) fn keeps_pointers(&self, call: &Call) -> bool {
+        let kept = |op: &String| {
+            let facts = Op::read(op).facts();
+            facts.sets.is_empty() && facts.loses.is_empty()
+        };
+        call.rule.is_none() && call.code.iter().all(kept)
+    }
+
     pub(super) fn end(&mut self, end: &End) -> Made<()> {
         let none = Vars::new();
         match end {
@@ -41,9 +65,19 @@ impl Writer<'_> {
             End::Done => self.op("DONE_"),
             End::NotYet => self.op("NOT_YET_"),
             End::Fault(fault) => self.fail(fault),
-            End::Value(Expr::Call(call)) if call.or.is_none() => return self.last_call(call),
+            End::Value(Expr::Call(call)) if call.or.is_none() && self.tells_zero(call) => {
+                return self.last_call(call);
+            }
+            End::Value(Expr::Var(axis)) if self.function.gives == Type::Axis => {
+                self.need_axis(Some(*axis))?;
+                self.need_record(Some(*axis), None)?;
+                self.op("RETURN");
+            }
             End::Value(value) => {
                 self.value(value, &none)?;
+                if self.promises_z() && !self.state.z {
+                    self.op("DO test_long");
+                }
                 self.op("RETURN");
             }
             End::Cond(cond) => return self.end_cond(cond),

@@ -61,9 +61,9 @@ pub struct State {
 }
 
 impl State {
-    /// Behind a jump that was taken.
-    pub fn without_flags(&self) -> State {
-        State { z: false, n: false, first: false, ..self.clone() }
+    /// Where ways meet: a jump that is taken leaves the flags.
+    pub fn on_way(&self) -> State {
+        State { first: false, ..self.clone() }
     }
 
     /// What two ways agree on.
@@ -75,8 +75,8 @@ impl State {
             held: self.held.intersection(&other.held).cloned().collect(),
             wide: self.wide && other.wide,
             zero: self.zero && other.zero,
-            z: false,
-            n: false,
+            z: self.z && other.z,
+            n: self.n && other.n,
             equal: if self.equal == other.equal { self.equal } else { None },
             axis: if self.axis == other.axis { self.axis } else { None },
             record: same(&self.record, &other.record),

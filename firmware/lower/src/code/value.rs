@@ -8,7 +8,7 @@ use crate::tree::{Call, Cond, Expr, Pair, Place, Size, Var, Vars};
 
 impl Writer<'_> {
     /// r8 is this axis.
-    fn need_axis(&mut self, axis: Option<Var>) -> Made<()> {
+    pub(super) fn need_axis(&mut self, axis: Option<Var>) -> Made<()> {
         if self.state.dead || axis.is_some() && self.state.axis == axis {
             return Ok(());
         }
@@ -16,7 +16,7 @@ impl Writer<'_> {
     }
 
     /// r9 is this record, the axis's own unless it has a name.
-    fn need_record(&mut self, axis: Option<Var>, name: Option<&String>) -> Made<()> {
+    pub(super) fn need_record(&mut self, axis: Option<Var>, name: Option<&String>) -> Made<()> {
         let wanted = match (axis, name) {
             (_, Some(name)) if name != OWN_RECORD => Record::Named(name.clone()),
             (Some(axis), _) => Record::Axis(axis),
@@ -43,7 +43,7 @@ impl Writer<'_> {
                 Some(("F", self.slots[var].clone()))
             }
             Expr::Of("new", value) if is_whole(value) => {
-                let (formula, operand) = self.operand(value)?;
+                let (formula, operand) = self.operand(unwrapped(value))?;
                 Some((formula, format!("{operand}, NEW")))
             }
             _ => None,
@@ -80,6 +80,16 @@ impl Writer<'_> {
             Expr::Var(var) => state.held.contains(&Held::Var(*var)),
             Expr::Place(place) => state.held.contains(&Held::Place(place.clone())),
             Expr::Bit(axis) => state.held.contains(&Held::Bit(*axis)),
+            _ => false,
+        }
+    }
+
+    /// Whether a value needs nothing of what the accumulator was before.
+    fn is_pure(&self, value: &Expr) -> bool {
+        match value {
+            Expr::Number(_) => true,
+            Expr::Var(var) => self.state.stored.contains(var),
+            Expr::Place(place) => place.record.is_none() && place.axis.is_none(),
             _ => false,
         }
     }
@@ -126,6 +136,10 @@ impl Writer<'_> {
                 }
                 self.state.hold(Held::Place(place.clone()));
             }
+            Expr::Most => {
+                self.clobber(out)?;
+                self.op("DO scaled_most");
+            }
             Expr::Bit(axis) => {
                 self.need_axis(Some(*axis))?;
                 self.clobber(out)?;
@@ -139,7 +153,9 @@ impl Writer<'_> {
                 self.call(call, out)?;
             }
             Expr::Pair(op, a, b) => self.pair(*op, a, b, false, out)?,
-            Expr::Of("new", a) if is_whole(a) && self.operand(a).is_some() && !self.is_held(a) => {
+            Expr::Of("new", a)
+                if is_whole(a) && self.operand(value).is_some() && !self.is_held(a) =>
+            {
                 self.formula("load", value, out)?;
             }
             Expr::Of(routine, a) => {
@@ -199,7 +215,7 @@ impl Writer<'_> {
                 self.jump(jump, &label);
                 self.state.held = held;
             }
-            Expr::If(cond, a, b) if is_pure(a) && is_pure(b) && looks_at_bytes(cond) => {
+            Expr::If(cond, a, b) if self.is_pure(a) && self.is_pure(b) && looks_at_bytes(cond) => {
                 // The one is there; the other takes its place.
                 let end = self.label();
                 self.value(b, out)?;
@@ -286,7 +302,7 @@ impl Writer<'_> {
     }
 
     pub(super) fn formula(&mut self, name: &str, x: &Expr, out: &Vars) -> Made<()> {
-        let place = if let Expr::Of("new", inner) = x { &**inner } else { x };
+        let place = if let Expr::Of("new", inner) = x { unwrapped(inner) } else { x };
         if let Expr::Place(place) = place {
             self.pointers(place)?;
         }
@@ -445,15 +461,7 @@ fn is_whole(value: &Expr) -> bool {
             place.load.is_none() && (place.record.is_some() || place.size == Size::Long)
         }
         Expr::Var(_) => true,
-        _ => false,
-    }
-}
-
-/// Whether a value needs nothing of what was before.
-fn is_pure(value: &Expr) -> bool {
-    match value {
-        Expr::Number(_) => true,
-        Expr::Place(place) => place.record.is_none() && place.axis.is_none(),
+        Expr::Wide(inner) => matches!(&**inner, Expr::Place(place) if place.record.is_some()),
         _ => false,
     }
 }

@@ -118,7 +118,7 @@ impl Writer<'_> {
         labels: &[String],
         otherwise: &String,
     ) {
-        let way = State { dead: false, ..self.state.without_flags() };
+        let way = State { dead: false, ..self.state.on_way() };
         for at in places {
             let label = at.map_or(otherwise, |at| &labels[at]);
             self.lines.push(Line::Op(Op::read(PLACE).to(label)));

@@ -65,7 +65,7 @@ pub fn rules(file: &File, module: &str, about: &About, rules: &mut Rules) -> Res
         let Some((changes, takes, gives)) = signature(&function.sig) else {
             return no(
                 &function.sig,
-                "`m: &impl Trait` or `m: &mut impl Trait`, then Axis, bool, u8, i32; bool, u8, u16, i32, \
+                "`m: &impl Trait` or `m: &mut impl Trait`, then Axis, bool, u8, i32; bool, u8, u16, i32, Axis, \
                  Result<(), Fault>, Progress",
             );
         };

@@ -160,6 +160,9 @@ impl Reader<'_> {
             Rust::Path(path) if path.to_token_stream().to_string() == "Scaled :: ZERO" => {
                 Ok((Expr::Number(Number::of(0)), Some(Type::Long)))
             }
+            Rust::Path(path) if path.to_token_stream().to_string() == "Scaled :: MAX" => {
+                Ok((Expr::Most, Some(Type::Long)))
+            }
             Rust::Path(_) => match path(expr).and_then(|name| self.names.get(&name)) {
                 Some(&var) => Ok((Expr::Var(var), Some(self.vars[var]))),
                 None => no(expr, "a variable, a number"),
@@ -199,7 +202,7 @@ impl Reader<'_> {
                 let name = call.func.to_token_stream().to_string().replace(' ', "");
                 let wide = match name.as_str() {
                     "u16::from" => Type::Word,
-                    "i32::from" => Type::Long,
+                    "i32::from" | "u32::from" => Type::Long,
                     "Scaled::new" => {
                         let Some(n) = call.args.first() else { return no(call, "a number") };
                         let n = match self.value(n)?.0 {
@@ -333,6 +336,7 @@ impl Reader<'_> {
                     Kind::Any(byte, mask, bit) => Ok(Cond::Any(byte, mask, bit)),
                     Kind::Is(byte, value) => Ok(Cond::Is(byte, value)),
                     Kind::Never => Ok(Cond::Never),
+                    Kind::Built(symbol) => Ok(Cond::Built(symbol)),
                     Kind::Bit(byte, None) => match self.arguments(call)? {
                         (Some(axis), None) => Ok(Cond::In(byte, axis)),
                         _ => no(call, "an axis"),

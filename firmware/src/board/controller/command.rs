@@ -19,8 +19,8 @@ pub struct Command {
     pub next: u8,
     /// Axes that are meant, and 64 for distances.
     pub axes: u8,
-    /// Rates are in um.
-    pub in_um: bool,
+    /// What flags say of the rate that comes next: whether there is one, and its unit.
+    pub unit: u8,
     /// Where a distance begins, or a run ends, steps.
     pub start: i32,
     /// um/s.

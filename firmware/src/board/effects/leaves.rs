@@ -14,6 +14,9 @@ const WANT: u8 = 3;
 const EDGE: u8 = 2;
 
 impl Effects for Controller {
+    fn operand(&mut self) -> u8 {
+        vm().operand()
+    }
     fn pop(&mut self) -> i32 {
         vm().pop()
     }

@@ -4,10 +4,9 @@ use super::{AXES, CLOCK, Motor};
 use crate::chip::clock::RATE;
 use crate::observe;
 use crate::step;
-use crate::vm::{axis, machine};
+use crate::vm::machine;
 use firmware::motion::path::FOLLOWS;
 use firmware::motion::{Arc, Block, Feed, Manner, Single, queue};
-use lang::record::{AxisRecord, MachineRecord};
 use lang::wire::TraceKind;
 
 /// What a block of the path is known by: the event that its beginning is, 0 for none, and where its statement
@@ -27,22 +26,17 @@ impl Motor {
         self.path_axes == 0
     }
 
-    /// Moves rapidly from rest; with Z apart when the profile wants that: first when it lifts, that
-    /// is toward its reference switch, else last.
-    pub fn rapid(&mut self, steps: [i32; 3], tag: u32) {
-        let mut first = steps;
-        let apart = machine().flags & MachineRecord::RAPID_Z_APART != 0;
-        if apart && steps[2] != 0 && (steps[0] | steps[1]) != 0 {
-            let up = axis(2).flags & AxisRecord::HOME_POSITIVE != 0;
-            if (steps[2] > 0) == up {
-                first = [0, 0, steps[2]];
-                self.leg = [steps[0], steps[1], 0];
-            } else {
-                first = [steps[0], steps[1], 0];
-                self.leg = [0, 0, steps[2]];
+    /// Moves rapidly from rest; the ways of the axes `second`, bit per axis, are another leg behind the others.
+    pub fn rapid(&mut self, mut steps: [i32; 3], second: u8, tag: u32) {
+        let mut n = AXES;
+        while n != 0 {
+            n -= 1;
+            let i = usize::from(n);
+            if second >> n & 1 != 0 {
+                self.leg[i] = core::mem::take(&mut steps[i]);
             }
         }
-        self.line(first, [0; 3], Feed::Rapid, true, tag);
+        self.line(steps, [0; 3], Feed::Rapid, true, tag);
     }
 
     /// Appends a line to the path, which has room; `um` as [`Block::um`], `tag` as of [`tag`].

@@ -66,7 +66,7 @@ impl Settles for Twin {
 
 impl Targets for Twin {
     fn is_there(&self, axis: Axis) -> bool {
-        self.axis_record(axis).flags & AxisRecord::PRESENT != 0
+        axis.n() < 3 && self.axis_record(axis).flags & AxisRecord::PRESENT != 0
     }
     fn in_steps(&self) -> bool {
         self.frame(STEPS)

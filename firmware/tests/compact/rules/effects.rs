@@ -55,6 +55,10 @@ impl Twin {
 }
 
 impl Effects for Twin {
+    fn operand(&mut self) -> u8 {
+        self.chip.call("operand_byte", &[]);
+        self.chip.reg(12) as u8
+    }
     fn pop(&mut self) -> i32 {
         self.chip.call("pop_value", &[]);
         self.chip.result() as i32
@@ -79,8 +83,7 @@ impl Effects for Twin {
         self.chip.long("TIME", 0) == 0
     }
     fn begin_wait(&mut self) -> Result<(), Fault> {
-        self.chip.call("operand_byte", &[]);
-        let bits = self.chip.reg(12) as u8;
+        let bits = self.operand();
         self.set_bits(bits);
         self.chip.set_long("TIME", 0, u32::MAX);
         if bits & flags::TIMEOUT != 0 {
@@ -277,11 +280,11 @@ type Rule = fn(&mut Twin, u8, bool) -> Progress;
 
 /// The rules that are effects: the label, the codes, the rule.
 macro_rules! by_rustc {
-    ($module:ident { $($first:ident $last:ident $rule:ident($($with:ident)?);)* }) => {
+    ($module:ident { $($first:ident $last:ident $rule:ident($($with:ident)*);)* }) => {
         const RULES: &[(&str, RangeInclusive<u8>, Rule)] = &[$((
             concat!("fx_", stringify!($rule)),
             first::$first..=last::$last,
-            |m, code, first| by_rustc!(@ m code first $module $rule $($with)?),
+            |m, code, first| by_rustc!(@ m code first $module $rule $($with)*),
         ),)*];
     };
     (@ $m:ident $code:ident $again:ident $module:ident $rule:ident) => {{

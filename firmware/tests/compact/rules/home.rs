@@ -69,10 +69,6 @@ impl Twin {
 }
 
 impl Homes for Twin {
-    fn operand(&mut self) -> u8 {
-        self.chip.call("operand_byte", &[]);
-        self.chip.reg(12) as u8
-    }
     fn plan(&mut self, n: u8) -> Result<(), Fault> {
         home::by_profile(self, n);
         Ok(())

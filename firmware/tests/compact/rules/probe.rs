@@ -5,14 +5,14 @@ use firmware::motion::scaled::Scaled;
 use firmware::rules::Axis;
 use firmware::rules::coords;
 use firmware::rules::effects::Effects;
-use firmware::rules::probe::{self, Paces, Probes, Watches};
+use firmware::rules::probe::{self, Probes, Watches};
 use lang::fault::Fault;
 use lang::isa::flags;
 use lang::record::{AxisRecord, BoardRecord, MachineRecord};
 use proptest::prelude::*;
 
 use super::commands::{FLAGS, RAMPS};
-use super::effects::{progress, unit};
+use super::effects::progress;
 use super::{Entry, Twin, proved};
 use crate::chip::Chip;
 use crate::coords::{axis, value};
@@ -23,8 +23,6 @@ use crate::verify::Elf;
 
 /// Where a statement's operands stand.
 const OPERANDS: u16 = crate::area::AREA + 0x1C0;
-/// Flags that say steps, of ramps up and down and of a speed.
-const STEPS: u8 = flags::ACCEL_STEPS | flags::DECEL_STEPS | flags::SPEED_STEPS;
 /// Bits of BITS: input 17 counts.
 const COUNTS_17: u8 = 1;
 /// The pin of input 17.
@@ -32,64 +30,12 @@ const WATCHES_17: u8 = 1 << 4;
 /// Bit of IDLE: the step that is caught is the last.
 const ENDS: u8 = 1;
 
-impl Twin {
-    fn least(&mut self, at: u16, rate: Scaled) -> Scaled {
-        let least = Scaled(self.chip.long("TEMP", at)).least(rate);
-        self.chip.set_long("TEMP", at, least.0);
-        least
-    }
-}
-
-impl Paces for Twin {
-    fn take_pace(&mut self, axis: Axis) {
-        self.of_axis("axis_pace", axis, 0);
-    }
-    fn count_in_steps(&mut self) {
-        let at = unit(&self.chip);
-        self.chip.board.poke8(at, 2);
-    }
-    fn rate(&mut self, axis: Axis, value: i32) -> Scaled {
-        let rate = Scaled::new(value.max(0) as u32);
-        if self.chip.board.peek8(unit(&self.chip)) & STEPS != 0 {
-            return rate;
-        }
-        let record = self.axis_record(axis);
-        rate.times(Scaled::new(record.steps.into())).over(Scaled::new(record.um.into()))
-    }
-    fn least_up(&mut self, rate: Scaled) -> Scaled {
-        self.least(4, rate)
-    }
-    fn least_speed(&mut self, rate: Scaled) -> Scaled {
-        self.least(0, rate)
-    }
-    fn least_down(&mut self, rate: Scaled) -> Scaled {
-        self.least(8, rate)
-    }
-    fn pace_up(&self) -> Scaled {
-        Scaled(self.chip.long("TEMP", 4))
-    }
-    fn pace_speed(&self) -> Scaled {
-        Scaled(self.chip.long("TEMP", 0))
-    }
-    fn count_in_um(&mut self) {
-        let at = unit(&self.chip);
-        self.chip.board.poke8(at, 0);
-    }
-}
-
 impl Probes for Twin {
-    fn take_flags(&mut self) -> Axis {
-        self.chip.call("operand_byte", &[]);
-        let bits = self.chip.reg(12);
-        self.calls("axis_flags", bits.into());
-        Axis::new(self.chip.byte("N"))
-    }
     fn comes_later(&mut self, _: Axis) -> bool {
         false
     }
     fn take_sensor(&mut self) {
-        self.chip.call("operand_byte", &[]);
-        let bits = self.chip.reg(12) as u8;
+        let bits = self.operand();
         self.set_statement_byte(RAMPS, bits);
     }
     fn has_masks(&self) -> bool {
@@ -124,10 +70,6 @@ impl Probes for Twin {
     }
     fn has_speed(&self) -> bool {
         self.statement_byte(FLAGS) & flags::SPEED != 0
-    }
-    fn take_speed(&mut self, axis: Axis) -> Scaled {
-        self.of_axis("speed_flags", axis, 0);
-        Scaled(self.chip.result())
     }
     fn feed(&self) -> i32 {
         self.chip.long("FEED", 0) as i32
