@@ -235,6 +235,14 @@ impl Blocks {
         }
     }
 
+    /// Whether a label stands at a line and may be come to by a jump that is not taken, which leaves no flags.
+    fn may_fall(&self, label: &str, at: usize) -> bool {
+        let mut labels = self.lines[at..].iter().take_while(|line| matches!(line, Line::Label(..)));
+        let next = self.target(label).and_then(|target| self.op(target));
+        labels.any(|line| matches!(line, Line::Label(name, _) if name == label))
+            && next.is_none_or(|next| !next.looks_at_flag())
+    }
+
     /// A jump over a jump, or over an end that there is elsewhere, is one jump.
     fn invert(&mut self) -> bool {
         let places = self.places();
@@ -243,9 +251,7 @@ impl Blocks {
             let (Some(inverse), Some(past)) = (crate::ops::inverse(&over.name), &over.to) else {
                 continue;
             };
-            let behind = self.lines[at + 2..].iter();
-            let mut behind = behind.take_while(|line| matches!(line, Line::Label(..)));
-            if !behind.any(|line| matches!(line, Line::Label(name, _) if name == past)) {
+            if !self.may_fall(past, at + 2) {
                 continue;
             }
             let mut turned = Op { name: inverse.to_owned(), ..over.clone() };

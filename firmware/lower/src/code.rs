@@ -396,7 +396,9 @@ impl Writer<'_> {
         let without = self.state.on_way();
         let outside = (std::mem::take(&mut self.lines), std::mem::take(&mut self.ways));
         let (faults, known) = (std::mem::take(&mut self.faults), std::mem::take(&mut self.known));
+        let turns = std::mem::take(&mut self.turns);
         let made = self.block(stmts, out);
+        self.turns = turns;
         let lines = std::mem::replace(&mut self.lines, outside.0);
         let ways = std::mem::replace(&mut self.ways, outside.1);
         let faults = std::mem::replace(&mut self.faults, faults);

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use micro::isa::{CALLED, FORMULAS, Flags, Gives, Next, OWN, Operand, ROUTINES, Routine, Takes};
+use micro::isa::{
+    CALLED, FORMULAS, Flags, Gives, Next, OWN, Operand, Own, ROUTINES, Routine, Takes,
+};
 
 /// An operation, or the place of a label.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -146,6 +148,17 @@ impl Op {
             "DO" => matches!(self.first(), "axis_bit" | "here" | "zero" | "scaled_most"),
             _ => false,
         }
+    }
+
+    /// Whether it looks at a flag that stands there.
+    #[must_use]
+    pub fn looks_at_flag(&self) -> bool {
+        let name = self.name.as_str();
+        let own = Own::ALL.iter().zip(OWN);
+        let mut own = own.filter(|(_, row)| {
+            row.notation == Some(name) || name == "DO" && row.name == self.first()
+        });
+        own.next().is_some_and(|(own, _)| own.looks_at().is_some())
     }
 
     /// Whether it is one of a switch's places.

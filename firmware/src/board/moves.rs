@@ -112,6 +112,7 @@ impl Paces for Controller {
     fn take_pace(&mut self, n: Axis) {
         self.seek.plan.pace = Pace::of(axis(n.n()));
     }
+    #[inline(never)]
     fn least_up(&mut self, rate: Scaled) -> Scaled {
         let pace = &mut self.seek.plan.pace;
         pace.accel = pace.accel.least(rate);
@@ -123,6 +124,7 @@ impl Paces for Controller {
         pace.speed = pace.speed.least(rate);
         pace.speed
     }
+    #[inline(never)]
     fn least_down(&mut self, rate: Scaled) -> Scaled {
         let pace = &mut self.seek.plan.pace;
         pace.decel = pace.decel.least(rate);

@@ -121,9 +121,7 @@ pub fn over(blocks: &Blocks) -> Option<Vec<Line>> {
             continue;
         };
         let Some(length) = blocks.way(at + 1) else { continue };
-        let behind = blocks.lines[at + 1 + length..].iter();
-        let mut behind = behind.take_while(|line| matches!(line, Line::Label(..)));
-        if !behind.any(|line| matches!(line, Line::Label(name, _) if name == past)) {
+        if !blocks.may_fall(past, at + 1 + length) {
             continue;
         }
         let near = |other: &usize| places[*other].abs_diff(places[at]);

@@ -1,6 +1,5 @@
-/* Effects that move axes to places: micro-code, entered with
-   r12 = the effect's code, Z set in phase 0. They leave r12 = DONE, NOT_YET, or FAULTED plus the fault. A motion blocks:
-   no other begins before MOVING is 0. */
+/* Statements that move axes: what firmware/src/rules/pace.rs, axes.rs and lines.rs build on. A motion blocks: no other
+   begins before MOVING is 0, but the next line of a course. */
     .section .text.micro,"axR",@progbits
 module.moves:
 

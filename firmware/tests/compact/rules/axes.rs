@@ -161,7 +161,7 @@ fn moves_and_stops_are_the_same_by_rustc_and_as_micro_code() {
             }
         };
         let same = |label, code: u8, first, rule: &dyn Fn(&mut Twin) -> Option<u32>| {
-            let scratch = &[("BYTES", 1), ("V2", 4), ("LEFT", 4)];
+            let scratch = &[("V2", 4), ("LEFT", 4)];
             let entry = Entry { acc: code.into(), first, scratch, ..Entry::default() };
             proved(&base, label, &machine, &put, &entry, rule);
         };
