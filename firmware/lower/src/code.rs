@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::Refused;
 use crate::leaf::Type;
 use crate::ops::{Line, Op, routine};
-use crate::tree::{Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live};
+use crate::tree::{Call, Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live};
 use state::{Held, Record, State};
 
 /// Where a word is made that bits are put into.
@@ -48,6 +48,8 @@ struct Writer<'a> {
     faults: BTreeMap<String, String>,
     /// Ends of jumps whose flag is the result.
     known: BTreeMap<bool, String>,
+    /// The symbol of the parts that have what is made now.
+    when: Option<String>,
     /// Where the next turn of each loop around is, and the variables that it needs.
     turns: Vec<(String, Vars)>,
 }
@@ -72,6 +74,7 @@ pub fn write(
         slots: BTreeMap::new(),
         faults: BTreeMap::new(),
         known: BTreeMap::new(),
+        when: None,
         turns: Vec::new(),
     };
     match writer.all() {
@@ -114,8 +117,9 @@ impl Writer<'_> {
         self.put(Op::read(text).to(label));
     }
 
-    fn put(&mut self, op: Op) {
+    fn put(&mut self, mut op: Op) {
         if !self.state.dead {
+            op.when.clone_from(&self.when);
             self.state.after(&op);
             self.lines.push(Line::Op(op));
         }
@@ -133,13 +137,18 @@ impl Writer<'_> {
             return Ok(());
         };
         let met = ways.iter().fold(first, State::meet);
+        self.state = met;
+        self.kept(out)
+    }
+
+    /// Variables of `out` can be had.
+    fn kept(&self, out: &Vars) -> Made<()> {
         for &var in out {
             let kind = self.function.vars[var];
-            if matches!(kind, Type::Byte | Type::Long) && !met.has(var) {
+            if matches!(kind, Type::Byte | Type::Long) && !self.state.has(var) {
                 return Err(Stop::Lost(var));
             }
         }
-        self.state = met;
         Ok(())
     }
 
@@ -266,8 +275,32 @@ impl Writer<'_> {
                 // What it returns is what is returned.
                 return self.last_call(call);
             }
+            if let (Stmt::If(cond, then, other), false) = (stmt, rest.is_empty())
+                && let Some(call) = self.number_first(cond, then, other)
+            {
+                // The number stands in front of the jump, which then goes to the rule itself.
+                let out = live(rest, out);
+                self.again(&mut |writer| writer.goes_with(cond, call, &out), &out)?;
+                continue;
+            }
             let out = live(rest, out);
             self.again(&mut |writer| writer.stmt(stmt, &out), &out)?;
+        }
+        Ok(())
+    }
+
+    /// `if` bytes say so, a rule with a number ends the function, which has no result.
+    fn number_first<'b>(&self, cond: &Cond, then: &'b [Stmt], other: &[Stmt]) -> Option<&'b Call> {
+        let ([Stmt::Return(End::Value(Expr::Call(call)))], []) = (then, other) else { return None };
+        let number = matches!(call.value.as_deref(), Some(Expr::Number(_)));
+        let fits = self.function.gives == Type::Nothing && value::looks_at_bytes(cond);
+        (fits && number && call.rule.is_some() && call.axis.is_none()).then_some(call)
+    }
+
+    fn goes_with(&mut self, cond: &Cond, call: &Call, out: &Vars) -> Made<()> {
+        if let (Some(value), Some(rule)) = (&call.value, &call.rule) {
+            self.value(value, out)?;
+            self.when(cond, true, rule, out)?;
         }
         Ok(())
     }
@@ -328,6 +361,11 @@ impl Writer<'_> {
                 self.state.forget(byte);
                 self.op(&format!("AXIS_{} {byte}", if *on { "ON" } else { "OFF" }));
             }
+            Stmt::Call(call, _) if call.when.is_some() => {
+                let without = Call { when: None, ..call.clone() };
+                let symbol = call.when.as_deref().unwrap_or_default();
+                self.only_when(symbol, out, |writer| writer.call(&without, out))?;
+            }
             Stmt::Call(call, tried) => {
                 self.call(call, out)?;
                 if call.gives == Type::Fault && !call.sure && !self.ends_caller() {
@@ -378,7 +416,30 @@ impl Writer<'_> {
         matches!(self.lines.last(), Some(Line::Op(op)) if op.facts().ends_caller)
     }
 
+    /// Makes what only parts with this symbol have: behind it is known what is so with and without.
+    fn only_when(
+        &mut self,
+        symbol: &str,
+        out: &Vars,
+        make: impl FnOnce(&mut Self) -> Made<()>,
+    ) -> Made<()> {
+        if self.when.is_some() {
+            return self.refuse("one condition of parts at a time");
+        }
+        let without = self.state.without_flags();
+        self.when = Some(symbol.to_owned());
+        let made = make(self);
+        self.when = None;
+        made?;
+        let with = std::mem::take(&mut self.state);
+        self.state = if with.dead { without } else { without.meet(&with) };
+        self.kept(out)
+    }
+
     fn branch(&mut self, cond: &Cond, then: &[Stmt], other: &[Stmt], out: &Vars) -> Made<()> {
+        if let (Cond::When(symbol, cond), []) = (cond, other) {
+            return self.only_when(symbol, out, |writer| writer.branch(cond, then, other, out));
+        }
         // The operation itself returns NOT_YET.
         if let (Cond::Not(inner), [Stmt::Return(End::NotYet)], []) = (cond, then, other)
             && let Cond::Call(call) = &**inner

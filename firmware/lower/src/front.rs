@@ -137,15 +137,8 @@ impl Reader<'_> {
             text.split(", ").filter(|one| !one.is_empty()).map(str::to_owned).collect::<Vec<_>>()
         };
         let mut body = self.block(&function.block, true)?;
-        if rule.gives == Type::Nothing && !matches!(body.last(), Some(Stmt::Return(_))) {
-            let end = match body.pop() {
-                Some(Stmt::Call(call, Tried::Never)) => End::Value(Expr::Call(call)),
-                last => {
-                    body.extend(last);
-                    End::Nothing
-                }
-            };
-            body.push(Stmt::Return(end));
+        if rule.gives == Type::Nothing {
+            ended(&mut body);
         }
         Ok(Function {
             name,
@@ -434,6 +427,27 @@ impl Reader<'_> {
             },
         }
     }
+}
+
+/// Statements behind which a function without a result ends: a call returns in its place.
+fn ended(stmts: &mut Vec<Stmt>) {
+    let end = match stmts.pop() {
+        Some(Stmt::Return(end)) => end,
+        Some(Stmt::Call(call, Tried::Never)) if call.when.is_none() => End::Value(Expr::Call(call)),
+        Some(Stmt::If(cond, mut then, mut other)) => {
+            ended(&mut then);
+            if !other.is_empty() {
+                ended(&mut other);
+            }
+            stmts.push(Stmt::If(cond, then, other));
+            End::Nothing
+        }
+        last => {
+            stmts.extend(last);
+            End::Nothing
+        }
+    };
+    stmts.push(Stmt::Return(end));
 }
 
 /// Of a place of this type.

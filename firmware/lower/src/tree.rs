@@ -81,6 +81,10 @@ pub struct Call {
     pub record: Option<String>,
     /// See `record`.
     pub sets_record: Option<String>,
+    /// The symbol of the parts that have it.
+    pub when: Option<String>,
+    /// Instructions that go on in the function's place.
+    pub ends: Option<String>,
 }
 
 /// A value of two.
@@ -154,6 +158,8 @@ pub enum Cond {
     First,
     /// It is never so.
     Never,
+    /// It is never so but on parts with this symbol.
+    When(String, Box<Cond>),
     /// Two values are the same.
     Same(Expr, Expr),
     /// A byte is below another; a long below 0.
@@ -310,7 +316,7 @@ impl Cond {
     /// Its variables.
     pub fn vars(&self, to: &mut Vars) {
         match self {
-            Cond::Not(a) => a.vars(to),
+            Cond::Not(a) | Cond::When(_, a) => a.vars(to),
             Cond::And(a, b) | Cond::Or(a, b) => {
                 a.vars(to);
                 b.vars(to);

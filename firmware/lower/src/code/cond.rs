@@ -42,6 +42,11 @@ impl Writer<'_> {
                 self.jump(&format!("{} {byte}, {mask}", bits(so)), label);
                 Ok(())
             }
+            // Without it there is no jump.
+            Cond::When(symbol, inner) if so => {
+                self.only_when(symbol, out, |writer| writer.when(inner, true, label, out))
+            }
+            Cond::When(..) => self.refuse("what not all parts have is an `if` by itself"),
             Cond::Never => {
                 if !so {
                     self.jump("GOTO", label);

@@ -350,6 +350,9 @@ impl Writer<'_> {
         // A byte that comes as a long has its high half at 0.
         let long = ops.last().is_some_and(|op| op.facts().gives == micro::isa::Gives::Long);
         self.state.wide |= long && matches!(call.gives, Type::Byte | Type::ByteOrFault);
+        if let Some(instructions) = &call.ends {
+            self.put(Op::leave(instructions));
+        }
         if call.zero {
             self.state.zero = true;
         }
@@ -459,7 +462,7 @@ fn is_pure(value: &Expr) -> bool {
 }
 
 /// Whether a condition leaves the accumulator.
-fn looks_at_bytes(cond: &Cond) -> bool {
+pub(super) fn looks_at_bytes(cond: &Cond) -> bool {
     match cond {
         Cond::Not(inner) => looks_at_bytes(inner),
         cond => matches!(cond, Cond::Any(..) | Cond::Is(..)),
