@@ -8,6 +8,7 @@ pub mod effects;
 pub mod home;
 pub mod moves;
 pub mod probe;
+pub mod session;
 pub mod status;
 
 use lang::fault::Fault;

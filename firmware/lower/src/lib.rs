@@ -100,9 +100,10 @@ pub fn lower(
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 7] = ["status", "coords", "effects", "home", "moves", "probe", "commands"];
+const FILES: [&str; 8] =
+    ["status", "coords", "effects", "home", "moves", "probe", "commands", "session"];
 /// Those that have leaves alone.
-const TRAITS: [&str; 2] = ["rules", "rules/commands/leaves"];
+const TRAITS: [&str; 3] = ["rules", "rules/commands/leaves", "rules/session/leaves"];
 
 /// What the rules in the firmware's directory become.
 ///

@@ -36,6 +36,7 @@ core::arch::global_asm!(include_str!("session/events.s"), options(raw));
 core::arch::global_asm!(include_str!("session/run.s"), options(raw));
 core::arch::global_asm!(include_str!("session/ticks.s"), options(raw));
 core::arch::global_asm!(include_str!("session/session.s"), options(raw));
+core::arch::global_asm!(include_str!("made/session.s"), options(raw));
 
 // The jump table of `control` is in the order of the codes, that of `soft` in that of the opcodes.
 const _: () = assert!(

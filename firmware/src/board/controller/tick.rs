@@ -2,6 +2,7 @@
 
 use super::Controller;
 use crate::{chain, link};
+use firmware::rules::session;
 use lang::fault::Fault;
 use lang::record::BoardRecord;
 use lang::wire::{Control, RunState};
@@ -67,8 +68,8 @@ impl Controller {
         // Not filtered: a stop must not wait, and one too many does no harm.
         // An acknowledged fault can still be read: only one that is latched has been dealt with,
         // unless something moves all the same.
-        let latched = self.session.state() as u8 == RunState::Fault as u8
-            && self.session.fault() == Fault::EmergencyStop.number();
+        let latched =
+            self.session.is(RunState::Fault) && self.session.fault == Fault::EmergencyStop.number();
         let dealt_with = latched && self.motor.moving() == 0;
         let emergency = self.emergency_now();
         if emergency != 0 && !dealt_with {
@@ -77,8 +78,7 @@ impl Controller {
         if self.io.buttons.accepted() & 1 != 0 {
             self.clock.held = self.clock.held.saturating_add(1);
             if self.clock.held == 2000 {
-                let order = self.session.stop();
-                self.obey(order);
+                session::stop(self);
             }
         } else {
             self.clock.held = 0;
@@ -138,7 +138,7 @@ impl Controller {
         let wanted = self.record.flags & BoardRecord::AUTORUN != 0 && self.reset.bites < BITES;
         if wanted && !self.lines.spoken && !self.blocked() {
             // The first start acknowledges what a watchdog reset has latched.
-            if self.reset.bites != 0 && self.session.state() as u8 == RunState::Fault as u8 {
+            if self.reset.bites != 0 && self.session.is(RunState::Fault) {
                 self.control(Control::Start);
             }
             self.control(Control::Start);
