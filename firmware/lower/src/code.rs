@@ -35,6 +35,10 @@ type Made<T> = Result<T, Stop>;
 /// A function while its code is made.
 struct Writer<'a> {
     function: &'a Function,
+    /// Those of the file.
+    functions: &'a [Function],
+    /// Where one ends whose code stands within this one.
+    within: Option<String>,
     /// The file's name, in labels.
     file: &'a str,
     lines: Vec<Line>,
@@ -60,12 +64,15 @@ struct Writer<'a> {
 /// There is none.
 pub fn write(
     function: &Function,
+    functions: &[Function],
     file: &str,
     labels: &mut usize,
     zero: bool,
 ) -> Result<Vec<Line>, Refused> {
     let mut writer = Writer {
         function,
+        functions,
+        within: None,
         file,
         lines: Vec::new(),
         labels,
@@ -86,7 +93,7 @@ pub fn write(
     }
 }
 
-impl Writer<'_> {
+impl<'a> Writer<'a> {
     fn refuse<T>(&self, text: impl AsRef<str>) -> Made<T> {
         let text = format!("{}: {}", self.function.name, text.as_ref());
         Err(Stop::Refused(Refused { line: self.function.line, text }))
@@ -293,7 +300,9 @@ impl Writer<'_> {
     fn number_first<'b>(&self, cond: &Cond, then: &'b [Stmt], other: &[Stmt]) -> Option<&'b Call> {
         let ([Stmt::Return(End::Value(Expr::Call(call)))], []) = (then, other) else { return None };
         let number = matches!(call.value.as_deref(), Some(Expr::Number(_)));
-        let fits = self.function.gives == Type::Nothing && value::looks_at_bytes(cond);
+        let fits = self.within.is_none()
+            && self.function.gives == Type::Nothing
+            && value::looks_at_bytes(cond);
         (fits && number && call.rule.is_some() && call.axis.is_none()).then_some(call)
     }
 
@@ -367,6 +376,9 @@ impl Writer<'_> {
                 self.only_when(symbol, out, |writer| writer.call(&without, out))?;
             }
             Stmt::Call(call, tried) => {
+                if let Some(function) = self.stands_here(call) {
+                    return self.stand(function, out);
+                }
                 self.call(call, out)?;
                 if call.gives == Type::Fault && !call.sure && !self.ends_caller() {
                     match tried {
@@ -401,6 +413,26 @@ impl Writer<'_> {
             Stmt::Return(end) => self.end(end)?,
         }
         Ok(())
+    }
+
+    /// The rule that is called, when its code stands where it is called.
+    fn stands_here(&self, call: &Call) -> Option<&'a Function> {
+        let named = |function: &&Function| Some(&function.label) == call.rule.as_ref();
+        self.functions.iter().find(named).filter(|function| function.within)
+    }
+
+    /// Its code.
+    fn stand(&mut self, function: &Function, out: &Vars) -> Made<()> {
+        if !function.vars.is_empty() || !out.is_empty() || self.within.is_some() {
+            return self
+                .refuse("what stands within has no variables, and there are none around it");
+        }
+        let end = self.label();
+        self.within = Some(end.clone());
+        let made = self.block(&function.body, out);
+        self.within = None;
+        made?;
+        self.place(&end, out)
     }
 
     fn turn(&mut self, label: &str, needed: &Vars) -> Made<()> {

@@ -137,7 +137,8 @@ impl Reader<'_> {
             text.split(", ").filter(|one| !one.is_empty()).map(str::to_owned).collect::<Vec<_>>()
         };
         let mut body = self.block(&function.block, true)?;
-        if rule.gives == Type::Nothing {
+        let within = rule.said.contains_key("within");
+        if rule.gives == Type::Nothing && !within {
             ended(&mut body);
         }
         Ok(Function {
@@ -153,6 +154,7 @@ impl Reader<'_> {
             longs: list("longs"),
             bytes: list("bytes"),
             vars: self.vars.clone(),
+            within,
             body,
             line: function.sig.ident.span().start().line,
         })

@@ -267,6 +267,8 @@ pub struct Function {
     pub bytes: Vec<String>,
     /// The types of its variables.
     pub vars: Vec<Type>,
+    /// Its code stands where it is called, in the same file.
+    pub within: bool,
     /// Statements.
     pub body: Vec<Stmt>,
     /// Its line.
