@@ -10,6 +10,7 @@ pub mod moves;
 pub mod probe;
 pub mod session;
 pub mod status;
+pub mod ticks;
 
 use lang::fault::Fault;
 use lang::wire::Exception;

@@ -8,6 +8,7 @@ mod home;
 mod moves;
 mod probe;
 mod session;
+mod ticks;
 
 use firmware::rules::{Axis, Machine, status};
 use lang::isa::Op;
@@ -215,6 +216,8 @@ pub struct Twin {
     pub next: u16,
     /// High half of the inputs that a probe wants off.
     pub off: u16,
+    /// r13 where the rule begins.
+    pub high: u16,
 }
 
 /// `call #..`.
@@ -251,7 +254,8 @@ pub fn proved(
         put(&mut chip);
         chip
     };
-    let mut twin = Twin { chip: begin(), machine: *machine, next: 2, off: 0 };
+    let high = (entry.acc >> 16) as u16;
+    let mut twin = Twin { chip: begin(), machine: *machine, next: 2, off: 0, high };
     let result = rule(&mut twin);
     let mut here = OnChip::of(&begin(), &base.elf, true);
     let mut registers = Registers { acc: entry.acc, ..Registers::default() };

@@ -303,7 +303,7 @@ const ENGINE: (u16, u16) = (0x0182, 1 << 4);
 const NEXT_CODE: u16 = SLOT + 0x1E0;
 
 /// A program with a value that is kept; with `courses` it says that it has some.
-fn program(courses: bool) -> Vec<u8> {
+pub fn program(courses: bool) -> Vec<u8> {
     let mill = Profile::built_in("mill").expect("mill is built in");
     let mut image = image_of(&mill, "DIM a, b\nKEEP k\nk = k + 1\na = b\nWait 10ms\n");
     if courses {
@@ -315,7 +315,7 @@ fn program(courses: bool) -> Vec<u8> {
 
 /// What a run finds.
 #[derive(Clone, Copy, Debug)]
-struct Found {
+pub struct Found {
     /// What RAM is made of.
     seed: u64,
     run: u8,
@@ -337,7 +337,8 @@ struct Found {
 }
 
 impl Found {
-    fn put(&self, chip: &mut Chip, image: &[u8]) {
+    /// Puts it into a chip with this program.
+    pub fn put(&self, chip: &mut Chip, image: &[u8]) {
         let mut random = Rng::new(self.seed);
         let bytes = [
             "PHASE",
@@ -417,7 +418,8 @@ impl Found {
     }
 }
 
-fn found() -> impl Strategy<Value = Found> {
+/// Any of it.
+pub fn found() -> impl Strategy<Value = Found> {
     fn often<T: Clone + std::fmt::Debug + 'static>(
         value: T,
         other: impl Strategy<Value = T> + 'static,
