@@ -102,8 +102,10 @@ pub fn lower(
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 9] =
-    ["status", "coords", "effects", "home", "moves", "probe", "commands", "session", "ticks"];
+const FILES: [&str; 10] = [
+    "status", "coords", "effects", "home", "moves", "probe", "commands", "session", "ticks",
+    "handlers",
+];
 /// Those that have leaves alone.
 const TRAITS: [&str; 3] = ["rules", "rules/commands/leaves", "rules/session/leaves"];
 

@@ -37,8 +37,9 @@ pub fn write(lines: &[Line], file: &str, about: &About) -> Made {
         }
     }
     let mark = format!("module.{}", about.module);
+    let parts = about.when.as_ref().map_or(String::new(), |symbol| format!("    .if {symbol}\n"));
     let mut text = format!(
-        "/* Made by `cargo run -p lower` of firmware/src/rules/{file}.rs: change that. */\n\n    \
+        "/* Made by `cargo run -p lower` of firmware/src/rules/{file}.rs: change that. */\n\n{parts}    \
          .section .text.{},\"axR\",@progbits\n{mark}:\n",
         about.section
     );
@@ -95,5 +96,6 @@ pub fn write(lines: &[Line], file: &str, about: &About) -> Made {
     }
     text.push_str(if when.is_some() { "    .endif\n" } else { "" });
     let _ = writeln!(text, "    .balign 2, 0");
+    text.push_str(if parts.is_empty() { "" } else { "    .endif\n" });
     Made { name: file.to_owned(), text, bytes }
 }
