@@ -5,6 +5,7 @@
 pub mod commands;
 pub mod coords;
 pub mod effects;
+pub mod handlers;
 pub mod home;
 pub mod moves;
 pub mod probe;

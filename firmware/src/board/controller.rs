@@ -4,6 +4,7 @@ mod command;
 mod control;
 mod effect;
 mod events;
+mod handlers;
 mod io;
 mod keep;
 mod library;

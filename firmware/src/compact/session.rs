@@ -34,6 +34,7 @@ constants! {
 core::arch::global_asm!(include_str!("session/soft.s"), options(raw));
 core::arch::global_asm!(include_str!("session/events.s"), options(raw));
 core::arch::global_asm!(include_str!("session/run.s"), options(raw));
+core::arch::global_asm!(include_str!("made/handlers.s"), options(raw));
 core::arch::global_asm!(include_str!("session/ticks.s"), options(raw));
 core::arch::global_asm!(include_str!("made/ticks.s"), options(raw));
 core::arch::global_asm!(include_str!("session/session.s"), options(raw));

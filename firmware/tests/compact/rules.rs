@@ -4,6 +4,7 @@
 mod commands;
 mod coords;
 mod effects;
+mod handlers;
 mod home;
 mod moves;
 mod probe;

@@ -2,7 +2,6 @@
 //! [`firmware::rules::session`].
 
 use super::Controller;
-use super::events::handlers;
 use crate::flash::{Area, Image};
 use crate::moves::default_feed;
 use crate::observe;
@@ -11,8 +10,6 @@ use firmware::rules::session;
 use firmware::store::Store;
 use firmware::verify;
 use lang::fault::Fault;
-#[cfg(feature = "stream")]
-use lang::wire::Called;
 use lang::wire::{Control, Seen};
 
 impl Controller {
@@ -64,30 +61,6 @@ impl Controller {
     /// A fault that ends the run.
     pub fn fail(&mut self, fault: Fault) {
         session::fail(self, fault.number());
-    }
-
-    /// A fault of the program: its handler, or the end of the run.
-    pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) {
-        self.motor.stop(0b111);
-        let open = handlers();
-        let waits = self.program.effect.code != 0;
-        self.program.forget();
-        self.talk.print.abandon();
-        observe::beside(Seen::Abandoned, 0, pc);
-        if vm().raise(fault, pc, between) {
-            self.program.put_feed_aside(open);
-            #[cfg(feature = "stream")]
-            if crate::stream::owns() {
-                let place = match (between, waits) {
-                    (false, _) => Called::Failed,
-                    (true, false) => Called::Behind,
-                    (true, true) => Called::Within,
-                };
-                crate::stream::call(place, 0, fault.number());
-            }
-        } else {
-            self.fail(fault);
-        }
     }
 
     /// A fault of the statement at `pc`: what was commanded before it ends first.
