@@ -387,7 +387,7 @@ impl Reader<'_> {
                 Stmt::Call(call, _) => Stmt::Return(End::Value(Expr::Call(call))),
                 stmt => stmt,
             },
-            Type::Bool => Stmt::Return(End::Cond(self.cond(expr)?)),
+            Type::Bool => Stmt::Return(End::Cond(Box::new(self.cond(expr)?))),
             Type::Fault | Type::Progress => Stmt::Return(End::Value(Expr::Call(self.call(expr)?))),
             _ => Stmt::Return(End::Value(self.value(expr)?.0)),
         })

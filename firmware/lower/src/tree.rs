@@ -184,7 +184,7 @@ pub enum End {
     /// With a value.
     Value(Expr),
     /// With whether something is so.
-    Cond(Cond),
+    Cond(Box<Cond>),
 }
 
 /// What becomes of a call's fault.
