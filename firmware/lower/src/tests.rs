@@ -279,6 +279,40 @@ fn what_instructions_enter_is_gone_to_behind_their_call() {
 }
 
 #[test]
+fn code_may_stand_where_it_is_called() {
+    let rule = "fn a(m: &mut impl Machine) { b(m); m.set_phase(2); }
+        #[cfg_attr(any(), micro(within = 1))]
+        fn b(m: &mut impl Machine) { if m.is_active() { return; } m.drop_next(); }";
+    let code = "a:; IF_ANY RUN, RUN_ACTIVE, .Ltest_1; LIT 0; F store LEFT; .Ltest_1:; LET PHASE, 2; RETURN; \
+        .balign 2, 0";
+    assert_eq!(made(rule), code);
+    let rule = "fn a(m: &mut impl Machine, n: u8) { b(m); m.set_phase(n); }
+        #[cfg_attr(any(), micro(within = 1))]
+        fn b(m: &mut impl Machine) { m.drop_next(); }";
+    let refused = lowered(rule).expect_err("a variable around it");
+    assert!(refused.text.contains("what stands within has no variables"), "{refused}");
+}
+
+#[test]
+fn a_file_may_be_of_some_parts() {
+    let rules =
+        "#![cfg_attr(any(), micro(module = \"test\", section = \"run\", when = \"HAS_LINES\"))]
+        fn a(m: &mut impl Machine) { m.set_phase(2); }";
+    let made = lower(&[("rules", MACHINE)], &[("test", rules)]).expect("a file of rules");
+    let text = &made[0].text;
+    let code = "\n    .if HAS_LINES\n    .section .text.run,\"axR\",@progbits\nmodule.test:\na:\n    LET PHASE, 2\n    RETURN\n    \
+        .balign 2, 0\n    .endif\n";
+    assert!(text.ends_with(code), "{text}");
+}
+
+#[test]
+fn a_long_and_a_number_are_no_sum() {
+    let rule = "fn a(m: &mut impl Machine, axis: Axis) -> i32 { m.um(axis).wrapping_sub(1) }";
+    let refused = lowered(rule).expect_err("an operation of 8 bits");
+    assert!(refused.text.contains("a number with a byte"), "{refused}");
+}
+
+#[test]
 fn a_number_stands_in_front_of_the_jump_to_what_takes_it() {
     let rule = "fn a(m: &mut impl Machine) { if m.is_active() { return b(m, 3); } m.set_phase(2); }
         fn b(m: &mut impl Machine, how: u8) { m.set_phase(how); }";

@@ -184,7 +184,7 @@ impl Writer<'_> {
         self.place(&yes, out)
     }
 
-    fn is_long(&self, value: &Expr) -> bool {
+    pub(super) fn is_long(&self, value: &Expr) -> bool {
         match value {
             Expr::Var(var) => self.function.vars[*var] == Type::Long,
             Expr::Place(place) => matches!(place.size, crate::tree::Size::Long),

@@ -228,6 +228,9 @@ impl Writer<'_> {
     /// Of two values; `exact` when flags of the result are looked at.
     fn pair(&mut self, op: Pair, a: &Expr, b: &Expr, exact: bool, out: &Vars) -> Made<()> {
         if let Expr::Number(number) = b {
+            if self.is_long(a) {
+                return self.refuse("a number with a byte, or the low one of a word");
+            }
             if let Some(bit) = number.value.filter(|bit| number.text != bit.to_string()) {
                 self.same(&number.text, bit);
             }
