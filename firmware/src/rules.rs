@@ -6,12 +6,15 @@ pub mod axes;
 pub mod commands;
 pub mod coords;
 pub mod effects;
+pub mod handlers;
 pub mod home;
 pub mod lines;
 pub mod moves;
 pub mod pace;
 pub mod probe;
+pub mod session;
 pub mod status;
+pub mod ticks;
 
 use lang::fault::Fault;
 use lang::wire::Exception;

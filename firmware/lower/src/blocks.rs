@@ -6,7 +6,7 @@ mod ends;
 mod far;
 mod flow;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::ops::{Line, Op, TAIL};
 
@@ -25,6 +25,8 @@ pub struct Blocks {
     lines: Vec<Line>,
     /// Functions of the file.
     here: BTreeSet<String>,
+    /// Those that instructions enter, and where the micro-code of each begins.
+    entries: BTreeMap<String, String>,
     /// What is made so far: names of labels.
     file: String,
 }
@@ -36,14 +38,15 @@ pub fn shorten(lines: Vec<Line>, file: &str) -> Vec<Line> {
         Line::Label(name, true) => Some(name.clone()),
         _ => None,
     });
-    let mut blocks = Blocks { here: here.collect(), file: file.to_owned(), lines };
+    let here = here.collect();
+    let mut blocks = Blocks { here, entries: BTreeMap::new(), file: file.to_owned(), lines };
+    blocks.enter();
     blocks.jump();
     blocks.clean();
     'again: loop {
         for rule in SHORTER {
             if let Some(lines) = rule(&blocks) {
-                let mut other =
-                    Blocks { lines, here: blocks.here.clone(), file: blocks.file.clone() };
+                let mut other = blocks.with(lines);
                 other.clean();
                 if other.bytes() < blocks.bytes() {
                     blocks = other;
@@ -61,6 +64,27 @@ pub fn shorten(lines: Vec<Line>, file: &str) -> Vec<Line> {
 }
 
 impl Blocks {
+    /// Other lines of the same file.
+    fn with(&self, lines: Vec<Line>) -> Blocks {
+        let (here, entries) = (self.here.clone(), self.entries.clone());
+        Blocks { lines, here, entries, file: self.file.clone() }
+    }
+
+    /// The micro-code of what instructions enter begins behind the call of the machine: there it has a label.
+    fn enter(&mut self) {
+        let mut at = 0;
+        while at + 1 < self.lines.len() {
+            if let (Line::Label(name, true), Line::Check(_)) =
+                (&self.lines[at], &self.lines[at + 1])
+            {
+                let label = format!(".L{}_{name}", self.file);
+                self.entries.insert(name.clone(), label.clone());
+                self.lines.insert(at + 2, Line::Label(label, false));
+            }
+            at += 1;
+        }
+    }
+
     /// Bytes of an operation.
     fn size(&self, op: &Op) -> usize {
         op.size(&|name| self.here.contains(name))
@@ -139,21 +163,28 @@ impl Blocks {
     /// Where an operation goes: a jump's label, or the function of a last call.
     fn goes_to<'a>(&self, op: &'a Op) -> Option<&'a str> {
         match op.name.as_str() {
+            _ if op.when.is_some() => None,
             TAIL => op.operands.get(1).map(String::as_str),
             "GOTO" => op.to.as_deref(),
             _ => None,
         }
     }
 
-    /// The last call of a function of the file is a jump to it.
+    /// The last call of a function of the file is a jump to it, behind the call of the machine.
     fn jump(&mut self) {
         for line in &mut self.lines {
+            if let Line::Op(op) = line
+                && let Some(label) = op.to.as_ref().and_then(|to| self.entries.get(to))
+            {
+                op.to = Some(label.clone());
+            }
             if let Line::Op(op) = line
                 && op.name == TAIL
                 && let [_, name] = &op.operands[..]
                 && self.here.contains(name)
             {
-                *op = Op::read("GOTO").to(name);
+                let label = self.entries.get(name).unwrap_or(name);
+                *op = Op { when: op.when.clone(), ..Op::read("GOTO").to(label) };
             }
         }
     }
@@ -179,7 +210,7 @@ impl Blocks {
             let Some(mut label) = op.to.clone() else { continue };
             for _ in 0..self.lines.len() {
                 let next = self.target(&label).and_then(|target| self.op(target));
-                match next.filter(|next| next.name == "GOTO") {
+                match next.filter(|next| next.name == "GOTO" && next.when.is_none()) {
                     Some(next) => label = next.to.clone().unwrap_or(label),
                     None => break,
                 }
@@ -188,7 +219,7 @@ impl Blocks {
             let end = end.filter(|end| op.name == "GOTO" && end.returns()).cloned();
             if let Line::Op(op) = &mut self.lines[at] {
                 match end {
-                    Some(end) => *op = end,
+                    Some(end) => *op = Op { when: op.when.clone(), ..end },
                     None => op.to = Some(label),
                 }
             }
@@ -247,34 +278,49 @@ impl Blocks {
     fn invert(&mut self) -> bool {
         let places = self.places();
         for at in 0..self.lines.len().saturating_sub(2) {
-            let (Some(over), Some(end)) = (self.op(at), self.op(at + 1)) else { continue };
+            // Labels between them are what others jump to this end by.
+            let labels = self.lines[at + 1..].iter().map_while(|line| match line {
+                Line::Label(name, false) => Some(name.clone()),
+                _ => None,
+            });
+            let labels = labels.collect::<Vec<_>>();
+            let last = at + 1 + labels.len();
+            let (Some(over), Some(end)) = (self.op(at), self.op(last)) else { continue };
             let (Some(inverse), Some(past)) = (crate::ops::inverse(&over.name), &over.to) else {
                 continue;
             };
-            if !self.may_fall(past, at + 2) {
+            if over.when.is_some() || end.when.is_some() || !self.may_fall(past, last + 1) {
                 continue;
             }
             let mut turned = Op { name: inverse.to_owned(), ..over.clone() };
-            if end.name == "GOTO" {
+            if end.name == "GOTO" && labels.is_empty() {
                 turned.to.clone_from(&end.to);
                 self.lines[at] = Line::Op(turned);
-                self.lines.remove(at + 1);
+                self.lines.remove(last);
                 return true;
             }
             if !end.returns() {
                 continue;
             }
-            let others = self.ops().into_iter().filter(|other| {
-                *other != at + 1
-                    && self.op(*other) == Some(end)
-                    && places[*other].abs_diff(places[at]) < REACH
+            let jumps = self.ops().into_iter().filter(|n| {
+                let to = self.op(*n).and_then(|op| op.to.as_ref());
+                *n == at || to.is_some_and(|to| labels.contains(to))
             });
+            let jumps = jumps.collect::<Vec<_>>();
+            let near =
+                |n: &usize| jumps.iter().all(|jump| places[*jump].abs_diff(places[*n]) < REACH);
+            let others = self.ops().into_iter();
+            let others = others.filter(|n| *n != last && self.op(*n) == Some(end) && near(n));
             if let Some(other) = others.min_by_key(|other| places[*other].abs_diff(places[at])) {
                 let label = self.label();
                 turned.to = Some(label.clone());
                 self.lines[at] = Line::Op(turned);
-                self.lines.insert(other, Line::Label(label, false));
-                self.lines.remove(if other > at { at + 1 } else { at + 2 });
+                let there = labels.into_iter().chain([label]).map(|name| Line::Label(name, false));
+                let there = there.collect::<Vec<_>>();
+                let moved = there.len();
+                self.lines.splice(other..other, there);
+                let from = if other > at { at + 1 } else { at + 1 + moved };
+                self.lines.drain(from..from + moved);
                 return true;
             }
         }

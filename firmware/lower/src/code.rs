@@ -13,7 +13,7 @@ use crate::Refused;
 use crate::blocks::shorten;
 use crate::leaf::Type;
 use crate::ops::{Line, Op, routine};
-use crate::tree::{Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live};
+use crate::tree::{Call, Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live};
 use state::{Held, Record, State};
 
 /// Where a word is made that bits are put into.
@@ -36,6 +36,10 @@ type Made<T> = Result<T, Stop>;
 /// A function while its code is made.
 struct Writer<'a> {
     function: &'a Function,
+    /// Those of the file.
+    functions: &'a [Function],
+    /// Where one ends whose code stands within this one.
+    within: Option<String>,
     /// The file's name, in labels.
     file: &'a str,
     lines: Vec<Line>,
@@ -49,6 +53,8 @@ struct Writer<'a> {
     faults: BTreeMap<String, String>,
     /// Ends of jumps whose flag is the result.
     known: BTreeMap<bool, String>,
+    /// The symbol of the parts that have what is made now.
+    when: Option<String>,
     /// Where the next turn of each loop around is, and the variables that it needs.
     turns: Vec<(String, Vars)>,
 }
@@ -59,12 +65,15 @@ struct Writer<'a> {
 /// There is none.
 pub fn write(
     function: &Function,
+    functions: &[Function],
     file: &str,
     labels: &mut usize,
     zero: bool,
 ) -> Result<Vec<Line>, Refused> {
     let mut writer = Writer {
         function,
+        functions,
+        within: None,
         file,
         lines: Vec::new(),
         labels,
@@ -73,6 +82,7 @@ pub fn write(
         slots: BTreeMap::new(),
         faults: BTreeMap::new(),
         known: BTreeMap::new(),
+        when: None,
         turns: Vec::new(),
     };
     match writer.all() {
@@ -84,7 +94,7 @@ pub fn write(
     }
 }
 
-impl Writer<'_> {
+impl<'a> Writer<'a> {
     fn refuse<T>(&self, text: impl AsRef<str>) -> Made<T> {
         let text = format!("{}: {}", self.function.name, text.as_ref());
         Err(Stop::Refused(Refused { line: self.function.line, text }))
@@ -115,8 +125,9 @@ impl Writer<'_> {
         self.put(Op::read(text).to(label));
     }
 
-    fn put(&mut self, op: Op) {
+    fn put(&mut self, mut op: Op) {
         if !self.state.dead {
+            op.when.clone_from(&self.when);
             self.state.after(&op);
             self.lines.push(Line::Op(op));
         }
@@ -134,13 +145,18 @@ impl Writer<'_> {
             return Ok(());
         };
         let met = ways.iter().fold(first, State::meet);
+        self.state = met;
+        self.kept(out)
+    }
+
+    /// Variables of `out` can be had.
+    fn kept(&self, out: &Vars) -> Made<()> {
         for &var in out {
             let kind = self.function.vars[var];
-            if matches!(kind, Type::Byte | Type::Long) && !met.has(var) {
+            if matches!(kind, Type::Byte | Type::Long) && !self.state.has(var) {
                 return Err(Stop::Lost(var));
             }
         }
-        self.state = met;
         Ok(())
     }
 
@@ -279,8 +295,34 @@ impl Writer<'_> {
                 // The axis is where it was.
                 return self.last_call(call);
             }
+            if let (Stmt::If(cond, then, other), false) = (stmt, rest.is_empty())
+                && let Some(call) = self.number_first(cond, then, other)
+            {
+                // The number stands in front of the jump, which then goes to the rule itself.
+                let out = live(rest, out);
+                self.again(&mut |writer| writer.goes_with(cond, call, &out), &out)?;
+                continue;
+            }
             let out = live(rest, out);
             self.again(&mut |writer| writer.stmt(stmt, &out), &out)?;
+        }
+        Ok(())
+    }
+
+    /// `if` bytes say so, a rule with a number ends the function, which has no result.
+    fn number_first<'b>(&self, cond: &Cond, then: &'b [Stmt], other: &[Stmt]) -> Option<&'b Call> {
+        let ([Stmt::Return(End::Value(Expr::Call(call)))], []) = (then, other) else { return None };
+        let number = matches!(call.value.as_deref(), Some(Expr::Number(_)));
+        let fits = self.within.is_none()
+            && self.function.gives == Type::Nothing
+            && value::looks_at_bytes(cond);
+        (fits && number && call.rule.is_some() && call.axis.is_none()).then_some(call)
+    }
+
+    fn goes_with(&mut self, cond: &Cond, call: &Call, out: &Vars) -> Made<()> {
+        if let (Some(value), Some(rule)) = (&call.value, &call.rule) {
+            self.value(value, out)?;
+            self.when(cond, true, rule, out)?;
         }
         Ok(())
     }
@@ -341,7 +383,15 @@ impl Writer<'_> {
                 self.state.forget(byte);
                 self.op(&format!("AXIS_{} {byte}", if *on { "ON" } else { "OFF" }));
             }
+            Stmt::Call(call, _) if call.when.is_some() => {
+                let without = Call { when: None, ..call.clone() };
+                let symbol = call.when.as_deref().unwrap_or_default();
+                self.only_when(symbol, out, |writer| writer.call(&without, out))?;
+            }
             Stmt::Call(call, tried) => {
+                if let Some(function) = self.stands_here(call) {
+                    return self.stand(function, out);
+                }
                 self.call(call, out)?;
                 if call.gives == Type::Fault && !call.sure && !self.ends_caller() {
                     match tried {
@@ -376,6 +426,26 @@ impl Writer<'_> {
             Stmt::Return(end) => self.end(end)?,
         }
         Ok(())
+    }
+
+    /// The rule that is called, when its code stands where it is called.
+    fn stands_here(&self, call: &Call) -> Option<&'a Function> {
+        let named = |function: &&Function| Some(&function.label) == call.rule.as_ref();
+        self.functions.iter().find(named).filter(|function| function.within)
+    }
+
+    /// Its code.
+    fn stand(&mut self, function: &Function, out: &Vars) -> Made<()> {
+        if !function.vars.is_empty() || !out.is_empty() || self.within.is_some() {
+            return self
+                .refuse("what stands within has no variables, and there are none around it");
+        }
+        let end = self.label();
+        self.within = Some(end.clone());
+        let made = self.block(&function.body, out);
+        self.within = None;
+        made?;
+        self.place(&end, out)
     }
 
     fn turn(&mut self, label: &str, needed: &Vars) -> Made<()> {
@@ -419,7 +489,30 @@ impl Writer<'_> {
         }
     }
 
+    /// Makes what only parts with this symbol have: behind it is known what is so with and without.
+    fn only_when(
+        &mut self,
+        symbol: &str,
+        out: &Vars,
+        make: impl FnOnce(&mut Self) -> Made<()>,
+    ) -> Made<()> {
+        if self.when.is_some() {
+            return self.refuse("one condition of parts at a time");
+        }
+        let without = self.state.on_way();
+        self.when = Some(symbol.to_owned());
+        let made = make(self);
+        self.when = None;
+        made?;
+        let with = std::mem::take(&mut self.state);
+        self.state = if with.dead { without } else { without.meet(&with) };
+        self.kept(out)
+    }
+
     fn branch(&mut self, cond: &Cond, then: &[Stmt], other: &[Stmt], out: &Vars) -> Made<()> {
+        if let (Cond::When(symbol, cond), []) = (cond, other) {
+            return self.only_when(symbol, out, |writer| writer.branch(cond, then, other, out));
+        }
         // The operation itself returns NOT_YET.
         if let (Cond::Not(inner), [Stmt::Return(End::NotYet)], []) = (cond, then, other)
             && let Cond::Call(call) = &**inner

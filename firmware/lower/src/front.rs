@@ -137,15 +137,9 @@ impl Reader<'_> {
             text.split(", ").filter(|one| !one.is_empty()).map(str::to_owned).collect::<Vec<_>>()
         };
         let mut body = self.block(&function.block, true)?;
-        if rule.gives == Type::Nothing && !matches!(body.last(), Some(Stmt::Return(_))) {
-            let end = match body.pop() {
-                Some(Stmt::Call(call, Tried::Never)) => End::Value(Expr::Call(call)),
-                last => {
-                    body.extend(last);
-                    End::Nothing
-                }
-            };
-            body.push(Stmt::Return(end));
+        let within = rule.said.contains_key("within");
+        if rule.gives == Type::Nothing && !within {
+            ended(&mut body);
         }
         Ok(Function {
             name,
@@ -160,6 +154,7 @@ impl Reader<'_> {
             longs: list("longs"),
             bytes: list("bytes"),
             vars: self.vars.clone(),
+            within,
             body,
             line: function.sig.ident.span().start().line,
         })
@@ -392,7 +387,7 @@ impl Reader<'_> {
                 Stmt::Call(call, _) => Stmt::Return(End::Value(Expr::Call(call))),
                 stmt => stmt,
             },
-            Type::Bool => Stmt::Return(End::Cond(self.cond(expr)?)),
+            Type::Bool => Stmt::Return(End::Cond(Box::new(self.cond(expr)?))),
             Type::Fault | Type::Progress => Stmt::Return(End::Value(Expr::Call(self.call(expr)?))),
             _ => Stmt::Return(End::Value(self.value(expr)?.0)),
         })
@@ -434,6 +429,27 @@ impl Reader<'_> {
             },
         }
     }
+}
+
+/// Statements behind which a function without a result ends: a call returns in its place.
+fn ended(stmts: &mut Vec<Stmt>) {
+    let end = match stmts.pop() {
+        Some(Stmt::Return(end)) => end,
+        Some(Stmt::Call(call, Tried::Never)) if call.when.is_none() => End::Value(Expr::Call(call)),
+        Some(Stmt::If(cond, mut then, mut other)) => {
+            ended(&mut then);
+            if !other.is_empty() {
+                ended(&mut other);
+            }
+            stmts.push(Stmt::If(cond, then, other));
+            End::Nothing
+        }
+        last => {
+            stmts.extend(last);
+            End::Nothing
+        }
+    };
+    stmts.push(Stmt::Return(end));
 }
 
 /// Of a place of this type.

@@ -134,6 +134,10 @@ pub struct Leaf {
     pub record: Option<String>,
     /// See `record`.
     pub sets_record: Option<String>,
+    /// The symbol of the parts that have it: elsewhere it is nothing, and never so.
+    pub when: Option<String>,
+    /// Instructions that go on in the function's place behind its code.
+    pub ends: Option<String>,
 }
 
 /// Leaves by their names.
@@ -217,7 +221,8 @@ fn one(function: &syn::TraitItemFn, mut said: BTreeMap<String, String>) -> Optio
         None => None,
         Some(name) => Some(Holds::named(&name)?),
     };
-    let [record, sets_record] = ["of", "sets"].map(|key| said.remove(key));
+    let [record, sets_record, when, ends] =
+        ["of", "sets", "when", "ends"].map(|key| said.remove(key));
     let zero = said.remove("leaves").is_some_and(|value| value == "0");
     let sure = said.remove("sure").is_some();
     let kind = if let Some(place) = said.remove("place") {
@@ -248,7 +253,8 @@ fn one(function: &syn::TraitItemFn, mut said: BTreeMap<String, String>) -> Optio
         }
         Kind::Code(code, said.remove("or"))
     };
-    let leaf = Leaf { kind, changes, takes, gives, holds, zero, sure, record, sets_record };
+    let leaf =
+        Leaf { kind, changes, takes, gives, holds, zero, sure, record, sets_record, when, ends };
     said.is_empty().then_some(leaf)
 }
 

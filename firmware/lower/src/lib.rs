@@ -89,9 +89,11 @@ pub fn lower(
     for (name, file, about) in &parsed {
         let functions = front::read(file, name, &leaves, &rules).map_err(at(name))?;
         let (mut lines, mut labels) = (Vec::new(), 0);
-        for function in &functions {
+        for function in functions.iter().filter(|function| !function.within) {
             let zero = function.gives == leaf::Type::Word;
-            lines.extend(code::write(function, name, &mut labels, zero).map_err(at(name))?);
+            lines.extend(
+                code::write(function, &functions, name, &mut labels, zero).map_err(at(name))?,
+            );
         }
         let lines = blocks::shorten(lines, name);
         made.push(text::write(&lines, name, about));
@@ -100,10 +102,12 @@ pub fn lower(
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 10] =
-    ["status", "coords", "effects", "home", "moves", "pace", "axes", "lines", "probe", "commands"];
+const FILES: [&str; 13] = [
+    "status", "coords", "effects", "home", "moves", "pace", "axes", "lines", "probe", "commands",
+    "session", "ticks", "handlers",
+];
 /// Those that have leaves alone.
-const TRAITS: [&str; 2] = ["rules", "rules/commands/leaves"];
+const TRAITS: [&str; 3] = ["rules", "rules/commands/leaves", "rules/session/leaves"];
 
 /// What the rules in the firmware's directory become.
 ///

@@ -26,10 +26,14 @@ pub struct Op {
     pub operands: Vec<String>,
     /// Where it jumps to.
     pub to: Option<String>,
+    /// The symbol of the parts that have it.
+    pub when: Option<String>,
 }
 
 /// The last call of a function: operands are how it is called elsewhere, and the function.
 pub const TAIL: &str = "TAIL";
+/// Instructions go on in the function's place: each an operand.
+pub const LEAVE: &str = "LEAVE";
 /// A place of a switch.
 pub const PLACE: &str = "TO";
 /// Operations that some images lack: what the assembler looks at, their text, their bytes.
@@ -99,7 +103,15 @@ impl Op {
             name: name.to_owned(),
             operands: operands.filter(|one| !one.is_empty()).collect(),
             to: None,
+            when: None,
         }
+    }
+
+    /// What ends micro-code: these instructions go on.
+    #[must_use]
+    pub fn leave(instructions: &str) -> Op {
+        let operands = instructions.split(';').map(|one| one.trim().to_owned()).collect();
+        Op { name: LEAVE.to_owned(), operands, to: None, when: None }
     }
 
     /// The same with a place to jump to.
@@ -124,6 +136,8 @@ impl Op {
             PART => self.operands.get(2).and_then(|bytes| bytes.parse().ok()).unwrap_or(0),
             TAIL if self.first() == "DO" || here(&self.operands[1]) => 2,
             TAIL => 4,
+            // One and a pad byte, then as long as instructions may be but for what no place of these has.
+            LEAVE => 2 + 4 * self.operands.len(),
             name if name.starts_with('F') && name.contains(' ') => 2,
             name => {
                 let bytes = |operand: &Operand| match operand {
@@ -176,12 +190,21 @@ impl Op {
     /// Whether it ends the function where it stands.
     #[must_use]
     pub fn returns(&self) -> bool {
-        matches!(self.name.as_str(), "RETURN" | "DONE_" | "NOT_YET_" | "FAULT" | TAIL)
+        self.when.is_none()
+            && matches!(
+                self.name.as_str(),
+                "RETURN" | "DONE_" | "NOT_YET_" | "FAULT" | TAIL | LEAVE
+            )
     }
 
-    /// What it does.
+    /// What it does. Behind one that not all parts have execution goes on.
     #[must_use]
     pub fn facts(&self) -> Facts {
+        let facts = self.facts_everywhere();
+        Facts { is_end: facts.is_end && self.when.is_none(), ..facts }
+    }
+
+    fn facts_everywhere(&self) -> Facts {
         let name = self.name.as_str();
         let own = match name {
             "DO" => OWN.iter().find(|row| row.name == self.first()),
@@ -210,7 +233,7 @@ impl Op {
         }
         let row = match name {
             "DO" | "CALL" => routine(self.first()),
-            TAIL | PLACE | HOLE => return Facts { is_end: true, ..Facts::UNKNOWN },
+            TAIL | LEAVE | PLACE | HOLE => return Facts { is_end: true, ..Facts::UNKNOWN },
             name => named(name),
         };
         let Some(row) = row else { return Facts::UNKNOWN };
@@ -259,6 +282,9 @@ pub fn inverse(name: &str) -> Option<&'static str> {
 
 impl fmt::Display for Op {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.name == LEAVE {
+            return write!(f, "END\n    {}", self.operands.join("\n    "));
+        }
         let operands = self.operands.iter().chain(&self.to).cloned().collect::<Vec<_>>();
         write!(f, "{} {}", self.name, operands.join(", "))
     }

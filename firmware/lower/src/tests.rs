@@ -61,6 +61,16 @@ const MACHINE: &str = r#"pub trait Machine {
     fn take_pace(&mut self, axis: Axis);
     #[cfg_attr(any(), micro(code = "DO output_states"))]
     fn states(&mut self, n: u8);
+    #[cfg_attr(any(), micro(is = "RUN, RUN_FAULT"))]
+    fn is_fault(&self) -> bool;
+    #[cfg_attr(any(), micro(any = "MOTION, M_NEXT", when = "HAS_COURSES"))]
+    fn has_next(&self) -> bool;
+    #[cfg_attr(any(), micro(code = "LIT 0; F store LEFT"))]
+    fn drop_next(&mut self);
+    #[cfg_attr(any(), micro(code = "BITS_OFF MOTION, M_NEXT", when = "HAS_COURSES"))]
+    fn forget_next(&mut self);
+    #[cfg_attr(any(), micro(code = "", ends = "inc &RUNS; br #motion_reset"))]
+    fn begun(&mut self);
 }"#;
 
 fn lowered(rules: &str) -> Result<Made, Refused> {
@@ -336,6 +346,92 @@ fn a_flag_that_a_jump_has_looked_at_is_the_result() {
             true
         }";
     let code = "a:; DO axis_at; DO axis_there; IF_NOT_EQUAL .Ltest_m0; LET PHASE, 3; LIT 0; DO test_long; \
+        .Ltest_m0:; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn what_only_some_parts_have_stands_between_if_and_endif() {
+    let rule = "fn a(m: &mut impl Machine) { if m.has_next() { m.drop_next(); } m.forget_next(); m.set_phase(0); }";
+    let code = "a:; .if HAS_COURSES; IF_NONE MOTION, M_NEXT, .Ltest_1; LIT 0; F store LEFT; .endif; .Ltest_1:; \
+        .if HAS_COURSES; BITS_OFF MOTION, M_NEXT; .endif; LET PHASE, 0; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+    // A jump that is not there is not taken.
+    let rule =
+        "fn a(m: &mut impl Machine) { if m.has_next() || m.is_active() { m.set_phase(3); } }";
+    let code = "a:; .if HAS_COURSES; IF_ANY MOTION, M_NEXT, .Ltest_2; .endif; IF_NONE RUN, RUN_ACTIVE, .Ltest_m0; \
+        .Ltest_2:; LET PHASE, 3; .Ltest_m0:; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+    let rule =
+        "fn a(m: &mut impl Machine) { if m.has_next() && m.is_active() { m.set_phase(3); } }";
+    let refused = lowered(rule).expect_err("no jump where it is never so");
+    assert!(refused.text.contains("is an `if` by itself"), "{refused}");
+    // Not all parts end there.
+    let rule = "fn a(m: &mut impl Machine) { if m.has_next() { return; } m.set_phase(3); }";
+    let code = "a:; .if HAS_COURSES; IF_NONE MOTION, M_NEXT, .Ltest_1; RETURN; .endif; .Ltest_1:; LET PHASE, 3; \
+        RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn what_instructions_enter_is_gone_to_behind_their_call() {
+    let rule = "#[cfg_attr(any(), micro(entry = \"go\"))]
+        fn a(m: &mut impl Machine) { m.set_phase(3); m.begun(); }
+        fn b(m: &mut impl Machine) { if m.is_active() { a(m); } }";
+    let code = ".balign 2, 0; .global go; go:; MICRO; .Ltest_go:; LET PHASE, 3; END; inc &RUNS; br #motion_reset; \
+        b:; IF_ANY RUN, RUN_ACTIVE, .Ltest_go; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn code_may_stand_where_it_is_called() {
+    let rule = "fn a(m: &mut impl Machine) { b(m); m.set_phase(2); }
+        #[cfg_attr(any(), micro(within = 1))]
+        fn b(m: &mut impl Machine) { if m.is_active() { return; } m.drop_next(); }";
+    let code = "a:; IF_ANY RUN, RUN_ACTIVE, .Ltest_1; LIT 0; F store LEFT; .Ltest_1:; LET PHASE, 2; RETURN; \
+        .balign 2, 0";
+    assert_eq!(made(rule), code);
+    let rule = "fn a(m: &mut impl Machine, n: u8) { b(m); m.set_phase(n); }
+        #[cfg_attr(any(), micro(within = 1))]
+        fn b(m: &mut impl Machine) { m.drop_next(); }";
+    let refused = lowered(rule).expect_err("a variable around it");
+    assert!(refused.text.contains("what stands within has no variables"), "{refused}");
+}
+
+#[test]
+fn a_file_may_be_of_some_parts() {
+    let rules =
+        "#![cfg_attr(any(), micro(module = \"test\", section = \"run\", when = \"HAS_LINES\"))]
+        fn a(m: &mut impl Machine) { m.set_phase(2); }";
+    let made = lower(&[("rules", MACHINE)], &[("test", rules)]).expect("a file of rules");
+    let text = &made[0].text;
+    let code = "\n    .if HAS_LINES\n    .section .text.run,\"axR\",@progbits\nmodule.test:\na:\n    LET PHASE, 2\n    RETURN\n    \
+        .balign 2, 0\n    .endif\n";
+    assert!(text.ends_with(code), "{text}");
+}
+
+#[test]
+fn a_long_and_a_number_are_no_sum() {
+    let rule = "fn a(m: &mut impl Machine, axis: Axis) -> i32 { m.um(axis).wrapping_sub(1) }";
+    let refused = lowered(rule).expect_err("an operation of 8 bits");
+    assert!(refused.text.contains("a number with a byte"), "{refused}");
+}
+
+#[test]
+fn a_number_stands_in_front_of_the_jump_to_what_takes_it() {
+    let rule = "fn a(m: &mut impl Machine) { if m.is_active() { return b(m, 3); } m.set_phase(2); }
+        fn b(m: &mut impl Machine, how: u8) { m.set_phase(how); }";
+    let code = "a:; LIT 3; IF_ANY RUN, RUN_ACTIVE, b; LET PHASE, 2; RETURN; b:; PUT PHASE; RETURN; .balign 2, 0";
+    assert_eq!(made(rule), code);
+}
+
+#[test]
+fn an_end_that_others_jump_to_goes_where_there_is_one() {
+    let rule = "fn a(m: &mut impl Machine) {
+        if m.is_active() || m.is_fault() { return; }
+        m.set_phase(2);
+    }";
+    let code = "a:; IF_ANY RUN, RUN_ACTIVE, .Ltest_2; IF_IS RUN, RUN_FAULT, .Ltest_m0; LET PHASE, 2; .Ltest_2:; \
         .Ltest_m0:; RETURN; .balign 2, 0";
     assert_eq!(made(rule), code);
 }

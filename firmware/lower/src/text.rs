@@ -34,7 +34,7 @@ pub fn part(symbol: &str, lines: &[Line]) -> Op {
         };
     }
     let operands = vec![symbol.to_owned(), text, bytes.to_string()];
-    Op { name: PART.to_owned(), operands, to: None }
+    Op { name: PART.to_owned(), operands, to: None, when: None }
 }
 
 /// Writes the lines of a file.
@@ -64,13 +64,28 @@ pub fn write(lines: &[Line], file: &str, about: &About) -> Made {
         }
     }
     let mark = format!("module.{}", about.module);
+    let parts = about.when.as_ref().map_or(String::new(), |symbol| format!("    .if {symbol}\n"));
     let mut text = format!(
-        "/* Made by `cargo run -p lower` of firmware/src/rules/{file}.rs: change that. */\n\n    \
-         .section .text.micro,\"axR\",@progbits\n{mark}:\n"
+        "/* Made by `cargo run -p lower` of firmware/src/rules/{file}.rs: change that. */\n\n{parts}    \
+         .section .text.{},\"axR\",@progbits\n{mark}:\n",
+        about.section
     );
+    let mut when: Option<&str> = None;
     let mut bytes: Vec<(String, usize)> = Vec::new();
     at = 0;
     for (n, line) in lines.iter().enumerate() {
+        // A label is everyone's: others may jump to it.
+        let now = match line {
+            Line::Op(op) => op.when.as_deref(),
+            _ => None,
+        };
+        if when != now {
+            text.push_str(if when.is_some() { "    .endif\n" } else { "" });
+            if let Some(symbol) = now {
+                let _ = writeln!(text, "    .if {symbol}");
+            }
+            when = now;
+        }
         match line {
             Line::Label(name, true) => {
                 bytes.push((name.clone(), 0));
@@ -105,6 +120,8 @@ pub fn write(lines: &[Line], file: &str, about: &About) -> Made {
             }
         }
     }
+    text.push_str(if when.is_some() { "    .endif\n" } else { "" });
     let _ = writeln!(text, "    .balign 2, 0");
+    text.push_str(if parts.is_empty() { "" } else { "    .endif\n" });
     Made { name: file.to_owned(), text, bytes }
 }

@@ -81,6 +81,10 @@ pub struct Call {
     pub record: Option<String>,
     /// See `record`.
     pub sets_record: Option<String>,
+    /// The symbol of the parts that have it.
+    pub when: Option<String>,
+    /// Instructions that go on in the function's place.
+    pub ends: Option<String>,
 }
 
 /// A value of two.
@@ -158,6 +162,8 @@ pub enum Cond {
     Never,
     /// The image is built so.
     Built(String),
+    /// It is never so but on parts with this symbol.
+    When(String, Box<Cond>),
     /// Two values are the same.
     Same(Expr, Expr),
     /// A byte is below another; a long below 0.
@@ -182,7 +188,7 @@ pub enum End {
     /// With a value.
     Value(Expr),
     /// With whether something is so.
-    Cond(Cond),
+    Cond(Box<Cond>),
 }
 
 /// What becomes of a call's fault.
@@ -265,6 +271,8 @@ pub struct Function {
     pub bytes: Vec<String>,
     /// The types of its variables.
     pub vars: Vec<Type>,
+    /// Its code stands where it is called, in the same file.
+    pub within: bool,
     /// Statements.
     pub body: Vec<Stmt>,
     /// Its line.
@@ -314,7 +322,7 @@ impl Cond {
     /// Its variables.
     pub fn vars(&self, to: &mut Vars) {
         match self {
-            Cond::Not(a) => a.vars(to),
+            Cond::Not(a) | Cond::When(_, a) => a.vars(to),
             Cond::And(a, b) | Cond::Or(a, b) => {
                 a.vars(to);
                 b.vars(to);

@@ -4,6 +4,7 @@ mod command;
 mod control;
 mod effect;
 mod events;
+mod handlers;
 mod io;
 mod keep;
 mod library;
@@ -12,6 +13,7 @@ mod power;
 mod program;
 mod run;
 mod seek;
+mod session;
 mod talk;
 mod tick;
 pub mod trace;
@@ -115,14 +117,13 @@ impl Controller {
         self.reselect();
         self.stored();
         if let Some([number, pc, _]) = crate::boot::logged() {
-            self.session.remember(number as u8);
+            self.session.fault = number as u8;
             self.program.fault_input = (number >> 8) as u8;
             vm().fault = number as u8;
             vm().fault_pc = vm().code.wrapping_add(pc);
         }
         if let Some(fault) = crate::boot::interrupted(self.reset.cause) {
-            let order = self.session.end(Some(fault));
-            self.obey(order);
+            self.session.latch(fault);
         }
     }
 

@@ -10,7 +10,7 @@ mod print;
 use crate::controller::{Controller, END, Event, PENDING};
 use crate::motor::AXES;
 use crate::vm::vm;
-use firmware::rules::{Progress, axes, effects, moves, probe};
+use firmware::rules::{Progress, axes, effects, moves, probe, session};
 use lang::fault::Fault;
 use lang::isa::{first, flags, last};
 
@@ -81,13 +81,7 @@ impl Controller {
             first::PrintTextFar => return Ok(self.print_text(true)),
             first::PrintNumber => return Ok(self.print_number()),
             first::PrintEnd => return Ok(self.print_end()),
-            END => {
-                if self.come_to_rest() {
-                    let order = self.session.end(None);
-                    self.obey(order);
-                }
-                return Ok(false);
-            }
+            END => return session::end(self),
             first::Run => {
                 if self.come_to_rest() {
                     self.run_other()?;
@@ -101,7 +95,7 @@ impl Controller {
     }
 
     /// STARTed moves finish, MoveSpeed axes ramp down; whether all rest.
-    fn come_to_rest(&mut self) -> bool {
+    pub fn come_to_rest(&mut self) -> bool {
         let running = self.motor.running();
         if running != 0 {
             self.motor.stop(running);

@@ -63,14 +63,14 @@ impl Controller {
             STACK_FREE => crate::boot::stack_free(),
             MISSED_DEADLINES => self.clock.missed.wrapping_add(crate::step::late()),
             POOL_WORDS_REGISTER => POOL_WORDS as u16,
-            RUN_STATE => self.session.state() as u16,
-            FAULT => u16::from(self.session.fault()),
+            RUN_STATE => u16::from(self.session.shown()),
+            FAULT => u16::from(self.session.fault),
             FAULT_PC => status::fault_pc(self),
             FAULT_LINE => vm().line(vm().fault_pc),
             FAULT_INPUT => u16::from(self.program.fault_input),
             PROGRAM_COUNTER => status::program_counter(self),
-            LAST_END => self.session.last() as u16,
-            RUN_COUNT => self.session.runs(),
+            LAST_END => u16::from(self.session.last),
+            RUN_COUNT => self.session.runs,
             HOMED => u16::from(self.motor.homed),
             BLOCKING_INPUT => status::blocking(self),
             MACHINE_POSITIONS..COMMANDED => {
@@ -180,7 +180,9 @@ impl Controller {
             }),
             COMMAND_ROOM => status::command_room(self),
             CNC_STATE => status::cnc_state(self),
-            CNC_ALARM => alarm(self.session.fault(), self.session.state()),
+            CNC_ALARM if self.session.is(RunState::Fault) => {
+                u16::from(Fault::alarm_of(self.session.fault))
+            }
             PROBE_RESULT_TEXT..PROBE_RESULT => {
                 self.axis_value(address, PROBE_RESULT_TEXT, |controller, n| {
                     controller.motor.probed[usize::from(n)]
@@ -217,10 +219,10 @@ impl Machine for Controller {
         u8::from(self.input(17))
     }
     fn is_fault(&self) -> bool {
-        self.session.state() as u8 == RunState::Fault as u8
+        self.session.is(RunState::Fault)
     }
     fn is_paused(&self) -> bool {
-        self.session.state() as u8 == RunState::Paused as u8
+        self.session.is(RunState::Paused)
     }
     fn jogs(&self) -> bool {
         self.command.jogs && self.motor.moving() != 0
@@ -252,13 +254,6 @@ impl Machine for Controller {
 }
 
 /// InterpCNC's alarm code of a latched fault (its input register 3004).
-fn alarm(fault: u8, state: RunState) -> u16 {
-    match state {
-        RunState::Fault => u16::from(Fault::alarm_of(fault)),
-        _ => 0,
-    }
-}
-
 impl Map for Controller {
     fn begin(&mut self) {
         self.lines.begin();

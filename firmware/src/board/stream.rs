@@ -358,7 +358,7 @@ pub fn control(controller: &mut Controller, value: u16, idle: bool) -> Result<()
     {
         return Ok(());
     }
-    let fault = controller.session.state() as u8 == RunState::Fault as u8;
+    let fault = controller.session.is(RunState::Fault);
     if !idle || fault {
         return Err(Exception::Busy);
     }

@@ -246,20 +246,9 @@ impl State {
         true
     }
 
-    /// A fault of the instruction behind `pc` (the address is inside its statement): the error
-    /// handler begins, or `false` when none may take it.
-    pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) -> bool {
-        self.fault = fault.number();
-        self.fault_pc = pc;
-        self.flags &= !(flag::MORE | flag::WITHIN);
-        if !fault.can_be_handled() || self.handler == 0 || self.flags & flag::ERROR != 0 {
-            return false;
-        }
-        // The handlers of a streamed job are the host's.
-        if crate::streams() {
-            self.flags |= flag::ERROR;
-            return true;
-        }
+    /// The call stack has an entry for the error handler of a fault of the instruction behind `pc` (the address is
+    /// inside its statement), or `between` two; `false` when there is no room for it.
+    pub fn open_handler(&mut self, pc: u16, between: bool) -> bool {
         // Without its table of statements nothing says where RESUME NEXT goes on.
         if u16::from(byte(self.code - CODE + 1)) & feature::LINES == 0 {
             return false;
@@ -270,16 +259,15 @@ impl State {
             kind = entry::ERROR_BETWEEN;
             address = self.statement(pc).start;
         }
-        if !self.open(kind, address) {
-            return false;
-        }
+        self.open(kind, address)
+    }
+
+    /// The expression stack is that of the open routine's beginning.
+    pub fn unwind(&mut self) {
         if self.sp != self.base {
             self.top = load(self.base - 4);
             self.sp = self.base;
         }
-        self.flags |= flag::ERROR;
-        self.pc = self.handler;
-        true
     }
 
     /// Line of the statement at `pc`, 0 when the image tells none.

@@ -35,15 +35,11 @@ use lang::wire::{End, Exception, RunState, TraceKind};
 constants! {
     // The bit of a state that says that a run was begun and has not ended.
     RUN_ACTIVE = RunState::Running;
-    RUN_EMPTY = RunState::Empty;
     RUN_READY = RunState::Ready;
     RUN_RUNNING = RunState::Running;
     RUN_PAUSED = RunState::Paused;
     RUN_FAULT = RunState::Fault;
     RUN_WAIT_START = RunState::WaitStart;
-    RUN_STOPPING = RunState::Stopping;
-    END_DONE = End::Done;
-    END_STOPPED = End::Stopped;
     END_FAULT = End::Fault;
     TRACE_HOME = TraceKind::Home;
     TRACE_AXE = TraceKind::Axe;

@@ -5,7 +5,7 @@ use lang::image::at;
 use lang::isa::{Op, flags};
 use lang::record::feature;
 use lang::vm::{entry, flag};
-use lang::wire::{Control, End, RunState};
+use lang::wire::RunState;
 
 constants! {
     OP_FIRST_EFFECT = lang::isa::EFFECTS;
@@ -34,20 +34,15 @@ constants! {
 core::arch::global_asm!(include_str!("session/soft.s"), options(raw));
 core::arch::global_asm!(include_str!("session/events.s"), options(raw));
 core::arch::global_asm!(include_str!("session/run.s"), options(raw));
+core::arch::global_asm!(include_str!("made/handlers.s"), options(raw));
 core::arch::global_asm!(include_str!("session/ticks.s"), options(raw));
+core::arch::global_asm!(include_str!("made/ticks.s"), options(raw));
 core::arch::global_asm!(include_str!("session/session.s"), options(raw));
+core::arch::global_asm!(include_str!("made/session.s"), options(raw));
 
-// The jump table of `control` is in the order of the codes, that of `soft` in that of the opcodes.
+// The jump table of `soft` is in the order of the opcodes.
 const _: () = assert!(
-    Control::Start as u8 == 1
-        && Control::Stop as u8 == 2
-        && Control::Pause as u8 == 3
-        && Control::Resume as u8 == 4
-        && Control::EmergencyStop as u8 == 5
-        && Control::Acknowledge as u8 == 6
-        && Control::Restart as u8 == 7
-        && Control::ALL.len() == 7
-        && Op::Erl as u8 == Op::Err as u8 + 1
+    Op::Erl as u8 == Op::Err as u8 + 1
         && Op::Leave as u8 == Op::Err as u8 + 2
         && Op::OnError as u8 == Op::Err as u8 + 3
         && Op::OnErrorStop as u8 == Op::Err as u8 + 4
@@ -57,8 +52,7 @@ const _: () = assert!(
         && Op::ToLength as u8 == Op::Err as u8 - 1
 );
 
-// RUN_ACTIVE tells active states from the others, the lamp shows the first two as they are, and `stopping`
-// counts on the ends' order.
+// RUN_ACTIVE tells active states from the others, and the lamp shows the first two as they are.
 const _: () = assert!(
     RunState::Empty as u8 == 0
         && RunState::Ready as u8 == 1
@@ -68,8 +62,4 @@ const _: () = assert!(
         && (RunState::Empty as u8 | RunState::Ready as u8 | RunState::Fault as u8) & 2 == 0
         && RunState::Paused as u8 & 1 != 0
         && RunState::Stopping as u8 & 1 == 0
-        && End::None as u8 == 0
-        && End::Done as u8 == 1
-        && End::Stopped as u8 == 2
-        && End::Fault as u8 == 3
 );

@@ -9,7 +9,7 @@ pub fn merge(blocks: &Blocks) -> Option<Vec<Line>> {
     let ops = blocks.ops();
     let op = |n: usize| blocks.op(ops[n]);
     let ends = (0..ops.len())
-        .filter(|n| op(*n).is_some_and(|op| op.returns() || op.name == "GOTO"))
+        .filter(|n| op(*n).is_some_and(|op| op.returns() || op.name == "GOTO" && op.when.is_none()))
         .collect::<Vec<_>>();
     let mut best: Option<(usize, usize, usize, usize)> = None;
     for &x in &ends {
@@ -58,7 +58,10 @@ pub fn merge(blocks: &Blocks) -> Option<Vec<Line>> {
 pub fn sink(blocks: &Blocks) -> Option<Vec<Line>> {
     for at in 1..blocks.lines.len() {
         let (Some(goto), Some(before)) = (blocks.op(at), blocks.op(at - 1)) else { continue };
-        let Some(label) = goto.to.as_deref().filter(|_| goto.name == "GOTO") else { continue };
+        let Some(label) = goto.to.as_deref().filter(|_| goto.name == "GOTO" && goto.when.is_none())
+        else {
+            continue;
+        };
         let Some(target) = blocks.target(label) else { continue };
         let labels = blocks.labels_of(target).len();
         let Some(place) = target.checked_sub(labels + 1) else { continue };

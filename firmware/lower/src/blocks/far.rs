@@ -15,7 +15,7 @@ pub fn order(blocks: &mut Blocks) {
                 let mut order = (0..parts.len()).filter(|n| *n != x).collect::<Vec<_>>();
                 order.insert(y, x);
                 let lines = order.iter().flat_map(|n| parts[*n].iter().cloned()).collect();
-                let tried = Blocks { lines, here: blocks.here.clone(), file: blocks.file.clone() };
+                let tried = blocks.with(lines);
                 let now = tried.lost();
                 if now < lost {
                     lost = now;
@@ -52,7 +52,9 @@ pub fn step(blocks: &Blocks) -> Option<Vec<Line>> {
         };
         let there = blocks.ops().into_iter().filter(|n| {
             *n != at
-                && blocks.op(*n).is_some_and(|op| op.name == "GOTO" && op.to.as_deref() == Some(to))
+                && blocks.op(*n).is_some_and(|op| {
+                    op.name == "GOTO" && op.when.is_none() && op.to.as_deref() == Some(to)
+                })
         });
         let new = (1..blocks.lines.len()).filter(|n| blocks.is_behind_end(*n));
         let by_rest = |n: &usize| places[*n].abs_diff(place);

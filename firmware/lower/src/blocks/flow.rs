@@ -21,7 +21,7 @@ pub fn follow(blocks: &Blocks) -> Option<Vec<Line>> {
         let at = order.iter().position(|n| *n == x).unwrap_or_default();
         order.insert(at + 1, y);
         let lines = order.iter().flat_map(|n| parts[*n].iter().cloned()).collect::<Vec<_>>();
-        let mut tried = Blocks { lines, here: blocks.here.clone(), file: blocks.file.clone() };
+        let mut tried = blocks.with(lines);
         tried.clean();
         let bytes = tried.bytes();
         if bytes < blocks.bytes() && best.as_ref().is_none_or(|(least, _)| bytes < *least) {
@@ -91,7 +91,7 @@ pub fn ahead(blocks: &Blocks) -> Option<Vec<Line>> {
         let mut lines = blocks.lines.clone();
         let op = lines.remove(from);
         lines.insert(if from < at { at - 1 } else { at }, op);
-        let mut tried = Blocks { lines, here: blocks.here.clone(), file: blocks.file.clone() };
+        let mut tried = blocks.with(lines);
         tried.clean();
         if let Some(lines) = super::ends::over(&tried) {
             return Some(lines);

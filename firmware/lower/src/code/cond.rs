@@ -43,6 +43,11 @@ impl Writer<'_> {
                 Ok(())
             }
             Cond::Built(_) => self.refuse("of an image: `if m.LEAF() { .. }` without more"),
+            // Without it there is no jump.
+            Cond::When(symbol, inner) if so => {
+                self.only_when(symbol, out, |writer| writer.when(inner, true, label, out))
+            }
+            Cond::When(..) => self.refuse("what not all parts have is an `if` by itself"),
             Cond::Never => {
                 if !so {
                     self.jump("GOTO", label);
@@ -180,7 +185,7 @@ impl Writer<'_> {
         self.place(&yes, out)
     }
 
-    fn is_long(&self, value: &Expr) -> bool {
+    pub(super) fn is_long(&self, value: &Expr) -> bool {
         match value {
             Expr::Var(var) => self.function.vars[*var] == Type::Long,
             Expr::Place(place) => matches!(place.size, crate::tree::Size::Long),

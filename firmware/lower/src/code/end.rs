@@ -56,6 +56,15 @@ impl Writer<'_> {
 
     pub(super) fn end(&mut self, end: &End) -> Made<()> {
         let none = Vars::new();
+        if let Some(label) = self.within.clone() {
+            match end {
+                End::Nothing => {}
+                End::Value(Expr::Call(call)) => self.call(call, &none)?,
+                _ => return self.refuse("what stands within has no result"),
+            }
+            self.jump("GOTO", &label);
+            return Ok(());
+        }
         match end {
             End::Nothing => {
                 self.promised(self.state.zero)?;

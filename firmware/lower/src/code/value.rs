@@ -244,6 +244,9 @@ impl Writer<'_> {
     /// Of two values; `exact` when flags of the result are looked at.
     fn pair(&mut self, op: Pair, a: &Expr, b: &Expr, exact: bool, out: &Vars) -> Made<()> {
         if let Expr::Number(number) = b {
+            if self.is_long(a) {
+                return self.refuse("a number with a byte, or the low one of a word");
+            }
             if let Some(bit) = number.value.filter(|bit| number.text != bit.to_string()) {
                 self.same(&number.text, bit);
             }
@@ -366,6 +369,9 @@ impl Writer<'_> {
         // A byte that comes as a long has its high half at 0.
         let long = ops.last().is_some_and(|op| op.facts().gives == micro::isa::Gives::Long);
         self.state.wide |= long && matches!(call.gives, Type::Byte | Type::ByteOrFault);
+        if let Some(instructions) = &call.ends {
+            self.put(Op::leave(instructions));
+        }
         if call.zero {
             self.state.zero = true;
         }
@@ -467,7 +473,7 @@ fn is_whole(value: &Expr) -> bool {
 }
 
 /// Whether a condition leaves the accumulator.
-fn looks_at_bytes(cond: &Cond) -> bool {
+pub(super) fn looks_at_bytes(cond: &Cond) -> bool {
     match cond {
         Cond::Not(inner) => looks_at_bytes(inner),
         cond => matches!(cond, Cond::Any(..) | Cond::Is(..)),

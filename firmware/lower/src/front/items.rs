@@ -36,6 +36,10 @@ pub struct About {
     pub module: String,
     /// See above.
     pub prefix: String,
+    /// The section that it is in.
+    pub section: String,
+    /// The symbol of the parts that have it.
+    pub when: Option<String>,
 }
 
 /// What a file says of itself.
@@ -46,8 +50,10 @@ pub fn about(file: &File) -> Result<About, Refused> {
     let mut said = micro(&file.attrs)?.unwrap_or_default();
     let mut take = |key: &str| said.remove(key);
     let (module, prefix) = (take("module"), take("prefix").unwrap_or_default());
+    let section = take("section").unwrap_or_else(|| String::from("micro"));
+    let when = take("when");
     match module {
-        Some(module) => Ok(About { module, prefix }),
+        Some(module) => Ok(About { module, prefix, section, when }),
         None => {
             Err(Refused { line: 1, text: "the file says no module, `micro(module = ..)`".into() })
         }

@@ -110,6 +110,8 @@ impl Reader<'_> {
                     sure: leaf.sure,
                     record: leaf.record,
                     sets_record: leaf.sets_record,
+                    when: leaf.when,
+                    ends: leaf.ends,
                 })
             }
             Rust::Call(call) => {
@@ -138,6 +140,8 @@ impl Reader<'_> {
                     sure: false,
                     record: rule.said.get("of").cloned(),
                     sets_record: None,
+                    when: None,
+                    ends: None,
                 })
             }
             expr => no(expr, "a call of a leaf or a rule"),
@@ -332,18 +336,22 @@ impl Reader<'_> {
                 let Some(leaf) = self.leaves.get(&call.method.to_string()).cloned() else {
                     return no(call, "a leaf that is true or not");
                 };
-                match leaf.kind {
-                    Kind::Any(byte, mask, bit) => Ok(Cond::Any(byte, mask, bit)),
-                    Kind::Is(byte, value) => Ok(Cond::Is(byte, value)),
-                    Kind::Never => Ok(Cond::Never),
-                    Kind::Built(symbol) => Ok(Cond::Built(symbol)),
+                let cond = match leaf.kind {
+                    Kind::Any(byte, mask, bit) => Cond::Any(byte, mask, bit),
+                    Kind::Is(byte, value) => Cond::Is(byte, value),
+                    Kind::Never => Cond::Never,
+                    Kind::Built(symbol) => Cond::Built(symbol),
                     Kind::Bit(byte, None) => match self.arguments(call)? {
-                        (Some(axis), None) => Ok(Cond::In(byte, axis)),
-                        _ => no(call, "an axis"),
+                        (Some(axis), None) => Cond::In(byte, axis),
+                        _ => return no(call, "an axis"),
                     },
-                    Kind::Code(..) if leaf.gives == Type::Bool => Ok(Cond::Call(self.call(expr)?)),
-                    _ => no(call, "a leaf that is true or not"),
-                }
+                    Kind::Code(..) if leaf.gives == Type::Bool => Cond::Call(self.call(expr)?),
+                    _ => return no(call, "a leaf that is true or not"),
+                };
+                Ok(match leaf.when {
+                    Some(symbol) => Cond::When(symbol, Box::new(cond)),
+                    None => cond,
+                })
             }
             Rust::Call(_) => {
                 let call = self.call(expr)?;

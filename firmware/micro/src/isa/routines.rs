@@ -210,6 +210,8 @@ pub const CALLED: &[Routine] = &[
     row("event_pulse_over", Nothing, Lost, "").means("what a handler has interrupted is over"),
     row("fault_log", Nothing, Lost, "").means("appends the last fault to the log"),
     row("force_input", LOW, Only, "").means("input r12 keeps a level: 0 or an exception"),
+    row("handler_open", Nothing, Lost, "Z")
+        .means("an entry of the call stack for an error handler; Z when there is none"),
     row("home_record", Nothing, Kept, "").sets("r").means("r9 = what command 106 brought"),
     row("io_exchange", Nothing, Lost, "").means("outputs to the pins, inputs from them"),
     row("io_open", Nothing, Lost, "").means("the pins of the wiring"),

@@ -6,6 +6,12 @@ use firmware::inputs::Inputs;
 use lang::record::BoardRecord;
 use lang::wire::RunState;
 
+/// States that the lamp shows in ways of their own.
+const EMPTY: u8 = RunState::Empty as u8;
+const READY: u8 = RunState::Ready as u8;
+const RUNNING: u8 = RunState::Running as u8;
+const FAULT: u8 = RunState::Fault as u8;
+
 /// Inputs and outputs, number n in bit n - 1.
 pub struct Io {
     /// Filtered inputs 1..16.
@@ -105,25 +111,25 @@ impl Controller {
             return;
         }
         self.clock.blink = self.clock.blink.wrapping_add(1);
-        let on = match self.session.state() {
-            RunState::Empty => false,
-            RunState::Ready if self.library.shown != 0 => {
+        let on = match self.session.state {
+            EMPTY => false,
+            READY if self.library.shown != 0 => {
                 let blinks = u16::from(self.library.shown);
                 if self.clock.blink >= (blinks + 4) * 256 {
                     self.library.shown = 0;
                 }
                 self.clock.blink < blinks * 256 && self.clock.blink & 128 != 0
             }
-            RunState::Ready => true,
-            RunState::Running | RunState::WaitStart => self.clock.blink & 512 != 0,
-            RunState::Paused | RunState::Stopping => self.clock.blink & 128 != 0,
-            RunState::Fault => {
-                let blinks = u16::from(self.session.fault());
+            READY => true,
+            RUNNING => self.clock.blink & 512 != 0,
+            FAULT => {
+                let blinks = u16::from(self.session.fault);
                 if self.clock.blink >= (blinks + 4) * 256 {
                     self.clock.blink = 0;
                 }
                 self.clock.blink < blinks * 256 && self.clock.blink & 128 != 0
             }
+            _ => self.clock.blink & 128 != 0,
         };
         self.set_output(u16::from(n), on);
     }

@@ -309,7 +309,7 @@ impl Controller {
         let (input, what) = (self.record.select & 31, self.record.select >> 5);
         let pressed = what == BoardRecord::NEXT && self.input(input);
         let was = core::mem::replace(&mut self.library.pressed, pressed);
-        if !pressed || was || self.idle().is_err() || self.session.state() == RunState::Fault {
+        if !pressed || was || self.idle().is_err() || self.session.is(RunState::Fault) {
             return;
         }
         let most = crate::chip::PART.programs;

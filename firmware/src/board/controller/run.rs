@@ -4,12 +4,11 @@ use super::Controller;
 use super::effect::{END, Effect};
 use crate::vm::vm;
 use crate::vm_core;
-use firmware::rules::commands;
+use firmware::rules::{commands, session};
 use lang::fault::Fault;
 use lang::isa::{first, last};
-use lang::record::OutputStates;
 use lang::vm::flag;
-use lang::wire::{End, RunState, TraceKind};
+use lang::wire::RunState;
 
 /// Codes from here on are effects.
 const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
@@ -22,23 +21,11 @@ fn tells_once(code: u8) -> bool {
 impl Controller {
     /// One pass of the program.
     pub fn run(&mut self) {
-        if self.session.is_paused() {
-            let ramping = self.session.state() == RunState::Stopping;
-            if ramping && self.motor.rests() {
-                // Outputs wait for nothing, the end for the host that traces; KEEP values for the line.
-                let ends = self.session.ends();
-                if let Some(end) = ends {
-                    let states = self.states_at(end);
-                    self.io.outputs = self.io.outputs & states.keep | states.on;
-                }
-                if self.motor.settled() && (ends.is_none() || !self.trace.full) && self.lines.rests
-                {
-                    self.rested();
-                }
-            } else if ramping && self.seeks() {
-                // What it looks for may come on the way to rest, too.
-                self.go_on();
-            }
+        if self.session.is(RunState::Stopping) {
+            session::stopping(self);
+            return;
+        }
+        if self.session.is(RunState::Paused) {
             return;
         }
         if !self.session.executes() {
@@ -72,7 +59,7 @@ impl Controller {
     }
 
     /// Goes on with the effect under way, if there is one.
-    fn go_on(&mut self) {
+    pub fn go_on(&mut self) {
         // A line longer than the ring was announced by the event that fills the slot, and the host
         // takes it before it asks for the next one.
         let prints = matches!(
@@ -120,38 +107,6 @@ impl Controller {
             commands::abandon(self);
         }
         self.program.forget();
-    }
-
-    /// What the outputs come to where a run ends.
-    fn states_at(&self, end: End) -> OutputStates {
-        if end as u8 == End::Fault as u8 { self.record.fault } else { self.record.end }
-    }
-
-    fn rested(&mut self) {
-        self.save();
-        let stopped = self.session.rested();
-        let states = stopped.map_or(self.record.pause, |end| self.states_at(end));
-        self.io.resume = self.io.outputs;
-        self.io.outputs = self.io.outputs & states.keep | states.on;
-        self.drive_pwm();
-        if let Some(end) = stopped {
-            crate::boot::mark(false);
-            if let End::Fault = end {
-                self.log();
-            }
-            if end as u8 == End::Fault as u8 {
-                self.program.pc = vm().fault_pc;
-            } else if end as u8 != End::Done as u8 {
-                if self.program.effect.code == 0 {
-                    self.program.pc = vm().pc;
-                }
-                self.program.pc = self.place();
-            }
-            self.emit(TraceKind::End, end as u8, i32::from(self.session.fault()));
-            self.program.forget();
-            // A streamed run leaves what is stored, or nothing.
-            self.session.stored(self.image().is_some());
-        }
     }
 
     /// Lets the VM run to its next effect, or for a slice.

@@ -2,6 +2,8 @@
 
 use super::Controller;
 use crate::{chain, link};
+use firmware::rules::session;
+use firmware::rules::ticks::{self, Starts};
 use lang::fault::Fault;
 use lang::record::BoardRecord;
 use lang::wire::{Control, RunState};
@@ -67,8 +69,8 @@ impl Controller {
         // Not filtered: a stop must not wait, and one too many does no harm.
         // An acknowledged fault can still be read: only one that is latched has been dealt with,
         // unless something moves all the same.
-        let latched = self.session.state() as u8 == RunState::Fault as u8
-            && self.session.fault() == Fault::EmergencyStop.number();
+        let latched =
+            self.session.is(RunState::Fault) && self.session.fault == Fault::EmergencyStop.number();
         let dealt_with = latched && self.motor.moving() == 0;
         let emergency = self.emergency_now();
         if emergency != 0 && !dealt_with {
@@ -77,8 +79,7 @@ impl Controller {
         if self.io.buttons.accepted() & 1 != 0 {
             self.clock.held = self.clock.held.saturating_add(1);
             if self.clock.held == 2000 {
-                let order = self.session.stop();
-                self.obey(order);
+                session::stop(self);
             }
         } else {
             self.clock.held = 0;
@@ -108,7 +109,7 @@ impl Controller {
             }
         }
         self.lamp();
-        self.autorun();
+        ticks::autorun(self);
         self.program.pulse_tick(&mut self.io);
         if !self.session.is_active() {
             self.program.effect.count_down();
@@ -129,22 +130,6 @@ impl Controller {
         self.program.listen(self.session.executes(), is & !was, was & !is);
     }
 
-    /// Auto-run half a second after power-up, unless a host has spoken or Stop is held.
-    fn autorun(&mut self) {
-        if self.clock.tick != 500 || self.reset.booted {
-            return;
-        }
-        self.reset.booted = true;
-        let wanted = self.record.flags & BoardRecord::AUTORUN != 0 && self.reset.bites < BITES;
-        if wanted && !self.lines.spoken && !self.blocked() {
-            // The first start acknowledges what a watchdog reset has latched.
-            if self.reset.bites != 0 && self.session.state() as u8 == RunState::Fault as u8 {
-                self.control(Control::Start);
-            }
-            self.control(Control::Start);
-        }
-    }
-
     fn pressed(&mut self, keys: u16) {
         if keys & 1 != 0 {
             self.control(Control::Pause);
@@ -152,5 +137,26 @@ impl Controller {
         if keys & 2 != 0 {
             self.control(Control::Start);
         }
+    }
+}
+
+impl Starts for Controller {
+    fn has_booted(&self) -> bool {
+        self.reset.booted
+    }
+    fn boots(&self) -> bool {
+        self.clock.tick != 500
+    }
+    fn set_booted(&mut self) {
+        self.reset.booted = true;
+    }
+    fn has_host(&self) -> bool {
+        self.lines.spoken
+    }
+    fn wants_autorun(&self) -> bool {
+        self.record.flags & BoardRecord::AUTORUN != 0 && self.reset.bites < BITES
+    }
+    fn was_bitten(&self) -> bool {
+        self.reset.bites != 0 && self.session.is(RunState::Fault)
     }
 }

@@ -57,12 +57,9 @@ fx_motors:
     UP UNIT
 3:  RETURN
 
-    EFFECT EFFECT_END, fx_end
-fx_end:
-    LIT END_DONE
-    CALL run_finish
-    NOT_YET_
     .balign 2, 0
+
+    EFFECT EFFECT_END, fx_end
 
 /* Output r12 takes the level of bit 0 of UNIT: Z set when it does not exist. Clobbers r12 to r14. */
 output_unit:

@@ -28,11 +28,7 @@ fx_move_axe:
     GET RAMPS
     ANDI (FL_ACCEL|FL_ACCEL_STEPS)
     DO rate
-    IF_NOT_EQUAL .Laxes_7
-.Laxes_m0:
-.Laxes_m1:
-    FAULT F_SPEED_RANGE
-.Laxes_7:
+    IF_EQUAL .Laxes_m1
     F store SPARE_TOO
     F bound TEMP+4
     F load SPARE_TOO
@@ -41,7 +37,11 @@ fx_move_axe:
 .Laxes_8:
     F bound TEMP+8
     DO speed_flags
-    IF_EQUAL .Laxes_m1
+    IF_NOT_EQUAL .Laxes_9
+.Laxes_m0:
+.Laxes_m1:
+    FAULT F_SPEED_RANGE
+.Laxes_9:
     GET FLAGS
     ANDI FL_STEPS+FL_RELATIVE
     ADDI FL_RELATIVE

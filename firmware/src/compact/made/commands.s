@@ -29,17 +29,17 @@ command_execute:
     F word COMMAND_HEAD
     CASE 100, command_stop
 .Lcommands_4:
-    IF_ANY RUN, RUN_ACTIVE, .Lcommands_m7
-    IF_SET EFFECT, .Lcommands_m7
+    IF_ANY RUN, RUN_ACTIVE, .Lcommands_m8
+    IF_SET EFFECT, .Lcommands_m8
     F word COMMAND_HEAD
     CASE_NOT 102, .Lcommands_8
     F load COMMAND+8
     DO test_long
     IF_EQUAL command_stop
 .Lcommands_8:
-    IF_SET MOVING, .Lcommands_m7
+    IF_SET MOVING, .Lcommands_m8
     DO blocking
-    IF_NOT_EQUAL .Lcommands_m7
+    IF_NOT_EQUAL .Lcommands_m8
     F word COMMAND_HEAD+2
     ADDI -1
     PUT N
@@ -51,11 +51,11 @@ command_execute:
     DO micro_switch
     TO .Lcommands_17
     TO .Lcommands_16
-    TO .Lcommands_m1
+    TO .Lcommands_m2
     TO .Lcommands_14
     TO .Lcommands_13
     TO .Lcommands_12
-    TO .Lcommands_m8
+    TO .Lcommands_m9
     PLACES_END
 .Lcommands_12:
     DO offset_steps
@@ -90,8 +90,8 @@ command_force:
     F load COMMAND+4
     .global work_position_is
     ROUTINE_ODD work_position_is, module.rules.commands
-    IF_ZERO MOVING, .Lcommands_m9
-.Lcommands_m7:
+    IF_ZERO MOVING, .Lcommands_m10
+.Lcommands_m8:
     LIT EX_BUSY
     RETURN
 .Lcommands_16:
@@ -102,14 +102,14 @@ command_force:
     BELOW 17
     ADDI 1
     DO probe_input
-    GOTO .Lcommands_m2
+    GOTO .Lcommands_m3
 .Lcommands_17:
     F load COMMAND+8
     DO probe_xor
     F load COMMAND+4
     DO probe_and
     DO command_long
-.Lcommands_m2:
+.Lcommands_m3:
     DO command_long
 command_probe:
     DO here
@@ -132,9 +132,9 @@ command_by_profile:
     TO .Lcommands_21
     TO .Lcommands_20
     PLACES_END
-.Lcommands_m1:
-    GOTO .Lcommands_m10
-.Lcommands_m8:
+.Lcommands_m2:
+    GOTO .Lcommands_m11
+.Lcommands_m9:
     GOTO command_run
 .Lcommands_26:
     CALL abandon
@@ -152,12 +152,12 @@ command_by_profile:
     BELOW 5
     DO micro_switch
     TO .Lcommands_34
-    TO .Lcommands_m5
-    TO .Lcommands_m5
+    TO .Lcommands_m6
+    TO .Lcommands_m6
     TO command_control
     TO command_control
     PLACES_END
-.Lcommands_m9:
+.Lcommands_m10:
     GOTO .Lcommands_38
 command_run:
     F load COMMAND+4
@@ -172,12 +172,12 @@ command_run:
     DO negate
     F store SPARE_TOO
     FR load A_MIN, LONG
-    GOTO .Lcommands_m4
+    GOTO .Lcommands_m5
 .Lcommands_38:
     F sub ACTUAL, AXIS
     DO negate
     DO to_um
-    IF_CARRY .Lcommands_m5
+    IF_CARRY .Lcommands_m6
     F store OFFSET, AXIS
     DONE_
 .Lcommands_34:
@@ -188,12 +188,12 @@ command_run:
 .Lcommands_21:
     F word VM_CODE
     IF_NOT_EQUAL command_jog
-.Lcommands_m3:
+.Lcommands_m4:
     LIT EX_DEVICE_FAILURE
     RETURN
 .Lcommands_41:
     FR load A_MAX, LONG
-.Lcommands_m4:
+.Lcommands_m5:
     DO to_steps
     IF_NOT_AXIS HOMED, .Lcommands_44
     GOTO .Lcommands_43
@@ -211,23 +211,23 @@ command_held:
 .Lcommands_45:
     DONE_
 .Lcommands_51:
-.Lcommands_m5:
+.Lcommands_m6:
     LIT EX_ILLEGAL_VALUE
     RETURN
-.Lcommands_m10:
+.Lcommands_m11:
     GOTO command_home
 .Lcommands_20:
     F word VM_CODE
-    IF_EQUAL .Lcommands_m3
+    IF_EQUAL .Lcommands_m4
     GET N
     DO home_by_profile
-    GOTO .Lcommands_m11
+    GOTO .Lcommands_m12
 command_jog:
     F word COMMAND_HEAD+2
     BELOW 72
     PUT FLAGS
     TESTI 56
-    IF_NOT_EQUAL .Lcommands_m5
+    IF_NOT_EQUAL .Lcommands_m6
     TESTI 7
     WANTED
     LIT 60
@@ -271,12 +271,12 @@ command_jog:
     .global command_aim
     ROUTINE_ODD command_aim, module.rules.commands
     F add SPARE
-    IF_OVERFLOW .Lcommands_m5
+    IF_OVERFLOW .Lcommands_m6
     LET FRAME_OF, F_STEPS|F_RELATIVE
     CALL aim_place
     BELOW 1
     RETURN
-.Lcommands_m11:
+.Lcommands_m12:
     GOTO command_home_under_way
 command_home:
     F word COMMAND+4
@@ -313,12 +313,12 @@ command_home:
     DO abs
     F store HOME_RECORD+A_HOME_STROKE
     F word COMMAND+10
-    IF_EQUAL .Lcommands_m6
+    IF_EQUAL .Lcommands_m7
     F load HOME_CLEARANCE
     DO negate
     F store HOME_CLEARANCE
     LIT AXIS_HOME_POSITIVE
-.Lcommands_m6:
+.Lcommands_m7:
     F put HOME_RECORD+A_FLAGS
 command_home_under_way:
     DO axis_n
@@ -353,10 +353,7 @@ command_done:
     CASE 0, .Lcommands_m0
     .global abandon
     ROUTINE_ODD abandon, module.rules.commands
-    IF_SET EFFECT, .Lcommands_60
-.Lcommands_m0:
-    RETURN
-.Lcommands_60:
+    IF_ZERO EFFECT, .Lcommands_m1
     DO axis_n
     DO axis_bit
     IF_IS_NOT EFFECT, OP_PROBE, .Lcommands_61
@@ -366,5 +363,7 @@ command_done:
     AXIS_ON HOMING_ERROR
 .Lcommands_62:
     F clear EFFECT
+.Lcommands_m0:
+.Lcommands_m1:
     RETURN
     .balign 2, 0

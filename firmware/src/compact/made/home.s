@@ -82,7 +82,7 @@ fx_home:
 .Lhome_22:
     DO here
     EVENT_OK TRACE_HOME
-.Lhome_m3:
+.Lhome_m4:
     RETURN
 .Lhome_16:
     DO axis_bit
@@ -92,10 +92,7 @@ fx_home:
     F store OFFSET, AXIS
     UP PHASE
     DO home_closed
-    IF_EQUAL .Lhome_24
-.Lhome_m0:
-    NOT_YET_
-.Lhome_24:
+    IF_NOT_EQUAL .Lhome_m1
     LET PHASE, 6
     FR word A_FLAGS, SHORT
 home_seek:
@@ -113,12 +110,14 @@ home_seek:
     FR load A_HOME_PAUSE, SHORT
     F store TIME
     UP PHASE
+.Lhome_m0:
 .Lhome_m1:
+.Lhome_m2:
     NOT_YET_
 .Lhome_18:
     F load TIME
     DO test_long
-    IF_NOT_EQUAL .Lhome_m1
+    IF_NOT_EQUAL .Lhome_m2
     LET PHASE, 7
     FR load A_HOME_SLOW, SHORT, NEW
     DO speed_least
@@ -128,20 +127,20 @@ home_seek:
 .Lhome_19:
     DO home_closed
     IF_NOT_EQUAL .Lhome_26
-    IF_SET MOVING, .Lhome_m2
+    IF_SET MOVING, .Lhome_m3
     DO home_missed
-    IF_IS EFFECT, OP_HOME_QUERY, .Lhome_m3
+    IF_IS EFFECT, OP_HOME_QUERY, .Lhome_m4
     FAULT F_HOME_NOT_FOUND
 .Lhome_26:
     LET PHASE, 2
     DO motion_stop
-.Lhome_m2:
-.Lhome_m4:
+.Lhome_m3:
+.Lhome_m5:
     NOT_YET_
 .Lhome_20:
     DO home_closed
     IF_EQUAL .Lhome_29
-    IF_SET MOVING, .Lhome_m4
+    IF_SET MOVING, .Lhome_m5
     DO home_missed
     FAULT F_HOME_STAYS_CLOSED
 .Lhome_29:

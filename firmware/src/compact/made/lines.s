@@ -14,6 +14,8 @@ module.rules.lines:
     AXIS_ON RAMPS
 .Llines_3:
     NEXT_AXIS .Llines_1
+.Llines_m0:
+.Llines_m1:
     RETURN
 fx_linear:
     IF_NOT_EQUAL .Llines_4
@@ -45,10 +47,7 @@ fx_goes_on:
 .Llines_4:
     IF_SET MOVING, .Llines_20
     GET N
-    CASE_NOT 0, .Llines_19
-.Llines_m0:
-    RETURN
-.Llines_19:
+    CASE 0, .Llines_m1
     LET N, 0
     DO line_rapid
     NOT_YET_

@@ -66,6 +66,9 @@ probe_answered:
     AXIS_ON PROBE_OK
     F load PROBED, AXIS
     DO motion_hit
+.Lprobe_m1:
+.Lprobe_m2:
+.Lprobe_m3:
     NOT_YET_
 .Lprobe_14:
     DO probe_answers
@@ -73,31 +76,27 @@ probe_answered:
     DO here
     GOTO probe_answered
 .Lprobe_15:
-    IF_ZERO MOVING, .Lprobe_16
-.Lprobe_m1:
-.Lprobe_m2:
-    NOT_YET_
-.Lprobe_16:
+    IF_SET MOVING, .Lprobe_m2
     LET PHASE, 3
 .Lprobe_13:
-    IF_SET MOVING, .Lprobe_m2
+    IF_SET MOVING, .Lprobe_m3
     IF_IS_NOT PHASE, 2, .Lprobe_18
     F load PROBED, AXIS
     EVENT_OK TRACE_PROBE
-.Lprobe_m3:
 .Lprobe_m4:
+.Lprobe_m5:
     RETURN
 .Lprobe_18:
     DO here
     EVENT TRACE_PROBE
-    IF_ANY BITS, FL_QUERY, .Lprobe_m3
+    IF_ANY BITS, FL_QUERY, .Lprobe_m4
     FAULT F_PROBE_MISSED
     .global probe_begin
     ROUTINE_ODD probe_begin, module.rules.probe
     DO axis_bit
     AXIS_OFF PROBE_OK
     DO probe_answers
-    IF_NOT_EQUAL .Lprobe_m4
+    IF_NOT_EQUAL .Lprobe_m5
     DO command
     DO begin_axis
     LET HIT, 0

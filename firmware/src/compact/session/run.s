@@ -154,45 +154,10 @@ run_idle:
 2:  call #soft
     jmp run_done
 
-/* A fault of the instruction at EFFECT_PC: its handler begins, or the run ends. Takes r12 = fault (the
-   high byte is ignored). The other faults that no handler takes never come here. Destroys r11 to
+/* A fault of the instruction at EFFECT_PC is raise of firmware/src/rules/handlers.rs, without handlers fail. Takes
+   r12 = fault (the high byte is ignored). The other faults that no handler takes never come here. Destroys r11 to
    r15. */
     .if HAS_LINES
-raise:
-    clr.b &PRINT_OPEN
-    MICRO
-    PUT VM_FAULT
-    F word EFFECT_PC
-    F put VM_FAULT_PC
-    F clear EFFECT
-    BITS_OFF TRACING, T_DROPPED+T_ANNOUNCED
-    .if HAS_EVENTS
-    BITS_OFF VM_FLAGS, VM_MORE|VM_WITHIN
-    .endif
-    IF_IS VM_FAULT, F_STACK, 8f
-    IF_ANY VM_FLAGS, VM_ERROR, 8f
-    F word VM_HANDLER
-    IF_EQUAL 8f
-    END
-    /* without its table of statements nothing says where RESUME NEXT goes on */
-    mov &VM_CODE, r14
-    bit.b #FEATURE_LINES, 1-IMAGE_CODE(r14)
-    jeq 7f
-    mov &EFFECT_PC, r12
-    mov #CALL_ERROR, r11
-    call #call_entry
-    jeq 7f
-    /* a handler has no F */
-    MICRO
-    BITS_ON VM_FLAGS, VM_ERROR
-    F word VM_HANDLER
-    F put VM_PC
-    F load FEED
-    F store FEED_ASIDE
-    LIT 0
-    F store FEED
-    END
-
 /* The expression stack is that of the open routine's beginning. Clobbers r14. */
 run_unwind:
     mov &VM_BASE, r14
@@ -202,10 +167,16 @@ run_unwind:
     mov -4(r14), &VM_TOP
     mov -2(r14), &VM_TOP+2
 1:  ret
-8:  END
-7:  mov.b &VM_FAULT, r12
-    jmp fail
 
+/* An entry of the call stack for the handler of the fault at EFFECT_PC: Z set when there is no room, or no table of
+   statements, without which nothing says where RESUME NEXT goes on. Clobbers r11, r12, r14. */
+    .global handler_open
+handler_open:
+    mov &VM_CODE, r14
+    bit.b #FEATURE_LINES, 1-IMAGE_CODE(r14)
+    jeq 1f
+    mov &EFFECT_PC, r12
+    mov #CALL_ERROR, r11
 /* An entry of the call stack: kind r11, place in the code of the address r12, which is destroyed. Z set
    when there is no room. Clobbers r14. */
     .global call_entry
@@ -221,59 +192,3 @@ call_entry:
     .else
     .set raise, fail
     .endif
-
-/* On the ramp into a pause or to the end. */
-run_stopping:
-    MICRO
-    DO motion_rests
-    IF_EQUAL 1f
-    .if HAS_COURSES
-    /* it brakes along the path: lines go on */
-    IF_ANY MOTION, M_THROUGH, 2f
-    .endif
-    /* what homing or probing looks for may come on the way to rest, too */
-    GET EFFECT
-    ADDI -OP_PROBE
-    CMPI OP_HOME_QUERY-OP_PROBE+1
-    IF_CARRY 9f
-2:  END
-    jmp run_goes
-1:  IF_ZERO ENDING, 2f
-    /* outputs wait for nothing, the end for the host that traces */
-    LIT B_AT_END
-    IF_IS_NOT ENDING, END_FAULT, 1f
-    LIT B_AT_FAULT
-1:  DO output_states
-    IF_ANY TRACING, T_FULL, 9f
-    /* no reply is being sent, which an erase would tear apart */
-2:  IF_SET LINE_STATE, 9f
-    CALL keep_save
-    IF_ZERO ENDING, 3f
-    LET RUN, RUN_READY
-    GET ENDING
-    PUT LAST_END
-    PUT N
-    LET ENDING, 0
-    .if HAS_COURSES
-    BITS_OFF RUN_FLAGS, R_COURSES
-    .endif
-    F clear OPEN
-    F clear RUNNING
-    CASE_NOT END_FAULT, 1f
-    LET RUN, RUN_FAULT
-    CALL fault_log
-    GOTO 2f
-    /* a fault that was handled is past */
-1:  LET VM_FAULT, 0
-2:  GET VM_FAULT
-    EVENT TRACE_END
-    F clear EFFECT
-    F clear TIME+2
-9:  RETURN
-3:  F word OUTPUT
-    F put RESUME_OUTPUT
-    LIT B_AT_PAUSE
-    DO output_states
-    LET RUN, RUN_PAUSED
-    RETURN
-    .balign 2, 0

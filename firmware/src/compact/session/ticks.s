@@ -3,6 +3,14 @@
     .section .text.ticks,"axR",@progbits
 module.session.ticks:
 
+/* Output r12 is off, in a pause and behind it. */
+output_off:
+    call #mask_of
+    bic r14, &OUTPUT
+    bic r14, &RESUME_OUTPUT
+ticks_end:
+    ret
+
 /* Serves one millisecond that has passed, if any. Destroys all registers. */
     .global ticks
 ticks:
@@ -89,70 +97,5 @@ ticks:
     jmp 2f
 3:  mov #128, r13
 2:  and &MILLIS, r13
-4:  MICRO
-    PROFILE B_LAMP
-    CALL set_output
-
-    /* trace mode ends 2 s after its reader, counted down in quarters */
-    IF_SET TICKS_DONE, 1f
-    IF_NONE TRACING, T_HEARD, 2f
-    GET TRACING
-    ADDI -T_QUARTER
-    PUT TRACING
-    GOTO 1f
-2:  BITS_OFF TRACING, T_ON|T_FULL
-
-    /* auto-run half a second after power-up, unless a host has spoken or Stop is held */
-1:  IF_ANY RUN_FLAGS, R_BOOTED, 1f
-    LIT16 499
-    F cmp MILLIS
-    IF_CARRY 1f
-    BITS_ON RUN_FLAGS, R_BOOTED
-    IF_ANY RUN_FLAGS, R_HOST, 1f
-    PROFILE B_FLAGS
-    TESTI BOARD_AUTORUN
-    IF_EQUAL 1f
-    /* the first start acknowledges what a watchdog reset has latched */
-    IF_NONE CAUSE, 1, 2f
-    DO run_start
-2:  DO run_start
-
-1:
-    /* a jog goes on for 2 s after the last request */
-    IF_ANY MOTION, M_JOG, 1f
-    IF_ZERO EFFECT, 3f
-    /* a pulse ends in a pause too, where waits stand still; what a probe keeps in TIME stays */
-    GET EFFECT
-    ADDI -OP_HOME
-    CMPI OP_WAIT-OP_HOME+1
-    IF_CARRY 3f
-    CASE OP_PULSE-OP_HOME, 1f
-    IF_IS RUN, RUN_PAUSED, 3f
-1:  LIT 1
-    DO negate
-    F add TIME
-    IF_NEGATIVE 2f
-    F store TIME
-    GOTO 3f
-2:  IF_NONE MOTION, M_JOG, 1f
-    DO motion_stop
-1:  IF_IS_NOT EFFECT, OP_PULSE, 3f
-    GET N
-    CALL output_off
-
-3:
-    .if HAS_EVENTS
-    END
-    call #event_tick
-    MICRO
-    .endif
-    RETURN
-    .balign 2, 0
-
-/* Output r12 is off, in a pause and behind it. */
-output_off:
-    call #mask_of
-    bic r14, &OUTPUT
-    bic r14, &RESUME_OUTPUT
-ticks_end:
-    ret
+    /* behind it stands ticks_rest (firmware/src/rules/ticks.rs) */
+4:
