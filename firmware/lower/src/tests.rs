@@ -308,7 +308,7 @@ fn a_flag_stands_where_ways_meet_that_both_leave_it() {
             if way < 0 { m.set_phase(1); }
         }";
     let code = "a:; DO axis_at; FR load A_MAX, LONG; F sub UM, AXIS; IF_NONE RUN, RUN_ACTIVE, .Ltest_1; DO negate; \
-        .Ltest_1:; IF_NOT_NEGATIVE .Ltest_2; LET PHASE, 1; .Ltest_2:; RETURN; .balign 2, 0";
+        .Ltest_1:; IF_NOT_NEGATIVE .Ltest_m0; LET PHASE, 1; .Ltest_m0:; RETURN; .balign 2, 0";
     assert_eq!(made(rule), code);
 }
 

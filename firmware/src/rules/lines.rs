@@ -16,11 +16,13 @@ const RAPID: u8 = Op::Rapid as u8;
 /// See [`AxisRecord::HOME_POSITIVE`].
 #[cfg_attr(any(), micro("AXIS_HOME_POSITIVE"))]
 const HOME_POSITIVE: u8 = AxisRecord::HOME_POSITIVE as u8;
-/// How a motion goes on: the line ends at speed; the next one waits for its first segment to begin.
+/// How a motion of the small chip goes on: the line ends at speed, and the next one is planned while its last segments
+/// play. The step engine asks for a value from here on: what comes below it stops nowhere at speed.
 #[cfg_attr(any(), micro("M_THROUGH"))]
-const THROUGH: u8 = 4;
+pub const THROUGH: u8 = 4;
+/// That one waits for its first segment to begin, which changes increments and directions.
 #[cfg_attr(any(), micro("M_NEXT"))]
-const NEXT: u8 = 8;
+pub const NEXT: u8 = 8;
 /// Bits of axes: X and Y; Z; from there on Z and another.
 const XY: u8 = 3;
 const Z: u8 = 4;

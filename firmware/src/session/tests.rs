@@ -138,7 +138,7 @@ impl Runs for Bench {
     }
     fn refuse(&mut self) {}
     fn enter(&mut self) {}
-    fn has_courses(&self) -> bool {
+    fn program_has_courses(&self) -> bool {
         false
     }
     fn take_courses(&mut self) {}
