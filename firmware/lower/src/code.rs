@@ -1,16 +1,17 @@
 //! Micro-code of functions: statements. [`value`] makes values, [`cond`] conditions, [`ways`] loops and
-//! switches, [`end`] ends, [`state`] keeps what is known along the way, which is what makes it short.
+//! switches, [`end`] ends, [`within`] what stands within other code, [`state`] keeps what is known along the way, which is
+//! what makes it short.
 
 mod cond;
 mod end;
 mod state;
 mod value;
 mod ways;
+mod within;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::Refused;
-use crate::blocks::shorten;
 use crate::leaf::Type;
 use crate::ops::{Line, Op, routine};
 use crate::tree::{Call, Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live};
@@ -309,24 +310,6 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// `if` bytes say so, a rule with a number ends the function, which has no result.
-    fn number_first<'b>(&self, cond: &Cond, then: &'b [Stmt], other: &[Stmt]) -> Option<&'b Call> {
-        let ([Stmt::Return(End::Value(Expr::Call(call)))], []) = (then, other) else { return None };
-        let number = matches!(call.value.as_deref(), Some(Expr::Number(_)));
-        let fits = self.within.is_none()
-            && self.function.gives == Type::Nothing
-            && value::looks_at_bytes(cond);
-        (fits && number && call.rule.is_some() && call.axis.is_none()).then_some(call)
-    }
-
-    fn goes_with(&mut self, cond: &Cond, call: &Call, out: &Vars) -> Made<()> {
-        if let (Some(value), Some(rule)) = (&call.value, &call.rule) {
-            self.value(value, out)?;
-            self.when(cond, true, rule, out)?;
-        }
-        Ok(())
-    }
-
     /// The assembler sees to it that a bit is what the leaf says.
     fn same(&mut self, mask: &str, bit: u16) {
         let check = format!("    .if {mask} != {bit}\n    .error \"a leaf's bit\"\n    .endif");
@@ -428,85 +411,9 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// The rule that is called, when its code stands where it is called.
-    fn stands_here(&self, call: &Call) -> Option<&'a Function> {
-        let named = |function: &&Function| Some(&function.label) == call.rule.as_ref();
-        self.functions.iter().find(named).filter(|function| function.within)
-    }
-
-    /// Its code.
-    fn stand(&mut self, function: &Function, out: &Vars) -> Made<()> {
-        if !function.vars.is_empty() || !out.is_empty() || self.within.is_some() {
-            return self
-                .refuse("what stands within has no variables, and there are none around it");
-        }
-        let end = self.label();
-        self.within = Some(end.clone());
-        let made = self.block(&function.body, out);
-        self.within = None;
-        made?;
-        self.place(&end, out)
-    }
-
-    fn turn(&mut self, label: &str, needed: &Vars) -> Made<()> {
-        self.clobber(needed)?;
-        if !self.state.dead {
-            self.put(Op::read("GOTO").to(label));
-        }
-        Ok(())
-    }
-
     /// Whether the last operation ends the function itself when need be.
     fn ends_caller(&self) -> bool {
         matches!(self.lines.last(), Some(Line::Op(op)) if op.facts().ends_caller)
-    }
-
-    /// Statements that images without something lack: one operation for all that stands around them.
-    fn part(&mut self, symbol: &str, stmts: &[Stmt], out: &Vars) -> Made<()> {
-        let without = self.state.on_way();
-        let outside = (std::mem::take(&mut self.lines), std::mem::take(&mut self.ways));
-        let (faults, known) = (std::mem::take(&mut self.faults), std::mem::take(&mut self.known));
-        let turns = std::mem::take(&mut self.turns);
-        let made = self.block(stmts, out);
-        self.turns = turns;
-        let lines = std::mem::replace(&mut self.lines, outside.0);
-        let ways = std::mem::replace(&mut self.ways, outside.1);
-        let faults = std::mem::replace(&mut self.faults, faults);
-        let known = std::mem::replace(&mut self.known, known);
-        made?;
-        if !(ways.is_empty() && faults.is_empty() && known.is_empty()) {
-            return self.refuse("a part of an image jumps out of it");
-        }
-        let name = format!("{}_{}", self.file, *self.labels);
-        self.lines.push(Line::Op(crate::text::part(symbol, &shorten(lines, &name))));
-        let with = self.state.on_way();
-        self.state = if with.dead { without } else { without.meet(&with) };
-        match out.iter().find(|var| {
-            matches!(self.function.vars[**var], Type::Byte | Type::Long) && !self.state.has(**var)
-        }) {
-            Some(var) => Err(Stop::Lost(*var)),
-            None => Ok(()),
-        }
-    }
-
-    /// Makes what only parts with this symbol have: behind it is known what is so with and without.
-    fn only_when(
-        &mut self,
-        symbol: &str,
-        out: &Vars,
-        make: impl FnOnce(&mut Self) -> Made<()>,
-    ) -> Made<()> {
-        if self.when.is_some() {
-            return self.refuse("one condition of parts at a time");
-        }
-        let without = self.state.on_way();
-        self.when = Some(symbol.to_owned());
-        let made = make(self);
-        self.when = None;
-        made?;
-        let with = std::mem::take(&mut self.state);
-        self.state = if with.dead { without } else { without.meet(&with) };
-        self.kept(out)
     }
 
     fn branch(&mut self, cond: &Cond, then: &[Stmt], other: &[Stmt], out: &Vars) -> Made<()> {

@@ -6,6 +6,14 @@ use crate::ops::{HOLE, Line, Op, PLACE};
 use crate::tree::{End, Expr, Number, Order, Size, Stmt, Var, Vars, live};
 
 impl Writer<'_> {
+    pub(super) fn turn(&mut self, label: &str, needed: &Vars) -> Made<()> {
+        self.clobber(needed)?;
+        if !self.state.dead {
+            self.put(Op::read("GOTO").to(label));
+        }
+        Ok(())
+    }
+
     pub(super) fn axes(&mut self, order: Order, var: Var, body: &[Stmt], out: &Vars) -> Made<()> {
         let needed = live(body, out).into_iter().chain(out.iter().copied()).collect::<Vars>();
         self.clobber(&needed)?;
