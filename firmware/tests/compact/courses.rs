@@ -10,7 +10,7 @@ use lang::part::G2553;
 use lang::wire::{self, Control, End, RunState};
 
 use self::rig::{Line, Made, Mill, Mover, bound, each, image, in_order, judge, mill, script};
-use crate::rig::{T_FULL, T_HEARD, T_ON};
+use crate::rig::T_FULL;
 
 /// Where a line ends, mm.
 type Place = [f64; 3];
@@ -35,6 +35,13 @@ fn board(mill: &Mill, places: &[Place]) -> (Mover, Vec<Line>) {
     let lines = mill.lines(places, FEED);
     let image = image(mill, &script(places, FEED), each(&lines));
     (Mover::new(mill, &image), lines)
+}
+
+/// The same of relative lines, so many times in a loop.
+fn in_a_loop(mill: &Mill, times: u32) -> (Mover, Vec<Line>) {
+    let lines = mill.lines(&chords(times, [0.3, 0.1, 0.0]), FEED);
+    let text = format!("DIM n\nF3000\nG91\nFOR n = 1 TO {times}\nG1 X0.3 Y0.1\nNEXT\n");
+    (Mover::new(mill, &image(mill, &text, each(&lines))), lines)
 }
 
 /// The run ended so, and nothing was lost.
@@ -152,9 +159,7 @@ fn entries_fall_or_hold_and_rest_in_between() {
 #[test]
 fn a_loop_names_its_slow_points_in_each_pass() {
     let mill = mill();
-    let lines = mill.lines(&chords(120, [0.3, 0.1, 0.0]), FEED);
-    let text = "DIM n\nF3000\nG91\nFOR n = 1 TO 120\nG1 X0.3 Y0.1\nNEXT\n";
-    let mut mover = Mover::new(&mill, &image(&mill, text, each(&lines)));
+    let (mut mover, lines) = in_a_loop(&mill, 120);
     mover.start();
     mover.end(20);
     let made = whole(&mill, &mover, &lines);
@@ -226,8 +231,7 @@ fn an_emergency_stop_ends_the_steps_at_once() {
     let mill = mill();
     for at in [30, 250, 611, 900] {
         let (mut mover, lines) = board(&mill, &chords(120, [0.3, 0.2, 0.0]));
-        let homed = mover.at("HOMED");
-        mover.board.poke8(homed, 7);
+        mover.home();
         mover.start();
         mover.run_us(at * 1000);
         mover.control(Control::EmergencyStop);
@@ -299,8 +303,7 @@ fn a_host_that_never_rests_makes_no_line_late() {
 fn each_line_rests_where_a_host_traces() {
     let mill = mill();
     let (mut mover, lines) = board(&mill, &chords(30, [0.4, 0.0, 0.0]));
-    let tracing = mover.at("TRACING");
-    mover.board.poke8(tracing, *T_ON | *T_HEARD);
+    mover.trace();
     mover.start();
     let events = mover.traced(20);
     whole(&mill, &mover, &lines);
@@ -315,8 +318,7 @@ fn trace_mode_in_the_middle_begins_behind_the_course() {
     let (mut mover, lines) = board(&mill, &chords(100, [0.4, 0.0, 0.0]));
     mover.start();
     mover.run_us(300_000);
-    let tracing = mover.at("TRACING");
-    mover.board.poke8(tracing, *T_ON | *T_HEARD);
+    mover.trace();
     let events = mover.traced(20);
     let made = whole(&mill, &mover, &lines);
     assert!(made.time < 1.0, "{made:?}");
@@ -326,11 +328,9 @@ fn trace_mode_in_the_middle_begins_behind_the_course() {
 #[test]
 fn a_loop_that_was_traced_goes_on_as_it_began() {
     let mill = mill();
-    let lines = mill.lines(&chords(60, [0.3, 0.1, 0.0]), FEED);
-    let text = "DIM n\nF3000\nG91\nFOR n = 1 TO 60\nG1 X0.3 Y0.1\nNEXT\n";
-    let mut mover = Mover::new(&mill, &image(&mill, text, each(&lines)));
+    let (mut mover, lines) = in_a_loop(&mill, 60);
+    mover.trace();
     let tracing = mover.at("TRACING");
-    mover.board.poke8(tracing, *T_ON | *T_HEARD);
     mover.start();
     for _ in 0..300 {
         let flags = mover.board.peek8(tracing);
@@ -390,8 +390,7 @@ fn a_line_that_comes_too_late_is_a_fault_and_never_silent() {
     let mut mill = mill();
     mill.least = 0.0;
     let (mut mover, lines) = board(&mill, &chords(100, [0.05, 0.03, -0.02]));
-    let homed = mover.at("HOMED");
-    mover.board.poke8(homed, 7);
+    mover.home();
     mover.start();
     mover.end(20);
     mover.run_us(10_000);
@@ -404,8 +403,7 @@ fn a_line_that_comes_too_late_is_a_fault_and_never_silent() {
 fn a_line_without_a_target_ends_the_run_out_of_any_speed() {
     let mill = mill();
     let (mut mover, lines) = board(&mill, &circle(150, 10.0, 0.0));
-    let homed = mover.at("HOMED");
-    mover.board.poke8(homed, 7);
+    mover.home();
     mover.start();
     mover.end(20);
     mover.run_us(10_000);
@@ -418,9 +416,7 @@ fn a_line_without_a_target_ends_the_run_out_of_any_speed() {
 #[test]
 fn cells_of_a_program_with_slow_points_are_its_own() {
     let mill = mill();
-    let lines = mill.lines(&chords(120, [0.3, 0.1, 0.0]), FEED);
-    let text = "DIM n\nF3000\nG91\nFOR n = 1 TO 120\nG1 X0.3 Y0.1\nNEXT\n";
-    let mut mover = Mover::new(&mill, &image(&mill, text, each(&lines)));
+    let (mut mover, lines) = in_a_loop(&mill, 120);
     mover.start();
     mover.run_us(200_000);
     let [high, low] = wire::CELLS.to_be_bytes();

@@ -148,10 +148,7 @@ impl Seen {
         record.door = [roles[0], roles[1]];
         record.reference = [roles[2], roles[3], roles[4]];
         record.emergency = [roles[5], roles[6], roles[7], roles[8]];
-        for (at, byte) in (PROFILE..).zip(record.to_bytes()) {
-            chip.board.poke8(at, byte);
-        }
-        chip.set_word("BOARD", PROFILE);
+        with_profile(chip, &record);
         let names = ["RUN", "MOTION", "EFFECT", "N", "HOMING_ERROR", "MOVING"];
         for (name, byte) in names.into_iter().zip(self.bytes) {
             chip.set_byte(name, byte);
@@ -162,6 +159,39 @@ impl Seen {
         chip.set_word("VM_FAULT_PC", self.levels[1]);
         chip.set_byte("TRACING", self.bytes[4]);
         chip.set_word("TEMP", self.levels[0] ^ self.levels[1]);
+    }
+}
+
+/// Puts a board's profile into a chip.
+pub fn with_profile(chip: &mut Chip, record: &BoardRecord) {
+    for (at, byte) in (PROFILE..).zip(record.to_bytes()) {
+        chip.board.poke8(at, byte);
+    }
+    chip.set_word("BOARD", PROFILE);
+}
+
+/// Where the operands of a statement are.
+const OPERANDS: u16 = crate::area::AREA + 0x1C0;
+
+/// A statement begins with these values on a stack that ends at an address, the first one on top, and these operands.
+pub fn statement(chip: &mut Chip, end: u16, values: &[i32], operands: &[u8]) {
+    let pool = chip.at("POOL");
+    for (name, value) in [
+        ("BOARD", PROFILE),
+        ("VM_PC", OPERANDS),
+        ("VM_SP", end - 24),
+        ("VM_BASE", end),
+        ("VM_CALLS", pool),
+        ("VM_CELLS", pool + 16),
+    ] {
+        chip.set_word(name, value);
+    }
+    chip.set_long("VM_TOP", 0, values[0] as u32);
+    for (n, value) in (0..).zip(&values[1..]) {
+        chip.set_long("POOL", end - 24 - pool + 4 * n, *value as u32);
+    }
+    for (at, byte) in (OPERANDS..).zip(operands) {
+        chip.board.poke8(at, *byte);
     }
 }
 

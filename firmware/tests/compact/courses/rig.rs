@@ -13,7 +13,7 @@ use lang::record::{AxisRecord, BoardRecord, MachineRecord};
 use lang::wire::{CRC_START, Control, RUN_CONTROL, RunState, TraceKind, crc16};
 
 use crate::chip::{BOOT_US, Chip};
-use crate::rig::{COMMITTED, IMAGE, PROFILE, SLOT, T_FULL, T_HEARD};
+use crate::rig::{COMMITTED, IMAGE, PROFILE, SLOT, T_FULL, T_HEARD, T_ON};
 
 /// Cycles in a second.
 pub(super) const HZ: f64 = 16_000_000.0;
@@ -283,6 +283,16 @@ impl Mover {
         let mut reply: Vec<u8> = self.board.uart_take().iter().map(|byte| byte.1).collect();
         reply.truncate(reply.len().saturating_sub(2));
         reply
+    }
+
+    /// All axes are homed.
+    pub(super) fn home(&mut self) {
+        self.board.poke8(self.at("HOMED"), 7);
+    }
+
+    /// A host traces from here on.
+    pub(super) fn trace(&mut self) {
+        self.board.poke8(self.at("TRACING"), *T_ON | *T_HEARD);
     }
 
     /// Presses Start.

@@ -12,16 +12,14 @@ use proptest::prelude::*;
 use super::commands::{FLAGS, RAMPS};
 use super::effects::{progress, unit};
 use super::pace::paced;
-use super::{Entry, Twin, proved};
+use super::{Entry, Twin, proved, statement};
 use crate::chip::Chip;
 use crate::coords::value;
 use crate::lockstep::{OnChip, runner};
 use crate::machine::mill;
-use crate::rig::PROFILE;
 use crate::verify::Elf;
 
 /// Where a statement's operands stand.
-const OPERANDS: u16 = crate::area::AREA + 0x1C0;
 /// Bits of FRAME_OF.
 const STEPS: u8 = 4;
 const RELATIVE: u8 = 16;
@@ -117,24 +115,7 @@ impl Found {
         }
         chip.set_byte("MOVING", self.moving);
         chip.set_long("BYTES", 0, random.bits() as u32);
-        let (end, pool) = (chip.at("POOL_END"), chip.at("POOL"));
-        for (name, value) in [
-            ("BOARD", PROFILE),
-            ("VM_PC", OPERANDS),
-            ("VM_SP", end - 24),
-            ("VM_BASE", end),
-            ("VM_CALLS", pool),
-            ("VM_CELLS", pool + 16),
-        ] {
-            chip.set_word(name, value);
-        }
-        chip.set_long("VM_TOP", 0, self.values[0] as u32);
-        for (n, value) in (0..).zip(&self.values[1..]) {
-            chip.set_long("POOL", end - 24 - pool + 4 * n, *value as u32);
-        }
-        for (at, byte) in (OPERANDS..).zip(self.operands) {
-            chip.board.poke8(at, byte);
-        }
+        statement(chip, chip.at("POOL_END"), &self.values, &self.operands);
         chip.set_byte("TRACING", if random.bits() & 1 == 0 { *crate::rig::T_ON } else { 0 });
     }
 }

@@ -10,7 +10,7 @@ use lang::wire::TraceKind;
 use proptest::prelude::*;
 use std::ops::RangeInclusive;
 
-use super::{Entry, Twin, proved};
+use super::{Entry, Twin, proved, statement, with_profile};
 use crate::chip::Chip;
 use crate::lockstep::{OnChip, runner};
 use crate::machine::mill;
@@ -18,7 +18,6 @@ use crate::rig::PROFILE;
 use crate::verify::Elf;
 
 /// Where a statement's operands stand.
-const OPERANDS: u16 = crate::area::AREA + 0x1C0;
 /// Where code of one operation stands, at an odd place.
 const CODE: u16 = crate::area::AREA + 0x1E1;
 /// Bits of RUN_FLAGS.
@@ -243,31 +242,14 @@ impl Found {
         if self.seed & 1 == 0 {
             record.flags |= BoardRecord::CHAIN;
         }
-        for (at, byte) in (PROFILE..).zip(record.to_bytes()) {
-            chip.board.poke8(at, byte);
-        }
-        let end = chip.at("POOL_END");
-        let pool = chip.at("POOL");
-        for (name, value) in [
-            ("BOARD", PROFILE),
-            ("VM_PC", OPERANDS),
-            ("VM_SP", end - 24),
-            ("VM_BASE", end),
-            ("VM_CALLS", pool),
-            ("VM_CELLS", pool + 16),
-        ] {
-            chip.set_word(name, value);
-        }
-        chip.set_long("VM_TOP", 0, self.values[0] as u32);
-        chip.set_long("POOL", end - 24 - pool, self.values[1] as u32);
+        with_profile(chip, &record);
+        let operands = [0, 1, 2, 3].map(|at| self.bytes[2].wrapping_add(at));
+        statement(chip, chip.at("POOL_END"), &self.values, &operands);
         let names = ["N", "BITS", "RUN_FLAGS", "CHAR_IN"];
-        let [n, bits, operand, run, c] = self.bytes;
+        let [n, bits, _, run, c] = self.bytes;
         for (name, byte) in names.into_iter().zip([n, bits, run, if run & 8 == 0 { n } else { c }])
         {
             chip.set_byte(name, byte);
-        }
-        for at in 0..4 {
-            chip.board.poke8(OPERANDS + at, operand.wrapping_add(at as u8));
         }
         chip.set_long("TIME", 0, self.time as u32);
         chip.set_byte("TRACING", if self.traces { *crate::rig::T_ON } else { 0 });

@@ -12,7 +12,7 @@ use lang::record::{AxisRecord, BoardRecord, MachineRecord};
 use proptest::prelude::*;
 
 use super::effects::progress;
-use super::{Entry, Twin, proved};
+use super::{Entry, Twin, proved, with_profile};
 use crate::chip::Chip;
 use crate::coords::converted;
 use crate::lockstep::{OnChip, runner};
@@ -256,10 +256,7 @@ impl Found {
         let mut record = BoardRecord::DEFAULT;
         record.flags |= BoardRecord::CHAIN;
         record.reference = [3, 4, 5];
-        for (at, byte) in (PROFILE..).zip(record.to_bytes()) {
-            chip.board.poke8(at, byte);
-        }
-        chip.set_word("BOARD", PROFILE);
+        with_profile(chip, &record);
         chip.set_word("VM_PC", crate::area::AREA + 0x1C0);
         chip.board.poke8(crate::area::AREA + 0x1C0, self.n);
         for (name, byte) in [

@@ -12,16 +12,14 @@ use proptest::prelude::*;
 use super::commands::{FLAGS, RAMPS};
 use super::effects::{progress, unit};
 use super::pace::paced;
-use super::{Entry, Twin, proved};
+use super::{Entry, Twin, proved, statement};
 use crate::chip::Chip;
 use crate::coords::value;
 use crate::lockstep::{OnChip, runner};
 use crate::machine::mill;
-use crate::rig::PROFILE;
 use crate::verify::Elf;
 
 /// Where a statement's operands stand.
-const OPERANDS: u16 = crate::area::AREA + 0x1C0;
 /// Bit of MOTION: a line waits for the first segment of the next one.
 const NEXT: u8 = 8;
 /// What a course has of the pool's end.
@@ -201,28 +199,12 @@ impl Found {
         let feeds = [0, 500, 50_000, -2_000, random.bits() as i32];
         chip.set_long("FEED", 0, feeds[(random.bits() % 5) as usize] as u32);
         // A course has the end of the pool.
-        let (end, pool) = (chip.at("POOL_END") - COURSE, chip.at("POOL"));
+        let end = chip.at("POOL_END") - COURSE;
         // Its directions, counts and increments of the next line, and how fast the line may end.
         for at in (end..end + 24).step_by(2) {
             chip.board.poke16(at, random.bits() as u16);
         }
-        for (name, value) in [
-            ("BOARD", PROFILE),
-            ("VM_PC", OPERANDS),
-            ("VM_SP", end - 24),
-            ("VM_BASE", end),
-            ("VM_CALLS", pool),
-            ("VM_CELLS", pool + 16),
-        ] {
-            chip.set_word(name, value);
-        }
-        chip.set_long("VM_TOP", 0, self.values[0] as u32);
-        for (n, value) in (0..).zip(&self.values[1..]) {
-            chip.set_long("POOL", end - 24 - pool + 4 * n, *value as u32);
-        }
-        for (at, byte) in (OPERANDS..).zip(self.operands) {
-            chip.board.poke8(at, byte);
-        }
+        statement(chip, end, &self.values, &self.operands);
         chip.set_byte("TRACING", if random.bits() & 1 == 0 { *crate::rig::T_ON } else { 0 });
     }
 }

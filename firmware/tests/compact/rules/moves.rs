@@ -9,16 +9,13 @@ use lang::isa::Op;
 use proptest::prelude::*;
 
 use super::effects::{progress, unit};
-use super::{Entry, Twin, proved};
+use super::{Entry, Twin, proved, statement};
 use crate::chip::Chip;
 use crate::coords::{axis, value};
 use crate::lockstep::{OnChip, runner};
 use crate::machine::mill;
 use crate::verify::Elf;
 use lang::record::MachineRecord;
-
-/// Where a statement's operands stand.
-const OPERANDS: u16 = crate::area::AREA + 0x1C0;
 
 impl Twin {
     fn has(&self, name: &str, axis: Axis) -> bool {
@@ -118,21 +115,8 @@ fn put(chip: &mut Chip, seed: u64, values: [i32; 2], operand: u8) {
         chip.set_byte(name, random.bits() as u8);
     }
     chip.set_word("INPUT", random.bits() as u16);
-    chip.set_word("BOARD", crate::rig::PROFILE);
     chip.set_long("TIMER_MS", 0, random.bits() as u32);
-    let (end, pool) = (chip.at("POOL_END"), chip.at("POOL"));
-    for (name, value) in [
-        ("VM_PC", OPERANDS),
-        ("VM_SP", end - 24),
-        ("VM_BASE", end),
-        ("VM_CALLS", pool),
-        ("VM_CELLS", pool + 16),
-    ] {
-        chip.set_word(name, value);
-    }
-    chip.set_long("VM_TOP", 0, values[0] as u32);
-    chip.set_long("POOL", end - 24 - pool, values[1] as u32);
-    chip.board.poke8(OPERANDS, operand);
+    statement(chip, chip.at("POOL_END"), &values, &[operand]);
 }
 
 #[test]

@@ -13,16 +13,14 @@ use proptest::prelude::*;
 
 use super::commands::{FLAGS, RAMPS};
 use super::effects::progress;
-use super::{Entry, Twin, proved};
+use super::{Entry, Twin, proved, statement, with_profile};
 use crate::chip::Chip;
 use crate::coords::{axis, value};
 use crate::lockstep::{OnChip, runner};
 use crate::machine::mill;
-use crate::rig::PROFILE;
 use crate::verify::Elf;
 
 /// Where a statement's operands stand.
-const OPERANDS: u16 = crate::area::AREA + 0x1C0;
 /// Bits of BITS: input 17 counts.
 const COUNTS_17: u8 = 1;
 /// The pin of input 17.
@@ -193,32 +191,13 @@ impl Found {
             record.flags |= BoardRecord::CHAIN;
         }
         record.probe = random.bits() as u8 % 18;
-        for (at, byte) in (PROFILE..).zip(record.to_bytes()) {
-            chip.board.poke8(at, byte);
-        }
-        let (end, pool) = (chip.at("POOL_END"), chip.at("POOL"));
-        for (name, value) in [
-            ("BOARD", PROFILE),
-            ("VM_PC", OPERANDS),
-            ("VM_SP", end - 24),
-            ("VM_BASE", end),
-            ("VM_CALLS", pool),
-            ("VM_CELLS", pool + 16),
-            ("OVERRIDE", 0x6464),
-            ("CAUGHT", random.bits() as u16),
-        ] {
-            chip.set_word(name, value);
-        }
+        with_profile(chip, &record);
+        statement(chip, chip.at("POOL_END"), &self.values, &self.operands);
+        chip.set_word("OVERRIDE", 0x6464);
+        chip.set_word("CAUGHT", random.bits() as u16);
         // Often none answers.
         let levels = if random.bits() & 3 == 0 { random.bits() as u16 } else { 0 };
         chip.set_word("RAW", levels);
-        chip.set_long("VM_TOP", 0, self.values[0] as u32);
-        for (n, value) in (0..).zip(&self.values[1..]) {
-            chip.set_long("POOL", end - 24 - pool + 4 * n, *value as u32);
-        }
-        for (at, byte) in (OPERANDS..).zip(self.operands) {
-            chip.board.poke8(at, byte);
-        }
         chip.set_long("FEED", 0, self.feed as u32);
         let bits = random.bits() as u8 & 7 | random.bits() as u8 & flags::QUERY;
         let names = ["PHASE", "MOVING", "HIT", "N", "BITS"];

@@ -8,11 +8,11 @@ use lang::record::BoardRecord;
 use proptest::prelude::*;
 
 use super::session::{found, program};
-use super::{Entry, Twin, proved};
+use super::{Entry, Twin, proved, with_profile};
 use crate::chip::Chip;
 use crate::lockstep::{OnChip, runner};
 use crate::machine::mill;
-use crate::rig::{PROFILE, Rig, T_FULL, T_HEARD, T_ON};
+use crate::rig::{Rig, T_FULL, T_HEARD, T_ON};
 use crate::verify::Elf;
 
 /// RUN_FLAGS: half a second has passed; a host has spoken.
@@ -103,9 +103,7 @@ fn milliseconds_are_the_same_by_rustc_and_as_micro_code() {
             let mut record = BoardRecord::of(&profile, 1);
             record.flags = if seed & 1 == 0 { record.flags } else { random.bits() as u16 };
             record.lamp = random.bits() as u8 % 18;
-            for (at, byte) in (PROFILE..).zip(record.to_bytes()) {
-                chip.board.poke8(at, byte);
-            }
+            with_profile(chip, &record);
             chip.set_word("MILLIS", millis);
             chip.set_byte("TICKS_DONE", if seed & 2 == 0 { 0 } else { millis as u8 });
             chip.set_byte("CAUSE", random.bits() as u8);
