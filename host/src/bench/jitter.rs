@@ -8,6 +8,7 @@ use firmware::motion::scaled::Scaled;
 use firmware::motion::{
     Arc, Block, Ends, Feed, Manner, Pace, Path, PathSegment, Segment, Single, physics,
 };
+use lang::part::Part;
 use lang::profile::Profile;
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -90,11 +91,11 @@ fn script(rng: &mut Rng, arcs: bool) -> Result<(String, Vec<Move>), String> {
     Ok((text, moves))
 }
 
-/// What the planner makes of a move.
-fn plan(one: &Move, record: &MachineRecord, clock: u32) -> Instants {
+/// What the planner of a part makes of a move.
+fn plan(one: &Move, record: &MachineRecord, part: &Part) -> Instants {
     let axes: &[AxisRecord; 3] = &record.axes;
     let mut out: Instants = Default::default();
-    let rate = Scaled::constant(clock);
+    let rate = Scaled::constant(part.clock);
     let mut path = Path::new(record.corner, rate);
     let taken = match one {
         Move::Axis(axis, steps, speed) => {
@@ -110,7 +111,14 @@ fn plan(one: &Move, record: &MachineRecord, clock: u32) -> Instants {
         }
         Move::Line(steps, feed) => {
             let manner = Manner::new(Feed::Um(*feed), true);
-            path.push(axes, &Block { steps: *steps, um: [0; 3], manner })
+            let block = Block { steps: *steps, um: [0; 3], manner };
+            if part.look_ahead {
+                path.push(axes, &block)
+            } else {
+                // No ring takes bits from its feed.
+                path.push_ending(axes, &block, Scaled::ZERO);
+                true
+            }
         }
         Move::Arc(arc, feed) => path.push_arc(axes, arc, &Manner::new(Feed::Um(*feed), true)),
     };
@@ -176,7 +184,7 @@ pub fn measure(build: &Build, profile: &Profile) -> Result<Found, String> {
     let record = MachineRecord::of(profile);
     let mut found = Found { jitter_us: 0.0, time_off: 0.0, in_limits: 0 };
     for (n, (one, made)) in moves.iter().zip(&made).enumerate() {
-        let planned = plan(one, &record, clock);
+        let planned = plan(one, &record, &build.part);
         let (here, there) = (first(made), first(&planned));
         for axis in 0..3 {
             if made[axis].len() != planned[axis].len() {
