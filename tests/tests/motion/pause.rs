@@ -3,7 +3,7 @@
 
 use emulator::plant::Contact;
 use firmware::motion::physics;
-use lang::profile::Profile;
+use lang::profile::{Profile, SafeState};
 use pasapas::board::{Build, F5529, G2553};
 
 use crate::lab::{Dice, Lab, MS, PRESS_MS, Run};
@@ -230,5 +230,35 @@ fn pauses_in_great_number_leave_the_path_as_it_is() {
         if case.small {
             holds(&G2553, case, 200);
         }
+    }
+}
+
+#[test]
+fn a_pause_while_the_spindle_comes_up_again_stays_one() {
+    for build in [&G2553, &F5529] {
+        let mut mill = Profile::built_in("mill").expect("the mill");
+        mill.run.spin_up_ms = 1_000;
+        mill.outputs[0].pause = SafeState::Off;
+        let mut lab = Lab::new(build, &mill, "M3\nG1 X20 F600");
+        lab.start();
+        lab.run_ms(500);
+        lab.press(false, PRESS_MS);
+        lab.settle(50);
+        let rests = places(&lab);
+        assert!((200..1_500).contains(&rests[0]), "{rests:?}");
+        assert!(!lab.board.plant().output(1), "the spindle rests in a pause");
+        // Start, and Stop before it is up.
+        lab.start();
+        lab.run_ms(300);
+        assert!(lab.board.plant().output(1));
+        lab.press(false, PRESS_MS);
+        lab.run_ms(3_000);
+        assert_eq!(places(&lab), rests, "{}", build.part.name);
+        // Start once more: now it goes on, when the spindle is up.
+        lab.start();
+        lab.run_ms(700);
+        assert_eq!(places(&lab), rests, "{}", build.part.name);
+        lab.run_ms(4_000);
+        assert_eq!(places(&lab), [2_000, 0, 0], "{}", build.part.name);
     }
 }

@@ -60,10 +60,13 @@ impl Runs for Controller {
     // Who tells of an emergency stop says its input.
     fn note_emergency(&mut self) {}
 
+    // A spindle that comes up again after the last pause lets nothing move any more.
     fn brake_to_pause(&mut self) {
+        self.clock.spin = 0;
         self.motor.pause(true);
     }
     fn brake_all(&mut self) {
+        self.clock.spin = 0;
         self.motor.stop(0b111);
     }
     fn halt(&mut self) {
