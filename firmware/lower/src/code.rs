@@ -417,8 +417,8 @@ impl<'a> Writer<'a> {
     }
 
     fn branch(&mut self, cond: &Cond, then: &[Stmt], other: &[Stmt], out: &Vars) -> Made<()> {
-        if let (Cond::When(symbol, cond), []) = (cond, other) {
-            return self.only_when(symbol, out, |writer| writer.branch(cond, then, other, out));
+        if let (Some((symbol, cond)), []) = (of_parts(cond), other) {
+            return self.only_when(symbol, out, |writer| writer.branch(&cond, then, other, out));
         }
         // The operation itself returns NOT_YET.
         if let (Cond::Not(inner), [Stmt::Return(End::NotYet)], []) = (cond, then, other)
@@ -429,10 +429,6 @@ impl<'a> Writer<'a> {
         }
         if other.is_empty() && self.refuses(cond, then, out)? {
             return Ok(());
-        }
-        if let (Some((symbol, rest)), []) = (built(cond), other) {
-            let inner = rest.map(|rest| vec![Stmt::If(rest, then.to_vec(), Vec::new())]);
-            return self.part(symbol, inner.as_deref().unwrap_or(then), out);
         }
         if let ([Stmt::Return(End::Cond(end))], []) = (then, other)
             && let Some(so) = always(end)
@@ -460,14 +456,13 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// What the assembler knows of the image, and what has to be so besides.
-fn built(cond: &Cond) -> Option<(&str, Option<Cond>)> {
+/// A condition that begins with what only parts with a symbol have: that, and what has to be so on them.
+fn of_parts(cond: &Cond) -> Option<(&str, Cond)> {
     match cond {
-        Cond::Built(symbol) => Some((symbol, None)),
+        Cond::When(symbol, inner) => Some((symbol, (**inner).clone())),
         Cond::And(a, b) => {
-            let (symbol, rest) = built(a)?;
-            let both = |rest| Cond::And(Box::new(rest), b.clone());
-            Some((symbol, Some(rest.map_or_else(|| (**b).clone(), both))))
+            let (symbol, a) = of_parts(a)?;
+            Some((symbol, Cond::And(Box::new(a), b.clone())))
         }
         _ => None,
     }

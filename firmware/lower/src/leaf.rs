@@ -107,8 +107,6 @@ pub enum Kind {
     Bit(String, Option<bool>),
     /// What never is so on the small chip.
     Never,
-    /// What the assembler knows of the image.
-    Built(String),
     /// Code; a second one of which a flag tells as well.
     Code(String, Option<String>),
 }
@@ -197,9 +195,7 @@ pub fn read(file: &File, leaves: &mut Leaves) -> Result<(), Refused> {
             let leaf = one(function, said).ok_or_else(|| {
                 Refused::at(
                     function,
-                    format!(
-                        "{name}: place, record, any, is, has, on, off, built, or code and holds"
-                    ),
+                    format!("{name}: place, record, any, is, has, on, off, or code and holds"),
                 )
             })?;
             if leaves.get(&name).is_some_and(|other| *other != leaf) {
@@ -244,8 +240,6 @@ fn one(function: &syn::TraitItemFn, mut said: BTreeMap<String, String>) -> Optio
         Kind::Bit(byte, Some(false))
     } else if said.remove("never").is_some() {
         Kind::Never
-    } else if let Some(symbol) = said.remove("built") {
-        Kind::Built(symbol)
     } else {
         let code = said.remove("code")?;
         if matches!(gives, Type::Bool | Type::Maybe) && holds.is_none() {

@@ -36,8 +36,6 @@ pub const TAIL: &str = "TAIL";
 pub const LEAVE: &str = "LEAVE";
 /// A place of a switch.
 pub const PLACE: &str = "TO";
-/// Operations that some images lack: what the assembler looks at, their text, their bytes.
-pub const PART: &str = ".if";
 /// A number of a switch that never comes.
 pub const HOLE: &str = ".byte";
 
@@ -133,7 +131,6 @@ impl Op {
         match self.name.as_str() {
             "DO" | PLACE | HOLE => 1,
             "LIT" => 1 + usize::from(self.first() != "0"),
-            PART => self.operands.get(2).and_then(|bytes| bytes.parse().ok()).unwrap_or(0),
             TAIL if self.first() == "DO" || here(&self.operands[1]) => 2,
             TAIL => 4,
             // One and a pad byte, then as long as instructions may be but for what no place of these has.

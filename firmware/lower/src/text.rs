@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use crate::Made;
 use crate::front::About;
-use crate::ops::{Line, Op, PART, TAIL, routine};
+use crate::ops::{Line, Op, TAIL, routine};
 
 /// How far a jump reaches.
 const REACH: usize = 120;
@@ -14,27 +14,8 @@ const REACH: usize = 120;
 fn notation(op: &Op) -> String {
     match (op.name.as_str(), &op.operands[..]) {
         (TAIL, [call, name]) => format!("    {call} {name}\n    RETURN"),
-        (PART, [symbol, lines, _]) => format!("    .if {symbol}\n{lines}    .endif"),
         _ => format!("    {op}").trim_end().to_owned(),
     }
-}
-
-/// Lines that images without something lack, as one operation.
-#[must_use]
-pub fn part(symbol: &str, lines: &[Line]) -> Op {
-    let (mut text, mut bytes) = (String::new(), 0);
-    for line in lines {
-        let _ = match line {
-            Line::Label(name, _) => writeln!(text, "{name}:"),
-            Line::Check(check) => writeln!(text, "{check}"),
-            Line::Op(op) => {
-                bytes += op.size(&|_| false);
-                writeln!(text, "{}", notation(op))
-            }
-        };
-    }
-    let operands = vec![symbol.to_owned(), text, bytes.to_string()];
-    Op { name: PART.to_owned(), operands, to: None, when: None }
 }
 
 /// Writes the lines of a file.

@@ -160,8 +160,6 @@ pub enum Cond {
     First,
     /// It is never so.
     Never,
-    /// The image is built so.
-    Built(String),
     /// It is never so but on parts with this symbol.
     When(String, Box<Cond>),
     /// Two values are the same.
@@ -327,7 +325,7 @@ impl Cond {
                 a.vars(to);
                 b.vars(to);
             }
-            Cond::Any(..) | Cond::Is(..) | Cond::First | Cond::Never | Cond::Built(_) => {}
+            Cond::Any(..) | Cond::Is(..) | Cond::First | Cond::Never => {}
             Cond::In(_, var) => {
                 to.insert(*var);
             }

@@ -5,7 +5,6 @@ use core::mem::{offset_of, size_of};
 
 use crate::consts::constants;
 use crate::vm::{self, PART};
-use firmware::rules::lines;
 use lang::record::feature;
 
 /// Where it begins.
@@ -294,9 +293,11 @@ constants! {
     M_PAUSE = 1;
     // Lines of a course are left.
     M_COURSE = 2;
-    // Of a line that ends at speed, EXIT2, and of the next one: NEXT_ is what changes as that begins.
-    M_THROUGH = lines::THROUGH;
-    M_NEXT = lines::NEXT;
+    // The line ends at speed, EXIT2: the next one is planned while its last segments play. The step engine asks for a
+    // value from here on: what comes below it stops nowhere at speed.
+    M_THROUGH = 4;
+    // That one waits for its first segment to begin: NEXT_ is what changes then.
+    M_NEXT = 8;
     // Brake, then forget the rest.
     M_STOP = 16;
     // The commanded places will be where it ends.

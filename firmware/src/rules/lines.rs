@@ -16,13 +16,6 @@ const RAPID: u8 = Op::Rapid as u8;
 /// See [`AxisRecord::HOME_POSITIVE`].
 #[cfg_attr(any(), micro("AXIS_HOME_POSITIVE"))]
 const HOME_POSITIVE: u8 = AxisRecord::HOME_POSITIVE as u8;
-/// How a motion of the small chip goes on: the line ends at speed, and the next one is planned while its last segments
-/// play. The step engine asks for a value from here on: what comes below it stops nowhere at speed.
-#[cfg_attr(any(), micro("M_THROUGH"))]
-pub const THROUGH: u8 = 4;
-/// That one waits for its first segment to begin, which changes increments and directions.
-#[cfg_attr(any(), micro("M_NEXT"))]
-pub const NEXT: u8 = 8;
 /// Bits of axes: X and Y; Z; from there on Z and another.
 const XY: u8 = 3;
 const Z: u8 = 4;
@@ -149,9 +142,9 @@ pub trait Lines: Together {
 /// A line of a course begins where the one before ends, and is planned while that one moves: small chips have courses,
 /// in images that have room for them.
 pub trait Courses: Lines {
-    /// This image has courses.
-    #[cfg_attr(any(), micro(built = "HAS_COURSES"))]
-    fn has_courses(&self) -> bool {
+    /// The line before moves.
+    #[cfg_attr(any(), micro(any = "MOVING, 7", when = "HAS_COURSES"))]
+    fn is_under_way(&self) -> bool {
         false
     }
     /// The line waits for the last segment of the one before.
@@ -180,12 +173,17 @@ pub trait Courses: Lines {
     #[cfg_attr(any(), micro(place = "LEFT"))]
     fn set_left(&mut self, _events: i32) {}
     /// Segments are made while there is room.
-    #[cfg_attr(any(), micro(code = "DO motion_poll"))]
+    #[cfg_attr(any(), micro(code = "DO motion_poll", when = "HAS_COURSES"))]
     fn make_segments(&mut self) {}
-    /// How the motion goes on: [`THROUGH`], [`NEXT`].
-    #[cfg_attr(any(), micro(place = "MOTION"))]
-    fn motion(&self) -> u8 {
-        0
+    /// It ends at speed.
+    #[cfg_attr(any(), micro(any = "MOTION, M_THROUGH", when = "HAS_COURSES"))]
+    fn ends_at_speed(&self) -> bool {
+        false
+    }
+    /// It waits for its first segment to begin.
+    #[cfg_attr(any(), micro(any = "MOTION, M_NEXT"))]
+    fn waits_to_begin(&self) -> bool {
+        false
     }
 }
 
@@ -216,7 +214,7 @@ pub fn linear(m: &mut impl Courses, code: u8, first: bool) -> Progress {
         if m.is_mixed() {
             m.take_frames(flags);
         }
-        if m.has_courses() && m.moving() != 0 {
+        if m.is_under_way() {
             // From where the line before ends.
             m.follow();
             m.set_next_directions(0);
@@ -247,9 +245,7 @@ pub fn linear(m: &mut impl Courses, code: u8, first: bool) -> Progress {
         }
         m.tell_way(TraceKind::Line, 0);
         m.begin_line(m.going());
-        if m.has_courses() {
-            m.make_segments();
-        }
+        m.make_segments();
         return goes_on(m);
     }
     if m.moving() != 0 {
@@ -270,7 +266,7 @@ fn goes_on(m: &mut impl Courses) -> Progress {
         return DONE;
     }
     // The next line may be planned: all segments are made, and the first one plays.
-    if m.has_courses() && m.motion() & (THROUGH | NEXT) == THROUGH && m.left() == 0 {
+    if m.ends_at_speed() && !m.waits_to_begin() && m.left() == 0 {
         return DONE;
     }
     NOT_YET

@@ -42,7 +42,6 @@ impl Writer<'_> {
                 self.jump(&format!("{} {byte}, {mask}", bits(so)), label);
                 Ok(())
             }
-            Cond::Built(_) => self.refuse("of an image: `if m.LEAF() { .. }` without more"),
             // Without it there is no jump.
             Cond::When(symbol, inner) if so => {
                 self.only_when(symbol, out, |writer| writer.when(inner, true, label, out))

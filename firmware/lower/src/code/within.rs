@@ -2,35 +2,10 @@
 //! the jump to who takes it.
 
 use super::{Made, Writer, value};
-use crate::blocks::shorten;
 use crate::leaf::Type;
-use crate::ops::Line;
 use crate::tree::{Call, Cond, End, Expr, Function, Stmt, Vars};
 
 impl<'a> Writer<'a> {
-    /// Statements that images without something lack: one operation for all that stands around them.
-    pub(super) fn part(&mut self, symbol: &str, stmts: &[Stmt], out: &Vars) -> Made<()> {
-        let without = self.state.on_way();
-        let outside = (std::mem::take(&mut self.lines), std::mem::take(&mut self.ways));
-        let (faults, known) = (std::mem::take(&mut self.faults), std::mem::take(&mut self.known));
-        let turns = std::mem::take(&mut self.turns);
-        let made = self.block(stmts, out);
-        self.turns = turns;
-        let lines = std::mem::replace(&mut self.lines, outside.0);
-        let ways = std::mem::replace(&mut self.ways, outside.1);
-        let faults = std::mem::replace(&mut self.faults, faults);
-        let known = std::mem::replace(&mut self.known, known);
-        made?;
-        if !(ways.is_empty() && faults.is_empty() && known.is_empty()) {
-            return self.refuse("a part of an image jumps out of it");
-        }
-        let name = format!("{}_{}", self.file, *self.labels);
-        self.lines.push(Line::Op(crate::text::part(symbol, &shorten(lines, &name))));
-        let with = self.state.on_way();
-        self.state = if with.dead { without } else { without.meet(&with) };
-        self.kept(out)
-    }
-
     /// Makes what only parts with this symbol have: behind it is known what is so with and without.
     pub(super) fn only_when(
         &mut self,

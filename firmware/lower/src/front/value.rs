@@ -340,7 +340,6 @@ impl Reader<'_> {
                     Kind::Any(byte, mask, bit) => Cond::Any(byte, mask, bit),
                     Kind::Is(byte, value) => Cond::Is(byte, value),
                     Kind::Never => Cond::Never,
-                    Kind::Built(symbol) => Cond::Built(symbol),
                     Kind::Bit(byte, None) => match self.arguments(call)? {
                         (Some(axis), None) => Cond::In(byte, axis),
                         _ => return no(call, "an axis"),

@@ -34,15 +34,14 @@ fx_linear:
 fx_goes_on:
 .Llines_20:
     .if HAS_COURSES
-    GET MOTION
-    ANDI (M_THROUGH|M_NEXT)
-    CASE_NOT M_THROUGH, .Llines_21
+    IF_NONE MOTION, M_THROUGH, .Llines_21
+    IF_ANY MOTION, M_NEXT, .Llines_21
     F load LEFT
     DO test_long
     IF_NOT_EQUAL .Llines_21
     DONE_
-.Llines_21:
     .endif
+.Llines_21:
     NOT_YET_
 .Llines_4:
     IF_SET MOVING, .Llines_20
@@ -59,18 +58,20 @@ fx_goes_on:
     CALL linear_mixed
 .Llines_8:
     .if HAS_COURSES
-    IF_ZERO MOVING, .Llines_9
+    IF_NONE MOVING, 7, .Llines_9
     BITS_ON MOTION, M_NEXT
     LIT 0
     F store NEXT_DIRS
     F store NEXT_COUNT+2
     DO micro_first_axis
+    .endif
 .Llines_10:
+    .if HAS_COURSES
     F load STEPS, AXIS
     F store ACTUAL, AXIS
     NEXT_AXIS .Llines_10
-.Llines_9:
     .endif
+.Llines_9:
     GET FLAGS
     DO half
     DO half

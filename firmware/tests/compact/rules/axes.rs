@@ -19,7 +19,6 @@ use crate::lockstep::{OnChip, runner};
 use crate::machine::mill;
 use crate::verify::Elf;
 
-/// Where a statement's operands stand.
 /// Bits of FRAME_OF.
 const STEPS: u8 = 4;
 const RELATIVE: u8 = 16;

@@ -17,7 +17,6 @@ use crate::machine::mill;
 use crate::rig::PROFILE;
 use crate::verify::Elf;
 
-/// Where a statement's operands stand.
 /// Where code of one operation stands, at an odd place.
 const CODE: u16 = crate::area::AREA + 0x1E1;
 /// Bits of RUN_FLAGS.

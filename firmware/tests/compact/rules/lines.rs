@@ -19,8 +19,8 @@ use crate::lockstep::{OnChip, runner};
 use crate::machine::mill;
 use crate::verify::Elf;
 
-/// Where a statement's operands stand.
-/// Bit of MOTION: a line waits for the first segment of the next one.
+/// Bits of MOTION: a line ends at speed; it waits for the first segment of the next one.
+const THROUGH: u8 = 4;
 const NEXT: u8 = 8;
 /// What a course has of the pool's end.
 const COURSE: u16 = 28;
@@ -134,8 +134,8 @@ impl Lines for Twin {
 }
 
 impl Courses for Twin {
-    fn has_courses(&self) -> bool {
-        true
+    fn is_under_way(&self) -> bool {
+        self.chip.byte("MOVING") & 7 != 0
     }
     fn follow(&mut self) {
         self.bits_of("MOTION", 0, NEXT);
@@ -161,8 +161,11 @@ impl Courses for Twin {
     fn make_segments(&mut self) {
         self.calls("motion_poll", 0);
     }
-    fn motion(&self) -> u8 {
-        self.chip.byte("MOTION")
+    fn ends_at_speed(&self) -> bool {
+        self.chip.byte("MOTION") & THROUGH != 0
+    }
+    fn waits_to_begin(&self) -> bool {
+        self.chip.byte("MOTION") & NEXT != 0
     }
 }
 

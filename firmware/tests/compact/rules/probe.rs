@@ -20,7 +20,6 @@ use crate::lockstep::{OnChip, runner};
 use crate::machine::mill;
 use crate::verify::Elf;
 
-/// Where a statement's operands stand.
 /// Bits of BITS: input 17 counts.
 const COUNTS_17: u8 = 1;
 /// The pin of input 17.
