@@ -293,8 +293,7 @@ constants! {
     M_PAUSE = 1;
     // Lines of a course are left.
     M_COURSE = 2;
-    // The line ends at speed, EXIT2: the next one is planned while its last segments play. The step engine asks for a
-    // value from here on: what comes below it stops nowhere at speed.
+    // The line ends at speed, EXIT2: the next one is planned while its last segments play.
     M_THROUGH = 4;
     // That one waits for its first segment to begin: NEXT_ is what changes then.
     M_NEXT = 8;

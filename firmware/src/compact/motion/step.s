@@ -139,8 +139,8 @@ step_switch:
 2:  clr SLOT0+EVENTS(r15)
     /* Out of a speed from which no axis may stop: the next line of the course came too late. Where the axes
        are nobody knows then. */
-    cmp.b #M_THROUGH, &MOTION
-    jlo step_ends
+    bit.b #M_THROUGH|M_NEXT, &MOTION
+    jeq step_ends
     cmp &V2+2, &START2+2
     jhs step_ends
     mov.b #TRIPPED, &WATCH
