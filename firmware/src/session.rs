@@ -3,6 +3,49 @@
 use lang::fault::Fault;
 use lang::wire::{End, RunState};
 
+/// What [`Runs`](crate::rules::session::Runs) asks of the state alone, for a machine that keeps one as `session`.
+#[macro_export]
+macro_rules! session_leaves {
+    () => {
+        fn set_state(&mut self, state: u8) {
+            self.session.state = state;
+        }
+        fn is_active(&self) -> bool {
+            self.session.is_active()
+        }
+        fn executes(&self) -> bool {
+            self.session.executes()
+        }
+        fn is_paused(&self) -> bool {
+            self.session.is(lang::wire::RunState::Paused)
+        }
+        fn is_fault(&self) -> bool {
+            self.session.is(lang::wire::RunState::Fault)
+        }
+        fn is_ready(&self) -> bool {
+            self.session.is(lang::wire::RunState::Ready)
+        }
+        fn ending(&self) -> u8 {
+            self.session.ending
+        }
+        fn set_ending(&mut self, how: u8) {
+            self.session.ending = how;
+        }
+        fn ends_by_fault(&self) -> bool {
+            self.session.ending == lang::wire::End::Fault as u8
+        }
+        fn set_last_end(&mut self, how: u8) {
+            self.session.last = how;
+        }
+        fn fault(&self) -> u8 {
+            self.session.fault
+        }
+        fn release(&mut self) {
+            self.session.release();
+        }
+    };
+}
+
 /// The state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Session {

@@ -24,38 +24,10 @@ struct Bench {
 }
 
 impl Runs for Bench {
-    fn set_state(&mut self, state: u8) {
-        self.session.state = state;
-    }
-    fn is_active(&self) -> bool {
-        self.session.is_active()
-    }
-    fn executes(&self) -> bool {
-        self.session.executes()
-    }
-    fn is_paused(&self) -> bool {
-        self.session.is(RunState::Paused)
-    }
-    fn is_fault(&self) -> bool {
-        self.session.is(RunState::Fault)
-    }
-    fn is_ready(&self) -> bool {
-        self.session.is(RunState::Ready)
-    }
+    crate::session_leaves!();
+
     fn is_stored(&self) -> bool {
         self.program
-    }
-    fn ending(&self) -> u8 {
-        self.session.ending
-    }
-    fn set_ending(&mut self, how: u8) {
-        self.session.ending = how;
-    }
-    fn ends_by_fault(&self) -> bool {
-        self.session.ending == End::Fault as u8
-    }
-    fn set_last_end(&mut self, how: u8) {
-        self.session.last = how;
     }
     fn set_number(&mut self, _: u8) {}
     fn holds_stop(&self) -> bool {
@@ -115,9 +87,6 @@ impl Runs for Bench {
         0
     }
     fn set_spin(&mut self, _: u16) {}
-    fn fault(&self) -> u8 {
-        self.session.fault
-    }
     fn latch(&mut self, fault: u8) {
         self.session.fault = fault;
     }
@@ -127,9 +96,6 @@ impl Runs for Bench {
         false
     }
     fn drop_line(&mut self) {}
-    fn release(&mut self) {
-        self.session.release();
-    }
     fn before_start(&self) -> u8 {
         0
     }

@@ -4,41 +4,13 @@ use super::Controller;
 use crate::vm::vm;
 use firmware::rules::session::{AT_FAULT, AT_PAUSE, Runs};
 use lang::fault::Fault;
-use lang::wire::{End, RunState, TraceKind};
+use lang::wire::{End, TraceKind};
 
 impl Runs for Controller {
-    fn set_state(&mut self, state: u8) {
-        self.session.state = state;
-    }
-    fn is_active(&self) -> bool {
-        self.session.is_active()
-    }
-    fn executes(&self) -> bool {
-        self.session.executes()
-    }
-    fn is_paused(&self) -> bool {
-        self.session.is(RunState::Paused)
-    }
-    fn is_fault(&self) -> bool {
-        self.session.is(RunState::Fault)
-    }
-    fn is_ready(&self) -> bool {
-        self.session.is(RunState::Ready)
-    }
+    firmware::session_leaves!();
+
     fn is_stored(&self) -> bool {
         self.image().is_some()
-    }
-    fn ending(&self) -> u8 {
-        self.session.ending
-    }
-    fn set_ending(&mut self, how: u8) {
-        self.session.ending = how;
-    }
-    fn ends_by_fault(&self) -> bool {
-        self.session.ending == End::Fault as u8
-    }
-    fn set_last_end(&mut self, how: u8) {
-        self.session.last = how;
     }
     fn set_number(&mut self, n: u8) {
         self.program.effect.n = n;
@@ -134,9 +106,6 @@ impl Runs for Controller {
         self.clock.spin = ms;
     }
 
-    fn fault(&self) -> u8 {
-        self.session.fault
-    }
     // One that was raised has its place already.
     fn latch(&mut self, fault: u8) {
         if vm().fault != fault {
@@ -155,9 +124,6 @@ impl Runs for Controller {
     }
     fn drop_line(&mut self) {}
 
-    fn release(&mut self) {
-        self.session.release();
-    }
     // The host has not read how the last run ended: the press comes too early.
     fn before_start(&self) -> u8 {
         u8::from(self.trace.is_unread())
