@@ -11,9 +11,11 @@ pub mod home;
 pub mod lines;
 pub mod moves;
 pub mod pace;
+pub mod planner;
 pub mod probe;
 pub mod session;
 pub mod status;
+pub mod stops;
 pub mod ticks;
 
 use lang::fault::Fault;

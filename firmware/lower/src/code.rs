@@ -14,7 +14,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::Refused;
 use crate::leaf::Type;
 use crate::ops::{Line, Op, routine};
-use crate::tree::{Call, Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live};
+use crate::tree::{
+    Call, Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live, live_in_loop,
+};
 use state::{Held, Record, State};
 
 /// Where a word is made that bits are put into.
@@ -50,6 +52,8 @@ struct Writer<'a> {
     ways: BTreeMap<String, Vec<State>>,
     /// Where variables are put by.
     slots: BTreeMap<Var, String>,
+    /// Places that were written: none is put by there any more.
+    written: BTreeSet<String>,
     /// Ends with a fault.
     faults: BTreeMap<String, String>,
     /// Ends of jumps whose flag is the result.
@@ -81,6 +85,7 @@ pub fn write(
         state: State { zero, ..State::default() },
         ways: BTreeMap::new(),
         slots: BTreeMap::new(),
+        written: BTreeSet::new(),
         faults: BTreeMap::new(),
         known: BTreeMap::new(),
         when: None,
@@ -99,6 +104,12 @@ impl<'a> Writer<'a> {
     fn refuse<T>(&self, text: impl AsRef<str>) -> Made<T> {
         let text = format!("{}: {}", self.function.name, text.as_ref());
         Err(Stop::Refused(Refused { line: self.function.line, text }))
+    }
+
+    /// The variables that statements need here, when behind them those of `out` are.
+    fn live(&self, stmts: &[Stmt], out: &Vars) -> Vars {
+        let none = Vars::new();
+        live(stmts, out, self.turns.last().map_or(&none, |(_, needed)| needed))
     }
 
     fn label(&mut self) -> String {
@@ -128,8 +139,8 @@ impl<'a> Writer<'a> {
 
     fn put(&mut self, mut op: Op) {
         if !self.state.dead {
-            op.when.clone_from(&self.when);
             self.state.after(&op);
+            op.when.clone_from(&self.when);
             self.lines.push(Line::Op(op));
         }
     }
@@ -183,6 +194,10 @@ impl<'a> Writer<'a> {
     /// The variable in the accumulator is put by.
     fn put_by(&mut self, var: Var, out: &Vars) -> Made<()> {
         let slot = self.slot(var, out)?;
+        if self.written.contains(&slot) {
+            return self
+                .refuse(format!("a variable is put by in {slot}, which the function has written"));
+        }
         for other in self.slots.iter().filter(|(other, at)| **at == slot && **other != var) {
             self.state.stored.remove(other.0);
         }
@@ -207,6 +222,15 @@ impl<'a> Writer<'a> {
             }
         }
         Ok(())
+    }
+
+    /// The same where a value is about to be read: no other takes its place.
+    fn clobber_but(&mut self, value: &Expr, out: &Vars) -> Made<()> {
+        let mut kept = out.clone();
+        if self.state.alone().iter().any(|var| out.contains(var)) {
+            value.vars(&mut kept);
+        }
+        self.clobber(&kept)
     }
 
     fn all(&mut self) -> Made<()> {
@@ -300,11 +324,11 @@ impl<'a> Writer<'a> {
                 && let Some(call) = self.number_first(cond, then, other)
             {
                 // The number stands in front of the jump, which then goes to the rule itself.
-                let out = live(rest, out);
+                let out = self.live(rest, out);
                 self.again(&mut |writer| writer.goes_with(cond, call, &out), &out)?;
                 continue;
             }
-            let out = live(rest, out);
+            let out = self.live(rest, out);
             self.again(&mut |writer| writer.stmt(stmt, &out), &out)?;
         }
         Ok(())
@@ -367,9 +391,13 @@ impl<'a> Writer<'a> {
                 self.op(&format!("AXIS_{} {byte}", if *on { "ON" } else { "OFF" }));
             }
             Stmt::Call(call, _) if call.when.is_some() => {
-                let without = Call { when: None, ..call.clone() };
+                let with = Call { when: None, or: None, ..call.clone() };
                 let symbol = call.when.as_deref().unwrap_or_default();
-                self.only_when(symbol, out, |writer| writer.call(&without, out))?;
+                self.only_when(symbol, out, |writer| writer.call(&with, out))?;
+                if let Some(code) = &call.or {
+                    let others = format!("!{symbol}");
+                    self.only_when(&others, out, |writer| writer.code(code, &with, out))?;
+                }
             }
             Stmt::Call(call, tried) => {
                 if let Some(function) = self.stands_here(call) {
@@ -388,8 +416,7 @@ impl<'a> Writer<'a> {
             Stmt::If(cond, then, other) => self.branch(cond, then, other, out)?,
             Stmt::Axes(order, var, body) => self.axes(*order, *var, body, out)?,
             Stmt::Loop(body) => {
-                let needed =
-                    live(body, out).into_iter().chain(out.iter().copied()).collect::<Vars>();
+                let needed = live_in_loop(body, out);
                 self.clobber(&needed)?;
                 let head = self.label();
                 self.lines.push(Line::Label(head.clone(), false));
@@ -420,6 +447,20 @@ impl<'a> Writer<'a> {
         if let (Some((symbol, cond)), []) = (of_parts(cond), other) {
             return self.only_when(symbol, out, |writer| writer.branch(&cond, then, other, out));
         }
+        if let Some((symbol, cond)) = of_parts(cond) {
+            let (before, behind) = (self.live(then, out), self.live(other, out));
+            let both = before.union(&behind).copied().collect();
+            let (otherwise, end) = (self.label(), self.label());
+            self.only_when(symbol, &behind, |writer| {
+                writer.unless(&cond, &otherwise, &both)?;
+                writer.block(then, out)?;
+                writer.jump("GOTO", &end);
+                Ok(())
+            })?;
+            self.place(&otherwise, &behind)?;
+            self.block(other, out)?;
+            return self.place(&end, out);
+        }
         // The operation itself returns NOT_YET.
         if let (Cond::Not(inner), [Stmt::Return(End::NotYet)], []) = (cond, then, other)
             && let Cond::Call(call) = &**inner
@@ -440,7 +481,7 @@ impl<'a> Writer<'a> {
             self.known.insert(so, label.clone());
             return self.when(cond, true, &label, out);
         }
-        let (before, behind) = (live(then, out), live(other, out));
+        let (before, behind) = (self.live(then, out), self.live(other, out));
         let otherwise = self.label();
         let both = before.union(&behind).copied().collect();
         self.unless(cond, &otherwise, &both)?;

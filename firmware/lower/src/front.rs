@@ -436,7 +436,8 @@ fn ended(stmts: &mut Vec<Stmt>) {
     let end = match stmts.pop() {
         Some(Stmt::Return(end)) => end,
         Some(Stmt::Call(call, Tried::Never)) if call.when.is_none() => End::Value(Expr::Call(call)),
-        Some(Stmt::If(cond, mut then, mut other)) => {
+        // What only parts have goes on behind it.
+        Some(Stmt::If(cond, mut then, mut other)) if !cond.is_of_parts() => {
             ended(&mut then);
             if !other.is_empty() {
                 ended(&mut other);

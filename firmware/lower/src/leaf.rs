@@ -107,7 +107,7 @@ pub enum Kind {
     Bit(String, Option<bool>),
     /// What never is so on the small chip.
     Never,
-    /// Code; a second one of which a flag tells as well.
+    /// Code; a second one, of which a flag tells as well or which is that of other parts.
     Code(String, Option<String>),
 }
 
@@ -260,7 +260,7 @@ pub fn signature(sig: &syn::Signature) -> Option<(bool, Named, Type)> {
     let changes = match machine.as_str() {
         "& self" => false,
         "& mut self" => true,
-        text if text.starts_with("m : & impl ") => false,
+        text if text.starts_with("m : & impl ") || text.starts_with("_m : & impl ") => false,
         text if text.starts_with("m : & mut impl ") => true,
         _ => return None,
     };
@@ -268,7 +268,9 @@ pub fn signature(sig: &syn::Signature) -> Option<(bool, Named, Type)> {
     for input in inputs {
         let FnArg::Typed(input) = input else { return None };
         let Pat::Ident(name) = &*input.pat else { return None };
-        takes.push((name.ident.to_string(), type_of(&input.ty.to_token_stream().to_string())?));
+        // `_name` is what rustc wants where a default does without.
+        let name = name.ident.to_string().trim_start_matches('_').to_owned();
+        takes.push((name, type_of(&input.ty.to_token_stream().to_string())?));
     }
     let gives = match &sig.output {
         ReturnType::Default => Type::Nothing,

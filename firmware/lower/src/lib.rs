@@ -102,9 +102,9 @@ pub fn lower(
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 13] = [
+const FILES: [&str; 15] = [
     "status", "coords", "effects", "home", "moves", "pace", "axes", "lines", "probe", "commands",
-    "session", "ticks", "handlers",
+    "session", "ticks", "handlers", "stops", "planner",
 ];
 /// Those that have leaves alone.
 const TRAITS: [&str; 3] = ["rules", "rules/commands/leaves", "rules/session/leaves"];

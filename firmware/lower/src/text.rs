@@ -61,9 +61,16 @@ pub fn write(lines: &[Line], file: &str, about: &About) -> Made {
             _ => None,
         };
         if when != now {
-            text.push_str(if when.is_some() { "    .endif\n" } else { "" });
-            if let Some(symbol) = now {
-                let _ = writeln!(text, "    .if {symbol}");
+            match (when, now) {
+                (Some(symbol), Some(others)) if others.strip_prefix('!') == Some(symbol) => {
+                    text.push_str("    .else\n");
+                }
+                (_, now) => {
+                    text.push_str(if when.is_some() { "    .endif\n" } else { "" });
+                    if let Some(symbol) = now {
+                        let _ = writeln!(text, "    .if {symbol}");
+                    }
+                }
             }
             when = now;
         }

@@ -98,12 +98,18 @@ pub enum Pair {
     And,
     /// Shifted right.
     Half,
-    /// Of scaled numbers: the product.
+    /// Of scaled numbers: the sum.
+    Plus,
+    /// The difference, at least 0.
+    Minus,
+    /// The product.
     Times,
     /// The quotient.
     Over,
     /// The smaller one.
     Least,
+    /// The larger one, of scaled numbers or of integers that are not negative.
+    Most,
 }
 
 /// A value.
@@ -125,6 +131,8 @@ pub enum Expr {
     Pair(Pair, Box<Expr>, Box<Expr>),
     /// A routine of one value: `negate`.
     Of(&'static str, Box<Expr>),
+    /// A scaled number times this power of two.
+    Shifted(Box<Expr>, i8),
     /// A wider type of the same value.
     Wide(Box<Expr>),
     /// The low byte.
@@ -164,7 +172,7 @@ pub enum Cond {
     When(String, Box<Cond>),
     /// Two values are the same.
     Same(Expr, Expr),
-    /// A byte is below another; a long below 0.
+    /// A byte is below another; a long below 0; a scaled number below another one.
     Below(Expr, Expr),
     /// A bit of a value is set.
     Bits(Expr, Number),
@@ -292,6 +300,7 @@ impl Expr {
                 b.vars(to);
             }
             Expr::Of(_, a)
+            | Expr::Shifted(a, _)
             | Expr::Wide(a)
             | Expr::Low(a)
             | Expr::High(a)
@@ -317,6 +326,16 @@ impl Call {
 }
 
 impl Cond {
+    /// Whether it begins with what only parts have.
+    #[must_use]
+    pub fn is_of_parts(&self) -> bool {
+        match self {
+            Cond::When(..) => true,
+            Cond::And(a, _) => a.is_of_parts(),
+            _ => false,
+        }
+    }
+
     /// Its variables.
     pub fn vars(&self, to: &mut Vars) {
         match self {
@@ -339,14 +358,22 @@ impl Cond {
     }
 }
 
-/// The variables that statements need, when behind them those of `out` are.
+/// The variables that statements need, when behind them those of `out` are, and in the next turn of the loop around them
+/// those of `turn`.
 #[must_use]
-pub fn live(stmts: &[Stmt], out: &Vars) -> Vars {
-    stmts.iter().rev().fold(out.clone(), |out, stmt| stmt.live(out))
+pub fn live(stmts: &[Stmt], out: &Vars, turn: &Vars) -> Vars {
+    stmts.iter().rev().fold(out.clone(), |out, stmt| stmt.live(out, turn))
+}
+
+/// The variables that a loop with this body needs at each of its turns, when behind it those of `out` are.
+#[must_use]
+pub fn live_in_loop(body: &[Stmt], out: &Vars) -> Vars {
+    let with = |turn: &Vars| live(body, turn, turn).union(turn).copied().collect::<Vars>();
+    with(&with(out))
 }
 
 impl Stmt {
-    fn live(&self, mut out: Vars) -> Vars {
+    fn live(&self, mut out: Vars, turn: &Vars) -> Vars {
         match self {
             Stmt::Set(var, value) | Stmt::Word(var, value) | Stmt::Axis(var, value) => {
                 out.remove(var);
@@ -365,20 +392,17 @@ impl Stmt {
             }
             Stmt::Call(call, _) => call.vars(&mut out),
             Stmt::If(cond, then, other) => {
-                let mut both = live(then, &out);
-                both.extend(live(other, &out));
+                let mut both = live(then, &out, turn);
+                both.extend(live(other, &out, turn));
                 out = both;
                 cond.vars(&mut out);
             }
-            Stmt::Axes(_, _, body) | Stmt::Loop(body) => {
-                out.extend(live(body, &out));
-                out = live(body, &out).into_iter().chain(out).collect();
-            }
-            Stmt::Continue => {}
+            Stmt::Axes(_, _, body) | Stmt::Loop(body) => out = live_in_loop(body, &out),
+            Stmt::Continue => out.clone_from(turn),
             Stmt::Match(value, arms, other) => {
-                let mut all = live(other, &out);
+                let mut all = live(other, &out, turn);
                 for (_, arm) in arms {
-                    all.extend(live(arm, &out));
+                    all.extend(live(arm, &out, turn));
                 }
                 out = all;
                 value.vars(&mut out);

@@ -164,6 +164,8 @@ pub struct Routine {
     pub leaves: Scratch,
     /// Numbers of the planner among the temporary bytes that it reads.
     pub planner: Scratch,
+    /// Temporary bytes that it reads on those of its ways alone for which its caller has written them.
+    pub finds: Scratch,
     /// What it does.
     pub means: &'static str,
 }
@@ -185,6 +187,7 @@ impl Routine {
             writes: Scratch(0),
             leaves: Scratch(0),
             planner: Scratch(0),
+            finds: Scratch(0),
             means: "",
         }
     }
@@ -227,6 +230,10 @@ impl Routine {
     }
     const fn planner(mut self, scratch: Scratch) -> Routine {
         self.planner = scratch;
+        self
+    }
+    const fn finds(mut self, scratch: Scratch) -> Routine {
+        self.finds = scratch;
         self
     }
     const fn means(mut self, means: &'static str) -> Routine {

@@ -11,3 +11,7 @@ constants! {
 core::arch::global_asm!(include_str!("motion/ramp.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/step.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/line.s"), options(raw));
+// Made of firmware/src/rules/stops.rs: the main loop's look at a motion falls into it.
+core::arch::global_asm!(include_str!("made/stops.s"), options(raw));
+// Made of firmware/src/rules/planner.rs.
+core::arch::global_asm!(include_str!("made/planner.s"), options(raw));

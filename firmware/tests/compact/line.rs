@@ -102,7 +102,7 @@ fn lines_are_planned_as_one_block_of_a_path() {
         for (at, percent) in (chip.at("OVERRIDE")..).zip(percents) {
             chip.board.poke8(at, percent);
         }
-        chip.call("line_begin", &[(12, mask.into()), (13, rapid.into())]);
+        chip.call(if rapid { "line_rapid" } else { "line_begin" }, &[(12, mask.into())]);
         let steps = [0, 1, 2].map(|n| if mask >> n & 1 != 0 { steps[n] } else { 0 });
         let moving: u8 = (0..3).filter(|n| steps[*n] != 0).map(|n| 1 << n).sum();
         prop_assert_eq!(chip.byte("MOVING"), moving);

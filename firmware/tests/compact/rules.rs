@@ -10,8 +10,10 @@ mod home;
 mod lines;
 mod moves;
 mod pace;
+mod planner;
 mod probe;
 mod session;
+mod stops;
 mod ticks;
 
 use firmware::rules::{Axis, Machine, status};

@@ -4,7 +4,7 @@ use super::state::Held;
 use super::ways::refused;
 use super::{Made, Writer, is_byte};
 use crate::leaf::{Holds, Type};
-use crate::tree::{Call, Cond, Expr, Number, Size, Stmt, Vars};
+use crate::tree::{Call, Cond, Expr, Number, Pair, Size, Stmt, Vars};
 
 impl Writer<'_> {
     /// Goes to `label` unless a condition holds; variables of `out` are needed on either way.
@@ -85,7 +85,12 @@ impl Writer<'_> {
                 }
                 self.either(Some("IF_NEGATIVE"), Some("IF_NOT_NEGATIVE"), so, label, out)
             }
-            Cond::Below(..) => self.refuse("below a number"),
+            Cond::Below(a, b) if self.is_long(a) && self.is_long(b) => {
+                // Without a sign, as scaled numbers are.
+                self.pair(Pair::Sub, a, b, true, out)?;
+                self.either(None, Some("IF_CARRY"), so, label, out)
+            }
+            Cond::Below(..) => self.refuse("below a number, or a scaled number below another"),
             Cond::Bits(value, mask) => self.bits(value, mask, so, label, out),
             Cond::Within(value, first, last) => {
                 self.within(value, first, last, out)?;
@@ -190,7 +195,8 @@ impl Writer<'_> {
             Expr::Place(place) => matches!(place.size, crate::tree::Size::Long),
             Expr::Call(call) => matches!(call.gives, Type::Long | Type::Maybe),
             Expr::Pair(_, a, b) => self.is_long(a) || self.is_long(b),
-            Expr::Of(..) | Expr::Wide(_) | Expr::OrZero(_) | Expr::OrFault(..) => true,
+            Expr::Of(..) | Expr::Shifted(..) | Expr::Most => true,
+            Expr::Wide(_) | Expr::OrZero(_) | Expr::OrFault(..) => true,
             Expr::If(_, a, _) => self.is_long(a),
             _ => false,
         }

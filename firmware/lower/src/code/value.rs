@@ -90,6 +90,9 @@ impl Writer<'_> {
             Expr::Number(_) => true,
             Expr::Var(var) => self.state.stored.contains(var),
             Expr::Place(place) => place.record.is_none() && place.axis.is_none(),
+            Expr::Wide(inner) => {
+                matches!(&**inner, Expr::Place(place) if is_byte(place.size)) && self.is_pure(inner)
+            }
             _ => false,
         }
     }
@@ -115,7 +118,7 @@ impl Writer<'_> {
                 if !self.state.stored.contains(var) {
                     return self.refuse("a variable has no value on this way");
                 }
-                self.clobber(out)?;
+                self.clobber_but(value, out)?;
                 let slot = self.slots[var].clone();
                 if self.function.vars[*var] == Type::Byte {
                     self.op(&format!("GET {slot}"));
@@ -162,6 +165,11 @@ impl Writer<'_> {
                 self.value(a, out)?;
                 self.clobber(out)?;
                 self.op(&format!("DO {routine}"));
+            }
+            Expr::Shifted(a, by) => {
+                self.value(a, out)?;
+                self.clobber(out)?;
+                self.op(&format!("SHIFT {by}"));
             }
             Expr::Wide(a) => match &**a {
                 // Of a record 16 bits come as 32.
@@ -242,7 +250,19 @@ impl Writer<'_> {
     }
 
     /// Of two values; `exact` when flags of the result are looked at.
-    fn pair(&mut self, op: Pair, a: &Expr, b: &Expr, exact: bool, out: &Vars) -> Made<()> {
+    pub(super) fn pair(
+        &mut self,
+        op: Pair,
+        a: &Expr,
+        b: &Expr,
+        exact: bool,
+        out: &Vars,
+    ) -> Made<()> {
+        if let (Pair::Add, Expr::Number(_), true) = (op, b, self.is_long(a)) {
+            // A long in memory is added to the number.
+            let number = Expr::Wide(Box::new(b.clone()));
+            return self.pair(op, &number, a, exact, out);
+        }
         if let Expr::Number(number) = b {
             if self.is_long(a) {
                 return self.refuse("a number with a byte, or the low one of a word");
@@ -269,23 +289,29 @@ impl Writer<'_> {
         let name = match op {
             Pair::Add => "add",
             Pair::Sub => "sub",
+            Pair::Plus => "plus",
+            Pair::Minus => "minus",
             Pair::Times => "times",
             Pair::Over => "over",
             Pair::Least => "least",
+            Pair::Most => "most",
             _ => return self.refuse("& and >> with a number"),
         };
         let (mut a, mut b) = (a, b);
         let held = |writer: &Self, value: &Expr| writer.is_held(value);
         // The one that is there already goes first.
-        if op == Pair::Add && !held(self, a) && (held(self, b) || self.operand(b).is_none()) {
+        let commutes =
+            matches!(op, Pair::Add | Pair::Plus | Pair::Times | Pair::Least | Pair::Most);
+        let first = !held(self, a) && (held(self, b) || self.operand(b).is_none());
+        if commutes && first && self.operand(a).is_some() {
             (a, b) = (b, a);
         }
         let mut kept = out.clone();
         b.vars(&mut kept);
         if let Expr::Var(var) = b
-            && exact
+            && (exact || a == b)
             && self.operand(b).is_none()
-            && self.state.held.contains(&Held::Var(*var))
+            && held(self, b)
         {
             self.put_by(*var, &kept)?;
         }
@@ -312,7 +338,7 @@ impl Writer<'_> {
         let Some((formula, operand)) = self.operand(x) else {
             return self.refuse("the second value of two is a place or a variable in memory");
         };
-        self.clobber(out)?;
+        self.clobber_but(x, out)?;
         self.op(&format!("{formula} {name} {operand}"));
         Ok(())
     }
@@ -384,6 +410,7 @@ impl Writer<'_> {
     /// A place = a value.
     pub(super) fn store(&mut self, place: &Place, value: &Expr, out: &Vars) -> Made<()> {
         let symbol = place.symbol.clone();
+        self.written.insert(symbol.clone());
         match (place.size, value) {
             (Size::Byte, Expr::Number(number)) if !self.is_held(value) => {
                 let before = self.state.known.get(&symbol).copied();

@@ -3,7 +3,7 @@
 use super::state::{Held, State};
 use super::{Made, Writer, is_byte};
 use crate::ops::{HOLE, Line, Op, PLACE};
-use crate::tree::{End, Expr, Number, Order, Size, Stmt, Var, Vars, live};
+use crate::tree::{End, Expr, Number, Order, Size, Stmt, Var, Vars, live_in_loop};
 
 impl Writer<'_> {
     pub(super) fn turn(&mut self, label: &str, needed: &Vars) -> Made<()> {
@@ -15,11 +15,14 @@ impl Writer<'_> {
     }
 
     pub(super) fn axes(&mut self, order: Order, var: Var, body: &[Stmt], out: &Vars) -> Made<()> {
-        let needed = live(body, out).into_iter().chain(out.iter().copied()).collect::<Vars>();
+        let needed = live_in_loop(body, out);
         self.clobber(&needed)?;
         match order {
             Order::Down => self.op("DO micro_first_axis"),
-            Order::Up => ["LIT 0", "DO axis_select"].iter().for_each(|op| self.op(op)),
+            Order::Up => {
+                self.value(&Expr::Number(Number::of(0)), &needed)?;
+                self.op("DO axis_select");
+            }
             Order::Four => ["LIT 3", "DO axis_select"].iter().for_each(|op| self.op(op)),
         }
         let next_one = if order == Order::Up { "UP_AXIS" } else { "NEXT_AXIS" };
@@ -46,9 +49,9 @@ impl Writer<'_> {
         other: &[Stmt],
         out: &Vars,
     ) -> Made<()> {
-        let mut needed = live(other, out);
+        let mut needed = self.live(other, out);
         for (_, arm) in arms {
-            needed.extend(live(arm, out));
+            needed.extend(self.live(arm, out));
         }
         let labels = arms.iter().map(|_| self.label()).collect::<Vec<_>>();
         let (otherwise, end) = (self.label(), self.label());

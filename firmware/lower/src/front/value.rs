@@ -275,20 +275,31 @@ impl Reader<'_> {
             ("wrapping_sub" | "checked_sub", Some(b)) => self.pair(Pair::Sub, &call.receiver, b),
             ("times", Some(b)) => self.pair(Pair::Times, &call.receiver, b),
             ("over", Some(b)) => self.pair(Pair::Over, &call.receiver, b),
+            ("plus", Some(b)) => self.pair(Pair::Plus, &call.receiver, b),
+            ("minus", Some(b)) => self.pair(Pair::Minus, &call.receiver, b),
             ("least", Some(b)) => self.pair(Pair::Least, &call.receiver, b),
+            ("most", Some(b)) => self.pair(Pair::Most, &call.receiver, b),
+            ("shifted", Some(by)) => {
+                let Some(by) = power(by) else { return no(by, "a power of two, written out") };
+                let value = self.value(&call.receiver)?.0;
+                Ok((Expr::Shifted(Box::new(value), by), Some(Type::Long)))
+            }
             ("floor", None) => Ok(of("floor", self.value(&call.receiver)?)),
+            ("root", None) => Ok(of("root", self.value(&call.receiver)?)),
             ("wrapping_neg", None) => Ok(of("negate", self.value(&call.receiver)?)),
             ("wrapping_abs", None) => Ok(of("abs", self.value(&call.receiver)?)),
-            ("max", Some(b)) if self.number(b)?.value == Some(0) => {
+            ("max", Some(b)) if self.number(b).is_ok_and(|b| b.value == Some(0)) => {
                 Ok(of("not_negative", self.value(&call.receiver)?))
             }
+            ("max", Some(b)) => self.pair(Pair::Most, &call.receiver, b),
             ("unwrap_or", Some(b)) if self.number(b)?.value == Some(0) => {
                 let value = self.value(&call.receiver)?.0;
                 Ok((Expr::OrZero(Box::new(value)), Some(Type::Long)))
             }
             _ => no(
                 call,
-                "wrapping_add, wrapping_sub, wrapping_neg, max(0), unwrap_or(0), bit, times, over, least, floor",
+                "wrapping_add, wrapping_sub, wrapping_neg, wrapping_abs, max, unwrap_or(0), bit, plus, minus, times, over, \
+                 least, most, shifted, root, floor",
             ),
         }
     }
@@ -411,6 +422,16 @@ impl Reader<'_> {
             _ => no(pair, "==, !=, <, >=, &&, ||"),
         }
     }
+}
+
+/// A number from -64 to 63.
+fn power(expr: &Rust) -> Option<i8> {
+    let (sign, expr) = match expr {
+        Rust::Unary(negative) if matches!(negative.op, UnOp::Neg(_)) => (-1, &*negative.expr),
+        expr => (1, expr),
+    };
+    let Rust::Lit(syn::ExprLit { lit: syn::Lit::Int(number), .. }) = expr else { return None };
+    number.base10_parse::<i8>().ok().map(|n| sign * n).filter(|n| (-64..64).contains(n))
 }
 
 fn tail(block: &syn::Block) -> Result<&Rust, Refused> {

@@ -85,6 +85,7 @@ pub const ROUTINES: &[Routine] = &[
     row("line_rapid", LOW, Lost, "")
         .loses("ar")
         .writes(PLANNER)
+        .finds(Scratch::TEMP.and(Scratch::SPARE))
         .means("a rapid line of these axes begins"),
     row("poke", Nothing, Kept, "").with(&[Pairs]).means("writes bytes to peripherals"),
     row("output", LOW, Only, "Z").means("level of output r12"),
@@ -179,6 +180,7 @@ pub const ROUTINES: &[Routine] = &[
     row("line_begin", LOW, Lost, "")
         .loses("ar")
         .writes(PLANNER)
+        .finds(Scratch::TEMP.and(Scratch::SPARE))
         .means("a line of these axes begins"),
     row("control", LOW, Lost, "").loses("ar").writes(Scratch::ALL).means("obeys a Control code"),
 ];
@@ -197,6 +199,7 @@ pub const CALLED: &[Routine] = &[
         .loses("ar")
         .reads(Scratch::TEMP)
         .writes(PLANNER)
+        .finds(Scratch::SPARE)
         .means("the axis of this bit sets off"),
     row("boot_log", Nothing, Lost, "").means("the last fault of the log"),
     row("clear_run", Nothing, Only, "").means("clears what a run begins with; r12 = POOL_END"),

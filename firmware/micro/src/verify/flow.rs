@@ -57,7 +57,7 @@ impl State {
         };
         match by {
             By::Row(row) => {
-                let written = row.reads.and(row.planner);
+                let written = row.reads.and(row.planner).and(row.finds);
                 let low = row.takes != Takes::Nothing;
                 state(low, row.takes == Takes::Long, "", row.needs, written)
             }

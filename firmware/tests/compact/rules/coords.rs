@@ -24,11 +24,13 @@ impl Twin {
         &self.machine.axes[usize::from(axis.n())]
     }
 
-    fn at(&self, place: &str, axis: Axis) -> i32 {
+    /// A number of an axis.
+    pub fn at(&self, place: &str, axis: Axis) -> i32 {
         self.chip.long(place, 4 * u16::from(axis.n())) as i32
     }
 
-    fn set(&mut self, place: &str, axis: Axis, value: i32) {
+    /// See [`Twin::at`].
+    pub fn set(&mut self, place: &str, axis: Axis, value: i32) {
         self.chip.set_long(place, 4 * u16::from(axis.n()), value as u32);
     }
 

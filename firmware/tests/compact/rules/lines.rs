@@ -23,14 +23,16 @@ use crate::verify::Elf;
 const THROUGH: u8 = 4;
 const NEXT: u8 = 8;
 /// What a course has of the pool's end.
-const COURSE: u16 = 28;
+pub const COURSE: u16 = 28;
 
 impl Twin {
-    fn course(&self) -> u16 {
+    /// Where a course has its part of the pool.
+    pub fn course(&self) -> u16 {
         self.chip.at("POOL_END") - COURSE
     }
 
-    fn set_long_at(&mut self, at: u16, value: i32) {
+    /// Writes 32 bits at an address.
+    pub fn set_long_at(&mut self, at: u16, value: i32) {
         self.chip.board.poke16(at, value as u16);
         self.chip.board.poke16(at + 2, (value >> 16) as u16);
     }

@@ -95,7 +95,8 @@ impl Machine {
         let from = self.positions();
         aim(&mut self.chip, from, [0, 1, 2].map(|n| from[n] + steps[n]));
         self.chip.set_long("FEED", 0, feed_word(feed));
-        self.call("line_begin", &[(12, 7), (13, u16::from(feed == Feed::Rapid))]);
+        let begin = if feed == Feed::Rapid { "line_rapid" } else { "line_begin" };
+        self.call(begin, &[(12, 7)]);
         Plan::line(self.chip.word("STEP_FRAC").into(), &self.axes, steps, feed)
     }
 
