@@ -13,6 +13,7 @@ pub mod moves;
 pub mod pace;
 pub mod planner;
 pub mod probe;
+pub mod segments;
 pub mod session;
 pub mod status;
 pub mod stops;

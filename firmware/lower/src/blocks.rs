@@ -31,7 +31,7 @@ pub struct Blocks {
     file: String,
 }
 
-/// The shortest code that the rules find.
+/// The shortest code that the rules find, in whichever order they are tried.
 #[must_use]
 pub fn shorten(lines: Vec<Line>, file: &str) -> Vec<Line> {
     let here = lines.iter().filter_map(|line| match line {
@@ -43,27 +43,39 @@ pub fn shorten(lines: Vec<Line>, file: &str) -> Vec<Line> {
     blocks.enter();
     blocks.jump();
     blocks.clean();
-    'again: loop {
-        for rule in SHORTER {
-            if let Some(lines) = rule(&blocks) {
-                let mut other = blocks.with(lines);
-                other.clean();
-                if other.bytes() < blocks.bytes() {
-                    blocks = other;
-                    continue 'again;
-                }
-            }
-        }
-        break;
-    }
-    far::order(&mut blocks);
-    while let Some(lines) = far::step(&blocks) {
-        blocks.lines = lines;
-    }
-    blocks.lines
+    let orders = (0..SHORTER.len()).map(|first| {
+        let mut rules = SHORTER;
+        rules.rotate_left(first);
+        blocks.shorter(&rules)
+    });
+    let shortest = orders.min_by_key(Blocks::bytes);
+    shortest.unwrap_or(blocks).lines
 }
 
 impl Blocks {
+    /// Shorter by these rules, the first one that finds a place first.
+    fn shorter(&self, rules: &[Rule]) -> Blocks {
+        let mut blocks = self.with(self.lines.clone());
+        'again: loop {
+            for rule in rules {
+                if let Some(lines) = rule(&blocks) {
+                    let mut other = blocks.with(lines);
+                    other.clean();
+                    if other.bytes() < blocks.bytes() {
+                        blocks = other;
+                        continue 'again;
+                    }
+                }
+            }
+            break;
+        }
+        far::order(&mut blocks);
+        while let Some(lines) = far::step(&blocks) {
+            blocks.lines = lines;
+        }
+        blocks
+    }
+
     /// Other lines of the same file.
     fn with(&self, lines: Vec<Line>) -> Blocks {
         let (here, entries) = (self.here.clone(), self.entries.clone());

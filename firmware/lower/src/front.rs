@@ -299,9 +299,11 @@ impl Reader<'_> {
         if let Rust::If(branch) = &*init.expr
             && let Some((_, other)) = &branch.else_branch
             && let Rust::Block(other) = &**other
-            && (branch.then_branch.stmts.len() > 1 || other.block.stmts.len() > 1)
+            && let cond = self.cond(&branch.cond)?
+            && (branch.then_branch.stmts.len() > 1
+                || other.block.stmts.len() > 1
+                || cond.is_of_parts())
         {
-            let cond = self.cond(&branch.cond)?;
             let (mut then, value, of) = self.ended(&branch.then_branch)?;
             let (mut other, also, _) = self.ended(&other.block)?;
             let var = self.var(&name, kind.or(of).unwrap_or(Type::Byte));

@@ -102,9 +102,9 @@ pub fn lower(
 }
 
 /// The files of rules, in the order of `firmware/src/rules`.
-const FILES: [&str; 15] = [
+const FILES: [&str; 16] = [
     "status", "coords", "effects", "home", "moves", "pace", "axes", "lines", "probe", "commands",
-    "session", "ticks", "handlers", "stops", "planner",
+    "session", "ticks", "handlers", "stops", "planner", "segments",
 ];
 /// Those that have leaves alone.
 const TRAITS: [&str; 3] = ["rules", "rules/commands/leaves", "rules/session/leaves"];

@@ -9,6 +9,8 @@ constants! {
 
 // The ramps first: they reach the scaled numbers by near jumps.
 core::arch::global_asm!(include_str!("motion/ramp.s"), options(raw));
+// Made of firmware/src/rules/segments.rs.
+core::arch::global_asm!(include_str!("made/segments.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/step.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/line.s"), options(raw));
 // Made of firmware/src/rules/stops.rs: the main loop's look at a motion falls into it.

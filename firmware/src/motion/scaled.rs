@@ -29,6 +29,12 @@ impl Scaled {
         Scaled(self.0.wrapping_add_signed((by as i32) << BITS))
     }
 
+    /// How far the integers that hold the two lie apart: its top byte is the power of two just below `self / other`.
+    #[must_use]
+    pub const fn gap(self, other: Scaled) -> i32 {
+        self.0.wrapping_sub(other.0) as i32
+    }
+
     /// `self * 2^by`.
     #[must_use]
     pub fn shifted(self, by: i8) -> Scaled {

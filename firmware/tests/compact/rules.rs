@@ -12,6 +12,7 @@ mod moves;
 mod pace;
 mod planner;
 mod probe;
+mod segments;
 mod session;
 mod stops;
 mod ticks;

@@ -244,6 +244,9 @@ impl Writer<'_> {
                 self.op("DO test_long");
             }
             self.either(Some("IF_EQUAL"), Some("IF_NOT_EQUAL"), so, label, out)?;
+            if !so {
+                (self.state.zero, self.state.wide) = (true, true);
+            }
         } else {
             if let (Expr::Place(word), true) = (a, number.wide)
                 && word.size == Size::Word

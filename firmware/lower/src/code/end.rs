@@ -135,6 +135,11 @@ impl Writer<'_> {
 
     /// With what is known.
     pub(super) fn end_known(&mut self, so: bool) -> Made<()> {
+        if self.function.holds == Some(Holds::Carry) && !so {
+            self.op("TESTI 0");
+            self.op("RETURN");
+            return Ok(());
+        }
         let equal = match self.function.holds {
             Some(Holds::Equal) => so,
             Some(Holds::NotEqual) => !so,

@@ -81,6 +81,7 @@ pub fn rules(file: &File, module: &str, about: &About, rules: &mut Rules) -> Res
         let label = label.unwrap_or_else(|| format!("{}{name}", about.prefix));
         let holds = match said.get("holds").map(String::as_str) {
             Some("EQUAL") => Some(Holds::Equal),
+            Some("CARRY") => Some(Holds::Carry),
             Some("NO_CARRY") => Some(Holds::NoCarry),
             _ if gives == Type::Bool => Some(Holds::NotEqual),
             _ => None,

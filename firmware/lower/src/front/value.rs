@@ -284,6 +284,11 @@ impl Reader<'_> {
                 let value = self.value(&call.receiver)?.0;
                 Ok((Expr::Shifted(Box::new(value), by), Some(Type::Long)))
             }
+            // What an integer is less another one, of numbers that hold an exponent.
+            ("gap", Some(b)) => {
+                let (value, _) = self.pair(Pair::Sub, &call.receiver, b)?;
+                Ok((value, Some(Type::Long)))
+            }
             ("floor", None) => Ok(of("floor", self.value(&call.receiver)?)),
             ("root", None) => Ok(of("root", self.value(&call.receiver)?)),
             ("wrapping_neg", None) => Ok(of("negate", self.value(&call.receiver)?)),
@@ -299,7 +304,7 @@ impl Reader<'_> {
             _ => no(
                 call,
                 "wrapping_add, wrapping_sub, wrapping_neg, wrapping_abs, max, unwrap_or(0), bit, plus, minus, times, over, \
-                 least, most, shifted, root, floor",
+                 least, most, gap, shifted, root, floor",
             ),
         }
     }

@@ -29,17 +29,17 @@ command_execute:
     F word COMMAND_HEAD
     CASE 100, command_stop
 .Lcommands_4:
-    IF_ANY RUN, RUN_ACTIVE, .Lcommands_m8
-    IF_SET EFFECT, .Lcommands_m8
+    IF_ANY RUN, RUN_ACTIVE, .Lcommands_m3
+    IF_SET EFFECT, .Lcommands_m3
     F word COMMAND_HEAD
     CASE_NOT 102, .Lcommands_8
     F load COMMAND+8
     DO test_long
     IF_EQUAL command_stop
 .Lcommands_8:
-    IF_SET MOVING, .Lcommands_m8
+    IF_SET MOVING, .Lcommands_m3
     DO blocking
-    IF_NOT_EQUAL .Lcommands_m8
+    IF_NOT_EQUAL .Lcommands_m3
     F word COMMAND_HEAD+2
     ADDI -1
     PUT N
@@ -51,32 +51,12 @@ command_execute:
     DO micro_switch
     TO .Lcommands_17
     TO .Lcommands_16
-    TO .Lcommands_m2
+    TO .Lcommands_m8
     TO .Lcommands_14
     TO .Lcommands_13
     TO .Lcommands_12
     TO .Lcommands_m9
     PLACES_END
-.Lcommands_12:
-    DO offset_steps
-command_go:
-    DO command_target
-    DO or_return
-    DO command
-    DO begin_axis
-    DONE_
-command_direct:
-    F word COMMAND_HEAD+2
-    CASE 255, command_stop
-    CASE_NOT 88, .Lcommands_31
-    LIT 6
-    GOTO command_control
-command_stop:
-    IF_NONE RUN, RUN_ACTIVE, .Lcommands_26
-    LIT 2
-command_control:
-    DO control
-    DONE_
 command_force:
     F word COMMAND_HEAD+2
     BELOW 16
@@ -86,14 +66,26 @@ command_force:
 .Lcommands_13:
     DO here
     GOTO command_go
+command_stop:
+    IF_NONE RUN, RUN_ACTIVE, .Lcommands_26
+    LIT 2
+command_control:
+    DO control
+    DONE_
 .Lcommands_14:
     F load COMMAND+4
     .global work_position_is
     ROUTINE_ODD work_position_is, module.rules.commands
-    IF_ZERO MOVING, .Lcommands_m10
-.Lcommands_m8:
+    IF_ZERO MOVING, .Lcommands_38
+.Lcommands_m3:
     LIT EX_BUSY
     RETURN
+command_direct:
+    F word COMMAND_HEAD+2
+    CASE 255, command_stop
+    CASE_NOT 88, .Lcommands_31
+    LIT 6
+    GOTO command_control
 .Lcommands_16:
     F word COMMAND+6
     PUT UNIT
@@ -102,14 +94,7 @@ command_force:
     BELOW 17
     ADDI 1
     DO probe_input
-    GOTO .Lcommands_m3
-.Lcommands_17:
-    F load COMMAND+8
-    DO probe_xor
-    F load COMMAND+4
-    DO probe_and
-    DO command_long
-.Lcommands_m3:
+.Lcommands_m4:
     DO command_long
 command_probe:
     DO here
@@ -124,6 +109,21 @@ command_probe:
     CALL abandon
 .Lcommands_58:
     DONE_
+.Lcommands_12:
+    DO offset_steps
+command_go:
+    DO command_target
+    DO or_return
+    DO command
+    DO begin_axis
+    DONE_
+.Lcommands_17:
+    F load COMMAND+8
+    DO probe_xor
+    F load COMMAND+4
+    DO probe_and
+    DO command_long
+    GOTO .Lcommands_m4
 command_by_profile:
     LIT16 1111
     F sub COMMAND_HEAD
@@ -132,8 +132,8 @@ command_by_profile:
     TO .Lcommands_21
     TO .Lcommands_20
     PLACES_END
-.Lcommands_m2:
-    GOTO .Lcommands_m11
+.Lcommands_m8:
+    GOTO .Lcommands_m10
 .Lcommands_m9:
     GOTO command_run
 .Lcommands_26:
@@ -152,13 +152,18 @@ command_by_profile:
     BELOW 5
     DO micro_switch
     TO .Lcommands_34
-    TO .Lcommands_m6
-    TO .Lcommands_m6
+    TO .Lcommands_m5
+    TO .Lcommands_m5
     TO command_control
     TO command_control
     PLACES_END
-.Lcommands_m10:
-    GOTO .Lcommands_38
+.Lcommands_38:
+    F sub ACTUAL, AXIS
+    DO negate
+    DO to_um
+    IF_CARRY .Lcommands_m5
+    F store OFFSET, AXIS
+    DONE_
 command_run:
     F load COMMAND+4
     F store COMMAND+12
@@ -172,31 +177,50 @@ command_run:
     DO negate
     F store SPARE_TOO
     FR load A_MIN, LONG
-    GOTO .Lcommands_m5
-.Lcommands_38:
-    F sub ACTUAL, AXIS
-    DO negate
-    DO to_um
-    IF_CARRY .Lcommands_m6
-    F store OFFSET, AXIS
-    DONE_
+    GOTO .Lcommands_m6
+.Lcommands_51:
+.Lcommands_m5:
+    LIT EX_ILLEGAL_VALUE
+    RETURN
+.Lcommands_21:
+    F word VM_CODE
+    IF_NOT_EQUAL command_jog
+.Lcommands_m2:
+    LIT EX_DEVICE_FAILURE
+    RETURN
 .Lcommands_34:
     IF_NONE MOTION, M_JOG, .Lcommands_37
     DO motion_stop
 .Lcommands_37:
     DONE_
-.Lcommands_21:
-    F word VM_CODE
-    IF_NOT_EQUAL command_jog
-.Lcommands_m4:
-    LIT EX_DEVICE_FAILURE
+    .global command_target
+    ROUTINE_ODD command_target, module.rules.commands
+    F store SPARE
+    DO command_pace
+    WANTED
+    DO command_long
+    .global command_aim
+    ROUTINE_ODD command_aim, module.rules.commands
+    F add SPARE
+    IF_OVERFLOW .Lcommands_m5
+    LET FRAME_OF, F_STEPS|F_RELATIVE
+    CALL aim_place
+    BELOW 1
     RETURN
 .Lcommands_41:
     FR load A_MAX, LONG
-.Lcommands_m5:
+.Lcommands_m6:
     DO to_steps
     IF_NOT_AXIS HOMED, .Lcommands_44
     GOTO .Lcommands_43
+.Lcommands_m10:
+    GOTO command_home
+.Lcommands_20:
+    F word VM_CODE
+    IF_EQUAL .Lcommands_m2
+    GET N
+    DO home_by_profile
+    GOTO .Lcommands_m11
 .Lcommands_44:
     DO here
     F add SPARE_TOO
@@ -210,24 +234,12 @@ command_held:
     BITS_ON MOTION, M_JOG
 .Lcommands_45:
     DONE_
-.Lcommands_51:
-.Lcommands_m6:
-    LIT EX_ILLEGAL_VALUE
-    RETURN
-.Lcommands_m11:
-    GOTO command_home
-.Lcommands_20:
-    F word VM_CODE
-    IF_EQUAL .Lcommands_m4
-    GET N
-    DO home_by_profile
-    GOTO .Lcommands_m12
 command_jog:
     F word COMMAND_HEAD+2
     BELOW 72
     PUT FLAGS
     TESTI 56
-    IF_NOT_EQUAL .Lcommands_m6
+    IF_NOT_EQUAL .Lcommands_m5
     TESTI 7
     WANTED
     LIT 60
@@ -262,21 +274,7 @@ command_jog:
     GET RAMPS
     DO line_begin
     GOTO command_held
-    .global command_target
-    ROUTINE_ODD command_target, module.rules.commands
-    F store SPARE
-    DO command_pace
-    WANTED
-    DO command_long
-    .global command_aim
-    ROUTINE_ODD command_aim, module.rules.commands
-    F add SPARE
-    IF_OVERFLOW .Lcommands_m6
-    LET FRAME_OF, F_STEPS|F_RELATIVE
-    CALL aim_place
-    BELOW 1
-    RETURN
-.Lcommands_m12:
+.Lcommands_m11:
     GOTO command_home_under_way
 command_home:
     F word COMMAND+4

@@ -39,7 +39,7 @@ fx_goes_on:
     F load LEFT
     DO test_long
     IF_NOT_EQUAL .Llines_21
-    DONE_
+    RETURN
     .endif
 .Llines_21:
     NOT_YET_

@@ -9,7 +9,6 @@ emergency_input:
     IF_IS WATCH, TRIPPED&255, run_emergency
     DO emergency_now
     IF_NOT_EQUAL run_emergency
-.Lsession_m5:
 .Lsession_m6:
 .Lsession_m0:
     RETURN
@@ -31,12 +30,13 @@ control:
     BITS_ON RUN_FLAGS, R_RESTART
     RETURN
 .Lsession_6:
-    IF_IS_NOT RUN, RUN_PAUSED, .Lsession_m5
+    IF_IS_NOT RUN, RUN_PAUSED, .Lsession_10
+.Lsession_m5:
     DO run_start
     RETURN
 .Lsession_8:
-    IF_IS_NOT RUN, RUN_FAULT, .Lsession_m5
-    DO run_start
+    IF_IS RUN, RUN_FAULT, .Lsession_m5
+.Lsession_10:
     RETURN
     .balign 2, 0
     .global run_pause
