@@ -13,6 +13,9 @@ use crate::ops::{Line, Op, TAIL};
 /// How far a jump is trusted to reach: 127 bytes less what padding may add.
 const REACH: usize = 110;
 
+/// Jumps that may go by steps: more of them are steps of steps.
+const STEPS: usize = 20;
+
 /// A rule: the lines anew, when it finds its place.
 type Rule = fn(&Blocks) -> Option<Vec<Line>>;
 
@@ -43,7 +46,7 @@ pub fn shorten(lines: Vec<Line>, file: &str) -> Vec<Line> {
     blocks.enter();
     blocks.jump();
     blocks.clean();
-    let orders = (0..SHORTER.len()).map(|first| {
+    let orders = (0..SHORTER.len()).filter_map(|first| {
         let mut rules = SHORTER;
         rules.rotate_left(first);
         blocks.shorter(&rules)
@@ -53,8 +56,8 @@ pub fn shorten(lines: Vec<Line>, file: &str) -> Vec<Line> {
 }
 
 impl Blocks {
-    /// Shorter by these rules, the first one that finds a place first.
-    fn shorter(&self, rules: &[Rule]) -> Blocks {
+    /// Shorter by these rules, the first one that finds a place first; unless jumps do not reach their places then.
+    fn shorter(&self, rules: &[Rule]) -> Option<Blocks> {
         let mut blocks = self.with(self.lines.clone());
         'again: loop {
             for rule in rules {
@@ -70,10 +73,13 @@ impl Blocks {
             break;
         }
         far::order(&mut blocks);
-        while let Some(lines) = far::step(&blocks) {
-            blocks.lines = lines;
+        for _ in 0..STEPS {
+            match far::step(&blocks) {
+                Some(lines) => blocks.lines = lines,
+                None => return Some(blocks),
+            }
         }
-        blocks
+        None
     }
 
     /// Other lines of the same file.

@@ -18,7 +18,6 @@ pub fn notation() -> String {
         ("F_RECORD", isa::RECORD),
         ("F_AXIS", isa::AXIS),
         ("F_NEW", isa::NEW),
-        ("SHIFT_BIAS", isa::SHIFT_BIAS),
     ] {
         set(name, bits.into());
     }
@@ -62,8 +61,7 @@ fn operation(text: &mut String, notation: &str, name: &str, operands: &[Operand]
             text,
             &match operand {
                 Operand::Number => format!(".byte \\{name}"),
-                Operand::Wrapped => format!(".byte (\\{name}) & 0xff"),
-                Operand::Power => format!(".byte \\{name} + SHIFT_BIAS"),
+                Operand::Wrapped | Operand::Power => format!(".byte (\\{name}) & 0xff"),
                 Operand::Word | Operand::Routine => format!(".short \\{name}"),
                 Operand::Byte => format!(".byte (\\{name})-BYTES"),
                 Operand::Jump => format!("TO \\{name}"),

@@ -19,8 +19,6 @@ pub const RECORD: u8 = 0x40;
 pub const AXIS: u8 = 0x20;
 /// See [`FORMULA`].
 pub const NEW: u8 = 0x10;
-/// Added to the power of `SHIFT`, so that its byte has no sign.
-pub const SHIFT_BIAS: u8 = 64;
 /// What `FAULT` adds to its number.
 pub const FAULTED: u16 = 0x100;
 /// What `NOT_YET_` leaves.
@@ -73,7 +71,7 @@ pub enum Operand {
     Number,
     /// One modulo 256.
     Wrapped,
-    /// A power of two plus [`SHIFT_BIAS`].
+    /// A power of two, modulo 256.
     Power,
     /// A word of 16 bits, low byte first.
     Word,

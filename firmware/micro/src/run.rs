@@ -352,10 +352,9 @@ fn own(world: &mut impl World, own: Own, op: &Op, r: &mut Registers) -> Result<T
             Own::Case => then = jump(r.low() == n(0)),
             Own::CaseNot => then = jump(r.low() != n(0)),
             Own::Shift => {
-                let by = number.wrapping_sub(crate::isa::SHIFT_BIAS);
                 // Nothing stays nothing: as the machine has it, when the upper half is 0.
                 if r.acc >> 16 != 0 {
-                    r.acc = r.acc.wrapping_add(u32::from(by) << 24);
+                    r.acc = r.acc.wrapping_add(u32::from(number) << 24);
                 }
             }
             Own::Get => r.acc = byte(world).into(),

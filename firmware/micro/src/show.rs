@@ -2,7 +2,7 @@
 
 use crate::decode::{Code, Kind, Op, decode};
 use crate::image::Entry;
-use crate::isa::{FORMULAS, OWN, Operand, Own, ROUTINES, SHIFT_BIAS};
+use crate::isa::{FORMULAS, OWN, Operand, Own, ROUTINES};
 
 /// An operation in the assembler's notation; `name` gives the symbol of an address.
 #[must_use]
@@ -39,7 +39,7 @@ pub fn show(op: &Op, name: &dyn Fn(u16) -> Option<String>) -> String {
                 let value = values.next().copied().unwrap_or_default();
                 operands.push(match operand {
                     Operand::Byte | Operand::Routine => named(value),
-                    Operand::Power => (i32::from(value) - i32::from(SHIFT_BIAS)).to_string(),
+                    Operand::Power => (value as i8).to_string(),
                     Operand::Jump | Operand::Places => continue,
                     _ => value.to_string(),
                 });

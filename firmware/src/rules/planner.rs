@@ -291,7 +291,7 @@ fn limit(m: &mut impl Chains) {
         m.set_pace_down(most);
         m.set_tick(m.tick().root());
     }
-    for axis in Axis::UP {
+    for axis in Axis::DOWN {
         if m.moves(axis) {
             // Path for each step of the axis.
             let step = m.tick().over(Scaled::new(m.distance(axis) as u32));

@@ -121,7 +121,7 @@ impl Machine {
                 Op::Most => self.acc.max(value),
                 Op::Root => acc.root().0,
                 Op::Floor => acc.floor(),
-                Op::Shift => acc.shifted(value as i8 - 64).0,
+                Op::Shift => acc.shifted(value as i8).0,
                 Op::Add => self.acc.wrapping_add(value),
                 Op::Sub => self.acc.wrapping_sub(value),
                 Op::Abs => (self.acc as i32).unsigned_abs(),
@@ -229,7 +229,7 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
         4 => (binary, operand()).prop_map(|(op, (x, new))| vec![(op, x, new)]),
         1 => (0u8..6, any::<bool>()).prop_map(|(n, axis)| vec![(Op::Store, Operand::Number(n, axis), false)]),
         1 => Just(vec![(Op::Root, nothing, false)]),
-        1 => (60u8..69).prop_map(|n| vec![(Op::Shift, Operand::Byte(n), false)]),
+        1 => (-4i8..5).prop_map(|n| vec![(Op::Shift, Operand::Byte(n as u8), false)]),
         1 => (0u8..255).prop_map(|n| vec![(Op::Int, Operand::Byte(n), false), (Op::New, Operand::Byte(0), false)]),
         1 => (prop::sample::select(vec![Op::Add, Op::Sub]), integer).prop_map(move |(op, x)| vec![
             (Op::Floor, nothing, false), (op, x, false), (Op::Abs, nothing, false), (Op::New, nothing, false)]),

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use micro::isa::Gives;
+use micro::isa::{Gives, Takes};
 
 use crate::ops::Op;
 use crate::tree::{Number, Place, Var};
@@ -142,7 +142,8 @@ impl State {
             "GET" => self.wide = true,
             _ => {}
         }
-        let result = changes || op.first() == "test_long";
+        // Or those of what it looks at and leaves.
+        let result = changes || facts.takes == Takes::Long;
         self.z = result
             && facts.flags.contains('Z')
             && !op.name.ends_with("add")

@@ -95,8 +95,7 @@ limit:
     DO root
 .Lplanner_m1:
     F store TICK
-    LIT 0
-    DO axis_select
+    DO micro_first_axis
 .Lplanner_14:
     IF_NOT_AXIS MOVING, .Lplanner_16
     F load TICK
@@ -129,7 +128,7 @@ limit:
     F store INC, AXIS
     CALL line_origin
 .Lplanner_15:
-    UP_AXIS .Lplanner_14
+    NEXT_AXIS .Lplanner_14
     F load TEMP
     F store CAUGHT
     DO motion_nominal

@@ -138,8 +138,7 @@ micro_return:
 
 micro_literal:
     mov.b @r10+, r12
-    clr r13
-    ret
+    jmp micro_low
 micro_word:
     mov.b @r10+, r12
     mov.b @r10+, r14
@@ -169,15 +168,13 @@ micro_shift:
     tst r13
     jeq 1f
     swpb r14
-    sub #SHIFT_BIAS<<8, r14
     add r14, r13
 1:  ret
 
     /* of a byte of RAM: r14 = its number */
 micro_get:
     mov.b BYTES(r14), r12
-    clr r13
-    ret
+    jmp micro_low
 micro_put:
     mov.b r12, BYTES(r14)
     ret
@@ -275,10 +272,11 @@ micro_if_overflow:
     /* r13:r12 = 0 when carry is set */
 micro_zero_if_carry:
     bit #1, r15
-    jeq 1f
+    jeq micro_nothing
     clr r12
+micro_low:
     clr r13
-1:  ret
+    ret
     /* flags of r13:r12 as a whole: Z, N */
 micro_test_long:
     mov r12, r14

@@ -67,7 +67,10 @@ line_direction:
     jne line_next
     .endif
     bic.b r12, &NEGATIVE
-    mov A_FLAGS(r9), r14
+    .if A_FLAGS
+    .error "flags are an axis's first word"
+    .endif
+    mov @r9, r14
     tst r13
     jge 2f
     bis.b r12, &NEGATIVE

@@ -35,12 +35,10 @@ segment_by_speed:
     dec r7
 5:  ret
 
-    /* r4 = r13, whose sign is what the speed is too high by; Z set for 0 in r13:r12 */
+    /* r4 = r13, whose sign is what the speed is too high by; Z set for 0 in r13:r12, which is kept */
 segment_sign:
     mov r13, r4
-    bis r12, r13
-    tst r13
-    ret
+    br #micro_test_long
 
     /* r5 = 2^r7 events of LEFT; a remainder below one and a quarter of it is taken at once. Leaves them in
        r13:r12, scaled, and the sign of r4. */
@@ -76,16 +74,17 @@ segment_divide:
     sxt r13
     add #12, r13
     clr r4
-    mov #16<<8, r7
+    mov #16, r7
 3:  inc r13
     jge 4f
     rla r5
     setc
     rlc r4
-    sub #1<<8, r7
-    cmp #1<<8, r7
+    dec r7
+    cmp #1, r7
     jne 3b
-4:
+    /* where a scaled number has its exponent */
+4:  swpb r7
     .if HAS_COURSES
     /* the mark of a line that begins at speed */
     bit.b #M_NEXT, &MOTION
@@ -117,11 +116,10 @@ segment_change:
     pop r10
     pop r9
     tst r4
-    jge 6f
+    jge negate
     clr r9
     clr r7
     ret
-6:  jmp negate
 
     /* half of r13:r12, toward 0, before the first event, and r9:r7 */
 segment_half:
