@@ -296,7 +296,7 @@ fn what_only_some_images_have_is_the_first_of_several_conditions() {
         }";
     let code = "a:; IF_NOT_EQUAL .Ltest_1; .if HAS_IT; IF_NONE BITS, IT, b; IF_ZERO PHASE, b; LET PHASE, 3; .endif; \
         b:; .if HAS_IT; IF_NONE BITS, IT, .Ltest_4; IF_NONE RUN, RUN_ACTIVE, .Ltest_4; F load SPARE; DO test_long; \
-        IF_NOT_EQUAL .Ltest_4; DONE_; .endif; .Ltest_4:; NOT_YET_; .Ltest_1:; IF_ANY RUN, RUN_ACTIVE, b; DONE_; .balign 2, 0";
+        IF_NOT_EQUAL .Ltest_4; RETURN; .endif; .Ltest_4:; NOT_YET_; .Ltest_1:; IF_ANY RUN, RUN_ACTIVE, b; DONE_; .balign 2, 0";
     assert_eq!(made(rule), code);
 }
 

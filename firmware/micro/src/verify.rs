@@ -243,7 +243,6 @@ mod tests {
             (&formula("load", 0, temp), "reads a temporary byte that was not written (0xf)"),
             (&formula("store", crate::isa::NEW, 0), "this formula cannot have this operand"),
             (&[goto, 0xFF], "never ends"),
-            (&[0x7F], "no operation has the number 0x7f"),
             (
                 &[number("output"), number("zero"), number("fx_output")],
                 "fx_output reads temporary bytes that were not written (0x4000)",

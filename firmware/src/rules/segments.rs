@@ -141,13 +141,14 @@ pub fn segment(m: &mut impl Segments) -> bool {
         }
     }
     m.events_by_time(m.tick().gap(m.end_speed()));
-    let steady = m.end_speed2().gap(m.goal2());
-    // Behind the last segments of a line that ends at speed the next one is planned, which takes time.
-    if !(m.keep_sign(steady) == 0
-        && m.cruises(Scaled::new(m.left() as u32).times(m.decel2()).minus(m.end_speed2())))
-        && !m.ends_at_speed()
+    let gap = m.end_speed2().gap(m.goal2());
+    if m.keep_sign(gap) != 0
+        || !m.cruises(Scaled::new(m.left() as u32).times(m.decel2()).minus(m.end_speed2()))
     {
-        m.events_by_speed(m.accel2().most(m.decel2()).gap(m.end_speed2()));
+        // But behind the last segments of a line that ends at speed the next one is planned, which takes time.
+        if !m.ends_at_speed() {
+            m.events_by_speed(m.accel2().most(m.decel2()).gap(m.end_speed2()));
+        }
     }
     let events = m.take_events();
     if m.is_slow() {

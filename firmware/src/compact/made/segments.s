@@ -31,15 +31,16 @@ segment:
     IF_CARRY .Lsegments_3
 .Lsegments_4:
     .if HAS_COURSES
-    IF_ANY MOTION, M_THROUGH, .Lsegments_3
+    IF_ANY MOTION, M_THROUGH, .Lsegments_5
     .endif
     F load ACCEL2
     F most DECEL2
     F sub V2
     CALL segment_by_speed
+.Lsegments_5:
 .Lsegments_3:
     CALL segment_take
-    IF_NOT_NEGATIVE .Lsegments_5
+    IF_NOT_NEGATIVE .Lsegments_6
     F times ACCEL2
     F plus V2
     F least NOMINAL2, AXIS
@@ -47,7 +48,7 @@ segment:
 .Lsegments_1:
     TESTI 0
     RETURN
-.Lsegments_5:
+.Lsegments_6:
     F times DECEL2
     F store TEMP+4
     F load V2
@@ -58,13 +59,13 @@ segment:
     F load LEFT, NEW
     F times DECEL2
     .if HAS_COURSES
-    IF_NONE MOTION, M_THROUGH, .Lsegments_7
+    IF_NONE MOTION, M_THROUGH, .Lsegments_8
     F plus EXIT2
-    GOTO .Lsegments_8
+    GOTO .Lsegments_9
     .endif
-.Lsegments_7:
-    F plus START2
 .Lsegments_8:
+    F plus START2
+.Lsegments_9:
     F bound TEMP+4
     DO root
     F store TEMP
@@ -83,10 +84,10 @@ shape:
     F load TEMP+4
     F sub V2
     DO segment_sign
-    IF_NOT_EQUAL .Lsegments_9
+    IF_NOT_EQUAL .Lsegments_10
     F store SLOT0+CHANGE, AXIS
-    GOTO .Lsegments_10
-.Lsegments_9:
+    GOTO .Lsegments_11
+.Lsegments_10:
     F load TICK
     F over TEMP+8
     SHIFT 1
@@ -98,7 +99,7 @@ shape:
     CALL segment_half
     F add SLOT0, AXIS
     F store SLOT0, AXIS
-.Lsegments_10:
+.Lsegments_11:
     F load TEMP
     F store V
     F load TEMP+4
