@@ -1,10 +1,12 @@
-//! Micro-code of functions: statements. [`value`] makes values, [`cond`] conditions, [`ways`] loops and
-//! switches, [`end`] ends, [`within`] what stands within other code, [`state`] keeps what is known along the way, which is
-//! what makes it short.
+//! Micro-code of functions: statements. [`value`] makes values, [`store`] puts them by, [`cond`] makes conditions,
+//! [`branch`] and [`ways`] what follows of them, [`end`] ends, [`within`] what stands within other code, [`state`] keeps
+//! what is known along the way, which is what makes it short.
 
+mod branch;
 mod cond;
 mod end;
 mod state;
+mod store;
 mod value;
 mod ways;
 mod within;
@@ -17,6 +19,7 @@ use crate::ops::{Line, Op, routine};
 use crate::tree::{
     Call, Cond, End, Expr, Function, Size, Stmt, Tried, Var, Vars, live, live_in_loop,
 };
+use branch::always;
 use state::{Held, Record, State};
 
 /// Where a word is made that bits are put into.
@@ -441,80 +444,6 @@ impl<'a> Writer<'a> {
     /// Whether the last operation ends the function itself when need be.
     fn ends_caller(&self) -> bool {
         matches!(self.lines.last(), Some(Line::Op(op)) if op.facts().ends_caller)
-    }
-
-    fn branch(&mut self, cond: &Cond, then: &[Stmt], other: &[Stmt], out: &Vars) -> Made<()> {
-        if let (Some((symbol, cond)), []) = (of_parts(cond), other) {
-            return self.only_when(symbol, out, |writer| writer.branch(&cond, then, other, out));
-        }
-        if let Some((symbol, cond)) = of_parts(cond) {
-            let (before, behind) = (self.live(then, out), self.live(other, out));
-            let both = before.union(&behind).copied().collect();
-            let (otherwise, end) = (self.label(), self.label());
-            self.only_when(symbol, &behind, |writer| {
-                writer.unless(&cond, &otherwise, &both)?;
-                writer.block(then, out)?;
-                writer.jump("GOTO", &end);
-                Ok(())
-            })?;
-            self.place(&otherwise, &behind)?;
-            self.block(other, out)?;
-            return self.place(&end, out);
-        }
-        // The operation itself returns NOT_YET.
-        if let (Cond::Not(inner), [Stmt::Return(End::NotYet)], []) = (cond, then, other)
-            && let Cond::Call(call) = &**inner
-            && call.code.last().is_some_and(|op| Op::read(op).facts().ends_caller)
-        {
-            return self.call(call, out);
-        }
-        if other.is_empty() && self.refuses(cond, then, out)? {
-            return Ok(());
-        }
-        if let ([Stmt::Return(End::Cond(end))], []) = (then, other)
-            && let Some(so) = always(end)
-        {
-            let label = match self.known.get(&so) {
-                Some(label) => label.clone(),
-                None => self.label(),
-            };
-            self.known.insert(so, label.clone());
-            return self.when(cond, true, &label, out);
-        }
-        let (before, behind) = (self.live(then, out), self.live(other, out));
-        let otherwise = self.label();
-        let both = before.union(&behind).copied().collect();
-        self.unless(cond, &otherwise, &both)?;
-        self.block(then, out)?;
-        if other.is_empty() {
-            return self.place(&otherwise, out);
-        }
-        let end = self.label();
-        self.jump("GOTO", &end);
-        self.place(&otherwise, &behind)?;
-        self.block(other, out)?;
-        self.place(&end, out)
-    }
-}
-
-/// A condition that begins with what only parts with a symbol have: that, and what has to be so on them.
-fn of_parts(cond: &Cond) -> Option<(&str, Cond)> {
-    match cond {
-        Cond::When(symbol, inner) => Some((symbol, (**inner).clone())),
-        Cond::And(a, b) => {
-            let (symbol, a) = of_parts(a)?;
-            Some((symbol, Cond::And(Box::new(a), b.clone())))
-        }
-        _ => None,
-    }
-}
-
-/// What is always so, or never.
-fn always(cond: &Cond) -> Option<bool> {
-    match cond {
-        Cond::Never => Some(false),
-        Cond::Not(inner) if **inner == Cond::Never => Some(true),
-        _ => None,
     }
 }
 

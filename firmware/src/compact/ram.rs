@@ -84,7 +84,7 @@ ram! {
         INC: 12, "What an event adds to each accumulator.";
         ACC: 12, "Accumulators; a carry is a step.";
     }
-    /// Planner (ramp.s, line.s). Scaled numbers but for LEFT. From V to NOMINAL2 targets lie while a statement looks at
+    /// Planner (rules/planner.rs, rules/segments.rs). Scaled numbers but for LEFT. From V to NOMINAL2 targets lie while a statement looks at
     /// its axes (coords.s).
     motion_ramp = "motion.ramp" {
         V2: 4, "Square of the present speed.";
