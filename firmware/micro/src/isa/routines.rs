@@ -147,7 +147,7 @@ pub const ROUTINES: &[Routine] = &[
     row("home_missed", Nothing, Only, "").needs("a").sets("r").means("a reference run that failed"),
     row("input", LOW, Only, "Z").means("level of input r12"),
     row("segment_scale", LONG, Long, "").means("scaled acc * 2^r7 as an integer"),
-    row("segment_sign", LONG, Kept, "Z").means("keeps the sign; Z for 0"),
+    row("segment_sign", LONG, Long, "Z").means("keeps the sign; Z for 0"),
     row("command_target", LONG, Only, "")
         .needs("ar")
         .leaves(Scratch::TEMP)

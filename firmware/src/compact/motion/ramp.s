@@ -35,10 +35,13 @@ segment_by_speed:
     dec r7
 5:  ret
 
-    /* r4 = r13, whose sign is what the speed is too high by; Z set for 0 in r13:r12, which is kept */
+    /* r4 = r13, whose sign is what the speed is too high by; Z set for 0 in r13:r12. In a hurry: test_long would do, but
+       for its cycles. */
 segment_sign:
     mov r13, r4
-    br #micro_test_long
+    bis r12, r13
+    tst r13
+    ret
 
     /* r5 = 2^r7 events of LEFT; a remainder below one and a quarter of it is taken at once. Leaves them in
        r13:r12, scaled, and the sign of r4. */
