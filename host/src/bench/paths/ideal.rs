@@ -9,6 +9,9 @@
 //! - the arc that touches both legs in the middle of the shorter one needs no more than the ramp, which
 //!   bounds what a polygon of short chords asks where the first rule alone would allow any speed.
 //!
+//! The ramp is the least of both legs' and of the way that their directions differ by: an axis that hardly
+//! moves along either may have to do all of the turn.
+//!
 //! All speeds inside are squares, (um/s)^2.
 
 use lang::axis::Axis as Letter;
@@ -165,11 +168,16 @@ impl Machine {
         let sin2 = (0.5 * (1.0 - straight)).clamp(1e-12, 1.0);
         let (sin, cos) = (sin2.sqrt(), (1.0 - sin2).max(0.0).sqrt());
         let ramp = |shape: &Shape| shape.accel.min(shape.decel);
-        let least = ramp(own).min(ramp(next));
+        let (mut least, mut jump) = (ramp(own).min(ramp(next)), f64::INFINITY);
+        for (n, axis) in self.axes.iter().enumerate() {
+            let turn = (own.unit[n] - next.unit[n]).abs();
+            let Some(axis) = axis.filter(|_| turn > 1e-9) else { continue };
+            least = least.min(axis.accel.min(axis.decel) * 2.0 * sin / turn);
+            jump = jump.min(axis.start / turn);
+        }
         let rounded = least * self.corner_um * cos / (1.0 - cos).max(1e-12);
-        let jump2 = own.start2.min(next.start2) / (4.0 * sin2);
-        let half = |shape: &Shape| 0.5 * ramp(shape) * shape.length * cos / sin;
-        rounded.max(jump2).min(half(own)).min(half(next)).min(own.top2).min(next.top2)
+        let half = 0.5 * least * own.length.min(next.length) * cos / sin;
+        rounded.max(jump.powi(2)).min(half).min(own.top2).min(next.top2)
     }
 }
 
