@@ -11,7 +11,7 @@ mod jitter;
 mod link;
 mod motion;
 mod path;
-mod paths;
+pub(crate) mod paths;
 mod speed;
 pub mod stand;
 pub(crate) mod stream;

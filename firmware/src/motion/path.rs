@@ -217,7 +217,10 @@ impl Path {
         let rapid = matches!(manner.feed, Feed::Rapid);
         let fast = g.feed.most(overridden(g.feed, g.top, self.percents[usize::from(rapid)]));
         let corner2 = match &self.tail {
-            Some(tail) => g.corner2(tail, self.ring.ramp().least(g.ramp()), fast, self.corner),
+            Some(tail) => {
+                let ramp = self.ring.ramp().least(g.ramp());
+                g.corner2(axes, tail, ramp, fast, self.corner)
+            }
             None => Scaled::ZERO,
         };
         self.tail = None;

@@ -7,9 +7,11 @@
 
 mod ideal;
 mod jobs;
+pub mod pictures;
 
 use std::time::Duration;
 
+use emulator::Edge;
 use lang::back;
 use lang::hir::Program;
 use lang::image::Image;
@@ -74,9 +76,7 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
     let mill = Profile::built_in("mill").map_err(|error| error.to_string())?;
     let machine = Machine::of(&mill);
     let mut ways = [(&F5529, false), (&F5529, true), (&G2553, false)]
-        .map(|(build, streamed)| {
-            Stand::on(build, &mill).map(|stand| Way { stand, build, streamed })
-        })
+        .map(|(build, streamed)| Way::on(build, &mill, streamed))
         .into_iter()
         .collect::<Result<Vec<Way>, String>>()?;
     let classes = [ON_F5529, LONG, OTHERS];
@@ -132,6 +132,10 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
 }
 
 impl Way {
+    fn on(build: &'static Build, mill: &Profile, streamed: bool) -> Result<Way, String> {
+        Ok(Way { stand: Stand::on(build, mill)?, build, streamed })
+    }
+
     fn name(&self) -> String {
         let how = if self.streamed { "streamed" } else { "stored" };
         format!("{}_{how}", self.build.part.name)
@@ -159,9 +163,15 @@ impl Way {
 
     /// What a job takes at the pins; `None` where the part lacks what it needs, or room for it.
     fn seconds(&mut self, checked: &Program) -> Result<Option<f64>, String> {
+        let Some(edges) = self.edges(checked)? else { return Ok(None) };
+        Ok(Some(gate(&edges)? as f64 / emulator::TICKS_PER_SECOND as f64))
+    }
+
+    /// The edges at the pins in a run of a job, at cycles of 16 MHz; `None` as of [`Way::seconds`].
+    fn edges(&mut self, checked: &Program) -> Result<Option<Vec<Edge>>, String> {
         let compiled = back::compile(checked).map_err(|excesses| format!("{excesses:?}"))?;
-        let edges = if self.streamed {
-            self.stand.stream(&compiled)?.0
+        if self.streamed {
+            Ok(Some(self.stand.stream(&compiled)?.0))
         } else {
             let compiled = course::put_into(compiled, checked, &self.build.part);
             let image = Image::new(&compiled.image).map_err(|flaw| format!("{flaw:?}"))?;
@@ -170,9 +180,8 @@ impl Way {
                 return Ok(None);
             }
             self.stand.upload(&compiled.image)?;
-            self.stand.run(LIMIT)?
-        };
-        Ok(Some(gate(&edges)? as f64 / emulator::TICKS_PER_SECOND as f64))
+            Ok(Some(self.stand.run(LIMIT)?))
+        }
     }
 }
 
@@ -182,8 +191,7 @@ mod tests {
     use lang::wire::OVERRIDES;
 
     fn stored(mill: &Profile) -> Way {
-        let stand = Stand::on(&F5529, mill).expect("a board");
-        Way { stand, build: &F5529, streamed: false }
+        Way::on(&F5529, mill, false).expect("a board")
     }
 
     /// Seconds of a job's script.

@@ -1,10 +1,12 @@
 //! `pasapas bench`: measures what the project promises.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
 use super::{Console, Options};
-use crate::bench::{Figure, GROUPS, SHORT, Want};
+use crate::bench::{Figure, GROUPS, SHORT, Want, paths};
 use crate::failure::Failure;
 
 /// `pasapas bench`
@@ -16,6 +18,10 @@ pub struct Bench {
     /// Of groups that take long, `paths`, the few jobs that stand for all
     #[arg(long)]
     short: bool,
+    /// Instead of measuring `paths`, draw two of its jobs into a folder that is there: speed over time, resting at every
+    /// corner, as the F5529 runs it, and as a planner would that knows the whole path
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
 }
 
 impl Bench {
@@ -24,6 +30,9 @@ impl Bench {
     /// # Errors
     /// A figure cannot be measured.
     pub fn run(&self, _options: &Options, console: &Console) -> Result<(), Failure> {
+        if let Some(folder) = &self.pictures {
+            return paths::pictures::draw(folder).map_err(Failure::Board);
+        }
         let mut failed = Vec::new();
         for &(name, measure) in GROUPS {
             if self.group.as_ref().is_some_and(|group| group != name) {

@@ -71,7 +71,7 @@ impl Bounds {
         for n in (0..count.saturating_sub(1)).rev() {
             let (own, next) = (&shapes[n], &shapes[n + 1]);
             let mut bound = square(own.top).min(square(next.top)).min(paced(n));
-            bound = bound.min(number(corner(own, next, machine.corner)));
+            bound = bound.min(number(corner(&machine, own, next)));
             if number(next.feed) < number(own.feed) {
                 bound = bound.min(square(next.feed));
             }
@@ -107,8 +107,9 @@ impl Bounds {
 }
 
 /// Square of the speed that the corner between two lines allows, whatever their feeds are.
-fn corner(own: &Geometry, next: &Geometry, tolerance: u16) -> Scaled {
+fn corner(machine: &MachineRecord, own: &Geometry, next: &Geometry) -> Scaled {
     let fast = Scaled::constant(ANY);
     let before = Tail { length: own.length, fast, unit: own.unit };
-    next.corner2(&before, own.ramp().least(next.ramp()), fast, tolerance)
+    let ramp = own.ramp().least(next.ramp());
+    next.corner2(&machine.axes, &before, ramp, fast, machine.corner)
 }

@@ -15,7 +15,7 @@ use super::svg_time::timeline;
 use super::{Plot, Style, chart};
 
 /// Width of the page, px.
-const WIDTH: f64 = 1180.0;
+pub const WIDTH: f64 = 1180.0;
 /// Left edge of every panel.
 pub const LEFT: f64 = 96.0;
 /// Right edge of every panel.
@@ -27,7 +27,8 @@ const SIDE_VIEW: f64 = 150.0;
 /// Line numbers that are written beside the path.
 const MOST_LABELS: usize = 80;
 
-const CSS: &str = "
+/// How everything looks.
+pub const CSS: &str = "
 svg { background: #fbfcfe; font: 12px 'Segoe UI', Roboto, 'DejaVu Sans', Helvetica, sans-serif; }
 text { fill: #46536b; }
 .title { font-size: 21px; font-weight: 600; fill: #17202e; }

@@ -13,6 +13,9 @@ const LONGEST: i64 = 6_000;
 /// Longest way that a profile may know, steps (`lang::profile`).
 const FARTHEST: i64 = 1 << 30;
 
+/// The most that a start rate and those of a reference run may be, steps/s (`lang::profile`).
+const RATE: i32 = 65_535;
+
 /// A number from `low` to `high`, each of its sizes as often as any other.
 fn any(dice: &mut Dice, low: i64, high: i64) -> i64 {
     let span = (high - low + 1) as u64;
@@ -37,14 +40,14 @@ fn machine(dice: &mut Dice, part: &Part, slowest: i64) -> Profile {
         let own = axis.as_mut().expect("a mill has three");
         own.scale = alike.unwrap_or_else(|| scale(dice));
         own.top_rate = any(dice, slowest, possible) as i32;
-        own.start_rate = any(dice, 1, own.top_rate.into()) as i32;
+        own.start_rate = any(dice, 1, own.top_rate.min(RATE).into()) as i32;
         own.accel = any(dice, 100, 10_000_000) as i32;
         own.decel = (dice.below(2) == 0).then(|| any(dice, 100, 10_000_000) as i32);
         own.invert = dice.below(2) == 0;
         let farthest = FARTHEST * i64::from(own.scale.um) / i64::from(own.scale.steps);
         own.max_um = farthest.min(10_000_000) as i32;
         own.min_um = -own.max_um;
-        own.home.fast_rate = own.top_rate;
+        own.home.fast_rate = own.top_rate.min(RATE);
         own.home.slow_rate = own.start_rate.min(own.top_rate);
         own.home.stroke_um = own.max_um.max(1);
         own.home.position_um = 0;
@@ -137,9 +140,8 @@ fn curve(dice: &mut Dice, profile: &Profile, _: &Build) -> String {
     text
 }
 
-/// Of a curve, steps/s: where an axis makes a few steps a second, those that its place rounds to by one line
-/// and by the next look like another speed.
-const SLOWEST: i64 = 200;
+/// Of a curve, steps/s: at less it takes longer than a test waits.
+const SLOWEST: i64 = 20;
 
 /// Draws a script for a machine on a part.
 type Draw = fn(&mut Dice, &Profile, &Build) -> String;
@@ -167,5 +169,6 @@ fn machines_of_every_kind_move_as_their_profiles_say() {
 fn machines_of_every_kind_run_through_corners_as_their_profiles_say() {
     for number in 0..12 {
         plays(&G2553, number, SLOWEST, curve);
+        plays(&F5529, number, SLOWEST, curve);
     }
 }

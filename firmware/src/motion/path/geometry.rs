@@ -43,8 +43,8 @@ pub struct Geometry {
     pub feed: Scaled,
     /// Steps of the axis with most steps, of an arc of one of its plane.
     pub events: Scaled,
-    /// Direction at its beginning, 32768 is 1.
-    pub unit: [i16; 3],
+    /// Direction at its beginning, [`UNIT`] is 1.
+    pub unit: [i32; 3],
 }
 
 /// What the corner behind a block follows from.
@@ -54,14 +54,19 @@ pub struct Tail {
     pub length: Scaled,
     /// Its speed as far as an override makes it higher, um/s.
     pub fast: Scaled,
-    /// Direction at its end, 32768 is 1.
-    pub unit: [i16; 3],
+    /// Direction at its end, [`UNIT`] is 1.
+    pub unit: [i32; 3],
 }
 
 /// 1
 const ONE: Scaled = Scaled::constant(1);
-/// 1 of a direction.
-const UNIT: Scaled = Scaled::constant(1 << 15);
+/// 1 of a direction: 2 to this. A step of one axis may be thousands of another's long, and that other one's
+/// part of the direction must still have bits to spare.
+const UNIT: i8 = 29;
+/// The highest part of a direction.
+const WHOLE: u32 = (1 << UNIT) - 1;
+/// Bits of [`UNIT`] below those of an arc's tangent.
+const BELOW: i8 = UNIT - 15;
 /// us in a second.
 const MILLION: Scaled = Scaled::constant(1_000_000);
 /// us that the board's main loop takes for a block: its statement, its plan, its first segment, with the link and the
@@ -76,16 +81,15 @@ const SAGITTA: Scaled = Scaled::constant(0xCCCC_CCCD).shift(-32);
 /// 2^32 to a turn: one part in radians.
 const RADIAN: Scaled = Scaled::constant(0xC90F_DAA2).shift(-61);
 
-/// Parts of um in the direction of a line that is only known in steps: 2 to this.
-const FINE: i8 = 8;
-
-/// Whether an axis of a line is bounded by another one: with the same rates that one makes more steps.
+/// Whether an axis of a line is bounded by another one: with the same scale and rates that one makes more steps.
 fn is_within(axes: &[AxisRecord; 3], steps: &[i32; 3], n: usize) -> bool {
     let (own, way) = (&axes[n], size(steps[n]));
     for other in 0..3 {
         let more = size(steps[other]);
         let axis = &axes[other];
         if (more > way || more == way && other < n)
+            && axis.steps == own.steps
+            && axis.um == own.um
             && axis.accel == own.accel
             && axis.decel == own.decel
             && axis.top_rate == own.top_rate
@@ -98,12 +102,12 @@ fn is_within(axes: &[AxisRecord; 3], steps: &[i32; 3], n: usize) -> bool {
 }
 
 /// Direction of an arc of some length along its helix, at its beginning or end.
-pub fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i16; 3] {
+pub fn tangent(arc: &Arc, length: Scaled, at_end: bool) -> [i32; 3] {
     let mut unit = [0; 3];
     let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN).over(length);
     let part = |of: i16, part: Scaled| {
-        let size = part.times(Scaled::size(of.into())).floor().min(0x7FFF);
-        signed(size as i32, of.into()) as i16
+        let size = part.times(Scaled::size(of.into())).shifted(BELOW).floor().min(WHOLE);
+        signed(size as i32, of.into())
     };
     let [a, b, c] = arc.axes();
     let [x, y] = arc.tangent(at_end);
@@ -140,19 +144,22 @@ impl Geometry {
 
     fn line(&mut self, axes: &[AxisRecord; 3], steps: &[i32; 3], way: &[i32; 3], feed: Feed) {
         let mut sum = Scaled::ZERO;
-        let mut way = *way;
-        let exact = way[0] | way[1] | way[2] != 0;
+        let mut parts = [Scaled::ZERO; 3];
         for a in 0..3 {
             if steps[a] != 0 {
                 let um = to_um(&axes[a], Scaled::size(steps[a]));
                 sum = sum.plus(um.times(um));
-                if !exact {
-                    way[a] = signed(um.shifted(FINE).floor() as i32, steps[a]);
-                }
+                parts[a] = um;
             }
         }
         self.length = sum.root();
-        let long = UNIT.over(Scaled::squares(&way).root());
+        let (mut signs, mut long) = (steps, self.length);
+        if way[0] | way[1] | way[2] != 0 {
+            signs = way;
+            long = Scaled::squares(way).root();
+            parts = way.map(Scaled::size);
+        }
+        let long = ONE.shifted(UNIT).over(long);
         self.events = Scaled::new(largest(steps));
         for a in 0..3 {
             if steps[a] != 0 && !is_within(axes, steps, a) {
@@ -160,10 +167,8 @@ impl Geometry {
                 self.pitch = self.pitch.least(along);
                 self.limit(&axes[a], along);
             }
-            if way[a] != 0 {
-                let unit = Scaled::size(way[a]).times(long).floor().min(0x7FFF);
-                self.unit[a] = signed(unit as i32, way[a]) as i16;
-            }
+            let unit = parts[a].times(long).floor().min(WHOLE);
+            self.unit[a] = signed(unit as i32, signs[a]);
         }
         let mut in_steps = Scaled::ZERO;
         if let Feed::Steps(_) = feed {
@@ -225,16 +230,23 @@ impl Geometry {
     }
 
     /// Square of the speed at which it may follow another block, itself as `fast` as that: by the corner between them,
-    /// from which the path may stay away `corner` um on the lower of both ramps, by both lengths and speeds, and by
-    /// what the chip needs to plan it. Not by what can be braked over.
-    pub fn corner2(&self, before: &Tail, ramp: Scaled, fast: Scaled, corner: u16) -> Scaled {
+    /// from which the path may stay away `corner` um on the lower of both ramps and of that with which the axes turn,
+    /// by both lengths and speeds, and by what the chip needs to plan it. Not by what can be braked over.
+    pub fn corner2(
+        &self,
+        axes: &[AxisRecord; 3],
+        before: &Tail,
+        ramp: Scaled,
+        fast: Scaled,
+        corner: u16,
+    ) -> Scaled {
         // Half the difference of the unit vectors is the sine q of half the deflection, c its
         // cosine; junction deviation: v^2 = a delta c / (1 - c) = a delta c (1 + c) / q^2.
         let mut turn = [0; 3];
         for (n, turn) in turn.iter_mut().enumerate() {
-            *turn = i32::from(before.unit[n]) - i32::from(self.unit[n]);
+            *turn = before.unit[n] - self.unit[n];
         }
-        let turn = Scaled::squares(&turn);
+        let turn2 = Scaled::squares(&turn);
         // It must last as long as the block after it takes to plan.
         let time = self.events.times(EVENT).plus(PLANNING);
         let mut feed = before.fast.least(fast);
@@ -243,18 +255,31 @@ impl Geometry {
             feed = way.over(time);
         }
         let feed2 = feed.times(feed);
-        if turn == Scaled::ZERO {
+        if turn2 == Scaled::ZERO {
             return feed2;
         }
-        let q2 = turn.shifted(-32);
+        let q2 = turn2.shifted(-2 * UNIT - 2);
+        let size = turn2.root();
+        // The path bends to the side, where an axis may have to do much that hardly moves along it: as on a line that
+        // goes there.
+        let (mut ramp, mut start) = (ramp, Scaled::MAX);
+        for n in 0..3 {
+            if turn[n] != 0 && !is_within(axes, &turn, n) {
+                let axis = &axes[n];
+                let along = to_um(axis, size.over(Scaled::size(turn[n])));
+                ramp = ramp.least(along.times(Scaled::new(axis.accel.min(axis.decel))));
+                start = start.least(along.times(Scaled::new(axis.start_rate.max(1).into())));
+            }
+        }
         let c = ONE.minus(q2).root();
         let ramp = ramp.times(c);
         let smooth = ramp.times(Scaled::new(corner.into())).times(ONE.plus(c));
         // What the axes may jump by anyway: their start rate.
-        let corner = smooth.most(self.start2().shifted(-2));
+        let corner = smooth.most(start.times(start).shifted(-2));
         // The arc that touches both blocks, in the middle of the shorter one, has a radius of half of its
         // length by the tangent: without this bound chords might be the faster the shorter they are.
-        let bend = ramp.times(before.length.least(self.length)).times(q2.root()).shifted(-1);
+        let q = size.shifted(-UNIT - 1);
+        let bend = ramp.times(before.length.least(self.length)).times(q).shifted(-1);
         corner.least(bend).over(q2).least(feed2)
     }
 }

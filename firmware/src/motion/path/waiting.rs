@@ -100,26 +100,26 @@ fn with_low(upper: u16, low: u8) -> Scaled {
     Scaled(u32::from(upper) << 16 | u32::from(low) << 8)
 }
 
-/// A ramp in 16 bits, less than 1/2048 below it: its exponent from 2^0 to 2^31, and all of its mantissa but the bit
-/// that is always set.
+/// A ramp in 16 bits, less than 1/1024 below it: its exponent from 2^-16 to 2^47 and all of its mantissa but the bit
+/// that is always set. Ramps are from 100 steps/s2 of 1/65535 um to three axes' 10^7 of 65535 um, 2^-10 to 2^41.
 fn narrow(ramp: Scaled) -> u16 {
     let exponent = (ramp.0 >> 24) as u8;
     match exponent {
         0..=LOWEST => 0,
         HIGHEST.. => u16::MAX,
-        _ => u16::from(exponent - LOWEST) << 11 | (ramp.0 << 4 >> 16) as u16 & 0x7FF,
+        _ => u16::from(exponent - LOWEST) << 10 | (ramp.0 << 3 >> 16) as u16 & 0x3FF,
     }
 }
 
 /// A ramp of [`narrow`].
 fn wide(ramp: u16) -> Scaled {
-    let exponent = u32::from((ramp >> 11) as u8 + LOWEST);
-    Scaled(exponent << 24 | 1 << 23 | u32::from(ramp & 0x7FF) << 12)
+    let exponent = u32::from((ramp >> 10) as u8 + LOWEST);
+    Scaled(exponent << 24 | 1 << 23 | u32::from(ramp & 0x3FF) << 13)
 }
 
-/// Exponents of 1 um/s2 and of 2^32 um/s2.
-const LOWEST: u8 = 128 - 23;
-const HIGHEST: u8 = LOWEST + 32;
+/// Exponents of 2^-16 um/s2 and of 2^48 um/s2.
+const LOWEST: u8 = 128 - 23 - 16;
+const HIGHEST: u8 = LOWEST + 64;
 
 impl Waiting {
     /// None.
@@ -199,7 +199,7 @@ impl Waiting {
     }
 }
 
-/// What bounds a block: 12 bits of [`Geometry::accel`] and [`Geometry::decel`], of the others 8, and all of the newest.
+/// What bounds a block: 11 bits of [`Geometry::accel`] and [`Geometry::decel`], of the others 8, and all of the newest.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     /// See [`Geometry`].
@@ -220,4 +220,22 @@ impl Bounds {
         decel: Scaled::ZERO,
         start2: Scaled::ZERO,
     };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Scaled, narrow, wide};
+
+    #[test]
+    fn a_ramp_of_any_machine_keeps_its_size() {
+        // Parts of 2^-16 um/s2, from 100 steps/s2 of 1/65535 um to 10^7 of 65535 um.
+        let mut parts = 100.0;
+        while parts < 6.6e11 * 65_536.0 * 3.0 {
+            let up = (parts as u64).ilog2().saturating_sub(23) as i8;
+            let ramp = Scaled::new((parts as u64 >> up) as u32).shifted(up - 16);
+            let kept = wide(narrow(ramp));
+            assert!(kept <= ramp && ramp.minus(kept) <= ramp.shifted(-10), "{kept:?} for {ramp:?}");
+            parts *= 1.37;
+        }
+    }
 }

@@ -61,6 +61,9 @@ const SHARED: usize = 8;
 /// An axis that steps so many times slower from one step to the next has stopped between them.
 const STOPS: u64 = 3;
 
+/// Steps over which an axis is no faster than its top; where they fall on events, one of so few is much.
+const TOPS: [usize; 3] = [HALF_WINDOW, 5 * HALF_WINDOW, 20 * HALF_WINDOW];
+
 /// Half windows over which an axis may change its speed, whatever the path's direction does, no more than
 /// its ramps do and a corner allows: ticks...
 const BENDS: [u64; 4] = [320_000, 640_000, 1_280_000, 2_560_000];
@@ -164,15 +167,18 @@ impl Machine {
         Ok(())
     }
 
-    /// No axis is faster than its top over [`HALF_WINDOW`] steps, which fall on events.
+    /// No axis is faster than its top over some steps, which fall on events as soon as another axis moves.
     fn tops(&self, motion: &[Step], axis: usize, limits: &Limits) -> Result<(), Violation> {
         let own: Vec<usize> = (0..motion.len()).filter(|n| motion[*n].by[axis] != 0).collect();
-        for window in own.windows(HALF_WINDOW + 1) {
-            let (a, b) = (window[0], window[HALF_WINDOW]);
-            let leads = b - a == HALF_WINDOW;
-            let event = if leads { 0 } else { motion[b].at - motion[b - 1].at };
-            let ticks = motion[b].at - motion[a].at + event + 1;
-            bound(What::Top, a, HALF_WINDOW as f64 * HZ / ticks as f64, limits.top * 1.02)?;
+        for count in TOPS {
+            for window in own.windows(count + 1) {
+                let (a, b) = (window[0], window[count]);
+                let moves = |n: usize| motion[a + 1..=b].iter().any(|step| step.by[n] != 0);
+                let alone = (0..3).all(|n| n == axis || !moves(n));
+                let event = if alone { 0 } else { motion[b].at - motion[b - 1].at };
+                let ticks = motion[b].at - motion[a].at + event + 1;
+                bound(What::Top, a, count as f64 * HZ / ticks as f64, limits.top * 1.02)?;
+            }
         }
         Ok(())
     }
@@ -239,6 +245,11 @@ impl Machine {
     ) -> Result<(), Violation> {
         let own: Vec<usize> = (0..motion.len()).filter(|n| motion[*n].by[axis] != 0).collect();
         let at = |n: usize| motion[own[n]].at;
+        // The time between two steps is known to an event, where there are any between them.
+        let gap = |n: usize, event: usize| {
+            let between = own[n + 1] - own[n] > 1;
+            at(n + 1) - at(n) - if between { motion[event].at - motion[event - 1].at } else { 0 }
+        };
         let most = |ramp: f64| limits.jump(ramp).max(self.corner(axis, ramp));
         // The lowest of the rates over one to four steps: steps fall on events.
         let before = |n: usize| {
@@ -256,14 +267,14 @@ impl Machine {
             if n >= 4
                 && (turns
                     || ends && !abrupt
-                    || !ends && at(n + 1) - at(n) > STOPS * (at(n) - at(n - 1)))
+                    || !ends && gap(n, own[n + 1]) > STOPS * (at(n) - at(n - 1)))
             {
                 bound(What::Start, own[n], before(n), most(limits.decel))?;
             }
             let comes = n > 0 && motion[own[n]].by[axis] != motion[own[n - 1]].by[axis];
             let begins = n == 0;
             if own.len() - n > 4
-                && (comes || begins || at(n) - at(n - 1) > STOPS * (at(n + 1) - at(n)))
+                && (comes || begins || gap(n - 1, own[n - 1] + 1) > STOPS * (at(n + 1) - at(n)))
             {
                 bound(What::Start, own[n], behind(n), most(limits.accel))?;
             }
@@ -275,6 +286,9 @@ impl Machine {
     fn leading(&self, run: &[Step], axis: usize) -> Result<(), Violation> {
         let limits = &self.axes[axis];
         let others = [0, 1, 2].map(|n| n != axis && run.iter().any(|step| step.by[n] != 0));
+        // Whether some events may be those of another axis, which is at all of them but not everywhere.
+        let goes = |steps: &[Step], n: usize| steps.iter().all(|step| step.by[n] != 0);
+        let is_led = |half: &[Step]| (0..3).any(|n| n != axis && goes(half, n) && !goes(run, n));
         for (half, most) in SCALES {
             let stride = half / HALF_WINDOW;
             let mut i = 0;
@@ -286,17 +300,20 @@ impl Machine {
                 let time = ticks(i, end) / HZ / 2.0;
                 let mut slack = v0 * 2.0 / ticks(i, mid) + v1 * 2.0 / ticks(mid, end);
                 let around = &run[i.saturating_sub(2 * half)..run.len().min(end + 2 * half)];
-                if !is_straight(around, others) {
-                    // The chords of an arc end on whole steps: each of the three instants may be half
-                    // an event off.
+                let halves = [&run[i + 1..=mid], &run[mid + 1..=end]];
+                if !is_straight(around, others) || halves.iter().any(|half| is_led(half)) {
+                    // The chords of an arc end on whole steps, and so do lines between which the lead changes:
+                    // each of the three instants may be half an event off.
                     slack += 2.0 * v0.max(v1) / half as f64;
                 }
-                let halves = [&run[i + 1..=mid], &run[mid + 1..=end]];
                 let [slow, fast] = self.turn(halves, axis, others);
+                // In the first half it was the axis's rate of then that changed by its ramp, before the turn.
+                let turned =
+                    |by: f64| (ticks(i, mid) * by.max(1.0) + ticks(mid, end)) / ticks(i, end);
                 let up = (v1 - v0 * fast - slack) / time;
-                bound(What::Accel, mid, up, limits.accel * most)?;
+                bound(What::Accel, mid, up, limits.accel * most * turned(fast))?;
                 let down = (v0 * slow - v1 - slack) / time;
-                bound(What::Decel, mid, down, limits.decel * most)?;
+                bound(What::Decel, mid, down, limits.decel * most * turned(slow))?;
                 i += stride;
             }
         }

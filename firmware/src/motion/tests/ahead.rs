@@ -1,7 +1,11 @@
 //! What holds on every path of short blocks: feeds under an override, a power that follows the speed, exact stops.
 
-use super::{CLOCK, mill};
+use super::{CLOCK, magnitudes, mill};
+use crate::motion::path::geometry::{Geometry, Shape, Tail};
 use crate::motion::path::{Block, FOLLOWS, FULL, Feed, Manner, Path, PathSegment};
+use crate::motion::scaled::Scaled;
+use lang::record::AxisRecord;
+use proptest::prelude::*;
 use std::f64::consts::TAU;
 
 /// um/s
@@ -136,5 +140,47 @@ fn an_exact_stop_is_one_at_every_corner() {
         assert_eq!(ends.count(), course.len() - 1);
         // Without it the same path is as fast as its feed somewhere.
         assert!(run.iter().all(|one| one.mean < f64::from(FEED) * 0.9));
+    }
+}
+
+/// An axis of any scale up to a thousand steps in a um or um in a step, of any start rate and ramps.
+fn axis() -> impl Strategy<Value = AxisRecord> {
+    let scale = (magnitudes(1, 1_000), magnitudes(1, 1_000));
+    let ramps = (magnitudes(100, 1_000_000), magnitudes(100, 1_000_000));
+    (scale, ramps, magnitudes(1, 2_000)).prop_map(|((steps, um), (accel, decel), start_rate)| {
+        AxisRecord {
+            steps: steps as u16,
+            um: um as u16,
+            start_rate: start_rate as u16,
+            top_rate: 100_000,
+            accel,
+            decel,
+            ..AxisRecord::default()
+        }
+    })
+}
+
+proptest! {
+    #[test]
+    fn a_corner_asks_no_axis_for_more_than_its_start_rate_or_its_ramp(
+        axes in prop::array::uniform3(axis()),
+        lines in prop::array::uniform2(prop::array::uniform3(-500..500i32)),
+    ) {
+        prop_assume!(lines.iter().all(|line| *line != [0; 3]));
+        let shapes = lines.each_ref().map(|line| Geometry::of(&axes, &Shape::Line(line, &[0; 3]), Feed::Rapid));
+        let [own, next] = shapes;
+        let tail = Tail { length: own.length, fast: own.feed, unit: own.unit };
+        // Without a tolerance what an axis may jump by is its start rate.
+        let speed2 = next.corner2(&axes, &tail, own.ramp().least(next.ramp()), next.feed, 0);
+        let real = |of: Scaled| f64::from(of.0 & 0xFF_FFFF) * (f64::from(of.0 >> 24) - 128.0).exp2();
+        let (speed, length) = (real(speed2).sqrt(), real(own.length.least(next.length)));
+        for (n, axis) in axes.iter().enumerate() {
+            let along = |line: &[i32; 3], g: &Geometry| f64::from(line[n]) / real(g.length);
+            // In as much time as the shorter line takes.
+            let change = speed * (along(&lines[0], &own) - along(&lines[1], &next)).abs();
+            prop_assert!(change <= f64::from(axis.start_rate) * 1.001 + 0.1, "{n} jumps by {change}");
+            let ramp = change * speed / length;
+            prop_assert!(ramp <= f64::from(axis.accel.min(axis.decel)) * 1.001 + 1.0, "{n} needs {ramp}");
+        }
     }
 }

@@ -9,6 +9,9 @@
 //! - the arc that touches both legs in the middle of the shorter one needs no more than the ramp, which
 //!   bounds what a polygon of short chords asks where the first rule alone would allow any speed.
 //!
+//! The ramp is the least of both legs' and of the way that their directions differ by: an axis that hardly
+//! moves along either may have to do all of the turn.
+//!
 //! All speeds inside are squares, (um/s)^2.
 
 use lang::axis::Axis as Letter;
@@ -93,6 +96,37 @@ impl Machine {
 
     /// The least time of the legs, which begin at 0.
     pub fn best(&self, legs: &[Leg]) -> Best {
+        let (mut seconds, mut lines) = (0.0, (0.0, 0.0));
+        for (shape, [first, last]) in self.passed(legs) {
+            let time = shape.seconds(first, last);
+            seconds += time;
+            if !shape.rapid {
+                lines = (lines.0 + time, lines.1 + 1.0);
+            }
+        }
+        Best { seconds, leg: lines.0 / f64::max(lines.1, 1.0) }
+    }
+
+    /// Where the speed bends in that time: times, s, and speeds along the path, um/s.
+    pub fn speeds(&self, legs: &[Leg]) -> Vec<[f64; 2]> {
+        let (mut at, mut points) = (0.0, vec![[0.0; 2]]);
+        for (shape, [first, last]) in self.passed(legs) {
+            let end = at + shape.seconds(first, last);
+            let [v0, v1, v] = [first, last, shape.peak(first, last)].map(f64::sqrt);
+            points.extend([
+                [at, v0],
+                [at + (v - v0) / shape.accel, v],
+                [end - (v - v1) / shape.decel, v],
+                [end, v1],
+            ]);
+            at = end;
+        }
+        points.push([at, 0.0]);
+        points
+    }
+
+    /// Each leg with the squares of the speeds at its ends.
+    fn passed(&self, legs: &[Leg]) -> Vec<(Shape, [f64; 2])> {
         let mut from = [0.0; 3];
         let mut shapes = Vec::new();
         for leg in legs {
@@ -110,20 +144,16 @@ impl Machine {
             corners[n] = corners[n].min(reach);
         }
         // Forward: what can be gained.
-        let (mut before, mut seconds) = (0.0_f64, 0.0);
-        let mut lines = (0.0, 0.0);
+        let mut before = 0.0_f64;
+        let mut passed = Vec::new();
         for (shape, corner) in shapes.iter().zip(&corners) {
             let floor = shape.start2.min(shape.top2);
             let first = before.max(floor).min(shape.top2);
             let last = corner.max(floor).min(first + 2.0 * shape.accel * shape.length);
-            let time = shape.seconds(first, last);
-            seconds += time;
-            if !shape.rapid {
-                lines = (lines.0 + time, lines.1 + 1.0);
-            }
+            passed.push((*shape, [first, last]));
             before = if *corner == 0.0 { 0.0 } else { last };
         }
-        Best { seconds, leg: lines.0 / f64::max(lines.1, 1.0) }
+        passed
     }
 
     fn shape(&self, from: [f64; 3], leg: &Leg) -> Option<Shape> {
@@ -165,20 +195,31 @@ impl Machine {
         let sin2 = (0.5 * (1.0 - straight)).clamp(1e-12, 1.0);
         let (sin, cos) = (sin2.sqrt(), (1.0 - sin2).max(0.0).sqrt());
         let ramp = |shape: &Shape| shape.accel.min(shape.decel);
-        let least = ramp(own).min(ramp(next));
+        let (mut least, mut jump) = (ramp(own).min(ramp(next)), f64::INFINITY);
+        for (n, axis) in self.axes.iter().enumerate() {
+            let turn = (own.unit[n] - next.unit[n]).abs();
+            let Some(axis) = axis.filter(|_| turn > 1e-9) else { continue };
+            least = least.min(axis.accel.min(axis.decel) * 2.0 * sin / turn);
+            jump = jump.min(axis.start / turn);
+        }
         let rounded = least * self.corner_um * cos / (1.0 - cos).max(1e-12);
-        let jump2 = own.start2.min(next.start2) / (4.0 * sin2);
-        let half = |shape: &Shape| 0.5 * ramp(shape) * shape.length * cos / sin;
-        rounded.max(jump2).min(half(own)).min(half(next)).min(own.top2).min(next.top2)
+        let half = 0.5 * least * own.length.min(next.length) * cos / sin;
+        rounded.max(jump.powi(2)).min(half).min(own.top2).min(next.top2)
     }
 }
 
 impl Shape {
+    /// Square of the highest speed between them.
+    fn peak(&self, first: f64, last: f64) -> f64 {
+        let (up, down) = (self.accel, self.decel);
+        let peak = (2.0 * up * down * self.length + down * first + up * last) / (up + down);
+        peak.min(self.top2).max(first.max(last))
+    }
+
     /// Time of the leg between two squares of speeds that its ramps can join.
     fn seconds(&self, first: f64, last: f64) -> f64 {
         let (up, down) = (self.accel, self.decel);
-        let peak = (2.0 * up * down * self.length + down * first + up * last) / (up + down);
-        let top = peak.min(self.top2).max(first.max(last));
+        let top = self.peak(first, last);
         let [v0, v1, v] = [first, last, top].map(f64::sqrt);
         let ways = (top - first) / (2.0 * up) + (top - last) / (2.0 * down);
         (v - v0) / up + (v - v1) / down + (self.length - ways).max(0.0) / v
