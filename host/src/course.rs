@@ -3,12 +3,14 @@
 //!
 //! [`walk`] follows the program as far as nothing that it does hangs on an answer of the machine, and gives its
 //! courses, series of G1 with nothing between them but F that looks at the machine or acts on it. [`bounds`] says how fast each of their
-//! lines may end, with all that is behind it; [`points`] puts that into the fewest entries. What is left of them is
+//! lines may end, with all that is behind it, once [`join`] has made one of those that are too short; [`points`] puts that
+//! into the fewest entries. What is left of them is
 //! [`held`] against every course once more, as the chip will take them; a simulated machine takes the same [`LineEnds`].
 
 mod bounds;
 mod ends;
 mod held;
+mod join;
 mod points;
 #[cfg(test)]
 mod tests;
@@ -21,32 +23,46 @@ use lang::hir::Program;
 use lang::image::Image;
 use lang::image::course::{Entry, record};
 use lang::part::Part;
+use lang::record::MachineRecord;
 
 use bounds::Bounds;
 pub use ends::LineEnds;
 pub use walk::Obstacle;
-use walk::Walked;
+use walk::{Line, Piece, Walked};
 
 /// How long a part takes for a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pace {
     /// See [`Part::course_us`].
-    line_us: [f64; 3],
-    /// What each event takes from that planning, us.
-    event_us: f64,
+    line_s: [f64; 3],
+    /// See [`Part::join_us`].
+    join_s: [f64; 3],
+    /// What each event takes from that planning, s.
+    event_s: f64,
 }
 
 impl Pace {
     /// That of a part which takes slow points.
     fn of(part: &Part) -> Option<Pace> {
-        let line_us = part.course_us.map(f64::from);
-        (part.course_pool > 0).then_some(Pace { line_us, event_us: 12.0 })
+        let s = |us: [u16; 3]| us.map(|us| f64::from(us) * 1e-6);
+        let (line_s, join_s) = (s(part.course_us), s(part.join_us));
+        (part.course_pool > 0).then_some(Pace { line_s, join_s, event_s: 12e-6 })
+    }
+
+    /// How long a line is planned, those that are joined to it among it, s.
+    fn planned_s(&self, line: &Line) -> f64 {
+        let axes = line.steps.iter().filter(|steps| **steps != 0).count().max(1);
+        let joined = f64::from(line.joined) * self.join_s[axes - 1];
+        self.line_s[axes - 1] + joined + f64::from(line.thought_us) * 1e-6
     }
 }
 
 /// Slow points of a program.
+#[derive(Clone)]
 struct Found {
     walked: Walked,
+    /// Lines of each course as the chip makes them.
+    made: Vec<Vec<Line>>,
     bounds: Vec<Bounds>,
     /// The entries of each course, by the address of the line that begins it.
     records: BTreeMap<usize, Vec<Entry>>,
@@ -62,29 +78,59 @@ impl Found {
         if walked.obstacle.is_some() {
             return None;
         }
-        let found = Found::in_walk(walked, program, &pace)?;
-        points::worths().find_map(|worth| {
-            let found = found.worth(worth);
-            let compiled = found.put_into(program, plain, part)?;
-            Some((found, compiled))
-        })
+        let fits = |way: &Found| {
+            way.worth(points::FINEST)?;
+            points::worths().find_map(|worth| {
+                let found = way.worth(worth)?;
+                let compiled = found.put_into(program, plain, part)?;
+                Some((found, compiled))
+            })
+        };
+        let ways = Found::in_walk(&walked, program, &pace);
+        let fit = ways.iter().filter_map(fits);
+        fit.min_by(|(a, _), (b, _)| a.seconds().total_cmp(&b.seconds()))
     }
 
-    /// `None` when every line of the run would rest.
-    fn in_walk(walked: Walked, program: &Program, pace: &Pace) -> Option<Found> {
-        let of = |lines: &Vec<walk::Line>| Bounds::of(lines, program, pace);
-        let bounds: Vec<Bounds> = walked.courses.iter().map(of).collect();
-        let found = Found { walked, bounds, records: BTreeMap::new() };
-        let found = found.worth(points::FINEST);
-        (!found.records.is_empty()).then_some(found)
+    /// How long the courses of the run last, s, nearly.
+    fn seconds(&self) -> f64 {
+        let Found { walked, made, bounds, records } = self;
+        let each = made.iter().zip(bounds);
+        let each: Vec<f64> =
+            each.map(|(lines, of)| of.seconds(&held::ends(records, lines, of))).collect();
+        let courses = walked.order.iter().map(|piece| match piece {
+            Piece::Alone => 0.0,
+            Piece::Course(index) => each[*index],
+        });
+        courses.sum()
     }
 
-    /// With entries of which a byte is worth so many seconds.
-    fn worth(&self, worth: f64) -> Found {
-        let Found { walked, bounds, .. } = self;
+    /// Ways to make the lines, without entries yet: short ones joined, if there are any, and each alone.
+    fn in_walk(walked: &Walked, program: &Program, pace: &Pace) -> Vec<Found> {
+        let machine = MachineRecord::of(&program.profile);
+        let joined = |lines: &Vec<Line>| join::join(lines, &machine, pace);
+        let mut ways = vec![walked.courses.iter().map(joined).collect(), walked.courses.clone()];
+        ways.dedup();
+        let found = |made: Vec<Vec<Line>>| {
+            let bounds = made.iter().map(|lines| Bounds::of(lines, program, pace)).collect();
+            Found { walked: walked.clone(), made, bounds, records: BTreeMap::new() }
+        };
+        ways.into_iter().map(found).collect()
+    }
+
+    /// Whether joined lines stand in courses of which the chip takes the whole record.
+    fn is_whole(&self) -> bool {
+        let joins = |lines: &Vec<Line>| lines.iter().any(|line| line.joined != 0);
+        let mut joined = self.made.iter().filter(|lines| joins(lines));
+        joined.all(|lines| self.records.contains_key(&lines[0].pc))
+    }
+
+    /// With entries of which a byte is worth so many seconds; `None` when all lines would rest, or the chip would not join them
+    /// as it should.
+    fn worth(&self, worth: f64) -> Option<Found> {
+        let Found { walked, made, bounds, .. } = self;
         let mut records = BTreeMap::new();
         let mut refused = Vec::new();
-        for (lines, bounds) in walked.courses.iter().zip(bounds) {
+        for (lines, bounds) in made.iter().zip(bounds) {
             let (Some(first), Some(entries)) = (lines.first(), points::entries(bounds, worth))
             else {
                 continue;
@@ -95,8 +141,9 @@ impl Found {
             }
         }
         records.retain(|pc, _| !refused.contains(pc) && !walked.barred.contains(pc));
-        held::retain(&mut records, &walked.courses, bounds);
-        Found { walked: walked.clone(), bounds: bounds.clone(), records }
+        held::retain(&mut records, made, bounds);
+        let found = Found { records, ..self.clone() };
+        (!found.records.is_empty() && found.is_whole()).then_some(found)
     }
 
     /// The program with its slow points, where there is room for them.
@@ -129,7 +176,8 @@ pub fn obstacle(program: &Program, plain: &Compiled, part: &Part) -> Option<Obst
     let pace = Pace::of(part)?;
     let walked = walk::walk(program, plain)?;
     let obstacle = walked.obstacle?;
-    Found::in_walk(walked, program, &pace).map(|_| obstacle)
+    let ways = Found::in_walk(&walked, program, &pace);
+    ways.iter().find_map(|way| way.worth(points::FINEST)).map(|_| obstacle)
 }
 
 /// How fast the lines of a program's run end on a part; `None` where all of them rest, or where it looks ahead by itself.

@@ -39,6 +39,8 @@ pub struct Part {
     /// The least time of a line that such a program passes at speed, us, by the axes that move in the next one, 1 to 3,
     /// which is planned meanwhile.
     pub course_us: [u16; 3],
+    /// What each line that is joined to the next one adds to it, us, by its axes.
+    pub join_us: [u16; 3],
     /// Bytes of an entry of the call stack: two hold 12 bits of address and 4 of kind, four a word of each.
     pub call_bytes: u8,
     /// Flash segments of 512 bytes that hold programs. KEEP values take the last two of them, in a library two of

@@ -226,7 +226,7 @@ fn one(function: &syn::TraitItemFn, mut said: BTreeMap<String, String>) -> Optio
     } else if let Some(field) = said.remove("record") {
         Kind::Record(field, gives != Type::Long)
     } else if let Some(any) = said.remove("any") {
-        let (byte, mask) = pair(&any)?;
+        let (byte, mask) = pair(&any).unwrap_or((any, String::new()));
         let bit = said.remove("bit").and_then(|bit| bit.parse().ok());
         Kind::Any(byte, mask, bit)
     } else if let Some(is) = said.remove("is") {

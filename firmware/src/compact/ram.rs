@@ -14,6 +14,8 @@ pub const END: u16 = 0x0400;
 
 /// Whether the part tells lines and handles errors.
 const LINES: usize = (PART.features & feature::LINES != 0) as usize;
+/// Whether it takes slow points.
+const COURSES: usize = (PART.features & feature::COURSE != 0) as usize;
 /// Bytes of the VM's registers.
 const VM_SIZE: usize = size_of::<vm::State>();
 /// Bytes of the print ring.
@@ -40,6 +42,7 @@ macro_rules! ram {
         // The same rows for the assembler, without an item for each: see `constants`.
         core::arch::global_asm!(
             ".set LINES, {lines}",
+            ".set COURSES, {courses}",
             ".set PRINT_SIZE, {print}",
             ".set VM_SIZE, {vm}",
             ".set HERE, {start}",
@@ -54,6 +57,7 @@ macro_rules! ram {
             ".error \"the struct and the symbols differ\"",
             ".endif",
             lines = const LINES,
+            courses = const COURSES,
             print = const PRINT_SIZE,
             vm = const VM_SIZE,
             start = const START,
@@ -72,6 +76,10 @@ ram! {
     session_missed = "session$missed" {
         MISSED: 2, "Milliseconds served late, step events not armed in time.";
         RUNS: 2, "Runs begun since reset.";
+    }
+    /// Of the link, beyond the bytes that one byte names.
+    link_silence = "link$silence" {
+        SILENCE_TICKS: 2, "From a character's end to the frame's end, 0.5 us.";
     }
     /// Step engine (step.s).
     motion_step = "motion.step" {
@@ -128,7 +136,6 @@ ram! {
         TAIL: 1, "Sending: the next byte to go out.";
         LINE_STATE: 1, "What the line does (uart.s).";
         FUNCTION: 1, "Reading function whose data is being sent, 0 for none.";
-        SILENCE_TICKS: 2, "From a character's end to the frame's end, 0.5 us.";
         SLACK_TICKS: 2, "Between two characters of a frame.";
         NEXT_REGISTER: 2, "Of a reading function.";
         REGISTERS_LEFT: 2, "Of the request.";
@@ -181,6 +188,11 @@ ram! {
         PLACED: 1, "Bit per axis: SetPos has said where it is, in this run.";
         LAST_END: 1, "End of the last run, 0 in a run.";
     }
+    /// Lines of a course (line.s).
+    motion_line = "motion.line" {
+        JOINS: COURSES, "Axes of lines of a course that are joined to the next one, less than 0.";
+        JOINED: COURSES, "What JOINS becomes with each line that is begun.";
+    }
     /// The effect under way (effects.s).
     effects = "effects" {
         EFFECT: 1, "Its opcode, 0 for none, EFFECT_END at the end of a run.";
@@ -228,12 +240,13 @@ pub const FRAME_AT: i16 = at!(TEMP) as i16 + 8 - at!(VM_STATE) as i16;
 
 const _: () = assert!((at!(VM_STATE) | POOL) & 1 == 0, "words stand at even addresses");
 const _: () = assert!(PART.course_pool == 0 || PART.course_pool == 28, "COURSE_LINES is the end");
+const _: () = assert!(at!(JOINS) & 1 == 0, "JOINS and JOINED are a word");
 const _: () = assert!(
     at!(INC) == at!(COUNT) + 6 && at!(NOMINAL2) == at!(V) + 20 && at!(ACCEL2) == at!(V) + 12,
     "COUNT and INC change at once; six numbers in a row hold targets"
 );
 // Its deepest is 46 bytes (budget.toml).
-const _: () = assert!(END - POOL_END >= 46 + 22, "the machine stack has 22 bytes to spare");
+const _: () = assert!(END - POOL_END >= 46 + 20, "the machine stack has 20 bytes to spare");
 const _: () = assert!(
     PART.at_room == 0
         || PART.at_room == HOME_RECORD - POOL

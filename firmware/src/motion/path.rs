@@ -275,6 +275,7 @@ impl Path {
         #[cfg(not(target_arch = "msp430"))]
         {
             self.ending = None;
+            self.limits.through = false;
         }
     }
 
@@ -290,11 +291,21 @@ impl Path {
         if self.active { self.run.v2.root().floor() } else { 0 }
     }
 
+    /// The line that is over goes through its end, behind which another one comes in time.
+    fn goes_through(&self) -> bool {
+        #[cfg(not(target_arch = "msp430"))]
+        return self.limits.through;
+        #[cfg(target_arch = "msp430")]
+        return false;
+    }
+
     /// Puts the next segment into `segment`, which must hold the one before: increments and
     /// directions are only written when a line or chord begins. `false` when idle or in a pause.
     pub fn next_segment(&mut self, axes: &[AxisRecord; 3], segment: &mut PathSegment) -> bool {
         if !self.active {
-            self.run.v2 = Scaled::ZERO;
+            if !self.goes_through() {
+                self.run.v2 = Scaled::ZERO;
+            }
             self.activate(axes);
         }
         if !self.active || !self.run.segment(&self.limits, self.paused, &mut segment.ramp) {
@@ -362,6 +373,7 @@ impl Path {
                 length = ending.pitch;
                 self.feed = ending.feed;
                 self.exit2 = exit2.most(ending.end2);
+                self.limits.through = self.exit2 > self.limits.start2;
             }
             self.set_nominal();
             self.run.v2 = self.run.v2.most(self.limits.start2.least(self.limits.nominal2));

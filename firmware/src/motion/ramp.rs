@@ -62,6 +62,10 @@ pub struct Limits {
     pub decel2: Scaled,
     /// Interval at speed 1, ticks.
     pub tick: Scaled,
+    /// The next line is planned meanwhile, as on the small chip in a course: segments are as long on a ramp as at a constant
+    /// speed.
+    #[cfg(not(target_arch = "msp430"))]
+    pub through: bool,
 }
 
 /// Twice a ramp, less 1/32: that leaves room for what a linear interval exceeds constant
@@ -77,6 +81,8 @@ impl Limits {
         accel2: Scaled::ZERO,
         decel2: Scaled::ZERO,
         tick: Scaled::ZERO,
+        #[cfg(not(target_arch = "msp430"))]
+        through: false,
     };
 
     /// Sets what depends on the pitch, units per event: `accel` and `decel` in units/s2, the step timer's `clock`
@@ -169,7 +175,11 @@ impl Run {
     /// acceleration. A remainder below one and a quarter of it is taken at once.
     fn slice(&self, limits: &Limits, v: Scaled, braking: bool) -> u16 {
         let mut exp = 15i8.saturating_sub(limits.tick.exponent_over(v));
-        if self.v2 == limits.nominal2 && !braking && self.cruises(limits, exp.saturating_add(2)) {
+        let cruises =
+            self.v2 == limits.nominal2 && !braking && self.cruises(limits, exp.saturating_add(2));
+        #[cfg(not(target_arch = "msp430"))]
+        let cruises = cruises || limits.through;
+        if cruises {
             exp = exp.saturating_add(1);
         } else {
             let steep = limits.accel2.most(limits.decel2);

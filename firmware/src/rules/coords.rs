@@ -99,6 +99,12 @@ pub trait Commands: Settles {
     /// The new place, steps.
     #[cfg_attr(any(), micro(place = "NEW_STEPS"))]
     fn new_steps(&self, axis: Axis) -> i32;
+    /// The line is joined to the next one of its course, which makes its way, too ([`lang::image::course`]).
+    #[cfg_attr(any(), micro(any = "JOINS", when = "HAS_COURSES"))]
+    fn is_joined(&self) -> bool;
+    /// Of axes of joined lines this is one.
+    #[cfg_attr(any(), micro(code = "UP JOINS"))]
+    fn count_joined(&mut self);
 }
 
 /// Where the axis stands for the link: its work position in steps.
@@ -168,10 +174,15 @@ pub fn aim_place(m: &mut impl Targets, axis: Axis, place: i32) -> Result<(), Fau
     Ok(())
 }
 
-/// Makes the new place the commanded one; whether the axis stands there in steps.
+/// Makes the new place the commanded one; whether there is no way to make: the axis stands there in steps, or the line is
+/// joined to the next one, from whose place in um the steps are told.
 #[cfg_attr(any(), micro(holds = "EQUAL"))]
 pub fn command(m: &mut impl Commands, axis: Axis) -> bool {
     m.set_um(axis, m.new_um(axis));
+    if m.is_joined() {
+        m.count_joined();
+        return true;
+    }
     m.set_steps(axis, m.new_steps(axis));
     m.steps(axis).wrapping_sub(m.position(axis)) == 0
 }

@@ -143,7 +143,7 @@ pub trait Lines: Together {
 /// in images that have room for them.
 pub trait Courses: Lines {
     /// The line before moves.
-    #[cfg_attr(any(), micro(any = "MOVING, 7", when = "HAS_COURSES"))]
+    #[cfg_attr(any(), micro(any = "MOVING", when = "HAS_COURSES"))]
     fn is_under_way(&self) -> bool {
         false
     }

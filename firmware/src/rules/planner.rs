@@ -198,7 +198,7 @@ pub trait Chains: Planner {
     #[cfg_attr(any(), micro(place = "EXIT2"))]
     fn exit2(&self) -> Scaled;
     /// A line of the course is planned: this is the square where its entry falls, else what that says.
-    #[cfg_attr(any(), micro(code = "CALL course_line"))]
+    #[cfg_attr(any(), micro(code = "CALL course_line; GET JOINED; PUT JOINS"))]
     fn next_exit(&mut self, fallen: Scaled);
 }
 
@@ -351,6 +351,7 @@ fn remember(m: &mut impl Chains) {
 #[cfg_attr(any(), micro(label = "motion_nominal", longs = "TEMP, NOMINAL2"))]
 pub fn nominal(m: &mut impl Planner) {
     let axis = m.axis();
+    let hundred = Scaled::new(100);
     let percent = if matches!(m.effect(), PROBE..=HOME_QUERY) {
         100
     } else if m.hurries() {
@@ -358,7 +359,6 @@ pub fn nominal(m: &mut impl Planner) {
     } else {
         i32::from(m.override_of_feeds())
     };
-    let hundred = Scaled::new(100);
     let part = Scaled::new(percent as u32).over(hundred);
     let asked = if m.manner() == AT_FEED && m.feed() != 0 {
         Scaled::new(m.feed().wrapping_abs() as u32)

@@ -1,5 +1,6 @@
 //! Lines of a course run through their corners, at the pins of the running image.
 
+mod joined;
 mod rig;
 
 use std::f64::consts::TAU;
@@ -139,9 +140,9 @@ fn entries_fall_or_hold_and_rest_in_between() {
     let fall = 2.0 * mill.ramp(&lines[0], |axis| axis.decel) * length * 31.0 / 32.0;
     // 20 lines hold, 9 fall to rest, 10 hold, 20 fall to the end.
     let speed = 22_000.0_f64.min((9.0 * fall).sqrt());
-    let hold = |lines| Entry { lines, holds: true, bound: bound(speed) };
-    let falls = |lines| Entry { lines, holds: false, bound: bound(speed) };
-    let rest = Entry { lines: 1, holds: false, bound: 0 };
+    let hold = |lines| Entry { lines, holds: true, bound: bound(speed), joins: 0 };
+    let falls = |lines| Entry { lines, holds: false, bound: bound(speed), joins: 0 };
+    let rest = Entry { lines: 1, holds: false, bound: 0, joins: 0 };
     let entries = record(&[hold(20), falls(9), rest, hold(9), falls(20)]);
     let mut mover = Mover::new(&mill, &image(&mill, &script(&places, FEED), entries));
     mover.start();

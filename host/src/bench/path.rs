@@ -7,11 +7,12 @@ use std::time::Duration;
 use emulator::{Edge, Signal, TICKS_PER_SECOND};
 use firmware::motion::physics;
 use lang::axis::Axis;
+use lang::part::Part;
 use lang::profile::Profile;
 
 use super::stand::{Stand, gate, image_for, rises};
 use super::{Sink, at_least, at_most};
-use crate::board::G2553;
+use crate::board::{F5529, G2553};
 use crate::sim::trace::What;
 use crate::sim::world::World;
 use crate::sim::{self, Engine, Options};
@@ -110,7 +111,7 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     let edges = stand.run(Duration::from_secs(60))?;
     sink(at_most("path_error", "steps", error(&edges, &course.ideal), 1.0, 0.75))?;
     let there = gate(&edges)? as f64 / TICKS_PER_SECOND as f64;
-    let planned = simulated(&program)?;
+    let planned = simulated(&program, &F5529.part)?;
     let off = (there - planned).abs() / planned * 100.0;
     sink(at_most("path_time", "%", off, 0.1, 0.02))?;
     let moves = moves_within_limits(&mill)?;
@@ -170,8 +171,8 @@ fn nearest(ideal: &[[f64; 3]], from: usize, place: &[f64; 3]) -> (usize, f64) {
     best
 }
 
-/// Seconds from output 1 going on to its going off, as the simulator has it.
-pub(super) fn simulated(program: &lang::hir::Program) -> Result<f64, String> {
+/// Seconds from output 1 going on to its going off on a part, as the simulator has it.
+pub(super) fn simulated(program: &lang::hir::Program, part: &Part) -> Result<f64, String> {
     let times = Rc::new(RefCell::new(Vec::new()));
     let heard = Rc::clone(&times);
     let sink = Box::new(move |event: &sim::trace::Event| {
@@ -179,7 +180,7 @@ pub(super) fn simulated(program: &lang::hir::Program) -> Result<f64, String> {
             heard.borrow_mut().push(us);
         }
     });
-    let options = Options { record: false, times: true, ..Options::default() };
+    let options = Options { record: false, times: true, part: *part, ..Options::default() };
     sim::run(program, Engine::Vm, &World::empty(), &options, sink)
         .map_err(|error| error.to_string())?;
     match times.borrow().as_slice() {

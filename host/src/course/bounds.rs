@@ -27,14 +27,20 @@ pub struct Bounds {
     pub best: Vec<f64>,
     /// What its braking takes away.
     pub ramp: Vec<f64>,
+    /// What its acceleration may add.
+    gain: Vec<f64>,
+    /// That of its feed.
+    feed: Vec<f64>,
     /// Its length, um.
     length: Vec<f64>,
+    /// What the lines behind it are joined by: [`Entry::joins`](lang::image::course::Entry::joins).
+    pub joins: Vec<u8>,
     /// That of a speed at which every axis may rest: no more is no speed at all.
     pub rest: f64,
 }
 
 /// The number that stands in 24 bits and an exponent.
-fn number(of: Scaled) -> f64 {
+pub fn number(of: Scaled) -> f64 {
     let (exponent, mantissa) = ((of.0 >> 24) as i32, of.0 & 0xFF_FFFF);
     f64::from(mantissa) * 2f64.powi(exponent - 128)
 }
@@ -61,10 +67,8 @@ impl Bounds {
         let paced = |n: usize| {
             let g = &shapes[n];
             let Some(next) = lines.get(n + 1) else { return f64::INFINITY };
-            let axes = next.steps.iter().filter(|steps| **steps != 0).count();
-            let planned_us = pace.line_us[axes - 1] + f64::from(next.thought_us);
-            let least_us = planned_us + pace.event_us * number(g.events);
-            (number(g.length) * 1e6 / least_us).powi(2)
+            let least_s = pace.planned_s(next) + pace.event_s * number(g.events);
+            (number(g.length) / least_s).powi(2)
         };
         let count = lines.len();
         let mut most = vec![0.0; count];
@@ -81,15 +85,38 @@ impl Bounds {
             bound = bound.min(f64::max(most[n + 1], rest) + ramp[n + 1]) * (1.0 - ROUNDING);
             most[n] = if bound > rest { bound } else { 0.0 };
         }
+        let gained = |g: &Geometry| 2.0 * RAMP * number(g.accel) * number(g.length);
+        let gain: Vec<f64> = shapes.iter().map(gained).collect();
+        let feed: Vec<f64> = shapes.iter().map(|g| square(g.feed).min(square(g.top))).collect();
         let mut best = vec![0.0; count];
         let mut before = 0.0;
-        for (n, g) in shapes.iter().enumerate() {
-            let gained = f64::max(before, rest) + 2.0 * RAMP * number(g.accel) * number(g.length);
-            before = most[n].min(gained).min(square(g.feed));
+        for n in 0..count {
+            before = most[n].min(f64::max(before, rest) + gain[n]).min(feed[n]);
             best[n] = before;
         }
         let length = shapes.iter().map(|g| number(g.length)).collect();
-        Bounds { most, best, ramp, length, rest }
+        let joined = |line: &Line| line.joined * line.named.count_ones() as u8;
+        let joins = (1..=count).map(|n| lines.get(n).map_or(0, joined)).collect();
+        Bounds { most, best, ramp, gain, feed, length, joins, rest }
+    }
+
+    /// How long lines last whose ends have these squares of speeds, nothing of joined ones, s.
+    pub fn seconds(&self, ends: &[Option<f64>]) -> f64 {
+        let mut before = 0.0;
+        let each = ends.iter().flatten().enumerate().map(|(n, end)| {
+            let [from, to] = [before, *end].map(|square| f64::max(square, self.rest));
+            before = *end;
+            let (up, down) = (self.gain[n], self.ramp[n]);
+            // The highest speed, where both ramps meet, or its feed; what is left goes at that.
+            let meet = (from * down + to * up + up * down) / (up + down);
+            let top = meet.min(self.feed[n]).max(from).max(to);
+            let ramps = ((top - from) / up + (top - to) / down).min(1.0);
+            let speed = |a: f64, b: f64| (a.sqrt() + b.sqrt()) / 2.0;
+            let [rise, fall] = [(top - from) / up, (top - to) / down];
+            let time = rise / speed(from, top) + fall / speed(top, to) + (1.0 - ramps) / top.sqrt();
+            time * self.length[n] + if *end > self.rest { 0.0 } else { REST_S }
+        });
+        each.sum()
     }
 
     /// What it costs that the square of the speed at the end of the n-th line is no more than this, s, nearly: a dip on its

@@ -7,8 +7,8 @@ use super::walk::Piece;
 /// See the module.
 #[derive(Clone, Debug)]
 pub struct LineEnds {
-    /// Squares of speeds of each course, (um/s)^2.
-    courses: Vec<Vec<f64>>,
+    /// See [`held::ends`], of each course.
+    courses: Vec<Vec<Option<f64>>>,
     order: Vec<Piece>,
     repeats: Option<usize>,
     /// The piece that is executed, and so many of its lines.
@@ -18,7 +18,7 @@ pub struct LineEnds {
 
 impl LineEnds {
     pub(super) fn of(found: &Found) -> LineEnds {
-        let each = found.walked.courses.iter().zip(&found.bounds);
+        let each = found.made.iter().zip(&found.bounds);
         LineEnds {
             courses: each
                 .map(|(lines, bounds)| held::ends(&found.records, lines, bounds))
@@ -30,14 +30,15 @@ impl LineEnds {
         }
     }
 
-    /// The square of the speed that the end of the next G1 with steps to make may have, (um/s)^2: 0 of one that rests.
-    pub fn take_next(&mut self) -> f64 {
+    /// The square of the speed that the end of the next G1 with steps to make may have, (um/s)^2: 0 of one that rests, nothing
+    /// of one that is joined to the next.
+    pub fn take_next(&mut self) -> Option<f64> {
         if self.at == self.order.len() {
             self.at = self.repeats.unwrap_or(self.at);
         }
         let Some(Piece::Course(course)) = self.order.get(self.at) else {
             self.at += 1;
-            return 0.0;
+            return Some(0.0);
         };
         let ends = &self.courses[*course];
         let end = ends[self.lines];

@@ -20,36 +20,47 @@ pub fn retain(records: &mut BTreeMap<usize, Vec<Entry>>, courses: &[Vec<Line>], 
     }
 }
 
-/// What the ends of a course's lines have by the records, squares of speeds, (um/s)^2: 0 of one that rests.
-pub fn ends(records: &BTreeMap<usize, Vec<Entry>>, lines: &[Line], bounds: &Bounds) -> Vec<f64> {
+/// What the ends of a course's lines have by the records, squares of speeds, (um/s)^2: 0 of one that rests, nothing of one
+/// that is joined to the next.
+pub fn ends(
+    records: &BTreeMap<usize, Vec<Entry>>,
+    lines: &[Line],
+    bounds: &Bounds,
+) -> Vec<Option<f64>> {
     let mut ends = Vec::new();
-    taken(records, lines, bounds, |_, end| {
-        ends.push(if end > bounds.rest { end } else { 0.0 });
+    taken(records, lines, bounds, |n, end, _| {
+        ends.extend((0..lines[n].joined).map(|_| None));
+        ends.push(Some(if end > bounds.rest { end } else { 0.0 }));
         false
     });
     ends
 }
 
-/// The record that lets a line of the course end too fast, or outlasts the course.
+/// The record that lets a line of the course end too fast, joins others than it should, or outlasts the course.
 fn wrong(records: &BTreeMap<usize, Vec<Entry>>, lines: &[Line], bounds: &Bounds) -> Option<usize> {
-    taken(records, lines, bounds, |n, end| end > bounds.rest && end > bounds.most[n])
+    taken(records, lines, bounds, |n, end, joins| {
+        end > bounds.rest && end > bounds.most[n] || joins != bounds.joins[n]
+    })
 }
 
-/// Hands each line of a course with what its end has by the records to `is_wrong`. The record by which it said so, or of
-/// which lines are left in the end.
+/// Hands each line of a course with what its end has by the records, and what is joined behind it, to `is_wrong`. The
+/// record by which it said so, or of which lines are left in the end.
 fn taken(
     records: &BTreeMap<usize, Vec<Entry>>,
     lines: &[Line],
     bounds: &Bounds,
-    mut is_wrong: impl FnMut(usize, f64) -> bool,
+    mut is_wrong: impl FnMut(usize, f64, u8) -> bool,
 ) -> Option<usize> {
     let mut open: Option<(usize, Taken<'_>)> = None;
     for (n, line) in lines.iter().enumerate() {
         if open.as_ref().is_none_or(|(_, taken)| taken.is_over()) {
             open = records.get(&line.pc).map(|entries| (line.pc, Taken::new(entries)));
         }
-        let end = open.as_mut().map_or(0.0, |(_, taken)| taken.next(bounds.ramp[n]));
-        if is_wrong(n, end) {
+        let (end, joins) = match &mut open {
+            Some((_, taken)) => (taken.next(bounds.ramp[n]), taken.joins),
+            None => (0.0, 0),
+        };
+        if is_wrong(n, end, joins) {
             return open.map(|(pc, _)| pc);
         }
     }
@@ -62,12 +73,14 @@ pub struct Taken<'a> {
     /// Lines that are left of the first of them.
     left: u8,
     bound: f64,
+    /// What the lines behind the last one are joined by.
+    pub joins: u8,
 }
 
 impl<'a> Taken<'a> {
     /// From its beginning.
     pub fn new(entries: &'a [Entry]) -> Taken<'a> {
-        Taken { entries, left: 0, bound: 0.0 }
+        Taken { entries, left: 0, bound: 0.0, joins: 0 }
     }
 
     /// Whether no line is left.
@@ -81,6 +94,7 @@ impl<'a> Taken<'a> {
             Some((entry, _)) if self.left == 0 => {
                 self.left = entry.lines;
                 self.bound = value(entry.bound);
+                self.joins = entry.joins;
             }
             Some((entry, _)) if !entry.holds => self.bound = f64::max(self.bound - ramp, 0.0),
             _ => {}

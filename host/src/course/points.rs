@@ -14,6 +14,8 @@ pub fn worths() -> impl Iterator<Item = f64> {
 
 /// Bytes of an entry.
 const BYTES: f64 = 3.0;
+/// Bytes that say how the lines behind it are joined.
+const JOIN_BYTES: f64 = 2.0;
 
 /// The upper half of the number of 24 bits next below.
 fn upper(square: f64) -> u16 {
@@ -44,11 +46,13 @@ pub fn entries(bounds: &Bounds, worth: f64) -> Option<Vec<Entry>> {
     // From each line on the least cost, and the entry to begin with.
     let mut least = vec![(0.0, None); count + 1];
     for n in (0..count).rev() {
+        let before = n.checked_sub(1).map_or(0, |n| bounds.joins[n]);
+        let bytes = BYTES + if bounds.joins[n] == before { 0.0 } else { JOIN_BYTES };
         let mut best = (f64::INFINITY, None);
         for holds in [false, true] {
             for (entry, lost) in candidates(bounds, worth, n, holds) {
                 let (behind, _) = least[n + usize::from(entry.lines)];
-                let cost = worth * BYTES + lost + behind;
+                let cost = worth * bytes + lost + behind;
                 if cost < best.0 {
                     best = (cost, Some(entry));
                 }
@@ -70,7 +74,9 @@ pub fn entries(bounds: &Bounds, worth: f64) -> Option<Vec<Entry>> {
 fn candidates(bounds: &Bounds, worth: f64, n: usize, holds: bool) -> Vec<(Entry, f64)> {
     let mut found: Vec<(Entry, f64)> = Vec::new();
     let (mut most, mut taken, mut lost) = (f64::INFINITY, 0.0, 0.0);
-    for lines in 1..=(bounds.most.len() - n).min(MOST.into()) {
+    let joins = bounds.joins[n];
+    let alike = bounds.joins[n..].iter().take_while(|own| **own == joins);
+    for lines in 1..=alike.take(MOST.into()).count() {
         let at = n + lines - 1;
         if lines > 1 && !holds {
             taken += bounds.ramp[at];
@@ -88,7 +94,7 @@ fn candidates(bounds: &Bounds, worth: f64, n: usize, holds: bool) -> Vec<(Entry,
                 lost += bounds.lost(line, end);
             }
         }
-        found.push((Entry { lines: lines as u8, holds, bound }, lost));
+        found.push((Entry { lines: lines as u8, holds, bound, joins }, lost));
         if lost > worth * BYTES * lines as f64 {
             break;
         }

@@ -7,11 +7,12 @@ use lang::front::{self, ProfileChoice};
 use lang::hir::Program;
 use lang::image::course::{Entry, MOST, entries};
 use lang::part::{G2553, Part};
+use lang::record::MachineRecord;
 use proptest::prelude::*;
 
 use super::bounds::Bounds;
 use super::held::{self, Taken};
-use super::{Found, Obstacle, Pace, points, walk};
+use super::{Found, Obstacle, Pace, join, points, walk};
 
 /// A part that takes slow points.
 const PART: Part = Part { course_pool: 24, ..G2553 };
@@ -42,12 +43,50 @@ fn a_straight_line_of_chords_wants_its_end_alone() {
     let entries = only(text);
     assert!(entries.len() <= 2, "{entries:?}");
     assert_eq!(entries.iter().map(|entry| u32::from(entry.lines)).sum::<u32>(), 100);
-    // Those of 0.1 mm would last 2 ms: they are held to 3.4 ms and what the steps take.
-    let text = "G90\nG0 X0 Y0\nG91\nF3000\nREPEAT 500\nG1 X0.1\nEND REPEAT\n";
+    // Two feeds, so that none are joined: those of 0.1 mm, of 2 ms, are held to what planning and F take.
+    let text = "G90\nG0 X0 Y0\nG91\nREPEAT 250\nG1 X0.1 F3000\nG1 X0.1 F2999\nEND REPEAT\n";
     let entries = only(text);
     let speed = points::value(entries[0].bound).sqrt();
-    assert!(entries[0].holds && (25_000.0..29_500.0).contains(&speed), "{speed} {entries:?}");
+    assert!(entries[0].holds && (21_000.0..29_500.0).contains(&speed), "{speed} {entries:?}");
     assert!(entries.len() < 12, "{entries:?}");
+}
+
+#[test]
+fn lines_too_short_to_be_planned_are_joined_where_they_are_straight() {
+    let joined = |text: &str| {
+        let (program, compiled) = program(text);
+        let (found, _) = Found::of(&program, &compiled, &PART).expect("slow points");
+        found.made[0].iter().map(|line| line.joined).collect::<Vec<_>>()
+    };
+    let loops = |times: u32, line: &str| {
+        format!("G90\nG0 X0 Y0\nG91\nF3000\nREPEAT {times}\n{line}\nEND REPEAT\n")
+    };
+    // 1 ms each: four take 5.5 ms of planning, and no more than 5.6 are there.
+    let each = joined(&loops(2_000, "G1 X0.05"));
+    assert_eq!((each[0], each[1], each.len()), (0, 3, 501));
+    let text = loops(2_000, "G1 X0.05");
+    let entries = only(&text);
+    assert!(entries.len() < 12, "{entries:?}");
+    assert_eq!(entries.iter().map(|entry| u32::from(entry.lines)).sum::<u32>(), 501);
+    assert_eq!((entries[0].joins, entries[entries.len() - 1].joins), (3, 0));
+    // 2 ms each, of two axes; 20 ms each.
+    assert_eq!(joined(&loops(99, "G1 X0.06 Y0.08"))[1..4], [1, 1, 1]);
+    assert!(joined(&loops(99, "G1 X1")).iter().all(|joined| *joined == 0));
+    // A curve that stays within half a step of 10 um of its chord, and one that does not.
+    assert_eq!(joined(&loops(99, "G1 X0.05 Y0.05\nG1 X0.05 Y0.052"))[1..4], [1, 1, 1]);
+    assert_eq!(joined(&loops(99, "G1 X0.1 Y0.1\nG1 X0.1 Y0.13"))[1..4], [0, 0, 0]);
+    // Not in steps, not with another axis, not at another feed, not round a corner.
+    for two in [
+        "G1 X[4st]\nG1 X0.05",
+        "G1 X0.05\nG1 X0.05 Y0.01",
+        "G1 X0.05 F3000\nG1 X0.05 F2990",
+        "G1 X0.5\nG1 X-0.05",
+    ] {
+        let text = loops(99, two);
+        let (program, compiled) = program(&text);
+        let Some((found, _)) = Found::of(&program, &compiled, &PART) else { continue };
+        assert!(found.made.iter().flatten().all(|line| line.joined == 0), "{two}");
+    }
 }
 
 #[test]
@@ -57,8 +96,8 @@ fn a_sharp_corner_rests_and_a_blunt_one_is_passed() {
     let blunt = "G90\nG0 X0 Y0\nF1500\nG1 X10\nG1 X20 Y1\nG1 X30 Y1\n";
     let (program, compiled) = program(blunt);
     let (found, _) = Found::of(&program, &compiled, &PART).expect("slow points");
-    let ends = held::ends(&found.records, &found.walked.courses[0], &found.bounds[0]);
-    let speeds: Vec<f64> = ends.iter().map(|end| end.sqrt()).collect();
+    let ends = held::ends(&found.records, &found.made[0], &found.bounds[0]);
+    let speeds: Vec<f64> = ends.iter().flatten().map(|end| end.sqrt()).collect();
     assert!(matches!(speeds[..], [a, b, 0.0] if a > 4_000.0 && b > 4_000.0), "{speeds:?}");
 }
 
@@ -164,16 +203,18 @@ fn a_line_that_is_also_made_alone_or_without_a_step_begins_no_course() {
 /// Words of relative lines: mostly small turns, as curves have them.
 fn script() -> impl Strategy<Value = String> {
     let line = (-3.2_f64..3.2, 60.0_f64..4_000.0, prop_oneof![4 => Just(false), 1 => Just(true)]);
-    let lines = prop::collection::vec(line, 2..40);
+    let pieces = prop_oneof![3 => Just(1_usize), 1 => 2..30_usize];
+    let lines = prop::collection::vec((line, pieces), 2..40);
     (lines, 1_u32..8, prop_oneof![Just(600), Just(1500), Just(3000), Just(4800)], any::<bool>())
         .prop_map(|(lines, times, feed, diagonal)| {
             let mut angle = if diagonal { 0.8 } else { 0.0_f64 };
             let mut text = format!("G90\nG0 X150 Y100\nG91\nF{feed}\nREPEAT {times}\n");
-            for (turn, um, sharp) in lines {
+            for ((turn, um, sharp), pieces) in lines {
                 angle += if sharp { turn } else { turn / 20.0 };
+                let um = if pieces == 1 { um } else { um / 20.0 + 40.0 };
                 let [x, y] = [angle.cos(), angle.sin()]
                     .map(|part| (part * um / 1000.0 * 100.0).round() / 100.0);
-                text += &format!("G1 X{x:.2} Y{y:.2}\n");
+                text += &format!("G1 X{x:.2} Y{y:.2}\n").repeat(pieces);
             }
             text + "END REPEAT\n"
         })
@@ -186,6 +227,10 @@ proptest! {
         let (program, compiled) = program(&text);
         let pace = Pace::of(&PART).expect("one");
         for lines in walk::walk(&program, &compiled).unwrap_or_default().courses {
+            let made = join::join(&lines, &MachineRecord::of(&program.profile), &pace);
+            let whole: usize = made.iter().map(|line| usize::from(line.joined) + 1).sum();
+            prop_assert_eq!(whole, lines.len());
+            let lines = made;
             let bounds = Bounds::of(&lines, &program, &pace);
             let Some(record) = points::entries(&bounds, points::FINEST) else {
                 prop_assert!(bounds.most.iter().all(|most| *most == 0.0));
@@ -199,6 +244,7 @@ proptest! {
                     break;
                 }
                 let end = taken.next(bounds.ramp[n]);
+                prop_assert_eq!(taken.joins, bounds.joins[n]);
                 prop_assert!(end <= bounds.most[n].max(bounds.rest), "line {}: {} of {}", n, end, bounds.most[n]);
                 let wanted = bounds.best[n] * 0.95 - bounds.rest;
                 prop_assert!(end >= wanted, "line {}: {} of {}", n, end, bounds.best[n]);

@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use lang::axis::Axis;
 use lang::back::{Compiled, Sidecar};
-use lang::effect::{Coord, Effect, Frame, Rate};
+use lang::effect::{Coord, Dist, Effect, Frame, Rate};
 use lang::hir::Program;
 use lang::image::{Header, Image};
 use lang::isa::Op;
@@ -24,11 +24,15 @@ const MOST_INSTRUCTIONS: u32 = 2_000_000;
 /// Effects of a run: the courses of a longer one are not all known.
 const MOST_EFFECTS: u32 = 500_000;
 
-/// A line that has steps to make.
+/// A line that has steps to make; behind [`join`](super::join) what the chip makes of several.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Line {
-    /// Address of its instruction.
+    /// Address of its instruction, or of that of the first.
     pub pc: usize,
+    /// Bits of the axes that it names, all in um: 0 where one is named in steps.
+    pub named: u8,
+    /// Lines that are joined to it: the targets in front of its own.
+    pub joined: u8,
     /// Distance of each axis, steps.
     pub steps: [i32; 3],
     /// The same as it was commanded, um.
@@ -212,7 +216,8 @@ impl Walk<'_> {
                     Some(Rate::Um(feed)) if joins && !leaves => {
                         let thought_us = std::mem::take(&mut self.thought_us);
                         let (pc, feed) = (self.state.pc, feed.unsigned_abs());
-                        self.lines.push(Line { pc, steps, um, feed, thought_us });
+                        let named = named_in_um(to);
+                        self.lines.push(Line { pc, named, joined: 0, steps, um, feed, thought_us });
                         return Next::On;
                     }
                     _ => {}
@@ -336,6 +341,19 @@ impl Walk<'_> {
         self.walked.barred.insert(pc);
         self.walked.order.push(Piece::Alone);
     }
+}
+
+/// Bits of the axes that a line names in um; 0 where it names one in steps.
+fn named_in_um(words: &[Option<Coord>; 3]) -> u8 {
+    let mut named = 0;
+    for (n, word) in words.iter().enumerate() {
+        match word.map(|word| word.value) {
+            Some(Dist::Um(_)) => named |= 1 << n,
+            Some(Dist::Steps(_)) => return 0,
+            None => {}
+        }
+    }
+    named
 }
 
 /// us that an instruction takes on the chip at most: what multiplies, divides or looks into a table some 3 000 cycles.

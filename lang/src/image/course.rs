@@ -10,6 +10,10 @@
 //! | 0 | twice its lines, 1 to 127, and bit 0: [`Entry::holds`]; 0 behind the last entry |
 //! | 1, 2 | [`Entry::bound`] |
 //!
+//! Lines too short to be planned one by one are joined: their targets are taken, and the last of them makes the way of
+//! all. In front of an entry stand the byte 1 and [`Entry::joins`], negated, where that is another number than before: 0
+//! at first. What an entry counts are lines that are made.
+//!
 //! A line of an entry behind its first may end as fast as the one before it, less what its own braking takes of the
 //! square, `2 d length`, but no less than 0; of one that holds, as fast as the first. Where that is no more than the square of the start rate, the line ends at rest, as
 //! every line does without a course. The last one always does.
@@ -25,6 +29,8 @@
 const ENTRY: usize = 3;
 /// Bit of an entry's first byte: [`Entry::holds`].
 const HOLDS: u8 = 1;
+/// First byte of a pair: how lines are joined from here on.
+const JOIN: u8 = 1;
 /// Lines of an entry at most.
 pub const MOST: u8 = u8::MAX >> 1;
 
@@ -38,27 +44,42 @@ pub struct Entry {
     /// Square of the speed at which the first of them may end, (um/s)^2: the upper half of a number with 24 bits of
     /// mantissa and, in its top byte, the power of two plus 128.
     pub bound: u16,
+    /// Axes that are named, behind each of its lines, by lines that are joined to the next one: two of three axes each
+    /// are 6. A line that is joined names its axes in um, and those of the line that makes its way.
+    pub joins: u8,
 }
 
 /// The entries of a record, which begins behind its length byte.
 pub fn entries(record: &[u8]) -> impl Iterator<Item = Entry> {
-    let whole = |bytes: &[u8]| match *bytes {
-        [head, low, high] => Entry {
-            lines: head >> 1,
-            holds: head & HOLDS != 0,
+    let (mut rest, mut joins) = (record, 0);
+    core::iter::from_fn(move || {
+        if let [JOIN, negated, more @ ..] = rest {
+            (rest, joins) = (more, negated.wrapping_neg());
+        }
+        let (&[head, low, high], more) = rest.split_first_chunk::<ENTRY>()?;
+        let (lines, holds) = (head >> 1, head & HOLDS != 0);
+        rest = more;
+        (lines != 0).then_some(Entry {
+            lines,
+            holds,
             bound: u16::from_le_bytes([low, high]),
-        },
-        _ => Entry { lines: 0, holds: false, bound: 0 },
-    };
-    record.chunks(ENTRY).map(whole).take_while(|entry| entry.lines != 0)
+            joins,
+        })
+    })
 }
 
 /// The record of these entries, without its length byte.
 #[cfg(feature = "compiler")]
 pub fn record(entries: &[Entry]) -> Vec<u8> {
-    let bytes = |entry: &Entry| {
-        let head = entry.lines << 1 | if entry.holds { HOLDS } else { 0 };
-        [&[head][..], &entry.bound.to_le_bytes()].concat()
-    };
-    entries.iter().flat_map(bytes).chain([0]).collect()
+    let (mut record, mut joins) = (Vec::new(), 0);
+    for entry in entries {
+        if entry.joins != joins {
+            joins = entry.joins;
+            record.extend([JOIN, joins.wrapping_neg()]);
+        }
+        record.push(entry.lines << 1 | if entry.holds { HOLDS } else { 0 });
+        record.extend(entry.bound.to_le_bytes());
+    }
+    record.push(0);
+    record
 }

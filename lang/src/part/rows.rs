@@ -47,6 +47,7 @@ pub const G2553: Part = Part {
     course_pool: 28,
     // Planned 2.4, 2.9 and 3.5 ms after the line before could be its last, the link busy; a millisecond for what else comes.
     course_us: [3_400, 4_000, 4_600],
+    join_us: [700, 950, 1_300],
     call_bytes: 2,
     segments: 5,
     programs: 1,
@@ -93,6 +94,7 @@ pub const F5529: Part = Part {
     event_pool: [0, 0],
     course_pool: 0,
     course_us: [0; 3],
+    join_us: [0; 3],
     call_bytes: 4,
     // 39 KB: what assembly, tables and vectors leave of the flash below 64 KB.
     segments: 78,

@@ -28,7 +28,7 @@ fn slow_points_stand_in_front_of_the_lines_that_begin_their_courses() {
     let entries: Vec<Vec<Entry>> = (0..4_u16)
         .map(|n| {
             vec![
-                Entry { lines: 1 + n as u8, holds: n & 1 != 0, bound: 0x9000 + n };
+                Entry { lines: 1 + n as u8, holds: n & 1 != 0, bound: 0x9000 + n, joins: n as u8 };
                 1 + 40 * usize::from(n)
             ]
         })

@@ -38,6 +38,11 @@ impl Writer<'_> {
                     self.when(b, so, label, out)
                 }
             }
+            Cond::Any(byte, mask, _) if mask.is_empty() => {
+                let jump = if so { "IF_SET" } else { "IF_ZERO" };
+                self.jump(&format!("{jump} {byte}"), label);
+                Ok(())
+            }
             Cond::Any(byte, mask, _) => {
                 self.jump(&format!("{} {byte}, {mask}", bits(so)), label);
                 Ok(())
@@ -324,5 +329,7 @@ fn bits_of_one(a: &Cond, b: &Cond, both: bool) -> Option<(String, String)> {
         _ => None,
     };
     let ((byte, first, not), (other, second, also)) = (of(a)?, of(b)?);
-    (byte == other && not == also && not == both).then(|| (byte, format!("{first}|{second}")))
+    let bits = !first.is_empty() && !second.is_empty();
+    (bits && byte == other && not == also && not == both)
+        .then(|| (byte, format!("{first}|{second}")))
 }

@@ -72,7 +72,7 @@ link_feed:
     mov.b &HEAD, r12
     sub.b &TAIL, r12
     cmp.b #RING_SIZE-6, r12
-    jhs link_done
+    jhs link_send
     clr r6
 1:  cmp.b #4, &FUNCTION
     jhs 5f
@@ -104,7 +104,14 @@ link_feed:
     jne 1b
     /* values take long, the step engine must not starve; it keeps no register */
     call #motion_poll
+    .if HAS_COURSES
+    /* nor must a line wait that is to be planned while the one before plays */
+    bit.b #M_THROUGH, &MOTION
+    jeq link_poll
+    ret
+    .else
     jmp link_poll
+    .endif
 
     /* What has been put into the ring goes out by interrupts, in 10 ms at most, before the watchdog
        bites. */
@@ -113,13 +120,12 @@ link_restart:
     jge link_done
     dec &WATCHDOGS              ; this one was asked for
 1:  jmp 1b
-link_done:
-    ret
 
 /* Appends the CRC's next byte: behind its low one it is the high one shifted down. */
 link_crc:
     mov &REPLY_CRC, r13
-/* Appends a byte to the reply and its CRC.
+/* Appends a byte to the reply and its CRC. It goes out once the ring is full or the reply whole: what else has to be done
+   in between makes no gap in it.
    takes r13 = byte in its low half   clobbers r12 to r14 */
 link_put:
     mov.b r13, r13
@@ -130,6 +136,8 @@ link_put:
     inc.b &HEAD
     call #pasapas_crc16
     mov r12, &REPLY_CRC
+link_done:
+    ret
 link_send:
     bis.b #UCA0TXIE, &IE2
     ret

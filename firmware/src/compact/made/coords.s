@@ -86,6 +86,14 @@ module.rules.coords:
     ROUTINE_ODD command, module.rules.coords
     F load NEW_UM, AXIS
     F store UM, AXIS
+    .if HAS_COURSES
+    IF_ZERO JOINS, .Lcoords_20
+    UP JOINS
+    LIT 0
+    DO test_long
+    RETURN
+    .endif
+.Lcoords_20:
     F load NEW_STEPS, AXIS
     F store STEPS, AXIS
     F sub ACTUAL, AXIS

@@ -58,7 +58,7 @@ fx_goes_on:
     CALL linear_mixed
 .Llines_8:
     .if HAS_COURSES
-    IF_NONE MOVING, 7, .Llines_9
+    IF_ZERO MOVING, .Llines_9
     BITS_ON MOTION, M_NEXT
     LIT 0
     F store NEXT_DIRS

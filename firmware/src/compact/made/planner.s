@@ -173,6 +173,8 @@ remember:
     F load EXIT2
     F minus TEMP
     CALL course_line
+    GET JOINED
+    PUT JOINS
     F load START2
     F sub EXIT2
     IF_CARRY .Lplanner_21
@@ -184,6 +186,9 @@ remember:
     .global motion_nominal
     ROUTINE_ODD motion_nominal, module.rules.planner
     DO axis_n
+    LIT 100
+    DO new
+    F store TEMP
     GET EFFECT
     ADDI -OP_PROBE
     CMPI OP_HOME_QUERY+1-OP_PROBE
@@ -196,12 +201,8 @@ remember:
     GET OVERRIDE+1
 .Lplanner_24:
 .Lplanner_23:
-    F store TEMP
-    LIT 100
     DO new
-    F store NOMINAL2
-    F load TEMP, NEW
-    F over NOMINAL2
+    F over TEMP
     F store TEMP
     IF_SET HIT, .Lplanner_27
     F load FEED

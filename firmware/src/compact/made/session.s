@@ -237,6 +237,7 @@ run_ended:
     LET ENDING, 0
     .if HAS_COURSES
     BITS_OFF RUN_FLAGS, R_COURSES
+    F clear JOINS
     .endif
     F clear OPEN
     F clear RUNNING

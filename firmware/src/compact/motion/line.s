@@ -19,7 +19,11 @@ course_line:
     /* an entry begins: twice its lines, the upper half of a bound */
     mov &COURSE_AT, r15
     mov.b @r15+, r14
-    clr r12
+    cmp #1, r14
+    jne 4f
+    .short 0x4ff2, JOINED       /* mov.b @r15+, &JOINED: LLVM's assembler has none */
+    mov.b @r15+, r14
+4:  clr r12
     mov.b @r15+, r13
     mov.b @r15+, r11
     swpb r11

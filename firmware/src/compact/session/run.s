@@ -42,6 +42,14 @@ operand_byte:
     .section .text.run,"axR",@progbits
 module.session.run:
 
+    /* lines that are joined are one: what else the main loop does waits until the last of them is planned */
+    .macro GO_ON_JOINED
+    .if HAS_COURSES
+    tst.b &JOINS
+    jne run_goes
+    .endif
+    .endm
+
 /* One pass of the program. Destroys all registers. */
     .global run
 run:
@@ -134,6 +142,7 @@ run_done:
     mov &VM_PC, &EFFECT_PC
     .if HAS_EVENTS
     call #run_no_effect
+    GO_ON_JOINED
     jmp event_serve
     /* the handler of an ON line is left; a wait that it interrupted may be over, which comes first */
 run_left:
@@ -148,6 +157,9 @@ run_left:
 run_no_effect:
     clr &EFFECT
     clr &TIME+2
+    .if !HAS_EVENTS
+    GO_ON_JOINED
+    .endif
 run_idle:
 9:  ret
 

@@ -224,7 +224,10 @@ pub trait Runs {
     #[cfg_attr(any(), micro(code = "CALL keep_save"))]
     fn save_kept(&mut self);
     /// A run's courses are given up.
-    #[cfg_attr(any(), micro(code = "BITS_OFF RUN_FLAGS, R_COURSES", when = "HAS_COURSES"))]
+    #[cfg_attr(
+        any(),
+        micro(code = "BITS_OFF RUN_FLAGS, R_COURSES; F clear JOINS", when = "HAS_COURSES")
+    )]
     fn leave_courses(&mut self);
     /// A reset tells of no run, and where an upload stood, which held F while a handler was open, none stands.
     #[cfg_attr(any(), micro(code = "F clear OPEN; F clear RUNNING"))]

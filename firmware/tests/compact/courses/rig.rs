@@ -139,7 +139,7 @@ pub(super) fn bound(speed: f64) -> u16 {
 
 /// A slow point for each line.
 pub(super) fn each(lines: &[Line]) -> Vec<u8> {
-    let entry = |line: &Line| Entry { lines: 1, holds: false, bound: bound(line.exit) };
+    let entry = |line: &Line| Entry { lines: 1, holds: false, bound: bound(line.exit), joins: 0 };
     record(&lines[..lines.len() - 1].iter().map(entry).collect::<Vec<_>>())
 }
 

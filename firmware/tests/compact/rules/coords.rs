@@ -115,6 +115,12 @@ impl Commands for Twin {
     fn new_steps(&self, axis: Axis) -> i32 {
         self.at("NEW_STEPS", axis)
     }
+    fn is_joined(&self) -> bool {
+        self.chip.byte("JOINS") != 0
+    }
+    fn count_joined(&mut self) {
+        self.chip.set_byte("JOINS", self.chip.byte("JOINS").wrapping_add(1));
+    }
 }
 
 /// Places of the axes, and whether they have homed or were placed.

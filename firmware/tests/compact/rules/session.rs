@@ -277,6 +277,8 @@ impl Runs for Twin {
     }
     fn leave_courses(&mut self) {
         self.bits_of("RUN_FLAGS", COURSES, 0);
+        self.chip.set_byte("JOINS", 0);
+        self.chip.set_byte("JOINED", 0);
     }
     fn unmark(&mut self) {
         self.chip.set_word("OPEN", 0);

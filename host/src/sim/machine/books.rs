@@ -49,7 +49,7 @@ impl Machine {
                     let Some((what, mut segment)) = self.pieces.blocks.pop_front() else {
                         continue;
                     };
-                    if let Some(what) = what {
+                    for what in what {
                         self.log.write(us, what);
                     }
                     self.pieces.line = Some(segment.line);

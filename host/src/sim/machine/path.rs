@@ -8,6 +8,7 @@ use lang::fault::Fault;
 use lang::place::Place;
 
 use super::Machine;
+use super::pieces::Joined;
 use crate::course::LineEnds;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
 use crate::sim::trace::{MoveKind, What};
@@ -84,19 +85,23 @@ impl Machine {
         let goal = self.goal(words)?;
         let feed = if rapid { Feed::Rapid } else { self.programmed_feed()? };
         let kind = if rapid { MoveKind::Rapid } else { MoveKind::Line };
-        let from = Axis::ALL.map(|axis| self.axes.steps(axis));
-        let to = goal.map(|place| place.steps);
-        let um = Axis::ALL.map(|axis| {
-            let to = goal[axis.index()].um;
-            to.wrapping_sub(self.axes.place(axis).um)
-        });
+        let before = Axis::ALL.map(|axis| self.axes.place(axis));
         self.command(&goal);
-        if from == to {
+        if before.map(|place| place.steps) == goal.map(|place| place.steps) {
             return Ok(());
         }
         let targets = self.targets();
-        let what = What::Move { line: self.line, kind, to: targets };
-        let end2 = if exact || rapid { 0.0 } else { self.next_end() };
+        let joined = Joined { from: before, what: Vec::new() };
+        let mut joined = self.pieces.joined.take().unwrap_or(joined);
+        joined.what.push(What::Move { line: self.line, kind, to: targets });
+        let end2 = if exact || rapid { Some(0.0) } else { self.next_end() };
+        let Some(end2) = end2 else {
+            self.pieces.joined = Some(joined);
+            return Ok(());
+        };
+        let Joined { from: before, mut what } = joined;
+        let [from, to] = [before, goal].map(|places| places.map(|place| place.steps));
+        let um = [0, 1, 2].map(|n: usize| goal[n].um.wrapping_sub(before[n].um));
         let exact = exact || rapid || !self.motion.look_ahead && end2 == 0.0;
         let mut legs = vec![to];
         let (up, down) = (self.z_leg(from, to, rapid), self.z_leg(to, from, rapid));
@@ -105,11 +110,11 @@ impl Machine {
         } else if down {
             legs.insert(0, [to[0], to[1], from[2]]);
         }
-        let (mut at, mut what) = (from, Some(what));
+        let mut at = from;
         // A rapid move has no corners.
         let um = if rapid { [0; 3] } else { um };
         for leg in legs {
-            self.push_block(what.take(), kind, [at, leg], um, (feed, exact, end2));
+            self.push_block(std::mem::take(&mut what), kind, [at, leg], um, (feed, exact, end2));
             at = leg;
         }
         if exact {
@@ -133,9 +138,10 @@ impl Machine {
         self.pieces.ends = ends;
     }
 
-    /// The square of the speed at which the next line may end by slow points, 0 where it rests.
-    fn next_end(&mut self) -> f64 {
-        self.pieces.ends.as_mut().map_or(0.0, LineEnds::take_next)
+    /// The square of the speed at which the next line may end by slow points, 0 where it rests; nothing of one that is
+    /// joined to the next.
+    fn next_end(&mut self) -> Option<f64> {
+        self.pieces.ends.as_mut().map_or(Some(0.0), LineEnds::take_next)
     }
 
     fn command(&mut self, goal: &[Place; 3]) {
@@ -149,7 +155,7 @@ impl Machine {
     /// Gives the path a line as soon as it takes one; `what` is written when it begins, `um` as [`Block::um`].
     fn push_block(
         &mut self,
-        what: Option<What>,
+        what: Vec<What>,
         kind: MoveKind,
         [from, to]: [[i32; 3]; 2],
         um: [i32; 3],
@@ -228,7 +234,7 @@ impl Machine {
             exit_speed: None,
             power: self.light(),
         };
-        self.pieces.blocks.push_back((Some(what), segment));
+        self.pieces.blocks.push_back((vec![what], segment));
         let manner = Manner { power: self.modal.beam(), ..Manner::new(feed, exact) };
         self.motion.push_arc(&arc, &manner, self.clock.now());
         self.log_milestones();

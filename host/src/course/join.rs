@@ -1,0 +1,89 @@
+//! Lines that the chip joins, as it would plan each for longer than it lasts.
+
+use firmware::motion::path::Feed;
+use firmware::motion::path::geometry::{Geometry, Shape};
+use lang::record::MachineRecord;
+
+use super::Pace;
+use super::bounds::number;
+use super::walk::Line;
+
+/// How long a line may be planned at most, s. It is planned while the last two segments of the one before play, which is 5 ms
+/// at least where that is longer than both ([`firmware::motion::ramp`]); one of these ms is what may come beside planning.
+const MOST_S: f64 = 0.0056;
+
+/// How far a place may lie beside the way that is made instead, steps: axes stand at whole ones.
+const BESIDE: f64 = 0.5;
+
+/// Lines are joined where planning each would take so many times as long as they last: what joins them takes bytes.
+const SLOWED: f64 = 1.15;
+
+/// The lines of a course as the chip makes them: where one lasts no longer than the next is planned it is joined to those
+/// behind it on the same straight way. The first is made as it is.
+pub fn join(lines: &[Line], machine: &MachineRecord, pace: &Pace) -> Vec<Line> {
+    let mut made: Vec<Line> = Vec::new();
+    // The first of those that the last one made is of.
+    let mut first = 0;
+    for (n, line) in lines.iter().enumerate() {
+        if made.len() > 1
+            && let Some(open) = made.last_mut()
+            && lasts_s(open, machine) * slowed(open) < pace.planned_s(open)
+            && pace.planned_s(&sum(open, line)) <= MOST_S
+            && is_one(&lines[first..=n], machine)
+        {
+            *open = sum(open, line);
+        } else {
+            first = n;
+            made.push(line.clone());
+        }
+    }
+    made
+}
+
+/// What a line's time is compared with: once some are joined, all that it takes.
+fn slowed(open: &Line) -> f64 {
+    if open.joined == 0 { SLOWED } else { 1.0 }
+}
+
+/// The lines name the same axes, have one feed, and go straight on; there are steps to make.
+fn is_one(lines: &[Line], machine: &MachineRecord) -> bool {
+    let way: [f64; 3] = [0, 1, 2].map(|n| lines.iter().map(|line| f64::from(line.um[n])).sum());
+    let along = |to: [f64; 3]| (0..3).map(|n| to[n] * way[n]).sum::<f64>() / dot(way);
+    let mut at = [0.0; 3];
+    let whole = lines[1..].iter().fold(lines[0].clone(), |whole, line| sum(&whole, line));
+    whole.steps != [0; 3]
+        && lines.iter().all(|line| {
+            let um = line.um.map(f64::from);
+            at = [0, 1, 2].map(|n: usize| at[n] + um[n]);
+            let beside = |n: usize| (at[n] - along(at) * way[n]).abs();
+            let step = |n: usize| f64::from(machine.axes[n].um) / f64::from(machine.axes[n].steps);
+            let moves = |n: &usize| lines.iter().any(|line| line.steps[*n] != 0);
+            line.named != 0
+                && (line.named, line.feed) == (lines[0].named, lines[0].feed)
+                && along(um) > 0.0
+                && (0..3).filter(moves).all(|n| beside(n) <= BESIDE * step(n))
+        })
+}
+
+fn dot(way: [f64; 3]) -> f64 {
+    way.iter().map(|um| um * um).sum()
+}
+
+/// Both as one.
+fn sum(line: &Line, next: &Line) -> Line {
+    let of = |a: [i32; 3], b: [i32; 3]| [0, 1, 2].map(|n: usize| a[n].wrapping_add(b[n]));
+    Line {
+        steps: of(line.steps, next.steps),
+        um: of(line.um, next.um),
+        joined: line.joined + 1,
+        thought_us: line.thought_us.saturating_add(next.thought_us),
+        ..line.clone()
+    }
+}
+
+/// How long the line lasts without ramps, s.
+fn lasts_s(line: &Line, machine: &MachineRecord) -> f64 {
+    let shape = Shape::Line(&line.steps, &line.um);
+    let g = Geometry::of(&machine.axes, &shape, Feed::Um(line.feed));
+    number(g.length) / f64::min(number(g.feed), number(g.top))
+}
