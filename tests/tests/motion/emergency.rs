@@ -95,16 +95,24 @@ fn ceases(lab: &mut Lab, at: u64, delay: u64, name: &str) {
     assert_eq!(lab.board.plant().outputs(), 0, "{name}: outputs are safe");
 }
 
-/// Opens the contact while each of the moves is under way.
-fn stops(build: &Build, dice: &mut Dice) {
-    let small = build.part.name == G2553.part.name;
-    let wirings = [
+fn is_small(build: &Build) -> bool {
+    build.part.name == G2553.part.name
+}
+
+/// Inputs of an emergency stop, and how long each keeps the board waiting.
+fn wirings(build: &Build) -> [(Wiring, i32, u64); 4] {
+    [
         (Wiring::Direct, 4, INTERRUPTS),
         (Wiring::Direct, 2, INTERRUPTS),
         (Wiring::Chain, 17, INTERRUPTS),
-        (Wiring::Chain, 12, CHAIN[usize::from(!small)]),
-    ];
-    for (wiring, n, delay) in wirings {
+        (Wiring::Chain, 12, CHAIN[usize::from(!is_small(build))]),
+    ]
+}
+
+/// Opens the contact while each of the moves is under way.
+fn stops(build: &Build, dice: &mut Dice) {
+    let small = is_small(build);
+    for (wiring, n, delay) in wirings(build) {
         let profile = mill(wiring, n);
         for (script, common) in MOVES {
             if small && !common {
@@ -132,7 +140,7 @@ fn a_disturbance_of_2_us_stops_all_or_nothing() {
     let mut dice = Dice(31);
     let mut stopped = 0;
     for build in [&G2553, &F5529] {
-        for (wiring, n) in [(Wiring::Direct, 4), (Wiring::Chain, 17), (Wiring::Chain, 12)] {
+        for (wiring, n, delay) in wirings(build).into_iter().filter(|(_, n, _)| *n != 2) {
             let script = "G1 X40 Y37 Z-9 F9000\nMoveAxe X, 0mm";
             let mut whole = moving(build, &mill(wiring, n), script, &mut dice);
             whole.stops_abruptly("goes on in copies");
@@ -147,7 +155,7 @@ fn a_disturbance_of_2_us_stops_all_or_nothing() {
                 // What was asked is answered.
                 lab.run_ms(10);
                 if lab.read(FAULT) == u16::from(Fault::EmergencyStop.number()) {
-                    ceases(&mut lab, at, INTERRUPTS, &name);
+                    ceases(&mut lab, at, delay, &name);
                     stopped += 1;
                     continue;
                 }
