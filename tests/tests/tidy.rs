@@ -93,6 +93,7 @@ fn files_that_comments_and_documents_name_exist() {
 fn unsafe_stands_only_where_the_readme_says() {
     let allowed = [
         "firmware/src/board/",
+        "firmware/src/both/",
         "firmware/src/compact/",
         "firmware/src/motion/scaled.rs",
         "firmware/src/motion/math.rs",
@@ -117,16 +118,48 @@ fn unsafe_stands_only_where_the_readme_says() {
         }
     }
     assert!(inside > 50, "only {inside} were found");
-    // Told in the second of two rows of the code map, of both.
+    // Told in the last of three rows of the code map, of all.
     let readme = texts.iter().find(|(file, _)| file == "README.md").map(|(_, text)| text.as_str());
     let lines = readme.unwrap_or_default().lines().collect::<Vec<_>>();
-    let told = lines.windows(2).find(|rows| rows[1].contains("All `unsafe`")).map(<[&str]>::concat);
+    let told = lines.windows(3).find(|rows| rows[2].contains("All `unsafe`")).map(<[&str]>::concat);
     for place in allowed {
         let name = place.trim_start_matches("firmware/src/motion/").trim_end_matches('/');
         let told = told.as_ref().is_some_and(|told| told.contains(name));
         assert!(told, "the README does not say that unsafe stands in {place}");
     }
     assert!(outside.is_empty(), "unsafe outside of {allowed:?}:\n{}", outside.join("\n"));
+}
+
+/// The number in the value that a line of assembly gives a symbol by `.set`; places a number away from here are none.
+fn typed_number(line: &str) -> Option<&str> {
+    let (name, value) = line.trim().strip_prefix(".set ")?.split_once(',')?;
+    let value = value.split("/*").next()?.trim();
+    // Names of a macro's arguments, and a counter of one.
+    if name.contains('\\') || value.starts_with('.') {
+        return None;
+    }
+    let words = value.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    words.into_iter().find(|word| word.starts_with(|c: char| c.is_ascii_digit()))
+}
+
+#[test]
+fn numbers_of_the_assembly_are_made_of_rust() {
+    assert_eq!(typed_number("    .set MASK, 10 /* of a slot */"), Some("10"));
+    assert_eq!(typed_number("    .set SPEED, COMMAND+2*6"), Some("2"));
+    assert_eq!(typed_number("    .set SPARE, V2"), None);
+    let (_, texts) = texts();
+    let mut wrong = Vec::new();
+    let mut aliases = 0;
+    for (file, text) in texts.iter().filter(|(file, _)| file.ends_with(".s")) {
+        for (n, line) in text.lines().enumerate() {
+            aliases += usize::from(line.trim().starts_with(".set "));
+            if typed_number(line).is_some() {
+                wrong.push(format!("{file}:{}: {}", n + 1, line.trim()));
+            }
+        }
+    }
+    assert!(aliases > 5, "only {aliases} symbols were found");
+    assert!(wrong.is_empty(), "`constants!` is where symbols get numbers:\n{}", wrong.join("\n"));
 }
 
 /// Longest source file, lines.

@@ -16,8 +16,11 @@ pub fn notation() -> String {
     for (name, bits) in [
         ("FORMULA", isa::FORMULA),
         ("F_RECORD", isa::RECORD),
-        ("F_AXIS", isa::AXIS),
-        ("F_NEW", isa::NEW),
+        // What may stand behind an operand.
+        ("AXIS", isa::AXIS),
+        ("NEW", isa::NEW),
+        ("LONG", 0),
+        ("SHORT", isa::AXIS),
     ] {
         set(name, bits.into());
     }

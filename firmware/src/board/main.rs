@@ -11,6 +11,7 @@ mod arcs;
 mod boot;
 mod bus;
 mod chain;
+#[path = "../both/check.rs"]
 mod check;
 mod chip;
 mod commands;
@@ -24,7 +25,9 @@ mod lines;
 mod link;
 mod lock;
 mod map;
+#[path = "../both/math.rs"]
 mod math;
+#[path = "../both/memory.rs"]
 mod memory;
 mod motor;
 mod moves;
@@ -38,6 +41,7 @@ mod step;
 #[cfg(feature = "stream")]
 mod stream;
 mod vm;
+#[path = "../both/vm_core.rs"]
 mod vm_core;
 
 use crate::controller::Controller;

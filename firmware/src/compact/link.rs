@@ -82,7 +82,18 @@ constants! {
     PART_FEATURES = PART.features;
     STORE_AREA = PART.room_for(false);
     POOL_WORDS = crate::vm::POOL / 2;
+    // LINE_STATE: a frame may come.
+    LINE_LISTEN = 0;
+    // One has come; its reply is being made.
+    LINE_READY = 1;
+    // All of the reply is in the ring.
+    LINE_LAST = 2;
+    // A negative number of registers: all that are left of a list.
+    REST = 0x20;
 }
+
+// HEAD of a frame with a gap, with its sign.
+core::arch::global_asm!(".set SPOILED, {}", const -1i16);
 
 core::arch::global_asm!(include_str!("link/uart.s"), options(raw));
 core::arch::global_asm!(include_str!("link/modbus.s"), options(raw));

@@ -23,18 +23,18 @@ mod ram;
 
 mod micro;
 
-#[path = "../board/check.rs"]
+#[path = "../both/check.rs"]
 mod check;
-#[path = "../board/memory.rs"]
+#[path = "../both/memory.rs"]
 mod memory;
-#[path = "../board/vm_core.rs"]
+#[path = "../both/vm_core.rs"]
 mod vm_core;
 
 mod boot;
 mod effects;
 
 // Beside the ramps, which reach them by near jumps.
-#[path = "../board/math.rs"]
+#[path = "../both/math.rs"]
 mod math;
 
 mod scaled;

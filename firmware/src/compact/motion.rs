@@ -5,6 +5,9 @@ use crate::consts::constants;
 constants! {
     // Ticks from now to the event that starts a motion.
     LEAD = 160;
+    // Output modes of Timer_A (SLAU144, 12.3.3): set, reset; without one of them a pin is as OUT says, low.
+    ARMED = 1 << 5;
+    FALLS = 5 << 5;
 }
 
 // The ramps first: they reach the scaled numbers by near jumps.

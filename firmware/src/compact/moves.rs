@@ -57,6 +57,19 @@ constants! {
     FL_QUERY = flags::QUERY;
     FL_SENSOR = flags::SENSOR;
     FL_MASK = flags::MASK;
+    // FRAME_OF: in steps, else um; of the machine, relative, else of the work.
+    F_STEPS = flags::STEPS;
+    F_MACHINE = flags::STEPS << 1;
+    F_RELATIVE = flags::STEPS << 2;
+    // BITS of a reference run: input number of the switch, that it is off when closed, and that HOME_RECORD holds the
+    // rest, which command 106 has brought.
+    HOME_INVERT = 0x40;
+    HOME_COMMAND = 0x80;
+    // BITS of a probe: QUERY, that input 17 counts, that it must be off, and that one that does not exist must.
+    PROBE_AND_17 = 1;
+    PROBE_XOR_17 = 2;
+    PROBE_ALWAYS = 4;
+    JOG_RELATIVE = firmware::rules::commands::RELATIVE;
 }
 
 // What the assembly does by shifts: pairs of a flag and its unit, frames and units of axes, the order of short forms.

@@ -5,7 +5,7 @@ use core::mem::{offset_of, size_of};
 
 use crate::consts::constants;
 use crate::vm::{self, PART};
-use lang::record::feature;
+use lang::record::{AxisRecord, feature};
 
 /// Where it begins.
 const START: u16 = 0x0200;
@@ -20,6 +20,25 @@ const COURSES: usize = (PART.features & feature::COURSE != 0) as usize;
 const VM_SIZE: usize = size_of::<vm::State>();
 /// Bytes of the print ring.
 const PRINT_SIZE: usize = 16;
+/// Longest request, bytes.
+const FRAME_SIZE: usize = 52;
+/// Bytes of it in which a reply's wait until they are sent: a power of two.
+const RING_SIZE: usize = 32;
+const _: () = assert!(RING_SIZE.is_power_of_two() && RING_SIZE <= FRAME_SIZE);
+
+/// A segment as the step engine plays it.
+#[repr(C)]
+struct Segment {
+    /// Ticks to the next event, and a fraction.
+    interval: [u16; 2],
+    /// What each event adds to that.
+    change: [u16; 2],
+    /// Events to come.
+    events: u16,
+    /// STEP pins of its axes; the top bit: a line of a course begins.
+    mask: u16,
+}
+const SLOT_SIZE: usize = size_of::<Segment>();
 
 /// The address of a variable.
 macro_rules! at {
@@ -44,6 +63,8 @@ macro_rules! ram {
             ".set LINES, {lines}",
             ".set COURSES, {courses}",
             ".set PRINT_SIZE, {print}",
+            ".set SLOT_SIZE, {slot}",
+            ".set FRAME_SIZE, {frame}",
             ".set VM_SIZE, {vm}",
             ".set HERE, {start}",
             $(
@@ -59,6 +80,8 @@ macro_rules! ram {
             lines = const LINES,
             courses = const COURSES,
             print = const PRINT_SIZE,
+            slot = const SLOT_SIZE,
+            frame = const FRAME_SIZE,
             vm = const VM_SIZE,
             start = const START,
             end = const POOL,
@@ -86,8 +109,8 @@ ram! {
         STEP_SLOT: 2, "The slot that plays: 0, or SLOT1-SLOT0.";
         STEP_FRAC: 2, "Fraction of the compare registers.";
         WIDTH: 2, "Ticks of a long pulse, 0 for a short one.";
-        SLOT0: 12, "A segment: interval 4, change 4, events 2, mask 2.";
-        SLOT1: 12, "The other one.";
+        SLOT0: SLOT_SIZE, "A segment (Segment).";
+        SLOT1: SLOT_SIZE, "The other one.";
         COUNT: 6, "Low halves of the positions, negated in negative direction.";
         INC: 12, "What an event adds to each accumulator.";
         ACC: 12, "Accumulators; a carry is a step.";
@@ -131,7 +154,7 @@ ram! {
     }
     /// Link (uart.s, modbus.s).
     link = "link" {
-        FRAME: 52, "Request, then ring of the reply.";
+        FRAME: FRAME_SIZE, "Request, then ring of the reply.";
         HEAD: 1, "Receiving: bytes so far; sending: where the next byte goes.";
         TAIL: 1, "Sending: the next byte to go out.";
         LINE_STATE: 1, "What the line does (uart.s).";
@@ -235,6 +258,42 @@ const HOME_RECORD: u16 = COMMAND - 4;
 /// In a run of a program with courses its end is theirs.
 const COURSE: u16 = POOL_END - PART.course_pool;
 
+/// What command 106 brings, from COMMAND on (`rules/commands.rs`): made a record of the axis, with its stroke, place and
+/// clearance where that wants them, speed and ramps stay here.
+#[repr(C)]
+struct HomeCommand {
+    before: [u16; 6],
+    speed: [u16; 2],
+    slow_speed: [u16; 2],
+    up: [u16; 2],
+    down: [u16; 2],
+    stroke: [u16; 2],
+    wait: u16,
+    place: [u16; 2],
+    clearance: [u16; 2],
+}
+const _: () = assert!(
+    HOME_RECORD + offset_of!(AxisRecord, home_clearance) as u16
+        == COMMAND + offset_of!(HomeCommand, clearance) as u16
+        && HOME_RECORD >= POOL,
+    "command 106 and AxisRecord differ"
+);
+
+/// Bytes of a statement or command that begins, at rest.
+#[repr(C)]
+struct Locals {
+    /// The instruction's flags.
+    flags: u8,
+    /// Its second byte of them; bits of axes that have steps to make.
+    ramps: u8,
+    /// What `rate` takes; an operation code.
+    unit: u8,
+    /// What a target's number is of: bits F_.
+    frame: u8,
+}
+/// Where they are.
+const LOCALS: u16 = at!(TICK);
+
 /// Where the VM's core keeps the machine stack's address: a word of TEMP, from the VM's registers.
 pub const FRAME_AT: i16 = at!(TEMP) as i16 + 8 - at!(VM_STATE) as i16;
 
@@ -293,8 +352,26 @@ constants! {
     COURSE_LINES = COURSE + 26;
     COURSE = COURSE;
     HOME_RECORD = HOME_RECORD;
-    // At rest: bytes of a statement or command that begins.
-    LOCALS = at!(TICK);
+    LOCALS = LOCALS;
+    FLAGS = LOCALS + offset_of!(Locals, flags) as u16;
+    RAMPS = LOCALS + offset_of!(Locals, ramps) as u16;
+    UNIT = LOCALS + offset_of!(Locals, unit) as u16;
+    FRAME_OF = LOCALS + offset_of!(Locals, frame) as u16;
+    INTERVAL = offset_of!(Segment, interval);
+    CHANGE = offset_of!(Segment, change);
+    EVENTS = offset_of!(Segment, events);
+    MASK = offset_of!(Segment, mask);
+    RING_SIZE = RING_SIZE;
+    HOME_SPEED = COMMAND + offset_of!(HomeCommand, speed) as u16;
+    HOME_SLOW_SPEED = COMMAND + offset_of!(HomeCommand, slow_speed) as u16;
+    HOME_UP = COMMAND + offset_of!(HomeCommand, up) as u16;
+    HOME_DOWN = COMMAND + offset_of!(HomeCommand, down) as u16;
+    HOME_STROKE = COMMAND + offset_of!(HomeCommand, stroke) as u16;
+    HOME_WAIT = COMMAND + offset_of!(HomeCommand, wait) as u16;
+    HOME_CLEARANCE = COMMAND + offset_of!(HomeCommand, clearance) as u16;
+    // Of a probe: inputs 1 to 16 that count, and those of them that must be off.
+    PROBE_AND = at!(TIME);
+    PROBE_XOR = at!(TIME) + 2;
     // Without handlers nothing else is there.
     SPIN = (if LINES == 1 { at!(SPIN_APART) } else { vm_at(offset_of!(vm::State, handler)) });
     // A run gives an upload up: F while an error handler is open lies in its place.

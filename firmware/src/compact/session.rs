@@ -21,6 +21,8 @@ constants! {
     OFF_INPUT = flags::OFF_INPUT;
     EVENT_ASIDE_SIZE = crate::vm::PART.event_pool[0];
     EVENT_SIZE = crate::vm::PART.event_pool[1];
+    // Byte 0 of an ON line: what it is for has come.
+    EVENT_PENDING = 0x80;
     FEATURE_EVENTS = feature::EVENTS;
     CALL_EVENT = (entry::EVENT as u16) << 12;
     CALL_ERROR = (entry::ERROR as u16) << 12;

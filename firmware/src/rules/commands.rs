@@ -72,7 +72,7 @@ const _: () = assert!(
 );
 
 /// Command 1111: places count from where the axes are. Below it axes have their bits.
-const RELATIVE: u16 = 64;
+pub const RELATIVE: u16 = 64;
 /// Bits of three axes, and what lies between them and [`RELATIVE`].
 const AXES: u16 = 7;
 const BETWEEN: u16 = 56;

@@ -13,7 +13,7 @@ use lang::profile::Profile;
 use super::stand::{Stand, gate, image_for, rises};
 use super::{Sink, at_least, at_most};
 use crate::board::{F5529, G2553};
-use crate::sim::trace::What;
+use crate::sim::trace::{Event, What};
 use crate::sim::world::World;
 use crate::sim::{self, Engine, Options};
 
@@ -173,19 +173,30 @@ fn nearest(ideal: &[[f64; 3]], from: usize, place: &[f64; 3]) -> (usize, f64) {
 
 /// Seconds from output 1 going on to its going off on a part, as the simulator has it.
 pub(super) fn simulated(program: &lang::hir::Program, part: &Part) -> Result<f64, String> {
-    let times = Rc::new(RefCell::new(Vec::new()));
-    let heard = Rc::clone(&times);
-    let sink = Box::new(move |event: &sim::trace::Event| {
-        if let (What::Out { .. }, Some(us)) = (&event.what, event.us) {
-            heard.borrow_mut().push(us);
-        }
-    });
+    between(&simulated_trace(program, part)?)
+}
+
+/// The simulator's trace of a run on a part, with times.
+pub(super) fn simulated_trace(
+    program: &lang::hir::Program,
+    part: &Part,
+) -> Result<Vec<Event>, String> {
+    let told = Rc::new(RefCell::new(Vec::new()));
+    let heard = Rc::clone(&told);
+    let sink = Box::new(move |event: &Event| heard.borrow_mut().push(event.clone()));
     let options = Options { record: false, times: true, part: *part, ..Options::default() };
     sim::run(program, Engine::Vm, &World::empty(), &options, sink)
         .map_err(|error| error.to_string())?;
-    match times.borrow().as_slice() {
+    Ok(told.take())
+}
+
+/// Seconds between the first and the last switching of outputs in a trace with times.
+pub(super) fn between(trace: &[Event]) -> Result<f64, String> {
+    let switched = |event: &&Event| matches!(event.what, What::Out { .. });
+    let times: Vec<u64> = trace.iter().filter(switched).filter_map(|event| event.us).collect();
+    match times.as_slice() {
         [on, .., off] => Ok((off - on) as f64 / 1e6),
-        _ => Err("the simulator did not switch output 1".to_owned()),
+        _ => Err("the trace does not switch output 1".to_owned()),
     }
 }
 

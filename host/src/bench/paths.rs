@@ -1,8 +1,8 @@
 //! How fast paths are, against a planner that knows all of them.
 //!
-//! Each job of the set ([`jobs`]) runs on each part from its store, without a trace, and streamed where
-//! the part can; the time between the edges of output 1 is divided by that of the ideal planner
-//! ([`ideal`]) over the same places. Every step of every run is held to ramps, tops and
+//! Each job of the set ([`jobs`]) runs on each part from its store, and streamed where the part can; the time between the edges of output 1 is divided by that of the ideal planner
+//! ([`ideal`]) over the same places. What runs from a store runs once more with its trace told, whose times are held to the
+//! simulator's as those at the pins are. Every step of every run is held to ramps, tops and
 //! corners by the checker.
 
 mod ideal;
@@ -18,11 +18,15 @@ use lang::image::Image;
 use lang::profile::Profile;
 
 use super::code::program;
-use super::path::simulated;
+use super::path::{between, simulated_trace};
 use super::stand::{Stand, gate};
 use super::{Sink, at_least, at_most};
+use crate::board::engine::run_traced;
 use crate::board::{Build, F5529, G2553};
 use crate::course;
+use crate::sim::Options;
+use crate::sim::trace::{self, Event};
+use crate::sim::world::World;
 use ideal::{Best, Machine};
 use jobs::Job;
 
@@ -55,10 +59,11 @@ struct Way {
 
 /// Figures `path_over_ideal_worst` and `path_over_ideal_mean` of the F5529, stored and streamed,
 /// those of the G2553 apart, stored, for blocks of 10 ms and more and for others; before them each job's. Behind
-/// them `blocks_planned_f5529`, and `path_vm_off_worst`: how far a time of the simulator's is from that of a part.
+/// them `blocks_planned_f5529`, and `path_vm_off_worst`: how far a time of the simulator's is from that of a part,
+/// stored, streamed or traced.
 ///
 /// # Errors
-/// A job does not run, or makes steps that no motor of the profile follows.
+/// A job does not run, tells another trace than the simulator, or makes steps that no motor of the profile follows.
 pub fn run(sink: Sink<'_>) -> Result<(), String> {
     measure(&jobs::all(), sink)
 }
@@ -97,10 +102,20 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
                     continue;
                 }
             };
-            let planned = simulated(&checked, &way.build.part)?;
-            let off = (seconds - planned).abs() / planned * 100.0;
-            if off > vm_off.0 {
-                vm_off = (off, format!("{name}: {planned:.3} s for {seconds:.3}"));
+            let told = simulated_trace(&checked, &way.build.part)?;
+            let planned = between(&told)?;
+            let mut times = vec![(name.clone(), seconds)];
+            if !way.streamed {
+                match way.traced(&checked, &told) {
+                    Ok(seconds) => times.push((format!("{name}_traced"), seconds)),
+                    Err(error) => wrong.push(format!("{name}, traced: {error}")),
+                }
+            }
+            for (name, seconds) in times {
+                let off = (seconds - planned).abs() / planned * 100.0;
+                if off > vm_off.0 {
+                    vm_off = (off, format!("{name}: {planned:.3} s for {seconds:.3}"));
+                }
             }
             let class = way.class(&best);
             let [must, aim] = classes[class].worst;
@@ -163,6 +178,26 @@ impl Way {
     fn seconds(&mut self, checked: &Program) -> Result<Option<f64>, String> {
         let Some(edges) = self.edges(checked)? else { return Ok(None) };
         Ok(Some(gate(&edges)? as f64 / emulator::TICKS_PER_SECOND as f64))
+    }
+
+    /// Seconds between the outputs' events in the trace of a run on the emulated board, which has to tell what the
+    /// simulator `told`, event by event.
+    fn traced(&self, checked: &Program, told: &[Event]) -> Result<f64, String> {
+        let part = self.build.part;
+        let compiled = back::compile(checked).map_err(|excesses| format!("{excesses:?}"))?;
+        let compiled = course::put_into(compiled, checked, &part);
+        let options = Options { record: false, part, ..Options::default() };
+        let (image, sidecar) = (&compiled.image, &compiled.sidecar);
+        let (run, trace) =
+            run_traced(self.build, checked, image, sidecar, &World::empty(), &options)
+                .map_err(|error| error.to_string())?;
+        if let Some(failure) = run.outcome.failures.first() {
+            return Err(failure.clone());
+        }
+        if trace::to_text(&trace) != trace::to_text(told) {
+            return Err("the board's trace is not the simulator's".to_owned());
+        }
+        between(&trace)
     }
 
     /// The edges at the pins in a run of a job, at cycles of 16 MHz; `None` as of [`Way::seconds`].

@@ -1,13 +1,5 @@
 /* From reset to a board that knows its profile and its program. */
 
-    /* Channel 11, half the supply; the converter's own clock over 8 (SLAU144, 22.3) */
-    .set ADC_HALF_SUPPLY, 11<<12 | 7<<5
-    /* Against the reference, of 2.5 V and switched on, 64 clocks of sampling, converter on, begin */
-    .set ADC_SAMPLE, 1<<13 | 3<<11 | 1<<6 | 1<<5 | 1<<4 | 3
-    .set ADC_BUSY, 1
-    /* 3.0 V. The reference is good for 6 %: a supply of 3.3 V less 3 % is always enough. */
-    .set SUPPLY_UP, 3000/2*1023/2500
-
     .section .text.boot,"axR",@progbits
 module.boot:
     .global boot, R_BOOTED, R_HOST, RUNS_MARK

@@ -14,7 +14,6 @@
    others; it keeps r5 to r7;
    MAP_WORDS: the words of RAM from this one on;
    MAP_ROUTINE: takes r12 = place in the row, leaves r12 = value, keeps r5 to r7, r10. */
-    .set REST, 0x20             /* a negative number */
     .macro MAP_ROW count, kind, operand
     .byte (\count)<<2 | \kind, \operand
     .skip -((\operand)>>8)      /* the assembler refuses what a byte does not hold */

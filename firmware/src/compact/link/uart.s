@@ -12,14 +12,6 @@
 
    Cycles from request to RETI's end: receive 74, transmit 49, silence 19, millisecond 24. */
 
-/* LINE_STATE */
-    .set LINE_LISTEN, 0
-    .set LINE_READY, 1          /* a frame has come; its reply is being made */
-    .set LINE_LAST, 2           /* all of the reply is in the ring */
-    .set FRAME_SIZE, HEAD-FRAME
-    .set RING_SIZE, 32
-    .set SPOILED, -1            /* HEAD of a frame with a gap */
-
     .section .tail.uart,"axR",@progbits
 module.link.uart:
     .global USCIAB0RX

@@ -33,11 +33,6 @@
     /* Bytes that one byte names: from LOCALS on. Words from 0x0200 on. */
     .set BYTES, LOCALS
     .global BYTES
-    /* bytes of the statement or command that begins */
-    .set FLAGS, LOCALS          /* the instruction's flags */
-    .set RAMPS, LOCALS+1        /* its second byte of them; bits of axes that have steps to make */
-    .set UNIT, LOCALS+2         /* what rate takes; an operation code */
-    .set FRAME_OF, LOCALS+3     /* F_STEPS: steps, else um; F_MACHINE, F_RELATIVE, else work */
     .global FRAME_OF
 
     /* An effect: its first code, and its micro-code. The assembler puts the rows of the table in order, the
@@ -50,12 +45,6 @@
     .short \label
     .popsection
     .endm
-
-    /* what may stand behind an operand */
-    .set AXIS, F_AXIS
-    .set NEW, F_NEW
-    .set LONG, 0
-    .set SHORT, F_AXIS
 
     .macro F op, x, flag=0, more=0
     .byte FORMULA | F_\op | \flag | \more, (\x-0x200)/2

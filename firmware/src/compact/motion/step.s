@@ -14,14 +14,7 @@
 
    Where a line of a course begins, whose segment MASK's top bit marks, increments, counts and directions
    change at once, by what the planner has left in NEXT_: 105 cycles more. */
-    /* output modes 0 (low), 1 (set), 5 (reset) */
-    .set ARMED,    0x0020
-    .set FALLS,    0x00a0
-    /* offsets in a slot; the engine looks at the others once EVENTS is not 0 */
-    .set INTERVAL, 0
-    .set CHANGE,   4
-    .set EVENTS,   8
-    .set MASK,     10
+    /* the engine looks at a slot's other fields once EVENTS is not 0 */
     .set OTHER_SLOT, SLOT1-SLOT0
 
     .section .text.step,"axR",@progbits

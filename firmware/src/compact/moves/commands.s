@@ -3,21 +3,6 @@
     .section .text.micro,"axR",@progbits
 module.moves.commands:
 
-    .set JOG_RELATIVE, 0x40
-
-    /* What command 106 brings, made an AxisRecord of steps: its place and clearance stand where
-       the record wants them, speed and ramps stay in the command. */
-    .set HOME_SPEED, COMMAND+2*6
-    .set HOME_SLOW_SPEED, COMMAND+2*8
-    .set HOME_UP, COMMAND+2*10
-    .set HOME_DOWN, COMMAND+2*12
-    .set HOME_STROKE, COMMAND+2*14
-    .set HOME_WAIT, COMMAND+2*16
-    .set HOME_CLEARANCE, COMMAND+2*19
-    .if HOME_RECORD+A_HOME_CLEARANCE != HOME_CLEARANCE || HOME_RECORD < POOL
-    .error "command 106 and AxisRecord differ"
-    .endif
-
     /* acc = the next argument */
 command_long:
     mov @r5+, r12

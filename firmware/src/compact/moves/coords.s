@@ -17,11 +17,6 @@ module.moves.coords:
     /* the MachineRecord of a program, from STORED */
     .set PROGRAM_MACHINE, SLOT_HEAD+IMAGE_CODE-MACHINE_SIZE
 
-    /* FRAME_OF */
-    .set F_STEPS, 4
-    .set F_MACHINE, 8
-    .set F_RELATIVE, 16
-
     /* r13:r12 um as steps of the axis, half away from zero; carry when they do not fit.
        Uses r11, r14, r15. */
     .global to_other

@@ -3,9 +3,6 @@
 module.moves.home:
     EFFECT OP_HOME, fx_home
 
-    /* BITS of a reference run: input number of the switch and */
-    .set HOME_INVERT, 0x40      /* it is off when closed */
-    .set HOME_COMMAND, 0x80     /* command 106: HOME_RECORD holds the rest */
     /* Where the switch opened: nothing is watched meanwhile. */
     .set OPENED, CAUGHT
 

@@ -2,13 +2,6 @@
     .section .text.micro,"axR",@progbits
 module.moves.probe:
 
-    /* Inputs 1 to 16 that count, and those of them that must be off. BITS holds QUERY and: */
-    .set PROBE_AND, TIME
-    .set PROBE_XOR, TIME+2
-    .set PROBE_AND_17, 1        /* input 17 counts */
-    .set PROBE_XOR_17, 2        /* it must be off */
-    .set PROBE_ALWAYS, 4        /* an input that does not exist must be off */
-
     /* r13:r12 = the inputs that must be off, then those that count. Use r7, r12, r13. */
 probe_xor:
     mov r12, &PROBE_XOR

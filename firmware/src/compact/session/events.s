@@ -15,7 +15,6 @@
     .if HAS_EVENTS
     .set EVENT_ASIDE, POOL_END-EVENT_ASIDE_SIZE
     .set EVENT_LINE, EVENT_ASIDE-EVENT_SIZE
-    .set EVENT_PENDING, 0x80
 
     .section .text.events,"axR",@progbits
 module.session.events:
