@@ -10,6 +10,7 @@ mod import;
 mod jitter;
 mod link;
 mod motion;
+mod passes;
 mod path;
 pub(crate) mod paths;
 mod speed;
@@ -99,6 +100,7 @@ pub const GROUPS: &[Group] = &[
     #[cfg(feature = "gateway")]
     ("gateway", gateway::run),
     ("vm", vm::run),
+    ("passes", passes::run),
     ("motion", motion::run),
     ("stream", stream::run),
     ("speed", speed::run),

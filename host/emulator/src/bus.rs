@@ -87,7 +87,7 @@ pub struct Bus {
     timers: [Timer<3>; 2],
     uart: Uart,
     spi: Spi,
-    wdt: Watchdog,
+    pub(crate) wdt: Watchdog,
     adc: Adc10,
     comparator: [u8; 3],
     i2c: [u16; 2],

@@ -64,6 +64,7 @@ pub use line::{Format, Parity};
 pub use load::{Image, LoadError, Segment};
 pub use part::{Family, MAIN_SEGMENT, Part};
 pub use periph::flash::Wear;
+pub use periph::watchdog::Kicks;
 pub use plant::{Plant, Wiring};
 pub use record::{Edge, EdgeSink, Signal};
 pub use reset::Reset;

@@ -132,3 +132,52 @@ impl From<WorldError> for ServeError {
         ServeError::World(error)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use lang::profile::Profile;
+
+    use super::{Server, Speed};
+    use crate::board::DEFAULT;
+    use crate::board::rig::Rig;
+    use crate::sim::world::{Registers, World};
+
+    /// Seconds of the board's time for each of the desk's, over so long.
+    fn pace(speed: Speed, over: Duration) -> f64 {
+        let firmware = DEFAULT.image().expect("an image");
+        let mill = Profile::built_in("mill").expect("the mill");
+        let (world, registers) = (World::empty(), Registers::default());
+        let mut rig = Rig::new(DEFAULT, &firmware, &mill, &world, &registers).expect("a rig");
+        let (began, from) = (Instant::now(), rig.us());
+        let mut took = Duration::ZERO;
+        Server::default()
+            .run(&mut rig, speed, &mut |_, _| {
+                took = began.elapsed();
+                took >= over
+            })
+            .expect("a run");
+        (rig.us() - from) as f64 / 1e6 / took.as_secs_f64()
+    }
+
+    #[test]
+    fn a_board_keeps_the_pace_it_is_told() {
+        let over = Duration::from_secs(1);
+        for times in [0.25, 1.0, 2.0] {
+            let kept = pace(Speed::Times(times), over) / times;
+            // Between two looks a slice of 1 ms passes, and a desk with other work comes late to the last one.
+            assert!((0.9..1.01).contains(&kept), "{kept:.3} of {times} times real time");
+        }
+        let most = pace(Speed::Max, over);
+        assert!(most > 2.0, "at most {most:.2} times real time");
+    }
+
+    #[test]
+    fn a_board_told_to_be_faster_than_the_desk_runs_as_fast_as_it_can() {
+        let over = Duration::from_millis(700);
+        let most = pace(Speed::Max, over);
+        let kept = pace(Speed::Times(1_000.0), over);
+        assert!(kept > most * 0.6, "{kept:.2} of {most:.2} times real time");
+    }
+}

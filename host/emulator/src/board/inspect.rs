@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::Board;
 use super::chip::with;
 use crate::address::Address;
+use crate::periph::watchdog::Kicks;
 use crate::stats::Stats;
 use crate::warn::Warning;
 
@@ -142,9 +143,18 @@ impl Board {
         with!(&self.chip, c => &c.cpu.stats)
     }
 
+    /// How often the watchdog's counter was cleared, times in ticks ([`Board::ticks_per_second`]).
+    #[must_use]
+    pub fn kicks(&self) -> Kicks {
+        with!(&self.chip, c => c.bus.wdt.kicks)
+    }
+
     /// Starts the measurements anew.
     pub fn clear_stats(&mut self) {
-        with!(&mut self.chip, c => c.cpu.stats.clear());
+        with!(&mut self.chip, c => {
+            c.cpu.stats.clear();
+            c.bus.wdt.kicks = Kicks::default();
+        });
     }
 
     /// Counts cycles by address from now on, or no longer.

@@ -136,7 +136,7 @@ pub struct Bus {
     timers: [Timer<7>; 4],
     usci_a: [UsciA; 2],
     usci_b: [UsciB; 2],
-    wdt: Watchdog,
+    pub(crate) wdt: Watchdog,
     mpy: Mpy32,
     crc: Crc16,
     /// RCCTL0

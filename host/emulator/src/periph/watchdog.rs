@@ -57,9 +57,30 @@ impl Variant {
     }
 }
 
+/// How often the counter was cleared: firmware that does so once in each pass of its main loop tells by this how
+/// long they take.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Kicks {
+    /// Times since the measurement began.
+    pub count: u64,
+    /// Longest time between two of them, ticks.
+    pub longest: u64,
+    /// When the newest was, ticks.
+    last: Option<u64>,
+}
+
+impl Kicks {
+    fn kick(&mut self, now: u64) {
+        let since = self.last.map_or(0, |last| now.saturating_sub(last));
+        *self = Kicks { count: self.count + 1, longest: self.longest.max(since), last: Some(now) };
+    }
+}
+
 /// Watchdog state.
 #[derive(Debug, Clone)]
 pub struct Watchdog {
+    /// How often it was cleared.
+    pub kicks: Kicks,
     variant: Variant,
     ctl: u16,
     /// Counter at `base`.
@@ -75,7 +96,8 @@ impl Watchdog {
     /// As after a PUC: running in reset mode from SMCLK.
     pub fn new(variant: Variant, now: u64, clock: &Rates) -> Watchdog {
         let ctl = variant.after_reset();
-        let mut wdt = Watchdog { variant, ctl, count: 0, base: now, period: 0, next: NEVER };
+        let kicks = Kicks::default();
+        let mut wdt = Watchdog { kicks, variant, ctl, count: 0, base: now, period: 0, next: NEVER };
         wdt.reclock(now, clock);
         wdt
     }
@@ -99,6 +121,7 @@ impl Watchdog {
         self.ctl = value & 0xF7;
         if value & CNTCL != 0 {
             self.count = 0;
+            self.kicks.kick(now);
         }
         self.go(clock);
         true
