@@ -290,6 +290,18 @@ impl Mover {
         self.board.poke8(self.at("HOMED"), 7);
     }
 
+    /// Power fails and comes back; somebody moves the axes to where they began.
+    pub(super) fn power_cut(&mut self) {
+        self.board.power_cut();
+        self.board.power_up();
+        for motor in &mut self.board.plant_mut().motors {
+            motor.position = 0;
+        }
+        self.board.run_us(BOOT_US + 500_000);
+        self.take();
+        self.steps.clear();
+    }
+
     /// A host traces from here on.
     pub(super) fn trace(&mut self) {
         self.board.poke8(self.at("TRACING"), *T_ON | *T_HEARD);
