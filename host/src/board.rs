@@ -24,6 +24,7 @@ pub mod teller;
 pub mod turns;
 mod uart;
 mod uses;
+mod within;
 
 use emulator::{Image, LoadError, Part};
 use lang::part;

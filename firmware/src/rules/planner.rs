@@ -112,7 +112,7 @@ pub trait Planner: Paces + OwnPaces {
     /// See [`Planner::share`].
     #[cfg_attr(any(), micro(place = "INC"))]
     fn set_share(&mut self, axis: Axis, share: i32);
-    /// Accumulator and count of an axis as its motion begins.
+    /// Accumulator, count and direction of an axis as a motion begins from rest, whether it has steps to make or none.
     #[cfg_attr(any(), micro(code = "CALL line_origin"))]
     fn begin_axis(&mut self, axis: Axis);
     /// The speed that overrides act on: that of the axes, or that which a single one is to have.

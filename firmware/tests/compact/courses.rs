@@ -9,6 +9,7 @@ use lang::fault::Fault;
 use lang::image::course::{Entry, record};
 use lang::part::G2553;
 use lang::profile::{BUILT_IN, Profile};
+use lang::record::MachineRecord;
 use lang::wire::{self, Control, End, RunState};
 
 use self::rig::{Line, Made, Mill, Mover, bound, each, image, in_order, judge, mill, script};
@@ -226,6 +227,28 @@ fn the_button_pauses_and_held_ends_the_run() {
     mover.board.plant_mut().press_stop(false);
     ended(&mover, End::Stopped, None);
     in_order(&mover.steps, &lines, false);
+}
+
+/// An axis that no line has moved yet has a DIR pin, too: it is right when a line turns it at speed.
+#[test]
+fn axes_that_join_a_path_later_go_the_right_way() {
+    let lines = [[0.0, 9.0, 0.0], [0.4, 18.0, 0.0], [0.8, 27.0, -0.4], [0.5, 36.0, -0.8]];
+    for inverted in 0..8_u8 {
+        for way in [1.0, -1.0] {
+            let mut mill = mill();
+            let axes = [&mut mill.profile.x, &mut mill.profile.y, &mut mill.profile.z];
+            for (a, axis) in axes.into_iter().flatten().enumerate() {
+                axis.invert = inverted & 1 << a != 0;
+            }
+            mill.axes = MachineRecord::of(&mill.profile).axes;
+            let places = lines.map(|place| place.map(|mm| mm * way));
+            let (mut mover, lines) = board(&mill, &places);
+            mover.wire(inverted);
+            mover.start();
+            mover.end(20);
+            whole(&mill, &mover, &lines);
+        }
+    }
 }
 
 /// The same mill with another role of an input.

@@ -33,6 +33,8 @@ pub enum Sight {
         /// Commanded machine positions of X, Y and Z at that instant, steps.
         commanded: [i32; 3],
     },
+    /// A line of a course is taken that is joined to the next one: its end, um. No event tells of it, as nobody traces.
+    Joined([i32; 3]),
     /// Something beside the events; the byte is that of [`Seen::Byte`].
     Beside(Seen, u8),
 }
@@ -58,7 +60,37 @@ pub enum Observer {
         code: u16,
         /// Variable: commanded places, steps.
         steps: u16,
+        /// Joined lines, of images that have them.
+        joins: Option<Joins>,
     },
+}
+
+/// What tells of joined lines (`lang::image::course`): each takes its axes from those that are left.
+#[derive(Clone, Debug)]
+pub struct Joins {
+    /// An effect has been looked at.
+    done: u16,
+    /// Variable: how many axes of joined lines are left, negative.
+    left: u16,
+    /// Variable: commanded places, um.
+    um: u16,
+    /// What was left at the last look.
+    seen: i8,
+}
+
+impl Joins {
+    fn of(board: &mut Board) -> Option<Joins> {
+        let [done, left, um] = ["run_done", "JOINS", "UM"].map(|name| board.symbol(name));
+        let joins = Joins { done: done?, left: left?, um: um?, seen: 0 };
+        board.watch(joins.done);
+        Some(joins)
+    }
+
+    fn look(&mut self, board: &Board) -> Option<Sight> {
+        let left = board.peek8(self.left).cast_signed();
+        let before = std::mem::replace(&mut self.seen, left);
+        (left > before).then(|| Sight::Joined(places(board, self.um)))
+    }
 }
 
 impl Observer {
@@ -75,28 +107,50 @@ impl Observer {
         for label in [emit, print_taken, raise, run_begun] {
             board.watch(label);
         }
-        Some(Observer::Labels { emit, print_taken, raise, run_begun, effect_pc, code, steps })
+        let joins = Joins::of(board);
+        Some(Observer::Labels {
+            emit,
+            print_taken,
+            raise,
+            run_begun,
+            effect_pc,
+            code,
+            steps,
+            joins,
+        })
     }
 
     /// What happens at `at`, where the board has stopped.
-    pub fn look(&self, board: &Board, at: u32) -> Option<Observed> {
+    pub fn look(&mut self, board: &Board, at: u32) -> Option<Observed> {
         let at = u16::try_from(at).ok()?;
-        let (pc, sight) = match *self {
-            Observer::Routine(routine) if at == routine => called(board)?,
-            Observer::Labels { emit, print_taken, raise, run_begun, effect_pc, code, steps } => {
-                let sight = if at == emit {
-                    let places = places(board, steps);
+        let (pc, sight) = match self {
+            Observer::Routine(routine) if at == *routine => called(board)?,
+            Observer::Labels {
+                emit,
+                print_taken,
+                raise,
+                run_begun,
+                effect_pc,
+                code,
+                steps,
+                joins,
+            } => {
+                let sight = if at == *emit {
+                    let places = places(board, *steps);
                     event(board.reg(14) as u8, board.reg(15) as u8, long(board, 12), places)?
-                } else if at == print_taken {
+                } else if at == *print_taken {
                     Sight::Beside(Seen::Byte, board.reg(12) as u8)
-                } else if at == raise {
+                } else if at == *raise {
                     Sight::Beside(Seen::Abandoned, 0)
-                } else if at == run_begun {
+                } else if at == *run_begun {
+                    if let Some(joins) = joins {
+                        joins.seen = 0;
+                    }
                     Sight::Beside(Seen::Begun, 0)
                 } else {
-                    return None;
+                    joins.as_mut().filter(|joins| joins.done == at)?.look(board)?
                 };
-                (board.peek16(effect_pc).wrapping_sub(board.peek16(code)), sight)
+                (board.peek16(*effect_pc).wrapping_sub(board.peek16(*code)), sight)
             }
             Observer::Routine(_) => return None,
         };

@@ -307,7 +307,7 @@ impl Rig {
 
     /// The board has stopped at a place that is watched.
     fn see(&mut self, at: u32) {
-        let Some(observed) = self.observer.as_ref().and_then(|own| own.look(&self.board, at))
+        let Some(observed) = self.observer.as_mut().and_then(|own| own.look(&self.board, at))
         else {
             return;
         };

@@ -20,6 +20,7 @@ use super::rig::{HostAction, Rig};
 use super::stuck;
 use super::teller::Teller;
 use super::uses::Uses;
+use super::within::Within;
 use crate::client::Client;
 use crate::client::status::Status as BoardStatus;
 use crate::link::Link;
@@ -50,6 +51,7 @@ pub struct Run<'a, 'b> {
     vcd: Option<VcdWriter<&'a mut dyn Write>>,
     path: PathRecorder,
     judge: Judge,
+    within: Within,
     watch: stuck::Watch,
     outputs: Vec<Edge>,
     inputs: Vec<Edge>,
@@ -100,6 +102,7 @@ impl<'a, 'b> Run<'a, 'b> {
             vcd,
             path: PathRecorder::default(),
             judge,
+            within: Within::default(),
             watch: stuck::Watch::default(),
             outputs: Vec::new(),
             inputs: Vec::new(),
@@ -136,6 +139,7 @@ impl<'a, 'b> Run<'a, 'b> {
             self.release_start();
         }
         self.path.start(&self.rig.borrow());
+        self.within.begin(told(&self.rig.borrow()));
         Ok(())
     }
 
@@ -170,6 +174,7 @@ impl<'a, 'b> Run<'a, 'b> {
                 }
                 let Some(what) = self.teller.tell(&seen) else { continue };
                 self.path.event(&what);
+                self.within.tell(&what);
                 if let What::Run { line, .. } = what {
                     self.turn(us, line);
                 }
@@ -300,6 +305,7 @@ impl<'a, 'b> Run<'a, 'b> {
             *least = at.min(*least);
             *greatest = at.max(*greatest);
         }
+        self.within.look(told(&rig), rig.lost());
         let now = rig.us();
         drop(rig);
         (self.progress)(now);
@@ -338,6 +344,7 @@ impl<'a, 'b> Run<'a, 'b> {
         let mut rig = self.rig.borrow_mut();
         let health = Health::of(rig.board(), &identity);
         let mut failures = rig.failures(&pos);
+        failures.extend(self.within.strayed());
         for axis in Axis::ALL {
             let i = axis.index();
             let there = rig.motors()[i] + rig.offset()[i];
@@ -410,4 +417,10 @@ impl<'a, 'b> Run<'a, 'b> {
         };
         Ok(BoardRun { outcome, remarks, health, judged })
     }
+}
+
+/// Where the motors stand, steps as the trace counts them.
+fn told(rig: &Rig) -> [i64; 3] {
+    let (motors, offset) = (rig.motors(), rig.offset());
+    std::array::from_fn(|axis| motors[axis] + offset[axis])
 }

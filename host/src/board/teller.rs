@@ -2,7 +2,8 @@
 
 use lang::axis::Axis;
 use lang::fault::Fault;
-use lang::profile::Profile;
+use lang::profile::{Profile, Scale};
+use lang::vm::math;
 use lang::wire::{End, Seen, TRACE_OK, TraceKind};
 
 use super::engine::Other;
@@ -22,12 +23,14 @@ pub struct Teller<'a> {
     runs: usize,
     /// What has come of the line that is being printed.
     printed: Vec<u8>,
+    /// Commanded machine positions, steps, as of the newest event.
+    commanded: [i32; 3],
 }
 
 impl<'a> Teller<'a> {
     /// For a run that is about to start.
     pub fn new(profile: &'a Profile, programs: Vec<Other<'a>>) -> Teller<'a> {
-        Teller { profile, programs, runs: 0, printed: Vec::new() }
+        Teller { profile, programs, runs: 0, printed: Vec::new(), commanded: [0; 3] }
     }
 
     /// The program that runs, and its place among those of the board.
@@ -38,6 +41,14 @@ impl<'a> Teller<'a> {
     /// Its line at an address in its code.
     pub fn line_of(&self, pc: u16) -> u32 {
         self.programs.get(self.runs).map_or(0, |own| (own.line_of)(pc))
+    }
+
+    /// Machine positions in steps; of one that fits into no number, which no line is taken to, 0.
+    fn steps(&self, um: [i32; 3]) -> [i32; 3] {
+        Axis::ALL.map(|axis| {
+            let scale = self.profile.axis(axis).map_or(Scale { steps: 1, um: 1 }, |own| own.scale);
+            math::scale(um[axis.index()], scale.steps, scale.um).unwrap_or_default()
+        })
     }
 
     /// The line that this makes, if it makes one.
@@ -54,6 +65,12 @@ impl<'a> Teller<'a> {
                 }
                 None
             }
+            Sight::Joined(um) => {
+                let steps = self.steps(um);
+                // A line without a step makes no event.
+                let goes = steps != std::mem::replace(&mut self.commanded, steps);
+                goes.then(|| event(self.profile, line, TraceKind::Line, 0, 0, steps)).flatten()
+            }
             Sight::Beside(Seen::Begun | Seen::Abandoned, _) => {
                 self.printed.clear();
                 None
@@ -64,6 +81,7 @@ impl<'a> Teller<'a> {
                 Some(What::Run { line, program: program.unwrap_or_default() })
             }
             Sight::Event { kind, argument, value, commanded } => {
+                self.commanded = commanded;
                 event(self.profile, line, kind, argument, value, commanded)
             }
         }

@@ -227,10 +227,12 @@ pub const CALLED: &[Routine] = &[
         .writes(Scratch::ALL)
         .means("KEEP values to flash"),
     row("line_change", LONG, Long, "").needs("a").means("how acc differs from INC"),
-    row("line_direction", LONG, Kept, "").needs("ar").means("the axis goes the way of acc"),
+    row("line_direction", LONG, Kept, "").needs("a").means("the axis goes the way of acc"),
     row("line_fraction", LONG, Long, "").reads(Scratch::SPARE_TOO).means("acc * 2^32 over LEFT"),
     row("line_of", LOW, Only, "").means("r12 = the line of an address"),
-    row("line_origin", Nothing, Lost, "").needs("a").means("accumulator and count of the axis"),
+    row("line_origin", Nothing, Lost, "")
+        .needs("ar")
+        .means("accumulator, count and DIR pin of the axis"),
     row("linear_frame", Nothing, Low, "").means("FRAME_OF of the next axis"),
     row("linear_mixed", LOW, Low, "").means("steps and frames of all axes"),
     row("motion_caught", Nothing, Long, "")

@@ -63,7 +63,6 @@ plan:
     AXIS_OFF MOVING
     GOTO .Lplanner_6
 .Lplanner_9:
-    DO axis_at
     CALL line_direction
     DO abs
     F store NEW_STEPS, AXIS
@@ -71,6 +70,7 @@ plan:
     F store LEFT
     F load NEW_STEPS, AXIS, NEW
     IF_ANY FEED+3, 0x80, .Lplanner_10
+    DO axis_at
     FR times A_UM, SHORT, NEW
     FR over A_STEPS, SHORT, NEW
 .Lplanner_10:
@@ -126,6 +126,7 @@ limit:
     .endif
 .Lplanner_17:
     F store INC, AXIS
+    DO axis_at
     CALL line_origin
 .Lplanner_15:
     NEXT_AXIS .Lplanner_14

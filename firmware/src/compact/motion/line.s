@@ -62,7 +62,7 @@ line_next:
     jmp 3f
     .endif
 
-    /* The axis r8 goes the way of r13:r12: NEGATIVE, its DIR pin. Uses r11, r14. */
+    /* The axis r8 goes the way of r13:r12: NEGATIVE, or what changes of it as the next line begins. Uses r11, r14. */
 line_direction:
     push r12
     call #axis_bit
@@ -71,23 +71,14 @@ line_direction:
     jne line_next
     .endif
     bic.b r12, &NEGATIVE
-    .if A_FLAGS
-    .error "flags are an axis's first word"
-    .endif
-    mov @r9, r14
     tst r13
-    jge 2f
+    jge 3f
     bis.b r12, &NEGATIVE
-    xor #AXIS_INVERT, r14
-2:  mov.b line_dirs-1(r12), r11
-    bis.b r11, &P2OUT
-    bit #AXIS_INVERT, r14
-    jeq 3f
-    bic.b r11, &P2OUT
 3:  pop r12
     ret
 
-    /* Accumulator and count of the axis r8 as a motion begins. Uses r12, r13. */
+    /* Accumulator, count and DIR pin of the axis r8 as a motion begins from rest: also of one that makes no step, as a later
+       line of a course changes what the pin is. Takes r9, its record; uses r11 to r14. */
 line_origin:
     clr ACC(r8)
     mov #1<<15, ACC+2(r8)
@@ -95,9 +86,19 @@ line_origin:
     mov r8, r13
     rra r13
     mov ACTUAL(r8), COUNT(r13)
+    .if A_FLAGS
+    .error "flags are an axis's first word"
+    .endif
+    mov @r9, r14
     bit.b r12, &NEGATIVE
-    jeq line_end
+    jeq 1f
     inv COUNT(r13)
+    xor #AXIS_INVERT, r14
+1:  mov.b line_dirs-1(r12), r11
+    bis.b r11, &P2OUT
+    bit #AXIS_INVERT, r14
+    jeq line_end
+    bic.b r11, &P2OUT
     ret
 
     /* r13:r12 times 2^32 over LEFT */

@@ -242,7 +242,10 @@ impl Mover {
     fn take(&mut self) {
         for edge in self.board.take_edges() {
             match edge.signal {
-                Signal::Dir(a) => self.dirs[usize::from(a)] = edge.level,
+                Signal::Dir(a) => {
+                    let inverted = self.board.plant().motors[usize::from(a)].inverted;
+                    self.dirs[usize::from(a)] = edge.level != inverted;
+                }
                 Signal::Step(a) if edge.level => {
                     let a = usize::from(a);
                     self.steps.push((edge.cycle, a, self.dirs[a]));
@@ -288,6 +291,14 @@ impl Mover {
     /// All axes are homed.
     pub(super) fn home(&mut self) {
         self.board.poke8(self.at("HOMED"), 7);
+    }
+
+    /// Motors of these axes, bit per axis, turn the other way.
+    pub(super) fn wire(&mut self, inverted: u8) {
+        for (a, motor) in self.board.plant_mut().motors.iter_mut().enumerate() {
+            motor.inverted = inverted & 1 << a != 0;
+            self.dirs[a] = motor.inverted;
+        }
     }
 
     /// Power fails and comes back; somebody moves the axes to where they began.

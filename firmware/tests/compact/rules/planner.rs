@@ -211,6 +211,8 @@ impl Chains for Twin {
     }
     fn next_exit(&mut self, fallen: Scaled) {
         self.calls("course_line", fallen.0);
+        let joined = self.chip.byte("JOINED");
+        self.chip.set_byte("JOINS", joined);
     }
 }
 
