@@ -150,7 +150,7 @@ mod tests {
         let mill = Profile::built_in("mill").expect("the mill");
         let (world, registers) = (World::empty(), Registers::default());
         let mut rig = Rig::new(DEFAULT, &firmware, &mill, &world, &registers).expect("a rig");
-        let (began, from) = (Instant::now(), rig.us());
+        let (began, from) = (Instant::now(), rig.now());
         let mut took = Duration::ZERO;
         Server::default()
             .run(&mut rig, speed, &mut |_, _| {
@@ -158,7 +158,7 @@ mod tests {
                 took >= over
             })
             .expect("a run");
-        (rig.us() - from) as f64 / 1e6 / took.as_secs_f64()
+        (rig.now() - from) as f64 / rig.ticks(1_000_000) as f64 / took.as_secs_f64()
     }
 
     #[test]
