@@ -32,10 +32,13 @@ far() {
 }
 # Name and chip of each part. What TI calls MSP430F5 is of the family of the MSP430F5529, whose image is `src/board`.
 rows=lang/src/part/rows.rs
-parts=$(sed -n '/: Part = /,/^};/s/^ *name: "\(.*\)",$/\1/p' $rows)
+# Each row on a line: its name, the name of its chip.
+listed=$(tr '\n' ' ' <$rows | sed 's/pub const /\n/g' |
+    sed -n 's/^[A-Z0-9_]*: Part = Part {[^}]* name: "\([^"]*\)",[^}]* chip: &\([A-Z0-9]*\),.*/\1 \2/p')
+parts=$(echo "$listed" | cut -d' ' -f1)
 for part in ${*:-$parts whole}; do
     program=g2553 features=g2553 name=$part
-    case $part-$(sed -n "/ name: \"$part\"/,/^};/s/^ *chip: &\(.*\),\$/\1/p" $rows) in
+    case $part-$(echo "$listed" | sed -n "s/^$part //p") in
         # All that the G2553's sources can do, on a chip of the tests.
         whole-) features=g2553,whole name=g2553 ;;
         *-MSP430G2*) ;;

@@ -9,7 +9,7 @@ use lang::effect::{Coord, Effect, Rate, Want};
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
 use lang::place::Place;
-use lang::plain::Plain;
+use lang::plain::{Argument, MOST, Plain, Touch};
 use lang::profile::{OutputRole, Profile, Wiring};
 use lang::record::{AxisRecord, MachineRecord};
 
@@ -85,14 +85,14 @@ impl Track {
 
     /// Whether what follows an effect depends on what the machine answers.
     pub fn is_open(effect: &Effect) -> bool {
-        matches!(
-            effect,
+        match effect {
             Effect::Read(_)
-                | Effect::Probe { .. }
-                | Effect::MoveSpeed { .. }
-                | Effect::StopAxe(_)
-                | Effect::Plain(Plain::StopAll, _)
-        )
+            | Effect::Probe { .. }
+            | Effect::MoveSpeed { .. }
+            | Effect::StopAxe(_) => true,
+            Effect::Plain(plain, _) => plain.touches() == Touch::Axes,
+            _ => false,
+        }
     }
 
     /// Whether an effect lets events come from then on.
@@ -131,26 +131,7 @@ impl Track {
                 self.feed = Some(rate);
             }
             Effect::SetSpindle(value) => self.spindle = Some(value),
-            Effect::Plain(Plain::SetOut, [n, on]) => {
-                self.output(n)?;
-                self.outputs.insert(n, on);
-            }
-            Effect::Plain(Plain::Pulse, [n, ms]) => {
-                self.output(n)?;
-                if ms < 0 {
-                    return Err(Fault::ValueRange);
-                }
-                self.outputs.insert(n, 0);
-            }
-            Effect::Plain(Plain::SetPort, [value, _]) => {
-                for n in 1..=self.most_outputs().min(8) {
-                    let role = self.profile.outputs.iter().find(|output| output.n == n);
-                    let role = role.and_then(|output| output.role);
-                    if !matches!(role, Some(OutputRole::Enable | OutputRole::Lamp)) {
-                        self.outputs.insert(n, value >> (n - 1) & 1);
-                    }
-                }
-            }
+            Effect::Plain(plain, values) => self.plain(plain, values)?,
             Effect::Motors { on, axis } => {
                 self.drivers = Some(on);
                 for axis in axis.map_or(Axis::ALL.to_vec(), |axis| vec![axis]) {
@@ -174,7 +155,6 @@ impl Track {
             }
             Effect::OffEvery => self.disarm(|(kind, _)| kind == flags::ON_EVERY),
             Effect::OffInput(n) => self.disarm(|event| event.0 != flags::ON_EVERY && event.1 == n),
-            Effect::Plain(Plain::Wait, [ms, _]) if ms < 0 => return Err(Fault::ValueRange),
             _ => {}
         }
         Ok(())
@@ -186,6 +166,33 @@ impl Track {
                 *event = None;
             }
         }
+    }
+
+    /// Follows a plain statement by what its row says of it.
+    fn plain(&mut self, plain: Plain, values: [i32; MOST]) -> Result<(), Fault> {
+        for (argument, value) in plain.arguments().iter().zip(values) {
+            match argument {
+                Argument::Output => self.output(value)?,
+                Argument::Time if value < 0 => return Err(Fault::ValueRange),
+                _ => {}
+            }
+        }
+        let [first, second] = values;
+        match plain.touches() {
+            Touch::Nothing | Touch::Axes => {}
+            Touch::Output => _ = self.outputs.insert(first, second),
+            Touch::Off => _ = self.outputs.insert(first, 0),
+            Touch::Port => {
+                for n in 1..=self.most_outputs().min(8) {
+                    let role = self.profile.outputs.iter().find(|output| output.n == n);
+                    let role = role.and_then(|output| output.role);
+                    if !matches!(role, Some(OutputRole::Enable | OutputRole::Lamp)) {
+                        self.outputs.insert(n, first >> (n - 1) & 1);
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 
     fn most_outputs(&self) -> i32 {

@@ -285,13 +285,11 @@ impl Effect {
     /// Whether an event handler may run before the effect is done (lang/README.md, Errors and
     /// events: during waits, never inside a move).
     pub const fn waits(&self) -> bool {
-        matches!(
-            self,
-            Effect::Plain(Plain::Wait | Plain::WaitStart | Plain::Pulse, _)
-                | Effect::WaitIn { .. }
-                | Effect::WaitChar { .. }
-                | Effect::WaitMove(_)
-        )
+        match self {
+            Effect::Plain(plain, _) => plain.waits(),
+            Effect::WaitIn { .. } | Effect::WaitChar { .. } | Effect::WaitMove(_) => true,
+            _ => false,
+        }
     }
 }
 

@@ -302,7 +302,7 @@ mod tests {
         let all: [Lack; 3] = [
             Lack::Feature(feature::ARC),
             Lack::Memory { used: 160, available: 64 },
-            Lack::Flash { used: 4000, available: 2556, keeps: false },
+            Lack::Flash { used: 4000, available: G2553.room_for(false), keeps: false },
         ];
         assert!(G2553.header_lacks(&header, 0).eq(all));
         header = Header { cells: 255, stack: 16, calls: 16, ..Header::default() };

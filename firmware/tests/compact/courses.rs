@@ -70,6 +70,46 @@ fn ramped(mill: &Mill, mover: &Mover, lines: &[Line]) -> Made {
     made
 }
 
+/// Pauses and goes on, twice: it rests where it says, for so long.
+fn paused_twice(mover: &mut Mover, us: u64) {
+    for control in [Control::Pause, Control::Resume, Control::Pause, Control::Resume] {
+        mover.control(control);
+        mover.run_us(us);
+        if control == Control::Pause && mover.state() != RunState::Ready {
+            assert_eq!(mover.state(), RunState::Paused);
+            let rests = mover.motors();
+            assert_eq!(rests, mover.longs("ACTUAL"));
+            mover.run_us(100_000);
+            assert_eq!(mover.motors(), rests);
+        }
+    }
+}
+
+/// An emergency stop by the link: no step comes any more, and no axis is homed.
+fn stopped_at_once(mover: &mut Mover, lines: &[Line]) {
+    mover.control(Control::EmergencyStop);
+    let stands = mover.motors();
+    mover.run_us(50_000);
+    assert_eq!(mover.motors(), stands);
+    ended(mover, End::Fault, Some(Fault::EmergencyStop));
+    assert_eq!(mover.byte("HOMED"), 0);
+    in_order(&mover.steps, lines, false);
+}
+
+/// To the end of a path of F3000 under one override after the other, percent.
+fn overridden(mill: &Mill, mover: &mut Mover, lines: &[Line], percents: &[u8]) {
+    let [high, low] = wire::OVERRIDES.to_be_bytes();
+    for &percent in percents {
+        assert_eq!(mover.answer(&[1, 6, high, low, 0, percent]).len(), 6);
+        mover.run_us(120_000);
+    }
+    mover.end(20);
+    ended(mover, End::Done, None);
+    in_order(&mover.steps, lines, true);
+    let made = judge(mill, &mover.steps, lines);
+    assert!(made.up <= 1.05 && made.down <= 1.05 && made.top < 2.0 * FEED, "{made:?}");
+}
+
 fn run(places: &[Place]) -> Made {
     let mill = mill();
     let (mut mover, lines) = board(&mill, places);
@@ -176,17 +216,7 @@ fn a_pause_anywhere_brakes_along_the_path_and_loses_nothing() {
         let (mut mover, lines) = board(&mill, &circle(150, 10.0, 0.0));
         mover.start();
         mover.run_us(at * 1000);
-        for control in [Control::Pause, Control::Resume, Control::Pause, Control::Resume] {
-            mover.control(control);
-            mover.run_us(400_000);
-            if control == Control::Pause && mover.state() != RunState::Ready {
-                assert_eq!(mover.state(), RunState::Paused, "{at}");
-                let (rests, actual) = (mover.motors(), mover.longs("ACTUAL"));
-                assert_eq!(rests, actual);
-                mover.run_us(100_000);
-                assert_eq!(mover.motors(), rests);
-            }
-        }
+        paused_twice(&mut mover, 400_000);
         mover.end(20);
         whole(&mill, &mover, &lines);
     }
@@ -312,13 +342,7 @@ fn an_emergency_stop_ends_the_steps_at_once() {
         mover.home();
         mover.start();
         mover.run_us(at * 1000);
-        mover.control(Control::EmergencyStop);
-        let stands = mover.motors();
-        mover.run_us(50_000);
-        assert_eq!(mover.motors(), stands, "{at}");
-        ended(&mover, End::Fault, Some(Fault::EmergencyStop));
-        assert_eq!(mover.byte("HOMED"), 0);
-        in_order(&mover.steps, &lines, false);
+        stopped_at_once(&mut mover, &lines);
         mover.control(Control::Acknowledge);
         mover.control(Control::Start);
         mover.end(20);
@@ -346,16 +370,7 @@ fn another_override_is_taken_within_a_course() {
     let mill = mill();
     let (mut mover, lines) = board(&mill, &circle(150, 10.0, 0.0));
     mover.start();
-    for percent in [100, 60, 200, 25, 140, 10, 100] {
-        let [high, low] = wire::OVERRIDES.to_be_bytes();
-        assert_eq!(mover.answer(&[1, 6, high, low, 0, percent]).len(), 6);
-        mover.run_us(150_000);
-    }
-    mover.end(20);
-    ended(&mover, End::Done, None);
-    in_order(&mover.steps, &lines, true);
-    let made = judge(&mill, &mover.steps, &lines);
-    assert!(made.up <= 1.05 && made.down <= 1.05 && made.top < 2.0 * FEED, "{made:?}");
+    overridden(&mill, &mut mover, &lines, &[100, 60, 200, 25, 140, 10, 100]);
 }
 
 #[test]

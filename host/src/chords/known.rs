@@ -5,7 +5,7 @@ use lang::axis::{Axis, AxisSet};
 use lang::effect::Frame;
 use lang::hir::{Block, Expr, GosubTarget, Program, RoutineId, StmtKind, Word};
 use lang::kind::Kind;
-use lang::plain::Plain;
+use lang::plain::Touch;
 
 /// All axes.
 const ALL: AxisSet = AxisSet(0b111);
@@ -144,7 +144,8 @@ impl Movers {
             StmtKind::Home { axes, .. } => {
                 axes.iter().fold(AxisSet::default(), |set, axis| set.with(*axis))
             }
-            StmtKind::Plain(Plain::StopAll, _) | StmtKind::Gosub(GosubTarget::Label(_)) => ALL,
+            StmtKind::Plain(plain, _) if plain.touches() == Touch::Axes => ALL,
+            StmtKind::Gosub(GosubTarget::Label(_)) => ALL,
             StmtKind::Call(id, _) | StmtKind::Gosub(GosubTarget::Sub(id)) => self.routine(*id),
             _ => AxisSet::default(),
         }

@@ -68,7 +68,7 @@ impl fmt::Display for UploadError {
                 write!(f, "the board's firmware lacks what the program wants: {lack}")?;
                 match build {
                     // Only the G2553's firmware lacks anything: what suits that board is another build for it.
-                    Some(part) if part.chip == G2553.chip => {
+                    Some(part) if part.chip.family == G2553.chip.family => {
                         write!(f, "; `pasapas flash --part {}` writes one that has it", part.name)
                     }
                     Some(part) => write!(

@@ -8,7 +8,7 @@
 use lang::back::{self, Sidecar};
 use lang::hir::{Block, Expr, ExprKind, Program, RoutineId, Stmt, StmtKind, Storage};
 use lang::kind::Kind;
-use lang::plain::Plain;
+use lang::plain::{Plain, Touch};
 
 use super::feed::{Refused, no_run};
 use crate::sim::chain;
@@ -240,15 +240,24 @@ fn follow(program: &Program, stmt: &Stmt, state: &mut State, depth: usize) -> Re
             constant(value)?;
             state.spindle = Some(stmt.clone());
         }
-        StmtKind::Plain(Plain::SetOut, values) => {
-            let [n, on] = &values[..] else { return Ok(()) };
-            let n = constant(n)?;
-            state.outputs.retain(|(other, _)| *other != n);
-            if constant(on)? != 0 {
-                state.outputs.push((n, stmt.clone()));
+        StmtKind::Plain(plain, values) => match (plain.touches(), &values[..]) {
+            (Touch::Output, [n, on]) => {
+                let n = constant(n)?;
+                state.outputs.retain(|(other, _)| *other != n);
+                if constant(on)? != 0 {
+                    state.outputs.push((n, stmt.clone()));
+                }
             }
-        }
-        StmtKind::Plain(Plain::SetPort, _) | StmtKind::Motors { .. } => return Err(unknown()),
+            (Touch::Output | Touch::Port, _) => return Err(unknown()),
+            // Whichever it is, it is off already.
+            (Touch::Off, _) if state.outputs.is_empty() => {}
+            (Touch::Off, [n, ..]) => {
+                let n = constant(n)?;
+                state.outputs.retain(|(other, _)| *other != n);
+            }
+            (Touch::Off | Touch::Axes | Touch::Nothing, _) => {}
+        },
+        StmtKind::Motors { .. } => return Err(unknown()),
         StmtKind::Call(RoutineId(id), _) if depth < MAX_DEPTH => {
             let body = program.routines.get(*id as usize).map(|routine| &routine.body[..]);
             for stmt in body.unwrap_or_default() {

@@ -57,7 +57,7 @@ macro_rules! keywords {
 
 macro_rules! with_plain {
     ($($plain:ident $plain_text:literal $code:literal $mnemonic:literal $count:literal
-       [$($argument:ident)*] $plain_usage:literal $plain_about:literal $doc:literal;)*) => { keywords! {
+       [$($argument:ident)*] $touch:ident $manner:ident $plain_usage:literal $plain_about:literal $doc:literal;)*) => { keywords! {
     Profile "PROFILE" Declaration "PROFILE \"name\"" "Names the machine; first statement of a script."
     Const "CONST" Declaration "CONST name = expression" "A name for a value that never changes."
     Input "INPUT" Declaration "INPUT name = number" "A name for an input, counted from 1."

@@ -15,7 +15,7 @@ macro_rules! opcode_rows {
     };
     (@with $consumer:ident
      $($name:ident $text:literal $code:literal $mnemonic:literal $count:literal [$($argument:ident)*]
-       $usage:literal $about:literal $doc:literal;)*) => {
+       $touch:ident $manner:ident $usage:literal $about:literal $doc:literal;)*) => {
         $consumer! {
             // Flow and constants. 0xFF, erased flash, is no instruction.
             0x00 x 1 End "end" None 0 0 Ends "the run ends";

@@ -3,6 +3,13 @@
 use super::{Op, Operands, ROWS, Shape, arguments, inline, shape};
 
 #[test]
+fn one_code_of_an_effect_is_free() {
+    let free: Vec<u8> =
+        (crate::isa::EFFECTS..0xFF).filter(|code| Op::decode(*code).is_none()).collect();
+    assert_eq!(free, [0xFE], "lang/src/plain.rs says which");
+}
+
+#[test]
 fn codes_ascend_without_overlap_and_decode_to_their_row() {
     let mut free = 0u16;
     for row in ROWS {

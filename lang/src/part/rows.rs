@@ -1,7 +1,7 @@
 //! The chips that the firmware is built for, and the builds: a row each. What a build may take of its chip stands
 //! in `firmware/budget.toml`.
 //!
-//! `firmware/build.sh` reads `name` and `chip` of each build, on lines of their own.
+//! `firmware/build.sh` reads `name` and `chip` of each build here.
 
 use super::Part;
 use super::chip::{Chip, Family};

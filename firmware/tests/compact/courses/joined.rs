@@ -1,12 +1,11 @@
 //! Lines that are too short to be planned one by one, at the pins of the running image.
 
-use lang::fault::Fault;
 use lang::image::course::{Entry, record};
 use lang::part::G2553;
-use lang::wire::{self, Control, End, RunState};
+use lang::wire::{self, Control, End};
 
-use super::rig::{Line, Mill, Mover, bound, image, in_order, judge, mill, script};
-use super::{Place, chords, ended, ramped, whole};
+use super::rig::{Line, Mill, Mover, bound, image, in_order, mill, script};
+use super::{Place, chords, ended, overridden, paused_twice, ramped, stopped_at_once, whole};
 
 /// A straight way of so many lines, of which the chip joins some: the first is made alone.
 struct Way {
@@ -120,14 +119,7 @@ fn a_pause_among_joined_lines_loses_nothing() {
         let (mut mover, lines) = way.in_a_loop(&mill);
         mover.start();
         mover.run_us(at * 1000 + at);
-        for control in [Control::Pause, Control::Resume, Control::Pause, Control::Resume] {
-            mover.control(control);
-            mover.run_us(150_000);
-            if control == Control::Pause && mover.state() != RunState::Ready {
-                assert_eq!(mover.state(), RunState::Paused, "{at}");
-                assert_eq!(mover.motors(), mover.longs("ACTUAL"));
-            }
-        }
+        paused_twice(&mut mover, 150_000);
         mover.end(20);
         whole(&mill, &mover, &lines);
     }
@@ -168,12 +160,7 @@ fn an_emergency_stop_among_joined_lines_ends_the_steps_at_once() {
         let (mut mover, lines) = way.in_a_loop(&mill);
         mover.start();
         mover.run_us(at * 1000);
-        mover.control(Control::EmergencyStop);
-        let stands = mover.motors();
-        mover.run_us(50_000);
-        assert_eq!(mover.motors(), stands, "{at}");
-        ended(&mover, End::Fault, Some(Fault::EmergencyStop));
-        in_order(&mover.steps, &lines, false);
+        stopped_at_once(&mut mover, &lines);
     }
 }
 
@@ -182,16 +169,7 @@ fn another_override_is_taken_among_joined_lines() {
     let (way, mill) = (Way { count: 2001, ..Way::in_x() }, mill());
     let (mut mover, lines) = way.in_a_loop(&mill);
     mover.start();
-    for percent in [100, 60, 200, 25, 140, 10, 37, 100] {
-        let [high, low] = wire::OVERRIDES.to_be_bytes();
-        assert_eq!(mover.answer(&[1, 6, high, low, 0, percent]).len(), 6);
-        mover.run_us(120_000);
-    }
-    mover.end(20);
-    ended(&mover, End::Done, None);
-    in_order(&mover.steps, &lines, true);
-    let made = judge(&mill, &mover.steps, &lines);
-    assert!(made.up <= 1.05 && made.down <= 1.05 && made.top < 2.0 * way.feed, "{made:?}");
+    overridden(&mill, &mut mover, &lines, &[100, 60, 200, 25, 140, 10, 37, 100]);
 }
 
 /// A host that reads much at once, of what takes long to tell: the state of the run, all of the device's own, bits.
