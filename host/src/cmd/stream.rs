@@ -95,19 +95,19 @@ impl Stream {
                      it): the job is stored piece by piece and motion stands between the pieces",
                 );
             }
-            return self.run_stored(&mut board, script, identity.area_bytes, console);
+            return self.run_stored(&mut board, script, &identity, console);
         };
         let fits = self.from_line == 1 && compiled.image.len() <= script::room_for(true);
         let feed = match Feed::new(&compiled) {
             Ok(feed) if fits && !feed.keeps().is_empty() => {
                 console.complain("KEEP values belong to a stored program; it fits and is stored");
-                return self.run_stored(&mut board, script, identity.area_bytes, console);
+                return self.run_stored(&mut board, script, &identity, console);
             }
             Ok(feed) if fits && feed.has_events() => {
                 console.complain(
                     "a stored program serves ON IN and ON EVERY within 2 ms; it fits and is stored",
                 );
-                return self.run_stored(&mut board, script, identity.area_bytes, console);
+                return self.run_stored(&mut board, script, &identity, console);
             }
             Ok(feed) => feed,
             Err(refused) => return Err(self.refuse(refused, console)),

@@ -5,12 +5,14 @@
 //! without feed and with its outputs off, so each piece brings back what the statements before it
 //! had set. Everything is cut and compiled before anything moves.
 
-use lang::back::{self, Sidecar};
+use lang::back::{self, Compiled, Sidecar};
 use lang::hir::{Block, Expr, ExprKind, Program, RoutineId, Stmt, StmtKind, Storage};
 use lang::kind::Kind;
+use lang::part::Part;
 use lang::plain::{Plain, Touch};
 
 use super::feed::{Refused, no_run};
+use crate::course;
 use crate::sim::chain;
 
 /// Statements that the first try of a piece has.
@@ -40,13 +42,21 @@ struct State {
     outputs: Vec<(i32, Stmt)>,
 }
 
-/// Cuts a job into pieces of at most `room` bytes; statements before line `from` are not executed,
-/// but what they set holds.
+/// Bytes of a piece that are left to its slow points, where the part takes them: few corners of a path bind.
+const POINTS: usize = 200;
+
+/// Cuts a job into pieces of at most `room` bytes for a part, each with slow points of its own where that takes them;
+/// statements before line `from` are not executed, but what they set holds.
 ///
 /// # Errors
 /// The job does not fit and does what cannot be cut: jumps, handlers, values that live on, moves
 /// that go on. Or one statement alone is larger than the board.
-pub fn cut(mut program: Program, room: usize, from: u32) -> Result<Vec<Piece>, Refused> {
+pub fn cut(
+    mut program: Program,
+    part: &Part,
+    room: usize,
+    from: u32,
+) -> Result<Vec<Piece>, Refused> {
     if let Some(call) = chain::calls(&program).first() {
         return Err(no_run(call.line, &call.name));
     }
@@ -54,6 +64,7 @@ pub fn cut(mut program: Program, room: usize, from: u32) -> Result<Vec<Piece>, R
         && let Ok(compiled) = back::compile(&program)
         && compiled.image.len() <= room
     {
+        let compiled = pointed(compiled, &program, part, room);
         return Ok(vec![Piece {
             first_line: 1,
             last_line: program.last_line,
@@ -78,7 +89,7 @@ pub fn cut(mut program: Program, room: usize, from: u32) -> Result<Vec<Piece>, R
     let mut guess = FIRST_TRY;
     while at < body.len() {
         let head: Block = start.iter().cloned().chain(preamble(&program, &state)).collect();
-        let (piece, count) = fit(&mut program, &head, &body[at..], room, guess)?;
+        let (piece, count) = fit(&mut program, &head, &body[at..], (part, room), guess)?;
         for stmt in &body[at..at + count] {
             follow(&program, stmt, &mut state, 0)?;
         }
@@ -94,22 +105,27 @@ fn fit(
     program: &mut Program,
     head: &[Stmt],
     rest: &[Stmt],
-    room: usize,
+    (part, room): (&Part, usize),
     guess: usize,
 ) -> Result<(Piece, usize), Refused> {
+    let plain = if part.course_pool > 0 { room.saturating_sub(POINTS) } else { room };
     let mut best = None;
     let mut count = guess.clamp(1, rest.len());
     let mut step = (count / 4).max(1);
     loop {
-        match compile(program, head, &rest[..count], room) {
-            Some(piece) => {
-                best = Some((piece, count));
+        match compile(program, head, &rest[..count], plain) {
+            Some(_) => {
+                best = Some(count);
                 if count == rest.len() {
                     break;
                 }
                 count = (count + step).min(rest.len());
             }
             None if best.is_some() => break,
+            None if count == 1 && compile(program, head, &rest[..1], room).is_some() => {
+                best = Some(1);
+                break;
+            }
             None if count == 1 => {
                 let text = "this statement alone is larger than the board's memory";
                 return Err(Refused::new(rest[0].line, text, "split its loop or its table"));
@@ -120,22 +136,32 @@ fn fit(
             }
         }
     }
-    best.ok_or_else(|| Refused::new(rest[0].line, "nothing fits into the board", ""))
+    let count =
+        best.ok_or_else(|| Refused::new(rest[0].line, "nothing fits into the board", ""))?;
+    let compiled = compile(program, head, &rest[..count], room);
+    let compiled = compiled.map(|own| pointed(own, program, part, room));
+    let piece = compiled.map(|compiled| Piece {
+        image: compiled.image,
+        sidecar: compiled.sidecar,
+        first_line: rest[0].line,
+        last_line: rest[count - 1].line,
+    });
+    piece.map(|piece| (piece, count)).ok_or_else(|| Refused::new(rest[0].line, "nothing fits", ""))
 }
 
-fn compile(program: &mut Program, head: &[Stmt], body: &[Stmt], room: usize) -> Option<Piece> {
+/// With slow points, if they fit.
+fn pointed(plain: Compiled, program: &Program, part: &Part, room: usize) -> Compiled {
+    let with = course::put_into(plain.clone(), program, part);
+    if with.image.len() <= room { with } else { plain }
+}
+
+fn compile(program: &mut Program, head: &[Stmt], body: &[Stmt], room: usize) -> Option<Compiled> {
     program.routines[0].body = head.iter().chain(body).cloned().collect();
     let last_line = body.last().map_or(1, |stmt| stmt.line);
     let whole = std::mem::replace(&mut program.last_line, last_line);
     let compiled = back::compile(program);
     program.last_line = whole;
-    let compiled = compiled.ok().filter(|compiled| compiled.image.len() <= room)?;
-    Some(Piece {
-        image: compiled.image,
-        sidecar: compiled.sidecar,
-        first_line: body.first().map_or(1, |stmt| stmt.line),
-        last_line,
-    })
+    compiled.ok().filter(|compiled| compiled.image.len() <= room)
 }
 
 /// What a piece sets before its first statement.
@@ -279,11 +305,16 @@ mod tests {
     use lang::front::source::Source;
     use lang::front::{ProfileChoice, compile};
     use lang::image::{FORMAT, Image};
+    use lang::part::{F5529, G2553};
+    use lang::profile::Profile;
+    use std::time::Duration;
+
+    use crate::bench::stand::Stand;
 
     fn pieces(text: &str, room: usize, from: u32) -> Result<Vec<Piece>, Refused> {
         let source = Source::new("a.bas", text.to_owned());
         let (program, diags) = compile(&source, ProfileChoice::built_in());
-        cut(program.unwrap_or_else(|| panic!("{}", diags.render(&source))), room, from)
+        cut(program.unwrap_or_else(|| panic!("{}", diags.render(&source))), &F5529, room, from)
     }
 
     fn long() -> String {
@@ -310,6 +341,34 @@ mod tests {
             let lines: Vec<u32> = piece.sidecar.marks.iter().map(|mark| mark.line).collect();
             assert!(lines.contains(&1) && lines.contains(&2), "{:?}", &lines[..4]);
         }
+    }
+
+    /// Each piece goes through its corners by slow points of its own, on a board that knows no line ahead.
+    #[test]
+    fn pieces_of_a_path_have_slow_points_where_the_part_takes_them() {
+        let mut text = "G90\nG0 X0 Y0\nF1500\n".to_owned();
+        for i in 1..=400 {
+            text += &format!("G1 X{}.{} Y{}.{}\n", i / 5, i % 5 * 2, i / 10, i % 10);
+        }
+        let mill = Profile::built_in("mill").expect("the mill");
+        let mut board = Stand::on(&crate::board::G2553, &mill).expect("a board");
+        let mut seconds = |part| {
+            let source = Source::new("a.bas", text.clone());
+            let (program, _) = compile(&source, ProfileChoice::built_in());
+            let list = cut(program.expect("a script"), part, 1530, 1).expect("pieces");
+            assert!(list.len() > 1 && list.iter().all(|piece| piece.image.len() <= 1530));
+            let mut seconds = 0.0;
+            for piece in &list {
+                board.upload(&piece.image).expect("taken");
+                let from = board.seconds();
+                board.run(Duration::from_secs(120)).expect("a run");
+                seconds += board.seconds() - from;
+            }
+            assert_eq!(board.motors(), [8_000, 4_000, 0]);
+            seconds
+        };
+        let (rests, goes) = (seconds(&F5529), seconds(&G2553));
+        assert!(goes < 0.5 * rests, "{goes:.1} s of {rests:.1}");
     }
 
     #[test]

@@ -7,6 +7,7 @@ use serde_json::json;
 
 use super::Stream;
 use super::keys::Keys;
+use crate::client::identity::Identity;
 use crate::cmd::Console;
 use crate::cmd::port::Board;
 use crate::cmd::script::Script;
@@ -39,17 +40,18 @@ impl Stream {
         &self,
         board: &mut Board,
         script: Script,
-        area_bytes: u16,
+        identity: &Identity,
         console: &Console,
     ) -> Result<(), Failure> {
         let expected = if self.from_line > 1 { Some(self.position(&script)?) } else { None };
         let last = script.program.last_line;
-        let room = usize::from(area_bytes).min(MAX_PIECE);
+        let room = usize::from(identity.area_bytes).min(MAX_PIECE);
         let from = script.line_of_text(self.from_line);
-        let mut pieces = cut(script.program.clone(), room, from).map_err(|mut refused| {
-            refused.line = script.line_of_file(refused.line);
-            self.refuse(refused, console)
-        })?;
+        let mut pieces =
+            cut(script.program.clone(), identity.part(), room, from).map_err(|mut refused| {
+                refused.line = script.line_of_file(refused.line);
+                self.refuse(refused, console)
+            })?;
         for piece in &mut pieces {
             piece.first_line = script.line_of_file(piece.first_line);
             piece.last_line = script.line_of_file(piece.last_line);
