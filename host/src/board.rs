@@ -3,6 +3,7 @@
 mod chip;
 pub mod clients;
 pub mod engine;
+pub mod hardware;
 pub mod health;
 pub mod image_file;
 pub mod judge;

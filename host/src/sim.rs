@@ -4,6 +4,8 @@
 //! microseconds; the [`world`] is everything around the controller.
 
 pub mod chain;
+#[cfg(feature = "desktop")]
+pub mod chip;
 pub mod machine;
 pub mod record;
 pub mod rhai_engine;

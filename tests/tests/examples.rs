@@ -8,6 +8,7 @@ use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::Image;
 use lang::record::feature;
+use pasapas::board::engine::run_native_traced;
 use pasapas::board::{Build, DEFAULT, engine};
 use pasapas::sim::trace::to_text;
 use pasapas::sim::world::World;
@@ -52,6 +53,18 @@ fn examples_run_as_their_traces_say() {
             assert_eq!(outcome.failures, Vec::<String>::new(), "{name} on {engine:?}");
             assert_eq!(&to_text(&events), trace, "{name} on {engine:?}");
         }
+    }
+}
+
+/// The firmware's own machine on the desktop's chip does what every trace says, at many times the pace of an emulator.
+#[test]
+fn examples_run_on_the_machine_without_an_emulator() {
+    for Example { name, program, world, trace } in &examples() {
+        let compiled = lang::back::compile(program).unwrap();
+        let run = run_native_traced(DEFAULT, program, &compiled, world, &Options::default());
+        let (run, events) = run.unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(&to_text(&events), trace, "{name}");
+        assert_eq!(run.outcome.failures, Vec::<String>::new(), "{name}");
     }
 }
 

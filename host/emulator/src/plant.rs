@@ -250,6 +250,22 @@ impl Plant {
         self.outputs
     }
 
+    /// Keeps the edges of all signals from now on, or no more.
+    pub fn record(&mut self, on: bool) {
+        self.recorder.on = on;
+    }
+
+    /// Edges since the last call.
+    pub fn take_edges(&mut self) -> Vec<crate::record::Edge> {
+        std::mem::take(&mut self.recorder.edges)
+    }
+
+    /// Whether [`Plant::take_output_changes`] has any.
+    #[must_use]
+    pub fn output_has_changed(&self) -> bool {
+        !self.changes.is_empty()
+    }
+
     /// Output changes since the last call.
     pub fn take_output_changes(&mut self) -> Vec<OutputChange> {
         self.changes.drain(..).collect()
@@ -346,8 +362,8 @@ impl Plant {
         all
     }
 
-    /// Levels of all pins.
-    pub(crate) fn pins(&mut self, now: u64, levels: u64) {
+    /// The chip gives all its pins these levels, numbered as [`Pins`] has them, at a time in ticks.
+    pub fn pins(&mut self, now: u64, levels: u64) {
         let changed = levels ^ self.pins;
         self.pins = levels;
         if self.recorder.active() {
@@ -439,7 +455,8 @@ impl Plant {
     }
 
     /// What the world does to the pins; `rx` is the level of the serial line.
-    pub(crate) fn drives(&self, rx: bool) -> Drives {
+    #[must_use]
+    pub fn drives(&self, rx: bool) -> Drives {
         let mut d = Drives::default();
         let board = &self.board;
         let on = self.on();

@@ -38,7 +38,7 @@ fn judged(rig: &mut Rig, judge: &mut Judge, hz: u64) -> Result<Vec<Edge>, String
     rig.board().record(false);
     let mut edges = rig.board().take_edges();
     judge.take(&edges);
-    judge.judge(rig.plant(), false)?;
+    judge.judge(&rig.plant(), false)?;
     let unit = rig.board().ticks_per_second() / hz;
     edges.iter_mut().for_each(|edge| edge.cycle /= unit);
     Ok(edges)
@@ -147,7 +147,7 @@ impl Stand {
         let mut judge = {
             let mut rig = self.rig.borrow_mut();
             rig.board().record(true);
-            Judge::new(&self.profile, rig.plant())
+            Judge::new(&self.profile, &rig.plant())
         };
         match self.client.control(Control::Start) {
             // The board may prepare its flash before it answers: the state tells.
@@ -180,7 +180,7 @@ impl Stand {
         let mut judge = {
             let mut rig = self.rig.borrow_mut();
             rig.board().record(true);
-            Judge::new(&self.profile, rig.plant())
+            Judge::new(&self.profile, &rig.plant())
         };
         let outcome = super::stream::feed(self, compiled)?;
         let mut rig = self.rig.borrow_mut();

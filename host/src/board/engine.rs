@@ -10,9 +10,11 @@ use emulator::LoadError;
 use firmware::motion::physics::Count;
 use lang::back::{Compiled, Sidecar};
 use lang::hir::Program;
+use lang::profile::Wiring;
 use lang::record::BoardRecord;
 
 use super::Build;
+use super::hardware::Hardware;
 use super::health::Health;
 use super::link::InProcess;
 use super::rig::Rig;
@@ -21,6 +23,7 @@ use crate::client::upload::UploadError;
 use crate::client::{Client, ClientError, Patience};
 use crate::link::Link;
 use crate::sim::chain::Chain;
+use crate::sim::chip::board::NativeBoard;
 use crate::sim::trace::Event;
 use crate::sim::world::{Registers, World, WorldError};
 use crate::sim::{Options, Outcome};
@@ -156,7 +159,28 @@ impl From<UploadError> for BoardError {
 pub fn run<'a>(job: &'a Job<'_>, sinks: Sinks<'a>) -> Result<BoardRun, BoardError> {
     let firmware = job.build.image().map_err(BoardError::Firmware)?;
     let registers = Registers::on_board(job.program);
-    let rig = Rig::new(job.build, &firmware, &job.program.profile, job.world, &registers)?;
+    run_on(Rig::new(job.build, &firmware, &job.program.profile, job.world, &registers)?, job, sinks)
+}
+
+/// The same on the firmware's machine, without an emulator: the MSP430F5529, whatever the job's build is.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn run_native<'a>(job: &'a Job<'_>, sinks: Sinks<'a>) -> Result<BoardRun, BoardError> {
+    let profile = &job.program.profile;
+    let board = NativeBoard::new(match profile.wiring {
+        Wiring::Direct => emulator::Wiring::Direct,
+        Wiring::Chain => emulator::Wiring::Chain,
+    });
+    let registers = Registers::on_board(job.program);
+    run_on(Rig::around(board, profile, job.world, &registers)?, job, sinks)
+}
+
+fn run_on<'a, B: Hardware>(
+    rig: Rig<B>,
+    job: &'a Job<'_>,
+    sinks: Sinks<'a>,
+) -> Result<BoardRun, BoardError> {
     let rig = Rc::new(RefCell::new(rig));
     let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
     client.find()?;
@@ -219,7 +243,32 @@ pub fn run_chain_traced(
     trace_of(&Job { build, program, image, line_of, name, others, world, options })
 }
 
+/// Runs a program on the firmware's machine, without an emulator: see [`run_native`].
+///
+/// # Errors
+/// Those of [`run`].
+pub fn run_native_traced(
+    build: &Build,
+    program: &Program,
+    compiled: &Compiled,
+    world: &World,
+    options: &Options,
+) -> Result<(BoardRun, Vec<Event>), BoardError> {
+    let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
+    let image = &compiled.image;
+    let job =
+        Job { build, program, image, line_of: &line_of, name: "", others: &[], world, options };
+    traced(&job, run_native)
+}
+
 fn trace_of(job: &Job<'_>) -> Result<(BoardRun, Vec<Event>), BoardError> {
+    traced(job, run)
+}
+
+fn traced(
+    job: &Job<'_>,
+    run: for<'a> fn(&'a Job<'_>, Sinks<'a>) -> Result<BoardRun, BoardError>,
+) -> Result<(BoardRun, Vec<Event>), BoardError> {
     let mut trace = Vec::new();
     let sinks = Sinks {
         trace: &mut |event: &Event| trace.push(event.clone()),
@@ -231,9 +280,9 @@ fn trace_of(job: &Job<'_>) -> Result<(BoardRun, Vec<Event>), BoardError> {
 }
 
 /// Profile, program, and a world that has been there for a while.
-fn prepare(
-    client: &mut Client<InProcess>,
-    rig: &RefCell<Rig>,
+fn prepare<B: Hardware>(
+    client: &mut Client<InProcess<B>>,
+    rig: &RefCell<Rig<B>>,
     job: &Job<'_>,
 ) -> Result<(), BoardError> {
     let held = client.board_record()?;

@@ -6,9 +6,10 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
-use emulator::{Format, Parity as LineParity};
+use emulator::{Board, Format, Parity as LineParity};
 use lang::profile::Parity;
 
+use super::hardware::Hardware;
 use super::rig::Rig;
 use crate::link::{Link, Mode};
 
@@ -16,14 +17,14 @@ use crate::link::{Link, Mode};
 const LOOK_US: u64 = 50;
 
 /// A link whose other end is the UART of a [`Rig`].
-pub struct InProcess {
-    rig: Rc<RefCell<Rig>>,
+pub struct InProcess<B: Hardware = Board> {
+    rig: Rc<RefCell<Rig<B>>>,
     received: VecDeque<u8>,
 }
 
-impl InProcess {
+impl<B: Hardware> InProcess<B> {
     /// A link to the rig.
-    pub fn new(rig: Rc<RefCell<Rig>>) -> InProcess {
+    pub fn new(rig: Rc<RefCell<Rig<B>>>) -> InProcess<B> {
         InProcess { rig, received: VecDeque::new() }
     }
 
@@ -52,7 +53,7 @@ fn ticks(time: Duration, per_second: u64) -> u64 {
     u64::try_from(ticks).unwrap_or(u64::MAX)
 }
 
-impl Link for InProcess {
+impl<B: Hardware> Link for InProcess<B> {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         let gone = self.rig.borrow_mut().board().uart_send(bytes);
         self.run_until(gone)

@@ -1,5 +1,6 @@
 //! The path that the step pulses make, sampled while the board runs.
 
+use super::hardware::Hardware;
 use super::rig::Rig;
 use crate::sim::record::{Begun, Edge, Printed, RECORD_LIMIT, Record, Segment, SegmentKind};
 use crate::sim::trace::{MoveKind, Status, What};
@@ -48,7 +49,7 @@ impl Default for PathRecorder {
 
 impl PathRecorder {
     /// The run begins with the machine where it is.
-    pub fn start(&mut self, rig: &Rig) {
+    pub fn start<B: Hardware>(&mut self, rig: &Rig<B>) {
         self.last = rig.motors();
         self.last_us = rig.us();
         self.first_pulses = rig.pulses();
@@ -121,7 +122,7 @@ impl PathRecorder {
     }
 
     /// Takes the motors' positions.
-    pub fn sample(&mut self, rig: &Rig) {
+    pub fn sample<B: Hardware>(&mut self, rig: &Rig<B>) {
         let (now, us) = (rig.motors(), rig.us());
         let before = std::mem::replace(&mut self.last, now);
         let before_us = std::mem::replace(&mut self.last_us, us);
@@ -163,7 +164,7 @@ impl PathRecorder {
     }
 
     /// Step pulses of each axis in this run.
-    pub fn pulses(&self, rig: &Rig) -> [u64; 3] {
+    pub fn pulses<B: Hardware>(&self, rig: &Rig<B>) -> [u64; 3] {
         let now = rig.pulses();
         [0, 1, 2].map(|i| now[i] - self.first_pulses[i])
     }

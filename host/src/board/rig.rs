@@ -6,8 +6,9 @@ use lang::axis::Axis;
 use lang::profile::{Direction, InputRole, Profile, Wiring};
 use lang::wire::{Seen, TraceKind};
 
-use super::observe::{Observed, Observer, Sight};
-use super::{Build, uart};
+use super::Build;
+use super::hardware::Hardware;
+use super::observe::{Observed, Sight};
 use crate::sim::world::{Action, Button, Registers, Scenario, World, WorldError};
 
 /// Where a reference switch stands when the world does not say: this far away, um.
@@ -24,9 +25,9 @@ pub enum HostAction {
     Register(u16, i32),
 }
 
-/// The emulated board, its machine and its world.
-pub struct Rig {
-    board: Board,
+/// A board, by default an emulated one, its machine and its world.
+pub struct Rig<B: Hardware = Board> {
+    board: B,
     profile: Profile,
     scenario: Scenario,
     /// Tick of the scenario's time 0; `None` while it waits for the run.
@@ -40,11 +41,11 @@ pub struct Rig {
     /// What the world does at time 0 beside inputs, until the run begins.
     first: Vec<Action>,
     /// Who sees what the firmware does, if anybody.
-    observer: Option<Observer>,
+    observer: Option<B::Observer>,
     /// What was seen and not taken yet.
     observed: Vec<Observed>,
     /// The board as it was before it was asked something on the side.
-    aside: Option<Box<Board>>,
+    aside: Option<Box<B>>,
     /// Output edges since the last look: tick, number, state.
     outputs: Vec<(u64, i32, bool)>,
     /// Input edges made by the scenario: tick, number, state.
@@ -69,7 +70,35 @@ impl Rig {
             Wiring::Chain => PlantWiring::Chain,
         };
         let config = Config { part: build.chip.clone(), wiring, ..Config::default() };
-        let board = Board::with_config(&config, image);
+        Rig::around(Board::with_config(&config, image), profile, world, registers)
+    }
+
+    /// Puts back what [`Board::flash_contents`] gave, and starts the board anew from it. Firmware
+    /// that is older than this tool's is taken over too: it is what the board holds.
+    ///
+    /// # Errors
+    /// The length is not that of the part's flash.
+    pub fn restore_flash(&mut self, content: &[u8]) -> Result<(), String> {
+        self.board
+            .set_flash_contents(content)
+            .map_err(|error| format!("it is no flash of this board: {error:?}"))?;
+        self.board.power_cut();
+        self.board.power_up();
+        Ok(())
+    }
+}
+
+impl<B: Hardware> Rig<B> {
+    /// A rig around a board, with the machine of `profile` and a world, which knows these AT variables.
+    ///
+    /// # Errors
+    /// The world's script fails.
+    pub fn around(
+        board: B,
+        profile: &Profile,
+        world: &World,
+        registers: &Registers,
+    ) -> Result<Rig<B>, WorldError> {
         let scenario = world.start(registers)?;
         let mut rig = Rig {
             board,
@@ -95,7 +124,7 @@ impl Rig {
     fn build_machine(&mut self) {
         let profile = self.profile.clone();
         let places = Axis::ALL.map(|axis| self.scenario.switch_place(axis));
-        let plant = self.board.plant_mut();
+        let mut plant = self.board.plant_mut();
         plant.stop_at_output = true;
         plant.limits = super::judge::driver_limits(&profile, plant.ticks_per_second());
         for (axis, own) in profile.axes() {
@@ -114,6 +143,7 @@ impl Rig {
                 plant.set_active_low(n, !usual);
             }
         }
+        drop(plant);
         self.place_probe();
     }
 
@@ -146,22 +176,8 @@ impl Rig {
     }
 
     /// The board.
-    pub fn board(&mut self) -> &mut Board {
+    pub fn board(&mut self) -> &mut B {
         &mut self.board
-    }
-
-    /// Puts back what [`Board::flash_contents`] gave, and starts the board anew from it. Firmware
-    /// that is older than this tool's is taken over too: it is what the board holds.
-    ///
-    /// # Errors
-    /// The length is not that of the part's flash.
-    pub fn restore_flash(&mut self, content: &[u8]) -> Result<(), String> {
-        self.board
-            .set_flash_contents(content)
-            .map_err(|error| format!("it is no flash of this board: {error:?}"))?;
-        self.board.power_cut();
-        self.board.power_up();
-        Ok(())
     }
 
     /// Ticks of the board's chip in so many microseconds.
@@ -196,7 +212,11 @@ impl Rig {
 
     /// The scenario's time begins now.
     pub fn begin(&mut self) {
-        self.zero = Some(self.now());
+        self.begin_at(self.now());
+    }
+
+    fn begin_at(&mut self, tick: u64) {
+        self.zero = Some(tick);
         for action in std::mem::take(&mut self.first) {
             self.apply(action);
         }
@@ -205,7 +225,7 @@ impl Rig {
     /// Watches what the firmware does from now on; the scenario's time begins with the next run.
     /// `false` when this image cannot be watched.
     pub fn observe(&mut self) -> bool {
-        self.observer = Observer::of(&mut self.board);
+        self.observer = self.board.observer();
         self.observer.is_some()
     }
 
@@ -281,7 +301,7 @@ impl Rig {
     /// # Errors
     /// A callback of the world fails.
     pub fn run_to_event(&mut self, limit: u64) -> Result<(), WorldError> {
-        let quiet = |rig: &Rig| rig.observed.is_empty() && rig.host_actions.is_empty();
+        let quiet = |rig: &Rig<B>| rig.observed.is_empty() && rig.host_actions.is_empty();
         while quiet(self) && self.advance(limit)? {}
         Ok(())
     }
@@ -296,23 +316,20 @@ impl Rig {
         let until = self.next_action().map_or(limit, |next| next.min(limit));
         let stop = self.board.run_until(until.max(self.now()));
         self.look_at_outputs();
-        match stop {
-            Stop::NoPower => return Ok(false),
-            Stop::Watched(at) => self.see(at),
-            Stop::Time => return Ok(self.now() < limit),
-            _ => {}
+        for observed in self.board.look(self.observer.as_mut(), stop) {
+            self.see(observed);
         }
-        Ok(true)
+        match stop {
+            Stop::NoPower => Ok(false),
+            Stop::Time => Ok(self.now() < limit),
+            _ => Ok(true),
+        }
     }
 
-    /// The board has stopped at a place that is watched.
-    fn see(&mut self, at: u32) {
-        let Some(observed) = self.observer.as_mut().and_then(|own| own.look(&self.board, at))
-        else {
-            return;
-        };
+    /// The observer has seen something.
+    fn see(&mut self, observed: Observed) {
         match observed.sight {
-            Sight::Beside(Seen::Begun, _) if self.zero.is_none() => self.begin(),
+            Sight::Beside(Seen::Begun, _) if self.zero.is_none() => self.begin_at(observed.tick),
             Sight::Event { kind: TraceKind::Home, argument, value, .. } => {
                 let axis = usize::from(argument & !lang::wire::TRACE_OK);
                 if let Some(axis) = Axis::from_index(axis) {
@@ -331,7 +348,7 @@ impl Rig {
 
     /// Whatever the board does from now on does not count: [`Rig::come_back`] undoes it.
     pub fn set_aside(&mut self) {
-        self.aside = Some(Box::new(self.board.clone()));
+        self.aside = self.board.aside();
     }
 
     /// The board is as it was at [`Rig::set_aside`].
@@ -427,12 +444,12 @@ impl Rig {
     }
 
     /// The machine around the pins.
-    pub fn plant(&self) -> &emulator::Plant {
+    pub fn plant(&self) -> impl std::ops::Deref<Target = emulator::Plant> + '_ {
         self.board.plant()
     }
 
     /// What the emulator noticed that the real part forbids.
-    pub fn warnings(&self) -> &[emulator::Warning] {
+    pub fn warnings(&self) -> Vec<String> {
         self.board.warnings()
     }
 
@@ -492,7 +509,7 @@ impl Rig {
     /// Sets the host's end of the line to whatever rate and parity the chip's UART has, as a
     /// connection without a rate of its own needs.
     pub fn follow_uart(&mut self) {
-        let format = uart::format(&mut self.board);
+        let format = self.board.uart_format();
         self.board.set_uart_format(format);
     }
 }

@@ -12,7 +12,7 @@ use lang::fault::Fault;
 use lang::wire::{self, Control, RunState};
 
 use super::engine::{BoardError, BoardRun, Job, Other, Sinks, halves};
-use super::health::Health;
+use super::hardware::Hardware;
 use super::judge::Judge;
 use super::link::InProcess;
 use super::path::PathRecorder;
@@ -42,10 +42,10 @@ const STOP_PATIENCE_US: u64 = 60_000_000;
 const REST: Duration = Duration::from_millis(20);
 
 /// See the module.
-pub struct Run<'a, 'b> {
+pub struct Run<'a, 'b, B: Hardware> {
     job: &'a Job<'b>,
-    rig: Rc<RefCell<Rig>>,
-    client: Client<InProcess>,
+    rig: Rc<RefCell<Rig<B>>>,
+    client: Client<InProcess<B>>,
     trace: &'a mut dyn FnMut(&Event),
     progress: &'a mut dyn FnMut(u64),
     vcd: Option<VcdWriter<&'a mut dyn Write>>,
@@ -68,7 +68,7 @@ pub struct Run<'a, 'b> {
     aways: Vec<Away>,
 }
 
-impl<'a, 'b> Run<'a, 'b> {
+impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
     /// A run of the job on a board that has its program.
     ///
     /// # Errors
@@ -76,9 +76,9 @@ impl<'a, 'b> Run<'a, 'b> {
     pub fn new(
         job: &'a Job<'b>,
         sinks: Sinks<'a>,
-        rig: Rc<RefCell<Rig>>,
-        client: Client<InProcess>,
-    ) -> Result<Run<'a, 'b>, BoardError> {
+        rig: Rc<RefCell<Rig<B>>>,
+        client: Client<InProcess<B>>,
+    ) -> Result<Run<'a, 'b, B>, BoardError> {
         let vcd = match sinks.vcd {
             None => None,
             Some(out) => {
@@ -91,7 +91,7 @@ impl<'a, 'b> Run<'a, 'b> {
         rig.borrow_mut().board().record(true);
         let switches = rig.borrow().switches();
         let unattended = Unattended { switches, ..Unattended::default() };
-        let judge = Judge::new(&job.program.profile, rig.borrow().plant());
+        let judge = Judge::new(&job.program.profile, &rig.borrow().plant());
         let Sinks { trace, progress, .. } = sinks;
         Ok(Run {
             job,
@@ -342,7 +342,7 @@ impl<'a, 'b> Run<'a, 'b> {
         };
         let identity = self.client.identity()?;
         let mut rig = self.rig.borrow_mut();
-        let health = Health::of(rig.board(), &identity);
+        let health = rig.board().health(&identity);
         let mut failures = rig.failures(&pos);
         failures.extend(self.within.strayed());
         for axis in Axis::ALL {
@@ -361,7 +361,7 @@ impl<'a, 'b> Run<'a, 'b> {
         let number = fault.as_ref().and_then(|code| code.get(1..)?.parse().ok());
         let fault_number = number.and_then(Fault::from_number);
         let abrupt = matches!(fault_number, Some(Fault::EmergencyStop | Fault::LimitSwitch));
-        let judged = self.judge.judge(rig.plant(), abrupt).unwrap_or_else(|text| {
+        let judged = self.judge.judge(&rig.plant(), abrupt).unwrap_or_else(|text| {
             failures.push(text);
             Count::default()
         });
@@ -390,7 +390,7 @@ impl<'a, 'b> Run<'a, 'b> {
             travel_um,
             outputs,
         };
-        let remarks = rig.warnings().iter().take(5);
+        let remarks = rig.warnings().into_iter().take(5);
         let remarks = remarks.map(|warning| format!("the emulator warns: {warning}")).collect();
         let tick = rig.now();
         drop(rig);
@@ -420,7 +420,7 @@ impl<'a, 'b> Run<'a, 'b> {
 }
 
 /// Where the motors stand, steps as the trace counts them.
-fn told(rig: &Rig) -> [i64; 3] {
+fn told<B: Hardware>(rig: &Rig<B>) -> [i64; 3] {
     let (motors, offset) = (rig.motors(), rig.offset());
     std::array::from_fn(|axis| motors[axis] + offset[axis])
 }

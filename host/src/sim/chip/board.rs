@@ -1,0 +1,230 @@
+//! A board that is the firmware's machine on a simulated chip: what the emulated board is, without an emulator.
+
+use std::collections::VecDeque;
+
+use emulator::{Config, Part, Plant, Wiring};
+use firmware::machine::Controller;
+use firmware::modbus::Slave;
+use lang::record::BoardRecord;
+
+use super::port::Uart;
+use super::{Desk, Noticed, PER_MS, PER_US, cost};
+
+/// Rates by their code in the board's record, bit/s.
+const RATES: [u32; 4] = [9_600, 19_200, 57_600, 115_200];
+/// Causes of a reset, as the firmware tells them: power-up, the RST pin, the watchdog.
+const POWER_UP: u8 = 1 << 2;
+const WATCHDOG: u8 = 1;
+
+/// A board.
+pub struct NativeBoard {
+    desk: Desk,
+    controller: Box<Controller<Desk>>,
+    line: Uart,
+    slave: Slave,
+    address: u8,
+    /// Bit/s of the line.
+    rate: u32,
+    /// Watchdog resets in a row.
+    bites: u16,
+}
+
+impl NativeBoard {
+    /// A board with erased flash in a wiring, powered up.
+    pub fn new(wiring: Wiring) -> NativeBoard {
+        let plant = Plant::around(&Part::F5529, wiring);
+        let desk = Desk::new(plant);
+        let controller = Controller::boxed(desk.clone());
+        let mut board = NativeBoard {
+            desk,
+            controller,
+            line: Uart::default(),
+            slave: Slave::default(),
+            address: 1,
+            rate: RATES[0],
+            bites: 0,
+        };
+        board.boot(POWER_UP);
+        board
+    }
+
+    /// As [`NativeBoard::new`], wired as an emulated board is.
+    pub fn of(config: &Config) -> NativeBoard {
+        NativeBoard::new(config.wiring)
+    }
+
+    /// From a reset to the first pass, as `main` of the F5529's image does it.
+    fn boot(&mut self, cause: u8) {
+        let desk = self.desk.clone();
+        desk.clear_ram();
+        desk.reset();
+        self.controller = Controller::boxed(desk.clone());
+        let controller = &mut self.controller;
+        let record = controller.record.clone();
+        desk.set_up(record.pulse, record.falling(), record.input_invert);
+        controller.motor.pwm.open(&desk, record.more());
+        controller.motor.power = controller.full_power();
+        controller.reset.cause = cause;
+        self.bites = if cause & WATCHDOG != 0 { self.bites.wrapping_add(1) } else { 0 };
+        controller.reset.bites = self.bites;
+        // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
+        let stop = firmware::machine::chip::Pins::buttons(&desk) & 1 != 0;
+        let (address, code) = if stop { (1, 0) } else { (record.address, record.rate) };
+        self.address = address;
+        self.rate = RATES[usize::from(code & 3)];
+        self.line.open(self.rate);
+        self.slave = Slave::default();
+        controller.mount();
+    }
+
+    /// One pass of the main loop, and the time that it takes.
+    fn pass(&mut self) {
+        let from = self.desk.ticks();
+        self.line.advance(from);
+        let controller = &mut self.controller;
+        controller.begin_pass();
+        controller.serve_line(0, &mut self.line, &mut self.slave, self.address);
+        controller.pass();
+        if controller.wants_reset() {
+            // It counts as a bite, but this one was asked for.
+            self.bites = self.bites.wrapping_sub(1);
+            self.boot(WATCHDOG);
+            return;
+        }
+        let turned = self.desk.ticks() / PER_MS != from / PER_MS;
+        self.desk.spend(cost::PASS + if turned { cost::MILLISECOND } else { 0 });
+    }
+
+    /// Runs to a time in ticks of the step timer, or to the pass in which something is seen or an output changes.
+    pub fn run_until(&mut self, limit: u64) {
+        while self.desk.ticks() < limit {
+            self.pass();
+            if self.desk.has_seen() || self.desk.plant().output_has_changed() {
+                return;
+            }
+            self.skip(limit);
+        }
+    }
+
+    /// Where nothing can happen before the next millisecond, character or event of the engine, time goes on to there.
+    fn skip(&mut self, limit: u64) {
+        let now = self.desk.ticks();
+        let controller = &self.controller;
+        let waits = controller.motor.rests() && !controller.session.executes();
+        if !waits || self.line.is_busy() {
+            return;
+        }
+        let turn = (now / PER_MS + 1) * PER_MS;
+        let next = self.line.next().map_or(turn, |next| next.min(turn)).min(limit);
+        self.desk.spend(next.saturating_sub(now));
+    }
+
+    /// What was seen since the last call.
+    pub fn take_seen(&mut self) -> VecDeque<Noticed> {
+        self.desk.take_seen()
+    }
+
+    /// Time since power-up, ticks of the plant.
+    pub fn cycles(&self) -> u64 {
+        self.desk.ticks() * self.unit()
+    }
+
+    /// Ticks of the plant in a second.
+    pub fn ticks_per_second(&self) -> u64 {
+        self.desk.plant().ticks_per_second()
+    }
+
+    /// Ticks of the plant in one of the step timer.
+    pub fn unit(&self) -> u64 {
+        Desk::plant_ticks(&self.desk.plant())
+    }
+
+    /// What is around the pins.
+    pub fn plant(&self) -> std::cell::Ref<'_, Plant> {
+        self.desk.plant()
+    }
+
+    /// See [`NativeBoard::plant`].
+    pub fn plant_mut(&mut self) -> std::cell::RefMut<'_, Plant> {
+        self.desk.plant_mut()
+    }
+
+    /// The host sends bytes on the line; returns when they are through, in ticks of the plant.
+    pub fn send(&mut self, bytes: &[u8]) -> u64 {
+        self.line.send(self.desk.ticks(), bytes) * self.unit()
+    }
+
+    /// What the host has received, with its times in ticks of the plant.
+    pub fn take(&mut self) -> Vec<(u64, u8)> {
+        let unit = self.unit();
+        let taken = self.line.take(self.desk.ticks());
+        taken.into_iter().map(|(at, byte)| (at * unit, byte)).collect()
+    }
+
+    /// Bit/s of the line.
+    pub fn rate(&self) -> u32 {
+        self.rate
+    }
+
+    /// The profile in use.
+    pub fn record(&self) -> &BoardRecord {
+        &self.controller.record
+    }
+
+    /// Pulls the RST pin.
+    pub fn reset_pin(&mut self) {
+        self.boot(0);
+    }
+
+    /// A power cut and its end: only flash is as it was.
+    pub fn power_cycle(&mut self) {
+        self.desk.forget_run();
+        self.boot(POWER_UP);
+    }
+
+    /// The program area and the information memory.
+    pub fn flash_contents(&self) -> Vec<u8> {
+        self.desk.flash()
+    }
+}
+
+impl Desk {
+    /// What a reset makes of the chip: steps cease, pins are at rest.
+    fn reset(&self) {
+        *self.0.engine.borrow_mut() = super::Engine::default();
+        self.0.falls.set([None; 3]);
+        self.0.guard.set(super::Guarded::default());
+        self.0.reset.set(self.ticks() / PER_MS * PER_MS);
+        self.reset_pins();
+    }
+
+    /// What the profile says of pulses and of inputs that stop the engine.
+    fn set_up(&self, pulse_us: u8, falling: u8, invert: u16) {
+        let width = u64::from(pulse_us.max(lang::part::SHORT_PULSE_US));
+        self.0.pulse.set(width * PER_US);
+        let mut guard = self.0.guard.get();
+        (guard.falling, guard.invert) = (falling, invert);
+        self.0.guard.set(guard);
+        self.set_dirs(self.ticks(), 0);
+    }
+
+    fn has_seen(&self) -> bool {
+        !self.0.seen.borrow().is_empty()
+    }
+
+    fn forget_run(&self) {
+        self.0.marked.set(false);
+    }
+
+    fn plant(&self) -> std::cell::Ref<'_, Plant> {
+        self.0.plant.borrow()
+    }
+
+    fn plant_mut(&self) -> std::cell::RefMut<'_, Plant> {
+        self.0.plant.borrow_mut()
+    }
+
+    fn flash(&self) -> Vec<u8> {
+        self.0.memory.borrow().flash()
+    }
+}
