@@ -1,0 +1,625 @@
+//! Reads the tables of a cell file by the table of keys: each value is of its kind and within its bounds, or there
+//! is a problem with its place.
+
+use super::keys::{self, Kind};
+use super::problem::{Problem, nearest};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
+
+/// What the profile and the script call by a name. A name that neither knows is an error in the cell.
+pub trait Names {
+    /// Number of an input.
+    fn input(&self, name: &str) -> Option<u32>;
+    /// Number of an output.
+    fn output(&self, name: &str) -> Option<u32>;
+    /// Number of an analog input.
+    fn analog(&self, name: &str) -> Option<u32>;
+    /// Number of a counter.
+    fn counter(&self, name: &str) -> Option<u32>;
+    /// All names of a kind of port, for messages.
+    fn known(&self, port: Port) -> Vec<String>;
+    /// Name of the profile, for messages.
+    fn profile(&self) -> &str;
+    /// Whether the chip has analog inputs.
+    fn has_analog(&self) -> bool;
+    /// Letters of the axes that the machine has.
+    fn axes(&self) -> &str;
+}
+
+/// A kind of port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Port {
+    /// A digital input.
+    Input,
+    /// A digital output.
+    Output,
+    /// An analog input.
+    Analog,
+    /// A counter.
+    Counter,
+}
+
+impl Port {
+    /// The word in messages.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Input => "input",
+            Self::Output => "output",
+            Self::Analog => "analog input",
+            Self::Counter => "counter",
+        }
+    }
+
+    fn find(self, names: &dyn Names, name: &str) -> Option<u32> {
+        match self {
+            Self::Input => names.input(name),
+            Self::Output => names.output(name),
+            Self::Analog => names.analog(name),
+            Self::Counter => names.counter(name),
+        }
+    }
+}
+
+/// A checked value.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A text, name, word or colour.
+    Text(String),
+    /// A flag.
+    Flag(bool),
+    /// A number, or the number of a port.
+    Number(f64),
+    /// Numbers: a point, a size, a range, a grid.
+    Numbers(Vec<f64>),
+    /// Texts.
+    Texts(Vec<String>),
+    /// Boxes as `[x, y, z, width, depth, height]`, or points as `[x, y]`.
+    Rows(Vec<Vec<f64>>),
+    /// An axis by its letter.
+    Axis(char),
+}
+
+/// A table of the file with its checked values.
+#[derive(Debug)]
+pub struct Entry {
+    /// Name of the table.
+    pub section: &'static str,
+    /// Its word of `kind`, if its keys depend on it.
+    pub variant: String,
+    /// The table's bytes.
+    pub span: Range<usize>,
+    values: BTreeMap<&'static str, (Value, Range<usize>)>,
+}
+
+impl Entry {
+    /// The value of a key and its bytes.
+    #[must_use]
+    pub fn get(&self, key: &str) -> Option<&(Value, Range<usize>)> {
+        self.values.get(key)
+    }
+
+    /// Whether the file itself has the key.
+    #[must_use]
+    pub fn has(&self, key: &str) -> bool {
+        self.values.get(key).is_some_and(|(_, span)| !span.is_empty())
+    }
+
+    /// The bytes of a key's value; the table's where it is left out.
+    #[must_use]
+    pub fn span_of(&self, key: &str) -> Range<usize> {
+        self.values
+            .get(key)
+            .map(|(_, span)| span.clone())
+            .filter(|span| !span.is_empty())
+            .unwrap_or(self.span.clone())
+    }
+
+    /// A number.
+    #[must_use]
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match self.values.get(key) {
+            Some((Value::Number(number), _)) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// A text.
+    #[must_use]
+    pub fn text(&self, key: &str) -> Option<String> {
+        match self.values.get(key) {
+            Some((Value::Text(text), _)) => Some(text.clone()),
+            _ => None,
+        }
+    }
+
+    /// A flag; false when there is none.
+    #[must_use]
+    pub fn flag(&self, key: &str) -> bool {
+        matches!(self.values.get(key), Some((Value::Flag(true), _)))
+    }
+
+    /// `N` numbers.
+    #[must_use]
+    pub fn numbers<const N: usize>(&self, key: &str) -> Option<[f64; N]> {
+        match self.values.get(key) {
+            Some((Value::Numbers(numbers), _)) => {
+                numbers.get(..N).and_then(|first| first.try_into().ok())
+            }
+            _ => None,
+        }
+    }
+
+    /// All numbers of a list.
+    #[must_use]
+    pub fn list(&self, key: &str) -> Vec<f64> {
+        match self.values.get(key) {
+            Some((Value::Numbers(numbers), _)) => numbers.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// A list of texts.
+    #[must_use]
+    pub fn texts(&self, key: &str) -> Vec<String> {
+        match self.values.get(key) {
+            Some((Value::Texts(texts), _)) => texts.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Rows of numbers.
+    #[must_use]
+    pub fn rows(&self, key: &str) -> Vec<Vec<f64>> {
+        match self.values.get(key) {
+            Some((Value::Rows(rows), _)) => rows.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The number of a port.
+    #[must_use]
+    pub fn port(&self, key: &str) -> Option<u32> {
+        self.number(key).map(|number| number as u32)
+    }
+
+    /// An axis.
+    #[must_use]
+    pub fn axis(&self, key: &str) -> Option<char> {
+        match self.values.get(key) {
+            Some((Value::Axis(axis), _)) => Some(*axis),
+            _ => None,
+        }
+    }
+}
+
+/// All tables of a file: the top first.
+///
+/// Problems are added to `problems`; a table with one is read as far as it goes.
+pub fn tables(text: &str, names: &dyn Names, problems: &mut Vec<Problem>) -> Vec<Entry> {
+    let (document, errors) = DeTable::parse_recoverable(text);
+    if let Some(error) = errors.first() {
+        let span = error.span().unwrap_or(0..0);
+        let reason = error.message().replace('\n', " ");
+        problems.push(Problem::error("C001", span, format!("this is not TOML: {reason}")));
+        return Vec::new();
+    }
+    let document = document.get_ref();
+    let mut reader = Reader { names, problems };
+    let mut entries = vec![reader.top(document)];
+    for (section, list) in keys::tables() {
+        let Some(value) = document.get(section) else { continue };
+        match (value.get_ref(), list) {
+            (DeValue::Table(table), false) => {
+                entries.push(reader.entry(section, table, value.span()))
+            }
+            (DeValue::Array(items), true) => {
+                for item in items.iter() {
+                    match item.get_ref() {
+                        DeValue::Table(table) => {
+                            entries.push(reader.entry(section, table, item.span()))
+                        }
+                        other => reader.wrong(
+                            "C004",
+                            item.span(),
+                            format!("`{section}` is a list of tables, not of {}", other.type_str()),
+                        ),
+                    }
+                }
+            }
+            (DeValue::Table(_), true) => reader.hint(
+                Problem::error("C004", value.span(), format!("`{section}` is a list")),
+                format!("write `[[{section}]]`"),
+            ),
+            (other, _) => reader.wrong(
+                "C004",
+                value.span(),
+                format!("`{section}` is a table, not {}", other.type_str()),
+            ),
+        }
+    }
+    entries
+}
+
+struct Reader<'a> {
+    names: &'a dyn Names,
+    problems: &'a mut Vec<Problem>,
+}
+
+impl Reader<'_> {
+    fn wrong(&mut self, code: &'static str, span: Range<usize>, text: impl Into<String>) {
+        self.problems.push(Problem::error(code, span, text));
+    }
+
+    fn hint(&mut self, problem: Problem, hint: impl Into<String>) {
+        self.problems.push(problem.hint(hint));
+    }
+
+    fn top(&mut self, document: &DeTable<'_>) -> Entry {
+        let mut entry =
+            Entry { section: "", variant: String::new(), span: 0..0, values: BTreeMap::new() };
+        let sections: Vec<&str> = keys::tables().map(|(name, _)| name).collect();
+        self.fill(&mut entry, document, &sections);
+        entry
+    }
+
+    fn entry(&mut self, section: &'static str, table: &DeTable<'_>, span: Range<usize>) -> Entry {
+        // Only a tool's keys depend on its kind.
+        let variant = match table.get("kind").map(|kind| kind.get_ref()) {
+            Some(DeValue::String(kind)) if section == "tool" => kind.to_string(),
+            _ => String::new(),
+        };
+        let mut entry = Entry { section, variant, span, values: BTreeMap::new() };
+        self.fill(&mut entry, table, &[]);
+        entry
+    }
+
+    /// Checks each key of a table, and adds what is left out.
+    fn fill(&mut self, entry: &mut Entry, table: &DeTable<'_>, besides: &[&str]) {
+        let known: Vec<&keys::Key> = keys::keys_of(entry.section, &entry.variant).collect();
+        for (name, _) in table.iter() {
+            let word = name.get_ref().as_ref();
+            if besides.contains(&word) || known.iter().any(|key| key.name == word) {
+                continue;
+            }
+            let all = known.iter().map(|key| key.name).chain(besides.iter().copied());
+            let meant = nearest(word, all.clone())
+                .map(|meant| format!("; `{meant}` is meant?"))
+                .unwrap_or_default();
+            let place = match (entry.section, entry.variant.as_str()) {
+                ("", _) => "a cell".to_owned(),
+                (section, "") => format!("[{section}]"),
+                (section, variant) => format!("[{section}] of kind {variant}"),
+            };
+            let problem =
+                Problem::error("C002", name.span(), format!("unknown key `{word}`{meant}"));
+            self.hint(problem, format!("{place} has {}", all.collect::<Vec<_>>().join(", ")));
+        }
+        for key in known {
+            match table.get(key.name) {
+                Some(value) => {
+                    if let Some(checked) = self.value(entry.section, key, value) {
+                        entry.values.insert(key.name, (checked, value.span()));
+                    }
+                }
+                None if key.default == "must" => {
+                    let title = title(entry.section, table);
+                    self.wrong(
+                        "C003",
+                        entry.span.clone(),
+                        format!("missing `{}` of {title}", key.name),
+                    );
+                }
+                None if key.default == "none" => {}
+                None => {
+                    if let Ok(value) = DeValue::parse(key.default)
+                        && let Some(checked) = self.value(entry.section, key, &value)
+                    {
+                        entry.values.insert(key.name, (checked, 0..0));
+                    }
+                }
+            }
+        }
+    }
+
+    /// A value of its kind, or a problem and nothing.
+    fn value(
+        &mut self,
+        section: &str,
+        key: &keys::Key,
+        value: &Spanned<DeValue<'_>>,
+    ) -> Option<Value> {
+        let span = value.span();
+        let result = match (key.kind, value.get_ref()) {
+            (Kind::Text, DeValue::String(text)) => Ok(Value::Text(text.to_string())),
+            (Kind::Name, DeValue::String(text)) => name(text),
+            (Kind::Colour, DeValue::String(text)) => colour(text),
+            (Kind::Word(words), DeValue::String(text)) => {
+                match words.iter().find(|word| *word == text) {
+                    Some(word) => Ok(Value::Text((*word).to_owned())),
+                    None => {
+                        let meant = nearest(text, words.iter().copied())
+                            .map(|meant| format!("; \"{meant}\" is meant?"));
+                        Err(format!(
+                            "\"{text}\" is none of {}{}",
+                            words.join(", "),
+                            meant.unwrap_or_default()
+                        ))
+                    }
+                }
+            }
+            (Kind::Flag, DeValue::Boolean(flag)) => Ok(Value::Flag(*flag)),
+            (Kind::Number(least, most), other) => {
+                self::number(other).and_then(|number| within(number, least, most))
+            }
+            (Kind::Count(least, most), other) => self::number(other).and_then(|number| {
+                if number.fract() == 0.0 {
+                    within(number, least as f64, most as f64)
+                } else {
+                    Err(format!("is {number}; it must be a whole number"))
+                }
+            }),
+            (Kind::Point2 | Kind::Range, DeValue::Array(items)) => numbers(items, 2, 2),
+            (Kind::Point3, DeValue::Array(items)) => numbers(items, 3, 3),
+            (Kind::Start, DeValue::Array(items)) => numbers(items, 3, 4),
+            (Kind::Size, DeValue::Array(items)) => {
+                numbers(items, 3, 3).and_then(|size| self.size(size, span.clone()))
+            }
+            (Kind::Grid, DeValue::Array(items)) => {
+                numbers(items, 2, 2).and_then(|grid| whole(grid, 1.0, 1000.0))
+            }
+            (Kind::Numbers, DeValue::Array(items)) => {
+                numbers(items, 0, 100_000).and_then(|list| whole(list, 1.0, 1e9))
+            }
+            (Kind::Texts, DeValue::Array(items)) => texts(items),
+            (Kind::Points, DeValue::Array(items)) => rows(items, 2),
+            (Kind::Boxes, DeValue::Array(items)) => boxes(items),
+            (Kind::Input, other) => return self.port(Port::Input, other, span),
+            (Kind::Output, other) => return self.port(Port::Output, other, span),
+            (Kind::Analog, other) => return self.port(Port::Analog, other, span),
+            (Kind::Counter, other) => return self.port(Port::Counter, other, span),
+            (Kind::Axis, DeValue::String(text)) => self.axis(text),
+            (Kind::Drive, DeValue::String(text)) if text.len() == 1 => self.axis(text),
+            (Kind::Drive, other) => return self.port(Port::Output, other, span),
+            (kind, other) => Err(format!("is {}; it must be {}", other.type_str(), form(kind))),
+        };
+        match result {
+            Ok(value) => Some(value),
+            Err(reason) => {
+                let place =
+                    if section.is_empty() { String::new() } else { format!(" of [{section}]") };
+                let joined = if reason.starts_with('"') { ": " } else { " " };
+                self.wrong("C004", span, format!("`{}`{place}{joined}{reason}", key.name));
+                None
+            }
+        }
+    }
+
+    fn size(&mut self, size: Value, span: Range<usize>) -> Result<Value, String> {
+        if let Value::Numbers(numbers) = &size {
+            if let Some(number) = numbers.iter().find(|&&number| number <= 0.0) {
+                return Err(format!("has {number}; each must be above 0"));
+            }
+            if let Some(number) = numbers.iter().find(|&&number| !(0.05..=3000.0).contains(&number))
+            {
+                let problem = Problem::warning("C004", span, format!("a size of {number}: mm?"));
+                self.hint(problem, "sizes are full widths in mm");
+            }
+        }
+        Ok(size)
+    }
+
+    fn axis(&self, text: &str) -> Result<Value, String> {
+        let letter = text.to_ascii_uppercase();
+        match letter.chars().next() {
+            Some(axis) if letter.len() == 1 && self.names.axes().contains(axis) => {
+                Ok(Value::Axis(axis))
+            }
+            _ => Err(format!(
+                "\"{text}\" is no axis of the profile \"{}\"; it has {}",
+                self.names.profile(),
+                self.names.axes()
+            )),
+        }
+    }
+
+    fn port(&mut self, port: Port, value: &DeValue<'_>, span: Range<usize>) -> Option<Value> {
+        if port == Port::Analog && !self.names.has_analog() {
+            self.wrong("C014", span, "analog inputs need part f5529");
+            return None;
+        }
+        match value {
+            DeValue::String(name) => {
+                if let Some(number) = port.find(self.names, name) {
+                    return Some(Value::Number(f64::from(number)));
+                }
+                let known = self.names.known(port);
+                let word = port.word();
+                let has = if known.is_empty() {
+                    format!("no named {word}s")
+                } else {
+                    format!("{word}s {}", known.join(", "))
+                };
+                let text = format!(
+                    "{word} \"{name}\": the profile \"{}\" has {has}; or a number",
+                    self.names.profile()
+                );
+                let mut problem = Problem::error("C006", span, text);
+                if let Some(meant) = nearest(name, known.iter().map(String::as_str)) {
+                    problem = problem.hint(format!("\"{meant}\" is meant?"));
+                }
+                self.problems.push(problem);
+                None
+            }
+            other => match number(other).and_then(|number| {
+                if number.fract() == 0.0 {
+                    within(number, 1.0, 99.0)
+                } else {
+                    Err("is no whole number".to_owned())
+                }
+            }) {
+                Ok(value) => Some(value),
+                Err(reason) => {
+                    self.wrong(
+                        "C006",
+                        span,
+                        format!("{} {reason}: a number from 1, or a name", port.word()),
+                    );
+                    None
+                }
+            },
+        }
+    }
+}
+
+/// How a table is called in messages.
+fn title(section: &str, table: &DeTable<'_>) -> String {
+    match table.get("name").map(|name| name.get_ref()) {
+        Some(DeValue::String(name)) => format!("{section} \"{name}\""),
+        _ if section.is_empty() => "the cell".to_owned(),
+        _ => format!("a [[{section}]]"),
+    }
+}
+
+fn form(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Text | Kind::Name | Kind::Word(_) => "a text in quotes",
+        Kind::Colour => "a colour as \"#rrggbb\"",
+        Kind::Flag => "true or false",
+        Kind::Number(..) => "a number",
+        Kind::Count(..) => "a whole number",
+        Kind::Point2 => "[x, y]",
+        Kind::Point3 => "[x, y, z]",
+        Kind::Start => "[x, y, z] or [x, y, z, a]",
+        Kind::Size => "[width, depth, height]",
+        Kind::Range => "[least, greatest]",
+        Kind::Grid => "[columns, rows]",
+        Kind::Numbers => "a list of numbers",
+        Kind::Texts => "a list of texts",
+        Kind::Points => "a list of [x, y]",
+        Kind::Boxes => "a list of { at = [x, y, z], size = [w, d, h] }",
+        Kind::Input | Kind::Output | Kind::Analog | Kind::Counter => "a number or a name",
+        Kind::Axis => "the letter of an axis",
+        Kind::Drive => "an output or the letter of an axis",
+    }
+}
+
+fn number(value: &DeValue<'_>) -> Result<f64, String> {
+    let number = match value {
+        DeValue::Integer(number) => {
+            i64::from_str_radix(&number.as_str().replace('_', ""), number.radix())
+                .ok()
+                .map(|number| number as f64)
+        }
+        DeValue::Float(number) => number.as_str().replace('_', "").parse::<f64>().ok(),
+        other => return Err(format!("is {}; it must be a number", other.type_str())),
+    };
+    number
+        .filter(|number| number.is_finite() && number.abs() < 1e15)
+        .ok_or_else(|| "is no number that can be used".to_owned())
+}
+
+fn within(number: f64, least: f64, most: f64) -> Result<Value, String> {
+    if (least..=most).contains(&number) {
+        Ok(Value::Number(number))
+    } else if most >= 1e15 {
+        Err(format!("is {number}; it must be at least {least}"))
+    } else {
+        Err(format!("is {number}; it must lie between {least} and {most}"))
+    }
+}
+
+fn numbers(items: &DeArray<'_>, least: usize, most: usize) -> Result<Value, String> {
+    let list =
+        items.iter().map(|item| number(item.get_ref())).collect::<Result<Vec<f64>, String>>();
+    let list = list.map_err(|_| "holds something else than numbers".to_owned())?;
+    if (least..=most).contains(&list.len()) {
+        Ok(Value::Numbers(list))
+    } else if least == most {
+        Err(format!("has {} numbers; it must have {least}", list.len()))
+    } else {
+        Err(format!("has {} numbers; it must have {least} to {most}", list.len()))
+    }
+}
+
+fn whole(value: Value, least: f64, most: f64) -> Result<Value, String> {
+    if let Value::Numbers(list) = &value
+        && let Some(number) =
+            list.iter().find(|number| number.fract() != 0.0 || !(least..=most).contains(*number))
+    {
+        return Err(format!("has {number}; each must be a whole number from {least} to {most}"));
+    }
+    Ok(value)
+}
+
+fn texts(items: &DeArray<'_>) -> Result<Value, String> {
+    let list = items
+        .iter()
+        .map(|item| item.get_ref().as_str().map(str::to_owned))
+        .collect::<Option<Vec<String>>>();
+    list.map(Value::Texts).ok_or_else(|| "holds something else than texts".to_owned())
+}
+
+fn rows(items: &DeArray<'_>, width: usize) -> Result<Value, String> {
+    let row = |item: &Spanned<DeValue<'_>>| match item.get_ref() {
+        DeValue::Array(row) => match numbers(row, width, width)? {
+            Value::Numbers(row) => Ok(row),
+            _ => Err("holds something else than points".to_owned()),
+        },
+        _ => Err("holds something else than points".to_owned()),
+    };
+    items.iter().map(row).collect::<Result<Vec<_>, String>>().map(Value::Rows)
+}
+
+fn boxes(items: &DeArray<'_>) -> Result<Value, String> {
+    let mut list = Vec::new();
+    for item in items.iter() {
+        let DeValue::Table(table) = item.get_ref() else {
+            return Err(format!("is a list of {}", form(Kind::Boxes)));
+        };
+        if let Some((key, _)) =
+            table.iter().find(|(key, _)| !matches!(key.get_ref().as_ref(), "at" | "size"))
+        {
+            return Err(format!(
+                "has the unknown key `{}`: each box has `at` and `size`",
+                key.get_ref()
+            ));
+        }
+        let mut row = Vec::new();
+        for key in ["at", "size"] {
+            match table.get(key).map(|value| value.get_ref()) {
+                Some(DeValue::Array(items)) => match numbers(items, 3, 3)? {
+                    Value::Numbers(three) => row.extend(three),
+                    _ => return Err(format!("has a box whose `{key}` is not three numbers")),
+                },
+                _ => return Err(format!("has a box without `{key}`")),
+            }
+        }
+        if row[3..].iter().any(|&width| width <= 0.0) {
+            return Err("has a box whose size is not above 0".to_owned());
+        }
+        list.push(row);
+    }
+    Ok(Value::Rows(list))
+}
+
+fn name(text: &str) -> Result<Value, String> {
+    if !text.is_empty()
+        && text.chars().all(|letter| letter.is_ascii_alphanumeric() || "_- ".contains(letter))
+    {
+        Ok(Value::Text(text.to_owned()))
+    } else {
+        Err(format!("\"{text}\": a name has letters, digits, `_`, `-` and blanks"))
+    }
+}
+
+fn colour(text: &str) -> Result<Value, String> {
+    let digits = text.strip_prefix('#').filter(|digits| {
+        digits.len() == 6 && digits.chars().all(|digit| digit.is_ascii_hexdigit())
+    });
+    digits
+        .map(|_| Value::Text(text.to_lowercase()))
+        .ok_or_else(|| format!("\"{text}\" is no colour; write \"#rrggbb\""))
+}
