@@ -27,8 +27,10 @@
 pub mod build;
 pub mod check;
 pub mod keys;
+pub mod law;
 pub mod list;
 pub mod problem;
+pub mod region;
 pub mod scene;
 
 mod read;
