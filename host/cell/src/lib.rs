@@ -26,12 +26,16 @@
 
 pub mod build;
 pub mod check;
+pub mod kernel;
 pub mod keys;
 pub mod law;
 pub mod list;
+pub mod log;
+pub mod pressure;
 pub mod problem;
 pub mod region;
 pub mod scene;
+pub mod things;
 
 mod read;
 
