@@ -26,6 +26,7 @@
 
 pub mod build;
 pub mod check;
+pub mod judge;
 pub mod kernel;
 pub mod keys;
 pub mod law;

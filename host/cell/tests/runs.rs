@@ -279,3 +279,24 @@ fn a_light_barrier_sees_a_held_part_after_its_delay() {
         machine.inputs
     );
 }
+
+#[test]
+fn expectations_say_what_was_wanted_and_what_was() {
+    let expect = r#"expect = [{ what = "in_place", place = "belt", of = "tray", count = 1 }, { what = "no_collision" }, { what = "no_drop", within = 0.4 },
+    { what = "nothing_held" }, { what = "nothing_on" }, { what = "time", below_s = 90 }, { what = "prints", text = "hole" }, { what = "ends", text = "done" }]
+"#;
+    let mut machine = Machine::new(&format!("{PICK}{expect}"));
+    bring(&mut machine, [20.0, 30.0], -14.0, 300);
+    let end = cell::judge::End {
+        us: machine.now,
+        how: "F13".to_owned(),
+        on: vec![1],
+        ..Default::default()
+    };
+    let rows = cell::judge::judge(&machine.cell, &end, &|_| Err("none".to_owned()));
+    let table = cell::judge::table(&rows);
+    let holds: Vec<bool> = rows.iter().map(|row| row.holds).collect();
+    assert_eq!(holds, [true, false, false, true, false, true, false, false], "{table}");
+    assert!(table.contains("no_collision   none                  tray.1 hit wall at 94.03 47.08 -14.00 in line 0  NO"), "{table}");
+    assert!(table.contains("tray.1 fell 0.50 mm"), "{table}");
+}
