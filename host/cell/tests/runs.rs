@@ -297,6 +297,6 @@ fn expectations_say_what_was_wanted_and_what_was() {
     let table = cell::judge::table(&rows);
     let holds: Vec<bool> = rows.iter().map(|row| row.holds).collect();
     assert_eq!(holds, [true, false, false, true, false, true, false, false], "{table}");
-    assert!(table.contains("no_collision   none                  tray.1 hit wall at 94.03 47.08 -14.00 in line 0  NO"), "{table}");
+    assert!(table.contains("tray.1 hit wall at 94.03 47.08 -14.00 in line 0  NO\n"), "{table}");
     assert!(table.contains("tray.1 fell 0.50 mm"), "{table}");
 }
