@@ -26,6 +26,7 @@
 
 pub mod build;
 pub mod check;
+pub mod form;
 pub mod judge;
 pub mod kernel;
 pub mod keys;
@@ -37,10 +38,13 @@ pub mod problem;
 pub mod region;
 pub mod scene;
 pub mod things;
+pub mod vary;
 
 mod read;
+mod value;
 
-pub use read::{Entry, Names, Port};
+pub use read::{Names, Port};
+pub use value::Entry;
 
 /// Reads and checks a cell file. `names` and `travel` are the profile's; `files` reads what the cell names.
 ///
