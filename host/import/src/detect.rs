@@ -71,10 +71,11 @@ impl Format {
 }
 
 /// File name endings of formats that are not scripts.
-const ENDINGS: [(&str, Format); 18] = [
+const ENDINGS: [(&str, Format); 19] = [
     ("cde", Format::Cde),
     ("gco", Format::Laser),
     ("nc", Format::Gcode),
+    ("gc", Format::Gcode),
     ("ngc", Format::Gcode),
     ("gcode", Format::Gcode),
     ("tap", Format::Gcode),
@@ -112,6 +113,9 @@ pub fn is_importable(name: &str, bytes: &[u8]) -> bool {
     }
     let head = &bytes[..bytes.len().min(64 << 10)];
     let head = String::from_utf8_lossy(head);
+    if lines(&head).any(names_a_laser_tool) {
+        return true;
+    }
     matches!(
         by_content(&head),
         Some(Format::Isel | Format::Charlysoft | Format::Cde | Format::Excellon)
@@ -128,9 +132,23 @@ pub fn detect(name: &str, text: &str) -> Option<Format> {
     }
 }
 
+/// The lines that are looked at, without those that are empty.
+fn lines(text: &str) -> impl Iterator<Item = &str> {
+    text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK)
+}
+
+/// Whether a line is the comment in which a laser's tool names itself. No script has it: comments
+/// begin with `'` there.
+fn names_a_laser_tool(line: &str) -> bool {
+    let named = |comment: &str| {
+        let comment = comment.to_ascii_lowercase();
+        ["lasergrbl", "lightburn"].iter().any(|tool| comment.contains(tool))
+    };
+    line.starts_with([';', '(']) && named(line)
+}
+
 fn by_content(text: &str) -> Option<Format> {
-    let lines =
-        || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK);
+    let lines = || lines(text);
     if lines().any(is_card_line) {
         return Some(Format::Isel);
     }
@@ -150,8 +168,8 @@ fn by_content(text: &str) -> Option<Format> {
     let code = || lines().map(|line| line.split([';', '(']).next().unwrap_or(""));
     let z = code().any(|code| code.contains(['Z', 'z']));
     let moves = code().any(|code| code.contains(['X', 'Y', 'x', 'y']));
-    let power = moves && code().any(|code| code.contains('S') && code.contains(['X', 'M']));
-    let title = lines().any(|line| line.to_ascii_lowercase().contains("lasergrbl"));
+    let power = moves && code().any(|code| code.contains('S') && code.contains(['X', 'Y', 'M']));
+    let title = lines().any(names_a_laser_tool);
     Some(if title || (power && !z) { Format::Laser } else { Format::Gcode })
 }
 
@@ -171,8 +189,7 @@ fn is_drill_line(line: &str) -> bool {
 
 /// What a file of no known system is by its first words, and where its path comes from.
 pub(crate) fn foreign(text: &str) -> Option<&'static str> {
-    let lines =
-        || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK);
+    let lines = || lines(text);
     let begins =
         |words: &[&str]| lines().any(|line| words.iter().any(|word| line.starts_with(word)));
     if begins(&["%FS", "%MO", "%ADD"]) {

@@ -3,6 +3,7 @@
 mod drill;
 mod found;
 mod hostile;
+mod laser;
 
 use crate::{Diag, Imported, Options, import};
 use lang::front::source::Source;
