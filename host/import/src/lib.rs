@@ -13,7 +13,9 @@ mod excellon;
 mod gcode;
 mod isel;
 mod line;
+mod ncp;
 pub mod pattern;
+mod points;
 mod script;
 mod share;
 mod text;
@@ -120,6 +122,7 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
     };
     let made = match format {
         Format::Laser | Format::Gcode => gcode::expanded(&lines, &mut diags),
+        Format::Ncp => Some((ncp::translated(&lines, &mut diags), Vec::new())),
         _ => None,
     };
     let (lines, params) = made.unwrap_or((lines, Vec::new()));
@@ -128,7 +131,10 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         Format::Isel => isel::import(&job, &mut diags),
         Format::Charlysoft => charlysoft::import(&job, &mut diags),
         Format::Cde => cde::import(&job, &mut diags),
-        Format::Laser | Format::Gcode => gcode::import(&job, format, &params, &mut diags),
+        Format::Laser | Format::Gcode | Format::Ncp => {
+            gcode::import(&job, format, &params, &mut diags)
+        }
+        Format::Points => points::import(&job, &mut diags),
         Format::Excellon => excellon::import(&job, &mut diags),
     };
     if made.text.len() > lang::front::source::MAX_SOURCE_BYTES {

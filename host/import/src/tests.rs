@@ -4,6 +4,7 @@ mod drill;
 mod found;
 mod hostile;
 mod laser;
+mod ncp;
 
 use crate::{Diag, Imported, Options, import};
 use lang::front::source::Source;

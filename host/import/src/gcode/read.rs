@@ -397,7 +397,16 @@ impl<'a> Reader<'a, '_> {
             },
             'X' | 'Y' | 'Z' => {
                 let axis = Axis::from_letter(letter).unwrap_or(Axis::X);
-                if self.job.profile.axis(axis).is_none() {
+                let lacks = self.job.profile.axis(axis).is_none();
+                if lacks && axis == Axis::Z && self.laser.is_some() {
+                    let text = format!(
+                        "Z moves a laser's focus, and `{}` has no axis Z: its words are left out",
+                        self.job.profile.name
+                    );
+                    self.diags.once(Diag::new(Code::LeftOut, block.line, col, text).warning());
+                    return;
+                }
+                if lacks {
                     let text =
                         format!("the machine `{}` has no axis {letter}", self.job.profile.name);
                     return self.error(

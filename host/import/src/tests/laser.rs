@@ -73,3 +73,27 @@ fn a_long_file_is_refused_for_what_the_machine_lacks() {
     assert!(told.contains(wanted), "{told}");
     assert!(import("a.nc", text.as_bytes(), &options(mill)).is_ok());
 }
+
+/// A file of several passes lowers the focus between them.
+#[test]
+fn focus_moves_are_left_out_where_there_is_no_z() {
+    let text = CENTRED.replace("Y30\n", "Y30\nG0Z-1\nG1X5\n");
+    let Imported { script, notes, .. } = laser("a.gc", &text);
+    assert!(script.contains("\nG0\nG1 X5\n") && !script.contains('Z'), "{script}");
+    let told = shown("a.gc", &notes);
+    assert!(told.contains("a.gc:10:3: warning[X021]: Z moves a laser's focus"), "{told}");
+}
+
+/// Each REPEAT takes one of the controller's 256 cells.
+#[test]
+fn a_long_picture_has_no_more_loops_than_a_controller_has_cells() {
+    let mut text = "; LightBurn\nG91\nM4 S0\nF1000\n".to_owned();
+    for line in 0..1000 {
+        let pixel = format!("G1 X0.{} S5\nG1 X0.1 S0\n", 1 + line % 9);
+        text += &pixel.repeat(10 + line % 7);
+        text += &format!("G90 G1 X0\nG91 G1 Y0.{}\n", 1 + line % 3);
+    }
+    let script = laser("a.gc", &text).script;
+    let loops = script.lines().filter(|line| line.starts_with("REPEAT")).count();
+    assert!((50..=100).contains(&loops), "{loops}");
+}
