@@ -60,14 +60,11 @@ fn fewer_loops(mut parts: Vec<Part>) -> Vec<Part> {
         Part::Same { len, times, .. } => len * (times - 1),
         _ => 0,
     };
-    let mut all: Vec<usize> = parts.iter().map(saved).filter(|saved| *saved > 0).collect();
-    all.sort_unstable_by(|a, b| b.cmp(a));
-    let Some(least) = all.get(MAX_LOOPS) else { return parts };
-    for part in &mut parts {
-        if let Part::Same { from, len, times } = *part
-            && saved(part) <= *least
-        {
-            *part = Part::Plain(from, from + len * times);
+    let mut loops: Vec<usize> = (0..parts.len()).filter(|i| saved(&parts[*i]) > 0).collect();
+    loops.sort_by_key(|i| std::cmp::Reverse(saved(&parts[*i])));
+    for i in loops.into_iter().skip(MAX_LOOPS) {
+        if let Part::Same { from, len, times } = parts[i] {
+            parts[i] = Part::Plain(from, from + len * times);
         }
     }
     parts
