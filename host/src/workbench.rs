@@ -17,6 +17,7 @@ mod http;
 mod library;
 mod machine;
 mod message;
+mod places;
 mod server;
 mod session;
 mod setup;

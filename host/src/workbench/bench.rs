@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::client::Client;
 use super::desk::Desk;
 use super::gate::Gate;
-use super::message::{State, ToPage, Welcome};
+use super::message::{self, State, ToPage, Welcome};
 use super::setup::Setup;
 use crate::board::Build;
 use crate::board::live::{Live, Touch};
@@ -201,15 +201,17 @@ impl Bench {
 
     /// Tells every page.
     pub fn tell(&self, message: &ToPage) {
+        let text: Arc<str> = message::text(message).into();
         for client in lock(&self.clients).iter() {
-            client.send(message);
+            client.send_text(text.clone());
         }
     }
 
     /// Tells every page but one.
     pub fn tell_others(&self, but: &Client, message: &ToPage) {
+        let text: Arc<str> = message::text(message).into();
         for client in lock(&self.clients).iter().filter(|client| client.number != but.number) {
-            client.send(message);
+            client.send_text(text.clone());
         }
     }
 
@@ -449,8 +451,8 @@ fn send_trial(client: &Client, trial: &Trial) {
 fn tell_of_language(clients: &[Arc<Client>], mut message: Value) {
     let id = message["id"].as_str().map(str::to_owned);
     let Some(id) = id else {
-        let message = ToPage::Lsp(message);
-        clients.iter().for_each(|client| client.send(&message));
+        let text: Arc<str> = message::text(&ToPage::Lsp(message)).into();
+        clients.iter().for_each(|client| client.send_text(text.clone()));
         return;
     };
     let Some((page, own)) = id.split_once('/') else { return };

@@ -24,7 +24,7 @@ use crate::helm::{Board, Debug, Hold, Pace};
 use crate::sim::world::Button;
 
 /// Longest move by a button, um: a mistyped digit must not cross the machine.
-const LONGEST_MOVE_UM: i32 = 1_000_000;
+const LONGEST_MOVE_UM: u32 = 1_000_000;
 /// A reference run that takes longer has failed.
 const HOME_TIME: Duration = Duration::from_secs(300);
 
@@ -280,9 +280,7 @@ impl Ask<'_> {
 
     /// Moves an axis by a distance, or to a work position.
     fn travel(&self, wish: MoveWish, relative: bool) -> Result<Answer, String> {
-        if wish.um.abs() > LONGEST_MOVE_UM {
-            return Err("a move by a button is no longer than 1 m".to_owned());
-        }
+        bounded(wish.um)?;
         let profile = self.bench.profile()?;
         let axis = wish.axis();
         let own = orders::present(&profile, axis)?.clone();
@@ -297,6 +295,7 @@ impl Ask<'_> {
     }
 
     fn probe(&self, wish: &MoveWish) -> Result<Answer, String> {
+        bounded(wish.um)?;
         let profile = self.bench.profile()?;
         let axis = wish.axis();
         let own = orders::present(&profile, axis)?.clone();
@@ -335,6 +334,15 @@ impl Ask<'_> {
         });
         Ok(Answer::Later)
     }
+}
+
+/// Refuses a length in um that a button may not ask for. The smallest number has no positive
+/// counterpart: `abs` would leave it negative, and within every bound.
+fn bounded(um: i32) -> Result<(), String> {
+    if um.unsigned_abs() > LONGEST_MOVE_UM {
+        return Err("a move by a button is no longer than 1 m".to_owned());
+    }
+    Ok(())
 }
 
 /// Steps per second of a speed in um/s, within the axis's.
@@ -465,4 +473,19 @@ pub(super) fn ask_for<T: Send + 'static>(
     });
     asked.map_err(|_| "too much waits for the board already".to_owned())?;
     told.recv().map_err(|_| "the page is gone".to_owned())?
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bounded;
+
+    #[test]
+    fn a_move_by_a_button_is_at_most_a_metre_either_way() {
+        for um in [0, 1, -1, 1_000_000, -1_000_000] {
+            assert!(bounded(um).is_ok(), "{um}");
+        }
+        for um in [1_000_001, -1_000_001, i32::MAX, i32::MIN, i32::MIN + 1] {
+            assert!(bounded(um).is_err(), "{um}");
+        }
+    }
 }

@@ -76,7 +76,7 @@ impl Session {
             bench.helm.stop();
             return Ok(Answer::Done);
         }
-        if bench.setting.is_operators() && !is_operators(&wish) {
+        if bench.setting.is_operators() && !is_operators(&wish, bench.setting.live.is_some()) {
             return Err("this page only starts, pauses and stops".to_owned());
         }
         if acts(&wish) && !bench.has_helm(&self.client) {
@@ -86,7 +86,7 @@ impl Session {
             Wish::Hello { .. } => return Err("the key was given already".to_owned()),
             Wish::Helm(take) => bench.take_helm(&self.client, take),
             Wish::Lsp(message) => {
-                lock(&bench.desk).request(self.client.number, &message);
+                lock(&bench.desk).request(self.client.number, &message)?;
                 return Ok(Answer::Later);
             }
             Wish::Text { base, text } => self.text(base, text)?,
@@ -155,9 +155,14 @@ impl Session {
         let text = lock(&self.bench.desk).shown();
         self.bench.tell(&ToPage::Text(text));
     }
+}
 
-    /// The page is gone.
-    pub fn leave(&self) {
+/// However a page goes, by a panic of its thread too, it lets go of what it held.
+impl Drop for Session {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.client.drop_it();
+        }
         self.bench.leave(&self.client);
     }
 }
@@ -198,8 +203,9 @@ fn acts(wish: &Wish) -> bool {
     )
 }
 
-/// Whether a page for the person at the machine may ask it.
-fn is_operators(wish: &Wish) -> bool {
+/// Whether a page for the person at the machine may ask it. Contacts and buttons are `emulated`: an
+/// input of a real board is not forced by an operator.
+fn is_operators(wish: &Wish, emulated: bool) -> bool {
     matches!(
         wish,
         Wish::Helm(_)
@@ -209,7 +215,5 @@ fn is_operators(wish: &Wish) -> bool {
             | Wish::Pause
             | Wish::Resume
             | Wish::Set { .. }
-            | Wish::Input(..)
-            | Wish::Press { .. }
-    )
+    ) || emulated && matches!(wish, Wish::Input(..) | Wish::Press { .. })
 }
