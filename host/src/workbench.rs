@@ -18,9 +18,12 @@ mod library;
 mod machine;
 mod message;
 mod places;
+mod programs;
 mod server;
 mod session;
 mod setup;
+mod simulation;
+mod stored;
 mod teach;
 mod ws;
 

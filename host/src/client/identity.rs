@@ -13,7 +13,7 @@ use super::{Client, ClientError};
 use crate::link::Link;
 
 /// What a board says of itself.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Identity {
     /// Version of the register map.
     pub wire_version: u16,

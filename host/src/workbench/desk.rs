@@ -252,6 +252,17 @@ impl Desk {
         Ok(())
     }
 
+    /// The text of a script of the folder, which stays closed.
+    ///
+    /// # Errors
+    /// There is none of that name, or it cannot be read.
+    pub fn read(&self, name: &str) -> Result<String, String> {
+        if self.name().as_deref() == Some(name) {
+            return Ok(self.text.clone());
+        }
+        read(&beside(self.file.as_deref(), name)?)
+    }
+
     /// Scripts of the folder.
     pub fn files(&self) -> Vec<String> {
         let folder = folder(self.file.as_deref());

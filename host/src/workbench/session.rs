@@ -97,17 +97,17 @@ impl Session {
             Wish::Open(name) => {
                 lock(&bench.desk).change(&name)?;
                 self.tell_text();
-                bench.want_simulation();
+                bench.want_simulation(false);
             }
             Wish::Reload(from_disk) => {
                 lock(&bench.desk).settle(from_disk);
                 self.tell_text();
-                bench.want_simulation();
+                bench.want_simulation(false);
             }
             Wish::New { name, text } => {
                 lock(&bench.desk).create(&name, text)?;
                 self.tell_text();
-                bench.want_simulation();
+                bench.want_simulation(false);
             }
             Wish::Tables => return Ok(Answer::Value(teach::tables(&lock(&bench.desk)))),
             Wish::Table(wish) => {
@@ -120,7 +120,8 @@ impl Session {
                 let into = into.then_some(text.as_str());
                 return Ok(Answer::Value(teach::pattern(&pattern, &profile, into)?));
             }
-            Wish::Simulate => bench.want_simulation(),
+            Wish::Simulate => bench.want_simulation(false),
+            Wish::SimulateAll => bench.want_simulation(true),
             Wish::Quit => bench.end(),
             Wish::Keep { id, echo } => {
                 if !self.client.is_fresh(echo) {
@@ -147,7 +148,7 @@ impl Session {
             return taken;
         }
         self.bench.tell_others(&self.client, &ToPage::Text(shown));
-        self.bench.want_simulation();
+        self.bench.want_simulation(false);
         Ok(())
     }
 
@@ -197,6 +198,7 @@ fn acts(wish: &Wish) -> bool {
             | Wish::Pattern { .. }
             | Wish::Setup(SetupWish::Look)
             | Wish::Simulate
+            | Wish::SimulateAll
             | Wish::Library
             | Wish::Release(_)
             | Wish::Quit
@@ -209,9 +211,8 @@ fn is_operators(wish: &Wish, emulated: bool) -> bool {
     matches!(
         wish,
         Wish::Helm(_)
-            | Wish::Open(_)
-            | Wish::Upload
-            | Wish::Start
+            | Wish::Bring(_)
+            | Wish::Run(_)
             | Wish::Pause
             | Wish::Resume
             | Wish::Set { .. }
