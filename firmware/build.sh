@@ -26,11 +26,11 @@ mkdir -p firmware/image
 # have no counterpart there.
 far() {
     env -u CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS "$CARGO" build --quiet --locked --release -p far --target-dir "$root/target/msp430"
-    export FAR_LD="$MSP430_LD" FAR_NEAR="$root/firmware/src/board/chip/f5529/near.txt"
+    export FAR_LD="$MSP430_LD" FAR_NEAR="$root/firmware/f5529/chip/f5529/near.txt"
     export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$root/target/msp430/release/far"
     export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="$CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS -Cjump-tables=no"
 }
-# Name and chip of each part. What TI calls MSP430F5 is of the family of the MSP430F5529, whose image is `src/board`.
+# Name and chip of each part. What TI calls MSP430F5 is of the family of the MSP430F5529, whose image is `f5529`.
 rows=lang/src/part/rows.rs
 # Each row on a line: its name, the name of its chip.
 listed=$(tr '\n' ' ' <$rows | sed 's/pub const /\n/g' |
@@ -42,12 +42,12 @@ for part in ${*:-$parts whole}; do
         # All that the G2553's sources can do, on a chip of the tests.
         whole-) features=g2553,whole name=g2553 ;;
         *-MSP430G2*) ;;
-        *-MSP430F5*) program=board features=f5529 ;;
+        *-MSP430F5*) program=f5529 features=f5529 ;;
         *) echo "$rows has no part $part, or of a chip without sources" >&2; exit 1 ;;
     esac
     (
         export PASAPAS_PART="$name"
-        [ "$program" != board ] || far
+        [ "$program" != f5529 ] || far
         "$CARGO" build --quiet --locked -Zbuild-std=core --target msp430-none-elf \
             --profile firmware -p firmware --bin "pasapas-$program" --features "$features" \
             --target-dir "$root/target/msp430"

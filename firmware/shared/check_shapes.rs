@@ -17,7 +17,7 @@ pub const LOW: u8 = 0x60;
 pub const FIRST_EFFECT: u8 = isa::EFFECTS;
 /// Between the two, groups of 16 codes have one together.
 pub const GROUPS: u8 = (FIRST_EFFECT - LOW) / 16;
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 const INDICES: usize = LOW as usize + GROUPS as usize + 0x100 - FIRST_EFFECT as usize;
 
 /// What an instruction's operands are to the check, in the order of `verify_table`.
@@ -184,7 +184,7 @@ const COUNTED: ([u16; 0x100], usize) = {
     (shapes, count)
 };
 
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 const fn code_of(index: usize) -> u8 {
     match index as u8 {
         index @ 0..LOW => index,
@@ -193,7 +193,7 @@ const fn code_of(index: usize) -> u8 {
     }
 }
 
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 const fn position(shapes: &[u16], count: usize, wanted: u16) -> usize {
     let mut i = 0;
     while i < count && shapes[i] != wanted {
@@ -202,7 +202,7 @@ const fn position(shapes: &[u16], count: usize, wanted: u16) -> usize {
     i
 }
 
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 const fn dictionary() -> ([u16; INDICES], usize) {
     let mut shapes = [0; INDICES];
     let mut count = 0;
@@ -218,11 +218,11 @@ const fn dictionary() -> ([u16; INDICES], usize) {
     (shapes, count)
 }
 
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 const KINDS: usize = dictionary().1;
 
 /// The shapes that occur.
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 pub static SHAPES: [u16; KINDS] = {
     let all = dictionary().0;
     let mut shapes = [0; KINDS];
@@ -235,7 +235,7 @@ pub static SHAPES: [u16; KINDS] = {
 };
 
 /// Which of them an instruction has, twice its number in [`SHAPES`].
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 pub static INDEX: [u8; INDICES] = {
     let shapes = dictionary().0;
     let mut indices = [0; INDICES];

@@ -17,7 +17,7 @@ constants! {
 
 core::arch::global_asm!(include_str!("effects/effects.s"), options(raw));
 // Made of firmware/src/rules/effects.rs.
-core::arch::global_asm!(include_str!("made/effects.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/effects.s"), options(raw));
 core::arch::global_asm!(include_str!("effects/trace.s"), options(raw));
 core::arch::global_asm!(include_str!("effects/print.s"), options(raw));
 

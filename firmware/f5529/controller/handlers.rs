@@ -7,7 +7,6 @@ use crate::vm::vm;
 use firmware::rules::handlers::{self, Handles};
 use lang::fault::Fault;
 use lang::vm::flag;
-#[cfg(feature = "stream")]
 use lang::wire::Called;
 use lang::wire::Seen;
 
@@ -21,7 +20,6 @@ struct Raised<'a> {
     /// Handlers that are open.
     open: usize,
     /// A statement was under way.
-    #[cfg(feature = "stream")]
     waits: bool,
 }
 
@@ -30,7 +28,6 @@ impl Controller {
     pub fn raise(&mut self, fault: Fault, pc: u16, between: bool) {
         let mut raised = Raised {
             open: open_handlers(),
-            #[cfg(feature = "stream")]
             waits: self.program.effect.code != 0,
             controller: self,
             fault,
@@ -86,7 +83,6 @@ impl Handles for Raised<'_> {
         if !crate::streams() {
             vm().unwind();
         }
-        #[cfg(feature = "stream")]
         if crate::stream::owns() {
             let place = match (self.between, self.waits) {
                 (false, _) => Called::Failed,

@@ -81,7 +81,6 @@ impl Controller {
             COMMANDED..COMMANDED_END => self.axis_value(address, COMMANDED, |controller, n| {
                 controller.motor.steps[usize::from(n)]
             }),
-            #[cfg(feature = "stream")]
             STREAM_CALL | STREAM_ACCEPTED..=STREAM_RESULT | STREAM_SLOTS..=STREAM_REQUEST => {
                 crate::stream::read(address)
             }
@@ -319,7 +318,6 @@ impl Map for Controller {
                 Ok(())
             }
             TRACE_MODE => {
-                #[cfg(feature = "stream")]
                 if value == TRACE_QUEUED && !crate::stream::gives_queue() {
                     if self.session.is_active() {
                         return Err(Exception::Busy);
@@ -353,15 +351,12 @@ impl Map for Controller {
                 self.incoming.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)] = value;
                 Ok(())
             }
-            #[cfg(feature = "stream")]
             STREAM_CONTROL => crate::stream::control(self, value, self.idle().is_ok()),
-            #[cfg(feature = "stream")]
             STREAM_MACHINE..STREAM_PIECE => {
                 self.idle()?;
                 crate::stream::write_machine(address - STREAM_MACHINE, value);
                 Ok(())
             }
-            #[cfg(feature = "stream")]
             STREAM_PIECE..UPLOAD_LARGE => crate::stream::write(address - STREAM_PIECE, value),
             UPLOAD_LENGTH => {
                 self.incoming.length = value;

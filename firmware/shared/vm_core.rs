@@ -29,7 +29,7 @@ pub const YIELD: u16 = 0x200;
 /// What [`run`] returns when an event handler was left.
 pub const HANDLER_END: u16 = 0x300;
 
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 unsafe extern "C" {
     fn pasapas_vm_run() -> u16;
 }
@@ -37,7 +37,7 @@ unsafe extern "C" {
 /// Runs until an instruction that the core leaves to its caller (its code is returned), a fault,
 /// whose number is returned plus 100
 /// hexadecimal, or the poll flag at a backward jump or a call.
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 pub fn run() -> u16 {
     // SAFETY: the state in `VM` was made by `vm.rs` for a verified program, so every address that
     // the core forms lies in the pool or in the program.

@@ -23,18 +23,18 @@ mod ram;
 
 mod micro;
 
-#[path = "../both/check.rs"]
+#[path = "../shared/check.rs"]
 mod check;
-#[path = "../both/memory.rs"]
+#[path = "../shared/memory.rs"]
 mod memory;
-#[path = "../both/vm_core.rs"]
+#[path = "../shared/vm_core.rs"]
 mod vm_core;
 
 mod boot;
 mod effects;
 
 // Beside the ramps, which reach them by near jumps.
-#[path = "../both/math.rs"]
+#[path = "../shared/math.rs"]
 mod math;
 
 mod scaled;

@@ -35,7 +35,7 @@ use firmware::session::Session;
 use firmware::store::Store;
 use io::Io;
 use keep::Carried;
-use lang::record::{BoardRecord, feature};
+use lang::record::BoardRecord;
 use library::{Incoming, Library};
 use light::Light;
 use program::Program;
@@ -45,8 +45,7 @@ use tick::Clock;
 use trace::Trace;
 
 /// Image features of this firmware.
-pub const FEATURES: u16 =
-    PART.features & if cfg!(feature = "stream") { !0 } else { !feature::STREAM };
+pub const FEATURES: u16 = PART.features;
 
 /// The board.
 pub struct Controller {

@@ -100,5 +100,5 @@ core::arch::global_asm!(include_str!("link/modbus.s"), options(raw));
 core::arch::global_asm!(include_str!("link/tables.s"), options(raw));
 core::arch::global_asm!(include_str!("link/map.s"), options(raw));
 // Made of firmware/src/rules/status.rs; MAP_CODE reaches it behind the registers above.
-core::arch::global_asm!(include_str!("made/status.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/status.s"), options(raw));
 core::arch::global_asm!(include_str!("link/write.s"), options(raw));

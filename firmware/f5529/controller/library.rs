@@ -69,7 +69,6 @@ impl Controller {
     /// The stored program may have changed: it is checked, unless it is attached and so was before, and its
     /// profile holds.
     pub fn stored(&mut self) {
-        #[cfg(feature = "stream")]
         crate::stream::forget_pieces();
         let attached = vm().code;
         let image = self.image().filter(|&image| image + CODE == attached || self.check(image));

@@ -99,22 +99,22 @@ const _: () = assert!(
 
 core::arch::global_asm!(include_str!("moves/coords.s"), options(raw));
 // Made of firmware/src/rules/coords.rs.
-core::arch::global_asm!(include_str!("made/coords.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/coords.s"), options(raw));
 // Made of firmware/src/rules/moves.rs.
-core::arch::global_asm!(include_str!("made/moves.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/moves.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/moves.s"), options(raw));
 // Made of firmware/src/rules/pace.rs.
-core::arch::global_asm!(include_str!("made/pace.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/pace.s"), options(raw));
 // Made of firmware/src/rules/axes.rs.
-core::arch::global_asm!(include_str!("made/axes.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/axes.s"), options(raw));
 // Made of firmware/src/rules/lines.rs.
-core::arch::global_asm!(include_str!("made/lines.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/lines.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/home.s"), options(raw));
 // Made of firmware/src/rules/home.rs.
-core::arch::global_asm!(include_str!("made/home.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/home.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/probe.s"), options(raw));
 // Made of firmware/src/rules/probe.rs.
-core::arch::global_asm!(include_str!("made/probe.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/probe.s"), options(raw));
 core::arch::global_asm!(include_str!("moves/commands.s"), options(raw));
 // Made of firmware/src/rules/commands.rs.
-core::arch::global_asm!(include_str!("made/commands.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/commands.s"), options(raw));

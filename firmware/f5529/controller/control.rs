@@ -26,7 +26,6 @@ impl Controller {
         if verify::sound(&Image(image), Store::area::<Area>()).is_none() || !self.check(image) {
             return false;
         }
-        #[cfg(feature = "stream")]
         crate::stream::forget_pieces();
         vm().begin(image, self.keep_base());
         self.load();

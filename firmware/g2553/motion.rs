@@ -13,10 +13,10 @@ constants! {
 // The ramps first: they reach the scaled numbers by near jumps.
 core::arch::global_asm!(include_str!("motion/ramp.s"), options(raw));
 // Made of firmware/src/rules/segments.rs.
-core::arch::global_asm!(include_str!("made/segments.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/segments.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/step.s"), options(raw));
 core::arch::global_asm!(include_str!("motion/line.s"), options(raw));
 // Made of firmware/src/rules/stops.rs: the main loop's look at a motion falls into it.
-core::arch::global_asm!(include_str!("made/stops.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/stops.s"), options(raw));
 // Made of firmware/src/rules/planner.rs.
-core::arch::global_asm!(include_str!("made/planner.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/planner.s"), options(raw));

@@ -35,7 +35,6 @@ impl Controller {
             return;
         }
         // The handler comes over the link.
-        #[cfg(feature = "stream")]
         if crate::stream::waits() {
             return;
         }
@@ -87,7 +86,6 @@ impl Controller {
 
     /// The program or piece has come to its end.
     fn ended(&mut self) {
-        #[cfg(feature = "stream")]
         match crate::stream::follow(self) {
             Ok(true) if crate::stream::is_dry() => return self.serve(),
             Ok(true) => return,

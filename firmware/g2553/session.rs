@@ -36,11 +36,11 @@ constants! {
 core::arch::global_asm!(include_str!("session/soft.s"), options(raw));
 core::arch::global_asm!(include_str!("session/events.s"), options(raw));
 core::arch::global_asm!(include_str!("session/run.s"), options(raw));
-core::arch::global_asm!(include_str!("made/handlers.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/handlers.s"), options(raw));
 core::arch::global_asm!(include_str!("session/ticks.s"), options(raw));
-core::arch::global_asm!(include_str!("made/ticks.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/ticks.s"), options(raw));
 core::arch::global_asm!(include_str!("session/session.s"), options(raw));
-core::arch::global_asm!(include_str!("made/session.s"), options(raw));
+core::arch::global_asm!(include_str!("generated/session.s"), options(raw));
 
 // The jump table of `soft` is in the order of the opcodes.
 const _: () = assert!(

@@ -47,7 +47,7 @@ const ANCHORS: usize = verify::anchors(ROOM);
 /// Scratch memory of the check, bytes; the anchors are its end.
 pub const SCRATCH: usize = FREE as usize + if EVENT_POOL[0] != 0 { 2 } else { 0 } + ANCHORS;
 
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 unsafe extern "C" {
     fn pasapas_verify(image: u16, features: u16, scratch: *mut u8) -> u16;
 }
@@ -57,7 +57,7 @@ unsafe extern "C" {
 ///
 /// # Errors
 /// A [`Refusal`] as its number.
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 pub fn verify(image: u16, features: u8, scratch: &mut [u8; SCRATCH]) -> Result<(), u8> {
     // SAFETY: the routine reads the image and writes nothing but the scratch memory.
     match unsafe { pasapas_verify(image, features.into(), scratch.as_mut_ptr()) } {
@@ -66,14 +66,14 @@ pub fn verify(image: u16, features: u8, scratch: &mut [u8; SCRATCH]) -> Result<(
     }
 }
 
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 global_asm!(
     ".set CHECK_AT_LIMITS, {}",
     ".set CHECK_MACHINE, {}",
     const lang::record::MachineRecord::AT_LIMITS,
     const MACHINE,
 );
-const _: () = assert!(PART.at_limits == cfg!(feature = "board"));
+const _: () = assert!(PART.at_limits == cfg!(feature = "f5529"));
 
 global_asm!(
     r#"
@@ -220,7 +220,7 @@ global_asm!(
 
 #[cfg(feature = "g2553")]
 global_asm!(".set CHECK_LENGTHS, {}", sym shapes::LENGTHS);
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 global_asm!(".set CHECK_INDEX, {}", sym shapes::INDEX);
 
 // Codes that hold a cell's number are aligned to it; the moves along lines are in their order.

@@ -11,7 +11,7 @@ mod arcs;
 mod boot;
 mod bus;
 mod chain;
-#[path = "../both/check.rs"]
+#[path = "../shared/check.rs"]
 mod check;
 mod chip;
 mod commands;
@@ -25,9 +25,9 @@ mod lines;
 mod link;
 mod lock;
 mod map;
-#[path = "../both/math.rs"]
+#[path = "../shared/math.rs"]
 mod math;
-#[path = "../both/memory.rs"]
+#[path = "../shared/memory.rs"]
 mod memory;
 mod motor;
 mod moves;
@@ -38,10 +38,9 @@ mod profile;
 mod pwm;
 mod scaled;
 mod step;
-#[cfg(feature = "stream")]
 mod stream;
 mod vm;
-#[path = "../both/vm_core.rs"]
+#[path = "../shared/vm_core.rs"]
 mod vm_core;
 
 use crate::controller::Controller;
@@ -70,10 +69,7 @@ extern "C" fn abort() -> ! {
 
 /// Whether the VM stands in a streamed piece.
 fn streams() -> bool {
-    #[cfg(feature = "stream")]
-    return stream::owns();
-    #[cfg(not(feature = "stream"))]
-    false
+    stream::owns()
 }
 
 static mut CONTROLLER: MaybeUninit<Controller> = MaybeUninit::zeroed();

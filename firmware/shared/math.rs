@@ -421,14 +421,14 @@ crc16_steps:
     roomy = const cfg!(feature = "f5529") as u8,
 );
 
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 unsafe extern "C" {
     fn pasapas_crc16(crc: u16, byte: u16) -> u16;
     fn pasapas_mul_div(a: u32, b: u32, c: u32) -> u32;
 }
 
 /// `a * b / c`, rounded down, all ones if it does not fit; twin of `firmware::motion::math::mul_div`.
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 #[inline(always)]
 pub fn mul_div(a: u32, b: u32, c: u32) -> u32 {
     // SAFETY: a pure function of its arguments.
@@ -436,7 +436,7 @@ pub fn mul_div(a: u32, b: u32, c: u32) -> u32 {
 }
 
 /// The assembly twin of [`lang::wire::crc16`].
-#[cfg(feature = "board")]
+#[cfg(feature = "f5529")]
 #[inline(always)]
 pub fn crc16(crc: u16, byte: u8) -> u16 {
     // SAFETY: a pure function of its register arguments.

@@ -175,4 +175,4 @@ motion_poll:
     jge 2b
     bit #CCIE, r5
     jne line_end
-    /* goes on in made/stops.s */
+    /* goes on in generated/stops.s */

@@ -7,7 +7,6 @@ use crate::vm::vm;
 use lang::fault::Fault;
 use lang::isa::Op;
 use lang::vm::flag;
-#[cfg(feature = "stream")]
 use lang::wire::Called;
 
 /// An ON line.
@@ -74,7 +73,6 @@ impl Controller {
                 self.program.outer_pc = self.program.pc;
                 self.program.forget();
                 self.program.put_feed_aside(0);
-                #[cfg(feature = "stream")]
                 if crate::stream::owns() {
                     vm.flags |= flag::EVENT;
                     let place = if code == 0 { Called::Behind } else { Called::Within };
