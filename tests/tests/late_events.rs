@@ -145,5 +145,5 @@ fn a_late_event_of_axes_on_their_own_loses_nothing() {
 
 #[test]
 fn a_late_event_of_axes_on_their_own_with_long_pulses_loses_nothing() {
-    check(&singles(20_000, 250), 250);
+    check(&singles(40_000, 250), 250);
 }

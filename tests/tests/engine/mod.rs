@@ -61,6 +61,8 @@ pub const CONTROL: u16 = 0x0342;
 pub const COMPARE: u16 = 0x0352;
 pub const COUNTER: u16 = 0x0350;
 pub const VECTOR: u16 = 0xFFEA;
+/// Place of the next event's time in the memory that both kinds of handlers share.
+pub const DUE: u16 = 42;
 /// P6OUT, whose lowest pins are DIR.
 pub const DIR_OUT: u16 = 0x0243;
 
@@ -119,6 +121,7 @@ impl Engine {
             // The empty one before: the first interrupt then begins this one.
             self.board.poke16(self.step + 2, self.play + SLOT * before);
             let at = self.board.bus_read16(COUNTER).wrapping_add(160);
+            self.board.poke16(self.step + DUE, at);
             self.board.bus_write16(COMPARE, at);
             self.board.bus_write16(CONTROL, 0x10);
         }
