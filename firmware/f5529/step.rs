@@ -145,9 +145,6 @@ const RESET: u16 = 5 << 5;
 /// Level of a pin in output mode 0.
 const OUT: u16 = 1 << 2;
 
-/// The handler of a path writes the next event some 150 cycles after a change of DIR: a shorter set-up would count as late.
-const SETUP_LEAST: u16 = 180;
-
 /// Channels of the timer: that of a path's events, and those of the axes from [`FIRST`] on.
 const CHANNELS: usize = FIRST + 3;
 /// Control of the channels.
@@ -229,7 +226,7 @@ pub fn init(record: &BoardRecord) {
         let shared = shared();
         (*shared).beam = &raw const (*shared).nowhere as u16;
         (*shared).width = width;
-        (*shared).setup = (u16::from(record.setup) * STEP_PER_US).max(SETUP_LEAST);
+        (*shared).setup = u16::from(record.setup) * STEP_PER_US;
         (*shared).rest = rest;
         (*shared).rise = rise;
         (*shared).fall = fall;

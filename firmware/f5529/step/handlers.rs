@@ -95,8 +95,7 @@ global_asm!(
     jne 8b
     .endm
 
-    .set PATH_PULSE, 66
-    .set TURN_PULSE, 62
+    .set PATH_PULSE, 77
     .set PATH_STOP_PULSE, 50
     .set SINGLE_PULSE, 57
     .set ONE_TURN_PULSE, 62
@@ -117,6 +116,61 @@ global_asm!(
     /* The same for an axis on its own, of which STEP has just ended: DRV8825 wants 1.9 us low. */
     .set ONE_MARGIN, 48
     .set ONE_DELAY, 60
+
+    /* Schedules the next event of the slot at r15, ends the pulses, looks at the inputs and arms the axes that step next;
+       with `turns` DIR follows the slot, too: when STEP has ended for {hold} cycles, and STEP_SETUP ticks before the
+       event. */
+    .macro plays turns
+    add @r15, &FRAC
+    addc INTERVAL+2(r15), &STEP_DUE
+    add DIF(r15), INTERVAL(r15)
+    addc DIF+2(r15), INTERVAL+2(r15)
+    mov.b &PINS_IN, r14
+    xor.b &IDLE, r14
+    and.b &WATCH, r14
+    jeq 4f
+    call #path_hit
+4:  mov #0x0010, &EVENT_CCTL
+    lasts PATH_PULSE
+    /* a move keeps the flags */
+    bit MASK(r15), EVENTS(r15)
+    all_rest
+    jne 7f
+    mov &STEP_RISE, r14
+    add INC(r15), &ACC
+    addc INC+2(r15), &ACC+2
+    jnc 5f
+    mov r14, &X_CCTL
+    add &SENSE, &COUNT
+5:  add INC+4(r15), &ACC+4
+    addc INC+6(r15), &ACC+6
+    jnc 6f
+    mov r14, &Y_CCTL
+    add &SENSE+2, &COUNT+2
+6:  add INC+8(r15), &ACC+8
+    addc INC+10(r15), &ACC+10
+    jnc 7f
+    mov r14, &Z_CCTL
+    add &SENSE+4, &COUNT+4
+7:
+    .if \turns
+    mov.b &DIR_OUT, r14
+    xor.b DIRS(r15), r14
+    and.b #{all_dirs}, r14
+    jeq path_armed
+    push r14
+    waits {hold}-18
+    pop r14
+    xor.b r14, &DIR_OUT
+    mov &COUNTER, r14
+    add &STEP_SETUP, r14
+    cmp r14, &STEP_DUE
+    jn 5f
+    jmp path_armed
+5:  mov r14, &STEP_DUE
+    jmp path_armed
+    .endif
+    .endm
 
     .section .text.step,"ax",@progbits
 module.motion.step:
@@ -158,36 +212,7 @@ pasapas_path_event:
     dec EVENTS(r15)
     jnc path_switch
 path_schedule:
-    add @r15, &FRAC
-    addc INTERVAL+2(r15), &STEP_DUE
-    add DIF(r15), INTERVAL(r15)
-    addc DIF+2(r15), INTERVAL+2(r15)
-    mov.b &PINS_IN, r14
-    xor.b &IDLE, r14
-    and.b &WATCH, r14
-    jne path_hit
-path_arm:
-    lasts PATH_PULSE
-    all_rest
-    mov #0x0010, &EVENT_CCTL
-    bit MASK(r15), EVENTS(r15)
-    jne path_armed
-    mov &STEP_RISE, r14
-    add INC(r15), &ACC
-    addc INC+2(r15), &ACC+2
-    jnc 1f
-    mov r14, &X_CCTL
-    add &SENSE, &COUNT
-1:  add INC+4(r15), &ACC+4
-    addc INC+6(r15), &ACC+6
-    jnc 2f
-    mov r14, &Y_CCTL
-    add &SENSE+2, &COUNT+2
-2:  add INC+8(r15), &ACC+8
-    addc INC+10(r15), &ACC+10
-    jnc path_armed
-    mov r14, &Z_CCTL
-    add &SENSE+4, &COUNT+4
+    plays 0
     /* All are armed, and every compare register still holds a time that has passed. They get the next one together,
        unless it is too near: then all axes have their event somewhat later. No event can come between two of them. */
 path_armed:
@@ -212,7 +237,7 @@ path_late:
     mov r14, &STEP_DUE
     jmp path_go
 
-    /* an input answered at the step just made */
+    /* An input answered at the step just made. The slot goes on, or all of them are given up. */
 path_hit:
     mov.b r14, &HIT
     clr.b &WATCH
@@ -220,7 +245,9 @@ path_hit:
     mov &COUNT+2, &CAUGHT+2
     mov &COUNT+4, &CAUGHT+4
     tst.b &HALT
-    jeq path_arm
+    jne 1f
+    ret
+1:  incd r1
     mov #SLOTS, r15
 1:  clr EVENTS(r15)
     add #SLOT, r15
@@ -242,11 +269,6 @@ path_switch:
     mov POWER(r15), 0(r14)
     tst.b FLAGS(r15)
     jge path_schedule
-    mov.b &DIR_OUT, r14
-    xor.b DIRS(r15), r14
-    bit.b #{all_dirs}, r14
-    jne path_turn
-path_begin:
     clr &ACC
     mov BLOCK_ACC(r15), &ACC+2
     clr &ACC+4
@@ -264,28 +286,9 @@ path_begin:
     jnc 3f
     mov #-1, &SENSE+2
 3:  rra r14
-    jnc path_schedule
+    jnc 4f
     mov #-1, &SENSE+4
-    jmp path_schedule
-
-    /* Directions change: when STEP has ended and {hold} cycles have passed, and STEP_SETUP ticks before the next event. The
-       event is `interval` behind STEP_DUE. */
-path_turn:
-    lasts TURN_PULSE
-    all_rest
-    waits {hold}
-    mov.b &DIR_OUT, r14
-    and.b #{dirs_off}, r14
-    bis.b DIRS(r15), r14
-    mov.b r14, &DIR_OUT
-    mov &COUNTER, r14
-    add &STEP_SETUP, r14
-    sub INTERVAL+2(r15), r14
-    cmp r14, &STEP_DUE
-    jn 1f
-    jmp path_begin
-1:  mov r14, &STEP_DUE
-    jmp path_begin
+4:  plays 1
 
 path_empty:
     clr EVENTS(r15)
@@ -394,7 +397,8 @@ single_switch:
     xor SENSE-2*{first}(r13), r14
     tst r14
     jge 1f
-    /* another direction: as of a path */
+    /* another direction: when STEP has ended for {hold} cycles, and STEP_SETUP ticks before the next event, which is
+       `interval` behind the compare register */
     lasts ONE_TURN_PULSE
     mov &ONE_REST, EVENT_CCTL(r13)
     waits {hold}
@@ -441,7 +445,6 @@ single_dir:
     pins_in = const ports::IN,
     dir_out = const ports::DIR_OUT,
     all_dirs = const DIR[0] | DIR[1] | DIR[2],
-    dirs_off = const !(DIR[0] | DIR[1] | DIR[2]),
     dir_x = const DIR[0],
     dir_y = const DIR[1],
     dir_z = const DIR[2],
