@@ -13,6 +13,7 @@ global_asm!(
     .global Reset
 Reset:
     mov #_stack_start, r1
+    call #pasapas_hold_steps
     mov #0x5a80, &{watchdog}
     mov #_sbss, r12
 1:  cmp #_ebss, r12

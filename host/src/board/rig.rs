@@ -98,6 +98,9 @@ impl Rig {
         let plant = self.board.plant_mut();
         plant.stop_at_output = true;
         plant.limits = super::judge::driver_limits(&profile, plant.ticks_per_second());
+        if profile.step_invert {
+            plant.steps_are_low();
+        }
         for (axis, own) in profile.axes() {
             let i = axis.index();
             plant.motors[i].inverted = own.invert;

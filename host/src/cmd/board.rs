@@ -98,6 +98,9 @@ impl Board {
                 }
                 bytes.extend(record.more.to_bytes());
             }
+            if record.flags & BoardRecord::STEP_LOW != 0 && !build.part.shapes_steps {
+                return Err(Failure::Board(ClientError::NoStepLow.to_string()));
+            }
             let first = build.part.profiles[0];
             (first..).zip(bytes).for_each(|(at, byte)| rig.board().poke8(at, byte));
         }

@@ -23,6 +23,10 @@ use super::reg::{
     UCB0TXBUF,
 };
 
+use core::arch::global_asm;
+use core::mem::offset_of;
+use lang::record::{BoardRecord, RECORD_VERSION};
+
 const P1_STEP: u8 = 1 << 2 | 1 << 3 | 1 << 4;
 const P1_STOP: u8 = 1 << 1;
 const P1_START: u8 = 1 << 6;
@@ -73,13 +77,60 @@ pub const SPI_RXBUF: u16 = UCB0RXBUF.0;
 /// See [`SPI_STAT`].
 pub const SPI_TXBUF: u16 = UCB0TXBUF.0;
 
+// What `Reset` begins with, before it has touched RAM: DIR is driven low, STEP to its level at rest by the copies of the
+// profile. Where they differ in it, as one may be older than a change, or cut short, STEP is not driven before the
+// profile is known that holds: its resistor keeps it at rest.
+global_asm!(
+    r#"
+    .section .text.ports,"ax",@progbits
+module.chip.ports:
+    .global pasapas_hold_steps
+pasapas_hold_steps:
+    clr.b &{p6out}
+    mov.b #{dirs}, &{p6dir}
+    /* bit 0: active high, bit 1: active low; a board without a profile is active high */
+    clr r12
+    .irp copy, {first}, {second}
+    cmp #{version}, &\copy+{version_at}
+    jne 2f
+    bit #{step_low}, &\copy+{flags_at}
+    jne 1f
+    bis #1, r12
+    jmp 2f
+1:  bis #2, r12
+2:
+    .endr
+    cmp #3, r12
+    jeq 4f
+    bic.b #{step}, &{p1out}
+    cmp #2, r12
+    jne 3f
+    bis.b #{step}, &{p1out}
+3:  bis.b #{step}, &{p1dir}
+4:  ret
+    "#,
+    first = const super::PART.profiles[0],
+    second = const super::PART.profiles[1],
+    version = const RECORD_VERSION,
+    version_at = const offset_of!(BoardRecord, version),
+    flags_at = const offset_of!(BoardRecord, flags),
+    step_low = const BoardRecord::STEP_LOW,
+    step = const P1_STEP,
+    dirs = const DIRS,
+    p1out = const P1OUT.0,
+    p1dir = const P1DIR.0,
+    p6out = const P6OUT.0,
+    p6dir = const P6DIR.0,
+);
+
 /// Every pin to its state of rest. Outputs of the machine stay as their resistors have them until the first
 /// exchange; contacts, and the receive pin of a cable that is off, are pulled up; pins without a use down.
 pub(super) fn open() {
     let contacts = P1_STOP | P1_START;
-    P1OUT.set(contacts);
+    // STEP stays as `Reset` has left it.
+    P1OUT.set(contacts | P1OUT.get() & P1_STEP);
     P1SEL.set(0);
-    P1DIR.set(P1_STEP | P1_LED);
+    P1DIR.set(P1_LED | P1DIR.get() & P1_STEP);
     P1REN.set(!(P1_STEP | P1_LED));
     P2OUT.set(0xFF);
     P2SEL.set(0);
@@ -202,10 +253,15 @@ pub fn watch_edges(pins: u8) {
     P2IE.set(pins);
 }
 
-/// Gives the timer the STEP pins.
-#[inline(always)]
-pub fn give_steps() {
-    P1SEL.set(P1_STEP);
+/// Gives the timer the STEP pins, whose outputs are at rest. `low`: STEP is active when low.
+pub fn give_steps(low: bool) {
+    if low {
+        P1OUT.raise(P1_STEP);
+    } else {
+        P1OUT.clear(P1_STEP);
+    }
+    P1DIR.raise(P1_STEP);
+    P1SEL.raise(P1_STEP);
 }
 
 /// Levels of the DIR pins.

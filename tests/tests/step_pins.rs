@@ -1,8 +1,10 @@
-//! Events that come while the step engine still arms the axes: none loses a step, shortens a pulse or the pause
-//! behind one.
+//! STEP and DIR at the pins: events that come while the step engine still arms the axes lose no step and shorten neither a
+//! pulse nor the pause behind one; DIR stands before a step as long as the profile says, and never changes beside an
+//! active STEP.
 
 mod engine;
 
+use emulator::Signal;
 use engine::{CLOCK, COMPARE, CONTROL, COUNTER, Engine, HOME, TICK, axes, pulses, put_axis};
 use firmware::motion::{Block, Feed, Manner, Pace, Path, PathSegment, Segment, Single};
 use lang::record::AxisRecord;
@@ -146,4 +148,135 @@ fn a_late_event_of_axes_on_their_own_loses_nothing() {
 #[test]
 fn a_late_event_of_axes_on_their_own_with_long_pulses_loses_nothing() {
     check(&singles(40_000, 250), 250);
+}
+
+/// Ticks for which DIR stands behind the end of a pulse: 1 us.
+const HOLD: u64 = 25;
+
+/// Holds all changes of DIR to the steps of their axes; the number of them.
+fn dirs_stand(engine: &mut Engine, setup: u64, low: bool) -> u32 {
+    let (mut active, mut ended, mut turned) = ([false; 3], [None; 3], [None; 3]);
+    let mut changes = 0;
+    for edge in engine.board.take_edges() {
+        let at = edge.cycle / TICK;
+        match edge.signal {
+            Signal::Step(axis) => {
+                let axis = usize::from(axis);
+                active[axis] = edge.level != low;
+                if !active[axis] {
+                    ended[axis] = Some(at);
+                } else if let Some(turned) = turned[axis] {
+                    assert!(
+                        at - turned >= setup,
+                        "a step of axis {axis} {} ticks behind DIR",
+                        at - turned
+                    );
+                }
+            }
+            Signal::Dir(axis) => {
+                let axis = usize::from(axis);
+                assert!(!active[axis], "DIR of axis {axis} changes in a pulse");
+                if let Some(ended) = ended[axis] {
+                    assert!(
+                        at - ended >= HOLD,
+                        "DIR of axis {axis} changes {} ticks behind a pulse",
+                        at - ended
+                    );
+                    changes += 1;
+                }
+                turned[axis] = Some(at);
+            }
+            _ => {}
+        }
+    }
+    changes
+}
+
+/// Zigzags of which each line turns axes round at up to their start rate of 50 000 steps/s.
+fn zigzag(width: u16, setup: u16, low: bool) -> u32 {
+    let mut axes = axes(50_000);
+    for axis in &mut axes {
+        (axis.accel, axis.decel, axis.start_rate) = (1_000_000, 1_000_000, 50_000);
+    }
+    let mut engine = Engine::with_signals(width, setup, low);
+    let mut path = Path::new(1_000, CLOCK);
+    let mut segment = PathSegment::default();
+    let mut dice = 0x1234_5678u32;
+    let mut lines = 0;
+    loop {
+        while lines < 400 && path.has_room() {
+            let mut way = [0; 3];
+            for way in &mut way {
+                dice = dice.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                *way = (dice >> 16) as i32 % 200 - 100;
+            }
+            way[2] = if lines % 2 == 0 { 150 } else { -150 };
+            let block = Block { steps: way, um: [0; 3], manner: Manner::new(Feed::Rapid, false) };
+            assert!(path.push(&axes, &block));
+            lines += 1;
+        }
+        while engine.room() && path.next_segment(&axes, &mut segment) {
+            engine.put(&segment);
+        }
+        if path.is_idle() && !engine.running() {
+            return dirs_stand(&mut engine, setup.into(), low);
+        }
+        engine.board.run_us(200);
+    }
+}
+
+#[test]
+fn dir_of_a_path_stands_before_and_behind_steps() {
+    for low in [false, true] {
+        for (width, setup) in [(0, 50), (0, 750), (250, 125), (500, 750)] {
+            let changes = zigzag(width, setup, low);
+            assert!(
+                changes > 300,
+                "{changes} changes with pulses of {width} ticks, set-up {setup}, low {low}"
+            );
+        }
+    }
+}
+
+/// An axis on its own that is sent to and fro.
+fn to_and_fro(width: u16, setup: u16, low: bool) -> u32 {
+    let axis =
+        AxisRecord { accel: 1_000_000, decel: 1_000_000, start_rate: 40_000, ..axes(40_000)[0] };
+    let mut engine = Engine::with_signals(width, setup, low);
+    let step = engine.step;
+    for n in 0..3 {
+        engine.board.poke16(step + 12 + 2 * n, 1);
+    }
+    let mut single = Single::new(0, CLOCK);
+    let mut turns = 0;
+    loop {
+        if single.is_idle() {
+            if turns == 60 {
+                break;
+            }
+            turns += 1;
+            single.go(&axis, if turns % 2 == 0 { 0 } else { 40 }, Pace::of(&axis));
+        }
+        let next = engine.play + 12;
+        let mut segment = Segment::default();
+        if engine.board.peek16(next + 8) == 0 && single.next_segment(&mut segment) {
+            put_axis(&mut engine, 0, &segment, single.negative());
+        }
+        engine.board.run_us(20);
+    }
+    engine.board.run_us(5_000);
+    dirs_stand(&mut engine, setup.into(), low)
+}
+
+#[test]
+fn dir_of_an_axis_on_its_own_stands_before_and_behind_steps() {
+    for low in [false, true] {
+        for (width, setup) in [(0, 50), (0, 750), (250, 125), (500, 750)] {
+            let changes = to_and_fro(width, setup, low);
+            assert!(
+                changes > 50,
+                "{changes} changes with pulses of {width} ticks, set-up {setup}, low {low}"
+            );
+        }
+    }
 }
