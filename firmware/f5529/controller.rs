@@ -119,7 +119,9 @@ impl Controller {
             self.session.fault = number as u8;
             self.program.fault_input = (number >> 8) as u8;
             vm().fault = number as u8;
-            vm().fault_pc = vm().code.wrapping_add(pc);
+            if vm().code != 0 {
+                vm().fault_pc = vm().code.wrapping_add(pc);
+            }
         }
         if let Some(fault) = crate::boot::interrupted(self.reset.cause) {
             self.session.latch(fault);

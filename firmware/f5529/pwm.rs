@@ -42,7 +42,7 @@ impl Pwm {
             self.span = top - self.least;
         }
         if self.is_laser() {
-            step::shine_at(pwm::CCR);
+            step::shine();
         }
     }
 

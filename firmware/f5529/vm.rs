@@ -277,6 +277,10 @@ impl State {
 
     fn statement(&self, pc: u16) -> Place {
         let mut place = Place { line: 0, start: pc, resume: pc };
+        // Without a program the table would begin among the vectors, and lead through the peripherals' registers.
+        if self.code == 0 {
+            return place;
+        }
         let features = u16::from(byte(self.code - CODE + 1));
         if features & feature::LINES == 0 {
             return place;

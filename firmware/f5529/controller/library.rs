@@ -73,6 +73,10 @@ impl Controller {
         let attached = vm().code;
         let image = self.image().filter(|&image| image + CODE == attached || self.check(image));
         vm().attach(image.unwrap_or(0));
+        if image.is_none() {
+            // The last fault's place went with its program.
+            vm().fault_pc = 0;
+        }
         self.session.stored(image.is_some());
     }
 

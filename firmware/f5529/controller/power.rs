@@ -41,7 +41,11 @@ impl Controller {
             _ => pwm::set(own.compare(if on { power } else { 0 })),
         }
         let servo = own.kind == MoreRecord::SERVO;
-        pwm::gate((on || servo) && guard::tripped() == 0);
+        pwm::gate(on || servo);
+        // Looked at after the pin was given to the timer: a stop that came before, or between, has darkened it in vain.
+        if guard::tripped() != 0 {
+            pwm::gate(false);
+        }
     }
 
     /// The PWM's pin goes low at once, until it is driven again.
