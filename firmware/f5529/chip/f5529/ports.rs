@@ -10,7 +10,9 @@ use super::reg::{
     UCB0CTL1, UCB0RXBUF, UCB0STAT, UCB0TXBUF,
 };
 use core::arch::global_asm;
+use core::mem::offset_of;
 use lang::part::pins;
+use lang::record::{BoardRecord, RECORD_VERSION};
 
 const P1_STEP: u8 = pins::mask(&pins::STEP);
 const P1_STOP: u8 = pins::STOP[0].mask();
@@ -85,7 +87,7 @@ pub const SPI_RXBUF: u16 = UCB0RXBUF.0;
 /// See [`SPI_STAT`].
 pub const SPI_TXBUF: u16 = UCB0TXBUF.0;
 
-// What `Reset` begins with, before it has touched RAM: STEP and DIR are driven low, at full strength, within some ten
+// What `Reset` begins with, before it has touched RAM: STEP and DIR are driven, at full strength and at rest, within some thirty
 // instructions; until then they float at whatever their resistors make of them. Full strength gives the 10 to 16 mA that
 // optocouplers of drivers want (SLAS590, "Outputs - General Purpose I/O (Full Drive Strength)").
 global_asm!(
@@ -96,7 +98,24 @@ module.chip.ports:
 pasapas_hold_steps:
     mov.b #{step_strength}, &{p1ds}
     mov.b #{dir_strength}, &{p6ds}
-    mov.b #{stop}, &{p1out}
+    /* STEP rests high where the newer copy of the profile says so; a copy that an upload has not completed may tell it
+       wrongly, until `main` has checked it */
+    clr r15
+    cmp #{version}, &{first}+{at_version}
+    jne 1f
+    mov &{first}+{at_flags}, r15
+    mov &{second}+{at_sequence}, r14
+    sub &{first}+{at_sequence}, r14
+    jeq 2f
+    jn 2f
+1:  cmp #{version}, &{second}+{at_version}
+    jne 2f
+    mov &{second}+{at_flags}, r15
+2:  mov.b #{stop}, r14
+    bit #{step_low}, r15
+    jeq 3f
+    bis.b #{step}, r14
+3:  mov.b r14, &{p1out}
     mov.b #{step}, &{p1dir}
     clr.b &{p6out}
     mov.b #{dir}, &{p6dir}
@@ -106,6 +125,13 @@ pasapas_hold_steps:
     dir_strength = const DIRS | ENABLE,
     stop = const P1_STOP,
     step = const P1_STEP,
+    step_low = const BoardRecord::STEP_LOW,
+    version = const RECORD_VERSION,
+    first = const super::PART.profiles[0],
+    second = const super::PART.profiles[1],
+    at_version = const offset_of!(BoardRecord, version),
+    at_sequence = const offset_of!(BoardRecord, sequence),
+    at_flags = const offset_of!(BoardRecord, flags),
     dir = const DIRS,
     p1ds = const P1DS.0,
     p6ds = const P6DS.0,
@@ -119,7 +145,7 @@ pasapas_hold_steps:
 /// exchange; contacts, and the receive pin of a cable that is off, are pulled up; pins without a use down.
 pub(super) fn open() {
     let floating = P1_STEP | P1_LED | LATCH;
-    P1OUT.set(P1_STOP);
+    // STEP stays as `Reset` has it.
     P1SEL.set(0);
     P1DIR.set(P1_STEP | P1_LED);
     P1REN.set(!floating);
