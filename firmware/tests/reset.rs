@@ -8,6 +8,7 @@ use emulator::plant::pins::{Pins, pin};
 use emulator::{Board, FlashSpeed, Signal, Silicon};
 use lang::part::pins::{self, Pin};
 use lang::profile::Profile;
+use lang::record::BoardRecord;
 use lang::wire::{self, Control, RunState};
 use rig::{BOOT_US, ask, machine, off, on, read, write, write_body};
 
@@ -77,7 +78,7 @@ fn step_and_dir_are_driven_within_the_first_instructions() {
             // A write without its password.
             _ => board.bus_write16(0x015C_u16, 0),
         }
-        for _ in 0..12 {
+        for _ in 0..32 {
             board.step();
         }
         let (step, dir) = (pins::mask(&pins::STEP), pins::mask(&pins::DIR));
@@ -97,6 +98,35 @@ fn edges_to(board: &mut Board, level: bool, us: u64) -> Vec<(u64, Signal)> {
     let edges = board.take_edges().into_iter();
     let own = edges.filter(|edge| edge.level == level && matches!(edge.signal, Signal::Out(_)));
     own.map(|edge| (edge.cycle, edge.signal)).collect()
+}
+
+#[test]
+fn step_rests_high_from_reset_on_where_the_profile_says_so() {
+    let mut board = off(Silicon::default(), &machine(""), WAITS);
+    let record = BoardRecord::of(&machine(""), 1);
+    let low = BoardRecord { flags: record.flags | BoardRecord::STEP_LOW, sequence: 2, ..record };
+    // The other copy, which is the newer one.
+    let place = lang::part::F5529.profiles[0];
+    (place..).zip(low.sealed().to_bytes()).for_each(|(at, byte)| board.poke8(at, byte));
+    for reset in ["power-up", "RST"] {
+        board.record(true);
+        board.take_edges();
+        if reset == "RST" {
+            board.reset_pin();
+        } else {
+            board.power_up();
+        }
+        board.run_us(BOOT_US);
+        let edges = board.take_edges();
+        let steps: Vec<bool> = edges
+            .iter()
+            .filter(|edge| edge.signal == Signal::Step(0))
+            .map(|edge| edge.level)
+            .collect();
+        // While nobody drives it the emulated board's resistors pull it down.
+        let before = if reset == "RST" { &[false, true][..] } else { &[true] };
+        assert_eq!(steps, before, "{reset}");
+    }
 }
 
 #[test]
@@ -178,16 +208,24 @@ fn slow_flash_loses_no_character_while_values_are_kept() {
     script.extend(names.iter().map(|name| format!("{name} = {name} + 1\n")));
     script += "Wait 5ms\nLOOP\n";
     let mut board = on(silicon, &machine(""), &script);
-    write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
+    ask(&mut board, &write_body(wire::RUN_CONTROL, Control::Start as u16), 100_000);
     let words = board.wear().operations;
     let (mut asked, mut answered) = (0, 0);
     // Requests as long as they may be, one after the other.
     let [high, low] = wire::COMMAND.to_be_bytes();
     let mut body = vec![1, 16, high, low, 0, 20, 40];
     body.extend([0; 40]);
-    while board.wear().operations < words + 400 {
+    while board.wear().operations < words + 250 {
         asked += 1;
-        let reply = ask(&mut board, &body, 3_000);
+        let mut reply = ask(&mut board, &body, 3_000);
+        // It waits for several words, and for an erase.
+        for _ in 0..60 {
+            if reply.len() >= 5 {
+                break;
+            }
+            board.run_us(1_000);
+            reply.extend(board.uart_take().into_iter().map(|(_, byte)| byte));
+        }
         answered += u32::from(reply.len() >= 5);
         assert!(asked < 4_000, "{} words", board.wear().operations - words);
     }
@@ -250,7 +288,7 @@ fn laser(tb25: bool, hz: u32, [low, high]: [u32; 2]) -> (BTreeMap<u64, u32>, u64
     assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Ready as u16));
     assert_eq!(board.warnings(), &[]);
     let us = board.ticks_per_second() / 1_000_000;
-    let (mut widths, mut rose, mut fell, mut dark) = (BTreeMap::new(), 0, None, 0);
+    let (mut widths, mut rose, mut fell, mut dark) = (BTreeMap::new(), 0, None, 0_u64);
     for edge in board.take_edges().iter().filter(|edge| edge.signal == Signal::Pwm) {
         if edge.level {
             rose = edge.cycle;
@@ -260,10 +298,10 @@ fn laser(tb25: bool, hz: u32, [low, high]: [u32; 2]) -> (BTreeMap<u64, u32>, u64
             continue;
         }
         *widths.entry((edge.cycle - rose) / us).or_insert(0) += 1;
-        // A pulse ends with its period.
+        // A pulse ends with its period, but for the last one, which M5 ends.
         let period = 1_000_000 * us / u64::from(hz);
-        let passed = fell.map_or(1, |last| (edge.cycle - last + period / 2) / period);
-        dark += passed - 1;
+        let passed: u64 = fell.map_or(1, |last: u64| (edge.cycle - last + period / 2) / period);
+        dark += passed.saturating_sub(1);
         fell = Some(edge.cycle);
     }
     (widths, dark)

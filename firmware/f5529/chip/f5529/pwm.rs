@@ -25,8 +25,8 @@ pub const DARK: u16 = u16::MAX;
 const RUNS: u16 = 3 << 5;
 /// Asks for [`pasapas_power`]: CCIE and CCIFG.
 pub const ASK: u16 = 1 << 4 | 1;
-/// Counts within which a compare value that was just computed is written.
-const SOON: u16 = 16;
+/// Counts from reading the counter to a compare value that is written for sure before they are over: it takes 26 cycles.
+const SOON: u16 = 40;
 
 /// The compare value that is wanted.
 #[unsafe(no_mangle)]
