@@ -227,6 +227,11 @@ impl Bus {
         self.ucs.rates.smclk
     }
 
+    /// Characters that USCI_A1 overwrote.
+    pub fn overruns(&self) -> u64 {
+        self.usci_a[1].uart.overruns
+    }
+
     /// Ticks of a number of microseconds.
     fn ticks(&self, us: u64) -> u64 {
         us * (self.part.ticks_per_second / 1_000_000)
