@@ -1,6 +1,7 @@
 //! The simulation at each pause in typing: what a page needs to show a run before it is made.
 
 pub mod budget;
+pub mod lines;
 
 use std::sync::Arc;
 
@@ -404,6 +405,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         "statements": summary.statements,
         "steps": summary.steps,
         "travel_um": summary.travel_um,
+        "effects": lines::with_effects(&loaded.compiled),
         "bytes": loaded.compiled.image.len(),
         "room": room,
         "part": part.name,

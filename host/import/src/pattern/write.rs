@@ -121,7 +121,9 @@ impl<'a> Writer<'a> {
             whole: into.is_none(),
             script: Script::default(),
             down: None,
-            spindle: down && profile.output_with(OutputRole::Spindle).is_some(),
+            spindle: pattern.work.spindle
+                && down
+                && profile.output_with(OutputRole::Spindle).is_some(),
         };
         own.down = down.then(|| ["BOTTOM", "ABOVE", "PLUNGE"].map(|name| own.fresh(name)));
         own

@@ -231,8 +231,15 @@ export class Editor {
     this.diags = list;
     this.later();
   }
+  // A board halts before effects only: a mark on another line goes to the next one with an effect.
   toggle(line) {
-    if (!this.breaks.delete(line)) this.breaks.add(line);
+    if (!this.breaks.delete(line)) {
+      const next = this.halts ? this.halts.find(own => own > line) : line + 1;
+      if (next === undefined) { this.told?.('The board halts before moves, outputs, waits and PRINT: none follows here.'); return; }
+      if (next !== line + 1) this.told?.(`The board halts before effects: the mark is in line ${next}.`);
+      line = next - 1;
+      this.breaks.add(line);
+    }
     this.paint();
     this.broken();
   }
