@@ -269,7 +269,9 @@ pub fn simulate<L: AsRef<Loaded>>(
     };
     let mut turns = None;
     let result = first.and_then(|(outcome, events)| {
-        turns = Some(&outcome).filter(|own| cut(own) && !budget.all).and(budget::turns(&events));
+        if cut(&outcome) && !budget.all && budget::may_loop_for_ever(&loaded.program) {
+            turns = budget::turns(&events);
+        }
         match turns {
             // The first turns again: less than what was simulated just now.
             Some(turns) => run(&sim::Options { limit_us: turns.us, ..options }),

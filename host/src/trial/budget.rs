@@ -8,6 +8,8 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
+use lang::hir::{Block, DoTest, Program, StmtKind};
+
 use crate::sim::trace::Event;
 
 /// Statements of a first look: a fraction of a second.
@@ -72,6 +74,24 @@ pub struct Turns {
     pub us: u64,
 }
 
+/// Whether a program has something that may go on for ever: GOTO, or a loop without a test.
+pub fn may_loop_for_ever(program: &Program) -> bool {
+    program.routines.iter().any(|routine| loops_on(&routine.body))
+}
+
+/// Blocks nest at most as deep as the parser lets them.
+fn loops_on(block: &Block) -> bool {
+    let constant = |test: &Option<Box<DoTest>>| {
+        test.as_ref().is_none_or(|test| test.condition.constant().is_some())
+    };
+    block.iter().any(|stmt| match &stmt.kind {
+        StmtKind::Goto(_) => true,
+        StmtKind::Do { before, after, .. } if constant(before) && constant(after) => true,
+        StmtKind::While { condition, .. } if condition.constant().is_some() => true,
+        kind => kind.blocks().into_iter().any(loops_on),
+    })
+}
+
 /// Finds the loop: statements of inner loops come more often than those of the outermost one, and those
 /// before it come once. `None`: nothing came often enough, or the turns take no time.
 pub fn turns(events: &[Event]) -> Option<Turns> {
@@ -98,8 +118,11 @@ fn found(events: &[Event], joined: bool) -> Option<Turns> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Turns, is_over, turns, within};
+    use lang::front::ProfileChoice;
+
+    use super::{Turns, is_over, may_loop_for_ever, turns, within};
     use crate::sim::trace::{Event, What};
+    use crate::trial::load;
     use std::rc::Rc;
 
     fn event(us: u64, line: u32) -> Event {
@@ -116,14 +139,36 @@ mod tests {
             events.push(event(at + 9, 5));
         }
         assert_eq!(turns(&events), Some(Turns { line: 3, turns: 3, us: 310 }));
-        // Four turns are needed to know the end of the third; a long way without a loop has none.
-        assert_eq!(turns(&events[..16]), None);
+        // A long way without a loop has none.
         let straight: Vec<Event> = (1..1000).map(|n| event(n.into(), n)).collect();
         assert_eq!(turns(&straight), None);
         let alone: Vec<Event> = (1..9).map(|n| event(n * 50, 7)).collect();
         assert_eq!(turns(&alone), Some(Turns { line: 7, turns: 3, us: 200 }));
         let still: Vec<Event> = (0..9).map(|_| event(0, 1)).collect();
         assert_eq!(turns(&still), None);
+    }
+
+    #[test]
+    fn loops_that_may_never_end_are_known() {
+        let loops = |text: &str| {
+            may_loop_for_ever(&load(text, ProfileChoice::built_in()).expect("it compiles").program)
+        };
+        for text in [
+            "DO\nWait 1s\nLOOP\n",
+            "again:\nWait 1s\nGOTO again\n",
+            "WHILE TRUE\nWait 1s\nWEND\n",
+            "work\nSUB work\nDIM n\nFOR n = 1 TO 2\nDO\nWait 1s\nLOOP\nNEXT\nEND SUB\n",
+        ] {
+            assert!(loops(text), "{text}");
+        }
+        for text in [
+            "Wait 1s\n",
+            "DIM n\nFOR n = 1 TO 9\nWait 1s\nNEXT\n",
+            "DIM n\nDO\nn = n + 1\nLOOP UNTIL n = 9\n",
+            "REPEAT 9\nWait 1s\nEND REPEAT\n",
+        ] {
+            assert!(!loops(text), "{text}");
+        }
     }
 
     #[test]
