@@ -132,6 +132,8 @@ fn tab_leads_through_the_whole_page() -> Outcome<()> {
     page.key("keyDown", " ", "Space", 32, " ", 0)?;
     page.wait("document.querySelector('#console').textContent.includes('run 1 begins')", PATIENCE)?;
     page.key("keyUp", " ", "Space", 32, "", 0)?;
+    page.part("run")?;
+    page.fill("[aria-label=wanted]", "1")?;
     page.close()?;
     let operator = stand.browser.page(&stand.url.replace("/#", "/operator#"))?;
     operator.wait("document.querySelectorAll('#program option').length > 0", PATIENCE)?;

@@ -75,7 +75,7 @@ function build(welcome) {
   trial.dispatch = about => {
     machine.build(about.machine, parts.welcome.virtual_board);
     pattern.begin(about.machine);
-    editor.halts = about.effects;
+    if (trial.isNewest(about)) editor.halt(about.effects);
   };
   script.addEventListener('changed', title);
   const chosen = h('input', { type: 'file', id: 'own', hidden: true, onchange: e => {

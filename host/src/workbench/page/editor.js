@@ -107,6 +107,7 @@ export class Editor {
     this.lines = [0];
     for (let i = text.indexOf('\n'); i >= 0; i = text.indexOf('\n', i + 1)) this.lines.push(i + 1);
     if (old === text) return;
+    this.halts = null;
     this.follow(old, before, this.lines.length - before.length);
     this.changed(text, this.busy);
     this.paint();
@@ -230,6 +231,15 @@ export class Editor {
   diagnose(list) {
     this.diags = list;
     this.later();
+  }
+  // Lines of this text with an effect; marks on other ones go to the next of them.
+  halt(lines) {
+    this.halts = lines;
+    const moved = new Set([...this.breaks].map(line => lines.find(own => own > line)).filter(Boolean).map(line => line - 1));
+    if ([...moved].join() === [...this.breaks].join()) return;
+    this.breaks = moved;
+    this.paint();
+    this.broken();
   }
   // A board halts before effects only: a mark on another line goes to the next one with an effect.
   toggle(line) {
