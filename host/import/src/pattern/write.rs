@@ -121,8 +121,9 @@ impl<'a> Writer<'a> {
             whole: into.is_none(),
             script: Script::default(),
             down: None,
-            // Where an output is switched at each point Z carries a dispenser or a gripper.
-            spindle: down
+// Where an output is switched at each point Z carries a dispenser or a gripper.
+            spindle: pattern.work.spindle
+                && down
                 && !matches!(pattern.work.act, Act::Pulse { .. })
                 && profile.output_with(OutputRole::Spindle).is_some(),
         };
