@@ -121,7 +121,7 @@ impl<'a> Writer<'a> {
             whole: into.is_none(),
             script: Script::default(),
             down: None,
-// Where an output is switched at each point Z carries a dispenser or a gripper.
+            // Where an output is switched at each point Z carries a dispenser or a gripper.
             spindle: pattern.work.spindle
                 && down
                 && !matches!(pattern.work.act, Act::Pulse { .. })
