@@ -5,7 +5,7 @@ use crate::flash;
 use core::arch::global_asm;
 
 // `msp430-rt`'s own start-up object uses a relocation that LLD does not know, so `Reset` is
-// defined here: stack pointer, watchdog held until RAM is ready, .bss cleared, .data copied.
+// defined here: stack pointer, STEP and DIR driven, .bss cleared, .data copied, the watchdog restarted with each word.
 // RAM above .data is filled with A5A5 so that the stack's high-water mark can be read later.
 global_asm!(
     r#"
@@ -13,29 +13,37 @@ global_asm!(
     .global Reset
 Reset:
     mov #_stack_start, r1
-    mov #0x5a80, &{watchdog}
+    call #pasapas_hold_steps
+    mov #{kick}, r11
+    mov #0xa5a5, r10
+    mov #_ebss, r9
     mov #_sbss, r12
-1:  cmp #_ebss, r12
-    jhs 2f
+    jmp 2f
+1:  mov r11, &{watchdog}
     clr 0(r12)
     incd r12
-    jmp 1b
-2:  mov #_sidata, r13
+2:  cmp r9, r12
+    jlo 1b
+    mov #_sidata, r13
+    mov #_edata, r9
     mov #_sdata, r12
-3:  cmp #_edata, r12
-    jhs 4f
+    jmp 4f
+3:  mov r11, &{watchdog}
     mov 0(r13), 0(r12)
     incd r13
     incd r12
-    jmp 3b
-4:  cmp #_stack_start, r12
-    jhs 5f
-    mov #0xa5a5, 0(r12)
+4:  cmp r9, r12
+    jlo 3b
+    jmp 6f
+5:  mov r11, &{watchdog}
+    mov r10, 0(r12)
     incd r12
-    jmp 4b
-5:  br #main
+6:  cmp r1, r12
+    jlo 5b
+    br #main
     "#,
     watchdog = const clock::WATCHDOG,
+    kick = const clock::WATCHDOG_KICK,
 );
 
 pub use clock::{WATCHDOG, WATCHDOG_KICK, kick};
@@ -74,29 +82,8 @@ pub fn is_marked() -> bool {
     unsafe { core::ptr::addr_of!(RUNNING).read_volatile() == RUNS }
 }
 
-/// Watchdog resets in a row, over any reset but power-up.
-#[unsafe(link_section = ".noinit")]
-static mut BITES: u16 = 0;
-
-/// Counts this reset if the watchdog made it, and tells how many there were in a row.
-pub fn bites(cause: u8) -> u16 {
-    // SAFETY: one word that only this function and `restart` touch.
-    unsafe {
-        let place = core::ptr::addr_of_mut!(BITES);
-        let before = if cause & 1 << 2 != 0 { 0 } else { place.read_volatile() };
-        let bites = if cause & 1 != 0 { before.wrapping_add(1) } else { 0 };
-        place.write_volatile(bites);
-        bites
-    }
-}
-
-/// Resets the chip. It counts as a bite, but this one was asked for.
+/// Resets the chip.
 pub fn restart() -> ! {
     msp430::interrupt::disable();
-    // SAFETY: interrupts are off, and only `bites` touches the word otherwise.
-    unsafe {
-        let place = core::ptr::addr_of_mut!(BITES);
-        place.write_volatile(place.read_volatile().wrapping_sub(1));
-    }
     clock::reset()
 }

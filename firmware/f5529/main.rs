@@ -66,7 +66,7 @@ extern "C" fn main() -> ! {
     let (controller, slaves) = unsafe {
         (Controller::init(addr_of_mut!(CONTROLLER).cast(), F5529), &mut *addr_of_mut!(SLAVES))
     };
-    step::init(controller.record.pulse, 0);
+    step::init(controller.record);
     if controller.chained() {
         chain::open();
     }
@@ -74,7 +74,6 @@ extern "C" fn main() -> ! {
     controller.motor.power = controller.full_power();
     guard::open(controller.record.falling(), controller.record.input_invert);
     controller.reset.cause = chip::clock::cause();
-    controller.reset.bites = boot::bites(controller.reset.cause);
     // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
     let mut lines = [Uart::back(), Uart::rs485()];
     let more = controller.record.more();

@@ -174,7 +174,7 @@ impl Steps for F5529 {
     }
     #[inline(always)]
     fn shine_at_pwm(&self) {
-        step::shine_at(chip::pwm::CCR);
+        step::shine();
     }
     #[inline(always)]
     fn axis_has_room(&self, axis: usize) -> bool {
@@ -277,6 +277,10 @@ impl Clock for F5529 {
     #[inline(always)]
     fn millis(&self) -> u16 {
         link::millis()
+    }
+    #[inline(always)]
+    fn look_after_clock(&self) {
+        chip::clock::recover();
     }
     #[inline(always)]
     fn now(&self) -> u16 {

@@ -1,5 +1,10 @@
 //! The simulation at each pause in typing: what a page needs to show a run before it is made.
 
+pub mod budget;
+pub mod lines;
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use lang::axis::Axis;
@@ -15,16 +20,15 @@ use lang::profile::Profile;
 use lang::record::feature;
 use serde_json::{Value, json};
 
+use self::budget::{Budget, Counter};
 use crate::chords;
 use crate::course;
 use crate::plot::{Curve, Plot, Style};
+use crate::sim::record::StopReason;
 use crate::sim::trace::{Event, What};
 use crate::sim::world::World;
 use crate::sim::{self, Engine, Outcome, SimError};
 
-/// Statements that a simulation may execute: a second or two of a desktop, and what an endless script
-/// leaves in memory meanwhile.
-const STATEMENTS: u64 = 5_000_000;
 /// Points of a path that are sent; a longer path is shown up to there.
 const MOST_POINTS: usize = 600_000;
 /// Events that are sent.
@@ -95,6 +99,17 @@ impl Loaded {
         Some(Quantity { label, limits })
     }
 
+    /// First cells of the quantities that have a range, with label and range.
+    pub fn quantities(&self) -> Vec<(u16, String, Limits)> {
+        let places = self.compiled.vars.iter().filter(|place| place.len <= 1);
+        let found = places.filter_map(|place| {
+            let Quantity { label, limits } = self.quantity(self.program.var(place.var))?;
+            let cell = u16::try_from(place.cell).ok()?;
+            (limits != Limits::default()).then_some((cell, label, limits))
+        });
+        found.collect()
+    }
+
     /// Whether a cell may be given a value: by an `operator` none but those that the script gives
     /// him, by others any; in the range that the script says.
     ///
@@ -143,7 +158,7 @@ impl Loaded {
     /// Whether the program runs on a part, and if not, what that lacks.
     pub fn lack(&self, part: &Part) -> Option<String> {
         let image = Image::new(&self.compiled.image).ok()?;
-        part.lacks(&image, self.program.profile.pulse_us).map(|lack| lack.to_string())
+        part.lacks(&image, &self.program.profile).map(|lack| lack.to_string())
     }
 
     /// The smallest part on which the program runs; of one that is too large for all the last.
@@ -222,20 +237,58 @@ pub struct Trial {
     pub path: Arc<Vec<u8>>,
 }
 
-/// Simulates text number `number`, or says why that cannot be.
-pub fn simulate(number: u64, loaded: &Result<Loaded, String>, world: &World, part: &Part) -> Trial {
+/// Simulates text number `number`, or says why that cannot be. A run that the budget cuts is shown up to
+/// there, or up to the end of the first turns of its outermost loop.
+pub fn simulate<L: AsRef<Loaded>>(
+    number: u64,
+    loaded: &Result<L, String>,
+    world: &World,
+    part: &Part,
+    budget: &Budget,
+) -> Trial {
     let refused = |words: String| Trial {
         about: json!({ "number": number, "words": words }),
         path: Arc::new(number_bytes(number)),
     };
     let loaded = match loaded {
-        Ok(loaded) => loaded,
+        Ok(loaded) => loaded.as_ref(),
         Err(words) => return refused(words.clone()),
     };
-    let options = sim::Options { statements: STATEMENTS, part: *part, ..sim::Options::default() };
+    let options = sim::Options { part: *part, ..sim::Options::default() };
     let nobody = World::unattended();
     let world = if world.is_empty() { &nobody } else { world };
-    match sim::run_traced(&loaded.program, Engine::Vm, world, &options) {
+    let counter = Counter::new(&loaded.program);
+    let endless = counter.may_loop_for_ever();
+    let (events, turns) = (Rc::new(RefCell::new(Vec::new())), Rc::new(Cell::new(None)));
+    let (heard, found) = (events.clone(), turns.clone());
+    let counter = RefCell::new(counter);
+    let all = budget.all;
+    let sink = Box::new(move |event: &Event| {
+        heard.borrow_mut().push(event.clone());
+        if !all && found.get().is_none() {
+            found.set(counter.borrow_mut().hear(event));
+        }
+    });
+    let (enough, seen) = (budget.ended.clone(), turns.clone());
+    let first = budget::within(Rc::new(move || seen.get().is_some() || enough(endless)), || {
+        let (statements, interrupted) = (budget.statements, budget::is_over as fn() -> bool);
+        let options = sim::Options { statements, interrupted, ..options };
+        sim::run(&loaded.program, Engine::Vm, world, &options, sink)
+    });
+    let cut = |outcome: &Outcome| {
+        let why = outcome.summary.stopped;
+        matches!(why, Some(StopReason::Limit | StopReason::Statements | StopReason::Interrupted))
+    };
+    let turns = turns.get();
+    let result = first.and_then(|outcome| match turns.filter(|_| cut(&outcome)) {
+        // The same again up to the end of a turn.
+        Some(turns) => {
+            let options = sim::Options { limit_us: turns.us, ..options };
+            sim::run_traced(&loaded.program, Engine::Vm, world, &options)
+        }
+        None => Ok((outcome, events.take())),
+    });
+    match result {
         Ok((outcome, events)) => {
             let plot = Plot {
                 title: "script",
@@ -244,7 +297,11 @@ pub fn simulate(number: u64, loaded: &Result<Loaded, String>, world: &World, par
                 outcome: &outcome,
             };
             let path = path(number, &plot.curves());
-            Trial { about: about(number, loaded, &plot, &events, part), path: Arc::new(path) }
+            let mut about = about(number, loaded, &plot, &events, part);
+            about["turns"] = turns.map_or(Value::Null, |own| json!([own.turns, own.line]));
+            about["all"] = budget.all.into();
+            about["cut"] = (turns.is_some() || cut(&outcome)).into();
+            Trial { about, path: Arc::new(path) }
         }
         Err(SimError::World(error)) => {
             refused(format!("{}:{}: {}", error.file, error.line, error.text))
@@ -340,7 +397,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         json!([event.us, event.what.line(), text])
     });
     let rows = plot.rows().into_iter().map(|row| json!([row.name, row.output, row.on]));
-    let stopped = summary.stopped.map(sim::record::StopReason::text);
+    let stopped = summary.stopped.map(StopReason::text);
     let room = part.room_for(loaded.compiled.keeps > 0);
     json!({
         "number": number,
@@ -353,12 +410,14 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
             "cause": end.fault.map(Fault::cause),
             "remedy": end.fault.map(Fault::remedy),
             "stopped": stopped,
+            "why": summary.stopped,
             "onward": plot.outcome.onward,
         },
         "us": summary.us,
         "statements": summary.statements,
         "steps": summary.steps,
         "travel_um": summary.travel_um,
+        "effects": lines::with_effects(&loaded.compiled),
         "bytes": loaded.compiled.image.len(),
         "room": room,
         "part": part.name,
@@ -369,6 +428,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         "changes": record.changes.iter().take(MOST_CHANGES)
             .map(|change| json!([change.us, change.cell, change.value])).collect::<Vec<_>>(),
         "failures": plot.outcome.failures,
+        "notes": plot.outcome.unattended.notes(&loaded.program, |line| line),
         "truncated": record.truncated,
     })
 }

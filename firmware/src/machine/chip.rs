@@ -181,6 +181,8 @@ pub trait Clock {
 
     /// Milliseconds since reset, modulo 65536.
     fn millis(&self) -> u16;
+    /// Called once in each millisecond: what a clock does by the way, such as to go back to a crystal that is good again.
+    fn look_after_clock(&self);
     /// Time in ticks, modulo 65536.
     fn now(&self) -> u16;
     /// Bits that a failed crystal adds to the cause of the last reset.

@@ -103,7 +103,9 @@ impl<C: Chip> Controller<C> {
             self.session.fault = number as u8;
             self.program.fault_input = (number >> 8) as u8;
             self.vm.fault = number as u8;
-            self.vm.fault_pc = self.vm.code.wrapping_add(pc);
+            if self.vm.code != 0 {
+                self.vm.fault_pc = self.vm.code.wrapping_add(pc);
+            }
         }
         if let Some(fault) = reset::interrupted(&self.chip, self.reset.cause) {
             self.session.latch(fault);

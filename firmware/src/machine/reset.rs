@@ -52,8 +52,6 @@ pub fn newest_profile<C: Chip>(chip: &C) -> C::Profile {
 pub struct Reset {
     /// IFG1 then.
     pub cause: u8,
-    /// Watchdog resets in a row.
-    pub bites: u16,
     /// Half a second has passed since.
     pub booted: bool,
     /// The chip is to be reset once the reply is out.

@@ -278,6 +278,10 @@ impl<C: Chip> Vm<C> {
 
     fn statement(&self, pc: u16) -> Place {
         let mut place = Place { line: 0, start: pc, resume: pc };
+        // Without a program the table would begin among the vectors, and lead through the peripherals' registers.
+        if self.code == 0 {
+            return place;
+        }
         let features = u16::from(self.byte(self.code.wrapping_sub(CODE - 1)));
         if features & feature::LINES == 0 {
             return place;

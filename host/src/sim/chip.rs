@@ -73,8 +73,14 @@ struct State {
     levels: Cell<u64>,
     /// When the STEP pins fall again, in ticks of the step timer.
     falls: Cell<[Option<u64>; 3]>,
-    /// Width of a step pulse, ticks.
+    /// Width of a step pulse, and the time from a change of DIR to the next one, ticks.
     pulse: Cell<u64>,
+    /// See `pulse`.
+    setup: Cell<u64>,
+    /// When the DIR pins take new levels, ticks, and which: bit per axis that moves in negative direction.
+    turn: Cell<Option<(u64, u8)>>,
+    /// STEP pins are low while they step.
+    steps_are_low: Cell<bool>,
     /// Axes whose positive direction is low, as bits of their DIR pins.
     invert: Cell<u8>,
     /// Time since power-up, ticks of the step timer.
@@ -101,6 +107,9 @@ impl Desk {
             levels: Cell::new(0),
             falls: Cell::default(),
             pulse: Cell::new(3 * PER_US),
+            setup: Cell::new(0),
+            turn: Cell::new(None),
+            steps_are_low: Cell::new(false),
             invert: Cell::new(0),
             now: Cell::new(0),
             reset: Cell::new(0),
@@ -141,6 +150,7 @@ impl Clock for Desk {
     fn millis(&self) -> u16 {
         ((self.0.now.get() - self.0.reset.get()) / PER_MS) as u16
     }
+    fn look_after_clock(&self) {}
     fn now(&self) -> u16 {
         (self.0.now.get() / 8) as u16
     }

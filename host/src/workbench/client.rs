@@ -4,15 +4,19 @@ use std::collections::VecDeque;
 use std::io;
 use std::net::{Shutdown, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use tungstenite::Message;
+
 use super::message::{self, ToPage};
-use super::ws::{self, opcode};
+use super::ws;
 use crate::helm::User;
 
-/// Messages that may wait for a slow page; one that is slower is dropped.
+/// Messages that may wait for a slow page, and their bytes; a page that is slower is dropped. A path is
+/// one buffer for all pages.
 const MOST_WAITING: usize = 500;
+const MOST_BYTES: usize = 8 << 20;
 /// Between two pings.
 const PING: Duration = Duration::from_secs(5);
 /// States whose times are remembered for their echoes.
@@ -21,10 +25,22 @@ const STATES: usize = 64;
 pub const ECHO_FRESH: Duration = Duration::from_millis(250);
 
 enum Out {
-    Text(String),
-    Bytes(std::sync::Arc<Vec<u8>>),
-    Pong(Vec<u8>),
+    Text(Arc<str>),
+    Bytes(Arc<Vec<u8>>),
+    /// Frames that the reading half of the socket made.
+    Frames(Vec<u8>),
     Close,
+}
+
+impl Out {
+    /// What it keeps in memory for this page.
+    fn own_bytes(&self) -> usize {
+        match self {
+            Out::Text(text) => text.len(),
+            Out::Frames(bytes) => bytes.len(),
+            Out::Bytes(_) | Out::Close => 0,
+        }
+    }
 }
 
 /// A page.
@@ -83,17 +99,22 @@ impl Client {
 
     /// Sends a message as soon as it can be taken.
     pub fn send(&self, message: &ToPage) {
-        self.push(Out::Text(message::text(message)));
+        self.send_text(message::text(message).into());
+    }
+
+    /// Sends a message that was written already: one buffer for all pages that get it.
+    pub fn send_text(&self, text: Arc<str>) {
+        self.push(Out::Text(text));
     }
 
     /// Sends bytes.
-    pub fn send_bytes(&self, bytes: std::sync::Arc<Vec<u8>>) {
+    pub fn send_bytes(&self, bytes: Arc<Vec<u8>>) {
         self.push(Out::Bytes(bytes));
     }
 
-    /// Answers a ping.
-    pub fn pong(&self, bytes: Vec<u8>) {
-        self.push(Out::Pong(bytes));
+    /// Sends frames that the reading half of the socket made.
+    pub fn frames(&self, bytes: Vec<u8>) {
+        self.push(Out::Frames(bytes));
     }
 
     /// Says good-bye behind what waits.
@@ -116,7 +137,11 @@ impl Client {
     fn push(&self, out: Out) {
         let mut waiting = lock(&self.out);
         waiting.push_back(out);
-        let slow = waiting.len() > MOST_WAITING;
+        let bytes: usize = waiting.iter().map(Out::own_bytes).sum();
+        let slow = waiting.len() > MOST_WAITING || bytes > MOST_BYTES;
+        if slow {
+            waiting.clear();
+        }
         drop(waiting);
         if slow {
             self.drop_it();
@@ -142,7 +167,11 @@ impl Client {
 
     /// Sends what waits until the page is gone.
     pub fn write(&self) {
-        let mut stream = &self.stream;
+        let Ok(stream) = self.stream.try_clone() else {
+            self.drop_it();
+            return;
+        };
+        let mut to = ws::Writer::new(stream);
         let mut pinged = Instant::now();
         while !self.is_gone() {
             let mut waiting = lock(&self.out);
@@ -157,16 +186,16 @@ impl Client {
             let next = waiting.pop_front();
             drop(waiting);
             let sent = match next {
-                Some(Out::Text(text)) => ws::write(&mut stream, opcode::TEXT, text.as_bytes()),
-                Some(Out::Bytes(bytes)) => ws::write(&mut stream, opcode::BYTES, &bytes),
-                Some(Out::Pong(bytes)) => ws::write(&mut stream, opcode::PONG, &bytes),
+                Some(Out::Text(text)) => to.send(Message::text(&*text)),
+                Some(Out::Bytes(bytes)) => to.send(Message::binary(bytes.to_vec())),
+                Some(Out::Frames(bytes)) => to.frames(&bytes),
                 Some(Out::Close) => {
-                    let _ = ws::write(&mut stream, opcode::CLOSE, &[]);
+                    let _ = to.send(Message::Close(None));
                     break;
                 }
                 None if pinged.elapsed() >= PING => {
                     pinged = Instant::now();
-                    ws::write(&mut stream, opcode::PING, &[])
+                    to.send(Message::Ping(Vec::new().into()))
                 }
                 None => Ok(()),
             };
@@ -175,5 +204,26 @@ impl Client {
             }
         }
         self.drop_it();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::{TcpListener, TcpStream};
+
+    use super::{Client, MOST_BYTES, Out, lock};
+
+    #[test]
+    fn a_page_that_reads_nothing_is_dropped_with_what_waits() {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let _page = TcpStream::connect(listener.local_addr().expect("an address")).expect("a page");
+        let client = Client::new(&listener.accept().expect("a page").0).expect("a page");
+        let text: std::sync::Arc<str> = "x".repeat(MOST_BYTES / 8).into();
+        for _ in 0..8 {
+            client.send_text(text.clone());
+        }
+        assert!(!client.is_gone() && lock(&client.out).len() == 8);
+        client.push(Out::Frames(vec![0]));
+        assert!(client.is_gone() && lock(&client.out).is_empty());
     }
 }

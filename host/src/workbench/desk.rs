@@ -8,14 +8,28 @@ use lang::profile::Profile;
 use lsp_server::{Connection, Message, Notification, Request, RequestId};
 use serde_json::{Value, json};
 
+use super::file::{
+    LONGEST, beside, folder, free, is_listed, is_new_script, listed, opened, read, text_of, write,
+    write_new,
+};
 use super::message::Text;
-use crate::input;
 use crate::lsp::{self, path};
 
-/// Longest script that a page may send: what the compiler takes at most is far less.
-pub const LONGEST: usize = 512 << 10;
 /// Scripts of a folder that are listed.
 const MOST_FILES: usize = 200;
+/// Requests of the language server that pages pass on. One server serves all pages: `shutdown` or a
+/// change of the text by one of them would be everybody's.
+const REQUESTS: [&str; 9] = [
+    "textDocument/codeAction",
+    "textDocument/completion",
+    "textDocument/definition",
+    "textDocument/formatting",
+    "textDocument/hover",
+    "textDocument/prepareRename",
+    "textDocument/rename",
+    "textDocument/semanticTokens/full",
+    "textDocument/signatureHelp",
+];
 /// What a new script begins with.
 const NEW: &str =
     "' A first script: a square of 20 mm.\nHome\nG0 X10 Y10\nG1 X30 F600\nG1 Y30\nG1 X10\nG1 Y10\n";
@@ -55,10 +69,13 @@ impl Desk {
     ) -> Result<Desk, String> {
         let (text, file) = match file {
             None => (NEW.to_owned(), None),
-            Some(name) => (read(Path::new(name))?, Some(PathBuf::from(name))),
+            // An editor begins a new file of that name.
+            Some(name) if is_new_script(name) => (NEW.to_owned(), Some(PathBuf::from(name))),
+            Some(name) => opened(Path::new(name))?,
         };
         let (lsp, capabilities) = serve(profile, heard);
-        let on_disk = if file.is_some() { text.clone() } else { String::new() };
+        let saved = file.as_deref().is_some_and(Path::exists);
+        let on_disk = if saved { text.clone() } else { String::new() };
         let uri = uri(file.as_deref());
         let desk = Desk { number: 1, text, file, on_disk, conflict: false, uri, lsp, capabilities };
         desk.note(
@@ -170,23 +187,30 @@ impl Desk {
     /// There is no name, it is no script's, or the file cannot be written.
     pub fn save(&mut self, name: Option<&str>) -> Result<(), String> {
         let file = match (name, &self.file) {
-            (Some(name), own) => {
-                let to = beside(own.as_deref(), name)?;
-                if to.exists() && own.as_ref() != Some(&to) {
-                    return Err(format!("{name} exists already: open it, or take another name"));
-                }
-                to
-            }
-            (None, Some(file)) if !self.conflict => file.clone(),
-            (None, Some(_)) => {
+            (Some(name), own) => beside(own.as_deref(), name)?,
+            (None, Some(file)) => file.clone(),
+            (None, None) => return Err("the script has no name yet: give it one".to_owned()),
+        };
+        let shown = |error: io::Error| format!("{}: {error}", file.display());
+        if self.file.as_ref() == Some(&file) {
+            // What another program wrote a moment ago must not be lost: the look at the file may be
+            // half a second old.
+            self.look();
+            if self.conflict {
                 return Err(
                     "another program changed the file: take its text or keep this one first"
                         .to_owned(),
                 );
             }
-            (None, None) => return Err("the script has no name yet: give it one".to_owned()),
-        };
-        write(&file, &self.text).map_err(|error| format!("{}: {error}", file.display()))?;
+            write(&file, &self.text).map_err(shown)?;
+        } else {
+            write_new(&file, &self.text).map_err(|error| match error.kind() {
+                io::ErrorKind::AlreadyExists => {
+                    format!("{} exists already: open it, or take another name", file.display())
+                }
+                _ => shown(error),
+            })?;
+        }
         self.file = Some(file);
         self.on_disk.clone_from(&self.text);
         Ok(())
@@ -197,16 +221,49 @@ impl Desk {
     /// # Errors
     /// This one is not saved, or the other cannot be read.
     pub fn change(&mut self, name: &str) -> Result<(), String> {
-        if self.text != self.on_disk && self.file.is_some() {
-            return Err("the script is not saved: save it, or undo its changes".to_owned());
-        }
-        let file = beside(self.file.as_deref(), name)?;
-        let text = read(&file)?;
-        self.file = Some(file);
-        self.on_disk.clone_from(&text);
+        self.may_leave()?;
+        let (text, file) = opened(&listed(self.file.as_deref(), name)?)?;
+        let saved = file.as_deref().is_some_and(Path::exists);
+        self.file = file;
+        self.on_disk = if saved { text.clone() } else { String::new() };
         self.conflict = false;
         self.replace(text);
         Ok(())
+    }
+
+    /// Takes a file that a page brings, which is in no folder of this tool: a script, or a program of
+    /// another system, which becomes one. It is not saved yet.
+    ///
+    /// # Errors
+    /// This one is not saved, or the file is nothing that can be read.
+    pub fn take(&mut self, name: &str, bytes: &[u8]) -> Result<(), String> {
+        self.may_leave()?;
+        let name = Path::new(name).file_name().map(|own| own.to_string_lossy().into_owned());
+        let name = name.unwrap_or_default();
+        let text = text_of(&name, bytes)?;
+        self.file = Some(free(&self.folder().join(name)));
+        self.on_disk.clear();
+        self.conflict = false;
+        self.replace(text);
+        Ok(())
+    }
+
+    fn may_leave(&self) -> Result<(), String> {
+        if self.text != self.on_disk && self.file.is_some() {
+            return Err("the script is not saved: save it, or undo its changes".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Keeps a text that was never saved in a file beside it, `a.bas~`, when the tool ends. Its name,
+    /// if there was something to keep.
+    pub fn keep(&self) -> Option<PathBuf> {
+        let lost = self.text != self.on_disk && self.text != NEW;
+        let own = self.file.clone().unwrap_or_else(|| PathBuf::from("script.bas"));
+        let mut name = own.into_os_string();
+        name.push("~");
+        let file = PathBuf::from(name);
+        (lost && write(&file, &self.text).is_ok()).then_some(file)
     }
 
     /// Writes a new script of the folder, and opens it.
@@ -214,17 +271,15 @@ impl Desk {
     /// # Errors
     /// This one is not saved, the name is taken or none of a script, or it cannot be written.
     pub fn create(&mut self, name: &str, text: String) -> Result<(), String> {
-        if self.text != self.on_disk && self.file.is_some() {
-            return Err("the script is not saved: save it, or undo its changes".to_owned());
-        }
+        self.may_leave()?;
         let file = beside(self.file.as_deref(), name)?;
-        if file.exists() {
-            return Err(format!("{name} exists already: take another name"));
-        }
         if text.len() > LONGEST {
             return Err(format!("a script has at most {LONGEST} bytes"));
         }
-        write(&file, &text).map_err(|error| format!("{}: {error}", file.display()))?;
+        write_new(&file, &text).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => format!("{name} exists already: take another name"),
+            _ => format!("{}: {error}", file.display()),
+        })?;
         self.file = Some(file);
         self.on_disk.clone_from(&text);
         self.conflict = false;
@@ -232,13 +287,24 @@ impl Desk {
         Ok(())
     }
 
-    /// Scripts of the folder.
+    /// The text of a script of the folder, which stays closed.
+    ///
+    /// # Errors
+    /// There is none of that name, or it cannot be read.
+    pub fn read(&self, name: &str) -> Result<String, String> {
+        if self.name().as_deref() == Some(name) {
+            return Ok(self.text.clone());
+        }
+        opened(&listed(self.file.as_deref(), name)?).map(|(text, _)| text)
+    }
+
+    /// Scripts of the folder, and programs of other systems.
     pub fn files(&self) -> Vec<String> {
         let folder = folder(self.file.as_deref());
         let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
         let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
         let mut names: Vec<String> =
-            names.filter(|name| is_script(name)).take(MOST_FILES).collect();
+            names.filter(|name| is_listed(name)).take(MOST_FILES).collect();
         names.sort();
         names
     }
@@ -249,14 +315,24 @@ impl Desk {
     }
 
     /// Passes a page's request on; the answer carries the page's number in its own.
-    pub fn request(&self, page: u64, message: &Value) {
+    ///
+    /// # Errors
+    /// It is none that a page may make: one that asks about this text, with an object of parameters.
+    pub fn request(&self, page: u64, message: &Value) -> Result<(), String> {
         let id = format!("{page}/{}", message["id"]);
-        let Some(method) = message["method"].as_str() else { return };
-        let mut params = message["params"].clone();
-        params["textDocument"] = json!({ "uri": self.uri });
+        let method = message["method"].as_str().unwrap_or_default();
+        if !REQUESTS.contains(&method) {
+            return Err("this request is none that a page may make".to_owned());
+        }
+        let Value::Object(mut params) = message["params"].clone() else {
+            return Err(format!("{method} needs an object of parameters"));
+        };
+        params.insert("textDocument".to_owned(), json!({ "uri": self.uri }));
+        let params = Value::Object(params);
         let request = Request { id: RequestId::from(id), method: method.to_owned(), params };
         // A server that has ended answers nobody.
         let _ = self.lsp.sender.send(Message::Request(request));
+        Ok(())
     }
 
     fn note(&self, method: &str, params: Value) {
@@ -291,95 +367,5 @@ fn serve(profile: Option<Profile>, heard: impl Fn(Value) + Send + 'static) -> (C
     (own, capabilities)
 }
 
-fn read(file: &Path) -> Result<String, String> {
-    let name = file.display().to_string();
-    let bytes = input::read_bytes(&name, LONGEST).map_err(|note| note.line())?;
-    let (source, wrong) = lang::front::source::Source::decode(&name, &bytes);
-    match wrong.first() {
-        Some(diag) if diag.is_error() => Err(format!("{name}: {}", diag.message)),
-        _ => Ok(source.text().to_owned()),
-    }
-}
-
-/// Replaces a file in one step, with the rights that it had.
-pub(super) fn write(file: &Path, text: &str) -> io::Result<()> {
-    let mut beside = file.as_os_str().to_owned();
-    beside.push(".new");
-    let beside = PathBuf::from(beside);
-    fs::write(&beside, text)?;
-    if let Ok(about) = fs::metadata(file) {
-        fs::set_permissions(&beside, about.permissions())?;
-    }
-    fs::rename(&beside, file)
-}
-
-fn folder(file: Option<&Path>) -> PathBuf {
-    match file.and_then(Path::parent) {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
-        _ => PathBuf::from("."),
-    }
-}
-
-fn is_script(name: &str) -> bool {
-    let plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | ' ');
-    name.len() <= 100
-        && !name.starts_with('.')
-        && name.chars().all(plain)
-        && Path::new(name).extension().is_some_and(|end| end.eq_ignore_ascii_case("bas"))
-}
-
-/// A script in the folder of this one, and nowhere else.
-fn beside(file: Option<&Path>, name: &str) -> Result<PathBuf, String> {
-    if !is_script(name) {
-        return Err(format!(
-            "`{name}` is no name of a script: letters, digits and `.bas` at the end"
-        ));
-    }
-    Ok(folder(file).join(name))
-}
-
 #[cfg(test)]
-mod tests {
-    use super::Desk;
-
-    #[test]
-    fn a_text_and_its_file_go_together() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join("a.bas");
-        std::fs::write(&file, "Home\n").expect("a file");
-        let name = file.display().to_string();
-        let mut desk = Desk::open(Some(&name), None, |_| {}).expect("it opens");
-        assert!(!desk.look() && !desk.shown().dirty);
-        // Another program changes the file: a text without changes follows.
-        std::fs::write(&file, "Home X\n").expect("a file");
-        assert!(desk.look());
-        assert_eq!(
-            (desk.text(), desk.shown().dirty, desk.shown().conflict),
-            ("Home X\n", false, false)
-        );
-        // Both change: nothing is lost, and nothing is written over.
-        desk.set(desk.number(), "Home Y\n".to_owned()).expect("newest");
-        std::fs::write(&file, "Home Z\n").expect("a file");
-        assert!(desk.look());
-        assert!(desk.shown().conflict && desk.save(None).is_err());
-        assert_eq!(desk.text(), "Home Y\n");
-        desk.settle(false);
-        desk.save(None).expect("it is written");
-        assert_eq!(std::fs::read_to_string(&file).expect("a file"), "Home Y\n");
-        assert!(desk.set(1, String::new()).is_err(), "an old base");
-        desk.save(Some("b.bas")).expect("it is written");
-        assert_eq!(desk.files(), ["a.bas", "b.bas"]);
-        for wrong in ["../c.bas", "/c.bas", "c", "a.bas", ".bas", "c.bas/d.bas", "c\\d.bas"] {
-            assert!(desk.save(Some(wrong)).is_err(), "{wrong}");
-        }
-        assert!(desk.change("../a.bas").is_err() && desk.change("a.bas").is_ok());
-        // A new one is written beside, and never over another or over what is not saved.
-        assert!(desk.create("b.bas", "Home\n".to_owned()).is_err(), "it is there");
-        assert!(desk.create("../c.bas", "Home\n".to_owned()).is_err());
-        desk.set(desk.number(), "Wait 1s\n".to_owned()).expect("newest");
-        assert!(desk.create("c.bas", "Home\n".to_owned()).is_err(), "not saved");
-        desk.save(None).expect("it is written");
-        desk.create("c.bas", "Home Y\n".to_owned()).expect("a new one");
-        assert_eq!((desk.text(), desk.name().as_deref()), ("Home Y\n", Some("c.bas")));
-    }
-}
+mod tests;

@@ -6,6 +6,7 @@ use lang::axis::Axis;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::programs::Holds;
 use super::setup::TrialWish;
 use crate::helm::{Entry, Picture};
 use crate::sim::trace::AxisLetter;
@@ -57,6 +58,13 @@ pub enum Wish {
         /// All of it.
         text: String,
     },
+    /// Take a file that the page brings as a new script; of other systems' programs one is made.
+    Take {
+        /// Its name.
+        name: String,
+        /// All of it.
+        text: String,
+    },
     /// Where the resting machine stands, in its own steps.
     Place,
     /// The tables of places in the text.
@@ -77,10 +85,14 @@ pub enum Wish {
         /// A piece of the text.
         into: bool,
     },
-    /// Simulate the text.
+    /// Simulate the text for a moment, and show the first turns of an endless loop.
     Simulate,
+    /// Simulate the text as long as that is bearable, and show all of it.
+    SimulateAll,
     /// Compile the text and bring it to the board.
     Upload,
+    /// Compile another script of the folder and bring it to the board.
+    Bring(String),
     /// The programs that the board holds.
     Library,
     /// Start runs the program of this number from now on.
@@ -91,6 +103,8 @@ pub enum Wish {
     Profile,
     /// Start the stored program, release WaitStart, or acknowledge a fault.
     Start,
+    /// The same; what begins is the program that the page shows, or nothing.
+    Run(Shown),
     /// Start it and follow it effect by effect.
     Debug {
         /// Lines to halt at.
@@ -156,6 +170,16 @@ pub enum Wish {
     Quit,
 }
 
+/// The board's program as a page shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shown {
+    /// Length of its image.
+    pub bytes: u16,
+    /// CRC of its image.
+    pub crc: u16,
+}
+
 /// A wish of a set-up.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -197,6 +221,9 @@ pub enum SetupWish {
     Finish {
         /// The day, as the person writes it.
         when: String,
+        /// Also where the emergency stop was not tried.
+        #[serde(default)]
+        untried_stop: bool,
     },
 }
 
@@ -366,8 +393,13 @@ pub struct State {
     pub pages: usize,
     /// Inputs whose contact a hand has closed on the virtual board.
     pub closed: Vec<u16>,
-    /// The stored program is the text's.
+    /// The stored program is the present text's.
     pub current: bool,
+    /// Which program the board holds, if it holds one.
+    pub holds: Option<Holds>,
+    /// The trial of a set-up that is under way, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trial: Option<String>,
 }
 
 /// A message as it goes over the line.

@@ -87,7 +87,8 @@ macro_rules! register_rows {
                 PROGRAM_PROFILE: OWN + 9;
                 /// Cells of the stored program.
                 PROGRAM_CELLS: OWN + 10;
-                /// Why the board came up: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI; 5: the crystal does not run.
+                /// Why the board came up: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI; 5: the crystal does not run;
+                /// 6: it failed since then, and runs again.
                 RESET_CAUSE: OWN + 11;
                 /// Bytes of stack never used since reset.
                 STACK_FREE: OWN + 12;

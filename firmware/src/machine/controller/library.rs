@@ -79,6 +79,10 @@ impl<C: Chip> Controller<C> {
         let attached = self.vm.code;
         let image = self.image().filter(|&image| image + CODE == attached || self.check(image));
         self.attach(image.unwrap_or(0));
+        if image.is_none() {
+            // The last fault's place went with its program.
+            self.vm.fault_pc = 0;
+        }
         self.session.stored(image.is_some());
     }
 

@@ -41,7 +41,11 @@ impl<C: Chip> Controller<C> {
             _ => self.chip.set_pwm(own.compare(if on { power } else { 0 })),
         }
         let servo = own.kind == MoreRecord::SERVO;
-        self.chip.gate_pwm((on || servo) && self.chip.tripped() == 0);
+        self.chip.gate_pwm(on || servo);
+        // Looked at after the pin was given to the timer: a stop that came before, or between, has darkened it in vain.
+        if self.chip.tripped() != 0 {
+            self.chip.gate_pwm(false);
+        }
     }
 
     /// The PWM's pin goes low at once, until it is driven again.

@@ -8,9 +8,6 @@ use lang::fault::Fault;
 use lang::record::BoardRecord;
 use lang::wire::{Control, RunState};
 
-/// Autorun gives up after so many watchdog resets in a row.
-const BITES: u16 = 3;
-
 /// Milliseconds without a valid request after which commands 102 and 1111 ramp down.
 const SILENCE: u16 = 2000;
 
@@ -48,6 +45,7 @@ impl<C: Chip> Controller<C> {
         let before = self.io.inputs.levels();
         let raw = self.exchange();
         self.limits();
+        self.chip.look_after_clock();
         self.clock.phase += 1;
         if self.clock.phase * 4 >= self.record.filter {
             self.clock.phase = 0;
@@ -154,9 +152,10 @@ impl<C: Chip> Starts for Controller<C> {
         self.lines.spoken
     }
     fn wants_autorun(&self) -> bool {
-        self.record.flags & BoardRecord::AUTORUN != 0 && self.reset.bites < BITES
+        self.record.flags & BoardRecord::AUTORUN != 0
     }
-    fn was_bitten(&self) -> bool {
-        self.reset.bites != 0 && self.session.is(RunState::Fault)
+    fn was_powered_up(&self) -> bool {
+        // Of watchdog, power and RST.
+        self.reset.cause & 0b1101 == 1 << 2
     }
 }

@@ -25,8 +25,6 @@ pub struct NativeBoard {
     address: u8,
     /// Bit/s of the line.
     rate: u32,
-    /// Watchdog resets in a row.
-    bites: u16,
 }
 
 impl NativeBoard {
@@ -42,7 +40,6 @@ impl NativeBoard {
             slave: Slave::default(),
             address: 1,
             rate: RATES[0],
-            bites: 0,
         };
         board.boot(POWER_UP);
         board
@@ -61,12 +58,10 @@ impl NativeBoard {
         self.controller = Controller::boxed(desk.clone());
         let controller = &mut self.controller;
         let record = controller.record.clone();
-        desk.set_up(record.pulse, record.falling(), record.input_invert);
+        desk.set_up(&record);
         controller.motor.pwm.open(&desk, record.more());
         controller.motor.power = controller.full_power();
         controller.reset.cause = cause;
-        self.bites = if cause & WATCHDOG != 0 { self.bites.wrapping_add(1) } else { 0 };
-        controller.reset.bites = self.bites;
         // Stop held at reset: 9600 8N1, address 1, whatever the profile says.
         let stop = firmware::machine::chip::Pins::buttons(&desk) & 1 != 0;
         let (address, code) = if stop { (1, 0) } else { (record.address, record.rate) };
@@ -86,8 +81,6 @@ impl NativeBoard {
         controller.serve_line(0, &mut self.line, &mut self.slave, self.address);
         controller.pass();
         if controller.wants_reset() {
-            // It counts as a bite, but this one was asked for.
-            self.bites = self.bites.wrapping_sub(1);
             self.boot(WATCHDOG);
             return;
         }
@@ -193,17 +186,20 @@ impl Desk {
     fn reset(&self) {
         *self.0.engine.borrow_mut() = super::Engine::default();
         self.0.falls.set([None; 3]);
+        self.0.turn.set(None);
         self.0.guard.set(super::Guarded::default());
         self.0.reset.set(self.ticks() / PER_MS * PER_MS);
         self.reset_pins();
     }
 
     /// What the profile says of pulses and of inputs that stop the engine.
-    fn set_up(&self, pulse_us: u8, falling: u8, invert: u16) {
-        let width = u64::from(pulse_us.max(lang::part::SHORT_PULSE_US));
+    fn set_up(&self, record: &BoardRecord) {
+        let width = u64::from(record.pulse.max(lang::part::SHORT_PULSE_US));
         self.0.pulse.set(width * PER_US);
+        self.0.setup.set(u64::from(record.setup) * PER_US);
+        self.0.steps_are_low.set(record.flags & BoardRecord::STEP_LOW != 0);
         let mut guard = self.0.guard.get();
-        (guard.falling, guard.invert) = (falling, invert);
+        (guard.falling, guard.invert) = (record.falling(), record.input_invert);
         self.0.guard.set(guard);
         self.set_dirs(self.ticks(), 0);
     }

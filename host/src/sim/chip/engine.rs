@@ -188,6 +188,16 @@ impl Engine {
         }
     }
 
+    /// DIR has changed of some axes, bit per axis: their next event comes no earlier than `least`.
+    pub fn put_off(&mut self, axes: u8, least: u64) {
+        self.due = self.due.map(|due| due.max(least));
+        for (axis, single) in self.singles.iter_mut().enumerate() {
+            if axes >> axis & 1 != 0 {
+                single.due = single.due.map(|due| due.max(least));
+            }
+        }
+    }
+
     fn path_event(&mut self, due: u64, inputs: u8) {
         self.armed = 0;
         let playing = self.path.front_mut().filter(|slot| slot.segment.ramp.events != 0);

@@ -14,7 +14,8 @@ impl Desk {
         self.0.levels.set(levels);
         let mut plant = self.0.plant.borrow_mut();
         let at = tick * Desk::plant_ticks(&plant);
-        plant.pins(at, levels);
+        let steps = plant.board().step.iter().fold(0, |pins, pin| pins | 1 << pin);
+        plant.pins(at, if self.0.steps_are_low.get() { levels ^ steps } else { levels });
     }
 
     /// Ticks of the plant in one of the step timer.

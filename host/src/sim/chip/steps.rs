@@ -7,6 +7,8 @@ use super::{Desk, PER_US, cost};
 
 /// [`Guard::tripped`]: inputs of the chain have answered.
 const CHAIN: u8 = 1;
+/// Ticks between the end of a step and a change of its direction.
+const HOLD: u64 = PER_US;
 
 impl Desk {
     /// Makes the steps that come until a time, ticks.
@@ -14,9 +16,18 @@ impl Desk {
         loop {
             let event = self.0.engine.borrow().next_event();
             let fall = self.0.falls.get().into_iter().flatten().min();
-            match (event, fall) {
-                (due, Some(fall)) if fall <= end && due.is_none_or(|due| fall <= due >> 16) => {
-                    self.fall(fall);
+            let turn = self.0.turn.get();
+            // What is due at the pins comes before the next event.
+            let pins = fall.into_iter().chain(turn.map(|(tick, _)| tick)).min();
+            match (event, pins) {
+                (due, Some(tick)) if tick <= end && due.is_none_or(|due| tick <= due >> 16) => {
+                    match turn {
+                        Some((at, negative)) if at == tick => {
+                            self.0.turn.set(None);
+                            self.set_dirs(tick, negative);
+                        }
+                        _ => self.fall(tick),
+                    }
                 }
                 (Some(due), _) if due >> 16 <= end => self.event(due),
                 _ => return,
@@ -61,9 +72,12 @@ impl Desk {
         let before = engine.negative;
         engine.play(due, inputs);
         let negative = engine.negative;
-        drop(engine);
         if negative != before {
-            self.set_dirs(due >> 16, negative);
+            // STEP ends first, and DIR has its set-up time before the next step.
+            let turn = (due >> 16) + self.0.pulse.get() + HOLD;
+            engine.put_off(negative ^ before, (turn + self.0.setup.get()) << 16);
+            drop(engine);
+            self.0.turn.set(Some((turn, negative)));
         }
     }
 
@@ -139,6 +153,7 @@ impl Steps for Desk {
     fn set_invert(&self, invert: u8) {
         self.0.invert.set(invert);
         self.0.engine.borrow_mut().negative = 0;
+        self.0.turn.set(None);
         self.set_dirs(self.ticks(), 0);
     }
     fn path_has_room(&self) -> bool {
