@@ -274,10 +274,15 @@ pub fn watch_edges(pins: u8) {
     P2IE.set(pins);
 }
 
-/// Gives the timer the STEP pins.
-#[inline(always)]
-pub fn give_steps() {
-    P1SEL.set(P1_STEP);
+/// Gives the timer the STEP pins, whose outputs are at rest. `low`: STEP is active when low.
+pub fn give_steps(low: bool) {
+    if low {
+        P1OUT.raise(P1_STEP);
+    } else {
+        P1OUT.clear(P1_STEP);
+    }
+    P1DIR.raise(P1_STEP);
+    P1SEL.raise(P1_STEP);
 }
 
 /// Levels of the DIR pins.
