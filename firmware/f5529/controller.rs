@@ -27,6 +27,7 @@ use crate::chip::PART;
 use crate::flash::Area;
 use crate::lines::Lines;
 use crate::lock::Lock;
+use crate::measure::Measure;
 use crate::motor::Motor;
 use crate::vm::vm;
 use command::Command;
@@ -85,6 +86,8 @@ pub struct Controller {
     pub incoming: Incoming,
     /// KEEP values of the program that an upload replaces.
     carried: Carried,
+    /// What a self-test has TA2 measure.
+    pub measure: Measure,
 }
 
 impl Controller {

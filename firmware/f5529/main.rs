@@ -27,6 +27,7 @@ mod lock;
 mod map;
 #[path = "../shared/math.rs"]
 mod math;
+mod measure;
 #[path = "../shared/memory.rs"]
 mod memory;
 mod motor;
@@ -136,6 +137,7 @@ extern "C" fn main() -> ! {
         controller.ticks();
         controller.motor.poll(controller.trace.full);
         controller.tripped();
+        controller.measure.poll();
         controller.run();
         if controller.reset.wanted && controller.lines.rests {
             boot::restart();

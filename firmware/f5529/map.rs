@@ -29,6 +29,7 @@ const RAPID_OVERRIDE: u16 = OVERRIDES + 1;
 const ACTUAL_SPEEDS_END: u16 = ACTUAL_SPEEDS + 6;
 const TARGETS_END: u16 = TARGETS + 6;
 const UPLOAD_NAME_END: u16 = UPLOAD_NAME + NAME as u16;
+const MEASURED_END: u16 = MEASURED + 6;
 const KEEPS_END: u16 = KEEPS + 16;
 
 impl Controller {
@@ -61,7 +62,9 @@ impl Controller {
             PROGRAM_CELLS => cells(self.header(at::CELLS) as u8),
             RESET_CAUSE => u16::from(self.reset.cause | clock::fault()),
             STACK_FREE => crate::boot::stack_free(),
-            MISSED_DEADLINES => self.clock.missed.wrapping_add(crate::step::late()),
+            MISSED_DEADLINES => self.clock.missed,
+            LATE_EVENTS => crate::step::late(),
+            CHIP_REVISION => u16::from(crate::chip::capture::revision()),
             POOL_WORDS_REGISTER => POOL_WORDS as u16,
             RUN_STATE => u16::from(self.session.shown()),
             FAULT => u16::from(self.session.fault),
@@ -106,6 +109,8 @@ impl Controller {
             UPLOAD_NAME..UPLOAD_NAME_END => {
                 self.incoming.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)]
             }
+            MEASURE => self.measure.mode,
+            MEASURED..MEASURED_END => self.measure.found(address - MEASURED),
             WAITS => u16::from(self.waits()),
             EFFECT_PLACE => self.pc_of_effect(),
             OPEN_CALLS.. => vm().open_call(address - OPEN_CALLS),
@@ -337,6 +342,10 @@ impl Map for Controller {
             JOG_HOLD => {
                 self.command.hold = if value == 0 { 0 } else { JOG_HOLD_MS };
                 Ok(())
+            }
+            MEASURE => {
+                self.idle()?;
+                self.measure.set(value)
             }
             SELECTED => self.select(value),
             UPLOAD_CONTROL => self.upload(value),

@@ -422,8 +422,7 @@ impl<L: Link> Run<'_, L> {
             self.observe(client, standing, at)
         };
         let print: pump::Printer<'_> = &mut |_| ();
-        pump::run_observed(client, &mut job, slots, &mut watch, Some(print), &mut observe)
-            .map(drop)
+        pump::run_observed(client, &mut job, slots, &mut watch, Some(print), &mut observe).map(drop)
     }
 
     fn observe(
@@ -439,7 +438,8 @@ impl<L: Link> Run<'_, L> {
             // Behind a probe or a correction the two may differ for good.
             let moved = drive.looks.moving;
             drive.looks.inputs_now(client)?;
-            rests = !moved && !drive.looks.moving && drive.looks.stands(standing.steps, &drive.machine);
+            rests =
+                !moved && !drive.looks.moving && drive.looks.stands(standing.steps, &drive.machine);
         }
         let handed = self.handed.get();
         let mut probed = None;

@@ -15,7 +15,9 @@ impl Session {
     pub(super) fn dollar(&mut self, text: &str, view: &View) {
         let inches = self.kept.inches;
         match text {
-            "" => self.say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
+            "" => {
+                self.say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]")
+            }
             "$" => {
                 for (number, value) in self.machine.settings(self.kept.report, inches) {
                     self.say(&format!("${number}={value}"));
