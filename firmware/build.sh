@@ -16,11 +16,13 @@ export RUSTC RUSTC_BOOTSTRAP=1
 export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$MSP430_LD"
 # A rustup override in the caller's environment must not pick another toolchain.
 unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS || true
+# An incremental build puts assembly into another order, in which macros come after their use.
+export CARGO_INCREMENTAL=0
 # Panics end in `abort`, without a message or a place to tell. The heuristics of the middle end are
 # those with which the largest image is smallest, 930 bytes less: none of them changes a meaning.
 small="-Zmir-opt-level=1 -Cllvm-args=-inline-threshold=12 -Cllvm-args=-enable-pre=false"
 small="$small -Cllvm-args=-bonus-inst-threshold=0 -Cllvm-args=-join-globalcopies -Cllvm-args=-pre-RA-sched=list-burr"
-export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust -Zunstable-options -Cpanic=immediate-abort $small"
+export CARGO_TARGET_MSP430_NONE_ELF_RUSTFLAGS="-Clinker-flavor=ld -Clink-arg=-Tlink.x -Clink-arg=--gc-sections -Clink-arg=--build-id=none -Clink-arg=-n --remap-path-prefix=$root=. --remap-path-prefix=$home=cargo --remap-path-prefix=$source=rust -Zunstable-options -Cpanic=immediate-abort $small"
 mkdir -p firmware/image
 # Of the MSP430F5529 compiled functions go above 64 KB: `far` stands in the linker's place. Tables of jumps
 # have no counterpart there.

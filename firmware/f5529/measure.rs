@@ -10,17 +10,17 @@
 //! with ticks of one cycle it goes round in 2.6 ms, and what is measured must alternate faster than that.
 
 use crate::chip::capture;
-use lang::wire::Exception;
+use core::ptr::addr_of_mut;
 
-/// Bit of [`Measure::mode`]: ticks of eight cycles.
+/// Bit of `Measure::mode`: ticks of eight cycles.
 const SLOW: u16 = 1 << 3;
 /// An edge of that age, ticks of eight cycles, is no edge to measure from: 5 ms.
 const OLD: u16 = 16_000;
 
 /// The test under way.
-pub struct Measure {
+struct Measure {
     /// The register as written.
-    pub mode: u16,
+    mode: u16,
     samples: u16,
     /// Shortest and longest, P2.3 to P2.4 and back.
     times: [[u16; 2]; 2],
@@ -30,29 +30,52 @@ pub struct Measure {
     fresh: bool,
 }
 
+static mut MEASURE: Measure = Measure::NONE;
+
+/// The only one who knows the test, for as long as one of the functions below takes.
+fn measure() -> &'static mut Measure {
+    // SAFETY: only the main loop calls these functions, and none of them another.
+    unsafe { &mut *addr_of_mut!(MEASURE) }
+}
+
+/// Begins another test, by the mode that [`lang::wire::MEASURE`] takes; `false`: there is no such mode.
+pub fn set(mode: u16) -> bool {
+    measure().set(mode)
+}
+
+/// The mode of the test under way, 0 for none.
+pub fn mode() -> u16 {
+    measure().mode
+}
+
+/// Looks at the captured edges.
+#[inline(never)]
+pub fn poll() {
+    measure().poll();
+}
+
+/// Register `n` of [`lang::wire::MEASURED`], from 0.
+pub fn found(n: u16) -> u16 {
+    measure().found(n)
+}
+
 impl Measure {
     /// Nothing is measured.
-    pub const NONE: Measure =
+    const NONE: Measure =
         Measure { mode: 0, samples: 0, times: [[u16::MAX, 0]; 2], last: 0, from: 0, fresh: false };
 
-    /// Begins another test.
-    ///
-    /// # Errors
-    /// There is no such mode.
-    pub fn set(&mut self, mode: u16) -> Result<(), Exception> {
+    fn set(&mut self, mode: u16) -> bool {
         match mode & 7 {
             0 if mode == 0 => capture::close(),
             1 if mode == 1 => capture::count(),
             2 if mode < 1 << 8 => capture::open(mode & SLOW != 0, mode >> 4 & 3, mode >> 6 & 3),
-            _ => return Err(Exception::IllegalValue),
+            _ => return false,
         }
         *self = Measure { mode, from: capture::edges().0, ..Measure::NONE };
-        Ok(())
+        true
     }
 
-    /// Looks at the captured edges.
-    #[inline(never)]
-    pub fn poll(&mut self) {
+    fn poll(&mut self) {
         if self.mode & 7 != 2 {
             return;
         }
@@ -82,8 +105,7 @@ impl Measure {
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// A register of what was found.
-    pub fn found(&self, n: u16) -> u16 {
+    fn found(&self, n: u16) -> u16 {
         match n {
             0 if self.mode == 1 => capture::now(),
             0 => self.samples,

@@ -103,9 +103,8 @@ struct Shared {
     fill: u8,
     /// Exclusive-or of the DIR pins: axes whose positive direction is low.
     invert: u8,
-    /// Where the power of a path's segment goes when it begins: a compare register, or the word behind this.
-    beam: u16,
-    nowhere: u16,
+    /// Not 0: the power of a path's segment is the PWM's from its beginning on.
+    shines: u16,
     /// Path: the slot that played when the main loop looked last, and the time of those behind it.
     seen: u16,
     ahead: u16,
@@ -224,7 +223,7 @@ pub fn init(record: &BoardRecord) {
         // SMCLK, continuous, cleared.
         (STEP_CTL as *mut u16).write_volatile(0b10 << 8 | 0b10 << 4 | 1 << 2);
         let shared = shared();
-        (*shared).beam = &raw const (*shared).nowhere as u16;
+        (*shared).shines = 0;
         (*shared).width = width;
         (*shared).setup = u16::from(record.setup) * STEP_PER_US;
         (*shared).rest = rest;
@@ -301,10 +300,10 @@ pub fn power() -> u16 {
     }
 }
 
-/// The compare register at this address gets the power of each segment of a path.
-pub fn shine_at(address: u16) {
+/// The PWM gets the power of each segment of a path, and is dark when nothing moves.
+pub fn shine() {
     // SAFETY: no channel is enabled, so no interrupt looks at it.
-    unsafe { (*shared()).beam = address };
+    unsafe { (*shared()).shines = 1 };
 }
 
 /// Hands a segment of a path to the engine, with the power that [`PathSlot`] wants; there must be room. A resting

@@ -8,7 +8,6 @@ pub use crate::chip::{WATCHDOG, WATCHDOG_KICK};
 constants! {
     // Says that a program runs, over any reset but power-up.
     RUNS_MARK = 0x52A1;
-    NO_WATCHDOGS = 0x3C50;
     F_WATCHDOG = Fault::Watchdog.number();
 }
 

@@ -93,7 +93,6 @@ ram! {
     /// Survive a reset that is no power-up.
     boot = "boot" {
         RUNNING: 2, "RUNS_MARK while a program runs.";
-        WATCHDOGS: 2, "NO_WATCHDOGS plus the watchdog resets in a row.";
     }
     /// Deadlines (ticks.s, step.s).
     session_missed = "session$missed" {

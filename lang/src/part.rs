@@ -4,6 +4,7 @@
 //! compiler names it, and the board's verifier refuses it once more.
 
 pub mod chip;
+pub mod pins;
 mod rows;
 
 use self::chip::Chip;

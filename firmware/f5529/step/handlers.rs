@@ -11,7 +11,7 @@
 
 use super::{MODES, PathSlot, PathState, Shared, SingleState};
 use crate::chip::ports::{self, DIR};
-use crate::chip::pwm::DARK;
+use crate::chip::pwm::{self, DARK};
 use crate::chip::timer::{FIRST, STEP_CCR, STEP_CCTL, STEP_IV, STEP_PER_US, STEP_R};
 use core::arch::global_asm;
 use core::mem::offset_of;
@@ -48,7 +48,7 @@ global_asm!(
     .set HIT, PASAPAS_STEP+{hit}
     .set HALT, PASAPAS_STEP+{halt}
     .set CAUGHT, PASAPAS_STEP+{caught}
-    .set BEAM, PASAPAS_STEP+{beam}
+    .set SHINES, PASAPAS_STEP+{shines}
     .set STEP_DUE, PASAPAS_STEP+{due}
     .set STEP_SETUP, PASAPAS_STEP+{setup}
     .set STEP_REST, PASAPAS_STEP+{rest}
@@ -265,8 +265,11 @@ path_switch:
 1:  mov r15, &CURRENT
     dec EVENTS(r15)
     jnc path_empty
-    mov &BEAM, r14
-    mov POWER(r15), 0(r14)
+    tst &SHINES
+    jeq 9f
+    mov POWER(r15), &PASAPAS_POWER
+    bis #{ask_power}, &{pwm_cctl}
+9:
     tst.b FLAGS(r15)
     jge path_schedule
     clr &ACC
@@ -296,8 +299,11 @@ path_stop:
     lasts PATH_STOP_PULSE
     all_rest
     clr &EVENT_CCTL
-    mov &BEAM, r14
-    mov #{dark}, 0(r14)
+    tst &SHINES
+    jeq 9f
+    mov #{dark}, &PASAPAS_POWER
+    mov #{dark}, &{pwm_ccr}
+9:
     pop r14
     pop r15
     reti
@@ -423,8 +429,10 @@ single_stop:
     bis &Z_CCTL, r14
     bit #0x0010, r14
     jne single_exit
-    mov &BEAM, r14
-    mov #{dark}, 0(r14)
+    tst &SHINES
+    jeq single_exit
+    mov #{dark}, &PASAPAS_POWER
+    mov #{dark}, &{pwm_ccr}
     jmp single_exit
 
     /* below the vectors, where there is room */
@@ -460,7 +468,10 @@ single_dir:
     hit = const offset_of!(Shared, hit),
     halt = const offset_of!(Shared, halt),
     caught = const offset_of!(Shared, caught),
-    beam = const offset_of!(Shared, beam),
+    shines = const offset_of!(Shared, shines),
+    ask_power = const pwm::ASK,
+    pwm_cctl = const pwm::CCTL,
+    pwm_ccr = const pwm::CCR,
     due = const offset_of!(Shared, due),
     setup = const offset_of!(Shared, setup),
     rest = const offset_of!(Shared, rest),

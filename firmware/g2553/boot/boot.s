@@ -69,17 +69,7 @@ boot:
     PUT ADDRESS
     PROFILE B_RATE
     CALL uart_open
-    /* watchdog resets in a row */
-    LIT 1
-    F add WATCHDOGS
-    IF_ANY CAUSE, 1, 1f
-    LIT16 NO_WATCHDOGS
-1:  F put WATCHDOGS
-    LIT16 NO_WATCHDOGS+2
-    F cmp WATCHDOGS
-    IF_CARRY 1f
-    BITS_ON RUN_FLAGS, R_BOOTED /* the third and all that follow it: no autorun */
-1:  LIT16 100*0x101
+    LIT16 100*0x101
     F put OVERRIDE
     CALL store_mount
     CALL boot_log

@@ -27,36 +27,35 @@ ticks_rest:
     PROFILE B_FLAGS
     TESTI BOARD_AUTORUN
     IF_EQUAL .Lticks_5
-    IF_NONE CAUSE, 1, .Lticks_11
-    DO run_start
-.Lticks_11:
+    IF_IS_NOT CAUSE, 4, .Lticks_5
+    IF_IS_NOT RUN, RUN_READY, .Lticks_5
     DO run_start
 .Lticks_5:
-    IF_ANY MOTION, M_JOG, .Lticks_13
+    IF_ANY MOTION, M_JOG, .Lticks_12
     GET EFFECT
     ADDI -OP_HOME
     CMPI OP_WAIT-OP_HOME+1
-    IF_CARRY .Lticks_12
-    IF_IS EFFECT, OP_PULSE, .Lticks_14
-    IF_IS RUN, RUN_PAUSED, .Lticks_12
-.Lticks_14:
+    IF_CARRY .Lticks_11
+    IF_IS EFFECT, OP_PULSE, .Lticks_13
+    IF_IS RUN, RUN_PAUSED, .Lticks_11
 .Lticks_13:
+.Lticks_12:
     LIT 1
     DO negate
     F add TIME
-    IF_NEGATIVE .Lticks_15
+    IF_NEGATIVE .Lticks_14
     F store TIME
-    GOTO .Lticks_16
-.Lticks_15:
-    IF_NONE MOTION, M_JOG, .Lticks_17
+    GOTO .Lticks_15
+.Lticks_14:
+    IF_NONE MOTION, M_JOG, .Lticks_16
     DO motion_stop
-.Lticks_17:
-    IF_IS_NOT EFFECT, OP_PULSE, .Lticks_18
+.Lticks_16:
+    IF_IS_NOT EFFECT, OP_PULSE, .Lticks_17
     GET N
     CALL output_off
-.Lticks_18:
-.Lticks_16:
-.Lticks_12:
+.Lticks_17:
+.Lticks_15:
+.Lticks_11:
     .if HAS_EVENTS
     END
     br #event_tick

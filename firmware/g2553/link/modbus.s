@@ -118,7 +118,6 @@ link_feed:
 link_restart:
     tst.b &RUN_FLAGS
     jge link_done
-    dec &WATCHDOGS              ; this one was asked for
 1:  jmp 1b
 
 /* Appends the CRC's next byte: behind its low one it is the high one shifted down. */

@@ -11,7 +11,7 @@ use super::{Build, uart};
 use crate::sim::world::{Action, Button, Registers, Scenario, World, WorldError};
 
 /// Where a reference switch stands when the world does not say: this far away, um.
-const SWITCH_AWAY_UM: i64 = 20_000;
+pub const SWITCH_AWAY_UM: i64 = 20_000;
 
 /// What the scenario does that only a host on the link can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

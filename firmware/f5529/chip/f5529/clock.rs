@@ -1,11 +1,12 @@
 //! Core voltage, clocks, watchdog and causes of resets.
 //!
 //! The processor runs from the DCO, which the frequency locked loop holds to the 4 MHz crystal at XT2. Without
-//! it, from the start or at any later time, the loop is given REFO, which is good for 3.5 %.
+//! it, from the start or at any later time, the loop is given REFO, which is good for 3.5 %, until the crystal has run for
+//! [`SOUND_MS`] without a fault.
 
 use super::reg::{
-    PMMCTL0_H, PMMCTL0_L, PMMIFG, PMMRIE, SFRIE1, SFRIFG1, SVSMHCTL, SVSMLCTL, SYSRSTIV, UCSCTL0,
-    UCSCTL1, UCSCTL2, UCSCTL3, UCSCTL4, UCSCTL6, UCSCTL7, WDTCTL, Word,
+    PMMCTL0, PMMCTL0_H, PMMCTL0_L, PMMIFG, PMMRIE, SFRIE1, SFRIFG1, SVSMHCTL, SVSMLCTL, SYSRSTIV,
+    UCSCTL0, UCSCTL1, UCSCTL2, UCSCTL3, UCSCTL4, UCSCTL6, UCSCTL7, WDTCTL, Word,
 };
 use super::{ports, timer};
 use core::arch::{asm, global_asm};
@@ -46,9 +47,16 @@ pub fn reset() -> ! {
     }
 }
 
-/// Not 0: the crystal failed.
+/// [`FAILED`], [`RECOVERED`], or 0 as long as the crystal has always run.
 #[unsafe(no_mangle)]
 static mut PASAPAS_REFO: u8 = 0;
+const FAILED: u8 = 1;
+const RECOVERED: u8 = 2;
+
+/// Milliseconds without a fault of the crystal after which it is used again.
+const SOUND_MS: u8 = 100;
+/// Those that have passed.
+static mut SOUND: u8 = 0;
 
 // Any oscillator's fault once the loop is locked is the crystal's: there is no other.
 global_asm!(
@@ -59,9 +67,16 @@ module.chip.clock:
 pasapas_oscillator:
     mov #{reference}, &{reference_register}
     mov #{factor}, &{factor_register}
-    mov.b #1, &PASAPAS_REFO
+    mov.b #{failed}, &PASAPAS_REFO
     bic #{oscillator}, &{enable}
     reti
+
+    /* The supply has fallen below what 25 MHz need: as at power-up from here, pins at rest first, then the wait for the
+       supply. A brown-out reset by software, at the core level that holds: SYSRSTIV tells it from other resets. */
+    .global pasapas_supply
+pasapas_supply:
+    mov #0xa507, &{power}
+    jmp pasapas_supply
     "#,
     reference = const REFO[0],
     factor = const REFO[1],
@@ -69,19 +84,51 @@ pasapas_oscillator:
     factor_register = const UCSCTL2.0,
     oscillator = const OSCILLATOR,
     enable = const SFRIE1.0,
+    failed = const FAILED,
+    power = const PMMCTL0.0,
 );
 
-/// Whether the crystal failed, at the start or later.
+/// Whether the crystal does not run, since the start or since it failed.
 #[inline(always)]
 pub fn is_refo() -> bool {
-    // SAFETY: a byte.
-    unsafe { (&raw const PASAPAS_REFO).read_volatile() != 0 }
+    state() == FAILED
 }
 
-/// What is wrong with the clock, a bit of the register of [`cause`]: 5, the crystal does not run.
+fn state() -> u8 {
+    // SAFETY: a byte.
+    unsafe { (&raw const PASAPAS_REFO).read_volatile() }
+}
+
+/// What is wrong with the clock, bits of the register of [`cause`]: 5, the crystal does not run; 6, it did not for some
+/// time since the reset.
 #[inline(always)]
 pub fn fault() -> u8 {
-    u8::from(is_refo()) << 5
+    state() << 5
+}
+
+/// To be called once in a millisecond: a crystal that has failed is taken back when it has run for [`SOUND_MS`] without a
+/// fault. A spark sets the fault's flag once; a crystal that stands still sets it again as soon as it is cleared.
+pub fn recover() {
+    if !is_refo() {
+        return;
+    }
+    let stands = UCSCTL7.get() & NO_XT2 != 0;
+    UCSCTL7.set(0);
+    // SAFETY: a byte that only this function touches.
+    let sound = unsafe { &mut *(&raw mut SOUND) };
+    *sound = if stands { 0 } else { *sound + 1 };
+    if *sound < SOUND_MS {
+        return;
+    }
+    *sound = 0;
+    // The factor first: the loop moves the DCO by one step a period of its reference, downward here, and there is no time
+    // for a second one.
+    UCSCTL2.set(XT2[1]);
+    UCSCTL3.set(XT2[0]);
+    SFRIFG1.set(SFRIFG1.get() & !OSCILLATOR);
+    // SAFETY: a byte; the interrupt that writes it, too, is not enabled.
+    unsafe { (&raw mut PASAPAS_REFO).write_volatile(RECOVERED) };
+    SFRIE1.set(OSCILLATOR);
 }
 
 /// Core voltage for 25 MHz once the supply is there, clocks, pins to their safe states, the timer of the
@@ -91,10 +138,14 @@ pub fn hardware() {
     // A watchdog reset leaves the level as it was.
     let mut level = u16::from(PMMCTL0_L.get() & 3);
     while level != 3 {
+        kick();
         // The level after is tried again until the supply is high enough for it.
         if raise_core(level + 1) {
             level += 1;
         }
+    }
+    while !supply_suffices() {
+        kick();
     }
     oscillate();
     kick();
@@ -133,6 +184,33 @@ fn raise_core(level: u16) -> bool {
 
 const DELAY_HIGH: u16 = 1 << 4;
 const DELAY_LOW: u16 = 1;
+/// The supply is below the monitor's level.
+const SUPPLY_LOW: u16 = 1 << 5;
+
+/// The monitor's level: 2.7 V (SVSMHRRL 5). 25 MHz are specified from 2.4 V on, and the highest level of the supervisor,
+/// which resets by itself, is 2.1 V.
+const MONITOR: u16 = 5;
+
+/// Whether the supply is above the [`MONITOR`]'s level; if so, its fall below that resets the chip from now on.
+fn supply_suffices() -> bool {
+    PMMCTL0_H.set(0xA5);
+    PMMIFG.set(0);
+    SVSMHCTL.set(0x4400 | 3 << 8 | MONITOR);
+    while PMMIFG.get() & DELAY_HIGH == 0 {}
+    let suffices = PMMIFG.get() & SUPPLY_LOW == 0;
+    PMMIFG.set(0);
+    PMMCTL0_H.set(0);
+    watch_supply(suffices);
+    suffices
+}
+
+/// Whether a fall of the supply resets the chip. It does so by an interrupt that nothing else masks.
+pub fn watch_supply(on: bool) {
+    PMMCTL0_H.set(0xA5);
+    let others = PMMRIE.get() & !SUPPLY_LOW;
+    PMMRIE.set(others | if on { SUPPLY_LOW } else { 0 });
+    PMMCTL0_H.set(0);
+}
 
 /// The DCO at [`RATE`], MCLK and SMCLK from it, ACLK from REFO.
 fn oscillate() {
@@ -141,6 +219,7 @@ fn oscillate() {
     let mut left = 2000;
     UCSCTL3.set(XT2[0]);
     while left != 0 {
+        kick();
         UCSCTL7.set(0);
         if UCSCTL7.get() & NO_XT2 == 0 {
             break;
@@ -160,6 +239,7 @@ fn oscillate() {
     let mut settles = factor + 1;
     while settles != 0 {
         settles -= 1;
+        kick();
         let mut cycles = 1024u16 / 4;
         while cycles != 0 {
             cycles -= 1;
@@ -172,7 +252,7 @@ fn oscillate() {
     SFRIFG1.set(SFRIFG1.get() & !OSCILLATOR);
     if left == 0 {
         // SAFETY: a byte of this module; its interrupt is not enabled.
-        unsafe { (&raw mut PASAPAS_REFO).write_volatile(1) };
+        unsafe { (&raw mut PASAPAS_REFO).write_volatile(FAILED) };
     } else {
         SFRIE1.set(OSCILLATOR);
     }
@@ -185,8 +265,8 @@ pub fn cause() -> u8 {
     loop {
         causes |= match SYSRSTIV.get() {
             0 => return causes,
-            // Brown-out, supervisors.
-            0x02 | 0x0C..=0x12 => 1 << 2,
+            // Brown-out, the supply's monitor (`pasapas_supply`), supervisors.
+            0x02 | 0x06 | 0x0C..=0x12 => 1 << 2,
             0x04 => 1 << 3,
             // Watchdog, keys, fetch from peripherals.
             0x16.. => 1,

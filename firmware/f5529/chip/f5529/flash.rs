@@ -1,6 +1,7 @@
-//! The flash controller. A word is written while the processor stands still, 64 to 85 us. An erase takes 23 to
-//! 32 ms, and code in RAM waits for it: no character of the link and no millisecond is lost, and an emergency stop switches
-//! outputs at once.
+//! The flash controller. A word takes 64 to 85 us, an erase 23 to 32 ms. Code in RAM starts either and waits for it: no
+//! character of the back channel and no millisecond is lost, and an emergency stop switches outputs at once. Started from flash
+//! a word would hold the processor, with interrupts off, for as long as a character lasts at 115200 bit/s (86.8 us): with slow
+//! flash, which the data sheet allows, the link would lose one now and then.
 
 use super::reg::{FCTL1, FCTL3, P3SEL, SFRIE1, UCA1IE, UCA1IFG};
 use super::{clock, ports, timer};
@@ -9,29 +10,21 @@ use crate::guard;
 use core::arch::global_asm;
 
 unsafe extern "C" {
-    fn pasapas_erase(address: u16, key: u16);
+    /// Starts an operation by a write of `word`, and comes back when it is done. `mode` and `key` make FCTL1.
+    fn pasapas_flash(address: u16, key: u16, mode: u16, word: u16);
 }
-
-const ERASE: u16 = 1 << 1;
 
 /// One operation: unlocked, triggered by a write of `word`, locked again. Interrupts are off, and those of the
 /// link are served meanwhile as if they were not.
 #[inline(always)]
 pub fn operate(key: Key, mode: u16, address: u16, word: u16) {
-    // No interrupt finds its vector while flash is busy, the crystal's neither.
+    // No interrupt finds its vector while flash is busy, neither the crystal's nor the supply's.
     let enabled = SFRIE1.get();
     SFRIE1.set(0);
-    if mode == ERASE {
-        // SAFETY: the caller has tested that the address lies in flash that no code runs from.
-        unsafe { pasapas_erase(address, key.0) };
-    } else {
-        FCTL3.set(key.0);
-        FCTL1.set(key.0 | mode);
-        // SAFETY: as above.
-        unsafe { (address as *mut u16).write_volatile(word) };
-        FCTL1.set(key.0);
-        FCTL3.set(key.0 | 1 << 4);
-    }
+    clock::watch_supply(false);
+    // SAFETY: the caller has tested that the address lies in flash that no code runs from.
+    unsafe { pasapas_flash(address, key.0, mode, word) };
+    clock::watch_supply(true);
     SFRIE1.set(enabled);
 }
 
@@ -46,20 +39,19 @@ pub fn remember_stop(levels: u16) {
     unsafe { (&raw mut PASAPAS_STOP).write_volatile(levels) };
 }
 
-// r12 address, r13 key. A handler is entered as by its interrupt, with the address behind and the status register
+// r12 address, r13 key, r14 mode, r15 word. A handler is entered as by its interrupt, with the address behind and the status register
 // on the stack. What the guard's have found the main loop sees to afterwards, but the outputs, once (r15).
 global_asm!(
     r#"
-    .section .data.erase,"awx",@progbits
+    .section .data.flash,"awx",@progbits
 module.chip.flash:
-    .global pasapas_erase
-pasapas_erase:
-    clr r15
+    .global pasapas_flash
+pasapas_flash:
     mov r13, &{fctl3}
-    mov r13, r14
-    bis #{erase}, r14
+    bis r13, r14
     mov r14, &{fctl1}
-    clr 0(r12)
+    mov r15, 0(r12)
+    clr r15
 1:  mov #{kick}, &{watchdog}
     bit.b #1, &{uart_flags}
     jeq 2f
@@ -104,9 +96,16 @@ pasapas_erase:
     bit.b #{chain}, &{chain_select}
     jne 7f
     /* outputs 1 and 2 at the pins */
-    mov &PASAPAS_STOP, r14
-    rla r14
-    mov.b r14, &{outputs}
+    bit #1, &PASAPAS_STOP
+    jne 8f
+    bic.b #{latch}, &{latch_out}
+    jmp 5f
+8:  bis.b #{latch}, &{latch_out}
+5:  bit #2, &PASAPAS_STOP
+    jne 8f
+    bic.b #{enable}, &{enable_out}
+    jmp 9f
+8:  bis.b #{enable}, &{enable_out}
     jmp 9f
 7:  mov.b &PASAPAS_STOP+1, &{spi}
 8:  bit.b #1, &{spi_stat}
@@ -114,8 +113,8 @@ pasapas_erase:
     mov.b &PASAPAS_STOP, &{spi}
 8:  bit.b #1, &{spi_stat}
     jne 8b
-    bic.b #{latch}, &{outputs}
-    bis.b #{latch}, &{outputs}
+    bic.b #{latch}, &{latch_out}
+    bis.b #{latch}, &{latch_out}
 9:  bit #1, &{fctl3}
     jne 1b
     mov r13, &{fctl1}
@@ -125,7 +124,6 @@ pasapas_erase:
     "#,
     fctl1 = const FCTL1.0,
     fctl3 = const FCTL3.0,
-    erase = const ERASE,
     kick = const clock::WATCHDOG_KICK,
     watchdog = const clock::WATCHDOG,
     uart_flags = const UCA1IFG.0,
@@ -144,8 +142,7 @@ pasapas_erase:
     spi = const ports::SPI_TXBUF,
     spi_stat = const ports::SPI_STAT,
     latch = const ports::LATCH,
-    outputs = const ports::LATCH_OUT,
+    latch_out = const ports::LATCH_OUT,
+    enable = const ports::ENABLE,
+    enable_out = const ports::ENABLE_OUT,
 );
-
-// Outputs 1 and 2 stand a bit higher in their port than in the set of outputs.
-const _: () = assert!(ports::P8_OUT1_OR_LATCH == 1 << 1);

@@ -1,60 +1,68 @@
 //! The pins of the LaunchPad: buttons, inputs, outputs, directions and shift registers.
 //!
-//! | pin | use |
-//! |---|---|
-//! | P1.2, P1.3, P1.4 | STEP X, Y, Z: TA0.1 to TA0.3 |
-//! | P6.0, P6.1, P6.2 | DIR X, Y, Z |
-//! | P1.1 (S2), P2.0 | Stop, to ground |
-//! | P2.1 (S1), P1.6 | Start, to ground |
-//! | P2.4 to P2.7 | direct wiring: inputs 1 to 4, that is reference X, Y, Z and the probe; P2.4 in the chain wiring: the probe, input 17 |
-//! | P3.0, P3.1, P3.2 | chain wiring: SPI out, in, clock |
-//! | P8.1, P8.2 | direct wiring: outputs 1 and 2; chain wiring: latch and output enable, active low |
-//! | P3.3, P3.4 | RS-485 transmit, receive |
-//! | P4.0 | RS-485: high while it drives |
-//! | P3.5 | PWM of a laser, a spindle or a servo: TB0.5 |
-//! | P3.7 | high: the PWM's pin is let go, without any software: TB0OUTH |
-//! | P4.4, P4.5 | UART transmit, receive: the back channel |
+//! Which pin does what is the plan of `lang::part::pins`.
 
 use super::clock::RATE;
 use super::reg::{
-    P1DIR, P1IN, P1OUT, P1REN, P1SEL, P2DIR, P2IE, P2IES, P2IFG, P2IN, P2OUT, P2REN, P2SEL, P3DIR,
-    P3OUT, P3REN, P3SEL, P4DIR, P4OUT, P4REN, P4SEL, P5OUT, P5REN, P5SEL, P6DIR, P6OUT, P6REN,
-    P6SEL, P7OUT, P7REN, P8DIR, P8OUT, UCB0BR0, UCB0BR1, UCB0CTL0, UCB0CTL1, UCB0RXBUF, UCB0STAT,
-    UCB0TXBUF,
+    P1DIR, P1DS, P1IN, P1OUT, P1REN, P1SEL, P2DIR, P2IE, P2IES, P2IFG, P2IN, P2OUT, P2REN, P2SEL,
+    P3DIR, P3OUT, P3REN, P3SEL, P4DIR, P4OUT, P4REN, P4SEL, P5OUT, P5REN, P5SEL, P6DIR, P6DS,
+    P6OUT, P6REN, P6SEL, P7IN, P7OUT, P7REN, P8DIR, P8OUT, P8REN, UCB0BR0, UCB0BR1, UCB0CTL0,
+    UCB0CTL1, UCB0RXBUF, UCB0STAT, UCB0TXBUF,
 };
-
 use core::arch::global_asm;
 use core::mem::offset_of;
+use lang::part::pins;
 use lang::record::{BoardRecord, RECORD_VERSION};
 
-const P1_STEP: u8 = 1 << 2 | 1 << 3 | 1 << 4;
-const P1_STOP: u8 = 1 << 1;
-const P1_START: u8 = 1 << 6;
-const P2_STOP: u8 = 1 << 0;
-const P2_START: u8 = 1 << 1;
-pub(super) const P3_CHAIN: u8 = 1 << 0 | 1 << 1 | 1 << 2;
-const P3_RS485: u8 = 1 << 3 | 1 << 4;
-const P3_RECEIVE: u8 = 1 << 4;
+const P1_STEP: u8 = pins::mask(&pins::STEP);
+const P1_STOP: u8 = pins::STOP[0].mask();
+const P2_START: u8 = pins::START[0].mask();
+const P2_STOP: u8 = pins::STOP[1].mask();
+const P7_START: u8 = pins::START[1].mask();
+pub(super) const P3_CHAIN: u8 = pins::mask(&pins::CHAIN);
+const P3_RS485: u8 = pins::mask(&pins::RS485);
+const P3_RECEIVE: u8 = pins::RS485[1].mask();
 /// Direction of the RS-485 line's transceiver, in its port.
-pub const P4_DRIVE: u8 = 1 << 0;
-const P3_PWM: u8 = 1 << 5;
-const P3_PWM_OFF: u8 = 1 << 7;
-const P4_UART: u8 = 1 << 4 | 1 << 5;
-const P4_RECEIVE: u8 = 1 << 5;
-const P5_XT2: u8 = 1 << 2 | 1 << 3;
-pub(super) const P8_OUT1_OR_LATCH: u8 = 1 << 1;
-const P8_OUT2_OR_ENABLE: u8 = 1 << 2;
+pub const P4_DRIVE: u8 = pins::DRIVE.mask();
+const P3_PWM: u8 = pins::PWM.mask();
+const P3_PWM_OFF: u8 = pins::PWM_OFF.mask();
+const P4_UART: u8 = pins::mask(&pins::LINK);
+const P4_RECEIVE: u8 = pins::LINK[1].mask();
+const P5_XT2: u8 = pins::mask(&pins::CRYSTAL);
 /// LEDs of the board, which are off.
-const P1_LED: u8 = 1 << 0;
-const P4_LED: u8 = 1 << 7;
+const P1_LED: u8 = pins::LEDS[0].mask();
+const P4_LED: u8 = pins::LEDS[1].mask();
 
 /// The probe of the chain wiring among the [`inputs`].
-pub const PROBE: u8 = 1 << 4;
+pub const PROBE: u8 = pins::INPUTS[0].mask();
 /// DIR of each axis, in the port of directions.
-pub const DIR: [u8; 3] = [1 << 0, 1 << 1, 1 << 2];
-const DIRS: u8 = DIR[0] | DIR[1] | DIR[2];
-/// The latch of the shift registers, in its port.
-pub const LATCH: u8 = P8_OUT1_OR_LATCH;
+pub const DIR: [u8; 3] = [pins::DIR[0].mask(), pins::DIR[1].mask(), pins::DIR[2].mask()];
+const DIRS: u8 = pins::mask(&pins::DIR);
+/// Output 1, or the latch of the shift registers, in its port.
+pub const LATCH: u8 = pins::LATCH.mask();
+/// Output 2, or the output enable of the shift registers, in its port.
+pub const ENABLE: u8 = pins::ENABLE.mask();
+
+// The ports that this module writes are those of the plan; inputs 1 to 4 are the upper half of theirs.
+const _: () = assert!(
+    pins::STEP[0].port == 1
+        && pins::STOP[0].port == 1
+        && pins::START[0].port == 2
+        && pins::STOP[1].port == 2
+        && pins::START[1].port == 7
+        && pins::CHAIN[0].port == 3
+        && pins::RS485[0].port == 3
+        && pins::PWM.port == 3
+        && pins::PWM_OFF.port == 3
+        && pins::DRIVE.port == 4
+        && pins::LINK[0].port == 4
+        && pins::CRYSTAL[0].port == 5
+        && pins::DIR[0].port == 6
+        && pins::LATCH.port == 1
+        && pins::ENABLE.port == 6
+        && pins::INPUTS[0].port == 2
+        && pins::mask(&pins::INPUTS) == 0xF0
+);
 
 /// For the handlers: levels of the inputs, flags of their edges, which edges, which of them answer.
 pub const IN: u16 = P2IN.0;
@@ -67,7 +75,9 @@ pub const IE: u16 = super::reg::P2IE.0;
 /// The port of directions, and that of the latch.
 pub const DIR_OUT: u16 = P6OUT.0;
 /// See [`DIR_OUT`].
-pub const LATCH_OUT: u16 = P8OUT.0;
+pub const LATCH_OUT: u16 = P1OUT.0;
+/// The port of [`ENABLE`].
+pub const ENABLE_OUT: u16 = P6OUT.0;
 /// See [`P4_DRIVE`].
 pub const DRIVE_OUT: u16 = P4OUT.0;
 /// The chain's SPI: status, received and sent byte.
@@ -77,17 +87,22 @@ pub const SPI_RXBUF: u16 = UCB0RXBUF.0;
 /// See [`SPI_STAT`].
 pub const SPI_TXBUF: u16 = UCB0TXBUF.0;
 
-// What `Reset` begins with, before it has touched RAM: DIR is driven low, STEP to its level at rest by the copies of the
-// profile. Where they differ in it, as one may be older than a change, or cut short, STEP is not driven before the
-// profile is known that holds: its resistor keeps it at rest.
+// What `Reset` begins with, before it has touched RAM: STEP and DIR are driven, at full strength and at rest, within some
+// thirty instructions; until then they float at whatever their resistors make of them. Full strength gives the 10 to 16 mA
+// that optocouplers of drivers want (SLAS590, "Outputs - General Purpose I/O (Full Drive Strength)"). The copies of the
+// profile say which level of STEP is at rest. Where they differ in it, as one may be older than a change, or cut short,
+// STEP is not driven before the profile is known that holds: its resistor keeps it at rest.
 global_asm!(
     r#"
     .section .text.ports,"ax",@progbits
 module.chip.ports:
     .global pasapas_hold_steps
 pasapas_hold_steps:
+    mov.b #{step_strength}, &{p1ds}
+    mov.b #{dir_strength}, &{p6ds}
     clr.b &{p6out}
     mov.b #{dirs}, &{p6dir}
+    mov.b #{stop}, &{p1out}
     /* bit 0: active high, bit 1: active low; a board without a profile is active high */
     clr r12
     .irp copy, {first}, {second}
@@ -102,13 +117,15 @@ pasapas_hold_steps:
     .endr
     cmp #3, r12
     jeq 4f
-    bic.b #{step}, &{p1out}
     cmp #2, r12
     jne 3f
     bis.b #{step}, &{p1out}
-3:  bis.b #{step}, &{p1dir}
+3:  mov.b #{step}, &{p1dir}
 4:  ret
     "#,
+    step_strength = const P1_STEP | LATCH,
+    dir_strength = const DIRS | ENABLE,
+    stop = const P1_STOP,
     first = const super::PART.profiles[0],
     second = const super::PART.profiles[1],
     version = const RECORD_VERSION,
@@ -117,6 +134,8 @@ pasapas_hold_steps:
     step_low = const BoardRecord::STEP_LOW,
     step = const P1_STEP,
     dirs = const DIRS,
+    p1ds = const P1DS.0,
+    p6ds = const P6DS.0,
     p1out = const P1OUT.0,
     p1dir = const P1DIR.0,
     p6out = const P6OUT.0,
@@ -126,12 +145,11 @@ pasapas_hold_steps:
 /// Every pin to its state of rest. Outputs of the machine stay as their resistors have them until the first
 /// exchange; contacts, and the receive pin of a cable that is off, are pulled up; pins without a use down.
 pub(super) fn open() {
-    let contacts = P1_STOP | P1_START;
+    let floating = P1_STEP | P1_LED | LATCH;
     // STEP stays as `Reset` has left it.
-    P1OUT.set(contacts | P1OUT.get() & P1_STEP);
     P1SEL.set(0);
     P1DIR.set(P1_LED | P1DIR.get() & P1_STEP);
-    P1REN.set(!(P1_STEP | P1_LED));
+    P1REN.set(!floating);
     P2OUT.set(0xFF);
     P2SEL.set(0);
     P2DIR.set(0);
@@ -148,10 +166,12 @@ pub(super) fn open() {
     P6OUT.set(0);
     P6SEL.set(0);
     P6DIR.set(DIRS);
-    P6REN.set(!DIRS);
-    P7OUT.set(0);
+    P6REN.set(!(DIRS | ENABLE));
+    P7OUT.set(P7_START);
     P7REN.set(0xFF);
+    P8OUT.set(0);
     P8DIR.set(0);
+    P8REN.set(0xFF);
 }
 
 /// Levels of the port of inputs: bits 4 to 7 are inputs 1 to 4 of the direct wiring, low when closed.
@@ -162,24 +182,23 @@ pub fn inputs() -> u8 {
 
 /// Bit 0 Stop, bit 1 Start, on when closed to ground.
 pub fn buttons() -> u16 {
-    let (one, two) = (!P1IN.get(), !P2IN.get());
+    let (one, two, seven) = (!P1IN.get(), !P2IN.get(), !P7IN.get());
     let stop = one & P1_STOP | two & P2_STOP != 0;
-    let start = one & P1_START | two & P2_START != 0;
+    let start = two & P2_START | seven & P7_START != 0;
     u16::from(stop) | u16::from(start) << 1
 }
 
-/// Direct wiring: levels of the two outputs.
+/// Direct wiring: levels of the two outputs, which are driven as soon as they have them.
 #[inline(always)]
 pub fn set_outputs(levels: u16) {
-    for (bit, pin) in [(1, P8_OUT1_OR_LATCH), (2, P8_OUT2_OR_ENABLE)] {
+    for (bit, out, dir, pin) in [(1, P1OUT, P1DIR, LATCH), (2, P6OUT, P6DIR, ENABLE)] {
         if levels & bit != 0 {
-            P8OUT.raise(pin);
+            out.raise(pin);
         } else {
-            P8OUT.clear(pin);
+            out.clear(pin);
         }
+        dir.raise(pin);
     }
-    // Not before they have their levels.
-    P8DIR.set(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
 }
 
 /// Makes port 3 the SPI master of the chain: some 4 MHz, as the 74HC165 take their time, data valid at the
@@ -193,8 +212,10 @@ pub fn open_chain() {
     P3REN.clear(P3_CHAIN);
     P3SEL.raise(P3_CHAIN);
     // The outputs' enable stays high until the registers hold what the chip sends.
-    P8OUT.raise(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
-    P8DIR.set(P8_OUT1_OR_LATCH | P8_OUT2_OR_ENABLE);
+    P1OUT.raise(LATCH);
+    P6OUT.raise(ENABLE);
+    P1DIR.raise(LATCH);
+    P6DIR.raise(ENABLE);
 }
 
 /// Gives the RS-485 line its pins; its transceiver listens.
@@ -230,14 +251,14 @@ pub fn chain_byte(out: u8) -> u8 {
 /// Takes the chain's inputs and shows its outputs.
 #[inline(always)]
 pub fn latch() {
-    P8OUT.clear(P8_OUT1_OR_LATCH);
-    P8OUT.raise(P8_OUT1_OR_LATCH);
+    P1OUT.clear(LATCH);
+    P1OUT.raise(LATCH);
 }
 
 /// The chain's outputs drive from now on.
 #[inline(always)]
 pub fn enable_chain() {
-    P8OUT.clear(P8_OUT2_OR_ENABLE);
+    P6OUT.clear(ENABLE);
 }
 
 /// Which edge of an input answers: `falling` those that go low.

@@ -49,11 +49,18 @@ impl Word {
     pub fn set(self, value: u16) {
         unsafe { (self.0 as *mut u16).write_volatile(value) }
     }
+
+    /// As [`Byte::raise`].
+    #[inline(always)]
+    pub fn raise(self, bits: u16) {
+        unsafe { asm!("bis {0}, 0({1})", in(reg) bits, in(reg) self.0) }
+    }
 }
 
 pub const SFRIE1: Word = Word(0x0100);
 pub const SFRIFG1: Word = Word(0x0102);
 
+pub const PMMCTL0: Word = Word(0x0120);
 pub const PMMCTL0_L: Byte = Byte(0x0120);
 pub const PMMCTL0_H: Byte = Byte(0x0121);
 pub const SVSMHCTL: Word = Word(0x0124);
@@ -84,6 +91,7 @@ pub const P1DIR: Byte = Byte(0x0204);
 pub const P2DIR: Byte = Byte(0x0205);
 pub const P1REN: Byte = Byte(0x0206);
 pub const P2REN: Byte = Byte(0x0207);
+pub const P1DS: Byte = Byte(0x0208);
 pub const P1SEL: Byte = Byte(0x020A);
 pub const P2SEL: Byte = Byte(0x020B);
 pub const P2IES: Byte = Byte(0x0219);
@@ -102,12 +110,15 @@ pub const P6OUT: Byte = Byte(0x0243);
 pub const P6DIR: Byte = Byte(0x0245);
 pub const P5REN: Byte = Byte(0x0246);
 pub const P6REN: Byte = Byte(0x0247);
+pub const P6DS: Byte = Byte(0x0249);
 pub const P5SEL: Byte = Byte(0x024A);
 pub const P6SEL: Byte = Byte(0x024B);
+pub const P7IN: Byte = Byte(0x0260);
 pub const P7OUT: Byte = Byte(0x0262);
 pub const P8OUT: Byte = Byte(0x0263);
 pub const P8DIR: Byte = Byte(0x0265);
 pub const P7REN: Byte = Byte(0x0266);
+pub const P8REN: Byte = Byte(0x0267);
 
 pub const TA0CTL: Word = Word(0x0340);
 pub const TA0CCTL0: Word = Word(0x0342);
@@ -124,6 +135,7 @@ pub const TA1CCR1: Word = Word(0x0394);
 pub const TA1CCR2: Word = Word(0x0396);
 
 pub const TB0CTL: Word = Word(0x03C0);
+pub const TB0R: Word = Word(0x03D0);
 pub const TB0CCTL5: Word = Word(0x03CC);
 pub const TB0CCR0: Word = Word(0x03D2);
 pub const TB0CCR5: Word = Word(0x03DC);

@@ -38,11 +38,11 @@ __INTERRUPTS:
     .short DefaultHandler       /* FFEE USCI_B0 */
     .short pasapas_bus          /* FFF0 USCI_A0 */
     .short DefaultHandler       /* FFF2 WDT */
-    .short DefaultHandler       /* FFF4 TIMER0_B1 */
+    .short pasapas_power        /* FFF4 TIMER0_B1 */
     .short DefaultHandler       /* FFF6 TIMER0_B0 */
     .short DefaultHandler       /* FFF8 COMP_B */
     .short pasapas_oscillator   /* FFFA UNMI */
-    .short DefaultHandler       /* FFFC SYSNMI */
+    .short pasapas_supply       /* FFFC SYSNMI */
     "#,
     flags = const super::reg::UCA1IFG.0,
 );

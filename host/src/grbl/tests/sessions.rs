@@ -253,7 +253,7 @@ fn quiet(bench: &mut Bench, model: &mut Model) {
         bench.ask("$X");
     }
     assert_eq!(bench.state(), "Idle");
-    assert_eq!(bench.ask("G91G0X-0.01"), "ok\r\n");
+    assert_eq!(bench.ask("G4P0.01"), "ok\r\n");
 }
 
 proptest! {
