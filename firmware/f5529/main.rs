@@ -18,6 +18,7 @@ mod guard;
 mod link;
 #[path = "../shared/math.rs"]
 mod math;
+mod measure;
 #[path = "../shared/memory.rs"]
 mod memory;
 mod observe;
@@ -101,6 +102,7 @@ extern "C" fn main() -> ! {
             n += 1;
         }
         controller.pass();
+        measure::poll();
         if controller.wants_reset() {
             boot::restart();
         }

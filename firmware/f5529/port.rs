@@ -8,6 +8,7 @@ use crate::flash::{self, Key};
 use crate::guard;
 use crate::link;
 use crate::math;
+use crate::measure;
 use crate::observe;
 use crate::ram;
 use crate::step;
@@ -215,6 +216,22 @@ impl Steps for F5529 {
     #[inline(always)]
     fn late(&self) -> u16 {
         step::late()
+    }
+    #[inline(always)]
+    fn measure(&self, mode: u16) -> bool {
+        measure::set(mode)
+    }
+    #[inline(always)]
+    fn measures(&self) -> u16 {
+        measure::mode()
+    }
+    #[inline(always)]
+    fn measured(&self, n: u16) -> u16 {
+        measure::found(n)
+    }
+    #[inline(always)]
+    fn revision(&self) -> u16 {
+        u16::from(chip::capture::revision())
     }
 }
 

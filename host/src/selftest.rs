@@ -4,11 +4,14 @@
 //! The link's clock is the measure: the computer's, or the emulated time of a board in this process. What no
 //! register shows (edges at the pins, pulse widths) a logic analyser must: firmware/README.md says which.
 
+mod capture;
 mod clock;
 mod contacts;
 mod hands;
 mod line;
 mod motion;
+#[cfg(test)]
+mod pins_tests;
 mod store;
 #[cfg(test)]
 mod tests;
@@ -33,6 +36,8 @@ pub struct Plan {
     pub unplugged: bool,
     /// Each output has a wire to the input of its number.
     pub jumpers: bool,
+    /// Somebody wires pins of the board to those of its timer when the test asks for it.
+    pub captures: bool,
     /// Somebody is there to press Start, Stop and RST.
     pub hands: bool,
     /// The stored program may be given up.
@@ -41,6 +46,15 @@ pub struct Plan {
     pub rates: bool,
     /// How long the board's milliseconds are held against the clock.
     pub listen: Duration,
+}
+
+/// What a person is asked for.
+#[derive(Clone, Copy, Debug)]
+pub enum Ask<'a> {
+    /// To press something; the test looks whether it was.
+    Press(&'a str),
+    /// To wire pins, in place of what was wired before; the test goes on when that is done.
+    Wire(&'a str),
 }
 
 /// How a check went.
@@ -74,6 +88,8 @@ pub struct Row {
 pub struct Report {
     /// The firmware's part, as far as its features tell; of those with all features `f5529`.
     pub part: &'static str,
+    /// Hardware revision of the chip, 0 of one that does not tell it.
+    pub revision: u16,
     /// What the board says of itself.
     pub board: Identity,
     /// The checks in their order.
@@ -119,7 +135,7 @@ struct Bench<'a, L> {
     record: BoardRecord,
     rows: Vec<Row>,
     tell: &'a mut dyn FnMut(&Row),
-    ask: &'a mut dyn FnMut(&str),
+    ask: &'a mut dyn FnMut(Ask<'_>),
 }
 
 /// Measures a board. `tell` hears each line as it comes, `ask` what a person is to do.
@@ -131,7 +147,7 @@ pub fn run<L: Link>(
     board: &mut Client<L>,
     plan: Plan,
     tell: &mut dyn FnMut(&Row),
-    ask: &mut dyn FnMut(&str),
+    ask: &mut dyn FnMut(Ask<'_>),
 ) -> Result<Report, Trouble> {
     let identity = board.identity()?;
     identity.check().map_err(Trouble::Words)?;
@@ -142,12 +158,15 @@ pub fn run<L: Link>(
         ));
     }
     let own = board.board_record()?;
+    let revision = board.chip_revision()?;
     let part = identity.part();
     // Contacts of a machine would act on the test.
     let chained = own.flags & BoardRecord::CHAIN;
     let record = BoardRecord {
         sequence: own.sequence,
-        flags: BoardRecord::DEFAULT.flags & !BoardRecord::CHAIN | chained,
+        flags: BoardRecord::DEFAULT.flags & !BoardRecord::CHAIN
+            | chained
+            | own.flags & BoardRecord::STEP_LOW,
         address: own.address,
         rate: own.rate,
         pulse: own.pulse,
@@ -165,7 +184,7 @@ pub fn run<L: Link>(
         |wanted: fn(&Verdict) -> bool| rows.iter().filter(|row| wanted(&row.verdict)).count();
     let bad = count(|verdict| *verdict == Verdict::Bad);
     let left = count(|verdict| matches!(verdict, Verdict::Left(_)));
-    Ok(Report { part: part.name, board: identity, rows, bad, left })
+    Ok(Report { part: part.name, revision, board: identity, rows, bad, left })
 }
 
 impl<L: Link> Bench<'_, L> {
@@ -178,6 +197,8 @@ impl<L: Link> Bench<'_, L> {
         self.clock()?;
         self.contacts()?;
         self.motion()?;
+        self.captures()?;
+        self.long_requests()?;
         self.rates()?;
         self.hands()?;
         self.health()
@@ -257,7 +278,7 @@ impl<L: Link> Bench<'_, L> {
         Ok(compiled.image)
     }
 
-    /// Whether the chip has a crystal's clock, by its part.
+    /// Whether it is an MSP430F5529, which has a crystal's clock, by its part.
     fn has_crystal(&self) -> bool {
         !self.part.lacks_feature(feature::STREAM)
     }

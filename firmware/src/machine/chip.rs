@@ -133,8 +133,17 @@ pub trait Steps {
     fn hit(&self) -> u8;
     /// Where an axis was when the pins answered, given its present position.
     fn caught(&self, axis: usize, position: i32) -> i32;
-    /// Events that could not be armed in time since reset.
+    /// Events that came late since reset, as they could not be armed in time. None of them lost a step or shortened a pulse.
     fn late(&self) -> u16;
+    /// Has a spare timer measure at the pins for a self-test; `mode` as [`lang::wire::MEASURE`]. `false`: there is no such
+    /// mode.
+    fn measure(&self, mode: u16) -> bool;
+    /// The mode in which it measures, 0 for none.
+    fn measures(&self) -> u16;
+    /// Register `n` of [`lang::wire::MEASURED`], from 0.
+    fn measured(&self, n: u16) -> u16;
+    /// Hardware revision of the chip.
+    fn revision(&self) -> u16;
 }
 
 /// Pins that stop the step engine by themselves, between two passes of the main loop.

@@ -28,6 +28,7 @@ const RAPID_OVERRIDE: u16 = OVERRIDES + 1;
 const ACTUAL_SPEEDS_END: u16 = ACTUAL_SPEEDS + 6;
 const TARGETS_END: u16 = TARGETS + 6;
 const UPLOAD_NAME_END: u16 = UPLOAD_NAME + NAME as u16;
+const MEASURED_END: u16 = MEASURED + 6;
 const KEEPS_END: u16 = KEEPS + 16;
 
 impl<C: Chip> Controller<C> {
@@ -60,7 +61,9 @@ impl<C: Chip> Controller<C> {
             PROGRAM_CELLS => cells(self.header(at::CELLS) as u8),
             RESET_CAUSE => u16::from(self.reset.cause | self.chip.clock_fault()),
             STACK_FREE => self.chip.stack_free(),
-            MISSED_DEADLINES => self.clock.missed.wrapping_add(self.chip.late()),
+            MISSED_DEADLINES => self.clock.missed,
+            LATE_EVENTS => self.chip.late(),
+            CHIP_REVISION => self.chip.revision(),
             POOL_WORDS_REGISTER => const { pool::words(&C::PART) as u16 },
             RUN_STATE => u16::from(self.session.shown()),
             FAULT => u16::from(self.session.fault),
@@ -105,6 +108,8 @@ impl<C: Chip> Controller<C> {
             UPLOAD_NAME..UPLOAD_NAME_END => {
                 self.incoming.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)]
             }
+            MEASURE => self.chip.measures(),
+            MEASURED..MEASURED_END => self.chip.measured(address - MEASURED),
             WAITS => u16::from(self.waits()),
             EFFECT_PLACE => self.pc_of_effect(),
             OPEN_CALLS.. => self.vm.open_call(address - OPEN_CALLS),
@@ -336,6 +341,10 @@ impl<C: Chip> Map for Controller<C> {
             JOG_HOLD => {
                 self.command.hold = if value == 0 { 0 } else { JOG_HOLD_MS };
                 Ok(())
+            }
+            MEASURE => {
+                self.idle()?;
+                if self.chip.measure(value) { Ok(()) } else { Err(Exception::IllegalValue) }
             }
             SELECTED => self.select(value),
             UPLOAD_CONTROL => self.upload(value),

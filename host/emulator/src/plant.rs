@@ -110,9 +110,38 @@ pub struct Plant {
     pub(crate) output_changed: bool,
     pub(crate) recorder: Recorder,
     recorded_in: u16,
+    jumpers: Vec<Jumper>,
+    /// Levels of all pins as they are.
+    raw: u64,
+}
+
+/// A wire between two pins of the chip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Jumper {
+    /// Pin that drives it.
+    pub from: u8,
+    /// Pin that it drives.
+    pub to: u8,
+    /// Of so many rising edges one does not come through, 0 for a wire in order.
+    pub loses: u32,
+    edges: u32,
+    level: bool,
+}
+
+impl Jumper {
+    /// A wire in order, from one pin to the other.
+    #[must_use]
+    pub const fn new(from: u8, to: u8) -> Jumper {
+        Jumper { from, to, loses: 0, edges: 0, level: false }
+    }
 }
 
 impl Plant {
+    /// Wires pins to each other, in place of those wired so far.
+    pub fn wire(&mut self, jumpers: &[Jumper]) {
+        self.jumpers = jumpers.to_vec();
+    }
+
     /// A plant around a G2553 at rest: all axes at 0, all contacts open.
     #[must_use]
     pub fn new(wiring: Wiring) -> Plant {
@@ -147,6 +176,8 @@ impl Plant {
             output_changed: false,
             recorder: Recorder::default(),
             recorded_in: 0,
+            jumpers: Vec::new(),
+            raw: 0,
         };
         plant.active_low = match wiring {
             Wiring::Direct => 0b1111,
@@ -375,6 +406,16 @@ impl Plant {
     /// The chip gives all its pins these levels, numbered as [`Pins`] has them, at a time in ticks.
     pub fn pins(&mut self, now: u64, levels: u64) {
         let steps = self.board.step.iter().fold(0, |pins, pin| pins | 1 << pin);
+        for wire in &mut self.jumpers {
+            let (is, was) = (high(levels, wire.from), high(self.raw, wire.from));
+            if is && !was {
+                wire.edges += 1;
+                wire.level = wire.loses == 0 || wire.edges % wire.loses != 0;
+            } else if !is {
+                wire.level = false;
+            }
+        }
+        self.raw = levels;
         let levels = if self.step_low { levels ^ steps } else { levels };
         let changed = levels ^ self.pins;
         self.pins = levels;
@@ -500,6 +541,10 @@ impl Plant {
             d.driven |= 1 << board.somi;
             d.level |= u64::from(self.chain.data_out()) << board.somi;
             d.rest |= 1 << board.latch | 1 << board.enable;
+        }
+        for wire in &self.jumpers {
+            d.driven |= 1 << wire.to;
+            d.level = d.level & !(1 << wire.to) | u64::from(wire.level) << wire.to;
         }
         d
     }

@@ -63,6 +63,22 @@ impl<L: Link> Client<L> {
         })
     }
 
+    /// Step events that came late since reset, modulo 65536; 0 of a board that cannot have any.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn late_events(&mut self) -> Result<u16, ClientError> {
+        Ok(self.holding(wire::LATE_EVENTS, 1)?[0])
+    }
+
+    /// Hardware revision of its chip, 0 of one that does not tell it.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn chip_revision(&mut self) -> Result<u16, ClientError> {
+        Ok(self.holding(wire::CHIP_REVISION, 1)?[0])
+    }
+
     /// Cells of the stored program.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use super::port::Port;
 use super::{Console, Options};
 use crate::failure::Failure;
 use crate::output;
-use crate::selftest::{Plan, Report, Row, Trouble, Verdict, run};
+use crate::selftest::{Ask, Plan, Report, Row, Trouble, Verdict, run};
 
 /// `pasapas selftest`
 #[derive(Debug, Args)]
@@ -22,6 +22,9 @@ pub struct Selftest {
     /// Each output has a wire to the input of its number (chain: 1 to 16; direct: 1 and 2)
     #[arg(long, requires = "unplugged")]
     jumpers: bool,
+    /// Somebody wires pins to P2.2, P2.3 and P2.4 when the test asks for it (MSP430F5529)
+    #[arg(long, requires = "unplugged")]
+    captures: bool,
     /// Somebody is there to press Start, Stop and RST when the test asks for it
     #[arg(long)]
     hands: bool,
@@ -48,6 +51,7 @@ impl Selftest {
         let plan = Plan {
             unplugged: self.unplugged,
             jumpers: self.jumpers,
+            captures: self.captures,
             hands: self.hands,
             replace: self.replace,
             rates: self.port.has_rate(),
@@ -62,7 +66,16 @@ impl Selftest {
                 };
             }
         };
-        let report = run(&mut board, plan, &mut tell, &mut |words| console.complain(words));
+        let report = run(&mut board, plan, &mut tell, &mut |ask| match ask {
+            Ask::Press(what) => console.complain(what),
+            Ask::Wire(wires) => {
+                console.complain(&format!(
+                    "take the wires at P2.2 to P2.4 off and wire {wires}; then press Enter"
+                ));
+                // At its end there is nobody to wait for.
+                let _ = std::io::stdin().read_line(&mut String::new());
+            }
+        });
         written?;
         let report = report.map_err(|trouble| match trouble {
             Trouble::Board(error) => error.into(),

@@ -28,6 +28,7 @@ impl Status {
         let mut board = self.port.connect(options, console)?;
         let identity = board.identity()?;
         let state = board.status()?;
+        let late_events = board.late_events()?;
         if console.json() {
             let mut line = serde_json::to_value(&state).unwrap_or_default();
             if let Some(object) = line.as_object_mut() {
@@ -35,6 +36,7 @@ impl Status {
                     "board".to_owned(),
                     serde_json::to_value(&identity).unwrap_or_default(),
                 );
+                object.insert("late_events".to_owned(), late_events.into());
             }
             return console.json_line(&line);
         }
@@ -42,7 +44,7 @@ impl Status {
         text += &format!(
             "program   {}\nboard     firmware {}, register map {}, instruction set {:04X}\n\
              health    {} bytes of stack never used, {} ms served late (erasing flash makes some), reset \
-             cause {}\n",
+             cause {}\n{}",
             match identity.program_bytes {
                 0 => format!("none, {} bytes free", identity.free_bytes),
                 bytes => format!("{bytes} bytes, {} more fit beside it", identity.free_bytes),
@@ -53,8 +55,20 @@ impl Status {
             identity.stack_free,
             identity.missed_deadlines,
             reset_cause(identity.reset_cause),
+            steps(late_events),
         );
         console.result(&text)
+    }
+}
+
+/// What there is to say of step events that came late, a line; nothing of none.
+fn steps(late: u16) -> String {
+    match late {
+        0 => String::new(),
+        1 => "steps     1 came some us late; no step was lost, and no pulse shortened\n".to_owned(),
+        _ => format!(
+            "steps     {late} came some us late; no step was lost, and no pulse shortened\n"
+        ),
     }
 }
 

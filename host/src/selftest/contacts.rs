@@ -68,6 +68,35 @@ impl<L: Link> Bench<'_, L> {
             if after == rest { "no change" } else { "changed" },
             after == rest,
         );
+        self.outputs_after_reset(&rest)
+    }
+
+    /// Outputs that were on are off behind a reset, but for that which the profile switches on there.
+    fn outputs_after_reset(&mut self, rest: &[bool]) -> Result<(), Trouble> {
+        let count = self.outputs();
+        let usual = self.record;
+        let mut wrong = Vec::new();
+        for kept in [0u16, 1, 2] {
+            for n in 0..count {
+                self.board.set_coil(wire::COILS + n, true)?;
+            }
+            let reset_on = (1 << kept) >> 1;
+            self.set_record(BoardRecord { reset_on, sequence: self.record.sequence, ..usual })?;
+            self.board.link().pause(SETTLE);
+            let seen = self.board.inputs(wire::INPUT_BITS, 17)?;
+            for n in 0..usize::from(count) {
+                let on = reset_on >> n & 1 != 0;
+                if (seen[n] != rest[n]) != on {
+                    wrong.push(n + 1);
+                }
+            }
+        }
+        self.set_record(BoardRecord { sequence: self.record.sequence, ..usual })?;
+        wrong.sort_unstable();
+        wrong.dedup();
+        let found =
+            if wrong.is_empty() { "they are".to_owned() } else { format!("not {}", list(&wrong)) };
+        self.row("outputs behind a reset", "as the profile says", found, wrong.is_empty());
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use lang::wire::{Control, RunState};
 
-use super::{Bench, Trouble};
+use super::{Ask, Bench, Trouble};
 use crate::link::Link;
 
 /// A program that goes on for ever.
@@ -21,15 +21,15 @@ impl<L: Link> Bench<'_, L> {
             return Ok(());
         }
         self.program(LOOP)?;
-        (self.ask)("press Start");
+        (self.ask)(Ask::Press("press Start"));
         let running = |bench: &mut Self| bench.is(RunState::Running);
         self.pressed("Start", "the program runs", running)?;
-        (self.ask)("press Stop");
+        (self.ask)(Ask::Press("press Stop"));
         let paused = |bench: &mut Self| bench.is(RunState::Paused);
         self.pressed("Stop", "it pauses", paused)?;
         self.board.control(Control::Stop)?;
         self.at_rest()?;
-        (self.ask)("press the reset button (RST)");
+        (self.ask)(Ask::Press("press the reset button (RST)"));
         // While it comes up it does not answer.
         let reset = |bench: &mut Self| {
             Ok(bench.board.identity().is_ok_and(|identity| identity.reset_cause & RST != 0))

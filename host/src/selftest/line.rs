@@ -5,6 +5,7 @@ use lang::record::BoardRecord;
 use lang::wire;
 
 use super::{Bench, Trouble};
+use crate::client::ClientError;
 use crate::link::{Link, Mode};
 
 /// Rates and parities by their numbers in the record.
@@ -16,6 +17,9 @@ const MODES: [(u8, u32, Parity); 6] = [
     (0x23, 115_200, Parity::Odd),
     (0x03, 115_200, Parity::None),
 ];
+/// Long requests, and words that each writes: 9 bytes are around them.
+const LONG_REQUESTS: u32 = 100;
+const LONG_WORDS: usize = 63;
 /// Requests at each.
 const REQUESTS: u32 = 40;
 
@@ -40,6 +44,29 @@ impl<L: Link> Bench<'_, L> {
             let found_all = good == REQUESTS && at.is_empty();
             self.row(check, expected, format!("{good} of {REQUESTS}{at}"), found_all);
         }
+        Ok(())
+    }
+
+    /// Requests as long as the pieces of a streamed job: an adapter that pauses between its packets tears them apart, and
+    /// the board answers a torn one with silence.
+    pub(super) fn long_requests(&mut self) -> Result<(), Trouble> {
+        const CHECK: &str = "requests of 135 bytes";
+        if !self.has_crystal() {
+            self.left_out(CHECK, "this chip takes none of that length");
+            return Ok(());
+        }
+        let mut lost = 0;
+        for _ in 0..LONG_REQUESTS {
+            // No stream is open: a refusal is an answer as good as any.
+            let answer =
+                self.board.once(|board| board.write_all(wire::STREAM_PIECE, &[0; LONG_WORDS]));
+            match answer {
+                Ok(()) | Err(ClientError::Exception(_)) => {}
+                Err(ClientError::Silent | ClientError::Noise(_)) => lost += 1,
+                Err(error) => return Err(error.into()),
+            }
+        }
+        self.row(CHECK, "none lost", format!("{lost} of {LONG_REQUESTS} lost"), lost == 0);
         Ok(())
     }
 

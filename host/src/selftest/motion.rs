@@ -58,7 +58,7 @@ impl<L: Link> Bench<'_, L> {
         self.board.order(&order, wrong).map_err(Trouble::Words)
     }
 
-    fn place(&mut self, axis: Axis) -> Result<i64, Trouble> {
+    pub(super) fn place(&mut self, axis: Axis) -> Result<i64, Trouble> {
         let register = wire::MACHINE_POSITIONS + 2 * axis.index() as u16;
         let words = self.board.holding(register, 2)?;
         Ok(long(words[0], words[1]).into())
@@ -169,15 +169,14 @@ impl<L: Link> Bench<'_, L> {
     /// Output 1 presses an emergency stop at input 1.
     fn emergency_by_contact(&mut self) -> Result<(), Trouble> {
         const CHECK: &str = "emergency stop by a contact";
-        if self.record.flags & BoardRecord::CHAIN == 0 {
-            self.left_out(CHECK, "in the direct wiring input 1 is a reference switch");
-            return Ok(());
-        }
         let usual = self.record;
         let resting = self.board.inputs(wire::INPUT_BITS, 1)?[0];
         let input_invert = usual.input_invert | u16::from(resting);
         let emergency = [1, 0, 0, 0];
-        self.set_record(BoardRecord { emergency, input_invert, ..usual })?;
+        let chained = usual.flags & BoardRecord::CHAIN != 0;
+        // On a bare LaunchPad input 1 is a reference switch otherwise.
+        let reference = if chained { usual.reference } else { [0; 3] };
+        self.set_record(BoardRecord { emergency, input_invert, reference, ..usual })?;
         self.open_limits()?;
         let (steps, took) = self.overrun(|bench| Ok(bench.board.set_coil(wire::COILS, true)?))?;
         self.stopped_at_once(CHECK, steps, took)?;

@@ -5,8 +5,9 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use lang::profile::Profile;
+use lang::record::BoardRecord;
 
-use super::{Plan, Report, Trouble, Verdict, run};
+use super::{Ask, Plan, Report, Trouble, Verdict, run};
 use crate::board::link::InProcess;
 use crate::board::rig::Rig;
 use crate::board::{Build, F5529, G2553, G2553_HANDLERS};
@@ -14,9 +15,10 @@ use crate::client::Client;
 use crate::link::{Link, Mode};
 use crate::sim::world::{Registers, World};
 
-const ALL: Plan = Plan {
+pub(super) const ALL: Plan = Plan {
     unplugged: true,
     jumpers: true,
+    captures: false,
     hands: false,
     replace: false,
     rates: true,
@@ -24,7 +26,7 @@ const ALL: Plan = Plan {
 };
 
 /// Wires from the outputs to the inputs of their numbers, but for some.
-fn wires(ends: impl Fn(u16) -> Option<u16>) -> World {
+pub(super) fn wires(ends: impl Fn(u16) -> Option<u16>) -> World {
     let wire = |n: u16| {
         let end = ends(n)?;
         Some(format!(
@@ -61,13 +63,20 @@ impl Link for Skewed {
     }
 }
 
-type Board = (Rc<RefCell<Rig>>, Client<InProcess>);
+pub(super) type Board = (Rc<RefCell<Rig>>, Client<InProcess>);
 
 fn board(build: &Build, world: &World) -> Board {
-    let mill = Profile::built_in("mill").expect("built in");
+    board_of(build, world, &Profile::built_in("mill").expect("built in"))
+}
+
+/// A board with its profile's part in its flash.
+pub(super) fn board_of(build: &Build, world: &World, profile: &Profile) -> Board {
     let firmware = build.image().expect("the firmware");
-    let rig = Rig::new(build, &firmware, &mill, world, &Registers::default()).expect("a rig");
+    let rig = Rig::new(build, &firmware, profile, world, &Registers::default()).expect("a rig");
     let rig = Rc::new(RefCell::new(rig));
+    let record = BoardRecord::of(profile, 1).to_bytes();
+    let first = build.part.profiles[0];
+    (first..).zip(record).for_each(|(at, byte)| rig.borrow_mut().board().poke8(at, byte));
     rig.borrow_mut().begin();
     let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
     client.find().expect("it answers");
@@ -79,7 +88,7 @@ fn measured(board: &mut Client<InProcess>, plan: Plan) -> Result<Report, Trouble
 }
 
 /// The checks that found something else than expected.
-fn bad(report: &Report) -> Vec<&str> {
+pub(super) fn bad(report: &Report) -> Vec<&str> {
     let bad = report.rows.iter().filter(|row| row.verdict == Verdict::Bad);
     bad.map(|row| row.check.as_str()).collect()
 }
@@ -92,7 +101,7 @@ fn virtual_boards_keep_what_is_promised() {
         let report = measured(&mut client, ALL).expect("it is measured");
         assert_eq!(bad(&report), [""; 0], "{}: {:#?}", build.part.name, report.rows);
         assert_eq!(report.part, build.part.name);
-        let left = if build.part == F5529.part { 1 } else { 2 };
+        let left = if build.part == F5529.part { 2 } else { 4 };
         assert!(report.rows.len() >= 20 && report.left == left, "{:#?}", report.rows);
         let after = client.board_record().expect("its profile");
         assert_eq!((before.flags, before.rate), (after.flags, after.rate));
@@ -158,7 +167,10 @@ fn nothing_is_moved_or_switched_unasked() {
         .filter(|row| matches!(row.verdict, Verdict::Left(_)))
         .map(|row| row.check.as_str())
         .collect();
-    assert_eq!(left, ["outputs", "inputs", "motion", "Start, Stop, RST"]);
+    assert_eq!(
+        left,
+        ["outputs", "inputs", "motion", "pulses, widths and times at the pins", "Start, Stop, RST"]
+    );
     let mut rig = rig.borrow_mut();
     assert_eq!((rig.pulses(), rig.take_output_edges()), ([0; 3], Vec::new()));
 }
@@ -188,7 +200,8 @@ fn hands_are_seen() {
         rows.map(|row| row.verdict == Verdict::Good).collect::<Vec<_>>()
     };
     let (rig, mut client) = board(&F5529, &World::empty());
-    let mut press = |words: &str| {
+    let mut press = |ask: Ask<'_>| {
+        let Ask::Press(words) = ask else { return };
         let mut rig = rig.borrow_mut();
         rig.board().plant_mut().press_start(words.contains("Start"));
         rig.board().plant_mut().press_stop(words.contains("Stop"));

@@ -98,6 +98,10 @@ macro_rules! register_rows {
                 POOL_WORDS_REGISTER: OWN + 14;
                 /// F5529: number in the library of the stored program that these registers tell of: the one that runs or ran last, or is selected.
                 PROGRAM_NUMBER: OWN + 15;
+                /// F5529: step events that came some us late since reset. No step of them was lost, and no pulse or pause between pulses got shorter than promised.
+                LATE_EVENTS: OWN + 16;
+                /// F5529: hardware revision of the chip, the byte at 1A06 of its device descriptor.
+                CHIP_REVISION: OWN + 17;
                 /// Why a streamed run waits for a handler, 0 when it does not. Bits 0..3: [`Called`]; bits 4, 5:
                 /// slot of the event; high byte: number of the fault instead. What is read behind it in one
                 /// request is of that instant or later.
@@ -168,6 +172,10 @@ macro_rules! register_rows {
                 STREAM_REQUEST: OWN + 67;
                 /// F5529: name that the upload gives its program, 8 registers of two characters, the first in the high byte, 0 behind the last.
                 UPLOAD_NAME: OWN + 68;
+                /// F5529: what TA2 measures at P2.2, P2.3 and P2.4 for a self-test; write 0 for nothing, 1 to count rising edges at P2.2, or 2 for times between an edge at P2.3 and one at P2.4. With 2: bit 3 for ticks of eight cycles instead of one, bits 4 and 5 for rising and falling edges at P2.3, bits 6 and 7 at P2.4. Refused with exception 6 while a program runs or an axis moves.
+                MEASURE: OWN + 76;
+                /// F5529: what it has found, 6 registers: edges counted, modulo 65536, or samples; shortest and longest time from P2.3 to P2.4, shortest and longest from P2.4 to P2.3, time from the last edge at P2.3 to the last one at P2.4 with its sign; times in ticks.
+                MEASURED: OWN + 77;
                 /// Trace slot of events with an even number.
                 TRACE_EVEN: OWN + 100;
                 /// Trace slot of events with an odd number.

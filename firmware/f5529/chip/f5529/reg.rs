@@ -140,6 +140,13 @@ pub const TB0CCTL5: Word = Word(0x03CC);
 pub const TB0CCR0: Word = Word(0x03D2);
 pub const TB0CCR5: Word = Word(0x03DC);
 
+pub const TA2CTL: Word = Word(0x0400);
+pub const TA2CCTL0: Word = Word(0x0402);
+pub const TA2CCTL1: Word = Word(0x0404);
+pub const TA2R: Word = Word(0x0410);
+pub const TA2CCR0: Word = Word(0x0412);
+pub const TA2CCR1: Word = Word(0x0414);
+
 pub const UCA0CTL1: Byte = Byte(0x05C0);
 pub const UCA0CTL0: Byte = Byte(0x05C1);
 pub const UCA0BR0: Byte = Byte(0x05C6);

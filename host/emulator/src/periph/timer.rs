@@ -275,6 +275,17 @@ impl<const N: usize> Timer<N> {
         }
     }
 
+    /// A rising edge at the clock input, which counts while that is the source and the mode continuous. Compare channels
+    /// are not modelled beside it.
+    pub fn clock_input(&mut self) {
+        if self.ctl >> 8 & 3 == 0 && self.mode() == Mode::Continuous {
+            self.count = self.count.wrapping_add(1);
+            if self.count == 0 {
+                self.ctl |= TAIFG;
+            }
+        }
+    }
+
     /// Level of the input that CCISx of channel `n` selects: 0 A, 1 B; ground and Vcc are here.
     pub fn selected_input(&self, n: usize, a: bool, b: bool) -> bool {
         match self.cctl[n] >> 12 & 3 {

@@ -26,6 +26,8 @@ const TIMER_B: [u8; 7] =
 const TB0: usize = 3;
 /// A high level at this selected pin switches all outputs of TB0 off.
 const TB0_OUT_H: u8 = pin(3, 7);
+/// Clock input of TA2.
+const TA2_CLK: u8 = pin(2, 2);
 const UCA0_TX: u8 = pin(3, 3);
 const UCA0_RX: u8 = pin(3, 4);
 const UCB0_SIMO: u8 = pin(3, 0);
@@ -146,6 +148,10 @@ impl Bus {
             self.plant.pins(at, levels);
             if self.plant.output_changed && self.plant.stop_at_output {
                 self.attention = true;
+            }
+            let counts = changed & levels & self.gather(|p| p.sel) & !self.gather(|p| p.dir);
+            if high(counts, TA2_CLK) {
+                self.timers[2].clock_input();
             }
             self.capture_inputs(at);
         }

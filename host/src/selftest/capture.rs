@@ -1,0 +1,268 @@
+//! Whether the pins do what the board says: TA2 of the MSP430F5529 counts and times edges through wires from them.
+
+use std::time::Duration;
+
+use lang::axis::Axis;
+use lang::fault::Fault;
+use lang::record::{BoardRecord, MoreRecord};
+use lang::wire::{self, Control, command};
+
+use super::{Ask, Bench, Trouble};
+use crate::client::orders::words;
+use crate::link::Link;
+
+/// Ticks of a microsecond: cycles of 25 MHz.
+const PER_US: f64 = 25.0;
+/// Bits of [`wire::MEASURE`]: count, capture, ticks of eight cycles; edges at P2.3 and P2.4.
+const COUNT: u16 = 1;
+const CAPTURE: u16 = 2;
+const SLOW: u16 = 1 << 3;
+const RISING: u16 = 1;
+const FALLING: u16 = 2;
+const BOTH: u16 = 3;
+const FIRST: u16 = 4;
+const SECOND: u16 = 6;
+/// The least that a DRV8825 wants of STEP low, us.
+const LOW_US: f64 = 1.9;
+/// DIR stands for so long behind a pulse, us.
+const HOLD_US: f64 = 1.0;
+/// Steps a second of the move that an emergency stop ends, and the ramp to there.
+const SPEED: i64 = 2_000;
+/// Ramp of the fast moves, steps/s2.
+const STEEP: i64 = 300_000;
+/// Period of the pulses that are timed at the PWM's pin, us, and their width.
+const PERIOD_US: f64 = 2_000.0;
+const SERVO_US: u16 = 1_000;
+
+/// What was found: samples or edges, shortest and longest of both ways, the last.
+struct Found {
+    count: u16,
+    there: [u16; 2],
+    back: [u16; 2],
+    last: i16,
+}
+
+impl<L: Link> Bench<'_, L> {
+    pub(super) fn captures(&mut self) -> Result<(), Trouble> {
+        const CHECK: &str = "pulses, widths and times at the pins";
+        if !self.plan.captures || !self.plan.unplugged {
+            self.left_out(
+                CHECK,
+                "--unplugged and --captures say that somebody wires pins to P2.2 to P2.4",
+            );
+            return Ok(());
+        }
+        if !self.has_crystal() {
+            self.left_out(CHECK, "this chip has no timer left for it");
+            return Ok(());
+        }
+        let usual = self.record;
+        // What is wired to P2.4 is no limit switch and no probe.
+        self.set_record(BoardRecord { reference: [0; 3], probe: 0, ..usual })?;
+        self.wire("STEP X (P1.2, 35) to P2.2 (18), P2.3 (17) and P2.4 (39), and nothing else to these three");
+        self.pulses("pulses counted at the pin, X alone", &[Axis::X], 90_000)?;
+        self.pulses("the same, all axes on their own", &Axis::ALL, 49_000)?;
+        self.widths()?;
+        self.wire("DIR X (P6.0, 23) to P2.3 (17), STEP X (P1.2, 35) to P2.4 (39)");
+        self.direction()?;
+        self.last_step(usual)?;
+        self.wire("the PWM (P3.5, 30) to P2.3 (17) and P2.4 (39)");
+        self.period(usual)?;
+        self.tell_timer(0)?;
+        self.set_record(BoardRecord { sequence: self.record.sequence, ..usual })
+    }
+
+    fn wire(&mut self, wires: &str) {
+        (self.ask)(Ask::Wire(wires));
+    }
+
+    fn tell_timer(&mut self, mode: u16) -> Result<(), Trouble> {
+        Ok(self.board.write(wire::MEASURE, mode)?)
+    }
+
+    fn found(&mut self) -> Result<Found, Trouble> {
+        let words = self.board.holding(wire::MEASURED, 6)?;
+        Ok(Found {
+            count: words[0],
+            there: [words[1], words[2]],
+            back: [words[3], words[4]],
+            last: words[5] as i16,
+        })
+    }
+
+    /// Which edge begins a pulse and which ends it.
+    fn step_edges(&self) -> (u16, u16) {
+        if self.record.flags & BoardRecord::STEP_LOW != 0 {
+            (FALLING, RISING)
+        } else {
+            (RISING, FALLING)
+        }
+    }
+
+    fn fast(&mut self, axes: &[Axis], rate: i64, distance: i64) -> Result<(), Trouble> {
+        for axis in axes {
+            let mut order = vec![command::MOVE_BY, axis.index() as u16 + 1];
+            for value in [STEEP, rate, STEEP, distance] {
+                order.extend(words(value));
+            }
+            let wrong = || "it refuses a move by hand".to_owned();
+            self.board.order(&order, wrong).map_err(Trouble::Words)?;
+        }
+        Ok(())
+    }
+
+    /// As many requests as the line takes until nothing moves.
+    fn under_requests(&mut self) -> Result<(), Trouble> {
+        let begun = self.board.link().now();
+        while self.board.input(wire::MOVING, 1)?[0] & 0xFF != 0 {
+            self.board.holding(wire::OWN, 100)?;
+            if self.board.link().now() > begun + Duration::from_secs(30) {
+                return Err(Trouble::Words("an axis does not come to rest".to_owned()));
+            }
+        }
+        Ok(())
+    }
+
+    fn pulses(&mut self, check: &str, axes: &[Axis], rate: i64) -> Result<(), Trouble> {
+        const STEPS: i64 = 30_000;
+        let late = self.board.late_events()?;
+        self.tell_timer(COUNT)?;
+        let from = self.place(Axis::X)?;
+        self.fast(axes, rate, STEPS)?;
+        self.under_requests()?;
+        let said = self.place(Axis::X)? - from;
+        let made = i64::from(self.found()?.count);
+        let late = self.board.late_events()?.wrapping_sub(late);
+        let found = format!("{made} at the pin, {said} said, {late} came late");
+        let expected = format!("{STEPS} at the pin and said, at {rate} steps/s");
+        self.row(check, expected, found, made == STEPS && said == STEPS);
+        Ok(())
+    }
+
+    fn widths(&mut self) -> Result<(), Trouble> {
+        let (begins, ends) = self.step_edges();
+        self.tell_timer(CAPTURE | begins << FIRST | ends << SECOND)?;
+        self.fast(&Axis::ALL, 49_000, -30_000)?;
+        self.under_requests()?;
+        let found = self.found()?;
+        let us = |ticks: u16| f64::from(ticks) / PER_US;
+        for (check, [least, most], wanted) in [
+            ("width of a pulse", found.there, f64::from(self.record.pulse)),
+            ("STEP at rest between pulses", found.back, LOW_US),
+        ] {
+            let told = if least > most {
+                "no pulse".to_owned()
+            } else {
+                format!("{:.2} to {:.2} us", us(least), us(most))
+            };
+            let good = least <= most && us(least) >= wanted;
+            self.row(check, format!("{wanted} us or more"), told, good);
+        }
+        Ok(())
+    }
+
+    /// To and fro without a rest: DIR turns at the pins as fast as it ever does.
+    fn direction(&mut self) -> Result<(), Trouble> {
+        let (begins, ends) = self.step_edges();
+        let mut times = Vec::new();
+        for edge in [begins, ends] {
+            self.tell_timer(CAPTURE | SLOW | BOTH << FIRST | edge << SECOND)?;
+            self.fast(&[Axis::X], 4_000, 8_000)?;
+            self.board.link().pause(Duration::from_millis(300));
+            self.fast(&[Axis::X], 4_000, -8_000)?;
+            self.under_requests()?;
+            times.push(self.found()?);
+        }
+        let setup = f64::from(self.record.setup);
+        for (check, least, wanted) in [
+            ("from DIR to STEP", times[0].there[0], setup),
+            ("from STEP's end to DIR", times[1].back[0], HOLD_US),
+        ] {
+            let seen = least != u16::MAX;
+            let us = 8.0 * f64::from(least) / PER_US;
+            let told = if seen { format!("{us:.1} us") } else { "DIR does not turn".to_owned() };
+            // A tick is eight cycles.
+            let good = seen && us + 8.0 / PER_US >= wanted;
+            self.row(check, format!("{wanted} us or more"), told, good);
+        }
+        Ok(())
+    }
+
+    /// From the edge of an emergency stop to the last step.
+    fn last_step(&mut self, usual: BoardRecord) -> Result<(), Trouble> {
+        const CHECK: &str = "last step behind an emergency stop";
+        let chained = usual.flags & BoardRecord::CHAIN != 0;
+        // The pin stops by itself, the chain by the millisecond; the step that is armed comes.
+        let (n, most) = if chained { (1, 1.1) } else { (2, 0.05) };
+        let most = most + 1e3 / SPEED as f64;
+        self.wire(&format!(
+            "output {n} to input {n} and to P2.3 (17), STEP X (P1.2, 35) to P2.4 (39)"
+        ));
+        let resting = self.board.inputs(wire::INPUT_BITS + n - 1, 1)?[0];
+        let input_invert = usual.input_invert | u16::from(resting) << (n - 1);
+        let emergency = [n as u8, 0, 0, 0];
+        self.set_record(BoardRecord {
+            emergency,
+            input_invert,
+            reference: [0; 3],
+            probe: 0,
+            ..usual
+        })?;
+        self.tell_timer(CAPTURE | SLOW | BOTH << FIRST | self.step_edges().0 << SECOND)?;
+        self.fast(&[Axis::X], SPEED, 20_000)?;
+        self.board.link().pause(Duration::from_millis(600));
+        self.board.set_coil(wire::COILS + n - 1, true)?;
+        self.board.link().pause(Duration::from_millis(100));
+        let fault = self.board.holding(wire::FAULT, 1)?[0];
+        let found = self.found()?;
+        let ms = 8.0 * f64::from(found.last) / PER_US / 1e3;
+        let good = found.count > 0 && ms <= most && fault == Fault::EmergencyStop as u16;
+        let told = if found.count == 0 {
+            format!("the stop does not come to P2.3, fault {fault}")
+        } else {
+            format!("{ms:.3} ms behind its edge, fault {fault}")
+        };
+        self.row(
+            CHECK,
+            format!("at most {most:.2} ms, fault {}", Fault::EmergencyStop as u16),
+            told,
+            good,
+        );
+        self.board.set_coil(wire::COILS + n - 1, false)?;
+        self.board.link().pause(Duration::from_millis(60));
+        Ok(self.board.control(Control::Acknowledge)?)
+    }
+
+    fn period(&mut self, usual: BoardRecord) -> Result<(), Trouble> {
+        let more = MoreRecord {
+            pwm_hz: (1e6 / PERIOD_US) as u16,
+            pwm_range: 1_000,
+            servo_low: SERVO_US / 2,
+            servo_high: SERVO_US,
+            pwm_output: 1,
+            pwm_kind: MoreRecord::SERVO,
+            ..MoreRecord::NONE
+        };
+        self.set_record(BoardRecord { reference: [0; 3], probe: 0, more, ..usual })?;
+        self.board.set_coil(wire::COILS, true)?;
+        self.tell_timer(CAPTURE | RISING << FIRST | FALLING << SECOND)?;
+        self.board.link().pause(Duration::from_millis(500));
+        let found = self.found()?;
+        self.board.set_coil(wire::COILS, false)?;
+        let us = |ticks: [u16; 2]| ticks.map(|ticks| f64::from(ticks) / PER_US);
+        let ([high, high_most], [low, low_most]) = (us(found.there), us(found.back));
+        let near = |value: f64, wanted: f64| (value - wanted).abs() <= 0.006 * wanted;
+        let period = high + low;
+        let good = near(period, PERIOD_US)
+            && near(high_most + low_most, PERIOD_US)
+            && near(high, f64::from(SERVO_US));
+        let told = if found.count == 0 {
+            "no pulses".to_owned()
+        } else {
+            format!("{high:.1} of {period:.1} us")
+        };
+        let expected = format!("{SERVO_US} of {PERIOD_US:.0} us, to 0.6 %");
+        self.row("pulses and period of the PWM", expected, told, good);
+        Ok(())
+    }
+}
