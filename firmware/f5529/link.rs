@@ -5,10 +5,11 @@
 //! Line V1.02, 2.5.1.1). Above 19200 bit/s the standard's fixed 750 us and 1750 us hold.
 
 use crate::chip::{clock, line, rs485, timer};
-use crate::vm::{State, VM};
+use crate::vm::{State, VM, VM_AT};
 use core::arch::global_asm;
 use core::mem::offset_of;
 use core::ptr::addr_of;
+use firmware::machine::Port;
 use firmware::modbus::{FRAME, Line};
 
 /// What the interrupts share with the main loop.
@@ -147,7 +148,7 @@ pasapas_millisecond:
     nop
     add #{per_ms}, &{tick}
     inc &{millis}
-    mov.b #1, &{vm}+{poll}
+    mov.b #1, &{vm}+{vm_at}+{poll}
     tst &PASAPAS_GUARD
     jeq 1f
     br #pasapas_guard_chain
@@ -173,6 +174,7 @@ pasapas_millisecond:
     ready = const FRAME_READY,
     last = const LAST,
     vm = sym VM,
+    vm_at = const VM_AT,
     poll = const offset_of!(State, poll),
     gie = const 1 << 3,
 );
@@ -286,15 +288,27 @@ impl Uart {
         }
     }
 
-    /// Keeps the line's rate when the crystal has failed.
-    pub fn follow_clock(&self) {
+    fn is_busy(&self) -> bool {
+        if self.bus { rs485::is_busy() } else { line::is_busy() }
+    }
+
+    fn transmit(&self) {
+        if self.bus {
+            rs485::transmit();
+        } else {
+            line::transmit();
+        }
+    }
+}
+
+impl Port for Uart {
+    fn follow_clock(&self) {
         if clock::is_refo() != get!(self.refo) && !self.is_busy() {
             self.open(get!(self.code));
         }
     }
 
-    /// A frame's length once its silence has passed. After a reply the next character listens.
-    pub fn frame(&mut self) -> Option<u8> {
+    fn frame(&mut self) -> Option<u8> {
         let state = get!(self.state);
         if state != FRAME_READY {
             return None;
@@ -307,25 +321,10 @@ impl Uart {
         }
         Some(length)
     }
-}
 
-impl Uart {
-    /// Whether no reply is being sent.
-    pub fn rests(&self) -> bool {
+    fn rests(&self) -> bool {
         let sent = get!(self.state) == LAST && get!(self.tail) == get!(self.head);
         get!(self.state) == LISTEN || !self.bus && sent && !self.is_busy()
-    }
-
-    fn is_busy(&self) -> bool {
-        if self.bus { rs485::is_busy() } else { line::is_busy() }
-    }
-
-    fn transmit(&self) {
-        if self.bus {
-            rs485::transmit();
-        } else {
-            line::transmit();
-        }
     }
 }
 

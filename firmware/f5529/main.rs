@@ -1,4 +1,4 @@
-//! The images in Rust: main loop, and what it serves; what differs from chip to chip is in [`chip`].
+//! The image of the MSP430F5529: the machine of `firmware::machine` on its chip.
 #![no_std]
 #![no_main]
 // The board half talks to registers, flash and assembly; each use gives its reason.
@@ -7,46 +7,33 @@
 
 use msp430_rt as _;
 
-mod arcs;
 mod boot;
 mod bus;
 mod chain;
 #[path = "../shared/check.rs"]
 mod check;
 mod chip;
-mod commands;
-mod controller;
-mod effects;
 mod flash;
 mod guard;
-mod home;
-mod limits;
-mod lines;
 mod link;
-mod lock;
-mod map;
 #[path = "../shared/math.rs"]
 mod math;
 #[path = "../shared/memory.rs"]
 mod memory;
-mod motor;
-mod moves;
 mod observe;
-mod pool;
-mod probe;
-mod profile;
-mod pwm;
+mod port;
+mod ram;
 mod scaled;
 mod step;
-mod stream;
 mod vm;
 #[path = "../shared/vm_core.rs"]
 mod vm_core;
 
-use crate::controller::Controller;
 use crate::link::Uart;
+use crate::port::F5529;
 use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
+use firmware::machine::Controller;
 use firmware::modbus::Slave;
 
 /// Nothing panics on purpose: an unexpected one hangs with interrupts off until the watchdog
@@ -67,12 +54,8 @@ extern "C" fn abort() -> ! {
     }
 }
 
-/// Whether the VM stands in a streamed piece.
-fn streams() -> bool {
-    stream::owns()
-}
-
-static mut CONTROLLER: MaybeUninit<Controller> = MaybeUninit::zeroed();
+/// The machine.
+pub static mut CONTROLLER: MaybeUninit<Controller<F5529>> = MaybeUninit::zeroed();
 static mut SLAVES: [Slave; 2] = [Slave::new(), Slave::new()];
 
 /// Called by `Reset` once RAM is ready.
@@ -80,13 +63,14 @@ static mut SLAVES: [Slave; 2] = [Slave::new(), Slave::new()];
 extern "C" fn main() -> ! {
     chip::clock::hardware();
     // SAFETY: `main` is the only code that knows these statics, and never returns; they are zero.
-    let (controller, slaves) =
-        unsafe { (Controller::init(addr_of_mut!(CONTROLLER).cast()), &mut *addr_of_mut!(SLAVES)) };
+    let (controller, slaves) = unsafe {
+        (Controller::init(addr_of_mut!(CONTROLLER).cast(), F5529), &mut *addr_of_mut!(SLAVES))
+    };
     step::init(controller.record);
     if controller.chained() {
         chain::open();
     }
-    controller.motor.pwm.open(controller.record.more());
+    controller.motor.pwm.open(&F5529, controller.record.more());
     controller.motor.power = controller.full_power();
     guard::open(controller.record.falling(), controller.record.input_invert);
     controller.reset.cause = chip::clock::cause();
@@ -110,33 +94,14 @@ extern "C" fn main() -> ! {
     controller.mount();
     loop {
         boot::kick();
-        controller.lines.rests = true;
+        controller.begin_pass();
         let mut n = 0;
         while n != open {
-            let (line, slave) = (&mut lines[n], &mut slaves[n]);
-            controller.lines.line = n as u8;
-            if let Some(length) = line.frame()
-                && slave.request(line, controller, addresses[n], length)
-            {
-                controller.lines.heard();
-                slave.poll(line, controller);
-                // A request of many registers takes as long as a short segment lasts.
-                controller.motor.poll(controller.trace.full);
-            }
-            slave.poll(line, controller);
-            if line.rests() {
-                line.follow_clock();
-            } else {
-                controller.lines.rests = false;
-            }
+            controller.serve_line(n as u8, &mut lines[n], &mut slaves[n], addresses[n]);
             n += 1;
         }
-        controller.incoming.write(&mut controller.store);
-        controller.ticks();
-        controller.motor.poll(controller.trace.full);
-        controller.tripped();
-        controller.run();
-        if controller.reset.wanted && controller.lines.rests {
+        controller.pass();
+        if controller.wants_reset() {
             boot::restart();
         }
     }

@@ -235,7 +235,7 @@ pub fn init(record: &BoardRecord) {
         (*shared).sense = [1; 3];
     }
     set_dirs(0);
-    ports::give_steps();
+    ports::give_steps(low);
 }
 
 /// Whether any axis has an event ahead; see [`axis_is_running`].

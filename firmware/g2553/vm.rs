@@ -10,6 +10,9 @@ pub const PART: Part = if cfg!(feature = "whole") {
     Part::named(env!("PASAPAS_PART")).expect("build.rs knows it")
 };
 
+/// Offset of the registers from their symbol.
+pub const VM_AT: usize = 0;
+
 /// Registers of the VM, as its core loads and stores them: `VM_STATE` in `ram.rs`.
 #[repr(C)]
 pub struct State {

@@ -18,30 +18,26 @@
 //!
 //! Cycles (with the dispatch of 10): add 18, load 24, store 27, small constant 27, `nextword` 54.
 
-use crate::vm::{CALLS, CALLS_END_AT, FRAME_AT, PART, SAVES, State, VM};
+use crate::vm::{CALLS, CALLS_END_AT, FRAME_AT, PART, SAVES, State, VM, VM_AT};
 use core::arch::global_asm;
 use core::mem::offset_of;
+use firmware::machine::vm::{HANDLER_END, YIELD};
 use lang::isa::Op;
 use lang::record::feature;
 
-/// What [`run`] returns when the slice is used up.
-pub const YIELD: u16 = 0x200;
-/// What [`run`] returns when an event handler was left.
-pub const HANDLER_END: u16 = 0x300;
-
 #[cfg(feature = "f5529")]
 unsafe extern "C" {
-    fn pasapas_vm_run() -> u16;
+    fn pasapas_vm_run(vm: *mut core::ffi::c_void) -> u16;
 }
 
 /// Runs until an instruction that the core leaves to its caller (its code is returned), a fault,
 /// whose number is returned plus 100
 /// hexadecimal, or the poll flag at a backward jump or a call.
 #[cfg(feature = "f5529")]
-pub fn run() -> u16 {
-    // SAFETY: the state in `VM` was made by `vm.rs` for a verified program, so every address that
-    // the core forms lies in the pool or in the program.
-    unsafe { pasapas_vm_run() }
+pub fn run(vm: &mut State) -> u16 {
+    // SAFETY: the registers, which the core finds by their address, were made for a verified program, so every
+    // address that the core forms lies in the pool or in the program.
+    unsafe { pasapas_vm_run(core::ptr::from_mut(vm).cast()) }
 }
 
 /// Codes of the table of instructions: what only parts with error handlers or events have ends it.
@@ -81,7 +77,7 @@ const fn short_forms(n: u8) -> u64 {
 // In this order the hot middle is within reach of a jump, 1 KB, from everywhere.
 global_asm!(
     r#"
-    .set CORE_VM, {vm}
+    .set CORE_VM, {vm}+{vm_at}
     .set CORE_CALLS_START, {calls_start}
     .set CORE_TABLE_END, {table_end}
     .set CORE_PC, {pc}
@@ -121,6 +117,7 @@ global_asm!(
     const short_forms(8),
     const short_forms(12),
     vm = sym VM,
+    vm_at = const VM_AT,
     calls_start = sym CALLS,
     table_end = const TABLE_END,
     pc = const offset_of!(State, pc),

@@ -299,15 +299,19 @@ impl Console {
         Ok(())
     }
 
-    /// Writes a diagnostic of a script, with its excerpt on a terminal.
+    /// Writes a diagnostic of a script, with its source line.
     ///
     /// # Errors
     /// Standard output is full or gone.
     pub fn note_in(&self, note: &Note, source: &Source) -> Result<(), Failure> {
-        if self.quiet || self.json() || !render::stderr_is_rich() {
+        if self.quiet || self.json() {
             return self.note(note);
         }
-        let _ = std::io::stderr().lock().write_all(render::excerpt(note, source).as_bytes());
+        let shown = match render::stderr_is_rich() {
+            true => render::excerpt(note, source),
+            false => note.quoted(source),
+        };
+        let _ = std::io::stderr().lock().write_all(shown.as_bytes());
         Ok(())
     }
 

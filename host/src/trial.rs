@@ -1,7 +1,10 @@
 //! The simulation at each pause in typing: what a page needs to show a run before it is made.
 
 pub mod budget;
+pub mod lines;
 
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use lang::axis::Axis;
@@ -17,7 +20,7 @@ use lang::profile::Profile;
 use lang::record::feature;
 use serde_json::{Value, json};
 
-use self::budget::Budget;
+use self::budget::{Budget, Counter};
 use crate::chords;
 use crate::course;
 use crate::plot::{Curve, Plot, Style};
@@ -155,7 +158,7 @@ impl Loaded {
     /// Whether the program runs on a part, and if not, what that lacks.
     pub fn lack(&self, part: &Part) -> Option<String> {
         let image = Image::new(&self.compiled.image).ok()?;
-        part.lacks(&image, self.program.profile.pulse_us).map(|lack| lack.to_string())
+        part.lacks(&image, &self.program.profile).map(|lack| lack.to_string())
     }
 
     /// The smallest part on which the program runs; of one that is too large for all the last.
@@ -254,26 +257,36 @@ pub fn simulate<L: AsRef<Loaded>>(
     let options = sim::Options { part: *part, ..sim::Options::default() };
     let nobody = World::unattended();
     let world = if world.is_empty() { &nobody } else { world };
-    let run = |options: &sim::Options| sim::run_traced(&loaded.program, Engine::Vm, world, options);
-    let first = budget::within(&budget.ended, || {
-        run(&sim::Options {
-            statements: budget.statements,
-            interrupted: budget::is_over,
-            ..options
-        })
+    let counter = Counter::new(&loaded.program);
+    let endless = counter.may_loop_for_ever();
+    let (events, turns) = (Rc::new(RefCell::new(Vec::new())), Rc::new(Cell::new(None)));
+    let (heard, found) = (events.clone(), turns.clone());
+    let counter = RefCell::new(counter);
+    let all = budget.all;
+    let sink = Box::new(move |event: &Event| {
+        heard.borrow_mut().push(event.clone());
+        if !all && found.get().is_none() {
+            found.set(counter.borrow_mut().hear(event));
+        }
+    });
+    let (enough, seen) = (budget.ended.clone(), turns.clone());
+    let first = budget::within(Rc::new(move || seen.get().is_some() || enough(endless)), || {
+        let (statements, interrupted) = (budget.statements, budget::is_over as fn() -> bool);
+        let options = sim::Options { statements, interrupted, ..options };
+        sim::run(&loaded.program, Engine::Vm, world, &options, sink)
     });
     let cut = |outcome: &Outcome| {
         let why = outcome.summary.stopped;
         matches!(why, Some(StopReason::Limit | StopReason::Statements | StopReason::Interrupted))
     };
-    let mut turns = None;
-    let result = first.and_then(|(outcome, events)| {
-        turns = Some(&outcome).filter(|own| cut(own) && !budget.all).and(budget::turns(&events));
-        match turns {
-            // The first turns again: less than what was simulated just now.
-            Some(turns) => run(&sim::Options { limit_us: turns.us, ..options }),
-            None => Ok((outcome, events)),
+    let turns = turns.get();
+    let result = first.and_then(|outcome| match turns.filter(|_| cut(&outcome)) {
+        // The same again up to the end of a turn.
+        Some(turns) => {
+            let options = sim::Options { limit_us: turns.us, ..options };
+            sim::run_traced(&loaded.program, Engine::Vm, world, &options)
         }
+        None => Ok((outcome, events.take())),
     });
     match result {
         Ok((outcome, events)) => {
@@ -404,6 +417,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         "statements": summary.statements,
         "steps": summary.steps,
         "travel_um": summary.travel_um,
+        "effects": lines::with_effects(&loaded.compiled),
         "bytes": loaded.compiled.image.len(),
         "room": room,
         "part": part.name,

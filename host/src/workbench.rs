@@ -12,6 +12,7 @@ mod bench_tests;
 mod client;
 mod commission;
 mod desk;
+mod file;
 mod gate;
 mod http;
 mod library;

@@ -70,6 +70,9 @@ pub struct Work {
     /// Z goes down before and up behind it.
     #[serde(default)]
     pub down: Option<Down>,
+    /// The spindle turns meanwhile, where the machine has one: a drill wants it, a needle does not.
+    #[serde(default)]
+    pub spindle: bool,
     /// Something that is done there.
     #[serde(default)]
     pub act: Act,

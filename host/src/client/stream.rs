@@ -152,9 +152,8 @@ impl<L: Link> Client<L> {
         let first = wire::STREAM_CALL;
         let words = self.holding(first, wire::STREAM_RESULT - first + 1)?;
         let at = |register: u16| words[usize::from(register - first)];
-        let place = |first: u16| {
-            [0, 2, 4].map(|n| super::status::long(at(first + n), at(first + n + 1)))
-        };
+        let place =
+            |first: u16| [0, 2, 4].map(|n| super::status::long(at(first + n), at(first + n + 1)));
         Ok(Standing {
             state: RunState::from_number(at(wire::RUN_STATE)),
             fault: at(wire::FAULT),

@@ -71,12 +71,7 @@ impl Grbl {
             ways.push(link.display().to_string());
         }
         let (name, open) = self.board(&profile, options, console)?;
-        let setting = Setting {
-            profile,
-            offsets: self.offsets.clone(),
-            name,
-            tells: true,
-        };
+        let setting = Setting { profile, offsets: self.offsets.clone(), name, tells: true };
         let server = Server::start(setting, ports, open).map_err(Failure::Board)?;
         interrupt::watch();
         if console.json() {
@@ -123,10 +118,11 @@ impl Grbl {
             ));
         }
         let world = world::load(self.world.as_deref(), World::empty(), console)?;
-        let live = Live::start(self.part.or_default(), profile, &world).map_err(|error| match error {
-            LiveError::World(error) => world::wrong(&error, console),
-            LiveError::Firmware(words) => Failure::Board(format!("firmware: {words}")),
-        })?;
+        let live =
+            Live::start(self.part.or_default(), profile, &world).map_err(|error| match error {
+                LiveError::World(error) => world::wrong(&error, console),
+                LiveError::Firmware(words) => Failure::Board(format!("firmware: {words}")),
+            })?;
         let live = Arc::new(live);
         Ok(("the virtual board".to_owned(), Box::new(move || live.connect())))
     }

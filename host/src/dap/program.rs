@@ -8,12 +8,13 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, analyse};
 use lang::hir::Program;
 use lang::image::Image;
-use lang::isa::{Class, Op};
+use lang::isa::Op;
 use lang::profile::Profile;
 
 use super::names::Names;
 use super::sim::beginnings;
 use crate::input;
+use crate::trial::lines;
 
 /// A script that was compiled to be looked at.
 pub struct Loaded {
@@ -72,21 +73,19 @@ pub fn load(file: &str, profile: Option<Profile>) -> Result<Loaded, String> {
     let mut lines: Vec<u32> = beginnings(&compiled.sidecar).into_values().flatten().collect();
     lines.sort_unstable();
     lines.dedup();
-    let (effects, calls) = of_code(&compiled, &names);
+    let effects = lines::with_effects(&compiled);
+    let calls = calls_of(&compiled, &names);
     Ok(Loaded { file: file.to_owned(), program, compiled, names, lines, effects, calls })
 }
 
-/// Lines with an effect, ascending, and who calls whom.
-fn of_code(compiled: &Compiled, names: &Names) -> (Vec<u32>, Calls) {
-    let (mut effects, mut calls) = (BTreeSet::new(), BTreeMap::new());
+/// Who calls whom.
+fn calls_of(compiled: &Compiled, names: &Names) -> Calls {
+    let mut calls = BTreeMap::new();
     let line = |pc: usize| compiled.sidecar.at(pc).map_or(0, |mark| mark.line);
     let code = Image::new(&compiled.image).map(|image| disasm::instructions(&image));
     for insn in code.unwrap_or_default() {
         let Some((op, _)) = Op::decode(insn.bytes[0]) else { continue };
         let here = line(insn.pc);
-        if op.row().class == Class::Effect {
-            effects.insert(here);
-        }
         if matches!(op, Op::Call | Op::CallFar | Op::Func) {
             let address =
                 insn.bytes[1..].iter().rev().fold(0, |at, byte| at << 8 | usize::from(*byte));
@@ -94,7 +93,7 @@ fn of_code(compiled: &Compiled, names: &Names) -> (Vec<u32>, Calls) {
             to.insert(names.routine_at(line(address)));
         }
     }
-    (effects.into_iter().collect(), calls)
+    calls
 }
 
 impl Loaded {

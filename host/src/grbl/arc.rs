@@ -93,7 +93,8 @@ impl Arc {
     /// The least and greatest coordinates that it comes to.
     pub fn reach(&self, from: [f64; 2], to: [f64; 2]) -> [[f64; 2]; 2] {
         let mut reach = [0, 1].map(|i| [from[i].min(to[i]), from[i].max(to[i])]);
-        let (low, high) = (self.begin.min(self.begin + self.turn), self.begin.max(self.begin + self.turn));
+        let (low, high) =
+            (self.begin.min(self.begin + self.turn), self.begin.max(self.begin + self.turn));
         let mut quarter = (low / (PI / 2.0)).ceil();
         while quarter * PI / 2.0 <= high {
             let angle = quarter * PI / 2.0;

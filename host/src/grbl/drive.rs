@@ -211,6 +211,9 @@ impl<L: Link> Drive<L> {
     fn show(&mut self, standing: &Standing, ours: bool, more: impl FnOnce(&mut View)) {
         let place = self.machine.place(standing.steps);
         self.looks.pace(place);
+        if !ours && !self.looks.moving {
+            self.looks.speed = 0.0;
+        }
         let looks = &self.looks;
         self.desk.show(|view| {
             view.steps = standing.steps;
@@ -261,6 +264,8 @@ impl<L: Link> Drive<L> {
             drive: RefCell::new(self),
             rests: Cell::new(None),
             handed: &handed,
+            probes: Default::default(),
+            printed: RefCell::default(),
             broken: RefCell::new(None),
         };
         let outcome = run.pump(&mut client, slots, &lines);
@@ -331,6 +336,10 @@ struct Run<'a, L: Link> {
     /// Since when all that came is done.
     rests: Cell<Option<Instant>>,
     handed: &'a Cell<u32>,
+    /// Probes that were handed on, and those of which the result came.
+    probes: [Cell<usize>; 2],
+    /// What is printed, and the newest probe's axis, success and place in steps.
+    printed: RefCell<(Vec<u8>, Option<(usize, bool, i32)>)>,
     /// Why lines could not be made a program; none of them can be wrong, so this is a defect.
     broken: RefCell<Option<String>>,
 }
@@ -346,6 +355,7 @@ impl<L: Link> Run<'_, L> {
         let desk = self.drive.borrow().desk.clone();
         let stops = self.drive.borrow().stops;
         let broke = |words: String| *self.broken.borrow_mut() = Some(words);
+        self.count_probes(lines);
         let first = match made(lines, &profile) {
             Ok(compiled) => Chain::new(compiled),
             Err(words) => {
@@ -380,6 +390,7 @@ impl<L: Link> Run<'_, L> {
             };
             self.rests.set(None);
             self.handed.set(*newest);
+            self.count_probes(&lines);
             let compiled = match made(&lines, profile) {
                 Ok(compiled) => compiled,
                 Err(words) => {
@@ -421,9 +432,30 @@ impl<L: Link> Run<'_, L> {
             now(client, &desk.wants(), &desk)?;
             self.observe(client, standing, at)
         };
-        let print: pump::Printer<'_> = &mut |_| ();
-        pump::run_observed(client, &mut job, slots, &mut watch, Some(print), &mut observe)
+        let mut print = |bytes: &[u8]| self.print(bytes);
+        pump::run_observed(client, &mut job, slots, &mut watch, Some(&mut print), &mut observe)
             .map(drop)
+    }
+
+    fn count_probes(&self, lines: &[(u32, Vec<Order>)]) {
+        let orders = lines.iter().flat_map(|(_, orders)| orders);
+        let count = orders.filter(|order| matches!(order, Order::Probe { .. })).count();
+        self.probes[0].set(self.probes[0].get() + count);
+    }
+
+    /// Takes what the job prints: a line for each probe.
+    fn print(&self, bytes: &[u8]) {
+        let mut printed = self.printed.borrow_mut();
+        printed.0.extend(bytes);
+        while let Some(end) = printed.0.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = printed.0.drain(..=end).collect();
+            let text = String::from_utf8_lossy(&line);
+            let words: Vec<i32> = text.split_whitespace().flat_map(str::parse).collect();
+            if let [axis @ 0..=2, met, steps] = words[..] {
+                printed.1 = Some((axis.unsigned_abs() as usize, met != 0, steps));
+                self.probes[1].set(self.probes[1].get() + 1);
+            }
+        }
     }
 
     fn observe(
@@ -434,22 +466,21 @@ impl<L: Link> Run<'_, L> {
     ) -> Result<(), ClientError> {
         let mut drive = self.drive.borrow_mut();
         drive.looks.inputs(client)?;
-        let mut rests = at.dry && standing.commanded == standing.steps;
-        if at.dry && !rests {
+        let told = self.probes[0].get() == self.probes[1].get();
+        let mut rests = at.dry && told && standing.commanded == standing.steps;
+        if at.dry && told && !rests {
             // Behind a probe or a correction the two may differ for good.
             let moved = drive.looks.moving;
             drive.looks.inputs_now(client)?;
-            rests = !moved && !drive.looks.moving && drive.looks.stands(standing.steps, &drive.machine);
+            rests =
+                !moved && !drive.looks.moving && drive.looks.stands(standing.steps, &drive.machine);
         }
         let handed = self.handed.get();
         let mut probed = None;
         if rests && self.rests.get().is_none() {
             self.rests.set(Some(Instant::now()));
             drive.looks.speed = 0.0;
-            let words = client.input(wire::PROBE_RESULT, 6)?;
-            let miss = client.input(wire::PROBE_ERROR, 1)?[0] & 0xFF;
-            let long = |n: usize| crate::client::status::long(words[2 * n], words[2 * n + 1]);
-            probed = Some(([0, 1, 2].map(long), miss == 0));
+            probed = self.printed.borrow_mut().1.take();
         }
         let begun = if standing.begun > 0 { at.line } else { 0 };
         drive.show(standing, true, |view| {
@@ -457,8 +488,9 @@ impl<L: Link> Run<'_, L> {
             if rests {
                 (view.begun, view.done) = (handed, handed);
             }
-            if let Some((place, met)) = probed {
-                (view.probed, view.met) = (place, met);
+            if let Some((axis, met, steps)) = probed {
+                (view.probed, view.met) = (standing.steps, met);
+                view.probed[axis] = steps;
             }
         });
         Ok(())

@@ -83,7 +83,8 @@ impl KeepFile {
     /// It cannot be written; in words.
     pub fn write(&self, kept: &Kept) -> Result<(), String> {
         let Some(path) = &self.path else { return Ok(()) };
-        let words = |error: std::io::Error| format!("{} cannot be written: {error}", path.display());
+        let words =
+            |error: std::io::Error| format!("{} cannot be written: {error}", path.display());
         let text = serde_json::to_string_pretty(kept).map_err(|error| error.to_string())?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));

@@ -134,13 +134,14 @@ impl Writer {
             Order::Coolant(on) => if *on { "M8" } else { "M9" }.to_owned(),
             Order::Halt => "WaitStart".to_owned(),
             Order::Output(n, on) => format!("SetOut {n}, {}", if *on { "ON" } else { "OFF" }),
-            Order::Probe { axis, limit, feed, input, away } => format!(
-                "Probe? {}, {}mm, {}mm/s, {input}, {}",
-                LETTERS[*axis],
-                mm(*limit),
-                mm(*feed),
-                if *away { "OFF" } else { "ON" }
-            ),
+            Order::Probe { axis, limit, feed, input, away } => {
+                let (letter, limit, feed) = (LETTERS[*axis], mm(*limit), mm(*feed));
+                let state = if *away { "OFF" } else { "ON" };
+                let text = format!("Probe? {letter}, {limit}mm, {feed}mm/s, {input}, {state}");
+                self.statement(number, &text);
+                // What it found comes back as print: the registers tell of commands' probes only.
+                format!("PRINT {axis}; \" \"; PROBEOK({letter}); \" \"; PROBEDST({letter})")
+            }
             Order::Home => "Home".to_owned(),
             Order::Motors(on) => format!("Motors {}", if *on { "ON" } else { "OFF" }),
         };
@@ -198,8 +199,8 @@ mod tests {
         let arc = Order::Arc {
             plane: 17,
             clockwise: true,
-            to: [Some(-500), Some(0), Some(1)],
-            center: [1000, -1],
+            to: [Some(7000), Some(1), Some(1)],
+            center: [1000, 0],
             feed: 1,
             power: None,
         };
@@ -210,7 +211,7 @@ mod tests {
             line(6000, Some(300)),
             line(5000, Some(0)),
             arc,
-            Order::Probe { axis: 2, limit: -1000, feed: 1500, input: 17, away: true },
+            Order::Probe { axis: 2, limit: 9000, feed: 1500, input: 17, away: true },
             Order::Dwell(250),
             Order::Output(3, true),
             Order::Coolant(true),
@@ -231,8 +232,9 @@ mod tests {
             "G1 X6.000",
             "S0",
             "G1 X5.000",
-            "G17 G2 X-0.500 Y0.000 Z0.001 I1.000 J-0.001 F0.06",
-            "Probe? Z, -1.000mm, 1.500mm/s, 17, OFF",
+            "G17 G2 X7.000 Y0.001 Z0.001 I1.000 J0.000 F0.06",
+            "Probe? Z, 9.000mm, 1.500mm/s, 17, OFF",
+            "PRINT 2; \" \"; PROBEOK(Z); \" \"; PROBEDST(Z)",
             "Wait 250ms",
             "SetOut 3, ON",
             "M8",
@@ -241,13 +243,14 @@ mod tests {
             "Motors OFF",
         ];
         assert_eq!(text.lines().collect::<Vec<_>>(), wanted);
-        assert_eq!(numbers, [0, 1, 2, 3, 3, 4, 5, 5, 6, 7, 8, 9, 10, 11, 12, 13]);
+        assert_eq!(numbers, [0, 1, 2, 3, 3, 4, 5, 5, 6, 7, 7, 8, 9, 10, 11, 12, 13]);
         let profile = lang::profile::Profile::built_in("laser").expect("built in");
         // The laser has no Z.
         let flat: String = text
             .replace(" Z-12.345", "")
             .replace(" Z0.001", "")
-            .replace("Probe? Z", "Probe? X");
+            .replace("Probe? Z", "Probe? X")
+            .replace("(Z)", "(X)");
         crate::grbl::drive::compiled(&flat, &profile).expect("it compiles");
     }
 }

@@ -230,10 +230,8 @@ impl Planner<'_, '_> {
     /// The motion that this line makes.
     fn motion_of(&self) -> Result<Option<Motion>, Refusal> {
         let block = self.block;
-        let taken = matches!(
-            block.once,
-            Some(Once::SetOffset | Once::Go(_) | Once::Shift)
-        ) || block.tool_length == Some(true);
+        let taken = matches!(block.once, Some(Once::SetOffset | Once::Go(_) | Once::Shift))
+            || block.tool_length == Some(true);
         if taken {
             return Ok(None);
         }

@@ -45,10 +45,19 @@ pub struct Ports {
 }
 
 enum Way {
-    Tcp { listener: TcpListener, stream: Option<TcpStream> },
+    Tcp {
+        listener: TcpListener,
+        stream: Option<TcpStream>,
+    },
     #[cfg(unix)]
     Pty(pty::Pty),
-    Serial { path: String, mode: Mode, port: Option<Serial>, open_at: Instant, heard: Instant },
+    Serial {
+        path: String,
+        mode: Mode,
+        port: Option<Serial>,
+        open_at: Instant,
+        heard: Instant,
+    },
 }
 
 impl Ports {

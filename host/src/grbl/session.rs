@@ -109,6 +109,8 @@ pub struct Session {
     pub(super) door: bool,
     pub(super) check: bool,
     pub(super) sleeping: bool,
+    /// The drivers were switched off, and are to be on again before anything moves.
+    undriven: bool,
     pub(super) jogging: bool,
     /// Feed, rapid and spindle override, per cent.
     pub(super) overrides: [u16; 3],
@@ -161,6 +163,7 @@ impl Session {
             door: false,
             check: false,
             sleeping: false,
+            undriven: false,
             jogging: false,
             overrides: [100; 3],
             spindle_stopped: false,
@@ -372,7 +375,10 @@ impl Session {
     }
 
     fn raise(&mut self, alarm: Alarm, words: &str) {
-        if self.alarm.is_some_and(|before| before.critical) || !self.there {
+        if self.alarm.is_some_and(|before| before.critical) {
+            return;
+        }
+        if !self.there {
             self.alarm = Some(alarm);
             return;
         }
@@ -391,7 +397,8 @@ impl Session {
 
     /// What was under way is over: the place is where the axes rest.
     fn drop_lines(&mut self, view: &View) {
-        self.last = self.last.max(view.done);
+        // Lines that were dropped have no number: the next one has it.
+        self.last = view.done;
         self.queue.clear();
         self.sync = None;
         self.jogging = false;

@@ -91,9 +91,9 @@ impl Machine {
                 0.0,
             ],
             inverted_probe: inverted(profile.probe_input()),
-            inverted_reference: Axis::ALL
-                .iter()
-                .any(|axis| profile.axis(*axis).is_some() && inverted(profile.reference_input(*axis))),
+            inverted_reference: Axis::ALL.iter().any(|axis| {
+                profile.axis(*axis).is_some() && inverted(profile.reference_input(*axis))
+            }),
             inverted_enable: profile.output_with(OutputRole::Enable).is_some_and(|o| o.invert),
         }
     }

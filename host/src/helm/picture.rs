@@ -86,6 +86,28 @@ pub struct Round {
     count: u32,
     words: StatusWords,
     next: Picture,
+    shift: [Shift; 3],
+}
+
+/// Work position less machine position of an axis. The two are read one after the other, and an axis
+/// that moves is elsewhere by then; their difference changes only while it rests. So it is taken where
+/// two rounds agree, and added to the machine position of the round.
+#[derive(Clone, Copy, Debug, Default)]
+struct Shift {
+    taken: Option<i32>,
+    last: Option<i32>,
+}
+
+impl Shift {
+    /// The work position that belongs to a machine position.
+    fn work(&mut self, machine: i32, work: i32, moves: bool) -> i32 {
+        let now = work.wrapping_sub(machine);
+        let before = std::mem::replace(&mut self.last, Some(now).filter(|_| !moves));
+        if !moves && before == Some(now) || self.taken.is_none() {
+            self.taken = Some(now);
+        }
+        machine.wrapping_add(self.taken.unwrap_or(now))
+    }
 }
 
 fn letters(bits: u16) -> Vec<char> {
@@ -96,7 +118,13 @@ fn letters(bits: u16) -> Vec<char> {
 impl Round {
     /// The first one.
     pub fn new() -> Round {
-        Round { step: Step::Run, count: 0, words: StatusWords::default(), next: Picture::default() }
+        Round {
+            step: Step::Run,
+            count: 0,
+            words: StatusWords::default(),
+            next: Picture::default(),
+            shift: Default::default(),
+        }
     }
 
     /// Whether no look of the round has been made yet.
@@ -137,7 +165,13 @@ impl Round {
             }
             Step::Work => {
                 let words = board.input(wire::WORK_POSITIONS, 6)?;
-                next.work = [0, 1, 2].map(|n| long(words[2 * n], words[2 * n + 1]));
+                next.work = [0, 1, 2].map(|n| {
+                    let at = usize::from(wire::MACHINE_POSITIONS - wire::RUN_STATE) + 2 * n;
+                    let pair = self.words.run.get(at..at + 2);
+                    let machine = pair.map_or(0, |pair| long(pair[0], pair[1]));
+                    let moves = self.words.moving >> n & 1 != 0;
+                    self.shift[n].work(machine, long(words[2 * n], words[2 * n + 1]), moves)
+                });
                 if self.count.is_multiple_of(SELDOM) { Step::Overrides } else { Step::Cells(0) }
             }
             Step::Overrides => {
@@ -174,5 +208,22 @@ impl Round {
         next.port = Port::Up;
         next.status = Some(std::mem::take(&mut self.words).status());
         Ok(Some(next.clone()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Shift;
+
+    #[test]
+    fn positions_of_a_moving_axis_are_of_one_moment() {
+        let mut own = Shift::default();
+        assert_eq!((own.work(0, 500, false), own.work(0, 500, false)), (500, 500));
+        // It moves evenly: the work position is read later each time, 30 steps on.
+        assert_eq!((own.work(100, 630, true), own.work(200, 730, true)), (600, 700));
+        // Zeroed at rest: the second look at the same difference takes it.
+        assert_eq!((own.work(300, 0, false), own.work(300, 0, false)), (800, 0));
+        // It sets off between the two looks.
+        assert_eq!((own.work(300, 7, false), own.work(400, 130, true)), (0, 100));
     }
 }

@@ -5,8 +5,10 @@
 //! turn of its outermost loop.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
+
+use lang::hir::{Block, DoTest, Program, StmtKind};
 
 use crate::sim::trace::Event;
 
@@ -18,8 +20,8 @@ const LONG_STATEMENTS: u64 = 5_000_000;
 /// Turns of an endless loop that are shown.
 const TURNS: usize = 3;
 
-/// Asked now and then; `true` ends the simulation where it is.
-pub type Ended = Rc<dyn Fn() -> bool>;
+/// Asked now and then whether it is enough; it is told whether the program may loop for ever.
+pub type Ended = Rc<dyn Fn(bool) -> bool>;
 
 /// See the module.
 pub struct Budget {
@@ -33,19 +35,19 @@ pub struct Budget {
 
 impl Budget {
     /// A look at each pause in typing.
-    pub fn live(ended: impl Fn() -> bool + 'static) -> Budget {
+    pub fn live(ended: impl Fn(bool) -> bool + 'static) -> Budget {
         Budget { statements: LIVE_STATEMENTS, all: false, ended: Rc::new(ended) }
     }
 
     /// A longer look at the same text, as far as it goes.
-    pub fn long(ended: impl Fn() -> bool + 'static) -> Budget {
+    pub fn long(ended: impl Fn(bool) -> bool + 'static) -> Budget {
         Budget { statements: LONG_STATEMENTS, all: true, ended: Rc::new(ended) }
     }
 }
 
 thread_local! {
     // The simulator takes a plain function: what it asks is this thread's.
-    static ASKED: RefCell<Option<Ended>> = const { RefCell::new(None) };
+    static ASKED: RefCell<Option<Rc<dyn Fn() -> bool>>> = const { RefCell::new(None) };
 }
 
 /// Whether the simulation of this thread shall end.
@@ -54,82 +56,169 @@ pub fn is_over() -> bool {
 }
 
 /// Runs a simulation that [`is_over`] may end.
-pub fn within<T>(ended: &Ended, run: impl FnOnce() -> T) -> T {
-    ASKED.set(Some(ended.clone()));
+pub fn within<T>(ended: Rc<dyn Fn() -> bool>, run: impl FnOnce() -> T) -> T {
+    ASKED.set(Some(ended));
     let result = run();
     ASKED.set(None);
     result
 }
 
-/// The outermost loop of a run that was cut: its line, and when the last turn that is shown ends, us.
+/// The first turns of a loop without an end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Turns {
-    /// Line of the first statement of the loop that had an effect.
+    /// Line of the statement by which they are counted.
     pub line: u32,
-    /// Turns that are shown.
+    /// How many.
     pub turns: usize,
     /// End of the last one, us.
     pub us: u64,
 }
 
-/// Finds the loop: statements of inner loops come more often than those of the outermost one, and those
-/// before it come once. `None`: nothing came often enough, or the turns take no time.
-pub fn turns(events: &[Event]) -> Option<Turns> {
-    // An arc has many events; one after the other they are one turn's. Only where a whole loop is in one
-    // line each of them counts.
-    found(events, true).or_else(|| found(events, false))
+/// Counts the turns of a program's loops that may go on for ever, by the statements that stand in them
+/// directly: those of loops within come more often.
+pub struct Counter {
+    lines: BTreeSet<u32>,
+    times: HashMap<u32, Vec<u64>>,
+    before: u32,
 }
 
-fn found(events: &[Event], joined: bool) -> Option<Turns> {
-    let mut times: HashMap<u32, Vec<u64>> = HashMap::new();
-    let mut before = None;
-    for event in events {
-        let (line, us) = (event.what.line(), event.us.unwrap_or(0));
-        let seen = times.entry(line).or_default();
-        if seen.last() != Some(&us) && !(joined && before == Some(line)) {
-            seen.push(us);
+impl Counter {
+    /// For a program; one without such a loop counts nothing.
+    pub fn new(program: &Program) -> Counter {
+        let mut lines = BTreeSet::new();
+        for routine in &program.routines {
+            let jumps = has_goto(&routine.body);
+            direct(&routine.body, jumps, &mut lines);
         }
-        before = Some(line);
+        Counter { lines, times: HashMap::new(), before: 0 }
     }
-    let often = times.iter().filter(|(line, seen)| **line > 0 && seen.len() > TURNS);
-    let (line, seen) = often.min_by_key(|(line, seen)| (seen.len(), seen[0], **line))?;
-    Some(Turns { line: *line, turns: TURNS, us: seen[TURNS] }).filter(|own| own.us > 0)
+
+    /// Whether the program may loop for ever.
+    pub fn may_loop_for_ever(&self) -> bool {
+        !self.lines.is_empty()
+    }
+
+    /// Takes an event of the run; the turns, when it begins the one behind the last that is shown.
+    pub fn hear(&mut self, event: &Event) -> Option<Turns> {
+        let (line, us) = (event.what.line(), event.us.unwrap_or(0));
+        let before = std::mem::replace(&mut self.before, line);
+        if !self.lines.contains(&line) {
+            return None;
+        }
+        let times = self.times.entry(line).or_default();
+        // An arc has many events; one after the other they are of one turn, unless the loop has no
+        // other line.
+        let goes_on = before == line && self.lines.len() > 1;
+        if goes_on || times.last() == Some(&us) {
+            return None;
+        }
+        times.push(us);
+        (times.len() > TURNS).then_some(Turns { line, turns: TURNS, us })
+    }
+}
+
+/// Lines of statements that stand directly in a loop without an end; `inside`: these do.
+fn direct(block: &Block, inside: bool, lines: &mut BTreeSet<u32>) {
+    for stmt in block {
+        let endless = is_endless(&stmt.kind);
+        let loops = matches!(
+            stmt.kind,
+            StmtKind::For { .. }
+                | StmtKind::While { .. }
+                | StmtKind::Do { .. }
+                | StmtKind::Repeat { .. }
+        );
+        if inside && !loops {
+            lines.insert(stmt.line);
+        }
+        for block in stmt.kind.blocks() {
+            direct(block, endless || inside && !loops, lines);
+        }
+    }
+}
+
+fn is_endless(kind: &StmtKind) -> bool {
+    let constant = |test: &Option<Box<DoTest>>| {
+        test.as_ref().is_none_or(|test| test.condition.constant().is_some())
+    };
+    match kind {
+        StmtKind::Do { before, after, .. } => constant(before) && constant(after),
+        StmtKind::While { condition, .. } => condition.constant().is_some(),
+        _ => false,
+    }
+}
+
+/// Blocks nest at most as deep as the parser lets them.
+fn has_goto(block: &Block) -> bool {
+    block.iter().any(|stmt| {
+        matches!(stmt.kind, StmtKind::Goto(_)) || stmt.kind.blocks().into_iter().any(has_goto)
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Turns, is_over, turns, within};
-    use crate::sim::trace::{Event, What};
     use std::rc::Rc;
 
-    fn event(us: u64, line: u32) -> Event {
-        Event { us: Some(us), what: What::Wait { line, ms: 1 } }
+    use lang::front::ProfileChoice;
+
+    use super::{Counter, Turns, is_over, within};
+    use crate::sim::trace::{Event, What};
+    use crate::trial::load;
+
+    fn counter(text: &str) -> Counter {
+        Counter::new(&load(text, ProfileChoice::built_in()).expect("it compiles").program)
+    }
+
+    fn found(text: &str, events: &[(u64, u32)]) -> Option<Turns> {
+        let mut counter = counter(text);
+        events.iter().find_map(|(us, line)| {
+            counter.hear(&Event { us: Some(*us), what: What::Wait { line: *line, ms: 1 } })
+        })
     }
 
     #[test]
-    fn the_outermost_loop_is_found() {
-        let mut events = vec![event(1, 1), event(2, 2)];
+    fn turns_are_those_of_the_loop_without_an_end() {
+        let text = "Wait 1s\nDIM n\nDO\nFOR n = 1 TO 5\nWait 1s\nNEXT\nWait 2s\nLOOP\n";
+        let mut events = vec![(0, 1)];
         for turn in 0..6 {
-            let at = 10 + 100 * turn;
-            events.push(event(at, 3));
-            events.extend((1..=4).map(|n| event(at + n, 4)));
-            events.push(event(at + 9, 5));
+            events.extend((1..=5).map(|n| (100 * turn + n, 5)));
+            events.push((100 * turn + 6, 7));
         }
-        assert_eq!(turns(&events), Some(Turns { line: 3, turns: 3, us: 310 }));
-        // Four turns are needed to know the end of the third; a long way without a loop has none.
-        assert_eq!(turns(&events[..16]), None);
-        let straight: Vec<Event> = (1..1000).map(|n| event(n.into(), n)).collect();
-        assert_eq!(turns(&straight), None);
-        let alone: Vec<Event> = (1..9).map(|n| event(n * 50, 7)).collect();
-        assert_eq!(turns(&alone), Some(Turns { line: 7, turns: 3, us: 200 }));
-        let still: Vec<Event> = (0..9).map(|_| event(0, 1)).collect();
-        assert_eq!(turns(&still), None);
+        assert_eq!(found(text, &events), Some(Turns { line: 7, turns: 3, us: 306 }));
+        assert_eq!(found(text, &events[..24]), None, "the fourth turn is not there");
+        // A loop of one line, and one by GOTO.
+        let events: Vec<(u64, u32)> = (1..9).map(|n| (n * 50, 2)).collect();
+        assert_eq!(found("DO\nWait 1s\nLOOP\n", &events).map(|own| own.us), Some(200));
+        assert_eq!(found("again:\nWait 1s\nGOTO again\n", &events).map(|own| own.us), Some(200));
+        // An arc of many events is one statement of its turn.
+        let arc: Vec<(u64, u32)> = (1..99).map(|n| (n, 2)).collect();
+        assert_eq!(found("DO\nWait 1s\nWait 2s\nLOOP\n", &arc), None);
+    }
+
+    #[test]
+    fn loops_that_may_never_end_are_known() {
+        for text in [
+            "DO\nWait 1s\nLOOP\n",
+            "again:\nWait 1s\nGOTO again\n",
+            "WHILE TRUE\nWait 1s\nWEND\n",
+            "work\nSUB work\nDIM n\nFOR n = 1 TO 2\nDO\nWait 1s\nLOOP\nNEXT\nEND SUB\n",
+        ] {
+            assert!(counter(text).may_loop_for_ever(), "{text}");
+        }
+        for text in [
+            "Wait 1s\n",
+            "DIM n\nFOR n = 1 TO 9\nWait 1s\nNEXT\n",
+            "DIM n\nDO\nn = n + 1\nLOOP UNTIL n = 9\n",
+            "REPEAT 9\nWait 1s\nEND REPEAT\n",
+        ] {
+            assert!(!counter(text).may_loop_for_ever(), "{text}");
+        }
     }
 
     #[test]
     fn a_run_is_ended_by_whoever_it_belongs_to() {
         assert!(!is_over());
-        assert!(within(&(Rc::new(|| true) as super::Ended), is_over));
+        assert!(within(Rc::new(|| true), is_over));
         assert!(!is_over(), "the next one is another");
     }
 }

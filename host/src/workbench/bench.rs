@@ -302,6 +302,7 @@ impl Bench {
 
     /// The tool shall end.
     pub fn end(&self) {
+        lock(&self.desk).keep();
         self.tell(&ToPage::Bye);
         for client in lock(&self.clients).iter() {
             client.close();

@@ -7,8 +7,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use tungstenite::Message;
+
 use super::message::{self, ToPage};
-use super::ws::{self, opcode};
+use super::ws;
 use crate::helm::User;
 
 /// Messages that may wait for a slow page, and their bytes; a page that is slower is dropped. A path is
@@ -25,7 +27,8 @@ pub const ECHO_FRESH: Duration = Duration::from_millis(250);
 enum Out {
     Text(Arc<str>),
     Bytes(Arc<Vec<u8>>),
-    Pong(Vec<u8>),
+    /// Frames that the reading half of the socket made.
+    Frames(Vec<u8>),
     Close,
 }
 
@@ -34,7 +37,7 @@ impl Out {
     fn own_bytes(&self) -> usize {
         match self {
             Out::Text(text) => text.len(),
-            Out::Pong(bytes) => bytes.len(),
+            Out::Frames(bytes) => bytes.len(),
             Out::Bytes(_) | Out::Close => 0,
         }
     }
@@ -109,9 +112,9 @@ impl Client {
         self.push(Out::Bytes(bytes));
     }
 
-    /// Answers a ping.
-    pub fn pong(&self, bytes: Vec<u8>) {
-        self.push(Out::Pong(bytes));
+    /// Sends frames that the reading half of the socket made.
+    pub fn frames(&self, bytes: Vec<u8>) {
+        self.push(Out::Frames(bytes));
     }
 
     /// Says good-bye behind what waits.
@@ -164,7 +167,11 @@ impl Client {
 
     /// Sends what waits until the page is gone.
     pub fn write(&self) {
-        let mut stream = &self.stream;
+        let Ok(stream) = self.stream.try_clone() else {
+            self.drop_it();
+            return;
+        };
+        let mut to = ws::Writer::new(stream);
         let mut pinged = Instant::now();
         while !self.is_gone() {
             let mut waiting = lock(&self.out);
@@ -179,16 +186,16 @@ impl Client {
             let next = waiting.pop_front();
             drop(waiting);
             let sent = match next {
-                Some(Out::Text(text)) => ws::write(&mut stream, opcode::TEXT, text.as_bytes()),
-                Some(Out::Bytes(bytes)) => ws::write(&mut stream, opcode::BYTES, &bytes),
-                Some(Out::Pong(bytes)) => ws::write(&mut stream, opcode::PONG, &bytes),
+                Some(Out::Text(text)) => to.send(Message::text(&*text)),
+                Some(Out::Bytes(bytes)) => to.send(Message::binary(bytes.to_vec())),
+                Some(Out::Frames(bytes)) => to.frames(&bytes),
                 Some(Out::Close) => {
-                    let _ = ws::write(&mut stream, opcode::CLOSE, &[]);
+                    let _ = to.send(Message::Close(None));
                     break;
                 }
                 None if pinged.elapsed() >= PING => {
                     pinged = Instant::now();
-                    ws::write(&mut stream, opcode::PING, &[])
+                    to.send(Message::Ping(Vec::new().into()))
                 }
                 None => Ok(()),
             };
@@ -216,7 +223,7 @@ mod tests {
             client.send_text(text.clone());
         }
         assert!(!client.is_gone() && lock(&client.out).len() == 8);
-        client.push(Out::Pong(vec![0]));
+        client.push(Out::Frames(vec![0]));
         assert!(client.is_gone() && lock(&client.out).is_empty());
     }
 }

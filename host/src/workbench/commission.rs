@@ -60,8 +60,8 @@ pub fn serve(
             })?;
             return Ok(Answer::Later);
         }
-        SetupWish::Finish { when } => {
-            return Ok(Answer::Value(with(bench, |own| own.finish(&when))?));
+        SetupWish::Finish { when, untried_stop } => {
+            return Ok(Answer::Value(with(bench, |own| own.finish(&when, untried_stop))?));
         }
     }
     Ok(Answer::Value(shown(bench, &folder)))

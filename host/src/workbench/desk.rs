@@ -1,19 +1,20 @@
 //! The script that all pages work on: one text, its file, and the language server that reads it.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use lang::profile::Profile;
 use lsp_server::{Connection, Message, Notification, Request, RequestId};
 use serde_json::{Value, json};
 
+use super::file::{
+    LONGEST, beside, folder, free, is_listed, is_new_script, listed, opened, read, text_of, write,
+    write_new,
+};
 use super::message::Text;
-use crate::input;
 use crate::lsp::{self, path};
 
-/// Longest script that a page may send: what the compiler takes at most is far less.
-pub const LONGEST: usize = 512 << 10;
 /// Scripts of a folder that are listed.
 const MOST_FILES: usize = 200;
 /// Requests of the language server that pages pass on. One server serves all pages: `shutdown` or a
@@ -68,10 +69,13 @@ impl Desk {
     ) -> Result<Desk, String> {
         let (text, file) = match file {
             None => (NEW.to_owned(), None),
-            Some(name) => (read(Path::new(name))?, Some(PathBuf::from(name))),
+            // An editor begins a new file of that name.
+            Some(name) if is_new_script(name) => (NEW.to_owned(), Some(PathBuf::from(name))),
+            Some(name) => opened(Path::new(name))?,
         };
         let (lsp, capabilities) = serve(profile, heard);
-        let on_disk = if file.is_some() { text.clone() } else { String::new() };
+        let saved = file.as_deref().is_some_and(Path::exists);
+        let on_disk = if saved { text.clone() } else { String::new() };
         let uri = uri(file.as_deref());
         let desk = Desk { number: 1, text, file, on_disk, conflict: false, uri, lsp, capabilities };
         desk.note(
@@ -217,16 +221,49 @@ impl Desk {
     /// # Errors
     /// This one is not saved, or the other cannot be read.
     pub fn change(&mut self, name: &str) -> Result<(), String> {
-        if self.text != self.on_disk && self.file.is_some() {
-            return Err("the script is not saved: save it, or undo its changes".to_owned());
-        }
-        let file = beside(self.file.as_deref(), name)?;
-        let text = read(&file)?;
-        self.file = Some(file);
-        self.on_disk.clone_from(&text);
+        self.may_leave()?;
+        let (text, file) = opened(&listed(self.file.as_deref(), name)?)?;
+        let saved = file.as_deref().is_some_and(Path::exists);
+        self.file = file;
+        self.on_disk = if saved { text.clone() } else { String::new() };
         self.conflict = false;
         self.replace(text);
         Ok(())
+    }
+
+    /// Takes a file that a page brings, which is in no folder of this tool: a script, or a program of
+    /// another system, which becomes one. It is not saved yet.
+    ///
+    /// # Errors
+    /// This one is not saved, or the file is nothing that can be read.
+    pub fn take(&mut self, name: &str, bytes: &[u8]) -> Result<(), String> {
+        self.may_leave()?;
+        let name = Path::new(name).file_name().map(|own| own.to_string_lossy().into_owned());
+        let name = name.unwrap_or_default();
+        let text = text_of(&name, bytes)?;
+        self.file = Some(free(&self.folder().join(name)));
+        self.on_disk.clear();
+        self.conflict = false;
+        self.replace(text);
+        Ok(())
+    }
+
+    fn may_leave(&self) -> Result<(), String> {
+        if self.text != self.on_disk && self.file.is_some() {
+            return Err("the script is not saved: save it, or undo its changes".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Keeps a text that was never saved in a file beside it, `a.bas~`, when the tool ends. Its name,
+    /// if there was something to keep.
+    pub fn keep(&self) -> Option<PathBuf> {
+        let lost = self.text != self.on_disk && self.text != NEW;
+        let own = self.file.clone().unwrap_or_else(|| PathBuf::from("script.bas"));
+        let mut name = own.into_os_string();
+        name.push("~");
+        let file = PathBuf::from(name);
+        (lost && write(&file, &self.text).is_ok()).then_some(file)
     }
 
     /// Writes a new script of the folder, and opens it.
@@ -234,9 +271,7 @@ impl Desk {
     /// # Errors
     /// This one is not saved, the name is taken or none of a script, or it cannot be written.
     pub fn create(&mut self, name: &str, text: String) -> Result<(), String> {
-        if self.text != self.on_disk && self.file.is_some() {
-            return Err("the script is not saved: save it, or undo its changes".to_owned());
-        }
+        self.may_leave()?;
         let file = beside(self.file.as_deref(), name)?;
         if text.len() > LONGEST {
             return Err(format!("a script has at most {LONGEST} bytes"));
@@ -260,16 +295,16 @@ impl Desk {
         if self.name().as_deref() == Some(name) {
             return Ok(self.text.clone());
         }
-        read(&beside(self.file.as_deref(), name)?)
+        opened(&listed(self.file.as_deref(), name)?).map(|(text, _)| text)
     }
 
-    /// Scripts of the folder.
+    /// Scripts of the folder, and programs of other systems.
     pub fn files(&self) -> Vec<String> {
         let folder = folder(self.file.as_deref());
         let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
         let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
         let mut names: Vec<String> =
-            names.filter(|name| is_script(name)).take(MOST_FILES).collect();
+            names.filter(|name| is_listed(name)).take(MOST_FILES).collect();
         names.sort();
         names
     }
@@ -330,69 +365,6 @@ fn serve(profile: Option<Profile>, heard: impl Fn(Value) + Send + 'static) -> (C
         }
     });
     (own, capabilities)
-}
-
-fn read(file: &Path) -> Result<String, String> {
-    let name = file.display().to_string();
-    let bytes = input::read_bytes(&name, LONGEST).map_err(|note| note.line())?;
-    let (source, wrong) = lang::front::source::Source::decode(&name, &bytes);
-    match wrong.first() {
-        Some(diag) if diag.is_error() => Err(format!("{name}: {}", diag.message)),
-        _ => Ok(source.text().to_owned()),
-    }
-}
-
-/// Replaces a file in one step, with the rights that it had; where it is a link, the file that it leads
-/// to. What is written meanwhile has a name that nothing else has.
-pub(super) fn write(file: &Path, text: &str) -> io::Result<()> {
-    let file = fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
-    let mut beside = beside_of(&file)?;
-    beside.write_all(text.as_bytes())?;
-    if let Ok(about) = fs::metadata(&file) {
-        fs::set_permissions(beside.path(), about.permissions())?;
-    }
-    beside.persist(&file).map(drop).map_err(|error| error.error)
-}
-
-/// Writes a file that must not be there yet.
-fn write_new(file: &Path, text: &str) -> io::Result<()> {
-    let mut beside = beside_of(file)?;
-    beside.write_all(text.as_bytes())?;
-    beside.persist_noclobber(file).map(drop).map_err(|error| error.error)
-}
-
-/// A file without a lasting name in the folder of another one, with the rights of any new file.
-fn beside_of(file: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".pasapas-");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder(Some(file)))
-}
-
-fn folder(file: Option<&Path>) -> PathBuf {
-    match file.and_then(Path::parent) {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
-        _ => PathBuf::from("."),
-    }
-}
-
-fn is_script(name: &str) -> bool {
-    let plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | ' ');
-    name.len() <= 100
-        && !name.starts_with('.')
-        && name.chars().all(plain)
-        && Path::new(name).extension().is_some_and(|end| end.eq_ignore_ascii_case("bas"))
-}
-
-/// A script in the folder of this one, and nowhere else.
-fn beside(file: Option<&Path>, name: &str) -> Result<PathBuf, String> {
-    if !is_script(name) {
-        return Err(format!(
-            "`{name}` is no name of a script: letters, digits and `.bas` at the end"
-        ));
-    }
-    Ok(folder(file).join(name))
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! As much of HTTP/1.1 (RFC 9112) as a page of our own needs: GET, a request a connection, or the
-//! upgrade to a socket.
+//! What a page of our own needs of HTTP/1.1: GET, one request a connection, or the upgrade to a socket.
+//! The bytes are read by `httparse`; what is allowed is decided here.
 
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 
 /// The whole head must have come by then.
 const HEAD_TIME: Duration = Duration::from_secs(2);
-/// Longest head.
+/// Longest head, and headers in it.
 const HEAD_BYTES: usize = 8192;
+const MOST_HEADERS: usize = 64;
 /// No script, style or connection but our own files and socket; nobody may frame the page.
 const CSP: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
     connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -41,7 +42,7 @@ impl From<io::Error> for Bad {
     }
 }
 
-/// Reads a head; what comes behind it is not ours to read, so it is read byte by byte at its end only.
+/// Reads a head. Nothing may follow it: a page waits for the answer.
 ///
 /// # Errors
 /// See [`Bad`].
@@ -49,7 +50,7 @@ pub fn read(stream: &mut TcpStream) -> Result<Request, Bad> {
     let end = Instant::now() + HEAD_TIME;
     let mut head = Vec::with_capacity(1024);
     let mut piece = [0; 1024];
-    while !head.ends_with(b"\r\n\r\n") {
+    loop {
         let left = end.saturating_duration_since(Instant::now());
         if left.is_zero() {
             return Err(Bad::Io(io::ErrorKind::TimedOut.into()));
@@ -63,21 +64,26 @@ pub fn read(stream: &mut TcpStream) -> Result<Request, Bad> {
         if head.len() > HEAD_BYTES {
             return Err(Bad::Head("too long"));
         }
+        if let Some(request) = parse(&head)? {
+            return Ok(request);
+        }
     }
-    parse(&head)
 }
 
-/// Reads the text of a head.
+/// Reads the bytes of a head; `None`: its end is not there yet.
 ///
 /// # Errors
 /// [`Bad::Head`].
-pub fn parse(head: &[u8]) -> Result<Request, Bad> {
-    let text = std::str::from_utf8(head).map_err(|_| Bad::Head("not text"))?;
-    let mut lines = text.split("\r\n");
-    let mut first = lines.next().unwrap_or_default().split(' ');
-    let (Some("GET"), Some(path), Some("HTTP/1.1"), None) =
-        (first.next(), first.next(), first.next(), first.next())
-    else {
+pub fn parse(head: &[u8]) -> Result<Option<Request>, Bad> {
+    let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
+    let mut found = httparse::Request::new(&mut headers);
+    match found.parse(head) {
+        Ok(httparse::Status::Partial) => return Ok(None),
+        Ok(httparse::Status::Complete(length)) if length == head.len() => {}
+        Ok(httparse::Status::Complete(_)) => return Err(Bad::Head("more than a head")),
+        Err(_) => return Err(Bad::Head("not a request")),
+    }
+    let (Some("GET"), Some(path), Some(1)) = (found.method, found.path, found.version) else {
         return Err(Bad::Head("not a GET"));
     };
     let mut request = Request {
@@ -85,9 +91,8 @@ pub fn parse(head: &[u8]) -> Result<Request, Bad> {
         ..Request::default()
     };
     let (mut key, mut version, mut upgrade) = (None, None, None);
-    for line in lines.filter(|line| !line.is_empty()) {
-        let (name, value) = line.split_once(':').ok_or(Bad::Head("no header"))?;
-        let slot = match name.to_ascii_lowercase().as_str() {
+    for header in &*found.headers {
+        let slot = match header.name.to_ascii_lowercase().as_str() {
             "host" => &mut request.host,
             "origin" => &mut request.origin,
             "sec-websocket-key" => &mut key,
@@ -96,13 +101,14 @@ pub fn parse(head: &[u8]) -> Result<Request, Bad> {
             "content-length" | "transfer-encoding" => return Err(Bad::Head("a GET with a body")),
             _ => continue,
         };
+        let value = std::str::from_utf8(header.value).map_err(|_| Bad::Head("not text"))?;
         if slot.replace(value.trim().to_owned()).is_some() {
             return Err(Bad::Head("a header twice"));
         }
     }
     let upgrades = upgrade.is_some_and(|to| to.eq_ignore_ascii_case("websocket"));
     request.key = key.filter(|_| upgrades && version.as_deref() == Some("13"));
-    Ok(request)
+    Ok(Some(request))
 }
 
 /// Answers with a whole body; the connection ends behind it.
@@ -123,12 +129,16 @@ pub fn answer(stream: &mut TcpStream, status: &str, kind: &str, body: &[u8]) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::{Bad, parse};
+    use super::{Bad, Request, parse};
+
+    fn whole(head: &[u8]) -> Request {
+        parse(head).expect("a head").expect("all of it")
+    }
 
     #[test]
     fn a_head_is_read_strictly() {
         let head = b"GET /a.js?x=1 HTTP/1.1\r\nHost: localhost:1\r\nX-Other: y\r\n\r\n";
-        let request = parse(head).expect("a head");
+        let request = whole(head);
         assert_eq!(
             (request.path.as_str(), request.host.as_deref()),
             ("/a.js", Some("localhost:1"))
@@ -136,10 +146,10 @@ mod tests {
         assert_eq!((request.key, request.origin), (None, None));
         let upgrade = b"GET /ws HTTP/1.1\r\nUpgrade: WebSocket\r\nSec-WebSocket-Key: k\r\n\
             Sec-WebSocket-Version: 13\r\n\r\n";
-        assert_eq!(parse(upgrade).expect("a head").key.as_deref(), Some("k"));
+        assert_eq!(whole(upgrade).key.as_deref(), Some("k"));
         let old = b"GET /ws HTTP/1.1\r\nUpgrade: websocket\r\nSec-WebSocket-Key: k\r\n\
             Sec-WebSocket-Version: 8\r\n\r\n";
-        assert_eq!(parse(old).expect("a head").key, None);
+        assert_eq!(whole(old).key, None);
         for wrong in [
             &b"POST / HTTP/1.1\r\n\r\n"[..],
             b"GET / HTTP/1.0\r\n\r\n",
@@ -148,9 +158,13 @@ mod tests {
             b"GET / HTTP/1.1\r\nHost\r\n\r\n",
             b"GET / HTTP/1.1\r\nHost: a\r\nhost: b\r\n\r\n",
             b"GET / HTTP/1.1\r\nContent-Length: 5\r\n\r\n",
-            b"",
+            b"GET / HTTP/1.1\r\n\r\nGET / HTTP/1.1\r\n\r\n",
+            b"\0\x01\r\n\r\n",
         ] {
             assert!(matches!(parse(wrong), Err(Bad::Head(_))), "{wrong:?}");
+        }
+        for cut in [&b""[..], b"GET", b"GET / HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nHost: a\r\n"] {
+            assert!(matches!(parse(cut), Ok(None)), "{cut:?}");
         }
     }
 }

@@ -58,6 +58,13 @@ pub enum Wish {
         /// All of it.
         text: String,
     },
+    /// Take a file that the page brings as a new script; of other systems' programs one is made.
+    Take {
+        /// Its name.
+        name: String,
+        /// All of it.
+        text: String,
+    },
     /// Where the resting machine stands, in its own steps.
     Place,
     /// The tables of places in the text.
@@ -214,6 +221,9 @@ pub enum SetupWish {
     Finish {
         /// The day, as the person writes it.
         when: String,
+        /// Also where the emergency stop was not tried.
+        #[serde(default)]
+        untried_stop: bool,
     },
 }
 

@@ -59,7 +59,7 @@ fn connection(bench: &Arc<Bench>, mut stream: TcpStream, place: Place) -> io::Re
     let upgrade = format!(
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
          Sec-WebSocket-Accept: {}\r\n\r\n",
-        ws::accept(&key)
+        ws::accept(key.as_bytes())
     );
     io::Write::write_all(&mut stream, upgrade.as_bytes())?;
     socket_of(bench, stream, place)
@@ -68,19 +68,21 @@ fn connection(bench: &Arc<Bench>, mut stream: TcpStream, place: Place) -> io::Re
 fn socket_of(bench: &Arc<Bench>, stream: TcpStream, mut place: Place) -> io::Result<()> {
     let client = Arc::new(Client::new(&stream)?);
     let challenge = gate::random().map_err(io::Error::other)?;
-    let mut stream = Until { stream, end: Some(Instant::now() + HELLO_TIME) };
+    let stream = Until { stream, end: Some(Instant::now() + HELLO_TIME) };
     let writer = client.clone();
     std::thread::spawn(move || writer.write());
     client.send(&ToPage::Challenge(challenge.clone()));
     let mut session = session::Session::new(bench, &client, challenge);
-    let mut whole = None;
+    let answers = client.clone();
+    let mut reader = ws::Reader::new(stream, move |frames| answers.frames(frames));
     loop {
-        match ws::read(&mut stream, &mut whole) {
-            Ok(ws::Message::Text(text)) => {
+        match reader.read() {
+            Ok(Some(text)) => {
                 if !session.hear(&text) {
                     client.close();
                     break;
                 }
+                let stream = reader.stream();
                 if client.is_known() && stream.end.take().is_some() {
                     if !place.is_of_a_page() {
                         client.drop_it();
@@ -89,9 +91,7 @@ fn socket_of(bench: &Arc<Bench>, stream: TcpStream, mut place: Place) -> io::Res
                     stream.stream.set_read_timeout(Some(SILENCE))?;
                 }
             }
-            Ok(ws::Message::Ping(bytes)) => client.pong(bytes),
-            Ok(ws::Message::Pong) => {}
-            Ok(ws::Message::Close) => {
+            Ok(None) => {
                 client.close();
                 break;
             }

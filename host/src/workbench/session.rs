@@ -109,6 +109,11 @@ impl Session {
                 self.tell_text();
                 bench.want_simulation(false);
             }
+            Wish::Take { name, text } => {
+                lock(&bench.desk).take(&name, text.as_bytes())?;
+                self.tell_text();
+                bench.want_simulation(false);
+            }
             Wish::Tables => return Ok(Answer::Value(teach::tables(&lock(&bench.desk)))),
             Wish::Table(wish) => {
                 return Ok(Answer::Value(teach::table(&lock(&bench.desk), &wish)?));
@@ -191,6 +196,7 @@ fn acts(wish: &Wish) -> bool {
             | Wish::Open(_)
             | Wish::Reload(_)
             | Wish::New { .. }
+            | Wish::Take { .. }
             | Wish::Place
             | Wish::Tables
             | Wish::Table(_)

@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 
 pub use trial::{TrialWish, run as try_rate, stub};
 
-use super::desk::write;
+use super::file::write;
 use crate::input;
 
 /// Longest profile or state that is read, bytes.
@@ -222,11 +222,12 @@ impl Setup {
         Ok(words)
     }
 
-    /// Writes the profile and the report; the names of both files.
+    /// Writes the profile and the report; the names of both files. `untried_stop`: also with an
+    /// emergency stop that was not tried.
     ///
     /// # Errors
-    /// The board does not have this machine, or another program changed the profile's file meanwhile.
-    pub fn finish(&mut self, when: &str) -> Result<Value, String> {
+    /// The emergency stop was not tried, the board does not have this machine, or another program changed the profile's file meanwhile.
+    pub fn finish(&mut self, when: &str, untried_stop: bool) -> Result<Value, String> {
         if self.applied.as_ref() != Some(&self.saved.profile) {
             return Err(
                 "the board does not have this machine yet: bring it to the board first".to_owned()
@@ -241,16 +242,31 @@ impl Setup {
                 file.display()
             ));
         }
+        let steps = steps::list(&self.saved.profile);
+        let open: Vec<String> =
+            steps.iter().filter(|id| !self.holds(id)).map(|id| report::title(id)).collect();
+        if !self.holds("stop") && !untried_stop {
+            return Err("the emergency stop was not tried: try it, or say that you go without it"
+                .to_owned());
+        }
         let body = toml::to_string(&self.saved.profile).map_err(|error| error.to_string())?;
-        let text = format!(
-            "# Written by the set-up of the workbench, each step tried on the machine.\n{body}"
+        let tried = steps.len() - open.len();
+        let mut text = format!(
+            "# Written by the set-up of the workbench: {tried} of {} steps were tried on the machine.\n",
+            steps.len()
         );
+        if !open.is_empty() {
+            text.push_str(&format!("# Not tried: {}.\n", open.join(", ")));
+        }
+        if !self.holds("stop") {
+            text.push_str("# THE EMERGENCY STOP WAS NOT TRIED.\n");
+        }
+        text.push_str(&body);
         Profile::parse(&text).map_err(|error| error.to_string())?;
         put(&file, &text)?;
         self.saved.file = Some(text.clone());
         self.save()?;
         let report = self.folder.join(format!("{}.report.html", self.name));
-        let steps = steps::list(&self.saved.profile);
         let rows: Vec<_> = steps
             .iter()
             .map(|id| (id.as_str(), self.saved.done.get(id).filter(|_| self.holds(id))))

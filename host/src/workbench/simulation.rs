@@ -16,8 +16,11 @@ use crate::sim::world::World;
 use crate::trial::budget::Budget;
 use crate::trial::{self, Trial};
 
-/// How long the simulation at a pause in typing may take.
+/// How long the simulation at a pause in typing may take; one of a loop without an end, which is over
+/// after its first turns; and one that shows all.
 const LIVE: Duration = Duration::from_millis(500);
+const TURNS: Duration = Duration::from_secs(3);
+const LONG: Duration = Duration::from_secs(20);
 
 impl Bench {
     /// The text is to be simulated, for a moment or (`all`) as far as it goes. One that is under way is
@@ -75,11 +78,11 @@ impl Bench {
             lock(&bench.programs).compiled(number, own, name.clone(), board.as_ref());
             bench.tell(&ToPage::Program(bench.program()));
             let (own, begun) = (bench.clone(), Instant::now());
-            let given_up = move || lock(&own.wanted).is_some();
+            let ended = move |most: Duration| begun.elapsed() > most || lock(&own.wanted).is_some();
             let budget = if all {
-                Budget::long(given_up)
+                Budget::long(move |_| ended(LONG))
             } else {
-                Budget::live(move || begun.elapsed() > LIVE || given_up())
+                Budget::live(move |endless| ended(if endless { TURNS } else { LIVE }))
             };
             let (world, around) = match bench.world(name.as_deref(), &folder) {
                 Ok(found) => found,

@@ -128,7 +128,7 @@ mod tests {
             Shape::Points(vec![point(1000, 2000), point(-3000, 500)]),
         ] {
             let down = Down { surface: -10_000, depth: 1000, clear: 1000, feed: 5000 };
-            let work = Work { down: Some(down), act: Act::Wait { ms: 10 } };
+            let work = Work { down: Some(down), spindle: false, act: Act::Wait { ms: 10 } };
             let (origin, name) = ([50_000, 50_000], "dots".to_owned());
             let pattern = Pattern { shape, origin, frame: None, work, name };
             let made = super::pattern(&pattern, &mill, None).expect("a script");

@@ -343,12 +343,14 @@ impl Page {
                 let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
                 format!(" {}={value}", own["name"].as_str().unwrap_or("?"))
             });
-            format!("{}{}\n", n["name"]["value"].as_str().unwrap_or(""), states.collect::<String>())
+            let name = n["name"]["value"].as_str().unwrap_or("").trim();
+            format!("{name}{}\n", states.collect::<String>())
         });
         Ok(told.collect())
     }
 
-    /// Role and name of everything that a screen reader is told, one a line.
+    /// Role and name of everything that a screen reader is told, one a line. Browsers differ in the blanks
+    /// at a name's ends.
     pub fn roles(&self) -> Outcome<String> {
         let tree = self.call("Accessibility.getFullAXTree", json!({}))?;
         Ok(tree["nodes"]
@@ -360,7 +362,7 @@ impl Page {
                 format!(
                     "{} {:?}\n",
                     n["role"]["value"].as_str().unwrap_or("?"),
-                    n["name"]["value"].as_str().unwrap_or("")
+                    n["name"]["value"].as_str().unwrap_or("").trim()
                 )
             })
             .collect())

@@ -170,3 +170,116 @@ fn two_runs_are_compared() -> Outcome<()> {
     page.push("#compare")?;
     page.wait("!document.querySelector('#sums').textContent.includes('(+')", PATIENCE)
 }
+
+/// What is shown is the text's own run, or dimmed and said to be another one's; a script that loops for
+/// ever is shown by its first turns.
+#[test]
+fn an_old_run_is_never_shown_as_the_texts_own() -> Outcome<()> {
+    let Some(stand) = Stand::start("MoveAxe X, 10mm\n", &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    page.wait("!document.body.classList.contains('stale')", PATIENCE)?;
+    // Dim from the first key on.
+    page.end_of_script()?;
+    page.type_text("\n")?;
+    assert_eq!(page.eval("document.body.classList.contains('stale')")?, true);
+    page.wait("!document.body.classList.contains('stale')", PATIENCE)?;
+    // Endless: three turns, with a way to see more.
+    page.select_script("DIM n\nMoveAxe X, 1mm\nDO\nFOR n = 1 TO 5\nMoveAxe X, 40mm\nMoveAxe X, 0mm\nNEXT\nPRINT \"turn\"\nLOOP\n")?;
+    page.says("#sums", "loops on: 3 turns are shown")?;
+    page.says("#sim-notes", "goes on after its third turn")?;
+    let prints = "document.querySelectorAll('#prints li').length";
+    page.wait(&format!("{prints} === 3"), PATIENCE)?;
+    page.push("#more")?;
+    page.wait(&format!("{prints} > 50"), PATIENCE)?;
+    // A heavy script is given up for the next one.
+    page.select_script(
+        "DIM n\nDIM m\nFOR n = 1 TO 30000\nFOR m = 1 TO 30000\nNEXT\nNEXT\nMoveAxe Y, 1mm\n",
+    )?;
+    page.says("#sim-words", "simulating")?;
+    page.select_script("MoveAxe X, 20mm, 10mm/s\n")?;
+    page.says("#sums", "2,000")?;
+    page.wait(
+        "!document.body.classList.contains('stale') && document.querySelector('#sim-words').hidden",
+        PATIENCE,
+    )
+}
+
+/// A script that waits says where and for what; the world that stands beside it by its name is taken.
+#[test]
+fn a_wait_for_an_input_is_told_and_a_world_ends_it() -> Outcome<()> {
+    let Some(stand) = Stand::start("PRINT \"waits\"\nWaitIn 3, ON\nPRINT \"came\"\n", &[])? else {
+        return Ok(());
+    };
+    let page = stand.page()?;
+    page.says("#sums", "waits in line 2")?;
+    page.says("#sim-fault", "Line 2 waits for an input")?;
+    page.says("#sim-fault", "job.rhai")?;
+    let world = stand.folder.path().join("job.rhai");
+    std::fs::write(world, "at(500, || set_in(3, true));\n").map_err(|error| error.to_string())?;
+    page.end_of_script()?;
+    page.type_text("\n")?;
+    page.says("#prints", "came")?;
+    page.says("#sim-notes", "with the world job.rhai")
+}
+
+/// Programs of other systems are opened, listed and dropped; a file that is not there yet is begun.
+#[test]
+fn files_of_other_systems_and_new_ones_are_opened() -> Outcome<()> {
+    let Some(stand) = Stand::start("Home\n", &[])? else { return Ok(()) };
+    let code = "G21 G90\nG0 X10 Y10\nG1 X20 F600\nM30\n";
+    let file = stand.folder.path().join("plate.nc");
+    std::fs::write(&file, code).map_err(|error| error.to_string())?;
+    let page = stand.page()?;
+    page.wait(
+        "[...document.querySelector('#open').options].some(own => own.value === 'plate.nc')",
+        PATIENCE,
+    )?;
+    page.eval("(() => { const list = document.querySelector('#open'); list.value = 'plate.nc'; list.onchange(); })()")?;
+    page.says("#file", "plate.bas •")?;
+    page.has("G1 X20 F600")?;
+    page.says("#problem-count", "no problems")?;
+    page.press("s", "KeyS", 83, "", 2)?;
+    page.says("#notes", "Saved")?;
+    // From anywhere else; the name that is taken is left alone.
+    let other = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let file = other.path().join("plate.tap");
+    std::fs::write(&file, code.replace("X20", "X30")).map_err(|error| error.to_string())?;
+    page.choose("#own", &file)?;
+    page.says("#file", "plate_2.bas •")?;
+    page.has("G1 X30 F600")?;
+    let kept = std::fs::read_to_string(stand.folder.path().join("plate.bas"));
+    assert!(kept.map_err(|error| error.to_string())?.contains("X20"));
+    // What was not saved stays beside it when the tool ends.
+    page.eval("window.confirm = words => { window.asked = words; return true }")?;
+    page.click("#quit")?;
+    page.says("#blind", "has ended")?;
+    assert!(
+        page.eval("window.asked")?
+            .as_str()
+            .is_some_and(|words| words.contains("plate_2.bas is not saved"))
+    );
+    let kept = std::fs::read_to_string(stand.folder.path().join("plate_2.bas~"));
+    assert!(kept.map_err(|error| error.to_string())?.contains("X30"));
+    Ok(())
+}
+
+/// The caret is never behind the line numbers, and the running line is marked as far as it goes.
+#[test]
+fn the_caret_of_a_long_line_is_in_sight() -> Outcome<()> {
+    let text = format!("PRINT \"{}\"\n", "x".repeat(300));
+    let Some(stand) = Stand::start(&text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    let caret = |at: u32| {
+        page.eval(&format!("(() => {{ const t = document.querySelector('.ed .text'); t.focus(); getSelection().collapse(t.firstChild, {at}) }})()"))
+    };
+    // At the end of the line the pane scrolls; from there back to its beginning.
+    caret(300)?;
+    page.type_text("x")?;
+    page.wait("document.querySelector('.ed').scrollLeft > 500", PATIENCE)?;
+    caret(0)?;
+    page.type_text("' ")?;
+    let seen = "(() => { const r = document.createRange(); const n = document.querySelector('.ed .text').firstChild; r.setStart(n, 2); r.setEnd(n, 3); return r.getBoundingClientRect().left >= document.querySelector('.ed .gutter').getBoundingClientRect().right })()";
+    page.wait(seen, PATIENCE)
+}

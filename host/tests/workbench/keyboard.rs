@@ -132,6 +132,8 @@ fn tab_leads_through_the_whole_page() -> Outcome<()> {
     page.key("keyDown", " ", "Space", 32, " ", 0)?;
     page.wait("document.querySelector('#console').textContent.includes('run 1 begins')", PATIENCE)?;
     page.key("keyUp", " ", "Space", 32, "", 0)?;
+    page.part("run")?;
+    page.fill("[aria-label=wanted]", "1")?;
     page.close()?;
     let operator = stand.browser.page(&stand.url.replace("/#", "/operator#"))?;
     operator.wait("document.querySelectorAll('#program option').length > 0", PATIENCE)?;
@@ -266,7 +268,7 @@ fn a_screen_reader_is_told_every_part_and_what_changes() -> Outcome<()> {
                 "button \"Start\"",
                 "group \"Override\"",
                 "slider \"Feeds 100 %\"",
-                "spinbutton \"wanted\"",
+                "textbox \"wanted\"",
                 "checkbox \"Plot wanted\"",
                 "rowheader \"wanted\"",
             ],
@@ -280,7 +282,7 @@ fn a_screen_reader_is_told_every_part_and_what_changes() -> Outcome<()> {
                 "tabpanel \"Machine\"",
                 "button \"Jog Z minus\"",
                 "button \"Home Z\"",
-                "spinbutton \"Go to Y, mm\"",
+                "textbox \"Go to Y, mm\"",
                 "button \"Input 11 reference Z\"",
                 "button \"Output 1 spindle\"",
                 "button \"Record this place\"",
@@ -296,7 +298,7 @@ fn a_screen_reader_is_told_every_part_and_what_changes() -> Outcome<()> {
             "pattern",
             &[
                 "combobox \"Pattern\"",
-                "spinbutton \"Columns\"",
+                "textbox \"Columns\"",
                 "button \"Insert at the caret\"",
                 "group \"At each point\"",
             ],
@@ -335,7 +337,7 @@ fn a_screen_reader_is_told_every_part_and_what_changes() -> Outcome<()> {
     page.wait("document.querySelector('#notes [role=alert]') !== null", PATIENCE)?;
     assert!(page.roles()?.contains("alert"), "an error is not read out");
     for (address, wanted) in [
-        ("/operator#", ["combobox \"Program\"", "button \"Start\"", "spinbutton \"Pieces\""]),
+        ("/operator#", ["combobox \"Program\"", "button \"Start\"", "textbox \"Pieces\""]),
         ("/setup#", ["navigation \"Steps\"", "textbox \"Name\"", "button \"Begin\""]),
     ] {
         let other = stand.browser.page(&stand.url.replace("/#", address))?;

@@ -172,3 +172,34 @@ fn axes_are_referenced_sent_and_zeroed_and_ports_are_switched() -> Outcome<()> {
     stand.board()?.until("no input", |status| status.inputs.is_empty())?;
     Ok(())
 }
+
+/// What is no number moves nothing, by button or by key, in any field; a comma is one.
+#[test]
+fn a_field_without_a_number_moves_nothing() -> Outcome<()> {
+    let Some(mut stand) = Stand::with_board("Wait 1s\n")? else { return Ok(()) };
+    let page = stand.page()?;
+    page.tab("machine")?;
+    page.eval("(() => { const s = document.querySelector('#speed'); s.value = 100; s.dispatchEvent(new Event('input')) })()")?;
+    for (axis, n) in [("X", 0), ("Y", 1)] {
+        let field = format!("[aria-label='Go to {axis}, mm']");
+        let at = |status: &pasapas::client::status::Status| status.pos.values()[n];
+        page.click(&field)?;
+        page.type_text("20,5\n")?;
+        stand
+            .board()?
+            .until("20.5 mm", |status| at(status) == Some(2050) && status.moving.is_empty())?;
+        for wrong in ["", "-", "+", ".", ",", "1,2,3", "20.5.1", "x", "1e3", "0x10", "1 000"] {
+            page.eval(&format!("document.querySelector({field:?}).value = {wrong:?}"))?;
+            page.eval(&format!("document.querySelector({field:?}).focus()"))?;
+            page.press("Enter", "Enter", 13, "\r", 0)?;
+            page.click(&format!("[aria-label='Go {axis}']"))?;
+            page.says("#notes", "a number of mm")?;
+        }
+        page.eval("document.querySelector('#probe-way').value = ''")?;
+        page.click(&format!("[aria-label='Probe {axis}']"))?;
+        std::thread::sleep(Duration::from_millis(300));
+        let status = stand.board()?.status()?;
+        assert_eq!((at(&status), status.moving.len()), (Some(2050), 0), "{axis} moved");
+    }
+    Ok(())
+}

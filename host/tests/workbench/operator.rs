@@ -1,7 +1,20 @@
 //! The page for the person at the machine.
 
-use crate::cdp::Outcome;
+use crate::cdp::{Outcome, Page};
+use crate::look::picture;
 use crate::stand::{PATIENCE, Stand};
+
+const START: &str = "document.querySelector('#start')";
+/// What the page names as the program.
+const NAMED: &str = "document.querySelector('#program').selectedOptions[0]?.textContent";
+
+/// Loads the program that the page offers.
+fn load(page: &Page, name: &str) -> Outcome<()> {
+    page.says("#load", &format!("Load {name}"))?;
+    page.push("#load")?;
+    page.says("#lamp", "Ready")?;
+    page.wait(&format!("{NAMED} === {name:?}"), PATIENCE)
+}
 
 #[test]
 fn a_person_chooses_a_program_sets_a_quantity_and_runs_it() -> Outcome<()> {
@@ -11,13 +24,17 @@ fn a_person_chooses_a_program_sets_a_quantity_and_runs_it() -> Outcome<()> {
     std::fs::write(&other, "Wait 60s\n").map_err(|error| error.to_string())?;
     let page = stand.page()?;
     page.window(820, 1180, true)?;
-    page.wait("document.querySelectorAll('#program option').length === 2", PATIENCE)?;
-    page.eval("document.querySelector('#program').dispatchEvent(new Event('change'))")?;
-    page.says("#lamp", "Ready")?;
+    page.wait("document.querySelectorAll('#program option').length >= 2", PATIENCE)?;
+    load(&page, "job")?;
     page.says("#quantities", "Pieces")?;
+    // Out of its range: nothing begins, and the page says which one.
+    page.says("#hint", "Pieces: between 1 and 9.")?;
+    page.wait(&format!("{START}.disabled"), PATIENCE)?;
+    page.push(".quantity button:last-of-type")?;
+    page.wait("document.querySelector('.quantity input').value === '1'", PATIENCE)?;
     page.push("#start")?;
     page.says("#lamp", "Press Start")?;
-    for n in 1..=3 {
+    for n in 2..=3 {
         page.push(".quantity button:last-of-type")?;
         page.wait(&format!("document.querySelector('.quantity input').value === '{n}'"), PATIENCE)?;
     }
@@ -44,9 +61,8 @@ fn a_quantity_is_set_before_start_by_its_label_and_within_its_range() -> Outcome
     let text = "DIM wanted AT 3000 LABEL \"Pieces\" MIN 1 MAX 9\nDIM n\nFOR n = 1 TO wanted\n  PRINT \"piece \"; n\nNEXT\nPRINT \"made \"; wanted\n";
     let Some(stand) = Stand::start(text, &["--operator"])? else { return Ok(()) };
     let page = stand.page()?;
-    page.wait("document.querySelectorAll('#program option').length === 1", PATIENCE)?;
-    page.eval("document.querySelector('#program').dispatchEvent(new Event('change'))")?;
-    page.says("#lamp", "Ready")?;
+    page.wait("document.querySelectorAll('#program option').length >= 1", PATIENCE)?;
+    load(&page, "job")?;
     page.says("#quantities", "Pieces")?;
     page.fill(".quantity input", "10")?;
     page.says("#notes", "Pieces: 1 to 9")?;
@@ -65,4 +81,81 @@ fn a_quantity_is_set_before_start_by_its_label_and_within_its_range() -> Outcome
     page.says("#message", "made 4")?;
     page.says("#lamp", "Ready")?;
     page.wait("document.querySelector('.quantity input').value === '4'", PATIENCE)
+}
+
+/// What is named is what the board holds, whoever brought it, and nothing else starts.
+#[test]
+fn the_program_that_is_named_is_the_one_that_starts() -> Outcome<()> {
+    let text = "DIM made AT 3000 LABEL \"Pieces\" MIN 0 MAX 9\nPRINT \"brackets\"\nWait 300ms\n";
+    let Some(mut stand) = Stand::with_world(text, "", &["--operator"])? else { return Ok(()) };
+    for (name, text) in [("broken", "G1 Q\n"), ("washers", "PRINT \"washers\"\n")] {
+        let file = stand.folder.path().join(format!("{name}.bas"));
+        std::fs::write(&file, text).map_err(|error| error.to_string())?;
+    }
+    // The board comes with a program of its own, whose script is one of the folder.
+    stand.board()?.bring("PRINT \"washers\"\n", "washers")?;
+    let page = stand.page()?;
+    page.wait(&format!("{NAMED} === 'washers'"), PATIENCE)?;
+    page.push("#start")?;
+    page.says("#message", "washers")?;
+    page.says("#lamp", "Ready")?;
+    load(&page, "job")?;
+    // What cannot be loaded is told, and the list goes back to what is there.
+    page.fill("#program", "broken.bas")?;
+    page.says("#refused", "broken could not be loaded. The machine still holds job.")?;
+    page.wait(&format!("{NAMED} === 'job'"), PATIENCE)?;
+    page.push("#start")?;
+    page.says("#message", "brackets")?;
+    page.says("#lamp", "Ready")?;
+    // One that nobody here knows is not started from this page, and not called something else.
+    stand.board()?.bring("PRINT \"strange\"\n", "strange")?;
+    page.wait(&format!("{NAMED}.startsWith('strange')"), PATIENCE)?;
+    page.says("#hint", "whose script is not here")?;
+    page.wait(&format!("{START}.disabled"), PATIENCE)?;
+    let runs = stand.board()?.status()?.runs;
+    // Past the page: the tool starts only what the page has shown, and never just anything.
+    let past = "(async () => { const { Link } = await import('/link.js'); const link = new Link(); await new Promise(done => link.addEventListener('welcome', done)); await link.ask({ helm: true }); const told = []; for (const wish of [{ run: { bytes: 1, crc: 1 } }, 'start', { open: 'job.bas' }, 'upload', { input: [5, true] }]) try { await link.ask(wish); told.push('done') } catch (e) { told.push(e.message) } return told.join('; ') })()";
+    let told = page.eval(past)?;
+    let told = told.as_str().unwrap_or_default();
+    assert!(told.starts_with("the board holds another program by now"), "{told}");
+    assert!(!told.contains("done") && told.matches("only starts").count() == 4, "{told}");
+    assert_eq!(stand.board()?.status()?.runs, runs, "something was started");
+    Ok(())
+}
+
+/// Stop is in sight on every screen, whatever stands above it.
+#[test]
+fn stop_is_in_sight_on_a_phone_and_enlarged() -> Outcome<()> {
+    let text = "DIM a AT 3000 LABEL \"Pieces\" MIN 1 MAX 500\nDIM b AT 3002 LABEL \"Rows\" MIN 1 MAX 9\nDIM c AT 3004 LABEL \"Depth\" MIN 1 MAX 9\nPRINT \"Insert a part that is as long as two lines of the page, and press Start\"\nWaitStart\n";
+    let Some(mut stand) = Stand::with_world(text, "", &["--operator"])? else { return Ok(()) };
+    let page = stand.page()?;
+    load(&page, "job")?;
+    for label in ["Pieces", "Rows", "Depth"] {
+        page.push(&format!("[aria-label='{label} more']"))?;
+        page.wait(
+            &format!("document.querySelector('[aria-label={label}]').value === '1'"),
+            PATIENCE,
+        )?;
+    }
+    page.push("#start")?;
+    page.says("#lamp", "Press Start")?;
+    let sights = |what: &str| -> Outcome<()> {
+        for (width, height) in [(390, 844), (844, 390), (720, 450), (320, 568), (1366, 768)] {
+            page.window(width, height, true)?;
+            page.rest()?;
+            let seen = page.eval("[...document.querySelectorAll('#controls button')].every(b => { const r = b.getBoundingClientRect(); return r.top >= 0 && r.left >= 0 && r.bottom <= innerHeight && r.right <= innerWidth && r.height >= 64 && document.elementFromPoint(r.x + r.width / 2, r.y + r.height / 2) === b })")?;
+            assert_eq!(seen, true, "{what}: a button is out of sight at {width} x {height}");
+            let wide = page.eval("document.documentElement.scrollWidth")?.as_u64();
+            assert!(wide <= Some(width.into()), "{what}: {wide:?} wide on {width}");
+            picture(&page, &format!("operator-{what}-{width}"))?;
+        }
+        Ok(())
+    };
+    sights("running")?;
+    // The machine is gone, with technical words as long as they come.
+    stand.board = None;
+    page.wait("document.querySelector('#lamp').dataset.state === 'lost'", PATIENCE)?;
+    page.says("#lamp", "does not answer")?;
+    page.wait(&format!("{START}.disabled"), PATIENCE)?;
+    sights("lost")
 }

@@ -83,3 +83,36 @@ fn points_of_a_file_lie_where_two_of_them_were_taught() -> Outcome<()> {
     assert_eq!(page.eval(TEXT)?, "Home\n", "nothing was written");
     Ok(())
 }
+
+/// Untouched, the wizard writes what the machine can do; where Z counts downward, too.
+#[test]
+fn a_pattern_begins_within_the_machines_travel() -> Outcome<()> {
+    for machine in ["mill", "charly"] {
+        let Some(stand) = Stand::start("Home\n", &["--profile", machine])? else { return Ok(()) };
+        let page = stand.page()?;
+        page.says("#sums", "runs to its end")?;
+        page.tab("pattern")?;
+        for shape in ["grid", "circle", "line", "sockets"] {
+            page.fill("#shape", shape)?;
+            page.push("#show-pattern")?;
+            page.says("#pattern-words", " points.")?;
+            let words = page.eval("document.querySelector('#pattern-words').textContent")?;
+            assert!(!words.to_string().contains("outside"), "{machine} {shape}: {words}");
+            answer(&page, &format!("{machine}_{shape}.bas"))?;
+            page.push("#new-pattern")?;
+            page.says("#file", &format!("{machine}_{shape}.bas"))?;
+            page.wait("!document.body.classList.contains('stale')", PATIENCE)?;
+            page.says("#sums", "runs to its end")?;
+        }
+        // Glue needs no spindle.
+        page.click("#spindle")?;
+        page.push("#show-pattern")?;
+        page.wait("!document.querySelector('#made').textContent.includes('M3')", PATIENCE)?;
+        // What lies outside is told in red.
+        page.fill("#pattern [name=x]", "5000")?;
+        page.push("#show-pattern")?;
+        page.says("#pattern-words", "outside")?;
+        page.wait("document.querySelector('#pattern-words').className === 'bad'", PATIENCE)?;
+    }
+    Ok(())
+}

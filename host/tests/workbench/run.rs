@@ -23,8 +23,8 @@ fn a_program_is_uploaded_started_paused_resumed_and_stopped() -> Outcome<()> {
     stand.board()?.until("a pause", |status| status.state == "paused")?;
     page.says("#run-state", "paused")?;
     // A variable is seen and set.
-    page.wait("document.querySelector('#vars input[type=number]').value === '1'", PATIENCE)?;
-    page.eval("(() => { const i = document.querySelector('#vars input[type=number]'); i.value = 49; i.dispatchEvent(new Event('change')) })()")?;
+    page.wait("document.querySelector('#vars .number').value === '1'", PATIENCE)?;
+    page.eval("(() => { const i = document.querySelector('#vars .number'); i.value = 49; i.dispatchEvent(new Event('change')) })()")?;
     page.push("#resume")?;
     page.says("#console", "to 50")?;
     // Twice as fast.
@@ -187,4 +187,98 @@ fn programs_of_the_board_are_listed_chosen_and_erased() -> Outcome<()> {
     page.push("#library button[aria-label='Erase second']")?;
     page.wait("!document.querySelector('#library').textContent.includes('second')", PATIENCE)?;
     Ok(())
+}
+
+/// Every variable is read, plotted and set, not only the first ones.
+#[test]
+fn the_tenth_variable_is_seen_and_set() -> Outcome<()> {
+    let names = ["a", "b", "c", "d", "e", "f", "g", "h", "list(4)", "n"];
+    let dims: String = names.iter().map(|name| format!("DIM {name}\n")).collect();
+    let text = format!(
+        "{dims}FOR n = 1 TO 90\n  h = n * 2\n  list(3) = n\n  PRINT \"n is \"; n\n  Wait 50ms\nNEXT\n"
+    );
+    let Some(stand) = Stand::start(&text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.upload()?;
+    page.push("#start")?;
+    page.says("#console", "n is 5")?;
+    page.push("#pause")?;
+    page.says("#run-state", "paused")?;
+    let value = |name: &str| format!("+document.querySelector('[aria-label=\"{name}\"]').value");
+    page.wait(
+        &format!(
+            "{n} >= 5 && {h} === 2 * {n} && {list} === {n}",
+            n = value("n"),
+            h = value("h"),
+            list = value("list(3)")
+        ),
+        PATIENCE,
+    )?;
+    // What is no number is not written, and what is there stands in the field again.
+    for wrong in ["", "-", "1.5", "1,5", "x", "99999999999"] {
+        page.fill("[aria-label=n]", wrong)?;
+        page.wait(&format!("{} >= 5", value("n")), PATIENCE)?;
+    }
+    page.fill("[aria-label=n]", "85")?;
+    page.push("#resume")?;
+    page.says("#console", "n is 86")
+}
+
+/// A program of the board that is not the text is named as such, never marked in it, and started by its
+/// own button alone.
+#[test]
+fn the_old_program_is_never_taken_for_the_text() -> Outcome<()> {
+    let text = "PRINT \"old\"\nMoveAxe X, 30mm, 10mm/s\n";
+    let Some(mut stand) = Stand::with_board(text)? else { return Ok(()) };
+    let page = stand.page()?;
+    page.tab("run")?;
+    page.says("#badge", "holds no program")?;
+    page.says("#start", "Upload and start")?;
+    page.push("#start")?;
+    page.says("#console", "old")?;
+    page.says("#badge", "as it stands here")?;
+    page.wait("!document.querySelector('.ed .run').hidden", PATIENCE)?;
+    page.click("#stop")?;
+    page.says("#run-state", "last run: stopped")?;
+    page.wait("document.querySelector('#start').textContent === 'Start'", PATIENCE)?;
+    // A text with an error cannot be meant by any button.
+    page.end_of_script()?;
+    page.type_text("\nG1 Q")?;
+    page.says("#problem-count", "error")?;
+    page.says("#badge", "older than this text")?;
+    page.wait("document.querySelector('#start').disabled", PATIENCE)?;
+    page.push("#start-stored")?;
+    stand.board()?.until("a run", |status| status.moving.contains(&'X'))?;
+    page.says("#run-state", "running")?;
+    assert_eq!(
+        page.eval("document.querySelector('.ed .run').hidden")?,
+        true,
+        "a line of another text"
+    );
+    page.click("#stop")?;
+    page.says("#run-state", "last run: stopped")?;
+    // With another good text the main button brings it before it starts.
+    page.select_script("PRINT \"new\"\nWait 10ms\n")?;
+    page.wait("document.querySelector('#start').textContent === 'Upload and start'", PATIENCE)?;
+    page.push("#start")?;
+    page.says("#console", "new")?;
+    // Back to the old text: what the board holds is the other one.
+    page.select_script(text)?;
+    page.says("#badge", "older than this text")
+}
+
+/// A mark goes to the line where the board can halt, and says so.
+#[test]
+fn breakpoints_are_where_the_board_halts() -> Outcome<()> {
+    let text = "DIM n\n' a comment\nn = 1\nIF n = 1 THEN\n  PRINT n\nEND IF\nn = 2\n";
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    let marks = "[...document.querySelectorAll('.ed .gutter [aria-pressed=true]')].map(own => own.textContent).join()";
+    page.click(".ed .gutter [data-line='1']")?;
+    page.says("#notes", "the mark is in line 5")?;
+    page.wait(&format!("{marks} === '5'"), PATIENCE)?;
+    page.click(".ed .gutter [data-line='6']")?;
+    page.says("#notes", "none follows here")?;
+    page.wait(&format!("{marks} === '5'"), PATIENCE)
 }

@@ -1,6 +1,6 @@
 //! Who may not come in, and what two pages may do to each other.
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
@@ -146,4 +146,43 @@ fn one_page_has_the_helm_and_every_page_can_stop() -> Outcome<()> {
     first.press("Escape", "Escape", 27, "", 8)?;
     stand.board()?.until("its end", |status| status.state == "ready")?;
     Ok(())
+}
+
+/// Connections that drip their bytes, and pages that break the language server's protocol, keep nobody
+/// out and nothing taken.
+#[test]
+fn strangers_and_broken_pages_keep_nobody_out() -> Outcome<()> {
+    let Some(stand) = Stand::with_board("Wait 1s\n")? else { return Ok(()) };
+    let address = stand.url.trim_start_matches("http://");
+    let address = address.split('/').next().ok_or("no address")?.to_owned();
+    let own = format!("Origin: http://{address}\r\n");
+    let hello = upgrade(&address, &own);
+    let mut drips = Vec::new();
+    for _ in 0..70 {
+        let mut stream = TcpStream::connect(&address).map_err(|error| error.to_string())?;
+        stream.write_all(hello.as_bytes()).map_err(|error| error.to_string())?;
+        drips.push(stream);
+    }
+    let page = stand.page()?;
+    page.says("#helm", "You have the helm")?;
+    // Three seconds later every one of them is gone, although each sent a byte again and again.
+    let end = std::time::Instant::now() + Duration::from_secs(3);
+    while std::time::Instant::now() < end {
+        drips.retain_mut(|stream| stream.write_all(&[0x81]).is_ok());
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    let mut left = 0;
+    for stream in &mut drips {
+        stream.set_read_timeout(Some(Duration::from_millis(200))).map_err(|e| e.to_string())?;
+        let end = stream.read_to_end(&mut Vec::new()).map_err(|error| error.kind());
+        left += usize::from(matches!(end, Err(ErrorKind::WouldBlock | ErrorKind::TimedOut)));
+    }
+    assert_eq!(left, 0, "a stranger stays");
+    // A page that breaks the protocol keeps its place and its helm, and the others theirs.
+    let wrong = "(async () => { const { Link } = await import('/link.js'); const link = new Link(); await new Promise(done => link.addEventListener('welcome', done)); const told = []; for (const lsp of [{ id: 1, method: 'textDocument/hover', params: 5 }, { id: 2, method: 'x', params: [1] }, { id: 3, method: 'shutdown', params: {} }, 7]) try { await link.ask({ lsp }); told.push('done') } catch (e) { told.push(e.message) } return told.join('; ') })()";
+    let told = page.eval(wrong)?;
+    assert!(!told.as_str().unwrap_or("done").contains("done"), "{told}");
+    page.says("#helm", "You have the helm")?;
+    page.select_script("G1 Q\n")?;
+    page.says("#problem-count", "error")
 }

@@ -102,6 +102,12 @@ fn a_machine_is_set_up_step_by_step_left_and_taken_up_again() -> Outcome<()> {
     finish(&page, "steps were not tried")?;
     let report = report(&stand)?;
     assert!(report.contains("not tried"), "{report}");
+    let early = std::fs::read_to_string(stand.folder.path().join("bench.toml"));
+    let early = early.map_err(|error| error.to_string())?;
+    assert!(
+        early.contains("steps were tried on the machine.\n# Not tried: X: Direction"),
+        "{early}"
+    );
     to_step(&page, "Y: Direction")?;
     axis(&page, &mut stand, &Y)?;
     axis(&page, &mut stand, &Z)?;
@@ -142,6 +148,50 @@ fn a_machine_is_set_up_step_by_step_left_and_taken_up_again() -> Outcome<()> {
     page.says("#sums", "runs to its end")?;
     // Two thirds of 3000 steps/s at 101.3 steps per mm.
     page.says("#sums", "19.7 mm/s")
+}
+
+/// A trial of rates ends with its step, with the page and at Halt; no faster one follows it.
+#[test]
+fn a_trial_does_not_outlive_its_step() -> Outcome<()> {
+    let Some(mut stand) = Stand::with_world("Home\n", WORLD, &["--setup"])? else { return Ok(()) };
+    let mut page = stand.page()?;
+    page.fill("#name", "bench")?;
+    page.push("#begin [type=submit]")?;
+    is_at(&page, "Wiring and pins")?;
+    to_step(&page, "Link")?;
+    apply(&page)?;
+    for letter in ["X", "Y"] {
+        for ends in ["step", "halt", "page"] {
+            to_step(&page, &format!("{letter}: Top rate and ramp"))?;
+            for (label, value) in [
+                ("First rate, steps/s", "2000"),
+                ("Fastest rate, steps/s", "8000"),
+                ("Way, mm", "50"),
+                ("Times", "20"),
+            ] {
+                page.fill(&format!("[aria-label='{label}']"), value)?;
+            }
+            page.push("#climb")?;
+            page.says("#trying", &format!("{letter} is being tried at 2000 steps/s"))?;
+            let at = |status: &Status| if letter == "X" { status.pos.x } else { status.pos.y };
+            stand.board()?.until("a run", |status| at(status) > Some(1500))?;
+            match ends {
+                "step" => to_step(&page, "Emergency stop")?,
+                "halt" => page.push("#halt")?,
+                _ => {
+                    page.close()?;
+                    page = stand.page()?;
+                }
+            }
+            page.wait("document.querySelector('#trying').hidden", PATIENCE)?;
+            stand.board()?.until("rest", |status| status.moving.is_empty())?;
+            let x = stand.board()?.status()?.pos;
+            std::thread::sleep(std::time::Duration::from_millis(800));
+            let after = stand.board()?.status()?;
+            assert_eq!((after.pos, after.moving.len()), (x, 0), "{letter}, {ends}: it goes on");
+        }
+    }
+    Ok(())
 }
 
 /// What the story finds of an axis.

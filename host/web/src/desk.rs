@@ -180,7 +180,7 @@ impl Desk {
     fn simulate(&self, all: bool) -> Vec<Said> {
         let loaded = trial::load(&self.text, ProfileChoice::built_in()).map(Box::new);
         let part = loaded.as_ref().map_or(&F5529, |own| Loaded::part(own));
-        let budget = if all { Budget::long(|| false) } else { Budget::live(|| false) };
+        let budget = if all { Budget::long(|_| false) } else { Budget::live(|_| false) };
         let run = trial::simulate(self.number, &loaded, &self.world, part, &budget);
         vec![text(&json!({ "simulated": run.about })), Said::Bytes(run.path.to_vec())]
     }

@@ -1,7 +1,7 @@
 //! The map of the registers: the one place where a register or a block of them is described.
 //!
 //! A block is `NAME: Table first + count, flags`, a register `NAME: BLOCK + offset` under what it says. What one shows on
-//! each chip is an arm of `firmware/f5529/map.rs` and a row of `firmware/g2553/link/tables.s`.
+//! each chip is an arm of `firmware/src/machine/map.rs` and a row of `firmware/g2553/link/tables.s`.
 
 /// Hands all rows to a macro: `lang` makes constants and tables of them, the firmware the assembler's symbols.
 #[macro_export]

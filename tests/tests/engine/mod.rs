@@ -63,6 +63,8 @@ pub const COUNTER: u16 = 0x0350;
 pub const VECTOR: u16 = 0xFFEA;
 /// Place of the next event's time in the memory that both kinds of handlers share.
 pub const DUE: u16 = 42;
+/// Of ticks from DIR to STEP; the controls of channels are behind it.
+pub const SETUP: u16 = 44;
 /// P6OUT, whose lowest pins are DIR.
 pub const DIR_OUT: u16 = 0x0243;
 
@@ -84,6 +86,25 @@ impl Engine {
         board.set_reg(2, 8);
         board.record(true);
         Engine { board, play, step, fill: 0 }
+    }
+
+    /// With another time from DIR to STEP, ticks, and STEP active low.
+    pub fn with_signals(width_ticks: u16, setup_ticks: u16, low: bool) -> Engine {
+        let mut engine = Engine::new(width_ticks);
+        engine.board.poke16(engine.step + SETUP, setup_ticks);
+        if low {
+            let (rest, rise, fall) = (0x04, 0xA4, 0x20);
+            for (n, value) in
+                [rest, rise, fall, rest | 0x10, rise | 0x10, fall | 0x10].into_iter().enumerate()
+            {
+                engine.board.poke16(engine.step + SETUP + 2 + 2 * n as u16, value);
+            }
+            for axis in 1..4 {
+                engine.board.bus_write16(CONTROL + 2 * axis, rest);
+            }
+            engine.board.take_edges();
+        }
+        engine
     }
 
     pub fn room(&mut self) -> bool {

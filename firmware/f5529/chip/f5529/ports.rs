@@ -87,9 +87,11 @@ pub const SPI_RXBUF: u16 = UCB0RXBUF.0;
 /// See [`SPI_STAT`].
 pub const SPI_TXBUF: u16 = UCB0TXBUF.0;
 
-// What `Reset` begins with, before it has touched RAM: STEP and DIR are driven, at full strength and at rest, within some thirty
-// instructions; until then they float at whatever their resistors make of them. Full strength gives the 10 to 16 mA that
-// optocouplers of drivers want (SLAS590, "Outputs - General Purpose I/O (Full Drive Strength)").
+// What `Reset` begins with, before it has touched RAM: STEP and DIR are driven, at full strength and at rest, within some
+// thirty instructions; until then they float at whatever their resistors make of them. Full strength gives the 10 to 16 mA
+// that optocouplers of drivers want (SLAS590, "Outputs - General Purpose I/O (Full Drive Strength)"). The copies of the
+// profile say which level of STEP is at rest. Where they differ in it, as one may be older than a change, or cut short,
+// STEP is not driven before the profile is known that holds: its resistor keeps it at rest.
 global_asm!(
     r#"
     .section .text.ports,"ax",@progbits
@@ -98,41 +100,40 @@ module.chip.ports:
 pasapas_hold_steps:
     mov.b #{step_strength}, &{p1ds}
     mov.b #{dir_strength}, &{p6ds}
-    /* STEP rests high where the newer copy of the profile says so; a copy that an upload has not completed may tell it
-       wrongly, until `main` has checked it */
-    clr r15
-    cmp #{version}, &{first}+{at_version}
-    jne 1f
-    mov &{first}+{at_flags}, r15
-    mov &{second}+{at_sequence}, r14
-    sub &{first}+{at_sequence}, r14
-    jeq 2f
-    jn 2f
-1:  cmp #{version}, &{second}+{at_version}
-    jne 2f
-    mov &{second}+{at_flags}, r15
-2:  mov.b #{stop}, r14
-    bit #{step_low}, r15
-    jeq 3f
-    bis.b #{step}, r14
-3:  mov.b r14, &{p1out}
-    mov.b #{step}, &{p1dir}
     clr.b &{p6out}
-    mov.b #{dir}, &{p6dir}
-    ret
+    mov.b #{dirs}, &{p6dir}
+    mov.b #{stop}, &{p1out}
+    /* bit 0: active high, bit 1: active low; a board without a profile is active high */
+    clr r12
+    .irp copy, {first}, {second}
+    cmp #{version}, &\copy+{version_at}
+    jne 2f
+    bit #{step_low}, &\copy+{flags_at}
+    jne 1f
+    bis #1, r12
+    jmp 2f
+1:  bis #2, r12
+2:
+    .endr
+    cmp #3, r12
+    jeq 4f
+    cmp #2, r12
+    jne 3f
+    bis.b #{step}, &{p1out}
+3:  mov.b #{step}, &{p1dir}
+4:  ret
     "#,
     step_strength = const P1_STEP | LATCH,
     dir_strength = const DIRS | ENABLE,
     stop = const P1_STOP,
-    step = const P1_STEP,
-    step_low = const BoardRecord::STEP_LOW,
-    version = const RECORD_VERSION,
     first = const super::PART.profiles[0],
     second = const super::PART.profiles[1],
-    at_version = const offset_of!(BoardRecord, version),
-    at_sequence = const offset_of!(BoardRecord, sequence),
-    at_flags = const offset_of!(BoardRecord, flags),
-    dir = const DIRS,
+    version = const RECORD_VERSION,
+    version_at = const offset_of!(BoardRecord, version),
+    flags_at = const offset_of!(BoardRecord, flags),
+    step_low = const BoardRecord::STEP_LOW,
+    step = const P1_STEP,
+    dirs = const DIRS,
     p1ds = const P1DS.0,
     p6ds = const P6DS.0,
     p1out = const P1OUT.0,
@@ -145,9 +146,9 @@ pasapas_hold_steps:
 /// exchange; contacts, and the receive pin of a cable that is off, are pulled up; pins without a use down.
 pub(super) fn open() {
     let floating = P1_STEP | P1_LED | LATCH;
-    // STEP stays as `Reset` has it.
+    // STEP stays as `Reset` has left it.
     P1SEL.set(0);
-    P1DIR.set(P1_STEP | P1_LED);
+    P1DIR.set(P1_LED | P1DIR.get() & P1_STEP);
     P1REN.set(!floating);
     P2OUT.set(0xFF);
     P2SEL.set(0);
@@ -273,10 +274,15 @@ pub fn watch_edges(pins: u8) {
     P2IE.set(pins);
 }
 
-/// Gives the timer the STEP pins.
-#[inline(always)]
-pub fn give_steps() {
-    P1SEL.set(P1_STEP);
+/// Gives the timer the STEP pins, whose outputs are at rest. `low`: STEP is active when low.
+pub fn give_steps(low: bool) {
+    if low {
+        P1OUT.raise(P1_STEP);
+    } else {
+        P1OUT.clear(P1_STEP);
+    }
+    P1DIR.raise(P1_STEP);
+    P1SEL.raise(P1_STEP);
 }
 
 /// Levels of the DIR pins.

@@ -22,7 +22,7 @@ fn mill() -> Profile {
 
 fn drilling() -> Work {
     let down = Down { surface: -20_000, depth: 1800, clear: 2000, feed: 2000 };
-    Work { down: Some(down), act: Act::Nothing }
+    Work { down: Some(down), spindle: true, act: Act::Nothing }
 }
 
 fn pattern(shape: Shape, work: Work) -> Pattern {
@@ -48,10 +48,10 @@ fn regular_patterns_are_loops() {
     let grid = Shape::Grid { count: [5, 3], pitch: [12_700, 10_000], zigzag: false };
     insta::assert_snapshot!("grid", written(&pattern(grid, drilling())));
     let to_and_fro = Shape::Grid { count: [4, 2], pitch: [2540, -2540], zigzag: true };
-    let glue = Work { down: None, act: Act::Pulse { output: 3, ms: 250 } };
+    let glue = Work { act: Act::Pulse { output: 3, ms: 250 }, ..Work::default() };
     insta::assert_snapshot!("zigzag", written(&pattern(to_and_fro, glue)));
     let line = Shape::Line { count: 7, way: [60_000, -1000] };
-    let wait = Work { down: None, act: Act::Wait { ms: 500 } };
+    let wait = Work { act: Act::Wait { ms: 500 }, ..Work::default() };
     insta::assert_snapshot!("line", written(&pattern(line, wait)));
     let sockets = Shape::Sockets { count: 2, apart: 25_400, pins: 7, pitch: 2540, rows: 7620 };
     insta::assert_snapshot!("sockets", written(&pattern(sockets, drilling())));
@@ -129,8 +129,10 @@ fn what_a_machine_cannot_do_is_told() {
     let mut deep = pattern(line([10_000, 0]), drilling());
     deep.work.down = Some(Down { surface: -79_000, depth: 1800, clear: 2000, feed: 2000 });
     assert!(written(&deep).contains("note: Z -80.8mm lies outside"));
-    let mut wrong =
-        pattern(line([10_000, 0]), Work { down: None, act: Act::Pulse { output: 17, ms: 5 } });
+    let mut wrong = pattern(
+        line([10_000, 0]),
+        Work { act: Act::Pulse { output: 17, ms: 5 }, ..Work::default() },
+    );
     assert!(refused(&wrong).contains("no output 17"));
     wrong.work.act = Act::Wait { ms: 0 };
     assert!(refused(&wrong).contains("1 ms to 1 h"));

@@ -122,7 +122,8 @@ impl<'a> Writer<'a> {
             script: Script::default(),
             down: None,
             // Where an output is switched at each point Z carries a dispenser or a gripper.
-            spindle: down
+            spindle: pattern.work.spindle
+                && down
                 && !matches!(pattern.work.act, Act::Pulse { .. })
                 && profile.output_with(OutputRole::Spindle).is_some(),
         };

@@ -15,7 +15,9 @@ impl Session {
     pub(super) fn dollar(&mut self, text: &str, view: &View) {
         let inches = self.kept.inches;
         match text {
-            "" => self.say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
+            "" => {
+                self.say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]")
+            }
             "$" => {
                 for (number, value) in self.machine.settings(self.kept.report, inches) {
                     self.say(&format!("${number}={value}"));
@@ -48,10 +50,17 @@ impl Session {
 
     /// `$X`
     fn unlock(&mut self, view: &View) {
+        if let Some(words) = &view.trouble {
+            self.message(words);
+            return self.answer(Error::LOCKED);
+        }
         if self.alarm.take().is_some() {
             self.message("Caution: Unlocked");
             if view.state == Some(lang::wire::RunState::Fault) {
                 self.deeds.push(Deed::Acknowledge);
+            }
+            if std::mem::take(&mut self.undriven) {
+                self.order(vec![Order::Motors(true)], 0.0, view);
             }
         }
         self.say("ok");
@@ -61,6 +70,10 @@ impl Session {
     fn home(&mut self, view: &View) {
         if self.sleeping || self.check || self.hold {
             return self.answer(Error::NOT_IDLE);
+        }
+        if let Some(words) = &view.trouble {
+            self.message(words);
+            return self.answer(Error::LOCKED);
         }
         if self.is_taken(view) {
             self.message("a program of the board runs");
@@ -72,6 +85,8 @@ impl Session {
         let mut orders = Vec::new();
         if self.alarm.take().is_some() {
             self.deeds.push(Deed::Acknowledge);
+        }
+        if std::mem::take(&mut self.undriven) {
             orders.push(Order::Motors(true));
         }
         orders.push(Order::Home);
@@ -104,7 +119,7 @@ impl Session {
         self.say("ok");
         self.message("Sleeping");
         self.order(vec![Order::Motors(false)], 0.0, view);
-        self.sleeping = true;
+        (self.sleeping, self.undriven) = (true, true);
     }
 
     /// Whether lines are under way or something else runs.

@@ -36,11 +36,7 @@ impl Session {
         state
     }
 
-    fn jog_to(
-        &self,
-        text: &str,
-        view: &View,
-    ) -> Result<(Option<Order>, [f64; 3], f64), Refusal> {
+    fn jog_to(&self, text: &str, view: &View) -> Result<(Option<Order>, [f64; 3], f64), Refusal> {
         let (mut axes, mut speed) = ([None; 3], None);
         let (mut inches, mut relative, mut machine) =
             (self.modal.inches, self.modal.relative, false);

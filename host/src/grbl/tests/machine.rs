@@ -36,11 +36,7 @@ pub struct Machine {
 
 impl Machine {
     pub fn new() -> Machine {
-        let view = View {
-            state: Some(RunState::Ready),
-            homed: [true; 3],
-            ..View::default()
-        };
+        let view = View { state: Some(RunState::Ready), homed: [true; 3], ..View::default() };
         Machine {
             view,
             queue: VecDeque::new(),
@@ -72,10 +68,8 @@ impl Machine {
                 Deed::Hold => self.hold = true,
                 Deed::Resume => {
                     self.hold = false;
-                    let waits = matches!(
-                        self.view.state,
-                        Some(RunState::Paused | RunState::WaitStart)
-                    );
+                    let waits =
+                        matches!(self.view.state, Some(RunState::Paused | RunState::WaitStart));
                     if waits {
                         self.view.state = Some(RunState::Running);
                         self.left = self.left.min(1);

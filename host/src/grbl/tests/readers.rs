@@ -56,8 +56,29 @@ fn candle_knows_every_state_and_finds_mpos() {
     bench.machine.pace = 3;
     let mut seen = std::collections::BTreeSet::new();
     for bytes in [
-        &b"G0X5\n"[..], b"!", b"", b"", b"~", b"$J=G91X1F100\n", b"\x85", b"", b"$C\n", b"$C\n", b"",
-        b"$H\n", b"", b"\x84", b"", b"", b"~", b"G0X400\n", b"", b"\x18", b"$X\n", b"$SLP\n", b"",
+        &b"G0X5\n"[..],
+        b"!",
+        b"",
+        b"",
+        b"~",
+        b"$J=G91X1F100\n",
+        b"\x85",
+        b"",
+        b"$C\n",
+        b"$C\n",
+        b"",
+        b"$H\n",
+        b"",
+        b"\x84",
+        b"",
+        b"",
+        b"~",
+        b"G0X400\n",
+        b"",
+        b"\x18",
+        b"$X\n",
+        b"$SLP\n",
+        b"",
     ] {
         bench.send(bytes);
         for _ in 0..3 {

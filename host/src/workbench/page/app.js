@@ -52,11 +52,13 @@ function begin(welcome) {
   files(welcome.files);
   parts.machine.build(parts.trial.about?.machine ?? welcome.machine, welcome.virtual_board);
   parts.view.machine ??= welcome.machine;
+  parts.pattern.begin(parts.machine.machine);
   text($('#board'), welcome.virtual_board ? `emulated board (${welcome.board}):` : `${welcome.board}:`);
 }
 
 function build(welcome) {
   const editor = new Editor($('#editor'), lexer(welcome.words), (words, busy) => { parts.script.typed(words, busy); parts.trial?.stale(); }, () => {});
+  editor.told = words => tell(words);
   const script = new Script(link, editor);
   const language = new Language(link, editor, script);
   const view = new PathView($('#path'));
@@ -70,9 +72,19 @@ function build(welcome) {
   Object.assign(parts, { library, editor, script, language, assist, view, trial, run, machine, teach, pattern });
   trial.isNewest = about => about.number === script.number && script.synced;
   trial.file = () => script.file;
-  trial.dispatch = about => machine.build(about.machine, parts.welcome.virtual_board);
+  trial.dispatch = about => {
+    machine.build(about.machine, parts.welcome.virtual_board);
+    pattern.begin(about.machine);
+    if (trial.isNewest(about)) editor.halt(about.effects);
+  };
   script.addEventListener('changed', title);
+  const chosen = h('input', { type: 'file', id: 'own', hidden: true, onchange: e => {
+    const [file] = e.target.files;
+    e.target.value = '';
+    if (file) take(file).catch(error => tell(error.message, true));
+  } });
   $('#edit-buttons').append(
+    action('Open a file…', () => chosen.click(), { id: 'open-file', title: 'A script, or a program of another system; it can be dropped on the page, too' }), chosen,
     action('Save', save, { id: 'save', title: 'Ctrl+S' }),
     action('Format', () => language.format(), { id: 'format', title: 'Ctrl+Shift+F' }),
     action('Rename', () => language.rename(), { id: 'rename', title: 'F2', hidden: !welcome.lsp?.renameProvider }));
@@ -163,6 +175,20 @@ addEventListener('keydown', e => {
   assist?.close();
   e.preventDefault();
 });
+
+// A file that is dropped on the page is taken as a new script.
+addEventListener('dragover', e => { if (e.dataTransfer?.types.includes('Files')) e.preventDefault(); });
+addEventListener('drop', e => {
+  const [file] = e.dataTransfer?.files ?? [];
+  if (!file || e.target.matches?.('input[type=file]')) return;
+  e.preventDefault();
+  take(file).catch(error => tell(error.message, true));
+});
+async function take(file) {
+  if (file.size > 900000) throw new Error(`${file.name} is too large for the page: open it with “pasapas workbench ${file.name}”, or run it with “pasapas stream ${file.name}”.`);
+  await parts.script.sync();
+  await link.ask({ take: { name: file.name, text: await file.text() } });
+}
 
 // Leaving with work that the tool does not have asks first.
 addEventListener('beforeunload', e => { if (parts.script && (!parts.script.synced || parts.script.split)) e.preventDefault(); });

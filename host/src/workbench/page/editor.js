@@ -107,6 +107,7 @@ export class Editor {
     this.lines = [0];
     for (let i = text.indexOf('\n'); i >= 0; i = text.indexOf('\n', i + 1)) this.lines.push(i + 1);
     if (old === text) return;
+    this.halts = null;
     this.follow(old, before, this.lines.length - before.length);
     this.changed(text, this.busy);
     this.paint();
@@ -231,8 +232,24 @@ export class Editor {
     this.diags = list;
     this.later();
   }
+  // Lines of this text with an effect; marks on other ones go to the next of them.
+  halt(lines) {
+    this.halts = lines;
+    const moved = new Set([...this.breaks].map(line => lines.find(own => own > line)).filter(Boolean).map(line => line - 1));
+    if ([...moved].join() === [...this.breaks].join()) return;
+    this.breaks = moved;
+    this.paint();
+    this.broken();
+  }
+  // A board halts before effects only: a mark on another line goes to the next one with an effect.
   toggle(line) {
-    if (!this.breaks.delete(line)) this.breaks.add(line);
+    if (!this.breaks.delete(line)) {
+      const next = this.halts ? this.halts.find(own => own > line) : line + 1;
+      if (next === undefined) { this.told?.('The board halts before moves, outputs, waits and PRINT: none follows here.'); return; }
+      if (next !== line + 1) this.told?.(`The board halts before effects: the mark is in line ${next}.`);
+      line = next - 1;
+      this.breaks.add(line);
+    }
     this.paint();
     this.broken();
   }

@@ -106,7 +106,7 @@ function quantity(v) {
     step(-1), input, step(1), h('span', {}, v.unit));
   return { ...v, input, box };
 }
-const value = row => state?.picture.cells[row.cell] ?? 0;
+const value = row => state?.picture.cells[row.cell];
 const wrong = row => value(row) < row.low || value(row) > row.high;
 
 link.addEventListener('log', e => {
@@ -153,7 +153,7 @@ function show() {
   $('#helm').hidden = mine;
   hint(status, mine, ready || at === 'empty', bad);
   for (const row of rows) {
-    const shown = String(value(row));
+    const shown = String(value(row) ?? '');
     if (document.activeElement !== row.input && row.input.value !== shown) row.input.value = shown;
     if (row.box.classList.contains('wrong') !== wrong(row)) {
       row.box.classList.toggle('wrong', wrong(row));

@@ -1,7 +1,7 @@
 // The wizard for patterns: grid, circle, line, sockets, or the points of a file; shifted and turned by
 // taught points. The tool writes the script; this page shows it and puts it where it belongs.
 import { h, text, tell, action } from './dom.js';
-import { micrometres, number, numberField } from './fields.js';
+import { micrometres, number, numberField, parsed } from './fields.js';
 
 // Fields of each shape: name, label, value, and mm or a count.
 const SHAPES = {
@@ -36,6 +36,7 @@ export class Pattern {
     this.boxes.points.append(this.file, h('span', { className: 'soft' }, 'CSV, KiCad .pos, Excellon or Gerber drill'), this.groups);
     this.name = h('input', { id: 'pattern-name', value: 'holes', maxLength: 32, ariaLabel: 'Name of the points', className: 'new' });
     this.down = h('input', { type: 'checkbox', id: 'goes-down', checked: true, onchange: () => this.#shaped() });
+    this.spindle = h('input', { type: 'checkbox', id: 'spindle', checked: true });
     this.depths = h('span', { className: 'bar' }, field('surface', 'Surface at Z', 0, 'mm'), this.#here('surface', 'Z'),
       field('depth', 'Depth', 2, 'mm'), field('clear', 'Travels above', 2, 'mm'), field('feed', 'Down at', 2, 'mm/s'));
     this.act = h('select', { id: 'act', ariaLabel: 'At each point', onchange: () => this.#shaped() },
@@ -50,13 +51,13 @@ export class Pattern {
     document.getElementById('pattern').append(
       h('fieldset', {}, h('legend', {}, 'Points'), this.shape, h('label', {}, 'called ', this.name), ...Object.values(this.boxes),
         h('span', { className: 'bar' }, field('x', 'First point (centre, zero of the list): X', 10, 'mm'), field('y', 'Y', 10, 'mm'), this.#here(['x', 'y'], 'XY'))),
-      h('fieldset', {}, h('legend', {}, 'At each point'), h('label', {}, this.down, ' Z goes down'), this.depths, this.act, this.output, this.ms),
+      h('fieldset', {}, h('legend', {}, 'At each point'), h('label', {}, this.down, ' Z goes down'), this.depths, this.turns = h('label', {}, this.spindle, ' spindle on (a drill; not for glue or a gripper)'), this.act, this.output, this.ms),
       h('fieldset', {}, h('legend', {}, 'Lies elsewhere'),
         h('span', { className: 'soft' }, 'One taught point shifts the drawing, two turn it, three show whether it is mirrored.'),
         this.frame, action('Add a taught point', () => this.#pair(), { id: 'add-pair' }), h('label', {}, this.mirrored, ' seen from behind'), this.listed),
-      h('div', { className: 'bar' }, action('Show the script', () => this.#make(true), { id: 'show-pattern' }),
-        action('Insert at the caret', () => this.#insert(), { id: 'insert-pattern' }), action('As a new script', () => this.#fresh(), { id: 'new-pattern' })),
-      this.words, this.result);
+      h('div', { className: 'foot' }, this.words, h('div', { className: 'bar' }, action('Show the script', () => this.#make(true), { id: 'show-pattern' }),
+        action('Insert at the caret', () => this.#insert(), { id: 'insert-pattern' }), action('As a new script', () => this.#fresh(), { id: 'new-pattern' }))),
+      this.result);
     this.#shaped();
   }
   // A button that takes the machine's present place.
@@ -76,9 +77,28 @@ export class Pattern {
   }
   #shaped() {
     for (const [name, box] of Object.entries(this.boxes)) box.hidden = name !== this.shape.value;
-    this.depths.hidden = !this.down.checked;
+    this.depths.hidden = this.turns.hidden = !this.down.checked;
+    this.begin(this.machine.machine);
     this.ms.hidden = this.act.value === 'nothing';
     this.output.hidden = this.act.value !== 'pulse';
+  }
+  // Begins within the machine's travel: the pattern round its middle, the surface below Z's upper end.
+  // What a person wrote or took from the machine stays.
+  begin(machine) {
+    if (!machine) return;
+    const of = letter => machine.axes.find(own => own.axis === letter), set = (name, value) => {
+      const field = this.fields[name];
+      if (field.value === (field.dataset.own ?? field.defaultValue)) field.value = field.dataset.own = String(+value.toFixed(3));
+    };
+    const size = { grid: ['columns', 'pitch_x', 'rows', 'pitch_y'], line: ['way_x', 'way_y'] }[this.shape.value] ?? [];
+    const [a, b, c, d] = size.map(name => parsed(this.fields[`${this.shape.value}_${name}`].value) ?? 0);
+    const wide = { grid: [(a - 1) * b, (c - 1) * d], line: [a, b] }[this.shape.value] ?? [0, 0];
+    ['X', 'Y'].forEach((letter, n) => { const own = of(letter); if (own) set(letter.toLowerCase(), (own.low + own.high - wide[n]) / 2); });
+    const z = of('Z');
+    if (!z) { this.down.checked = false; this.depths.hidden = this.turns.hidden = true; return; }
+    // Where Z counts downward its upper end is the lower number.
+    const down = z.low >= 0 && z.high > 0, room = Math.min(10, (z.high - z.low) / 3);
+    set('surface', down ? z.low + room : z.high - room);
   }
   #told(error) {
     text(this.words, error.message);
@@ -94,8 +114,10 @@ export class Pattern {
     const list = await this.link.ask({ points: { name: file.name, text: await file.text() } });
     this.points = list.points;
     const groups = [...new Set(list.points.map(point => point.group))];
+    // The two sides of a board are not placed at a time.
+    const sides = groups.every(group => ['top', 'bottom'].includes(group.toLowerCase()));
     if (groups.length > 1) {
-      this.groups.append(...groups.map(group => h('label', {}, h('input', { type: 'checkbox', checked: true, value: group }), ` ${group || 'others'}`)));
+      this.groups.append(...groups.map(group => h('label', {}, h('input', { type: 'checkbox', checked: !sides || group === groups[0], value: group }), ` ${group || 'others'}`)));
     }
     this.fields.x.value = this.fields.y.value = 0;
     this.listed.replaceChildren(...list.points.filter(point => point.name).slice(0, 500).map(point => h('option', { value: point.name })));
@@ -136,7 +158,7 @@ export class Pattern {
     const act = { nothing: () => 'nothing', wait: () => ({ wait: { ms: ms() } }), pulse: () => ({ pulse: { output: count('output'), ms: ms() } }) }[this.act.value]();
     const down = this.down.checked ? { surface: um(of('surface')), depth: um(of('depth')), clear: um(of('clear')), feed: um(of('feed')) } : null;
     const place = pair => ({ drawn: pair.drawn.map(micrometres), taught: pair.taught.map(micrometres) });
-    return { shape: { [kind]: shape }, origin: [um(of('x')), um(of('y'))], work: { down, act }, name: this.name.value.trim(),
+    return { shape: { [kind]: shape }, origin: [um(of('x')), um(of('y'))], work: { down, act, spindle: this.down.checked && this.spindle.checked }, name: this.name.value.trim(),
       frame: this.pairs.length ? { pairs: this.pairs.map(place), mirrored: this.mirrored.checked } : null };
   }
   // Has the script written, and shows it.
@@ -144,7 +166,8 @@ export class Pattern {
     try {
       await this.script.sync();
       const made = await this.link.ask({ pattern: { pattern: this.#wish(), into: !whole } });
-      this.words.className = '';
+      const outside = made.notes.some(note => note.includes('outside'));
+      this.words.className = outside ? 'bad' : '';
       text(this.words, [`${made.count} points.`, ...made.notes.map(note => `${note}.`)].join(' '));
       text(this.result, made.text);
       this.result.hidden = false;

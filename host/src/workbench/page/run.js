@@ -196,9 +196,14 @@ export class Run {
   }
   #values(cells) {
     for (const row of this.rows ?? []) {
-      const value = cells[row.cell] ?? 0;
-      if (document.activeElement !== row.value && row.value.value !== String(value)) row.value.value = value;
-      this.chart.add(row.name, value);
+      const value = cells[row.cell];
+      // The map of registers ends somewhere: what lies beyond is not known, and not 0.
+      if (row.value.disabled !== (value === undefined)) {
+        row.value.disabled = value === undefined;
+        row.value.placeholder = value === undefined ? 'not readable' : '';
+      }
+      if (document.activeElement !== row.value && row.value.value !== String(value ?? '')) row.value.value = value ?? '';
+      if (value !== undefined) this.chart.add(row.name, value);
     }
     this.chart.draw();
   }

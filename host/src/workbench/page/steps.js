@@ -221,7 +221,9 @@ export const STEPS = {
       return { content: [
         open.length ? h('p', { className: 'todo' }, `${open.length} steps were not tried with the machine as it is now; the report says so.`) : p('Every step was tried.'),
         bar(action('Write profile and report', async () => {
-          const files = await kit.link.ask({ setup: { finish: { when: new Date().toLocaleString() } } });
+          const stop = kit.own.steps.find(step => step.id === 'stop'), untried = stop && !stop.done;
+          if (untried && !confirm('The emergency stop was not tried. Write the profile all the same? It will say so.')) return;
+          const files = await kit.link.ask({ setup: { finish: { when: new Date().toLocaleString(), untried_stop: !!untried } } });
           text(told, `${files.profile} and ${files.report} stand beside the script: a script begins with PROFILE "${kit.own.name}", the report is for the printer.`);
         }, { id: 'write' }), action('Leave the set-up', () => kit.ask('close'), { id: 'leave' })),
         told,

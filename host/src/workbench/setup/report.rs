@@ -12,7 +12,7 @@ const STYLE: &str = "body{font:11pt/1.4 sans-serif;max-width:19cm;margin:1cm aut
     tr,pre{break-inside:avoid}";
 
 /// What a step is called.
-fn title(id: &str) -> String {
+pub fn title(id: &str) -> String {
     let (step, letter) = id.split_once('_').unwrap_or((id, ""));
     let words = match step {
         "wiring" => "Wiring and pins",
@@ -28,6 +28,12 @@ fn title(id: &str) -> String {
         other => other,
     };
     if letter.is_empty() { words.to_owned() } else { format!("{}: {words}", letter.to_uppercase()) }
+}
+
+/// A word of the profile as its file has it.
+fn plain(word: impl serde::Serialize) -> String {
+    let value = serde_json::to_value(word).ok();
+    value.as_ref().and_then(serde_json::Value::as_str).unwrap_or_default().to_owned()
 }
 
 fn escaped(text: &str) -> String {
@@ -87,14 +93,14 @@ pub fn page(profile: &Profile, steps: &[(&str, Option<&Done>)], file: &str, when
         let role = own.role.map_or("", lang::profile::OutputRole::name);
         let name = own.name.as_deref().unwrap_or_default();
         format!(
-            "<tr><th>output {}</th><td>{} {role}{}</td><td>reset {:?}, pause {:?}, fault {:?}, end {:?}</td></tr>",
+            "<tr><th>output {}</th><td>{} {role}{}</td><td>reset {}, pause {}, fault {}, end {}</td></tr>",
             own.n,
             escaped(name),
             if own.invert { ", inverted" } else { "" },
-            own.reset,
-            own.pause,
-            own.fault,
-            own.end
+            plain(own.reset),
+            plain(own.pause),
+            plain(own.fault),
+            plain(own.end)
         )
     });
     let terminals: String = inputs.chain(outputs).collect();
@@ -105,12 +111,13 @@ pub fn page(profile: &Profile, steps: &[(&str, Option<&Done>)], file: &str, when
         });
         format!("<h2>{chip}: pins</h2><table>{}</table>", rows.collect::<String>())
     });
-    let order: Vec<char> =
-        profile.home_order.iter().map(|name| Axis::from(*name).letter()).collect();
+    let order: Vec<String> =
+        profile.home_order.iter().map(|name| Axis::from(*name).letter().to_string()).collect();
+    let order = order.join(", ");
     format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>{name}: set-up</title>\
          <style>{STYLE}</style><h1>Set-up of {name}</h1><p>{when}. Pasapas {}. Reference runs in the order \
-         {order:?}. Link: address {}, {} bit/s.</p><h2>What was tried</h2><table>{rows}</table>\
+         {order}. Link: address {}, {} bit/s.</p><h2>What was tried</h2><table>{rows}</table>\
          <h2>Axes</h2><table>{axes}</table><h2>Inputs and outputs</h2><table>{terminals}</table>{}\
          <h2>The profile</h2><pre>{}</pre></html>\n",
         env!("CARGO_PKG_VERSION"),

@@ -32,11 +32,15 @@ fn a_set_up_is_left_and_taken_up_again() {
     setup.change(&json!({ "x": { "invert": false } })).expect("a profile");
     assert_eq!(step(&setup, "direction_x"), (false, true));
     // Nothing is written before the board has the machine.
-    assert!(setup.finish("today").expect_err("not applied").contains("bring it to the board"));
+    assert!(
+        setup.finish("today", true).expect_err("not applied").contains("bring it to the board")
+    );
     let profile = setup.profile().clone();
     setup.applied(profile.clone());
     setup.done("outputs", "<b>spindle</b> & lamp").expect("a step");
-    setup.finish("23 November").expect("it is written");
+    let error = setup.finish("today", false).expect_err("no emergency stop");
+    assert!(error.contains("emergency stop was not tried"), "{error}");
+    setup.finish("23 November", true).expect("it is written");
     let text = std::fs::read_to_string(folder.path().join("bench.toml")).expect("a file");
     assert_eq!(Profile::parse(&text), Ok(profile));
     let report =
@@ -45,7 +49,7 @@ fn a_set_up_is_left_and_taken_up_again() {
     assert!(report.contains("not tried") && report.contains("P2.0, P2.1, P2.4"), "{report}");
     // A file that somebody else changed is not written over.
     std::fs::write(folder.path().join("bench.toml"), "mine").expect("a file");
-    assert!(setup.finish("today").expect_err("changed").contains("another program"));
+    assert!(setup.finish("today", true).expect_err("changed").contains("another program"));
     assert_eq!(std::fs::read_to_string(folder.path().join("bench.toml")).expect("a file"), "mine");
 }
 
