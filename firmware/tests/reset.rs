@@ -350,3 +350,32 @@ fn a_stop_at_any_cycle_of_the_pins_release_leaves_it_dark() {
         assert_eq!(board.bus_read16(TB0CCTL5) >> 5 & 7, 0, "{offset} cycles later");
     }
 }
+
+/// What a file has at an offset, low byte first.
+fn number(file: &[u8], at: usize, bytes: usize) -> usize {
+    file[at..at + bytes].iter().rev().fold(0, |sum, byte| sum << 8 | usize::from(*byte))
+}
+
+#[test]
+fn a_programmer_that_takes_the_files_as_they_are_writes_nothing_but_the_flash() {
+    let files: [(&str, &[u8], usize); 4] = [
+        ("f5529", include_bytes!("../image/pasapas-f5529.elf"), 0x4400),
+        ("g2553", include_bytes!("../image/pasapas-g2553.elf"), 0xC000),
+        ("g2553-handlers", include_bytes!("../image/pasapas-g2553-handlers.elf"), 0xC000),
+        ("whole", include_bytes!("../image/pasapas-whole.elf"), 0x8000),
+    ];
+    for (name, file, flash) in files {
+        let (first, size, count) =
+            (number(file, 0x1C, 4), number(file, 0x2A, 2), number(file, 0x2C, 2));
+        let mut written = 0;
+        for header in (0..count).map(|n| &file[first + n * size..]) {
+            // PT_LOAD, with the address that it is loaded at and its bytes in the file.
+            let [kind, address, bytes] = [0, 12, 16].map(|at| number(header, at, 4));
+            if kind == 1 && bytes != 0 {
+                assert!(address >= flash, "{name}: {bytes} bytes at {address:04X}");
+                written += bytes;
+            }
+        }
+        assert!(written > 10_000, "{name}: {written} bytes");
+    }
+}

@@ -199,14 +199,19 @@ fn the_main_loop_runs_a_program_from_reset() {
 }
 
 #[test]
-fn autorun_begins_half_a_second_after_reset() {
+fn autorun_begins_half_a_second_after_power_up_alone() {
     let text = include_str!("../../../examples/profiles/mill.toml").to_owned()
         + "\n[run]\nautorun = true\n\n[[input]]\nn = 13\nrole = \"emergency_stop\"\n";
     let profile = lang::profile::Profile::parse(&text).expect("mill with autorun");
-    let mut rig = Rig::with(&profile, "SetOut 2, ON\nWait 1s\n");
-    rig.ms(499);
-    assert_eq!(rig.state(), RunState::Ready);
-    rig.ms(2);
-    assert_eq!(rig.state(), RunState::Running);
-    assert_eq!(rig.chip.byte("VM_FAULT"), 0);
+    // The causes of resets: watchdog, RST, power with RST; power alone.
+    for cause in [1, 8, 12, 4] {
+        let mut rig = Rig::with(&profile, "SetOut 2, ON\nWait 1s\n");
+        rig.chip.set_byte("CAUSE", cause);
+        rig.ms(499);
+        assert_eq!(rig.state(), RunState::Ready, "cause {cause}");
+        rig.ms(2);
+        let wanted = if cause == 4 { RunState::Running } else { RunState::Ready };
+        assert_eq!(rig.state(), wanted, "cause {cause}");
+        assert_eq!(rig.chip.byte("VM_FAULT"), 0);
+    }
 }
