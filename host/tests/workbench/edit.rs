@@ -253,7 +253,7 @@ fn files_of_other_systems_and_new_ones_are_opened() -> Outcome<()> {
     // What was not saved stays beside it when the tool ends.
     page.eval("window.confirm = words => { window.asked = words; return true }")?;
     page.click("#quit")?;
-    page.says("#blind", "has ended")?;
+    page.says("#blind", "ended")?;
     assert!(
         page.eval("window.asked")?
             .as_str()

@@ -107,7 +107,8 @@ function quantity(v) {
   return { ...v, input, box };
 }
 const value = row => state?.picture.cells[row.cell];
-const wrong = row => value(row) < row.low || value(row) > row.high;
+// What the program keeps by itself (KEEP) is set while it runs, and not asked for before.
+const wrong = row => row.before && (value(row) < row.low || value(row) > row.high);
 
 link.addEventListener('log', e => {
   for (const entry of e.detail) {

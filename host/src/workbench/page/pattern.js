@@ -23,6 +23,7 @@ export class Pattern {
     Object.assign(this, { link, machine, script });
     const field = (name, label, value, unit = '') => {
       this.fields[name] = numberField({ value, name });
+      this.fields[name].dataset.own = value;
       return h('label', {}, `${label} `, this.fields[name], unit && ` ${unit}`);
     };
     this.shape = h('select', { id: 'shape', ariaLabel: 'Pattern', onchange: () => this.#shaped() },
@@ -88,7 +89,7 @@ export class Pattern {
     if (!machine) return;
     const of = letter => machine.axes.find(own => own.axis === letter), set = (name, value) => {
       const field = this.fields[name];
-      if (field.value === (field.dataset.own ?? field.defaultValue)) field.value = field.dataset.own = String(+value.toFixed(3));
+      if (field.value === field.dataset.own) field.value = field.dataset.own = String(+value.toFixed(3));
     };
     const size = { grid: ['columns', 'pitch_x', 'rows', 'pitch_y'], line: ['way_x', 'way_y'] }[this.shape.value] ?? [];
     const [a, b, c, d] = size.map(name => parsed(this.fields[`${this.shape.value}_${name}`].value) ?? 0);
