@@ -263,7 +263,7 @@ pub fn simulate<L: AsRef<Loaded>>(
     let options = sim::Options { part: *part, ..sim::Options::default() };
     let nobody = World::unattended();
     let world = if world.is_empty() { &nobody } else { world };
-    let counter = Counter::new(&loaded.program);
+    let counter = Counter::new(&loaded.program, &lines::with_effects(&loaded.compiled));
     let endless = counter.may_loop_for_ever();
     let (events, turns) = (Rc::new(RefCell::new(Vec::new())), Rc::new(Cell::new(None)));
     let (heard, found) = (events.clone(), turns.clone());
