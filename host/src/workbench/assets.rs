@@ -47,6 +47,7 @@ assets! {
     "/teach.js" JS "teach.js"
     "/library.js" JS "library.js"
     "/trial.js" JS "trial.js"
+    "/words.js" JS "words.js"
 }
 
 /// Kind and bytes of the file at a path.

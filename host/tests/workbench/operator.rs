@@ -160,3 +160,34 @@ fn stop_is_in_sight_on_a_phone_and_enlarged() -> Outcome<()> {
     page.wait(&format!("{START}.disabled"), PATIENCE)?;
     sights("lost")
 }
+
+/// The page's own words are in the browser's language; the script's stay the script's.
+#[test]
+fn the_page_speaks_the_browsers_language() -> Outcome<()> {
+    let text = "DIM wanted AT 3000 LABEL \"Pieces\" MIN 1 MAX 9\nPRINT wanted\n";
+    let Some(stand) = Stand::start(text, &["--operator"])? else { return Ok(()) };
+    for (language, lamp, load, stop) in [
+        ("de-CH,de,en", "Kein Programm", "job laden", "Stopp"),
+        ("fr,en", "", "", "Arr\u{ea}t"),
+        ("it,pt", "", "", "Stop"),
+    ] {
+        let page = stand.browser.page("about:blank")?;
+        let own = serde_json::json!({ "userAgent": "Chrome", "acceptLanguage": language });
+        page.call("Emulation.setUserAgentOverride", own)?;
+        page.go(&stand.url)?;
+        page.says("#stop", stop)?;
+        if language.starts_with("de") {
+            page.says("#lamp", lamp)?;
+            page.says("#load", load)?;
+            page.push("#load")?;
+            page.says("#lamp", "Bereit")?;
+            page.says("#hint", "Pieces: zwischen 1 und 9.")?;
+        }
+        page.window(390, 844, true)?;
+        page.rest()?;
+        let fits = "[...document.querySelectorAll('#controls button')].every(own => own.scrollWidth <= own.clientWidth && own.getBoundingClientRect().right <= innerWidth)";
+        assert_eq!(page.eval(fits)?, true, "{language}: a word is cut");
+        page.close()?;
+    }
+    Ok(())
+}
