@@ -4,6 +4,7 @@
 
 pub mod inputs;
 pub mod keep;
+pub mod machine;
 pub mod modbus;
 pub mod motion;
 pub mod print;

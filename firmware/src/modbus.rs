@@ -8,9 +8,9 @@
 
 use lang::wire::{BLOCKS, Block, CRC_START, Exception, LONG, Table, WRITABLE, crc16};
 
-/// Bytes of the frame buffer: function 16 with 21 registers takes 51, a streaming board takes 63
-/// registers at once, so that the line carries more pieces than gaps.
-pub const FRAME: usize = if cfg!(feature = "stream") { 9 + 2 * 63 + 1 } else { 56 };
+/// Bytes of the frame buffer: function 16 with 63 registers, so that the line carries more pieces of a streamed
+/// job than gaps. The G2553 has a shorter one of its own (`g2553/ram.rs`).
+pub const FRAME: usize = 9 + 2 * 63 + 1;
 
 /// Longest read: what a reply's byte count can tell.
 const MAX_REGISTERS: u16 = 125;

@@ -1,5 +1,5 @@
 //! An image in the chip's memory: its parts, its CRC, and what the check of its code counts on. That check is
-//! assembly, `src/both/check.rs`; [`model`] is what it is held to.
+//! assembly, `shared/check.rs`; [`model`] is what it is held to.
 
 #[cfg(any(test, feature = "physics"))]
 pub mod model;

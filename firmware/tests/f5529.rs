@@ -1,78 +1,19 @@
 //! What only the image of the MSP430F5529 has: its crystal and what stands in for it, erasing from RAM, silicon of
 //! any kind.
 
-mod slot;
+mod rig;
 
-use emulator::{Board, Config, FlashSpeed, Fll, Image, Part, Silicon, Wiring};
-use lang::front::source::Source;
-use lang::front::{ProfileChoice, compile};
-use lang::part::F5529;
-use lang::profile::Profile;
-use lang::record::BoardRecord;
-use lang::wire::{self, CRC_START, Control, RunState, Upload, crc16};
+use emulator::{Board, Config, FlashSpeed, Fll, Part, Silicon};
+use lang::wire::{self, Control, RunState, Upload};
+use rig::{BOOT_US, ask, frame, image, machine, read, write, write_body};
 
-/// From reset to the main loop.
-const BOOT_US: u64 = 200_000;
+/// A board with a program that waits.
+fn on(silicon: Silicon, profile: &lang::profile::Profile) -> Board {
+    rig::on(silicon, profile, "SetOut 1, ON\nWait 999s\n")
+}
+
 /// Longest erase of a segment, us.
 const ERASE_US: u64 = 32_000;
-
-fn machine(more: &str) -> Profile {
-    let (_, text) =
-        lang::profile::BUILT_IN.iter().find(|(name, _)| *name == "mill").expect("built in");
-    Profile::parse(&format!("{text}\n{more}")).expect("a profile")
-}
-
-/// A board with a profile and a program that waits, come up.
-fn on(silicon: Silicon, profile: &Profile) -> Board {
-    let wiring = match profile.wiring {
-        lang::profile::Wiring::Direct => Wiring::Direct,
-        lang::profile::Wiring::Chain => Wiring::Chain,
-    };
-    let image = Image::parse(include_bytes!("../image/pasapas-f5529.elf")).expect("the image");
-    let config = Config { part: Part::F5529, wiring, silicon, ..Config::default() };
-    let mut board = Board::with_config(&config, &image);
-    board.power_cut();
-    let record = BoardRecord::of(profile, 1).to_bytes();
-    (F5529.profiles[1]..).zip(record).for_each(|(at, byte)| board.poke8(at, byte));
-    let (source, _) = Source::decode("test", b"SetOut 1, ON\nWait 999s\n");
-    let (program, diags) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
-    let program = program.unwrap_or_else(|| panic!("{diags:?}"));
-    let program = lang::back::compile(&program).expect("it fits").image;
-    let (first, slot) = slot::slot(&F5529, &program);
-    (first..).zip(slot).for_each(|(at, byte)| board.poke8(at, byte));
-    board.power_up();
-    board.run_us(BOOT_US);
-    board
-}
-
-fn frame(body: &[u8]) -> Vec<u8> {
-    let crc = body.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
-    [body, &crc.to_le_bytes()].concat()
-}
-
-fn ask(board: &mut Board, body: &[u8], us: u64) -> Vec<u8> {
-    board.uart_take();
-    let end = board.uart_send(&frame(body));
-    board.run_until(end);
-    board.run_us(us);
-    board.uart_take().into_iter().map(|(_, byte)| byte).collect()
-}
-
-fn read(board: &mut Board, register: u16) -> Option<u16> {
-    let [high, low] = register.to_be_bytes();
-    let reply = ask(board, &[1, 3, high, low, 0, 1], 20_000);
-    (reply.len() == 7).then(|| u16::from_be_bytes([reply[3], reply[4]]))
-}
-
-fn write_body(register: u16, value: u16) -> [u8; 6] {
-    let ([a, b], [c, d]) = (register.to_be_bytes(), value.to_be_bytes());
-    [1, 6, a, b, c, d]
-}
-
-fn write(board: &mut Board, register: u16, value: u16) {
-    let body = write_body(register, value);
-    assert_eq!(ask(board, &body, 20_000).get(..6), Some(&body[..]), "register {register}");
-}
 
 /// Milliseconds that the board counts in a second of the world.
 fn milliseconds(board: &mut Board) -> u16 {
@@ -123,7 +64,7 @@ fn a_crystal_that_stops_later_takes_neither_the_board_nor_its_link() {
 
 #[test]
 fn a_supply_that_is_too_low_is_waited_for() {
-    let image = Image::parse(include_bytes!("../image/pasapas-f5529.elf")).expect("the image");
+    let image = image();
     let config = Config { part: Part::F5529, vcc: 2_100, ..Config::default() };
     let mut board = Board::with_config(&config, &image);
     board.run_us(1_000_000);

@@ -1,9 +1,9 @@
-//! Tables of the README are those of the code: registers, codes and commands of `lang::wire`, parts of
+//! Tables of the README are those of the code: registers, codes and commands of `lang::wire`, parts and pins of
 //! `lang::part`.
 //! `UPDATE_README=1 cargo test` rewrites them.
 
 use lang::fault::Fault;
-use lang::part::{F5529, Lack, PARTS};
+use lang::part::{F5529, Lack, PARTS, pins};
 use lang::wire::command::{self, Argument};
 use lang::wire::{
     BLOCKS, Called, Control, Direct, End, Exception, LONG, NAMES, Refusal, RunState, Stream,
@@ -159,6 +159,8 @@ fn holds(name: &str, table: &str) {
 // One test: both would rewrite the file.
 #[test]
 fn the_tables_are_those_of_the_code() {
+    holds("pins", &format!("\n{}\n", pins::table(pins::ROWS, "pin")));
+    holds("reserved", &format!("\n{}\n", pins::table(pins::RESERVED, "reserved pin")));
     holds("registers", &registers());
     holds("parts", &parts());
     holds("codes", &codes());

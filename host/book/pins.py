@@ -6,7 +6,7 @@ from xml.sax.saxutils import escape
 PACKAGE = ["VCC", "P1.0", "P1.1", "P1.2", "P1.3", "P1.4", "P1.5", "P2.0", "P2.1", "P2.2",
            "P2.3", "P2.4", "P2.5", "P1.6", "P1.7", "RST", "TEST", "P2.7", "P2.6", "GND"]
 FIXED = {"VCC": "3.3 V", "GND": "ground", "RST": "programmer, reset", "TEST": "programmer"}
-COLOURS = [("STEP", "#1f6feb"), ("DIR", "#0a8f5b"), ("UART", "#7a4fd0"), ("Stop", "#c0262d"), ("Start", "#0a8f5b"),
+COLOURS = [("kept", "#8b949e"), ("STEP", "#1f6feb"), ("DIR", "#0a8f5b"), ("UART", "#7a4fd0"), ("Stop", "#c0262d"), ("Start", "#0a8f5b"),
            ("output", "#b35900"), ("latch", "#b35900"), ("SPI", "#7a4fd0")]
 
 

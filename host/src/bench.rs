@@ -6,6 +6,7 @@
 pub(crate) mod code;
 #[cfg(feature = "gateway")]
 mod gateway;
+mod grbl;
 mod import;
 mod jitter;
 mod link;
@@ -103,6 +104,7 @@ pub const GROUPS: &[Group] = &[
     ("passes", passes::run),
     ("motion", motion::run),
     ("stream", stream::run),
+    ("grbl", grbl::run),
     ("speed", speed::run),
     ("paths", paths::run),
 ];

@@ -20,6 +20,7 @@ mod run;
 pub mod serve;
 pub mod size;
 mod stuck;
+mod switches;
 pub mod teller;
 pub mod turns;
 mod uart;

@@ -63,6 +63,8 @@ pub enum ClientError {
     WrongCode,
     /// The profile has a PWM or an RS-485 line, the board none.
     NoPwm,
+    /// The profile wants a STEP that is active low.
+    NoStepLow,
     /// The port failed.
     Port(io::Error),
     /// Somebody wants to stop the machine: the request was not sent.
@@ -114,6 +116,10 @@ impl fmt::Display for ClientError {
             ClientError::WrongCode => f.write_str(
                 "this code does not open the board's lock; behind a wrong one the board takes none \
                  until its next reset: press its reset button and try again",
+            ),
+            ClientError::NoStepLow => f.write_str(
+                "this board makes no STEP that is active low; take step_invert out of the profile and wire the \
+                 drivers so that STEP is active high, or take a board with an MSP430F5529",
             ),
             ClientError::NoPwm => f.write_str(
                 "this board has no PWM and no RS-485; take [pwm] and [rs485] out of the profile, or a board with \

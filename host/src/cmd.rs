@@ -20,6 +20,7 @@ mod gateway;
 #[cfg(not(feature = "gateway"))]
 #[path = "cmd/no_gateway.rs"]
 mod gateway;
+mod grbl;
 mod import;
 mod library;
 mod lsp;
@@ -132,6 +133,9 @@ enum Command {
     Workbench(workbench::Workbench),
     /// Boards on several lines for programs on several protocols: Modbus TCP
     Gateway(gateway::Gateway),
+    /// A Grbl controller for the programs that drive one: a board, or a virtual one, at a TCP port or a
+    /// pseudo-terminal
+    Grbl(grbl::Grbl),
     /// All boards behind gateways, by tags: what differs, a program for each, start, stop
     Fleet(fleet::Fleet),
     /// Serve an editor: the language server on standard input and output
@@ -164,6 +168,7 @@ impl Command {
             Command::Fmt(command) => command.run(options, console),
             Command::Workbench(command) => command.run(options, console),
             Command::Gateway(command) => command.run(options, console),
+            Command::Grbl(command) => command.run(options, console),
             Command::Fleet(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
             Command::Dap(command) => command.run(options, console),
@@ -294,15 +299,19 @@ impl Console {
         Ok(())
     }
 
-    /// Writes a diagnostic of a script, with its excerpt on a terminal.
+    /// Writes a diagnostic of a script, with its source line.
     ///
     /// # Errors
     /// Standard output is full or gone.
     pub fn note_in(&self, note: &Note, source: &Source) -> Result<(), Failure> {
-        if self.quiet || self.json() || !render::stderr_is_rich() {
+        if self.quiet || self.json() {
             return self.note(note);
         }
-        let _ = std::io::stderr().lock().write_all(render::excerpt(note, source).as_bytes());
+        let shown = match render::stderr_is_rich() {
+            true => render::excerpt(note, source),
+            false => note.quoted(source),
+        };
+        let _ = std::io::stderr().lock().write_all(shown.as_bytes());
         Ok(())
     }
 

@@ -151,7 +151,7 @@ impl Found {
         let compiled = back::compile_with(program, &self.courses(part)).ok()?;
         let lacks = |compiled: &Compiled| {
             let image = Image::new(&compiled.image).ok()?;
-            Some(part.all_lacks(&image, program.profile.pulse_us).count())
+            Some(part.all_lacks(&image, (&program.profile).into()).count())
         };
         (lacks(&compiled)? <= lacks(plain)?).then_some(compiled)
     }

@@ -9,6 +9,7 @@ mod card;
 pub mod config;
 pub mod describe;
 mod gcode;
+mod grbl;
 mod inside;
 pub mod light;
 pub mod line;
@@ -38,11 +39,13 @@ pub use crate::hall::{counters, known};
 pub use card::CardSetting;
 pub use config::Config;
 pub use gcode::GcodeSetting;
+pub use grbl::GrblSetting;
 pub use rights::Ranges;
 
 use card::Cards;
 use counters::{Counters, OWN_UNIT, Totals};
 use gcode::{Buffers, Hosts, Texts};
+use grbl::Grbls;
 use known::{Book, Known, READ_FILE, WRITE_FILE};
 use line::{Line, Look, Open, Watch};
 use mqtt::{Mqtt, MqttSetting, Note};
@@ -87,6 +90,8 @@ pub struct Running {
     address: SocketAddr,
     /// Go before all others: they stop what they move.
     cards: Option<Cards>,
+    /// And these.
+    grbls: Option<Grbls>,
     /// These end their runs.
     hosts: Option<Hosts>,
     #[cfg(feature = "opcua")]
@@ -325,6 +330,7 @@ impl Running {
         let tell = watched.then_some(&tell);
         let gateway = Arc::new(Gateway::new(config, config.rules()?, tell, open)?);
         let cards = Cards::start(&config.cards, &gateway)?;
+        let grbls = Grbls::start(&config.grbl, &gateway)?;
         let (hosts, texts) = Hosts::start(&config.gcode, &gateway)?;
         gateway.texts.get_or_init(|| texts);
         #[cfg(feature = "opcua")]
@@ -354,6 +360,7 @@ impl Running {
         Ok(Running {
             address,
             cards: Some(cards),
+            grbls: Some(grbls),
             hosts: Some(hosts),
             #[cfg(feature = "opcua")]
             opcua,
@@ -373,6 +380,11 @@ impl Running {
         self.cards.as_ref().map_or(&[], |cards| &cards.places)
     }
 
+    /// Grbl servers: each one's board, and where it answers.
+    pub fn grbls(&self) -> &[(String, String)] {
+        self.grbls.as_ref().map_or(&[], |grbls| &grbls.places)
+    }
+
     /// Where the OPC UA server listens, if there is one.
     pub fn opcua(&self) -> Option<SocketAddr> {
         #[cfg(feature = "opcua")]
@@ -390,7 +402,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        (self.cards, self.hosts) = (None, None);
+        (self.cards, self.grbls, self.hosts) = (None, None, None);
         #[cfg(feature = "opcua")]
         {
             self.opcua = None;

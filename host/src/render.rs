@@ -1,5 +1,9 @@
-//! Diagnostics for people and for tools: `FILE:LINE:COL: error[CODE]: text` with the source excerpt
-//! on a terminal, or one JSON line each.
+//! Diagnostics for people and for tools: `FILE:LINE:COL: error[CODE]: text` with the source line, or
+//! one JSON line each.
+//!
+//! On a terminal the source is drawn with all places of the diagnostic. In a pipe the line follows
+//! with a caret under the place. Each further line begins with two blanks there, so that a tool that
+//! reads lines finds the first one as it always was.
 
 use std::io::IsTerminal;
 use std::ops::Range;
@@ -57,6 +61,9 @@ pub struct Note {
     #[serde(skip)]
     pub span: Range<usize>,
 }
+
+/// Characters of a source line that are shown in a pipe.
+const WIDEST: usize = 120;
 
 /// A further place of a diagnostic.
 #[derive(Clone, Debug, Serialize)]
@@ -153,8 +160,44 @@ impl Note {
 
     /// The line, then an indented one for each further place and for the hint.
     pub fn plain(&self) -> String {
+        self.with("")
+    }
+
+    /// The same with the source line and carets under the place, behind the first line.
+    pub fn quoted(&self, source: &Source) -> String {
+        let (line, _) = self.place;
+        let text = source.line_text(line).trim_end();
+        let start = source.line_start(line) as usize;
+        let before = text.get(..self.span.start.saturating_sub(start).min(text.len()));
+        let (Some(before), false) = (before, text.trim().is_empty()) else { return self.plain() };
+        let inside = text.get(before.len()..).unwrap_or_default();
+        let length = self.span.end.saturating_sub(self.span.start).min(inside.len());
+        let count = inside.char_indices().take_while(|(at, _)| *at < length).count().max(1);
+        let (column, all) = (before.chars().count(), text.chars().count());
+        // Of a long line what stands around the place.
+        let first = if all > WIDEST { column.saturating_sub(WIDEST / 3) } else { 0 };
+        let cut = |at: usize| if at > 0 { "..." } else { "" };
+        let shown: String = text
+            .chars()
+            .skip(first)
+            .take(WIDEST)
+            .map(|c| if c.is_control() { ' ' } else { c })
+            .collect();
+        let number = line.to_string();
+        let gap = " ".repeat(number.len());
+        let indent = " ".repeat(column - first + cut(first).len());
+        let carets = "^".repeat(count.min(first + WIDEST - column));
+        let rest = cut(all.saturating_sub(first + WIDEST));
+        self.with(&format!(
+            "  {number} | {}{shown}{rest}\n  {gap} | {indent}{carets}\n",
+            cut(first)
+        ))
+    }
+
+    fn with(&self, excerpt: &str) -> String {
         let mut out = self.line();
         out.push('\n');
+        out += excerpt;
         for further in &self.labels {
             let Further { line, col, text, .. } = further;
             out += &format!("  {}:{line}:{col}: {text}\n", self.file);
@@ -251,6 +294,43 @@ mod tests {
             "a.bas:2:6: error[P002]: `Wait 5` needs a time\n  \
              a.bas:1:5: declared here\n  hint: write `5ms` or `5s`\n"
         );
+    }
+
+    /// The first line is the contract; the others begin with a blank.
+    #[test]
+    fn in_a_pipe_the_source_line_and_a_caret_follow() {
+        let (diag, source) = sample();
+        assert_eq!(
+            Note::of(&diag, &source).quoted(&source),
+            "a.bas:2:6: error[P002]: `Wait 5` needs a time\n  \
+             2 | Wait 5\n    |      ^\n  \
+             a.bas:1:5: declared here\n  hint: write `5ms` or `5s`\n"
+        );
+    }
+
+    #[test]
+    fn carets_stand_under_their_place_in_any_line() {
+        let line = |text: &str, from: &str| {
+            let source = Source::new("a.bas", format!("\n{text}\r\nEND\n"));
+            let at = source.text().find(from).expect("the place");
+            let span = Span::new(at as u32, (at + from.len()) as u32);
+            let shown = Note::of(&Diag::new(Code::Expected, span, "no"), &source).quoted(&source);
+            let lines: Vec<&str> = shown.lines().collect();
+            assert_eq!(lines.len(), 3, "{shown}");
+            let caret = lines[2].find('^').expect("a caret");
+            let carets = lines[2].matches('^').count();
+            assert_eq!(caret + carets, lines[2].len(), "{shown}");
+            lines[1].chars().skip(caret).take(carets).collect::<String>()
+        };
+        assert_eq!(line("Wait 500", "500"), "500");
+        assert_eq!(line("\tWait\t5", "5"), "5");
+        assert_eq!(line("PRINT \"\u{e9}t\u{e9}\" 12", "12"), "12");
+        let long = format!("{} wrong {}", "a".repeat(3000), "b".repeat(3000));
+        assert_eq!(line(&long, "wrong"), "wrong");
+        // Nothing is drawn of an empty line, nor beyond the end of the file.
+        let source = Source::new("a.bas", "\n".to_owned());
+        let note = Note::of(&Diag::new(Code::Expected, Span::point(1), "no"), &source);
+        assert_eq!(note.quoted(&source), note.plain());
     }
 
     #[test]

@@ -164,7 +164,7 @@ impl Loaded {
     /// Whether the program runs on a part, and if not, what that lacks.
     pub fn lack(&self, part: &Part) -> Option<String> {
         let image = Image::new(&self.compiled.image).ok()?;
-        part.lacks(&image, self.program.profile.pulse_us).map(|lack| lack.to_string())
+        part.lacks(&image, &self.program.profile).map(|lack| lack.to_string())
     }
 
     /// The smallest part on which the program runs; of one that is too large for all the last.

@@ -4,13 +4,14 @@
 //! compiler names it, and the board's verifier refuses it once more.
 
 pub mod chip;
+pub mod pins;
 mod rows;
 
 use self::chip::Chip;
 pub use self::rows::{F5529, G2553, G2553_HANDLERS, PARTS};
 use crate::called;
 use crate::image::{Header, Image, MAX_CELLS, NARROW};
-use crate::record::feature;
+use crate::record::{MachineRecord, feature};
 
 /// A chip with the firmware made for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +62,45 @@ pub struct Part {
     /// A host in trace mode halts the program before any effect, and sees which one it is and who called
     /// for it ([`crate::wire::WAITS`]).
     pub halts: bool,
+    /// Its step engine has STEP active low where the profile says so, and delays a step until DIR has stood for
+    /// `dir_setup_us`. Without it STEP is active high, and steps come as they are planned.
+    pub shapes_steps: bool,
+}
+
+/// What a profile asks of the signals STEP and DIR.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signals {
+    /// Width of a STEP pulse, us.
+    pub pulse_us: u8,
+    /// Time from a change of DIR to the next step, us.
+    pub setup_us: u8,
+    /// STEP is active when low.
+    pub step_low: bool,
+}
+
+impl From<u8> for Signals {
+    /// Pulses of this width, us, and nothing else that a part could lack.
+    fn from(pulse_us: u8) -> Signals {
+        Signals { pulse_us, setup_us: 1, step_low: false }
+    }
+}
+
+#[cfg(feature = "compiler")]
+impl From<&crate::profile::Profile> for Signals {
+    fn from(profile: &crate::profile::Profile) -> Signals {
+        let (pulse_us, setup_us) = (profile.pulse_us, profile.dir_setup_us);
+        Signals { pulse_us, setup_us, step_low: profile.step_invert }
+    }
+}
+
+/// Time from the event of the step engine at which DIR changes to the change itself, us, with interrupts of the link
+/// before it: it is lost to the set-up on a part that does not wait for it ([`Part::shapes_steps`]).
+const DIR_LATE_US: u32 = 25;
+
+/// Rate, steps/s, from which an axis may turn round on a part that does not wait for DIR: the first step behind a change
+/// comes half an interval later.
+const fn turning_rate(setup_us: u8) -> u32 {
+    500_000 / (setup_us as u32 + DIR_LATE_US)
 }
 
 /// Bytes of a flash segment (SLAU144, 7.2).
@@ -130,6 +170,17 @@ pub enum Lack {
         /// What the chip makes with these pulses.
         possible: u32,
     },
+    /// STEP that is active when low.
+    StepLow,
+    /// Time from DIR to the next step.
+    Setup {
+        /// Wanted, us.
+        wanted: u8,
+        /// Rate at which an axis may turn round, steps/s.
+        rate: u32,
+        /// The highest one at which the part keeps that time.
+        possible: u32,
+    },
     /// Bytes of flash for the image.
     Flash {
         /// Wanted.
@@ -193,13 +244,20 @@ impl Part {
         if cells > MAX_CELLS { MAX_CELLS } else { cells }
     }
 
-    /// The first thing that a program, on a board with STEP pulses of this width, wants and the part lacks.
-    pub fn lacks(&self, image: &Image<'_>, pulse_us: u8) -> Option<Lack> {
-        self.all_lacks(image, pulse_us).next()
+    /// The first thing that a program, on a board with these signals or STEP pulses of this width, wants and the part
+    /// lacks.
+    pub fn lacks<'a>(&self, image: &'a Image<'a>, signals: impl Into<Signals>) -> Option<Lack> {
+        self.all_lacks(image, signals.into()).next()
     }
 
-    /// Everything that a program, on a board with STEP pulses of this width, wants and the part lacks.
-    pub fn all_lacks(&self, image: &Image<'_>, pulse_us: u8) -> impl Iterator<Item = Lack> + use<> {
+    /// Everything that a program, on a board with these signals, wants and the part lacks.
+    pub fn all_lacks(
+        &self,
+        image: &Image<'_>,
+        signals: Signals,
+    ) -> impl Iterator<Item = Lack> + use<> {
+        let pulse_us = signals.pulse_us;
+        let shapes = self.signal_lacks(signals, image.machine);
         let starts = u16::from(image.header.features) & feature::START != 0;
         let (wanted, possible) = (image.top_rate(), self.top_rate(pulse_us, starts));
         let rate = (wanted > possible).then_some(Lack::Rate { wanted, possible });
@@ -208,7 +266,25 @@ impl Part {
         let runs = runs.then_some(library);
         let courses = image.has_courses() && self.lacks_feature(feature::COURSE);
         let courses = courses.then_some(Lack::Feature(feature::COURSE));
-        self.header_lacks(&image.header, image.events()).chain(runs).chain(courses).chain(rate)
+        self.header_lacks(&image.header, image.events())
+            .chain(runs)
+            .chain(courses)
+            .chain(rate)
+            .chain(shapes)
+    }
+
+    /// What these signals want, for a machine of which this is the [`MachineRecord`], and the part lacks.
+    pub fn signal_lacks(
+        &self,
+        signals: Signals,
+        machine: &[u8],
+    ) -> impl Iterator<Item = Lack> + use<> {
+        let low = (signals.step_low && !self.shapes_steps).then_some(Lack::StepLow);
+        let (rate, possible) =
+            (MachineRecord::turning_rate(machine), turning_rate(signals.setup_us));
+        let setup = Lack::Setup { wanted: signals.setup_us, rate, possible };
+        let setup = (rate > possible && !self.shapes_steps).then_some(setup);
+        low.into_iter().chain(setup)
     }
 
     /// Those that the header tells of, for so many ON lines.
@@ -260,6 +336,14 @@ impl core::fmt::Display for Lack {
             }
             Lack::Rate { wanted, possible } => {
                 return write!(f, "{wanted} steps/s of an axis, of which it makes {possible}");
+            }
+            Lack::StepLow => "STEP active low (step_invert in the profile)",
+            Lack::Setup { wanted, rate, possible } => {
+                return write!(
+                    f,
+                    "{wanted} us from DIR to STEP (dir_setup_us) of an axis that turns round at {rate} steps/s (start_rate, or \
+                     what corner_um allows), which it keeps up to {possible}"
+                );
             }
             Lack::Feature(feature::INTERPOLATE) => "interpolated moves (G0, G1)",
             Lack::Feature(feature::START) => "axes on their own (START, MoveSpeed)",

@@ -52,6 +52,9 @@ pub struct Profile {
     /// DIR set-up time before a STEP edge, us, 1..=30.
     #[serde(default = "default_setup")]
     pub dir_setup_us: u8,
+    /// STEP is active when low: drivers whose STEP+ is at the supply and whose STEP- is at the board.
+    #[serde(default)]
+    pub step_invert: bool,
     /// What hangs on port 1.
     #[serde(default)]
     pub wiring: Wiring,

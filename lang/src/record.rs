@@ -137,6 +137,30 @@ impl MachineRecord {
     pub const COURSES: u8 = 1 << 3;
     /// Bytes of the record.
     pub const SIZE: usize = 8 + 3 * AxisRecord::SIZE;
+
+    /// Highest rate, steps/s, at which an axis may turn round by a record's bytes: its start rate, or what the corner
+    /// allows with its ramps.
+    pub fn turning_rate(bytes: &[u8]) -> u32 {
+        let word = |at: usize| {
+            let two = bytes.get(at..).and_then(|rest| rest.first_chunk::<2>());
+            two.map_or(0, |two| u16::from_le_bytes(*two))
+        };
+        let long = |at: usize| u64::from(word(at)) | u64::from(word(at + 2)) << 16;
+        let corner = u64::from(word(2));
+        let rate = |axis: usize| {
+            // Seven words, then top rate and ramps, as [`AxisRecord`] has them.
+            let at = 8 + axis * AxisRecord::SIZE;
+            if word(at) & AxisRecord::PRESENT == 0 {
+                return 0;
+            }
+            let (steps, um) = (word(at + 2), word(at + 4).max(1));
+            let ramp = long(at + 18).max(long(at + 22));
+            // Junction deviation: v^2 is at most twice ramp times corner, in steps.
+            let round = (2 * ramp * corner * u64::from(steps) / u64::from(um)).isqrt();
+            u64::from(word(at + 6)).max(round).min(long(at + 14)) as u32
+        };
+        (0..3).map(rate).max().unwrap_or(0)
+    }
 }
 
 /// Output masks for one occasion, bit n-1 for output n.
@@ -289,6 +313,8 @@ impl BoardRecord {
     pub const CHAIN: u16 = 1 << 0;
     /// [`BoardRecord::flags`]: run the stored program at power-up.
     pub const AUTORUN: u16 = 1 << 1;
+    /// [`BoardRecord::flags`]: STEP is active when low.
+    pub const STEP_LOW: u16 = 1 << 2;
     /// [`BoardRecord::end_of_stops`]: no number of an input, bit 7 set.
     pub const END_OF_STOPS: u8 = 0xFF;
     /// Bytes of the record, without `more`.

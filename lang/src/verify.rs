@@ -1,4 +1,4 @@
-//! The check of an image before the host's VM runs it. The chips have their own, in assembly (`firmware/src/both/check.rs`).
+//! The check of an image before the host's VM runs it. The chips have their own, in assembly (`firmware/shared/check.rs`).
 //!
 //! After it the VM can touch nothing but the image, its cells, its stack and its call stack. What
 //! only a run can know it tests itself: array and table indices, kinds on the call stack, room for

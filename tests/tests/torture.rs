@@ -273,7 +273,7 @@ fn time_finds_a_program_that_ended_and_a_board_that_nobody_hears() {
 }
 
 #[test]
-fn restarts_that_a_host_asked_for_are_no_bites_of_the_watchdog() {
+fn only_a_power_up_starts_the_program_by_itself() {
     for build in BUILDS {
         let mut stand = Stand::new(build, &Config::default()).expect("the shipped image");
         let record = BoardRecord { sequence: 1, start: 5, ..BoardRecord::DEFAULT };
@@ -283,14 +283,33 @@ fn restarts_that_a_host_asked_for_are_no_bites_of_the_watchdog() {
         }
         let image = power::image("DO\nLOOP").expect("it compiles");
         stand.upload(&image, false).expect("it is taken");
-        for _ in 0..4 {
-            stand.control(Control::Restart);
-            stand.board.run_us(100_000);
+        let name = build.part.name;
+        let resets: [(&str, fn(&mut Stand)); 2] = [
+            ("a restart that a host asked for", |stand| {
+                stand.control(Control::Restart);
+            }),
+            ("RST", |stand| stand.board.reset_pin()),
+        ];
+        for (reset, act) in resets {
+            for _ in 0..2 {
+                act(&mut stand);
+                stand.board.run_us(1_500_000);
+                assert_eq!(stand.state(), Some(RunState::Ready as u16), "{name}: {reset}");
+            }
         }
-        assert_eq!(stand.state(), Some(RunState::Ready as u16));
-        stand.control(Control::Restart);
+        stand.board.power_cut();
+        stand.board.power_up();
         stand.board.run_us(700_000);
-        assert_eq!(stand.state(), Some(RunState::Running as u16), "{} autoruns", build.part.name);
+        assert_eq!(stand.state(), Some(RunState::Running as u16), "{name} autoruns");
+        // RST in the run: the fault stays until somebody acknowledges it.
+        stand.board.reset_pin();
+        stand.board.run_us(1_500_000);
+        assert_eq!(stand.state(), Some(RunState::Fault as u16), "{name}: RST in a run");
+        stand.control(Control::Acknowledge);
+        stand.board.run_us(1_500_000);
+        assert_eq!(stand.state(), Some(RunState::Ready as u16), "{name}: acknowledged");
+        stand.control(Control::Start);
+        stand.board.run_us(100_000);
         // And a second Start button begins the next run.
         stand.control(Control::Stop);
         stand.board.run_us(100_000);

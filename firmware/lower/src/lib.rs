@@ -4,7 +4,7 @@
 //!
 //! [`leaf`] reads what each chip does its own way, [`front`] makes a [`tree`] of the functions, [`code`] operations of
 //! it, whose facts are those of [`ops`], [`blocks`] makes them fewer, [`text`] writes the notation of
-//! `firmware/src/compact/micro`. The result stands in `firmware/src/compact/made`: the program `lower` writes it, a
+//! `firmware/g2553/micro`. The result stands in `firmware/g2553/generated`: the program `lower` writes it, a
 //! test compares it.
 
 pub mod blocks;

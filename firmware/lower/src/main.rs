@@ -1,4 +1,4 @@
-//! Writes what the rules become into `firmware/src/compact/made` and tells the bytes of each function.
+//! Writes what the rules become into `firmware/g2553/generated` and tells the bytes of each function.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -17,7 +17,7 @@ fn make() -> Result<(), Box<dyn std::error::Error>> {
     let firmware = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let made = lower::of_firmware(&firmware)?;
     for made in &made {
-        std::fs::write(firmware.join(format!("src/compact/made/{}.s", made.name)), &made.text)?;
+        std::fs::write(firmware.join(format!("g2553/generated/{}.s", made.name)), &made.text)?;
         for (function, bytes) in &made.bytes {
             println!("{}::{function}: {bytes} bytes", made.name);
         }

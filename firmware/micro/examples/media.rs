@@ -17,7 +17,7 @@ enum Medium {
     None,
 }
 
-/// Operations by hand in `firmware/src/compact/micro/notation.s`, beside those of the table.
+/// Operations by hand in `firmware/g2553/micro/notation.s`, beside those of the table.
 const BY_HAND: [&str; 5] = ["DO", "F", "FR", "LIT", "TO"];
 
 /// The medium of a line of a file that ends so.

@@ -7,7 +7,7 @@
 //! - [`run`]: an interpreter for tests on the host,
 //! - [`image`]: the routines of an image, and [`verify`]: what each of them must keep to.
 //!
-//! The machine itself is `firmware/src/compact/micro/machine.s`; the test `compact` of `firmware` runs both in lock step.
+//! The machine itself is `firmware/g2553/micro/machine.s`; the test `compact` of `firmware` runs both in lock step.
 
 pub mod asm;
 pub mod decode;

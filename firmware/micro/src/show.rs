@@ -1,4 +1,4 @@
-//! Notation from operations: what `firmware/src/compact` would say, without the names of constants.
+//! Notation from operations: what `firmware/g2553` would say, without the names of constants.
 
 use crate::decode::{Code, Kind, Op, decode};
 use crate::image::Entry;

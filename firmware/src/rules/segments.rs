@@ -2,7 +2,7 @@
 //!
 //! One segment lasts 2 to 8 ms and ends at `v1^2 = min(v0^2 + 2 a n, nominal^2, start^2 + 2 d left)`. Its n events are a power of
 //! two, or all that is left. The twin, with the why of each number, is `motion::ramp`. What counts in powers of two and
-//! divides stands in `compact/motion/ramp.s`, with registers of its own.
+//! divides stands in `g2553/motion/ramp.s`, with registers of its own.
 #![cfg_attr(any(), micro(module = "rules.segments", section = "ramp"))]
 
 use crate::motion::scaled::Scaled;

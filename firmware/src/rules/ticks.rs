@@ -23,9 +23,9 @@ pub trait Starts: Runs {
     /// The stored program is to start by itself.
     #[cfg_attr(any(), micro(code = "PROFILE B_FLAGS; TESTI BOARD_AUTORUN", holds = "NOT_EQUAL"))]
     fn wants_autorun(&self) -> bool;
-    /// The watchdog has reset the chip.
-    #[cfg_attr(any(), micro(any = "CAUSE, 1"))]
-    fn was_bitten(&self) -> bool;
+    /// The chip came up with its supply: by no contact at RST, watchdog or host.
+    #[cfg_attr(any(), micro(is = "CAUSE, 4"))]
+    fn was_powered_up(&self) -> bool;
 }
 
 /// The small chip's milliseconds.
@@ -74,19 +74,16 @@ pub trait Ticks: Starts {
     fn listen(&mut self);
 }
 
-/// Auto-run half a second after power-up, unless a host has spoken or Stop is held.
+/// Auto-run half a second after power-up, unless a host has spoken or Stop is held. Nothing else may begin a run without
+/// somebody at the machine: RST, which a contact may close, least of all, and no fault is acknowledged by itself.
 #[cfg_attr(any(), micro(within = 1))]
 pub fn autorun(m: &mut impl Starts) {
     if m.has_booted() || m.boots() {
         return;
     }
     m.set_booted();
-    if m.has_host() || !m.wants_autorun() {
+    if m.has_host() || !m.wants_autorun() || !m.was_powered_up() || !m.is_ready() {
         return;
-    }
-    // The first start acknowledges what a watchdog reset has latched.
-    if m.was_bitten() {
-        session::start(m);
     }
     session::start(m);
 }

@@ -1,4 +1,4 @@
-//! The model of the chips' check of an image, which is assembly (`src/both/check.rs`): the same verdict,
+//! The model of the chips' check of an image, which is assembly (`shared/check.rs`): the same verdict,
 //! refusal for refusal. No image has it. Three things need one that says to the byte what a chip answers: the tests
 //! of the assembly on both chips (`tests/tests/image_check.rs`, `tests/compact/check.rs`) and `pasapas torture images`, which
 //! uploads damaged images to the emulated boards.

@@ -138,26 +138,6 @@ fn a_run_that_a_reset_broke_off_is_a_fault() {
 }
 
 #[test]
-fn three_watchdog_resets_in_a_row_suppress_autorun() {
-    let mut chip = Chip::new();
-    let booted = chip.at("R_BOOTED") as u8;
-    for (cause, suppressed) in [
-        (POWER, false),
-        (WATCHDOG, false),
-        (WATCHDOG, false),
-        (WATCHDOG, true),
-        (WATCHDOG, true),
-        (PIN, false),
-        (WATCHDOG, false),
-        (WATCHDOG, false),
-        (WATCHDOG, true),
-    ] {
-        reset(&mut chip, cause);
-        assert_eq!(chip.byte("RUN_FLAGS") & booted != 0, suppressed, "cause {cause}");
-    }
-}
-
-#[test]
 fn the_last_fault_survives_power_off() {
     let mut chip = Chip::new();
     reset(&mut chip, POWER);

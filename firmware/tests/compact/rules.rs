@@ -354,7 +354,7 @@ fn what_lower_has_made_is_what_it_makes() {
     let firmware = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let made = lower::of_firmware(firmware).unwrap_or_else(|error| panic!("{error}"));
     for made in made {
-        let path = firmware.join(format!("src/compact/made/{}.s", made.name));
+        let path = firmware.join(format!("g2553/generated/{}.s", made.name));
         let there = std::fs::read_to_string(&path)
             .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         assert_eq!(made.text, there, "run `cargo run -p lower`");

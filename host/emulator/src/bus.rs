@@ -96,6 +96,11 @@ pub struct Bus {
 }
 
 impl Bus {
+    /// Characters that the UART overwrote.
+    pub fn overruns(&self) -> u64 {
+        self.uart.overruns
+    }
+
     /// A chip with erased flash and TI's calibration values in segment A.
     pub fn new(part: Part, plant: Plant, vlo_hz: u64, supply: Supply) -> Bus {
         let mut map = [Block::Slow; 1024];

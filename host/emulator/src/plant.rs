@@ -97,6 +97,8 @@ pub struct Plant {
     unplugged: bool,
     /// Pins of outputs whose resistors pull up instead of down.
     pulled_up: u64,
+    /// STEP is active when low: levels in `pins` are turned over there.
+    step_low: bool,
     outputs: u16,
     pins: u64,
     changes: VecDeque<OutputChange>,
@@ -135,6 +137,7 @@ impl Plant {
             stop: false,
             unplugged: false,
             pulled_up: 0,
+            step_low: false,
             outputs: 0,
             pins: 0,
             changes: VecDeque::new(),
@@ -224,7 +227,14 @@ impl Plant {
     /// Gives the outputs at pins (`direct` wiring) resistors that pull up, as those want that are on
     /// when low.
     pub fn pull_outputs_up(&mut self) {
-        self.pulled_up = 1 << self.board.latch | 1 << self.board.enable;
+        self.pulled_up |= 1 << self.board.latch | 1 << self.board.enable;
+    }
+
+    /// Drivers that take a low level for an active STEP, and whose resistors pull it up. Recorded is whether STEP is
+    /// active, as without it.
+    pub fn steps_are_low(&mut self) {
+        self.step_low = true;
+        self.pulled_up |= self.board.step.iter().fold(0, |pins, pin| pins | 1 << pin);
     }
 
     /// Takes the serial cable off: nobody drives the receive pin.
@@ -348,6 +358,8 @@ impl Plant {
 
     /// Levels of all pins.
     pub(crate) fn pins(&mut self, now: u64, levels: u64) {
+        let steps = self.board.step.iter().fold(0, |pins, pin| pins | 1 << pin);
+        let levels = if self.step_low { levels ^ steps } else { levels };
         let changed = levels ^ self.pins;
         self.pins = levels;
         if self.recorder.active() {

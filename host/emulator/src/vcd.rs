@@ -18,20 +18,12 @@ pub struct VcdWriter<W: Write> {
 }
 
 impl<W: Write> VcdWriter<W> {
-    /// Writes the head and the levels at `cycle`, as `Plant::signals` gives them; for a board with the
-    /// ticks of the G2553.
+    /// Writes the head and the levels at `cycle`, as `Plant::signals` gives them, for a board with
+    /// `ticks_per_second`, as `Board::ticks_per_second` tells.
     ///
     /// # Errors
     /// When writing fails.
-    pub fn new(out: W, signals: &[(Signal, bool)], cycle: u64) -> io::Result<Self> {
-        VcdWriter::timed(out, signals, cycle, crate::TICKS_PER_SECOND)
-    }
-
-    /// The same for a board with `ticks_per_second`, as `Board::ticks_per_second` tells.
-    ///
-    /// # Errors
-    /// When writing fails.
-    pub fn timed(
+    pub fn new(
         out: W,
         signals: &[(Signal, bool)],
         cycle: u64,

@@ -209,7 +209,7 @@ impl Way {
             let compiled = course::put_into(compiled, checked, &self.build.part);
             let image = Image::new(&compiled.image).map_err(|flaw| format!("{flaw:?}"))?;
             let small = compiled.image.len() > self.build.part.room_for(false);
-            if small || self.build.part.lacks(&image, checked.profile.pulse_us).is_some() {
+            if small || self.build.part.lacks(&image, &checked.profile).is_some() {
                 return Ok(None);
             }
             self.stand.upload(&compiled.image)?;

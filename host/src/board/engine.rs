@@ -28,7 +28,7 @@ use crate::sim::{Options, Outcome};
 /// A request that the board loses while it erases flash is asked again soon.
 const RUN_PATIENCE: Patience = Patience { reply: Duration::from_millis(50), attempts: 20 };
 /// From here on after power-up a board without a host does not wait for one that takes what is printed
-/// (compact/effects/print.s).
+/// (g2553/effects/print.s).
 const ALONE: Duration = Duration::from_millis(600);
 /// Longer than any filter of an input.
 const FILTERS: Duration = Duration::from_millis(60);

@@ -5,7 +5,7 @@
 use emulator::Board;
 use lang::wire::{Seen, TraceKind};
 
-/// Routine of the images in Rust (`firmware/src/board/observe.rs`).
+/// Routine of the images in Rust (`firmware/f5529/observe.rs`).
 const ROUTINE: &str = "pasapas_observe";
 
 /// What was seen, and when.

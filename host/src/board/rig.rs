@@ -11,7 +11,7 @@ use super::{Build, uart};
 use crate::sim::world::{Action, Button, Registers, Scenario, World, WorldError};
 
 /// Where a reference switch stands when the world does not say: this far away, um.
-const SWITCH_AWAY_UM: i64 = 20_000;
+pub const SWITCH_AWAY_UM: i64 = 20_000;
 
 /// What the scenario does that only a host on the link can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +98,9 @@ impl Rig {
         let plant = self.board.plant_mut();
         plant.stop_at_output = true;
         plant.limits = super::judge::driver_limits(&profile, plant.ticks_per_second());
+        if profile.step_invert {
+            plant.steps_are_low();
+        }
         for (axis, own) in profile.axes() {
             let i = axis.index();
             plant.motors[i].inverted = own.invert;

@@ -84,8 +84,8 @@ impl<'a, 'b> Run<'a, 'b> {
             Some(out) => {
                 let mut rig = rig.borrow_mut();
                 let signals = rig.board().plant().signals();
-                let now = rig.now();
-                Some(VcdWriter::new(out, &signals, now).map_err(BoardError::Vcd)?)
+                let (now, ticks) = (rig.now(), rig.board().ticks_per_second());
+                Some(VcdWriter::new(out, &signals, now, ticks).map_err(BoardError::Vcd)?)
             }
         };
         rig.borrow_mut().board().record(true);

@@ -6,8 +6,12 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use lang::profile::Profile;
+
+use super::Build;
 use super::clients::Clients;
 use super::rig::{HostAction, Rig};
+use super::switches::Switches;
 use crate::output;
 use crate::sim::world::WorldError;
 
@@ -31,6 +35,8 @@ pub struct Server {
     /// Who asks it.
     pub clients: Clients,
     flash_file: Option<PathBuf>,
+    /// The switches of a board without a world, and the machine that they belong to.
+    switches: Option<(Switches, Profile)>,
     saved_operations: u64,
 }
 
@@ -48,6 +54,11 @@ impl Server {
         self.flash_file = Some(file.to_owned());
         self.saved_operations = rig.board().wear().operations;
         Ok(())
+    }
+
+    /// Puts the reference switches of a board that was given no world as they are needed.
+    pub fn place_switches(&mut self, build: &Build, profile: &Profile) {
+        self.switches = Some((Switches::new(build), profile.clone()));
     }
 
     /// Runs the board until `ended` says so, which may act on board and connections between two slices.
@@ -82,6 +93,9 @@ impl Server {
             // A host that fell behind catches up slice by slice, so that replies do not wait.
             rig.run_until(target.min(slice).max(rig.now()))?;
             behind = speed == Speed::Max || target > slice;
+            if let Some((switches, profile)) = &mut self.switches {
+                switches.look(rig, profile);
+            }
             // What a reply says is done outlives the process.
             self.save_flash(rig)?;
             let heard = rig.board().uart_take();

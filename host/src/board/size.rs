@@ -140,7 +140,7 @@ const UNMARKED: &str = "assembly";
 /// tell apart the sections of one module.
 const MARK: &str = "module.";
 /// The same in the name of the address where a module's variables begin, where RAM is laid out by
-/// hand (firmware/src/compact/ram.rs).
+/// hand (firmware/g2553/ram.rs).
 const RAM_MARK: &str = "ram.";
 /// The end of RAM (msp430-rt's linker script).
 const RAM_END: &str = "_stack_start";

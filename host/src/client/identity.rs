@@ -101,6 +101,9 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// See [`ClientError`].
     pub fn set_board_record(&mut self, record: &BoardRecord) -> Result<(), ClientError> {
+        if record.flags & BoardRecord::STEP_LOW != 0 && !self.identity()?.part().shapes_steps {
+            return Err(ClientError::NoStepLow);
+        }
         // In ascending order, as many at a time as every board takes; the first word erases, the last one makes it
         // valid, with what was written between.
         let words = words_of(&record.to_bytes());
@@ -198,6 +201,8 @@ pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static st
     compare("link", (board.address, board.rate) == (wanted.address, wanted.rate));
     compare("pulse width", (board.pulse, board.setup) == (wanted.pulse, wanted.setup));
     compare("filter time", board.filter == wanted.filter);
+    let step = |record: &BoardRecord| record.flags & BoardRecord::STEP_LOW;
+    compare("polarity of STEP", step(board) == step(wanted));
     compare(
         "polarity of inputs",
         (board.input_invert, board.input_invert_high)

@@ -39,7 +39,8 @@ pub struct Board {
     #[arg(long, value_name = "ADDRESS", requires = "tcp", num_args = 0..=1,
         default_missing_value = "0.0.0.0")]
     listen: Option<IpAddr>,
-    /// Scenario around the board; its time begins at power-up
+    /// Scenario around the board; its time begins at power-up. Without one the reference switches
+    /// are out of the way until an axis is homed
     #[arg(long, value_name = "W.rhai")]
     world: Option<String>,
     #[command(flatten)]
@@ -73,7 +74,7 @@ impl Board {
             None => Profile::built_in(lang::profile::DEFAULT_NAME)
                 .map_err(|error| Failure::Usage(error.to_string()))?,
         };
-        let world = world::load(self.world.as_deref(), World::empty(), console)?;
+        let world = world::load(self.world.as_deref(), World::unattended(), console)?;
         let inputs = [self.world.as_deref(), options.profile.as_deref()];
         let inputs = inputs.map(|name| name.map(Path::new));
         output::keep_inputs(&[("--flash", self.flash.as_ref())], &inputs)?;
@@ -83,6 +84,9 @@ impl Board {
         let mut rig = Rig::new(build, &firmware, &profile, &world, &Registers::default())
             .map_err(|error| world::wrong(&error, console))?;
         let mut server = Server::default();
+        if world.is_unattended() {
+            server.place_switches(build, &profile);
+        }
         if let Some(file) = &self.flash {
             server
                 .keep_flash(&mut rig, file)
@@ -97,6 +101,9 @@ impl Board {
                     return Err(Failure::Board(ClientError::NoPwm.to_string()));
                 }
                 bytes.extend(record.more.to_bytes());
+            }
+            if record.flags & BoardRecord::STEP_LOW != 0 && !build.part.shapes_steps {
+                return Err(Failure::Board(ClientError::NoStepLow.to_string()));
             }
             let first = build.part.profiles[0];
             (first..).zip(bytes).for_each(|(at, byte)| rig.board().poke8(at, byte));

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::gateway::config::{BoardSetting, ClientSetting};
 use crate::gateway::describe::{COLUMNS, rows};
 use crate::gateway::known::{Known, Program, programs_in, variables};
-use crate::gateway::{CardSetting, Config, Ranges, Running};
+use crate::gateway::{CardSetting, Config, GrblSetting, Ranges, Running};
 use crate::{input, interrupt, link};
 
 /// `pasapas gateway`
@@ -83,6 +83,13 @@ impl Gateway {
                 console.result(&format!("{board} is an interface card at {place}\n"))?;
             }
         }
+        for (board, place) in running.grbls() {
+            if console.json() {
+                console.json_line(&json!({ "board": board, "grbl": place }))?;
+            } else {
+                console.result(&format!("{board} is served as Grbl 1.1h at {place}\n"))?;
+            }
+        }
         if let Some(address) = running.opcua() {
             let url = format!("opc.tcp://{address}/");
             if console.json() {
@@ -94,6 +101,10 @@ impl Gateway {
         let open = |card: &CardSetting| card.listen.is_some_and(|at| !at.ip().is_loopback());
         if config.cards.iter().any(open) {
             console.complain("the network can reach a card, and cards know no login");
+        }
+        let open = |grbl: &GrblSetting| grbl.listen.is_some_and(|at| !at.ip().is_loopback());
+        if config.grbl.iter().any(open) {
+            console.complain("the network can drive a board by Grbl, which knows no login");
         }
         if !address.ip().is_loopback() {
             console.complain(

@@ -6,7 +6,7 @@ use clap::Args;
 use lang::back::Compiled;
 use lang::hir::{Limits, Program, Stmt, StmtKind, Storage, Var};
 use lang::image::Image;
-use lang::part::{Lack, PARTS, Part, SHORT_PULSE_US};
+use lang::part::{Lack, PARTS, Part, SHORT_PULSE_US, Signals};
 use lang::record::feature;
 
 use super::script::Script;
@@ -81,9 +81,9 @@ impl Choice {
         mut compiled: Compiled,
         console: &Console,
     ) -> Result<(Compiled, &'static Build), Failure> {
-        let pulse_us = script.program.profile.pulse_us;
+        let signals = Signals::from(&script.program.profile);
         let Some(build) = self.part else {
-            let build = smallest(&compiled, pulse_us).unwrap_or(DEFAULT);
+            let build = smallest(&compiled, signals).unwrap_or(DEFAULT);
             return Ok((with_slow_points(script, compiled, &build.part, console)?, build));
         };
         let part = &build.part;
@@ -98,7 +98,7 @@ impl Choice {
             }
         }
         let Ok(image) = Image::new(&compiled.image) else { return Ok((compiled, build)) };
-        for lack in part.all_lacks(&image, pulse_us) {
+        for lack in part.all_lacks(&image, signals) {
             fits = false;
             if lack == Lack::Feature(feature::ARC) {
                 // Told with the reason.
@@ -107,7 +107,7 @@ impl Choice {
             let text = format!("{who} lacks what this program wants: {lack}");
             let (line, span) = first_place(&script.program, lack);
             // Of a program that is too long with its chords other parts run the one with arcs.
-            let other = with_arcs.as_ref().and_then(|compiled| smallest(compiled, pulse_us));
+            let other = with_arcs.as_ref().and_then(|compiled| smallest(compiled, signals));
             let remedy = match (lack, other) {
                 (Lack::Flash { .. }, Some(other)) => format!(
                     "`--part {}` draws arcs itself; a larger corner_um in the profile makes fewer lines \
@@ -178,10 +178,10 @@ pub fn unlimited(script: &Script, part: &Part, console: &Console) -> Result<(), 
     )
 }
 
-/// The smallest part that runs a program as it is, with STEP pulses of this width.
-fn smallest(compiled: &Compiled, pulse_us: u8) -> Option<&'static Build> {
+/// The smallest part that runs a program as it is, with these signals.
+fn smallest(compiled: &Compiled, signals: Signals) -> Option<&'static Build> {
     let image = Image::new(&compiled.image).ok()?;
-    BUILDS.into_iter().find(|build| build.part.lacks(&image, pulse_us).is_none())
+    BUILDS.into_iter().find(|build| build.part.lacks(&image, signals).is_none())
 }
 
 /// What runs a program that no part's flash holds.
@@ -237,11 +237,14 @@ fn remedy(lack: Lack) -> String {
         Lack::Memory { used, .. } => part.pool.iter().all(|pool| used <= *pool),
         Lack::Rate { wanted, .. } => wanted <= part.top_rate(SHORT_PULSE_US, false),
         Lack::Flash { used, keeps, .. } => used <= part.room_for(keeps),
+        Lack::StepLow | Lack::Setup { .. } => part.shapes_steps,
     };
     let without = match lack {
         Lack::Flash { .. } => IN_PIECES,
         Lack::Rate { .. } => "lower top_rate in the profile",
         Lack::Memory { .. } => "fewer variables, calls within calls and ON lines need less",
+        Lack::StepLow => "wire the drivers so that STEP is active high",
+        Lack::Setup { .. } => "lower start_rate or corner_um in the profile",
         Lack::Feature(feature::POWER) => "without S the laser is on or off by M3 and M5",
         Lack::Feature(_) => "write the program without it",
     };

@@ -2,7 +2,7 @@
 
 use clap::{Args, Subcommand};
 use lang::profile::{BUILT_IN, Profile as Machine};
-use lang::record::BoardRecord;
+use lang::record::{BoardRecord, MachineRecord};
 use lang::wire::Exception;
 use serde_json::json;
 
@@ -124,6 +124,14 @@ fn set(
     let profile = input::profile(name).map_err(|note| console.refuse(&note))?;
     let mut board = port.connect(options, console)?;
     let held = board.board_record()?;
+    let part = board.identity()?.part();
+    let machine = MachineRecord::of(&profile).to_bytes();
+    if let Some(lack) = part.signal_lacks((&profile).into(), &machine).next() {
+        return Err(Failure::Board(format!(
+            "`{}` for the {} lacks what this profile wants: {lack}",
+            part.name, part.chip.name
+        )));
+    }
     let wanted = BoardRecord {
         lock: lock.unwrap_or(held.lock),
         ..BoardRecord::of(&profile, held.sequence.wrapping_add(1))

@@ -104,11 +104,13 @@ fn read(file: &str, options: &Options, console: &Console, plain: bool) -> Result
     let given = options.profile(console)?;
     let bytes = input::read_bytes(file, import::MAX_BYTES).map_err(|note| console.refuse(&note))?;
     let mut places = Vec::new();
+    let mut foreign = None;
     let (source, mut diags) = if import::is_importable(file, &bytes) {
         let options =
             import::Options { profile: given.clone(), plain, ..import::Options::default() };
         let imported = super::import::read(file, &bytes, &options, console)?;
         places = imported.places;
+        foreign = Some(Source::new(file, String::from_utf8_lossy(&bytes).into_owned()));
         (Source::new(file, imported.script), Vec::new())
     } else {
         Source::decode(file, &bytes)
@@ -132,16 +134,18 @@ fn read(file: &str, options: &Options, console: &Console, plain: bool) -> Result
         program = checked;
     }
     for diag in &collapsed(diags) {
-        if places.is_empty() {
+        let Some(shown) = &foreign else {
             console.diag(diag, &source)?;
             continue;
-        }
+        };
         // The file's line, with what it became: the script is nowhere to be looked at.
         let note = Note::of(diag, &source);
         let line = note.place.0;
         let text = format!("{} (in the script: `{}`)", note.text, source.line_text(line).trim());
         let place = (line_of_file(&places, line), 1);
-        console.note(&Note { text, place, labels: Vec::new(), ..note })?;
+        let start = shown.line_start(place.0) as usize;
+        let span = start..start + shown.line_text(place.0).trim_end().len();
+        console.note_in(&Note { text, place, labels: Vec::new(), span, ..note }, shown)?;
     }
     if dropped > 0 && !console.json() {
         console.complain(&format!("{file}: {dropped} further diagnostics are not shown"));

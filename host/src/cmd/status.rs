@@ -66,6 +66,7 @@ fn reset_cause(bits: u16) -> String {
         (0, "watchdog"),
         (4, "NMI"),
         (5, "the crystal does not run"),
+        (6, "the crystal failed, and runs again"),
     ];
     let set: Vec<&str> =
         names.iter().filter(|(bit, _)| bits >> bit & 1 != 0).map(|(_, name)| *name).collect();

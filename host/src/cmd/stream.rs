@@ -1,5 +1,6 @@
 //! `pasapas stream`: runs a job larger than the board's memory.
 
+mod ended;
 mod keep;
 mod keys;
 mod stored;
@@ -15,6 +16,7 @@ use lang::hir::Storage;
 use lang::wire::{Control, End, RunState};
 use serde_json::json;
 
+use ended::Ended;
 use keep::KeepFile;
 use keys::{Key, Keys};
 
@@ -218,7 +220,12 @@ impl Stream {
             ));
         }
         match result {
-            Ok(outcome) => self.tell(&outcome, console),
+            Ok(outcome) => {
+                // The input is asked for where a fault may have one.
+                let status = outcome.fault.and_then(|_| board.status().ok());
+                let Outcome { line, fault, .. } = outcome;
+                self.tell(&outcome, &Ended::new(line, fault, status.as_ref(), profile), console)
+            }
             Err(error @ (PumpError::Link(..) | PumpError::Refused(_) | PumpError::Busy)) => {
                 Err(Failure::Board(error.to_string()))
             }
@@ -288,10 +295,10 @@ impl Stream {
 
     /// Says how the job ended.
     #[expect(clippy::cast_precision_loss, reason = "rates for people")]
-    fn tell(&self, outcome: &Outcome, console: &Console) -> Result<(), Failure> {
+    fn tell(&self, outcome: &Outcome, ended: &Ended, console: &Console) -> Result<(), Failure> {
         let seconds = outcome.time.as_millis() as f64 / 1000.0;
         let rate = outcome.count as f64 / seconds.max(0.001);
-        let Outcome { end, fault, line, count, pieces, starved, .. } = *outcome;
+        let Outcome { end, line, count, pieces, starved, .. } = *outcome;
         if console.json() {
             console.json_line(&json!({
                 "streamed": self.file, "statements": count, "pieces": pieces, "seconds": seconds,
@@ -309,12 +316,7 @@ impl Stream {
             }
             return Ok(());
         }
-        let what = match fault {
-            Some(fault) => format!("fault {fault}: {}", fault.text()),
-            None => "stopped here".to_owned(),
-        };
-        console.complain(&format!("{}:{line}:1: {what}", self.file));
-        console.complain(&format!("  hint: --from-line {line} goes on from there"));
+        ended.tell(&self.file, line, console);
         Err(Failure::Run)
     }
 }
@@ -368,7 +370,8 @@ mod tests {
     fn a_log_hears_of_a_long_job_now_and_then() {
         let begun = Instant::now();
         let mut diary = Diary { last: begun, all: 400 };
-        let progress = Progress { state: None, line: 17, count: 100, keeps: Vec::new() };
+        let progress =
+            Progress { state: None, line: 17, count: 100, keeps: Vec::new(), dry: false };
         let mut at = |s| diary.entry(begun + Duration::from_secs(s), &progress);
         assert_eq!([at(1), at(29)], [None, None]);
         assert_eq!(at(31).as_deref(), Some("line 17, 25 %"));

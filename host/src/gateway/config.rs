@@ -10,6 +10,7 @@ use serde::Deserialize;
 use super::card::CardSetting;
 use super::counters::OWN_UNIT;
 use super::gcode::GcodeSetting;
+use super::grbl::GrblSetting;
 use super::known::Program;
 use super::mqtt::MqttSetting;
 use super::opcua::OpcuaSetting;
@@ -45,6 +46,9 @@ pub struct Config {
     /// Boards that take G-code as text.
     #[serde(default)]
     pub gcode: Vec<GcodeSetting>,
+    /// Boards that Grbl's clients drive.
+    #[serde(default)]
+    pub grbl: Vec<GrblSetting>,
     /// What a serial line needs beyond its name.
     #[serde(default, rename = "line")]
     pub lines: Vec<LineSetting>,
@@ -166,6 +170,7 @@ impl Config {
             opcua: None,
             cards: Vec::new(),
             gcode: Vec::new(),
+            grbl: Vec::new(),
             lines: Vec::new(),
             boards,
             clients: Vec::new(),
@@ -279,6 +284,21 @@ impl Config {
                 return Err(Wrong(at(), format!("{} takes G-code already", one.board)));
             }
         }
+        for (n, one) in self.grbl.iter().enumerate() {
+            let at = || "[[grbl]]".to_owned();
+            one.check(self.boards.iter().map(|board| board.name.as_str()))
+                .map_err(|words| Wrong(at(), words))?;
+            let drives = self.grbl[..n].iter().map(|other| &other.board);
+            let drives = drives.chain(self.cards.iter().map(|card| &card.board));
+            let mut drives = drives.chain(self.gcode.iter().map(|gcode| &gcode.board));
+            if drives.any(|board| *board == one.board) {
+                let words = format!(
+                    "{} is driven already, by a [[grbl]], a [[card]] or a [[gcode]]: one drives",
+                    one.board
+                );
+                return Err(Wrong(at(), words));
+            }
+        }
         for client in &self.clients {
             client.rule().map_err(|words| Wrong(format!("\"{}\"", client.from), words))?;
         }
@@ -354,6 +374,15 @@ mod tests {
             (format!("{GOOD}[[client]]\nfrom = \"hall\"\n"), (5, 8), "is no machine"),
             (format!("{GOOD}[[line]]\nport = \"COM9\"\n"), (4, 1), "no board is on COM9"),
             (format!("{GOOD}colour = 3\n"), (4, 1), "unknown field"),
+            (format!("{GOOD}[[grbl]]\nboard = \"saw\"\n"), (4, 1), "there is no board `saw`"),
+            (format!("{GOOD}[[grbl]]\nboard = \"drill\"\n"), (4, 1), "listen, port or pty"),
+            (
+                format!(
+                    "{GOOD}[[gcode]]\nboard = \"drill\"\n[[grbl]]\nboard = \"drill\"\npty = \"g\"\n"
+                ),
+                (6, 1),
+                "is driven already",
+            ),
             (
                 format!("{GOOD}{}", GOOD.replace("/dev/ttyACM0", "x")),
                 (2, 8),

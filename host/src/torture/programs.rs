@@ -72,7 +72,7 @@ pub fn make(case: Case) -> Option<Made> {
 pub fn make_for(build: &Build, case: Case) -> Option<Made> {
     let made = drawn(make(case)?, build.part)?;
     let image = Image::new(&made.compiled.image).ok()?;
-    build.part.lacks(&image, made.program.profile.pulse_us).is_none().then_some(made)
+    build.part.lacks(&image, &made.program.profile).is_none().then_some(made)
 }
 
 /// With chords for a part that draws no arcs, and slow points for one that does not look ahead.

@@ -92,3 +92,52 @@ fn arcs_become_chords_for_a_part_that_has_none() {
     let (code, lines) = bench.json(&["check", "arc.bas", "--part", "g2553", "--format", "json"]);
     assert_eq!((code, lines[0]["severity"].as_str()), (0, Some("note")));
 }
+
+/// Times in us at which a signal changes, as a VCD has them.
+fn changes(vcd: &str, name: &str) -> Vec<(u64, bool)> {
+    let mut words = vcd.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    let unit = words.clone().find(|line| line.first() == Some(&"$timescale")).expect("a unit");
+    assert_eq!(unit[1..3], ["100", "ps"]);
+    let var = words.find(|line| line.first() == Some(&"$var") && line[4] == name);
+    let id = var.expect("the signal")[3];
+    let (mut now, mut found) = (0_u64, Vec::new());
+    for line in vcd.lines() {
+        if let Some(time) = line.strip_prefix('#') {
+            now = time.parse().expect("a time");
+        } else if line.len() == 1 + id.len() && line.ends_with(id) {
+            found.push((now / 10_000, line.starts_with('1')));
+        }
+    }
+    found
+}
+
+#[test]
+fn the_edges_of_each_parts_pins_come_at_the_times_of_the_trace() {
+    let bench = Bench::new();
+    bench.file(
+        "blink.bas",
+        "SetOut 2, ON\nWait 100ms\nSetOut 2, OFF\nWait 250ms\nSetOut 2, ON\nWait 40ms\nSetOut 2, OFF\n",
+    );
+    for part in lang::part::PARTS {
+        let args = ["--engine", "board", "--part", part.name, "--vcd", "p.vcd", "--trace", "t.jsonl"];
+        let done = bench.run(&[&["sim", "blink.bas"][..], &args].concat());
+        assert_eq!(done.code, 0, "{}: {}", part.name, done.err);
+        let trace = std::fs::read_to_string(bench.path("t.jsonl")).expect("a trace");
+        let waits: Vec<u64> = trace
+            .lines()
+            .map(|line| serde_json::from_str::<Value>(line).expect("JSON"))
+            .filter(|event| event["ev"] == "wait")
+            .map(|event| event["ms"].as_u64().expect("a time"))
+            .collect();
+        assert_eq!(waits, [100, 250, 40], "{}", part.name);
+        let vcd = std::fs::read_to_string(bench.path("p.vcd")).expect("a recording");
+        // The first one is the level at the beginning.
+        let edges = changes(&vcd, "out_2");
+        let edges = &edges[edges.len() - 4..];
+        assert_eq!(edges.iter().map(|edge| edge.1).collect::<Vec<_>>(), [true, false, true, false]);
+        for (pair, ms) in edges.windows(2).zip(waits) {
+            let us = pair[1].0 - pair[0].0;
+            assert!(us.abs_diff(1000 * ms) <= 5_000, "{}: {us} us for {ms} ms", part.name);
+        }
+    }
+}

@@ -102,6 +102,8 @@ struct Checker<'a> {
     written_by_routines: HashSet<VarId>,
     /// Routines that only handlers reach.
     handler_routines: Vec<bool>,
+    /// Where the decimals of the last `2,5mm` begin; 0 for none.
+    after_comma: u32,
     /// Next event slot.
     events: u8,
     keeps: u8,
@@ -129,6 +131,7 @@ impl<'a> Checker<'a> {
             gcode: gcode::Blocks::default(),
             written_by_routines: HashSet::new(),
             handler_routines: Vec::new(),
+            after_comma: 0,
             events: 0,
             keeps: 0,
             statements: 0,
@@ -221,7 +224,17 @@ impl<'a> Checker<'a> {
             None if words.contains("`DIM ") => {
                 diag.hint(words).fix(self.declarations(), format!("DIM {}\n", name.text))
             }
-            None => diag.hint(words),
+            // A name of another language whose value is a word of ours: it takes its place.
+            None => {
+                let value = words.strip_prefix("write `").and_then(|rest| rest.strip_suffix('`'));
+                let value = value.filter(|value| matches!(*value, "ON" | "OFF")).map(str::to_owned);
+                let span = diag.span;
+                let diag = diag.hint(words);
+                match value {
+                    Some(value) => diag.fix(span, value),
+                    None => diag,
+                }
+            }
         });
         None
     }

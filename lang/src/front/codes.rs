@@ -120,7 +120,7 @@ codes! {
     ConditionKind "K004" Error "a condition that is not one" "Conditions and ON/OFF arguments are a Truth or a Number; NOT of a Number and AND of a Truth with a Number work on bits."
     StepNeeded "K005" Error "FOR over a quantity without STEP" "What one step is must be written: STEP 0.5mm."
     TableKinds "K006" Error "values of several kinds in a table's column" "A column has one kind; a column index that is not constant needs columns of one kind."
-    EmptyRange "K007" Warning "a range without values" "CASE low TO high needs low not above high."
+    EmptyRange "K007" Warning "a range without values" "CASE low TO high needs low not above high; FOR counts from its start toward its limit."
 
     GcodeUnknown "G001" Error "a G or M word that is not supported" "The hint says what to write instead."
     GcodeNoMeaning "G002" Error "a word without meaning here" "No word is dropped in silence."

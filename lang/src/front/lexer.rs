@@ -3,6 +3,7 @@
 
 mod begins;
 mod gcode;
+mod slips;
 
 pub use self::begins::begins_gcode;
 use super::codes::Code;
@@ -133,6 +134,12 @@ impl<'a> State<'a> {
                 Ok(Basic::Word) => self.word(&mut lexer, at, span),
                 Ok(Basic::Number) => self.number(&mut lexer, span),
                 Ok(Basic::Text) => self.push(Tok::Text, span),
+                Ok(Basic::UnclosedText) if self.digit_before(span) => {
+                    let sign = Span::new(span.start, span.start + 1);
+                    let message = "`\"` is no unit";
+                    self.report_fix(Code::BadUnit, sign, message, slips::INCHES, "in");
+                    self.push(Tok::Bad, span);
+                }
                 Ok(Basic::UnclosedText) => {
                     let message = "the text has no closing `\"`";
                     self.report(Code::UnclosedText, span, message, "a text ends on its line");
@@ -274,6 +281,9 @@ impl<'a> State<'a> {
             Err(error) => {
                 let mut diag = Diag::new(error.code, span, error.message);
                 diag.hint = error.hint;
+                if let Some(instead) = error.instead {
+                    diag = diag.fix(span, instead);
+                }
                 if error.code == Code::DecimalWithoutUnit {
                     diag = self.decimals(diag, span);
                 }
@@ -318,6 +328,11 @@ impl<'a> State<'a> {
             Foreign::And => (Tok::Kw(Kw::AndAlso), "write `ANDALSO`"),
             Foreign::Or => (Tok::Kw(Kw::OrElse), "write `ORELSE`"),
             Foreign::Assign => (Tok::Sign(Sign::Eq), "assignment is `=`"),
+            Foreign::Increment | Foreign::AddAssign | Foreign::SubAssign | Foreign::OtherAssign
+                if self.assigns(span, rest) =>
+            {
+                return;
+            }
             Foreign::Increment => (Tok::Bad, "write `n = n + 1`"),
             Foreign::AddAssign => (Tok::Bad, "write `n = n + 1`"),
             Foreign::SubAssign => (Tok::Bad, "write `n = n - 1`"),
@@ -361,7 +376,13 @@ impl<'a> State<'a> {
         let same = |c: char| !c.is_ascii() && !c.is_whitespace();
         let rest = lexer.remainder();
         let first = span.of(self.text).chars().next().unwrap_or(' ');
-        let more = if same(first) { rest.len() - rest.trim_start_matches(same).len() } else { 0 };
+        // The rest of a word with an accent in it belongs to the same mistake.
+        let word = |c: char| c.is_alphanumeric() || c == '_';
+        let more = match first {
+            c if c.is_alphabetic() => rest.len() - rest.trim_start_matches(word).len(),
+            c if same(c) => rest.len() - rest.trim_start_matches(same).len(),
+            _ => 0,
+        };
         lexer.bump(more);
         let span = Span::new(span.start, span.end + more as u32);
         let shown: String = span.of(self.text).chars().take(20).collect();

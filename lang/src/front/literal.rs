@@ -111,23 +111,46 @@ const UNITS: [Unit; 13] = [
     unit("s", Kind::Time, 1000, 1, true),
 ];
 
-/// Spellings of units that are not ours, and what to write.
-const FOREIGN_UNITS: [(&str, &str); 14] = [
-    ("sec", "seconds are written `s`"),
-    ("secs", "seconds are written `s`"),
-    ("msec", "milliseconds are written `ms`"),
-    ("us", "Times are whole milliseconds: `1ms`"),
-    ("h", "write hours in minutes: `60min`"),
-    ("cm", "write centimetres in mm: `10mm`"),
-    ("m", "write metres in mm: `1000mm`"),
-    ("inch", "inches are written `in`"),
-    ("mil", "a thousandth of an inch is `0.001in`"),
-    ("step", "steps are written `st`"),
-    ("steps", "steps are written `st`"),
-    ("hz", "step rates are written `st/s`"),
-    ("khz", "step rates are written `st/s`"),
-    ("e", "there are no exponents: write all digits"),
+/// Spellings of units that are not ours, what they are, and the unit to write with its ratio.
+const FOREIGN_UNITS: [(&str, &str, Option<(&str, u32, u32)>); 23] = [
+    ("sec", "seconds are written `s`", Some(("s", 1, 1))),
+    ("secs", "seconds are written `s`", Some(("s", 1, 1))),
+    ("second", "seconds are written `s`", Some(("s", 1, 1))),
+    ("seconds", "seconds are written `s`", Some(("s", 1, 1))),
+    ("msec", "milliseconds are written `ms`", Some(("ms", 1, 1))),
+    ("us", "Times are whole milliseconds: `1ms` is the least", None),
+    ("mins", "minutes are written `min`", Some(("min", 1, 1))),
+    ("minutes", "minutes are written `min`", Some(("min", 1, 1))),
+    ("h", "hours are written in minutes", Some(("min", 60, 1))),
+    ("hour", "hours are written in minutes", Some(("min", 60, 1))),
+    ("hours", "hours are written in minutes", Some(("min", 60, 1))),
+    ("cm", "centimetres are written in mm", Some(("mm", 10, 1))),
+    ("dm", "decimetres are written in mm", Some(("mm", 100, 1))),
+    ("m", "metres are written in mm", Some(("mm", 1000, 1))),
+    ("km", "kilometres are written in mm", Some(("mm", 1_000_000, 1))),
+    ("inch", "inches are written `in`", Some(("in", 1, 1))),
+    ("inches", "inches are written `in`", Some(("in", 1, 1))),
+    ("mil", "thousandths of an inch are written `in`", Some(("in", 1, 1000))),
+    ("step", "steps are written `st`", Some(("st", 1, 1))),
+    ("steps", "steps are written `st`", Some(("st", 1, 1))),
+    ("hz", "step rates are written `st/s`", Some(("st/s", 1, 1))),
+    ("khz", "step rates are written `st/s`", Some(("st/s", 1000, 1))),
+    ("e", "there are no exponents: write all digits", None),
 ];
+
+/// A number times `num / den` with another unit, where that is exact to three decimals.
+fn converted(digits: &str, (unit, num, den): (&str, u32, u32)) -> Option<String> {
+    let thousandths = match Decimal::parse(&digits.replace('_', ""))?.scaled(num * 1000, den)? {
+        (value, true) => value,
+        (_, false) => return None,
+    };
+    let decimals = format!("{:03}", thousandths % 1000);
+    let whole = thousandths / 1000;
+    Some(match decimals.trim_end_matches('0') {
+        "" => format!("{whole}{unit}"),
+        decimals => format!("{whole}.{decimals}{unit}"),
+    })
+}
 
 /// Length of the longest unit that `rest` begins with and that no name character follows.
 pub fn unit_length(rest: &str) -> Option<usize> {
@@ -183,10 +206,12 @@ pub struct LiteralError {
     pub message: String,
     /// What to write.
     pub hint: Option<String>,
+    /// The literal that was meant, where that is clear.
+    pub instead: Option<String>,
 }
 
 fn wrong(code: Code, message: String, hint: impl Into<Option<String>>) -> LiteralError {
-    LiteralError { code, message, hint: hint.into() }
+    LiteralError { code, message, hint: hint.into(), instead: None }
 }
 
 /// The greatest magnitude of a literal, 2^31.
@@ -301,17 +326,29 @@ fn bad_suffix(text: &str, digits: &str, suffix: &str) -> LiteralError {
     }
     let exponent = lower.strip_prefix('e').is_some_and(|r| r.bytes().all(|b| b.is_ascii_digit()));
     let spelling = if exponent { "e" } else { lower.as_str() };
-    let hint = FOREIGN_UNITS.iter().find(|(f, _)| *f == spelling).map(|(_, h)| (*h).to_owned());
-    let hint = hint.or_else(|| match words::lookup(suffix) {
-        Some(Reserved::Kw(k)) => Some(format!("write a blank: `{digits} {}`", k.text())),
-        _ => words::nearest(suffix, UNITS.iter().map(|u| u.text))
-            .map(|near| format!("did you mean `{digits}{near}`?")),
-    });
-    let hint = hint.unwrap_or_else(|| {
-        let units: Vec<_> = UNITS.iter().map(|u| u.text).collect();
-        format!("units are {}", units.join(" "))
-    });
-    wrong(Code::BadUnit, format!("`{suffix}` is not a unit"), hint)
+    let (hint, instead) = match FOREIGN_UNITS.iter().find(|(known, ..)| *known == spelling) {
+        Some((_, about, ours)) => {
+            let instead = ours.and_then(|ours| converted(digits, ours));
+            let hint = match &instead {
+                Some(instead) => format!("{about}: `{instead}`"),
+                None => (*about).to_owned(),
+            };
+            (hint, instead)
+        }
+        None => match words::lookup(suffix) {
+            Some(Reserved::Kw(k)) => (format!("write a blank: `{digits} {}`", k.text()), None),
+            _ => match words::nearest(suffix, UNITS.iter().map(|u| u.text)) {
+                Some(near) => {
+                    (format!("did you mean `{digits}{near}`?"), Some(format!("{digits}{near}")))
+                }
+                None => {
+                    let units: Vec<_> = UNITS.iter().map(|u| u.text).collect();
+                    (format!("units are {}", units.join(" ")), None)
+                }
+            },
+        },
+    };
+    LiteralError { instead, ..wrong(Code::BadUnit, format!("`{suffix}` is not a unit"), hint) }
 }
 
 #[cfg(test)]

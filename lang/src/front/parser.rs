@@ -10,6 +10,7 @@ mod gcode;
 mod input;
 mod machine;
 mod piece;
+mod slips;
 mod stmt;
 
 use super::ast::Script;
@@ -87,6 +88,10 @@ fn statement<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
         builder.add(Placed { piece, span, line: i.first().line });
         return skip(rest);
     }
+    if let Some(diag) = foreign::loop_label(i, builder.has_open(Kw::Do)) {
+        builder.diags().push(diag);
+        return i.rest();
+    }
     let result = stmt::piece(i).and_then(|(rest, piece)| {
         let continues = matches!(piece, Piece::Else)
             || matches!(piece, Piece::Stmt(super::ast::StmtKind::Label(_)));
@@ -158,6 +163,9 @@ fn recover<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
         let names = i.tokens.iter().take(count).filter(|t| t.tok == Tok::Name);
         for token in names {
             builder.lose_name(token.span.of(i.context.text).to_ascii_lowercase());
+        }
+        for diag in slips::further_names(i, count) {
+            builder.diags().push(diag);
         }
     }
     while one_line_if && rest.tok() == Tok::Sign(Sign::Colon) {

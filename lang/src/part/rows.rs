@@ -57,6 +57,7 @@ pub const G2553: Part = Part {
     at_room: 18,
     at_limits: false,
     halts: false,
+    shapes_steps: false,
 };
 
 /// The same chip with handlers: ON ERROR, ON IN, ON EVERY.
@@ -105,6 +106,7 @@ pub const F5529: Part = Part {
     at_room: u16::MAX,
     at_limits: true,
     halts: true,
+    shapes_steps: true,
 };
 
 /// Every part, the smallest first.

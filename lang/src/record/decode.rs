@@ -62,6 +62,7 @@ impl BoardRecord {
         profile.link = link(self.address, self.rate);
         profile.pulse_us = self.pulse;
         profile.dir_setup_us = self.setup;
+        profile.step_invert = self.flags & BoardRecord::STEP_LOW != 0;
         profile.inputs = self.inputs(&base.inputs, profile.wiring);
         profile.outputs = self.outputs(&base.outputs, profile.wiring);
         let more = self.more();

@@ -143,6 +143,9 @@ impl BoardRecord {
         if profile.run.autorun {
             flags |= BoardRecord::AUTORUN;
         }
+        if profile.step_invert {
+            flags |= BoardRecord::STEP_LOW;
+        }
         let inverted = |n: i32| profile.inputs.iter().any(|input| input.n == n && input.invert);
         // A laser never stays on in a pause.
         let pause = |output: &Output| match output.role {

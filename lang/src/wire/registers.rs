@@ -1,7 +1,7 @@
 //! The map of the registers: the one place where a register or a block of them is described.
 //!
 //! A block is `NAME: Table first + count, flags`, a register `NAME: BLOCK + offset` under what it says. What one shows on
-//! each chip is an arm of `firmware/src/board/map.rs` and a row of `firmware/src/compact/link/tables.s`.
+//! each chip is an arm of `firmware/src/machine/map.rs` and a row of `firmware/g2553/link/tables.s`.
 
 /// Hands all rows to a macro: `lang` makes constants and tables of them, the firmware the assembler's symbols.
 #[macro_export]
@@ -87,7 +87,8 @@ macro_rules! register_rows {
                 PROGRAM_PROFILE: OWN + 9;
                 /// Cells of the stored program.
                 PROGRAM_CELLS: OWN + 10;
-                /// Why the board came up: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI; 5: the crystal does not run.
+                /// Why the board came up: bit 0 watchdog, 2 power on, 3 RST pin, 4 NMI; 5: the crystal does not run;
+                /// 6: it failed since then, and runs again.
                 RESET_CAUSE: OWN + 11;
                 /// Bytes of stack never used since reset.
                 STACK_FREE: OWN + 12;

@@ -19,7 +19,7 @@ fn has(diags: &[Diag], sought: &Diag) -> bool {
 fn fixes_mend() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/wrong");
     let mut fixed = 0;
-    for file in ["flow", "gcode", "habits", "kinds", "machine", "words"] {
+    for file in ["flow", "gcode", "habits", "kinds", "machine", "newcomer", "words"] {
         let text = std::fs::read_to_string(root.join(file).with_extension("txt")).unwrap();
         for case in text.split("### ").skip(1) {
             let (title, script) = case.split_once('\n').unwrap();

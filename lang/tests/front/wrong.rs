@@ -16,7 +16,7 @@ fn wrong_scripts() {
     settings.set_snapshot_path(&root);
     let (mut cases, mut hinted) = (0, 0);
     settings.bind(|| {
-        for file in ["flow", "gcode", "habits", "kinds", "machine", "words"] {
+        for file in ["flow", "gcode", "habits", "kinds", "machine", "newcomer", "words"] {
             let text = std::fs::read_to_string(root.join(file).with_extension("txt")).unwrap();
             let mut shown = String::new();
             for case in text.split("### ").skip(1) {

@@ -39,8 +39,8 @@ impl Starts for Twin {
     fn wants_autorun(&self) -> bool {
         self.board_record().flags & BoardRecord::AUTORUN != 0
     }
-    fn was_bitten(&self) -> bool {
-        self.chip.byte("CAUSE") & 1 != 0
+    fn was_powered_up(&self) -> bool {
+        self.chip.byte("CAUSE") == 4
     }
 }
 
@@ -106,7 +106,7 @@ fn milliseconds_are_the_same_by_rustc_and_as_micro_code() {
             with_profile(chip, &record);
             chip.set_word("MILLIS", millis);
             chip.set_byte("TICKS_DONE", if seed & 2 == 0 { 0 } else { millis as u8 });
-            chip.set_byte("CAUSE", random.bits() as u8);
+            chip.set_byte("CAUSE", if random.bits() & 1 == 0 { 4 } else { random.bits() as u8 });
             chip.set_byte("RUN_FLAGS", if seed & 4 == 0 { 0 } else { random.bits() as u8 });
             chip.set_byte("EFFECT", effect);
             chip.set_long("TIME", 0, time as u32);

@@ -86,6 +86,12 @@ impl Board {
         with!(&self.chip, c => c.bus.line.errors)
     }
 
+    /// Characters from the host that the chip overwrote before it had read them, since its reset.
+    #[must_use]
+    pub fn uart_overruns(&self) -> u64 {
+        with!(&self.chip, c => c.bus.overruns())
+    }
+
     /// Flips `per_million` of all bits on the line in both directions; 0 ends it.
     pub fn set_uart_noise(&mut self, seed: u64, per_million: u32) {
         self.line(Link::Host).set_noise(seed, per_million);

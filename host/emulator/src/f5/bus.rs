@@ -143,11 +143,14 @@ pub struct Bus {
     ram_control: u16,
     /// Levels of all pins, as the plant numbers them.
     levels: u64,
+    /// Pins that erratum PORT16 drives low.
+    held_low: u64,
 }
 
-fn timers() -> [Timer<7>; 4] {
+fn timers(silicon: &Silicon) -> [Timer<7>; 4] {
     let a = |channels| Timer::new(TimerVariant::A5, channels);
-    [a(5), a(3), a(3), Timer::new(TimerVariant::B5, 7)]
+    let b = TimerVariant { tb25: silicon.tb25, ..TimerVariant::B5 };
+    [a(5), a(3), a(3), Timer::new(b, 7)]
 }
 
 impl Bus {
@@ -202,13 +205,14 @@ impl Bus {
             ports: Default::default(),
             pj: Port::default(),
             pmap: Pmap::default(),
-            timers: timers(),
+            timers: timers(&silicon),
             usci_a: Default::default(),
             usci_b: Default::default(),
             mpy: Mpy32::default(),
             crc: Crc16::default(),
             ram_control: 0,
             levels: 0,
+            held_low: 0,
             silicon,
         }
     }
@@ -221,6 +225,11 @@ impl Bus {
     /// Ticks of a period of SMCLK, 0 while it stands still.
     pub fn smclk(&self) -> u64 {
         self.ucs.rates.smclk
+    }
+
+    /// Characters that USCI_A1 overwrote.
+    pub fn overruns(&self) -> u64 {
+        self.usci_a[1].uart.overruns
     }
 
     /// Ticks of a number of microseconds.
@@ -267,7 +276,11 @@ impl Bus {
         let por = brown_out || matches!(reset, SoftwarePowerOn | Supervisor);
         if brown_out {
             self.pmm.brown_out();
+            if reset == Pin && self.silicon.port16 {
+                self.port16();
+            }
             self.now += self.ticks(self.silicon.boot_us);
+            self.held_low = 0;
         }
         self.pmm.close();
         self.sys.reset(reset);
@@ -301,6 +314,18 @@ impl Bus {
         self.reclock();
         self.update_pins(self.now);
         self.update();
+    }
+
+    /// The boot code has been cut by RST: pins that the smallest package lacks are low from now on.
+    fn port16(&mut self) {
+        for port in self.ports.iter_mut().chain([&mut self.pj]) {
+            port.reset(0);
+        }
+        for timer in &mut self.timers {
+            timer.reset();
+        }
+        self.held_low = pins::NOT_IN_EVERY_PACKAGE;
+        self.update_pins(self.now);
     }
 
     /// The supply is gone: the chip drives no pin any more.

@@ -52,6 +52,12 @@ pub struct Silicon {
     pub long_word_pairs: bool,
     /// Time of the boot code behind a brown-out reset, in microseconds.
     pub boot_us: u64,
+    /// Erratum TB25: in up mode Timer_B's latches hand a compare value over at once when they should wait for the next
+    /// period (CLLD 1 and 2).
+    pub tb25: bool,
+    /// Erratum PORT16, at its worst: at each press of RST the contact bounces, and the boot code that is cut by
+    /// that drives the pins low that the smallest package of the family lacks, until it has run.
+    pub port16: bool,
     /// Delay of the supply supervisors after a setting, in microseconds.
     pub supervisor_us: u64,
 }
@@ -70,6 +76,8 @@ impl Default for Silicon {
             interrupts_while_busy: false,
             long_word_pairs: true,
             boot_us: 500,
+            tb25: false,
+            port16: false,
             supervisor_us: 100,
         }
     }

@@ -42,15 +42,17 @@ pub struct Variant {
     pub overflow: u16,
     /// Compare values pass through latches (Timer_B).
     pub latches: bool,
+    /// Erratum TB25: in up mode they do not wait for the next period.
+    pub tb25: bool,
 }
 
 impl Variant {
     /// Timer_A of the MSP430x2xx.
-    pub const A2: Variant = Variant { overflow: 0x0A, latches: false };
+    pub const A2: Variant = Variant { overflow: 0x0A, latches: false, tb25: false };
     /// Timer_A of the MSP430x5xx.
-    pub const A5: Variant = Variant { overflow: 0x0E, latches: false };
+    pub const A5: Variant = Variant { overflow: 0x0E, latches: false, tb25: false };
     /// Timer_B of the MSP430x5xx.
-    pub const B5: Variant = Variant { overflow: 0x0E, latches: true };
+    pub const B5: Variant = Variant { overflow: 0x0E, latches: true, tb25: false };
 }
 
 /// One timer with `N` channels.
@@ -374,7 +376,12 @@ impl<const N: usize> Timer<N> {
             _ => {
                 if let Some(n) = self.channel(offset, CCR) {
                     self.ccr[n] = value;
-                    if !self.variant.latches || self.cctl[n] >> CLLD & 3 == 0 {
+                    let at_once = match self.cctl[n] >> CLLD & 3 {
+                        0 => true,
+                        3 => false,
+                        _ => self.variant.tb25 && self.mode() == Mode::Up,
+                    };
+                    if !self.variant.latches || at_once {
                         self.latch[n] = value;
                     }
                 } else if let Some(n) = self.channel(offset, CCTL) {

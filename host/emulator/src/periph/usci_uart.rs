@@ -71,6 +71,8 @@ pub struct Uart {
     pub next_tx: u64,
     /// When the receiver samples next.
     pub next_rx: u64,
+    /// Characters that were overwritten before they were read, since the module's reset.
+    pub overruns: u64,
 }
 
 impl Default for Uart {
@@ -90,6 +92,7 @@ impl Default for Uart {
             tx_level: true,
             next_tx: NEVER,
             next_rx: NEVER,
+            overruns: 0,
         }
     }
 }
@@ -312,6 +315,7 @@ impl Uart {
         }
         if *ifg & RX != 0 {
             self.stat |= OE | RXERR;
+            self.overruns += 1;
         }
         self.rxbuf = data as u8;
         *ifg |= RX;

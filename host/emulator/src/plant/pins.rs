@@ -86,8 +86,8 @@ impl Pins {
         clk: pin(3, 2),
         somi: pin(3, 1),
         simo: pin(3, 0),
-        latch: pin(8, 1),
-        enable: pin(8, 2),
+        latch: pin(1, 6),
+        enable: pin(6, 3),
         pwm: Some(pin(3, 5)),
         rs485: Some([pin(3, 3), pin(4, 0)]),
     };

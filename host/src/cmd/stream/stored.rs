@@ -2,12 +2,16 @@
 
 use std::time::{Duration, Instant};
 
+use lang::fault::Fault;
+use lang::profile::Profile;
 use lang::wire::{Control, RunState};
 use serde_json::json;
 
 use super::Stream;
+use super::ended::Ended;
 use super::keys::Keys;
 use crate::client::identity::Identity;
+use crate::client::status::Status;
 use crate::cmd::Console;
 use crate::cmd::port::Board;
 use crate::cmd::script::Script;
@@ -23,6 +27,29 @@ const POLL: Duration = Duration::from_millis(40);
 /// Longest piece, bytes: half of the board's area. What runs on when the cable is cut stays short,
 /// and the board's check of a piece takes less than its watchdog's time.
 const MAX_PIECE: usize = 1530;
+
+/// How long a piece may take to begin.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Refuses a board on which Start would do something else than run the piece: it would acknowledge a
+/// fault, and the job would wait for ever.
+///
+/// # Errors
+/// A fault is latched, or an input holds the board; in words.
+fn startable(status: &Status) -> Result<(), Failure> {
+    let why = match (status.run_state, &status.fault, status.blocked_by) {
+        (Some(RunState::Fault), Some(fault), _) => {
+            let text = status.text.unwrap_or_default();
+            format!("{fault} is latched ({text}): `pasapas start` acknowledges it")
+        }
+        (_, _, Some(input)) => format!("input {input} holds it"),
+        (Some(RunState::Running | RunState::Paused | RunState::WaitStart), ..) => {
+            "a program runs: `pasapas stop` ends it".to_owned()
+        }
+        _ => return Ok(()),
+    };
+    Err(Failure::Board(format!("the board cannot start the job: {why}")))
+}
 
 /// How a job went.
 struct Tally {
@@ -60,6 +87,7 @@ impl Stream {
             }
         }
         let last = script.line_of_file(last);
+        startable(&board.status()?)?;
         if let Some(expected) = expected {
             let there = board.status()?.pos;
             let steps = |place: &PerAxis| place.values().map(Option::unwrap_or_default);
@@ -78,7 +106,7 @@ impl Stream {
         for piece in &pieces {
             bar.set_position(piece.first_line.into());
             bar.set_message(piece.first_line.to_string());
-            self.piece(board, piece, &mut keys, console)?;
+            self.piece(board, piece, (&mut keys, &script.program.profile), console)?;
         }
         bar.finish_and_clear();
         let lines = last.saturating_sub(self.from_line - 1);
@@ -90,7 +118,7 @@ impl Stream {
         &self,
         board: &mut Board,
         piece: &Piece,
-        keys: &mut Keys,
+        (keys, profile): (&mut Keys, &Profile),
         console: &Console,
     ) -> Result<(), Failure> {
         board
@@ -98,7 +126,9 @@ impl Stream {
             .map_err(|error| Failure::Board(error.to_string()))?;
         let (_, runs) = board.run_state()?;
         board.control(Control::Start)?;
+        let asked = Instant::now();
         let mut told = None;
+        let mut stopped = false;
         loop {
             let (state, count) = board.run_state().map_err(|error| {
                 Failure::Board(format!(
@@ -115,11 +145,22 @@ impl Stream {
             told = state;
             match state {
                 Some(RunState::Ready | RunState::Fault) if count != runs => {
-                    return self.ended(board, piece, console);
+                    return self.ended(board, piece, profile, console);
+                }
+                // It has not begun: Start acknowledged something, or an input holds it.
+                Some(RunState::Empty | RunState::Ready | RunState::Fault)
+                    if stopped || asked.elapsed() > PATIENCE =>
+                {
+                    startable(&board.status()?)?;
+                    return Err(Failure::Board(match stopped {
+                        true => "stopped before the piece began".to_owned(),
+                        false => "the board does not begin: `pasapas status` tells why".to_owned(),
+                    }));
                 }
                 _ => {}
             }
             if let Some(control) = self.key(keys, state, console) {
+                stopped |= control == Control::Stop;
                 board.control(control)?;
             }
             board.link().pause(POLL);
@@ -127,19 +168,22 @@ impl Stream {
     }
 
     /// Tells how a piece ended; anything but its own end is the job's.
-    fn ended(&self, board: &mut Board, piece: &Piece, console: &Console) -> Result<(), Failure> {
+    fn ended(
+        &self,
+        board: &mut Board,
+        piece: &Piece,
+        profile: &Profile,
+        console: &Console,
+    ) -> Result<(), Failure> {
         let status = board.status()?;
         if status.last_end == Some("done") {
             return Ok(());
         }
         let mark = piece.sidecar.at(usize::from(status.program_counter));
         let line = mark.map_or(piece.first_line, |mark| mark.line);
-        let what = match (&status.fault, status.text) {
-            (Some(fault), Some(text)) => format!("fault {fault}: {text}"),
-            _ => "stopped here".to_owned(),
-        };
-        console.complain(&format!("{}:{line}:1: {what}", self.file));
-        console.complain(&format!("  hint: --from-line {line} goes on from there"));
+        let fault = status.fault.as_deref().and_then(|code| code.strip_prefix('F')?.parse().ok());
+        let fault = fault.and_then(Fault::from_number);
+        Ended::new(line, fault, Some(&status), profile).tell(&self.file, line, console);
         Err(Failure::Run)
     }
 

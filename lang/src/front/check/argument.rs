@@ -3,6 +3,8 @@
 use super::{Checker, kinds};
 use crate::front::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
 use crate::front::codes::Code;
+use crate::front::diag::Diag;
+use crate::front::span::Span;
 use crate::hir;
 use crate::kind::Kind;
 
@@ -43,6 +45,9 @@ impl<'a> Checker<'a> {
 
     /// Says that something of another kind is needed, and how to write it.
     pub(super) fn wrong_kind(&mut self, what: &str, wanted: &[Kind], expr: &'a Expr, found: Kind) {
+        if self.decimal_comma(expr, found) {
+            return;
+        }
         let text = self.shown(expr);
         let names: Vec<String> = wanted.iter().map(|&kind| kinds::a(kind)).collect();
         let names = names.join(" or ");
@@ -83,6 +88,33 @@ impl<'a> Checker<'a> {
             }
         };
         self.error(Code::ArgumentKind, expr.span, message, hint);
+    }
+
+    /// Whether a value is one side of `2,5mm`; reported at the first one.
+    fn decimal_comma(&mut self, expr: &'a Expr, found: Kind) -> bool {
+        let ExprKind::Literal { .. } = expr.kind else { return false };
+        let bytes = self.text.as_bytes();
+        let digit = |at: u32| bytes.get(at as usize).is_some_and(u8::is_ascii_digit);
+        let comma = |at: u32| bytes.get(at as usize) == Some(&b',');
+        let Span { start, end } = expr.span;
+        if found == Kind::Number && comma(end) && digit(end + 1) {
+            let comma = Span::new(end, end + 1);
+            let rest = self.text.get(end as usize + 1..).unwrap_or("");
+            let decimals = rest.bytes().take_while(|b| b.is_ascii_digit()).count();
+            let unit = crate::front::literal::unit_length(&rest[decimals..]).unwrap_or(0);
+            let meant = format!("{}.{}", expr.span.of(self.text), &rest[..decimals + unit]);
+            let message = "a comma stands in a number: it separates arguments";
+            let diag = Diag::new(Code::BadNumber, comma, message)
+                .hint(format!("decimals have a point: `{meant}`"));
+            self.diags.push(diag.fix(comma, "."));
+            self.after_comma = end + 1;
+            return true;
+        }
+        // The decimals, and what they push into the place of another argument.
+        let line = |at: u32| self.text.get(self.after_comma as usize..at as usize);
+        self.after_comma > 0
+            && start >= self.after_comma
+            && line(start).is_some_and(|text| !text.contains(['\r', '\n', ':']))
     }
 
     /// A short expression as it stands in the script; a long one is "this".

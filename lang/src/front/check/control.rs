@@ -224,6 +224,24 @@ impl<'a> Checker<'a> {
             let hint = "give a step that leads to the limit, or write `DO` ... `LOOP`";
             self.ends_here(Fault::ValueRange, span, "STEP 0 never ends", hint);
         }
+        if let (Some(first), Some(last), Some(step)) =
+            (value_of(&from), value_of(&to), value_of(&by))
+            && (step > 0 && first > last || step < 0 && first < last)
+        {
+            let (where_, sign) = if step > 0 { ("above", "-") } else { ("below", "") };
+            let hint = match step.unsigned_abs() {
+                1 if kind == Kind::Number => {
+                    format!("write `STEP {sign}1`, or swap start and limit")
+                }
+                _ => "give STEP the other sign, or swap start and limit".to_owned(),
+            };
+            self.error(
+                Code::EmptyRange,
+                name.span,
+                format!("this FOR never runs: its start is {where_} its limit"),
+                hint,
+            );
+        }
         let to_temp = value_of(&to).is_none().then(|| self.hidden("for limit", kind, name.span));
         let step_temp = value_of(&by).is_none().then(|| self.hidden("for step", kind, name.span));
         let [from, to, by] = [from, to, by].map(Box::new);

@@ -62,13 +62,16 @@ impl<'a> Checker<'a> {
 
     fn declare(&mut self, name: &'a Name, entity: Entity) {
         if let Err(first) = self.names.declare(self.scope, name, entity) {
-            let mut diag = Diag::new(
-                Code::DeclaredTwice,
-                name.span,
-                format!("`{}` is declared twice", name.text),
-            )
-            .hint("give one of them another name");
-            if let Some(first) = first {
+            // SUBs are declared before the rest: the first one is the one that stands first.
+            let other = first.unwrap_or(name.span);
+            let (first, again) = match other.start < name.span.start {
+                true => (other, name.span),
+                false => (name.span, other),
+            };
+            let message = format!("`{}` is declared twice", name.text);
+            let mut diag = Diag::new(Code::DeclaredTwice, again, message)
+                .hint("give one of them another name");
+            if first != again {
                 diag = diag.label(first, "first declared here");
             }
             self.diags.push(diag);

@@ -64,6 +64,9 @@ impl<'a> Names<'a> {
         if let Some(&first) = names.get(&name.key) {
             // A script may give a number of the profile a name of its own.
             if let Some(span) = self.symbols[first].span {
+                if name.span.start < span.start {
+                    self.symbols[first].span = Some(name.span);
+                }
                 return Err(Some(span));
             }
         }

@@ -104,15 +104,32 @@ impl<'a> State<'a> {
 
     fn gcode_stray(&mut self, lexer: &mut Lexer<'a, Gcode>, span: Span) {
         let first = span.of(self.text).chars().next().unwrap_or(' ');
+        let bit = self.tokens.last().map_or("", |word| word.span.of(self.text));
         let hint = match first {
             '#' => PARAMETERS,
             '/' => "there is no block delete: use IF",
             '*' => "checksums are not used here: delete it",
             ',' => "words stand side by side: `G1 X10 Y5`",
+            '=' if bit.contains('.') => {
+                "a variable has no bits by `.`: `n = n OR 8` sets bit 3, `(n AND 8) <> 0` tests it"
+            }
             '=' => "a name that begins like a G-code word needs an underscore: `x_1 = 5`",
             _ => "a word is a letter directly followed by a number or `[expression]`",
         };
         let apart = |c: char| c.is_ascii_digit() || "+-.".contains(c);
+        if first == ',' && self.digit_before(span) && self.digit_after(span) {
+            let word = self.tokens.last().map_or("", |word| word.span.of(self.text)).to_owned();
+            let rest = lexer.remainder();
+            let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+            let hint = format!("decimals have a point: `{word}.{}`", &rest[..digits]);
+            if !self.block_reported {
+                let message = "a comma stands in the number";
+                self.report_fix(Code::GcodeWord, span, message, &hint, ".");
+            }
+            self.block_reported = true;
+            lexer.bump(digits);
+            return self.push(Tok::Bad, span);
+        }
         let rest = lexer.remainder();
         let more = rest.len() - rest.trim_start_matches(apart).len();
         lexer.bump(if apart(first) { more } else { 0 });

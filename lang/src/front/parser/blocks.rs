@@ -66,6 +66,11 @@ impl<'a> Builder<'a> {
         self.diags
     }
 
+    /// Whether a block that this word opens is open.
+    pub fn has_open(&self, opener: Kw) -> bool {
+        self.lost || self.frames.iter().any(|frame| frame.opener.word() == opener)
+    }
+
     /// Says that a line was lost that may have opened a block.
     pub fn lose(&mut self) {
         self.lost = true;

@@ -158,8 +158,8 @@ fn number(i: In<'_>) -> Parsed<'_, Expr> {
         let (digits, unit) = (i.word(), after.word());
         let whole = span.to(after.first().span);
         let message = format!("a blank stands between `{digits}` and its unit");
-        let diag =
-            Diag::new(Code::UnitApart, whole, message).hint(format!("write `{digits}{unit}`"));
+        let diag = Diag::new(Code::UnitApart, whole, message)
+            .hint(format!("write `{}`", foreign::joined(i)));
         return Err(i.fail(diag.fix(whole, format!("{digits}{unit}"))));
     }
     if let Some(diag) = foreign::unit_call(i) {
@@ -184,6 +184,7 @@ fn named(i: In<'_>) -> Parsed<'_, Tall> {
     {
         return Err(match kw {
             _ if i.at_end() => i.expected("an expression"),
+            Kw::Until => i.fail(foreign::wait_until(i)),
             kw if kw.begins_statement() => {
                 let message =
                     format!("expected an expression, found the statement `{}`", kw.text());
@@ -191,6 +192,9 @@ fn named(i: In<'_>) -> Parsed<'_, Tall> {
             }
             _ => i.expected("an expression"),
         });
+    }
+    if let Some(diag) = foreign::axis_as_value(i) {
+        return Err(i.fail(diag));
     }
     let (rest, name) = name(i)?;
     match rest.tok() {

@@ -2,6 +2,10 @@
 
 use super::input::{In, is_unit};
 use super::piece::{Closer, Opener, Piece, closing_words};
+use super::slips;
+pub use super::slips::{
+    axis_as_value, joined, loop_label, print_comma, reserved_label, wait_until,
+};
 use super::stmt::behind_parentheses;
 use crate::front::ast::{Expr, ExprKind};
 use crate::front::codes::Code;
@@ -13,6 +17,11 @@ use crate::kind::Kind;
 
 /// Statement words of other systems, folded to upper case, and what is written here.
 const STATEMENTS: &[(&str, &str)] = &[
+    ("AFTER", "write `Wait 500ms`, or `ON EVERY 500ms GOSUB sub`"),
+    ("EVERY", "write `ON EVERY 100ms GOSUB sub`"),
+    ("TASK", "one program runs: `START` moves beside it, ON IN and ON EVERY serve events"),
+    ("PARALLEL", "one program runs: `START` moves beside it, ON IN and ON EVERY serve events"),
+    ("TYPE", "there are no records: a TABLE has columns, and an array has places"),
     ("DELAY", "write `Wait 500ms`"),
     ("PAUSE", "write `Wait 500ms`; to wait for a person write `WaitStart`"),
     ("SLEEP", "write `Wait 500ms`"),
@@ -169,8 +178,14 @@ pub fn block_word_diag(i: In<'_>, piece: &Piece, span: Span) -> Diag {
 pub fn unknown_statement(i: In<'_>) -> Diag {
     let word = i.word();
     let span = i.first().span;
+    if let Some(diag) = slips::words_apart(i) {
+        return diag;
+    }
     if let Some(hint) = look_up(STATEMENTS, word) {
         let message = format!("there is no statement `{word}`");
+        if let Some(diag) = slips::pause(i, &message) {
+            return diag;
+        }
         let diag = Diag::new(Code::ForeignStatement, span, message).hint(hint);
         return match bare_words(hint) {
             Some(ours) => diag.fix(span, ours),
@@ -221,6 +236,9 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
         (None, Tok::LineEnd) => {
             diag.hint(format!("a label is written `{word}:`, an assignment `{word} = 1`"))
         }
+        (None, Tok::Number | Tok::Name | Tok::Text) => diag.hint(format!(
+            "an assignment is `{word} = ...`; a SUB of that name begins with `SUB {word}(n)`"
+        )),
         (None, _) => diag.hint(format!("a SUB is declared with `SUB {word}`")),
     }
 }
@@ -309,6 +327,15 @@ pub fn surplus(i: In<'_>) -> Option<Diag> {
         );
     }
     let diag = match i.tok() {
+        Tok::Sign(Sign::Comma) if slips::is_decimal_comma(i.context.text, span) => {
+            slips::decimal_comma(span)
+        }
+        Tok::Text if span.start > 0 && slips::digit_before(i.context.text, span) => {
+            let sign = Span::new(span.start, span.start + 1);
+            Diag::new(Code::BadUnit, sign, "`\"` is no unit")
+                .hint("inches are written `in`, as in `2in`")
+                .fix(sign, "in")
+        }
         Tok::Sign(Sign::Comma) => {
             Diag::new(Code::WrongArguments, span, "there are too many arguments")
         }
@@ -382,17 +409,6 @@ pub fn on_usage(second: Tok) -> &'static str {
     }
 }
 
-/// A reserved word with a colon, where the statement of that word needs more.
-pub fn reserved_label(i: In<'_>) -> Option<Diag> {
-    let (Tok::Kw(_) | Tok::Func(_), Tok::Sign(Sign::Colon)) = (i.tok(), i.second().tok) else {
-        return None;
-    };
-    let word = i.word();
-    let message = format!("`{word}` is a reserved word and can not be a label");
-    let hint = format!("choose another name, as `my_{}:`", word.to_ascii_lowercase());
-    Some(Diag::new(Code::BadName, i.first().span, message).hint(hint))
-}
-
 /// A word behind AS that is no kind.
 pub fn kind(i: In<'_>) -> Diag {
     let word = i.word();
@@ -410,13 +426,6 @@ pub fn kind(i: In<'_>) -> Diag {
         Some(near) => diag.near(near),
         None => diag.hint(format!("kinds are {}", names().collect::<Vec<_>>().join(", "))),
     }
-}
-
-/// A comma between the parts of a PRINT.
-pub fn print_comma(i: In<'_>) -> Diag {
-    Diag::new(Code::Expected, i.first().span, "`,` can not stand between the parts of a PRINT")
-        .hint("write `;`; the parts are joined without blanks: PRINT a; \" \"; b")
-        .fix(i.first().span, ";")
 }
 
 /// `MoveAxe(1, 2000, ...)`, `SetOut(1, 1)`: parentheses round a statement's arguments.
@@ -459,6 +468,7 @@ pub fn broken_line(i: In<'_>) -> Option<Piece> {
             kind: ExprKind::Literal { kind: Kind::Truth, value: 0 },
             span: i.first().span,
         })),
+        Tok::Kw(Kw::Wend) => Some(Piece::Close(Closer::While)),
         Tok::Kw(Kw::Loop) => Some(Piece::Close(Closer::Do(None))),
         Tok::Kw(Kw::Next) => Some(Piece::Close(Closer::For(None))),
         _ => None,

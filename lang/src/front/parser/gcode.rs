@@ -6,7 +6,7 @@ use crate::front::ast::{GValue, GWord, StmtKind};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
 use crate::front::literal::Decimal;
-use crate::front::token::{Sign, Tok};
+use crate::front::token::{Sign, Tok, Token};
 use nom::Parser;
 use nom::combinator::cut;
 use nom::multi::many1;
@@ -16,6 +16,20 @@ use nom::sequence::delimited;
 pub fn block(i: In<'_>) -> Parsed<'_, StmtKind> {
     let (rest, words) = many1(word).parse(i)?;
     Ok((rest, StmtKind::Gcode(words)))
+}
+
+/// The `]` of an expression; a diagnostic with the form of the word where it is missing.
+fn closing_bracket(letter: char, i: In<'_>) -> Parsed<'_, Token> {
+    let close = Tok::Sign(Sign::CloseBracket);
+    if i.tok() == close || i.tok() == Tok::Bad {
+        return tok(close, "`]`")(i);
+    }
+    let message = match i.tok() {
+        Tok::LineEnd => "expected `]` before the end of the line".to_owned(),
+        _ => format!("expected `]` before `{}`", i.word().chars().take(30).collect::<String>()),
+    };
+    let hint = format!("an expression in a G-code word ends with `]`: `{letter}[a + 5mm]`");
+    Err(i.fail(Diag::new(Code::Expected, i.first().span, message).hint(hint)))
 }
 
 fn word(i: In<'_>) -> Parsed<'_, GWord> {
@@ -36,7 +50,7 @@ fn word(i: In<'_>) -> Parsed<'_, GWord> {
             let (rest, value) = delimited(
                 tok(Tok::Sign(Sign::OpenBracket), "`[`"),
                 cut(expr),
-                cut(tok(Tok::Sign(Sign::CloseBracket), "`]`")),
+                cut(|j| closing_bracket(letter, j)),
             )
             .parse(i.rest())?;
             Ok((rest, GWord { letter, value: GValue::Expr(value), span: i.span_to(rest) }))

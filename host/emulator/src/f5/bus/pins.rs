@@ -39,6 +39,10 @@ const CRYSTALS: u64 = 0x3C << pin(5, 0);
 /// P5, TB0 and clocks of P7. P6 and P7.0 to P7.3 are analog, P8 has none.
 const FUNCTIONS: u64 = 0x00F0_00FC_FFFF_FFFF;
 
+/// Pins that the smallest package of the family lacks: P3.5 to P3.7, P5.6, P5.7, P7 and P8 (SLAS590, port schematics).
+pub(super) const NOT_IN_EVERY_PACKAGE: u64 =
+    0x07 << pin(3, 5) | 0x03 << pin(5, 6) | 0xFF << pin(7, 0) | 0xFF << pin(8, 0);
+
 /// Module functions at the pins: which pins a module drives, and to what.
 #[derive(Clone, Copy, Default)]
 struct Outputs {
@@ -160,8 +164,8 @@ impl Bus {
         ];
         let module = self.module_outputs(sel, dir);
         let plain = dir & !sel;
-        let chip = (plain | module.driven) & !(module.inputs & !module.driven);
-        let value = out & plain | module.level & module.driven;
+        let chip = (plain | module.driven) & !(module.inputs & !module.driven) | self.held_low;
+        let value = (out & plain | module.level & module.driven) & !self.held_low;
         let free = !chip & !world.driven;
         let pulled = free & ren & !dir;
         let floating = (free & !pulled & world.open).to_le_bytes();

@@ -1,0 +1,352 @@
+//! Resets, supply, crystal, flash and PWM of the MSP430F5529 on pieces of silicon that have their errata, and the pin plan.
+
+mod rig;
+
+use std::collections::BTreeMap;
+
+use emulator::plant::pins::{Pins, pin};
+use emulator::{Board, FlashSpeed, Signal, Silicon};
+use lang::part::pins::{self, Pin};
+use lang::profile::Profile;
+use lang::record::BoardRecord;
+use lang::wire::{self, Control, RunState};
+use rig::{BOOT_US, ask, machine, off, on, read, write, write_body};
+
+/// The last program of boards whose program is of no matter.
+const WAITS: &str = "Wait 999s\n";
+
+/// A machine of three axes with these tables of a profile.
+fn wired(wiring: &str, more: &str) -> Profile {
+    let mut text = format!("name = \"d\"\nhome_order = [\"Z\"]\nwiring = \"{wiring}\"\n");
+    for axis in ["x", "y", "z"] {
+        text += &format!(
+            "[{axis}]\nscale = {{ steps = 80, um = 1000 }}\nstart_rate = 400\naccel = 100000\n\
+             top_rate = 20000\nmin_um = -1000000\nmax_um = 1000000\n\
+             home = {{ direction = \"negative\", fast_rate = 2000, slow_rate = 200, stroke_um = 330000, \
+             pause_ms = 100 }}\n"
+        );
+    }
+    Profile::parse(&(text + more)).expect("a profile")
+}
+
+#[test]
+fn the_emulated_board_has_the_pins_of_the_plan() {
+    let at = |plan: Pin| pin(plan.port, plan.bit);
+    let wanted = Pins {
+        step: pins::STEP.map(at),
+        dir: pins::DIR.map(at),
+        start: at(pins::START[0]),
+        stop: at(pins::STOP[0]),
+        rx: at(pins::LINK[1]),
+        tx: at(pins::LINK[0]),
+        inputs: pins::INPUTS.map(at),
+        probe: at(pins::INPUTS[0]),
+        clk: at(pins::CHAIN[2]),
+        somi: at(pins::CHAIN[1]),
+        simo: at(pins::CHAIN[0]),
+        latch: at(pins::LATCH),
+        enable: at(pins::ENABLE),
+        pwm: Some(at(pins::PWM)),
+        rs485: Some([at(pins::RS485[0]), at(pins::DRIVE)]),
+    };
+    assert_eq!(Pins::F5529, wanted);
+}
+
+#[test]
+fn each_header_pin_has_one_use() {
+    for chain in [false, true] {
+        let mut places = BTreeMap::new();
+        for row in pins::ROWS.iter().chain(pins::RESERVED) {
+            let words = if chain && row.chain != pins::SAME { row.chain } else { row.direct };
+            for pin in row.pins.iter().filter(|_| !words.is_empty()) {
+                let before = places.insert((pin.port, pin.bit), words);
+                assert_eq!(before, None, "P{}.{}: {words}", pin.port, pin.bit);
+            }
+        }
+    }
+}
+
+#[test]
+fn step_and_dir_are_driven_within_the_first_instructions() {
+    const P1DIR: u16 = 0x0204;
+    const P6DIR: u16 = 0x0245;
+    let mut board = off(Silicon::default(), &machine(""), WAITS);
+    for reset in ["power-up", "RST", "the watchdog"] {
+        match reset {
+            "power-up" => board.power_up(),
+            "RST" => board.reset_pin(),
+            // A write without its password.
+            _ => board.bus_write16(0x015C_u16, 0),
+        }
+        for _ in 0..32 {
+            board.step();
+        }
+        let (step, dir) = (pins::mask(&pins::STEP), pins::mask(&pins::DIR));
+        assert_eq!(board.bus_read8(P1DIR), step, "{reset}");
+        assert_eq!(board.bus_read8(P6DIR), dir, "{reset}");
+        // And at full strength.
+        assert_eq!(board.bus_read8(0x0208_u16) & step, step, "{reset}");
+        assert_eq!(board.bus_read8(0x0249_u16) & dir, dir, "{reset}");
+        board.run_us(BOOT_US);
+        assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Ready as u16), "{reset}");
+    }
+}
+
+/// Edges of outputs to a level from now on, for some time.
+fn edges_to(board: &mut Board, level: bool, us: u64) -> Vec<(u64, Signal)> {
+    board.run_us(us);
+    let edges = board.take_edges().into_iter();
+    let own = edges.filter(|edge| edge.level == level && matches!(edge.signal, Signal::Out(_)));
+    own.map(|edge| (edge.cycle, edge.signal)).collect()
+}
+
+#[test]
+fn step_rests_high_from_reset_on_where_the_profile_says_so() {
+    let mut board = off(Silicon::default(), &machine(""), WAITS);
+    let record = BoardRecord::of(&machine(""), 1);
+    let low = BoardRecord { flags: record.flags | BoardRecord::STEP_LOW, sequence: 2, ..record };
+    // The other copy, which is the newer one.
+    let place = lang::part::F5529.profiles[0];
+    (place..).zip(low.sealed().to_bytes()).for_each(|(at, byte)| board.poke8(at, byte));
+    for reset in ["power-up", "RST"] {
+        board.record(true);
+        board.take_edges();
+        if reset == "RST" {
+            board.reset_pin();
+        } else {
+            board.power_up();
+        }
+        board.run_us(BOOT_US);
+        let edges = board.take_edges();
+        let steps: Vec<bool> = edges
+            .iter()
+            .filter(|edge| edge.signal == Signal::Step(0))
+            .map(|edge| edge.level)
+            .collect();
+        // While nobody drives it the emulated board's resistors pull it down.
+        let before = if reset == "RST" { &[false, true][..] } else { &[true] };
+        assert_eq!(steps, before, "{reset}");
+    }
+}
+
+#[test]
+fn a_reset_button_that_bounces_switches_nothing_on() {
+    let silicon = Silicon { port16: true, ..Silicon::default() };
+    // Outputs that are on: RST takes them away, and nothing shows what the registers hold.
+    let mut board = on(silicon.clone(), &machine(""), WAITS);
+    write(&mut board, wire::OUTPUTS, 0xFFFF);
+    assert_eq!(board.plant().outputs(), 0xFFFF);
+    board.record(true);
+    board.take_edges();
+    board.reset_pin();
+    assert_eq!(edges_to(&mut board, true, BOOT_US), [], "chain");
+    assert_eq!(board.plant().outputs(), 0);
+    // Relays that are on when low, with their resistors to 3.3 V.
+    let relays = "[[output]]\nn = 1\ninvert = true\n[[output]]\nn = 2\ninvert = true\n";
+    let profile = wired("direct", relays);
+    let mut board = off(silicon, &profile, WAITS);
+    board.plant_mut().pull_outputs_up();
+    board.power_up();
+    board.run_us(BOOT_US);
+    assert_eq!(board.plant().outputs(), 0b11, "both are high, that is off");
+    board.record(true);
+    board.take_edges();
+    board.reset_pin();
+    assert_eq!(edges_to(&mut board, false, BOOT_US), [], "direct");
+}
+
+#[test]
+fn full_speed_begins_at_2700_mv_and_ends_there() {
+    let mut board = off(Silicon::default(), &machine(""), WAITS);
+    board.set_supply(2_500);
+    board.power_up();
+    board.run_us(1_000_000);
+    assert_eq!(read(&mut board, wire::RUN_STATE), None, "2.5 V are too low for 25 MHz");
+    board.set_supply(3_300);
+    board.run_us(BOOT_US);
+    assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Ready as u16));
+    // A sag below the monitor's level in the middle of a run.
+    write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
+    board.run_us(100_000);
+    assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Running as u16));
+    board.set_supply(2_600);
+    board.run_us(500_000);
+    assert!(board.smclk_hz() < 2_000_000, "{} Hz at 2.6 V", board.smclk_hz());
+    assert_eq!(read(&mut board, wire::RUN_STATE), None);
+    board.set_supply(3_300);
+    board.run_us(BOOT_US);
+    assert_eq!(read(&mut board, wire::RESET_CAUSE), Some(1 << 2), "as a power-up");
+    assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Ready as u16));
+    assert_eq!(board.warnings(), &[]);
+}
+
+#[test]
+fn a_spark_at_the_crystal_is_over_after_a_tenth_of_a_second() {
+    /// Which pins are crystals' (SLAS590, port 5): XT2's are 2 and 3.
+    const P5SEL: u16 = 0x024A;
+    let mut board = on(Silicon::default(), &machine(""), WAITS);
+    for _ in 0..2 {
+        board.bus_write8(P5SEL, 0);
+        board.run_us(100);
+        board.bus_write8(P5SEL, pins::mask(&pins::CRYSTAL));
+        board.run_us(20_000);
+        assert_eq!(read(&mut board, wire::RESET_CAUSE), Some(1 << 2 | 1 << 5), "REFO");
+        board.run_us(200_000);
+        assert_eq!(read(&mut board, wire::RESET_CAUSE), Some(1 << 2 | 1 << 6), "the crystal again");
+        let hz = board.smclk_hz();
+        assert!(hz.abs_diff(25_000_000) < 100_000, "{hz} Hz");
+    }
+    assert_eq!(board.warnings(), &[]);
+}
+
+#[test]
+fn slow_flash_loses_no_character_while_values_are_kept() {
+    let silicon = Silicon { flash: FlashSpeed::Slow, ..Silicon::default() };
+    let names = ["a", "b", "c", "d", "e", "f", "g", "h"];
+    let mut script: String = names.iter().map(|name| format!("KEEP {name}\n")).collect();
+    script += "DO\n";
+    script.extend(names.iter().map(|name| format!("{name} = {name} + 1\n")));
+    script += "Wait 5ms\nLOOP\n";
+    let mut board = on(silicon, &machine(""), &script);
+    ask(&mut board, &write_body(wire::RUN_CONTROL, Control::Start as u16), 100_000);
+    // Another board's requests without end: each character is read before the next one is complete.
+    let (first, overruns) = (board.wear().operations, board.uart_overruns());
+    while board.wear().operations < first + 400 {
+        let end = board.uart_send(&[9; 64]);
+        board.run_until(end);
+    }
+    assert_eq!(board.uart_overruns(), overruns);
+    assert_eq!(board.warnings(), &[]);
+    board.run_us(50_000);
+    assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Running as u16));
+}
+
+#[test]
+fn a_fault_without_its_program_has_no_place_and_reads_no_register() {
+    let mut board = off(Silicon::default(), &machine(""), WAITS);
+    // As the log has a fault at 177A of a program that is there no more.
+    let words: [u16; 3] = [2, 0x177A, 7];
+    let sum = words.iter().fold(0, |sum, word| sum ^ word);
+    (0x1800_u16..).step_by(2).zip(words.into_iter().chain([sum])).for_each(|(at, word)| {
+        board.poke16(at, word);
+    });
+    board.power_up();
+    board.run_us(BOOT_US);
+    assert_eq!(read(&mut board, wire::FAULT_PC), Some(0x177A), "with its program it has");
+    ask(&mut board, &write_body(wire::UPLOAD_CONTROL, wire::Upload::Erase as u16), 500_000);
+    assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Empty as u16));
+    for _ in 0..2 {
+        let [high, low] = wire::FAULT.to_be_bytes();
+        board.uart_take();
+        let end = board.uart_send(&rig::frame(&[1, 3, high, low, 0, 4]));
+        board.run_until(end);
+        board.run_us(20_000);
+        let reply = board.uart_take();
+        let bytes: Vec<u8> = reply.iter().map(|(_, byte)| *byte).collect();
+        assert_eq!(bytes.get(..9), Some(&[1, 3, 8, 0, 2, 0, 0, 0, 0][..]), "F02 and no place");
+        let most = reply.windows(2).map(|pair| pair[1].0 - pair[0].0).max().unwrap_or(0);
+        let us = most / (board.ticks_per_second() / 1_000_000);
+        assert!(us < 120, "the reply has a gap of {us} us");
+        // What a power-up finds in the log is as good.
+        board.power_cut();
+        board.power_up();
+        board.run_us(BOOT_US);
+    }
+    assert_eq!(board.warnings(), &[]);
+}
+
+/// A laser's lines with two powers in turns, at this frequency: its pulses' widths in us, and how many periods between the
+/// first and the last had none.
+fn laser(tb25: bool, hz: u32, [low, high]: [u32; 2]) -> (BTreeMap<u64, u32>, u64) {
+    let own = format!(
+        "[pwm]\noutput = 1\nkind = \"laser\"\nfrequency_hz = {hz}\n[[output]]\nn = 1\nrole = \"laser\"\n"
+    );
+    let mut script = String::from("G1 F3000\nM3\n");
+    for n in 1..=100 {
+        let power = if n % 2 == 0 { high } else { low };
+        script += &format!("G1 X{} S{power}\n", f64::from(n) * 0.2);
+    }
+    script += "M5\n";
+    let silicon = Silicon { tb25, ..Silicon::default() };
+    let mut board = on(silicon, &wired("direct", &own), &script);
+    board.record(true);
+    board.take_edges();
+    write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
+    board.run_us(1_000_000);
+    assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Ready as u16));
+    assert_eq!(board.warnings(), &[]);
+    let us = board.ticks_per_second() / 1_000_000;
+    let (mut widths, mut rose, mut fell, mut dark) = (BTreeMap::new(), 0, None, 0_u64);
+    for edge in board.take_edges().iter().filter(|edge| edge.signal == Signal::Pwm) {
+        if edge.level {
+            rose = edge.cycle;
+            continue;
+        }
+        if rose == 0 {
+            continue;
+        }
+        *widths.entry((edge.cycle - rose) / us).or_insert(0) += 1;
+        // A pulse ends with its period, but for the last one, which M5 ends.
+        let period = 1_000_000 * us / u64::from(hz);
+        let passed: u64 = fell.map_or(1, |last: u64| (edge.cycle - last + period / 2) / period);
+        dark += passed.saturating_sub(1);
+        fell = Some(edge.cycle);
+    }
+    (widths, dark)
+}
+
+#[test]
+fn each_period_of_a_lasers_line_has_its_pulse_with_erratum_tb25_and_without() {
+    for tb25 in [false, true] {
+        for (hz, powers) in [(1_000, [300, 900]), (5_000, [10, 1000]), (20_000, [500, 1000])] {
+            let (widths, dark) = laser(tb25, hz, powers);
+            let all: u32 = widths.values().sum();
+            assert!(all > hz / 3, "TB25 {tb25}, {hz} Hz: {widths:?}");
+            assert_eq!(dark, 0, "TB25 {tb25}, {hz} Hz: {widths:?}");
+            let [least, most] = powers.map(|power| u64::from(1_000_000 / hz * power / 1000));
+            // A period in which the power changes lies between.
+            let outside: u32 = widths
+                .iter()
+                .filter(|(us, _)| **us + 1 < least || **us > most)
+                .map(|(_, n)| n)
+                .sum();
+            assert_eq!(outside, 0, "TB25 {tb25}, {hz} Hz: {widths:?}");
+            let between: u32 = widths
+                .iter()
+                .filter(|(us, _)| **us > least + 1 && **us + 1 < most)
+                .map(|(_, n)| n)
+                .sum();
+            assert!(between <= 2 * 100, "TB25 {tb25}, {hz} Hz: {widths:?}");
+        }
+    }
+}
+
+#[test]
+fn a_stop_at_any_cycle_of_the_pins_release_leaves_it_dark() {
+    /// Control of the PWM's channel: 0 keeps the pin low.
+    const TB0CCTL5: u16 = 0x03CC;
+    let own = "[pwm]\noutput = 1\nkind = \"spindle\"\nfrequency_hz = 20000\n\
+               [[output]]\nn = 1\nrole = \"spindle\"\n\
+               [[input]]\nn = 4\nrole = \"emergency_stop\"\n";
+    let mut board = on(Silicon::default(), &wired("direct", own), "M3 S900\nWait 999s\n");
+    write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
+    board.run_us(200_000);
+    // The pin is released each millisecond, and the interrupt comes right after.
+    let released = board.symbol("pasapas_power").expect("a name");
+    board.set_breakpoint(released);
+    board.run_us(10_000);
+    let at = board.cycles();
+    board.step();
+    board.run_us(10_000);
+    let period = board.cycles() - at;
+    board.clear_breakpoint(released);
+    let cycle = board.ticks_per_second() / 25_000_000;
+    board.run_for(period - 150 * cycle);
+    for offset in 0..250 {
+        let mut board = board.clone();
+        board.run_for(offset * cycle);
+        board.plant_mut().set_input(4, true);
+        board.run_us(40);
+        assert_eq!(board.bus_read16(TB0CCTL5) >> 5 & 7, 0, "{offset} cycles later");
+    }
+}

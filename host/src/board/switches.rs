@@ -1,0 +1,153 @@
+//! The reference switches of a live board that was given no world.
+//!
+//! They are out of the way until their axis is homed for the first time, so that a job of a CAM runs
+//! whatever its origin is; then they stand 20 mm beyond all that the axis has reached, as in `sim`
+//! ([`crate::sim::world::World::unattended`]). `sim` knows the program. Here nobody does: a client
+//! may home the axis, too. So whenever an axis comes into new land towards its switch the board is
+//! asked whether it homes, on a copy of it, which leaves no trace on the board.
+
+use emulator::plant::Contact;
+use lang::profile::{Direction, Profile};
+use lang::record::BoardRecord;
+use lang::wire;
+
+use super::Build;
+use super::rig::{Rig, SWITCH_AWAY_UM};
+use crate::link::adu;
+
+/// New land that an axis crosses before the board is asked, um: well before the switch.
+const LOOK_UM: i64 = SWITCH_AWAY_UM / 2;
+/// Time that the board has for its answer, us.
+const ANSWER_US: u64 = 30_000;
+
+/// See the module.
+#[derive(Debug)]
+pub struct Switches {
+    /// The furthest place of each axis towards its switch, steps from power-up, times the sign of
+    /// that direction.
+    furthest: [i64; 3],
+    /// Where the board keeps its profile.
+    records: [u16; 2],
+}
+
+impl Switches {
+    /// All of them out of the way.
+    pub fn new(build: &Build) -> Switches {
+        Switches { furthest: [0; 3], records: build.part.profiles }
+    }
+
+    /// Looks at the axes; puts the switch of one that homes.
+    pub fn look(&mut self, rig: &mut Rig, profile: &Profile) {
+        for (axis, own) in profile.axes() {
+            let i = axis.index();
+            if rig.plant().switches[i].is_some() {
+                continue;
+            }
+            let sign = i64::from(own.home.direction.sign());
+            let steps = |um: i64| um * i64::from(own.scale.steps) / i64::from(own.scale.um).max(1);
+            let at = rig.motors()[i] * sign;
+            if at < self.furthest[i] + steps(LOOK_UM).max(1) {
+                continue;
+            }
+            match self.homing(rig) {
+                Some(axes) if axes >> i & 1 != 0 => {
+                    let position = sign * (self.furthest[i] + steps(SWITCH_AWAY_UM));
+                    let above = own.home.direction == Direction::Positive;
+                    let switch = Contact { axis: i, position, above };
+                    rig.board().plant_mut().switches[i] = Some(switch);
+                }
+                Some(_) => self.furthest[i] = at,
+                // It was in the middle of a frame: the next look asks again.
+                None => {}
+            }
+        }
+    }
+
+    /// Bit per axis that homes, by program or command; nothing where the board does not answer.
+    fn homing(&self, rig: &mut Rig) -> Option<u8> {
+        let stored = self.records.map(|first| {
+            let bytes: [u8; BoardRecord::SIZE] =
+                std::array::from_fn(|n| rig.board().peek8(first.wrapping_add(n as u16)));
+            BoardRecord::from_bytes(&bytes).address
+        });
+        let mut addresses = [stored[0], stored[1], 1].to_vec();
+        addresses.retain(|address| (1..=247).contains(address));
+        addresses.dedup();
+        let [high, low] = wire::HOMING.to_be_bytes();
+        addresses.into_iter().find_map(|address| {
+            rig.set_aside();
+            rig.follow_uart();
+            let _ = rig.board().uart_take();
+            rig.board().uart_send(&adu::rtu(address, &[3, high, low, 0, 1]));
+            let until = rig.now() + rig.ticks(ANSWER_US);
+            let ran = rig.run_until(until);
+            let heard: Vec<u8> =
+                rig.board().uart_take().into_iter().map(|(_, byte)| byte).collect();
+            rig.come_back();
+            ran.ok()?;
+            match adu::open_rtu(&heard)? {
+                (_, [3, 2, _, axes]) => Some(*axes),
+                _ => None,
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lang::wire::command;
+
+    use super::Switches;
+    use crate::board::rig::Rig;
+    use crate::board::{BUILDS, Build};
+    use crate::client::orders;
+    use crate::link::adu;
+    use crate::sim::world::{Registers, World};
+    use lang::axis::Axis;
+    use lang::profile::Profile;
+
+    /// Writes a command, then lets the board run, looking each ms.
+    fn run(rig: &mut Rig, switches: &mut Switches, profile: &Profile, order: &[u16], ms: u64) {
+        let mut pdu = vec![16];
+        pdu.extend(lang::wire::COMMAND.to_be_bytes());
+        pdu.extend((order.len() as u16).to_be_bytes());
+        pdu.push(2 * order.len() as u8);
+        order.iter().for_each(|word| pdu.extend(word.to_be_bytes()));
+        rig.follow_uart();
+        rig.board().uart_send(&adu::rtu(1, &pdu));
+        for _ in 0..ms {
+            let until = rig.now() + rig.ticks(1000);
+            rig.run_until(until).expect("no world fails");
+            switches.look(rig, profile);
+        }
+    }
+
+    fn live(build: &'static Build) {
+        let mill = Profile::built_in("mill").expect("built in");
+        let image = build.image().expect("an image");
+        let mut rig = Rig::new(build, &image, &mill, &World::unattended(), &Registers::default())
+            .expect("a rig");
+        rig.begin();
+        rig.run_until(rig.ticks(300_000)).expect("it boots");
+        let mut switches = Switches::new(build);
+        let own = mill.axis(Axis::X).expect("X");
+        // 45 mm towards the switch, by a move: nothing is in the way.
+        let order = orders::move_to(Axis::X, orders::ramps(own), 8000, -4500);
+        assert_eq!(order[0], command::MOVE_TO);
+        run(&mut rig, &mut switches, &mill, &order, 1500);
+        assert_eq!(rig.motors()[0], -4500, "{}", build.part.name);
+        assert!(rig.plant().switches.iter().all(Option::is_none), "{}", build.part.name);
+        // Homing finds the switch 20 mm beyond it.
+        let order = orders::home(&mill, Axis::X).expect("X homes");
+        run(&mut rig, &mut switches, &mill, &order, 3000);
+        let switch = rig.plant().switches[0].expect("a switch");
+        assert!((-6500..=-6400).contains(&switch.position), "{switch:?}");
+        assert!((switch.position - 5..=switch.position + 5).contains(&rig.motors()[0]));
+        assert!(rig.plant().switches[1].is_none() && rig.plant().switches[2].is_none());
+    }
+
+    #[test]
+    fn a_switch_stands_beyond_all_that_its_axis_has_reached_when_it_is_homed() {
+        BUILDS.into_iter().for_each(live);
+    }
+}

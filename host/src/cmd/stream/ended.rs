@@ -1,0 +1,98 @@
+//! What a user hears when a job ends in a fault, and how it goes on.
+
+use lang::axis::Axis;
+use lang::fault::Fault;
+use lang::profile::Profile;
+
+use crate::client::status::Status;
+use crate::cmd::Console;
+
+/// How a job ended: the words for it and the hint.
+pub(super) struct Ended {
+    /// Behind `FILE:LINE:1: `.
+    pub what: String,
+    /// Behind `hint: `.
+    pub hint: String,
+}
+
+impl Ended {
+    /// Of a job that stopped in a line, with a fault or without.
+    pub fn new(
+        line: u32,
+        fault: Option<Fault>,
+        status: Option<&Status>,
+        profile: &Profile,
+    ) -> Ended {
+        let hint = format!("--from-line {line} goes on from there");
+        let Some(fault) = fault else { return Ended { what: "stopped here".to_owned(), hint } };
+        let what = format!("fault {fault}: {}", fault.text());
+        let input = status.and_then(|status| status.input);
+        match (fault, input) {
+            (Fault::LimitSwitch, Some(input)) => limit(what, i32::from(input), line, profile),
+            (_, Some(input)) => Ended { what: format!("{what} (input {input})"), hint },
+            _ => Ended { what, hint },
+        }
+    }
+
+    /// Writes it.
+    pub fn tell(&self, file: &str, line: u32, console: &Console) {
+        console.complain(&format!("{file}:{line}:1: {}", self.what));
+        console.complain(&format!("  hint: {}", self.hint));
+    }
+}
+
+/// An axis met its reference switch: to go on from the line would meet it again.
+fn limit(what: String, input: i32, line: u32, profile: &Profile) -> Ended {
+    let axis = Axis::ALL
+        .into_iter()
+        .find(|axis| profile.axis(*axis).is_some() && profile.reference_input(*axis) == input);
+    let Some(axis) = axis else {
+        let hint = format!("move the axis off the switch; --from-line {line} goes on from there");
+        return Ended { what: format!("{what} (input {input})"), hint };
+    };
+    let letter = axis.letter();
+    let way = profile.axis(axis).map_or(1, |own| -own.home.direction.sign());
+    let sign = if way < 0 { "-" } else { "" };
+    Ended {
+        what: format!("{what} of {letter} (input {input})"),
+        hint: format!(
+            "the job reaches beyond the switch of {letter}: `pasapas start` acknowledges, `pasapas jog \
+             {letter} {sign}5mm` leaves the switch; then begin the job further away from it"
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Ended;
+    use lang::fault::Fault;
+    use lang::profile::Profile;
+
+    #[test]
+    fn a_limit_switch_is_named_with_its_axis_and_the_way_off_it() {
+        let mill = Profile::built_in("mill").expect("built in");
+        let status = |input| {
+            let status = crate::client::status::StatusWords::default().status();
+            Some(crate::client::status::Status { input, ..status })
+        };
+        let ended = |fault, input| {
+            let status = status(input);
+            let Ended { what, hint } = Ended::new(7, fault, status.as_ref(), &mill);
+            format!("{what}; {hint}")
+        };
+        let x = mill.reference_input(lang::axis::Axis::X) as u16;
+        let z = mill.reference_input(lang::axis::Axis::Z) as u16;
+        let told = ended(Some(Fault::LimitSwitch), Some(x));
+        assert!(
+            told.contains(&format!("of X (input {x})")) && told.contains("jog X 5mm"),
+            "{told}"
+        );
+        assert!(!told.contains("--from-line"), "{told}");
+        let told = ended(Some(Fault::LimitSwitch), Some(z));
+        assert!(told.contains("jog Z -5mm"), "{told}");
+        let told = ended(Some(Fault::LimitSwitch), Some(3));
+        assert!(told.contains("(input 3)") && told.contains("--from-line 7"), "{told}");
+        let told = ended(None, None);
+        assert_eq!(told, "stopped here; --from-line 7 goes on from there");
+    }
+}

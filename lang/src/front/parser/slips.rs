@@ -1,0 +1,164 @@
+//! Slips whose remedy can be written with the numbers and names that stand there.
+
+use super::input::{In, name};
+use crate::axis::Axis;
+use crate::front::codes::Code;
+use crate::front::diag::Diag;
+use crate::front::lexer::begins_gcode;
+use crate::front::literal;
+use crate::front::span::Span;
+use crate::front::token::{Sign, Tok};
+use crate::front::words::Kw;
+
+/// Whether a digit stands directly before a place.
+pub fn digit_before(text: &str, span: Span) -> bool {
+    let before = text.as_bytes().get(..span.start as usize);
+    before.and_then(<[u8]>::last).is_some_and(u8::is_ascii_digit)
+}
+
+/// Whether a comma stands between two digits, as in `2,5mm`.
+pub fn is_decimal_comma(text: &str, comma: Span) -> bool {
+    let after = text.as_bytes().get(comma.end as usize);
+    digit_before(text, comma) && after.is_some_and(u8::is_ascii_digit)
+}
+
+/// The comma of `2,5mm`.
+pub fn decimal_comma(comma: Span) -> Diag {
+    Diag::new(Code::BadNumber, comma, "a comma stands in a number: it separates arguments")
+        .hint("decimals have a point, as in `2.5mm`")
+        .fix(comma, ".")
+}
+
+/// The literal that digits and a unit apart from them were meant as: `1200mm/min` of `1200 mm/min`.
+/// `i` stands at the digits.
+pub fn joined(i: In<'_>) -> String {
+    let unit = i.rest().first().span;
+    let rest = i.context.text.get(unit.start as usize..).unwrap_or("");
+    let length = literal::unit_length(rest).unwrap_or((unit.end - unit.start) as usize);
+    format!("{}{}", i.word(), &rest[..length])
+}
+
+/// `G 1 X 10 F 300`: letters and their numbers stand apart. `i` stands at the first letter.
+pub fn words_apart(i: In<'_>) -> Option<Diag> {
+    let apart = matches!(i.second().tok, Tok::Number);
+    if !apart || i.word().len() != 1 || i.second().span.start == i.first().span.end {
+        return None;
+    }
+    let start = i.first().span.start as usize;
+    let text = i.context.text.get(start..)?;
+    let end = text.find(['\r', '\n', ':', '\'', '(', ';']).unwrap_or(text.len());
+    let line = text[..end].trim_end();
+    let mut joined = String::with_capacity(line.len());
+    let mut parts = line.split_whitespace();
+    let mut open = false;
+    for part in parts.by_ref() {
+        let letter = part.len() == 1 && part.as_bytes()[0].is_ascii_alphabetic();
+        if !open && !joined.is_empty() {
+            joined.push(' ');
+        }
+        joined.push_str(part);
+        open = letter;
+    }
+    let words = joined.split(' ');
+    if open
+        || !words.into_iter().all(|word| begins_gcode(word) || begins_gcode(&format!("G1 {word}")))
+    {
+        return None;
+    }
+    let whole = Span::new(i.first().span.start, i.first().span.start + line.len() as u32);
+    let message = format!("`{}` and its number stand apart", i.word());
+    Some(
+        Diag::new(Code::GcodeWord, i.first().span.to(i.second().span), message)
+            .hint(format!("the number follows its letter directly: `{joined}`"))
+            .fix(whole, joined),
+    )
+}
+
+/// `PAUSE 100` and `DELAY 100`, which count ms where they come from.
+pub fn pause(i: In<'_>, message: &str) -> Option<Diag> {
+    let counts_ms =
+        ["DELAY", "PAUSE", "WAITMS"].iter().any(|word| word.eq_ignore_ascii_case(i.word()));
+    let number = i.second();
+    let digits = number.span.of(i.context.text);
+    let plain = number.tok == Tok::Number && digits.bytes().all(|b| b.is_ascii_digit());
+    if !counts_ms || !plain || !i.rest().rest().at_end() {
+        return None;
+    }
+    let instead = format!("Wait {digits}ms");
+    let whole = i.first().span.to(number.span);
+    let diag = Diag::new(Code::ForeignStatement, i.first().span, message);
+    Some(diag.hint(format!("write `{instead}`")).fix(whole, instead))
+}
+
+/// An axis letter where a value should stand: `a = X`.
+pub fn axis_as_value(i: In<'_>) -> Option<Diag> {
+    let mut letters = i.word().chars();
+    let (Tok::Name, Some(letter), None) = (i.tok(), letters.next(), letters.next()) else {
+        return None;
+    };
+    let axis = Axis::from_letter(letter)?.letter();
+    let message = format!("`{letter}` is an axis, not a value");
+    let diag = Diag::new(Code::WrongUse, i.first().span, message);
+    Some(
+        diag.hint(format!("its position is `POS({axis})`"))
+            .fix(i.first().span, format!("POS({axis})")),
+    )
+}
+
+/// `WAIT UNTIL IN(3)`.
+pub fn wait_until(i: In<'_>) -> Diag {
+    Diag::new(Code::ForeignStatement, i.first().span, "no statement waits UNTIL a condition")
+        .hint("for an input write `WaitIn n, ON`; else `DO UNTIL condition`, `Wait 5ms`, `LOOP`")
+}
+
+/// What is wrong with the names of a list of declarations behind the first that is wrong: DIM and its
+/// like end at the first one. `count` is the number of tokens of the statement.
+pub fn further_names(i: In<'_>, count: usize) -> Vec<Diag> {
+    if !matches!(i.tok(), Tok::Kw(Kw::Dim | Kw::Keep)) {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    let mut open = 0_usize;
+    for at in 1..count {
+        let before = i.tokens[at - 1].tok;
+        match before {
+            Tok::Sign(Sign::Open) => open += 1,
+            Tok::Sign(Sign::Close) => open = open.saturating_sub(1),
+            _ => {}
+        }
+        let begins = at == 1 || before == Tok::Sign(Sign::Comma) && open == 0;
+        let here = In { tokens: i.tokens.get(at..).unwrap_or(&[]), ..i };
+        if begins
+            && let Err(nom::Err::Failure(failure)) = name(here)
+            && let Some(diag) = failure.into_diag(i.context.text, None)
+            && diag.code == Code::BadName
+        {
+            found.push(diag);
+        }
+    }
+    found
+}
+
+/// A reserved word with a colon, where the statement of that word needs more.
+pub fn reserved_label(i: In<'_>) -> Option<Diag> {
+    let (Tok::Kw(_) | Tok::Func(_), Tok::Sign(Sign::Colon)) = (i.tok(), i.second().tok) else {
+        return None;
+    };
+    let word = i.word();
+    let message = format!("`{word}` is a reserved word and can not be a label");
+    let hint = format!("choose another name, as `my_{}:`", word.to_ascii_lowercase());
+    Some(Diag::new(Code::BadName, i.first().span, message).hint(hint))
+}
+
+/// `loop:` with no DO open, the commonest label of all.
+pub fn loop_label(i: In<'_>, open: bool) -> Option<Diag> {
+    let direct = i.second().span.start == i.first().span.end;
+    (i.tok() == Tok::Kw(Kw::Loop) && direct && !open).then(|| reserved_label(i)).flatten()
+}
+
+/// A comma between the parts of a PRINT.
+pub fn print_comma(i: In<'_>) -> Diag {
+    Diag::new(Code::Expected, i.first().span, "`,` can not stand between the parts of a PRINT")
+        .hint("write `;`; the parts are joined without blanks: PRINT a; \" \"; b")
+        .fix(i.first().span, ";")
+}
