@@ -77,6 +77,7 @@ impl Loaded {
                 "array": var.array,
                 "unit": var.kind.unit().suffix(),
                 "operator": quantity.is_some(),
+                "before": matches!(var.storage, Storage::At(_)),
                 "label": quantity.as_ref().map(|own| own.label.as_str()),
                 "low": quantity.as_ref().map(|own| own.limits.least),
                 "high": quantity.as_ref().map(|own| own.limits.greatest),
@@ -99,11 +100,16 @@ impl Loaded {
         Some(Quantity { label, limits })
     }
 
-    /// First cells of the quantities that have a range, with label and range.
+    /// First cells of the quantities that are set before a run (AT) and have a range, with label and
+    /// range. What KEEP holds is the program's own until it runs.
     pub fn quantities(&self) -> Vec<(u16, String, Limits)> {
         let places = self.compiled.vars.iter().filter(|place| place.len <= 1);
         let found = places.filter_map(|place| {
-            let Quantity { label, limits } = self.quantity(self.program.var(place.var))?;
+            let var = self.program.var(place.var);
+            let Quantity { label, limits } = self.quantity(var)?;
+            if !matches!(var.storage, Storage::At(_)) {
+                return None;
+            }
             let cell = u16::try_from(place.cell).ok()?;
             (limits != Limits::default()).then_some((cell, label, limits))
         });
@@ -257,7 +263,7 @@ pub fn simulate<L: AsRef<Loaded>>(
     let options = sim::Options { part: *part, ..sim::Options::default() };
     let nobody = World::unattended();
     let world = if world.is_empty() { &nobody } else { world };
-    let counter = Counter::new(&loaded.program);
+    let counter = Counter::new(&loaded.program, &lines::with_effects(&loaded.compiled));
     let endless = counter.may_loop_for_ever();
     let (events, turns) = (Rc::new(RefCell::new(Vec::new())), Rc::new(Cell::new(None)));
     let (heard, found) = (events.clone(), turns.clone());

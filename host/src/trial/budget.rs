@@ -78,24 +78,27 @@ pub struct Turns {
 /// directly: those of loops within come more often.
 pub struct Counter {
     lines: BTreeSet<u32>,
+    endless: bool,
     times: HashMap<u32, Vec<u64>>,
     before: u32,
 }
 
 impl Counter {
-    /// For a program; one without such a loop counts nothing.
-    pub fn new(program: &Program) -> Counter {
+    /// For a program and its lines with effects; one without such a loop counts nothing.
+    pub fn new(program: &Program, effects: &[u32]) -> Counter {
         let mut lines = BTreeSet::new();
         for routine in &program.routines {
             let jumps = has_goto(&routine.body);
             direct(&routine.body, jumps, &mut lines);
         }
-        Counter { lines, times: HashMap::new(), before: 0 }
+        let endless = !lines.is_empty();
+        lines.retain(|line| effects.contains(line));
+        Counter { lines, endless, times: HashMap::new(), before: 0 }
     }
 
     /// Whether the program may loop for ever.
     pub fn may_loop_for_ever(&self) -> bool {
-        !self.lines.is_empty()
+        self.endless
     }
 
     /// Takes an event of the run; the turns, when it begins the one behind the last that is shown.
@@ -163,10 +166,12 @@ mod tests {
 
     use super::{Counter, Turns, is_over, within};
     use crate::sim::trace::{Event, What};
+    use crate::trial::lines::with_effects;
     use crate::trial::load;
 
     fn counter(text: &str) -> Counter {
-        Counter::new(&load(text, ProfileChoice::built_in()).expect("it compiles").program)
+        let loaded = load(text, ProfileChoice::built_in()).expect("it compiles");
+        Counter::new(&loaded.program, &with_effects(&loaded.compiled))
     }
 
     fn found(text: &str, events: &[(u64, u32)]) -> Option<Turns> {

@@ -74,7 +74,9 @@ impl<R: Read, A: FnMut(Vec<u8>)> Reader<R, A> {
                 Ok(Message::Ping(_)) => self.0.flush().map_err(io::Error::other)?,
                 Ok(Message::Pong(_)) => {}
                 Ok(Message::Close(_)) => {
+                    // The answer is written, and then the protocol is over.
                     let _ = self.0.flush();
+                    let _ = self.0.get_mut().flush();
                     return Ok(None);
                 }
                 Ok(Message::Binary(_) | Message::Frame(_)) => {

@@ -253,7 +253,7 @@ fn files_of_other_systems_and_new_ones_are_opened() -> Outcome<()> {
     // What was not saved stays beside it when the tool ends.
     page.eval("window.confirm = words => { window.asked = words; return true }")?;
     page.click("#quit")?;
-    page.says("#blind", "has ended")?;
+    page.says("#blind", "ended")?;
     assert!(
         page.eval("window.asked")?
             .as_str()
@@ -282,4 +282,43 @@ fn the_caret_of_a_long_line_is_in_sight() -> Outcome<()> {
     page.type_text("' ")?;
     let seen = "(() => { const r = document.createRange(); const n = document.querySelector('.ed .text').firstChild; r.setStart(n, 2); r.setEnd(n, 3); return r.getBoundingClientRect().left >= document.querySelector('.ed .gutter').getBoundingClientRect().right })()";
     page.wait(seen, PATIENCE)
+}
+
+/// Drilled holes are rings, travel is dashed, and path and text lead to one another; as many views as there
+/// are, with Z upward also where a machine counts it downward.
+#[test]
+fn path_and_text_lead_to_one_another() -> Outcome<()> {
+    let text = "PROFILE \"charly\"\nHome\nG0 X20 Y20\nMoveRel Z, 3mm, 2mm/s\nMoveRel Z, -3mm\nG0 X80\nMoveRel Z, 3mm, 2mm/s\nMoveRel Z, -3mm\nG1 Y60 F600\n";
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    page.wait("document.querySelector('#path').ariaLabel.includes('2 places where the tool goes straight down')", PATIENCE)?;
+    // A click at the second hole: the slider goes there, and its line is marked in the text.
+    let (x, y) = page.centre("#path")?;
+    let size = page.eval("(() => { const r = document.querySelector('#path').getBoundingClientRect(); return [r.width, r.height] })()")?;
+    let (width, height) = (size[0].as_f64().unwrap_or(0.0), size[1].as_f64().unwrap_or(0.0));
+    // The picture's extent is X 0 to 80, Y 0 to 60 with equal scales: the cut is at its right edge.
+    let zoom = ((width - 80.0) / 80.0).min((height - 110.0) / 60.0);
+    let at = (x + 40.0 * zoom, y + 8.0 - 10.0 * zoom);
+    page.mouse("mousePressed", at)?;
+    page.mouse("mouseReleased", at)?;
+    page.says("#now", "line 9")?;
+    page.wait("document.querySelector('.ed .run').style.top === '160px'", PATIENCE)?;
+    // The caret's line is thick on the path: more of the paper is covered while it is there.
+    let covered = "(() => { const c = document.querySelector('#path'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n })()";
+    page.rest()?;
+    let thick = page.eval(covered)?.as_u64().unwrap_or(0);
+    page.eval("(() => { const t = document.querySelector('.ed .text'); t.focus(); getSelection().collapse(t.firstChild, 0) })()")?;
+    page.wait(&format!("{covered} < {thick} - 200"), PATIENCE)?;
+    // Every view shows something; in space it turns by keys.
+    for view in ["front", "side", "space", "top"] {
+        page.click(&format!("[data-view={view}]"))?;
+        page.rest()?;
+        assert!(page.eval(covered)?.as_u64() > Some(1000), "{view}");
+    }
+    page.click("[data-view=space]")?;
+    page.eval("document.querySelector('#path').focus()")?;
+    page.press("ArrowLeft", "ArrowLeft", 37, "", 0)?;
+    page.press("ArrowUp", "ArrowUp", 38, "", 0)?;
+    page.rest()
 }

@@ -27,14 +27,9 @@ fn a_person_chooses_a_program_sets_a_quantity_and_runs_it() -> Outcome<()> {
     page.wait("document.querySelectorAll('#program option').length >= 2", PATIENCE)?;
     load(&page, "job")?;
     page.says("#quantities", "Pieces")?;
-    // Out of its range: nothing begins, and the page says which one.
-    page.says("#hint", "Pieces: between 1 and 9.")?;
-    page.wait(&format!("{START}.disabled"), PATIENCE)?;
-    page.push(".quantity button:last-of-type")?;
-    page.wait("document.querySelector('.quantity input').value === '1'", PATIENCE)?;
     page.push("#start")?;
     page.says("#lamp", "Press Start")?;
-    for n in 2..=3 {
+    for n in 1..=3 {
         page.push(".quantity button:last-of-type")?;
         page.wait(&format!("document.querySelector('.quantity input').value === '{n}'"), PATIENCE)?;
     }
@@ -64,8 +59,14 @@ fn a_quantity_is_set_before_start_by_its_label_and_within_its_range() -> Outcome
     page.wait("document.querySelectorAll('#program option').length >= 1", PATIENCE)?;
     load(&page, "job")?;
     page.says("#quantities", "Pieces")?;
-    page.fill(".quantity input", "10")?;
-    page.says("#notes", "Pieces: 1 to 9")?;
+    // Out of its range: nothing begins, and the page says which one.
+    page.says("#hint", "Pieces: between 1 and 9.")?;
+    page.wait(&format!("{START}.disabled"), PATIENCE)?;
+    for wrong in ["10", "", "2,5", "-"] {
+        page.fill(".quantity input", wrong)?;
+        page.says("#notes", "Pieces: ")?;
+        page.wait("document.querySelector('.quantity input').value === '0'", PATIENCE)?;
+    }
     // By the button, whose number comes back from the board.
     for n in 1..=4 {
         page.push(".quantity button:last-of-type")?;
@@ -158,4 +159,35 @@ fn stop_is_in_sight_on_a_phone_and_enlarged() -> Outcome<()> {
     page.says("#lamp", "does not answer")?;
     page.wait(&format!("{START}.disabled"), PATIENCE)?;
     sights("lost")
+}
+
+/// The page's own words are in the browser's language; the script's stay the script's.
+#[test]
+fn the_page_speaks_the_browsers_language() -> Outcome<()> {
+    let text = "DIM wanted AT 3000 LABEL \"Pieces\" MIN 1 MAX 9\nPRINT wanted\n";
+    let Some(stand) = Stand::start(text, &["--operator"])? else { return Ok(()) };
+    for (language, lamp, load, stop) in [
+        ("de-CH,de,en", "Kein Programm", "job laden", "Stopp"),
+        ("fr,en", "", "", "Arr\u{ea}t"),
+        ("it,pt", "", "", "Stop"),
+    ] {
+        let page = stand.browser.page("about:blank")?;
+        let own = serde_json::json!({ "userAgent": "Chrome", "acceptLanguage": language });
+        page.call("Emulation.setUserAgentOverride", own)?;
+        page.go(&stand.url)?;
+        page.says("#stop", stop)?;
+        if language.starts_with("de") {
+            page.says("#lamp", lamp)?;
+            page.says("#load", load)?;
+            page.push("#load")?;
+            page.says("#lamp", "Bereit")?;
+            page.says("#hint", "Pieces: zwischen 1 und 9.")?;
+        }
+        page.window(390, 844, true)?;
+        page.rest()?;
+        let fits = "[...document.querySelectorAll('#controls button')].every(own => own.scrollWidth <= own.clientWidth && own.getBoundingClientRect().right <= innerWidth)";
+        assert_eq!(page.eval(fits)?, true, "{language}: a word is cut");
+        page.close()?;
+    }
+    Ok(())
 }

@@ -105,7 +105,7 @@ fn a_machine_is_set_up_step_by_step_left_and_taken_up_again() -> Outcome<()> {
     let early = std::fs::read_to_string(stand.folder.path().join("bench.toml"));
     let early = early.map_err(|error| error.to_string())?;
     assert!(
-        early.contains("steps were tried on the machine.\n# Not tried: X: Direction"),
+        early.contains("steps were tried on the machine.\n# Not tried: Y: Direction"),
         "{early}"
     );
     to_step(&page, "Y: Direction")?;

@@ -34,7 +34,10 @@ export class Editor {
       const { line } = e.target.dataset;
       if (line !== undefined) this.toggle(+line);
     });
-    document.addEventListener('selectionchange', () => { if (document.activeElement === this.text) this.last = this.caret(); });
+    document.addEventListener('selectionchange', () => { if (document.activeElement !== this.text) return;
+      this.last = this.caret();
+      this.moved?.(this.line(this.last) + 1);
+    });
     root.addEventListener('scroll', () => this.later());
     new ResizeObserver(() => this.later()).observe(root);
   }

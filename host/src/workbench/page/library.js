@@ -30,6 +30,6 @@ export class Library {
       return h('tr', {}, h('td', {}, String(own.number)), h('th', { scope: 'row' }, name),
         h('td', {}, `${own.bytes} bytes`), h('td', {}, choose), h('td', {}, erase));
     }));
-    text(this.free, found ? `One of ${found.free} bytes fits beside them.` : '');
+    text(this.free, found ? `${found.free} bytes are free for another one.` : '');
   }
 }

@@ -4,9 +4,13 @@
 import { h, $, text, tell, lamp } from './dom.js';
 import { number, numberField } from './fields.js';
 import { Link } from './link.js';
+import { language, words as say } from './words.js';
 
 const link = new Link();
-const WORDS = { empty: 'No program', ready: 'Ready', running: 'Running', paused: 'Paused', fault: 'Fault', waitstart: 'Press Start', stopping: 'Stopping' };
+for (const name of ['start', 'pause', 'stop']) text($(`#${name}`), say[name]);
+text($('.program span'), say.program);
+text($('#helm'), say.control);
+document.documentElement.lang = language;
 const ACTIVE = ['running', 'paused', 'waitstart', 'stopping'];
 let faults = [], files = [], rows = [], state = null, program = null;
 // The script that the tool was started with; the program that is being loaded; the power was off.
@@ -16,14 +20,14 @@ const short = name => name.replace(/\.bas$/i, '');
 const refuse = error => tell(error.message, true);
 link.addEventListener('locked', e => { $('#lock').hidden = false; text($('#lock-words'), e.detail); $('#password').focus(); });
 $('#lock').addEventListener('submit', e => { e.preventDefault(); link.connect($('#password').value.trim()); });
-link.addEventListener('lost', () => blind('The tool does not answer. Use the buttons at the machine.'));
-link.addEventListener('blind', () => blind('No news from the machine. Use the buttons at the machine.'));
-link.addEventListener('bye', () => blind('The workbench has ended.'));
+link.addEventListener('lost', () => blind(say.toolGone));
+link.addEventListener('blind', () => blind(say.noNews));
+link.addEventListener('bye', () => blind(say.ended));
 function blind(words) {
   $('#blind').hidden = false;
   text($('#blind'), words);
   document.body.classList.add('blind');
-  text($('#lamp'), 'No answer');
+  text($('#lamp'), say.noAnswer);
   $('#lamp').dataset.state = 'lost';
   text($('#hint'), '');
   $('#start').disabled = $('#pause').disabled = $('#program').disabled = true;
@@ -42,7 +46,7 @@ const held = () => {
   const { holds } = state ?? {};
   return holds?.known ? files.find(name => name === holds.name || short(name) === holds.name) : undefined;
 };
-const heldWords = () => state?.holds ? short(state.holds.name ?? 'another program') : 'no program';
+const heldWords = () => state?.holds ? state.holds.name ? short(state.holds.name) : say.other : say.none;
 
 $('#program').addEventListener('change', e => load(e.target.value));
 $('#load').addEventListener('click', () => load(offer));
@@ -57,7 +61,7 @@ async function load(name) {
     offer = null;
   } catch (error) {
     $('#refused').hidden = false;
-    $('#refused').replaceChildren(`${short(name)} could not be loaded. The machine still holds ${heldWords()}.`, h('small', {}, error.message));
+    $('#refused').replaceChildren(say.refused(short(name), heldWords()), h('small', {}, error.message));
   } finally {
     loading = null;
     show();
@@ -65,7 +69,7 @@ async function load(name) {
 }
 // The list names what the board holds.
 function list() {
-  const own = held(), other = own ? [] : [['', state?.holds ? `${heldWords()} (its script is not here)` : '–']];
+  const own = held(), other = own ? [] : [['', state?.holds ? say.notHere(heldWords()) : '–']];
   const all = [...other, ...files.map(name => [name, short(name)])], key = JSON.stringify(all);
   const box = $('#program');
   if (box.dataset.key !== key) {
@@ -89,7 +93,7 @@ function quantity(v) {
   const input = numberField({ whole: true, ariaLabel: label });
   const set = async value => {
     if (value < low || value > high) {
-      tell(range ? `${label}: ${low} to ${high}` : `${label}: a whole number`, true);
+      tell(range ? `${label}: ${say.range(low, high)}` : `${label}: 32 bit`, true);
       return;
     }
     power = false;
@@ -100,14 +104,15 @@ function quantity(v) {
     // What the board holds stands in the field again.
     input.blur();
   });
-  const step = by => h('button', { type: 'button', ariaLabel: `${label} ${by > 0 ? 'more' : 'less'}`,
+  const step = by => h('button', { type: 'button', ariaLabel: by > 0 ? say.more(label) : say.less(label),
     onclick: () => set(Math.max(low, Math.min(high, (state?.picture.cells[cell] ?? 0) + by))) }, by > 0 ? '+' : '−');
-  const box = h('div', { className: 'quantity' }, h('span', { className: 'label' }, label, range ? h('span', { className: 'range soft' }, ` (${low} to ${high})`) : ''),
+  const box = h('div', { className: 'quantity' }, h('span', { className: 'label' }, label, range ? h('span', { className: 'range soft' }, ` (${say.range(low, high)})`) : ''),
     step(-1), input, step(1), h('span', {}, v.unit));
   return { ...v, input, box };
 }
 const value = row => state?.picture.cells[row.cell];
-const wrong = row => value(row) < row.low || value(row) > row.high;
+// What the program keeps by itself (KEEP) is set while it runs, and not asked for before.
+const wrong = row => row.before && (value(row) < row.low || value(row) > row.high);
 
 link.addEventListener('log', e => {
   for (const entry of e.detail) {
@@ -141,15 +146,15 @@ function show() {
   list();
   const bad = rows.find(wrong), ready = at === 'ready';
   const may = !ready || held() && !bad && !loading;
-  text($('#lamp'), loading ? 'Loading' : status ? WORDS[at] ?? at : 'The machine does not answer');
+  text($('#lamp'), loading ? say.loading : status ? say[at] ?? at : say.silent);
   $('#lamp').dataset.state = at ?? 'lost';
-  text($('#start'), at === 'fault' ? 'Acknowledge' : at === 'paused' ? 'Resume' : 'Start');
+  text($('#start'), at === 'fault' ? say.acknowledge : at === 'paused' ? say.resume : say.start);
   $('#start').disabled = !mine || !status || at === 'running' || at === 'stopping' || at === 'empty' || !may;
   $('#pause').disabled = !mine || at !== 'running';
   $('#program').disabled = !mine || active || !!loading;
   $('#load').hidden = !offer || offer === held() || active || !status;
   $('#load').disabled = !mine || !!loading;
-  text($('#load'), `Load ${short(offer ?? '')}`);
+  text($('#load'), say.load(short(offer ?? '')));
   $('#helm').hidden = mine;
   hint(status, mine, ready || at === 'empty', bad);
   for (const row of rows) {
@@ -165,14 +170,13 @@ function show() {
 }
 // The next thing to do, in a few words.
 function hint(status, mine, rests, bad) {
-  const load = offer && offer !== held() ? `Press Load ${short(offer)}, or choose a program.` : 'Choose a program.';
+  const load = offer && offer !== held() ? say.pressLoad(short(offer)) : say.choose;
   let words = '';
-  if (!status) words = '';
-  else if (!mine) words = state.taken ? 'Another page is in control. Stop works from here too.' : 'Nobody is in control.';
-  else if (loading) words = '';
-  else if (rests && !held()) words = state.holds ? `The machine holds ${heldWords()}, whose script is not here. ${load}` : load;
-  else if (power) words = 'The power was off: set the quantities again.';
-  else if (rests && bad) words = `${bad.label}: between ${bad.low} and ${bad.high}.`;
+  if (!status || loading) words = '';
+  else if (!mine) words = state.taken ? say.taken : say.free;
+  else if (rests && !held()) words = state.holds ? `${say.holds(heldWords())} ${load}` : load;
+  else if (power) words = say.power;
+  else if (rests && bad) words = say.between(bad.label, bad.low, bad.high);
   const key = words + (status ? '' : picture());
   if ($('#hint').dataset.key === key) return;
   $('#hint').dataset.key = key;
@@ -188,14 +192,14 @@ function fault(status, at, active) {
   card.dataset.key = key;
   const named = n => {
     const name = program?.machine?.inputs.find(one => one.n === n)?.name;
-    return name ? `Input ${n}, ${name},` : `Input ${n}`;
+    return name ? `${say.input(n)}, ${name},` : say.input(n);
   };
-  if (!own) { card.replaceChildren(status?.blocked_by ? `${named(status.blocked_by)} keeps the machine from starting.` : ''); return; }
-  const what = own.code === 'F13' && status.input ? `${named(status.input)} did not come in time.`
-    : own.code === 'F13' ? 'A signal that the program waits for did not come in time.'
-    : `${own.text}.${status.input ? ` ${named(status.input).replace(/,$/, '')}.` : ''}`;
-  card.replaceChildren(h('div', {}, what, ' Put it right', at === 'fault' ? ', press Acknowledge, then Start.' : ', then press Start.'),
-    h('details', {}, h('summary', {}, 'For the service'), `${own.code}: ${own.cause} ${own.remedy}${status.line ? ` Line ${status.line}.` : ''}`));
+  if (!own) { card.replaceChildren(status?.blocked_by ? say.blocks(named(status.blocked_by)) : ''); return; }
+  const input = status.input ? named(status.input) : '';
+  const what = own.code === 'F13' ? input ? say.late(input) : say.signal
+    : own.code === 'F14' ? say.stopped : `${own.text}.${input ? ` ${input.replace(/,$/, '')}.` : ''}`;
+  card.replaceChildren(h('div', {}, what, ' ', at === 'fault' ? say.thenAcknowledge : say.thenStart),
+    h('details', {}, h('summary', {}, say.service), `${own.code}: ${own.cause} ${own.remedy}${status.line ? ` ${say.line(status.line)}` : ''}`));
 }
 $('#start').addEventListener('click', () => {
   $('#refused').hidden = true;

@@ -1,21 +1,23 @@
-// The tool path on a canvas: stroked once into a bitmap that pan and zoom move; marker, trail and the
-// live machine are drawn on top.
+// The tool path on a canvas: stroked once into a bitmap that pan and zoom move; the line of the caret, marker,
+// trail and the live machine are drawn on top.
+import { WIDTH, CLASSES, classify, colour, extent, nearest, piecesOf, strokes } from './strokes.js';
 
-// Colour classes of speed, and points of the trail that are kept.
-const CLASSES = 16, TRAIL = 5000;
-// Pause after which a moved bitmap is stroked anew, ms; room around the view, px.
-const REST = 80, MARGIN = 200;
-// 5 floats a point: time s, X, Y, Z mm, word.
-const WIDTH = 5;
-const VIEWS = { top: [1, 2, 'X', 'Y'], front: [1, 3, 'X', 'Z'], side: [2, 3, 'Y', 'Z'] };
+// Points of the trail that are kept.
+const TRAIL = 5000;
+// Pause after which a moved bitmap is stroked anew, ms; room around the view, px; how near a click must be, px.
+const REST = 80, MARGIN = 200, NEAR = 8;
+// Points that are drawn while a view is being turned.
+const TURNING = 20000;
+const VIEWS = { top: ['X', 'Y'], front: ['X', 'Z'], side: ['Y', 'Z'], space: null };
 
-// From blue (slow) over green to red (fast), of the same lightness for both themes.
-const colour = n => `hsl(${250 - 250 * n / (CLASSES - 1)} 80% 50%)`;
+const dark = () => matchMedia('(prefers-color-scheme: dark)').matches;
 
 export class PathView {
   points = new Float32Array(0); words = new Uint32Array(0); count = 0; fastest = 0;
   view = 'top'; zoom = 1; x = 0; y = 0; marker = null; live = null; trail = []; machine = null; ghost = null; dim = false; homed = false;
-  #due = null; #rest = null; #bitmap = null; #made = null; #moving = false; #kept = null;
+  // Turn and tilt of the view in space, radians; what a click on the path tells: time in s and line.
+  turn = -0.6; tilt = 0.6; picked = null;
+  #due = null; #rest = null; #bitmap = null; #made = null; #moving = false; #kept = null; #marked = null; #line = 0; #turning = false; #came = null;
 
   constructor(canvas) {
     this.canvas = canvas;
@@ -29,10 +31,16 @@ export class PathView {
     canvas.addEventListener('pointerdown', e => {
       canvas.setPointerCapture(e.pointerId);
       down.set(e.pointerId, e);
+      this.#came = e;
     });
     canvas.addEventListener('pointermove', e => this.#drag(down, e));
     for (const name of ['pointerup', 'pointercancel']) {
-      canvas.addEventListener(name, e => down.delete(e.pointerId));
+      canvas.addEventListener(name, e => {
+        const still = this.#came && Math.hypot(e.offsetX - this.#came.offsetX, e.offsetY - this.#came.offsetY) < 4;
+        if (name === 'pointerup' && still && down.size === 1) this.#pick(e.offsetX, e.offsetY);
+        down.delete(e.pointerId);
+        if (this.#turning) { this.#turning = false; this.#stale(); }
+      });
     }
     canvas.addEventListener('dblclick', () => this.fit());
     canvas.addEventListener('keydown', e => this.#key(e));
@@ -43,45 +51,45 @@ export class PathView {
     this.points = new Float32Array(buffer, 4);
     this.words = new Uint32Array(buffer, 4);
     this.count = this.points.length / WIDTH;
-    this.#speeds();
+    Object.assign(this, classify(this));
+    this.box = extent(this);
+    this.#marked = null;
     if (!this.#moving) this.fit(); else this.#stale();
   }
-  // Speed class of each point: that of the way to it.
-  #speeds() {
-    const { points, words, count } = this;
-    const speed = new Float32Array(count);
-    let most = 0;
-    for (let i = 1; i < count; i++) {
-      if (words[i * WIDTH + 4] >>> 28 & 1) continue;
-      const a = (i - 1) * WIDTH, b = i * WIDTH;
-      const way = Math.hypot(points[b + 1] - points[a + 1], points[b + 2] - points[a + 2], points[b + 3] - points[a + 3]);
-      const time = points[b] - points[a];
-      speed[i] = time > 0 ? way / time : 0;
-      if (speed[i] > most) most = speed[i];
+  // Two rows of three: across and up on the paper, of X, Y and Z. Where Z counts downward its numbers grow
+  // downward here, too.
+  get project() {
+    const z = this.#isDown() ? -1 : 1;
+    if (this.view !== 'space') {
+      const row = letter => ['X', 'Y', 'Z'].map(own => own !== letter ? 0 : own === 'Z' ? z : 1);
+      return VIEWS[this.view].map(row);
     }
-    this.fastest = most;
-    this.classes = Uint8Array.from(speed, v => Math.min(CLASSES - 1, Math.floor(v / (most || 1) * CLASSES)));
+    const [s, c, st, ct] = [Math.sin(this.turn), Math.cos(this.turn), Math.sin(this.tilt), Math.cos(this.tilt)];
+    return [[c, -s, 0], [s * st, c * st, z * ct]];
   }
-  // One Path2D for each class, in mm; null: all in one.
-  #lines(each = true, of = this) {
-    const [a, b] = VIEWS[this.view], { points, words, count, classes } = of;
-    const paths = Array.from({ length: each === null ? 1 : CLASSES }, () => new Path2D());
-    let last = -1, home = false;
-    for (let i = 0; i < count; i++) {
-      const at = i * WIDTH, word = words[at + 4];
-      if (word >>> 28 & 1) { last = -1; home = word >>> 29 & 1; continue; }
-      if (home) continue; // where a reference run begins is not known before
-      const path = paths[each === null ? 0 : classes[i]];
-      if (last !== (each === null ? 0 : classes[i])) path.moveTo(points[at - WIDTH + a], -points[at - WIDTH + b]);
-      path.lineTo(points[at + a], -points[at + b]);
-      last = each === null ? 0 : classes[i];
-    }
-    return paths;
+  #isDown() {
+    const axis = this.machine?.axes.find(own => own.axis === 'Z');
+    return !!axis && axis.low >= 0 && axis.high > 0;
+  }
+  // The line of the script whose pieces are drawn thick; 0: none.
+  mark(line) {
+    if (line === this.#line) return;
+    this.#line = line;
+    this.#marked = null;
+    this.draw();
+  }
+  #pick(x, y) {
+    const at = nearest(this, this.project, (x - this.x) / this.zoom, (y - this.y) / this.zoom, NEAR / this.zoom);
+    if (at >= 0) this.picked?.(this.points[at * WIDTH], this.words[at * WIDTH + 4] & 0xffffff);
   }
   look(view) {
     this.view = view;
-    this.ghost = this.#kept && this.#lines(null, this.#kept);
+    this.#turned();
     this.fit();
+  }
+  #turned() {
+    this.#marked = null;
+    this.ghost = this.#kept && strokes(this.#kept, this.project, { all: true }).work[0];
   }
   // Keeps the present path below those that come, or lets it go.
   hold(on) {
@@ -91,49 +99,63 @@ export class PathView {
   }
   // The whole path in sight, or the machine's travel where there is none.
   fit() {
-    const [a, b] = VIEWS[this.view], { points, words, count } = this;
-    let [x0, y0, x1, y1] = [Infinity, Infinity, -Infinity, -Infinity], home = false;
-    for (let i = 0; i < count; i++) {
-      const at = i * WIDTH;
-      if (words[at + 4] >>> 28 & 1) home = words[at + 4] >>> 29 & 1;
-      if (home) continue;
-      x0 = Math.min(x0, points[at + a]); x1 = Math.max(x1, points[at + a]);
-      y0 = Math.min(y0, points[at + b]); y1 = Math.max(y1, points[at + b]);
-    }
-    if (!(x1 > x0 || y1 > y0)) {
-      const [u, v] = this.#travel();
-      [x0, x1, y0, y1] = [u[0], u[1], v[0], v[1]];
-    }
+    const [low, high] = this.box ?? this.#room(), corners = this.#corners(low, high);
+    const across = corners.map(own => own[0]), up = corners.map(own => -own[1]);
+    const [x0, x1, y0, y1] = [Math.min(...across), Math.max(...across), Math.min(...up), Math.max(...up)];
     const { width, height } = this.#size();
     if (!width) return;
     this.#moving = false;
-    this.zoom = Math.min((width - 80) / Math.max(x1 - x0, 1), (height - 80) / Math.max(y1 - y0, 1), 400);
+    this.zoom = Math.min((width - 80) / Math.max(x1 - x0, 1), (height - 110) / Math.max(y1 - y0, 1), 400);
     this.x = width / 2 - (x0 + x1) / 2 * this.zoom;
-    this.y = height / 2 + (y0 + y1) / 2 * this.zoom;
+    this.y = height / 2 + 8 + (y0 + y1) / 2 * this.zoom; // below the buttons
     this.#stale();
   }
-  #travel() {
-    const range = letter => {
-      const axis = this.machine?.axes.find(own => own.axis === letter);
-      return axis ? [axis.low, axis.high] : [0, 100];
-    };
-    const [, , u, v] = VIEWS[this.view];
-    return [range(u), range(v)];
+  // The machine's travel: least and greatest place by axis.
+  #room() {
+    const of = (letter, end, other) => this.machine?.axes.find(own => own.axis === letter)?.[end] ?? other;
+    return [['low', 0], ['high', 100]].map(([end, other]) => ['X', 'Y', 'Z'].map((letter, n) => of(letter, end, n < 2 ? other : 0)));
   }
-  // A bar at each end of the travel where an axis in sight has its reference switch.
-  #switches(paper, thin) {
-    const [, , u, v] = VIEWS[this.view], [across, up] = this.#travel(), found = [];
+  // The eight corners of a box on the paper.
+  #corners(low, high) {
+    const at = this.#on();
+    return [0, 1, 2, 3, 4, 5, 6, 7].map(n => at([0, 1, 2].map(k => (n >> k & 1 ? high : low)[k])));
+  }
+  // From a place to the paper, mm; up is less.
+  #on() {
+    const [[a, b, c], [d, e, f]] = this.project;
+    return ([x, y, z]) => [a * x + b * y + c * z, -(d * x + e * y + f * z)];
+  }
+  // The travel as a dashed box, and a bar at each end where an axis in sight has its reference switch.
+  #frame(paper, thin, style) {
+    const [low, high] = this.#room(), corners = this.#corners(low, high), found = [];
+    paper.strokeStyle = style.getPropertyValue('--soft');
+    paper.lineWidth = thin;
+    paper.setLineDash([6 * thin, 4 * thin]);
+    paper.beginPath();
+    for (let n = 0; n < 8; n++) {
+      for (const k of [1, 2, 4]) if (!(n & k)) { paper.moveTo(...corners[n]); paper.lineTo(...corners[n | k]); }
+    }
+    paper.stroke();
+    paper.setLineDash([]);
     paper.lineWidth = 3 * thin;
     paper.beginPath();
     for (const axis of this.machine?.axes ?? []) {
       if (!axis.switch) continue;
-      const end = axis.home_low ? 0 : 1;
-      if (axis.axis === u) { paper.moveTo(across[end], -up[0]); paper.lineTo(across[end], -up[1]); }
-      if (axis.axis === v) { paper.moveTo(across[0], -up[end]); paper.lineTo(across[1], -up[end]); }
       found.push(`${axis.axis} ${axis.home_low ? 'lower' : 'upper'} end`);
+      const k = 'XYZ'.indexOf(axis.axis), seen = VIEWS[this.view];
+      if (!seen?.includes(axis.axis)) continue;
+      const at = [...low], to = [...high];
+      at[k] = to[k] = axis.home_low ? low[k] : high[k];
+      paper.moveTo(...this.#on()(at)); paper.lineTo(...this.#on()(to));
     }
     paper.stroke();
-    this.canvas.ariaLabel = `Tool path, coloured by speed. Reference switches: ${found.join(', ') || 'none'}. Arrow keys move it, plus and minus zoom, 0 shows all.`;
+    this.#words(found);
+  }
+  // The picture in words.
+  #words(switches) {
+    const mm = this.box && [0, 1, 2].map(n => (this.box[1][n] - this.box[0][n]).toFixed(1)).join(' by '), holes = this.drawn?.rings.length;
+    const path = mm ? `It takes ${mm} mm${holes ? `, with ${holes} places where the tool goes straight down` : ''}. ` : '';
+    this.canvas.ariaLabel = `Tool path, coloured by speed, travel dashed. ${path}Reference switches: ${switches.join(', ') || 'none'}. Arrow keys move or turn it, plus and minus zoom, 0 shows all.`;
   }
   #size() { return { width: this.canvas.clientWidth, height: this.canvas.clientHeight }; }
   #resize() {
@@ -158,7 +180,8 @@ export class PathView {
     if (other) {
       const far = p => Math.hypot(p.offsetX - other.offsetX, p.offsetY - other.offsetY) || 1;
       this.#scale(far(e) / far(before), other.offsetX, other.offsetY);
-    } else {
+    } else if (this.view === 'space' && !e.shiftKey) this.#rotate((e.offsetX - before.offsetX) / 150, (e.offsetY - before.offsetY) / 150);
+    else {
       this.x += e.offsetX - before.offsetX;
       this.y += e.offsetY - before.offsetY;
       this.#moved();
@@ -168,11 +191,24 @@ export class PathView {
   #key(e) {
     const { width, height } = this.#size();
     const way = { ArrowLeft: [40, 0], ArrowRight: [-40, 0], ArrowUp: [0, 40], ArrowDown: [0, -40] }[e.key];
-    if (way) { this.x += way[0]; this.y += way[1]; this.#moved(); }
+    if (way && this.view === 'space' && !e.shiftKey) { this.#rotate(way[0] / 400, -way[1] / 400); this.#turning = false; this.#stale(); }
+    else if (way) { this.x += way[0]; this.y += way[1]; this.#moved(); }
     else if (e.key === '+' || e.key === '-') this.#scale(e.key === '+' ? 1.25 : 0.8, width / 2, height / 2);
     else if (e.key === '0') this.fit();
     else return;
     e.preventDefault();
+  }
+  // Turns the view in space round the middle of what is shown.
+  #rotate(turn, tilt) {
+    const [low, high] = this.box ?? this.#room(), middle = low.map((own, n) => (own + high[n]) / 2), before = this.#on()(middle);
+    this.turn -= turn;
+    this.tilt = Math.max(0, Math.min(Math.PI / 2, this.tilt + tilt));
+    const after = this.#on()(middle);
+    this.x += (before[0] - after[0]) * this.zoom;
+    this.y += (before[1] - after[1]) * this.zoom;
+    this.#turning = this.#moving = true;
+    this.#turned();
+    this.#stale();
   }
   #moved() {
     this.#moving = true; // from now on the user says what is in sight
@@ -192,31 +228,43 @@ export class PathView {
     paper.scale(ratio, ratio);
     paper.translate(this.x + MARGIN, this.y + MARGIN);
     paper.scale(this.zoom, this.zoom);
-    const thin = 1 / this.zoom;
-    const step = 10 ** Math.ceil(Math.log10(30 / this.zoom));
-    paper.lineWidth = thin;
-    paper.strokeStyle = style.getPropertyValue('--grid');
-    const left = -(this.x + MARGIN) / this.zoom, top = -(this.y + MARGIN) / this.zoom;
-    const right = left + (width + 2 * MARGIN) / this.zoom, bottom = top + (height + 2 * MARGIN) / this.zoom;
-    paper.beginPath();
-    for (let x = Math.ceil(left / step) * step; x < right; x += step) { paper.moveTo(x, top); paper.lineTo(x, bottom); }
-    for (let y = Math.ceil(top / step) * step; y < bottom; y += step) { paper.moveTo(left, y); paper.lineTo(right, y); }
-    paper.stroke();
-    const [u, v] = this.#travel();
-    paper.strokeStyle = style.getPropertyValue('--soft');
-    paper.setLineDash([6 * thin, 4 * thin]);
-    paper.strokeRect(u[0], -v[1], u[1] - u[0], v[1] - v[0]);
-    paper.setLineDash([]);
-    this.#switches(paper, thin);
+    const thin = 1 / this.zoom, night = dark();
+    // 1, 2 or 5 of a power of ten, some 70 px apart.
+    const ten = 10 ** Math.floor(Math.log10(70 / this.zoom)), step = ten * [1, 2, 5, 10].find(n => n * ten * this.zoom >= 70);
+    if (this.view !== 'space') {
+      paper.lineWidth = thin;
+      paper.strokeStyle = style.getPropertyValue('--grid');
+      const left = -(this.x + MARGIN) / this.zoom, top = -(this.y + MARGIN) / this.zoom;
+      const right = left + (width + 2 * MARGIN) / this.zoom, bottom = top + (height + 2 * MARGIN) / this.zoom;
+      paper.beginPath();
+      for (let x = Math.ceil(left / step) * step; x < right; x += step) { paper.moveTo(x, top); paper.lineTo(x, bottom); }
+      for (let y = Math.ceil(top / step) * step; y < bottom; y += step) { paper.moveTo(left, y); paper.lineTo(right, y); }
+      paper.stroke();
+    }
     paper.lineWidth = 1.5 * thin;
     if (this.ghost) {
       paper.strokeStyle = style.getPropertyValue('--ghost');
-      this.ghost.forEach(path => paper.stroke(path));
+      paper.stroke(this.ghost);
     }
-    this.#lines().forEach((path, n) => {
-      paper.strokeStyle = colour(n);
+    const every = this.#turning ? Math.max(1, Math.ceil(this.count / TURNING)) : 1;
+    this.drawn = strokes(this, this.project, { every });
+    this.#frame(paper, thin, style);
+    paper.lineWidth = thin;
+    paper.strokeStyle = style.getPropertyValue('--soft');
+    paper.setLineDash([5 * thin, 4 * thin]);
+    paper.stroke(this.drawn.travel);
+    paper.setLineDash([]);
+    paper.lineWidth = 1.8 * thin;
+    this.drawn.work.forEach((path, n) => {
+      paper.strokeStyle = colour(n, night);
       paper.stroke(path);
     });
+    for (const [u, v, n] of this.drawn.rings) {
+      paper.strokeStyle = colour(n, night);
+      paper.beginPath();
+      paper.arc(u, v, 4.5 * thin, 0, 7);
+      paper.stroke();
+    }
     this.#bitmap = bitmap;
     this.#made = { zoom: this.zoom, x: this.x, y: this.y };
     this.step = step;
@@ -233,8 +281,20 @@ export class PathView {
     paper.drawImage(this.#bitmap, this.x - (made.x + MARGIN) * by, this.y - (made.y + MARGIN) * by,
       (width + 2 * MARGIN) * by, (height + 2 * MARGIN) * by);
     paper.globalAlpha = 1;
-    const style = getComputedStyle(this.canvas), [a, b] = VIEWS[this.view];
-    const at = place => [this.x + place[a - 1] * this.zoom, this.y - place[b - 1] * this.zoom];
+    const style = getComputedStyle(this.canvas), on = this.#on();
+    const at = place => { const [u, v] = on(place); return [this.x + u * this.zoom, this.y + v * this.zoom]; };
+    if (this.#line && !this.#turning) {
+      this.#marked ??= piecesOf(this, this.project, this.#line) ?? new Path2D();
+      paper.save();
+      paper.translate(this.x, this.y);
+      paper.scale(this.zoom, this.zoom);
+      paper.lineWidth = 5 / this.zoom;
+      paper.lineCap = 'round';
+      paper.strokeStyle = style.getPropertyValue('--accent');
+      paper.globalAlpha = .55;
+      paper.stroke(this.#marked);
+      paper.restore();
+    }
     if (this.trail.length > 1) {
       paper.strokeStyle = style.getPropertyValue('--trail');
       paper.lineWidth = 3;
@@ -262,10 +322,33 @@ export class PathView {
         paper.stroke();
       }
     }
+    this.#legend(paper, width, height, style);
+  }
+  // Numbers at the grid, and what the colours mean.
+  #legend(paper, width, height, style) {
     paper.fillStyle = style.getPropertyValue('--soft');
     paper.font = '12px sans-serif';
-    const [, , u, v] = VIEWS[this.view];
-    paper.fillText(`${u} → ${v} ↑ grid ${this.step} mm`, 8, height - 8);
+    const { step } = this, round = value => +value.toFixed(4), seen = VIEWS[this.view];
+    if (seen && step) {
+      paper.textAlign = 'center';
+      for (let x = Math.ceil((24 - this.x) / this.zoom / step) * step; x * this.zoom + this.x < width - 150; x += step) paper.fillText(round(x), x * this.zoom + this.x, height - 6);
+      paper.textAlign = 'left';
+      const down = seen[1] === 'Z' && this.#isDown() ? -1 : 1;
+      for (let y = Math.ceil((this.y - height + 24) / this.zoom / step) * step; this.y - y * this.zoom > 56; y += step) paper.fillText(round(y * down), 6, this.y - y * this.zoom + 4);
+      paper.fillText(`${seen[0]} →  ${seen[1]} ↑  mm`, 6, height - 22);
+    }
+    if (!this.feed) return;
+    const night = dark(), wide = 6, left = width - CLASSES * wide - 10, top = height - 30;
+    for (let n = 0; n < CLASSES; n++) {
+      paper.fillStyle = colour(n, night);
+      paper.fillRect(left + n * wide, top, wide, 8);
+    }
+    paper.fillStyle = style.getPropertyValue('--soft');
+    paper.textAlign = 'left';
+    paper.fillText('0', left, height - 8);
+    paper.textAlign = 'right';
+    paper.fillText(`${this.feed.toFixed(1)} mm/s`, width - 10, height - 8);
+    paper.textAlign = 'left';
   }
   // The machine itself, as the board tells it; `homed`: its place is known. The trail has no place from
   // before that: it would be of another frame.
@@ -289,6 +372,6 @@ export class PathView {
     const a = lo * WIDTH, b = Math.min(lo + 1, count - 1) * WIDTH;
     const part = points[b] > points[a] ? Math.min(1, Math.max(0, (time - points[a]) / (points[b] - points[a]))) : 0;
     const place = [1, 2, 3].map(n => points[a + n] + (points[b + n] - points[a + n]) * part);
-    return { place, line: words[a + 4] & 0xffffff, speed: this.classes[b / WIDTH] / CLASSES * this.fastest };
+    return { place, line: words[a + 4] & 0xffffff, speed: this.speed[b / WIDTH] };
   }
 }

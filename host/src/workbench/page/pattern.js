@@ -23,6 +23,7 @@ export class Pattern {
     Object.assign(this, { link, machine, script });
     const field = (name, label, value, unit = '') => {
       this.fields[name] = numberField({ value, name });
+      this.fields[name].dataset.own = value;
       return h('label', {}, `${label} `, this.fields[name], unit && ` ${unit}`);
     };
     this.shape = h('select', { id: 'shape', ariaLabel: 'Pattern', onchange: () => this.#shaped() },
@@ -30,7 +31,7 @@ export class Pattern {
     this.boxes = Object.fromEntries(Object.entries(SHAPES).map(([name, [, list]]) =>
       [name, h('span', { className: 'bar' }, ...list.map(([own, ...rest]) => field(`${name}_${own}`, ...rest)))]));
     this.zigzag = h('input', { type: 'checkbox' });
-    this.boxes.grid.append(h('label', {}, this.zigzag, ' to and fro'));
+    this.boxes.grid.append(h('label', {}, this.zigzag, ' zigzag'));
     this.file = h('input', { type: 'file', id: 'points-file', ariaLabel: 'File of points', onchange: () => this.#read().catch(error => this.#told(error)) });
     this.groups = h('span', { className: 'bar' });
     this.boxes.points.append(this.file, h('span', { className: 'soft' }, 'CSV, KiCad .pos, Excellon or Gerber drill'), this.groups);
@@ -38,7 +39,7 @@ export class Pattern {
     this.down = h('input', { type: 'checkbox', id: 'goes-down', checked: true, onchange: () => this.#shaped() });
     this.spindle = h('input', { type: 'checkbox', id: 'spindle', checked: true });
     this.depths = h('span', { className: 'bar' }, field('surface', 'Surface at Z', 0, 'mm'), this.#here('surface', 'Z'),
-      field('depth', 'Depth', 2, 'mm'), field('clear', 'Travels above', 2, 'mm'), field('feed', 'Down at', 2, 'mm/s'));
+      field('depth', 'Depth', 2, 'mm'), field('clear', 'Clearance', 2, 'mm'), field('feed', 'Down at', 2, 'mm/s'));
     this.act = h('select', { id: 'act', ariaLabel: 'At each point', onchange: () => this.#shaped() },
       ...[['nothing', 'nothing more'], ['wait', 'wait'], ['pulse', 'switch an output on for']].map(([value, label]) => h('option', { value }, label)));
     this.ms = field('ms', 'for', 500, 'ms');
@@ -52,9 +53,9 @@ export class Pattern {
       h('fieldset', {}, h('legend', {}, 'Points'), this.shape, h('label', {}, 'called ', this.name), ...Object.values(this.boxes),
         h('span', { className: 'bar' }, field('x', 'First point (centre, zero of the list): X', 10, 'mm'), field('y', 'Y', 10, 'mm'), this.#here(['x', 'y'], 'XY'))),
       h('fieldset', {}, h('legend', {}, 'At each point'), h('label', {}, this.down, ' Z goes down'), this.depths, this.turns = h('label', {}, this.spindle, ' spindle on (a drill; not for glue or a gripper)'), this.act, this.output, this.ms),
-      h('fieldset', {}, h('legend', {}, 'Lies elsewhere'),
+      h('fieldset', {}, h('legend', {}, 'Align to the workpiece'),
         h('span', { className: 'soft' }, 'One taught point shifts the drawing, two turn it, three show whether it is mirrored.'),
-        this.frame, action('Add a taught point', () => this.#pair(), { id: 'add-pair' }), h('label', {}, this.mirrored, ' seen from behind'), this.listed),
+        this.frame, action('Add a taught point', () => this.#pair(), { id: 'add-pair' }), h('label', {}, this.mirrored, ' mirrored (seen from below)'), this.listed),
       h('div', { className: 'foot' }, this.words, h('div', { className: 'bar' }, action('Show the script', () => this.#make(true), { id: 'show-pattern' }),
         action('Insert at the caret', () => this.#insert(), { id: 'insert-pattern' }), action('As a new script', () => this.#fresh(), { id: 'new-pattern' }))),
       this.result);
@@ -88,7 +89,7 @@ export class Pattern {
     if (!machine) return;
     const of = letter => machine.axes.find(own => own.axis === letter), set = (name, value) => {
       const field = this.fields[name];
-      if (field.value === (field.dataset.own ?? field.defaultValue)) field.value = field.dataset.own = String(+value.toFixed(3));
+      if (field.value === field.dataset.own) field.value = field.dataset.own = String(+value.toFixed(3));
     };
     const size = { grid: ['columns', 'pitch_x', 'rows', 'pitch_y'], line: ['way_x', 'way_y'] }[this.shape.value] ?? [];
     const [a, b, c, d] = size.map(name => parsed(this.fields[`${this.shape.value}_${name}`].value) ?? 0);

@@ -28,7 +28,7 @@ export class Run {
       action('Debug', () => link.ask({ debug: { breaks: lines(), step: false } }), { id: 'debug', title: 'Start, and halt at breakpoints' }),
       action('Step', () => this.state?.picture.followed ? link.ask({ go: { step: true } })
         : link.ask({ debug: { breaks: lines(), step: true } }), { id: 'step', title: 'To the next effect' }),
-      action('Go on', () => link.ask({ go: { step: false } }), { id: 'go' }));
+      action('Continue', () => link.ask({ go: { step: false } }), { id: 'go' }));
     editor.broken = () => { if (this.state?.picture.followed) link.say({ breaks: lines() }); };
     for (const [id, n] of [['#feed', 0], ['#rapid', 1]]) {
       $(id).addEventListener('change', async () => {

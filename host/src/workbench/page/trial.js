@@ -25,6 +25,8 @@ export class Trial {
         for (const other of document.querySelectorAll('[data-view]')) other.setAttribute('aria-pressed', other === button);
       });
     }
+    view.picked = (time, line) => { this.seek(time * 1e6); editor.show(line); };
+    editor.moved = line => view.mark(line);
     this.rows = $('#rows');
     this.rows.addEventListener('pointerdown', e => this.#point(e));
     this.rows.addEventListener('pointermove', e => { if (e.buttons) this.#point(e); });
@@ -87,7 +89,7 @@ export class Trial {
     const steps = sum(about.steps);
     const list = [
       ['Time', time(about.us) + more(about.us, kept?.us, time)], ['Steps', whole(steps) + more(steps, kept && sum(kept.steps), whole)],
-      ['Way', about.travel_um.map(um => mm(um / 1000, 1)).join(' / ') + ' mm' + more(sum(about.travel_um), kept && sum(kept.travel_um), um => `${mm(um / 1000, 1)} mm`)],
+      ['Travel', about.travel_um.map(um => mm(um / 1000, 1)).join(' / ') + ' mm' + more(sum(about.travel_um), kept && sum(kept.travel_um), um => `${mm(um / 1000, 1)} mm`)],
       ['Fastest', `${mm(this.view.fastest, 1)} mm/s`],
       ['Program', `${about.bytes} of ${about.room} bytes` + more(about.bytes, kept?.bytes, whole)], ['End', how],
     ];
@@ -204,7 +206,7 @@ export class Trial {
   play(on) {
     if (!this.about) return;
     this.playing = on;
-    text($('#play'), on ? 'Halt' : 'Play');
+    text($('#play'), on ? 'Pause' : 'Play');
     if (!on) return;
     if (this.us >= this.about.us) this.us = 0;
     // A long run is shown within 20 s.
