@@ -55,7 +55,7 @@ def archive_files(binary, pages, licences, book=None):
     """What an archive holds: path inside it, then the file or its bytes."""
     files = {binary.name: binary, "LICENCES.txt": licences, "70-pasapas.rules": ROOT / "host/dist/70-pasapas.rules"}
     files |= {name: ROOT / name for name in ("LICENSE-MIT", "LICENSE-APACHE", "host/workbench.webp")}
-    files["CHANGELOG.md"] = ROOT / "host/CHANGELOG.md"
+    files["CHANGELOG.md"] = ROOT / "CHANGELOG.md"
     folders = [("examples", ROOT / "examples"), ("man", pages / "man"), ("completions", pages / "completions")]
     for top, folder in folders + ([("manual", book)] if book else []):
         for file in sorted(folder.rglob("*")):

@@ -32,7 +32,7 @@ fn every_device_that_we_know_has_a_udev_rule() {
 
 #[test]
 fn the_newest_changes_are_those_of_this_version() {
-    let changes = text("host/CHANGELOG.md");
+    let changes = text("CHANGELOG.md");
     let newest = changes.lines().find_map(|line| line.strip_prefix("## "));
     assert_eq!(newest, Some(env!("CARGO_PKG_VERSION")));
 }

@@ -5,6 +5,7 @@
 
 use std::io::{self, stdin, stdout};
 use std::thread::{JoinHandle, spawn};
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::bounded;
 use lsp_server::{Connection, Message};
@@ -13,6 +14,9 @@ use crate::dap::wire;
 
 /// Longest message, bytes: a script of 8 MB, each character of which may be written as six.
 const LONGEST: usize = 64 << 20;
+
+/// Time in which a reader that has failed ends.
+const PATIENCE: Duration = Duration::from_millis(500);
 
 /// The threads that read and write.
 pub struct Threads {
@@ -49,9 +53,13 @@ impl Threads {
     /// # Errors
     /// The input broke, or was no message.
     pub fn ended(self, broken: bool) -> io::Result<()> {
-        // A server that gave up does not wait for an editor that still holds its end open.
-        let reads = !self.reader.is_finished() && broken;
-        if !reads {
+        // A server that gave up does not wait for an editor that still holds its end open; but what
+        // ended the reader is the reason.
+        let until = Instant::now() + PATIENCE;
+        while broken && !self.reader.is_finished() && Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        if !broken || self.reader.is_finished() {
             self.reader.join().unwrap_or(Ok(()))?;
         }
         self.writer.join().unwrap_or(Ok(()))
