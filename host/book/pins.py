@@ -17,6 +17,8 @@ def cells(table, column):
     if column not in columns[1:]:
         raise ValueError(f"the table has the columns {columns[1:]}")
     at = columns.index(column)
+    # A picture has no links.
+    rows = [[re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", cell) for cell in row] for row in rows]
     return [(row[0], row[1] if row[at] == "the same" else row[at]) for row in rows[2:]]
 
 

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Packs a built tool: an archive for a platform and, for Linux, a Debian package.
 
-pack.py OUT --target TRIPLE --binary FILE --pages FOLDER
+pack.py OUT --target TRIPLE --binary FILE --pages FOLDER [--book FOLDER]
 
-FOLDER is what `cargo run --example pages` writes: man pages and completions. OUT gets
+FOLDER is what `cargo run --example pages` writes: man pages and completions; that of --book is the
+rendered book, which becomes the folder `manual`. The README comes with the pages that it links to, at
+the same places; a link to what a package does not hold becomes plain text. OUT gets
 pasapas-VERSION-TRIPLE.tar.xz (.zip for Windows), and pasapas_VERSION_ARCH.deb. Needs cargo, and
 dpkg-deb for the Debian package.
 """
@@ -26,17 +28,41 @@ ARCHITECTURES = {"x86_64": "amd64", "aarch64": "arm64"}
 TIME = 1577836800
 
 
-def archive_files(binary, pages, licences):
+# Pages for users: those that the README links to, and those that these link to.
+PAGES = ["README.md", "lang/README.md", "firmware/README.md", "firmware/lower/README.md", "host/dist/README.md",
+         "host/editors.md", "host/gateway.md", "host/profiles.md", "host/workbench.md", "host/worlds.md"]
+LINK = re.compile(r"(!?)\[([^]\[]*)\]\(([^)\s]+)\)")
+
+
+def page(path, held):
+    """A page as bytes, without links to files that are not among those `held`."""
+    folder = pathlib.PurePosixPath(path).parent
+
+    def link(found):
+        picture, words, target = found.groups()
+        place = target.split("#")[0]
+        if not place or re.match(r"[a-z]+:", place):
+            return found[0]
+        whole = []
+        for part in (folder / place).parts:
+            whole = whole[:-1] if part == ".." else whole + [part]
+        return found[0] if "/".join(whole) in held else words
+
+    return LINK.sub(link, (ROOT / path).read_text()).encode()
+
+
+def archive_files(binary, pages, licences, book=None):
     """What an archive holds: path inside it, then the file or its bytes."""
     files = {binary.name: binary, "LICENCES.txt": licences, "70-pasapas.rules": ROOT / "host/dist/70-pasapas.rules"}
-    files |= {name: ROOT / name for name in ("README.md", "LICENSE-MIT", "LICENSE-APACHE")}
-    files["CHANGELOG.md"] = ROOT / "host/CHANGELOG.md"
-    for top, folder in (("examples", ROOT / "examples"), ("man", pages / "man"),
-                        ("completions", pages / "completions")):
+    files |= {name: ROOT / name for name in ("LICENSE-MIT", "LICENSE-APACHE", "host/workbench.webp")}
+    files["CHANGELOG.md"] = ROOT / "CHANGELOG.md"
+    folders = [("examples", ROOT / "examples"), ("man", pages / "man"), ("completions", pages / "completions")]
+    for top, folder in folders + ([("manual", book)] if book else []):
         for file in sorted(folder.rglob("*")):
             if file.is_file():
                 files[f"{top}/{file.relative_to(folder).as_posix()}"] = file
-    return files
+    held = files.keys() | set(PAGES)
+    return files | {path: page(path, held) for path in PAGES}
 
 
 def content(file):
@@ -85,6 +111,10 @@ def debian(out, target, files, binary):
                 put(f"usr/bin/{name}", data, 0o755)
             elif path.startswith("man/"):
                 put(f"usr/share/man/man1/{name}.gz", gzip.compress(data, mtime=0))
+            elif path.startswith("manual/"):
+                put(f"usr/share/doc/pasapas/html/{path.removeprefix('manual/')}", data)
+            elif path in PAGES or path.endswith(".webp"):
+                put(f"usr/share/doc/pasapas/{path}", data)
             elif path.startswith("examples/"):
                 put(f"usr/share/pasapas/{path}", data)
             elif path == "70-pasapas.rules":
@@ -127,14 +157,16 @@ def main():
     parser.add_argument("--target", required=True)
     parser.add_argument("--binary", type=pathlib.Path, required=True)
     parser.add_argument("--pages", type=pathlib.Path, required=True)
+    parser.add_argument("--book", type=pathlib.Path)
     options = parser.parse_args()
     licences = subprocess.run([sys.executable, ROOT / "host/dist/licences.py", options.target],
                               check=True, capture_output=True).stdout
-    files = archive_files(options.binary, options.pages, licences)
+    files = archive_files(options.binary, options.pages, licences, options.book)
     options.out.mkdir(parents=True, exist_ok=True)
     archive(options.out, f"pasapas-{VERSION}-{options.target}", files, options.binary.name)
     if "-linux-" in options.target and shutil.which("dpkg-deb"):
         debian(options.out, options.target, files, options.binary.name)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -24,6 +24,7 @@ mod grbl;
 mod import;
 mod library;
 mod lsp;
+mod manual;
 mod others;
 mod part;
 mod port;
@@ -45,7 +46,7 @@ mod world;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use lang::front::diag::Diag;
 use lang::front::source::Source;
 use lang::profile::Profile;
@@ -199,12 +200,22 @@ impl Command {
 
 /// The command line as clap knows it: man pages and completions are made from it.
 pub fn command_line() -> clap::Command {
-    Cli::command()
+    Cli::command().after_help(manual::list())
 }
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let arguments: Vec<String> =
+        std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    if let Some(text) = manual::asked(&arguments) {
+        let console = Console { format: Format::Text, quiet: false };
+        return match console.result(text) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(failure) => ExitCode::from(failure.exit_code()),
+        };
+    }
+    let parsed = command_line().try_get_matches();
+    let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => {
             // clap writes help to standard output (0) and mistakes to standard error (2).

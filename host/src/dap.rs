@@ -11,7 +11,7 @@ mod session;
 mod show;
 mod sim;
 mod snapshot;
-mod wire;
+pub(crate) mod wire;
 
 use std::io::{self, BufRead, Write};
 use std::sync::mpsc;

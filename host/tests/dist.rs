@@ -32,7 +32,7 @@ fn every_device_that_we_know_has_a_udev_rule() {
 
 #[test]
 fn the_newest_changes_are_those_of_this_version() {
-    let changes = text("host/CHANGELOG.md");
+    let changes = text("CHANGELOG.md");
     let newest = changes.lines().find_map(|line| line.strip_prefix("## "));
     assert_eq!(newest, Some(env!("CARGO_PKG_VERSION")));
 }
@@ -98,4 +98,40 @@ fn the_workflow_names_files_that_are_there() {
     for name in named {
         assert!(root().join(name).exists(), "{name}");
     }
+}
+
+/// Whoever installs has the manuals: no link of a page that is packed leads to a file that is not.
+#[test]
+fn a_package_holds_the_pages_that_its_readme_links_to() {
+    let script = r##"
+import pathlib, re, sys, tempfile
+sys.path.insert(0, "host/dist")
+import pack
+with tempfile.TemporaryDirectory() as folder:
+    folder = pathlib.Path(folder)
+    for place in ("pages/man", "pages/completions", "book"):
+        (folder / place).mkdir(parents=True)
+    (folder / "book/language.html").write_text("<html></html>")
+    files = pack.archive_files(pathlib.Path("pasapas"), folder / "pages", b"", folder / "book")
+    assert "manual/language.html" in files and "lang/README.md" in files, list(files)
+    links = 0
+    for path in pack.PAGES:
+        folder = pathlib.PurePosixPath(path).parent
+        for _, words, target in pack.LINK.findall(files[path].decode()):
+            place = target.split("#")[0]
+            if not place or re.match("[a-z]+:", place):
+                continue
+            whole = []
+            for part in (folder / place).parts:
+                whole = whole[:-1] if part == ".." else whole + [part]
+            assert "/".join(whole) in files, (path, target)
+            links += 1
+    assert links >= 30, links
+    readme = files["README.md"].decode()
+    assert "(firmware/budget.toml)" not in readme and "firmware/budget.toml" in readme
+    assert "](lang/README.md)" in readme
+"##;
+    let said =
+        Command::new("python3").args(["-c", script]).current_dir(root()).output().expect("python3");
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
 }

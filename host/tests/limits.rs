@@ -84,3 +84,32 @@ fn a_hundred_thousand_subs_are_checked_in_bounded_memory() {
     assert_eq!(code, Some(0), "{said}");
     assert!(took < PATIENCE, "it took {took:?}");
 }
+
+/// An editor that names an absurd length: the process reserved that much and aborted, or panicked.
+#[test]
+fn a_language_server_ends_in_words_whatever_length_it_is_told() {
+    for (length, word) in [
+        ("99999999999999", "at most"),
+        ("18446744073709551615", "at most"),
+        ("99999999999999999999999", "without its length"),
+        ("-1", "without its length"),
+        ("5", "expected"),
+    ] {
+        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .arg("lsp")
+            .stdin(std::process::Stdio::piped())
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut input = child.stdin.take().expect("piped");
+        let message = format!("Content-Length: {length}\r\n\r\nhello");
+        std::io::Write::write_all(&mut input, message.as_bytes()).expect("it listens");
+        // The editor's end stays open.
+        let output = child.wait_with_output().expect("an end");
+        drop(input);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{length}: {said}");
+        assert!(said.contains(word) && !said.contains("panicked"), "{length}: {said}");
+    }
+}

@@ -199,3 +199,21 @@ fn a_job_is_stored_in_pieces_where_that_is_asked_for() {
     assert!(out.contains("done, 501 lines") && out.contains("pieces"), "{out}");
     assert!(board.status().contains(r#""X":9,"Y":49"#), "{}", board.status());
 }
+
+/// On a board that cannot be fed Start would acknowledge the fault and begin nothing: the job waited for
+/// ever, and so did the first Ctrl-C.
+#[test]
+fn a_latched_fault_is_told_before_a_stored_job() {
+    let board = Board(common::Board::start(&["--part", "g2553"]));
+    let faulty = "DIM n\nPRINT 1\nn = 1 / n\nPRINT n\n";
+    let mut stream = board.stream(faulty, &["--any-profile"]);
+    stream.hears("--from-line");
+    assert_eq!(stream.end().0, 3);
+    assert!(board.status().contains("\"state\":\"fault\""), "{}", board.status());
+    let mut stream = board.stream("MoveRel X, 1mm\n", &["--any-profile"]);
+    stream.hears("is latched");
+    assert!(stream.told.contains("`pasapas start` acknowledges"), "{}", stream.told);
+    assert_eq!(stream.end().0, 4);
+    // It was told, not acknowledged.
+    assert!(board.status().contains("\"state\":\"fault\""), "{}", board.status());
+}

@@ -15,7 +15,8 @@ pub(crate) fn blanks(i: &str) -> Parsed<'_, &str> {
     take_while(|c: char| c == ' ' || c == '\t' || c == '\u{a0}').parse(i)
 }
 
-/// A whole number with its sign. One beyond 64 bits is none.
+/// A whole number with its sign. One beyond 64 bits is none, nor is the least of 64 bits: its sign can
+/// be changed by whoever reads it.
 pub(crate) fn whole(i: &str) -> Parsed<'_, i64> {
     let digits = take_while1(|c: char| c.is_ascii_digit());
     let number = recognize((opt(one_of("+-")), blanks, digits));
@@ -24,7 +25,7 @@ pub(crate) fn whole(i: &str) -> Parsed<'_, i64> {
         map_opt(number, |text: &str| {
             let text: String =
                 text.chars().filter(|c| !c.is_whitespace() && *c != '\u{a0}').collect();
-            text.parse().ok()
+            text.parse().ok().filter(|number: &i64| *number != i64::MIN)
         }),
     )
     .parse(i)

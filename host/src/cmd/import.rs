@@ -19,7 +19,8 @@ use crate::render::Note;
 pub struct Import {
     /// The program; `-` is standard input
     file: String,
-    /// What it is: isel, charlysoft, cde, laser, gcode, excellon; found by content without it
+    /// What it is: isel, charlysoft, cde, laser, gcode, excellon, ncp, points; found by content without
+    /// it
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     from: Option<import::Format>,
     /// Refuse what would be done otherwise than it stands there

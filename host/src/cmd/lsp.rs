@@ -1,7 +1,6 @@
 //! `pasapas lsp`: the language server on standard input and output.
 
 use clap::Args;
-use lsp_server::Connection;
 
 use super::{Console, Options};
 use crate::failure::Failure;
@@ -22,11 +21,13 @@ impl Lsp {
     /// The connection breaks, or the profile is wrong.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         let profile = options.profile(console)?;
-        let (connection, threads) = Connection::stdio();
+        let (connection, threads) = lsp::stdio::connect();
         let result = lsp::serve(&connection, profile.as_ref());
         // The writer's thread ends when its channel closes.
         drop(connection);
-        result.map_err(|error| Failure::Output(error.to_string()))?;
-        threads.join().map_err(|error| Failure::Output(error.to_string()))
+        let read = threads.ended(result.is_err());
+        // What could not be read says more than that there was nothing to be heard.
+        read.map_err(|error| Failure::Output(format!("the editor sent no message: {error}")))?;
+        result.map_err(|error| Failure::Output(error.to_string()))
     }
 }

@@ -92,7 +92,7 @@ impl Workbench {
         } else {
             console.result(&format!("the workbench is at {url}\n"))?;
         }
-        if self.listen.is_some() {
+        if self.listen.is_some_and(|at| !at.ip().is_loopback()) {
             console.complain(
                 "the network can reach it, and can read what goes over the line; the password is what \
                  stands behind # in the address",

@@ -4,16 +4,25 @@ use std::io::{self, BufRead, Read, Write};
 
 use serde_json::{Value, json};
 
-/// Longest message that is taken, bytes.
+/// Longest message of a debugger that is taken, bytes.
 const LONGEST: usize = 16 << 20;
 /// Longest head of a message, bytes.
 const LONGEST_HEAD: u64 = 4096;
 
-/// The next message; `None` at the end of the input.
+/// The next message of a debugger; `None` at the end of the input.
 ///
 /// # Errors
 /// The input breaks, or is no such message.
 pub fn read(from: &mut impl BufRead) -> io::Result<Option<Value>> {
+    read_up_to(from, LONGEST)
+}
+
+/// The next message of at most so many bytes; `None` at the end of the input. The language server's
+/// messages have the same form.
+///
+/// # Errors
+/// The input breaks, or is no such message.
+pub fn read_up_to(from: &mut impl BufRead, longest: usize) -> io::Result<Option<Value>> {
     let wrong = |text: &str| io::Error::new(io::ErrorKind::InvalidData, text.to_owned());
     let mut length = None;
     let mut head = from.take(LONGEST_HEAD);
@@ -33,8 +42,8 @@ pub fn read(from: &mut impl BufRead) -> io::Result<Option<Value>> {
         }
     }
     let length = length.ok_or_else(|| wrong("a message without its length"))?;
-    if length > LONGEST {
-        return Err(wrong("a message of many megabytes"));
+    if length > longest {
+        return Err(wrong(&format!("a message of {length} bytes; at most {longest} are taken")));
     }
     let mut body = vec![0; length];
     from.read_exact(&mut body)?;

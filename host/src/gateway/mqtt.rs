@@ -18,6 +18,8 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender};
 
 pub use order::carry_out;
 pub use setting::MqttSetting;
+#[cfg(feature = "opcua")]
+pub use setting::secret;
 
 use super::Gateway;
 use super::line::Look;
@@ -63,9 +65,10 @@ impl Mqtt {
         let mut session = Session::new(setting, options, outbox, reports);
         // Weak: the gateway holds the way to this thread, and ends with its last user.
         let (own, gateway) = (notes.clone(), Arc::downgrade(gateway));
+        let replies = setting.replies.clone();
         let orders = Box::new(move |board: usize, text: &[u8], reply: String| {
             if let Some(gateway) = gateway.upgrade() {
-                order::carry_out(&gateway, board, text, reply, &own);
+                order::carry_out(&gateway, board, text, (reply, &replies), &own);
             }
         });
         let thread = std::thread::spawn(move || {

@@ -301,7 +301,7 @@ impl Sparkplug {
         let orders = Box::new(move |board: usize, text: &[u8]| {
             if let Some(gateway) = weak.upgrade() {
                 // A host sees what came of it in the data.
-                carry_out(&gateway, board, text, String::new(), &own);
+                carry_out(&gateway, board, text, (String::new(), &[]), &own);
             }
         });
         let printed = vec![String::new(); boards.len()];

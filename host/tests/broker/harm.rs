@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::common::{Board, has, memory, pasapas, text};
-use super::{Ear, broker, free_port, gateway, mosquitto, python, upload};
+use super::{Ear, broker, free_port, gateway, mosquitto, publish, python, upload};
 
 /// KB by which the gateway may grow.
 const MOST_GROWTH: u64 = 16 << 10;
@@ -63,4 +63,35 @@ fn oversized_topics_and_orders_harm_nobody() {
     let grown = memory(gateway_process.0.id()).saturating_sub(before);
     println!("grown by {grown} KB");
     assert!(grown < MOST_GROWTH, "{grown} KB more");
+}
+
+/// One large message, not kept, soon after the connection's begin: it ends the connection, and the
+/// next one takes orders at once.
+#[test]
+fn one_large_message_does_not_silence_the_orders() {
+    let Some(program) = mosquitto() else { return };
+    if !has("python3", &["-c", "import paho.mqtt.client"]) {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let board = Board::start(&[]);
+    let port = free_port();
+    let _broker = broker(&program, folder.path(), port, "");
+    let setting = format!("broker = \"127.0.0.1:{port}\"\nwrite = [\"RUN_CONTROL\"]");
+    let _gateway = gateway(&board, &folder, &setting);
+    let state = Ear::new(port, "pasapas/gateway/drill/state", &[]);
+    state.wait("a state", |_, text| text.contains("\"state\""));
+    let replies = Ear::new(port, "pasapas/gateway/drill/reply", &[]);
+    let large = RUDE.split("base =").next().unwrap_or_default().to_owned()
+        + "send(\"pasapas/gateway/drill/command\", \"y\" * 300_000)\n";
+    python(&large, &[&port.to_string()]);
+    let begun = std::time::Instant::now();
+    // Within the first tries to connect again one is heard.
+    let heard = (0..20).any(|id| {
+        let order = format!(r#"{{"do":"stop","id":{id}}}"#);
+        publish(port, "pasapas/gateway/drill/command", &order);
+        std::thread::sleep(Duration::from_millis(500));
+        replies.heard.try_iter().count() > 0
+    });
+    assert!(heard, "no order was heard for {} s", begun.elapsed().as_secs());
 }

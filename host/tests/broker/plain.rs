@@ -18,8 +18,9 @@ fn state_events_orders_will_and_what_happened_while_the_broker_was_away() {
     let port = free_port();
     let mut first = broker(&program, folder.path(), port, "");
     let ear = Ear::new(port, "pasapas/#", &[]);
-    let setting =
-        format!("broker = \"127.0.0.1:{port}\"\nwrite = [\"RUN_CONTROL\", \"coils 0..3\"]");
+    let setting = format!(
+        "broker = \"127.0.0.1:{port}\"\nwrite = [\"RUN_CONTROL\", \"coils 0..3\"]\nreplies = [\"my/\"]"
+    );
     let mut gateway_process = gateway(&board, &folder, &setting);
     ear.wait("online", |topic, text| topic == "pasapas/gateway/status" && text == "online");
     let ready = |topic: &str, text: &str| {

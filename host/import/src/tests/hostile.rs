@@ -1,5 +1,6 @@
 //! Damaged files: diagnostics or a script, never a crash, never without end.
 
+use super::refused;
 use crate::{Format, Options, import};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
@@ -278,4 +279,20 @@ fn the_cards_error_characters_are_named() {
     }
     let diags = import("a.isel", b"@0i\n0 1,900\n9\n", &Options::default()).expect_err("no axes");
     assert!(diags.iter().any(|diag| diag.text.contains("the card answers 4 ")), "{diags:#?}");
+}
+
+/// The sign of a count is changed where a motor turns the other way.
+#[test]
+fn the_least_number_of_64_bits_is_none() {
+    for text in [
+        "@07\n@0i\n0 -9223372036854775808,2000,100,2000,0,21,0,21\n9\n",
+        "@07\n@0A -9223372036854775808,900\n",
+    ] {
+        let told = refused("a.isel", text);
+        assert!(told.contains("error["), "{told}");
+    }
+    for n in [i64::MIN, i64::MIN + 1, i64::MAX] {
+        let read = crate::line::whole(&n.to_string()).map(|(_, number)| number).ok();
+        assert_eq!(read, (n != i64::MIN).then_some(n));
+    }
 }

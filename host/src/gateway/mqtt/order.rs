@@ -158,17 +158,23 @@ impl Write {
     }
 }
 
-/// A topic to which a reply may go.
-fn is_topic(topic: &str) -> bool {
-    !topic.is_empty() && topic.len() <= LONGEST_TOPIC && !topic.contains(['+', '#', '\0'])
+/// A topic to which a reply may go: `usual`, one below it, or one with an allowed beginning. The gateway
+/// may write topics by which other machines take orders, which the sender of the order may not.
+fn is_topic(topic: &str, usual: &str, allowed: &[String]) -> bool {
+    let below =
+        topic.strip_prefix(usual).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    let own = below || allowed.iter().any(|start| topic.starts_with(start.as_str()));
+    own && topic.len() <= LONGEST_TOPIC && !topic.contains(['+', '#', '\0'])
 }
 
-/// Carries an order out; its reply goes to `usual` unless it names another topic.
+/// Carries an order out; its reply goes to `usual` unless it names another topic that is allowed. An
+/// order that names one that is not is carried out all the same, since it may be a stop; its reply
+/// says so.
 pub fn carry_out(
     gateway: &Gateway,
     board: usize,
     text: &[u8],
-    usual: String,
+    (usual, allowed): (String, &[String]),
     notes: &UnboundedSender<Note>,
 ) {
     let order = Order::read(text);
@@ -176,9 +182,10 @@ pub fn carry_out(
         Ok(order) => (order.what.clone(), order.id.clone()),
         Err(_) => (String::new(), None),
     };
-    let topic = match order.as_ref().ok().and_then(|order| order.reply.clone()) {
-        Some(topic) if is_topic(&topic) => topic,
-        _ => usual,
+    let (topic, note) = match order.as_ref().ok().and_then(|order| order.reply.clone()) {
+        Some(topic) if is_topic(&topic, &usual, allowed) => (topic, None),
+        Some(_) => (usual, Some("[mqtt] `replies` does not allow the topic that was named")),
+        None => (usual, None),
     };
     let notes = notes.clone();
     let reply = move |result: Result<(), String>| {
@@ -188,6 +195,9 @@ pub fn carry_out(
         }
         if let Err(error) = result {
             text["error"] = json!(error);
+        }
+        if let Some(note) = note {
+            text["note"] = json!(note);
         }
         // The conversation is over when nobody hears it.
         let _ = notes.send(Note::Reply(topic, text.to_string()));
@@ -247,9 +257,31 @@ mod tests {
         ] {
             assert!(!good(text), "{text}");
         }
-        assert!(
-            is_topic("a/b") && !is_topic("a/#") && !is_topic("") && !is_topic(&"x".repeat(300))
-        );
+    }
+
+    /// The gateway may write what the sender may not: other boards' orders, other machines'.
+    #[test]
+    fn a_reply_goes_below_its_own_topic_or_where_it_is_allowed() {
+        let usual = "pasapas/hall/drill/reply";
+        let allowed = ["panel/".to_owned()];
+        let may = |topic: &str| is_topic(topic, usual, &allowed);
+        for topic in [usual, "pasapas/hall/drill/reply/7", "panel/5/told"] {
+            assert!(may(topic), "{topic}");
+        }
+        let long = format!("panel/{}", "x".repeat(300));
+        for topic in [
+            "",
+            "a/b",
+            "panel",
+            "panel/#",
+            "pasapas/hall/drill/command",
+            "pasapas/hall/drill/replyx",
+            "pasapas/hall/mill/reply",
+            "spBv1.0/g/NDEATH/n",
+            &long,
+        ] {
+            assert!(!may(topic), "{topic}");
+        }
     }
 
     #[test]

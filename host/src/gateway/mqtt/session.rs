@@ -32,8 +32,9 @@ const AGAIN: Duration = Duration::from_millis(100);
 const LONGEST: Duration = Duration::from_secs(15);
 /// Time to say goodbye.
 const GOODBYE: Duration = Duration::from_secs(1);
-/// A packet larger than any order that comes within this time of the connection's begin is one that the
-/// broker keeps and gives to each new connection.
+/// A packet larger than any order that ends two connections one after the other, each within this time
+/// of its begin, is one that the broker keeps and gives to each new connection. One alone is somebody's
+/// message, which the broker does not send again.
 const KEPT_TIME: Duration = Duration::from_secs(5);
 /// No orders are taken for so long behind such a one: events must not wait for whoever takes it away.
 const DEAF_TIME: Duration = Duration::from_secs(60);
@@ -85,6 +86,8 @@ pub struct Session {
     home_assistant: bool,
     /// Until then no orders are taken.
     deaf_until: Option<Instant>,
+    /// The connection before ended by a packet that is larger than any order, soon after its begin.
+    oversized: bool,
     /// What was said of the last lost connection.
     said: String,
 }
@@ -146,6 +149,7 @@ impl Session {
             status: setting.status(),
             home_assistant: setting.home_assistant,
             deaf_until: None,
+            oversized: false,
             said: String::new(),
         }
     }
@@ -165,8 +169,13 @@ impl Session {
                 Ok(never) => match never {},
                 Err(Over::End(end)) => return end,
                 Err(Over::Lost(why)) => why,
-                Err(Over::Oversized(why)) if begun.elapsed() > KEPT_TIME => why,
+                Err(Over::Oversized(why)) if begun.elapsed() > KEPT_TIME => {
+                    self.oversized = false;
+                    why
+                }
+                Err(Over::Oversized(why)) if !std::mem::replace(&mut self.oversized, true) => why,
                 Err(Over::Oversized(why)) => {
+                    self.oversized = false;
                     self.deaf_until = Some(Instant::now() + DEAF_TIME);
                     format!("{why}: no orders are taken for {} s", DEAF_TIME.as_secs())
                 }

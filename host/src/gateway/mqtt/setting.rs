@@ -45,6 +45,9 @@ pub struct MqttSetting {
     /// What orders may write; without it none is carried out.
     #[serde(default)]
     pub write: Vec<String>,
+    /// Beginnings of topics to which a reply may go beside those of its board.
+    #[serde(default)]
+    pub replies: Vec<String>,
     /// Tell Home Assistant of the boards.
     #[serde(default)]
     pub home_assistant: bool,
@@ -66,6 +69,23 @@ const fn look() -> u64 {
     250
 }
 
+/// Says so where anybody of this computer may read a password or a key.
+pub fn secret(path: &Path) {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = std::fs::metadata(path).map_or(0, |about| about.permissions().mode());
+        if mode & 0o004 != 0 {
+            eprintln!(
+                "pasapas: {0} can be read by everybody on this computer: `chmod 640 {0}`",
+                path.display()
+            );
+        }
+    }
+    #[cfg(not(unix))]
+    let _ = path;
+}
+
 fn read(path: &Path) -> Result<Vec<u8>, String> {
     std::fs::read(path).map_err(|error| format!("{} cannot be read: {error}", path.display()))
 }
@@ -85,6 +105,15 @@ impl MqttSetting {
         }
         if !(20..=60_000).contains(&self.look_ms) {
             return Err("look_ms is 20 to 60000".to_owned());
+        }
+        for topic in &self.replies {
+            let ours = self.base().starts_with(topic.as_str()) || topic.starts_with("pasapas/");
+            if ours || topic.starts_with('$') || topic.contains(['+', '#']) {
+                return Err(format!(
+                    "replies = [\"{topic}\"]: the beginning of a topic that no gateway and no broker \
+                     takes orders by, such as \"panel/\""
+                ));
+            }
         }
         if self.certificate.is_some() != self.key.is_some() {
             return Err("certificate and key belong together".to_owned());
@@ -145,6 +174,7 @@ impl MqttSetting {
         let password = match &self.password_file {
             None => String::new(),
             Some(file) => {
+                secret(file);
                 let text = String::from_utf8_lossy(&read(file)?).into_owned();
                 text.lines().next().unwrap_or_default().to_owned()
             }
