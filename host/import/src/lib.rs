@@ -15,6 +15,7 @@ mod isel;
 mod line;
 mod ncp;
 pub mod pattern;
+pub mod placement;
 mod points;
 mod script;
 mod share;
@@ -109,6 +110,11 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
     let foreign = detect::foreign(lines.text()).filter(|_| options.from.is_none());
     if let Some(what) = foreign {
         return Err(vec![Diag::new(Code::UnknownFormat, 1, 1, format!("this is {what}"))]);
+    }
+    if options.from.is_none() && placement::is_placement(name, lines.text()) {
+        let text = "this is a placement file: a list of parts, no program";
+        let hint = "`pasapas place FILE --feeders F.toml` makes a script of it";
+        return Err(vec![Diag::new(Code::UnknownFormat, 1, 1, text).hint(hint)]);
     }
     let Some(format) = options.from.or_else(|| detect(name, lines.text())) else {
         let text = "this is no program of a system that is known here";

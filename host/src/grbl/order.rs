@@ -140,7 +140,7 @@ impl Writer {
                 let text = format!("Probe? {letter}, {limit}mm, {feed}mm/s, {input}, {state}");
                 self.statement(number, &text);
                 // What it found comes back as print: the registers tell of commands' probes only.
-                format!("PRINT {axis}; \" \"; PROBEOK({letter}); \" \"; PROBEDST({letter})")
+                format!("PRINT {axis}; \" \"; PROBEOK({letter}); \" \"; PROBEDST({letter}) / 1st")
             }
             Order::Home => "Home".to_owned(),
             Order::Motors(on) => format!("Motors {}", if *on { "ON" } else { "OFF" }),
@@ -234,7 +234,7 @@ mod tests {
             "G1 X5.000",
             "G17 G2 X7.000 Y0.001 Z0.001 I1.000 J0.000 F0.06",
             "Probe? Z, 9.000mm, 1.500mm/s, 17, OFF",
-            "PRINT 2; \" \"; PROBEOK(Z); \" \"; PROBEDST(Z)",
+            "PRINT 2; \" \"; PROBEOK(Z); \" \"; PROBEDST(Z) / 1st",
             "Wait 250ms",
             "SetOut 3, ON",
             "M8",

@@ -123,14 +123,15 @@ impl Talk {
 
     fn pass_on(&mut self) {
         self.desk.take(self.session.deeds());
-        let out = self.session.outgoing();
-        if !out.is_empty() {
-            self.ports.send(&out);
-        }
+        // Before the client hears that it is done.
         if let Some(kept) = self.session.changed()
             && let Err(words) = self.file.write(kept)
         {
             eprintln!("pasapas: grbl: {words}");
+        }
+        let out = self.session.outgoing();
+        if !out.is_empty() {
+            self.ports.send(&out);
         }
     }
 
