@@ -4,6 +4,7 @@
 //! own engines are this computer's.
 
 pub(crate) mod code;
+pub mod costs;
 #[cfg(feature = "gateway")]
 mod gateway;
 mod import;
@@ -100,6 +101,7 @@ pub const GROUPS: &[Group] = &[
     #[cfg(feature = "gateway")]
     ("gateway", gateway::run),
     ("vm", vm::run),
+    ("costs", |_| costs::probe()),
     ("passes", passes::run),
     ("motion", motion::run),
     ("stream", stream::run),

@@ -63,24 +63,25 @@ impl Bounds {
         let rest = shapes.iter().map(|g| number(g.start2())).fold(f64::INFINITY, f64::min);
         let ramped = |g: &Geometry| 2.0 * RAMP * number(g.decel) * number(g.length);
         let ramp: Vec<f64> = shapes.iter().map(ramped).collect();
-        // A line whose end is passed at speed lasts as long as planning the next one takes.
-        let paced = |n: usize| {
-            let g = &shapes[n];
-            let Some(next) = lines.get(n + 1) else { return f64::INFINITY };
-            let least_s = pace.planned_s(next) + pace.event_s * number(g.events);
-            (number(g.length) / least_s).powi(2)
-        };
+        // A line is passed no faster than the next one comes in time.
+        let passed: Vec<f64> = (0..lines.len())
+            .map(|n| {
+                lines
+                    .get(n + 1)
+                    .map_or(f64::INFINITY, |next| pace.passed(&shapes[n], &lines[n], next).powi(2))
+            })
+            .collect();
         let count = lines.len();
         let mut most = vec![0.0; count];
         for n in (0..count.saturating_sub(1)).rev() {
             let (own, next) = (&shapes[n], &shapes[n + 1]);
-            let mut bound = square(own.top).min(square(next.top)).min(paced(n));
+            let mut bound = square(own.top).min(square(next.top)).min(passed[n]);
             bound = bound.min(number(corner(&machine, own, next)));
             if number(next.feed) < number(own.feed) {
                 bound = bound.min(square(next.feed));
             }
-            if n + 2 < count {
-                bound = bound.min(paced(n + 1));
+            if n + 2 < count && passed[n + 1] > rest {
+                bound = bound.min(passed[n + 1]);
             }
             bound = bound.min(f64::max(most[n + 1], rest) + ramp[n + 1]) * (1.0 - ROUNDING);
             most[n] = if bound > rest { bound } else { 0.0 };

@@ -225,7 +225,7 @@ proptest! {
     #[test]
     fn records_are_never_too_fast_and_hardly_slow(text in script()) {
         let (program, compiled) = program(&text);
-        let pace = Pace::of(&PART).expect("one");
+        let pace = Pace::of(&PART, program.profile.pulse_us).expect("one");
         for lines in walk::walk(&program, &compiled).unwrap_or_default().courses {
             let made = join::join(&lines, &MachineRecord::of(&program.profile), &pace);
             let whole: usize = made.iter().map(|line| usize::from(line.joined) + 1).sum();

@@ -9,16 +9,14 @@ use lang::back::{Compiled, Sidecar};
 use lang::effect::{Coord, Dist, Effect, Frame, Rate};
 use lang::hir::Program;
 use lang::image::{Header, Image};
-use lang::isa::Op;
 use lang::place::Place;
 use lang::profile::Profile;
 use lang::record::MachineRecord;
 use lang::vm::{Exit, State, Vm};
 
+use super::costs;
 use crate::track::Track;
 
-/// us that F takes, which is an effect of its own: a round of the chip's main loop.
-const F_US: u32 = 1_000;
 /// Instructions between two effects: a program that computes longer than that is not followed.
 const MOST_INSTRUCTIONS: u32 = 2_000_000;
 /// Effects of a run: the courses of a longer one are not all known.
@@ -162,7 +160,7 @@ impl Walk<'_> {
         let (mut instructions, mut effects) = (0, 0);
         loop {
             let code = self.image.code.get(self.state.pc).copied().unwrap_or_default();
-            self.thought_us = self.thought_us.saturating_add(cost_us(code));
+            self.thought_us = self.thought_us.saturating_add(costs::code_us(code));
             instructions += 1;
             if instructions > MOST_INSTRUCTIONS || effects > MOST_EFFECTS {
                 return Err(Obstacle::Long);
@@ -228,7 +226,7 @@ impl Walk<'_> {
             }
             // It neither looks at the machine nor moves it.
             Effect::SetFeed(_) => {
-                self.thought_us += F_US;
+                self.thought_us = self.thought_us.saturating_add(costs::FEED_US);
                 Next::On
             }
             Effect::Linear { to, .. } | Effect::Arc { to, .. } => {
@@ -241,7 +239,14 @@ impl Walk<'_> {
                 self.learn(&words);
                 self.end_of_course()
             }
-            Effect::Home { axis, .. } => {
+            // A switch that was not found leaves the axis anywhere.
+            Effect::Home { axis, query: true } => {
+                self.unbound[axis.index()] = false;
+                self.known[axis.index()] = false;
+                self.zero_known[axis.index()] = false;
+                self.end_of_course()
+            }
+            Effect::Home { axis, query: false } => {
                 self.unbound[axis.index()] = false;
                 self.known[axis.index()] = true;
                 self.zero_known[axis.index()] = true;
@@ -354,24 +359,6 @@ fn named_in_um(words: &[Option<Coord>; 3]) -> u8 {
         }
     }
     named
-}
-
-/// us that an instruction takes on the chip at most: what multiplies, divides or looks into a table some 3 000 cycles.
-fn cost_us(code: u8) -> u32 {
-    match Op::decode(code) {
-        Some((
-            Op::Mul
-            | Op::Div
-            | Op::Mod
-            | Op::Sqr
-            | Op::Table
-            | Op::TableFar
-            | Op::ToSteps
-            | Op::ToLength,
-            _,
-        )) => 190,
-        _ => 5,
-    }
 }
 
 /// What comes behind an effect.
