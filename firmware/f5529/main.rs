@@ -82,7 +82,7 @@ extern "C" fn main() -> ! {
     // SAFETY: `main` is the only code that knows these statics, and never returns; they are zero.
     let (controller, slaves) =
         unsafe { (Controller::init(addr_of_mut!(CONTROLLER).cast()), &mut *addr_of_mut!(SLAVES)) };
-    step::init(controller.record.pulse, 0);
+    step::init(controller.record);
     if controller.chained() {
         chain::open();
     }

@@ -1,15 +1,18 @@
 //! The step engine: a timer raises the STEP edges, its interrupts play segments.
 //!
 //! The timer runs freely at the processor's rate and three of its outputs are the STEP pins. When an event is due
-//! the hardware raises the pins that were armed for it and the interrupt begins: it schedules the
-//! next event, drops the pins, looks at the inputs, and arms the axes that step next. Interrupt
-//! latency is therefore no jitter as long as the next event is armed in time; a late one is
-//! counted and postponed, never lost.
+//! the hardware makes the pins active that were armed for it and the interrupt begins: it computes the time of the
+//! next event, ends the pulses, looks at the inputs, arms the axes that step next and, last of all, writes the time
+//! into the compare registers. Interrupt latency is therefore no jitter as long as that is early enough. When it is
+//! not, the event is postponed by 2 us and counted ([`late`]): no step is lost, and neither a pulse nor the pause
+//! behind it gets shorter than promised.
 //!
-//! Two handlers share the timer's vectors through a word in RAM (3 cycles):
+//! Two kinds of handlers:
 //! - *path*: all axes on one event stream, channel 0's; each axis adds its increment to an accumulator
 //!   and steps on the carry;
 //! - *single*: each axis has an event stream of its own on its own compare register.
+//!
+//! DIR changes 1 us after STEP has ended, and the next step of that axis comes `dir_setup_us` later at the earliest.
 //!
 //! `tests/tests/motion_chip.rs` holds every edge to what `firmware::motion` planned.
 
@@ -23,6 +26,7 @@ use crate::chip::ports::{self, DIR};
 use crate::chip::timer::{FIRST, STEP_CCR, STEP_CCTL, STEP_CTL, STEP_PER_US, STEP_R};
 use crate::guard;
 use lang::part::SHORT_PULSE_US;
+use lang::record::BoardRecord;
 
 /// A segment of all axes in the engine's memory.
 #[derive(Clone, Copy)]
@@ -81,7 +85,7 @@ struct Shared {
     count: [u16; 3],
     /// 1 or -1 for each axis: what a step adds to its count.
     sense: [i16; 3],
-    /// Events that were not armed in time.
+    /// Events that could not be armed in time.
     late: u16,
     /// Ticks of a long pulse, 0 for a short one.
     width: u16,
@@ -105,6 +109,18 @@ struct Shared {
     /// Path: the slot that played when the main loop looked last, and the time of those behind it.
     seen: u16,
     ahead: u16,
+    /// Path: when the event is due that is armed, or being armed.
+    due: u16,
+    /// Ticks from a change of DIR to the next event, at least.
+    setup: u16,
+    /// Control of a channel whose STEP is at rest, becomes active at the compare, and ends at the compare; of a path.
+    rest: u16,
+    rise: u16,
+    fall: u16,
+    /// The same with the channel's own interrupt, for an axis on its own.
+    one_rest: u16,
+    one_rise: u16,
+    one_fall: u16,
 }
 
 #[unsafe(no_mangle)]
@@ -116,11 +132,18 @@ static mut PASAPAS_PLAY: MaybeUninit<State> = MaybeUninit::zeroed();
 unsafe extern "C" {
     fn pasapas_path_event();
     fn pasapas_path_long();
-    fn pasapas_single_event();
 }
 
 /// CCIE of a capture/compare control register.
 const CCIE: u16 = 1 << 4;
+/// OUTMOD of it; 0 puts the pin at the level of [`OUT`].
+const MODES: u16 = 7 << 5;
+/// Output mode: high from the compare on.
+const SET: u16 = 1 << 5;
+/// Output mode: low from the compare on.
+const RESET: u16 = 5 << 5;
+/// Level of a pin in output mode 0.
+const OUT: u16 = 1 << 2;
 
 /// Channels of the timer: that of a path's events, and those of the axes from [`FIRST`] on.
 const CHANNELS: usize = FIRST + 3;
@@ -184,26 +207,36 @@ fn state() -> *mut State {
     (&raw mut PASAPAS_PLAY).cast()
 }
 
-/// Starts the timer and gives it the STEP pins. `width_us` is the pulse width of the board's
-/// profile, `invert` the DIR pins that are low for the positive direction.
-pub fn init(width_us: u8, invert: u8) {
-    ports::give_steps();
+/// Starts the timer and gives it the STEP pins, at rest. `record` says how wide a pulse is, which level is active and
+/// how long DIR stands before a step.
+pub fn init(record: &BoardRecord) {
+    let width_us = record.pulse;
     let width = if width_us <= SHORT_PULSE_US { 0 } else { u16::from(width_us) * STEP_PER_US };
+    let low = record.flags & BoardRecord::STEP_LOW != 0;
+    let (rest, rise, fall) = if low { (OUT, RESET | OUT, SET) } else { (0, SET, RESET) };
     // SAFETY: interrupts of the timer are still off.
     unsafe {
-        // A watchdog reset leaves Timer_A as it was (SLAU144, 12.3: these bits are reset by POR), and
+        // A watchdog reset leaves Timer_A as it was (SLAU208, 17.3: these bits are reset by POR), and
         // the vector of its handlers is gone.
         for channel in 0..CHANNELS {
-            (&raw mut (*CCTL)[channel]).write_volatile(0);
+            (&raw mut (*CCTL)[channel]).write_volatile(rest);
         }
         // SMCLK, continuous, cleared.
         (STEP_CTL as *mut u16).write_volatile(0b10 << 8 | 0b10 << 4 | 1 << 2);
-        (*shared()).beam = &raw const (*shared()).nowhere as u16;
-        (*shared()).width = width;
-        (*shared()).invert = invert;
-        (*shared()).sense = [1; 3];
+        let shared = shared();
+        (*shared).beam = &raw const (*shared).nowhere as u16;
+        (*shared).width = width;
+        (*shared).setup = u16::from(record.setup) * STEP_PER_US;
+        (*shared).rest = rest;
+        (*shared).rise = rise;
+        (*shared).fall = fall;
+        (*shared).one_rest = rest | CCIE;
+        (*shared).one_rise = rise | CCIE;
+        (*shared).one_fall = fall | CCIE;
+        (*shared).sense = [1; 3];
     }
     set_dirs(0);
+    ports::give_steps();
 }
 
 /// Whether any axis has an event ahead; see [`axis_is_running`].
@@ -332,9 +365,6 @@ pub fn put_axis(axis: usize, segment: &Segment, negative: bool) {
         (*next).mask = segment.mask | if negative { 1 << 15 } else { 0 };
         guard::arm(&raw mut (*next).events, segment.events);
         if !enabled(axis) {
-            if FIRST + axis == 0 {
-                (*shared()).vector = pasapas_single_event as *const () as usize as u16;
-            }
             start(FIRST + axis);
         }
     }
@@ -345,8 +375,9 @@ fn start(channel: usize) {
     // SAFETY: the channel is off, so its handler does not run.
     unsafe {
         let at = R.read_volatile().wrapping_add(LEAD);
+        (*shared()).due = at;
         (&raw mut (*CCR)[channel]).write_volatile(at);
-        (&raw mut (*CCTL)[channel]).write_volatile(CCIE);
+        (&raw mut (*CCTL)[channel]).write_volatile((*shared()).one_rest);
     }
 }
 
@@ -418,7 +449,7 @@ pub fn caught(axis: usize, position: i32) -> i32 {
     position.wrapping_add(i32::from(count.wrapping_sub(position as u16) as i16))
 }
 
-/// Events that could not be armed in time since reset.
+/// Events that came late since reset, as they could not be armed in time. None of them lost a step or shortened a pulse.
 pub fn late() -> u16 {
     // SAFETY: a single word.
     unsafe { (&raw const (*shared()).late).read_volatile() }

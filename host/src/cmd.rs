@@ -20,6 +20,7 @@ mod gateway;
 #[cfg(not(feature = "gateway"))]
 #[path = "cmd/no_gateway.rs"]
 mod gateway;
+mod grbl;
 mod import;
 mod library;
 mod lsp;
@@ -132,6 +133,9 @@ enum Command {
     Workbench(workbench::Workbench),
     /// Boards on several lines for programs on several protocols: Modbus TCP
     Gateway(gateway::Gateway),
+    /// A Grbl controller for the programs that drive one: a board, or a virtual one, at a TCP port or a
+    /// pseudo-terminal
+    Grbl(grbl::Grbl),
     /// All boards behind gateways, by tags: what differs, a program for each, start, stop
     Fleet(fleet::Fleet),
     /// Serve an editor: the language server on standard input and output
@@ -164,6 +168,7 @@ impl Command {
             Command::Fmt(command) => command.run(options, console),
             Command::Workbench(command) => command.run(options, console),
             Command::Gateway(command) => command.run(options, console),
+            Command::Grbl(command) => command.run(options, console),
             Command::Fleet(command) => command.run(options, console),
             Command::Lsp(command) => command.run(options, console),
             Command::Dap(command) => command.run(options, console),

@@ -88,6 +88,8 @@ struct Wants {
     stop: bool,
     hold: Option<Hold>,
     debug: Option<Debug>,
+    /// Everything is read in the next round, also what hardly changes.
+    anew: bool,
     closing: bool,
 }
 
@@ -208,6 +210,12 @@ impl Helm {
     /// Follows the next run effect by effect, with breakpoints and steps.
     pub fn debug(&self, debug: Debug) {
         lock(&self.shared().wants).debug = Some(debug);
+        self.shared().called.notify_one();
+    }
+
+    /// Has everything read in the next round: the board's program was changed.
+    pub fn refresh(&self) {
+        lock(&self.shared().wants).anew = true;
         self.shared().called.notify_one();
     }
 

@@ -22,6 +22,7 @@ pub mod fleet;
 #[cfg(feature = "gateway")]
 pub mod gateway;
 #[cfg(feature = "desktop")]
+pub mod grbl;
 pub mod hall;
 #[cfg(feature = "desktop")]
 pub mod helm;

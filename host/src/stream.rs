@@ -12,6 +12,7 @@
 //! goes back there, enters the handler as the VM does, and feeds on. So there is one meaning of
 //! handlers, the VM's, and [`late`] says what it costs in time.
 
+pub mod chain;
 pub mod check;
 pub mod cut;
 pub mod feed;

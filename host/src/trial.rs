@@ -1,5 +1,7 @@
 //! The simulation at each pause in typing: what a page needs to show a run before it is made.
 
+pub mod budget;
+
 use std::sync::Arc;
 
 use lang::axis::Axis;
@@ -15,16 +17,15 @@ use lang::profile::Profile;
 use lang::record::feature;
 use serde_json::{Value, json};
 
+use self::budget::Budget;
 use crate::chords;
 use crate::course;
 use crate::plot::{Curve, Plot, Style};
+use crate::sim::record::StopReason;
 use crate::sim::trace::{Event, What};
 use crate::sim::world::World;
 use crate::sim::{self, Engine, Outcome, SimError};
 
-/// Statements that a simulation may execute: a second or two of a desktop, and what an endless script
-/// leaves in memory meanwhile.
-const STATEMENTS: u64 = 5_000_000;
 /// Points of a path that are sent; a longer path is shown up to there.
 const MOST_POINTS: usize = 600_000;
 /// Events that are sent.
@@ -93,6 +94,17 @@ impl Loaded {
         let given = var.panel.limits != Limits::default();
         let limits = if given { var.panel.limits } else { range.unwrap_or_default() };
         Some(Quantity { label, limits })
+    }
+
+    /// First cells of the quantities that have a range, with label and range.
+    pub fn quantities(&self) -> Vec<(u16, String, Limits)> {
+        let places = self.compiled.vars.iter().filter(|place| place.len <= 1);
+        let found = places.filter_map(|place| {
+            let Quantity { label, limits } = self.quantity(self.program.var(place.var))?;
+            let cell = u16::try_from(place.cell).ok()?;
+            (limits != Limits::default()).then_some((cell, label, limits))
+        });
+        found.collect()
     }
 
     /// Whether a cell may be given a value: by an `operator` none but those that the script gives
@@ -222,20 +234,48 @@ pub struct Trial {
     pub path: Arc<Vec<u8>>,
 }
 
-/// Simulates text number `number`, or says why that cannot be.
-pub fn simulate(number: u64, loaded: &Result<Loaded, String>, world: &World, part: &Part) -> Trial {
+/// Simulates text number `number`, or says why that cannot be. A run that the budget cuts is shown up to
+/// there, or up to the end of the first turns of its outermost loop.
+pub fn simulate<L: AsRef<Loaded>>(
+    number: u64,
+    loaded: &Result<L, String>,
+    world: &World,
+    part: &Part,
+    budget: &Budget,
+) -> Trial {
     let refused = |words: String| Trial {
         about: json!({ "number": number, "words": words }),
         path: Arc::new(number_bytes(number)),
     };
     let loaded = match loaded {
-        Ok(loaded) => loaded,
+        Ok(loaded) => loaded.as_ref(),
         Err(words) => return refused(words.clone()),
     };
-    let options = sim::Options { statements: STATEMENTS, part: *part, ..sim::Options::default() };
+    let options = sim::Options { part: *part, ..sim::Options::default() };
     let nobody = World::unattended();
     let world = if world.is_empty() { &nobody } else { world };
-    match sim::run_traced(&loaded.program, Engine::Vm, world, &options) {
+    let run = |options: &sim::Options| sim::run_traced(&loaded.program, Engine::Vm, world, options);
+    let first = budget::within(&budget.ended, || {
+        run(&sim::Options {
+            statements: budget.statements,
+            interrupted: budget::is_over,
+            ..options
+        })
+    });
+    let cut = |outcome: &Outcome| {
+        let why = outcome.summary.stopped;
+        matches!(why, Some(StopReason::Limit | StopReason::Statements | StopReason::Interrupted))
+    };
+    let mut turns = None;
+    let result = first.and_then(|(outcome, events)| {
+        turns = Some(&outcome).filter(|own| cut(own) && !budget.all).and(budget::turns(&events));
+        match turns {
+            // The first turns again: less than what was simulated just now.
+            Some(turns) => run(&sim::Options { limit_us: turns.us, ..options }),
+            None => Ok((outcome, events)),
+        }
+    });
+    match result {
         Ok((outcome, events)) => {
             let plot = Plot {
                 title: "script",
@@ -244,7 +284,11 @@ pub fn simulate(number: u64, loaded: &Result<Loaded, String>, world: &World, par
                 outcome: &outcome,
             };
             let path = path(number, &plot.curves());
-            Trial { about: about(number, loaded, &plot, &events, part), path: Arc::new(path) }
+            let mut about = about(number, loaded, &plot, &events, part);
+            about["turns"] = turns.map_or(Value::Null, |own| json!([own.turns, own.line]));
+            about["all"] = budget.all.into();
+            about["cut"] = (turns.is_some() || cut(&outcome)).into();
+            Trial { about, path: Arc::new(path) }
         }
         Err(SimError::World(error)) => {
             refused(format!("{}:{}: {}", error.file, error.line, error.text))
@@ -340,7 +384,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         json!([event.us, event.what.line(), text])
     });
     let rows = plot.rows().into_iter().map(|row| json!([row.name, row.output, row.on]));
-    let stopped = summary.stopped.map(sim::record::StopReason::text);
+    let stopped = summary.stopped.map(StopReason::text);
     let room = part.room_for(loaded.compiled.keeps > 0);
     json!({
         "number": number,
@@ -353,6 +397,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
             "cause": end.fault.map(Fault::cause),
             "remedy": end.fault.map(Fault::remedy),
             "stopped": stopped,
+            "why": summary.stopped,
             "onward": plot.outcome.onward,
         },
         "us": summary.us,
@@ -369,6 +414,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         "changes": record.changes.iter().take(MOST_CHANGES)
             .map(|change| json!([change.us, change.cell, change.value])).collect::<Vec<_>>(),
         "failures": plot.outcome.failures,
+        "notes": plot.outcome.unattended.notes(&loaded.program, |line| line),
         "truncated": record.truncated,
     })
 }

@@ -17,9 +17,13 @@ mod http;
 mod library;
 mod machine;
 mod message;
+mod places;
+mod programs;
 mod server;
 mod session;
 mod setup;
+mod simulation;
+mod stored;
 mod teach;
 mod ws;
 

@@ -289,6 +289,8 @@ impl BoardRecord {
     pub const CHAIN: u16 = 1 << 0;
     /// [`BoardRecord::flags`]: run the stored program at power-up.
     pub const AUTORUN: u16 = 1 << 1;
+    /// [`BoardRecord::flags`]: STEP is active when low.
+    pub const STEP_LOW: u16 = 1 << 2;
     /// [`BoardRecord::end_of_stops`]: no number of an input, bit 7 set.
     pub const END_OF_STOPS: u8 = 0xFF;
     /// Bytes of the record, without `more`.

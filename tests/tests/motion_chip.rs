@@ -1,47 +1,19 @@
 //! The chip's half of motion in the emulator: arithmetic and step engine against their twins.
 
-use emulator::Signal;
-use emulator::{Board, Image, Part};
+mod engine;
+
+use emulator::Board;
+use engine::{
+    CLOCK, DIR_OUT, Engine, HOME, HZ, SINGLE, STACK, TICK, VECTOR, axes, board, put_axis, quiet,
+    steps,
+};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{
-    Arc, Block, Ends, Feed, Manner, Pace, Path, PathSegment, Segment, Single, physics, queue,
+    Arc, Block, Ends, Feed, Manner, Pace, Path, PathSegment, Segment, Single, physics,
 };
-use lang::part::SHORT_PULSE_US;
 use lang::record::AxisRecord;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
-
-/// The shipped image, symbols and all.
-fn board() -> Board {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/image/pasapas-f5529.elf");
-    let bytes = std::fs::read(path).expect("the shipped image");
-    Board::new(Part::F5529, &Image::parse(&bytes).expect("an ELF file"))
-}
-
-/// Rate of the step timer.
-const HZ: u32 = lang::part::F5529.clock;
-/// For the planner.
-const CLOCK: Scaled = Scaled::constant(HZ);
-/// Emulated ticks in a tick of the step timer.
-const TICK: u64 = Part::F5529.ticks_per_second / HZ as u64;
-
-/// Lets the firmware start, so that clocks and pins are its own; then the watchdog is held, the millisecond is
-/// off, interrupts are off, and the CPU stands in an endless loop at the top of RAM.
-fn quiet(board: &mut Board) {
-    board.run_us(200_000);
-    for (register, value) in [(WDTCTL, 0x5A80), (TA1CCTL0, 0), (TA1CCTL1, 0)] {
-        board.bus_write16(register, value);
-    }
-    board.poke16(HOME, 0x3FFF);
-    for (register, value) in [(0, HOME), (1, STACK), (2, 0)] {
-        board.set_reg(register, value);
-    }
-}
-
-/// Registers (SLAS590, peripheral file map).
-const WDTCTL: u16 = 0x015C;
-const TA1CCTL0: u16 = 0x0382;
-const TA1CCTL1: u16 = 0x0384;
 
 /// A chip on which single functions are called, interrupts off.
 struct Chip {
@@ -49,10 +21,6 @@ struct Chip {
     /// Longest call, cycles.
     worst: u64,
 }
-
-/// Top of RAM: an endless loop, the return address of a call, and below it the stack.
-const HOME: u16 = 0x43FC;
-const STACK: u16 = 0x43F0;
 
 impl Chip {
     fn new() -> Chip {
@@ -131,132 +99,6 @@ fn scaled_arithmetic_is_that_of_its_twin() {
         })
         .unwrap();
     assert!(chip.borrow().worst < 1_000, "{} cycles", chip.borrow().worst);
-}
-
-/// Segments that the path's engine holds, bytes of each, and bytes of all with the accumulators.
-const SLOTS: u16 = queue::SLOTS as u16;
-const SLOT: u16 = 36;
-const PLAY: u16 = SLOTS * SLOT + 12;
-
-/// The engine's memory, fed from outside as the firmware feeds it.
-struct Engine {
-    board: Board,
-    play: u16,
-    step: u16,
-    fill: u16,
-}
-
-/// TA0CCTL0, TA0CCR0, TA0R, and the vector of the first; channels 1 to 3 are the axes'.
-const CONTROL: u16 = 0x0342;
-const COMPARE: u16 = 0x0352;
-const COUNTER: u16 = 0x0350;
-const VECTOR: u16 = 0xFFEA;
-/// P6OUT, whose lowest pins are DIR.
-const DIR_OUT: u16 = 0x0243;
-
-impl Engine {
-    fn new(width_ticks: u16) -> Engine {
-        let mut board = board();
-        quiet(&mut board);
-        let play = board.symbol("PASAPAS_PLAY").expect("play");
-        let step = board.symbol("PASAPAS_STEP").expect("step");
-        for at in (play..play + PLAY).chain(step..step + 34) {
-            board.poke8(at, 0);
-        }
-        let handler = if width_ticks == 0 { "pasapas_path_event" } else { "pasapas_path_long" };
-        let handler = board.symbol(handler).expect("handler");
-        board.poke16(step, handler);
-        board.poke16(step + 2, play);
-        board.poke16(step + 20, width_ticks);
-        board.bus_write8(DIR_OUT, 0);
-        board.set_reg(2, 8);
-        board.record(true);
-        Engine { board, play, step, fill: 0 }
-    }
-
-    fn room(&mut self) -> bool {
-        let slot = self.play + SLOT * self.fill;
-        let free = self.board.peek16(slot + 8) == 0;
-        free && (!self.running() || self.board.peek16(self.step + 2) != slot)
-    }
-
-    fn running(&mut self) -> bool {
-        self.board.bus_read16(CONTROL) & 0x10 != 0
-    }
-
-    fn put(&mut self, s: &PathSegment) {
-        let slot = self.play + SLOT * self.fill;
-        let long = |board: &mut Board, at: u16, v: u32| {
-            board.poke16(at, v as u16);
-            board.poke16(at + 2, (v >> 16) as u16);
-        };
-        long(&mut self.board, slot, s.ramp.interval);
-        long(&mut self.board, slot + 4, s.ramp.dif as u32);
-        self.board.poke16(slot + 10, s.ramp.mask);
-        for (n, inc) in s.inc.iter().enumerate() {
-            long(&mut self.board, slot + 12 + 4 * n as u16, *inc);
-        }
-        let dirs = !s.negative & 0b111;
-        for (n, acc) in s.acc.iter().enumerate() {
-            self.board.poke16(slot + 24 + 2 * n as u16, *acc);
-        }
-        self.board.poke8(slot + 30, dirs);
-        self.board.poke8(slot + 31, s.negative | u8::from(s.begin) << 7);
-        self.board.poke16(slot + 8, s.ramp.events);
-        let before = (self.fill + SLOTS - 1) % SLOTS;
-        self.fill = (self.fill + 1) % SLOTS;
-        if !self.running() {
-            // The empty one before: the first interrupt then begins this one.
-            self.board.poke16(self.step + 2, self.play + SLOT * before);
-            let at = self.board.bus_read16(COUNTER).wrapping_add(160);
-            self.board.bus_write16(COMPARE, at);
-            self.board.bus_write16(CONTROL, 0x10);
-        }
-    }
-
-    fn count(&self, axis: u16) -> i16 {
-        self.board.peek16(self.step + 6 + 2 * axis) as i16
-    }
-
-    fn late(&self) -> u16 {
-        self.board.peek16(self.step + 18)
-    }
-}
-
-fn axes(top: u32) -> [AxisRecord; 3] {
-    let axis = AxisRecord {
-        steps: 400,
-        um: 4000,
-        start_rate: 400,
-        top_rate: top,
-        accel: 50_000,
-        decel: 50_000,
-        ..AxisRecord::default()
-    };
-    [axis, axis, axis]
-}
-
-/// Rising edges of each STEP pin, ticks, and their direction.
-fn steps(engine: &mut Engine) -> [Vec<(u64, bool)>; 3] {
-    let mut dirs = [false; 3];
-    let mut out = [const { Vec::new() }; 3];
-    let mut rose = [0; 3];
-    for edge in engine.board.take_edges() {
-        match edge.signal {
-            Signal::Dir(a) => dirs[usize::from(a)] = edge.level,
-            Signal::Step(a) if edge.level => {
-                rose[usize::from(a)] = edge.cycle;
-                out[usize::from(a)].push((edge.cycle / TICK, dirs[usize::from(a)]))
-            }
-            Signal::Step(a) => {
-                let pulse = (edge.cycle - rose[usize::from(a)]) / TICK;
-                let least = u64::from(SHORT_PULSE_US) * u64::from(HZ) / 1_000_000;
-                assert!(pulse >= least, "a pulse of {pulse} ticks");
-            }
-            _ => {}
-        }
-    }
-    out
 }
 
 /// Something for the path.
@@ -363,6 +205,7 @@ fn path_engine_plays_every_edge_as_planned() {
         line([5, -5, 5], Feed::Um(300), true),
     ];
     let engine = plays_as_planned(&axes(8_000), &blocks, 0);
+    println!("worst {}", worst(&engine));
     assert!(worst(&engine) <= 270, "{} cycles", worst(&engine));
     // Pulses of 20 us, as optocoupled drivers want them.
     plays_as_planned(&axes(8_000), &blocks, 20 * 25);
@@ -379,27 +222,8 @@ fn three_axes_reach_ninety_thousand_steps_a_second() {
     let engine = plays_as_planned(&axes, &fast, 0);
     let stats = engine.board.stats().interrupts[&VECTOR];
     let mean = stats.total / stats.count / TICK;
+    println!("mean {mean} worst {}", worst(&engine));
     assert!(mean <= 190, "{mean} cycles");
-}
-
-/// Playing and next segment and fraction of each axis: 26 bytes.
-const SINGLE: u16 = 26;
-
-/// Hands a segment of one axis to the engine, as the firmware does.
-fn put_axis(engine: &mut Engine, axis: u16, s: &Segment, negative: bool) {
-    let next = engine.play + SINGLE * axis + 12;
-    for (at, value) in [(0, s.interval), (4, s.dif as u32)] {
-        engine.board.poke16(next + at, value as u16);
-        engine.board.poke16(next + at + 2, (value >> 16) as u16);
-    }
-    engine.board.poke16(next + 10, s.mask | u16::from(negative) << 15);
-    engine.board.poke16(next + 8, s.events);
-    let control = CONTROL + 2 + 2 * axis;
-    if engine.board.bus_read16(control) & 0x10 == 0 {
-        let at = engine.board.bus_read16(COUNTER).wrapping_add(160);
-        engine.board.bus_write16(COMPARE + 2 + 2 * axis, at);
-        engine.board.bus_write16(control, 0x10);
-    }
 }
 
 #[test]
@@ -410,9 +234,7 @@ fn started_axes_play_as_planned_and_as_their_motors_can() {
     let orders: [&[(u64, i32)]; 3] =
         [&[(0, 9_000), (300, -4_000)], &[(5, -12_000), (250, -3_000)], &[(20, 700), (21, 6_000)]];
     let mut engine = Engine::new(0);
-    let handler = engine.board.symbol("pasapas_single_event").expect("handler");
     let step = engine.step;
-    engine.board.poke16(step, handler);
     // All count up, all DIR pins high.
     for n in 0..3 {
         engine.board.poke16(step + 12 + 2 * n, 1);

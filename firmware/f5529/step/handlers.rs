@@ -9,7 +9,7 @@
 //! exit 21, schedule 24, ramp 12, pins down 13, inputs 11, count and sub-events 18, three axes with
 //! their step counts 75, lateness 10.
 
-use super::{PathSlot, PathState, Shared, SingleState};
+use super::{MODES, PathSlot, PathState, Shared, SingleState};
 use crate::chip::ports::{self, DIR};
 use crate::chip::pwm::DARK;
 use crate::chip::timer::{FIRST, STEP_CCR, STEP_CCTL, STEP_IV, STEP_PER_US, STEP_R};
@@ -21,23 +21,15 @@ use lang::part::SHORT_PULSE_US;
 
 global_asm!(
     r#"
-    /* channel 0, which has a path's events, and those of the axes: X shares it or has one of its own */
+    /* channel 0, which has a path's events, and those of the axes */
     .set EVENT_CCTL, {cctl}
     .set EVENT_CCR, {ccr}
-    .set APART, {first}
-    .set X_CCTL, {cctl}+2*APART
+    .set X_CCTL, {cctl}+2*{first}
     .set Y_CCTL, X_CCTL+2
     .set Z_CCTL, X_CCTL+4
-    .set X_CCR, {ccr}+2*APART
+    .set X_CCR, {ccr}+2*{first}
     .set Y_CCR, X_CCR+2
     .set Z_CCR, X_CCR+4
-    .if APART
-    .set X_RISES, 0x0020
-    .set EVENT_FALLS, 0x0010
-    .else
-    .set X_RISES, 0x0030
-    .set EVENT_FALLS, 0x00b0
-    .endif
     .set COUNTER, {counter}
     .set STEP_IV, {vector_register}
     .set PINS_IN, {pins_in}
@@ -57,6 +49,14 @@ global_asm!(
     .set HALT, PASAPAS_STEP+{halt}
     .set CAUGHT, PASAPAS_STEP+{caught}
     .set BEAM, PASAPAS_STEP+{beam}
+    .set STEP_DUE, PASAPAS_STEP+{due}
+    .set STEP_SETUP, PASAPAS_STEP+{setup}
+    .set STEP_REST, PASAPAS_STEP+{rest}
+    .set STEP_RISE, PASAPAS_STEP+{rise}
+    .set STEP_FALL, PASAPAS_STEP+{fall}
+    .set ONE_REST, PASAPAS_STEP+{one_rest}
+    .set ONE_RISE, PASAPAS_STEP+{one_rise}
+    .set ONE_FALL, PASAPAS_STEP+{one_fall}
 
     /* offsets in a segment, in a slot of a path, in the state of a single axis, whose first is what plays */
     .set INTERVAL, {interval}
@@ -87,10 +87,90 @@ global_asm!(
     jne 8b
     .endif
     .endm
-    .set PATH_PULSE, 76
-    .set SINGLE_PULSE, 64
+
+    /* waits so many cycles at least, r14 */
+    .macro waits cycles
+    mov #(\cycles+2)/3, r14
+8:  dec r14
+    jne 8b
+    .endm
+
+    .set PATH_PULSE, 77
+    .set PATH_STOP_PULSE, 50
+    .set SINGLE_PULSE, 57
+    .set ONE_TURN_PULSE, 62
     .set STOP_PULSE, 30
-    .set PATH_STOP_PULSE, 55
+
+    /* STEP of all axes at rest */
+    .macro all_rest
+    mov &STEP_REST, r14
+    mov r14, &X_CCTL
+    mov r14, &Y_CCTL
+    mov r14, &Z_CCTL
+    .endm
+
+    /* From the look at the counter to the last write of a compare register pass fewer cycles than `MARGIN`. An event
+       that is nearer comes `DELAY` later than now. */
+    .set MARGIN, 32
+    .set DELAY, 50
+    /* The same for an axis on its own, of which STEP has just ended: DRV8825 wants 1.9 us low. */
+    .set ONE_MARGIN, 48
+    .set ONE_DELAY, 60
+
+    /* Schedules the next event of the slot at r15, ends the pulses, looks at the inputs and arms the axes that step next;
+       with `turns` DIR follows the slot, too: when STEP has ended for {hold} cycles, and STEP_SETUP ticks before the
+       event. */
+    .macro plays turns
+    add @r15, &FRAC
+    addc INTERVAL+2(r15), &STEP_DUE
+    add DIF(r15), INTERVAL(r15)
+    addc DIF+2(r15), INTERVAL+2(r15)
+    mov.b &PINS_IN, r14
+    xor.b &IDLE, r14
+    and.b &WATCH, r14
+    jeq 4f
+    call #path_hit
+4:  mov #0x0010, &EVENT_CCTL
+    lasts PATH_PULSE
+    /* a move keeps the flags */
+    bit MASK(r15), EVENTS(r15)
+    all_rest
+    jne 7f
+    mov &STEP_RISE, r14
+    add INC(r15), &ACC
+    addc INC+2(r15), &ACC+2
+    jnc 5f
+    mov r14, &X_CCTL
+    add &SENSE, &COUNT
+5:  add INC+4(r15), &ACC+4
+    addc INC+6(r15), &ACC+6
+    jnc 6f
+    mov r14, &Y_CCTL
+    add &SENSE+2, &COUNT+2
+6:  add INC+8(r15), &ACC+8
+    addc INC+10(r15), &ACC+10
+    jnc 7f
+    mov r14, &Z_CCTL
+    add &SENSE+4, &COUNT+4
+7:
+    .if \turns
+    mov.b &DIR_OUT, r14
+    xor.b DIRS(r15), r14
+    and.b #{all_dirs}, r14
+    jeq path_armed
+    push r14
+    waits {hold}-18
+    pop r14
+    xor.b r14, &DIR_OUT
+    mov &COUNTER, r14
+    add &STEP_SETUP, r14
+    cmp r14, &STEP_DUE
+    jn 5f
+    jmp path_armed
+5:  mov r14, &STEP_DUE
+    jmp path_armed
+    .endif
+    .endm
 
     .section .text.step,"ax",@progbits
 module.motion.step:
@@ -98,29 +178,32 @@ module.motion.step:
 pasapas_event:
     br &VECTOR
 
-    /* long pulse, first half: the pins have just risen, let them fall in WIDTH ticks */
+    /* long pulse, first half: the pins have just become active, let them end in WIDTH ticks */
     .global pasapas_path_long
 pasapas_path_long:
-    add &WIDTH, &EVENT_CCR
-    .if APART
-    mov &EVENT_CCR, &X_CCR
-    mov #0x00a0, &X_CCTL
-    .endif
-    mov &EVENT_CCR, &Y_CCR
-    mov &EVENT_CCR, &Z_CCR
-    mov #EVENT_FALLS, &EVENT_CCTL
-    mov #0x00a0, &Y_CCTL
-    mov #0x00a0, &Z_CCTL
+    push r14
+    mov &STEP_DUE, r14
+    add &WIDTH, r14
+    mov r14, &X_CCR
+    mov r14, &Y_CCR
+    mov r14, &Z_CCR
+    mov r14, &EVENT_CCR
+    mov &STEP_FALL, r14
+    mov r14, &X_CCTL
+    mov r14, &Y_CCTL
+    mov r14, &Z_CCTL
+    mov #0x0010, &EVENT_CCTL
     mov #pasapas_path_fallen, &VECTOR
-    /* past already, as behind another interrupt: the compare would not come before 4 ms */
-    cmp &COUNTER, &EVENT_CCR
+    /* past already, as behind another interrupt: the compare would not come before 2.6 ms */
+    mov &EVENT_CCR, r14
+    sub &COUNTER, r14
+    pop r14
     jn pasapas_path_fallen
     reti
 pasapas_path_fallen:
     mov #pasapas_path_long, &VECTOR
-    sub &WIDTH, &EVENT_CCR
 
-    /* an event of a path: the pins have just risen (or fallen again) */
+    /* an event of a path: the pins have just become active (or have ended again) */
     .global pasapas_path_event
 pasapas_path_event:
     push r15
@@ -129,70 +212,32 @@ pasapas_path_event:
     dec EVENTS(r15)
     jnc path_switch
 path_schedule:
-    add @r15, &FRAC
-    addc INTERVAL+2(r15), &EVENT_CCR
-    .if APART
-    mov &EVENT_CCR, &X_CCR
-    .endif
-    mov &EVENT_CCR, &Y_CCR
-    mov &EVENT_CCR, &Z_CCR
-    add DIF(r15), INTERVAL(r15)
-    addc DIF+2(r15), INTERVAL+2(r15)
-    mov.b &PINS_IN, r14
-    xor.b &IDLE, r14
-    and.b &WATCH, r14
-    jne path_hit
-path_arm:
-    lasts PATH_PULSE
-    /* a move keeps the flags */
-    bit MASK(r15), EVENTS(r15)
-    mov #0x0010, &EVENT_CCTL
-    .if APART
-    clr &X_CCTL
-    .endif
-    clr &Y_CCTL
-    clr &Z_CCTL
-    jne path_armed
-    add INC(r15), &ACC
-    addc INC+2(r15), &ACC+2
-    jnc 1f
-    mov #X_RISES, &X_CCTL
-    add &SENSE, &COUNT
-1:  add INC+4(r15), &ACC+4
-    addc INC+6(r15), &ACC+6
-    jnc 2f
-    mov #0x0020, &Y_CCTL
-    add &SENSE+2, &COUNT+2
-2:  add INC+8(r15), &ACC+8
-    addc INC+10(r15), &ACC+10
-    jnc path_armed
-    mov #0x0020, &Z_CCTL
-    add &SENSE+4, &COUNT+4
+    plays 0
+    /* All are armed, and every compare register still holds a time that has passed. They get the next one together,
+       unless it is too near: then all axes have their event somewhat later. No event can come between two of them. */
 path_armed:
-    mov &EVENT_CCR, r14
+    mov &STEP_DUE, r14
     sub &COUNTER, r14
-    cmp #4, r14
+    cmp #MARGIN, r14
     jl path_late
+    mov &STEP_DUE, r14
+path_go:
+    mov r14, &X_CCR
+    mov r14, &Y_CCR
+    mov r14, &Z_CCR
+    mov r14, &EVENT_CCR
     pop r14
     pop r15
     reti
 
-    /* the next event is due already: 4 us from now */
 path_late:
     inc &LATE
     mov &COUNTER, r14
-    add #{late_ticks}, r14
-    mov r14, &EVENT_CCR
-    .if APART
-    mov r14, &X_CCR
-    .endif
-    mov r14, &Y_CCR
-    mov r14, &Z_CCR
-    pop r14
-    pop r15
-    reti
+    add #DELAY, r14
+    mov r14, &STEP_DUE
+    jmp path_go
 
-    /* an input answered at the step just made */
+    /* An input answered at the step just made. The slot goes on, or all of them are given up. */
 path_hit:
     mov.b r14, &HIT
     clr.b &WATCH
@@ -200,7 +245,9 @@ path_hit:
     mov &COUNT+2, &CAUGHT+2
     mov &COUNT+4, &CAUGHT+4
     tst.b &HALT
-    jeq path_arm
+    jne 1f
+    ret
+1:  incd r1
     mov #SLOTS, r15
 1:  clr EVENTS(r15)
     add #SLOT, r15
@@ -222,10 +269,6 @@ path_switch:
     mov POWER(r15), 0(r14)
     tst.b FLAGS(r15)
     jge path_schedule
-    mov.b &DIR_OUT, r14
-    and.b #{dirs_off}, r14
-    bis.b DIRS(r15), r14
-    mov.b r14, &DIR_OUT
     clr &ACC
     mov BLOCK_ACC(r15), &ACC+2
     clr &ACC+4
@@ -243,19 +286,16 @@ path_switch:
     jnc 3f
     mov #-1, &SENSE+2
 3:  rra r14
-    jnc path_schedule
+    jnc 4f
     mov #-1, &SENSE+4
-    jmp path_schedule
+4:  plays 1
+
 path_empty:
     clr EVENTS(r15)
 path_stop:
     lasts PATH_STOP_PULSE
+    all_rest
     clr &EVENT_CCTL
-    .if APART
-    clr &X_CCTL
-    .endif
-    clr &Y_CCTL
-    clr &Z_CCTL
     mov &BEAM, r14
     mov #{dark}, 0(r14)
     pop r14
@@ -268,15 +308,8 @@ pasapas_channels:
     push r15
     push r13
     mov &STEP_IV, r13
-    jmp single_event
-    .global pasapas_single_event
-pasapas_single_event:
-    push r15
-    push r13
-    clr r13
-single_event:
     push r14
-    mov single_states-2*APART(r13), r15
+    mov single_states-2*{first}(r13), r15
     tst &WIDTH
     jne single_long
 single_fallen:
@@ -293,16 +326,17 @@ single_schedule:
     jne single_hit
 single_arm:
     lasts SINGLE_PULSE
-    bit MASK(r15), EVENTS(r15)
-    mov #0x0010, EVENT_CCTL(r13)
-    jne single_armed
-    mov #0x0030, EVENT_CCTL(r13)
-    add SENSE-2*APART(r13), COUNT-2*APART(r13)
-single_armed:
+    mov &ONE_REST, EVENT_CCTL(r13)
+    /* an event that is near, or has passed meanwhile, comes later: STEP is low long enough */
     mov EVENT_CCR(r13), r14
     sub &COUNTER, r14
-    cmp #4, r14
+    cmp #ONE_MARGIN, r14
     jl single_late
+single_ready:
+    bit MASK(r15), EVENTS(r15)
+    jne single_exit
+    mov &ONE_RISE, EVENT_CCTL(r13)
+    add SENSE-2*{first}(r13), COUNT-2*{first}(r13)
 single_exit:
     pop r14
     pop r13
@@ -312,16 +346,20 @@ single_exit:
 single_late:
     inc &LATE
     mov &COUNTER, r14
-    add #{late_ticks}, r14
+    add #ONE_DELAY, r14
     mov r14, EVENT_CCR(r13)
-    jmp single_exit
+    /* its old time may have passed */
+    mov &ONE_REST, EVENT_CCTL(r13)
+    jmp single_ready
 
-    /* output mode 5 is on: the long pulse is over; else it has just begun */
+    /* the output mode that ends a pulse is on: the long pulse is over; else it has just begun */
 single_long:
-    bit #0x0080, EVENT_CCTL(r13)
-    jne 1f
+    mov EVENT_CCTL(r13), r14
+    and #{modes}, r14
+    cmp &STEP_FALL, r14
+    jeq 1f
     add &WIDTH, EVENT_CCR(r13)
-    mov #0x00b0, EVENT_CCTL(r13)
+    mov &ONE_FALL, EVENT_CCTL(r13)
     /* past already: by the difference's sign, as the timer goes round */
     cmp &COUNTER, EVENT_CCR(r13)
     jn 1f
@@ -356,17 +394,29 @@ single_switch:
     mov NEXT+MASK(r15), MASK(r15)
     clr NEXT+EVENTS(r15)
     mov MASK(r15), r14
-    xor SENSE-2*APART(r13), r14
+    xor SENSE-2*{first}(r13), r14
     tst r14
     jge 1f
-    xor.b single_dir-2*APART(r13), &DIR_OUT
-    inv SENSE-2*APART(r13)
-    inc SENSE-2*APART(r13)
+    /* another direction: when STEP has ended for {hold} cycles, and STEP_SETUP ticks before the next event, which is
+       `interval` behind the compare register */
+    lasts ONE_TURN_PULSE
+    mov &ONE_REST, EVENT_CCTL(r13)
+    waits {hold}
+    xor.b single_dir-2*{first}(r13), &DIR_OUT
+    mov &COUNTER, r14
+    add &STEP_SETUP, r14
+    inv SENSE-2*{first}(r13)
+    inc SENSE-2*{first}(r13)
+    sub INTERVAL+2(r15), r14
+    cmp r14, EVENT_CCR(r13)
+    jn 2f
+    jmp 1f
+2:  mov r14, EVENT_CCR(r13)
 1:  dec EVENTS(r15)
     jmp single_schedule
 single_stop:
     lasts STOP_PULSE
-    clr EVENT_CCTL(r13)
+    mov &STEP_REST, EVENT_CCTL(r13)
     /* dark when no other moves */
     mov &X_CCTL, r14
     bis &Y_CCTL, r14
@@ -385,7 +435,8 @@ single_dir:
     .short {dir_x}, {dir_y}, {dir_z}
     "#,
     pulse = const STEP_PER_US * SHORT_PULSE_US as u16,
-    late_ticks = const 4 * STEP_PER_US,
+    hold = const STEP_PER_US,
+    modes = const MODES,
     cctl = const STEP_CCTL,
     ccr = const STEP_CCR,
     first = const FIRST,
@@ -393,7 +444,7 @@ single_dir:
     vector_register = const STEP_IV,
     pins_in = const ports::IN,
     dir_out = const ports::DIR_OUT,
-    dirs_off = const !(DIR[0] | DIR[1] | DIR[2]),
+    all_dirs = const DIR[0] | DIR[1] | DIR[2],
     dir_x = const DIR[0],
     dir_y = const DIR[1],
     dir_z = const DIR[2],
@@ -410,6 +461,14 @@ single_dir:
     halt = const offset_of!(Shared, halt),
     caught = const offset_of!(Shared, caught),
     beam = const offset_of!(Shared, beam),
+    due = const offset_of!(Shared, due),
+    setup = const offset_of!(Shared, setup),
+    rest = const offset_of!(Shared, rest),
+    rise = const offset_of!(Shared, rise),
+    fall = const offset_of!(Shared, fall),
+    one_rest = const offset_of!(Shared, one_rest),
+    one_rise = const offset_of!(Shared, one_rise),
+    one_fall = const offset_of!(Shared, one_fall),
     dark = const DARK,
     interval = const offset_of!(Segment, interval),
     dif = const offset_of!(Segment, dif),

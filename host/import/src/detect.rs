@@ -1,5 +1,8 @@
 //! Which system a file is from, by its content; the name only settles what content leaves open.
 
+use crate::ncp;
+use crate::pattern::is_positions;
+
 /// A format that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
@@ -15,17 +18,23 @@ pub enum Format {
     Gcode,
     /// Drill files of circuit board tools.
     Excellon,
+    /// Programs of isel's controllers, `IMF_PBL`.
+    Ncp,
+    /// Lists of points: KiCad's positions, CSV, the holes of a Gerber drill file.
+    Points,
 }
 
 impl Format {
     /// All of them.
-    pub const ALL: [Format; 6] = [
+    pub const ALL: [Format; 8] = [
         Format::Isel,
         Format::Charlysoft,
         Format::Cde,
         Format::Laser,
         Format::Gcode,
         Format::Excellon,
+        Format::Ncp,
+        Format::Points,
     ];
 
     /// The name that `--from` takes.
@@ -37,11 +46,13 @@ impl Format {
             Format::Laser => "laser",
             Format::Gcode => "gcode",
             Format::Excellon => "excellon",
+            Format::Ncp => "ncp",
+            Format::Points => "points",
         }
     }
 
     /// The format of that name, in any case; `charlyrobot`, `pal-pc`, `jediv`, `lasergrbl` and
-    /// `drill` are other names.
+    /// `drill` are other names, and `pos`, `positions` and `csv` those of lists of points.
     pub fn by_name(name: &str) -> Option<Format> {
         let name = name.to_ascii_lowercase();
         Some(match name.as_str() {
@@ -51,6 +62,8 @@ impl Format {
             "lasergrbl" | "gco" => Format::Laser,
             "g-code" | "nc" | "ngc" => Format::Gcode,
             "drill" | "drl" => Format::Excellon,
+            "imf" | "imf_pbl" => Format::Ncp,
+            "pos" | "positions" | "csv" => Format::Points,
             _ => return Format::ALL.into_iter().find(|format| format.name() == name),
         })
     }
@@ -65,16 +78,17 @@ impl Format {
         match self {
             Format::Isel | Format::Charlysoft => "charly",
             Format::Laser => "laser",
-            Format::Cde | Format::Gcode | Format::Excellon => "mill",
+            Format::Cde | Format::Gcode | Format::Excellon | Format::Ncp | Format::Points => "mill",
         }
     }
 }
 
 /// File name endings of formats that are not scripts.
-const ENDINGS: [(&str, Format); 18] = [
+const ENDINGS: [(&str, Format); 20] = [
     ("cde", Format::Cde),
     ("gco", Format::Laser),
     ("nc", Format::Gcode),
+    ("gc", Format::Gcode),
     ("ngc", Format::Gcode),
     ("gcode", Format::Gcode),
     ("tap", Format::Gcode),
@@ -84,7 +98,8 @@ const ENDINGS: [(&str, Format); 18] = [
     ("exc", Format::Excellon),
     ("isel", Format::Isel),
     ("nci", Format::Isel),
-    ("ncp", Format::Isel),
+    ("ncp", Format::Ncp),
+    ("pos", Format::Points),
     ("mem", Format::Isel),
     ("pal", Format::Charlysoft),
     ("src", Format::Charlysoft),
@@ -112,10 +127,11 @@ pub fn is_importable(name: &str, bytes: &[u8]) -> bool {
     }
     let head = &bytes[..bytes.len().min(64 << 10)];
     let head = String::from_utf8_lossy(head);
-    matches!(
-        by_content(&head),
-        Some(Format::Isel | Format::Charlysoft | Format::Cde | Format::Excellon)
-    )
+    if lines(&head).any(names_a_laser_tool) {
+        return true;
+    }
+    let plain = [Format::Laser, Format::Gcode];
+    by_content(&head).is_some_and(|format| !plain.contains(&format))
 }
 
 /// The format of a text.
@@ -128,9 +144,29 @@ pub fn detect(name: &str, text: &str) -> Option<Format> {
     }
 }
 
+/// The lines that are looked at, without those that are empty.
+fn lines(text: &str) -> impl Iterator<Item = &str> {
+    text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK)
+}
+
+/// Whether a line is the comment in which a laser's tool names itself. No script has it: comments
+/// begin with `'` there.
+fn names_a_laser_tool(line: &str) -> bool {
+    let named = |comment: &str| {
+        let comment = comment.to_ascii_lowercase();
+        ["lasergrbl", "lightburn"].iter().any(|tool| comment.contains(tool))
+    };
+    line.starts_with([';', '(']) && named(line)
+}
+
 fn by_content(text: &str) -> Option<Format> {
-    let lines =
-        || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK);
+    let lines = || lines(text);
+    if ncp::is_one(lines()) {
+        return Some(Format::Ncp);
+    }
+    if is_positions(text) {
+        return Some(Format::Points);
+    }
     if lines().any(is_card_line) {
         return Some(Format::Isel);
     }
@@ -150,8 +186,8 @@ fn by_content(text: &str) -> Option<Format> {
     let code = || lines().map(|line| line.split([';', '(']).next().unwrap_or(""));
     let z = code().any(|code| code.contains(['Z', 'z']));
     let moves = code().any(|code| code.contains(['X', 'Y', 'x', 'y']));
-    let power = moves && code().any(|code| code.contains('S') && code.contains(['X', 'M']));
-    let title = lines().any(|line| line.to_ascii_lowercase().contains("lasergrbl"));
+    let power = moves && code().any(|code| code.contains('S') && code.contains(['X', 'Y', 'M']));
+    let title = lines().any(names_a_laser_tool);
     Some(if title || (power && !z) { Format::Laser } else { Format::Gcode })
 }
 
@@ -171,12 +207,14 @@ fn is_drill_line(line: &str) -> bool {
 
 /// What a file of no known system is by its first words, and where its path comes from.
 pub(crate) fn foreign(text: &str) -> Option<&'static str> {
-    let lines =
-        || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(LOOK);
+    let lines = || lines(text);
     let begins =
         |words: &[&str]| lines().any(|line| words.iter().any(|word| line.starts_with(word)));
     if begins(&["%FS", "%MO", "%ADD"]) {
-        return Some("a Gerber file: pcb2gcode and FlatCAM make G-code of it");
+        return Some(
+            "a Gerber file: pcb2gcode and FlatCAM make G-code of it; the holes of a drill file are \
+             read with `--from points`",
+        );
     }
     if begins(&["<svg", "<?xml", "%PDF"]) {
         return Some("a drawing: a CAM tool makes G-code of it");

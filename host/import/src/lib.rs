@@ -13,7 +13,9 @@ mod excellon;
 mod gcode;
 mod isel;
 mod line;
+mod ncp;
 pub mod pattern;
+mod points;
 mod script;
 mod share;
 mod text;
@@ -27,6 +29,7 @@ pub use diag::{Diag, Severity};
 pub use isel::card;
 
 use diag::Diags;
+use lang::front::lexer::begins_gcode;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::profile::{Profile, Scale};
@@ -119,6 +122,7 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
     };
     let made = match format {
         Format::Laser | Format::Gcode => gcode::expanded(&lines, &mut diags),
+        Format::Ncp => Some((ncp::translated(&lines, &mut diags), Vec::new())),
         _ => None,
     };
     let (lines, params) = made.unwrap_or((lines, Vec::new()));
@@ -127,7 +131,10 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         Format::Isel => isel::import(&job, &mut diags),
         Format::Charlysoft => charlysoft::import(&job, &mut diags),
         Format::Cde => cde::import(&job, &mut diags),
-        Format::Laser | Format::Gcode => gcode::import(&job, format, &params, &mut diags),
+        Format::Laser | Format::Gcode | Format::Ncp => {
+            gcode::import(&job, format, &params, &mut diags)
+        }
+        Format::Points => points::import(&job, &mut diags),
         Format::Excellon => excellon::import(&job, &mut diags),
     };
     if made.text.len() > lang::front::source::MAX_SOURCE_BYTES {
@@ -145,8 +152,12 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         diags.push(Diag::new(Code::Said, 1, 1, text).note());
         made = shorter;
     }
-    if !diags.has_errors() && made.text.len() <= MAX_TRIED {
-        try_out(&made, &profile, &mut diags);
+    if !diags.has_errors() {
+        let shorter = (made.text.len() > MAX_TRIED).then(|| one_of_each(&made));
+        let tried = shorter.as_ref().unwrap_or(&made);
+        if tried.text.len() <= MAX_TRIED {
+            try_out(tried, &profile, &mut diags);
+        }
     }
     let refused = diags.has_errors();
     let notes = diags.into_sorted();
@@ -181,6 +192,40 @@ fn size(profile: &Profile, script: &str) -> Option<usize> {
     let (program, _) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
     let compiled = lang::back::compile(&program?).ok()?;
     Some(compiled.code_bytes + compiled.table_bytes)
+}
+
+/// The script with one line of each form of G-code block: the words with the numbers of G and M, but
+/// with no other number. What a machine lacks shows in these as in the whole script, which would take
+/// seconds to compile.
+///
+/// Arcs are left out: whether one can be drawn depends on the line before it.
+fn one_of_each(made: &Made) -> Made {
+    let mut seen = std::collections::HashSet::new();
+    let mut short = Made::default();
+    for (line, place) in
+        made.text.lines().zip(made.places.iter().copied().chain(std::iter::repeat(0)))
+    {
+        let code = line.trim_start();
+        if begins_gcode(code) {
+            let mut form = String::new();
+            let mut keeps = false;
+            for c in code.chars().take_while(|c| *c != '\'') {
+                if c.is_ascii_alphabetic() {
+                    keeps = matches!(c, 'G' | 'M');
+                }
+                if c.is_ascii_alphabetic() || keeps && !c.is_whitespace() {
+                    form.push(c);
+                }
+            }
+            if form.contains(['I', 'J', 'K', 'R']) || !seen.insert(form) {
+                continue;
+            }
+        }
+        short.text.push_str(line);
+        short.text.push('\n');
+        short.places.push(place);
+    }
+    short
 }
 
 /// Compiles the script: what the compiler does not take is wrong in the source.

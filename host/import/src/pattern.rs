@@ -17,6 +17,7 @@ mod write;
 use serde::{Deserialize, Serialize};
 
 pub use frame::{Fit, Frame, Pair};
+pub(crate) use list::is_positions;
 pub use shape::Shape;
 pub use write::write;
 
@@ -138,15 +139,27 @@ pub struct List {
 pub fn read(name: &str, bytes: &[u8]) -> Result<List, Vec<Diag>> {
     let mut diags = Diags::new(false);
     let lines = Lines::decode(bytes, &mut diags).map_err(|diag| vec![diag])?;
+    let (what, points) = points(name, &lines, &mut diags);
+    let refused = diags.has_errors();
+    let told = diags.into_sorted();
+    if refused {
+        return Err(told);
+    }
+    let notes = told.iter().map(|diag| format!("line {}: {}", diag.line, diag.text)).collect();
+    Ok(List { what: what.to_owned(), points, notes })
+}
+
+/// What a file is, and its points.
+pub(crate) fn points(name: &str, lines: &Lines, diags: &mut Diags) -> (&'static str, Vec<Point>) {
     let text = lines.text();
     let (what, points) = if gerber::is_gerber(text) {
-        ("a Gerber drill file", gerber::read(text, &mut diags))
-    } else if list::is_positions(text) {
-        ("KiCad's positions", list::positions(text, &mut diags))
+        ("a Gerber drill file", gerber::read(text, diags))
+    } else if list::is_columns(text) {
+        ("KiCad's positions", list::positions(text, diags))
     } else if detect(name, text) == Some(crate::Format::Excellon) {
-        ("a drill file", excellon::holes(&lines, &mut diags))
+        ("a drill file", excellon::holes(lines, diags))
     } else {
-        ("a list", list::table(text, &mut diags))
+        ("a list", list::table(text, diags))
     };
     if points.is_empty() && !diags.has_errors() {
         let hint = "a list has a line for each point: X, Y and, if you like, a name";
@@ -156,11 +169,5 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<List, Vec<Diag>> {
         let words = format!("{} points; at most {MOST_POINTS} are taken", points.len());
         diags.push(Diag::new(Code::TooLong, 1, 1, words).hint("cut the file in pieces"));
     }
-    let refused = diags.has_errors();
-    let told = diags.into_sorted();
-    if refused {
-        return Err(told);
-    }
-    let notes = told.iter().map(|diag| format!("line {}: {}", diag.line, diag.text)).collect();
-    Ok(List { what: what.to_owned(), points, notes })
+    (what, points)
 }

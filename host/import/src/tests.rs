@@ -3,6 +3,8 @@
 mod drill;
 mod found;
 mod hostile;
+mod laser;
+mod ncp;
 
 use crate::{Diag, Imported, Options, import};
 use lang::front::source::Source;

@@ -4,7 +4,7 @@
 use std::{io, path::Path, time::Duration};
 
 #[cfg(unix)]
-pub use unix::Pty;
+pub use unix::{Pty, make_link};
 
 #[cfg(unix)]
 mod unix {
@@ -75,7 +75,10 @@ mod unix {
     }
 
     /// Puts the link in place of an older one, but of nothing else.
-    fn make_link(device: &str, link: &Path) -> io::Result<()> {
+    ///
+    /// # Errors
+    /// Something else has that name, or the folder takes none.
+    pub fn make_link(device: &str, link: &Path) -> io::Result<()> {
         match fs::symlink_metadata(link) {
             Ok(old) if old.file_type().is_symlink() => fs::remove_file(link)?,
             Ok(_) => {

@@ -13,7 +13,7 @@ use super::{Client, ClientError};
 use crate::link::Link;
 
 /// What a board says of itself.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Identity {
     /// Version of the register map.
     pub wire_version: u16,
@@ -68,9 +68,7 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// See [`ClientError`].
     pub fn program_cells(&mut self) -> Result<u16, ClientError> {
-        let block = wire::BLOCKS.iter().find(|block| block.first == wire::CELLS);
-        let most = block.map_or(0, |block| block.count / 2);
-        Ok(self.holding(wire::PROGRAM_CELLS, 1)?[0].min(most))
+        Ok(self.holding(wire::PROGRAM_CELLS, 1)?[0].min(most_cells()))
     }
 
     /// The board's part of its profile.
@@ -175,6 +173,14 @@ impl Identity {
     }
 }
 
+/// Cells that the map of holding registers has room for, two registers each. Input registers count from
+/// 0 as well: another block may begin at the same number.
+fn most_cells() -> u16 {
+    let holding = wire::Table::Holding as u8;
+    let fits = |block: &&wire::Block| block.table == holding && block.first == wire::CELLS;
+    wire::BLOCKS.iter().find(fits).map_or(0, |block| block.count / 2)
+}
+
 fn words_of(bytes: &[u8]) -> Vec<u16> {
     bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect()
 }
@@ -248,9 +254,14 @@ pub fn must_match(held: &BoardRecord, profile: &Profile) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::differences;
+    use super::{differences, most_cells};
     use lang::profile::Profile;
     use lang::record::BoardRecord;
+
+    #[test]
+    fn all_cells_of_the_map_are_read() {
+        assert!(most_cells() >= 250, "{} cells", most_cells());
+    }
 
     #[test]
     fn a_record_differs_from_another_machines_in_what_the_machines_differ_in() {

@@ -35,8 +35,12 @@ pub struct Standing {
     pub runs: u16,
     /// Bit per axis.
     pub homed: u16,
+    /// Input that keeps the board from starting, from 1, or 0.
+    pub blocking: u16,
     /// Machine positions, steps.
     pub steps: [i32; 3],
+    /// Commanded machine positions, steps; of the same instant.
+    pub commanded: [i32; 3],
     /// Pieces accepted.
     pub accepted: u16,
     /// Pieces begun.
@@ -148,9 +152,8 @@ impl<L: Link> Client<L> {
         let first = wire::STREAM_CALL;
         let words = self.holding(first, wire::STREAM_RESULT - first + 1)?;
         let at = |register: u16| words[usize::from(register - first)];
-        let position = |n: u16| {
-            let register = wire::MACHINE_POSITIONS + 2 * n;
-            super::status::long(at(register), at(register + 1))
+        let place = |first: u16| {
+            [0, 2, 4].map(|n| super::status::long(at(first + n), at(first + n + 1)))
         };
         Ok(Standing {
             state: RunState::from_number(at(wire::RUN_STATE)),
@@ -160,7 +163,9 @@ impl<L: Link> Client<L> {
             end: End::from_number(at(wire::LAST_END)),
             runs: at(wire::RUN_COUNT),
             homed: at(wire::HOMED),
-            steps: [0, 1, 2].map(position),
+            blocking: at(wire::BLOCKING_INPUT),
+            steps: place(wire::MACHINE_POSITIONS),
+            commanded: place(wire::COMMANDED),
             accepted: at(wire::STREAM_ACCEPTED),
             begun: at(wire::STREAM_BEGUN),
             dry: at(wire::STREAM_DRY) != 0,

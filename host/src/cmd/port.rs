@@ -27,6 +27,11 @@ pub struct Port {
 pub type Board = Client<Box<dyn Link>>;
 
 impl Port {
+    /// The port as it was named.
+    pub fn name(&self) -> Option<&str> {
+        self.port.as_deref()
+    }
+
     /// Whether a gateway may be on the way.
     pub fn is_tcp(&self) -> bool {
         self.port.as_ref().is_some_and(|port| port.starts_with("tcp:"))

@@ -368,7 +368,7 @@ mod tests {
     fn a_log_hears_of_a_long_job_now_and_then() {
         let begun = Instant::now();
         let mut diary = Diary { last: begun, all: 400 };
-        let progress = Progress { state: None, line: 17, count: 100, keeps: Vec::new() };
+        let progress = Progress { state: None, line: 17, count: 100, keeps: Vec::new(), dry: false };
         let mut at = |s| diary.entry(begun + Duration::from_secs(s), &progress);
         assert_eq!([at(1), at(29)], [None, None]);
         assert_eq!(at(31).as_deref(), Some("line 17, 25 %"));

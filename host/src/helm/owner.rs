@@ -232,6 +232,9 @@ impl Owner {
             self.reopen();
             return;
         };
+        if std::mem::take(&mut lock(&self.shared.wants).anew) {
+            self.round.restart();
+        }
         if self.round.is_fresh() {
             self.round_began = now;
         }

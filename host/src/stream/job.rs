@@ -203,6 +203,11 @@ impl<'a> Job<'a> {
         self.over
     }
 
+    /// Whether all that came so far is written, and its source has nothing more for now.
+    pub fn awaits_more(&self) -> bool {
+        self.source.is_some() && self.over.is_none() && self.held == Some(Step::End)
+    }
+
     /// Whether the board may call for handlers of events.
     pub fn has_events(&self) -> bool {
         self.feed.has_events()

@@ -37,6 +37,9 @@ pub struct Progress {
     pub count: u64,
     /// The KEEP values there.
     pub keeps: Vec<i32>,
+    /// The board has begun and left all that came of the job so far, and more may come; axes may
+    /// still move.
+    pub dry: bool,
 }
 
 /// How a job ended.
@@ -101,8 +104,10 @@ pub type Watcher<'a> = &'a mut dyn FnMut(&Progress) -> Option<Control>;
 /// Takes what the job prints.
 pub type Printer<'a> = &'a mut dyn FnMut(&[u8]);
 
-/// Asks the board for something else each time that the pump has asked how it stands.
-pub type Observer<'a, L> = &'a mut dyn FnMut(&mut Client<L>) -> Result<(), ClientError>;
+/// Asks the board for something else each time that the pump has asked how it stands: that, and where
+/// the job is, come with it.
+pub type Observer<'a, L> =
+    &'a mut dyn FnMut(&mut Client<L>, &Standing, &Progress) -> Result<(), ClientError>;
 
 struct Pump<'a, 'j, L: Link> {
     client: &'a mut Client<L>,
@@ -140,7 +145,7 @@ pub fn run<L: Link>(
     watcher: Watcher<'_>,
     printer: Printer<'_>,
 ) -> Result<Outcome, PumpError> {
-    run_observed(client, job, slots, watcher, Some(printer), &mut |_| Ok(()))
+    run_observed(client, job, slots, watcher, Some(printer), &mut |_, _, _| Ok(()))
 }
 
 /// The same with somebody who asks the board for more, its trace for one. Without a printer what the
@@ -221,7 +226,9 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
             if over && self.running && !self.finished {
                 self.finish()?;
             }
-            if !full && self.client.link().now().saturating_sub(looked_at) < LOOK {
+            // A job whose rest is not there yet is looked after as one that waits for a slot.
+            let look = if self.job.awaits_more() { poll } else { LOOK };
+            if !full && self.client.link().now().saturating_sub(looked_at) < look {
                 if self.pending.is_none() {
                     self.client.link().pause(THINK);
                 }
@@ -232,7 +239,10 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
             }
             looked_at = self.client.link().now();
             self.look()?;
-            observer(self.client).map_err(self.link())?;
+            let progress = self.progress();
+            let line = self.line;
+            observer(self.client, &self.standing, &progress)
+                .map_err(|error| PumpError::Link(error, line))?;
             if self.standing.runs != runs
                 && matches!(
                     self.standing.state,
@@ -251,12 +261,7 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
                 self.answered = true;
             }
             self.print(&mut printer)?;
-            let progress = Progress {
-                state: self.standing.state,
-                line: self.line,
-                count: self.count,
-                keeps: self.job.keeps(Some(self.count)),
-            };
+            let progress = self.progress();
             if let Some(control) = watcher(&progress) {
                 if control == Control::Stop && !self.running {
                     // The job computes and has not come to the machine yet.
@@ -281,6 +286,17 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
                 }
                 .map_err(self.link())?;
             }
+        }
+    }
+
+    fn progress(&mut self) -> Progress {
+        let sent = self.pending.is_none() && self.job.awaits_more();
+        Progress {
+            state: self.standing.state,
+            line: self.line,
+            count: self.count,
+            keeps: self.job.keeps(Some(self.count)),
+            dry: sent && self.standing.dry && self.standing.begun == self.number,
         }
     }
 

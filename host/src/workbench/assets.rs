@@ -24,6 +24,7 @@ assets! {
     "/document.js" JS "document.js"
     "/chips.js" JS "chips.js"
     "/dom.js" JS "dom.js"
+    "/fields.js" JS "fields.js"
     "/editor.js" JS "editor.js"
     "/jog.js" JS "jog.js"
     "/language.js" JS "language.js"

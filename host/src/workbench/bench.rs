@@ -13,8 +13,10 @@ use serde_json::{Value, json};
 use super::client::Client;
 use super::desk::Desk;
 use super::gate::Gate;
-use super::message::{State, ToPage, Welcome};
+use super::message::{self, State, ToPage, Welcome};
+use super::programs::{OnBoard, Programs};
 use super::setup::Setup;
+use super::simulation::send_trial;
 use crate::board::Build;
 use crate::board::live::{Live, Touch};
 use crate::helm::{Entry, Helm, Picture};
@@ -73,19 +75,25 @@ pub struct Bench {
     pub setting: Setting,
     /// The script.
     pub desk: Mutex<Desk>,
-    clients: Arc<Mutex<Vec<Arc<Client>>>>,
+    /// Pages that have come in.
+    pub(super) clients: Arc<Mutex<Vec<Arc<Client>>>>,
     /// Number of the page that has the helm.
     holder: Mutex<Option<u64>>,
-    /// The newest text that compiles, and the program that was brought to the board.
-    loaded: Mutex<[Option<Arc<Loaded>>; 2]>,
+    /// See [`Programs`].
+    pub(super) programs: Mutex<Programs>,
     /// Inputs of the virtual board whose contact a hand has closed.
     closed: Mutex<Vec<u16>>,
-    newest: Mutex<Option<Arc<Trial>>>,
-    wanted: Mutex<bool>,
-    called: Condvar,
+    /// The newest simulation.
+    pub(super) newest: Mutex<Option<Arc<Trial>>>,
+    /// A simulation of the text is wanted; `true`: all of it.
+    pub(super) wanted: Mutex<Option<bool>>,
+    /// A simulation is wanted.
+    pub(super) called: Condvar,
     over: AtomicBool,
     /// A sequence of reference runs or a trial is under way.
     pub homing: AtomicBool,
+    /// The trial of a set-up that is under way, in words.
+    pub trial: Mutex<Option<String>>,
     /// The set-up that goes on.
     pub setup: Mutex<Option<Setup>>,
 }
@@ -93,10 +101,6 @@ pub struct Bench {
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
-
-/// Index of the text's program, and of the board's.
-const TEXT: usize = 0;
-const BOARD: usize = 1;
 
 impl Bench {
     /// Puts everything together and starts the threads that simulate, look at the file and tell the
@@ -122,13 +126,14 @@ impl Bench {
             desk: Mutex::new(desk),
             clients,
             holder: Mutex::default(),
-            loaded: Mutex::default(),
+            programs: Mutex::default(),
             closed: Mutex::default(),
             newest: Mutex::default(),
-            wanted: Mutex::new(true),
+            wanted: Mutex::new(Some(false)),
             called: Condvar::new(),
             over: AtomicBool::new(false),
             homing: AtomicBool::new(false),
+            trial: Mutex::default(),
             setup: Mutex::default(),
         });
         for work in [Bench::simulate, Bench::follow_file, Bench::tell_states] {
@@ -201,22 +206,18 @@ impl Bench {
 
     /// Tells every page.
     pub fn tell(&self, message: &ToPage) {
+        let text: Arc<str> = message::text(message).into();
         for client in lock(&self.clients).iter() {
-            client.send(message);
+            client.send_text(text.clone());
         }
     }
 
     /// Tells every page but one.
     pub fn tell_others(&self, but: &Client, message: &ToPage) {
+        let text: Arc<str> = message::text(message).into();
         for client in lock(&self.clients).iter().filter(|client| client.number != but.number) {
-            client.send(message);
+            client.send_text(text.clone());
         }
-    }
-
-    /// The text is to be simulated.
-    pub fn want_simulation(&self) {
-        *lock(&self.wanted) = true;
-        self.called.notify_one();
     }
 
     /// The present text, compiled.
@@ -233,7 +234,10 @@ impl Bench {
 
     /// A text, compiled for the machine that was given or the one that it names: a built-in one, or
     /// one that stands beside the script.
-    fn load(&self, text: &str, folder: &Path) -> Result<Loaded, String> {
+    ///
+    /// # Errors
+    /// It does not compile.
+    pub fn load(&self, text: &str, folder: &Path) -> Result<Loaded, String> {
         let script = folder.join("script.bas").display().to_string();
         let find = |name: &str| input::profile_beside(name, &script).map(|(profile, _)| profile);
         let choice = match &self.setting.profile {
@@ -243,19 +247,17 @@ impl Bench {
         trial::load(text, choice)
     }
 
-    /// A program was brought to the board.
-    pub fn stored(&self, loaded: Arc<Loaded>) {
-        lock(&self.loaded)[BOARD] = Some(loaded);
+    /// A program was brought to the board, from a file of this name.
+    pub fn stored(&self, loaded: Arc<Loaded>, name: Option<String>) {
+        lock(&self.programs).brought(loaded, name);
         self.tell(&ToPage::Program(self.program()));
     }
 
-    /// The board's program, where it is known, and whether it is the text's.
-    pub fn on_board(&self, picture: &Picture) -> Option<(Arc<Loaded>, bool)> {
+    /// The board's program, where it is known, and whether it is the present text's.
+    pub fn on_board(&self, picture: &Picture) -> Option<OnBoard> {
         let identity = picture.identity.as_ref()?;
-        let loaded = lock(&self.loaded);
-        let is = |loaded: &Arc<Loaded>| loaded.is(identity.program_bytes, identity.program_crc);
-        let current = loaded[TEXT].as_ref().is_some_and(is);
-        loaded.iter().flatten().find(|loaded| is(loaded)).map(|loaded| (loaded.clone(), current))
+        let number = lock(&self.desk).number();
+        lock(&self.programs).on_board(identity, number)
     }
 
     /// The machine that is being set up, the one that was given, or that of the text.
@@ -266,7 +268,7 @@ impl Bench {
         if let Some(profile) = &self.setting.profile {
             return Ok(profile.clone());
         }
-        match &lock(&self.loaded)[TEXT] {
+        match lock(&self.programs).of_text() {
             Some(loaded) => Ok(loaded.program.profile.clone()),
             None => {
                 Profile::built_in(lang::profile::DEFAULT_NAME).map_err(|error| error.to_string())
@@ -274,12 +276,12 @@ impl Bench {
         }
     }
 
-    fn program(&self) -> Value {
+    pub(super) fn program(&self) -> Value {
         let (_, picture) = self.helm.picture();
-        self.on_board(&picture).map_or(
-            Value::Null,
-            |(loaded, _)| json!({ "vars": loaded.variables(), "crc": loaded.crc }),
-        )
+        self.on_board(&picture).map_or(Value::Null, |OnBoard { loaded, .. }| {
+            let machine = trial::machine(&loaded.program.profile, Some(&loaded.program));
+            json!({ "vars": loaded.variables(), "crc": loaded.crc, "machine": machine })
+        })
     }
 
     /// A hand on an input of the virtual board.
@@ -312,34 +314,6 @@ impl Bench {
         self.over.load(Ordering::SeqCst)
     }
 
-    /// Simulates whenever it is wanted, the newest text only.
-    fn simulate(bench: &Arc<Bench>) {
-        loop {
-            let mut wanted = lock(&bench.wanted);
-            while !*wanted {
-                wanted = bench.called.wait(wanted).unwrap_or_else(PoisonError::into_inner);
-            }
-            *wanted = false;
-            drop(wanted);
-            let (number, text, folder) = {
-                let desk = lock(&bench.desk);
-                (desk.number(), desk.text().to_owned(), desk.folder())
-            };
-            let part = &bench.setting.part.part;
-            let loaded = bench.load(&text, &folder).map(|own| own.for_part(part));
-            let trial = trial::simulate(number, &loaded, &bench.setting.world, part);
-            if let Ok(loaded) = loaded {
-                lock(&bench.loaded)[TEXT] = Some(Arc::new(loaded));
-                bench.tell(&ToPage::Program(bench.program()));
-            }
-            let trial = Arc::new(trial);
-            *lock(&bench.newest) = Some(trial.clone());
-            for client in lock(&bench.clients).iter() {
-                send_trial(client, &trial);
-            }
-        }
-    }
-
     /// Tells the pages when another program changes the file.
     fn follow_file(bench: &Arc<Bench>) {
         loop {
@@ -351,7 +325,7 @@ impl Bench {
             let text = desk.shown();
             drop(desk);
             bench.tell(&ToPage::Text(text));
-            bench.want_simulation();
+            bench.want_simulation(false);
         }
     }
 
@@ -367,9 +341,15 @@ impl Bench {
             (log, entries) = bench.helm.log(log);
             bench.pass_on(entries);
             bench.place_world(&picture, &mut homed);
-            let crc = picture.identity.as_ref().map(|identity| identity.program_crc);
-            if stored != crc {
-                stored = crc;
+            let own = picture.identity.as_ref();
+            let held = own.map(|own| (own.program_bytes, own.program_crc));
+            if stored != held {
+                stored = held;
+                if bench.on_board(&picture).is_none()
+                    && let Some(own) = own.filter(|own| own.program_bytes > 0)
+                {
+                    Bench::recognise(bench, own.clone());
+                }
                 bench.tell(&ToPage::Program(bench.program()));
             }
             bench.tell_state(n, &picture);
@@ -414,8 +394,10 @@ impl Bench {
         let line = on_board
             .as_ref()
             .zip(runs)
-            .map(|((loaded, _), status)| loaded.line_of(status.program_counter))
+            .map(|(own, status)| own.loaded.line_of(status.program_counter))
             .filter(|line| *line > 0);
+        let holds = picture.identity.as_ref().and_then(|own| lock(&self.programs).holds(own));
+        let trial = lock(&self.trial).clone();
         let holder = *lock(&self.holder);
         let clients = lock(&self.clients).clone();
         let closed = lock(&self.closed).clone();
@@ -434,23 +416,20 @@ impl Bench {
                 taken: holder.is_some() && !mine,
                 pages: clients.len(),
                 closed: closed.clone(),
-                current: on_board.as_ref().is_some_and(|(_, current)| *current),
+                current: on_board.as_ref().is_some_and(|own| own.current),
+                holds: holds.clone(),
+                trial: trial.clone(),
             })));
         }
     }
-}
-
-fn send_trial(client: &Client, trial: &Trial) {
-    client.send(&ToPage::Simulated(trial.about.clone()));
-    client.send_bytes(trial.path.clone());
 }
 
 /// An answer goes to the page that asked, a notification to all.
 fn tell_of_language(clients: &[Arc<Client>], mut message: Value) {
     let id = message["id"].as_str().map(str::to_owned);
     let Some(id) = id else {
-        let message = ToPage::Lsp(message);
-        clients.iter().for_each(|client| client.send(&message));
+        let text: Arc<str> = message::text(&ToPage::Lsp(message)).into();
+        clients.iter().for_each(|client| client.send_text(text.clone()));
         return;
     };
     let Some((page, own)) = id.split_once('/') else { return };

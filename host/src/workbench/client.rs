@@ -4,15 +4,17 @@ use std::collections::VecDeque;
 use std::io;
 use std::net::{Shutdown, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::message::{self, ToPage};
 use super::ws::{self, opcode};
 use crate::helm::User;
 
-/// Messages that may wait for a slow page; one that is slower is dropped.
+/// Messages that may wait for a slow page, and their bytes; a page that is slower is dropped. A path is
+/// one buffer for all pages.
 const MOST_WAITING: usize = 500;
+const MOST_BYTES: usize = 8 << 20;
 /// Between two pings.
 const PING: Duration = Duration::from_secs(5);
 /// States whose times are remembered for their echoes.
@@ -21,10 +23,21 @@ const STATES: usize = 64;
 pub const ECHO_FRESH: Duration = Duration::from_millis(250);
 
 enum Out {
-    Text(String),
-    Bytes(std::sync::Arc<Vec<u8>>),
+    Text(Arc<str>),
+    Bytes(Arc<Vec<u8>>),
     Pong(Vec<u8>),
     Close,
+}
+
+impl Out {
+    /// What it keeps in memory for this page.
+    fn own_bytes(&self) -> usize {
+        match self {
+            Out::Text(text) => text.len(),
+            Out::Pong(bytes) => bytes.len(),
+            Out::Bytes(_) | Out::Close => 0,
+        }
+    }
 }
 
 /// A page.
@@ -83,11 +96,16 @@ impl Client {
 
     /// Sends a message as soon as it can be taken.
     pub fn send(&self, message: &ToPage) {
-        self.push(Out::Text(message::text(message)));
+        self.send_text(message::text(message).into());
+    }
+
+    /// Sends a message that was written already: one buffer for all pages that get it.
+    pub fn send_text(&self, text: Arc<str>) {
+        self.push(Out::Text(text));
     }
 
     /// Sends bytes.
-    pub fn send_bytes(&self, bytes: std::sync::Arc<Vec<u8>>) {
+    pub fn send_bytes(&self, bytes: Arc<Vec<u8>>) {
         self.push(Out::Bytes(bytes));
     }
 
@@ -116,7 +134,11 @@ impl Client {
     fn push(&self, out: Out) {
         let mut waiting = lock(&self.out);
         waiting.push_back(out);
-        let slow = waiting.len() > MOST_WAITING;
+        let bytes: usize = waiting.iter().map(Out::own_bytes).sum();
+        let slow = waiting.len() > MOST_WAITING || bytes > MOST_BYTES;
+        if slow {
+            waiting.clear();
+        }
         drop(waiting);
         if slow {
             self.drop_it();
@@ -175,5 +197,26 @@ impl Client {
             }
         }
         self.drop_it();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::{TcpListener, TcpStream};
+
+    use super::{Client, MOST_BYTES, Out, lock};
+
+    #[test]
+    fn a_page_that_reads_nothing_is_dropped_with_what_waits() {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let _page = TcpStream::connect(listener.local_addr().expect("an address")).expect("a page");
+        let client = Client::new(&listener.accept().expect("a page").0).expect("a page");
+        let text: std::sync::Arc<str> = "x".repeat(MOST_BYTES / 8).into();
+        for _ in 0..8 {
+            client.send_text(text.clone());
+        }
+        assert!(!client.is_gone() && lock(&client.out).len() == 8);
+        client.push(Out::Pong(vec![0]));
+        assert!(client.is_gone() && lock(&client.out).is_empty());
     }
 }

@@ -29,6 +29,10 @@ pub fn serve(
     wish: SetupWish,
 ) -> Result<Answer, String> {
     let folder: PathBuf = lock(&bench.desk).folder();
+    // What a trial goes by stays as it is, and nothing is written while the machine is not what it was.
+    if bench.homing.load(Ordering::SeqCst) && !matches!(wish, SetupWish::Look) {
+        return Err("a reference run or a trial goes on: wait, or halt it".to_owned());
+    }
     match wish {
         SetupWish::Look => {}
         SetupWish::Open { name, base } => {
@@ -106,9 +110,6 @@ fn stopped(bench: &Bench) -> Result<(), String> {
 /// Brings the machine to the board: axes in a program that does nothing, the rest in its record.
 fn apply(later: &Ask<'_>) -> Result<Answer, String> {
     let bench = later.bench.clone();
-    if bench.homing.load(Ordering::SeqCst) {
-        return Err("a reference run or a trial goes on".to_owned());
-    }
     let (machine, profile) = with(&bench, |own| Ok((own.machine(), own.profile().clone())))?;
     let image = setup::stub(&machine)?;
     later.answer(move |board| {

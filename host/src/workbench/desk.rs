@@ -1,7 +1,7 @@
 //! The script that all pages work on: one text, its file, and the language server that reads it.
 
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use lang::profile::Profile;
@@ -16,6 +16,19 @@ use crate::lsp::{self, path};
 pub const LONGEST: usize = 512 << 10;
 /// Scripts of a folder that are listed.
 const MOST_FILES: usize = 200;
+/// Requests of the language server that pages pass on. One server serves all pages: `shutdown` or a
+/// change of the text by one of them would be everybody's.
+const REQUESTS: [&str; 9] = [
+    "textDocument/codeAction",
+    "textDocument/completion",
+    "textDocument/definition",
+    "textDocument/formatting",
+    "textDocument/hover",
+    "textDocument/prepareRename",
+    "textDocument/rename",
+    "textDocument/semanticTokens/full",
+    "textDocument/signatureHelp",
+];
 /// What a new script begins with.
 const NEW: &str =
     "' A first script: a square of 20 mm.\nHome\nG0 X10 Y10\nG1 X30 F600\nG1 Y30\nG1 X10\nG1 Y10\n";
@@ -170,23 +183,30 @@ impl Desk {
     /// There is no name, it is no script's, or the file cannot be written.
     pub fn save(&mut self, name: Option<&str>) -> Result<(), String> {
         let file = match (name, &self.file) {
-            (Some(name), own) => {
-                let to = beside(own.as_deref(), name)?;
-                if to.exists() && own.as_ref() != Some(&to) {
-                    return Err(format!("{name} exists already: open it, or take another name"));
-                }
-                to
-            }
-            (None, Some(file)) if !self.conflict => file.clone(),
-            (None, Some(_)) => {
+            (Some(name), own) => beside(own.as_deref(), name)?,
+            (None, Some(file)) => file.clone(),
+            (None, None) => return Err("the script has no name yet: give it one".to_owned()),
+        };
+        let shown = |error: io::Error| format!("{}: {error}", file.display());
+        if self.file.as_ref() == Some(&file) {
+            // What another program wrote a moment ago must not be lost: the look at the file may be
+            // half a second old.
+            self.look();
+            if self.conflict {
                 return Err(
                     "another program changed the file: take its text or keep this one first"
                         .to_owned(),
                 );
             }
-            (None, None) => return Err("the script has no name yet: give it one".to_owned()),
-        };
-        write(&file, &self.text).map_err(|error| format!("{}: {error}", file.display()))?;
+            write(&file, &self.text).map_err(shown)?;
+        } else {
+            write_new(&file, &self.text).map_err(|error| match error.kind() {
+                io::ErrorKind::AlreadyExists => {
+                    format!("{} exists already: open it, or take another name", file.display())
+                }
+                _ => shown(error),
+            })?;
+        }
         self.file = Some(file);
         self.on_disk.clone_from(&self.text);
         Ok(())
@@ -218,18 +238,29 @@ impl Desk {
             return Err("the script is not saved: save it, or undo its changes".to_owned());
         }
         let file = beside(self.file.as_deref(), name)?;
-        if file.exists() {
-            return Err(format!("{name} exists already: take another name"));
-        }
         if text.len() > LONGEST {
             return Err(format!("a script has at most {LONGEST} bytes"));
         }
-        write(&file, &text).map_err(|error| format!("{}: {error}", file.display()))?;
+        write_new(&file, &text).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => format!("{name} exists already: take another name"),
+            _ => format!("{}: {error}", file.display()),
+        })?;
         self.file = Some(file);
         self.on_disk.clone_from(&text);
         self.conflict = false;
         self.replace(text);
         Ok(())
+    }
+
+    /// The text of a script of the folder, which stays closed.
+    ///
+    /// # Errors
+    /// There is none of that name, or it cannot be read.
+    pub fn read(&self, name: &str) -> Result<String, String> {
+        if self.name().as_deref() == Some(name) {
+            return Ok(self.text.clone());
+        }
+        read(&beside(self.file.as_deref(), name)?)
     }
 
     /// Scripts of the folder.
@@ -249,14 +280,24 @@ impl Desk {
     }
 
     /// Passes a page's request on; the answer carries the page's number in its own.
-    pub fn request(&self, page: u64, message: &Value) {
+    ///
+    /// # Errors
+    /// It is none that a page may make: one that asks about this text, with an object of parameters.
+    pub fn request(&self, page: u64, message: &Value) -> Result<(), String> {
         let id = format!("{page}/{}", message["id"]);
-        let Some(method) = message["method"].as_str() else { return };
-        let mut params = message["params"].clone();
-        params["textDocument"] = json!({ "uri": self.uri });
+        let method = message["method"].as_str().unwrap_or_default();
+        if !REQUESTS.contains(&method) {
+            return Err("this request is none that a page may make".to_owned());
+        }
+        let Value::Object(mut params) = message["params"].clone() else {
+            return Err(format!("{method} needs an object of parameters"));
+        };
+        params.insert("textDocument".to_owned(), json!({ "uri": self.uri }));
+        let params = Value::Object(params);
         let request = Request { id: RequestId::from(id), method: method.to_owned(), params };
         // A server that has ended answers nobody.
         let _ = self.lsp.sender.send(Message::Request(request));
+        Ok(())
     }
 
     fn note(&self, method: &str, params: Value) {
@@ -301,16 +342,32 @@ fn read(file: &Path) -> Result<String, String> {
     }
 }
 
-/// Replaces a file in one step, with the rights that it had.
+/// Replaces a file in one step, with the rights that it had; where it is a link, the file that it leads
+/// to. What is written meanwhile has a name that nothing else has.
 pub(super) fn write(file: &Path, text: &str) -> io::Result<()> {
-    let mut beside = file.as_os_str().to_owned();
-    beside.push(".new");
-    let beside = PathBuf::from(beside);
-    fs::write(&beside, text)?;
-    if let Ok(about) = fs::metadata(file) {
-        fs::set_permissions(&beside, about.permissions())?;
+    let file = fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
+    let mut beside = beside_of(&file)?;
+    beside.write_all(text.as_bytes())?;
+    if let Ok(about) = fs::metadata(&file) {
+        fs::set_permissions(beside.path(), about.permissions())?;
     }
-    fs::rename(&beside, file)
+    beside.persist(&file).map(drop).map_err(|error| error.error)
+}
+
+/// Writes a file that must not be there yet.
+fn write_new(file: &Path, text: &str) -> io::Result<()> {
+    let mut beside = beside_of(file)?;
+    beside.write_all(text.as_bytes())?;
+    beside.persist_noclobber(file).map(drop).map_err(|error| error.error)
+}
+
+/// A file without a lasting name in the folder of another one, with the rights of any new file.
+fn beside_of(file: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".pasapas-");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder(Some(file)))
 }
 
 fn folder(file: Option<&Path>) -> PathBuf {
@@ -339,47 +396,4 @@ fn beside(file: Option<&Path>, name: &str) -> Result<PathBuf, String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::Desk;
-
-    #[test]
-    fn a_text_and_its_file_go_together() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join("a.bas");
-        std::fs::write(&file, "Home\n").expect("a file");
-        let name = file.display().to_string();
-        let mut desk = Desk::open(Some(&name), None, |_| {}).expect("it opens");
-        assert!(!desk.look() && !desk.shown().dirty);
-        // Another program changes the file: a text without changes follows.
-        std::fs::write(&file, "Home X\n").expect("a file");
-        assert!(desk.look());
-        assert_eq!(
-            (desk.text(), desk.shown().dirty, desk.shown().conflict),
-            ("Home X\n", false, false)
-        );
-        // Both change: nothing is lost, and nothing is written over.
-        desk.set(desk.number(), "Home Y\n".to_owned()).expect("newest");
-        std::fs::write(&file, "Home Z\n").expect("a file");
-        assert!(desk.look());
-        assert!(desk.shown().conflict && desk.save(None).is_err());
-        assert_eq!(desk.text(), "Home Y\n");
-        desk.settle(false);
-        desk.save(None).expect("it is written");
-        assert_eq!(std::fs::read_to_string(&file).expect("a file"), "Home Y\n");
-        assert!(desk.set(1, String::new()).is_err(), "an old base");
-        desk.save(Some("b.bas")).expect("it is written");
-        assert_eq!(desk.files(), ["a.bas", "b.bas"]);
-        for wrong in ["../c.bas", "/c.bas", "c", "a.bas", ".bas", "c.bas/d.bas", "c\\d.bas"] {
-            assert!(desk.save(Some(wrong)).is_err(), "{wrong}");
-        }
-        assert!(desk.change("../a.bas").is_err() && desk.change("a.bas").is_ok());
-        // A new one is written beside, and never over another or over what is not saved.
-        assert!(desk.create("b.bas", "Home\n".to_owned()).is_err(), "it is there");
-        assert!(desk.create("../c.bas", "Home\n".to_owned()).is_err());
-        desk.set(desk.number(), "Wait 1s\n".to_owned()).expect("newest");
-        assert!(desk.create("c.bas", "Home\n".to_owned()).is_err(), "not saved");
-        desk.save(None).expect("it is written");
-        desk.create("c.bas", "Home Y\n".to_owned()).expect("a new one");
-        assert_eq!((desk.text(), desk.name().as_deref()), ("Home Y\n", Some("c.bas")));
-    }
-}
+mod tests;

@@ -6,25 +6,24 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use lang::axis::Axis;
-use lang::profile::{AxisProfile, Profile};
+use lang::profile::AxisProfile;
 use lang::record::BoardRecord;
-use lang::wire::{self, Control, RunState, command};
+use lang::wire::{self, Control, command};
 use serde_json::{Value, json};
 
-use super::bench::{Bench, lock};
+use super::bench::Bench;
 use super::client::Client;
 use super::library;
 use super::message::{HoldWish, MoveWish, ToPage, Wish};
 use super::session::Answer;
 use crate::board::live::Touch;
-use crate::client::identity::differences;
 use crate::client::orders;
 use crate::client::status::long;
 use crate::helm::{Board, Debug, Hold, Pace};
 use crate::sim::world::Button;
 
 /// Longest move by a button, um: a mistyped digit must not cross the machine.
-const LONGEST_MOVE_UM: i32 = 1_000_000;
+const LONGEST_MOVE_UM: u32 = 1_000_000;
 /// A reference run that takes longer has failed.
 const HOME_TIME: Duration = Duration::from_secs(300);
 
@@ -41,13 +40,21 @@ pub fn serve(
     let later = Ask { bench, client, ask };
     match wish {
         Wish::Upload => return later.upload(),
+        Wish::Bring(name) => return later.bring_file(&name),
         Wish::Library => return later.answer(library::list),
-        Wish::Choose(number) => return later.answer(move |board| library::select(board, number)),
-        Wish::Erase(number) => return later.answer(move |board| library::erase(board, number)),
+        Wish::Choose(number) => {
+            bench.helm.refresh();
+            return later.answer(move |board| library::select(board, number));
+        }
+        Wish::Erase(number) => {
+            bench.helm.refresh();
+            return later.answer(move |board| library::erase(board, number));
+        }
         Wish::Profile => return later.profile(),
-        Wish::Start => return later.run(Control::Start),
-        Wish::Pause => return later.run(Control::Pause),
-        Wish::Resume => return later.run(Control::Resume),
+        Wish::Start => return later.run(Control::Start, None),
+        Wish::Run(program) => return later.run(Control::Start, Some(program)),
+        Wish::Pause => return later.run(Control::Pause, None),
+        Wish::Resume => return later.run(Control::Resume, None),
         Wish::Debug { breaks, step } => later.debug(breaks, step)?,
         Wish::Go { step } => bench.helm.debug(Debug::Pace(pace(step))),
         Wish::Breaks(breaks) => {
@@ -66,7 +73,7 @@ pub fn serve(
             }
             let operator = bench.setting.is_operators();
             match bench.on_board(&bench.helm.picture().1) {
-                Some((loaded, _)) => loaded.may_set(cell, value, operator)?,
+                Some(known) => known.loaded.may_set(cell, value, operator)?,
                 None if operator => return Err("the stored program is not known here".to_owned()),
                 None => {}
             }
@@ -110,7 +117,7 @@ pub fn serve(
     Ok(Answer::Done)
 }
 
-const fn pace(step: bool) -> Pace {
+pub(super) const fn pace(step: bool) -> Pace {
     if step { Pace::Step } else { Pace::Go }
 }
 
@@ -126,7 +133,7 @@ pub(super) struct Ask<'a> {
 
 impl Ask<'_> {
     /// Has the helm do something; what comes of it is the answer.
-    fn ask(
+    pub(super) fn ask(
         &self,
         job: impl FnOnce(&mut Board) -> Result<(), String> + Send + 'static,
     ) -> Result<Answer, String> {
@@ -174,58 +181,6 @@ impl Ask<'_> {
         self.ask(move |board| board.write_all(first, &words).map_err(|error| error.to_string()))
     }
 
-    fn run(&self, control: Control) -> Result<Answer, String> {
-        self.ask(move |board| {
-            let words = |error: crate::client::ClientError| error.to_string();
-            let (state, _) = board.run_state().map_err(words)?;
-            let control = match (control, state) {
-                (Control::Start, Some(RunState::Empty)) => {
-                    return Err("the board holds no program: press Upload".to_owned());
-                }
-                (Control::Start, Some(RunState::Fault)) => Control::Acknowledge,
-                (Control::Resume, Some(state)) if state != RunState::Paused => {
-                    return Err("nothing is paused".to_owned());
-                }
-                (Control::Pause, Some(RunState::Ready | RunState::Empty | RunState::Fault)) => {
-                    return Err("no program runs".to_owned());
-                }
-                (control, _) => control,
-            };
-            match board.control(control) {
-                Err(error) if error.is_exception(wire::Exception::Busy) => {
-                    let status = board.status().map_err(words)?;
-                    Err(match status.blocked_by {
-                        Some(input) => {
-                            format!("the board cannot do that now: input {input} holds it")
-                        }
-                        None => "the board cannot do that now: an axis moves".to_owned(),
-                    })
-                }
-                other => other.map_err(words),
-            }
-        })
-    }
-
-    /// Compiles the text and brings it to the board.
-    fn upload(&self) -> Result<Answer, String> {
-        let loaded = self.bench.compile()?;
-        let (bench, client, ask) = (self.bench.clone(), self.client.clone(), self.ask);
-        let file = lock(&self.bench.desk).name().unwrap_or_default();
-        self.ask(move |board| {
-            compare(board, &loaded.program.profile)?;
-            let identity = board.identity().map_err(|error| error.to_string())?;
-            let loaded = Arc::new(loaded.for_part(identity.part()));
-            let image = &loaded.compiled.image;
-            let all = image.len().max(1) as f32;
-            let result = board.bring(image, (None, &file), true, &mut |bytes| {
-                client.send(&ToPage::Progress { ask, part: bytes as f32 / all });
-            });
-            result.map_err(|error| error.to_string())?;
-            bench.stored(loaded);
-            Ok(())
-        })
-    }
-
     /// Gives the board the script's machine, and restarts it.
     fn profile(&self) -> Result<Answer, String> {
         let profile = self.bench.profile()?;
@@ -244,21 +199,6 @@ impl Ask<'_> {
             board.restart().map_err(words)?;
             board.find().map_err(words)
         })
-    }
-
-    fn debug(&self, breaks: Vec<u32>, step: bool) -> Result<(), String> {
-        let (_, picture) = self.bench.helm.picture();
-        let Some((loaded, true)) = self.bench.on_board(&picture) else {
-            return Err("the board's program is not this text: press Upload first".to_owned());
-        };
-        let profile = Box::new(loaded.program.profile.clone());
-        self.bench.helm.debug(Debug::Start {
-            profile,
-            line_of: Arc::new(move |pc| loaded.line_of(pc)),
-            breaks: breaks.into_iter().collect(),
-            pace: pace(step),
-        });
-        Ok(())
     }
 
     fn hold(&self, wish: &HoldWish) -> Result<(), String> {
@@ -280,9 +220,7 @@ impl Ask<'_> {
 
     /// Moves an axis by a distance, or to a work position.
     fn travel(&self, wish: MoveWish, relative: bool) -> Result<Answer, String> {
-        if wish.um.abs() > LONGEST_MOVE_UM {
-            return Err("a move by a button is no longer than 1 m".to_owned());
-        }
+        bounded(wish.um)?;
         let profile = self.bench.profile()?;
         let axis = wish.axis();
         let own = orders::present(&profile, axis)?.clone();
@@ -297,6 +235,7 @@ impl Ask<'_> {
     }
 
     fn probe(&self, wish: &MoveWish) -> Result<Answer, String> {
+        bounded(wish.um)?;
         let profile = self.bench.profile()?;
         let axis = wish.axis();
         let own = orders::present(&profile, axis)?.clone();
@@ -335,6 +274,15 @@ impl Ask<'_> {
         });
         Ok(Answer::Later)
     }
+}
+
+/// Refuses a length in um that a button may not ask for. The smallest number has no positive
+/// counterpart: `abs` would leave it negative, and within every bound.
+fn bounded(um: i32) -> Result<(), String> {
+    if um.unsigned_abs() > LONGEST_MOVE_UM {
+        return Err("a move by a button is no longer than 1 m".to_owned());
+    }
+    Ok(())
 }
 
 /// Steps per second of a speed in um/s, within the axis's.
@@ -380,23 +328,6 @@ fn within(
     ))
 }
 
-/// A program for another machine would move this one wrongly.
-fn compare(board: &mut Board, profile: &Profile) -> Result<(), String> {
-    let held = board.board_record().map_err(|error| error.to_string())?;
-    let mut differ = differences(&held, &BoardRecord::of(profile, held.sequence));
-    // Where the board hangs on the line is no matter of the program.
-    differ.retain(|what| *what != "link");
-    if differ.is_empty() {
-        return Ok(());
-    }
-    Err(format!(
-        "the board's machine is not `{}`, it differs in {}: press Write machine to board, if this is \
-         the machine that hangs on it",
-        profile.name,
-        differ.join(", ")
-    ))
-}
-
 /// Between two looks at a reference run.
 const HOME_LOOK: Duration = Duration::from_millis(50);
 
@@ -422,6 +353,10 @@ pub(super) fn home(
     while begun.elapsed() < HOME_TIME {
         // A command is taken within some ms: a look at once would see the axis still at rest.
         std::thread::sleep(HOME_LOOK);
+        if !bench.has_helm(client) {
+            bench.helm.stop();
+            return Err("the page gave up the helm: the reference run is stopped".to_owned());
+        }
         let seen = ask_for(bench, client, move |board| {
             let words = |error: crate::client::ClientError| error.to_string();
             let motion = board.input(wire::MOVING, 2).map_err(words)?;
@@ -465,4 +400,19 @@ pub(super) fn ask_for<T: Send + 'static>(
     });
     asked.map_err(|_| "too much waits for the board already".to_owned())?;
     told.recv().map_err(|_| "the page is gone".to_owned())?
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bounded;
+
+    #[test]
+    fn a_move_by_a_button_is_at_most_a_metre_either_way() {
+        for um in [0, 1, -1, 1_000_000, -1_000_000] {
+            assert!(bounded(um).is_ok(), "{um}");
+        }
+        for um in [1_000_001, -1_000_001, i32::MAX, i32::MIN, i32::MIN + 1] {
+            assert!(bounded(um).is_err(), "{um}");
+        }
+    }
 }

@@ -6,6 +6,7 @@ use lang::axis::Axis;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::programs::Holds;
 use super::setup::TrialWish;
 use crate::helm::{Entry, Picture};
 use crate::sim::trace::AxisLetter;
@@ -77,10 +78,14 @@ pub enum Wish {
         /// A piece of the text.
         into: bool,
     },
-    /// Simulate the text.
+    /// Simulate the text for a moment, and show the first turns of an endless loop.
     Simulate,
+    /// Simulate the text as long as that is bearable, and show all of it.
+    SimulateAll,
     /// Compile the text and bring it to the board.
     Upload,
+    /// Compile another script of the folder and bring it to the board.
+    Bring(String),
     /// The programs that the board holds.
     Library,
     /// Start runs the program of this number from now on.
@@ -91,6 +96,8 @@ pub enum Wish {
     Profile,
     /// Start the stored program, release WaitStart, or acknowledge a fault.
     Start,
+    /// The same; what begins is the program that the page shows, or nothing.
+    Run(Shown),
     /// Start it and follow it effect by effect.
     Debug {
         /// Lines to halt at.
@@ -154,6 +161,16 @@ pub enum Wish {
     Setup(SetupWish),
     /// End the tool.
     Quit,
+}
+
+/// The board's program as a page shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shown {
+    /// Length of its image.
+    pub bytes: u16,
+    /// CRC of its image.
+    pub crc: u16,
 }
 
 /// A wish of a set-up.
@@ -366,8 +383,13 @@ pub struct State {
     pub pages: usize,
     /// Inputs whose contact a hand has closed on the virtual board.
     pub closed: Vec<u16>,
-    /// The stored program is the text's.
+    /// The stored program is the present text's.
     pub current: bool,
+    /// Which program the board holds, if it holds one.
+    pub holds: Option<Holds>,
+    /// The trial of a set-up that is under way, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trial: Option<String>,
 }
 
 /// A message as it goes over the line.

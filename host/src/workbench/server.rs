@@ -1,43 +1,37 @@
 //! The port that pages come to: a thread for each connection, a second one for what a socket is sent.
 
-use std::io;
+use std::io::{self, Read};
 use std::net::{TcpListener, TcpStream};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use super::bench::Bench;
 use super::client::Client;
 use super::message::ToPage;
+use super::places::{Place, Places};
 use super::{assets, gate, http, session, ws};
 
-/// Connections at a time.
-const MOST: usize = 64;
 /// A page that takes nothing for so long is dropped.
 const WRITE_TIME: Duration = Duration::from_secs(2);
-/// A socket must say who it is by then.
+/// A socket must have said who it is by then, however slowly its bytes come.
 const HELLO_TIME: Duration = Duration::from_secs(2);
 /// A page answers pings; one that is silent for so long is gone.
 const SILENCE: Duration = Duration::from_secs(15);
 
 /// Takes connections for as long as the process lives.
 pub fn serve(listener: TcpListener, bench: &Arc<Bench>) {
-    let open = Arc::new(AtomicUsize::new(0));
+    let places = Arc::new(Mutex::new(Places::default()));
     for stream in listener.incoming().flatten() {
-        if open.fetch_add(1, Ordering::SeqCst) >= MOST {
-            open.fetch_sub(1, Ordering::SeqCst);
-            continue;
-        }
-        let (bench, open) = (bench.clone(), open.clone());
+        let Ok(place) = Place::take(&places, &stream) else { continue };
+        let bench = bench.clone();
         std::thread::spawn(move || {
             // A connection that fails is its own end and nobody else's.
-            let _ = connection(&bench, stream);
-            open.fetch_sub(1, Ordering::SeqCst);
+            let _ = connection(&bench, stream, place);
         });
     }
 }
 
-fn connection(bench: &Arc<Bench>, mut stream: TcpStream) -> io::Result<()> {
+fn connection(bench: &Arc<Bench>, mut stream: TcpStream, place: Place) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(WRITE_TIME))?;
     let words = |stream: &mut TcpStream, status, text: &str| {
@@ -68,13 +62,13 @@ fn connection(bench: &Arc<Bench>, mut stream: TcpStream) -> io::Result<()> {
         ws::accept(&key)
     );
     io::Write::write_all(&mut stream, upgrade.as_bytes())?;
-    socket_of(bench, stream)
+    socket_of(bench, stream, place)
 }
 
-fn socket_of(bench: &Arc<Bench>, mut stream: TcpStream) -> io::Result<()> {
+fn socket_of(bench: &Arc<Bench>, stream: TcpStream, mut place: Place) -> io::Result<()> {
     let client = Arc::new(Client::new(&stream)?);
     let challenge = gate::random().map_err(io::Error::other)?;
-    stream.set_read_timeout(Some(HELLO_TIME))?;
+    let mut stream = Until { stream, end: Some(Instant::now() + HELLO_TIME) };
     let writer = client.clone();
     std::thread::spawn(move || writer.write());
     client.send(&ToPage::Challenge(challenge.clone()));
@@ -87,8 +81,12 @@ fn socket_of(bench: &Arc<Bench>, mut stream: TcpStream) -> io::Result<()> {
                     client.close();
                     break;
                 }
-                if client.is_known() {
-                    stream.set_read_timeout(Some(SILENCE))?;
+                if client.is_known() && stream.end.take().is_some() {
+                    if !place.is_of_a_page() {
+                        client.drop_it();
+                        break;
+                    }
+                    stream.stream.set_read_timeout(Some(SILENCE))?;
                 }
             }
             Ok(ws::Message::Ping(bytes)) => client.pong(bytes),
@@ -103,6 +101,25 @@ fn socket_of(bench: &Arc<Bench>, mut stream: TcpStream) -> io::Result<()> {
             }
         }
     }
-    session.leave();
     Ok(())
+}
+
+/// A stream whose bytes must have come by a moment, if one is set: a limit for each read alone would
+/// let a sender that drips a byte a second stay for ever.
+struct Until {
+    stream: TcpStream,
+    end: Option<Instant>,
+}
+
+impl Read for Until {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if let Some(end) = self.end {
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(io::ErrorKind::TimedOut.into());
+            }
+            self.stream.set_read_timeout(Some(left))?;
+        }
+        self.stream.read(buffer)
+    }
 }

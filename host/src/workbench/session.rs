@@ -76,7 +76,7 @@ impl Session {
             bench.helm.stop();
             return Ok(Answer::Done);
         }
-        if bench.setting.is_operators() && !is_operators(&wish) {
+        if bench.setting.is_operators() && !is_operators(&wish, bench.setting.live.is_some()) {
             return Err("this page only starts, pauses and stops".to_owned());
         }
         if acts(&wish) && !bench.has_helm(&self.client) {
@@ -86,7 +86,7 @@ impl Session {
             Wish::Hello { .. } => return Err("the key was given already".to_owned()),
             Wish::Helm(take) => bench.take_helm(&self.client, take),
             Wish::Lsp(message) => {
-                lock(&bench.desk).request(self.client.number, &message);
+                lock(&bench.desk).request(self.client.number, &message)?;
                 return Ok(Answer::Later);
             }
             Wish::Text { base, text } => self.text(base, text)?,
@@ -97,17 +97,17 @@ impl Session {
             Wish::Open(name) => {
                 lock(&bench.desk).change(&name)?;
                 self.tell_text();
-                bench.want_simulation();
+                bench.want_simulation(false);
             }
             Wish::Reload(from_disk) => {
                 lock(&bench.desk).settle(from_disk);
                 self.tell_text();
-                bench.want_simulation();
+                bench.want_simulation(false);
             }
             Wish::New { name, text } => {
                 lock(&bench.desk).create(&name, text)?;
                 self.tell_text();
-                bench.want_simulation();
+                bench.want_simulation(false);
             }
             Wish::Tables => return Ok(Answer::Value(teach::tables(&lock(&bench.desk)))),
             Wish::Table(wish) => {
@@ -120,7 +120,8 @@ impl Session {
                 let into = into.then_some(text.as_str());
                 return Ok(Answer::Value(teach::pattern(&pattern, &profile, into)?));
             }
-            Wish::Simulate => bench.want_simulation(),
+            Wish::Simulate => bench.want_simulation(false),
+            Wish::SimulateAll => bench.want_simulation(true),
             Wish::Quit => bench.end(),
             Wish::Keep { id, echo } => {
                 if !self.client.is_fresh(echo) {
@@ -147,7 +148,7 @@ impl Session {
             return taken;
         }
         self.bench.tell_others(&self.client, &ToPage::Text(shown));
-        self.bench.want_simulation();
+        self.bench.want_simulation(false);
         Ok(())
     }
 
@@ -155,9 +156,14 @@ impl Session {
         let text = lock(&self.bench.desk).shown();
         self.bench.tell(&ToPage::Text(text));
     }
+}
 
-    /// The page is gone.
-    pub fn leave(&self) {
+/// However a page goes, by a panic of its thread too, it lets go of what it held.
+impl Drop for Session {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.client.drop_it();
+        }
         self.bench.leave(&self.client);
     }
 }
@@ -192,24 +198,23 @@ fn acts(wish: &Wish) -> bool {
             | Wish::Pattern { .. }
             | Wish::Setup(SetupWish::Look)
             | Wish::Simulate
+            | Wish::SimulateAll
             | Wish::Library
             | Wish::Release(_)
             | Wish::Quit
     )
 }
 
-/// Whether a page for the person at the machine may ask it.
-fn is_operators(wish: &Wish) -> bool {
+/// Whether a page for the person at the machine may ask it. Contacts and buttons are `emulated`: an
+/// input of a real board is not forced by an operator.
+fn is_operators(wish: &Wish, emulated: bool) -> bool {
     matches!(
         wish,
         Wish::Helm(_)
-            | Wish::Open(_)
-            | Wish::Upload
-            | Wish::Start
+            | Wish::Bring(_)
+            | Wish::Run(_)
             | Wish::Pause
             | Wish::Resume
             | Wish::Set { .. }
-            | Wish::Input(..)
-            | Wish::Press { .. }
-    )
+    ) || emulated && matches!(wish, Wish::Input(..) | Wish::Press { .. })
 }

@@ -27,12 +27,15 @@ async function begin(welcome) {
   const editor = new Editor($('#editor'), lexer(welcome.words), (words, busy) => {
     if (!busy) localStorage.setItem(KEPT, editor.value);
     script.typed(words, busy);
+    parts.trial?.stale();
   }, () => {});
   const script = new Script(link, editor);
   const language = new Language(link, editor, script);
   language.can = welcome.lsp;
   const view = new PathView($('#path'));
   const trial = new Trial(link, view, editor);
+  trial.isNewest = about => about.number === script.number && script.synced;
+  trial.file = () => script.file;
   link.addEventListener('path', () => performance.mark('path'), { once: true });
   const assist = new Assist(editor, language);
   Object.assign(parts, { editor, script, language, assist, view, trial });

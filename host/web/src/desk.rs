@@ -5,6 +5,7 @@ use lang::part::F5529;
 use lsp_server::{Message, Notification, Request, RequestId};
 use pasapas::lsp::{self, Server};
 use pasapas::sim::world::World;
+use pasapas::trial::budget::Budget;
 use pasapas::trial::{self, Loaded};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -62,8 +63,10 @@ enum Wish {
         /// The world's script; empty for none.
         world: String,
     },
-    /// Simulate the text.
+    /// Simulate the text for a moment, and show the first turns of an endless loop.
     Simulate,
+    /// Simulate the text as long as that is bearable, and show all of it.
+    SimulateAll,
 }
 
 /// The script.
@@ -132,7 +135,8 @@ impl Desk {
                 said.extend(diagnostics);
                 Ok(said)
             }
-            Wish::Simulate => Ok(self.simulate()),
+            Wish::Simulate => Ok(self.simulate(false)),
+            Wish::SimulateAll => Ok(self.simulate(true)),
         }
     }
 
@@ -173,10 +177,11 @@ impl Desk {
     }
 
     /// The run of the text, on the smallest part that has what it wants.
-    fn simulate(&self) -> Vec<Said> {
-        let loaded = trial::load(&self.text, ProfileChoice::built_in());
-        let part = loaded.as_ref().map_or(&F5529, Loaded::part);
-        let run = trial::simulate(self.number, &loaded, &self.world, part);
+    fn simulate(&self, all: bool) -> Vec<Said> {
+        let loaded = trial::load(&self.text, ProfileChoice::built_in()).map(Box::new);
+        let part = loaded.as_ref().map_or(&F5529, |own| Loaded::part(own));
+        let budget = if all { Budget::long(|| false) } else { Budget::live(|| false) };
+        let run = trial::simulate(self.number, &loaded, &self.world, part, &budget);
         vec![text(&json!({ "simulated": run.about })), Said::Bytes(run.path.to_vec())]
     }
 }

@@ -106,7 +106,7 @@ pub fn stream(case: &Case, traced: bool) -> (Run, Outcome, String) {
         slots,
         &mut |_| None,
         if traced { None } else { Some(&mut print) },
-        &mut |client| {
+        &mut |client, _, _| {
             // The world begins with the first look behind the start: 15 ms later, with the link.
             if !std::mem::replace(&mut begun, true) {
                 rig.borrow_mut().begin();

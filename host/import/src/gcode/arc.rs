@@ -90,6 +90,26 @@ impl Reader<'_, '_> {
         };
         if let Some(what) = wrong {
             let text = format!("this arc cannot be drawn: {what}");
+            // The centre as a place instead of a way from the start.
+            let place = axes.map(|i| value(['I', 'J', 'K'][i]).zip(Some(i)));
+            let absolute = value('R').is_none()
+                && !self.state.relative
+                && place.iter().all(Option::is_some)
+                && {
+                    let way = |ends: [Option<i64>; 3]| {
+                        let ways = place.iter().flatten().map(|(center, i)| {
+                            ends[*i].map_or(f64::NAN, |end| end as f64 - center)
+                        });
+                        ways.fold(0.0, f64::hypot)
+                    };
+                    let (radius, end) = (way(from), way(self.state.at));
+                    radius > 0.0 && (end - radius).abs() <= MISS_UM
+                };
+            if absolute {
+                let hint = "I, J and K fit as places of the centre: let the CAM tool write them from \
+                            the arc's start (incremental, G91.1)";
+                return self.error(block.line, 1, Code::OutOfRange, text, hint);
+            }
             let hint = "an end may miss its circle by 0.005 mm or 0.1 % of the radius: let the CAM \
                         tool write more decimals, or lines";
             self.error(block.line, 1, Code::OutOfRange, text, hint);

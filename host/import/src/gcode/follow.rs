@@ -3,6 +3,7 @@
 use super::read::{Block, Reader, Value};
 use crate::codes::Code;
 use crate::diag::Diag;
+use crate::script::mm;
 use lang::axis::Axis;
 use lang::front::literal::Decimal;
 
@@ -34,12 +35,30 @@ impl<'a> Reader<'a, '_> {
                 Value::Text("28" | "38.2" | "38.3" | "53") => special = true,
                 Value::Text(mode @ ("0" | "1" | "2" | "3" | "80" | "81" | "82" | "83")) => {
                     state.motion = mode.parse().unwrap_or(80);
+                    if (0..=3).contains(&state.motion) {
+                        state.before_cycle = state.motion;
+                    }
                 }
                 _ => {}
             }
         }
-        block.motion = state.motion;
         let moves = ['X', 'Y', 'Z'].into_iter().any(has);
+        // Some posts take it for granted that G80 brings back G0 or G1. A controller that does not
+        // refuses the line, so nothing else can be meant.
+        let back = (moves && state.motion == 80 && !special && !zeroed)
+            .then_some(match state.before_cycle {
+                0 => Some("0"),
+                1 => Some("1"),
+                _ => None,
+            })
+            .flatten();
+        if let Some(word) = back {
+            let text = format!("axis words after G80: they move as before the cycle, by G{word}");
+            self.diags.once(Diag::new(Code::Changed, block.line, 1, text).note());
+            self.state.motion = self.state.before_cycle;
+        }
+        let state = &mut self.state;
+        block.motion = state.motion;
         if moves && !special && !zeroed && state.motion == 80 && !broken {
             let text = "axis words before any of G0, G1, G2 and G3".to_owned();
             self.error(block.line, 1, Code::Unreadable, text, "write the motion word");
@@ -87,6 +106,10 @@ impl<'a> Reader<'a, '_> {
         let round = ['I', 'J', 'K', 'R'].into_iter().any(has);
         let turns = matches!(self.state.motion, 2 | 3) && round && !special && !broken;
         block.words = words;
+        if let Some(word) = back {
+            block.words.retain(|word| *word != ('G', Value::Text("80")));
+            block.words.insert(0, ('G', Value::Text(word)));
+        }
         if turns {
             self.in_plane(block);
             self.arc(block, before);
@@ -97,7 +120,7 @@ impl<'a> Reader<'a, '_> {
         }
     }
 
-    /// Follows an axis, and says where a laser's path leaves the machine.
+    /// Follows an axis: where it is, and how far a laser's picture reaches.
     fn track(
         &mut self,
         line: u32,
@@ -118,21 +141,71 @@ impl<'a> Reader<'a, '_> {
             _ => Some(um),
         };
         self.state.at[axis.index()] = at;
-        let Some(part) = self.job.profile.axis(axis).filter(|_| self.laser.is_some() && !zeroed)
-        else {
+        match at {
+            // From here on places count from another origin.
+            _ if zeroed => self.reach[axis.index()].range = None,
+            Some(at) if self.laser.is_some() => self.reaches(line, axis, at),
+            _ => {}
+        }
+    }
+
+    /// Widens the range of an axis to `at`, um, and refuses the first line with which the picture
+    /// becomes larger than the machine's table.
+    ///
+    /// Where the picture lies is no matter here: its origin is where the work zero is set, and many
+    /// tools put it into the middle of the picture.
+    fn reaches(&mut self, line: u32, axis: Axis, at: i64) {
+        let Some(part) = self.job.profile.axis(axis) else { return };
+        let [first, last] = [part.min_um, part.max_um].map(i64::from);
+        let reach = &mut self.reach[axis.index()];
+        let [least, most] =
+            reach.range.map_or([at; 2], |[least, most]| [least.min(at), most.max(at)]);
+        reach.range = Some([least, most]);
+        if most - least <= last - first || reach.refused {
             return;
-        };
-        let travel = i64::from(part.min_um)..=i64::from(part.max_um);
-        if let Some(at) = at.filter(|at| !travel.contains(at)) {
-            let (letter, at) = (axis.letter(), crate::script::mm(at));
-            let text =
-                format!("{letter} goes to {at}, outside the travel of `{}`", self.job.profile.name);
-            let hint = format!(
-                "the travel is {} to {}",
-                crate::script::mm(*travel.start()),
-                crate::script::mm(*travel.end())
+        }
+        reach.refused = true;
+        let (letter, name) = (axis.letter(), &self.job.profile.name);
+        let text = format!(
+            "the picture is wider in {letter} than the table of `{name}`: it goes from {} to {}",
+            mm(least),
+            mm(most)
+        );
+        let hint = format!(
+            "the travel is {} to {}: make the picture smaller, or choose another machine with `--profile`",
+            mm(first),
+            mm(last)
+        );
+        self.error(line, 1, Code::OutOfRange, text, &hint);
+    }
+
+    /// Says where the work zero must lie when the picture leaves the travel as it stands.
+    pub(super) fn placed(&mut self) {
+        for axis in Axis::ALL {
+            let reach = self.reach[axis.index()];
+            let (Some(part), Some([least, most]), false) =
+                (self.job.profile.axis(axis), reach.range, reach.refused)
+            else {
+                continue;
+            };
+            let [first, last] = [part.min_um, part.max_um].map(i64::from);
+            if first <= least && most <= last {
+                continue;
+            }
+            let (letter, name) = (axis.letter(), &self.job.profile.name);
+            let text = format!(
+                "{letter} goes from {} to {}; the travel of `{name}` is {} to {}",
+                mm(least),
+                mm(most),
+                mm(first),
+                mm(last)
             );
-            self.error(line, 1, Code::OutOfRange, text, &hint);
+            let hint = format!(
+                "set the work zero between {letter} {} and {}",
+                mm(first - least),
+                mm(last - most)
+            );
+            self.diags.push(Diag::new(Code::Said, 1, 1, text).note().hint(hint));
         }
     }
 

@@ -8,6 +8,10 @@ use crate::line::column;
 use crate::{Format, Job};
 use lang::axis::Axis;
 use lang::front::literal::Decimal;
+use lang::profile::OutputRole;
+
+/// The motion mode after a refused word of its group. Axis words behind it are not reported again.
+pub(super) const REFUSED: i64 = -1;
 
 /// A block of the script.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -69,8 +73,10 @@ pub(super) struct State {
     pub relative: bool,
     /// The axes of circles, first and second.
     pub plane: [usize; 2],
-    /// The active G word of motion; 80 for none.
+    /// The active G word of motion; 80 for none, [`REFUSED`] after one that was refused.
     pub motion: i64,
+    /// The G word of motion that was active before the last canned cycle; 80 for none.
+    pub before_cycle: i64,
     /// An F came.
     pub feed: bool,
     /// The script has ended.
@@ -105,6 +111,7 @@ pub(super) fn read<'a>(job: &'a Job<'a>, format: Format, diags: &mut Diags) -> V
             relative: false,
             plane: [0, 1],
             motion: 80,
+            before_cycle: 80,
             feed: job.profile.default_feed_um_s.is_some(),
             ended: false,
             // A laser begins at its picture's corner; elsewhere only what a word says is known.
@@ -115,6 +122,7 @@ pub(super) fn read<'a>(job: &'a Job<'a>, format: Format, diags: &mut Diags) -> V
             power: 0,
             powered: false,
         },
+        reach: [Reach::default(); 3],
         blocks: Vec::with_capacity(lines.len()),
     };
     for (number, line) in lines {
@@ -123,6 +131,7 @@ pub(super) fn read<'a>(job: &'a Job<'a>, format: Format, diags: &mut Diags) -> V
             break;
         }
     }
+    reader.placed();
     if let Some(full) = laser {
         let own = job.profile.full_power();
         let beam = match graded {
@@ -161,7 +170,18 @@ pub(super) struct Reader<'a, 'd> {
     pub(super) graded: bool,
     pub(super) diags: &'d mut Diags,
     pub(super) state: State,
+    /// How far a laser's picture reaches.
+    pub(super) reach: [Reach; 3],
     blocks: Vec<Block<'a>>,
+}
+
+/// How far a laser's picture reaches along an axis.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Reach {
+    /// The least and the greatest place, um.
+    pub range: Option<[i64; 2]>,
+    /// It is larger than the table; that was written.
+    pub refused: bool,
 }
 
 impl<'a> Reader<'a, '_> {
@@ -278,8 +298,13 @@ impl<'a> Reader<'a, '_> {
             let text = format!("`{letter}{number}` has too many digits");
             return self.error(block.line, col, Code::OutOfRange, text, "");
         };
+        let tenths = decimal.exact(10);
+        let coolant = matches!(decimal.exact(1), Some(7..=9));
         let fate = match letter {
-            'G' => decimal.exact(10).map_or(rules::g(-1), rules::g),
+            'M' if coolant && self.job.profile.output_with(OutputRole::Coolant).is_none() => {
+                rules::NO_COOLANT
+            }
+            'G' => tenths.map_or(rules::g(-1), rules::g),
             'M' => decimal.exact(1).map_or(rules::m(-1), rules::m),
             _ if rules::is_value(letter) => Fate::Keep,
             _ if rules::is_other_axis(letter) && decimal.sign() == 0 => {
@@ -304,6 +329,9 @@ impl<'a> Reader<'a, '_> {
                 return;
             }
             Fate::Refuse(reason, hint) => {
+                if letter == 'G' && tenths.is_some_and(rules::is_motion) {
+                    self.state.motion = REFUSED;
+                }
                 let text = format!("`{letter}{number}`: {reason}");
                 return self.error(block.line, col, Code::Unsupported, text, hint);
             }
@@ -369,7 +397,16 @@ impl<'a> Reader<'a, '_> {
             },
             'X' | 'Y' | 'Z' => {
                 let axis = Axis::from_letter(letter).unwrap_or(Axis::X);
-                if self.job.profile.axis(axis).is_none() {
+                let lacks = self.job.profile.axis(axis).is_none();
+                if lacks && axis == Axis::Z && self.laser.is_some() {
+                    let text = format!(
+                        "Z moves a laser's focus, and `{}` has no axis Z: its words are left out",
+                        self.job.profile.name
+                    );
+                    self.diags.once(Diag::new(Code::LeftOut, block.line, col, text).warning());
+                    return;
+                }
+                if lacks {
                     let text =
                         format!("the machine `{}` has no axis {letter}", self.job.profile.name);
                     return self.error(

@@ -35,7 +35,11 @@ pub(super) fn g(tenths: i64) -> Fate {
         330 => Refuse("spindle-synchronised motion", "there is no spindle encoder"),
         384 | 385 => Refuse("probing away from the work", "G38.2 and G38.3 probe towards it"),
         550..=599 => Refuse("a second work offset", "G54 is the only one; SetPos and G92 set it"),
-        730 | 840..=899 => Refuse(
+        730 => As(
+            "G83",
+            "G73 lifts the drill a little after each peck: written as G83, which lifts it to R",
+        ),
+        840..=899 => Refuse(
             "this canned cycle",
             "G81, G82 and G83 are known; let the CAM tool write the moves",
         ),
@@ -52,6 +56,17 @@ pub(super) fn g(tenths: i64) -> Fate {
         ),
     }
 }
+
+/// Whether a G word, by ten times its number, is of the group of motions: what follows without
+/// another of them moves as it says.
+pub(super) const fn is_motion(tenths: i64) -> bool {
+    matches!(tenths, 0..=30 | 50..=59 | 330 | 380..=389 | 730 | 760 | 800..=899)
+}
+
+/// What becomes of M7, M8 and M9 on a machine without an output for them.
+pub(super) const NO_COOLANT: Fate = LeaveOut(
+    "M7, M8 and M9 switch coolant or air assist, and no output of this machine has the role coolant",
+);
 
 /// An M word by its number.
 pub(super) fn m(number: i64) -> Fate {

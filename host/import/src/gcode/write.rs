@@ -11,6 +11,8 @@ use crate::script::{Made, Script, literal, mm};
 use crate::{Format, Job, MAX_SIZED, size};
 use lang::front::lexer::begins_gcode;
 
+/// REPEATs of one script; the largest controller has 256 cells.
+const MAX_LOOPS: usize = 100;
 /// Rows of a table on one line.
 const ROWS_A_LINE: usize = 4;
 
@@ -33,7 +35,7 @@ pub(super) fn script(
     }
     let long = write(job, format, all, &plain, None);
     if long.text.len() > MAX_SIZED {
-        return write(job, format, all, &parts, None);
+        return write(job, format, all, &fewer_loops(parts), None);
     }
     let folded = write(job, format, all, &parts, None);
     match (size(job.profile, &long.text), size(job.profile, &folded.text)) {
@@ -51,6 +53,23 @@ pub(super) fn script(
     }
 }
 
+/// The same parts with at most [`MAX_LOOPS`] REPEATs, those that save most: each takes a cell of the
+/// controller.
+fn fewer_loops(mut parts: Vec<Part>) -> Vec<Part> {
+    let saved = |part: &Part| match part {
+        Part::Same { len, times, .. } => len * (times - 1),
+        _ => 0,
+    };
+    let mut loops: Vec<usize> = (0..parts.len()).filter(|i| saved(&parts[*i]) > 0).collect();
+    loops.sort_by_key(|i| std::cmp::Reverse(saved(&parts[*i])));
+    for i in loops.into_iter().skip(MAX_LOOPS) {
+        if let Part::Same { from, len, times } = parts[i] {
+            parts[i] = Part::Plain(from, from + len * times);
+        }
+    }
+    parts
+}
+
 fn write(
     job: &Job<'_>,
     format: Format,
@@ -60,7 +79,7 @@ fn write(
 ) -> Made {
     let what = match format {
         Format::Laser => "laser G-code",
-        Format::Excellon => "a drill file",
+        Format::Ncp => "a program of isel's controllers",
         _ => "G-code",
     };
     let mut script = Script::new(job.name, what, job.profile);

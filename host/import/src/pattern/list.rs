@@ -85,9 +85,25 @@ struct Plan {
 }
 
 /// Whether a text is KiCad's list of positions with blanks between the columns.
-pub(super) fn is_positions(text: &str) -> bool {
+pub(super) fn is_columns(text: &str) -> bool {
     let head = |line: &str| line.starts_with("# Ref") && line.contains("PosX");
     text.lines().take(LOOK).any(head)
+}
+
+/// Whether a text is KiCad's list of positions, in columns or as CSV.
+pub(crate) fn is_positions(text: &str) -> bool {
+    let head = |line: &str| line.starts_with("Ref,") && line.contains(",PosX,PosY");
+    is_columns(text) || text.lines().take(LOOK).any(head)
+}
+
+/// Says which columns of a list are not used; a point has a place, a name and a group.
+fn left_out(columns: &[&str], line: u32, diags: &mut Diags) {
+    if columns.is_empty() {
+        return;
+    }
+    let plural = if columns.len() == 1 { " is" } else { "s are" };
+    let text = format!("the column{plural} left out: {}", columns.join(", "));
+    diags.push(Diag::new(Code::LeftOut, line, 1, text).note());
 }
 
 /// Reads KiCad's list: `C1 100n C_0603 12.7 -20.32 90 top`, values and packages without blanks.
@@ -98,6 +114,11 @@ pub(super) fn positions(text: &str, diags: &mut Diags) -> Vec<Point> {
         let line = line.trim();
         if let Some(remark) = line.strip_prefix('#') {
             let words = remark.trim_start_matches('#').trim();
+            if words.starts_with("Ref") && words.contains("PosX") {
+                let used = ["Ref", "PosX", "PosY", "Side"];
+                let columns = words.split_whitespace().filter(|column| !used.contains(column));
+                left_out(&columns.collect::<Vec<_>>(), number, diags);
+            }
             let named = words.strip_prefix("Unit").and_then(|rest| rest.split_once('='));
             if let Some(found) = named.and_then(|(_, rest)| unit_of(rest.split(',').next()?)) {
                 unit = found;
@@ -156,6 +177,11 @@ pub(super) fn table(text: &str, diags: &mut Diags) -> Vec<Point> {
         }
         let Some(plan) = &plan else {
             if let Some(found) = titles(&record) {
+                let used = [Some(found.x.0), Some(found.y.0), found.name, found.group];
+                let columns = record.iter().enumerate();
+                let columns =
+                    columns.filter(|(at, title)| !used.contains(&Some(*at)) && !title.is_empty());
+                left_out(&columns.map(|(_, title)| title).collect::<Vec<_>>(), line, diags);
                 plan = Some(found);
             } else if let Some(found) = by_values(&record, comma) {
                 add(&mut points, diags, line, &record, &found, comma);

@@ -121,7 +121,10 @@ impl<'a> Writer<'a> {
             whole: into.is_none(),
             script: Script::default(),
             down: None,
-            spindle: down && profile.output_with(OutputRole::Spindle).is_some(),
+            // Where an output is switched at each point Z carries a dispenser or a gripper.
+            spindle: down
+                && !matches!(pattern.work.act, Act::Pulse { .. })
+                && profile.output_with(OutputRole::Spindle).is_some(),
         };
         own.down = down.then(|| ["BOTTOM", "ABOVE", "PLUNGE"].map(|name| own.fresh(name)));
         own

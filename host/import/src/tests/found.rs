@@ -142,3 +142,33 @@ fn the_binders_unit_of_a_tenth_with_its_blank() {
     );
     assert!(script.contains("X 5.08mm Y 5.08mm"), "{script}");
 }
+
+/// Fusion's posts for Mach3: the mode before the cycle is back after G80, and G73 pecks.
+#[test]
+fn after_g80_the_mode_before_the_cycle_is_back() {
+    let script = gcode("G0 Z15.\nG98 G81 X1 Y1 Z-3 R5 F300\nX2\nG80\nZ15.\nX5\nG1 Z1\n");
+    assert!(script.contains("\nG80\nG0 Z15\nX5\nG1 Z1\n"), "{script}");
+    let script = gcode("G1 Z3\nG81 X1 Y1 Z-3 R5\nG80 Z15.\n");
+    assert!(script.contains("\nG1 Z15\n"), "{script}");
+    let script = gcode("G98 G73 X1 Y1 Z-3 R5 Q1 F300\nX2\nG80\nG0 Z5\n");
+    assert!(script.contains("\nG98 G83 X1 Y1 Z-3 R5 Q1 F300\nX2\n"), "{script}");
+    // Without a mode before the cycle there is nothing to go back to.
+    let said = refused("a.nc", "G21 G90\nG81 X1 Y1 Z-3 R5 F300\nG80\nZ5\n");
+    assert!(said.contains("a.nc:4:1: error[X010]: axis words before any of G0"), "{said}");
+}
+
+#[test]
+fn a_refused_cycle_is_told_once() {
+    let said = refused("a.nc", "G21 G90\nG84 X1 Y1 Z-3 R5 F300\nX2\nX3\nG80\nG0 X4\n");
+    let errors = said.lines().filter(|line| line.contains("error[")).count();
+    assert_eq!(errors, 1, "{said}");
+}
+
+/// Fanuc's posts with G90.1: the words of the centre are a place.
+#[test]
+fn centres_that_fit_as_places_are_told_so() {
+    let said =
+        refused("a.nc", "G21 G90 F600\nG0 X100 Y50\nG2 X120 Y50 I110 J50\nG2 X120 Y50 I11 J50\n");
+    let absolute = "hint: I, J and K fit as places of the centre";
+    assert_eq!(said.matches(absolute).count(), 1, "{said}");
+}

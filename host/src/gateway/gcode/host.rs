@@ -1,6 +1,5 @@
 //! Feeds boards with the lines that wait for them.
 
-use std::cell::OnceCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -19,6 +18,7 @@ use crate::gateway::Gateway;
 use crate::gateway::inside::{ADDRESS, Inside};
 use crate::gateway::turns::Asker;
 use crate::input;
+use crate::stream::chain::Chain;
 use crate::stream::feed::Feed;
 use crate::stream::job::{Job, More};
 use crate::stream::pump;
@@ -116,33 +116,6 @@ fn feed(name: &str, texts: &Texts, mut client: Client<Inside>, over: &AtomicBool
     }
 }
 
-/// A program that is fed, and the one behind it.
-struct Link {
-    compiled: Compiled,
-    next: OnceCell<Box<Link>>,
-}
-
-impl Link {
-    fn new(compiled: Compiled) -> Link {
-        Link { compiled, next: OnceCell::new() }
-    }
-
-    /// Puts another one behind it.
-    fn push(&self, compiled: Compiled) -> &Link {
-        self.next.get_or_init(|| Box::new(Link::new(compiled)))
-    }
-}
-
-impl Drop for Link {
-    /// One after the other: there may be more of them than the stack has room for.
-    fn drop(&mut self) {
-        let mut next = self.next.take();
-        while let Some(mut link) = next {
-            next = link.next.take();
-        }
-    }
-}
-
 /// One run of the board, from the first batch to where no more follows.
 fn run(
     texts: &Texts,
@@ -154,9 +127,9 @@ fn run(
     must_match(&client.board_record().map_err(words)?, &texts.profile)?;
     let slots = client.stream_slots().map_err(words)?;
     let slots = slots.ok_or("its firmware has no feature `stream`: it cannot be fed")?;
-    let first = Link::new(compiled(&batch.text, &texts.profile)?);
+    let first = Chain::new(compiled(&batch.text, &texts.profile)?);
     let mut job =
-        Job::new(Feed::new(&first.compiled).map_err(|flaw| flaw.text)?, slots.bytes.into());
+        Job::new(Feed::new(first.compiled()).map_err(|flaw| flaw.text)?, slots.bytes.into());
     let (mut end, mut last, mut heard) = (&first, batch.last, Instant::now());
     job.follow_with(Box::new(move || {
         if last || texts.is_broken() || over.load(Ordering::SeqCst) {
@@ -171,7 +144,7 @@ fn run(
         match compiled(&batch.text, &texts.profile) {
             Ok(compiled) => {
                 end = end.push(compiled);
-                match Feed::new(&end.compiled) {
+                match Feed::new(end.compiled()) {
                     Ok(feed) => More::Feed(feed),
                     Err(flaw) => {
                         texts.end(&flaw.text);

@@ -56,17 +56,20 @@ function begin(welcome) {
 }
 
 function build(welcome) {
-  const editor = new Editor($('#editor'), lexer(welcome.words), (words, busy) => parts.script.typed(words, busy), () => {});
+  const editor = new Editor($('#editor'), lexer(welcome.words), (words, busy) => { parts.script.typed(words, busy); parts.trial?.stale(); }, () => {});
   const script = new Script(link, editor);
   const language = new Language(link, editor, script);
   const view = new PathView($('#path'));
   const trial = new Trial(link, view, editor);
   const assist = new Assist(editor, language);
   const run = new Run(link, editor, script, welcome.words.faults);
+  run.broken = () => editor.diags.some(own => own.kind === 'error');
   const machine = new Machine(link);
   const teach = new Teach(link, machine, script), pattern = new Pattern(link, machine, script);
   const library = new Library(link);
   Object.assign(parts, { library, editor, script, language, assist, view, trial, run, machine, teach, pattern });
+  trial.isNewest = about => about.number === script.number && script.synced;
+  trial.file = () => script.file;
   trial.dispatch = about => machine.build(about.machine, parts.welcome.virtual_board);
   script.addEventListener('changed', title);
   $('#edit-buttons').append(
@@ -74,7 +77,7 @@ function build(welcome) {
     action('Format', () => language.format(), { id: 'format', title: 'Ctrl+Shift+F' }),
     action('Rename', () => language.rename(), { id: 'rename', title: 'F2', hidden: !welcome.lsp?.renameProvider }));
   $('#helm').addEventListener('click', () => link.ask({ helm: !link.state?.mine }).catch(error => tell(error.message, true)));
-  $('#quit').addEventListener('click', () => { if (confirm('End the workbench?')) link.say('quit'); });
+  $('#quit').addEventListener('click', () => { if (confirm(parts.script?.dirty ? `${parts.script.file ?? 'The new script'} is not saved. End the workbench all the same? A copy stays beside it.` : 'End the workbench?')) link.say('quit'); });
   $('#theirs').addEventListener('click', () => script.takeTheirs());
   $('#mine').addEventListener('click', () => script.keepMine());
   $('#from-disk').addEventListener('click', () => link.ask({ reload: true }));
@@ -141,8 +144,11 @@ function show(state) {
   parts.teach.show(state);
   parts.trial.runs = parts.run.runs;
   const place = parts.machine.place(state);
-  if (place) parts.view.follow(place, ['running', 'paused'].includes(picture.status?.state));
-  if (picture.status?.runs !== parts.runs) { parts.view.trail = []; parts.runs = picture.status?.runs; }
+  const { status } = picture;
+  if (!status) return;
+  if (status.runs !== parts.runs) { parts.view.trail = []; parts.runs = status.runs; }
+  const homed = parts.machine.machine?.axes.every(axis => status.homed.includes(axis.axis)) ?? false;
+  if (place) parts.view.follow(place, ['running', 'paused'].includes(status.state) && !picture.homing.length, homed);
 }
 
 addEventListener('keydown', e => {

@@ -219,6 +219,8 @@ export class Editor {
     this.running = line;
     this.mark.hidden = line < 0;
     this.mark.style.top = `${line * HEIGHT}px`;
+    // As wide as the longest line, not as what is in sight.
+    if (line >= 0) this.mark.style.width = `${this.text.scrollWidth + this.text.offsetLeft}px`;
   }
   // What names mean: [{ start, end, kind }].
   mean(list) {

@@ -1,5 +1,6 @@
 // The machine by hand: positions, lamps, jog, inputs and outputs.
 import { h, $, text, tell, action, lamp, mm } from './dom.js';
+import { micrometres, numberField } from './fields.js';
 import { Jog } from './jog.js';
 
 const STEPS = [[0, 'hold'], [0.01, '0.01'], [0.1, '0.1'], [1, '1'], [10, '10']];
@@ -64,13 +65,10 @@ export class Machine {
     const lamps = {
       homed: lampOf('H', 'homed'), low: lampOf('−', 'lower limit'), high: lampOf('+', 'upper limit'), moves: lampOf('M', 'moves'),
     };
-    const go = h('input', { type: 'number', step: 'any', ariaLabel: `Go to ${name}, mm`, placeholder: 'mm' });
-    const goTo = () => {
-      if (go.value === '' || !Number.isFinite(+go.value)) { tell('Write where to go, in mm.', true); return; }
-      return this.link.ask({ go_to: { axis: name, um: Math.round(+go.value * 1000), speed: this.speed() } });
-    };
-    go.addEventListener('keydown', e => { if (e.key === 'Enter') this.#ask({ go_to: { axis: name, um: Math.round(+go.value * 1000), speed: this.speed() } }); });
-    const probe = () => this.link.ask({ probe: { axis: name, um: Math.round(+$('#probe-way').value * 1000), speed: this.speed() } });
+    const go = numberField({ ariaLabel: `Go to ${name}, mm`, placeholder: 'mm' });
+    const goTo = async () => this.link.ask({ go_to: { axis: name, um: micrometres(go), speed: this.speed() } });
+    go.addEventListener('keydown', e => { if (e.key === 'Enter' && !e.repeat) goTo().catch(error => tell(error.message, true)); });
+    const probe = async () => this.link.ask({ probe: { axis: name, um: micrometres($('#probe-way')), speed: this.speed() } });
     const box = h('div', { className: 'axis' },
       h('b', {}, name), place, h('span', { className: 'soft' }, 'mm'),
       h('span', { className: 'lamps' }, ...Object.values(lamps)), steps);

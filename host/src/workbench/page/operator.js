@@ -1,57 +1,114 @@
 // What a person at the machine needs: program, quantities, Start, Pause, Stop, lamp and message. All
-// texts about the work are the script's own.
+// texts about the work are the script's own. What is named as the program is what the board holds: a
+// choice takes its place when it has been loaded, and not before.
 import { h, $, text, tell, lamp } from './dom.js';
+import { number, numberField } from './fields.js';
 import { Link } from './link.js';
 
 const link = new Link();
 const WORDS = { empty: 'No program', ready: 'Ready', running: 'Running', paused: 'Paused', fault: 'Fault', waitstart: 'Press Start', stopping: 'Stopping' };
-let faults = [], rows = [], state = null, program = null, printed = 0;
+const ACTIVE = ['running', 'paused', 'waitstart', 'stopping'];
+let faults = [], files = [], rows = [], state = null, program = null;
+// The script that the tool was started with; the program that is being loaded; the power was off.
+let offer = null, loading = null, power = false, before = null, lost = false;
 
+const short = name => name.replace(/\.bas$/i, '');
 const refuse = error => tell(error.message, true);
 link.addEventListener('locked', e => { $('#lock').hidden = false; text($('#lock-words'), e.detail); $('#password').focus(); });
 $('#lock').addEventListener('submit', e => { e.preventDefault(); link.connect($('#password').value.trim()); });
 link.addEventListener('lost', () => blind('The tool does not answer. Use the buttons at the machine.'));
 link.addEventListener('blind', () => blind('No news from the machine. Use the buttons at the machine.'));
 link.addEventListener('bye', () => blind('The workbench has ended.'));
-function blind(words) { $('#blind').hidden = false; text($('#blind'), words); document.body.classList.add('blind'); }
+function blind(words) {
+  $('#blind').hidden = false;
+  text($('#blind'), words);
+  document.body.classList.add('blind');
+  text($('#lamp'), 'No answer');
+  $('#lamp').dataset.state = 'lost';
+  text($('#hint'), '');
+  $('#start').disabled = $('#pause').disabled = $('#program').disabled = true;
+  lamp(document.body, false, 'runs');
+}
 
 link.addEventListener('welcome', e => {
   $('#lock').hidden = true;
   ({ faults } = e.detail.words);
-  const { files, text: script } = e.detail;
-  $('#program').replaceChildren(...files.map(name => h('option', { value: name }, name.replace(/\.bas$/i, ''))));
-  if (script.file) $('#program').value = script.file;
-  else $('#program').prepend(h('option', { value: '', selected: true }, '–'));
+  ({ files } = e.detail);
+  offer ??= e.detail.text.file;
 });
-$('#program').addEventListener('change', async e => {
+
+// The file of the program that the board holds, if its script is here.
+const held = () => {
+  const { holds } = state ?? {};
+  return holds?.known ? files.find(name => name === holds.name || short(name) === holds.name) : undefined;
+};
+const heldWords = () => state?.holds ? short(state.holds.name ?? 'another program') : 'no program';
+
+$('#program').addEventListener('change', e => load(e.target.value));
+$('#load').addEventListener('click', () => load(offer));
+async function load(name) {
+  if (!name || loading) { list(); return; }
+  loading = name;
+  $('#refused').hidden = true;
+  text($('#message'), '');
+  show();
   try {
-    if (e.target.value) await link.ask({ open: e.target.value });
-    await link.ask('upload');
-  } catch (error) { refuse(error); }
-});
-link.addEventListener('text', e => { if (e.detail.file) $('#program').value = e.detail.file; });
+    await link.ask({ bring: name });
+    offer = null;
+  } catch (error) {
+    $('#refused').hidden = false;
+    $('#refused').replaceChildren(`${short(name)} could not be loaded. The machine still holds ${heldWords()}.`, h('small', {}, error.message));
+  } finally {
+    loading = null;
+    show();
+  }
+}
+// The list names what the board holds.
+function list() {
+  const own = held(), other = own ? [] : [['', state?.holds ? `${heldWords()} (its script is not here)` : '–']];
+  const all = [...other, ...files.map(name => [name, short(name)])], key = JSON.stringify(all);
+  const box = $('#program');
+  if (box.dataset.key !== key) {
+    box.dataset.key = key;
+    box.replaceChildren(...all.map(([value, label]) => h('option', { value }, label)));
+  }
+  box.value = loading ?? own ?? '';
+}
 
 // Quantities: variables with AT or KEEP, with the label and the range that the script gives them.
 link.addEventListener('program', e => {
   if (program && e.detail && program.crc === e.detail.crc) return;
   program = e.detail;
-  rows = (program?.vars ?? []).filter(v => v.operator && v.len === 1).map(v => {
-    const { label, low, high } = v, range = low > -(2 ** 31) || high < 2 ** 31 - 1;
-    const input = h('input', { type: 'number', inputMode: 'numeric', min: low, max: high, ariaLabel: label });
-    const set = async value => {
-      if (!Number.isInteger(value) || value < low || value > high) {
-        tell(range ? `${label}: ${low} to ${high}` : `${label}: a whole number`, true);
-        return;
-      }
-      try { await link.ask({ set: { cell: v.cell, value } }); } catch (error) { refuse(error); }
-    };
-    input.addEventListener('change', () => set(+input.value));
-    const step = by => h('button', { type: 'button', ariaLabel: `${label} ${by > 0 ? 'more' : 'less'}`,
-      onclick: () => set(Math.max(low, Math.min(high, (state?.picture.cells[v.cell] ?? 0) + by))) }, by > 0 ? '+' : '−');
-    return { cell: v.cell, input, box: h('div', { className: 'quantity' }, h('span', {}, label), step(-1), input, step(1), h('span', {}, v.unit)) };
-  });
+  text($('#message'), '');
+  rows = (program?.vars ?? []).filter(v => v.operator && v.len === 1).map(quantity);
   $('#quantities').replaceChildren(...rows.map(row => row.box));
+  if (state) show();
 });
+function quantity(v) {
+  const { label, low, high, cell } = v, range = low > -(2 ** 31) || high < 2 ** 31 - 1;
+  const input = numberField({ whole: true, ariaLabel: label });
+  const set = async value => {
+    if (value < low || value > high) {
+      tell(range ? `${label}: ${low} to ${high}` : `${label}: a whole number`, true);
+      return;
+    }
+    power = false;
+    try { await link.ask({ set: { cell, value } }); } catch (error) { refuse(error); }
+  };
+  input.addEventListener('change', () => {
+    try { set(number(input, { whole: true })); } catch (error) { refuse(error); }
+    // What the board holds stands in the field again.
+    input.blur();
+  });
+  const step = by => h('button', { type: 'button', ariaLabel: `${label} ${by > 0 ? 'more' : 'less'}`,
+    onclick: () => set(Math.max(low, Math.min(high, (state?.picture.cells[cell] ?? 0) + by))) }, by > 0 ? '+' : '−');
+  const box = h('div', { className: 'quantity' }, h('span', { className: 'label' }, label, range ? h('span', { className: 'range soft' }, ` (${low} to ${high})`) : ''),
+    step(-1), input, step(1), h('span', {}, v.unit));
+  return { ...v, input, box };
+}
+const value = row => state?.picture.cells[row.cell] ?? 0;
+const wrong = row => value(row) < row.low || value(row) > row.high;
+
 link.addEventListener('log', e => {
   for (const entry of e.detail) {
     if (entry.print !== undefined) { text($('#message'), entry.print); printed = performance.now(); }
@@ -59,31 +116,93 @@ link.addEventListener('log', e => {
     else if (entry.begun !== undefined && performance.now() - printed > 1000) text($('#message'), '');
   }
 });
+let printed = 0;
+
 link.addEventListener('state', e => {
   state = e.detail;
+  look();
+  show();
+});
+// Whether the power was off: the board counts its runs anew, or quantities are zero that were not.
+function look() {
+  const { status, cells } = state.picture;
+  if (!status) { lost = true; return; }
+  const zeroed = rows.some(row => before?.cells[row.cell] && !cells[row.cell]);
+  if (lost && before && rows.length && (status.runs < before.runs || zeroed)) power = true;
+  if (before && before.active && status.state === 'ready' && status.last_end === 'stopped') text($('#message'), '');
+  lost = false;
+  before = { runs: status.runs, cells: [...cells], active: ACTIVE.includes(status.state) };
+}
+function show() {
+  if (!state) return;
   $('#blind').hidden = true;
   document.body.classList.remove('blind');
-  const { picture, mine } = state, { status } = picture, at = status?.state;
-  const active = ['running', 'paused', 'waitstart', 'stopping'].includes(at);
-  text($('#lamp'), status ? WORDS[at] ?? at : picture.lost ?? 'No board');
+  const { picture, mine } = state, { status } = picture, at = status?.state, active = ACTIVE.includes(at);
+  list();
+  const bad = rows.find(wrong), ready = at === 'ready';
+  const may = !ready || held() && !bad && !loading;
+  text($('#lamp'), loading ? 'Loading' : status ? WORDS[at] ?? at : 'The machine does not answer');
   $('#lamp').dataset.state = at ?? 'lost';
   text($('#start'), at === 'fault' ? 'Acknowledge' : at === 'paused' ? 'Resume' : 'Start');
-  $('#start').disabled = !mine || !status || at === 'running' || at === 'stopping' || at === 'empty';
+  $('#start').disabled = !mine || !status || at === 'running' || at === 'stopping' || at === 'empty' || !may;
   $('#pause').disabled = !mine || at !== 'running';
-  $('#program').disabled = !mine || active;
+  $('#program').disabled = !mine || active || !!loading;
+  $('#load').hidden = !offer || offer === held() || active || !status;
+  $('#load').disabled = !mine || !!loading;
+  text($('#load'), `Load ${short(offer ?? '')}`);
   $('#helm').hidden = mine;
-  text($('#counter'), status ? `Runs since power-up: ${status.runs}` : '');
+  hint(status, mine, ready || at === 'empty', bad);
   for (const row of rows) {
-    const value = String(picture.cells[row.cell] ?? 0);
-    if (document.activeElement !== row.input && row.input.value !== value) row.input.value = value;
+    const shown = String(value(row));
+    if (document.activeElement !== row.input && row.input.value !== shown) row.input.value = shown;
+    if (row.box.classList.contains('wrong') !== wrong(row)) {
+      row.box.classList.toggle('wrong', wrong(row));
+      row.input.setAttribute('aria-invalid', wrong(row));
+    }
   }
-  const fault = status && (at === 'fault' || status.last_end === 'fault' && !active) && faults.find(own => own.code === status.fault);
-  $('#fault').hidden = !fault && !status?.blocked_by;
-  const words = fault ? `${fault.code}: ${fault.text}. ${fault.remedy}` : '';
-  text($('#fault'), words + (status?.input && fault ? ` Input ${status.input}.` : '') + (status?.blocked_by ? ` Input ${status.blocked_by} holds it.` : ''));
+  fault(status, at, active);
   lamp(document.body, at === 'running', 'runs');
+}
+// The next thing to do, in a few words.
+function hint(status, mine, rests, bad) {
+  const load = offer && offer !== held() ? `Press Load ${short(offer)}, or choose a program.` : 'Choose a program.';
+  let words = '';
+  if (!status) words = '';
+  else if (!mine) words = state.taken ? 'Another page is in control. Stop works from here too.' : 'Nobody is in control.';
+  else if (loading) words = '';
+  else if (rests && !held()) words = state.holds ? `The machine holds ${heldWords()}, whose script is not here. ${load}` : load;
+  else if (power) words = 'The power was off: set the quantities again.';
+  else if (rests && bad) words = `${bad.label}: between ${bad.low} and ${bad.high}.`;
+  const key = words + (status ? '' : picture());
+  if ($('#hint').dataset.key === key) return;
+  $('#hint').dataset.key = key;
+  $('#hint').replaceChildren(words, ...status ? [] : [h('small', {}, picture())]);
+}
+const picture = () => state.picture.lost ?? '';
+// A fault in words for whoever stands at the machine; the technical ones are folded.
+function fault(status, at, active) {
+  const own = status && (at === 'fault' || status.last_end === 'fault' && !active) && faults.find(one => one.code === status.fault);
+  const card = $('#fault'), key = own ? `${own.code}/${status.input}/${at}` : `/${status?.blocked_by ?? ''}`;
+  card.hidden = !own && !status?.blocked_by;
+  if (card.dataset.key === key) return;
+  card.dataset.key = key;
+  const named = n => {
+    const name = program?.machine?.inputs.find(one => one.n === n)?.name;
+    return name ? `Input ${n}, ${name},` : `Input ${n}`;
+  };
+  if (!own) { card.replaceChildren(status?.blocked_by ? `${named(status.blocked_by)} keeps the machine from starting.` : ''); return; }
+  const what = own.code === 'F13' && status.input ? `${named(status.input)} did not come in time.`
+    : own.code === 'F13' ? 'A signal that the program waits for did not come in time.'
+    : `${own.text}.${status.input ? ` ${named(status.input).replace(/,$/, '')}.` : ''}`;
+  card.replaceChildren(h('div', {}, what, ' Put it right', at === 'fault' ? ', press Acknowledge, then Start.' : ', then press Start.'),
+    h('details', {}, h('summary', {}, 'For the service'), `${own.code}: ${own.cause} ${own.remedy}${status.line ? ` Line ${status.line}.` : ''}`));
+}
+$('#start').addEventListener('click', () => {
+  $('#refused').hidden = true;
+  const { status, identity } = state?.picture ?? {};
+  if (status?.state === 'paused') link.ask('resume').catch(refuse);
+  else if (identity) link.ask({ run: { bytes: identity.program_bytes, crc: identity.program_crc } }).catch(refuse);
 });
-$('#start').addEventListener('click', () => link.ask(state?.picture.status?.state === 'paused' ? 'resume' : 'start').catch(refuse));
 $('#pause').addEventListener('click', () => link.ask('pause').catch(refuse));
 $('#stop').addEventListener('pointerdown', () => link.say('stop'));
 $('#stop').addEventListener('click', () => link.say('stop'));

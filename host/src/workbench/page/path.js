@@ -14,7 +14,7 @@ const colour = n => `hsl(${250 - 250 * n / (CLASSES - 1)} 80% 50%)`;
 
 export class PathView {
   points = new Float32Array(0); words = new Uint32Array(0); count = 0; fastest = 0;
-  view = 'top'; zoom = 1; x = 0; y = 0; marker = null; live = null; trail = []; machine = null; ghost = null;
+  view = 'top'; zoom = 1; x = 0; y = 0; marker = null; live = null; trail = []; machine = null; ghost = null; dim = false; homed = false;
   #due = null; #rest = null; #bitmap = null; #made = null; #moving = false; #kept = null;
 
   constructor(canvas) {
@@ -228,13 +228,17 @@ export class PathView {
     const { paper } = this, made = this.#made, by = this.zoom / made.zoom;
     paper.setTransform(ratio, 0, 0, ratio, 0, 0);
     paper.clearRect(0, 0, width, height);
+    // The path of another text is dimmed, never the machine.
+    paper.globalAlpha = this.dim ? .35 : 1;
     paper.drawImage(this.#bitmap, this.x - (made.x + MARGIN) * by, this.y - (made.y + MARGIN) * by,
       (width + 2 * MARGIN) * by, (height + 2 * MARGIN) * by);
+    paper.globalAlpha = 1;
     const style = getComputedStyle(this.canvas), [a, b] = VIEWS[this.view];
     const at = place => [this.x + place[a - 1] * this.zoom, this.y - place[b - 1] * this.zoom];
     if (this.trail.length > 1) {
       paper.strokeStyle = style.getPropertyValue('--trail');
       paper.lineWidth = 3;
+      paper.lineJoin = 'round';
       paper.beginPath();
       this.trail.forEach((place, n) => paper[n ? 'lineTo' : 'moveTo'](...at(place)));
       paper.stroke();
@@ -247,16 +251,29 @@ export class PathView {
       paper.fill();
     };
     if (this.marker) mark(this.marker, '--text', 5);
-    if (this.live) mark(this.live, '--live', 7);
+    if (this.live) {
+      // Filled where its place is known; hollow before the axes are homed.
+      if (this.homed) mark(this.live, '--live', 7);
+      else {
+        paper.strokeStyle = style.getPropertyValue('--live');
+        paper.lineWidth = 2;
+        paper.beginPath();
+        paper.arc(...at(this.live), 7, 0, 7);
+        paper.stroke();
+      }
+    }
     paper.fillStyle = style.getPropertyValue('--soft');
     paper.font = '12px sans-serif';
     const [, , u, v] = VIEWS[this.view];
     paper.fillText(`${u} → ${v} ↑ grid ${this.step} mm`, 8, height - 8);
   }
-  // The machine itself, as the board tells it.
-  follow(place, runs) {
+  // The machine itself, as the board tells it; `homed`: its place is known. The trail has no place from
+  // before that: it would be of another frame.
+  follow(place, runs, homed) {
+    if (homed !== this.homed) this.trail = [];
+    this.homed = homed;
     const last = this.trail.at(-1);
-    if (runs && (!last || Math.hypot(...place.map((p, n) => p - last[n])) > 0.01)) {
+    if (runs && homed && (!last || Math.hypot(...place.map((p, n) => p - last[n])) > 0.01)) {
       this.trail.push(place);
       if (this.trail.length > TRAIL) this.trail.splice(0, 1000);
     }

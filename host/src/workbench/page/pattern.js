@@ -1,6 +1,7 @@
 // The wizard for patterns: grid, circle, line, sockets, or the points of a file; shifted and turned by
 // taught points. The tool writes the script; this page shows it and puts it where it belongs.
 import { h, text, tell, action } from './dom.js';
+import { micrometres, number, numberField } from './fields.js';
 
 // Fields of each shape: name, label, value, and mm or a count.
 const SHAPES = {
@@ -13,7 +14,7 @@ const SHAPES = {
 // A file that is larger is no list of points.
 const LARGEST = 400000;
 
-const um = value => Math.round(+value * 1000);
+const um = value => Math.round(value * 1000);
 
 export class Pattern {
   fields = {}; points = []; pairs = [];
@@ -21,7 +22,7 @@ export class Pattern {
   constructor(link, machine, script) {
     Object.assign(this, { link, machine, script });
     const field = (name, label, value, unit = '') => {
-      this.fields[name] = h('input', { type: 'number', step: 'any', value, name });
+      this.fields[name] = numberField({ value, name });
       return h('label', {}, `${label} `, this.fields[name], unit && ` ${unit}`);
     };
     this.shape = h('select', { id: 'shape', ariaLabel: 'Pattern', onchange: () => this.#shaped() },
@@ -104,9 +105,9 @@ export class Pattern {
   // A taught point: where it was drawn, or its name in the list, and where the machine found it.
   #pair() {
     if (this.pairs.length >= 8) return;
-    const number = (label, value = '') => h('input', { type: 'number', step: 'any', value, ariaLabel: label });
+    const place = (label, value = '') => numberField({ value, ariaLabel: label });
     const n = this.pairs.length + 1;
-    const pair = { drawn: [number(`Drawn X of point ${n}`), number(`Drawn Y of point ${n}`)], taught: [number(`Taught X of point ${n}`), number(`Taught Y of point ${n}`)] };
+    const pair = { drawn: [place(`Drawn X of point ${n}`), place(`Drawn Y of point ${n}`)], taught: [place(`Taught X of point ${n}`), place(`Taught Y of point ${n}`)] };
     const name = h('input', { list: 'listed', placeholder: 'point', ariaLabel: `Name of taught point ${n}`, className: 'new', onchange: e => {
       const found = this.points.find(point => point.name === e.target.value);
       if (found) pair.drawn.forEach((own, k) => { own.value = found.at[k] / 1000; });
@@ -119,12 +120,8 @@ export class Pattern {
   }
   // What the fields say.
   #wish() {
-    const of = name => {
-      const field = this.fields[name];
-      if (field.value === '' || !Number.isFinite(+field.value)) { field.focus(); throw new Error('a number is missing'); }
-      return +field.value;
-    };
-    const kind = this.shape.value, f = name => of(`${kind}_${name}`), whole = name => Math.trunc(f(name));
+    const of = name => number(this.fields[name]), count = name => number(this.fields[name], { whole: true });
+    const kind = this.shape.value, f = name => of(`${kind}_${name}`), whole = name => count(`${kind}_${name}`);
     const shape = {
       grid: () => ({ count: [whole('columns'), whole('rows')], pitch: [um(f('pitch_x')), um(f('pitch_y'))], zigzag: this.zigzag.checked }),
       circle: () => ({ count: whole('count'), diameter: um(f('diameter')), first_mdeg: um(f('first')) }),
@@ -135,11 +132,10 @@ export class Pattern {
         return this.points.filter(point => !out.includes(point.group));
       },
     }[kind]();
-    const ms = () => Math.round(of('ms'));
-    const act = { nothing: () => 'nothing', wait: () => ({ wait: { ms: ms() } }), pulse: () => ({ pulse: { output: Math.trunc(of('output')), ms: ms() } }) }[this.act.value]();
+    const ms = () => count('ms');
+    const act = { nothing: () => 'nothing', wait: () => ({ wait: { ms: ms() } }), pulse: () => ({ pulse: { output: count('output'), ms: ms() } }) }[this.act.value]();
     const down = this.down.checked ? { surface: um(of('surface')), depth: um(of('depth')), clear: um(of('clear')), feed: um(of('feed')) } : null;
-    const place = pair => ({ drawn: pair.drawn.map(own => um(own.value)), taught: pair.taught.map(own => um(own.value)) });
-    if (this.pairs.some(pair => [...pair.drawn, ...pair.taught].some(own => own.value === ''))) throw new Error('a taught point is not complete');
+    const place = pair => ({ drawn: pair.drawn.map(micrometres), taught: pair.taught.map(micrometres) });
     return { shape: { [kind]: shape }, origin: [um(of('x')), um(of('y'))], work: { down, act }, name: this.name.value.trim(),
       frame: this.pairs.length ? { pairs: this.pairs.map(place), mirrored: this.mirrored.checked } : null };
   }

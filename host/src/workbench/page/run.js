@@ -1,6 +1,7 @@
 // The run on the board: program, run control, breakpoints, variables, what is printed, faults.
 import { h, $, text, tell, action, lamp } from './dom.js';
 import { Chart } from './chart.js';
+import { number, numberField } from './fields.js';
 
 const WORDS = {
   empty: 'no program', ready: 'ready', running: 'running', paused: 'paused', fault: 'fault',
@@ -9,6 +10,8 @@ const WORDS = {
 
 export class Run {
   program = null; state = null;
+  // Whether the text has errors, as the language server says.
+  broken = () => false;
 
   constructor(link, editor, script, faults) {
     Object.assign(this, { link, editor, script });
@@ -17,8 +20,9 @@ export class Run {
     const ask = wish => () => link.ask(wish);
     const lines = () => [...editor.breaks].map(line => line + 1);
     $('#run-buttons').append(
+      action('Start', () => this.start(), { id: 'start', className: 'main' }),
+      action('Start what is stored', () => this.begin(), { id: 'start-stored', hidden: true }),
       action('Upload', () => this.upload(), { id: 'upload', title: 'Compile the script and bring it to the board' }),
-      action('Start', () => this.start(), { id: 'start', className: 'go' }),
       action('Pause', ask('pause'), { id: 'pause' }),
       action('Resume', ask('resume'), { id: 'resume' }),
       action('Debug', () => link.ask({ debug: { breaks: lines(), step: false } }), { id: 'debug', title: 'Start, and halt at breakpoints' }),
@@ -43,18 +47,42 @@ export class Run {
   async upload() {
     await this.script.sync();
     try {
-      await this.link.ask('upload');
+      const program = await this.link.ask('upload');
       tell('The program is on the board.');
+      return program;
     } catch (error) {
       $('#write-machine').hidden = !error.message.includes('Write machine');
       throw error;
     } finally { $('#upload-bar').hidden = true; }
   }
+  // The main button: what it is called is what it does.
   async start() {
-    if (this.state?.picture.status?.state === 'ready' && !this.state.current && this.state.picture.identity?.program_bytes) {
-      tell('The board runs its stored program, which is not this text: press Upload to bring it.');
-    }
-    await this.link.ask('start');
+    const { status } = this.state.picture;
+    if (status.state !== 'ready' && status.state !== 'empty') await this.link.ask('start');
+    else if (this.#isText()) await this.begin();
+    else await this.begin(await this.upload());
+  }
+  // Begins the program that the page names: that one, or none.
+  async begin(program) {
+    const { program_bytes: bytes, program_crc: crc } = this.state.picture.identity;
+    await this.link.ask({ run: program ?? { bytes, crc } });
+  }
+  // Whether the board holds what stands in the editor at this moment.
+  #isText() { return this.state.current && this.script.synced; }
+  // Says which program the board holds, and how it stands to the text.
+  #badge() {
+    const { holds, picture } = this.state, badge = $('#badge');
+    const name = holds?.name?.replace(/\.bas$/i, ''), own = this.script.file?.replace(/\.bas$/i, '');
+    const is = this.#isText();
+    const words = !picture.identity ? '' : !holds ? 'The board holds no program.'
+      : is ? `Board: ${name ?? 'this text'}, as it stands here`
+      : !holds.known ? `Board: ${name ?? 'a program that is not known here'}`
+      : name === own ? `Board: ${name ?? 'this script'}, older than this text` : `Board: ${name ?? 'another program'}, not this text`;
+    text(badge, words);
+    badge.hidden = !words;
+    lamp(badge, is, 'same');
+    text($('#start-stored'), name && !is && name !== own ? `Start ${name}` : 'Start what is stored');
+    return is;
   }
   #progress(part) {
     $('#upload-bar').hidden = part >= 1;
@@ -67,8 +95,7 @@ export class Run {
       const name = v.array ? `${v.name}(${n})` : v.name;
       // What the operator's page asks for has the script's own words and range here, too.
       const { label, low, high } = v.operator ? v : {}, range = low > -(2 ** 31) || high < 2 ** 31 - 1;
-      const value = h('input', { type: 'number', ariaLabel: name, onchange: e => this.#set(v.cell + n, e.target, range ? [label, low, high] : null) });
-      if (range) Object.assign(value, { min: low, max: high });
+      const value = numberField({ whole: true, ariaLabel: name, onchange: e => this.#set(v.cell + n, e.target, range ? [label, low, high] : null) });
       const about = [label && label !== v.name ? label : '', range ? `${low} to ${high}` : ''].filter(Boolean).join(', ');
       const plot = h('input', { type: 'checkbox', ariaLabel: `Plot ${name}`, onchange: e => this.chart.show(name, e.target.checked) });
       const row = h('tr', {}, h('td', {}, plot), h('th', { scope: 'row' }, name), h('td', {}, value, ' ', v.unit), h('td', { className: 'soft' }, about));
@@ -78,10 +105,13 @@ export class Run {
     $('#vars-box').hidden = !this.rows.length;
   }
   async #set(cell, input, limits) {
-    const value = Math.trunc(+input.value);
-    if (limits && !(value >= limits[1] && value <= limits[2])) { tell(`${limits[0]}: ${limits[1]} to ${limits[2]}`, true); return; }
-    if (!(Math.abs(value) < 2 ** 31)) { tell('A variable is a whole number of 32 bits.', true); return; }
-    try { await this.link.ask({ set: { cell, value } }); } catch (error) { tell(error.message, true); }
+    try {
+      const value = number(input, { whole: true });
+      if (limits && !(value >= limits[1] && value <= limits[2])) throw new Error(`${limits[0]}: ${limits[1]} to ${limits[2]}`);
+      if (value < -(2 ** 31) || value >= 2 ** 31) throw new Error('A variable is a whole number of 32 bits.');
+      await this.link.ask({ set: { cell, value } });
+    } catch (error) { tell(error.message, true); }
+    // What the board holds stands in the field again.
     input.blur();
   }
   #log(entries) {
@@ -109,19 +139,24 @@ export class Run {
       : WORDS[status.state] + (line ? ` · line ${line}` : '')
       + (!active && status.last_end && status.state === 'ready' ? ` · last run: ${status.last_end}` : ''));
     lamp($('#run-state'), status?.state === 'running', 'on');
-    this.#line(active && state.current ? line : null);
+    const is = this.#badge();
+    this.#line(active && is ? line : null);
     const may = state.mine && status;
     const set = (id, on, label) => {
       $(id).disabled = !on;
       if (label) text($(id), label);
     };
     set('#upload', may && !active);
-    set('#start', may && (!active || status.state === 'waitstart'),
-      status?.state === 'fault' ? 'Acknowledge' : 'Start');
+    const rests = status?.state === 'ready' || status?.state === 'empty';
+    set('#start', may && (!active || status.state === 'waitstart') && !(rests && !is && this.broken()),
+      status?.state === 'fault' ? 'Acknowledge' : rests && !is ? 'Upload and start' : 'Start');
+    set('#start-stored', may && status.state === 'ready');
+    $('#start-stored').hidden = is || status?.state !== 'ready' || !state.holds;
+    $('#upload').title = this.broken() ? 'The script has errors: see Problems' : 'Compile the script and bring it to the board';
     set('#pause', may && status.state === 'running');
     set('#resume', may && status.state === 'paused');
-    set('#debug', may && !active && state.current && status.state === 'ready');
-    set('#step', may && state.current && (halted || !active && status.state === 'ready'));
+    set('#debug', may && !active && is && status.state === 'ready');
+    set('#step', may && is && (halted || !active && status.state === 'ready'));
     set('#go', may && !!halted);
     this.#overrides(picture.overrides, may);
     this.#fault(status);

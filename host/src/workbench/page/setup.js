@@ -28,8 +28,9 @@ function blind(words) { $('#blind').hidden = false; text($('#blind'), words); do
 
 $('#stop').addEventListener('pointerdown', stop);
 $('#stop').addEventListener('click', stop);
+$('#halt').addEventListener('click', stop);
 addEventListener('keydown', e => { if (e.key === 'Escape' && e.shiftKey) { stop(); e.preventDefault(); } });
-function stop() { jog.end(); link.say('stop'); }
+function stop() { jog.end(); link.say('stop'); shown?.leave?.(); }
 $('#helm').addEventListener('click', () => link.ask({ helm: !state?.mine }).catch(error => tell(error.message, true)));
 
 // What the tool keeps: a set-up, or those that one can begin with.
@@ -105,6 +106,7 @@ const kit = {
 };
 
 function draw() {
+  shown?.leave?.();
   const [step, letter] = current.split('_');
   const done = own.steps.find(one => one.id === current);
   const box = $('#step');
@@ -128,6 +130,8 @@ function show(next) {
   text($('#port-words'), up ? 'it answers' : picture.lost ?? 'opening the port');
   $('#helm').setAttribute('aria-pressed', state.mine);
   text($('#helm'), state.mine ? 'You have the helm' : state.taken ? 'Take the helm (another page has it)' : 'Take the helm');
+  $('#trying').hidden = !state.trial;
+  text($('#trying-words'), state.trial ?? '');
   if (!own || !status) return;
   const rows = ['X', 'Y', 'Z'].filter(letter => own.profile[letter.toLowerCase()]).map(letter =>
     [letter, `${mm(status.pos[letter] * kit.step(letter), 2)} mm${status.homed.includes(letter) ? ', homed' : ''}${status.moving.includes(letter) ? ', moves' : ''}`]);

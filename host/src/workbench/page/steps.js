@@ -1,21 +1,18 @@
 // The steps of the set-up: for each what it says, what it asks, and what it writes into the profile.
 import { h, text, tell, action, mm } from './dom.js';
 import { chips } from './chips.js';
+import { micrometres as um, number as of, numberField } from './fields.js';
 import { rate } from './rate.js';
 
 const p = (...words) => h('p', {}, ...words);
 const bar = (...parts) => h('div', { className: 'bar' }, ...parts);
-const number = (label, value, given = {}) => h('input', { type: 'number', step: 'any', value, ariaLabel: label, ...given });
+const number = (label, value, given = {}) => numberField({ value, ariaLabel: label, ...given });
+const whole = field => of(field, { whole: true });
 const choice = (label, values, value, given = {}) => {
   const own = h('select', { ariaLabel: label, ...given }, ...values.map(one => h('option', { value: one }, String(one).replaceAll('_', ' ') || 'none')));
   own.value = value ?? '';
   return own;
 };
-const um = field => {
-  if (field.value === '' || !Number.isFinite(+field.value)) { field.focus(); throw new Error('a number is missing'); }
-  return Math.round(+field.value * 1000);
-};
-
 // Without keys that say nothing, as a person writes a profile.
 const lean = list => list.map(one => Object.fromEntries(Object.entries(one).filter(([, value]) => value !== null && value !== '')));
 // The inputs of a profile with one of them changed.
@@ -36,7 +33,7 @@ export const STEPS = {
         bar(h('label', {}, 'Switches and outputs ', wiring), profile.wiring === 'chain' ? 'on shift registers: 16 inputs, 16 outputs, a probe' : 'on the chip’s pins: 4 inputs, 2 outputs'),
         ...chips(pins),
         bar(h('label', {}, 'Drivers want pulses of ', pulse, ' us'), h('label', {}, 'and DIR ', setup, ' us before'),
-          action('Keep', () => kit.change({ pulse_us: +pulse.value, dir_setup_us: +setup.value }))),
+          action('Keep', () => kit.change({ pulse_us: whole(pulse), dir_setup_us: whole(setup) }))),
         bar(action('It is wired like this', () => kit.next(id, `${profile.wiring} wiring, pulses of ${profile.pulse_us} us, DIR ${profile.dir_setup_us} us before`))),
       ] };
     },
@@ -49,7 +46,7 @@ export const STEPS = {
       return { content: [
         p('How the board is spoken to. Several boards on one line need an address each; long lines a slower rate.'),
         bar(h('label', {}, 'Address ', address), h('label', {}, 'Rate ', speed, ' bit/s'), h('label', {}, 'Parity ', parity),
-          action('Keep', () => kit.change({ link: { address: +address.value, rate: +speed.value, parity: parity.value } }))),
+          action('Keep', () => kit.change({ link: { address: whole(address), rate: +speed.value, parity: parity.value } }))),
         p('Bring the machine to the board: that it answers again is the trial.'),
         bar(action('It answers', () => {
           if (!kit.own.applied || kit.state?.picture.port !== 'up') throw new Error('bring the machine to the board first; it has to answer');
@@ -135,7 +132,7 @@ export const STEPS = {
       return { content: [
         p('What they drive stays without its own supply at first. Switch each on and off, and say what becomes of it: an output is safe when a fault leaves nothing turning, hot or open.'),
         h('div', { className: 'wide' }, h('table', {}, h('thead', {}, h('tr', {}, ...head)), body)),
-        bar(other, action('Add', () => body.append(row({ n: +other.value, reset: 'off', pause: 'keep', fault: 'off', end: 'off' })), { id: 'add-output' })),
+        bar(other, action('Add', () => body.append(row({ n: whole(other), reset: 'off', pause: 'keep', fault: 'off', end: 'off' })), { id: 'add-output' })),
         bar(action('Each was tried', () => kit.next(id, profile.output.map(one => `output ${one.n} ${one.name ?? one.role ?? ''}: fault ${one.fault}, end ${one.end}`).join('; ') || 'no outputs'))),
       ] };
     },
@@ -181,7 +178,7 @@ export const STEPS = {
       const direction = choice('The switch is at', ['negative', 'positive'], home.direction);
       const fast = number('Fast, steps/s', home.fast_rate), slow = number('Slow, steps/s', home.slow_rate), stroke = number('Search at most, mm', home.stroke_um / 1000);
       const position = number('Position of the switch, mm', home.position_um / 1000), clear = number('Clearance, mm', home.clearance_um / 1000);
-      const keep = () => kit.change({ [low]: { home: { direction: direction.value, fast_rate: +fast.value, slow_rate: +slow.value, stroke_um: um(stroke), position_um: um(position), clearance_um: um(clear) } } });
+      const keep = () => kit.change({ [low]: { home: { direction: direction.value, fast_rate: whole(fast), slow_rate: whole(slow), stroke_um: um(stroke), position_um: um(position), clearance_um: um(clear) } } });
       return { content: [
         p(`Bring ${letter} near its switch, with a hand at Stop. It must run toward it, stop, and leave it slowly until it opens.`),
         bar(...kit.pad(letter)),

@@ -1,6 +1,7 @@
 // Points by jogging: rows of a TABLE of the script, recorded, named, corrected, put in another order,
 // and tried one by one. Each change is written into the script at once, one step of undo each.
 import { h, text, tell, action } from './dom.js';
+import { micrometres, numberField } from './fields.js';
 
 export class Teach {
   tables = []; name = ''; rows = []; letters = []; #due = null; #busy = false; #tail = Promise.resolve();
@@ -118,10 +119,10 @@ export class Teach {
       const what = row.name || `point ${n + 1}`;
       const name = h('input', { className: 'name', value: row.name, ariaLabel: `Name of point ${n + 1}`, maxLength: 60,
         onchange: e => change({ name: e.target.value.trim() }) });
-      const places = row.at.map((um, k) => h('input', { type: 'number', step: 'any', value: um / 1000,
+      const places = row.at.map((um, k) => numberField({ value: um / 1000,
         ariaLabel: `${this.letters[k] ?? 'Column'} of ${what}, mm`, onchange: e => {
-          const value = Math.round(+e.target.value * 1000);
-          if (e.target.value === '' || !Number.isFinite(value)) { tell('A place is a number of mm.', true); e.target.value = um / 1000; return; }
+          let value;
+          try { value = micrometres(e.target); } catch (error) { tell(error.message, true); e.target.value = um / 1000; return; }
           this.#edit(rows => rows.map((own, m) => m === n ? { ...own, at: own.at.map((old, l) => l === k ? value : old) } : own)).catch(error => tell(error.message, true));
         } }));
       const go = h('button', { type: 'button', ariaLabel: `Go to ${what} while held`, title: 'Goes there while it is held' }, 'Go');

@@ -1,8 +1,15 @@
 // The simulation: what the run will be, at any time of it.
-import { h, $, text, time, mm, tell } from './dom.js';
+import { h, $, text, time, mm, tell, lamp } from './dom.js';
+
+// A simulation that takes longer says so, ms.
+const SOON = 300;
 
 export class Trial {
   about = null; kept = null; us = 0; playing = false;
+  // Whether a simulation is that of the text in the editor.
+  isNewest = () => true;
+  // Name of the script's file.
+  file = () => null;
 
   constructor(link, view, editor) {
     Object.assign(this, { link, view, editor });
@@ -23,16 +30,39 @@ export class Trial {
     this.rows.addEventListener('pointermove', e => { if (e.buttons) this.#point(e); });
     new ResizeObserver(() => this.#timeline()).observe(this.rows);
   }
+  // The text was changed: what is shown is that of another one from now on, until its own comes.
+  stale() {
+    this.#dim(true);
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => this.#say('simulating…'), SOON);
+  }
+  #dim(on) {
+    lamp(document.body, on, 'stale');
+    this.view.dim = on;
+    this.view.draw();
+  }
+  #say(words) {
+    text($('#sim-words'), words);
+    $('#sim-words').hidden = !words;
+  }
   #take(buffer) {
     const about = this.next;
+    const newest = this.isNewest(about);
+    if (newest) clearTimeout(this.waiting);
     if (about.words !== undefined) {
-      text($('#sim-words'), about.words);
-      $('#sim-words').hidden = false;
-      document.body.classList.add('stale');
+      if (newest) this.#say(about.words);
+      this.#dim(true);
       return;
     }
-    document.body.classList.remove('stale');
-    $('#sim-words').hidden = true;
+    if (newest) {
+      this.#dim(false);
+      this.#say('');
+      // A long job without a loop is shown as far as it is known, and then all of it.
+      if (about.cut && !about.turns && !about.all) {
+        this.#say('simulating on…');
+        this.link.say('simulate_all');
+      }
+    }
     this.about = about;
     this.view.machine = about.machine;
     this.view.set(buffer);
@@ -46,8 +76,10 @@ export class Trial {
     const { about, kept } = this;
     const end = about.end;
     const faulty = end.status === 'fault';
-    const how = faulty ? `${end.fault} ${end.text} in line ${end.line}` : end.status === 'stopped'
-      ? `stops in line ${end.line}: ${end.stopped ?? ''}` : end.onward ? `ends in line ${end.line}, where RUN begins “${end.onward}”, which is tried by itself`
+    const how = faulty ? `${end.fault} ${end.text} in line ${end.line}`
+      : about.turns ? `loops on: ${about.turns[0]} turns are shown`
+      : end.why === 'idle' ? `waits in line ${end.line}, see below`
+      : end.status === 'stopped' ? `stops in line ${end.line}: ${about.cut && !about.all ? 'shown up to there' : end.stopped ?? ''}` : end.onward ? `ends in line ${end.line}, where RUN begins “${end.onward}”, which is tried by itself`
       : 'runs to its end';
     // What is more or less than in the run that was kept.
     const more = (value, before, words) => kept && value !== before ? ` (${value > before ? '+' : '−'}${words(Math.abs(value - before))})` : '';
@@ -60,9 +92,17 @@ export class Trial {
       ['Program', `${about.bytes} of ${about.room} bytes` + more(about.bytes, kept?.bytes, whole)], ['End', how],
     ];
     $('#sums').replaceChildren(...list.map(([name, value]) => h('div', {}, h('dt', {}, name), h('dd', {}, value))));
+    const world = (this.file() ?? 'script.bas').replace(/\.\w+$/, '.rhai');
+    $('#sim-notes').replaceChildren(...[about.world, ...about.notes ?? []].filter(Boolean).map(words => h('li', {}, words)),
+      about.turns ? h('li', {}, `The loop of line ${about.turns[1]} goes on after its third turn. `,
+        h('button', { type: 'button', id: 'more', className: 'small', onclick: () => { this.#say('simulating on…'); this.link.say('simulate_all'); } }, 'More')) : '');
     const card = $('#sim-fault');
-    card.hidden = !faulty && !about.lack && !about.failures.length;
+    const idle = end.why === 'idle';
+    card.hidden = !faulty && !about.lack && !about.failures.length && !idle;
     card.replaceChildren(
+      idle ? h('p', {}, h('b', {}, `Line ${end.line} waits for an input or a button, and nobody gives it in the simulation. `),
+        `A world says when it comes: write it to ${world} beside the script, or run the program on the board. `,
+        h('button', { type: 'button', onclick: () => this.editor.show(end.line) }, `Line ${end.line}`)) : '',
       faulty ? h('p', {}, h('b', {}, `${end.fault}: ${end.text}. `), `${end.cause} `, h('i', {}, end.remedy), ' ',
         h('button', { type: 'button', onclick: () => this.editor.show(end.line) }, `Line ${end.line}`)) : '',
       about.lack ? h('p', {}, `The ${about.part} lacks what this program wants: ${about.lack}`) : '',

@@ -12,7 +12,7 @@ use lang::wire::{self, Control, RunState};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::super::bench::Bench;
+use super::super::bench::{Bench, lock};
 use super::super::client::Client;
 use super::super::machine::{ask_for, home as home_run, places, refused};
 use super::{checked, steps};
@@ -101,6 +101,8 @@ pub fn run(
     if bench.homing.swap(true, Ordering::SeqCst) {
         return Err("a reference run or a trial goes on already".to_owned());
     }
+    let words = format!("{} is being tried at {} steps/s", axis.letter(), wish.rate);
+    *lock(&bench.trial) = Some(words);
     std::thread::spawn(move || {
         let (bench, client) = (runs.bench.clone(), runs.client.clone());
         let result = runs
@@ -113,8 +115,11 @@ pub fn run(
                 Ok(found)
             });
         if result.is_err() {
+            // Whoever stopped it, or left, or whatever went wrong: nothing moves on.
+            bench.helm.stop();
             let _ = runs.bring(&machine);
         }
+        *lock(&bench.trial) = None;
         bench.homing.store(false, Ordering::SeqCst);
         told(result);
     });

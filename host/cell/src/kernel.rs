@@ -1,0 +1,464 @@
+//! A cell while it runs. The machine asks when the cell must be called next, calls it then, and takes the actions.
+//!
+//! A tool's and a part's contacts are [`regions`](super::region) of head places. They are made anew when something is
+//! taken, let go, or moves by itself; between such moments a law that stays in the quiet box costs six comparisons.
+
+mod around;
+mod tool;
+
+use super::law::{Law, Steps};
+use super::log::{Event, What};
+use super::pressure::Pressure;
+use super::region::{Region, Scale, meeting, quiet};
+use super::scene::{Block, Scene, ToolKind, V3, When};
+use super::things::{self, Thing, Where};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// What the cell does to the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// An input of the cell changes.
+    Input(u32, bool),
+    /// The Start button.
+    Start(bool),
+    /// The Stop button.
+    Stop(bool),
+    /// The emergency stop.
+    Emergency(bool),
+    /// A panel writes a register of an AT variable.
+    Register(u32, i32),
+}
+
+/// The machine's frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// Steps of X, Y, Z in a mm of the cell; negative where the axis counts the other way.
+    pub scale: Scale,
+    /// Where the head stands at power-up, mm: the place of step 0 of the true steps.
+    pub start: V3,
+}
+
+/// Two blocks may touch: less than this is no collision, mm.
+const TOUCH: f64 = 0.001;
+
+/// What a region is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum About {
+    /// The nozzle is at this thing's top.
+    Contact(usize),
+    /// The tool's body, or else what it holds, meets a fixture.
+    Fixture(usize, bool),
+    /// The same with a standing thing.
+    Thing(usize, bool),
+    /// The tip is below the top of the stock.
+    Stock,
+    /// A sensor sees the tool's body, or what it holds.
+    Sensor(usize),
+    /// A switch of an axis closes.
+    Switch(usize),
+}
+
+struct Watch {
+    about: About,
+    region: Region,
+    inside: bool,
+}
+
+/// A run of a cell.
+pub struct Cell {
+    scene: Arc<Scene>,
+    frame: Frame,
+    things: Vec<Thing>,
+    fixtures: Vec<Vec<Block>>,
+    watches: Vec<Watch>,
+    quiet: Option<Region>,
+    /// The law that `next` was found for.
+    law: Option<u64>,
+    next: Option<u64>,
+    timers: Vec<(u64, Timer)>,
+    actions: Vec<Action>,
+    log: Vec<Event>,
+    /// Pairs that have collided.
+    hits: BTreeSet<(String, String)>,
+    /// The line that the script is in, for messages.
+    line: u32,
+    tool: tool::State,
+    /// Sensors: whether each sees something, by what it sees now.
+    seen: Vec<u32>,
+    /// Doors that are on their way or open.
+    open: Vec<bool>,
+    done: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Timer {
+    Act(Action),
+    Sense(usize, bool),
+    Door(usize, bool),
+}
+
+impl Cell {
+    /// A cell at power-up.
+    #[must_use]
+    pub fn new(scene: Arc<Scene>, frame: Frame) -> Self {
+        let things = things::all(&scene);
+        let fixtures = scene
+            .fixtures
+            .iter()
+            .map(|fixture| fixture.form.blocks(fixture.at, fixture.slices))
+            .collect();
+        let mut cell = Self {
+            frame,
+            things,
+            fixtures,
+            watches: Vec::new(),
+            quiet: None,
+            law: None,
+            next: None,
+            timers: Vec::new(),
+            actions: Vec::new(),
+            log: Vec::new(),
+            hits: BTreeSet::new(),
+            line: 0,
+            tool: tool::State::new(),
+            seen: vec![0; scene.sensors.len()],
+            open: vec![false; scene.fixtures.len()],
+            done: vec![0; scene.persons.len()],
+            scene,
+        };
+        cell.begin();
+        cell
+    }
+
+    fn begin(&mut self) {
+        let scene = self.scene.clone();
+        for (index, sensor) in scene.sensors.iter().enumerate() {
+            if sensor.invert
+                && let Some(input) = sensor.input
+            {
+                self.actions.push(Action::Input(input, true));
+            }
+            self.look(index, 0);
+        }
+        for (index, person) in scene.persons.iter().enumerate() {
+            if let When::At(us) = person.when {
+                self.person(index, us);
+            }
+        }
+        self.rebuild(&[0; 4], 0);
+    }
+
+    /// The things as they are.
+    #[must_use]
+    pub fn things(&self) -> &[Thing] {
+        &self.things
+    }
+
+    /// What happened so far.
+    #[must_use]
+    pub fn log(&self) -> &[Event] {
+        &self.log
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The script comes to a line; messages name it.
+    pub fn line(&mut self, line: u32) {
+        self.line = line;
+    }
+
+    /// Where the tip is, mm.
+    fn tip(&self, at: &Steps) -> V3 {
+        let offset = self.scene.tools.first().map_or([0.0; 3], |tool| tool.tip);
+        std::array::from_fn(|axis| {
+            self.frame.start[axis] + f64::from(at[axis]) / self.frame.scale[axis] + offset[axis]
+        })
+    }
+
+    /// Head places, in steps, from which a block of the cell's frame is met by a block that hangs from the tip.
+    fn region(&self, standing: &Block, moving: &Block, shrink: f64) -> Region {
+        let offset = self.scene.tools.first().map_or([0.0; 3], |tool| tool.tip);
+        let from_head = std::array::from_fn(|axis| self.frame.start[axis] + offset[axis]);
+        meeting(standing, &moving.moved(from_head), shrink, self.frame.scale)
+    }
+
+    /// Head places at which the tip lies in a block.
+    fn tip_in(&self, block: &Block) -> Region {
+        self.region(block, &Block { low: [0.0; 3], high: [0.0; 3] }, 0.0)
+    }
+
+    fn tell(&mut self, us: u64, what: What) {
+        self.log.push(Event { us, what });
+    }
+
+    /// All regions anew. A region that was there keeps whether the head was in it; of a new one it is looked up, so that
+    /// what is in one another from the begin is no event.
+    fn rebuild(&mut self, at: &Steps, us: u64) {
+        let scene = self.scene.clone();
+        let mut regions: Vec<(About, Region)> = Vec::new();
+        let body = scene.tools.first().map(|tool| tool.body.clone()).unwrap_or_default();
+        let held = self.tool.held();
+        let hanging = held.map(|which| self.things[which].hanging()).unwrap_or_default();
+        // A nozzle gives way by `press`, so what hangs on it may be pressed onto what it is put on.
+        let press = scene.tools.first().map_or(0.0, |tool| match &tool.kind {
+            ToolKind::Vacuum(vacuum) => vacuum.press,
+            _ => 0.0,
+        });
+        let lifted: Vec<Block> = hanging
+            .iter()
+            .map(|block| Block {
+                low: [block.low[0], block.low[1], block.low[2] + press],
+                high: block.high,
+            })
+            .collect();
+        let moving = |own: bool| if own { &body } else { &lifted };
+        for (index, (fixture, blocks)) in scene.fixtures.iter().zip(&self.fixtures).enumerate() {
+            if !fixture.solid {
+                continue;
+            }
+            for own in [true, false] {
+                for block in blocks {
+                    regions.extend(
+                        moving(own).iter().map(|part| {
+                            (About::Fixture(index, own), self.region(block, part, TOUCH))
+                        }),
+                    );
+                }
+            }
+        }
+        for (index, thing) in self.things.iter().enumerate() {
+            let blocks = thing.standing();
+            for own in [true, false] {
+                for block in &blocks {
+                    regions.extend(
+                        moving(own).iter().map(|part| {
+                            (About::Thing(index, own), self.region(block, part, TOUCH))
+                        }),
+                    );
+                }
+            }
+            if let (Some(block), Where::Stands(middle)) = (blocks.first(), thing.place)
+                && let Some(reach) = self.contact_block(middle, block.high[2])
+            {
+                regions.push((About::Contact(index), self.tip_in(&reach)));
+            }
+        }
+        if let Some(stock) = &scene.stock {
+            let mut block = Block::standing(stock.at, stock.size);
+            block.low[2] = -1e6;
+            block.high[2] = self.top_of_stock(self.tip(at));
+            regions.push((About::Stock, self.tip_in(&block)));
+        }
+        for (index, sensor) in scene.sensors.iter().enumerate() {
+            self.sensor_regions(index, sensor, &body, &hanging, &mut regions);
+        }
+        let was: BTreeSet<About> =
+            self.watches.iter().filter(|watch| watch.inside).map(|watch| watch.about).collect();
+        let known: BTreeSet<About> = self.watches.iter().map(|watch| watch.about).collect();
+        self.watches = regions
+            .into_iter()
+            .map(|(about, region)| {
+                let here = region.holds(at);
+                // What is put down stands where it hung: the tool leaves it, it does not run into it.
+                let quiet = !known.contains(&about)
+                    && matches!(about, About::Thing(..) | About::Fixture(..));
+                let inside = if quiet { here } else { was.contains(&about) && here };
+                Watch { about, region, inside }
+            })
+            .collect();
+        self.quiet = None;
+        self.law = None;
+        // What the head is in now and was not before has changed.
+        self.settle(at, us);
+    }
+
+    /// The tops of a thing at which a nozzle is sealed by it.
+    fn contact_block(&self, middle: V3, top: f64) -> Option<Block> {
+        match &self.scene.tools.first()?.kind {
+            ToolKind::Vacuum(vacuum) => Some(Block {
+                low: [middle[0] - vacuum.reach, middle[1] - vacuum.reach, top - vacuum.press],
+                high: [middle[0] + vacuum.reach, middle[1] + vacuum.reach, top + vacuum.gap],
+            }),
+            _ => None,
+        }
+    }
+
+    fn top_of_stock(&self, at: V3) -> f64 {
+        self.scene.stock.as_ref().map_or(f64::NEG_INFINITY, |stock| {
+            let slope =
+                stock.tilt[0] * (at[0] - stock.at[0]) + stock.tilt[1] * (at[1] - stock.at[1]);
+            stock.at[2] + stock.size[2] + slope
+        })
+    }
+
+    /// When the cell must be called next, not before `now`; `None`: never by itself.
+    pub fn next_us(&mut self, law: &dyn Law, now: u64) -> Option<u64> {
+        if !self.actions.is_empty() {
+            return Some(now);
+        }
+        if self.law != Some(law.id()) || self.next.is_some_and(|when| when <= now) {
+            self.law = Some(law.id());
+            self.next = self.next_change(law, now);
+        }
+        let timer = self.timers.iter().map(|timer| timer.0).min();
+        [self.next, timer, self.tool.due()].into_iter().flatten().min().map(|when| when.max(now))
+    }
+
+    fn next_change(&mut self, law: &dyn Law, now: u64) -> Option<u64> {
+        let until = law.until()?;
+        let (at, end) = (law.at(now), law.at(until));
+        // A hole's depth and a bead's length are taken at the end of each law.
+        let mut first = self.tool.is_working().then_some(until).filter(|&when| when > now);
+        self.tilt(&at, &end);
+        if let Some(quiet) = &self.quiet
+            && quiet.holds(&at)
+            && quiet.holds(&end)
+        {
+            return first;
+        }
+        self.quiet =
+            Some(quiet(self.watches.iter().map(|watch| (&watch.region, watch.inside)), &at));
+        for watch in &self.watches {
+            let when = watch.region.changes(law, &at, &end, now, watch.inside);
+            first = [first, when].into_iter().flatten().min();
+        }
+        first
+    }
+
+    /// A tilted top of the stock has the height at the end of the way.
+    fn tilt(&mut self, at: &Steps, end: &Steps) {
+        let tilted = self.scene.stock.as_ref().is_some_and(|stock| stock.tilt != [0.0; 2]);
+        if !tilted || at[..2] == end[..2] {
+            return;
+        }
+        let top = self.top_of_stock(self.tip(end));
+        let offset = self.scene.tools.first().map_or(0.0, |tool| tool.tip[2]);
+        let steps = (top - self.frame.start[2] - offset) * self.frame.scale[2];
+        for watch in self.watches.iter_mut().filter(|watch| watch.about == About::Stock) {
+            if self.frame.scale[2] > 0.0 {
+                watch.region.high[2] = steps.floor() as i32
+            } else {
+                watch.region.low[2] = steps.ceil() as i32
+            }
+        }
+        self.quiet = None;
+    }
+
+    /// Lets everything happen until `now`, where the axes are by this law, and gives what is done to the machine.
+    pub fn advance(&mut self, law: &dyn Law, now: u64) -> Vec<Action> {
+        let at = law.at(now);
+        self.work(&at, now);
+        self.settle(&at, now);
+        self.pressure(&at, now);
+        while let Some(index) = self.timers.iter().position(|timer| timer.0 <= now) {
+            let (_, timer) = self.timers.remove(index);
+            self.timer(timer, &at, now);
+        }
+        if self.next.is_some_and(|when| when <= now) {
+            self.law = None;
+        }
+        std::mem::take(&mut self.actions)
+    }
+
+    /// Regions whose answer is another one now.
+    fn settle(&mut self, at: &Steps, us: u64) {
+        let mut index = 0;
+        while let Some(watch) = self.watches.get_mut(index) {
+            let inside = watch.region.holds(at);
+            index += 1;
+            if inside != watch.inside {
+                watch.inside = inside;
+                let about = watch.about;
+                self.quiet = None;
+                self.law = None;
+                if self.changed(about, inside, at, us) {
+                    return; // the regions are made anew, and were looked at
+                }
+            }
+        }
+    }
+
+    /// What follows of a region that the head enters or leaves. True when the regions were made anew.
+    fn changed(&mut self, about: About, inside: bool, at: &Steps, us: u64) -> bool {
+        match about {
+            About::Contact(which) => self.contact(which, inside, us),
+            About::Fixture(which, own) if inside => {
+                let with = self.scene.fixtures[which].name.clone();
+                self.hit(own, with, at, us);
+            }
+            About::Thing(which, own) if inside => {
+                let with = self.things[which].name.clone();
+                self.hit(own, with, at, us);
+            }
+            About::Fixture(..) | About::Thing(..) => {}
+            About::Stock => self.stock(inside, at, us),
+            About::Sensor(index) | About::Switch(index) => {
+                self.seen[index] =
+                    if inside { self.seen[index] + 1 } else { self.seen[index].saturating_sub(1) };
+                self.look(index, us);
+            }
+        }
+        false
+    }
+
+    fn hit(&mut self, own: bool, with: String, at: &Steps, us: u64) {
+        let thing = match self.tool.held() {
+            Some(which) if !own => self.things[which].name.clone(),
+            _ => self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default(),
+        };
+        if self.hits.insert((thing.clone(), with.clone())) {
+            let (pos, line) = (self.tip(at), self.line);
+            self.tell(us, What::Hit { thing, with, pos, line });
+        }
+    }
+
+    fn timer(&mut self, timer: Timer, at: &Steps, us: u64) {
+        match timer {
+            Timer::Act(action) => self.actions.push(action),
+            Timer::Sense(index, sees) => {
+                let sensor = &self.scene.sensors[index];
+                let (name, on) = (sensor.name.clone(), sees != sensor.invert);
+                if let Some(input) = sensor.input {
+                    self.actions.push(Action::Input(input, on));
+                }
+                self.tell(us, What::Sense { name, v: on });
+            }
+            Timer::Door(index, open) => {
+                let fixture = &self.scene.fixtures[index];
+                if let Some((_, open_at, _)) = fixture.door {
+                    let place = if open { open_at } else { fixture.at };
+                    self.fixtures[index] = fixture.form.blocks(place, fixture.slices);
+                    self.rebuild(at, us);
+                }
+            }
+        }
+    }
+
+    /// An output changes; the axes are where `law` says.
+    pub fn output(&mut self, output: u32, on: bool, law: &dyn Law, us: u64) {
+        let at = law.at(us);
+        self.work(&at, us);
+        self.switch(output, on, &at, us);
+        for (index, fixture) in self.scene.clone().fixtures.iter().enumerate() {
+            if let Some((opens_by, _, move_us)) = fixture.door
+                && opens_by == output
+                && self.open[index] != on
+            {
+                self.open[index] = on;
+                self.timers.push((us + move_us, Timer::Door(index, on)));
+            }
+        }
+        self.law = None;
+    }
+
+    /// The pressure law, for analog inputs.
+    #[must_use]
+    pub fn vacuum(&self) -> &Pressure {
+        self.tool.vacuum()
+    }
+}

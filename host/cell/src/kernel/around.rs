@@ -1,0 +1,138 @@
+//! Sensors and people.
+
+use super::{About, Action, Cell, Timer};
+use crate::region::Region;
+use crate::scene::{Block, Eye, Sensor, When};
+
+impl Cell {
+    pub(super) fn sensor_regions(
+        &self,
+        index: usize,
+        sensor: &Sensor,
+        body: &[Block],
+        hanging: &[Block],
+        regions: &mut Vec<(About, Region)>,
+    ) {
+        let block = match &sensor.eye {
+            Eye::Beam(from, to) => Block {
+                low: std::array::from_fn(|axis| from[axis].min(to[axis])),
+                high: std::array::from_fn(|axis| from[axis].max(to[axis])),
+            },
+            Eye::Box(block) => *block,
+            Eye::Switch(axis, place, side) => {
+                let Some(axis) = "XYZ".find(*axis) else { return };
+                let mut low = [i32::MIN; 3];
+                let mut high = [i32::MAX; 3];
+                let steps =
+                    ((place - self.frame.start[axis]) * self.frame.scale[axis]).round() as i32;
+                if (*side > 0) == (self.frame.scale[axis] > 0.0) {
+                    low[axis] = steps
+                } else {
+                    high[axis] = steps
+                }
+                regions.push((About::Switch(index), Region { low, high }));
+                return;
+            }
+            Eye::Distance(..) | Eye::Colour(..) => return,
+        };
+        if sensor.sees[1] {
+            regions.extend(
+                body.iter().map(|part| (About::Sensor(index), self.region(&block, part, 0.0))),
+            );
+        }
+        if sensor.sees[0] || sensor.sees[2] {
+            regions.extend(
+                hanging.iter().map(|part| (About::Sensor(index), self.region(&block, part, 0.0))),
+            );
+        }
+    }
+
+    /// A sensor looks: it answers after its delay.
+    pub(super) fn look(&mut self, index: usize, us: u64) {
+        let scene = self.scene.clone();
+        let sensor = &scene.sensors[index];
+        let block = match &sensor.eye {
+            Eye::Beam(from, to) => Some(Block {
+                low: std::array::from_fn(|axis| from[axis].min(to[axis])),
+                high: std::array::from_fn(|axis| from[axis].max(to[axis])),
+            }),
+            Eye::Box(block) => Some(*block),
+            _ => None,
+        };
+        let standing = sensor.sees[0]
+            && block.is_some_and(|block| {
+                self.things
+                    .iter()
+                    .any(|thing| thing.standing().iter().any(|other| covers(&block, other)))
+            });
+        let sees = self.seen[index] > 0 || standing;
+        let delay = if sees { sensor.on_us } else { sensor.off_us };
+        self.timers.push((us + delay, Timer::Sense(index, sees)));
+        // It bounces: the last change is the true one.
+        let mut bounce = sensor.bounce_us / 4;
+        let mut state = sees;
+        while bounce > 0 && bounce <= sensor.bounce_us {
+            state = !state;
+            self.timers.push((us + delay + bounce, Timer::Sense(index, state)));
+            self.timers
+                .push((us + delay + bounce + sensor.bounce_us / 8, Timer::Sense(index, !state)));
+            state = !state;
+            bounce += sensor.bounce_us / 4;
+        }
+    }
+
+    pub(super) fn person(&mut self, index: usize, us: u64) {
+        let person = self.scene.persons[index].clone();
+        if self.done[index] >= person.times {
+            return;
+        }
+        self.done[index] += 1;
+        let when = us + person.after_us;
+        let mut button = |make: fn(bool) -> Action| {
+            self.timers.push((when, Timer::Act(make(true))));
+            self.timers.push((when + person.hold_us, Timer::Act(make(false))));
+        };
+        match person.does.as_str() {
+            "start" => button(Action::Start),
+            "stop" => button(Action::Stop),
+            "estop" => button(Action::Emergency),
+            "input" => {
+                if let Some(input) = person.input {
+                    self.timers.push((when, Timer::Act(Action::Input(input, true))));
+                    self.timers
+                        .push((when + person.hold_us, Timer::Act(Action::Input(input, false))));
+                }
+            }
+            "at" => {
+                if let Some(register) = person.register {
+                    self.timers.push((when, Timer::Act(Action::Register(register, person.value))));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The script waits for Start: people who wait for that act.
+    pub fn waits_for_start(&mut self, us: u64) {
+        for index in 0..self.scene.persons.len() {
+            if self.scene.persons[index].when == When::WaitStart {
+                self.person(index, us);
+            }
+        }
+    }
+
+    /// The script prints a line.
+    pub fn prints(&mut self, text: &str, us: u64) {
+        for index in 0..self.scene.persons.len() {
+            if matches!(&self.scene.persons[index].when, When::Print(wanted) if text.contains(wanted.as_str()))
+            {
+                self.person(index, us);
+            }
+        }
+    }
+}
+
+/// Whether two blocks share a place, a touch included.
+fn covers(one: &Block, other: &Block) -> bool {
+    (0..3).all(|axis| one.low[axis] <= other.high[axis] && other.low[axis] <= one.high[axis])
+}

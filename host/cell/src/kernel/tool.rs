@@ -1,0 +1,311 @@
+//! What the tool does: takes and lets go, drills, lays glue.
+
+use super::{Action, Cell, Timer};
+use crate::law::Steps;
+use crate::log::What;
+use crate::pressure::Pressure;
+use crate::scene::{ToolKind, V3, Vacuum};
+use crate::things::{Where, landing};
+
+/// The tool's state.
+#[derive(Debug)]
+pub struct State {
+    /// Whether its output is on.
+    on: bool,
+    pressure: Pressure,
+    /// Whether the pressure switch is on.
+    switched: bool,
+    contact: Option<usize>,
+    held: Option<usize>,
+    /// When the pressure next crosses a level that means something.
+    due: Option<u64>,
+    /// The hole that the drill is in, with its depth.
+    hole: Option<([f64; 2], f64)>,
+    /// When a drill turns.
+    turns_at: Option<u64>,
+    /// Where and when a bead began, and its way so far.
+    bead: Option<(V3, u64, f64)>,
+    last: V3,
+}
+
+impl State {
+    pub(super) fn new() -> Self {
+        Self {
+            on: false,
+            pressure: Pressure::none(),
+            switched: false,
+            contact: None,
+            held: None,
+            due: None,
+            hole: None,
+            turns_at: None,
+            bead: None,
+            last: [0.0; 3],
+        }
+    }
+
+    pub(super) fn held(&self) -> Option<usize> {
+        self.held
+    }
+
+    pub(super) fn due(&self) -> Option<u64> {
+        self.due
+    }
+
+    pub(super) fn is_working(&self) -> bool {
+        self.hole.is_some() || self.bead.is_some()
+    }
+
+    pub(super) fn vacuum(&self) -> &Pressure {
+        &self.pressure
+    }
+}
+
+fn distance(a: V3, b: V3) -> f64 {
+    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
+}
+
+impl Cell {
+    /// The nozzle's numbers, if the tool is one.
+    fn nozzle(&self) -> Option<Vacuum> {
+        match &self.scene.tools.first()?.kind {
+            ToolKind::Vacuum(vacuum) => Some(vacuum.clone()),
+            _ => None,
+        }
+    }
+
+    /// The tool's output changes.
+    pub(super) fn switch(&mut self, output: u32, on: bool, at: &Steps, us: u64) {
+        let scene = self.scene.clone();
+        let Some(tool) = scene.tools.first().filter(|tool| tool.output == Some(output)) else {
+            return;
+        };
+        if self.tool.on == on {
+            return;
+        }
+        self.tool.on = on;
+        let tip = self.tip(at);
+        match &tool.kind {
+            ToolKind::Vacuum(_) => self.aim(us),
+            ToolKind::Drill { spin_us, .. } => self.tool.turns_at = on.then_some(us + spin_us),
+            ToolKind::Flow { flow_mg_s, open_us, close_us, reach, .. } => {
+                if on {
+                    self.tool.bead = Some((tip, us + open_us, 0.0));
+                    self.tool.last = tip;
+                    let above = tip[2] - self.surface(tip);
+                    if above > *reach {
+                        self.tell(us, What::Drip { at: tip, mm: above });
+                    }
+                } else if let Some((from, since, mm)) = self.tool.bead.take() {
+                    let flows = (us + close_us).saturating_sub(since) as f64 / 1e6;
+                    self.tell(us, What::Bead { from, to: tip, mm, mg: flows * flow_mg_s });
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The highest top below a place, mm.
+    fn surface(&self, at: V3) -> f64 {
+        let stock = self.top_of_stock(at);
+        let blocks = self
+            .fixtures
+            .iter()
+            .flatten()
+            .copied()
+            .chain(self.things.iter().flat_map(|thing| thing.standing()));
+        let tops = blocks
+            .filter(|block| {
+                (0..2).all(|axis| (block.low[axis]..=block.high[axis]).contains(&at[axis]))
+                    && block.high[2] <= at[2] + 1.0
+            })
+            .map(|block| block.high[2]);
+        tops.fold(stock.max(self.scene.table.unwrap_or(f64::NEG_INFINITY)), f64::max)
+    }
+
+    /// What a working tool has done on its way until now.
+    pub(super) fn work(&mut self, at: &Steps, us: u64) {
+        if !self.tool.is_working() {
+            return;
+        }
+        let tip = self.tip(at);
+        if let Some((_, since, mm)) = &mut self.tool.bead
+            && us >= *since
+        {
+            *mm += distance(self.tool.last, tip);
+        }
+        self.tool.last = tip;
+        let top = self.top_of_stock(tip);
+        let radius = self.scene.tools.first().map_or(0.0, |tool| match tool.kind {
+            ToolKind::Drill { diameter, .. } => diameter / 2.0,
+            _ => 0.0,
+        });
+        if let Some((middle, depth)) = &mut self.tool.hole {
+            *depth = depth.max(top - tip[2]);
+            if (middle[0] - tip[0]).hypot(middle[1] - tip[1]) > radius {
+                self.broken("moved sideways in its hole", tip, us);
+            }
+        }
+    }
+
+    fn broken(&mut self, why: &'static str, pos: V3, us: u64) {
+        let tool = self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default();
+        if self.hits.insert((tool.clone(), why.to_owned())) {
+            let line = self.line;
+            self.tell(us, What::Broke { tool, why, pos, line });
+        }
+    }
+
+    /// The tip goes into the stock or comes out of it.
+    pub(super) fn stock(&mut self, inside: bool, at: &Steps, us: u64) {
+        let scene = self.scene.clone();
+        if let Some(input) = scene.stock.as_ref().and_then(|stock| stock.touch) {
+            self.actions.push(Action::Input(input, inside));
+        }
+        let tip = self.tip(at);
+        match scene.tools.first().map(|tool| &tool.kind) {
+            Some(ToolKind::Drill { .. }) if inside => {
+                if self.tool.turns_at.is_some_and(|turns| turns <= us) {
+                    self.tool.hole = Some(([tip[0], tip[1]], 0.0));
+                    self.tool.last = tip;
+                } else {
+                    self.broken("met the stock while it stood still", tip, us);
+                }
+            }
+            Some(ToolKind::Drill { diameter, .. }) => {
+                if let Some((at, depth)) = self.tool.hole.take() {
+                    self.hole(at, depth, diameter / 2.0, us);
+                }
+            }
+            Some(ToolKind::Probe { input: Some(input), delay_us, .. }) => {
+                self.timers.push((us + delay_us, Timer::Act(Action::Input(*input, inside))));
+            }
+            _ => {}
+        }
+    }
+
+    /// Pecks at one place are one hole, as deep as the deepest.
+    fn hole(&mut self, at: [f64; 2], depth: f64, near: f64, us: u64) {
+        let old = self.log.iter_mut().find_map(|event| match &mut event.what {
+            What::Hole { at: other, depth }
+                if (other[0] - at[0]).hypot(other[1] - at[1]) < near =>
+            {
+                Some(depth)
+            }
+            _ => None,
+        });
+        match old {
+            Some(deepest) => *deepest = deepest.max(depth),
+            None => self.tell(us, What::Hole { at, depth }),
+        }
+    }
+
+    /// The nozzle comes to a thing's top or leaves it.
+    pub(super) fn contact(&mut self, which: usize, inside: bool, us: u64) {
+        if inside {
+            self.tool.contact = Some(which);
+        } else if self.tool.contact == Some(which) {
+            self.tool.contact = None;
+        }
+        self.aim(us);
+    }
+
+    /// The pressure goes somewhere else from now on.
+    fn aim(&mut self, us: u64) {
+        let Some(vacuum) = self.nozzle() else { return };
+        let sealed = self.tool.held.is_some() || self.tool.contact.is_some();
+        self.tool.pressure = self.tool.pressure.toward(&vacuum, self.tool.on, sealed, us);
+        self.plan(&vacuum, us);
+    }
+
+    /// When the pressure next crosses a level that means something.
+    fn plan(&mut self, vacuum: &Vacuum, us: u64) {
+        let pressure = self.tool.pressure;
+        let rises = pressure.target() > pressure.at(us);
+        let level = if self.tool.switched { vacuum.off_kpa } else { vacuum.on_kpa };
+        let switch = (rises != self.tool.switched).then(|| pressure.crosses(level, us)).flatten();
+        let hold = match (self.tool.held, self.tool.contact) {
+            (Some(_), _) if !rises => pressure.crosses(vacuum.hold_kpa, us),
+            (None, Some(_)) if rises && self.tool.on => pressure.crosses(vacuum.hold_kpa, us),
+            _ => None,
+        };
+        self.tool.due = [switch, hold].into_iter().flatten().min();
+    }
+
+    /// Levels that the pressure has come to.
+    pub(super) fn pressure(&mut self, at: &Steps, us: u64) {
+        if self.tool.due.is_none_or(|due| due > us) {
+            return;
+        }
+        let Some(vacuum) = self.nozzle() else { return };
+        let kpa = self.tool.pressure.at(us);
+        let on = if self.tool.switched { kpa >= vacuum.off_kpa } else { kpa >= vacuum.on_kpa };
+        if on != self.tool.switched {
+            self.tool.switched = on;
+            if let Some(input) = vacuum.input {
+                self.actions.push(Action::Input(input, on));
+            }
+        }
+        match (self.tool.held, self.tool.contact) {
+            (None, Some(which)) if self.tool.on && kpa >= vacuum.hold_kpa => {
+                self.take(which, at, us)
+            }
+            (Some(which), _) if kpa < vacuum.hold_kpa => self.let_go(which, at, us),
+            _ => self.plan(&vacuum, us),
+        }
+    }
+
+    fn take(&mut self, which: usize, at: &Steps, us: u64) {
+        let tip = self.tip(at);
+        let Where::Stands(middle) = self.things[which].place else { return };
+        self.things[which].place =
+            Where::Held(std::array::from_fn(|axis| middle[axis] - tip[axis]));
+        self.things[which].taken += 1;
+        self.tool.held = Some(which);
+        self.tool.contact = None;
+        let by = self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default();
+        let thing = self.things[which].name.clone();
+        self.tell(us, What::Take { thing, by });
+        self.aim(us);
+        self.rebuild(at, us);
+        self.look_again(us);
+    }
+
+    fn let_go(&mut self, which: usize, at: &Steps, us: u64) {
+        let tip = self.tip(at);
+        let Where::Held(offset) = self.things[which].place else { return };
+        let from: V3 = std::array::from_fn(|axis| tip[axis] + offset[axis]);
+        let press = self.nozzle().map_or(0.0, |vacuum| vacuum.press);
+        let landing = landing(&self.scene, &self.fixtures, &self.things, which, from, press);
+        let thing = self.things[which].name.clone();
+        self.tool.held = None;
+        match landing.z {
+            Some(z) => {
+                let fell = (from[2] - z).max(0.0);
+                self.things[which].fell = self.things[which].fell.max(fell);
+                self.things[which].place = Where::Stands([from[0], from[1], z]);
+                self.tell(us, What::Drop { thing: thing.clone(), mm: fell });
+                self.tell(us, What::Rest { thing: thing.clone(), on: landing.on });
+                if landing.unstable {
+                    self.tell(us, What::Unstable { thing });
+                }
+            }
+            None => {
+                self.things[which].place = Where::Gone;
+                self.tell(us, What::Lost { thing, why: "fell where nothing is below" });
+            }
+        }
+        self.aim(us);
+        self.rebuild(at, us);
+        self.look_again(us);
+    }
+
+    /// Sensors that see standing parts look again.
+    fn look_again(&mut self, us: u64) {
+        for index in 0..self.scene.sensors.len() {
+            if self.scene.sensors[index].sees[0] {
+                self.look(index, us);
+            }
+        }
+    }
+}

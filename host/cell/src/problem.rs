@@ -1,0 +1,73 @@
+//! What is wrong with a cell file: codes C001 to C015, each with its place.
+
+use std::ops::Range;
+
+/// Something wrong or doubtful in a cell file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Bytes of the file that it is about.
+    pub span: Range<usize>,
+    /// `C001` to `C015`.
+    pub code: &'static str,
+    /// Whether the cell cannot be used.
+    pub error: bool,
+    /// What is wrong, in a line.
+    pub text: String,
+    /// What to write instead, in a line.
+    pub hint: Option<String>,
+}
+
+impl Problem {
+    /// An error.
+    pub fn error(code: &'static str, span: Range<usize>, text: impl Into<String>) -> Self {
+        Self { span, code, error: true, text: text.into(), hint: None }
+    }
+
+    /// A warning: the cell can be used.
+    pub fn warning(code: &'static str, span: Range<usize>, text: impl Into<String>) -> Self {
+        Self { error: false, ..Self::error(code, span, text) }
+    }
+
+    /// Adds the remedy.
+    #[must_use]
+    pub fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+
+    /// Line and column of its begin, both from 1; columns count characters.
+    #[must_use]
+    pub fn place(&self, text: &str) -> (usize, usize) {
+        let mut start = self.span.start.min(text.len());
+        while !text.is_char_boundary(start) {
+            start -= 1;
+        }
+        let before = &text[..start];
+        let line_begins = before.rfind('\n').map_or(0, |at| at + 1);
+        (before.matches('\n').count() + 1, before[line_begins..].chars().count() + 1)
+    }
+
+    /// `FILE:LINE:COL: error[CODE]: text`, and the remedy in a line of its own.
+    #[must_use]
+    pub fn render(&self, file: &str, text: &str) -> String {
+        let (line, column) = self.place(text);
+        let severity = if self.error { "error" } else { "warning" };
+        let mut out = format!("{file}:{line}:{column}: {severity}[{}]: {}\n", self.code, self.text);
+        if let Some(hint) = &self.hint {
+            out += &format!("  hint: {hint}\n");
+        }
+        out
+    }
+}
+
+/// The known word that is nearest to `word`, if one is near enough to be meant.
+pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|other| {
+            (strsim::damerau_levenshtein(&word.to_lowercase(), &other.to_lowercase()), other)
+        })
+        .filter(|&(distance, other)| distance <= 1 + other.len().min(word.len()) / 4)
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, other)| other)
+}

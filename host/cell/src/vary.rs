@@ -1,0 +1,431 @@
+//! Variation: the deviations of a run, drawn from a seed, written and read as text, and taken back one by one until
+//! the fewest and smallest are left that still give the same class of outcome.
+//!
+//! A run is a pure function of script, cell and list of deviations. Each row of the file and each thing draws from a
+//! stream of its own, so that taking one deviation back leaves all others as they were.
+
+use super::scene::{Scene, Spread, ToolKind, V3, Vary};
+
+/// A deviation from what the cell file says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Deviation {
+    /// `stuck`, or the key of a number: `nozzle.build_ms`, `tray.at`.
+    pub what: String,
+    /// The thing that it strikes; empty for the run.
+    pub of: String,
+    /// How much: difference of a number in its own unit, us of a fault, steps of a stall.
+    pub by: Vec<f64>,
+    /// When a fault of the run comes, us.
+    pub at_us: Option<u64>,
+}
+
+/// A stream of random numbers, by its seed alone: splitmix64 (Steele, Lea, Flood 2014).
+struct Stream(u64);
+
+impl Stream {
+    /// The stream of a row and a thing.
+    fn new(seed: u64, row: usize, thing: usize) -> Self {
+        let mut stream = Self(
+            seed ^ (row as u64).wrapping_mul(0xA076_1D64_78BD_642F)
+                ^ (thing as u64).wrapping_mul(0xE703_7ED1_A0B4_28DB),
+        );
+        stream.next();
+        stream
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ (mixed >> 31)
+    }
+
+    /// 0 to below 1.
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Normal with standard deviation 1 (Box and Muller), cut at four of them: what is beyond is no tolerance.
+    fn normal(&mut self) -> f64 {
+        let (u, v) = (1.0 - self.unit(), self.unit());
+        ((-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()).clamp(-4.0, 4.0)
+    }
+}
+
+/// A difference with at most three decimals, so that its text is exact.
+fn short(number: f64) -> f64 {
+    (number * 1000.0).round() / 1000.0
+}
+
+/// The deviations of a run.
+#[must_use]
+pub fn draw(scene: &Scene, seed: u64) -> Vec<Deviation> {
+    let mut list = Vec::new();
+    for (row, vary) in scene.varies.iter().enumerate() {
+        match vary {
+            Vary::Number { key, spread, each } => {
+                let things = if *each {
+                    things_of(scene, key.split('.').next().unwrap_or_default())
+                } else {
+                    vec![String::new()]
+                };
+                for (index, thing) in things.into_iter().enumerate() {
+                    let mut stream = Stream::new(seed, row, index);
+                    let by = (0..numbers_of(key))
+                        .map(|_| short(difference(*spread, value(scene, key), &mut stream)))
+                        .collect();
+                    list.push(Deviation { what: key.clone(), of: thing, by, at_us: None });
+                }
+            }
+            Vary::Fault { fault, of, chance, up_to_us, steps, within_us } => {
+                let things = of.as_ref().map_or(vec![String::new()], |of| things_of(scene, of));
+                for (index, thing) in things.into_iter().enumerate() {
+                    let mut stream = Stream::new(seed, row, index);
+                    let (strikes, size, time) = (stream.unit(), stream.unit(), stream.unit());
+                    // A tolerance without a chance always comes, of some size.
+                    let certain = *chance == 0.0 && matches!(fault.as_str(), "slow" | "late");
+                    if strikes >= *chance && !certain {
+                        continue;
+                    }
+                    let by = match (up_to_us, steps) {
+                        (Some(most), _) => vec![(size * *most as f64).round()],
+                        (None, Some(steps)) => vec![f64::from(*steps)],
+                        (None, None) => Vec::new(),
+                    };
+                    let at_us = within_us.map(|within| (time * within as f64) as u64);
+                    list.push(Deviation { what: fault.clone(), of: thing, by, at_us });
+                }
+            }
+        }
+    }
+    list
+}
+
+fn difference(spread: Spread, value: f64, stream: &mut Stream) -> f64 {
+    match spread {
+        Spread::Sigma(sigma) => stream.normal() * sigma,
+        Spread::Range(least, most) => least + stream.unit() * (most - least),
+        Spread::Share(share) => stream.normal() * share * value,
+    }
+}
+
+/// The things that a name stands for: those of a feeder, else itself.
+fn things_of(scene: &Scene, name: &str) -> Vec<String> {
+    match scene.feeders.iter().find(|feeder| feeder.name == name) {
+        Some(feeder) => {
+            (1..=feeder.pockets.len()).map(|pocket| format!("{name}.{pocket}")).collect()
+        }
+        None => vec![name.to_owned()],
+    }
+}
+
+/// Numbers that a key has: a place varies in X and Y.
+fn numbers_of(key: &str) -> usize {
+    match key.rsplit('.').next() {
+        Some("at" | "corner" | "pitch" | "tilt" | "start") => 2,
+        _ => 1,
+    }
+}
+
+/// A tool's number that a share refers to.
+fn value(scene: &Scene, key: &str) -> f64 {
+    let mut value = 0.0;
+    if let Some((name, key)) = key.split_once('.')
+        && let Some(tool) = scene.tools.iter().find(|tool| tool.name == name)
+    {
+        tool_number(&mut tool.kind.clone(), key, &mut |number| value = *number);
+    }
+    value
+}
+
+/// Hands a tool's number to `with`, in the unit of its key.
+fn tool_number(kind: &mut ToolKind, key: &str, with: &mut dyn FnMut(&mut f64)) {
+    let ms = |us: &mut f64, with: &mut dyn FnMut(&mut f64)| {
+        let mut ms = *us / 1000.0;
+        with(&mut ms);
+        *us = (ms * 1000.0).max(0.0);
+    };
+    let whole = |us: &mut u64, with: &mut dyn FnMut(&mut f64)| {
+        let mut ms = *us as f64 / 1000.0;
+        with(&mut ms);
+        *us = (ms * 1000.0).max(0.0).round() as u64;
+    };
+    match (kind, key) {
+        (ToolKind::Vacuum(vacuum), "build_ms") => ms(&mut vacuum.build_us, with),
+        (ToolKind::Vacuum(vacuum), "vent_ms") => ms(&mut vacuum.vent_us, with),
+        (ToolKind::Vacuum(vacuum), "sealed_kpa") => with(&mut vacuum.sealed_kpa),
+        (ToolKind::Vacuum(vacuum), "open_kpa") => with(&mut vacuum.open_kpa),
+        (ToolKind::Vacuum(vacuum), "hold_kpa") => with(&mut vacuum.hold_kpa),
+        (ToolKind::Vacuum(vacuum), "leak_kpa_s") => with(&mut vacuum.leak_kpa_s),
+        (ToolKind::Vacuum(vacuum), "reach") => with(&mut vacuum.reach),
+        (ToolKind::Vacuum(vacuum), "gap") => with(&mut vacuum.gap),
+        (ToolKind::Vacuum(vacuum), "press") => with(&mut vacuum.press),
+        (ToolKind::Vacuum(vacuum), "on_kpa") => with(&mut vacuum.on_kpa),
+        (ToolKind::Vacuum(vacuum), "off_kpa") => with(&mut vacuum.off_kpa),
+        (ToolKind::Gripper(gripper), "open_ms") => whole(&mut gripper.open_us, with),
+        (ToolKind::Gripper(gripper), "close_ms") => whole(&mut gripper.close_us, with),
+        (ToolKind::Drill { diameter, .. }, "diameter") => with(diameter),
+        (ToolKind::Drill { spin_us, .. }, "spin_ms") => whole(spin_us, with),
+        (ToolKind::Flow { flow_mg_s, .. }, "flow_mg_s") => with(flow_mg_s),
+        (ToolKind::Flow { open_us, .. }, "open_ms") => whole(open_us, with),
+        (ToolKind::Flow { close_us, .. }, "close_ms") => whole(close_us, with),
+        (ToolKind::Flow { reach, .. }, "reach") => with(reach),
+        (ToolKind::Probe { diameter, .. }, "diameter") => with(diameter),
+        _ => {}
+    }
+}
+
+/// The scene with all deviations of its numbers. A number never leaves what is possible: times and pressures stay at 0
+/// or above.
+#[must_use]
+pub fn applied(mut scene: Scene, deviations: &[Deviation]) -> Scene {
+    for deviation in deviations {
+        apply(&mut scene, deviation);
+    }
+    scene
+}
+
+fn shift(at: &mut V3, by: &[f64]) {
+    for (axis, by) in by.iter().enumerate().take(2) {
+        at[axis] += by;
+    }
+}
+
+fn apply(scene: &mut Scene, deviation: &Deviation) {
+    let Some((name, key)) = deviation.what.split_once('.') else { return };
+    let by = deviation.by.first().copied().unwrap_or(0.0);
+    if let Some(tool) = scene.tools.iter_mut().find(|tool| tool.name == name) {
+        tool_number(&mut tool.kind, key, &mut |number| *number = (*number + by).max(0.0));
+        if key == "tip" {
+            shift(&mut tool.tip, &deviation.by);
+        }
+    } else if let Some(feeder) = scene.feeders.iter_mut().find(|feeder| feeder.name == name) {
+        let only: Option<usize> =
+            deviation.of.rsplit('.').next().and_then(|pocket| pocket.parse().ok());
+        for (index, (at, turn)) in feeder.pockets.iter_mut().enumerate() {
+            if only.is_none_or(|only| only == index + 1) {
+                match key {
+                    "at" => shift(at, &deviation.by),
+                    "turn_deg" => *turn += by,
+                    _ => {}
+                }
+            }
+        }
+    } else if let Some(place) =
+        scene.places.iter_mut().find(|place| place.name == name && key == "at")
+    {
+        shift(&mut place.at, &deviation.by);
+        place.block = place.block.moved([by, deviation.by.get(1).copied().unwrap_or(0.0), 0.0]);
+    } else if let Some(fixture) = scene.fixtures.iter_mut().find(|fixture| fixture.name == name) {
+        match key {
+            "at" => shift(&mut fixture.at, &deviation.by),
+            "turn_deg" => fixture.form.turn_deg += by,
+            _ => {}
+        }
+    } else if let Some(part) = scene.parts.iter_mut().find(|part| part.name == name) {
+        match (key, &mut part.at) {
+            ("at", Some(at)) => shift(at, &deviation.by),
+            ("turn_deg", _) => part.form.turn_deg += by,
+            ("mass_g", _) => part.mass_g = (part.mass_g + by).max(0.0),
+            _ => {}
+        }
+    } else if let Some(stock) = scene.stock.as_mut().filter(|_| name == "stock") {
+        match key {
+            "at" => shift(&mut stock.at, &deviation.by),
+            "tilt" => {
+                for (slope, by) in stock.tilt.iter_mut().zip(&deviation.by) {
+                    *slope += by;
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Deviation {
+    /// `stuck tray.11 813ms`, `tray.at tray.3 0.31 -0.2`, `pause at 12.5s`.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut words = vec![self.what.clone()];
+        if !self.of.is_empty() {
+            words.push(self.of.clone());
+        }
+        let is_number = self.what.contains('.');
+        for by in &self.by {
+            words.push(match self.what.as_str() {
+                _ if is_number => by.to_string(),
+                "stall" => format!("{by}st"),
+                _ => format!("{}ms", by / 1000.0),
+            });
+        }
+        if let Some(us) = self.at_us {
+            words.push(format!("at {}s", us as f64 / 1e6));
+        }
+        words.join(" ")
+    }
+
+    /// Reads what [`Deviation::text`] writes.
+    ///
+    /// # Errors
+    /// The word that cannot be read.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let mut words = text.split_whitespace();
+        let what = words
+            .next()
+            .ok_or("an empty deviation: write for example \"stuck tray.11 813ms\"")?
+            .to_owned();
+        if !what.contains('.') && !super::keys::FAULTS.contains(&what.as_str()) {
+            let meant = super::problem::nearest(&what, super::keys::FAULTS.iter().copied());
+            let meant = meant.map_or_else(
+                || format!("there is {}", super::keys::FAULTS.join(", ")),
+                |other| format!("`{other}` is meant?"),
+            );
+            return Err(format!("`{what}` is no fault; {meant}"));
+        }
+        let mut deviation = Self { what, of: String::new(), by: Vec::new(), at_us: None };
+        while let Some(word) = words.next() {
+            if word == "at" {
+                let time = words
+                    .next()
+                    .and_then(|time| time.strip_suffix('s'))
+                    .and_then(|time| time.parse::<f64>().ok());
+                let seconds = time
+                    .filter(|time| (0.0..1e9).contains(time))
+                    .ok_or_else(|| format!("\"{text}\": after `at` stands a time as `12.5s`"))?;
+                deviation.at_us = Some((seconds * 1e6).round() as u64);
+                continue;
+            }
+            let number = match (word.strip_suffix("ms"), word.strip_suffix("st")) {
+                (Some(ms), _) => ms.parse::<f64>().ok().map(|ms| ms * 1000.0),
+                (None, Some(steps)) => steps.parse().ok(),
+                (None, None) => word.parse().ok(),
+            };
+            match number.filter(|number: &f64| number.is_finite()) {
+                Some(number) => deviation.by.push(number),
+                None if deviation.of.is_empty() && deviation.by.is_empty() => {
+                    deviation.of = word.to_owned()
+                }
+                None => return Err(format!("\"{text}\": `{word}` is no number")),
+            }
+        }
+        Ok(deviation)
+    }
+}
+
+/// Shrinks a list of deviations: `keeps` runs a shorter or smaller one and says whether the class of its outcome is the
+/// same. Halves go first, then single ones, then magnitudes are halved, at most `runs` runs in all (delta debugging,
+/// Zeller and Hildebrandt 2002).
+pub fn shrink(
+    deviations: &[Deviation],
+    runs: usize,
+    mut keeps: impl FnMut(&[Deviation]) -> bool,
+) -> Vec<Deviation> {
+    let mut list = deviations.to_vec();
+    let mut left = runs;
+    let mut holds = |candidate: &[Deviation]| {
+        if left == 0 {
+            return false;
+        }
+        left -= 1;
+        keeps(candidate)
+    };
+    let mut piece = list.len().div_ceil(2);
+    while piece > 0 && !list.is_empty() {
+        let mut from = 0;
+        let mut taken = false;
+        while from < list.len() {
+            let mut candidate = list.clone();
+            candidate.drain(from..(from + piece).min(list.len()));
+            if holds(&candidate) {
+                list = candidate;
+                taken = true;
+            } else {
+                from += piece;
+            }
+        }
+        piece = if piece == 1 && taken { 1 } else { piece / 2 };
+    }
+    for index in 0..list.len() {
+        // Half of it, as long as that still does it; then by quarters of the last step back.
+        for number in 0..list[index].by.len() {
+            let mut step = list[index].by[number] / 2.0;
+            while step.abs() >= 0.001_f64.max(list[index].by[number].abs() / 64.0) {
+                let mut candidate = list.clone();
+                candidate[index].by[number] = short(candidate[index].by[number] - step);
+                if holds(&candidate) {
+                    list = candidate;
+                } else {
+                    step /= 2.0;
+                }
+            }
+        }
+    }
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Deviation, shrink};
+    use proptest::prelude::*;
+
+    fn deviation(text: &str) -> Deviation {
+        Deviation::parse(text).unwrap()
+    }
+
+    #[test]
+    fn texts_are_read_as_they_are_written() {
+        for text in [
+            "stuck tray.11 813ms",
+            "tray.at tray.3 0.31 -0.2",
+            "pause at 12.5s",
+            "stall Y 12st at 2s",
+            "nozzle.build_ms 12.25",
+        ] {
+            assert_eq!(deviation(text).text(), text);
+        }
+        assert_eq!(
+            Deviation::parse("stuk tray.1").unwrap_err(),
+            "`stuk` is no fault; `stuck` is meant?"
+        );
+        assert!(Deviation::parse("pause at noon").is_err());
+    }
+
+    #[test]
+    fn what_does_not_matter_is_taken_back() {
+        let list: Vec<Deviation> = (1..=15)
+            .map(|pocket| deviation(&format!("tray.at tray.{pocket} 0.4 0.1")))
+            .chain([deviation("stuck tray.11 813ms")])
+            .collect();
+        let mut runs = 0;
+        let left = shrink(&list, 200, |list| {
+            runs += 1;
+            list.iter().any(|one| one.what == "stuck" && one.by[0] >= 310_000.0)
+        });
+        assert_eq!(left.len(), 1);
+        assert!((310_000.0..330_000.0).contains(&left[0].by[0]), "{}", left[0].text());
+        assert!(runs < 60, "{runs} runs");
+    }
+
+    proptest! {
+        /// Whatever pair of deviations is to blame is what is left.
+        #[test]
+        fn the_guilty_are_left(count in 1usize..30, a in 0usize..30, b in 0usize..30) {
+            let (a, b) = (a % count, b % count);
+            let list: Vec<Deviation> = (0..count).map(|index| deviation(&format!("missing tray.{index}"))).collect();
+            let guilty = [list[a].clone(), list[b].clone()];
+            let left = shrink(&list, 10_000, |list| guilty.iter().all(|one| list.contains(one)));
+            let mut wanted = vec![a.min(b), a.max(b)];
+            wanted.dedup();
+            prop_assert_eq!(left, wanted.into_iter().map(|index| list[index].clone()).collect::<Vec<_>>());
+        }
+
+        /// Any text is read or refused.
+        #[test]
+        fn any_text_ends_well(text in ".{0,40}") {
+            if let Ok(deviation) = Deviation::parse(&text) {
+                prop_assert!(!deviation.text().is_empty());
+            }
+        }
+    }
+}

@@ -1,0 +1,302 @@
+//! Whole runs of a cell by a machine that goes straight ways at constant speed.
+
+use cell::kernel::{Action, Cell, Frame};
+use cell::law::{Law, Rest, Steps, Straight};
+use cell::log::What;
+use cell::things::Where;
+use cell::{Names, Port};
+use std::sync::Arc;
+
+/// Ports by number alone.
+struct Plain;
+
+impl Names for Plain {
+    fn input(&self, _: &str) -> Option<u32> {
+        None
+    }
+    fn output(&self, _: &str) -> Option<u32> {
+        None
+    }
+    fn analog(&self, _: &str) -> Option<u32> {
+        None
+    }
+    fn counter(&self, _: &str) -> Option<u32> {
+        None
+    }
+    fn known(&self, _: Port) -> Vec<String> {
+        Vec::new()
+    }
+    fn profile(&self) -> &str {
+        "plain"
+    }
+    fn has_analog(&self) -> bool {
+        true
+    }
+    fn axes(&self) -> &str {
+        "XYZ"
+    }
+}
+
+/// 40 steps a mm in X, 50 in Y, and Z that counts downward with 100.
+const SCALE: [f64; 3] = [40.0, 50.0, -100.0];
+
+struct Machine {
+    cell: Cell,
+    now: u64,
+    at: Steps,
+    laws: u64,
+    inputs: Vec<(u64, u32, bool)>,
+}
+
+impl Machine {
+    fn new(text: &str) -> Self {
+        let (scene, _) = cell::read(text, &Plain, &|_| None, &|_| Err("none".to_owned()))
+            .unwrap_or_else(|problems| {
+                panic!(
+                    "{}",
+                    problems.iter().map(|problem| problem.render("c", text)).collect::<String>()
+                )
+            });
+        let cell = Cell::new(Arc::new(scene), Frame { scale: SCALE, start: [0.0; 3] });
+        Self { cell, now: 0, at: [0; 4], laws: 0, inputs: Vec::new() }
+    }
+
+    fn take(&mut self, actions: Vec<Action>) {
+        for action in actions {
+            if let Action::Input(input, on) = action {
+                self.inputs.push((self.now, input, on));
+            }
+        }
+    }
+
+    fn play(&mut self, law: &dyn Law, until: u64) {
+        while let Some(when) = self.cell.next_us(law, self.now).filter(|&when| when <= until) {
+            assert!(when >= self.now);
+            self.now = when;
+            let actions = self.cell.advance(law, when);
+            self.take(actions);
+        }
+        self.now = until;
+        let actions = self.cell.advance(law, until);
+        self.take(actions);
+    }
+
+    /// Goes to a place in mm at a speed in mm/s.
+    fn go(&mut self, to: [f64; 3], mm_s: f64) {
+        let target: Steps =
+            std::array::from_fn(
+                |axis| if axis < 3 { (to[axis] * SCALE[axis]).round() as i32 } else { 0 },
+            );
+        let way = (0..3)
+            .map(|axis| (f64::from(target[axis] - self.at[axis]) / SCALE[axis]).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        if way == 0.0 {
+            return;
+        }
+        self.laws += 1;
+        let takes = (way / mm_s * 1e6).ceil() as u64;
+        let law = Straight { id: self.laws, from: self.at, to: target, begins: self.now, takes };
+        self.play(&law, self.now + takes);
+        self.at = target;
+    }
+
+    fn wait(&mut self, ms: u64) {
+        self.play(&Rest(self.at), self.now + ms * 1000);
+    }
+
+    fn output(&mut self, output: u32, on: bool) {
+        self.cell.output(output, on, &Rest(self.at), self.now);
+        self.wait(0);
+    }
+
+    fn said(&self) -> Vec<String> {
+        self.cell.log().iter().map(|event| event.json()).collect()
+    }
+}
+
+const PICK: &str = r#"cell = 1
+table = -60
+tool = [{ name = "nozzle", kind = "vacuum", output = 3, input = 3, build_ms = 90, reach = 1.5, body = [{ at = [0, 0, 2], size = [12, 12, 40] }] }]
+part = [{ name = "chip", size = [8, 8, 4] }]
+feeder = [{ name = "tray", part = "chip", at = [20, 30, -26], pitch = [15, 15], count = [3, 4], empty = [5] }]
+fixture = [{ name = "tray floor", at = [35, 52.5, -30], size = [60, 75, 4] }, { name = "wall", at = [100, 60, -60], size = [4, 120, 45] }]
+place = [{ name = "belt", at = [150, 60, -16.5], size = [20, 20, 10], room = 0 }]
+"#;
+
+/// Picks a pocket of the tray and brings it to the belt, lifted to `lift`.
+fn bring(machine: &mut Machine, pocket: [f64; 2], lift: f64, settle_ms: u64) {
+    machine.go([pocket[0], pocket[1], 0.0], 60.0);
+    machine.go([pocket[0], pocket[1], -22.0], 30.0);
+    machine.output(3, true);
+    machine.wait(settle_ms);
+    machine.go([pocket[0], pocket[1], lift], 60.0);
+    machine.go([150.0, 60.0, lift], 100.0);
+    machine.go([150.0, 60.0, -12.0], 60.0);
+    machine.output(3, false);
+    machine.wait(100);
+    machine.go([150.0, 60.0, 0.0], 60.0);
+}
+
+#[test]
+fn a_part_is_taken_carried_and_put_down() {
+    let mut machine = Machine::new(PICK);
+    bring(&mut machine, [20.0, 30.0], 0.0, 300);
+    let said = machine.said();
+    assert_eq!(said.len(), 3, "{said:#?}");
+    assert!(said[0].contains(r#""ev":"take","thing":"tray.1","by":"nozzle""#));
+    assert!(said[1].contains(r#""ev":"drop","thing":"tray.1","mm":0.5"#), "{}", said[1]);
+    assert!(said[2].contains(r#""ev":"rest","thing":"tray.1","in":"belt""#));
+    // 90 ms * ln(60 / 30) after the pump went on, and off 15 ms * ln(60 / 25) after it went off.
+    let on = machine.inputs.iter().find(|input| input.2).unwrap();
+    let taken = machine.cell.log()[0].us;
+    assert_eq!(
+        on.0 - taken,
+        62_384 - 36_492,
+        "the switch closes at 30 kPa, the part hangs from 20"
+    );
+    assert_eq!(machine.inputs.len(), 2);
+    assert_eq!(machine.cell.things()[0].place, Where::Stands([150.0, 60.0, -16.5]));
+}
+
+#[test]
+fn an_empty_pocket_gives_no_vacuum() {
+    let mut machine = Machine::new(PICK);
+    bring(&mut machine, [35.0, 45.0], 0.0, 300);
+    assert!(machine.said().is_empty(), "{:#?}", machine.said());
+    assert!(machine.inputs.is_empty(), "an open nozzle stays below the switch");
+}
+
+#[test]
+fn who_does_not_wait_for_the_vacuum_leaves_the_part() {
+    let mut machine = Machine::new(PICK);
+    bring(&mut machine, [20.0, 30.0], 0.0, 10);
+    assert!(machine.said().is_empty(), "{:#?}", machine.said());
+}
+
+#[test]
+fn a_part_carried_too_low_hits_the_wall_in_its_first_step() {
+    let mut machine = Machine::new(PICK);
+    machine.cell.line(12);
+    bring(&mut machine, [20.0, 30.0], -14.0, 300);
+    let hits: Vec<&What> = machine
+        .cell
+        .log()
+        .iter()
+        .map(|event| &event.what)
+        .filter(|what| matches!(what, What::Hit { .. }))
+        .collect();
+    let What::Hit { thing, with, pos, line } = hits[0] else { panic!() };
+    assert_eq!((thing.as_str(), with.as_str(), *line), ("tray.1", "wall", 12));
+    // The wall begins at 98, the part is 8 wide: the first step beyond 94.
+    assert_eq!(pos[0], 94.025);
+    assert_eq!(hits.len(), 1, "each pair once: {hits:?}");
+}
+
+#[test]
+fn a_thin_wall_is_met_at_full_speed() {
+    let thin = PICK.replace(
+        "at = [100, 60, -60], size = [4, 120, 45]",
+        "at = [100, 60, -60], size = [0.05, 120, 80]",
+    );
+    let mut machine = Machine::new(&thin);
+    machine.go([150.0, 60.0, 0.0], 2000.0);
+    assert!(
+        machine.said()[0].contains(r#""ev":"hit","thing":"nozzle","with":"wall""#),
+        "{:#?}",
+        machine.said()
+    );
+}
+
+#[test]
+fn pecks_are_one_hole_and_a_drill_that_stands_still_breaks() {
+    let text = r#"cell = 1
+tool = [{ name = "drill", kind = "drill", output = 1, diameter = 0.8, spin_ms = 500 }]
+stock = { at = [55, 50, -21.6], size = [50, 40, 1.6] }
+"#;
+    let mut machine = Machine::new(text);
+    machine.output(1, true);
+    machine.wait(600);
+    machine.go([40.0, 40.0, -18.0], 50.0);
+    for depth in [-20.5, -21.0, -22.0] {
+        machine.go([40.0, 40.0, depth], 5.0);
+        machine.go([40.0, 40.0, -18.0], 50.0);
+    }
+    machine.go([42.54, 40.0, -18.0], 50.0);
+    machine.go([42.54, 40.0, -22.0], 5.0);
+    machine.go([43.54, 40.0, -22.0], 5.0);
+    machine.go([43.54, 40.0, -18.0], 50.0);
+    let said = machine.said();
+    assert!(said[0].contains(r#""ev":"hole","at":[40,40],"depth":2"#), "{said:#?}");
+    assert!(said[1].contains(r#""why":"moved sideways in its hole""#), "{said:#?}");
+    let mut still = Machine::new(text);
+    still.output(1, true);
+    still.wait(100);
+    still.go([40.0, 40.0, -22.0], 500.0);
+    assert!(
+        still.said()[0].contains(r#""why":"met the stock while it stood still""#),
+        "{:#?}",
+        still.said()
+    );
+}
+
+#[test]
+fn a_bead_has_the_mass_of_its_time() {
+    let text = r#"cell = 1
+tool = [{ name = "needle", kind = "dispenser", output = 4, flow_mg_s = 10, open_ms = 15, close_ms = 10, reach = 1 }]
+fixture = [{ name = "plate", at = [31, 40, -33], size = [60, 60, 2.9] }]
+"#;
+    let mut machine = Machine::new(text);
+    machine.go([20.0, 20.0, -30.0], 100.0);
+    machine.output(4, true);
+    machine.wait(120);
+    machine.output(4, false);
+    assert!(
+        machine.said()[0].contains(r#""mg":1.15"#),
+        "120 ms - 15 + 10 at 10 mg/s: {:#?}",
+        machine.said()
+    );
+    machine.go([20.0, 20.0, -20.0], 100.0);
+    machine.output(4, true);
+    assert!(
+        machine.said()[1].contains(r#""ev":"drip","at":[20,20,-20],"mm":10.1"#),
+        "{:#?}",
+        machine.said()
+    );
+}
+
+#[test]
+fn a_light_barrier_sees_a_held_part_after_its_delay() {
+    let eye = "sensor = [{ name = \"eye\", kind = \"beam\", from = [120, 0, -2], to = [120, 120, -2], input = 5, sees = [\"held\"], on_ms = 2 }]\n";
+    let mut machine = Machine::new(&format!("{PICK}{eye}"));
+    bring(&mut machine, [20.0, 30.0], 0.0, 300);
+    let seen: Vec<_> =
+        machine.inputs.iter().filter(|input| input.1 == 5 && input.0 > 10_000).collect();
+    assert_eq!(
+        seen.iter().map(|input| input.2).collect::<Vec<_>>(),
+        [true, false],
+        "{:?}",
+        machine.inputs
+    );
+}
+
+#[test]
+fn expectations_say_what_was_wanted_and_what_was() {
+    let expect = r#"expect = [{ what = "in_place", place = "belt", of = "tray", count = 1 }, { what = "no_collision" }, { what = "no_drop", within = 0.4 },
+    { what = "nothing_held" }, { what = "nothing_on" }, { what = "time", below_s = 90 }, { what = "prints", text = "hole" }, { what = "ends", text = "done" }]
+"#;
+    let mut machine = Machine::new(&format!("{PICK}{expect}"));
+    bring(&mut machine, [20.0, 30.0], -14.0, 300);
+    let end = cell::judge::End {
+        us: machine.now,
+        how: "F13".to_owned(),
+        on: vec![1],
+        ..Default::default()
+    };
+    let rows = cell::judge::judge(&machine.cell, &end, &|_| Err("none".to_owned()));
+    let table = cell::judge::table(&rows);
+    let holds: Vec<bool> = rows.iter().map(|row| row.holds).collect();
+    assert_eq!(holds, [true, false, false, true, false, true, false, false], "{table}");
+    assert!(table.contains("tray.1 hit wall at 94.03 47.08 -14.00 in line 0  NO\n"), "{table}");
+    assert!(table.contains("tray.1 fell 0.50 mm"), "{table}");
+}
