@@ -16,6 +16,8 @@ export RUSTC RUSTC_BOOTSTRAP=1
 export CARGO_TARGET_MSP430_NONE_ELF_LINKER="$MSP430_LD"
 # A rustup override in the caller's environment must not pick another toolchain.
 unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS || true
+# An incremental build splits the assembly, whose parts know one another's distances.
+export CARGO_INCREMENTAL=0
 # Panics end in `abort`, without a message or a place to tell. The heuristics of the middle end are
 # those with which the largest image is smallest, 930 bytes less: none of them changes a meaning.
 small="-Zmir-opt-level=1 -Cllvm-args=-inline-threshold=12 -Cllvm-args=-enable-pre=false"
