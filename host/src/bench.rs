@@ -4,7 +4,7 @@
 //! own engines are this computer's.
 
 pub(crate) mod code;
-pub mod costs;
+mod costs;
 #[cfg(feature = "gateway")]
 mod gateway;
 mod import;
@@ -101,7 +101,7 @@ pub const GROUPS: &[Group] = &[
     #[cfg(feature = "gateway")]
     ("gateway", gateway::run),
     ("vm", vm::run),
-    ("costs", |_| costs::probe()),
+    ("costs", costs::run),
     ("passes", passes::run),
     ("motion", motion::run),
     ("stream", stream::run),

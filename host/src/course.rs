@@ -49,7 +49,7 @@ struct Pace {
 /// A segment of a line, s: 7000 cycles.
 const SEGMENT_S: f64 = 0.45e-3;
 /// From the beginning of a line's last segment until the next line's first one is made, s.
-const SHAPED_S: f64 = 0.7e-3;
+pub(crate) const SHAPED_S: f64 = 0.7e-3;
 /// Cycles of a step interrupt of one axis, of each other one that steps, and of the second interrupt of a long pulse.
 const EVENT_CYCLES: [u32; 3] = [150, 11, 80];
 
@@ -167,6 +167,18 @@ impl Found {
         joined.all(|lines| self.records.contains_key(&lines[0].pc))
     }
 
+    /// Whether a line could end at speed.
+    fn passes(&self) -> bool {
+        self.first().is_some()
+    }
+
+    /// Address of the first line of a course of which one could.
+    fn first(&self) -> Option<usize> {
+        let passes = |bounds: &Bounds| bounds.most.iter().any(|most| *most > 0.0);
+        let mut courses = self.made.iter().zip(&self.bounds);
+        courses.find(|(_, bounds)| passes(bounds)).map(|(lines, _)| lines[0].pc)
+    }
+
     /// With entries of which a byte is worth so many seconds; `None` when all lines would rest, or the chip would not join them
     /// as it should.
     fn worth(&self, worth: f64) -> Option<Found> {
@@ -218,9 +230,15 @@ pub fn put_into(plain: Compiled, program: &Program, part: &Part) -> Compiled {
 pub fn obstacle(program: &Program, plain: &Compiled, part: &Part) -> Option<Obstacle> {
     let pace = Pace::of(part, program.profile.pulse_us)?;
     let walked = walk::walk(program, plain)?;
-    let obstacle = walked.obstacle?;
     let ways = Found::in_walk(&walked, program, &pace);
-    ways.iter().find_map(|way| way.worth(points::FINEST)).map(|_| obstacle)
+    if let Some(obstacle) = walked.obstacle {
+        return ways.iter().any(Found::passes).then_some(obstacle);
+    }
+    if ways.iter().any(|way| way.worth(points::FINEST).is_some()) {
+        return None;
+    }
+    let first = ways.iter().find_map(Found::first)?;
+    Some(Obstacle::Differs(plain.sidecar.at(first).map_or(1, |mark| mark.line)))
 }
 
 /// How fast the lines of a program's run end on a part; `None` where all of them rest, or where it looks ahead by itself.

@@ -12,9 +12,10 @@ use lang::isa::Op;
 use lang::profile::Profile;
 use lang::wire::{CRC_START, crc16};
 
-use super::stand::{Stand, image_for};
+use super::stand::{Stand, fast_mill, image_for, image_on};
+use super::{Sink, at_most};
 use crate::board::G2553;
-use crate::course::costs;
+use crate::course::{self, costs};
 
 /// Vector of the step interrupt (SLAS735, interrupt vector addresses).
 const STEP: u16 = 0xFFFA;
@@ -159,10 +160,6 @@ pub struct Junction {
     pub planned_s: f64,
     /// From then on, or from when there was room for it, until its first segment waits: the same.
     pub shaped_s: f64,
-    /// From the beginning of the window to its end.
-    pub window_s: f64,
-    /// The part of it when that segment waited.
-    pub spare_s: f64,
 }
 
 /// The junctions of a program with slow points that runs to its end while a host asks all the while, or never.
@@ -223,7 +220,7 @@ pub fn junctions(
             changes = [changes[1], changes[2], now()];
         }
         if waited && !waits {
-            let [_, last, ends] = changes;
+            let [_, last, _] = changes;
             if let (Some(free), Some(planned), Some(shaped)) =
                 (free.take(), planned.take(), shaped.take())
             {
@@ -231,8 +228,6 @@ pub fn junctions(
                 found.push(Junction {
                     planned_s: second(planned.1.saturating_sub(free.1)),
                     shaped_s: second(shaped.1.saturating_sub(room)),
-                    window_s: second(ends.0 - free.0),
-                    spare_s: second(ends.0 - shaped.0),
                 });
             }
         }
@@ -244,61 +239,90 @@ pub fn junctions(
     Ok(found)
 }
 
-pub fn probe() -> Result<(), String> {
-    let t = std::time::Instant::now();
-    println!("{:?}", t.elapsed());
-    let questions: [(&str, Option<&[u8]>); 4] = [
-        ("none", None),
-        ("2400x24", Some(&[1, 3, 0x09, 0x60, 0, 24])),
-        ("5000x100", Some(&[1, 3, 0x13, 0x88, 0, 100])),
-        ("coils", Some(&[1, 1, 0, 0, 0, 16])),
-    ];
-    for (top, accel) in [(8_000, 25_000)] {
-        let profile = super::stand::fast_mill(top, accel)?;
-        for words in [
-            "X0.9",
-            "X0.9 Y0.75",
-            "X0.9 Y0.75 Z-0.6",
-            "X[0.9mm * 1] Y0.75 Z-0.6 F4700",
-            "X0.9 Y0.75 F4700",
-            "X[0.9mm * 1]",
-            "X0.05",
-            "X0.05 Y0.04",
-            "X0.05 Y0.04 Z-0.04",
-        ] {
-            let text = format!("G0 X0 Y0 Z0\nG91\nF4800\nREPEAT 60\nG1 {words}\nEND REPEAT\n");
-            let text =
-                if words.contains("F4700") { text.replace("4700", "[4700 + 1]") } else { text };
-            let (_, image) = match super::stand::image_on(&G2553.part, &profile, &text) {
-                Ok(ok) => ok,
-                Err(e) => {
-                    println!("{e}");
-                    continue;
-                }
-            };
-            for (name, question) in questions {
-                let all = match junctions(&profile, &image, question) {
-                    Ok(all) => all,
-                    Err(e) => {
-                        println!("{top} {words} {name}: {e}");
-                        continue;
-                    }
-                };
-                let most = |f: fn(&Junction) -> f64| all.iter().map(f).fold(0.0, f64::max) * 1e3;
-                let least = |f: fn(&Junction) -> f64| all.iter().map(f).fold(9.0, f64::min) * 1e3;
-                println!(
-                    "{top} {words:34} {name:9} n {} planned {:.2} (least {:.2}) shaped {:.2} window {:.2}..{:.2} spare {:.2}",
-                    all.len(),
-                    most(|j| j.planned_s),
-                    least(|j| j.planned_s),
-                    most(|j| j.shaped_s),
-                    least(|j| j.window_s),
-                    most(|j| j.window_s),
-                    least(|j| j.spare_s)
-                );
+/// Questions of a host that take long to answer: places and speeds, the state of the run, coils; a hundred registers.
+const QUESTIONS: [[u8; 6]; 3] =
+    [[1, 3, 0x09, 0x60, 0, 24], [1, 3, 0x13, 0x88, 0, 100], [1, 1, 0, 0, 0, 16]];
+
+/// Lines of a path at the mill's top, by their axes.
+const WORDS: [(&str, &str); 3] = [
+    ("line_planned_x", "X0.9"),
+    ("line_planned_xy", "X0.9 Y0.75"),
+    ("line_planned_xyz", "X0.9 Y0.75 Z-0.6"),
+];
+
+/// Figures of the G2553: `vm_costs`, an instruction's measured cycles at most, as a part of what slow points count for it;
+/// `line_planned_x`, `_xy` and `_xyz`, what a line of one to three axes takes until it is planned, while a host asks all
+/// the while, and `line_shaped` its first segment behind that.
+///
+/// # Errors
+/// The board does not run the programs.
+pub fn run(sink: Sink<'_>) -> Result<(), String> {
+    let each = instructions()?.into_iter();
+    let parts =
+        each.map(|(op, cycles)| cycles as f64 / 16.0 / f64::from(costs::instruction_us(op)));
+    sink(at_most("vm_costs", "%", 100.0 * parts.fold(0.0, f64::max), 100.0, 100.0))?;
+    let profile = fast_mill(8_000, 25_000)?;
+    let mut shaped = 0.0;
+    for ((figure, words), must) in WORDS.into_iter().zip(G2553.part.course_us) {
+        let text = format!("G0 X0 Y0 Z0\nG91\nF4800\nREPEAT 40\nG1 {words}\nEND REPEAT\n");
+        let (_, image) = image_on(&G2553.part, &profile, &text)?;
+        let mut planned = 0.0;
+        for question in &QUESTIONS {
+            for junction in junctions(&profile, &image, Some(question))? {
+                planned = f64::max(planned, junction.planned_s);
+                shaped = f64::max(shaped, junction.shaped_s);
             }
         }
+        let must = f64::from(must);
+        sink(at_most(figure, "us", planned * 1e6, must, must))?;
     }
-    println!("{:?}", t.elapsed());
-    Ok(())
+    sink(at_most("line_shaped", "us", shaped * 1e6, course::SHAPED_S * 1e6, course::SHAPED_S * 1e6))
+}
+
+#[cfg(test)]
+mod tests {
+    use lang::isa::{Class, ROWS, shape};
+    use lang::part::G2553;
+
+    use super::{Op, costs, instructions};
+
+    /// Instructions that no script of [`super::SCRIPTS`] has: of parts with more memory or handlers, of programs of more than 255
+    /// bytes of tables or code, and those that only the compiler's own programs have.
+    const UNSEEN: &[Op] = &[
+        Op::End,
+        Op::LoadFar,
+        Op::StoreFar,
+        Op::Word,
+        Op::Drop,
+        Op::Dup,
+        Op::Over,
+        Op::CallFar,
+        Op::TableFar,
+        Op::Check,
+        Op::Course,
+        Op::Leave,
+        Op::OnError,
+        Op::OnErrorStop,
+        Op::ResumeNext,
+        Op::More,
+    ];
+
+    #[test]
+    fn no_instruction_takes_longer_than_slow_points_count_for_it() {
+        let measured = instructions().expect("the scripts run");
+        for row in ROWS {
+            let own = shape(row.code).expect("a row of the table");
+            if own.class() == Class::Effect || UNSEEN.contains(&row.op) {
+                continue;
+            }
+            let us =
+                *measured.get(&row.op).unwrap_or_else(|| panic!("{:?} was not measured", row.op))
+                    as f64
+                    / 16.0;
+            let counted = f64::from(costs::instruction_us(row.op));
+            assert!(us <= counted, "{:?} takes {us} us, counted are {counted}", row.op);
+            assert!(counted <= 2.0 * us + 6.0, "{:?} takes {us} us, counted are {counted}", row.op);
+        }
+        assert_eq!(G2553.clock, 16_000_000);
+    }
 }

@@ -1,11 +1,9 @@
 //! Lines that the chip joins, as it would plan each for longer than it lasts.
 
-use firmware::motion::path::Feed;
-use firmware::motion::path::geometry::{Geometry, Shape};
 use lang::record::MachineRecord;
 
 use super::Pace;
-use super::bounds::number;
+use super::bounds::{number, shape};
 use super::walk::Line;
 use super::window::LINK;
 
@@ -43,8 +41,7 @@ pub fn join(lines: &[Line], machine: &MachineRecord, pace: &Pace) -> Vec<Line> {
 impl Pace {
     /// How long the chip takes for a line while one like it is played, s.
     fn needs_s(&self, line: &Line, machine: &MachineRecord) -> f64 {
-        let shape = Shape::Line(&line.steps, &line.um);
-        let g = Geometry::of(&machine.axes, &shape, Feed::Um(line.feed));
+        let g = shape(line, machine);
         let event_s = self.work(line, line).event * number(g.events) / lasts_s(line, machine);
         let work = self.planned_s(line) + super::SHAPED_S;
         work * (1.0 - LINK) / (1.0 - LINK - event_s).max(LINK)
@@ -99,7 +96,6 @@ fn sum(line: &Line, next: &Line) -> Line {
 
 /// How long the line lasts without ramps, s.
 fn lasts_s(line: &Line, machine: &MachineRecord) -> f64 {
-    let shape = Shape::Line(&line.steps, &line.um);
-    let g = Geometry::of(&machine.axes, &shape, Feed::Um(line.feed));
+    let g = shape(line, machine);
     number(g.length) / f64::min(number(g.feed), number(g.top))
 }

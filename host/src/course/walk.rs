@@ -19,6 +19,8 @@ use crate::track::Track;
 
 /// Instructions between two effects: a program that computes longer than that is not followed.
 const MOST_INSTRUCTIONS: u32 = 2_000_000;
+/// Lines of a course without an end that are looked at.
+const FIRST_LINES: usize = 500;
 /// Effects of a run: the courses of a longer one are not all known.
 const MOST_EFFECTS: u32 = 500_000;
 
@@ -68,6 +70,8 @@ pub enum Obstacle {
     Asks(u32),
     /// It neither ends nor repeats itself as long as it is looked at.
     Long,
+    /// The path that begins with this line is not the same each time, or the line is also made alone or without a step.
+    Differs(u32),
 }
 
 impl fmt::Display for Obstacle {
@@ -76,6 +80,9 @@ impl fmt::Display for Obstacle {
             Obstacle::Keep => write!(f, "KEEP values are those of the run before"),
             Obstacle::At => write!(f, "a panel may give its AT variables any value"),
             Obstacle::Asks(line) => write!(f, "line {line} asks the machine"),
+            Obstacle::Differs(line) => {
+                write!(f, "the path that begins in line {line} is not the same each time")
+            }
             Obstacle::Long => {
                 write!(
                     f,
@@ -124,6 +131,9 @@ pub fn walk(program: &Program, compiled: &Compiled) -> Option<Walked> {
         seen: HashMap::new(),
     };
     if let Err(obstacle) = walk.run(&compiled.sidecar) {
+        // Enough to see whether it would have slow points.
+        walk.lines.truncate(FIRST_LINES);
+        walk.close();
         walk.walked.obstacle.get_or_insert(obstacle);
     }
     Some(walk.walked)
