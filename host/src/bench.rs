@@ -4,6 +4,7 @@
 //! own engines are this computer's.
 
 pub(crate) mod code;
+mod costs;
 #[cfg(feature = "gateway")]
 mod gateway;
 mod grbl;
@@ -101,6 +102,7 @@ pub const GROUPS: &[Group] = &[
     #[cfg(feature = "gateway")]
     ("gateway", gateway::run),
     ("vm", vm::run),
+    ("costs", costs::run),
     ("passes", passes::run),
     ("motion", motion::run),
     ("stream", stream::run),

@@ -8,6 +8,7 @@
 //! [`held`] against every course once more, as the chip will take them; a simulated machine takes the same [`LineEnds`].
 
 mod bounds;
+pub(crate) mod costs;
 mod ends;
 mod held;
 mod join;
@@ -15,6 +16,7 @@ mod points;
 #[cfg(test)]
 mod tests;
 mod walk;
+mod window;
 
 use std::collections::BTreeMap;
 
@@ -22,39 +24,80 @@ use lang::back::{self, Compiled, Courses};
 use lang::hir::Program;
 use lang::image::Image;
 use lang::image::course::{Entry, record};
-use lang::part::Part;
+use lang::part::{Part, SHORT_PULSE_US};
 use lang::record::MachineRecord;
 
-use bounds::Bounds;
+use firmware::motion::path::geometry::Geometry;
+
+use bounds::{Bounds, number};
 pub use ends::LineEnds;
 pub use walk::Obstacle;
 use walk::{Line, Piece, Walked};
+use window::{Way, Work};
 
-/// How long a part takes for a line.
+/// How long a part takes for a line of a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pace {
     /// See [`Part::course_us`].
     line_s: [f64; 3],
     /// See [`Part::join_us`].
     join_s: [f64; 3],
-    /// What each event takes from that planning, s.
-    event_s: f64,
+    /// A step interrupt, by the axes that may step with it, s.
+    event_s: [f64; 3],
 }
 
+/// A segment of a line, s: 7000 cycles.
+const SEGMENT_S: f64 = 0.45e-3;
+/// From the beginning of a line's last segment until the next line's first one is made, s.
+pub(crate) const SHAPED_S: f64 = 0.7e-3;
+/// Cycles of a step interrupt of one axis, of each other one that steps, and of the second interrupt of a long pulse.
+const EVENT_CYCLES: [u32; 3] = [150, 11, 80];
+
 impl Pace {
-    /// That of a part which takes slow points.
-    fn of(part: &Part) -> Option<Pace> {
+    /// That of a part which takes slow points, with pulses of this width, us.
+    fn of(part: &Part, pulse_us: u8) -> Option<Pace> {
         let s = |us: [u16; 3]| us.map(|us| f64::from(us) * 1e-6);
+        let [one, other, second] = EVENT_CYCLES;
+        let long = if pulse_us > SHORT_PULSE_US { second } else { 0 };
+        let event = |axes: u32| f64::from(one + other * axes + long) / f64::from(part.clock);
         let (line_s, join_s) = (s(part.course_us), s(part.join_us));
-        (part.course_pool > 0).then_some(Pace { line_s, join_s, event_s: 12e-6 })
+        let event_s = [0, 1, 2].map(event);
+        (part.course_pool > 0).then_some(Pace { line_s, join_s, event_s })
     }
 
-    /// How long a line is planned, those that are joined to it among it, s.
+    /// How long a line is planned, those that are joined to it among it, and all that is executed before it, s.
     fn planned_s(&self, line: &Line) -> f64 {
-        let axes = line.steps.iter().filter(|steps| **steps != 0).count().max(1);
-        let joined = f64::from(line.joined) * self.join_s[axes - 1];
-        self.line_s[axes - 1] + joined + f64::from(line.thought_us) * 1e-6
+        let axes = axes_of(line);
+        let joined = f64::from(line.joined) * self.join_s[axes];
+        self.line_s[axes] + joined + f64::from(line.thought_us) * 1e-6
     }
+
+    /// What the chip does while a line ends, before the next one.
+    fn work(&self, line: &Line, next: &Line) -> Work {
+        let event = self.event_s[axes_of(line)];
+        Work { planned: self.planned_s(next), segment: SEGMENT_S, shaped: SHAPED_S, event }
+    }
+
+    /// The speed that a line of this shape may have at its beginning and its end so that the next one comes in time, um/s;
+    /// 0 for none.
+    fn passed(&self, shape: &Geometry, line: &Line, next: &Line) -> f64 {
+        let (events, length) = (number(shape.events), number(shape.length));
+        let (feed, top) = (number(shape.feed), number(shape.top));
+        let way = Way {
+            events,
+            pitch: length / events,
+            start: number(shape.start),
+            top: top.min(2.0 * feed),
+            accel: number(shape.accel),
+            decel: number(shape.decel),
+        };
+        way.passed(top, &self.work(line, next)).unwrap_or(0.0)
+    }
+}
+
+/// Axes that have steps to make, but one.
+fn axes_of(line: &Line) -> usize {
+    line.steps.iter().filter(|steps| **steps != 0).count().max(1) - 1
 }
 
 /// Slow points of a program.
@@ -73,7 +116,7 @@ impl Found {
     /// part knows of none or has no room, no line of the program may end at speed, or what it does cannot be known before
     /// the run.
     fn of(program: &Program, plain: &Compiled, part: &Part) -> Option<(Found, Compiled)> {
-        let pace = Pace::of(part)?;
+        let pace = Pace::of(part, program.profile.pulse_us)?;
         let walked = walk::walk(program, plain)?;
         if walked.obstacle.is_some() {
             return None;
@@ -122,6 +165,18 @@ impl Found {
         let joins = |lines: &Vec<Line>| lines.iter().any(|line| line.joined != 0);
         let mut joined = self.made.iter().filter(|lines| joins(lines));
         joined.all(|lines| self.records.contains_key(&lines[0].pc))
+    }
+
+    /// Whether a line could end at speed.
+    fn passes(&self) -> bool {
+        self.first().is_some()
+    }
+
+    /// Address of the first line of a course of which one could.
+    fn first(&self) -> Option<usize> {
+        let passes = |bounds: &Bounds| bounds.most.iter().any(|most| *most > 0.0);
+        let mut courses = self.made.iter().zip(&self.bounds);
+        courses.find(|(_, bounds)| passes(bounds)).map(|(lines, _)| lines[0].pc)
     }
 
     /// With entries of which a byte is worth so many seconds; `None` when all lines would rest, or the chip would not join them
@@ -173,11 +228,17 @@ pub fn put_into(plain: Compiled, program: &Program, part: &Part) -> Compiled {
 /// Why a part that takes slow points has none for a program that would have some, if what it does were known before
 /// the run.
 pub fn obstacle(program: &Program, plain: &Compiled, part: &Part) -> Option<Obstacle> {
-    let pace = Pace::of(part)?;
+    let pace = Pace::of(part, program.profile.pulse_us)?;
     let walked = walk::walk(program, plain)?;
-    let obstacle = walked.obstacle?;
     let ways = Found::in_walk(&walked, program, &pace);
-    ways.iter().find_map(|way| way.worth(points::FINEST)).map(|_| obstacle)
+    if let Some(obstacle) = walked.obstacle {
+        return ways.iter().any(Found::passes).then_some(obstacle);
+    }
+    if ways.iter().any(|way| way.worth(points::FINEST).is_some()) {
+        return None;
+    }
+    let first = ways.iter().find_map(Found::first)?;
+    Some(Obstacle::Differs(plain.sidecar.at(first).map_or(1, |mark| mark.line)))
 }
 
 /// How fast the lines of a program's run end on a part; `None` where all of them rest, or where it looks ahead by itself.

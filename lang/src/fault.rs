@@ -90,7 +90,7 @@ faults! {
         "The input or character did not come in time.",
         "Raise the timeout, or write WaitIn? and test TIMEDOUT.";
     EmergencyStop = 14, false, 10, "emergency stop",
-        "The emergency stop was pressed or sent.",
+        "The emergency stop was pressed or sent. On the G2553, when no input is named, a line of a path may have come too late.",
         "Release it, press Start to acknowledge, and home again.";
     ImageRefused = 15, false, 3, "image refused",
         "The stored program failed its check.",

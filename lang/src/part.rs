@@ -37,8 +37,8 @@ pub struct Part {
     /// Bytes of it that a program with slow points ([`crate::image::course`]) leaves to them, a multiple of 4; 0 where
     /// the part knows none.
     pub course_pool: u16,
-    /// The least time of a line that such a program passes at speed, us, by the axes that move in the next one, 1 to 3,
-    /// which is planned meanwhile.
+    /// What the next line of such a program takes of the processor until it is planned, us, by its axes, 1 to 3: with a busy
+    /// link, but without step interrupts (`pasapas bench costs`).
     pub course_us: [u16; 3],
     /// What each line that is joined to the next one adds to it, us, by its axes.
     pub join_us: [u16; 3],

@@ -13,11 +13,11 @@ line_end:
     .if HAS_COURSES
     /* A line of a course is planned: EXIT2, which becomes r13:r12 where its entry falls. Uses r11 to r15. */
 course_line:
+    mov &COURSE_AT, r15
     mov &COURSE_LINES, r14
     cmp #2, r14
     jhs 1f
     /* an entry begins: twice its lines, the upper half of a bound */
-    mov &COURSE_AT, r15
     mov.b @r15+, r14
     cmp #1, r14
     jne 4f
@@ -29,10 +29,7 @@ course_line:
     swpb r11
     bis r11, r13
     mov r15, &COURSE_AT
-    tst r14
-    jne 2f
-    bic.b #M_COURSE, &MOTION
-    clr r13
+    jmp 2f
     /* bit 0: it does not fall */
 1:  bit #1, r14
     jne 3f
@@ -40,7 +37,13 @@ course_line:
     mov r13, &EXIT2+2
 3:  decd r14
     mov r14, &COURSE_LINES
-    ret
+    /* no line of the entry is left, and no entry: the course is over, so that the next one may begin */
+    mov.b @r15, r11
+    rra r14
+    add r14, r11
+    jne 5f
+    bic.b #M_COURSE, &MOTION
+5:  ret
 
     /* r13:r12 = how it differs from what an event adds to the accumulator of the axis r8 */
 line_change:

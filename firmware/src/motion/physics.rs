@@ -93,8 +93,10 @@ pub fn check(times: &[u64], limits: &Limits) -> Result<(), Violation> {
         let ticks = (times[i + 1] - times[i]) as f64;
         bound(What::Top, i, HZ / (ticks + 1.0), limits.top * 1.02)?;
     }
-    bound(What::Start, 0, rate(0, 1), limits.jump(limits.accel))?;
-    bound(What::Start, last, rate(last - 1, last), limits.jump(limits.decel))?;
+    // An instant is a whole tick.
+    let least = |n: usize| HZ / ((times[n + 1] - times[n]) as f64 + 1.0);
+    bound(What::Start, 0, least(0), limits.jump(limits.accel))?;
+    bound(What::Start, last, least(last - 1), limits.jump(limits.decel))?;
     let window = 2 * HALF_WINDOW;
     for i in 0..=last.saturating_sub(window) {
         if i + window > last {

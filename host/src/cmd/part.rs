@@ -151,7 +151,10 @@ pub fn with_slow_points(
              and {obstacle}",
             part.name, part.chip.name
         );
-        let line = if let Obstacle::Asks(line) = obstacle { script.line_of_file(line) } else { 1 };
+        let line = match obstacle {
+            Obstacle::Asks(line) | Obstacle::Differs(line) => script.line_of_file(line),
+            _ => 1,
+        };
         let note = Note::error(script.source.name(), "B013", text).note().at((line, 1));
         console.note(&note.hint("`--part f5529` looks ahead by itself"))?;
     }

@@ -49,38 +49,31 @@ impl Bounds {
     /// Those of the lines of a course, of a machine whose planner takes so long.
     pub fn of(lines: &[Line], program: &Program, pace: &Pace) -> Bounds {
         let machine = MachineRecord::of(&program.profile);
-        let shapes: Vec<Geometry> = lines
-            .iter()
-            .map(|line| {
-                Geometry::of(
-                    &machine.axes,
-                    &Shape::Line(&line.steps, &line.um),
-                    Feed::Um(line.feed),
-                )
-            })
-            .collect();
+        let shapes: Vec<Geometry> = lines.iter().map(|line| shape(line, &machine)).collect();
         let square = |of: Scaled| number(of).powi(2);
         let rest = shapes.iter().map(|g| number(g.start2())).fold(f64::INFINITY, f64::min);
         let ramped = |g: &Geometry| 2.0 * RAMP * number(g.decel) * number(g.length);
         let ramp: Vec<f64> = shapes.iter().map(ramped).collect();
-        // A line whose end is passed at speed lasts as long as planning the next one takes.
-        let paced = |n: usize| {
-            let g = &shapes[n];
-            let Some(next) = lines.get(n + 1) else { return f64::INFINITY };
-            let least_s = pace.planned_s(next) + pace.event_s * number(g.events);
-            (number(g.length) / least_s).powi(2)
-        };
+        // A line is passed no faster than the next one comes in time.
+        let passed: Vec<f64> = (0..lines.len())
+            .map(|n| {
+                lines
+                    .get(n + 1)
+                    .map_or(f64::INFINITY, |next| pace.passed(&shapes[n], &lines[n], next).powi(2))
+            })
+            .collect();
         let count = lines.len();
         let mut most = vec![0.0; count];
         for n in (0..count.saturating_sub(1)).rev() {
             let (own, next) = (&shapes[n], &shapes[n + 1]);
-            let mut bound = square(own.top).min(square(next.top)).min(paced(n));
+            let mut bound = square(own.top).min(square(next.top)).min(passed[n]);
             bound = bound.min(number(corner(&machine, own, next)));
+            bound = bound.min(steady(&machine, [&lines[n], &lines[n + 1]], [own, next]).powi(2));
             if number(next.feed) < number(own.feed) {
                 bound = bound.min(square(next.feed));
             }
-            if n + 2 < count {
-                bound = bound.min(paced(n + 1));
+            if n + 2 < count && passed[n + 1] > rest {
+                bound = bound.min(passed[n + 1]);
             }
             bound = bound.min(f64::max(most[n + 1], rest) + ramp[n + 1]) * (1.0 - ROUNDING);
             most[n] = if bound > rest { bound } else { 0.0 };
@@ -131,6 +124,33 @@ impl Bounds {
         let whole = self.length[n] * (1.0 / slow - 1.0 / fast);
         f64::min(dip, whole) + if end > self.rest { 0.0 } else { REST_S }
     }
+}
+
+/// A line as the chip plans it, along the way of its whole steps, in the direction that was commanded.
+pub fn shape(line: &Line, machine: &MachineRecord) -> Geometry {
+    let feed = Feed::Um(line.feed);
+    let whole = Geometry::of(&machine.axes, &Shape::Line(&line.steps, &[0; 3]), feed);
+    let commanded = Geometry::of(&machine.axes, &Shape::Line(&line.steps, &line.um), feed);
+    Geometry { unit: commanded.unit, ..whole }
+}
+
+/// The highest speed, um/s, at which no axis changes its own by more than its start rate where one line follows another one,
+/// beside what their directions want: a long step of one axis makes its line longer for all. Either line may have a step more
+/// or less than was commanded.
+fn steady(machine: &MachineRecord, lines: [&Line; 2], shapes: [&Geometry; 2]) -> f64 {
+    let lengths = shapes.map(|shape| number(shape.length));
+    let commanded =
+        lines.map(|line| line.um.iter().map(|um| f64::from(*um).powi(2)).sum::<f64>().sqrt());
+    let slack = 1.0 / lengths[0] + 1.0 / lengths[1];
+    let each = machine.axes.iter().enumerate().map(|(a, axis)| {
+        let made = [0, 1].map(|n: usize| f64::from(lines[n].steps[a]) / lengths[n]);
+        let scale = f64::from(axis.steps) / f64::from(axis.um.max(1));
+        let asked =
+            [0, 1].map(|n: usize| f64::from(lines[n].um[a]) / commanded[n].max(1.0) * scale);
+        let change = ((made[0] - made[1]) - (asked[0] - asked[1])).abs() - slack;
+        if change > 0.0 { f64::from(axis.start_rate.max(1)) / change } else { f64::INFINITY }
+    });
+    each.fold(f64::INFINITY, f64::min)
 }
 
 /// Square of the speed that the corner between two lines allows, whatever their feeds are.

@@ -1,16 +1,14 @@
 //! Lines that the chip joins, as it would plan each for longer than it lasts.
 
-use firmware::motion::path::Feed;
-use firmware::motion::path::geometry::{Geometry, Shape};
 use lang::record::MachineRecord;
 
 use super::Pace;
-use super::bounds::number;
+use super::bounds::{number, shape};
 use super::walk::Line;
+use super::window::LINK;
 
-/// How long a line may be planned at most, s. It is planned while the last two segments of the one before play, which is 5 ms
-/// at least where that is longer than both ([`firmware::motion::ramp`]); one of these ms is what may come beside planning.
-const MOST_S: f64 = 0.0056;
+/// The least time of a line's last two segments where they are not the whole line, s ([`super::window`]).
+const WINDOW_S: f64 = 0.0051;
 
 /// How far a place may lie beside the way that is made instead, steps: axes stand at whole ones.
 const BESIDE: f64 = 0.5;
@@ -27,8 +25,8 @@ pub fn join(lines: &[Line], machine: &MachineRecord, pace: &Pace) -> Vec<Line> {
     for (n, line) in lines.iter().enumerate() {
         if made.len() > 1
             && let Some(open) = made.last_mut()
-            && lasts_s(open, machine) * slowed(open) < pace.planned_s(open)
-            && pace.planned_s(&sum(open, line)) <= MOST_S
+            && lasts_s(open, machine) * slowed(open) < pace.needs_s(open, machine)
+            && pace.is_short(&sum(open, line), machine)
             && is_one(&lines[first..=n], machine)
         {
             *open = sum(open, line);
@@ -38,6 +36,21 @@ pub fn join(lines: &[Line], machine: &MachineRecord, pace: &Pace) -> Vec<Line> {
         }
     }
     made
+}
+
+impl Pace {
+    /// How long the chip takes for a line while one like it is played, s.
+    fn needs_s(&self, line: &Line, machine: &MachineRecord) -> f64 {
+        let g = shape(line, machine);
+        let event_s = self.work(line, line).event * number(g.events) / lasts_s(line, machine);
+        let work = self.planned_s(line) + super::SHAPED_S;
+        work * (1.0 - LINK) / (1.0 - LINK - event_s).max(LINK)
+    }
+
+    /// It takes no longer than the last two segments of a line.
+    fn is_short(&self, line: &Line, machine: &MachineRecord) -> bool {
+        self.needs_s(line, machine) <= WINDOW_S
+    }
 }
 
 /// What a line's time is compared with: once some are joined, all that it takes.
@@ -83,7 +96,6 @@ fn sum(line: &Line, next: &Line) -> Line {
 
 /// How long the line lasts without ramps, s.
 fn lasts_s(line: &Line, machine: &MachineRecord) -> f64 {
-    let shape = Shape::Line(&line.steps, &line.um);
-    let g = Geometry::of(&machine.axes, &shape, Feed::Um(line.feed));
+    let g = shape(line, machine);
     number(g.length) / f64::min(number(g.feed), number(g.top))
 }

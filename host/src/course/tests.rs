@@ -148,6 +148,43 @@ fn a_loop_without_an_end_is_known_when_it_repeats_itself() {
 }
 
 #[test]
+fn a_path_that_counts_on_without_an_end_is_told_of() {
+    let told = |text: &str| {
+        let (program, compiled) = program(text);
+        assert_eq!(courses(text), None);
+        super::obstacle(&program, &compiled, &PART)
+    };
+    let one = "DIM i\nF3000\nG90\nG0 X0 Y0\nDO\ni = i + 1\nG1 X[(i MOD 50) * 0.2mm] Y[(i MOD 7) * 0.1mm]\nLOOP\n";
+    assert_eq!(told(one), Some(Obstacle::Long));
+    let many = "DIM i, k\nF3000\nG90\nG0 X0 Y0\nDO\ni = i + 1\nFOR k = 1 TO 9\n\
+                G1 X[((i + k) MOD 50) * 0.2mm] Y[(k MOD 7) * 0.1mm]\nNEXT\nSetOut 1, ON\nLOOP\n";
+    assert_eq!(told(many), Some(Obstacle::Long));
+    let differs = "SUB go(a AS LENGTH)\nG90\nG0 X0 Y0\nG1 X[a] F1500\nG1 X[a + 10mm] Y1\nG1 X[a + 20mm] Y1\nEND SUB\n\
+                   go 10mm\ngo 0.3mm\n";
+    assert_eq!(told(differs), Some(Obstacle::Differs(4)));
+}
+
+#[test]
+fn a_switch_that_is_not_found_leaves_the_place_unknown() {
+    let path = "F4000\nG1 X20 Y20\nG1 X40 Y40\nG1 X60 Y60\n";
+    assert!(courses(&format!("G90\nG0 Y0\nHome X\n{path}")).is_some());
+    assert_eq!(courses(&format!("G90\nG0 Y0\nHome? X\n{path}")), None);
+}
+
+#[test]
+fn what_is_computed_between_lines_slows_them_down_to_rest() {
+    let path = |statement: &str| {
+        format!(
+            "DIM i, j, k\nG90\nG0 X0 Y0\nF3000\nFOR i = 1 TO 40\n{statement}\nG1 X[i * 2mm] Y[(i MOD 2) * 0.2mm]\nNEXT\n"
+        )
+    };
+    assert!(courses(&path("j = i * 3")).is_some());
+    for statement in ["FOR k = 1 TO 1500\nNEXT", "j = SQR(i): j = SQR(i): j = SQR(i): j = SQR(i)"] {
+        assert_eq!(courses(&path(statement)), None, "{statement}");
+    }
+}
+
+#[test]
 fn a_line_that_begins_different_courses_has_none() {
     let text = "SUB go(a AS LENGTH)\nG90\nG0 X0 Y0\nG1 X[a] F1500\nG1 X[a + 10mm] Y1\nG1 X[a + 20mm] Y1\nEND SUB\n";
     assert!(courses(&format!("{text}go 10mm\n")).is_some());
@@ -225,7 +262,7 @@ proptest! {
     #[test]
     fn records_are_never_too_fast_and_hardly_slow(text in script()) {
         let (program, compiled) = program(&text);
-        let pace = Pace::of(&PART).expect("one");
+        let pace = Pace::of(&PART, program.profile.pulse_us).expect("one");
         for lines in walk::walk(&program, &compiled).unwrap_or_default().courses {
             let made = join::join(&lines, &MachineRecord::of(&program.profile), &pace);
             let whole: usize = made.iter().map(|line| usize::from(line.joined) + 1).sum();

@@ -9,18 +9,18 @@ use lang::back::{Compiled, Sidecar};
 use lang::effect::{Coord, Dist, Effect, Frame, Rate};
 use lang::hir::Program;
 use lang::image::{Header, Image};
-use lang::isa::Op;
 use lang::place::Place;
 use lang::profile::Profile;
 use lang::record::MachineRecord;
 use lang::vm::{Exit, State, Vm};
 
+use super::costs;
 use crate::track::Track;
 
-/// us that F takes, which is an effect of its own: a round of the chip's main loop.
-const F_US: u32 = 1_000;
 /// Instructions between two effects: a program that computes longer than that is not followed.
 const MOST_INSTRUCTIONS: u32 = 2_000_000;
+/// Lines of a course without an end that are looked at.
+const FIRST_LINES: usize = 500;
 /// Effects of a run: the courses of a longer one are not all known.
 const MOST_EFFECTS: u32 = 500_000;
 
@@ -70,6 +70,8 @@ pub enum Obstacle {
     Asks(u32),
     /// It neither ends nor repeats itself as long as it is looked at.
     Long,
+    /// The path that begins with this line is not the same each time, or the line is also made alone or without a step.
+    Differs(u32),
 }
 
 impl fmt::Display for Obstacle {
@@ -78,6 +80,9 @@ impl fmt::Display for Obstacle {
             Obstacle::Keep => write!(f, "KEEP values are those of the run before"),
             Obstacle::At => write!(f, "a panel may give its AT variables any value"),
             Obstacle::Asks(line) => write!(f, "line {line} asks the machine"),
+            Obstacle::Differs(line) => {
+                write!(f, "the path that begins in line {line} is not the same each time")
+            }
             Obstacle::Long => {
                 write!(
                     f,
@@ -126,6 +131,9 @@ pub fn walk(program: &Program, compiled: &Compiled) -> Option<Walked> {
         seen: HashMap::new(),
     };
     if let Err(obstacle) = walk.run(&compiled.sidecar) {
+        // Enough to see whether it would have slow points.
+        walk.lines.truncate(FIRST_LINES);
+        walk.close();
         walk.walked.obstacle.get_or_insert(obstacle);
     }
     Some(walk.walked)
@@ -162,7 +170,7 @@ impl Walk<'_> {
         let (mut instructions, mut effects) = (0, 0);
         loop {
             let code = self.image.code.get(self.state.pc).copied().unwrap_or_default();
-            self.thought_us = self.thought_us.saturating_add(cost_us(code));
+            self.thought_us = self.thought_us.saturating_add(costs::code_us(code));
             instructions += 1;
             if instructions > MOST_INSTRUCTIONS || effects > MOST_EFFECTS {
                 return Err(Obstacle::Long);
@@ -228,7 +236,7 @@ impl Walk<'_> {
             }
             // It neither looks at the machine nor moves it.
             Effect::SetFeed(_) => {
-                self.thought_us += F_US;
+                self.thought_us = self.thought_us.saturating_add(costs::FEED_US);
                 Next::On
             }
             Effect::Linear { to, .. } | Effect::Arc { to, .. } => {
@@ -241,7 +249,14 @@ impl Walk<'_> {
                 self.learn(&words);
                 self.end_of_course()
             }
-            Effect::Home { axis, .. } => {
+            // A switch that was not found leaves the axis anywhere.
+            Effect::Home { axis, query: true } => {
+                self.unbound[axis.index()] = false;
+                self.known[axis.index()] = false;
+                self.zero_known[axis.index()] = false;
+                self.end_of_course()
+            }
+            Effect::Home { axis, query: false } => {
                 self.unbound[axis.index()] = false;
                 self.known[axis.index()] = true;
                 self.zero_known[axis.index()] = true;
@@ -354,24 +369,6 @@ fn named_in_um(words: &[Option<Coord>; 3]) -> u8 {
         }
     }
     named
-}
-
-/// us that an instruction takes on the chip at most: what multiplies, divides or looks into a table some 3 000 cycles.
-fn cost_us(code: u8) -> u32 {
-    match Op::decode(code) {
-        Some((
-            Op::Mul
-            | Op::Div
-            | Op::Mod
-            | Op::Sqr
-            | Op::Table
-            | Op::TableFar
-            | Op::ToSteps
-            | Op::ToLength,
-            _,
-        )) => 190,
-        _ => 5,
-    }
 }
 
 /// What comes behind an effect.

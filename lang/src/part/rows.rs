@@ -45,8 +45,8 @@ pub const G2553: Part = Part {
     pool: [64, 64],
     event_pool: [12, 10],
     course_pool: 28,
-    // Planned 2.4, 2.9 and 3.5 ms after the line before could be its last, the link busy; a millisecond for what else comes.
-    course_us: [3_400, 4_000, 4_600],
+    // With a busy link 2.65, 3.05 and 3.6 ms, between step interrupts.
+    course_us: [2_700, 3_150, 3_700],
     join_us: [700, 950, 1_300],
     call_bytes: 2,
     segments: 5,

@@ -145,22 +145,30 @@ impl Geometry {
     fn line(&mut self, axes: &[AxisRecord; 3], steps: &[i32; 3], way: &[i32; 3], feed: Feed) {
         let mut sum = Scaled::ZERO;
         let mut parts = [Scaled::ZERO; 3];
+        let commanded = way[0] | way[1] | way[2] != 0;
+        let most = largest(steps);
         for a in 0..3 {
-            if steps[a] != 0 {
-                let um = to_um(&axes[a], Scaled::size(steps[a]));
-                sum = sum.plus(um.times(um));
-                parts[a] = um;
-            }
+            // Of the axis with most steps they are the way. Beside it one step may be longer than the whole line: its
+            // commanded way keeps the other axes at their speed.
+            let um = if commanded && size(steps[a]) < most {
+                Scaled::size(way[a])
+            } else if steps[a] != 0 {
+                to_um(&axes[a], Scaled::size(steps[a]))
+            } else {
+                continue;
+            };
+            sum = sum.plus(um.times(um));
+            parts[a] = um;
         }
         self.length = sum.root();
         let (mut signs, mut long) = (steps, self.length);
-        if way[0] | way[1] | way[2] != 0 {
+        if commanded {
             signs = way;
             long = Scaled::squares(way).root();
             parts = way.map(Scaled::size);
         }
         let long = ONE.shifted(UNIT).over(long);
-        self.events = Scaled::new(largest(steps));
+        self.events = Scaled::new(most);
         for a in 0..3 {
             if steps[a] != 0 && !is_within(axes, steps, a) {
                 let along = self.length.over(Scaled::size(steps[a]));

@@ -61,6 +61,9 @@ const SHARED: usize = 8;
 /// An axis that steps so many times slower from one step to the next has stopped between them.
 const STOPS: u64 = 3;
 
+/// A ramp up to the start rate that takes longer than this is hardly ever seen, s.
+const LONG: f64 = 0.25;
+
 /// Steps over which an axis is no faster than its top; where they fall on events, one of so few is much.
 const TOPS: [usize; 3] = [HALF_WINDOW, 5 * HALF_WINDOW, 20 * HALF_WINDOW];
 
@@ -251,14 +254,14 @@ impl Machine {
             at(n + 1) - at(n) - if between { motion[event].at - motion[event - 1].at } else { 0 }
         };
         let most = |ramp: f64| limits.jump(ramp).max(self.corner(axis, ramp));
-        // The lowest of the rates over one to four steps: steps fall on events.
+        // The lowest of the rates over one to four steps: steps fall on events, and those on ticks.
         let before = |n: usize| {
-            let rates = (1..=4.min(n)).map(|k| k as f64 * HZ / (at(n) - at(n - k)) as f64);
+            let rates = (1..=4.min(n)).map(|k| k as f64 * HZ / ((at(n) - at(n - k)) as f64 + 1.0));
             rates.fold(f64::INFINITY, f64::min)
         };
         let behind = |n: usize| {
-            let rates =
-                (1..=4.min(own.len() - 1 - n)).map(|k| k as f64 * HZ / (at(n + k) - at(n)) as f64);
+            let rates = (1..=4.min(own.len() - 1 - n))
+                .map(|k| k as f64 * HZ / ((at(n + k) - at(n)) as f64 + 1.0));
             rates.fold(f64::INFINITY, f64::min)
         };
         for n in 0..own.len() {
@@ -305,6 +308,10 @@ impl Machine {
                     // The chords of an arc end on whole steps, and so do lines between which the lead changes:
                     // each of the three instants may be half an event off.
                     slack += 2.0 * v0.max(v1) / half as f64;
+                    // Corners change its speed at once, which on a machine like this is more than all ramps in sight.
+                    if limits.start > LONG * limits.accel.max(limits.decel) {
+                        slack += 2.0 * limits.start;
+                    }
                 }
                 let [slow, fast] = self.turn(halves, axis, others);
                 // In the first half it was the axis's rate of then that changed by its ramp, before the turn.

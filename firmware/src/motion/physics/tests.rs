@@ -1,6 +1,6 @@
 //! Seeded faults: each rule of the checker finds its own.
 
-use super::{Limits, Machine, Step, What};
+use super::{Limits, Machine, Step, What, check};
 
 const MILL: Limits = Limits { start: 400.0, top: 8_000.0, accel: 25_000.0, decel: 25_000.0 };
 const MACHINE: Machine = Machine { axes: [MILL; 3], um: [10.0; 3], corner_um: 20.0 };
@@ -114,4 +114,36 @@ fn a_curve_that_asks_more_than_the_ramps_is_found() {
         let found = bends(bend).and_then(Result::err).map(|violation| violation.what);
         assert_eq!(found, Some(What::Bend), "{bend}");
     }
+}
+
+#[test]
+fn a_rate_is_judged_as_well_as_whole_ticks_show_it() {
+    let most = MILL.jump(MILL.accel);
+    let steps = |ticks: f64| {
+        let times: Vec<u64> = vec![0, ticks as u64, 400_000, 440_000];
+        check(&times, &MILL)
+    };
+    assert_eq!(steps(16e6 / most), Ok(()));
+    assert!(steps(16e6 / most - 1.1).is_err());
+}
+
+#[test]
+fn corners_on_a_machine_that_hardly_ramps_are_no_ramps() {
+    // A start rate of 890 beside a ramp of 463: Y goes along at 1500 steps/s, which a corner makes 1300.
+    let slow = Limits { start: 890.0, top: 2_672.0, accel: 463.0, decel: 463.0 };
+    let machine = Machine { axes: [slow; 3], um: [1.0; 3], corner_um: 100.0 };
+    let turned = |accel: f64| {
+        let limits = Limits { accel, decel: accel, ..slow };
+        let machine = Machine { axes: [limits; 3], ..machine };
+        let mut at = 0.0;
+        let mut steps = Vec::new();
+        for n in 0..600_u32 {
+            let rate = if n % 40 < 20 { 800.0 } else { 700.0 };
+            at += 16e6 / rate;
+            let z = if n % 40 < 20 { n % 2 } else { 1 };
+            steps.push(Step { at: at as u64, by: [0, 1, z as i8] });
+        }
+        machine.check(&steps, false).map(|count| count.steps > 600)
+    };
+    assert_eq!(turned(463.0), Ok(true));
 }

@@ -73,6 +73,12 @@ pub struct Motion {
     pub milestones: Vec<(u64, Milestone)>,
 }
 
+/// A number that may be above 32 bits: the square of 108 mm/s in um/s is.
+fn scaled(number: f64) -> Scaled {
+    let above = (number.max(1.0).log2() as i8 - 31).max(0);
+    Scaled::new((number / 2f64.powi(above.into())) as u32).shifted(above)
+}
+
 impl Motion {
     /// All axes at 0 and at rest.
     pub fn new(records: [AxisRecord; 3], corner_um: u16, part: Part) -> Motion {
@@ -322,7 +328,9 @@ impl Motion {
         if self.look_ahead {
             self.path.push(&self.records, block);
         } else {
-            self.path.push_ending(&self.records, block, Scaled::new(end2 as u32));
+            // The small chip knows whole steps alone.
+            let block = Block { um: [0; 3], ..*block };
+            self.path.push_ending(&self.records, &block, scaled(end2));
         }
         self.go_on(us, begin);
     }
@@ -467,5 +475,18 @@ impl Motion {
                 self.begin_solo(axis, begin);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scaled;
+    use firmware::motion::scaled::Scaled;
+
+    #[test]
+    fn squares_above_32_bits_are_no_less() {
+        assert_eq!(scaled(0.0), Scaled::ZERO);
+        assert_eq!(scaled(1e9), Scaled::new(1_000_000_000));
+        assert_eq!(scaled(4e10), Scaled::new(200_000).times(Scaled::new(200_000)));
     }
 }
