@@ -279,6 +279,17 @@ impl Motor {
         }
     }
 
+    /// The pause of a run that ends holds nothing any more: what commands move next would rest for ever.
+    pub fn end_pause(&mut self) {
+        for single in &mut self.single {
+            single.pause(false);
+        }
+        // A path that the stop brakes is cleared where it rests.
+        if self.path_axes == 0 {
+            self.path.pause(false);
+        }
+    }
+
     /// Ramps axes down and forgets the rest.
     pub fn stop(&mut self, axes: u8) {
         let moving = self.moving() & axes;
