@@ -28,6 +28,7 @@ const COMMAND_END: u16 = COMMAND + 21;
 const RAPID_OVERRIDE: u16 = OVERRIDES + 1;
 const ACTUAL_SPEEDS_END: u16 = ACTUAL_SPEEDS + 6;
 const TARGETS_END: u16 = TARGETS + 6;
+const TARGET_SPEEDS_END: u16 = TARGET_SPEEDS + 6;
 const UPLOAD_NAME_END: u16 = UPLOAD_NAME + NAME as u16;
 const KEEPS_END: u16 = KEEPS + 16;
 
@@ -170,6 +171,7 @@ impl Controller {
             WORK_POSITIONS..ACTUAL_SPEEDS => {
                 self.axis_value(address, WORK_POSITIONS, Controller::work_position)
             }
+            PRINT_LENGTH => self.talk.print.count(),
             ACTUAL_SPEEDS..ACTUAL_SPEEDS_END => {
                 self.axis_value(address, ACTUAL_SPEEDS, |controller, n| {
                     controller.motor.velocity(n)
@@ -178,6 +180,11 @@ impl Controller {
             TARGETS..TARGETS_END => self.axis_value(address, TARGETS, |controller, n| {
                 coords::target_steps(&controller.motor, Axis::new(n))
             }),
+            TARGET_SPEEDS..TARGET_SPEEDS_END => {
+                self.axis_value(address, TARGET_SPEEDS, |controller, n| {
+                    controller.motor.wanted_velocity(n)
+                })
+            }
             COMMAND_ROOM => status::command_room(self),
             CNC_STATE => status::cnc_state(self),
             CNC_ALARM if self.session.is(RunState::Fault) => {
@@ -264,6 +271,7 @@ impl Map for Controller {
     }
 
     fn read(&mut self, table: Table, address: u16) -> u16 {
+        self.lines.reads(address);
         match address {
             OWN..PROFILE_WINDOW => self.own(address),
             PROFILE_WINDOW..LIBRARY if self.lock.closed => 0,
@@ -354,7 +362,11 @@ impl Map for Controller {
                 Ok(())
             }
             #[cfg(feature = "stream")]
-            STREAM_CONTROL => crate::stream::control(self, value, self.idle().is_ok()),
+            STREAM_CONTROL => {
+                crate::stream::control(self, value, self.idle().is_ok())?;
+                self.lines.feed();
+                Ok(())
+            }
             #[cfg(feature = "stream")]
             STREAM_MACHINE..STREAM_PIECE => {
                 self.idle()?;
@@ -362,7 +374,11 @@ impl Map for Controller {
                 Ok(())
             }
             #[cfg(feature = "stream")]
-            STREAM_PIECE..UPLOAD_LARGE => crate::stream::write(address - STREAM_PIECE, value),
+            STREAM_PIECE..UPLOAD_LARGE => {
+                crate::stream::write(address - STREAM_PIECE, value)?;
+                self.lines.feed();
+                Ok(())
+            }
             UPLOAD_LENGTH => {
                 self.incoming.length = value;
                 Ok(())

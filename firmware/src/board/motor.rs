@@ -271,6 +271,11 @@ impl Motor {
         self.single[usize::from(n)].velocity()
     }
 
+    /// Speed that an axis on its own is to have, steps/s with sign; 0 at rest and on a path.
+    pub fn wanted_velocity(&self, n: u8) -> i32 {
+        self.single[usize::from(n)].wanted_velocity()
+    }
+
     /// Brakes everything to a pause, or goes on.
     pub fn pause(&mut self, on: bool) {
         self.path.pause(on);

@@ -149,6 +149,15 @@ impl Single {
         if self.negative { -speed } else { speed }
     }
 
+    /// Speed that it has or is to have on its way, steps/s with the sign of that way: 0 when idle or on the way to rest.
+    pub fn wanted_velocity(&self) -> i32 {
+        if self.is_idle() || self.state == State::Stopping || self.paused {
+            return 0;
+        }
+        let speed = self.limits.nominal2.root().floor() as i32;
+        if self.target.wrapping_sub(self.position) < 0 { -speed } else { speed }
+    }
+
     /// Goes to `target` steps, also from a motion under way.
     pub fn go(&mut self, axis: &AxisRecord, target: i32, pace: Pace) {
         self.target = target;
