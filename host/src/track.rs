@@ -41,7 +41,7 @@ impl Track {
     /// Every axis at `steps`; bit n of `homed`: axis n is homed.
     pub fn new(profile: &Profile, steps: [i32; 3], homed: u16) -> Track {
         let record = MachineRecord::of(profile);
-        let mut axes = Axes::new(profile, &record);
+        let mut axes = Axes::new(profile, &record, true);
         for axis in Axis::ALL {
             axes.adopt(axis, steps[axis.index()]);
             axes.set_homed(axis, homed >> axis.index() & 1 != 0);

@@ -7,7 +7,7 @@ use lang::axis::Axis;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::profile::Profile;
-use lang::wire::{COMMAND, Control, RUN_STATE, RunState, command};
+use lang::wire::{COMMAND, Control, POSITIONS, RUN_STATE, RunState, command};
 use pasapas::board::{BUILDS, Build, F5529, G2553};
 use pasapas::client::orders;
 use pasapas::torture::stand::{Answer, Stand};
@@ -31,23 +31,28 @@ fn pulses(stand: &Stand) -> u64 {
     stand.board.plant().motors[0].pulses
 }
 
-fn taken(stand: &mut Stand, order: &[u16]) {
-    let answer = stand.write(COMMAND, order);
-    assert!(matches!(answer, Answer::Reply(_)), "{order:?}: {answer:?}");
-}
-
-/// Runs until a second passes without a step, at most 20 s; how many steps X made.
-fn moves(stand: &mut Stand, what: &str) -> u64 {
-    let first = pulses(stand);
-    let mut last = first;
+/// Runs until a second passes without a step, at most 20 s; how many steps X has made since it had made `first`.
+fn rest(stand: &mut Stand, first: u64, what: &str) -> u64 {
     for _ in 0..20 {
+        let last = pulses(stand);
         stand.board.run_us(1_000_000);
         if pulses(stand) == last {
             return last - first;
         }
-        last = pulses(stand);
     }
     panic!("{what}: X does not come to rest");
+}
+
+/// A command; how many steps X makes of it.
+fn moves(stand: &mut Stand, order: &[u16], what: &str) -> u64 {
+    let first = pulses(stand);
+    let answer = stand.write(COMMAND, order);
+    assert!(matches!(answer, Answer::Reply(_)), "{what}, {order:?}: {answer:?}");
+    if order[0] == command::MOVE_SPEED {
+        stand.board.run_us(300_000);
+        stand.write(COMMAND, &[command::STOP_AXES, 7]);
+    }
+    rest(stand, first, what)
 }
 
 /// Pauses the run, lets it rest and ends it by `codes`.
@@ -91,29 +96,25 @@ fn whatever_ends_a_pause_axes_move_by_command_and_program_again() {
             let mut stand = stand(build, script);
             let what = format!("{} {script:?} {codes:?}", build.part.name);
             pause_and_end(&mut stand, codes);
-            let at = |stand: &mut Stand| stand.read_long(2_400).expect("a place");
-            assert_eq!(moves(&mut stand, &what), 0, "{what}: a stopped axis moves by itself");
+            let here = pulses(&stand);
+            assert_eq!(rest(&mut stand, here, &what), 0, "{what}: it moves by itself");
 
-            let place = at(&mut stand);
-            taken(&mut stand, &orders::move_to(Axis::X, RAMPS, 2_000, i64::from(place) + 100));
-            assert_eq!(moves(&mut stand, &what), 100, "{what}: 103");
+            let place = stand.read_long(POSITIONS).expect("a place");
+            let to = orders::move_to(Axis::X, RAMPS, 2_000, i64::from(place) + 100);
+            assert_eq!(moves(&mut stand, &to, &what), 100, "{what}: 103");
             let mut by = orders::move_to(Axis::X, RAMPS, 2_000, -100);
             by[0] = command::MOVE_BY;
-            taken(&mut stand, &by);
-            assert_eq!(moves(&mut stand, &what), 100, "{what}: 104");
-            taken(&mut stand, &[command::MOVE_SPEED, 1, 25_000, 0, 1_000, 0]);
-            stand.board.run_us(300_000);
-            taken(&mut stand, &[command::MOVE_SPEED, 1, 25_000, 0, 0, 0]);
-            let made = moves(&mut stand, &what);
-            assert!(made > 0, "{what}: 102");
-            taken(&mut stand, &orders::probe(&mill, Axis::X, 1_000, 50).expect("it has one"));
-            assert_eq!(moves(&mut stand, &what), 50, "{what}: 107");
-            taken(&mut stand, &line);
-            assert!(moves(&mut stand, &what) > 0, "{what}: 1111");
-            taken(&mut stand, &orders::home(&mill, Axis::X).expect("it has a switch"));
-            assert!(moves(&mut stand, &what) > 100, "{what}: 106");
-            taken(&mut stand, &[command::HOME_PROFILE, 1]);
-            assert!(moves(&mut stand, &what) > 100, "{what}: 1110");
+            assert_eq!(moves(&mut stand, &by, &what), 100, "{what}: 104");
+            let run = [command::MOVE_SPEED, 1, 25_000, 0, 1_000, 0];
+            assert!(moves(&mut stand, &run, &what) > 100, "{what}: 102");
+            let probe = orders::probe(&mill, Axis::X, 1_000, 50).expect("it has one");
+            assert_eq!(moves(&mut stand, &probe, &what), 50, "{what}: 107");
+            assert_eq!(moves(&mut stand, &line, &what), 500, "{what}: 1111");
+            let home = orders::home(&mill, Axis::X).expect("it has a switch");
+            assert!(moves(&mut stand, &home, &what) > 100, "{what}: 106");
+            let home = [command::HOME_PROFILE, 1];
+            let made = moves(&mut stand, &home, &what);
+            assert!(made > 0, "{what}: 1110");
             stand.control(Control::Start);
             stand.board.run_us(300_000);
             assert_eq!(stand.read(RUN_STATE), Some(RunState::Running as u16), "{what}");

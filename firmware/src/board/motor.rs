@@ -185,7 +185,8 @@ impl Motor {
             let before = self.actual[i];
             step::fold(i, &mut self.actual[i]);
             if self.actual[i] != before {
-                self.set_negative(n, self.actual[i] < before);
+                // The count of a belt comes round.
+                self.set_negative(n, self.actual[i].wrapping_sub(before) < 0);
             }
         }
         if self.path_axes != 0 {
