@@ -1,8 +1,8 @@
 //! A run that is paused and then ended leaves nothing behind: what commands, jogs, reference runs and the next program
 //! move afterwards moves.
 
-use emulator::plant::Contact;
 use emulator::Config;
+use emulator::plant::Contact;
 use lang::axis::Axis;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
@@ -22,8 +22,7 @@ fn stand(build: &Build, script: &str) -> Stand {
     let mut stand = Stand::new(build, &Config::default()).expect("the shipped image");
     assert!(stand.answers());
     stand.upload(&image, false).expect("it is taken");
-    stand.board.plant_mut().switches[0] =
-        Some(Contact { axis: 0, position: -1_000, above: false });
+    stand.board.plant_mut().switches[0] = Some(Contact { axis: 0, position: -1_000, above: false });
     stand
 }
 

@@ -12,7 +12,7 @@ use firmware::RELEASE;
 use firmware::modbus::Map;
 use firmware::rules::{Axis, Machine, commands, coords, status};
 use firmware::store::{NAME, Store};
-use firmware::verify::Bytes;
+use firmware::verify::{Bytes, MACHINE};
 use lang::fault::Fault;
 use lang::image::{at, cells};
 use lang::isa::FINGERPRINT;
@@ -117,6 +117,12 @@ impl Controller {
 
     fn header(&self, offset: usize) -> u16 {
         self.image().map_or(0, |image| flash::Image(image).word(offset as u16))
+    }
+
+    /// Of the axes' part of the profile in the stored program, 0 without one and while a lock hides it.
+    fn machine_word(&self, index: u16) -> u16 {
+        let image = self.image().filter(|_| !self.lock.closed);
+        image.map_or(0, |image| flash::Image(image).word(MACHINE + 2 * index))
     }
 
     fn slot(&mut self, address: u16) -> u16 {
@@ -295,6 +301,7 @@ impl Map for Controller {
             POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Controller::work_position),
             LIBRARY..TRACE_QUEUE => self.listed(address - LIBRARY),
             TRACE_QUEUE..UPLOAD_WINDOW => self.trace.queue(address - TRACE_QUEUE),
+            STREAM_MACHINE..STREAM_PIECE => self.machine_word(address - STREAM_MACHINE),
             CELLS..KEEPS => {
                 let value = self.open_cell((address - CELLS) >> 1);
                 self.lines.half(address, value)

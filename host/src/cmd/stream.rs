@@ -105,7 +105,9 @@ impl Stream {
             }
             return self.run_stored(&mut board, script, &compiled, &identity, console);
         };
-        let fits = self.from_line == 1 && self.from_place.is_none() && compiled.image.len() <= script::room_for(true);
+        let fits = self.from_line == 1
+            && self.from_place.is_none()
+            && compiled.image.len() <= script::room_for(true);
         let feed = match Feed::new(&compiled) {
             Ok(feed) if fits && !feed.keeps().is_empty() => {
                 console.complain("KEEP values belong to a stored program; it fits and is stored");

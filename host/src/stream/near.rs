@@ -33,7 +33,11 @@ fn distance(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
 ///
 /// # Errors
 /// The job draws nothing, or fails before, or hangs on what the machine answers.
-pub fn nearest(mut feed: Feed<'_>, profile: &lang::profile::Profile, place: [i32; 2]) -> Result<(Goal, f64), Refused> {
+pub fn nearest(
+    mut feed: Feed<'_>,
+    profile: &lang::profile::Profile,
+    place: [i32; 2],
+) -> Result<(Goal, f64), Refused> {
     let point = place.map(f64::from);
     let mut track = Track::new(profile, [0; 3], 0);
     let mut best: Option<(Goal, f64)> = None;
@@ -73,7 +77,11 @@ pub fn nearest(mut feed: Feed<'_>, profile: &lang::profile::Profile, place: [i32
         }
     }
     best.ok_or_else(|| {
-        Refused::new(1, "the job draws no line that could come near the place", "name a line with --from-line")
+        Refused::new(
+            1,
+            "the job draws no line that could come near the place",
+            "name a line with --from-line",
+        )
     })
 }
 

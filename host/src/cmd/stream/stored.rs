@@ -53,13 +53,12 @@ impl Stream {
         let from = script.line_of_text(self.from_line);
         let pieces = |room| cut(script.program.clone(), identity.part(), room, from);
         // What cannot be cut, for its KEEP values or handlers, is stored whole where the board has room for that.
-        let mut pieces =
-            pieces(area.min(MAX_PIECE)).or_else(|why| pieces(area).map_err(|_| why)).map_err(
-                |mut refused| {
-                    refused.line = script.line_of_file(refused.line);
-                    self.refuse(refused, console)
-                },
-            )?;
+        let mut pieces = pieces(area.min(MAX_PIECE))
+            .or_else(|why| pieces(area).map_err(|_| why))
+            .map_err(|mut refused| {
+            refused.line = script.line_of_file(refused.line);
+            self.refuse(refused, console)
+        })?;
         for piece in &mut pieces {
             piece.first_line = script.line_of_file(piece.first_line);
             piece.last_line = script.line_of_file(piece.last_line);
@@ -180,7 +179,8 @@ fn come(
         for (axis, own) in profile.axes() {
             let Some(place) = leg[axis.index()] else { continue };
             let target = i64::from(place.steps) - i64::from(offsets[axis.index()]);
-            let order = orders::move_to(axis, orders::ramps(own), own.top_rate.unsigned_abs(), target);
+            let order =
+                orders::move_to(axis, orders::ramps(own), own.top_rate.unsigned_abs(), target);
             let wrong = || format!("{} cannot go to where that line begins", axis.letter());
             board.order(&order, wrong).map_err(Failure::Board)?;
             while !board.status()?.moving.is_empty() {

@@ -135,7 +135,8 @@ pub(super) fn timer(span: Span) -> hir::Expr {
 fn round(value: hir::Expr) -> hir::Expr {
     let span = value.span.clone();
     let shift = |op: BinOp, value: hir::Expr| {
-        let one = hir::Expr { kind: Kind::Number, span: span.clone(), node: hir::ExprKind::Const(1) };
+        let one =
+            hir::Expr { kind: Kind::Number, span: span.clone(), node: hir::ExprKind::Const(1) };
         let node = hir::ExprKind::Binary(op, Box::new(value), Box::new(one));
         hir::Expr { kind: Kind::Time, span: span.clone(), node }
     };
