@@ -22,8 +22,6 @@ pub use curve::tolerance_um;
 use curve::{Center, Shape};
 use known::{Known, Movers, length};
 
-use crate::sim::machine::axes::scaled;
-
 /// Chords of a whole program: some 60 MB here. A part's flash holds a few hundred; a job that is stored
 /// piece by piece may have more.
 const MOST: usize = 200_000;
@@ -265,8 +263,7 @@ fn way(value: &Expr, axis: Axis, profile: &Profile) -> Option<i32> {
     if value.kind != Kind::Steps {
         return length(value);
     }
-    let scale = profile.axis(axis)?.scale;
-    scaled(value.constant()?, scale.um, scale.steps).ok()
+    profile.axis(axis)?.scale.length(value.constant()?)
 }
 
 /// The arc in micrometres from its start.

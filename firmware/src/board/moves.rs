@@ -2,7 +2,7 @@
 
 use crate::controller::Controller;
 use crate::motor::AXES;
-use crate::vm::{convert, axis, machine, vm};
+use crate::vm::{axis, convert, machine, vm};
 use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{Feed, Pace};

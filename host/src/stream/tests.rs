@@ -164,6 +164,42 @@ fn it_pauses_goes_on_and_stops_cleanly() {
     assert_eq!((status.state, &status.outputs[..]), ("empty", &[][..]));
 }
 
+/// The host that feeds is gone; another one goes on asking how the board is, as an HMI and a gateway always do.
+#[test]
+fn a_job_ends_two_seconds_behind_its_own_host_whoever_else_asks() {
+    let second = Duration::from_millis(1000);
+    let (_, compiled) = compile("SetOut 1, ON\nSetOut 3, ON\nF600\nG1 X200\n");
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let client = stand.client();
+    let slots = client.stream_slots().expect("an answer").expect("it can stream");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+    client.stream_open(&slots, job.machine()).expect("open");
+    let piece = job.piece().expect("a piece");
+    assert!(client.stream_piece(&slots, 0, &piece.bytes).expect("sent"));
+    client.stream_control(Stream::Run).expect("it runs");
+    client.stream_control(Stream::Finish).expect("it is whole");
+    // As long as it looks after its job, the job goes on.
+    for _ in 0..20 {
+        client.link().pause(second / 5);
+        client.stream_standing().expect("an answer");
+    }
+    let status = client.status().expect("an answer");
+    assert_eq!((status.state, &status.outputs[..]), ("running", &[1, 3][..]));
+    for n in 0..20 {
+        client.link().pause(second / 5);
+        let status = client.status().expect("an answer");
+        // The print is anybody's, and so is what `stream_slots` reads.
+        client.take_print().expect("an answer");
+        client.stream_slots().expect("an answer");
+        if n == 8 {
+            assert_eq!(status.state, "running", "not before two seconds are over");
+        }
+    }
+    let status = client.status().expect("an answer");
+    assert_eq!((status.state, status.fault.as_deref()), ("fault", Some("F18")));
+    assert!(status.outputs.is_empty() && status.moving.is_empty(), "{status:?}");
+}
+
 #[test]
 fn a_job_that_only_computes_is_stopped_too() {
     let mut stand = Stand::new(&mill()).expect("a board");
