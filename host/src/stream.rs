@@ -18,6 +18,7 @@ pub mod cut;
 pub mod feed;
 pub mod job;
 pub mod late;
+pub mod near;
 pub mod piece;
 pub mod pump;
 

@@ -161,16 +161,18 @@ fn a_restart_asks_where_the_tool_stands() {
     let job = "F6000\nG91\nG1 X1\nG1 X1\nG1 X1\n";
     let mut stream = board.stream(job, &["--any-profile", "--from-line", "4"]);
     stream.hears("line 4 begins at X 100, Y 0, Z 0; the board stands at X 0, Y 0, Z 0");
-    stream.hears("Is the tool free");
+    stream.hears("it goes there first, with its outputs off: X to 1 mm (machine positions)");
+    stream.hears("Is this way free");
     stream.press("no");
     assert_eq!(stream.end().0, 2);
     let mut stream = board.stream(job, &["--any-profile", "--from-line", "4"]);
-    stream.hears("Is the tool free");
+    stream.hears("Is this way free");
     stream.press("yes");
     let (code, out) = stream.end();
     assert_eq!(code, 0);
-    assert!(out.contains("done, 3 statements"), "{out}");
-    assert!(board.status().contains(r#""X":200"#));
+    assert!(out.contains("done, 4 statements"), "{out}");
+    // Where the whole job ends.
+    assert!(board.status().contains(r#""X":300"#));
 }
 
 #[test]

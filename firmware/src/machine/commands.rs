@@ -10,8 +10,10 @@ use crate::rules::commands::{self, Commands};
 use crate::rules::coords::Stands;
 use crate::rules::home::BEGIN;
 use crate::rules::pace::Paces;
+use crate::rules::probe::MOVES;
 use crate::rules::{Answer, Axis};
 use lang::fault::Fault;
+use lang::isa::first;
 use lang::record::AxisRecord;
 use lang::wire::{Control, Exception, command};
 
@@ -109,6 +111,10 @@ impl<C: Chip> Commands for Controller<C> {
             return Err(Exception::IllegalValue);
         }
         self.io.inputs.force(1 << (n - 1), level);
+        let effect = &self.program.effect;
+        if effect.code == first::Probe && effect.phase == MOVES {
+            self.watch_probe();
+        }
         Ok(())
     }
     fn control(&mut self, code: u8) {

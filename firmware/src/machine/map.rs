@@ -11,7 +11,7 @@ use crate::machine::profile::profile_word;
 use crate::modbus::Map;
 use crate::rules::{Axis, Machine, commands, coords, status};
 use crate::store::{NAME, Store};
-use crate::verify::Bytes;
+use crate::verify::{Bytes, MACHINE};
 use lang::fault::Fault;
 use lang::image::{at, cells};
 use lang::isa::FINGERPRINT;
@@ -27,6 +27,7 @@ const COMMAND_END: u16 = COMMAND + 21;
 const RAPID_OVERRIDE: u16 = OVERRIDES + 1;
 const ACTUAL_SPEEDS_END: u16 = ACTUAL_SPEEDS + 6;
 const TARGETS_END: u16 = TARGETS + 6;
+const TARGET_SPEEDS_END: u16 = TARGET_SPEEDS + 6;
 const UPLOAD_NAME_END: u16 = UPLOAD_NAME + NAME as u16;
 const MEASURED_END: u16 = MEASURED + 6;
 const KEEPS_END: u16 = KEEPS + 16;
@@ -121,6 +122,12 @@ impl<C: Chip> Controller<C> {
         self.image().map_or(0, |image| self.image_at(image).word(offset as u16))
     }
 
+    /// Of the axes' part of the profile in the stored program, 0 without one and while a lock hides it.
+    fn machine_word(&self, index: u16) -> u16 {
+        let image = self.image().filter(|_| !self.lock.closed);
+        image.map_or(0, |image| self.image_at(image).word(MACHINE + 2 * index))
+    }
+
     fn slot(&mut self, address: u16) -> u16 {
         let odd = address >= TRACE_ODD;
         self.received(odd);
@@ -173,6 +180,7 @@ impl<C: Chip> Controller<C> {
             WORK_POSITIONS..ACTUAL_SPEEDS => {
                 self.axis_value(address, WORK_POSITIONS, Controller::work_position)
             }
+            PRINT_LENGTH => self.talk.print.count(),
             ACTUAL_SPEEDS..ACTUAL_SPEEDS_END => {
                 self.axis_value(address, ACTUAL_SPEEDS, |controller, n| {
                     controller.motor.velocity(n)
@@ -181,6 +189,11 @@ impl<C: Chip> Controller<C> {
             TARGETS..TARGETS_END => self.axis_value(address, TARGETS, |controller, n| {
                 coords::target_steps(&controller.motor, Axis::new(n))
             }),
+            TARGET_SPEEDS..TARGET_SPEEDS_END => {
+                self.axis_value(address, TARGET_SPEEDS, |controller, n| {
+                    controller.motor.wanted_velocity(n)
+                })
+            }
             COMMAND_ROOM => status::command_room(self),
             CNC_STATE => status::cnc_state(self),
             CNC_ALARM if self.session.is(RunState::Fault) => {
@@ -267,6 +280,7 @@ impl<C: Chip> Map for Controller<C> {
     }
 
     fn read(&mut self, table: Table, address: u16) -> u16 {
+        self.lines.reads(address);
         match address {
             OWN..PROFILE_WINDOW => self.own(address),
             PROFILE_WINDOW..LIBRARY if self.lock.closed => 0,
@@ -290,6 +304,7 @@ impl<C: Chip> Map for Controller<C> {
             POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Controller::work_position),
             LIBRARY..TRACE_QUEUE => self.listed(address - LIBRARY),
             TRACE_QUEUE..UPLOAD_WINDOW => self.trace.queue(&self.chip, address - TRACE_QUEUE),
+            STREAM_MACHINE..STREAM_PIECE => self.machine_word(address - STREAM_MACHINE),
             CELLS..KEEPS => {
                 let value = self.open_cell((address - CELLS) >> 1);
                 self.lines.half(address, value)
@@ -359,13 +374,21 @@ impl<C: Chip> Map for Controller<C> {
                 self.incoming.name[usize::from(address - UPLOAD_NAME) & (NAME - 1)] = value;
                 Ok(())
             }
-            STREAM_CONTROL => self.control_stream(value, self.idle().is_ok()),
+            STREAM_CONTROL => {
+                self.control_stream(value, self.idle().is_ok())?;
+                self.lines.feed();
+                Ok(())
+            }
             STREAM_MACHINE..STREAM_PIECE => {
                 self.idle()?;
                 self.write_stream_machine(address - STREAM_MACHINE, value);
                 Ok(())
             }
-            STREAM_PIECE..UPLOAD_LARGE => self.write_piece(address - STREAM_PIECE, value),
+            STREAM_PIECE..UPLOAD_LARGE => {
+                self.write_piece(address - STREAM_PIECE, value)?;
+                self.lines.feed();
+                Ok(())
+            }
             UPLOAD_LENGTH => {
                 self.incoming.length = value;
                 Ok(())

@@ -169,6 +169,7 @@ impl<C: Chip> Axes for Controller<C> {
         };
         // MoveSpeed has no target: what counts from one does so from where the axis is.
         if self.motor.running() >> n & 1 != 0 {
+            self.motor.convert(n, self.motor.position(n), false)?;
             self.motor.settle_here(n);
         }
         let place = self.motor.aim(n, target)?;

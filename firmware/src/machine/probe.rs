@@ -18,11 +18,12 @@ impl<C: Chip> Controller<C> {
         self.seek.probes(inputs)
     }
 
-    /// The probe pin stops the counting at its very step.
-    fn watch_probe(&mut self) {
+    /// The probe pin stops the counting at its very step. That of a forced input says nothing: its level is looked at
+    /// each millisecond.
+    pub fn watch_probe(&mut self) {
         let and = self.seek.and;
         let pin = if !self.chained() {
-            ((and as u8) << 4) & 0xF0
+            ((and as u8 & !self.io.inputs.is_forced() as u8) << 4) & 0xF0
         } else if and == 1 << 16 {
             C::PROBE
         } else {
@@ -35,6 +36,8 @@ impl<C: Chip> Controller<C> {
             }
             let idle = if (self.seek.xor == 0) != inverted { pin } else { 0 };
             self.chip.watch(pin, idle, false);
+        } else {
+            self.chip.watch(0, 0, false);
         }
     }
 }

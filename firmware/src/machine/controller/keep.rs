@@ -20,6 +20,23 @@ pub struct Carried {
     values: [i32; keep::KEEPS as usize],
 }
 
+/// KEEP values that a program has left behind with RUN: they go to flash when its second is over, with the run's end
+/// at the latest. A chain of short programs would wear out its segments in an hour otherwise.
+#[derive(Default)]
+pub struct Left {
+    /// Number of the program in the library.
+    number: u8,
+    /// How many; 0 for none.
+    count: u8,
+    mark: u8,
+    values: [i32; keep::KEEPS as usize],
+    /// Milliseconds since values went to flash.
+    pub age: u16,
+}
+
+/// Milliseconds between two times that a run writes values to flash.
+pub const SECOND: u16 = 1024;
+
 impl<C: Chip> Controller<C> {
     /// KEEP values of the stored program.
     pub(super) fn keep_count(&self) -> u16 {
@@ -121,20 +138,58 @@ impl<C: Chip> Controller<C> {
         if kept.count == 0 {
             return;
         }
-        for index in 0..kept.count.min(keep::KEEPS) {
-            self.vm.set_cell(self.keep_base() + index, keep::read(&self.ring(), kept, index));
+        let left = self.left.number == self.store.current()
+            && (self.left.count.into(), self.left.mark) == (kept.count, kept.mark);
+        for (index, value) in (0..kept.count).zip(self.left.values) {
+            let value = if left { value } else { keep::read(&self.ring(), kept, index) };
+            self.vm.set_cell(self.keep_base() + index, value);
         }
-        self.save();
+        if !left {
+            self.write_kept(&self.cells());
+        }
     }
 
-    /// Writes changed KEEP values to flash; nothing may move.
-    pub(super) fn save(&mut self) {
+    /// The cells of the running program's KEEP values.
+    fn cells(&self) -> [i32; keep::KEEPS as usize] {
         let mut values = [0; keep::KEEPS as usize];
         let base = self.keep_base();
         for (of, slot) in (base..).zip(&mut values) {
             *slot = self.vm.cell(of);
         }
-        self.write_kept(&values);
+        values
+    }
+
+    /// Writes changed KEEP values to flash, those first that RUN has left; nothing may move.
+    pub(super) fn save(&mut self) {
+        let current = self.store.current();
+        let count = core::mem::take(&mut self.left.count);
+        // Of the program that runs its cells are newer.
+        if count != 0 && self.left.number != current && self.store.choose(self.left.number) {
+            let values = self.left.values.get(..usize::from(count)).unwrap_or_default();
+            keep::save(&mut self.ring(), self.left.mark, values);
+            self.store.choose(current);
+        }
+        self.left.age = 0;
+        self.write_kept(&self.cells());
+    }
+
+    /// RUN leaves the program: its values go to flash when a second is over since the last ones did. `false` while
+    /// those of yet another program wait for that.
+    pub(super) fn leave_kept(&mut self) -> bool {
+        if self.left.age >= SECOND {
+            self.save();
+            return true;
+        }
+        let (count, number) = (self.keep_count() as u8, self.store.current());
+        if count == 0 {
+            return true;
+        }
+        if self.left.count != 0 && self.left.number != number {
+            return false;
+        }
+        let (mark, values, age) = (self.mark(), self.cells(), self.left.age);
+        self.left = Left { number, count, mark, values, age };
+        true
     }
 
     /// Flash gets as many of these as the program keeps.

@@ -266,10 +266,9 @@ impl<C: Chip> Controller<C> {
             let number = number.filter(|_| !self.vm.is_piece);
             self.program.effect.n = number.ok_or(Fault::NoProgram)?;
         }
-        if !self.motor.settled() || !self.lines.rests {
+        if !self.motor.settled() || !self.lines.rests || !self.leave_kept() {
             return Ok(());
         }
-        self.save();
         self.io.outputs = self.io.outputs & self.record.end.keep | self.record.end.on;
         // Not behind the check, which takes a while.
         self.exchange();

@@ -1,6 +1,7 @@
 //! What is done each millisecond.
 
 use super::Controller;
+use super::keep::SECOND;
 use crate::machine::chip::Chip;
 use crate::rules::session;
 use crate::rules::ticks::{self, Starts};
@@ -8,7 +9,8 @@ use lang::fault::Fault;
 use lang::record::BoardRecord;
 use lang::wire::{Control, RunState};
 
-/// Milliseconds without a valid request after which commands 102 and 1111 ramp down.
+/// Milliseconds without a valid request after which commands 102 and 1111 ramp down, and without one of the host that
+/// feeds it after which a streamed job ends.
 const SILENCE: u16 = 2000;
 
 /// Milliseconds, and what is counted in them at any time.
@@ -83,6 +85,7 @@ impl<C: Chip> Controller<C> {
             self.clock.held = 0;
         }
         self.lines.tick();
+        self.left.age = self.left.age.saturating_add(1);
         self.trace.tick();
         if self.command.jogs && (self.lines.silence > SILENCE || self.motor.moving() == 0) {
             self.command.jogs = false;
@@ -97,7 +100,7 @@ impl<C: Chip> Controller<C> {
             }
         }
         // Once: the count stays at its end.
-        if self.vm.is_piece && self.lines.silence == SILENCE + 1 && self.session.is_active() {
+        if self.vm.is_piece && self.lines.unfed == SILENCE + 1 && self.session.is_active() {
             self.fail(Fault::LinkLost);
         }
         if self.clock.spin != 0 {
@@ -116,10 +119,7 @@ impl<C: Chip> Controller<C> {
             self.program.timer = self.program.timer.wrapping_add(1);
             self.program.effect.count_down();
             self.program.outer.count_down();
-            if (self.program.timer as u16).is_multiple_of(1024)
-                && self.motor.rests()
-                && self.lines.rests
-            {
+            if self.left.age >= SECOND && self.motor.rests() && self.lines.rests {
                 self.save();
             }
         }

@@ -106,9 +106,14 @@ impl<C: Chip> Targets for Aimed<'_, C> {
 }
 
 impl<C: Chip> Motor<C> {
-    /// The resting axis stands at `steps`.
-    pub fn place(&mut self, n: u8, steps: i32) {
+    /// The resting axis stands at `steps`. After so long a way by MoveSpeed that this does not fit into um, its machine
+    /// place begins anew at 0, without a work offset: no axis that has homed comes so far.
+    pub fn place(&mut self, n: u8, mut steps: i32) {
         let i = usize::from(n);
+        if self.convert(n, steps, false).is_err() {
+            steps = 0;
+            self.offset[i] = 0;
+        }
         self.actual[i] = steps;
         self.chip.set_count(i, steps);
         self.single[i] = Single::new(steps, const { clock::<C>() });
@@ -123,6 +128,10 @@ impl<C: Chip> Motor<C> {
     /// The commanded place is where the axis is.
     #[inline(never)]
     pub fn settle_here(&mut self, n: u8) {
+        let here = self.position(n);
+        if self.convert(n, here, false).is_err() && !self.moves(n) {
+            return self.place(n, here);
+        }
         coords::settle_here(self, Axis::new(n));
     }
 
