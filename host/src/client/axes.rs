@@ -69,7 +69,8 @@ impl<L: Link> Client<L> {
             Err(error) => return Err(error),
         };
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        let record = bytes.first_chunk().map(MachineRecord::from_bytes);
+        let record =
+            bytes.first_chunk().map(|bytes| MachineRecord::from_bytes(bytes).without_program());
         // A lock hides it, and an older firmware does not tell it: then words are 0.
         Ok(record.filter(|record| record.hash() == hash).map_or(Axes::Hash(hash), Axes::Known))
     }

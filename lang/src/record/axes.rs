@@ -57,18 +57,25 @@ impl AxisRecord {
 }
 
 impl MachineRecord {
-    /// Reads [`MachineRecord::SIZE`] bytes, as an image and the link give them; what a program has in them besides its
-    /// profile is left out.
+    /// Reads what an image and the link give: the inverse of [`MachineRecord::to_bytes`].
     pub fn from_bytes(bytes: &[u8; MachineRecord::SIZE]) -> MachineRecord {
         let word = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
-        let axis = |n: usize| AxisRecord::from_bytes(&bytes[8 + n * AxisRecord::SIZE..]);
+        let head = MachineRecord::SIZE - 3 * AxisRecord::SIZE;
+        let axis = |n: usize| AxisRecord::from_bytes(&bytes[head + n * AxisRecord::SIZE..]);
         MachineRecord {
-            flags: bytes[0] & (MachineRecord::REQUIRE_HOMING | MachineRecord::RAPID_Z_APART),
-            keeps: 0,
+            flags: bytes[0],
+            keeps: bytes[1],
             corner: word(2),
             default_feed: u32::from(word(6)) << 16 | u32::from(word(4)),
             axes: [axis(0), axis(1), axis(2)],
         }
+    }
+
+    /// The profile's own part: without what a program has in its record besides.
+    #[must_use]
+    pub fn without_program(self) -> MachineRecord {
+        let own = MachineRecord::REQUIRE_HOMING | MachineRecord::RAPID_Z_APART;
+        MachineRecord { flags: self.flags & own, keeps: 0, ..self }
     }
 
     /// `base` with the axes taken from this record. Of the order of a bare `Home`, which the record does not keep, the
@@ -103,7 +110,7 @@ mod tests {
             // What a program has of its own.
             bytes[0] |= MachineRecord::AT_LIMITS | MachineRecord::COURSES;
             bytes[1] = 0x5A;
-            let read = MachineRecord::from_bytes(&bytes);
+            let read = MachineRecord::from_bytes(&bytes).without_program();
             assert_eq!(read, record, "{name}");
             let back = read.into_profile(&other);
             assert_eq!(MachineRecord::of(&back), record, "{name}");

@@ -1,6 +1,6 @@
 //! From the bytes of a board's record to its fields, and back into a profile.
 
-use super::{AxisRecord, BoardRecord, MachineRecord, MoreRecord, OutputStates};
+use super::{BoardRecord, MoreRecord, OutputStates};
 use crate::profile::{
     Input, InputRole, Link, Output, OutputRole, Parity, Profile, Pwm, PwmKind, SafeState, Wiring,
 };
@@ -242,42 +242,5 @@ mod tests {
         let head = BoardRecord::from_bytes(&record.to_bytes());
         assert_eq!(BoardRecord { more, ..head }, record);
         assert_eq!(BoardRecord::of(&record.into_profile(&plain), 7), record);
-    }
-}
-
-impl MachineRecord {
-    /// Reads what an image holds: the inverse of [`MachineRecord::to_bytes`].
-    pub fn from_bytes(bytes: &[u8; MachineRecord::SIZE]) -> MachineRecord {
-        let word = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
-        let long = |at: usize| u32::from(word(at)) | u32::from(word(at + 2)) << 16;
-        let place = |at: usize| long(at).cast_signed();
-        let head = MachineRecord::SIZE - 3 * AxisRecord::SIZE;
-        let axis = |n: usize| {
-            let at = head + n * AxisRecord::SIZE;
-            AxisRecord {
-                flags: word(at),
-                steps: word(at + 2),
-                um: word(at + 4),
-                start_rate: word(at + 6),
-                home_fast: word(at + 8),
-                home_slow: word(at + 10),
-                home_pause: word(at + 12),
-                top_rate: long(at + 14),
-                accel: long(at + 18),
-                decel: long(at + 22),
-                min: place(at + 26),
-                max: place(at + 30),
-                home_stroke: place(at + 34),
-                home_position: place(at + 38),
-                home_clearance: place(at + 42),
-            }
-        };
-        MachineRecord {
-            flags: bytes[0],
-            keeps: bytes[1],
-            corner: word(2),
-            default_feed: long(4),
-            axes: [axis(0), axis(1), axis(2)],
-        }
     }
 }
