@@ -21,7 +21,7 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
         shape: Shape::Points(points),
         origin: [0; 2],
         frame: None,
-        work: Work { down: None, act: Act::Nothing },
+        work: Work { down: None, spindle: false, act: Act::Nothing },
         name: "points".to_owned(),
     };
     let written = match write(&pattern, job.profile, None) {
