@@ -134,6 +134,12 @@ impl Jumper {
     pub const fn new(from: u8, to: u8) -> Jumper {
         Jumper { from, to, loses: 0, edges: 0, level: false }
     }
+
+    /// The same wire that loses one of so many rising edges.
+    #[must_use]
+    pub const fn losing(self, loses: u32) -> Jumper {
+        Jumper { loses, ..self }
+    }
 }
 
 impl Plant {

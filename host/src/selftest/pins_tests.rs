@@ -70,7 +70,7 @@ fn jumpers(words: &str, rig: &mut Rig, loses: u32, dir: u8) {
     let [count, first, second] = TIMER;
     let plant = rig.board().plant_mut();
     let pins = *plant.board();
-    let counted = Jumper { loses, ..Jumper::new(STEP, count) };
+    let counted = Jumper::new(STEP, count).losing(loses);
     let wires = match words {
         _ if words.starts_with("STEP X") => {
             vec![counted, Jumper::new(STEP, first), Jumper::new(STEP, second)]
