@@ -134,7 +134,7 @@ pub fn shape(line: &Line, machine: &MachineRecord) -> Geometry {
     Geometry { unit: commanded.unit, ..whole }
 }
 
-/// The highest speed, um/s, at which no axis changes its own by more than its start rate where one line follows another one,
+/// The highest speed, um/s, at which no axis changes its own by more than half of its start rate where one line follows another one,
 /// beside what their directions want: a long step of one axis makes its line longer for all. Either line may have a step more
 /// or less than was commanded.
 fn steady(machine: &MachineRecord, lines: [&Line; 2], shapes: [&Geometry; 2]) -> f64 {
@@ -148,7 +148,7 @@ fn steady(machine: &MachineRecord, lines: [&Line; 2], shapes: [&Geometry; 2]) ->
         let asked =
             [0, 1].map(|n: usize| f64::from(lines[n].um[a]) / commanded[n].max(1.0) * scale);
         let change = ((made[0] - made[1]) - (asked[0] - asked[1])).abs() - slack;
-        if change > 0.0 { f64::from(axis.start_rate.max(1)) / change } else { f64::INFINITY }
+        if change > 0.0 { f64::from(axis.start_rate.max(1)) / 2.0 / change } else { f64::INFINITY }
     });
     each.fold(f64::INFINITY, f64::min)
 }
