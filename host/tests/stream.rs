@@ -191,6 +191,23 @@ fn lines_are_those_of_the_file_also_of_another_systems() {
     assert!(board.status().contains(r#""X":300"#));
 }
 
+/// Its KEEP values and handlers want a stored program, and there is room for one.
+#[test]
+fn what_cannot_be_cut_is_stored_whole_where_it_fits() {
+    let board = Board::start();
+    let lines: String = (0..400)
+        .map(|i| format!("IF parts > {} THEN parts = parts + {}\n", 1_000 + i, 1 + i % 3))
+        .collect();
+    for head in ["KEEP parts\nparts = 7\n", "DIM parts\nON EVERY 1s GOSUB tick\nparts = 7\n"] {
+        let tail = "PRINT \"end\"\nEND\ntick:\nRETURN\n";
+        let tail = if head.contains("ON EVERY") { tail } else { "PRINT \"end\"\n" };
+        let stream = board.stream(&format!("{head}{lines}{tail}"), &["--any-profile"]);
+        let (code, out) = stream.end();
+        assert_eq!(code, 0, "{out}");
+        assert!(out.contains("it fits and is stored") && out.contains("1 pieces"), "{out}");
+    }
+}
+
 #[test]
 fn a_job_is_stored_in_pieces_where_that_is_asked_for() {
     let board = Board::start();

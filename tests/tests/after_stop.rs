@@ -7,7 +7,7 @@ use lang::axis::Axis;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::profile::Profile;
-use lang::wire::{COMMAND, Control, POSITIONS, RUN_STATE, RunState, command};
+use lang::wire::{COMMAND, Control, FAULT, POSITIONS, RUN_COUNT, RUN_STATE, RunState, command};
 use pasapas::board::{BUILDS, Build, F5529, G2553};
 use pasapas::client::orders;
 use pasapas::torture::stand::{Answer, Stand};
@@ -30,11 +30,11 @@ fn pulses(stand: &Stand) -> u64 {
     stand.board.plant().motors[0].pulses
 }
 
-/// Runs until a second passes without a step, at most 20 s; how many steps X has made since it had made `first`.
+/// Runs until 0.4 s pass without a step, at most 20 s; how many steps X has made since it had made `first`.
 fn rest(stand: &mut Stand, first: u64, what: &str) -> u64 {
-    for _ in 0..20 {
+    for _ in 0..50 {
         let last = pulses(stand);
-        stand.board.run_us(1_000_000);
+        stand.board.run_us(400_000);
         if pulses(stand) == last {
             return last - first;
         }
@@ -83,7 +83,7 @@ fn whatever_ends_a_pause_axes_move_by_command_and_program_again() {
         (&F5529, "MoveRel X, 100mm\n"),
         (&F5529, "MoveSpeed X, 10mm/s\nWait 1min\n"),
         (&F5529, "Wait 1min\n"),
-        (&F5529, "START X, 100mm\nWaitMove X\n"),
+        (&F5529, "START MoveAxe X, 100mm\nWaitMove X\n"),
         (&F5529, "F600\nG1 X100\n"),
         (&F5529, "Home X\nHome X\n"),
         (&G2553, "MoveAxe X, 100mm\n"),
@@ -116,7 +116,7 @@ fn whatever_ends_a_pause_axes_move_by_command_and_program_again() {
             assert!(made > 0, "{what}: 1110");
             stand.control(Control::Start);
             stand.board.run_us(300_000);
-            assert_eq!(stand.read(RUN_STATE), Some(RunState::Running as u16), "{what}");
+            assert_eq!((stand.read(RUN_COUNT), stand.read(FAULT)), (Some(2), Some(0)), "{what}");
         }
     }
     assert!(BUILDS.len() == 2, "a further build has its scripts, too");

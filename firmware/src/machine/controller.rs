@@ -37,7 +37,7 @@ use crate::store::Store;
 use crate::verify::{CODE, MACHINE};
 use command::Command;
 use io::Io;
-use keep::{Carried, Left};
+use keep::{Carried, LEFT, Left};
 use library::{Incoming, Library};
 use light::Light;
 use program::Program;
@@ -90,8 +90,8 @@ pub struct Controller<C: Chip> {
     pub stream: Stream,
     /// KEEP values of the program that an upload replaces.
     carried: Carried,
-    /// Those of a program that RUN has left.
-    left: Left,
+    /// Those of programs that RUN has left.
+    left: [Left; LEFT],
 }
 
 impl<C: Chip> Controller<C> {

@@ -22,7 +22,7 @@ pub struct Carried {
 
 /// KEEP values that a program has left behind with RUN: they go to flash when its second is over, with the run's end
 /// at the latest. A chain of short programs would wear out its segments in an hour otherwise.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 pub struct Left {
     /// Number of the program in the library.
     number: u8,
@@ -30,9 +30,10 @@ pub struct Left {
     count: u8,
     mark: u8,
     values: [i32; keep::KEEPS as usize],
-    /// Milliseconds since values went to flash.
-    pub age: u16,
 }
+
+/// So many programs of a chain may have left theirs within a second: one more waits for its end.
+pub const LEFT: usize = 4;
 
 /// Milliseconds between two times that a run writes values to flash.
 pub const SECOND: u16 = 1024;
@@ -138,13 +139,19 @@ impl<C: Chip> Controller<C> {
         if kept.count == 0 {
             return;
         }
-        let left = self.left.number == self.store.current()
-            && (self.left.count.into(), self.left.mark) == (kept.count, kept.mark);
-        for (index, value) in (0..kept.count).zip(self.left.values) {
-            let value = if left { value } else { keep::read(&self.ring(), kept, index) };
+        let number = self.store.current();
+        let left = self.left.iter().find(|left| {
+            left.number == number && (u16::from(left.count), left.mark) == (kept.count, kept.mark)
+        });
+        let left = left.map(|left| left.values);
+        for index in 0..kept.count.min(keep::KEEPS) {
+            let value = match left {
+                Some(values) => values.get(usize::from(index)).copied().unwrap_or(0),
+                None => keep::read(&self.ring(), kept, index),
+            };
             self.vm.set_cell(self.keep_base() + index, value);
         }
-        if !left {
+        if left.is_none() {
             self.write_kept(&self.cells());
         }
     }
@@ -162,21 +169,23 @@ impl<C: Chip> Controller<C> {
     /// Writes changed KEEP values to flash, those first that RUN has left; nothing may move.
     pub(super) fn save(&mut self) {
         let current = self.store.current();
-        let count = core::mem::take(&mut self.left.count);
-        // Of the program that runs its cells are newer.
-        if count != 0 && self.left.number != current && self.store.choose(self.left.number) {
-            let values = self.left.values.get(..usize::from(count)).unwrap_or_default();
-            keep::save(&mut self.ring(), self.left.mark, values);
-            self.store.choose(current);
+        for slot in 0..LEFT {
+            let left = core::mem::take(&mut self.left[slot]);
+            // Of the program that runs its cells are newer.
+            if left.count != 0 && left.number != current && self.store.choose(left.number) {
+                let values = left.values.get(..usize::from(left.count)).unwrap_or_default();
+                keep::save(&mut self.ring(), left.mark, values);
+            }
         }
-        self.left.age = 0;
+        self.store.choose(current);
+        self.clock.kept = 0;
         self.write_kept(&self.cells());
     }
 
     /// RUN leaves the program: its values go to flash when a second is over since the last ones did. `false` while
-    /// those of yet another program wait for that.
+    /// those of too many others wait for that.
     pub(super) fn leave_kept(&mut self) -> bool {
-        if self.left.age >= SECOND {
+        if self.clock.kept >= SECOND {
             self.save();
             return true;
         }
@@ -184,11 +193,16 @@ impl<C: Chip> Controller<C> {
         if count == 0 {
             return true;
         }
-        if self.left.count != 0 && self.left.number != number {
-            return false;
-        }
-        let (mark, values, age) = (self.mark(), self.cells(), self.left.age);
-        self.left = Left { number, count, mark, values, age };
+        let (mark, values) = (self.mark(), self.cells());
+        let own = |left: &&mut Left| left.count != 0 && left.number == number;
+        let slot = match self.left.iter_mut().find(own) {
+            Some(slot) => slot,
+            None => match self.left.iter_mut().find(|left| left.count == 0) {
+                Some(slot) => slot,
+                None => return false,
+            },
+        };
+        *slot = Left { number, count, mark, values };
         true
     }
 

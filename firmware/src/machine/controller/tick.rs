@@ -23,6 +23,8 @@ pub struct Clock {
     phase: u8,
     /// For so long has Stop been held.
     held: u16,
+    /// Since KEEP values went to flash.
+    pub kept: u16,
     /// Until motion goes on after a pause.
     pub spin: u16,
     /// Of the status lamp.
@@ -85,7 +87,7 @@ impl<C: Chip> Controller<C> {
             self.clock.held = 0;
         }
         self.lines.tick();
-        self.left.age = self.left.age.saturating_add(1);
+        self.clock.kept = self.clock.kept.saturating_add(1);
         self.trace.tick();
         if self.command.jogs && (self.lines.silence > SILENCE || self.motor.moving() == 0) {
             self.command.jogs = false;
@@ -119,7 +121,7 @@ impl<C: Chip> Controller<C> {
             self.program.timer = self.program.timer.wrapping_add(1);
             self.program.effect.count_down();
             self.program.outer.count_down();
-            if self.left.age >= SECOND && self.motor.rests() && self.lines.rests {
+            if self.clock.kept >= SECOND && self.motor.rests() && self.lines.rests {
                 self.save();
             }
         }
