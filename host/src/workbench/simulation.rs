@@ -17,10 +17,10 @@ use crate::trial::budget::Budget;
 use crate::trial::{self, Trial};
 
 /// How long the simulation at a pause in typing may take; one of a loop without an end, which is over
-/// after its first turns; and one that shows all.
+/// after its first turns; and one that shows all, which the next key ends.
 const LIVE: Duration = Duration::from_millis(500);
 const TURNS: Duration = Duration::from_secs(3);
-const LONG: Duration = Duration::from_secs(20);
+const LONG: Duration = Duration::from_secs(600);
 
 impl Bench {
     /// The text is to be simulated, for a moment or (`all`) as far as it goes. One that is under way is
