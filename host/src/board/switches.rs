@@ -78,7 +78,7 @@ impl Switches {
             rig.set_aside();
             rig.follow_uart();
             let _ = rig.board().uart_take();
-            rig.board().uart_send(&adu::rtu(address, &[3, high, low, 0, 1]));
+            rig.board().uart_send(&adu::rtu(address, &[4, high, low, 0, 1]));
             let until = rig.now() + rig.ticks(ANSWER_US);
             let ran = rig.run_until(until);
             let heard: Vec<u8> =
@@ -86,7 +86,7 @@ impl Switches {
             rig.come_back();
             ran.ok()?;
             match adu::open_rtu(&heard)? {
-                (_, [3, 2, _, axes]) => Some(*axes),
+                (_, [4, 2, _, axes]) => Some(*axes),
                 _ => None,
             }
         })
