@@ -21,6 +21,7 @@ mod open;
 mod outbox;
 mod pdu;
 mod rights;
+mod secret;
 mod server;
 mod sparkplug;
 mod station;

@@ -1,7 +1,6 @@
 //! Which system a file is from, by its content; the name only settles what content leaves open.
 
 use crate::ncp;
-use crate::pattern::is_positions;
 
 /// A format that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -189,6 +188,18 @@ fn by_content(text: &str) -> Option<Format> {
     let power = moves && code().any(|code| code.contains('S') && code.contains(['X', 'Y', 'M']));
     let title = lines().any(names_a_laser_tool);
     Some(if title || (power && !z) { Format::Laser } else { Format::Gcode })
+}
+
+/// Whether a text is KiCad's list of positions with blanks between the columns.
+pub(crate) fn is_columns(text: &str) -> bool {
+    let head = |line: &str| line.starts_with("# Ref") && line.contains("PosX");
+    text.lines().take(LOOK).any(head)
+}
+
+/// Whether a text is KiCad's list of positions, in columns or as CSV.
+fn is_positions(text: &str) -> bool {
+    let head = |line: &str| line.starts_with("Ref,") && line.contains(",PosX,PosY");
+    is_columns(text) || text.lines().take(LOOK).any(head)
 }
 
 /// Words that only drill files have, and tools with their sizes, `T1C0.8`.

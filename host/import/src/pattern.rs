@@ -17,7 +17,6 @@ mod write;
 use serde::{Deserialize, Serialize};
 
 pub use frame::{Fit, Frame, Pair};
-pub(crate) use list::is_positions;
 pub use shape::Shape;
 pub use write::write;
 
@@ -157,7 +156,7 @@ pub(crate) fn points(name: &str, lines: &Lines, diags: &mut Diags) -> (&'static 
     let text = lines.text();
     let (what, points) = if gerber::is_gerber(text) {
         ("a Gerber drill file", gerber::read(text, diags))
-    } else if list::is_columns(text) {
+    } else if detect::is_columns(text) {
         ("KiCad's positions", list::positions(text, diags))
     } else if detect(name, text) == Some(crate::Format::Excellon) {
         ("a drill file", excellon::holes(lines, diags))

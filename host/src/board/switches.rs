@@ -15,10 +15,12 @@ use super::Build;
 use super::rig::{Rig, SWITCH_AWAY_UM};
 use crate::link::adu;
 
-/// New land that an axis crosses before the board is asked, um: well before the switch.
-const LOOK_UM: i64 = SWITCH_AWAY_UM / 2;
-/// Time that the board has for its answer, us.
-const ANSWER_US: u64 = 30_000;
+/// New land that an axis crosses before the board is asked, um: by so much less than 20 mm may the
+/// switch stand beyond it.
+const LOOK_UM: i64 = 2_000;
+/// Time between two looks for the board's answer, us, and how many there are.
+const ANSWER_US: u64 = 3_000;
+const ANSWER_LOOKS: u32 = 10;
 
 /// See the module.
 #[derive(Debug)]
@@ -78,15 +80,19 @@ impl Switches {
             rig.set_aside();
             rig.follow_uart();
             let _ = rig.board().uart_take();
-            rig.board().uart_send(&adu::rtu(address, &[3, high, low, 0, 1]));
-            let until = rig.now() + rig.ticks(ANSWER_US);
-            let ran = rig.run_until(until);
-            let heard: Vec<u8> =
-                rig.board().uart_take().into_iter().map(|(_, byte)| byte).collect();
+            rig.board().uart_send(&adu::rtu(address, &[4, high, low, 0, 1]));
+            let mut heard = Vec::new();
+            for _ in 0..ANSWER_LOOKS {
+                let until = rig.now() + rig.ticks(ANSWER_US);
+                let ran = rig.run_until(until);
+                heard.extend(rig.board().uart_take().into_iter().map(|(_, byte)| byte));
+                if ran.is_err() || adu::open_rtu(&heard).is_some() {
+                    break;
+                }
+            }
             rig.come_back();
-            ran.ok()?;
             match adu::open_rtu(&heard)? {
-                (_, [3, 2, _, axes]) => Some(*axes),
+                (_, [4, 2, _, axes]) => Some(*axes),
                 _ => None,
             }
         })
@@ -141,7 +147,7 @@ mod tests {
         let order = orders::home(&mill, Axis::X).expect("X homes");
         run(&mut rig, &mut switches, &mill, &order, 3000);
         let switch = rig.plant().switches[0].expect("a switch");
-        assert!((-6500..=-6400).contains(&switch.position), "{switch:?}");
+        assert!((-6500..=-6300).contains(&switch.position), "{switch:?}");
         assert!((switch.position - 5..=switch.position + 5).contains(&rig.motors()[0]));
         assert!(rig.plant().switches[1].is_none() && rig.plant().switches[2].is_none());
     }

@@ -14,7 +14,7 @@ pub const MANUALS: [Manual; 7] = [
     ("machines", "machine profiles", include_str!("../../profiles.md")),
     ("worlds", "scenarios for simulations", include_str!("../../worlds.md")),
     ("editing", "editors and the debugger", include_str!("../../editors.md")),
-    ("bench", "the workbench", include_str!("../../workbench.md")),
+    ("browser", "the workbench, a page of the browser", include_str!("../../workbench.md")),
     ("servers", "the gateway and fleets", include_str!("../../gateway.md")),
 ];
 

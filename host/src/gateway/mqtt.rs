@@ -18,8 +18,6 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender};
 
 pub use order::carry_out;
 pub use setting::MqttSetting;
-#[cfg(feature = "opcua")]
-pub use setting::secret;
 
 use super::Gateway;
 use super::line::Look;

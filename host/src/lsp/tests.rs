@@ -91,7 +91,7 @@ fn diagnostics_have_places_in_utf16() {
     assert_eq!(shown[0]["code"], "P010");
     assert_eq!(shown.as_array().map(Vec::len), Some(1));
     assert_eq!(shown[0]["range"]["start"], json!({ "line": 1, "character": 13 }));
-    assert!(shown[0]["message"].as_str().is_some_and(|m| m.contains("Wait 500ms")));
+    assert!(shown[0]["message"].as_str().is_some_and(|m| m.contains("Wait 5ms")));
     editor.close();
 }
 

@@ -84,18 +84,6 @@ struct Plan {
     group: Option<usize>,
 }
 
-/// Whether a text is KiCad's list of positions with blanks between the columns.
-pub(super) fn is_columns(text: &str) -> bool {
-    let head = |line: &str| line.starts_with("# Ref") && line.contains("PosX");
-    text.lines().take(LOOK).any(head)
-}
-
-/// Whether a text is KiCad's list of positions, in columns or as CSV.
-pub(crate) fn is_positions(text: &str) -> bool {
-    let head = |line: &str| line.starts_with("Ref,") && line.contains(",PosX,PosY");
-    is_columns(text) || text.lines().take(LOOK).any(head)
-}
-
 /// Says which columns of a list are not used; a point has a place, a name and a group.
 fn left_out(columns: &[&str], line: u32, diags: &mut Diags) {
     if columns.is_empty() {

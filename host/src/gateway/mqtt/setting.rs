@@ -8,6 +8,7 @@ use rumqttc::{LastWill, MqttOptions, TlsConfiguration, Transport};
 use serde::Deserialize;
 
 use crate::gateway::rights::Ranges;
+use crate::gateway::secret;
 
 /// Longest packet that is taken from a broker, bytes; an order is much shorter.
 const MOST_INCOMING: usize = 256 << 10;
@@ -67,23 +68,6 @@ const fn keep() -> usize {
 
 const fn look() -> u64 {
     250
-}
-
-/// Says so where anybody of this computer may read a password or a key.
-pub fn secret(path: &Path) {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        let mode = std::fs::metadata(path).map_or(0, |about| about.permissions().mode());
-        if mode & 0o004 != 0 {
-            eprintln!(
-                "pasapas: {0} can be read by everybody on this computer: `chmod 640 {0}`",
-                path.display()
-            );
-        }
-    }
-    #[cfg(not(unix))]
-    let _ = path;
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, String> {
@@ -174,7 +158,7 @@ impl MqttSetting {
         let password = match &self.password_file {
             None => String::new(),
             Some(file) => {
-                secret(file);
+                secret::warn(file);
                 let text = String::from_utf8_lossy(&read(file)?).into_owned();
                 text.lines().next().unwrap_or_default().to_owned()
             }

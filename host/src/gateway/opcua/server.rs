@@ -139,7 +139,7 @@ fn builder(setting: &OpcuaSetting, address: SocketAddr) -> Result<ServerBuilder,
         .with_node_manager(simple_node_manager(metadata, "pasapas"))
         .add_endpoint("main", ("/", policy, mode, &[who] as &[&str]));
     if let (Some(user), Some(file)) = (&setting.user, &setting.password_file) {
-        crate::gateway::mqtt::secret(file);
+        crate::gateway::secret::warn(file);
         let text = std::fs::read_to_string(file)
             .map_err(|error| format!("{} cannot be read: {error}", file.display()))?;
         let password = text.lines().next().unwrap_or_default();
