@@ -42,7 +42,8 @@ const LONGEST: u32 = 1000;
 pub fn read(bytes: &[u8]) -> Result<Bom, Vec<Diag>> {
     let text = decode(bytes).map_err(|diag| vec![diag])?;
     let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
-    let by = *b",;\t".iter().max_by_key(|by| first.matches(char::from(**by)).count()).unwrap_or(&b',');
+    let by =
+        *b",;\t".iter().max_by_key(|by| first.matches(char::from(**by)).count()).unwrap_or(&b',');
     let mut reader = ReaderBuilder::new()
         .delimiter(by)
         .has_headers(false)
@@ -56,7 +57,8 @@ pub fn read(bytes: &[u8]) -> Result<Bom, Vec<Diag>> {
         let line = record.position().map_or(1, |at| u32::try_from(at.line()).unwrap_or(u32::MAX));
         let Some([name, value, package, out]) = plan else {
             let small: Vec<String> = record.iter().map(|text| text.to_lowercase()).collect();
-            let find = |known: &[&str]| known.iter().find_map(|k| small.iter().position(|s| s == k));
+            let find =
+                |known: &[&str]| known.iter().find_map(|k| small.iter().position(|s| s == k));
             let Some(name) = find(&NAMES) else { continue };
             plan = Some([Some(name), find(&VALUES), find(&PACKAGES), find(&["dnp", "dnf"])]);
             continue;

@@ -247,8 +247,7 @@ impl Reader {
             (self.scale, head_told) = (found, true);
         }
         self.list.left_out.clone_from(&plan.left_out);
-        let body: String =
-            text.lines().skip(ahead).flat_map(|line| [line, "\n"]).collect();
+        let body: String = text.lines().skip(ahead).flat_map(|line| [line, "\n"]).collect();
         let mut reader = ReaderBuilder::new()
             .delimiter(by)
             .has_headers(false)

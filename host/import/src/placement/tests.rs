@@ -21,7 +21,11 @@ fn same(list: &List, what: &str) {
     let wanted = good("a.pos", KICAD);
     for part in &list.parts {
         let other = wanted.parts.iter().find(|other| other.name == part.name).expect("known");
-        assert_eq!((part.at, part.turned, part.side), (other.at, other.turned, other.side), "{what}");
+        assert_eq!(
+            (part.at, part.turned, part.side),
+            (other.at, other.turned, other.side),
+            "{what}"
+        );
         assert_eq!(part.package, other.package, "{what}");
     }
     assert_eq!(list.parts.len(), 4, "{what}");
@@ -31,14 +35,21 @@ fn same(list: &List, what: &str) {
 fn kicads_columns_keep_value_package_and_rotation() {
     let list = good("a.pos", KICAD);
     let r1 = &list.parts[1];
-    assert_eq!((r1.name.as_str(), r1.value.as_str(), r1.package.as_str()), ("R1", "10k 1%", "R_0603"));
-    assert_eq!((r1.at, r1.turned, r1.side, r1.line), ([10_000, -20_000], Some(270_000), Side::Top, 7));
+    assert_eq!(
+        (r1.name.as_str(), r1.value.as_str(), r1.package.as_str()),
+        ("R1", "10k 1%", "R_0603")
+    );
+    assert_eq!(
+        (r1.at, r1.turned, r1.side, r1.line),
+        ([10_000, -20_000], Some(270_000), Side::Top, 7)
+    );
     assert!(list.parts[2].is_fiducial() && !r1.is_fiducial());
     assert_eq!(list.parts[3].side, Side::Bottom);
     assert!(list.notes.is_empty(), "{:?}", list.notes);
     assert!(is_placement("a.pos", KICAD));
     // KiCad 4 and inches.
-    let old = KICAD.replace("Footprint", "Module").replace(" top", " F.Cu").replace("bottom", "B.Cu");
+    let old =
+        KICAD.replace("Footprint", "Module").replace(" top", " F.Cu").replace("bottom", "B.Cu");
     same(&good("a.pos", &old), "KiCad 4");
     let inch = "## Unit = inches, Angle = deg.\n# Ref Val Package PosX PosY Rot Side\n\
                 R1 1k R_0603 1.5 -0.1 90 top\n## End\n";
@@ -79,7 +90,11 @@ fn tables_of_every_system_say_the_same() {
     assert_eq!((list.parts[0].at, list.parts[0].turned), ([10_500, -20_250], Some(90_500)));
     let wide: Vec<u8> = [0xFF, 0xFE]
         .into_iter()
-        .chain("Designator\tMid X\tMid Y\tRotation\tLayer\r\nR1\t12.7mm\t5mm\t0\tT\r\n".encode_utf16().flat_map(u16::to_le_bytes))
+        .chain(
+            "Designator\tMid X\tMid Y\tRotation\tLayer\r\nR1\t12.7mm\t5mm\t0\tT\r\n"
+                .encode_utf16()
+                .flat_map(u16::to_le_bytes),
+        )
         .collect();
     let list = read("a.csv", &wide, None).expect("UTF-16");
     assert_eq!(list.parts[0].at, [12_700, 5000]);
@@ -116,7 +131,8 @@ fn what_is_wrong_is_told_by_line() {
 fn bills_know_lists_ranges_and_what_is_not_fitted() {
     let names = |text: &str| {
         let bom = read_bom(text.as_bytes()).expect("good");
-        let shown = |e: &super::Entry| format!("{}={}{}", e.name, e.value, if e.out { "!" } else { "" });
+        let shown =
+            |e: &super::Entry| format!("{}={}{}", e.name, e.value, if e.out { "!" } else { "" });
         bom.entries.iter().map(shown).collect::<Vec<_>>()
     };
     let jlc = "Comment,Designator,Footprint,JLCPCB Part #\n10k,\"R1,R2\",R_0603,C25804\n\"LED, red\",D1,LED,C1\n";
