@@ -27,6 +27,7 @@ mod lsp;
 mod manual;
 mod others;
 mod part;
+mod place;
 mod port;
 mod profile;
 mod script;
@@ -98,6 +99,8 @@ enum Command {
     Disasm(disasm::Disasm),
     /// Make a script of a program of another system
     Import(import::Import),
+    /// Make a job that picks and places parts of a circuit board's placement file
+    Place(place::Place),
     /// Put scripts into one style
     Fmt(fmt::Fmt),
     /// Keep a virtual board up: the real firmware behind a serial device or a TCP port
@@ -166,6 +169,7 @@ impl Command {
             Command::Disasm(command) => command.run(options, console),
             Command::Sim(command) => command.run(options, console),
             Command::Import(command) => command.run(options, console),
+            Command::Place(command) => command.run(options, console),
             Command::Fmt(command) => command.run(options, console),
             Command::Workbench(command) => command.run(options, console),
             Command::Gateway(command) => command.run(options, console),

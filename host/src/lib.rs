@@ -34,6 +34,8 @@ pub mod link;
 pub mod lsp;
 #[cfg(feature = "desktop")]
 pub mod output;
+#[cfg(feature = "desktop")]
+pub mod place;
 pub mod plot;
 #[cfg(feature = "desktop")]
 pub mod programmer;

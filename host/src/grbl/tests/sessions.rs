@@ -200,12 +200,13 @@ fn session(events: &[Happens], pace: u32) {
         };
         // One byte after the other, as a line brings them.
         for byte in bytes {
-            let critical = model.critical;
             let ended = ends(&[byte], &mut model.open, &mut returned);
             if byte == 0x18 {
+                // Lines behind it wait for the welcome, also of a machine that still ramps down.
                 (model.owed, model.open, returned) = (0, false, false);
+                model.critical = false;
             }
-            if !critical {
+            if !model.critical {
                 model.owed += ended;
             }
             bench.send(&[byte]);
