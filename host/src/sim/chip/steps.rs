@@ -172,6 +172,19 @@ impl Steps for Desk {
     fn power(&self) -> u16 {
         self.0.engine.borrow().power()
     }
+    // No jumper, and no timer to measure with.
+    fn measure(&self, mode: u16) -> bool {
+        mode == 0
+    }
+    fn measures(&self) -> u16 {
+        0
+    }
+    fn measured(&self, _: u16) -> u16 {
+        0
+    }
+    fn revision(&self) -> u16 {
+        0
+    }
     // The plant has nothing at the PWM's pin.
     fn shine_at_pwm(&self) {}
     fn axis_has_room(&self, axis: usize) -> bool {
