@@ -250,6 +250,28 @@ fn a_stored_program_is_halted_and_goes_on_or_ends() {
     assert!(stand.rest() < 6500);
 }
 
+/// The binder's remedy for a limit is the program begun again, with a reference run in it.
+#[test]
+fn a_new_program_clears_the_error_of_the_last() {
+    let stand = Stand::start("f5529", "");
+    let mut client = stand.client();
+    for line in ["@07", "@0R7", "@0i", "0 2000000,1000,0,21,0,21,0,21", "9"] {
+        assert_eq!(client.say(line), "0", "{line}");
+    }
+    assert_eq!(client.say("@0S"), "2");
+    assert_eq!(client.say("@0S"), "2", "the same again: what was wrong, not the Stop key");
+    for line in ["@0i", "7 7", "0 100,1000,0,21,0,21,0,21", "9", "@0S"] {
+        assert_eq!(client.say(line), "0", "{line}");
+    }
+    assert_eq!(client.position()[0], 100);
+    // An emergency stop is no error of a program.
+    assert_eq!(pasapas(&["stop", "--now", "--port", &format!("tcp:{}", stand.gateway.port)]).0, 0);
+    for line in ["@0i", "0 100,1000,0,21,0,21,0,21", "9"] {
+        assert_eq!(client.say(line), "0", "{line}");
+    }
+    assert_eq!(client.say("@0S"), "F");
+}
+
 #[test]
 fn who_leaves_rubbish_or_half_a_line_moves_nothing() {
     let stand = Stand::start("g2553", "");

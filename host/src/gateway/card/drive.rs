@@ -358,6 +358,24 @@ impl Drive {
         let _ = self.stops.ask(false, move |board| board.write(wire::CHAR_IN, character.into()));
     }
 
+    /// Acknowledges a fault that a new program does away with: any but an emergency stop.
+    ///
+    /// # Errors
+    /// The answer for the client.
+    pub fn clear(&self, stops: u64, look: &Look) -> Result<(), Answer> {
+        if look.fault == Some(Fault::EmergencyStop) {
+            return Err(STOPPED);
+        }
+        self.control(stops, Control::Acknowledge)?;
+        std::thread::sleep(LOOK);
+        Ok(())
+    }
+
+    /// The answer for a board with a fault.
+    pub fn answer_of_fault(look: &Look) -> Answer {
+        answer_of(look.fault)
+    }
+
     /// The answer for a run that has ended.
     pub fn answer_of_end(look: &Look) -> Result<(), Answer> {
         match (look.end, look.state) {

@@ -35,6 +35,8 @@ pub struct Worker {
     fits: bool,
     /// CRC of the program that this card stored.
     stored: Option<u16>,
+    /// It has not begun yet: an error of what ran before it is no longer this one's.
+    renewed: bool,
 }
 
 impl Worker {
@@ -42,7 +44,7 @@ impl Worker {
     pub fn new(setting: &CardSetting, talk: Arc<Talk>, drive: Drive) -> Worker {
         let dialect = setting.dialect.into();
         let (card, board) = (Card::new(dialect), setting.board.clone());
-        Worker { talk, card, dialect, drive, board, fits: false, stored: None }
+        Worker { talk, card, dialect, drive, board, fits: false, stored: None, renewed: false }
     }
 
     /// Works until the gateway ends.
@@ -62,6 +64,7 @@ impl Worker {
     fn reset(&mut self) {
         self.card = Card::new(self.dialect);
         (self.fits, self.stored, self.drive.speeds) = (false, None, [None; 3]);
+        self.renewed = false;
     }
 
     fn line(&mut self, stops: u64, visit: Visit, text: &str, over: &AtomicBool) {
@@ -165,6 +168,7 @@ impl Worker {
         })?;
         self.fits = false;
         self.stored = Some(self.upload(&script.script)?);
+        self.renewed = true;
         self.fits = true;
         Ok(())
     }
@@ -205,8 +209,13 @@ impl Worker {
             return Err(NOT_NOW);
         }
         if before.state == Some(RunState::Fault) {
-            return Err('F');
+            // The remedy of a limit is a program with a reference run in it (binder, error 2).
+            if !self.renewed {
+                return Err(Drive::answer_of_fault(&before));
+            }
+            self.drive.clear(stops, &before)?;
         }
+        self.renewed = false;
         let mut sent = self.drive.characters()?[0];
         self.drive.control(stops, Control::Start)?;
         self.talk.set_runs(true);
