@@ -39,7 +39,17 @@ impl Inputs {
 
     /// Levels, forced ones included.
     pub fn levels(&self) -> u16 {
-        self.state & !self.forced | self.level
+        self.forced(self.state)
+    }
+
+    /// These levels, which no filter has seen, with forced inputs as they are forced.
+    pub fn forced(&self, raw: u16) -> u16 {
+        raw & !self.forced | self.level
+    }
+
+    /// Inputs whose level is forced.
+    pub fn is_forced(&self) -> u16 {
+        self.forced
     }
 
     /// Levels without forcing.
@@ -88,6 +98,7 @@ mod tests {
         inputs.force(0b01, Some(false));
         inputs.force(0b100, Some(true));
         assert_eq!(inputs.levels(), 0b110);
+        assert_eq!((inputs.forced(0b1001), inputs.is_forced()), (0b1100, 0b101));
         inputs.force(0b101, None);
         assert_eq!(inputs.levels(), 0b11);
     }

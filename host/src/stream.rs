@@ -17,6 +17,7 @@ pub mod cut;
 pub mod feed;
 pub mod job;
 pub mod late;
+pub mod near;
 pub mod piece;
 pub mod pump;
 

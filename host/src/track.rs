@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use lang::axis::Axis;
-use lang::effect::{Coord, Effect, Rate, Want};
+use lang::effect::{Coord, Effect, Frame, Rate, Want};
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
 use lang::place::Place;
@@ -29,9 +29,34 @@ pub struct Track {
     outputs: BTreeMap<i32, i32>,
     /// Axes whose work zero the job has set.
     zeroed: [bool; 3],
+    /// Axes that the job has sent anywhere.
+    touched: [bool; 3],
+    /// The highest machine position of Z that it has commanded, um.
+    top: Option<i32>,
     drivers: Option<bool>,
     /// The ON lines that are armed: kind, input or period.
     events: [Option<(u8, i32)>; 4],
+}
+
+/// How a board comes to where a job goes on in its middle: lifted, then across, then down.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Approach {
+    /// Machine places of the axes that each rapid move goes to.
+    pub legs: Vec<[Option<Place>; 3]>,
+    /// Where the last one ends, steps.
+    pub steps: [i32; 3],
+}
+
+impl Approach {
+    /// The moves.
+    pub fn instructions(&self) -> impl Iterator<Item = Instruction> + '_ {
+        self.legs.iter().map(|leg| {
+            let axes = (0..3).filter(|i| leg[*i].is_some()).fold(0, |axes, i| axes | 1 << i);
+            let frame = (Frame::Machine as u8) << flags::COMMON_FRAME;
+            let values = leg.iter().flatten().map(|place| place.um).collect();
+            (values, vec![Op::Linear.code(), axes | flags::RAPID | frame])
+        })
+    }
 }
 
 /// An instruction with its values.
@@ -41,7 +66,7 @@ impl Track {
     /// Every axis at `steps`; bit n of `homed`: axis n is homed.
     pub fn new(profile: &Profile, steps: [i32; 3], homed: u16) -> Track {
         let record = MachineRecord::of(profile);
-        let mut axes = Axes::new(profile, &record);
+        let mut axes = Axes::new(profile, &record, true);
         for axis in Axis::ALL {
             axes.adopt(axis, steps[axis.index()]);
             axes.set_homed(axis, homed >> axis.index() & 1 != 0);
@@ -54,9 +79,16 @@ impl Track {
             spindle: None,
             outputs: BTreeMap::new(),
             zeroed: [false; 3],
+            touched: [false; 3],
+            top: None,
             drivers: None,
             events: [None; 4],
         }
+    }
+
+    /// The machine.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
     }
 
     /// Where an axis is commanded to.
@@ -214,9 +246,86 @@ impl Track {
         for axis in Axis::ALL {
             if let Some(place) = places[axis.index()] {
                 self.axes.command(axis, place);
+                self.went(axis);
             }
         }
         Ok(())
+    }
+
+    /// The axis was sent to where it is commanded now.
+    fn went(&mut self, axis: Axis) {
+        self.touched[axis.index()] = true;
+        if axis == Axis::Z {
+            self.top = self.top.max(Some(self.axes.place(axis).um));
+        }
+    }
+
+    /// Axes that the job has homed.
+    pub fn homed(&self) -> impl Iterator<Item = Axis> + '_ {
+        Axis::ALL.into_iter().filter(|axis| self.axes.is_homed(*axis))
+    }
+
+    /// How a board comes from `there` to where the job stands: Z up as high as the job has ever sent it, or to the work
+    /// position `lift` (um), and never down first; then the other axes, then Z. Axes that the job never sent anywhere
+    /// stay. Where the job has set a work zero, the board's own tells where that is: `offsets` are its machine
+    /// positions less its work positions. Both in steps.
+    ///
+    /// # Errors
+    /// F01.
+    pub fn approach(
+        &self,
+        there: [i32; 3],
+        offsets: [i32; 3],
+        lift: Option<i32>,
+    ) -> Result<Approach, Fault> {
+        let sum = |a: i32, b: i32| a.checked_add(b).ok_or(Fault::Overflow);
+        let place = |axis: Axis, um: i32| -> Result<Place, Fault> {
+            Ok(Place { um, steps: self.axes.to_steps(axis, um)? })
+        };
+        let mut goals = [Place::default(); 3];
+        // What the job's machine positions are less than the board's.
+        let mut shifts = [0; 3];
+        for axis in Axis::ALL {
+            let i = axis.index();
+            if self.zeroed[i] {
+                let own = self.zero(axis)?;
+                let board = self.axes.length(axis, offsets[i])?;
+                shifts[i] = board.checked_sub(own).ok_or(Fault::Overflow)?;
+            }
+            goals[i] = if self.touched[i] {
+                place(axis, sum(self.axes.place(axis).um, shifts[i])?)?
+            } else {
+                Place { um: self.axes.length(axis, there[i])?, steps: there[i] }
+            };
+        }
+        let z = Axis::Z.index();
+        let lifts = self.axes.is_present(Axis::Z) && (self.touched[z] || lift.is_some());
+        let mut legs = Vec::new();
+        let mut add = |leg: [Option<Place>; 3]| {
+            if leg.iter().any(Option::is_some) {
+                legs.push(leg);
+            }
+        };
+        let goes = |i: usize| Some(goals[i]).filter(|goal| goal.steps != there[i]);
+        let across = [goes(0), goes(1), None];
+        if lifts {
+            let here = self.axes.length(Axis::Z, there[z])?;
+            let wanted = match lift {
+                Some(lift) => sum(sum(lift, self.zero(Axis::Z)?)?, shifts[z])?,
+                None => sum(self.top.unwrap_or(here), shifts[z])?,
+            };
+            let up = place(Axis::Z, wanted.max(here).max(goals[z].um))?;
+            if across.iter().any(Option::is_some) {
+                add([None, None, Some(up).filter(|up| up.steps != there[z])]);
+                add(across);
+                add([None, None, Some(goals[z]).filter(|goal| goal.steps != up.steps)]);
+            } else {
+                add([None, None, goes(z)]);
+            }
+        } else {
+            add(across);
+        }
+        Ok(Approach { legs, steps: goals.map(|goal| goal.steps) })
     }
 
     /// The axis rests behind its clearance move.
@@ -232,21 +341,35 @@ impl Track {
         self.zeroed[axis.index()] = false;
         self.axes.adopt(axis, self.axes.to_steps(axis, um)?);
         self.axes.set_homed(axis, true);
+        self.went(axis);
         Ok(())
     }
 
-    /// What brings a board whose axes stand at `steps` into the state that was followed, without a
+    /// Outputs of those in `on` (bit n - 1) that an approach switches off: all but what a role keeps.
+    pub fn darkens(&self, on: u16) -> Vec<Instruction> {
+        let kept = |n: i32| {
+            let role = self.profile.outputs.iter().find(|output| output.n == n);
+            matches!(
+                role.and_then(|output| output.role),
+                Some(OutputRole::Enable | OutputRole::Lamp)
+            )
+        };
+        let off = |n: i32| (vec![n, 0], vec![Op::SetOut.code()]);
+        (1..=self.most_outputs()).filter(|n| on >> (n - 1) & 1 != 0 && !kept(*n)).map(off).collect()
+    }
+
+    /// What brings a board whose axes stand where the job does into the state that was followed, without a
     /// motion: work zeros, F, S, drivers, outputs that are on, spin-up time, ON lines.
     ///
     /// # Errors
     /// F01.
-    pub fn restore(&self, steps: [i32; 3]) -> Result<Vec<Instruction>, Fault> {
+    pub fn restore(&self) -> Result<Vec<Instruction>, Fault> {
         let mut list: Vec<Instruction> = Vec::new();
         for axis in Axis::ALL {
             let i = axis.index();
             if self.zeroed[i] {
                 // The board counts its zero from where the axis stands now.
-                let work = self.axes.work_at(axis, steps[i])?;
+                let work = self.axes.work_at(axis, self.axes.steps(axis))?;
                 list.push((vec![work], vec![Op::SetPos.code(), i as u8]));
             }
         }

@@ -161,16 +161,18 @@ fn a_restart_asks_where_the_tool_stands() {
     let job = "F6000\nG91\nG1 X1\nG1 X1\nG1 X1\n";
     let mut stream = board.stream(job, &["--any-profile", "--from-line", "4"]);
     stream.hears("line 4 begins at X 100, Y 0, Z 0; the board stands at X 0, Y 0, Z 0");
-    stream.hears("Is the tool free");
+    stream.hears("it goes there first, with its outputs off: X to 1 mm (machine positions)");
+    stream.hears("Is this way free");
     stream.press("no");
     assert_eq!(stream.end().0, 2);
     let mut stream = board.stream(job, &["--any-profile", "--from-line", "4"]);
-    stream.hears("Is the tool free");
+    stream.hears("Is this way free");
     stream.press("yes");
     let (code, out) = stream.end();
     assert_eq!(code, 0);
-    assert!(out.contains("done, 3 statements"), "{out}");
-    assert!(board.status().contains(r#""X":200"#));
+    assert!(out.contains("done, 4 statements"), "{out}");
+    // Where the whole job ends.
+    assert!(board.status().contains(r#""X":300"#));
 }
 
 #[test]
@@ -187,6 +189,23 @@ fn lines_are_those_of_the_file_also_of_another_systems() {
     stream.hears("line 7 begins at X 200");
     assert_eq!(stream.end().0, 0);
     assert!(board.status().contains(r#""X":300"#));
+}
+
+/// Its KEEP values and handlers want a stored program, and there is room for one.
+#[test]
+fn what_cannot_be_cut_is_stored_whole_where_it_fits() {
+    let board = Board::start();
+    let lines: String = (0..400)
+        .map(|i| format!("IF parts > {} THEN parts = parts + {}\n", 1_000 + i, 1 + i % 3))
+        .collect();
+    for head in ["KEEP parts\nparts = 7\n", "DIM parts\nON EVERY 1s GOSUB tick\nparts = 7\n"] {
+        let tail = "PRINT \"end\"\nEND\ntick:\nRETURN\n";
+        let tail = if head.contains("ON EVERY") { tail } else { "PRINT \"end\"\n" };
+        let stream = board.stream(&format!("{head}{lines}{tail}"), &["--any-profile"]);
+        let (code, out) = stream.end();
+        assert_eq!(code, 0, "{out}");
+        assert!(out.contains("it fits and is stored") && out.contains("1 pieces"), "{out}");
+    }
 }
 
 #[test]

@@ -51,8 +51,8 @@ macro_rules! faults {
 
 faults! {
     Overflow = 1, true, 3, "overflow",
-        "A result does not fit into 32 bits.",
-        "Divide before you multiply, or work in a larger unit.";
+        "A result, or the place of an axis, does not fit into 32 bits.",
+        "Divide before you multiply, or work in a larger unit; where an axis only feeds on, write SetPos X, 0mm between two feeds.";
     DivisionByZero = 2, true, 3, "division by zero",
         "The right side of / or MOD was 0.",
         "Test the divisor first.";
@@ -63,8 +63,8 @@ faults! {
         "A shift count was below 0 or above 31.",
         "Keep the count within 0..31.";
     SoftLimit = 5, true, 2, "soft limit",
-        "The target lies outside the travel of a homed axis.",
-        "Check the target and the work offset against the profile's travel.";
+        "The target lies outside the travel of a homed axis, or MoveSpeed has run it to the end of that travel.",
+        "Check the target and the work offset against the profile's travel; a belt that runs on for ever is an axis without homing.";
     LimitSwitch = 6, false, 1, "limit switch",
         "A reference switch closed outside homing.",
         "Move the axis off its switch and home it again.";

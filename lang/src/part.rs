@@ -150,6 +150,12 @@ const fn same(a: &[u8], b: &[u8]) -> bool {
 }
 
 impl Part {
+    /// Whether SetPos lets the machine place of an axis that is far away begin anew ([`is_far`](crate::place::is_far)).
+    /// The part without look-ahead has no room for it.
+    pub const fn renews(&self) -> bool {
+        self.look_ahead
+    }
+
     /// The part of this name.
     pub const fn named(name: &str) -> Option<Part> {
         let mut n = 0;

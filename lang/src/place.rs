@@ -42,6 +42,12 @@ impl From<Coord> for Target {
     }
 }
 
+/// Whether an axis that has not homed is so far away that SetPos lets its machine place begin anew at 0, on parts that
+/// do so: 2^30 um, which is 1073 m, or 2^30 steps. Otherwise a feed that only goes on would end where 32 bits do.
+pub const fn is_far(um: i32, steps: i32) -> bool {
+    um.unsigned_abs() >= 1 << 30 || steps.unsigned_abs() >= 1 << 30
+}
+
 /// Steps from one place to another.
 ///
 /// # Errors

@@ -132,6 +132,17 @@ pub struct Scale {
     pub um: u16,
 }
 
+impl Scale {
+    /// Steps as um, half away from zero; `None` when they do not fit.
+    pub fn length(self, steps: i32) -> Option<i32> {
+        let product = i64::from(steps) * i64::from(self.um);
+        let by = i64::from(self.steps.max(1));
+        // An odd divisor has no tie; for an even one its half rounds the tie away from zero.
+        let magnitude = (product.abs() + by / 2) / by;
+        i32::try_from(magnitude * product.signum()).ok()
+    }
+}
+
 /// Reference run of an axis (InterpCNC command 106).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

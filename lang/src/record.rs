@@ -358,6 +358,8 @@ impl BoardRecord {
 }
 
 #[cfg(feature = "compiler")]
+mod axes;
+#[cfg(feature = "compiler")]
 mod decode;
 #[cfg(feature = "compiler")]
 mod encode;

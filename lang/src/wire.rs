@@ -8,7 +8,8 @@
 //! Modbus sends it) is the earlier byte of a text; an image word is little endian, so its *low*
 //! byte is the earlier byte of the image.
 //!
-//! A whole block that does not exist is exception 2, a gap inside a block reads 0. A value outside
+//! A register that does not exist is exception 2. Only gaps between the registers of this firmware's own (from 5000 on) and
+//! axes 4 to 6 of InterpCNC's read 0; the G2553, which has one block of InterpCNC's status registers, reads 0 between those, too. A value outside
 //! its range is exception 3, a thing that cannot be done now is exception 6 (busy: try after the
 //! state has changed), a refused image or profile or a missing program is exception 4.
 //!
@@ -92,7 +93,9 @@
 //!    one is: then the run ends behind it, otherwise it waits for the next ([`STREAM_DRY`]).
 //!
 //! Run control holds as for a stored program. The cells of the piece that ended last can be read
-//! while the run waits. The run ends with F18 two seconds after the last valid request.
+//! while the run waits. The run ends with F18 two seconds after the host that feeds
+//! it has last done so, by a write to the registers of streaming or by a read that begins at [`STREAM_CALL`] or from
+//! [`STREAM_ACCEPTED`] to [`STREAM_RESULT`]: requests of others do not keep it alive.
 //!
 //! Handlers are the host's: it follows the program's control flow. A piece with feature `EVENTS` may
 //! hold ON lines and has their table (its targets mean nothing); `onerror` and `onerrorstop` say that
@@ -119,6 +122,11 @@
 //! A board with an RS-485 line beside the back channel answers on both. The one that wrote last holds the helm for 2 s
 //! behind its last write ([`HELM`]): writes of the other one are exception 6 meanwhile, but for the codes of
 //! [`RUN_CONTROL`] that stop, pause or stop at once. Only its requests count where motion goes on no longer than a host asks.
+//!
+//! # Axes
+//! Commands 1110 and 1111 move axes by the axes' part of the profile in the stored program. On the F5529 the registers from
+//! [`STREAM_MACHINE`] on tell it, byte 2n as the low byte of register n ([`MachineRecord`](crate::record::MachineRecord)), 0
+//! without a program; on the G2553 [`PROGRAM_PROFILE`] alone tells it from others.
 //!
 //! # Lock
 //! A board profile with a lock code ([`BoardRecord::lock`](crate::record::BoardRecord::lock)) locks

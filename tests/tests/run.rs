@@ -131,6 +131,51 @@ fn two_that_run_each_other_keep_their_own_values() {
     assert_eq!(stand.read(KEEPS + 2), Some(1900));
 }
 
+/// A segment takes 10 000 erases for certain: a chain that wrote its values at every RUN would have used them up in an hour.
+#[test]
+fn a_chain_of_short_programs_writes_its_values_once_a_second() {
+    let erases =
+        |stand: &Stand| stand.board.wear().erases.values().map(|n| u64::from(*n)).sum::<u64>();
+    let programs = [
+        ("loop", "KEEP n\nn = n + 1\nRUN \"loop\"\n"),
+        ("ping", "KEEP n\nn = n + 1\nRUN \"pong\"\n"),
+        ("pong", "KEEP n\nn = n + 1\nRUN \"ping\"\n"),
+        ("plain", "DIM i\nRUN \"loop\"\n"),
+    ];
+    for (number, least) in [(1, 1_000), (2, 500), (4, 1_000)] {
+        let mut stand = board(&programs);
+        assert!(matches!(stand.write(SELECTED, &[number]), Answer::Reply(_)));
+        let before = erases(&stand);
+        stand.control(Control::Start);
+        stand.board.run_us(20_000_000);
+        // A record of one value takes 8 of a segment's 512 bytes: one erase in a minute, and the first of each.
+        let made = erases(&stand) - before;
+        assert!(made <= 8, "{made} erases in 20 s from program {number}");
+        stand.control(Control::Stop);
+        stand.board.run_us(200_000);
+        let kept = |stand: &mut Stand| stand.read_long(KEEPS).expect("a value");
+        let first = if number == 4 { 1 } else { number };
+        assert!(matches!(stand.write(SELECTED, &[first]), Answer::Reply(_)));
+        let value = kept(&mut stand);
+        assert!(value >= least, "{value} rounds of program {number}");
+        // What the chain had at its end is what the next one begins with, whichever program was left.
+        assert!(stand.power_cycle());
+        assert_eq!(kept(&mut stand), value, "program {number}");
+    }
+}
+
+/// What is lost with the power is no more than the last second.
+#[test]
+fn a_chain_that_loses_its_power_keeps_what_was_a_second_ago() {
+    let mut stand = board(&[("loop", "KEEP n\nn = n + 1\nWait 20ms\nRUN \"loop\"\n")]);
+    stand.control(Control::Start);
+    stand.board.run_us(10_000_000);
+    let value = stand.read_long(KEEPS).expect("a value");
+    assert!(stand.power_cycle());
+    let kept = stand.read_long(KEEPS).expect("a value");
+    assert!((value - 80..=value).contains(&kept), "{kept} of {value}");
+}
+
 #[test]
 fn handlers_and_calls_end_with_the_program() {
     let mut stand = board(&[

@@ -10,8 +10,10 @@ use firmware::rules::commands::{self, Commands};
 use firmware::rules::coords::Stands;
 use firmware::rules::home::BEGIN;
 use firmware::rules::pace::Paces;
+use firmware::rules::probe::MOVES;
 use firmware::rules::{Answer, Axis};
 use lang::fault::Fault;
+use lang::isa::first;
 use lang::record::AxisRecord;
 use lang::wire::{Control, Exception, command};
 
@@ -109,6 +111,10 @@ impl Commands for Controller {
             return Err(Exception::IllegalValue);
         }
         self.io.inputs.force(1 << (n - 1), level);
+        let effect = &self.program.effect;
+        if effect.code == first::Probe && effect.phase == MOVES {
+            self.watch_probe();
+        }
         Ok(())
     }
     fn control(&mut self, code: u8) {

@@ -34,7 +34,7 @@ use core::ptr::addr_of_mut;
 use firmware::session::Session;
 use firmware::store::Store;
 use io::Io;
-use keep::Carried;
+use keep::{Carried, LEFT, Left};
 use lang::record::{BoardRecord, feature};
 use library::{Incoming, Library};
 use light::Light;
@@ -86,6 +86,8 @@ pub struct Controller {
     pub incoming: Incoming,
     /// KEEP values of the program that an upload replaces.
     carried: Carried,
+    /// Those of programs that RUN has left.
+    left: [Left; LEFT],
 }
 
 impl Controller {

@@ -1,6 +1,8 @@
 //! Two lines: both read, one writes.
 
-use lang::wire::{Control, Exception, HELM_MS, RUN_CONTROL};
+use lang::wire::{
+    Control, Exception, HELM_MS, RUN_CONTROL, STREAM_ACCEPTED, STREAM_CALL, STREAM_RESULT,
+};
 
 /// The lines of the link, and who steers.
 pub struct Lines {
@@ -14,6 +16,10 @@ pub struct Lines {
     left: u16,
     /// Milliseconds since the last sound request of who steers.
     pub silence: u16,
+    /// Milliseconds since the host that feeds a streamed job last did so: wrote to it, or asked how it stands.
+    pub unfed: u16,
+    /// A read request has begun whose first register has not been looked at.
+    opens: bool,
     /// A host has spoken since reset.
     pub spoken: bool,
     /// Of each line: high half of a 32-bit value being read.
@@ -56,15 +62,33 @@ impl Lines {
         }
     }
 
+    /// A host has fed the streamed job. One that does not steer feeds none.
+    pub fn feed(&mut self) {
+        if self.holder == 0 || self.holder == self.line + 1 {
+            self.unfed = 0;
+        }
+    }
+
+    /// A register is read. The first one of a request says who asks: a host that feeds a job begins with one of the
+    /// job's own, any other, as `status`, with what is every run's.
+    pub fn reads(&mut self, address: u16) {
+        let first = core::mem::replace(&mut self.opens, false);
+        if first && matches!(address, STREAM_CALL | STREAM_ACCEPTED..=STREAM_RESULT) {
+            self.feed();
+        }
+    }
+
     /// A millisecond.
     pub fn tick(&mut self) {
         self.silence = self.silence.saturating_add(1);
+        self.unfed = self.unfed.saturating_add(1);
         self.left = self.left.saturating_sub(1);
     }
 
     /// A request begins on the line that is served.
     pub fn begin(&mut self) {
         self.latched[usize::from(self.line & 1)] = 0;
+        self.opens = true;
     }
 
     /// One half of a 32-bit value: both are of one instant when they are read in one request.

@@ -12,7 +12,7 @@ use firmware::RELEASE;
 use firmware::modbus::Map;
 use firmware::rules::{Axis, Machine, commands, coords, status};
 use firmware::store::{NAME, Store};
-use firmware::verify::Bytes;
+use firmware::verify::{Bytes, MACHINE};
 use lang::fault::Fault;
 use lang::image::{at, cells};
 use lang::isa::FINGERPRINT;
@@ -28,6 +28,7 @@ const COMMAND_END: u16 = COMMAND + 21;
 const RAPID_OVERRIDE: u16 = OVERRIDES + 1;
 const ACTUAL_SPEEDS_END: u16 = ACTUAL_SPEEDS + 6;
 const TARGETS_END: u16 = TARGETS + 6;
+const TARGET_SPEEDS_END: u16 = TARGET_SPEEDS + 6;
 const UPLOAD_NAME_END: u16 = UPLOAD_NAME + NAME as u16;
 const KEEPS_END: u16 = KEEPS + 16;
 
@@ -118,6 +119,12 @@ impl Controller {
         self.image().map_or(0, |image| flash::Image(image).word(offset as u16))
     }
 
+    /// Of the axes' part of the profile in the stored program, 0 without one and while a lock hides it.
+    fn machine_word(&self, index: u16) -> u16 {
+        let image = self.image().filter(|_| !self.lock.closed);
+        image.map_or(0, |image| flash::Image(image).word(MACHINE + 2 * index))
+    }
+
     fn slot(&mut self, address: u16) -> u16 {
         let odd = address >= TRACE_ODD;
         self.received(odd);
@@ -170,6 +177,7 @@ impl Controller {
             WORK_POSITIONS..ACTUAL_SPEEDS => {
                 self.axis_value(address, WORK_POSITIONS, Controller::work_position)
             }
+            PRINT_LENGTH => self.talk.print.count(),
             ACTUAL_SPEEDS..ACTUAL_SPEEDS_END => {
                 self.axis_value(address, ACTUAL_SPEEDS, |controller, n| {
                     controller.motor.velocity(n)
@@ -178,6 +186,11 @@ impl Controller {
             TARGETS..TARGETS_END => self.axis_value(address, TARGETS, |controller, n| {
                 coords::target_steps(&controller.motor, Axis::new(n))
             }),
+            TARGET_SPEEDS..TARGET_SPEEDS_END => {
+                self.axis_value(address, TARGET_SPEEDS, |controller, n| {
+                    controller.motor.wanted_velocity(n)
+                })
+            }
             COMMAND_ROOM => status::command_room(self),
             CNC_STATE => status::cnc_state(self),
             CNC_ALARM if self.session.is(RunState::Fault) => {
@@ -264,6 +277,7 @@ impl Map for Controller {
     }
 
     fn read(&mut self, table: Table, address: u16) -> u16 {
+        self.lines.reads(address);
         match address {
             OWN..PROFILE_WINDOW => self.own(address),
             PROFILE_WINDOW..LIBRARY if self.lock.closed => 0,
@@ -287,6 +301,7 @@ impl Map for Controller {
             POSITIONS..SPEEDS => self.axis_value(address, POSITIONS, Controller::work_position),
             LIBRARY..TRACE_QUEUE => self.listed(address - LIBRARY),
             TRACE_QUEUE..UPLOAD_WINDOW => self.trace.queue(address - TRACE_QUEUE),
+            STREAM_MACHINE..STREAM_PIECE => self.machine_word(address - STREAM_MACHINE),
             CELLS..KEEPS => {
                 let value = self.open_cell((address - CELLS) >> 1);
                 self.lines.half(address, value)
@@ -354,7 +369,11 @@ impl Map for Controller {
                 Ok(())
             }
             #[cfg(feature = "stream")]
-            STREAM_CONTROL => crate::stream::control(self, value, self.idle().is_ok()),
+            STREAM_CONTROL => {
+                crate::stream::control(self, value, self.idle().is_ok())?;
+                self.lines.feed();
+                Ok(())
+            }
             #[cfg(feature = "stream")]
             STREAM_MACHINE..STREAM_PIECE => {
                 self.idle()?;
@@ -362,7 +381,11 @@ impl Map for Controller {
                 Ok(())
             }
             #[cfg(feature = "stream")]
-            STREAM_PIECE..UPLOAD_LARGE => crate::stream::write(address - STREAM_PIECE, value),
+            STREAM_PIECE..UPLOAD_LARGE => {
+                crate::stream::write(address - STREAM_PIECE, value)?;
+                self.lines.feed();
+                Ok(())
+            }
             UPLOAD_LENGTH => {
                 self.incoming.length = value;
                 Ok(())

@@ -185,7 +185,8 @@ impl Motor {
             let before = self.actual[i];
             step::fold(i, &mut self.actual[i]);
             if self.actual[i] != before {
-                self.set_negative(n, self.actual[i] < before);
+                // The count of a belt comes round.
+                self.set_negative(n, self.actual[i].wrapping_sub(before) < 0);
             }
         }
         if self.path_axes != 0 {
@@ -271,11 +272,27 @@ impl Motor {
         self.single[usize::from(n)].velocity()
     }
 
+    /// Speed that an axis on its own is to have, steps/s with sign; 0 at rest and on a path.
+    pub fn wanted_velocity(&self, n: u8) -> i32 {
+        self.single[usize::from(n)].wanted_velocity()
+    }
+
     /// Brakes everything to a pause, or goes on.
     pub fn pause(&mut self, on: bool) {
         self.path.pause(on);
         for single in &mut self.single {
             single.pause(on);
+        }
+    }
+
+    /// The pause of a run that ends holds nothing any more: what commands move next would rest for ever.
+    pub fn end_pause(&mut self) {
+        for single in &mut self.single {
+            single.pause(false);
+        }
+        // A path that the stop brakes is cleared where it rests.
+        if self.path_axes == 0 {
+            self.path.pause(false);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::controller::Controller;
 use crate::motor::AXES;
-use crate::vm::{axis, machine, vm};
+use crate::vm::{axis, convert, machine, vm};
 use firmware::motion::math::{signed, size};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{Feed, Pace};
@@ -169,6 +169,7 @@ impl Axes for Controller {
         };
         // MoveSpeed has no target: what counts from one does so from where the axis is.
         if self.motor.running() >> n & 1 != 0 {
+            convert(n, self.motor.position(n), false)?;
             self.motor.settle_here(n);
         }
         let place = self.motor.aim(n, target)?;

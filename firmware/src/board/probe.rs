@@ -19,11 +19,12 @@ impl Controller {
         self.seek.probes(inputs)
     }
 
-    /// The probe pin stops the counting at its very step.
-    fn watch_probe(&mut self) {
+    /// The probe pin stops the counting at its very step. That of a forced input says nothing: its level is looked at
+    /// each millisecond.
+    pub fn watch_probe(&mut self) {
         let and = self.seek.and;
         let pin = if !self.chained() {
-            ((and as u8) << 4) & 0xF0
+            ((and as u8 & !self.io.inputs.is_forced() as u8) << 4) & 0xF0
         } else if and == 1 << 16 {
             crate::chip::ports::PROBE
         } else {
@@ -36,6 +37,8 @@ impl Controller {
             }
             let idle = if (self.seek.xor == 0) != inverted { pin } else { 0 };
             step::watch(pin, idle, false);
+        } else {
+            step::watch(0, 0, false);
         }
     }
 }

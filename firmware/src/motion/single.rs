@@ -12,7 +12,7 @@ use lang::record::AxisRecord;
 /// round.
 const LATENCY_MS: u32 = 24;
 
-/// Far enough for MoveSpeed without a limit: 2^29 steps are an hour and a half at 100 000/s.
+/// So far before it, or half as far, lies the target of MoveSpeed without a limit, which moves along with the axis.
 const FAR: i32 = 1 << 29;
 
 /// A speed and the ramps to it.
@@ -93,6 +93,8 @@ pub struct Single {
     state: State,
     negative: bool,
     paused: bool,
+    /// MoveSpeed without a limit: the target moves along.
+    endless: bool,
     /// Speed override for the next [`Single::go`], percent; 0 stands for 100. While the axis moves:
     /// [`Single::set_override`].
     pub percent: u8,
@@ -111,6 +113,7 @@ impl Single {
             state: State::Idle,
             negative: false,
             paused: false,
+            endless: false,
             percent: 0,
         }
     }
@@ -149,9 +152,19 @@ impl Single {
         if self.negative { -speed } else { speed }
     }
 
+    /// Speed that it has or is to have on its way, steps/s with the sign of that way: 0 when idle or on the way to rest.
+    pub fn wanted_velocity(&self) -> i32 {
+        if self.is_idle() || self.state == State::Stopping || self.paused {
+            return 0;
+        }
+        let speed = self.limits.nominal2.root().floor() as i32;
+        if self.target.wrapping_sub(self.position) < 0 { -speed } else { speed }
+    }
+
     /// Goes to `target` steps, also from a motion under way.
     pub fn go(&mut self, axis: &AxisRecord, target: i32, pace: Pace) {
         self.target = target;
+        self.endless = false;
         self.pace = pace;
         self.set_limits(axis);
         if self.is_idle() {
@@ -170,10 +183,11 @@ impl Single {
     }
 
     /// Runs at a speed (MoveSpeed) until stopped, at the furthest to `limit` steps, where the axis
-    /// comes to rest.
+    /// comes to rest. Without a limit it runs for ever, while its position comes round after 2^32 steps.
     pub fn run(&mut self, axis: &AxisRecord, negative: bool, limit: Option<i32>, pace: Pace) {
         let far = if negative { -FAR } else { FAR };
         self.go(axis, limit.unwrap_or(self.position.wrapping_add(far)), pace);
+        self.endless = limit.is_none();
     }
 
     /// Ramps down to rest and forgets the target.
@@ -229,6 +243,11 @@ impl Single {
             return false;
         }
         let braking = self.paused || self.state != State::Going;
+        if self.endless && !braking && self.run.left < FAR as u32 / 2 {
+            let more = FAR / 2;
+            self.run.left += more as u32;
+            self.target = self.target.wrapping_add(if self.negative { -more } else { more });
+        }
         let left = self.run.left;
         if !self.run.segment(&self.limits, braking, out) {
             match self.state {

@@ -1,15 +1,15 @@
 //! `pasapas stream`: runs a job larger than the board's memory.
 
+mod approach;
 mod keep;
 mod keys;
 mod stored;
 
-use std::io::{BufRead, IsTerminal, Write};
+use std::io::Write;
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use lang::axis::Axis;
 use lang::back::Compiled;
 use lang::hir::Storage;
 use lang::wire::{Control, End, RunState};
@@ -46,10 +46,18 @@ pub struct Stream {
     #[arg(long, value_name = "K", default_value_t = 1, requires = "from_line")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     pass: u32,
+    /// Begin with the first line that is drawn through this place, work positions in mm, or passes nearest to it
+    #[arg(long, value_name = "X,Y", conflicts_with_all = ["from_line", "pass"], allow_hyphen_values = true)]
+    #[arg(value_parser = approach::place)]
+    from_place: Option<[i32; 2]>,
+    /// With --from-line or --from-place: Z goes up to this work position, mm, on the way there, not as high as the job
+    /// has ever sent it
+    #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = approach::mm)]
+    lift: Option<i32>,
     /// Run the job although the board's profile is another one
     #[arg(long)]
     any_profile: bool,
-    /// Do not ask whether the tool stands where the job begins
+    /// Do not ask whether the way to where the job begins is free
     #[arg(long)]
     yes: bool,
     /// Store the job in pieces, as for a board that cannot stream
@@ -83,9 +91,9 @@ impl Stream {
         }
         let slots = if self.stored { None } else { board.stream_slots()? };
         let Some(slots) = slots else {
-            if self.pass > 1 {
+            if self.pass > 1 || self.from_place.is_some() {
                 return Err(Failure::Usage(
-                    "--pass needs a board that can be fed: pieces of a job begin outside of loops"
+                    "--pass and --from-place need a board that can be fed: pieces of a job begin outside of loops"
                         .to_owned(),
                 ));
             }
@@ -95,19 +103,21 @@ impl Stream {
                      it): the job is stored piece by piece and motion stands between the pieces",
                 );
             }
-            return self.run_stored(&mut board, script, &identity, console);
+            return self.run_stored(&mut board, script, &compiled, &identity, console);
         };
-        let fits = self.from_line == 1 && compiled.image.len() <= script::room_for(true);
+        let fits = self.from_line == 1
+            && self.from_place.is_none()
+            && compiled.image.len() <= script::room_for(true);
         let feed = match Feed::new(&compiled) {
             Ok(feed) if fits && !feed.keeps().is_empty() => {
                 console.complain("KEEP values belong to a stored program; it fits and is stored");
-                return self.run_stored(&mut board, script, &identity, console);
+                return self.run_stored(&mut board, script, &compiled, &identity, console);
             }
             Ok(feed) if fits && feed.has_events() => {
                 console.complain(
                     "a stored program serves ON IN and ON EVERY within 2 ms; it fits and is stored",
                 );
-                return self.run_stored(&mut board, script, &identity, console);
+                return self.run_stored(&mut board, script, &compiled, &identity, console);
             }
             Ok(feed) => feed,
             Err(refused) => return Err(self.refuse(refused, console)),
@@ -154,11 +164,15 @@ impl Stream {
         feed.set_keeps(keeps.values());
         let whole = feed.clone();
         let mut job = Job::new(feed, slots.bytes.into());
-        let checked = if self.from_line > 1 {
+        let checked = if self.from_line > 1 || self.from_place.is_some() {
+            let goal = self.goal(&whole, profile, console)?;
             let mut track = Track::new(profile, [0; 3], 0);
-            job.skip((self.from_line, self.pass), &mut track, standing.steps)
-                .map_err(|refused| self.refuse(refused, console))?;
-            self.confirm(track.steps(), standing.steps, console)?;
+            job.skip(goal, &mut track).map_err(|refused| self.refuse(refused, console))?;
+            let (approach, on) = self.approach(&track, goal, board, console)?;
+            job.lead(track.darkens(on));
+            job.lead(approach.instructions());
+            let restored = track.restore().map_err(|fault| self.wrong_place(fault))?;
+            job.lead(restored);
             Checked::default()
         } else {
             check::check(whole, track).map_err(|refused| self.refuse(refused, console))?
@@ -250,39 +264,6 @@ impl Stream {
                 }
                 None
             }
-        }
-    }
-
-    fn confirm(
-        &self,
-        expected: [i32; 3],
-        there: [i32; 3],
-        console: &Console,
-    ) -> Result<(), Failure> {
-        let list = |place: [i32; 3]| {
-            let axes = Axis::ALL.map(|axis| format!("{} {}", axis.letter(), place[axis.index()]));
-            axes.join(", ")
-        };
-        console.complain(&format!(
-            "line {}{} begins at {}; the board stands at {} (machine steps)",
-            self.from_line,
-            if self.pass > 1 { format!(", pass {},", self.pass) } else { String::new() },
-            list(expected),
-            list(there)
-        ));
-        if self.yes {
-            return Ok(());
-        }
-        if !std::io::stdin().is_terminal() {
-            return Err(Failure::Usage(
-                "--from-line needs --yes where nobody can be asked".to_owned(),
-            ));
-        }
-        console.complain("Is the tool free to go on from there? yes, or anything else:");
-        let mut answer = String::new();
-        match std::io::stdin().lock().read_line(&mut answer) {
-            Ok(_) if answer.trim() == "yes" => Ok(()),
-            _ => Err(Failure::Usage("nothing was moved".to_owned())),
         }
     }
 

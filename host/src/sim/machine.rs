@@ -120,7 +120,7 @@ impl Machine {
             buttons: Buttons::default(),
             ending: Ending::new(options.interrupted),
             motion: Motion::new(record.axes, record.corner, options.part),
-            axes: Axes::new(profile, &record),
+            axes: Axes::new(profile, &record, options.part.renews()),
             pieces: Pieces::default(),
             search: Search::default(),
             plant: Plant::new(profile, &record, &scenario),

@@ -11,7 +11,7 @@ use super::check::{CHECK, fails};
 use super::feed::{BUDGET, Feed, Moment, Refused, Step};
 use super::piece::{Piece, Writer, answers, failing};
 use crate::client::stream::Call;
-use crate::track::Track;
+use crate::track::{Instruction, Track};
 
 /// What stands at a place of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +60,25 @@ pub enum More<'a> {
 /// Asked for what follows, again and again while the answer is to wait.
 pub type Source<'a> = Box<dyn FnMut() -> More<'a> + 'a>;
 
+/// Where a job is to go on in its middle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Goal {
+    /// At the first statement at or after a line, or where the job comes there the `pass`-th time.
+    Line {
+        /// From 1.
+        line: u32,
+        /// From 1.
+        pass: u32,
+    },
+    /// At a statement of the machine.
+    Effect {
+        /// How many the job executes before it.
+        number: u64,
+        /// Its line.
+        line: u32,
+    },
+}
+
 /// Makes pieces of a job.
 pub struct Job<'a> {
     feed: Feed<'a>,
@@ -81,6 +100,9 @@ pub struct Job<'a> {
     /// The KEEP values with which statements were written, each with the count of statements
     /// before the first of them.
     keeps: VecDeque<(u64, Vec<i32>)>,
+    /// What comes before the program's first statement, with its line.
+    lead: VecDeque<Instruction>,
+    lead_line: u32,
     /// It prints.
     pub prints: bool,
 }
@@ -102,22 +124,23 @@ impl<'a> Job<'a> {
             over: None,
             marks: VecDeque::new(),
             keeps,
+            lead: VecDeque::new(),
+            lead_line: 1,
             prints: false,
         }
     }
 
-    /// Skips to the first statement at or behind `line`, or to where the job comes there the
-    /// `pass`-th time, from 1: what comes before leaves its state only, as if no event came
-    /// meanwhile. `steps` is where the board's axes stand.
+    /// Skips to where the job is to go on: what comes before leaves its state only, as if no event came
+    /// meanwhile. [`Job::lead`] brings the board there.
     ///
     /// # Errors
     /// There is no such line or pass, or what comes before it hangs on what the machine answers.
-    pub fn skip(
-        &mut self,
-        (line, pass): (u32, u32),
-        track: &mut Track,
-        steps: [i32; 3],
-    ) -> Result<(), Refused> {
+    pub fn skip(&mut self, goal: Goal, track: &mut Track) -> Result<(), Refused> {
+        let (line, pass) = match goal {
+            Goal::Line { line, pass } => (line, pass),
+            Goal::Effect { line, .. } => (line, 1),
+        };
+        let mut effects = 0;
         let mut left = CHECK;
         // Line and address of the first effect there, and how often the job came to it.
         let mut there = (0, 0);
@@ -126,7 +149,12 @@ impl<'a> Job<'a> {
             match self.feed.step() {
                 Step::Effect(effect, at) => {
                     let here = (at, self.feed.pc());
-                    if passes == 0 && at >= line || passes > 0 && here == there {
+                    if let Goal::Effect { number, .. } = goal {
+                        if effects == number {
+                            break;
+                        }
+                        effects += 1;
+                    } else if passes == 0 && at >= line || passes > 0 && here == there {
                         there = here;
                         passes += 1;
                         if passes == pass {
@@ -170,15 +198,30 @@ impl<'a> Job<'a> {
         // What was executed before has been counted then.
         let (_, keeps) = self.keeps.front().cloned().unwrap_or_default();
         self.feed.set_keeps(&keeps);
-        for (values, code) in track.restore(steps).map_err(|fault| fails(fault, line))? {
+        self.lead_line = line;
+        Ok(())
+    }
+
+    /// The board does this before the program's first statement.
+    pub fn lead(&mut self, list: impl IntoIterator<Item = Instruction>) {
+        self.lead.extend(list);
+    }
+
+    /// Writes what comes first, a piece's worth; `false` when more of it is left.
+    fn write_lead(&mut self) -> bool {
+        let leads = !self.lead.is_empty();
+        while let Some((values, code)) = self.lead.front() {
             // An event comes behind all of it at the earliest.
             self.within = self.feed.has_handlers();
-            self.writer.put(line, (&values, &code), None, self.within);
+            if !self.writer.put(self.lead_line, (values, code), None, self.within) {
+                return false;
+            }
+            self.lead.pop_front();
         }
-        if self.feed.is_guarded() {
-            self.writer.put_control(line, &guard(true));
+        if leads && self.feed.is_guarded() {
+            return self.writer.put_control(self.lead_line, &guard(true));
         }
-        Ok(())
+        true
     }
 
     /// More programs follow when this one has ended: without handlers and KEEP values, for the same
@@ -217,6 +260,9 @@ impl<'a> Job<'a> {
             return None;
         }
         self.thinks = false;
+        if !self.write_lead() {
+            return Some(self.writer.finish(false));
+        }
         loop {
             let step = self.held.take().unwrap_or_else(|| self.feed.step());
             let written = match step {

@@ -14,7 +14,8 @@ use lang::wire::{Control, End, Exception, RunState, Stream};
 
 use super::check::{self, Checked};
 use super::feed::{Feed, Refused};
-use super::job::Job;
+use super::job::{Goal, Job};
+use super::near;
 use super::pump::{self, Outcome, Progress};
 use crate::bench::stand::Stand;
 use crate::bench::stream::raster;
@@ -163,6 +164,42 @@ fn it_pauses_goes_on_and_stops_cleanly() {
     assert_eq!((status.state, &status.outputs[..]), ("empty", &[][..]));
 }
 
+/// The host that feeds is gone; another one goes on asking how the board is, as an HMI and a gateway always do.
+#[test]
+fn a_job_ends_two_seconds_behind_its_own_host_whoever_else_asks() {
+    let second = Duration::from_millis(1000);
+    let (_, compiled) = compile("SetOut 1, ON\nSetOut 3, ON\nF600\nG1 X200\n");
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let client = stand.client();
+    let slots = client.stream_slots().expect("an answer").expect("it can stream");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+    client.stream_open(&slots, job.machine()).expect("open");
+    let piece = job.piece().expect("a piece");
+    assert!(client.stream_piece(&slots, 0, &piece.bytes).expect("sent"));
+    client.stream_control(Stream::Run).expect("it runs");
+    client.stream_control(Stream::Finish).expect("it is whole");
+    // As long as it looks after its job, the job goes on.
+    for _ in 0..20 {
+        client.link().pause(second / 5);
+        client.stream_standing().expect("an answer");
+    }
+    let status = client.status().expect("an answer");
+    assert_eq!((status.state, &status.outputs[..]), ("running", &[1, 3][..]));
+    for n in 0..20 {
+        client.link().pause(second / 5);
+        let status = client.status().expect("an answer");
+        // The print is anybody's, and so is what `stream_slots` reads.
+        client.take_print().expect("an answer");
+        client.stream_slots().expect("an answer");
+        if n == 8 {
+            assert_eq!(status.state, "running", "not before two seconds are over");
+        }
+    }
+    let status = client.status().expect("an answer");
+    assert_eq!((status.state, status.fault.as_deref()), ("fault", Some("F18")));
+    assert!(status.outputs.is_empty() && status.moving.is_empty(), "{status:?}");
+}
+
 #[test]
 fn a_job_that_only_computes_is_stopped_too() {
     let mut stand = Stand::new(&mill()).expect("a board");
@@ -308,6 +345,88 @@ fn the_whole_job_is_checked_before_the_first_move() {
     assert!(refused.expect_err("a fault of its own").text.contains("F02"));
 }
 
+const fn from_line(line: u32) -> Goal {
+    Goal::Line { line, pass: 1 }
+}
+
+/// The board is brought to where the job goes on lifted and dark: outputs that were on are off on the whole way, Z goes up
+/// first and down last, and what the job had on comes on there.
+#[test]
+fn a_job_that_goes_on_in_the_middle_comes_there_dark_and_lifted() {
+    let text = "G0 Z5\nSetOut 1, ON\nF600\nG0 X20 Y10\nG1 Z-2\nG1 X30\nG1 Y20\n";
+    let (program, compiled) = compile(text);
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let client = stand.client();
+    let slots = client.stream_slots().expect("an answer").expect("it can stream");
+    client.set_coil(lang::wire::COILS, true).expect("switched");
+    client.set_coil(lang::wire::COILS + 2, true).expect("switched");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+    let mut track = Track::new(&program.profile, [0; 3], 0);
+    job.skip(from_line(6), &mut track).expect("the state is known");
+    let approach = track.approach([0; 3], [0; 3], None).expect("a way");
+    let legs: Vec<_> = approach.legs.iter().map(|leg| leg.map(|p| p.map(|p| p.um))).collect();
+    let wanted =
+        [[None, None, Some(5_000)], [Some(20_000), Some(10_000), None], [None, None, Some(-2_000)]];
+    assert_eq!(legs, wanted);
+    let lifted = track.approach([0; 3], [0; 3], Some(12_000)).expect("a way");
+    assert_eq!(lifted.legs[0][2].map(|place| place.um), Some(12_000));
+    // Never down first, whatever the lift says.
+    let high = track.approach([0, 0, 900], [0; 3], Some(1_000)).expect("a way");
+    assert_eq!(high.legs[0][2], None);
+    job.lead(track.darkens(0b101));
+    job.lead(approach.instructions());
+    job.lead(track.restore().expect("a state"));
+    let mut lit = Vec::new();
+    let outcome = pump::run_observed(client, &mut job, slots, &mut quietly, None, &mut |client| {
+        let coils = client.coils(lang::wire::COILS, 3)?;
+        let place = client.stream_standing()?.steps;
+        lit.push((place, coils));
+        Ok(())
+    });
+    assert_eq!(outcome.expect("an end").end, End::Done);
+    let moving: Vec<_> = lit.iter().filter(|(place, _)| *place != [0; 3]).collect();
+    let on_the_way = |place: &[i32; 3]| place[0] < 2_000 || place[1] < 1_000 || place[2] > -200;
+    assert!(moving.iter().any(|(place, _)| on_the_way(place)), "{lit:?}");
+    for (place, coils) in &moving {
+        assert!(!on_the_way(place) || coils == &[false; 3], "{place:?}: {coils:?}");
+        assert!(!coils[2], "{place:?}: output 3 was never the job's");
+    }
+    assert!(moving.iter().any(|(_, coils)| coils[0]), "{lit:?}");
+    assert_eq!(stand.motors(), [3000, 2000, -200]);
+}
+
+#[test]
+fn the_boards_own_zero_says_where_a_zeroed_job_lies() {
+    let (program, compiled) = compile("G92 X0 Y0\nG0 Z5\nF600\nG1 X10\nG1 Y10\n");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
+    let mut track = Track::new(&program.profile, [0; 3], 0);
+    job.skip(from_line(5), &mut track).expect("the state is known");
+    // The work's corner lay at machine 30, 40; the run was stopped at 35, 40.
+    let approach = track.approach([3_500, 4_000, 500], [3_000, 4_000, 0], None).expect("a way");
+    assert_eq!(approach.steps, [4_000, 4_000, 500]);
+    let restored = track.restore().expect("a state");
+    assert_eq!(restored[0].0, [10_000], "X is 10 mm from its zero there");
+}
+
+#[test]
+fn the_nearest_line_to_a_place_is_found() {
+    let text =
+        "F600\nG0 X50 Y0\nREPEAT 3\nG91\nG1 Y1\nG90\nG1 X10\nG91\nG1 Y1\nG90\nG1 X50\nEND REPEAT\n";
+    let (program, compiled) = compile(text);
+    let near = |place| {
+        let feed = Feed::new(&compiled).expect("streamable");
+        near::nearest(feed, &program.profile, place).expect("it draws")
+    };
+    let (goal, far) = near([30_000, 4_000]);
+    assert!(matches!(goal, Goal::Effect { line: 11, .. }) && far == 0.0, "{goal:?} {far}");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
+    let mut track = Track::new(&program.profile, [0; 3], 0);
+    job.skip(goal, &mut track).expect("the state is known");
+    assert_eq!(track.steps(), [1_000, 400, 0], "before the line in its second pass");
+    let (_, far) = near([30_000, 100_000]);
+    assert_eq!(far, 94_000.0);
+}
+
 #[test]
 fn a_job_begins_anew_in_the_middle() {
     let text = "G92 X10\nF600 S300\nM3\nG91\nG1 X5\nG1 X5 Y1\nG90\nG1 X30\nM5\n";
@@ -318,20 +437,23 @@ fn a_job_begins_anew_in_the_middle() {
     let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
     let mut track = Track::new(&program.profile, [0; 3], 0);
     let there = client.stream_standing().expect("an answer").steps;
-    job.skip((8, 1), &mut track, there).expect("the state is known");
+    job.skip(from_line(8), &mut track).expect("the state is known");
     // Work 10 is machine 0; two moves of 5 mm, 100 steps/mm.
     assert_eq!(track.steps(), [1000, 100, 0]);
+    let approach = track.approach(there, [0; 3], None).expect("a way");
+    job.lead(approach.instructions());
+    job.lead(track.restore().expect("a state"));
     let outcome = pump::run(client, &mut job, slots, &mut quietly, &mut |_| ()).expect("an end");
     assert_eq!(outcome.end, End::Done);
-    // Work 30 is machine 20; Y was never moved here.
-    assert_eq!(stand.motors(), [2000, 0, 0]);
+    // Work 30 is machine 20; Y stands where the job had sent it.
+    assert_eq!(stand.motors(), [2000, 100, 0]);
 
     let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
-    let refused = job.skip((99, 1), &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
+    let refused = job.skip(from_line(99), &mut Track::new(&program.profile, [0; 3], 0));
     assert!(refused.expect_err("no such line").text.contains("over"));
     let (program, compiled) = compile("F60\nIF IN(1) THEN G1 X1\nG1 X5\n");
     let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
-    let refused = job.skip((3, 1), &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
+    let refused = job.skip(from_line(3), &mut Track::new(&program.profile, [0; 3], 0));
     assert_eq!(refused.expect_err("it hangs on an input").line, 2);
 }
 
@@ -344,7 +466,8 @@ fn a_job_begins_anew_in_a_pass_of_a_loop() {
     let mut skipped = |line: u32, pass: u32| {
         let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
         let mut track = Track::new(&program.profile, [0; 3], 0);
-        job.skip((line, pass), &mut track, [0; 3]).map(|()| {
+        job.skip(Goal::Line { line, pass }, &mut track).map(|()| {
+            job.lead(track.restore().expect("a state"));
             let mut printed = Vec::new();
             let mut print = |bytes: &[u8]| printed.extend_from_slice(bytes);
             let run = pump::run(stand.client(), &mut job, slots, &mut quietly, &mut print);
@@ -390,7 +513,7 @@ fn keeps_count_what_was_done() {
     let mut feed = Feed::new(&compiled).expect("streamable");
     feed.set_keeps(&[31]);
     let mut job = Job::new(feed, slots.bytes.into());
-    job.skip((4, 1), &mut Track::new(&mill(), [0; 3], 0), [0; 3]).expect("the state is known");
+    job.skip(from_line(4), &mut Track::new(&mill(), [0; 3], 0)).expect("the state is known");
     let outcome = pump::run(client, &mut job, slots, &mut quietly, &mut |_| ()).expect("an end");
     assert_eq!(outcome.keeps, [91], "what was counted before line 4 is not counted again");
 }

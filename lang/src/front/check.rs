@@ -6,6 +6,7 @@
 
 mod argument;
 mod calls;
+mod clocks;
 mod control;
 mod declare;
 mod expr;
@@ -49,6 +50,7 @@ pub fn check(
     let mut checker = Checker::new(script, text, profile, core::mem::take(diags));
     checker.declare_all();
     checker.infer_all();
+    checker.find_clocks();
     checker.find_labels();
     let graph = graph::build(&mut checker);
     let calls = calls::check(&mut checker, &graph);
@@ -100,6 +102,8 @@ struct Checker<'a> {
     gcode: gcode::Blocks<'a>,
     /// Variables that a SUB or FUNCTION writes: a call may change them.
     written_by_routines: HashSet<VarId>,
+    /// Variables and parameters that hold readings of TIMER.
+    clocks: HashSet<VarId>,
     /// Routines that only handlers reach.
     handler_routines: Vec<bool>,
     /// Next event slot.
@@ -128,6 +132,7 @@ impl<'a> Checker<'a> {
             around: stmt::Around::default(),
             gcode: gcode::Blocks::default(),
             written_by_routines: HashSet::new(),
+            clocks: HashSet::new(),
             handler_routines: Vec::new(),
             events: 0,
             keeps: 0,

@@ -12,13 +12,15 @@ macro_rules! register_rows {
                 COILS: Coils 0 + 16, WRITABLE;
                 INPUT_BITS: Inputs 0 + 32, 0;
                 STATUS_BITS: Inputs 256 + 128, 0;
-                STATUS: InputRegisters 1000 + 100, 0;
+                STATUS: InputRegisters 1000 + 27, 0;
+                PLACES: InputRegisters 1030 + 24, 0;
+                GOALS: InputRegisters 1060 + 24, 0;
                 PROBE_RESULT_TEXT: InputRegisters 1330 + 12, 0;
                 PROBE_RESULT: InputRegisters 1350 + 12, 0;
                 CNC_STATUS: InputRegisters 3000 + 5, 0;
                 OWN_INPUT: InputRegisters 5000 + 200, 0;
                 COMMAND: Holding 2000 + 21, WRITABLE;
-                OUTPUTS: Holding 2160 + 6, WRITABLE;
+                OUTPUTS: Holding 2160 + 1, WRITABLE;
                 POSITIONS: Holding 2400 + 12, WRITABLE | LONG;
                 SPEEDS: Holding 2412 + 12, 0;
                 OVERRIDES: Holding 2430 + 2, WRITABLE;
@@ -53,12 +55,16 @@ macro_rules! register_rows {
                 PROBING: STATUS + 22;
                 /// Low byte: probe error, bit per axis. Also bits 368...
                 PROBE_ERROR: STATUS + 23;
-                /// Work positions in steps, 32 bits for each axis; the same as holding 2400.
-                WORK_POSITIONS: STATUS + 30;
+                /// Bytes of print that wait; the same as holding 5120.
+                PRINT_LENGTH: STATUS + 26;
+                /// Work positions in steps, 32 bits for each axis; the same as holding 2400. Axes 4 to 6 of the twelve registers are 0, here and in the blocks that follow.
+                WORK_POSITIONS: PLACES + 0;
                 /// Present speeds in steps/s, signed, 32 bits for each axis; the same as holding 2412.
-                ACTUAL_SPEEDS: STATUS + 42;
+                ACTUAL_SPEEDS: PLACES + 12;
                 /// Targets last commanded, work positions in steps, 32 bits for each axis.
-                TARGETS: STATUS + 60;
+                TARGETS: GOALS + 0;
+                /// F5529: speeds that axes on their own are to have, steps/s, signed, 32 bits for each axis; 0 at rest and on a path. Exception 2 on the G2553.
+                TARGET_SPEEDS: GOALS + 12;
                 /// Free registers of the command buffer: 21 when it takes a command, else 0.
                 COMMAND_ROOM: CNC_STATUS + 0;
                 /// Bit 0 alarm, 2 homing, 3 program running, 4 paused, 5 jog, 6 door, 8 emergency stop.

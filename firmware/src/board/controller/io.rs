@@ -22,7 +22,7 @@ pub struct Io {
     pub outputs: u16,
     /// Outputs as they were before a pause.
     pub resume: u16,
-    /// Levels of the inputs before the filter.
+    /// Levels of the inputs before the filter, forced ones included: what probes and reference runs look at.
     pub raw: u16,
     /// Level of input 17, which has no filter, in the last millisecond.
     pub probe: bool,
@@ -88,7 +88,7 @@ impl Controller {
         true
     }
 
-    /// Sends the outputs and takes the inputs 1 to 16, before the filter.
+    /// Sends the outputs and takes the inputs 1 to 16, before the filter: as they are, for that, without forcing.
     pub(super) fn exchange(&mut self) -> u16 {
         self.drive_pwm();
         let outputs = match self.record.laser {
@@ -99,8 +99,9 @@ impl Controller {
         let fault = self.io.outputs & self.record.fault.keep | self.record.fault.on;
         crate::chip::flash::remember_stop(fault ^ self.record.output_invert);
         let raw = if self.chained() { chain::exchange(levels) } else { chain::pins(levels) };
-        self.io.raw = raw ^ self.record.input_invert;
-        self.io.raw
+        let raw = raw ^ self.record.input_invert;
+        self.io.raw = self.io.inputs.forced(raw);
+        raw
     }
 
     /// The status lamp: off without a program, lit when ready, blinking slowly in a run and fast in

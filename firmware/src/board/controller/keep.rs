@@ -20,6 +20,24 @@ pub struct Carried {
     values: [i32; keep::KEEPS as usize],
 }
 
+/// KEEP values that a program has left behind with RUN: they go to flash when its second is over, with the run's end
+/// at the latest. A chain of short programs would wear out its segments in an hour otherwise.
+#[derive(Clone, Copy, Default)]
+pub struct Left {
+    /// Number of the program in the library.
+    number: u8,
+    /// How many; 0 for none.
+    count: u8,
+    mark: u8,
+    values: [i32; keep::KEEPS as usize],
+}
+
+/// So many programs of a chain may have left theirs within a second: one more waits for its end.
+pub const LEFT: usize = 4;
+
+/// Milliseconds between two times that a run writes values to flash.
+pub const SECOND: u16 = 1024;
+
 impl Controller {
     /// KEEP values of the stored program.
     pub(super) fn keep_count(&self) -> u16 {
@@ -115,20 +133,71 @@ impl Controller {
         if kept.count == 0 {
             return;
         }
+        let number = self.store.current();
+        let left = self.left.iter().find(|left| {
+            left.number == number && (u16::from(left.count), left.mark) == (kept.count, kept.mark)
+        });
+        let left = left.map(|left| left.values);
         for index in 0..kept.count.min(keep::KEEPS) {
-            vm().set_cell(self.keep_base() + index, keep::read(&self.ring(), kept, index));
+            let value = match left {
+                Some(values) => values.get(usize::from(index)).copied().unwrap_or(0),
+                None => keep::read(&self.ring(), kept, index),
+            };
+            vm().set_cell(self.keep_base() + index, value);
         }
-        self.save();
+        if left.is_none() {
+            self.write_kept(&self.cells());
+        }
     }
 
-    /// Writes changed KEEP values to flash; nothing may move.
-    pub(super) fn save(&mut self) {
+    /// The cells of the running program's KEEP values.
+    fn cells(&self) -> [i32; keep::KEEPS as usize] {
         let mut values = [0; keep::KEEPS as usize];
         let base = self.keep_base();
         for (of, slot) in (base..).zip(&mut values) {
             *slot = vm().cell(of);
         }
-        self.write_kept(&values);
+        values
+    }
+
+    /// Writes changed KEEP values to flash, those first that RUN has left; nothing may move.
+    pub(super) fn save(&mut self) {
+        let current = self.store.current();
+        for slot in 0..LEFT {
+            let left = core::mem::take(&mut self.left[slot]);
+            // Of the program that runs its cells are newer.
+            if left.count != 0 && left.number != current && self.store.choose(left.number) {
+                let values = left.values.get(..usize::from(left.count)).unwrap_or_default();
+                keep::save(&mut self.ring(), left.mark, values);
+            }
+        }
+        self.store.choose(current);
+        self.clock.kept = 0;
+        self.write_kept(&self.cells());
+    }
+
+    /// RUN leaves the program: its values go to flash when a second is over since the last ones did. `false` while
+    /// those of too many others wait for that.
+    pub(super) fn leave_kept(&mut self) -> bool {
+        if self.clock.kept >= SECOND {
+            self.save();
+            return true;
+        }
+        let (count, number) = (self.keep_count() as u8, self.store.current());
+        if count == 0 {
+            return true;
+        }
+        let (mark, values) = (self.mark(), self.cells());
+        let own = |left: &&mut Left| left.count != 0 && left.number == number;
+        let slot = match self.left.iter_mut().find(own) {
+            Some(slot) => slot,
+            None => match self.left.iter_mut().find(|left| left.count == 0) {
+                Some(slot) => slot,
+                None => return false,
+            },
+        };
+        *slot = Left { number, count, mark, values };
+        true
     }
 
     /// Flash gets as many of these as the program keeps.

@@ -260,10 +260,9 @@ impl Controller {
             let number = number.filter(|_| !crate::streams());
             self.program.effect.n = number.ok_or(Fault::NoProgram)?;
         }
-        if !self.motor.settled() || !self.lines.rests {
+        if !self.motor.settled() || !self.lines.rests || !self.leave_kept() {
             return Ok(());
         }
-        self.save();
         self.io.outputs = self.io.outputs & self.record.end.keep | self.record.end.on;
         // Not behind the check, which takes a while.
         self.exchange();

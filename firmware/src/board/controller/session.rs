@@ -40,10 +40,12 @@ impl Runs for Controller {
     fn brake_all(&mut self) {
         self.clock.spin = 0;
         self.motor.stop(0b111);
+        self.motor.end_pause();
     }
     fn halt(&mut self) {
         self.darken();
         self.motor.halt();
+        self.motor.end_pause();
     }
     fn unwatch(&mut self) {}
     fn forget_homes(&mut self) {

@@ -1,6 +1,7 @@
 //! What is done each millisecond.
 
 use super::Controller;
+use super::keep::SECOND;
 use crate::{chain, link};
 use firmware::rules::session;
 use firmware::rules::ticks::{self, Starts};
@@ -11,7 +12,8 @@ use lang::wire::{Control, RunState};
 /// Autorun gives up after so many watchdog resets in a row.
 const BITES: u16 = 3;
 
-/// Milliseconds without a valid request after which commands 102 and 1111 ramp down.
+/// Milliseconds without a valid request after which commands 102 and 1111 ramp down, and without one of the host that
+/// feeds it after which a streamed job ends.
 const SILENCE: u16 = 2000;
 
 /// Milliseconds, and what is counted in them at any time.
@@ -24,6 +26,8 @@ pub struct Clock {
     phase: u8,
     /// For so long has Stop been held.
     held: u16,
+    /// Since KEEP values went to flash.
+    pub kept: u16,
     /// Until motion goes on after a pause.
     pub spin: u16,
     /// Of the status lamp.
@@ -85,6 +89,7 @@ impl Controller {
             self.clock.held = 0;
         }
         self.lines.tick();
+        self.clock.kept = self.clock.kept.saturating_add(1);
         self.trace.tick();
         if self.command.jogs && (self.lines.silence > SILENCE || self.motor.moving() == 0) {
             self.command.jogs = false;
@@ -99,7 +104,7 @@ impl Controller {
             }
         }
         // Once: the count stays at its end.
-        if crate::streams() && self.lines.silence == SILENCE + 1 && self.session.is_active() {
+        if crate::streams() && self.lines.unfed == SILENCE + 1 && self.session.is_active() {
             self.fail(Fault::LinkLost);
         }
         if self.clock.spin != 0 {
@@ -118,10 +123,7 @@ impl Controller {
             self.program.timer = self.program.timer.wrapping_add(1);
             self.program.effect.count_down();
             self.program.outer.count_down();
-            if (self.program.timer as u16).is_multiple_of(1024)
-                && self.motor.rests()
-                && self.lines.rests
-            {
+            if self.clock.kept >= SECOND && self.motor.rests() && self.lines.rests {
                 self.save();
             }
         }

@@ -8,6 +8,7 @@ use firmware::rules::Axis;
 use firmware::rules::moves::Moves;
 use lang::fault::Fault;
 use lang::isa::Op;
+use lang::place;
 use lang::record::FULL_POWER;
 
 /// Its place in what is kept for each.
@@ -57,8 +58,15 @@ impl Moves for Controller {
     fn offset(&self, axis: Axis) -> i32 {
         self.motor.offset[i(axis)]
     }
-    fn set_offset(&mut self, axis: Axis, um: i32) {
-        self.motor.offset[i(axis)] = um;
+    // An axis that only feeds on may do so for ever: nobody has homed it, so its machine place may begin anew.
+    fn set_offset(&mut self, axis: Axis, mut um: i32) {
+        let motor = &mut self.motor;
+        let (before, steps) = (motor.um[i(axis)], motor.steps[i(axis)]);
+        if motor.homed & axis.bit() == 0 && place::is_far(before, steps) {
+            um = um.wrapping_sub(before);
+            motor.place(axis.n() % AXES, 0);
+        }
+        motor.offset[i(axis)] = um;
     }
     fn set_placed(&mut self, axis: Axis) {
         self.motor.placed |= axis.bit();

@@ -107,9 +107,14 @@ impl Targets for Aimed<'_> {
 }
 
 impl Motor {
-    /// The resting axis stands at `steps`.
-    pub fn place(&mut self, n: u8, steps: i32) {
+    /// The resting axis stands at `steps`. After so long a way by MoveSpeed that this does not fit into um, its machine
+    /// place begins anew at 0, without a work offset: no axis that has homed comes so far.
+    pub fn place(&mut self, n: u8, mut steps: i32) {
         let i = usize::from(n);
+        if convert(n, steps, false).is_err() {
+            steps = 0;
+            self.offset[i] = 0;
+        }
         self.actual[i] = steps;
         step::set_count(i, steps);
         self.single[i] = Single::new(steps, CLOCK);
@@ -124,6 +129,10 @@ impl Motor {
     /// The commanded place is where the axis is.
     #[inline(never)]
     pub fn settle_here(&mut self, n: u8) {
+        let here = self.position(n);
+        if convert(n, here, false).is_err() && !self.moves(n) {
+            return self.place(n, here);
+        }
         coords::settle_here(self, Axis::new(n));
     }
 

@@ -77,6 +77,10 @@ io_exchange:
     rra r12
     rra r12
 6:  xor B_INPUT_INVERT(r15), r12
+    /* a forced input has the level that it keeps behind the filter */
+    xor &INPUT, r12
+    bic &FORCED, r12
+    xor &INPUT, r12
     mov r12, &RAW
     ret
 
@@ -192,11 +196,6 @@ filter_raw:
     mov.b RAW-INPUT(r13), r12
 filter:
     xor.b @r13, r12
-    /* as to the buttons, a byte that is always 0 */
-    .if STORED-BUTTON != FORCED-INPUT
-    .error "the filter of the buttons reads the low byte of STORED"
-    .endif
-    bic.b FORCED-INPUT(r13), r12
     mov.b r12, r14
     and.b 2(r13), r14
     mov.b r14, r15

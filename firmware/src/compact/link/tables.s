@@ -38,7 +38,9 @@ map_blocks:
     MAP_BLOCK COILS, map_list_outputs
     MAP_BLOCK INPUT_BITS, map_list_status
     MAP_BLOCK STATUS_BITS, map_list_status
-    MAP_BLOCK STATUS, map_list_status
+    /* one block up to the last of them: there is no room for the rows of more */
+    .word BLOCK_STATUS
+    .byte BLOCK_GOALS+AT_TARGET_SPEEDS-BLOCK_STATUS, TABLES_STATUS, map_list_status-MAP_LISTS, 0
     MAP_BLOCK PROBE_RESULT_TEXT, map_list_probed
     MAP_BLOCK PROBE_RESULT, map_list_probed
     MAP_BLOCK CNC_STATUS, map_list_cnc
@@ -110,11 +112,12 @@ map_list_status:
     MAP_CODE AT_PLC_STATUS-AT_LIMITS, map_limit_switches
     MAP_CODE 1, map_plc_status
     MAP_CODE 1, map_probing
-    MAP_BYTE AT_WORK_POSITIONS-AT_PROBE_ERROR, PROBE_ERROR
+    MAP_BYTE AT_PRINT_LENGTH-AT_PROBE_ERROR, PROBE_ERROR
+    MAP_CODE BLOCK_PLACES-BLOCK_STATUS-AT_PRINT_LENGTH, map_print_count
 map_list_positions:
     MAP_ROUTINE AT_ACTUAL_SPEEDS-AT_WORK_POSITIONS, map_work_positions
 map_list_speeds:
-    MAP_ROUTINE AT_TARGETS-AT_ACTUAL_SPEEDS, map_speeds
+    MAP_ROUTINE BLOCK_GOALS-BLOCK_PLACES-AT_ACTUAL_SPEEDS, map_speeds
     MAP_ROUTINE REST, map_targets
 map_list_cnc:
     MAP_CODE AT_CNC_STATE, map_command_room
@@ -124,14 +127,13 @@ map_list_overrides:
     MAP_BYTE 1, OVERRIDE
     MAP_BYTE REST, OVERRIDE+1
 map_list_outputs:
-    MAP_WORDS 1, OUTPUT
-map_list_upload:
-    MAP_CODE REST, map_nothing
+    MAP_WORDS REST, OUTPUT
 map_list_command:
     MAP_WORDS 2, COMMAND_HEAD
     MAP_WORDS REST, COMMAND+4
 map_list_probed:
     MAP_WORDS 6, PROBED
+map_list_upload:
     MAP_CODE REST, map_nothing
 map_list_cells:
     MAP_ROUTINE REST, map_cells

@@ -26,13 +26,12 @@ map_written:
     clr r12
     ret
 
-map_write_outputs:
-    tst r12
-    jeq 1f
 map_bad_address:
     mov #EX_ADDRESS, r12
     ret
-1:  tst.b &P1SEL                ; its sign is the chain's data line
+
+map_write_outputs:
+    tst.b &P1SEL                ; its sign is the chain's data line
     jn 1f
     cmp #1<<2, r13              ; outputs 1 and 2 without the chain
     jhs illegal_value

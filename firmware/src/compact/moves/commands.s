@@ -60,8 +60,7 @@ force_input:
     jeq 4f
     bis r14, &INPUT
 4:  ret
-3:  mov #EX_ILLEGAL_VALUE, r12
-    ret
+3:  br #illegal_value
 
     /* Work position of the axis r12 becomes r15:r14 steps: r12 = 0 or an exception.
        Keeps r4 to r7 and r10. */

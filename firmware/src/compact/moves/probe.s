@@ -60,6 +60,7 @@ probe_answers:
 probe_pins:
     mov.b &P1IN, &IDLE
     mov.b &PROBE_AND, r12
+    bic.b &FORCED, r12          ; the level of a forced one is looked at
     rla.b r12
     rla.b r12
     rla.b r12

@@ -34,7 +34,13 @@ fn every_block_is_there_with_its_ends() {
             assert_eq!(ask(&mut board, &words(block.table, block.first, 1)), [1, 0x83, 2]);
             continue;
         }
-        let last = block.first + block.count - 1;
+        if [wire::PLACES, wire::GOALS].contains(&block.first) {
+            // One block with STATUS here, up to the targets.
+            continue;
+        }
+        let status = block.first == wire::STATUS && block.table == Table::InputRegisters as u8;
+        let count = if status { wire::TARGET_SPEEDS - wire::STATUS } else { block.count };
+        let last = block.first + count - 1;
         let bytes = if block.table <= 2 { 1 } else { 2 };
         for place in [block.first, last] {
             let reply = ask(&mut board, &words(block.table, place, 1));
@@ -129,7 +135,7 @@ fn outputs_are_coils_and_a_register() {
     let mut board = board();
     let body = words(5, 2, 0xFF00);
     assert_eq!(ask(&mut board, &body), body);
-    assert_eq!(read(&mut board, 3, wire::OUTPUTS, 6), [4, 0, 0, 0, 0, 0]);
+    assert_eq!(read(&mut board, 3, wire::OUTPUTS, 1), [4]);
     assert_eq!(ask(&mut board, &[1, 15, 0, 1, 0, 10, 2, 0b1010_0110, 1]), [1, 15, 0, 1, 0, 10]);
     assert_eq!(read(&mut board, 3, wire::OUTPUTS, 1), [0b1_1010_0110 << 1]);
     assert_eq!(write_one(&mut board, wire::OUTPUTS, 0x8421), Ok(()));

@@ -2,20 +2,24 @@
 
 use std::time::{Duration, Instant};
 
-use lang::wire::{Control, RunState};
+use lang::back::Compiled;
+use lang::profile::Profile;
+use lang::wire::{self, Control, RunState};
 use serde_json::json;
 
 use super::Stream;
 use super::keys::Keys;
 use crate::client::identity::Identity;
+use crate::client::orders;
+use crate::client::status::long;
 use crate::cmd::Console;
 use crate::cmd::port::Board;
 use crate::cmd::script::Script;
 use crate::failure::Failure;
-use crate::sim::trace::{Event, PerAxis, What};
-use crate::sim::world::World;
-use crate::sim::{self, Engine};
 use crate::stream::cut::{Piece, cut};
+use crate::stream::feed::Feed;
+use crate::stream::job::{Goal, Job};
+use crate::track::{Approach, Instruction, Track};
 
 /// How often the board is asked while a piece runs.
 const POLL: Duration = Duration::from_millis(40);
@@ -40,18 +44,21 @@ impl Stream {
         &self,
         board: &mut Board,
         script: Script,
+        compiled: &Compiled,
         identity: &Identity,
         console: &Console,
     ) -> Result<(), Failure> {
-        let expected = if self.from_line > 1 { Some(self.position(&script)?) } else { None };
         let last = script.program.last_line;
-        let room = usize::from(identity.area_bytes).min(MAX_PIECE);
+        let area = usize::from(identity.area_bytes);
         let from = script.line_of_text(self.from_line);
-        let mut pieces =
-            cut(script.program.clone(), identity.part(), room, from).map_err(|mut refused| {
-                refused.line = script.line_of_file(refused.line);
-                self.refuse(refused, console)
-            })?;
+        let pieces = |room| cut(script.program.clone(), identity.part(), room, from);
+        // What cannot be cut, for its KEEP values or handlers, is stored whole where the board has room for that.
+        let mut pieces = pieces(area.min(MAX_PIECE))
+            .or_else(|why| pieces(area).map_err(|_| why))
+            .map_err(|mut refused| {
+            refused.line = script.line_of_file(refused.line);
+            self.refuse(refused, console)
+        })?;
         for piece in &mut pieces {
             piece.first_line = script.line_of_file(piece.first_line);
             piece.last_line = script.line_of_file(piece.last_line);
@@ -60,10 +67,15 @@ impl Stream {
             }
         }
         let last = script.line_of_file(last);
-        if let Some(expected) = expected {
-            let there = board.status()?.pos;
-            let steps = |place: &PerAxis| place.values().map(Option::unwrap_or_default);
-            self.confirm(steps(&expected), steps(&there), console)?;
+        let mut approach = None;
+        if self.from_line > 1 {
+            let refuse = |refused| self.refuse(refused, console);
+            let mut job = Job::new(Feed::new(compiled).map_err(refuse)?, MAX_PIECE);
+            let mut track = Track::new(&script.program.profile, [0; 3], 0);
+            let goal = Goal::Line { line: self.from_line, pass: 1 };
+            job.skip(goal, &mut track).map_err(refuse)?;
+            let (way, on) = self.approach(&track, goal, board, console)?;
+            approach = Some((way, track.darkens(on)));
         }
         if pieces.len() > 1 {
             console.complain(&format!(
@@ -78,6 +90,13 @@ impl Stream {
         for piece in &pieces {
             bar.set_position(piece.first_line.into());
             bar.set_message(piece.first_line.to_string());
+            board
+                .bring(&piece.image, (None, "stream"), true, &mut |_| ())
+                .map_err(|error| Failure::Board(error.to_string()))?;
+            // The board has the job's axes from the first piece on.
+            if let Some((way, dark)) = approach.take() {
+                come(board, &script.program.profile, &way, &dark)?;
+            }
             self.piece(board, piece, &mut keys, console)?;
         }
         bar.finish_and_clear();
@@ -85,7 +104,7 @@ impl Stream {
         told(&self.file, &Tally { pieces: pieces.len(), lines, time: begun.elapsed() }, console)
     }
 
-    /// Stores a piece, starts it and waits for its end.
+    /// Starts the piece that is stored and waits for its end.
     fn piece(
         &self,
         board: &mut Board,
@@ -93,9 +112,6 @@ impl Stream {
         keys: &mut Keys,
         console: &Console,
     ) -> Result<(), Failure> {
-        board
-            .bring(&piece.image, (None, "stream"), true, &mut |_| ())
-            .map_err(|error| Failure::Board(error.to_string()))?;
         let (_, runs) = board.run_state()?;
         board.control(Control::Start)?;
         let mut told = None;
@@ -142,23 +158,45 @@ impl Stream {
         console.complain(&format!("  hint: --from-line {line} goes on from there"));
         Err(Failure::Run)
     }
+}
 
-    /// Where the tool stands before the first line that is run.
-    fn position(&self, script: &Script) -> Result<PerAxis, Failure> {
-        let place = std::rc::Rc::new(std::cell::Cell::new((false, PerAxis::default())));
-        let (seen, from) = (place.clone(), script.line_of_text(self.from_line));
-        let sink = Box::new(move |event: &Event| match &event.what {
-            What::Move { line, to, .. } if !seen.get().0 => {
-                let reached = *line >= from;
-                seen.set((reached, if reached { seen.get().1 } else { *to }));
-            }
-            _ => {}
-        });
-        let options = sim::Options { record: false, times: false, ..sim::Options::default() };
-        sim::run(&script.program, Engine::Rhai, &World::empty(), &options, sink)
-            .map_err(|error| Failure::Board(error.to_string()))?;
-        Ok(place.get().1)
+/// Brings a board to where the job goes on, by commands, with the outputs off: a job that is stored in pieces begins each
+/// of them where the axes stand.
+fn come(
+    board: &mut Board,
+    profile: &Profile,
+    approach: &Approach,
+    dark: &[Instruction],
+) -> Result<(), Failure> {
+    for (values, _) in dark {
+        board.set_coil(wire::COILS + values[0] as u16 - 1, false)?;
     }
+    let words = board.input(wire::WORK_POSITIONS, 6)?;
+    let work = [0, 2, 4].map(|at: usize| long(words[at], words[at + 1]));
+    let words = board.holding(wire::MACHINE_POSITIONS, 6)?;
+    let offsets = [0, 1, 2].map(|i: usize| long(words[2 * i], words[2 * i + 1]) - work[i]);
+    for leg in &approach.legs {
+        for (axis, own) in profile.axes() {
+            let Some(place) = leg[axis.index()] else { continue };
+            let target = i64::from(place.steps) - i64::from(offsets[axis.index()]);
+            let order =
+                orders::move_to(axis, orders::ramps(own), own.top_rate.unsigned_abs(), target);
+            let wrong = || format!("{} cannot go to where that line begins", axis.letter());
+            board.order(&order, wrong).map_err(Failure::Board)?;
+            while !board.status()?.moving.is_empty() {
+                board.link().pause(POLL);
+            }
+            let words = board.holding(wire::MACHINE_POSITIONS, 6)?;
+            let at = 2 * axis.index();
+            if long(words[at], words[at + 1]) != place.steps {
+                return Err(Failure::Board(format!(
+                    "{} was stopped on its way to where that line begins",
+                    axis.letter()
+                )));
+            }
+        }
+    }
+    Ok(())
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a rate for people")]

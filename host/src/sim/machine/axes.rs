@@ -36,6 +36,8 @@ struct State {
 pub struct Axes {
     states: [State; 3],
     require_homing: bool,
+    /// SetPos lets the machine place of an axis that is far away begin anew ([`place::is_far`]).
+    renews: bool,
 }
 
 /// An axis with a target, which counts from `from` when it is relative, and where that lies.
@@ -125,13 +127,13 @@ pub fn scaled(value: i32, times: u16, over: u16) -> Result<i32, Fault> {
 }
 
 impl Axes {
-    /// Every axis at 0, nowhere referenced.
-    pub fn new(profile: &Profile, record: &MachineRecord) -> Axes {
+    /// Every axis at 0, nowhere referenced; `renews`: of a part on which SetPos lets places begin anew.
+    pub fn new(profile: &Profile, record: &MachineRecord, renews: bool) -> Axes {
         let mut states = [State::default(); 3];
         for axis in Axis::ALL {
             states[axis.index()].record = record.axes[axis.index()];
         }
-        Axes { states, require_homing: profile.require_homing }
+        Axes { states, require_homing: profile.require_homing, renews }
     }
 
     /// Values of the axes that the machine has.
@@ -245,7 +247,8 @@ impl Axes {
         state.homed.then(|| self.to_steps(axis, um).ok()).flatten()
     }
 
-    /// The present place becomes the work position `value`, um.
+    /// The present place becomes the work position `value`, um. The machine place of an axis that has not homed begins
+    /// anew at 0 where it is far away ([`place::is_far`]).
     ///
     /// # Errors
     /// F01, F20 for an axis that the machine lacks.
@@ -253,9 +256,15 @@ impl Axes {
         if !self.is_present(axis) {
             return Err(Fault::ValueRange);
         }
+        let renews = self.renews;
         let state = self.state_mut(axis);
-        state.offset = state.place.um.checked_sub(value).ok_or(Fault::Overflow)?;
+        let Place { um, steps } = state.place;
+        state.offset = um.checked_sub(value).ok_or(Fault::Overflow)?;
         state.referenced = true;
+        if renews && !state.homed && place::is_far(um, steps) {
+            state.offset = state.offset.wrapping_sub(um);
+            state.place = Place::default();
+        }
         Ok(())
     }
 

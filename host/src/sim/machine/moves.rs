@@ -90,9 +90,20 @@ impl Machine {
     pub(super) fn adopt(&mut self, axis: Axis) {
         let at = self.motion.positions(self.clock.now())[axis.index()];
         self.axes.set_running(axis, false);
-        if at != self.axes.steps(axis) {
+        if self.axes.length(axis, at).is_err() {
+            // After a long way by MoveSpeed.
+            self.axes.command(axis, Place::default());
+            self.axes.clear_offset(axis);
+            self.renew(axis, at);
+        } else if at != self.axes.steps(axis) {
             self.axes.adopt(axis, at);
         }
+    }
+
+    /// The machine place of a resting axis begins anew at 0.
+    pub(super) fn renew(&mut self, axis: Axis, before: i32) {
+        self.plant.renew(axis, before);
+        self.motion.set_position(axis, 0);
     }
 
     /// MoveSpeed.

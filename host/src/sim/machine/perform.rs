@@ -55,7 +55,11 @@ impl Machine {
                 if self.motion.is_moving(axis) {
                     return Err(Fault::ValueRange);
                 }
+                let before = self.axes.steps(axis);
                 self.axes.set_work(axis, value)?;
+                if self.axes.steps(axis) != before {
+                    self.renew(axis, before);
+                }
             }
             Effect::Plain(Plain::SetOut, [n, on]) => self.set_out(n, on != 0)?,
             Effect::Plain(Plain::SetPort, [value, _]) => self.set_port(value),
@@ -170,7 +174,8 @@ impl Machine {
             Read::Homed(axis) => self.axes.is_homed(axis).into(),
             Read::Timer => {
                 let us = self.run_clock() - self.pause.program_us;
-                i32::try_from(us / 1_000).unwrap_or(i32::MAX)
+                // As the boards count: modulo 2^32.
+                ((us / 1_000) as u32).cast_signed()
             }
             Read::TimedOut => self.waits.timed_out.into(),
             Read::CharIn => std::mem::take(&mut self.waits.char_in),

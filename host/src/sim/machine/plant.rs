@@ -66,6 +66,12 @@ impl Plant {
         self.lost[index] = 0;
     }
 
+    /// The machine position becomes 0 where it was `before`, without motion.
+    pub fn renew(&mut self, axis: Axis, before: i32) {
+        let origin = &mut self.origin[axis.index()];
+        *origin = origin.saturating_add(before);
+    }
+
     /// True machine positions of commanded ones.
     pub fn true_positions(&self, at: [i32; 3]) -> [i32; 3] {
         [0, 1, 2].map(|index: usize| at[index].saturating_sub(self.lost[index]))

@@ -366,7 +366,7 @@ impl<'a> Checker<'a> {
             return self.folded(fold::binary(op, a, b), kind, span);
         }
         let node = hir::ExprKind::Binary(op, Box::new(left), Box::new(right));
-        Some(hir::Expr { kind, span: range(span), node })
+        Some(self.rounded(op, hir::Expr { kind, span: range(span), node }))
     }
 }
 

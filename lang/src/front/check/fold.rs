@@ -51,7 +51,7 @@ pub(super) fn to_steps(scale: Scale, um: i32) -> Result<i32, Fault> {
 
 /// Steps of an axis to um, half away from zero.
 pub(super) fn to_length(scale: Scale, steps: i32) -> Result<i32, Fault> {
-    ratio(steps, scale.um, scale.steps)
+    scale.length(steps).ok_or(Fault::Overflow)
 }
 
 fn ratio(value: i32, num: u16, den: u16) -> Result<i32, Fault> {

@@ -2,7 +2,7 @@
 
 use super::expr::{number, value_of};
 use super::names::Entity;
-use super::{Checker, fold, infer, kinds, range};
+use super::{Checker, clocks, fold, infer, kinds, range};
 use crate::axis::Axis;
 use crate::front::ast::{BinaryOp, Expr, ExprKind};
 use crate::front::codes::Code;
@@ -29,7 +29,7 @@ impl<'a> Checker<'a> {
         match func {
             Func::CharIn => read(ReadKind::CharIn),
             Func::InPort => read(ReadKind::InPort),
-            Func::Timer => read(ReadKind::Timer),
+            Func::Timer => Some(clocks::timer(span)),
             Func::TimedOut => read(ReadKind::TimedOut),
             Func::Err => plain(hir::ExprKind::Err),
             Func::Erl => plain(hir::ExprKind::Erl),
