@@ -16,6 +16,7 @@ use lang::effect::{Frame, Plane};
 use lang::fault::Fault;
 use lang::hir::{ArcCenter, Block, Expr, ExprKind, Program, Span, Stmt, StmtKind, Word};
 use lang::kind::Kind;
+use lang::profile::Profile;
 
 pub use curve::tolerance_um;
 use curve::{Center, Shape};
@@ -83,7 +84,8 @@ impl Why {
     pub fn remedy(self) -> String {
         match self {
             Why::Word(_) => {
-                "write the word in numbers, CONSTs and units, in mm or inches".to_owned()
+                "write the word in numbers, CONSTs and units, in mm or inches; or relative, in st"
+                    .to_owned()
             }
             Why::Start(axis) => format!(
                 "write a G0 or G1 with a number for {} in front of it, in the same SUB and loop; or \
@@ -217,7 +219,7 @@ impl Pen<'_> {
 
     /// The lines of an arc that begins with the axes at `at`.
     fn chords(&self, words: &Words<'_>, at: &Known, span: &Span) -> Result<Vec<StmtKind>, Why> {
-        let shape = shape(words, at)?;
+        let shape = shape(words, at, &self.program.profile)?;
         let moved =
             |axis: &Axis| words.plane.axes().contains(axis) || words.to[axis.index()].is_some();
         let held = |axis: &Axis| moved(axis) && self.movers.handlers.contains(*axis);
@@ -256,12 +258,25 @@ impl Pen<'_> {
     }
 }
 
+/// A constant way along an axis, um: a Length, or Steps by the axis's scale, to a whole um.
+fn way(value: &Expr, axis: Axis, profile: &Profile) -> Option<i32> {
+    if value.kind != Kind::Steps {
+        return length(value);
+    }
+    profile.axis(axis)?.scale.length(value.constant()?)
+}
+
 /// The arc in micrometres from its start.
-fn shape(words: &Words<'_>, at: &Known) -> Result<Shape, Why> {
+fn shape(words: &Words<'_>, at: &Known, profile: &Profile) -> Result<Shape, Why> {
     let mut end = [0; 3];
     for axis in Axis::ALL {
         let Some(word) = &words.to[axis.index()] else { continue };
-        let value = length(&word.value).ok_or(Why::Word(axis.letter()))?;
+        // Steps that are no way are places of the machine, wherever the work's zero is.
+        let value = match word.frame {
+            Frame::Relative => way(&word.value, axis, profile),
+            _ => length(&word.value),
+        };
+        let value = value.ok_or(Why::Word(axis.letter()))?;
         let from = match word.frame {
             Frame::Relative => 0,
             Frame::Work => at.0[axis.index()].ok_or(Why::Start(axis))?,
@@ -270,13 +285,17 @@ fn shape(words: &Words<'_>, at: &Known) -> Result<Shape, Why> {
         end[axis.index()] = value.checked_sub(from).ok_or(Why::Circle)?;
     }
     let center = match words.center {
-        ArcCenter::Radius(radius) => Center::Radius(length(radius).ok_or(Why::Word('R'))?),
+        ArcCenter::Radius(radius) => {
+            // A radius in steps is one where both axes have the same.
+            let [a, b] = words.plane.axes().map(|axis| way(radius, axis, profile));
+            Center::Radius(a.filter(|_| a == b).ok_or(Why::Word('R'))?)
+        }
         ArcCenter::Offsets(offsets) => {
             let mut found = [0; 2];
             for (found, axis) in found.iter_mut().zip(words.plane.axes()) {
                 if let Some(offset) = &offsets[axis.index()] {
                     let letter = ['I', 'J', 'K'][axis.index()];
-                    *found = length(offset).ok_or(Why::Word(letter))?;
+                    *found = way(offset, axis, profile).ok_or(Why::Word(letter))?;
                 }
             }
             Center::Offset(found)

@@ -280,7 +280,7 @@ fn a_start_is_followed_through_the_text() {
 
 #[test]
 fn what_cannot_be_drawn_has_its_reason() {
-    let text = "DIM i AS LENGTH\nG2 X10 Y0 I5 F300\nG0 X0 Y0\nG2 X10 Y0 I[i]\nG91 G2 X[i] Y1 R3\nG2 X5 Y5 R1\nG3 I[20st]\n";
+    let text = "DIM i AS LENGTH\nG2 X10 Y0 I5 F300\nG0 X0 Y0\nG2 X10 Y0 I[i]\nG91 G2 X[i] Y1 R3\nG2 X5 Y5 R1\nG90 G3 X[20st] Y5 I1\n";
     assert_eq!(
         refusals(text),
         [
@@ -288,12 +288,26 @@ fn what_cannot_be_drawn_has_its_reason() {
             (4, "I is only known while it runs".to_owned()),
             (5, "X is only known while it runs".to_owned()),
             (6, lang::fault::Fault::Arc.cause().to_owned()),
-            (7, "I is only known while it runs".to_owned()),
+            (7, "X is only known while it runs".to_owned()),
         ]
     );
     let handler =
         "ON EVERY 1s GOSUB away\nG91 G2 X2 I1 F300\nEND\nSUB away\nMoveRel X, 1mm\nEND SUB\n";
     assert_eq!(refusals(handler), [(2, "a handler may move X meanwhile".to_owned())]);
+}
+
+/// Importers of programs in steps write them so: a step is a known length on a known machine.
+#[test]
+fn relative_arcs_in_steps_are_those_of_the_same_length() {
+    let mm = "F300\nG91\nG3 X-2 Y2 I-2\nG2 X1 Y1 R1\nG2 I5\n";
+    let st =
+        "F300\nG91\nG3 X[-200st] Y[200st] I[-200st]\nG2 X[100st] Y[100st] R[100st]\nG2 I[500st]\n";
+    assert_eq!(cost(st), Cost { line: 3, ..cost(mm) });
+    let ends = |text: &str| {
+        let (program, _) = drawn(&program(text)).expect("chords");
+        format!("{:?}", lang::back::compile(&program).expect("it fits").image)
+    };
+    assert_eq!(ends(st), ends(mm));
 }
 
 #[test]
