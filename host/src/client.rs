@@ -4,7 +4,8 @@
 //! Every exchange ends: a reply is waited for at most [`Patience::reply`] on the link's own clock,
 //! a lost one is asked for again, and noise is read past until the time is over.
 
-pub mod frame;
+pub mod axes;
+mod frame;
 pub mod hall;
 pub mod identity;
 pub mod library;

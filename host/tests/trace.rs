@@ -171,6 +171,61 @@ fn a_board_starts_with_the_profile_that_it_is_given() {
     assert_eq!(code, 0, "{err}");
 }
 
+/// The book's commissioning, typed as it is printed, on a machine that is not the mill.
+#[test]
+fn jog_and_home_go_by_the_axes_that_the_board_has() {
+    for part in ["f5529", "g2553"] {
+        let board = Board::start(&["--part", part, "--speed", "max"]);
+        for command in [&["jog", "X", "1mm"][..], &["home", "X"]] {
+            let (code, out, err) = pasapas(&board, command, "");
+            assert_eq!((code, out.as_str()), (2, ""), "{part}: {err}");
+            assert!(err.contains("no axes") && err.contains("profile set"), "{err}");
+        }
+        let (_, out, _) = pasapas(&board, &["profile", "get"], "");
+        assert!(out.starts_with("# the board holds no program"), "{out}");
+        assert!(!out.contains("[x]") && !out.contains("mill"), "{out}");
+
+        let mill = lang::profile::BUILT_IN[0].1;
+        let line = mill.lines().find(|line| line.starts_with("scale")).expect("a scale");
+        let name = mill.lines().find(|line| line.starts_with("name")).expect("a name");
+        let mine = |steps: &str| {
+            let scale = format!("scale = {{ steps = {steps}, um = 5000 }}");
+            mill.replacen(line, &scale, 1).replacen(name, "name = \"mine\"", 1)
+        };
+        for (steps, made) in [("3200", 640), ("1600", 320)] {
+            fs::write(board.folder.path().join("my.toml"), mine(steps)).expect("a file");
+            let (code, out, err) = pasapas(&board, &["profile", "set", "my.toml"], "");
+            assert_eq!(code, 0, "{out}{err}");
+            let place = |out: &str| -> i64 {
+                out.split_whitespace().nth(1).and_then(|n| n.parse().ok()).expect("a place")
+            };
+            let jog = match part {
+                "f5529" => vec!["jog", "X", "1mm"],
+                // It does not tell its axes, and is asked for none of another machine.
+                _ => {
+                    let (code, out, err) = pasapas(&board, &["jog", "X", "1mm"], "");
+                    assert_eq!((code, out.as_str()), (2, ""), "{err}");
+                    vec!["jog", "X", "1mm", "--profile", "my.toml"]
+                }
+            };
+            let (code, first, err) = pasapas(&board, &jog, "");
+            assert_eq!(code, 0, "{err}");
+            let (_, second, _) = pasapas(&board, &jog, "");
+            assert_eq!(place(&second) - place(&first), made, "{part}: {first}{second}");
+        }
+        let (_, out, _) = pasapas(&board, &["profile", "get"], "");
+        assert_eq!(out.contains("steps = 1600"), part == "f5529", "{out}");
+        assert!(!out.contains("steps = 400"), "{out}");
+        // A program for other axes: what moves by its, and that is said.
+        fs::write(board.folder.path().join("p.bas"), "MoveAxe X, 1mm\n").expect("a file");
+        assert_eq!(pasapas(&board, &["upload", "p.bas"], "").0, 0);
+        let (code, _, err) = pasapas(&board, &["profile", "set", "my.toml"], "");
+        assert!(code == 0 && err.contains("made for other axes"), "{err}");
+        let (code, out, err) = pasapas(&board, &["start"], "");
+        assert_eq!(code, 0, "{out}{err}");
+    }
+}
+
 #[test]
 fn jog_and_home_refuse_a_board_with_another_machine() {
     for part in ["g2553", "f5529"] {

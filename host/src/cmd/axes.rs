@@ -1,7 +1,7 @@
 //! `pasapas home`, `jog` and `io`: commissioning, one line each.
 //!
-//! They use InterpCNC's commands 106 and 103 with the parameters of the host's profile, so they
-//! work on a board without a program too.
+//! They use InterpCNC's commands 106 and 103 with the parameters of the machine that `--profile` names, so they
+//! work on a board without a program too, or with those of the axes that the board itself tells.
 
 use std::time::Duration;
 
@@ -160,21 +160,49 @@ impl Options {
     }
 }
 
+/// The machine of a board that is to move: that of `--profile`, which must be the board's own unless `any`, or what the
+/// board itself tells. Never another one.
+///
+/// # Errors
+/// The machines differ, or the board tells none.
+fn machine_of(
+    board: &mut Board,
+    any: bool,
+    options: &Options,
+    console: &Console,
+) -> Result<Profile, Failure> {
+    if let Some(profile) = options.profile(console)? {
+        if !any {
+            must_be(board, &profile)?;
+        }
+        return Ok(profile);
+    }
+    let axes = board.axes()?;
+    let base = axes.profile().ok_or_else(|| {
+        Failure::Usage(format!(
+            "{axes}: name its machine with --profile, or bring it with `pasapas profile set FILE`"
+        ))
+    })?;
+    match board.board_record() {
+        Ok(record) => Ok(record.into_profile(&base)),
+        // What a lock hides nobody reads: a built-in machine is known all the same.
+        Err(ClientError::Locked) => Ok(base),
+        Err(error) => Err(error.into()),
+    }
+}
+
 impl Home {
     /// References the axes one after the other.
     ///
     /// # Errors
     /// A switch is not found, or the board does not do it.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        let profile = options.machine(console)?;
+        let mut board = self.port.connect(options, console)?;
+        let profile = machine_of(&mut board, self.any_profile, options, console)?;
         let axes = match self.axes.as_slice() {
             [] => profile.home_order.iter().map(|name| Axis::from(*name)).collect(),
             axes => axes.to_vec(),
         };
-        let mut board = self.port.connect(options, console)?;
-        if !self.any_profile {
-            must_be(&mut board, &profile)?;
-        }
         for axis in axes {
             let order = orders::home(&profile, axis).map_err(Failure::Usage)?;
             let wrong = || {
@@ -206,15 +234,12 @@ impl Jog {
     /// # Errors
     /// The distance is too long, or the board does not do it.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        let profile = options.machine(console)?;
+        let mut board = self.port.connect(options, console)?;
+        let profile = machine_of(&mut board, self.any_profile, options, console)?;
         let steps = steps(&profile, self.axis, self.distance)?;
         let Some(own) = profile.axis(self.axis) else { return Ok(()) };
         let top = own.top_rate.unsigned_abs();
         let speed = self.speed.unwrap_or((top / 4).max(1)).clamp(1, top);
-        let mut board = self.port.connect(options, console)?;
-        if !self.any_profile {
-            must_be(&mut board, &profile)?;
-        }
         // By the place to go to, which is told.
         let place = board.input(wire::WORK_POSITIONS + 2 * self.axis.index() as u16, 2)?;
         let target = i64::from(long(place[0], place[1])) + steps;

@@ -1,12 +1,14 @@
 //! `pasapas profile`: the machine descriptions that the host knows and that a board holds.
 
 use clap::{Args, Subcommand};
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
 use lang::profile::{BUILT_IN, Profile as Machine};
-use lang::record::BoardRecord;
-use lang::wire::Exception;
+use lang::record::{BoardRecord, MachineRecord};
+use lang::wire::{self, Exception};
 use serde_json::json;
 
-use super::port::Port;
+use super::port::{Board, Port};
 use super::{Console, Options};
 use crate::client::identity::differences;
 use crate::client::lock::words_of;
@@ -29,12 +31,13 @@ enum Action {
         /// A name or a file
         name: String,
     },
-    /// Print the profile that a board holds, as TOML; its axes are those of --profile
+    /// Print the profile that a board holds, as TOML: its axes are those of the program on it, or of --profile
     Get {
         #[command(flatten)]
         port: Port,
     },
-    /// Bring the board's part of a profile to a board: link, wiring, polarity, roles, safe states
+    /// Bring a profile to a board: link, wiring, polarity, roles, safe states; and its axes, in a program that does
+    /// nothing, unless the board holds another one
     Set {
         /// A file or the name of a built-in profile
         name: String,
@@ -103,15 +106,80 @@ fn to_toml(profile: &Machine) -> Result<String, Failure> {
 }
 
 fn get(port: &Port, options: &Options, console: &Console) -> Result<(), Failure> {
-    let base = options.machine(console)?;
     let mut board = port.connect(options, console)?;
-    let held = board.board_record()?.into_profile(&base);
+    let given = options.profile(console)?;
+    let record = board.board_record()?;
+    let axes = board.axes()?;
+    let held = match given {
+        Some(base) => Some(base),
+        None => axes.profile(),
+    };
+    // Without axes all the same what the board has: nobody goes on with another machine's by mistake.
+    let known = held.is_some();
+    let base = held.map_or_else(|| nobody().map_err(Failure::Usage), Ok)?;
+    let held = record.into_profile(&base);
     if console.json() {
         return console.json_line(&held);
     }
-    console.result(&to_toml(&held)?)
+    let text = to_toml(&held)?;
+    if known {
+        return console.result(&text);
+    }
+    console.result(&format!(
+        "# {axes}: the axes are missing here, `profile set FILE` brings them\n{text}"
+    ))
 }
 
+/// A machine without axes.
+fn nobody() -> Result<Machine, String> {
+    let mill = Machine::built_in(lang::profile::DEFAULT_NAME).map_err(|error| error.to_string())?;
+    Ok(Machine {
+        name: "unknown".to_owned(),
+        x: None,
+        y: None,
+        z: None,
+        home_order: Vec::new(),
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        ..mill
+    })
+}
+
+/// The axes of a profile on a board, in a program that does nothing, where none other is: `jog` and `home` move by them.
+/// What there is to tell.
+fn bring_axes(board: &mut Board, profile: &Machine) -> Result<Option<String>, Failure> {
+    let axes = MachineRecord::of(profile).hash();
+    let image = image_of(profile)?;
+    let there = board.identity()?;
+    if there.program_bytes != 0 {
+        if board.holding(wire::PROGRAM_PROFILE, 1)?[0] == axes {
+            return Ok(None);
+        }
+        // One that does nothing has this length, whatever the axes.
+        if usize::from(there.program_bytes) != image.len() {
+            return Ok(Some(format!(
+                "the program on the board was made for other axes than those of `{}`, and jog and home go by its: \
+                 upload it again, or name --profile",
+                profile.name
+            )));
+        }
+    }
+    board
+        .bring(&image, (None, AXES), true, &mut |_| ())
+        .map_err(|error| Failure::Board(error.to_string()))?;
+    Ok(None)
+}
+
+/// Name of the program that holds axes alone.
+const AXES: &str = "axes";
+
+/// That program.
+fn image_of(profile: &Machine) -> Result<Vec<u8>, Failure> {
+    let source = Source::new(AXES, "END\n".to_owned());
+    let (program, _) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
+    let compiled = program.and_then(|program| lang::back::compile(&program).ok());
+    compiled.map(|compiled| compiled.image).ok_or(Failure::Input)
+}
 /// Writes the board's part of a profile; `lock` is the code that holds from then on, if another one
 /// than before.
 fn set(
@@ -124,6 +192,8 @@ fn set(
     let profile = input::profile(name).map_err(|note| console.refuse(&note))?;
     let mut board = port.connect(options, console)?;
     let held = board.board_record()?;
+    // Before a lock may close.
+    let told = bring_axes(&mut board, &profile)?;
     let wanted = BoardRecord {
         lock: lock.unwrap_or(held.lock),
         ..BoardRecord::of(&profile, held.sequence.wrapping_add(1))
@@ -156,11 +226,16 @@ fn set(
             }
         }
     }
+    if let Some(told) = &told {
+        console.complain(told);
+    }
     if console.json() {
-        return console.json_line(&json!({ "profile": profile.name, "changed": changes }));
+        let axes = told.is_none();
+        return console
+            .json_line(&json!({ "profile": profile.name, "changed": changes, "axes": axes }));
     }
     console.result(&match changes.as_slice() {
-        [] => format!("the board held the profile `{}` already\n", profile.name),
+        [] => format!("the board held its part of the profile `{}` already\n", profile.name),
         changes => format!("the board holds `{}` now: {}\n", profile.name, changes.join(", ")),
     })
 }
