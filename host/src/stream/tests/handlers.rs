@@ -111,7 +111,8 @@ fn a_job_with_handlers_begins_anew_in_the_middle() {
     let slots = stand.client().stream_slots().expect("an answer").expect("it can stream");
     let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
     let mut track = Track::new(&program.profile, [0; 3], 0);
-    job.skip((6, 1), &mut track, [0; 3]).expect("the state is known");
+    job.skip(super::from_line(6), &mut track).expect("the state is known");
+    job.lead(track.restore().expect("a state"));
     stand.rig().borrow_mut().begin();
     let mut printed = Vec::new();
     let mut print = |bytes: &[u8]| printed.extend_from_slice(bytes);
@@ -121,7 +122,7 @@ fn a_job_with_handlers_begins_anew_in_the_middle() {
     assert_eq!(stand.motors(), [0; 3]);
 
     let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
-    let refused = job.skip((13, 1), &mut Track::new(&program.profile, [0; 3], 0), [0; 3]);
+    let refused = job.skip(super::from_line(13), &mut Track::new(&program.profile, [0; 3], 0));
     assert!(refused.expect_err("the handler").text.contains("handler"));
 }
 
