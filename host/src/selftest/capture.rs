@@ -74,6 +74,8 @@ impl<L: Link> Bench<'_, L> {
 
     fn wire(&mut self, wires: &str) {
         (self.ask)(Ask::Wire(wires));
+        // Inputs come through their filters.
+        self.board.link().pause(Duration::from_millis(100));
     }
 
     fn tell_timer(&mut self, mode: u16) -> Result<(), Trouble> {
