@@ -96,7 +96,7 @@ ram! {
     }
     /// Deadlines (ticks.s, step.s).
     session_missed = "session$missed" {
-        MISSED: 2, "Milliseconds served late, step events not armed in time.";
+        MISSED: 2, "Milliseconds served late.";
         RUNS: 2, "Runs begun since reset.";
     }
     /// Of the link, beyond the bytes that one byte names.

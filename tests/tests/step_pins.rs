@@ -11,8 +11,8 @@ use lang::record::AxisRecord;
 
 /// Interrupts are held off for each number of cycles up to this one.
 const LONGEST: u64 = 400;
-/// The least that a DRV8825 wants of STEP high and of STEP low: 1.9 us.
-const DRIVER: u64 = 48;
+/// The least that the drivers of the manual's table want of STEP low at these pulses, DM542: 2.5 us.
+const DRIVER: u64 = 63;
 /// Ticks of the shortest pulse that the engine promises: 3 us.
 const PULSE: u64 = 75;
 

@@ -113,9 +113,9 @@ global_asm!(
        that is nearer comes `DELAY` later than now. */
     .set MARGIN, 32
     .set DELAY, 50
-    /* The same for an axis on its own, of which STEP has just ended: DRV8825 wants 1.9 us low. */
-    .set ONE_MARGIN, 48
-    .set ONE_DELAY, 60
+    /* The same for an axis on its own, of which STEP has just ended: DM542 wants 2.5 us low. */
+    .set ONE_MARGIN, 57
+    .set ONE_DELAY, 68
 
     /* Schedules the next event of the slot at r15, ends the pulses, looks at the inputs and arms the axes that step next;
        with `turns` DIR follows the slot, too: when STEP has ended for {hold} cycles, and STEP_SETUP ticks before the

@@ -83,12 +83,13 @@ step_armed:
     cmp #4, r15
     jge step_exit
 
-    /* the event is due already: 32 ticks from now. Where its compare has come between two of the axes,
-       the next interrupt drops the pins some 94 ticks from now: no pulse gets shorter than others. */
-    inc &MISSED
+    /* The event is due already: 32 ticks from now. Its compare may have come between two of the axes: the flag that it has
+       left would bring the next interrupt at once, which would take back the pins that are armed but not yet up, while
+       COUNT has their steps. */
     mov &TA1R, r15
     add #32, r15
     mov r15, &TA1CCR0
+    bic #1, &TA1CCTL0
     jmp step_armed
 
     /* an input may answer at the step just made */

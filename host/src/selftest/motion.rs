@@ -155,7 +155,7 @@ impl<L: Link> Bench<'_, L> {
 
     /// Outputs at the level at which their wires leave the limit switches open.
     fn open_limits(&mut self) -> Result<(), Trouble> {
-        for n in self.record.reference {
+        for n in self.record.reference.into_iter().filter(|n| *n != 0) {
             let coil = wire::COILS + u16::from(n) - 1;
             let input = wire::INPUT_BITS + u16::from(n) - 1;
             if self.board.inputs(input, 1)?[0] && self.record.flags & BoardRecord::CHAIN != 0 {

@@ -119,7 +119,10 @@ fn each_fault_is_found_by_its_check() {
     });
     let (_rig, mut client) = board(&F5529, &world);
     let report = measured(&mut client, ALL).expect("it is measured");
-    assert_eq!(bad(&report), ["it comes back through 16 wires", "emergency stop by a contact"]);
+    assert_eq!(
+        bad(&report),
+        ["it comes back through 16 wires", "outputs behind a reset", "emergency stop by a contact"]
+    );
     let found = report.rows.iter().find(|row| row.check.starts_with("it comes back"));
     let found = found.map(|row| row.found.as_str());
     let told = "output 1 changes nothing; output 3 changes [4]; output 7 changes nothing";

@@ -62,9 +62,9 @@ pub const COMPARE: u16 = 0x0352;
 pub const COUNTER: u16 = 0x0350;
 pub const VECTOR: u16 = 0xFFEA;
 /// Place of the next event's time in the memory that both kinds of handlers share.
-pub const DUE: u16 = 42;
+pub const DUE: u16 = 40;
 /// Of ticks from DIR to STEP; the controls of channels are behind it.
-pub const SETUP: u16 = 44;
+pub const SETUP: u16 = 42;
 /// P6OUT, whose lowest pins are DIR.
 pub const DIR_OUT: u16 = 0x0243;
 
