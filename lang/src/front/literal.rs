@@ -111,8 +111,11 @@ const UNITS: [Unit; 13] = [
     unit("s", Kind::Time, 1000, 1, true),
 ];
 
+/// A unit of ours, and the ratio by which a number in another becomes one in it.
+type Ratio = (&'static str, u32, u32);
+
 /// Spellings of units that are not ours, what they are, and the unit to write with its ratio.
-const FOREIGN_UNITS: [(&str, &str, Option<(&str, u32, u32)>); 23] = [
+const FOREIGN_UNITS: [(&str, &str, Option<Ratio>); 23] = [
     ("sec", "seconds are written `s`", Some(("s", 1, 1))),
     ("secs", "seconds are written `s`", Some(("s", 1, 1))),
     ("second", "seconds are written `s`", Some(("s", 1, 1))),
@@ -139,7 +142,7 @@ const FOREIGN_UNITS: [(&str, &str, Option<(&str, u32, u32)>); 23] = [
 ];
 
 /// A number times `num / den` with another unit, where that is exact to three decimals.
-fn converted(digits: &str, (unit, num, den): (&str, u32, u32)) -> Option<String> {
+fn converted(digits: &str, (unit, num, den): Ratio) -> Option<String> {
     let thousandths = match Decimal::parse(&digits.replace('_', ""))?.scaled(num * 1000, den)? {
         (value, true) => value,
         (_, false) => return None,
