@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use import::placement::{self, List, Part, Side as PartSide, Unit};
@@ -80,6 +81,14 @@ impl Place {
     /// # Errors
     /// A file is wrong, or a part cannot be placed; that was written.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
+        let inputs: Vec<Option<&Path>> = self
+            .files
+            .iter()
+            .chain([&self.feeders])
+            .chain(&self.bom)
+            .map(|file| Some(Path::new(file)))
+            .collect();
+        output::keep_inputs(&[("-o", self.output.as_ref())], &inputs)?;
         let profile = options.machine(console)?;
         let feeders = self.feeders(&profile, console)?;
         let mut list = Vec::new();

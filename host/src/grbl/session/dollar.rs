@@ -118,8 +118,12 @@ impl Session {
         }
         self.say("ok");
         self.message("Sleeping");
-        self.order(vec![Order::Motors(false)], 0.0, view);
-        (self.sleeping, self.undriven) = (true, true);
+        // A board with a latched fault takes no order.
+        if self.alarm.is_none() {
+            self.order(vec![Order::Motors(false)], 0.0, view);
+            self.undriven = true;
+        }
+        self.sleeping = true;
     }
 
     /// Whether lines are under way or something else runs.
