@@ -65,6 +65,8 @@ pub enum Deed {
     },
     /// Pause on a ramp, also what has not begun.
     Hold,
+    /// Forget a hold: what it held is over.
+    Unhold,
     /// Go on.
     Resume,
     /// End the run on a ramp and forget all lines.
@@ -144,6 +146,7 @@ impl Desk {
             match deed {
                 Deed::Line { number, epoch, orders } => lines.push_back((number, epoch, orders)),
                 Deed::Hold => wants.hold = true,
+                Deed::Unhold => wants.hold = false,
                 Deed::Resume => (wants.hold, wants.resume) = (false, true),
                 Deed::Stop => {
                     lines.clear();

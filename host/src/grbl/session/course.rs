@@ -77,6 +77,9 @@ impl Session {
             return;
         }
         self.alarm = Some(alarm);
+        if self.hold {
+            self.deeds.push(Deed::Unhold);
+        }
         (self.hold, self.door, self.jogging) = (false, false, false);
         let text = Session::alarm_text(alarm);
         self.say(&text);

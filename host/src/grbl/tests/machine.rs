@@ -66,6 +66,7 @@ impl Machine {
                     }
                 }
                 Deed::Hold => self.hold = true,
+                Deed::Unhold => self.hold = false,
                 Deed::Resume => {
                     self.hold = false;
                     let waits =
