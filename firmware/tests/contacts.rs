@@ -28,8 +28,7 @@ fn machine(wiring: &str, n: u8, invert: bool) -> Profile {
              pause_ms = 100 }}\n"
         );
     }
-    text +=
-        &format!("[[input]]\nn = {n}\nrole = \"emergency_stop\"\ninvert = {invert}\n");
+    text += &format!("[[input]]\nn = {n}\nrole = \"emergency_stop\"\ninvert = {invert}\n");
     Profile::parse(&text).expect("a profile")
 }
 

@@ -83,4 +83,3 @@ pub fn write(board: &mut Board, register: u16, value: u16) {
     let body = write_body(register, value);
     assert_eq!(ask(board, &body, 20_000).get(..6), Some(&body[..]), "register {register}");
 }
-

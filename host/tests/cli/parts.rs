@@ -119,7 +119,8 @@ fn the_edges_of_each_parts_pins_come_at_the_times_of_the_trace() {
         "SetOut 2, ON\nWait 100ms\nSetOut 2, OFF\nWait 250ms\nSetOut 2, ON\nWait 40ms\nSetOut 2, OFF\n",
     );
     for part in lang::part::PARTS {
-        let args = ["--engine", "board", "--part", part.name, "--vcd", "p.vcd", "--trace", "t.jsonl"];
+        let args =
+            ["--engine", "board", "--part", part.name, "--vcd", "p.vcd", "--trace", "t.jsonl"];
         let done = bench.run(&[&["sim", "blink.bas"][..], &args].concat());
         assert_eq!(done.code, 0, "{}: {}", part.name, done.err);
         let trace = std::fs::read_to_string(bench.path("t.jsonl")).expect("a trace");

@@ -58,12 +58,8 @@ pub const START: [Pin; 2] = [Pin::new(2, 1, "button S1"), Pin::new(7, 4, "17")];
 /// Stop: button of the board, contact at the header.
 pub const STOP: [Pin; 2] = [Pin::new(1, 1, "button S2"), Pin::new(2, 0, "19")];
 /// Inputs 1 to 4 of the direct wiring. The first one is the probe, input 17, of the chain wiring.
-pub const INPUTS: [Pin; 4] = [
-    Pin::new(2, 4, "39"),
-    Pin::new(2, 5, "40"),
-    Pin::new(2, 6, "13"),
-    Pin::new(2, 7, "8"),
-];
+pub const INPUTS: [Pin; 4] =
+    [Pin::new(2, 4, "39"), Pin::new(2, 5, "40"), Pin::new(2, 6, "13"), Pin::new(2, 7, "8")];
 /// SPI of the chain wiring: out, in, clock (UCB0).
 pub const CHAIN: [Pin; 3] = [Pin::new(3, 0, "15"), Pin::new(3, 1, "14"), Pin::new(3, 2, "7")];
 /// Output 1 of the direct wiring, latch of the chain wiring.
@@ -90,12 +86,8 @@ pub const STEP_A: Pin = Pin::new(1, 5, "38");
 /// DIR of a fourth axis.
 pub const DIR_A: Pin = Pin::new(8, 2, "31");
 /// Analog inputs: channels A4, A5, A6 and A12 of the converter.
-pub const ANALOG: [Pin; 4] = [
-    Pin::new(6, 4, "27"),
-    Pin::new(6, 5, "2"),
-    Pin::new(6, 6, "6"),
-    Pin::new(7, 0, "28"),
-];
+pub const ANALOG: [Pin; 4] =
+    [Pin::new(6, 4, "27"), Pin::new(6, 5, "2"), Pin::new(6, 6, "6"), Pin::new(7, 0, "28")];
 /// A second PWM: TB0.6.
 pub const SECOND_PWM: Pin = Pin::new(3, 6, "29");
 /// Counters: the clock of TA2, and TA2.0 by capture. Both have port interrupts.
@@ -103,12 +95,8 @@ pub const COUNTERS: [Pin; 2] = [Pin::new(2, 2, "18"), Pin::new(2, 3, "12")];
 /// A quadrature pair of the chain wiring; with port interrupts.
 pub const QUADRATURE: [Pin; 2] = [Pin::new(2, 6, "13"), Pin::new(2, 7, "8")];
 /// A flash memory: data out, data in, clock, which UCB1 gets by port mapping, and select.
-pub const FLASH: [Pin; 4] = [
-    Pin::new(4, 1, "10"),
-    Pin::new(4, 2, "9"),
-    Pin::new(4, 3, "34"),
-    Pin::new(8, 1, "11"),
-];
+pub const FLASH: [Pin; 4] =
+    [Pin::new(4, 1, "10"), Pin::new(4, 2, "9"), Pin::new(4, 3, "34"), Pin::new(8, 1, "11")];
 
 /// A row of the manual's tables.
 #[derive(Clone, Copy, Debug)]
@@ -177,11 +165,13 @@ const _: () = {
 /// The manual's table of some rows, with the head of its first column.
 #[cfg(feature = "compiler")]
 pub fn table(rows: &[Row], first: &str) -> String {
-    let mut text = format!("| {first} | `direct` wiring | `chain` wiring (default) |\n|---|---|---|\n");
+    let mut text =
+        format!("| {first} | `direct` wiring | `chain` wiring (default) |\n|---|---|---|\n");
     for row in rows {
         let names: Vec<String> =
             row.pins.iter().map(|pin| format!("P{}.{}", pin.port, pin.bit)).collect();
-        let places: Vec<&str> = row.pins.iter().map(|pin| pin.at).filter(|at| !at.is_empty()).collect();
+        let places: Vec<&str> =
+            row.pins.iter().map(|pin| pin.at).filter(|at| !at.is_empty()).collect();
         let places =
             if places.is_empty() { String::new() } else { format!(" ({})", places.join(", ")) };
         text += &format!("| {}{places} | {} | {} |\n", names.join(", "), row.direct, row.chain);

@@ -146,7 +146,8 @@ fn edges_become_a_value_change_dump() {
     let mut b = driving();
     let start = b.cycles();
     let mut out = Vec::new();
-    let mut writer = VcdWriter::new(&mut out, &b.plant().signals(), start, b.ticks_per_second()).expect("head");
+    let mut writer =
+        VcdWriter::new(&mut out, &b.plant().signals(), start, b.ticks_per_second()).expect("head");
     b.record(true);
     b.bus_write8(P2OUT, 0x0C);
     pulse(&mut b, 0x01, 100);

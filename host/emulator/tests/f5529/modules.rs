@@ -34,8 +34,7 @@ fn four_step_outputs_make_their_edges_at_their_ticks() {
     // The same edges in a file, in units of 100 ps.
     let mut file = Vec::new();
     let signals = b.plant().signals();
-    let mut vcd =
-        VcdWriter::new(&mut file, &signals, 0, b.ticks_per_second()).expect("in memory");
+    let mut vcd = VcdWriter::new(&mut file, &signals, 0, b.ticks_per_second()).expect("in memory");
     vcd.write(&edges).expect("in memory");
     let text = String::from_utf8(file).expect("text");
     let x = edges.iter().find(|e| e.signal == Signal::Step(0)).expect("the edge");
