@@ -10,7 +10,7 @@ use lang::image::Image;
 use lang::record::feature;
 use pasapas::board::engine::run_native_traced;
 use pasapas::board::{Build, DEFAULT, engine};
-use pasapas::sim::trace::to_text;
+use pasapas::sim::trace::{Event, What, to_text};
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, run_traced};
 
@@ -121,6 +121,23 @@ fn examples_run_on_the_small_chip() {
     assert_eq!(drawn, ["drawing", "pocket", "thesis"]);
 }
 
+/// How far the machine's times may be from the board's, us, or a thousandth of the time where that is more. Where a switch
+/// is met the next look at it decides: a millisecond's difference is some steps of way, and these are made again slowly.
+const LATER_US: f64 = 5_000.0;
+
+/// Events of the machine without an emulator come when the board's do, counted from the last reference run on.
+fn same_times(name: &str, machine: &[Event], board: &[Event]) {
+    let us = |event: &Event| event.us.unwrap() as f64;
+    let homed = board.iter().rposition(|event| matches!(event.what, What::Home { .. }));
+    let from = homed.unwrap_or(0);
+    let base = homed.map_or(0.0, |n| us(&machine[n]) - us(&board[n]));
+    for (machine, board) in machine.iter().zip(board).skip(from) {
+        let off = us(machine) - us(board) - base;
+        let most = LATER_US.max(us(board) / 1000.0);
+        assert!(off.abs() <= most, "{name}: {off} us off at {} us, {:?}", us(board), board.what);
+    }
+}
+
 #[test]
 fn short_examples_run_on_the_board() {
     let mut count = 0;
@@ -136,6 +153,9 @@ fn short_examples_run_on_the_board() {
         let (run, events) = run.unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(run.outcome.failures, Vec::<String>::new(), "{name}");
         assert_eq!(&to_text(&events), trace, "{name}");
+        let machine = run_native_traced(DEFAULT, program, &compiled, world, &options);
+        let (_, without) = machine.unwrap_or_else(|error| panic!("{name}: {error}"));
+        same_times(name, &without, &events);
         let options = Options { part: DEFAULT.part, ..options };
         let (simulated, _) = run_traced(program, Engine::Vm, world, &options).unwrap();
         let [there, here] = [run.outcome.summary.us, simulated.summary.us].map(|us| us as f64);

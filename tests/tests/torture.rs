@@ -18,7 +18,7 @@ use pasapas::torture::images::{self, judge};
 use pasapas::torture::line::{self, slave};
 use pasapas::torture::power::Failure;
 use pasapas::torture::programs::{
-    against_the_board, make, make_for, on_board, on_the_host, reference, tape,
+    against_the_board, against_the_machine, make, make_for, on_board, on_the_host, reference, tape,
 };
 use pasapas::torture::stand::{Fresh, Stand, words};
 use pasapas::torture::{Length, Settings, Verdict};
@@ -49,6 +49,24 @@ fn is_found(count: u64, case: impl Fn(u64) -> Option<Verdict>) -> bool {
     (0..count).any(|n| matches!(case(n), Some(Verdict::Lost(_))))
 }
 
+/// Generated programs do on the firmware's machine what `rhai` says of them.
+#[test]
+fn generated_programs_run_on_the_machine_without_an_emulator() {
+    let mut run = 0;
+    for n in 0..120 {
+        let Some(made) = make(generate_still(DEFAULT.part, &tape(&SETTINGS, "native", n))) else {
+            continue;
+        };
+        let Some(wanted) = reference(DEFAULT.part, &made) else { continue };
+        match against_the_machine(&made, &made.compiled.image, &wanted) {
+            Verdict::Survived => run += 1,
+            Verdict::Skipped => {}
+            Verdict::Lost(text) => panic!("case {n}: {text}"),
+        }
+    }
+    assert!(run > 30, "only {run} were run");
+}
+
 #[test]
 fn programs_find_a_fault_seeded_into_any_engine() {
     let on_vm = is_found(300, |n| {
@@ -58,6 +76,13 @@ fn programs_find_a_fault_seeded_into_any_engine() {
         Some(on_the_host(&made, Some(&spoilt)))
     });
     assert!(on_vm, "an ADD that subtracts on the vm");
+    let on_machine = is_found(60, |n| {
+        let made = make(generate_still(DEFAULT.part, &tape(&SETTINGS, "machine", n)))?;
+        let wanted = reference(DEFAULT.part, &made)?;
+        let spoilt = replaced(&made.compiled.image, Op::Add, Op::Sub);
+        Some(against_the_machine(&made, &spoilt, &wanted))
+    });
+    assert!(on_machine, "an ADD that subtracts on the machine");
     let on_board = is_found(60, |n| {
         let made = make(generate_still(DEFAULT.part, &tape(&SETTINGS, "board", n)))?;
         let wanted = reference(DEFAULT.part, &made)?;

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use lang::part::F5529;
 
 use super::others::Others;
 use super::part::Choice;
@@ -17,7 +18,8 @@ use crate::sim::chain;
 use crate::sim::world::World;
 use crate::sim::{self, Options, Outcome, Sink};
 
-/// Runs a script on the emulated board; what the emulator noticed is written.
+/// Runs a script on the emulated board, or on the firmware's machine without an emulator; what the emulator noticed is
+/// written.
 ///
 /// # Errors
 /// The script does not fit, the world is wrong, the board fails, or the VCD cannot be written.
@@ -25,13 +27,17 @@ pub fn run(
     script: &mut Script,
     others: &Others,
     part: Choice,
-    (world, vcd): (&World, Option<&str>),
+    (world, vcd, native): (&World, Option<&str>, bool),
     options: &Options,
     mut sink: Sink,
     console: &Console,
 ) -> Result<Outcome, Failure> {
     let compiled = script::compile_for_device(script, console)?;
     let (compiled, build) = part.fit(script, compiled, console)?;
+    if native && build.part != F5529 {
+        let text = "engine `machine` is the f5529: `--engine board` runs other parts";
+        return Err(Failure::Usage(text.to_owned()));
+    }
     let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
     for other in &others.list {
         script::must_fit(&other.script, &other.compiled, console)?;
@@ -91,7 +97,7 @@ pub fn run(
         vcd: vcd.as_mut().map(|file| file as &mut dyn Write),
         progress: &mut progress,
     };
-    let result = engine::run(&job, sinks);
+    let result = if native { engine::run_native(&job, sinks) } else { engine::run(&job, sinks) };
     bar.finish_and_clear();
     let run = result.map_err(|error| match error {
         BoardError::World(error) => world::wrong(&error, console),

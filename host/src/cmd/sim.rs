@@ -59,6 +59,9 @@ enum Engine {
     Vm,
     /// The real firmware image in the emulator, cycle by cycle
     Board,
+    /// The firmware's machine on a simulated MSP430F5529: what `board` does, without an emulator
+    #[value(hide = true)]
+    Machine,
 }
 
 impl Engine {
@@ -67,6 +70,7 @@ impl Engine {
             Engine::Rhai => "rhai",
             Engine::Vm => "vm",
             Engine::Board => "board",
+            Engine::Machine => "machine",
         }
     }
 }
@@ -105,7 +109,7 @@ impl Sim {
     /// The script or the world is wrong, the run ends in a fault, is stopped, or an expectation
     /// does not hold.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        if self.vcd.is_some() && self.engine != Engine::Board {
+        if self.vcd.is_some() && !matches!(self.engine, Engine::Board | Engine::Machine) {
             return Err(Failure::Usage(
                 "--vcd needs --engine board: only that has pins".to_owned(),
             ));
@@ -161,9 +165,9 @@ impl Sim {
         let engine = match self.engine {
             Engine::Rhai => sim::Engine::Rhai,
             Engine::Vm => sim::Engine::Vm,
-            Engine::Board => {
+            Engine::Board | Engine::Machine => {
                 let vcd = self.vcd.as_deref();
-                let scene = (world, vcd);
+                let scene = (world, vcd, self.engine == Engine::Machine);
                 return board_run::run(script, others, self.part, scene, &options, sink, console);
             }
         };

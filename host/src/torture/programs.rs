@@ -15,9 +15,9 @@ use lang::record::feature;
 use super::compare::{Run, difference, on_rhai, on_vm, trace_difference, varied};
 use super::generate::{Case, generate, generate_still};
 use super::{Row, Settings, Sink, Verdict};
-use crate::board::Build;
 use crate::board::engine::{self, BoardError, BoardRun};
 use crate::board::health::Health;
+use crate::board::{Build, F5529 as BOARD_F5529};
 use crate::chords;
 use crate::course;
 use crate::sim::Options;
@@ -191,6 +191,26 @@ pub fn reference(part: Part, made: &Made) -> Option<Run> {
     Some(first)
 }
 
+/// Compares the firmware's machine without an emulator, which runs `image`, with what `rhai` says.
+pub fn against_the_machine(made: &Made, image: &[u8], wanted: &Run) -> Verdict {
+    let options = Options { times: false, ..OPTIONS };
+    let compiled = Compiled { image: image.to_vec(), ..made.compiled.clone() };
+    let run =
+        engine::run_native_traced(&BOARD_F5529, &made.program, &compiled, &made.world, &options);
+    let (run, trace) = match run {
+        Ok(both) => both,
+        Err(error) => {
+            return Verdict::Lost(format!("{error}\n{}\n// {}", made.case.script, made.case.world));
+        }
+    };
+    let machine = Run { trace, outcome: run.outcome };
+    let difference = trace_difference(&wanted.trace, &machine.trace, margin(wanted));
+    match difference.or_else(|| machine.outcome.failures.first().cloned()) {
+        None => Verdict::Survived,
+        Some(text) => told(&made.case, &text, [("rhai", wanted), ("machine", &machine)]),
+    }
+}
+
 /// Compares the board, which runs `image`, with what `rhai` says.
 pub fn against_the_board(
     build: &Build,
@@ -247,7 +267,24 @@ pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
             .map_or(Verdict::Skipped, |made| on_the_host(&made, None))
     });
     sink(row)?;
+    if settings.builds.iter().any(|build| build.part == F5529) {
+        sink(on_machine(settings))?;
+    }
     settings.builds.iter().try_for_each(|build| on_boards(build, settings, sink))
+}
+
+/// The same programs as those of the board, on the firmware's machine without an emulator.
+fn on_machine(settings: &Settings) -> Row {
+    let fault = "generated, rhai and machine";
+    let mut row = Row::new("programs", fault, settings);
+    row.run(settings, settings.count(60, 5_000, 100_000), |n| {
+        let made = make(generate_still(F5529, &tape(settings, fault, n)));
+        let both = made.and_then(|made| reference(F5529, &made).map(|run| (made, run)));
+        both.map_or(Verdict::Skipped, |(made, wanted)| {
+            against_the_machine(&made, &made.compiled.image, &wanted)
+        })
+    });
+    row
 }
 
 fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {

@@ -224,3 +224,32 @@ impl Desk {
         self.0.memory.borrow().flash()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lang::wire::{CRC_START, crc16};
+
+    #[test]
+    fn two_boards_in_one_process_know_nothing_of_each_other() {
+        let [mut one, mut other] = [Wiring::Direct; 2].map(NativeBoard::new);
+        // Function 5: output 1 on.
+        let body = [1, 5, 0, 0, 0xFF, 0];
+        let crc = body.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
+        let frame = [&body[..], &crc.to_le_bytes()].concat();
+        one.send(&frame);
+        for ms in 1..=100 {
+            for board in [&mut one, &mut other] {
+                while board.desk.ticks() < ms * PER_MS {
+                    board.run_until(ms * PER_MS);
+                    board.plant_mut().take_output_changes();
+                }
+            }
+        }
+        assert!(one.plant().output(1));
+        assert!(!other.plant().output(1));
+        let heard: Vec<u8> = one.take().into_iter().map(|(_, byte)| byte).collect();
+        assert_eq!(heard, frame);
+        assert!(other.take().is_empty());
+    }
+}

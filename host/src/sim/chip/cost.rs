@@ -13,8 +13,6 @@ pub const INSTRUCTION: u64 = 26;
 pub const SEGMENT: u64 = 9_000;
 /// A segment of an axis of its own.
 pub const AXIS_SEGMENT: u64 = 8_000;
-/// A statement that acts on the machine, beside what is planned of it.
-pub const EFFECT: u64 = 2_000;
 /// A byte of an image whose check is run: CRC and code.
 pub const CHECK: u64 = 1_400;
 /// Writing a word of flash, 75 us.

@@ -282,3 +282,78 @@ impl Engine {
         self.halts
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Plays everything; the steps of each axis that came to the pins.
+    fn play(engine: &mut Engine) -> [u32; 3] {
+        let mut steps = [0; 3];
+        while let Some(due) = engine.next_event() {
+            let pulse = engine.pulse(due);
+            (0..3).for_each(|axis| steps[axis] += u32::from(pulse.steps >> axis & 1));
+            engine.play(due, 0);
+        }
+        steps
+    }
+
+    #[test]
+    fn a_path_makes_the_steps_that_were_planned() {
+        let ramp = Segment { interval: 400 << 16, dif: -1000, events: 240, mask: 3 };
+        let first = PathSegment {
+            ramp,
+            inc: [u32::MAX, 1 << 31, 12_345_678],
+            acc: [1 << 15; 3],
+            negative: 0b010,
+            begin: true,
+            ..PathSegment::default()
+        };
+        let second = PathSegment { begin: false, ..first };
+        let (mut accumulators, mut wanted) = ([0; 3], [0; 3]);
+        let mut engine = Engine::default();
+        for segment in [first, second] {
+            assert!(engine.path_has_room());
+            engine.put_path(&segment, 0, 0, 25);
+            segment.played(segment.ramp.steps(), &mut accumulators, &mut wanted);
+        }
+        assert!(engine.moves());
+        let steps = play(&mut engine);
+        assert_eq!(engine.count, wanted);
+        assert_eq!(
+            steps,
+            wanted.map(i32::unsigned_abs),
+            "each step that is counted comes to a pin"
+        );
+        assert!(!engine.moves());
+    }
+
+    #[test]
+    fn an_axis_plays_one_segment_and_has_the_next() {
+        let segment = Segment { interval: 400 << 16, dif: 0, events: 10, mask: 0 };
+        let mut engine = Engine::default();
+        engine.put_axis(1, &segment, true, 0, 25);
+        assert!(!engine.axis_has_room(1) && engine.axis_has_room(0));
+        let due = engine.next_event().unwrap();
+        engine.play(due, 0);
+        assert!(engine.axis_has_room(1));
+        engine.put_axis(1, &segment, false, due, 25);
+        assert_eq!(play(&mut engine), [0, 20, 0]);
+        assert_eq!(engine.count, [0, 0, 0], "ten down and ten up");
+    }
+
+    #[test]
+    fn what_is_cut_makes_the_step_that_is_armed_and_no_other() {
+        let segment = Segment { interval: 400 << 16, dif: 0, events: 10, mask: 0 };
+        let mut engine = Engine::default();
+        engine.put_axis(0, &segment, false, 0, 25);
+        for _ in 0..3 {
+            let due = engine.next_event().unwrap();
+            engine.play(due, 0);
+        }
+        let counted = engine.count[0];
+        engine.cut();
+        assert_eq!(play(&mut engine), [1, 0, 0]);
+        assert_eq!(engine.count[0], counted);
+    }
+}

@@ -208,7 +208,7 @@ impl Core for Desk {
             spent += cost::INSTRUCTION;
             now + spent >= end
         });
-        self.spend(spent + cost::EFFECT);
+        self.spend(spent);
         exit
     }
     fn check(&self, image: u16, features: u8, _: u16) -> u8 {
