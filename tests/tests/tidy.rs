@@ -1,5 +1,5 @@
 //! What the repository says of itself: files that comments and documents name exist, `unsafe` stands
-//! only where the README says, no file of the sources is long, modules have one style, crates know none
+//! only where ARCHITECTURE.md says, no file of the sources is long, modules have one style, crates know none
 //! that they must not.
 
 use std::collections::BTreeSet;
@@ -90,7 +90,7 @@ fn files_that_comments_and_documents_name_exist() {
 }
 
 #[test]
-fn unsafe_stands_only_where_the_readme_says() {
+fn unsafe_stands_only_where_the_architecture_says() {
     let allowed = [
         "firmware/f5529/",
         "firmware/shared/",
@@ -122,14 +122,14 @@ fn unsafe_stands_only_where_the_readme_says() {
     }
     assert!(inside > 50, "only {inside} were found");
     // Told in the last of three rows of the code map, of all.
-    let readme = texts.iter().find(|(file, _)| file == "README.md").map(|(_, text)| text.as_str());
-    let lines = readme.unwrap_or_default().lines().collect::<Vec<_>>();
+    let page = texts.iter().find(|(file, _)| file == "ARCHITECTURE.md").map(|(_, text)| text.as_str());
+    let lines = page.unwrap_or_default().lines().collect::<Vec<_>>();
     let told = lines.windows(3).find(|rows| rows[2].contains("All `unsafe`")).map(<[&str]>::concat);
     for place in allowed {
         let name = place.trim_start_matches("firmware/src/motion/");
         let name = name.trim_start_matches("firmware/src/machine/").trim_end_matches('/');
         let told = told.as_ref().is_some_and(|told| told.contains(name));
-        assert!(told, "the README does not say that unsafe stands in {place}");
+        assert!(told, "ARCHITECTURE.md does not say that unsafe stands in {place}");
     }
     assert!(outside.is_empty(), "unsafe outside of {allowed:?}:\n{}", outside.join("\n"));
 }
