@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use lang::axis::Axis;
 use lang::fault::Fault;
+use lang::part::pins::{self, Pin};
 use lang::record::{BoardRecord, MoreRecord};
 use lang::wire::{self, Control, command};
 
@@ -40,6 +41,11 @@ struct Found {
     last: i16,
 }
 
+/// A pin as a person finds it: its name and its place at the header.
+fn at(pin: Pin) -> String {
+    format!("P{}.{} ({})", pin.port, pin.bit, pin.at)
+}
+
 impl<L: Link> Bench<'_, L> {
     pub(super) fn captures(&mut self) -> Result<(), Trouble> {
         const CHECK: &str = "pulses, widths and times at the pins";
@@ -57,14 +63,19 @@ impl<L: Link> Bench<'_, L> {
         let usual = self.record;
         // What is wired to P2.4 is no limit switch and no probe.
         self.set_record(BoardRecord { reference: [0; 3], probe: 0, ..usual })?;
-        self.wire("STEP X (P1.2, 35) to P2.2 (18), P2.3 (17) and P2.4 (39), and nothing else to these three");
+        let [step, dir, pwm] = [pins::STEP[0], pins::DIR[0], pins::PWM].map(at);
+        let [counted, first, second] =
+            [pins::COUNTERS[0], pins::COUNTERS[1], pins::INPUTS[0]].map(at);
+        self.wire(&format!(
+            "STEP X at {step} to {counted}, {first} and {second}, and nothing else to these three"
+        ));
         self.pulses("pulses counted at the pin, X alone", &[Axis::X], 90_000)?;
         self.pulses("the same, all axes on their own", &Axis::ALL, 49_000)?;
         self.widths()?;
-        self.wire("DIR X (P6.0, 23) to P2.3 (17), STEP X (P1.2, 35) to P2.4 (39)");
+        self.wire(&format!("DIR X at {dir} to {first}, STEP X at {step} to {second}"));
         self.direction()?;
         self.last_step(usual)?;
-        self.wire("the PWM (P3.5, 30) to P2.3 (17) and P2.4 (39)");
+        self.wire(&format!("the PWM at {pwm} to {first} and {second}"));
         self.period(usual)?;
         self.tell_timer(0)?;
         self.set_record(BoardRecord { sequence: self.record.sequence, ..usual })
@@ -192,8 +203,10 @@ impl<L: Link> Bench<'_, L> {
         // The pin stops by itself, the chain by the millisecond; the step that is armed comes.
         let (n, most) = if chained { (1, 1.1) } else { (2, 0.05) };
         let most = most + 1e3 / SPEED as f64;
+        let [step, first, second] =
+            [pins::STEP[0], pins::COUNTERS[1], pins::INPUTS[0]].map(at);
         self.wire(&format!(
-            "output {n} to input {n} and to P2.3 (17), STEP X (P1.2, 35) to P2.4 (39)"
+            "output {n} to input {n} and to {first}, STEP X at {step} to {second}"
         ));
         let resting = self.board.inputs(wire::INPUT_BITS + n - 1, 1)?[0];
         let input_invert = usual.input_invert | u16::from(resting) << (n - 1);

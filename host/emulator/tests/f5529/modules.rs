@@ -210,20 +210,22 @@ fn the_chain_is_read_and_written_through_ucb0() {
     b.bus_write8(0x05E1, 0xA9);
     b.bus_write16(0x05E6, 4);
     b.bus_write8(0x05E0, 0x80);
-    // Latch P8.1 low, then high; outputs on by P8.2 low.
-    b.bus_write8(0x0265, 0x06);
+    // Latch P1.6 low, then high; outputs on by P6.3 low.
+    b.bus_write8(0x0204, 0x40);
+    b.bus_write8(0x0245, 0x08);
     b.plant_mut().set_input(3, true);
-    b.bus_write8(0x0263, 0x00);
+    b.bus_write8(0x0243, 0x00);
+    b.bus_write8(0x0202, 0x00);
     b.run_us(1);
-    b.bus_write8(0x0263, 0x02);
+    b.bus_write8(0x0202, 0x40);
     let mut word = 0u16;
     for out in [0x12u8, 0x34] {
         b.bus_write8(0x05EE, out);
         b.run_us(5);
         word = word << 8 | u16::from(b.bus_read8(0x05EC));
     }
-    b.bus_write8(0x0263, 0x00);
-    b.bus_write8(0x0263, 0x02);
+    b.bus_write8(0x0202, 0x00);
+    b.bus_write8(0x0202, 0x40);
     assert_eq!((word, b.plant().outputs()), (0x0400, 0x1234));
 }
 
