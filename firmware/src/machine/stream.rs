@@ -75,6 +75,12 @@ pub struct Stream {
     call: u16,
 }
 
+impl Default for Stream {
+    fn default() -> Stream {
+        Stream::new()
+    }
+}
+
 impl Stream {
     /// At reset.
     pub const fn new() -> Stream {

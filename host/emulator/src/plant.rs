@@ -7,6 +7,7 @@
 
 pub mod chain;
 pub mod motor;
+mod outside;
 pub mod pins;
 
 use std::collections::VecDeque;
@@ -295,22 +296,6 @@ impl Plant {
     #[must_use]
     pub fn outputs(&self) -> u16 {
         self.outputs
-    }
-
-    /// Keeps the edges of all signals from now on, or no more.
-    pub fn record(&mut self, on: bool) {
-        self.recorder.on = on;
-    }
-
-    /// Edges since the last call.
-    pub fn take_edges(&mut self) -> Vec<crate::record::Edge> {
-        std::mem::take(&mut self.recorder.edges)
-    }
-
-    /// Whether [`Plant::take_output_changes`] has any.
-    #[must_use]
-    pub fn output_has_changed(&self) -> bool {
-        !self.changes.is_empty()
     }
 
     /// Output changes since the last call.
