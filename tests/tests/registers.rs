@@ -57,14 +57,17 @@ const APART: u16 = 200;
 /// Written only on the small part: it counts the words that come.
 const WRITTEN: [&str; 1] = ["UPLOAD_LENGTH"];
 /// Nothing that the states below bring about shows in these.
-const QUIET: [&str; 28] = [
+const QUIET: [&str; 31] = [
     "BLOCKING_INPUT",
     "FAULT_INPUT",
     "FAULT_LINE",
     "HOMING",
     "INPUTS_HIGH",
     "JOG_HOLD",
+    "LATE_EVENTS",
     "LIMITS",
+    "MEASURE",
+    "MEASURED",
     "MISC_STATUS",
     "OPEN_CALLS",
     "PRINT_TAIL",
@@ -93,6 +96,8 @@ const OF_HALTS: [&str; 3] = ["WAITS", "EFFECT_PLACE", "OPEN_CALLS"];
 const OF_LIBRARY: [&str; 4] = ["PROGRAM_NUMBER", "SELECTED", "UPLOAD_NAME", "UPLOAD_NUMBER"];
 /// What a part without a queue of events lacks.
 const OF_QUEUE: [&str; 2] = ["TRACE_ROOM", "TRACE_TAKEN"];
+/// What a part whose chip has no device descriptor lacks.
+const OF_CHIP: [&str; 1] = ["CHIP_REVISION"];
 /// What no part with one block of status registers shows.
 const OF_BLOCKS: [&str; 1] = ["TARGET_SPEEDS"];
 /// The same, where a good upload leaves 0 and nobody traces.
@@ -145,6 +150,7 @@ fn every_image_has_every_named_register() {
                     || !part.halts && OF_HALTS.contains(name)
                     || part.programs == 1 && OF_LIBRARY.contains(name)
                     || OF_QUEUE.contains(name)
+                    || !part.look_ahead && OF_CHIP.contains(name)
                     || WRITTEN.contains(name)
                     || (*name, *table) == FIRST_AT;
                 let good = match name {
