@@ -33,7 +33,7 @@ impl Session {
         if self.check {
             return "Check";
         }
-        if self.jogging && self.is_busy(view) {
+        if self.is_jogging(view) {
             return "Jog";
         }
         if self.is_stopping() {

@@ -294,9 +294,8 @@ impl Session {
             self.queue.pop_front();
         }
         self.look(view);
-        if self.jogging && !self.is_busy(view) {
-            self.jogging = false;
-        }
+        // Lines that wait are no jogs: they begin after it.
+        self.jogging = self.is_jogging(view);
         loop {
             if self.stop.is_some() || !self.there {
                 break;
@@ -330,6 +329,9 @@ impl Session {
         if self.stop.is_none() {
             self.stops += 1;
             self.deeds.push(Deed::Stop);
+        } else if self.hold {
+            // It came after the stop that is under way (a door opened during a jog).
+            self.deeds.push(Deed::Unhold);
         }
         self.stop = Some((self.stops, after));
         self.hold = false;
@@ -378,7 +380,7 @@ impl Session {
             self.say("ok");
         } else if let Some(rest) = clean.strip_prefix('$') {
             self.dollar(rest, view);
-        } else if self.alarm.is_some() || self.sleeping || self.jogging && self.is_busy(view) {
+        } else if self.alarm.is_some() || self.sleeping || self.is_jogging(view) {
             self.answer(Error::LOCKED);
         } else {
             self.gcode(&clean, view);
@@ -409,6 +411,11 @@ impl Session {
     /// Whether something is under way or waits to be.
     pub(super) fn is_busy(&self, view: &View) -> bool {
         self.last != view.done || self.sync.is_some() || !self.lines.is_empty()
+    }
+
+    /// Whether a jog has not come to rest.
+    pub(super) fn is_jogging(&self, view: &View) -> bool {
+        self.jogging && self.last != view.done
     }
 
     pub(super) fn is_stopping(&self) -> bool {

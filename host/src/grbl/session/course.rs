@@ -45,7 +45,13 @@ impl Session {
     fn fault(&mut self, view: &View) {
         let sync = self.sync.take();
         self.drop_lines(view);
-        let Some(fault) = view.fault else { return };
+        // Without a fault of the board, somebody else has stopped the run or has taken the board.
+        let Some(fault) = view.fault else {
+            return self.raise(
+                Alarm { number: 3, critical: true },
+                "the run was ended by somebody else, or the board is taken",
+            );
+        };
         let (number, critical) = match fault {
             Fault::LimitSwitch => (1, true),
             Fault::SoftLimit => (2, true),

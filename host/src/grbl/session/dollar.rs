@@ -68,7 +68,8 @@ impl Session {
 
     /// `$H`
     fn home(&mut self, view: &View) {
-        if self.sleeping || self.check || self.hold {
+        // A jog may be cancelled, a reference run and its answer may not.
+        if self.sleeping || self.check || self.hold || self.is_jogging(view) {
             return self.answer(Error::NOT_IDLE);
         }
         if let Some(words) = &view.trouble {

@@ -17,7 +17,7 @@ impl Session {
             b'!' => self.feed_hold(view, false),
             0x84 => self.feed_hold(view, true),
             b'~' => self.resume(view),
-            0x85 if self.jogging => self.cancel(),
+            0x85 if self.is_jogging(view) => self.cancel(),
             0x90..=0x9D => self.change(byte),
             0x9E => self.stop_spindle(view),
             0xA0 | 0xA1 => self.switch_coolant(byte == 0xA0, view),
@@ -29,7 +29,7 @@ impl Session {
         if self.alarm.is_some() || self.sleeping || self.check {
             return;
         }
-        if self.jogging && self.is_busy(view) {
+        if self.is_jogging(view) {
             self.cancel();
             if !door {
                 return;

@@ -314,3 +314,47 @@ fn a_flood_of_lines_loses_none_in_silence() {
     assert!(lost > 4_000 && good >= 256, "{good} {lost}");
     assert_eq!(bench.ask("G0X1"), OK);
 }
+
+#[test]
+fn a_door_that_opens_in_a_jog_holds_nothing_after_a_reset() {
+    let mut bench = Bench::new();
+    bench.machine.pace = 20;
+    bench.send(b"$J=G91X9F600\n");
+    bench.step();
+    // The jog still ramps down when the reset comes.
+    bench.send(b"\x84\x18");
+    bench.wait();
+    assert_eq!((bench.state(), bench.ask("G0X7")), ("Idle".to_owned(), OK.to_owned()));
+    assert_eq!(bench.machine.view.steps[0], 700, "it moves without a resume");
+}
+
+#[test]
+fn a_reference_run_is_none_while_a_jog_moves() {
+    let mut bench = Bench::new();
+    bench.machine.pace = 20;
+    bench.send(b"$J=G91X9F600\n");
+    bench.step();
+    bench.heard.clear();
+    bench.send(b"$H\n");
+    bench.send(b"\x85");
+    bench.wait();
+    assert_eq!((bench.state(), bench.heard.as_str()), ("Idle".to_owned(), "error:8\r\n"));
+    assert_eq!(bench.ask("$H"), OK);
+}
+
+#[test]
+fn a_run_that_somebody_else_ends_is_an_alarm_and_costs_no_answer() {
+    let mut bench = Bench::new();
+    bench.machine.pace = 20;
+    bench.send(b"G1X9F600\nM400\n");
+    bench.step();
+    bench.machine.fail(Fault::LimitSwitch);
+    // As the drive shows a stop at the machine: it ended, and the board has no fault.
+    (bench.machine.view.fault, bench.machine.view.state) = (None, Some(RunState::Ready));
+    bench.heard.clear();
+    bench.step();
+    assert!(bench.heard.starts_with("ALARM:3\r\n[MSG:"), "{}", bench.heard);
+    assert!(bench.ask("\x18").contains("to unlock"));
+    bench.ask("$X");
+    assert_eq!(bench.ask("M400"), OK);
+}
