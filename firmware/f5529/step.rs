@@ -18,7 +18,7 @@
 
 mod handlers;
 
-use core::mem::MaybeUninit;
+use core::mem::{MaybeUninit, offset_of};
 use firmware::motion::queue::{self, SLOTS};
 use firmware::motion::{PathSegment, Segment};
 
@@ -466,3 +466,11 @@ fn set_dirs(negative: u8) {
     let dirs = unsafe { dirs ^ (*shared()).invert };
     ports::set_dirs(dirs);
 }
+
+// What plays begins where the state does; a segment begins with its interval.
+const _: () = assert!(
+    offset_of!(PathState, slots) == 0
+        && offset_of!(PathSlot, ramp) == 0
+        && offset_of!(SingleState, playing) == 0
+        && offset_of!(Segment, interval) == 0
+);

@@ -497,11 +497,3 @@ single_dir:
     slots = const SLOTS,
     acc = const offset_of!(PathState, acc),
 );
-
-// What plays begins where the state does; a segment begins with its interval.
-const _: () = assert!(
-    offset_of!(PathState, slots) == 0
-        && offset_of!(PathSlot, ramp) == 0
-        && offset_of!(SingleState, playing) == 0
-        && offset_of!(Segment, interval) == 0
-);
