@@ -183,17 +183,25 @@ impl<L: Link> Client<L> {
         }
         let window = wire::upload_window(image.len());
         // Boards that take streamed jobs take longer requests.
-        let most = match identity.features & feature::STREAM {
+        let mut most = match identity.features & feature::STREAM {
             0 => REGISTERS,
             _ => usize::from(self.holding(wire::STREAM_REQUEST, 1)?[0]).max(REGISTERS),
         };
         let mut sent = 0;
-        for (i, chunk) in image.chunks(2 * most).enumerate() {
+        while sent < image.len() {
+            let chunk = &image[sent..image.len().min(sent + 2 * most)];
             let values: Vec<u16> = chunk
                 .chunks(2)
                 .map(|pair| u16::from_le_bytes([pair[0], *pair.get(1).unwrap_or(&0xFF)]))
                 .collect();
-            self.write_all(window + (i * most) as u16, &values)?;
+            match self.write_all(window + (sent / 2) as u16, &values) {
+                // An adapter that pauses between its packets tears long requests apart: short ones fit into a packet.
+                Err(ClientError::Silent | ClientError::Noise(_)) if values.len() > REGISTERS => {
+                    most = REGISTERS;
+                    continue;
+                }
+                other => other?,
+            }
             sent += chunk.len();
             progress(sent);
         }
