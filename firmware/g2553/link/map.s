@@ -1,4 +1,4 @@
-/* What the registers and bits of the link (`lang::wire`) show. Twin: board/map.rs. */
+/* What the registers and bits of the link (`lang::wire`) show. Twin: firmware/src/machine/map.rs. */
 
     .section .text.map,"axR",@progbits
 module.link.map:

@@ -1,4 +1,4 @@
-/* What writes the registers of the link. Twin: board/map.rs. */
+/* What writes the registers of the link. Twin: firmware/src/machine/map.rs. */
 
     .section .text.map,"axR",@progbits
 /* What writes a register.

@@ -1,6 +1,6 @@
 //! Exact products and quotients through 64 bits: positions, and the increments of a line.
 
-// On the chip the 64-bit product and quotient are assembly (both/math.rs): the compiler's own
+// On the chip the 64-bit product and quotient are assembly (shared/math.rs): the compiler's own
 // 64-bit division is 600 bytes.
 // SAFETY: both are pure functions of their arguments by the compiler's own calling convention.
 #[cfg(target_arch = "msp430")]

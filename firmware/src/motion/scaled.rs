@@ -4,7 +4,7 @@
 //! span 60 bits. On a 16-bit chip without a multiplier a 24-bit mantissa with an exponent is
 //! smaller and faster than 64-bit integers, and it needs no analysis of ranges. Every operation
 //! is integer arithmetic, truncates, and is defined to the last bit: the chip's version is
-//! assembly (board/scaled.rs), this one is its twin, and a test holds them together.
+//! assembly (f5529/scaled.rs, g2553/scaled.rs), this one is its twin, and a test holds them together.
 
 /// `mantissa * 2^(exponent - 128)`: exponent in the top byte, mantissa below with its top bit (bit
 /// 23) set, or 0. Two such numbers compare like the integers that hold them.

@@ -6,9 +6,11 @@
 //! pins have pull-down resistors; latch and output enable of the shift registers are pulled up.
 
 pub mod chain;
+pub mod jumper;
 pub mod motor;
 mod outside;
 pub mod pins;
+mod signals;
 
 use std::collections::VecDeque;
 
@@ -16,6 +18,7 @@ use crate::part::Part;
 use crate::record::{Recorder, Signal};
 use crate::rng::Rng;
 use chain::Chain;
+pub use jumper::Jumper;
 use motor::{DriverLimits, Motor, Violation};
 use pins::{Pins, high};
 
@@ -114,33 +117,6 @@ pub struct Plant {
     jumpers: Vec<Jumper>,
     /// Levels of all pins as they are.
     raw: u64,
-}
-
-/// A wire between two pins of the chip.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Jumper {
-    /// Pin that drives it.
-    pub from: u8,
-    /// Pin that it drives.
-    pub to: u8,
-    /// Of so many rising edges one does not come through, 0 for a wire in order.
-    pub loses: u32,
-    edges: u32,
-    level: bool,
-}
-
-impl Jumper {
-    /// A wire in order, from one pin to the other.
-    #[must_use]
-    pub const fn new(from: u8, to: u8) -> Jumper {
-        Jumper { from, to, loses: 0, edges: 0, level: false }
-    }
-
-    /// The same wire that loses one of so many rising edges.
-    #[must_use]
-    pub const fn losing(self, loses: u32) -> Jumper {
-        Jumper { loses, ..self }
-    }
 }
 
 impl Plant {
@@ -334,77 +310,11 @@ impl Plant {
         (self.on() ^ self.active_low) as u16
     }
 
-    /// Signal at a pin, if it has a name of its own.
-    fn signal(&self, pin: u8) -> Option<Signal> {
-        let board = &self.board;
-        let place = |list: &[u8]| list.iter().position(|p| *p == pin).map(|n| n as u8);
-        if let Some(n) = place(&board.step) {
-            return Some(Signal::Step(n));
-        }
-        if let Some(n) = place(&board.dir) {
-            return Some(Signal::Dir(n));
-        }
-        let named = [
-            (board.stop, Signal::Stop),
-            (board.rx, Signal::Rx),
-            (board.tx, Signal::Tx),
-            (board.start, Signal::Start),
-        ];
-        if let Some((_, signal)) = named.iter().find(|(p, _)| *p == pin) {
-            return Some(*signal);
-        }
-        if board.pwm == Some(pin) {
-            return Some(Signal::Pwm);
-        }
-        if let Some([data, drive]) = board.rs485 {
-            if pin == data {
-                return Some(Signal::Rs485);
-            }
-            if pin == drive {
-                return Some(Signal::Drive);
-            }
-        }
-        if board.input(self.wiring, self.probe_input()) == Some(pin) {
-            return Some(Signal::Probe);
-        }
-        match self.wiring {
-            Wiring::Direct => place(&board.inputs).map(|n| Signal::In(n + 1)),
-            Wiring::Chain => None,
-        }
-    }
-
-    /// All signals with their present levels: the head of a recording.
-    #[must_use]
-    pub fn signals(&self) -> Vec<(Signal, bool)> {
-        let mut all = Vec::new();
-        for pin in 0..64 {
-            if let Some(signal) = self.signal(pin) {
-                all.push((signal, high(self.pins, pin)));
-            }
-        }
-        let outputs = if self.wiring == Wiring::Direct { 2 } else { 16 };
-        all.extend((1..=outputs).map(|n| (Signal::Out(n), self.output(n))));
-        if self.wiring == Wiring::Chain {
-            all.extend((1..=16).map(|n| (Signal::In(n), self.chain.inputs >> (n - 1) & 1 != 0)));
-            all.push((Signal::In(17), high(self.pins, self.board.probe)));
-        } else {
-            all.push((Signal::In(4), high(self.pins, self.board.inputs[3])));
-        }
-        all.sort_unstable();
-        all
-    }
-
     /// The chip gives all its pins these levels, numbered as [`Pins`] has them, at a time in ticks.
     pub fn pins(&mut self, now: u64, levels: u64) {
         let steps = self.board.step.iter().fold(0, |pins, pin| pins | 1 << pin);
         for wire in &mut self.jumpers {
-            let (is, was) = (high(levels, wire.from), high(self.raw, wire.from));
-            if is && !was {
-                wire.edges += 1;
-                wire.level = wire.loses == 0 || wire.edges % wire.loses != 0;
-            } else if !is {
-                wire.level = false;
-            }
+            wire.follow(self.raw, levels);
         }
         self.raw = levels;
         let levels = if self.step_low { levels ^ steps } else { levels };
