@@ -122,7 +122,8 @@ fn unsafe_stands_only_where_the_architecture_says() {
     }
     assert!(inside > 50, "only {inside} were found");
     // Told in the last of three rows of the code map, of all.
-    let page = texts.iter().find(|(file, _)| file == "ARCHITECTURE.md").map(|(_, text)| text.as_str());
+    let page =
+        texts.iter().find(|(file, _)| file == "ARCHITECTURE.md").map(|(_, text)| text.as_str());
     let lines = page.unwrap_or_default().lines().collect::<Vec<_>>();
     let told = lines.windows(3).find(|rows| rows[2].contains("All `unsafe`")).map(<[&str]>::concat);
     for place in allowed {
