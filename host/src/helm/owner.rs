@@ -401,14 +401,12 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
     let place = wire::MACHINE_POSITIONS + 2 * axis;
     let at = i64::from(long(of(place), of(place + 1)));
     if holding.last.is_none() {
-        // In one exchange: whoever presses a button waits for it.
-        let count = wire::WORK_POSITIONS + 6 - wire::MOVING;
-        let seen = board.input(wire::MOVING, count).map_err(words)?;
-        if seen[0] & 0xFF != 0 {
+        // Registers 1027 to 1029 between the two do not exist: a request over them is refused.
+        if board.input(wire::MOVING, 1).map_err(words)?[0] & 0xFF != 0 {
             return Err("an axis moves already".to_owned());
         }
-        let work = usize::from(wire::WORK_POSITIONS + 2 * axis - wire::MOVING);
-        holding.offset = i64::from(long(seen[work], seen[work + 1])) - at;
+        let seen = board.input(wire::WORK_POSITIONS + 2 * axis, 2).map_err(words)?;
+        holding.offset = i64::from(long(seen[0], seen[1])) - at;
     }
     if let Some(last) = holding.last {
         let seen = board.holding(wire::SPEEDS + 2 * axis, 2).map_err(words)?;
