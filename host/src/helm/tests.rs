@@ -88,7 +88,8 @@ fn a_fault_on_the_way_ends_a_hold_that_is_kept() {
         }
     }
     let (when, motors) = over.expect("the hold goes on behind an emergency stop");
-    assert!(when > Duration::from_millis(450) && motors > 100, "{when:?} {motors}");
+    let log = helm.log(0).1;
+    assert!(when > Duration::from_millis(450) && motors > 100, "{when:?} {motors} {log:?}");
     assert_eq!(live.seen().motors[0], motors, "it moved on");
     let told = helm.picture().1.status.as_ref().and_then(|status| status.fault.clone());
     assert_eq!(told.as_deref(), Some("F14"));
@@ -109,7 +110,7 @@ fn a_hold_moves_while_it_is_kept_and_rests_soon_after() {
     let mut kept = begun;
     while begun.elapsed() < Duration::from_millis(800) {
         std::thread::sleep(Duration::from_millis(80));
-        helm.keep(user, 1).expect("alive");
+        helm.keep(user, 1).unwrap_or_else(|over| panic!("{over:?}: {:?}", helm.log(0).1));
         kept = Instant::now();
     }
     let at_keep = live.seen().motors[0];

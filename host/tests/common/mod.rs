@@ -44,7 +44,13 @@ impl Board {
     #[cfg(unix)]
     pub fn end(&mut self, by: rustix::process::Signal) -> ExitStatus {
         signal(&self.child, by);
-        end_of(&mut self.child, Duration::from_secs(20)).expect("the board ends")
+        let status = end_of(&mut self.child, Duration::from_secs(20)).expect("the board ends");
+        if by == rustix::process::Signal::KILL {
+            // Its pseudo-terminal's number is free again: the name that it leaves behind could lead to
+            // the board of a test beside this one.
+            let _ = std::fs::remove_file(self.port());
+        }
+        status
     }
 
     /// Name of the pseudo-terminal.
