@@ -401,11 +401,7 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
     let place = wire::MACHINE_POSITIONS + 2 * axis;
     let at = i64::from(long(of(place), of(place + 1)));
     if holding.last.is_none() {
-<<<<<<< HEAD
-        // In two exchanges: between these registers are some that no board has.
-=======
         // Registers 1027 to 1029 between the two do not exist: a request over them is refused.
->>>>>>> news
         if board.input(wire::MOVING, 1).map_err(words)?[0] & 0xFF != 0 {
             return Err("an axis moves already".to_owned());
         }
