@@ -242,7 +242,9 @@ impl Session {
     }
 
     fn byte(&mut self, byte: u8, view: &View) {
-        let after_return = std::mem::take(&mut self.returned);
+        // A byte that acts at once stands in no line: it may come between the two bytes of a line's end.
+        let at_once = matches!(byte, b'?' | b'!' | b'~' | 0x18 | 0x80..);
+        let after_return = !at_once && std::mem::take(&mut self.returned);
         match byte {
             0x18 => self.reset(view),
             b'?' => {

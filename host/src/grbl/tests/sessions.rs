@@ -147,6 +147,9 @@ fn report(line: &str) -> &str {
 fn ends(bytes: &[u8], open: &mut bool, returned: &mut bool) -> usize {
     let mut count = 0;
     for byte in bytes {
+        if matches!(byte, b'?' | b'!' | b'~' | 0x80.. | 0x18) {
+            continue;
+        }
         let after = std::mem::replace(returned, *byte == b'\r');
         match byte {
             b'\n' if after => {}
@@ -154,7 +157,6 @@ fn ends(bytes: &[u8], open: &mut bool, returned: &mut bool) -> usize {
                 count += 1;
                 *open = false;
             }
-            b'?' | b'!' | b'~' | 0x80.. | 0x18 => {}
             _ => *open = true,
         }
     }

@@ -27,6 +27,11 @@ fn the_welcome_comes_by_itself_and_each_line_has_one_answer() {
         assert_eq!(bench.ask(line), answer, "{line}");
     }
     bench.heard.clear();
+    bench.send(b"G4P0\r");
+    bench.send(b"?");
+    bench.send(b"\n");
+    assert_eq!(bench.heard.matches(OK).count(), 1, "a report between CR and LF: {}", bench.heard);
+    bench.heard.clear();
     bench.send("G0X1\u{e9}\n".as_bytes());
     bench.send(&[b'X'; 300]);
     bench.send(b"\n");
