@@ -309,7 +309,8 @@ fn only_a_power_up_starts_the_program_by_itself() {
         let image = power::image("DO\nLOOP").expect("it compiles");
         stand.upload(&image, false).expect("it is taken");
         let name = build.part.name;
-        let resets: [(&str, fn(&mut Stand)); 2] = [
+        type Reset = (&'static str, fn(&mut Stand));
+        let resets: [Reset; 2] = [
             ("a restart that a host asked for", |stand| {
                 stand.control(Control::Restart);
             }),

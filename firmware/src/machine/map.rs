@@ -16,7 +16,7 @@ use lang::fault::Fault;
 use lang::image::{at, cells};
 use lang::isa::FINGERPRINT;
 use lang::record::AxisRecord;
-#[expect(
+#[allow(
     clippy::wildcard_imports,
     reason = "the table of the registers: what this file serves"
 )]

@@ -16,7 +16,7 @@ use lang::fault::Fault;
 use lang::image::{HEADER, at};
 use lang::record::feature;
 use lang::vm::flag;
-#[expect(
+#[allow(
     clippy::wildcard_imports,
     reason = "the table of the registers: what this file serves"
 )]

@@ -27,6 +27,9 @@ pub fn check(scene: &Scene, text: &str, profile: &str, travel: Travel<'_>) -> Ve
     checker.problems
 }
 
+/// A number with the least and greatest that it may be.
+type Bounded = (f64, f64, f64);
+
 struct Checker<'a> {
     scene: &'a Scene,
     text: &'a str,
@@ -306,7 +309,7 @@ impl Checker<'_> {
     }
 
     /// Every number of the scene that may vary, as `thing.key`, with its value and bounds where it is a single number.
-    fn numbers(&self) -> Vec<(String, Option<(f64, f64, f64)>)> {
+    fn numbers(&self) -> Vec<(String, Option<Bounded>)> {
         let scene = self.scene;
         let mut things: Vec<(&str, &str, &str)> = Vec::new();
         things.extend(

@@ -32,8 +32,8 @@ impl Region {
     pub fn of(block: &Block, scale: Scale) -> Self {
         let step = |place: f64| place.clamp(-2e9, 2e9);
         let mut region = Self { low: [0; 3], high: [0; 3] };
-        for axis in 0..3 {
-            let (a, b) = (block.low[axis] * scale[axis], block.high[axis] * scale[axis]);
+        for (axis, scale) in scale.into_iter().enumerate() {
+            let (a, b) = (block.low[axis] * scale, block.high[axis] * scale);
             // A place that is a whole step but for rounding counts as that step.
             region.low[axis] = step((a.min(b) - 1e-6).ceil()) as i32;
             region.high[axis] = step((a.max(b) + 1e-6).floor()) as i32;

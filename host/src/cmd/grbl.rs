@@ -87,7 +87,6 @@ impl Grbl {
     }
 
     /// The board, and the way to it whenever it was lost.
-    #[expect(clippy::type_complexity, reason = "named where it is used")]
     fn board(
         &self,
         profile: &lang::profile::Profile,

@@ -101,7 +101,7 @@ impl Place {
         self.seen(&mut list, console)?;
         let onto = self.frame(&list, console)?;
         let chosen = |part: &Part| {
-            let named = |names: &[String]| names.iter().any(|name| *name == part.name);
+            let named = |names: &[String]| names.contains(&part.name);
             part.side == wanted
                 && !named(&self.skip)
                 && (self.only.is_empty() && !part.is_fiducial() || named(&self.only))

@@ -20,6 +20,9 @@ use crate::stream::pump::{self, PumpError};
 /// Longest wait for a line while the board runs.
 const SOON: Duration = Duration::from_millis(4);
 
+/// A probe: its axis, whether it met something, and the place in steps.
+type Probed = (usize, bool, i32);
+
 /// A run of the board.
 pub(super) struct Run<'a, L: Link> {
     pub drive: RefCell<&'a mut Drive<L>>,
@@ -28,8 +31,8 @@ pub(super) struct Run<'a, L: Link> {
     pub handed: &'a Cell<u32>,
     /// Probes that were handed on, and those of which the result came.
     pub probes: [Cell<usize>; 2],
-    /// What is printed, and the newest probe's axis, success and place in steps.
-    pub printed: RefCell<(Vec<u8>, Option<(usize, bool, i32)>)>,
+    /// What is printed, and the newest probe.
+    pub printed: RefCell<(Vec<u8>, Option<Probed>)>,
     /// Why lines could not be made a program; none of them can be wrong, so this is a defect.
     pub broken: RefCell<Option<String>>,
 }

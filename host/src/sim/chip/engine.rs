@@ -123,7 +123,7 @@ impl Engine {
         if self.due.is_none() {
             self.path.clear();
             self.path.push_back(Slot::default());
-            self.due = Some(now + (LEAD_US * per_us << 16));
+            self.due = Some(now + ((LEAD_US * per_us) << 16));
             self.armed = 0;
         }
         self.path.push_back(Slot { segment: *segment, power });
@@ -152,7 +152,7 @@ impl Engine {
         single.next = *segment;
         single.next_is_negative = negative;
         if single.due.is_none() {
-            single.due = Some(now + (LEAD_US * per_us << 16));
+            single.due = Some(now + ((LEAD_US * per_us) << 16));
             single.armed = false;
         }
     }
@@ -228,8 +228,8 @@ impl Engine {
         if !is_step {
             return;
         }
-        for axis in 0..3 {
-            let (sum, carry) = self.accumulators[axis].overflowing_add(inc[axis]);
+        for (axis, inc) in inc.into_iter().enumerate() {
+            let (sum, carry) = self.accumulators[axis].overflowing_add(inc);
             self.accumulators[axis] = sum;
             if carry {
                 self.armed |= 1 << axis;
