@@ -184,7 +184,7 @@ fn entries_fall_or_hold_and_rest_in_between() {
     let hold = |lines| Entry { lines, holds: true, bound: bound(speed), joins: 0 };
     let falls = |lines| Entry { lines, holds: false, bound: bound(speed), joins: 0 };
     let rest = Entry { lines: 1, holds: false, bound: 0, joins: 0 };
-    let entries = record(&[hold(20), falls(9), rest, hold(9), falls(20)]);
+    let entries = record(&[hold(20), falls(9), rest, hold(9), falls(21)]);
     let mut mover = Mover::new(&mill, &image(&mill, &script(&places, FEED), entries));
     mover.start();
     mover.end(20);

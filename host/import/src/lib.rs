@@ -113,7 +113,8 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
     }
     if options.from.is_none() && placement::is_placement(name, lines.text()) {
         let text = "this is a placement file: a list of parts, no program";
-        let hint = "`pasapas place FILE --feeders F.toml` makes a script of it";
+        let hint = "`pasapas place FILE --feeders F.toml` makes a script of it; with `--from points` import makes a \
+            loop over its places";
         return Err(vec![Diag::new(Code::UnknownFormat, 1, 1, text).hint(hint)]);
     }
     let Some(format) = options.from.or_else(|| detect(name, lines.text())) else {

@@ -16,9 +16,10 @@
 //!
 //! A line of an entry behind its first may end as fast as the one before it, less what its own braking takes of the
 //! square, `2 d length`, but no less than 0; of one that holds, as fast as the first. Where that is no more than the square of the start rate, the line ends at rest, as
-//! every line does without a course. The last one always does.
+//! every line does without a course. A record names every line of its course, and the bound of the last one is a rest.
 //!
-//! `course` is executed anew in each pass of a loop: while lines of a course are left it changes nothing. Where a host
+//! A course is over when its last line is planned. `course` is executed anew in each pass of a loop: while lines of a
+//! course are left it changes nothing, and after that it begins the course again. Where a host
 //! traces, no course begins, nor does one later in that run: each line rests.
 //! A program with courses says so in [`MachineRecord::COURSES`], and leaves
 //! [`Part::course_pool`](crate::part::Part::course_pool) bytes of its memory to them, which count as stack in its header.

@@ -43,7 +43,7 @@ fn play(course: &[[i32; 2]], percent: u8, manner: Manner) -> Vec<Played> {
     let mut path = Path::new(20, CLOCK);
     path.set_override(percent, 100);
     let (mut at, mut steps) = ([0; 2], [0; 2]);
-    let mut blocks = course.iter();
+    let (mut blocks, mut begun) = (course.iter(), course.iter());
     let (mut out, mut segment, mut length) = (Vec::<Played>::new(), PathSegment::default(), 0.0);
     loop {
         while path.has_room() {
@@ -63,7 +63,14 @@ fn play(course: &[[i32; 2]], percent: u8, manner: Manner) -> Vec<Played> {
             }
             let way = segment.way.map(f64::from);
             let events = way[0].abs().max(way[1].abs());
-            length = way[0].hypot(way[1]) * 10.0 / events;
+            // What the feed holds along: the axis with most steps by its steps, the other one as commanded.
+            let mut um = begun.next().expect("a block begins that was pushed").map(f64::from);
+            for (um, steps) in um.iter_mut().zip(way) {
+                if steps.abs() == events {
+                    *um = steps * 10.0;
+                }
+            }
+            length = um[0].hypot(um[1]) / events;
         }
         let seconds = segment.ramp.duration() as f64 / 65_536.0 / 16e6;
         out.push(Played {

@@ -137,10 +137,10 @@ pub(super) fn bound(speed: f64) -> u16 {
     (Scaled::new((speed * speed) as u32).0 >> 16) as u16
 }
 
-/// A slow point for each line.
+/// A slow point for each line, the last one's too: a record that ended before it would begin anew with it in a loop.
 pub(super) fn each(lines: &[Line]) -> Vec<u8> {
     let entry = |line: &Line| Entry { lines: 1, holds: false, bound: bound(line.exit), joins: 0 };
-    record(&lines[..lines.len() - 1].iter().map(entry).collect::<Vec<_>>())
+    record(&lines.iter().map(entry).collect::<Vec<_>>())
 }
 
 /// G1 statements to places, mm.

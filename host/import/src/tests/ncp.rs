@@ -1,7 +1,9 @@
 //! Programs of isel's controllers, and lists of points.
 
 use super::{made, refused, shown};
-use crate::{Format, Options, detect, import};
+use crate::{Format, Imported, Options, detect, import};
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
 
 /// As gerbv writes them, with DOS line ends.
 const DRILL: &str = "IMF_PBL_V1.0\r\n\r\n; 1/1000 mm/s\r\nVEL 5000\r\nFASTVEL 10000\r\nDRILLDEF S2000\r\nDRILLDEF V1000\r\n\
@@ -111,12 +113,24 @@ const POSITIONS: &str = "### Footprint positions ###\n## Unit = mm, Angle = deg.
     C1        100n      C_0402_1005    25.4000    12.7000  180.0000  top\n\
     R1        10k       R_0603_1608    10.0000    20.0000   90.0000  top\n## End\n";
 
+/// A list of points is what the user says it is.
+fn points() -> Options {
+    Options { from: Some(Format::Points), ..Options::default() }
+}
+
 #[test]
 fn a_list_of_positions_becomes_a_table_and_names_the_columns_left_out() {
     let table = "Ref,Val,Package,PosX,PosY,Rot,Side\n\"C1\",\"100n\",\"C_0402\",25.4,12.7,180,top\n\
         \"R1\",\"10k\",\"R_0603\",10,20,90,top\n";
     for (name, text, line) in [("board.pos", POSITIONS, 3), ("board.csv", table, 1)] {
-        let script = made(name, text);
+        // Parts that are to be placed: nothing is made of them unasked, and both ways are named.
+        let told = refused(name, text);
+        assert!(told.contains("pasapas place") && told.contains("--from points"), "{told}");
+        let Imported { script, notes, .. } =
+            import(name, text.as_bytes(), &points()).expect("a script");
+        let source = Source::new("made.bas", script.clone());
+        let (program, diags) = compile(&source, ProfileChoice::built_in());
+        assert!(program.is_some(), "{script}\n{}", diags.render(&source));
         let row = script.lines().find(|line| line.contains("25.4mm"));
         assert!(row.is_some_and(|row| row.contains("12.7mm")), "{script}");
         assert!(
@@ -124,7 +138,6 @@ fn a_list_of_positions_becomes_a_table_and_names_the_columns_left_out() {
             "{script}"
         );
         assert!(!script.contains("M3"), "{script}");
-        let notes = import(name, text.as_bytes(), &Options::default()).expect("a script").notes;
         let told = shown(name, &notes);
         let wanted =
             format!("{name}:{line}:1: note[X021]: the columns are left out: Val, Package, Rot");
@@ -134,6 +147,8 @@ fn a_list_of_positions_becomes_a_table_and_names_the_columns_left_out() {
             "{told}"
         );
     }
-    let told = refused("board.pos", &POSITIONS.replace("25.4000", "left"));
+    let text = POSITIONS.replace("25.4000", "left");
+    let diags = import("board.pos", text.as_bytes(), &points()).expect_err("refused");
+    let told = shown("board.pos", &diags);
     assert!(told.contains("board.pos:4:1: error[X010]: `left` is no length"), "{told}");
 }

@@ -306,7 +306,10 @@ impl<'a> Checker<'a> {
             Ok(value) => Some(number(value, kind, span)),
             Err(fault) => {
                 let message = format!("this is always {fault}: {}", fault.text());
-                self.error(Code::ConstantFault, span, message, remedy(fault));
+                // What follows a semicolon is about axes, which no constant moves.
+                let remedy = remedy(fault);
+                let hint = remedy.split("; ").next().unwrap_or_default();
+                self.error(Code::ConstantFault, span, message, hint);
                 None
             }
         }
