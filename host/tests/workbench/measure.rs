@@ -164,13 +164,13 @@ const ROUNDS: [u32; 2] = [20, 80];
 const ROUND: &str = "(async (first, count) => {
     const { Link } = await import('/link.js');
     const came = link => new Promise(done => link.addEventListener('welcome', done, { once: true }));
-    if (!window.own) { window.own = new Link(); await came(own); await own.ask({ helm: true }); window.asked = 0; }
-    const ask = async wish => { asked++; try { return await own.ask(wish); } catch (e) { window.refused = e.message; window.refusals = (window.refusals ?? 0) + 1; } };
+    if (!window.guest) { window.guest = new Link(); await came(guest); await guest.ask({ helm: true }); window.asked = 0; }
+    const ask = async wish => { asked++; try { return await guest.ask(wish); } catch (e) { window.refused = e.message; window.refusals = (window.refusals ?? 0) + 1; } };
     for (let k = first; k < first + count; k++) {
         for (let n = 0; n < 16; n++) await ask({ output: [1 + n, (k + n) % 2 === 0] });
         for (let n = 0; n < 8; n++) await ask({ input: [1 + n, (k + n) % 2 === 0] });
         for (let n = 0; n < 4; n++) await ask('place');
-        for (let n = 0; n < 17; n++, asked++) own.say({ lsp: { id: k * 100 + n, method: 'textDocument/hover', params: { textDocument: { uri: 'file:///script.bas' }, position: { line: n % 4, character: 6 } } } });
+        for (let n = 0; n < 17; n++, asked++) guest.say({ lsp: { id: k * 100 + n, method: 'textDocument/hover', params: { textDocument: { uri: 'file:///script.bas' }, position: { line: n % 4, character: 6 } } } });
         await ask('tables');
         await ask('simulate');
         await ask({ jog: { axis: 'X', um: k % 2 ? -100 : 100, speed: 20000 } });
