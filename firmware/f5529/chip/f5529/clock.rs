@@ -115,7 +115,7 @@ pub fn recover() {
     let stands = UCSCTL7.get() & NO_XT2 != 0;
     UCSCTL7.set(0);
     // SAFETY: a byte that only this function touches.
-    let sound = unsafe { &mut *(&raw mut SOUND) };
+    let sound = unsafe { &mut *core::ptr::addr_of_mut!(SOUND) };
     *sound = if stands { 0 } else { *sound + 1 };
     if *sound < SOUND_MS {
         return;
