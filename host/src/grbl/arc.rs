@@ -69,7 +69,7 @@ impl Arc {
         let radius = offset[0].hypot(offset[1]);
         let other = (to[0] - center[0]).hypot(to[1] - center[1]);
         let miss = (radius - other).abs();
-        if miss > 0.005 && miss > 0.001 * radius || radius < 0.0005 || radius > MOST_RADIUS {
+        if miss > 0.005 && miss > 0.001 * radius || !(0.0005..=MOST_RADIUS).contains(&radius) {
             return Err(Error::TARGET);
         }
         let begin = (-offset[1]).atan2(-offset[0]);

@@ -76,7 +76,7 @@ impl Session {
         }
         let busy = usize::from(self.is_busy(view));
         if self.kept.report & 2 != 0 {
-            let free = 15usize.saturating_sub(self.ahead(view) as usize);
+            let free = 15usize.saturating_sub(self.ahead(view));
             text += &format!("|Bf:{free},128");
         }
         let speed = if inches { view.speed / INCH } else { view.speed };

@@ -93,7 +93,7 @@ impl Planner<'_, '_> {
             let mut offset = [0; 2];
             let mut to_all = goal;
             for i in 0..2 {
-                offset[i] = center[i].clone()? - um(start[i])?;
+                offset[i] = center[i]? - um(start[i])?;
                 to_all[axes[i]] = Some(um(end[i])?);
             }
             let to = to_all;

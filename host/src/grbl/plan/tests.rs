@@ -140,7 +140,7 @@ fn arcs_keep_their_centre_and_what_is_too_short_is_none() {
         power: None,
     };
     assert_eq!(plan.orders, [wanted]);
-    assert!((plan.seconds - 1.5708).abs() < 0.001);
+    assert!((plan.seconds - std::f64::consts::FRAC_PI_2).abs() < 0.001);
     // A full circle, and one that ends where it begins but for less than a um.
     assert!(matches!(lines.line("G2X60Y50I-5").orders[..], [Order::Arc { .. }]));
     assert_eq!(lines.line("G2X60Y49.9997I-5").orders, []);
