@@ -117,7 +117,7 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     talk.talk.job(&lines)?;
     talk.talk.job(&["G4P0\n".to_owned()])?;
     let rate = LINES as f64 / begun.elapsed().as_secs_f64();
-    sink(at_least("grbl_lines", "lines/s", rate, 300.0, 1500.0))?;
+    sink(at_least("grbl_lines", "lines/s", rate, 1500.0, 1500.0))?;
     drop(talk);
 
     let profile = Profile::built_in("mill").map_err(|error| error.to_string())?;
@@ -137,8 +137,8 @@ pub fn run(sink: Sink<'_>) -> Result<(), String> {
     talk.talk.state("Idle")?;
     let ramp = 200.0;
     let cancel = begun.elapsed().as_secs_f64() * 1000.0 - ramp;
-    sink(at_most("grbl_cancel", "ms", cancel, 500.0, 100.0))?;
-    sink(at_most("grbl_status", "ms", times[times.len() / 2], 20.0, 10.0))
+    sink(at_most("grbl_cancel", "ms", cancel, 100.0, 100.0))?;
+    sink(at_most("grbl_status", "ms", times[times.len() / 2], 10.0, 10.0))
 }
 
 /// A server with its board and its client.
