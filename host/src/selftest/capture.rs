@@ -203,11 +203,8 @@ impl<L: Link> Bench<'_, L> {
         // The pin stops by itself, the chain by the millisecond; the step that is armed comes.
         let (n, most) = if chained { (1, 1.1) } else { (2, 0.05) };
         let most = most + 1e3 / SPEED as f64;
-        let [step, first, second] =
-            [pins::STEP[0], pins::COUNTERS[1], pins::INPUTS[0]].map(at);
-        self.wire(&format!(
-            "output {n} to input {n} and to {first}, STEP X at {step} to {second}"
-        ));
+        let [step, first, second] = [pins::STEP[0], pins::COUNTERS[1], pins::INPUTS[0]].map(at);
+        self.wire(&format!("output {n} to input {n} and to {first}, STEP X at {step} to {second}"));
         let resting = self.board.inputs(wire::INPUT_BITS + n - 1, 1)?[0];
         let input_invert = usual.input_invert | u16::from(resting) << (n - 1);
         let emergency = [n as u8, 0, 0, 0];
