@@ -53,6 +53,8 @@ pub struct Drive<L: Link> {
     stops: u32,
     /// The newest line that the board got.
     handed: u32,
+    /// A run of ours was lost with its board and may go on there: it is stopped as soon as the board answers.
+    orphan: bool,
     looks: Looks,
     /// The board's state at the last look.
     state: Option<RunState>,
@@ -70,6 +72,7 @@ impl<L: Link> Drive<L> {
             board: None,
             stops: 0,
             handed: 0,
+            orphan: false,
             looks: Looks::default(),
             state: None,
         }
@@ -144,9 +147,11 @@ impl<L: Link> Drive<L> {
             standing.state,
             Some(RunState::Running | RunState::Paused | RunState::Stopping | RunState::WaitStart)
         );
+        // Others that ask the board (by a gateway) keep it from ending the lost run by itself (F18).
+        self.orphan &= runs;
         // Somebody else's run: what stops and holds is for it, too.
         let control = match standing.state {
-            _ if wants.stops != self.stops && runs => Some(Control::Stop),
+            _ if (self.orphan || wants.stops != self.stops) && runs => Some(Control::Stop),
             Some(RunState::Running) if wants.hold => Some(Control::Pause),
             Some(RunState::Paused) if wants.resume => Some(Control::Resume),
             Some(RunState::WaitStart) if wants.resume => Some(Control::Start),
@@ -165,6 +170,9 @@ impl<L: Link> Drive<L> {
             if !runs || control.is_none() {
                 self.stopped(wants, |_| {});
             }
+            return Ok(());
+        }
+        if self.orphan {
             return Ok(());
         }
         if fault {
@@ -244,6 +252,7 @@ impl<L: Link> Drive<L> {
         let lines = self.desk.lines(BATCH, self.stops, Duration::ZERO);
         let Some((newest, _)) = lines.last() else { return Ok(()) };
         let Some((mut client, slots)) = self.board.take() else { return Ok(()) };
+        self.orphan = true;
         let handed = Cell::new(*newest);
         let run = Run {
             drive: RefCell::new(self),
@@ -260,6 +269,7 @@ impl<L: Link> Drive<L> {
             Ok(()) => {}
             Err(PumpError::Busy) => {
                 self.board = Some((client, slots));
+                self.orphan = false;
                 // A button, or somebody else's program, came first.
                 return self.refused(PumpError::Busy.to_string());
             }
@@ -274,6 +284,7 @@ impl<L: Link> Drive<L> {
             self.looks.inputs_now(&mut client).map_err(words)?;
         }
         self.board = Some((client, slots));
+        self.orphan = false;
         self.state = standing.state;
         self.looks.speed = 0.0;
         let wants = self.desk.wants();
