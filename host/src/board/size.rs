@@ -173,7 +173,7 @@ fn path(marked: &str) -> String {
 enum Named {
     /// The assembly from here on belongs to this one.
     Mark(String),
-    /// Crate and first module of a Rust path.
+    /// Crate and first module of a Rust path; of the machine its room.
     Rust(String),
     /// Nothing: a name in assembly.
     Plain,
@@ -188,6 +188,10 @@ impl Named {
         Named::Rust(match names.as_slice() {
             [] if symbol == "main" => "main loop, with what is inlined there".to_owned(),
             [] => return Named::Plain,
+            // The machine's library is most of an image: it is told by its rooms.
+            [_, "machine", room, ..] if room.starts_with(char::is_lowercase) => {
+                format!("machine::{room}")
+            }
             [own] | [own, _] => shorten(own),
             [own, module, ..] if module.starts_with(char::is_lowercase) => {
                 format!("{}::{module}", shorten(own))
