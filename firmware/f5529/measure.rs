@@ -24,10 +24,13 @@ struct Measure {
     samples: u16,
     /// Shortest and longest, P2.3 to P2.4 and back.
     times: [[u16; 2]; 2],
+    /// The last sample; before the first one, what stood in the register of P2.4 as the test began.
     last: u16,
     /// The edge at P2.3 that was seen last, and whether it has come since the test began and is young.
     from: u16,
     fresh: bool,
+    /// Whether an edge at P2.4 has come since the test began: what stood there before is none to measure to.
+    came: bool,
 }
 
 static mut MEASURE: Measure = Measure::NONE;
@@ -61,8 +64,15 @@ pub fn found(n: u16) -> u16 {
 
 impl Measure {
     /// Nothing is measured.
-    const NONE: Measure =
-        Measure { mode: 0, samples: 0, times: [[u16::MAX, 0]; 2], last: 0, from: 0, fresh: false };
+    const NONE: Measure = Measure {
+        mode: 0,
+        samples: 0,
+        times: [[u16::MAX, 0]; 2],
+        last: 0,
+        from: 0,
+        fresh: false,
+        came: false,
+    };
 
     fn set(&mut self, mode: u16) -> bool {
         match mode & 7 {
@@ -71,7 +81,8 @@ impl Measure {
             2 if mode < 1 << 8 => capture::open(mode & SLOW != 0, mode >> 4 & 3, mode >> 6 & 3),
             _ => return false,
         }
-        *self = Measure { mode, from: capture::edges().0, ..Measure::NONE };
+        let (from, last) = capture::edges();
+        *self = Measure { mode, from, last, ..Measure::NONE };
         true
     }
 
@@ -89,7 +100,8 @@ impl Measure {
         } else if self.mode & SLOW != 0 && capture::now().wrapping_sub(from) > OLD {
             self.fresh = false;
         }
-        if !self.fresh {
+        self.came |= to != self.last;
+        if !self.fresh || !self.came {
             return;
         }
         let time = to.wrapping_sub(from);

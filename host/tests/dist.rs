@@ -128,7 +128,7 @@ with tempfile.TemporaryDirectory() as folder:
             links += 1
     assert links >= 30, links
     readme = files["README.md"].decode()
-    assert "(firmware/budget.toml)" not in readme and "firmware/budget.toml" in readme
+    assert "(ARCHITECTURE.md)" not in readme and "ARCHITECTURE.md" in readme
     assert "](lang/README.md)" in readme
 "##;
     let said =

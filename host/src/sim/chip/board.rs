@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn two_boards_in_one_process_know_nothing_of_each_other() {
-        let [mut one, mut other] = [Wiring::Direct; 2].map(NativeBoard::new);
+        let [mut one, mut other] = [Wiring::Chain; 2].map(NativeBoard::new);
         // Function 5: output 1 on.
         let body = [1, 5, 0, 0, 0xFF, 0];
         let crc = body.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
