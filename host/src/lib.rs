@@ -23,6 +23,7 @@ pub mod fleet;
 pub mod gateway;
 #[cfg(feature = "desktop")]
 pub mod grbl;
+#[cfg(feature = "desktop")]
 pub mod hall;
 #[cfg(feature = "desktop")]
 pub mod helm;

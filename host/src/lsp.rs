@@ -10,6 +10,7 @@ mod look;
 mod names;
 pub(crate) mod path;
 mod signature;
+#[cfg(feature = "desktop")]
 pub mod stdio;
 
 use std::collections::HashMap;
