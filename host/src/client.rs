@@ -39,6 +39,12 @@ pub struct Patience {
     pub attempts: u32,
 }
 
+/// Between two attempts when a gateway says that the board did not answer it. The gateway may leave the board alone
+/// for longer; the ten attempts of a streamed job last until it asks the board again.
+const BEYOND_GATEWAY: Duration = Duration::from_millis(150);
+/// Exception of a gateway whose board does not answer (Modbus Application Protocol 1.1b3, 7).
+const TARGET_SILENT: u8 = 11;
+
 /// Longest wait for a reply over TCP, where other clients may have their turns first.
 const BY_TCP: Duration = Duration::from_millis(2_000);
 
@@ -342,8 +348,10 @@ impl<L: Link> Client<L> {
             Scan::Found(reply) => Some(reply),
             Scan::Incomplete => None,
         };
-        for _ in 0..self.patience.attempts.max(1) {
+        for left in (0..self.patience.attempts.max(1)).rev() {
             match self.attempt(&frame, length, scan)? {
+                // Beyond a gateway a reply is lost as on a line of ours.
+                Ok(Reply::Exception(TARGET_SILENT)) if left > 0 => self.link.pause(BEYOND_GATEWAY),
                 Ok(Reply::Exception(code)) => return Err(ClientError::Exception(code)),
                 Ok(reply) => return Ok(reply),
                 Err(heard) => noise += heard,
