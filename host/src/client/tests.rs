@@ -1,5 +1,7 @@
 //! The master against links that misbehave.
 
+mod late;
+
 use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
