@@ -384,6 +384,25 @@ fn every_importable_file_is_simulated_and_drawn_as_it_is() {
     assert!(count >= 12, "{count}");
 }
 
+/// No argument is wrong there: the axis moves.
+#[test]
+fn a_place_set_while_the_axis_moves_is_told_as_that() {
+    let bench = Bench::new();
+    for (moves, sets) in [
+        ("START MoveAxe X, 20mm", "SetPos X, 0mm"),
+        ("MoveSpeed Y, 5mm/s", "SetPos Y, 1mm"),
+        ("START MoveRel Z, -5mm", "G92 Z0"),
+        ("MoveSpeed Y, 5mm/s", "WaitMove Y"),
+    ] {
+        bench.file("moving.bas", &format!("{moves}\n{sets}\nStopAll\n"));
+        let result = bench.run(&["sim", "moving.bas"]);
+        assert_eq!(result.code, 3, "{moves} {sets}: {}", result.err);
+        assert!(result.err.contains("moving.bas:2:1: fault F20"), "{sets}: {}", result.err);
+        let name = sets.split(' ').next().unwrap_or_default();
+        assert!(result.err.contains(name) && result.err.contains("come to rest"), "{}", result.err);
+    }
+}
+
 #[test]
 fn equal_warnings_become_one_with_their_number() {
     let bench = Bench::new();
