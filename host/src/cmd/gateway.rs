@@ -203,6 +203,7 @@ impl Gateway {
                     from: "any".to_owned(),
                     units: None,
                     write: self.write.clone(),
+                    stop: true,
                     fresh: false,
                 });
                 config
