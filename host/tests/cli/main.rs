@@ -112,6 +112,23 @@ fn every_wrong_input_is_exit_code_1_with_file_line_and_column() {
     }
 }
 
+/// The firmware beside the scripts is taken for one of them.
+#[test]
+fn firmware_is_told_from_programs() {
+    let bench = Bench::new();
+    let firmware = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/image/pasapas-g2553.elf");
+    bench.file("firmware.elf", fs::read(firmware).expect("the image"));
+    for command in ["disasm", "check", "build", "sim"] {
+        let result = bench.run(&[command, "firmware.elf"]);
+        assert_eq!(result.code, 1, "{command}: {}", result.err);
+        assert!(is_diagnostic(result.err.lines().next().unwrap_or_default(), "firmware.elf"));
+        for word in ["ELF", "pasapas flash", "pasapas build -o"] {
+            assert!(result.err.contains(word), "{command}: {}", result.err);
+        }
+        assert!(!result.err.contains("is it an image"), "{command}: {}", result.err);
+    }
+}
+
 #[test]
 fn files_that_are_no_scripts_do_no_harm() {
     let bench = Bench::new();
