@@ -108,7 +108,10 @@ impl fmt::Display for ClientError {
             ClientError::Exception(code) => {
                 let known = Code::ALL.iter().find(|known| **known as u8 == *code);
                 let meaning = match known {
-                    Some(Code::IllegalFunction) => "it does not know the function",
+                    Some(Code::IllegalFunction) => {
+                        "it does not know the function, or it is a gateway whose file lets this client write nothing: \
+                         see `[[client]]` there"
+                    }
                     Some(Code::IllegalAddress) => "it has no such register",
                     Some(Code::IllegalValue) => "a value is out of range",
                     Some(Code::DeviceFailure) => "the program or profile is missing or was refused",

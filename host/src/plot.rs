@@ -3,9 +3,8 @@
 mod chart;
 mod curve;
 mod html;
-mod scale;
-mod svg_pace;
-mod svg_page;
+pub(crate) mod scale;
+pub(crate) mod svg_page;
 mod svg_speed;
 mod svg_time;
 #[cfg(test)]
@@ -20,7 +19,6 @@ use crate::sim::trace::{MoveKind, Status};
 pub use chart::time;
 pub(crate) use curve::Curve;
 use curve::curves;
-pub(crate) use svg_pace::{Pace, paces};
 
 /// Segments beyond this are drawn by their ends alone, without the ramps of their speed.
 const DETAILED_SEGMENTS: usize = 20_000;

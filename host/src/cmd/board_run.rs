@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use lang::part::F5529;
 
+use super::console::Console;
 use super::others::Others;
 use super::part::Choice;
 use super::script::{self, Script};
-use super::{Console, world};
+use super::world;
 use crate::board::engine::{self, BoardError, Job, Sinks};
 use crate::failure::Failure;
 use crate::output::OutputFile;

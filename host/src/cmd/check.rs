@@ -2,9 +2,10 @@
 
 use clap::Args;
 
+use super::console::{Console, Options};
 use super::others::Others;
 use super::part::Choice;
-use super::{Console, Options, script};
+use super::script;
 use crate::failure::Failure;
 
 /// `pasapas check`

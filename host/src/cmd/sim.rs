@@ -9,10 +9,11 @@ use clap::{Args, ValueEnum};
 use lang::fault::Fault;
 use lang::profile::Profile;
 
+use super::console::{Console, Options};
 use super::others::Others;
 use super::part::Choice;
 use super::script::{self, Script};
-use super::{Console, Options, board_run, summary, world};
+use super::{board_run, summary, world};
 use crate::failure::Failure;
 use crate::input::code;
 use crate::interrupt;

@@ -344,7 +344,7 @@ impl Eye<'_> {
         };
         let ports = |on: &[u16]| (1..=16).map(|n| (n, on.contains(&(n as u16)))).collect();
         View {
-            us: 0,
+            timer: None,
             inputs: ports(&status.inputs),
             outputs: ports(&status.outputs),
             axes: Axis::ALL.into_iter().filter_map(axis).collect(),

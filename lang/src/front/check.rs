@@ -9,6 +9,7 @@ mod calls;
 mod clocks;
 mod control;
 mod declare;
+mod ends;
 mod expr;
 mod fold;
 mod func;
@@ -61,6 +62,7 @@ pub fn check(
     let bodies = checker.lower_all();
     checker.report_unused();
     checker.check_targets();
+    checker.check_feeds();
     let facts = checker.facts();
     let program = checker.program(bodies, &calls);
     *diags = checker.diags;

@@ -86,7 +86,7 @@ macro_rules! with_plain {
     Gosub "GOSUB" Control "GOSUB label" "Calls the lines behind a label up to RETURN."
     Return "RETURN" Control "RETURN [expression]" "Ends a GOSUB, a SUB, or a FUNCTION with its value."
     Call "CALL" Control "CALL name(argument, ...)" "Calls a SUB; the word may be left out."
-    End "END" Control "END" "Ends the run."
+    End "END" Control "END" "Ends the run. Outputs take the states that the profile's `end` names, off by default."
     Run "RUN" Control "RUN \"name\"" "Ends the run and begins another program of the library."
     On "ON" Control "ON ERROR GOTO label, ON ERROR STOP, ON IN n RISE|FALL GOSUB sub, ON IN n OFF, ON EVERY time GOSUB sub, ON EVERY OFF" "Says what serves a fault, an edge or a clock tick; as a value it is 1."
     Resume "RESUME" Control "RESUME NEXT" "Ends an error handler: goes on behind the statement that failed."
@@ -100,7 +100,7 @@ macro_rules! with_plain {
     Home "Home" Machine "Home[?] [axis, ...]" "Finds the reference switches; `Home?` sets HOMED instead of raising F10."
     Probe "Probe" Machine "Probe[?] axis, limit, speed [, input [, state]]" "Moves until an input has the state; `Probe?` sets PROBEOK instead of raising F12."
     ProbeMask "ProbeMask" Machine "ProbeMask[?] axis, limit, speed, and, xor" "Moves until ((INPORT() AND and) XOR xor) is not 0."
-    SetPos "SetPos" Machine "SetPos axis, value" "Makes the present position the work position `value`."
+    SetPos "SetPos" Machine "SetPos axis, value" "Makes the present position the work position `value`; the axis must be at rest."
     $($plain $plain_text Machine $plain_usage $plain_about)*
     Motors "Motors" Machine "Motors ON|OFF [, axis]" "Enables the drivers; OFF clears HOMED."
     WaitIn "WaitIn" Machine "WaitIn[?] n, ON|OFF|RISE|FALL [, timeout]" "Waits for an input; `WaitIn?` sets TIMEDOUT instead of raising F13."

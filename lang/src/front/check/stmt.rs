@@ -1,5 +1,6 @@
 //! Statements: lowering of blocks, assignments, calls, jumps, events.
 
+use super::ends::Lit;
 use super::labels::BlockId;
 use super::names::Entity;
 use super::{Checker, MAIN, argument, kinds, range};
@@ -56,6 +57,7 @@ impl<'a> Checker<'a> {
         let mut lowered = Vec::with_capacity(block.len());
         let mut then = Then::GoesOn;
         let mut warned = false;
+        let mut lit = Lit::default();
         for stmt in block {
             if matches!(stmt.kind, StmtKind::Label(_)) {
                 then = Then::GoesOn;
@@ -77,6 +79,7 @@ impl<'a> Checker<'a> {
             if then == Then::GoesOn {
                 then = after;
             }
+            self.follow_outputs(&mut lit, &kinds, stmt.span);
             let place = |kind| hir::Stmt { line: stmt.line, span: range(stmt.span), kind };
             lowered.extend(kinds.into_iter().map(place));
         }
