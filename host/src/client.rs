@@ -39,6 +39,14 @@ pub struct Patience {
     pub attempts: u32,
 }
 
+/// Between two attempts when a gateway says that the board did not answer it. The gateway may leave the board alone
+/// for longer; the ten attempts of a streamed job last until it asks the board again.
+const BEYOND_GATEWAY: Duration = Duration::from_millis(150);
+/// Exception of a gateway whose board does not answer (Modbus Application Protocol 1.1b3, 7).
+const TARGET_SILENT: u8 = 11;
+/// Modbus function 8, diagnostics: with 0 behind it the echo of two more bytes.
+const ECHO: u8 = 8;
+
 /// Longest wait for a reply over TCP, where other clients may have their turns first.
 const BY_TCP: Duration = Duration::from_millis(2_000);
 
@@ -145,6 +153,8 @@ pub struct Client<L> {
     patience: Patience,
     /// When the last character came, by the link's clock.
     last_byte: Duration,
+    /// A request of this board has got no reply in time. It may still come.
+    owed: bool,
     /// While this is set no exchange begins.
     interrupt: Option<Arc<AtomicBool>>,
 }
@@ -158,6 +168,7 @@ impl<L: Link> Client<L> {
             mode: Mode::DEFAULT,
             patience: Patience::default(),
             last_byte: Duration::ZERO,
+            owed: false,
             interrupt: None,
         }
     }
@@ -174,6 +185,8 @@ impl<L: Link> Client<L> {
 
     /// Talks to another board from now on.
     pub fn set_address(&mut self, address: u8) {
+        // What another board still sends is no reply of this one.
+        self.owed &= self.address == address;
         self.address = address;
     }
 
@@ -236,6 +249,7 @@ impl<L: Link> Client<L> {
                 break;
             }
             self.mode = mode;
+            self.owed = false;
             let reply = if has_modes { Duration::from_millis(150) } else { BY_TCP };
             if !has_modes {
                 usual.reply = BY_TCP;
@@ -345,17 +359,44 @@ impl<L: Link> Client<L> {
             Scan::Found(reply) => Some(reply),
             Scan::Incomplete => None,
         };
-        for _ in 0..self.patience.attempts.max(1) {
+        self.settle()?;
+        for left in (0..self.patience.attempts.max(1)).rev() {
             match self.attempt(&frame, length, scan)? {
+                // Beyond a gateway a reply is lost as on a line of ours.
+                Ok(Reply::Exception(TARGET_SILENT)) if left > 0 => self.link.pause(BEYOND_GATEWAY),
                 Ok(Reply::Exception(code)) => return Err(ClientError::Exception(code)),
                 Ok(reply) => return Ok(reply),
-                Err(heard) => noise += heard,
+                Err(heard) => {
+                    noise += heard;
+                    self.owed = true;
+                }
             }
             if self.is_interrupted() {
                 break;
             }
         }
         Err(if noise > 0 { ClientError::Noise(noise) } else { ClientError::Silent })
+    }
+
+    /// After a request without a reply in time: waits until nothing can come any more that was asked for before.
+    ///
+    /// A board that is late answers each of the repeated requests. The second reply comes while the next request
+    /// waits for its own, and looks like that one where the function is the same: an exception names no register,
+    /// and neither do the registers of a read. So a request is sent whose reply cannot be taken for another one's:
+    /// function 8, an echo, which nothing else here uses. Our boards do not know it, and their exception names it, too.
+    /// A board answers in order: what comes before that reply is old.
+    fn settle(&mut self) -> Result<(), ClientError> {
+        if !std::mem::replace(&mut self.owed, false) {
+            return Ok(());
+        }
+        let address = self.address;
+        let answers = |received: &[u8], length: usize| {
+            let frames = received.windows(length).filter_map(open_rtu);
+            frames.into_iter().any(|(own, pdu)| own == address && pdu[0] & 0x7F == ECHO)
+        };
+        // The echo, or an exception of two bytes.
+        let scan = |received: &[u8]| (answers(received, 8) || answers(received, 5)).then_some(());
+        self.attempt(&rtu(address, &[ECHO, 0, 0, 0, 0]), 8, scan).map(drop)
     }
 
     /// Passes another master's request on, once, to the board with this address: its function and data
@@ -384,8 +425,10 @@ impl<L: Link> Client<L> {
         };
         match self.attempt(&rtu(address, pdu), lengths[0], scan)? {
             Ok(reply) => Ok(reply),
-            Err(0) => Err(ClientError::Silent),
-            Err(heard) => Err(ClientError::Noise(heard)),
+            Err(heard) => {
+                self.owed |= address == self.address;
+                Err(if heard == 0 { ClientError::Silent } else { ClientError::Noise(heard) })
+            }
         }
     }
 
@@ -394,6 +437,7 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// The port does not know the rate.
     pub fn set_mode(&mut self, mode: Mode) -> Result<bool, ClientError> {
+        self.owed = false;
         self.mode = mode;
         self.link.set_mode(mode).map_err(ClientError::Port)
     }

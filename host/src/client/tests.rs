@@ -1,5 +1,7 @@
 //! The master against links that misbehave.
 
+mod late;
+
 use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
@@ -98,6 +100,23 @@ fn an_exception_is_not_asked_for_again() {
     let error = client.write(5, 1).unwrap_err();
     assert!(error.is_exception(lang::wire::Exception::Busy));
     assert_eq!(client.link().sent.len(), 1);
+}
+
+#[test]
+fn a_reply_that_is_lost_beyond_a_gateway_is_asked_for_again() {
+    let silent = || framed(&[1, 0x83, 11]);
+    let reply = framed(&[1, 3, 2, 0x12, 0x34]);
+    let mut client = Client::new(Scripted::new([silent(), silent(), reply]), 1);
+    assert_eq!(client.holding(5, 1).ok(), Some(vec![0x1234]));
+    assert_eq!(client.link().sent.len(), 3);
+    // A board that is gone is told in bounded time, and what must not be repeated is not.
+    let mut gone = Client::new(Scripted::new(std::iter::repeat_with(silent).take(40)), 1);
+    assert!(matches!(gone.holding(5, 1), Err(ClientError::Exception(11))));
+    assert_eq!(gone.link().sent.len(), 4);
+    assert!(gone.link().now() < Duration::from_secs(1));
+    let mut once = Client::new(Scripted::new(std::iter::repeat_with(silent).take(40)), 1);
+    assert!(matches!(once.once(|client| client.holding(5, 1)), Err(ClientError::Exception(11))));
+    assert_eq!(once.link().sent.len(), 1);
 }
 
 #[test]

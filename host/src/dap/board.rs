@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Duration;
 
 use lang::axis::Axis;
-use lang::image::{Image, crc_in};
+use lang::image::Image;
 use lang::record::BoardRecord;
 use lang::wire::{self, Control, RunState};
 
@@ -55,8 +55,7 @@ pub fn fits(board: &mut Board, loaded: &Loaded) -> Result<(), String> {
 pub fn holds(board: &mut Board, loaded: &Loaded) -> Result<bool, String> {
     let identity = board.identity().map_err(|error| error.to_string())?;
     identity.check()?;
-    let image = &loaded.compiled.image;
-    Ok((usize::from(identity.program_bytes), identity.program_crc) == (image.len(), crc_in(image)))
+    Ok(identity.holds(&loaded.compiled.image))
 }
 
 /// How a session meets the board's program.

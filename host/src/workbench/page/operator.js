@@ -58,7 +58,7 @@ async function load(name) {
   text($('#message'), '');
   show();
   try {
-    await link.ask({ bring: name });
+    await seen(await link.ask({ bring: name }));
     offer = null;
   } catch (error) {
     $('#refused').hidden = false;
@@ -68,6 +68,21 @@ async function load(name) {
     show();
   }
 }
+// Start names the program of the state that the page shows. So a program counts as loaded when that state has come:
+// Start before it would ask for the old one and be refused.
+const seen = program => new Promise(done => {
+  const look = () => {
+    const { identity } = state?.picture ?? {};
+    if (identity?.program_bytes !== program.bytes || identity.program_crc !== program.crc) return false;
+    link.removeEventListener('state', look);
+    clearTimeout(late);
+    done();
+    return true;
+  };
+  // The board may have been lost or given another program meanwhile: the state tells, and nothing waits for it.
+  const late = setTimeout(() => { link.removeEventListener('state', look); done(); }, 5000);
+  if (!look()) link.addEventListener('state', look);
+});
 // The list names what the board holds.
 function list() {
   const own = held(), other = own ? [] : [['', state?.holds ? say.notHere(heldWords()) : '–']];
