@@ -146,6 +146,21 @@ impl World {
         self.unattended
     }
 
+    /// Its name in diagnostics.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Its script.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// See [`World::with_switches`].
+    pub fn switches(&self) -> [Option<i32>; 3] {
+        self.switches
+    }
+
     /// Whether there is no script.
     pub fn is_empty(&self) -> bool {
         self.source.is_empty()
@@ -293,14 +308,14 @@ impl Scenario {
 
     /// Whether nobody and nothing is there: see [`World::unattended`].
     pub fn is_unattended(&self) -> bool {
-        self.unattended
+        self.unattended || self.plan.borrow().unattended
     }
 
     /// The program waits for Start since `since_us`: in an unattended world it is pressed a second
     /// later, or now if that is past. Gives whether it will be.
     pub fn waits_for_start(&self, since_us: u64) -> bool {
         let press = Job::Press(Button::Start, PRESS_US);
-        self.unattended
+        self.is_unattended()
             && self.plan.borrow_mut().schedule(since_us + UNATTENDED_PRESS_US, press).is_ok()
     }
 

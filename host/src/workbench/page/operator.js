@@ -53,6 +53,7 @@ $('#load').addEventListener('click', () => load(offer));
 async function load(name) {
   if (!name || loading) { list(); return; }
   loading = name;
+  part = 0;
   $('#refused').hidden = true;
   text($('#message'), '');
   show();
@@ -137,6 +138,15 @@ link.addEventListener('log', e => {
   }
 });
 let printed = 0;
+// The bar: of an upload, or of a program that prints how far it is, as “Piece 3 of 5” or “3/5”.
+let part = null;
+link.addEventListener('progress', e => { part = e.detail.part; bar(); });
+function bar() {
+  const [, n, all] = /(\d+)\s*(?:of|von|sur|de|\/)\s*(\d+)/i.exec($('#message').textContent) ?? [];
+  const far = loading ? part : +n <= +all && +all > 0 ? n / all : null;
+  $('#bar').hidden = far === null;
+  if (far !== null) $('#bar').value = far;
+}
 
 link.addEventListener('state', e => {
   state = e.detail;
@@ -182,6 +192,7 @@ function show() {
   }
   fault(status, at, active);
   lamp(document.body, at === 'running', 'runs');
+  bar();
 }
 // The next thing to do, in a few words.
 function hint(status, mine, rests, bad) {
