@@ -8,6 +8,7 @@ mod bench;
 mod board;
 mod board_run;
 mod build;
+mod cell;
 mod check;
 mod control;
 mod dap;

@@ -112,13 +112,17 @@ impl Cell {
         }
     }
 
-    /// The script waits for Start: people who wait for that act.
-    pub fn waits_for_start(&mut self, us: u64) {
+    /// The script waits for Start: people who wait for that act. Gives whether anybody does.
+    pub fn waits_for_start(&mut self, us: u64) -> bool {
+        let mut acts = false;
         for index in 0..self.scene.persons.len() {
-            if self.scene.persons[index].when == When::WaitStart {
+            let person = &self.scene.persons[index];
+            if person.when == When::WaitStart && self.done[index] < person.times {
+                acts = true;
                 self.person(index, us);
             }
         }
+        acts
     }
 
     /// The script prints a line.

@@ -56,6 +56,11 @@ impl State {
         self.hole.is_some() || self.bead.is_some()
     }
 
+    /// Whether a drill is in a hole.
+    pub(super) fn drills(&self) -> bool {
+        self.hole.is_some()
+    }
+
     pub(super) fn vacuum(&self) -> &Pressure {
         &self.pressure
     }
@@ -250,7 +255,7 @@ impl Cell {
             (None, Some(which)) if self.tool.on && kpa >= vacuum.hold_kpa => {
                 self.take(which, at, us)
             }
-            (Some(which), _) if kpa < vacuum.hold_kpa => self.let_go(which, at, us),
+            (Some(which), _) if kpa < vacuum.hold_kpa => self.loosens(which, at, us),
             _ => self.plan(&vacuum, us),
         }
     }
@@ -266,9 +271,41 @@ impl Cell {
         let by = self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default();
         let thing = self.things[which].name.clone();
         self.tell(us, What::Take { thing, by });
+        if let Some(after) = self.struck.lost.remove(&which) {
+            self.timers.push((us + after, Timer::Falls(which)));
+        }
         self.aim(us);
         self.rebuild(at, us);
         self.look_again(us);
+    }
+
+    /// The pressure holds a thing no more: it falls, unless it sticks.
+    fn loosens(&mut self, which: usize, at: &Steps, us: u64) {
+        match self.struck.stuck.get(&which) {
+            None | Some(0) => self.let_go(which, at, us),
+            Some(&for_us) => {
+                self.timers.push((us + for_us, Timer::Falls(which)));
+                if let Some(vacuum) = self.nozzle() {
+                    self.plan(&vacuum, us);
+                    // What sticks does not fall at each look at the pressure.
+                    let pressure = self.tool.pressure;
+                    let level = if self.tool.switched { vacuum.off_kpa } else { vacuum.on_kpa };
+                    let changes = (pressure.target() > pressure.at(us)) != self.tool.switched;
+                    self.tool.due = changes.then(|| pressure.crosses(level, us)).flatten();
+                }
+            }
+        }
+    }
+
+    /// A thing that stuck or is lost falls now.
+    pub(super) fn falls(&mut self, which: usize, at: &Steps, us: u64) {
+        let held = self.tool.held == Some(which);
+        let stuck = self.struck.stuck.remove(&which).is_some();
+        let holds = self.nozzle().is_some_and(|own| self.tool.pressure.at(us) >= own.hold_kpa);
+        // The nozzle has come back in time.
+        if held && !(stuck && self.tool.on && holds) {
+            self.let_go(which, at, us);
+        }
     }
 
     fn let_go(&mut self, which: usize, at: &Steps, us: u64) {
@@ -285,6 +322,8 @@ impl Cell {
                 self.things[which].fell = self.things[which].fell.max(fell);
                 self.things[which].place = Where::Stands([from[0], from[1], z]);
                 self.tell(us, What::Drop { thing: thing.clone(), mm: fell });
+                self.things[which].stored =
+                    self.scene.places.iter().any(|own| own.room == 0 && own.name == landing.on);
                 self.tell(us, What::Rest { thing: thing.clone(), on: landing.on });
                 if landing.unstable {
                     self.tell(us, What::Unstable { thing });
