@@ -8,6 +8,8 @@
 pub mod junit;
 #[cfg(feature = "desktop")]
 pub mod live;
+#[cfg(feature = "desktop")]
+pub mod proof;
 pub mod report;
 
 use std::path::{Path, PathBuf};

@@ -128,8 +128,9 @@ fn numbers_of(key: &str) -> usize {
     }
 }
 
-/// A tool's number that a share refers to.
-fn value(scene: &Scene, key: &str) -> f64 {
+/// A tool's number that a share refers to; 0 where the key is none.
+#[must_use]
+pub fn value(scene: &Scene, key: &str) -> f64 {
     let mut value = 0.0;
     if let Some((name, key)) = key.split_once('.')
         && let Some(tool) = scene.tools.iter().find(|tool| tool.name == name)

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::input;
 use crate::output;
 use crate::render::{Note, Severity};
-use crate::scene::{self, Report, Scene};
+use crate::scene::{self, Report, Scene, junit};
 
 /// Which cell.
 #[derive(Clone, Debug, Args)]
@@ -142,7 +142,7 @@ impl CellOutput {
         }
         if let Some(path) = &self.report {
             let text = if path.ends_with(".xml") {
-                crate::scene::junit::write(&[(file.to_owned(), report)])
+                junit::write(&[junit::Run { file, report, differences: &[] }])
             } else {
                 report.json().iter().map(|line| line.clone() + "\n").collect()
             };

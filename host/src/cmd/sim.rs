@@ -92,7 +92,7 @@ fn plot_file(name: &str) -> Result<String, String> {
 }
 
 /// A time in us; a plain number is seconds.
-fn time(text: &str) -> Result<u64, String> {
+pub(super) fn time(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match &text[digits.len()..] {
         "us" => 1.0,

@@ -6,13 +6,23 @@ use quick_junit::{NonSuccessKind, Report as Xml, TestCase, TestCaseStatus, TestS
 
 use super::Report;
 
-/// A suite for each file, a case for each expectation. A file whose cell expects nothing has one case, its end.
+/// A run of a script.
+pub struct Run<'a> {
+    /// The script.
+    pub file: &'a str,
+    /// What its cell gave.
+    pub report: &'a Report,
+    /// What else is not as it should be.
+    pub differences: &'a [String],
+}
+
+/// A suite for each file, a case for each expectation, and one for the run itself.
 #[must_use]
-pub fn write(files: &[(String, &Report)]) -> String {
+pub fn write(runs: &[Run<'_>]) -> String {
     let mut xml = Xml::new("pasapas");
-    for (file, report) in files {
+    for Run { file, report, differences } in runs {
         let time = Duration::from_micros(report.end.us);
-        let mut suite = TestSuite::new(file.as_str());
+        let mut suite = TestSuite::new(*file);
         suite.set_time(time);
         for row in &report.rows {
             let message = format!("was {}", row.was);
@@ -25,9 +35,21 @@ pub fn write(files: &[(String, &Report)]) -> String {
                 status
             };
             let mut case = TestCase::new(row.name.as_str(), status);
-            case.set_classname(file.as_str()).set_time(time);
+            case.set_classname(*file).set_time(time);
             suite.add_test_case(case);
         }
+        let status = match differences.first() {
+            None => TestCaseStatus::success(),
+            Some(first) => {
+                let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+                status.set_message(first.clone());
+                status.set_description(differences.join("\n"));
+                status
+            }
+        };
+        let mut case = TestCase::new("run", status);
+        case.set_classname(*file).set_time(time);
+        suite.add_test_case(case);
         xml.add_test_suite(suite);
     }
     xml.to_string().unwrap_or_default()

@@ -69,6 +69,20 @@ impl Report {
         }
     }
 
+    /// The report of a run that had no cell: its time alone.
+    #[must_use]
+    pub fn without_cell(us: u64) -> Self {
+        Self {
+            rows: Vec::new(),
+            log: Vec::new(),
+            end: End { us, ..End::default() },
+            held: Vec::new(),
+            stayed: Vec::new(),
+            rejected: Vec::new(),
+            sums: Vec::new(),
+        }
+    }
+
     /// Whether all expectations hold.
     #[must_use]
     pub fn holds(&self) -> bool {
