@@ -94,7 +94,8 @@ pub fn read(
         }
     };
     let notes = |problems: Vec<Problem>| problems.iter().map(note).collect::<Vec<Note>>();
-    let (cell, problems) = cell::read(&text, &known, &travel, &files).map_err(notes)?;
+    let (cell, mut problems) = cell::read(&text, &known, &travel, &files).map_err(notes)?;
+    problems.extend(cell::check::inert(&cell, &text));
     let homes = program
         .is_some_and(|program| program.routines.iter().any(|routine| has_home(&routine.body)));
     let scene =
@@ -242,7 +243,8 @@ impl Names for Known<'_> {
         &self.profile.name
     }
     fn has_analog(&self) -> bool {
-        false
+        // Engines without an emulator simulate the part that has them.
+        true
     }
     fn axes(&self) -> &str {
         "XYZ"

@@ -4,8 +4,11 @@
 //! taken, let go, or moves by itself; between such moments a law that stays in the quiet box costs six comparisons.
 
 mod around;
+mod belt;
 mod faults;
+mod gripper;
 mod steps;
+mod supply;
 mod tool;
 
 use super::law::{Law, Steps};
@@ -100,6 +103,13 @@ pub struct Cell {
     open: Vec<bool>,
     done: Vec<u32>,
     struck: faults::Struck,
+    belts: Vec<belt::Belt>,
+    /// When something happens on a belt.
+    next_belt: Option<u64>,
+    /// Parts that each feeder has brought.
+    fed: Vec<u32>,
+    /// What dispensers, lasers and pens drew, as ways of X and Y, mm.
+    drawn: Vec<Vec<[f64; 2]>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,6 +119,12 @@ enum Timer {
     Door(usize, bool),
     /// The tool answers its output.
     Tool(u32, bool),
+    /// The jaws have closed.
+    Jaws,
+    /// A feeder brings the next part.
+    Feed(usize),
+    /// A person takes the thing of their row away, or puts it back.
+    Hands(usize, bool),
     /// A thing that stuck to the tool falls, or one that was lost does.
     Falls(usize),
 }
@@ -142,6 +158,10 @@ impl Cell {
             open: vec![false; scene.fixtures.len()],
             done: vec![0; scene.persons.len()],
             struck: faults::Struck::default(),
+            belts: belt::Belt::all(&scene),
+            next_belt: None,
+            fed: Vec::new(),
+            drawn: Vec::new(),
             scene,
         };
         cell.begin();
@@ -163,13 +183,23 @@ impl Cell {
                 self.person(index, us);
             }
         }
+        self.begin_feeders();
         self.rebuild(&[0; 4], 0);
+        // What a belt feeds at the begin.
+        self.next_belt = Some(0);
+        self.belts(&[0; 4], 0);
     }
 
     /// The things as they are.
     #[must_use]
     pub fn things(&self) -> &[Thing] {
         &self.things
+    }
+
+    /// What dispensers, lasers and pens drew, as ways of X and Y, mm.
+    #[must_use]
+    pub fn drawn(&self) -> &[Vec<[f64; 2]>] {
+        &self.drawn
     }
 
     /// What happened so far.
@@ -258,6 +288,9 @@ impl Cell {
             }
         }
         for (index, thing) in self.things.iter().enumerate() {
+            if self.rides(index) {
+                continue;
+            }
             let blocks = thing.standing();
             for own in [true, false] {
                 for block in &blocks {
@@ -332,7 +365,11 @@ impl Cell {
             self.next = self.next_change(law, now);
         }
         let timer = self.timers.iter().map(|timer| timer.0).min();
-        [self.next, timer, self.tool.due()].into_iter().flatten().min().map(|when| when.max(now))
+        [self.next, timer, self.tool.due(), self.next_belt]
+            .into_iter()
+            .flatten()
+            .min()
+            .map(|when| when.max(now))
     }
 
     fn next_change(&mut self, law: &dyn Law, now: u64) -> Option<u64> {
@@ -384,6 +421,7 @@ impl Cell {
         }
         self.settle(&at, now);
         self.pressure(&at, now);
+        self.belts(&at, now);
         while let Some(index) = self.timers.iter().position(|timer| timer.0 <= now) {
             let (_, timer) = self.timers.remove(index);
             self.timer(timer, &at, now);
@@ -465,6 +503,12 @@ impl Cell {
             }
             Timer::Tool(output, on) => self.switch(output, on, at, us),
             Timer::Falls(which) => self.falls(which, at, us),
+            Timer::Jaws => self.closed(at, us),
+            Timer::Feed(index) => self.feed(index, at, us),
+            Timer::Hands(index, puts) => {
+                let name = self.scene.persons[index].thing.clone().unwrap_or_default();
+                self.hands(&name, puts, at, us);
+            }
             Timer::Door(index, open) => {
                 let fixture = &self.scene.fixtures[index];
                 if let Some((_, open_at, _)) = fixture.door {
@@ -485,6 +529,10 @@ impl Cell {
         } else {
             self.switch(output, on, &at, us);
         }
+        if on {
+            self.advance_feeders(output, us);
+        }
+        self.drive(output, on, &at, us);
         for (index, fixture) in self.scene.clone().fixtures.iter().enumerate() {
             if let Some((opens_by, _, move_us)) = fixture.door
                 && opens_by == output

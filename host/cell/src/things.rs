@@ -88,7 +88,8 @@ pub fn all(scene: &Scene) -> Vec<Thing> {
     things
 }
 
-fn thing(
+/// A thing as it is at the start.
+pub(super) fn thing(
     name: String,
     part: usize,
     feeder: Option<(usize, usize)>,
@@ -135,6 +136,9 @@ pub fn landing(
     // A place's bottom carries what lies in it.
     for place in &scene.places {
         look(&place.block, place.at[2], &place.name);
+    }
+    for conveyor in &scene.conveyors {
+        look(&conveyor.block, conveyor.block.high[2], &conveyor.name);
     }
     for (index, thing) in things.iter().enumerate() {
         if index != which {

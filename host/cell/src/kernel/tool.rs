@@ -44,6 +44,10 @@ impl State {
         }
     }
 
+    pub(super) fn is_on(&self) -> bool {
+        self.on
+    }
+
     pub(super) fn held(&self) -> Option<usize> {
         self.held
     }
@@ -92,9 +96,11 @@ impl Cell {
         let tip = self.tip(at);
         match &tool.kind {
             ToolKind::Vacuum(_) => self.aim(us),
+            ToolKind::Gripper(_) => self.jaws(on, at, us),
             ToolKind::Drill { spin_us, .. } => self.tool.turns_at = on.then_some(us + spin_us),
             ToolKind::Flow { flow_mg_s, open_us, close_us, reach, .. } => {
                 if on {
+                    self.drawn.push(vec![[tip[0], tip[1]]]);
                     self.tool.bead = Some((tip, us + open_us, 0.0));
                     self.tool.last = tip;
                     let above = tip[2] - self.surface(tip);
@@ -138,6 +144,11 @@ impl Cell {
             && us >= *since
         {
             *mm += distance(self.tool.last, tip);
+            if let Some(way) = self.drawn.last_mut()
+                && self.tool.last != tip
+            {
+                way.push([tip[0], tip[1]]);
+            }
         }
         self.tool.last = tip;
         let top = self.top_of_stock(tip);
@@ -260,7 +271,7 @@ impl Cell {
         }
     }
 
-    fn take(&mut self, which: usize, at: &Steps, us: u64) {
+    pub(super) fn take(&mut self, which: usize, at: &Steps, us: u64) {
         let tip = self.tip(at);
         let Where::Stands(middle) = self.things[which].place else { return };
         self.things[which].place =
@@ -268,6 +279,7 @@ impl Cell {
         self.things[which].taken += 1;
         self.tool.held = Some(which);
         self.tool.contact = None;
+        self.left_feeder(which, us);
         let by = self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default();
         let thing = self.things[which].name.clone();
         self.tell(us, What::Take { thing, by });
@@ -311,6 +323,7 @@ impl Cell {
     fn let_go(&mut self, which: usize, at: &Steps, us: u64) {
         let tip = self.tip(at);
         let Where::Held(offset) = self.things[which].place else { return };
+        self.belts_until(us);
         let from: V3 = std::array::from_fn(|axis| tip[axis] + offset[axis]);
         let press = self.nozzle().map_or(0.0, |vacuum| vacuum.press);
         let landing = landing(&self.scene, &self.fixtures, &self.things, which, from, press);
@@ -325,6 +338,7 @@ impl Cell {
                 self.things[which].stored =
                     self.scene.places.iter().any(|own| own.room == 0 && own.name == landing.on);
                 self.tell(us, What::Rest { thing: thing.clone(), on: landing.on });
+                self.filled([from[0], from[1], z], us);
                 if landing.unstable {
                     self.tell(us, What::Unstable { thing });
                 }
@@ -335,12 +349,21 @@ impl Cell {
             }
         }
         self.aim(us);
+        self.plan_belts(us);
         self.rebuild(at, us);
         self.look_again(us);
     }
 
+    /// Jaws let a thing go.
+    pub(super) fn release(&mut self, which: usize, at: &Steps, us: u64) {
+        match self.struck.stuck.get(&which) {
+            None | Some(0) => self.let_go(which, at, us),
+            Some(&for_us) => self.timers.push((us + for_us, Timer::Falls(which))),
+        }
+    }
+
     /// Sensors that see standing parts look again.
-    fn look_again(&mut self, us: u64) {
+    pub(super) fn look_again(&mut self, us: u64) {
         for index in 0..self.scene.sensors.len() {
             if self.scene.sensors[index].sees[0] {
                 self.look(index, us);
