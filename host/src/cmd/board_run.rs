@@ -10,12 +10,8 @@ use super::console::Console;
 use super::others::Others;
 use super::part::Choice;
 use super::script::{self, Script};
-<<<<<<< HEAD
 use super::world;
-=======
-use super::{Console, world};
 use crate::board::F5529 as F5529_BUILD;
->>>>>>> cellrun
 use crate::board::engine::{self, BoardError, Job, Sinks};
 use crate::failure::Failure;
 use crate::output::OutputFile;

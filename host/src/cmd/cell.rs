@@ -6,8 +6,8 @@ use clap::Args;
 use lang::front::source::Source;
 use lang::profile::Profile;
 
+use super::console::{Console, Options};
 use super::script::{self, Script};
-use super::{Console, Options};
 use crate::failure::Failure;
 use crate::input;
 use crate::output;

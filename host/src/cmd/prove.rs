@@ -6,8 +6,9 @@ use std::time::Duration;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::console::{Console, Options};
 use super::part::Choice;
-use super::{Console, Options, cell, script, world};
+use super::{cell, script, world};
 use crate::board::engine::BoardError;
 use crate::failure::Failure;
 use crate::input::code;

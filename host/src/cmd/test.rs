@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use super::console::{Console, Options};
 use super::others::Others;
 use super::part::Choice;
-use super::{Console, Options, board_run, cell, script, world};
+use super::{board_run, cell, script, world};
 use crate::failure::Failure;
 use crate::input::{self, code};
 use crate::interrupt;
