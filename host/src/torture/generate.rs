@@ -106,9 +106,11 @@ impl Writer<'_> {
 
     fn program(&mut self) {
         let errors = self.tape.chance(9) && self.has(feature::LINES);
-        self.line("DIM va, vb, vc, len AS LENGTH, ia, ib");
+        let first = self.tape.of(&["", "", " = 3", " = -1 + 6"]);
+        self.line(&format!("DIM va{first}, vb, vc, len AS LENGTH, ia, ib"));
         if self.arrays {
-            self.line("DIM cells(3)");
+            let values = self.tape.of(&["", "", " = 7, va", " = 1, 2, vb - 1"]);
+            self.line(&format!("DIM cells(3){values}"));
         }
         let keeps = self.tape.chance(4) && self.has(feature::KEEP);
         if keeps {
@@ -213,7 +215,8 @@ impl Writer<'_> {
         let functions = std::mem::take(&mut self.functions);
         for n in 0..functions {
             self.line(&format!("FUNCTION fun_{n}(arg)"));
-            self.line("DIM loc");
+            let value = self.tape.of(&["", "", " = arg", " = 2"]);
+            self.line(&format!("DIM loc{value}"));
             self.counters = 0;
             self.simple();
             if self.tape.chance(6) {
@@ -228,7 +231,8 @@ impl Writer<'_> {
         }
         for n in 0..subs {
             self.line(&format!("SUB sub_{n}(arg)"));
-            self.line("DIM loc");
+            let value = self.tape.of(&["", "", " = arg", " = 2"]);
+            self.line(&format!("DIM loc{value}"));
             self.counters = 0;
             self.block(2, 1);
             if self.tape.chance(5) {
@@ -397,6 +401,12 @@ impl Writer<'_> {
                     let condition = self.truth(0);
                     self.line(&format!("IF {condition} THEN GOTO fin"));
                 }
+            }
+            // Its cell would be that of what was interrupted.
+            13 if !self.in_handler => {
+                let condition = self.truth(1);
+                let time = self.tape.of(&["5ms", "3ms", "0ms", "1ms * vb"]);
+                self.line(&format!("WAIT UNTIL {condition}, {time}"));
             }
             _ => self.machine(),
         }

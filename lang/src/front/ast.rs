@@ -384,6 +384,13 @@ pub enum GValue {
     Expr(Expr),
 }
 
+impl Name {
+    /// Whether it is the compiler's own, which no script can write.
+    pub fn is_hidden(&self) -> bool {
+        self.key.contains(' ')
+    }
+}
+
 impl fmt::Debug for Name {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)

@@ -77,7 +77,10 @@ fn write_line(text: &str, line: &[Token], level: usize, out: &mut String) -> usi
             }
         }
         let soft = soft_role(line, n);
-        write_token(text, *token, soft, out);
+        match waits_until(line, n) {
+            true => out.push_str("WAIT"),
+            false => write_token(text, *token, soft, out),
+        }
         if token.tok == Tok::Continuation {
             out.push('\n');
         }
@@ -211,6 +214,12 @@ fn soft_role(line: &[Token], n: usize) -> bool {
         }
         _ => first == Some(Tok::Kw(Kw::As)),
     }
+}
+
+/// Whether the word at `n` is the WAIT of WAIT UNTIL, which is written like the words of control.
+fn waits_until(line: &[Token], n: usize) -> bool {
+    let tok = |n: usize| line.get(n).map(|t| t.tok);
+    (tok(n), tok(n + 1)) == (Some(Tok::Kw(Kw::Wait)), Some(Tok::Kw(Kw::Until)))
 }
 
 /// The `_` and the comment behind it, whose distance is kept.

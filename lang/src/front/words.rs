@@ -62,7 +62,7 @@ macro_rules! with_plain {
     Const "CONST" Declaration "CONST name = expression" "A name for a value that never changes."
     Input "INPUT" Declaration "INPUT name = number" "A name for an input, counted from 1."
     Output "OUTPUT" Declaration "OUTPUT name = number" "A name for an output, counted from 1."
-    Dim "DIM" Declaration "DIM name[(size)] [AS kind] [AT address [LABEL \"text\"] [MIN value] [MAX value]] [, ...]" "Variables and arrays, in RAM; 0 at the start of a run, but for those with AT."
+    Dim "DIM" Declaration "DIM name[(size)] [AS kind] [= value] [AT address [LABEL \"text\"] [MIN value] [MAX value]] [, ...]" "Variables and arrays, in RAM; 0 at the start of a run, but for those with AT. `= value` is an assignment where the DIM stands."
     Table "TABLE" Declaration "TABLE name[(columns)] = value, ... [; value, ...]" "Constant values in flash, by rows."
     Keep "KEEP" Declaration "KEEP name [AS kind] [, ...]" "A value kept through power loss."
     Sub "SUB" Declaration "SUB name[(name [AS kind], ...)]" "Opens a SUB; END SUB closes it."
@@ -122,7 +122,7 @@ macro_rules! with_plain {
     Then "THEN" Part "IF condition THEN" ""
     To "TO" Part "FOR name = from TO limit" ""
     Step "STEP" Part "FOR name = from TO limit STEP step" ""
-    Until "UNTIL" Part "DO UNTIL condition, LOOP UNTIL condition" ""
+    Until "UNTIL" Part "DO UNTIL condition, LOOP UNTIL condition, WAIT UNTIL condition [, time]" "Ends a loop or a wait when the condition holds; TIMEDOUT tells whether the time of WAIT UNTIL was over first."
     As "AS" Part "name AS kind" ""
     At "AT" Part "DIM name AT address" ""
     Is "IS" Part "CASE IS < value" ""
@@ -240,7 +240,7 @@ functions! {
     Length "LENGTH" [Axis, Value] "LENGTH(axis, steps)" "Steps of the axis as a Length, rounded half away from zero."
     Err "ERR" [] "ERR" "In an error handler the fault's number: 1 for F01."
     Erl "ERL" [] "ERL" "In an error handler the line that failed."
-    TimedOut "TIMEDOUT" [] "TIMEDOUT" "Whether the last WaitIn? or WaitChar? timed out."
+    TimedOut "TIMEDOUT" [] "TIMEDOUT" "Whether the last WaitIn?, WaitChar? or WAIT UNTIL with a time timed out."
 }
 
 impl Func {

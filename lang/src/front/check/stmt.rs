@@ -58,6 +58,7 @@ impl<'a> Checker<'a> {
         let mut then = Then::GoesOn;
         let mut warned = false;
         let mut lit = Lit::default();
+        let mut before = Span::point(0);
         for stmt in block {
             if matches!(stmt.kind, StmtKind::Label(_)) {
                 then = Then::GoesOn;
@@ -69,7 +70,9 @@ impl<'a> Checker<'a> {
                 self.error(Code::Unreachable, stmt.span, "nothing reaches this statement", hint);
                 warned = true;
             }
-            if !is_declaration(stmt) && !matches!(stmt.kind, StmtKind::Label(_)) {
+            // Several may be parts of one of the text.
+            let part = core::mem::replace(&mut before, stmt.span) == stmt.span;
+            if !is_declaration(stmt) && !matches!(stmt.kind, StmtKind::Label(_)) && !part {
                 self.statements += 1;
             }
             if !matches!(stmt.kind, StmtKind::Gcode(_)) {

@@ -184,7 +184,6 @@ fn named(i: In<'_>) -> Parsed<'_, Tall> {
     {
         return Err(match kw {
             _ if i.at_end() => i.expected("an expression"),
-            Kw::Until => i.fail(foreign::wait_until(i)),
             kw if kw.begins_statement() => {
                 let message =
                     format!("expected an expression, found the statement `{}`", kw.text());

@@ -24,6 +24,10 @@ pub struct Context<'a> {
     pub routines: HashSet<String>,
     /// How often a near word was looked for; each time costs a walk over all SUBs.
     pub guesses: Cell<usize>,
+    /// TIMEDOUT stands in the script.
+    pub reads_timed_out: bool,
+    /// A WAIT UNTIL sets it.
+    pub timed_waits: Cell<bool>,
     /// Texts of names, each kept once.
     pub texts: RefCell<HashSet<Rc<str>>>,
 }

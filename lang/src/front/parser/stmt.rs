@@ -8,6 +8,7 @@ use super::gcode;
 use super::input::{In, Parsed, comma, kw, name, text, tok};
 use super::machine::machine;
 use super::piece::{Closer, Opener, Piece};
+use super::sugar;
 use crate::front::ast::{Expr, Name, StmtKind};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
@@ -84,8 +85,9 @@ fn keyword(kw_: Kw, i: In<'_>) -> Parsed<'_, Piece> {
             let ports = map(declare::equations, |ports| StmtKind::Port { output, ports });
             stmt({ ports }.parse(rest)?)
         }
-        Kw::Dim => stmt(map(declare::variables, StmtKind::Dim).parse(rest)?),
-        Kw::Keep => stmt(map(declare::variables, StmtKind::Keep).parse(rest)?),
+        Kw::Wait if rest.tok() == Tok::Kw(Kw::Until) => sugar::wait_until(i),
+        Kw::Dim => declare::dim(rest),
+        Kw::Keep => stmt(map(declare::keep, StmtKind::Keep).parse(rest)?),
         Kw::Table => stmt(declare::table(rest)?),
         Kw::Sub => control::routine(false)(rest),
         Kw::Function => control::routine(true)(rest),
