@@ -8,6 +8,7 @@ mod bench;
 mod board;
 mod board_run;
 mod build;
+mod cell;
 mod check;
 mod console;
 mod control;
@@ -31,6 +32,7 @@ mod part;
 mod place;
 mod port;
 mod profile;
+mod prove;
 mod script;
 mod selftest;
 mod sim;
@@ -38,6 +40,7 @@ mod size;
 mod status;
 mod stream;
 mod summary;
+mod test;
 mod torture;
 mod trace;
 mod upload;
@@ -70,6 +73,10 @@ enum Command {
     Build(build::Build),
     /// Run a script on a simulated machine
     Sim(sim::Sim),
+    /// Run scripts with what stands beside them, and say which are right
+    Test(test::Test),
+    /// Run a script in its cell again and again, each time with other deviations
+    Prove(prove::Prove),
     /// Show the instructions of a script or of an image
     Disasm(disasm::Disasm),
     /// Make a script of a program of another system
@@ -143,6 +150,8 @@ impl Command {
             Command::Build(command) => command.run(options, console),
             Command::Disasm(command) => command.run(options, console),
             Command::Sim(command) => command.run(options, console),
+            Command::Test(command) => command.run(options, console),
+            Command::Prove(command) => command.run(options, console),
             Command::Import(command) => command.run(options, console),
             Command::Place(command) => command.run(options, console),
             Command::Fmt(command) => command.run(options, console),

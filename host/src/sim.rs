@@ -22,6 +22,7 @@ use lang::fault::Fault;
 use lang::hir::Program;
 use lang::part::{F5529, Part};
 
+use crate::scene::Report;
 use chain::Chain;
 use record::{Record, Summary};
 use trace::{Event, Status};
@@ -120,6 +121,8 @@ pub struct Outcome {
     pub program: usize,
     /// The program that RUN would begin, where nobody knows what stands beside this one.
     pub onward: Option<String>,
+    /// What the cell around the machine gave, if there is one.
+    pub cell: Option<Report>,
 }
 
 /// Why a run could not be made, or not to its end.
@@ -220,7 +223,17 @@ fn outcome(
     let end = machine.finish(fault, line)?;
     let (summary, record, failures) = machine.results(&end);
     let unattended = machine.unattended();
-    Ok(Outcome { end, summary, record, vars, failures, unattended, program: 0, onward: None })
+    Ok(Outcome {
+        end,
+        summary,
+        record,
+        vars,
+        failures,
+        unattended,
+        program: 0,
+        onward: None,
+        cell: None,
+    })
 }
 
 /// As [`run`], with the whole trace in memory.

@@ -4,6 +4,11 @@
 //! taken, let go, or moves by itself; between such moments a law that stays in the quiet box costs six comparisons.
 
 mod around;
+mod belt;
+mod faults;
+mod gripper;
+mod steps;
+mod supply;
 mod tool;
 
 use super::law::{Law, Steps};
@@ -26,8 +31,14 @@ pub enum Action {
     Stop(bool),
     /// The emergency stop.
     Emergency(bool),
+    /// The run is paused, or resumed.
+    Pause(bool),
+    /// The safety door is open.
+    Door(bool),
     /// A panel writes a register of an AT variable.
     Register(u32, i32),
+    /// The motor of an axis (X: 0) loses its next steps.
+    Stall(usize, i32),
 }
 
 /// The machine's frame.
@@ -86,9 +97,19 @@ pub struct Cell {
     tool: tool::State,
     /// Sensors: whether each sees something, by what it sees now.
     seen: Vec<u32>,
+    /// What each sensor says; nothing before its first look.
+    says: Vec<Option<bool>>,
     /// Doors that are on their way or open.
     open: Vec<bool>,
     done: Vec<u32>,
+    struck: faults::Struck,
+    belts: Vec<belt::Belt>,
+    /// When something happens on a belt.
+    next_belt: Option<u64>,
+    /// Parts that each feeder has brought.
+    fed: Vec<u32>,
+    /// What dispensers, lasers and pens drew, as ways of X and Y, mm.
+    drawn: Vec<Vec<[f64; 2]>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +117,16 @@ enum Timer {
     Act(Action),
     Sense(usize, bool),
     Door(usize, bool),
+    /// The tool answers its output.
+    Tool(u32, bool),
+    /// The jaws have closed.
+    Jaws,
+    /// A feeder brings the next part.
+    Feed(usize),
+    /// A person takes the thing of their row away, or puts it back.
+    Hands(usize, bool),
+    /// A thing that stuck to the tool falls, or one that was lost does.
+    Falls(usize),
 }
 
 impl Cell {
@@ -123,8 +154,14 @@ impl Cell {
             line: 0,
             tool: tool::State::new(),
             seen: vec![0; scene.sensors.len()],
+            says: vec![None; scene.sensors.len()],
             open: vec![false; scene.fixtures.len()],
             done: vec![0; scene.persons.len()],
+            struck: faults::Struck::default(),
+            belts: belt::Belt::all(&scene),
+            next_belt: None,
+            fed: Vec::new(),
+            drawn: Vec::new(),
             scene,
         };
         cell.begin();
@@ -146,13 +183,23 @@ impl Cell {
                 self.person(index, us);
             }
         }
+        self.begin_feeders();
         self.rebuild(&[0; 4], 0);
+        // What a belt feeds at the begin.
+        self.next_belt = Some(0);
+        self.belts(&[0; 4], 0);
     }
 
     /// The things as they are.
     #[must_use]
     pub fn things(&self) -> &[Thing] {
         &self.things
+    }
+
+    /// What dispensers, lasers and pens drew, as ways of X and Y, mm.
+    #[must_use]
+    pub fn drawn(&self) -> &[Vec<[f64; 2]>] {
+        &self.drawn
     }
 
     /// What happened so far.
@@ -170,6 +217,15 @@ impl Cell {
     /// The script comes to a line; messages name it.
     pub fn line(&mut self, line: u32) {
         self.line = line;
+    }
+
+    /// Gives each collision the line that the script was in at its time.
+    pub fn set_lines(&mut self, line_at: &dyn Fn(u64) -> u32) {
+        for event in &mut self.log {
+            if let What::Hit { line, .. } | What::Broke { line, .. } = &mut event.what {
+                *line = line_at(event.us);
+            }
+        }
     }
 
     /// Where the tip is, mm.
@@ -232,6 +288,9 @@ impl Cell {
             }
         }
         for (index, thing) in self.things.iter().enumerate() {
+            if self.rides(index) {
+                continue;
+            }
             let blocks = thing.standing();
             for own in [true, false] {
                 for block in &blocks {
@@ -306,7 +365,11 @@ impl Cell {
             self.next = self.next_change(law, now);
         }
         let timer = self.timers.iter().map(|timer| timer.0).min();
-        [self.next, timer, self.tool.due()].into_iter().flatten().min().map(|when| when.max(now))
+        [self.next, timer, self.tool.due(), self.next_belt]
+            .into_iter()
+            .flatten()
+            .min()
+            .map(|when| when.max(now))
     }
 
     fn next_change(&mut self, law: &dyn Law, now: u64) -> Option<u64> {
@@ -353,8 +416,12 @@ impl Cell {
     pub fn advance(&mut self, law: &dyn Law, now: u64) -> Vec<Action> {
         let at = law.at(now);
         self.work(&at, now);
+        if law.until().is_none() {
+            self.tilt_here(&at);
+        }
         self.settle(&at, now);
         self.pressure(&at, now);
+        self.belts(&at, now);
         while let Some(index) = self.timers.iter().position(|timer| timer.0 <= now) {
             let (_, timer) = self.timers.remove(index);
             self.timer(timer, &at, now);
@@ -362,7 +429,8 @@ impl Cell {
         if self.next.is_some_and(|when| when <= now) {
             self.law = None;
         }
-        std::mem::take(&mut self.actions)
+        let actions = std::mem::take(&mut self.actions);
+        self.without_forced(actions)
     }
 
     /// Regions whose answer is another one now.
@@ -423,10 +491,23 @@ impl Cell {
             Timer::Sense(index, sees) => {
                 let sensor = &self.scene.sensors[index];
                 let (name, on) = (sensor.name.clone(), sees != sensor.invert);
+                let said = self.says[index].replace(on);
+                // A sensor that sees nothing at the begin has said nothing.
+                if said == Some(on) || said.is_none() && !on {
+                    return;
+                }
                 if let Some(input) = sensor.input {
                     self.actions.push(Action::Input(input, on));
                 }
                 self.tell(us, What::Sense { name, v: on });
+            }
+            Timer::Tool(output, on) => self.switch(output, on, at, us),
+            Timer::Falls(which) => self.falls(which, at, us),
+            Timer::Jaws => self.closed(at, us),
+            Timer::Feed(index) => self.feed(index, at, us),
+            Timer::Hands(index, puts) => {
+                let name = self.scene.persons[index].thing.clone().unwrap_or_default();
+                self.hands(&name, puts, at, us);
             }
             Timer::Door(index, open) => {
                 let fixture = &self.scene.fixtures[index];
@@ -443,7 +524,15 @@ impl Cell {
     pub fn output(&mut self, output: u32, on: bool, law: &dyn Law, us: u64) {
         let at = law.at(us);
         self.work(&at, us);
-        self.switch(output, on, &at, us);
+        if self.struck.slow_us > 0 {
+            self.timers.push((us + self.struck.slow_us, Timer::Tool(output, on)));
+        } else {
+            self.switch(output, on, &at, us);
+        }
+        if on {
+            self.advance_feeders(output, us);
+        }
+        self.drive(output, on, &at, us);
         for (index, fixture) in self.scene.clone().fixtures.iter().enumerate() {
             if let Some((opens_by, _, move_us)) = fixture.door
                 && opens_by == output

@@ -1,5 +1,6 @@
 //! An emulated board with its machine, and a scenario that acts on both.
 
+mod around;
 mod state;
 
 use emulator::plant::Contact;
@@ -11,6 +12,7 @@ use lang::wire::{Seen, TraceKind};
 use super::Build;
 use super::hardware::Hardware;
 use super::observe::{Observed, Sight};
+use crate::scene::live::{HostDeed, Shared};
 use crate::sim::world::{Action, Button, Registers, Scenario, World, WorldError};
 
 /// Where a reference switch stands when the world does not say: this far away, um.
@@ -25,6 +27,8 @@ pub enum HostAction {
     EmergencyStop,
     /// Give the AT variable at a register a value.
     Register(u16, i32),
+    /// Pause the run, or resume it.
+    Pause(bool),
 }
 
 /// A board, by default an emulated one, its machine and its world.
@@ -52,6 +56,9 @@ pub struct Rig<B: Hardware = Board> {
     outputs: Vec<(u64, i32, bool)>,
     /// Input edges made by the scenario: tick, number, state.
     inputs: Vec<(u64, i32, bool)>,
+    /// The cell around the machine, and where its frame has the reference switches.
+    cell: Option<Shared>,
+    placed: [Option<i32>; 3],
 }
 
 impl Rig {
@@ -117,6 +124,8 @@ impl<B: Hardware> Rig<B> {
             aside: None,
             outputs: Vec::new(),
             inputs: Vec::new(),
+            cell: None,
+            placed: [None; 3],
         };
         rig.build_machine();
         Ok(rig)
@@ -125,7 +134,8 @@ impl<B: Hardware> Rig<B> {
     /// Motors, switches and polarities as the profile and the world say.
     fn build_machine(&mut self) {
         let profile = self.profile.clone();
-        let places = Axis::ALL.map(|axis| self.scenario.switch_place(axis));
+        let mut places = self.switches().map(|place| place.map(i64::from));
+        self.build_cell(&mut places);
         let mut plant = self.board.plant_mut();
         plant.stop_at_output = true;
         plant.limits = super::judge::driver_limits(&profile, plant.ticks_per_second());
@@ -139,7 +149,7 @@ impl<B: Hardware> Rig<B> {
             let away = SWITCH_AWAY_UM * i64::from(own.scale.steps) / i64::from(own.scale.um);
             let usual = i64::from(own.home.direction.sign()) * away;
             let usual = (!self.scenario.is_unattended()).then_some(usual);
-            let position = places[i].map(i64::from).or(usual);
+            let position = places[i].or(usual);
             plant.switches[i] = position.map(|position| Contact { axis: i, position, above });
         }
         for input in profile.inputs.iter().filter(|input| input.invert) {
@@ -175,9 +185,9 @@ impl<B: Hardware> Rig<B> {
         self.scenario.is_unattended()
     }
 
-    /// Where the scenario put the reference switches, steps from power-up.
+    /// Where the scenario or the cell put the reference switches, steps from power-up.
     pub fn switches(&self) -> [Option<i32>; 3] {
-        Axis::ALL.map(|axis| self.scenario.switch_place(axis))
+        Axis::ALL.map(|axis| self.scenario.switch_place(axis).or(self.placed[axis.index()]))
     }
 
     /// The board.
@@ -222,6 +232,7 @@ impl<B: Hardware> Rig<B> {
 
     fn begin_at(&mut self, tick: u64) {
         self.zero = Some(tick);
+        self.begin_cell(tick);
         for action in std::mem::take(&mut self.first) {
             self.apply(action);
         }
@@ -281,15 +292,16 @@ impl<B: Hardware> Rig<B> {
         registers.into_iter().filter_map(pair).collect()
     }
 
-    /// When the scenario acts next, in ticks.
+    /// When the scenario or the cell acts next, in ticks.
     fn next_action(&self) -> Option<u64> {
         let zero = self.zero?;
-        self.scenario.next_us().map(|us| zero.saturating_add(self.ticks(us)))
+        let world = self.scenario.next_us().map(|us| zero.saturating_add(self.ticks(us)));
+        [world, self.board.plant().due()].into_iter().flatten().min()
     }
 
     /// Whether nothing is planned any more.
     pub fn world_is_over(&self) -> bool {
-        self.scenario.next_us().is_none()
+        self.scenario.next_us().is_none() && self.board.plant().due().is_none()
     }
 
     /// Runs to a tick, letting the world act at its times.
@@ -320,6 +332,7 @@ impl<B: Hardware> Rig<B> {
         self.act()?;
         let until = self.next_action().map_or(limit, |next| next.min(limit));
         let stop = self.board.run_until(until.max(self.now()));
+        self.look_at_cell();
         self.look_at_outputs();
         for observed in self.board.look(self.observer.as_mut(), stop) {
             self.see(observed);
@@ -354,6 +367,10 @@ impl<B: Hardware> Rig<B> {
     /// Whatever the board does from now on does not count: [`Rig::come_back`] undoes it.
     pub fn set_aside(&mut self) {
         self.aside = self.board.aside();
+        if self.aside.is_some() {
+            let now = self.now();
+            self.board.plant_mut().surround(now, None);
+        }
     }
 
     /// The board is as it was at [`Rig::set_aside`].

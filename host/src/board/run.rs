@@ -1,5 +1,7 @@
 //! A run on the emulated board under way: pressed on, followed, added up.
 
+mod around;
+
 use std::cell::RefCell;
 use std::io::Write;
 use std::rc::Rc;
@@ -66,6 +68,9 @@ pub struct Run<'a, 'b, B: Hardware> {
     teller: Teller<'a>,
     /// Times in which another program ran than the first.
     aways: Vec<Away>,
+    /// For a cell: the lines of the script by their times, us, and what was printed.
+    lines: Vec<(u64, u32)>,
+    printed: Vec<String>,
 }
 
 impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
@@ -112,6 +117,8 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             unattended,
             teller: Teller::new(&job.program.profile, job.library()),
             aways: Vec::new(),
+            lines: Vec::new(),
+            printed: Vec::new(),
         })
     }
 
@@ -182,6 +189,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                     let away = self.aways.last().filter(|last| last.to_us == u64::MAX);
                     self.judge.line(seen.tick, away.map_or(line, |away| away.line));
                 }
+                self.tell_cell(us, &what);
                 let event = Event { what, us: self.job.options.times.then_some(us) };
                 (self.trace)(&event);
                 if matches!(event.what, What::End { .. }) {
@@ -258,6 +266,9 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             // What a pause interrupted still counts as moving.
             Some(RunState::Paused) => true,
             Some(RunState::WaitStart) if rests => {
+                if self.rig.borrow_mut().cell_waits_for_start() {
+                    return Ok(None);
+                }
                 if self.rig.borrow_mut().waits_for_start(self.watch.since_us()) {
                     self.unattended.released.push(line);
                     return Ok(None);
@@ -321,6 +332,9 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                     self.client.write(wire::CHAR_IN, value)?;
                 }
                 HostAction::EmergencyStop => self.client.control(Control::EmergencyStop)?,
+                HostAction::Pause(pauses) => {
+                    self.client.control(if pauses { Control::Pause } else { Control::Resume })?;
+                }
                 HostAction::Register(register, value) => {
                     self.client.write_all(register, &halves(value))?;
                 }
@@ -405,6 +419,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         let unattended =
             if alone { std::mem::take(&mut self.unattended) } else { Unattended::default() };
         let vars = Vec::new();
+        let cell = self.judge_cell(us, &end);
         let outcome = Outcome {
             end,
             summary,
@@ -414,6 +429,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             unattended,
             program: place,
             onward: None,
+            cell,
         };
         Ok(BoardRun { outcome, remarks, health, judged })
     }

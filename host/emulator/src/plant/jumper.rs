@@ -49,8 +49,8 @@ impl Plant {
                 d.rest |= 1 << pin;
             }
         };
-        contact(board.stop, self.stop);
-        contact(board.start, self.start);
+        contact(board.stop, self.stop || self.around.buttons()[1]);
+        contact(board.start, self.start || self.around.buttons()[0]);
         let closed = |n: u8| (on ^ !self.active_low) >> (n - 1) & 1 != 0;
         match self.wiring {
             Wiring::Direct => {
