@@ -411,7 +411,7 @@ fn a_place_set_while_the_axis_moves_is_told_as_that() {
         ("START MoveRel Z, -5mm", "G92 Z0"),
         ("MoveSpeed Y, 5mm/s", "WaitMove Y"),
     ] {
-        bench.file("moving.bas", &format!("{moves}\n{sets}\nStopAll\n"));
+        bench.file("moving.bas", format!("{moves}\n{sets}\nStopAll\n"));
         let result = bench.run(&["sim", "moving.bas"]);
         assert_eq!(result.code, 3, "{moves} {sets}: {}", result.err);
         assert!(result.err.contains("moving.bas:2:1: fault F20"), "{sets}: {}", result.err);
