@@ -218,3 +218,25 @@ fn axes_on_their_own_hold_their_rate_while_both_lines_are_busy() {
         assert!(least >= 0.99 * ALONE as f64, "{what}: {least:.0} steps/s over 20 of them");
     }
 }
+
+/// The program waits while the engine needs segments, but never for a path that rests.
+#[test]
+fn a_path_pauses_goes_on_and_stops() {
+    let mut board = off(Silicon::default(), &fast(PATH), &lines(3, 500, 120));
+    board.power_up();
+    board.run_us(BOOT_US);
+    start(&mut board);
+    board.run_us(300_000);
+    let state = |board: &mut Board| read(board, wire::RUN_STATE);
+    for (control, wanted) in [
+        (Control::Pause, RunState::Paused),
+        (Control::Resume, RunState::Running),
+        (Control::Pause, RunState::Paused),
+        (Control::Resume, RunState::Running),
+        (Control::Stop, RunState::Ready),
+    ] {
+        send(&mut board, Link::Host, &frame(&write_body(wire::RUN_CONTROL, control as u16)));
+        board.run_us(if wanted == RunState::Running { 20_000 } else { 700_000 });
+        assert_eq!(state(&mut board), Some(wanted as u16), "{control:?}");
+    }
+}
