@@ -133,7 +133,8 @@ const LONG_EVENT_CYCLES: u32 = 360;
 
 impl Part {
     /// Steps in a second that the engine keeps up with pulses of this width, the link busy: those of a single axis or,
-    /// up to [`PATH_RATE`], of a path, or of each axis where they move on their own (START).
+    /// up to [`PATH_RATE`], of a path, or two fifths of it of each axis where they move on their own (START). Three axes at
+    /// half of it leave the main loop so little time that both lines together make it too slow for the watchdog.
     pub const fn top_rate(&self, pulse_us: u8, on_their_own: bool) -> u32 {
         let cycles = match pulse_us {
             0..=SHORT_PULSE_US => self.event_cycles,
@@ -142,7 +143,7 @@ impl Part {
         // Whole thousands where it is for the reader.
         let rate = self.clock / cycles;
         let rate = if pulse_us <= SHORT_PULSE_US { rate / 1000 * 1000 } else { rate };
-        if on_their_own { rate / 2 } else { rate }
+        if on_their_own { rate / 5 * 2 } else { rate }
     }
 }
 
