@@ -350,10 +350,15 @@ impl Writer<'_> {
     /// A statement without a block.
     fn simple(&mut self) {
         match self.tape.pick(20) {
-            0..=4 => {
+            0..=3 => {
                 let value = self.number(3);
                 let name = self.number_name();
                 self.line(&format!("{name} = {value}"));
+            }
+            4 if self.tape.chance(8) => {
+                let (name, bit) = (self.number_name(), self.tape.of(&["0", "3", "31"]));
+                let state = self.truth(1);
+                self.line(&format!("{name}.{bit} = {state}"));
             }
             5 if self.arrays => {
                 let (at, value) = (self.tape.of(&["0", "2", "va", "(vb AND 1)"]), self.number(2));

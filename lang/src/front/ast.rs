@@ -164,12 +164,14 @@ pub enum StmtKind {
         /// Values by `;`.
         rows: Vec<Vec<Expr>>,
     },
-    /// `a = e`, `a(i) = e`
+    /// `a = e`, `a(i) = e`, `a.3 = e`
     Assign {
         /// What is written.
         target: Name,
         /// What stands in the parentheses; empty without.
         index: Vec<Expr>,
+        /// The bit that is written, 0 to 31; None is the whole of it.
+        bit: Option<u8>,
         /// The value.
         value: Expr,
     },

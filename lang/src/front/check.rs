@@ -5,6 +5,7 @@
 //! followed over a graph of the control flow ([`gcode`]).
 
 mod argument;
+mod bits;
 mod calls;
 mod clocks;
 mod control;

@@ -200,9 +200,10 @@ impl<'a> Inference<'_, 'a> {
 
     fn stmt(&mut self, stmt: &'a Stmt) {
         match &stmt.kind {
-            StmtKind::Assign { target, index, value } => {
+            StmtKind::Assign { target, index, bit, value } => {
                 self.exprs(index);
                 let ty = self.expr(value);
+                let ty = if bit.is_some() { Ty::Known(Kind::Number) } else { ty };
                 if let Some(var) = self.written(&target.key) {
                     let slot = self.slot(var.0 as usize);
                     self.bind(slot, ty);
@@ -404,6 +405,11 @@ impl<'a> Inference<'_, 'a> {
                 ty => ty,
             },
             ExprKind::Unary(UnaryOp::Not, inner) => self.expr(inner),
+            ExprKind::Unary(UnaryOp::Bit(_), inner) => {
+                let ty = self.expr(inner);
+                self.bind(ty, Ty::Known(Kind::Number));
+                Ty::Known(Kind::Truth)
+            }
             ExprKind::Binary(op, left, right) => {
                 let left = self.expr(left);
                 let right = self.expr(right);

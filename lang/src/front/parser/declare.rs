@@ -40,7 +40,7 @@ pub fn dim(i: In<'_>) -> Parsed<'_, Piece> {
             let target = variable.name.clone();
             let place = ExprKind::Literal { kind: Kind::Number, value: n };
             let index = if array { vec![Expr { kind: place, span: value.span }] } else { vec![] };
-            values.push(StmtKind::Assign { target, index, value });
+            values.push(StmtKind::Assign { target, index, bit: None, value });
         }
         variables.push(variable);
         rest = after;

@@ -65,7 +65,7 @@ pub fn wait_until(i: In<'_>) -> Parsed<'_, Piece> {
     let literal = |kind, value| expr(ExprKind::Literal { kind, value });
     let timer = || Box::new(expr(ExprKind::Builtin(Func::Timer, Vec::new())));
     let read = || Box::new(expr(ExprKind::Name(limit.clone())));
-    let set = |target, value| StmtKind::Assign { target, index: Vec::new(), value };
+    let set = |target, value| StmtKind::Assign { target, index: Vec::new(), bit: None, value };
     let end = expr(ExprKind::Binary(BinaryOp::Add, read(), timer()));
     let mut parts = vec![
         StmtKind::Dim(vec![variable(limit.clone(), Kind::Time)]),
