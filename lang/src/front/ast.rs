@@ -286,8 +286,10 @@ pub struct Variable {
     pub name: Name,
     /// What stands in its parentheses.
     pub size: Option<Expr>,
-    /// Its AS.
+    /// Its AS; of a TIMER too, which holds a Time.
     pub kind: Option<KindRef>,
+    /// `AS TIMER`
+    pub timer: bool,
     /// Its AT.
     pub at: Option<Expr>,
     /// Its LABEL.

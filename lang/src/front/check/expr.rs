@@ -71,6 +71,9 @@ impl<'a> Checker<'a> {
                 self.error(Code::WrongUse, span, format!("`{}` is an array", symbol.text), hint);
                 None
             }
+            Entity::Var(var) if self.reader(var).is_some() => {
+                self.reader(var).map(|id| self.reading(id, span))
+            }
             Entity::Var(var) => {
                 let kind = self.vars[var.0 as usize].kind;
                 Some(hir::Expr { kind, span: range(span), node: hir::ExprKind::Var(var) })
@@ -85,6 +88,9 @@ impl<'a> Checker<'a> {
     }
 
     fn apply(&mut self, name: &'a Name, args: &'a [Expr], span: Span) -> Option<hir::Expr> {
+        if let Some(id) = self.edge(name) {
+            return Some(self.reading(id, span));
+        }
         let symbol = self.resolve_as(name, |text| match words::foreign_function(&name.key) {
             Some(hint) => hint.to_owned(),
             None => format!(

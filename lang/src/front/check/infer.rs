@@ -385,6 +385,9 @@ impl<'a> Inference<'_, 'a> {
                 Some(Entity::Routine(_)) => self.call(&name.key, args),
                 entity => {
                     self.exprs(args);
+                    if let Some(id) = self.checker.edge(name) {
+                        return self.slot(self.result_slot(id));
+                    }
                     match entity {
                         Some(Entity::Var(var)) => self.slot(var.0 as usize),
                         Some(Entity::Table(id)) => {

@@ -182,6 +182,13 @@ impl<'a> Checker<'a> {
         let place = self.place(target, index);
         let lowered = self.expr(value);
         let ((place, kind), lowered) = (place?, lowered?);
+        if let Place::Var(var) = place
+            && self.reader(var).is_some()
+        {
+            let found = lowered.kind;
+            let restart = self.restart(var, &lowered, value.span);
+            return restart.map_err(|why| self.wrong_restart(target, value, found, why)).ok();
+        }
         if !kinds::fits(kind, lowered.kind) {
             let what = format!("`{}`, {},", target.text, kinds::a(kind));
             self.wrong_assignment(&what, kind, value, lowered.kind);

@@ -1,7 +1,7 @@
 //! Expressions, by precedence climbing over nom parsers.
 
 use super::foreign;
-use super::input::{In, Parsed, axis, comma, is_unit, name, tok};
+use super::input::{Edge, In, Parsed, axis, comma, is_unit, name, tok};
 use crate::front::ast::{BinaryOp, Expr, ExprKind, MAX_EXPR_DEPTH, Name, UnaryOp};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
@@ -226,6 +226,10 @@ fn named(i: In<'_>) -> Parsed<'_, Tall> {
             let (after, (args, height)) = arguments(rest)?;
             let height = grown(i, height)?;
             let span = i.span_to(after);
+            if let (Tok::Kw(kw @ (Kw::Rise | Kw::Fall)), [input]) = (i.tok(), &args[..]) {
+                let (falls, input, line) = (kw == Kw::Fall, input.clone(), i.first().line);
+                i.context.edges.borrow_mut().push(Edge { falls, input, span, line });
+            }
             Ok((after, (Expr { kind: ExprKind::Apply(name, args), span }, height)))
         }
         Tok::Sign(Sign::OpenBracket) => {
