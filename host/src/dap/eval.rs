@@ -89,6 +89,7 @@ impl Scope<'_> {
                     UnaryOp::Neg => Ok((kind, math::unary(Op::Neg, value).map_err(fault)?)),
                     UnaryOp::Not if kind == Kind::Truth => Ok((kind, i32::from(value == 0))),
                     UnaryOp::Not => Ok((kind, !value)),
+                    UnaryOp::Bit(bit) => Ok((Kind::Truth, value >> bit & 1)),
                 }
             }
             ExprKind::Binary(op, left, right) => {

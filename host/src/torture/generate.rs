@@ -108,6 +108,7 @@ impl Writer<'_> {
         let errors = self.tape.chance(9) && self.has(feature::LINES);
         let first = self.tape.of(&["", "", " = 3", " = -1 + 6"]);
         self.line(&format!("DIM va{first}, vb, vc, len AS LENGTH, ia, ib"));
+        self.line("DIM tm AS TIMER");
         if self.arrays {
             let values = self.tape.of(&["", "", " = 7, va", " = 1, 2, vb - 1"]);
             self.line(&format!("DIM cells(3){values}"));
@@ -350,10 +351,18 @@ impl Writer<'_> {
     /// A statement without a block.
     fn simple(&mut self) {
         match self.tape.pick(20) {
-            0..=4 => {
+            0..=3 => {
                 let value = self.number(3);
                 let name = self.number_name();
                 self.line(&format!("{name} = {value}"));
+            }
+            4 if self.tape.chance(8) => {
+                let (name, bit) = (self.number_name(), self.tape.of(&["0", "3", "31"]));
+                let state = self.truth(1);
+                match self.tape.chance(4) {
+                    true => self.line("tm = 0s"),
+                    false => self.line(&format!("{name}.{bit} = {state}")),
+                }
             }
             5 if self.arrays => {
                 let (at, value) = (self.tape.of(&["0", "2", "va", "(vb AND 1)"]), self.number(2));

@@ -5,6 +5,7 @@
 //! followed over a graph of the control flow ([`gcode`]).
 
 mod argument;
+mod bits;
 mod calls;
 mod clocks;
 mod control;
@@ -23,8 +24,9 @@ mod machine;
 mod names;
 mod order;
 mod stmt;
+mod timers;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::ast::{Name, Script};
 use super::codes::Code;
@@ -104,6 +106,8 @@ struct Checker<'a> {
     gcode: gcode::Blocks<'a>,
     /// Variables that a SUB or FUNCTION writes: a call may change them.
     written_by_routines: HashSet<VarId>,
+    /// TIMERs, with the FUNCTIONs that read them.
+    timers: HashMap<VarId, RoutineId>,
     /// Variables and parameters that hold readings of TIMER.
     clocks: HashSet<VarId>,
     /// Routines that only handlers reach.
@@ -136,6 +140,7 @@ impl<'a> Checker<'a> {
             around: stmt::Around::default(),
             gcode: gcode::Blocks::default(),
             written_by_routines: HashSet::new(),
+            timers: HashMap::new(),
             clocks: HashSet::new(),
             handler_routines: Vec::new(),
             after_comma: 0,

@@ -166,7 +166,7 @@ fn is_unary_minus(line: &[Token], n: usize, token: Token) -> bool {
     match before.tok {
         // Without a parenthesis they are the limits of a DIM.
         Tok::Func(Func::Min | Func::Max) => true,
-        Tok::Number | Tok::Text | Tok::Func(_) => false,
+        Tok::Number | Tok::Bit | Tok::Text | Tok::Func(_) => false,
         Tok::Sign(sign) => !matches!(sign, Sign::Close | Sign::CloseBracket),
         Tok::Kw(Kw::True | Kw::False | Kw::On | Kw::Off) => false,
         // A statement never begins with an expression: `name -1` is a call.
@@ -186,6 +186,7 @@ fn gap(before: Token, token: Token, called: bool) -> &'static str {
         (Some(Sign::Open | Sign::OpenBracket), _) => "",
         (_, Some(Sign::Comma | Sign::Semicolon | Sign::Close | Sign::CloseBracket)) => "",
         (_, Some(Sign::OpenBracket)) => "",
+        _ if token.tok == Tok::Bit => "",
         (None, Some(Sign::Open)) => match before.tok {
             Tok::Name | Tok::Func(_) => "",
             Tok::Kw(kw) if kw.is_soft() && !called => "",

@@ -14,7 +14,7 @@ mod slips;
 mod stmt;
 mod sugar;
 
-pub use sugar::TIMED_OUT;
+pub use sugar::{GREATEST, TIMED_OUT, edge_key, elapsed_key};
 
 use super::ast::{Script, Stmt, StmtKind};
 use super::codes::Code;
@@ -52,6 +52,7 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
         guesses: Cell::new(0),
         reads_timed_out: tokens.iter().any(|t| t.tok == Tok::Func(Func::TimedOut)),
         timed_waits: Cell::new(false),
+        edges: RefCell::default(),
         texts: RefCell::default(),
     };
     let mut builder = Builder::new(diags);
@@ -68,6 +69,7 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
         let kind = StmtKind::Dim(vec![sugar::variable(sugar::timed_out(span), Kind::Truth)]);
         script.body.push(Stmt { kind, span, line: last_line });
     }
+    sugar::add_routines(&mut script, context.edges.take());
     script
 }
 

@@ -447,7 +447,12 @@ impl<'a> Builder<'_, 'a> {
     }
 
     fn call(&mut self, name: &Name) {
-        if let Some(Entity::Routine(id)) = self.checker.names.look(self.checker.scope, &name.key) {
+        let called = match self.checker.names.look(self.checker.scope, &name.key) {
+            Some(Entity::Routine(id)) => Some(id),
+            Some(Entity::Var(var)) => self.checker.reader(var),
+            _ => self.checker.edge(name),
+        };
+        if let Some(id) = called {
             self.emit(Op::Call(id, name.span));
         }
     }

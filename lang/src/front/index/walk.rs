@@ -158,7 +158,7 @@ impl Walk {
     /// The names of one statement; its blocks and its declarations apart.
     fn stmt(&mut self, stmt: &Stmt) {
         match &stmt.kind {
-            StmtKind::Assign { target, index, value } => {
+            StmtKind::Assign { target, index, value, .. } => {
                 self.mention(target, Among::Names, true);
                 index.iter().chain([value]).for_each(|e| self.expr(e));
             }

@@ -4,7 +4,7 @@ use super::control::as_kind;
 use super::expr::expr;
 use super::input::{In, Parsed, comma, name, text, tok};
 use super::piece::Piece;
-use crate::front::ast::{BinaryOp, Expr, ExprKind, Name, StmtKind, Variable};
+use crate::front::ast::{BinaryOp, Expr, ExprKind, KindRef, Name, StmtKind, Variable};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
 use crate::front::token::{Sign, Tok};
@@ -40,7 +40,7 @@ pub fn dim(i: In<'_>) -> Parsed<'_, Piece> {
             let target = variable.name.clone();
             let place = ExprKind::Literal { kind: Kind::Number, value: n };
             let index = if array { vec![Expr { kind: place, span: value.span }] } else { vec![] };
-            values.push(StmtKind::Assign { target, index, value });
+            values.push(StmtKind::Assign { target, index, bit: None, value });
         }
         variables.push(variable);
         rest = after;
@@ -79,11 +79,19 @@ fn variable(i: In<'_>) -> Parsed<'_, (Variable, Vec<Expr>)> {
     let (rest, name) = name(i)?;
     let (rest, size) = opt(parenthesised).parse(rest)?;
     let (kind, at, label, least, greatest) = (None, None, None, None, None);
-    let mut variable = Variable { name, size, kind, at, label, least, greatest };
+    let mut variable = Variable { name, size, kind, timer: false, at, label, least, greatest };
     let mut values = Vec::new();
     let mut rest = rest;
     loop {
         match rest.tok() {
+            Tok::Kw(Kw::As)
+                if variable.kind.is_none() && rest.second().tok == Tok::Func(Func::Timer) =>
+            {
+                let span = rest.second().span;
+                variable.kind = Some(KindRef { kind: Kind::Time, span });
+                variable.timer = true;
+                rest = rest.rest().rest();
+            }
             Tok::Kw(Kw::As) if variable.kind.is_none() => {
                 let (after, kind) = as_kind(rest)?;
                 variable.kind = kind;
