@@ -61,6 +61,8 @@ pub struct Options {
     /// The chip whose times are shown: its step timer, whether blocks run into one another, how long a
     /// path takes to begin.
     pub part: Part,
+    /// Hold every edge of a board's pins to the ramps and rates of the profile.
+    pub judged: bool,
     /// Asked now and then: `true` ends the run as [`record::StopReason::Interrupted`].
     pub interrupted: fn() -> bool,
 }
@@ -77,6 +79,7 @@ impl Default for Options {
             statements: DEFAULT_STATEMENTS,
             statement_us: machine::STATEMENT_US,
             part: F5529,
+            judged: true,
             interrupted: || false,
         }
     }

@@ -84,6 +84,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         rig: Rc<RefCell<Rig<B>>>,
         client: Client<InProcess<B>>,
     ) -> Result<Run<'a, 'b, B>, BoardError> {
+        let draws = sinks.vcd.is_some();
         let vcd = match sinks.vcd {
             None => None,
             Some(out) => {
@@ -93,7 +94,8 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 Some(VcdWriter::new(out, &signals, now, ticks).map_err(BoardError::Vcd)?)
             }
         };
-        rig.borrow_mut().board().record(true);
+        let records = job.options.judged || draws;
+        rig.borrow_mut().board().record(records);
         let switches = rig.borrow().switches();
         let unattended = Unattended { switches, ..Unattended::default() };
         let judge = Judge::new(&job.program.profile, &rig.borrow().plant());

@@ -103,6 +103,7 @@ impl Prove {
         interrupt::watch();
         let options = sim::Options {
             record: false,
+            judged: false,
             interrupted: interrupt::asked,
             ..sim::Options::default()
         };

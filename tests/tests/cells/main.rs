@@ -188,3 +188,6 @@ fn the_frame_is_that_of_the_profile() {
     let given = cell("cell = 1\nstart = [1, 2, -3]\n", &program);
     assert_eq!(given.frame(&mill, [None; 3]).0.start, [1.0, 2.0, -3.0]);
 }
+
+mod broken;
+mod proofs;
