@@ -151,11 +151,19 @@ pub struct Proof {
 /// Runs that shrinking a case may take.
 const SHRINKING: usize = 120;
 
-/// The runs of a thread: outcome and seed of each, and the lines that they reached.
+/// The runs of a thread: outcome of each, and of each line the first run that reached it.
 #[derive(Default)]
 struct Found {
     classes: BTreeMap<u64, Class>,
-    lines: BTreeSet<u32>,
+    lines: BTreeMap<u32, u64>,
+}
+
+impl Found {
+    fn reached(&mut self, lines: impl IntoIterator<Item = u32>, index: u64) {
+        for line in lines {
+            self.lines.entry(line).and_modify(|first| *first = index.min(*first)).or_insert(index);
+        }
+    }
 }
 
 /// Runs a case under variation. `progress` hears how many runs were made; what `interrupted` ends is given as far as it
@@ -171,7 +179,7 @@ pub fn prove(
 ) -> Result<Proof, BoardError> {
     let began = Instant::now();
     let (part, parts) = (plan.shard.0, plan.shard.1.max(1));
-    let wanted = (plan.runs + parts - 1 - part.min(plan.runs)) / parts;
+    let wanted = plan.runs.saturating_sub(part).div_ceil(parts);
     let next = AtomicU64::new(0);
     // Runs from this one on are not begun.
     let end = AtomicU64::new(wanted);
@@ -197,7 +205,7 @@ pub fn prove(
                         end.fetch_min(index + 1, Ordering::Relaxed);
                     }
                     found.classes.insert(index, ran.class);
-                    found.lines.extend(ran.lines);
+                    found.reached(ran.lines, index);
                 }
                 Err(error) => {
                     end.store(0, Ordering::Relaxed);
@@ -213,7 +221,9 @@ pub fn prove(
             && let Ok(all) = &mut *all
         {
             all.classes.extend(found.classes);
-            all.lines.extend(found.lines);
+            for (line, index) in found.lines {
+                all.reached([line], index);
+            }
         }
     };
     std::thread::scope(|scope| {
@@ -225,6 +235,7 @@ pub fn prove(
     // Another thread may have gone beyond the run that ends the search.
     let end = end.load(Ordering::Relaxed);
     found.classes.retain(|index, _| *index < end);
+    found.lines.retain(|_, first| *first < end);
     let seed_of = |index: u64| plan.seed.wrapping_add(part + index * parts);
     let mut tallies = Vec::new();
     for class in Class::ALL {
@@ -238,7 +249,8 @@ pub fn prove(
         };
         tallies.push(Tally { class, runs: own.count() as u64 + 1, seed, deviations, shrunk });
     }
-    let unreached = reached::never(case.program, &found.lines);
+    let lines = found.lines.into_keys().collect();
+    let unreached = reached::never(case.program, &lines);
     let runs = found.classes.len() as u64;
     Ok(Proof { runs, wanted, tallies, unreached, took: began.elapsed() })
 }

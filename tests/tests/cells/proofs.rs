@@ -18,7 +18,12 @@ fn hasty(plan: Plan) -> Proof {
 
 fn with_hasty<T>(with: impl FnOnce(&Case<'_>) -> T) -> T {
     let text = std::fs::read_to_string(folder().join("cells/hasty.bas")).unwrap();
-    let program = program(&text);
+    with_script(&text, with)
+}
+
+/// Another script in the cell of that example.
+fn with_script<T>(text: &str, with: impl FnOnce(&Case<'_>) -> T) -> T {
+    let program = program(text);
     let compiled = lang::back::compile(&program).unwrap();
     let scene = read(&folder().join("cells/hasty.cell.toml"), &program);
     let (world, options) =
@@ -36,6 +41,27 @@ fn with_hasty<T>(with: impl FnOnce(&Case<'_>) -> T) -> T {
 
 fn counts(proof: &Proof) -> Vec<(Class, u64)> {
     proof.tallies.iter().map(|tally| (tally.class, tally.runs)).collect()
+}
+
+/// A stop that was to come after the script's own fault hides nothing; one that came ends the run.
+#[test]
+fn a_fault_of_the_script_is_no_stop() {
+    let pressed = |at_us| {
+        [Deviation {
+            what: "stop".to_owned(),
+            of: String::new(),
+            by: Vec::new(),
+            at_us: Some(at_us),
+        }]
+    };
+    let class = |text: &str, at_us| {
+        with_script(text, |case| case.run(&pressed(at_us)).expect("it runs").class)
+    };
+    assert_eq!(
+        class("OUTPUT pump = 3\nDIM n\nWait 100ms\nPRINT 5 / n\n", 300_000_000),
+        Class::Fault
+    );
+    assert_eq!(class("OUTPUT pump = 3\nWait 10s\n", 1_000_000), Class::Handled);
 }
 
 /// The example that is wrong on purpose is found, and the words name the pressure that is too slow.

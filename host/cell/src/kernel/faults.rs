@@ -23,6 +23,8 @@ pub(super) struct Struck {
 
 /// A button is pressed for so long, us.
 const PRESS_US: u64 = 100_000;
+/// Who stops the machine holds Stop for so long, us: pressed for less than 2 s it only pauses.
+const STOP_US: u64 = 2_500_000;
 /// A pause lasts so long where the deviation does not say, us.
 const PAUSE_US: u64 = 2_000_000;
 /// A part is lost so long after it was taken where the deviation does not say, us.
@@ -82,13 +84,13 @@ impl Cell {
                 self.timers.push((end, Timer::Act(Action::Pause(false))));
             }
             ("stop" | "estop" | "door", _) => {
-                let make = match what.as_str() {
-                    "stop" => Action::Stop,
-                    "door" => Action::Door,
-                    _ => Action::Emergency,
+                let (make, least): (fn(bool) -> Action, _) = match what.as_str() {
+                    "stop" => (Action::Stop, STOP_US),
+                    "door" => (Action::Door, PRESS_US),
+                    _ => (Action::Emergency, PRESS_US),
                 };
                 self.timers.push((at_us, Timer::Act(make(true))));
-                let end = at_us + us.unwrap_or(PRESS_US).max(PRESS_US);
+                let end = at_us + us.unwrap_or(least).max(least);
                 self.timers.push((end, Timer::Act(make(false))));
             }
             _ => {}

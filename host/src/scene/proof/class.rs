@@ -2,6 +2,7 @@
 
 use cell::scene::Scene;
 use cell::vary::Deviation;
+use lang::fault::Fault;
 
 use super::super::Report;
 use crate::sim::End;
@@ -76,9 +77,14 @@ pub fn classify(
     if report.log.iter().any(cell::log::Event::is_collision) {
         return Class::Collision;
     }
-    // A person who stops the machine leaves it as it is: nothing is to be expected of that run but that it is safe.
+    // A person who stops the machine leaves it as it is: nothing is to be expected of that run but that it is safe. A
+    // fault of the script's own is one, whatever was to strike later.
     let struck = |words: &[&str]| deviations.iter().any(|own| words.contains(&own.what.as_str()));
-    let broken_off = end.status != Status::Done && struck(&["stop", "estop"]);
+    let broken_off = match end.status {
+        Status::Stopped => stopped == Some(StopReason::Button) && struck(&["stop"]),
+        Status::Fault => end.fault == Some(Fault::EmergencyStop) && struck(&["estop"]),
+        _ => false,
+    };
     let is_on = |tool: &cell::scene::Tool| tool.output.is_some_and(|n| report.end.on.contains(&n));
     if scene.tools.iter().any(is_on) || !broken_off && !report.held.is_empty() {
         return Class::Unsafe;
