@@ -149,3 +149,21 @@ fn a_program_with_keep_is_announced_as_one() {
         assert_eq!(u16::from_be_bytes([request[4], request[5]]), announced);
     }
 }
+
+/// The board is not asked to take what it would not do.
+#[test]
+fn the_small_chip_refuses_step_invert_by_name() {
+    let mut profile = lang::profile::Profile::built_in("thesis").expect("built in");
+    profile.step_invert = true;
+    let record = lang::record::BoardRecord::of(&profile, 1);
+    let features = lang::part::G2553.features.to_be_bytes();
+    let mut identity = vec![1, 3, 28, 0, 1, 0, 1];
+    identity.extend(FINGERPRINT.to_be_bytes());
+    identity.extend(features);
+    identity.resize(31, 0);
+    let mut client = Client::new(Scripted::new([framed(&identity)]), 1);
+    let refused = client.set_board_record(&record).expect_err("it has no such output");
+    assert!(matches!(refused, ClientError::NoStepLow), "{refused}");
+    assert!(refused.to_string().contains("step_invert"), "{refused}");
+    assert_eq!(client.link().sent.len(), 1, "nothing is written");
+}
