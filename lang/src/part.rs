@@ -415,4 +415,28 @@ mod tests {
         assert_eq!(Part::named("g2553"), Some(G2553));
         assert_eq!(Part::named("g2452"), None);
     }
+
+    #[cfg(feature = "compiler")]
+    #[test]
+    fn the_small_chip_names_the_signals_that_it_cannot_make() {
+        use super::Signals;
+        use crate::profile::Profile;
+        use crate::record::MachineRecord;
+        let mut profile = Profile::built_in("mill").expect("built in");
+        let lacks = |part: &Part, profile: &Profile| -> Vec<String> {
+            let machine = MachineRecord::of(profile).to_bytes();
+            let lacks = part.signal_lacks(Signals::from(profile), &machine);
+            lacks.map(|lack| lack.to_string()).collect()
+        };
+        assert_eq!(lacks(&G2553, &profile), [""; 0]);
+        profile.step_invert = true;
+        profile.dir_setup_us = 250;
+        let told = lacks(&G2553, &profile);
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert!(told[0].contains("step_invert"), "{told:?}");
+        assert!(told[1].contains("250 us") && told[1].contains("dir_setup_us"), "{told:?}");
+        assert_eq!(lacks(&F5529, &profile), [""; 0]);
+        profile.step_invert = false;
+        assert_eq!(lacks(&G2553, &profile).len(), 1, "the set-up alone");
+    }
 }

@@ -27,7 +27,7 @@ const LOW_MS: u16 = 16;
 
 /// No more than so many are fetched at once: the watchdog and the link must be served, too. On a ramp a segment may be
 /// shorter than 1.5 ms.
-pub const FETCHES: u8 = 8;
+pub const FETCHES: u8 = 4;
 
 /// A segment counts as no longer than this, some 42 ms at 25 MHz: the sum of all fits into 16 bits.
 const LONGEST: u32 = u16::MAX as u32 / SLOTS as u32;

@@ -55,6 +55,8 @@ pub struct Run<'a, 'b, B: Hardware> {
     judge: Judge,
     within: Within,
     watch: stuck::Watch,
+    /// The same for who waits for Start in a world that goes on.
+    waits: stuck::Watch,
     outputs: Vec<Edge>,
     inputs: Vec<Edge>,
     uses: Uses,
@@ -111,6 +113,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             judge,
             within: Within::default(),
             watch: stuck::Watch::default(),
+            waits: stuck::Watch::default(),
             outputs: Vec::new(),
             inputs: Vec::new(),
             uses: Uses::default(),
@@ -180,6 +183,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 // What a stop brings about is no sign of life.
                 if self.stopping.is_none() {
                     self.watch.something_happened(us);
+                    self.waits.something_happened(us);
                 }
                 let Some(what) = self.teller.tell(&seen) else { continue };
                 self.path.event(&what);
@@ -253,6 +257,15 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         let world_is_over = self.rig.borrow().world_is_over();
         let pulses = self.rig.borrow().pulses();
         if !world_is_over {
+            // Nobody is there to press Start, whatever the world still does.
+            if self.rig.borrow().is_unattended() && self.waits.is_quiet(us, pulses) {
+                let status = self.status()?;
+                let waits =
+                    status.run_state == Some(RunState::WaitStart) && status.moving.is_empty();
+                if waits && self.rig.borrow_mut().waits_for_start(self.waits.since_us()) {
+                    self.unattended.released.push(self.teller.line_of(status.program_counter));
+                }
+            }
             // What the world does last may still be on its way through the input's filter.
             self.watch.something_happened(us);
             return Ok(None);
