@@ -98,6 +98,8 @@ pub struct Cell {
     tool: tool::State,
     /// Sensors: whether each sees something, by what it sees now.
     seen: Vec<u32>,
+    /// What each sensor saw at its last look.
+    looked: Vec<Option<bool>>,
     /// What each sensor says; nothing before its first look.
     says: Vec<Option<bool>>,
     /// Doors that are on their way or open.
@@ -113,6 +115,16 @@ pub struct Cell {
     drawn: Vec<Vec<[f64; 2]>>,
 }
 
+/// A thing that falls off the tool later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Fall {
+    which: usize,
+    /// How often the thing had been taken: the fall belongs to this hold alone.
+    taken: u32,
+    /// Whether it stuck to a tool that let go; else a tool that holds loses it.
+    stuck: bool,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Timer {
     Act(Action),
@@ -126,8 +138,8 @@ enum Timer {
     Feed(usize),
     /// A person takes the thing of their row away, or puts it back.
     Hands(usize, bool),
-    /// A thing that stuck to the tool falls, or one that was lost does.
-    Falls(usize),
+    /// A thing falls off the tool.
+    Falls(Fall),
 }
 
 impl Cell {
@@ -155,6 +167,7 @@ impl Cell {
             line: 0,
             tool: tool::State::new(),
             seen: vec![0; scene.sensors.len()],
+            looked: vec![None; scene.sensors.len()],
             says: vec![None; scene.sensors.len()],
             open: vec![false; scene.fixtures.len()],
             done: vec![0; scene.persons.len()],
@@ -342,15 +355,13 @@ impl Cell {
                 let about = watch.about;
                 self.quiet = None;
                 self.law = None;
-                if self.changed(about, inside, at, us) {
-                    return; // the regions are made anew, and were looked at
-                }
+                self.changed(about, inside, at, us);
             }
         }
     }
 
-    /// What follows of a region that the head enters or leaves. True when the regions were made anew.
-    fn changed(&mut self, about: About, inside: bool, at: &Steps, us: u64) -> bool {
+    /// What follows of a region that the head enters or leaves.
+    fn changed(&mut self, about: About, inside: bool, at: &Steps, us: u64) {
         match about {
             About::Contact(which) => self.contact(which, inside, us),
             About::Fixture(which, own) if inside => {
@@ -369,7 +380,6 @@ impl Cell {
                 self.look(index, us);
             }
         }
-        false
     }
 
     fn hit(&mut self, own: bool, with: String, at: &Steps, us: u64) {
@@ -400,7 +410,7 @@ impl Cell {
                 self.tell(us, What::Sense { name, v: on });
             }
             Timer::Tool(output, on) => self.switch(output, on, at, us),
-            Timer::Falls(which) => self.falls(which, at, us),
+            Timer::Falls(fall) => self.falls(fall, at, us),
             Timer::Jaws => self.closed(at, us),
             Timer::Feed(index) => self.feed(index, at, us),
             Timer::Hands(index, puts) => {
