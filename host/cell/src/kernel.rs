@@ -8,6 +8,7 @@ mod belt;
 mod faults;
 mod gripper;
 mod regions;
+mod state;
 mod steps;
 mod supply;
 mod tool;
@@ -20,6 +21,8 @@ use super::scene::{Block, Scene, V3, When};
 use super::things::{self, Thing};
 use std::collections::BTreeSet;
 use std::sync::Arc;
+
+use state::{Belt, Struck, ToolState};
 
 /// What the cell does to the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +98,7 @@ pub struct Cell {
     hits: BTreeSet<(String, String)>,
     /// The line that the script is in, for messages.
     line: u32,
-    tool: tool::State,
+    tool: ToolState,
     /// Sensors: whether each sees something, by what it sees now.
     seen: Vec<u32>,
     /// What each sensor saw at its last look.
@@ -105,8 +108,8 @@ pub struct Cell {
     /// Doors that are on their way or open.
     open: Vec<bool>,
     done: Vec<u32>,
-    struck: faults::Struck,
-    belts: Vec<belt::Belt>,
+    struck: Struck,
+    belts: Vec<Belt>,
     /// When something happens on a belt.
     next_belt: Option<u64>,
     /// Parts that each feeder has brought.
@@ -165,14 +168,14 @@ impl Cell {
             log: Vec::new(),
             hits: BTreeSet::new(),
             line: 0,
-            tool: tool::State::new(),
+            tool: ToolState::new(),
             seen: vec![0; scene.sensors.len()],
             looked: vec![None; scene.sensors.len()],
             says: vec![None; scene.sensors.len()],
             open: vec![false; scene.fixtures.len()],
             done: vec![0; scene.persons.len()],
-            struck: faults::Struck::default(),
-            belts: belt::Belt::all(&scene),
+            struck: Struck::default(),
+            belts: Belt::all(&scene),
             next_belt: None,
             fed: Vec::new(),
             drawn: Vec::new(),
@@ -244,7 +247,7 @@ impl Cell {
 
     /// Where the tip is, mm.
     fn tip(&self, at: &Steps) -> V3 {
-        let offset = self.scene.tools.first().map_or([0.0; 3], |tool| tool.tip);
+        let offset = self.scene.tools.first().map_or([0.0; 3], |first| first.tip);
         std::array::from_fn(|axis| {
             self.frame.start[axis] + f64::from(at[axis]) / self.frame.scale[axis] + offset[axis]
         })
@@ -252,7 +255,7 @@ impl Cell {
 
     /// Head places, in steps, from which a block of the cell's frame is met by a block that hangs from the tip.
     fn region(&self, standing: &Block, moving: &Block, shrink: f64) -> Region {
-        let offset = self.scene.tools.first().map_or([0.0; 3], |tool| tool.tip);
+        let offset = self.scene.tools.first().map_or([0.0; 3], |first| first.tip);
         let from_head = std::array::from_fn(|axis| self.frame.start[axis] + offset[axis]);
         meeting(standing, &moving.moved(from_head), shrink, self.frame.scale)
     }
@@ -311,13 +314,13 @@ impl Cell {
             return;
         }
         let top = self.top_of_stock(self.tip(end));
-        let offset = self.scene.tools.first().map_or(0.0, |tool| tool.tip[2]);
-        let steps = (top - self.frame.start[2] - offset) * self.frame.scale[2];
+        let offset = self.scene.tools.first().map_or(0.0, |first| first.tip[2]);
+        let top = (top - self.frame.start[2] - offset) * self.frame.scale[2];
         for watch in self.watches.iter_mut().filter(|watch| watch.about == About::Stock) {
             if self.frame.scale[2] > 0.0 {
-                watch.region.high[2] = steps.floor() as i32
+                watch.region.high[2] = top.floor() as i32
             } else {
-                watch.region.low[2] = steps.ceil() as i32
+                watch.region.low[2] = top.ceil() as i32
             }
         }
         self.quiet = None;
@@ -385,7 +388,7 @@ impl Cell {
     fn hit(&mut self, own: bool, with: String, at: &Steps, us: u64) {
         let thing = match self.tool.held() {
             Some(which) if !own => self.things[which].name.clone(),
-            _ => self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default(),
+            _ => self.scene.tools.first().map(|first| first.name.clone()).unwrap_or_default(),
         };
         if self.hits.insert((thing.clone(), with.clone())) {
             let (pos, line) = (self.tip(at), self.line);

@@ -3,77 +3,8 @@
 use super::{Action, Cell, Fall, Timer};
 use crate::law::Steps;
 use crate::log::What;
-use crate::pressure::Pressure;
 use crate::scene::{ToolKind, V3, Vacuum};
 use crate::things::{Where, landing};
-
-/// The tool's state.
-#[derive(Debug)]
-pub struct State {
-    /// Whether its output is on.
-    on: bool,
-    pressure: Pressure,
-    /// Whether the pressure switch is on.
-    switched: bool,
-    contact: Option<usize>,
-    held: Option<usize>,
-    /// When the pressure next crosses a level that means something.
-    due: Option<u64>,
-    /// The hole that the drill is in, with its depth.
-    hole: Option<([f64; 2], f64)>,
-    /// When a drill turns.
-    turns_at: Option<u64>,
-    /// Where and when a bead began, and its way so far.
-    bead: Option<(V3, u64, f64)>,
-    last: V3,
-}
-
-impl State {
-    pub(super) fn new() -> Self {
-        Self {
-            on: false,
-            pressure: Pressure::none(),
-            switched: false,
-            contact: None,
-            held: None,
-            due: None,
-            hole: None,
-            turns_at: None,
-            bead: None,
-            last: [0.0; 3],
-        }
-    }
-
-    pub(super) fn is_on(&self) -> bool {
-        self.on
-    }
-
-    pub(super) fn held(&self) -> Option<usize> {
-        self.held
-    }
-
-    /// The thing that the nozzle touches.
-    pub(super) fn touches(&self) -> Option<usize> {
-        self.contact
-    }
-
-    pub(super) fn due(&self) -> Option<u64> {
-        self.due
-    }
-
-    pub(super) fn is_working(&self) -> bool {
-        self.hole.is_some() || self.bead.is_some()
-    }
-
-    /// Whether a drill is in a hole.
-    pub(super) fn drills(&self) -> bool {
-        self.hole.is_some()
-    }
-
-    pub(super) fn vacuum(&self) -> &Pressure {
-        &self.pressure
-    }
-}
 
 fn distance(a: V3, b: V3) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
