@@ -148,7 +148,7 @@ impl<B: Hardware> Rig<B> {
             let above = own.home.direction == Direction::Positive;
             let away = SWITCH_AWAY_UM * i64::from(own.scale.steps) / i64::from(own.scale.um);
             let usual = i64::from(own.home.direction.sign()) * away;
-            let usual = (!self.scenario.is_unattended()).then_some(usual);
+            let usual = (!self.scenario.is_empty_and_unattended()).then_some(usual);
             let position = places[i].or(usual);
             plant.switches[i] = position.map(|position| Contact { axis: i, position, above });
         }
