@@ -122,6 +122,16 @@ impl Builder<'_> {
         }
         self.scene.table = entry.number("table");
         self.scene.stop_on = entry.texts("stop_on");
+        if !entry.texts("include").is_empty() {
+            self.problems.push(
+                Problem::warning(
+                    "C016",
+                    entry.span_of("include"),
+                    "`include` has no effect yet: its files are not read",
+                )
+                .hint("copy the tables of those files into this one"),
+            );
+        }
         for class in self.scene.stop_on.clone() {
             if !super::keys::OUTCOMES.contains(&class.as_str()) {
                 let text = format!(

@@ -120,6 +120,12 @@ fn each_message_names_thing_place_and_remedy() {
                 "c:5:1: error[C002]: unknown key `ouput`; `output` is meant? /  hint: [tool] of kind pen has name, kind,",
             ],
         ),
+        (
+            "include = [\"other.cell.toml\"]\n",
+            &[
+                "c:2:11: warning[C016]: `include` has no effect yet: its files are not read /  hint: copy the tables",
+            ],
+        ),
         ("table = 3\ntabel = 4\n", &["c:3:1: error[C002]: unknown key `tabel`; `table` is meant?"]),
         (
             "part = [{ name = \"chip\" }]\n",

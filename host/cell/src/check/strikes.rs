@@ -2,7 +2,7 @@
 //! command line that asks for it is refused.
 
 use crate::build::meant;
-use crate::scene::{Scene, ToolKind, Vary};
+use crate::scene::{Scene, ToolKind};
 use crate::vary::{self, Deviation};
 
 /// Faults that come at a time of the run.
@@ -141,15 +141,4 @@ pub fn deviation(scene: &Scene, axes: &str, deviation: &Deviation) -> Result<(),
         return Err(format!("`stall` needs the steps lost: write \"stall {of} 300st at 12.5s\""));
     }
     Ok(())
-}
-
-/// Whether a scene has any variation that can strike.
-#[must_use]
-pub fn varies(scene: &Scene) -> bool {
-    scene.varies.iter().any(|vary| match vary {
-        Vary::Number { key, .. } => changes(scene, key),
-        Vary::Fault { fault, chance, .. } => {
-            *chance > 0.0 || matches!(fault.as_str(), "slow" | "late")
-        }
-    })
 }
