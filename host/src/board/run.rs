@@ -130,7 +130,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
     /// Presses Start until the program runs; the world's time begins there.
     ///
     /// # Errors
-    /// The board does not start it.
+    /// The board does not start it, or the user interrupts.
     pub fn start(&mut self) -> Result<(), BoardError> {
         let ticks = |us| self.rig.borrow().ticks(us);
         let (press, patience, look) = (ticks(PRESS_US), ticks(START_PATIENCE_US), ticks(LOOK_US));
@@ -138,6 +138,9 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         self.release_start_at = Some(pressed + press);
         self.rig.borrow_mut().board().plant_mut().press_start(true);
         while !self.rig.borrow().has_begun() {
+            if (self.job.options.interrupted)() {
+                return Err(BoardError::Board("interrupted before the program started".to_owned()));
+            }
             let now = self.rig.borrow().now();
             if now > pressed + patience {
                 let status = self.client.status()?;
@@ -148,6 +151,11 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 )));
             }
             self.rig.borrow_mut().run_to_event(now + look)?;
+            // What was seen before the run, or waits for the host, must not hold the time: the patience counts on it.
+            let stands = self.rig.borrow().now() == now && !self.rig.borrow().has_begun();
+            if stands {
+                self.rig.borrow_mut().run_until(now + look)?;
+            }
             self.release_start();
         }
         self.path.start(&self.rig.borrow());
