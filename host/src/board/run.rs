@@ -57,6 +57,8 @@ pub struct Run<'a, 'b, B: Hardware> {
     watch: stuck::Watch,
     /// The same for who waits for Start in a world that goes on.
     waits: stuck::Watch,
+    /// When Start was pressed last for a program that waits for it, us.
+    released_us: u64,
     outputs: Vec<Edge>,
     inputs: Vec<Edge>,
     uses: Uses,
@@ -114,6 +116,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             within: Within::default(),
             watch: stuck::Watch::default(),
             waits: stuck::Watch::default(),
+            released_us: 0,
             outputs: Vec::new(),
             inputs: Vec::new(),
             uses: Uses::default(),
@@ -270,8 +273,11 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 let status = self.status()?;
                 let waits =
                     status.run_state == Some(RunState::WaitStart) && status.moving.is_empty();
-                if waits && self.rig.borrow_mut().waits_for_start(self.waits.since_us()) {
+                // Once for each wait: the press ends it.
+                let anew = self.waits.since_us() >= self.released_us;
+                if waits && anew && self.rig.borrow_mut().waits_for_start(self.waits.since_us()) {
                     self.unattended.released.push(self.teller.line_of(status.program_counter));
+                    self.released_us = us;
                 }
             }
             // What the world does last may still be on its way through the input's filter.
@@ -294,6 +300,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 }
                 if self.rig.borrow_mut().waits_for_start(self.watch.since_us()) {
                     self.unattended.released.push(line);
+                    self.released_us = us;
                     return Ok(None);
                 }
                 !stuck::has_ticks(program)
