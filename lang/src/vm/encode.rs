@@ -118,7 +118,9 @@ pub fn encode(effect: &Effect) -> Option<Encoded> {
             Encoded::new(Op::MoveSpeed, &[bits]).with(value)
         }
         Effect::StopAxe(axis) => Encoded::new(Op::StopAxe, &[number(axis)]),
-        Effect::WaitMove(axis) => Encoded::new(Op::WaitMove, &[axis.map_or(flags::ALL_AXES, number)]),
+        Effect::WaitMove(axis) => {
+            Encoded::new(Op::WaitMove, &[axis.map_or(flags::ALL_AXES, number)])
+        }
         Effect::Linear { rapid, to, exact } => {
             let (axes, steps, frames, values) = words(&to);
             let mut bits = axes | steps << 5;
