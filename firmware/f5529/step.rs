@@ -369,8 +369,10 @@ pub fn put_axis(axis: usize, segment: &Segment, negative: bool) {
     }
 }
 
-/// Lets a channel's first event come in [`LEAD`] ticks.
+/// Lets a channel's first event come in [`LEAD`] ticks. Interrupts of other axes and of the lines wait: they may take longer
+/// than that, and the event would come a whole round of the timer later, 2.6 ms.
 fn start(channel: usize) {
+    msp430::interrupt::disable();
     // SAFETY: the channel is off, so its handler does not run.
     unsafe {
         let at = R.read_volatile().wrapping_add(LEAD);
@@ -378,6 +380,8 @@ fn start(channel: usize) {
         (&raw mut (*CCR)[channel]).write_volatile(at);
         (&raw mut (*CCTL)[channel]).write_volatile((*shared()).one_rest);
     }
+    // SAFETY: only the main loop calls this, with interrupts on.
+    unsafe { msp430::interrupt::enable() };
 }
 
 /// Drops everything that is planned and waits for rest: no step after the next event, which is

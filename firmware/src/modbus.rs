@@ -38,6 +38,8 @@ pub trait Map {
     fn begin(&mut self);
     /// The register at an address that lies in a block.
     fn read(&mut self, table: Table, address: u16) -> u16;
+    /// Called after each [`BREATH`] registers of a reply: what cannot wait for all of them comes between.
+    fn between(&mut self) {}
     /// The bit at an address that lies in a block.
     fn read_bit(&mut self, table: Table, address: u16) -> bool;
     /// Whether who asks may write at all: a request from this address on, its value when it is of one register.
@@ -74,6 +76,9 @@ pub trait Map {
     /// The exception to answer with.
     fn written(&mut self, address: u16) -> Result<(), Exception>;
 }
+
+/// Registers that are read at once. Beside three fast axes a register takes up to 60 us.
+const BREATH: u16 = 16;
 
 /// The slave: what is left to send of a reply.
 #[derive(Debug, Default)]
@@ -200,6 +205,9 @@ impl Slave {
                 self.put_word(line, value);
                 self.next += 1;
                 self.left -= 1;
+                if self.left % BREATH == 0 {
+                    map.between();
+                }
             }
             if self.left == 0 {
                 self.function = 0;

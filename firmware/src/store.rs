@@ -81,6 +81,8 @@ pub struct Store {
     erased: u8,
     /// What fills it.
     upload: Upload,
+    /// The last upload was committed, and nothing was begun or given up since.
+    committed: bool,
 }
 
 /// An upload was refused.
@@ -129,7 +131,14 @@ impl Store {
     /// An empty store.
     pub const fn new() -> Store {
         let upload = Upload { number: 1, length: 0, keeps: false };
-        Store { slots: [Store::NONE; MOST], current: 0, open: Store::NONE, erased: 0, upload }
+        Store {
+            slots: [Store::NONE; MOST],
+            current: 0,
+            open: Store::NONE,
+            erased: 0,
+            upload,
+            committed: false,
+        }
     }
 
     fn slot(&self, number: u8) -> u8 {
@@ -334,6 +343,7 @@ impl Store {
         replace: bool,
     ) -> Result<(), Denied> {
         self.open = Store::NONE;
+        self.committed = false;
         if upload.length == 0 || !(1..=F::PROGRAMS).contains(&upload.number) {
             return Err(Denied::NotBegun);
         }
@@ -386,13 +396,13 @@ impl Store {
     }
 
     /// Checks the open image and makes it its program, called so in a library. It is the current one when the
-    /// one that it replaces was, or when there is none.
+    /// one that it replaces was, or when there is none. A repeated commit, whose first reply was lost, succeeds again.
     ///
     /// # Errors
     /// No upload is open or its image is not sound.
     pub fn commit<F: Flash>(&mut self, flash: &mut F, name: &[u16; NAME]) -> Result<(), Denied> {
         if self.open == Store::NONE {
-            return Err(Denied::NotBegun);
+            return if self.committed { Ok(()) } else { Err(Denied::NotBegun) };
         }
         let slot = at(self.open);
         match flash.image(slot + F::HEAD) {
@@ -422,6 +432,7 @@ impl Store {
             self.current = self.upload.number;
         }
         self.open = Store::NONE;
+        self.committed = true;
         if older != Store::NONE {
             flash.erase(at(older));
         }
@@ -430,6 +441,7 @@ impl Store {
 
     /// Gives a program up.
     pub fn discard<F: Flash>(&mut self, flash: &mut F, number: u8) {
+        self.committed = false;
         let slot = self.slot(number);
         if slot != Store::NONE {
             flash.erase(at(slot));

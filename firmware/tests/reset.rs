@@ -129,6 +129,45 @@ fn step_rests_high_from_reset_on_where_the_profile_says_so() {
     }
 }
 
+/// Of both polarities: STEP is never driven to its active level, from the first instruction after a reset to the main loop,
+/// and is driven to its level at rest within the first instructions.
+#[test]
+fn step_is_never_driven_active_from_the_first_cycle_on() {
+    const P1OUT: u16 = 0x0202;
+    const P1DIR: u16 = 0x0204;
+    const P1SEL: u16 = 0x020A;
+    let mask = pins::mask(&pins::STEP);
+    for active_low in [false, true] {
+        let mut board = off(Silicon::default(), &machine(""), WAITS);
+        let record = BoardRecord::of(&machine(""), 1);
+        let flags = record.flags | if active_low { BoardRecord::STEP_LOW } else { 0 };
+        // Both copies, as after two writes.
+        for (place, sequence) in lang::part::F5529.profiles.into_iter().zip([2, 1]) {
+            let copy = BoardRecord { flags, sequence, ..record }.sealed();
+            (place..).zip(copy.to_bytes()).for_each(|(at, byte)| board.poke8(at, byte));
+        }
+        for reset in ["power-up", "RST"] {
+            match reset {
+                "power-up" => board.power_up(),
+                _ => board.reset_pin(),
+            }
+            let rest = if active_low { mask } else { 0 };
+            // Painting RAM takes some 30 000 instructions, the rest of the set-up fewer.
+            for n in 0..100_000_u32 {
+                board.step();
+                let [out, dir, timer] = [P1OUT, P1DIR, P1SEL].map(|at| board.bus_read8(at));
+                let what = format!("active low: {active_low}, {reset}, instruction {n}");
+                // The timer's outputs are at rest, too: `step_rests_high_from_reset_on_where_the_profile_says_so`.
+                let driven = dir & mask & !timer;
+                assert_eq!((out ^ rest) & driven, 0, "{what}: P1OUT {out:02X}, P1DIR {dir:02X}");
+                assert!(n < 64 || dir & mask == mask, "{what}: P1DIR {dir:02X}");
+            }
+            board.run_us(BOOT_US);
+            assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Ready as u16), "{reset}");
+        }
+    }
+}
+
 #[test]
 fn a_reset_button_that_bounces_switches_nothing_on() {
     let silicon = Silicon { port16: true, ..Silicon::default() };

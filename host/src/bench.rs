@@ -113,3 +113,25 @@ pub const GROUPS: &[Group] = &[
 
 /// Groups that have a short form.
 pub const SHORT: &[Group] = &[("paths", paths::run_short)];
+
+#[cfg(test)]
+mod tests {
+    use super::GROUPS;
+
+    #[test]
+    fn every_group_has_its_row_in_the_manual() {
+        let manual = include_str!("../../ARCHITECTURE.md");
+        let rows = manual.split_once("| group | what it measures |").expect("the table").1;
+        let rows = rows.split_once("\n\n").expect("its end").0;
+        for (name, _) in GROUPS {
+            assert!(rows.contains(&format!("\n| `{name}` |")), "`pasapas bench {name}` has no row");
+        }
+        // The parts of the time for which a line must last, which slow points are computed with.
+        for figure in ["line_planned_x", "line_shaped", "vm_costs"] {
+            assert!(
+                manual.contains(&format!("\n| `{figure}`")),
+                "{figure} has no bound in the manual"
+            );
+        }
+    }
+}

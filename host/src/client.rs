@@ -5,6 +5,7 @@
 //! a lost one is asked for again, and noise is read past until the time is over.
 
 pub mod axes;
+mod error;
 mod frame;
 pub mod hall;
 pub mod identity;
@@ -18,16 +19,13 @@ pub mod stream;
 pub mod trace;
 pub mod upload;
 
-use std::fmt;
-use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use lang::wire::Exception as Code;
-
 use crate::link::adu::{MAX_RTU, open_rtu, rtu};
 use crate::link::{Link, Mode};
+pub use error::ClientError;
 use frame::{Bits, Registers, Reply, Request, Scan};
 
 /// How long to wait and how often to ask.
@@ -39,6 +37,14 @@ pub struct Patience {
     pub attempts: u32,
 }
 
+/// Between two attempts when a gateway says that the board did not answer it. The gateway may leave the board alone
+/// for longer; the ten attempts of a streamed job last until it asks the board again.
+const BEYOND_GATEWAY: Duration = Duration::from_millis(150);
+/// Exception of a gateway whose board does not answer (Modbus Application Protocol 1.1b3, 7).
+const TARGET_SILENT: u8 = 11;
+/// Modbus function 8, diagnostics: with 0 behind it the echo of two more bytes.
+const ECHO: u8 = 8;
+
 /// Longest wait for a reply over TCP, where other clients may have their turns first.
 const BY_TCP: Duration = Duration::from_millis(2_000);
 
@@ -49,91 +55,6 @@ impl Default for Patience {
     }
 }
 
-/// Why an exchange failed.
-#[derive(Debug)]
-pub enum ClientError {
-    /// No reply came in time, in all attempts.
-    Silent,
-    /// Bytes came, but no reply was among them.
-    Noise(usize),
-    /// The board refused with this exception code.
-    Exception(u8),
-    /// Program and profile are locked.
-    Locked,
-    /// The code does not open the lock, or a wrong one was given since reset.
-    WrongCode,
-    /// The profile has a PWM or an RS-485 line, the board none.
-    NoPwm,
-    /// The profile wants a STEP that is active low.
-    NoStepLow,
-    /// The port failed.
-    Port(io::Error),
-    /// Somebody wants to stop the machine: the request was not sent.
-    Interrupted,
-}
-
-impl ClientError {
-    /// Whether the board answered with this exception.
-    pub fn is_exception(&self, exception: Code) -> bool {
-        matches!(self, ClientError::Exception(code) if *code == exception as u8)
-    }
-}
-
-impl fmt::Display for ClientError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            ClientError::Silent => f.write_str(
-                "the board does not answer; check cable, power, --address and the TX/RX jumpers",
-            ),
-            ClientError::Noise(bytes) => write!(
-                f,
-                "{bytes} bytes came, but no answer; another rate, parity or device is on the line"
-            ),
-            // A gateway's, which are no board's.
-            ClientError::Exception(10) => f.write_str(
-                "the gateway has no way to the board: there is no such unit, it is not for this client, \
-                 or its line is not open",
-            ),
-            ClientError::Exception(11) => {
-                f.write_str("the board does not answer its gateway; check its power and its cable")
-            }
-            ClientError::Exception(code) => {
-                let known = Code::ALL.iter().find(|known| **known as u8 == *code);
-                let meaning = match known {
-                    Some(Code::IllegalFunction) => "it does not know the function",
-                    Some(Code::IllegalAddress) => "it has no such register",
-                    Some(Code::IllegalValue) => "a value is out of range",
-                    Some(Code::DeviceFailure) => "the program or profile is missing or was refused",
-                    Some(Code::Busy) => {
-                        "not now: a program runs or an axis moves; `pasapas stop` first"
-                    }
-                    None => "unknown reason",
-                };
-                write!(f, "the board refused (exception {code}): {meaning}")
-            }
-            ClientError::Locked => f.write_str(
-                "the board's program and profile are locked; --unlock CODE opens the lock",
-            ),
-            ClientError::WrongCode => f.write_str(
-                "this code does not open the board's lock; behind a wrong one the board takes none \
-                 until its next reset: press its reset button and try again",
-            ),
-            ClientError::NoStepLow => f.write_str(
-                "this board makes no STEP that is active low; take step_invert out of the profile and wire the \
-                 drivers so that STEP is active high, or take a board with an MSP430F5529",
-            ),
-            ClientError::NoPwm => f.write_str(
-                "this board has no PWM and no RS-485; take [pwm] and [rs485] out of the profile, or a board with \
-                 an MSP430F5529",
-            ),
-            ClientError::Port(error) => write!(f, "the port failed: {error}"),
-            ClientError::Interrupted => f.write_str("Stop came before it"),
-        }
-    }
-}
-
-impl std::error::Error for ClientError {}
-
 /// A master on a link, for the board with one address.
 pub struct Client<L> {
     link: L,
@@ -142,6 +63,8 @@ pub struct Client<L> {
     patience: Patience,
     /// When the last character came, by the link's clock.
     last_byte: Duration,
+    /// A request of this board has got no reply in time. It may still come.
+    owed: bool,
     /// While this is set no exchange begins.
     interrupt: Option<Arc<AtomicBool>>,
 }
@@ -155,6 +78,7 @@ impl<L: Link> Client<L> {
             mode: Mode::DEFAULT,
             patience: Patience::default(),
             last_byte: Duration::ZERO,
+            owed: false,
             interrupt: None,
         }
     }
@@ -171,6 +95,8 @@ impl<L: Link> Client<L> {
 
     /// Talks to another board from now on.
     pub fn set_address(&mut self, address: u8) {
+        // What another board still sends is no reply of this one.
+        self.owed &= self.address == address;
         self.address = address;
     }
 
@@ -233,6 +159,7 @@ impl<L: Link> Client<L> {
                 break;
             }
             self.mode = mode;
+            self.owed = false;
             let reply = if has_modes { Duration::from_millis(150) } else { BY_TCP };
             if !has_modes {
                 usual.reply = BY_TCP;
@@ -342,17 +269,44 @@ impl<L: Link> Client<L> {
             Scan::Found(reply) => Some(reply),
             Scan::Incomplete => None,
         };
-        for _ in 0..self.patience.attempts.max(1) {
+        self.settle()?;
+        for left in (0..self.patience.attempts.max(1)).rev() {
             match self.attempt(&frame, length, scan)? {
+                // Beyond a gateway a reply is lost as on a line of ours.
+                Ok(Reply::Exception(TARGET_SILENT)) if left > 0 => self.link.pause(BEYOND_GATEWAY),
                 Ok(Reply::Exception(code)) => return Err(ClientError::Exception(code)),
                 Ok(reply) => return Ok(reply),
-                Err(heard) => noise += heard,
+                Err(heard) => {
+                    noise += heard;
+                    self.owed = true;
+                }
             }
             if self.is_interrupted() {
                 break;
             }
         }
         Err(if noise > 0 { ClientError::Noise(noise) } else { ClientError::Silent })
+    }
+
+    /// After a request without a reply in time: waits until nothing can come any more that was asked for before.
+    ///
+    /// A board that is late answers each of the repeated requests. The second reply comes while the next request
+    /// waits for its own, and looks like that one where the function is the same: an exception names no register,
+    /// and neither do the registers of a read. So a request is sent whose reply cannot be taken for another one's:
+    /// function 8, an echo, which nothing else here uses. Our boards do not know it, and their exception names it, too.
+    /// A board answers in order: what comes before that reply is old.
+    fn settle(&mut self) -> Result<(), ClientError> {
+        if !std::mem::replace(&mut self.owed, false) {
+            return Ok(());
+        }
+        let address = self.address;
+        let answers = |received: &[u8], length: usize| {
+            let frames = received.windows(length).filter_map(open_rtu);
+            frames.into_iter().any(|(own, pdu)| own == address && pdu[0] & 0x7F == ECHO)
+        };
+        // The echo, or an exception of two bytes.
+        let scan = |received: &[u8]| (answers(received, 8) || answers(received, 5)).then_some(());
+        self.attempt(&rtu(address, &[ECHO, 0, 0, 0, 0]), 8, scan).map(drop)
     }
 
     /// Passes another master's request on, once, to the board with this address: its function and data
@@ -381,8 +335,10 @@ impl<L: Link> Client<L> {
         };
         match self.attempt(&rtu(address, pdu), lengths[0], scan)? {
             Ok(reply) => Ok(reply),
-            Err(0) => Err(ClientError::Silent),
-            Err(heard) => Err(ClientError::Noise(heard)),
+            Err(heard) => {
+                self.owed |= address == self.address;
+                Err(if heard == 0 { ClientError::Silent } else { ClientError::Noise(heard) })
+            }
         }
     }
 
@@ -391,6 +347,7 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// The port does not know the rate.
     pub fn set_mode(&mut self, mode: Mode) -> Result<bool, ClientError> {
+        self.owed = false;
         self.mode = mode;
         self.link.set_mode(mode).map_err(ClientError::Port)
     }

@@ -213,7 +213,8 @@ impl Gateway {
             Ok(touch) => touch,
             Err(exception) => return refusal(&pdu, exception as u8),
         };
-        if touch.write && !rule.write.hold(&touch) {
+        let may_write = || rule.write.hold(&touch) || rule.stop && touch.only_stops(&pdu);
+        if touch.write && !may_write() {
             station.counters.refused.add();
             use lang::wire::Exception::{IllegalAddress, IllegalFunction};
             let code = if rule.write.is_empty() { IllegalFunction } else { IllegalAddress };

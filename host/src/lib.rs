@@ -41,6 +41,7 @@ pub mod plot;
 #[cfg(feature = "desktop")]
 pub mod programmer;
 pub mod render;
+pub mod scene;
 #[cfg(feature = "desktop")]
 pub mod selftest;
 pub mod sim;

@@ -3,9 +3,8 @@
 mod chart;
 mod curve;
 mod html;
-mod scale;
-mod svg_pace;
-mod svg_page;
+pub(crate) mod scale;
+pub(crate) mod svg_page;
 mod svg_speed;
 mod svg_time;
 #[cfg(test)]
@@ -20,7 +19,6 @@ use crate::sim::trace::{MoveKind, Status};
 pub use chart::time;
 pub(crate) use curve::Curve;
 use curve::curves;
-pub(crate) use svg_pace::{Pace, paces};
 
 /// Segments beyond this are drawn by their ends alone, without the ramps of their speed.
 const DETAILED_SEGMENTS: usize = 20_000;
@@ -114,6 +112,8 @@ impl Style {
 pub(crate) struct Row {
     pub name: String,
     pub output: bool,
+    /// Its number.
+    pub n: i32,
     /// Start and end, us.
     pub on: Vec<(u64, u64)>,
 }
@@ -204,7 +204,7 @@ impl Plot<'_> {
                 let named = profile.outputs.iter().find(|output| output.n == n);
                 let role = named.and_then(|output| output.role).map(|role| format!("{role:?}"));
                 let name = self.program.port_name(true, n).map(str::to_owned).or(role);
-                Row { name: label("out", n, name), output: true, on }
+                Row { name: label("out", n, name), output: true, n, on }
             });
         let inputs =
             edge_rows(&record.inputs, self.outcome.summary.us).into_iter().map(|(n, on)| {
@@ -216,7 +216,7 @@ impl Plot<'_> {
                     .map(|axis| format!("ref {}", axis.letter()))
                     .or_else(|| (profile.probe_input() == n).then(|| "probe".to_owned()));
                 let name = self.program.port_name(false, n).map(str::to_owned).or(role);
-                Row { name: label("in", n, name), output: false, on }
+                Row { name: label("in", n, name), output: false, n, on }
             });
         outputs.chain(inputs).collect()
     }

@@ -32,6 +32,7 @@ use lang::fault::Fault;
 use lang::hir::Program;
 use lang::part::{F5529, Part};
 
+use crate::scene::Report;
 use chain::Chain;
 use record::{Record, Summary};
 use trace::{Event, Status};
@@ -83,6 +84,8 @@ pub struct Options {
     pub part: Part,
     /// Whose rules the machine follows.
     pub rules: Rules,
+    /// Hold every edge of a board's pins to the ramps and rates of the profile.
+    pub judged: bool,
     /// Asked now and then: `true` ends the run as [`record::StopReason::Interrupted`].
     pub interrupted: fn() -> bool,
 }
@@ -100,6 +103,7 @@ impl Default for Options {
             statement_us: machine::STATEMENT_US,
             part: F5529,
             rules: Rules::default(),
+            judged: true,
             interrupted: || false,
         }
     }
@@ -144,6 +148,8 @@ pub struct Outcome {
     pub program: usize,
     /// The program that RUN would begin, where nobody knows what stands beside this one.
     pub onward: Option<String>,
+    /// What the cell around the machine gave, if there is one.
+    pub cell: Option<Report>,
 }
 
 /// Why a run could not be made, or not to its end.
@@ -244,7 +250,17 @@ fn outcome(
     let end = machine.finish(fault, line)?;
     let (summary, record, failures) = machine.results(&end);
     let unattended = machine.unattended();
-    Ok(Outcome { end, summary, record, vars, failures, unattended, program: 0, onward: None })
+    Ok(Outcome {
+        end,
+        summary,
+        record,
+        vars,
+        failures,
+        unattended,
+        program: 0,
+        onward: None,
+        cell: None,
+    })
 }
 
 /// As [`run`], with the whole trace in memory.

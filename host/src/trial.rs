@@ -2,6 +2,7 @@
 
 pub mod budget;
 pub mod lines;
+pub mod pulses;
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -268,8 +269,9 @@ pub fn simulate<L: AsRef<Loaded>>(
     let (events, turns) = (Rc::new(RefCell::new(Vec::new())), Rc::new(Cell::new(None)));
     let (heard, found) = (events.clone(), turns.clone());
     let counter = RefCell::new(counter);
-    let all = budget.all;
+    let (all, told) = (budget.all, budget.told.clone());
     let sink = Box::new(move |event: &Event| {
+        told(event.what.line(), event.us.unwrap_or(0));
         heard.borrow_mut().push(event.clone());
         if !all && found.get().is_none() {
             found.set(counter.borrow_mut().hear(event));
@@ -402,7 +404,7 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         };
         json!([event.us, event.what.line(), text])
     });
-    let rows = plot.rows().into_iter().map(|row| json!([row.name, row.output, row.on]));
+    let rows = plot.rows().into_iter().map(|row| json!([row.name, row.output, row.on, row.n]));
     let stopped = summary.stopped.map(StopReason::text);
     let room = part.room_for(loaded.compiled.keeps > 0);
     json!({

@@ -5,6 +5,7 @@
 //! `http` and `ws` carry what is said, `session` and `machine` do what a page wishes, `bench` is what
 //! all pages share. The page itself is in `page`, a file a thing, and part of the tool.
 
+mod around;
 mod assets;
 mod bench;
 #[cfg(test)]
@@ -25,6 +26,7 @@ mod session;
 mod setup;
 mod simulation;
 mod stored;
+mod streamed;
 mod teach;
 mod ws;
 

@@ -199,6 +199,32 @@ fn what_can_be_reached_is_stopped_whatever_else_fails() {
     assert!(table.contains(&format!("saw,2{row}")), "{table}");
 }
 
+/// A gateway whose file says nothing of clients is there to be read: all that it lets them do is stop.
+#[test]
+fn a_gateway_that_is_only_read_lets_its_boards_be_stopped() {
+    let board = Board::start(&["--part", "f5529"]);
+    let direct = text(&board.port()).to_owned();
+    let folder = board.folder.path();
+    let (script, file) = (folder.join("good.bas"), folder.join("only.toml"));
+    std::fs::write(&script, GOOD).expect("a file");
+    std::fs::write(&file, format!("[[board]]\nname = \"press\"\nport = {direct:?}\n"))
+        .expect("a file");
+    let (code, said) = pasapas(&["upload", text(&script), "--port", &direct]);
+    assert_eq!(code, 0, "{said}");
+    let (code, said) = pasapas(&["start", "--port", &direct]);
+    assert_eq!(code, 0, "{said}");
+    let gateway = Gateway::start(&[text(&file)]);
+    let place = format!("127.0.0.1:{}", gateway.port);
+    let (code, said) = pasapas(&["fleet", "start", "--all", "--gateway", &place]);
+    assert_eq!(code, 4, "{said}");
+    let (code, said) = pasapas(&["fleet", "stop", "--all", "--gateway", &place]);
+    assert_eq!((code, said.trim()), (0, "press: stopped"));
+    // What it does not let them do is told with the place where it says so.
+    let (code, said) = pasapas(&["fleet", "start", "--all", "--gateway", &place]);
+    assert_eq!(code, 4, "{said}");
+    assert!(said.contains("[[client]]"), "{said}");
+}
+
 /// Larger than anything that a board gets between two looks at what the tool says.
 fn long_script(first: &str) -> String {
     let steps: String = (1..250).map(|n| format!("Wait {n}ms\nSetOut 2, ON\n")).collect();

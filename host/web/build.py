@@ -19,7 +19,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BENCH = ROOT / "host/src/workbench/page"
-SHARED = ["assist.js", "document.js", "dom.js", "editor.js", "language.js", "lexer.js", "path.js", "strokes.js", "style.css", "tabs.js",
+SHARED = ["assist.js", "document.js", "dom.js", "editor.js", "language.js", "lexer.js", "path.js", "pulses.js", "strokes.js", "style.css", "tabs.js",
           "trial.js"]
 # Programs of other systems that are shown beside the scripts.
 FOREIGN = ["import/contour.nc", "import/dil14.isel", "import/drill.drl", "import/plate.pal"]

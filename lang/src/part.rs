@@ -133,7 +133,8 @@ const LONG_EVENT_CYCLES: u32 = 360;
 
 impl Part {
     /// Steps in a second that the engine keeps up with pulses of this width, the link busy: those of a single axis or,
-    /// up to [`PATH_RATE`], of a path, or of each axis where they move on their own (START).
+    /// up to [`PATH_RATE`], of a path, or two fifths of it of each axis where they move on their own (START). Three axes at
+    /// half of it leave the main loop so little time that both lines together make it too slow for the watchdog.
     pub const fn top_rate(&self, pulse_us: u8, on_their_own: bool) -> u32 {
         let cycles = match pulse_us {
             0..=SHORT_PULSE_US => self.event_cycles,
@@ -142,7 +143,7 @@ impl Part {
         // Whole thousands where it is for the reader.
         let rate = self.clock / cycles;
         let rate = if pulse_us <= SHORT_PULSE_US { rate / 1000 * 1000 } else { rate };
-        if on_their_own { rate / 2 } else { rate }
+        if on_their_own { rate / 5 * 2 } else { rate }
     }
 }
 
@@ -413,5 +414,29 @@ mod tests {
         assert_eq!(F5529.header_lacks(&header, 4).next(), None);
         assert_eq!(Part::named("g2553"), Some(G2553));
         assert_eq!(Part::named("g2452"), None);
+    }
+
+    #[cfg(feature = "compiler")]
+    #[test]
+    fn the_small_chip_names_the_signals_that_it_cannot_make() {
+        use super::Signals;
+        use crate::profile::Profile;
+        use crate::record::MachineRecord;
+        let mut profile = Profile::built_in("mill").expect("built in");
+        let lacks = |part: &Part, profile: &Profile| -> Vec<String> {
+            let machine = MachineRecord::of(profile).to_bytes();
+            let lacks = part.signal_lacks(Signals::from(profile), &machine);
+            lacks.map(|lack| lack.to_string()).collect()
+        };
+        assert_eq!(lacks(&G2553, &profile), [""; 0]);
+        profile.step_invert = true;
+        profile.dir_setup_us = 250;
+        let told = lacks(&G2553, &profile);
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert!(told[0].contains("step_invert"), "{told:?}");
+        assert!(told[1].contains("250 us") && told[1].contains("dir_setup_us"), "{told:?}");
+        assert_eq!(lacks(&F5529, &profile), [""; 0]);
+        profile.step_invert = false;
+        assert_eq!(lacks(&G2553, &profile).len(), 1, "the set-up alone");
     }
 }

@@ -34,7 +34,8 @@
 //! 4. Write [`Upload::Commit`]: checks length, CRC, header and code, then makes the new program the
 //!    stored one by its last word. Allow 300 ms, and 60 us for each byte of more than
 //!    4 KB. Exception 4: refused, [`UPLOAD_RESULT`] holds the
-//!    [`Refusal`], and the old program is still there after `Begin`.
+//!    [`Refusal`], and the old program is still there after `Begin`. A part with a library answers a repeated commit as
+//!    the first one; a part without one answers [`Refusal::NotBegun`], and [`PROGRAM_CRC`] tells which program is stored.
 //!
 //! # Library
 //! A part with a library (F5529) holds up to 64 programs of up to 16 characters of name each. [`UPLOAD_NUMBER`] and

@@ -21,7 +21,7 @@ const CRATES: [(&str, usize); 13] = [
     ("firmware/far/src", 1),
     ("firmware/lower/src", 6),
     ("firmware/micro/src", 2),
-    ("host/src", 39),
+    ("host/src", 25),
     ("host/import/src", 7),
     ("host/cell/src", 3),
     ("host/emulator/src", 3),

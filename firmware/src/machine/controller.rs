@@ -145,9 +145,10 @@ impl<C: Chip> Controller<C> {
 
     /// The motor's axes are those of the program that the VM stands in.
     pub(super) fn take_axes(&mut self) {
-        self.motor.machine = match self.vm.code {
+        let machine = match self.vm.code {
             0 => self.chip.free_axes(),
             code => self.chip.axes_at(code - CODE + MACHINE),
         };
+        self.motor.take(machine);
     }
 }

@@ -313,6 +313,11 @@ impl<C: Chip> Map for Controller<C> {
         }
     }
 
+    fn between(&mut self) {
+        // An axis on its own holds no more than two segments, 4 to 8 ms each.
+        self.motor.poll(self.trace.full);
+    }
+
     fn read_bit(&mut self, table: Table, address: u16) -> bool {
         let word = match table {
             Table::Coils => self.io.outputs,

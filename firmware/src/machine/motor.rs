@@ -118,16 +118,26 @@ impl<C: Chip> Motor<C> {
         self.cut = false;
         self.running = 0;
         self.stopped = 0;
+        let mut n = 0;
+        while n < AXES {
+            self.place(n, self.actual[usize::from(n)]);
+            n += 1;
+        }
+        self.set_override(self.percents);
+    }
+
+    /// The axes are those of this record from now on, with their directions: jogs and homings outside of a run go by it,
+    /// too. Nothing moves meanwhile; DIR changes with the next move.
+    pub fn take(&mut self, machine: C::Axes) {
+        self.machine = machine;
         let mut invert = 0;
         let mut n = 0;
         while n < AXES {
             if self.axis(n).flags & AxisRecord::INVERT != 0 {
                 invert |= C::DIR[usize::from(n)];
             }
-            self.place(n, self.actual[usize::from(n)]);
             n += 1;
         }
-        self.set_override(self.percents);
         self.chip.set_invert(invert);
     }
 

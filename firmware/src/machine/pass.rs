@@ -45,7 +45,9 @@ impl<C: Chip> Controller<C> {
         self.ticks();
         self.motor.poll(self.trace.full);
         self.tripped();
-        self.run();
+        if self.motor.has_enough() {
+            self.run();
+        }
     }
 
     /// Whether the chip is to be reset now: the reply to who asked for it is out.

@@ -20,11 +20,13 @@ const KNOWN_MS: u16 = 24;
 /// more than needed is.
 const UNKNOWN_MS: u16 = 16;
 
-/// So much is fetched at once, ms; beyond it the link is served and the program may bring the next block
-/// between two segments.
-const LOW_MS: u16 = 8;
+/// So much is fetched at once, ms; beyond it the link is served and the program may bring the next block between two
+/// segments. Below it the program waits, which takes longest: both lines ask for 100 registers each while a block is
+/// planned, and the step interrupts take two thirds of the CPU. That took 11 ms at most (`firmware/tests/busy.rs`).
+const LOW_MS: u16 = 16;
 
-/// No more than so many are fetched at once: the watchdog and the link must be served, too.
+/// No more than so many are fetched at once: the watchdog and the link must be served, too. On a ramp a segment may be
+/// shorter than 1.5 ms.
 pub const FETCHES: u8 = 4;
 
 /// A segment counts as no longer than this, some 42 ms at 25 MHz: the sum of all fits into 16 bits.

@@ -103,6 +103,25 @@ fn a_program_survives_a_reset() {
 }
 
 #[test]
+fn a_repeated_commit_is_answered_as_the_first_until_something_else_begins() {
+    let (mut store, mut chip) = (Store::new(), Chip::new());
+    let commit = |store: &mut Store, chip: &mut Chip| store.commit(chip, &[0; NAME]);
+    assert_eq!(commit(&mut store, &mut chip), Err(Denied::NotBegun), "nothing was ever begun");
+    upload(&mut store, &mut chip, &image(300, 7), false).unwrap();
+    let operations = chip.operations;
+    assert_eq!(commit(&mut store, &mut chip), Ok(()));
+    assert_eq!(chip.operations, operations, "and flash stays as it is");
+    assert!(store.begin(&mut chip, alone(0), false).is_err());
+    assert_eq!(commit(&mut store, &mut chip), Err(Denied::NotBegun));
+    upload(&mut store, &mut chip, &image(200, 9), false).unwrap();
+    store.discard(&mut chip, 1);
+    assert_eq!(commit(&mut store, &mut chip), Err(Denied::NotBegun), "it was given up");
+    upload(&mut store, &mut chip, &image(200, 9), false).unwrap();
+    store.mount(&mut chip);
+    assert_eq!(commit(&mut store, &mut chip), Err(Denied::NotBegun), "the reset forgot it");
+}
+
+#[test]
 fn what_does_not_fit_beside_the_old_program_is_refused() {
     let (mut store, mut chip) = (Store::new(), Chip::new());
     let large = image(Store::area::<Chip>() / 2, 3);

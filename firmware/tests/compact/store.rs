@@ -72,7 +72,9 @@ fn run(steps: &[Step]) -> Result<(), TestCaseError> {
     let mut chip = Chip::new();
     let (mut area, mut twin) = (Area::new(), Store::new());
     let mut sent = 0;
+    let mut committed = false;
     for step in steps {
+        let repeated = std::mem::take(&mut committed);
         match *step {
             Step::Begin { which, replace } => {
                 let (length, keep) = (IMAGES[which].len() as u16, uses_keep(which));
@@ -90,6 +92,7 @@ fn run(steps: &[Step]) -> Result<(), TestCaseError> {
                 sent = which;
             }
             Step::Words { from, to, damage } => {
+                committed = repeated;
                 let words = words(&IMAGES[sent]);
                 for (at, &word) in words.iter().enumerate().take(to).skip(from) {
                     let word = if damage == Some(at) { word ^ 0x0810 } else { word };
@@ -103,7 +106,18 @@ fn run(steps: &[Step]) -> Result<(), TestCaseError> {
             }
             Step::Commit => {
                 let refusal = control(&mut chip, Upload::Commit);
-                prop_assert_eq!(refusal, number(twin.commit(&mut area, &[0; NAME])));
+                let own = number(twin.commit(&mut area, &[0; NAME]));
+                if repeated {
+                    // The F5529 answers a repeated commit as the first. This chip has no bytes left for that: the host
+                    // compares the stored program.
+                    prop_assert_eq!(
+                        [refusal, own],
+                        [Refusal::NotBegun as u16, Refusal::None as u16]
+                    );
+                } else {
+                    prop_assert_eq!(refusal, own);
+                }
+                committed = own == Refusal::None as u16;
             }
             Step::Erase => {
                 prop_assert_eq!(control(&mut chip, Upload::Erase), 0);

@@ -32,7 +32,8 @@ pub fn off(silicon: Silicon, profile: &Profile, script: &str) -> Board {
         lang::profile::Wiring::Direct => Wiring::Direct,
         lang::profile::Wiring::Chain => Wiring::Chain,
     };
-    let config = Config { part: Part::F5529, wiring, silicon, ..Config::default() };
+    // The fastest oscillator of the watchdog (SLAS590, VLO).
+    let config = Config { part: Part::F5529, wiring, silicon, vlo_hz: 14_000, ..Config::default() };
     let mut board = Board::with_config(&config, &image());
     board.power_cut();
     let record = BoardRecord::of(profile, 1);

@@ -1,6 +1,10 @@
 //! What of a scene cannot be, or is doubtful: things that stand in one another, places outside the travel, inputs
 //! that two things drive, names that nothing has.
 
+mod inert;
+
+pub use inert::inert;
+
 use super::build::meant;
 use super::keys;
 use super::problem::Problem;

@@ -1,5 +1,7 @@
 //! Expectations: what was wanted, what was, and whether it holds.
 
+mod engraved;
+
 use super::kernel::Cell;
 use super::list;
 use super::log::What;
@@ -60,6 +62,7 @@ impl Judge<'_> {
             "in_place" => self.in_place(),
             "holes" => self.holes(),
             "beads" => self.beads(),
+            "engraved" => self.engraved(),
             "no_collision" => {
                 let hits: Vec<String> = self
                     .cell

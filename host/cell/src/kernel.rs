@@ -4,14 +4,20 @@
 //! taken, let go, or moves by itself; between such moments a law that stays in the quiet box costs six comparisons.
 
 mod around;
+mod belt;
+mod faults;
+mod gripper;
+mod regions;
+mod steps;
+mod supply;
 mod tool;
 
 use super::law::{Law, Steps};
 use super::log::{Event, What};
 use super::pressure::Pressure;
 use super::region::{Region, Scale, meeting, quiet};
-use super::scene::{Block, Scene, ToolKind, V3, When};
-use super::things::{self, Thing, Where};
+use super::scene::{Block, Scene, V3, When};
+use super::things::{self, Thing};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -26,8 +32,14 @@ pub enum Action {
     Stop(bool),
     /// The emergency stop.
     Emergency(bool),
+    /// The run is paused, or resumed.
+    Pause(bool),
+    /// The safety door is open.
+    Door(bool),
     /// A panel writes a register of an AT variable.
     Register(u32, i32),
+    /// The motor of an axis (X: 0) loses its next steps.
+    Stall(usize, i32),
 }
 
 /// The machine's frame.
@@ -86,9 +98,19 @@ pub struct Cell {
     tool: tool::State,
     /// Sensors: whether each sees something, by what it sees now.
     seen: Vec<u32>,
+    /// What each sensor says; nothing before its first look.
+    says: Vec<Option<bool>>,
     /// Doors that are on their way or open.
     open: Vec<bool>,
     done: Vec<u32>,
+    struck: faults::Struck,
+    belts: Vec<belt::Belt>,
+    /// When something happens on a belt.
+    next_belt: Option<u64>,
+    /// Parts that each feeder has brought.
+    fed: Vec<u32>,
+    /// What dispensers, lasers and pens drew, as ways of X and Y, mm.
+    drawn: Vec<Vec<[f64; 2]>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +118,16 @@ enum Timer {
     Act(Action),
     Sense(usize, bool),
     Door(usize, bool),
+    /// The tool answers its output.
+    Tool(u32, bool),
+    /// The jaws have closed.
+    Jaws,
+    /// A feeder brings the next part.
+    Feed(usize),
+    /// A person takes the thing of their row away, or puts it back.
+    Hands(usize, bool),
+    /// A thing that stuck to the tool falls, or one that was lost does.
+    Falls(usize),
 }
 
 impl Cell {
@@ -123,8 +155,14 @@ impl Cell {
             line: 0,
             tool: tool::State::new(),
             seen: vec![0; scene.sensors.len()],
+            says: vec![None; scene.sensors.len()],
             open: vec![false; scene.fixtures.len()],
             done: vec![0; scene.persons.len()],
+            struck: faults::Struck::default(),
+            belts: belt::Belt::all(&scene),
+            next_belt: None,
+            fed: Vec::new(),
+            drawn: Vec::new(),
             scene,
         };
         cell.begin();
@@ -146,13 +184,23 @@ impl Cell {
                 self.person(index, us);
             }
         }
+        self.begin_feeders();
         self.rebuild(&[0; 4], 0);
+        // What a belt feeds at the begin.
+        self.next_belt = Some(0);
+        self.belts(&[0; 4], 0);
     }
 
     /// The things as they are.
     #[must_use]
     pub fn things(&self) -> &[Thing] {
         &self.things
+    }
+
+    /// What dispensers, lasers and pens drew, as ways of X and Y, mm.
+    #[must_use]
+    pub fn drawn(&self) -> &[Vec<[f64; 2]>] {
+        &self.drawn
     }
 
     /// What happened so far.
@@ -170,6 +218,15 @@ impl Cell {
     /// The script comes to a line; messages name it.
     pub fn line(&mut self, line: u32) {
         self.line = line;
+    }
+
+    /// Gives each collision the line that the script was in at its time.
+    pub fn set_lines(&mut self, line_at: &dyn Fn(u64) -> u32) {
+        for event in &mut self.log {
+            if let What::Hit { line, .. } | What::Broke { line, .. } = &mut event.what {
+                *line = line_at(event.us);
+            }
+        }
     }
 
     /// Where the tip is, mm.
@@ -196,106 +253,6 @@ impl Cell {
         self.log.push(Event { us, what });
     }
 
-    /// All regions anew. A region that was there keeps whether the head was in it; of a new one it is looked up, so that
-    /// what is in one another from the begin is no event.
-    fn rebuild(&mut self, at: &Steps, us: u64) {
-        let scene = self.scene.clone();
-        let mut regions: Vec<(About, Region)> = Vec::new();
-        let body = scene.tools.first().map(|tool| tool.body.clone()).unwrap_or_default();
-        let held = self.tool.held();
-        let hanging = held.map(|which| self.things[which].hanging()).unwrap_or_default();
-        // A nozzle gives way by `press`, so what hangs on it may be pressed onto what it is put on.
-        let press = scene.tools.first().map_or(0.0, |tool| match &tool.kind {
-            ToolKind::Vacuum(vacuum) => vacuum.press,
-            _ => 0.0,
-        });
-        let lifted: Vec<Block> = hanging
-            .iter()
-            .map(|block| Block {
-                low: [block.low[0], block.low[1], block.low[2] + press],
-                high: block.high,
-            })
-            .collect();
-        let moving = |own: bool| if own { &body } else { &lifted };
-        for (index, (fixture, blocks)) in scene.fixtures.iter().zip(&self.fixtures).enumerate() {
-            if !fixture.solid {
-                continue;
-            }
-            for own in [true, false] {
-                for block in blocks {
-                    regions.extend(
-                        moving(own).iter().map(|part| {
-                            (About::Fixture(index, own), self.region(block, part, TOUCH))
-                        }),
-                    );
-                }
-            }
-        }
-        for (index, thing) in self.things.iter().enumerate() {
-            let blocks = thing.standing();
-            for own in [true, false] {
-                for block in &blocks {
-                    regions.extend(
-                        moving(own).iter().map(|part| {
-                            (About::Thing(index, own), self.region(block, part, TOUCH))
-                        }),
-                    );
-                }
-            }
-            if let (Some(block), Where::Stands(middle)) = (blocks.first(), thing.place)
-                && let Some(reach) = self.contact_block(middle, block.high[2])
-            {
-                regions.push((About::Contact(index), self.tip_in(&reach)));
-            }
-        }
-        if let Some(stock) = &scene.stock {
-            let mut block = Block::standing(stock.at, stock.size);
-            block.low[2] = -1e6;
-            block.high[2] = self.top_of_stock(self.tip(at));
-            regions.push((About::Stock, self.tip_in(&block)));
-        }
-        for (index, sensor) in scene.sensors.iter().enumerate() {
-            self.sensor_regions(index, sensor, &body, &hanging, &mut regions);
-        }
-        let was: BTreeSet<About> =
-            self.watches.iter().filter(|watch| watch.inside).map(|watch| watch.about).collect();
-        let known: BTreeSet<About> = self.watches.iter().map(|watch| watch.about).collect();
-        self.watches = regions
-            .into_iter()
-            .map(|(about, region)| {
-                let here = region.holds(at);
-                // What is put down stands where it hung: the tool leaves it, it does not run into it.
-                let quiet = !known.contains(&about)
-                    && matches!(about, About::Thing(..) | About::Fixture(..));
-                let inside = if quiet { here } else { was.contains(&about) && here };
-                Watch { about, region, inside }
-            })
-            .collect();
-        self.quiet = None;
-        self.law = None;
-        // What the head is in now and was not before has changed.
-        self.settle(at, us);
-    }
-
-    /// The tops of a thing at which a nozzle is sealed by it.
-    fn contact_block(&self, middle: V3, top: f64) -> Option<Block> {
-        match &self.scene.tools.first()?.kind {
-            ToolKind::Vacuum(vacuum) => Some(Block {
-                low: [middle[0] - vacuum.reach, middle[1] - vacuum.reach, top - vacuum.press],
-                high: [middle[0] + vacuum.reach, middle[1] + vacuum.reach, top + vacuum.gap],
-            }),
-            _ => None,
-        }
-    }
-
-    fn top_of_stock(&self, at: V3) -> f64 {
-        self.scene.stock.as_ref().map_or(f64::NEG_INFINITY, |stock| {
-            let slope =
-                stock.tilt[0] * (at[0] - stock.at[0]) + stock.tilt[1] * (at[1] - stock.at[1]);
-            stock.at[2] + stock.size[2] + slope
-        })
-    }
-
     /// When the cell must be called next, not before `now`; `None`: never by itself.
     pub fn next_us(&mut self, law: &dyn Law, now: u64) -> Option<u64> {
         if !self.actions.is_empty() {
@@ -306,7 +263,11 @@ impl Cell {
             self.next = self.next_change(law, now);
         }
         let timer = self.timers.iter().map(|timer| timer.0).min();
-        [self.next, timer, self.tool.due()].into_iter().flatten().min().map(|when| when.max(now))
+        [self.next, timer, self.tool.due(), self.next_belt]
+            .into_iter()
+            .flatten()
+            .min()
+            .map(|when| when.max(now))
     }
 
     fn next_change(&mut self, law: &dyn Law, now: u64) -> Option<u64> {
@@ -353,8 +314,12 @@ impl Cell {
     pub fn advance(&mut self, law: &dyn Law, now: u64) -> Vec<Action> {
         let at = law.at(now);
         self.work(&at, now);
+        if law.until().is_none() {
+            self.tilt_here(&at);
+        }
         self.settle(&at, now);
         self.pressure(&at, now);
+        self.belts(&at, now);
         while let Some(index) = self.timers.iter().position(|timer| timer.0 <= now) {
             let (_, timer) = self.timers.remove(index);
             self.timer(timer, &at, now);
@@ -362,7 +327,8 @@ impl Cell {
         if self.next.is_some_and(|when| when <= now) {
             self.law = None;
         }
-        std::mem::take(&mut self.actions)
+        let actions = std::mem::take(&mut self.actions);
+        self.without_forced(actions)
     }
 
     /// Regions whose answer is another one now.
@@ -423,10 +389,23 @@ impl Cell {
             Timer::Sense(index, sees) => {
                 let sensor = &self.scene.sensors[index];
                 let (name, on) = (sensor.name.clone(), sees != sensor.invert);
+                let said = self.says[index].replace(on);
+                // A sensor that sees nothing at the begin has said nothing.
+                if said == Some(on) || said.is_none() && !on {
+                    return;
+                }
                 if let Some(input) = sensor.input {
                     self.actions.push(Action::Input(input, on));
                 }
                 self.tell(us, What::Sense { name, v: on });
+            }
+            Timer::Tool(output, on) => self.switch(output, on, at, us),
+            Timer::Falls(which) => self.falls(which, at, us),
+            Timer::Jaws => self.closed(at, us),
+            Timer::Feed(index) => self.feed(index, at, us),
+            Timer::Hands(index, puts) => {
+                let name = self.scene.persons[index].thing.clone().unwrap_or_default();
+                self.hands(&name, puts, at, us);
             }
             Timer::Door(index, open) => {
                 let fixture = &self.scene.fixtures[index];
@@ -443,7 +422,15 @@ impl Cell {
     pub fn output(&mut self, output: u32, on: bool, law: &dyn Law, us: u64) {
         let at = law.at(us);
         self.work(&at, us);
-        self.switch(output, on, &at, us);
+        if self.struck.slow_us > 0 {
+            self.timers.push((us + self.struck.slow_us, Timer::Tool(output, on)));
+        } else {
+            self.switch(output, on, &at, us);
+        }
+        if on {
+            self.advance_feeders(output, us);
+        }
+        self.drive(output, on, &at, us);
         for (index, fixture) in self.scene.clone().fixtures.iter().enumerate() {
             if let Some((opens_by, _, move_us)) = fixture.door
                 && opens_by == output

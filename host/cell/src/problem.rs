@@ -1,4 +1,4 @@
-//! What is wrong with a cell file: codes C001 to C015, each with its place.
+//! What is wrong with a cell file: codes C001 to C016, each with its place.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use std::ops::Range;
 pub struct Problem {
     /// Bytes of the file that it is about.
     pub span: Range<usize>,
-    /// `C001` to `C015`.
+    /// `C001` to `C016`.
     pub code: &'static str,
     /// Whether the cell cannot be used.
     pub error: bool,

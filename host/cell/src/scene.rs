@@ -335,7 +335,7 @@ pub struct Person {
 }
 
 /// An expectation; its keys are read by what it is about.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Expect {
     /// What is expected.
     pub what: String,
@@ -386,7 +386,7 @@ pub enum Spread {
 }
 
 /// All of a cell.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// A title.
     pub name: Option<String>,

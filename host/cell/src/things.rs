@@ -32,14 +32,16 @@ pub struct Thing {
     pub fell: f64,
     /// How often it was taken.
     pub taken: u32,
+    /// It lies in a place that takes any number, and is out of everybody's way.
+    pub stored: bool,
 }
 
 impl Thing {
-    /// The boxes that cover it where it stands.
+    /// The boxes that cover it where it stands in the way of others.
     #[must_use]
     pub fn standing(&self) -> Vec<Block> {
         match self.place {
-            Where::Stands(at) => self.form.blocks(at, SLICES),
+            Where::Stands(at) if !self.stored => self.form.blocks(at, SLICES),
             _ => Vec::new(),
         }
     }
@@ -86,14 +88,15 @@ pub fn all(scene: &Scene) -> Vec<Thing> {
     things
 }
 
-fn thing(
+/// A thing as it is at the start.
+pub(super) fn thing(
     name: String,
     part: usize,
     feeder: Option<(usize, usize)>,
     form: Form,
     place: Where,
 ) -> Thing {
-    Thing { name, part, feeder, form, place, home: place, fell: 0.0, taken: 0 }
+    Thing { name, part, feeder, form, place, home: place, fell: 0.0, taken: 0, stored: false }
 }
 
 /// Where a thing comes to rest.
@@ -133,6 +136,9 @@ pub fn landing(
     // A place's bottom carries what lies in it.
     for place in &scene.places {
         look(&place.block, place.at[2], &place.name);
+    }
+    for conveyor in &scene.conveyors {
+        look(&conveyor.block, conveyor.block.high[2], &conveyor.name);
     }
     for (index, thing) in things.iter().enumerate() {
         if index != which {

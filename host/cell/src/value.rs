@@ -26,7 +26,7 @@ pub enum Value {
 }
 
 /// A table of the file with its checked values.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Entry {
     /// Name of the table.
     pub section: &'static str,

@@ -128,8 +128,9 @@ fn numbers_of(key: &str) -> usize {
     }
 }
 
-/// A tool's number that a share refers to.
-fn value(scene: &Scene, key: &str) -> f64 {
+/// A tool's number that a share refers to; 0 where the key is none.
+#[must_use]
+pub fn value(scene: &Scene, key: &str) -> f64 {
     let mut value = 0.0;
     if let Some((name, key)) = key.split_once('.')
         && let Some(tool) = scene.tools.iter().find(|tool| tool.name == name)
@@ -192,8 +193,35 @@ fn shift(at: &mut V3, by: &[f64]) {
     }
 }
 
+/// Faults that only make something later: `late` people, `slow` sensors and feeders, sensors that `bounce`.
+fn slower(scene: &mut Scene, deviation: &Deviation) {
+    let us = deviation.by.first().copied().unwrap_or(0.0).max(0.0) as u64;
+    let name = &deviation.of;
+    match deviation.what.as_str() {
+        "late" => {
+            for person in scene.persons.iter_mut().filter(|person| person.name == *name) {
+                person.after_us += us;
+            }
+        }
+        "slow" | "bounce" => {
+            for sensor in scene.sensors.iter_mut().filter(|sensor| sensor.name == *name) {
+                if deviation.what == "bounce" {
+                    sensor.bounce_us += us;
+                } else {
+                    sensor.on_us += us;
+                    sensor.off_us += us;
+                }
+            }
+            for feeder in scene.feeders.iter_mut().filter(|feeder| feeder.name == *name) {
+                feeder.advance_us += us;
+            }
+        }
+        _ => {}
+    }
+}
+
 fn apply(scene: &mut Scene, deviation: &Deviation) {
-    let Some((name, key)) = deviation.what.split_once('.') else { return };
+    let Some((name, key)) = deviation.what.split_once('.') else { return slower(scene, deviation) };
     let by = deviation.by.first().copied().unwrap_or(0.0);
     if let Some(tool) = scene.tools.iter_mut().find(|tool| tool.name == name) {
         tool_number(&mut tool.kind, key, &mut |number| *number = (*number + by).max(0.0));

@@ -5,12 +5,14 @@
 //! high when on. `set_active_low` changes that for single inputs. STEP, DIR and outputs at
 //! pins have pull-down resistors; latch and output enable of the shift registers are pulled up.
 
+pub mod around;
 pub mod chain;
 mod jumper;
 pub mod motor;
 mod outside;
 pub mod pins;
 
+pub use around::{Around, Reply};
 pub use jumper::Jumper;
 
 use std::collections::VecDeque;
@@ -117,6 +119,7 @@ pub struct Plant {
     jumpers: Vec<Jumper>,
     /// Levels of all pins as they are.
     raw: u64,
+    around: around::Listener,
 }
 
 impl Plant {
@@ -156,6 +159,7 @@ impl Plant {
             recorded_in: 0,
             jumpers: Vec::new(),
             raw: 0,
+            around: around::Listener::default(),
         };
         plant.active_low = match wiring {
             Wiring::Direct => 0b1111,
@@ -289,7 +293,7 @@ impl Plant {
 
     /// All inputs that are on, input `n` in bit `n - 1`.
     fn on(&self) -> u32 {
-        let mut on = self.inputs;
+        let mut on = self.inputs | self.around.inputs();
         for (axis, switch) in self.switches.iter().enumerate() {
             if switch.is_some_and(|s| s.closed(&self.motors)) {
                 on |= 1 << (self.reference_input(axis) - 1);
@@ -367,6 +371,7 @@ impl Plant {
 
     /// The chip gives all its pins these levels, numbered as [`Pins`] has them, at a time in ticks.
     pub fn pins(&mut self, now: u64, levels: u64) {
+        self.pass(now);
         let steps = self.board.step.iter().fold(0, |pins, pin| pins | 1 << pin);
         for wire in &mut self.jumpers {
             let (is, was) = (high(levels, wire.from), high(self.raw, wire.from));
@@ -403,6 +408,7 @@ impl Plant {
     }
 
     fn axes(&mut self, now: u64, levels: u64, changed: u64) {
+        let mut left = false;
         for axis in 0..3 {
             let motor = &mut self.motors[axis];
             if high(changed, self.board.dir[axis]) {
@@ -412,12 +418,17 @@ impl Plant {
                 continue;
             }
             let (violations, count) = (&mut self.violations, &mut self.violation_count);
-            motor.step(high(levels, self.board.step[axis]), now, self.limits, |kind, ticks| {
-                *count += 1;
-                if violations.len() < KEPT {
-                    violations.push(Violation { cycle: now, axis, kind, ticks });
-                }
-            });
+            let moved =
+                motor.step(high(levels, self.board.step[axis]), now, self.limits, |kind, ticks| {
+                    *count += 1;
+                    if violations.len() < KEPT {
+                        violations.push(Violation { cycle: now, axis, kind, ticks });
+                    }
+                });
+            left |= moved && self.around.leaves(axis, motor.position);
+        }
+        if left {
+            self.tell(now, around::Change::Moved);
         }
     }
 
@@ -453,6 +464,7 @@ impl Plant {
             if self.recorder.active() {
                 self.recorder.add(now, Signal::Out(output), on);
             }
+            self.tell(now, around::Change::Output(output, on));
         }
     }
 

@@ -19,6 +19,7 @@ use super::diag::{Diag, Diags};
 use super::pattern::Point;
 use super::script::Made;
 use super::text::Lines;
+use super::turn::Turn;
 use lang::axis::Axis;
 use read::Reader;
 
@@ -62,6 +63,28 @@ impl Cut {
             Cut::Hole(_) => Kind::Holes,
             Cut::Slot(..) => Kind::Slots,
             Cut::Route(..) => Kind::Routes,
+        }
+    }
+
+    /// The cut mirrored and shifted.
+    fn turned(&self, turn: Turn) -> Cut {
+        match self {
+            Cut::Hole(at) => Cut::Hole(turn.place(*at)),
+            Cut::Slot(from, to) => Cut::Slot(turn.place(*from), turn.place(*to)),
+            Cut::Route(from, list) => {
+                let arc = |arc: Arc| Arc {
+                    // Seen from behind, the other way round.
+                    clockwise: arc.clockwise != turn.mirror.is_some(),
+                    round: match arc.round {
+                        Round::Center(center) => Round::Center(turn.way(center)),
+                        radius => radius,
+                    },
+                };
+                let list = list
+                    .iter()
+                    .map(|part| Segment { to: turn.place(part.to), arc: part.arc.map(arc) });
+                Cut::Route(turn.place(*from), list.collect())
+            }
         }
     }
 
@@ -136,5 +159,7 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
     if diags.has_errors() {
         return Made::default();
     }
+    let turned = |step: &Step| Step { cut: step.cut.turned(job.options.turn), ..*step };
+    let cuts: Vec<Step> = cuts.iter().map(turned).collect();
     write::script(job, &cuts, &sizes, diags)
 }

@@ -20,6 +20,7 @@ mod points;
 mod script;
 mod share;
 mod text;
+mod turn;
 
 #[cfg(test)]
 mod tests;
@@ -28,6 +29,7 @@ pub use codes::Code;
 pub use detect::{Format, detect, is_importable};
 pub use diag::{Diag, Severity};
 pub use isel::card;
+pub use turn::Turn;
 
 use diag::Diags;
 use lang::front::lexer::begins_gcode;
@@ -67,6 +69,8 @@ pub struct Options {
     pub card: Option<CardRates>,
     /// A laser's M3 and M5 follow its S, for a board that knows its output on and off only.
     pub on_off: bool,
+    /// Mirror and shift, of drill files and lists of points.
+    pub turn: Turn,
 }
 
 /// The frequencies that a JeDiV card is set to (JeDiV interface file, section 9.1): they stand in no
@@ -122,6 +126,14 @@ pub fn import(name: &str, bytes: &[u8], options: &Options) -> Result<Imported, V
         let hint = format!("name it with `--from`: {}", Format::list());
         return Err(vec![Diag::new(Code::UnknownFormat, 1, 1, text).hint(hint)]);
     };
+    if !options.turn.is_none() && !matches!(format, Format::Excellon | Format::Points) {
+        let text = format!(
+            "a file of {} is neither mirrored nor shifted: only drill files and lists of points are",
+            format.name()
+        );
+        let hint = "set the work zero at the machine (SetPos, G92), or let the CAM tool mirror it";
+        return Err(vec![Diag::new(Code::Unsupported, 1, 1, text).hint(hint)]);
+    }
     let profile = match &options.profile {
         Some(profile) => profile.clone(),
         None => Profile::built_in(format.usual_profile())

@@ -119,6 +119,8 @@ pub struct Written {
     pub text: String,
     /// How many points it has.
     pub count: usize,
+    /// Where the first of them lie, X and Y in um, as many as a picture wants.
+    pub places: Vec<[i64; 2]>,
     /// What one should know.
     pub notes: Vec<String>,
 }

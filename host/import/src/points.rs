@@ -13,7 +13,10 @@ const PLACE: &str = "  ' Here: what is done at each point.";
 
 /// Makes a script of a list.
 pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
-    let (_, points) = points(job.name, job.lines, diags);
+    let (_, mut points) = points(job.name, job.lines, diags);
+    for point in &mut points {
+        point.at = job.options.turn.place(point.at);
+    }
     if diags.has_errors() {
         return Made::default();
     }
@@ -38,6 +41,9 @@ pub(crate) fn import(job: &Job<'_>, diags: &mut Diags) -> Made {
         diags.push(Diag::new(Code::Said, 1, 1, note).note());
     }
     let mut text = String::new();
+    if let Some(words) = job.options.turn.words() {
+        text = format!("' The file's places are {words}.\n");
+    }
     for line in written.text.lines() {
         text.push_str(line);
         text.push('\n');

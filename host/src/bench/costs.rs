@@ -34,6 +34,11 @@ const FAILED: u8 = 4;
 /// The next line of a course waits (`M_NEXT` of the image).
 const WAITS: u8 = 8;
 
+/// The main loop executes it, and not the VM's core: a round goes by.
+fn is_of_main_loop(op: Op) -> bool {
+    matches!(op, Op::Err | Op::Erl | Op::Course | Op::ToSteps | Op::ToLength)
+}
+
 /// A board with a program of the machine that has been started, to be looked at.
 struct Watched {
     board: Board,
@@ -134,7 +139,7 @@ impl Watched {
                 if self.starts.contains(&at) {
                     let now = self.outside();
                     if let Some((op, from)) = last
-                        && (!fresh || costs::is_of_main_loop(op))
+                        && (!fresh || is_of_main_loop(op))
                     {
                         let own = most.entry(op).or_insert(0);
                         *own = (*own).max(now - from);

@@ -7,6 +7,7 @@
 
 mod ideal;
 mod jobs;
+mod pace;
 pub mod pictures;
 
 use std::time::Duration;

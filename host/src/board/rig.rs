@@ -1,5 +1,6 @@
 //! An emulated board with its machine, and a scenario that acts on both.
 
+mod around;
 mod state;
 
 use emulator::{Board, Config, Stop, Wiring as PlantWiring};
@@ -10,6 +11,7 @@ use lang::wire::{Seen, TraceKind};
 use super::Build;
 use super::hardware::Hardware;
 use super::observe::{Observed, Sight};
+use crate::scene::live::{HostDeed, Shared};
 use crate::sim::scene::{Rest, Scene};
 use crate::sim::world::{Action, Registers, World, WorldError};
 
@@ -22,6 +24,8 @@ pub enum HostAction {
     EmergencyStop,
     /// Give the AT variable at a register a value.
     Register(u16, i32),
+    /// Pause the run, or resume it.
+    Pause(bool),
 }
 
 /// A board, by default an emulated one, its machine and its world.
@@ -45,6 +49,9 @@ pub struct Rig<B: Hardware = Board> {
     outputs: Vec<(u64, i32, bool)>,
     /// Input edges made by the scenario: tick, number, state.
     inputs: Vec<(u64, i32, bool)>,
+    /// The cell around the machine, and where its frame has the reference switches.
+    cell: Option<Shared>,
+    placed: [Option<i32>; 3],
 }
 
 impl Rig {
@@ -99,7 +106,7 @@ impl<B: Hardware> Rig<B> {
             plant.limits = super::judge::driver_limits(profile, plant.ticks_per_second());
             Scene::new(profile, world, registers, &mut plant)?
         };
-        Ok(Rig {
+        let mut rig = Rig {
             board,
             scene,
             zero: None,
@@ -111,7 +118,11 @@ impl<B: Hardware> Rig<B> {
             aside: None,
             outputs: Vec::new(),
             inputs: Vec::new(),
-        })
+            cell: None,
+            placed: [None; 3],
+        };
+        rig.build_cell();
+        Ok(rig)
     }
 
     /// The program waits for Start: see [`Scenario::waits_for_start`].
@@ -124,9 +135,10 @@ impl<B: Hardware> Rig<B> {
         self.scene.scenario.is_unattended()
     }
 
-    /// Where the scenario put the reference switches, steps from power-up.
+    /// Where the scenario or the cell put the reference switches, steps from power-up.
     pub fn switches(&self) -> [Option<i32>; 3] {
-        Axis::ALL.map(|axis| self.scene.scenario.switch_place(axis))
+        let world = |axis| self.scene.scenario.switch_place(axis);
+        Axis::ALL.map(|axis| world(axis).or(self.placed[axis.index()]))
     }
 
     /// The board.
@@ -171,6 +183,7 @@ impl<B: Hardware> Rig<B> {
 
     fn begin_at(&mut self, tick: u64) {
         self.zero = Some(tick);
+        self.begin_cell(tick);
         for action in std::mem::take(&mut self.first) {
             self.apply(action);
         }
@@ -222,15 +235,16 @@ impl<B: Hardware> Rig<B> {
         registers.into_iter().filter_map(pair).collect()
     }
 
-    /// When the scenario acts next, in ticks.
+    /// When the scenario or the cell acts next, in ticks.
     fn next_action(&self) -> Option<u64> {
         let zero = self.zero?;
-        self.scene.scenario.next_us().map(|us| zero.saturating_add(self.ticks(us)))
+        let world = self.scene.scenario.next_us().map(|us| zero.saturating_add(self.ticks(us)));
+        [world, self.board.plant().due()].into_iter().flatten().min()
     }
 
     /// Whether nothing is planned any more.
     pub fn world_is_over(&self) -> bool {
-        self.scene.scenario.next_us().is_none()
+        self.scene.scenario.next_us().is_none() && self.board.plant().due().is_none()
     }
 
     /// Runs to a tick, letting the world act at its times.
@@ -261,6 +275,7 @@ impl<B: Hardware> Rig<B> {
         self.act()?;
         let until = self.next_action().map_or(limit, |next| next.min(limit));
         let stop = self.board.run_until(until.max(self.now()));
+        self.look_at_cell();
         self.look_at_outputs();
         for observed in self.board.look(self.observer.as_mut(), stop) {
             self.see(observed);
@@ -295,6 +310,10 @@ impl<B: Hardware> Rig<B> {
     /// Whatever the board does from now on does not count: [`Rig::come_back`] undoes it.
     pub fn set_aside(&mut self) {
         self.aside = self.board.aside();
+        if self.aside.is_some() {
+            let now = self.now();
+            self.board.plant_mut().surround(now, None);
+        }
     }
 
     /// The board is as it was at [`Rig::set_aside`].

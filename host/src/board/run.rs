@@ -1,5 +1,7 @@
 //! A run on the emulated board under way: pressed on, followed, added up.
 
+mod around;
+
 use std::cell::RefCell;
 use std::io::Write;
 use std::rc::Rc;
@@ -53,6 +55,8 @@ pub struct Run<'a, 'b, B: Hardware> {
     judge: Judge,
     within: Within,
     watch: stuck::Watch,
+    /// The same for who waits for Start in a world that goes on.
+    waits: stuck::Watch,
     outputs: Vec<Edge>,
     inputs: Vec<Edge>,
     uses: Uses,
@@ -66,6 +70,9 @@ pub struct Run<'a, 'b, B: Hardware> {
     teller: Teller<'a>,
     /// Times in which another program ran than the first.
     aways: Vec<Away>,
+    /// For a cell: the lines of the script by their times, us, and what was printed.
+    lines: Vec<(u64, u32)>,
+    printed: Vec<String>,
 }
 
 impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
@@ -79,6 +86,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         rig: Rc<RefCell<Rig<B>>>,
         client: Client<InProcess<B>>,
     ) -> Result<Run<'a, 'b, B>, BoardError> {
+        let draws = sinks.vcd.is_some();
         let vcd = match sinks.vcd {
             None => None,
             Some(out) => {
@@ -88,7 +96,8 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 Some(VcdWriter::new(out, &signals, now, ticks).map_err(BoardError::Vcd)?)
             }
         };
-        rig.borrow_mut().board().record(true);
+        let records = job.options.judged || draws;
+        rig.borrow_mut().board().record(records);
         let switches = rig.borrow().switches();
         let unattended = Unattended { switches, ..Unattended::default() };
         let judge = Judge::new(&job.program.profile, &rig.borrow().plant());
@@ -104,6 +113,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             judge,
             within: Within::default(),
             watch: stuck::Watch::default(),
+            waits: stuck::Watch::default(),
             outputs: Vec::new(),
             inputs: Vec::new(),
             uses: Uses::default(),
@@ -112,6 +122,8 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             unattended,
             teller: Teller::new(&job.program.profile, job.library()),
             aways: Vec::new(),
+            lines: Vec::new(),
+            printed: Vec::new(),
         })
     }
 
@@ -171,6 +183,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 // What a stop brings about is no sign of life.
                 if self.stopping.is_none() {
                     self.watch.something_happened(us);
+                    self.waits.something_happened(us);
                 }
                 let Some(what) = self.teller.tell(&seen) else { continue };
                 self.path.event(&what);
@@ -182,6 +195,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                     let away = self.aways.last().filter(|last| last.to_us == u64::MAX);
                     self.judge.line(seen.tick, away.map_or(line, |away| away.line));
                 }
+                self.tell_cell(us, &what);
                 let event = Event { what, us: self.job.options.times.then_some(us) };
                 (self.trace)(&event);
                 if matches!(event.what, What::End { .. }) {
@@ -243,6 +257,15 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         let world_is_over = self.rig.borrow().world_is_over();
         let pulses = self.rig.borrow().pulses();
         if !world_is_over {
+            // Nobody is there to press Start, whatever the world still does.
+            if self.rig.borrow().is_unattended() && self.waits.is_quiet(us, pulses) {
+                let status = self.status()?;
+                let waits =
+                    status.run_state == Some(RunState::WaitStart) && status.moving.is_empty();
+                if waits && self.rig.borrow_mut().waits_for_start(self.waits.since_us()) {
+                    self.unattended.released.push(self.teller.line_of(status.program_counter));
+                }
+            }
             // What the world does last may still be on its way through the input's filter.
             self.watch.something_happened(us);
             return Ok(None);
@@ -258,6 +281,9 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             // What a pause interrupted still counts as moving.
             Some(RunState::Paused) => true,
             Some(RunState::WaitStart) if rests => {
+                if self.rig.borrow_mut().cell_waits_for_start() {
+                    return Ok(None);
+                }
                 if self.rig.borrow_mut().waits_for_start(self.watch.since_us()) {
                     self.unattended.released.push(line);
                     return Ok(None);
@@ -321,6 +347,9 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                     self.client.write(wire::CHAR_IN, value)?;
                 }
                 HostAction::EmergencyStop => self.client.control(Control::EmergencyStop)?,
+                HostAction::Pause(pauses) => {
+                    self.client.control(if pauses { Control::Pause } else { Control::Resume })?;
+                }
                 HostAction::Register(register, value) => {
                     self.client.write_all(register, &halves(value))?;
                 }
@@ -405,6 +434,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         let unattended =
             if alone { std::mem::take(&mut self.unattended) } else { Unattended::default() };
         let vars = Vec::new();
+        let cell = self.judge_cell(us, &end);
         let outcome = Outcome {
             end,
             summary,
@@ -414,6 +444,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             unattended,
             program: place,
             onward: None,
+            cell,
         };
         Ok(BoardRun { outcome, remarks, health, judged })
     }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use lang::image::crc_in;
 use lang::isa::FINGERPRINT;
 use lang::part::{G2553, PARTS, Part};
 use lang::profile::Profile;
@@ -162,6 +163,11 @@ impl<L: Link> Client<L> {
 }
 
 impl Identity {
+    /// Whether the stored program is this image, by its length and CRC.
+    pub fn holds(&self, image: &[u8]) -> bool {
+        (usize::from(self.program_bytes), self.program_crc) == (image.len(), crc_in(image))
+    }
+
     /// The part whose firmware has these features; of several the last one, which is sold.
     pub fn part(&self) -> &'static Part {
         let alike = |part: &&Part| part.features == self.features;

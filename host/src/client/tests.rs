@@ -1,5 +1,7 @@
 //! The master against links that misbehave.
 
+mod late;
+
 use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
@@ -101,6 +103,23 @@ fn an_exception_is_not_asked_for_again() {
 }
 
 #[test]
+fn a_reply_that_is_lost_beyond_a_gateway_is_asked_for_again() {
+    let silent = || framed(&[1, 0x83, 11]);
+    let reply = framed(&[1, 3, 2, 0x12, 0x34]);
+    let mut client = Client::new(Scripted::new([silent(), silent(), reply]), 1);
+    assert_eq!(client.holding(5, 1).ok(), Some(vec![0x1234]));
+    assert_eq!(client.link().sent.len(), 3);
+    // A board that is gone is told in bounded time, and what must not be repeated is not.
+    let mut gone = Client::new(Scripted::new(std::iter::repeat_with(silent).take(40)), 1);
+    assert!(matches!(gone.holding(5, 1), Err(ClientError::Exception(11))));
+    assert_eq!(gone.link().sent.len(), 4);
+    assert!(gone.link().now() < Duration::from_secs(1));
+    let mut once = Client::new(Scripted::new(std::iter::repeat_with(silent).take(40)), 1);
+    assert!(matches!(once.once(|client| client.holding(5, 1)), Err(ClientError::Exception(11))));
+    assert_eq!(once.link().sent.len(), 1);
+}
+
+#[test]
 fn rate_and_parity_are_found() {
     for mode in Mode::all() {
         let answers = std::iter::repeat_with(|| framed(&[1, 3, 2, 0, 1])).take(40);
@@ -129,4 +148,22 @@ fn a_program_with_keep_is_announced_as_one() {
         assert_eq!(request[1..4], [6, 0x13, 0xC5]);
         assert_eq!(u16::from_be_bytes([request[4], request[5]]), announced);
     }
+}
+
+/// The board is not asked to take what it would not do.
+#[test]
+fn the_small_chip_refuses_step_invert_by_name() {
+    let mut profile = lang::profile::Profile::built_in("thesis").expect("built in");
+    profile.step_invert = true;
+    let record = lang::record::BoardRecord::of(&profile, 1);
+    let features = lang::part::G2553.features.to_be_bytes();
+    let mut identity = vec![1, 3, 28, 0, 1, 0, 1];
+    identity.extend(FINGERPRINT.to_be_bytes());
+    identity.extend(features);
+    identity.resize(31, 0);
+    let mut client = Client::new(Scripted::new([framed(&identity)]), 1);
+    let refused = client.set_board_record(&record).expect_err("it has no such output");
+    assert!(matches!(refused, ClientError::NoStepLow), "{refused}");
+    assert!(refused.to_string().contains("step_invert"), "{refused}");
+    assert_eq!(client.link().sent.len(), 1, "nothing is written");
 }

@@ -7,7 +7,7 @@ use lang::image::Image;
 use lang::part::Part;
 use lang::record::feature;
 
-use super::Console;
+use super::console::Console;
 use super::part::with_slow_points;
 use super::script::{self, Code, Script};
 use crate::chords::{self, Refused};

@@ -12,8 +12,9 @@ use lang::record::MachineRecord;
 use lang::wire::{self, command};
 use serde_json::json;
 
+use super::console::{Console, Options};
 use super::port::{Board, Port};
-use super::{Console, Options, upload};
+use super::upload;
 use crate::client::status::long;
 use crate::client::{ClientError, orders};
 use crate::failure::Failure;

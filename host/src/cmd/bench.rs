@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
-use super::{Console, Options};
+use super::console::{Console, Options};
 use crate::bench::{Figure, GROUPS, SHORT, Want, paths};
 use crate::failure::Failure;
 

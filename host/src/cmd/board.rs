@@ -8,8 +8,9 @@ use lang::profile::Profile;
 use lang::record::{BoardRecord, feature};
 use serde_json::json;
 
+use super::console::{Console, Options};
 use super::part::Choice;
-use super::{Console, Options, world};
+use super::world;
 use crate::board::rig::Rig;
 use crate::board::serve::{ServeError, Server, Speed};
 use crate::board::turns::Manner;

@@ -6,10 +6,12 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use lang::part::F5529;
 
+use super::console::Console;
 use super::others::Others;
 use super::part::Choice;
 use super::script::{self, Script};
-use super::{Console, world};
+use super::world;
+use crate::board::F5529 as F5529_BUILD;
 use crate::board::engine::{self, BoardError, Job, Sinks};
 use crate::failure::Failure;
 use crate::output::OutputFile;
@@ -32,10 +34,12 @@ pub fn run(
     mut sink: Sink,
     console: &Console,
 ) -> Result<Outcome, Failure> {
+    // The native machine is the large chip, unless another one is asked for.
+    let part = if native { Choice { part: part.part.or(Some(&F5529_BUILD)) } } else { part };
     let compiled = script::compile_for_device(script, console)?;
     let (compiled, build) = part.fit(script, compiled, console)?;
     if native && build.part != F5529 {
-        let text = "engine `machine` is the f5529: `--engine board` runs other parts";
+        let text = "without an emulator the f5529 is simulated: `--engine board` runs other parts";
         return Err(Failure::Usage(text.to_owned()));
     }
     let line_of = |pc: u16| compiled.sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
@@ -62,7 +66,7 @@ pub fn run(
         .collect();
     let runs = !chain::calls(&script.program).is_empty();
     // The emulated machine has its switches from power-up on.
-    let placed = if world.is_unattended() {
+    let placed = if world.is_unattended() && world.scene().is_none() {
         let switches = sim::unattended::switches(&others.chain(script), options);
         let switches = switches.map_err(|error| Failure::Board(error.to_string()))?;
         Some(world.clone().with_switches(switches))

@@ -8,9 +8,9 @@ use lang::image::Image;
 use serde::Serialize;
 
 use super::check::each;
+use super::console::{Console, Options};
 use super::part::Choice;
 use super::script::{self, Script};
-use super::{Console, Options};
 use crate::board::Build as Firmware;
 use crate::failure::Failure;
 use crate::output;

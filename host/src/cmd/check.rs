@@ -2,15 +2,16 @@
 
 use clap::Args;
 
+use super::console::{Console, Options};
 use super::others::Others;
 use super::part::Choice;
-use super::{Console, Options, script};
+use super::script;
 use crate::failure::Failure;
 
 /// `pasapas check`
 #[derive(Debug, Args)]
 pub struct Check {
-    /// Scripts; `-` is standard input
+    /// Scripts and cells (NAME.cell.toml); `-` is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<String>,
     #[command(flatten)]
@@ -24,6 +25,9 @@ impl Check {
     /// A script has errors or cannot be read.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         each(&self.files, |file| {
+            if crate::scene::is_cell(file) {
+                return super::cell::check(file, options, console);
+            }
             let mut script = script::load(file, options, console)?;
             let compiled = script::compile_any(&script, console)?;
             Others::find(file, &script, options, console)?;

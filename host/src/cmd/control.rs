@@ -5,8 +5,9 @@ use std::time::Duration;
 use clap::Args;
 use lang::wire::{self, Control as Code, Exception, RunState, command};
 
+use super::console::{Console, Options};
+use super::library;
 use super::port::{Board, Port};
-use super::{Console, Options, library};
 use crate::client::ClientError;
 use crate::client::library::Called;
 use crate::client::status::state_name;

@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, TcpListener};
 
 use clap::Args;
 
-use super::{Console, Options};
+use super::console::{Console, Options};
 use crate::dap::{self, Setup};
 use crate::failure::Failure;
 

@@ -5,8 +5,8 @@ use lang::back::disasm::listing;
 use lang::image::{Image, crc_in, crc_of};
 use serde_json::json;
 
+use super::console::{Console, Options};
 use super::script::{self, Code};
-use super::{Console, Options};
 use crate::failure::Failure;
 use crate::input::code;
 use crate::render::Note;

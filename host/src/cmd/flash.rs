@@ -8,7 +8,7 @@ use emulator::Family;
 use indicatif::ProgressBar;
 use lang::part;
 
-use super::{Console, Options};
+use super::console::{Console, Options};
 use crate::board::image_file::Format;
 use crate::board::{BUILDS, Build, F5529, G2553};
 use crate::failure::Failure;

@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
+use super::console::{Console, Options};
 use super::control::{self, Action};
 use super::port::Board;
 use super::script::{self, Code};
-use super::{Console, Options, upload};
+use super::upload;
 use crate::client::upload::UploadError;
 use crate::client::{Client, ClientError};
 use crate::failure::Failure;

@@ -5,7 +5,7 @@ use lang::front::fmt::format;
 use lang::front::source::{MAX_SOURCE_BYTES, Source};
 
 use super::check::each;
-use super::{Console, Options};
+use super::console::{Console, Options};
 use crate::failure::Failure;
 use crate::input;
 use crate::output;

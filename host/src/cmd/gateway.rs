@@ -6,7 +6,8 @@ use std::path::Path;
 use clap::Args;
 use serde_json::json;
 
-use super::{Console, Options, script, upload};
+use super::console::{Console, Options};
+use super::{script, upload};
 use crate::client::Client;
 use crate::failure::Failure;
 use crate::gateway::config::{BoardSetting, ClientSetting};
@@ -203,6 +204,7 @@ impl Gateway {
                     from: "any".to_owned(),
                     units: None,
                     write: self.write.clone(),
+                    stop: true,
                     fresh: false,
                 });
                 config

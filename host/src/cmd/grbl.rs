@@ -8,9 +8,10 @@ use std::time::Duration;
 use clap::Args;
 use serde_json::json;
 
+use super::console::{Console, Options};
 use super::part::Choice;
 use super::port::Port;
-use super::{Console, Options, world};
+use super::world;
 use crate::board::live::{Live, LiveError};
 use crate::client::Client;
 use crate::failure::Failure;

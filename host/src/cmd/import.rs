@@ -4,11 +4,12 @@ use std::path::Path;
 
 use clap::Args;
 use import::{Imported, Severity};
+use lang::axis::Axis;
 use lang::front::source::Source;
 use lang::profile::Scale;
 use serde_json::json;
 
-use super::{Console, Options};
+use super::console::{Console, Options};
 use crate::failure::Failure;
 use crate::input;
 use crate::output;
@@ -48,6 +49,30 @@ pub struct Import {
     /// Let M3 and M5 follow a laser's S, for a board that has no feature for its power
     #[arg(long)]
     on_off: bool,
+    /// Of a drill file or a list of points: X or Y changes its sign, as a board's bottom side wants it
+    #[arg(long, value_name = "AXIS", ignore_case = true, value_parser = ["x", "y"])]
+    mirror: Option<String>,
+    /// Of a drill file or a list of points: move all places, after the mirror, by so many mm, such as 10,-5.5
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = shift)]
+    shift: Option<Shift>,
+}
+
+/// X and Y, um.
+type Shift = [i64; 2];
+
+/// `10,-5.5`: mm.
+fn shift(text: &str) -> Result<Shift, String> {
+    /// Further apart nothing lies that a drill file holds, mm.
+    const MOST: f64 = 10_000.0;
+    let wrong = || {
+        "write X and Y in mm with a comma between them, such as 10,-5.5; 10 m at most".to_owned()
+    };
+    let um = |text: &str| {
+        let mm = text.trim().trim_end_matches("mm").trim().parse::<f64>().ok()?;
+        (mm.abs() <= MOST).then(|| (mm * 1000.0).round() as i64)
+    };
+    let (x, y) = text.split_once(',').ok_or_else(wrong)?;
+    Ok([um(x).ok_or_else(wrong)?, um(y).ok_or_else(wrong)?])
 }
 
 fn format(name: &str) -> Result<import::Format, String> {
@@ -88,6 +113,13 @@ impl Import {
                 threshold: self.threshold,
             }),
             on_off: self.on_off,
+            turn: import::Turn {
+                mirror: self.mirror.as_deref().map(|axis| match axis.eq_ignore_ascii_case("x") {
+                    true => Axis::X,
+                    false => Axis::Y,
+                }),
+                shift: self.shift.unwrap_or_default(),
+            },
         };
         let inputs = [Some(self.file.as_ref()), profile.as_deref().map(Path::new)];
         output::keep_inputs(&[("-o", self.output.as_ref())], &inputs)?;
@@ -154,7 +186,16 @@ pub fn read(
 
 #[cfg(test)]
 mod tests {
-    use super::{Scale, scale};
+    use super::{Scale, scale, shift};
+
+    #[test]
+    fn shifts_are_two_numbers_of_mm() {
+        assert_eq!(shift("10,-5.5"), Ok([10_000, -5_500]));
+        assert_eq!(shift("-0.0004mm, 2mm"), Ok([0, 2_000]));
+        for wrong in ["", "10", "10;5", "a,5", "1,2,3", "10001,0", "nan,0", "inf,1"] {
+            assert!(shift(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn scales_are_steps_over_millimetres() {

@@ -3,8 +3,8 @@
 use clap::Args;
 use serde_json::json;
 
+use super::console::{Console, Options};
 use super::port::{Board, Port};
-use super::{Console, Options};
 use crate::client::ClientError;
 use crate::client::library::{Called, Library};
 use crate::client::upload::UploadError;

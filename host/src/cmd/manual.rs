@@ -4,7 +4,7 @@
 type Manual = (&'static str, &'static str, &'static str);
 
 /// Manuals by the word that asks for them.
-pub const MANUALS: [Manual; 7] = [
+pub const MANUALS: [Manual; 8] = [
     ("language", "the language", include_str!("../../../lang/README.md")),
     (
         "firmware",
@@ -13,6 +13,7 @@ pub const MANUALS: [Manual; 7] = [
     ),
     ("machines", "machine profiles", include_str!("../../profiles.md")),
     ("worlds", "scenarios for simulations", include_str!("../../worlds.md")),
+    ("cells", "cells: things around a machine, tests, proofs", include_str!("../../cell.md")),
     ("editing", "editors and the debugger", include_str!("../../editors.md")),
     ("browser", "the workbench, a page of the browser", include_str!("../../workbench.md")),
     ("servers", "the gateway and fleets", include_str!("../../gateway.md")),

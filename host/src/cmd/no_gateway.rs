@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::{Console, Options};
+use super::console::{Console, Options};
 use crate::failure::Failure;
 
 /// `pasapas gateway`: this tool was built without it (see the page of the gateway)

@@ -6,8 +6,8 @@ use lang::back::{self, Compiled};
 use lang::called;
 use lang::part::F5529;
 
+use super::console::{Console, Options};
 use super::script::{self, Script};
-use super::{Console, Options};
 use crate::client::library::name_of;
 use crate::failure::Failure;
 use crate::render::Note;

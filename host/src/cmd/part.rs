@@ -9,8 +9,9 @@ use lang::image::Image;
 use lang::part::{Lack, PARTS, Part, SHORT_PULSE_US, Signals};
 use lang::record::feature;
 
+use super::arcs;
+use super::console::Console;
 use super::script::Script;
-use super::{Console, arcs};
 use crate::board::{BUILDS, Build, DEFAULT, F5529};
 use crate::course::{self, Obstacle};
 use crate::failure::Failure;
@@ -65,7 +66,7 @@ impl Choice {
         }
         // What is too large for any board is simulated on the one that has all of the language.
         match lang::back::compile(&script.program) {
-            Ok(compiled) => Ok(self.fit(script, compiled, console)?.1.part),
+            Ok(compiled) => Ok(self.runs_on(script, compiled, console)?.1.part),
             Err(_) => Ok(self.or_default().part),
         }
     }
@@ -76,6 +77,19 @@ impl Choice {
     /// # Errors
     /// The part asked for lacks something that the program wants; that was written.
     pub fn fit(
+        self,
+        script: &mut Script,
+        compiled: Compiled,
+        console: &Console,
+    ) -> Result<(Compiled, &'static Build), Failure> {
+        if self.part.is_none() {
+            tell_room(script, &compiled, console)?;
+        }
+        self.runs_on(script, compiled, console)
+    }
+
+    /// The same without a word of parts that nobody asked for.
+    fn runs_on(
         self,
         script: &mut Script,
         mut compiled: Compiled,
@@ -132,6 +146,27 @@ impl Choice {
         unlimited(script, part, console)?;
         Ok((with_slow_points(script, compiled, part, console)?, build))
     }
+}
+
+/// Names the part that has room for a program's variables, where smaller ones have too little: nobody asked for a
+/// part, and nothing else tells which one to buy.
+fn tell_room(script: &Script, compiled: &Compiled, console: &Console) -> Result<(), Failure> {
+    let signals = Signals::from(&script.program.profile);
+    let Ok(image) = Image::new(&compiled.image) else { return Ok(()) };
+    let of_memory = |part: &Part| {
+        part.all_lacks(&image, signals).find(|lack| matches!(lack, Lack::Memory { .. }))
+    };
+    let Some((small, lack)) = PARTS.iter().find_map(|part| Some((part, of_memory(part)?))) else {
+        return Ok(());
+    };
+    let Some(large) = smallest(compiled, signals).map(|build| build.part) else { return Ok(()) };
+    let text = format!(
+        "this program runs on `{}` ({}): `{}` has too little room, {lack}",
+        large.name, large.chip.name, small.name
+    );
+    let place = script.program.vars.iter().max_by_key(|var| var.len).map(|var| var.span.clone());
+    let note = Note::in_source(&script.source, place.unwrap_or_default(), "B014", text).note();
+    console.note_in(&note.hint(remedy(lack)), &script.source)
 }
 
 /// The program with slow points where the part takes them; says why there are none of a program whose lines could

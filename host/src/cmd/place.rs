@@ -9,7 +9,7 @@ use import::placement::{self, List, Part, Side as PartSide, Unit};
 use lang::profile::Profile;
 use serde_json::json;
 
-use super::{Console, Options};
+use super::console::{Console, Options};
 use crate::failure::Failure;
 use crate::output;
 use crate::place::Placed;

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::{Console, Options};
+use super::console::{Console, Options};
 use crate::client::{Client, ClientError};
 use crate::failure::Failure;
 use crate::link::{self, Link};

@@ -8,8 +8,8 @@ use lang::record::{BoardRecord, MachineRecord};
 use lang::wire::{self, Exception};
 use serde_json::json;
 
+use super::console::{Console, Options};
 use super::port::{Board, Port};
-use super::{Console, Options};
 use crate::client::identity::differences;
 use crate::client::lock::words_of;
 use crate::failure::Failure;

@@ -15,7 +15,7 @@ use lang::part::F5529;
 use lang::profile::AxisProfile;
 use lang::record::feature;
 
-use super::{Console, Options};
+use super::console::{Console, Options};
 use crate::failure::Failure;
 use crate::input;
 use crate::output;

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use clap::Args;
 
+use super::console::{Console, Options};
 use super::port::Port;
-use super::{Console, Options};
 use crate::failure::Failure;
 use crate::output;
 use crate::selftest::{Ask, Plan, Report, Row, Trouble, Verdict, run};

@@ -5,20 +5,23 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::rc::Rc;
 
+use ::cell::vary::Deviation;
 use clap::{Args, ValueEnum};
 use lang::fault::Fault;
 use lang::profile::Profile;
 
+use super::console::{Console, Options};
 use super::others::Others;
 use super::part::Choice;
 use super::script::{self, Script};
-use super::{Console, Options, board_run, summary, world};
+use super::{board_run, cell, summary, world};
 use crate::failure::Failure;
 use crate::input::code;
 use crate::interrupt;
 use crate::output::{self, OutputFile};
 use crate::plot::{Form, Plot};
 use crate::render::Note;
+use crate::scene::Report;
 use crate::sim::trace::{Event, PerAxis, Status, What, write_line};
 use crate::sim::world::World;
 use crate::sim::{self, DEFAULT_LIMIT_US, Outcome, SimError};
@@ -40,6 +43,13 @@ pub struct Sim {
     /// Draw the path, inputs and outputs
     #[arg(long, value_name = "P.svg|P.html", value_parser = plot_file)]
     plot: Option<String>,
+    #[command(flatten)]
+    cell: cell::CellChoice,
+    #[command(flatten)]
+    cell_output: cell::CellOutput,
+    /// Run with this deviation, as `prove` prints it: "stuck tray.11 813ms"; several times for several
+    #[arg(long, value_name = "DEVIATION", value_parser = Deviation::parse)]
+    deviate: Vec<Deviation>,
     #[command(flatten)]
     part: Choice,
     /// Write every edge at the board's pins as a Value Change Dump (engine board)
@@ -83,7 +93,7 @@ fn plot_file(name: &str) -> Result<String, String> {
 }
 
 /// A time in us; a plain number is seconds.
-fn time(text: &str) -> Result<u64, String> {
+pub(super) fn time(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match &text[digits.len()..] {
         "us" => 1.0,
@@ -119,12 +129,21 @@ impl Sim {
             ("--trace", self.trace.as_ref()),
             ("--plot", self.plot.as_ref()),
             ("--vcd", self.vcd.as_ref()),
+            ("--cell-log", self.cell_output.cell_log.as_ref().filter(|name| *name != "-")),
+            ("--report", self.cell_output.report.as_ref()),
         ];
         script.keep_inputs(&self.file, options, self.world.as_deref(), &outputs)?;
         let others = Others::find(&self.file, &script, options, console)?;
         let beside: Vec<_> = others.list.iter().map(|other| Some(Path::new(&other.file))).collect();
         output::keep_inputs(&outputs, &beside)?;
+        let scene = self.cell.find(&self.file, &script, console)?;
+        output::keep_inputs(&outputs, &[scene.as_ref().map(|scene| Path::new(&scene.file))])?;
+        if scene.is_none() {
+            self.without_cell()?;
+        }
+        let scene = scene.map(|scene| scene.deviating(self.deviate.clone()));
         let world = world::load(self.world.as_deref(), World::unattended(), console)?;
+        let world = world.with_scene(scene);
         interrupt::watch();
         let prints = !console.json() && self.trace.as_deref() != Some("-");
         let listener = Listener::open(self.trace.as_deref(), prints.then_some(*console))?;
@@ -141,11 +160,38 @@ impl Sim {
         }
         let notes = outcome.unattended.notes(&script.program, |line| script.line_of_file(line));
         let to_stderr = self.trace.as_deref() == Some("-");
-        let engine = self.engine.name();
+        let engine = self.name(&world);
         summary::write(&self.file, engine, &script.program, &outcome, &notes, to_stderr, console)?;
+        if let Some(report) = &outcome.cell {
+            self.cell_output.write(&self.file, report, to_stderr, console)?;
+        }
         let rests = listener.borrow().rests;
         let file = others.file(outcome.program).unwrap_or(&self.file);
         verdict(file, &outcome, &script.program.profile, &rests, console)
+    }
+
+    /// The engine that runs it.
+    fn name(&self, world: &World) -> &'static str {
+        match self.engine {
+            // With a cell around it a script runs on the native machine, whatever translates it without one.
+            Engine::Rhai if world.scene().is_some() => Engine::Vm.name(),
+            engine => engine.name(),
+        }
+    }
+
+    /// Options that ask for something that only a cell gives.
+    fn without_cell(&self) -> Result<(), Failure> {
+        let asked = [
+            ("--cell-log", self.cell_output.cell_log.is_some()),
+            ("--report", self.cell_output.report.is_some()),
+            ("--deviate", !self.deviate.is_empty()),
+        ];
+        match asked.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Failure::Usage(format!(
+                "{option} needs a cell: write NAME.cell.toml beside the script, or give --cell FILE"
+            ))),
+            None => Ok(()),
+        }
     }
 
     fn simulate(
@@ -163,6 +209,11 @@ impl Sim {
             ..sim::Options::default()
         };
         let engine = match self.engine {
+            // The native machine has pins for a cell to hang on.
+            Engine::Rhai | Engine::Vm if world.scene().is_some() => {
+                let scene = (world, None, true);
+                return board_run::run(script, others, self.part, scene, &options, sink, console);
+            }
             Engine::Rhai => sim::Engine::Rhai,
             Engine::Vm => sim::Engine::Vm,
             Engine::Board | Engine::Machine => {
@@ -216,7 +267,10 @@ fn verdict(
     for failure in &outcome.failures {
         console.complain(&format!("expectation failed: {failure}"));
     }
-    let good = end.status == Status::Done && outcome.failures.is_empty();
+    let as_expected = outcome.cell.as_ref().is_none_or(Report::holds);
+    // A cell may expect another end than `done`: it judges the end itself then.
+    let ended = outcome.cell.as_ref().is_some_and(Report::judges_end) || end.status == Status::Done;
+    let good = ended && as_expected && outcome.failures.is_empty();
     if good { Ok(()) } else { Err(Failure::Run) }
 }
 

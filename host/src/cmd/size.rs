@@ -3,8 +3,8 @@
 use clap::Args;
 use serde_json::json;
 
+use super::console::{Console, Options};
 use super::part::Choice;
-use super::{Console, Options};
 use crate::board::size::{budget, sizes};
 use crate::failure::Failure;
 

@@ -7,8 +7,8 @@ use clap::Args;
 use lang::axis::Axis;
 use lang::wire::RunState;
 
+use super::console::{Console, Options};
 use super::port::{Board, Port};
-use super::{Console, Options};
 use crate::client::status::Status as State;
 use crate::failure::Failure;
 

@@ -20,10 +20,11 @@ use ended::Ended;
 use keep::KeepFile;
 use keys::{Key, Keys};
 
+use super::arcs;
+use super::console::{Console, Options};
 use super::port::{Board, Port};
 use super::script::{self, Script};
 use super::upload::compare;
-use super::{Console, Options, arcs};
 use crate::client::stream::Slots;
 use crate::failure::Failure;
 use crate::render::Note;

@@ -3,7 +3,7 @@
 use lang::hir::Program;
 use serde::Serialize;
 
-use super::Console;
+use super::console::Console;
 use crate::failure::Failure;
 use crate::plot::time;
 use crate::sim::Outcome;

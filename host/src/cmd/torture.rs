@@ -3,8 +3,8 @@
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
+use super::console::{Console, Options};
 use super::part::named;
-use super::{Console, Options};
 use crate::board::{BUILDS, Build};
 use crate::failure::Failure;
 use crate::torture::{KINDS, Length, Row, Settings};

@@ -15,10 +15,11 @@ use lang::hir::Var;
 use lang::image::crc_in;
 use lang::wire::{self, Control, Exception, RunState};
 
+use super::arcs;
+use super::console::{Console, Options};
 use super::others::Others;
 use super::port::{Board, Port};
 use super::script::{self, Script};
-use super::{Console, Options, arcs};
 use crate::client::identity::Identity;
 use crate::client::status::long;
 use crate::client::trace::{LineOf, Tracer};

@@ -12,10 +12,10 @@ use lang::profile::Profile;
 use lang::record::BoardRecord;
 use serde_json::json;
 
+use super::console::{Console, Options};
 use super::part;
 use super::port::{Board, Port};
 use super::script::{self, Code, Script};
-use super::{Console, Options};
 use crate::client::ClientError;
 use crate::client::identity;
 use crate::client::library::Called;

@@ -8,8 +8,9 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use clap::Args;
 use serde_json::json;
 
+use super::console::{Console, Options};
 use super::part::Choice;
-use super::{Console, Options, world};
+use super::world;
 use crate::board::live::{Live, LiveError};
 use crate::client::Client;
 use crate::failure::Failure;

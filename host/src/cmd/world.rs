@@ -1,6 +1,6 @@
 //! `--world`: the scenario around a simulated machine.
 
-use super::Console;
+use super::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use crate::render::Note;

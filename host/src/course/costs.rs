@@ -5,11 +5,6 @@ use lang::isa::Op;
 /// F, which is an effect of its own: a round of the main loop with a busy link, us.
 pub const FEED_US: u32 = 500;
 
-/// The main loop executes it, and not the VM's core: a round goes by.
-pub fn is_of_main_loop(op: Op) -> bool {
-    matches!(op, Op::Err | Op::Erl | Op::Course | Op::ToSteps | Op::ToLength)
-}
-
 /// us that an instruction takes on the chip at most, between interrupts.
 pub fn instruction_us(op: Op) -> u32 {
     match op {

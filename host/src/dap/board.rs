@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Duration;
 
 use lang::axis::Axis;
-use lang::image::{Image, crc_in};
+use lang::image::Image;
 use lang::record::BoardRecord;
 use lang::wire::{self, Control, RunState};
 
@@ -56,8 +56,7 @@ pub fn fits(board: &mut Board, loaded: &Loaded) -> Result<(), String> {
 pub fn holds(board: &mut Board, loaded: &Loaded) -> Result<bool, String> {
     let identity = board.identity().map_err(|error| error.to_string())?;
     identity.check()?;
-    let image = &loaded.compiled.image;
-    Ok((usize::from(identity.program_bytes), identity.program_crc) == (image.len(), crc_in(image)))
+    Ok(identity.holds(&loaded.compiled.image))
 }
 
 /// How a session meets the board's program.
@@ -346,7 +345,7 @@ impl Eye<'_> {
         };
         let ports = |on: &[u16]| (1..=16).map(|n| (n, on.contains(&(n as u16)))).collect();
         View {
-            us: 0,
+            timer: None,
             inputs: ports(&status.inputs),
             outputs: ports(&status.outputs),
             axes: Axis::ALL.into_iter().filter_map(axis).collect(),

@@ -89,6 +89,7 @@ impl Scope<'_> {
                     UnaryOp::Neg => Ok((kind, math::unary(Op::Neg, value).map_err(fault)?)),
                     UnaryOp::Not if kind == Kind::Truth => Ok((kind, i32::from(value == 0))),
                     UnaryOp::Not => Ok((kind, !value)),
+                    UnaryOp::Bit(bit) => Ok((Kind::Truth, value >> bit & 1)),
                 }
             }
             ExprKind::Binary(op, left, right) => {
@@ -179,7 +180,10 @@ impl Scope<'_> {
             Func::PosSt => axis().map(|axis| (Kind::Steps, axis.steps)),
             Func::Moving => axis().map(|axis| (Kind::Truth, axis.moving.into())),
             Func::Homed => axis().map(|axis| (Kind::Truth, axis.homed.into())),
-            Func::Timer => Ok((Kind::Time, i32::try_from(view.us / 1000).unwrap_or(i32::MAX))),
+            Func::Timer => view.timer.map(|ms| (Kind::Time, ms)).ok_or_else(|| {
+                "a board does not show TIMER(): write `t = TIMER()` in the script and watch `t`"
+                    .to_owned()
+            }),
             Func::Count => match args.first().map(|arg| &arg.kind) {
                 Some(ExprKind::Name(name)) => match self.names.look(self.line, &name.text) {
                     Some(Binding::Table(kinds, values)) => {

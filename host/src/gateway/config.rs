@@ -133,9 +133,16 @@ pub struct ClientSetting {
     /// What it may write.
     #[serde(default)]
     pub write: Vec<String>,
+    /// It may end motion (Stop, Pause, emergency stop), whatever else it may write.
+    #[serde(default = "yes")]
+    pub stop: bool,
     /// It gets nothing from memory.
     #[serde(default)]
     pub fresh: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// What is wrong: the text where it stands, and words.
@@ -345,6 +352,7 @@ impl ClientSetting {
             from: Network::parse(&self.from)?,
             units: self.units.clone(),
             write: Ranges::parse(self.write.iter().map(String::as_str))?,
+            stop: self.stop,
             fresh: self.fresh,
         })
     }

@@ -104,6 +104,17 @@ impl Touch {
         !(self.write || registers && talks.into_iter().any(|range| self.meets(range)))
     }
 
+    /// Whether it ends motion and does nothing else: what each client that sees a board may do.
+    pub fn only_stops(&self, pdu: &[u8]) -> bool {
+        let run = u32::from(wire::RUN_CONTROL);
+        let command = u32::from(wire::COMMAND);
+        let own = [run..run + 1, command..command + 2];
+        let inside = |range: &std::ops::Range<u32>| {
+            range.contains(&self.range().start) && self.range().end <= range.end
+        };
+        self.is_stop(pdu) && own.iter().any(inside)
+    }
+
     /// Whether it is one of the writes that end motion: they wait for nobody.
     pub fn is_stop(&self, pdu: &[u8]) -> bool {
         use wire::{Control, Direct, command};
@@ -201,7 +212,16 @@ mod tests {
             write_all(wire::COMMAND, &[command::DIRECT, 255]),
         ];
         for pdu in stops {
-            assert!(Touch::of(&pdu).expect("good").is_stop(&pdu), "{pdu:?}");
+            let touch = Touch::of(&pdu).expect("good");
+            assert!(touch.is_stop(&pdu) && touch.only_stops(&pdu), "{pdu:?}");
+        }
+        // These write more than what ends motion.
+        for pdu in [
+            write_all(wire::RUN_CONTROL, &[Control::Stop as u16, 1]),
+            write_all(wire::RUN_CONTROL - 1, &[1, Control::Stop as u16]),
+            write_all(wire::COMMAND, &[command::STOP_AXES, 7, 1]),
+        ] {
+            assert!(!Touch::of(&pdu).expect("good").only_stops(&pdu), "{pdu:?}");
         }
         let others = [
             one(Control::Start as u8),

@@ -1,6 +1,7 @@
 //! What a client may do: by its network address, which boards it sees and which addresses it writes.
 //!
-//! Modbus knows no login, so nothing may be written unless the gateway's file says so.
+//! Modbus knows no login, so nothing may be written unless the gateway's file says so. What ends motion is the one
+//! exception: whoever sees a board may stop it, unless the file forbids that.
 
 use std::net::IpAddr;
 use std::ops::Range;
@@ -135,15 +136,17 @@ pub struct Rule {
     pub units: Option<Vec<u8>>,
     /// What they may write.
     pub write: Ranges,
+    /// They may end motion, whatever else they may write.
+    pub stop: bool,
     /// They get nothing from memory.
     pub fresh: bool,
 }
 
 impl Rule {
-    /// What holds for whom no rule is there: everything may be read, nothing written.
+    /// What holds for whom no rule is there: everything may be read and stopped, nothing else written.
     pub fn reader() -> Rule {
         let from = Network { address: 0, bits: 0 };
-        Rule { from, units: None, write: Ranges::default(), fresh: false }
+        Rule { from, units: None, write: Ranges::default(), stop: true, fresh: false }
     }
 
     /// Whether it lets a unit be seen.

@@ -11,6 +11,7 @@ use super::{Config, Running};
 use crate::client::Client;
 use crate::link::adu::Mbap;
 use crate::link::{Link, Mode};
+use lang::wire::Control;
 
 /// Everything of these tests ends long before this, on a loaded machine too.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -147,6 +148,31 @@ fn a_stop_reaches_a_board_whose_reply_was_lost_at_once() {
         assert_eq!(guest.ask(1, &stop), [0x86, 0x0B]);
     }
     assert!(heard(&memory) - exchanges <= 6, "{}", heard(&memory) - exchanges);
+}
+
+#[test]
+fn who_sees_a_board_may_stop_it_and_no_more() {
+    let [high, low] = lang::wire::RUN_CONTROL.to_be_bytes();
+    let (start, stop, emergency) = (
+        [6, high, low, 0, 1],
+        [6, high, low, 0, 2],
+        [6, high, low, 0, Control::EmergencyStop as u8],
+    );
+    let stop_and_more = [16, high, low, 0, 2, 4, 0, 2, 0, 1];
+    for rule in ["", "[[client]]\nfrom = \"any\"\nwrite = [\"coils 0..3\"]\n"] {
+        let (_, running) = stand(1, rule);
+        let mut guest = Guest::new(running.address());
+        assert_eq!(guest.ask(1, &stop), stop, "{rule}");
+        assert_eq!(guest.ask(1, &emergency), emergency, "{rule}");
+        let code = if rule.is_empty() { 1 } else { 2 };
+        assert_eq!(guest.ask(1, &start), [0x86, code], "{rule}");
+        assert_eq!(guest.ask(1, &stop_and_more), [0x90, code], "{rule}");
+    }
+    let (memory, running) = stand(2, "[[client]]\nfrom = \"any\"\nunits = [1]\nstop = false\n");
+    let mut guest = Guest::new(running.address());
+    assert_eq!(guest.ask(1, &stop), [0x86, 1]);
+    assert_eq!(guest.ask(2, &stop), [0x86, 0x0A], "a unit that it does not see");
+    assert_eq!(heard(&memory), 0);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Completion: what may be written at a place.
 
 use lang::front::index::Sort;
+use lang::front::token::{Sign, Tok};
 use lang::front::words::{ArgKind, Class, Func, Kw};
 use lang::kind::Kind;
 use lang::profile::BUILT_IN;
@@ -16,8 +17,10 @@ enum Place {
     Nothing,
     /// A statement begins.
     Statement,
-    /// A value.
-    Value,
+    /// A value begins; what its place wants comes first.
+    Value(Wants),
+    /// Behind a value: an operator, or the next part of the statement.
+    Behind,
     /// One of these words.
     Words(Vec<&'static str>),
     /// An axis letter.
@@ -28,8 +31,31 @@ enum Place {
     Named(&'static [Sort]),
 }
 
-/// What may be written at a place.
+/// What an argument wants before all other values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Wants {
+    #[default]
+    Any,
+    /// An input's name.
+    Input,
+    /// An output's name.
+    Output,
+    /// ON, OFF.
+    State,
+    /// ON, OFF, RISE, FALL.
+    Edge,
+}
+
+/// What may be written at a place, in the order in which to show it: editors sort by the labels, unless they are told.
 pub fn complete(document: &Document, position: Position) -> Vec<CompletionItem> {
+    let mut items = found(document, position);
+    for (n, item) in items.iter_mut().enumerate() {
+        item.sort_text = Some(format!("{n:05}"));
+    }
+    items
+}
+
+fn found(document: &Document, position: Position) -> Vec<CompletionItem> {
     if document.imported().is_some() {
         return Vec::new();
     }
@@ -55,19 +81,65 @@ pub fn complete(document: &Document, position: Position) -> Vec<CompletionItem> 
             }));
             items
         }
-        Place::Value => {
-            let operators = Kw::ALL.iter().filter(|kw| kw.entry().class == Class::Operator);
+        Place::Value(wants) => values(document, start, wants),
+        Place::Behind => {
+            let operators = Kw::ALL.iter().filter(|kw| is_binary(**kw));
             let mut items: Vec<_> = operators.map(|kw| keyword(*kw)).collect();
-            items.push(keyword(Kw::On));
-            let parts =
-                [Kw::Then, Kw::To, Kw::Step, Kw::As, Kw::At, Kw::Until, Kw::While, Kw::Else];
-            items.extend(parts.map(keyword));
-            items.extend(Func::ALL.iter().map(|func| function(*func)));
-            items.extend(ports(document));
-            items.extend(names(document, start, |sort| !matches!(sort, Sort::Sub | Sort::Label)));
+            items.extend(PARTS.map(keyword));
             items
         }
     }
+}
+
+/// Words that part a statement behind a value.
+const PARTS: [Kw; 8] = [Kw::Then, Kw::To, Kw::Step, Kw::As, Kw::At, Kw::Until, Kw::While, Kw::Else];
+
+fn is_binary(kw: Kw) -> bool {
+    kw.entry().class == Class::Operator && !matches!(kw, Kw::Not | Kw::True | Kw::False | Kw::Off)
+}
+
+/// Values: what the place wants, the script's names, the profile's, constants, functions.
+fn values(document: &Document, start: u32, wants: Wants) -> Vec<CompletionItem> {
+    let states = [Kw::On, Kw::Off];
+    let mut items = Vec::new();
+    match wants {
+        Wants::Any => {}
+        Wants::State => items.extend(states.map(keyword)),
+        Wants::Edge => items.extend([Kw::On, Kw::Off, Kw::Rise, Kw::Fall].map(keyword)),
+        Wants::Input | Wants::Output => {
+            let (sort, output) = match wants {
+                Wants::Input => (Sort::Input, false),
+                _ => (Sort::Output, true),
+            };
+            items.extend(names(document, start, |own| own == sort));
+            items.extend(ports(document, |own| own == output));
+        }
+    }
+    let mut others = names(document, start, |sort| !matches!(sort, Sort::Sub | Sort::Label));
+    others.extend(ports(document, |_| true));
+    others.extend([Kw::On, Kw::Off, Kw::True, Kw::False, Kw::Not].map(keyword));
+    others.extend(Func::ALL.iter().map(|func| function(*func)));
+    others.retain(|item| items.iter().all(|first| first.label != item.label));
+    items.extend(others);
+    items
+}
+
+/// Whether a value stands directly before a place, so that none begins there.
+fn value_stands(document: &Document, start: u32) -> bool {
+    let tokens = document.tokens();
+    let until = tokens.partition_point(|t| t.span.start < start && t.span.end <= start);
+    let last = tokens[..until].iter().rev().find(|token| !token.tok.is_trivia());
+    last.is_some_and(|token| match token.tok {
+        Tok::Number | Tok::Text | Tok::Sign(Sign::Close | Sign::CloseBracket) => true,
+        Tok::Kw(Kw::On | Kw::Off | Kw::True | Kw::False) => true,
+        Tok::Name => {
+            let key = token.span.of(document.source().text()).to_ascii_lowercase();
+            let index = document.index();
+            let symbol = index.look(index.routine_at(document.source().line(start)), &key);
+            symbol.is_none_or(|n| index.symbols()[n].sort != Sort::Sub)
+        }
+        _ => false,
+    })
 }
 
 /// Finds out what a word that begins at `start` is to be.
@@ -97,7 +169,7 @@ fn place(document: &Document, start: u32) -> Place {
         ["DO" | "LOOP", ..] => return Place::Words(vec!["WHILE", "UNTIL"]),
         ["START"] => return Place::Words(vec!["MoveAxe", "MoveRel"]),
         ["ERROR", "ON"] => return Place::Words(vec!["GOTO", "STOP"]),
-        ["EVERY", "ON"] => return Place::Value,
+        ["EVERY", "ON"] => return Place::Value(Wants::Any),
         ["ON"] if words.len() == 1 => return Place::Words(vec!["ERROR", "IN", "EVERY"]),
         ["AS", ..] => return Place::Words(Kind::ALL.iter().map(|kind| kind.name()).collect()),
         ["GOTO", ..] => return Place::Target { subs: false },
@@ -109,8 +181,11 @@ fn place(document: &Document, start: u32) -> Place {
     if begins_statement(before) {
         return Place::Statement;
     }
+    if value_stands(document, start) {
+        return Place::Behind;
+    }
     let Some(Call { callee, argument }) = Call::around(document, start) else {
-        return Place::Value;
+        return Place::Value(Wants::Any);
     };
     match callee {
         Callee::Builtin(func) => match func.args().get(argument) {
@@ -118,14 +193,23 @@ fn place(document: &Document, start: u32) -> Place {
             Some(ArgKind::Table) => Place::Named(&[Sort::Table]),
             _ if matches!(func, Func::In) => Place::Named(&[Sort::Input]),
             _ if matches!(func, Func::Out) => Place::Named(&[Sort::Output]),
-            _ => Place::Value,
+            _ => Place::Value(Wants::Any),
         },
         Callee::Statement(kw) => {
             let first = kw.entry().usage.split(' ').nth(1).unwrap_or("");
             let axis = first.trim_matches(['[', ']', ',']) == "axis";
-            if axis && (argument == 0 || kw == Kw::Home) { Place::Axis } else { Place::Value }
+            if axis && (argument == 0 || kw == Kw::Home) {
+                return Place::Axis;
+            }
+            Place::Value(match (kw, argument) {
+                (Kw::SetOut | Kw::Pulse, 0) => Wants::Output,
+                (Kw::SetOut, 1) | (Kw::Motors, 0) => Wants::State,
+                (Kw::WaitIn, 0) => Wants::Input,
+                (Kw::WaitIn, 1) => Wants::Edge,
+                _ => Wants::Any,
+            })
         }
-        Callee::Routine(_) => Place::Value,
+        Callee::Routine(_) => Place::Value(Wants::Any),
     }
 }
 
@@ -165,13 +249,13 @@ fn names(document: &Document, offset: u32, wanted: impl Fn(Sort) -> bool) -> Vec
     seen.filter(|symbol| wanted(symbol.sort)).map(item).collect()
 }
 
-/// Inputs and outputs that the profile names.
-fn ports(document: &Document) -> Vec<CompletionItem> {
+/// Inputs (`false`) and outputs (`true`) that the profile names.
+fn ports(document: &Document, wanted: impl Fn(bool) -> bool) -> Vec<CompletionItem> {
     let Some(profile) = &document.analysis().profile else { return Vec::new() };
     let inputs = profile.inputs.iter().map(|port| (&port.name, "INPUT", port.n));
     let outputs = profile.outputs.iter().map(|port| (&port.name, "OUTPUT", port.n));
     let item = |(name, what, n): (&Option<String>, &str, i32)| {
-        let name = name.as_deref()?;
+        let name = name.as_deref().filter(|_| wanted(what == "OUTPUT"))?;
         Some(item(
             name,
             CompletionItemKind::CONSTANT,

@@ -120,7 +120,7 @@ const fn of_sort(sort: Sort) -> (Paint, u32) {
 fn of_token(tok: Tok, text: &str) -> Option<(Paint, u32, u32)> {
     let plain = |paint| Some((paint, 0, 0));
     match tok {
-        Tok::Number => plain(Paint::Number),
+        Tok::Number | Tok::Bit => plain(Paint::Number),
         Tok::Text => plain(Paint::Text),
         Tok::Comment | Tok::GComment => plain(Paint::Comment),
         Tok::Continuation => text.find('\'').map(|at| (Paint::Comment, 0, at as u32)),

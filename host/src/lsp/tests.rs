@@ -279,6 +279,48 @@ fn completion_knows_what_a_place_wants() {
     editor.close();
 }
 
+/// What the place wants comes first, and in the order of `sortText`, which editors go by.
+#[test]
+fn completion_begins_with_what_the_place_wants() {
+    let mut editor = Editor::new();
+    editor.open(
+        "DIM px AS LENGTH\nOUTPUT pump = 3\nINPUT door = 4\nSetOut \nSetOut pump, \npx = \nWaitIn \nWaitIn 1, \npx = px \nIF IN(1) \npx = 2mm + \nWaitIn door, RISE\n",
+    );
+    let mut labels = |line, character| -> Vec<String> {
+        let items = editor.at("textDocument/completion", line, character);
+        let items = items.as_array().cloned().unwrap_or_default();
+        let text = |item: &Value, key: &str| item[key].as_str().expect("a text").to_owned();
+        let sorts: Vec<_> = items.iter().map(|item| text(item, "sortText")).collect();
+        assert!(sorts.is_sorted(), "{sorts:?}");
+        items.iter().map(|item| text(item, "label")).collect()
+    };
+    let before = |list: &[String], first: &str, then: &str| {
+        let at = |label: &str| list.iter().position(|own| own == label).expect("it is there");
+        at(first) < at(then)
+    };
+    assert_eq!(labels(3, 7)[0], "pump");
+    assert!(before(&labels(3, 7), "pump", "door"));
+    assert_eq!(labels(4, 13)[..2], ["ON", "OFF"]);
+    assert_eq!(labels(5, 5)[0], "px");
+    assert_eq!(labels(6, 7)[0], "door");
+    assert_eq!(labels(7, 10)[..4], ["ON", "OFF", "RISE", "FALL"]);
+    for (line, character) in [(3, 7), (4, 13), (5, 5), (6, 7), (7, 10), (10, 11)] {
+        let list = labels(line, character);
+        assert!(
+            !list.iter().any(|label| ["AND", "OR", "XOR", "MOD", "THEN"].contains(&&**label)),
+            "{list:?}"
+        );
+        let mut once = list.clone();
+        once.sort();
+        once.dedup();
+        assert_eq!(once.len(), list.len(), "one of them is there twice: {list:?}");
+    }
+    // Behind a value no other one begins.
+    assert_eq!(labels(8, 8)[..3], ["AND", "OR", "XOR"]);
+    assert!(labels(9, 9).contains(&"THEN".to_owned()) && !labels(9, 9).contains(&"px".to_owned()));
+    editor.close();
+}
+
 #[test]
 fn hover_tells_kinds_values_and_registers() {
     let mut editor = Editor::new();

@@ -99,6 +99,7 @@ fn outcome() -> Outcome {
         unattended: Default::default(),
         program: 0,
         onward: None,
+        cell: None,
     }
 }
 

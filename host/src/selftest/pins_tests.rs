@@ -81,6 +81,10 @@ fn jumpers(words: &str, rig: &mut Rig, loses: u32, dir: u8) {
             Jumper::new(pins.enable, first),
             Jumper::new(STEP, second),
         ],
+        // Of the chain.
+        _ if words.starts_with("output 1") => {
+            vec![Jumper::of_output(1, first), Jumper::new(STEP, second)]
+        }
         _ if words.starts_with("the PWM") => {
             vec![Jumper::new(PWM, first), Jumper::new(PWM, second)]
         }
@@ -94,13 +98,18 @@ struct Seeded {
     tears: bool,
     loses: u32,
     dir: u8,
+    /// The profile, of which `pulse_us` is `pulse`.
+    profile: &'static str,
+    pulse: u8,
 }
 
-const WHOLE: Seeded = Seeded { fault: |_| {}, tears: false, loses: 0, dir: DIR };
+const WHOLE: Seeded =
+    Seeded { fault: |_| {}, tears: false, loses: 0, dir: DIR, profile: "thesis", pulse: 3 };
 
 fn measured(seeded: &Seeded, plan: Plan) -> Report {
-    let thesis = Profile::built_in("thesis").expect("built in");
-    let (rig, client) = board_of(&F5529, &wires(Some), &thesis);
+    let mut profile = Profile::built_in(seeded.profile).expect("built in");
+    profile.pulse_us = seeded.pulse;
+    let (rig, client) = board_of(&F5529, &wires(Some), &profile);
     let link = Faulty {
         link: client.into_link(),
         rig: Rc::clone(&rig),
@@ -118,14 +127,18 @@ fn measured(seeded: &Seeded, plan: Plan) -> Report {
 
 #[test]
 fn a_virtual_board_makes_the_pulses_that_it_counts() {
-    let report = measured(&WHOLE, PLAN);
-    assert_eq!(bad(&report), [""; 0], "{:#?}", report.rows);
-    assert_eq!(report.revision, 0x18);
-    let left: Vec<_> =
-        report.rows.iter().filter(|row| matches!(row.verdict, Verdict::Left(_))).collect();
-    assert_eq!(left.len(), 2, "{left:#?}");
-    for row in report.rows {
-        println!("{}: {} ({})", row.check, row.found, row.expected);
+    for profile in ["thesis", "mill"] {
+        let report = measured(&Seeded { profile, ..WHOLE }, PLAN);
+        assert_eq!(bad(&report), [""; 0], "{profile}: {:#?}", report.rows);
+        assert_eq!(report.revision, 0x18);
+        let left: Vec<_> =
+            report.rows.iter().filter(|row| matches!(row.verdict, Verdict::Left(_))).collect();
+        assert_eq!(left.len(), 2, "{profile}: {left:#?}");
+        // The chain stops by the millisecond: what it takes lies above the pin's bound.
+        let stop = report.rows.iter().find(|row| row.check.starts_with("last step"));
+        let ms = stop.and_then(|row| row.found.split(' ').next()?.parse::<f64>().ok());
+        let ms = ms.unwrap_or_else(|| panic!("{profile}: {stop:?}"));
+        assert!(if profile == "mill" { ms > 0.2 } else { ms <= 0.15 }, "{profile}: {ms} ms");
     }
 }
 
@@ -147,9 +160,10 @@ fn each_fault_at_a_pin_is_found_by_its_check() {
         &Seeded { loses: 10_000, ..WHOLE },
         &["pulses counted at the pin, X alone", "the same, all axes on their own"],
     );
-    // Pulses that are too short.
-    let short: Fault = |board| step_word(board, 20, 10);
-    check(&Seeded { fault: short, ..WHOLE }, &["width of a pulse"]);
+    // Pulses that are too short, of a profile that wants long ones: 5 us for 8. No pulse can be made shorter than 3 us.
+    let short: Fault = |board| step_word(board, 20, 125);
+    check(&Seeded { pulse: 8, ..WHOLE }, &[]);
+    check(&Seeded { fault: short, pulse: 8, ..WHOLE }, &["width of a pulse"]);
     // DIR comes with STEP.
     let report = measured(&Seeded { dir: STEP, ..WHOLE }, plan);
     assert!(bad(&report).contains(&"from DIR to STEP"), "{:#?}", report.rows);

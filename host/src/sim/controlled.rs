@@ -3,10 +3,10 @@
 
 use lang::effect::Effect;
 use lang::fault::Fault;
+#[cfg(feature = "desktop")]
+use lang::part::F5529;
 use lang::profile::Profile;
 
-#[cfg(feature = "desktop")]
-use super::Rules;
 use super::machine::Machine as Model;
 #[cfg(feature = "desktop")]
 use super::native::Native;
@@ -15,7 +15,7 @@ use super::step::Step;
 use super::unattended::Unattended;
 use super::view::View;
 use super::world::{Registers, World};
-use super::{End, Options, SimError, Sink};
+use super::{End, Options, Rules, SimError, Sink};
 use crate::course::LineEnds;
 
 /// See the module.
@@ -38,6 +38,46 @@ macro_rules! of_each {
     };
 }
 
+/// The firmware's machine, which is the MSP430F5529's alone.
+#[cfg(feature = "desktop")]
+fn firmware(
+    profile: &Profile,
+    world: &World,
+    options: &Options,
+    texts: Vec<String>,
+    registers: &Registers,
+    sink: Sink,
+) -> Result<Machine, SimError> {
+    if options.part.name != F5529.name {
+        return Err(SimError::Engine(format!(
+            "the firmware's rules are those of the {}, and the run is to show the times of the {}: run it with the \
+             model's rules, or on the emulated board (`--engine board`)",
+            F5529.name, options.part.name
+        )));
+    }
+    if world.scene().is_some() {
+        return Err(SimError::Engine(
+            "a cell stands around a board only: run it with `--engine machine` or `--engine board`"
+                .to_owned(),
+        ));
+    }
+    let own = Native::new(profile, world, options, texts, registers, sink)?;
+    Ok(Machine::Native(Box::new(own)))
+}
+
+/// Without the feature `desktop` there is no chip for the firmware's machine.
+#[cfg(not(feature = "desktop"))]
+fn firmware(
+    _: &Profile,
+    _: &World,
+    _: &Options,
+    _: Vec<String>,
+    _: &Registers,
+    _: Sink,
+) -> Result<Machine, SimError> {
+    Err(SimError::Engine("this build has the model's rules only".to_owned()))
+}
+
 impl Machine {
     /// A machine at power-up; `texts` are those of PRINT, by index, `registers` the AT variables.
     ///
@@ -51,10 +91,8 @@ impl Machine {
         registers: &Registers,
         sink: Sink,
     ) -> Result<Machine, SimError> {
-        #[cfg(feature = "desktop")]
         if options.rules == Rules::Firmware {
-            let own = Native::new(profile, world, options, texts, registers, sink)?;
-            return Ok(Machine::Native(Box::new(own)));
+            return firmware(profile, world, options, texts, registers, sink);
         }
         let own = Model::new(profile, world, options, texts, registers, sink)?;
         Ok(Machine::Model(Box::new(own)))
@@ -75,6 +113,10 @@ impl Machine {
     }
 
     /// Whether the program has a handler for errors from now on.
+    #[cfg_attr(
+        not(feature = "desktop"),
+        expect(unused_variables, reason = "the model asks the engine")
+    )]
     pub fn set_handled(&mut self, on: bool) {
         match self {
             #[cfg(feature = "desktop")]

@@ -347,7 +347,7 @@ impl Native {
         let input = |n: i32| (n, controller.input(n as u8));
         let output = |n: i32| (n, controller.io.outputs >> (n - 1) & 1 != 0);
         View {
-            us: self.now_us(),
+            timer: Some(controller.program.timer),
             inputs: (1..=wiring.inputs().min(16)).map(input).collect(),
             outputs: (1..=wiring.outputs().min(16)).map(output).collect(),
             axes: self.profile.axes().map(|(letter, _)| axis(letter)).collect(),

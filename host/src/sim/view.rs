@@ -20,8 +20,8 @@ pub struct AxisView {
 /// What can be seen of a machine at an instant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct View {
-    /// Time since the run began, us.
-    pub us: u64,
+    /// TIMER, ms; none of a board, which has no register for it.
+    pub timer: Option<i32>,
     /// Inputs: number and state.
     pub inputs: Vec<(i32, bool)>,
     /// Outputs: number and state.

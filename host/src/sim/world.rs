@@ -22,6 +22,7 @@ pub use self::functions::FUNCTIONS;
 use self::plan::{Job, Plan};
 pub use self::registers::{Registers, put};
 use super::trace::PerAxis;
+use crate::scene::Scene;
 
 /// A press that is not held, us.
 pub const PRESS_US: u64 = 100_000;
@@ -125,6 +126,8 @@ pub struct World {
     unattended: bool,
     /// Reference switches, steps from power-up; what the script says comes before.
     switches: [Option<i32>; 3],
+    /// The cell that the machine stands in.
+    scene: Option<Scene>,
 }
 
 impl World {
@@ -146,6 +149,21 @@ impl World {
         self.unattended
     }
 
+    /// Its name in diagnostics.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Its script.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// See [`World::with_switches`].
+    pub fn switches(&self) -> [Option<i32>; 3] {
+        self.switches
+    }
+
     /// Whether there is no script.
     pub fn is_empty(&self) -> bool {
         self.source.is_empty()
@@ -155,6 +173,16 @@ impl World {
     /// not say.
     pub fn with_switches(self, switches: [Option<i32>; 3]) -> World {
         World { switches, ..self }
+    }
+
+    /// The same world with a cell around the machine.
+    pub fn with_scene(self, scene: Option<Scene>) -> World {
+        World { scene, ..self }
+    }
+
+    /// The cell around the machine.
+    pub fn scene(&self) -> Option<&Scene> {
+        self.scene.as_ref()
     }
 
     /// Takes a script; `file` is the name in diagnostics.
@@ -181,10 +209,10 @@ impl World {
         let plan = Rc::new(RefCell::new(Plan::default()));
         plan.borrow_mut().switches = self.switches;
         plan.borrow_mut().registers = registers.clone();
-        let (file, unattended) = (self.file.clone(), self.unattended);
+        let (file, unattended, scene) = (self.file.clone(), self.unattended, self.scene.clone());
         if self.is_empty() {
             let (engine, ast) = (Engine::new_raw(), AST::empty());
-            return Ok(Scenario { file, unattended, engine, ast, plan });
+            return Ok(Scenario { file, unattended, scene, engine, ast, plan });
         }
         let mut engine = engine();
         functions::register(&mut engine, &plan);
@@ -194,7 +222,7 @@ impl World {
             (used.get() > TOTAL_OPERATIONS).then(rhai::Dynamic::default)
         });
         let ast = compile(&engine, self)?;
-        let scenario = Scenario { file, unattended, engine, ast, plan };
+        let scenario = Scenario { file, unattended, scene, engine, ast, plan };
         scenario
             .engine
             .run_ast_with_scope(&mut Scope::new(), &scenario.ast)
@@ -240,6 +268,7 @@ fn compile(engine: &Engine, world: &World) -> Result<AST, WorldError> {
 pub struct Scenario {
     file: String,
     unattended: bool,
+    scene: Option<Scene>,
     engine: Engine,
     ast: AST,
     plan: Rc<RefCell<Plan>>,
@@ -293,15 +322,20 @@ impl Scenario {
 
     /// Whether nobody and nothing is there: see [`World::unattended`].
     pub fn is_unattended(&self) -> bool {
-        self.unattended
+        self.unattended || self.plan.borrow().unattended
     }
 
     /// The program waits for Start since `since_us`: in an unattended world it is pressed a second
     /// later, or now if that is past. Gives whether it will be.
     pub fn waits_for_start(&self, since_us: u64) -> bool {
         let press = Job::Press(Button::Start, PRESS_US);
-        self.unattended
+        self.is_unattended()
             && self.plan.borrow_mut().schedule(since_us + UNATTENDED_PRESS_US, press).is_ok()
+    }
+
+    /// The cell around the machine.
+    pub fn scene(&self) -> Option<&Scene> {
+        self.scene.as_ref()
     }
 
     /// Where `switch_at` put the axis's reference switch: steps from the place at power-up.

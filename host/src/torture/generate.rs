@@ -106,9 +106,12 @@ impl Writer<'_> {
 
     fn program(&mut self) {
         let errors = self.tape.chance(9) && self.has(feature::LINES);
-        self.line("DIM va, vb, vc, len AS LENGTH, ia, ib");
+        let first = self.tape.of(&["", "", " = 3", " = -1 + 6"]);
+        self.line(&format!("DIM va{first}, vb, vc, len AS LENGTH, ia, ib"));
+        self.line("DIM tm AS TIMER");
         if self.arrays {
-            self.line("DIM cells(3)");
+            let values = self.tape.of(&["", "", " = 7, va", " = 1, 2, vb - 1"]);
+            self.line(&format!("DIM cells(3){values}"));
         }
         let keeps = self.tape.chance(4) && self.has(feature::KEEP);
         if keeps {
@@ -213,7 +216,8 @@ impl Writer<'_> {
         let functions = std::mem::take(&mut self.functions);
         for n in 0..functions {
             self.line(&format!("FUNCTION fun_{n}(arg)"));
-            self.line("DIM loc");
+            let value = self.tape.of(&["", "", " = arg", " = 2"]);
+            self.line(&format!("DIM loc{value}"));
             self.counters = 0;
             self.simple();
             if self.tape.chance(6) {
@@ -228,7 +232,8 @@ impl Writer<'_> {
         }
         for n in 0..subs {
             self.line(&format!("SUB sub_{n}(arg)"));
-            self.line("DIM loc");
+            let value = self.tape.of(&["", "", " = arg", " = 2"]);
+            self.line(&format!("DIM loc{value}"));
             self.counters = 0;
             self.block(2, 1);
             if self.tape.chance(5) {
@@ -346,10 +351,18 @@ impl Writer<'_> {
     /// A statement without a block.
     fn simple(&mut self) {
         match self.tape.pick(20) {
-            0..=4 => {
+            0..=3 => {
                 let value = self.number(3);
                 let name = self.number_name();
                 self.line(&format!("{name} = {value}"));
+            }
+            4 if self.tape.chance(8) => {
+                let (name, bit) = (self.number_name(), self.tape.of(&["0", "3", "31"]));
+                let state = self.truth(1);
+                match self.tape.chance(4) {
+                    true => self.line("tm = 0s"),
+                    false => self.line(&format!("{name}.{bit} = {state}")),
+                }
             }
             5 if self.arrays => {
                 let (at, value) = (self.tape.of(&["0", "2", "va", "(vb AND 1)"]), self.number(2));
@@ -397,6 +410,12 @@ impl Writer<'_> {
                     let condition = self.truth(0);
                     self.line(&format!("IF {condition} THEN GOTO fin"));
                 }
+            }
+            // Its cell would be that of what was interrupted.
+            13 if !self.in_handler => {
+                let condition = self.truth(1);
+                let time = self.tape.of(&["5ms", "3ms", "0ms", "1ms * vb"]);
+                self.line(&format!("WAIT UNTIL {condition}, {time}"));
             }
             _ => self.machine(),
         }

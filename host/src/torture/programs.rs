@@ -31,6 +31,7 @@ const OPTIONS: Options = Options {
     limit_us: 60_000_000,
     times: true,
     record: false,
+    judged: true,
     statements: 4_000,
     statement_us: STATEMENT_US,
     part: F5529,

@@ -23,6 +23,9 @@ const TURNS: usize = 3;
 /// Asked now and then whether it is enough; it is told whether the program may loop for ever.
 pub type Ended = Rc<dyn Fn(bool) -> bool>;
 
+/// Told of each statement: its line, and the simulated time, us.
+pub type Told = Rc<dyn Fn(u32, u64)>;
+
 /// See the module.
 pub struct Budget {
     /// Statements that may be executed.
@@ -31,17 +34,35 @@ pub struct Budget {
     pub all: bool,
     /// When it is enough.
     pub ended: Ended,
+    /// Who is told how far it is.
+    pub told: Told,
 }
 
 impl Budget {
     /// A look at each pause in typing.
     pub fn live(ended: impl Fn(bool) -> bool + 'static) -> Budget {
-        Budget { statements: LIVE_STATEMENTS, all: false, ended: Rc::new(ended) }
+        Budget {
+            statements: LIVE_STATEMENTS,
+            all: false,
+            ended: Rc::new(ended),
+            told: Rc::new(|_, _| ()),
+        }
     }
 
     /// A longer look at the same text, as far as it goes.
     pub fn long(ended: impl Fn(bool) -> bool + 'static) -> Budget {
-        Budget { statements: LONG_STATEMENTS, all: true, ended: Rc::new(ended) }
+        Budget {
+            statements: LONG_STATEMENTS,
+            all: true,
+            ended: Rc::new(ended),
+            told: Rc::new(|_, _| ()),
+        }
+    }
+
+    /// The same with somebody who is told of each statement.
+    #[must_use]
+    pub fn telling(self, told: impl Fn(u32, u64) + 'static) -> Budget {
+        Budget { told: Rc::new(told), ..self }
     }
 }
 

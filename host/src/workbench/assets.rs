@@ -34,6 +34,7 @@ assets! {
     "/operator.css" CSS "operator.css"
     "/operator.js" JS "operator.js"
     "/path.js" JS "path.js"
+    "/pulses.js" JS "pulses.js"
     "/pattern.js" JS "pattern.js"
     "/rate.js" JS "rate.js"
     "/run.js" JS "run.js"

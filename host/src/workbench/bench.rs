@@ -10,6 +10,7 @@ use lang::front::ProfileChoice;
 use lang::profile::Profile;
 use serde_json::{Value, json};
 
+use super::around::Drawn;
 use super::client::Client;
 use super::desk::Desk;
 use super::gate::Gate;
@@ -17,6 +18,7 @@ use super::message::{self, State, ToPage, Welcome};
 use super::programs::{OnBoard, Programs};
 use super::setup::Setup;
 use super::simulation::send_trial;
+use super::streamed::Streamed;
 use crate::board::Build;
 use crate::board::live::{Live, Touch};
 use crate::helm::{Entry, Helm, Picture};
@@ -89,6 +91,10 @@ pub struct Bench {
     pub(super) wanted: Mutex<Option<bool>>,
     /// A simulation is wanted.
     pub(super) called: Condvar,
+    /// The job that is fed to the board, if one is.
+    pub(super) streamed: Mutex<Option<Streamed>>,
+    /// See [`Drawn`].
+    pub(super) drawn: Mutex<Drawn>,
     over: AtomicBool,
     /// A sequence of reference runs or a trial is under way.
     pub homing: AtomicBool,
@@ -131,6 +137,8 @@ impl Bench {
             newest: Mutex::default(),
             wanted: Mutex::new(Some(false)),
             called: Condvar::new(),
+            drawn: Mutex::default(),
+            streamed: Mutex::default(),
             over: AtomicBool::new(false),
             homing: AtomicBool::new(false),
             trial: Mutex::default(),
@@ -388,6 +396,9 @@ impl Bench {
     }
 
     fn tell_state(&self, n: u64, picture: &Picture) {
+        let mut picture = picture.clone();
+        let stream = self.show_streamed(&mut picture);
+        let picture = &picture;
         let on_board = self.on_board(picture);
         let runs = picture.status.as_ref().filter(|status| {
             matches!(status.state, "running" | "paused" | "waitstart" | "stopping")
@@ -420,6 +431,7 @@ impl Bench {
                 current: on_board.as_ref().is_some_and(|own| own.current),
                 holds: holds.clone(),
                 trial: trial.clone(),
+                stream: stream.clone(),
             })));
         }
     }

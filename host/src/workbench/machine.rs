@@ -40,6 +40,7 @@ pub fn serve(
     let later = Ask { bench, client, ask };
     match wish {
         Wish::Upload => return later.upload(),
+        Wish::Stream => return later.stream(),
         Wish::Bring(name) => return later.bring_file(&name),
         Wish::Library => return later.answer(library::list),
         Wish::Choose(number) => {
@@ -51,6 +52,9 @@ pub fn serve(
             return later.answer(move |board| library::erase(board, number));
         }
         Wish::Profile => return later.profile(),
+        Wish::Start if bench.control_streamed(Control::Start) => {}
+        Wish::Pause if bench.control_streamed(Control::Pause) => {}
+        Wish::Resume if bench.control_streamed(Control::Resume) => {}
         Wish::Start => return later.run(Control::Start, None),
         Wish::Run(program) => return later.run(Control::Start, Some(program)),
         Wish::Pause => return later.run(Control::Pause, None),

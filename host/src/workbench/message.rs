@@ -10,6 +10,7 @@ use super::programs::Holds;
 use super::setup::TrialWish;
 use crate::helm::{Entry, Picture};
 use crate::sim::trace::AxisLetter;
+use crate::trial::pulses::Pulse;
 
 /// What a page says.
 #[derive(Debug, Deserialize)]
@@ -89,8 +90,12 @@ pub enum Wish {
     Simulate,
     /// Simulate the text as long as that is bearable, and show all of it.
     SimulateAll,
+    /// The pulses of inputs that are drawn in the simulation now, all of them.
+    Pulses(Vec<Pulse>),
     /// Compile the text and bring it to the board.
     Upload,
+    /// Compile the text and feed it to the board, piece by piece.
+    Stream,
     /// Compile another script of the folder and bring it to the board.
     Bring(String),
     /// The programs that the board holds.
@@ -323,6 +328,17 @@ pub enum ToPage {
     Text(Text),
     /// A message of the Language Server Protocol.
     Lsp(Value),
+    /// How far a simulation is.
+    Simulating {
+        /// Number of its text.
+        number: u64,
+        /// The furthest line that it came to, and how many the text has.
+        line: u32,
+        /// See `line`.
+        lines: usize,
+        /// Simulated time, us.
+        us: u64,
+    },
     /// What came of a simulation; its path is the next message, in bytes.
     Simulated(Value),
     /// Names and places of the stored program's variables.
@@ -400,6 +416,9 @@ pub struct State {
     /// The trial of a set-up that is under way, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trial: Option<String>,
+    /// The job that is fed to the board.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stream: Option<super::streamed::Shown>,
 }
 
 /// A message as it goes over the line.

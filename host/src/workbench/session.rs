@@ -10,6 +10,7 @@ use super::client::Client;
 use super::commission;
 use super::machine;
 use super::message::{FromPage, SetupWish, ToPage, Wish};
+use super::streamed;
 use super::teach;
 
 /// A wrong proof costs so long: nobody tries many.
@@ -82,6 +83,13 @@ impl Session {
         if acts(&wish) && !bench.has_helm(&self.client) {
             return Err("another page has the helm: press Take the helm first".to_owned());
         }
+        // What waits for the end of a job would be done when nobody thinks of it any more.
+        if acts(&wish)
+            && bench.is_streaming()
+            && !streamed::takes(&wish, bench.setting.live.is_some())
+        {
+            return Err("a job is fed to the board: wait for its end, or stop it first".to_owned());
+        }
         match wish {
             Wish::Hello { .. } => return Err("the key was given already".to_owned()),
             Wish::Helm(take) => bench.take_helm(&self.client, take),
@@ -91,8 +99,10 @@ impl Session {
             }
             Wish::Text { base, text } => self.text(base, text)?,
             Wish::Save(name) => {
+                let before = lock(&bench.desk).name();
                 lock(&bench.desk).save(name.as_deref())?;
                 self.tell_text();
+                bench.keep_drawn(before.as_deref())?;
             }
             Wish::Open(name) => {
                 lock(&bench.desk).change(&name)?;
@@ -125,6 +135,7 @@ impl Session {
                 let into = into.then_some(text.as_str());
                 return Ok(Answer::Value(teach::pattern(&pattern, &profile, into)?));
             }
+            Wish::Pulses(drawn) => bench.draw(drawn)?,
             Wish::Simulate => bench.want_simulation(false),
             Wish::SimulateAll => bench.want_simulation(true),
             Wish::Quit => bench.end(),
@@ -203,6 +214,7 @@ fn acts(wish: &Wish) -> bool {
             | Wish::Points { .. }
             | Wish::Pattern { .. }
             | Wish::Setup(SetupWish::Look)
+            | Wish::Pulses(_)
             | Wish::Simulate
             | Wish::SimulateAll
             | Wish::Library

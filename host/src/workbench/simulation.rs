@@ -1,18 +1,17 @@
 //! The thread that simulates the newest text, and what it finds beside the script.
 
-use std::path::Path;
+use std::cell::Cell;
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::json;
 
+use super::around::Around;
 use super::bench::{Bench, lock};
 use super::client::Client;
 use super::message::ToPage;
 use crate::client::identity::Identity;
 use crate::helm::User;
-use crate::input;
-use crate::sim::world::World;
 use crate::trial::budget::Budget;
 use crate::trial::{self, Trial};
 
@@ -21,6 +20,8 @@ use crate::trial::{self, Trial};
 const LIVE: Duration = Duration::from_millis(500);
 const TURNS: Duration = Duration::from_secs(3);
 const LONG: Duration = Duration::from_secs(600);
+/// How often it is told how far one is.
+const TELL: Duration = Duration::from_millis(250);
 
 impl Bench {
     /// The text is to be simulated, for a moment or (`all`) as far as it goes. One that is under way is
@@ -28,32 +29,6 @@ impl Bench {
     pub fn want_simulation(&self, all: bool) {
         *lock(&self.wanted) = Some(all);
         self.called.notify_one();
-    }
-
-    /// The world of simulations, and what to say of it: the one that was given, or NAME.rhai beside the
-    /// script NAME.bas.
-    ///
-    /// # Errors
-    /// The one beside it cannot be read, or is wrong; in words.
-    fn world(
-        &self,
-        script: Option<&str>,
-        folder: &Path,
-    ) -> Result<(World, Option<String>), String> {
-        if !self.setting.world.is_empty() {
-            return Ok((self.setting.world.clone(), None));
-        }
-        let beside = script.map(|name| Path::new(name).with_extension("rhai"));
-        let Some(name) = beside.filter(|name| folder.join(name).is_file()) else {
-            return Ok((self.setting.world.clone(), None));
-        };
-        let file = folder.join(&name).display().to_string();
-        let text = input::read_text(&file).map_err(|note| note.line())?;
-        let name = name.display().to_string();
-        match World::parse(&name, &text) {
-            Ok(world) => Ok((world, Some(format!("with the world {name}")))),
-            Err(error) => Err(format!("{}:{}: {}", error.file, error.line, error.text)),
-        }
     }
 
     /// Simulates whenever it is wanted, the newest text only.
@@ -84,12 +59,26 @@ impl Bench {
             } else {
                 Budget::live(move |endless| ended(if endless { TURNS } else { LIVE }))
             };
-            let (world, around) = match bench.world(name.as_deref(), &folder) {
-                Ok(found) => found,
-                Err(words) => (bench.setting.world.clone(), Some(words)),
-            };
-            let mut trial = trial::simulate(number, &loaded, &world, part, &budget);
-            trial.about["world"] = json!(around);
+            let (page, lines) = (bench.clone(), text.lines().count());
+            let last = Cell::new(begun);
+            let furthest = Cell::new(0);
+            let budget = budget.telling(move |line, us| {
+                furthest.set(furthest.get().max(line));
+                if last.get().elapsed() < TELL {
+                    return;
+                }
+                last.set(Instant::now());
+                let line = furthest.get();
+                page.tell(&ToPage::Simulating { number, line, lines, us });
+            });
+            let around = bench.around(name.as_deref(), &folder).unwrap_or_else(|words| Around {
+                world: bench.setting.world.clone(),
+                words: Some(words),
+                pulses: Vec::new(),
+            });
+            let mut trial = trial::simulate(number, &loaded, &around.world, part, &budget);
+            trial.about["world"] = json!(around.words);
+            trial.about["pulses"] = json!(around.pulses);
             if lock(&bench.wanted).is_some() && trial.about["cut"] == true {
                 continue;
             }

@@ -155,7 +155,7 @@ fn in_range(
 }
 
 /// A program for another machine would move this one wrongly.
-fn compare(board: &mut Board, profile: &Profile) -> Result<(), String> {
+pub(super) fn compare(board: &mut Board, profile: &Profile) -> Result<(), String> {
     let held = board.board_record().map_err(words)?;
     let mut differ = differences(&held, &BoardRecord::of(profile, held.sequence));
     // Where the board hangs on the line is no matter of the program.

@@ -31,9 +31,13 @@ impl Stand {
         let stop = lang::wire::Control::EmergencyStop as u8;
         let mut host = TcpStream::connect(("127.0.0.1", self.gateway.port)).expect("the gateway");
         let request = [0, 1, 0, 0, 0, 6, 1, 6, high, low, 0, stop];
+        host.set_read_timeout(Some(PATIENCE)).expect("a socket");
         host.write_all(&request).expect("it listens");
-        let mut reply = [0; 12];
+        // An exception is shorter than what it answers, so the length is read first.
+        let mut reply = vec![0; 6];
         host.read_exact(&mut reply).expect("an answer");
+        reply.resize(6 + usize::from(reply[5]), 0);
+        host.read_exact(&mut reply[6..]).expect("the rest of it");
         assert_eq!(reply, request, "the board has taken it");
     }
 
@@ -45,7 +49,7 @@ impl Stand {
         let file = board.folder.path().join("card.toml");
         let content = format!(
             "[[board]]\nname = \"mill\"\nport = {:?}\n[[card]]\nboard = \"mill\"\n{more}\n\
-             [[client]]\nfrom = \"127.0.0.1\"\nfresh = true\n",
+             [[client]]\nfrom = \"127.0.0.1\"\nfresh = true\nwrite = [\"RUN_CONTROL\"]\n",
             text(&port)
         );
         let content = if more.contains("pty") || more.contains("port") {

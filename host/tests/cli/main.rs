@@ -112,6 +112,23 @@ fn every_wrong_input_is_exit_code_1_with_file_line_and_column() {
     }
 }
 
+/// The firmware beside the scripts is taken for one of them.
+#[test]
+fn firmware_is_told_from_programs() {
+    let bench = Bench::new();
+    let firmware = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/image/pasapas-g2553.elf");
+    bench.file("firmware.elf", fs::read(firmware).expect("the image"));
+    for command in ["disasm", "check", "build", "sim"] {
+        let result = bench.run(&[command, "firmware.elf"]);
+        assert_eq!(result.code, 1, "{command}: {}", result.err);
+        assert!(is_diagnostic(result.err.lines().next().unwrap_or_default(), "firmware.elf"));
+        for word in ["ELF", "pasapas flash", "pasapas build -o"] {
+            assert!(result.err.contains(word), "{command}: {}", result.err);
+        }
+        assert!(!result.err.contains("is it an image"), "{command}: {}", result.err);
+    }
+}
+
 #[test]
 fn files_that_are_no_scripts_do_no_harm() {
     let bench = Bench::new();
@@ -382,6 +399,25 @@ fn every_importable_file_is_simulated_and_drawn_as_it_is() {
         fs::remove_file(bench.path("plot.svg")).expect("it was there");
     }
     assert!(count >= 12, "{count}");
+}
+
+/// No argument is wrong there: the axis moves.
+#[test]
+fn a_place_set_while_the_axis_moves_is_told_as_that() {
+    let bench = Bench::new();
+    for (moves, sets) in [
+        ("START MoveAxe X, 20mm", "SetPos X, 0mm"),
+        ("MoveSpeed Y, 5mm/s", "SetPos Y, 1mm"),
+        ("START MoveRel Z, -5mm", "G92 Z0"),
+        ("MoveSpeed Y, 5mm/s", "WaitMove Y"),
+    ] {
+        bench.file("moving.bas", format!("{moves}\n{sets}\nStopAll\n"));
+        let result = bench.run(&["sim", "moving.bas"]);
+        assert_eq!(result.code, 3, "{moves} {sets}: {}", result.err);
+        assert!(result.err.contains("moving.bas:2:1: fault F20"), "{sets}: {}", result.err);
+        let name = sets.split(' ').next().unwrap_or_default();
+        assert!(result.err.contains(name) && result.err.contains("come to rest"), "{}", result.err);
+    }
 }
 
 #[test]

@@ -15,6 +15,32 @@ fn build_tells_the_limits_of_the_part_that_it_names() {
     }
 }
 
+/// Nobody asked for a part: the one that has room is named, with the array that wants it.
+#[test]
+fn the_part_that_has_room_for_an_array_is_named() {
+    let bench = Bench::new();
+    bench.file("large.bas", "DIM i\nDIM a(200)\nFOR i = 0 TO 199\n  a(i) = i\nNEXT\n");
+    for command in ["check", "build"] {
+        let done = bench.run(&[command, "large.bas"]);
+        assert_eq!(done.code, 0, "{}", done.err);
+        let told = done.err.lines().find(|line| line.contains("note[B014]")).unwrap_or_default();
+        assert!(told.starts_with("large.bas:2:5: "), "{command}: {}", done.err);
+        assert!(told.contains("`f5529` (MSP430F5529)") && told.contains("`g2553`"), "{told}");
+        assert!(told.contains("bytes of RAM"), "{told}");
+    }
+    // Who names a part knows; a simulation buys none; a small program runs anywhere.
+    bench.file("small.bas", "DIM a(4)\na(1) = 2\n");
+    for args in [
+        &["check", "large.bas", "--part", "f5529"][..],
+        &["sim", "large.bas"],
+        &["check", "small.bas"],
+    ] {
+        let done = bench.run(args);
+        assert_eq!(done.code, 0, "{args:?}: {}", done.err);
+        assert!(!done.err.contains("B014"), "{args:?}: {}", done.err);
+    }
+}
+
 #[test]
 fn sim_shows_the_speeds_of_the_part_that_runs_the_script() {
     let bench = Bench::new();

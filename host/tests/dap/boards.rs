@@ -20,6 +20,9 @@ fn a_virtual_board_halts_before_the_next_effect() {
     assert_eq!(client.halt().0, "entry");
     assert_eq!(client.go("continue"), ("breakpoint".to_owned(), vec![5]));
     assert_eq!(client.watch("last"), "10");
+    // No register of a board has it: a time of 0 would be a wrong one.
+    let why = client.refused("evaluate", json!({ "expression": "TIMER()", "frameId": 1 }));
+    assert!(why.contains("t = TIMER()"), "{why}");
     assert!(
         client.list("Outputs").iter().any(|entry| entry.starts_with("1") && entry.ends_with("=ON"))
     );

@@ -115,6 +115,22 @@ fn a_run_goes_backwards() {
 }
 
 #[test]
+fn the_timer_is_the_runs_own() {
+    let (_folder, file) = script("DIM t AS TIME\nWait 250ms\nt = TIMER()\nSetOut 1, ON\nPRINT t\n");
+    let mut client = Client::start();
+    client.launch(json!({ "program": file, "stopOnEntry": true }), json!([{ "line": 4 }]));
+    assert_eq!(client.halt().0, "entry");
+    assert_eq!(client.watch("TIMER()"), "0ms");
+    assert_eq!(client.go("continue"), stop("breakpoint", &[4]));
+    assert_eq!(client.watch("TIMER()"), "250ms");
+    assert_eq!(client.watch("TIMER() - t"), "0ms");
+    client.ask("continue", json!({ "threadId": 1 }));
+    assert_eq!(client.event("exited")["exitCode"], 0);
+    client.event("terminated");
+    client.close();
+}
+
+#[test]
 fn faults_halt_and_can_be_looked_at() {
     let (_folder, file) =
         script("DIM n\nn = 1\nGOSUB part\nEND\npart:\nPRINT 10 / (n - 1)\nRETURN\n");

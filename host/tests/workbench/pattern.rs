@@ -1,5 +1,7 @@
 //! The wizard for patterns: what it writes is simulated, what cannot be is told.
 
+use std::time::Instant;
+
 use crate::cdp::{Outcome, Page};
 use crate::stand::{PATIENCE, Stand};
 
@@ -41,6 +43,59 @@ fn a_pattern_becomes_a_script_that_a_person_would_have_written() -> Outcome<()> 
     page.says("#sums", "runs to its end")?;
     page.undo()?;
     page.wait(&format!("!{TEXT}.includes('TABLE holes')"), PATIENCE)
+}
+
+/// Rings of the accent's colour on the drawing: some points of each.
+fn rings(page: &Page) -> Outcome<u64> {
+    let js = "(() => { const c = document.querySelector('#path'), t = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
+        t.fillStyle = getComputedStyle(c).getPropertyValue('--accent'); t.fillRect(0, 0, 1, 1);
+        const want = t.getImageData(0, 0, 1, 1).data, all = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+        let n = 0; for (let i = 0; i < all.length; i += 4) if (Math.abs(all[i] - want[0]) + Math.abs(all[i + 1] - want[1]) + Math.abs(all[i + 2] - want[2]) < 12 && all[i + 3] === 255) n++; return n })()";
+    Ok(page.eval(js)?.as_u64().unwrap_or(0))
+}
+
+/// Waits until so many of these points are painted.
+fn until(page: &Page, what: &str, fits: impl Fn(u64) -> bool) -> Outcome<u64> {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let n = rings(page)?;
+        if fits(n) {
+            return Ok(n);
+        }
+        if Instant::now() > end {
+            return Err(format!("never drawn: {what}; {n} points"));
+        }
+    }
+}
+
+#[test]
+fn points_are_on_the_drawing_as_one_types() -> Outcome<()> {
+    let Some(stand) = Stand::start("Home\n", &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    let none = rings(&page)?;
+    page.tab("pattern")?;
+    page.says("#pattern-live", "15 points, ringed")?;
+    let grid = until(&page, "15 rings", |n| n > none + 15 * 10)?;
+    // One more column: three more rings, and no script was written.
+    page.fill("#pattern [name=grid_columns]", "10")?;
+    page.says("#pattern-live", "30 points, ringed")?;
+    page.wait("document.querySelector('#made').hidden", PATIENCE)?;
+    until(&page, "30 rings", |n| n > none + (grid - none) * 3 / 2)?;
+    // Outside of the travel is told at once, in red; what is half typed is not.
+    page.fill("#pattern [name=x]", "-500")?;
+    page.wait("document.querySelector('#pattern-live').className === 'bad'", PATIENCE)?;
+    page.says("#pattern-live", "outside")?;
+    page.fill("#pattern [name=x]", "-")?;
+    page.wait("document.querySelector('#pattern-live').textContent === ''", PATIENCE)?;
+    until(&page, "no rings", |n| n <= none + 20)?;
+    // They belong to the wizard: another tab shows the path alone.
+    page.fill("#pattern [name=x]", "50")?;
+    page.says("#pattern-live", "30 points")?;
+    page.tab("simulate")?;
+    page.wait("document.querySelector('#pattern-live').textContent === ''", PATIENCE)?;
+    until(&page, "no rings", |n| n <= none + 20)?;
+    assert_eq!(page.eval(TEXT)?, "Home\n");
+    Ok(())
 }
 
 #[test]

@@ -6,6 +6,7 @@ use lsp_server::{Message, Notification, Request, RequestId};
 use pasapas::lsp::{self, Server};
 use pasapas::sim::world::World;
 use pasapas::trial::budget::Budget;
+use pasapas::trial::pulses::{self, Pulse};
 use pasapas::trial::{self, Loaded};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -63,6 +64,8 @@ enum Wish {
         /// The world's script; empty for none.
         world: String,
     },
+    /// The pulses of inputs that are drawn in the simulation now, all of them.
+    Pulses(Vec<Pulse>),
     /// Simulate the text for a moment, and show the first turns of an endless loop.
     Simulate,
     /// Simulate the text as long as that is bearable, and show all of it.
@@ -135,6 +138,13 @@ impl Desk {
                 said.extend(diagnostics);
                 Ok(said)
             }
+            Wish::Pulses(drawn) => {
+                let drawn = pulses::tidy(drawn)?;
+                let text = pulses::join(&pulses::split(self.world.source()).0, &drawn);
+                self.world =
+                    World::parse("world.rhai", &text).map_err(|error| error.to_string())?;
+                Ok(self.simulate(false))
+            }
             Wish::Simulate => Ok(self.simulate(false)),
             Wish::SimulateAll => Ok(self.simulate(true)),
         }
@@ -182,7 +192,9 @@ impl Desk {
         let part = loaded.as_ref().map_or(&F5529, |own| Loaded::part(own));
         let budget = if all { Budget::long(|_| false) } else { Budget::live(|_| false) };
         let run = trial::simulate(self.number, &loaded, &self.world, part, &budget);
-        vec![text(&json!({ "simulated": run.about })), Said::Bytes(run.path.to_vec())]
+        let mut about = run.about;
+        about["pulses"] = json!(pulses::split(self.world.source()).1);
+        vec![text(&json!({ "simulated": about })), Said::Bytes(run.path.to_vec())]
     }
 }
 

@@ -164,12 +164,14 @@ pub enum StmtKind {
         /// Values by `;`.
         rows: Vec<Vec<Expr>>,
     },
-    /// `a = e`, `a(i) = e`
+    /// `a = e`, `a(i) = e`, `a.3 = e`
     Assign {
         /// What is written.
         target: Name,
         /// What stands in the parentheses; empty without.
         index: Vec<Expr>,
+        /// The bit that is written, 0 to 31; None is the whole of it.
+        bit: Option<u8>,
         /// The value.
         value: Expr,
     },
@@ -284,8 +286,10 @@ pub struct Variable {
     pub name: Name,
     /// What stands in its parentheses.
     pub size: Option<Expr>,
-    /// Its AS.
+    /// Its AS; of a TIMER too, which holds a Time.
     pub kind: Option<KindRef>,
+    /// `AS TIMER`
+    pub timer: bool,
     /// Its AT.
     pub at: Option<Expr>,
     /// Its LABEL.
@@ -382,6 +386,13 @@ pub enum GValue {
     Number(Decimal),
     /// `X[e]`
     Expr(Expr),
+}
+
+impl Name {
+    /// Whether it is the compiler's own, which no script can write.
+    pub fn is_hidden(&self) -> bool {
+        self.key.contains(' ')
+    }
 }
 
 impl fmt::Debug for Name {

@@ -5,10 +5,12 @@
 //! followed over a graph of the control flow ([`gcode`]).
 
 mod argument;
+mod bits;
 mod calls;
 mod clocks;
 mod control;
 mod declare;
+mod ends;
 mod expr;
 mod fold;
 mod func;
@@ -22,8 +24,9 @@ mod machine;
 mod names;
 mod order;
 mod stmt;
+mod timers;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::ast::{Name, Script};
 use super::codes::Code;
@@ -61,6 +64,7 @@ pub fn check(
     let bodies = checker.lower_all();
     checker.report_unused();
     checker.check_targets();
+    checker.check_feeds();
     let facts = checker.facts();
     let program = checker.program(bodies, &calls);
     *diags = checker.diags;
@@ -102,6 +106,8 @@ struct Checker<'a> {
     gcode: gcode::Blocks<'a>,
     /// Variables that a SUB or FUNCTION writes: a call may change them.
     written_by_routines: HashSet<VarId>,
+    /// TIMERs, with the FUNCTIONs that read them.
+    timers: HashMap<VarId, RoutineId>,
     /// Variables and parameters that hold readings of TIMER.
     clocks: HashSet<VarId>,
     /// Routines that only handlers reach.
@@ -134,6 +140,7 @@ impl<'a> Checker<'a> {
             around: stmt::Around::default(),
             gcode: gcode::Blocks::default(),
             written_by_routines: HashSet::new(),
+            timers: HashMap::new(),
             clocks: HashSet::new(),
             handler_routines: Vec::new(),
             after_comma: 0,

@@ -77,7 +77,10 @@ fn write_line(text: &str, line: &[Token], level: usize, out: &mut String) -> usi
             }
         }
         let soft = soft_role(line, n);
-        write_token(text, *token, soft, out);
+        match waits_until(line, n) {
+            true => out.push_str("WAIT"),
+            false => write_token(text, *token, soft, out),
+        }
         if token.tok == Tok::Continuation {
             out.push('\n');
         }
@@ -163,7 +166,7 @@ fn is_unary_minus(line: &[Token], n: usize, token: Token) -> bool {
     match before.tok {
         // Without a parenthesis they are the limits of a DIM.
         Tok::Func(Func::Min | Func::Max) => true,
-        Tok::Number | Tok::Text | Tok::Func(_) => false,
+        Tok::Number | Tok::Bit | Tok::Text | Tok::Func(_) => false,
         Tok::Sign(sign) => !matches!(sign, Sign::Close | Sign::CloseBracket),
         Tok::Kw(Kw::True | Kw::False | Kw::On | Kw::Off) => false,
         // A statement never begins with an expression: `name -1` is a call.
@@ -183,6 +186,7 @@ fn gap(before: Token, token: Token, called: bool) -> &'static str {
         (Some(Sign::Open | Sign::OpenBracket), _) => "",
         (_, Some(Sign::Comma | Sign::Semicolon | Sign::Close | Sign::CloseBracket)) => "",
         (_, Some(Sign::OpenBracket)) => "",
+        _ if token.tok == Tok::Bit => "",
         (None, Some(Sign::Open)) => match before.tok {
             Tok::Name | Tok::Func(_) => "",
             Tok::Kw(kw) if kw.is_soft() && !called => "",
@@ -211,6 +215,12 @@ fn soft_role(line: &[Token], n: usize) -> bool {
         }
         _ => first == Some(Tok::Kw(Kw::As)),
     }
+}
+
+/// Whether the word at `n` is the WAIT of WAIT UNTIL, which is written like the words of control.
+fn waits_until(line: &[Token], n: usize) -> bool {
+    let tok = |n: usize| line.get(n).map(|t| t.tok);
+    (tok(n), tok(n + 1)) == (Some(Tok::Kw(Kw::Wait)), Some(Tok::Kw(Kw::Until)))
 }
 
 /// The `_` and the comment behind it, whose distance is kept.

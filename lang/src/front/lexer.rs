@@ -274,6 +274,9 @@ impl<'a> State<'a> {
         let rest = lexer.remainder();
         let word = rest.bytes().take_while(|&b| literal::is_name_byte(b)).count();
         let length = literal::unit_length(rest).unwrap_or(word);
+        if length == 0 && self.is_bit(span) {
+            return self.push(Tok::Bit, span);
+        }
         lexer.bump(length);
         let span = Span::new(span.start, span.end + length as u32);
         match literal::settle(span.of(self.text)) {
@@ -291,6 +294,19 @@ impl<'a> State<'a> {
                 self.push(Tok::Bad, span);
             }
         }
+    }
+
+    /// Whether a point with digits names a bit: of what stands directly before it.
+    fn is_bit(&self, span: Span) -> bool {
+        let Some(before) = self.tokens.last() else { return false };
+        let has_bits = match before.tok {
+            Tok::Name | Tok::Sign(Sign::Close) => true,
+            Tok::Kw(kw) => kw.is_soft(),
+            _ => false,
+        };
+        let digits = span.of(self.text);
+        let point = digits.starts_with('.') && digits.len() <= 3;
+        has_bits && point && before.span.end == span.start
     }
 
     /// What decimals without a unit behind the last token were meant as.

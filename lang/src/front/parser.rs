@@ -12,13 +12,18 @@ mod machine;
 mod piece;
 mod slips;
 mod stmt;
+mod sugar;
 
-use super::ast::Script;
+pub use sugar::{GREATEST, TIMED_OUT, edge_key, elapsed_key};
+
+use super::ast::{Script, Stmt, StmtKind};
 use super::codes::Code;
 use super::diag::{Diag, Diags};
 use super::lexer::{begins_gcode, lex};
+use super::span::Span;
 use super::token::{Sign, Tok, Token};
-use super::words::{Kw, lookup};
+use super::words::{Func, Kw, lookup};
+use crate::kind::Kind;
 use blocks::Builder;
 use core::cell::{Cell, RefCell};
 use input::{Context, In};
@@ -45,6 +50,9 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
         text,
         routines: routine_names(text, &tokens),
         guesses: Cell::new(0),
+        reads_timed_out: tokens.iter().any(|t| t.tok == Tok::Func(Func::TimedOut)),
+        timed_waits: Cell::new(false),
+        edges: RefCell::default(),
         texts: RefCell::default(),
     };
     let mut builder = Builder::new(diags);
@@ -55,7 +63,14 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
             _ => statement(i, &mut builder),
         };
     }
-    builder.finish(last_line)
+    let mut script = builder.finish(last_line);
+    if context.timed_waits.get() {
+        let span = Span::point(text.len() as u32);
+        let kind = StmtKind::Dim(vec![sugar::variable(sugar::timed_out(span), Kind::Truth)]);
+        script.body.push(Stmt { kind, span, line: last_line });
+    }
+    sugar::add_routines(&mut script, context.edges.take());
+    script
 }
 
 /// Line of the last token that is no line end, at least 1.

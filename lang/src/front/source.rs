@@ -37,6 +37,14 @@ impl Source {
                 .hint("save it as UTF-8");
             return (Self::new(name, String::new()), vec![diag]);
         }
+        if bytes.starts_with(b"\x7FELF") {
+            let text = "this is an ELF file, as firmware is: no script, and no program of a board";
+            let diag = Diag::new(Code::NotText, Span::default(), text).hint(
+                "`pasapas flash` brings firmware onto a board; `pasapas disasm` and `pasapas upload` read scripts and \
+                 what `pasapas build -o` wrote",
+            );
+            return (Self::new(name, String::new()), vec![diag]);
+        }
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         // Editors of DOS end a file with Ctrl-Z.
         let bytes = bytes.strip_suffix(b"\x1A").unwrap_or(bytes);

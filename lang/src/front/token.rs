@@ -9,6 +9,8 @@ use logos::Logos;
 pub enum Tok {
     /// A number, with its unit; known to be a good one.
     Number,
+    /// `.3` directly behind a name or a parenthesis: a bit.
+    Bit,
     /// A quoted text.
     Text,
     /// A word that is not reserved.

@@ -89,6 +89,42 @@ fn examples_check_clean() {
     assert!(count >= 16);
 }
 
+/// Warnings that would be wrong.
+#[test]
+fn nothing_is_said_about_these() {
+    for text in [
+        // Only the diagonal reaches the feed; no path uses it.
+        "G1 X1 F6000\nG1 X1 Y1\n",
+        "F99000\n",
+        "G91 G1 X1 Y1 F[11314st/s]\n",
+        // Off again; off later; an end that may come later, while one still writes.
+        "IF IN(5) THEN SetOut 4, ON : SetOut 4, OFF : END\nWait 1s\n",
+        "SetOut 4, ON\nWait 1s\nEND\n",
+        "SetOut 4, ON\n",
+    ] {
+        let source = Source::new("a.bas", text.to_owned());
+        let (_, diags) = compile(&source, ProfileChoice::built_in());
+        assert_eq!(diags.render(&source), "", "{text}");
+    }
+}
+
+/// An output that the profile leaves on at the end.
+#[test]
+fn what_the_end_keeps_is_no_slip() {
+    use lang::profile::{Profile, SafeState};
+    let told = |end| {
+        let mut profile = Profile::built_in("mill").expect("built in");
+        for output in profile.outputs.iter_mut().filter(|output| output.n == 1) {
+            output.end = end;
+        }
+        let source = Source::new("a.bas", "SetOut 1, ON\nEND\n".to_owned());
+        compile(&source, ProfileChoice::Given(Box::new(profile))).1.render(&source)
+    };
+    assert!(told(SafeState::Off).contains("M009"), "{}", told(SafeState::Off));
+    assert_eq!(told(SafeState::Keep), "");
+    assert_eq!(told(SafeState::On), "");
+}
+
 #[test]
 fn wrong_scripts() {
     assert!(check("err", true) >= 60);

@@ -31,6 +31,7 @@ const OPTIONS: Options = Options {
     statement_us: STATEMENT_US,
     part: F5529,
     rules: pasapas::sim::Rules::Model,
+    judged: true,
     interrupted: || false,
 };
 

@@ -99,6 +99,18 @@ impl<C: Chip> Motor<C> {
         if self.path_axes != 0 { self.chip.power() } else { self.power }
     }
 
+    /// Whether there is time for the program. There is none while the engine could run dry before the program has brought
+    /// its next block: the axes would stop dead at full speed. Without such time the path knows less and less of what
+    /// comes, and slows down on its ramps. A path that comes to rest for a pause, or rests, takes no more time.
+    pub fn has_enough(&self) -> bool {
+        self.path_axes == 0
+            || self.path.is_paused()
+            || !self.chip.is_running()
+            || !self.path.knows_next()
+            || !self.chip.path_has_room()
+            || self.chip.ahead() >= queue::low(C::RATE)
+    }
+
     pub(super) fn poll_path(&mut self, hold: bool) {
         if self.stopped & self.path_axes != 0 && self.path.is_paused() && !self.chip.is_running() {
             self.path.clear();

@@ -61,9 +61,6 @@ const SHARED: usize = 8;
 /// An axis that steps so many times slower from one step to the next has stopped between them.
 const STOPS: u64 = 3;
 
-/// A ramp up to the start rate that takes longer than this is hardly ever seen, s.
-const LONG: f64 = 0.25;
-
 /// Steps over which an axis is no faster than its top; where they fall on events, one of so few is much.
 const TOPS: [usize; 3] = [HALF_WINDOW, 5 * HALF_WINDOW, 20 * HALF_WINDOW];
 
@@ -300,6 +297,12 @@ impl Machine {
                 let ticks = |a: usize, b: usize| (run[b].at - run[a].at) as f64;
                 let (v0, v1) =
                     (half as f64 * HZ / ticks(i, mid), half as f64 * HZ / ticks(mid, end));
+                // An axis takes any rate up to its start rate at once, and needs no ramp to change between two of them:
+                // the path may then change its speed at a corner by more than its ramp.
+                if v0.max(v1) <= 1.05 * limits.start {
+                    i += stride;
+                    continue;
+                }
                 let time = ticks(i, end) / HZ / 2.0;
                 let mut slack = v0 * 2.0 / ticks(i, mid) + v1 * 2.0 / ticks(mid, end);
                 let around = &run[i.saturating_sub(2 * half)..run.len().min(end + 2 * half)];
@@ -308,10 +311,6 @@ impl Machine {
                     // The chords of an arc end on whole steps, and so do lines between which the lead changes:
                     // each of the three instants may be half an event off.
                     slack += 2.0 * v0.max(v1) / half as f64;
-                    // Corners change its speed at once, which on a machine like this is more than all ramps in sight.
-                    if limits.start > LONG * limits.accel.max(limits.decel) {
-                        slack += 2.0 * limits.start;
-                    }
                 }
                 let [slow, fast] = self.turn(halves, axis, others);
                 // In the first half it was the axis's rate of then that changed by its ramp, before the turn.

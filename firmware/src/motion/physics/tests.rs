@@ -128,22 +128,32 @@ fn a_rate_is_judged_as_well_as_whole_ticks_show_it() {
 }
 
 #[test]
-fn corners_on_a_machine_that_hardly_ramps_are_no_ramps() {
-    // A start rate of 890 beside a ramp of 463: Y goes along at 1500 steps/s, which a corner makes 1300.
+fn up_to_its_start_rate_an_axis_needs_no_ramp_and_above_it_does() {
+    // A start rate of 890 beside a ramp of 463. On a curve of short lines Y keeps its rate, or nearly, and the path's
+    // speed falls with the part of Z.
     let slow = Limits { start: 890.0, top: 2_672.0, accel: 463.0, decel: 463.0 };
     let machine = Machine { axes: [slow; 3], um: [1.0; 3], corner_um: 100.0 };
-    let turned = |accel: f64| {
-        let limits = Limits { accel, decel: accel, ..slow };
-        let machine = Machine { axes: [limits; 3], ..machine };
-        let mut at = 0.0;
-        let mut steps = Vec::new();
-        for n in 0..600_u32 {
-            let rate = if n % 40 < 20 { 800.0 } else { 700.0 };
-            at += 16e6 / rate;
-            let z = if n % 40 < 20 { n % 2 } else { 1 };
-            steps.push(Step { at: at as u64, by: [0, 1, z as i8] });
+    let judged = |rates: [f64; 2], z: [u32; 2]| {
+        let (mut at, mut steps) = (0.0, Vec::new());
+        for n in 0..2_400_u32 {
+            // Up to the first rate on the ramp, then both in turns.
+            let second = n > 2_000 && n % 80 < 40;
+            let ramp = (880_f64.powi(2) + 2.0 * 463.0 * f64::from(n)).sqrt();
+            at += 16e6 / ramp.min(rates[usize::from(second)]);
+            let every = z[usize::from(second)];
+            steps.push(Step { at: at as u64, by: [0, 1, i8::from(n % every == 0)] });
         }
-        machine.check(&steps, false).map(|count| count.steps > 600)
+        machine.check(&steps, true).map(|count| count.moves).map_err(|found| found.what)
     };
-    assert_eq!(turned(463.0), Ok(true));
+    assert_eq!(judged([890.0, 890.0], [1, 2]), Ok(1));
+    assert_eq!(judged([890.0, 860.0], [1, 2]), Ok(1));
+    // The same faster than the start rate: the path brakes, or speeds up, by more than a corner explains.
+    for rates in [[1_400.0, 1_400.0], [1_300.0, 1_100.0]] {
+        let found = judged(rates, [1, 2]);
+        assert!(matches!(found, Err(What::Accel | What::Decel)), "{found:?}");
+    }
+    // A straight line that changes its speed at once.
+    let found = judged([1_300.0, 1_000.0], [2, 2]);
+    assert!(matches!(found, Err(What::Accel | What::Decel)), "{found:?}");
+    assert_eq!(judged([1_300.0, 1_300.0], [2, 2]), Ok(1));
 }

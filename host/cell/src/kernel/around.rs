@@ -1,5 +1,6 @@
 //! Sensors and people.
 
+use super::belt::sight;
 use super::{About, Action, Cell, Timer};
 use crate::region::Region;
 use crate::scene::{Block, Eye, Sensor, When};
@@ -13,27 +14,24 @@ impl Cell {
         hanging: &[Block],
         regions: &mut Vec<(About, Region)>,
     ) {
-        let block = match &sensor.eye {
-            Eye::Beam(from, to) => Block {
-                low: std::array::from_fn(|axis| from[axis].min(to[axis])),
-                high: std::array::from_fn(|axis| from[axis].max(to[axis])),
-            },
-            Eye::Box(block) => *block,
-            Eye::Switch(axis, place, side) => {
-                let Some(axis) = "XYZ".find(*axis) else { return };
-                let mut low = [i32::MIN; 3];
-                let mut high = [i32::MAX; 3];
-                let steps =
-                    ((place - self.frame.start[axis]) * self.frame.scale[axis]).round() as i32;
-                if (*side > 0) == (self.frame.scale[axis] > 0.0) {
-                    low[axis] = steps
-                } else {
-                    high[axis] = steps
-                }
-                regions.push((About::Switch(index), Region { low, high }));
-                return;
+        if let Eye::Switch(axis, place, side) = &sensor.eye {
+            let Some(axis) = "XYZ".find(*axis) else { return };
+            let mut low = [i32::MIN; 3];
+            let mut high = [i32::MAX; 3];
+            let steps = ((place - self.frame.start[axis]) * self.frame.scale[axis]).round() as i32;
+            if (*side > 0) == (self.frame.scale[axis] > 0.0) {
+                low[axis] = steps
+            } else {
+                high[axis] = steps
             }
-            Eye::Distance(..) | Eye::Colour(..) => return,
+            regions.push((About::Switch(index), Region { low, high }));
+            return;
+        }
+        let Some(block) = sight(&sensor.eye) else { return };
+        // What hangs on the tool has one colour.
+        let hanging = match (&sensor.eye, self.tool.held()) {
+            (Eye::Colour(_, colour), Some(which)) if !self.has_colour(which, colour) => &[],
+            _ => hanging,
         };
         if sensor.sees[1] {
             regions.extend(
@@ -51,19 +49,16 @@ impl Cell {
     pub(super) fn look(&mut self, index: usize, us: u64) {
         let scene = self.scene.clone();
         let sensor = &scene.sensors[index];
-        let block = match &sensor.eye {
-            Eye::Beam(from, to) => Some(Block {
-                low: std::array::from_fn(|axis| from[axis].min(to[axis])),
-                high: std::array::from_fn(|axis| from[axis].max(to[axis])),
-            }),
-            Eye::Box(block) => Some(*block),
-            _ => None,
-        };
+        let block = sight(&sensor.eye);
         let standing = sensor.sees[0]
             && block.is_some_and(|block| {
-                self.things
-                    .iter()
-                    .any(|thing| thing.standing().iter().any(|other| covers(&block, other)))
+                self.things.iter().enumerate().any(|(which, thing)| {
+                    let right = match &sensor.eye {
+                        Eye::Colour(_, colour) => self.has_colour(which, colour),
+                        _ => true,
+                    };
+                    right && thing.standing().iter().any(|other| covers(&block, other))
+                })
             });
         let sees = self.seen[index] > 0 || standing;
         let delay = if sees { sensor.on_us } else { sensor.off_us };
@@ -79,6 +74,10 @@ impl Cell {
             state = !state;
             bounce += sensor.bounce_us / 4;
         }
+    }
+
+    fn has_colour(&self, which: usize, colour: &str) -> bool {
+        self.scene.parts[self.things[which].part].colour.eq_ignore_ascii_case(colour)
     }
 
     pub(super) fn person(&mut self, index: usize, us: u64) {
@@ -103,6 +102,9 @@ impl Cell {
                         .push((when + person.hold_us, Timer::Act(Action::Input(input, false))));
                 }
             }
+            "take" | "put" => {
+                self.timers.push((when, Timer::Hands(index, person.does == "put")));
+            }
             "at" => {
                 if let Some(register) = person.register {
                     self.timers.push((when, Timer::Act(Action::Register(register, person.value))));
@@ -112,13 +114,17 @@ impl Cell {
         }
     }
 
-    /// The script waits for Start: people who wait for that act.
-    pub fn waits_for_start(&mut self, us: u64) {
+    /// The script waits for Start: people who wait for that act. Gives whether anybody does.
+    pub fn waits_for_start(&mut self, us: u64) -> bool {
+        let mut acts = false;
         for index in 0..self.scene.persons.len() {
-            if self.scene.persons[index].when == When::WaitStart {
+            let person = &self.scene.persons[index];
+            if person.when == When::WaitStart && self.done[index] < person.times {
+                acts = true;
                 self.person(index, us);
             }
         }
+        acts
     }
 
     /// The script prints a line.

@@ -44,6 +44,10 @@ impl State {
         }
     }
 
+    pub(super) fn is_on(&self) -> bool {
+        self.on
+    }
+
     pub(super) fn held(&self) -> Option<usize> {
         self.held
     }
@@ -54,6 +58,11 @@ impl State {
 
     pub(super) fn is_working(&self) -> bool {
         self.hole.is_some() || self.bead.is_some()
+    }
+
+    /// Whether a drill is in a hole.
+    pub(super) fn drills(&self) -> bool {
+        self.hole.is_some()
     }
 
     pub(super) fn vacuum(&self) -> &Pressure {
@@ -87,9 +96,11 @@ impl Cell {
         let tip = self.tip(at);
         match &tool.kind {
             ToolKind::Vacuum(_) => self.aim(us),
+            ToolKind::Gripper(_) => self.jaws(on, at, us),
             ToolKind::Drill { spin_us, .. } => self.tool.turns_at = on.then_some(us + spin_us),
             ToolKind::Flow { flow_mg_s, open_us, close_us, reach, .. } => {
                 if on {
+                    self.drawn.push(vec![[tip[0], tip[1]]]);
                     self.tool.bead = Some((tip, us + open_us, 0.0));
                     self.tool.last = tip;
                     let above = tip[2] - self.surface(tip);
@@ -133,6 +144,11 @@ impl Cell {
             && us >= *since
         {
             *mm += distance(self.tool.last, tip);
+            if let Some(way) = self.drawn.last_mut()
+                && self.tool.last != tip
+            {
+                way.push([tip[0], tip[1]]);
+            }
         }
         self.tool.last = tip;
         let top = self.top_of_stock(tip);
@@ -250,12 +266,12 @@ impl Cell {
             (None, Some(which)) if self.tool.on && kpa >= vacuum.hold_kpa => {
                 self.take(which, at, us)
             }
-            (Some(which), _) if kpa < vacuum.hold_kpa => self.let_go(which, at, us),
+            (Some(which), _) if kpa < vacuum.hold_kpa => self.loosens(which, at, us),
             _ => self.plan(&vacuum, us),
         }
     }
 
-    fn take(&mut self, which: usize, at: &Steps, us: u64) {
+    pub(super) fn take(&mut self, which: usize, at: &Steps, us: u64) {
         let tip = self.tip(at);
         let Where::Stands(middle) = self.things[which].place else { return };
         self.things[which].place =
@@ -263,17 +279,51 @@ impl Cell {
         self.things[which].taken += 1;
         self.tool.held = Some(which);
         self.tool.contact = None;
+        self.left_feeder(which, us);
         let by = self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default();
         let thing = self.things[which].name.clone();
         self.tell(us, What::Take { thing, by });
+        if let Some(after) = self.struck.lost.remove(&which) {
+            self.timers.push((us + after, Timer::Falls(which)));
+        }
         self.aim(us);
         self.rebuild(at, us);
         self.look_again(us);
     }
 
+    /// The pressure holds a thing no more: it falls, unless it sticks.
+    fn loosens(&mut self, which: usize, at: &Steps, us: u64) {
+        match self.struck.stuck.get(&which) {
+            None | Some(0) => self.let_go(which, at, us),
+            Some(&for_us) => {
+                self.timers.push((us + for_us, Timer::Falls(which)));
+                if let Some(vacuum) = self.nozzle() {
+                    self.plan(&vacuum, us);
+                    // What sticks does not fall at each look at the pressure.
+                    let pressure = self.tool.pressure;
+                    let level = if self.tool.switched { vacuum.off_kpa } else { vacuum.on_kpa };
+                    let changes = (pressure.target() > pressure.at(us)) != self.tool.switched;
+                    self.tool.due = changes.then(|| pressure.crosses(level, us)).flatten();
+                }
+            }
+        }
+    }
+
+    /// A thing that stuck or is lost falls now.
+    pub(super) fn falls(&mut self, which: usize, at: &Steps, us: u64) {
+        let held = self.tool.held == Some(which);
+        let stuck = self.struck.stuck.remove(&which).is_some();
+        let holds = self.nozzle().is_some_and(|own| self.tool.pressure.at(us) >= own.hold_kpa);
+        // The nozzle has come back in time.
+        if held && !(stuck && self.tool.on && holds) {
+            self.let_go(which, at, us);
+        }
+    }
+
     fn let_go(&mut self, which: usize, at: &Steps, us: u64) {
         let tip = self.tip(at);
         let Where::Held(offset) = self.things[which].place else { return };
+        self.belts_until(us);
         let from: V3 = std::array::from_fn(|axis| tip[axis] + offset[axis]);
         let press = self.nozzle().map_or(0.0, |vacuum| vacuum.press);
         let landing = landing(&self.scene, &self.fixtures, &self.things, which, from, press);
@@ -285,7 +335,10 @@ impl Cell {
                 self.things[which].fell = self.things[which].fell.max(fell);
                 self.things[which].place = Where::Stands([from[0], from[1], z]);
                 self.tell(us, What::Drop { thing: thing.clone(), mm: fell });
+                self.things[which].stored =
+                    self.scene.places.iter().any(|own| own.room == 0 && own.name == landing.on);
                 self.tell(us, What::Rest { thing: thing.clone(), on: landing.on });
+                self.filled([from[0], from[1], z], us);
                 if landing.unstable {
                     self.tell(us, What::Unstable { thing });
                 }
@@ -296,12 +349,21 @@ impl Cell {
             }
         }
         self.aim(us);
+        self.plan_belts(us);
         self.rebuild(at, us);
         self.look_again(us);
     }
 
+    /// Jaws let a thing go.
+    pub(super) fn release(&mut self, which: usize, at: &Steps, us: u64) {
+        match self.struck.stuck.get(&which) {
+            None | Some(0) => self.let_go(which, at, us),
+            Some(&for_us) => self.timers.push((us + for_us, Timer::Falls(which))),
+        }
+    }
+
     /// Sensors that see standing parts look again.
-    fn look_again(&mut self, us: u64) {
+    pub(super) fn look_again(&mut self, us: u64) {
         for index in 0..self.scene.sensors.len() {
             if self.scene.sensors[index].sees[0] {
                 self.look(index, us);

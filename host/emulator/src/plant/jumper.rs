@@ -1,12 +1,14 @@
-//! Wires between pins of the chip, and what the world drives there.
+//! Wires to pins of the chip, from others or from outputs of the chain, and what the world drives there.
 
 use super::{Drives, Plant, Wiring};
 
-/// A wire between two pins of the chip.
+/// A wire to a pin of the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Jumper {
     /// Pin that drives it.
     pub from: u8,
+    /// Output of the chain that drives it in place of a pin, from 1; 0 for none.
+    pub output: u8,
     /// Pin that it drives.
     pub to: u8,
     /// Of so many rising edges one does not come through, 0 for a wire in order.
@@ -19,7 +21,13 @@ impl Jumper {
     /// A wire in order, from one pin to the other.
     #[must_use]
     pub const fn new(from: u8, to: u8) -> Jumper {
-        Jumper { from, to, loses: 0, edges: 0, level: false }
+        Jumper { from, output: 0, to, loses: 0, edges: 0, level: false }
+    }
+
+    /// A wire in order from the 74HC595's output `n`.
+    #[must_use]
+    pub const fn of_output(n: u8, to: u8) -> Jumper {
+        Jumper { output: n, ..Jumper::new(to, to) }
     }
 
     /// The same wire that loses one of so many rising edges.
@@ -49,8 +57,8 @@ impl Plant {
                 d.rest |= 1 << pin;
             }
         };
-        contact(board.stop, self.stop);
-        contact(board.start, self.start);
+        contact(board.stop, self.stop || self.around.buttons()[1]);
+        contact(board.start, self.start || self.around.buttons()[0]);
         let closed = |n: u8| (on ^ !self.active_low) >> (n - 1) & 1 != 0;
         match self.wiring {
             Wiring::Direct => {
@@ -71,8 +79,9 @@ impl Plant {
             d.rest |= 1 << board.latch | 1 << board.enable;
         }
         for wire in &self.jumpers {
+            let level = if wire.output == 0 { wire.level } else { self.output(wire.output) };
             d.driven |= 1 << wire.to;
-            d.level = d.level & !(1 << wire.to) | u64::from(wire.level) << wire.to;
+            d.level = d.level & !(1 << wire.to) | u64::from(level) << wire.to;
         }
         d
     }

@@ -61,6 +61,9 @@ pub(super) fn script(
 fn write(job: &Job<'_>, cuts: &[Step], sizes: &BTreeMap<u32, String>, tables: bool) -> Made {
     let runs = runs(cuts);
     let mut script = Script::new(job.name, "a drill file", job.profile);
+    if let Some(words) = job.options.turn.words() {
+        script.remark(&format!("The file's places are {words}."));
+    }
     script.remark("Set the work zero on the board's surface; these say how deep and how fast:");
     // Where Z counts downward, deeper is more.
     let down =

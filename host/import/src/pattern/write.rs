@@ -15,6 +15,8 @@ const MOST_PRODUCT: i64 = 2_000_000_000;
 const MOST_MS: i64 = 3_600_000;
 /// Fastest way down, um/s.
 const MOST_FEED: i64 = 1_000_000;
+/// Places that are told for a picture.
+const MOST_SHOWN: usize = 5_000;
 
 /// Writes a whole script, or, with the text of the one into which it goes, a piece of it.
 ///
@@ -57,7 +59,8 @@ pub fn write(pattern: &Pattern, profile: &Profile, into: Option<&str>) -> Result
         notes.extend(fit.notes);
     }
     notes.extend(check::travel(pattern, &points, profile));
-    Ok(Written { text, count: points.len(), notes })
+    let places = points.iter().take(MOST_SHOWN).map(|point| point.at).collect();
+    Ok(Written { text, count: points.len(), places, notes })
 }
 
 fn work_is_good(pattern: &Pattern, profile: &Profile) -> Result<(), String> {

@@ -25,6 +25,66 @@ fn slots_routes_and_repeated_holes() {
     insta::assert_snapshot!(refused("a.drl", text));
 }
 
+#[test]
+fn a_bottom_side_is_mirrored_and_shifted() {
+    use crate::Turn;
+    use lang::axis::Axis;
+    let text = "M48\nMETRIC\nT1C1.0\n%\nG90\nG05\nT1\nX1.5Y2.5\nX3.0Y4.0\nX1.0Y1.0G85X4.0Y2.0\n\
+        G00X1.0Y9.0\nM15\nG01X2.0Y9.0\nG02X4.0Y7.0I0.0J-2.0\nG03X6.0Y7.0A1.0\nM16\nG05\nM30\n";
+    let script = |mirror, shift| {
+        let options = Options { turn: Turn { mirror, shift }, ..Options::default() };
+        let made = import("a.drl", text.as_bytes(), &options);
+        made.unwrap_or_else(|diags| panic!("{}", shown("a.drl", &diags))).script
+    };
+    let plain = script(None, [0; 2]);
+    assert!(plain.contains("= 1.5mm, 2.5mm; 3mm, 4mm") && !plain.contains("The file's places"));
+    assert!(plain.contains("G2 X4 Y7 I0 J-2") && plain.contains("G3 X6 Y7 R1"), "{plain}");
+    // Seen from behind: X counts the other way, arcs turn the other way.
+    let bottom = script(Some(Axis::X), [10_000, 500]);
+    for line in [
+        "8.5mm, 3mm; 7mm, 4.5mm",
+        "9mm, 1.5mm, 6mm, 2.5mm",
+        "G0 X9 Y9.5",
+        "G3 X6 Y7.5 I0 J-2",
+        "G2 X4 Y7.5 R1",
+    ] {
+        assert!(bottom.contains(line), "{line}:\n{bottom}");
+    }
+    assert!(
+        bottom.contains("mirrored: X has the other sign, then shifted by X 10mm, Y 0.5mm"),
+        "{bottom}"
+    );
+    let turned = script(Some(Axis::Y), [0, 10_000]);
+    assert!(
+        turned.contains("1.5mm, 7.5mm; 3mm, 6mm") && turned.contains("G3 X4 Y3 I0 J2"),
+        "{turned}"
+    );
+    let shifted = script(None, [-1_000, 0]);
+    assert!(shifted.contains("0.5mm, 2.5mm") && shifted.contains("G2 X3 Y7 I0 J-2"), "{shifted}");
+}
+
+#[test]
+fn lists_of_points_turn_too_and_other_files_do_not() {
+    use crate::{Format, Turn};
+    use lang::axis::Axis;
+    let turn = Turn { mirror: Some(Axis::X), shift: [20_000, 0] };
+    let options = Options { turn, from: Some(Format::Points), ..Options::default() };
+    let made = import("a.csv", b"X,Y\n1,2\n5,6\n", &options).expect("points");
+    assert!(made.script.contains("19mm, 2mm; 15mm, 6mm"), "{}", made.script);
+    assert!(made.script.contains("' The file's places are mirrored"), "{}", made.script);
+    for (name, text) in
+        [("a.nc", "G21 G90\nG0 X1\nG1 X2 F300\nM30\n"), ("a.isel", "@07\n@0R7\n@0A100,100\n")]
+    {
+        let options = Options { turn, ..Options::default() };
+        let told = import(name, text.as_bytes(), &options).expect_err("it is refused");
+        let told = shown(name, &told);
+        assert!(
+            told.contains("neither mirrored nor shifted") && told.contains("work zero"),
+            "{told}"
+        );
+    }
+}
+
 /// The first hole or slot of a file, and what was said about it.
 fn first(text: &str) -> (String, String) {
     let made = import("a.drl", text.as_bytes(), &Options::default());

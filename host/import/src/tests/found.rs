@@ -113,6 +113,49 @@ fn pal_pc_drops_surplus_values_and_has_a_usual_speed() {
     assert!(said.contains("`82` has no speed"), "{said}");
 }
 
+/// Any axes, in any order; Z wants its way back, too.
+#[test]
+fn every_subset_of_the_axes_is_a_machine() {
+    for (axes, values, moves) in [
+        ("X", "10(2000)", &["MoveRel X, 10mm, 2000st/s"][..]),
+        ("y", "10(2000)", &["MoveRel Y, 10mm, 2000st/s"]),
+        ("Z", "10(2000),-10(3000)", &["MoveRel Z, 10mm, 2000st/s", "MoveRel Z, -10mm, 3000st/s"]),
+        ("xy", "3(2000),4(1000)", &["G91 G1 X3 Y4 F["]),
+        (
+            "XZ",
+            "3(2000),4(1000),-4(500)",
+            &["MoveRel X, 3mm, 2000st/s", "Z, 4mm, 1000st/s", "Z, -4mm, 500st/s"],
+        ),
+        (
+            "yz",
+            "3(2000),4(1000),-4(500)",
+            &["MoveRel Y, 3mm, 2000st/s", "Z, 4mm, 1000st/s", "Z, -4mm, 500st/s"],
+        ),
+        (
+            "xyz",
+            "3(2000),4(2000),5(1000),-5(500)",
+            &["G91 G1 X3 Y4 F[", "Z, 5mm, 1000st/s", "Z, -5mm, 500st/s"],
+        ),
+    ] {
+        let text = format!(
+            "#axis {axes};\n#steps 400;\n#elev 4;\n#input;\nmove {values};\nstop.\n#start;\n"
+        );
+        let script = made("a.pal", &text);
+        for line in moves {
+            assert!(script.contains(line), "#axis {axes}, {line}:\n{script}");
+        }
+        let others =
+            ["X", "Y", "Z"].into_iter().filter(|other| !axes.to_uppercase().contains(other));
+        for other in others {
+            assert!(!script.contains(&format!("MoveRel {other}")), "#axis {axes}:\n{script}");
+        }
+    }
+    // One value too few is refused by the number that the axes want.
+    let said =
+        refused("a.pal", "#axis xz;\n#elev 4;\n#input;\nmove 3(2000),4(1000);\nstop.\n#start;\n");
+    assert!(said.contains("`#axis` asks for 3") && said.contains("two for Z"), "{said}");
+}
+
 #[test]
 fn blanks_stand_between_the_words_of_a_hole() {
     let head = "M48\nINCH,LZ\nT1C0.0320\n%\nT1\n";

@@ -8,10 +8,10 @@ use lang::profile::Profile;
 
 use super::ideal::Machine;
 use super::jobs::{self, Job};
+use super::pace::{Pace, paces};
 use super::{Way, program};
 use crate::board::F5529;
 use crate::output;
-use crate::plot::{Pace, paces};
 
 /// The jobs that are drawn: one of corners, one of a curve.
 const JOBS: [&str; 2] = ["outlines_f3000_table", "circle_r5_100um_f3000_table"];

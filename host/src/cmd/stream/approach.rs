@@ -9,7 +9,7 @@ use lang::wire::{self, RunState};
 
 use super::Stream;
 use crate::client::status::long;
-use crate::cmd::Console;
+use crate::cmd::console::Console;
 use crate::cmd::port::Board;
 use crate::failure::Failure;
 use crate::stream::feed::Feed;

@@ -5,7 +5,7 @@ use lang::fault::Fault;
 use lang::profile::Profile;
 
 use crate::client::status::Status;
-use crate::cmd::Console;
+use crate::cmd::console::Console;
 
 /// How a job ended: the words for it and the hint.
 pub(super) struct Ended {

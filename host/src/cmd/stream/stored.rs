@@ -14,7 +14,7 @@ use super::keys::Keys;
 use crate::client::identity::Identity;
 use crate::client::orders;
 use crate::client::status::{Status, long};
-use crate::cmd::Console;
+use crate::cmd::console::Console;
 use crate::cmd::port::Board;
 use crate::cmd::script::Script;
 use crate::failure::Failure;

@@ -19,6 +19,8 @@ impl Desk {
             let turn = self.0.turn.get();
             // What is due at the pins comes before the next event.
             let pins = fall.into_iter().chain(turn.map(|(tick, _)| tick)).min();
+            let next = pins.into_iter().chain(event.map(|due| due >> 16)).min();
+            self.pass_around(next.unwrap_or(end).min(end));
             match (event, pins) {
                 (due, Some(tick)) if tick <= end && due.is_none_or(|due| tick <= due >> 16) => {
                     match turn {
@@ -33,6 +35,14 @@ impl Desk {
                 _ => return,
             }
         }
+    }
+
+    /// What happens around the machine by itself until a time, ticks.
+    fn pass_around(&self, tick: u64) {
+        let mut plant = self.0.plant.borrow_mut();
+        let unit = Desk::plant_ticks(&plant);
+        // Whoever acts between two ticks is seen at the next one.
+        plant.pass(tick * unit);
     }
 
     /// STEP pins whose pulse is over.

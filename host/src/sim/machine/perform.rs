@@ -173,11 +173,7 @@ impl Machine {
             Read::ProbeOk(axis) => self.axes.probe_ok(axis).into(),
             Read::Moving(axis) => self.motion.is_moving(axis).into(),
             Read::Homed(axis) => self.axes.is_homed(axis).into(),
-            Read::Timer => {
-                let us = self.run_clock() - self.pause.program_us;
-                // As the boards count: modulo 2^32.
-                ((us / 1_000) as u32).cast_signed()
-            }
+            Read::Timer => self.timer(),
             Read::TimedOut => self.waits.timed_out.into(),
             Read::CharIn => std::mem::take(&mut self.waits.char_in),
         })

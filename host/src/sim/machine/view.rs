@@ -6,6 +6,12 @@ use super::Machine;
 use crate::sim::view::{AxisView, View};
 
 impl Machine {
+    /// TIMER: ms since the program began, without the pauses, modulo 2^32 as the boards count.
+    pub(super) fn timer(&self) -> i32 {
+        let us = self.run_clock() - self.pause.program_us;
+        ((us / 1_000) as u32).cast_signed()
+    }
+
     /// What can be seen of it now.
     pub fn view(&self) -> View {
         let steps = self.motion.positions(self.clock.now());
@@ -18,7 +24,7 @@ impl Machine {
         };
         let most = 16;
         View {
-            us: self.clock.now(),
+            timer: Some(self.timer()),
             inputs: (1..=most).filter_map(|n| Some((n, self.inputs.read(n).ok()?))).collect(),
             outputs: (1..=most).filter_map(|n| Some((n, self.outputs.read(n).ok()?))).collect(),
             axes: self.profile.axes().map(|(letter, _)| axis(letter)).collect(),

@@ -42,6 +42,11 @@ pub const FUNCTIONS: &[(&str, &str)] = &[
     ),
     ("set_at(3000, value)", "The operator gives the `AT` variable at this register a value."),
     ("at_value(3000)", "The value of the `AT` variable at this register; engines rhai and vm."),
+    (
+        "unattended()",
+        "All that the world does not say is as without one: Start is pressed for who waits for it, and reference \
+         switches are out of the way until their axis is homed.",
+    ),
     ("expect_out(n, on)", "At the end of the run output `n` must be on or off."),
     (
         "expect_pos(\"X\", steps)",
@@ -102,6 +107,8 @@ pub fn register(engine: &mut Engine, plan: &Rc<RefCell<Plan>>) {
 }
 
 fn time(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
+    let plan = shared.clone();
+    engine.register_fn("unattended", move || plan.borrow_mut().unattended = true);
     let plan = shared.clone();
     engine.register_fn("at", move |c: NativeCallContext<'_>, ms: i32, f: FnPtr| -> Done {
         let at = us(&c, ms)?;

@@ -47,6 +47,8 @@ pub enum Expectation {
 pub struct Plan {
     /// Time of the callback that runs, us.
     pub now_us: u64,
+    /// Nobody is there, as without a world.
+    pub unattended: bool,
     /// Reference switches, steps from power-up.
     pub switches: [Option<i32>; 3],
     /// Probe plates: machine position, side.

@@ -176,8 +176,8 @@ impl Writer<'_> {
                 let (a, b) = (self.truth(d), self.truth(0));
                 format!("({a} {} {b})", self.tape.of(&["AND", "OR", "XOR", "ANDALSO", "ORELSE"]))
             }
-            10 => "TIMEDOUT".to_owned(),
-            _ => "(TIMER() < 90s)".to_owned(),
+            10 => self.tape.of(&["TIMEDOUT", "va.0", "(vb + 1).4", "va.31"]).to_owned(),
+            _ => self.tape.of(&["(TIMER() < 90s)", "(tm < 90s)", "RISE(3)", "FALL(4)"]).to_owned(),
         }
     }
 

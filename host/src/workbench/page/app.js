@@ -68,6 +68,7 @@ function build(welcome) {
   run.broken = () => editor.diags.some(own => own.kind === 'error');
   const machine = new Machine(link);
   const teach = new Teach(link, machine, script), pattern = new Pattern(link, machine, script);
+  pattern.view = view;
   const library = new Library(link);
   Object.assign(parts, { library, editor, script, language, assist, view, trial, run, machine, teach, pattern });
   trial.isNewest = about => about.number === script.number && script.synced;

@@ -53,11 +53,12 @@ $('#load').addEventListener('click', () => load(offer));
 async function load(name) {
   if (!name || loading) { list(); return; }
   loading = name;
+  part = 0;
   $('#refused').hidden = true;
   text($('#message'), '');
   show();
   try {
-    await link.ask({ bring: name });
+    await seen(await link.ask({ bring: name }));
     offer = null;
   } catch (error) {
     $('#refused').hidden = false;
@@ -67,6 +68,21 @@ async function load(name) {
     show();
   }
 }
+// Start names the program of the state that the page shows. So a program counts as loaded when that state has come:
+// Start before it would ask for the old one and be refused.
+const seen = program => new Promise(done => {
+  const look = () => {
+    const { identity } = state?.picture ?? {};
+    if (identity?.program_bytes !== program.bytes || identity.program_crc !== program.crc) return false;
+    link.removeEventListener('state', look);
+    clearTimeout(late);
+    done();
+    return true;
+  };
+  // The board may have been lost or given another program meanwhile: the state tells, and nothing waits for it.
+  const late = setTimeout(() => { link.removeEventListener('state', look); done(); }, 5000);
+  if (!look()) link.addEventListener('state', look);
+});
 // The list names what the board holds.
 function list() {
   const own = held(), other = own ? [] : [['', state?.holds ? say.notHere(heldWords()) : '–']];
@@ -122,6 +138,15 @@ link.addEventListener('log', e => {
   }
 });
 let printed = 0;
+// The bar: of an upload, or of a program that prints how far it is, as “Piece 3 of 5” or “3/5”.
+let part = null;
+link.addEventListener('progress', e => { part = e.detail.part; bar(); });
+function bar() {
+  const [, n, all] = /(\d+)\s*(?:of|von|sur|de|\/)\s*(\d+)/i.exec($('#message').textContent) ?? [];
+  const far = loading ? part : +n <= +all && +all > 0 ? n / all : null;
+  $('#bar').hidden = far === null;
+  if (far !== null) $('#bar').value = far;
+}
 
 link.addEventListener('state', e => {
   state = e.detail;
@@ -167,6 +192,7 @@ function show() {
   }
   fault(status, at, active);
   lamp(document.body, at === 'running', 'runs');
+  bar();
 }
 // The next thing to do, in a few words.
 function hint(status, mine, rests, bad) {

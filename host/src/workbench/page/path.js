@@ -14,7 +14,7 @@ const dark = () => matchMedia('(prefers-color-scheme: dark)').matches;
 
 export class PathView {
   points = new Float32Array(0); words = new Uint32Array(0); count = 0; fastest = 0;
-  view = 'top'; zoom = 1; x = 0; y = 0; marker = null; live = null; trail = []; machine = null; ghost = null; dim = false; homed = false;
+  view = 'top'; zoom = 1; x = 0; y = 0; marker = null; live = null; trail = []; machine = null; ghost = null; dim = false; homed = false; spots = [];
   // Turn and tilt of the view in space, radians; what a click on the path tells: time in s and line.
   turn = -0.6; tilt = 0.6; picked = null;
   #due = null; #rest = null; #bitmap = null; #made = null; #moving = false; #kept = null; #marked = null; #line = 0; #turning = false; #came = null;
@@ -71,6 +71,13 @@ export class PathView {
     const axis = this.machine?.axes.find(own => own.axis === 'Z');
     return !!axis && axis.low >= 0 && axis.high > 0;
   }
+  // Places that a pattern would go to, mm; none: the wizard is not at work.
+  preview(places) {
+    const before = JSON.stringify(this.spots);
+    this.spots = places;
+    if (JSON.stringify(places) === before) return;
+    if (this.#moving) this.draw(); else this.fit();
+  }
   // The line of the script whose pieces are drawn thick; 0: none.
   mark(line) {
     if (line === this.#line) return;
@@ -99,7 +106,9 @@ export class PathView {
   }
   // The whole path in sight, or the machine's travel where there is none.
   fit() {
-    const [low, high] = this.box ?? this.#room(), corners = this.#corners(low, high);
+    const [low, high] = (this.box ?? this.#room()).map(own => [...own]);
+    for (const spot of this.spots) spot.forEach((own, n) => { low[n] = Math.min(low[n], own); high[n] = Math.max(high[n], own); });
+    const corners = this.#corners(low, high);
     const across = corners.map(own => own[0]), up = corners.map(own => -own[1]);
     const [x0, x1, y0, y1] = [Math.min(...across), Math.max(...across), Math.min(...up), Math.max(...up)];
     const { width, height } = this.#size();
@@ -294,6 +303,16 @@ export class PathView {
       paper.globalAlpha = .55;
       paper.stroke(this.#marked);
       paper.restore();
+    }
+    if (this.spots.length) {
+      paper.strokeStyle = style.getPropertyValue('--accent');
+      paper.lineWidth = 2;
+      for (const spot of this.spots) {
+        const [x, y] = at(spot);
+        paper.beginPath();
+        paper.arc(x, y, 6, 0, 7);
+        paper.stroke();
+      }
     }
     if (this.trail.length > 1) {
       paper.strokeStyle = style.getPropertyValue('--trail');

@@ -13,6 +13,8 @@ const SHAPES = {
 };
 // A file that is larger is no list of points.
 const LARGEST = 400000;
+// From the last key to the points on the drawing, ms.
+const SOON = 150;
 
 const um = value => Math.round(value * 1000);
 
@@ -49,14 +51,18 @@ export class Pattern {
     this.result = h('pre', { id: 'made', tabIndex: 0, ariaLabel: 'The script that comes of it', hidden: true });
     this.words = h('p', { role: 'status', id: 'pattern-words' });
     this.listed = h('datalist', { id: 'listed' });
-    document.getElementById('pattern').append(
+    this.live = h('p', { id: 'pattern-live', className: 'soft' });
+    const panel = document.getElementById('pattern');
+    for (const name of ['input', 'change', 'click']) panel.addEventListener(name, () => this.#soon());
+    document.addEventListener('tab', () => this.#soon());
+    panel.append(
       h('fieldset', {}, h('legend', {}, 'Points'), this.shape, h('label', {}, 'called ', this.name), ...Object.values(this.boxes),
         h('span', { className: 'bar' }, field('x', 'First point (centre, zero of the list): X', 10, 'mm'), field('y', 'Y', 10, 'mm'), this.#here(['x', 'y'], 'XY'))),
       h('fieldset', {}, h('legend', {}, 'At each point'), h('label', {}, this.down, ' Z goes down'), this.depths, this.turns = h('label', {}, this.spindle, ' spindle on (a drill; not for glue or a gripper)'), this.act, this.output, this.ms),
       h('fieldset', {}, h('legend', {}, 'Align to the workpiece'),
         h('span', { className: 'soft' }, 'One taught point shifts the drawing, two turn it, three show whether it is mirrored.'),
         this.frame, action('Add a taught point', () => this.#pair(), { id: 'add-pair' }), h('label', {}, this.mirrored, ' mirrored (seen from below)'), this.listed),
-      h('div', { className: 'foot' }, this.words, h('div', { className: 'bar' }, action('Show the script', () => this.#make(true), { id: 'show-pattern' }),
+      h('div', { className: 'foot' }, this.live, this.words, h('div', { className: 'bar' }, action('Show the script', () => this.#make(true), { id: 'show-pattern' }),
         action('Insert at the caret', () => this.#insert(), { id: 'insert-pattern' }), action('As a new script', () => this.#fresh(), { id: 'new-pattern' }))),
       this.result);
     this.#shaped();
@@ -161,6 +167,26 @@ export class Pattern {
     const place = pair => ({ drawn: pair.drawn.map(micrometres), taught: pair.taught.map(micrometres) });
     return { shape: { [kind]: shape }, origin: [um(of('x')), um(of('y'))], work: { down, act, spindle: this.down.checked && this.spindle.checked }, name: this.name.value.trim(),
       frame: this.pairs.length ? { pairs: this.pairs.map(place), mirrored: this.mirrored.checked } : null };
+  }
+  #soon() {
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => this.#preview(), SOON);
+  }
+  // The points on the drawing, as one types. What is half typed shows none, and nothing is said of it.
+  async #preview() {
+    const turn = this.turn = (this.turn ?? 0) + 1;
+    let made = null, z = 0;
+    if (document.body.dataset.tab === 'pattern') {
+      try {
+        made = await this.link.ask({ pattern: { pattern: this.#wish(), into: false } });
+        z = this.down.checked ? number(this.fields.surface) : 0;
+      } catch { made = null; }
+    }
+    if (turn !== this.turn) return;
+    const outside = made?.notes.filter(note => note.includes('outside')) ?? [];
+    this.view?.preview(made?.places.map(([x, y]) => [x / 1000, y / 1000, z]) ?? []);
+    text(this.live, made ? [`${made.count} points, ringed on the drawing.`, ...outside.map(note => `${note}.`)].join(' ') : '');
+    this.live.className = outside.length ? 'bad' : 'soft';
   }
   // Has the script written, and shows it.
   async #make(whole) {

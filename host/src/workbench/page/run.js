@@ -23,6 +23,7 @@ export class Run {
       action('Start', () => this.start(), { id: 'start', className: 'main' }),
       action('Start what is stored', () => this.begin(), { id: 'start-stored', hidden: true }),
       action('Upload', () => this.upload(), { id: 'upload', title: 'Compile the script and bring it to the board' }),
+      action('Stream', () => this.stream(), { id: 'stream', title: 'Feed the script to the board piece by piece, however long it is; nothing is stored' }),
       action('Pause', ask('pause'), { id: 'pause' }),
       action('Resume', ask('resume'), { id: 'resume' }),
       action('Debug', () => link.ask({ debug: { breaks: lines(), step: false } }), { id: 'debug', title: 'Start, and halt at breakpoints' }),
@@ -55,6 +56,12 @@ export class Run {
       throw error;
     } finally { $('#upload-bar').hidden = true; }
   }
+  // Feeds the text to the board; comes back when the job is over.
+  async stream() {
+    await this.script.sync();
+    const words = await this.link.ask('stream');
+    tell(words);
+  }
   // The main button: what it is called is what it does.
   async start() {
     const { status } = this.state.picture;
@@ -83,6 +90,17 @@ export class Run {
     lamp(badge, is, 'same');
     text($('#start-stored'), name && !is && name !== own ? `Start ${name}` : 'Start what is stored');
     return is;
+  }
+  // How far a job is that is fed to the board.
+  #job(job) {
+    const bar = $('#upload-bar');
+    if (!job && !this.fed) return;
+    this.fed = !!job;
+    bar.hidden = !job;
+    bar.ariaLabel = job ? 'Streamed job' : 'Upload';
+    // Without a number of all statements nothing says how far it is.
+    if (job?.all) bar.value = job.count / job.all; else bar.removeAttribute('value');
+    text($('#job'), job ? `streamed: line ${job.line}` + (job.all ? `, ${Math.floor(job.count / job.all * 100)} %` : `, ${job.count} statements`) : '');
   }
   #progress(part) {
     $('#upload-bar').hidden = part >= 1;
@@ -134,19 +152,21 @@ export class Run {
     const { picture } = state, { status } = picture;
     const active = ['running', 'paused', 'waitstart', 'stopping'].includes(status?.state);
     const halted = picture.halted;
-    const line = halted ? halted.next || halted.behind : state.line;
+    const line = halted ? halted.next || halted.behind : state.stream?.line ?? state.line;
     text($('#run-state'), !status ? 'no board' : halted ? (halted.exact ? `halted before line ${halted.next}` : `halted behind line ${halted.behind}`)
       : WORDS[status.state] + (line ? ` · line ${line}` : '')
       + (!active && status.last_end && status.state === 'ready' ? ` · last run: ${status.last_end}` : ''));
     lamp($('#run-state'), status?.state === 'running', 'on');
+    this.#job(state.stream);
     const is = this.#badge();
-    this.#line(active && is ? line : null);
+    this.#line(active && (is || state.stream) ? line : null);
     const may = state.mine && status;
     const set = (id, on, label) => {
       $(id).disabled = !on;
       if (label) text($(id), label);
     };
     set('#upload', may && !active);
+    set('#stream', may && !active && !this.broken());
     const rests = status?.state === 'ready' || status?.state === 'empty';
     set('#start', may && (!active || status.state === 'waitstart') && !(rests && !is && this.broken()),
       status?.state === 'fault' ? 'Acknowledge' : rests && !is ? 'Upload and start' : 'Start');

@@ -9,6 +9,7 @@ export function tab(name) {
     document.getElementById(own.getAttribute('aria-controls')).classList.toggle('shown', on);
   }
   document.body.dataset.tab = name;
+  document.dispatchEvent(new Event('tab'));
 }
 tabs.forEach((own, n) => {
   own.addEventListener('click', () => tab(own.dataset.tab));

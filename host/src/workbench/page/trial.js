@@ -1,5 +1,6 @@
 // The simulation: what the run will be, at any time of it.
 import { h, $, text, time, mm, tell, lamp } from './dom.js';
+import { Pulses } from './pulses.js';
 
 // A simulation that takes longer says so, ms.
 const SOON = 300;
@@ -15,6 +16,7 @@ export class Trial {
     Object.assign(this, { link, view, editor });
     link.addEventListener('simulated', e => { this.next = e.detail; });
     link.addEventListener('path', e => this.#take(e.detail));
+    link.addEventListener('simulating', e => this.#far(e.detail));
     this.slider = $('#scrub');
     this.slider.addEventListener('input', () => this.seek(+this.slider.value * this.about.us / 1e4));
     $('#play').addEventListener('click', () => this.play(!this.playing));
@@ -28,8 +30,12 @@ export class Trial {
     view.picked = (time, line) => { this.seek(time * 1e6); editor.show(line); };
     editor.moved = line => view.mark(line);
     this.rows = $('#rows');
-    this.rows.addEventListener('pointerdown', e => this.#point(e));
-    this.rows.addEventListener('pointermove', e => { if (e.buttons) this.#point(e); });
+    this.pulses = new Pulses(link, () => editor.value);
+    this.pulses.changed = () => this.stale();
+    this.rows.addEventListener('pointerdown', e => this.#down(e));
+    this.rows.addEventListener('pointermove', e => { if (e.buttons) this.#moved(e); else this.#hover(e); });
+    this.rows.addEventListener('pointerup', e => this.#up(e));
+    this.rows.addEventListener('pointercancel', () => { this.pulses.draft = null; this.#timeline(); });
     new ResizeObserver(() => this.#timeline()).observe(this.rows);
   }
   // The text was changed: what is shown is that of another one from now on, until its own comes.
@@ -43,7 +49,16 @@ export class Trial {
     this.view.dim = on;
     this.view.draw();
   }
+  // How far a long simulation is: by its furthest line, which tells most of a job without loops.
+  #far(far) {
+    if (!this.isNewest(far)) return;
+    clearTimeout(this.waiting);
+    this.#say(`simulating… line ${far.line} of ${far.lines}, ${time(far.us)} of the run`);
+    $('#sim-bar').hidden = false;
+    $('#sim-bar').value = far.line / far.lines;
+  }
   #say(words) {
+    $('#sim-bar').hidden = true;
     text($('#sim-words'), words);
     $('#sim-words').hidden = !words;
   }
@@ -66,6 +81,7 @@ export class Trial {
       }
     }
     this.about = about;
+    this.pulses.list = about.pulses ?? [];
     this.view.machine = about.machine;
     this.view.set(buffer);
     this.#sum();
@@ -97,13 +113,16 @@ export class Trial {
     const world = (this.file() ?? 'script.bas').replace(/\.\w+$/, '.rhai');
     $('#sim-notes').replaceChildren(...[about.world, ...about.notes ?? []].filter(Boolean).map(words => h('li', {}, words)),
       about.turns ? h('li', {}, `The loop of line ${about.turns[1]} goes on after its third turn. `,
-        h('button', { type: 'button', id: 'more', className: 'small', onclick: () => { this.#say('simulating on…'); this.link.say('simulate_all'); } }, 'More')) : '');
+        h('button', { type: 'button', id: 'more', className: 'small', onclick: () => { this.#say('simulating on…'); this.link.say('simulate_all'); } }, 'More')) : '',
+      ...about.pulses ? this.pulses.form(about.machine) : []);
     const card = $('#sim-fault');
     const idle = end.why === 'idle';
     card.hidden = !faulty && !about.lack && !about.failures.length && !idle;
     card.replaceChildren(
       idle ? h('p', {}, h('b', {}, `Line ${end.line} waits for an input or a button, and nobody gives it in the simulation. `),
-        `A world says when it comes: write it to ${world} beside the script, or run the program on the board. `,
+        `A world says when it comes: draw it on the input's row above, write it to ${world} beside the script, or run the program on the board. `,
+        ...about.pulses ? this.pulses.reads(this.editor.value.split('\n')[end.line - 1] ?? '', about.machine).map(n => h('button', { type: 'button', className: 'pulse',
+          onclick: () => this.pulses.add(n, about.us / 1e3 + 100) }, `Input ${n} comes`)) : [], ' ',
         h('button', { type: 'button', onclick: () => this.editor.show(end.line) }, `Line ${end.line}`)) : '',
       faulty ? h('p', {}, h('b', {}, `${end.fault}: ${end.text}. `), `${end.cause} `, h('i', {}, end.remedy), ' ',
         h('button', { type: 'button', onclick: () => this.editor.show(end.line) }, `Line ${end.line}`)) : '',
@@ -160,6 +179,10 @@ export class Trial {
     const prints = events.filter(event => event[2] !== null), faulty = end?.status === 'fault';
     // [name, is an output, spans]; marks are spans without a length.
     const rows = [...this.about?.rows ?? []];
+    if (this.about?.pulses) rows.push(...this.pulses.more(rows, this.about.machine));
+    this.shown = rows;
+    // A run that waits for an input may go on where it stands: there is room to draw.
+    this.span = end?.why === 'idle' ? us * 1.2 + 1e6 : us;
     if (prints.length || faulty) rows.push(['PRINT, fault', false, []]);
     canvas.ariaLabel = `Inputs and outputs over time; ${prints.length} lines printed; ${faulty ? `${end.fault} at ${time(us)}` : 'no fault'}`;
     const height = Math.max(1, rows.length) * 18 + 6, width = canvas.clientWidth;
@@ -171,8 +194,8 @@ export class Trial {
     const paper = canvas.getContext('2d', { willReadFrequently: true }), style = getComputedStyle(canvas);
     paper.scale(ratio, ratio);
     paper.font = '11px sans-serif';
-    const x = at => 90 + at / (us || 1) * (width - 98);
-    rows.forEach(([name, output, spans], n) => {
+    const x = at => 90 + Math.min(1, at / (this.span || 1)) * (width - 98), { draft, list } = this.pulses;
+    rows.forEach(([name, output, spans, input], n) => {
       const y = 4 + n * 18;
       paper.fillStyle = style.getPropertyValue('--soft');
       paper.fillText(name, 4, y + 11);
@@ -180,6 +203,12 @@ export class Trial {
       paper.fillRect(90, y + 6, width - 98, 2);
       paper.fillStyle = style.getPropertyValue(output ? '--on' : '--in');
       for (const [from, to] of spans) paper.fillRect(x(from), y + 1, Math.max(2, x(to) - x(from)), 12);
+      if (output || !input) return;
+      // What was drawn is framed; what is being drawn, too.
+      paper.strokeStyle = style.getPropertyValue('--accent');
+      for (const one of draft ? [...list, draft] : list) {
+        if (one.input === input) paper.strokeRect(x(one.from * 1e3), y + .5, Math.max(3, x(one.to * 1e3) - x(one.from * 1e3)), 13);
+      }
     });
     if (prints.length || faulty) {
       const y = 4 + (rows.length - 1) * 18;
@@ -199,9 +228,32 @@ export class Trial {
     paper.fillStyle = getComputedStyle(this.rows).getPropertyValue('--text');
     paper.fillRect(this.x(this.us), 0, 1, this.rows.height);
   }
-  #point(e) {
-    const part = (e.offsetX - 90) / (this.rows.clientWidth - 98);
-    this.seek(Math.max(0, Math.min(1, part)) * this.about.us);
+  #time(e) { return Math.max(0, Math.min(1, (e.offsetX - 90) / (this.rows.clientWidth - 98))) * this.span; }
+  #point(e) { this.seek(Math.min(this.about.us, this.#time(e))); }
+  // The number of the input on whose row a pointer is.
+  #input(e) {
+    const row = this.about?.pulses && this.shown[Math.floor((e.offsetY - 4) / 18)];
+    return row && !row[1] && e.offsetX >= 90 ? row[3] : undefined;
+  }
+  #hover(e) {
+    const input = this.#input(e);
+    this.rows.style.cursor = input ? 'crosshair' : 'pointer';
+    this.rows.title = input ? 'Click or drag: the input is on then. Click what you drew: it goes away.' : '';
+  }
+  #down(e) {
+    const input = this.#input(e);
+    if (!input) { this.#point(e); return; }
+    this.rows.setPointerCapture(e.pointerId);
+    this.pressed = e.offsetX;
+    this.pulses.begin(input, Math.round(this.#time(e) / 1e3));
+  }
+  #moved(e) {
+    if (!this.pulses.draft) { this.#point(e); return; }
+    this.pulses.move(Math.round(this.#time(e) / 1e3));
+    this.#timeline();
+  }
+  #up(e) {
+    if (this.pulses.draft) this.pulses.end(Math.abs(e.offsetX - this.pressed));
   }
   play(on) {
     if (!this.about) return;

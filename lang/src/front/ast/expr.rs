@@ -46,6 +46,8 @@ pub enum UnaryOp {
     Neg,
     /// NOT
     Not,
+    /// `n.3`, bits 0 to 31: a Truth.
+    Bit(u8),
 }
 
 /// Operators with two operands.
@@ -146,6 +148,7 @@ impl fmt::Debug for Expr {
             ExprKind::Axis(axis) => write!(f, "{}", axis.axis.letter()),
             ExprKind::Unary(UnaryOp::Neg, e) => write!(f, "(-{e:?})"),
             ExprKind::Unary(UnaryOp::Not, e) => write!(f, "(NOT {e:?})"),
+            ExprKind::Unary(UnaryOp::Bit(bit), e) => write!(f, "{e:?}.{bit}"),
             ExprKind::Binary(op, a, b) => write!(f, "({a:?} {} {b:?})", op.symbol()),
         }
     }

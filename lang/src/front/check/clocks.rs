@@ -53,7 +53,7 @@ impl<'a> Checker<'a> {
     fn assignments(&self, scope: RoutineId, block: &'a Block, into: &mut Vec<Assigned<'a>>) {
         for stmt in block {
             match &stmt.kind {
-                StmtKind::Assign { target, value, .. } => {
+                StmtKind::Assign { target, value, bit: None, .. } => {
                     if let Some(Entity::Var(var)) = self.names.look(scope, &target.key) {
                         into.push((scope, var, value));
                     }

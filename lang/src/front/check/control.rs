@@ -183,7 +183,9 @@ impl<'a> Checker<'a> {
         let (body, _) = self.loop_body(LoopKind::For, body);
         let symbol = symbol?;
         let var = match symbol.entity {
-            Entity::Var(var) if !self.vars[var.0 as usize].array => var,
+            Entity::Var(var) if !self.vars[var.0 as usize].array && self.reader(var).is_none() => {
+                var
+            }
             _ => {
                 let message = format!("FOR counts in a variable, `{}` is none", name.text);
                 self.error(Code::WrongUse, name.span, message, "declare one: `DIM i`");

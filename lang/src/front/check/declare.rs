@@ -139,6 +139,9 @@ impl<'a> Checker<'a> {
         if variable.kind.is_none() && fixed.is_none() {
             self.open.push(var);
         }
+        if variable.timer {
+            self.dim_timer(variable, var);
+        }
         self.panel(variable, var, limits);
         if let Some(size) = &variable.size {
             let len = self.plain_constant(size, "the size of an array").unwrap_or(1);
@@ -264,6 +267,11 @@ impl<'a> Checker<'a> {
     fn keep(&mut self, variable: &'a Variable) {
         let name = &variable.name;
         let kind = variable.kind.map_or(Kind::Number, |k| k.kind);
+        if variable.timer {
+            let hint = "it counts in a run: `DIM name AS TIMER`";
+            let message = format!("`{}` is a TIMER and can not be kept", name.text);
+            self.error(Code::BadKeep, name.span, message, hint);
+        }
         if self.scope != MAIN {
             self.error(
                 Code::BadKeep,

@@ -15,6 +15,11 @@ pub(super) fn number(value: i32, kind: Kind, span: Span) -> hir::Expr {
     hir::Expr { kind, span: range(span), node: hir::ExprKind::Const(value) }
 }
 
+/// The constant that has this bit alone.
+pub(super) fn mask(bit: u8, span: Span) -> hir::Expr {
+    number((1_u32 << bit) as i32, Kind::Number, span)
+}
+
 /// The value of a constant node.
 pub(super) fn value_of(expr: &hir::Expr) -> Option<i32> {
     match expr.node {
@@ -53,6 +58,9 @@ impl<'a> Checker<'a> {
     fn name(&mut self, name: &'a Name, span: Span) -> Option<hir::Expr> {
         let symbol = self.resolve_as(name, |text| match words::foreign_function(&name.key) {
             Some(hint) => hint.to_owned(),
+            None if words::foreign_target(&name.key).is_some() => {
+                "an input is read by `IN(n)`, an output by `OUT(n)`".to_owned()
+            }
             None => format!("declare it first: `DIM {text}`"),
         })?;
         match symbol.entity {
@@ -62,6 +70,9 @@ impl<'a> Checker<'a> {
                 let hint = format!("write which value: `{}(0)`", symbol.text);
                 self.error(Code::WrongUse, span, format!("`{}` is an array", symbol.text), hint);
                 None
+            }
+            Entity::Var(var) if self.reader(var).is_some() => {
+                self.reader(var).map(|id| self.reading(id, span))
             }
             Entity::Var(var) => {
                 let kind = self.vars[var.0 as usize].kind;
@@ -77,6 +88,9 @@ impl<'a> Checker<'a> {
     }
 
     fn apply(&mut self, name: &'a Name, args: &'a [Expr], span: Span) -> Option<hir::Expr> {
+        if let Some(id) = self.edge(name) {
+            return Some(self.reading(id, span));
+        }
         let symbol = self.resolve_as(name, |text| match words::foreign_function(&name.key) {
             Some(hint) => hint.to_owned(),
             None => format!(
@@ -258,13 +272,24 @@ impl<'a> Checker<'a> {
     }
 
     fn unary(&mut self, op: UnaryOp, inner: &'a Expr, span: Span) -> Option<hir::Expr> {
+        if let UnaryOp::Bit(bit) = op {
+            let value = self.plain(inner, &format!("`.{bit}`"))?;
+            let and = self.make_binary(BinOp::And, Kind::Number, value, mask(bit, span), span)?;
+            return self.make_binary(
+                BinOp::Ne,
+                Kind::Truth,
+                and,
+                number(0, Kind::Number, span),
+                span,
+            );
+        }
         let inner = self.expr(inner)?;
         let (op, kind) = match op {
             UnaryOp::Neg if inner.kind == Kind::Truth => (UnOp::Neg, Kind::Number),
             UnaryOp::Neg => (UnOp::Neg, inner.kind),
             UnaryOp::Not if inner.kind == Kind::Truth => (UnOp::LogNot, Kind::Truth),
             UnaryOp::Not if inner.kind == Kind::Number => (UnOp::BitNot, Kind::Number),
-            UnaryOp::Not => {
+            _ => {
                 let message = format!("NOT of {}", kinds::a(inner.kind));
                 self.error(
                     Code::KindMismatch,

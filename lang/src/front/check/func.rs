@@ -2,13 +2,14 @@
 
 use super::expr::{number, value_of};
 use super::names::Entity;
-use super::{Checker, clocks, fold, infer, kinds, range};
+use super::{Checker, MAIN, clocks, fold, infer, kinds, range};
 use crate::axis::Axis;
 use crate::front::ast::{BinaryOp, Expr, ExprKind};
 use crate::front::codes::Code;
+use crate::front::parser::TIMED_OUT;
 use crate::front::span::Span;
 use crate::front::words::Func;
-use crate::hir::{self, BinOp, ReadKind, UnOp};
+use crate::hir::{self, BinOp, ReadKind, UnOp, VarId};
 use crate::kind::Kind;
 
 impl<'a> Checker<'a> {
@@ -30,7 +31,10 @@ impl<'a> Checker<'a> {
             Func::CharIn => read(ReadKind::CharIn),
             Func::InPort => read(ReadKind::InPort),
             Func::Timer => Some(clocks::timer(span)),
-            Func::TimedOut => read(ReadKind::TimedOut),
+            Func::TimedOut => match self.timed_out() {
+                Some(var) => plain(hir::ExprKind::Var(var)),
+                None => read(ReadKind::TimedOut),
+            },
             Func::Err => plain(hir::ExprKind::Err),
             Func::Erl => plain(hir::ExprKind::Erl),
             Func::In => read(ReadKind::In(Box::new(self.port(args.first()?, false)?))),
@@ -76,6 +80,14 @@ impl<'a> Checker<'a> {
                 let op = if func == Func::Min { BinOp::Min } else { BinOp::Max };
                 self.make_binary(op, kind, left, right, span)
             }
+        }
+    }
+
+    /// The variable that holds TIMEDOUT where a WAIT UNTIL sets it too.
+    pub(super) fn timed_out(&mut self) -> Option<VarId> {
+        match self.names.take(MAIN, TIMED_OUT)?.entity {
+            Entity::Var(var) => Some(var),
+            _ => None,
         }
     }
 

@@ -240,6 +240,11 @@ impl<'a> Builder<'_, 'a> {
                 self.expr(value);
                 self.end(Op::Leave);
             }
+            StmtKind::Dim(list) => {
+                if list.iter().any(|variable| variable.name.is_hidden()) {
+                    self.emit(Op::Uses("a WAIT UNTIL with a time", stmt.span));
+                }
+            }
             StmtKind::End | StmtKind::ResumeNext => self.end(Op::Stop),
             StmtKind::OnError(Some(name)) => {
                 if let Some(id) = self.checker.labels.id(MAIN, &name.key) {
@@ -442,7 +447,12 @@ impl<'a> Builder<'_, 'a> {
     }
 
     fn call(&mut self, name: &Name) {
-        if let Some(Entity::Routine(id)) = self.checker.names.look(self.checker.scope, &name.key) {
+        let called = match self.checker.names.look(self.checker.scope, &name.key) {
+            Some(Entity::Routine(id)) => Some(id),
+            Some(Entity::Var(var)) => self.checker.reader(var),
+            _ => self.checker.edge(name),
+        };
+        if let Some(id) = called {
             self.emit(Op::Call(id, name.span));
         }
     }

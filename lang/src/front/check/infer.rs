@@ -200,9 +200,10 @@ impl<'a> Inference<'_, 'a> {
 
     fn stmt(&mut self, stmt: &'a Stmt) {
         match &stmt.kind {
-            StmtKind::Assign { target, index, value } => {
+            StmtKind::Assign { target, index, bit, value } => {
                 self.exprs(index);
                 let ty = self.expr(value);
+                let ty = if bit.is_some() { Ty::Known(Kind::Number) } else { ty };
                 if let Some(var) = self.written(&target.key) {
                     let slot = self.slot(var.0 as usize);
                     self.bind(slot, ty);
@@ -384,6 +385,9 @@ impl<'a> Inference<'_, 'a> {
                 Some(Entity::Routine(_)) => self.call(&name.key, args),
                 entity => {
                     self.exprs(args);
+                    if let Some(id) = self.checker.edge(name) {
+                        return self.slot(self.result_slot(id));
+                    }
                     match entity {
                         Some(Entity::Var(var)) => self.slot(var.0 as usize),
                         Some(Entity::Table(id)) => {
@@ -404,6 +408,11 @@ impl<'a> Inference<'_, 'a> {
                 ty => ty,
             },
             ExprKind::Unary(UnaryOp::Not, inner) => self.expr(inner),
+            ExprKind::Unary(UnaryOp::Bit(_), inner) => {
+                let ty = self.expr(inner);
+                self.bind(ty, Ty::Known(Kind::Number));
+                Ty::Known(Kind::Truth)
+            }
             ExprKind::Binary(op, left, right) => {
                 let left = self.expr(left);
                 let right = self.expr(right);

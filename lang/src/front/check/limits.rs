@@ -29,10 +29,28 @@ pub(super) struct Limits {
     homed: [bool; 3],
     offset: [bool; 3],
     targets: Vec<Target>,
+    feeds: Vec<Feed>,
+    paths: Paths,
 }
 
-/// Constant targets that are remembered: a drilled board has thousands, the list of diagnostics 50.
-const MAX_TARGETS: usize = 100_000;
+/// A constant F, kept until it is known which axes the paths move.
+#[derive(Debug)]
+struct Feed {
+    value: i32,
+    kind: Kind,
+    span: Span,
+}
+
+/// Which sets of axes the script's paths move: a set is a mask with X in bit 0, a field has a bit for each of the
+/// eight sets.
+#[derive(Clone, Copy, Debug, Default)]
+struct Paths {
+    lines: u8,
+    arcs: u8,
+}
+
+/// Constant targets and feeds that are remembered: a drilled board has thousands, the list of diagnostics 50.
+const MAX_KEPT: usize = 100_000;
 
 impl<'a> Checker<'a> {
     /// An axis that the machine has.
@@ -175,13 +193,61 @@ impl<'a> Checker<'a> {
             self.run_time_fault(Fault::SpeedRange, span, "a feed that is not positive");
             return;
         }
-        let tops = self.profile.axes();
-        let tops = tops.filter_map(|(axis, part)| {
-            Some((in_unit_of(feed.kind, part.scale, part.top_rate)?, axis))
-        });
-        if let Some((top, axis)) = tops.max() {
-            self.warn_above(value, top, feed.kind, axis, "feed", "top", span);
+        if self.limits.feeds.len() < MAX_KEPT {
+            self.limits.feeds.push(Feed { value, kind: feed.kind, span });
         }
+    }
+
+    /// A path with feed moves these axes: in a line, or in an arc whose plane they span.
+    pub(super) fn note_path(&mut self, axes: impl IntoIterator<Item = Axis>, arc: bool) {
+        let set = axes.into_iter().fold(0, |set, axis| set | 1 << axis.index());
+        let paths = &mut self.limits.paths;
+        *(if arc { &mut paths.arcs } else { &mut paths.lines }) |= 1 << set;
+    }
+
+    /// Warns of feeds that no path of the script reaches, whatever its direction. Which F holds for which path is not
+    /// followed through jumps and SUBs: the fastest of all paths counts.
+    pub(super) fn check_feeds(&mut self) {
+        for feed in core::mem::take(&mut self.limits.feeds) {
+            let Some((top, what)) = self.fastest_path(feed.kind) else { continue };
+            if i64::from(feed.value) <= top {
+                continue;
+            }
+            let unit = feed.kind.unit().suffix();
+            let message = format!("this feed is above {what}, {top}{unit}");
+            let hint = format!(
+                "the path runs as fast as its axes can; a feed of {top}{unit} or less is kept"
+            );
+            self.error(Code::AboveTop, feed.span, message, hint);
+        }
+    }
+
+    /// What the fastest path of the script reaches in the unit of `kind`, rounded up, and in words what that is. In a
+    /// line all its axes may be at their tops at once; in an arc each axis of the plane has the whole speed somewhere.
+    fn fastest_path(&self, kind: Kind) -> Option<(i64, String)> {
+        let Paths { lines, arcs } = self.limits.paths;
+        let mut fastest: Option<(i64, String)> = None;
+        for (sets, arc) in [(lines, false), (arcs, true)] {
+            for set in (1..8u8).filter(|set| sets & 1 << set != 0) {
+                let axes = Axis::ALL.into_iter().filter(|axis| set & 1 << axis.index() != 0);
+                let tops = axes.clone().map(|axis| {
+                    let part = self.profile.axis(axis)?;
+                    in_unit_of(kind, part.scale, part.top_rate)
+                });
+                let tops = tops.collect::<Option<Vec<_>>>()?;
+                let top = if arc { tops.iter().copied().min()? } else { length_of(&tops) };
+                let letters = axes.map(|axis| axis.letter().to_string()).collect::<Vec<_>>();
+                let what = match (&letters[..], arc) {
+                    ([one], _) => format!("the top of {one}"),
+                    (all, true) => format!("what an arc of {} reaches", all.join(" and ")),
+                    (all, false) => format!("what {} reach together", all.join(" and ")),
+                };
+                if fastest.as_ref().is_none_or(|(before, _)| top > *before) {
+                    fastest = Some((top, what));
+                }
+            }
+        }
+        fastest
     }
 
     /// A constant S on a machine with a laser or a PWM.
@@ -231,7 +297,7 @@ impl<'a> Checker<'a> {
             Frame::Work => target.kind == Kind::Steps,
         };
         if let Some(value) = value_of(target)
-            && self.limits.targets.len() < MAX_TARGETS
+            && self.limits.targets.len() < MAX_KEPT
         {
             self.limits.targets.push(Target { axis, value, kind: target.kind, machine, span });
         }
@@ -281,6 +347,13 @@ fn mm(um: i32) -> String {
     let sign = if um < 0 { "-" } else { "" };
     let text = format!("{}.{:03}", um.unsigned_abs() / 1000, um.unsigned_abs() % 1000);
     format!("{sign}{}mm", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// The length of a vector with these parts, rounded up.
+fn length_of(parts: &[i64]) -> i64 {
+    let square = parts.iter().map(|&part| i128::from(part) * i128::from(part)).sum::<i128>();
+    let root = square.isqrt();
+    i64::try_from(root + i128::from(root * root < square)).unwrap_or(i64::MAX)
 }
 
 /// A profile's rate in steps in the unit of `kind`; um are rounded up, so that the top itself is

@@ -2,7 +2,7 @@
 
 use super::argument::{ACCEL, PLACE, SPEED, TIME};
 use super::expr::{number, value_of};
-use super::{Checker, kinds};
+use super::{Checker, kinds, range};
 use crate::axis::Axis;
 use crate::effect::Frame;
 use crate::fault::Fault;
@@ -96,12 +96,15 @@ impl<'a> Checker<'a> {
                 };
                 let timeout = self.timeout(timeout.as_ref(), "the timeout of WaitIn");
                 let timeout = timeout?.map(Box::new);
-                one(StmtKind::WaitIn { n: n?, want: want?, timeout, query: *quiet })
+                let wait = StmtKind::WaitIn { n: n?, want: want?, timeout, query: *quiet };
+                Some(self.with_timed_out(wait, *quiet, span))
             }
             Machine::WaitChar { quiet, code, timeout } => {
                 let c = self.character(code, "WaitChar");
                 let timeout = self.timeout(timeout.as_ref(), "the timeout of WaitChar");
-                one(StmtKind::WaitChar { c: c?, timeout: timeout?.map(Box::new), query: *quiet })
+                let timeout = timeout?.map(Box::new);
+                let wait = StmtKind::WaitChar { c: c?, timeout, query: *quiet };
+                Some(self.with_timed_out(wait, *quiet, span))
             }
             Machine::Print(parts) => {
                 let mut list = Vec::with_capacity(parts.len());
@@ -121,6 +124,18 @@ impl<'a> Checker<'a> {
             }
             // Modal state only: it costs the device nothing.
             Machine::Plane(_) => Some(Vec::new()),
+        }
+    }
+
+    /// A wait, and TIMEDOUT in the variable that holds it where a WAIT UNTIL sets it too.
+    fn with_timed_out(&mut self, wait: StmtKind, quiet: bool, span: Span) -> Vec<StmtKind> {
+        match self.timed_out() {
+            Some(var) if quiet => {
+                let node = hir::ExprKind::Read(hir::ReadKind::TimedOut);
+                let read = hir::Expr { kind: Kind::Truth, span: range(span), node };
+                vec![wait, StmtKind::Assign(hir::Place::Var(var), read)]
+            }
+            _ => vec![wait],
         }
     }
 

@@ -1,5 +1,6 @@
 //! Statements: lowering of blocks, assignments, calls, jumps, events.
 
+use super::ends::Lit;
 use super::labels::BlockId;
 use super::names::Entity;
 use super::{Checker, MAIN, argument, kinds, range};
@@ -56,6 +57,8 @@ impl<'a> Checker<'a> {
         let mut lowered = Vec::with_capacity(block.len());
         let mut then = Then::GoesOn;
         let mut warned = false;
+        let mut lit = Lit::default();
+        let mut before = Span::point(0);
         for stmt in block {
             if matches!(stmt.kind, StmtKind::Label(_)) {
                 then = Then::GoesOn;
@@ -67,7 +70,9 @@ impl<'a> Checker<'a> {
                 self.error(Code::Unreachable, stmt.span, "nothing reaches this statement", hint);
                 warned = true;
             }
-            if !is_declaration(stmt) && !matches!(stmt.kind, StmtKind::Label(_)) {
+            // Several may be parts of one of the text.
+            let part = core::mem::replace(&mut before, stmt.span) == stmt.span;
+            if !is_declaration(stmt) && !matches!(stmt.kind, StmtKind::Label(_)) && !part {
                 self.statements += 1;
             }
             if !matches!(stmt.kind, StmtKind::Gcode(_)) {
@@ -77,6 +82,7 @@ impl<'a> Checker<'a> {
             if then == Then::GoesOn {
                 then = after;
             }
+            self.follow_outputs(&mut lit, &kinds, stmt.span);
             let place = |kind| hir::Stmt { line: stmt.line, span: range(stmt.span), kind };
             lowered.extend(kinds.into_iter().map(place));
         }
@@ -100,7 +106,12 @@ impl<'a> Checker<'a> {
                 kinds.extend(self.gcode_label_prologue(id));
                 Some((kinds, Then::GoesOn))
             }
-            StmtKind::Assign { target, index, value } => one(self.assign(target, index, value)?),
+            StmtKind::Assign { target, index, bit: None, value } => {
+                one(self.assign(target, index, value)?)
+            }
+            StmtKind::Assign { target, index, bit: Some(bit), value } => {
+                one(self.assign_bit(target, index, *bit, value, stmt)?)
+            }
             StmtKind::Call { name, args } => one(self.call(name, args, stmt.span)?),
             StmtKind::If { .. }
             | StmtKind::Select { .. }
@@ -171,9 +182,27 @@ impl<'a> Checker<'a> {
         index: &'a [Expr],
         value: &'a Expr,
     ) -> Option<hir::StmtKind> {
-        let symbol = self.resolve(target);
+        let place = self.place(target, index);
         let lowered = self.expr(value);
-        let symbol = symbol?;
+        let ((place, kind), lowered) = (place?, lowered?);
+        if let Place::Var(var) = place
+            && self.reader(var).is_some()
+        {
+            let found = lowered.kind;
+            let restart = self.restart(var, &lowered, value.span);
+            return restart.map_err(|why| self.wrong_restart(target, value, found, why)).ok();
+        }
+        if !kinds::fits(kind, lowered.kind) {
+            let what = format!("`{}`, {},", target.text, kinds::a(kind));
+            self.wrong_assignment(&what, kind, value, lowered.kind);
+            return None;
+        }
+        Some(hir::StmtKind::Assign(place, lowered))
+    }
+
+    /// What an assignment writes, with its kind.
+    pub(super) fn place(&mut self, target: &'a Name, index: &'a [Expr]) -> Option<(Place, Kind)> {
+        let symbol = self.resolve(target)?;
         let Entity::Var(var) = symbol.entity else {
             let (what, hint) = match symbol.entity {
                 Entity::Const(..) => ("a CONST, which never changes", "use a variable: `DIM`"),
@@ -198,13 +227,7 @@ impl<'a> Checker<'a> {
         } else {
             Place::Var(var)
         };
-        let lowered = lowered?;
-        if !kinds::fits(kind, lowered.kind) {
-            let what = format!("`{}`, {},", target.text, kinds::a(kind));
-            self.wrong_assignment(&what, kind, value, lowered.kind);
-            return None;
-        }
-        Some(hir::StmtKind::Assign(place, lowered))
+        Some((place, kind))
     }
 
     fn wrong_assignment(&mut self, what: &str, kind: Kind, value: &'a Expr, found: Kind) {

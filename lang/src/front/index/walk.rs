@@ -65,6 +65,9 @@ pub(super) fn index(script: &Script) -> Index {
 
 impl Walk {
     fn declare(&mut self, name: &Name, sort: Sort, span: Span) {
+        if name.is_hidden() {
+            return;
+        }
         let index = &mut self.index;
         let local_to = self.scope.checked_sub(1);
         let names = match sort {
@@ -80,6 +83,9 @@ impl Walk {
     }
 
     fn mention(&mut self, name: &Name, among: Among, writes: bool) {
+        if name.is_hidden() {
+            return;
+        }
         let index = &self.index;
         let own = self.scope;
         let named = |scope: usize| index.names[scope].get(&name.key);
@@ -152,7 +158,7 @@ impl Walk {
     /// The names of one statement; its blocks and its declarations apart.
     fn stmt(&mut self, stmt: &Stmt) {
         match &stmt.kind {
-            StmtKind::Assign { target, index, value } => {
+            StmtKind::Assign { target, index, value, .. } => {
                 self.mention(target, Among::Names, true);
                 index.iter().chain([value]).for_each(|e| self.expr(e));
             }

@@ -47,6 +47,7 @@ fn run(rest: &[u8]) -> Run {
             let value = &rest[at + 1..];
             return block(match value[0] {
                 b'[' => !(later && is_assigned(value)),
+                b'.' if at == 0 => is_number(value) && !is_bit(value),
                 _ => is_number(value),
             });
         }
@@ -85,6 +86,12 @@ fn is_assigned(rest: &[u8]) -> bool {
     let line = rest.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(rest.len());
     let close = rest[..line].iter().position(|b| *b == b']');
     close.is_some_and(|close| blanks_off(&rest[close + 1..]).first() == Some(&b'='))
+}
+
+/// `.3 =`, the bit of a variable that has one letter.
+fn is_bit(rest: &[u8]) -> bool {
+    let digits = rest[1..].iter().take_while(|b| b.is_ascii_digit()).count();
+    blanks_off(&rest[1 + digits..]).first() == Some(&b'=')
 }
 
 fn is_number(rest: &[u8]) -> bool {

@@ -110,9 +110,7 @@ impl<'a> State<'a> {
             '/' => "there is no block delete: use IF",
             '*' => "checksums are not used here: delete it",
             ',' => "words stand side by side: `G1 X10 Y5`",
-            '=' if bit.contains('.') => {
-                "a variable has no bits by `.`: `n = n OR 8` sets bit 3, `(n AND 8) <> 0` tests it"
-            }
+            '=' if bit.contains('.') => "a bit is written by a statement of its own: `n.3 = ON`",
             '=' => "a name that begins like a G-code word needs an underscore: `x_1 = 5`",
             _ => "a word is a letter directly followed by a number or `[expression]`",
         };

@@ -86,6 +86,9 @@ impl<'a> Builder<'a> {
         let Placed { piece, span, line } = placed;
         match piece {
             Piece::Stmt(kind) => self.push(Stmt { kind, span, line }),
+            Piece::Several(kinds) => {
+                kinds.into_iter().for_each(|kind| self.push(Stmt { kind, span, line }));
+            }
             Piece::Profile(name) => {
                 let first = self.script.body.is_empty()
                     && self.script.routines.is_empty()

@@ -53,6 +53,10 @@ fn one_line(i: In<'_>) -> Parsed<'_, Block> {
                     Piece::Stmt(kind) => {
                         block.push(Stmt { kind, span, line: rest.first().line });
                     }
+                    Piece::Several(kinds) => {
+                        let line = rest.first().line;
+                        block.extend(kinds.into_iter().map(|kind| Stmt { kind, span, line }));
+                    }
                     other => return Err(rest.fail(foreign::in_one_line(rest, span, &other))),
                 }
                 if let Some(diag) = foreign::one_line_end(after) {

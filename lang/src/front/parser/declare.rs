@@ -3,9 +3,13 @@
 use super::control::as_kind;
 use super::expr::expr;
 use super::input::{In, Parsed, comma, name, text, tok};
-use crate::front::ast::{Expr, Name, StmtKind, Variable};
+use super::piece::Piece;
+use crate::front::ast::{BinaryOp, Expr, ExprKind, KindRef, Name, StmtKind, Variable};
+use crate::front::codes::Code;
+use crate::front::diag::Diag;
 use crate::front::token::{Sign, Tok};
 use crate::front::words::{Func, Kw};
+use crate::kind::Kind;
 use nom::Parser;
 use nom::combinator::{cut, map, opt};
 use nom::multi::separated_list1;
@@ -21,22 +25,84 @@ pub fn equations(i: In<'_>) -> Parsed<'_, Vec<(Name, Expr)>> {
     separated_list1(comma, cut(equation)).parse(i)
 }
 
-/// `name[(size)] [AS kind] [AT address [LABEL "text"] [MIN value] [MAX value]], ...`
-pub fn variables(i: In<'_>) -> Parsed<'_, Vec<Variable>> {
-    separated_list1(comma, cut(variable)).parse(i)
+/// `name[(size)] [AS kind] [= value] [AT address [LABEL "text"] [MIN value] [MAX value]], ...`
+///
+/// A value is an assignment where the DIM stands. The values of an array go on to the end of the
+/// statement, as those of a TABLE do.
+pub fn dim(i: In<'_>) -> Parsed<'_, Piece> {
+    let mut variables = Vec::new();
+    let mut values = Vec::new();
+    let mut rest = i;
+    loop {
+        let (after, (variable, list)) = cut(variable).parse(rest)?;
+        let array = variable.size.is_some();
+        for (n, value) in (0..).zip(list) {
+            let target = variable.name.clone();
+            let place = ExprKind::Literal { kind: Kind::Number, value: n };
+            let index = if array { vec![Expr { kind: place, span: value.span }] } else { vec![] };
+            values.push(StmtKind::Assign { target, index, bit: None, value });
+        }
+        variables.push(variable);
+        rest = after;
+        if rest.tok() != Tok::Sign(Sign::Comma) {
+            break;
+        }
+        rest = rest.rest();
+    }
+    let dim = StmtKind::Dim(variables);
+    let piece = match values.is_empty() {
+        true => Piece::Stmt(dim),
+        false => Piece::Several(core::iter::once(dim).chain(values).collect()),
+    };
+    Ok((rest, piece))
 }
 
-fn variable(i: In<'_>) -> Parsed<'_, Variable> {
+/// `name [AS kind], ...`; what else DIM takes is refused by the checker, a value here.
+pub fn keep(i: In<'_>) -> Parsed<'_, Vec<Variable>> {
+    let plain = |i| {
+        let (rest, (variable, values)) = variable(i)?;
+        if let Some(value) = values.first() {
+            let name = &variable.name.text;
+            let message = format!("`{name}` is kept and has no initial value");
+            let diag = Diag::new(Code::BadKeep, value.span, message).hint(format!(
+                "it is 0 after an upload; `IF {name} = 0 THEN {name} = ...` gives it its first value"
+            ));
+            return Err(i.fail(diag));
+        }
+        Ok((rest, variable))
+    };
+    separated_list1(comma, cut(plain)).parse(i)
+}
+
+/// A variable with its values.
+fn variable(i: In<'_>) -> Parsed<'_, (Variable, Vec<Expr>)> {
     let (rest, name) = name(i)?;
     let (rest, size) = opt(parenthesised).parse(rest)?;
     let (kind, at, label, least, greatest) = (None, None, None, None, None);
-    let mut variable = Variable { name, size, kind, at, label, least, greatest };
+    let mut variable = Variable { name, size, kind, timer: false, at, label, least, greatest };
+    let mut values = Vec::new();
     let mut rest = rest;
     loop {
         match rest.tok() {
+            Tok::Kw(Kw::As)
+                if variable.kind.is_none() && rest.second().tok == Tok::Func(Func::Timer) =>
+            {
+                let span = rest.second().span;
+                variable.kind = Some(KindRef { kind: Kind::Time, span });
+                variable.timer = true;
+                rest = rest.rest().rest();
+            }
             Tok::Kw(Kw::As) if variable.kind.is_none() => {
                 let (after, kind) = as_kind(rest)?;
                 variable.kind = kind;
+                rest = after;
+            }
+            Tok::Sign(Sign::Eq) if values.is_empty() && variable.size.is_some() => {
+                (rest, values) = separated_list1(comma, cut(expr)).parse(rest.rest())?;
+            }
+            Tok::Sign(Sign::Eq) if values.is_empty() => {
+                let (after, value) = cut(expr).parse(rest.rest())?;
+                values.push(value);
                 rest = after;
             }
             Tok::Kw(Kw::At) if variable.at.is_none() => {
@@ -59,9 +125,28 @@ fn variable(i: In<'_>) -> Parsed<'_, Variable> {
                 variable.greatest = greatest;
                 rest = after;
             }
-            _ => return Ok((rest, variable)),
+            _ => break,
         }
     }
+    match value_of_register(&variable, &values) {
+        Some(diag) => Err(i.fail(diag)),
+        None => Ok((rest, (variable, values))),
+    }
+}
+
+/// A value for a variable with AT, which keeps what the operator gave it: `AT 3000 = 5` too, which
+/// reads as a comparison.
+fn value_of_register(variable: &Variable, values: &[Expr]) -> Option<Diag> {
+    let at = variable.at.as_ref()?;
+    let compared = match &at.kind {
+        ExprKind::Binary(BinaryOp::Eq, _, right) => Some(&**right),
+        _ => None,
+    };
+    let value = values.first().or(compared)?;
+    let name = &variable.name.text;
+    let message = format!("`{name}` is the operator's and has no initial value");
+    let hint = format!("write `{name} = ...` where the program shall set it");
+    Some(Diag::new(Code::BadAt, value.span, message).hint(hint))
 }
 
 fn parenthesised(i: In<'_>) -> Parsed<'_, Expr> {

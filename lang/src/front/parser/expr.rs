@@ -1,7 +1,7 @@
 //! Expressions, by precedence climbing over nom parsers.
 
 use super::foreign;
-use super::input::{In, Parsed, axis, comma, is_unit, name, tok};
+use super::input::{Edge, In, Parsed, axis, comma, is_unit, name, tok};
 use crate::front::ast::{BinaryOp, Expr, ExprKind, MAX_EXPR_DEPTH, Name, UnaryOp};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
@@ -89,12 +89,12 @@ fn prefix(i: In<'_>) -> Parsed<'_, Tall> {
             (UnaryOp::Neg, u8::MAX)
         }
         Tok::Kw(Kw::Not) => (UnaryOp::Not, NOT_LEVEL),
-        _ => return primary(i),
+        _ => return bits(i),
     };
     let inner = i.deeper()?.rest();
     let (rest, (operand, height)) = match op {
         UnaryOp::Neg => cut(prefix).parse(inner)?,
-        UnaryOp::Not => cut(|j| climb(j, level)).parse(inner)?,
+        _ => cut(|j| climb(j, level)).parse(inner)?,
     };
     let height = grown(i, height)?;
     let span = i.first().span.to(operand.span);
@@ -111,6 +111,31 @@ fn negative_literal(i: In<'_>) -> Option<Expr> {
     let value = i32::try_from(-literal.value).ok()?;
     let span = i.first().span.to(number.first().span);
     Some(Expr { kind: ExprKind::Literal { kind: literal.kind, value }, span })
+}
+
+/// A primary, and the bit of it that may be asked for.
+fn bits(i: In<'_>) -> Parsed<'_, Tall> {
+    let (rest, (inner, height)) = primary(i)?;
+    if rest.tok() != Tok::Bit {
+        return Ok((rest, (inner, height)));
+    }
+    let (rest, bit) = bit(rest)?;
+    let height = grown(i, height)?;
+    let kind = ExprKind::Unary(UnaryOp::Bit(bit), Box::new(inner));
+    Ok((rest, (Expr { kind, span: i.span_to(rest) }, height)))
+}
+
+/// `.3`: the number of a bit.
+pub fn bit(i: In<'_>) -> Parsed<'_, u8> {
+    let (rest, token) = tok(Tok::Bit, "a bit")(i)?;
+    match i.word()[1..].parse() {
+        Ok(bit @ 0..=31) => Ok((rest, bit)),
+        _ => {
+            let message = format!("there is no bit `{}`", i.word());
+            let diag = Diag::new(Code::NumberRange, token.span, message);
+            Err(i.fail(diag.hint("the bits of a Number are .0, the lowest, to .31")))
+        }
+    }
 }
 
 fn primary(i: In<'_>) -> Parsed<'_, Tall> {
@@ -184,7 +209,6 @@ fn named(i: In<'_>) -> Parsed<'_, Tall> {
     {
         return Err(match kw {
             _ if i.at_end() => i.expected("an expression"),
-            Kw::Until => i.fail(foreign::wait_until(i)),
             kw if kw.begins_statement() => {
                 let message =
                     format!("expected an expression, found the statement `{}`", kw.text());
@@ -202,6 +226,10 @@ fn named(i: In<'_>) -> Parsed<'_, Tall> {
             let (after, (args, height)) = arguments(rest)?;
             let height = grown(i, height)?;
             let span = i.span_to(after);
+            if let (Tok::Kw(kw @ (Kw::Rise | Kw::Fall)), [input]) = (i.tok(), &args[..]) {
+                let (falls, input, line) = (kw == Kw::Fall, input.clone(), i.first().line);
+                i.context.edges.borrow_mut().push(Edge { falls, input, span, line });
+            }
             Ok((after, (Expr { kind: ExprKind::Apply(name, args), span }, height)))
         }
         Tok::Sign(Sign::OpenBracket) => {

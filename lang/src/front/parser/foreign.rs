@@ -3,9 +3,7 @@
 use super::input::{In, is_unit};
 use super::piece::{Closer, Opener, Piece, closing_words};
 use super::slips;
-pub use super::slips::{
-    axis_as_value, joined, loop_label, print_comma, reserved_label, wait_until,
-};
+pub use super::slips::{axis_as_value, joined, loop_label, print_comma, reserved_label};
 use super::stmt::behind_parentheses;
 use crate::front::ast::{Expr, ExprKind};
 use crate::front::codes::Code;

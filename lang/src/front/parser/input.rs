@@ -1,7 +1,7 @@
 //! The parser's input (a slice of tokens, as nom wants it), its errors and its smallest parsers.
 
 use crate::axis::Axis;
-use crate::front::ast::{AxisRef, Name, Text};
+use crate::front::ast::{AxisRef, Expr, Name, Text};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
 use crate::front::literal;
@@ -24,8 +24,27 @@ pub struct Context<'a> {
     pub routines: HashSet<String>,
     /// How often a near word was looked for; each time costs a walk over all SUBs.
     pub guesses: Cell<usize>,
+    /// TIMEDOUT stands in the script.
+    pub reads_timed_out: bool,
+    /// A WAIT UNTIL sets it.
+    pub timed_waits: Cell<bool>,
+    /// Each `RISE(n)` and `FALL(n)`.
+    pub edges: RefCell<Vec<Edge>>,
     /// Texts of names, each kept once.
     pub texts: RefCell<HashSet<Rc<str>>>,
+}
+
+/// `RISE(n)` or `FALL(n)` in an expression.
+#[derive(Clone, Debug)]
+pub struct Edge {
+    /// FALL.
+    pub falls: bool,
+    /// The input.
+    pub input: Expr,
+    /// The whole of it.
+    pub span: Span,
+    /// Its line.
+    pub line: u32,
 }
 
 impl Context<'_> {

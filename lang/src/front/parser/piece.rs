@@ -21,6 +21,8 @@ pub struct Placed {
 pub enum Piece {
     /// A statement that is complete.
     Stmt(StmtKind),
+    /// A statement that is several: DIM with its values, WAIT UNTIL.
+    Several(Vec<StmtKind>),
     /// PROFILE
     Profile(Text),
     /// The opening line of a block.

@@ -105,12 +105,6 @@ pub fn axis_as_value(i: In<'_>) -> Option<Diag> {
     )
 }
 
-/// `WAIT UNTIL IN(3)`.
-pub fn wait_until(i: In<'_>) -> Diag {
-    Diag::new(Code::ForeignStatement, i.first().span, "no statement waits UNTIL a condition")
-        .hint("for an input write `WaitIn n, ON`; else `DO UNTIL condition`, `Wait 5ms`, `LOOP`")
-}
-
 /// What is wrong with the names of a list of declarations behind the first that is wrong: DIM and its
 /// like end at the first one. `count` is the number of tokens of the statement.
 pub fn further_names(i: In<'_>, count: usize) -> Vec<Diag> {

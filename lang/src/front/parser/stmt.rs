@@ -2,12 +2,13 @@
 
 use super::control;
 use super::declare;
-use super::expr::{arguments, expr};
+use super::expr::{arguments, bit, expr};
 use super::foreign;
 use super::gcode;
 use super::input::{In, Parsed, comma, kw, name, text, tok};
 use super::machine::machine;
 use super::piece::{Closer, Opener, Piece};
+use super::sugar;
 use crate::front::ast::{Expr, Name, StmtKind};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
@@ -84,8 +85,9 @@ fn keyword(kw_: Kw, i: In<'_>) -> Parsed<'_, Piece> {
             let ports = map(declare::equations, |ports| StmtKind::Port { output, ports });
             stmt({ ports }.parse(rest)?)
         }
-        Kw::Dim => stmt(map(declare::variables, StmtKind::Dim).parse(rest)?),
-        Kw::Keep => stmt(map(declare::variables, StmtKind::Keep).parse(rest)?),
+        Kw::Wait if rest.tok() == Tok::Kw(Kw::Until) => sugar::wait_until(i),
+        Kw::Dim => declare::dim(rest),
+        Kw::Keep => stmt(map(declare::keep, StmtKind::Keep).parse(rest)?),
         Kw::Table => stmt(declare::table(rest)?),
         Kw::Sub => control::routine(false)(rest),
         Kw::Function => control::routine(true)(rest),
@@ -148,8 +150,14 @@ fn named(i: In<'_>) -> Parsed<'_, Piece> {
     let next = i.second().tok;
     let key = i.word().to_ascii_lowercase();
     let routine = i.context.routines.contains(&key);
-    let assigns = next == Tok::Sign(Sign::Eq)
-        || (next == Tok::Sign(Sign::Open) && !routine && closes_before(i.rest(), Sign::Eq));
+    let assigned = |rest: In<'_>| {
+        let rest = if rest.tok() == Tok::Bit { rest.rest() } else { rest };
+        rest.tok() == Tok::Sign(Sign::Eq)
+    };
+    let assigns = assigned(i.rest())
+        || (next == Tok::Sign(Sign::Open)
+            && !routine
+            && behind_parentheses(i.rest()).is_some_and(assigned));
     if routine && !assigns {
         let (rest, name) = name(i)?;
         return map(call_list, |args| Piece::Stmt(StmtKind::Call { name: name.clone(), args }))
@@ -166,8 +174,12 @@ fn named(i: In<'_>) -> Parsed<'_, Piece> {
         Tok::Sign(Sign::Open) => map(arguments, |(args, _)| args).parse(rest)?,
         _ => (rest, Vec::new()),
     };
+    let (rest, bit) = match rest.tok() {
+        Tok::Bit => map(bit, Some).parse(rest)?,
+        _ => (rest, None),
+    };
     let (rest, value) = preceded(cut(tok(Tok::Sign(Sign::Eq), "`=`")), cut(expr)).parse(rest)?;
-    Ok((rest, Piece::Stmt(StmtKind::Assign { target, index, value })))
+    Ok((rest, Piece::Stmt(StmtKind::Assign { target, index, bit, value })))
 }
 
 /// The arguments of a call without CALL: one pair of parentheses may stand round all of them.
@@ -198,8 +210,4 @@ pub fn behind_parentheses(i: In<'_>) -> Option<In<'_>> {
         }
     }
     None
-}
-
-fn closes_before(i: In<'_>, sign: Sign) -> bool {
-    behind_parentheses(i).is_some_and(|rest| rest.tok() == Tok::Sign(sign))
 }

@@ -46,3 +46,7 @@ g1 x1 _ ' half
   y2
 i-5 j0 x10
 dim label at 3000 label "Pieces"  min -5  max 10,b at 3002 max count (spots)-1
+dim first=5,second(2)=1,-2
+wait until first>2,50ms
+first.3=first.2 and not  second(1).0
+s.3=on

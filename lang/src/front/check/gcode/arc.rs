@@ -81,6 +81,7 @@ impl<'a> Checker<'a> {
         self.check_arc(axes, &to, &center, block);
         let mut out = self.need_feed(context)?;
         let exact = self.modal(context, Group::Exact)? == 1;
+        self.note_path(plane.axes(), true);
         self.gcode.follow(&to);
         out.push(StmtKind::Arc { clockwise, plane, to: Box::new(to), center, exact });
         Some(out)

@@ -325,6 +325,7 @@ impl<'a> Checker<'a> {
             None => None,
         };
         out.extend(self.need_feed(context)?);
+        self.note_path([Axis::Z], false);
         let g98 = self.modal(context, Group::Retract)? == 0;
         let exact = self.modal(context, Group::Exact)? == 1;
         let (old_z, takes_z) = self.take_z(index, g98, context, &mut out);

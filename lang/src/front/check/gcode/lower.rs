@@ -213,6 +213,10 @@ impl<'a> Checker<'a> {
                 let exact = !rapid && self.modal(context, Group::Exact)? == 1;
                 self.gcode.follow(&to);
                 let to = Box::new(without_idle_words(to));
+                if !rapid {
+                    let moved = Axis::ALL.into_iter().filter(|axis| to[axis.index()].is_some());
+                    self.note_path(moved, false);
+                }
                 out.push(StmtKind::Linear { rapid, to, exact });
                 Some(out)
             }

@@ -4,8 +4,8 @@ use svg::node::element::path::Data;
 use svg::node::element::{Path, Style as Css};
 use svg::{Document, Node};
 
-use super::scale::{Scale, Span};
-use super::svg_page::{CSS, LEFT, RIGHT, WIDTH, frame, line, round, text};
+use crate::plot::scale::{Scale, Span};
+use crate::plot::svg_page::{CSS, LEFT, RIGHT, WIDTH, frame, line, round, text};
 
 /// Height of the chart, px.
 const HEIGHT: f64 = 360.0;

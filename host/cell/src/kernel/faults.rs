@@ -1,0 +1,120 @@
+//! Faults that strike a run while it runs: parts that miss, stick or get lost, inputs that hang, motors that stall, people
+//! who press what they should not. Faults that only change a number or a time are in [`crate::vary::applied`].
+
+use std::collections::BTreeMap;
+
+use super::{Action, Cell, Timer};
+use crate::scene::ToolKind;
+use crate::things::Where;
+use crate::vary::Deviation;
+
+/// What strikes later.
+#[derive(Debug, Default)]
+pub(super) struct Struck {
+    /// Things that stick to the tool after it lets go, us.
+    pub(super) stuck: BTreeMap<usize, u64>,
+    /// Things that fall so long after they were taken, us.
+    pub(super) lost: BTreeMap<usize, u64>,
+    /// The tool answers its output so much later, us.
+    pub(super) slow_us: u64,
+    /// Inputs that hang in a state.
+    pub(super) forced: BTreeMap<u32, bool>,
+}
+
+/// A button is pressed for so long, us.
+const PRESS_US: u64 = 100_000;
+/// Who stops the machine holds Stop for so long, us: pressed for less than 2 s it only pauses.
+const STOP_US: u64 = 2_500_000;
+/// A pause lasts so long where the deviation does not say, us.
+const PAUSE_US: u64 = 2_000_000;
+/// A part is lost so long after it was taken where the deviation does not say, us.
+const LOST_US: u64 = 200_000;
+/// A part lies so much turned where the deviation does not say, degrees.
+const TURNED_DEG: f64 = 90.0;
+
+impl Cell {
+    /// Lets deviations that are faults strike; those of numbers are in the scene already.
+    pub fn strike(&mut self, deviations: &[Deviation]) {
+        let faults: Vec<&Deviation> =
+            deviations.iter().filter(|deviation| !deviation.what.contains('.')).collect();
+        if faults.is_empty() {
+            return;
+        }
+        faults.into_iter().for_each(|deviation| self.fault(deviation));
+        self.rebuild(&[0; 4], 0);
+        for index in 0..self.scene.sensors.len() {
+            self.look(index, 0);
+        }
+    }
+
+    fn fault(&mut self, deviation: &Deviation) {
+        let Deviation { what, of, by, at_us } = deviation;
+        let by = by.first().copied();
+        let us = by.map(|us| us.max(0.0) as u64);
+        let at_us = at_us.unwrap_or(0);
+        let thing = self.things.iter().position(|thing| thing.name == *of);
+        match (what.as_str(), thing) {
+            ("missing", Some(which)) => self.things[which].place = Where::Gone,
+            ("turned", Some(which)) => self.things[which].form.turn_deg += TURNED_DEG,
+            ("stuck", Some(which)) => {
+                self.struck.stuck.insert(which, us.unwrap_or(LOST_US));
+            }
+            ("lost", Some(which)) => {
+                self.struck.lost.insert(which, us.unwrap_or(LOST_US));
+            }
+            ("slow", _) if self.scene.tools.iter().any(|tool| tool.name == *of) => {
+                self.struck.slow_us = us.unwrap_or(0);
+            }
+            ("dead_on" | "dead_off", _) => {
+                if let Some(input) = self.input_of(of) {
+                    let on = what == "dead_on";
+                    self.struck.forced.insert(input, on);
+                    self.actions.push(Action::Input(input, on));
+                }
+            }
+            ("stall", _) => {
+                if let Some(axis) = of.chars().next().and_then(|letter| "XYZ".find(letter)) {
+                    let steps = by.unwrap_or(0.0) as i32;
+                    self.timers.push((at_us, Timer::Act(Action::Stall(axis, steps))));
+                }
+            }
+            ("pause", _) => {
+                self.timers.push((at_us, Timer::Act(Action::Pause(true))));
+                let end = at_us + us.unwrap_or(PAUSE_US);
+                self.timers.push((end, Timer::Act(Action::Pause(false))));
+            }
+            ("stop" | "estop" | "door", _) => {
+                let (make, least): (fn(bool) -> Action, _) = match what.as_str() {
+                    "stop" => (Action::Stop, STOP_US),
+                    "door" => (Action::Door, PRESS_US),
+                    _ => (Action::Emergency, PRESS_US),
+                };
+                self.timers.push((at_us, Timer::Act(make(true))));
+                let end = at_us + us.unwrap_or(least).max(least);
+                self.timers.push((end, Timer::Act(make(false))));
+            }
+            _ => {}
+        }
+    }
+
+    /// The input that a sensor or a tool drives.
+    fn input_of(&self, name: &str) -> Option<u32> {
+        let sensor = self.scene.sensors.iter().find(|sensor| sensor.name == name);
+        let tool = self.scene.tools.iter().find(|tool| tool.name == name);
+        sensor.and_then(|sensor| sensor.input).or_else(|| match &tool?.kind {
+            ToolKind::Vacuum(vacuum) => vacuum.input,
+            ToolKind::Gripper(gripper) => gripper.input_gripped,
+            ToolKind::Probe { input, .. } => *input,
+            _ => None,
+        })
+    }
+
+    /// Actions on inputs that hang are lost.
+    pub(super) fn without_forced(&self, actions: Vec<Action>) -> Vec<Action> {
+        let hangs = |action: &Action| match action {
+            Action::Input(n, on) => self.struck.forced.get(n).is_some_and(|own| own != on),
+            _ => false,
+        };
+        actions.into_iter().filter(|action| !hangs(action)).collect()
+    }
+}

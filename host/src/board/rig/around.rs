@@ -1,0 +1,83 @@
+//! The cell around a rig's machine.
+
+use lang::axis::Axis;
+
+use super::super::hardware::Hardware;
+use super::{HostAction, HostDeed, Rig, Shared};
+
+impl<B: Hardware> Rig<B> {
+    /// Puts the scenario's cell around the pins; the reference switches stand where its frame has them.
+    pub(super) fn build_cell(&mut self) {
+        let Some(scene) = self.scene.scenario.scene() else { return };
+        let profile = &self.scene.profile;
+        let (frame, switches) = scene.frame(profile, self.switches());
+        for (axis, place) in Axis::ALL.into_iter().zip(switches) {
+            if self.scene.scenario.switch_place(axis).is_none() && place.is_some() {
+                self.scene.put_switch(axis, place, &mut self.board.plant_mut());
+            }
+        }
+        self.placed = switches.map(|place| i32::try_from(place?).ok());
+        let cell = Shared::new(scene, frame, &self.scene.profile, self.ticks(1));
+        let (now, around) = (self.now(), cell.around());
+        self.board.plant_mut().surround(now, Some(around));
+        self.cell = Some(cell);
+    }
+
+    /// The cell's time begins with the run.
+    pub(super) fn begin_cell(&mut self, tick: u64) {
+        let Some(cell) = &self.cell else { return };
+        let motors = [0, 1, 2].map(|axis| self.board.plant().motors[axis].position);
+        cell.get().begin(tick, motors);
+        self.board.plant_mut().ask_around(tick);
+        self.look_at_cell();
+    }
+
+    /// What has become due in the cell, and what it asks of the host.
+    pub(super) fn look_at_cell(&mut self) {
+        let Some(cell) = self.cell.clone() else { return };
+        let now = self.now();
+        self.board.plant_mut().pass(now);
+        let deeds = cell.get().take_deeds();
+        for deed in deeds {
+            match deed {
+                HostDeed::EmergencyStop => self.host_actions.push(HostAction::EmergencyStop),
+                HostDeed::Register(register, value) => {
+                    self.host_actions.push(HostAction::Register(register, value));
+                }
+                HostDeed::Pause(pauses) => self.host_actions.push(HostAction::Pause(pauses)),
+                HostDeed::Stall(axis, steps) => {
+                    let steps = u64::from(steps.unsigned_abs());
+                    self.board.plant_mut().stall(axis, steps);
+                    if let Some(lost) = self.scene.lost.get_mut(axis) {
+                        *lost += steps.cast_signed();
+                    }
+                }
+            }
+        }
+        self.inputs.extend(cell.get().take_edges());
+    }
+
+    /// The cell around the machine, if there is one.
+    pub fn cell(&self) -> Option<&Shared> {
+        self.cell.as_ref()
+    }
+
+    /// The script prints a line: people of the cell may wait for it.
+    pub fn cell_prints(&mut self, text: &str) {
+        let Some(cell) = &self.cell else { return };
+        let us = self.us();
+        cell.get().cell_mut().prints(text, us);
+        let now = self.now();
+        self.board.plant_mut().ask_around(now);
+    }
+
+    /// The script waits for Start: people of the cell who wait for that press it. Gives whether one will.
+    pub fn cell_waits_for_start(&mut self) -> bool {
+        let Some(cell) = &self.cell else { return false };
+        let us = self.us();
+        let acts = cell.get().cell_mut().waits_for_start(us);
+        let now = self.now();
+        self.board.plant_mut().ask_around(now);
+        acts
+    }
+}
