@@ -19,6 +19,7 @@ pub mod stream;
 pub mod trace;
 pub mod upload;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -26,6 +27,7 @@ use std::time::Duration;
 use crate::link::adu::{MAX_RTU, open_rtu, rtu};
 use crate::link::{Link, Mode};
 pub use error::ClientError;
+use error::TARGET_SILENT;
 use frame::{Bits, Registers, Reply, Request, Scan};
 
 /// How long to wait and how often to ask.
@@ -37,11 +39,12 @@ pub struct Patience {
     pub attempts: u32,
 }
 
-/// Between two attempts when a gateway says that the board did not answer it. The gateway may leave the board alone
-/// for longer; the ten attempts of a streamed job last until it asks the board again.
+/// Between two attempts when a gateway says that the board did not answer it.
 const BEYOND_GATEWAY: Duration = Duration::from_millis(150);
-/// Exception of a gateway whose board does not answer (Modbus Application Protocol 1.1b3, 7).
-const TARGET_SILENT: u8 = 11;
+/// A gateway leaves a board alone after a lost reply, for 500 ms and then for 1 s, and answers in its place meanwhile.
+/// So attempts beyond a gateway are bounded by time: this much for each attempt after the first. The usual four last
+/// until the gateway has asked the board twice more.
+const BEYOND_LONGEST: Duration = Duration::from_millis(900);
 /// Modbus function 8, diagnostics: with 0 behind it the echo of two more bytes.
 const ECHO: u8 = 8;
 
@@ -55,6 +58,20 @@ impl Default for Patience {
     }
 }
 
+/// What came of the newest exchange with a board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Heard {
+    /// There was none since this was taken.
+    #[default]
+    Unasked,
+    /// A reply, be it that the board refuses.
+    Reply,
+    /// No reply came, or a gateway on the way said that there is none.
+    Nothing,
+    /// The port failed.
+    Broken,
+}
+
 /// A master on a link, for the board with one address.
 pub struct Client<L> {
     link: L,
@@ -63,8 +80,10 @@ pub struct Client<L> {
     patience: Patience,
     /// When the last character came, by the link's clock.
     last_byte: Duration,
-    /// A request of this board has got no reply in time. It may still come.
-    owed: bool,
+    /// Addresses of boards that gave no reply to a request in time. It may still come.
+    owed: BTreeSet<u8>,
+    /// What came of the newest exchange.
+    heard: Heard,
     /// While this is set no exchange begins.
     interrupt: Option<Arc<AtomicBool>>,
 }
@@ -78,7 +97,8 @@ impl<L: Link> Client<L> {
             mode: Mode::DEFAULT,
             patience: Patience::default(),
             last_byte: Duration::ZERO,
-            owed: false,
+            owed: BTreeSet::new(),
+            heard: Heard::Unasked,
             interrupt: None,
         }
     }
@@ -95,8 +115,6 @@ impl<L: Link> Client<L> {
 
     /// Talks to another board from now on.
     pub fn set_address(&mut self, address: u8) {
-        // What another board still sends is no reply of this one.
-        self.owed &= self.address == address;
         self.address = address;
     }
 
@@ -159,7 +177,7 @@ impl<L: Link> Client<L> {
                 break;
             }
             self.mode = mode;
-            self.owed = false;
+            self.owed.clear();
             let reply = if has_modes { Duration::from_millis(150) } else { BY_TCP };
             if !has_modes {
                 usual.reply = BY_TCP;
@@ -255,10 +273,28 @@ impl<L: Link> Client<L> {
         }
     }
 
+    /// What came of the newest exchange since the last call.
+    pub fn take_heard(&mut self) -> Heard {
+        std::mem::take(&mut self.heard)
+    }
+
+    fn exchange(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {
+        let result = self.ask(request);
+        self.heard = match &result {
+            Ok(_) => Heard::Reply,
+            Err(ClientError::Port(_)) => Heard::Broken,
+            Err(ClientError::Exception(10 | TARGET_SILENT) | ClientError::Silent)
+            | Err(ClientError::Noise(_)) => Heard::Nothing,
+            Err(ClientError::Interrupted) => self.heard,
+            Err(_) => Heard::Reply,
+        };
+        result
+    }
+
     /// Sends a request until its reply comes. Our writes may all be repeated: they set values, and
     /// run control and uploads are made so that a second write of the same changes nothing
     /// (wire.rs).
-    fn exchange(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {
+    fn ask(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {
         let frame = request.frame(self.address);
         let mut noise = 0;
         if self.is_interrupted() {
@@ -269,16 +305,27 @@ impl<L: Link> Client<L> {
             Scan::Found(reply) => Some(reply),
             Scan::Incomplete => None,
         };
-        self.settle()?;
-        for left in (0..self.patience.attempts.max(1)).rev() {
-            match self.attempt(&frame, length, scan)? {
+        self.settle(address)?;
+        let mut left = self.patience.attempts.max(1);
+        let beyond = BEYOND_LONGEST * (left - 1);
+        // Since when a gateway says that the board does not answer.
+        let mut told = None;
+        while left > 0 {
+            let result = self.attempt(&frame, length, scan)?;
+            let now = self.link.now();
+            match result {
                 // Beyond a gateway a reply is lost as on a line of ours.
-                Ok(Reply::Exception(TARGET_SILENT)) if left > 0 => self.link.pause(BEYOND_GATEWAY),
+                Ok(Reply::Exception(TARGET_SILENT))
+                    if now.saturating_sub(*told.get_or_insert(now)) < beyond =>
+                {
+                    self.link.pause(BEYOND_GATEWAY);
+                }
                 Ok(Reply::Exception(code)) => return Err(ClientError::Exception(code)),
                 Ok(reply) => return Ok(reply),
                 Err(heard) => {
                     noise += heard;
-                    self.owed = true;
+                    left -= 1;
+                    self.owed.insert(self.address);
                 }
             }
             if self.is_interrupted() {
@@ -295,23 +342,28 @@ impl<L: Link> Client<L> {
     /// and neither do the registers of a read. So a request is sent whose reply cannot be taken for another one's:
     /// function 8, an echo, which nothing else here uses. Our boards do not know it, and their exception names it, too.
     /// A board answers in order: what comes before that reply is old.
-    fn settle(&mut self) -> Result<(), ClientError> {
-        if !std::mem::replace(&mut self.owed, false) {
-            return Ok(());
+    ///
+    /// Whether nothing is open any more; `false` when the board does not answer this either.
+    fn settle(&mut self, address: u8) -> Result<bool, ClientError> {
+        if !self.owed.remove(&address) {
+            return Ok(true);
         }
-        let address = self.address;
         let answers = |received: &[u8], length: usize| {
             let frames = received.windows(length).filter_map(open_rtu);
             frames.into_iter().any(|(own, pdu)| own == address && pdu[0] & 0x7F == ECHO)
         };
         // The echo, or an exception of two bytes.
         let scan = |received: &[u8]| (answers(received, 8) || answers(received, 5)).then_some(());
-        self.attempt(&rtu(address, &[ECHO, 0, 0, 0, 0]), 8, scan).map(drop)
+        self.attempt(&rtu(address, &[ECHO, 0, 0, 0, 0]), 8, scan).map(|answer| answer.is_ok())
     }
 
     /// Passes another master's request on, once, to the board with this address: its function and data
     /// as they are. The reply's come back, those of an exception too; without one they are
     /// `length` bytes.
+    ///
+    /// If the board owes the reply to an earlier request, that is waited for first, as before a request of this
+    /// master's own, unless the request is `urgent`: a stop must not wait. A board that owes a reply and is still
+    /// silent is not sent the request.
     ///
     /// # Errors
     /// [`ClientError::Silent`], [`ClientError::Noise`], [`ClientError::Port`].
@@ -320,14 +372,25 @@ impl<L: Link> Client<L> {
         address: u8,
         pdu: &[u8],
         length: usize,
+        urgent: bool,
     ) -> Result<Vec<u8>, ClientError> {
+        if !urgent && !self.settle(address)? {
+            return Err(ClientError::Silent);
+        }
         let function = pdu.first().copied().unwrap_or_default();
         // Address before it, CRC behind it; an exception is two bytes.
         let lengths = [length + 3, 2 + 3];
+        // A read's reply has so many bytes as were asked for; a write's repeats its register and its value or count.
+        let is_good = |reply: &[u8]| match function {
+            1..=4 => reply.get(1).is_some_and(|bytes| usize::from(*bytes) + 2 == reply.len()),
+            5 | 6 | 15 | 16 => reply.get(..5) == pdu.get(..5),
+            _ => true,
+        };
         let found = |received: &[u8], from: usize, length: usize| {
-            let (own, pdu) = open_rtu(received.get(from..from + length)?)?;
-            let answers = pdu[0] == function || length == lengths[1] && pdu[0] == function | 0x80;
-            (own == address && answers).then(|| pdu.to_vec())
+            let (own, reply) = open_rtu(received.get(from..from + length)?)?;
+            let refused = length == lengths[1] && reply[0] == function | 0x80;
+            let answers = refused || reply[0] == function && is_good(reply);
+            (own == address && answers).then(|| reply.to_vec())
         };
         let scan = |received: &[u8]| {
             let places = (0..received.len()).flat_map(|from| lengths.map(|length| (from, length)));
@@ -336,7 +399,7 @@ impl<L: Link> Client<L> {
         match self.attempt(&rtu(address, pdu), lengths[0], scan)? {
             Ok(reply) => Ok(reply),
             Err(heard) => {
-                self.owed |= address == self.address;
+                self.owed.insert(address);
                 Err(if heard == 0 { ClientError::Silent } else { ClientError::Noise(heard) })
             }
         }
@@ -347,7 +410,7 @@ impl<L: Link> Client<L> {
     /// # Errors
     /// The port does not know the rate.
     pub fn set_mode(&mut self, mode: Mode) -> Result<bool, ClientError> {
-        self.owed = false;
+        self.owed.clear();
         self.mode = mode;
         self.link.set_mode(mode).map_err(ClientError::Port)
     }
@@ -425,4 +488,4 @@ impl<L: Link> Client<L> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

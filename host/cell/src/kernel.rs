@@ -8,6 +8,7 @@ mod belt;
 mod faults;
 mod gripper;
 mod regions;
+mod state;
 mod steps;
 mod supply;
 mod tool;
@@ -20,6 +21,8 @@ use super::scene::{Block, Scene, V3, When};
 use super::things::{self, Thing};
 use std::collections::BTreeSet;
 use std::sync::Arc;
+
+use state::{Belt, Struck, ToolState};
 
 /// What the cell does to the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,22 +98,34 @@ pub struct Cell {
     hits: BTreeSet<(String, String)>,
     /// The line that the script is in, for messages.
     line: u32,
-    tool: tool::State,
+    tool: ToolState,
     /// Sensors: whether each sees something, by what it sees now.
     seen: Vec<u32>,
+    /// What each sensor saw at its last look.
+    looked: Vec<Option<bool>>,
     /// What each sensor says; nothing before its first look.
     says: Vec<Option<bool>>,
     /// Doors that are on their way or open.
     open: Vec<bool>,
     done: Vec<u32>,
-    struck: faults::Struck,
-    belts: Vec<belt::Belt>,
+    struck: Struck,
+    belts: Vec<Belt>,
     /// When something happens on a belt.
     next_belt: Option<u64>,
     /// Parts that each feeder has brought.
     fed: Vec<u32>,
     /// What dispensers, lasers and pens drew, as ways of X and Y, mm.
     drawn: Vec<Vec<[f64; 2]>>,
+}
+
+/// A thing that falls off the tool later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Fall {
+    which: usize,
+    /// How often the thing had been taken: the fall belongs to this hold alone.
+    taken: u32,
+    /// Whether it stuck to a tool that let go; else a tool that holds loses it.
+    stuck: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,8 +141,8 @@ enum Timer {
     Feed(usize),
     /// A person takes the thing of their row away, or puts it back.
     Hands(usize, bool),
-    /// A thing that stuck to the tool falls, or one that was lost does.
-    Falls(usize),
+    /// A thing falls off the tool.
+    Falls(Fall),
 }
 
 impl Cell {
@@ -153,13 +168,14 @@ impl Cell {
             log: Vec::new(),
             hits: BTreeSet::new(),
             line: 0,
-            tool: tool::State::new(),
+            tool: ToolState::new(),
             seen: vec![0; scene.sensors.len()],
+            looked: vec![None; scene.sensors.len()],
             says: vec![None; scene.sensors.len()],
             open: vec![false; scene.fixtures.len()],
             done: vec![0; scene.persons.len()],
-            struck: faults::Struck::default(),
-            belts: belt::Belt::all(&scene),
+            struck: Struck::default(),
+            belts: Belt::all(&scene),
             next_belt: None,
             fed: Vec::new(),
             drawn: Vec::new(),
@@ -231,7 +247,7 @@ impl Cell {
 
     /// Where the tip is, mm.
     fn tip(&self, at: &Steps) -> V3 {
-        let offset = self.scene.tools.first().map_or([0.0; 3], |tool| tool.tip);
+        let offset = self.scene.tools.first().map_or([0.0; 3], |first| first.tip);
         std::array::from_fn(|axis| {
             self.frame.start[axis] + f64::from(at[axis]) / self.frame.scale[axis] + offset[axis]
         })
@@ -239,7 +255,7 @@ impl Cell {
 
     /// Head places, in steps, from which a block of the cell's frame is met by a block that hangs from the tip.
     fn region(&self, standing: &Block, moving: &Block, shrink: f64) -> Region {
-        let offset = self.scene.tools.first().map_or([0.0; 3], |tool| tool.tip);
+        let offset = self.scene.tools.first().map_or([0.0; 3], |first| first.tip);
         let from_head = std::array::from_fn(|axis| self.frame.start[axis] + offset[axis]);
         meeting(standing, &moving.moved(from_head), shrink, self.frame.scale)
     }
@@ -298,13 +314,13 @@ impl Cell {
             return;
         }
         let top = self.top_of_stock(self.tip(end));
-        let offset = self.scene.tools.first().map_or(0.0, |tool| tool.tip[2]);
-        let steps = (top - self.frame.start[2] - offset) * self.frame.scale[2];
+        let offset = self.scene.tools.first().map_or(0.0, |first| first.tip[2]);
+        let top = (top - self.frame.start[2] - offset) * self.frame.scale[2];
         for watch in self.watches.iter_mut().filter(|watch| watch.about == About::Stock) {
             if self.frame.scale[2] > 0.0 {
-                watch.region.high[2] = steps.floor() as i32
+                watch.region.high[2] = top.floor() as i32
             } else {
-                watch.region.low[2] = steps.ceil() as i32
+                watch.region.low[2] = top.ceil() as i32
             }
         }
         self.quiet = None;
@@ -342,15 +358,13 @@ impl Cell {
                 let about = watch.about;
                 self.quiet = None;
                 self.law = None;
-                if self.changed(about, inside, at, us) {
-                    return; // the regions are made anew, and were looked at
-                }
+                self.changed(about, inside, at, us);
             }
         }
     }
 
-    /// What follows of a region that the head enters or leaves. True when the regions were made anew.
-    fn changed(&mut self, about: About, inside: bool, at: &Steps, us: u64) -> bool {
+    /// What follows of a region that the head enters or leaves.
+    fn changed(&mut self, about: About, inside: bool, at: &Steps, us: u64) {
         match about {
             About::Contact(which) => self.contact(which, inside, us),
             About::Fixture(which, own) if inside => {
@@ -369,13 +383,12 @@ impl Cell {
                 self.look(index, us);
             }
         }
-        false
     }
 
     fn hit(&mut self, own: bool, with: String, at: &Steps, us: u64) {
         let thing = match self.tool.held() {
             Some(which) if !own => self.things[which].name.clone(),
-            _ => self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default(),
+            _ => self.scene.tools.first().map(|first| first.name.clone()).unwrap_or_default(),
         };
         if self.hits.insert((thing.clone(), with.clone())) {
             let (pos, line) = (self.tip(at), self.line);
@@ -400,7 +413,7 @@ impl Cell {
                 self.tell(us, What::Sense { name, v: on });
             }
             Timer::Tool(output, on) => self.switch(output, on, at, us),
-            Timer::Falls(which) => self.falls(which, at, us),
+            Timer::Falls(fall) => self.falls(fall, at, us),
             Timer::Jaws => self.closed(at, us),
             Timer::Feed(index) => self.feed(index, at, us),
             Timer::Hands(index, puts) => {

@@ -4,6 +4,8 @@
 //! A run is a pure function of script, cell and list of deviations. Each row of the file and each thing draws from a
 //! stream of its own, so that taking one deviation back leaves all others as they were.
 
+mod text;
+
 use super::scene::{Scene, Spread, ToolKind, V3, Vary};
 
 /// A deviation from what the cell file says.
@@ -271,76 +273,6 @@ fn apply(scene: &mut Scene, deviation: &Deviation) {
     }
 }
 
-impl Deviation {
-    /// `stuck tray.11 813ms`, `tray.at tray.3 0.31 -0.2`, `pause at 12.5s`.
-    #[must_use]
-    pub fn text(&self) -> String {
-        let mut words = vec![self.what.clone()];
-        if !self.of.is_empty() {
-            words.push(self.of.clone());
-        }
-        let is_number = self.what.contains('.');
-        for by in &self.by {
-            words.push(match self.what.as_str() {
-                _ if is_number => by.to_string(),
-                "stall" => format!("{by}st"),
-                _ => format!("{}ms", by / 1000.0),
-            });
-        }
-        if let Some(us) = self.at_us {
-            words.push(format!("at {}s", us as f64 / 1e6));
-        }
-        words.join(" ")
-    }
-
-    /// Reads what [`Deviation::text`] writes.
-    ///
-    /// # Errors
-    /// The word that cannot be read.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let mut words = text.split_whitespace();
-        let what = words
-            .next()
-            .ok_or("an empty deviation: write for example \"stuck tray.11 813ms\"")?
-            .to_owned();
-        if !what.contains('.') && !super::keys::FAULTS.contains(&what.as_str()) {
-            let meant = super::problem::nearest(&what, super::keys::FAULTS.iter().copied());
-            let meant = meant.map_or_else(
-                || format!("there is {}", super::keys::FAULTS.join(", ")),
-                |other| format!("`{other}` is meant?"),
-            );
-            return Err(format!("`{what}` is no fault; {meant}"));
-        }
-        let mut deviation = Self { what, of: String::new(), by: Vec::new(), at_us: None };
-        while let Some(word) = words.next() {
-            if word == "at" {
-                let time = words
-                    .next()
-                    .and_then(|time| time.strip_suffix('s'))
-                    .and_then(|time| time.parse::<f64>().ok());
-                let seconds = time
-                    .filter(|time| (0.0..1e9).contains(time))
-                    .ok_or_else(|| format!("\"{text}\": after `at` stands a time as `12.5s`"))?;
-                deviation.at_us = Some((seconds * 1e6).round() as u64);
-                continue;
-            }
-            let number = match (word.strip_suffix("ms"), word.strip_suffix("st")) {
-                (Some(ms), _) => ms.parse::<f64>().ok().map(|ms| ms * 1000.0),
-                (None, Some(steps)) => steps.parse().ok(),
-                (None, None) => word.parse().ok(),
-            };
-            match number.filter(|number: &f64| number.is_finite()) {
-                Some(number) => deviation.by.push(number),
-                None if deviation.of.is_empty() && deviation.by.is_empty() => {
-                    deviation.of = word.to_owned()
-                }
-                None => return Err(format!("\"{text}\": `{word}` is no number")),
-            }
-        }
-        Ok(deviation)
-    }
-}
-
 /// Shrinks a list of deviations: `keeps` runs a shorter or smaller one and says whether the class of its outcome is the
 /// same. Halves go first, then single ones, then magnitudes are halved, at most `runs` runs in all (delta debugging,
 /// Zeller and Hildebrandt 2002).
@@ -409,6 +341,12 @@ mod tests {
             "pause at 12.5s",
             "stall Y 12st at 2s",
             "nozzle.build_ms 12.25",
+            "late 'tool change' 5000ms",
+            "late 'at' 5000ms",
+            "late '5' 5000ms",
+            "late '5ms' 5000ms at 2s",
+            "'fine nozzle.build_ms' 12.25",
+            "'the tray.at' 'the tray.3' 0.31 -0.2",
         ] {
             assert_eq!(deviation(text).text(), text);
         }
@@ -417,6 +355,11 @@ mod tests {
             "`stuk` is no fault; `stuck` is meant?"
         );
         assert!(Deviation::parse("pause at noon").is_err());
+        assert_eq!(
+            Deviation::parse("late tool change 5000ms").unwrap_err(),
+            "\"late tool change 5000ms\": `change` is no number; a name with blanks stands in quotes: 'tool change'"
+        );
+        assert!(Deviation::parse("late 'tool change 5000ms").unwrap_err().contains("has no end"));
     }
 
     #[test]
@@ -446,6 +389,16 @@ mod tests {
             let mut wanted = vec![a.min(b), a.max(b)];
             wanted.dedup();
             prop_assert_eq!(left, wanted.into_iter().map(|index| list[index].clone()).collect::<Vec<_>>());
+        }
+
+        /// Any name that a cell file may give is read as it is written.
+        #[test]
+        fn any_name_is_read_as_it_is_written(
+            of in "[A-Za-z0-9_ .-]{1,12}", by in proptest::option::of(0u32..1000), at in proptest::option::of(0u64..1000),
+        ) {
+            let by = by.map(|ms| f64::from(ms) * 1000.0).into_iter().collect();
+            let own = Deviation { what: "late".to_owned(), of, by, at_us: at.map(|ms| ms * 1000) };
+            prop_assert_eq!(Deviation::parse(&own.text()), Ok(own));
         }
 
         /// Any text is read or refused.

@@ -132,6 +132,24 @@ stock = { at = [55, 50, -21.6], size = [50, 40, 1.6] }
 }
 
 #[test]
+fn a_drill_that_stops_in_its_hole_breaks_and_drills_no_deeper() {
+    let text = r#"cell = 1
+tool = [{ name = "drill", kind = "drill", output = 1, diameter = 0.8 }]
+stock = { at = [55, 50, -21.6], size = [50, 40, 1.6] }
+"#;
+    let mut machine = Machine::new(text);
+    machine.output(1, true);
+    machine.go([40.0, 40.0, -18.0], 50.0);
+    machine.go([40.0, 40.0, -20.5], 5.0);
+    machine.output(1, false);
+    machine.go([40.0, 40.0, -21.5], 5.0);
+    machine.go([40.0, 40.0, -18.0], 50.0);
+    let said = machine.said();
+    assert!(said[0].contains(r#""why":"stopped turning in its hole""#), "{said:#?}");
+    assert!(said[1].contains(r#""ev":"hole","at":[40,40],"depth":0.5"#), "{said:#?}");
+}
+
+#[test]
 fn a_bead_has_the_mass_of_its_time() {
     let text = r#"cell = 1
 tool = [{ name = "needle", kind = "dispenser", output = 4, flow_mg_s = 10, open_ms = 15, close_ms = 10, reach = 1 }]

@@ -5,6 +5,9 @@ use std::io;
 
 use lang::wire::Exception as Code;
 
+/// Exception of a gateway whose board does not answer (Modbus Application Protocol 1.1b3, 7).
+pub(super) const TARGET_SILENT: u8 = 11;
+
 /// Why an exchange failed.
 #[derive(Debug)]
 pub enum ClientError {
@@ -32,6 +35,16 @@ impl ClientError {
     /// Whether the board answered with this exception.
     pub fn is_exception(&self, exception: Code) -> bool {
         matches!(self, ClientError::Exception(code) if *code == exception as u8)
+    }
+
+    /// Whether the board may have carried out the request although it failed: the reply was lost, on this line or
+    /// between a gateway and the board. Whoever sent a request that must not be repeated has to find out, or has to
+    /// undo what it may have begun.
+    pub fn may_be_done(&self) -> bool {
+        matches!(
+            self,
+            ClientError::Silent | ClientError::Noise(_) | ClientError::Exception(TARGET_SILENT)
+        )
     }
 }
 

@@ -84,7 +84,7 @@ impl<L: Link> Client<L> {
     }
 
     fn ask_own(&mut self, pdu: &[u8], length: usize) -> Result<Vec<u8>, ClientError> {
-        let reply = self.pass_on(OWN_UNIT, pdu, length)?;
+        let reply = self.pass_on(OWN_UNIT, pdu, length, false)?;
         match reply[..] {
             [function, code] if function & 0x80 != 0 => Err(ClientError::Exception(code)),
             _ => Ok(reply),

@@ -153,11 +153,11 @@ impl<L: Link> Client<L> {
     pub fn restart(&mut self) -> Result<(), ClientError> {
         match self.control(wire::Control::Restart) {
             // It may reset before its reply is out.
-            Ok(()) | Err(ClientError::Silent | ClientError::Noise(_)) => {
+            Err(error) if !error.may_be_done() => Err(error),
+            _ => {
                 self.link().pause(Duration::from_millis(400));
                 Ok(())
             }
-            Err(error) => Err(error),
         }
     }
 }

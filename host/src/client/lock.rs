@@ -39,7 +39,7 @@ impl<L: Link> Client<L> {
                 Err(ClientError::WrongCode)
             }
             // The reply may have been lost.
-            Err(ClientError::Silent | ClientError::Noise(_)) if !self.is_locked()? => Ok(()),
+            Err(error) if error.may_be_done() && !self.is_locked()? => Ok(()),
             other => other,
         }
     }

@@ -5,7 +5,7 @@ use lang::axis::Axis;
 use lang::profile::{AxisProfile, Direction, Profile};
 use lang::wire::{self, Exception, command};
 
-use super::{Client, ClientError};
+use super::Client;
 use crate::link::Link;
 
 /// A 32-bit value as two registers, low word first; saturates.
@@ -113,8 +113,8 @@ impl<L: Link> Client<L> {
                 Err(format!("the board cannot move now: {why}"))
             }
             Err(error) if error.is_exception(Exception::IllegalValue) => Err(wrong()),
-            Err(error @ (ClientError::Silent | ClientError::Noise(_))) => {
-                // Nothing tells whether it was taken: stop whatever it became.
+            Err(error) if error.may_be_done() => {
+                // Nothing tells whether the board took it: the axes are stopped, whatever it began.
                 let _ = self.write_all(wire::COMMAND, &[command::STOP_AXES, 0b111]);
                 Err(error.to_string())
             }

@@ -8,7 +8,6 @@ use lang::wire::{self, Control as Code, Exception, RunState, command};
 use super::console::{Console, Options};
 use super::library;
 use super::port::{Board, Port};
-use crate::client::ClientError;
 use crate::client::library::Called;
 use crate::client::status::state_name;
 use crate::failure::Failure;
@@ -166,8 +165,9 @@ fn refuse_impossible(action: Action, state: Option<RunState>) -> Result<(), Fail
 
 fn send(board: &mut Board, code: Code) -> Result<(), Failure> {
     match board.control(code) {
+        Ok(()) => Ok(()),
         // The reply may have been lost after the board took it: the state tells.
-        Ok(()) | Err(ClientError::Silent | ClientError::Noise(_)) => Ok(()),
+        Err(error) if error.may_be_done() => Ok(()),
         Err(error) if error.is_exception(Exception::Busy) => {
             Err(Failure::Board(format!("the board cannot do that now{}", blocked(board)?)))
         }
@@ -190,4 +190,26 @@ fn tell(state: RunState, console: &Console) -> Result<(), Failure> {
         return console.json_line(&serde_json::json!({ "state": state_name(state) }));
     }
     console.result(&format!("{}\n", state_name(state)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Code, send};
+    use crate::client::Client;
+    use crate::client::tests::{Scripted, framed};
+    use crate::link::Link;
+
+    #[test]
+    fn a_start_whose_reply_is_lost_may_have_begun_and_one_that_is_refused_has_not() {
+        let start = |reply: Vec<u8>| {
+            // The length of the program comes first.
+            let link = Scripted::new([framed(&[1, 3, 2, 0, 40]), reply]);
+            let link: Box<dyn Link> = Box::new(link);
+            send(&mut Client::new(link, 1), Code::Start)
+        };
+        for lost in [Vec::new(), framed(&[1, 0x86, 11])] {
+            assert!(start(lost).is_ok(), "the state of the board tells");
+        }
+        assert!(start(framed(&[1, 0x86, 4])).is_err());
+    }
 }

@@ -3,14 +3,14 @@
 //! They hold registers and coils and nothing else; what a gateway does to a line's time is measured
 //! and tested with them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use lang::wire::{Exception, Table};
 
-use super::pdu::{Touch, refusal};
+use super::pdu::{NO_ANSWER, Touch, refusal};
 use crate::link::adu::{open_rtu, rtu};
 use crate::link::{Link, Mode};
 
@@ -26,6 +26,19 @@ pub struct Memory {
     pub dead: Vec<u8>,
     /// Requests that came over the line: address and function.
     pub heard: Vec<(u8, u8)>,
+    /// What befalls requests that write to a register or read from it on: the first entry that matches is used once.
+    pub mishaps: Vec<(u16, Mishap)>,
+}
+
+/// What befalls a request. The board carries it out all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mishap {
+    /// Its reply is lost.
+    Lost,
+    /// Its reply is lost, and a gateway before the board says so by exception 11.
+    Told,
+    /// Its reply and those after it come so much later.
+    Late(Duration),
 }
 
 /// What a register of a board shows that nobody wrote.
@@ -38,14 +51,22 @@ pub struct Light {
     memory: Arc<Mutex<Memory>>,
     opened: Instant,
     mode: Mode,
-    /// The reply on its way, and when its last character is there.
-    reply: Option<(Instant, Vec<u8>)>,
+    /// The replies on their way, and when the last character of each is there.
+    replies: VecDeque<(Instant, Vec<u8>)>,
 }
 
 impl Light {
     /// A line at the usual rate.
     pub fn new(memory: Arc<Mutex<Memory>>) -> Light {
-        Light { memory, opened: Instant::now(), mode: Mode::DEFAULT, reply: None }
+        Light { memory, opened: Instant::now(), mode: Mode::DEFAULT, replies: VecDeque::new() }
+    }
+
+    /// What befalls this request, if anything does.
+    fn mishap(&self, pdu: &[u8]) -> Option<Mishap> {
+        let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let first = Touch::of(pdu).ok()?.first;
+        let place = memory.mishaps.iter().position(|(register, _)| *register == first)?;
+        Some(memory.mishaps.remove(place).1)
     }
 
     fn answer(&self, address: u8, pdu: &[u8]) -> Option<Vec<u8>> {
@@ -80,22 +101,31 @@ impl Light {
 
 impl Link for Light {
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
-        self.reply = open_rtu(frame).and_then(|(address, pdu)| {
-            let reply = rtu(address, &self.answer(address, pdu)?);
-            // A slave knows a frame's end by the rest behind it.
-            let time = self.mode.time_of(frame.len() + reply.len()) + self.mode.silence() + WORK;
-            Some((Instant::now() + time, reply))
-        });
+        let Some((address, pdu)) = open_rtu(frame) else { return Ok(()) };
+        let mishap = self.mishap(pdu);
+        let Some(reply) = self.answer(address, pdu) else { return Ok(()) };
+        let (reply, late) = match mishap {
+            None => (reply, Duration::ZERO),
+            Some(Mishap::Lost) => return Ok(()),
+            Some(Mishap::Told) => (refusal(pdu, NO_ANSWER), Duration::ZERO),
+            Some(Mishap::Late(by)) => (reply, by),
+        };
+        let reply = rtu(address, &reply);
+        // A slave knows a frame's end by the rest after it, and answers one request after the other.
+        let time = self.mode.time_of(frame.len() + reply.len()) + self.mode.silence() + WORK + late;
+        let now = Instant::now();
+        let begin = self.replies.back().map_or(now, |(due, _)| now.max(*due));
+        self.replies.push_back((begin + time, reply));
         Ok(())
     }
 
     fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize> {
         let wait =
-            self.reply.as_ref().map(|(due, _)| due.saturating_duration_since(Instant::now()));
+            self.replies.front().map(|(due, _)| due.saturating_duration_since(Instant::now()));
         match wait {
             Some(wait) if wait <= patience => {
                 std::thread::sleep(wait);
-                let reply = self.reply.take().map(|(_, reply)| reply).unwrap_or_default();
+                let reply = self.replies.pop_front().map(|(_, reply)| reply).unwrap_or_default();
                 let count = reply.len().min(buffer.len());
                 buffer[..count].copy_from_slice(&reply[..count]);
                 Ok(count)

@@ -17,7 +17,7 @@ use super::named::Named;
 use super::pdu::{NO_ANSWER, NO_PATH, Touch, refusal};
 use super::station::Station;
 use super::turns::{Asker, Turns};
-use crate::client::{Client, ClientError, Patience};
+use crate::client::{Client, ClientError, Heard, Patience};
 use crate::helm::Picture;
 use crate::link::Link;
 
@@ -37,6 +37,8 @@ const HASTE: u32 = 5;
 const RENEW: Duration = Duration::from_secs(30);
 /// Longest wait for the reply to a write: a board erases and writes its flash meanwhile (wire.rs, Upload).
 const WRITING: Duration = Duration::from_millis(400);
+/// The same where the board checks a program first, of the longest there is.
+const CHECKING: Duration = Duration::from_millis(wire::check_ms(lang::image::NARROW) + 100);
 
 /// All that a board shows.
 #[derive(Clone, Debug, Default)]
@@ -83,7 +85,7 @@ enum State {
 /// Takes the reply to a request: function and data.
 pub type Answer = Box<dyn FnOnce(Vec<u8>) + Send>;
 
-/// Work for the board, or why it cannot be done.
+/// Work for the board, or why it cannot be done. The line sees by the board's newest exchange whether it answers.
 pub type Job = Box<dyn FnOnce(Result<&mut Board, &str>) + Send>;
 
 enum Work {
@@ -368,23 +370,26 @@ impl Owner {
         }
         let known = station.health() == Health::Up;
         // To a board that hardly is there no write is sent that nobody would know to be done.
-        if !known && touch.write && !stops {
+        // Nor one whose reply is waited for so long that a board that is gone would keep the others.
+        let checks = touch.checks(pdu);
+        if (!known || checks) && touch.write && !stops {
             let [high, low] = wire::VERSION.to_be_bytes();
             let probe = [3, high, low, 0, 1];
-            if let Err(code) = self.exchange(station, &probe, 4, self.first_wait(station)) {
+            if let Err(code) = self.exchange(station, &probe, 4, self.first_wait(station), false) {
                 return refusal(pdu, code);
             }
         }
         let wait = match (touch.write, stops) {
             (false, _) => self.first_wait(station),
             (true, true) => self.reply,
+            (true, false) if checks => self.reply.max(CHECKING),
             (true, false) => self.reply.max(WRITING),
         };
         let length = touch.reply_length();
-        let mut result = self.exchange(station, pdu, length, wait);
+        let mut result = self.exchange(station, pdu, length, wait, stops);
         // A read that was lost on the way is asked for once more, and a stop is told once more.
         if known && (!touch.write || stops) && result == Err(NO_ANSWER) && self.board.is_some() {
-            result = self.exchange(station, pdu, length, self.reply);
+            result = self.exchange(station, pdu, length, self.reply, stops);
         }
         if touch.write {
             station.forget();
@@ -411,12 +416,13 @@ impl Owner {
         pdu: &[u8],
         length: usize,
         reply: Duration,
+        urgent: bool,
     ) -> Result<Vec<u8>, u8> {
         let Some(board) = &mut self.board else { return Err(NO_PATH) };
         station.counters.exchanges.add();
         board.set_patience(Patience { reply, attempts: 1 });
         let begun = Instant::now();
-        let result = board.pass_on(station.address, pdu, length);
+        let result = board.pass_on(station.address, pdu, length, urgent);
         let wire = board.mode().time_of(pdu.len() + length + 6);
         station
             .counters
@@ -455,10 +461,18 @@ impl Owner {
                 job(Err("the board does not answer"))
             }
             Some(board) => {
-                board.set_patience(Patience::default());
+                // A board that is gone costs the others no more than a client's request to it.
+                board.set_patience(Patience { reply: self.reply.max(WRITING), attempts: 2 });
                 board.set_address(station.address);
+                board.take_heard();
                 job(Ok(board));
                 station.forget();
+                match board.take_heard() {
+                    Heard::Reply => station.hit(),
+                    Heard::Nothing => station.miss(),
+                    Heard::Broken => self.lose("the port failed".to_owned()),
+                    Heard::Unasked => {}
+                }
             }
         }
     }

@@ -115,22 +115,32 @@ impl Touch {
         self.is_stop(pdu) && own.iter().any(inside)
     }
 
+    /// What it writes to a holding register, if it does.
+    fn value(&self, pdu: &[u8], register: u16) -> Option<u16> {
+        if !self.write || self.table != Table::Holding {
+            return None;
+        }
+        // Function 6 has its value where function 16 has its count.
+        let place = match pdu[0] {
+            6 => 3,
+            _ => 6 + 2 * usize::from(register.checked_sub(self.first)?),
+        };
+        let pair = pdu.get(place..place + 2).filter(|_| self.range().contains(&register.into()))?;
+        Some(u16::from_be_bytes([pair[0], pair[1]]))
+    }
+
+    /// Whether the board checks a program before it replies ([`wire::check_ms`]): at a start, at the end of an
+    /// upload, and when a program is selected.
+    pub fn checks(&self, pdu: &[u8]) -> bool {
+        self.value(pdu, wire::RUN_CONTROL) == Some(wire::Control::Start as u16)
+            || self.value(pdu, wire::UPLOAD_CONTROL) == Some(wire::Upload::Commit as u16)
+            || self.value(pdu, wire::SELECTED).is_some()
+    }
+
     /// Whether it is one of the writes that end motion: they wait for nobody.
     pub fn is_stop(&self, pdu: &[u8]) -> bool {
         use wire::{Control, Direct, command};
-        if !self.write || self.table != Table::Holding {
-            return false;
-        }
-        // Function 6 has its value where function 16 has its count.
-        let value = |register: u16| {
-            let place = match pdu[0] {
-                6 => 3,
-                _ => 6 + 2 * usize::from(register.checked_sub(self.first)?),
-            };
-            let pair =
-                pdu.get(place..place + 2).filter(|_| self.range().contains(&register.into()))?;
-            Some(u16::from_be_bytes([pair[0], pair[1]]))
-        };
+        let value = |register: u16| self.value(pdu, register);
         let ends = [Control::Stop, Control::Pause, Control::EmergencyStop].map(|code| code as u16);
         let direct =
             [Direct::Pause, Direct::StopJog, Direct::Stop].map(|code| u16::from(code as u8));

@@ -5,13 +5,16 @@ use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::backoff::Health;
+use super::inside::{ADDRESS, Inside};
+use super::light::Mishap;
 use super::light::{self, Light, Memory, first_value};
 use super::line::Open;
 use super::{Config, Running};
-use crate::client::Client;
+use crate::client::{Client, ClientError, Patience};
 use crate::link::adu::Mbap;
 use crate::link::{Link, Mode};
-use lang::wire::Control;
+use lang::wire::{self, Control, Upload};
 
 /// Everything of these tests ends long before this, on a loaded machine too.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -314,4 +317,120 @@ fn one_client_with_many_requests_takes_nobodys_turn() {
     assert!(*least > 20, "{counts:?}");
     // A request more or less at either end of the time.
     assert!(most - least <= 2 + most / 20, "{counts:?}");
+}
+
+/// A client inside the gateway: its requests take their turns on the line like all others.
+fn inside(running: &Running) -> Client<Inside> {
+    Client::new(Inside::new(&running.gateway, 0, 9), ADDRESS)
+}
+
+fn befall(memory: &Mutex<Memory>, mishaps: &[(u16, Mishap)]) {
+    memory.lock().unwrap_or_else(PoisonError::into_inner).mishaps = mishaps.to_vec();
+}
+
+#[test]
+fn a_write_whose_replies_are_lost_twice_is_done() {
+    let (memory, running) = stand(1, "");
+    let mut client = inside(&running);
+    for lost in 0..=2 {
+        befall(&memory, &[(300, Mishap::Lost)].repeat(lost));
+        client.write(300, 7).unwrap_or_else(|error| panic!("{lost} lost: {error}"));
+        assert!(memory.lock().unwrap_or_else(PoisonError::into_inner).mishaps.is_empty());
+    }
+    // What must not be repeated is asked once, and told.
+    befall(&memory, &[(300, Mishap::Lost)]);
+    let once = client.once(|client| client.write(300, 7));
+    assert!(once.is_err_and(|error| error.may_be_done()));
+}
+
+/// The board checks its program before it replies: of 32 KB for two seconds.
+#[test]
+fn a_start_and_a_commit_are_waited_for_as_long_as_the_board_checks() {
+    let (memory, running) = stand(1, "");
+    let mut client = inside(&running);
+    client.set_patience(Patience { reply: PATIENCE, attempts: 1 });
+    let checked = [
+        (wire::RUN_CONTROL, Control::Start as u16),
+        (wire::UPLOAD_CONTROL, Upload::Commit as u16),
+        (wire::SELECTED, 1),
+    ];
+    for (register, value) in checked {
+        befall(&memory, &[(register, Mishap::Late(Duration::from_millis(1_600)))]);
+        client.write(register, value).unwrap_or_else(|error| panic!("{register}: {error}"));
+    }
+    // To a board that is gone none of them goes: the line is not kept for two seconds.
+    memory.lock().unwrap_or_else(PoisonError::into_inner).dead.push(1);
+    let exchanges = heard(&memory);
+    assert!(matches!(client.write(wire::RUN_CONTROL, 1), Err(ClientError::Exception(11))));
+    let memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
+    assert!(memory.heard[exchanges..].iter().all(|(_, function)| *function == 3));
+}
+
+/// The gateway repeats a read. A board that is late answers both, and the second reply looks like one to the next read
+/// of as many registers.
+#[test]
+fn a_late_reply_is_no_reply_to_the_next_request() {
+    let (memory, running) = stand(2, "");
+    let mut guest = Guest::new(running.address());
+    for n in 0..20 {
+        assert_eq!(guest.ask(1, &read(n, 1)), value(1, n));
+        assert_eq!(guest.ask(2, &read(n, 1)), value(2, n));
+    }
+    for n in (100..200).step_by(10) {
+        befall(&memory, &[(n, Mishap::Late(Duration::from_millis(80)))]);
+        for register in n..n + 10 {
+            let reply = guest.ask(1, &read(register, 1));
+            // On a machine under load it may be too late for both attempts.
+            if reply != [0x83, 0x0B] {
+                assert_eq!(reply, value(1, register), "{register}");
+            }
+        }
+        while guest.ask(1, &read(1, 2)).len() != 6 {
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+#[test]
+fn orders_of_mqtt_and_cards_leave_a_board_alone_that_is_gone() {
+    let (memory, running) = stand(2, "");
+    let line = &running.gateway.lines[0];
+    let order = |station: usize| {
+        let (to, done) = std::sync::mpsc::channel();
+        let job = Box::new(move |board: Result<&mut super::line::Board, &str>| {
+            drop(to.send(board.is_ok_and(|board| board.holding(1, 1).is_ok())));
+        });
+        line.order(9, station, false, job);
+        done.recv_timeout(PATIENCE).expect("an answer")
+    };
+    let dead = |dead: Vec<u8>| memory.lock().unwrap_or_else(PoisonError::into_inner).dead = dead;
+    assert!(order(0));
+    // The job tells before the line has seen what came of it.
+    let settled = |health| {
+        let begun = Instant::now();
+        while line.stations[0].health() != health {
+            assert!(begun.elapsed() < PATIENCE, "it is not {health:?}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    settled(Health::Up);
+    dead(vec![1]);
+    assert!(!order(0));
+    settled(Health::Silent);
+    let exchanges = heard(&memory);
+    let begun = Instant::now();
+    for _ in 0..100 {
+        assert!(!order(0));
+    }
+    // Within its rests it is asked now and then, not a hundred times.
+    assert!(heard(&memory) - exchanges <= 6, "{}", heard(&memory) - exchanges);
+    assert!(begun.elapsed() < PATIENCE);
+    assert!(order(1));
+    dead(Vec::new());
+    let begun = Instant::now();
+    while !order(0) {
+        assert!(begun.elapsed() < PATIENCE, "it is not found again");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    settled(Health::Up);
 }

@@ -11,6 +11,9 @@ use lang::part::{F5529, Part};
 use lang::record::feature;
 use tape::Tape;
 
+/// The timer of each generated program.
+pub const TIMER: &str = "tm";
+
 /// A script and its world.
 #[derive(Clone, Debug)]
 pub struct Case {
@@ -108,7 +111,7 @@ impl Writer<'_> {
         let errors = self.tape.chance(9) && self.has(feature::LINES);
         let first = self.tape.of(&["", "", " = 3", " = -1 + 6"]);
         self.line(&format!("DIM va{first}, vb, vc, len AS LENGTH, ia, ib"));
-        self.line("DIM tm AS TIMER");
+        self.line(&format!("DIM {TIMER} AS TIMER"));
         if self.arrays {
             let values = self.tape.of(&["", "", " = 7, va", " = 1, 2, vb - 1"]);
             self.line(&format!("DIM cells(3){values}"));

@@ -61,6 +61,11 @@ impl Cell {
                 })
             });
         let sees = self.seen[index] > 0 || standing;
+        if self.looked[index].replace(sees) == Some(sees) {
+            return;
+        }
+        // What it was about to say is no longer so.
+        self.timers.retain(|timer| !matches!(timer.1, Timer::Sense(own, _) if own == index));
         let delay = if sees { sensor.on_us } else { sensor.off_us };
         self.timers.push((us + delay, Timer::Sense(index, sees)));
         // It bounces: the last change is the true one.

@@ -8,28 +8,6 @@ use crate::log::What;
 use crate::scene::{Block, Conveyor, Drive, Eye, Gap, V3};
 use crate::things::{self, Where};
 
-/// A belt while the cell runs.
-#[derive(Clone, Debug)]
-pub(super) struct Belt {
-    /// When it last began to run, or the things on it were last moved; `None` while it stands.
-    runs: Option<u64>,
-    /// What is left of the distance to the next part that it feeds, mm.
-    to_next: f64,
-    /// Parts that it has fed.
-    fed: u32,
-}
-
-impl Belt {
-    pub(super) fn all(scene: &crate::scene::Scene) -> Vec<Self> {
-        let new = |conveyor: &Conveyor| Self {
-            runs: matches!(conveyor.drive, Drive::Always).then_some(0),
-            to_next: 0.0,
-            fed: 0,
-        };
-        scene.conveyors.iter().map(new).collect()
-    }
-}
-
 /// A time that a belt takes for a way, whole us; the way is done then.
 fn time_for(mm: f64, mm_s: f64) -> u64 {
     // A billionth is rounding.

@@ -1,25 +1,10 @@
 //! Faults that strike a run while it runs: parts that miss, stick or get lost, inputs that hang, motors that stall, people
 //! who press what they should not. Faults that only change a number or a time are in [`crate::vary::applied`].
 
-use std::collections::BTreeMap;
-
 use super::{Action, Cell, Timer};
 use crate::scene::ToolKind;
 use crate::things::Where;
 use crate::vary::Deviation;
-
-/// What strikes later.
-#[derive(Debug, Default)]
-pub(super) struct Struck {
-    /// Things that stick to the tool after it lets go, us.
-    pub(super) stuck: BTreeMap<usize, u64>,
-    /// Things that fall so long after they were taken, us.
-    pub(super) lost: BTreeMap<usize, u64>,
-    /// The tool answers its output so much later, us.
-    pub(super) slow_us: u64,
-    /// Inputs that hang in a state.
-    pub(super) forced: BTreeMap<u32, bool>,
-}
 
 /// A button is pressed for so long, us.
 const PRESS_US: u64 = 100_000;

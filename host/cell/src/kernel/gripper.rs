@@ -16,6 +16,8 @@ impl Cell {
     /// The gripper's output changes: it closes while that is on. What it holds falls as soon as the jaws begin to open.
     pub(super) fn jaws(&mut self, close: bool, at: &Steps, us: u64) {
         let Some(gripper) = self.gripper() else { return };
+        // Jaws that turn back before they have met close on nothing.
+        self.timers.retain(|timer| timer.1 != Timer::Jaws);
         if close {
             self.timers.push((us + gripper.close_us, Timer::Jaws));
             return;
@@ -28,9 +30,22 @@ impl Cell {
         }
     }
 
+    /// Closed jaws have lost what they held: they meet.
+    pub(super) fn slipped(&mut self) {
+        let Some(gripper) = self.gripper().filter(|_| self.tool.is_on()) else { return };
+        let inputs = [(gripper.input_gripped, false), (gripper.input_closed, true)];
+        let actions = inputs.map(|(input, on)| input.map(|input| Action::Input(input, on)));
+        self.actions.extend(actions.into_iter().flatten());
+    }
+
     /// The jaws have closed: on what lies between them in both directions, if its width can be held, else on themselves.
     pub(super) fn closed(&mut self, at: &Steps, us: u64) {
         let Some(gripper) = self.gripper().filter(|_| self.tool.is_on()) else { return };
+        if self.tool.held().is_some() {
+            // It stuck to the open jaws, and they have come back.
+            self.actions.extend(gripper.input_gripped.map(|input| Action::Input(input, true)));
+            return;
+        }
         let tip = self.tip(at);
         let across = usize::from(!gripper.along_x);
         let found = (0..self.things.len()).find(|&which| {

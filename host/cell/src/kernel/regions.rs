@@ -83,14 +83,53 @@ impl Cell {
                 // What is put down stands where it hung: the tool leaves it, it does not run into it.
                 let quiet = !known.contains(&about)
                     && matches!(about, About::Thing(..) | About::Fixture(..));
-                let inside = if quiet { here } else { was.contains(&about) && here };
+                // Sensors are counted below.
+                let counts = matches!(about, About::Sensor(_) | About::Switch(_));
+                let inside = here && (quiet || counts || was.contains(&about));
                 Watch { about, region, inside }
             })
             .collect();
         self.quiet = None;
         self.law = None;
+        self.count_seen(us);
+        // A thing that was touched may be gone, or may have moved away.
+        if self.tool.touches().is_some_and(|which| !self.is_inside(About::Contact(which))) {
+            self.contact_ends(us);
+        }
         // What the head is in now and was not before has changed.
         self.settle(at, us);
+    }
+
+    /// Sets for each sensor the number of its regions that the head is in: regions come and go with what hangs on the
+    /// tool.
+    fn count_seen(&mut self, us: u64) {
+        for index in 0..self.seen.len() {
+            let is_own = |watch: &&Watch| {
+                watch.inside
+                    && matches!(watch.about, About::Sensor(n) | About::Switch(n) if n == index)
+            };
+            let count = self.watches.iter().filter(is_own).count() as u32;
+            let was = std::mem::replace(&mut self.seen[index], count);
+            if (was > 0) != (count > 0) {
+                self.look(index, us);
+            }
+        }
+    }
+
+    fn is_inside(&self, about: About) -> bool {
+        self.watches.iter().any(|watch| watch.about == about && watch.inside)
+    }
+
+    /// A thing at whose top the nozzle is.
+    pub(super) fn any_contact(&self) -> Option<usize> {
+        self.watches.iter().find_map(|watch| match watch.about {
+            About::Contact(which)
+                if watch.inside && matches!(self.things[which].place, Where::Stands(_)) =>
+            {
+                Some(which)
+            }
+            _ => None,
+        })
     }
 
     /// The tops of a thing at which a nozzle is sealed by it.

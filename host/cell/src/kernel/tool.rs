@@ -1,74 +1,10 @@
 //! What the tool does: takes and lets go, drills, lays glue.
 
-use super::{Action, Cell, Timer};
+use super::{Action, Cell, Fall, Timer};
 use crate::law::Steps;
 use crate::log::What;
-use crate::pressure::Pressure;
 use crate::scene::{ToolKind, V3, Vacuum};
 use crate::things::{Where, landing};
-
-/// The tool's state.
-#[derive(Debug)]
-pub struct State {
-    /// Whether its output is on.
-    on: bool,
-    pressure: Pressure,
-    /// Whether the pressure switch is on.
-    switched: bool,
-    contact: Option<usize>,
-    held: Option<usize>,
-    /// When the pressure next crosses a level that means something.
-    due: Option<u64>,
-    /// The hole that the drill is in, with its depth.
-    hole: Option<([f64; 2], f64)>,
-    /// When a drill turns.
-    turns_at: Option<u64>,
-    /// Where and when a bead began, and its way so far.
-    bead: Option<(V3, u64, f64)>,
-    last: V3,
-}
-
-impl State {
-    pub(super) fn new() -> Self {
-        Self {
-            on: false,
-            pressure: Pressure::none(),
-            switched: false,
-            contact: None,
-            held: None,
-            due: None,
-            hole: None,
-            turns_at: None,
-            bead: None,
-            last: [0.0; 3],
-        }
-    }
-
-    pub(super) fn is_on(&self) -> bool {
-        self.on
-    }
-
-    pub(super) fn held(&self) -> Option<usize> {
-        self.held
-    }
-
-    pub(super) fn due(&self) -> Option<u64> {
-        self.due
-    }
-
-    pub(super) fn is_working(&self) -> bool {
-        self.hole.is_some() || self.bead.is_some()
-    }
-
-    /// Whether a drill is in a hole.
-    pub(super) fn drills(&self) -> bool {
-        self.hole.is_some()
-    }
-
-    pub(super) fn vacuum(&self) -> &Pressure {
-        &self.pressure
-    }
-}
 
 fn distance(a: V3, b: V3) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
@@ -97,7 +33,12 @@ impl Cell {
         match &tool.kind {
             ToolKind::Vacuum(_) => self.aim(us),
             ToolKind::Gripper(_) => self.jaws(on, at, us),
-            ToolKind::Drill { spin_us, .. } => self.tool.turns_at = on.then_some(us + spin_us),
+            ToolKind::Drill { spin_us, .. } => {
+                self.tool.turns_at = on.then_some(us + spin_us);
+                if !on && self.tool.drills() {
+                    self.broken("stopped turning in its hole", tip, us);
+                }
+            }
             ToolKind::Flow { flow_mg_s, open_us, close_us, reach, .. } => {
                 if on {
                     self.drawn.push(vec![[tip[0], tip[1]]]);
@@ -156,8 +97,11 @@ impl Cell {
             ToolKind::Drill { diameter, .. } => diameter / 2.0,
             _ => 0.0,
         });
+        let turns = self.tool.turns_at.is_some_and(|turns| turns <= us);
         if let Some((middle, depth)) = &mut self.tool.hole {
-            *depth = depth.max(top - tip[2]);
+            if turns {
+                *depth = depth.max(top - tip[2]);
+            }
             if (middle[0] - tip[0]).hypot(middle[1] - tip[1]) > radius {
                 self.broken("moved sideways in its hole", tip, us);
             }
@@ -221,8 +165,14 @@ impl Cell {
         if inside {
             self.tool.contact = Some(which);
         } else if self.tool.contact == Some(which) {
-            self.tool.contact = None;
+            self.tool.contact = self.any_contact();
         }
+        self.aim(us);
+    }
+
+    /// The nozzle no longer touches what it touched.
+    pub(super) fn contact_ends(&mut self, us: u64) {
+        self.tool.contact = self.any_contact();
         self.aim(us);
     }
 
@@ -273,7 +223,9 @@ impl Cell {
 
     pub(super) fn take(&mut self, which: usize, at: &Steps, us: u64) {
         let tip = self.tip(at);
-        let Where::Stands(middle) = self.things[which].place else { return };
+        let Where::Stands(middle) = self.things[which].place else {
+            return self.contact_ends(us);
+        };
         self.things[which].place =
             Where::Held(std::array::from_fn(|axis| middle[axis] - tip[axis]));
         self.things[which].taken += 1;
@@ -284,7 +236,7 @@ impl Cell {
         let thing = self.things[which].name.clone();
         self.tell(us, What::Take { thing, by });
         if let Some(after) = self.struck.lost.remove(&which) {
-            self.timers.push((us + after, Timer::Falls(which)));
+            self.falls_after(which, after, false, us);
         }
         self.aim(us);
         self.rebuild(at, us);
@@ -296,7 +248,7 @@ impl Cell {
         match self.struck.stuck.get(&which) {
             None | Some(0) => self.let_go(which, at, us),
             Some(&for_us) => {
-                self.timers.push((us + for_us, Timer::Falls(which)));
+                self.falls_after(which, for_us, true, us);
                 if let Some(vacuum) = self.nozzle() {
                     self.plan(&vacuum, us);
                     // What sticks does not fall at each look at the pressure.
@@ -309,14 +261,29 @@ impl Cell {
         }
     }
 
-    /// A thing that stuck or is lost falls now.
-    pub(super) fn falls(&mut self, which: usize, at: &Steps, us: u64) {
-        let held = self.tool.held == Some(which);
-        let stuck = self.struck.stuck.remove(&which).is_some();
-        let holds = self.nozzle().is_some_and(|own| self.tool.pressure.at(us) >= own.hold_kpa);
-        // The nozzle has come back in time.
-        if held && !(stuck && self.tool.on && holds) {
+    /// What hangs on the tool falls later; what sticks to it does so once.
+    fn falls_after(&mut self, which: usize, after: u64, stuck: bool, us: u64) {
+        let timer = Timer::Falls(Fall { which, taken: self.things[which].taken, stuck });
+        if !self.timers.iter().any(|own| own.1 == timer) {
+            self.timers.push((us + after, timer));
+        }
+    }
+
+    /// A thing that stuck or is lost falls now, unless it was let go or taken again since.
+    pub(super) fn falls(&mut self, fall: Fall, at: &Steps, us: u64) {
+        let Fall { which, taken, stuck } = fall;
+        if self.tool.held != Some(which) || self.things[which].taken != taken {
+            return;
+        }
+        if stuck {
+            self.struck.stuck.remove(&which);
+        }
+        // A nozzle needs its pressure again; jaws need only be closed.
+        let holds = self.nozzle().is_none_or(|own| self.tool.pressure.at(us) >= own.hold_kpa);
+        // The tool has come back in time.
+        if !(stuck && self.tool.on && holds) {
             self.let_go(which, at, us);
+            self.slipped();
         }
     }
 
@@ -358,7 +325,7 @@ impl Cell {
     pub(super) fn release(&mut self, which: usize, at: &Steps, us: u64) {
         match self.struck.stuck.get(&which) {
             None | Some(0) => self.let_go(which, at, us),
-            Some(&for_us) => self.timers.push((us + for_us, Timer::Falls(which))),
+            Some(&for_us) => self.falls_after(which, for_us, true, us),
         }
     }
 

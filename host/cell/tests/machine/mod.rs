@@ -68,8 +68,11 @@ impl Machine {
     }
 
     fn play(&mut self, law: &dyn Law, until: u64) {
+        let mut calls = 0;
         while let Some(when) = self.cell.next_us(law, self.now).filter(|&when| when <= until) {
             assert!(when >= self.now);
+            calls = if when == self.now { calls + 1 } else { 0 };
+            assert!(calls < 100, "the cell wants to be called at {when} us again and again");
             self.now = when;
             let actions = self.cell.advance(law, when);
             self.take(actions);

@@ -127,8 +127,8 @@ impl Drive {
             board.once(|board| board.write_all(wire::COMMAND, &order))
         });
         sent.map_err(|trouble| {
-            if let Trouble::Board(ClientError::Silent | ClientError::Noise(_)) = trouble {
-                // Nothing tells whether it was taken: whatever it became is stopped.
+            if matches!(&trouble, Trouble::Board(error) if error.may_be_done()) {
+                // Nothing tells whether the board took it: what moves is stopped.
                 self.stops.send(Stop::Software);
             }
             trouble.answer()
@@ -432,10 +432,51 @@ fn line(
 
 #[cfg(test)]
 mod tests {
-    use super::line;
+    use std::sync::{Arc, PoisonError};
+    use std::time::{Duration, Instant};
+
+    use super::{Drive, line};
+    use crate::client::Client;
+    use crate::gateway::light::{self, Light, Mishap};
+    use crate::gateway::{Config, Gateway};
+    use crate::link::Link;
     use lang::axis::Axis;
     use lang::profile::Profile;
-    use lang::wire::command;
+    use lang::wire::{COMMAND, Direct, command};
+
+    #[test]
+    fn an_order_whose_reply_is_lost_is_stopped_beyond_another_gateway_too() {
+        for mishap in [Mishap::Lost, Mishap::Told] {
+            let text =
+                "[modbus]\nlisten = \"127.0.0.1:0\"\n[[board]]\nname = \"b\"\nport = \"p\"\n";
+            let config = Config::parse("test", text).expect("a good file");
+            let memory = light::boards(&[1]);
+            memory.lock().unwrap_or_else(PoisonError::into_inner).mishaps = vec![(COMMAND, mishap)];
+            let open = |_: &str, _: &[u8]| -> crate::gateway::Open {
+                let memory = memory.clone();
+                Box::new(move || {
+                    let link: Box<dyn Link> = Box::new(Light::new(memory.clone()));
+                    Ok(Client::new(link, 1))
+                })
+            };
+            let gateway = Arc::new(Gateway::new(&config, Vec::new(), None, open).expect("good"));
+            let charly = Profile::built_in("charly").expect("built in");
+            let drive = Drive::new(&gateway, 0, 1, charly);
+            assert!(drive.order(0, vec![command::MOVE_TO, 1]).is_err());
+            let stop = [command::DIRECT, u16::from(Direct::Stop as u8)];
+            let begun = Instant::now();
+            loop {
+                let memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
+                let word = |register: u16| memory.registers[&1].get(&register).copied();
+                if [COMMAND, COMMAND + 1].map(word) == stop.map(Some) {
+                    break;
+                }
+                drop(memory);
+                assert!(begun.elapsed() < Duration::from_secs(10), "{mishap:?}: no stop came");
+                std::thread::sleep(Duration::from_millis(10));
+            }
+        }
+    }
 
     #[test]
     fn a_line_is_drawn_to_work_positions_at_the_speed_along_its_path() {
