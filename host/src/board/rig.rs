@@ -13,7 +13,7 @@ use super::hardware::Hardware;
 use super::observe::{Observed, Sight};
 use crate::scene::live::{HostDeed, Shared};
 use crate::sim::scene::{Rest, Scene};
-use crate::sim::world::{Action, Registers, World, WorldError};
+use crate::sim::world::{Action, Registers, Scenario, World, WorldError};
 
 /// What the scenario does that only a host on the link can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,7 +104,7 @@ impl<B: Hardware> Rig<B> {
         let scene = {
             let mut plant = board.plant_mut();
             plant.limits = super::judge::driver_limits(profile, plant.ticks_per_second());
-            Scene::new(profile, world, registers, &mut plant)?
+            Scene::new(profile, world, registers, Scenario::is_unattended, &mut plant)?
         };
         let mut rig = Rig {
             board,

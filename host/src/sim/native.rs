@@ -26,7 +26,7 @@ use super::record::StopReason;
 use super::scene::{Rest, Scene};
 use super::step::Step;
 use super::view::{AxisView, View};
-use super::world::{Action, Registers, World, WorldError};
+use super::world::{Action, Registers, Scenario, World, WorldError};
 use super::{End, Options, SimError, Sink, told};
 
 /// From power-up to the first statement, us: the board has booted, filters have settled, and nobody waits for a host
@@ -101,7 +101,8 @@ impl Native {
         sink: Sink,
     ) -> Result<Native, SimError> {
         let mut board = NativeBoard::with(profile);
-        let scene = Scene::new(profile, world, registers, &mut board.plant_mut())?;
+        let scene =
+            Scene::new(profile, world, registers, Scenario::is_unattended, &mut board.plant_mut())?;
         let record = MachineRecord::of(profile);
         let mut own = Native {
             board,

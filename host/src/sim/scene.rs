@@ -39,7 +39,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The machine of `profile` in a world, which knows these AT variables, around the pins of a plant.
+    /// The machine of `profile` in a world, which knows these AT variables, around the pins of a plant. `puts` tells
+    /// whether the caller puts the reference switches whose places nobody gave; else they stand [`SWITCH_AWAY_UM`] off.
     ///
     /// # Errors
     /// The world's script fails.
@@ -47,16 +48,18 @@ impl Scene {
         profile: &Profile,
         world: &World,
         registers: &Registers,
+        puts: fn(&Scenario) -> bool,
         plant: &mut Plant,
     ) -> Result<Scene, WorldError> {
         let scenario = world.start(registers)?;
         let scene = Scene { profile: profile.clone(), scenario, offset: [0; 3], lost: [0; 3] };
-        scene.build(plant);
+        let puts = puts(&scene.scenario);
+        scene.build(puts, plant);
         Ok(scene)
     }
 
     /// Motors, switches and polarities.
-    fn build(&self, plant: &mut Plant) {
+    fn build(&self, puts: bool, plant: &mut Plant) {
         let Scene { profile, scenario, .. } = self;
         plant.stop_at_output = true;
         if profile.step_invert {
@@ -64,7 +67,7 @@ impl Scene {
         }
         for (axis, own) in profile.axes() {
             plant.motors[axis.index()].inverted = own.invert;
-            let usual = (!scenario.is_unattended()).then(|| self.away(axis));
+            let usual = (!puts).then(|| self.away(axis));
             let place = scenario.switch_place(axis).map(i64::from).or(usual);
             self.put_switch(axis, place, plant);
         }

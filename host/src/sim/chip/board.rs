@@ -184,7 +184,7 @@ impl NativeBoard {
         }
         // The inputs that the machine knows are those of the world only when it has looked since that acted.
         let looked = self.disturbed.is_none_or(|at| tick.wrapping_sub(at) >= 2);
-        if now % PER_MS != 0 || tick.wrapping_add(1) != self.desk.millis() || !looked {
+        if !now.is_multiple_of(PER_MS) || tick.wrapping_add(1) != self.desk.millis() || !looked {
             return;
         }
         self.disturbed = None;

@@ -119,7 +119,7 @@ impl Machine {
         self.outputs_changed();
         let pos = self.steps();
         self.write(What::end(status, fault, line, pos));
-        self.log.close(self.clock.now(), self.outputs.on().map(|n| n as i32));
+        self.log.close(self.clock.now(), self.outputs.on());
         Ok(End { status, fault, line })
     }
 }

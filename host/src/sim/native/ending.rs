@@ -39,7 +39,7 @@ impl Native {
             return;
         }
         self.passes = self.passes.wrapping_add(1);
-        if self.passes % QUESTION == 0 && (self.options.interrupted)() {
+        if self.passes.is_multiple_of(QUESTION) && (self.options.interrupted)() {
             return self.halt(StopReason::Interrupted);
         }
         let us = self.now_us();

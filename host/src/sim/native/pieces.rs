@@ -179,11 +179,11 @@ impl Pieces {
         {
             segment.to = at;
         }
-        for n in 0..3 {
-            if let Some(solo) = self.solo[n].take()
+        for (n, (solo, at)) in self.solo.iter_mut().zip(at).enumerate() {
+            if let Some(solo) = solo.take()
                 && let Some(segment) = log.segment(solo.number)
             {
-                (segment.to[n], segment.end_us) = (at[n], us);
+                (segment.to[n], segment.end_us) = (at, us);
             }
         }
     }
