@@ -78,8 +78,7 @@ def image(svg, words):
 
 def pin_table(chip):
     """The table of a chip's pins in the firmware's manual."""
-    heading = "Pins" if chip == "MSP430G2553" else chip
-    return section((ROOT / "firmware/README.md").read_text(), heading).split("\n#")[0]
+    return section((ROOT / "firmware/README.md").read_text(), chip).split("\n#")[0]
 
 
 class Book:

@@ -52,7 +52,7 @@ pub struct Profile {
     /// DIR set-up time before a STEP edge, us, 1..=30.
     #[serde(default = "default_setup")]
     pub dir_setup_us: u8,
-    /// STEP is active when low: drivers whose STEP+ is at the supply and whose STEP- is at the board.
+    /// STEP is active when low (firmware/README.md, "Step drivers with optocouplers", says for which circuits).
     #[serde(default)]
     pub step_invert: bool,
     /// What hangs on port 1.

@@ -32,7 +32,7 @@ pub fn check(scene: &Scene, text: &str, profile: &str, travel: Travel<'_>) -> Ve
 }
 
 /// A number with the least and greatest that it may be.
-type Bounded = (f64, f64, f64);
+type Bounded = (f64, f64);
 
 struct Checker<'a> {
     scene: &'a Scene,
@@ -295,8 +295,9 @@ impl Checker<'_> {
                 continue;
             }
             if let Spread::Range(least, most) = spread
-                && let Some((_, Some((value, floor, ceiling)))) =
+                && let Some((_, Some((floor, ceiling)))) =
                     known.iter().find(|(name, _)| name == key)
+                && let [value] = super::vary::values(self.scene, key)[..]
                 && (value + least < *floor || value + most > *ceiling)
             {
                 let text = format!(
@@ -312,7 +313,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Every number of the scene that may vary, as `thing.key`, with its value and bounds where it is a single number.
+    /// Every number of the scene that may vary, as `thing.key`, with its bounds where it is a single number.
     fn numbers(&self) -> Vec<(String, Option<Bounded>)> {
         let scene = self.scene;
         let mut things: Vec<(&str, &str, &str)> = Vec::new();
@@ -341,29 +342,10 @@ impl Checker<'_> {
                     | keys::Kind::Range => None,
                     _ => continue,
                 };
-                let value = bounds.and_then(|(least, most)| {
-                    self.value(name, key.name).map(|value| (value, least, most))
-                });
-                all.push((format!("{name}.{}", key.name), value));
+                all.push((format!("{name}.{}", key.name), bounds));
             }
         }
         all
-    }
-
-    /// A tool's number, for the bounds of a variation.
-    fn value(&self, name: &str, key: &str) -> Option<f64> {
-        let tool = self.scene.tools.iter().find(|tool| tool.name == name)?;
-        match (&tool.kind, key) {
-            (ToolKind::Vacuum(vacuum), "build_ms") => Some(vacuum.build_us / 1000.0),
-            (ToolKind::Vacuum(vacuum), "vent_ms") => Some(vacuum.vent_us / 1000.0),
-            (ToolKind::Vacuum(vacuum), "reach") => Some(vacuum.reach),
-            (ToolKind::Vacuum(vacuum), "gap") => Some(vacuum.gap),
-            (ToolKind::Vacuum(vacuum), "press") => Some(vacuum.press),
-            (ToolKind::Flow { flow_mg_s, .. }, "flow_mg_s") => Some(*flow_mg_s),
-            (ToolKind::Flow { open_us, .. }, "open_ms") => Some(*open_us as f64 / 1000.0),
-            (ToolKind::Flow { close_us, .. }, "close_ms") => Some(*close_us as f64 / 1000.0),
-            _ => None,
-        }
     }
 }
 

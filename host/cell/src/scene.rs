@@ -166,6 +166,14 @@ pub struct Feeder {
     pub spread: [f64; 2],
 }
 
+impl Feeder {
+    /// Whether it brings one part after the other to one place.
+    #[must_use]
+    pub fn advances(&self) -> bool {
+        matches!(self.kind.as_str(), "tape" | "tube" | "bowl")
+    }
+}
+
 /// A place for parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {

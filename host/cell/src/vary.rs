@@ -4,9 +4,12 @@
 //! A run is a pure function of script, cell and list of deviations. Each row of the file and each thing draws from a
 //! stream of its own, so that taking one deviation back leaves all others as they were.
 
+mod numbers;
 mod text;
 
-use super::scene::{Scene, Spread, ToolKind, V3, Vary};
+pub use numbers::{value, values};
+
+use super::scene::{Scene, Spread, Vary};
 
 /// A deviation from what the cell file says.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,10 +75,15 @@ pub fn draw(scene: &Scene, seed: u64) -> Vec<Deviation> {
                 } else {
                     vec![String::new()]
                 };
+                let values = values(scene, key);
+                if values.is_empty() {
+                    continue;
+                }
                 for (index, thing) in things.into_iter().enumerate() {
                     let mut stream = Stream::new(seed, row, index);
-                    let by = (0..numbers_of(key))
-                        .map(|_| short(difference(*spread, value(scene, key), &mut stream)))
+                    let by = values
+                        .iter()
+                        .map(|&value| short(difference(*spread, value, &mut stream)))
                         .collect();
                     list.push(Deviation { what: key.clone(), of: thing, by, at_us: None });
                 }
@@ -112,71 +120,20 @@ fn difference(spread: Spread, value: f64, stream: &mut Stream) -> f64 {
     }
 }
 
-/// The things that a name stands for: those of a feeder, else itself.
+/// Parts of an endless feeder or belt that draw faults and differences of their own; those after them have none.
+const FED: u32 = 200;
+
+/// The things that a name stands for: those of a feeder or a belt, also the parts that come later, else itself.
 fn things_of(scene: &Scene, name: &str) -> Vec<String> {
-    match scene.feeders.iter().find(|feeder| feeder.name == name) {
-        Some(feeder) => {
-            (1..=feeder.pockets.len()).map(|pocket| format!("{name}.{pocket}")).collect()
-        }
-        None => vec![name.to_owned()],
-    }
-}
-
-/// Numbers that a key has: a place varies in X and Y.
-fn numbers_of(key: &str) -> usize {
-    match key.rsplit('.').next() {
-        Some("at" | "corner" | "pitch" | "tilt" | "start") => 2,
-        _ => 1,
-    }
-}
-
-/// A tool's number that a share refers to; 0 where the key is none.
-#[must_use]
-pub fn value(scene: &Scene, key: &str) -> f64 {
-    let mut value = 0.0;
-    if let Some((name, key)) = key.split_once('.')
-        && let Some(tool) = scene.tools.iter().find(|tool| tool.name == name)
-    {
-        tool_number(&mut tool.kind.clone(), key, &mut |number| value = *number);
-    }
-    value
-}
-
-/// Hands a tool's number to `with`, in the unit of its key.
-fn tool_number(kind: &mut ToolKind, key: &str, with: &mut dyn FnMut(&mut f64)) {
-    let ms = |us: &mut f64, with: &mut dyn FnMut(&mut f64)| {
-        let mut ms = *us / 1000.0;
-        with(&mut ms);
-        *us = (ms * 1000.0).max(0.0);
+    let feeder = scene.feeders.iter().find(|feeder| feeder.name == name);
+    let belt = scene.conveyors.iter().find(|belt| belt.name == name && belt.feeds.is_some());
+    let count = match (feeder, belt) {
+        (Some(feeder), _) if feeder.advances() => feeder.length.unwrap_or(FED).min(FED),
+        (Some(feeder), _) => feeder.pockets.len() as u32,
+        (None, Some(_)) => FED,
+        (None, None) => return vec![name.to_owned()],
     };
-    let whole = |us: &mut u64, with: &mut dyn FnMut(&mut f64)| {
-        let mut ms = *us as f64 / 1000.0;
-        with(&mut ms);
-        *us = (ms * 1000.0).max(0.0).round() as u64;
-    };
-    match (kind, key) {
-        (ToolKind::Vacuum(vacuum), "build_ms") => ms(&mut vacuum.build_us, with),
-        (ToolKind::Vacuum(vacuum), "vent_ms") => ms(&mut vacuum.vent_us, with),
-        (ToolKind::Vacuum(vacuum), "sealed_kpa") => with(&mut vacuum.sealed_kpa),
-        (ToolKind::Vacuum(vacuum), "open_kpa") => with(&mut vacuum.open_kpa),
-        (ToolKind::Vacuum(vacuum), "hold_kpa") => with(&mut vacuum.hold_kpa),
-        (ToolKind::Vacuum(vacuum), "leak_kpa_s") => with(&mut vacuum.leak_kpa_s),
-        (ToolKind::Vacuum(vacuum), "reach") => with(&mut vacuum.reach),
-        (ToolKind::Vacuum(vacuum), "gap") => with(&mut vacuum.gap),
-        (ToolKind::Vacuum(vacuum), "press") => with(&mut vacuum.press),
-        (ToolKind::Vacuum(vacuum), "on_kpa") => with(&mut vacuum.on_kpa),
-        (ToolKind::Vacuum(vacuum), "off_kpa") => with(&mut vacuum.off_kpa),
-        (ToolKind::Gripper(gripper), "open_ms") => whole(&mut gripper.open_us, with),
-        (ToolKind::Gripper(gripper), "close_ms") => whole(&mut gripper.close_us, with),
-        (ToolKind::Drill { diameter, .. }, "diameter") => with(diameter),
-        (ToolKind::Drill { spin_us, .. }, "spin_ms") => whole(spin_us, with),
-        (ToolKind::Flow { flow_mg_s, .. }, "flow_mg_s") => with(flow_mg_s),
-        (ToolKind::Flow { open_us, .. }, "open_ms") => whole(open_us, with),
-        (ToolKind::Flow { close_us, .. }, "close_ms") => whole(close_us, with),
-        (ToolKind::Flow { reach, .. }, "reach") => with(reach),
-        (ToolKind::Probe { diameter, .. }, "diameter") => with(diameter),
-        _ => {}
-    }
+    (1..=count).map(|number| format!("{name}.{number}")).collect()
 }
 
 /// The scene with all deviations of its numbers. A number never leaves what is possible: times and pressures stay at 0
@@ -187,12 +144,6 @@ pub fn applied(mut scene: Scene, deviations: &[Deviation]) -> Scene {
         apply(&mut scene, deviation);
     }
     scene
-}
-
-fn shift(at: &mut V3, by: &[f64]) {
-    for (axis, by) in by.iter().enumerate().take(2) {
-        at[axis] += by;
-    }
 }
 
 /// Faults that only make something later: `late` people, `slow` sensors and feeders, sensors that `bounce`.
@@ -223,54 +174,14 @@ fn slower(scene: &mut Scene, deviation: &Deviation) {
 }
 
 fn apply(scene: &mut Scene, deviation: &Deviation) {
-    let Some((name, key)) = deviation.what.split_once('.') else { return slower(scene, deviation) };
-    let by = deviation.by.first().copied().unwrap_or(0.0);
-    if let Some(tool) = scene.tools.iter_mut().find(|tool| tool.name == name) {
-        tool_number(&mut tool.kind, key, &mut |number| *number = (*number + by).max(0.0));
-        if key == "tip" {
-            shift(&mut tool.tip, &deviation.by);
-        }
-    } else if let Some(feeder) = scene.feeders.iter_mut().find(|feeder| feeder.name == name) {
-        let only: Option<usize> =
-            deviation.of.rsplit('.').next().and_then(|pocket| pocket.parse().ok());
-        for (index, (at, turn)) in feeder.pockets.iter_mut().enumerate() {
-            if only.is_none_or(|only| only == index + 1) {
-                match key {
-                    "at" => shift(at, &deviation.by),
-                    "turn_deg" => *turn += by,
-                    _ => {}
-                }
-            }
-        }
-    } else if let Some(place) =
-        scene.places.iter_mut().find(|place| place.name == name && key == "at")
-    {
-        shift(&mut place.at, &deviation.by);
-        place.block = place.block.moved([by, deviation.by.get(1).copied().unwrap_or(0.0), 0.0]);
-    } else if let Some(fixture) = scene.fixtures.iter_mut().find(|fixture| fixture.name == name) {
-        match key {
-            "at" => shift(&mut fixture.at, &deviation.by),
-            "turn_deg" => fixture.form.turn_deg += by,
-            _ => {}
-        }
-    } else if let Some(part) = scene.parts.iter_mut().find(|part| part.name == name) {
-        match (key, &mut part.at) {
-            ("at", Some(at)) => shift(at, &deviation.by),
-            ("turn_deg", _) => part.form.turn_deg += by,
-            ("mass_g", _) => part.mass_g = (part.mass_g + by).max(0.0),
-            _ => {}
-        }
-    } else if let Some(stock) = scene.stock.as_mut().filter(|_| name == "stock") {
-        match key {
-            "at" => shift(&mut stock.at, &deviation.by),
-            "tilt" => {
-                for (slope, by) in stock.tilt.iter_mut().zip(&deviation.by) {
-                    *slope += by;
-                }
-            }
-            _ => {}
-        }
+    if !deviation.what.contains('.') {
+        return slower(scene, deviation);
     }
+    numbers::each(scene, &deviation.what, &deviation.of, &mut |index, number, least| {
+        if let Some(by) = deviation.by.get(index) {
+            *number = (*number + by).max(least);
+        }
+    });
 }
 
 /// Shrinks a list of deviations: `keeps` runs a shorter or smaller one and says whether the class of its outcome is the

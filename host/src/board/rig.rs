@@ -104,7 +104,7 @@ impl<B: Hardware> Rig<B> {
         let scene = {
             let mut plant = board.plant_mut();
             plant.limits = super::judge::driver_limits(profile, plant.ticks_per_second());
-            Scene::new(profile, world, registers, Scenario::is_unattended, &mut plant)?
+            Scene::new(profile, world, registers, Scenario::is_empty_and_unattended, &mut plant)?
         };
         let mut rig = Rig {
             board,

@@ -4,7 +4,7 @@
 type Manual = (&'static str, &'static str, &'static str);
 
 /// Manuals by the word that asks for them.
-pub const MANUALS: [Manual; 8] = [
+pub const MANUALS: [Manual; 10] = [
     ("language", "the language", include_str!("../../../lang/README.md")),
     (
         "firmware",
@@ -14,6 +14,8 @@ pub const MANUALS: [Manual; 8] = [
     ("machines", "machine profiles", include_str!("../../profiles.md")),
     ("worlds", "scenarios for simulations", include_str!("../../worlds.md")),
     ("cells", "cells: things around a machine, tests, proofs", include_str!("../../cell.md")),
+    ("placing", "placing a circuit board's parts", include_str!("../../place.md")),
+    ("senders", "programs that speak to a Grbl controller", include_str!("../../grbl.md")),
     ("editing", "editors and the debugger", include_str!("../../editors.md")),
     ("browser", "the workbench, a page of the browser", include_str!("../../workbench.md")),
     ("servers", "the gateway and fleets", include_str!("../../gateway.md")),

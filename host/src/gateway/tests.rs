@@ -398,7 +398,7 @@ fn orders_of_mqtt_and_cards_leave_a_board_alone_that_is_gone() {
     let order = |station: usize| {
         let (to, done) = std::sync::mpsc::channel();
         let job = Box::new(move |board: Result<&mut super::line::Board, &str>| {
-            drop(to.send(board.is_ok_and(|board| board.holding(1, 1).is_ok())));
+            let _ = to.send(board.is_ok_and(|board| board.holding(1, 1).is_ok()));
         });
         line.order(9, station, false, job);
         done.recv_timeout(PATIENCE).expect("an answer")

@@ -325,6 +325,11 @@ impl Scenario {
         self.unattended || self.plan.borrow().unattended
     }
 
+    /// Whether nobody and nothing is there, and no file says more: who runs the program puts the reference switches.
+    pub fn is_empty_and_unattended(&self) -> bool {
+        self.unattended
+    }
+
     /// The program waits for Start since `since_us`: in an unattended world it is pressed a second
     /// later, or now if that is past. Gives whether it will be.
     pub fn waits_for_start(&self, since_us: u64) -> bool {

@@ -48,6 +48,32 @@ impl Builder<'_> {
         } else {
             None
         };
+        if let Some((_, Gap::Time(every_us))) = feeds
+            && every_us < 1000
+        {
+            self.wrong(
+                "C004",
+                entry.span_of("every_ms"),
+                format!("`every_ms` of conveyor \"{name}\" must be 1 or more"),
+            );
+        }
+        // More than a part in a millisecond is a slip, and a run that never comes to its end.
+        if let (Some((_, Gap::Way(gap))), Some(speed)) = (feeds, entry.number("mm_s"))
+            && gap * 1000.0 < speed
+        {
+            self.wrong(
+                "C004",
+                entry.span_of("gap"),
+                format!("`gap` of conveyor \"{name}\" is {gap}: at {speed} mm/s it must be {} or more, a part each ms", speed / 1000.0),
+            );
+        }
+        if let Some(speed) = entry.number("mm_s").filter(|speed| *speed <= 0.0) {
+            self.wrong(
+                "C004",
+                entry.span_of("mm_s"),
+                format!("`mm_s` of conveyor \"{name}\" is {speed}; it must be above 0: `along` is the direction"),
+            );
+        }
         let along = match entry.text("along").as_deref() {
             Some("y") => [0.0, 1.0],
             Some("-x") => [-1.0, 0.0],

@@ -31,7 +31,7 @@ impl Cell {
                 self.belts[index].runs = on.then_some(us);
                 if on {
                     let conveyor = self.scene.conveyors[index].clone();
-                    self.feed_due(index, &conveyor);
+                    self.feed_due(index, &conveyor, us);
                 }
                 self.rebuild(at, us);
                 self.look_again(us);
@@ -75,13 +75,13 @@ impl Cell {
             self.at_end(which, &conveyor, us);
         }
         self.belts[index].to_next -= mm;
-        self.feed_due(index, &conveyor);
+        self.feed_due(index, &conveyor, us);
     }
 
     /// Parts whose turn it is to come onto a belt.
-    fn feed_due(&mut self, index: usize, conveyor: &Conveyor) {
+    fn feed_due(&mut self, index: usize, conveyor: &Conveyor, us: u64) {
         while conveyor.feeds.is_some() && self.belts[index].to_next <= 1e-6 {
-            self.feed_belt(index, conveyor);
+            self.feed_belt(index, conveyor, us);
         }
     }
 
@@ -110,7 +110,7 @@ impl Cell {
     }
 
     /// A new part comes onto the begin of a belt.
-    fn feed_belt(&mut self, index: usize, conveyor: &Conveyor) {
+    fn feed_belt(&mut self, index: usize, conveyor: &Conveyor, us: u64) {
         let Some((part, gap)) = conveyor.feeds else { return };
         let gap = match gap {
             Gap::Way(mm) => mm,
@@ -131,6 +131,7 @@ impl Cell {
         if self.things.len() < things::MOST {
             let form = self.scene.parts[part].form;
             self.things.push(things::thing(name, part, None, form, Where::Stands(at)));
+            self.arrives(self.things.len() - 1, us);
         }
     }
 

@@ -20,26 +20,76 @@ const TURNED_DEG: f64 = 90.0;
 impl Cell {
     /// Lets deviations that are faults strike; those of numbers are in the scene already.
     pub fn strike(&mut self, deviations: &[Deviation]) {
-        let faults: Vec<&Deviation> =
-            deviations.iter().filter(|deviation| !deviation.what.contains('.')).collect();
-        if faults.is_empty() {
+        for deviation in deviations {
+            if !deviation.what.contains('.') {
+                self.fault(deviation, 0);
+            } else if let Some(which) = self.brought(&deviation.of) {
+                self.differs(which, deviation);
+            }
+            if self.things.iter().all(|thing| thing.name != deviation.of) {
+                self.struck.coming.push(deviation.clone());
+            }
+        }
+        if deviations.is_empty() {
             return;
         }
-        faults.into_iter().for_each(|deviation| self.fault(deviation));
         self.rebuild(&[0; 4], 0);
         for index in 0..self.scene.sensors.len() {
             self.look(index, 0);
         }
     }
 
-    fn fault(&mut self, deviation: &Deviation) {
+    /// The first part of a tape, tube or bowl: the only one that stands there at the begin.
+    fn brought(&self, name: &str) -> Option<usize> {
+        self.things.iter().position(|thing| {
+            let feeder = thing.feeder.map(|(index, _)| &self.scene.feeders[index]);
+            thing.name == name && feeder.is_some_and(|feeder| feeder.advances())
+        })
+    }
+
+    /// A part lies elsewhere than the others of its feeder, or turned.
+    fn differs(&mut self, which: usize, deviation: &Deviation) {
+        let thing = &mut self.things[which];
+        match (deviation.what.rsplit('.').next(), &mut thing.place) {
+            (Some("at" | "corner"), Where::Stands(at)) => {
+                for (number, by) in at.iter_mut().zip(&deviation.by).take(2) {
+                    *number += by;
+                }
+                thing.home = thing.place;
+            }
+            (Some("turn_deg"), _) => {
+                thing.form.turn_deg += deviation.by.first().copied().unwrap_or(0.0);
+            }
+            _ => {}
+        }
+    }
+
+    /// A feeder or a belt has brought a part: what was to strike it does.
+    pub(super) fn arrives(&mut self, which: usize, us: u64) {
+        let name = &self.things[which].name;
+        let own: Vec<Deviation> =
+            self.struck.coming.iter().filter(|own| own.of == *name).cloned().collect();
+        for deviation in own {
+            if deviation.what.contains('.') {
+                self.differs(which, &deviation);
+            } else {
+                self.fault(&deviation, us);
+            }
+        }
+    }
+
+    /// `now` is when a part is brought, us.
+    fn fault(&mut self, deviation: &Deviation, now: u64) {
         let Deviation { what, of, by, at_us } = deviation;
         let by = by.first().copied();
         let us = by.map(|us| us.max(0.0) as u64);
         let at_us = at_us.unwrap_or(0);
         let thing = self.things.iter().position(|thing| thing.name == *of);
         match (what.as_str(), thing) {
-            ("missing", Some(which)) => self.things[which].place = Where::Gone,
+            ("missing", Some(which)) => {
+                self.things[which].place = Where::Gone;
+                self.left_feeder(which, now);
+            }
             ("turned", Some(which)) => self.things[which].form.turn_deg += TURNED_DEG,
             ("stuck", Some(which)) => {
                 self.struck.stuck.insert(which, us.unwrap_or(LOST_US));

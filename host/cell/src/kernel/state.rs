@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::pressure::Pressure;
 use crate::scene::{Conveyor, Drive, Scene, V3};
+use crate::vary::Deviation;
 
 /// The tool's state.
 #[derive(Debug)]
@@ -105,6 +106,8 @@ pub(super) struct Struck {
     pub(super) lost: BTreeMap<usize, u64>,
     /// The tool answers its output so much later, us.
     pub(super) slow_us: u64,
+    /// What strikes a part when its feeder or belt brings it.
+    pub(super) coming: Vec<Deviation>,
     /// Inputs that hang in a state.
     pub(super) forced: BTreeMap<u32, bool>,
 }

@@ -21,7 +21,7 @@ impl Cell {
 
     /// Whether a feeder brings one part after the other to one place.
     fn advances(&self, index: usize) -> bool {
-        matches!(self.scene.feeders[index].kind.as_str(), "tape" | "tube" | "bowl")
+        self.scene.feeders[index].advances()
     }
 
     /// The thing that stands where a feeder has it taken.
@@ -89,6 +89,7 @@ impl Cell {
             let pocket = number as usize - 1;
             let place = Where::Stands(place);
             self.things.push(things::thing(name, feeder.part, Some((index, pocket)), form, place));
+            self.arrives(self.things.len() - 1, us);
         }
         if let Some(input) = feeder.input {
             self.actions.push(Action::Input(input, self.ready(index).is_some()));

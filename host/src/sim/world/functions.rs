@@ -45,7 +45,7 @@ pub const FUNCTIONS: &[(&str, &str)] = &[
     (
         "unattended()",
         "All that the world does not say is as without one: Start is pressed for who waits for it, and reference \
-         switches are out of the way until their axis is homed.",
+         switches are out of the way until their axis is homed. On engine board they stand 20 mm off, as in every world.",
     ),
     ("expect_out(n, on)", "At the end of the run output `n` must be on or off."),
     (

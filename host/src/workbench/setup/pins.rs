@@ -10,7 +10,7 @@ const MANUAL: &str = include_str!("../../../../firmware/README.md");
 /// The heading above the table of the board that chips of a family sit on.
 const fn heading(family: Family) -> &'static str {
     match family {
-        Family::Msp430 => "## Pins",
+        Family::Msp430 => "### MSP430G2553",
         Family::Msp430X => "### MSP430F5529",
     }
 }
