@@ -171,10 +171,14 @@ pub fn clear() {
     }
 }
 
-/// Sets the DIR pins that are low for the positive direction. Nothing runs.
+/// Sets the DIR pins that are low for the positive direction. Nothing runs where they change; the pieces of a streamed
+/// job, which have the same ones, come while axes move.
 pub fn set_invert(invert: u8) {
-    // SAFETY: no channel is enabled, so no interrupt looks at it.
+    // SAFETY: only the main loop changes it; where it changes no channel is enabled, so no interrupt looks at it.
     unsafe {
+        if (*shared()).invert == invert {
+            return;
+        }
         (*shared()).invert = invert;
         // The handlers turn a pin over when the sense changes: both say positive here.
         (*shared()).sense = [1; 3];

@@ -240,12 +240,12 @@ fn a_roll_that_breaks_in_the_middle_is_finished_by_the_next_one() {
     let (old, new) = (hall.script("old.bas", &old), hall.script("new.bas", &new));
     let (code, said) = upload(&hall, &old);
     assert_eq!(code, 0, "{said}");
-    // While the second one gets it, it does not answer for a while: it gets it all the same.
+    // While the second one gets it, it does not answer for longer than a request is repeated: it gets it all the same.
     let mut roll = hall.begin(&[&["upload", &new], &all[..]].concat());
     roll.until("drill: uploaded");
     std::thread::sleep(Duration::from_millis(60));
     hall.boards[1].signal(Signal::STOP);
-    std::thread::sleep(Duration::from_secs(1));
+    std::thread::sleep(Duration::from_secs(4));
     hall.boards[1].signal(Signal::CONT);
     let (code, said) = roll.end();
     assert_eq!(code, 0, "{said}");

@@ -431,6 +431,8 @@ mod tests {
         assert_eq!(lacks(&G2553, &profile), [""; 0]);
         profile.step_invert = true;
         profile.dir_setup_us = 250;
+        // Slow axes have the time between two steps.
+        profile.x.as_mut().expect("it has X").start_rate = 2_500;
         let told = lacks(&G2553, &profile);
         assert_eq!(told.len(), 2, "{told:?}");
         assert!(told[0].contains("step_invert"), "{told:?}");

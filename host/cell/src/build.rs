@@ -3,6 +3,7 @@
 mod around;
 mod tool;
 
+use super::check::strikes;
 use super::list;
 use super::problem::{Problem, nearest};
 use super::read::{Names, tables};
@@ -29,7 +30,8 @@ pub fn scene(
 ) -> Result<(Scene, Vec<Problem>), Vec<Problem>> {
     let mut problems = Vec::new();
     let entries = tables(text, names, &mut problems);
-    let mut builder = Builder { scene: Scene::default(), problems, files, taken: Vec::new() };
+    let mut builder =
+        Builder { scene: Scene::default(), problems, files, taken: Vec::new(), names };
     if builder.problems.iter().all(|problem| problem.code != "C001") {
         builder.all(entries);
     }
@@ -44,6 +46,8 @@ struct Builder<'a> {
     files: Files<'a>,
     /// Names of things so far.
     taken: Vec<String>,
+    /// The profile's names.
+    names: &'a dyn Names,
 }
 
 fn us(ms: f64) -> u64 {
@@ -118,6 +122,16 @@ impl Builder<'_> {
         }
         self.scene.table = entry.number("table");
         self.scene.stop_on = entry.texts("stop_on");
+        if !entry.texts("include").is_empty() {
+            self.problems.push(
+                Problem::warning(
+                    "C016",
+                    entry.span_of("include"),
+                    "`include` has no effect yet: its files are not read",
+                )
+                .hint("copy the tables of those files into this one"),
+            );
+        }
         for class in self.scene.stop_on.clone() {
             if !super::keys::OUTCOMES.contains(&class.as_str()) {
                 let text = format!(
@@ -368,6 +382,44 @@ impl Builder<'_> {
         self.scene.expects.push(Expect { what, name, entry });
     }
 
+    /// A fault strikes somebody, at a time, by how much.
+    fn strikes(&mut self, entry: &Entry, fault: &str) {
+        let missing = |key: &str, hint: &str| {
+            let text = format!("missing `{key}` of fault {fault}");
+            Problem::error("C003", entry.span.clone(), text).hint(hint)
+        };
+        let zero = |key: &str, hint: &str| {
+            let text = format!("`{key}` of fault {fault} is 0; it must be above 0");
+            Problem::error("C004", entry.span_of(key), text).hint(hint)
+        };
+        let mut number = |key: &str, hint: &str| match entry.number(key) {
+            None if !entry.has(key) => self.problems.push(missing(key, hint)),
+            Some(0.0) => self.problems.push(zero(key, hint)),
+            _ => {}
+        };
+        if strikes::needs_time(fault) {
+            number("within_s", "write the length of the run: it comes at some time of it");
+        }
+        if strikes::needs_delay(fault) {
+            number("up_to_ms", "write the longest delay");
+        }
+        if fault == "stall" {
+            number("steps", "write the steps that the motor loses");
+        }
+        // Of a file that is read in part only, names would be missed that are there.
+        if self.problems.iter().any(|problem| problem.error) {
+            return;
+        }
+        let of = entry.text("of");
+        if let Err(text) = strikes::target(&self.scene, self.names.axes(), fault, of.as_deref()) {
+            let (code, span) = match of {
+                Some(_) => ("C011", entry.span_of("of")),
+                None => ("C003", entry.span.clone()),
+            };
+            self.wrong(code, span, text);
+        }
+    }
+
     fn vary(&mut self, entry: &Entry) {
         match (entry.text("key"), entry.text("fault")) {
             (Some(key), None) => {
@@ -398,7 +450,8 @@ impl Builder<'_> {
                 }
             }
             (None, Some(fault)) => {
-                if !entry.has("chance") && fault != "slow" && fault != "late" {
+                self.strikes(entry, &fault);
+                if entry.number("chance") == Some(0.0) && fault != "slow" && fault != "late" {
                     self.problems.push(
                         Problem::warning(
                             "C003",

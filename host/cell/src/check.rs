@@ -2,6 +2,7 @@
 //! that two things drive, names that nothing has.
 
 mod inert;
+pub mod strikes;
 
 pub use inert::inert;
 
@@ -278,7 +279,7 @@ impl Checker<'_> {
     /// Each `vary` names a number that there is, and stays within what is possible.
     fn varies(&mut self) {
         for vary in &self.scene.varies {
-            let Vary::Number { key, spread, .. } = vary else { continue };
+            let Vary::Number { key, spread, each } = vary else { continue };
             let known = self.numbers();
             if !known.iter().any(|(name, _)| name == key) {
                 let near = known.iter().map(|(name, _)| name.as_str());
@@ -294,22 +295,63 @@ impl Checker<'_> {
                 self.problems.push(Problem::error("C012", self.span(key), text));
                 continue;
             }
-            if let Spread::Range(least, most) = spread
-                && let Some((_, Some((floor, ceiling)))) =
-                    known.iter().find(|(name, _)| name == key)
-                && let [value] = super::vary::values(self.scene, key)[..]
-                && (value + least < *floor || value + most > *ceiling)
-            {
+            self.idle(key, *spread, *each);
+            let bounds = known.iter().find(|(name, _)| name == key).and_then(|(_, bounds)| *bounds);
+            let (Some((floor, ceiling)), [value]) =
+                (bounds, &super::vary::values(self.scene, key)[..])
+            else {
+                continue;
+            };
+            // A tolerance is cut at four standard deviations, and a number that would fall below 0 stays there.
+            let [least, most] = match *spread {
+                Spread::Range(least, most) => [value + least, value + most],
+                Spread::Sigma(sigma) => [(value - 4.0 * sigma).max(floor), value + 4.0 * sigma],
+                Spread::Share(share) => [floor, value * (1.0 + 4.0 * share)],
+            };
+            if least < floor || most > ceiling {
                 let text = format!(
-                    "`vary` of \"{key}\" leaves what is possible: {value} may become {} to {}",
-                    value + least,
-                    value + most
+                    "`vary` of \"{key}\" leaves what is possible: {value} may become {least} to {most}"
                 );
                 self.problems.push(
                     Problem::error("C004", self.span(key), text)
                         .hint(format!("it must lie between {floor} and {ceiling}")),
                 );
             }
+        }
+    }
+
+    /// A variation of a number that changes nothing.
+    fn idle(&mut self, key: &str, spread: Spread, each: bool) {
+        let name = key.split('.').next().unwrap_or_default();
+        let scene = self.scene;
+        if let Spread::Share(_) = spread
+            && super::vary::value(scene, key) == 0.0
+        {
+            let text =
+                format!("`share` of \"{key}\" is a part of nothing: only numbers of tools above 0");
+            let problem = Problem::error("C004", self.span(key), text);
+            self.problems.push(problem.hint("write `sigma`, in the unit of the key"));
+        }
+        let zero = match spread {
+            Spread::Sigma(sigma) => sigma == 0.0,
+            Spread::Range(least, most) => least == 0.0 && most == 0.0,
+            Spread::Share(share) => share == 0.0,
+        };
+        let mut warn = |text: String, hint: &str| {
+            let span = self.span(key);
+            self.problems.push(Problem::warning("C016", span, text).hint(hint));
+        };
+        if zero {
+            warn(format!("`vary` of \"{key}\" changes by 0: it has no effect"), "write how much");
+        }
+        if !strikes::changes(scene, key) {
+            warn(format!("`vary` of \"{key}\" has no effect yet"), "leave it out");
+        }
+        if each && !scene.feeders.iter().any(|feeder| feeder.name == name) {
+            warn(
+                format!("`each` of \"{key}\" has no effect: \"{name}\" is no feeder"),
+                "leave `each` out",
+            );
         }
     }
 

@@ -89,7 +89,12 @@ pub fn draw(scene: &Scene, seed: u64) -> Vec<Deviation> {
                 }
             }
             Vary::Fault { fault, of, chance, up_to_us, steps, within_us } => {
-                let things = of.as_ref().map_or(vec![String::new()], |of| things_of(scene, of));
+                // Parts of a feeder are struck one by one; a feeder that is slow is one.
+                let parts = matches!(fault.as_str(), "missing" | "stuck" | "lost" | "turned");
+                let things = match of {
+                    Some(of) if parts => things_of(scene, of),
+                    of => vec![of.clone().unwrap_or_default()],
+                };
                 for (index, thing) in things.into_iter().enumerate() {
                     let mut stream = Stream::new(seed, row, index);
                     let (strikes, size, time) = (stream.unit(), stream.unit(), stream.unit());

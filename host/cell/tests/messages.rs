@@ -1,5 +1,7 @@
 //! Every message of a cell file, in the words that its author reads.
 
+use cell::check::strikes;
+use cell::vary::Deviation;
 use cell::{Names, Port};
 
 /// A machine that is not the default one: other names, no Z travel.
@@ -118,6 +120,12 @@ fn each_message_names_thing_place_and_remedy() {
                 "c:5:1: error[C002]: unknown key `ouput`; `output` is meant? /  hint: [tool] of kind pen has name, kind,",
             ],
         ),
+        (
+            "include = [\"other.cell.toml\"]\n",
+            &[
+                "c:2:11: warning[C016]: `include` has no effect yet: its files are not read /  hint: copy the tables",
+            ],
+        ),
         ("table = 3\ntabel = 4\n", &["c:3:1: error[C002]: unknown key `tabel`; `table` is meant?"]),
         (
             "part = [{ name = \"chip\" }]\n",
@@ -209,7 +217,10 @@ fn each_message_names_thing_place_and_remedy() {
         ),
         (
             "vary = [{ fault = \"missing\", of = \"tray\" }]\n",
-            &["c:2:9: warning[C003]: fault missing never happens: its `chance` is 0"],
+            &[
+                "c:2:9: warning[C003]: fault missing never happens: its `chance` is 0",
+                "c:2:35: error[C011]: fault missing names no feeder, belt, thing of these or part with `at`: \"tray\"; there is none",
+            ],
         ),
     ];
     for (lines, wanted) in cases {
@@ -276,4 +287,201 @@ fn ten_thousand_parts_and_any_bytes_end_well() {
         let text = format!("{}{byte}{}", &PICK_PLACE[..cut(from)], &PICK_PLACE[cut(to)..]);
         said_on(&Placer, &text);
     });
+}
+
+/// Two feeders, a part that stands by itself, a tool without an input, a sensor and a person.
+const AROUND: &str = r#"
+tool = [{ name = "nozzle", kind = "vacuum", output = 3 }]
+part = [{ name = "chip", size = [8, 8, 4] }, { name = "lid", size = [8, 8, 4], at = [200, 100, 0] }]
+feeder = [{ name = "tray", part = "chip", kind = "tray", at = [20, 30, 0], pitch = [15, 15], count = [2, 2], empty = [4] }, { name = "reel", part = "chip", kind = "tape", at = [90, 90, 0] }]
+sensor = [{ name = "eye", kind = "beam", from = [0, 0, 0], to = [9, 9, 0], input = 3 }]
+person = [{ name = "ann", does = "start", when = "wait_start" }]
+"#;
+
+fn scene(lines: &str) -> cell::scene::Scene {
+    cell::read(&format!("cell = 1\n{lines}"), &Placer, &travel, &files).unwrap().0
+}
+
+/// What is said of a row of `vary`, without the place.
+fn of(row: &str) -> Vec<String> {
+    let lines = said(&format!("{AROUND}vary = [{{ {row} }}]\n"));
+    lines.into_iter().map(|line| line.split_once(' ').unwrap().1.to_owned()).collect()
+}
+
+#[test]
+fn a_fault_names_its_time_and_its_size() {
+    for fault in ["pause", "stop", "estop", "door"] {
+        let row = format!("fault = \"{fault}\", chance = 1");
+        assert_eq!(
+            of(&row),
+            [format!(
+                "error[C003]: missing `within_s` of fault {fault} /  hint: write the length of the run: it comes at some time of it"
+            )]
+        );
+        assert_eq!(of(&format!("{row}, within_s = 0.5")), [""; 0]);
+        let zero = of(&format!("{row}, within_s = 0"));
+        assert!(zero[0].starts_with("error[C004]: `within_s` of fault"), "{zero:?}");
+    }
+    for (row, key) in [
+        ("fault = \"slow\", of = \"nozzle\"", "up_to_ms"),
+        ("fault = \"late\", of = \"ann\"", "up_to_ms"),
+        ("fault = \"bounce\", of = \"eye\", chance = 1", "up_to_ms"),
+        ("fault = \"stall\", of = \"X\", chance = 1, within_s = 1", "steps"),
+        ("fault = \"stall\", of = \"X\", chance = 1, steps = 3", "within_s"),
+    ] {
+        let said = of(row);
+        let wanted = format!("error[C003]: missing `{key}` of fault ");
+        assert!(said.len() == 1 && said[0].starts_with(&wanted), "{row}: {said:?}");
+    }
+}
+
+#[test]
+fn a_fault_that_strikes_nobody_is_told() {
+    for (row, wanted) in [
+        (
+            "fault = \"late\", of = \"anna\", up_to_ms = 9",
+            "error[C011]: fault late names no person: \"anna\"; \"ann\" is meant?",
+        ),
+        (
+            "fault = \"slow\", of = \"nozle\", up_to_ms = 9",
+            "error[C011]: fault slow names no tool, sensor or feeder: \"nozle\"; \"nozzle\" is meant?",
+        ),
+        (
+            "fault = \"missing\", of = \"nozzle\", chance = 1",
+            "error[C011]: fault missing names no feeder,",
+        ),
+        (
+            "fault = \"stuck\", of = \"chip\", chance = 1",
+            "error[C011]: fault stuck names no feeder,",
+        ),
+        (
+            "fault = \"lost\", of = \"tray.4\", chance = 1",
+            "error[C011]: fault lost names no feeder,",
+        ),
+        (
+            "fault = \"turned\", of = \"tray.5\", chance = 1",
+            "error[C011]: fault turned names no feeder,",
+        ),
+        ("fault = \"stuck\", chance = 1", "error[C003]: missing `of` of fault stuck: a feeder,"),
+        (
+            "fault = \"dead_on\", of = \"nozzle\", chance = 1",
+            "error[C011]: fault dead_on names no sensor or tool with an input: \"nozzle\"",
+        ),
+        (
+            "fault = \"stall\", of = \"A\", chance = 1, steps = 3, within_s = 1",
+            "error[C011]: fault stall names no axis of the profile: \"A\"",
+        ),
+        (
+            "fault = \"missing\", of = \"tray\", chance = 0",
+            "warning[C003]: fault missing never happens: its `chance` is 0",
+        ),
+        (
+            "key = \"tray.at\", sigma = 0",
+            "warning[C016]: `vary` of \"tray.at\" changes by 0: it has no effect",
+        ),
+        (
+            "key = \"nozzle.build_ms\", sigma = 1, each = true",
+            "warning[C016]: `each` of \"nozzle.build_ms\" has no effect: \"nozzle\" is no feeder",
+        ),
+        (
+            "key = \"tray.at\", share = 0.1",
+            "error[C004]: `share` of \"tray.at\" is a part of nothing",
+        ),
+        (
+            "key = \"nozzle.leak_kpa_s\", share = 0.1",
+            "error[C004]: `share` of \"nozzle.leak_kpa_s\" is a part of nothing",
+        ),
+        (
+            "key = \"nozzle.sealed_kpa\", sigma = 10000",
+            "error[C004]: `vary` of \"nozzle.sealed_kpa\" leaves what is possible: 60 may become 0 to 40060",
+        ),
+        (
+            "key = \"nozzle.sealed_kpa\", share = 1",
+            "error[C004]: `vary` of \"nozzle.sealed_kpa\" leaves what is possible: 60 may become 0 to 300",
+        ),
+        ("key = \"eye.at\", sigma = 1", "warning[C016]: `vary` of \"eye.at\" has no effect yet"),
+    ] {
+        let said = of(row);
+        assert!(
+            said.len() == 1 && said[0].starts_with(wanted),
+            "{row}\nwanted {wanted}\nsaid   {said:?}"
+        );
+    }
+    for row in [
+        "fault = \"missing\", of = \"tray.2\", chance = 1",
+        "fault = \"missing\", of = \"lid\", chance = 1",
+        "fault = \"slow\", of = \"reel\", up_to_ms = 9",
+        "fault = \"stall\", of = \"Y\", chance = 1, steps = -3, within_s = 1",
+        "key = \"nozzle.build_ms\", share = 0.8",
+    ] {
+        assert_eq!(of(row), [""; 0], "{row}");
+    }
+}
+
+#[test]
+fn a_deviation_that_strikes_nobody_is_refused() {
+    let scene = scene(AROUND);
+    let told = |text: &str| strikes::deviation(&scene, "XYZ", &Deviation::parse(text).unwrap());
+    for (text, wanted) in [
+        ("pause", "`pause` needs a time: write \"pause at 12.5s\""),
+        ("stuck trey.1 9ms", "fault stuck names no "),
+        ("missing tray.4", "fault missing names no "),
+        ("late bob 9ms", "fault late names no person: \"bob\""),
+        ("slow nozzle", "`slow` needs a delay: write \"slow nozzle 40ms\""),
+        ("stall X at 1s", "`stall` needs the steps lost"),
+        ("stall Q 3st at 1s", "fault stall names no axis of the profile"),
+        ("nozle.build_ms 3", "`nozle.build_ms` is no number of the cell that varies"),
+        ("tray.at reel.1 3", "`tray.at`: \"reel.1\" is no thing of \"tray\""),
+        ("tray.at tray.1 0 0", "`tray.at` changes by nothing"),
+    ] {
+        let error = told(text).unwrap_err();
+        assert!(error.starts_with(wanted), "{text}: {error}");
+    }
+    for text in [
+        "pause at 0s",
+        "stuck tray.1 813ms",
+        "missing lid",
+        "tray.at tray.3 0.31 -0.2",
+        "nozzle.build_ms -3",
+        "stall X 300st at 5.3s",
+    ] {
+        assert_eq!(told(text), Ok(()), "{text}");
+    }
+}
+
+/// A feeder that is slow is one, not each of its parts.
+#[test]
+fn a_slow_feeder_is_slow() {
+    let scene =
+        scene(&format!("{AROUND}vary = [{{ fault = \"slow\", of = \"reel\", up_to_ms = 9 }}]\n"));
+    let drawn = cell::vary::draw(&scene, 3);
+    assert_eq!(drawn[0].of, "reel");
+    let after = cell::vary::applied(scene.clone(), &drawn);
+    assert!(after.feeders[1].advance_us > scene.feeders[1].advance_us);
+}
+
+/// A part in less than a millisecond is a slip, and a run with it never comes to its end.
+#[test]
+fn a_conveyor_has_a_least_gap_and_a_direction() {
+    let belt = |keys: &str| {
+        said(&format!(
+            "part = [{{ name = \"chip\", size = [8, 8, 4] }}]\nconveyor = [{{ name = \"b\", at = [9, 9, 0], size = [9, 9, 1], feeds = \"chip\", {keys} }}]\n"
+        ))
+    };
+    for (keys, wanted) in [
+        ("mm_s = 1e4, every_ms = 0.001", "`every_ms` of conveyor \"b\" must be 1 or more"),
+        (
+            "mm_s = 1e4, gap = 0.01",
+            "`gap` of conveyor \"b\" is 0.01: at 10000 mm/s it must be 10 or more, a part each ms",
+        ),
+        (
+            "mm_s = -5, gap = 20",
+            "`mm_s` of conveyor \"b\" is -5; it must be above 0: `along` is the direction",
+        ),
+        ("mm_s = 0, gap = 20", "`mm_s` of conveyor \"b\" is 0; it must be above 0"),
+    ] {
+        let said = belt(keys);
+        assert!(said.len() == 1 && said[0].contains(wanted), "{keys}: {said:?}");
+    }
+    assert_eq!(belt("mm_s = 50, every_ms = 1000"), [""; 0]);
 }

@@ -57,6 +57,8 @@ pub struct Run<'a, 'b, B: Hardware> {
     watch: stuck::Watch,
     /// The same for who waits for Start in a world that goes on.
     waits: stuck::Watch,
+    /// When Start was pressed last for a program that waits for it, us.
+    released_us: u64,
     outputs: Vec<Edge>,
     inputs: Vec<Edge>,
     uses: Uses,
@@ -114,6 +116,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             within: Within::default(),
             watch: stuck::Watch::default(),
             waits: stuck::Watch::default(),
+            released_us: 0,
             outputs: Vec::new(),
             inputs: Vec::new(),
             uses: Uses::default(),
@@ -130,7 +133,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
     /// Presses Start until the program runs; the world's time begins there.
     ///
     /// # Errors
-    /// The board does not start it.
+    /// The board does not start it, or the user interrupts.
     pub fn start(&mut self) -> Result<(), BoardError> {
         let ticks = |us| self.rig.borrow().ticks(us);
         let (press, patience, look) = (ticks(PRESS_US), ticks(START_PATIENCE_US), ticks(LOOK_US));
@@ -138,6 +141,9 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         self.release_start_at = Some(pressed + press);
         self.rig.borrow_mut().board().plant_mut().press_start(true);
         while !self.rig.borrow().has_begun() {
+            if (self.job.options.interrupted)() {
+                return Err(BoardError::Board("interrupted before the program started".to_owned()));
+            }
             let now = self.rig.borrow().now();
             if now > pressed + patience {
                 let status = self.client.status()?;
@@ -148,6 +154,11 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 )));
             }
             self.rig.borrow_mut().run_to_event(now + look)?;
+            // What was seen before the run, or waits for the host, must not hold the time: the patience counts on it.
+            let stands = self.rig.borrow().now() == now && !self.rig.borrow().has_begun();
+            if stands {
+                self.rig.borrow_mut().run_until(now + look)?;
+            }
             self.release_start();
         }
         self.path.start(&self.rig.borrow());
@@ -262,8 +273,11 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 let status = self.status()?;
                 let waits =
                     status.run_state == Some(RunState::WaitStart) && status.moving.is_empty();
-                if waits && self.rig.borrow_mut().waits_for_start(self.waits.since_us()) {
+                // Once for each wait: the press ends it.
+                let anew = self.waits.since_us() >= self.released_us;
+                if waits && anew && self.rig.borrow_mut().waits_for_start(self.waits.since_us()) {
                     self.unattended.released.push(self.teller.line_of(status.program_counter));
+                    self.released_us = us;
                 }
             }
             // What the world does last may still be on its way through the input's filter.
@@ -286,6 +300,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                 }
                 if self.rig.borrow_mut().waits_for_start(self.watch.since_us()) {
                     self.unattended.released.push(line);
+                    self.released_us = us;
                     return Ok(None);
                 }
                 !stuck::has_ticks(program)

@@ -40,6 +40,8 @@ pub struct Live {
     /// The input of the safety door.
     door: Option<u32>,
     reply: Reply,
+    /// What people and faults do at time 0: it waits until the run begins.
+    first: Vec<Action>,
     /// Edges of inputs since they were taken: tick, number, state.
     edges: Vec<(u64, i32, bool)>,
     deeds: Vec<HostDeed>,
@@ -71,6 +73,7 @@ impl Shared {
             emergency,
             door,
             reply: Reply::default(),
+            first: Vec::new(),
             edges: Vec::new(),
             deeds: Vec::new(),
         })))
@@ -107,6 +110,9 @@ impl Live {
             if self.on & bit(n) != 0 {
                 self.cell.output(n, true, &Rest(steps(motors)), 0);
             }
+        }
+        for action in std::mem::take(&mut self.first) {
+            self.act(tick, action);
         }
     }
 
@@ -148,6 +154,12 @@ impl Live {
     }
 
     fn act(&mut self, tick: u64, action: Action) {
+        // Inputs come through their filters before the run begins. A button that is pressed before then keeps the
+        // program from its start.
+        if self.zero.is_none() && !matches!(action, Action::Input(..)) {
+            self.first.push(action);
+            return;
+        }
         match action {
             Action::Input(n, on) => self.input(tick, n, on),
             Action::Start(down) => self.reply.start = down,

@@ -64,6 +64,31 @@ fn a_fault_of_the_script_is_no_stop() {
     assert_eq!(class("OUTPUT pump = 3\nWait 10s\n", 1_000_000), Class::Handled);
 }
 
+/// What a fault does at time 0 waits for the program to run: a pause used to hold the start for ever, and a stop kept the
+/// program from its start.
+#[test]
+fn a_fault_at_time_0_comes_after_the_start() {
+    let class = |text: &str| {
+        let fault = Deviation::parse(text).unwrap();
+        with_script("OUTPUT pump = 3\nWait 100ms\n", |case| {
+            case.run(&[fault]).expect("the program starts").class
+        })
+    };
+    for text in ["stop at 0s", "estop at 0s", "stop", "pause at 0s", "pause 10ms at 0s"] {
+        assert_eq!(class(text), Class::Handled, "{text}");
+    }
+}
+
+/// Who interrupts before the program has started is obeyed.
+#[test]
+fn an_interrupt_before_the_start_is_obeyed() {
+    with_script("OUTPUT pump = 3\nWait 100ms\n", |case| {
+        let options = Options { interrupted: || true, ..case.options.clone() };
+        let error = Case { options: &options, ..*case }.run(&[]).unwrap_err().to_string();
+        assert!(error.contains("interrupted before the program started"), "{error}");
+    });
+}
+
 /// The example that is wrong on purpose is found, and the words name the pressure that is too slow.
 #[test]
 fn what_is_wrong_is_found_and_named() {

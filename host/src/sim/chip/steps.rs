@@ -161,7 +161,9 @@ impl Steps for Desk {
         self.0.engine.borrow_mut().clear();
     }
     fn set_invert(&self, invert: u8) {
-        self.0.invert.set(invert);
+        if self.0.invert.replace(invert) == invert {
+            return;
+        }
         self.0.engine.borrow_mut().negative = 0;
         self.0.turn.set(None);
         self.set_dirs(self.ticks(), 0);
