@@ -45,7 +45,7 @@ fn a_gripper_holds_what_lies_between_its_jaws() {
     machine.wait(10);
     // The offset of the grip is kept.
     assert_eq!(machine.cell.things()[0].place, Where::Stands([79.0, 50.0, 0.0]));
-    assert_eq!(edges(&machine, 4).last().unwrap().1, false);
+    assert!(!edges(&machine, 4).last().unwrap().1);
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn a_tape_brings_the_next_part_when_it_is_advanced() {
     }
     let said = machine.said();
     assert!(said.last().unwrap().contains(r#""ev":"lost","thing":"tape.3""#), "{said:?}");
-    assert_eq!(edges(&machine, 7).last().unwrap().1, false);
+    assert!(!edges(&machine, 7).last().unwrap().1);
 }
 
 #[test]

@@ -120,7 +120,10 @@ fn writes_words(frame: &[u8]) -> bool {
     frame.get(1) == Some(&16) && frame.len() > 40
 }
 
-const STEPS: [(&str, fn(&[u8]) -> bool); 6] = [
+/// A step of an upload, by its requests.
+type Step = (&'static str, fn(&[u8]) -> bool);
+
+const STEPS: [Step; 6] = [
     ("length", |frame| frame.get(1..4) == Some(&[6, 0x13, 0xC5])),
     ("begin", |frame| writes(frame, wire::UPLOAD_CONTROL, Upload::Begin as u16)),
     ("words", writes_words),

@@ -240,10 +240,8 @@ impl<'a> Builder<'_, 'a> {
                 self.expr(value);
                 self.end(Op::Leave);
             }
-            StmtKind::Dim(list) => {
-                if list.iter().any(|variable| variable.name.is_hidden()) {
-                    self.emit(Op::Uses("a WAIT UNTIL with a time", stmt.span));
-                }
+            StmtKind::Dim(list) if list.iter().any(|variable| variable.name.is_hidden()) => {
+                self.emit(Op::Uses("a WAIT UNTIL with a time", stmt.span));
             }
             StmtKind::End | StmtKind::ResumeNext => self.end(Op::Stop),
             StmtKind::OnError(Some(name)) => {
