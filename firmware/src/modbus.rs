@@ -205,7 +205,7 @@ impl Slave {
                 self.put_word(line, value);
                 self.next += 1;
                 self.left -= 1;
-                if self.left % BREATH == 0 {
+                if self.left.is_multiple_of(BREATH) {
                     map.between();
                 }
             }
