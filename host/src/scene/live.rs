@@ -86,7 +86,6 @@ impl Shared {
     }
 
     /// The cell.
-    #[must_use]
     pub fn get(&self) -> MutexGuard<'_, Live> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
