@@ -99,6 +99,8 @@ struct Seeded {
     tears: bool,
     loses: u32,
     dir: u8,
+    /// The wire to the emergency stop's input is not there.
+    cut: bool,
     /// The profile, of which `pulse_us` is `pulse`.
     profile: &'static str,
     pulse: u8,

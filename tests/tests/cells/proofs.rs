@@ -83,7 +83,7 @@ fn a_fault_at_time_0_comes_after_the_start() {
 #[test]
 fn an_interrupt_before_the_start_is_obeyed() {
     with_script("OUTPUT pump = 3\nWait 100ms\n", |case| {
-        let options = Options { interrupted: || true, ..case.options.clone() };
+        let options = Options { interrupted: || true, ..*case.options };
         let error = Case { options: &options, ..*case }.run(&[]).unwrap_err().to_string();
         assert!(error.contains("interrupted before the program started"), "{error}");
     });
