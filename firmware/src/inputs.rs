@@ -37,6 +37,11 @@ impl Inputs {
         self.state ^= done;
     }
 
+    /// Whether no change is on its way.
+    pub fn is_settled(&self) -> bool {
+        self.low | self.high == 0
+    }
+
     /// Levels, forced ones included.
     pub fn levels(&self) -> u16 {
         self.forced(self.state)

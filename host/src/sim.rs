@@ -6,11 +6,21 @@
 pub mod chain;
 #[cfg(feature = "desktop")]
 pub mod chip;
+mod controlled;
+mod log;
 pub mod machine;
+#[cfg(feature = "desktop")]
+pub mod native;
 pub mod record;
 pub mod rhai_engine;
+#[cfg(feature = "desktop")]
+pub mod scene;
+pub mod step;
+#[cfg(feature = "desktop")]
+pub mod told;
 pub mod trace;
 pub mod unattended;
+pub mod view;
 pub mod vm_engine;
 pub mod world;
 
@@ -44,6 +54,17 @@ pub enum Engine {
     Vm,
 }
 
+/// Whose rules the machine of a run follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rules {
+    /// A model of the machine ([`machine`]), whose times are calibrated for the options' part.
+    #[default]
+    Model,
+    /// The firmware's own machine on a simulated MSP430F5529 ([`native`]), whatever the options' part is. Without the
+    /// feature `desktop` there is only the model.
+    Firmware,
+}
+
 /// How a run is to be made.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -61,6 +82,8 @@ pub struct Options {
     /// The chip whose times are shown: its step timer, whether blocks run into one another, how long a
     /// path takes to begin.
     pub part: Part,
+    /// Whose rules the machine follows.
+    pub rules: Rules,
     /// Hold every edge of a board's pins to the ramps and rates of the profile.
     pub judged: bool,
     /// Asked now and then: `true` ends the run as [`record::StopReason::Interrupted`].
@@ -79,6 +102,7 @@ impl Default for Options {
             statements: DEFAULT_STATEMENTS,
             statement_us: machine::STATEMENT_US,
             part: F5529,
+            rules: Rules::default(),
             judged: true,
             interrupted: || false,
         }
@@ -218,7 +242,7 @@ fn too_much(excesses: Vec<back::Excess>) -> SimError {
 
 /// Ends a run on the machine and collects what it leaves.
 fn outcome(
-    machine: &mut machine::Machine,
+    machine: &mut controlled::Machine,
     fault: Option<Fault>,
     line: u32,
     vars: Vec<VarValue>,

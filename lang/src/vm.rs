@@ -10,6 +10,7 @@
 
 mod calls;
 pub mod effects;
+pub mod encode;
 pub mod math;
 
 use crate::effect::Effect;

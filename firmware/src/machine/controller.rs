@@ -5,6 +5,8 @@ mod control;
 mod effect;
 mod events;
 mod handlers;
+#[cfg(any(test, feature = "physics"))]
+mod idle;
 mod io;
 mod keep;
 mod library;
@@ -19,7 +21,7 @@ mod tick;
 pub mod trace;
 
 pub use effect::{END, Effect, PULSE_BEGUN};
-pub use events::{Event, PENDING};
+pub use events::{Event, PENDING, is_in_handler};
 pub(super) use program::init;
 pub use seek::Plan;
 

@@ -85,6 +85,14 @@ impl Lines {
         self.left = self.left.saturating_sub(1);
     }
 
+    /// Milliseconds at once.
+    #[cfg(any(test, feature = "physics"))]
+    pub fn skip(&mut self, ms: u16) {
+        self.silence = self.silence.saturating_add(ms);
+        self.unfed = self.unfed.saturating_add(ms);
+        self.left = self.left.saturating_sub(ms);
+    }
+
     /// A request begins on the line that is served.
     pub fn begin(&mut self) {
         self.latched[usize::from(self.line & 1)] = 0;

@@ -3,20 +3,17 @@
 mod around;
 mod state;
 
-use emulator::plant::Contact;
 use emulator::{Board, Config, Stop, Wiring as PlantWiring};
 use lang::axis::Axis;
-use lang::profile::{Direction, InputRole, Profile, Wiring};
+use lang::profile::{Profile, Wiring};
 use lang::wire::{Seen, TraceKind};
 
 use super::Build;
 use super::hardware::Hardware;
 use super::observe::{Observed, Sight};
 use crate::scene::live::{HostDeed, Shared};
-use crate::sim::world::{Action, Button, Registers, Scenario, World, WorldError};
-
-/// Where a reference switch stands when the world does not say: this far away, um.
-pub const SWITCH_AWAY_UM: i64 = 20_000;
+use crate::sim::scene::{Rest, Scene};
+use crate::sim::world::{Action, Registers, Scenario, World, WorldError};
 
 /// What the scenario does that only a host on the link can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,14 +31,10 @@ pub enum HostAction {
 /// A board, by default an emulated one, its machine and its world.
 pub struct Rig<B: Hardware = Board> {
     board: B,
-    profile: Profile,
-    scenario: Scenario,
+    /// The machine and the world.
+    scene: Scene,
     /// Tick of the scenario's time 0; `None` while it waits for the run.
     zero: Option<u64>,
-    /// Machine position less motor position: homing counts anew.
-    offset: [i64; 3],
-    /// Steps that motors lost to stalls, signed by direction of the loss in machine steps.
-    lost: [i64; 3],
     host_actions: Vec<HostAction>,
     failed: Option<WorldError>,
     /// What the world does at time 0 beside inputs, until the run begins.
@@ -103,19 +96,20 @@ impl<B: Hardware> Rig<B> {
     /// # Errors
     /// The world's script fails.
     pub fn around(
-        board: B,
+        mut board: B,
         profile: &Profile,
         world: &World,
         registers: &Registers,
     ) -> Result<Rig<B>, WorldError> {
-        let scenario = world.start(registers)?;
+        let scene = {
+            let mut plant = board.plant_mut();
+            plant.limits = super::judge::driver_limits(profile, plant.ticks_per_second());
+            Scene::new(profile, world, registers, Scenario::is_empty_and_unattended, &mut plant)?
+        };
         let mut rig = Rig {
             board,
-            profile: profile.clone(),
-            scenario,
+            scene,
             zero: None,
-            offset: [0; 3],
-            lost: [0; 3],
             host_actions: Vec::new(),
             failed: None,
             first: Vec::new(),
@@ -127,67 +121,24 @@ impl<B: Hardware> Rig<B> {
             cell: None,
             placed: [None; 3],
         };
-        rig.build_machine();
+        rig.build_cell();
         Ok(rig)
-    }
-
-    /// Motors, switches and polarities as the profile and the world say.
-    fn build_machine(&mut self) {
-        let profile = self.profile.clone();
-        let mut places = self.switches().map(|place| place.map(i64::from));
-        self.build_cell(&mut places);
-        let mut plant = self.board.plant_mut();
-        plant.stop_at_output = true;
-        plant.limits = super::judge::driver_limits(&profile, plant.ticks_per_second());
-        if profile.step_invert {
-            plant.steps_are_low();
-        }
-        for (axis, own) in profile.axes() {
-            let i = axis.index();
-            plant.motors[i].inverted = own.invert;
-            let above = own.home.direction == Direction::Positive;
-            let away = SWITCH_AWAY_UM * i64::from(own.scale.steps) / i64::from(own.scale.um);
-            let usual = i64::from(own.home.direction.sign()) * away;
-            let usual = (!self.scenario.is_empty_and_unattended()).then_some(usual);
-            let position = places[i].or(usual);
-            plant.switches[i] = position.map(|position| Contact { axis: i, position, above });
-        }
-        for input in profile.inputs.iter().filter(|input| input.invert) {
-            if let Ok(n) = u8::try_from(input.n) {
-                let usual = profile.wiring == Wiring::Direct || n == plant.probe_input();
-                plant.set_active_low(n, !usual);
-            }
-        }
-        drop(plant);
-        self.place_probe();
-    }
-
-    /// The plate counts from the machine's zero, the motor from power-up.
-    fn place_probe(&mut self) {
-        for axis in Axis::ALL {
-            let i = axis.index();
-            let plate = self.scenario.probe_plate(axis).map(|(place, side)| Contact {
-                axis: i,
-                position: i64::from(place) - self.offset[i],
-                above: side > 0,
-            });
-            self.board.plant_mut().probes[i] = plate;
-        }
     }
 
     /// The program waits for Start: see [`Scenario::waits_for_start`].
     pub fn waits_for_start(&mut self, since_us: u64) -> bool {
-        self.scenario.waits_for_start(since_us)
+        self.scene.scenario.waits_for_start(since_us)
     }
 
     /// Whether nobody is there: see [`World::unattended`].
     pub fn is_unattended(&self) -> bool {
-        self.scenario.is_unattended()
+        self.scene.scenario.is_unattended()
     }
 
     /// Where the scenario or the cell put the reference switches, steps from power-up.
     pub fn switches(&self) -> [Option<i32>; 3] {
-        Axis::ALL.map(|axis| self.scenario.switch_place(axis).or(self.placed[axis.index()]))
+        let world = |axis| self.scene.scenario.switch_place(axis);
+        Axis::ALL.map(|axis| world(axis).or(self.placed[axis.index()]))
     }
 
     /// The board.
@@ -251,30 +202,22 @@ impl<B: Hardware> Rig<B> {
     /// # Errors
     /// A callback of the world fails.
     pub fn set_the_scene(&mut self) -> Result<(), WorldError> {
-        let actions = self.scenario.advance(0).inspect_err(|error| {
+        let actions = self.scene.scenario.advance(0).inspect_err(|error| {
             self.failed = Some(error.clone());
         })?;
         for action in actions {
             match action {
-                Action::Input { n, .. } if !self.has_role(n) => self.apply(action),
+                Action::Input { n, .. } if !self.scene.has_role(n) => self.apply(action),
                 _ => self.first.push(action),
             }
         }
-        self.place_probe();
+        self.scene.place_probe(&mut self.board.plant_mut());
         Ok(())
-    }
-
-    /// Whether the controller itself does something when the input is on.
-    fn has_role(&self, n: i32) -> bool {
-        let roles = self.profile.inputs.iter().filter(|input| input.n == n);
-        let plain = |role: Option<InputRole>| matches!(role, None | Some(InputRole::Probe));
-        roles.into_iter().any(|input| !plain(input.role))
-            || Axis::ALL.into_iter().any(|axis| self.profile.reference_input(axis) == n)
     }
 
     /// From now on these are the AT variables.
     pub fn set_registers(&mut self, registers: &Registers) {
-        self.scenario.set_registers(registers);
+        self.scene.scenario.set_registers(registers);
     }
 
     /// What the operator has given AT variables before the time of the scenario begins, of a scene that
@@ -295,13 +238,13 @@ impl<B: Hardware> Rig<B> {
     /// When the scenario or the cell acts next, in ticks.
     fn next_action(&self) -> Option<u64> {
         let zero = self.zero?;
-        let world = self.scenario.next_us().map(|us| zero.saturating_add(self.ticks(us)));
+        let world = self.scene.scenario.next_us().map(|us| zero.saturating_add(self.ticks(us)));
         [world, self.board.plant().due()].into_iter().flatten().min()
     }
 
     /// Whether nothing is planned any more.
     pub fn world_is_over(&self) -> bool {
-        self.scenario.next_us().is_none() && self.board.plant().due().is_none()
+        self.scene.scenario.next_us().is_none() && self.board.plant().due().is_none()
     }
 
     /// Runs to a tick, letting the world act at its times.
@@ -393,55 +336,33 @@ impl<B: Hardware> Rig<B> {
             return Ok(());
         }
         let us = self.us();
-        if self.scenario.next_us().is_none_or(|next| next > us) {
+        if self.scene.scenario.next_us().is_none_or(|next| next > us) {
             return Ok(());
         }
-        let actions = self.scenario.advance(us).inspect_err(|error| {
+        let actions = self.scene.scenario.advance(us).inspect_err(|error| {
             self.failed = Some(error.clone());
         })?;
         for action in actions {
             self.apply(action);
         }
-        self.place_probe();
+        self.scene.place_probe(&mut self.board.plant_mut());
         Ok(())
     }
 
     fn apply(&mut self, action: Action) {
         let now = self.now();
-        let emergency =
-            self.profile.input_with(lang::profile::InputRole::EmergencyStop).map(|i| i.n);
-        match action {
-            Action::Input { n, on } => self.set_input(n, on, now),
-            Action::Button { button: Button::Start, down } => {
-                self.board.plant_mut().press_start(down);
-            }
-            Action::Button { button: Button::Stop, down } => {
-                self.board.plant_mut().press_stop(down);
-            }
-            Action::EmergencyStop => match emergency {
-                Some(n) => self.set_input(n, true, now),
-                None => self.host_actions.push(HostAction::EmergencyStop),
-            },
+        match self.scene.apply(action, &mut self.board.plant_mut()) {
+            Rest::Nothing => {}
+            Rest::Input(n, on) => self.inputs.push((now, n, on)),
+            Rest::EmergencyStop => self.host_actions.push(HostAction::EmergencyStop),
             // There is one register for them: of several at an instant the last one counts.
-            Action::Char(c) => {
+            Rest::Char(c) => {
                 self.host_actions.retain(|action| !matches!(action, HostAction::Char(_)));
                 self.host_actions.push(HostAction::Char(c));
             }
-            Action::Register { register, value } => {
+            Rest::Register(register, value) => {
                 self.host_actions.push(HostAction::Register(register, value));
             }
-            Action::Stall { axis, steps } => {
-                let steps = u64::from(steps.unsigned_abs());
-                self.board.plant_mut().stall(axis.index(), steps);
-                self.lost[axis.index()] += steps.cast_signed();
-            }
-        }
-    }
-
-    fn set_input(&mut self, n: i32, on: bool, now: u64) {
-        if let Ok(number) = u8::try_from(n) {
-            self.board.plant_mut().set_input(number, on);
-            self.inputs.push((now, n, on));
         }
     }
 
@@ -450,9 +371,7 @@ impl<B: Hardware> Rig<B> {
         let zero = self.zero;
         for change in self.board.plant_mut().take_output_changes() {
             let n = i32::from(change.output);
-            // A low-active output's level is the other way round.
-            let inverted = self.profile.outputs.iter().any(|o| o.n == n && o.invert);
-            let on = change.on != inverted;
+            let on = self.scene.is_on(n, change.on);
             if zero.is_none() {
                 // Only the level counts: before a board has its profile, pins of wiring `direct` are a clock's.
                 self.outputs.retain(|(_, other, _)| *other != n);
@@ -460,7 +379,7 @@ impl<B: Hardware> Rig<B> {
             self.outputs.push((change.cycle, n, on));
             if let Some(zero) = zero {
                 let us = change.cycle.saturating_sub(zero) / per_us;
-                self.scenario.output_changed(n, on, us);
+                self.scene.scenario.output_changed(n, on, us);
             }
         }
     }

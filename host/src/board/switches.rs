@@ -12,8 +12,9 @@ use lang::record::BoardRecord;
 use lang::wire;
 
 use super::Build;
-use super::rig::{Rig, SWITCH_AWAY_UM};
+use super::rig::Rig;
 use crate::link::adu;
+use crate::sim::scene::SWITCH_AWAY_UM;
 
 /// New land that an axis crosses before the board is asked, um: by so much less than 20 mm may the
 /// switch stand beyond it.

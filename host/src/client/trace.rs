@@ -8,8 +8,8 @@ use lang::wire::{self, TRACE_LENGTH, TRACE_QUEUE_LENGTH, TRACE_QUEUED, TraceKind
 use super::print::LINE_END;
 use super::status::long;
 use super::{Client, ClientError};
-use crate::board::teller;
 use crate::link::Link;
+use crate::sim::told;
 use crate::sim::trace::What;
 
 /// Line of an address in a program's code.
@@ -174,7 +174,7 @@ impl<'a> Tracer<'a> {
             }
             None => [0; 3],
         };
-        Ok(teller::event(&self.profile, line, kind, argument, value, commanded))
+        Ok(told::event(&self.profile, line, kind, argument, value, commanded))
     }
 
     /// Takes bytes of print up to the line's end. A board that never ends a line is given up after

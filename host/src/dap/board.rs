@@ -19,8 +19,9 @@ use crate::client::identity::differences;
 use crate::client::status::{Status, long};
 use crate::helm::follow::{Follow, Halt};
 use crate::helm::{Board, Debug, Pace as Steps};
-use crate::sim::machine::{AxisView, View, scaled};
+use crate::sim::machine::scaled;
 use crate::sim::trace::{Event, Status as End, What};
+use crate::sim::view::{AxisView, View};
 
 /// Between two looks for an event.
 const LOOK: Duration = Duration::from_millis(1);

@@ -78,7 +78,7 @@ pub fn entries(group: &Group, names: &Names, at: &Snapshot) -> Vec<Entry> {
             (0..*len).map(entry).collect()
         }
         Group::Axes(_) => {
-            let entry = |(n, axis): (usize, &crate::sim::machine::AxisView)| Entry {
+            let entry = |(n, axis): (usize, &crate::sim::view::AxisView)| Entry {
                 name: axis.axis.letter().to_string(),
                 value: format!("{}, {}st", quantity(Kind::Length, axis.um), axis.steps),
                 kind: "Axis",

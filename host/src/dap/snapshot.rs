@@ -2,7 +2,7 @@
 
 use lang::vm::entry;
 
-use crate::sim::machine::View;
+use crate::sim::view::View;
 
 /// An open call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

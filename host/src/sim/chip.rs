@@ -6,6 +6,7 @@
 
 pub mod board;
 pub mod cost;
+pub mod driven;
 mod engine;
 mod memory;
 mod pins;
@@ -25,9 +26,9 @@ use self::engine::Engine;
 use self::memory::Memory;
 
 /// Ticks of the step timer in a microsecond.
-const PER_US: u64 = F5529.clock as u64 / 1_000_000;
+pub(super) const PER_US: u64 = F5529.clock as u64 / 1_000_000;
 /// Ticks of the step timer in a millisecond.
-const PER_MS: u64 = 1_000 * PER_US;
+pub(super) const PER_MS: u64 = 1_000 * PER_US;
 
 /// What an observer sees.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +91,8 @@ struct State {
     /// A program runs, over any reset but power-up.
     marked: Cell<bool>,
     seen: RefCell<VecDeque<Noticed>>,
+    /// The program whose flow is an engine's, if there is one.
+    driven: RefCell<Option<driven::Driven>>,
 }
 
 /// See the module.
@@ -115,6 +118,7 @@ impl Desk {
             reset: Cell::new(0),
             marked: Cell::new(false),
             seen: RefCell::default(),
+            driven: RefCell::default(),
         }))
     }
 
@@ -135,6 +139,36 @@ impl Desk {
         let from = self.0.now.replace(end);
         if from / PER_MS != end / PER_MS {
             self.look_at_chain();
+        }
+    }
+
+    /// Segments that the step engine has taken or ended: see [`Engine::changes`].
+    fn changes(&self) -> u32 {
+        self.0.engine.borrow().changes
+    }
+
+    /// Highest rate of steps of the path since [`Desk::forget_rate`], steps/s.
+    pub fn top_rate(&self) -> f64 {
+        match self.0.engine.borrow().shortest {
+            0 => 0.0,
+            shortest => f64::from(F5529.clock) * 65_536.0 / f64::from(shortest),
+        }
+    }
+
+    /// See [`Desk::top_rate`].
+    pub fn forget_rate(&self) {
+        self.0.engine.borrow_mut().shortest = 0;
+    }
+
+    /// Lets time pass to a time, ticks, or to where a segment of the step engine ends or is cut.
+    pub fn spend_to_change(&self, end: u64) {
+        let before = self.0.engine.borrow().changes;
+        while self.ticks() < end {
+            let event = self.0.engine.borrow().next_event().map_or(end, |due| due >> 16);
+            self.spend(event.clamp(self.ticks() + 1, end) - self.ticks());
+            if self.0.engine.borrow().changes != before {
+                return;
+            }
         }
     }
 

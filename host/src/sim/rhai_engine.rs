@@ -26,7 +26,7 @@ use rhai::{Array, Engine, EvalAltResult, OptimizationLevel, Scope};
 
 use self::runtime::{Final, Runtime};
 use super::chain::{Chain, RUN_STATEMENTS};
-use super::machine::Machine;
+use super::controlled::Machine;
 use super::world::{Registers, World};
 use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
 use crate::course;

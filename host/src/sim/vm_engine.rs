@@ -9,12 +9,13 @@ use lang::fault::Fault;
 use lang::hir::{Program, Storage};
 use lang::image::Image;
 use lang::isa::Op;
-use lang::vm::{Exit, State, Vm, flag};
+use lang::vm::{Exit, NO_HANDLER, State, Vm, flag};
 use rhai::Dynamic;
 
 use super::chain::{Chain, RUN_STATEMENTS};
-use super::machine::{Machine, Step};
+use super::controlled::Machine;
 use super::record::{Change, RECORD_LIMIT};
+use super::step::Step;
 use super::world::{Registers, World, put};
 use super::{Options, Outcome, SimError, Sink, VarValue, outcome};
 use crate::course;
@@ -121,8 +122,7 @@ pub fn run(
     watched(program, compiled, world, options, sink, None)
 }
 
-/// The same with somebody who looks on.
-///
+/// As [`run`], with a [`Watcher`].
 /// # Errors
 /// As [`super::run`].
 pub fn watched(
@@ -280,6 +280,7 @@ impl Driver<'_, '_, '_> {
     /// Counts the statement at `pc` and serves what comes before it.
     fn statement(&mut self, pc: usize) -> Result<(), Final> {
         self.machine.set_line(self.line());
+        self.machine.set_handled(self.vm.state.handler != NO_HANDLER);
         let line = self.line();
         let Driver { watcher, vm, machine, .. } = self;
         if let Some(watcher) = watcher
@@ -335,6 +336,8 @@ impl Driver<'_, '_, '_> {
     /// The statement at `pc` failed, or a fault came before it or in its wait.
     fn fault(&mut self, fault: Fault, before: Before) -> Result<(), Final> {
         let line = self.line();
+        self.machine.set_line(line);
+        self.machine.set_handled(self.vm.state.handler != NO_HANDLER);
         let Driver { watcher, vm, machine, .. } = self;
         let pc = vm.state.pc;
         if let Some(watcher) = watcher
@@ -374,6 +377,7 @@ impl Driver<'_, '_, '_> {
         let pc = self.vm.state.pc;
         let line = self.line();
         self.machine.set_line(line);
+        self.machine.set_handled(self.vm.state.handler != NO_HANDLER);
         let Some(effect) = self.vm.effect() else {
             return Err(Final::Fault(Fault::ImageRefused, line));
         };

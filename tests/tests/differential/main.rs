@@ -30,6 +30,7 @@ const OPTIONS: Options = Options {
     statements: 4_000,
     statement_us: STATEMENT_US,
     part: F5529,
+    rules: pasapas::sim::Rules::Model,
     judged: true,
     interrupted: || false,
 };

@@ -33,6 +33,13 @@ impl<C: Chip> Controller<C> {
         true
     }
 
+    /// A run of the image at an address begins, which the caller has checked and which no library holds: a simulation
+    /// keeps the program's flow to itself and brings the VM one statement after the other.
+    pub fn begin_at(&mut self, image: u16) {
+        self.begin_image(image, 0);
+        self.begun();
+    }
+
     /// The VM stands at the beginning of a run.
     pub fn begun(&mut self) {
         self.trace.begin();

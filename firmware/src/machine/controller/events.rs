@@ -25,6 +25,11 @@ pub struct Event {
 /// [`Event::kind`]: it has come and was not served.
 pub const PENDING: u8 = 0x80;
 
+/// Whether a handler is open, by the VM's flags.
+pub fn is_in_handler(flags: u8) -> bool {
+    handlers(flags) != 0
+}
+
 /// Handlers that are open: at most one of an event and one of errors.
 pub(super) fn handlers(flags: u8) -> usize {
     usize::from(flags & flag::EVENT != 0) + usize::from(flags & flag::ERROR != 0)

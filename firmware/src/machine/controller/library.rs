@@ -269,9 +269,7 @@ impl<C: Chip> Controller<C> {
         if !self.motor.settled() || !self.lines.rests || !self.leave_kept() {
             return Ok(());
         }
-        self.io.outputs = self.io.outputs & self.record.end.keep | self.record.end.on;
-        // Not behind the check, which takes a while.
-        self.exchange();
+        self.give_way();
         let (before, number) = (self.store.current(), self.program.effect.n);
         let pc = self.pc_of_effect();
         self.store.choose(number);
@@ -285,6 +283,20 @@ impl<C: Chip> Controller<C> {
         self.program.pc = self.vm.code.wrapping_add(pc);
         self.emit(TraceKind::Run, number, 0);
         Ok(())
+    }
+
+    /// A program gives way to another one: outputs are as at its end, at once and not only when the other one has been
+    /// checked, which takes a while.
+    fn give_way(&mut self) {
+        self.io.outputs = self.io.outputs & self.record.end.keep | self.record.end.on;
+        self.exchange();
+    }
+
+    /// The run goes on with the image at an address, which the caller has checked, as after RUN. Everything rests.
+    pub fn go_on_at(&mut self, image: u16) {
+        self.give_way();
+        self.begin_image(image, 0);
+        self.set_out_anew();
     }
 
     /// Whether there is a program of this number whose name is that text, which begins with its length. Letters of

@@ -31,6 +31,16 @@ pub struct Clock {
     pub blink: u16,
 }
 
+#[cfg(any(test, feature = "physics"))]
+impl Clock {
+    /// The input filter's phase after so many milliseconds, in a profile's filter.
+    pub(super) fn skip_phase(&mut self, ms: u32, filter: u8) {
+        // A phase ends with the first millisecond at which four times it is the filter's time.
+        let period = u32::from(filter.div_ceil(4).max(1));
+        self.phase = ((u32::from(self.phase) + ms) % period) as u8;
+    }
+}
+
 impl<C: Chip> Controller<C> {
     /// Milliseconds that have passed since the last call, one by one.
     pub fn ticks(&mut self) {

@@ -1,18 +1,23 @@
 //! The cell around a rig's machine.
 
+use lang::axis::Axis;
+
 use super::super::hardware::Hardware;
 use super::{HostAction, HostDeed, Rig, Shared};
 
 impl<B: Hardware> Rig<B> {
     /// Puts the scenario's cell around the pins; the reference switches stand where its frame has them.
-    pub(super) fn build_cell(&mut self, places: &mut [Option<i64>; 3]) {
-        let Some(scene) = self.scenario.scene() else { return };
-        let (frame, switches) = scene.frame(&self.profile, self.switches());
-        for (place, switch) in places.iter_mut().zip(switches) {
-            *place = place.or(switch);
+    pub(super) fn build_cell(&mut self) {
+        let Some(scene) = self.scene.scenario.scene() else { return };
+        let profile = &self.scene.profile;
+        let (frame, switches) = scene.frame(profile, self.switches());
+        for (axis, place) in Axis::ALL.into_iter().zip(switches) {
+            if self.scene.scenario.switch_place(axis).is_none() && place.is_some() {
+                self.scene.put_switch(axis, place, &mut self.board.plant_mut());
+            }
         }
         self.placed = switches.map(|place| i32::try_from(place?).ok());
-        let cell = Shared::new(scene, frame, &self.profile, self.ticks(1));
+        let cell = Shared::new(scene, frame, &self.scene.profile, self.ticks(1));
         let (now, around) = (self.now(), cell.around());
         self.board.plant_mut().surround(now, Some(around));
         self.cell = Some(cell);
@@ -43,7 +48,7 @@ impl<B: Hardware> Rig<B> {
                 HostDeed::Stall(axis, steps) => {
                     let steps = u64::from(steps.unsigned_abs());
                     self.board.plant_mut().stall(axis, steps);
-                    if let Some(lost) = self.lost.get_mut(axis) {
+                    if let Some(lost) = self.scene.lost.get_mut(axis) {
                         *lost += steps.cast_signed();
                     }
                 }

@@ -43,30 +43,24 @@ impl<B: Hardware> Rig<B> {
 
     /// Steps that stalls took from each axis.
     pub fn lost(&self) -> [i64; 3] {
-        self.lost
+        self.scene.lost
     }
 
     /// Machine position less motor position of each axis.
     pub fn offset(&self) -> [i64; 3] {
-        self.offset
+        self.scene.offset
     }
 
     /// The axis was homed: it rests at this machine position.
     pub fn homed(&mut self, axis: Axis, position: i32) {
-        let i = axis.index();
-        self.offset[i] = i64::from(position) - self.motors()[i];
-        self.lost[i] = 0;
-        self.place_probe();
+        self.scene.homed(axis, position, &mut self.board.plant_mut());
     }
 
     /// The expectations of the world that do not hold, with the outputs as they are.
     pub fn failures(&self, pos: &crate::sim::trace::PerAxis) -> Vec<String> {
         let plant = self.board.plant();
-        let output = |n: i32| {
-            let inverted = self.profile.outputs.iter().any(|o| o.n == n && o.invert);
-            u8::try_from(n).is_ok_and(|n| plant.output(n)) != inverted
-        };
-        self.scenario.failures(&output, pos)
+        let output = |n: i32| self.scene.is_on(n, u8::try_from(n).is_ok_and(|n| plant.output(n)));
+        self.scene.scenario.failures(&output, pos)
     }
 
     /// Sets the host's end of the line to whatever rate and parity the chip's UART has, as a

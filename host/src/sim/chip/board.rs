@@ -4,7 +4,11 @@ use std::collections::VecDeque;
 
 use emulator::{Config, Part, Plant, Wiring};
 use firmware::machine::Controller;
+use firmware::machine::chip::Clock as _;
+use firmware::machine::controller::Effect;
 use firmware::modbus::Slave;
+use lang::part::F5529;
+use lang::profile::{self, Profile};
 use lang::record::BoardRecord;
 
 use super::port::Uart;
@@ -12,6 +16,8 @@ use super::{Desk, Noticed, PER_MS, PER_US, cost};
 
 /// Rates by their code in the board's record, bit/s.
 const RATES: [u32; 4] = [9_600, 19_200, 57_600, 115_200];
+/// Milliseconds that are jumped over at once.
+const MOST_JUMPED: u32 = 1 << 20;
 /// Causes of a reset, as the firmware tells them: power-up, the RST pin, the watchdog.
 const POWER_UP: u8 = 1 << 2;
 const WATCHDOG: u8 = 1;
@@ -25,6 +31,10 @@ pub struct NativeBoard {
     address: u8,
     /// Bit/s of the line.
     rate: u32,
+    /// The machine's millisecond in which the world acted last, until it has looked.
+    disturbed: Option<u16>,
+    /// Outputs when it was last looked whether there is something to do.
+    outputs: u16,
 }
 
 impl NativeBoard {
@@ -40,8 +50,24 @@ impl NativeBoard {
             slave: Slave::default(),
             address: 1,
             rate: RATES[0],
+            disturbed: None,
+            outputs: 0,
         };
         board.boot(POWER_UP);
+        board
+    }
+
+    /// A board that has the profile of a machine, powered up.
+    pub fn with(profile: &Profile) -> NativeBoard {
+        let mut board = NativeBoard::new(match profile.wiring {
+            profile::Wiring::Direct => Wiring::Direct,
+            profile::Wiring::Chain => Wiring::Chain,
+        });
+        let record = BoardRecord::of(profile, 1);
+        board.desk.put(F5529.profiles[0], &record.to_bytes());
+        let more = F5529.profiles[0] + BoardRecord::SIZE as u16;
+        board.desk.put(more, &record.more.to_bytes());
+        board.power_cycle();
         board
     }
 
@@ -84,6 +110,10 @@ impl NativeBoard {
             self.boot(WATCHDOG);
             return;
         }
+        // The same pass goes on with what the engine asks for next.
+        if self.desk.is_idle() {
+            return;
+        }
         let turned = self.desk.ticks() / PER_MS != from / PER_MS;
         self.desk.spend(cost::PASS + if turned { cost::MILLISECOND } else { 0 });
     }
@@ -110,6 +140,75 @@ impl NativeBoard {
         let turn = (now / PER_MS + 1) * PER_MS;
         let next = self.line.next().map_or(turn, |next| next.min(turn)).min(limit);
         self.desk.spend(next.saturating_sub(now));
+    }
+
+    /// How far the statement under way has come, to see whether a pass has brought it further.
+    fn progress(&self) -> (u8, u8, u8, u8, u32) {
+        let Controller { program, session, motor, .. } = &*self.controller;
+        let Effect { code, phase, .. } = program.effect;
+        (code, phase, session.state, motor.moving(), self.desk.changes())
+    }
+
+    /// One pass of a driven program ([`super::driven`]). Where it has brought nothing further time goes on to the next
+    /// millisecond or change of the step engine, but not beyond `limit`, ticks.
+    pub fn drive(&mut self, limit: u64) {
+        let before = self.progress();
+        let asked = self.desk.is_asked() || self.desk.owed() != 0;
+        self.pass();
+        // A statement that is done in the pass in which it begins leaves no trace of itself.
+        let further = asked || self.progress() != before;
+        if self.desk.is_idle() || further || self.desk.has_seen() {
+            return;
+        }
+        let now = self.desk.ticks();
+        let turn = (now / PER_MS + 1) * PER_MS;
+        self.desk.spend_to_change(turn.min(limit));
+        self.jump(limit);
+    }
+
+    /// The world has acted.
+    pub fn disturb(&mut self) {
+        self.disturbed = Some(self.controller.clock.tick);
+    }
+
+    /// Idle milliseconds are jumped over, but none that ends after `limit`, ticks; at the beginning of one.
+    fn jump(&mut self, limit: u64) {
+        let now = self.desk.ticks();
+        let tick = self.controller.clock.tick;
+        // New outputs come to the pins with the next millisecond, and the world may answer.
+        let outputs = self.controller.io.outputs;
+        if std::mem::replace(&mut self.outputs, outputs) != outputs
+            || self.desk.plant().output_has_changed()
+        {
+            self.disturb();
+        }
+        // The inputs that the machine knows are those of the world only when it has looked since that acted.
+        let looked = self.disturbed.is_none_or(|at| tick.wrapping_sub(at) >= 2);
+        if !now.is_multiple_of(PER_MS) || tick.wrapping_add(1) != self.desk.millis() || !looked {
+            return;
+        }
+        self.disturbed = None;
+        let most = u32::try_from((limit.saturating_sub(now)) / PER_MS).unwrap_or(MOST_JUMPED);
+        let ms = self.controller.idle_ms(most.min(MOST_JUMPED));
+        if ms != 0 {
+            self.desk.spend(u64::from(ms) * PER_MS);
+            self.controller.skip(ms);
+        }
+    }
+
+    /// The chip.
+    pub fn desk(&self) -> &Desk {
+        &self.desk
+    }
+
+    /// The machine.
+    pub fn controller(&self) -> &Controller<Desk> {
+        &self.controller
+    }
+
+    /// See [`NativeBoard::controller`].
+    pub fn controller_mut(&mut self) -> &mut Controller<Desk> {
+        &mut self.controller
     }
 
     /// What was seen since the last call.

@@ -60,6 +60,10 @@ pub struct Engine {
     pub hit: u8,
     /// See `hit`.
     pub caught: [i32; 3],
+    /// Segments that were taken or have ended, by themselves or cut: whoever feeds the engine has something to do.
+    pub changes: u32,
+    /// The shortest interval between two steps of the path since it was last set to 0, 1/65536 ticks; 0 without one.
+    pub shortest: u32,
 }
 
 /// Time between a start and its first event, us.
@@ -92,6 +96,7 @@ impl Engine {
 
     /// Drops what is planned: the step that is armed comes, none after it.
     pub fn cut(&mut self) {
+        self.changes = self.changes.wrapping_add(1);
         self.path.iter_mut().for_each(|slot| slot.segment.ramp.events = 0);
         for axis in 0..3 {
             self.cut_axis(axis);
@@ -127,6 +132,7 @@ impl Engine {
             self.armed = 0;
         }
         self.path.push_back(Slot { segment: *segment, power });
+        self.changes = self.changes.wrapping_add(1);
     }
 
     /// Power of the segment that plays.
@@ -149,6 +155,7 @@ impl Engine {
         per_us: u64,
     ) {
         let single = &mut self.singles[axis];
+        self.changes = self.changes.wrapping_add(1);
         single.next = *segment;
         single.next_is_negative = negative;
         if single.due.is_none() {
@@ -202,6 +209,7 @@ impl Engine {
         self.armed = 0;
         let playing = self.path.front_mut().filter(|slot| slot.segment.ramp.events != 0);
         if playing.is_none() {
+            self.changes = self.changes.wrapping_add(1);
             self.path.pop_front();
             let Some(next) = self.path.front().filter(|slot| slot.segment.ramp.events != 0) else {
                 self.path.clear();
@@ -219,6 +227,10 @@ impl Engine {
         let interval = segment.ramp.interval;
         segment.ramp.interval = interval.wrapping_add_signed(segment.ramp.dif);
         let (is_step, inc) = (segment.ramp.events & segment.ramp.mask == 0, segment.inc);
+        let whole = interval.saturating_mul(u32::from(segment.ramp.mask) + 1);
+        if self.shortest == 0 || whole < self.shortest {
+            self.shortest = whole;
+        }
         self.due = Some(due + u64::from(interval));
         if self.answers(inputs) {
             self.path.clear();
@@ -242,6 +254,7 @@ impl Engine {
         let single = &mut self.singles[axis];
         single.armed = false;
         if single.playing.events == 0 {
+            self.changes = self.changes.wrapping_add(1);
             if single.next.events == 0 {
                 single.due = None;
                 return;
@@ -277,6 +290,7 @@ impl Engine {
             return false;
         }
         self.hit = hit;
+        self.changes = self.changes.wrapping_add(1);
         self.watched = 0;
         self.caught = self.count;
         self.halts

@@ -2,7 +2,7 @@
 
 use lang::fault::Fault;
 
-use super::step::Step;
+use crate::sim::step::Step;
 
 /// ON IN or ON EVERY.
 #[derive(Clone, Copy, Debug)]

@@ -3,9 +3,10 @@
 use lang::axis::Axis;
 use lang::fault::Fault;
 
+use super::Machine;
 use super::ending::Halt;
-use super::{Machine, Step};
 use crate::sim::record::StopReason;
+use crate::sim::step::Step;
 use crate::sim::trace::{Status, What};
 use crate::sim::{End, SimError};
 
@@ -118,7 +119,7 @@ impl Machine {
         self.outputs_changed();
         let pos = self.steps();
         self.write(What::end(status, fault, line, pos));
-        self.log.close(self.clock.now(), &self.outputs);
+        self.log.close(self.clock.now(), self.outputs.on());
         Ok(End { status, fault, line })
     }
 }

@@ -3,10 +3,11 @@
 use lang::axis::Axis;
 use lang::fault::Fault;
 
+use super::Machine;
 use super::events::Events;
 use super::modal::Modal;
 use super::print::Print;
-use super::{Machine, Step};
+use crate::sim::step::Step;
 use crate::sim::trace::What;
 use crate::sim::world::Registers;
 

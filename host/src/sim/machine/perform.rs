@@ -5,8 +5,9 @@ use lang::effect::{Effect, Rate, Read, Want};
 use lang::fault::Fault;
 use lang::plain::Plain;
 
+use super::Machine;
 use super::events::Slot;
-use super::{Machine, Step};
+use crate::sim::step::Step;
 use crate::sim::trace::What;
 
 impl Machine {

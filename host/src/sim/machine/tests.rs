@@ -7,7 +7,8 @@ use lang::fault::Fault;
 use lang::plain::Plain;
 use lang::profile::{BUILT_IN, Profile};
 
-use super::{Machine, Step};
+use super::Machine;
+use crate::sim::step::Step;
 use crate::sim::trace::{Event, Status, to_text};
 use crate::sim::world::{Registers, World};
 use crate::sim::{End, Options};

@@ -3,34 +3,7 @@
 use lang::axis::Axis;
 
 use super::Machine;
-
-/// An axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct AxisView {
-    /// Which.
-    pub axis: Axis,
-    /// Work position, um.
-    pub um: i32,
-    /// Machine position, steps.
-    pub steps: i32,
-    /// Whether it moves.
-    pub moving: bool,
-    /// Whether it knows its reference.
-    pub homed: bool,
-}
-
-/// What can be seen of a machine at an instant.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct View {
-    /// TIMER, ms; none of a board, which has no register for it.
-    pub timer: Option<i32>,
-    /// Inputs: number and state.
-    pub inputs: Vec<(i32, bool)>,
-    /// Outputs: number and state.
-    pub outputs: Vec<(i32, bool)>,
-    /// Axes that there are.
-    pub axes: Vec<AxisView>,
-}
+use crate::sim::view::{AxisView, View};
 
 impl Machine {
     /// TIMER: ms since the program began, without the pauses, modulo 2^32 as the boards count.

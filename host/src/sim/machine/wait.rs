@@ -5,8 +5,9 @@ use lang::effect::{Effect, Want};
 use lang::fault::Fault;
 use lang::plain::Plain;
 
+use super::Machine;
 use super::waits::{Until, Wait};
-use super::{Machine, Step};
+use crate::sim::step::Step;
 use crate::sim::trace::What;
 
 /// How a wait ended.

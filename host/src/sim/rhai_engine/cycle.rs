@@ -8,7 +8,9 @@ use lang::kind::Kind;
 use lang::plain::Plain;
 
 use super::translate::Translator;
-use crate::sim::machine::{Machine, Step, scaled};
+use crate::sim::controlled::Machine;
+use crate::sim::machine::scaled;
+use crate::sim::step::Step;
 
 /// How far above the last depth the rapid of a G83 ends, um.
 const PECK_CLEARANCE: i32 = 250;

@@ -7,7 +7,8 @@ use super::effects::Template;
 use super::emit::Info;
 use super::translate::Translation;
 use crate::sim::chain;
-use crate::sim::machine::{Machine, Step};
+use crate::sim::controlled::Machine;
+use crate::sim::step::Step;
 
 /// Why the script stops for a moment, or for good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -323,6 +324,7 @@ impl Runtime {
     /// A fault: the block of the error handler, which comes back to `back`.
     fn raise(&mut self, fault: Fault, back: i32, between: bool) -> Result<i32, Break> {
         let line = self.line();
+        self.machine.set_line(line);
         let fault = self.machine.ramp_down(fault);
         self.err = i32::from(fault.number());
         self.erl = i32::try_from(line).unwrap_or(i32::MAX);
@@ -436,6 +438,7 @@ impl Runtime {
     /// ON ERROR: a block, or -1.
     pub fn set_on_error(&mut self, block: i32) {
         self.on_error = (block >= 0).then_some(block);
+        self.machine.set_handled(self.on_error.is_some());
     }
 
     /// ERR and ERL.

@@ -4,7 +4,7 @@ use lang::hir::Program;
 
 use crate::sim::trace::{Event, to_text};
 use crate::sim::world::World;
-use crate::sim::{Engine, Options, Outcome, run_traced};
+use crate::sim::{Engine, Options, Outcome, Rules, run_traced};
 
 fn program(text: &str) -> Program {
     let source = Source::new("t.bas", text.to_owned());
@@ -12,15 +12,28 @@ fn program(text: &str) -> Program {
     program.unwrap_or_else(|| panic!("{text}\n{diags:?}"))
 }
 
+/// The run on both engines, each by the model's rules and by the firmware's: it is the same four times.
 fn both(text: &str, world: &str) -> (Outcome, Vec<Event>) {
     let program = program(text);
     let world = World::parse("w.rhai", world).unwrap();
-    let options = Options { limit_us: 100_000_000, ..Options::default() };
-    let rhai = run_traced(&program, Engine::Rhai, &world, &options).unwrap();
-    let vm = run_traced(&program, Engine::Vm, &world, &options).unwrap();
-    assert_eq!(to_text(&rhai.1), to_text(&vm.1), "{text}\n{}", super::source(&program));
-    assert_eq!(rhai.0.end, vm.0.end);
-    rhai
+    let run = |engine: Engine, rules: Rules| {
+        let options = Options { limit_us: 100_000_000, rules, ..Options::default() };
+        run_traced(&program, engine, &world, &options).unwrap()
+    };
+    let first = run(Engine::Rhai, Rules::Model);
+    let others = [
+        (Engine::Vm, Rules::Model),
+        (Engine::Rhai, Rules::Firmware),
+        (Engine::Vm, Rules::Firmware),
+    ];
+    for (engine, rules) in others {
+        let other = run(engine, rules);
+        let which = format!("{engine:?} {rules:?}: {text}\n{}", super::source(&program));
+        assert_eq!(to_text(&first.1), to_text(&other.1), "{which}");
+        assert_eq!(first.0.end, other.0.end, "{which}");
+        assert_eq!(first.0.vars, other.0.vars, "{which}");
+    }
+    first
 }
 
 /// Lines that PRINT wrote.
@@ -188,4 +201,26 @@ fn a_world_writes_only_what_the_program_has_and_allows() {
         assert!(text.contains("the program has 3000 wanted"), "{text}");
     }
     assert!(refusal("at_value(4000);").contains("no variable stands AT 4000"));
+}
+
+/// The firmware's machine is the F5529's: who wants another part's times gets no others in their place.
+#[test]
+fn the_firmwares_rules_are_refused_for_another_part() {
+    let program = program("SetOut 1, ON\n");
+    let world = World::parse("w.rhai", "").unwrap();
+    for part in lang::part::PARTS {
+        for engine in [Engine::Rhai, Engine::Vm] {
+            let options = Options { part: *part, rules: Rules::Firmware, ..Options::default() };
+            let run = run_traced(&program, engine, &world, &options);
+            match run {
+                Ok(_) => assert_eq!(part.name, "f5529"),
+                Err(error) => {
+                    assert_ne!(part.name, "f5529");
+                    let text = error.to_string();
+                    assert!(text.contains(part.name) && text.contains("f5529"), "{text}");
+                    assert!(text.contains("--engine board"), "{text}");
+                }
+            }
+        }
+    }
 }

@@ -8,13 +8,13 @@ pub enum Step {
     /// Go on; the value of a [`lang::effect::Effect::Read`], else 0.
     Done(i32),
     /// Serve the handler of this event slot, then the statement that was about to run, or
-    /// [`super::Machine::resume`] when it came from a wait.
+    /// `Machine::resume` when it came from a wait.
     Event(u8),
     /// The statement failed.
     Fault(Fault),
     /// A fault that came by itself (MoveSpeed at a soft limit): ERL is the statement about to run
     /// or waiting, and RESUME NEXT goes on with it.
     Late(Fault),
-    /// The run is over; call [`super::Machine::finish`].
+    /// The run is over; call `Machine::finish`.
     Stop,
 }

@@ -8,8 +8,6 @@ use crate::sim::record::{
 use crate::sim::trace::{Event, What};
 use crate::sim::{End, Options, Sink};
 
-use super::outputs::Outputs;
-
 #[derive(Clone, Copy, Debug, Default)]
 struct Use {
     since: Option<u64>,
@@ -98,7 +96,7 @@ impl Log {
             line.since = Some(us);
             line.switched_on += 1;
         } else if let Some(since) = line.since.take() {
-            line.on_us += us - since;
+            line.on_us += us.saturating_sub(since);
         }
     }
 
@@ -123,13 +121,13 @@ impl Log {
         number.and_then(|number| self.record.path.get_mut(number))
     }
 
-    /// The run is over: outputs that stay on count until now.
-    pub fn close(&mut self, now: u64, outputs: &Outputs) {
-        for n in outputs.on() {
+    /// The run is over: these outputs, which stay on, count until now.
+    pub fn close(&mut self, now: u64, on: impl Iterator<Item = i32>) {
+        for n in on {
             if let Some(line) = self.uses.get_mut(n as usize)
                 && let Some(since) = line.since.take()
             {
-                line.on_us += now - since;
+                line.on_us += now.saturating_sub(since);
             }
         }
     }

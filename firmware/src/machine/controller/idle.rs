@@ -1,0 +1,111 @@
+//! Milliseconds in which nothing happens but that counters count, for a simulation that does not want to wait for them.
+//!
+//! [`Controller::idle_ms`] tells how many follow, [`Controller::skip`] counts them at once. Together they are what as many
+//! calls of [`Controller::ticks`] would do (tick.rs); a chip has no need of either.
+
+use super::{Controller, Effect, PENDING};
+use crate::inputs::Inputs;
+use crate::machine::chip::Chip;
+use lang::isa::{first, last};
+use lang::record::BoardRecord;
+use lang::wire::RunState;
+
+/// Milliseconds after reset in which auto-run is looked at.
+const BOOT: u16 = 500;
+
+/// Whether an effect does nothing but wait once it has begun, with what it waits for out of sight.
+fn waits(effect: &Effect) -> bool {
+    let code = effect.code;
+    effect.phase != 0
+        && matches!(
+            code,
+            first::Wait | first::WaitIn | first::WaitChar | first::WaitStart | first::Pulse
+        )
+}
+
+/// Milliseconds that an effect still counts, if it counts any.
+fn counts(effect: &Effect) -> Option<u32> {
+    let counted = matches!(
+        effect.code,
+        first::Home
+            ..=last::HomeQuery | first::Wait | first::WaitIn | first::WaitChar | first::Pulse
+    );
+    u32::try_from(effect.left).ok().filter(|left| counted && *left > 0)
+}
+
+fn settled(inputs: &Inputs, raw: u16) -> bool {
+    inputs.is_settled() && inputs.accepted() == raw
+}
+
+impl<C: Chip> Controller<C> {
+    /// Milliseconds from now on, at most `most`, in which no input, pin, statement or event changes by itself; the last
+    /// of what counts down is left to [`Controller::ticks`].
+    pub fn idle_ms(&self, most: u32) -> u32 {
+        let (session, program, clock) = (&self.session, &self.program, &self.clock);
+        let rests = self.motor.settled() && clock.spin == 0 && self.command.hold == 0;
+        let hands = self.io.buttons.accepted() | self.chip.buttons();
+        let quiet = rests
+            && hands == 0
+            && self.record.lamp == 0
+            && self.record.select >> 5 != BoardRecord::NEXT
+            && self.chip.tripped() == 0
+            && self.emergency_now() == 0
+            && settled(&self.io.inputs, self.io.raw)
+            && self.io.buttons.is_settled()
+            && self.library.shown == 0;
+        let executes = session.executes();
+        let stands = match session.state {
+            _ if executes => waits(&program.effect) && program.late.is_none(),
+            state => {
+                state == RunState::Empty as u8
+                    || state == RunState::Ready as u8
+                    || state == RunState::Paused as u8 && program.effect.code != first::Pulse
+            }
+        };
+        let pending = program.events.iter().any(|event| event.kind & PENDING != 0);
+        if !quiet || !stands || pending {
+            return 0;
+        }
+        let mut left = most;
+        if !self.reset.booted {
+            let boots = u32::from(BOOT).saturating_sub(u32::from(clock.tick) + 2);
+            left = left.min(boots);
+        }
+        if executes {
+            let effects = [&program.effect, &program.outer].into_iter().filter_map(counts);
+            let every = program.events.iter().filter(|event| event.kind & !PENDING == 3);
+            let every = every.filter_map(|event| u32::try_from(event.left).ok());
+            left = effects.chain(every).fold(left, |left, own| left.min(own.saturating_sub(1)));
+            // KEEP values go to flash in time.
+            if self.keep_count() != 0 {
+                left = left.min(u32::from(super::keep::SECOND.saturating_sub(clock.kept + 1)));
+            }
+        }
+        left
+    }
+
+    /// So many milliseconds have passed, no more than [`Controller::idle_ms`] has told.
+    pub fn skip(&mut self, ms: u32) {
+        let short = u16::try_from(ms).unwrap_or(u16::MAX);
+        let clock = &mut self.clock;
+        clock.tick = clock.tick.wrapping_add(ms as u16);
+        clock.kept = clock.kept.saturating_add(short);
+        clock.blink = clock.blink.wrapping_add(ms as u16);
+        clock.skip_phase(ms, self.record.filter);
+        self.lines.skip(short);
+        if self.session.executes() {
+            let program = &mut self.program;
+            program.timer = program.timer.wrapping_add(ms as i32);
+            for effect in [&mut program.effect, &mut program.outer] {
+                if counts(effect).is_some() {
+                    effect.left -= ms as i32;
+                }
+            }
+            for event in &mut program.events {
+                if event.kind & !PENDING == 3 {
+                    event.left -= ms as i32;
+                }
+            }
+        }
+    }
+}
