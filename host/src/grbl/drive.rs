@@ -53,9 +53,8 @@ pub struct Drive<L: Link> {
     stops: u32,
     /// The newest line that the board got.
     handed: u32,
-    /// A run of ours was lost with its board and may go on there: it is stopped as soon as the board answers. What the
-    /// board counts its runs to while it is this one; another one is somebody else's.
-    orphan: Option<u16>,
+    /// A run of ours was lost with its board and may go on there: it is stopped as soon as the board answers.
+    orphan: bool,
     looks: Looks,
     /// The board's state at the last look.
     state: Option<RunState>,
@@ -73,7 +72,7 @@ impl<L: Link> Drive<L> {
             board: None,
             stops: 0,
             handed: 0,
-            orphan: None,
+            orphan: false,
             looks: Looks::default(),
             state: None,
         }
@@ -84,10 +83,6 @@ impl<L: Link> Drive<L> {
         loop {
             let wants = self.desk.wants();
             if wants.closing {
-                // What the last stop switches off. Nobody is left who could be told that it failed.
-                if let Some((client, _)) = &mut self.board {
-                    let _ = now(client, &wants, &self.desk);
-                }
                 return;
             }
             if self.board.is_none() && !self.connect() {
@@ -153,12 +148,10 @@ impl<L: Link> Drive<L> {
             Some(RunState::Running | RunState::Paused | RunState::Stopping | RunState::WaitStart)
         );
         // Others that ask the board (by a gateway) keep it from ending the lost run by itself (F18).
-        self.orphan = self.orphan.filter(|own| runs && *own == standing.runs);
+        self.orphan &= runs;
         // Somebody else's run: what stops and holds is for it, too.
         let control = match standing.state {
-            _ if (self.orphan.is_some() || wants.stops != self.stops) && runs => {
-                Some(Control::Stop)
-            }
+            _ if (self.orphan || wants.stops != self.stops) && runs => Some(Control::Stop),
             Some(RunState::Running) if wants.hold => Some(Control::Pause),
             Some(RunState::Paused) if wants.resume => Some(Control::Resume),
             Some(RunState::WaitStart) if wants.resume => Some(Control::Start),
@@ -179,7 +172,7 @@ impl<L: Link> Drive<L> {
             }
             return Ok(());
         }
-        if self.orphan.is_some() {
+        if self.orphan {
             return Ok(());
         }
         if fault {
@@ -259,7 +252,7 @@ impl<L: Link> Drive<L> {
         let lines = self.desk.lines(BATCH, self.stops, Duration::ZERO);
         let Some((newest, _)) = lines.last() else { return Ok(()) };
         let Some((mut client, slots)) = self.board.take() else { return Ok(()) };
-        self.orphan = Some(runs.wrapping_add(1));
+        self.orphan = true;
         let handed = Cell::new(*newest);
         let run = Run {
             drive: RefCell::new(self),
@@ -276,7 +269,7 @@ impl<L: Link> Drive<L> {
             Ok(()) => {}
             Err(PumpError::Busy) => {
                 self.board = Some((client, slots));
-                self.orphan = None;
+                self.orphan = false;
                 // A button, or somebody else's program, came first.
                 return self.refused(PumpError::Busy.to_string());
             }
@@ -291,7 +284,7 @@ impl<L: Link> Drive<L> {
             self.looks.inputs_now(&mut client).map_err(words)?;
         }
         self.board = Some((client, slots));
-        self.orphan = None;
+        self.orphan = false;
         self.state = standing.state;
         self.looks.speed = 0.0;
         let wants = self.desk.wants();
@@ -352,10 +345,7 @@ fn now<L: Link>(client: &mut Client<L>, wants: &Wants, desk: &Desk) -> Result<()
         let overrides = wants.overrides;
         desk.settle(|now| {
             now.acknowledge &= !wants.acknowledge;
-            // A stop that came meanwhile has forgotten them, and what waits now came after it.
-            if now.stops == wants.stops {
-                now.coils.drain(..done);
-            }
+            now.coils.drain(..done);
             for (held, written) in now.overrides.iter_mut().zip(overrides) {
                 if *held == written {
                     *held = None;
@@ -394,6 +384,3 @@ pub(super) fn compiled(text: &str, profile: &Profile) -> Result<Compiled, String
     })?;
     lang::back::compile(&program).map_err(|_| "it is too long".to_owned())
 }
-
-#[cfg(test)]
-mod tests;
