@@ -135,6 +135,12 @@ impl<B: Hardware> Rig<B> {
         self.scene.scenario.is_unattended()
     }
 
+    /// Whether nobody is there, by the word of a file whose world may still act.
+    pub fn acts_unattended(&self) -> bool {
+        let scenario = &self.scene.scenario;
+        scenario.is_unattended() && !scenario.is_empty_and_unattended()
+    }
+
     /// Where the scenario or the cell put the reference switches, steps from power-up.
     pub fn switches(&self) -> [Option<i32>; 3] {
         let world = |axis| self.scene.scenario.switch_place(axis);

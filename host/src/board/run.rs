@@ -268,8 +268,8 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         let world_is_over = self.rig.borrow().world_is_over();
         let pulses = self.rig.borrow().pulses();
         if !world_is_over {
-            // Nobody is there to press Start, whatever the world still does.
-            if self.rig.borrow().is_unattended() && self.waits.is_quiet(us, pulses) {
+            // Nobody is there to press Start, whatever the world of a file still does.
+            if self.rig.borrow().acts_unattended() && self.waits.is_quiet(us, pulses) {
                 let status = self.status()?;
                 let waits =
                     status.run_state == Some(RunState::WaitStart) && status.moving.is_empty();

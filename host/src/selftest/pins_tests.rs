@@ -67,7 +67,7 @@ impl Link for Faulty {
 
 /// Wires the pins that the words name; of the wire from STEP to P2.2 each pulse of `loses` is lost.
 fn jumpers(words: &str, rig: &mut Rig, seeded: &Seeded) {
-    let &Seeded { loses, dir, cut, .. } = seeded;
+    let &Seeded { loses, dir, .. } = seeded;
     let [count, first, second] = TIMER;
     let plant = rig.board().plant_mut();
     let pins = *plant.board();
@@ -78,9 +78,8 @@ fn jumpers(words: &str, rig: &mut Rig, seeded: &Seeded) {
         }
         _ if words.starts_with("DIR X") => vec![Jumper::new(dir, first), Jumper::new(STEP, second)],
         _ if words.starts_with("output 2") => {
-            let stop = (!cut).then(|| Jumper::new(pins.enable, pins.inputs[1]));
-            let others = [Jumper::new(pins.enable, first), Jumper::new(STEP, second)];
-            stop.into_iter().chain(others).collect()
+            let stop = Jumper::new(pins.enable, pins.inputs[1]);
+            vec![stop, Jumper::new(pins.enable, first), Jumper::new(STEP, second)]
         }
         // Of the chain.
         _ if words.starts_with("output 1") => {
@@ -99,8 +98,6 @@ struct Seeded {
     tears: bool,
     loses: u32,
     dir: u8,
-    /// The wire to the emergency stop's input is not there.
-    cut: bool,
     /// The profile, of which `pulse_us` is `pulse`.
     profile: &'static str,
     pulse: u8,
@@ -111,7 +108,6 @@ const WHOLE: Seeded = Seeded {
     tears: false,
     loses: 0,
     dir: DIR,
-    cut: false,
     profile: "thesis",
     pulse: 3,
 };
@@ -177,8 +173,6 @@ fn each_fault_at_a_pin_is_found_by_its_check() {
     // DIR comes with STEP.
     let report = measured(&Seeded { dir: STEP, ..WHOLE }, plan);
     assert!(bad(&report).contains(&"from DIR to STEP"), "{:#?}", report.rows);
-    // The wire of the emergency stop is cut: nothing stops the axis.
-    check(&Seeded { cut: true, ..WHOLE }, &["last step behind an emergency stop"]);
     // TB0CCR0: another period.
     let slow: Fault = |board| board.bus_write16(0x03D2, 0xC000);
     check(&Seeded { fault: slow, ..WHOLE }, &["pulses and period of the PWM"]);
