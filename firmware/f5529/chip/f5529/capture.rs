@@ -31,10 +31,11 @@ pub fn count() {
 /// Captures edges, 1 rising, 2 falling, 3 both, at P2.3 and at P2.4, in cycles or, `slow`, in eights of them.
 pub fn open(slow: bool, first: u16, second: u16) {
     close();
+    // The pins first: a pin that is high as it comes to the timer is no edge.
+    P2SEL.raise(1 << 3 | 1 << 4);
     TA2CTL.set(SMCLK | RUNS | if slow { EIGHTH } else { 0 });
     TA2CCTL0.set(first << 14 | CAPTURE);
     TA2CCTL1.set(second << 14 | CAPTURE);
-    P2SEL.raise(1 << 3 | 1 << 4);
 }
 
 /// When the last edge came at P2.3, and at P2.4.

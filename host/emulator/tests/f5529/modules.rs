@@ -104,6 +104,31 @@ fn pwm_of_tb0_stops_in_hardware() {
 }
 
 #[test]
+fn a_capture_sees_a_pin_from_the_moment_that_it_is_selected() {
+    // P2.3 high by its own pull-up; TA2.0 captures rises, from SMCLK.
+    let high = || {
+        let mut b = ready();
+        b.bus_write8(0x0207, 0x08);
+        b.bus_write8(0x0203, 0x08);
+        b.bus_write16(0x0400, 0x0224);
+        b
+    };
+    // Selected while it captures, the input of the timer rises then, not when another pin changes.
+    let mut b = high();
+    b.bus_write16(0x0402, 0x4900);
+    assert_eq!(b.bus_read16(0x0402) & 1, 0);
+    b.bus_write8(0x020B, 0x08);
+    assert_eq!(b.bus_read16(0x0402) & 1, 1);
+    // Selected before, there is no edge.
+    let mut b = high();
+    b.bus_write8(0x020B, 0x08);
+    b.bus_write16(0x0402, 0x4900);
+    b.bus_write8(0x0204, 0x01);
+    b.bus_write8(0x0202, 0x01);
+    assert_eq!(b.bus_read16(0x0402) & 1, 0);
+}
+
+#[test]
 fn ports_answer_by_byte_and_by_word_and_flag_edges() {
     let mut b = ready();
     b.bus_write16(0x0204, 0x0101);

@@ -146,6 +146,10 @@ impl Bus {
             self.reclock();
         }
         self.update_pins(self.now);
+        if register == PortRegister::Sel || register == PortRegister::Dir {
+            // A pin that comes to a timer, or leaves it, changes what that timer sees at once.
+            self.capture_inputs(self.now);
+        }
         true
     }
 
