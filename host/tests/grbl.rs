@@ -305,6 +305,35 @@ fn a_second_client_is_told_and_closed_and_the_first_goes_on() {
 }
 
 #[test]
+fn who_knocks_without_end_keeps_nobody_from_a_hold() {
+    let _alone = alone();
+    let server = Server::start(&[]);
+    let mut client = Client::connect(server.port);
+    client.until("Grbl 1.1h");
+    let port = server.port;
+    let over = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                while !over.load(std::sync::atomic::Ordering::SeqCst) {
+                    let mut knocks = TcpStream::connect(("127.0.0.1", port)).expect("a connection");
+                    let _ = knocks.set_read_timeout(Some(Duration::from_millis(20)));
+                    let _ = knocks.read(&mut [0; 64]);
+                }
+            });
+        }
+        client.send(b"G1X40F300\n");
+        let heard = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            client.state("Run");
+            client.send(b"!");
+            client.state("Hold:0")
+        }));
+        over.store(true, std::sync::atomic::Ordering::SeqCst);
+        heard.expect("it is heard");
+    });
+}
+
+#[test]
 fn hostile_bytes_move_nothing_and_cost_no_answer() {
     let _alone = alone();
     let server = Server::start(&[]);

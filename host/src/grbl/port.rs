@@ -217,11 +217,11 @@ impl Way {
         }
     }
 
-    /// Lets others than the driver go.
+    /// Lets one of the others than the driver go: of as many as come, none keeps the driver from being heard.
     fn refuse(&mut self, drives: bool) {
         match self {
             Way::Tcp { listener, .. } => {
-                while let Ok((mut second, _)) = listener.accept() {
+                if let Ok((mut second, _)) = listener.accept() {
                     let _ = second.set_nonblocking(false);
                     let _ = second.set_write_timeout(Some(WRITE));
                     let _ = second.write_all(TAKEN);

@@ -103,14 +103,8 @@ struct Seeded {
     pulse: u8,
 }
 
-const WHOLE: Seeded = Seeded {
-    fault: |_| {},
-    tears: false,
-    loses: 0,
-    dir: DIR,
-    profile: "thesis",
-    pulse: 3,
-};
+const WHOLE: Seeded =
+    Seeded { fault: |_| {}, tears: false, loses: 0, dir: DIR, profile: "thesis", pulse: 3 };
 
 fn measured(seeded: &Seeded, plan: Plan) -> Report {
     let mut profile = Profile::built_in(seeded.profile).expect("built in");
