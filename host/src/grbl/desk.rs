@@ -69,7 +69,7 @@ pub enum Deed {
     Unhold,
     /// Go on.
     Resume,
-    /// End the run on a ramp and forget all lines.
+    /// End the run on a ramp and forget all lines, and the outputs that wait to be switched.
     Stop,
     /// Per cent of the feed.
     Feed(u16),
@@ -150,6 +150,7 @@ impl Desk {
                 Deed::Resume => (wants.hold, wants.resume) = (false, true),
                 Deed::Stop => {
                     lines.clear();
+                    wants.coils.clear();
                     (wants.hold, wants.resume) = (false, false);
                     wants.stops += 1;
                 }
@@ -224,5 +225,17 @@ impl Desk {
     /// Forgets all lines that wait.
     pub fn forget(&self) {
         self.state().lines.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Deed, Desk};
+
+    #[test]
+    fn a_stop_forgets_outputs_that_were_to_be_switched_before_it() {
+        let desk = Desk::default();
+        desk.take(vec![Deed::Coil(3, true), Deed::Stop, Deed::Coil(2, false)]);
+        assert_eq!(desk.wants().coils, [(2, false)]);
     }
 }

@@ -53,8 +53,9 @@ pub struct Drive<L: Link> {
     stops: u32,
     /// The newest line that the board got.
     handed: u32,
-    /// A run of ours was lost with its board and may go on there: it is stopped as soon as the board answers.
-    orphan: bool,
+    /// A run of ours was lost with its board and may go on there: it is stopped as soon as the board answers. What the
+    /// board counts its runs to while it is this one; another one is somebody else's.
+    orphan: Option<u16>,
     looks: Looks,
     /// The board's state at the last look.
     state: Option<RunState>,
@@ -72,7 +73,7 @@ impl<L: Link> Drive<L> {
             board: None,
             stops: 0,
             handed: 0,
-            orphan: false,
+            orphan: None,
             looks: Looks::default(),
             state: None,
         }
@@ -83,6 +84,10 @@ impl<L: Link> Drive<L> {
         loop {
             let wants = self.desk.wants();
             if wants.closing {
+                // What the last stop switches off. Nobody is left who could be told that it failed.
+                if let Some((client, _)) = &mut self.board {
+                    let _ = now(client, &wants, &self.desk);
+                }
                 return;
             }
             if self.board.is_none() && !self.connect() {
@@ -148,10 +153,12 @@ impl<L: Link> Drive<L> {
             Some(RunState::Running | RunState::Paused | RunState::Stopping | RunState::WaitStart)
         );
         // Others that ask the board (by a gateway) keep it from ending the lost run by itself (F18).
-        self.orphan &= runs;
+        self.orphan = self.orphan.filter(|own| runs && *own == standing.runs);
         // Somebody else's run: what stops and holds is for it, too.
         let control = match standing.state {
-            _ if (self.orphan || wants.stops != self.stops) && runs => Some(Control::Stop),
+            _ if (self.orphan.is_some() || wants.stops != self.stops) && runs => {
+                Some(Control::Stop)
+            }
             Some(RunState::Running) if wants.hold => Some(Control::Pause),
             Some(RunState::Paused) if wants.resume => Some(Control::Resume),
             Some(RunState::WaitStart) if wants.resume => Some(Control::Start),
@@ -172,7 +179,7 @@ impl<L: Link> Drive<L> {
             }
             return Ok(());
         }
-        if self.orphan {
+        if self.orphan.is_some() {
             return Ok(());
         }
         if fault {
@@ -252,7 +259,7 @@ impl<L: Link> Drive<L> {
         let lines = self.desk.lines(BATCH, self.stops, Duration::ZERO);
         let Some((newest, _)) = lines.last() else { return Ok(()) };
         let Some((mut client, slots)) = self.board.take() else { return Ok(()) };
-        self.orphan = true;
+        self.orphan = Some(runs.wrapping_add(1));
         let handed = Cell::new(*newest);
         let run = Run {
             drive: RefCell::new(self),
@@ -269,7 +276,7 @@ impl<L: Link> Drive<L> {
             Ok(()) => {}
             Err(PumpError::Busy) => {
                 self.board = Some((client, slots));
-                self.orphan = false;
+                self.orphan = None;
                 // A button, or somebody else's program, came first.
                 return self.refused(PumpError::Busy.to_string());
             }
@@ -284,7 +291,7 @@ impl<L: Link> Drive<L> {
             self.looks.inputs_now(&mut client).map_err(words)?;
         }
         self.board = Some((client, slots));
-        self.orphan = false;
+        self.orphan = None;
         self.state = standing.state;
         self.looks.speed = 0.0;
         let wants = self.desk.wants();
@@ -345,7 +352,10 @@ fn now<L: Link>(client: &mut Client<L>, wants: &Wants, desk: &Desk) -> Result<()
         let overrides = wants.overrides;
         desk.settle(|now| {
             now.acknowledge &= !wants.acknowledge;
-            now.coils.drain(..done);
+            // A stop that came meanwhile has forgotten them, and what waits now came after it.
+            if now.stops == wants.stops {
+                now.coils.drain(..done);
+            }
             for (held, written) in now.overrides.iter_mut().zip(overrides) {
                 if *held == written {
                     *held = None;
@@ -384,3 +394,6 @@ pub(super) fn compiled(text: &str, profile: &Profile) -> Result<Compiled, String
     })?;
     lang::back::compile(&program).map_err(|_| "it is too long".to_owned())
 }
+
+#[cfg(test)]
+mod tests;

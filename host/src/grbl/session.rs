@@ -118,6 +118,8 @@ pub struct Session {
     spindle_stopped: bool,
     /// Outputs that M42 switched on, bit n - 1.
     outputs: u32,
+    /// Outputs that a byte switched on at once, bit n - 1: the end of a run need not switch them off.
+    switched: u32,
     stays: bool,
     pub(super) due: Due,
     told_trouble: bool,
@@ -168,6 +170,7 @@ impl Session {
             overrides: [100; 3],
             spindle_stopped: false,
             outputs: 0,
+            switched: 0,
             stays: false,
             due: Due::default(),
             told_trouble: false,
@@ -199,7 +202,7 @@ impl Session {
         self.lines.clear();
         self.half.clear();
         (self.too_long, self.returned, self.sync) = (false, false, None);
-        if self.is_busy(view) || self.stays || self.hold || view.ours {
+        if self.is_busy(view) || self.stays || self.switched != 0 || self.hold || view.ours {
             self.halt(After::Gone);
         }
     }
@@ -335,11 +338,28 @@ impl Session {
             // It came after the stop that is under way (a door opened during a jog).
             self.deeds.push(Deed::Unhold);
         }
+        self.switch_off();
         self.stop = Some((self.stops, after));
         self.hold = false;
         self.queue.clear();
         (self.stays, self.outputs) = (false, 0);
         self.deeds.push(Deed::Stay(false));
+    }
+
+    /// Switches an output at once.
+    fn switch(&mut self, n: u16, on: bool) {
+        let bit = 1 << (n - 1);
+        self.switched = if on { self.switched | bit } else { self.switched & !bit };
+        self.deeds.push(Deed::Coil(n, on));
+    }
+
+    /// Switches off what bytes switched on at once. Without a run nothing else does.
+    fn switch_off(&mut self) {
+        for n in 1..=u32::BITS as u16 {
+            if self.switched >> (n - 1) & 1 != 0 {
+                self.switch(n, false);
+            }
+        }
     }
 
     /// Keeps the run open while something is on.

@@ -107,7 +107,8 @@ impl Session {
         self.jogging = false;
         self.at = self.machine.place(view.steps);
         (self.outputs, self.spindle_stopped) = (0, false);
-        // The run has ended with its outputs in their end states.
+        // The run has ended with its outputs in their end states. There may have been none.
+        self.switch_off();
         self.modal.spindle = Spindle::Off;
         (self.modal.flood, self.modal.mist) = (false, false);
     }

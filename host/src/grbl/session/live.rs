@@ -52,7 +52,7 @@ impl Session {
         if std::mem::take(&mut self.spindle_stopped)
             && let Some(n) = self.machine.spindle
         {
-            self.deeds.push(Deed::Coil(n, true));
+            self.switch(n, true);
         }
         (self.hold, self.door) = (false, false);
         self.deeds.push(Deed::Resume);
@@ -95,7 +95,7 @@ impl Session {
             && on
         {
             self.spindle_stopped = !self.spindle_stopped;
-            self.deeds.push(Deed::Coil(n, !self.spindle_stopped));
+            self.switch(n, !self.spindle_stopped);
             self.due.overrides = 0;
         }
     }
@@ -109,7 +109,7 @@ impl Session {
         let own = if flood { &mut modal.flood } else { &mut modal.mist };
         *own = !*own;
         let on = modal.flood || modal.mist;
-        self.deeds.push(Deed::Coil(n, on));
+        self.switch(n, on);
         self.due.overrides = 0;
     }
 }

@@ -28,6 +28,10 @@ pub struct Machine {
     ramp: u32,
     stops: u32,
     stay: bool,
+    /// Outputs that wait to be switched, as on the desk.
+    coils: Vec<(u16, bool)>,
+    /// Outputs that are on outside a run.
+    pub on: Vec<u16>,
     /// What has been carried out.
     pub done: Vec<Order>,
     /// What a probe finds; none where it misses.
@@ -47,6 +51,8 @@ impl Machine {
             ramp: 0,
             stops: 0,
             stay: false,
+            coils: Vec::new(),
+            on: Vec::new(),
             done: Vec::new(),
             contact: None,
         }
@@ -83,6 +89,7 @@ impl Machine {
                     self.queue.truncate(usize::from(self.view.ours && !self.queue.is_empty()));
                     (self.hold, self.ramp) = (false, RAMP);
                     self.stops += 1;
+                    self.coils.clear();
                 }
                 Deed::Acknowledge => {
                     if self.view.state == Some(RunState::Fault) {
@@ -92,7 +99,7 @@ impl Machine {
                 Deed::Stay(stay) => self.stay = stay,
                 Deed::Feed(percent) => assert!((10..=200).contains(&percent)),
                 Deed::Rapid(percent) => assert!([25, 50, 100].contains(&percent)),
-                Deed::Coil(..) => {}
+                Deed::Coil(n, on) => self.coils.push((n, on)),
             }
         }
     }
@@ -124,6 +131,10 @@ impl Machine {
 
     /// A moment passes.
     pub fn step(&mut self) {
+        for (n, on) in std::mem::take(&mut self.coils) {
+            self.on.retain(|other| *other != n);
+            self.on.extend(on.then_some(n));
+        }
         if self.stops != self.view.stops {
             if self.ramp > 0 && self.view.ours {
                 self.ramp -= 1;

@@ -289,6 +289,42 @@ fn who_leaves_leaves_nothing_that_moves_or_is_on() {
     assert!(bench.ask("$G").contains("M5 M9"));
 }
 
+/// Without a run no end of one switches off what a byte has switched on.
+#[test]
+fn coolant_that_is_switched_on_at_rest_is_off_after_a_reset_and_without_a_client() {
+    let coolant = Bench::new().session.machine.coolant.expect("mill has coolant");
+    let ends: [fn(&mut Bench); 4] = [
+        |bench| bench.send(b"\x18"),
+        |bench| {
+            let view = bench.machine.view.clone();
+            bench.session.gone(&view);
+        },
+        |bench| bench.machine.fail(Fault::EmergencyStop),
+        |bench| bench.machine.view.trouble = Some("the port is gone".to_owned()),
+    ];
+    for (n, end) in ends.into_iter().enumerate() {
+        for bytes in [&b"\xA0"[..], b"\xA1", b"\xA0\xA1"] {
+            let mut bench = Bench::new();
+            bench.send(bytes);
+            bench.step();
+            assert_eq!(bench.machine.on, [coolant], "{n} {bytes:x?}");
+            end(&mut bench);
+            bench.wait();
+            assert!(bench.machine.on.is_empty(), "{n} {bytes:x?}");
+            // What waits to be switched on when the end comes is not switched on after it.
+            let mut bench = Bench::new();
+            bench.send(bytes);
+            end(&mut bench);
+            bench.wait();
+            assert!(bench.machine.on.is_empty(), "{n} {bytes:x?} at once");
+        }
+    }
+    let mut bench = Bench::new();
+    bench.send(b"\xA0\xA0");
+    bench.wait();
+    assert!(bench.machine.on.is_empty(), "switched off by its own byte");
+}
+
 #[test]
 fn somebody_elses_run_is_shown_and_not_disturbed_by_lines() {
     let mut bench = Bench::new();
