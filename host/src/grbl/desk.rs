@@ -157,7 +157,11 @@ impl Desk {
                 Deed::Feed(percent) => wants.overrides[0] = Some(percent),
                 Deed::Rapid(percent) => wants.overrides[1] = Some(percent),
                 Deed::Acknowledge => wants.acknowledge = true,
-                Deed::Coil(n, on) => wants.coils.push_back((n, on)),
+                // Only the last state of an output counts: a stop must not wait for a long row of writes.
+                Deed::Coil(n, on) => {
+                    wants.coils.retain(|(own, _)| *own != n);
+                    wants.coils.push_back((n, on));
+                }
                 Deed::Stay(stay) => wants.stay = stay,
             }
         }
@@ -237,5 +241,9 @@ mod tests {
         let desk = Desk::default();
         desk.take(vec![Deed::Coil(3, true), Deed::Stop, Deed::Coil(2, false)]);
         assert_eq!(desk.wants().coils, [(2, false)]);
+        for on in [true, false, true] {
+            desk.take(vec![Deed::Coil(3, on)]);
+        }
+        assert_eq!(desk.wants().coils, [(2, false), (3, true)], "the last state of each");
     }
 }

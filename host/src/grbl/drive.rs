@@ -348,14 +348,11 @@ fn now<L: Link>(client: &mut Client<L>, wants: &Wants, desk: &Desk) -> Result<()
         tolerant(client.write(wire::RUN_CONTROL, Control::Acknowledge as u16))?;
     }
     if wants.acknowledge || !wants.coils.is_empty() || wants.overrides != [None; 2] {
-        let done = wants.coils.len();
         let overrides = wants.overrides;
         desk.settle(|now| {
             now.acknowledge &= !wants.acknowledge;
-            // A stop that came meanwhile has forgotten them, and what waits now came after it.
-            if now.stops == wants.stops {
-                now.coils.drain(..done);
-            }
+            // What came meanwhile stays.
+            now.coils.retain(|own| !wants.coils.contains(own));
             for (held, written) in now.overrides.iter_mut().zip(overrides) {
                 if *held == written {
                     *held = None;
