@@ -351,6 +351,7 @@ fn hostile_bytes_move_nothing_and_cost_no_answer() {
     client.send(&b"?".repeat(2_000));
     client.send(&[b'Y'; 4_096]);
     client.send(b"\n");
+    client.heard.clear();
     client.send(b"\x18");
     client.until("\r\nGrbl 1.1h");
     std::thread::sleep(Duration::from_millis(500));

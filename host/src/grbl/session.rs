@@ -121,6 +121,8 @@ pub struct Session {
     /// Outputs that a byte switched on at once, bit n - 1: the end of a run need not switch them off.
     switched: u32,
     stays: bool,
+    /// A report was asked for during a reset: it comes after the welcome.
+    asked: bool,
     pub(super) due: Due,
     told_trouble: bool,
     there: bool,
@@ -172,6 +174,7 @@ impl Session {
             outputs: 0,
             switched: 0,
             stays: false,
+            asked: false,
             due: Due::default(),
             told_trouble: false,
             there: false,
@@ -197,7 +200,7 @@ impl Session {
 
     /// The client is gone: what it moved ends as by a stop, outputs in their end states.
     pub fn gone(&mut self, view: &View) {
-        self.there = false;
+        (self.there, self.asked) = (false, false);
         self.out.clear();
         self.lines.clear();
         self.half.clear();
@@ -250,12 +253,8 @@ impl Session {
         let after_return = !at_once && std::mem::take(&mut self.returned);
         match byte {
             0x18 => self.reset(view),
-            b'?' => {
-                if self.out.len() < MOST_UNREAD && !self.is_resetting() {
-                    let report = self.status(view);
-                    self.out.extend(report.bytes());
-                }
-            }
+            b'?' if self.is_resetting() => self.asked = true,
+            b'?' => self.report(view),
             b'!' | b'~' | 0x80.. => self.live(byte, view),
             b'\n' if after_return => {}
             b'\r' | b'\n' => {
@@ -324,6 +323,7 @@ impl Session {
     fn reset(&mut self, view: &View) {
         self.lines.clear();
         self.half.clear();
+        self.asked = false;
         (self.too_long, self.returned, self.sync) = (false, false, None);
         self.halt(After::Reset);
         self.tick(view);

@@ -22,6 +22,9 @@ impl Session {
                 After::Reset => {
                     self.faults = view.faults;
                     self.restart(view);
+                    if std::mem::take(&mut self.asked) {
+                        self.report(view);
+                    }
                 }
                 After::SoftLimit => self.raise(Alarm { number: 2, critical: true }, ""),
             }

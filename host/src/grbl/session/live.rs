@@ -25,6 +25,14 @@ impl Session {
         }
     }
 
+    /// A report of now, for a client that reads.
+    pub(super) fn report(&mut self, view: &View) {
+        if self.there && self.out.len() < super::MOST_UNREAD {
+            let report = self.status(view);
+            self.out.extend(report.bytes());
+        }
+    }
+
     fn feed_hold(&mut self, view: &View, door: bool) {
         if self.alarm.is_some() || self.sleeping || self.check {
             return;
