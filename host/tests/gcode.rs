@@ -72,9 +72,9 @@ def rest(runs):
 fn lines_are_one_run_however_they_come() {
     let script = r#"
 assert free() == 4096
-for line in ("G21 G90 G64", "M3 S1000", "G1 X1 F900"):
+for line in ("G21 G90 G64", "M3 S1000", "G1 X1 F300"):
     feed(line)
-# 400 short lines and an arc; the motion word holds, and so do distances. A line lasts 7 ms, so that the axes do not
+# 400 short lines and an arc; the motion word holds, and so do distances. A line lasts 20 ms, so that the axes do not
 # wait for this client.
 feed("G91")
 for n in range(400):
