@@ -3,6 +3,7 @@
 
 mod begins;
 mod gcode;
+mod own;
 mod slips;
 
 pub use self::begins::begins_gcode;
@@ -35,7 +36,7 @@ pub fn lex(text: &str, diags: &mut Diags) -> Vec<Token> {
     if state.tokens.last().is_none_or(|t| t.tok != Tok::LineEnd) {
         state.push(Tok::LineEnd, Span::point(text.len() as u32));
     }
-    state.tokens
+    own::take_names(text, state.tokens)
 }
 
 struct State<'a> {

@@ -165,6 +165,16 @@ impl Kw {
         self.entry().class == Class::Soft
     }
 
+    /// May be a name of a script that declares it (`lexer/own.rs`): a statement of the machine, and LOOP. MoveAxe and MoveRel
+    /// stand inside START, too.
+    pub const fn may_be_name(self) -> bool {
+        match self {
+            Self::MoveAxe | Self::MoveRel => false,
+            Self::Loop => true,
+            _ => matches!(self.entry().class, Class::Machine),
+        }
+    }
+
     /// May begin a statement.
     pub const fn begins_statement(self) -> bool {
         matches!(self.entry().class, Class::Declaration | Class::Control | Class::Machine)
@@ -247,6 +257,11 @@ impl Func {
     /// Is written without parentheses.
     pub const fn is_bare(self) -> bool {
         matches!(self, Self::Err | Self::Erl | Self::TimedOut)
+    }
+
+    /// May be a name of a script that declares it (`lexer/own.rs`). The others stand in declarations or statements, too.
+    pub const fn may_be_name(self) -> bool {
+        !self.is_bare() && !matches!(self, Self::In | Self::Min | Self::Max | Self::Timer)
     }
 }
 

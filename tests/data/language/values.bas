@@ -253,3 +253,15 @@ END FUNCTION
 '> seven
 '> F2 15
 '= done 18
+'---
+' Common words as names: what is declared is a name, statements and functions stay what they are.
+DIM count, start, wait = 3, home AS LENGTH
+TABLE abs = 5, -6
+home = 2mm
+loop:
+count = count + COUNT(abs) + ABS(abs(1))
+FOR start = 1 TO wait : Wait 1ms : NEXT start
+IF count < 10 THEN GOTO loop
+PRINT count; " "; start; " "; home
+'> 16 4 2000um
+'= done 9

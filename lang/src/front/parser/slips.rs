@@ -139,8 +139,25 @@ pub fn reserved_label(i: In<'_>) -> Option<Diag> {
         return None;
     };
     let word = i.word();
-    let message = format!("`{word}` is a reserved word and can not be a label");
-    let hint = format!("choose another name, as `my_{}:`", word.to_ascii_lowercase());
+    let lower = word.to_ascii_lowercase();
+    let common = match i.tok() {
+        Tok::Kw(kw) => kw.may_be_name(),
+        Tok::Func(func) => func.may_be_name(),
+        _ => false,
+    };
+    let (message, hint) = if common {
+        (
+            format!("`{word}:` is a label only where a GOTO or GOSUB names it"),
+            format!(
+                "choose another name, as `my_{lower}:`, or write `GOTO {word}` where it is meant"
+            ),
+        )
+    } else {
+        (
+            format!("`{word}` is a reserved word and can not be a label"),
+            format!("choose another name, as `my_{lower}:`"),
+        )
+    };
     Some(Diag::new(Code::BadName, i.first().span, message).hint(hint))
 }
 
