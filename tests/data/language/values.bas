@@ -256,10 +256,10 @@ END FUNCTION
 '---
 ' Common words as names: what is declared is a name, statements and functions stay what they are.
 DIM count, start, wait = 3, home AS LENGTH
-TABLE abs = 5, -6
+TABLE rows = 5, -6
 home = 2mm
 loop:
-count = count + COUNT(abs) + ABS(abs(1))
+count = count + COUNT(rows) + ABS(rows(1))
 FOR start = 1 TO wait : Wait 1ms : NEXT start
 IF count < 10 THEN GOTO loop
 PRINT count; " "; start; " "; home

@@ -93,8 +93,7 @@ fn is_name(tok: Tok, before: Option<Tok>, behind: Option<&Token>) -> bool {
     }
 }
 
-/// Words where a name is declared. A word with a parenthesis after it would be an array, whose elements look like calls:
-/// it is refused as before.
+/// Words where a name is declared. Elements of arrays and of a TABLE look like calls, so these are refused as before.
 fn declared(text: &str, read: &[Token]) -> HashSet<String> {
     let mut names = HashSet::new();
     // The word that opened the declaration, and the parentheses that are open in it.
@@ -109,7 +108,6 @@ fn declared(text: &str, read: &[Token]) -> HashSet<String> {
                 | Kw::Const
                 | Kw::Input
                 | Kw::Output
-                | Kw::Table
                 | Kw::For
                 | Kw::Sub
                 | Kw::Function),

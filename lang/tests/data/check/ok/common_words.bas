@@ -1,12 +1,12 @@
 ' Common words as names: what the script declares is a name, the statements and functions stay.
 DIM count, start = 2, Length AS LENGTH, pos, home AS LENGTH
 CONST STEPS = 4
-TABLE abs = 5, 6, 7
+TABLE rows = 5, 6, 7
 INPUT wait = 3
 Home X
 home = POS(X)
 loop:
-count = count + COUNT(abs) + ABS(-start)
+count = count + COUNT(rows) + ABS(-start)
 FOR start = 1 TO STEPS
   Length = LENGTH(X, 10st) : pos = start + 1
 NEXT start
