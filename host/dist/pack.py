@@ -30,7 +30,8 @@ TIME = 1577836800
 
 # Pages for users: those that the README links to, and those that these link to.
 PAGES = ["README.md", "lang/README.md", "firmware/README.md", "firmware/lower/README.md", "host/dist/README.md",
-         "host/cell.md", "host/editors.md", "host/gateway.md", "host/grbl.md", "host/place.md", "host/profiles.md", "host/workbench.md", "host/worlds.md"]
+         "host/cell.md", "host/editors.md", "host/engrave.md", "host/gateway.md", "host/grbl.md", "host/level.md", "host/paste.md", "host/place.md", "host/profiles.md",
+         "host/workbench.md", "host/worlds.md"]
 LINK = re.compile(r"(!?)\[([^]\[]*)\]\(([^)\s]+)\)")
 
 

@@ -14,6 +14,7 @@ mod console;
 mod control;
 mod dap;
 mod disasm;
+mod engrave;
 mod flash;
 mod fleet;
 mod fmt;
@@ -24,11 +25,13 @@ mod gateway;
 mod gateway;
 mod grbl;
 mod import;
+mod level;
 mod library;
 mod lsp;
 mod manual;
 mod others;
 mod part;
+mod paste;
 mod place;
 mod port;
 mod profile;
@@ -83,6 +86,12 @@ enum Command {
     Import(import::Import),
     /// Make a job that picks and places parts of a circuit board's placement file
     Place(place::Place),
+    /// Make a job of dots of a circuit board's paste layer, or of a list of pads
+    Paste(paste::Paste),
+    /// Make a laser's job of a picture or of a drawing's paths
+    Engrave(engrave::Engrave),
+    /// Lay a job of G-code onto a surface that was probed
+    Level(level::Level),
     /// Put scripts into one style
     Fmt(fmt::Fmt),
     /// Keep a virtual board up: the real firmware behind a serial device or a TCP port
@@ -154,6 +163,9 @@ impl Command {
             Command::Prove(command) => command.run(options, console),
             Command::Import(command) => command.run(options, console),
             Command::Place(command) => command.run(options, console),
+            Command::Paste(command) => command.run(options, console),
+            Command::Engrave(command) => command.run(options, console),
+            Command::Level(command) => command.run(options, console),
             Command::Fmt(command) => command.run(options, console),
             Command::Workbench(command) => command.run(options, console),
             Command::Gateway(command) => command.run(options, console),

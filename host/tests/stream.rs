@@ -204,6 +204,23 @@ fn lines_are_those_of_the_file_also_of_another_systems() {
     assert!(board.status().contains(r#""X":300"#));
 }
 
+/// What stops it is told by the lines of the job, not by the pieces that they became.
+#[test]
+fn a_job_is_laid_onto_the_heights_of_a_file_on_its_way() {
+    let board = Board::start();
+    let heights = board.0.folder.path().join("heights.txt");
+    let text = "height 0 0 0\nheight 10 0 1\nheight 0 10 0\nheight 10 10 1\n";
+    std::fs::write(&heights, text).expect("a file");
+    let level = ["--any-profile", "--level", heights.to_str().expect("a name")];
+    let job = "G21 G90\nG0 X1 Y1 Z-1\nG1 X3 F6000\nM30\n";
+    assert_eq!(board.stream_as("job.nc", job, &level).end().0, 0);
+    let status = board.status();
+    assert!(status.contains(r#""X":300"#) && status.contains(r#""Z":-70"#), "{status}");
+    let mut stream = board.stream_as("job.nc", &job.replace("X3", "X30"), &level);
+    stream.hears("job.nc:3:1: error[X038]");
+    assert_eq!(stream.end().0, 1);
+}
+
 /// Its KEEP values and handlers want a stored program, and there is room for one.
 #[test]
 fn what_cannot_be_cut_is_stored_whole_where_it_fits() {

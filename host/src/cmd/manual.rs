@@ -4,7 +4,7 @@
 type Manual = (&'static str, &'static str, &'static str);
 
 /// Manuals by the word that asks for them.
-pub const MANUALS: [Manual; 10] = [
+pub const MANUALS: [Manual; 13] = [
     ("language", "the language", include_str!("../../../lang/README.md")),
     (
         "firmware",
@@ -15,6 +15,9 @@ pub const MANUALS: [Manual; 10] = [
     ("worlds", "scenarios for simulations", include_str!("../../worlds.md")),
     ("cells", "cells: things around a machine, tests, proofs", include_str!("../../cell.md")),
     ("placing", "placing a circuit board's parts", include_str!("../../place.md")),
+    ("dispensing", "paste and glue in dots", include_str!("../../paste.md")),
+    ("pictures", "pictures and drawings for a laser", include_str!("../../engrave.md")),
+    ("surfaces", "uneven surfaces: heights correct a job", include_str!("../../level.md")),
     ("senders", "programs that speak to a Grbl controller", include_str!("../../grbl.md")),
     ("editing", "editors and the debugger", include_str!("../../editors.md")),
     ("browser", "the workbench, a page of the browser", include_str!("../../workbench.md")),

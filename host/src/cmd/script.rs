@@ -16,6 +16,7 @@ use lang::profile::AxisProfile;
 use lang::record::feature;
 
 use super::console::{Console, Options};
+use super::level::levelled;
 use crate::failure::Failure;
 use crate::input;
 use crate::output;
@@ -88,7 +89,8 @@ fn line_of_file(places: &[u32], line: u32) -> u32 {
 /// # Errors
 /// It cannot be read or has errors.
 pub fn load(file: &str, options: &Options, console: &Console) -> Result<Script, Failure> {
-    read(file, options, console, false)
+    let bytes = input::read_bytes(file, import::MAX_BYTES).map_err(|note| console.refuse(&note))?;
+    read(file, &bytes, options, console, false)
 }
 
 /// The same with the lines of another system's program in their order: nothing is made of what
@@ -97,23 +99,55 @@ pub fn load(file: &str, options: &Options, console: &Console) -> Result<Script, 
 /// # Errors
 /// See [`load`].
 pub fn load_plain(file: &str, options: &Options, console: &Console) -> Result<Script, Failure> {
-    read(file, options, console, true)
+    let bytes = input::read_bytes(file, import::MAX_BYTES).map_err(|note| console.refuse(&note))?;
+    read(file, &bytes, options, console, true)
 }
 
-fn read(file: &str, options: &Options, console: &Console, plain: bool) -> Result<Script, Failure> {
-    let given = options.profile(console)?;
+/// The same of a job of G-code, laid onto the surface that a file of heights describes.
+///
+/// # Errors
+/// See [`load`]; or the job cannot be laid onto it.
+pub fn load_levelled(
+    file: &str,
+    heights: &str,
+    options: &Options,
+    console: &Console,
+) -> Result<Script, Failure> {
     let bytes = input::read_bytes(file, import::MAX_BYTES).map_err(|note| console.refuse(&note))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let (corrected, _) = levelled(heights, file, &text, None, console)?;
+    let mut script = read(file, corrected.text.as_bytes(), options, console, true)?;
+    // What is told of it are lines of the job.
+    let place = |line: &u32| match line.checked_sub(1) {
+        Some(n) => corrected.places.get(n as usize).copied().unwrap_or(0),
+        None => 0,
+    };
+    script.places = match script.places.is_empty() {
+        true => corrected.places,
+        false => script.places.iter().map(place).collect(),
+    };
+    Ok(script)
+}
+
+fn read(
+    file: &str,
+    bytes: &[u8],
+    options: &Options,
+    console: &Console,
+    plain: bool,
+) -> Result<Script, Failure> {
+    let given = options.profile(console)?;
     let mut places = Vec::new();
     let mut foreign = None;
-    let (source, mut diags) = if import::is_importable(file, &bytes) {
+    let (source, mut diags) = if import::is_importable(file, bytes) {
         let options =
             import::Options { profile: given.clone(), plain, ..import::Options::default() };
-        let imported = super::import::read(file, &bytes, &options, console)?;
+        let imported = super::import::read(file, bytes, &options, console)?;
         places = imported.places;
-        foreign = Some(Source::new(file, String::from_utf8_lossy(&bytes).into_owned()));
+        foreign = Some(Source::new(file, String::from_utf8_lossy(bytes).into_owned()));
         (Source::new(file, imported.script), Vec::new())
     } else {
-        Source::decode(file, &bytes)
+        Source::decode(file, bytes)
     };
     let profile_file = Cell::new(None);
     let find = |name: &str| {

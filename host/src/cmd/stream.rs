@@ -57,6 +57,9 @@ pub struct Stream {
     /// has ever sent it
     #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = approach::mm)]
     lift: Option<i32>,
+    /// Lay a job of G-code onto the surface that this file of heights describes, as `pasapas level` does
+    #[arg(long, value_name = "HEIGHTS")]
+    level: Option<String>,
     /// Run the job although the board's profile is another one
     #[arg(long)]
     any_profile: bool,
@@ -75,9 +78,12 @@ impl Stream {
     /// The job is wrong or cannot be streamed; the board does not answer; the run faults or is
     /// stopped.
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
-        let mut script = script::load_plain(&self.file, options, console)?;
+        let mut script = match &self.level {
+            Some(heights) => script::load_levelled(&self.file, heights, options, console)?,
+            None => script::load_plain(&self.file, options, console)?,
+        };
         let keeps = [("the file of KEEP values", Some(format!("{}.keep", self.file)))];
-        script.keep_inputs(&self.file, options, None, &keeps)?;
+        script.keep_inputs(&self.file, options, self.level.as_deref(), &keeps)?;
         let mut compiled = script::compile_any(&script, console)?;
         let mut board = self.port.connect(options, console)?;
         let identity = board.identity()?;

@@ -2,6 +2,7 @@
 
 use lang::profile::Profile;
 use serde::Deserialize;
+pub use shop::terminal::{Terminal, input, output};
 
 /// Feeders of one file.
 pub const MOST: usize = 64;
@@ -51,16 +52,6 @@ const fn drop_time() -> u32 {
 
 const fn tries() -> u32 {
     3
-}
-
-/// A number of an input or output, or its name in the profile.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(untagged)]
-pub enum Terminal {
-    /// From 1.
-    Number(i32),
-    /// As the profile calls it.
-    Name(String),
 }
 
 /// A feeder.
@@ -327,38 +318,6 @@ impl Feeder {
         };
         vec![first, at(columns - 1, 0), at(0, rows - 1), at(columns - 1, rows - 1)]
     }
-}
-
-/// Number of an output.
-///
-/// # Errors
-/// The machine has none such; in words.
-pub fn output(profile: &Profile, terminal: &Terminal) -> Result<i32, String> {
-    let n = match terminal {
-        Terminal::Number(n) => *n,
-        Terminal::Name(name) => {
-            let found = profile.outputs.iter().find(|o| o.name.as_deref() == Some(name));
-            found.map(|output| output.n).ok_or_else(|| format!("no output is named `{name}`"))?
-        }
-    };
-    let most = profile.wiring.outputs();
-    if (1..=most).contains(&n) { Ok(n) } else { Err(format!("outputs are 1 to {most}")) }
-}
-
-/// Number of an input.
-///
-/// # Errors
-/// The machine has none such; in words.
-pub fn input(profile: &Profile, terminal: &Terminal) -> Result<i32, String> {
-    let n = match terminal {
-        Terminal::Number(n) => *n,
-        Terminal::Name(name) => {
-            let found = profile.inputs.iter().find(|i| i.name.as_deref() == Some(name));
-            found.map(|input| input.n).ok_or_else(|| format!("no input is named `{name}`"))?
-        }
-    };
-    let most = profile.wiring.inputs();
-    if (1..=most).contains(&n) { Ok(n) } else { Err(format!("inputs are 1 to {most}")) }
 }
 
 /// Whether a text fits a pattern in which `*` stands for anything; letters of both cases are the same.

@@ -1,0 +1,94 @@
+//! `pasapas paste` as a user has it: a layer to a job that runs on the simulator, on two machines.
+
+mod common;
+
+use std::path::Path;
+
+use common::{pasapas, text};
+
+/// A paste layer in inch: two pads of a part, and a longer one.
+const LAYER: &str = "%TF.FileFunction,Paste,Top*%\n%FSLAX34Y34*%\n%MOIN*%\n%ADD10R,0.04X0.04*%\n\
+    %ADD11R,0.02X0.1*%\nD10*\n%TO.C,R2*%\nX20000Y20000D03*\nX22000Y20000D03*\n%TD*%\nD11*\n\
+    X30000Y20000D03*\nM02*\n";
+const NEEDLE: &str = "diameter = 0.4\ndot = 0.6\nstencil = 0.12\noutput = 3\nms = 80\nclearance = 0\n\
+    board = -30\nsuck_ms = 20\npurge = [10, 10]\npurge_ms = 500\n";
+
+fn write(folder: &Path, name: &str, content: &str) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, content).expect("a file");
+    text(&path).to_owned()
+}
+
+#[test]
+fn a_layer_becomes_a_job_that_gives_its_dots_on_two_machines() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let layer = write(folder.path(), "a.gtp", LAYER);
+    let job = text(&folder.path().join("dots.bas")).to_owned();
+    for (profile, board) in [("mill", "board = -30"), ("charly", "board = 10")] {
+        let clearance = if profile == "mill" { "clearance = 0" } else { "clearance = 70" };
+        let file = NEEDLE.replace("board = -30", board).replace("clearance = 0", clearance);
+        let needle = write(folder.path(), "needle.toml", &file);
+        let args = ["paste", &layer, "--needle", &needle, "--profile", profile, "-o", &job];
+        let (code, said) = pasapas(&[&args[..], &["--at", "50.8,50.8=100,60"]].concat());
+        assert_eq!(code, 0, "{said}");
+        assert!(said.contains("7 dots on 3 pads of 3.4 mm2"), "{said}");
+        let script = std::fs::read_to_string(&job).expect("a script");
+        assert!(script.contains("' R2\n"), "{script}");
+        let (code, said) = pasapas(&["sim", &job]);
+        assert_eq!(code, 0, "{said}");
+        assert!(said.contains("the board is done"), "{said}");
+        // Each dot, and once to purge.
+        assert!(said.contains("on 8 times"), "{said}");
+    }
+}
+
+#[test]
+fn what_cannot_be_given_is_told_with_its_remedy_and_nothing_is_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let layer = write(folder.path(), "a.gtp", LAYER);
+    let needle = write(folder.path(), "needle.toml", NEEDLE);
+    let job = folder.path().join("dots.bas");
+    let empty = write(folder.path(), "empty.gtp", "%FSLAX46Y46*%\n%MOMM*%\nM02*\n");
+    let typing = write(folder.path(), "typing.toml", &NEEDLE.replace("stencil", "stensil"));
+    let list = write(folder.path(), "pads.csv", "x,y,width,height\n10,10,-1,1\n");
+    for (file, needle, more, words) in [
+        (&empty, &needle, &[][..], "without a pad"),
+        (
+            &layer,
+            &typing,
+            &[],
+            "typing.toml:3:1: error[X034]: there is no key `stensil`\n  hint: `stencil`",
+        ),
+        (&list, &needle, &[], "pads.csv:2:1: error[X035]: width is -1 mm"),
+        (&layer, &needle, &["--at", "50.8,50.8=299,60"], "outside the travel"),
+        (&layer, &needle, &["--at", "0,0=10"], "it is X,Y=X,Y in mm"),
+        (&layer, &needle, &["--at", "0,0=0,0", "--at", "0,10=0,11"], "wrong point, or wrong unit?"),
+        (&layer, &needle, &["--profile", "laser"], "the machine laser has no Z"),
+    ] {
+        let args = ["paste", file, "--needle", needle, "-o", text(&job)];
+        let (code, said) = pasapas(&[&args[..], more].concat());
+        assert!(matches!(code, 1 | 2), "{words}: {code} {said}");
+        assert!(said.contains(words), "{words}: {said}");
+        assert!(!job.exists(), "{words}");
+    }
+    let (code, said) = pasapas(&["paste", &layer, "--needle", &needle, "-o", &needle]);
+    assert_eq!(code, 2, "{said}");
+    assert_eq!(std::fs::read_to_string(&needle).expect("it is there"), NEEDLE);
+}
+
+#[test]
+fn the_tool_takes_the_commands_of_the_shops_pages() {
+    let mut count = 0;
+    for page in
+        [include_str!("../paste.md"), include_str!("../engrave.md"), include_str!("../level.md")]
+    {
+        let shown = page.split("```sh\n").skip(1).filter_map(|part| part.split("```").next());
+        for line in shown.flat_map(str::lines).flat_map(|line| line.split("&&")) {
+            let words = line.split('>').next().unwrap_or_default().split_whitespace();
+            let taken = pasapas::cmd::command_line().try_get_matches_from(words);
+            assert!(taken.is_ok(), "{line}\n{}", taken.unwrap_err());
+            count += 1;
+        }
+    }
+    assert_eq!(count, 10);
+}
