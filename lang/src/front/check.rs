@@ -37,6 +37,7 @@ use super::words::nearest;
 use crate::hir::{self, Program, RoutineId, Storage, Var, VarId};
 use crate::kind::Kind;
 use crate::profile::Profile;
+pub use limits::WHICH_PORT;
 use names::{Entity, Names, Symbol};
 
 /// The main program's scope.
@@ -223,14 +224,16 @@ impl<'a> Checker<'a> {
             // Its declaration has an error.
             return None;
         }
-        let near = if self.diags.dropped() == 0 {
+        let words = hint(&name.text);
+        // A word of another language is meant as it stands, whatever is called nearly so.
+        let foreign = super::words::foreign_function(&name.key) == Some(&*words);
+        let near = if self.diags.dropped() == 0 && !foreign {
             nearest(&name.text, self.names.visible(self.scope))
         } else {
             None
         };
         let diag =
             Diag::new(Code::UnknownName, name.span, format!("nothing is called `{}`", name.text));
-        let words = hint(&name.text);
         self.diags.push(match near {
             Some(near) => diag.near(near),
             None if words.contains("`DIM ") => {

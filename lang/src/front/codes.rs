@@ -113,6 +113,7 @@ codes! {
     TableShape "N020" Error "a table whose rows do not fit" "TABLE name(columns) = value, ...; rows are parted by `;`."
     TooTangled "N021" Error "GOSUBs that run into one another" "Lines behind a GOSUB's label should end with RETURN."
     BadProgram "N022" Error "a name that no program can have" "A program of a library is called by up to 16 characters of ASCII without quotes; a number alone is no name."
+    Unnoticed "N023" Warning "a time that is up and that nothing notices" "`WaitIn?` and `WaitChar?` set TIMEDOUT when their time is up; without `?` they end in F13 and never set it."
 
     KindMismatch "K001" Error "operands whose kinds do not go together" "Same kinds add, subtract and compare; a kind times or over a Number keeps it; a kind over itself is a Number."
     AssignKind "K002" Error "a value of another kind than its variable" "The first assignment decides a variable's kind, or AS."

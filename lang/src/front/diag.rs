@@ -167,6 +167,11 @@ impl Diags {
         }
     }
 
+    /// Leaves out those of which `keep` says so.
+    pub fn retain(&mut self, keep: impl FnMut(&Diag) -> bool) {
+        self.list.retain(keep);
+    }
+
     /// How many errors there were, those that were not kept included.
     pub fn errors(&self) -> usize {
         self.list.iter().filter(|d| d.is_error()).count() + self.dropped

@@ -359,6 +359,12 @@ impl<'a> State<'a> {
             }
             Foreign::Backslash => (Tok::Sign(Sign::Slash), "`/` divides whole numbers"),
             Foreign::Bang | Foreign::Tilde => (Tok::Kw(Kw::Not), "write `NOT`"),
+            Foreign::Ampersand if self.joins_texts(rest) => {
+                let hint = "the parts of a PRINT are joined by `;`";
+                let message = "`&` is no operator here";
+                self.report_fix(Code::ForeignOperator, span, message, hint, ";");
+                return self.push(Tok::Sign(Sign::Semicolon), span);
+            }
             Foreign::Ampersand => (Tok::Kw(Kw::And), "write `AND`; hexadecimal is `&H1F`"),
             Foreign::Bar => (Tok::Kw(Kw::Or), "write `OR`"),
             Foreign::Percent => (Tok::Kw(Kw::Mod), "the remainder is `MOD`"),

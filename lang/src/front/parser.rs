@@ -13,6 +13,7 @@ mod piece;
 mod slips;
 mod stmt;
 mod sugar;
+mod timeouts;
 
 pub use sugar::{GREATEST, TIMED_OUT, edge_key, elapsed_key};
 
@@ -64,6 +65,7 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
         };
     }
     let mut script = builder.finish(last_line);
+    timeouts::look(&tokens, context.timed_waits.get(), diags);
     if context.timed_waits.get() {
         let span = Span::point(text.len() as u32);
         let kind = StmtKind::Dim(vec![sugar::variable(sugar::timed_out(span), Kind::Truth)]);
@@ -107,6 +109,10 @@ fn statement<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
         builder.diags().push(diag);
         return i.rest();
     }
+    if let Some(diag) = foreign::argument_sign(i) {
+        builder.diags().push(diag);
+        return recover(i, builder);
+    }
     let result = stmt::piece(i).and_then(|(rest, piece)| {
         let continues = matches!(piece, Piece::Else)
             || matches!(piece, Piece::Stmt(super::ast::StmtKind::Label(_)));
@@ -131,8 +137,8 @@ fn statement<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
                 Tok::Name if i.second().tok == Tok::Sign(Sign::Eq) => Some("name = expression"),
                 _ => None,
             };
-            let label = foreign::reserved_label(i);
-            if let Some(diag) = label.or_else(|| failure.into_diag(i.context.text, usage)) {
+            let slip = foreign::reserved_label(i);
+            if let Some(diag) = slip.or_else(|| failure.into_diag(i.context.text, usage)) {
                 builder.diags().push(diag);
             }
             recover(i, builder)

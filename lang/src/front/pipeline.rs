@@ -1,7 +1,7 @@
 //! The whole front end in one call.
 
 use super::ast::Script;
-use super::check::check;
+use super::check::{WHICH_PORT, check};
 use super::codes::Code;
 use super::diag::{Diag, Diags};
 use super::facts::Facts;
@@ -63,15 +63,11 @@ pub fn analyse(source: &Source, profile: ProfileChoice<'_>) -> Analysis {
             })
         }
     };
-    let profile = match profile {
-        Ok((profile, wrong)) => {
-            if let Some((span, error)) = wrong {
-                diags.push(
-                    Diag::new(Code::UnknownProfile, span, error.to_string())
-                        .hint("a profile of your own is given by `--profile FILE.toml`"),
-                );
-            }
-            profile
+    let (profile, known) = match profile {
+        Ok((profile, None)) => (profile, true),
+        Ok((profile, Some((span, error)))) => {
+            diags.push(unknown_profile(source, span, &error));
+            (profile, false)
         }
         Err(error) => {
             diags.push(Diag::new(Code::UnknownProfile, Span::default(), error.to_string()));
@@ -79,5 +75,27 @@ pub fn analyse(source: &Source, profile: ProfileChoice<'_>) -> Analysis {
         }
     };
     let (program, facts) = check(&script, source.text(), &profile, &mut diags);
+    if !known {
+        // What the machine lacks says nothing: it is another one, whose names nobody knows.
+        diags.retain(|diag| {
+            let of_machine = diag.code.id().starts_with('M') && diag.code != Code::UnknownProfile;
+            let port = diag.hint.as_ref().is_some_and(|hint| hint.starts_with(WHICH_PORT));
+            !of_machine && !port
+        });
+    }
     Analysis { script, facts, profile: Some(profile), program, diags }
+}
+
+/// A PROFILE line that names none.
+fn unknown_profile(source: &Source, span: Span, error: &ProfileError) -> Diag {
+    let named = span.of(source.text()).trim_matches('"');
+    let diag = Diag::new(Code::UnknownProfile, span, error.to_string());
+    match named.strip_suffix(".toml") {
+        Some(stem) => diag
+            .hint(format!("write `PROFILE \"{stem}\"`: the file `{stem}.toml` beside the script")),
+        None => diag.hint(format!(
+            "a profile of your own is the file `{named}.toml` beside the script, or is given by \
+             `--profile FILE.toml`; `pasapas profile show mill` prints one to begin with"
+        )),
+    }
 }

@@ -6,6 +6,7 @@ use super::{Checker, MAIN, clocks, fold, infer, kinds, range};
 use crate::axis::Axis;
 use crate::front::ast::{BinaryOp, Expr, ExprKind};
 use crate::front::codes::Code;
+use crate::front::diag::Diag;
 use crate::front::parser::TIMED_OUT;
 use crate::front::span::Span;
 use crate::front::words::Func;
@@ -105,6 +106,29 @@ impl<'a> Checker<'a> {
                 let table = &self.tables[id.0 as usize];
                 let rows = table.values.len() / table.columns.max(1) as usize;
                 return Some(number(rows as i32, Kind::Number, span));
+            }
+            let text = symbol.text;
+            let what = match symbol.entity {
+                Entity::Var(var) if self.vars[var.0 as usize].array => {
+                    let len = self.vars[var.0 as usize].len;
+                    let hint = format!("it has as many values as its DIM says: write `{len}`");
+                    Some(("an array", hint, Some(len.to_string())))
+                }
+                Entity::Port(false, _) => Some((
+                    "an input",
+                    format!("its edges are counted by `ON IN {text} RISE GOSUB label`"),
+                    None,
+                )),
+                _ => None,
+            };
+            if let Some((what, hint, instead)) = what {
+                let message = format!("COUNT takes the name of a TABLE, and `{text}` is {what}");
+                let diag = Diag::new(Code::WrongUse, arg.span, message).hint(hint);
+                self.diags.push(match instead {
+                    Some(len) => diag.fix(span, len),
+                    None => diag,
+                });
+                return None;
             }
         }
         self.error(

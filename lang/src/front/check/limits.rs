@@ -52,6 +52,9 @@ struct Paths {
 /// Constant targets and feeds that are remembered: a drilled board has thousands, the list of diagnostics 50.
 const MAX_KEPT: usize = 100_000;
 
+/// How the hint begins for a name that is no input or output.
+pub const WHICH_PORT: &str = "say which it is";
+
 impl<'a> Checker<'a> {
     /// An axis that the machine has.
     pub(super) fn axis(&mut self, axis: AxisRef) -> Option<Axis> {
@@ -75,7 +78,7 @@ impl<'a> Checker<'a> {
         let what = if output { "an output's number" } else { "an input's number" };
         if let ExprKind::Name(name) = &expr.kind {
             let word = if output { "OUTPUT" } else { "INPUT" };
-            self.resolve_as(name, |name| format!("say which it is: `{word} {name} = 1`"))?;
+            self.resolve_as(name, |name| format!("{WHICH_PORT}: `{word} {name} = 1`"))?;
         }
         let n = self.plain(expr, what)?;
         match value_of(&n) {

@@ -78,6 +78,10 @@ impl<'a> State<'a> {
         let number = rest.bytes().take_while(|&b| b.is_ascii_digit() || b == b'.').count();
         lexer.bump(number);
         let span = Span::new(span.start, span.end + number as u32);
+        if self.needs_brackets(lexer, span) {
+            return;
+        }
+        let rest = lexer.remainder();
         let word = span.of(self.text);
         let message = format!("`{word}` is no G-code word");
         let apart = rest.trim_start_matches([' ', '\t']);
@@ -91,6 +95,50 @@ impl<'a> State<'a> {
             "a word is a letter directly followed by a number or `[expression]`".to_owned()
         };
         self.bad_word(span, message, &hint);
+    }
+
+    /// Reports `X5mm`, `Z-depth` and `Zdepth` with the brackets that they want. `false` where it is something else.
+    fn needs_brackets(&mut self, lexer: &mut Lexer<'a, Gcode>, span: Span) -> bool {
+        let (word, rest) = (span.of(self.text), lexer.remainder());
+        let number = self.tokens.last().filter(|last| last.tok == Tok::GWord);
+        let number = number.filter(|last| last.span.end == span.start && literal::is_unit(word));
+        let name_length =
+            |text: &str| text.bytes().take_while(|&b| literal::is_name_byte(b)).count();
+        let (whole, message) = match number {
+            Some(number) => {
+                let whole = number.span.to(span);
+                (whole, format!("a unit stands in the word `{}`", whole.of(self.text)))
+            }
+            None if words::lookup(word).is_none()
+                && "XYZIJKRFSP".contains(&word[..1].to_uppercase()) =>
+            {
+                let signed = rest.strip_prefix('-').filter(|_| word.len() == 1);
+                let more = match signed {
+                    Some(name) if name.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                        1 + name_length(name)
+                    }
+                    None if word.len() > 1 && word.bytes().all(|b| b.is_ascii_alphabetic()) => {
+                        name_length(rest)
+                    }
+                    _ => return false,
+                };
+                lexer.bump(more);
+                (
+                    Span::new(span.start, span.end + more as u32),
+                    format!("`{word}` is no G-code word"),
+                )
+            }
+            None => return false,
+        };
+        let (letter, value) = whole.of(self.text).split_at(1);
+        let instead = format!("{letter}[{value}]");
+        let hint = format!("a value that is no plain number stands in brackets: `{instead}`");
+        if !self.block_reported {
+            self.report_fix(Code::GcodeWord, whole, message, &hint, instead);
+        }
+        self.block_reported = true;
+        self.push(Tok::Bad, span);
+        true
     }
 
     /// Reports the first wrong word of a block.

@@ -5,6 +5,7 @@ use crate::front::codes::Code;
 use crate::front::diag::Diag;
 use crate::front::span::Span;
 use crate::front::token::{Sign, Tok};
+use crate::front::words::Kw;
 
 /// The hint for `2"`.
 pub(super) const INCHES: &str = "inches are written `in`, as in `2in`";
@@ -19,6 +20,15 @@ impl State<'_> {
     /// Whether a digit stands directly after a place.
     pub(super) fn digit_after(&self, span: Span) -> bool {
         self.text.as_bytes().get(span.end as usize).is_some_and(u8::is_ascii_digit)
+    }
+
+    /// Whether a sign stands beside a text in a PRINT, as `&` does that joins texts elsewhere.
+    pub(super) fn joins_texts(&self, rest: &str) -> bool {
+        let ends = |tok: &Tok| matches!(tok, Tok::LineEnd | Tok::Label | Tok::Sign(Sign::Colon));
+        let statement = self.tokens.rsplit(|token| ends(&token.tok)).next().unwrap_or(&[]);
+        let prints = statement.iter().any(|token| token.tok == Tok::Kw(Kw::Print));
+        let text = statement.last().is_some_and(|token| token.tok == Tok::Text);
+        prints && (text || rest.trim_start().starts_with('"'))
     }
 
     /// Reports `n += 2` and `n++` as the assignment that they stand for. `false` where no name at the

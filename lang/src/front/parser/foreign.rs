@@ -3,7 +3,9 @@
 use super::input::{In, is_unit};
 use super::piece::{Closer, Opener, Piece, closing_words};
 use super::slips;
-pub use super::slips::{axis_as_value, joined, loop_label, print_comma, reserved_label};
+pub use super::slips::{
+    argument_sign, axis_as_value, joined, loop_label, print_comma, reserved_label,
+};
 use super::stmt::behind_parentheses;
 use crate::front::ast::{Expr, ExprKind};
 use crate::front::codes::Code;
@@ -176,7 +178,7 @@ pub fn block_word_diag(i: In<'_>, piece: &Piece, span: Span) -> Diag {
 pub fn unknown_statement(i: In<'_>) -> Diag {
     let word = i.word();
     let span = i.first().span;
-    if let Some(diag) = slips::words_apart(i) {
+    if let Some(diag) = slips::words_apart(i).or_else(|| slips::axis_statement(i)) {
         return diag;
     }
     if let Some(hint) = look_up(STATEMENTS, word) {

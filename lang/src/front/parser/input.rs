@@ -339,6 +339,9 @@ pub fn name(i: In<'_>) -> Parsed<'_, Name> {
     };
     match i.tok() {
         Tok::Name if word.len() == 1 && "xyzXYZ".contains(word) => {
+            if let Some(diag) = hyphenated(i) {
+                return Err(i.fail(diag));
+            }
             bad(format!("`{word}` is an axis and no name"), "choose a longer name".to_owned())
         }
         Tok::Name if crate::front::lexer::begins_gcode(word) => {
@@ -360,6 +363,21 @@ pub fn name(i: In<'_>) -> Parsed<'_, Name> {
         }
         _ => Err(i.expected("a name")),
     }
+}
+
+/// `Z-depth`, which was meant as one name. `i` stands at its first part.
+pub fn hyphenated(i: In<'_>) -> Option<Diag> {
+    let [first, sign, last, ..] = i.tokens else { return None };
+    let joined = first.span.end == sign.span.start && sign.span.end == last.span.start;
+    let signs = (first.tok, sign.tok) == (Tok::Name, Tok::Sign(Sign::Minus));
+    if !signs || !joined || !matches!(last.tok, Tok::Name | Tok::Kw(_)) {
+        return None;
+    }
+    let whole = first.span.to(last.span);
+    let text = whole.of(i.context.text);
+    let name = text.replace('-', "_");
+    let diag = Diag::new(Code::BadName, whole, format!("`{text}` is no name"));
+    Some(diag.hint(format!("a name has no `-` in it: write `{name}`")).fix(whole, name))
 }
 
 /// Makes a name of a word.

@@ -1,6 +1,6 @@
 //! Slips whose remedy can be written with the numbers and names that stand there.
 
-use super::input::{In, name};
+use super::input::{In, hyphenated, name};
 use crate::axis::Axis;
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
@@ -99,9 +99,63 @@ pub fn axis_as_value(i: In<'_>) -> Option<Diag> {
     let axis = Axis::from_letter(letter)?.letter();
     let message = format!("`{letter}` is an axis, not a value");
     let diag = Diag::new(Code::WrongUse, i.first().span, message);
+    if hyphenated(i).is_some() {
+        let value = i.rest().second().span.of(i.context.text);
+        return Some(diag.hint(format!(
+            "its position is `POS({axis})`: `POS({axis}) - {value}`; one name has no `-` in it: `{letter}_{value}`"
+        )));
+    }
     Some(
         diag.hint(format!("its position is `POS({axis})`"))
             .fix(i.first().span, format!("POS({axis})")),
+    )
+}
+
+/// `SetOut glue = ON` and `MoveAxe Z-depth`: another sign stands where the comma behind the first argument belongs.
+/// `i` stands at the statement's word.
+pub fn argument_sign(i: In<'_>) -> Option<Diag> {
+    let i = if i.tok() == Tok::Kw(Kw::Start) { i.rest() } else { i };
+    let (Tok::Kw(word) | Tok::Quiet(word)) = i.tok() else { return None };
+    let [_, argument, sign, value, ..] = i.tokens else { return None };
+    let usage = word.entry().usage;
+    let shown = |span: Span| span.of(i.context.text);
+    let (statement, first) = (shown(i.first().span), shown(argument.span));
+    match (argument.tok, sign.tok) {
+        (Tok::Name | Tok::Number, Tok::Sign(Sign::Eq)) if usage.contains(" n, ") => {
+            let message = format!("`=` can not stand between the arguments of `{statement}`");
+            let blank = if value.span.start == sign.span.end { ", " } else { "," };
+            let diag = Diag::new(Code::Expected, sign.span, message);
+            let hint = format!("write `,`: `{statement} {first}, {}`", shown(value.span));
+            Some(diag.hint(hint).fix(Span::new(argument.span.end, sign.span.end), blank))
+        }
+        (Tok::Name, Tok::Sign(Sign::Minus)) if usage.contains(" axis, ") => {
+            first.parse::<char>().ok().and_then(Axis::from_letter)?;
+            let value = shown(value.span);
+            let message = format!("`{first}` and `-{value}` are two arguments of `{statement}`");
+            let diag = Diag::new(Code::Expected, sign.span, message);
+            let place = Span::new(argument.span.end, sign.span.start);
+            Some(diag.hint(format!("write `,`: `{statement} {first}, -{value}`")).fix(place, ", "))
+        }
+        _ => None,
+    }
+}
+
+/// An axis where a statement should begin, and a name with a `-` in it that a value is given to.
+pub fn axis_statement(i: In<'_>) -> Option<Diag> {
+    let word = i.word();
+    let axis = word.parse::<char>().ok().and_then(Axis::from_letter).map(Axis::letter);
+    let hyphen = hyphenated(i).filter(|_| {
+        axis.is_some() || i.tokens.get(3).is_some_and(|next| next.tok == Tok::Sign(Sign::Eq))
+    });
+    if hyphen.is_some() {
+        return hyphen;
+    }
+    let axis = axis?;
+    let message = format!("`{word}` is an axis and no statement");
+    Some(
+        Diag::new(Code::UnknownStatement, i.first().span, message).hint(format!(
+            "to move it write `MoveAxe {axis}, 10mm`, or `G0 {axis}10` with other axes"
+        )),
     )
 }
 
