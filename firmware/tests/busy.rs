@@ -6,35 +6,23 @@ mod rig;
 use emulator::{Board, Format, Link, Parity, Signal, Silicon};
 use lang::profile::Profile;
 use lang::wire::{self, Control, RunState};
+use rig::company::{Company, fast, long, send, start};
 use rig::{BOOT_US, frame, off, read, write_body};
 
 /// Steps a second that a path may have, and each of three axes on its own.
 const PATH: u64 = 91_000;
+/// The rate that a motion begins with.
+const START: u64 = 4_000;
 const ALONE: u64 = 40_000;
-
-/// A fast machine of 100 steps/mm with a second line.
-fn fast(top: u64) -> Profile {
-    let mut text = String::from(
-        "name = \"fast\"\nhome_order = [\"Z\"]\nwiring = \"chain\"\npulse_us = 3\ndir_setup_us = 2\n",
-    );
-    for axis in ["x", "y", "z"] {
-        text += &format!(
-            "[{axis}]\nscale = {{ steps = 100, um = 1000 }}\nstart_rate = 4000\naccel = 300000\n\
-             top_rate = {top}\nmin_um = -9000000\nmax_um = 9000000\n\
-             home = {{ direction = \"negative\", fast_rate = 2000, slow_rate = 200, stroke_um = 330000, \
-             pause_ms = 100 }}\n"
-        );
-    }
-    text += "[rs485]\naddress = 2\nrate = 115200\nparity = \"none\"\n";
-    text += "[[input]]\nn = 8\nrole = \"emergency_stop\"\n";
-    Profile::parse(&text).expect("a profile")
-}
 
 /// What the pins made of a run.
 #[derive(Debug, Default)]
 struct Made {
     /// Times of X's steps, ticks.
     steps: Vec<u64>,
+    /// Longest that a step of an axis waited, between two others on a ramp or at its top rate, beyond the longer one of the
+    /// intervals around it, ticks.
+    pause: u64,
     /// Shortest high and low time of any STEP, ticks.
     high: u64,
     low: u64,
@@ -68,10 +56,7 @@ fn run(profile: &Profile, script: &str, busy: [bool; 2]) -> Made {
     board.record(true);
     board.take_edges();
     start(&mut board);
-    let [high, low] = wire::VERSION.to_be_bytes();
-    let request = |address: u8| frame(&[address, 3, high, low, 0, 100]);
-    let us = board.ticks_per_second() / 1_000_000;
-    let mut next = [0, 0];
+    let mut company = Company::new(busy);
     let mut made = Made {
         high: u64::MAX,
         low: u64::MAX,
@@ -79,16 +64,9 @@ fn run(profile: &Profile, script: &str, busy: [bool; 2]) -> Made {
         ..Made::default()
     };
     let (mut rose, mut fell, mut still) = ([0; 3], [0; 3], 0);
-    let mut asked = 0;
+    let mut last = [[0; 3]; 3];
     while still < 400 {
-        for (line, next) in [Link::Host, Link::Rs485].into_iter().zip(&mut next) {
-            let now = board.cycles();
-            if busy[line as usize] && now >= *next {
-                asked += 1;
-                let gone = send(&mut board, line, &request(1 + line as u8));
-                *next = gone + (21_000 + asked * 7 % 29 * 53) * us;
-            }
-        }
+        company.ask(&mut board);
         board.run_us(500);
         still += 1;
         for edge in board.take_edges() {
@@ -103,6 +81,15 @@ fn run(profile: &Profile, script: &str, busy: [bool; 2]) -> Made {
                 if axis == 0 {
                     made.steps.push(edge.cycle);
                 }
+                let [first, second, third] = last[axis];
+                if first != 0 {
+                    let around = (second - first).max(edge.cycle - third);
+                    // At the rate that a motion begins and ends with it may also rest.
+                    if around < 4 * made.ticks_per_second / 5 / START {
+                        made.pause = made.pause.max((third - second).saturating_sub(around));
+                    }
+                }
+                last[axis] = [second, third, edge.cycle];
             } else {
                 fell[axis] = edge.cycle;
                 made.high = made.high.min(edge.cycle - rose[axis]);
@@ -119,31 +106,6 @@ fn run(profile: &Profile, script: &str, busy: [bool; 2]) -> Made {
         assert_eq!(i64::from(said), counted, "axis {axis}: a step is lost");
     }
     made
-}
-
-fn send(board: &mut Board, line: Link, bytes: &[u8]) -> u64 {
-    let now = board.cycles();
-    board.uart_take_on(line);
-    board.uart_send_on(line, now, bytes)
-}
-
-/// Starts the program: the reply comes once the board has checked it.
-fn start(board: &mut Board) {
-    send(board, Link::Host, &frame(&write_body(wire::RUN_CONTROL, Control::Start as u16)));
-    let mut bytes = 0;
-    for _ in 0..2_000 {
-        board.run_us(500);
-        bytes += board.uart_take().len();
-        if bytes >= 8 {
-            return;
-        }
-    }
-    panic!("it does not start");
-}
-
-fn long(board: &mut Board, register: u16) -> i32 {
-    let [low, high] = [0, 1].map(|n| read(board, register + n).expect("it answers"));
-    (u32::from(high) << 16 | u32::from(low)) as i32
 }
 
 /// Lines of so many steps of each of the axes, one behind the other, at the top rate.
@@ -216,6 +178,27 @@ fn axes_on_their_own_hold_their_rate_while_both_lines_are_busy() {
         // Without its ramps.
         let least = made.least();
         assert!(least >= 0.99 * ALONE as f64, "{what}: {least:.0} steps/s over 20 of them");
+    }
+}
+
+/// Longest that a step of axes on their own waits on a ramp while both lines ask without a pause, us: of one, two, three of them
+/// (firmware/README.md, Drivers and switches).
+const PAUSES_US: [u64; 3] = [50, 350, 750];
+
+#[test]
+fn axes_on_their_own_pause_on_ramps_no_longer_than_the_manual_says() {
+    for (count, most) in (1..).zip(PAUSES_US) {
+        let axes = &["X", "Y", "Z"][..count];
+        let mut script = String::new();
+        for mm in [60, 0].repeat(6) {
+            script.extend(axes.iter().map(|axis| format!("START MoveAxe {axis}, {mm}mm\n")));
+            script.extend(axes.iter().map(|axis| format!("WaitMove {axis}\n")));
+        }
+        let made = run(&fast(ALONE), &script, [true; 2]);
+        holds_its_pulses(&made, "ramps");
+        let us = made.pause / (made.ticks_per_second / 1_000_000);
+        println!("{count} axes pause {us} us");
+        assert!(us <= most, "{count} axes pause {us} us");
     }
 }
 

@@ -7,27 +7,12 @@ use std::collections::BTreeMap;
 use emulator::plant::pins::{Pins, pin};
 use emulator::{Board, FlashSpeed, Signal, Silicon};
 use lang::part::pins::{self, Pin};
-use lang::profile::Profile;
 use lang::record::BoardRecord;
 use lang::wire::{self, Control, RunState};
-use rig::{BOOT_US, ask, machine, off, on, read, write, write_body};
+use rig::{BOOT_US, ask, machine, off, on, read, wired, write, write_body};
 
 /// The last program of boards whose program is of no matter.
 const WAITS: &str = "Wait 999s\n";
-
-/// A machine of three axes with these tables of a profile.
-fn wired(wiring: &str, more: &str) -> Profile {
-    let mut text = format!("name = \"d\"\nhome_order = [\"Z\"]\nwiring = \"{wiring}\"\n");
-    for axis in ["x", "y", "z"] {
-        text += &format!(
-            "[{axis}]\nscale = {{ steps = 80, um = 1000 }}\nstart_rate = 400\naccel = 100000\n\
-             top_rate = 20000\nmin_um = -1000000\nmax_um = 1000000\n\
-             home = {{ direction = \"negative\", fast_rate = 2000, slow_rate = 200, stroke_um = 330000, \
-             pause_ms = 100 }}\n"
-        );
-    }
-    Profile::parse(&(text + more)).expect("a profile")
-}
 
 #[test]
 fn the_emulated_board_has_the_pins_of_the_plan() {

@@ -2,6 +2,7 @@
 // Each test file takes what it needs.
 #![allow(dead_code)]
 
+pub mod company;
 #[path = "../slot/mod.rs"]
 mod slot;
 
@@ -19,6 +20,20 @@ pub fn machine(more: &str) -> Profile {
     let (_, text) =
         lang::profile::BUILT_IN.iter().find(|(name, _)| *name == "mill").expect("built in");
     Profile::parse(&format!("{text}\n{more}")).expect("a profile")
+}
+
+/// A machine of three axes with these tables of a profile.
+pub fn wired(wiring: &str, more: &str) -> Profile {
+    let mut text = format!("name = \"d\"\nhome_order = [\"Z\"]\nwiring = \"{wiring}\"\n");
+    for axis in ["x", "y", "z"] {
+        text += &format!(
+            "[{axis}]\nscale = {{ steps = 80, um = 1000 }}\nstart_rate = 400\naccel = 100000\n\
+             top_rate = 20000\nmin_um = -1000000\nmax_um = 1000000\n\
+             home = {{ direction = \"negative\", fast_rate = 2000, slow_rate = 200, stroke_um = 330000, \
+             pause_ms = 100 }}\n"
+        );
+    }
+    Profile::parse(&(text + more)).expect("a profile")
 }
 
 /// The shipped image.

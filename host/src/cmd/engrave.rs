@@ -27,7 +27,7 @@ pub struct Engrave {
     /// A PNG or JPEG picture, or an SVG drawing with --trace
     picture: String,
     /// Width on the work: 80mm; the height follows
-    #[arg(long, value_name = "WIDTH", value_parser = length)]
+    #[arg(long, value_name = "WIDTH", allow_hyphen_values = true, value_parser = length)]
     size: f64,
     /// Lines of a mm, and dots of a line's mm
     #[arg(long, value_name = "N", default_value_t = 10.0, value_parser = lines)]
@@ -48,7 +48,7 @@ pub struct Engrave {
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=32_767))]
     power: Option<u32>,
     /// Run-up before and behind each line: 3mm; without it what the ramp needs
-    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = length)]
     overscan: Option<f64>,
     /// Begin every line at the left
     #[arg(long)]

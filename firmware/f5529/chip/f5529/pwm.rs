@@ -6,8 +6,11 @@
 //! that the counter has passed, while it has not come to the older one, would leave a period dark. So nobody writes the
 //! compare register but [`pasapas_power`], an interrupt of the channel, which is asked for by setting its flag, with the value
 //! in a word of RAM. In that case it lets the pin rise at once: later than the new value says, but before the older one did.
-//! When it has risen the interrupt comes again and writes the value itself. Everything else holds as soon as it is written.
-//! Each period has one pulse, of a width from the older value's to the newer one's.
+//! When it has risen the interrupt comes again and writes the value itself. The same goes for a value that the counter may pass
+//! between the look at it and the write: within [`SOON`] counts before it, and at the beginning of the next period when this
+//! one is about to end. Everything else holds as soon as it is written.
+//! Each period has one pulse, of a width from the older value's to the newer one's: `firmware/tests/pwm.rs` changes it at each
+//! count of a period.
 
 use super::clock::RATE;
 use super::ports;
@@ -25,8 +28,9 @@ pub const DARK: u16 = u16::MAX;
 const RUNS: u16 = 3 << 5;
 /// Asks for [`pasapas_power`]: CCIE and CCIFG.
 pub const ASK: u16 = 1 << 4 | 1;
-/// Counts from reading the counter to a compare value that is written for sure before they are over: it takes 26 cycles.
-const SOON: u16 = 40;
+/// Counts from reading the counter to a compare value that is written for sure before they are over: it takes up to 50 cycles.
+/// A period has never more than 65 445 counts (382 and 191 Hz), so that no sum with them goes round.
+const SOON: u16 = 64;
 
 /// The compare value that is wanted.
 #[unsafe(no_mangle)]
@@ -41,13 +45,15 @@ pasapas_power:
     push r15
     bic #{ask}, &{cctl}
     mov &{counter}, r15
+    add #{soon}, r15
     cmp &PASAPAS_POWER, r15
     jlo 1f
-    /* passed: it holds in this period only if the pin is high, or is to stay low in all of it */
-    cmp &{ccr}, r15
-    jhs 1f
+    /* passed, or as good as: it holds in this period only if the pin is high, or is to stay low in all of it */
     cmp #{dark}, &{ccr}
     jeq 1f
+    sub #{soon}, r15
+    cmp &{ccr}, r15
+    jhs 3f
     add #{soon}, r15
     cmp &{ccr}, r15
     jhs 2f
@@ -55,6 +61,17 @@ pasapas_power:
 2:  bis #{enable}, &{cctl}
     pop r15
     reti
+    /* the pin is high: what is written holds from the next period on, but when that may have begun by then, and the value
+       lies at its very beginning */
+3:  add #{soon}, r15
+    cmp r15, &{top}
+    jhs 1f
+    cmp #{soon}+1, &PASAPAS_POWER
+    jhs 1f
+    cmp #{soon}+1, &{ccr}
+    jlo 2b
+    mov #{soon}, &{ccr}
+    jmp 2b
 1:  mov &PASAPAS_POWER, &{ccr}
     pop r15
     reti
@@ -64,6 +81,7 @@ pasapas_power:
     cctl = const CCTL,
     ccr = const CCR,
     counter = const TB0R.0,
+    top = const TB0CCR0.0,
     dark = const DARK,
     soon = const SOON,
 );
