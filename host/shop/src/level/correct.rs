@@ -296,7 +296,7 @@ fn arc(
         return None;
     }
     let mut sweep = if clockwise { a0 - a1 } else { a1 - a0 }.rem_euclid(TAU);
-    if sweep < 1e-9 || sweep > TAU - 1e-9 {
+    if !(1e-9..=TAU - 1e-9).contains(&sweep) {
         sweep = TAU;
     }
     let chord = 2.0 * (1.0 - (CHORD / r0).min(1.0)).acos();

@@ -92,8 +92,7 @@ fn clusters(layer: &Layer, boxes: &[Option<Bounds>]) -> Vec<Vec<usize>> {
         live.push(n);
     }
     let mut found: std::collections::BTreeMap<usize, (Bounds, Vec<usize>)> = Default::default();
-    for n in 0..dark.len() {
-        let (number, held) = dark[n];
+    for (n, &(number, held)) in dark.iter().enumerate() {
         let entry = found.entry(root(&mut roots, n)).or_insert((held, Vec::new()));
         entry.0 = bounds(entry.0.iter().chain(&held)).unwrap_or(held);
         entry.1.push(number);
