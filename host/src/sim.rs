@@ -4,8 +4,6 @@
 //! microseconds; the [`world`] is everything around the controller.
 
 pub mod chain;
-#[cfg(feature = "desktop")]
-pub mod chip;
 mod controlled;
 mod log;
 pub mod machine;

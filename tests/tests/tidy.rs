@@ -210,9 +210,14 @@ const BOUNDARIES: [(&str, &[&str]); 11] = [
     ("firmware/lower", &["micro"]),
     ("host/cell", &[]),
     ("host/emulator", &[]),
+    ("host/desk", &["lang", "firmware", "emulator"]),
     ("host/import", &["lang"]),
+<<<<<<< HEAD
     ("host/shop", &["lang", "cell"]),
     ("host", &["lang", "firmware", "cell", "emulator", "import", "shop"]),
+=======
+    ("host", &["lang", "firmware", "cell", "desk", "emulator", "import"]),
+>>>>>>> 34631b86 (Count steps of the desktop's machine in numbers)
     ("host/web", &["lang", "import", "pasapas"]),
 ];
 

@@ -3,13 +3,16 @@
 //! An engine calls [`Native::look`] between statements and [`Native::begin`] for each effect; both come back with a
 //! [`Step`]. All rules are the firmware's ([`firmware::machine`]): here time goes on, the world acts at its times, and
 //! what the machine tells becomes the trace and the record. The engine owns the control flow
-//! ([`chip::driven`](super::chip::driven)).
+//! ([`desk::driven`]).
 
 mod ask;
 mod books;
 mod ending;
 mod pieces;
 
+use desk::board::NativeBoard;
+use desk::driven::{self, Entered, Request};
+use desk::{Desk, Noticed, PER_MS, PER_US, Sight};
 use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::profile::Profile;
@@ -18,9 +21,6 @@ use lang::vm::flag;
 use lang::wire::{Control, Seen};
 
 use self::pieces::Pieces;
-use super::chip::board::NativeBoard;
-use super::chip::driven::{self, Entered, Request};
-use super::chip::{Noticed, PER_US, Sight};
 use super::log::Log;
 use super::record::StopReason;
 use super::scene::{Rest, Scene};
@@ -199,7 +199,7 @@ impl Native {
     pub fn pass(&mut self, count: u32) {
         self.statements += u64::from(count);
         self.board.desk().owe(u64::from(count) * self.options.statement_us * PER_US);
-        if self.board.desk().owed() >= super::chip::PER_MS {
+        if self.board.desk().owed() >= PER_MS {
             self.settle();
         }
     }
@@ -214,7 +214,7 @@ impl Native {
 
     /// Whether the program has a handler for errors from now on.
     pub fn set_handled(&mut self, on: bool) {
-        let handler = if on { super::chip::Desk::error_handler() } else { 0 };
+        let handler = if on { Desk::error_handler() } else { 0 };
         self.board.controller_mut().vm.handler = handler;
     }
 
@@ -226,7 +226,7 @@ impl Native {
             || !controller.session.executes()
             || controller.program.late.is_some()
             || controller.program.events.iter().any(|event| pending(event.kind))
-            || super::chip::Desk::stands_at_handler(controller.vm.pc)
+            || Desk::stands_at_handler(controller.vm.pc)
     }
 
     /// Looks at everything that may come between two statements.
@@ -282,27 +282,34 @@ impl Native {
             }
             None => {}
         }
-        let at_handler = super::chip::Desk::stands_at_handler(self.board.controller().vm.pc);
+        let at_handler = Desk::stands_at_handler(self.board.controller().vm.pc);
         let late = self.board.controller().program.late.is_some();
         (desk.is_idle() && !at_handler && !late).then_some(Step::Done(0))
     }
 
     /// One pass of the machine, with what the world does before it and what it tells after it.
     fn turn(&mut self) {
-        self.act();
+        let mut next = self.scene.scenario.next_us();
+        if next.is_some_and(|next| next <= self.now_us()) {
+            self.act();
+            next = self.scene.scenario.next_us();
+        }
         let zero = self.zero.unwrap_or_default();
         let at = |us: u64| zero.saturating_add(us.saturating_mul(PER_US));
-        let next = self.scene.scenario.next_us().map_or(u64::MAX, at);
+        let next = next.map_or(u64::MAX, at);
         let limit = if self.stopping { u64::MAX } else { at(self.options.limit_us) };
-        self.board.drive(next.min(limit));
-        self.collect();
+        let news = self.board.drive(next.min(limit));
+        if news {
+            self.collect();
+        }
+        self.look_at_inputs();
         self.watch();
     }
 
     /// The world does what is due.
     fn act(&mut self) {
         let us = self.now_us();
-        if self.failed.is_some() || self.scene.scenario.next_us().is_none_or(|next| next > us) {
+        if self.failed.is_some() {
             return;
         }
         match self.scene.scenario.advance(us) {

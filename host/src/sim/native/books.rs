@@ -24,7 +24,6 @@ impl Native {
             *least = at.min(*least);
             *greatest = at.max(*greatest);
         }
-        self.look_at_inputs();
         self.pieces.look(us, &self.board, &mut self.log);
     }
 

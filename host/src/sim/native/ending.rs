@@ -7,11 +7,11 @@ use lang::isa::first;
 use lang::wire::{Control, RunState};
 
 use super::{Native, QUESTION};
-use crate::sim::chip::PER_MS;
 use crate::sim::record::{Record, StopReason, Summary};
 use crate::sim::trace::{PerAxis, Status, What};
 use crate::sim::unattended::Unattended;
 use crate::sim::{End, SimError};
+use desk::PER_MS;
 
 /// Nothing has happened for so long in a run in which nothing can happen any more, us: longer than any filter.
 const QUIET_US: u64 = 100_000;
