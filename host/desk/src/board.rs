@@ -156,12 +156,21 @@ impl NativeBoard {
     /// millisecond or change of the step engine, but not beyond `limit`, ticks. Gives whether anything has come of it:
     /// in the program, at the step engine, at the outputs, or to be seen.
     pub fn drive(&mut self, limit: u64) -> bool {
+        self.drive_by(limit, false)
+    }
+
+    /// The same for an engine that asks for nothing but that time goes on.
+    pub fn drive_on(&mut self, limit: u64) -> bool {
+        self.drive_by(limit, true)
+    }
+
+    fn drive_by(&mut self, limit: u64, waits: bool) -> bool {
         let before = self.progress();
         let asked = self.desk.is_asked() || self.desk.owed() != 0;
         self.pass();
         // A statement that is done in the pass in which it begins leaves no trace of itself.
         let further = asked || self.progress() != before || self.desk.has_seen();
-        if further || self.desk.is_idle() {
+        if further || !waits && self.desk.is_idle() {
             return true;
         }
         let now = self.desk.ticks();

@@ -289,6 +289,15 @@ impl Native {
 
     /// One pass of the machine, with what the world does before it and what it tells after it.
     fn turn(&mut self) {
+        self.turn_by(NativeBoard::drive);
+    }
+
+    /// The same while the engine waits for the machine and asks for nothing.
+    fn turn_idle(&mut self) {
+        self.turn_by(NativeBoard::drive_on);
+    }
+
+    fn turn_by(&mut self, drive: fn(&mut NativeBoard, u64) -> bool) {
         let mut next = self.scene.scenario.next_us();
         if next.is_some_and(|next| next <= self.now_us()) {
             self.act();
@@ -298,7 +307,7 @@ impl Native {
         let at = |us: u64| zero.saturating_add(us.saturating_mul(PER_US));
         let next = next.map_or(u64::MAX, at);
         let limit = if self.stopping { u64::MAX } else { at(self.options.limit_us) };
-        let news = self.board.drive(next.min(limit));
+        let news = drive(&mut self.board, next.min(limit));
         if news {
             self.collect();
         }
