@@ -5,6 +5,7 @@
 //! what the machine tells becomes the trace and the record. The engine owns the control flow
 //! ([`desk::driven`]).
 
+mod around;
 mod ask;
 mod books;
 mod ending;
@@ -20,6 +21,7 @@ use lang::record::MachineRecord;
 use lang::vm::flag;
 use lang::wire::{Control, Seen};
 
+use self::around::Around;
 use self::pieces::Pieces;
 use super::log::Log;
 use super::record::StopReason;
@@ -85,6 +87,8 @@ pub struct Native {
     inputs: u32,
     pieces: Pieces,
     passes: u32,
+    /// The cell around the machine.
+    around: Option<Around>,
 }
 
 impl Native {
@@ -132,7 +136,9 @@ impl Native {
             inputs: 0,
             pieces: Pieces::default(),
             passes: 0,
+            around: None,
         };
+        own.build_cell();
         own.boot()?;
         Ok(own)
     }
@@ -159,6 +165,7 @@ impl Native {
         self.pulses = self.board.plant().motors.each_ref().map(|motor| motor.pulses);
         self.take_outputs();
         self.look_at_inputs();
+        self.begin_cell();
         for action in std::mem::take(&mut self.first) {
             self.apply(action);
         }
@@ -307,7 +314,9 @@ impl Native {
         let at = |us: u64| zero.saturating_add(us.saturating_mul(PER_US));
         let next = next.map_or(u64::MAX, at);
         let limit = if self.stopping { u64::MAX } else { at(self.options.limit_us) };
-        let news = drive(&mut self.board, next.min(limit));
+        let due = self.cell_is_due().unwrap_or(u64::MAX);
+        let news = drive(&mut self.board, next.min(limit).min(due));
+        self.look_at_cell();
         if news {
             self.collect();
         }
