@@ -283,7 +283,10 @@ mod tests {
                     (step_by_step(&mut slow, until), rushing(&mut fast, until, room));
                 assert_eq!(steps, wanted, "by {until}, room {room}");
                 assert_eq!(state(&fast), state(&slow), "by {until}, room {room}");
-                for axis in (0..3).filter(|axis| slow.axis_has_room(*axis) && n < 50) {
+                for axis in 0..3 {
+                    if !slow.axis_has_room(axis) || n >= 50 {
+                        continue;
+                    }
                     for engine in [&mut slow, &mut fast] {
                         engine.put_axis(axis, &segment(n as u32), n % 2 == 0, until, 25);
                     }
